@@ -12,16 +12,11 @@ namespace stylet {
 
 namespace {
 
-Index3 indexOf(const Grid& grid, std::size_t offset) noexcept {
-    const auto nx = std::size_t(grid.dims.x), ny = std::size_t(grid.dims.y);
-    return {int(offset % nx), int(offset / nx % ny), int(offset / (nx * ny))};
-}
-
 VoxelPiece boxed(const Grid& grid, std::vector<std::size_t> offsets) {
     std::sort(offsets.begin(), offsets.end());
     Index3 low(std::numeric_limits<int>::max()), high(std::numeric_limits<int>::min());
     for (const std::size_t offset : offsets) {
-        const Index3 i = indexOf(grid, offset);
+        const Index3 i = grid.voxelAt(offset);
         low = glm::min(low, i), high = glm::max(high, i);
     }
     VoxelPiece piece;
@@ -30,41 +25,21 @@ VoxelPiece boxed(const Grid& grid, std::vector<std::size_t> offsets) {
     piece.member = Volume<std::int32_t>(piece.box, VoxelPiece::kNone);
     piece.offsets.reserve(offsets.size());
     for (const std::size_t offset : offsets) {
-        const std::size_t in_box = piece.box.offset(indexOf(grid, offset) - piece.low);
+        const std::size_t in_box = piece.box.offset(grid.voxelAt(offset) - piece.low);
         piece.member.voxels[in_box] = std::int32_t(piece.offsets.size());
         piece.offsets.push_back(std::uint32_t(in_box));
     }
     return piece;
 }
 
-// All voxels connected to `seed` that have not been seen before.
-template <typename In>
-std::vector<std::size_t> connectedVoxels(const Grid& grid, std::size_t seed, const In& in,
-                                         std::vector<bool>& seen) {
-    std::vector<std::size_t> found{seed};
-    seen[seed] = true;
-    for (std::size_t next = 0; next < found.size(); ++next) {
-        const Index3 i = indexOf(grid, found[next]);
-        for (int z = std::max(i.z - 1, 0); z <= std::min(i.z + 1, grid.dims.z - 1); ++z)
-            for (int y = std::max(i.y - 1, 0); y <= std::min(i.y + 1, grid.dims.y - 1); ++y)
-                for (int x = std::max(i.x - 1, 0); x <= std::min(i.x + 1, grid.dims.x - 1); ++x) {
-                    const std::size_t offset = grid.offset({x, y, z});
-                    if (seen[offset] || !in(offset)) continue;
-                    seen[offset] = true;
-                    found.push_back(offset);
-                }
-    }
-    return found;
-}
-
 }  // namespace
 
 Index3 VoxelPiece::voxel(std::size_t m) const noexcept {
-    return indexOf(box, offsets[m]) + low;
+    return box.voxelAt(offsets[m]) + low;
 }
 
 Vec3 VoxelPiece::centre(std::size_t m) const noexcept {
-    return box.centre(indexOf(box, offsets[m]));
+    return box.centre(box.voxelAt(offsets[m]));
 }
 
 VoxelPiece pieceAround(const LabelVolume& labels, const Index3& seed) {
@@ -107,7 +82,7 @@ std::vector<Neighbour> neighbours(const Grid& box) {
     return list;
 }
 
-std::vector<double> geodesic_m(const VoxelPiece& piece, std::span<const WayStart> starts,
+std::vector<double> geodesic_m(const VoxelPiece& piece, std::span<const PathStart> starts,
                                const StepCost& cost, double limit_m) {
     std::vector<double> distance(piece.size(), kUnreached_m);
     using Reached = std::pair<double, std::size_t>;
@@ -117,7 +92,7 @@ std::vector<double> geodesic_m(const VoxelPiece& piece, std::span<const WayStart
         distance[member] = at_m;
         queue.push({at_m, member});
     };
-    for (const WayStart& start : starts)
+    for (const PathStart& start : starts)
         reach(start.member, start.at_m);
     const std::vector<Neighbour> around = neighbours(piece.box);
     while (!queue.empty()) {
@@ -159,7 +134,7 @@ std::vector<double> lumenRadius_m(const VoxelPiece& piece, std::span<const doubl
         if (covered) continue;
         // Extend the ball to the centres of the voxels that it touches.
         const double reach_m = wall_m[m] + std::min({h.x, h.y, h.z});
-        const Index3 at = indexOf(piece.box, piece.offsets[m]);
+        const Index3 at = piece.box.voxelAt(piece.offsets[m]);
         const Index3 reach{int(reach_m / h.x), int(reach_m / h.y), int(reach_m / h.z)};
         const Index3 low = glm::max(at - reach, Index3(0)), high = glm::min(at + reach, piece.box.dims - 1);
         for (int z = low.z; z <= high.z; ++z)

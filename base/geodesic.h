@@ -3,6 +3,7 @@
 // neighbours of a voxel. Exact along an axis, at most 13 % too long between axes.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -14,6 +15,27 @@
 #include "base/volume.h"
 
 namespace stylet {
+
+// All offsets with `in(offset)` that are 26-connected to `seed`, beginning with `seed`, in flood-fill order.
+// Skips offsets that are marked in `seen` and marks the ones it returns.
+template <typename In>
+std::vector<std::size_t> connectedVoxels(const Grid& grid, std::size_t seed, const In& in,
+                                         std::vector<bool>& seen) {
+    std::vector<std::size_t> found{seed};
+    seen[seed] = true;
+    for (std::size_t next = 0; next < found.size(); ++next) {
+        const Index3 i = grid.voxelAt(found[next]);
+        for (int z = std::max(i.z - 1, 0); z <= std::min(i.z + 1, grid.dims.z - 1); ++z)
+            for (int y = std::max(i.y - 1, 0); y <= std::min(i.y + 1, grid.dims.y - 1); ++y)
+                for (int x = std::max(i.x - 1, 0); x <= std::min(i.x + 1, grid.dims.x - 1); ++x) {
+                    const std::size_t offset = grid.offset({x, y, z});
+                    if (seen[offset] || !in(offset)) continue;
+                    seen[offset] = true;
+                    found.push_back(offset);
+                }
+    }
+    return found;
+}
 
 // One of the 26 steps to a neighbouring voxel.
 struct Neighbour {
@@ -56,7 +78,7 @@ std::vector<VoxelPiece> piecesOf(const LabelVolume&, const LabelSet&);
 inline constexpr double kUnreached_m = std::numeric_limits<double>::infinity();
 
 // A start member and its initial distance.
-struct WayStart {
+struct PathStart {
     std::size_t member = 0;
     double at_m = 0.0;
 };
@@ -64,7 +86,7 @@ struct WayStart {
 // than `limit_m`. `cost(from, to, step)` replaces the length of a step; return infinity to forbid the
 // step.
 using StepCost = std::function<double(std::size_t from, std::size_t to, const Neighbour&)>;
-std::vector<double> geodesic_m(const VoxelPiece&, std::span<const WayStart>, const StepCost& cost = {},
+std::vector<double> geodesic_m(const VoxelPiece&, std::span<const PathStart>, const StepCost& cost = {},
                                double limit_m = kUnreached_m);
 
 // Distance [m] from each member's centre to the wall of the piece: distance to the nearest voxel outside

@@ -46,6 +46,11 @@ struct Grid {
         return (std::size_t(i.z) * std::size_t(dims.y) + std::size_t(i.y)) * std::size_t(dims.x) +
                std::size_t(i.x);
     }
+    // The voxel at an offset: the inverse of offset().
+    Index3 voxelAt(std::size_t offset) const noexcept {
+        const auto nx = std::size_t(dims.x), ny = std::size_t(dims.y);
+        return {int(offset % nx), int(offset / nx % ny), int(offset / (nx * ny))};
+    }
     Vec3 centre(const Index3& i) const noexcept { return origin_m + spacing_m * Vec3(i); }
     // Continuous voxel coordinates: integer at voxel centres.
     Vec3 toVoxels(const Vec3& p) const noexcept { return (p - origin_m) / spacing_m; }

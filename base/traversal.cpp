@@ -25,7 +25,7 @@ VoxelWalk::VoxelWalk(const Grid& grid, const Vec3& a, const Vec3& b) noexcept {
     // The same expression as Grid::nearest(), so that the ends agree with it to the last bit.
     start_ = grid.toVoxels(a) + 0.5;
     const Vec3 stop = grid.toVoxels(b) + 0.5;
-    way_ = stop - start_;
+    direction_ = stop - start_;
     voxel_ = countable(stop) ? cellOf(stop) : Index3(-1);
     if (!countable(start_) || !countable(stop)) return;
 
@@ -46,7 +46,7 @@ VoxelWalk::VoxelWalk(const Grid& grid, const Vec3& a, const Vec3& b) noexcept {
 
 double VoxelWalk::crossing(int axis) const noexcept {
     const double border = voxel_[axis] + (step_[axis] > 0 ? 1.0 : 0.0);
-    return std::min((border - start_[axis]) / way_[axis], 1.0);
+    return std::min((border - start_[axis]) / direction_[axis], 1.0);
 }
 
 void VoxelWalk::findExit() noexcept {
@@ -71,14 +71,21 @@ namespace {
 
 using Two = double __attribute__((vector_size(2 * sizeof(double))));
 
+// The borders that a path crosses along one axis, in voxels.
+struct AxisBorders {
+    double first = 0.0, step = 0.0;  // the first border, and the distance to the next
+    std::size_t count = 0;
+    double start = 0.0, direction = 0.0;  // of the path along this axis
+};
+
 // VoxelWalk::crossing() for all borders of one axis, two at a time. Appends `end` as terminator.
-void cross(double border, double step, double start, double way, double end, std::size_t count,
-           std::vector<double>& crossings) {
+void cross(const AxisBorders& borders, double end, std::vector<double>& crossings) {
+    const auto [border, step, count, start, direction] = borders;
     crossings.resize(count + 2);
     double* out = crossings.data();
     Two at = {border, border + step};
     for (std::size_t i = 0; i < count; i += 2, at += 2.0 * step) {
-        const Two share = (at - start) / way;
+        const Two share = (at - start) / direction;
         out[i] = std::min(share[0], 1.0);
         out[i + 1] = std::min(share[1], 1.0);
     }
@@ -129,8 +136,12 @@ const std::vector<VoxelPath::Visit>& VoxelPath::along(const Grid& grid, const Ve
     for (int axis = 0; axis < 3; ++axis) {
         const double border = first[axis] + (walk.step_[axis] > 0 ? 1.0 : 0.0);
         // Terminators above every crossing. The main axis ends first, after all crossings of the others.
-        cross(border, walk.step_[axis], walk.start_[axis], walk.way_[axis], axis == main ? 2.0 : 3.0,
-              std::size_t(count[axis]), crossings_[axis]);
+        cross({.first = border,
+               .step = double(walk.step_[axis]),
+               .count = std::size_t(count[axis]),
+               .start = walk.start_[axis],
+               .direction = walk.direction_[axis]},
+              axis == main ? 2.0 : 3.0, crossings_[axis]);
         if (axis == main) crossings_[axis].resize(std::size_t(count[axis]) + 1);
     }
 

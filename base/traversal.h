@@ -34,8 +34,8 @@ class VoxelWalk {
     double crossing(int axis) const noexcept;
     void findExit() noexcept;
 
-    Vec3 start_{0.0}, way_{0.0};  // in voxels, cell borders at integers
-    Vec3 next_crossing_{2.0};     // share of the path; above 1 if no border is left
+    Vec3 start_{0.0}, direction_{0.0};  // in voxels, cell borders at integers
+    Vec3 next_crossing_{2.0};           // share of the path; above 1 if no border is left
     Index3 voxel_{0}, step_{0}, left_{0};
     double begin_ = 0.0, end_ = 1.0;
     int axis_ = -1;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/hex.h"
+
 namespace stylet::xr {
 namespace {
 
@@ -39,12 +41,10 @@ XrResult makeReferenceSpace(XrSession session, XrReferenceSpaceType type, const 
 }
 
 std::string uuidText(const XrUuidEXT& id) {
-    constexpr char kDigits[] = "0123456789abcdef";
     std::string text;
     for (std::size_t i = 0; i < 16; ++i) {
         if (i == 4 || i == 6 || i == 8 || i == 10) text += '-';
-        text += kDigits[id.data[i] >> 4];
-        text += kDigits[id.data[i] & 15];
+        text += hexText(id.data[i], 2);
     }
     return text;
 }

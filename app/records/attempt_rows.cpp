@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "app/records/record.h"
+#include "base/hex.h"
 
 namespace stylet::records {
 
@@ -101,7 +102,7 @@ std::uint32_t rowsSum(const StoredAttempt& a) {
     };
     for (const std::string& part :
          {a.id, a.info.trainee, a.started_utc, std::string(stateName(a.state)), a.info.device, a.info.patient,
-          hexOf(a.info.patient_digest), a.info.scenario, a.info.difficulty, a.info.program_version,
+          hexText(a.info.patient_digest), a.info.scenario, a.info.difficulty, a.info.program_version,
           std::to_string(a.info.seed)})
         add(part);
     number(a.info.dt_s), number(a.info.device_gain), number(a.info.registration_rms_m.value_or(-1.0));

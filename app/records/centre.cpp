@@ -10,6 +10,7 @@
 #include <pqxx/pqxx>
 
 #include "app/records/record.h"
+#include "base/hex.h"
 #include "patient/package/package.h"
 
 namespace stylet::records {
@@ -119,7 +120,7 @@ json postgresAttempt(const StoredAttempt& a) {
            {"state", stateName(a.state)},
            {"device", textJson(a.info.device)},
            {"patient", textJson(a.info.patient)},
-           {"patient_digest", hexOf(a.info.patient_digest)},
+           {"patient_digest", hexText(a.info.patient_digest)},
            {"scenario", textJson(a.info.scenario)},
            {"difficulty", textJson(a.info.difficulty)},
            {"program_version", textJson(a.info.program_version)},

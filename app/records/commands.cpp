@@ -14,7 +14,7 @@ namespace {
 // Opens an existing store. Throws if there is none.
 Store opened(const RecordsOptions& options) {
     if (!std::filesystem::exists(options.store / "store.sqlite"))
-        throw DataError(options.store, "store", "there is none; \"stylet run --trainee ID\" makes it");
+        throw DataError(options.store, "store", "does not exist; \"stylet run --trainee ID\" creates it");
     Store store(options.store);
     for (const std::string& line : store.news())
         std::fprintf(stderr, "stylet: %s\n", line.c_str());
@@ -97,7 +97,7 @@ int deleteTrainee(const RecordsOptions& options) {
     Store store = opened(options);
     const std::size_t count = store.eraseTrainee(options.trainee);
     std::printf(
-        "%zu attempt%s of %s deleted; the training centre is told with the next \"stylet records sync\"\n",
+        "%zu attempt%s of %s deleted; the next \"stylet records sync\" deletes them at the training centre\n",
         count, plural(count), options.trainee.c_str());
     return 0;
 }

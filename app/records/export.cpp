@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "app/records/record.h"
+#include "base/hex.h"
 #include "base/whole_file.h"
 #include "patient/package/package.h"
 
@@ -73,7 +74,7 @@ ordered_json attemptJson(const StoredAttempt& a) {
                    {"state", stateName(a.state)},
                    {"device", a.info.device},
                    {"patient", a.info.patient},
-                   {"patient_digest", hexOf(a.info.patient_digest)},
+                   {"patient_digest", hexText(a.info.patient_digest)},
                    {"scenario", a.info.scenario},
                    {"difficulty", a.info.difficulty},
                    {"program_version", a.info.program_version},
@@ -130,7 +131,7 @@ void writeTables(const std::vector<StoredAttempt>& attempts, const fs::path& fol
     Table events(folder / "events.csv", {"attempt", "tick", "kind", "text"});
     for (const StoredAttempt& a : attempts) {
         index.add({a.id, a.info.trainee, a.started_utc, std::string(stateName(a.state)), a.info.device,
-                   a.info.patient, hexOf(a.info.patient_digest), a.info.scenario, a.info.difficulty,
+                   a.info.patient, hexText(a.info.patient_digest), a.info.scenario, a.info.difficulty,
                    a.info.program_version, std::to_string(a.info.seed), written(a.info.dt_s),
                    written(a.info.device_gain),
                    a.info.registration_rms_m ? written(*a.info.registration_rms_m) : "",

@@ -115,9 +115,9 @@ BackgroundSender::BackgroundSender(const std::filesystem::path& folder, std::str
             SendReport report;
             if (!store->outbox().empty())
                 report = sendOutbox(*store, database, [this](int socket) { running_->connected(socket); });
-            sayOnce(report.error.empty()
-                        ? ""
-                        : "the training centre: " + report.error + "; what is stored here waits");
+            sayOnce(report.error.empty() ? ""
+                                         : "the training centre: " + report.error +
+                                               "; attempts stay stored here and are sent later");
             return report;
         };
         try {

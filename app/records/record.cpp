@@ -1,11 +1,11 @@
 #include "app/records/record.h"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "app/records/bytes.h"
+#include "base/fields.h"
+#include "base/hex.h"
 
 namespace stylet::records {
 
@@ -15,6 +15,7 @@ using nlohmann::json;
 namespace {
 
 constexpr FileKind kInputsFile{{'S', 'T', 'Y', 'L', 'R', 'E', 'C', '\n'}, kRecordVersion, "a Stylet record"};
+constexpr std::size_t kMostMoments = 1000;
 constexpr std::uint32_t kManyPoints = 1 << 10;  // more than any touch pad has
 
 void putPose(ByteSink& sink, const Pose& p) {
@@ -181,11 +182,6 @@ json vectorJson(const Vec3& v) {
     return json::array({v.x, v.y, v.z});
 }
 
-Vec3 vectorFrom(const json& j) {
-    if (!j.is_array() || j.size() != 3) throw std::runtime_error("must be three numbers");
-    return {j[0].get<double>(), j[1].get<double>(), j[2].get<double>()};
-}
-
 json infoJson(const RecordInfo& info) {
     json j;
     j["format_version"] = kRecordVersion;
@@ -209,16 +205,10 @@ json infoJson(const RecordInfo& info) {
         j["bookmarks"].push_back({{"tick", mark.tick}, {"text", mark.text}});
     if (info.end) {
         j["final_tick"] = info.end->tick;
-        j["state_hash"] = hexOf(info.end->state_hash);
+        j["state_hash"] = hexText(info.end->state_hash);
     }
     if (info.lost) j["lost_ticks"] = {{"first", info.lost->first}, {"last", info.lost->last}};
     return j;
-}
-
-std::uint64_t hashFrom(const std::string& hex) {
-    if (hex.size() != 16 || hex.find_first_not_of("0123456789abcdef") != std::string::npos)
-        throw std::runtime_error("state_hash must be 16 hex digits");
-    return std::stoull(hex, nullptr, 16);
 }
 
 // Shortens the text at a UTF-8 character boundary.
@@ -229,49 +219,27 @@ std::string shortened(const std::string& text) {
     return text.substr(0, size);
 }
 
-std::vector<Bookmark> bookmarksFrom(const json& j) {
-    if (!j.is_array() || j.size() > kMostBookmarks)
-        throw std::runtime_error("bookmarks must be a list of at most " + std::to_string(kMostBookmarks));
+std::vector<Bookmark> bookmarksFrom(Fields& in) {
     std::vector<Bookmark> marks;
-    for (const json& one : j) {
-        marks.push_back({one.at("tick").get<std::uint64_t>(), one.at("text").get<std::string>()});
-        if (marks.back().text.size() > 3 * kLongestBookmark)  // an invalid byte is replaced by three
-            throw std::runtime_error("a bookmark's text is longer than " + std::to_string(kLongestBookmark));
+    for (Fields& one : in.children("bookmarks", kMostBookmarks)) {
+        // An invalid byte is replaced by three.
+        marks.push_back({one.count("tick"), one.text("text", 3 * kLongestBookmark)});
         if (marks.size() > 1 && marks.back().tick < marks[marks.size() - 2].tick)
-            throw std::runtime_error("the bookmarks are not in order");
+            one.refuse("tick", "before that of the previous bookmark");
     }
     return marks;
 }
 
-RecordInfo infoFrom(const json& j) {
-    RecordInfo info;
-    if (j.at("format_version").get<std::uint32_t>() != kRecordVersion)
-        throw std::runtime_error("format_version is not " + std::to_string(kRecordVersion));
-    info.program_version = j.at("program_version").get<std::string>();
-    info.patient_folder = j.at("patient").at("folder").get<std::string>();
-    info.patient_name = j.at("patient").at("name").get<std::string>();
-    info.scenario = j.at("scenario").get<std::string>();
-    info.moments = j.at("moments").get<std::vector<std::string>>();
-    info.approach_distance_m = j.at("approach_distance_m").get<double>();
-    info.seed = j.at("seed").get<std::uint64_t>();
-    info.gain = j.at("gain").get<double>();
-    const json& p = j.at("path");
-    info.path.entry_m = vectorFrom(p.at("entry_m"));
-    info.path.target_m = vectorFrom(p.at("target_m"));
-    info.path.entry_reference_m = vectorFrom(p.at("entry_reference_m"));
-    info.path.target_reference_m = vectorFrom(p.at("target_reference_m"));
-    info.path.breath = {p.at("breath_v").get<double>(), p.at("breath_rate_per_s").get<double>()};
-    info.path.length_m = p.at("length_m").get<double>();
-    info.path.quality = p.at("quality").get<double>();
-    if (j.contains("bookmarks")) info.bookmarks = bookmarksFrom(j.at("bookmarks"));
-    if (j.contains("state_hash"))
-        info.end = RecordEnd{j.at("final_tick").get<std::uint64_t>(),
-                             hashFrom(j.at("state_hash").get<std::string>())};
-    if (j.contains("lost_ticks")) {
-        const json& lost = j.at("lost_ticks");
-        info.lost = LostTicks{lost.at("first").get<std::uint64_t>(), lost.at("last").get<std::uint64_t>()};
-    }
-    return info;
+patient::PlannedPath pathFrom(Fields in) {
+    patient::PlannedPath path;
+    path.entry_m = in.vector("entry_m");
+    path.target_m = in.vector("target_m");
+    path.entry_reference_m = in.vector("entry_reference_m");
+    path.target_reference_m = in.vector("target_reference_m");
+    path.breath = {in.number("breath_v"), in.number("breath_rate_per_s")};
+    path.length_m = in.number("length_m");
+    path.quality = in.number("quality");
+    return path;
 }
 
 void writeInfo(const RecordInfo& info, const std::filesystem::path& folder) {
@@ -299,12 +267,6 @@ std::filesystem::path emptied(const std::filesystem::path& folder) {
 }
 
 }  // namespace
-
-std::string hexOf(std::uint64_t hash) {
-    std::array<char, 17> text{};
-    std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(hash));
-    return text.data();
-}
 
 RecordWriter::RecordWriter(const std::filesystem::path& folder, const RecordHeader& header,
                            const RecordInfo& info)
@@ -359,11 +321,26 @@ void parseInputs(std::span<const unsigned char> bytes, const std::filesystem::pa
 }
 
 RecordInfo parseInfo(std::string_view text, const std::filesystem::path& file) {
-    try {
-        return infoFrom(json::parse(text));
-    } catch (const std::exception& e) {
-        throw DataError(file, "json", e.what());
+    Fields in = parseJson(file, text);
+    in.integer("format_version", kRecordVersion, kRecordVersion);
+    RecordInfo info;
+    Fields patient = in.child("patient");
+    info.program_version = in.text("program_version");
+    info.patient_folder = patient.text("folder");
+    info.patient_name = patient.text("name");
+    info.scenario = in.text("scenario");
+    info.moments = in.texts("moments", kMostMoments);
+    info.approach_distance_m = in.number("approach_distance_m");
+    info.seed = in.count("seed");
+    info.gain = in.number("gain");
+    info.path = pathFrom(in.child("path"));
+    info.bookmarks = bookmarksFrom(in);
+    if (in.has("state_hash")) info.end = RecordEnd{in.count("final_tick"), in.hex("state_hash")};
+    if (in.has("lost_ticks")) {
+        Fields lost = in.child("lost_ticks");
+        info.lost = LostTicks{lost.count("first"), lost.count("last")};
     }
+    return info;
 }
 
 Record loadRecord(const std::filesystem::path& folder) {

@@ -108,6 +108,4 @@ Record loadRecord(const std::filesystem::path& folder);
 void parseInputs(std::span<const unsigned char> bytes, const std::filesystem::path& file, Record&);
 RecordInfo parseInfo(std::string_view json, const std::filesystem::path& file);
 
-std::string hexOf(std::uint64_t hash);  // 16 digits
-
 }  // namespace stylet::records

@@ -1,6 +1,7 @@
 #include "app/records/replay.h"
 
 #include "app/training/attempt_fold.h"
+#include "base/hex.h"
 
 namespace stylet::records {
 
@@ -22,8 +23,8 @@ ReplayResult replay(const patient::Patient& patient, const Record& record, const
     const std::uint64_t digest = patient::digest(patient.package());
     if (digest != record.header.package_digest)
         throw DataError(record.info.patient_folder, "digest",
-                        "this patient is " + hexOf(digest) + ", the record was made on " +
-                            hexOf(record.header.package_digest));
+                        "this patient is " + hexText(digest) + ", the record was made on " +
+                            hexText(record.header.package_digest));
     const std::optional<haptics::TouchMap> touch = touchMapFor(patient, record);
     haptics::Simulation simulation(patient, record.header.settings, touch ? &*touch : nullptr);
     training::AttemptFold fold(patient, record.header.settings.dt_s);

@@ -14,6 +14,7 @@
 #include "app/records/attempt_rows.h"
 #include "app/records/record.h"
 #include "app/records/schema.h"
+#include "base/hex.h"
 #include "patient/package/package.h"
 
 namespace stylet::records {
@@ -152,7 +153,7 @@ Store::Store(const fs::path& folder) : folder_(fs::absolute(folder)), file_(fold
         }
     };
     attempted("a deletion is not complete", [&] { removeDoomed(); });
-    attempted("the search for what was cut short did not end", [&] { recover(); });
+    attempted("the search for interrupted attempts did not finish", [&] { recover(); });
 }
 
 void Store::open() {
@@ -210,7 +211,7 @@ void Store::migrate() {
 }
 
 fs::path Store::folderOf(const std::string& id) const {
-    if (!isAttemptId(id)) throw DataError(file_, "id", "\"" + id + "\" is no attempt's id");
+    if (!isAttemptId(id)) throw DataError(file_, "id", "\"" + id + "\" is not an attempt id");
     return folder_ / "attempts" / id;
 }
 
@@ -251,7 +252,7 @@ void Store::sumUpOlder() {
         try {
             sumUp(id);
         } catch (const std::exception& e) {
-            unfinished_.push_back("attempt " + id + " stays without checksums: " + e.what());
+            unfinished_.push_back("attempt " + id + " has no checksums: " + e.what());
         }
 }
 
@@ -333,7 +334,7 @@ std::string Store::begin(const AttemptInfo& info) {
                               "VALUES (?, ?, ?, 'running', ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
         int place = 0;
         for (const std::string& text :
-             {id, info.trainee, now.full, info.device, info.patient, hexOf(info.patient_digest),
+             {id, info.trainee, now.full, info.device, info.patient, hexText(info.patient_digest),
               info.scenario, info.difficulty, info.program_version, std::to_string(info.seed)})
             row.bind(++place, text);
         row.bind(++place, info.dt_s);
@@ -612,8 +613,8 @@ void Store::removeDoomed() {
     if (numberIn("PRAGMA wal_checkpoint(TRUNCATE)") != 0)
         throw DataError(
             file_, "log",
-            "another process reads the store: what was deleted is gone from the index, but stands in "
-            "its log until the store is opened without");
+            "another process is reading the store: deleted data is gone from the index, but remains in "
+            "its log until the store is opened alone");
     for (const std::string& id : folders)
         execute("DELETE FROM doomed WHERE folder = ?", {id});
 }

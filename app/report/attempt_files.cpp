@@ -6,20 +6,20 @@
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "app/records/samples.h"
+#include "base/fields.h"
 #include "base/whole_file.h"
 
 namespace stylet::report {
 
-using nlohmann::json;
 namespace fs = std::filesystem;
 
 namespace {
 
 constexpr std::size_t kMostFileBytes = 1u << 30;       // of a file that is read whole
 constexpr std::size_t kHeaderBytes = (1u << 20) + 64;  // upper bound of a record's header
+constexpr std::size_t kMostRows = 1 << 20;             // of a list in a summary
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<unsigned char> beginningOf(const fs::path& file) {
@@ -31,95 +31,50 @@ std::vector<unsigned char> beginningOf(const fs::path& file) {
     return bytes;
 }
 
-// Reads optional members. A member of the wrong type is an error that names the field.
-class Reader {
-  public:
-    Reader(const json& object, const fs::path& file, std::string field)
-        : object_(object), file_(file), field_(std::move(field)) {
-        if (!object.is_object()) throw DataError(file_, field_.empty() ? "json" : field_, "is no object");
-    }
-
-    std::string text(const char* name) const {
-        const json* j = member(name);
-        if (!j) return {};
-        if (!j->is_string()) refuse(name, "is no text");
-        return j->get<std::string>();
-    }
-    // A missing member returns `otherwise`. So does null, which is how JSON stores NaN.
-    double number(const char* name, double otherwise = 0.0) const {
-        const json* j = member(name);
-        if (!j || j->is_null()) return otherwise;
-        if (!j->is_number()) refuse(name, "is no number");
-        return j->get<double>();
-    }
-    std::uint64_t count(const char* name) const {
-        const json* j = member(name);
-        if (!j) return 0;
-        if (!j->is_number_unsigned()) refuse(name, "is no count");
-        return j->get<std::uint64_t>();
-    }
-    bool flag(const char* name) const {
-        const json* j = member(name);
-        if (!j) return false;
-        if (!j->is_boolean()) refuse(name, "is neither true nor false");
-        return j->get<bool>();
-    }
-    Reader part(const char* name) const {
-        static const json none = json::object();
-        const json* j = member(name);
-        return {j ? *j : none, file_, path(name)};
-    }
-    bool has(const char* name) const { return member(name) != nullptr; }
-
-    template <typename Take>
-    void each(const char* name, const Take& take) const {
-        const json* j = member(name);
-        if (!j) return;
-        if (!j->is_array()) refuse(name, "is no list");
-        for (const json& element : *j)
-            take(Reader(element, file_, path(name)));
-    }
-
-  private:
-    const json* member(const char* name) const {
-        const auto found = object_.find(name);
-        return found == object_.end() ? nullptr : &*found;
-    }
-    std::string path(const char* name) const { return field_.empty() ? name : field_ + "." + name; }
-    [[noreturn]] void refuse(const char* name, const char* reason) const {
-        throw DataError(file_, path(name), reason);
-    }
-
-    const json& object_;
-    fs::path file_;
-    std::string field_;
-};
-
-MomentRow momentOf(const Reader& r) {
-    return {r.text("name"), r.count("tick"), r.number("depth_m")};
+// Every field of a summary is optional, but one of the wrong type is an error.
+std::string readText(Fields& in, const char* key) {
+    return in.textOr(key, "");
 }
 
-PunctureRow punctureOf(const Reader& r) {
-    return {r.text("tissue"),
-            r.text("kind"),
-            r.text("label"),
-            r.count("tick"),
-            r.number("border_depth_m"),
-            r.number("tenting_m"),
-            r.number("force_before_n"),
-            r.number("force_after_n")};
+// A missing number is `absent`. So is null, which is how JSON stores NaN.
+double readNumber(Fields& in, const char* key, double absent = 0.0) {
+    const FieldKind kind = in.kind(key);
+    return kind == FieldKind::absent || kind == FieldKind::null ? absent : in.number(key);
 }
 
-records::AttemptResult scoreOf(const Reader& summary) {
+std::uint64_t readCount(Fields& in, const char* key) {
+    return in.has(key) ? in.count(key) : 0;
+}
+
+bool readFlag(Fields& in, const char* key) {
+    return in.has(key) && in.flag(key);
+}
+
+MomentRow momentOf(Fields& r) {
+    return {readText(r, "name"), readCount(r, "tick"), readNumber(r, "depth_m")};
+}
+
+PunctureRow punctureOf(Fields& r) {
+    return {readText(r, "tissue"),
+            readText(r, "kind"),
+            readText(r, "label"),
+            readCount(r, "tick"),
+            readNumber(r, "border_depth_m"),
+            readNumber(r, "tenting_m"),
+            readNumber(r, "force_before_n"),
+            readNumber(r, "force_after_n")};
+}
+
+records::AttemptResult scoreOf(Fields& summary) {
     records::AttemptResult result;
-    const Reader score = summary.part("score");
-    result.target_hit = summary.flag("target_hit");
-    result.total = score.number("total");
-    result.ticks = summary.part("haptics").count("ticks");
-    score.each("metrics", [&](const Reader& r) {
-        result.metrics.push_back({r.text("id"), r.text("name"), r.text("unit"), r.number("value", kUnknown),
-                                  r.number("points"), r.number("most_points")});
-    });
+    Fields score = summary.childOrEmpty("score"), haptics = summary.childOrEmpty("haptics");
+    result.target_hit = readFlag(summary, "target_hit");
+    result.total = readNumber(score, "total");
+    result.ticks = readCount(haptics, "ticks");
+    for (Fields& r : score.children("metrics", kMostRows))
+        result.metrics.push_back({readText(r, "id"), readText(r, "name"), readText(r, "unit"),
+                                  readNumber(r, "value", kUnknown), readNumber(r, "points"),
+                                  readNumber(r, "most_points")});
     return result;
 }
 
@@ -213,35 +168,31 @@ void readCourse(AttemptFiles& files) {
 }  // namespace
 
 Summary parseSummary(std::string_view text, const fs::path& file) {
-    json j;
-    try {
-        j = json::parse(text);
-    } catch (const json::exception& e) {
-        throw DataError(file, "json", e.what());
-    }
-    const Reader r(j, file, "");
-    const Reader path = r.part("path"), dose = r.part("dose"), haptics = r.part("haptics");
+    Fields r = parseJson(file, text);
+    Fields path = r.childOrEmpty("path"), dose = r.childOrEmpty("dose"), haptics = r.childOrEmpty("haptics");
     Summary s;
-    s.patient = r.text("patient");
-    s.scenario = r.text("scenario");
-    s.device = r.text("device");
-    s.clock = r.text("clock");
-    s.state_hash = r.text("state_hash");
-    s.fault_names = haptics.text("fault_names");
-    s.seed = r.count("seed");
-    s.ticks = haptics.count("ticks");
-    s.late_ticks = haptics.count("late_ticks");
-    s.target_hit = r.flag("target_hit");
-    s.path_length_m = path.number("length_m");
-    s.path_quality = path.number("quality");
-    s.peak_force_n = r.number("peak_force_n");
-    s.lateral_cut_m = r.number("lateral_cut_m");
-    s.fluoroscopy_s = dose.number("fluoroscopy_s");
-    s.air_kerma_gy = dose.number("air_kerma_gy");
-    s.contrast_ml = dose.number("contrast_ml");
-    s.max_step_us = haptics.number("max_step_us");
-    r.each("moments", [&](const Reader& moment) { s.moments.push_back(momentOf(moment)); });
-    r.each("punctures", [&](const Reader& puncture) { s.punctures.push_back(punctureOf(puncture)); });
+    s.patient = readText(r, "patient");
+    s.scenario = readText(r, "scenario");
+    s.device = readText(r, "device");
+    s.clock = readText(r, "clock");
+    s.state_hash = readText(r, "state_hash");
+    s.fault_names = readText(haptics, "fault_names");
+    s.seed = readCount(r, "seed");
+    s.ticks = readCount(haptics, "ticks");
+    s.late_ticks = readCount(haptics, "late_ticks");
+    s.target_hit = readFlag(r, "target_hit");
+    s.path_length_m = readNumber(path, "length_m");
+    s.path_quality = readNumber(path, "quality");
+    s.peak_force_n = readNumber(r, "peak_force_n");
+    s.lateral_cut_m = readNumber(r, "lateral_cut_m");
+    s.fluoroscopy_s = readNumber(dose, "fluoroscopy_s");
+    s.air_kerma_gy = readNumber(dose, "air_kerma_gy");
+    s.contrast_ml = readNumber(dose, "contrast_ml");
+    s.max_step_us = readNumber(haptics, "max_step_us");
+    for (Fields& moment : r.children("moments", kMostRows))
+        s.moments.push_back(momentOf(moment));
+    for (Fields& puncture : r.children("punctures", kMostRows))
+        s.punctures.push_back(punctureOf(puncture));
     if (r.has("score")) s.score = scoreOf(r);
     return s;
 }
@@ -289,7 +240,7 @@ AttemptFiles readAttempt(const records::StoredAttempt& stored) {
                    record = stored.folder / "record" / "record.json";
     if (!fs::exists(summary) && !fs::exists(record))
         throw DataError(stored.folder, "folder",
-                        "holds neither summary.json nor record/record.json: no attempt");
+                        "holds neither summary.json nor record/record.json, so it is not an attempt");
     try {
         if (fs::exists(record))
             files.record = records::parseInfo(readWholeFile(record, kMostFileBytes), record);

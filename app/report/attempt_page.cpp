@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "app/report/slices.h"
-#include "app/report/statistics.h"
 #include "app/training/learning.h"
 #include "app/training/score.h"
+#include "base/statistics.h"
 
 namespace stylet::report {
 
@@ -130,10 +130,10 @@ Picture slicePicture(const AttemptFiles& a, const CourseRow& row, const patient:
     picture.alt =
         "Three slices through the CT: two along the needle, near axial and near coronal, one across it at "
         "the "
-        "tip, with the needle, the way of its tip and the reference path; " +
+        "tip, with the needle, the track of its tip and the reference path; " +
         needle.caption + ".";
     picture.caption =
-        "The needle in the patient on three slices, with the way of its tip and the reference path.";
+        "The needle in the patient on three slices, with the track of its tip and the reference path.";
     return picture;
 }
 

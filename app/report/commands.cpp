@@ -20,7 +20,7 @@ fs::path usualRecords() {
     const char* data = std::getenv("XDG_DATA_HOME");
     if (data && data[0] == '/') return fs::path(data) / "stylet" / "records";
     const char* home = std::getenv("HOME");
-    if (!home || home[0] != '/') throw DataError("records", "folder", "is not known: name it with --records");
+    if (!home || home[0] != '/') throw DataError("records", "folder", "is unknown: pass it with --records");
     return fs::path(home) / ".local" / "share" / "stylet" / "records";
 }
 
@@ -29,7 +29,7 @@ fs::path usualRecords() {
 records::Store openStore(const ReportOptions& o) {
     const fs::path folder = o.records.empty() ? usualRecords() : o.records;
     if (!fs::exists(folder / "store.sqlite"))
-        throw DataError(folder, "store.sqlite", "is not there: no attempts are kept here");
+        throw DataError(folder, "store.sqlite", "not found: this folder has no attempts");
     records::Store store(folder);
     for (const records::Recovered& cut : store.recovered())
         std::fprintf(stderr, "stylet-report: %s\n", records::describe(cut).c_str());
@@ -72,8 +72,7 @@ std::unique_ptr<OpenPatient> openPatient(AttemptFiles& a, const fs::path& named)
     if (folder.empty() || !a.record) return nullptr;
     try {
         if (a.stored.info.patient_digest == 0)
-            throw DataError(folder, "patient",
-                            "cannot be told from another: the attempt's record is not whole");
+            throw DataError(folder, "patient", "cannot be identified: the attempt's record is incomplete");
         patient::Package package = patient::loadPackage(folder);
         if (patient::digest(package) != a.stored.info.patient_digest)
             throw DataError(folder, "patient", "is not the one that the attempt was made on");

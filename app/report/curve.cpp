@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <span>
 
 #include "app/report/bands.h"
 #include "app/report/chart.h"
@@ -110,12 +111,12 @@ void drawAxes(Canvas& canvas, const Axes& axes) {
 
 // Draws one line per run of consecutive ticks, because there is no force outside the body. Leaves out steps
 // below a third of a pixel.
-void drawTrace(Canvas& canvas, const Axes& axes, const std::vector<ForceSample>& curve, std::size_t begin,
-               std::size_t end, double width, Colour colour) {
+void drawTrace(Canvas& canvas, const Axes& axes, std::span<const ForceSample> curve, double width,
+               Colour colour) {
     std::vector<Point> points;
-    for (std::size_t i = begin; i < end; ++i) {
+    for (std::size_t i = 0; i < curve.size(); ++i) {
         const Point p{axes.x(curve[i].depth_m), axes.y(curve[i].force_n)};
-        const bool last = i + 1 == end || curve[i + 1].tick != curve[i].tick + 1;
+        const bool last = i + 1 == curve.size() || curve[i + 1].tick != curve[i].tick + 1;
         if (points.empty() || last ||
             std::fabs(points.back().x - p.x) + std::fabs(points.back().y - p.y) >= 0.33)
             points.push_back(p);
@@ -182,8 +183,8 @@ void drawCurve(const std::vector<ForceSample>& curve, const std::vector<ForceMar
     const std::size_t turn = deepest(curve);
     drawBands(canvas, axes, curve, turn + 1);
     drawAxes(canvas, axes);
-    drawTrace(canvas, axes, curve, turn, curve.size(), 1.5, kOut);
-    drawTrace(canvas, axes, curve, 0, turn + 1, 2.5, kIn);
+    drawTrace(canvas, axes, std::span(curve).subspan(turn), 1.5, kOut);
+    drawTrace(canvas, axes, std::span(curve).first(turn + 1), 2.5, kIn);
     drawMarks(canvas, axes, marks);
     drawCurveLegend(canvas);
     canvas.savePng(png);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/report/page.h"
+#include "base/hex.h"
 
 namespace stylet::report {
 
@@ -69,9 +70,7 @@ json seriesJson(const std::vector<FigureSeries>& all) {
 
 std::string hexColour(const Colour& c) {
     const auto byte = [](double v) { return unsigned(std::lround(255.0 * std::clamp(v, 0.0, 1.0))); };
-    std::array<char, 16> text{};
-    std::snprintf(text.data(), text.size(), "#%02x%02x%02x", byte(c.r), byte(c.g), byte(c.b));
-    return text.data();
+    return "#" + hexText(byte(c.r), 2) + hexText(byte(c.g), 2) + hexText(byte(c.b), 2);
 }
 
 std::string figureJson(const Figure& figure) {

@@ -68,7 +68,7 @@ TissueCurve curveOf(const patient::TissueTable& table, const haptics::NeedleSett
     haptics::NeedleState needle;
     haptics::NeedleEvents events;
     const auto to = [&](double x_m, std::vector<DepthForce>& way) {
-        haptics::stepNeedle(needle, settings, patient, {x_m, 0.0, 0.0}, {1.0, 0.0, 0.0}, {}, events);
+        haptics::stepNeedle(needle, settings, {patient, {}}, {{x_m, 0.0, 0.0}, {1.0, 0.0, 0.0}}, events);
         way.push_back({x_m, needle.force_n});
         for (int i = 0; i < events.count; ++i) {
             const haptics::NeedleEvent& e = events.list[std::size_t(i)];

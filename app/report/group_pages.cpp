@@ -6,9 +6,9 @@
 #include <optional>
 
 #include "app/report/attempt_page.h"
-#include "app/report/statistics.h"
 #include "app/report/xapi.h"
 #include "app/training/learning.h"
+#include "base/statistics.h"
 
 namespace stylet::report {
 
@@ -197,8 +197,7 @@ DescribedFigure cusumFigure(const Attempts& done) {
                 "are as few as " +
                 fixed(100.0 * settings.acceptable, 0) + " % (competent), above the upper one as many as " +
                 fixed(100.0 * settings.unacceptable, 0) + " %, each with a chance of error of " +
-                fixed(100.0 * settings.alpha, 0) + " %; a verdict begins the count anew. So far: " + last +
-                ".";
+                fixed(100.0 * settings.alpha, 0) + " %; a verdict restarts the count. So far: " + last + ".";
     return f;
 }
 

@@ -8,33 +8,38 @@
 
 static int program(int argc, char** argv) {
     CLI::App app(
-        "Stylet's debriefs: one self-contained page each, that opens without a network, and CSV beside it.\n"
+        "Writes Stylet's debriefs: each is one self-contained HTML page that needs no network, with CSV "
+        "tables.\n"
         "A training simulator, not a medical device.");
     app.require_subcommand(1);
     app.set_version_flag("--version", STYLET_VERSION);
     stylet::report::ReportOptions o;
     const auto common = [&o](CLI::App* command) {
-        command->add_option("--records", o.records, "the store (default: where \"stylet run\" keeps it)");
-        command->add_option("--out", o.out, "folder for page and tables")->required();
+        command->add_option("--records", o.records,
+                            "Folder of the store (default: the store of \"stylet run\").");
+        command->add_option("--out", o.out, "Folder for the page and its tables.")->required();
         command
             ->add_option("--xapi-home", o.xapi.home,
-                         "address under which the xAPI statements name trainees and scenarios")
+                         "Home address for trainees and scenarios in the xAPI statements.")
             ->capture_default_str();
     };
-    CLI::App* attempt = app.add_subcommand("attempt", "the debrief of one attempt: attempt.html");
+    CLI::App* attempt = app.add_subcommand("attempt", "Write the debrief of one attempt: attempt.html.");
     attempt
-        ->add_option("attempt", o.attempt, "its id in the store, or a folder that \"stylet run\" has written")
+        ->add_option("attempt", o.attempt,
+                     "Id of the attempt in the store, or a folder written by \"stylet run\".")
         ->required();
-    attempt->add_option("--reference", o.reference,
-                        "another attempt, by id or folder, whose way in is drawn beside (an expert's)");
-    attempt->add_option("--patient", o.patient, "patient package, if it has moved");
+    attempt->add_option(
+        "--reference", o.reference,
+        "Another attempt (id or folder), for example an expert's, whose needle track is drawn beside.");
+    attempt->add_option("--patient", o.patient, "Patient package, if it has moved.");
     common(attempt);
-    CLI::App* trainee = app.add_subcommand("trainee", "one trainee over time: trainee.html");
-    trainee->add_option("trainee", o.trainee, "the pseudonym")->required();
-    trainee->add_option("--scenario", o.scenario, "only attempts at this scenario");
+    CLI::App* trainee = app.add_subcommand("trainee", "Write a page of one trainee over time: trainee.html.");
+    trainee->add_option("trainee", o.trainee, "Pseudonym of the trainee.")->required();
+    trainee->add_option("--scenario", o.scenario, "Only attempts at this scenario.");
     common(trainee);
-    CLI::App* cohort = app.add_subcommand("cohort", "all trainees side by side: cohort.html");
-    cohort->add_option("--scenario", o.scenario, "only attempts at this scenario");
+    CLI::App* cohort =
+        app.add_subcommand("cohort", "Write a page of all trainees side by side: cohort.html.");
+    cohort->add_option("--scenario", o.scenario, "Only attempts at this scenario.");
     common(cohort);
     CLI11_PARSE(app, argc, argv);
     try {

@@ -95,7 +95,7 @@ class Palpator {
         for (int i = 0; i < ticks; ++i) {
             pose.position_m = skin_m + outward * (kAbove_m - i * settings_.speed_m_s * settings_.dt_s);
             const haptics::ToolForce force =
-                haptics::stepFinger(state, settings_.finger, pad_, map_, motion_, pose, breath);
+                haptics::stepFinger(state, settings_.finger, pad_, {map_, motion_, breath}, pose);
             const double force_n = glm::dot(force.force_n, outward), depth_m = state.pad.depth_m;
             if (depth_m > 0.0) spot.stiffness_n_per_m = force_n / depth_m;
             if (force_n >= settings_.force_n || depth_m >= settings_.depth_m) return;

@@ -6,6 +6,7 @@
 #include "app/report/canvas.h"
 #include "app/report/palpation.h"
 #include "base/format.h"
+#include "base/statistics.h"
 #include "base/whole_file.h"
 
 namespace stylet::report {
@@ -42,9 +43,7 @@ double scaleOf(const PalpationMap& map) {
     for (const PalpatedSpot& s : map.spots)
         if (s.on_skin) k.push_back(s.stiffness_n_per_m);
     if (k.empty()) return 1.0;
-    const auto nth = k.begin() + std::ptrdiff_t(0.98 * double(k.size() - 1));
-    std::nth_element(k.begin(), nth, k.end());
-    return 40.0 * std::ceil(*nth / 40.0);
+    return 40.0 * std::ceil(lowerQuantile(std::move(k), 0.98) / 40.0);
 }
 
 class Sheet {

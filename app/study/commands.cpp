@@ -176,7 +176,7 @@ void runPair(const Study& study, const Share& share, const Ranks& ranks) {
 
 void print(const Summary& s) {
     if (s.paths == 0) {
-        std::printf("%s: no path, and so nothing to compare\n", s.name.c_str());
+        std::printf("%s: no path, nothing to compare\n", s.name.c_str());
         return;
     }
     std::printf(

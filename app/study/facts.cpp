@@ -1,11 +1,13 @@
 #include "app/study/facts.h"
 
 #include <array>
+#include <climits>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "base/fields.h"
+#include "base/hex.h"
 #include "base/whole_file.h"
 
 namespace stylet::study {
@@ -20,7 +22,7 @@ namespace {
 constexpr const char* kPairFormat = "stylet study pair 1";
 constexpr const char* kPlanFormat = "stylet study plan 1";
 constexpr const char* kStudyFormat = "stylet study 1";
-constexpr std::size_t kMaxBytes = 1 << 26;
+constexpr std::size_t kMaxBytes = 1 << 26, kMaxBins = 1 << 20, kMaxPatients = 10'000;
 
 PackageFacts factsOfPackage(const patient::Package& p, bool (*counts)(const patient::Label&)) {
     PackageFacts f{p.name, p.licence, p.provenance, patient::segmentedShare(p), {}, p.thresholds};
@@ -34,12 +36,6 @@ PackageFacts factsOfPackage(const patient::Package& p, bool (*counts)(const pati
 }
 
 // ---- JSON
-
-std::string hexText(std::uint64_t v) {
-    char text[20];
-    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(v));
-    return text;
-}
 
 Json packageJson(const PackageFacts& p) {
     const patient::Thresholds& t = p.thresholds;
@@ -58,69 +54,40 @@ Json packageJson(const PackageFacts& p) {
     return json;
 }
 
-Json readJson(const fs::path& file, const char* format) {
+Fields readJson(const fs::path& file, const char* format) {
     if (!fs::exists(file)) throw DataError(file, "file", "cannot be read: plan and run the study first");
-    Json json = Json::parse(readWholeFile(file, kMaxBytes), nullptr, false);
-    if (!json.is_object() || json.value("format", Json()) != format)
-        throw DataError(file, "format", std::string("not \"") + format + "\"");
-    return json;
+    Fields in = parseJson(file, readWholeFile(file, kMaxBytes));
+    if (in.text("format") != format) in.refuse("format", std::string("not \"") + format + "\"");
+    return in;
 }
 
-// Reads JSON members. A missing member or one of the wrong type is a DataError with its name.
-class Members {
-  public:
-    Members(const fs::path& file, std::string where, const Json& json)
-        : file_(file), where_(std::move(where)), json_(json) {}
-    template <typename T>
-    T get(const char* key) const {
-        try {
-            return json_.at(key).get<T>();
-        } catch (const Json::exception&) {
-            throw DataError(file_, where_ + key, "missing, or not what belongs there");
-        }
-    }
-    Members inside(const char* key) const { return {file_, where_ + key + ".", member(key)}; }
-    std::vector<Members> list(const char* key) const {
-        std::vector<Members> all;
-        for (const Json& one : member(key))
-            all.push_back({file_, where_ + key + "[" + std::to_string(all.size()) + "].", one});
-        return all;
-    }
-    Tissue tissue(const char* key) const {
-        const auto name = get<std::string>(key);
-        for (int t = 0; t < patient::kTissueCount; ++t)
-            if (patient::tissueName(Tissue(t)) == name) return Tissue(t);
-        throw DataError(file_, where_ + key, "no tissue \"" + name + "\"");
-    }
-    [[noreturn]] void refuse(const char* key, const std::string& reason) const {
-        throw DataError(file_, where_ + key, reason);
-    }
+Tissue readTissue(Fields& in, const char* key) {
+    const std::string name = in.text(key);
+    for (int t = 0; t < patient::kTissueCount; ++t)
+        if (patient::tissueName(Tissue(t)) == name) return Tissue(t);
+    in.refuse(key, "no tissue \"" + name + "\"");
+}
 
-  private:
-    const Json& member(const char* key) const {
-        const auto found = json_.is_object() ? json_.find(key) : json_.end();
-        if (found == json_.end() || !found->is_structured())
-            refuse(key, "missing, or not what belongs there");
-        return *found;
-    }
+double readMm(Fields& in, const char* key) {
+    return 1e-3 * in.number(key);
+}
 
-    const fs::path& file_;
-    std::string where_;
-    const Json& json_;
-};
+std::vector<std::size_t> readBins(Fields& in, const char* key) {
+    const std::vector<std::int64_t> bins = in.integers(key, 0, INT64_MAX, kMaxBins);
+    return {bins.begin(), bins.end()};
+}
 
-PackageFacts readPackage(const Members& in) {
+PackageFacts readPackage(Fields in) {
     PackageFacts p;
-    p.name = in.get<std::string>("name");
-    p.licence = in.get<std::string>("licence");
-    p.provenance = in.get<std::string>("provenance");
-    p.labelled_share = in.get<double>("labelled_share");
-    const auto hu = in.get<std::array<double, 4>>("thresholds_hu");
+    p.name = in.text("name");
+    p.licence = in.text("licence");
+    p.provenance = in.text("provenance");
+    p.labelled_share = in.number("labelled_share");
+    const auto hu = in.numbers<4>("thresholds_hu");
     p.thresholds = {hu[0], hu[1], hu[2], hu[3]};
-    for (const Members& label : in.list("labels"))
-        p.labels.push_back({label.get<std::string>("name"), label.get<std::string>("provenance"),
-                            label.tissue("tissue"), label.get<std::size_t>("voxels"),
-                            label.get<bool>("counts")});
+    for (Fields& label : in.children("labels", 255))
+        p.labels.push_back({label.text("name"), label.text("provenance"), readTissue(label, "tissue"),
+                            label.count("voxels"), label.flag("counts")});
     return p;
 }
 
@@ -161,48 +128,44 @@ void writeFacts(const fs::path& file, const PairFacts& f) {
 }
 
 PairFacts readFacts(const fs::path& file) {
-    const Json json = readJson(file, kPairFormat);
-    const Members in(file, "", json);
+    Fields in = readJson(file, kPairFormat);
     PairFacts f;
-    f.reference = readPackage(in.inside("reference"));
-    f.found = readPackage(in.inside("found"));
-    const auto spacing = in.get<std::array<double, 3>>("spacing_m");
-    const auto dims = in.get<std::array<int, 3>>("dims");
-    f.spacing_m = {spacing[0], spacing[1], spacing[2]};
+    f.reference = readPackage(in.child("reference"));
+    f.found = readPackage(in.child("found"));
+    f.spacing_m = in.vector("spacing_m");
+    const std::vector<std::int64_t> dims = in.integers("dims", 0, INT_MAX, 3);
+    if (dims.size() != 3) in.refuse("dims", "not 3 integers");
     f.dims = {dims[0], dims[1], dims[2]};
-    f.own_table = in.get<std::string>("own_table");
-    f.run = std::strtoull(in.get<std::string>("run").c_str(), nullptr, 16);
-    f.paths = in.get<std::size_t>("paths");
-    constexpr std::size_t kMostPaths = 100'000;  // the same limit as paths.json
-    if (f.paths > kMostPaths) in.refuse("paths", "more than 100000");
-    const std::vector<Members> rows = in.list("tissues");
+    f.own_table = in.text("own_table");
+    f.run = in.hex("run");
+    constexpr int kMostPaths = 100'000;  // the same limit as paths.json
+    f.paths = std::size_t(in.integer("paths", 0, kMostPaths));
+    std::vector<Fields> rows = in.children("tissues", f.tissues.size());
     if (rows.size() != f.tissues.size()) in.refuse("tissues", "not one row a tissue");
     for (std::size_t t = 0; t < rows.size(); ++t) {
-        const auto cut_n = rows[t].get<Json>("cut_force_n");
-        f.tissues[t].cut_force_n = cut_n.is_null() ? INFINITY : rows[t].get<double>("cut_force_n");
-        f.tissues[t].friction_n = rows[t].get<double>("friction_n");
-        f.tissues[t].stiffness_n_per_m = rows[t].get<double>("stiffness_n_per_m");
+        const bool infinite = rows[t].kind("cut_force_n") == FieldKind::null;
+        f.tissues[t].cut_force_n = infinite ? INFINITY : rows[t].number("cut_force_n");
+        f.tissues[t].friction_n = rows[t].number("friction_n");
+        f.tissues[t].stiffness_n_per_m = rows[t].number("stiffness_n_per_m");
     }
     return f;
 }
 
 PlanFacts readPlanFacts(const fs::path& file) {
-    const Json json = readJson(file, kPlanFormat);
-    const Members in(file, "", json);
-    using Bins = std::vector<std::size_t>;
-    PlanFacts f{1e-3 * in.get<double>("skin_spacing_mm"),
-                1e-3 * in.get<double>("target_spacing_mm"),
-                in.get<int>("breaths"),
-                in.get<std::size_t>("candidates"),
-                in.get<std::size_t>("skipped"),
-                in.get<std::size_t>("blocked"),
-                in.get<std::size_t>("too_long"),
-                in.get<std::size_t>("poor"),
-                in.get<std::size_t>("kept"),
-                in.get<Bins>("c3"),
-                in.get<Bins>("c4"),
-                in.get<Bins>("quality"),
-                json.contains("worst_quality") ? in.get<Bins>("worst_quality") : Bins()};
+    Fields in = readJson(file, kPlanFormat);
+    PlanFacts f{readMm(in, "skin_spacing_mm"),
+                readMm(in, "target_spacing_mm"),
+                int(in.integer("breaths", INT_MIN, INT_MAX)),
+                in.count("candidates"),
+                in.count("skipped"),
+                in.count("blocked"),
+                in.count("too_long"),
+                in.count("poor"),
+                in.count("kept"),
+                readBins(in, "c3"),
+                readBins(in, "c4"),
+                readBins(in, "quality"),
+                in.has("worst_quality") ? readBins(in, "worst_quality") : std::vector<std::size_t>()};
     if (f.c3.empty() || f.c3.size() != f.c4.size() || f.c3.size() != f.quality.size() ||
         (!f.worst_quality.empty() && f.worst_quality.size() != f.c3.size()))
         in.refuse("c3", "not as many bins as of the other scores");
@@ -210,23 +173,22 @@ PlanFacts readPlanFacts(const fs::path& file) {
 }
 
 RunFacts readRunFacts(const fs::path& file) {
-    const Json json = readJson(file, kStudyFormat);
-    const Members in(file, "", json), settings = in.inside("settings");
+    Fields in = readJson(file, kStudyFormat), settings = in.child("settings");
     RunFacts f;
-    for (const Members& patient : in.list("patients")) {
-        f.names.push_back(patient.get<std::string>("name"));
+    for (Fields& patient : in.children("patients", kMaxPatients)) {
+        f.names.push_back(patient.text("name"));
         if (!isPairName(f.names.back())) patient.refuse("name", "cannot be a folder's name");
     }
     SteeringSettings& s = f.settings.steering;
-    s.samples = settings.get<int>("samples");
-    s.max_spacing_m = 1e-3 * settings.get<double>("max_spacing_mm");
-    s.needle.a1_share = settings.get<double>("a1_share");
-    s.needle.cut_reach_m = 1e-3 * settings.get<double>("cut_reach_mm");
-    s.needle.max_force_n = settings.get<double>("max_force_n");
-    s.breathing = settings.get<bool>("breathing");
-    s.speed_m_s = 1e-3 * settings.get<double>("speed_mm_per_s");
-    f.settings.measure.event_window_m = 1e-3 * settings.get<double>("event_window_mm");
-    if (settings.get<std::string>("found_labels") == "all") f.labels = FoundLabels::all;
+    s.samples = int(settings.integer("samples", INT_MIN, INT_MAX));
+    s.max_spacing_m = readMm(settings, "max_spacing_mm");
+    s.needle.a1_share = settings.number("a1_share");
+    s.needle.cut_reach_m = readMm(settings, "cut_reach_mm");
+    s.needle.max_force_n = settings.number("max_force_n");
+    s.breathing = settings.flag("breathing");
+    s.speed_m_s = readMm(settings, "speed_mm_per_s");
+    f.settings.measure.event_window_m = readMm(settings, "event_window_mm");
+    if (settings.text("found_labels") == "all") f.labels = FoundLabels::all;
     return f;
 }
 

@@ -1,10 +1,10 @@
 #include "app/study/pair.h"
 
-#include <toml++/toml.h>
 #include <cmath>
 #include <cstdio>
 #include <set>
 
+#include "base/fields.h"
 #include "base/whole_file.h"
 
 namespace stylet::study {
@@ -20,38 +20,15 @@ constexpr std::size_t kMaxPairs = 1000;
 constexpr double kSamePlace_m = 1e-6;
 constexpr std::int16_t kOutsideBody_hu = -1024;  // the value that a build writes outside the body
 
-std::string nameOf(std::size_t pair) {
-    return "pair[" + std::to_string(pair) + "]";
-}
-
-std::string textOf(const fs::path& file, const std::string& field,
-                   const toml::node_view<const toml::node>& node) {
-    const std::optional<std::string> value = node.value<std::string>();
-    if (!value || value->empty()) throw DataError(file, field, "a text is needed");
-    return *value;
-}
-
-void allowOnly(const fs::path& file, const std::string& where, const toml::table& table,
-               const std::set<std::string_view>& keys) {
-    for (const auto& [key, node] : table)
-        if (!keys.contains(key.str())) throw DataError(file, where + std::string(key.str()), "no such field");
-}
-
-PairFiles readPair(const fs::path& file, const toml::node& node, std::size_t index) {
-    const std::string where = nameOf(index);
-    const toml::table* table = node.as_table();
-    if (!table) throw DataError(file, where, "not a table");
-    allowOnly(file, where + ".", *table, {"name", "reference", "found"});
-    const auto member = [&](const char* key) {
-        return textOf(file, where + "." + key, toml::node_view<const toml::node>(table->get(key)));
-    };
+PairFiles readPair(Fields& in) {
     const auto folder = [&](const char* key) {
-        return (file.parent_path() / member(key)).lexically_normal();
+        return (in.file().parent_path() / in.nonEmptyText(key)).lexically_normal();
     };
     PairFiles pair{"", folder("reference"), folder("found")};
     const fs::path last = pair.reference.has_filename() ? pair.reference : pair.reference.parent_path();
-    pair.name = table->contains("name") ? member("name") : last.filename().string();
-    if (!isPairName(pair.name)) throw DataError(file, where + ".name", "cannot be a folder's name");
+    pair.name = in.textOr("name", last.filename().string());
+    if (!isPairName(pair.name)) in.refuse("name", "cannot be a folder's name");
+    in.finish();
     return pair;
 }
 
@@ -138,26 +115,17 @@ StudyFile readStudyFile(const fs::path& file) {
 }
 
 StudyFile parseStudyFile(std::string_view text, const fs::path& file) {
-    toml::table table;
-    try {
-        table = toml::parse(text);
-    } catch (const toml::parse_error& e) {
-        throw DataError(file, "line " + std::to_string(e.source().begin.line), std::string(e.description()));
-    }
-    allowOnly(file, "", table, {"tissue", "pair"});
+    Fields in = parseToml(file, text);
     StudyFile study;
-    if (const toml::node* tissue = table.get("tissue"))
-        study.tissue = file.parent_path() / textOf(file, "tissue", toml::node_view<const toml::node>(tissue));
-    const toml::array* pairs = table["pair"].as_array();
-    if (!pairs || pairs->empty()) throw DataError(file, "pair", "a study needs one [[pair]] at least");
-    if (pairs->size() > kMaxPairs) throw DataError(file, "pair", "more than 1000 of them");
+    if (in.has("tissue")) study.tissue = file.parent_path() / in.nonEmptyText("tissue");
     std::set<std::string> names;
-    for (std::size_t i = 0; i < pairs->size(); ++i) {
-        study.pairs.push_back(readPair(file, *pairs->get(i), i));
+    for (Fields& pair : in.children("pair", kMaxPairs)) {
+        study.pairs.push_back(readPair(pair));
         if (!names.insert(study.pairs.back().name).second)
-            throw DataError(file, nameOf(i) + ".name",
-                            "\"" + study.pairs.back().name + "\" is there already");
+            pair.refuse("name", "\"" + study.pairs.back().name + "\" is there already");
     }
+    if (study.pairs.empty()) in.refuse("pair", "a study needs one [[pair]] at least");
+    in.finish();
     return study;
 }
 

@@ -43,7 +43,7 @@ constexpr int kGaveUp = 2;
 extern "C" void stopped(int) {
     static constexpr char kText[] =
         "stylet-study: stopped from outside, as all ranks are when one is lost: what is finished stays, the "
-        "same command goes on from there\n";
+        "same command resumes from there\n";
     [[maybe_unused]] const auto written = write(STDERR_FILENO, kText, sizeof kText - 1);
     _exit(kGaveUp);
 }

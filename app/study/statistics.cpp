@@ -5,7 +5,7 @@
 #include <map>
 #include <tuple>
 
-#include "app/report/statistics.h"
+#include "base/statistics.h"
 
 namespace stylet::study {
 
@@ -54,7 +54,7 @@ std::vector<CauseCount> causesAbove(std::span<const PathResult> results, double 
     std::vector<CauseCount> causes;
     for (const auto& [key, apart_m] : found) {
         const auto& [tissue, kind, model] = key;
-        causes.push_back({{model, tissue, kind, report::median(apart_m)}, apart_m.size()});
+        causes.push_back({{model, tissue, kind, median(apart_m)}, apart_m.size()});
     }
     std::sort(causes.begin(), causes.end(), [](const CauseCount& a, const CauseCount& b) {
         return std::tie(b.paths, a.cause.tissue, a.cause.kind, a.cause.model) <
@@ -71,17 +71,12 @@ Spread spreadOf(std::vector<double> values) {
     s.count = values.size();
     if (values.empty()) return s;
     std::sort(values.begin(), values.end());
-    double sum = 0.0, squares = 0.0;
-    for (const double v : values)
-        sum += v;
-    s.mean = sum / double(s.count);
-    for (const double v : values)
-        squares += (v - s.mean) * (v - s.mean);
-    s.sigma = s.count > 1 ? std::sqrt(squares / double(s.count - 1)) : 0.0;
+    s.mean = mean(values);
+    s.sigma = sampleDeviation(values, s.mean);
     s.least = values.front(), s.most = values.back();
-    s.lower_quartile = report::quantile(values, 0.25);
-    s.median = report::median(values);
-    s.upper_quartile = report::quantile(values, 0.75);
+    s.lower_quartile = quantile(values, 0.25);
+    s.median = median(values);
+    s.upper_quartile = quantile(values, 0.75);
     const double reach = kWhiskerBoxes * (s.upper_quartile - s.lower_quartile);
     s.lower_whisker = *std::lower_bound(values.begin(), values.end(), s.lower_quartile - reach);
     s.upper_whisker = *(std::upper_bound(values.begin(), values.end(), s.upper_quartile + reach) - 1);

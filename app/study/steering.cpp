@@ -88,7 +88,7 @@ void Steering::walkBreathing(const PlannedPath& path, const patient::Patient& pa
         const auto tick =
             std::min(std::size_t(depth_m / (settings_.speed_m_s * kTick_s)), breath_.size() - 1);
         const Vec3 tip_m = path.entry_m + (depth_m - steered_.entry_m) * axis;
-        haptics::stepNeedle(needle, settings_.needle, patient, tip_m, axis, breath_[tick], events);
+        haptics::stepNeedle(needle, settings_.needle, {patient, breath_[tick]}, {tip_m, axis}, events);
         for (int i = 0; i < events.count; ++i)
             force.events.push_back(eventOf(events.list[std::size_t(i)], depth_m));
     };

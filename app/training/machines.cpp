@@ -14,27 +14,27 @@ constexpr double kRadPerDeg = 0.017453292519943295;
 constexpr double kM3PerMicrolitre = 1e-9;
 
 constexpr std::array kXrayKnobs{
-    Knob{"rotation_deg", "rotate", "the C-arm, degrees toward the patient's left", -90.0, 90.0, 0.1},
-    Knob{"angulation_deg", "angulate", "the C-arm, degrees toward the head", -45.0, 45.0, 0.1},
-    Knob{"field_mm", "collimate", "the field's edge at the detector, mm", 40.0, 300.0, 1.0},
-    Knob{"pulses_per_s", "pulses", "X-ray pulses a second", 0.5, 30.0, 0.5},
+    Knob{"rotation_deg", "rotate", "rotate the C-arm toward the patient's left, degrees", -90.0, 90.0, 0.1},
+    Knob{"angulation_deg", "angulate", "angulate the C-arm toward the head, degrees", -45.0, 45.0, 0.1},
+    Knob{"field_mm", "collimate", "edge length of the X-ray field at the detector, mm", 40.0, 300.0, 1.0},
+    Knob{"pulses_per_s", "pulses", "X-ray pulses per second", 0.5, 30.0, 0.5},
 };
 constexpr std::array kUltrasoundKnobs{
-    Knob{"transducer", "transducer", "0 the convex probe, 1 the linear one", 0.0, 1.0, 1.0},
-    Knob{"depth_mm", "depth", "of the ultrasound picture, mm", 30.0, 300.0, 1.0},
-    Knob{"gain_db", "gain", "of the ultrasound picture, dB", -40.0, 40.0, 0.5},
-    Knob{"frequency_mhz", "frequency", "of the probe, MHz", 1.0, 15.0, 0.1},
-    Knob{"focus_mm", "focus", "its depth, mm", 5.0, 300.0, 1.0},
-    Knob{"doppler", "doppler", "1 shows the blood's flow in colour", 0.0, 1.0, 1.0},
-    Knob{"freeze", "freeze", "1 keeps the picture", 0.0, 1.0, 1.0},
-    Knob{"tgc0_db", "tgc0", "gain nearest to the probe, dB", -20.0, 20.0, 0.5},
-    Knob{"tgc1_db", "tgc1", "of the second", -20.0, 20.0, 0.5},
-    Knob{"tgc2_db", "tgc2", "of the third", -20.0, 20.0, 0.5},
-    Knob{"tgc3_db", "tgc3", "of the fourth", -20.0, 20.0, 0.5},
-    Knob{"tgc4_db", "tgc4", "of the fifth", -20.0, 20.0, 0.5},
-    Knob{"tgc5_db", "tgc5", "of the sixth", -20.0, 20.0, 0.5},
-    Knob{"tgc6_db", "tgc6", "of the seventh", -20.0, 20.0, 0.5},
-    Knob{"tgc7_db", "tgc7", "of the furthest", -20.0, 20.0, 0.5},
+    Knob{"transducer", "transducer", "0: convex probe, 1: linear probe", 0.0, 1.0, 1.0},
+    Knob{"depth_mm", "depth", "depth of the ultrasound picture, mm", 30.0, 300.0, 1.0},
+    Knob{"gain_db", "gain", "gain of the ultrasound picture, dB", -40.0, 40.0, 0.5},
+    Knob{"frequency_mhz", "frequency", "frequency of the probe, MHz", 1.0, 15.0, 0.1},
+    Knob{"focus_mm", "focus", "focal depth of the probe, mm", 5.0, 300.0, 1.0},
+    Knob{"doppler", "doppler", "1: show blood flow in colour", 0.0, 1.0, 1.0},
+    Knob{"freeze", "freeze", "1: freeze the picture", 0.0, 1.0, 1.0},
+    Knob{"tgc0_db", "tgc0", "gain of the first depth band (nearest the probe), dB", -20.0, 20.0, 0.5},
+    Knob{"tgc1_db", "tgc1", "gain of the second depth band, dB", -20.0, 20.0, 0.5},
+    Knob{"tgc2_db", "tgc2", "gain of the third depth band, dB", -20.0, 20.0, 0.5},
+    Knob{"tgc3_db", "tgc3", "gain of the fourth depth band, dB", -20.0, 20.0, 0.5},
+    Knob{"tgc4_db", "tgc4", "gain of the fifth depth band, dB", -20.0, 20.0, 0.5},
+    Knob{"tgc5_db", "tgc5", "gain of the sixth depth band, dB", -20.0, 20.0, 0.5},
+    Knob{"tgc6_db", "tgc6", "gain of the seventh depth band, dB", -20.0, 20.0, 0.5},
+    Knob{"tgc7_db", "tgc7", "gain of the last depth band (furthest), dB", -20.0, 20.0, 0.5},
 };
 static_assert(kUltrasoundKnobs.size() == std::size_t(UltrasoundKnob::tgc0) + kTgcSliders);
 

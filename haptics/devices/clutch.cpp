@@ -39,12 +39,12 @@ void stepClutch(ClutchState& s, const ClutchSettings& settings, const Pose& held
 Pose turnToward(const Pose& now, const Pose& wanted, double dt_s) noexcept {
     const double cosine = std::min(1.0, std::fabs(glm::dot(now.rotation, wanted.rotation)));
     const double angle_rad = 2.0 * std::acos(cosine), step_rad = kTurn_rad_per_s * dt_s;
-    const Vec3 way_m = wanted.position_m - now.position_m;
-    const double length_m = std::sqrt(glm::dot(way_m, way_m)), step_m = kMove_m_per_s * dt_s;
+    const Vec3 motion_m = wanted.position_m - now.position_m;
+    const double length_m = std::sqrt(glm::dot(motion_m, motion_m)), step_m = kMove_m_per_s * dt_s;
     Pose next = wanted;
     if (angle_rad > step_rad)
         next.rotation = glm::normalize(glm::slerp(now.rotation, wanted.rotation, step_rad / angle_rad));
-    if (length_m > step_m) next.position_m = now.position_m + way_m * (step_m / length_m);
+    if (length_m > step_m) next.position_m = now.position_m + motion_m * (step_m / length_m);
     return next;
 }
 

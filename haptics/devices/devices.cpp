@@ -54,7 +54,7 @@ void addHid(std::vector<FoundDevice>& found, const char* kind, bool (*isOne)(con
 
 void findWooden(const DeviceOptions& options, std::vector<FoundDevice>& found) {
     addHid(found, "woodenhaptics", isWoodenBoard,
-           options.model.empty() ? "its dimensions are needed: name the woodenhaptics.json of its maker's "
+           options.model.empty() ? "its dimensions are needed: pass the woodenhaptics.json of its maker's "
                                    "library with --device-model"
                                  : "");
 }
@@ -109,7 +109,7 @@ constexpr const char* kNoUsb = nullptr;
 // The device is not opened, so it is unknown whether it already has its firmware.
 void findFalconsThere(const DeviceOptions& options, std::vector<FoundDevice>& found) {
     const std::string unless =
-        options.firmware.empty() ? "after each power-up it needs its firmware: name your copy with --firmware"
+        options.firmware.empty() ? "it needs its firmware after each power-up: pass your copy with --firmware"
                                  : "";
     for (const falcon::UsbPlace& place : falcon::findFalcons()) {
         const std::string problem = accessProblem(place.node);
@@ -187,7 +187,7 @@ void findBridge(const DeviceOptions& options, std::vector<FoundDevice>& found) {
     if (!std::filesystem::is_socket(socket, error)) return;
     std::string problem = accessProblem(socket);
     if (problem.empty() && !listensOn(socket))
-        problem = "left behind, nobody listens: start the bridge again";
+        problem = "stale socket, no program listens: start the bridge again";
     found.push_back({"bridge", socket, "a bridge's socket", problem});
 }
 

@@ -52,8 +52,8 @@ bool HidPort::write(std::span<const unsigned char> report, std::string& why) {
     errno = 0;
     const int written = hid_write(device_, report.data(), report.size());
     if (written == int(report.size())) return true;
-    why = path_ + (written < 0 ? std::string(" does not take reports: ") + std::strerror(errno)
-                               : " took only " + std::to_string(written) + " bytes of a report");
+    why = path_ + (written < 0 ? std::string(" does not accept reports: ") + std::strerror(errno)
+                               : " accepted only " + std::to_string(written) + " bytes of a report");
     return false;
 }
 

@@ -20,7 +20,8 @@ std::string accessProblem(const std::string& node, int error) {
             if (std::error_code none;
                 std::filesystem::exists("/usr/lib/udev/rules.d/70-stylet-usb.rules", none))
                 return "no permission for " + node +
-                       ": its rules give it to who sits at this machine: log in there (not over SSH), run "
+                       ": the udev rules grant it to the user logged in at this machine: log in there (not "
+                       "over SSH), run "
                        "\"sudo udevadm control --reload\" and plug the device in again";
             return "no permission for " + node +
                    ": run \"sudo cp packaging/udev/*.rules /etc/udev/rules.d/ && sudo udevadm control "

@@ -102,10 +102,10 @@ void PolledDevice::start() {
 void PolledDevice::stop() {
     stop_.store(true);
     if (thread_.joinable()) thread_.join();
-    letGo();
+    release();
 }
 
-void PolledDevice::letGo() noexcept {
+void PolledDevice::release() noexcept {
     if (!open_) return;
     driver_->close();
     open_ = false;
@@ -119,7 +119,7 @@ void PolledDevice::run() noexcept {
         const std::int64_t due_ns = poll(), now_ns = now();
         if (due_ns > now_ns) clock_.sleepUntil_ns(clock_.context, std::min(due_ns, now_ns + kNap_ns));
     }
-    letGo();
+    release();
 }
 
 std::int64_t PolledDevice::poll() noexcept {
@@ -181,9 +181,9 @@ DeviceStage PolledDevice::callExchange(const Vec3& force_n, DeviceState& state, 
 Vec3 PolledDevice::heardForce(std::int64_t now_ns) noexcept {
     if (forces_.read(force_n_)) {
         heard_ns_ = now_ns;
-        silent_ = let_go_ = false;
+        silent_ = released_ = false;
     } else if (!silent_ && (now_ns - heard_ns_ >= kSilence_ns || now_ns < heard_ns_)) {
-        silent_ = let_go_ = true;
+        silent_ = released_ = true;
         if (stage() == DeviceStage::ready) silences_.fetch_add(1, std::memory_order_relaxed);
     }
     return stage() == DeviceStage::ready && !silent_ && isFinite(force_n_) ? force_n_ : Vec3(0.0);
@@ -196,19 +196,19 @@ DeviceStage PolledDevice::admit(DeviceStage stage, std::string& why) {
         profile_ = driver_->profile();
         profile_known_.store(true, std::memory_order_release);
     } else if (!sameLimits(profile_, driver_->profile())) {
-        why = "a device with other limits answered; close the session and open it anew";
+        why = "a device with other limits answered; close the session and open it again";
         return DeviceStage::failed;
     }
     forces_.read(force_n_);
     silent_ = true;
-    let_go_ = false;
+    released_ = false;
     ready_ns_ = now();
     return stage;
 }
 
 // A changed flag is published even if the driver has no new data.
 void PolledDevice::publish(DeviceState state) noexcept {
-    if (stage() != DeviceStage::ready || let_go_) state.flags &= ~std::uint32_t(kDeviceReady);
+    if (stage() != DeviceStage::ready || released_) state.flags &= ~std::uint32_t(kDeviceReady);
     if (state.fresh == 0 && state.flags == last_.flags) return;
     state.fresh = 1;
     last_ = state;

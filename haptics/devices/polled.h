@@ -79,7 +79,7 @@ class PolledDevice final : public HapticDevice {
     DeviceStage admit(DeviceStage, std::string& why);
     void publish(DeviceState) noexcept;
     void publishLost() noexcept;
-    void letGo() noexcept;
+    void release() noexcept;
     void enter(DeviceStage, const std::string& why);
     std::int64_t lose(DeviceStage, const std::string& why);
     std::int64_t now() const noexcept { return clock_.now_ns(clock_.context); }
@@ -98,8 +98,8 @@ class PolledDevice final : public HapticDevice {
     bool open_ = false;
     Vec3 force_n_{0.0};
     std::int64_t heard_ns_ = 0, ready_ns_ = 0, retry_ns_, backoff_ns_, due_ns_ = 0;
-    bool silent_ = true;   // zero is being sent
-    bool let_go_ = false;  // the loop fell silent after having sent; reported to the loop
+    bool silent_ = true;     // zero is being sent
+    bool released_ = false;  // the loop fell silent after having sent; reported to the loop
     DeviceState last_;
 
     std::atomic<std::int64_t> call_ns_{0};  // start of the driver's current call; 0: none

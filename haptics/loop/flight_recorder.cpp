@@ -42,7 +42,7 @@ void FlightRecorder::hand() noexcept {
     tapes_[std::size_t(running_)].next = tapes_[std::size_t(running_)].count = 0;
 }
 
-bool FlightRecorder::take(std::vector<TickRecord>& flight) {
+bool FlightRecorder::pop(std::vector<TickRecord>& flight) {
     const int full = full_.load(std::memory_order_acquire);
     if (full == kNone) return false;
     const Tape& tape = tapes_[std::size_t(full)];

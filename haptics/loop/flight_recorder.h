@@ -31,7 +31,7 @@ class FlightRecorder {
 
     // One consumer thread. Pops the recording into `flight`, oldest tick first. Returns false if there is
     // none.
-    bool take(std::vector<TickRecord>& flight);
+    bool pop(std::vector<TickRecord>& flight);
     // Recordings dropped because the previous one had not been consumed.
     std::uint64_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
 

@@ -33,7 +33,8 @@ double toReturn_m(const Simulation& simulation, const DeviceState& device) noexc
 }  // namespace
 
 void loopTick(Simulation& simulation, HapticDevice& device, LoopChannels& channels, LoopStats& stats,
-              std::int64_t t_ns, const Clock& clock, std::int64_t due_ns) noexcept {
+              std::int64_t t_ns, const TickTiming& timing) noexcept {
+    const auto& [clock, due_ns] = timing;
     TickRecord record;
     const std::int64_t read_ns = clock.now_ns ? clock.now_ns(clock.context) : t_ns;
     record.input.device = device.read(t_ns);
@@ -68,26 +69,26 @@ void loopTick(Simulation& simulation, HapticDevice& device, LoopChannels& channe
     channels.flights.log(record);
 }
 
-bool loopHold(const Simulation& simulation, HapticDevice& device, LoopChannels& channels, LoopStats& stats,
-              std::int64_t t_ns) noexcept {
+bool loopPaused(const Simulation& simulation, HapticDevice& device, LoopChannels& channels, LoopStats& stats,
+                std::int64_t t_ns) noexcept {
     const ForceStage stage = simulation.state().output.safety.stage;
     const bool forceless = stage == ForceStage::off || stage == ForceStage::waiting;
-    const bool held = channels.held.load(std::memory_order_relaxed);
-    const bool asked = channels.hold.load(std::memory_order_acquire);
-    bool holds = asked && forceless;
-    if (holds || held) {
+    const bool was_paused = channels.paused.load(std::memory_order_relaxed);
+    const bool requested = channels.pause.load(std::memory_order_acquire);
+    bool pauses = requested && forceless;
+    if (pauses || was_paused) {
         const DeviceState state = device.read(t_ns);
         stats.unseen = stats.unseen || state.fresh != 0;
         const double to_return_m = toReturn_m(simulation, state);
-        holds = holds || to_return_m > 0.0;
-        channels.to_return_m.store(holds ? to_return_m : 0.0, std::memory_order_relaxed);
+        pauses = pauses || to_return_m > 0.0;
+        channels.to_return_m.store(pauses ? to_return_m : 0.0, std::memory_order_relaxed);
     }
-    if (holds) {
+    if (pauses) {
         device.send(Vec3(0.0));
-        ++stats.held;
+        ++stats.paused;
     }
-    if (holds != held) channels.held.store(holds, std::memory_order_release);
-    return holds;
+    if (pauses != was_paused) channels.paused.store(pauses, std::memory_order_release);
+    return pauses;
 }
 
 LoopStats runLoop(Simulation& simulation, HapticDevice& device, LoopChannels& channels,
@@ -103,8 +104,8 @@ LoopStats runLoop(Simulation& simulation, HapticDevice& device, LoopChannels& ch
         const std::int64_t late_ns = clock.now_ns(clock.context) - deadline_ns;
         if (late_ns > period_ns) deadline_ns += late_ns / period_ns * period_ns;
         const std::int64_t t_ns = std::int64_t(stats.ticks) * period_ns;
-        if (!loopHold(simulation, device, channels, stats, t_ns))
-            loopTick(simulation, device, channels, stats, t_ns, clock, due_ns);
+        if (!loopPaused(simulation, device, channels, stats, t_ns))
+            loopTick(simulation, device, channels, stats, t_ns, {clock, due_ns});
         if (stats.ticks == warm_up) faults_before = pageFaults();
         deadline_ns += period_ns;
         clock.sleepUntil_ns(clock.context, deadline_ns);

@@ -40,7 +40,7 @@ struct TipSample {
 
 struct LoopStats {
     std::uint64_t ticks = 0, late_ticks = 0;  // late: the force was sent after the next tick's deadline
-    std::uint64_t held = 0;                   // paused periods without a tick, see LoopChannels::hold
+    std::uint64_t paused = 0;                 // paused periods without a tick, see LoopChannels::pause
     // The device moved during a pause and no tick has seen the motion yet.
     bool unseen = false;
     double max_step_us = 0.0;       // of step() alone, without device I/O
@@ -65,24 +65,29 @@ struct LoopChannels {
     // stands still. When cleared, ticks resume where they stopped. If the needle is in the body, it stays
     // where it was, and ticks resume only when the stylus is back within kHandBack_m of it. `to_return_m` is
     // the remaining distance.
-    std::atomic<bool> hold{false};
-    std::atomic<bool> held{false};  // set by the loop: paused, no ticks
+    std::atomic<bool> pause{false};
+    std::atomic<bool> paused{false};  // set by the loop: paused, no ticks
     std::atomic<double> to_return_m{0.0};
 };
 inline constexpr double kHandBack_m = 0.003;
 inline constexpr double kNotThere_m = 1e3;  // LoopChannels::to_return_m when the device is not ready
 
+// How a tick is measured. Without a clock it is not timed.
+struct TickTiming {
+    Clock clock;
+    std::int64_t due_ns = std::numeric_limits<std::int64_t>::max();  // deadline for sending the force
+};
+
 // One tick: reads the device, pops the waiting commands, steps the simulation, sends the force, publishes.
 // `t_ns` is the loop's time, tick * dt since its start. With a clock the step is timed, and the tick counts
 // as late if its force is sent after `due_ns` on that clock. Haptics thread. noexcept, no allocation, no
 // lock.
-inline constexpr std::int64_t kNeverDue_ns = std::numeric_limits<std::int64_t>::max();
 void loopTick(Simulation&, HapticDevice&, LoopChannels&, LoopStats&, std::int64_t t_ns,
-              const Clock& clock = {}, std::int64_t due_ns = kNeverDue_ns) noexcept STYLET_NONBLOCKING;
+              const TickTiming& = {}) noexcept STYLET_NONBLOCKING;
 
 // One paused period in place of a tick. Returns false if a tick is due. Haptics thread, like loopTick().
-bool loopHold(const Simulation&, HapticDevice&, LoopChannels&, LoopStats&,
-              std::int64_t t_ns) noexcept STYLET_NONBLOCKING;
+bool loopPaused(const Simulation&, HapticDevice&, LoopChannels&, LoopStats&,
+                std::int64_t t_ns) noexcept STYLET_NONBLOCKING;
 
 // Runs ticks at absolute deadlines until `stop`. A late tick is counted; its dt is not stretched, and missed
 // deadlines are not made up. The loop's time is the number of ticks * dt, so it falls behind the clock.

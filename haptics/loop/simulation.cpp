@@ -89,8 +89,8 @@ void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& eve
     ToolForce force;
     events.count = events.dropped = 0;
     if (state_.posed)
-        force = stepTools(state_.tools, settings_.tools, touch(), *patient_, state_.patient_from_stylus,
-                          breath, events);
+        force = stepTools(state_.tools, settings_.tools, touch(), {*patient_, breath},
+                          state_.patient_from_stylus, events);
     force.event = force.event || taken || leapt;
     const Pose device_from_patient = settings_.patient_from_device.inverse();
     tick.tool = force;
@@ -124,9 +124,9 @@ bool Simulation::takeCommands(const TickInput& input, std::uint32_t& unmet) noex
                 taken = takeTool(state_.tools, Tool(input.commands[i].value)) || taken;
                 break;
             case CommandKind::park:
-                taken =
-                    parkProbe(state_.tools, touch(), *patient_, breathNow(), input.commands[i].value != 0) ||
-                    taken;
+                taken = parkProbe(state_.tools, touch(), {*patient_, breathNow()},
+                                  input.commands[i].value != 0) ||
+                        taken;
                 break;
             case CommandKind::cough:
                 patient::interrupt(state_.interruption, state_.breathing, breath_,

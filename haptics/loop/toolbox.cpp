@@ -7,25 +7,26 @@
 
 namespace stylet::haptics {
 
-using patient::Patient;
-using patient::Surrogate;
-
 namespace {
+
+BreathingSkin breathingSkin(const TouchTools& touch, const BreathingPatient& now) noexcept {
+    return {*touch.map, now.patient.package().motion, now.breath};
+}
 
 // True if the active tool touches nothing. Gas in the body is labelled; the air outside is not.
 bool isOutside(const ToolState& s, const ToolSettings& settings, const TouchTools* touch,
-               const Patient& patient, const Surrogate& breath) noexcept {
-    const patient::MotionModel& motion = patient.package().motion;
+               const BreathingPatient& now) noexcept {
+    const patient::MotionModel& motion = now.patient.package().motion;
     const Pose& tool = s.patient_from_tool;
-    const Vec3 reference_m = patient::referenceFromDeformed(motion, breath, tool.position_m);
-    const patient::TissueSample x = patient.at(reference_m, {});
+    const Vec3 reference_m = patient::referenceFromDeformed(motion, now.breath, tool.position_m);
+    const patient::TissueSample x = now.patient.at(reference_m, {});
     if (x.tissue != Tissue::air || x.label != 0) return false;
     if (holdsNeedle(s.in_hand) || !touch) return true;
     if (s.in_hand == Tool::scalpel) return touchAt(*touch->map, reference_m).level_m >= 0.0;
     PadState pad;
     const bool finger = s.in_hand == Tool::finger;
     return stepPad(pad, finger ? touch->finger_pad : touch->probe_pad,
-                   finger ? settings.finger.pad : settings.probe.pad, *touch->map, motion, tool, breath)
+                   finger ? settings.finger.pad : settings.probe.pad, breathingSkin(*touch, now), tool)
                .touching == 0;
 }
 
@@ -40,23 +41,22 @@ void beginAnew(ToolState& s) noexcept {
 }
 
 // Moves the parked probe with breathing. Returns its displacement.
-Vec3 carryProbe(ParkedProbe& probe, const TouchTools* touch, const Patient& patient,
-                const Surrogate& breath) noexcept {
+Vec3 carryProbe(ParkedProbe& probe, const TouchTools* touch, const BreathingPatient& breathing) noexcept {
     if (!probe.parked) return Vec3(0.0);
-    const patient::MotionModel& motion = patient.package().motion;
     if (touch) {
-        const Vec3 ridden = rideSkin(probe.rider, *touch->map, motion, breath);
+        const Vec3 ridden = rideSkin(probe.rider, breathingSkin(*touch, breathing));
         probe.patient_from_probe.position_m = probe.rider.at_m;
         return ridden;
     }
-    const Vec3 now = patient::deformedFromReference(motion, breath, probe.skin_reference_m);
+    const patient::MotionModel& motion = breathing.patient.package().motion;
+    const Vec3 now = patient::deformedFromReference(motion, breathing.breath, probe.skin_reference_m);
     const Vec3 moved = now - probe.patient_from_probe.position_m;
     probe.patient_from_probe.position_m = now;
     return moved;
 }
 
-ToolForce stepHeldNeedle(ToolState& s, const ToolSettings& settings, const Patient& patient,
-                         const Surrogate& breath, const Vec3& probe_moved_m, NeedleEvents& events) noexcept {
+ToolForce stepHeldNeedle(ToolState& s, const ToolSettings& settings, const BreathingPatient& now,
+                         const Vec3& probe_moved_m, NeedleEvents& events) noexcept {
     Guided guided{s.patient_from_tool};
     const bool railed = s.probe.parked && (s.in_hand == Tool::guide || s.guide.snapped);
     if (railed) {
@@ -68,13 +68,13 @@ ToolForce stepHeldNeedle(ToolState& s, const ToolSettings& settings, const Patie
     }
     s.patient_from_needle = guided.patient_from_needle;
     const Vec3 axis = s.patient_from_needle.direction(Vec3(0.0, 0.0, -1.0));
-    ToolForce force = stepNeedle(s.needle, settings.needle, patient, s.patient_from_needle.position_m, axis,
-                                 breath, events, s.incisions);
+    ToolForce force = stepNeedle(s.needle, settings.needle, now, {s.patient_from_needle.position_m, axis},
+                                 events, s.incisions);
     if (railed && s.needle.phase == Phase::outside) force.tissue_moved_m = probe_moved_m;
     if (s.guide.snapped) {
         // The rail bears the lateral forces on the needle: the hand feels the rail instead.
         force.force_n = -s.needle.force_n * axis;
-        force.energy_j = axialEnergy(s.needle, settings.needle, patient);
+        force.energy_j = axialEnergy(s.needle, settings.needle, now.patient);
         // Along the needle the tissue's motion, across it the rail's.
         force.tissue_moved_m = probe_moved_m + axis * glm::dot(force.tissue_moved_m - probe_moved_m, axis);
     }
@@ -84,12 +84,10 @@ ToolForce stepHeldNeedle(ToolState& s, const ToolSettings& settings, const Patie
     return force;
 }
 
-ToolForce stepHeldScalpel(ToolState& s, const ScalpelSettings& settings, const TouchMap& map,
-                          const patient::MotionModel& motion, const Surrogate& breath,
+ToolForce stepHeldScalpel(ToolState& s, const ScalpelSettings& settings, const BreathingSkin& skin,
                           NeedleEvents& events) noexcept {
     const bool unmarked = s.scalpel.cutting && s.scalpel.incision < 0;
-    const ToolForce force =
-        stepScalpel(s.scalpel, s.incisions, settings, map, motion, s.patient_from_tool, breath);
+    const ToolForce force = stepScalpel(s.scalpel, s.incisions, settings, skin, s.patient_from_tool);
     // It cuts, but the list is full.
     if (!unmarked && s.scalpel.cutting && s.scalpel.incision < 0)
         events.add({NeedleEventKind::overflow, patient::Role::pass,
@@ -99,17 +97,15 @@ ToolForce stepHeldScalpel(ToolState& s, const ScalpelSettings& settings, const T
 }
 
 ToolForce stepOnSkin(ToolState& s, const ToolSettings& settings, const TouchTools& touch,
-                     const Patient& patient, const Surrogate& breath, NeedleEvents& events) noexcept {
-    const patient::MotionModel& motion = patient.package().motion;
+                     const BreathingPatient& now, NeedleEvents& events) noexcept {
+    const BreathingSkin skin = breathingSkin(touch, now);
     switch (s.in_hand) {
         case Tool::finger:
-            return stepFinger(s.finger, settings.finger, touch.finger_pad, *touch.map, motion,
-                              s.patient_from_tool, breath);
+            return stepFinger(s.finger, settings.finger, touch.finger_pad, skin, s.patient_from_tool);
         case Tool::probe:
-            return stepProbe(s.held_probe, settings.probe, touch.probe_pad, *touch.map, motion,
-                             s.patient_from_tool, breath);
+            return stepProbe(s.held_probe, settings.probe, touch.probe_pad, skin, s.patient_from_tool);
         case Tool::scalpel:
-            return stepHeldScalpel(s, settings.scalpel, *touch.map, motion, breath, events);
+            return stepHeldScalpel(s, settings.scalpel, skin, events);
         case Tool::guide:
         case Tool::needle:
             break;
@@ -136,8 +132,7 @@ bool leap(ToolState& s) noexcept {
     return true;
 }
 
-bool parkProbe(ToolState& s, const TouchTools* touch, const Patient& patient, const Surrogate& breath,
-               bool stay) noexcept {
+bool parkProbe(ToolState& s, const TouchTools* touch, const BreathingPatient& now, bool stay) noexcept {
     if (!stay) {
         const bool guides = s.guide.snapped && s.needle.phase != Phase::outside;
         if (!s.probe.parked || guides) return false;
@@ -149,26 +144,26 @@ bool parkProbe(ToolState& s, const TouchTools* touch, const Patient& patient, co
     s.held_probe = {};
     s.probe.parked = true;
     s.probe.patient_from_probe = s.patient_from_tool * kStylusFromProbe;
-    const patient::MotionModel& motion = patient.package().motion;
+    const patient::MotionModel& motion = now.patient.package().motion;
     const Vec3 face_m = s.probe.patient_from_probe.position_m;
-    s.probe.skin_reference_m = patient::referenceFromDeformed(motion, breath, face_m);
-    if (touch) s.probe.rider = parkOnSkin(*touch->map, motion, breath, s.patient_from_tool);
+    s.probe.skin_reference_m = patient::referenceFromDeformed(motion, now.breath, face_m);
+    if (touch) s.probe.rider = parkOnSkin(breathingSkin(*touch, now), s.patient_from_tool);
     return true;
 }
 
 ToolForce stepTools(ToolState& s, const ToolSettings& settings, const TouchTools* touch,
-                    const Patient& patient, const Pose& patient_from_stylus, const Surrogate& breath,
+                    const BreathingPatient& now, const Pose& patient_from_stylus,
                     NeedleEvents& events) noexcept {
     s.patient_from_tool = patient_from_stylus;
-    const Vec3 probe_moved_m = carryProbe(s.probe, touch, patient, breath);
-    s.waits = s.waits && !isOutside(s, settings, touch, patient, breath);
+    const Vec3 probe_moved_m = carryProbe(s.probe, touch, now);
+    s.waits = s.waits && !isOutside(s, settings, touch, now);
     if (s.waits) {
         if (holdsNeedle(s.in_hand)) s.patient_from_needle = patient_from_stylus;
         return {};
     }
     if (s.in_hand == Tool::probe && s.probe.parked) return {};  // the hand is empty
-    if (holdsNeedle(s.in_hand)) return stepHeldNeedle(s, settings, patient, breath, probe_moved_m, events);
-    return touch ? stepOnSkin(s, settings, *touch, patient, breath, events) : ToolForce{};
+    if (holdsNeedle(s.in_hand)) return stepHeldNeedle(s, settings, now, probe_moved_m, events);
+    return touch ? stepOnSkin(s, settings, *touch, now, events) : ToolForce{};
 }
 
 bool padsFit(const ToolSettings& s) noexcept {

@@ -105,15 +105,13 @@ struct ToolState {
 bool takeTool(ToolState&, Tool) noexcept STYLET_NONBLOCKING;
 // `stay`: parks the hand-held probe where it is; the hand is then empty. Otherwise takes a parked probe off
 // the skin, unless its rail guides a needle in the body. Returns false if nothing changed.
-bool parkProbe(ToolState&, const TouchTools*, const patient::Patient&, const patient::Surrogate& breath,
-               bool stay) noexcept STYLET_NONBLOCKING;
+bool parkProbe(ToolState&, const TouchTools*, const BreathingPatient&, bool stay) noexcept STYLET_NONBLOCKING;
 // The device teleported: re-seat the tool without sweeping it, as if it had just been selected there.
 // Returns false if the needle is in the body, where that is impossible.
 bool leap(ToolState&) noexcept STYLET_NONBLOCKING;
 // One tick of the active tool, patient frame. Without `touch` only the needle is felt.
-ToolForce stepTools(ToolState&, const ToolSettings&, const TouchTools* touch, const patient::Patient&,
-                    const Pose& patient_from_stylus, const patient::Surrogate& breath,
-                    NeedleEvents&) noexcept STYLET_NONBLOCKING;
+ToolForce stepTools(ToolState&, const ToolSettings&, const TouchTools* touch, const BreathingPatient&,
+                    const Pose& patient_from_stylus, NeedleEvents&) noexcept STYLET_NONBLOCKING;
 
 // Largest tangent stiffness of any tool, N/m. It determines the device's gain.
 double worstTangent(const patient::TissueTable&, const ToolSettings&) noexcept;

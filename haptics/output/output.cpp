@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/hash.h"
-#include "haptics/tools/hold.h"
+#include "haptics/tools/tenting.h"
 
 namespace stylet::haptics {
 
@@ -103,11 +103,11 @@ Vec3 stepOutput(OutputState& s, const OutputSettings& settings, const DeviceProf
     s.moved = true;
     const int delay = delayTicks(profile, dt_s);
     observe(s.passivity, motion, delay);
-    if (level * tick.share == 0.0) s.passivity.shortfall_j = 0.0;
+    if (level * tick.share == 0.0) s.passivity.excess_energy_j = 0.0;
     const double tangent_n_per_m = gain * settings.model_tangent_n_per_m;
     const Vec3 answer =
         settings.controller_share * tick.share *
-        takeBack(s.passivity, motion, delay, steadiest(profile, tangent_n_per_m, delay, dt_s));
+        dissipate(s.passivity, motion, delay, steadiest(profile, tangent_n_per_m, delay, dt_s));
     bool smoothed = false;
     s.controller_n += clampLength(answer - s.controller_n, kControllerStep_n, smoothed);
 

@@ -24,7 +24,7 @@ Vec3 noteMotion(PassivityState& s, const Vec3& moved_m) noexcept {
         const std::int32_t sense = moved_m[k] > 0.0 ? 1 : -1;
         if (sense == -s.sense[i]) counts_m[k] = 0.0;
         s.sense[i] = sense;
-        s.told_m[k] = counts_m[k];
+        s.reported_motion_m[k] = counts_m[k];
         s.spread[i] = s.still[i] + 1;
         s.still[i] = 0;
     }
@@ -45,7 +45,7 @@ Work workOf(const PassivityState& s, const Motion& m, const Vec3& moved_m, int d
     // The tissue moves evenly, so this tick's force applies.
     work.springs_j = glm::dot(now.force_n - now.wall_n - now.controller_n, m.tissue_moved_m);
     work.controller_j = glm::dot(now.controller_n, m.tissue_moved_m);
-    double told2 = 0.0, late2 = 0.0;
+    double reported2 = 0.0, late2 = 0.0;
     for (int k = 0; k < 3; ++k) {
         if (moved_m[k] == 0.0) continue;
         const int ticks = int(std::min<std::uint32_t>(s.spread[std::size_t(k)], kMaxSpreadTicks));
@@ -54,23 +54,23 @@ Work workOf(const PassivityState& s, const Motion& m, const Vec3& moved_m, int d
             const SentForce& f = acting(s, delay_ticks + i);
             all_n += f.force_n[k], wall_n += f.wall_n[k], controller_n += f.controller_n[k];
         }
-        const double way_m = moved_m[k] / double(ticks);
-        work.springs_j -= (all_n - wall_n - controller_n) * way_m;
-        work.wall_j -= wall_n * way_m;
-        work.controller_j -= controller_n * way_m;
+        const double motion_m = moved_m[k] / double(ticks);
+        work.springs_j -= (all_n - wall_n - controller_n) * motion_m;
+        work.wall_j -= wall_n * motion_m;
+        work.controller_j -= controller_n * motion_m;
         const double stiffer_j = -0.5 * now.scale * (m.model_n[k] - s.model_n[k]) * moved_m[k];
         const double late = 1.0 - 1.0 / double(ticks);
         work.bunched_j += stiffer_j * late;
-        told2 += moved_m[k] * moved_m[k];
+        reported2 += moved_m[k] * moved_m[k];
         late2 += moved_m[k] * moved_m[k] * late;
     }
-    if (told2 > 0.0) work.slow = late2 / told2;
+    if (reported2 > 0.0) work.slow = late2 / reported2;
     return work;
 }
 
 // Estimated speed of the tip, and over how many ticks its next count is spread.
 struct Pace {
-    Vec3 way_m{0.0};  // motion per tick
+    Vec3 motion_m{0.0};  // motion per tick
     double ticks = 1.0;
 };
 
@@ -82,12 +82,12 @@ Pace paceNow(const PassivityState& s, const Vec3& tissue_moved_m) noexcept {
         const std::size_t i = std::size_t(k);
         // No count for longer than the last one took means the tip is slower; for twice as long, at rest.
         if (s.still[i] >= 2 * s.spread[i]) continue;
-        pace.way_m[k] = s.told_m[k] / double(std::max(s.spread[i], s.still[i] + 1));
-        const double way2 = pace.way_m[k] * pace.way_m[k];
-        ticks += way2 * double(s.spread[i]);
-        all += way2;
+        pace.motion_m[k] = s.reported_motion_m[k] / double(std::max(s.spread[i], s.still[i] + 1));
+        const double motion2 = pace.motion_m[k] * pace.motion_m[k];
+        ticks += motion2 * double(s.spread[i]);
+        all += motion2;
     }
-    pace.way_m -= tissue_moved_m;
+    pace.motion_m -= tissue_moved_m;
     if (all > 0.0) pace.ticks = ticks / all;
     return pace;
 }
@@ -107,19 +107,19 @@ void observe(PassivityState& s, const Motion& m, int delay_ticks) noexcept {
     const double given_j = force.scale * stored_j - work.springs_j - std::max(0.0, work.bunched_j) +
                            force.wall_scale * wall_j - work.wall_j;
     const double margin = given_j > 0.0 ? kMargin + (kSlowMargin - kMargin) * work.slow : 1.0;
-    s.shortfall_j = std::max(0.0, s.shortfall_j + margin * given_j - work.controller_j);
+    s.excess_energy_j = std::max(0.0, s.excess_energy_j + margin * given_j - work.controller_j);
     s.model_n = m.model_n;
     s.energy_j = m.energy_j;
     s.wall_energy_j = m.wall_energy_j;
 }
 
-Vec3 takeBack(const PassivityState& s, const Motion& m, int delay_ticks, double most_n_per_m) noexcept {
+Vec3 dissipate(const PassivityState& s, const Motion& m, int delay_ticks, double most_n_per_m) noexcept {
     const Pace pace = paceNow(s, m.tissue_moved_m);
-    const double way2 = glm::dot(pace.way_m, pace.way_m);
-    if (s.shortfall_j <= 0.0 || way2 <= 0.0) return Vec3(0.0);
+    const double motion2 = glm::dot(pace.motion_m, pace.motion_m);
+    if (s.excess_energy_j <= 0.0 || motion2 <= 0.0) return Vec3(0.0);
     // With a delay, as many answers are in transit as it has ticks, so each pays only its share.
-    const double share_j = s.shortfall_j / (pace.ticks + delay_ticks);
-    return -std::min(share_j / way2, most_n_per_m) * pace.way_m;
+    const double share_j = s.excess_energy_j / (pace.ticks + delay_ticks);
+    return -std::min(share_j / motion2, most_n_per_m) * pace.motion_m;
 }
 
 void remember(PassivityState& s, const SentForce& sent) noexcept {
@@ -136,9 +136,9 @@ void hashPassivity(StateHash& hash, const PassivityState& s) noexcept {
     hash.add(s.model_n);
     hash.add(s.energy_j);
     hash.add(s.wall_energy_j);
-    hash.add(s.shortfall_j);
+    hash.add(s.excess_energy_j);
     hash.add(sent.controller_n);
-    hash.add(s.told_m);
+    hash.add(s.reported_motion_m);
     for (std::size_t i = 0; i < 3; ++i)
         hash.add(std::uint64_t(s.spread[i]) | std::uint64_t(s.still[i]) << 32),
             hash.add(std::uint64_t(s.sense[i] + 1));

@@ -56,9 +56,9 @@ struct PassivityState {
     std::uint32_t newest = 0;
     Vec3 model_n{0.0};  // of the last tick
     double energy_j = 0.0, wall_energy_j = 0.0;
-    double shortfall_j = 0.0;  // excess energy given to the hand and not yet taken back
+    double excess_energy_j = 0.0;  // energy given to the hand in excess and not yet dissipated
     // Per axis of the tip: the last motion, the number of ticks it is spread over, the ticks since.
-    Vec3 told_m{0.0};
+    Vec3 reported_motion_m{0.0};
     std::array<std::uint32_t, 3> spread{1, 1, 1}, still{};
     std::array<std::int32_t, 3> sense{};  // direction of the last count
 };
@@ -66,10 +66,10 @@ struct PassivityState {
 // All functions: haptics thread, noexcept, no allocation, called in this order in each tick.
 // The observer. The force sent `delay_ticks` ago (at most kMaxDelayTicks) acted on this motion.
 void observe(PassivityState&, const Motion&, int delay_ticks) noexcept STYLET_NONBLOCKING;
-// The controller. Returns the force that takes the excess back if the tip keeps its current motion. Its
+// The controller. Returns the force that dissipates the excess if the tip keeps its current motion. Its
 // magnitude is at most `most_n_per_m` times that motion per tick.
-Vec3 takeBack(const PassivityState&, const Motion&, int delay_ticks,
-              double most_n_per_m) noexcept STYLET_NONBLOCKING;
+Vec3 dissipate(const PassivityState&, const Motion&, int delay_ticks,
+               double most_n_per_m) noexcept STYLET_NONBLOCKING;
 void remember(PassivityState&, const SentForce&) noexcept STYLET_NONBLOCKING;
 void hashPassivity(StateHash&, const PassivityState&) noexcept STYLET_NONBLOCKING;
 

@@ -49,6 +49,18 @@ struct DeviceProfile {
     double workspace_radius_m = kUnknown;
 };
 
+// The profile of a device that produces no force. Both texts must outlive the profile.
+inline DeviceProfile inputOnlyProfile(const char* name, const char* source) noexcept {
+    DeviceProfile p;
+    p.name = name;
+    p.source = source;
+    p.force_axes = 0;
+    p.force_peak_n = 0.0;
+    p.force_continuous_n = 0.0;
+    p.stiffness_n_per_m = 0.0;
+    return p;
+}
+
 // Bits of DeviceState::flags. Force flows only while every bit that the loop requires is set (output.h).
 enum DeviceFlag : std::uint32_t {
     kDeviceReady = 1u << 0,   // connected, homed, calibrated, motors on

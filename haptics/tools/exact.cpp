@@ -1,13 +1,13 @@
 // Based on Mastmeyer et al. 2017, Algorithm 2 and Eqs. 1-8, solved from event to event: between two events
-// the force is a polynomial in the depth. Shares its formulas (hold.h) with the sampled solver, but not its
-// control flow.
+// the force is a polynomial in the depth. Shares its formulas (tenting.h) with the sampled solver, but not
+// its control flow.
 #include "haptics/tools/exact.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "base/traversal.h"
-#include "haptics/tools/hold.h"
+#include "haptics/tools/tenting.h"
 
 namespace stylet::haptics {
 
@@ -15,17 +15,22 @@ using patient::TissueRow;
 
 namespace {
 
-// `segments` must start in air and lie within the length. `cuts` and `out` must be empty.
+// A straight path from air. Its segments lie within the length.
+struct StraightPath {
+    const std::vector<Segment>& segments;
+    double length_m;
+};
+
+// `cuts` and `out` must be empty.
 class PathSolver {
   public:
     PathSolver(const patient::TissueTable& table, const NeedleSettings& settings, Bone bone,
-               const std::vector<Segment>& segments, double length_m, std::vector<Segment>& cuts,
-               ExactForce& out)
+               const StraightPath& path, std::vector<Segment>& cuts, ExactForce& out)
         : table_(table),
           settings_(settings),
           bone_(bone),
-          segments_(segments),
-          length_m_(length_m),
+          segments_(path.segments),
+          length_m_(path.length_m),
           cuts_(cuts),
           out_(out) {
         while (inside_from_ < segments_.size() && (segments_[inside_from_].tissue == Tissue::air ||
@@ -91,7 +96,7 @@ class PathSolver {
         for (bool held = true; held;) {
             report(NeedleEventKind::border, j, f_n_, f_n_);
             if (isRigid(row(j))) return press(j);
-            const HoldCurve curve = holdCurve(row(j), f_n_, settings_.a1_share);
+            const TentingCurve curve = tentingCurve(row(j), f_n_, settings_.a1_share);
             const double begin_m = x_m_, cut_m = begin_m + curve.cut_depth_m;
 
             // The borders that the tip passes before the puncture.
@@ -221,8 +226,8 @@ void segmentsAlong(const patient::TissueMap& map, const std::vector<VoxelPath::V
 
 void segmentsAlong(const patient::TissueMap& map, const Vec3& entry_m, const Vec3& end_m, VoxelPath& path,
                    std::vector<Segment>& segments) {
-    const Vec3 way = end_m - entry_m;
-    segmentsAlong(map, path.along(map.grid(), entry_m, end_m), std::sqrt(glm::dot(way, way)),
+    const Vec3 along_m = end_m - entry_m;
+    segmentsAlong(map, path.along(map.grid(), entry_m, end_m), std::sqrt(glm::dot(along_m, along_m)),
                   Borders::ofLabels, segments);
 }
 
@@ -232,7 +237,7 @@ ExactForce solveExact(const patient::TissueTable& table, const std::vector<Segme
     std::erase_if(path, [&](const Segment& s) { return s.begin_m > length_m; });
     ExactForce force;
     beginInAir(path);
-    PathSolver(table, settings, bone, path, length_m, cuts, force).solve();
+    PathSolver(table, settings, bone, {path, length_m}, cuts, force).solve();
     return force;
 }
 
@@ -241,14 +246,14 @@ const ExactForce& ExactSolver::solveSegments(double length_m) {
     cuts_.clear();
     force_.pieces.clear();
     force_.events.clear();
-    PathSolver(map_.tissues(), settings_, bone_, segments_, length_m, cuts_, force_).solve();
+    PathSolver(map_.tissues(), settings_, bone_, {segments_, length_m}, cuts_, force_).solve();
     return force_;
 }
 
 const ExactForce& ExactSolver::solve(const Vec3& entry_m, const Vec3& end_m) {
-    const Vec3 way = end_m - entry_m;
+    const Vec3 along_m = end_m - entry_m;
     segmentsAlong(map_, entry_m, end_m, path_, segments_);
-    return solveSegments(std::sqrt(glm::dot(way, way)));
+    return solveSegments(std::sqrt(glm::dot(along_m, along_m)));
 }
 
 const ExactForce& ExactSolver::solve(const std::vector<VoxelPath::Visit>& walk, double length_m,

@@ -23,8 +23,7 @@ struct FingerState {
 Pad fingerPad(const FingerSettings&) noexcept;
 // Haptics thread. noexcept, no allocation. `pad` is fingerPad() of the same settings. The tool's tip is the
 // centre of the pad; +z points out of the body.
-ToolForce stepFinger(FingerState&, const FingerSettings&, const Pad& pad, const TouchMap&,
-                     const patient::MotionModel&, const Pose& patient_from_tool,
-                     const patient::Surrogate&) noexcept STYLET_NONBLOCKING;
+ToolForce stepFinger(FingerState&, const FingerSettings&, const Pad& pad, const BreathingSkin&,
+                     const Pose& patient_from_tool) noexcept STYLET_NONBLOCKING;
 
 }  // namespace stylet::haptics

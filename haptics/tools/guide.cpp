@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/smoothstep.h"
+
 namespace stylet::haptics {
 
 namespace {
@@ -45,8 +47,7 @@ Fade fadeAt(const GuideSettings& s, double height_m) noexcept {
     if (beyond_m <= 0.0) return {1.0, 0.0};
     if (beyond_m >= kFade_m) return {};
     const double t = 1.0 - beyond_m / kFade_m;
-    return {t * t * (3.0 - 2.0 * t),
-            std::copysign(6.0 * t * (1.0 - t) / kFade_m, s.length_m - 2.0 * height_m)};
+    return {smoothStep(t), std::copysign(6.0 * t * (1.0 - t) / kFade_m, s.length_m - 2.0 * height_m)};
 }
 
 }  // namespace

@@ -4,8 +4,8 @@
 
 #include "base/hash.h"
 #include "base/traversal.h"
-#include "haptics/tools/hold.h"
 #include "haptics/tools/needle_section.h"
+#include "haptics/tools/tenting.h"
 
 namespace stylet::haptics {
 
@@ -38,30 +38,32 @@ void prime(NeedleState& s, const Patient& patient, const Vec3& tip_deformed_m,
 
 // A path this short and this far from the sliding surfaces of the breathing model is straight in the
 // reference frame too.
-constexpr double kShortWay_m = 0.0005, kClearOfSides_m = 0.001;
+constexpr double kShortPath_m = 0.0005, kClearOfSides_m = 0.001;
 
 // Returns false for NaN.
-bool isShortAndClear(const NeedleState& s, const Vec3& way_m) noexcept {
+bool isShortAndClear(const NeedleState& s, const Vec3& step_m) noexcept {
     const patient::LocalMotion& near = s.channel_motion;
     const bool inside = s.channel_side == patient::Side::inside;
     const double gone_m = glm::length(s.channel_reference_m - near.reference_m);
-    return near.side == s.channel_side && gone_m + glm::length(way_m) <= kShortWay_m &&
+    return near.side == s.channel_side && gone_m + glm::length(step_m) <= kShortPath_m &&
            (inside ? -near.level_m : near.level_m) >= kClearOfSides_m;
 }
 
-// Visits every voxel from the current channel point to `to_reference_m`, each with its share of `way_m`.
+// Visits every voxel from the current channel point to `to_reference_m`, each with its share of `travel_m`.
 void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, const Vec3& to_reference_m,
-          double way_m, Way way) noexcept {
+          double travel_m, Direction direction) noexcept {
     const Vec3 from = s.channel_reference_m;
     for (VoxelWalk w(patient.grid(), from, to_reference_m); !w.done(); w.next()) {
         const TissueSample x = patient.at(w.voxel(), s.track);
-        solver.run(x, from + w.begin() * (to_reference_m - from), (w.end() - w.begin()) * way_m, way);
+        solver.run(x, from + w.begin() * (to_reference_m - from), (w.end() - w.begin()) * travel_m,
+                   direction);
     }
     s.channel_reference_m = to_reference_m;
 }
 
 // Position of the channel in the deformed patient during one tick.
 struct Course {
+    const Patient& patient;
     const patient::MotionModel& motion;
     const Surrogate& breath;
     Vec3 at_m;
@@ -73,8 +75,8 @@ struct Course {
 
 // The same along a path that may cross the cavity surface, where the two sides have slid past each other.
 // The reference position jumps there; the tissue in between is not on the path.
-void walkAcrossSides(NeedleState& s, SectionSolver& solver, const Patient& patient, const Course& course,
-                     const Vec3& to_m, double way_m, Way way) noexcept {
+void walkAcrossSides(NeedleState& s, SectionSolver& solver, const Course& course, const Vec3& to_m,
+                     double travel_m, Direction direction) noexcept {
     // Residual of the inverse at the channel. It is added to every target, so that it never accumulates.
     Vec3 anchor_m = s.channel_reference_m - course.reference(s, course.at_m);
     const auto pointAt = [&](double share) { return course.at_m + share * (to_m - course.at_m); };
@@ -91,18 +93,19 @@ void walkAcrossSides(NeedleState& s, SectionSolver& solver, const Patient& patie
         if (begin > 0.0)
             jump(begin,
                  s.channel_side == patient::Side::inside ? patient::Side::outside : patient::Side::inside);
-        walk(s, solver, patient, anchor_m + course.reference(s, pointAt(end)), way_m * (end - begin), way);
+        walk(s, solver, course.patient, anchor_m + course.reference(s, pointAt(end)),
+             travel_m * (end - begin), direction);
     });
 }
 
-void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, Course& course, const Vec3& to_m,
-          double way_m, Way way) noexcept {
+void walk(NeedleState& s, SectionSolver& solver, Course& course, const Vec3& to_m, double travel_m,
+          Direction direction) noexcept {
     const Vec3 step_m = to_m - course.at_m;
     if (isShortAndClear(s, step_m)) {
         const Vec3 to_reference_m = s.channel_reference_m + s.channel_motion.reference_from_deformed * step_m;
-        walk(s, solver, patient, to_reference_m, way_m, way);
+        walk(s, solver, course.patient, to_reference_m, travel_m, direction);
     } else {
-        walkAcrossSides(s, solver, patient, course, to_m, way_m, way);
+        walkAcrossSides(s, solver, course, to_m, travel_m, direction);
     }
     course.at_m = to_m;
 }
@@ -120,14 +123,15 @@ void followTip(NeedleState& s, const Course& course, const Vec3& tip_deformed_m)
 
 // Energy of tenting one border. Against bone the force, and with it the slope of the energy, is limited to
 // the model's maximum.
-double holdEnergy(const Hold& hold, const NeedleSettings& settings, const Patient& patient) noexcept {
-    if (hold.depth_m <= 0.0) return 0.0;
-    const patient::TissueRow& row = patient.row(hold.border.to);
-    const HoldCurve curve = holdCurve(row, hold.a0_n, settings.a1_share);
-    if (!isRigid(row)) return curve.energy_j(hold.depth_m);
-    const double most_n = std::max(settings.max_force_n, hold.a0_n);
-    const double rise_m = std::min(hold.depth_m, (most_n - hold.a0_n) / row.stiffness_n_per_m);
-    return curve.energy_j(rise_m) + most_n * (hold.depth_m - rise_m);
+double tentingEnergy(const TentingBorder& h, const NeedleSettings& settings,
+                     const Patient& patient) noexcept {
+    if (h.depth_m <= 0.0) return 0.0;
+    const patient::TissueRow& row = patient.row(h.border.to);
+    const TentingCurve curve = tentingCurve(row, h.a0_n, settings.a1_share);
+    if (!isRigid(row)) return curve.energy_j(h.depth_m);
+    const double most_n = std::max(settings.max_force_n, h.a0_n);
+    const double rise_m = std::min(h.depth_m, (most_n - h.a0_n) / row.stiffness_n_per_m);
+    return curve.energy_j(rise_m) + most_n * (h.depth_m - rise_m);
 }
 
 // True if an event makes the force step. It is continuous when a border starts tenting.
@@ -147,14 +151,15 @@ double lateralReach(const NeedleSettings& settings) noexcept {
 
 }  // namespace
 
-ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patient& patient,
-                     const Vec3& tip_deformed_m, const Vec3& axis, const Surrogate& breath,
-                     NeedleEvents& events, const Incisions& incisions) noexcept {
+ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const BreathingPatient& now,
+                     const NeedleShaft& shaft, NeedleEvents& events, const Incisions& incisions) noexcept {
+    const auto& [patient, breath] = now;
+    const auto& [tip_deformed_m, axis] = shaft;
     events.count = events.dropped = 0;
     if (!s.primed) prime(s, patient, tip_deformed_m, breath);
 
     const patient::MotionModel& motion = patient.package().motion;
-    Course course{motion, breath,
+    Course course{patient, motion, breath,
                   patient::follow(s.channel_motion, motion, breath, s.channel_side, s.channel_reference_m)};
     ToolForce out;
     if (s.phase != Phase::outside && !(breath == s.breath))
@@ -163,22 +168,22 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Patie
     // Motion relative to the channel, not to the last stylus position. The two differ if the shaft turns
     // about a tip that lags beside its channel.
     const double ds = glm::dot(offset, axis);
-    const Way along = ds > 0.0 ? Way::advance : Way::withdraw;
+    const Direction along = ds > 0.0 ? Direction::advance : Direction::withdraw;
     SectionSolver solver(s, settings, patient, events, incisions);
 
     if (s.phase == Phase::outside) {
-        walk(s, solver, patient, course, tip_deformed_m, ds, along);
+        walk(s, solver, course, tip_deformed_m, ds, along);
     } else {
         // The channel moves with breathing; the tip moves in it along the axis.
         const Vec3 across = offset - ds * axis;
-        walk(s, solver, patient, course, tip_deformed_m - across, ds, along);
+        walk(s, solver, course, tip_deformed_m - across, ds, along);
         s.lateral_m = across;
         const double length = glm::length(across);
         const double reach = lateralReach(settings);
         if (s.phase != Phase::outside && length > reach) {
             s.lateral_cut_m += length - reach;
             s.lateral_m = across * (reach / length);
-            walk(s, solver, patient, course, tip_deformed_m - s.lateral_m, 0.0, Way::sideways);
+            walk(s, solver, course, tip_deformed_m - s.lateral_m, 0.0, Direction::sideways);
         }
     }
     if (s.phase == Phase::outside) followTip(s, course, tip_deformed_m);
@@ -200,13 +205,13 @@ Vec3 needleForce(const NeedleState& s, const NeedleSettings& settings, const Vec
 double axialEnergy(const NeedleState& s, const NeedleSettings& settings, const Patient& patient) noexcept {
     if (s.phase == Phase::outside) return 0.0;
     double energy_j = 0.5 * patient.row(s.tissue).stiffness_n_per_m * s.extension_m * s.extension_m;
-    if (s.phase == Phase::held) energy_j += holdEnergy(s.hold, settings, patient);
-    if (s.bone_over_hold) energy_j += holdEnergy(s.under_bone, settings, patient);
+    if (s.phase == Phase::held) energy_j += tentingEnergy(s.tenting, settings, patient);
+    if (s.bone_over_tenting) energy_j += tentingEnergy(s.under_bone, settings, patient);
     return energy_j;
 }
 
 double proxyDistance(const NeedleState& s) noexcept {
-    return s.phase == Phase::held && s.hold.depth_m >= 0.0 ? s.hold.depth_m : s.extension_m;
+    return s.phase == Phase::held && s.tenting.depth_m >= 0.0 ? s.tenting.depth_m : s.extension_m;
 }
 
 namespace {
@@ -217,7 +222,7 @@ void hashBorder(StateHash& hash, const Border& b) noexcept {
     hash.add(b.depth_m);
 }
 
-void hashHold(StateHash& hash, const Hold& h) noexcept {
+void hashTenting(StateHash& hash, const TentingBorder& h) noexcept {
     hashBorder(hash, h.border);
     hash.add(h.depth_m);
     hash.add(h.a0_n);
@@ -228,15 +233,15 @@ void hashHold(StateHash& hash, const Hold& h) noexcept {
 void hashNeedle(StateHash& hash, const NeedleState& s) noexcept {
     hash.add(std::uint64_t(s.phase) | std::uint64_t(s.tissue) << 8 | std::uint64_t(s.label) << 16 |
              std::uint64_t(s.track.past_skin) << 24 | std::uint64_t(s.track.past_fascia) << 25 |
-             std::uint64_t(s.bone_over_hold) << 26 | std::uint64_t(s.primed) << 27 |
+             std::uint64_t(s.bone_over_tenting) << 26 | std::uint64_t(s.primed) << 27 |
              std::uint64_t(s.channel_side) << 28 | std::uint64_t(s.channel_motion.side) << 29);
     hash.add(s.extension_m);
     hash.add(s.force_n);
     hash.add(s.depth_m);
     hash.add(s.past_skin_depth_m);
     hash.add(s.past_fascia_depth_m);
-    if (s.phase == Phase::held) hashHold(hash, s.hold);
-    if (s.bone_over_hold) hashHold(hash, s.under_bone);
+    if (s.phase == Phase::held) hashTenting(hash, s.tenting);
+    if (s.bone_over_tenting) hashTenting(hash, s.under_bone);
     hash.add(std::uint64_t(s.queued_count));
     for (int i = 0; i < s.queued_count; ++i)
         hashBorder(hash, s.queued[std::size_t(i)]);

@@ -41,7 +41,7 @@ struct Border {
 // A border that resists puncture (tenting). `depth_m` counts from where the tip was when tenting began. That
 // differs from the border's rest position if the border was reached while another one was tenting. Negative:
 // the tip has been withdrawn from the border and is in the tissue in front of it.
-struct Hold {
+struct TentingBorder {
     Border border;
     double depth_m = 0.0;  // of the tip behind the border
     double a0_n = 0.0;     // force on arrival
@@ -62,9 +62,9 @@ struct NeedleState {
     patient::TrackFlags track;
     double past_skin_depth_m = 0.0, past_fascia_depth_m = 0.0;  // depths at which the flags were set
 
-    Hold hold;                    // valid in phase `held`
-    bool bone_over_hold = false;  // `hold` is bone, reached while `under_bone` was tenting
-    Hold under_bone;
+    TentingBorder tenting;           // valid in phase `held`
+    bool bone_over_tenting = false;  // `tenting` is bone, reached while `under_bone` was tenting
+    TentingBorder under_bone;
     int queued_count = 0;  // borders passed while tenting, nearest first
     std::array<Border, kMaxQueuedBorders> queued{};
     int cut_count = 0;  // punctured borders are kept, in reference space
@@ -117,13 +117,23 @@ struct NeedleEvents {
     }
 };
 
-// Haptics thread. noexcept, no allocation. Moves the tip to `tip_deformed_m` and solves every border along
-// the path. `axis` is the shaft's direction, a unit vector INTO the body. Stores the axial force in the
-// state; positive force resists insertion. At an incision the body's surface does not hold. Returns the
-// force on the user's hand in the patient frame: the axial force plus the lateral spring's.
-ToolForce stepNeedle(NeedleState&, const NeedleSettings&, const patient::Patient&, const Vec3& tip_deformed_m,
-                     const Vec3& axis, const patient::Surrogate& breath, NeedleEvents&,
-                     const Incisions& incisions = {}) noexcept STYLET_NONBLOCKING;
+// The patient at one breathing state. Refers to its members, so use it only within the tick.
+struct BreathingPatient {
+    const patient::Patient& patient;
+    const patient::Surrogate& breath;
+};
+// Position and direction of the needle's shaft in the deformed patient.
+struct NeedleShaft {
+    Vec3 tip_m{0.0};
+    Vec3 axis{0.0};  // unit vector INTO the body
+};
+
+// Haptics thread. noexcept, no allocation. Moves the tip to the shaft's tip and solves every border along
+// the path. Stores the axial force in the state; positive force resists insertion. At an incision the body's
+// surface does not hold. Returns the force on the user's hand in the patient frame: the axial force plus the
+// lateral spring's.
+ToolForce stepNeedle(NeedleState&, const NeedleSettings&, const BreathingPatient&, const NeedleShaft&,
+                     NeedleEvents&, const Incisions& incisions = {}) noexcept STYLET_NONBLOCKING;
 // Force on the needle, patient frame: -force * axis - lateral spring.
 Vec3 needleForce(const NeedleState&, const NeedleSettings&, const Vec3& axis) noexcept STYLET_NONBLOCKING;
 // Energy of the axial springs. In phase `pass` it is k e^2 / 2. While tenting it is that energy, frozen,

@@ -18,10 +18,10 @@ constexpr double kSurface_m = 1e-6;
 
 }  // namespace
 
-void SectionSolver::run(const TissueSample& sample, const Vec3& at_reference_m, double way_m,
-                        Way way) noexcept {
+void SectionSolver::run(const TissueSample& sample, const Vec3& at_reference_m, double travel_m,
+                        Direction direction) noexcept {
     if (s_.phase == Phase::outside && sample.tissue == Tissue::air) return;
-    if (way != Way::withdraw) {
+    if (direction != Direction::withdraw) {
         setFlags(sample);
         // The needle left through a corner of slanted skin before it reached anything behind it.
         if (sample.tissue == Tissue::air && !s_.track.past_skin) {
@@ -29,13 +29,13 @@ void SectionSolver::run(const TissueSample& sample, const Vec3& at_reference_m, 
             return endTrack();
         }
     }
-    arrive(sample, at_reference_m, way);
+    arrive(sample, at_reference_m, direction);
     if (s_.phase == Phase::outside) return;
-    if (way_m > 0.0) advance(way_m);
-    if (way_m < 0.0) withdraw(way_m);
+    if (travel_m > 0.0) advance(travel_m);
+    if (travel_m < 0.0) withdraw(travel_m);
     undoFlags();
     const bool outside = s_.tissue == Tissue::air && (s_.depth_m <= kSurface_m || !s_.track.past_skin);
-    if (way != Way::advance && s_.phase == Phase::pass && outside) {
+    if (direction != Direction::advance && s_.phase == Phase::pass && outside) {
         report(NeedleEventKind::withdrawn, Border{at_reference_m, Tissue::skin, Tissue::air, 0, s_.depth_m},
                0.0, 0.0);
         endTrack();
@@ -44,78 +44,83 @@ void SectionSolver::run(const TissueSample& sample, const Vec3& at_reference_m, 
 
 double SectionSolver::force() const noexcept {
     if (s_.phase == Phase::outside) return 0.0;
-    if (s_.phase == Phase::pass || s_.hold.depth_m < 0.0)
+    if (s_.phase == Phase::pass || s_.tenting.depth_m < 0.0)
         return row(s_.tissue).stiffness_n_per_m * s_.extension_m;
-    const double f = curve().force_n(s_.hold.depth_m);
-    return onRigid() ? std::min(f, std::max(settings_.max_force_n, s_.hold.a0_n)) : f;
+    const double f = curve().force_n(s_.tenting.depth_m);
+    return onRigid() ? std::min(f, std::max(settings_.max_force_n, s_.tenting.a0_n)) : f;
 }
 
-HoldCurve SectionSolver::curve() const noexcept {
-    return holdCurve(row(s_.hold.border.to), s_.hold.a0_n, settings_.a1_share);
+TentingCurve SectionSolver::curve() const noexcept {
+    return tentingCurve(row(s_.tenting.border.to), s_.tenting.a0_n, settings_.a1_share);
 }
 
 // ---- Entering a voxel ----
 
 bool SectionSolver::onRigid() const noexcept {
-    return s_.phase == Phase::held && s_.hold.depth_m >= 0.0 && isRigid(row(s_.hold.border.to));
+    return s_.phase == Phase::held && s_.tenting.depth_m >= 0.0 && isRigid(row(s_.tenting.border.to));
 }
 
 bool SectionSolver::isFront(const TissueSample& x) const noexcept {
     if (s_.phase != Phase::held) return x.tissue == s_.tissue && x.label == s_.label;
-    const Border& last = s_.queued_count > 0 ? s_.queued[std::size_t(s_.queued_count - 1)] : s_.hold.border;
+    const Border& last =
+        s_.queued_count > 0 ? s_.queued[std::size_t(s_.queued_count - 1)] : s_.tenting.border;
     return x.tissue == last.to && x.label == last.to_label;
 }
 
-void SectionSolver::arrive(const TissueSample& x, const Vec3& at_reference_m, Way way) noexcept {
+void SectionSolver::arrive(const TissueSample& x, const Vec3& at_reference_m, Direction direction) noexcept {
     // On bone, nothing behind it is met. Only the depth counts until the tip slides off sideways.
-    if (onRigid() && (way != Way::sideways || isRigid(row(x.tissue)))) return;
-    const bool into_bone = way == Way::advance && s_.phase == Phase::pass && isRigid(row(x.tissue));
+    if (onRigid() && (direction != Direction::sideways || isRigid(row(x.tissue)))) return;
+    const bool into_bone =
+        direction == Direction::advance && s_.phase == Phase::pass && isRigid(row(x.tissue));
     if (isFront(x) && !into_bone) return;
-    if (s_.phase == Phase::held) return arriveHeld(x, at_reference_m, way);
+    if (s_.phase == Phase::held) return arriveHeld(x, at_reference_m, direction);
 
     const Border border = borderTo(x, at_reference_m);
-    if (way == Way::advance || s_.phase == Phase::outside) {
+    if (direction == Direction::advance || s_.phase == Phase::outside) {
         meet(border);
-    } else if (way == Way::sideways) {
+    } else if (direction == Direction::sideways) {
         enter(border, force(), NeedleEventKind::sideways);
     } else {
         changeTissue(x.tissue, x.label, force());
     }
 }
 
-void SectionSolver::arriveHeld(const TissueSample& x, const Vec3& at_reference_m, Way way) noexcept {
-    const TissueRow& held = row(s_.hold.border.to);
+void SectionSolver::arriveHeld(const TissueSample& x, const Vec3& at_reference_m,
+                               Direction direction) noexcept {
+    const TissueRow& held = row(s_.tenting.border.to);
     const double f = force();
-    if (s_.queued_count > 0 && way == Way::withdraw) {
+    if (s_.queued_count > 0 && direction == Direction::withdraw) {
         --s_.queued_count;
         return;
     }
-    const bool before_border = s_.depth_m <= s_.hold.border.depth_m + kSamePlace_m;
-    const bool slipped_out = way == Way::sideways && held.membrane && x.tissue == s_.hold.border.from;
-    if (s_.queued_count == 0 && way == Way::advance && before_border) {
+    const bool before_border = s_.depth_m <= s_.tenting.border.depth_m + kSamePlace_m;
+    const bool slipped_out =
+        direction == Direction::sideways && held.membrane && x.tissue == s_.tenting.border.from;
+    if (s_.queued_count == 0 && direction == Direction::advance && before_border) {
         // The border had no depth (a corner of its tissue). The tissue here is met as from in front of that
         // border.
         stepBack();
-        return arrive(x, at_reference_m, way);
+        return arrive(x, at_reference_m, direction);
     }
-    if (s_.queued_count == 0 && (way == Way::withdraw || before_border || slipped_out)) return release(x);
+    if (s_.queued_count == 0 && (direction == Direction::withdraw || before_border || slipped_out))
+        return release(x);
 
     const Border border = borderTo(x, at_reference_m);
-    if (way == Way::sideways && !held.membrane) {
+    if (direction == Direction::sideways && !held.membrane) {
         s_.queued_count = 0;
-        s_.bone_over_hold = false;
+        s_.bone_over_tenting = false;
         enter(border, f, NeedleEventKind::sideways);
-    } else if (way == Way::advance && isRigid(row(x.tissue))) {
-        s_.under_bone = s_.hold;
-        s_.bone_over_hold = true;
-        hold(border, f);
+    } else if (direction == Direction::advance && isRigid(row(x.tissue))) {
+        s_.under_bone = s_.tenting;
+        s_.bone_over_tenting = true;
+        startTenting(border, f);
     } else if (held.membrane || border.from == border.to) {
-        if (way == Way::sideways) report(NeedleEventKind::sideways, border, f, f);
+        if (direction == Direction::sideways) report(NeedleEventKind::sideways, border, f, f);
         queue(border);
     } else {
-        // The tip left the tissue on its far side: drop the hold, and meet the next border with the force
+        // The tip left the tissue on its far side: stop the tenting, and meet the next border with the force
         // that friction leaves.
-        enter(s_.hold.border, f, NeedleEventKind::entry);
+        enter(s_.tenting.border, f, NeedleEventKind::entry);
         fold();
         meet(border);
     }
@@ -126,7 +131,7 @@ void SectionSolver::arriveHeld(const TissueSample& x, const Vec3& at_reference_m
 Border SectionSolver::borderTo(const TissueSample& x, const Vec3& at_reference_m) const noexcept {
     Tissue from = s_.tissue;
     if (s_.phase == Phase::held) {
-        from = s_.queued_count > 0 ? s_.queued[std::size_t(s_.queued_count - 1)].to : s_.hold.border.to;
+        from = s_.queued_count > 0 ? s_.queued[std::size_t(s_.queued_count - 1)].to : s_.tenting.border.to;
     }
     return {at_reference_m, from, x.tissue, x.label, s_.depth_m};
 }
@@ -156,23 +161,23 @@ bool SectionSolver::isIncised(const Border& border) const noexcept {
 void SectionSolver::meet(const Border& border) noexcept {
     const double f = force();
     if (holds(border, f)) {
-        hold(border, f);
+        startTenting(border, f);
     } else {
         enter(border, f, NeedleEventKind::entry);
     }
 }
 
 // Phase 1: the border starts tenting at the current tip.
-void SectionSolver::hold(const Border& border, double force_n) noexcept {
+void SectionSolver::startTenting(const Border& border, double force_n) noexcept {
     s_.phase = Phase::held;
-    s_.hold = {border, 0.0, force_n};
+    s_.tenting = {border, 0.0, force_n};
     report(NeedleEventKind::border, border, force_n, force_n);
 }
 
 // From now on the tip is in the tissue behind `border`.
 void SectionSolver::enter(const Border& border, double force_n, NeedleEventKind kind) noexcept {
     changeTissue(border.to, border.to_label, force_n);
-    // A border whose hold was dropped because the needle slipped past it does not count as cut.
+    // A border whose tenting ended because the needle slipped past it does not count as cut.
     if (kind != NeedleEventKind::entry || !resists(row(border.to), force_n)) remember(border);
     report(kind, border, force_n, force());
 }
@@ -189,9 +194,9 @@ void SectionSolver::changeTissue(Tissue tissue, std::uint8_t label, double force
 // The needle was withdrawn from a tenting border: the tip is in the tissue in front of it, with the force it
 // had there.
 void SectionSolver::stepBack() noexcept {
-    if (s_.tissue == Tissue::air && !s_.bone_over_hold && s_.depth_m <= kSurface_m) return endTrack();
+    if (s_.tissue == Tissue::air && !s_.bone_over_tenting && s_.depth_m <= kSurface_m) return endTrack();
     has_left_ = true;
-    s_.bone_over_hold = false;
+    s_.bone_over_tenting = false;
     s_.phase = Phase::pass;
 }
 
@@ -207,7 +212,7 @@ void SectionSolver::release(const TissueSample& x) noexcept {
 
 // Phase 2, exactly at d*.
 void SectionSolver::cut() noexcept {
-    enter(s_.hold.border, row(s_.hold.border.to).cut_force_n, NeedleEventKind::puncture);
+    enter(s_.tenting.border, row(s_.tenting.border.to).cut_force_n, NeedleEventKind::puncture);
     fold();
 }
 
@@ -224,7 +229,7 @@ void SectionSolver::fold() noexcept {
         }
         const double f = force();
         if (holds(border, f) && (row(border.to).membrane || !left_behind)) {
-            hold(border, f);
+            startTenting(border, f);
             for (int j = i + 1; j < count; ++j)
                 queue(s_.queued[std::size_t(j)]);
             return;
@@ -256,63 +261,63 @@ void SectionSolver::remember(const Border& border) noexcept {
 
 // ---- Motion ----
 
-void SectionSolver::advance(double way_m) noexcept {
+void SectionSolver::advance(double travel_m) noexcept {
     while (s_.phase == Phase::held) {
-        Hold& h = s_.hold;
+        TentingBorder& h = s_.tenting;
         if (h.depth_m < 0.0) {  // moving back to the border
-            if (way_m < -h.depth_m) {
-                h.depth_m += way_m;
-                return pass(way_m);
+            if (travel_m < -h.depth_m) {
+                h.depth_m += travel_m;
+                return pass(travel_m);
             }
-            way_m += h.depth_m;
+            travel_m += h.depth_m;
             pass(-h.depth_m);
             h.depth_m = 0.0;
             h.a0_n = row(s_.tissue).stiffness_n_per_m * s_.extension_m;
         }
         const double to_cut_m = std::max(0.0, curve().cut_depth_m - h.depth_m);
-        if (way_m < to_cut_m) {
-            h.depth_m += way_m;
-            s_.depth_m += way_m;
+        if (travel_m < to_cut_m) {
+            h.depth_m += travel_m;
+            s_.depth_m += travel_m;
             return;
         }
         h.depth_m += to_cut_m;
         s_.depth_m += to_cut_m;
-        way_m -= to_cut_m;
+        travel_m -= to_cut_m;
         cut();
     }
-    pass(way_m);
+    pass(travel_m);
 }
 
-void SectionSolver::withdraw(double way_m) noexcept {
+void SectionSolver::withdraw(double travel_m) noexcept {
     while (s_.phase == Phase::held) {
-        Hold& h = s_.hold;
-        if (h.depth_m + way_m >= 0.0) {
-            h.depth_m += way_m;
-            s_.depth_m += way_m;
+        TentingBorder& h = s_.tenting;
+        if (h.depth_m + travel_m >= 0.0) {
+            h.depth_m += travel_m;
+            s_.depth_m += travel_m;
             return;
         }
         if (h.depth_m > 0.0) {
-            way_m += h.depth_m;
+            travel_m += h.depth_m;
             s_.depth_m -= h.depth_m;
             h.depth_m = 0.0;
         }
-        if (!s_.bone_over_hold) {
-            h.depth_m += way_m;
+        if (!s_.bone_over_tenting) {
+            h.depth_m += travel_m;
             break;
         }
-        s_.bone_over_hold = false;
+        s_.bone_over_tenting = false;
         h = s_.under_bone;
     }
-    pass(way_m);
+    pass(travel_m);
 }
 
 // Phase 3, Eqs. 6-8.
-void SectionSolver::pass(double way_m) noexcept {
+void SectionSolver::pass(double travel_m) noexcept {
     const TissueRow& t = row(s_.tissue);
-    s_.depth_m += way_m;
+    s_.depth_m += travel_m;
     if (t.stiffness_n_per_m <= 0.0) return;
     const double l_max = t.friction_n / t.stiffness_n_per_m;
-    s_.extension_m = std::clamp(s_.extension_m + way_m, -l_max, l_max);
+    s_.extension_m = std::clamp(s_.extension_m + travel_m, -l_max, l_max);
 }
 
 // ---- The track ----
@@ -339,7 +344,7 @@ void SectionSolver::endTrack() noexcept {
     s_.track = {};
     s_.past_skin_depth_m = s_.past_fascia_depth_m = 0.0;
     s_.queued_count = 0;
-    s_.bone_over_hold = false;
+    s_.bone_over_tenting = false;
 }
 
 void SectionSolver::report(NeedleEventKind kind, const Border& border, double before_n,

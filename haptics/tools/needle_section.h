@@ -3,12 +3,12 @@
 // are here.
 #pragma once
 
-#include "haptics/tools/hold.h"
 #include "haptics/tools/needle.h"
+#include "haptics/tools/tenting.h"
 
 namespace stylet::haptics {
 
-enum class Way { advance, withdraw, sideways };
+enum class Direction { advance, withdraw, sideways };
 
 class SectionSolver {
   public:
@@ -16,9 +16,10 @@ class SectionSolver {
                   NeedleEvents& events, const Incisions& incisions) noexcept
         : s_(state), settings_(settings), patient_(patient), events_(events), incisions_(incisions) {}
 
-    // Haptics thread. Enters the voxel `sample` at `at_reference_m` and moves `way_m` along the axis inside
-    // it.
-    void run(const patient::TissueSample& sample, const Vec3& at_reference_m, double way_m, Way) noexcept;
+    // Haptics thread. Enters the voxel `sample` at `at_reference_m` and moves `travel_m` along the axis
+    // inside it.
+    void run(const patient::TissueSample& sample, const Vec3& at_reference_m, double travel_m,
+             Direction) noexcept;
     // Haptics thread. Returns the axial force of the current state.
     double force() const noexcept;
     // True if the tip left a tissue or a tenting border in this step, even if only at a voxel corner before
@@ -29,8 +30,8 @@ class SectionSolver {
     // Entering a voxel.
     bool onRigid() const noexcept;
     bool isFront(const patient::TissueSample&) const noexcept;
-    void arrive(const patient::TissueSample&, const Vec3& at_reference_m, Way) noexcept;
-    void arriveHeld(const patient::TissueSample&, const Vec3& at_reference_m, Way) noexcept;
+    void arrive(const patient::TissueSample&, const Vec3& at_reference_m, Direction) noexcept;
+    void arriveHeld(const patient::TissueSample&, const Vec3& at_reference_m, Direction) noexcept;
 
     // Borders.
     Border borderTo(const patient::TissueSample&, const Vec3& at_reference_m) const noexcept;
@@ -38,7 +39,7 @@ class SectionSolver {
     bool isCut(const Border&) const noexcept;
     bool isIncised(const Border&) const noexcept;
     void meet(const Border&) noexcept;
-    void hold(const Border&, double force_n) noexcept;
+    void startTenting(const Border&, double force_n) noexcept;
     void enter(const Border&, double force_n, NeedleEventKind) noexcept;
     void changeTissue(Tissue, std::uint8_t label, double force_n) noexcept;
     void stepBack() noexcept;
@@ -49,9 +50,9 @@ class SectionSolver {
     void remember(const Border&) noexcept;
 
     // Motion.
-    void advance(double way_m) noexcept;
-    void withdraw(double way_m) noexcept;
-    void pass(double way_m) noexcept;
+    void advance(double travel_m) noexcept;
+    void withdraw(double travel_m) noexcept;
+    void pass(double travel_m) noexcept;
 
     // Track.
     void setFlags(const patient::TissueSample&) noexcept;
@@ -59,7 +60,7 @@ class SectionSolver {
     void endTrack() noexcept;
 
     const patient::TissueRow& row(Tissue t) const noexcept { return patient_.row(t); }
-    HoldCurve curve() const noexcept;
+    TentingCurve curve() const noexcept;
     void report(NeedleEventKind, const Border&, double before_n, double after_n) noexcept;
 
     NeedleState& s_;

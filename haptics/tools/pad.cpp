@@ -9,9 +9,6 @@
 
 namespace stylet::haptics {
 
-using patient::MotionModel;
-using patient::Surrogate;
-
 namespace {
 
 constexpr double kGoldenAngle_rad = 2.39996322972865332;
@@ -74,9 +71,9 @@ Pad barPad(int columns, int rows, double length_m, double width_m, double curvat
     return pad;
 }
 
-PadContact stepPad(PadState& s, const Pad& pad, const PadSettings& settings, const TouchMap& map,
-                   const MotionModel& motion, const Pose& patient_from_tool,
-                   const Surrogate& breath) noexcept {
+PadContact stepPad(PadState& s, const Pad& pad, const PadSettings& settings, const BreathingSkin& skin,
+                   const Pose& patient_from_tool) noexcept {
+    const auto& [map, motion, breath] = skin;
     const Mat3 frame = glm::mat3_cast(patient_from_tool.rotation);
     const Vec3 tip_m = patient_from_tool.position_m;
     PadContact contact;
@@ -85,7 +82,7 @@ PadContact stepPad(PadState& s, const Pad& pad, const PadSettings& settings, con
 
     // Evaluate the breathing motion at the skin point found in the last step. A tip that presses deep would
     // be among organs that slide independently.
-    Carried toReference = carriedAt(motion, breath, tip_m + s.depth_m * s.outward);
+    LocalBreathingMap toReference = breathingMapAt(motion, breath, tip_m + s.depth_m * s.outward);
     TouchPoint at_tip = touchAt(map, toReference(tip_m));
     const bool near = at_tip.level_m < kLevelSlope * pad.reach_m;
     if (near) {

@@ -56,8 +56,8 @@ struct PadContact {
 
 // Haptics thread. noexcept, no allocation. One tick with the pad at `patient_from_tool` in the deformed
 // patient. `energy_j` is the exact energy of the springs; without slip it equals the work put in.
-PadContact stepPad(PadState&, const Pad&, const PadSettings&, const TouchMap&, const patient::MotionModel&,
-                   const Pose& patient_from_tool, const patient::Surrogate&) noexcept STYLET_NONBLOCKING;
+PadContact stepPad(PadState&, const Pad&, const PadSettings&, const BreathingSkin&,
+                   const Pose& patient_from_tool) noexcept STYLET_NONBLOCKING;
 void hashPad(StateHash&, const PadState&) noexcept STYLET_NONBLOCKING;
 
 }  // namespace stylet::haptics

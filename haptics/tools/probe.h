@@ -25,9 +25,8 @@ struct ProbeState {
 Pad probePad(const ProbeSettings&) noexcept;
 // Haptics thread. noexcept, no allocation. `pad` is probePad() of the same settings. The tool's tip is the
 // centre of the face; +z points out of the body and +x along the array.
-ToolForce stepProbe(ProbeState&, const ProbeSettings&, const Pad& pad, const TouchMap&,
-                    const patient::MotionModel&, const Pose& patient_from_tool,
-                    const patient::Surrogate&) noexcept STYLET_NONBLOCKING;
+ToolForce stepProbe(ProbeState&, const ProbeSettings&, const Pad& pad, const BreathingSkin&,
+                    const Pose& patient_from_tool) noexcept STYLET_NONBLOCKING;
 
 // A parked probe. It keeps its orientation and its depth in the skin. It moves up and down along the skin
 // normal found when it was parked.
@@ -38,10 +37,8 @@ struct SkinRider {
 };
 // Both functions: haptics thread. noexcept, no allocation.
 // Parks the probe. The tool frame is that of stepProbe().
-SkinRider parkOnSkin(const TouchMap&, const patient::MotionModel&, const patient::Surrogate&,
-                     const Pose& patient_from_tool) noexcept STYLET_NONBLOCKING;
+SkinRider parkOnSkin(const BreathingSkin&, const Pose& patient_from_tool) noexcept STYLET_NONBLOCKING;
 // Moves the probe with the skin for one tick. Returns its displacement.
-Vec3 rideSkin(SkinRider&, const TouchMap&, const patient::MotionModel&,
-              const patient::Surrogate&) noexcept STYLET_NONBLOCKING;
+Vec3 rideSkin(SkinRider&, const BreathingSkin&) noexcept STYLET_NONBLOCKING;
 
 }  // namespace stylet::haptics

@@ -6,9 +6,6 @@
 
 namespace stylet::haptics {
 
-using patient::MotionModel;
-using patient::Surrogate;
-
 namespace {
 
 Vec3 unitOr(const Vec3& v, const Vec3& otherwise) noexcept {
@@ -93,15 +90,15 @@ struct Blade {
 }  // namespace
 
 ToolForce stepScalpel(ScalpelState& s, Incisions& incisions, const ScalpelSettings& settings,
-                      const TouchMap& map, const MotionModel& motion, const Pose& patient_from_tool,
-                      const Surrogate& breath) noexcept {
+                      const BreathingSkin& breathing_skin, const Pose& patient_from_tool) noexcept {
+    const auto& [map, motion, breath] = breathing_skin;
     const Mat3 frame = glm::mat3_cast(patient_from_tool.rotation);
     const Vec3 tip_m = patient_from_tool.position_m;
     ToolForce force;
     if (s.primed) force.tissue_moved_m = skinMoved(motion, s.breath, breath, s.skin_reference_m);
     force.event = !s.primed;
 
-    Carried toReference = carriedAt(motion, breath, tip_m + s.depth_m * s.outward);
+    LocalBreathingMap toReference = breathingMapAt(motion, breath, tip_m + s.depth_m * s.outward);
     addSlope(toReference, motion, breath, frame);
     const Mat3 back = glm::transpose(toReference.slope);
     const Vec3 point_m = toReference(tip_m);

@@ -35,9 +35,8 @@ struct ScalpelState {
 
 // Haptics thread. noexcept, no allocation. One tick. Piercing the skin sets ToolForce::event. An incision
 // is extended at its ends to every place the blade has been; it stays straight.
-ToolForce stepScalpel(ScalpelState&, Incisions&, const ScalpelSettings&, const TouchMap&,
-                      const patient::MotionModel&, const Pose& patient_from_tool,
-                      const patient::Surrogate&) noexcept STYLET_NONBLOCKING;
+ToolForce stepScalpel(ScalpelState&, Incisions&, const ScalpelSettings&, const BreathingSkin&,
+                      const Pose& patient_from_tool) noexcept STYLET_NONBLOCKING;
 void hashScalpel(StateHash&, const ScalpelState&) noexcept STYLET_NONBLOCKING;
 
 }  // namespace stylet::haptics

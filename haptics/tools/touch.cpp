@@ -28,12 +28,12 @@ constexpr double kDeepest_m = -0.056, kHighest_m = 0.006, kShell_m = 0.004;
 
 Layers layersUnder(const Patient& patient, const Vec3& skin_m, const Vec3& inward) noexcept {
     const Vec3 from = skin_m - kAirInFront_m * inward;
-    const double way_m = 2.0 * kAirInFront_m + kTouchDepth_m;
+    const double path_m = 2.0 * kAirInFront_m + kTouchDepth_m;
     Layers layers;
     double depth_m = 0.0;   // from the first tissue
     double young_pa = 0.0;  // keeps its value beyond the image's edge
     patient::TrackFlags track;
-    for (VoxelWalk w(patient.grid(), from, from + way_m * inward); !w.done(); w.next()) {
+    for (VoxelWalk w(patient.grid(), from, from + path_m * inward); !w.done(); w.next()) {
         const patient::TissueSample x = patient.at(w.voxel(), track);
         if (depth_m == 0.0 && x.tissue == Tissue::air && x.label == 0) continue;
         if (patient.grid().contains(w.voxel()))
@@ -42,7 +42,7 @@ Layers layersUnder(const Patient& patient, const Vec3& skin_m, const Vec3& inwar
             layers.cover_m = depth_m;
             break;
         }
-        const double h_m = std::min((w.end() - w.begin()) * way_m, kTouchDepth_m - depth_m);
+        const double h_m = std::min((w.end() - w.begin()) * path_m, kTouchDepth_m - depth_m);
         layers.compliance_m_per_pa += h_m / young_pa;
         depth_m += h_m;
         track = patient.flagsAfterEntering(x, track);
@@ -199,12 +199,12 @@ Vec3 skinMoved(const patient::MotionModel& motion, const patient::Surrogate& the
            patient::deformedFromReference(motion, then, skin_reference_m);
 }
 
-Carried carriedAt(const patient::MotionModel& motion, const patient::Surrogate& breath,
-                  const Vec3& deformed_m) noexcept {
+LocalBreathingMap breathingMapAt(const patient::MotionModel& motion, const patient::Surrogate& breath,
+                                 const Vec3& deformed_m) noexcept {
     return {deformed_m, patient::referenceFromDeformed(motion, breath, deformed_m), Mat3(1.0)};
 }
 
-void addSlope(Carried& c, const patient::MotionModel& motion, const patient::Surrogate& breath,
+void addSlope(LocalBreathingMap& c, const patient::MotionModel& motion, const patient::Surrogate& breath,
               const Mat3& frame) noexcept {
     if (motion.empty()) return;
     Mat3 along;

@@ -63,9 +63,17 @@ struct Pressed {
 // Haptics thread. noexcept, no allocation.
 Pressed pressed(const TouchPoint&, double stiffest_n_per_m3) noexcept STYLET_NONBLOCKING;
 
+// The skin at one breathing state: what a tool touches in one tick. Refers to its members, so use it only
+// within the tick.
+struct BreathingSkin {
+    const TouchMap& map;
+    const patient::MotionModel& motion;
+    const patient::Surrogate& breath;
+};
+
 // Linear map from the deformed to the reference frame, valid within a tool's reach of a point: p_reference =
 // at_reference_m + slope * (p - at_m).
-struct Carried {
+struct LocalBreathingMap {
     Vec3 at_m{0.0}, at_reference_m{0.0};
     Mat3 slope{1.0};
     Vec3 operator()(const Vec3& deformed_m) const noexcept {
@@ -75,12 +83,12 @@ struct Carried {
 // How far breathing has moved a skin point from `then` to `now`. Haptics thread.
 Vec3 skinMoved(const patient::MotionModel&, const patient::Surrogate& then, const patient::Surrogate& now,
                const Vec3& skin_reference_m) noexcept STYLET_NONBLOCKING;
-// Both functions: haptics thread. noexcept, no allocation. carriedAt() sets the slope to identity;
+// Both functions: haptics thread. noexcept, no allocation. breathingMapAt() sets the slope to identity;
 // addSlope() computes it with secants of 6 mm along the axes of `frame` (a rotation). The last axis should
 // point out of the body, because organs slide independently of the skin.
-Carried carriedAt(const patient::MotionModel&, const patient::Surrogate&,
-                  const Vec3& deformed_m) noexcept STYLET_NONBLOCKING;
-void addSlope(Carried&, const patient::MotionModel&, const patient::Surrogate&,
+LocalBreathingMap breathingMapAt(const patient::MotionModel&, const patient::Surrogate&,
+                                 const Vec3& deformed_m) noexcept STYLET_NONBLOCKING;
+void addSlope(LocalBreathingMap&, const patient::MotionModel&, const patient::Surrogate&,
               const Mat3& frame) noexcept STYLET_NONBLOCKING;
 
 }  // namespace stylet::haptics

@@ -50,7 +50,7 @@ void findEnds(const Patient& patient, DuctTree& tree) {
         if (touches(patient, voxel, isBowel)) tree.outlets.push_back(m);
         // Prefer contact with a blockage over any width.
         const double score = wall_m[m] + (at_block ? 1.0 : 0.0);
-        if (score > best) best = score, tree.stop = m;
+        if (score > best) best = score, tree.blockage = m;
     }
     if (blocked) tree.outlets.clear();  // a blocked tree does not drain, although it passes the bowel
 }
@@ -65,12 +65,12 @@ void restart(DuctTree& tree, std::size_t root, const ContrastSettings& settings)
         tree.base_total_m3 += tree.filled_m3;
     }
     tree.root = root;
-    const WayStart start{root, 0.0};
-    tree.way_m = geodesic_m(tree.piece, {&start, 1});
+    const PathStart start{root, 0.0};
+    tree.path_m = geodesic_m(tree.piece, {&start, 1});
     std::vector<double> left_m3(tree.piece.size());
     for (std::size_t m = 0; m < tree.piece.size(); ++m)
         left_m3[m] = std::max(0.0, room_m3 - tree.base_m3[m]);
-    tree.order = FillOrder(tree.way_m, left_m3);
+    tree.order = FillOrder(tree.path_m, left_m3);
     tree.filled_m3 = 0.0;
 }
 
@@ -90,7 +90,7 @@ double settle(Plume& plume) {
 // across the lumen.
 Plume makePlume(const VesselTree& vessel, std::size_t index, std::size_t tip, const Vec3& tip_m) {
     constexpr double kBack = 0.1;
-    const WayStart start{tip, 0.0};
+    const PathStart start{tip, 0.0};
     // Travel time instead of distance, from the mean speed of the lumen.
     const std::vector<double> time_s = geodesic_m(
         vessel.piece, {&start, 1},
@@ -204,11 +204,11 @@ void Contrast::injectIntoDuct(const Vec3& tip_m, const Index3& voxel, double amo
     const double room_m3 = ductRoom_m3(settings_, tree.piece.box);
     status_.front_m = front_m;
     status_.tree_m3 = room_m3 * double(tree.piece.size());
-    status_.stop_reference_m = tree.piece.centre(tree.stop);
+    status_.stop_reference_m = tree.piece.centre(tree.blockage);
     status_.at_stop = tree.outlets.empty() &&
-                      tree.heldBy(tree.stop, room_m3, settings_.duct_front, front_m) > 0.5 * room_m3;
+                      tree.heldBy(tree.blockage, room_m3, settings_.duct_front, front_m) > 0.5 * room_m3;
     for (const std::size_t outlet : tree.outlets)
-        if (front_m > tree.way_m[outlet]) {
+        if (front_m > tree.path_m[outlet]) {
             addStain(Tissue::air, tree.piece.centre(outlet), amount_m3);
             return;
         }

@@ -78,15 +78,15 @@ struct DuctTree {
     std::vector<double> base_m3;  // volume in each member from injections at earlier places
     double base_total_m3 = 0.0;
     std::size_t root = 0;              // member where the current injection began
-    std::vector<double> way_m;         // distance of each member from the root along the tree
+    std::vector<double> path_m;        // distance of each member from the root along the tree
     FillOrder order;                   // members with room left, by distance
     double filled_m3 = 0.0;            // volume since the current injection began
-    std::size_t stop = 0;              // member at the blockage (tumour, closed duct), or else the widest one
+    std::size_t blockage = 0;          // member at the blockage (tumour, closed duct), or else the widest one
     std::vector<std::size_t> outlets;  // members that touch the bowel
     double held_m3() const { return base_total_m3 + filled_m3; }
     // Volume in a member whose capacity is `room_m3`, with the front at `front_m`.
     double heldBy(std::size_t member, double room_m3, const FrontShape& shape, double front_m) const {
-        return base_m3[member] + (room_m3 - base_m3[member]) * shape.share(front_m, way_m[member]);
+        return base_m3[member] + (room_m3 - base_m3[member]) * shape.share(front_m, path_m[member]);
     }
 };
 

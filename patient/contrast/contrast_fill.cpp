@@ -5,32 +5,33 @@
 
 namespace stylet::patient {
 
-FillOrder::FillOrder(std::span<const double> way_m, std::span<const double> room_m3) {
+FillOrder::FillOrder(std::span<const double> path_m, std::span<const double> room_m3) {
     // Entries of equal distance keep their input order.
     struct Place {
-        double way_m;
+        double path_m;
         std::size_t number;
     };
     std::vector<Place> places;
-    places.reserve(way_m.size());
-    for (std::size_t i = 0; i < way_m.size(); ++i)
-        if (std::isfinite(way_m[i]) && room_m3[i] > 0.0) places.push_back({way_m[i], i});
+    places.reserve(path_m.size());
+    for (std::size_t i = 0; i < path_m.size(); ++i)
+        if (std::isfinite(path_m[i]) && room_m3[i] > 0.0) places.push_back({path_m[i], i});
     std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
-        return a.way_m < b.way_m || (a.way_m == b.way_m && a.number < b.number);
+        return a.path_m < b.path_m || (a.path_m == b.path_m && a.number < b.number);
     });
-    way_m_.reserve(places.size()), room_m3_.reserve(places.size() + 1), moment_m4_.reserve(places.size() + 1);
+    path_m_.reserve(places.size()), room_m3_.reserve(places.size() + 1),
+        moment_m4_.reserve(places.size() + 1);
     room_m3_.push_back(0.0), moment_m4_.push_back(0.0);
     for (const Place& place : places) {
-        way_m_.push_back(place.way_m);
+        path_m_.push_back(place.path_m);
         room_m3_.push_back(room_m3_.back() + room_m3[place.number]);
-        moment_m4_.push_back(moment_m4_.back() + room_m3[place.number] * place.way_m);
+        moment_m4_.push_back(moment_m4_.back() + room_m3[place.number] * place.path_m);
     }
 }
 
 double FillOrder::filled(const FrontShape& front, double front_m) const noexcept {
     const double width_m = front.widthAt(front_m);
-    const auto countBelow = [&](double way) {
-        return std::size_t(std::lower_bound(way_m_.begin(), way_m_.end(), way) - way_m_.begin());
+    const auto countBelow = [&](double path) {
+        return std::size_t(std::lower_bound(path_m_.begin(), path_m_.end(), path) - path_m_.begin());
     };
     const std::size_t full = countBelow(front_m - 0.5 * width_m), begun = countBelow(front_m + 0.5 * width_m);
     const double room = room_m3_[begun] - room_m3_[full], moment = moment_m4_[begun] - moment_m4_[full];
@@ -38,7 +39,7 @@ double FillOrder::filled(const FrontShape& front, double front_m) const noexcept
 }
 
 double FillOrder::frontOf(const FrontShape& front, double volume_m3) const noexcept {
-    if (way_m_.empty()) return 0.0;
+    if (path_m_.empty()) return 0.0;
     double low = -0.5 * front.width_m, high = low + 1e-3;
     while (filled(front, high) < volume_m3 && high < 1e3)
         high = 2.0 * (high + 0.5 * front.width_m);

@@ -15,8 +15,8 @@ struct FrontShape {
     double growth = 0.1;  // at most 2: beyond that the nearest voxels would never be full
 
     double widthAt(double front_m) const noexcept { return width_m + growth * std::max(front_m, 0.0); }
-    double share(double front_m, double way_m) const noexcept {
-        return std::clamp((front_m - way_m) / widthAt(front_m) + 0.5, 0.0, 1.0);
+    double share(double front_m, double path_m) const noexcept {
+        return std::clamp((front_m - path_m) / widthAt(front_m) + 0.5, 0.0, 1.0);
     }
 };
 
@@ -24,10 +24,10 @@ struct FrontShape {
 class FillOrder {
   public:
     FillOrder() = default;
-    FillOrder(std::span<const double> way_m, std::span<const double> room_m3);
+    FillOrder(std::span<const double> path_m, std::span<const double> room_m3);
 
     double total() const noexcept { return room_m3_.empty() ? 0.0 : room_m3_.back(); }
-    double furthest_m() const noexcept { return way_m_.empty() ? 0.0 : way_m_.back(); }
+    double furthest_m() const noexcept { return path_m_.empty() ? 0.0 : path_m_.back(); }
     // Sum of room * share with the front at `front_m`.
     double filled(const FrontShape&, double front_m) const noexcept;
     // Position of the front when `volume_m3` (at most total()) is filled, accurate to rounding. noexcept,
@@ -35,7 +35,7 @@ class FillOrder {
     double frontOf(const FrontShape&, double volume_m3) const noexcept;
 
   private:
-    std::vector<double> way_m_;  // ascending
+    std::vector<double> path_m_;  // ascending
     // Prefix sums, starting with zero: of the capacity, and of capacity times distance.
     std::vector<double> room_m3_, moment_m4_;
 };

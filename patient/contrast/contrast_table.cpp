@@ -50,16 +50,16 @@ void ContrastPainter::reachOut(const Contrast& contrast) {
             const Index3 reach(Vec3(ball.reach_m) / grid.spacing_m + 1.0), at = grid.nearest(stain.centre_m);
             ball.low = glm::max(at - reach - 1, Index3(0));
             ball.high = glm::min(at + reach + 1, grid.dims - 1);
-            ball.offsets.clear(), ball.way_m.clear();
+            ball.offsets.clear(), ball.path_m.clear();
             for (int z = ball.low.z; z <= ball.high.z; ++z)
                 for (int y = ball.low.y; y <= ball.high.y; ++y)
                     for (int x = ball.low.x; x <= ball.high.x; ++x) {
-                        const double way_m = glm::distance(grid.centre({x, y, z}), stain.centre_m);
-                        if (way_m > ball.reach_m || stainKind(patient, {x, y, z}) != stain.kind) continue;
+                        const double path_m = glm::distance(grid.centre({x, y, z}), stain.centre_m);
+                        if (path_m > ball.reach_m || stainKind(patient, {x, y, z}) != stain.kind) continue;
                         ball.offsets.push_back(std::uint32_t(grid.offset({x, y, z})));
-                        ball.way_m.push_back(way_m);
+                        ball.path_m.push_back(path_m);
                     }
-            ball.order = FillOrder(ball.way_m, std::vector<double>(ball.way_m.size(), room_m3));
+            ball.order = FillOrder(ball.path_m, std::vector<double>(ball.path_m.size(), room_m3));
         }
     }
 }
@@ -122,7 +122,7 @@ void ContrastPainter::lightStains(const Contrast& contrast) {
                                   stain.spread_m3 * voxelVolume_m3(contrast.patient().grid()) *
                                   perVolume(contrast);
         for (std::size_t i = 0; i < ball.offsets.size(); ++i)
-            if (const double share = shape.share(front_m, ball.way_m[i]); share > 0.0)
+            if (const double share = shape.share(front_m, ball.path_m[i]); share > 0.0)
                 now_.push_back({ball.offsets[i], float(full_per_m * share)});
         endRegion();
     }
@@ -173,7 +173,7 @@ void ContrastPainter::light(const Contrast& contrast) {
 }
 
 // Lists the differences between now_ and shown_; everything in now_ if the box has changed.
-void ContrastPainter::handOut(const Grid& grid, ContrastChanges& changes) const {
+void ContrastPainter::writeChanges(const Grid& grid, ContrastChanges& changes) const {
     changes.offsets.clear(), changes.added_per_m.clear();
     const auto nx = std::uint32_t(grid.dims.x), ny = std::uint32_t(grid.dims.y);
     const auto say = [&](std::uint32_t offset, float value) {
@@ -193,7 +193,7 @@ void ContrastPainter::handOut(const Grid& grid, ContrastChanges& changes) const 
         say(before->offset, 0.0f);
 }
 
-void ContrastPainter::startAnew() {
+void ContrastPainter::reset() {
     shown_state_.clear();
     low_ = Index3(0), high_ = Index3(-1);
 }
@@ -208,7 +208,7 @@ bool ContrastPainter::paint(const Contrast& contrast, ContrastChanges& changes) 
     changes.grid = box_;
     changes.revision = ++revision_;
     light(contrast);
-    handOut(contrast.patient().grid(), changes);
+    writeChanges(contrast.patient().grid(), changes);
     std::swap(now_, shown_);
     return true;
 }

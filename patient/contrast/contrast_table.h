@@ -22,7 +22,7 @@ class ContrastPainter {
     // when the box changes, otherwise a fraction of one.
     bool paint(const Contrast&, ContrastChanges& changes);
     // Makes the next picture a complete one. Call it when earlier changes may have been lost.
-    void startAnew();
+    void reset();
     std::uint64_t skipped() const noexcept { return skipped_; }  // calls without a visible change
 
   private:
@@ -30,7 +30,7 @@ class ContrastPainter {
     struct Ball {
         double reach_m = 0.0;
         std::vector<std::uint32_t> offsets;  // in the patient's grid
-        std::vector<double> way_m;
+        std::vector<double> path_m;
         FillOrder order;
         Index3 low{0}, high{0};
     };
@@ -47,7 +47,7 @@ class ContrastPainter {
     void lightStains(const Contrast&);
     void lightPlumes(const Contrast&);
     void endRegion();
-    void handOut(const Grid&, ContrastChanges&) const;
+    void writeChanges(const Grid&, ContrastChanges&) const;
 
     ContrastTableSettings settings_;
     std::vector<double> shown_state_;  // all volumes as of the last picture

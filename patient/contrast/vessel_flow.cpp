@@ -29,9 +29,9 @@ std::size_t widestOf(const VesselTree& tree, const auto& eligible) {
 }
 
 // The eligible members within a lumen's radius of the widest one: a cross-section to start from.
-std::vector<WayStart> sectionOf(const VesselTree& tree, const auto& eligible) {
+std::vector<PathStart> sectionOf(const VesselTree& tree, const auto& eligible) {
     const std::size_t widest = widestOf(tree, eligible);
-    std::vector<WayStart> section;
+    std::vector<PathStart> section;
     if (widest == tree.piece.size()) return section;
     const Vec3 middle = tree.piece.centre(widest);
     for (std::size_t m = 0; m < tree.piece.size(); ++m)
@@ -120,7 +120,7 @@ std::vector<bool> largestOf(const VoxelPiece& piece, const std::vector<bool>& in
 
 // The hilum, where the portal trunk enters the liver. Blood outside flows toward it, blood inside away
 // from it. Updates `outside` accordingly. Empty if the whole vein is inside.
-std::vector<WayStart> hilumOf(const VesselTree& tree, std::vector<bool>& outside) {
+std::vector<PathStart> hilumOf(const VesselTree& tree, std::vector<bool>& outside) {
     const VoxelPiece& piece = tree.piece;
     const std::vector<Neighbour> around = neighbours(piece.box);
     const std::vector<bool> trunk = largestOf(piece, outside);
@@ -128,7 +128,7 @@ std::vector<WayStart> hilumOf(const VesselTree& tree, std::vector<bool>& outside
     for (std::size_t m = 0; m < piece.size(); ++m)
         rest[m] = !outside[m];
     const std::vector<bool> branches = largestOf(piece, rest);
-    const std::vector<WayStart> hilum = sectionOf(tree, [&](std::size_t m) {
+    const std::vector<PathStart> hilum = sectionOf(tree, [&](std::size_t m) {
         return trunk[m] && std::any_of(around.begin(), around.end(), [&](const Neighbour& n) {
                    const std::int32_t other = piece.beside(m, n);
                    return other != VoxelPiece::kNone && branches[std::size_t(other)];
@@ -138,7 +138,7 @@ std::vector<WayStart> hilumOf(const VesselTree& tree, std::vector<bool>& outside
     if (hilum.empty()) return outside.assign(piece.size(), false), hilum;
     Vec3 middle(0.0);
     double radius_m = 0.0;
-    for (const WayStart& start : hilum) {
+    for (const PathStart& start : hilum) {
         middle += piece.centre(start.member) / double(hilum.size());
         radius_m = std::max(radius_m, tree.radius_m[start.member]);
     }
@@ -167,7 +167,7 @@ std::vector<WayStart> hilumOf(const VesselTree& tree, std::vector<bool>& outside
 }
 
 // The end toward the heart: the highest slice, where the vessel is wide.
-std::vector<WayStart> heartEndOf(const VesselTree& tree) {
+std::vector<PathStart> heartEndOf(const VesselTree& tree) {
     int top = 0;
     double widest_m = 0.0;
     for (std::size_t m = 0; m < tree.piece.size(); ++m) {
@@ -181,7 +181,7 @@ std::vector<WayStart> heartEndOf(const VesselTree& tree) {
 
 // Fills along_m: distance from the root's cross-section, negative where blood flows toward the root.
 void orient(const Patient& patient, VesselTree& tree) {
-    std::vector<WayStart> root;
+    std::vector<PathStart> root;
     std::vector<bool> toward_root(tree.piece.size(), false);
     if (tree.kind == BloodKind::portal) {
         toward_root = outsideLiver(patient, tree);
@@ -197,7 +197,7 @@ void orient(const Patient& patient, VesselTree& tree) {
         toward_root.assign(tree.piece.size(), tree.kind == BloodKind::cava);
     }
     if (root.empty()) root = sectionOf(tree, [](std::size_t) { return true; });
-    for (const WayStart& start : root)
+    for (const PathStart& start : root)
         tree.root_m += tree.piece.centre(start.member) / double(root.size());
     tree.along_m = geodesic_m(tree.piece, root);
     for (std::size_t m = 0; m < tree.piece.size(); ++m)

@@ -192,7 +192,8 @@ double farthest(const SurrogateRange& range, double reference) noexcept {
 
 }  // namespace
 
-double widestChange(const MotionModel& m, const MotionCoefficients& a, const MotionCoefficients& b) noexcept {
+double maxNodeDifference(const MotionModel& m, const MotionCoefficients& a,
+                         const MotionCoefficients& b) noexcept {
     const double v = farthest(m.v, m.reference.v), rate = farthest(m.rate_per_s, m.reference.rate_per_s);
     double most_m = 0.0;
     for (std::size_t c = 0; c < 3; ++c)

@@ -56,7 +56,7 @@ struct MotionModel {
 inline constexpr int kFlowSteps = 4;  // midpoint steps per exponential
 
 // Largest difference between the motions of two nodes along one axis over all breathing states [m].
-double widestChange(const MotionModel&, const MotionCoefficients&, const MotionCoefficients&) noexcept;
+double maxNodeDifference(const MotionModel&, const MotionCoefficients&, const MotionCoefficients&) noexcept;
 // Upper limit of that difference between neighbours, per metre between them. The integration steps cannot
 // follow a steeper field, so packages with one are rejected.
 inline constexpr double kSteepestField = 2.5;

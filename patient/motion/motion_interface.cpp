@@ -4,6 +4,9 @@
 
 #include <algorithm>
 
+#include "base/smoothstep.h"
+#include "base/statistics.h"
+
 namespace stylet::patient {
 namespace {
 
@@ -234,15 +237,13 @@ InterfaceError measureInterface(const MotionModel& m, const Surrogate& now) {
     if (all.empty()) return error;
     error.mean_m /= double(all.size());
     error.mean_slip_m /= double(all.size());
-    const auto p99 = all.begin() + std::ptrdiff_t(0.99 * double(all.size() - 1));
-    std::nth_element(all.begin(), p99, all.end());
-    error.p99_m = *p99;
+    error.p99_m = lowerQuantile(std::move(all), 0.99);
     return error;
 }
 
 InterfaceError worstInterface(const MotionModel& m) {
     InterfaceError worst;
-    for (const Surrogate& breath : farthestBreaths(m)) {
+    for (const Surrogate& breath : cornerBreaths(m)) {
         const InterfaceError e = measureInterface(m, breath);
         worst.points = e.points;
         for (double InterfaceError::* const what :
@@ -253,7 +254,7 @@ InterfaceError worstInterface(const MotionModel& m) {
     return worst;
 }
 
-std::array<Surrogate, 4> farthestBreaths(const MotionModel& m) {
+std::array<Surrogate, 4> cornerBreaths(const MotionModel& m) {
     return {Surrogate{m.v.low, m.rate_per_s.low}, Surrogate{m.v.low, m.rate_per_s.high},
             Surrogate{m.v.high, m.rate_per_s.low}, Surrogate{m.v.high, m.rate_per_s.high}};
 }
@@ -262,7 +263,7 @@ double leastJacobian(const MotionModel& model, double times) {
     MotionModel m = model;
     m.v = m.rate_per_s = {-1e6, 1e6};
     double least = 1.0;
-    for (const Surrogate& end : farthestBreaths(model)) {
+    for (const Surrogate& end : cornerBreaths(model)) {
         const Surrogate now{m.reference.v + times * (end.v - m.reference.v),
                             m.reference.rate_per_s + times * (end.rate_per_s - m.reference.rate_per_s),
                             m.reference.creep_v};

@@ -1,19 +1,12 @@
 // The surface along which the two sides of a motion slide: makes the sliding tangential and measures it.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 
 #include "patient/motion/motion.h"
 
 namespace stylet::patient {
-
-// Smoothstep: 0 at `from`, 1 at `to`, C1. `from` may be greater than `to`.
-inline double smoothStep(double from, double to, double x) noexcept {
-    const double s = std::clamp((x - from) / (to - from), 0.0, 1.0);
-    return s * s * (3.0 - 2.0 * s);
-}
 
 // Points on the surface (level 0) with unit normals, at least one in every cell that the surface crosses.
 struct SurfacePoint {
@@ -43,7 +36,7 @@ InterfaceError measureInterface(const MotionModel&, const Surrogate& now);
 
 // The four corners of the clamping ranges of v and v'. worstInterface() returns the maximum of each error
 // over them.
-std::array<Surrogate, 4> farthestBreaths(const MotionModel&);
+std::array<Surrogate, 4> cornerBreaths(const MotionModel&);
 InterfaceError worstInterface(const MotionModel&);
 
 // Smallest determinant of the Jacobian, sampled at two points per cell over the farthest breaths, with the

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/distance.h"
+#include "base/smoothstep.h"
 #include "patient/motion/motion_interface.h"
 
 namespace stylet::patient {
@@ -224,9 +225,10 @@ Grid nodeGrid(const Grid& image, double spacing_m, double low_m, double high_m) 
 }
 
 // The template's two fields, before the slide is made tangential.
-class Fields {
+class TemplateFields {
   public:
-    Fields(const Body& body, const MotionAmplitudes& a, const Grid& image, double v_ref, double node_m)
+    TemplateFields(const Body& body, const MotionAmplitudes& a, const Grid& image, double v_ref,
+                   double node_m)
         : body_(body), a_(a), low_m_(image.origin_m), high_m_(image.centre(image.dims - 1)), node_m_(node_m) {
         const double v = std::clamp(v_ref, 0.0, 1.0);
         full_low_m_ = body.liver_low_m - 0.003 - a.dome_m * (1.0 - v);
@@ -357,7 +359,8 @@ void flatten(MotionModel& m, double most) {
                 double change_m = 0.0;
                 for (std::size_t c = 0; c < 3; ++c)
                     change_m = std::max(change_m, std::fabs(double(b.a1_m[c]) - double(a.a1_m[c])));
-                if (change_m <= most_m && widestChange(m, a, b) <= kWidest * m.grid.spacing_m[axis]) continue;
+                if (change_m <= most_m && maxNodeDifference(m, a, b) <= kWidest * m.grid.spacing_m[axis])
+                    continue;
                 steep = true;
                 // Keeps the mean of the two, so that one spike does not flatten its whole surroundings.
                 for (std::size_t c = 0; c < 3; ++c) {
@@ -391,7 +394,7 @@ MotionModel motionTemplate(const LabelVolume& labels, const std::vector<Label>& 
     const Body body = measureBody(labels, kinds);
     if (body.empty()) return m;
     const Volume<float> level = levelOf(cavityMask(labels, kinds, threads), threads);
-    const Fields fields(body, amplitudes, labels.grid, reference.v, amplitudes.spacing_m);
+    const TemplateFields fields(body, amplitudes, labels.grid, reference.v, amplitudes.spacing_m);
     m.grid = nodeGrid(labels.grid, amplitudes.spacing_m, fields.zeroLow_m(), fields.zeroHigh_m());
     forEachVoxel(m.grid, [&](const Index3& i) {
         const Vec3 p = m.grid.centre(i);

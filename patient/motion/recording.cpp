@@ -10,7 +10,9 @@
 #include <string>
 
 #include "base/errors.h"
+#include "base/geometry.h"
 #include "base/line_reader.h"
+#include "base/statistics.h"
 #include "base/whole_file.h"
 
 namespace stylet::patient {
@@ -180,12 +182,6 @@ std::vector<double> resampled(const std::vector<RecordingRow>& rows, const Vec3&
     return smooth;
 }
 
-double quantile(std::vector<double> values, double share) {
-    const auto nth = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
-    std::nth_element(values.begin(), nth, values.end());
-    return *nth;
-}
-
 // Median range of the signal over sliding windows. Not affected by a marker that shifts or drifts.
 double usualRange(const std::vector<double>& s) {
     std::vector<double> ranges;
@@ -195,7 +191,7 @@ double usualRange(const std::vector<double>& s) {
             std::minmax_element(first, first + std::ptrdiff_t(std::min(kWindow, s.size() - begin)));
         ranges.push_back(*high - *low);
     }
-    return quantile(ranges, 0.5);
+    return lowerQuantile(std::move(ranges), 0.5);
 }
 
 struct Turns {
@@ -231,7 +227,7 @@ double medianAt(const std::vector<double>& s, const std::vector<std::size_t>& wh
     std::vector<double> values;
     for (const std::size_t i : where)
         values.push_back(s[i]);
-    return quantile(values, 0.5);
+    return lowerQuantile(std::move(values), 0.5);
 }
 
 // From the first end-exhale to the last. During the last breath the level blends to that of the start.
@@ -278,7 +274,7 @@ RecordedBreath parseRecordedBreath(std::string_view csv, const std::filesystem::
     }
     for (std::size_t i = 1; i < turns.exhale.size(); ++i)
         periods_s.push_back(double(turns.exhale[i] - turns.exhale[i - 1]) * kDt_s);
-    out.period_s = quantile(periods_s, 0.5);
+    out.period_s = lowerQuantile(periods_s, 0.5);
     out.dt_s = kDt_s;
     out.v = closedLoop(v, turns);
     return out;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/smoothstep.h"
 #include "base/transcendental.h"
 
 namespace stylet::patient {
@@ -153,7 +154,7 @@ double creepAt(const BreathingState& s, const BreathPlan& plan, double dt_s) noe
     }
     if (s.eased_v == 0.0) return 0.0;
     const double t = std::min(1.0, double(s.eased_ticks) * dt_s / kEase_s);
-    return s.eased_v * (1.0 - t * t * (3.0 - 2.0 * t));
+    return s.eased_v * (1.0 - smoothStep(t));
 }
 
 void beginHold(BreathingState& s, const BreathPlan& plan, double dt_s) noexcept {

@@ -27,13 +27,13 @@ struct BreathingSignal {
 };
 
 // How the patient follows a breath-hold command. By default the patient holds for as long as commanded.
-struct HoldManner {
+struct HoldBehaviour {
     double creep_v = 0.0;   // drift of the diaphragm during a hold: linear until creep_s, then constant
     double creep_s = 24.0;  // 5.6 mm in 24 s have been observed
     double missed = 0.0;    // probability of missing the command at an end-exhale, 0 to 1
     double level_v = 0.0;   // the patient holds at up to this much above end-exhale
     double limit_s = 0.0;   // duration until the patient gives up, +- 20 %; 0: unlimited
-    friend bool operator==(const HoldManner&, const HoldManner&) = default;
+    friend bool operator==(const HoldBehaviour&, const HoldBehaviour&) = default;
 };
 
 // How the patient breathes in an attempt. A sigh is a deep, slow breath. A cough is a quick breath with
@@ -42,7 +42,7 @@ struct BreathPlan {
     BreathingSignal rhythm{};
     double period_jitter = 0.0, depth_jitter = 0.0;  // standard deviation over mean; 0.05 to 0.15 in health
     double sighs = 0.0, coughs = 0.0;                // share of breaths
-    HoldManner hold{};
+    HoldBehaviour hold{};
     std::uint64_t seed = 0;
     // Recording: v every recording_dt_s, a closed loop. Replaces the rhythm (except its amplitude),
     // jitter, sighs and coughs. Empty: no recording.

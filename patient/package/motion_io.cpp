@@ -49,7 +49,7 @@ void checkSteepness(const std::filesystem::path& file, const MotionModel& m) {
             for (std::size_t at = strides[axis]; at < field->size(); ++at) {
                 // Across the end of a row both nodes are zero.
                 const MotionCoefficients &a = (*field)[at - strides[axis]], &b = (*field)[at];
-                if (widestChange(m, a, b) > kSteepestField * m.grid.spacing_m[axis])
+                if (maxNodeDifference(m, a, b) > kSteepestField * m.grid.spacing_m[axis])
                     throw DataError(file, "voxels", "a field is too steep for the steps of its flow");
             }
 }

@@ -14,7 +14,6 @@
 #include <future>
 
 #include "base/hash.h"
-#include "base/toml_reader.h"
 #include "base/whole_file.h"
 #include "patient/package/motion_io.h"
 #include "patient/package/nifti.h"

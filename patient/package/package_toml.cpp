@@ -8,7 +8,8 @@
 #include <limits>
 #include <optional>
 
-#include "base/toml_reader.h"
+#include "base/fields.h"
+#include "base/hex.h"
 
 namespace stylet::patient {
 namespace {
@@ -16,21 +17,21 @@ namespace {
 constexpr double kSoftest_pa = 10.0;  // softer than any tissue: a smaller number has lost its unit
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-Tissue readTissueName(TomlReader& in, std::string_view key) {
+Tissue readTissueName(Fields& in, std::string_view key) {
     const std::string name = in.text(key, 32);
     for (int t = 0; t < kTissueCount; ++t)
         if (name == tissueName(Tissue(t))) return Tissue(t);
     in.refuse(key, "\"" + name + "\" is not a tissue of the force table");
 }
 
-Role readRole(TomlReader& in, std::string_view key) {
+Role readRole(Fields& in, std::string_view key) {
     const std::string name = in.text(key, 32);
     for (const Role role : {Role::pass, Role::risk, Role::target})
         if (name == roleName(role)) return role;
     in.refuse(key, "\"" + name + "\" is not pass, risk or target");
 }
 
-Thresholds readThresholds(TomlReader in) {
+Thresholds readThresholds(Fields in) {
     Thresholds t;
     t.t0_hu = in.number("t0_hu", -1024, 3071);
     t.t1_hu = in.number("t1_hu", -1024, 3071);
@@ -43,7 +44,7 @@ Thresholds readThresholds(TomlReader in) {
     return t;
 }
 
-TissueRow readRow(TomlReader& in) {
+TissueRow readRow(Fields& in) {
     TissueRow row;
     row.role = readRole(in, "role");
     row.cut_force_n = in.number("cut_force_n", 0.0, kInfinity);
@@ -55,13 +56,13 @@ TissueRow readRow(TomlReader& in) {
     return row;
 }
 
-Elasticity readElasticity(TomlReader& in) {
+Elasticity readElasticity(Fields& in) {
     return {in.number("young_pa", kSoftest_pa, kInfinity), in.text("young_source", 1000)};
 }
 
-void readTissues(TomlReader& root, TissueTable& table, ElasticityTable& elasticity) {
+void readTissues(Fields& root, TissueTable& table, ElasticityTable& elasticity) {
     std::array<bool, kTissueCount> seen{};
-    for (TomlReader& in : root.children("tissue", kTissueCount)) {
+    for (Fields& in : root.children("tissue", kTissueCount)) {
         const auto index = std::size_t(readTissueName(in, "name"));
         if (seen[index]) in.refuse("name", "given twice");
         seen[index] = true;
@@ -78,7 +79,7 @@ constexpr const char* kPackageFormat = "stylet patient 3";
 constexpr const char* kFormatOfEllipses = "stylet patient 1";
 constexpr const char* kFormatWithoutElasticity = "stylet patient 2";
 
-Label readLabel(TomlReader& in) {
+Label readLabel(Fields& in) {
     Label label;
     label.id = std::uint8_t(in.integer("id", 1, 255));
     label.name = in.text("name", 200);
@@ -86,21 +87,17 @@ Label readLabel(TomlReader& in) {
     label.role = readRole(in, "role");
     label.abdominal = in.flag("abdominal");
     label.provenance = in.text("provenance", 1000);
-    const toml::array& colour = in.array("colour");
-    if (colour.size() != 3) in.refuse("colour", "not three numbers");
-    for (std::size_t i = 0; i < 3; ++i) {
-        const auto value = colour[i].value_exact<std::int64_t>();
-        if (!value || *value < 0 || *value > 255) in.refuse("colour", "not three integers in [0, 255]");
-        label.colour[i] = std::uint8_t(*value);
-    }
+    const std::vector<std::int64_t> colour = in.integers("colour", 0, 255, 3);
+    if (colour.size() != 3) in.refuse("colour", "not 3 integers");
+    std::copy(colour.begin(), colour.end(), label.colour.begin());
     in.finish();
     return label;
 }
 
-std::vector<Label> readLabels(TomlReader& root) {
+std::vector<Label> readLabels(Fields& root) {
     std::vector<Label> labels;
     std::array<bool, 256> seen{};
-    for (TomlReader& in : root.children("label", 255)) {
+    for (Fields& in : root.children("label", 255)) {
         labels.push_back(readLabel(in));
         if (seen[labels.back().id]) in.refuse("id", std::to_string(labels.back().id) + " is given twice");
         seen[labels.back().id] = true;
@@ -108,40 +105,23 @@ std::vector<Label> readLabels(TomlReader& root) {
     return labels;
 }
 
-template <std::size_t N>
-std::array<double, N> readNumbers(const TomlReader& in, std::string_view key, const toml::array& values) {
-    if (values.size() != N) in.refuse(key, "not " + std::to_string(N) + " numbers");
-    std::array<double, N> out{};
-    for (std::size_t i = 0; i < N; ++i) {
-        const auto value = values[i].is_number() ? values[i].value<double>() : std::nullopt;
-        if (!value || !(std::abs(*value) <= kPackageReach_m)) in.refuse(key, "not numbers in [-10, 10] m");
-        out[i] = *value;
-    }
-    return out;
-}
-
-Vec3 readVec3(TomlReader& in, std::string_view key) {
-    const std::array<double, 3> v = readNumbers<3>(in, key, in.array(key));
-    return {v[0], v[1], v[2]};
-}
-
-Grid readGrid(TomlReader in) {
+Grid readGrid(Fields in) {
     Grid grid;
-    grid.spacing_m = readVec3(in, "spacing_m");
-    grid.origin_m = readVec3(in, "origin_m");
+    grid.spacing_m = in.vector("spacing_m", -kPackageReach_m, kPackageReach_m);
+    grid.origin_m = in.vector("origin_m", -kPackageReach_m, kPackageReach_m);
     for (int axis = 0; axis < 3; ++axis)
         if (!(grid.spacing_m[axis] > 0.0)) in.refuse("spacing_m", "not above 0");
     in.finish();
     return grid;
 }
 
-SurrogateRange readRange(TomlReader& in, std::string_view low_key, std::string_view high_key, double most) {
+SurrogateRange readRange(Fields& in, std::string_view low_key, std::string_view high_key, double most) {
     const SurrogateRange range{in.number(low_key, -most, most), in.number(high_key, -most, most)};
     if (!(range.low < range.high)) in.refuse(high_key, "not above " + std::string(low_key));
     return range;
 }
 
-void readBreathing(TomlReader in, Package& p) {
+void readBreathing(Fields in, Package& p) {
     p.signal.period_s = in.number("period_s", 0.5, 60.0);
     p.signal.amplitude = in.number("amplitude", 0.0, 2.0);
     p.motion.v = readRange(in, "v_low", "v_high", 3.0);
@@ -151,7 +131,7 @@ void readBreathing(TomlReader in, Package& p) {
 }
 
 // "exhale", "inhale" or "v=0.35".
-Surrogate readReference(const TomlReader& root, const std::string& phase) {
+Surrogate readReference(const Fields& root, const std::string& phase) {
     if (phase == "exhale") return {0.0, 0.0};
     if (phase == "inhale") return {1.0, 0.0};
     double v = -1.0;
@@ -178,8 +158,7 @@ std::string quoted(std::string_view text) {
         if (c == '"' || c == '\\') {
             out += '\\', out += c;
         } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-            constexpr char kDigits[] = "0123456789abcdef";
-            out += "\\u00", out += kDigits[(c >> 4) & 15], out += kDigits[c & 15];
+            out += "\\u00" + hexText(static_cast<unsigned char>(c), 2);
         } else {
             out += c;
         }
@@ -255,8 +234,7 @@ void writeBreathing(TomlWriter& out, const Package& p) {
 }  // namespace
 
 TissueDefaults parseTissueDefaults(const std::filesystem::path& file, std::string_view text) {
-    const toml::table parsed = parseToml(file, text);
-    TomlReader root(file, "", parsed);
+    Fields root = parseToml(file, text);
     TissueDefaults defaults;
     defaults.thresholds = readThresholds(root.child("thresholds"));
     readTissues(root, defaults.tissues, defaults.elasticity);
@@ -265,11 +243,10 @@ TissueDefaults parseTissueDefaults(const std::filesystem::path& file, std::strin
 }
 
 Package parsePackageToml(const std::filesystem::path& file, std::string_view text) {
-    const toml::table parsed = parseToml(file, text);
-    TomlReader root(file, "", parsed);
+    Fields root = parseToml(file, text);
     const std::string format = root.text("format", 100);
     if (format == kFormatOfEllipses)
-        root.refuse("format", "an older patient, who breathes in ellipses: make or import it again");
+        root.refuse("format", "an older format with elliptical breathing: make or import the patient again");
     if (format == kFormatWithoutElasticity)
         root.refuse("format", "an older patient, whose tissues have no elasticity: make or import it again");
     if (format != kPackageFormat) root.refuse("format", "not \"" + std::string(kPackageFormat) + "\"");

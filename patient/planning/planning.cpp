@@ -29,7 +29,7 @@ class EntryPlanner {
         : plan_(plan),
           targets_(targets),
           judge_(plan),
-          doubter_(plan),
+          quality_bound_(plan),
           skips_(plan.settings.skip && isStill(plan.patient, plan.settings.breath)) {}
 
     std::optional<PlannedPath> plan(const Vec3& entry_m, Counts& counts) {
@@ -55,7 +55,7 @@ class EntryPlanner {
     }
     bool isHopeless(std::size_t target) const {
         const double needed = best_ ? best_->quality : plan_.settings.min_quality;
-        const double bound = doubter_.bound(path_, needed);
+        const double bound = quality_bound_.bound(path_, needed);
         return bound < needed || (best_ && bound == needed && target > best_target_);
     }
     void tryTarget(std::size_t target, Counts& counts) {
@@ -84,7 +84,7 @@ class EntryPlanner {
     const Plan& plan_;
     const Targets& targets_;
     Judge judge_;
-    Doubter doubter_;
+    QualityBound quality_bound_;
     bool skips_;
     PlannedPath path_;
     std::optional<PlannedPath> best_;

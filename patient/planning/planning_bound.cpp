@@ -12,7 +12,7 @@ struct Look {
 
 }  // namespace
 
-struct Doubter::Line {
+struct QualityBound::Line {
     Vec3 start, step;  // in voxels, cell borders at integers
     // Truncation differs from floor below zero, but there `sure` is false.
     Look lookAt(double at_m) const {
@@ -25,13 +25,13 @@ struct Doubter::Line {
     }
 };
 
-Doubter::Doubter(const Plan& plan)
+QualityBound::QualityBound(const Plan& plan)
     : plan_(plan), grid_(plan.patient.grid()), corner_(grid_.nearest(plan.region.clearance_m.grid.origin_m)) {
     const Vec3 s = grid_.spacing_m;
     half_voxel_m_ = 0.5 * std::min({s.x, s.y, s.z});
 }
 
-double Doubter::bound(const PlannedPath& path, double needed) const {
+double QualityBound::bound(const PlannedPath& path, double needed) const {
     const double length_m = glm::length(path.target_m - path.entry_m);
     const Line line{grid_.toVoxels(path.entry_m) + 0.5,
                     (path.target_m - path.entry_m) / (grid_.spacing_m * length_m)};
@@ -59,14 +59,14 @@ double Doubter::bound(const PlannedPath& path, double needed) const {
     return qualityOf(scoreOf(clearance_m, kFullClearance_m), target_score);
 }
 
-double Doubter::clearance(const Index3& voxel) const {
+double QualityBound::clearance(const Index3& voxel) const {
     const Volume<float>& clearance_m = plan_.region.clearance_m;
     const Index3 i = voxel - corner_;
     return clearance_m.grid.contains(i) ? double(clearance_m[i]) : kFullClearance_m;
 }
 
 // True if the voxel is a risk whatever the needle has passed before.
-bool Doubter::blocks(const Index3& voxel) const {
+bool QualityBound::blocks(const Index3& voxel) const {
     const TissueMap::Code code = plan_.map.code(voxel);
     for (const bool past_skin : {false, true})
         for (const bool past_fascia : {false, true})
@@ -74,13 +74,13 @@ bool Doubter::blocks(const Index3& voxel) const {
     return true;
 }
 
-bool Doubter::isDuct(const Index3& voxel) const {
+bool QualityBound::isDuct(const Index3& voxel) const {
     return plan_.map.sample(plan_.map.code(voxel), {}).tissue == Tissue::duct;
 }
 
 // First depth that is certainly outside the duct, searching from `from_m` in steps of `step_m`; `last_m`
 // if there is none.
-double Doubter::outsideDuct(const Line& line, double from_m, double last_m, double step_m) const {
+double QualityBound::outsideDuct(const Line& line, double from_m, double last_m, double step_m) const {
     const int looks = int((last_m - from_m) / step_m);
     for (int i = 1; i <= looks; ++i) {
         const Look look = line.lookAt(from_m + i * step_m);

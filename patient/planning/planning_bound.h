@@ -9,10 +9,10 @@ namespace stylet::patient {
 // Computes an upper bound of a path's quality from few samples. Only samples at voxels that the path is
 // certain to visit are used: a point of the line lies inside the voxel, away from its faces. So the result
 // bounds Judge's result to the last bit.
-class Doubter {
+class QualityBound {
   public:
     // The plan must outlive it. Its breath must be that of the CT.
-    explicit Doubter(const Plan&);
+    explicit QualityBound(const Plan&);
     // An upper bound of the path's quality. Stops early with a value below `needed` once one is proven.
     double bound(const PlannedPath&, double needed) const;
 

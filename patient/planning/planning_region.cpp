@@ -111,7 +111,7 @@ void floodMarks(Volume<std::uint8_t>& marks, std::vector<Index3>& open, std::uin
 
 // The body is everything connected to the liver (a table is not). Outside air is air connected to the
 // image's right, front or back side. Other air is gas or lung, a risk.
-void tellBodyFromAir(Volume<std::uint8_t>& marks) {
+void classifyBodyAndAir(Volume<std::uint8_t>& marks) {
     const Index3 last = marks.grid.dims - 1;
     std::vector<Index3> liver, air;
     forEachVoxel(marks.grid, [&](const Index3& i) {
@@ -328,7 +328,7 @@ PlanRegion makePlanRegion(const Patient& patient, const PlanSettings& settings) 
     if (liver.empty()) return {};
     const Grid crop = cropAround(patient.grid(), liver);
     Volume<std::uint8_t> marks = markDeformed(patient, settings.breath, crop, settings.threads);
-    tellBodyFromAir(marks);
+    classifyBodyAndAir(marks);
     return {clearances(marks, settings.threads), intercostalMask(marks),
             skinEntries(marks, liver, settings.skin_spacing_m), backOf(marks)};
 }

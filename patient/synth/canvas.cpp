@@ -1,5 +1,6 @@
 #include "patient/synth/canvas.h"
 
+#include "base/smoothstep.h"
 #include "base/transcendental.h"
 
 namespace stylet::patient::synth {
@@ -15,7 +16,7 @@ TubePoint between(const std::vector<TubePoint>& points, std::size_t i, double t)
     const Vec3 p = (b.p * 2.0 + (c.p - a.p) * t + (a.p * 2.0 - b.p * 5.0 + c.p * 4.0 - d.p) * t2 +
                     (b.p * 3.0 - a.p - c.p * 3.0 + d.p) * t3) *
                    0.5;
-    return {p, b.radius + (c.radius - b.radius) * (t2 * (3.0 - 2.0 * t))};
+    return {p, b.radius + (c.radius - b.radius) * smoothStep(t)};
 }
 
 }  // namespace

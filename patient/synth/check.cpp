@@ -2,6 +2,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "base/statistics.h"
 #include "base/traversal.h"
 #include "patient/synth/check_tools.h"
 #include "patient/synth/components.h"
@@ -59,7 +60,7 @@ class Checker {
         const int reach = std::max(1, int(7.0 / mm_));
         std::vector<std::size_t> inside;
         for (const std::size_t n : of(id)) {
-            const Index3 at = indexOf(grid_, n);
+            const Index3 at = grid_.voxelAt(n);
             int around = 0;
             for (const Index3& f : kFaces) {
                 const Index3 j = at + f * reach;
@@ -99,7 +100,7 @@ class Checker {
         for (const Component& c : components(labels_, wanted)) {
             FlankRib rib;
             for (const std::size_t n : c.voxels) {
-                const Vec3 p = grid_.centre(indexOf(grid_, n)) * 1000.0;
+                const Vec3 p = grid_.centre(grid_.voxelAt(n)) * 1000.0;
                 if (std::fabs(p.y - middle_mm) > half_band_mm) continue;
                 rib.points_mm.push_back(p);
                 rib.z_mm += p.z;
@@ -136,9 +137,7 @@ class Checker {
             }
             if (best < kAny) gaps.push_back(std::sqrt(best) - mm_);
         }
-        if (gaps.empty()) return kAny;
-        std::sort(gaps.begin(), gaps.end());
-        return gaps[gaps.size() / 2];
+        return gaps.empty() ? kAny : upperMedian(std::move(gaps));
     }
 
     void ductTree() {
@@ -157,7 +156,7 @@ class Checker {
         const std::vector<Offset> ball = ballOffsets(6.0 / mm_);
         std::size_t near = 0;
         for (const std::size_t n : ducts_) {
-            const Index3 at = indexOf(grid_, n);
+            const Index3 at = grid_.voxelAt(n);
             near += std::any_of(ball.begin(), ball.end(), [&](const Offset& o) {
                 const Index3 j = at + o.step;
                 return grid_.contains(j) && labels_[j] == std::uint8_t(Id::portal);
@@ -183,7 +182,7 @@ class Checker {
         std::size_t bare = 0;
         for (std::size_t n = 0; n < labels_.voxels.size(); ++n) {
             if (labels_.voxels[n] != 0) continue;
-            const Index3 at = indexOf(grid_, n);
+            const Index3 at = grid_.voxelAt(n);
             for (const Index3& f : kFaces) {
                 const Index3 j = at + f;
                 if (!grid_.contains(j)) continue;
@@ -194,7 +193,7 @@ class Checker {
         line("skin: body surface without it", "faces", double(bare), 0, 0);
         std::size_t cut = 0;
         for (const std::size_t n : of(Id::skin)) {
-            const Index3 at = indexOf(grid_, n);
+            const Index3 at = grid_.voxelAt(n);
             cut += at.x == 0 || at.y == 0 || at.x + 1 == grid_.dims.x || at.y + 1 == grid_.dims.y ? 1 : 0;
         }
         line("skin: cut off by the volume's sides", "voxels", double(cut), 0, 0);
@@ -214,7 +213,7 @@ class Checker {
             const std::size_t n = front.back();
             front.pop_back();
             outside += holds(outer, labels_.voxels[n]) ? 1 : 0;
-            const Index3 at = indexOf(grid_, n);
+            const Index3 at = grid_.voxelAt(n);
             for (const Index3& f : kFaces) {
                 const Index3 j = at + f;
                 if (!grid_.contains(j)) continue;
@@ -245,12 +244,12 @@ class Checker {
         for (std::size_t i = 0, taken = 0; i < ducts_.size(); ++i)
             if (depth[i] >= 1.5 &&
                 taken++ % std::max<std::size_t>(1, std::size_t(27.0 / (mm_ * mm_ * mm_))) == 0)
-                targets.push_back(indexOf(grid_, ducts_[i]));
+                targets.push_back(grid_.voxelAt(ducts_[i]));
         const int step = std::max(1, int(8.0 / mm_));
         int entries = 0, open = 0;
         double shortest = kAny;
         for (const std::size_t n : of(Id::skin)) {
-            const Index3 at = indexOf(grid_, n);
+            const Index3 at = grid_.voxelAt(n);
             if (at.y % step != 0 || at.z % step != 0 || grid_.centre(at).x < 0.09) continue;
             ++entries;
             double best = kAny;

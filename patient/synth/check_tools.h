@@ -10,11 +10,6 @@
 
 namespace stylet::patient::synth {
 
-inline Index3 indexOf(const Grid& grid, std::size_t n) {
-    const auto nx = std::size_t(grid.dims.x), ny = std::size_t(grid.dims.y);
-    return {int(n % nx), int(n / nx % ny), int(n / (nx * ny))};
-}
-
 struct Offset {
     Index3 step;
     double length;  // in voxels

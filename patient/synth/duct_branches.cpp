@@ -8,6 +8,7 @@
 #include <queue>
 #include <unordered_map>
 
+#include "base/statistics.h"
 #include "patient/synth/check_tools.h"
 
 namespace stylet::patient::synth {
@@ -79,7 +80,7 @@ class LevelSets {
   private:
     template <class Visit>
     void eachNeighbour(int i, const Visit& visit) const {
-        const Index3 at = indexOf(grid_, voxels_[std::size_t(i)]);
+        const Index3 at = grid_.voxelAt(voxels_[std::size_t(i)]);
         for (int dz = -1; dz <= 1; ++dz)
             for (int dy = -1; dy <= 1; ++dy)
                 for (int dx = -1; dx <= 1; ++dx) {
@@ -165,11 +166,6 @@ void prune(std::vector<Slice>& slices, std::vector<bool>& alive) {
     }
 }
 
-double median(std::vector<double> v) {
-    std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(v.size() / 2), v.end());
-    return v[v.size() / 2];
-}
-
 }  // namespace
 
 std::vector<double> depthInside(const LabelVolume& labels, const std::vector<std::size_t>& voxels,
@@ -179,7 +175,7 @@ std::vector<double> depthInside(const LabelVolume& labels, const std::vector<std
     const std::vector<Offset> ball = ballOffsets(limit_mm / spacing + 1.0);
     std::vector<double> depth(voxels.size());
     for (std::size_t i = 0; i < voxels.size(); ++i) {
-        const Index3 at = indexOf(grid, voxels[i]);
+        const Index3 at = grid.voxelAt(voxels[i]);
         const std::uint8_t label = labels.voxels[voxels[i]];
         depth[i] = limit_mm;
         for (const Offset& o : ball) {
@@ -210,7 +206,7 @@ std::vector<Branch> tubeBranches(const LabelVolume& labels, const std::vector<st
             const double area_mm2 = slices[std::size_t(k)].voxels * sets.voxel_mm3() / sets.width_mm();
             diameters.push_back(std::sqrt(area_mm2 * 4.0 / 3.14159265358979));
         }
-        branches.push_back({double(diameters.size()) * sets.width_mm(), median(diameters)});
+        branches.push_back({double(diameters.size()) * sets.width_mm(), upperMedian(diameters)});
     }
     return branches;
 }

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "base/smoothstep.h"
+
 namespace stylet::patient::synth {
 
 namespace {
@@ -13,16 +15,12 @@ double latticeValue(std::int64_t x, std::int64_t y, std::int64_t z, std::uint64_
     return double(h >> 11) * 0x1p-52 - 1.0;
 }
 
-double fade(double t) noexcept {
-    return t * t * (3.0 - 2.0 * t);
-}
-
 }  // namespace
 
 double valueNoise(const Vec3& p, std::uint64_t seed) noexcept {
     const double fx = std::floor(p.x), fy = std::floor(p.y), fz = std::floor(p.z);
     const auto x = std::int64_t(fx), y = std::int64_t(fy), z = std::int64_t(fz);
-    const double u = fade(p.x - fx), v = fade(p.y - fy), w = fade(p.z - fz);
+    const double u = smoothStep(p.x - fx), v = smoothStep(p.y - fy), w = smoothStep(p.z - fz);
     double plane[2];
     for (int k = 0; k < 2; ++k) {
         const double near =

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "base/geometry.h"
+#include "base/smoothstep.h"
 
 namespace stylet::patient::synth {
 
@@ -24,8 +25,7 @@ inline double clamp01(double t) noexcept {
 }
 // Smoothstep: 0 at `from`, 1 at `to` (either order), C1.
 inline double ramp(double x, double from, double to) noexcept {
-    const double t = clamp01((x - from) / (to - from));
-    return t * t * (3.0 - 2.0 * t);
+    return smoothStep(from, to, x);
 }
 // 1 at r2 = 0, falling like a Lorentzian; r2 is a squared normalised distance.
 inline double bump(double r2) noexcept {

@@ -17,9 +17,8 @@ constexpr IdSet kWhole =
 std::uint8_t surroundings(const LabelVolume& labels, const Component& c) {
     std::array<std::size_t, std::size_t(kIdCount)> count{};
     const Grid& grid = labels.grid;
-    const auto nx = std::size_t(grid.dims.x), ny = std::size_t(grid.dims.y);
     for (const std::size_t n : c.voxels) {
-        const Index3 i{int(n % nx), int(n / nx % ny), int(n / (nx * ny))};
+        const Index3 i = grid.voxelAt(n);
         for (int axis = 0; axis < 3; ++axis)
             for (const int step : {-1, 1}) {
                 Index3 j = i;

@@ -43,8 +43,7 @@ std::string_view badSettings(const FluoroscopySettings& s) {
         return "a setting is not a positive number";
     for (const double step_m : {s.voxel_m, s.step_m, s.stretch_m})
         if (!(step_m >= kLeastStep_m && step_m <= kMostStep_m)) return "a step is not between 0.1 mm and 1 m";
-    if (!(s.beyond_ends_m >= 0.0 && s.beyond_ends_m <= 1.0))
-        return "the patient goes on for more than a metre";
+    if (!(s.beyond_ends_m >= 0.0 && s.beyond_ends_m <= 1.0)) return "the patient is longer than one metre";
     if (s.block != 1 && s.block != 2 && s.block != 4) return "a block has 1, 2 or 4 rays a side";
     return {};
 }

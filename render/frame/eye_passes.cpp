@@ -17,7 +17,7 @@ vk::raii::ImageView layerView(const Gpu& gpu, vk::Image image, vk::Format format
 
 }  // namespace
 
-const std::vector<EyePass>& EyePasses::of(const StereoTarget& target, const GpuImage& depth) {
+const std::vector<EyePass>& EyePasses::passesFor(const StereoTarget& target, const GpuImage& depth) {
     const auto found = std::find_if(known_.begin(), known_.end(), [&](const Known& k) {
         return k.image == target.image && k.depth_image == target.depth_image && k.format == target.format;
     });

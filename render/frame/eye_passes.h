@@ -21,9 +21,9 @@ class EyePasses {
     explicit EyePasses(const Gpu& gpu) : gpu_(&gpu) {}
 
     // `depth`: the renderer's own depth image, of the target's size.
-    const std::vector<EyePass>& of(const StereoTarget&, const GpuImage& depth);
+    const std::vector<EyePass>& passesFor(const StereoTarget&, const GpuImage& depth);
     // Call before destroying an image that was drawn to.
-    void forget() { known_.clear(); }
+    void clear() { known_.clear(); }
 
   private:
     struct Known {

@@ -120,7 +120,7 @@ EyeTap::~EyeTap() {
     }
 }
 
-bool EyeTap::take(const StereoTarget& target, int eye, std::uint32_t most_pixels, std::uint64_t tag) {
+bool EyeTap::submitCopy(const StereoTarget& target, int eye, std::uint32_t most_pixels, std::uint64_t tag) {
     return guarded([&] {
         Impl& me = *impl_;
         Impl::Copy* free = nullptr;

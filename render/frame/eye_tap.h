@@ -23,7 +23,7 @@ class EyeTap {
     // exceeds `most_pixels`. The image needs VK_IMAGE_USAGE_TRANSFER_SRC_BIT. Returns false and does
     // nothing while all copies are pending. read() returns `tag` with the copy. Allocates when the size
     // changes. Throws GpuError.
-    bool take(const StereoTarget&, int eye, std::uint32_t most_pixels, std::uint64_t tag = 0);
+    bool submitCopy(const StereoTarget&, int eye, std::uint32_t most_pixels, std::uint64_t tag = 0);
     // Reads the newest copy that has finished since the last call and returns its tag, or nothing if there
     // is none.
     std::optional<std::uint64_t> read(Image&);

@@ -12,7 +12,7 @@ constexpr int kTwice = 2;  // one late frame may be the system's fault; two in a
 
 Governor::Governor(const GovernorSettings& settings) : settings_(settings) {}
 
-void Governor::took(double volume_ms, double rest_ms, double drawn_scale) {
+void Governor::reportFrame(double volume_ms, double rest_ms, double drawn_scale) {
     if (!(volume_ms > 0.0) || !(rest_ms >= 0.0) || !std::isfinite(volume_ms + rest_ms)) return;
     const double room_ms = settings_.aimed * settings_.budget_ms - rest_ms;
     if (!(drawn_scale > 0.0) || room_ms <= 0.0) return;

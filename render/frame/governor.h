@@ -21,7 +21,7 @@ class Governor {
     // Reports the last frame. `volume_ms` is the part of its time that grows with the layer's pixels.
     // `drawn_scale` is the scale at which the layer was drawn; it is below layerScale() when the head is
     // close. Ignores invalid times, and frames whose `rest_ms` alone exceeds the target.
-    void took(double volume_ms, double rest_ms, double drawn_scale);
+    void reportFrame(double volume_ms, double rest_ms, double drawn_scale);
 
   private:
     GovernorSettings settings_;

@@ -86,7 +86,7 @@ struct Renderer::Impl {
     Impl(Gpu&, const RenderSettings&, const std::filesystem::path& assets);
     void size(vk::Extent2D);
     void bindResources();
-    void hold(const patient::Patient&);
+    void loadPatient(const patient::Patient&);
     bool marchesOnProcessor() const;
     PatientVolume::Reader reader() const;
     vk::Pipeline pipeline(Kind, vk::Format = vk::Format::eUndefined, const Constants& = {});
@@ -131,7 +131,7 @@ Renderer::Impl::Impl(Gpu& g, const RenderSettings& s, const std::filesystem::pat
 
 void Renderer::Impl::size(vk::Extent2D target) {
     if (depth.extent.width != target.width || depth.extent.height != target.height) {
-        eye_passes.forget();
+        eye_passes.clear();
         depth = GpuImage(gpu, kDepthFormat, {target.width, target.height, 1}, 2,
                          vk::ImageUsageFlagBits::eDepthStencilAttachment | vk::ImageUsageFlagBits::eSampled |
                              vk::ImageUsageFlagBits::eTransferSrc);
@@ -239,7 +239,7 @@ PatientVolume::Reader Renderer::Impl::reader() const {
 }
 
 // Loads the patient at full resolution, or in the finest voxels that the device can hold.
-void Renderer::Impl::hold(const patient::Patient& patient) {
+void Renderer::Impl::loadPatient(const patient::Patient& patient) {
     volume.reset();
     deformed.emplace(gpu, patient);
     room.forgetPatient();
@@ -284,7 +284,7 @@ vk::Extent2D Renderer::Impl::prepare(const RenderScene& scene, const std::array<
     }
     const vk::Extent2D layer_size =
         volume ? layerExtent(scene, views, settings, extent, volume->patient().grid()) : extent;
-    frame = frameUniforms(scene, views, settings, extent, layer_size, volume ? &*volume : nullptr, look);
+    frame = frameUniforms(scene, views, settings, {extent, layer_size}, volume ? &*volume : nullptr, look);
     frame_buffer.write(&frame, sizeof frame);
     room.prepare(scene, views, settings.skips, volume ? &*volume : nullptr);
     surface = lookUniforms(look);
@@ -377,7 +377,7 @@ void Renderer::Impl::recordOpaque(const vk::raii::CommandBuffer& buffer, const R
     room.recordBefore(buffer, pipeline(Kind::caster), descriptors);
     transition(buffer, target.image, vk::ImageAspectFlagBits::eColor, kColourDrawn, kColourDrawn);
     transition(buffer, *depth.handle, vk::ImageAspectFlagBits::eDepth, kFreshImage, kDepthDrawn);
-    for (const EyePass& pass : eye_passes.of(target, depth)) {
+    for (const EyePass& pass : eye_passes.passesFor(target, depth)) {
         const RoomShown& shown = scene.room;
         beginPass(buffer, pass, target, *pass.colour, *pass.depth,
                   shown.real ? vk::AttachmentLoadOp::eClear : vk::AttachmentLoadOp::eDontCare);
@@ -412,7 +412,7 @@ void Renderer::Impl::recordComposite(const vk::raii::CommandBuffer& buffer, cons
     const bool upsample = layer_size != vk::Extent2D{target.width, target.height};
     const vk::Pipeline over =
         pipeline(Kind::composite, vk::Format(target.format), {upsample, room.castsShadows()});
-    for (const EyePass& pass : eye_passes.of(target, depth)) {
+    for (const EyePass& pass : eye_passes.passesFor(target, depth)) {
         beginPass(buffer, pass, target, *pass.colour, nullptr, vk::AttachmentLoadOp::eLoad);
         drawScreen(buffer, pass, over);
         buffer.endRendering();
@@ -422,7 +422,7 @@ void Renderer::Impl::recordComposite(const vk::raii::CommandBuffer& buffer, cons
 void Renderer::Impl::recordDepth(const vk::raii::CommandBuffer& buffer, const StereoTarget& target) {
     const vk::Image submitted = target.depth_image;
     transition(buffer, submitted, vk::ImageAspectFlagBits::eDepth, kDepthDrawn, kDepthDrawn);
-    for (const EyePass& pass : eye_passes.of(target, depth)) {
+    for (const EyePass& pass : eye_passes.passesFor(target, depth)) {
         beginPass(buffer, pass, target, nullptr, *pass.submitted_depth, vk::AttachmentLoadOp::eDontCare);
         drawScreen(buffer, pass, pipeline(Kind::depth));
         buffer.endRendering();
@@ -524,7 +524,7 @@ void Renderer::Impl::ownTarget(vk::Extent2D extent, bool with_depth) {
     };
     const auto make = [&](GpuImage& image, vk::Format format, vk::ImageUsageFlags usage,
                           vk::ImageAspectFlags aspect, const ImageState& state) {
-        eye_passes.forget();
+        eye_passes.clear();
         image = GpuImage(gpu, format, {extent.width, extent.height, 1}, 2,
                          usage | vk::ImageUsageFlagBits::eTransferSrc);
         commands.submitAndWait([&](const vk::raii::CommandBuffer& buffer) {
@@ -577,7 +577,7 @@ void Renderer::setHiddenArea(int eye, std::span<const glm::vec2> tangents,
 }
 
 void Renderer::setPatient(const patient::Patient& patient) {
-    guarded([&] { impl_->hold(patient); });
+    guarded([&] { impl_->loadPatient(patient); });
 }
 
 RenderStats Renderer::draw(const RenderScene& scene, const std::array<View, 2>& views,

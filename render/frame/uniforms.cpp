@@ -19,11 +19,11 @@ constexpr double kFinestStep = 0.5;  // smallest factor of the ray step when the
 constexpr double kTableHalfWidth_m = 0.34, kTableHalfLength_m = 0.85;
 
 gpu::EyeUniforms eyeUniforms(const View& view, const RenderScene& scene, const RenderSettings& settings) {
-    const glm::dmat4 stage_from_eye = matrixOf(view.stage_from_eye);
+    const glm::dmat4 stage_from_eye = toMatrix(view.stage_from_eye);
     return {.clip_from_stage = glm::mat4(clipFromEye(view, double(settings.near_m), double(settings.far_m)) *
-                                         matrixOf(view.stage_from_eye.inverse())),
+                                         toMatrix(view.stage_from_eye.inverse())),
             .stage_from_eye = glm::mat4(stage_from_eye),
-            .patient_from_eye = glm::mat4(matrixOf(scene.stage_from_patient.inverse() * view.stage_from_eye)),
+            .patient_from_eye = glm::mat4(toMatrix(scene.stage_from_patient.inverse() * view.stage_from_eye)),
             .tangents = {std::tan(view.angle_left), std::tan(view.angle_right), std::tan(view.angle_up),
                          std::tan(view.angle_down)}};
 }
@@ -98,13 +98,14 @@ vk::Extent2D layerExtent(const RenderScene& scene, const std::array<View, 2>& vi
 }
 
 gpu::FrameUniforms frameUniforms(const RenderScene& scene, const std::array<View, 2>& views,
-                                 const RenderSettings& settings, vk::Extent2D target, vk::Extent2D layer,
+                                 const RenderSettings& settings, const FrameExtents& extents,
                                  const PatientVolume* volume, const LookStyle& look) {
+    const auto& [target, layer] = extents;
     gpu::FrameUniforms frame{};
     const Pose patient_from_stage = scene.stage_from_patient.inverse();
     for (int eye = 0; eye < 2; ++eye)
         frame.eyes[eye] = eyeUniforms(views[std::size_t(eye)], scene, settings);
-    frame.patient_from_stage = glm::mat4(matrixOf(patient_from_stage));
+    frame.patient_from_stage = glm::mat4(toMatrix(patient_from_stage));
     frame.target = {float(target.width), float(target.height), settings.near_m, settings.far_m};
     frame.key_stage = glm::vec4(glm::vec3(scene.stage_from_patient.direction(kLampFromField)), kKeyStrength);
     frame.key_patient = glm::vec4(glm::vec3(kLampFromField), kKeyStrength);

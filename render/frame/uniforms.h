@@ -9,10 +9,13 @@
 
 namespace stylet::render {
 
+// Sizes of one eye's picture and of its volume layer, in pixels.
+struct FrameExtents {
+    vk::Extent2D target, layer;
+};
 // `volume` may be null.
 gpu::FrameUniforms frameUniforms(const RenderScene&, const std::array<View, 2>&, const RenderSettings&,
-                                 vk::Extent2D target, vk::Extent2D layer, const PatientVolume* volume,
-                                 const LookStyle& look);
+                                 const FrameExtents&, const PatientVolume* volume, const LookStyle& look);
 // Size of the volume layer for a target: settings.layer_scale of the target's size. With settings.close_up,
 // at most about three rays per voxel at the patient's nearest point.
 vk::Extent2D layerExtent(const RenderScene&, const std::array<View, 2>&, const RenderSettings&,

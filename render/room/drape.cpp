@@ -6,6 +6,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "base/smoothstep.h"
+
 namespace stylet::render {
 namespace {
 
@@ -22,11 +24,6 @@ constexpr int kLegRows = int(kLegs_m / kLegRow_m), kHeadRows = 18;
 constexpr int kRimPoints = 80, kRimSides = 8;
 constexpr double kRimRadius_m = 0.0042;
 constexpr int kLeastBody = 2;  // consecutive samples of body; fewer are noise
-
-double smooth(double low, double high, double x) {
-    const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
-    return t * t * (3.0 - 2.0 * t);
-}
 
 // The trunk in cylinder coordinates about an axis along z: radius as a function of z and of the angle from
 // the top (> 0: to the right).
@@ -183,9 +180,9 @@ class Weaver {
         node.anchor = trunk_.pointAt(angle, z, 0.0);
         node.p = trunk_.pointAt(angle, z, kGap_m);
         node.p.z = z_m;
-        node.follows = smooth(0.0, 0.03, z_m - trunk_.z0_m) * smooth(0.0, 0.03, trunk_.z1_m - z_m);
+        node.follows = smoothStep(0.0, 0.03, z_m - trunk_.z0_m) * smoothStep(0.0, 0.03, trunk_.z1_m - z_m);
         if (z_m < trunk_.z0_m) {
-            const double t = smooth(0.0, 0.30, beyond), along = beyond / kLegs_m;
+            const double t = smoothStep(0.0, 0.30, beyond), along = beyond / kLegs_m;
             const double turn = angle / kRound_rad * 0.5 * std::numbers::pi;
             const double x = (0.19 - 0.06 * along) * std::sin(turn);
             const double knees = 0.02 * std::exp(-std::pow((along - 0.42) / 0.12, 2.0));
@@ -195,7 +192,7 @@ class Weaver {
             node.p = glm::mix(node.p, Vec3(trunk_.x_m + x, floor_m_ + y, z_m), t);
         }
         node.p.y = std::max(node.p.y, floor_m_);
-        node.fold_m = node.from_opening > 8.0 ? 0.006 : 0.0025 * smooth(1.2, 2.4, node.from_opening);
+        node.fold_m = node.from_opening > 8.0 ? 0.006 : 0.0025 * smoothStep(1.2, 2.4, node.from_opening);
         return node;
     }
 
@@ -252,7 +249,7 @@ class Weaver {
     void headRow(int i) {
         constexpr int kChest = 4, kRise = 9;
         const double z = trunk_.z1_m + 0.02 * std::min(i, kChest);
-        const double rise = smooth(0.0, 1.0, double(i - kChest) / kRise);
+        const double rise = smoothStep(0.0, 1.0, double(i - kChest) / kRise);
         const int behind = std::max(0, i - kChest - kRise);
         for (std::size_t c = 0; const Node& flat : rowAt(z)) {
             const double s = 2.0 * double(c++) / (kColumns - 1) - 1.0;
@@ -291,7 +288,7 @@ class Weaver {
         for (std::size_t i = 0; i < nodes_.size(); ++i) {
             Node& node = nodes_[i];
             const double x = node.p.x + 0.6 * node.p.y, z = node.p.z;
-            const double hanging = smooth(0.006, 0.016, node.fold_m);
+            const double hanging = smoothStep(0.006, 0.016, node.fold_m);
             const double lying =
                 std::sin(37.0 * x + 2.2 * std::sin(9.0 * z)) * std::sin(14.0 * z + 1.9 * std::sin(13.0 * x));
             const double hung = 0.7 * std::sin(29.0 * z + 2.1 * std::sin(6.1 * z)) +
@@ -323,7 +320,7 @@ class Weaver {
             Node node;
             node.anchor = trunk_.pointAt(angle, z, 0.0);
             node.p = trunk_.pointAt(angle, z, kGap_m);
-            node.follows = smooth(0.0, 0.03, z - trunk_.z0_m) * smooth(0.0, 0.03, trunk_.z1_m - z);
+            node.follows = smoothStep(0.0, 0.03, z - trunk_.z0_m) * smoothStep(0.0, 0.03, trunk_.z1_m - z);
             return node;
         };
         for (int i = 0; i < kRimPoints; ++i) {

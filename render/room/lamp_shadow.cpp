@@ -36,7 +36,7 @@ LampShadow::LampShadow(const Gpu& gpu, std::uint32_t size_px)
 bool LampShadow::aim(const Lamp& lamp, std::span<const MeshDraw> draws, bool keep) {
     const View view{lamp.stage_from_head, -kHalfAngle_rad, kHalfAngle_rad, kHalfAngle_rad, -kHalfAngle_rad};
     const glm::mat4 aimed(clipFromEye(view, kLampNear_m, kLampFar_m) *
-                          matrixOf(lamp.stage_from_head.inverse()));
+                          toMatrix(lamp.stage_from_head.inverse()));
     now_.clear();
     for (const MeshDraw& draw : draws)
         if (draw.casts) now_.push_back({draw.first_index, draw.push.stage_from_model});

@@ -99,18 +99,24 @@ struct Elements {
     int component = 0;
 };
 
-Elements elementsOf(const path& file, const tinygltf::Model& model, int index, int type,
-                    const std::string& field) {
-    const auto refuse = [&](const std::string& reason) { return DataError(file, field, reason); };
-    if (index < 0 || std::size_t(index) >= model.accessors.size()) throw refuse("no such accessor");
-    const tinygltf::Accessor& accessor = model.accessors[std::size_t(index)];
+// A parsed glTF file. `file` names it in errors.
+struct GltfFile {
+    const path& file;
+    const tinygltf::Model& model;
+};
+
+Elements elementsOf(const GltfFile& gltf, int index, int type, const std::string& field) {
+    const auto refuse = [&](const std::string& reason) { return DataError(gltf.file, field, reason); };
+    if (index < 0 || std::size_t(index) >= gltf.model.accessors.size()) throw refuse("no such accessor");
+    const tinygltf::Accessor& accessor = gltf.model.accessors[std::size_t(index)];
     if (accessor.sparse.isSparse) throw refuse("sparse accessors are not read");
     if (accessor.type != type) throw refuse("of the wrong type");
-    if (accessor.bufferView < 0 || std::size_t(accessor.bufferView) >= model.bufferViews.size())
+    if (accessor.bufferView < 0 || std::size_t(accessor.bufferView) >= gltf.model.bufferViews.size())
         throw refuse("no such buffer view");
-    const tinygltf::BufferView& view = model.bufferViews[std::size_t(accessor.bufferView)];
-    if (view.buffer < 0 || std::size_t(view.buffer) >= model.buffers.size()) throw refuse("no such buffer");
-    const auto& bytes = model.buffers[std::size_t(view.buffer)].data;
+    const tinygltf::BufferView& view = gltf.model.bufferViews[std::size_t(accessor.bufferView)];
+    if (view.buffer < 0 || std::size_t(view.buffer) >= gltf.model.buffers.size())
+        throw refuse("no such buffer");
+    const auto& bytes = gltf.model.buffers[std::size_t(view.buffer)].data;
     const int component_bytes = tinygltf::GetComponentSizeInBytes(std::uint32_t(accessor.componentType));
     if (component_bytes <= 0) throw refuse("of an unknown component type");
     const std::size_t element = std::size_t(component_bytes) * componentsOf(type);
@@ -129,57 +135,55 @@ Elements elementsOf(const path& file, const tinygltf::Model& model, int index, i
 
 // Reads an attribute as floats. Empty if there is none of that name.
 template <int kWidth>
-std::vector<glm::vec<kWidth, float>> readFloats(const path& file, const tinygltf::Model& model,
-                                                const tinygltf::Primitive& primitive, const char* name,
-                                                const std::string& where) {
+std::vector<glm::vec<kWidth, float>> readFloats(const GltfFile& gltf, const tinygltf::Primitive& primitive,
+                                                const char* name, const std::string& where) {
     using Row = glm::vec<kWidth, float>;
     const std::string field = where + "." + name;
     const auto found = primitive.attributes.find(name);
     if (found == primitive.attributes.end()) return {};
     const int type = kWidth == 2 ? TINYGLTF_TYPE_VEC2 : TINYGLTF_TYPE_VEC3;
-    const Elements list = elementsOf(file, model, found->second, type, field);
-    if (list.component != TINYGLTF_COMPONENT_TYPE_FLOAT) throw DataError(file, field, "not of floats");
+    const Elements list = elementsOf(gltf, found->second, type, field);
+    if (list.component != TINYGLTF_COMPONENT_TYPE_FLOAT) throw DataError(gltf.file, field, "not of floats");
     std::vector<Row> rows(list.count);
     for (std::size_t i = 0; i < list.count; ++i) {
         std::memcpy(&rows[i], list.data + i * list.stride, sizeof(Row));
         for (int c = 0; c < kWidth; ++c)
             if (!std::isfinite(rows[i][c]))
-                throw DataError(file, field, "entry " + std::to_string(i) + " is not finite");
+                throw DataError(gltf.file, field, "entry " + std::to_string(i) + " is not finite");
     }
     return rows;
 }
 
-std::vector<glm::vec3> readVectors(const path& file, const tinygltf::Model& model,
-                                   const tinygltf::Primitive& primitive, const char* name,
-                                   const std::string& where) {
-    auto vectors = readFloats<3>(file, model, primitive, name, where);
-    if (vectors.empty()) throw DataError(file, where + "." + name, "missing");
+std::vector<glm::vec3> readVectors(const GltfFile& gltf, const tinygltf::Primitive& primitive,
+                                   const char* name, const std::string& where) {
+    auto vectors = readFloats<3>(gltf, primitive, name, where);
+    if (vectors.empty()) throw DataError(gltf.file, where + "." + name, "missing");
     return vectors;
 }
 
 // Reads the ambient occlusion, which our scripts bake into grey vertex colours of four normalised bytes.
-std::vector<float> readOpenness(const path& file, const tinygltf::Model& model,
-                                const tinygltf::Primitive& primitive, const std::string& where) {
+std::vector<float> readOpenness(const GltfFile& gltf, const tinygltf::Primitive& primitive,
+                                const std::string& where) {
     const std::string field = where + ".COLOR_0";
     const auto found = primitive.attributes.find("COLOR_0");
     if (found == primitive.attributes.end()) return {};
-    const Elements list = elementsOf(file, model, found->second, TINYGLTF_TYPE_VEC4, field);
-    if (list.component != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) throw DataError(file, field, "not of bytes");
+    const Elements list = elementsOf(gltf, found->second, TINYGLTF_TYPE_VEC4, field);
+    if (list.component != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE)
+        throw DataError(gltf.file, field, "not of bytes");
     std::vector<float> open(list.count);
     for (std::size_t i = 0; i < list.count; ++i)
         open[i] = float(list.data[i * list.stride]) / 255.0f;
     return open;
 }
 
-std::vector<std::uint32_t> readIndices(const path& file, const tinygltf::Model& model,
-                                       const tinygltf::Primitive& primitive, std::size_t vertices,
-                                       const std::string& where) {
+std::vector<std::uint32_t> readIndices(const GltfFile& gltf, const tinygltf::Primitive& primitive,
+                                       std::size_t vertices, const std::string& where) {
     const std::string field = where + ".indices";
-    const Elements list = elementsOf(file, model, primitive.indices, TINYGLTF_TYPE_SCALAR, field);
+    const Elements list = elementsOf(gltf, primitive.indices, TINYGLTF_TYPE_SCALAR, field);
     const bool is_short = list.component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT;
     if (!is_short && list.component != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
-        throw DataError(file, field, "neither 16 nor 32 bits wide");
-    if (list.count % 3 != 0) throw DataError(file, field, "not a whole number of triangles");
+        throw DataError(gltf.file, field, "neither 16 nor 32 bits wide");
+    if (list.count % 3 != 0) throw DataError(gltf.file, field, "not a whole number of triangles");
     std::vector<std::uint32_t> indices(list.count);
     for (std::size_t i = 0; i < list.count; ++i) {
         std::uint16_t narrow = 0;
@@ -190,7 +194,7 @@ std::vector<std::uint32_t> readIndices(const path& file, const tinygltf::Model& 
             std::memcpy(&indices[i], list.data + i * list.stride, sizeof indices[i]);
         }
         if (indices[i] >= vertices)
-            throw DataError(file, field,
+            throw DataError(gltf.file, field,
                             "entry " + std::to_string(i) + " names vertex " + std::to_string(indices[i]) +
                                 " of " + std::to_string(vertices));
     }
@@ -209,21 +213,21 @@ glm::vec3 factors(const path& file, const std::vector<double>& values, const std
     return {factor(file, values[0], field), factor(file, values[1], field), factor(file, values[2], field)};
 }
 
-MeshPart readMaterial(const path& file, const tinygltf::Model& model, int index, const std::string& where) {
+MeshPart readMaterial(const GltfFile& gltf, int index, const std::string& where) {
     MeshPart part;
     if (index < 0) return part;
-    if (std::size_t(index) >= model.materials.size())
-        throw DataError(file, where + ".material", "no such material");
-    const tinygltf::Material& material = model.materials[std::size_t(index)];
+    if (std::size_t(index) >= gltf.model.materials.size())
+        throw DataError(gltf.file, where + ".material", "no such material");
+    const tinygltf::Material& material = gltf.model.materials[std::size_t(index)];
     const auto& pbr = material.pbrMetallicRoughness;
     const std::string field = "materials[" + std::to_string(index) + "]";
     part.name = material.name;
     if (!pbr.baseColorFactor.empty())
-        part.colour_linear = factors(file, pbr.baseColorFactor, field + ".baseColorFactor");
-    part.metallic = factor(file, pbr.metallicFactor, field + ".metallicFactor");
-    part.roughness = factor(file, pbr.roughnessFactor, field + ".roughnessFactor");
+        part.colour_linear = factors(gltf.file, pbr.baseColorFactor, field + ".baseColorFactor");
+    part.metallic = factor(gltf.file, pbr.metallicFactor, field + ".metallicFactor");
+    part.roughness = factor(gltf.file, pbr.roughnessFactor, field + ".roughnessFactor");
     if (!material.emissiveFactor.empty())
-        part.emission_linear = factors(file, material.emissiveFactor, field + ".emissiveFactor");
+        part.emission_linear = factors(gltf.file, material.emissiveFactor, field + ".emissiveFactor");
     return part;
 }
 
@@ -247,27 +251,26 @@ glm::dmat4 nodeTransform(const path& file, const tinygltf::Node& node, const std
     return m;
 }
 
-void appendPrimitive(const path& file, const tinygltf::Model& model, const tinygltf::Primitive& primitive,
-                     const std::string& node, const glm::dmat4& root_from_node, const std::string& where,
-                     Mesh& mesh) {
+void appendPrimitive(const GltfFile& gltf, const tinygltf::Primitive& primitive, const std::string& node,
+                     const glm::dmat4& root_from_node, const std::string& where, Mesh& mesh) {
     if (primitive.mode != TINYGLTF_MODE_TRIANGLES)
-        throw DataError(file, where + ".mode", "only triangles are read");
-    const auto positions = readVectors(file, model, primitive, "POSITION", where);
-    const auto normals = readVectors(file, model, primitive, "NORMAL", where);
+        throw DataError(gltf.file, where + ".mode", "only triangles are read");
+    const auto positions = readVectors(gltf, primitive, "POSITION", where);
+    const auto normals = readVectors(gltf, primitive, "NORMAL", where);
     if (normals.size() != positions.size())
-        throw DataError(file, where + ".NORMAL", "not one for each position");
-    const auto uvs = readFloats<2>(file, model, primitive, "TEXCOORD_0", where);
+        throw DataError(gltf.file, where + ".NORMAL", "not one for each position");
+    const auto uvs = readFloats<2>(gltf, primitive, "TEXCOORD_0", where);
     if (!uvs.empty() && uvs.size() != positions.size())
-        throw DataError(file, where + ".TEXCOORD_0", "not one for each position");
-    const auto open = readOpenness(file, model, primitive, where);
+        throw DataError(gltf.file, where + ".TEXCOORD_0", "not one for each position");
+    const auto open = readOpenness(gltf, primitive, where);
     if (!open.empty() && open.size() != positions.size())
-        throw DataError(file, where + ".COLOR_0", "not one for each position");
+        throw DataError(gltf.file, where + ".COLOR_0", "not one for each position");
     if (mesh.vertices.size() + positions.size() > kMaxVertices)
-        throw DataError(file, where, "too many vertices");
-    const auto indices = readIndices(file, model, primitive, positions.size(), where);
+        throw DataError(gltf.file, where, "too many vertices");
+    const auto indices = readIndices(gltf, primitive, positions.size(), where);
     if (mesh.indices.size() + indices.size() > kMaxIndices)
-        throw DataError(file, where, "too many triangles");
-    MeshPart part = readMaterial(file, model, primitive.material, where);
+        throw DataError(gltf.file, where, "too many triangles");
+    MeshPart part = readMaterial(gltf, primitive.material, where);
     part.node = node;
     part.first_index = std::uint32_t(mesh.indices.size());
     part.index_count = std::uint32_t(indices.size());
@@ -279,7 +282,8 @@ void appendPrimitive(const path& file, const tinygltf::Model& model, const tinyg
         const glm::dvec3 across = turn * glm::dvec3(normals[i]);
         const double length = glm::length(across);
         const glm::dvec3 normal = length > 1e-9 && length < 1e9 ? across / length : glm::dvec3(0.0, 1.0, 0.0);
-        if (!(glm::length(p) < kFarthest_m)) throw DataError(file, where + ".POSITION", "beyond all measure");
+        if (!(glm::length(p) < kFarthest_m))
+            throw DataError(gltf.file, where + ".POSITION", "beyond all measure");
         mesh.vertices.push_back({glm::vec3(p), glm::vec3(normal), uvs.empty() ? glm::vec2(0.0f) : uvs[i],
                                  open.empty() ? 1.0f : open[i]});
     }
@@ -288,26 +292,28 @@ void appendPrimitive(const path& file, const tinygltf::Model& model, const tinyg
     mesh.parts.push_back(part);
 }
 
-void appendNode(const path& file, const tinygltf::Model& model, int index, const glm::dmat4& root_from_parent,
-                int depth, std::vector<bool>& seen, Mesh& mesh) {
+void appendNode(const GltfFile& gltf, int index, const glm::dmat4& root_from_parent, int depth,
+                std::vector<bool>& seen, Mesh& mesh) {
     const std::string where = "nodes[" + std::to_string(index) + "]";
-    if (index < 0 || std::size_t(index) >= model.nodes.size()) throw DataError(file, where, "no such node");
-    if (seen[std::size_t(index)]) throw DataError(file, where, "reached twice: the nodes are not a tree");
+    if (index < 0 || std::size_t(index) >= gltf.model.nodes.size())
+        throw DataError(gltf.file, where, "no such node");
+    if (seen[std::size_t(index)])
+        throw DataError(gltf.file, where, "reached twice: the nodes are not a tree");
     seen[std::size_t(index)] = true;
-    if (depth > kMaxDepth) throw DataError(file, where, "nodes nested too deep");
-    const tinygltf::Node& node = model.nodes[std::size_t(index)];
-    const glm::dmat4 root_from_node = root_from_parent * nodeTransform(file, node, where);
+    if (depth > kMaxDepth) throw DataError(gltf.file, where, "nodes nested too deep");
+    const tinygltf::Node& node = gltf.model.nodes[std::size_t(index)];
+    const glm::dmat4 root_from_node = root_from_parent * nodeTransform(gltf.file, node, where);
     if (node.mesh >= 0) {
-        if (std::size_t(node.mesh) >= model.meshes.size())
-            throw DataError(file, where + ".mesh", "no such mesh");
-        const auto& primitives = model.meshes[std::size_t(node.mesh)].primitives;
+        if (std::size_t(node.mesh) >= gltf.model.meshes.size())
+            throw DataError(gltf.file, where + ".mesh", "no such mesh");
+        const auto& primitives = gltf.model.meshes[std::size_t(node.mesh)].primitives;
         for (std::size_t i = 0; i < primitives.size(); ++i)
-            appendPrimitive(file, model, primitives[i], node.name, root_from_node,
+            appendPrimitive(gltf, primitives[i], node.name, root_from_node,
                             "meshes[" + std::to_string(node.mesh) + "].primitives[" + std::to_string(i) + "]",
                             mesh);
     }
     for (const int child : node.children)
-        appendNode(file, model, child, root_from_node, depth + 1, seen, mesh);
+        appendNode(gltf, child, root_from_node, depth + 1, seen, mesh);
 }
 
 }  // namespace
@@ -325,7 +331,7 @@ Mesh parseMesh(const path& file, Bytes bytes) {
     Mesh mesh;
     std::vector<bool> seen(model.nodes.size());
     for (const int node : model.scenes[std::size_t(scene)].nodes)
-        appendNode(file, model, node, glm::dmat4(1.0), 0, seen, mesh);
+        appendNode({file, model}, node, glm::dmat4(1.0), 0, seen, mesh);
     if (mesh.parts.empty()) throw DataError(file, "meshes", "there is none");
     return mesh;
 }

@@ -74,12 +74,12 @@ void Room::describe(const RenderScene& scene, const std::array<View, 2>& views, 
     const auto way = [&](const Vec3& stage) {
         return glm::vec3(glm::normalize(room_from_stage.direction(stage)));
     };
-    uniforms_.room_from_stage = glm::mat4(matrixOf(room_from_stage));
+    uniforms_.room_from_stage = glm::mat4(toMatrix(room_from_stage));
     uniforms_.patient_from_room =
-        glm::mat4(matrixOf(scene.stage_from_patient.inverse() * placed.stage_from_room));
+        glm::mat4(toMatrix(scene.stage_from_patient.inverse() * placed.stage_from_room));
     uniforms_.shadow_from_stage = shadow_.shadowFromStage();
     uniforms_.shadow_from_room =
-        glm::mat4(glm::dmat4(shadow_.shadowFromStage()) * matrixOf(placed.stage_from_room));
+        glm::mat4(glm::dmat4(shadow_.shadowFromStage()) * toMatrix(placed.stage_from_room));
     for (int eye = 0; eye < 2; ++eye)
         uniforms_.eyes[eye] = glm::vec4(point(views[std::size_t(eye)].stage_from_eye.position_m), 1.0f);
     const Vec3 beam = placed.lamp.field_m - placed.lamp.stage_m;

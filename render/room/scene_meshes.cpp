@@ -224,7 +224,7 @@ void SceneMeshes::add(const Model& model, const glm::dmat4& stage_from_model, bo
 
 void SceneMeshes::addTable(const RenderScene& scene, const Placement& placed) {
     if (!scene.table) return;
-    const glm::dmat4 stage_from_table = matrixOf(placed.stage_from_table);
+    const glm::dmat4 stage_from_table = toMatrix(placed.stage_from_table);
     add(models_.table_top, stage_from_table, true, gpu::kTable);
     add(models_.table_pedestal, scaled(stage_from_table, Vec3(1.0, placed.table_height_m, 1.0)), true);
     contacts_.emplace_back(0.0f, -0.94f, 0.28f, 0.42f);
@@ -232,7 +232,7 @@ void SceneMeshes::addTable(const RenderScene& scene, const Placement& placed) {
 
 void SceneMeshes::addTools(const RenderScene& scene) {
     const auto tool = [&](const Model& model, const std::optional<Pose>& patient_from_tool, bool thin) {
-        if (patient_from_tool) add(model, matrixOf(scene.stage_from_patient * *patient_from_tool), true);
+        if (patient_from_tool) add(model, toMatrix(scene.stage_from_patient * *patient_from_tool), true);
         if (patient_from_tool && thin) draws_.back().push.material.w = gpu::kThin;
     };
     tool(models_.needle, scene.patient_from_needle, true);
@@ -242,7 +242,7 @@ void SceneMeshes::addTools(const RenderScene& scene) {
 }
 
 void SceneMeshes::addPaths(const RenderScene& scene) {
-    const glm::dmat4 stage_from_patient = matrixOf(scene.stage_from_patient);
+    const glm::dmat4 stage_from_patient = toMatrix(scene.stage_from_patient);
     const auto path = [&](const Vec3& entry, const Vec3& target, const glm::vec3& colour) {
         const double length = glm::length(target - entry);
         if (!(length > 0.0)) return;
@@ -277,17 +277,17 @@ void SceneMeshes::addLampHead(const Placement& placed, const Lamp& lamp, double 
     const Pose room_from_head = room_from_stage * lamp.stage_from_head;
     const Vec3 head = room_from_head.position_m, axis = room_from_head.direction({1.0, 0.0, 0.0});
     const double turn = std::atan2(-axis.z, axis.x);
-    const glm::dmat4 stage_from_room = matrixOf(placed.stage_from_room);
-    add(models_.lamp_head, matrixOf(lamp.stage_from_head), false);
+    const glm::dmat4 stage_from_room = toMatrix(placed.stage_from_room);
+    add(models_.lamp_head, toMatrix(lamp.stage_from_head), false);
     const Pose yoke{glm::angleAxis(turn, Vec3(0.0, 1.0, 0.0)), head};
-    add(models_.lamp_yoke, stage_from_room * matrixOf(yoke), false);
+    add(models_.lamp_yoke, stage_from_room * toMatrix(yoke), false);
     const glm::dvec2 from(kLampPost.x, kLampPost.z), to(head.x, head.z);
     const glm::dvec2 elbow = elbowOf(from, to, kArmLink_m, kArmLink_m);
     const auto bar = [&](const glm::dvec2& a, const glm::dvec2& b, double height) {
         const glm::dvec2 way = b - a;
         const Pose pose{glm::angleAxis(std::atan2(-way.y, way.x), Vec3(0.0, 1.0, 0.0)),
                         Vec3(a.x, height, a.y)};
-        add(models_.lamp_arm, stage_from_room * scaled(matrixOf(pose), Vec3(glm::length(way), 1.0, 1.0)),
+        add(models_.lamp_arm, stage_from_room * scaled(toMatrix(pose), Vec3(glm::length(way), 1.0, 1.0)),
             false);
     };
     bar(from, elbow, arm_height_m);
@@ -332,14 +332,14 @@ ScreenPlaces SceneMeshes::screenPlaces(const Placement& placed) const {
 
 void SceneMeshes::addRoom(const RenderScene& scene, const Placement& placed) {
     const RoomShown& shown = scene.room;
-    const glm::dmat4 stage_from_room = matrixOf(placed.stage_from_room);
-    const auto at = [&](const Pose& pose) { return stage_from_room * matrixOf(pose); };
+    const glm::dmat4 stage_from_room = toMatrix(placed.stage_from_room);
+    const auto at = [&](const Pose& pose) { return stage_from_room * toMatrix(pose); };
     if (shown.c_arm) {
         const CArmPoses arm = cArmPoses(scene, *shown.c_arm, placed);
         const double height = arm.stage_from_stand.position_m.y / kStandHeight_m;
-        add(models_.stand, scaled(matrixOf(arm.stage_from_stand), Vec3(1.0, height, 1.0)), true);
-        add(models_.carriage, matrixOf(arm.stage_from_carriage), true);
-        add(models_.arc, matrixOf(arm.stage_from_arc), true);
+        add(models_.stand, scaled(toMatrix(arm.stage_from_stand), Vec3(1.0, height, 1.0)), true);
+        add(models_.carriage, toMatrix(arm.stage_from_carriage), true);
+        add(models_.arc, toMatrix(arm.stage_from_arc), true);
         const Vec3 below = placed.stage_from_room.inverse() * arm.stage_from_stand.position_m;
         contacts_.emplace_back(float(below.x) - 1.45f, float(below.z), 0.30f, 0.28f);
         for (const float side : {-0.235f, 0.235f})
@@ -358,7 +358,7 @@ void SceneMeshes::addRoom(const RenderScene& scene, const Placement& placed) {
     }
     if (shown.lamp) {
         add(models_.lamp_post,
-            stage_from_room * scaled(matrixOf({{1.0, 0.0, 0.0, 0.0}, kLampPost}), Vec3(1.0, 0.42, 1.0)),
+            stage_from_room * scaled(toMatrix({{1.0, 0.0, 0.0, 0.0}, kLampPost}), Vec3(1.0, 0.42, 1.0)),
             false);
         addLampHead(placed, placed.lamp, kArmHeights_m[0]);
         Lamp second = placed.lamp;
@@ -385,7 +385,7 @@ void SceneMeshes::gather(const RenderScene& scene, const Placement& placed, bool
     spheres_.clear();
     contacts_.clear();
     if (has_patient) addTable(scene, placed);
-    if (drape) add(*drape, matrixOf(scene.stage_from_patient), false, gpu::kCloth);
+    if (drape) add(*drape, toMatrix(scene.stage_from_patient), false, gpu::kCloth);
     addTools(scene);
     addPaths(scene);
     addRoom(scene, placed);

@@ -6,7 +6,7 @@
 
 namespace stylet::render {
 
-glm::dmat4 matrixOf(const Pose& pose) {
+glm::dmat4 toMatrix(const Pose& pose) {
     glm::dmat4 m = glm::mat4_cast(pose.rotation);
     m[3] = glm::dvec4(pose.position_m, 1.0);
     return m;

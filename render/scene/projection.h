@@ -7,7 +7,7 @@
 
 namespace stylet::render {
 
-glm::dmat4 matrixOf(const Pose&);
+glm::dmat4 toMatrix(const Pose&);
 
 // Asymmetric perspective projection of an OpenXR view to Vulkan's clip space. Depth is reversed: 1 at
 // `near_m`, 0 at `far_m`.

@@ -4,20 +4,20 @@
 #include <cctype>
 #include <cmath>
 
+#include "base/fields.h"
 #include "base/whole_file.h"
-#include "render/ultrasound/toml_fields.h"
 
 namespace stylet::render {
 namespace {
 
 using std::filesystem::path;
 
-constexpr std::size_t kMaxAcousticsBytes = 1 << 20;
+constexpr std::size_t kMaxAcousticsBytes = 1 << 20, kMaxRules = 10'000;
 constexpr double kRaylPerMrayl = 1e6, kPerCm = 100.0;
 
-Acoustic readAcoustic(const TomlFields& t) {
+Acoustic readAcoustic(Fields& t) {
     Acoustic a;
-    a.name = t.text("name");
+    a.name = t.nonEmptyText("name");
     a.impedance_rayl = kRaylPerMrayl * t.number("impedance_mrayl", 1e-5, 200.0);
     a.attenuation_db_per_m_mhz = kPerCm * t.number("attenuation_db_per_cm_mhz", 0.0, 1000.0);
     a.speed_m_per_s = t.number("speed_m_per_s", 100.0, 10000.0);
@@ -26,11 +26,11 @@ Acoustic readAcoustic(const TomlFields& t) {
     a.hu_centre = t.numberOr("hu", -2000.0, 10000.0, 0.0);
     a.impedance_by_hu = t.numberOr("impedance_by_hu", -0.5, 0.5, 0.0);
     a.scatter_by_hu_db = t.numberOr("scatter_by_hu_db", -40.0, 40.0, 0.0);
-    if (t.table.contains("wall_db")) {
+    if (t.has("wall_db")) {
         a.wall_db = t.number("wall_db", -200.0, 0.0);
-        a.wall_m = kMm * t.number("wall_mm", 0.05, 5.0);
+        a.wall_m = 1e-3 * t.number("wall_mm", 0.05, 5.0);
     }
-    a.source = t.text("source");
+    a.source = t.nonEmptyText("source");
     return a;
 }
 
@@ -40,17 +40,17 @@ int indexOf(const AcousticTable& table, const std::string& name) {
     return found == table.acoustics.end() ? -1 : int(found - table.acoustics.begin());
 }
 
-int readAcousticName(const TomlFields& t, const AcousticTable& table) {
-    const std::string name = t.text("acoustic");
+int readAcousticName(Fields& t, const AcousticTable& table) {
+    const std::string name = t.nonEmptyText("acoustic");
     const int index = indexOf(table, name);
     if (index < 0) t.refuse("acoustic", "there is no tissue '" + name + "'");
     return index;
 }
 
-AcousticRule readAcousticRule(const TomlFields& t, const AcousticTable& table) {
+AcousticRule readAcousticRule(Fields& t, const AcousticTable& table) {
     AcousticRule rule;
-    if (t.table.contains("tissue")) {
-        const std::string name = t.text("tissue");
+    if (t.has("tissue")) {
+        const std::string name = t.nonEmptyText("tissue");
         for (int i = 0; i < patient::kTissueCount; ++i)
             if (patient::tissueName(patient::Tissue(i)) == name) rule.tissue = patient::Tissue(i);
         if (!rule.tissue) t.refuse("tissue", "'" + name + "' is not a tissue of the force table");
@@ -76,16 +76,13 @@ AcousticTable loadAcoustics(const path& file) {
 }
 
 AcousticTable parseAcoustics(const path& file, std::string_view text) {
-    const toml::table root_table = parseToml(file, text);
-    const TomlFields root{file, "", root_table};
+    Fields root = parseToml(file, text);
     AcousticTable table;
-    root.each("tissue", [&](const TomlFields& t) {
-        if (table.acoustics.size() == std::size_t(kMostAcoustics))
-            t.refuse("name", "more than " + std::to_string(kMostAcoustics) + " tissues");
+    for (Fields& t : root.children("tissue", kMostAcoustics)) {
         const Acoustic a = readAcoustic(t);
         if (indexOf(table, a.name) >= 0) t.refuse("name", "'" + a.name + "' is there twice");
         table.acoustics.push_back(a);
-    });
+    }
     const auto needed = [&](const char* name) {
         const int index = indexOf(table, name);
         if (index < 0) root.refuse("tissue", std::string("there is no '") + name + "', which is needed");
@@ -95,12 +92,13 @@ AcousticTable parseAcoustics(const path& file, std::string_view text) {
     table.gel = needed("gel");
     table.steel = needed("steel");
     table.roughness = root.number("roughness", 0.0, 1.0);
-    root.each("label", [&](const TomlFields& t) { table.rules.push_back(readAcousticRule(t, table)); });
-    root.each("hu", [&](const TomlFields& t) {
+    for (Fields& t : root.children("label", kMaxRules))
+        table.rules.push_back(readAcousticRule(t, table));
+    for (Fields& t : root.children("hu", kMaxRules)) {
         const HuClass c{t.number("from_hu", -2000.0, 10000.0), readAcousticName(t, table)};
         if (!table.hu.empty() && c.from_hu <= table.hu.back().from_hu) t.refuse("from_hu", "not ascending");
         table.hu.push_back(c);
-    });
+    }
     if (table.hu.empty()) root.refuse("hu", "at least one [[hu]] class is needed");
     return table;
 }

@@ -19,11 +19,13 @@ Vec3 referenceOf(const DeformedPatient& patient, const Vec3& p) {
 }  // namespace
 
 void findContact(const Transducer& probe, const UltrasoundSettings& settings, const Pose& patient_from_probe,
-                 const DeformedPatient& patient, const AcousticTable& table,
-                 const std::array<int, 256>& of_labels, Contact& contact) {
+                 const AcousticPatient& acoustic, Contact& contact) {
+    const DeformedPatient& patient = acoustic.patient;
+    const AcousticTable& table = acoustic.table;
     const patient::Patient& at_rest = patient.patient();
     const auto tissueAt = [&](const Vec3& p) {
-        return acousticAt(at_rest, table, of_labels, at_rest.grid().nearest(referenceOf(patient, p)));
+        return acousticAt(at_rest, table, acoustic.of_labels,
+                          at_rest.grid().nearest(referenceOf(patient, p)));
     };
     contact.lines.resize(std::size_t(settings.lines));
     int touching = 0;

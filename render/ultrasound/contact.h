@@ -19,9 +19,14 @@ struct Contact {
     double share = 0.0;    // share of the face that touches
     bool in_bone = false;  // the middle of the face lies in bone
 };
+// The deformed patient with the acoustics of its tissues. `of_labels`: the table's row of each label.
+struct AcousticPatient {
+    const DeformedPatient& patient;
+    const AcousticTable& table;
+    const std::array<int, 256>& of_labels;
+};
 // Allocates only if `contact` has fewer lines.
 void findContact(const Transducer&, const UltrasoundSettings&, const Pose& patient_from_probe,
-                 const DeformedPatient&, const AcousticTable&, const std::array<int, 256>& of_labels,
-                 Contact& contact);
+                 const AcousticPatient&, Contact& contact);
 
 }  // namespace stylet::render

@@ -58,9 +58,8 @@ PictureView pictureView(const Transducer& probe, const UltrasoundSettings& setti
     return view;
 }
 
-void fillUniforms(const ScanPlan& plan, const UltrasoundInput& input, const UltrasoundSettings& settings,
-                  const Transducer& probe, const AcousticTable& table, const Grid& grid,
-                  gpu::ScanUniforms& u) {
+void fillUniforms(const ScanSetup& setup, const Grid& grid, gpu::ScanUniforms& u) {
+    const auto& [plan, input, settings, probe, table] = setup;
     const Pose& patient_from_probe = *input.patient_from_probe;
     u.voxel_scale = padded(1.0 / grid.spacing_m, table.roughness);
     u.voxel_offset = padded(-grid.origin_m / grid.spacing_m, table.air);
@@ -98,9 +97,8 @@ void fillUniforms(const ScanPlan& plan, const UltrasoundInput& input, const Ultr
         u.tissues[i] = acousticUniforms(table.acoustics[i], plan);
 }
 
-void fillLines(const ScanPlan& plan, const UltrasoundInput& input, const UltrasoundSettings& settings,
-               const Transducer& probe, const AcousticTable& table, const Contact& contact,
-               gpu::LineUniforms* out) {
+void fillLines(const ScanSetup& setup, const Contact& contact, gpu::LineUniforms* out) {
+    const auto& [plan, input, settings, probe, table] = setup;
     const Pose& patient_from_probe = *input.patient_from_probe;
     const double glint =
         reflectivity(table.acoustics[std::size_t(table.gel)], table.acoustics[std::size_t(table.steel)]);

@@ -19,11 +19,17 @@ PictureView pictureView(const Transducer&, const UltrasoundSettings&, double dep
 
 inline constexpr int kDopplerColumns = 64, kDopplerRows = 96;
 
+// Everything that determines one scan, except the patient.
+struct ScanSetup {
+    const ScanPlan& plan;
+    const UltrasoundInput& input;
+    const UltrasoundSettings& settings;
+    const Transducer& probe;
+    const AcousticTable& table;
+};
 // Fills all but deform_*, tool_*, flow_* and pulses.
-void fillUniforms(const ScanPlan&, const UltrasoundInput&, const UltrasoundSettings&, const Transducer&,
-                  const AcousticTable&, const Grid&, gpu::ScanUniforms& out);
-void fillLines(const ScanPlan&, const UltrasoundInput&, const UltrasoundSettings&, const Transducer&,
-               const AcousticTable&, const Contact&, gpu::LineUniforms* out);
+void fillUniforms(const ScanSetup&, const Grid&, gpu::ScanUniforms& out);
+void fillLines(const ScanSetup&, const Contact&, gpu::LineUniforms* out);
 void fillDepths(const ScanPlan&, gpu::DepthUniforms* out);
 
 }  // namespace stylet::render

@@ -5,14 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/fields.h"
 #include "base/whole_file.h"
-#include "render/ultrasound/toml_fields.h"
 
 namespace stylet::render {
 namespace {
 
 constexpr std::size_t kMaxTransducerBytes = 1 << 16;
-constexpr double kMhz = 1e6, kDeg = 0.017453292519943295;
+constexpr double kMm = 1e-3, kMhz = 1e6, kDeg = 0.017453292519943295;
 // Full width at half amplitude of an unapodised aperture, in wavelengths times depth over aperture.
 constexpr double kDiffraction = 1.2;
 constexpr double kReceiveFNumber = 1.5;  // the receiving aperture grows with depth up to its full size
@@ -28,11 +28,10 @@ Transducer loadTransducer(const std::filesystem::path& file) {
 }
 
 Transducer parseTransducer(const std::filesystem::path& file, std::string_view text) {
-    const toml::table root = parseToml(file, text);
-    const TomlFields t{file, "", root};
+    Fields t = parseToml(file, text);
     Transducer probe;
-    probe.name = t.text("name");
-    const std::string shape = t.text("shape");
+    probe.name = t.nonEmptyText("name");
+    const std::string shape = t.nonEmptyText("shape");
     if (shape == "convex") {
         probe.radius_m = kMm * t.number("radius_mm", 5.0, 200.0);
         probe.half_angle_rad = kDeg * t.number("half_angle_deg", 1.0, 60.0);

@@ -286,14 +286,15 @@ std::string_view Ultrasound::Impl::prepare(const UltrasoundInput& input, const U
         has_plan = true;
         reserveFor(settings);
     }
-    findContact(probe, settings, *input.patient_from_probe, patient, table, of_labels, contact);
+    findContact(probe, settings, *input.patient_from_probe, {patient, table, of_labels}, contact);
     stats.contact = contact.share;
     if (contact.in_bone) return kInBone;
     if (contact.share == 0.0) return kNoContact;
-    fillUniforms(plan, input, settings, probe, table, patient.patient().grid(), uniforms);
+    const ScanSetup setup{plan, input, settings, probe, table};
+    fillUniforms(setup, patient.patient().grid(), uniforms);
     setPatientUniforms(input);
     scan.write(&uniforms, sizeof uniforms);
-    fillLines(plan, input, settings, probe, table, contact, static_cast<gpu::LineUniforms*>(lines.mapped));
+    fillLines(setup, contact, static_cast<gpu::LineUniforms*>(lines.mapped));
     fillDepths(plan, static_cast<gpu::DepthUniforms*>(depths.mapped));
     return {};
 }

@@ -1,10 +1,10 @@
 #include "render/volume/look.h"
 
-#include <toml++/toml.h>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 
+#include "base/fields.h"
 #include "base/whole_file.h"
 
 namespace stylet::render {
@@ -12,7 +12,7 @@ namespace {
 
 using std::filesystem::path;
 
-constexpr std::size_t kMaxLookBytes = 1 << 20;
+constexpr std::size_t kMaxLookBytes = 1 << 20, kMaxLookRows = 10'000;
 constexpr double kPerMm = 1000.0;
 
 float linearFromSrgb(int byte) {
@@ -24,88 +24,63 @@ glm::vec3 linearFromSrgb(const std::array<std::uint8_t, 3>& c) {
     return {linearFromSrgb(c[0]), linearFromSrgb(c[1]), linearFromSrgb(c[2])};
 }
 
-glm::vec3 readColour(const path& file, const std::string& field, const std::string& text) {
+glm::vec3 readColour(Fields& in, std::string_view key) {
+    const std::string text = in.text(key);
     const bool hex =
         text.size() == 7 && text[0] == '#' &&
         std::all_of(text.begin() + 1, text.end(), [](unsigned char c) { return std::isxdigit(c) != 0; });
-    if (!hex) throw DataError(file, field, "'" + text + "' is not an sRGB colour like \"#e0c0a0\"");
+    if (!hex) in.refuse(key, "'" + text + "' is not an sRGB colour like \"#e0c0a0\"");
     const auto byte = [&](std::size_t at) {
         return std::uint8_t(std::stoi(text.substr(at, 2), nullptr, 16));
     };
     return linearFromSrgb(std::array{byte(1), byte(3), byte(5)});
 }
 
-double readNumber(const path& file, const std::string& field, const toml::node_view<const toml::node>& node,
-                  double low, double high) {
-    const auto value = node.value<double>();
-    if (!value) throw DataError(file, field, "missing, or not a number");
-    if (!(*value >= low && *value <= high))
-        throw DataError(
-            file, field,
-            std::to_string(*value) + " is not within " + std::to_string(low) + " to " + std::to_string(high));
-    return *value;
-}
-
-std::vector<HuPoint> readCurve(const path& file, const toml::table& root) {
+std::vector<HuPoint> readCurve(Fields& root) {
     std::vector<HuPoint> points;
-    const toml::array* list = root["hu"].as_array();
-    if (!list || list->empty()) throw DataError(file, "hu", "at least one [[hu]] point is needed");
-    for (const toml::node& node : *list) {
-        const std::string field = "hu[" + std::to_string(points.size()) + "]";
-        const toml::table* table = node.as_table();
-        if (!table) throw DataError(file, field, "not a table");
-        const toml::table& t = *table;
+    for (Fields& in : root.children("hu", kMaxLookRows)) {
         HuPoint point;
-        point.hu = readNumber(file, field + ".hu", t["hu"], -2000.0, 10000.0);
-        point.extinction_per_m =
-            kPerMm * readNumber(file, field + ".extinction_per_mm", t["extinction_per_mm"], 0.0, 1000.0);
-        point.colour_linear = readColour(file, field + ".colour", t["colour"].value_or(std::string()));
-        if (!points.empty() && point.hu <= points.back().hu)
-            throw DataError(file, field + ".hu", "not ascending");
+        point.hu = in.number("hu", -2000.0, 10000.0);
+        point.extinction_per_m = kPerMm * in.number("extinction_per_mm", 0.0, 1000.0);
+        point.colour_linear = readColour(in, "colour");
+        if (!points.empty() && point.hu <= points.back().hu) in.refuse("hu", "not ascending");
         points.push_back(point);
     }
+    if (points.empty()) root.refuse("hu", "at least one [[hu]] point is needed");
     return points;
 }
 
-patient::Tissue readTissue(const path& file, const std::string& field, const std::string& name) {
+patient::Tissue readTissue(Fields& in, std::string_view key) {
+    const std::string name = in.text(key);
     for (int i = 0; i < patient::kTissueCount; ++i)
         if (patient::tissueName(patient::Tissue(i)) == name) return patient::Tissue(i);
-    throw DataError(file, field, "'" + name + "' is not a tissue");
+    in.refuse(key, "'" + name + "' is not a tissue");
 }
 
-LookRule readLookRule(const path& file, const std::string& field, const toml::table& t) {
+LookRule readLookRule(Fields& in) {
     LookRule rule;
-    if (const auto tissue = t["tissue"].value<std::string>())
-        rule.tissue = readTissue(file, field + ".tissue", *tissue);
-    rule.name = t["name"].value_or(std::string());
-    if (t.contains("extinction_per_mm"))
-        rule.extinction_per_m =
-            kPerMm * readNumber(file, field + ".extinction_per_mm", t["extinction_per_mm"], 0.0, 1000.0);
-    if (t.contains("shell_per_mm"))
-        rule.shell_per_m = kPerMm * readNumber(file, field + ".shell_per_mm", t["shell_per_mm"], 0.0, 1000.0);
-    if (const auto colour = t["colour"].value<std::string>())
-        rule.colour_linear = readColour(file, field + ".colour", *colour);
+    if (in.has("tissue")) rule.tissue = readTissue(in, "tissue");
+    rule.name = in.textOr("name", "");
+    if (in.has("extinction_per_mm"))
+        rule.extinction_per_m = kPerMm * in.number("extinction_per_mm", 0.0, 1000.0);
+    if (in.has("shell_per_mm")) rule.shell_per_m = kPerMm * in.number("shell_per_mm", 0.0, 1000.0);
+    if (in.has("colour")) rule.colour_linear = readColour(in, "colour");
     return rule;
 }
 
-void readSurface(const path& file, const toml::table& root, LookStyle& look) {
-    const auto number = [&](const char* key, double high) {
-        return float(readNumber(file, std::string("surface.") + key, root["surface"][key], 0.0, high));
-    };
-    look.wrap = number("wrap", 1.0);
-    look.specular = number("specular", 4.0);
-    look.specular_power = number("specular_power", 1000.0);
-    look.rim = number("rim", 4.0);
-    look.gradient_voxels = number("gradient_voxels", 4.0);
-    look.smoothing_voxels = int(number("smoothing_voxels", 6.0));
-    look.edge_low = number("edge_low", 0.9);
-    look.edge_high = number("edge_high", 1.0);
-    if (look.edge_low >= look.edge_high) throw DataError(file, "surface.edge_high", "not above edge_low");
-    const auto ifGiven = [&](const char* key) { return root["surface"][key] ? number(key, 1.0) : 0.0f; };
-    look.mottle = ifGiven("mottle");
-    look.pores = ifGiven("pores");
-    look.grazing_tint =
-        readColour(file, "surface.grazing_tint", root["surface"]["grazing_tint"].value_or(std::string()));
+void readSurface(Fields in, LookStyle& look) {
+    look.wrap = float(in.number("wrap", 0.0, 1.0));
+    look.specular = float(in.number("specular", 0.0, 4.0));
+    look.specular_power = float(in.number("specular_power", 0.0, 1000.0));
+    look.rim = float(in.number("rim", 0.0, 4.0));
+    look.gradient_voxels = float(in.number("gradient_voxels", 0.0, 4.0));
+    look.smoothing_voxels = int(in.number("smoothing_voxels", 0.0, 6.0));
+    look.edge_low = float(in.number("edge_low", 0.0, 0.9));
+    look.edge_high = float(in.number("edge_high", 0.0, 1.0));
+    if (look.edge_low >= look.edge_high) in.refuse("edge_high", "not above edge_low");
+    look.mottle = float(in.numberOr("mottle", 0.0, 1.0, 0.0));
+    look.pores = float(in.numberOr("pores", 0.0, 1.0, 0.0));
+    look.grazing_tint = readColour(in, "grazing_tint");
 }
 
 bool lookRuleFits(const LookRule& rule, const patient::Label& label) {
@@ -145,22 +120,12 @@ LookStyle loadLook(const path& file) {
 
 LookStyle parseLook(const path& file, std::string_view text) {
     LookStyle look;
-    toml::table root;
-    try {
-        root = toml::parse(text);
-    } catch (const toml::parse_error& e) {
-        throw DataError(file, "line " + std::to_string(e.source().begin.line), std::string(e.description()));
-    }
-    look.name = root["name"].value_or(file.stem().string());
-    look.hu = readCurve(file, root);
-    if (const toml::array* list = root["rule"].as_array()) {
-        for (const toml::node& node : *list) {
-            const std::string field = "rule[" + std::to_string(look.rules.size()) + "]";
-            if (!node.is_table()) throw DataError(file, field, "not a table");
-            look.rules.push_back(readLookRule(file, field, *node.as_table()));
-        }
-    }
-    readSurface(file, root, look);
+    Fields root = parseToml(file, text);
+    look.name = root.textOr("name", file.stem().string());
+    look.hu = readCurve(root);
+    for (Fields& rule : root.children("rule", kMaxLookRows))
+        look.rules.push_back(readLookRule(rule));
+    readSurface(root.childOrEmpty("surface"), look);
     double full = 0.0;
     for (const HuPoint& p : look.hu)
         full = std::max(full, p.extinction_per_m);

@@ -669,10 +669,10 @@ TEST_F(FaultsRun, ACacheThatIsDamaged) {
     fs::resize_file(patient() / "ct.nii.gz", fs::file_size(patient() / "ct.nii.gz") / 2);
     expectWorks();
     expectSaid("ct.nii.gz");
-    expectSaid("made anew");
+    expectSaid("rebuilding");
     std::ofstream(patient() / "patient.toml") << "no TOML";
     expectWorks();
-    expectSaid("made anew");
+    expectSaid("rebuilding");
 
     const std::string tools = "stylet run --fast --spacing-mm 5 --scenario five-tools --out tools";
     EXPECT_EQ(run(tools), 0) << err_;
@@ -687,7 +687,7 @@ TEST_F(FaultsRun, ACacheThatIsDamaged) {
     EXPECT_GE(files, 2);
     const auto made = [](const char* what) { return summaryIn("tools").at("start").at(what); };
     EXPECT_EQ(run(tools), 0) << err_;
-    expectSaid("is damaged; it is made anew");
+    expectSaid("is damaged; rebuilding it");
     EXPECT_EQ(hashIn("tools"), hash);
     EXPECT_EQ(made("touch_maps_made"), 1);
     EXPECT_EQ(made("marks_made"), 1);
@@ -695,7 +695,7 @@ TEST_F(FaultsRun, ACacheThatIsDamaged) {
     EXPECT_EQ(run(tools), 0) << err_;
     EXPECT_EQ(made("touch_maps_made"), 0);
     EXPECT_EQ(made("marks_made"), 0);
-    EXPECT_EQ(err_.find("made anew"), std::string::npos) << err_;
+    EXPECT_EQ(err_.find("rebuilding"), std::string::npos) << err_;
     EXPECT_EQ(hashIn("tools"), hash);
 }
 

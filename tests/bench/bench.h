@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "base/statistics.h"
+
 namespace stylet::bench {
 
 // One setting of one knob: its run time and its error against the reference.
@@ -34,17 +36,6 @@ void setLongForm(bool);
 
 inline double elapsed_ms(std::chrono::steady_clock::time_point since) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - since).count();
-}
-
-// The value below which `share` of the samples lie.
-inline double quantile(std::vector<double> samples, double share) {
-    if (samples.empty()) return 0.0;
-    const auto nth = samples.begin() + std::ptrdiff_t(share * double(samples.size() - 1));
-    std::nth_element(samples.begin(), nth, samples.end());
-    return *nth;
-}
-inline double median(const std::vector<double>& samples) {
-    return quantile(samples, 0.5);
 }
 
 }  // namespace stylet::bench

@@ -65,7 +65,7 @@ Vec3 reference(const Flank& flank, const FingerSettings& settings, const Pose& p
     Vec3 sum(0.0);
     for (const Pad& pad : parts) {
         FingerState state;
-        sum += stepFinger(state, part, pad, flank.map, flank.package.motion, pose, {}).force_n;
+        sum += stepFinger(state, part, pad, {flank.map, flank.package.motion, {}}, pose).force_n;
     }
     return sum;
 }
@@ -78,7 +78,7 @@ double median_us(const Flank& flank, const FingerSettings& settings, const Pad& 
         for (const Pose& pose : flank.poses) {
             breath.v = 0.5 + 0.4 * std::sin(0.01 * double(times_us.size()));
             const auto began = std::chrono::steady_clock::now();
-            stepFinger(state, settings, pad, flank.map, flank.package.motion, pose, breath);
+            stepFinger(state, settings, pad, {flank.map, flank.package.motion, breath}, pose);
             times_us.push_back(1e3 * elapsed_ms(began));
         }
     return median(times_us);
@@ -107,7 +107,7 @@ void run(std::vector<Row>& rows) {
         for (const Pose& pose : flank.poses) {
             FingerState state;
             const Vec3 coarse =
-                stepFinger(state, settings, pad, flank.map, flank.package.motion, pose, {}).force_n;
+                stepFinger(state, settings, pad, {flank.map, flank.package.motion, {}}, pose).force_n;
             const Vec3 fine = reference(flank, settings, pose);
             errors.push_back(glm::length(coarse - fine));
             force_n += glm::length(fine) / kSpots;

@@ -124,7 +124,7 @@ Sampled sampleForce(const patient::Patient& patient, const Path& path, double st
     const auto began = std::chrono::steady_clock::now();
     for (int i = 0; i <= steps; ++i) {
         const double depth_m = step_m * i;
-        stepNeedle(state, {}, patient, path.entry_m + path.axis * depth_m, path.axis, {}, events);
+        stepNeedle(state, {}, {patient, {}}, {path.entry_m + path.axis * depth_m, path.axis}, events);
         sampled.forces_n[std::size_t(i)] = state.force_n;
         if (events.dropped > 0) throw std::runtime_error("a step dropped events");
         for (int e = 0; e < events.count; ++e)

@@ -181,8 +181,8 @@ double offTheWalk_n() {
         double worst_n = 0.0;
         for (std::size_t i = 0; double(i) * kStep_m < s->end_m; ++i) {
             const double depth_m = double(i) * kStep_m;
-            haptics::stepNeedle(needle, settings.needle, made().prepared.full,
-                                path.entry_m + (depth_m - s->entry_m) * axis, axis, path.breath, events);
+            haptics::stepNeedle(needle, settings.needle, {made().prepared.full, path.breath},
+                                {path.entry_m + (depth_m - s->entry_m) * axis, axis}, events);
             const auto& met = s->full.force->events;
             if (std::none_of(met.begin(), met.end(), [&](const haptics::ExactEvent& e) {
                     return std::fabs(e.depth_m - depth_m) < kBeside_m;

@@ -57,10 +57,11 @@ void run(std::vector<Row>& rows) {
     putOn(folder / "scenario.json",
           trainer::stageFromHead(trainer::stageFromPatient(patient, path), path, 0.0));
     trainer::MirrorSettings settings;
-    settings.assets = assetsFolder();
+    settings.pictures.assets = assetsFolder();
+    settings.pictures.config.difficulty = training::Difficulty::exam;  // no hints
     trainer::Mirror mirror(patient, path, settings);
-    trainer::FrameSettings frame_settings;
-    frame_settings.assets = settings.assets;
+    trainer::PictureSettings frame_settings;
+    frame_settings.assets = settings.pictures.assets;
     FrameLoop loop(patient, frame_settings, path);
     loop.mirrorTo(mirror.channels());
 

@@ -242,7 +242,7 @@ TEST(Adversarial, AThousandThinLayers) {
         while (hand.state.tip_deformed_m.x < 0.104) {
             const double x = std::min(0.104, hand.state.tip_deformed_m.x + step_m);
             haptics::NeedleEvents events;
-            stepNeedle(hand.state, hand.settings, patient, {x, 0.0003, 0.0002}, hand.axis, {}, events);
+            stepNeedle(hand.state, hand.settings, {patient, {}}, {{x, 0.0003, 0.0002}, hand.axis}, events);
             ASSERT_LE(hand.state.queued_count, kMaxQueuedBorders);
             ASSERT_LE(hand.state.cut_count, kMaxCutBorders);
             ASSERT_TRUE(std::isfinite(hand.force()));
@@ -268,7 +268,7 @@ TEST(Adversarial, AJumpThroughAThousandLayersIsOneTick) {
     hand.to(-0.01);
     for (int i = 0; i < 100; ++i) {
         NeedleEvents events;
-        stepNeedle(hand.state, hand.settings, patient, {0.09, 0.0003, 0.0002}, hand.axis, {}, events);
+        stepNeedle(hand.state, hand.settings, {patient, {}}, {{0.09, 0.0003, 0.0002}, hand.axis}, events);
         EXPECT_EQ(events.count, kMaxStepEvents);
         EXPECT_GT(events.dropped, 0);
         hand.to(-0.01);

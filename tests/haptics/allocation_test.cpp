@@ -49,13 +49,13 @@ TEST_P(Allocation, TenThousandTicksAllocateNothing) {
         while (channels.events.pop(event))
             punctures += event.event.kind == NeedleEventKind::puncture;
     }
-    channels.hold.store(true);
+    channels.pause.store(true);
     channels.commands.push({CommandKind::focus, 0});
     for (int i = 0; i < 1000; ++i) {
-        if (!loopHold(simulation, device, channels, stats, 0))
+        if (!loopPaused(simulation, device, channels, stats, 0))
             loopTick(simulation, device, channels, stats, 0);
     }
-    EXPECT_GT(stats.held, 900u);
+    EXPECT_GT(stats.paused, 900u);
     EXPECT_EQ(test::allocations() - before, 0u);
     EXPECT_GE(punctures, 3);
 

@@ -44,7 +44,7 @@ void letBreathe(patient::Package& package, double travel_m) {
 
 void Hand::to(const Vec3& tip_m) {
     haptics::NeedleEvents step;
-    last = haptics::stepNeedle(state, settings, patient, tip_m, axis, breath, step, incisions);
+    last = haptics::stepNeedle(state, settings, {patient, breath}, {tip_m, axis}, step, incisions);
     events.insert(events.end(), step.list.begin(), step.list.begin() + step.count);
 }
 

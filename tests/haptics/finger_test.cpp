@@ -26,7 +26,7 @@ struct Palpated {
         : package(p), settings(s), pad(fingerPad(s)) {}
 
     ToolForce at(const Pose& pose) {
-        return stepFinger(state, settings, pad, map, package.motion, pose, breath);
+        return stepFinger(state, settings, pad, {map, package.motion, breath}, pose);
     }
     ToolForce pressed(double depth_m, double z_m = 0.0) { return at({kAlongX, {depth_m, 0.0, z_m}}); }
 
@@ -109,7 +109,7 @@ TEST(Finger, MeetsABallAsTwoSpheresOnAnElasticFoundation) {
         const Quat facing = glm::quat_cast(Mat3(side, glm::cross(out, side), out));
         FingerState fresh;
         const ToolForce f =
-            stepFinger(fresh, settings, pad, ball, {}, {facing, (kBall_m - kDepth_m) * out}, {});
+            stepFinger(fresh, settings, pad, {ball, {}, {}}, {facing, (kBall_m - kDepth_m) * out});
         sum_n += glm::dot(f.force_n, out);
     }
     EXPECT_NEAR(

@@ -22,21 +22,21 @@ TEST(FlightRecorder, KeepsTwoSecondsBeforeAFaultAndATenthAfter) {
     FlightRecorder recorder(0.001);
     std::vector<TickRecord> flight;
     log(recorder, 1, 10000);
-    EXPECT_FALSE(recorder.take(flight));
+    EXPECT_FALSE(recorder.pop(flight));
     log(recorder, 10001, 10100, kFaultBadPose);
-    EXPECT_FALSE(recorder.take(flight));
+    EXPECT_FALSE(recorder.pop(flight));
     log(recorder, 10101, 10101, kFaultBadPose);
-    ASSERT_TRUE(recorder.take(flight));
+    ASSERT_TRUE(recorder.pop(flight));
     ASSERT_EQ(flight.size(), 2100u);
     for (std::size_t i = 0; i < flight.size(); ++i)
         ASSERT_EQ(flight[i].output.tick, 8002 + i);
     EXPECT_EQ(flight.front().input.device.buttons, 8002u);
-    EXPECT_FALSE(recorder.take(flight));
+    EXPECT_FALSE(recorder.pop(flight));
     log(recorder, 10102, 20000, kFaultBadPose);  // the same fault continues
-    EXPECT_FALSE(recorder.take(flight));
+    EXPECT_FALSE(recorder.pop(flight));
     log(recorder, 20001, 20500);  // re-armed
     log(recorder, 20501, 20700, kFaultBadPose);
-    EXPECT_TRUE(recorder.take(flight));
+    EXPECT_TRUE(recorder.pop(flight));
 }
 
 TEST(FlightRecorder, AnotherBitIsAnotherFlightAndAShortSessionAShortOne) {
@@ -44,10 +44,10 @@ TEST(FlightRecorder, AnotherBitIsAnotherFlightAndAShortSessionAShortOne) {
     std::vector<TickRecord> flight;
     log(recorder, 1, 10);
     log(recorder, 11, 411, kFaultHandOff);
-    ASSERT_TRUE(recorder.take(flight));
+    ASSERT_TRUE(recorder.pop(flight));
     EXPECT_EQ(flight.size(), 411u);
     log(recorder, 412, 900, kFaultHandOff | kFaultDeviceLost);
-    EXPECT_TRUE(recorder.take(flight));
+    EXPECT_TRUE(recorder.pop(flight));
     EXPECT_EQ(flight.front().output.tick, 412u);
 }
 
@@ -58,7 +58,7 @@ TEST(FlightRecorder, AnUntakenFlightIsKeptAndTheNextCounted) {
     log(recorder, 201, 300);
     log(recorder, 301, 500, kFaultBadForce);
     EXPECT_EQ(recorder.missed(), 1u);
-    ASSERT_TRUE(recorder.take(flight));
+    ASSERT_TRUE(recorder.pop(flight));
     EXPECT_EQ(flight.front().output.tick, 1u);
 }
 
@@ -67,10 +67,10 @@ TEST(FlightRecorder, AtTheEndARunningCountdownIsAFlight) {
     std::vector<TickRecord> flight;
     log(recorder, 1, 50);
     recorder.finish();
-    EXPECT_FALSE(recorder.take(flight));
+    EXPECT_FALSE(recorder.pop(flight));
     log(recorder, 51, 60, kFaultOverSpeed);
     recorder.finish();
-    ASSERT_TRUE(recorder.take(flight));
+    ASSERT_TRUE(recorder.pop(flight));
     EXPECT_EQ(flight.size(), 60u);
 }
 
@@ -86,7 +86,7 @@ TEST(FlightRecorder, ManyFlightsBetweenTwoThreads) {
     std::vector<TickRecord> flight;
     std::uint64_t taken = 0;
     const auto takeAll = [&] {
-        while (recorder.take(flight)) {
+        while (recorder.pop(flight)) {
             ++taken;
             for (std::size_t i = 1; i < flight.size(); ++i)
                 ASSERT_EQ(flight[i].output.tick, flight[i - 1].output.tick + 1);

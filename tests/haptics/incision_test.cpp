@@ -67,7 +67,7 @@ TEST_F(IncisedSkin, OpensNothingBehindTheSurface) {
     hand.sweep(0.0005);
     EXPECT_EQ(hand.state.phase, Phase::held);
     hand.sweep(0.023);
-    EXPECT_EQ(hand.state.hold.border.to, fascia);
+    EXPECT_EQ(hand.state.tenting.border.to, fascia);
 }
 
 // Where the rim of skin voxels has a gap, the surface is fat. An incision opens it as well.

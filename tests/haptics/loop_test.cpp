@@ -305,7 +305,7 @@ struct Pausing {
         for (int i = 0; i < count; ++i) {
             device.x_m += m_s * 0.001;
             const std::int64_t t_ns = std::int64_t(stats.ticks) * 1000000;
-            if (!loopHold(simulation, device, channels, stats, t_ns))
+            if (!loopPaused(simulation, device, channels, stats, t_ns))
                 loopTick(simulation, device, channels, stats, t_ns);
             TickRecord record;
             while (channels.records.pop(record))
@@ -331,13 +331,13 @@ TEST(LoopHold, BeginsOnceTheForceIsGoneAndSendsZeroEveryPeriod) {
     p.periods(400, 0.02);
     ASSERT_EQ(p.last().stage, ForceStage::on);
     ASSERT_GT(glm::length(p.last().sent_device_n), 0.01);
-    p.channels.hold.store(true);
+    p.channels.pause.store(true);
     p.periods(5);
     EXPECT_EQ(p.records.size(), 2105u);  // force is still active, so ticks continue
-    EXPECT_FALSE(p.channels.held.load());
+    EXPECT_FALSE(p.channels.paused.load());
     p.command(CommandKind::focus, 0);
     p.periods(30);
-    EXPECT_TRUE(p.channels.held.load());
+    EXPECT_TRUE(p.channels.paused.load());
     EXPECT_EQ(p.last().stage, ForceStage::off);
     const std::size_t ticks = p.records.size();
     const double breath_v = p.last().breath.v;
@@ -348,9 +348,9 @@ TEST(LoopHold, BeginsOnceTheForceIsGoneAndSendsZeroEveryPeriod) {
     EXPECT_EQ(p.records.size(), ticks);
     EXPECT_EQ(p.device.sent, sent + 500);
     EXPECT_EQ(p.device.sent_n, Vec3(0.0));
-    p.channels.hold.store(false);
+    p.channels.pause.store(false);
     p.periods(1);
-    EXPECT_FALSE(p.channels.held.load());
+    EXPECT_FALSE(p.channels.paused.load());
     ASSERT_EQ(p.records.size(), ticks + 1);
     EXPECT_EQ(p.last().tick, ticks + 1);              // continues from the tick where it stopped
     EXPECT_NEAR(p.last().breath.v, breath_v, 0.005);  // and so does the patient
@@ -363,15 +363,15 @@ TEST(LoopHold, TheWayMovedMeanwhileNeitherCutsNorBlocks) {
     for (const bool fresh_always : {true, false}) {
         Pausing p;
         p.periods(1700);
-        p.channels.hold.store(true);
+        p.channels.pause.store(true);
         p.command(CommandKind::focus, 0);
         p.periods(40);
-        ASSERT_TRUE(p.channels.held.load());
+        ASSERT_TRUE(p.channels.paused.load());
         p.device.fresh_always = fresh_always;
         p.device.x_m = 0.020;  // through skin and fascia
         p.device.fresh = 1;
         p.periods(10);
-        p.channels.hold.store(false);
+        p.channels.pause.store(false);
         p.periods(3);
         EXPECT_EQ(p.last().phase, Phase::outside);  // as if the needle had been picked up there
         EventRecord event;
@@ -401,16 +401,16 @@ TEST(LoopHold, ANeedleInTheBodyStaysThereUntilTheHandIsBack) {
     while (p.channels.events.pop(event)) {
     }
     const double x_m = p.device.x_m;
-    p.channels.hold.store(true);
+    p.channels.pause.store(true);
     p.command(CommandKind::focus, 0);
     p.periods(40);
-    ASSERT_TRUE(p.channels.held.load());
+    ASSERT_TRUE(p.channels.paused.load());
     const std::size_t ticks = p.records.size();
     p.device.x_m = x_m + 0.015;
-    p.channels.hold.store(false);
+    p.channels.pause.store(false);
     p.periods(200);
     EXPECT_EQ(p.records.size(), ticks);
-    EXPECT_TRUE(p.channels.held.load());
+    EXPECT_TRUE(p.channels.paused.load());
     EXPECT_NEAR(p.channels.to_return_m.load(), 0.015, 1e-9);
     p.device.x_m = x_m + 0.001;
     p.periods(50);

@@ -255,14 +255,14 @@ TEST(NeedleBreathing, AHeldSurfaceGoesAlongWithTheBreath) {
         hand.to({0.020, 0.0, -0.065 + 0.0001 * i});
     // Half of 4 mm up, and 1 mm behind the surface.
     ASSERT_EQ(hand.state.phase, Phase::held);
-    const double behind_m = hand.state.hold.depth_m, k = 1200.0, rise_n = 2.0 - 0.7;
+    const double behind_m = hand.state.tenting.depth_m, k = 1200.0, rise_n = 2.0 - 0.7;
     ASSERT_NEAR(behind_m, 0.001, 2e-5);
     const auto curve = [&](double d) { return 0.7 + 0.5 * k * d + 0.5 * k * k / rise_n * d * d; };
     const Vec3 tip = hand.state.tip_deformed_m;
     hand.breath = {0.6, 0.0};  // the surface moves 0.4 mm up, away from the tip
     hand.to(tip);
-    EXPECT_NEAR(hand.state.hold.depth_m, behind_m - 0.0004, 2e-5);
-    EXPECT_NEAR(hand.force(), curve(hand.state.hold.depth_m), 1e-9);
+    EXPECT_NEAR(hand.state.tenting.depth_m, behind_m - 0.0004, 2e-5);
+    EXPECT_NEAR(hand.force(), curve(hand.state.tenting.depth_m), 1e-9);
     EXPECT_NEAR(hand.last.tissue_moved_m.z, 0.0004, 2e-5);
     hand.breath = {0.4, 0.0};  // and back down
     hand.to(tip);

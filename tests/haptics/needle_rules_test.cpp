@@ -64,7 +64,7 @@ TEST(NeedleRules, ABorderMetWithAPullHoldsFromThere) {
     p.hand.sweep(0.0221);
     ASSERT_EQ(p.hand.state.phase, Phase::held);
     const double a0 = -0.5, a2 = 1000.0 * 500.0 / (1.2 - a0);
-    EXPECT_NEAR(p.hand.state.hold.a0_n, a0, 1e-9);
+    EXPECT_NEAR(p.hand.state.tenting.a0_n, a0, 1e-9);
     EXPECT_NEAR(p.hand.force(), a0 + 500.0 * 0.0001 + a2 * 1e-8, 1e-9);
     p.hand.sweep(0.0223);
     const double far_n = a0 + 500.0 * 0.0002 + a2 * 4e-8;

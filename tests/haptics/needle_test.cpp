@@ -77,8 +77,8 @@ TEST(Needle, FasciaLiverDuctInOneTick) {
     EXPECT_EQ(p.hand.events[1].border.to, liver);
     EXPECT_NEAR(p.hand.events[1].force_after_n, 0.9, 1e-9);
     EXPECT_EQ(p.hand.events[2].kind, NeedleEventKind::border);
-    EXPECT_NEAR(p.hand.state.hold.depth_m, 0.0001, 1e-9);
-    EXPECT_NEAR(p.hand.state.hold.a0_n, 0.9, 1e-9);
+    EXPECT_NEAR(p.hand.state.tenting.depth_m, 0.0001, 1e-9);
+    EXPECT_NEAR(p.hand.state.tenting.a0_n, 0.9, 1e-9);
     EXPECT_EQ(p.hand.state.tissue, liver);
     p.hand.sweep(0.0238 + 0.0003 - 1e-6);
     EXPECT_EQ(p.hand.state.phase, Phase::held);
@@ -90,7 +90,7 @@ TEST(Needle, FasciaLiverDuctInOneTick) {
 TEST(Needle, APushedBorderLetsGoAndIsMetAgain) {
     Puncture p({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.0005}, {duct, 0.005}, {liver, 0.02}});
     p.hand.sweep(0.02385);
-    ASSERT_EQ(p.hand.state.hold.border.to, duct);
+    ASSERT_EQ(p.hand.state.tenting.border.to, duct);
     p.hand.sweep(0.0238);
     EXPECT_NEAR(p.hand.force(), 0.9, 1e-9);
     p.hand.sweep(0.0237);  // back in the liver: the spring relaxes, although the voxel is duct
@@ -250,7 +250,7 @@ TEST(Needle, BoneUnderAHeldFasciaGivesTheFasciaBack) {
     EXPECT_NEAR(p.hand.force(), at_bone + 4.0, 1e-9);
     EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 1u);  // the skin's puncture
     p.hand.sweep(0.0125);
-    EXPECT_EQ(p.hand.state.hold.border.to, fascia);
+    EXPECT_EQ(p.hand.state.tenting.border.to, fascia);
     EXPECT_NEAR(p.hand.force(), 0.7 + 500.0 * 0.0005 + 1000.0 * 500.0 / 1.8 * 0.25e-6, 1e-9);
 }
 
@@ -363,7 +363,7 @@ TEST(Needle, TurningTheShaftMeetsBordersToo) {
     }
     EXPECT_NEAR(p.hand.state.depth_m - depth_m, 0.003 * std::sin(0.15), 1e-5);
     EXPECT_EQ(p.hand.state.phase, Phase::held);
-    EXPECT_EQ(p.hand.state.hold.border.to, duct);
+    EXPECT_EQ(p.hand.state.tenting.border.to, duct);
     EXPECT_GT(p.hand.force(), 1.0);
 
     for (int i = 14; i >= 0; --i) {

@@ -135,7 +135,7 @@ TEST(Output, TheControllerLeadsTheScaledSpring) {
     off.tick.grip_m.x = dx;
     off.tick.tool.energy_j = 0.5 * k * dx * dx;
     EXPECT_EQ(off.send({-k * dx, 0.0, 0.0}).x, -k * dx);
-    EXPECT_GT(off.state.passivity.shortfall_j, 0.0);
+    EXPECT_GT(off.state.passivity.excess_energy_j, 0.0);
 }
 
 // An output stage that owes one joule.
@@ -143,7 +143,7 @@ Stage owing(double tangent_n_per_m) {
     OutputSettings settings = plain();
     settings.model_tangent_n_per_m = tangent_n_per_m;
     Stage stage(settings);
-    stage.state.passivity.shortfall_j = 1.0;
+    stage.state.passivity.excess_energy_j = 1.0;
     stage.state.passivity.still = {};
     return stage;
 }
@@ -210,7 +210,7 @@ TEST(Output, TheClutchTakesTheModelsForceAndNoOther) {
         EXPECT_LT(std::fabs(stage.send({0.0, 2.0, 0.0}).y), 0.02) << i;
     }
     EXPECT_EQ(stage.state.controller_n.y, 0.0);
-    EXPECT_EQ(stage.state.passivity.shortfall_j, 0.0);
+    EXPECT_EQ(stage.state.passivity.excess_energy_j, 0.0);
     EXPECT_LT(stage.state.sent_n.x, -0.1);
 }
 

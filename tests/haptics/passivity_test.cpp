@@ -40,7 +40,7 @@ struct SampledSpring {
         m.energy_j = 0.5 * stiffness_n_per_m * e * e;
         observe(state, m, delay_ticks);
         controller_n =
-            controlled ? takeBack(state, m, delay_ticks, kSteep_n_per_m / (1 + delay_ticks)).x : 0.0;
+            controlled ? dissipate(state, m, delay_ticks, kSteep_n_per_m / (1 + delay_ticks)).x : 0.0;
         remember(state, {Vec3(scale * m.model_n.x + controller_n, 0.0, 0.0),
                          Vec3(0.0),
                          scale,
@@ -55,14 +55,14 @@ TEST(Passivity, ASpringIsLedByHalfATick) {
     const double dx = 20e-6;
     for (int i = 1; i <= 50; ++i) {
         spring.step(i * dx);
-        EXPECT_NEAR(spring.state.shortfall_j, kMargin * 0.5 * 1000.0 * dx * dx, 1e-18);
+        EXPECT_NEAR(spring.state.excess_energy_j, kMargin * 0.5 * 1000.0 * dx * dx, 1e-18);
         EXPECT_NEAR(spring.controller_n, -kMargin * 0.5 * 1000.0 * dx, 1e-12);
     }
     // On the way back the damping changes sign. The turn is paid for within two ticks.
     for (int i = 49; i >= 0; --i)
         spring.step(i * dx);
     EXPECT_NEAR(spring.controller_n, kMargin * 0.5 * 1000.0 * dx, 1e-12);
-    EXPECT_NEAR(spring.state.shortfall_j, kMargin * 0.5 * 1000.0 * dx * dx, 1e-18);
+    EXPECT_NEAR(spring.state.excess_energy_j, kMargin * 0.5 * 1000.0 * dx * dx, 1e-18);
 }
 
 // Moves in and out again. Returns the energy that the hand gains.
@@ -157,13 +157,13 @@ TEST(Passivity, TheGainScalesTheAccount) {
     half.scale = 0.5;
     for (int i = 1; i <= 10; ++i)
         half.step(i * 1e-5);
-    EXPECT_NEAR(half.state.shortfall_j, kMargin * 0.5 * 0.5 * 1000.0 * 1e-10, 1e-18);
+    EXPECT_NEAR(half.state.excess_energy_j, kMargin * 0.5 * 0.5 * 1000.0 * 1e-10, 1e-18);
 }
 
 TEST(Passivity, ARampIsNoShortfallOfTheHand) {
     SampledSpring ramped;
     ramped.step(0.001);
-    const double owed = ramped.state.shortfall_j;
+    const double owed = ramped.state.excess_energy_j;
     for (int i = 0; i <= 1000; ++i) {
         ramped.scale = 1.0 - i / 1000.0;
         ramped.step(0.001);
@@ -172,7 +172,7 @@ TEST(Passivity, ARampIsNoShortfallOfTheHand) {
         ramped.scale = i / 1000.0;
         ramped.step(0.001);
     }
-    EXPECT_EQ(ramped.state.shortfall_j, owed);
+    EXPECT_EQ(ramped.state.excess_energy_j, owed);
 }
 
 // One tick of a force against an advance of 0.1 mm.
@@ -189,9 +189,9 @@ TEST(Passivity, FrictionPaysForItselfAndSavesNothing) {
     for (int i = 0; i < 1000; ++i) {
         observe(s, rubbing(0.9, 0.9 * 0.9 / 2400.0), 0);
         if (i > 0) {
-            EXPECT_EQ(s.shortfall_j, 0.0);
+            EXPECT_EQ(s.excess_energy_j, 0.0);
         } else {
-            s.shortfall_j = 0.0;  // the springs start loaded
+            s.excess_energy_j = 0.0;  // the springs start loaded
         }
         remember(s, {{-0.9, 0.0, 0.0}, Vec3(0.0), 1.0, 1.0});
     }
@@ -200,22 +200,22 @@ TEST(Passivity, FrictionPaysForItselfAndSavesNothing) {
     active.tip_moved_m.x = -1e-5;
     s.sense = {};  // no encoder edge before it
     observe(s, active, 0);
-    EXPECT_NEAR(s.shortfall_j, kMargin * 0.9e-5, 1e-12);
-    EXPECT_NEAR(takeBack(s, active, 0, 1e9).x, kMargin * 0.9, 1e-9);
-    EXPECT_NEAR(takeBack(s, active, 0, 1000.0).x, 0.01, 1e-12);  // bounded
+    EXPECT_NEAR(s.excess_energy_j, kMargin * 0.9e-5, 1e-12);
+    EXPECT_NEAR(dissipate(s, active, 0, 1e9).x, kMargin * 0.9, 1e-9);
+    EXPECT_NEAR(dissipate(s, active, 0, 1000.0).x, 0.01, 1e-12);  // bounded
 }
 
 TEST(Passivity, ACutIsNoReserveAndASofterTissueNoDebt) {
     PassivityState s;
     const double full_j = 0.003;
     observe(s, rubbing(2.5, full_j), 0);
-    s.shortfall_j = 2e-6;
+    s.excess_energy_j = 2e-6;
     remember(s, {{-2.5, 0.0, 0.0}, Vec3(0.0), 1.0, 1.0});
     Motion cut = rubbing(0.9, 0.9 * 0.9 / 2400.0);
     cut.tip_moved_m.x = 0.0;
     cut.event = true;
     observe(s, cut, 0);
-    EXPECT_EQ(s.shortfall_j, 2e-6);  // 2.6 mJ went into the tissue
+    EXPECT_EQ(s.excess_energy_j, 2e-6);  // 2.6 mJ went into the tissue
 
     s = {};
     observe(s, {}, 0);
@@ -225,12 +225,12 @@ TEST(Passivity, ACutIsNoReserveAndASofterTissueNoDebt) {
     Motion softer = rubbing(0.7, 0.49 / 2000.0);
     softer.event = true;
     observe(s, softer, 0);
-    EXPECT_NEAR(s.shortfall_j, 0.0, 1e-18);
+    EXPECT_NEAR(s.excess_energy_j, 0.0, 1e-18);
     softer.event = false;  // the same without an event counts as debt
     s.energy_j = 0.49 / 2400.0;
     softer.tip_moved_m.x = 0.0;
     observe(s, softer, 0);
-    EXPECT_NEAR(s.shortfall_j, kMargin * (0.49 / 2000.0 - 0.49 / 2400.0), 1e-12);
+    EXPECT_NEAR(s.excess_energy_j, kMargin * (0.49 / 2000.0 - 0.49 / 2400.0), 1e-12);
 }
 
 // HZ-FORCE-19
@@ -242,7 +242,7 @@ TEST(Passivity, TheWallsWorkIsWithTheHandNotTheTissue) {
     remember(s, {{-1.0, 0.0, 0.0}, {-1.0, 0.0, 0.0}, 1.0, 1.0});
     m.wall_energy_j = 1.5e-4;
     observe(s, m, 0);
-    EXPECT_NEAR(s.shortfall_j, kMargin * 0.5e-4, 1e-15);
+    EXPECT_NEAR(s.excess_energy_j, kMargin * 0.5e-4, 1e-15);
 }
 
 // A spring behind a coarse encoder. With steady motion, the controller takes as much energy as without the
@@ -272,18 +272,18 @@ TEST(Passivity, ATremblingCountPilesUpNoDebt) {
     for (const int every : {1, 2, 7, 60}) {
         SampledSpring spring;
         spring.step(0.001);
-        spring.state.shortfall_j = 0.0;
+        spring.state.excess_energy_j = 0.0;
         for (int i = 0; i < 100000; ++i)
             spring.step(0.001 + (i / every % 2 == 0 ? 0.0 : 30e-6));
-        EXPECT_LT(spring.state.shortfall_j, 2.0 * 1000.0 * 30e-6 * 30e-6) << every;
+        EXPECT_LT(spring.state.excess_energy_j, 2.0 * 1000.0 * 30e-6 * 30e-6) << every;
         EXPECT_LT(std::fabs(spring.controller_n), 0.1) << every;
     }
 }
 
 TEST(Passivity, NoMotionNoForce) {
     PassivityState s;
-    s.shortfall_j = 1.0;
-    EXPECT_EQ(takeBack(s, {}, 0, kSteep_n_per_m), Vec3(0.0));
+    s.excess_energy_j = 1.0;
+    EXPECT_EQ(dissipate(s, {}, 0, kSteep_n_per_m), Vec3(0.0));
 }
 
 }  // namespace

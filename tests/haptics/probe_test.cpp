@@ -19,8 +19,8 @@ struct Scanned {
         if (travel_m != 0.0) package.motion = test::makeShift(travel_m);
     }
     ToolForce pressed(double depth_m, double z_m = 0.0, const Quat& turn = {1.0, 0.0, 0.0, 0.0}) {
-        return stepProbe(state, settings, pad, map, package.motion, {turn * kAlongX, {depth_m, 0.0, z_m}},
-                         breath);
+        return stepProbe(state, settings, pad, {map, package.motion, breath},
+                         {turn * kAlongX, {depth_m, 0.0, z_m}});
     }
     patient::Package package = test::makeSlabs({{skin, 0.002}, {soft, 0.058}}, 0.001);
     patient::Patient patient{package};
@@ -92,13 +92,13 @@ TEST(ParkedProbe, RidesTheSkinAlongItsNormal) {
     const patient::MotionModel motion = chestRise(0.008);
     Surrogate breath{0.2, 0.0, 0.0};
     const Vec3 at_m{0.002 - 0.2 * 0.008, 0.001, 0.003};
-    SkinRider rider = parkOnSkin(s.map, motion, breath, {kAlongX, at_m});
+    SkinRider rider = parkOnSkin({s.map, motion, breath}, {kAlongX, at_m});
     EXPECT_NEAR(rider.level_m, -0.002, 1e-5);
     EXPECT_NEAR(glm::length(rider.outward - Vec3(-1.0, 0.0, 0.0)), 0.0, 1e-4);
     Vec3 ridden_m(0.0);
     for (int i = 0; i < 800; ++i) {
         breath.v = 0.2 + 0.001 * i;
-        ridden_m += rideSkin(rider, s.map, motion, breath);
+        ridden_m += rideSkin(rider, {s.map, motion, breath});
         // The depth in the skin has not changed.
         EXPECT_NEAR(touchAt(s.map, referenceFromDeformed(motion, breath, rider.at_m)).level_m, rider.level_m,
                     1e-6);
@@ -126,15 +126,15 @@ TEST(ParkedProbe, FindsTheSkinsNormalOutsideTheCavity) {
     const double half = 0.5 * std::atan2(0.4, 0.9);
     const Quat facing = Quat{std::cos(half), 0.0, -std::sin(half), 0.0} * kAlongX;
     ASSERT_LT(glm::length(facing * Vec3(0.0, 0.0, 1.0) - outward), 1e-12);
-    const SkinRider rider = parkOnSkin(map, motion, {1.0, 0.0, 0.0}, {facing, Vec3(0.0)});
+    const SkinRider rider = parkOnSkin({map, motion, {1.0, 0.0, 0.0}}, {facing, Vec3(0.0)});
     EXPECT_LT(glm::length(rider.outward - outward), 1e-3);
 }
 
 TEST(ParkedProbe, DoesNotGoAlongWithSkinThatSlidesUnderIt) {
     Scanned s(-0.010);
-    SkinRider rider = parkOnSkin(s.map, s.package.motion, {}, {kAlongX, {0.003, 0.0, 0.0}});
+    SkinRider rider = parkOnSkin({s.map, s.package.motion, {}}, {kAlongX, {0.003, 0.0, 0.0}});
     for (int i = 0; i <= 100; ++i)
-        EXPECT_LT(glm::length(rideSkin(rider, s.map, s.package.motion, {0.01 * i, 0.0, 0.0})), 1e-6);
+        EXPECT_LT(glm::length(rideSkin(rider, {s.map, s.package.motion, {0.01 * i, 0.0, 0.0}})), 1e-6);
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ struct Surgeon {
 
     ToolForce to(double depth_m, double z_m = 0.0) {
         at_m = {depth_m, 0.0, z_m};
-        force = stepScalpel(state, incisions, settings, map, package.motion, {kAlongX, at_m}, breath);
+        force = stepScalpel(state, incisions, settings, {map, package.motion, breath}, {kAlongX, at_m});
         events += force.event;
         return force;
     }

@@ -10,22 +10,22 @@ namespace {
 
 // A tube of slices 1 mm thick, with a volume of 1 mm^3 each.
 struct Tube {
-    std::vector<double> way_m, room_m3;
+    std::vector<double> path_m, room_m3;
     explicit Tube(int slices) {
         for (int i = 0; i < slices; ++i)
-            way_m.push_back(1e-3 * i), room_m3.push_back(1e-9);
+            path_m.push_back(1e-3 * i), room_m3.push_back(1e-9);
     }
     double filled(const FrontShape& shape, double front_m) const {
         double sum = 0.0;
-        for (std::size_t i = 0; i < way_m.size(); ++i)
-            sum += room_m3[i] * shape.share(front_m, way_m[i]);
+        for (std::size_t i = 0; i < path_m.size(); ++i)
+            sum += room_m3[i] * shape.share(front_m, path_m[i]);
         return sum;
     }
 };
 
 TEST(FillOrder, SumsWhatTheSharesSay) {
     const Tube tube(50);
-    const FillOrder order(tube.way_m, tube.room_m3);
+    const FillOrder order(tube.path_m, tube.room_m3);
     for (const FrontShape shape : {FrontShape{0.002, 0.0}, FrontShape{0.004, 0.3}, FrontShape{0.001, 1.5}})
         for (double front_m = -0.001; front_m < 0.2; front_m += 0.0007)
             EXPECT_NEAR(order.filled(shape, front_m), tube.filled(shape, front_m), 1e-20) << front_m;
@@ -33,7 +33,7 @@ TEST(FillOrder, SumsWhatTheSharesSay) {
 
 TEST(FillOrder, PutsTheFrontWhereTheVolumeEnds) {
     const Tube tube(50);
-    const FillOrder order(tube.way_m, tube.room_m3);
+    const FillOrder order(tube.path_m, tube.room_m3);
     const FrontShape sharp{0.002, 0.0};
     // Distances refer to voxel centres: the first slice starts half a millimetre before the first centre.
     for (const double slices : {2.0, 10.0, 33.3, 48.0})

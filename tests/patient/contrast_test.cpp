@@ -387,7 +387,7 @@ TEST(ContrastTable, IsHandedOutWholeOnRequest) {
     wander(contrast, &painter, &kept);
     ContrastChanges changes;
     if (painter.paint(contrast, changes)) apply(changes, kept);
-    painter.startAnew();
+    painter.reset();
     ASSERT_TRUE(painter.paint(contrast, changes));
     EXPECT_TRUE(changes.whole);
     apply(changes, late);

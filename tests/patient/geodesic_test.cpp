@@ -43,7 +43,7 @@ TEST(Geodesic, IsExactAlongAxesAndDiagonalsAndGoesRoundCorners) {
         return z == 1 && ((y == 2 && x >= 1 && x <= 10) || (x == 10 && y >= 2 && y <= 8));
     });
     const VoxelPiece piece = pieceAround(labels, {1, 2, 1});
-    const WayStart start{std::size_t(piece.at({1, 2, 1})), 0.001};
+    const PathStart start{std::size_t(piece.at({1, 2, 1})), 0.001};
     const std::vector<double> way = geodesic_m(piece, {&start, 1});
     EXPECT_NEAR(way[std::size_t(piece.at({9, 2, 1}))], 0.001 + 8 * 0.002, 1e-12);
     EXPECT_NEAR(way[std::size_t(piece.at({10, 8, 1}))], 0.001 + 13 * 0.002 + std::sqrt(2.0) * 0.002, 1e-12);
@@ -55,7 +55,7 @@ TEST(Geodesic, IsExactAlongAxesAndDiagonalsAndGoesRoundCorners) {
 TEST(Geodesic, IsNeverShorterThanTheStraightWayNorASeventhLonger) {
     const LabelVolume labels = carved({21, 21, 21}, 0.001, [](int, int, int) { return true; });
     const VoxelPiece piece = pieceAround(labels, {10, 10, 10});
-    const WayStart start{std::size_t(piece.at({10, 10, 10})), 0.0};
+    const PathStart start{std::size_t(piece.at({10, 10, 10})), 0.0};
     const std::vector<double> way = geodesic_m(piece, {&start, 1});
     for (std::size_t m = 0; m < piece.size(); ++m) {
         const double straight = glm::length(piece.centre(m) - piece.centre(start.member));

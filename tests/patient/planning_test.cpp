@@ -539,7 +539,7 @@ TEST_F(SavedPaths, HostileFilesAreRefused) {
     expectRefusedWith("\"00f1e2d3c4b5a697\"", "7", "patient_digest");
     expectRefusedWith("\"planner_version\": ", "\"planner_version\": 0.5", "planner_version");
     expectRefusedWith("\"planner_version\": ", "\"planner_version\": -", "planner_version");
-    expectRefusedWith("\"paths\": [", "\"paths\": {}, \"rest\": [", "json");
+    expectRefusedWith("\"paths\": [", "\"paths\": {}, \"rest\": [", "paths: not an array");
     expectRefusedWith("\"quality\"", "\"beauty\"", "paths[0].quality: missing");
     expectRefusedWith("\"quality\"", "\"beauty\": 1, \"quality\"", "paths[0].beauty: unknown key");
     expectRefusedWith("\"breath_v\": 0.0", "\"breath_v\": 1e999", "");

@@ -52,7 +52,7 @@ TEST(EyeTap, TheEyeThatWasAskedForComesSmallerWithItsTag) {
     EyeTap tap(gpu);
     Image image;
     EXPECT_FALSE(tap.read(image)) << "none was taken";
-    ASSERT_TRUE(tap.take(eyes.target(), 1, 32, 7));
+    ASSERT_TRUE(tap.submitCopy(eyes.target(), 1, 32, 7));
     EXPECT_EQ(readOne(tap, image, gpu), 7u);
     ASSERT_EQ(image.width, 32u);
     ASSERT_EQ(image.height, 32u);
@@ -61,7 +61,7 @@ TEST(EyeTap, TheEyeThatWasAskedForComesSmallerWithItsTag) {
         ASSERT_EQ(image.rgba[i + 2], 255);
     }
     EXPECT_FALSE(tap.read(image)) << "it comes once";
-    ASSERT_TRUE(tap.take(eyes.target(), 0, 1000, 8));
+    ASSERT_TRUE(tap.submitCopy(eyes.target(), 0, 1000, 8));
     EXPECT_EQ(readOne(tap, image, gpu), 8u);
     EXPECT_EQ(image.width, kSide) << "never larger than it is";
     EXPECT_EQ(image.rgba[0], 255);
@@ -74,7 +74,7 @@ TEST(EyeTap, TheNewestOfSeveralIsGivenAndTheOthersAreForgotten) {
     EyeTap tap(gpu);
     Image image;
     for (std::uint64_t tag = 1; tag <= 6; ++tag) {
-        ASSERT_TRUE(tap.take(eyes.target(), int(tag % 2), 16, tag));
+        ASSERT_TRUE(tap.submitCopy(eyes.target(), int(tag % 2), 16, tag));
         gpu.device().waitIdle();
     }
     EXPECT_EQ(tap.read(image), 6u);
@@ -91,7 +91,7 @@ TEST(EyeTap, AskedMoreOftenThanItCanItLeavesSomeOut) {
     int taken = 0;
     Image image;
     for (int i = 0; i < 200; ++i)
-        taken += tap.take(eyes.target(), 0, kSide);
+        taken += tap.submitCopy(eyes.target(), 0, kSide);
     EXPECT_GE(taken, 2);
     EXPECT_TRUE(readOne(tap, image, gpu));
     EXPECT_EQ(gpu.validationMessages(), 0u);

@@ -17,7 +17,7 @@ struct Machine {
         std::uniform_real_distribution<double> around(1.0 - noise, 1.0 + noise);
         const double scale = double(governor.layerScale());
         const double volume = volume_ms * scale * scale * around(random), rest = rest_ms * around(random);
-        governor.took(volume, rest, scale);
+        governor.reportFrame(volume, rest, scale);
         return volume + rest;
     }
 };
@@ -59,7 +59,7 @@ TEST(Governor, RisesAgainWhenThereIsRoomAndOneLateFrameChangesNothing) {
         machine.frame(governor);
     EXPECT_LT(low, 0.6f);
     EXPECT_EQ(governor.layerScale(), 1.0f);
-    governor.took(80.0, 2.0, 1.0);
+    governor.reportFrame(80.0, 2.0, 1.0);
     EXPECT_EQ(governor.layerScale(), 1.0f);
 }
 
@@ -74,14 +74,14 @@ TEST(Governor, GoesNoLowerThanIsWorthLookingAt) {
 TEST(Governor, LeavesTheResolutionWhereItCannotHelp) {
     Governor governor({.budget_ms = 11.1});
     for (int i = 0; i < 50; ++i)
-        governor.took(30.0, 500.0, 1.0);  // a look is being classified, or the system stalls
+        governor.reportFrame(30.0, 500.0, 1.0);  // a look is being classified, or the system stalls
     EXPECT_EQ(governor.layerScale(), 1.0f);
 }
 
 TEST(Governor, ComesDownFromWhatACloseHeadDrew) {
     Governor governor({.budget_ms = 11.1});
     for (int i = 0; i < 4; ++i)
-        governor.took(14.8, 2.0, 0.5);  // already drawn at half the scale
+        governor.reportFrame(14.8, 2.0, 0.5);  // already drawn at half the scale
     EXPECT_NEAR(governor.layerScale(), 0.5 * std::sqrt((0.85 * 11.1 - 2.0) / 14.8), 0.0625);
 }
 
@@ -89,11 +89,11 @@ TEST(Governor, PassesOverTimesThatCannotBe) {
     Governor governor;
     const double nan = std::numeric_limits<double>::quiet_NaN();
     for (int i = 0; i < 10; ++i) {
-        governor.took(nan, 1.0, 1.0);
-        governor.took(50.0, nan, 1.0);
-        governor.took(50.0, 1.0, nan);
-        governor.took(-1.0, 90.0, 1.0);
-        governor.took(std::numeric_limits<double>::infinity(), 0.0, 1.0);
+        governor.reportFrame(nan, 1.0, 1.0);
+        governor.reportFrame(50.0, nan, 1.0);
+        governor.reportFrame(50.0, 1.0, nan);
+        governor.reportFrame(-1.0, 90.0, 1.0);
+        governor.reportFrame(std::numeric_limits<double>::infinity(), 0.0, 1.0);
     }
     EXPECT_EQ(governor.layerScale(), 1.0f);
 }

@@ -75,16 +75,16 @@ TEST_F(ControllerHand, PuncturesTheDuctAlongThePlannedPath) {
     const auto port = std::make_shared<ControllerPort>();
     const haptics::Clock clock = monotonicClock();
     const Scenario scenario = test::shortScenario();
-    Attempt attempt = makeLiveAttempt(patient_, scenario, path_, 1, haptics::makeTouchMap(patient_),
-                                      controllerProfile(), {});
+    Attempt attempt = makeLiveAttempt(patient_, scenario, path_, {}, haptics::makeTouchMap(patient_),
+                                      {.profile = controllerProfile()});
     attempt.simulation.patient_from_device = stage_from_patient_.inverse();
     LiveDevice device(kControllers, std::make_unique<ControllerDriver>(*port, ControllerSide::right, clock),
                       clock);
     PictureSettings settings;
     settings.assets = std::getenv("STYLET_ASSETS");
     settings.controllers = port;
-    settings.validation = true;
-    settings.virtual_clock = true;
+    settings.config.validation = true;
+    settings.config.fast = true;
     std::string why_not;
     auto pictures = openPictures(patient_, path_, settings, why_not);
     ASSERT_TRUE(pictures) << why_not;
@@ -99,7 +99,7 @@ TEST_F(ControllerHand, PuncturesTheDuctAlongThePlannedPath) {
                         [&](const haptics::TickOutput& newest) {
                             if (const auto felt = vibrations.take(newest)) port->vibrate(*felt);
                         }};
-    const LoopTotals totals = runRealTime(attempt, session, std::move(pictures), clock, &hand);
+    const LoopTotals totals = runRealTime(attempt, session, std::move(pictures), clock, {.live = &hand});
     device.stop();
     EXPECT_TRUE(session.log().target_hit());
     EXPECT_EQ(totals.pictures.validation_messages, 0u);
@@ -119,11 +119,11 @@ TEST_F(ControllerHand, IsTheNamedHandsAndGoesAndComesWithTheSession) {
     const Pose left = gripAt(-0.05), right = gripAt(-0.10);
     play({{"left", {{"poses", {keyOf(0.0, left)}}}}, {"right", {{"poses", {keyOf(0.0, right)}}}}},
          {{{"frame", 12}, {"session_loss", {{"lost_after_s", 0}}}}});
-    FrameSettings settings;
+    PictureSettings settings;
     settings.assets = std::getenv("STYLET_ASSETS");
-    settings.virtual_clock = true;
+    settings.config.fast = true;
     settings.controllers = std::make_shared<ControllerPort>();
-    settings.controller_side = ControllerSide::left;
+    settings.config.hand = "left";
     ControllerPort& port = *settings.controllers;
     {
         FrameLoop loop(patient_, settings, path_);

@@ -109,10 +109,10 @@ class FramesTest : public testing::Test {
     void SetUp() override {
         setenv("XR_RUNTIME_JSON", STYLET_MOCK_MANIFEST, 1);
         settings_.assets = std::getenv("STYLET_ASSETS");
-        settings_.virtual_clock = true;
-        settings_.capture_dir = folder_.path();
-        settings_.validation = validationLayerPresent();
-        settings_.render.count = true;
+        settings_.config.fast = true;
+        settings_.config.folder = folder_.path();
+        settings_.config.validation = validationLayerPresent();
+        settings_.config.stats = true;
     }
     void makeFiveFrames() {
         FrameLoop loop(patient_, settings_, path_);
@@ -139,7 +139,7 @@ class FramesTest : public testing::Test {
     const patient::Patient patient_{package_};
     const patient::PlannedPath path_ = test::ductPath();
     test::TempFolder folder_;
-    FrameSettings settings_;
+    PictureSettings settings_;
 };
 
 TEST_F(FramesTest, MomentsAreCapturedInStereoTwiceInAProcess) {
@@ -166,7 +166,7 @@ TEST_F(FramesTest, MomentsAreCapturedInStereoTwiceInAProcess) {
         std::filesystem::remove(folder_ / "skin_left.png");
         std::filesystem::remove(folder_ / "duct_left.png");
     }
-    if (!settings_.validation)
+    if (!settings_.config.validation)
         GTEST_SKIP() << "VK_LAYER_KHRONOS_validation is not installed: messages were not counted";
 }
 
@@ -220,7 +220,7 @@ TEST_F(FramesTest, AMomentThatWasNotShownIsSaidToHaveNoPicture) {
     EXPECT_TRUE(loop.frame(needleAt(-0.01), nullptr, ""));
     EXPECT_TRUE(loop.frame(needleAt(0.001), nullptr, "skin"));
     const std::string said = testing::internal::GetCapturedStderr();
-    EXPECT_NE(said.find("no picture of the moment \"skin\""), std::string::npos) << said;
+    EXPECT_NE(said.find("no picture of capture \"skin\""), std::string::npos) << said;
     EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
     EXPECT_EQ(loop.totals().rendered, 0u);
 }

@@ -61,11 +61,12 @@ class HeadsetTest : public testing::Test {
         setenv("XR_RUNTIME_JSON", STYLET_MOCK_MANIFEST, 1);
         setenv("XRMOCK_LOG", (folder_ / "log.jsonl").c_str(), 1);
         settings_.assets = std::getenv("STYLET_ASSETS");
-        settings_.virtual_clock = true;
-        settings_.capture_dir = folder_.path();
-        settings_.validation = true;
+        settings_.config.fast = true;
+        settings_.config.folder = folder_.path();
+        settings_.config.validation = true;
         settings_.rearm_act = "press the first button";
-        settings_.difficulty = training::Difficulty::exam;  // no guide panel, so every quad is a notice
+        settings_.config.difficulty =
+            training::Difficulty::exam;  // no guide panel, so every quad is a notice
         play("{}");
     }
     void TearDown() override {
@@ -113,7 +114,7 @@ class HeadsetTest : public testing::Test {
     const patient::Patient patient_{package_};
     const patient::PlannedPath path_ = test::ductPath();
     test::TempFolder folder_;
-    FrameSettings settings_;
+    PictureSettings settings_;
     Seen seen_ = outside();
     std::optional<FrameLoop> loop_;
     bool more_ = true;
@@ -289,7 +290,7 @@ TEST_F(HeadsetTest, ARoomThatMovedIsDrawnWhereItWasAndItsUserIsAsked) {
 
 // With passthrough, the patient lies in the real room. Pixels without an object must be transparent.
 TEST_F(HeadsetTest, TheRealRoomIsSeenBehindWhatIsDrawn) {
-    settings_.passthrough = true;
+    settings_.config.passthrough = true;
     const std::string aside =
         R"("head": [{"t_s": 0, "position": [0, 1.6, 0.5], "orientation": [0.17, 0, 0, 0.985]}])";
     for (const bool offered : {true, false}) {

@@ -10,7 +10,7 @@ namespace stylet::xr::registration {
 inline Eigen::Vector3d eigen(const Vec3& v) {
     return {v.x, v.y, v.z};
 }
-inline Eigen::Matrix3d matrixOf(const Quat& q) {
+inline Eigen::Matrix3d toMatrix(const Quat& q) {
     return Eigen::Quaterniond(q.w, q.x, q.y, q.z).toRotationMatrix();
 }
 

@@ -48,14 +48,14 @@ Rows targetRows(const Fit& fit, const Rigid& device_from_stylus, const Vec3& tip
     rows.middleCols<3>(kTurn) = -cross(turn * (fit.scale * tip_m));
     rows.middleCols<3>(kShift).setIdentity();
     rows.col(kScale) = eigen(turn * tip_m);
-    rows.middleCols<3>(kGimbal) = fit.scale * matrixOf(turn * device_from_stylus.rotation);
+    rows.middleCols<3>(kGimbal) = fit.scale * toMatrix(turn * device_from_stylus.rotation);
     rows.col(kLatency) = -eigen(turn * (fit.scale * tip_m_per_s));
     return rows;
 }
 
 Rows rowsOf(const Fit& fit, const Pair& pair) {
     Rows rows = targetRows(fit, pair.device_from_stylus, pair.tip_m_per_s);
-    rows.middleCols<3>(kTip) = -matrixOf(pair.stage_from_grip.rotation);
+    rows.middleCols<3>(kTip) = -toMatrix(pair.stage_from_grip.rotation);
     return rows;
 }
 
@@ -188,7 +188,7 @@ Answer<RigidFit> drawnWithTip(std::span<const Pair> drawn, const Vec3& guess_m, 
             row.block<1, 3>(axis, 3 * axis) = eigen(pair.device_from_stylus.position_m).transpose();
             row(axis, 9 + axis) = 1.0;
         }
-        row.rightCols<3>() = -matrixOf(pair.stage_from_grip.rotation);
+        row.rightCols<3>() = -toMatrix(pair.stage_from_grip.rotation);
         normal += row.transpose() * row;
         right += row.transpose() * eigen(pair.stage_from_grip.position_m);
     }

@@ -27,7 +27,7 @@ Solved solve(const std::vector<Rigid>& poses) {
     Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
     for (const Rigid& pose : poses) {
         Eigen::Matrix<double, 3, 6> row;
-        row << matrixOf(pose.rotation), -Eigen::Matrix3d::Identity();
+        row << toMatrix(pose.rotation), -Eigen::Matrix3d::Identity();
         solved.normal += row.transpose() * row;
         right -= row.transpose() * eigen(pose.position_m);
     }
@@ -36,7 +36,7 @@ Solved solve(const std::vector<Rigid>& poses) {
 }
 
 double offOf(const Rigid& pose, const Solved& solved) {
-    return (matrixOf(pose.rotation) * solved.tip_and_pivot.head<3>() + eigen(pose.position_m) -
+    return (toMatrix(pose.rotation) * solved.tip_and_pivot.head<3>() + eigen(pose.position_m) -
             solved.tip_and_pivot.tail<3>())
         .norm();
 }

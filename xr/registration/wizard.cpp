@@ -186,7 +186,7 @@ void Wizard::takePlace(const WizardInput& in) {
     }
     if (in.back && !pairs_.empty()) {
         pairs_.pop_back();
-        tell("The last point is forgotten.", false);
+        tell("The last point was removed.", false);
     } else if (in.press) {
         beginRecording(now_s_);
     }
@@ -207,7 +207,7 @@ void Wizard::finishPlace() {
         if (glm::distance(other.device_from_stylus.position_m, device->pose.position_m) < settings_.closest_m)
             return tell("That place was touched before: go to another.", true);
     pairs_.push_back({device->pose, tracked->pose, Vec3(0.0)});
-    tell(filled("Point %.0f is taken.", double(pairs_.size())), false);
+    tell(filled("Point %.0f is recorded.", double(pairs_.size())), false);
     if (int(pairs_.size()) >= places()) finishPlaces();
 }
 
@@ -234,7 +234,7 @@ void Wizard::takeSweep(const WizardInput& in) {
         if (in.press) beginRecording(now_s_);
         return;
     }
-    if (in.back) return enter(WizardStage::sweep, "Begun anew.");
+    if (in.back) return enter(WizardStage::sweep, "Restarted.");
     const double since_s = now_s_ - *recording_s_;
     if (now_s_ - tried_s_ >= kTryAgain_s) {
         tried_s_ = now_s_;
@@ -243,7 +243,7 @@ void Wizard::takeSweep(const WizardInput& in) {
         else if (now_s_ - device_s_ > kUnseen_s)
             tell("The device is not ready.", true);
         else if (speed_m_per_s(device_) > kTooFast_m_per_s)
-            tell("Slower, please.", true);
+            tell("Move more slowly.", true);
         else
             tell("", false);
         if (sweepProgress() >= 1.0 || since_s >= kSweepMost_s)
@@ -309,7 +309,7 @@ WizardText Wizard::text() const {
             t.what =
                 "The device is shown its place in the room by a controller whose tip touches its own. Take "
                 "one in each hand.";
-            t.awaited = warns_ ? "It goes on once that is so." : "Press the trigger to begin.";
+            t.awaited = warns_ ? "It continues once that is fixed." : "Press the trigger to begin.";
             break;
         case WizardStage::tip:
             t.title = "The controller's tip";
@@ -324,7 +324,7 @@ WizardText Wizard::text() const {
             t.title = filled("Point %.0f of %.0f", double(pairs_.size() + 1), double(places()));
             t.what = "Go to the ringed place, " + nameOfPlace(settings_.cube, *nextPlace_m()) +
                      ", with both tips together. Turn your wrist a little each time, and hold still.";
-            t.awaited = recording_s_ ? "Hold still." : "Press the trigger to take the point.";
+            t.awaited = recording_s_ ? "Hold still." : "Press the trigger to record the point.";
             t.progress = 0.2 + 0.7 * double(pairs_.size()) / places();
             t.recording = std::clamp(since_s / settings_.hold_s, 0.0, 1.0);
             break;
@@ -333,7 +333,7 @@ WizardText Wizard::text() const {
             t.what =
                 "Keep both tips together. Go slowly to every corner the device reaches, and turn your wrist "
                 "to all sides as you go.";
-            t.awaited = recording_s_ ? "Go on until the bar is full." : "Press the trigger, then move.";
+            t.awaited = recording_s_ ? "Continue until the bar is full." : "Press the trigger, then move.";
             t.recording = recording_s_ ? sweepProgress() : 0.0;
             t.progress = 0.1 + 0.8 * t.recording;
             break;
@@ -345,7 +345,7 @@ WizardText Wizard::text() const {
             t.awaited = verdict_.accept     ? settings_.earlier
                                                   ? "Press the trigger to keep it, menu to touch again."
                                                   : "Press the trigger to keep it, menu to do it again."
-                        : settings_.earlier ? "Trigger: register it anew; menu: touch again."
+                        : settings_.earlier ? "Trigger: register again; menu: touch again."
                                             : "Press the trigger to do it again.";
             t.progress = 0.95;
             break;

@@ -74,7 +74,9 @@ void runBuild(BuildArguments& a) {
     std::printf("%s: %d x %d x %d voxels of %.2f mm; stages in %s\n", a.out.c_str(), p.ct.grid.dims.x,
                 p.ct.grid.dims.y, p.ct.grid.dims.z, a.spacing_mm, s.stages.c_str());
     if (anyRefused(built.findings)) {
-        std::printf("it cannot be simulated as it is: correct the stages in question (--stage, --labels)\n");
+        std::printf(
+            "The patient cannot be simulated yet. Correct the stages in question with --stage and "
+            "--labels.\n");
         throw CLI::RuntimeError(1);
     }
 }
@@ -84,26 +86,28 @@ void runBuild(BuildArguments& a) {
 void addBuild(CLI::App& app) {
     const auto arguments = std::make_shared<BuildArguments>();
     BuildArguments& a = *arguments;
-    CLI::App* command = app.add_subcommand("build", "make a patient from a CT alone");
-    command->add_option("--ct", a.settings.ct, "DICOM folder, or NIfTI file")->required();
+    CLI::App* command = app.add_subcommand("build", "Build a patient from a CT without a segmentation.");
+    command->add_option("--ct", a.settings.ct, "CT: a DICOM folder or a NIfTI file.")->required();
     command->add_option("--series", a.settings.series,
-                        "UID of the series to read, where the folder holds several");
-    command->add_option("--out", a.out, "folder of the package")->required();
+                        "UID of the series to read, if the folder holds several.");
+    command->add_option("--out", a.out, "Folder for the package.")->required();
     command->add_option("--stages", a.settings.stages,
-                        "folder of the stages, for review and correction [OUT-stages]");
+                        "Folder for the stages, for review and correction (default: OUT-stages).");
     command->add_option("--atlas", a.settings.atlases,
-                        "packages whose livers are laid over this patient [reference patients]");
+                        "Packages whose livers serve as the atlas (default: reference patients).");
     command->add_flag("--virtual-ducts", a.settings.virtual_ducts,
-                      "grow dilated bile ducts beside the portal branches where none are to be seen");
-    command->add_option("--spacing-mm", a.spacing_mm, "voxel size of the package")->capture_default_str();
+                      "Grow dilated bile ducts beside the portal branches if the CT shows none.");
+    command->add_option("--spacing-mm", a.spacing_mm, "Voxel size of the package [mm].")
+        ->capture_default_str();
     command
         ->add_option("--reference-phase", a.settings.reference_phase,
-                     "breath of the CT: inhale, exhale or v=X")
+                     "Breathing phase of the CT: inhale, exhale or v=X.")
         ->capture_default_str();
-    command->add_option("--name", a.settings.name, "of the patient");
-    command->add_option("--licence", a.settings.licence, "of the images");
-    auto* labels = command->add_option("--labels", a.labels, "a stage's labels as a person corrected them");
-    auto* stage = command->add_option("--stage", a.stage, "the stage whose labels these are");
+    command->add_option("--name", a.settings.name, "Name of the patient.");
+    command->add_option("--licence", a.settings.licence, "Licence of the images.");
+    auto* labels =
+        command->add_option("--labels", a.labels, "Corrected labels of the stage given by --stage.");
+    auto* stage = command->add_option("--stage", a.stage, "Stage that --labels replaces.");
     labels->needs(stage);
     stage->needs(labels);
     command->callback([arguments] { runBuild(*arguments); });

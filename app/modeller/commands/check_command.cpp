@@ -95,14 +95,15 @@ void addCheck(CLI::App& app) {
     const auto o = std::make_shared<CheckOptions>();
     CLI::App* command = app.add_subcommand(
         "check",
-        "say what is implausible in a patient; measure a reference patient's voxels against their ranges");
-    auto* folder = command->add_option("patient", o->patient, "folder of the package");
+        "List what is implausible in a patient. Measure a reference patient against its expected ranges.");
+    auto* folder = command->add_option("patient", o->patient, "Folder of the package.");
     auto* seeds =
-        command->add_option("--seeds", o->seeds, "A..B: patients made from these seeds")->excludes(folder);
-    command->add_option("--spacing-mm", o->spacing_mm, "their voxel size")
+        command->add_option("--seeds", o->seeds, "A..B: check reference patients of these seeds instead.")
+            ->excludes(folder);
+    command->add_option("--spacing-mm", o->spacing_mm, "Voxel size of these reference patients [mm].")
         ->needs(seeds)
         ->check(CLI::Range(0.5, 5.0));
-    command->add_option("--threads", o->threads, "does not change the result")
+    command->add_option("--threads", o->threads, "Number of threads; it does not change the result.")
         ->check(CLI::Range(1, 64))
         ->capture_default_str();
     command->callback([o] {

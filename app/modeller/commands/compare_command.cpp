@@ -66,10 +66,10 @@ void runCompare(const CompareOptions& o) {
 void addCompare(CLI::App& app) {
     const auto o = std::make_shared<CompareOptions>();
     CLI::App* command = app.add_subcommand(
-        "compare", "how far a package's labels, and the forces on its paths, are from the truth");
-    command->add_option("truth", o->truth, "package with the true labels")->required();
-    command->add_option("found", o->found, "package to judge, of the same CT")->required();
-    command->add_option("--paths", o->most_paths, "the best so many of the planned ones")
+        "compare", "Compare a package's labels, and the forces on its paths, with a reference package.");
+    command->add_option("truth", o->truth, "Package with the true labels.")->required();
+    command->add_option("found", o->found, "Package to compare, of the same CT.")->required();
+    command->add_option("--paths", o->most_paths, "Number of planned paths to use, best first.")
         ->capture_default_str();
     command->callback([o] { runCompare(*o); });
 }

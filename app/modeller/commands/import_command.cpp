@@ -52,22 +52,25 @@ void runImport(ImportArguments& a) {
 
 void addImport(CLI::App& app) {
     auto arguments = std::make_shared<ImportArguments>();
-    CLI::App* import = app.add_subcommand("import", "make a patient from a CT and its segmentation");
+    CLI::App* import = app.add_subcommand("import", "Build a patient from a CT and its segmentation.");
     ImportArguments& a = *arguments;
-    import->add_option("--ct", a.settings.ct, "DICOM folder, or NIfTI file")->required();
+    import->add_option("--ct", a.settings.ct, "CT: a DICOM folder or a NIfTI file.")->required();
     import->add_option("--series", a.settings.series,
-                       "UID of the series to read, where the folder holds several");
-    import->add_option("--labels", a.settings.labels, "NIfTI file on the CT's own grid")->required();
-    import
-        ->add_option("--map", a.settings.map, "CSV: source_id,tissue, a line for each id of the segmentation")
+                       "UID of the series to read, if the folder holds several.");
+    import->add_option("--labels", a.settings.labels, "Segmentation: a NIfTI file on the grid of the CT.")
         ->required();
-    import->add_option("--out", a.out, "folder of the package")->required();
+    import
+        ->add_option("--map", a.settings.map,
+                     "CSV file source_id,tissue with one line for each id of the segmentation.")
+        ->required();
+    import->add_option("--out", a.out, "Folder for the package.")->required();
     import->add_flag("--grow-ducts", a.settings.grow_ducts,
-                     "grow dilated bile ducts beside the portal branches");
-    import->add_option("--spacing-mm", a.spacing_mm, "voxel size of the package")->capture_default_str();
+                     "Grow dilated bile ducts beside the portal branches.");
+    import->add_option("--spacing-mm", a.spacing_mm, "Voxel size of the package [mm].")
+        ->capture_default_str();
     import
         ->add_option("--reference-phase", a.settings.reference_phase,
-                     "breath of the CT: inhale, exhale or v=X")
+                     "Breathing phase of the CT: inhale, exhale or v=X.")
         ->capture_default_str();
     import->callback([arguments] { runImport(*arguments); });
 }

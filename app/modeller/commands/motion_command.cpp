@@ -128,11 +128,12 @@ void addAmplitudes(CLI::App& command, MotionOptions& o) {
     const auto add = [&](const char* name, double& mm, double most, const char* what) {
         command.add_option(name, mm, what)->check(CLI::Range(0.0, most))->capture_default_str();
     };
-    add("--dome-mm", o.dome_mm, 25.0, "template: dome and liver toward the feet, end-exhale to end-inhale");
-    add("--anterior-mm", o.anterior_mm, 15.0, "template: the same to the front");
-    add("--lateral-mm", o.lateral_mm, 10.0, "template: the same to the left");
-    add("--rib-mm", o.rib_mm, 6.0, "template: ribs outward");
-    add("--belly-mm", o.belly_mm, 15.0, "template: abdominal wall to the front");
+    add("--dome-mm", o.dome_mm, 25.0,
+        "Template: motion of dome and liver toward the feet, end-exhale to end-inhale [mm].");
+    add("--anterior-mm", o.anterior_mm, 15.0, "Template: motion of dome and liver to the front [mm].");
+    add("--lateral-mm", o.lateral_mm, 10.0, "Template: motion of dome and liver to the left [mm].");
+    add("--rib-mm", o.rib_mm, 6.0, "Template: outward motion of the ribs [mm].");
+    add("--belly-mm", o.belly_mm, 15.0, "Template: motion of the abdominal wall to the front [mm].");
 }
 
 }  // namespace
@@ -140,26 +141,31 @@ void addAmplitudes(CLI::App& command, MotionOptions& o) {
 void addMotion(CLI::App& app) {
     const auto options = std::make_shared<MotionOptions>();
     MotionOptions& o = *options;
-    CLI::App* command =
-        app.add_subcommand("motion", "how breath moves a patient: fitted to a 4D CT, or a template");
-    auto* phases =
-        command->add_option("--phases", o.fit.phases.folder, "fit: 4D CT, a file or folder a phase");
-    command->add_flag("--template", o.from_template, "a template fitted to the labels of --package")
+    CLI::App* command = app.add_subcommand(
+        "motion", "Add breathing motion to a patient: fitted to a 4D CT, or from a template.");
+    auto* phases = command->add_option("--phases", o.fit.phases.folder,
+                                       "Fit: 4D CT, one file or folder for each phase.");
+    command->add_flag("--template", o.from_template, "Scale a template to the labels of --package.")
         ->excludes(phases);
-    command->add_option("--package", o.package, "the patient; without: the 4D CT's own end-exhale phase");
-    command->add_option("--out", o.out, "folder of the package to write")->required();
+    command->add_option("--package", o.package,
+                        "Patient package (default: the end-exhale phase of the 4D CT).");
+    command->add_option("--out", o.out, "Folder for the new package.")->required();
     command->add_option("--signal", o.fit.signal,
-                        "fit: CSV phase,v,rate_per_s; without: lung density away from the dome");
-    command->add_option("--spacing-mm", o.fit.phases.spacing_mm, "fit: voxel size, where the files name none")
+                        "Fit: CSV file phase,v,rate_per_s (default: estimated from the lung's density).");
+    command
+        ->add_option("--spacing-mm", o.fit.phases.spacing_mm, "Fit: voxel size [mm], if the files name none.")
         ->check(CLI::Range(0.1, 10.0));
-    command->add_option("--period-s", o.fit.period_s, "fit: of the breath that the phases divide")
+    command
+        ->add_option("--period-s", o.fit.period_s, "Fit: duration of the breath that the phases divide [s].")
         ->check(CLI::Range(1.0, 20.0))
         ->capture_default_str();
     command
-        ->add_option("--finest", o.fit.registration.finest, "fit: voxels merged a side on the finest level")
+        ->add_option("--finest", o.fit.registration.finest,
+                     "Fit: voxels merged per side on the finest level.")
         ->check(CLI::IsMember({1, 2, 4}))
         ->capture_default_str();
-    command->add_option("--reference-phase", o.reference_phase, "template: instead of the package's own");
+    command->add_option("--reference-phase", o.reference_phase,
+                        "Template: breathing phase to use instead of the package's own.");
     addAmplitudes(*command, o);
     command->callback([options] {
         if (!options->from_template && options->fit.phases.folder.empty())

@@ -20,14 +20,14 @@ struct SlicesOptions {
 
 void addSlices(CLI::App& app) {
     const auto o = std::make_shared<SlicesOptions>();
-    CLI::App* command = app.add_subcommand("slices", "pictures of a patient's slices, plain and with labels");
-    auto* folder = command->add_option("patient", o->patient, "folder of the package");
-    auto* seed =
-        command->add_option("--seed", o->seed, "a reference patient instead of a folder")->excludes(folder);
-    command->add_option("--spacing-mm", o->spacing_mm, "its voxel size")
+    CLI::App* command = app.add_subcommand("slices", "Draw slices of a patient, with and without labels.");
+    auto* folder = command->add_option("patient", o->patient, "Folder of the package.");
+    auto* seed = command->add_option("--seed", o->seed, "Seed of a reference patient, instead of a package.")
+                     ->excludes(folder);
+    command->add_option("--spacing-mm", o->spacing_mm, "Voxel size of this reference patient [mm].")
         ->needs(seed)
         ->check(CLI::Range(0.5, 5.0));
-    command->add_option("--out", o->out, "folder of the PNGs")->required();
+    command->add_option("--out", o->out, "Folder for the PNG files.")->required();
     command->callback([o] {
         if (!o->seed && o->patient.empty()) throw CLI::RequiredError("a patient's folder or --seed");
         writeSlices(o->seed ? referencePatient(*o->seed, o->spacing_mm, 2) : patient::loadPackage(o->patient),

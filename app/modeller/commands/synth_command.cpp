@@ -31,15 +31,15 @@ void synth(const SynthOptions& o) {
 
 void addSynth(CLI::App& app) {
     const auto o = std::make_shared<SynthOptions>();
-    CLI::App* command = app.add_subcommand("synth", "make a reference patient from a seed");
-    command->add_option("--seed", o->seed, "the patient; same seed, same bytes")
+    CLI::App* command = app.add_subcommand("synth", "Make a reference patient from a seed.");
+    command->add_option("--seed", o->seed, "Seed of the patient; the same seed gives the same bytes.")
         ->check([](const std::string& text) { return text.starts_with('-') ? text + " is negative" : ""; })
         ->capture_default_str();
-    command->add_option("--out", o->out, "folder of the package")->required();
-    command->add_option("--spacing-mm", o->spacing_mm, "voxel size")
+    command->add_option("--out", o->out, "Folder for the package.")->required();
+    command->add_option("--spacing-mm", o->spacing_mm, "Voxel size [mm].")
         ->check(CLI::Range(0.5, 5.0))
         ->capture_default_str();
-    command->add_option("--threads", o->threads, "does not change the result")
+    command->add_option("--threads", o->threads, "Number of threads; it does not change the result.")
         ->check(CLI::Range(1, 64))
         ->capture_default_str();
     command->callback([o] { synth(*o); });

@@ -1,4 +1,4 @@
-// Runs one of our programs in a process of its own, with resource limits.
+// Runs one of the modeller's programs in a process of its own, with resource limits.
 #pragma once
 
 #include <filesystem>

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "app/modeller/image/raw_image.h"
+#include "base/statistics.h"
 
 namespace stylet::modeller {
 
@@ -262,9 +263,7 @@ double orderSlices(std::vector<Slice>& slices) {
     for (std::size_t i = 1; i < slices.size(); ++i)
         gaps.push_back(slices[i].along - slices[i - 1].along);
     checkDoubles(slices, gaps);
-    std::vector<double> sorted = gaps;
-    std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
-    const double usual = sorted[sorted.size() / 2];
+    const double usual = upperMedian(gaps);
     for (std::size_t i = 0; i < gaps.size(); ++i) {
         const std::string pair = slices[i].name() + " and " + slices[i + 1].name();
         if (gaps[i] > 1.5 * usual)

@@ -97,7 +97,7 @@ Mask floodFrom(const Mask& seeds, const Mask& passable) {
             open.push_back(i);
         }
     while (!open.empty()) {
-        const Index3 at = indexOf(g, open.back());
+        const Index3 at = g.voxelAt(open.back());
         open.pop_back();
         for (const Index3& step : kNeighbours) {
             const Index3 to = at + step;
@@ -120,7 +120,7 @@ std::size_t keepLargest(Mask& mask) {
         component.assign(1, seed);
         rest.voxels[seed] = 0;
         for (std::size_t head = 0; head < component.size(); ++head) {
-            const Index3 at = indexOf(mask.grid, component[head]);
+            const Index3 at = mask.grid.voxelAt(component[head]);
             for (const Index3& step : kNeighbours) {
                 const Index3 to = at + step;
                 if (!mask.grid.contains(to)) continue;

@@ -10,12 +10,6 @@ namespace stylet::modeller {
 using Mask = LabelVolume;
 using FloatVolume = Volume<float>;
 
-// The voxel at an offset as computed by Grid::offset.
-inline Index3 indexOf(const Grid& g, std::size_t offset) {
-    const auto x = std::size_t(g.dims.x), y = std::size_t(g.dims.y);
-    return {int(offset % x), int(offset / x % y), int(offset / (x * y))};
-}
-
 // Runs f(0) ... f(count - 1) on two threads; the result must not depend on the order.
 void forEachSlab(int count, const std::function<void(int)>& f);
 

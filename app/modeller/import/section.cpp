@@ -30,7 +30,7 @@ Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m
     to.z = std::min(to.z - rim_m, high_m);
     for (int d = 0; d < 2; ++d)
         if (to[d] - from[d] > kMostSide_m + 2.0 * rim_m)
-            throw ImportError(formatted("the scan is %.0f mm wide; %.0f mm is the most this program takes",
+            throw ImportError(formatted("the scan is %.0f mm wide; %.0f mm is the most this program accepts",
                                         1e3 * (to[d] - from[d]), 1e3 * kMostSide_m));
     const Vec3 steps = glm::floor((to - from) / spacing_m);
     return {Index3(steps) + 1, Vec3(spacing_m), from};

@@ -6,6 +6,8 @@
 
 #include "app/modeller/motion/motion_cavity.h"
 #include "base/line_reader.h"
+#include "base/smoothstep.h"
+#include "base/statistics.h"
 #include "base/whole_file.h"
 
 namespace stylet::modeller {
@@ -22,11 +24,6 @@ constexpr int kLevelPasses = 6;
 // The registered field already slides along the wall: only the nodes on the surface itself are corrected.
 constexpr double kNormalDepth_m = 0.0;
 constexpr float kOutsidePicture_hu = -1000.0f;
-
-double smoothStep(double x) {
-    const double s = std::clamp(x, 0.0, 1.0);
-    return s * s * (3.0 - 2.0 * s);
-}
 
 Grid nodeGrid(const Grid& image, double step_m) {
     Grid nodes;
@@ -46,7 +43,7 @@ double window(const Grid& nodes, const Grid& image, const Index3& i) {
     for (int d = 0; d < 3; ++d) {
         if (i[d] == 0 || i[d] == nodes.dims[d] - 1) return 0.0;
         const double beyond_m = std::max({0.0, image.origin_m[d] - p[d], p[d] - high[d]});
-        w *= 1.0 - smoothStep(beyond_m / (kMargin_m - nodes.spacing_m[d]));
+        w *= 1.0 - smoothStep(0.0, kMargin_m - nodes.spacing_m[d], beyond_m);
     }
     return w;
 }
@@ -133,10 +130,16 @@ FloatVolume weightsOf(const Mask& mask, const Grid& grid) {
     return out;
 }
 
+// Voxels inside and outside the chest cavity.
+struct FitMasks {
+    const Mask& cavity;
+    const Mask& outside;
+};
+
 // Registers a phase twice. First the outside of the cavity; then, with that motion undone, the inside, so
 // that both images share one mask.
-NodeVelocities velocitiesOf(const Phase& fixed, const Phase& moving, const Mask& cavity, const Mask& outside,
-                            const Grid& nodes, const FitSettings& settings, double& log_error_m) {
+NodeVelocities velocitiesOf(const Phase& fixed, const Phase& moving, const FitMasks& masks, const Grid& nodes,
+                            const FitSettings& settings, double& log_error_m) {
     NodeVelocities out;
     const auto field = [&](const FloatVolume& picture, const Mask& mask) {
         double error_m = 0.0;
@@ -145,15 +148,15 @@ NodeVelocities velocitiesOf(const Phase& fixed, const Phase& moving, const Mask&
         log_error_m = std::max(log_error_m, error_m);
         return velocity;
     };
-    const VectorField wall = field(moving.hu, outside);
-    out.wall_m = atNodes(wall, weightsOf(outside, wall.grid), nodes, fixed.hu.grid);
+    const VectorField wall = field(moving.hu, masks.outside);
+    out.wall_m = atNodes(wall, weightsOf(masks.outside, wall.grid), nodes, fixed.hu.grid);
     // Undo the motion as the model will apply it, interpolated from the nodes.
     VectorField coarse(nodes);
     for (std::size_t i = 0; i < coarse.voxels.size(); ++i)
         coarse.voxels[i] = glm::vec3(out.wall_m[i]);
     const FloatVolume rested = warped(moving.hu, exponential(coarse), kOutsidePicture_hu);
-    const VectorField slide = field(rested, cavity);
-    out.slide_m = atNodes(slide, weightsOf(cavity, slide.grid), nodes, fixed.hu.grid);
+    const VectorField slide = field(rested, masks.cavity);
+    out.slide_m = atNodes(slide, weightsOf(masks.cavity, slide.grid), nodes, fixed.hu.grid);
     return out;
 }
 
@@ -209,9 +212,7 @@ Residual residualOf(const MotionModel& m, const Surrogate& now, const DomeMap& f
     r.mean_m /= double(all_m.size());
     r.mean_abs_m /= double(all_m.size());
     r.slice_mean_abs_m = slice_m / slice_count;
-    const auto p95 = all_m.begin() + std::ptrdiff_t(0.95 * double(all_m.size() - 1));
-    std::nth_element(all_m.begin(), p95, all_m.end());
-    r.p95_m = *p95;
+    r.p95_m = lowerQuantile(std::move(all_m), 0.95);
     return r;
 }
 
@@ -318,7 +319,7 @@ FittedMotion fitMotion(const FitSettings& settings) {
     for (std::size_t p = 0; p < phases.size(); ++p) {
         if (p == out.reference) continue;
         velocities[p] =
-            velocitiesOf(fixed, phases[p], cavity, outside, nodes, settings, out.phases[p].log_error_m);
+            velocitiesOf(fixed, phases[p], {cavity, outside}, nodes, settings, out.phases[p].log_error_m);
         settings.progress("registered " + phases[p].name);
     }
     velocities[out.reference] = {std::vector<Vec3>(nodes.voxelCount()),

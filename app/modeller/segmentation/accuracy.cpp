@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/statistics.h"
+
 namespace stylet::modeller {
 
 namespace {
@@ -70,10 +72,8 @@ Agreement compare(const Mask& truth, const Mask& found, const Mask& places) {
     if (d.all_m.empty()) return a;  // both masks fill the grid: no surface
     a.mean_surface_m = d.sum_m / double(d.all_m.size());
     if (d.count_there > 0) a.mean_surface_there_m = d.sum_there_m / double(d.count_there);
-    const auto at95 = d.all_m.begin() + std::ptrdiff_t(0.95 * double(d.all_m.size() - 1));
-    std::nth_element(d.all_m.begin(), at95, d.all_m.end());
-    a.hausdorff95_m = double(*at95);
     a.hausdorff_m = double(*std::max_element(d.all_m.begin(), d.all_m.end()));
+    a.hausdorff95_m = double(lowerQuantile(std::move(d.all_m), 0.95));
     return a;
 }
 

@@ -172,7 +172,7 @@ void refuseItself(const std::string& name, const std::string& listed) {
     if (listed.find("\"" + name + "\"") != std::string::npos)
         throw ImportError("\"" + name + "\" is among the atlases of its own patient, which proves nothing (" +
                           listed +
-                          "): leave that atlas out, or give the patient another name if he is not the same");
+                          "): leave that atlas out, or give the patient another name if it is not the same");
 }
 
 AtlasImage::AtlasImage(const Package& package, const AtlasSettings& settings) : name(package.name) {

@@ -248,7 +248,7 @@ Built build(const BuildSettings& settings) {
     const auto say = [&](std::string_view stage, double share) {
         if (settings.cancelled && settings.cancelled())
             throw std::runtime_error("cancelled before " + std::string(stage) +
-                                     "; the same command goes on from there");
+                                     "; the same command resumes from there");
         if (settings.progress) settings.progress(stage, share);
     };
     const double steps = double(stages().size()) + 3.0;

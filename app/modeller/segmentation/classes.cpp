@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/modeller/image/child_process_linux.h"
+#include "base/fields.h"
 
 namespace stylet::modeller {
 
@@ -34,16 +35,11 @@ std::string writeClasses(const TissueClasses& c, const patient::Thresholds& t) {
 patient::Thresholds parseClasses(const std::string& text) {
     patient::Thresholds t;
     try {
-        const json all = json::parse(text), &hu = all.at("thresholds_hu");
-        const auto read = [&](const char* name) {
-            const double v = hu.at(name).get<double>();
-            if (!(v >= kLeastPackage_hu && v <= kMostPackage_hu))
-                throw ImportError(std::string("classes.json: thresholds_hu: ") + name + " is no CT value");
-            return v;
-        };
+        Fields all = parseJson("classes.json", text), hu = all.child("thresholds_hu");
+        const auto read = [&](const char* key) { return hu.number(key, kLeastPackage_hu, kMostPackage_hu); };
         t = {read("t0"), read("t1"), read("t2_sensitive"), read("t2_specific")};
-    } catch (const json::exception& e) {
-        throw ImportError(std::string("classes.json: ") + e.what());
+    } catch (const DataError& e) {
+        throw ImportError(e.what());
     }
     if (!(t.t0_hu < t.t1_hu && t.t1_hu < t.t2_sensitive_hu && t.t2_sensitive_hu <= t.t2_specific_hu))
         throw ImportError("classes.json: thresholds_hu: t0 < t1 < t2_sensitive <= t2_specific does not hold");

@@ -52,10 +52,9 @@ FloatVolume depthIn(const CtVolume& ct, const TubeEvidence& e, Mask& blobs, doub
 }
 
 double extentOf(const Piece& piece, const Grid& g) {
-    const auto nx = std::size_t(g.dims.x), ny = std::size_t(g.dims.y);
     Index3 low = g.dims, high{0};
     for (const std::size_t o : piece) {
-        const Index3 at{int(o % nx), int(o / nx % ny), int(o / (nx * ny))};
+        const Index3 at = g.voxelAt(o);
         low = glm::min(low, at), high = glm::max(high, at);
     }
     return glm::length(g.spacing_m * Vec3(high - low));

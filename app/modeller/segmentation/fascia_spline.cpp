@@ -9,6 +9,7 @@
 
 #include "app/modeller/image/import_image.h"
 #include "app/modeller/segmentation/morphology.h"
+#include "base/statistics.h"
 
 namespace stylet::modeller {
 
@@ -133,12 +134,6 @@ BellyRay bellyRay(const FasciaInput& in, const Mask& inner, const FloatVolume& h
     return out;
 }
 
-double medianOf(std::vector<double>& v) {
-    const auto middle = v.begin() + std::ptrdiff_t(v.size() / 2);
-    std::nth_element(v.begin(), middle, v.end());
-    return *middle;
-}
-
 bool boneNear(const Room& room, const WallSurface& s, int level, int angle) {
     const int reach_z = int(0.024 / s.z_step_m), reach = 3;
     for (int dz = -reach_z; dz <= reach_z; ++dz)
@@ -180,7 +175,7 @@ void seeBelly(const FasciaInput& in, const Room& room, const WallSurface& s, std
                 const BellyRay& r = rays[std::size_t(z * s.angles + (a + da + s.angles) % s.angles)];
                 if (r.*what > 0.0) near.push_back(r.*what);
             }
-        return near.size() >= kLeastRays ? medianOf(near) : 0.0;
+        return near.size() >= kLeastRays ? upperMedian(near) : 0.0;
     };
     for (int a = 0; a < s.angles; ++a) {
         const double thick_m = gather(0, s.levels - 1, a, 2, &BellyRay::thick_m);

@@ -85,8 +85,7 @@ class BandGraph {
     // Calls f(step number, neighbour's offset) for each neighbour in the grid.
     template <typename F>
     void forNeighbours(std::size_t i, const F& f) const {
-        const auto nx = std::size_t(grid_.dims.x), ny = std::size_t(grid_.dims.y);
-        const Index3 at{int(i % nx), int(i / nx % ny), int(i / (nx * ny))};
+        const Index3 at = grid_.voxelAt(i);
         for (std::size_t k = 0; k < kSteps.size(); ++k)
             if (const Index3 to = at + kSteps[k]; grid_.contains(to)) f(k, grid_.offset(to));
     }

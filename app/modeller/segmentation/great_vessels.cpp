@@ -7,6 +7,7 @@
 
 #include "app/modeller/segmentation/morphology.h"
 #include "app/modeller/segmentation/organ_scene.h"
+#include "base/statistics.h"
 
 namespace stylet::modeller {
 
@@ -106,10 +107,9 @@ FoundOrgan follow(const OrganScene& s, const Course& c, const Mask& within) {
         out.note = c.name + ": no vessel with contrast medium runs along the spine";
         return out;
     }
-    std::nth_element(hu.begin(), hu.begin() + std::ptrdiff_t(hu.size() / 2), hu.end());
     // The vessel's rim is where it is half as bright as its centre. Where it is hardly visible, a narrow
     // vessel is assumed.
-    const double rim_hu = 0.5 * (hu[hu.size() / 2] + kSoft_hu);
+    const double rim_hu = 0.5 * (upperMedian(std::move(hu)) + kSoft_hu);
     out.mask = Mask(s.grid);
     const auto shows = [&](const Index3& i) { return scoreOf(s, c, width, i) > 0.0f; };
     const auto first = std::find_if(way.begin(), way.end(), shows);

@@ -169,7 +169,7 @@ Pieces piecesOf(const Mask& m, Touch touch) {
         p.number.voxels[seed] = number;
         open.assign(1, seed);
         while (!open.empty()) {
-            const Index3 at = indexOf(m.grid, open.back());
+            const Index3 at = m.grid.voxelAt(open.back());
             open.pop_back();
             ++p.size.back();
             forEachNeighbour(m.grid, at, touch, [&](std::size_t to) {
@@ -225,7 +225,7 @@ LabelVolume growSeeds(const LabelVolume& seeds, const Mask& passable, int most_s
     for (int step = 0; step < most_steps && !front.empty(); ++step) {
         next.clear();
         for (const std::size_t from : front)
-            forEachNeighbour(out.grid, indexOf(out.grid, from), Touch::faces, [&](std::size_t to) {
+            forEachNeighbour(out.grid, out.grid.voxelAt(from), Touch::faces, [&](std::size_t to) {
                 if (out.voxels[to] || !passable.voxels[to]) return;
                 out.voxels[to] = out.voxels[from];
                 next.push_back(to);

@@ -1,17 +1,15 @@
 #include "app/modeller/segmentation/stage_store.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <span>
-#include <stdexcept>
 
 #include "app/modeller/check/slices.h"
 #include "app/modeller/image/child_process_linux.h"
+#include "base/fields.h"
 #include "base/hash.h"
-#include "base/toml_reader.h"
+#include "base/hex.h"
 #include "base/whole_file.h"
 #include "patient/package/nifti.h"
 
@@ -26,21 +24,6 @@ constexpr std::size_t kMostBytes = 4 << 20, kMostNotes = 1000, kLongestNote = 64
 constexpr double kMostSeconds = 1e7;
 constexpr const char *kLabels = "labels.nii.gz", *kRecord = "stage.json";
 
-std::string hexOf(std::uint64_t value) {
-    char text[17];
-    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(value));
-    return text;
-}
-
-// Parses sixteen digits as written by hexOf().
-std::uint64_t hexFrom(const std::string& text) {
-    std::uint64_t value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, 16);
-    if (text.size() != 16 || error != std::errc() || end != text.data() + text.size())
-        throw std::invalid_argument("no digest");
-    return value;
-}
-
 bool isControl(unsigned char c) {
     return c < 32 || c == 127;
 }
@@ -50,7 +33,7 @@ std::string printable(std::string note) {
     return note.substr(0, kLongestNote);
 }
 bool isNote(const std::string& note) {
-    return note.size() <= kLongestNote && std::none_of(note.begin(), note.end(), isControl);
+    return std::none_of(note.begin(), note.end(), isControl);
 }
 
 std::uint64_t labelsDigest(const LabelVolume& labels) {
@@ -88,29 +71,26 @@ std::string writeStageFile(const StageFile& file) {
     std::vector<std::string> notes;
     for (const std::string& note : file.record.notes)
         notes.push_back(printable(note));
-    const json all{{"key", hexOf(file.record.key)},          {"labels_digest", hexOf(file.labels_digest)},
-                   {"text_digest", hexOf(file.text_digest)}, {"seconds", file.record.seconds},
-                   {"corrected", file.record.corrected},     {"notes", notes}};
+    const json all{{"key", hexText(file.record.key)},          {"labels_digest", hexText(file.labels_digest)},
+                   {"text_digest", hexText(file.text_digest)}, {"seconds", file.record.seconds},
+                   {"corrected", file.record.corrected},       {"notes", notes}};
     return all.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
 StageFile parseStageFile(const fs::path& file, const std::string& text) {
     StageFile kept;
     try {
-        const json all = json::parse(text);
-        const auto digest = [&](const char* name) { return hexFrom(all.at(name).get<std::string>()); };
-        kept.record.key = digest("key");
-        kept.labels_digest = digest("labels_digest");
-        kept.text_digest = digest("text_digest");
-        kept.record.seconds = all.at("seconds").get<double>();
-        kept.record.corrected = all.at("corrected").get<bool>();
-        kept.record.notes = all.at("notes").get<std::vector<std::string>>();
-        if (!(kept.record.seconds >= 0.0 && kept.record.seconds <= kMostSeconds) ||
-            kept.record.notes.size() > kMostNotes ||
-            !std::all_of(kept.record.notes.begin(), kept.record.notes.end(), isNote))
-            throw std::invalid_argument("beyond what a stage writes");
-    } catch (const std::exception&) {  // from the parser, or for an invalid value
-        throw DataError(file, "file", "is damaged; remove it, and the stage is done anew");
+        Fields in = parseJson(file, text);
+        kept.record.key = in.hex("key");
+        kept.labels_digest = in.hex("labels_digest");
+        kept.text_digest = in.hex("text_digest");
+        kept.record.seconds = in.number("seconds", 0.0, kMostSeconds);
+        kept.record.corrected = in.flag("corrected");
+        kept.record.notes = in.texts("notes", kMostNotes, kLongestNote);
+        if (!std::all_of(kept.record.notes.begin(), kept.record.notes.end(), isNote))
+            in.refuse("notes", "control characters");
+    } catch (const DataError&) {
+        throw DataError(file, "file", "is damaged; remove it to compute the stage again");
     }
     return kept;
 }

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "base/statistics.h"
+
 namespace stylet::modeller {
 
 namespace {
@@ -40,12 +42,6 @@ std::vector<float> valuesIn(const FloatVolume& v, const Mask& mask) {
     for (std::size_t i = 0; i < v.voxels.size(); ++i)
         if (mask.voxels[i]) values.push_back(v.voxels[i]);
     return values;
-}
-
-float percentile(std::vector<float> values, double share) {
-    const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
 }
 
 // The CT minus `mean`, with the sign chosen so that tubes are positive. 0 outside the liver, so that its
@@ -90,7 +86,7 @@ TubeEvidence tubeEvidence(const CtVolume& ct, const Mask& liver, TubeKind kind,
     for (const double radius : radii_m) {
         const FloatVolume response = tubeResponse(image, e.liver, radius / std::sqrt(2.0), TubeKind::bright);
         // A liver without noise has no random response; 0.5 HU is the effect of rounding to whole HU.
-        const float chance = std::max(0.5f, percentile(valuesIn(response, e.liver), 0.9));
+        const float chance = std::max(0.5f, lowerQuantile(valuesIn(response, e.liver), 0.9));
         for (std::size_t i = 0; i < response.voxels.size(); ++i)
             e.line.voxels[i] = std::max(e.line.voxels[i], response.voxels[i] / chance);
     }
@@ -99,7 +95,6 @@ TubeEvidence tubeEvidence(const CtVolume& ct, const Mask& liver, TubeKind kind,
 
 Mask keepPieces(const Mask& mask, const std::function<bool(const Piece&)>& keep) {
     const Grid& g = mask.grid;
-    const auto nx = std::size_t(g.dims.x), ny = std::size_t(g.dims.y);
     Mask rest = mask, out(g);
     Piece piece;
     for (std::size_t seed = 0; seed < rest.voxels.size(); ++seed) {
@@ -107,7 +102,7 @@ Mask keepPieces(const Mask& mask, const std::function<bool(const Piece&)>& keep)
         piece.assign(1, seed);
         rest.voxels[seed] = 0;
         for (std::size_t head = 0; head < piece.size(); ++head) {
-            const Index3 at{int(piece[head] % nx), int(piece[head] / nx % ny), int(piece[head] / (nx * ny))};
+            const Index3 at = g.voxelAt(piece[head]);
             const Index3 low = glm::max(at - 1, Index3(0)), high = glm::min(at + 1, g.dims - 1);
             for (int z = low.z; z <= high.z; ++z)
                 for (int y = low.y; y <= high.y; ++y)

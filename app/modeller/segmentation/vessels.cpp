@@ -8,6 +8,7 @@
 
 #include "app/modeller/segmentation/tube_evidence.h"
 #include "base/geodesic.h"
+#include "base/statistics.h"
 
 namespace stylet::modeller {
 
@@ -86,15 +87,11 @@ Scene vesselScene(const CtVolume& ct, const Mask& liver, const Mask& vessels) {
                 if (s.liver.voxels[o])
                     (s.vessels.voxels[o] ? in_vessels : in_liver).push_back(image.voxels[o]);
             }
-    const auto at = [](std::vector<float>& v, double share) {
-        const auto p = v.begin() + std::ptrdiff_t(share * double(v.size() - 1));
-        std::nth_element(v.begin(), p, v.end());
-        return double(*p);
-    };
     s.blood = s.lumen = Mask(s.liver.grid);
     if (in_liver.empty() || in_vessels.empty()) return s;
     // Most voxels of a thin vessel are partly parenchyma; the upper quartile is blood.
-    const double parenchyma_hu = at(in_liver, 0.5), blood_hu = at(in_vessels, 0.75);
+    const double parenchyma_hu = double(lowerQuantile(std::move(in_liver), 0.5)),
+                 blood_hu = double(lowerQuantile(std::move(in_vessels), 0.75));
     const double least_hu = parenchyma_hu + kBloodShare * (blood_hu - parenchyma_hu);
     const FloatVolume sharp = gaussian(image, kLumenBlur_m);
     const double lumen_hu = parenchyma_hu + kLumenShare * (blood_hu - parenchyma_hu);
@@ -160,13 +157,12 @@ Mask ownSections(const Mask& chain) {
         there_m.push_back(half_m[std::size_t(z)]);
     }
     if (there_m.empty()) return chain;
-    const auto middle = there_m.begin() + std::ptrdiff_t(there_m.size() / 2);
-    std::nth_element(there_m.begin(), middle, there_m.end());
+    const double usual_m = upperMedian(std::move(there_m));
 
     Mask own(g);
     for (int z = 0; z < g.dims.z; ++z) {
         std::copy_n(from(z), flat.voxelCount(), slice.voxels.begin());
-        const double opening_m = kOwnWidth * std::min(*middle, half_m[std::size_t(z)]);
+        const double opening_m = kOwnWidth * std::min(usual_m, half_m[std::size_t(z)]);
         slice = both(slice, dilated(eroded(slice, opening_m), opening_m + g.spacing_m.x));
         std::copy(slice.voxels.begin(), slice.voxels.end(),
                   own.voxels.begin() + std::ptrdiff_t(z) * std::ptrdiff_t(flat.voxelCount()));
@@ -230,7 +226,7 @@ Mask portalTrunk(const Scene& s, const Mask& cava) {
     const FloatVolume to_cava = distanceTo(cava);
     Mask thick = dilated(eroded(s.blood, kTrunkRadius_m), kTrunkRadius_m);
     for (std::size_t i = 0; i < thick.voxels.size(); ++i) {
-        const double height = s.height(indexOf(g, i).z);
+        const double height = s.height(g.voxelAt(i).z);
         if (height < kTrunkLow || height > kTrunkHigh || double(to_cava.voxels[i]) < kCavaWall_m)
             thick.voxels[i] = 0;
     }
@@ -281,7 +277,7 @@ Mask runFronts(const Scene& s, const Mask& seeds, const FloatVolume& radius) {
         open.pop();
         if (so_far > cost[o]) continue;
         left -= s.vessels.voxels[o] != 0;
-        const Index3 at = indexOf(g, o);
+        const Index3 at = g.voxelAt(o);
         const Index3 low = glm::max(at - 1, Index3(0)), high = glm::min(at + 1, g.dims - 1);
         const double here_m = s.lumen.voxels[o] ? double(radius.voxels[o]) : kNoLumen_m;
         for (int z = low.z; z <= high.z; ++z)
@@ -314,7 +310,7 @@ void seedNear(const Scene& s, const Mask& large, std::uint8_t label, double leas
     const FloatVolume to = distanceTo(large);
     for (std::size_t i = 0; i < seeds.voxels.size(); ++i)
         if (s.vessels.voxels[i] && double(to.voxels[i]) <= kJoin_m &&
-            s.height(indexOf(seeds.grid, i).z) >= least_height)
+            s.height(seeds.grid.voxelAt(i).z) >= least_height)
             seeds.voxels[i] = label;
 }
 
@@ -324,7 +320,7 @@ void seedWidest(const Scene& s, const FloatVolume& radius, double from, double t
     std::size_t best = 0;
     float widest = 0.0f;
     for (std::size_t i = 0; i < radius.voxels.size(); ++i) {
-        const double height = s.height(indexOf(seeds.grid, i).z);
+        const double height = s.height(seeds.grid.voxelAt(i).z);
         if (radius.voxels[i] > widest && height >= from && height < to && !seeds.voxels[i])
             widest = radius.voxels[i], best = i;
     }
@@ -340,7 +336,7 @@ void seedStems(const Scene& s, const FloatVolume& radius, const Mask& cava, Mask
     for (int pass = 0; pass < 2; ++pass)
         for (std::size_t i = 0; i < radius.voxels.size(); ++i) {
             if (seeds.voxels[i] || !s.vessels.voxels[i]) continue;
-            if (s.height(indexOf(seeds.grid, i).z) < kStemsLow) continue;
+            if (s.height(seeds.grid.voxelAt(i).z) < kStemsLow) continue;
             if (found && double(to_cava.voxels[i]) > kStemReach_m) continue;
             if (pass == 0) widest = std::max(widest, radius.voxels[i]);
             if (pass == 1 && radius.voxels[i] > kStemWidth * widest) seeds.voxels[i] = kHepatic;
@@ -357,10 +353,7 @@ double bloodContrast(const TubeEvidence& e) {
     std::vector<float> values;
     for (std::size_t i = 0; i < e.liver.voxels.size(); ++i)
         if (e.liver.voxels[i] && e.score(i) > kCertainVessel) values.push_back(e.contrast_hu.voxels[i]);
-    if (values.empty()) return 0.0;
-    const auto at = values.begin() + std::ptrdiff_t(0.75 * double(values.size() - 1));
-    std::nth_element(values.begin(), at, values.end());
-    return double(*at);
+    return double(lowerQuantile(std::move(values), 0.75));
 }
 
 // Maximum contrast of `inside` within kMiddle_m of each of its voxels.

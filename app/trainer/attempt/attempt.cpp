@@ -80,10 +80,10 @@ Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
 }
 
 Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenario,
-                        const patient::PlannedPath& path, std::uint64_t seed, haptics::TouchMap touch,
-                        const haptics::DeviceProfile& profile, const Pose& device_from_grip, double rate_hz,
-                        const std::optional<Registration>& registration) {
-    haptics::SimulationSettings settings = simulationSettings(patient, scenario, seed, rate_hz);
+                        const patient::PlannedPath& path, const AttemptConfig& config,
+                        haptics::TouchMap touch, const LiveDeviceFacts& device) {
+    const haptics::DeviceProfile& profile = device.profile;
+    haptics::SimulationSettings settings = simulationSettings(patient, scenario, config.seed, config.rate_hz);
     settings.profile = profile;
     if (const double longest_s = haptics::kMaxDelayTicks * settings.dt_s; profile.delay_s > longest_s)
         throw std::runtime_error(std::string(profile.name) + " answers after " + inMs(profile.delay_s) +
@@ -94,12 +94,12 @@ Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenari
     const double half_way = 0.5 * (path.length_m - kRoomOutside_m) / path.length_m;
     const Vec3 middle_m = glm::mix(path.entry_m, path.target_m, half_way);
     Pose& placed = settings.patient_from_device;
-    if (registration)
-        placed = levelPatientFromDevice(*registration, stageFromPatient(patient, path), middle_m);
+    if (device.registration)
+        placed = levelPatientFromDevice(*device.registration, stageFromPatient(patient, path), middle_m);
     else if (!std::isnan(profile.workspace_radius_m))
         placed = haptics::placeAlong(profile, at_entry);
     else
-        placed.position_m = middle_m - placed.rotation * device_from_grip.position_m;
+        placed.position_m = middle_m - placed.rotation * device.device_from_grip.position_m;
     return {patient, settings, {}, std::move(touch)};
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "app/trainer/attempt/config.h"
 #include "app/trainer/attempt/scenario.h"
 #include "app/trainer/stores/derived.h"
 #include "app/trainer/stores/registration_store.h"
@@ -34,16 +35,22 @@ patient::BreathPlan breathPlan(const patient::Package&, const ScenarioBreath&, s
 // `rate_hz`, rounded to whole nanoseconds.
 Attempt makeAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
                     std::uint64_t seed, double rate_hz = 1000.0, const MakeTouch& = makeTouch);
-// An attempt with live input: no trace, and every tool may be used.
+// The input device of a live attempt, once it is ready.
+struct LiveDeviceFacts {
+    haptics::DeviceProfile profile{};
+    Pose device_from_grip{};
+    std::optional<Registration> registration{};
+};
+
+// An attempt with live input: no trace, and every tool may be used. Uses the seed and the rate of the
+// configuration.
 // Device placement: with a `registration`, the patient lies level in the room. Otherwise, if the device's
 // workspace is known, the device's +z points out of the body along the path, and the path begins near that
 // end of the workspace. Otherwise the device stands beside the patient with the middle of the path at the
-// grip (`device_from_grip`, read once the device is ready).
+// grip.
 // Throws std::runtime_error if the device's latency exceeds the controller's limit
 // (haptics::kMaxDelayTicks).
 Attempt makeLiveAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
-                        std::uint64_t seed, haptics::TouchMap, const haptics::DeviceProfile&,
-                        const Pose& device_from_grip, double rate_hz = 1000.0,
-                        const std::optional<Registration>& registration = {});
+                        const AttemptConfig&, haptics::TouchMap, const LiveDeviceFacts&);
 
 }  // namespace stylet::trainer

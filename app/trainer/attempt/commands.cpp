@@ -33,25 +33,25 @@ constexpr Command toolCommand(Tool tool) {
 }
 
 constexpr std::array kCommandWords{
-    CommandWord{"finger", "the finger that palpates", Act::command, toolCommand(Tool::finger)},
-    CommandWord{"probe", "the ultrasound probe", Act::command, toolCommand(Tool::probe)},
-    CommandWord{"scalpel", "the scalpel", Act::command, toolCommand(Tool::scalpel)},
-    CommandWord{"guide", "the needle, to be snapped into the parked probe's guide", Act::command,
+    CommandWord{"finger", "select the finger, for palpation", Act::command, toolCommand(Tool::finger)},
+    CommandWord{"probe", "select the ultrasound probe", Act::command, toolCommand(Tool::probe)},
+    CommandWord{"scalpel", "select the scalpel", Act::command, toolCommand(Tool::scalpel)},
+    CommandWord{"guide", "select the needle, to snap it into the parked probe's guide", Act::command,
                 toolCommand(Tool::guide)},
-    CommandWord{"needle", "the needle", Act::command, toolCommand(Tool::needle)},
-    CommandWord{"next", "the procedure's next tool; a probe in hand is parked", Act::next},
-    CommandWord{"park", "leave the probe in hand where it is", Act::command, {CommandKind::park, 1}},
-    CommandWord{"lift", "take the parked probe off the skin", Act::command, {CommandKind::park, 0}},
-    CommandWord{"hold", "ask for a breath-hold", Act::command, {CommandKind::holdBreath, 0}},
+    CommandWord{"needle", "select the needle", Act::command, toolCommand(Tool::needle)},
+    CommandWord{"next", "select the procedure's next tool; a probe in use is parked first", Act::next},
+    CommandWord{"park", "park the probe where it is", Act::command, {CommandKind::park, 1}},
+    CommandWord{"lift", "lift the parked probe off the skin", Act::command, {CommandKind::park, 0}},
+    CommandWord{"hold", "ask the patient for a breath-hold", Act::command, {CommandKind::holdBreath, 0}},
     CommandWord{"breathe", "let the patient breathe again", Act::command, {CommandKind::breathe, 0}},
     CommandWord{"rearm",
-                "the force again after a fault; a line without a word does the same",
+                "re-arm the force after a fault; an empty line does the same",
                 Act::command,
                 {CommandKind::rearm, 0}},
-    CommandWord{"stop", "no more contrast medium", Act::command, {CommandKind::inject, 0}},
-    CommandWord{"pedal", "X-rays", Act::command, training::kPedalDown},
-    CommandWord{"release", "no more X-rays", Act::command, training::kPedalUp},
-    CommandWord{"help", "these words", Act::list},
+    CommandWord{"stop", "stop the injection of contrast medium", Act::command, {CommandKind::inject, 0}},
+    CommandWord{"pedal", "turn X-rays on", Act::command, training::kPedalDown},
+    CommandWord{"release", "turn X-rays off", Act::command, training::kPedalUp},
+    CommandWord{"help", "list these commands", Act::list},
 };
 
 // Commands followed by a number: inject, and every knob of the equipment.
@@ -126,32 +126,33 @@ std::string outcomeOfMachine(const Command& command) {
 
 std::string outcomeOfTool(Tool asked, const TickOutput& before, const TickOutput& now) {
     if (now.tool == asked && before.tool == asked)
-        return now.probe_parked && asked == Tool::probe ? "the probe is parked: \"lift\" takes it in hand"
+        return now.probe_parked && asked == Tool::probe ? "the probe is parked: type \"lift\" to use it again"
                                                         : "the " + nameOf(asked) + " is in hand already";
     if (now.tool == asked) return "the " + nameOf(asked) + " is in hand";
-    return "the " + nameOf(now.tool) + " stays in hand: it is in the body, draw it out first";
+    return "the " + nameOf(now.tool) + " stays in hand: it is in the body; withdraw it first";
 }
 
 std::string outcomeOfPark(bool stay, const TickOutput& before, const TickOutput& now) {
     if (stay && now.probe_parked)
         return before.probe_parked ? "the probe is parked already" : "the probe stays where it is";
     if (stay)
-        return before.tool == Tool::probe ? "the probe is not parked: lift it off the skin once, then set it"
-                                          : "no probe is in hand";
+        return before.tool == Tool::probe
+                   ? "the probe is not parked: lift it off the skin once, then place it again"
+                   : "no probe is in hand";
     if (now.probe_parked) return "the probe stays: its rail guides a needle in the body";
-    return before.probe_parked ? "the probe is taken off" : "no probe is parked";
+    return before.probe_parked ? "the probe is lifted off" : "no probe is parked";
 }
 
 }  // namespace
 
 std::string describeWords() {
-    std::string text = "With a device, a word and Enter:\n";
+    std::string text = "Commands with a device (type one and press Enter):\n";
     const auto add = [&](const std::string& word, std::string_view what) {
         text += "  " + word + std::string(13 - word.size(), ' ') + std::string(what) + "\n";
     };
     for (const CommandWord& word : kCommandWords)
         add(std::string(word.word), word.what);
-    add(std::string(kInject) + " N", "contrast medium through the needle, ml/s; 1 without a number");
+    add(std::string(kInject) + " N", "inject contrast medium through the needle, ml/s (default 1)");
     for (const training::Machine machine : kMachines)
         for (const training::Knob& knob : training::knobsOf(machine))
             add(std::string(knob.word) + " N", knob.what);
@@ -168,10 +169,10 @@ std::string describe(const UserButtons& buttons, std::span<const std::string_vie
         text += (text.empty() ? "" : ", ") + name + " " + what;
     };
     add(buttons.rearm, "re-arms");
-    add(buttons.next, "takes the next tool");
-    add(buttons.breath, "holds the breath and lets it go");
-    add(buttons.pedal, "is the pedal for X-rays");
-    add(buttons.inject, "injects contrast medium while it is held");
+    add(buttons.next, "selects the next tool");
+    add(buttons.breath, "starts and ends a breath-hold");
+    add(buttons.pedal, "is the X-ray pedal");
+    add(buttons.inject, "injects contrast medium while pressed");
     return text;
 }
 
@@ -227,7 +228,7 @@ void UserCommands::takeLine(std::string_view line, const TickOutput& now, std::v
         return;
     }
     std::string why_not =
-        "\"" + std::string(line.substr(0, 40)) + "\" is no word known here: \"help\" lists them";
+        "\"" + std::string(line.substr(0, 40)) + "\" is not a command: type \"help\" for a list";
     if (const std::optional<Command> command = withNumber(line, why_not)) return add(*command, commands);
     say_(why_not);
 }
@@ -239,12 +240,12 @@ std::string outcomeOf(const Command& command, const TickOutput& before, const Ti
         case CommandKind::park:
             return outcomeOfPark(command.value != 0, before, now);
         case CommandKind::holdBreath:
-            return "the patient is asked to hold his breath";
+            return "the patient is asked for a breath-hold";
         case CommandKind::breathe:
             return "the patient may breathe";
         case CommandKind::rearm:
-            return before.stage == haptics::ForceStage::off ? "re-armed: the force rises again"
-                                                            : "there is no fault to re-arm after";
+            return before.stage == haptics::ForceStage::off ? "re-armed: the force is rising"
+                                                            : "nothing to re-arm: there is no fault";
         case CommandKind::inject:
         case CommandKind::pedal:
         case CommandKind::xray:

@@ -25,7 +25,9 @@ haptics::TickOutput targetCut(const patient::Patient& patient, const std::filesy
         records::replay(patient, record,
                         [&](const haptics::TickInput& input, const haptics::TickOutput& output,
                             const haptics::NeedleEvents& events) { session.take(input, output, events); });
-    if (!again.equal()) throw DataError(folder, kOption, "computed again the attempt is another one");
+    if (!again.equal())
+        throw DataError(folder, kOption,
+                        "replaying the attempt gives another result; it was recorded by another version");
     if (!session.log().target_cut)
         throw DataError(folder, kOption, "the attempt's needle did not reach the target duct");
     return *session.log().target_cut;
@@ -57,7 +59,8 @@ PlannedPath referencePath(const patient::Patient& patient, const std::filesystem
     }
     PlannedPath path = wayOf(targetCut(patient, asked), patient);
     if (!ratePath(patient, {}, path))
-        std::fprintf(stderr, "stylet: the planner would not have proposed the path of %s\n", asked.c_str());
+        std::fprintf(stderr, "stylet: the path of %s is not one that the planner would propose\n",
+                     asked.c_str());
     return path;
 }
 

@@ -19,7 +19,7 @@ fs::path recordOf(const std::string& attempt, const fs::path& store) {
         if (fs::exists(folder / "record.json")) return folder;
     const fs::path kept = store / "attempts" / fs::path(attempt).filename() / "record";
     if (!fs::path(attempt).has_parent_path() && fs::exists(kept / "record.json")) return kept;
-    throw DataError(attempt, "--from", "neither an attempt's folder nor its id in " + store.string());
+    throw DataError(attempt, "--from", "is neither an attempt folder nor an attempt id in " + store.string());
 }
 
 std::string listOf(const std::vector<Bookmark>& marks) {
@@ -35,7 +35,7 @@ std::size_t chosen(const std::vector<Bookmark>& marks, const std::string& wanted
     if (marks.empty())
         throw DataError(
             folder, "bookmarks",
-            "there is none: F8 in the window or the word \"bookmark\" sets one while an attempt runs");
+            "the attempt has none: press F8 in the window or type \"bookmark\" during an attempt to set one");
     if (wanted.empty()) return marks.size() - 1;
     for (std::size_t i = 0; i < marks.size(); ++i)
         if (marks[i].text == wanted) return i;
@@ -76,8 +76,9 @@ void checkRetry(Retry& retry, const patient::Patient& patient) {
                         [&](const haptics::TickInput&, const haptics::TickOutput& now,
                             const haptics::NeedleEvents&) { retry.left = now; });
     if (result.differs_at)
-        throw DataError(retry.folder, "tick " + std::to_string(result.differs_at->ticks),
-                        "computed again it is not what was recorded: by another version of the program?");
+        throw DataError(
+            retry.folder, "tick " + std::to_string(result.differs_at->ticks),
+            "replaying gives another result than recorded; use the program version that recorded it");
 }
 
 bool sameNumbers(const haptics::DeviceProfile& a, const haptics::DeviceProfile& b) {

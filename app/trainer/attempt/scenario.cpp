@@ -1,15 +1,12 @@
 #include "app/trainer/attempt/scenario.h"
 
-#include <toml++/toml.h>
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <initializer_list>
 #include <set>
-#include <sstream>
 #include <string_view>
 
 #include "app/installation.h"
+#include "base/fields.h"
 #include "base/hash.h"
 #include "base/whole_file.h"
 #include "patient/patient.h"
@@ -22,62 +19,18 @@ namespace {
 
 constexpr double kMaxSeconds = 600.0, kMaxDistance_mm = 500.0, kMaxSpeed_mm_s = 500.0;
 constexpr double kMaxLean_deg = 60.0, kMaxRoll_deg = 180.0, kRadPerDeg = 0.017453292519943295;
-constexpr std::size_t kMaxStages = 200;
+constexpr std::size_t kMaxStages = 200, kMaxMoments = 100;
 constexpr std::size_t kMaxFileBytes = 1 << 20;
-
-// One TOML table, with its name for messages.
-struct Fields {
-    const std::filesystem::path& file;
-    std::string name;  // "" for the top level
-    const toml::table& table;
-
-    std::string path(std::string_view key) const {
-        return name.empty() ? std::string(key) : name + "." + std::string(key);
-    }
-    [[noreturn]] void refuse(std::string_view key, const std::string& reason) const {
-        throw DataError(file, path(key), reason);
-    }
-    void allowOnly(std::initializer_list<std::string_view> keys) const {
-        for (const auto& [key, node] : table)
-            if (std::find(keys.begin(), keys.end(), key.str()) == keys.end())
-                refuse(key.str(), "no such field");
-    }
-    double number(std::string_view key, double low, double high) const {
-        const auto value = table[key].value<double>();
-        if (!value) refuse(key, "a number is needed");
-        if (!std::isfinite(*value) || *value < low || *value > high) {
-            std::ostringstream range;
-            range << *value << " is not within " << low << " to " << high;
-            refuse(key, range.str());
-        }
-        return *value;
-    }
-    double numberOr(std::string_view key, double low, double high, double otherwise) const {
-        return table.contains(key) ? number(key, low, high) : otherwise;
-    }
-    std::string text(std::string_view key) const {
-        const auto value = table[key].value<std::string>();
-        if (!value || value->empty()) refuse(key, "a text is needed");
-        return *value;
-    }
-    Fields sub(std::string_view key) const {
-        const toml::table* inner = table[key].as_table();
-        if (!inner) refuse(key, "a table is needed");
-        return {file, path(key), *inner};
-    }
-};
 
 double metres(double mm) {
     return mm / 1000.0;
 }
 
-Place readPlace(const Fields& f) {
+Place readPlace(Fields& f) {
     Place place;
-    if (f.table.contains("share")) place.share = f.number("share", 0.0, 1.0);
-    if (f.table.contains("deeper_mm"))
-        place.deeper_m = metres(f.number("deeper_mm", -kMaxDistance_mm, kMaxDistance_mm));
-    if (!f.table.contains("share") && !f.table.contains("deeper_mm"))
-        f.refuse("share", "share or deeper_mm is needed");
+    if (f.has("share")) place.share = f.number("share", 0.0, 1.0);
+    if (f.has("deeper_mm")) place.deeper_m = metres(f.number("deeper_mm", -kMaxDistance_mm, kMaxDistance_mm));
+    if (!f.has("share") && !f.has("deeper_mm")) f.refuse("share", "share or deeper_mm is needed");
     place.headward_m = metres(f.numberOr("headward_mm", -kMaxDistance_mm, kMaxDistance_mm, 0.0));
     place.frontward_m = metres(f.numberOr("frontward_mm", -kMaxDistance_mm, kMaxDistance_mm, 0.0));
     place.headward_rad = kRadPerDeg * f.numberOr("headward_deg", -kMaxLean_deg, kMaxLean_deg, 0.0);
@@ -86,87 +39,60 @@ Place readPlace(const Fields& f) {
     return place;
 }
 
-haptics::Tool readTool(const Fields& f) {
-    const std::string name = f.text("tool");
+haptics::Tool readTool(Fields& f) {
+    const std::string name = f.nonEmptyText("tool");
     for (int i = 0; i < haptics::kToolCount; ++i)
         if (haptics::kToolNames[std::size_t(i)] == name) return haptics::Tool(i);
-    f.refuse("tool", "\"" + name + "\" is none of finger, probe, scalpel, guide, needle");
+    f.refuse("tool", "\"" + name + "\" must be one of finger, probe, scalpel, guide, needle");
 }
 
 // Reads every knob that the stage names; at least one is required.
-std::vector<training::Turned> readKnobs(const Fields& f, training::Machine machine) {
+std::vector<training::Turned> readKnobs(Fields& f, training::Machine machine) {
     const std::span<const training::Knob> knobs = training::knobsOf(machine);
     std::vector<training::Turned> turned;
-    for (const auto& [key, node] : f.table) {
-        if (key.str() == "do") continue;
-        const bool known = std::any_of(knobs.begin(), knobs.end(),
-                                       [&](const training::Knob& knob) { return knob.name == key.str(); });
-        if (!known) f.refuse(key.str(), "no such field");
-    }
     for (std::size_t i = 0; i < knobs.size(); ++i)
-        if (f.table.contains(knobs[i].name))
+        if (f.has(knobs[i].name))
             turned.push_back({machine, i, f.number(knobs[i].name, knobs[i].low, knobs[i].high)});
+    f.finish();
     if (turned.empty()) f.refuse("do", "at least one knob is needed");
     return turned;
 }
 
-// Reads a stage that operates the equipment. Returns false for any other kind.
-bool readMachineStage(const Fields& f, const std::string& kind, Stage& stage) {
+Stage readStage(Fields& f) {
+    Stage stage;
+    const std::string kind = f.text("do");
     if (kind == "inject") {
-        f.allowOnly({"do", "ml_per_s", "seconds"});
         stage.kind = StageKind::inject;
         stage.injected_m3_per_s =
             f.number("ml_per_s", 0.0, training::kMostInjected_m3_per_s * kMlPerM3) / kMlPerM3;
         stage.seconds = f.numberOr("seconds", 0.0, kMaxSeconds, 0.0);
-        return true;
-    }
-    if (kind == "pedal") {
-        f.allowOnly({"do", "down"});
+    } else if (kind == "pedal") {
         stage.kind = StageKind::pedal;
-        const toml::value<bool>* down = f.table["down"].as_boolean();
-        if (!down) f.refuse("down", "true or false is needed");
-        stage.pedal_down = down->get();
-        return true;
-    }
-    if (kind != "xray" && kind != "ultrasound") return false;
-    stage.kind = StageKind::machine;
-    stage.turned = readKnobs(f, kind == "xray" ? training::Machine::xray : training::Machine::ultrasound);
-    return true;
-}
-
-Stage readStage(const Fields& f) {
-    Stage stage;
-    const std::string kind = f.text("do");
-    if (readMachineStage(f, kind, stage)) return stage;
-    if (kind == "move") {
-        f.allowOnly({"do", "share", "deeper_mm", "headward_mm", "frontward_mm", "headward_deg",
-                     "frontward_deg", "roll_deg", "speed_mm_s"});
+        stage.pedal_down = f.flag("down");
+    } else if (kind == "xray" || kind == "ultrasound") {
+        stage.kind = StageKind::machine;
+        stage.turned = readKnobs(f, kind == "xray" ? training::Machine::xray : training::Machine::ultrasound);
+    } else if (kind == "move") {
         stage.kind = StageKind::move;
         stage.to = readPlace(f);
         stage.speed_m_s = metres(f.number("speed_mm_s", 0.1, kMaxSpeed_mm_s));
-        return stage;
-    }
-    if (kind == "take") {
-        f.allowOnly({"do", "tool", "seconds"});
+    } else if (kind == "take") {
         stage.kind = StageKind::take;
         stage.tool = readTool(f);
         stage.seconds = f.number("seconds", 0.1, kMaxSeconds);
-        return stage;
-    }
-    if (kind == "breathe" || kind == "park" || kind == "lift") {
-        f.allowOnly({"do"});
+    } else if (kind == "breathe" || kind == "park" || kind == "lift") {
         stage.kind = kind == "breathe" ? StageKind::breathe
                      : kind == "park"  ? StageKind::park
                                        : StageKind::lift;
-        return stage;
-    }
-    if (kind != "wait" && kind != "hold")
+    } else if (kind == "wait" || kind == "hold") {
+        stage.kind = kind == "hold" ? StageKind::hold : StageKind::wait;
+        stage.seconds = f.number("seconds", 0.0, kMaxSeconds);
+    } else {
         f.refuse("do", "\"" + kind +
                            "\" is none of wait, move, hold, breathe, take, park, lift, inject, pedal, xray, "
                            "ultrasound");
-    f.allowOnly({"do", "seconds"});
-    stage.kind = kind == "hold" ? StageKind::hold : StageKind::wait;
-    stage.seconds = f.number("seconds", 0.0, kMaxSeconds);
+    }
+    f.finish();
     return stage;
 }
 
@@ -176,59 +102,44 @@ bool isTissue(const std::string& name) {
     return false;
 }
 
-std::vector<std::string> readMoments(const Fields& f) {
-    const toml::array* list = f.table["moments"].as_array();
-    if (!list) f.refuse("moments", "a list of texts is needed");
-    std::vector<std::string> moments;
-    for (const toml::node& node : *list) {
-        const auto name = node.value<std::string>();
-        if (!name || (*name != "approach" && *name != "xray" && *name != "contrast" && !isTissue(*name)))
+std::vector<std::string> readMoments(Fields& f) {
+    std::vector<std::string> moments = f.texts("moments", kMaxMoments);
+    for (auto name = moments.begin(); name != moments.end(); ++name) {
+        if (*name != "approach" && *name != "xray" && *name != "contrast" && !isTissue(*name))
             f.refuse("moments", "each must be \"approach\", \"xray\", \"contrast\" or a tissue");
-        if (std::find(moments.begin(), moments.end(), *name) != moments.end())
-            f.refuse("moments", "\"" + *name + "\" stands twice");
-        moments.push_back(*name);
+        if (std::find(moments.begin(), name, *name) != name)
+            f.refuse("moments", "\"" + *name + "\" is listed twice");
     }
     return moments;
 }
 
-void readHold(const Fields& f, ScenarioBreath& breath) {
-    f.allowOnly({"creep_mm", "creep_s", "missed", "level", "limit_s"});
-    patient::HoldManner& hold = breath.plan.hold;
+void readHold(Fields f, ScenarioBreath& breath) {
+    patient::HoldBehaviour& hold = breath.plan.hold;
     breath.creep_m = metres(f.numberOr("creep_mm", 0.0, 20.0, 0.0));
     hold.creep_s = f.numberOr("creep_s", 1.0, kMaxSeconds, hold.creep_s);
     hold.missed = f.numberOr("missed", 0.0, 0.9, 0.0);
     hold.level_v = f.numberOr("level", 0.0, 1.0, 0.0);
     hold.limit_s = f.numberOr("limit_s", 0.0, kMaxSeconds, 0.0);
+    f.finish();
 }
 
-ScenarioBreath readBreath(const Fields& f) {
-    f.allowOnly(
-        {"period_s", "amplitude", "period_jitter", "depth_jitter", "sighs", "coughs", "recording", "hold"});
+ScenarioBreath readBreath(Fields f) {
     ScenarioBreath breath;
-    if (f.table.contains("period_s")) breath.period_s = f.number("period_s", 1.0, 20.0);
-    if (f.table.contains("amplitude")) breath.amplitude = f.number("amplitude", 0.0, 2.0);
+    if (f.has("period_s")) breath.period_s = f.number("period_s", 1.0, 20.0);
+    if (f.has("amplitude")) breath.amplitude = f.number("amplitude", 0.0, 2.0);
     patient::BreathPlan& plan = breath.plan;
     plan.period_jitter = f.numberOr("period_jitter", 0.0, 0.3, 0.0);
     plan.depth_jitter = f.numberOr("depth_jitter", 0.0, 0.3, 0.0);
     plan.sighs = f.numberOr("sighs", 0.0, 0.5, 0.0);
     plan.coughs = f.numberOr("coughs", 0.0, 0.5, 0.0);
-    if (f.table.contains("recording")) {
+    if (f.has("recording")) {
         for (const char* key : {"period_s", "period_jitter", "depth_jitter", "sighs", "coughs"})
-            if (f.table.contains(key)) f.refuse(key, "a recording breathes as it was recorded");
-        breath.recording = f.file.parent_path() / f.text("recording");
+            if (f.has(key)) f.refuse(key, "a recording breathes as it was recorded");
+        breath.recording = f.file().parent_path() / f.nonEmptyText("recording");
     }
-    if (f.table.contains("hold")) readHold(f.sub("hold"), breath);
+    if (f.has("hold")) readHold(f.child("hold"), breath);
+    f.finish();
     return breath;
-}
-
-toml::table parse(std::string_view text, const std::filesystem::path& file) {
-    try {
-        return toml::parse(text);
-    } catch (const toml::parse_error& e) {
-        std::ostringstream where;
-        where << "line " << e.source().begin.line;
-        throw DataError(file, where.str(), std::string(e.description()));
-    }
 }
 
 std::string scenariosIn(const std::filesystem::path& folder) {
@@ -265,38 +176,29 @@ void breatheAsRecorded(ScenarioBreath& breath, const std::filesystem::path& csv)
 }
 
 Scenario parseScenario(std::string_view text, const std::filesystem::path& file) {
-    const toml::table root = parse(text, file);
-    const Fields top{file, "", root};
-    top.allowOnly({"name", "description", "moments", "approach_distance_mm", "tool", "breath", "start",
-                   "hand", "stage"});
-
+    Fields top = parseToml(file, text);
+    top.ignore("description");
     Scenario s;
-    s.name = top.text("name");
+    s.name = top.nonEmptyText("name");
     s.moments = readMoments(top);
     s.approach_distance_m = metres(top.number("approach_distance_mm", 0.0, kMaxDistance_mm));
-    if (root.contains("tool")) s.tool = readTool(top);
-    if (root.contains("breath")) s.breath = readBreath(top.sub("breath"));
-    const Fields start = top.sub("start");
-    start.allowOnly(
-        {"share", "deeper_mm", "headward_mm", "frontward_mm", "headward_deg", "frontward_deg", "roll_deg"});
+    if (top.has("tool")) s.tool = readTool(top);
+    if (top.has("breath")) s.breath = readBreath(top.child("breath"));
+    Fields start = top.child("start");
     s.start = readPlace(start);
+    start.finish();
 
-    const Fields hand = top.sub("hand");
-    hand.allowOnly({"ramp_s", "tremor_mm", "tremor_low_hz", "tremor_high_hz"});
+    Fields hand = top.child("hand");
     s.ramp_s = hand.number("ramp_s", 0.01, 10.0);
     s.tremor_m = metres(hand.number("tremor_mm", 0.0, 5.0));
     s.tremor_low_hz = hand.number("tremor_low_hz", 0.0, 50.0);
     s.tremor_high_hz = hand.number("tremor_high_hz", s.tremor_low_hz, 50.0);
+    hand.finish();
 
-    const toml::array* stages = root["stage"].as_array();
-    if (!stages || stages->empty()) top.refuse("stage", "at least one [[stage]] is needed");
-    if (stages->size() > kMaxStages) top.refuse("stage", "more than " + std::to_string(kMaxStages));
-    for (std::size_t i = 0; i < stages->size(); ++i) {
-        const std::string name = "stage[" + std::to_string(i) + "]";
-        const toml::table* table = stages->get(i)->as_table();
-        if (!table) top.refuse(name, "a table is needed");
-        s.stages.push_back(readStage({file, name, *table}));
-    }
+    for (Fields& stage : top.children("stage", kMaxStages))
+        s.stages.push_back(readStage(stage));
+    if (s.stages.empty()) top.refuse("stage", "at least one [[stage]] is needed");
+    top.finish();
     return s;
 }
 

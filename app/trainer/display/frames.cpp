@@ -45,7 +45,7 @@ void addTo(render::RenderStats& sum, const render::RenderStats& one) {
 }  // namespace
 
 struct FrameLoop::Impl {
-    Impl(const patient::Patient& patient_in, const FrameSettings&, const patient::PlannedPath&);
+    Impl(const patient::Patient& patient_in, const PictureSettings&, const patient::PlannedPath&);
     ~Impl();
     // Returns true if there is a headset. Searches for a lost one at intervals.
     bool found();
@@ -67,7 +67,7 @@ struct FrameLoop::Impl {
     bool tryFrame(const Seen&, const patient::ContrastTable*, const std::string& moment, bool& over);
 
     const patient::Patient& patient;
-    const FrameSettings settings;
+    const PictureSettings settings;
     training::Difficulty difficulty;
     training::Hints hints;
     const Vec3 stage_entry_m;
@@ -91,18 +91,18 @@ struct FrameLoop::Impl {
     std::unique_ptr<Headset> headset;  // null while no headset is found
 };
 
-FrameLoop::Impl::Impl(const patient::Patient& patient_in, const FrameSettings& settings_in,
+FrameLoop::Impl::Impl(const patient::Patient& patient_in, const PictureSettings& settings_in,
                       const patient::PlannedPath& path)
     : patient(patient_in),
       settings(settings_in),
-      difficulty(settings.difficulty),
+      difficulty(settings.config.difficulty),
       hints(training::hintsOf(difficulty)),
       stage_entry_m(stageFromPatient(patient, path) * path.entry_m),
-      scenes(patient, path, settings.look, settings.touch, settings.tick_s, hints),
+      scenes(patient, path, sceneLook(settings.config), settings.touch, settings.tick_s, hints),
       alerts(settings.tick_s),
-      mock({settings.head_script, settings.virtual_clock, settings.capture_dir}, scenes.stageFromPatient(),
+      mock({settings.head_script, settings.config.fast, settings.config.folder}, scenes.stageFromPatient(),
            path),
-      room(settings.colocation, scenes.stageFromPatient(), settings.seated) {
+      room(settings.colocation, scenes.stageFromPatient(), settings.config.seated) {
     if (hints.panel) guide.emplace(hints, settings.tick_s);
     headset = std::make_unique<Headset>(patient, settings);
     totals.runtime = headset->session.runtimeName();
@@ -121,11 +121,11 @@ bool FrameLoop::Impl::found() {
     try {
         headset = std::make_unique<Headset>(patient, settings);
         ++totals.headsets_found_again;
-        std::fprintf(stderr, "stylet: the headset is there again\n");
+        std::fprintf(stderr, "stylet: the headset is connected again\n");
     } catch (const std::runtime_error& e) {  // from the runtime, or from a GPU that is not back yet
         if (lost_because != e.what()) std::fprintf(stderr, "stylet: still no headset: %s\n", e.what());
         lost_because = e.what();
-        if (!settings.virtual_clock) look_again = SteadyClock::now() + kLookAgain;
+        if (!settings.config.fast) look_again = SteadyClock::now() + kLookAgain;
     }
     return headset != nullptr;
 }
@@ -136,16 +136,17 @@ void FrameLoop::Impl::settle() {
         room.begin(headset->session.facts().space, headset->session.spaceGeneration());
     if (!refused.empty()) std::fprintf(stderr, "stylet: %s\n", refused.c_str());
     if (!settings.controllers) return;
-    settings.controllers->attach([&session = headset->session, side = int(settings.controller_side)](
-                                     std::int64_t when_ns) -> std::optional<Pose> {
-        const auto grip = session.gripAt(side, when_ns);
-        return grip ? std::optional(poseOf(*grip)) : std::nullopt;
-    });
+    settings.controllers->attach(
+        [&session = headset->session,
+         side = int(controllerSide(settings.config.hand))](std::int64_t when_ns) -> std::optional<Pose> {
+            const auto grip = session.gripAt(side, when_ns);
+            return grip ? std::optional(poseOf(*grip)) : std::nullopt;
+        });
 }
 
 void FrameLoop::Impl::passController(const Pose& room_from_stage) {
     if (!settings.controllers) return;
-    const int side = int(settings.controller_side);
+    const int side = int(controllerSide(settings.config.hand));
     const auto keysOf = [](const xr::Hand& h) { return ControllerKeys{h.select, h.menu, h.squeeze}; };
     const xr::Hand hand = headset->session.hand(side);
     ControllerPort::Frame seen{room_from_stage, std::nullopt,
@@ -160,7 +161,7 @@ void FrameLoop::Impl::passController(const Pose& room_from_stage) {
 
 void FrameLoop::Impl::lose(const std::string& why) {
     std::fprintf(stderr,
-                 "stylet: the headset was lost: %s; the attempt goes on, and it is looked for again\n",
+                 "stylet: the headset was lost: %s; the attempt continues while the program looks for it\n",
                  why.c_str());
     lost_because = why;
     if (settings.controllers) settings.controllers->attach(nullptr);
@@ -170,7 +171,7 @@ void FrameLoop::Impl::lose(const std::string& why) {
     worn = true;
     settled = false;
     undrawn = 0;
-    if (!settings.virtual_clock) look_again = SteadyClock::now() + kLookAgain;
+    if (!settings.config.fast) look_again = SteadyClock::now() + kLookAgain;
     totals.validation_messages += headset->gpu->validationMessages();
     totals.machines += headset->machines->totals();
     headset.reset();
@@ -210,7 +211,7 @@ void FrameLoop::Impl::showMachines(render::RenderScene& scene, const Seen& seen,
     machines.show(m, {.ultrasound = kept || screens.ultrasound, .xray = kept || screens.xray});
     scene.ultrasound_screen = machines.ultrasoundScreen();
     scene.xray_screen = machines.xrayScreen();
-    if (kept && !settings.capture_dir.empty()) machines.save(settings.capture_dir, moment);
+    if (kept && !settings.config.folder.empty()) machines.save(settings.config.folder, moment);
 }
 
 // Applies a difficulty set by the instructor.
@@ -242,7 +243,7 @@ bool FrameLoop::Impl::show(const Seen& given, const patient::ContrastTable* cont
     xr::Session& session = headset->session;
     xr::Frame frame = session.beginFrame();
     const Seen seen = upToDate(given, moment);
-    help(seen.difficulty.value_or(settings.difficulty));
+    help(seen.difficulty.value_or(settings.config.difficulty));
     const haptics::TickOutput& shown = seen.tick;
     const auto begin = SteadyClock::now();
     render::RenderStats drawn_stats;
@@ -259,7 +260,7 @@ bool FrameLoop::Impl::show(const Seen& given, const patient::ContrastTable* cont
         if (window && !headset->mirror) headset->mirror.emplace(*window, *headset->gpu, settings.tick_s);
         const render::StereoTarget target{frame.image, session.colourFormat(), session.width(),
                                           session.height(), frame.depth_image};
-        headset->keepToBudget(frame, settings.budget_ms);
+        headset->keepToBudget(frame, settings.config.budget_ms);
         Seen drawn = seen;
         if (moment.empty()) drawn.tick = aheadTo(frame, shown);
         render::RenderScene scene = scenes.sceneOf(drawn);
@@ -292,13 +293,13 @@ bool FrameLoop::Impl::show(const Seen& given, const patient::ContrastTable* cont
     }
     session.endFrame(frame, shown_panels);
     if (!frame.should_render && headset->mirror)
-        giveState(*window, seen, settings.tick_s, {shown.tick}, attention, true);
+        giveState(*window, {seen, settings.tick_s, {shown.tick}, std::nullopt, attention, true});
     if (frame.should_render) {
         const double took_ms = msSince(begin);
         if (headset->governor)
-            headset->governor->took(drawn_stats.volume_ms,
-                                    std::max(0.0, took_ms - machines_ms - drawn_stats.volume_ms),
-                                    drawn_stats.layer_scale);
+            headset->governor->reportFrame(drawn_stats.volume_ms,
+                                           std::max(0.0, took_ms - machines_ms - drawn_stats.volume_ms),
+                                           drawn_stats.layer_scale);
         const FrameTime time{shown.tick,
                              took_ms,
                              drawn_stats.opaque_ms,
@@ -343,7 +344,7 @@ void FrameLoop::Impl::watchTheRoom(const Seen& seen, const std::string& moment) 
 
 bool FrameLoop::Impl::tryFrame(const Seen& seen, const patient::ContrastTable* contrast,
                                const std::string& moment, bool& over) {
-    const bool waits = !settings.virtual_clock;
+    const bool waits = !settings.config.fast;
     try {
         const xr::SessionPhase phase = headset->session.poll();
         over = phase == xr::SessionPhase::exiting;
@@ -353,7 +354,7 @@ bool FrameLoop::Impl::tryFrame(const Seen& seen, const patient::ContrastTable* c
             return true;
         }
         if (phase == xr::SessionPhase::lossPending) {
-            lose("the OpenXR runtime took the session back");
+            lose("the OpenXR runtime ended the session");
             return true;
         }
         takeNews();
@@ -371,7 +372,7 @@ bool FrameLoop::Impl::tryFrame(const Seen& seen, const patient::ContrastTable* c
     return false;
 }
 
-FrameLoop::FrameLoop(const patient::Patient& patient, const FrameSettings& settings,
+FrameLoop::FrameLoop(const patient::Patient& patient, const PictureSettings& settings,
                      const patient::PlannedPath& path) {
     // Silence the loader: our own error message says the same.
     setenv("XR_LOADER_DEBUG", "none", 0);
@@ -383,16 +384,17 @@ FrameLoop::~FrameLoop() = default;
 bool FrameLoop::frame(const Seen& seen, const patient::ContrastTable* contrast, const std::string& moment) {
     Impl& loop = *impl_;
     const std::uint64_t rendered = loop.totals.rendered;
-    if (!loop.found() && !loop.settings.virtual_clock)
+    if (!loop.found() && !loop.settings.config.fast)
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
     if (loop.window && !loop.headset)
-        giveState(*loop.window, seen, loop.settings.tick_s, {seen.tick.tick}, loop.attention, false);
+        giveState(*loop.window,
+                  {seen, loop.settings.tick_s, {seen.tick.tick}, std::nullopt, loop.attention, false});
     const int tries = moment.empty() ? 1 : kMomentTries;
     bool over = false;
     for (int tried = 0; tried < tries && loop.headset; ++tried)
         if (loop.tryFrame(seen, contrast, moment, over)) break;
     if (!moment.empty() && !over && loop.totals.rendered == rendered)
-        std::fprintf(stderr, "stylet: no picture of the moment \"%s\": the runtime is not showing pictures\n",
+        std::fprintf(stderr, "stylet: no picture of capture \"%s\": the runtime shows no frames\n",
                      moment.c_str());
     return !over;
 }

@@ -41,22 +41,33 @@ Pose headOf(const std::array<render::View, 2>& views) {
             0.5 * (views[0].stage_from_eye.position_m + views[1].stage_from_eye.position_m)};
 }
 
-Headset::Headset(const patient::Patient& patient, const FrameSettings& settings)
-    : session("Stylet", {.passthrough = settings.passthrough,
+namespace {
+
+render::RenderSettings renderSettings(const AttemptConfig& config) {
+    render::RenderSettings settings;
+    settings.count = config.stats;
+    if (config.foveation) settings.foveation.emplace();
+    return settings;
+}
+
+}  // namespace
+
+Headset::Headset(const patient::Patient& patient, const PictureSettings& settings)
+    : session("Stylet", {.passthrough = settings.config.passthrough,
                          .stationary = settings.colocation &&
                                        settings.colocation->registration.key.space == "stationary",
-                         .virtual_clock = settings.virtual_clock}),
-      drawn(settings.render) {
+                         .virtual_clock = settings.config.fast}),
+      drawn(renderSettings(settings.config)) {
     render::GpuSettings gpu_settings;
-    gpu_settings.validation = settings.validation;
+    gpu_settings.validation = settings.config.validation;
     gpu_settings.pipeline_cache = settings.pipeline_cache.string();
     gpu = std::make_shared<render::Gpu>(gpu_settings, hooksOf(session));
     session.keep(gpu);
     session.start(*gpu->instance(), *gpu->physicalDevice(), *gpu->device(), gpu->queueFamily());
-    renderer.emplace(*gpu, settings.render, settings.assets);
+    renderer.emplace(*gpu, drawn, settings.assets);
     renderer->setPatient(patient);
     machines.emplace(*gpu, renderer->deformedPatient(), settings.assets);
-    session.setDepthRange(settings.render.near_m, settings.render.far_m);
+    session.setDepthRange(drawn.near_m, drawn.far_m);
     for (const int eye : {0, 1})
         hideWhatTheLensHides(eye);
     for (const auto& notes : {session.notes(), renderer->notes()})

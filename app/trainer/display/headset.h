@@ -30,7 +30,7 @@ render::GpuHooks hooksOf(xr::Session&);
 struct Headset {
     // Throws xr::XrError without a runtime or headset, render::GpuError, DataError. The patient
     // must outlive this object.
-    Headset(const patient::Patient&, const FrameSettings&);
+    Headset(const patient::Patient&, const PictureSettings&);
 
     // Waits until frames can be submitted. Throws xr::XrError on timeout.
     void waitUntilRunning(std::chrono::seconds patience);

@@ -40,35 +40,37 @@ PictureTotals totalsOf(const FrameLoop& loop) {
 }
 
 // The frame loop of a headset and, if wanted, its mirror window.
-struct Watched {
-    std::optional<Mirror> window;  // outlives the frame loop, which writes to it
-    FrameLoop frames;
-
-    Watched(const patient::Patient& patient, const FrameSettings& settings, const patient::PlannedPath& path)
-        : frames(patient, settings, path) {}
-    void mirror(const patient::Patient& patient, const FrameSettings& settings,
-                const patient::PlannedPath& path, std::shared_ptr<WindowPort> port) {
+class HeadsetDisplay final : public Display {
+  public:
+    HeadsetDisplay(const patient::Patient& patient, const PictureSettings& settings,
+                   const patient::PlannedPath& path)
+        : frames_(patient, settings, path) {}
+    void openMirror(const patient::Patient& patient, const PictureSettings& settings,
+                    const patient::PlannedPath& path) {
         try {
-            MirrorSettings mirror{settings.assets};
+            MirrorSettings mirror{.pictures = settings};
             if (!settings.pipeline_cache.empty())
                 mirror.pipeline_cache = settings.pipeline_cache.parent_path() / "window-pipelines.bin";
-            mirror.validation = settings.validation;
-            mirror.look = settings.look;
-            mirror.touch = settings.touch, mirror.tick_s = settings.tick_s;
-            mirror.hints = training::hintsOf(settings.difficulty);
-            mirror.rearm_act = settings.rearm_act;
-            mirror.port = std::move(port);
-            window.emplace(patient, path, mirror);
-            frames.mirrorTo(window->channels());
+            window_.emplace(patient, path, mirror);
+            frames_.mirrorTo(window_->channels());
         } catch (const WindowError& e) {
             std::fprintf(stderr, "stylet: no mirror window: %s\n", e.what());
         }
     }
-    PictureTotals totals() const {
-        PictureTotals both = totalsOf(frames);
-        if (window) both.validation_messages += window->validationMessages();
+    bool frame(const Seen& seen, const patient::ContrastTable* contrast, const std::string& moment) override {
+        return frames_.frame(seen, contrast, moment);
+    }
+    PictureTotals totals() const override {
+        PictureTotals both = totalsOf(frames_);
+        if (window_) both.validation_messages += window_->validationMessages();
         return both;
     }
+    Attention attention() const override { return frames_.attention(); }
+    void follow(LiveSeen live) override { frames_.follow(std::move(live)); }
+
+  private:
+    std::optional<Mirror> window_;  // outlives the frame loop, which writes to it
+    FrameLoop frames_;
 };
 
 // Draws stereo pictures for a still head that leans over the entry.
@@ -178,42 +180,15 @@ EyePicture rgbOf(const render::ScreenPicture& screen) {
 
 }  // namespace
 
-std::optional<Pictures> openPictures(const patient::Patient& patient, const patient::PlannedPath& path,
-                                     const PictureSettings& settings, std::string& why_not) {
-    FrameSettings frame_settings;
-    frame_settings.assets = settings.assets;
-    frame_settings.pipeline_cache = settings.pipeline_cache;
-    frame_settings.touch = settings.touch;
-    frame_settings.rearm_act = settings.rearm_act;
-    frame_settings.colocation = settings.colocation;
-    frame_settings.seated = settings.seated;
-    frame_settings.passthrough = settings.passthrough;
-    if (settings.foveation) frame_settings.render.foveation.emplace();
-    frame_settings.tick_s = settings.tick_s;
-    frame_settings.guide = settings.guide;
-    frame_settings.controllers = settings.controllers;
-    frame_settings.controller_side = settings.controller_side;
-    frame_settings.ears = settings.ears;
-    frame_settings.difficulty = settings.difficulty;
-    frame_settings.capture_dir = settings.capture_folder;
-    frame_settings.validation = settings.validation;
-    frame_settings.virtual_clock = settings.virtual_clock;
-    frame_settings.look = settings.closed_look ? render::Look::closed : render::Look::reveal;
-    frame_settings.budget_ms = settings.budget_ms;
-    frame_settings.render.count = settings.count;
+std::unique_ptr<Display> openPictures(const patient::Patient& patient, const patient::PlannedPath& path,
+                                      const PictureSettings& settings, std::string& why_not) {
     try {
-        // Shared because a std::function must be copyable; there is one owner.
-        const auto watched = std::make_shared<Watched>(patient, frame_settings, path);
-        if (settings.mirror) watched->mirror(patient, frame_settings, path, settings.window);
-        // Shares ownership with `watched`: a copy of it keeps both alive.
-        const std::shared_ptr<FrameLoop> loop(watched, &watched->frames);
-        return Pictures{[loop](const Seen& seen, const patient::ContrastTable* contrast,
-                               const std::string& moment) { return loop->frame(seen, contrast, moment); },
-                        [watched] { return watched->totals(); }, [loop] { return loop->attention(); },
-                        [loop](LiveSeen live) { loop->follow(std::move(live)); }};
+        auto display = std::make_unique<HeadsetDisplay>(patient, settings, path);
+        if (settings.config.mirror) display->openMirror(patient, settings, path);
+        return display;
     } catch (const std::runtime_error& e) {
         why_not = e.what();
-        return std::nullopt;
+        return nullptr;
     }
 }
 

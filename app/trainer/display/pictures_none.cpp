@@ -8,16 +8,16 @@ constexpr const char* kWhyNot = "this build has no Vulkan and OpenXR (STYLET_GPU
 
 }  // namespace
 
-std::optional<Pictures> openPictures(const patient::Patient&, const patient::PlannedPath&,
-                                     const PictureSettings&, std::string& why_not) {
+std::unique_ptr<Display> openPictures(const patient::Patient&, const patient::PlannedPath&,
+                                      const PictureSettings&, std::string& why_not) {
     why_not = kWhyNot;
-    return std::nullopt;
+    return nullptr;
 }
 
-std::optional<Pictures> openDesktop(const patient::Patient&, const patient::PlannedPath&,
-                                    const PictureSettings&, std::string& why_not) {
+std::unique_ptr<Display> openDesktop(const patient::Patient&, const patient::PlannedPath&,
+                                     const PictureSettings&, std::string& why_not) {
     why_not = kWhyNot;
-    return std::nullopt;
+    return nullptr;
 }
 
 std::optional<StereoView> openStereo(const patient::Patient&, const patient::PlannedPath&,

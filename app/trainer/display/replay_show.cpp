@@ -20,11 +20,11 @@ PictureSettings pictureSettings(const ShownReplay& shown, const std::filesystem:
     PictureSettings settings;
     settings.assets = assetsFolder();
     settings.pipeline_cache = cacheFolder() / "pipelines.bin";
-    settings.capture_folder = out;
+    settings.config.folder = out;
     settings.touch = shown.touch;
     settings.tick_s = shown.dt_s;
     settings.guide = shown.guide;
-    settings.mirror = !environment("DISPLAY").empty();
+    settings.config.mirror = !environment("DISPLAY").empty();
     settings.window = std::make_shared<WindowPort>();
     settings.window->giveReplay();
     settings.controllers = std::make_shared<ControllerPort>();
@@ -40,17 +40,16 @@ Seen seenAt(const ShownReplay& shown, double tick) {
 }
 
 // Opens a headset if there is one, else a window.
-Pictures picturesOf(const ShownReplay& shown, const PictureSettings& settings) {
+std::unique_ptr<Display> openDisplay(const ShownReplay& shown, const PictureSettings& settings) {
     std::string no_headset, no_window;
     if (!shown.window)
-        if (auto pictures = openPictures(shown.patient, shown.path, settings, no_headset))
-            return std::move(*pictures);
+        if (auto pictures = openPictures(shown.patient, shown.path, settings, no_headset)) return pictures;
     auto pictures = openDesktop(shown.patient, shown.path, settings, no_window);
     if (!pictures)
         throw DataError("--show", "window", no_window + (no_headset.empty() ? "" : "; " + no_headset));
     if (!no_headset.empty())
-        std::fprintf(stderr, "stylet: no headset: %s; a window takes its place\n", no_headset.c_str());
-    return std::move(*pictures);
+        std::fprintf(stderr, "stylet: no headset: %s; using a window instead\n", no_headset.c_str());
+    return pictures;
 }
 
 }  // namespace
@@ -66,13 +65,13 @@ const Seen& Timeline::at(double tick) const {
 void showReplay(const ShownReplay& shown, const std::vector<Moment>& moments,
                 const std::filesystem::path& out) {
     const PictureSettings settings = pictureSettings(shown, out);
-    const Pictures pictures = picturesOf(shown, settings);
+    const std::unique_ptr<Display> display = openDisplay(shown, settings);
     for (const Moment& moment : moments)
-        pictures.frame(moment.seen, nullptr, moment.name);
+        display->frame(moment.seen, nullptr, moment.name);
     Player player(double(shown.ticks) * shown.dt_s);
     if (shown.at_s) {
         player.hear("seek " + std::to_string(*shown.at_s / player.state().length_s) + "\n");
-        pictures.frame(seenAt(shown, player.state().at_s / shown.dt_s), nullptr, "at");
+        display->frame(seenAt(shown, player.state().at_s / shown.dt_s), nullptr, "at");
     } else {
         player.hear("toggle\n");
     }
@@ -86,12 +85,12 @@ void showReplay(const ShownReplay& shown, const std::vector<Moment>& moments,
         const ControllerPort::Frame hand = settings.controllers->seen();
         player.hear(settings.window->typed() + stick.take(hand.buttons, hand.thumbstick, dt_s));
         // Stop when the headset is taken off, so that its user misses nothing.
-        if (pictures.attention && pictures.attention() == Attention::away) player.hear("stop\n");
+        if (display->attention() == Attention::away) player.hear("stop\n");
         player.pass(dt_s);
         settings.window->tell(player.state());
-        goes_on = pictures.frame(seenAt(shown, player.state().at_s / shown.dt_s), nullptr, "");
+        goes_on = display->frame(seenAt(shown, player.state().at_s / shown.dt_s), nullptr, "");
     }
-    std::fprintf(stderr, "stylet: the replay stood at %.6f of %.6f s\n", player.state().at_s,
+    std::fprintf(stderr, "stylet: the replay ended at %.6f of %.6f s\n", player.state().at_s,
                  player.state().length_s);
 }
 

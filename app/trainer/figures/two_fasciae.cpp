@@ -109,7 +109,7 @@ FasciaRun playFasciae(const patient::Package& package, const patient::PlannedPat
     const patient::Patient patient(package);
     const Attempt attempt = makeAttempt(patient, scenario, path, 0);
     Session session(patient, path, scenario.moments, scenario.approach_distance_m, nullptr);
-    runFast(attempt, session, std::nullopt, 0.0, {});
+    runFast(attempt, session, nullptr, 0.0, {});
     FasciaRun run;
     double deepest_m = -1.0;
     for (const report::ForceSample& s : session.log().curve) {

@@ -79,13 +79,8 @@ std::uint32_t controllerButtons(const ControllerKeys& tool, const ControllerKeys
 }
 
 haptics::DeviceProfile controllerProfile() noexcept {
-    haptics::DeviceProfile p;
-    p.name = "controller";
-    p.source = "input only: it vibrates, and pushes nothing";
-    p.force_axes = 0;
-    p.force_peak_n = 0.0;
-    p.force_continuous_n = 0.0;
-    p.stiffness_n_per_m = 0.0;
+    haptics::DeviceProfile p =
+        haptics::inputOnlyProfile("controller", "input only: it vibrates, and pushes nothing");
     p.rate_hz = 250.0;
     return p;
 }

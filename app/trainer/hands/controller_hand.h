@@ -17,6 +17,10 @@ namespace stylet::trainer {
 inline constexpr const char* kControllers = "controllers";  // the name for `--device`
 
 enum class ControllerSide : int { left, right };  // the hand that holds the tool
+// `hand`: "left" or "right".
+inline ControllerSide controllerSide(std::string_view hand) {
+    return hand == "left" ? ControllerSide::left : ControllerSide::right;
+}
 
 struct Vibration {
     float amplitude = 0.0f;  // [0, 1]

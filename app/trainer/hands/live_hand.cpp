@@ -61,14 +61,15 @@ UserButtons LiveDevice::buttons() const {
 std::string LiveDevice::describeButtons() const {
     if (kind_ == kControllers)
         return describe(buttons(), kControllerButtons) +
-               "; of a bare hand, thumb and index finger are the trigger, thumb and middle finger menu, "
+               "; with bare hands, pinch thumb and index finger for the trigger, thumb and middle finger for "
+               "menu, "
                "thumb and "
-               "ring finger squeeze";
+               "ring finger for squeeze";
     return describe(buttons());
 }
 
 std::string LiveDevice::rearmAct() const {
-    return buttons().rearm != 0 ? "the device's first button, or Enter here," : "Enter here";
+    return buttons().rearm != 0 ? "the device's first button or Enter" : "Enter";
 }
 
 std::string LiveDevice::typed() {
@@ -93,10 +94,10 @@ void LiveDevice::tellNews() {
     const haptics::DeviceReport report = device_.report();
     std::string text = haptics::nameOf(report.stage);
     if (!report.why.empty()) text += ": " + report.why;
-    if (report.blocked_ns > 0) text += " (it has not answered for a while)";
+    if (report.blocked_ns > 0) text += " (it has not answered for some time)";
     if (report.silences > 0)
-        text += " (the loop was silent for 15 ms, " + std::to_string(report.silences) +
-                " times so far, which ends the force)";
+        text += " (the loop did not respond for 15 ms, " + std::to_string(report.silences) +
+                " times so far; the force is off)";
     if (text == told_) return;
     std::fprintf(stderr, "stylet: %s: %s\n", kind_.c_str(), text.c_str());
     told_ = text;

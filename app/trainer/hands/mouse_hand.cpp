@@ -29,14 +29,7 @@ Quat turnedBy(const Vec3& rad, const Quat& from) noexcept {
 }  // namespace
 
 haptics::DeviceProfile mouseProfile() noexcept {
-    haptics::DeviceProfile p;
-    p.name = "mouse";
-    p.source = "input only: it pushes nothing";
-    p.force_axes = 0;
-    p.force_peak_n = 0.0;
-    p.force_continuous_n = 0.0;
-    p.stiffness_n_per_m = 0.0;
-    return p;
+    return haptics::inputOnlyProfile("mouse", "input only: it pushes nothing");
 }
 
 Pose mouseStart(const patient::PlannedPath& path) {

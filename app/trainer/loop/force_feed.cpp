@@ -118,13 +118,13 @@ void ForceFeed::tell(Session& session) {
     if (live_ && live_->device.profile().force_axes == 0) return;       // input only: no force to report
     for (const haptics::FaultText& fault : haptics::faultTexts())
         if ((faults & fault.bit) != 0)
-            say_("the force is off: " + std::string(fault.text) + "; " +
-                 (live_ ? live_->rearm_act : "the device's first button") + " re-arms");
+            say_("force off: " + std::string(fault.text) + "; re-arm with " +
+                 (live_ ? live_->rearm_act : "the device's first button"));
     const SessionLog& log = session.log();
     if (log.awaited == 0) told_awaited_ = 0;
     if (log.awaited == told_awaited_ || double(log.awaited_ticks) * dt_s_ <= kPatience_s) return;
     told_awaited_ = log.awaited;
-    say_("the force waits: " + textsOf(log.awaited));
+    say_("force paused: " + textsOf(log.awaited));
 }
 
 }  // namespace stylet::trainer

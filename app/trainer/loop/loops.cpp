@@ -149,46 +149,13 @@ TickOutput letForceGo(const Attempt& attempt, haptics::Simulation& simulation, S
     return record.output;
 }
 
-// The session thread: sends commands at their time and reads records, until trace and commands are finished
-// or the user ends the attempt. The script's time is the loop's time, tick * dt, so it is used here too: a
-// late loop is waited for.
-void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& session,
-                 LoopChannels& channels, SeenQueue& seen, ContrastFeed* contrast, ForceFeed& force,
-                 const std::function<Attention()>& attentionNow, const std::atomic<bool>& asked_to_end,
-                 const Clock& clock, const LiveHand* live, const std::function<void(const Seen&)>& heard) {
-    const std::int64_t dt_ns = tickOf(attempt), begun_ns = attempt.begun_ns();
-    CommandFeed commands(attempt.hand, givenBefore(attempt));
-    const std::uint64_t first = session.log().last_tick;  // of the beginning
-    std::int64_t hand_ns = begun_ns;
-    const auto over = [&] {
-        return live ? asked_to_end.load() || live->over(double(hand_ns - begun_ns) * 1e-9)
-                    : (hand_ns >= durationOf(attempt.hand) && commands.done(channels.commands)) ||
-                          (force.paused() && asked_to_end.load());  // nobody is left to resume it
-    };
-    while (!stop.stop_requested() && !over() && !force.next()) {
-        commands.until(hand_ns, channels.commands);
-        clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + kSessionPeriod_ns);
-        session.drain(channels);
-        const Attention attention = attentionNow();
-        force.pass(attention == Attention::focused, session, channels.commands);
-        channels.hold.store(attention == Attention::away || force.paused());
-        Seen now = session.seen(session.newest() ? *session.newest() : TickOutput{});
-        now.held = channels.held.load();
-        now.paused = force.paused();
-        if (heard && session.newest()) heard(now);
-        seen.add(session.newMoments(), std::move(now));
-        if (contrast) contrast->give(session.contrast());
-        hand_ns = begun_ns + std::int64_t(session.log().last_tick - first) * dt_ns;
-    }
-}
-
 // Draws captures first, then the newest state. If pictures are lost it reports that once and continues
 // without them.
 class FrameSource {
   public:
-    FrameSource(std::optional<Pictures> pictures, ContrastFeed& contrast)
+    FrameSource(std::unique_ptr<Display> pictures, ContrastFeed& contrast)
         : pictures_(std::move(pictures)), contrast_feed_(&contrast) {}
-    bool open() const { return pictures_.has_value(); }
+    bool open() const { return pictures_ != nullptr; }
     Attention attention() const;
     bool askedToEnd() const { return asked_to_end_; }  // by the runtime
     void show(const Seen&, const std::string& moment);
@@ -196,7 +163,7 @@ class FrameSource {
     PictureTotals totals() const { return pictures_ ? pictures_->totals() : last_; }
 
   private:
-    std::optional<Pictures> pictures_;
+    std::unique_ptr<Display> pictures_;
     ContrastFeed* contrast_feed_;
     patient::ContrastTable contrast_;
     PictureTotals last_;
@@ -205,7 +172,7 @@ class FrameSource {
 
 Attention FrameSource::attention() const {
     if (!pictures_) return Attention::absent;
-    return pictures_->attention ? pictures_->attention() : Attention::focused;
+    return pictures_->attention();
 }
 
 void FrameSource::show(const Seen& seen, const std::string& moment) {
@@ -214,9 +181,10 @@ void FrameSource::show(const Seen& seen, const std::string& moment) {
     try {
         if (pictures_->frame(seen, contrast_.revision > 0 ? &contrast_ : nullptr, moment)) return;
         asked_to_end_ = true;
-        std::fprintf(stderr, "stylet: %s; the attempt goes on without pictures\n", pictures_->ended);
+        std::fprintf(stderr, "stylet: %s; the attempt continues without pictures\n", pictures_->endReason());
     } catch (const std::runtime_error& e) {
-        std::fprintf(stderr, "stylet: pictures were lost: %s; the attempt goes on without them\n", e.what());
+        std::fprintf(stderr, "stylet: pictures were lost: %s; the attempt continues without them\n",
+                     e.what());
     }
     close();
 }
@@ -230,9 +198,9 @@ void FrameSource::close() {
 // Data shared with the frame thread. That thread may hang in the runtime forever and then outlives the
 // attempt.
 struct FrameSide {
-    FrameSide(double dt_s, std::optional<Pictures> pictures, const Clock& clock_in)
+    FrameSide(double dt_s, std::unique_ptr<Display> pictures, const Clock& clock_in)
         : channels(dt_s),
-          worn(pictures.has_value()),
+          worn(pictures != nullptr),
           clock(clock_in),
           frames(followed(std::move(pictures)), contrast) {}
 
@@ -252,8 +220,8 @@ struct FrameSide {
     std::atomic<std::uint64_t> shown{0};
     std::promise<PictureTotals> totals;
 
-    std::optional<Pictures> followed(std::optional<Pictures> pictures) {
-        if (pictures && pictures->follow)
+    std::unique_ptr<Display> followed(std::unique_ptr<Display> pictures) {
+        if (pictures)
             pictures->follow({&channels.tips, [this](Seen& seen_so_far) { seen_so_far = newestSeen(); },
                               [this](Attention now) { attention.store(now); }});
         return pictures;
@@ -265,7 +233,7 @@ struct FrameSide {
         for (int ms = 0; ms < kCutPatience_ms && seen.lacksCutOf(latest); ++ms)
             clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + 1'000'000);
         Seen now = seen.newest(latest);
-        now.held = channels.held.load(), now.to_return_m = channels.to_return_m.load();
+        now.held = channels.paused.load(), now.to_return_m = channels.to_return_m.load();
         return now;
     }
     // Any thread. Reports `absent` if the picture is frozen: the user then no longer sees what is felt.
@@ -309,6 +277,40 @@ struct FrameSide {
     }
 };
 
+// The session thread: sends commands at their time and reads records, until trace and commands are finished
+// or the user ends the attempt. The script's time is the loop's time, tick * dt, so it is used here too: a
+// late loop is waited for.
+void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& session, FrameSide& side,
+                 ForceFeed& force, const RealTimeOptions& options) {
+    LoopChannels& channels = side.channels;
+    const Clock& clock = side.clock;
+    const std::int64_t dt_ns = tickOf(attempt), begun_ns = attempt.begun_ns();
+    CommandFeed commands(attempt.hand, givenBefore(attempt));
+    const std::uint64_t first = session.log().last_tick;  // of the beginning
+    std::int64_t hand_ns = begun_ns;
+    const auto over = [&] {
+        return options.live
+                   ? side.asked_to_end.load() || options.live->over(double(hand_ns - begun_ns) * 1e-9)
+                   : (hand_ns >= durationOf(attempt.hand) && commands.done(channels.commands)) ||
+                         (force.paused() && side.asked_to_end.load());  // nobody is left to resume it
+    };
+    while (!stop.stop_requested() && !over() && !force.next()) {
+        commands.until(hand_ns, channels.commands);
+        clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + kSessionPeriod_ns);
+        session.drain(channels);
+        const Attention attention = side.attentionNow();
+        force.pass(attention == Attention::focused, session, channels.commands);
+        channels.pause.store(attention == Attention::away || force.paused());
+        Seen now = session.seen(session.newest() ? *session.newest() : TickOutput{});
+        now.held = channels.paused.load();
+        now.paused = force.paused();
+        if (options.heard && session.newest()) options.heard(now);
+        side.seen.add(session.newMoments(), std::move(now));
+        if (side.worn) side.contrast.give(session.contrast());
+        hand_ns = begun_ns + std::int64_t(session.log().last_tick - first) * dt_ns;
+    }
+}
+
 // Returns the picture totals after the last frame. Returns nothing if no frame completes within
 // `frame_patience_s`.
 std::optional<PictureTotals> lastPictures(FrameSide& side, double frame_patience_s) {
@@ -333,20 +335,18 @@ std::optional<PictureTotals> lastPictures(FrameSide& side, double frame_patience
 
 }  // namespace
 
-LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<Pictures> pictures,
-                       const Clock& clock, const LiveHand* live,
-                       const std::function<void(const Seen&)>& heard,
-                       const std::function<std::string()>& console, double frame_patience_s) {
+LoopTotals runRealTime(const Attempt& attempt, Session& session, std::unique_ptr<Display> pictures,
+                       const Clock& clock, const RealTimeOptions& options) {
     haptics::Simulation simulation(attempt.patient, attempt.simulation, attempt.touchMap());
     const auto side = std::make_shared<FrameSide>(attempt.simulation.dt_s, std::move(pictures), clock);
     LoopChannels& channels = side->channels;
     LoopTotals totals;
     // A real user takes over as after a pause. A script continues without interruption.
-    const bool resumes = !attempt.beginning.empty() && (live || side->worn);
+    const bool resumes = !attempt.beginning.empty() && (options.live || side->worn);
     if (!attempt.beginning.empty()) {
         TickOutput newest = computeBeginning(attempt, simulation, session);
         if (resumes) newest = letForceGo(attempt, simulation, session);
-        channels.held.store(resumes);
+        channels.paused.store(resumes);
         channels.latest.publish(newest);
         side->seen.add(session.newMoments(), session.seen(newest));
     } else if (side->worn) {
@@ -362,16 +362,15 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
         if (!refused.empty()) std::fprintf(stderr, "stylet: %s\n", refused.c_str());
         const std::int64_t begin_ns = clock.now_ns(clock.context);
         haptics::ReplayDevice scripted(attempt.hand, -attempt.begun_ns(), attempt.simulation.profile);
-        haptics::HapticDevice& device = live ? live->device : scripted;
+        haptics::HapticDevice& device = options.live ? options.live->device : scripted;
         totals.haptics = runLoop(simulation, device, channels, clock);
         totals.elapsed_s = double(clock.now_ns(clock.context) - begin_ns) * 1e-9;
     });
     std::jthread session_thread([&](const std::stop_token& stop) {
         try {
-            ForceFeed force(focused, attempt.simulation.dt_s, live, sayOnStderr, console, resumes);
-            sessionLoop(
-                stop, attempt, session, channels, side->seen, side->worn ? &side->contrast : nullptr, force,
-                [side] { return side->attentionNow(); }, side->asked_to_end, clock, live, heard);
+            ForceFeed force(focused, attempt.simulation.dt_s, options.live, sayOnStderr, options.console,
+                            resumes);
+            sessionLoop(stop, attempt, session, *side, force, options);
             totals.next = force.next();
         } catch (...) {
             failure = std::current_exception();
@@ -395,7 +394,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
             failure = std::current_exception();
         }
     side->ended.store(true);
-    if (auto last = lastPictures(*side, frame_patience_s)) {
+    if (auto last = lastPictures(*side, options.frame_patience_s)) {
         totals.pictures = std::move(*last);
         frame_thread.join();
         if (!failure) failure = side->failure;
@@ -408,7 +407,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::optional<P
     return totals;
 }
 
-LoopTotals runFast(const Attempt& attempt, Session& session, std::optional<Pictures> pictures, double fps,
+LoopTotals runFast(const Attempt& attempt, Session& session, std::unique_ptr<Display> pictures, double fps,
                    const Clock& clock) {
     haptics::Simulation simulation(attempt.patient, attempt.simulation, attempt.touchMap());
     haptics::ReplayDevice device(attempt.hand, 0, attempt.simulation.profile);
@@ -425,7 +424,7 @@ LoopTotals runFast(const Attempt& attempt, Session& session, std::optional<Pictu
     for (std::int64_t now_ns = attempt.begun_ns();
          now_ns <= durationOf(attempt.hand) || !commands.done(channels.commands); now_ns += dt_ns) {
         commands.until(now_ns, channels.commands);
-        loopTick(simulation, device, channels, totals.haptics, now_ns, clock);
+        loopTick(simulation, device, channels, totals.haptics, now_ns, {clock});
         session.drain(channels);
         force.pass(true, session, channels.commands);
         for (const Moment& moment : session.newMoments()) {

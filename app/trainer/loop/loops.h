@@ -3,11 +3,13 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "app/trainer/attempt/attempt.h"
 #include "app/trainer/attempt/commands.h"
+#include "app/trainer/attempt/config.h"
 #include "app/trainer/session/contrast_feed.h"
 #include "app/trainer/session/instructor.h"
 #include "app/trainer/session/session.h"
@@ -38,26 +40,26 @@ struct LiveHand {
     std::function<void(const haptics::TickOutput&)> felt{};  // session thread, often: the newest tick
 };
 
-// Time limit for the runtime's last frame, or for opening a new headset session.
-inline constexpr double kFramePatience_s = 15.0;
+// Optional parts of a real-time attempt.
+struct RealTimeOptions {
+    const LiveHand* live = nullptr;              // null: the attempt's scripted input
+    std::function<void(const Seen&)> heard{};    // session thread, often: the newest state, for sound
+    std::function<std::string()> console{};      // session thread, often: text an instructor has typed
+    double frame_patience_s = kFramePatience_s;  // see AttemptConfig
+};
 
 // Runs haptics, session and frames on their own threads; frames run at the runtime's rate. Captures have
 // priority over live frames, and all of them are drawn before the loop returns. `clock` must be steady.
 // With pictures the force follows the headset's focus: it starts when the headset gains focus and ends when
 // it loses focus. A live attempt ends when the runtime asks the program to end. A scripted one continues
 // without pictures.
-// `heard`: session thread, often: the newest state to show and to play as sound. `console`: session thread,
-// often: text an instructor typed since the last call. `frame_patience_s`: time limit at the end for the
-// runtime's last frame, or for opening a new headset session.
-LoopTotals runRealTime(const Attempt&, Session&, std::optional<Pictures>, const haptics::Clock& clock,
-                       const LiveHand* live = nullptr, const std::function<void(const Seen&)>& heard = {},
-                       const std::function<std::string()>& console = {},
-                       double frame_patience_s = kFramePatience_s);
+LoopTotals runRealTime(const Attempt&, Session&, std::unique_ptr<Display>, const haptics::Clock& clock,
+                       const RealTimeOptions& = {});
 
 // Runs everything on one thread in virtual time and draws `fps` frames per simulated second in addition to
 // the captures. The inputs are the same every time: nobody wears a headset, so the focus is ignored. The
 // clock only times the steps.
-LoopTotals runFast(const Attempt&, Session&, std::optional<Pictures>, double fps,
+LoopTotals runFast(const Attempt&, Session&, std::unique_ptr<Display>, double fps,
                    const haptics::Clock& clock);
 
 }  // namespace stylet::trainer

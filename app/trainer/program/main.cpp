@@ -25,133 +25,160 @@ namespace {
 
 // Files and addresses that some devices need.
 void addDeviceOptions(CLI::App& app, stylet::haptics::DeviceOptions& o) {
-    app.add_option("--device-model", o.model, "woodenhaptics: the JSON file of its dimensions");
-    app.add_option("--firmware", o.firmware, "falcon: the firmware image it is loaded with");
-    app.add_option("--calibration", o.calibration, "falcon: its calibration of newtons per count");
-    app.add_option("--device-force-n", o.force_peak_n, "inverse3: its largest force, from the data sheet")
+    app.add_option("--device-model", o.model, "woodenhaptics: JSON file with the dimensions of the device.");
+    app.add_option("--firmware", o.firmware, "falcon: firmware image to load into the device.");
+    app.add_option("--calibration", o.calibration, "falcon: calibration file, newtons per count.");
+    app.add_option("--device-force-n", o.force_peak_n, "inverse3: maximum force [N], from its data sheet.")
         ->check(CLI::Range(0.1, 30.0));
-    app.add_option("--port", o.port, "inverse3: the port of Haply's service, when not the usual one");
-    app.add_option("--socket", o.socket, "bridge: the socket it listens on, when not the usual one");
+    app.add_option("--port", o.port, "inverse3: port of Haply's service (default: the usual one).");
+    app.add_option("--socket", o.socket, "bridge: socket to listen on (default: the usual one).");
 }
 
 CLI::Option* addDatabase(CLI::App& app, std::string& database) {
     return app
         .add_option(
             "--database", database,
-            "the training centre's PostgreSQL, postgresql://USER@HOST/NAME or \"host=... dbname=...\" "
-            "(default: $STYLET_DATABASE, which keeps a password from the process list)")
+            "PostgreSQL database of the training centre: postgresql://USER@HOST/NAME or \"host=... "
+            "dbname=...\" (default: $STYLET_DATABASE, which keeps a password out of the process list).")
         ->envname("STYLET_DATABASE");
 }
 
 void addHand(CLI::App& run, stylet::trainer::RunOptions& o) {
-    run.add_option("--device", o.device,
-                   "whose hand: scripted, replay, controllers, mouse (in the window, with its keys), or a "
-                   "device that "
-                   "\"stylet devices\" lists")
+    run.add_option("--device", o.config.device,
+                   "Input: scripted, replay, controllers, mouse (in the mirror window, with its keys), or a "
+                   "device listed by \"stylet devices\".")
         ->capture_default_str();
-    run.add_option("--hand", o.hand, "with --device controllers: the hand that has the tool")
+    run.add_option("--hand", o.config.hand, "With --device controllers: the hand that holds the tool.")
         ->check(CLI::IsMember({"left", "right"}))
         ->capture_default_str();
-    run.add_option("--trace", o.trace, "replay: the hand's CSV file");
-    run.add_option("--seconds", o.seconds, "a device: ends after so long (default: with Ctrl-C)")
+    run.add_option("--trace", o.config.trace, "With --device replay: CSV file of the recorded input.");
+    run.add_option("--seconds", o.config.seconds,
+                   "With a device: end the attempt after this time [s] (default: on Ctrl-C).")
         ->check(CLI::Range(0.1, 86400.0));
-    addDeviceOptions(run, o.device_options);
+    addDeviceOptions(run, o.config.device_options);
+}
+
+void addView(CLI::App& run, stylet::trainer::AttemptConfig& config) {
+    run.add_flag(
+        "--passthrough", config.passthrough,
+        "Show the real room behind the patient and the equipment, if the headset supports passthrough.");
+    run.add_flag("--foveation", config.foveation,
+                 "Foveated rendering: cast fewer rays outside the centre of the view.");
+    run.add_flag("--seated", config.seated, "Seated mode: lower the stage to the user's eye height.");
+    run.add_option("--budget-ms", config.budget_ms,
+                   "Frame-time budget [ms]; the resolution adapts to it (default: on a GPU, the runtime's "
+                   "frame period).")
+        ->check(CLI::Range(1.0, 1000.0));
+}
+
+void addMirrorAndSound(CLI::App& run, stylet::trainer::RunOptions& o) {
+    CLI::Option* mirror = run.add_flag_callback(
+        "--mirror", [&o] { o.mirror = true; },
+        "Open a mirror window (default: when a display is available, without --headless and --fast).");
+    run.add_flag_callback(
+           "--no-mirror", [&o] { o.mirror = false; }, "Do not open a window.")
+        ->excludes(mirror);
+    CLI::Option* sound = run.add_flag_callback(
+        "--sound", [&o] { o.sound = true; },
+        "Play sound through the default audio device (default: on, without --headless).");
+    run.add_flag_callback("--mute", [&o] { o.sound = false; }, "Do not play sound.")->excludes(sound);
 }
 
 void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
     CLI::App* run = app.add_subcommand(
-        "run", "an attempt: a scripted hand's, or yours on a device; pictures, record, summary");
-    run->add_option("--scenario", o.scenario, "name in assets/scenarios, or a .toml file")
+        "run", "Run an attempt with scripted input or a device. Writes pictures, a record and a summary.");
+    run->add_option("--scenario", o.config.scenario, "Scenario: a name in assets/scenarios, or a .toml file.")
         ->default_str("demo");
-    run->add_option("--from", o.from,
-                    "ATTEMPT[@BOOKMARK]: again from there (its folder or its id in the store; the bookmark's "
-                    "number or text, default the last)");
-    run->add_option("--patient", o.patient, "patient package; default: the reference patient of the seed");
-    run->add_option("--full", o.full,
-                    "the same CT fully segmented, as a package: the force over it is compared with what is "
-                    "felt, of a patient who is only partially segmented");
-    run->add_option("--seed", o.seed, "seed of patient and hand")
+    run->add_option(
+           "--from", o.from,
+           "Restart an earlier attempt (folder or id) at a bookmark (number or text; default: the last "
+           "one).")
+        ->type_name("ATTEMPT[@BOOKMARK]");
+    run->add_option("--patient", o.config.patient,
+                    "Patient package (default: the reference patient of the seed).");
+    run->add_option(
+           "--full", o.config.full,
+           "Fully segmented package of the same CT. Its force is computed alongside and compared with "
+           "the force the user feels.")
+        ->type_name("DIR");
+    run->add_option("--seed", o.config.seed, "Seed of the reference patient and of the scripted input.")
         ->check([](const std::string& text) { return text.starts_with('-') ? text + " is negative" : ""; })
         ->capture_default_str();
-    run->add_option("--spacing-mm", o.spacing_mm, "voxel size of a reference patient")
+    run->add_option("--spacing-mm", o.config.spacing_mm, "Voxel size of a reference patient [mm].")
         ->check(CLI::Range(0.5, 5.0))
         ->capture_default_str();
-    run->add_option("--path", o.path,
-                    "the reference path: N, the patient's N-th best (default: his best), or the folder of an "
-                    "expert's attempt on him, the way of its needle");
-    run->add_option("--rate-hz", o.rate_hz, "ticks a second of the haptics loop")
+    run->add_option("--path", o.config.path,
+                    "Reference path: the patient's N-th best planned path (default 1), or an attempt folder "
+                    "whose needle track is used instead.")
+        ->type_name("N|DIR");
+    run->add_option("--rate-hz", o.config.rate_hz, "Rate of the haptics loop [Hz].")
         ->check(CLI::Range(1000.0, 4000.0))
         ->capture_default_str();
-    CLI::Option* out = run->add_option("--out", o.out, "folder for summary, pictures and record");
+    CLI::Option* out =
+        run->add_option("--out", o.config.folder, "Folder for the summary, the pictures and the record.");
     CLI::Option* trainee =
         run->add_option(
-               "--trainee", o.trainee,
-               "a pseudonym (letters, digits, . _ -): the attempt is kept in the store, with its score, "
-               "instead of --out")
+               "--trainee", o.config.trainee,
+               "Pseudonym of the trainee (letters, digits, . _ -). Store the attempt and its score in the "
+               "store instead of --out.")
             ->excludes(out);
-    run->add_option("--records", o.records, "the store's folder (default: $XDG_DATA_HOME/stylet/records)")
+    run->add_option("--records", o.records, "Folder of the store (default: $XDG_DATA_HOME/stylet/records).")
         ->needs(trainee);
     addDatabase(*run, o.database);
     run->parse_complete_callback([&o] {
-        if (o.out.empty() && o.trainee.empty()) throw CLI::RequiredError("--out or --trainee");
+        if (o.config.folder.empty() && o.config.trainee.empty())
+            throw CLI::RequiredError("--out or --trainee");
     });
-    run->add_flag("--headless", o.headless, "use the bundled mock runtime unless XR_RUNTIME_JSON names one");
-    run->add_flag("--fast", o.fast, "virtual clock: as fast as it goes, the same hash every time");
-    run->add_option("--fps", o.fps, "frames a simulated second with --fast (default 0: none)")
+    run->add_flag("--headless", o.config.headless,
+                  "Use the bundled mock runtime, unless XR_RUNTIME_JSON names another one.");
+    run->add_flag("--fast", o.config.fast,
+                  "Run on a virtual clock, as fast as possible. The state hash is reproducible.");
+    run->add_option("--fps", o.fps, "With --fast: frames to render per simulated second (default 0: none).")
         ->check(CLI::Range(0.0, 1000.0));
-    run->add_option("--look", o.look, "how the patient is shown: reveal or closed")
+    run->add_option(
+           "--look", o.look,
+           "How to show the patient: reveal (translucent, with ducts, vessels and ribs) or closed (skin).")
         ->check(CLI::IsMember({"reveal", "closed"}))
         ->capture_default_str();
-    run->add_flag("--passthrough", o.passthrough,
-                  "the real room behind patient and machines, where the headset shows it");
-    run->add_flag("--foveation", o.foveation, "fewer rays beside the middle of the view");
-    run->add_flag("--seated", o.seated, "the room comes down to the eyes of who sits");
-    run->add_option("--budget-ms", o.budget_ms,
-                    "of a frame: the resolution keeps to it (default: on a GPU the runtime's pace)")
-        ->check(CLI::Range(1.0, 1000.0));
-    run->add_option("--patience", o.frame_patience_s,
-                    "Seconds that the OpenXR runtime gets for its last frame before the program ends "
-                    "without it.")
+    addView(*run, o.config);
+    run->add_option(
+           "--patience", o.config.frame_patience_s,
+           "Time to wait for the OpenXR runtime's last frame [s] before the program ends without it.")
         ->check(CLI::Range(0.1, 600.0))
         ->capture_default_str();
-    CLI::Option* mirror = run->add_flag_callback(
-        "--mirror", [&o] { o.mirror = true; },
-        "a window for who has no headset on, or instead of one (default: where there is a display, without "
-        "--headless and --fast)");
-    run->add_flag_callback("--no-mirror", [&o] { o.mirror = false; }, "no window")->excludes(mirror);
-    CLI::Option* sound = run->add_flag_callback(
-        "--sound", [&o] { o.sound = true; }, "through the default device (default: without --headless)");
-    run->add_flag_callback("--mute", [&o] { o.sound = false; }, "no sound")->excludes(sound);
+    addMirrorAndSound(*run, o);
     run->add_option(
            "--difficulty", o.difficulty,
-           "how much is shown: guided (all), practice (no path in the air, no next step), exam (only "
-           "what a real room has); default: guided in a trainee's first run, else practice")
+           "How much help to show: guided (all), practice (no path in the air, no next step) or exam (only "
+           "what a real room shows). Default: guided in a trainee's first run, else practice.")
         ->check(CLI::IsMember({"guided", "practice", "exam"}));
-    run->add_flag("--stats", o.stats, "print what the pictures did not need to draw");
-    run->add_flag("--validation", o.validation, "Vulkan validation and synchronisation layers");
+    run->add_flag("--stats", o.config.stats, "Print how much of the scene the renderer could skip.");
+    run->add_flag("--validation", o.config.validation,
+                  "Enable the Vulkan validation and synchronisation layers.");
     addHand(*run, o);
     run->footer(stylet::trainer::describeWords() + stylet::trainer::describeInstructorWords());
 }
 
 void addReplay(CLI::App& app, stylet::trainer::ReplayOptions& o) {
-    CLI::App* replay = app.add_subcommand("replay", "compute a record again and compare its hashes");
+    CLI::App* replay = app.add_subcommand("replay", "Replay a record and compare its state hashes.");
     replay->add_option("--save-hand", o.save_hand,
-                       "also write the recorded hand as CSV, for --device replay");
-    replay->add_option("record", o.record, "the record's folder")->required();
-    replay->add_option("--out", o.out, "folder for summary and pictures")->required();
-    replay->add_option("--patient", o.patient, "patient package, if it has moved");
-    replay->add_option("--full", o.full, "the same CT fully segmented, as with run");
-    replay->add_flag("--fast", o.fast, "as fast as it goes");
-    CLI::Option* show = replay->add_flag(
-        "--show", o.show, "in a headset, else in a window: scrubbed, slow or fast, from any side");
-    replay->add_flag("--window", o.window, "with --show: in a window, though there is a headset")
+                       "Also write the recorded input as CSV, for --device replay.");
+    replay->add_option("record", o.record, "Folder of the record.")->required();
+    replay->add_option("--out", o.out, "Folder for the summary and the pictures.")->required();
+    replay->add_option("--patient", o.patient, "Patient package, if it has moved.");
+    replay->add_option("--full", o.full, "Fully segmented package of the same CT, as in \"stylet run\".");
+    replay->add_flag("--fast", o.fast, "Replay as fast as possible.");
+    CLI::Option* show = replay->add_flag("--show", o.show,
+                                         "Show the attempt in a headset, or else in a window: scrub it, play "
+                                         "it slowly or fast, view it from any side.");
+    replay->add_flag("--window", o.window, "With --show: use a window even if a headset is connected.")
         ->needs(show);
-    replay->add_option("--at", o.at_s, "with --show: it stands there, in seconds, until it is played")
+    replay->add_option("--at", o.at_s, "With --show: start paused at this time [s].")
         ->needs(show)
         ->check(CLI::Range(0.0, 86400.0));
     replay
         ->add_option("--ghost", o.ghost,
-                     "with --show: an expert's attempt on the same patient, its needle beside")
+                     "With --show: an expert's attempt on the same patient, whose needle is shown beside.")
         ->needs(show);
 }
 
@@ -160,116 +187,131 @@ using RecordsCommand = int (*)(const stylet::records::RecordsOptions&);
 // `stylet records ...`; sets `chosen` to the selected command.
 void addRecords(CLI::App& app, stylet::records::RecordsOptions& o, RecordsCommand& chosen) {
     namespace records = stylet::records;
-    CLI::App* all = app.add_subcommand("records", "the attempts that \"run --trainee\" has kept");
+    CLI::App* all = app.add_subcommand(
+        "records", "List, check, export and delete the attempts stored by \"run --trainee\".");
     all->require_subcommand(1);
     const auto add = [&](const char* name, const char* what, RecordsCommand command) {
         CLI::App* one = all->add_subcommand(name, what);
-        one->add_option("--records", o.store, "the store's folder (default: $XDG_DATA_HOME/stylet/records)");
+        one->add_option("--records", o.store,
+                        "Folder of the store (default: $XDG_DATA_HOME/stylet/records).");
         one->callback([&chosen, command] { chosen = command; });
         return one;
     };
-    add("list", "a line for each attempt, oldest first", records::listAttempts)
-        ->add_option("--trainee", o.trainee, "only his");
-    add("show", "all that the index says of an attempt, and where its files are", records::showAttempt)
-        ->add_option("id", o.id, "the attempt")
+    add("list", "Print one line for each attempt, oldest first.", records::listAttempts)
+        ->add_option("--trainee", o.trainee, "Only this trainee.");
+    add("show", "Print the index entry of an attempt and the location of its files.", records::showAttempt)
+        ->add_option("id", o.id, "Id of the attempt.")
         ->required();
-    add("recover", "what a crash has cut short, and whether every byte is as it was stored (exit 1: not)",
+    add("recover", "Repair the store after a crash and verify every stored byte (exit 1: damage found).",
         records::recoverStore);
-    CLI::App* taken = add("export", "tables, files and their checksums, into a folder", records::exportStore);
-    taken->add_option("folder", o.out, "made, or empty")->required();
-    taken->add_option("--trainee", o.trainee, "only his");
-    add("delete", "a trainee's attempts, here and with the next sync at the training centre",
+    CLI::App* taken =
+        add("export", "Export tables, files and their checksums into a folder.", records::exportStore);
+    taken->add_option("folder", o.out, "New or empty folder.")->required();
+    taken->add_option("--trainee", o.trainee, "Only this trainee.");
+    add("delete", "Delete a trainee's attempts here, and at the training centre on the next sync.",
         records::deleteTrainee)
-        ->add_option("--trainee", o.trainee, "whose")
+        ->add_option("--trainee", o.trainee, "Pseudonym of the trainee.")
         ->required();
-    addDatabase(*add("sync", "what waits, to the training centre, once (exit 1: something still waits)",
-                     records::syncStore),
-                o.database)
+    addDatabase(
+        *add("sync", "Send pending attempts to the training centre once (exit 1: some are still pending).",
+             records::syncStore),
+        o.database)
         ->required();
 }
 
 void addCurves(CLI::App& app, stylet::trainer::CurvesOptions& o) {
-    CLI::App* curves = app.add_subcommand("curves", "pictures of what the force table feels like");
-    curves->add_option("--table", o.table, "TOML with [[tissue]] and [thresholds]; default: the shipped one");
-    curves->add_option("--out", o.out, "folder for the pictures")->required();
+    CLI::App* curves = app.add_subcommand("curves", "Draw force curves of a tissue table.");
+    curves->add_option("--table", o.table,
+                       "TOML file with [[tissue]] and [thresholds] (default: the shipped table).");
+    curves->add_option("--out", o.out, "Folder for the pictures.")->required();
 }
 
 void addPalpate(CLI::App& app, stylet::trainer::PalpateOptions& o) {
-    CLI::App* palpate = app.add_subcommand("palpate", "the right flank under the finger: ribs and gaps");
-    palpate->add_option("--out", o.out, "folder for the picture and its numbers")->required();
+    CLI::App* palpate = app.add_subcommand(
+        "palpate", "Draw the force that a finger feels on the right flank: ribs and gaps.");
+    palpate->add_option("--out", o.out, "Folder for the picture and its values.")->required();
     palpate->add_option("--patient", o.patient,
-                        "patient package; default: the reference patient of the seed");
-    palpate->add_option("--seed", o.seed, "seed of a reference patient")->capture_default_str();
-    palpate->add_option("--spacing-mm", o.spacing_mm, "voxel size of a reference patient")
+                        "Patient package (default: the reference patient of the seed).");
+    palpate->add_option("--seed", o.seed, "Seed of a reference patient.")->capture_default_str();
+    palpate->add_option("--spacing-mm", o.spacing_mm, "Voxel size of a reference patient [mm].")
         ->check(CLI::Range(0.5, 5.0))
         ->capture_default_str();
-    palpate->add_flag("--breathing", o.breathing, "while the patient breathes; default: the breath held");
+    palpate->add_flag("--breathing", o.breathing, "Let the patient breathe (default: breath-hold).");
 }
 
 void addFilm(CLI::App& app, stylet::trainer::FilmOptions& o) {
-    CLI::App* film =
-        app.add_subcommand("film", "a scenario's breath: dome and signal, coronal and stereo film");
-    film->add_option("--out", o.out, "folder for table, curve and pictures")->required();
-    film->add_option("--scenario", o.scenario, "name in assets/scenarios, or a .toml file")
+    CLI::App* film = app.add_subcommand(
+        "film", "Draw a scenario's breathing: dome and signal curves, coronal and stereo film.");
+    film->add_option("--out", o.out, "Folder for the table, the curve and the pictures.")->required();
+    film->add_option("--scenario", o.scenario, "Scenario: a name in assets/scenarios, or a .toml file.")
         ->capture_default_str();
-    film->add_option("--patient", o.patient, "patient package; default: the reference patient of the seed");
-    film->add_option("--seed", o.seed, "seed of patient and breath")->capture_default_str();
-    film->add_option("--spacing-mm", o.spacing_mm, "voxel size of a reference patient")
+    film->add_option("--patient", o.patient, "Patient package (default: the reference patient of the seed).");
+    film->add_option("--seed", o.seed, "Seed of the reference patient and of its breathing.")
+        ->capture_default_str();
+    film->add_option("--spacing-mm", o.spacing_mm, "Voxel size of a reference patient [mm].")
         ->check(CLI::Range(0.5, 5.0))
         ->capture_default_str();
-    film->add_option("--recording", o.recording, "CSV of a marker's track in place of the scenario's rhythm");
-    film->add_option("--frames", o.frames, "pictures of the film")
+    film->add_option("--recording", o.recording,
+                     "CSV file of a marker's motion, used instead of the scenario's breathing.");
+    film->add_option("--frames", o.frames, "Number of film frames.")
         ->check(CLI::Range(1, 120))
         ->capture_default_str();
-    film->add_option("--seconds", o.seconds, "of the film; default: one breath")
+    film->add_option("--seconds", o.seconds, "Length of the film [s] (default: one breath).")
         ->check(CLI::Range(0.1, 600.0));
-    film->add_flag("!--no-stereo", o.stereo, "coronal slices only");
+    film->add_flag("!--no-stereo", o.stereo, "Draw coronal slices only.");
 }
 
 void addLooks(CLI::App& app, stylet::trainer::LooksOptions& o) {
-    CLI::App* looks = app.add_subcommand("looks", "what a headset shows of a patient, both eyes");
-    looks->add_option("--out", o.out, "folder for the pictures")->required();
-    looks->add_option("--patient", o.patient, "patient package; default: the reference patient of the seed");
-    looks->add_option("--seed", o.seed, "seed of a reference patient")->capture_default_str();
-    looks->add_option("--spacing-mm", o.spacing_mm, "voxel size of a reference patient")
+    CLI::App* looks = app.add_subcommand("looks", "Render a patient as a headset shows it, for both eyes.");
+    looks->add_option("--out", o.out, "Folder for the pictures.")->required();
+    looks->add_option("--patient", o.patient,
+                      "Patient package (default: the reference patient of the seed).");
+    looks->add_option("--seed", o.seed, "Seed of a reference patient.")->capture_default_str();
+    looks->add_option("--spacing-mm", o.spacing_mm, "Voxel size of a reference patient [mm].")
         ->check(CLI::Range(0.5, 5.0))
         ->capture_default_str();
-    looks->add_option("--pixels", o.pixels, "of an eye's picture, along either side")
+    looks->add_option("--pixels", o.pixels, "Width and height of an eye's picture, in pixels.")
         ->check(CLI::Range(32, 4096))
         ->capture_default_str();
 }
 
 void addImaging(CLI::App& app, stylet::trainer::ImagingOptions& o) {
     CLI::App* imaging = app.add_subcommand(
-        "imaging", "what ultrasound and X-ray show of a patient, with needle and contrast");
-    imaging->add_option("--out", o.out, "folder for the pictures")->required();
+        "imaging", "Draw ultrasound and X-ray pictures of a patient, with needle and contrast medium.");
+    imaging->add_option("--out", o.out, "Folder for the pictures.")->required();
     imaging->add_option("--patient", o.patient,
-                        "patient package; default: the reference patient of the seed");
-    imaging->add_option("--seed", o.seed, "seed of a reference patient")->capture_default_str();
-    imaging->add_option("--spacing-mm", o.spacing_mm, "voxel size of a reference patient")
+                        "Patient package (default: the reference patient of the seed).");
+    imaging->add_option("--seed", o.seed, "Seed of a reference patient.")->capture_default_str();
+    imaging->add_option("--spacing-mm", o.spacing_mm, "Voxel size of a reference patient [mm].")
         ->check(CLI::Range(0.5, 5.0))
         ->capture_default_str();
 }
 
 void addRegister(CLI::App& app, stylet::trainer::RegisterOptions& o) {
     CLI::App* reg = app.add_subcommand(
-        "register", "where the haptic device stands in the headset's room: a wizard in the headset");
-    reg->add_option("--device", o.device, "one that \"stylet devices\" lists, or replay")->required();
-    reg->add_option("--trace", o.trace, "replay: the hand's CSV file");
-    reg->add_option("--points", o.points, "places to touch")->check(CLI::Range(4, 34))->capture_default_str();
-    reg->add_flag("--in-motion", o.in_motion, "tip on tip through the whole space, instead of points");
-    reg->add_flag("--redo", o.redo, "without asking first whether an earlier one still holds");
-    reg->add_option("--touches", o.touches, "places touched again when asking that")
+        "register",
+        "Measure where the haptic device stands in the headset's room, with a wizard in the headset.");
+    reg->add_option("--device", o.device, "Device listed by \"stylet devices\", or replay.")->required();
+    reg->add_option("--trace", o.trace, "With --device replay: CSV file of the recorded input.");
+    reg->add_option("--points", o.points, "Number of points to touch.")
+        ->check(CLI::Range(4, 34))
+        ->capture_default_str();
+    reg->add_flag("--in-motion", o.in_motion,
+                  "Move both tips together through the whole workspace instead of touching points.");
+    reg->add_flag("--redo", o.redo, "Register again without first checking an earlier registration.");
+    reg->add_option("--touches", o.touches,
+                    "Number of points to touch when checking an earlier registration.")
         ->check(CLI::Range(1, 8))
         ->capture_default_str();
-    reg->add_option("--hand", o.hand, "that holds the controller: left or right")
+    reg->add_option("--hand", o.hand, "Hand that holds the controller: left or right.")
         ->check(CLI::IsMember({"left", "right"}))
         ->capture_default_str();
     reg->add_option("--tip-mm", o.grip_from_tip_mm,
-                    "x y z of the controller's tip in its grip frame, where it is known")
+                    "Position x y z of the controller's tip in its grip frame [mm], if known.")
         ->expected(3);
-    reg->add_option("--out", o.out, "file to keep it in (default: where \"stylet run\" looks for it)");
-    reg->add_flag("--validation", o.validation, "Vulkan validation and synchronisation layers");
+    reg->add_option("--out", o.out,
+                    "File to write the registration to (default: where \"stylet run\" looks for it).");
+    reg->add_flag("--validation", o.validation, "Enable the Vulkan validation and synchronisation layers.");
     addDeviceOptions(*reg, o.device_options);
 }
 
@@ -280,24 +322,25 @@ struct DevicesOptions {
 };
 
 void addDevices(CLI::App& app, DevicesOptions& o) {
-    CLI::App* devices =
-        app.add_subcommand("devices", "which devices there are, in which state, with which limits");
-    devices->add_flag("--json", o.json, "for programs");
-    devices->add_option("--calibrate", o.calibrate,
-                        "falcon: measure its newtons with a kitchen scale, into this file");
+    CLI::App* devices = app.add_subcommand("devices", "List the haptic devices with their state and limits.");
+    devices->add_flag("--json", o.json, "Print JSON.");
+    devices->add_option(
+        "--calibrate", o.calibrate,
+        "falcon: calibrate its force with a kitchen scale and write the result to this file.");
     addDeviceOptions(*devices, o.options);
 }
 
 void addDoctor(CLI::App& app, stylet::trainer::DoctorOptions& o) {
     CLI::App* doctor = app.add_subcommand(
-        "doctor", "what this machine has for the trainer, what stands in the way, and what to do about it");
-    doctor->add_flag("--json", o.json, "for programs");
-    doctor->add_option("--records", o.records, "also read every record in this folder");
+        "doctor",
+        "Check this computer for the trainer: list what is present, what is missing and how to fix it.");
+    doctor->add_flag("--json", o.json, "Print JSON.");
+    doctor->add_option("--records", o.records, "Also read every record in this folder.");
     doctor
         ->add_option_function<double>(
             "--patience",
             [&o](double seconds) { o.patience = std::chrono::milliseconds(std::llround(1e3 * seconds)); },
-            "seconds that a runtime and a driver get to answer (default 5)")
+            "Time to wait for an answer of a runtime or driver [s] (default 5).")
         ->check(CLI::Range(0.1, 600.0));
     addDeviceOptions(*doctor, o.devices);
 }

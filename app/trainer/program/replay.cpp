@@ -10,6 +10,7 @@
 #include "app/trainer/display/replay_show.h"
 #include "app/trainer/program/results.h"
 #include "app/trainer/stores/platform_linux.h"
+#include "base/hex.h"
 #include "haptics/devices/replay.h"
 
 namespace stylet::trainer {
@@ -19,15 +20,14 @@ namespace {
 void reportDamage(const records::Record& record) {
     if (record.torn_bytes > 0)
         std::fprintf(stderr,
-                     "stylet: the record is torn: %llu bytes behind its last whole frame were cut off\n",
+                     "stylet: the record is damaged: %llu bytes after its last complete frame were removed\n",
                      static_cast<unsigned long long>(record.torn_bytes));
     if (record.info.lost)
-        std::fprintf(stderr,
-                     "stylet: ticks %llu to %llu were lost as they were recorded; the record ends there\n",
+        std::fprintf(stderr, "stylet: ticks %llu to %llu were lost during recording; the record ends there\n",
                      static_cast<unsigned long long>(record.info.lost->first),
                      static_cast<unsigned long long>(record.info.lost->last));
     if (!record.info.end)
-        std::fprintf(stderr, "stylet: the attempt was cut short; what is there is replayed\n");
+        std::fprintf(stderr, "stylet: the attempt was cut short; replaying the recorded part\n");
 }
 
 // Compares the stored samples of a trainee's attempt with the recomputed ones.
@@ -67,15 +67,14 @@ class StoredSamples {
 
 void reportOutcome(const records::Record& record, const records::ReplayResult& result) {
     std::printf("replayed %llu ticks: state hash %s, %s\n", static_cast<unsigned long long>(result.ticks),
-                records::hexOf(result.state_hash).c_str(),
-                result.equal() ? "as recorded" : "NOT as recorded");
+                hexText(result.state_hash).c_str(), result.equal() ? "as recorded" : "NOT as recorded");
     if (result.differs_at)
         std::printf("  first difference within the %u ticks before tick %llu\n", records::kFrameTicks,
                     static_cast<unsigned long long>(result.differs_at->ticks));
     if (result.end_missed)
         std::printf("  recorded: tick %llu, state hash %s\n",
                     static_cast<unsigned long long>(record.info.end->tick),
-                    records::hexOf(record.info.end->state_hash).c_str());
+                    hexText(record.info.end->state_hash).c_str());
 }
 
 // Converts the recorded poses to a trace of the replay device, which is beside the patient. Ticks without a

@@ -14,6 +14,8 @@
 #include "app/report/slices.h"
 #include "app/trainer/session/flight.h"
 #include "base/format.h"
+#include "base/hex.h"
+#include "base/statistics.h"
 #include "base/whole_file.h"
 
 namespace stylet::trainer {
@@ -165,7 +167,7 @@ json contrastJson(const patient::ContrastStatus& status) {
 json spreadOf(std::vector<double> values) {
     std::sort(values.begin(), values.end());
     const auto at = [&](double share) {
-        return values.empty() ? json(nullptr) : json(values[std::size_t(share * double(values.size() - 1))]);
+        return values.empty() ? json(nullptr) : json(values[lowerRank(values.size(), share)]);
     };
     return {{"p1", at(0.01)}, {"median", at(0.5)}, {"p99", at(0.99)}};
 }
@@ -198,7 +200,7 @@ json frameTimesJson(const std::vector<FrameTime>& times) {
             values.push_back(time.*part);
         std::sort(values.begin(), values.end());
         const auto at = [&](double share) {
-            return values.empty() ? 0.0 : values[std::size_t(share * double(values.size() - 1))];
+            return values.empty() ? 0.0 : values[lowerRank(values.size(), share)];
         };
         return json{{"median", at(0.5)}, {"p99", at(0.99)}};
     };
@@ -256,7 +258,7 @@ json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, con
             {"ultrasound", {{"scans", totals.pictures.scans}, {"all_ms", totals.pictures.ultrasound_ms}}},
             {"xray", {{"pictures", totals.pictures.xray_pictures}, {"all_ms", totals.pictures.xray_ms}}},
             {"skips", skips},
-            {"state_hash", records::hexOf(log.state_hash)}};
+            {"state_hash", hexText(log.state_hash)}};
 }
 
 std::vector<report::ForceMark> cutMarks(const SessionLog& log) {
@@ -395,14 +397,12 @@ void printResults(const AttemptFacts& facts, const SessionLog& log, const LoopTo
     std::printf("  %llu ticks, %llu late, longest step %.1f us; %llu frames; state hash %s\n",
                 static_cast<unsigned long long>(totals.haptics.ticks),
                 static_cast<unsigned long long>(totals.haptics.late_ticks), totals.haptics.max_step_us,
-                static_cast<unsigned long long>(totals.pictures.frames),
-                records::hexOf(log.state_hash).c_str());
+                static_cast<unsigned long long>(totals.pictures.frames), hexText(log.state_hash).c_str());
     const std::uint32_t faults = totals.haptics.faults | log.faults;
     for (const haptics::FaultText& fault : haptics::faultTexts())
         if ((faults & fault.bit) != 0) std::printf("  fault %s: %s\n", fault.name, fault.text);
     if (const std::uint64_t lost = totals.flights_missed + log.more_flights)
-        std::printf("  %llu more faults without a history of their own\n",
-                    static_cast<unsigned long long>(lost));
+        std::printf("  %llu more faults without a recorded history\n", static_cast<unsigned long long>(lost));
     if (skips)
         for (const auto& [name, count] : totals.pictures.skips)
             std::printf("  skipped: %-20s %llu\n", name.c_str(), static_cast<unsigned long long>(count));

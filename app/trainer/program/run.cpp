@@ -55,15 +55,15 @@ records::RecordInfo recordInfo(const AttemptFacts& facts, const Scenario& scenar
     return info;
 }
 
-records::AttemptInfo attemptInfo(const RunOptions& options, const AttemptFacts& facts,
+records::AttemptInfo attemptInfo(const AttemptConfig& config, const AttemptFacts& facts,
                                  const records::RecordHeader& header, double gain,
                                  const std::optional<Registration>& registration) {
     records::AttemptInfo info;
-    info.trainee = options.trainee;
+    info.trainee = config.trainee;
     info.device = facts.device;
     info.patient = facts.patient_name;
     info.scenario = facts.scenario;
-    info.difficulty = options.difficulty;
+    info.difficulty = training::nameOf(config.difficulty);
     info.program_version = STYLET_VERSION;
     info.patient_digest = header.package_digest;
     info.seed = facts.seed;
@@ -73,35 +73,37 @@ records::AttemptInfo attemptInfo(const RunOptions& options, const AttemptFacts& 
     return info;
 }
 
-bool isLive(const RunOptions& options) {
-    return options.device != kScripted && options.device != kReplayDevice;
+bool isLive(const AttemptConfig& config) {
+    return config.device != kScripted && config.device != kReplayDevice;
 }
 
 // Checks that the options of the command line fit together, before anything is created.
 void checkHand(const RunOptions& options) {
+    const AttemptConfig& config = options.config;
     const auto refuse = [&](const char* option, const std::string& reason) {
-        throw DataError(options.device, option, reason);
+        throw DataError(config.device, option, reason);
     };
-    if (isLive(options) && options.fast) refuse("--fast", "a hand on a device moves in real time");
-    if (!isLive(options) && options.seconds) refuse("--seconds", "only a hand on a device needs an end");
-    if (options.device == kReplayDevice && options.trace.empty())
-        refuse("--trace", "missing: the hand's CSV file");
-    if (options.device != kReplayDevice && !options.trace.empty())
+    if (isLive(config) && config.fast) refuse("--fast", "a device runs in real time; remove --fast");
+    if (!isLive(config) && config.seconds)
+        refuse("--seconds", "only for a device; a scripted or replayed attempt ends by itself");
+    if (config.device == kReplayDevice && config.trace.empty())
+        refuse("--trace", "missing; name the CSV file of the recorded input");
+    if (config.device != kReplayDevice && !config.trace.empty())
         refuse("--trace", "only for --device replay");
-    if (options.device == kControllers) return;
-    if (options.device == kMouse) {
-        if (options.mirror == false) refuse("--no-mirror", "its hand is in the window");
-        if (options.headless) refuse("--headless", "its hand is in a window");
+    if (config.device == kControllers) return;
+    if (config.device == kMouse) {
+        if (options.mirror == false) refuse("--no-mirror", "mouse input needs the window");
+        if (config.headless) refuse("--headless", "mouse input needs a window");
         return;
     }
-    if (isLive(options)) haptics::makeDriver(options.device, options.device_options, monotonicClock());
+    if (isLive(config)) haptics::makeDriver(config.device, config.device_options, monotonicClock());
 }
 
 // The scripted attempt, or the same attempt with the input of a trace. The scenario's commands stay, up to
 // the end of the trace.
-Attempt withHand(const RunOptions& options, Attempt attempt, const Retry* retry, const MakeTouch& touch) {
-    if (options.device == kReplayDevice) {
-        attempt.hand.samples = haptics::loadTrace(options.trace).samples;
+Attempt withHand(const AttemptConfig& config, Attempt attempt, const Retry* retry, const MakeTouch& touch) {
+    if (config.device == kReplayDevice) {
+        attempt.hand.samples = haptics::loadTrace(config.trace).samples;
         const std::int64_t end_ns = attempt.hand.samples.back().t_ns;
         std::erase_if(attempt.hand.commands,
                       [end_ns](const haptics::TraceCommand& said) { return said.t_ns > end_ns; });
@@ -111,11 +113,11 @@ Attempt withHand(const RunOptions& options, Attempt attempt, const Retry* retry,
 }
 
 // Opens the user's device and waits until it is ready.
-std::unique_ptr<LiveDevice> readyDevice(const RunOptions& options, const haptics::Clock& clock) {
+std::unique_ptr<LiveDevice> readyDevice(const AttemptConfig& config, const haptics::Clock& clock) {
     catchInterrupts();
-    auto live = std::make_unique<LiveDevice>(options.device, options.device_options, clock);
+    auto live = std::make_unique<LiveDevice>(config.device, config.device_options, clock);
     if (!live->waitUntilReady(interrupted))
-        throw DataError(options.device, "device", "given up before it was ready");
+        throw DataError(config.device, "device", "stopped before the device was ready");
     return live;
 }
 
@@ -146,41 +148,75 @@ void resume(Live& live, Attempt& attempt, const Retry* retry) {
     live.aimed = &*live.placed;
 }
 
-ControllerSide sideOf(const RunOptions& options) {
-    return options.hand == "left" ? ControllerSide::left : ControllerSide::right;
+// Patient, scenario and reference path of an attempt. The patient refers to its package.
+struct Task {
+    // Checks the earlier attempt in `retry`, if not null, against the patient. `start` must outlive it.
+    Task(const AttemptConfig&, Retry* retry, Start& start);
+    Task(const Task&) = delete;
+    Task& operator=(const Task&) = delete;
+
+    Scenario scenario;
+    OpenedPatient opened;
+    patient::Patient patient;
+    std::optional<OtherSegmentation> other;
+    patient::PlannedPath path;
+    std::uint64_t patient_digest = 0;
+    MakeTouch make_touch;
+};
+
+OpenedPatient timedPatient(const AttemptConfig& config, Start& start) {
+    start.asked = std::chrono::steady_clock::now();
+    OpenedPatient opened =
+        openPatient({config.patient, config.seed, config.spacing_mm / 1000.0, cacheFolder(), assetsFolder()});
+    start.made = opened.made;
+    return opened;
+}
+
+Task::Task(const AttemptConfig& config, Retry* retry, Start& start)
+    : scenario(loadScenario(scenarioFile(config.scenario.empty() ? "demo" : config.scenario))),
+      opened(timedPatient(config, start)),
+      patient(opened.package),
+      other(otherSegmentation(patient, config.full)),
+      path(retry ? retry->record.info.path
+                 : referencePath(patient, opened.folder, config.path, &start.made)) {
+    if (retry) checkRetry(*retry, patient);
+    patient_digest = patient::digest(opened.package);
+    start.patient = std::chrono::steady_clock::now();
+    make_touch = [digest = patient_digest, &start](const patient::Patient& on) {
+        return keptTouchMap(on, digest, cacheFolder() / "derived", &start.made);
+    };
 }
 
 // Controllers are tracked in the room that is drawn, so they need no registration. They are available only
 // while the attempt runs, because only its pictures have an OpenXR session.
-Attempt controllerAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
-                          const Scenario& scenario, const patient::PlannedPath& path,
-                          const haptics::Clock& clock, const Retry* retry, const MakeTouch& touch) {
+Attempt controllerAttempt(const AttemptConfig& config, const Task& task, Live& live,
+                          const haptics::Clock& clock, const Retry* retry) {
     catchInterrupts();
     live.port = std::make_shared<ControllerPort>();
     live.device = std::make_unique<LiveDevice>(
-        kControllers, std::make_unique<ControllerDriver>(*live.port, sideOf(options), clock), clock);
-    Attempt attempt = makeLiveAttempt(patient, scenario, path, options.seed, touch(patient),
-                                      controllerProfile(), {}, options.rate_hz);
-    attempt.simulation.patient_from_device = stageFromPatient(patient, path).inverse();
+        kControllers, std::make_unique<ControllerDriver>(*live.port, controllerSide(config.hand), clock),
+        clock);
+    Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, config,
+                                      task.make_touch(task.patient), {.profile = controllerProfile()});
+    attempt.simulation.patient_from_device = stageFromPatient(task.patient, task.path).inverse();
     live.aimed = &live.device->bare();
     resume(live, attempt, retry);
     return attempt;
 }
 
 // The device frame of the mouse is the patient frame.
-Attempt mouseAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
-                     const Scenario& scenario, const patient::PlannedPath& path, const haptics::Clock& clock,
-                     const Retry* retry, const MakeTouch& touch) {
+Attempt mouseAttempt(const AttemptConfig& config, const Task& task, Live& live, const haptics::Clock& clock,
+                     const Retry* retry) {
     catchInterrupts();
     live.window->giveHand();
-    live.window->tell(retry ? retry->left.tool : scenario.tool, 0.0);
-    Attempt attempt = makeLiveAttempt(patient, scenario, path, options.seed, touch(patient), mouseProfile(),
-                                      {}, options.rate_hz);
+    live.window->tell(retry ? retry->left.tool : task.scenario.tool, 0.0);
+    Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, config,
+                                      task.make_touch(task.patient), {.profile = mouseProfile()});
     attempt.simulation.patient_from_device = {};
     const haptics::GuideSettings& guide = attempt.simulation.tools.guide;
     const Pose start = retry && retry->left.tick > 0
                            ? retry->left.patient_from_tool * heldLike({}, retry->left.tool, guide).inverse()
-                           : mouseStart(path);
+                           : mouseStart(task.path);
     live.device = std::make_unique<LiveDevice>(
         kMouse, std::make_unique<MouseDriver>(*live.window, start, guide, clock), clock);
     live.aimed = &live.device->bare();
@@ -188,54 +224,50 @@ Attempt mouseAttempt(const RunOptions& options, Live& live, const patient::Patie
     return attempt;
 }
 
-Attempt liveAttempt(const RunOptions& options, Live& live, const patient::Patient& patient,
-                    const Scenario& scenario, const patient::PlannedPath& path, const haptics::Clock& clock,
-                    const Retry* retry, const MakeTouch& make_touch) {
+Attempt liveAttempt(const AttemptConfig& config, const Task& task, Live& live, const haptics::Clock& clock,
+                    const Retry* retry) {
     live.window->giveWords();
-    if (options.device == kControllers)
-        return controllerAttempt(options, live, patient, scenario, path, clock, retry, make_touch);
-    if (options.device == kMouse)
-        return mouseAttempt(options, live, patient, scenario, path, clock, retry, make_touch);
-    haptics::TouchMap touch = make_touch(patient);  // first, because a device that is ready may be moved
-    live.device = readyDevice(options, clock);
-    live.registration = newestRegistration(dataFolder() / "registrations", options.device,
+    if (config.device == kControllers) return controllerAttempt(config, task, live, clock, retry);
+    if (config.device == kMouse) return mouseAttempt(config, task, live, clock, retry);
+    haptics::TouchMap touch =
+        task.make_touch(task.patient);  // first, because a device that is ready may be moved
+    live.device = readyDevice(config, clock);
+    live.registration = newestRegistration(dataFolder() / "registrations", config.device,
                                            std::string(live.device->profile().name));
-    Attempt attempt =
-        makeLiveAttempt(patient, scenario, path, options.seed, std::move(touch), live.device->profile(),
-                        live.device->grip(), options.rate_hz, live.registration);
+    Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, config, std::move(touch),
+                                      {live.device->profile(), live.device->grip(), live.registration});
     haptics::SimulationSettings& settings = attempt.simulation;
     if (retry) settings.patient_from_device = retry->record.header.settings.patient_from_device;
-    const Pose needle = needlePose(path.entry_m, glm::normalize(path.target_m - path.entry_m));
+    const Pose needle = needlePose(task.path.entry_m, glm::normalize(task.path.target_m - task.path.entry_m));
     live.device_from_needle = settings.patient_from_device.inverse().rotation * needle.rotation;
     live.guide = settings.tools.guide;
-    live.aimed = &live.device->aimed(live.held(retry ? retry->left.tool : scenario.tool));
+    live.aimed = &live.device->aimed(live.held(retry ? retry->left.tool : task.scenario.tool));
     if (live.registration && live.device->profile().senses_rotation) {
         live.tipped.emplace(*live.aimed, live.registration->stylus_from_tip_m);
         live.aimed = &*live.tipped;
     }
     settings.profile = live.aimed->profile();
     if (retry && !sameNumbers(settings.profile, retry->record.header.settings.profile))
-        throw DataError(options.device, "--from",
-                        "the attempt was made with another device, whose limits are part of it: go on with "
-                        "that one, with the mouse or with controllers");
+        throw DataError(config.device, "--from",
+                        "the attempt was made with another device, whose limits are part of it: use that "
+                        "device, the mouse or controllers");
     if (retry) beginAs(attempt, *retry);
     return attempt;
 }
 
-training::Difficulty difficultyOf(const RunOptions& options) {
-    if (options.difficulty.empty()) return training::Difficulty::practice;
-    if (const auto difficulty = training::difficultyNamed(options.difficulty)) return *difficulty;
-    throw DataError(options.difficulty, "--difficulty", "neither guided, nor practice, nor exam");
+training::Difficulty parseDifficulty(const std::string& name) {
+    if (name.empty()) return training::Difficulty::practice;
+    if (const auto difficulty = training::difficultyNamed(name)) return *difficulty;
+    throw DataError(name, "--difficulty", "must be guided, practice or exam");
 }
 
 // Sounds for the trainee, and vibration of a controller. Session thread.
 class Hearing {
   public:
-    Hearing(const RunOptions& options, const SoundPlaces& places, double tick_s, ControllerPort* port,
+    Hearing(const AttemptConfig& config, const SoundPlaces& places, double tick_s, ControllerPort* port,
             const std::shared_ptr<const Ears>& ears)
-        : cues_(places, difficultyOf(options), tick_s), port_(port) {
-        if (!options.fast && options.sound.value_or(!options.headless))
-            sounds_.emplace(places.stage_from_operator, ears, Speaker::device, sayOnStderr);
+        : cues_(places, config.difficulty, tick_s), port_(port) {
+        if (config.sound) sounds_.emplace(places.stage_from_operator, ears, Speaker::device, sayOnStderr);
     }
     void take(const Seen& seen) {
         const Heard& heard = cues_.take(seen);
@@ -250,37 +282,6 @@ class Hearing {
     std::optional<Sounds> sounds_;
 };
 
-LoopTotals runLive(const RunOptions& options, const Live& live, const Attempt& attempt, Session& session,
-                   std::optional<Pictures> pictures, const haptics::Clock& clock,
-                   const std::function<void(const Seen&)>& heard) {
-    const UserButtons buttons = live.device->buttons();
-    sayOnStderr("the hand is yours, with the " +
-                std::string(haptics::kToolNames[std::size_t(attempt.simulation.tools.first)]) +
-                "; \"help\" and Enter list what can be said; " + live.device->describeButtons() +
-                (options.seconds ? "" : "; end with Ctrl-C"));
-    const LiveHand hand{*live.aimed,
-                        [&](double elapsed_s) {
-                            live.device->tellNews();
-                            return interrupted() || elapsed_s >= options.seconds.value_or(elapsed_s + 1.0);
-                        },
-                        [&] { return live.device->typed(); },
-                        [&](haptics::Tool tool) { live.device->hold(live.held(tool)); },
-                        buttons,
-                        live.device->rearmAct(),
-                        [&live, vibrations = Vibrations()](const haptics::TickOutput& newest) mutable {
-                            live.window->tell(newest.tool, glm::length(newest.tool_force.force_n));
-                            if (!live.port) return;
-                            if (const auto felt = vibrations.take(newest)) live.port->vibrate(*felt);
-                        }};
-    session.setRearmButton(buttons.rearm);
-    const LoopTotals totals = runRealTime(
-        attempt, session, std::move(pictures), clock, &hand, heard, [&live] { return live.window->typed(); },
-        options.frame_patience_s);
-    // If the frames hang in the runtime, a controller's thread may hang there too. It has no force to end.
-    if (!totals.frames_stuck || !live.port) live.device->stop();
-    return totals;
-}
-
 // Description for the user.
 std::string whereOf(const Retry& retry) {
     char seconds[32];
@@ -294,7 +295,7 @@ void printBookmarks(const std::vector<records::Bookmark>& marks, const std::stri
                     const std::string& scenario) {
     if (marks.empty()) return;
     const std::string own = scenario.ends_with(".toml") ? " --scenario " + scenario : "";
-    std::printf("  %zu bookmark%s; from there again: stylet run --from %s@%zu%s\n", marks.size(),
+    std::printf("  %zu bookmark%s; restart there: stylet run --from %s@%zu%s\n", marks.size(),
                 marks.size() == 1 ? "" : "s", attempt.c_str(), marks.size(), own.c_str());
 }
 
@@ -303,60 +304,38 @@ std::string scenarioOf(const Retry& retry) {
     const std::string& name = retry.record.info.scenario;
     if (std::filesystem::exists(assetsFolder() / "scenarios" / (name + ".toml"))) return name;
     throw DataError(retry.folder, "scenario \"" + name + "\"",
-                    "is a file of your own: name it with --scenario");
+                    "is not an installed scenario: name its file with --scenario");
 }
 
 }  // namespace
 
-std::optional<Pictures> picturesFor(const Attempt& attempt, const patient::PlannedPath& path,
-                                    const RunOptions& options, const std::string& rearm_act,
-                                    const std::optional<Registration>& registration,
-                                    std::shared_ptr<ControllerPort> controllers, std::shared_ptr<Ears> ears,
-                                    std::shared_ptr<WindowPort> window) {
-    if (options.fps.value_or(options.fast ? 0.0 : 1.0) <= 0.0) return std::nullopt;
-    if (options.headless && environment(kRuntimeVariable).empty()) {
+std::unique_ptr<Display> picturesFor(const Attempt& attempt, const patient::PlannedPath& path,
+                                     PictureSettings settings) {
+    if (settings.config.fps <= 0.0) return nullptr;
+    if (settings.config.headless && environment(kRuntimeVariable).empty()) {
         const std::filesystem::path mock = bundledRuntime();
         if (!mock.empty()) setEnvironment(kRuntimeVariable, mock.string());
     }
-    PictureSettings settings;
     settings.assets = assetsFolder();
     settings.pipeline_cache = cacheFolder() / "pipelines.bin";
-    settings.capture_folder = options.out;
-    settings.validation = options.validation;
-    settings.virtual_clock = options.fast;
-    settings.closed_look = options.look == "closed";
-    settings.budget_ms = options.budget_ms;
-    settings.count = options.stats;
     settings.touch = attempt.touchMap();
-    settings.rearm_act = rearm_act;
-    settings.seated = options.seated;
-    settings.controllers = std::move(controllers);
-    settings.controller_side = sideOf(options);
-    settings.ears = std::move(ears);
-    settings.window = std::move(window);
-    settings.difficulty = difficultyOf(options);
-    settings.passthrough = options.passthrough;
-    settings.foveation = options.foveation;
-    if (registration) settings.colocation = {*registration, attempt.simulation.patient_from_device};
     settings.tick_s = attempt.simulation.dt_s;
     settings.guide = attempt.simulation.tools.guide;
-    settings.mirror =
-        options.mirror.value_or(!options.headless && !options.fast && !environment(kDisplayVariable).empty());
     std::string why_not;
     if (settings.window && settings.window->hasHand()) {
         auto pictures = openDesktop(attempt.patient, path, settings, why_not);
         if (!pictures)
-            throw DataError(kMouse, "device", "its hand is in a window, and there is none: " + why_not);
+            throw DataError(kMouse, "device", "mouse input needs a window, and there is none: " + why_not);
         return pictures;
     }
     auto pictures = openPictures(attempt.patient, path, settings, why_not);
-    if (!pictures && settings.mirror && !settings.controllers) {
+    if (!pictures && settings.config.mirror && !settings.controllers) {
         std::string no_window;
         pictures = openDesktop(attempt.patient, path, settings, no_window);
         if (pictures)
-            sayOnStderr("no headset: " + why_not + "; a window takes its place");
+            sayOnStderr("no headset: " + why_not + "; using a window instead");
         else
-            why_not += "; nor a window: " + no_window;
+            why_not += "; no window either: " + no_window;
     }
     if (!pictures)
         std::fprintf(stderr, "stylet: no pictures: %s; continuing without pictures\n", why_not.c_str());
@@ -373,149 +352,244 @@ struct Ended {
     std::optional<NextAttempt> next;  // requested by the instructor
 };
 
-Ended runOne(const RunOptions& asked, SteadyTime begun) {
-    RunOptions options = asked;
+// An attempt from its options to its results. Later members refer to earlier ones.
+struct AttemptRun {
+    RunOptions options;  // `config` is complete once openStore() has returned
     Start start;
-    start.begun = begun;
+    const haptics::Clock clock = monotonicClock();
+    std::optional<Keeper> keeper;  // only for a trainee
+    std::optional<Retry> retry;
+    std::optional<Task> task;
+    Live live;
+    std::optional<Attempt> attempt;
+    AttemptFacts facts;
+    const std::shared_ptr<Ears> ears = std::make_shared<Ears>();
+    std::unique_ptr<Display> pictures;
+    std::optional<records::RecordWriter> record;
+    std::optional<ForceTruth> truth;
+    std::optional<Session> session;
+    std::optional<Hearing> hearing;
+};
+
+// Opens the store and resolves the configuration.
+void openStore(AttemptRun& run) {
+    RunOptions& options = run.options;
+    AttemptConfig& config = options.config;
     checkHand(options);
-    difficultyOf(options);
+    parseDifficulty(options.difficulty);
     // Suppresses the messages of the sound library. Set here, before there are threads.
     if (environment(kSoundLogVariable).empty()) setEnvironment(kSoundLogVariable, "0");
-    std::optional<Keeper> keeper;
-    if (options.trainee.empty()) {
-        needFolder(options.out, "--out");
+    const auto store_folder = [&options] {
+        return options.records.empty() ? dataFolder() / "records" : options.records;
+    };
+    if (config.trainee.empty()) {
+        needFolder(config.folder, "--out");
     } else {
-        records::checkTrainee(options.trainee);
-        keeper.emplace(options.records.empty() ? dataFolder() / "records" : options.records, options.database,
-                       sayOnStderr);
-        if (options.difficulty.empty() && keeper->isNew(options.trainee)) {
+        records::checkTrainee(config.trainee);
+        run.keeper.emplace(store_folder(), options.database, sayOnStderr);
+        if (options.difficulty.empty() && run.keeper->isNew(config.trainee)) {
             options.difficulty = training::nameOf(training::Difficulty::guided);
-            sayOnStderr("the first run of " + options.trainee + " is guided; --difficulty asks for another");
+            sayOnStderr("the first run of " + config.trainee + " is guided; use --difficulty for another");
         }
     }
-    if (options.difficulty.empty()) options.difficulty = training::nameOf(training::Difficulty::practice);
-    std::optional<Retry> retry;
-    if (!options.from.empty()) {
-        retry = openRetry(options.from, options.records.empty() ? dataFolder() / "records" : options.records);
-        const records::RecordInfo& recorded = retry->record.info;
-        if (options.patient.empty()) options.patient = recorded.patient_folder;
-        if (options.scenario.empty()) options.scenario = scenarioOf(*retry);
-        options.seed = recorded.seed;
-        options.rate_hz = 1.0 / retry->record.header.settings.dt_s;
-    }
-    const Scenario scenario =
-        loadScenario(scenarioFile(options.scenario.empty() ? "demo" : options.scenario));
-    start.asked = std::chrono::steady_clock::now();
-    const OpenedPatient opened = openPatient(
-        {options.patient, options.seed, options.spacing_mm / 1000.0, cacheFolder(), assetsFolder()});
-    start.made = opened.made;
-    const patient::Patient patient(opened.package);
-    const std::optional<OtherSegmentation> other = otherSegmentation(patient, options.full);
-    const patient::PlannedPath path =
-        retry ? retry->record.info.path : referencePath(patient, opened.folder, options.path, &start.made);
-    if (retry) checkRetry(*retry, patient);
-    const std::uint64_t patient_digest = patient::digest(opened.package);
-    start.patient = std::chrono::steady_clock::now();
-    const MakeTouch touch = [&](const patient::Patient& on) {
-        return keptTouchMap(on, patient_digest, cacheFolder() / "derived", &start.made);
-    };
-    const haptics::Clock clock = monotonicClock();
-    Live live;
-    const Attempt attempt =
-        isLive(options)
-            ? liveAttempt(options, live, patient, scenario, path, clock, retry ? &*retry : nullptr, touch)
-            : withHand(options, makeAttempt(patient, scenario, path, options.seed, options.rate_hz, touch),
-                       retry ? &*retry : nullptr, touch);
-    AttemptFacts facts{opened.package.name,
-                       opened.folder,
-                       scenario.name,
-                       options.seed,
-                       options.fast ? "virtual" : "real time",
-                       path,
-                       attempt.simulation.dt_s,
-                       options.device,
-                       haptics::firmwareDigest(options.device_options)};
+    config.difficulty = parseDifficulty(options.difficulty);
+    config.closed_look = options.look == "closed";
+    config.fps = options.fps.value_or(config.fast ? 0.0 : 1.0);
+    config.mirror =
+        options.mirror.value_or(!config.headless && !config.fast && !environment(kDisplayVariable).empty());
+    config.sound = !config.fast && options.sound.value_or(!config.headless);
+    if (options.from.empty()) return;
+    run.retry = openRetry(options.from, store_folder());
+    const records::RecordInfo& recorded = run.retry->record.info;
+    if (config.patient.empty()) config.patient = recorded.patient_folder;
+    if (config.scenario.empty()) config.scenario = scenarioOf(*run.retry);
+    config.seed = recorded.seed;
+    config.rate_hz = 1.0 / run.retry->record.header.settings.dt_s;
+}
 
-    const auto ears = std::make_shared<Ears>();
-    const records::RecordHeader header{patient_digest, attempt.simulation};
+// Opens patient and input. With a device, waits until it is ready.
+void openInput(AttemptRun& run) {
+    const AttemptConfig& config = run.options.config;
+    Retry* const retry = run.retry ? &*run.retry : nullptr;
+    const Task& task = run.task.emplace(config, retry, run.start);
+    if (isLive(config))
+        run.attempt.emplace(liveAttempt(config, task, run.live, run.clock, retry));
+    else
+        run.attempt.emplace(withHand(
+            config,
+            makeAttempt(task.patient, task.scenario, task.path, config.seed, config.rate_hz, task.make_touch),
+            retry, task.make_touch));
+    run.facts = {task.opened.package.name,
+                 task.opened.folder,
+                 task.scenario.name,
+                 config.seed,
+                 config.fast ? "virtual" : "real time",
+                 task.path,
+                 run.attempt->simulation.dt_s,
+                 config.device,
+                 haptics::firmwareDigest(config.device_options)};
+    run.start.hand = std::chrono::steady_clock::now();
+}
+
+std::unique_ptr<Display> openAttemptDisplay(const AttemptRun& run) {
+    const Live& live = run.live;
+    PictureSettings settings;
+    settings.config = run.options.config;
+    if (live.device && !live.port) settings.rearm_act = live.device->rearmAct();
+    if (live.registration)
+        settings.colocation = {*live.registration, run.attempt->simulation.patient_from_device};
+    settings.controllers = live.port;
+    settings.window = live.window;
+    settings.ears = run.ears;
+    return picturesFor(*run.attempt, run.task->path, std::move(settings));
+}
+
+// Begins the attempt in the store. Opens pictures, record and sounds.
+void openOutputs(AttemptRun& run) {
+    AttemptConfig& config = run.options.config;
+    const Task& task = *run.task;
+    const Attempt& attempt = *run.attempt;
+    const Live& live = run.live;
+    const records::RecordHeader header{task.patient_digest, attempt.simulation};
     const double gain = haptics::outputGain(attempt.simulation.profile, attempt.simulation.output);
-    start.hand = std::chrono::steady_clock::now();
-    if (keeper) options.out = keeper->begin(attemptInfo(options, facts, header, gain, live.registration));
-    auto pictures =
-        picturesFor(attempt, path, options, live.device && !live.port ? live.device->rearmAct() : "",
-                    live.registration, live.port, ears, live.window);
-    start.pictures = std::chrono::steady_clock::now();
-    facts.start = start;
-    if (live.port && !pictures)
-        throw DataError(kControllers, "device", "there is no headset to hold them with");
-    records::RecordInfo info = recordInfo(facts, scenario, gain);
-    if (retry) {
-        const std::vector<records::Bookmark>& marks = retry->record.info.bookmarks;
-        info.bookmarks.assign(marks.begin(), marks.begin() + std::ptrdiff_t(retry->number));
+    if (run.keeper)
+        config.folder = run.keeper->begin(attemptInfo(config, run.facts, header, gain, live.registration));
+    run.pictures = openAttemptDisplay(run);
+    run.start.pictures = std::chrono::steady_clock::now();
+    run.facts.start = run.start;
+    if (live.port && !run.pictures)
+        throw DataError(kControllers, "device", "controllers need a headset, and none is available");
+    records::RecordInfo info = recordInfo(run.facts, task.scenario, gain);
+    if (run.retry) {
+        const std::vector<records::Bookmark>& marks = run.retry->record.info.bookmarks;
+        info.bookmarks.assign(marks.begin(), marks.begin() + std::ptrdiff_t(run.retry->number));
     }
-    records::RecordWriter record(options.out / "record", header, info);
-    std::optional<ForceTruth> truth;
-    Session session(patient, path, scenario.moments, scenario.approach_distance_m, &record,
-                    attempt.simulation.dt_s);
-    session.setDifficulty(difficultyOf(options));
-    if (retry) {
-        const std::string where = whereOf(*retry);
+    run.record.emplace(config.folder / "record", header, info);
+    Session& session =
+        run.session.emplace(task.patient, task.path, task.scenario.moments, task.scenario.approach_distance_m,
+                            &*run.record, attempt.simulation.dt_s);
+    session.setDifficulty(config.difficulty);
+    if (run.retry) {
+        const std::string where = whereOf(*run.retry);
         session.note("retry", where);
-        sayOnStderr("begins as " + where +
-                    (live.device ? "; bring the tool to where it was left, and the attempt goes on" : "") +
+        sayOnStderr("restarting " + where +
+                    (live.device ? "; move the tool back to where it was left to resume the attempt" : "") +
                     (live.device && live.device->profile().force_axes > 0
-                         ? "; then its force comes back: " + live.device->rearmAct()
+                         ? "; then re-arm the force with " + live.device->rearmAct()
                          : ""));
     }
-    if (other) session.compareWith(truth.emplace(*other, attempt.simulation.tools.needle));
-    Hearing hearing(options, soundPlaces(patient, path), attempt.simulation.dt_s, live.port.get(), ears);
+    if (task.other) session.compareWith(run.truth.emplace(*task.other, attempt.simulation.tools.needle));
+    run.hearing.emplace(config, soundPlaces(task.patient, task.path), attempt.simulation.dt_s,
+                        live.port.get(), run.ears);
+}
+
+LoopTotals runLive(AttemptRun& run, RealTimeOptions options) {
+    const Live& live = run.live;
+    const std::optional<double> seconds = run.options.config.seconds;
+    const UserButtons buttons = live.device->buttons();
+    sayOnStderr("you control the " +
+                std::string(haptics::kToolNames[std::size_t(run.attempt->simulation.tools.first)]) +
+                "; type \"help\" and press Enter for a list of commands; " + live.device->describeButtons() +
+                (seconds ? "" : "; press Ctrl-C to end"));
+    const LiveHand hand{*live.aimed,
+                        [&](double elapsed_s) {
+                            live.device->tellNews();
+                            return interrupted() || elapsed_s >= seconds.value_or(elapsed_s + 1.0);
+                        },
+                        [&] { return live.device->typed(); },
+                        [&](haptics::Tool tool) { live.device->hold(live.held(tool)); },
+                        buttons,
+                        live.device->rearmAct(),
+                        [&live, vibrations = Vibrations()](const haptics::TickOutput& newest) mutable {
+                            live.window->tell(newest.tool, glm::length(newest.tool_force.force_n));
+                            if (!live.port) return;
+                            if (const auto felt = vibrations.take(newest)) live.port->vibrate(*felt);
+                        }};
+    run.session->setRearmButton(buttons.rearm);
+    options.live = &hand;
+    const LoopTotals totals =
+        runRealTime(*run.attempt, *run.session, std::move(run.pictures), run.clock, options);
+    // If the frames hang in the runtime, a controller's thread may hang there too. It has no force to end.
+    if (!totals.frames_stuck || !live.port) live.device->stop();
+    return totals;
+}
+
+// Runs the loops until the attempt ends.
+LoopTotals play(AttemptRun& run) {
+    const AttemptConfig& config = run.options.config;
+    const Live& live = run.live;
+    Session& session = *run.session;
     // True if the user feels forces from a device, or holds controllers and therefore wears a headset.
     const bool strains = live.device && (live.port || live.device->profile().force_axes > 0);
-    RestWatch rest(strains && keeper ? keeper->sinceRest_s(options.trainee) : 0.0);
+    RestWatch rest(strains && run.keeper ? run.keeper->sinceRest_s(config.trainee) : 0.0);
     const auto heard = [&](const Seen& seen) {
-        hearing.take(seen);
+        run.hearing->take(seen);
         if (!strains) return;
         const bool inside = seen.tick.phase != haptics::Phase::outside;
-        if (rest.pass(double(clock.now_ns(clock.context)) * 1e-9, !seen.held && !seen.paused, inside)) {
+        if (rest.pass(double(run.clock.now_ns(run.clock.context)) * 1e-9, !seen.held && !seen.paused,
+                      inside)) {
             sayOnStderr(restAdvice(rest.atIt_s()));
             session.note("rest", restAdvice(rest.atIt_s()));
         }
         session.showRest(rest.shown());
     };
-    if (keeper) {
+    if (run.keeper) {
         session.setWatcher(
-            [&](const haptics::TickOutput& now, const SessionLog& log) { keeper->take(now, log); });
-        session.setNoteWatcher([&](const SessionLog& log) { keeper->storeEvents(log); });
+            [&run](const haptics::TickOutput& now, const SessionLog& log) { run.keeper->take(now, log); });
+        session.setNoteWatcher([&run](const SessionLog& log) { run.keeper->storeEvents(log); });
     }
-    const LoopTotals totals =
-        live.device ? runLive(options, live, attempt, session, std::move(pictures), clock, heard)
-        : options.fast
-            ? runFast(attempt, session, std::move(pictures), options.fps.value_or(0.0), workClock())
-            : runRealTime(
-                  attempt, session, std::move(pictures), clock, nullptr, heard,
-                  [&live] { return live.window->typed(); }, options.frame_patience_s);
+    if (!live.device && config.fast)
+        return runFast(*run.attempt, session, std::move(run.pictures), config.fps, workClock());
+    const RealTimeOptions options{.heard = heard,
+                                  .console = [&live] { return live.window->typed(); },
+                                  .frame_patience_s = config.frame_patience_s};
+    if (live.device) return runLive(run, options);
+    return runRealTime(*run.attempt, session, std::move(run.pictures), run.clock, options);
+}
+
+// Writes the results and completes the attempt in the store. Exits if the runtime still has a frame.
+Ended store(AttemptRun& run, const LoopTotals& totals) {
+    RunOptions& options = run.options;
+    const AttemptConfig& config = options.config;
+    records::RecordWriter& record = *run.record;
+    const Session& session = *run.session;
     record.finish();
     if (record.lost())
-        std::fprintf(stderr, "stylet: the record ends at tick %llu: the next was lost to a full ring\n",
-                     static_cast<unsigned long long>(record.lost()->first - 1));
-    writeResults(patient, facts, session.log(), totals, options.out);
-    if (keeper)
-        std::printf("stored as attempt %s of %s\n", keeper->finish(session.log()).c_str(),
-                    options.trainee.c_str());
-    printResults(facts, session.log(), totals, options.out, options.stats);
-    printBookmarks(record.bookmarks(), keeper ? options.out.filename().string() : options.out.string(),
-                   options.scenario);
-    if (keeper && keeper->send() > 0)
+        std::fprintf(
+            stderr,
+            "stylet: the record ends at tick %llu: the ring buffer was full and the next tick was lost\n",
+            static_cast<unsigned long long>(record.lost()->first - 1));
+    writeResults(run.task->patient, run.facts, session.log(), totals, config.folder);
+    if (run.keeper)
+        std::printf("stored as attempt %s of %s\n", run.keeper->finish(session.log()).c_str(),
+                    config.trainee.c_str());
+    printResults(run.facts, session.log(), totals, config.folder, config.stats);
+    printBookmarks(record.bookmarks(),
+                   run.keeper ? config.folder.filename().string() : config.folder.string(), config.scenario);
+    if (run.keeper && run.keeper->send() > 0)
         sayOnStderr(
-            "the training centre does not have all yet; the next run, or \"stylet records sync\", sends it");
+            "some attempts are not at the training centre yet; the next run or \"stylet records sync\" sends "
+            "them");
     if (totals.frames_stuck) {
         sayOnStderr(
-            "the OpenXR runtime does not let go of a frame; all is stored, and the program ends without it");
+            "the OpenXR runtime does not release a frame; all is stored, and the program ends without "
+            "waiting for it");
         std::fflush(nullptr);
         std::_Exit(0);
     }
     if (session.difficulty()) options.difficulty = training::nameOf(*session.difficulty());
-    return {options, options.out, !record.bookmarks().empty(), totals.next};
+    return {options, config.folder, !record.bookmarks().empty(), totals.next};
+}
+
+Ended runOne(const RunOptions& asked, SteadyTime begun) {
+    AttemptRun run;
+    run.options = asked;
+    run.start.begun = begun;
+    openStore(run);
+    openInput(run);
+    openOutputs(run);
+    const LoopTotals totals = play(run);
+    return store(run, totals);
 }
 
 // Options of the next attempt. An invalid request is reported and ignored: a typing error of the instructor
@@ -523,10 +597,10 @@ Ended runOne(const RunOptions& asked, SteadyTime begun) {
 RunOptions following(const Ended& last, const RunOptions& asked, int number) {
     RunOptions next = last.options;
     next.from.clear();
-    next.out = asked.out;
-    if (!asked.out.empty()) next.out += "-" + std::to_string(number);
+    next.config.folder = asked.config.folder;
+    if (!asked.config.folder.empty()) next.config.folder += "-" + std::to_string(number);
     if (last.next->from_bookmark) {
-        if (!last.has_bookmark) sayOnStderr("instructor: no bookmark was set: it begins from its start");
+        if (!last.has_bookmark) sayOnStderr("instructor: no bookmark was set; restarting from the beginning");
         if (last.has_bookmark) next.from = last.folder.string();
         return next;
     }
@@ -542,18 +616,19 @@ RunOptions following(const Ended& last, const RunOptions& asked, int number) {
     if (last.next->scenario)
         tried([&] {
             loadScenario(scenarioFile(*last.next->scenario));
-            next.scenario = *last.next->scenario;
+            next.config.scenario = *last.next->scenario;
         });
     if (last.next->patient)
         tried([&] {
             const std::filesystem::path folder = *last.next->patient;
             if (!std::filesystem::exists(folder / "patient.toml"))
                 throw DataError(folder, "patient.toml", "is not there");
-            next.patient = folder, next.full.clear();
+            next.config.patient = folder, next.config.full.clear();
         });
-    if (last.next->seed) next.seed = *last.next->seed;
-    if (last.next->seed && !last.next->patient) next.patient.clear(), next.full.clear();
-    if (last.next->seed || last.next->patient) next.path.clear();  // the path belongs to the previous patient
+    if (last.next->seed) next.config.seed = *last.next->seed;
+    if (last.next->seed && !last.next->patient) next.config.patient.clear(), next.config.full.clear();
+    if (last.next->seed || last.next->patient)
+        next.config.path.clear();  // the path belongs to the previous patient
     return next;
 }
 
@@ -563,14 +638,14 @@ int run(const RunOptions& asked) {
     Ended last = runOne(asked, asked.begun);
     for (int number = 2; last.next && !interrupted(); ++number) {
         const RunOptions next = following(last, asked, number);
-        sayOnStderr("the next attempt");
+        sayOnStderr("beginning the next attempt");
         const SteadyTime begun = std::chrono::steady_clock::now();
         try {
             last = runOne(next, begun);
         } catch (const DataError& e) {
             sayOnStderr("instructor: " + std::string(e.what()) + "; as before instead");
             RunOptions before = last.options;
-            before.from.clear(), before.out = next.out;
+            before.from.clear(), before.config.folder = next.config.folder;
             last = runOne(before, begun);
         }
     }

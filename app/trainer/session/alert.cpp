@@ -5,6 +5,8 @@
 #include <cmath>
 #include <glm/common.hpp>
 
+#include "base/smoothstep.h"
+
 namespace stylet::trainer {
 namespace {
 
@@ -73,9 +75,8 @@ void GlowWatch::take(std::uint64_t tick, const training::Progress& progress) {
 }
 
 Vec3 shellLight(const Glow& glow) {
-    const auto eased = [](double x) { return x * x * (3.0 - 2.0 * x); };
-    const Vec3 reached = glm::mix(Vec3(1.0), kReachedLight, eased(double(glow.reached)));
-    return glm::mix(reached, kStruckLight, eased(double(glow.struck)));
+    const Vec3 reached = glm::mix(Vec3(1.0), kReachedLight, smoothStep(double(glow.reached)));
+    return glm::mix(reached, kStruckLight, smoothStep(double(glow.struck)));
 }
 
 void AlertPicture::show(const Alert& alert) {

@@ -57,8 +57,8 @@ std::string RoomPlace::begin(const std::string& space, const std::string& genera
     }
     if (was_used) raise(RoomDoubt::lost);
     return "the " + key.device +
-           " was registered in another room than this headset's: what is felt is not "
-           "where it is seen; \"stylet register\" puts it right";
+           " was registered in another room than this headset's: forces are not felt "
+           "where they are seen; run \"stylet register\" again";
 }
 
 void RoomPlace::onChange(std::int64_t at_ns, const std::optional<Pose>& previous_from_new) {

@@ -15,7 +15,7 @@ void ContrastFeed::give(const patient::Contrast& contrast) {
     const std::lock_guard lock(mutex_);
     if (changes_.whole) waiting_.clear();  // a full picture replaces all pending changes
     waiting_.push_back(std::exchange(changes_, {}));
-    if (waiting_.size() > kMostWaiting) painter_.startAnew();
+    if (waiting_.size() > kMostWaiting) painter_.reset();
 }
 
 bool ContrastFeed::take(patient::ContrastTable& table) {

@@ -69,8 +69,8 @@ void ForceTruth::step(const TickOutput& now) {
     }
     if (now.tool_waits || !haptics::holdsNeedle(now.tool)) return;
     const Pose& needle = now.patient_from_needle;
-    haptics::stepNeedle(needle_, settings_, *other_, needle.position_m,
-                        needle.direction(Vec3(0.0, 0.0, -1.0)), now.breath, events_, incisions_);
+    haptics::stepNeedle(needle_, settings_, {*other_, now.breath},
+                        {needle.position_m, needle.direction(Vec3(0.0, 0.0, -1.0))}, events_, incisions_);
 }
 
 void ForceTruth::take(const TickOutput& now) {

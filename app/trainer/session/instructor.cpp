@@ -19,10 +19,10 @@ constexpr std::array kInstructorWords{
     InstructorWord{"cough", "the patient coughs, which ends a breath-hold", {CommandKind::cough, 0}},
     InstructorWord{"sigh", "the patient sighs", {CommandKind::sigh, 0}},
     InstructorWord{"bleed", "the needle's hole in the skin bleeds", {CommandKind::bleed, 0}},
-    InstructorWord{"move", "the patient starts, 6 mm, and comes back", {CommandKind::move, 0}},
-    InstructorWord{"fault", "as if the haptic device had failed", {CommandKind::fault, 0}},
+    InstructorWord{"move", "the patient jerks by 6 mm and returns", {CommandKind::move, 0}},
+    InstructorWord{"fault", "simulate a failure of the haptic device", {CommandKind::fault, 0}},
     InstructorWord{"lights out", "the lamps go out", {CommandKind::lights, 0}},
-    InstructorWord{"lights on", "and on again", {CommandKind::lights, 1}},
+    InstructorWord{"lights on", "the lamps go on again", {CommandKind::lights, 1}},
 };
 constexpr std::string_view kPause = "pause", kGoOn = "go on", kToggle = "pause or go on",
                            kBookmark = "bookmark", kComment = "comment", kBreathing = "breathing",
@@ -58,25 +58,25 @@ std::optional<haptics::BreathingScale> scaleIn(std::string_view text) {
 }  // namespace
 
 std::string describeInstructorWords() {
-    std::string text = "The instructor's, on any attempt in real time:\n";
+    std::string text = "Instructor's commands, during any attempt in real time:\n";
     const auto add = [&](std::string_view word, std::string_view what) {
         text += "  " + std::string(word) + std::string(16 - word.size(), ' ') + std::string(what) + "\n";
     };
     for (const InstructorWord& word : kInstructorWords)
         add(word.word, word.what);
-    add("breathing D R", "from now on D times as deep and R times as quick (0.5 to 2; R may be left out)");
-    add("difficulty D", "guided, practice or exam, at once");
-    add(kPause, "the attempt stands still, without force");
-    add(kGoOn, "and goes on");
-    add(kToggle, "the one or the other");
-    add("bookmark TEXT", "a mark, from which \"stylet run --from\" begins again; the text may be left out");
-    add("comment TEXT", "the same for what the instructor thinks of it");
-    add("new attempt", "this one ends, is stored, and another begins; before that, with what:");
-    add("new seed N", "  the reference patient and the hand of that seed");
-    add("new patient DIR", "  the patient of that folder");
-    add("new scenario S", "  a name or a file");
+    add("breathing D R", "breathe D times as deep and R times as fast from now on (0.5 to 2; R is optional)");
+    add("difficulty D", "change the difficulty now: guided, practice or exam");
+    add(kPause, "pause the attempt, without force");
+    add(kGoOn, "resume the attempt");
+    add(kToggle, "pause if running, resume if paused");
+    add("bookmark TEXT", "set a bookmark for \"stylet run --from\"; the text is optional");
+    add("comment TEXT", "store a comment on the attempt");
+    add("new attempt", "store this attempt and begin another; set beforehand:");
+    add("new seed N", "  the reference patient and scripted input of this seed");
+    add("new patient DIR", "  the patient in this folder");
+    add("new scenario S", "  a scenario name or file");
     add("new difficulty D", "  guided, practice or exam");
-    add(kRetry, "this attempt ends, is stored, and begins again from its last bookmark");
+    add(kRetry, "store this attempt and restart it at its last bookmark");
     return text;
 }
 
@@ -157,7 +157,7 @@ bool Instructor::takeNext(std::string_view wish) {
         else
             refused_.push_back(kNoDifficulty);
     } else {
-        refused_.push_back("\"new\" what? attempt, seed, patient, scenario or difficulty");
+        refused_.push_back("\"new\" needs one of: attempt, seed, patient, scenario, difficulty");
     }
     return true;
 }

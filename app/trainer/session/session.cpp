@@ -49,7 +49,7 @@ void Session::drain(haptics::LoopChannels& channels) {
     while (channels.events.pop(event))
         take(event);
     std::vector<TickRecord> flight;
-    while (channels.flights.take(flight))
+    while (channels.flights.pop(flight))
         if (log_.flights.size() < kMaxFlights)
             log_.flights.push_back(flight);
         else

@@ -24,7 +24,7 @@ class Typed {
         char* rest = nullptr;
         const double value = std::strtod(line.c_str(), &rest);
         if (rest != line.c_str() && *rest == '\0') return value;
-        std::printf("A number, please.\n");
+        std::printf("Enter a number.\n");
         std::fflush(stdout);
         return std::nullopt;
     }
@@ -45,7 +45,7 @@ void calibrateFalcon(const haptics::DeviceOptions& options, const std::filesyste
     const haptics::Clock clock = monotonicClock();
     LiveDevice live("falcon", plain, clock);
     if (!live.waitUntilReady(interrupted))
-        throw DataError("falcon", "device", "given up before it was ready");
+        throw DataError("falcon", "device", "stopped before the device was ready");
     const std::string refused = askForRealTime();
     if (!refused.empty()) std::fprintf(stderr, "stylet: %s\n", refused.c_str());
     Typed typed;
@@ -56,7 +56,7 @@ void calibrateFalcon(const haptics::DeviceOptions& options, const std::filesyste
                                                 [&] { return typed.number(); },
                                                 [&] { return interrupted() || typed.ended(); }};
     haptics::falcon::saveCalibration(file, haptics::falcon::calibrate(live.bare(), clock, talk));
-    std::printf("Written: %s; name it with --calibration\n", file.c_str());
+    std::printf("Wrote %s. Use it with --calibration.\n", file.c_str());
 }
 
 }  // namespace stylet::trainer

@@ -12,6 +12,7 @@
 #include "app/trainer/setup/probe.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "app/trainer/stores/registration_store.h"
+#include "base/child_process_linux.h"
 
 namespace stylet::trainer {
 
@@ -40,28 +41,37 @@ Finding findingOf(const json& line) {
             textIn(line, "found"), textIn(line, "todo")};
 }
 
+// Lines that end in a line feed: a line that the child did not finish is dropped.
+std::vector<std::string> completeLines(const std::string& text) {
+    std::vector<std::string> lines;
+    for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1)
+        lines.push_back(text.substr(begin, end - begin));
+    return lines;
+}
+
 // Runs the check `what` in a child process and adds its findings. Adds a problem if the child hung or
 // crashed.
 void askChild(const std::string& what, const std::string& who, const DoctorOptions& options,
               std::vector<Finding>& findings) {
     const ChildOutcome outcome =
-        runChild(thisProgram(), {"probe", what, std::to_string(options.patience.count())}, options.patience);
-    const std::string step = takeProbeLines(outcome.lines, findings);
+        runProgram(thisProgram(), {"probe", what, std::to_string(options.patience.count())},
+                   {.patience = options.patience});
+    const std::string step = takeProbeLines(completeLines(outcome.text), findings);
     std::array<char, 32> limit{};
     std::snprintf(limit.data(), limit.size(), "%.3g s", double(options.patience.count()) * 1e-3);
     if (!outcome.started)
-        findings.push_back({what, FindingState::problem, "no process could be started to ask " + who,
-                            "close programs, and try again"});
+        findings.push_back({what, FindingState::problem, "no process could be started to check " + who,
+                            "close other programs and try again"});
     else if (!outcome.in_time)
         findings.push_back({what + " hangs", FindingState::problem,
                             who + " did not answer within " + limit.data() + ", in: " + step,
-                            "start " + who + " again; if it stays so, the machine too"});
+                            "restart " + who + "; if that does not help, restart the computer"});
     else if (!step.empty())
         findings.push_back({what + " crashes", FindingState::problem,
                             who + " ended the program" +
                                 (outcome.signal ? " with signal " + std::to_string(*outcome.signal) : "") +
                                 ", in: " + step,
-                            "install " + who + " again, or another version of it"});
+                            "reinstall " + who + " or install another version"});
 }
 
 void lookAtDevices(const haptics::DeviceOptions& options, std::vector<Finding>& findings) {
@@ -71,9 +81,10 @@ void lookAtDevices(const haptics::DeviceOptions& options, std::vector<Finding>& 
                             device.problem.empty() ? FindingState::ok : FindingState::problem,
                             device.kind + " at " + device.place + ": " + device.what, device.problem});
     if (devices.empty())
-        findings.push_back({"haptic device", FindingState::warning, "none is plugged in",
-                            "plug one in (\"stylet devices\" lists those that can be used), or take the "
-                            "controllers with --device controllers"});
+        findings.push_back(
+            {"haptic device", FindingState::warning, "none is plugged in",
+             "plug one in (\"stylet devices\" lists the supported ones) or use the controllers "
+             "with --device controllers"});
 }
 
 void lookAtRealTime(std::vector<Finding>& findings) {
@@ -81,7 +92,7 @@ void lookAtRealTime(std::vector<Finding>& findings) {
     const auto add = [&](const char* what, const std::string& refused, const char* right) {
         const bool granted = refused.empty();
         findings.push_back({what, granted ? FindingState::ok : FindingState::warning,
-                            granted ? "granted" : "refused: " + refused + ": ticks may come late",
+                            granted ? "granted" : "refused: " + refused + ": ticks may be late",
                             granted ? "" : howToAllow({right})});
     };
     add("real-time priority", limits.priority_refused, kPriorityRight);
@@ -117,10 +128,10 @@ void lookAtFolder(const char* what, const std::filesystem::path& folder, std::ve
     std::snprintf(space.data(), space.size(), ", %.1f GB free", double(state.free_bytes) * 1e-9);
     if (!state.refused.empty())
         findings.push_back({what, FindingState::problem, folder.string() + ": " + state.refused,
-                            "make it yours to write to, or name another place in its XDG_ variable"});
+                            "make it writable for you, or set its XDG_ variable to another folder"});
     else if (state.free_bytes < kLittleSpace)
         findings.push_back({what, FindingState::warning, folder.string() + space.data(),
-                            "make room: a patient and a day's records take two gigabytes"});
+                            "free disk space: a patient and a day's records need two gigabytes"});
     else
         findings.push_back({what, FindingState::ok, folder.string() + space.data()});
 }
@@ -129,7 +140,7 @@ void lookAtAssets(std::vector<Finding>& findings) {
     try {
         findings.push_back({"assets", FindingState::ok, assetsFolder().string()});
     } catch (const std::exception& e) {
-        findings.push_back({"assets", FindingState::problem, e.what(), "name their folder in STYLET_ASSETS"});
+        findings.push_back({"assets", FindingState::problem, e.what(), "set STYLET_ASSETS to their folder"});
     }
 }
 
@@ -160,12 +171,12 @@ void readAll(const char* what, const std::filesystem::path& folder, const char* 
 void lookAtRecords(const std::filesystem::path& folder, std::vector<Finding>& findings) {
     if (folder.empty()) return;
     if (std::error_code none; !std::filesystem::is_directory(folder, none)) {
-        findings.push_back({"records", FindingState::problem, folder.string() + " is no folder",
-                            "name the folder that holds the attempts"});
+        findings.push_back({"records", FindingState::problem, folder.string() + " is not a folder",
+                            "pass the folder of the attempts"});
         return;
     }
     readAll(
-        "records", folder, "put it aside: what is left of it cannot be replayed",
+        "records", folder, "move this record elsewhere; it is damaged and cannot be replayed",
         [](const auto& path) { return path.filename() == "record.json"; },
         [](const auto& path) { records::loadRecord(path.parent_path()); }, findings);
 }
@@ -174,8 +185,8 @@ void lookAtRegistrations(std::vector<Finding>& findings) {
     const std::filesystem::path folder = dataFolder() / "registrations";
     if (std::error_code none; !std::filesystem::is_directory(folder, none)) {
         findings.push_back({"registration", FindingState::warning,
-                            "none: where the device stands in the headset's room is not known",
-                            "run \"stylet register\" with headset and device"});
+                            "none: the device's place in the headset's room is unknown",
+                            "connect headset and device and run \"stylet register\""});
         return;
     }
     readAll(

@@ -33,7 +33,7 @@ Finding gpuFinding(const render::Gpu& gpu) {
                              std::string(driver.driverInfo.data());
     if (gpu.isProcessor())
         return {"graphics", FindingState::warning, text + ": Vulkan in software",
-                "pictures take tenths of a second: install the graphics card's Vulkan driver"};
+                "a frame takes tenths of a second: install the Vulkan driver of the graphics card"};
     return {"graphics", FindingState::ok, text};
 }
 
@@ -99,14 +99,14 @@ bool findRuntime(const ProbeReport& report) {
                       "the trainer has no headset");
     const std::string name = libraryNamedBy(manifest);
     if (name.empty())
-        return refuse(manifest.string() + " is no manifest of a runtime: it names no runtime.library_path",
-                      "install the runtime again, or set XR_RUNTIME_JSON to a manifest that is whole");
+        return refuse(manifest.string() + " is not a runtime manifest: runtime.library_path is missing",
+                      "reinstall the runtime, or set XR_RUNTIME_JSON to a valid manifest");
     // The system's loader searches for a name without a slash. A name with a slash is absolute or relative
     // to the manifest.
     const std::filesystem::path library = manifest.parent_path() / name;
     if (std::error_code none; name.find('/') != std::string::npos && !std::filesystem::exists(library, none))
-        return refuse(manifest.string() + " names " + library.string() + ", which is not there",
-                      "install the runtime again, or set XR_RUNTIME_JSON to another one's manifest");
+        return refuse(manifest.string() + " names " + library.string() + ", which does not exist",
+                      "reinstall the runtime, or set XR_RUNTIME_JSON to the manifest of another one");
     report.found({"runtime", FindingState::ok, manifest.string() + ", " + name});
     return true;
 }
@@ -148,16 +148,16 @@ void reportSession(const xr::Session& session, const Reached& reached, const Pro
         report.found({"session", FindingState::ok, "shown, with the focus"});
     } else if (seen || session.running()) {
         report.found({"session", FindingState::warning,
-                      seen ? "shown, but another program has the focus" : "begun, but not shown",
-                      "put the headset on and close its other programs: the force stays off meanwhile"});
+                      seen ? "shown, but another program has the focus" : "started, but not shown",
+                      "put the headset on and close other applications; the force stays off until then"});
     } else {
-        report.found({"session", FindingState::problem, "the runtime does not let it begin",
-                      "switch the headset on, put it on, and look at what the runtime shows"});
+        report.found({"session", FindingState::problem, "the runtime does not start it",
+                      "switch the headset on, put it on, and check the runtime's messages"});
     }
     std::array<char, 96> view{};
     std::snprintf(view.data(), view.size(), "%u x %u an eye, ", facts.width, facts.height);
     std::array<char, 48> rate{};
-    std::snprintf(rate.data(), rate.size(), facts.refresh_hz > 0.0 ? "%.0f Hz" : "refresh rate not told",
+    std::snprintf(rate.data(), rate.size(), facts.refresh_hz > 0.0 ? "%.0f Hz" : "refresh rate not reported",
                   facts.refresh_hz);
     const bool slow = facts.refresh_hz > 0.0 && facts.refresh_hz < kComfortable_hz;
     report.found({"display", slow ? FindingState::warning : FindingState::ok,
@@ -166,13 +166,13 @@ void reportSession(const xr::Session& session, const Reached& reached, const Pro
     const bool floor = facts.space != "local";
     report.found(
         {"space", floor ? FindingState::ok : FindingState::warning, facts.space,
-         floor ? "" : "the runtime knows no floor: set its room up, or the table's height is guessed"});
+         floor ? "" : "the runtime reports no floor: set up its room, or the table's height is estimated"});
     const std::string left = facts.profiles[0].empty() ? "nothing" : facts.profiles[0];
     const std::string right = facts.profiles[1].empty() ? "nothing" : facts.profiles[1];
     report.found(
         {"controllers", reached.bound ? FindingState::ok : FindingState::warning,
          "left " + left + ", right " + right,
-         reached.bound ? "" : "switch a controller on: it registers the device and can be the hand"});
+         reached.bound ? "" : "switch a controller on: it registers the device and can be the input"});
 }
 
 void askHeadset(xr::Session& session, std::optional<render::Gpu>& gpu, const ProbeReport& report,
@@ -202,18 +202,19 @@ void askHeadset(xr::Session& session, std::optional<render::Gpu>& gpu, const Pro
     }
     reportSession(session, reached, report);
     for (const std::string& note : session.notes())
-        report.found({"runtime refuses", FindingState::warning, note, "nothing: the trainer does without"});
+        report.found(
+            {"runtime refuses", FindingState::warning, note, "nothing to do: the trainer does not need it"});
 }
 
 void askRuntime(const ProbeReport& report, std::chrono::milliseconds patience) {
-    report.about("loading it and asking for its headset");
+    report.about("loading it and querying its headset");
     std::optional<render::Gpu> gpu;  // outlives the session
     xr::Session session("Stylet doctor");
     try {
         askHeadset(session, gpu, report, patience);
     } catch (const std::exception& e) {
         report.found({"headset refuses", FindingState::problem, e.what(),
-                      "start the headset's runtime again, and look at what it says"});
+                      "restart the headset's runtime and check its messages"});
     }
     report.about("its end");
 }
@@ -226,12 +227,12 @@ void probeRuntime(const ProbeReport& report, std::chrono::milliseconds patience)
         if (findRuntime(report)) askRuntime(report, patience);
     } catch (const std::exception& e) {
         report.found({"headset", FindingState::problem, e.what(),
-                      "connect the headset, start its runtime, and look at what it says"});
+                      "connect the headset, start its runtime and check its messages"});
     }
 }
 
 void probeVulkan(const ProbeReport& report) {
-    report.about("asking Vulkan for a graphics card");
+    report.about("querying Vulkan for a graphics card");
     try {
         report.found(gpuFinding(render::Gpu(render::GpuSettings{})));
     } catch (const std::exception& e) {

@@ -154,7 +154,8 @@ struct Typing {
             press |= line.empty();
             back |= line == "back";
             if (!line.empty() && line != "back")
-                say("  Enter goes on, \"back\" and Enter takes the last one back; Ctrl-C ends");
+                say("  Press Enter to continue, type \"back\" and Enter to undo the last one, press Ctrl-C "
+                    "to end");
         }
     }
 };
@@ -163,7 +164,8 @@ void check(const RegisterOptions& o) {
     const auto refuse = [&](const char* option, const std::string& reason) {
         throw DataError(o.device.empty() ? "register" : o.device, option, reason);
     };
-    if (o.device == kReplayDevice && o.trace.empty()) refuse("--trace", "missing: the hand's CSV file");
+    if (o.device == kReplayDevice && o.trace.empty())
+        refuse("--trace", "missing; name the CSV file of the recorded input");
     if (o.device != kReplayDevice && !o.trace.empty()) refuse("--trace", "only for --device replay");
     if (!o.grip_from_tip_mm.empty() && o.grip_from_tip_mm.size() != 3)
         refuse("--tip-mm", "must be three numbers: x y z in the controller's grip frame");
@@ -178,7 +180,7 @@ RegisterHand registerHand(const RegisterOptions& options, const haptics::Clock& 
     }
     hand.live = std::make_unique<LiveDevice>(options.device, options.device_options, clock);
     if (!hand.live->waitUntilReady(interrupted))
-        throw DataError(options.device, "device", "given up before it was ready");
+        throw DataError(options.device, "device", "stopped before the device was ready");
     return hand;
 }
 
@@ -228,7 +230,7 @@ bool Registering::keep(const Fit& fit) const {
     const Registration registration = registrationOf(fit, settings.cube, key, nowAsDate());
     saveRegistration(registration, file());
     std::printf(
-        "Kept: %s\n%d points, %d left out; FRE %.2f mm; expected error %.2f mm, %.2f at worst; scale "
+        "Saved: %s\n%d points, %d left out; FRE %.2f mm; expected error %.2f mm, %.2f at worst; scale "
         "%.4f, clock offset %.1f ms\n",
         file().c_str(), registration.points, registration.rejected, 1e3 * registration.fre_m,
         1e3 * registration.tre_mean_m, 1e3 * registration.tre_worst_m, registration.scale,
@@ -260,14 +262,15 @@ bool Registering::run() {
         input.back = menu(answer.menu) || (taken.pressed & kBack) != 0;
         typing.read(input.press, input.back);
         if (answer.space_moved) {
-            say("the room was moved by the runtime: from the beginning");
+            say("the runtime moved the room: starting from the beginning");
             key.generation = view.generation(), key.space = view.space();
             settings.earlier.reset();
             wizard = Wizard(settings);
         }
         wizard.step(input);
         WizardText text = wizard.text();
-        if (answer.bare) text.note = "A bare hand is too vague: take a controller.", text.warns = true;
+        if (answer.bare)
+            text.note = "A bare hand is not accurate enough: use a controller.", text.warns = true;
         console.tell(text);
         card.show(text, wizard.sketch());
         if (wizard.stage() == WizardStage::accepted) {
@@ -278,11 +281,11 @@ bool Registering::run() {
         if (const auto now = needleOf(wizard, taken)) needle = now;
         answer = view.frame({card.rgba().data(), card.revision(), needle});
         if (answer.over) {
-            say("the runtime ended the session: nothing was kept");
+            say("the runtime ended the session: nothing was saved");
             return false;
         }
     }
-    say("given up: nothing was kept");
+    say("cancelled: nothing was saved");
     return false;
 }
 
@@ -375,7 +378,7 @@ bool registerWith(const RegisterOptions& options, haptics::HapticDevice& device,
             const Registration earlier = loadRegistration(registering.file());
             if (earlier.key == registering.key) settings.earlier = storedOf(earlier);
         } catch (const DataError& e) {
-            say(std::string(e.what()) + ": a new one takes its place");
+            say(std::string(e.what()) + ": it will be replaced");
         }
     }
     return registering.run();

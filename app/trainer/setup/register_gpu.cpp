@@ -83,7 +83,7 @@ RegisterAnswer RegisterRoom::frame(const RegisterShown& shown) {
     RegisterAnswer answer;
     const xr::SessionPhase phase = session.poll();
     if (phase == xr::SessionPhase::lossPending)
-        throw std::runtime_error("the headset was lost: the OpenXR runtime took the session back");
+        throw std::runtime_error("the headset was lost: the OpenXR runtime ended the session");
     answer.over = phase == xr::SessionPhase::exiting;
     answer.space_moved = !session.takeNews().spaces.empty();
     if (answer.over) return answer;

@@ -81,12 +81,12 @@ void Sounds::Shared::run(const Pose& stage_from_operator, const std::shared_ptr<
             played(now, asked);
             if (speaker.connected()) continue;
             silent();
-            say("the sound device was lost; the attempt goes on in silence");
+            say("the sound device was lost; the attempt continues without sound");
             return;
         }
     } catch (const SoundError& e) {
         silent();
-        say(std::string("no sound: ") + e.what() + "; the attempt goes on in silence");
+        say(std::string("no sound: ") + e.what() + "; the attempt continues without sound");
     }
 }
 

@@ -63,7 +63,7 @@ Speaker::Impl::Impl(ALCdevice* opened, const std::vector<ALCint>& attributes) : 
         if (name == kNoOutput) throw SoundError("no device");
         set_context = extension<ALCboolean (*)(ALCcontext*)>(device, "alcSetThreadContext");
         context = alcCreateContext(device, attributes.data());
-        if (!context) throw SoundError("the device \"" + name + "\" does not do what is asked of it");
+        if (!context) throw SoundError("the device \"" + name + "\" does not support the required settings");
         current();
         makeSources();
         if (alGetError() != AL_NO_ERROR) throw SoundError("the device \"" + name + "\" has too few voices");

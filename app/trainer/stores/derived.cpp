@@ -11,6 +11,7 @@
 #include "app/trainer/stores/platform_linux.h"
 #include "base/cache_file.h"
 #include "base/hash.h"
+#include "base/hex.h"
 
 namespace stylet::trainer {
 
@@ -128,7 +129,7 @@ std::optional<std::vector<std::byte>> loadDerived(const fs::path& file, std::uin
     const auto size = std::uintmax_t(std::max<std::streamoff>(0, in.tellg()));
     in.seekg(0);
     const auto damaged = [&]() -> std::optional<std::vector<std::byte>> {
-        std::fprintf(stderr, "stylet: %s is damaged; it is made anew\n", file.c_str());
+        std::fprintf(stderr, "stylet: %s is damaged; rebuilding it\n", file.c_str());
         return std::nullopt;
     };
     Head head;
@@ -153,16 +154,14 @@ void saveDerived(const fs::path& file, std::uint64_t key, std::span<const std::b
         writeCacheFile(file, {std::as_bytes(std::span(&head, 1)), bytes});
         forgetOldest(file, limits);
     } catch (const std::exception& e) {
-        std::fprintf(stderr, "stylet: not kept for the next start: %s\n", e.what());
+        std::fprintf(stderr, "stylet: not cached for the next start: %s\n", e.what());
     }
 }
 
 haptics::TouchMap keptTouchMap(const patient::Patient& patient, std::uint64_t patient_digest,
                                const fs::path& folder, Made* made) {
     const std::optional<std::uint64_t> key = derivedKey({patient_digest});
-    char name[40];
-    std::snprintf(name, sizeof name, "touch-%016llx", static_cast<unsigned long long>(patient_digest));
-    const fs::path file = folder / name;
+    const fs::path file = folder / ("touch-" + hexText(patient_digest));
     if (const auto bytes = key ? loadDerived(file, *key) : std::nullopt)
         if (std::optional<haptics::TouchMap> map = touchMapIn(*bytes)) return std::move(*map);
     haptics::TouchMap map = haptics::makeTouchMap(patient);

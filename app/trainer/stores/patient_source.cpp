@@ -13,7 +13,6 @@
 #include "app/trainer/stores/platform_linux.h"
 #include "base/cache_file.h"
 #include "base/hash.h"
-#include "base/toml_reader.h"
 #include "base/whole_file.h"
 #include "patient/synth/synth.h"
 
@@ -157,7 +156,7 @@ const char* staleBecause(const patient::Patient& patient, const patient::StoredP
                          const patient::Surrogate& breath) {
     if (stored.patient_digest != patient::digest(patient.package())) return "was planned on another patient";
     if (stored.planner_version != patient::kPlannerVersion) return "is of another version of the planner";
-    if (stored.paths.empty()) return "holds no path";
+    if (stored.paths.empty()) return "has no path";
     if (!fits(patient, stored.paths.front(), breath)) return "does not fit the patient in this breath";
     return nullptr;
 }
@@ -169,9 +168,9 @@ std::vector<PlannedPath> storedPaths(const patient::Patient& patient, const std:
         patient::StoredPaths stored = patient::loadPaths(file);
         const char* stale = staleBecause(patient, stored, breath);
         if (!stale) return std::move(stored.paths);
-        std::fprintf(stderr, "stylet: %s %s; planning anew\n", file.c_str(), stale);
+        std::fprintf(stderr, "stylet: %s %s; planning again\n", file.c_str(), stale);
     } catch (const DataError& e) {
-        std::fprintf(stderr, "stylet: %s; planning anew\n", e.what());
+        std::fprintf(stderr, "stylet: %s; planning again\n", e.what());
     }
     return {};
 }
@@ -200,7 +199,7 @@ std::vector<PlannedPath> plan(const patient::Patient& patient, const std::filesy
     } catch (const std::exception& e) {
         std::error_code ignored;
         std::filesystem::remove(fresh, ignored);
-        std::fprintf(stderr, "stylet: the paths are not kept: %s\n", e.what());
+        std::fprintf(stderr, "stylet: the paths were not cached: %s\n", e.what());
     }
     return std::move(result.paths);
 }
@@ -235,7 +234,7 @@ std::optional<patient::Package> keptPackage(const std::filesystem::path& folder,
         return sound;
     } catch (const DataError&) {
         // The folder is part of the cache and can be made again from its seed: nothing is lost.
-        std::fprintf(stderr, "stylet: %s; the patient is made anew\n", said.c_str());
+        std::fprintf(stderr, "stylet: %s; rebuilding the patient\n", said.c_str());
         std::filesystem::remove_all(aside, error);
         return std::nullopt;
     }

@@ -1,15 +1,13 @@
 #include "app/trainer/stores/registration_store.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <glm/gtc/quaternion.hpp>
-#include <iterator>
 #include <nlohmann/json.hpp>
-#include <vector>
 
 #include "app/records/disk_linux.h"
+#include "base/fields.h"
 #include "base/hash.h"
 #include "base/whole_file.h"
 #include "patient/package/package.h"
@@ -22,118 +20,48 @@ namespace {
 
 constexpr int kVersion = 1;
 constexpr std::size_t kMostBytes = 64 * 1024;
-constexpr std::size_t kMostText = 200;
+constexpr std::size_t kMostTextBytes = 200;
 constexpr double kFarthest_m = 100.0, kUnitTolerance = 1e-6;
-
-// Strict reader of a JSON object. Fields are read by name; a field that was not read is refused.
-class Reader {
-  public:
-    Reader(const json& object, const std::filesystem::path& file, std::string where)
-        : object_(object), file_(file), where_(std::move(where)) {
-        if (!object.is_object()) refuse("", "must be an object");
-    }
-    [[noreturn]] void refuse(const std::string& field, const std::string& reason) const {
-        const std::string dot = where_.empty() || field.empty() ? "" : ".";
-        const std::string name = where_ + dot + field;
-        throw DataError(file_, name.empty() ? "json" : name, reason);
-    }
-    const json& at(const std::string& field) {
-        const auto found = object_.find(field);
-        if (found == object_.end()) refuse(field, "missing");
-        taken_.push_back(field);
-        return *found;
-    }
-    Reader object(const std::string& field) {
-        return {at(field), file_, where_.empty() ? field : where_ + "." + field};
-    }
-    double number(const std::string& field, double least, double most) {
-        return within(at(field), field, least, most);
-    }
-    int count(const std::string& field, int least, int most) {
-        const json& value = at(field);
-        if (!value.is_number_integer()) refuse(field, "must be a whole number");
-        return int(within(value, field, least, most));
-    }
-    std::string text(const std::string& field) {
-        const json& value = at(field);
-        if (!value.is_string()) refuse(field, "must be text");
-        const auto& text = value.get_ref<const std::string&>();
-        if (text.size() > kMostText) refuse(field, "longer than 200 bytes");
-        return text;
-    }
-    template <std::size_t N>
-    std::array<double, N> numbers(const std::string& field, double most) {
-        const json& value = at(field);
-        if (!value.is_array() || value.size() != N)
-            refuse(field, "must be " + std::to_string(N) + " numbers");
-        std::array<double, N> result{};
-        for (std::size_t i = 0; i < N; ++i)
-            result[i] = within(value[i], field, -most, most);
-        return result;
-    }
-    Vec3 point(const std::string& field, double most_m) {
-        const auto v = numbers<3>(field, most_m);
-        return {v[0], v[1], v[2]};
-    }
-    void nothingElse() const {
-        for (const auto& [name, value] : object_.items())
-            if (std::find(taken_.begin(), taken_.end(), name) == taken_.end()) refuse(name, "unknown");
-    }
-
-  private:
-    double within(const json& value, const std::string& field, double least, double most) const {
-        if (!value.is_number()) refuse(field, "must be a number");
-        const double number = value.get<double>();
-        if (!(number >= least && number <= most))
-            refuse(field, "must be from " + json(least).dump() + " to " + json(most).dump());
-        return number;
-    }
-
-    const json& object_;
-    const std::filesystem::path& file_;
-    std::string where_;
-    std::vector<std::string> taken_;
-};
 
 json listOf(const Vec3& v) {
     return {v.x, v.y, v.z};
 }
 
-Pose poseFrom(Reader pose) {
-    const auto q = pose.numbers<4>("rotation_wxyz", 1.0 + kUnitTolerance);
+Pose poseFrom(Fields pose) {
+    constexpr double kMost = 1.0 + kUnitTolerance;
+    const auto q = pose.numbers<4>("rotation_wxyz", -kMost, kMost);
     const Quat rotation(q[0], q[1], q[2], q[3]);
     if (std::fabs(glm::length(rotation) - 1.0) > kUnitTolerance)
         pose.refuse("rotation_wxyz", "must be a unit quaternion");
-    const Pose result{rotation, pose.point("position_m", kFarthest_m)};
-    pose.nothingElse();
+    const Pose result{rotation, pose.vector("position_m", -kFarthest_m, kFarthest_m)};
+    pose.finish();
     return result;
 }
 
-RegistrationKey keyFrom(Reader key) {
-    RegistrationKey result{key.text("device"), key.text("unit"), key.text("space"), key.text("generation")};
-    if (result.device.empty()) key.refuse("device", "must not be empty");
-    if (result.space.empty()) key.refuse("space", "must not be empty");
-    key.nothingElse();
+RegistrationKey keyFrom(Fields key) {
+    RegistrationKey result{key.nonEmptyText("device", kMostTextBytes), key.text("unit", kMostTextBytes),
+                           key.nonEmptyText("space", kMostTextBytes), key.text("generation", kMostTextBytes)};
+    key.finish();
     return result;
 }
 
-Registration registrationFrom(Reader r) {
-    r.count("version", kVersion, kVersion);
+Registration registrationFrom(Fields r) {
+    r.integer("version", kVersion, kVersion);
     Registration result;
-    result.key = keyFrom(r.object("key"));
-    result.stage_from_device = poseFrom(r.object("stage_from_device"));
+    result.key = keyFrom(r.child("key"));
+    result.stage_from_device = poseFrom(r.child("stage_from_device"));
     result.scale = r.number("scale", 0.9, 1.1);
-    result.stylus_from_tip_m = r.point("stylus_from_tip_m", 0.1);
-    result.grip_from_tip_m = r.point("grip_from_tip_m", 1.0);
+    result.stylus_from_tip_m = r.vector("stylus_from_tip_m", -0.1, 0.1);
+    result.grip_from_tip_m = r.vector("grip_from_tip_m", -1.0, 1.0);
     result.latency_s = r.number("latency_s", -1.0, 1.0);
     result.fre_m = r.number("fre_m", 0.0, 1.0);
     result.tre_mean_m = r.number("tre_mean_m", 0.0, 1.0);
     result.tre_worst_m = r.number("tre_worst_m", 0.0, 1.0);
-    result.centre_m = r.point("centre_m", kFarthest_m);
-    result.points = r.count("points", 3, 1'000'000);
-    result.rejected = r.count("rejected", 0, 1'000'000);
-    result.date = r.text("date");
-    r.nothingElse();
+    result.centre_m = r.vector("centre_m", -kFarthest_m, kFarthest_m);
+    result.points = int(r.integer("points", 3, 1'000'000));
+    result.rejected = int(r.integer("rejected", 0, 1'000'000));
+    result.date = r.text("date", kMostTextBytes);
+    r.finish();
     return result;
 }
 
@@ -160,13 +88,7 @@ std::string fileName(const RegistrationKey& key) {
 }  // namespace
 
 Registration parseRegistration(std::string_view text, const std::filesystem::path& file) {
-    json whole;
-    try {
-        whole = json::parse(text);
-    } catch (const json::exception& e) {
-        throw DataError(file, "json", e.what());
-    }
-    return registrationFrom({whole, file, ""});
+    return registrationFrom(parseJson(file, text));
 }
 
 Registration loadRegistration(const std::filesystem::path& file) {

@@ -44,23 +44,23 @@ std::vector<std::string> wrapped(report::Canvas& canvas, const std::string& text
 
 std::optional<Notice> noticeOf(const Seen& seen, Attention attention, const std::string& rearm_act) {
     if (attention == Attention::away)
-        return Notice{"Paused", {"The force is off, and the patient's time stands still."}};
-    if (seen.paused) return Notice{"Paused", {"The instructor has stopped the attempt, and lets it go on."}};
+        return Notice{"Paused", {"The force is off and the simulation is paused."}};
+    if (seen.paused) return Notice{"Paused", {"The instructor has paused the attempt and will resume it."}};
     if (seen.held && seen.to_return_m >= haptics::kNotThere_m)
-        return Notice{"Paused", {"The tool is not there: take it where it can be seen."}};
+        return Notice{"Paused", {"The tool is not tracked: move it to where the headset sees it."}};
     if (seen.held && seen.to_return_m > 0.0)
         return Notice{"Paused",
-                      {"Bring the tool back to where you let go of it: " +
+                      {"Move the tool back to where you left it: " +
                        std::to_string(std::max(1L, std::lround(1e3 * seen.to_return_m))) + " mm."}};
     const haptics::ForceStage stage = seen.tick.stage;
     const bool off = stage == haptics::ForceStage::off || stage == haptics::ForceStage::fading;
     if (seen.rest_due && (rearm_act.empty() || !off))
         return Notice{"Time for a rest",
-                      {"You have been at it for long: rest eyes and hand for a few minutes."}};
+                      {"You have practised for a long time: rest your eyes and hand for a few minutes."}};
     if (rearm_act.empty() || !off) return std::nullopt;
     std::string why = textOf(seen.tick.faults);
     if (!why.empty()) why.front() = char(std::toupper(static_cast<unsigned char>(why.front())));
-    return Notice{"The force is off", {why + ".", "To go on: " + ofItsOwn(rearm_act) + "."}};
+    return Notice{"The force is off", {why + ".", "To resume: " + ofItsOwn(rearm_act) + "."}};
 }
 
 Notice noticeOf(RoomDoubt doubt, const std::string& rearm_act) {

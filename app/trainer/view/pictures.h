@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "app/report/film.h"
+#include "app/trainer/attempt/config.h"
 #include "app/trainer/hands/controller_hand.h"
 #include "app/trainer/hands/window_port.h"
 #include "app/trainer/session/colocation.h"
@@ -22,7 +23,6 @@
 #include "app/trainer/sound/ears.h"
 #include "app/trainer/stores/start.h"
 #include "app/trainer/view/prediction.h"
-#include "app/training/difficulty.h"
 #include "base/rings.h"
 #include "haptics/haptics.h"
 #include "patient/displacement/tool_displacement.h"
@@ -33,32 +33,22 @@ namespace stylet::trainer {
 inline constexpr std::size_t kMostFrameTimes = 1u << 20;  // 3 hours at 90 Hz
 
 struct PictureSettings {
-    std::filesystem::path assets;
+    AttemptConfig config{};
+    std::filesystem::path assets{};
     std::filesystem::path pipeline_cache{};  // compiled shaders of earlier runs; empty: none
-    std::filesystem::path capture_folder;    // for the PNGs of capture points
-    bool validation = false;
-    bool virtual_clock = false;
-    bool closed_look = false;
-    bool count = false;  // count rays and samples: costs a GPU some atomic additions per ray
-    // Frame-time budget [ms]; the resolution adapts to it. Absent: the runtime's frame rate on a GPU, no
-    // budget on a processor.
-    std::optional<double> budget_ms;
+    // Of the attempt.
     const haptics::TouchMap* touch = nullptr;  // skin that finger and probe visibly press
-    std::string rearm_act{};                   // see LiveHand; empty: nobody can re-arm
-    std::optional<Colocation> colocation{};    // place of a registered device in the room
-    bool seated = false;                       // seated mode: lower the room to the user's eye height
-    // Receives the state of the controller that holds the tool. Shared: a frame thread that hangs may
-    // outlive the attempt.
-    std::shared_ptr<ControllerPort> controllers{};
-    ControllerSide controller_side = ControllerSide::right;
-    std::shared_ptr<WindowPort> window{};  // receives commands and motions from the window; shared likewise
-    double tick_s = 0.001;                 // period of the shown ticks
-    haptics::GuideSettings guide{};        // on the probe; its line is drawn in the ultrasound picture
-    bool mirror = false;                   // open a mirror window if a display answers
-    bool passthrough = false;              // show the real room behind the scene if the headset can
-    bool foveation = false;                // fewer rays away from the centre of the view
-    std::shared_ptr<Ears> ears{};          // receives the head pose every frame
-    training::Difficulty difficulty = training::Difficulty::practice;
+    double tick_s = 0.001;                     // period of the shown ticks
+    haptics::GuideSettings guide{};            // on the probe; its line is drawn in the ultrasound picture
+    // Of the input device.
+    std::string rearm_act{};                 // see LiveHand; empty: nobody can re-arm
+    std::optional<Colocation> colocation{};  // place of a registered device in the room
+    // Connections to other threads. Shared: a frame thread that hangs may outlive the attempt.
+    std::shared_ptr<ControllerPort> controllers{};  // receives the state of the controller with the tool
+    std::shared_ptr<WindowPort> window{};           // receives commands and motions from the window
+    std::shared_ptr<Ears> ears{};                   // receives the head pose every frame
+    // Only for the mock runtime: as MockSettings::scenario.
+    std::filesystem::path head_script{};
 };
 
 // Timing of one frame, and the error of its predicted tip at the display time (prediction.h).
@@ -102,29 +92,37 @@ struct LiveSeen {
     std::function<void(Attention)> tell;  // called immediately, before anything slow
 };
 
-// Frame thread only. `frame` draws one frame and returns false when the runtime asks to end. If `moment` is
-// not empty, the frame is also saved under that name. Throws std::runtime_error if the GPU or the runtime
-// is lost.
-struct Pictures {
-    // `contrast` is null until contrast medium is injected.
-    std::function<bool(const Seen&, const patient::ContrastTable* contrast, const std::string& moment)> frame;
-    std::function<PictureTotals()> totals;
-    std::function<Attention()> attention = nullptr;  // as of the last frame; absent: always focused
-    // Call before the first frame: from then on every frame except captures is updated through LiveSeen.
-    // Absent: frames show exactly what they are given, as on a virtual clock.
-    std::function<void(LiveSeen)> follow = nullptr;
-    const char* ended = "the OpenXR runtime ended the session";  // why `frame` returned false
+// Shows an attempt in a headset or in a window. Frame thread only.
+class Display {
+  public:
+    Display() = default;
+    virtual ~Display() = default;
+    Display(const Display&) = delete;
+    Display& operator=(const Display&) = delete;
+
+    // Draws one frame. Returns false when the runtime or the user asks to end. If `moment` is not empty, the
+    // frame is also saved under that name. `contrast` is null until contrast medium is injected. Throws
+    // std::runtime_error if the GPU or the runtime is lost.
+    virtual bool frame(const Seen&, const patient::ContrastTable* contrast, const std::string& moment) = 0;
+    virtual PictureTotals totals() const = 0;
+    // As of the last frame. A window always counts as focused.
+    virtual Attention attention() const { return Attention::focused; }
+    // Call before the first frame: from then on a headset updates every frame except captures through
+    // LiveSeen. Otherwise frames show exactly what they are given.
+    virtual void follow(LiveSeen) {}
+    // Why frame() returned false.
+    virtual const char* endReason() const { return "the OpenXR runtime ended the session"; }
 };
 
-// Returns nothing if pictures are not possible. `why_not` is then one line: what was looked for, where, and
-// what was missing.
-std::optional<Pictures> openPictures(const patient::Patient&, const patient::PlannedPath&,
-                                     const PictureSettings&, std::string& why_not);
+// Opens a headset. Returns null if that is not possible. `why_not` is then one line: what was looked for,
+// where, and what was missing.
+std::unique_ptr<Display> openPictures(const patient::Patient&, const patient::PlannedPath&,
+                                      const PictureSettings&, std::string& why_not);
 
-// Same without a headset: opens a window instead, if a display answers. `frame` returns false once the
+// Same without a headset: opens a window instead, if a display answers. frame() returns false once the
 // window is closed.
-std::optional<Pictures> openDesktop(const patient::Patient&, const patient::PlannedPath&,
-                                    const PictureSettings&, std::string& why_not);
+std::unique_ptr<Display> openDesktop(const patient::Patient&, const patient::PlannedPath&,
+                                     const PictureSettings&, std::string& why_not);
 
 // Stereo pictures rendered without a headset or an OpenXR runtime, for films and sheets. Use from one
 // thread only.

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "app/trainer/attempt/config.h"
 #include "app/trainer/session/machine_moment.h"
 #include "app/trainer/session/seen.h"
 #include "app/trainer/session/wounds.h"
@@ -12,6 +13,10 @@
 #include "render/render.h"
 
 namespace stylet::trainer {
+
+inline render::Look sceneLook(const AttemptConfig& config) {
+    return config.closed_look ? render::Look::closed : render::Look::reveal;
+}
 
 // Adds the room around the table, the access field and, with closed skin, the drape. The C-arm is over the
 // target from its first pulse on.

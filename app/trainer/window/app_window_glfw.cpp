@@ -25,14 +25,14 @@ std::string reason() {
 }
 
 // By default Xlib ends the program when the display is lost.
-int sayNothing(Display*) {
+int sayNothing(::Display*) {
     return 0;
 }
-void displayLost(Display*, void* lost) {
+void displayLost(::Display*, void* lost) {
     static_cast<std::atomic<bool>*>(lost)->store(true);
 }
 // A request that the display refuses must not end the program either.
-int passOver(Display*, XErrorEvent*) {
+int passOver(::Display*, XErrorEvent*) {
     return 0;
 }
 

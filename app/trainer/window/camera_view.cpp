@@ -29,10 +29,10 @@ void hideSecondEye(render::Renderer& renderer) {
 }  // namespace
 
 CameraView::CameraView(render::Gpu& gpu, const patient::Patient& patient, const patient::PlannedPath& path,
-                       const CameraSettings& settings)
+                       const PictureSettings& settings, const training::Hints& hints)
     : gpu_(&gpu),
       path_(path),
-      scenes_(patient, path, settings.look, settings.touch, settings.tick_s, settings.hints),
+      scenes_(patient, path, sceneLook(settings.config), settings.touch, settings.tick_s, hints),
       renderer_(gpu, {}, settings.assets),
       governor_(render::GovernorSettings{.budget_ms = gpu.isProcessor() ? kProcessorBudget_ms : kBudget_ms,
                                          .patience = 5}) {
@@ -53,7 +53,7 @@ const render::Image& CameraView::draw(const render::RenderScene& scene, const re
     image_ = std::move(renderer_.drawToImages(scene, {view, view}, width, height, &stats_)[0]);
     const double took_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-    governor_.took(stats_.volume_ms, std::max(0.0, took_ms - stats_.volume_ms), stats_.layer_scale);
+    governor_.reportFrame(stats_.volume_ms, std::max(0.0, took_ms - stats_.volume_ms), stats_.layer_scale);
     return image_;
 }
 

@@ -2,10 +2,10 @@
 // and thread.
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <utility>
 
+#include "app/trainer/view/pictures.h"
 #include "app/trainer/view/scene.h"
 #include "app/trainer/window/orbit.h"
 #include "patient/planning/planning.h"
@@ -13,19 +13,12 @@
 
 namespace stylet::trainer {
 
-struct CameraSettings {
-    std::filesystem::path assets;
-    render::Look look = render::Look::reveal;
-    const haptics::TouchMap* touch = nullptr;  // see PictureSettings
-    double tick_s = 0.001;
-    training::Hints hints{.ghost = true};  // see SceneMaker
-};
-
 // Use from one thread only.
 class CameraView {
   public:
-    // All arguments must outlive it. Throws render::GpuError, DataError.
-    CameraView(render::Gpu&, const patient::Patient&, const patient::PlannedPath&, const CameraSettings&);
+    // All arguments must outlive it. `hints`: see SceneMaker. Throws render::GpuError, DataError.
+    CameraView(render::Gpu&, const patient::Patient&, const patient::PlannedPath&, const PictureSettings&,
+               const training::Hints& hints);
 
     // Scene of a tick, without the equipment screens. Valid until the next call.
     render::RenderScene sceneOf(const Seen& seen) { return scenes_.sceneOf(seen); }

@@ -30,9 +30,11 @@ void savePng(const render::Image& image, const std::filesystem::path& file) {
     canvas.savePng(file);
 }
 
-struct Desktop {
+struct Desktop final : Display {
     Desktop(const patient::Patient&, const patient::PlannedPath&, const PictureSettings&);
-    bool frame(const Seen&, const patient::ContrastTable*, const std::string& moment);
+    bool frame(const Seen&, const patient::ContrastTable*, const std::string& moment) override;
+    PictureTotals totals() const override;
+    const char* endReason() const override { return "the window was closed"; }
     void showMachines(render::RenderScene&, const Seen&, const patient::ContrastTable*,
                       const render::ScreensSeen&);
     void give(const Seen&, const FrameTime&);
@@ -44,27 +46,19 @@ struct Desktop {
     MachinePictures machines;
     MirrorWants wants;
     render::ScreensSeen made;
-    PictureTotals totals;
+    PictureTotals counted;
 };
 
-MirrorSettings mirrorOf(const PictureSettings& settings) {
-    MirrorSettings mirror;
-    mirror.assets = settings.assets;
-    mirror.validation = settings.validation;
-    mirror.look = settings.closed_look ? render::Look::closed : render::Look::reveal;
-    mirror.touch = settings.touch, mirror.tick_s = settings.tick_s;
-    mirror.desktop = true;
-    mirror.hints = training::hintsOf(settings.difficulty);
-    mirror.rearm_act = settings.rearm_act;
-    mirror.port = settings.window;
-    if (mirror.port && (mirror.port->takesWords() || mirror.port->replays()))
+MirrorSettings mirrorSettings(const PictureSettings& settings) {
+    MirrorSettings mirror{.pictures = settings, .desktop = true};
+    if (settings.window && (settings.window->takesWords() || settings.window->replays()))
         mirror.width = 1440, mirror.height = 900;
     return mirror;
 }
 
 render::GpuSettings gpuOf(const PictureSettings& settings) {
     render::GpuSettings gpu;
-    gpu.validation = settings.validation;
+    gpu.validation = settings.config.validation;
     gpu.pipeline_cache = settings.pipeline_cache.string();
     return gpu;
 }
@@ -72,14 +66,12 @@ render::GpuSettings gpuOf(const PictureSettings& settings) {
 Desktop::Desktop(const patient::Patient& patient, const patient::PlannedPath& path,
                  const PictureSettings& settings_in)
     : settings(settings_in),
-      mirror(patient, path, mirrorOf(settings)),
+      mirror(patient, path, mirrorSettings(settings)),
       gpu(gpuOf(settings)),
-      camera(gpu, patient, path,
-             {settings.assets, settings.closed_look ? render::Look::closed : render::Look::reveal,
-              settings.touch, settings.tick_s, training::hintsOf(settings.difficulty)}),
+      camera(gpu, patient, path, settings, training::hintsOf(settings.config.difficulty)),
       machines(gpu, camera.renderer().deformedPatient(), settings.assets) {
-    totals.runtime = "none: a window";
-    totals.gpu = gpu.name();
+    counted.runtime = "none: a window";
+    counted.gpu = gpu.name();
 }
 
 void Desktop::showMachines(render::RenderScene& scene, const Seen& seen,
@@ -96,12 +88,12 @@ bool Desktop::frame(const Seen& seen, const patient::ContrastTable* contrast, co
     channels.wants.read(wants);
     const auto begin = SteadyClock::now();
     const bool kept = !moment.empty(), room = wants.width > 0;
-    ++totals.frames;
+    ++counted.frames;
     if (kept || room || wants.ultrasound || wants.xray) {
         const auto [width, height] =
             kept ? std::pair{kMomentWidth, kMomentHeight} : camera.sizeFor(wants.width, wants.height);
         const render::View view = camera.view(kept ? std::nullopt : wants.camera, double(width) / height);
-        camera.help(training::hintsOf(seen.difficulty.value_or(settings.difficulty)));
+        camera.help(training::hintsOf(seen.difficulty.value_or(settings.config.difficulty)));
         render::RenderScene scene = camera.sceneOf(seen);
         // The room costs the most, so both equipment pictures are always drawn with it.
         showMachines(scene, seen, contrast, {.ultrasound = true, .xray = true});
@@ -109,17 +101,17 @@ bool Desktop::frame(const Seen& seen, const patient::ContrastTable* contrast, co
         if (kept || room) {
             EyeGiven& eye = channels.eye.draft();
             eye.image = camera.draw(scene, view, width, height);
-            if (kept) savePng(eye.image, settings.capture_folder / (moment + "_view.png"));
-            if (kept) machines.save(settings.capture_folder, moment);
+            if (kept) savePng(eye.image, settings.config.folder / (moment + "_view.png"));
+            if (kept) machines.save(settings.config.folder, moment);
             if (room) channels.eye.publish();
             const render::RenderStats& stats = camera.stats();
             time.opaque_ms = stats.opaque_ms, time.volume_ms = stats.volume_ms;
             time.layer_scale = stats.layer_scale;
-            ++totals.rendered;
-            if (!totals.first) totals.first = firstPicture(gpu);
+            ++counted.rendered;
+            if (!counted.first) counted.first = firstPicture(gpu);
         }
         time.frame_ms = std::chrono::duration<double, std::milli>(SteadyClock::now() - begin).count();
-        if (totals.times.size() < kMostFrameTimes) totals.times.push_back(time);
+        if (counted.times.size() < kMostFrameTimes) counted.times.push_back(time);
         give(seen, time);
     } else {
         give(seen, {seen.tick.tick});
@@ -132,36 +124,31 @@ void Desktop::give(const Seen& seen, const FrameTime& time) {
     MirrorChannels& channels = mirror.channels();
     giveScreen(channels.ultrasound, machines.ultrasoundScreen(), made.ultrasound, 1);
     giveScreen(channels.xray, machines.xrayScreen(), made.xray, 1);
-    giveState(channels, seen, settings.tick_s, time, Attention::focused, false);
+    giveState(channels, {.seen = seen,
+                         .tick_s = settings.tick_s,
+                         .time = time,
+                         .attention = Attention::focused,
+                         .headset = false});
 }
 
-PictureTotals totalsOf(const Desktop& desktop) {
-    PictureTotals totals = desktop.totals;
-    totals.validation_messages = desktop.gpu.validationMessages() + desktop.mirror.validationMessages();
-    const MachineTotals& machines = desktop.machines.totals();
-    totals.scans = machines.scans, totals.xray_pictures = machines.xray_pictures;
-    totals.ultrasound_ms = machines.ultrasound_ms, totals.xray_ms = machines.xray_ms;
-    return totals;
+PictureTotals Desktop::totals() const {
+    PictureTotals all = counted;
+    all.validation_messages = gpu.validationMessages() + mirror.validationMessages();
+    const MachineTotals& drawn = machines.totals();
+    all.scans = drawn.scans, all.xray_pictures = drawn.xray_pictures;
+    all.ultrasound_ms = drawn.ultrasound_ms, all.xray_ms = drawn.xray_ms;
+    return all;
 }
 
 }  // namespace
 
-std::optional<Pictures> openDesktop(const patient::Patient& patient, const patient::PlannedPath& path,
-                                    const PictureSettings& settings, std::string& why_not) {
+std::unique_ptr<Display> openDesktop(const patient::Patient& patient, const patient::PlannedPath& path,
+                                     const PictureSettings& settings, std::string& why_not) {
     try {
-        // Shared because a std::function must be copyable; there is one owner.
-        const auto desktop = std::make_shared<Desktop>(patient, path, settings);
-        Pictures pictures;
-        pictures.frame = [desktop](const Seen& seen, const patient::ContrastTable* contrast,
-                                   const std::string& moment) {
-            return desktop->frame(seen, contrast, moment);
-        };
-        pictures.totals = [desktop] { return totalsOf(*desktop); };
-        pictures.ended = "the window was closed";
-        return pictures;
+        return std::make_unique<Desktop>(patient, path, settings);
     } catch (const std::runtime_error& e) {
         why_not = e.what();
-        return std::nullopt;
+        return nullptr;
     }
 }
 

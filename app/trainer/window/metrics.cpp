@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/format.h"
+#include "base/statistics.h"
 #include "patient/tissue/tissue.h"
 
 namespace stylet::trainer {
@@ -54,14 +55,6 @@ std::string faultsOf(std::uint32_t faults) {
     return list.empty() ? "none" : list;
 }
 
-// Value below which the fraction `share` of the values lies.
-double quantile(std::vector<double> values, double share) {
-    if (values.empty()) return 0.0;
-    const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
-    std::nth_element(values.begin(), at, values.end());
-    return *at;
-}
-
 struct Row {
     std::string what, value;
     bool alarm = false;
@@ -101,8 +94,8 @@ std::vector<Row> rowsOf(const StateGiven& state, const std::deque<FrameSample>& 
         {"force", formatted("%.2f N", tick.force_n)},
         {"device", stageName(tick.stage) + formatted(", %.0f %%", 100.0 * tick.level), off},
         {"breath", tick.breath_held ? "held" : formatted("%.0f %%", 100.0 * tick.breath.v)},
-        {"frame", milliseconds(quantile(frames_ms, 0.5))},
-        {"slowest 1 %", milliseconds(quantile(frames_ms, 0.99))},
+        {"frame", milliseconds(lowerQuantile(frames_ms, 0.5))},
+        {"slowest 1 %", milliseconds(lowerQuantile(frames_ms, 0.99))},
         {"seen\u2013felt",
          state.hand_offset_m ? formatted("%.1f mm", 1e3 * *state.hand_offset_m) : "not measured"},
         {"headset",

@@ -92,7 +92,7 @@ void Mirror::Impl::run() {
         show();
     } catch (const std::exception& e) {
         if (told)
-            std::fprintf(stderr, "stylet: the window was lost: %s; the attempt goes on without it\n",
+            std::fprintf(stderr, "stylet: the window was lost: %s; the attempt continues without it\n",
                          e.what());
         else
             opened.set_value(e.what());
@@ -105,7 +105,7 @@ void Mirror::Impl::show() {
     const Outside<AppWindow> window(
         gate.outside([&] { return new AppWindow("Stylet", settings.width, settings.height); }), {&gate});
     render::GpuSettings gpu_settings;
-    gpu_settings.validation = settings.validation;
+    gpu_settings.validation = settings.pictures.config.validation;
     gpu_settings.pipeline_cache = settings.pipeline_cache.string();
     gpu_settings.instance_extensions = gate.outside([&] { return window->instanceExtensions(); });
     gpu_settings.device_extensions = {VK_KHR_SWAPCHAIN_EXTENSION_NAME};

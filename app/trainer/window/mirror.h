@@ -8,9 +8,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "app/trainer/hands/window_port.h"
+#include "app/trainer/view/pictures.h"
 #include "app/trainer/window/mirror_channels.h"
-#include "app/training/difficulty.h"
 #include "patient/planning/planning.h"
 
 namespace stylet::trainer {
@@ -22,16 +21,9 @@ class WindowError : public std::runtime_error {
 };
 
 struct MirrorSettings {
-    std::filesystem::path assets;
-    std::filesystem::path pipeline_cache{};  // file; empty: none
-    bool validation = false;
-    render::Look look = render::Look::reveal;
-    const haptics::TouchMap* touch = nullptr;  // see PictureSettings
-    double tick_s = 0.001;
-    bool desktop = false;                // no headset: the room is drawn by Desktop (desktop.cpp)
-    training::Hints hints{};             // what the trainee is shown, and this window with it
-    std::string rearm_act{};             // see PictureSettings
-    std::shared_ptr<WindowPort> port{};  // receives the input of the window; null: the input is ignored
+    PictureSettings pictures{};              // what the trainee is shown, and this window with it
+    std::filesystem::path pipeline_cache{};  // of the window's own device; empty: none
+    bool desktop = false;                    // no headset: the room is drawn by Desktop (desktop.cpp)
     int width = 1280, height = 720;
 };
 

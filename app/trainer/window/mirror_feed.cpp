@@ -1,6 +1,7 @@
 #include "app/trainer/window/mirror_feed.h"
 
 #include <chrono>
+#include <utility>
 
 namespace stylet::trainer {
 namespace {
@@ -25,18 +26,14 @@ void giveScreen(Latest<ScreenGiven>& channel, const render::ScreenPicture& scree
     channel.publish();
 }
 
-void giveState(MirrorChannels& channels, const Seen& seen, double tick_s, const FrameTime& time,
-               Attention attention, bool headset, std::optional<double> hand_offset_m) {
-    StateGiven& state = channels.state.draft();
-    state.seen = seen;
-    state.tick_s = tick_s;
-    state.time = time;
-    state.hand_offset_m = hand_offset_m;
-    state.attention = attention;
-    state.headset = headset;
+void giveState(MirrorChannels& channels, StateGiven state) {
+    const haptics::TickOutput& tick = state.seen.tick;
+    const FrameSample sample{state.tick_s * double(tick.tick), state.time.frame_ms, tick.force_n,
+                             tick.depth_m,
+                             state.seen.truth.known ? state.seen.truth.other_n() : tick.force_n};
+    channels.state.draft() = std::move(state);
     channels.state.publish();
-    channels.samples.push({tick_s * double(seen.tick.tick), time.frame_ms, seen.tick.force_n,
-                           seen.tick.depth_m, seen.truth.known ? seen.truth.other_n() : seen.tick.force_n});
+    channels.samples.push(sample);
 }
 
 MirrorFeed::MirrorFeed(MirrorChannels& channels, const render::Gpu& gpu, double tick_s)
@@ -55,7 +52,7 @@ void MirrorFeed::copyEye(const render::StereoTarget& target, const std::array<re
     if (wants_.eye < 0 || now_ns() < copied_ns_ + wants_.every_ns) return;
     copied_[copies_ % copied_.size()] = {wants_.eye, views[std::size_t(wants_.eye)], screens};
     giveScreen(channels_->monitor, monitor, true, maker_);
-    if (!tap_.take(target, wants_.eye, wants_.most_pixels, copies_)) return;
+    if (!tap_.submitCopy(target, wants_.eye, wants_.most_pixels, copies_)) return;
     ++copies_;
     copied_ns_ = now_ns();
 }
@@ -71,7 +68,7 @@ void MirrorFeed::give(const Seen& seen, const MachinePictures& machines, const F
     }
     giveScreen(channels_->ultrasound, machines.ultrasoundScreen(), made_.ultrasound, maker_);
     giveScreen(channels_->xray, machines.xrayScreen(), made_.xray, maker_);
-    giveState(*channels_, seen, tick_s_, time, attention, true, hand_offset_m);
+    giveState(*channels_, {seen, tick_s_, time, hand_offset_m, attention, true});
 }
 
 }  // namespace stylet::trainer

@@ -45,8 +45,7 @@ class MirrorFeed {
 
 // Publishes the picture of a screen. `up_to_date`: it was drawn, or found unchanged, for this frame.
 void giveScreen(Latest<ScreenGiven>&, const render::ScreenPicture&, bool up_to_date, std::uint64_t maker);
-// Publishes the numbers of a frame. `headset`: a headset is in use.
-void giveState(MirrorChannels&, const Seen&, double tick_s, const FrameTime&, Attention, bool headset,
-               std::optional<double> hand_offset_m = {});
+// Publishes the state and the numbers of a frame.
+void giveState(MirrorChannels&, StateGiven);
 
 }  // namespace stylet::trainer

@@ -25,7 +25,7 @@ struct FunctionKey {
     int number;
     const char *what, *word;
 };
-constexpr std::array kFunctionKeys{FunctionKey{kSay, "any word", nullptr},
+constexpr std::array kFunctionKeys{FunctionKey{kSay, "command", nullptr},
                                    FunctionKey{2, "cough", "cough"},
                                    FunctionKey{3, "sigh", "sigh"},
                                    FunctionKey{4, "bleed", "bleed"},
@@ -34,7 +34,7 @@ constexpr std::array kFunctionKeys{FunctionKey{kSay, "any word", nullptr},
                                    FunctionKey{kLights, "lights", nullptr},
                                    FunctionKey{8, "bookmark", "bookmark"},
                                    FunctionKey{kComment, "comment", nullptr},
-                                   FunctionKey{kPause, "pause, go on", nullptr},
+                                   FunctionKey{kPause, "pause, resume", nullptr},
                                    FunctionKey{kFreeze, "freeze the view", nullptr},
                                    FunctionKey{kDifficulty, "difficulty", nullptr}};
 
@@ -116,20 +116,19 @@ void WindowKeys::pressInstructor(int function_key) {
 
 std::string WindowKeys::state() const {
     if (typing_)
-        return (says_ ? "word: " : "comment: ") + text_ +
-               (says_ ? "\u2502  (Enter says it, Escape does not)"
-                      : "\u2502  (Enter keeps it, Escape does not)");
-    if (paused_) return "PAUSED \u2013 F10 goes on";
-    if (frozen_) return "FROZEN VIEW \u2013 F11 shows what is now";
+        return (says_ ? "command: " : "comment: ") + text_ +
+               (says_ ? "\u2502  (Enter sends, Escape cancels)" : "\u2502  (Enter stores, Escape cancels)");
+    if (paused_) return "PAUSED \u2013 F10 resumes";
+    if (frozen_) return "FROZEN VIEW \u2013 F11 returns to live";
     return {};
 }
 
 std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows() const {
     if (!port_) return {};
     if (port_->replays())
-        return {{{"Space", "play, stop"},
-                 {"arrows", "a second back and on"},
-                 {"with Shift", "a tenth"},
+        return {{{"Space", "play, pause"},
+                 {"arrows", "one second back, forward"},
+                 {"with Shift", "0.1 s"},
                  {"Home, End", ""},
                  {"Page Up and Down", "faster, slower"},
                  {"the bar", "anywhere"}}};

@@ -47,13 +47,13 @@ WindowShow::WindowShow(const patient::Patient& patient, const patient::PlannedPa
     : patient_(&patient),
       path_(path),
       settings_(settings),
-      hints_(settings.hints),
+      hints_(training::hintsOf(settings.pictures.config.difficulty)),
       channels_(&channels),
       gpu_(&gpu),
       presenter_(&presenter),
       slices_(patient),
-      alerts_(settings.tick_s),
-      keys_(settings.port) {}
+      alerts_(settings.pictures.tick_s),
+      keys_(settings.pictures.window) {}
 
 bool WindowShow::offered(WindowView view) const {
     if (view == WindowView::guide) return hints_.panel;
@@ -75,7 +75,8 @@ void WindowShow::select(WindowView view) {
 
 void WindowShow::arrange() {
     const LayoutSettings settings{
-        .key_rows = 1 + int(keys_.rows().size()) + (settings_.port && settings_.port->replays() ? 1 : 0),
+        .key_rows = 1 + int(keys_.rows().size()) +
+                    (settings_.pictures.window && settings_.pictures.window->replays() ? 1 : 0),
         .slices = settings_.desktop,
         .guide = settings_.desktop && hints_.panel};
     layout_ = layoutOf(view_, main_, int(width_), int(height_), settings);
@@ -90,7 +91,8 @@ void WindowShow::arrange() {
 // True if this window may show what the difficulty hides from the trainee: somebody else looks at it, or
 // nothing is hidden.
 bool WindowShow::isTold() const {
-    return !settings_.desktop || hints_.panel || (settings_.port && settings_.port->replays());
+    return !settings_.desktop || hints_.panel ||
+           (settings_.pictures.window && settings_.pictures.window->replays());
 }
 
 void WindowShow::hearKey(const KeyPress& press) {
@@ -106,7 +108,7 @@ void WindowShow::hearKey(const KeyPress& press) {
     }
     if (key == 'r') orbit_.reset();
     keys_.press(press);
-    if (settings_.port && settings_.port->hasHand()) moveToolBy(press);
+    if (settings_.pictures.window && settings_.pictures.window->hasHand()) moveToolBy(press);
 }
 
 // Motion in the operator's view. `right` and `up` are metres at the tool. With `turns` they are radians
@@ -139,7 +141,7 @@ void WindowShow::moveToolBy(const KeyPress& press) {
         move.rolled_rad = share * kKey_rad * rolled;
     else
         return;
-    settings_.port->move(move);
+    settings_.pictures.window->move(move);
 }
 
 // Converts a drag to a motion of the tool, which stays under the pointer.
@@ -177,13 +179,13 @@ void WindowShow::scrub(const std::vector<Drag>& drags) {
         if (layout_.keys.height == 0 || !bar.holds(drag.from_x, drag.from_y)) continue;
         scrubbed_px_ = drag.begins ? drag.from_x : scrubbed_px_ + drag.right * double(height_);
         const double share = std::clamp((scrubbed_px_ - bar.x) / bar.width, 0.0, 1.0);
-        settings_.port->say("stop");
-        settings_.port->say("seek " + std::to_string(share));
+        settings_.pictures.window->say("stop");
+        settings_.pictures.window->say("seek " + std::to_string(share));
     }
 }
 
 std::string WindowShow::playbackText() const {
-    if (!settings_.port || !settings_.port->replays()) return {};
+    if (!settings_.pictures.window || !settings_.pictures.window->replays()) return {};
     char text[64];
     std::snprintf(text, sizeof text, "%.1f of %.1f s  \u00d7 %g%s", playback_.at_s, playback_.length_s,
                   playback_.speed, playback_.plays ? "" : "  stopped");
@@ -191,7 +193,8 @@ std::string WindowShow::playbackText() const {
 }
 
 void WindowShow::drawBar(report::Canvas& c) const {
-    if (!settings_.port || !settings_.port->replays() || layout_.keys.height == 0) return;
+    if (!settings_.pictures.window || !settings_.pictures.window->replays() || layout_.keys.height == 0)
+        return;
     const Rect bar = barRect();
     const double share = playback_.length_s > 0.0 ? playback_.at_s / playback_.length_s : 0.0;
     c.rectangle(bar.x, bar.y, bar.width, bar.height, kBar);
@@ -201,11 +204,11 @@ void WindowShow::drawBar(report::Canvas& c) const {
 }
 
 void WindowShow::moveTool(const WindowNews& news) {
-    if (!settings_.port || !settings_.port->hasHand()) return;
+    if (!settings_.pictures.window || !settings_.pictures.window->hasHand()) return;
     for (const Drag& drag : news.drags)
-        if (const auto move = moveOf(drag)) settings_.port->move(*move);
+        if (const auto move = moveOf(drag)) settings_.pictures.window->move(*move);
     if (news.wheel != 0.0 && !paneOf(WindowView::camera))
-        settings_.port->move({.deeper_m = kWheel_m * news.wheel});
+        settings_.pictures.window->move({.deeper_m = kWheel_m * news.wheel});
 }
 
 bool WindowShow::hear(const WindowNews& news) {
@@ -215,7 +218,7 @@ bool WindowShow::hear(const WindowNews& news) {
     stale_ |= news.exposed || !same;
     width_ = news.width, height_ = news.height;
     arrange();
-    if (settings_.port && settings_.port->replays()) scrub(news.drags);
+    if (settings_.pictures.window && settings_.pictures.window->replays()) scrub(news.drags);
     moveTool(news);
     const Pane* camera = paneOf(WindowView::camera);
     if (!camera) return same;
@@ -252,7 +255,8 @@ void WindowShow::ask() {
 bool WindowShow::takePictures() {
     bool fresh = false;
     if (keys_.freezes()) return false;
-    if (settings_.port && settings_.port->replays()) playback_ = settings_.port->playback();
+    if (settings_.pictures.window && settings_.pictures.window->replays())
+        playback_ = settings_.pictures.window->playback();
     const auto upload = [&](Picture id, const render::Image& image) {
         presenter_->setPicture(id, image.width, image.height, image.rgba);
         shown_[id] = {int(image.width), int(image.height)};
@@ -302,12 +306,13 @@ void WindowShow::help(training::Difficulty difficulty) {
 
 // Updates the alert, the guide panel and the notice, which show what the trainee is told at a tick.
 void WindowShow::hearOf(const Seen& seen) {
-    const bool back = settings_.port && settings_.port->replays() && seen.tick.tick < tick_;
+    const bool back =
+        settings_.pictures.window && settings_.pictures.window->replays() && seen.tick.tick < tick_;
     tick_ = seen.tick.tick;
-    if (back) metrics_ = {}, alerts_ = AlertWatch(settings_.tick_s);
+    if (back) metrics_ = {}, alerts_ = AlertWatch(settings_.pictures.tick_s);
     if (hints_.colours) alert_ = alerts_.take(seen);
     if (hints_.panel) {
-        if (!guide_) guide_.emplace(hints_, settings_.tick_s), guide_shown_ = 0;
+        if (!guide_) guide_.emplace(hints_, settings_.pictures.tick_s), guide_shown_ = 0;
         const Pane* pane = paneOf(WindowView::guide);
         if (pane) {
             const auto [width, height] = GuidePanel::sizeIn(pane->area.width, pane->area.height);
@@ -318,8 +323,8 @@ void WindowShow::hearOf(const Seen& seen) {
         guide_->take(seen, pane != nullptr);
     }
     const std::optional<Notice> notice =
-        settings_.desktop && !(settings_.port && settings_.port->replays())
-            ? noticeOf(seen, channels_->state.front().attention, settings_.rearm_act)
+        settings_.desktop && !(settings_.pictures.window && settings_.pictures.window->replays())
+            ? noticeOf(seen, channels_->state.front().attention, settings_.pictures.rearm_act)
             : std::nullopt;
     stale_ |= noticed_ != notice.has_value();
     noticed_ = notice.has_value();
@@ -356,12 +361,8 @@ bool WindowShow::drawCamera() {
     if (!pane || settings_.desktop || camera_failed_ || !state_known_ || !camera_stale_) return false;
     try {
         if (!camera_)
-            camera_.emplace(*gpu_, *patient_, path_,
-                            CameraSettings{settings_.assets,
-                                           settings_.look,
-                                           settings_.touch,
-                                           settings_.tick_s,
-                                           {.ghost = true, .colours = hints_.colours}});
+            camera_.emplace(*gpu_, *patient_, path_, settings_.pictures,
+                            training::Hints{.ghost = true, .colours = hints_.colours});
         render::RenderScene scene = camera_->sceneOf(channels_->state.front().seen);
         const auto screen = [](const ScreenGiven& given) {
             return render::ScreenPicture{int(given.image.width), int(given.image.height),
@@ -423,7 +424,7 @@ std::string WindowShow::screenCaption(const char* name, const ScreenGiven& given
     if (shown.width == 0) return name;
     const double age_s = ageOf(given.shown_ns);
     if (age_s < kStale_s) return std::string(name) + " \u00b7 live";
-    return std::string(name) + " \u00b7 as the trainee last saw it, " + std::to_string(std::lround(age_s)) +
+    return std::string(name) + " \u00b7 last seen by the trainee " + std::to_string(std::lround(age_s)) +
            " s ago";
 }
 
@@ -436,7 +437,7 @@ std::string WindowShow::captionOf(WindowView view) const {
         case WindowView::camera:
             return "free camera \u00b7 drag: turn, right button or Shift: move, wheel: nearer, R: back";
         case WindowView::slices:
-            return "CT at what is in hand, as he breathes";
+            return "CT slices at the tool tip (breathing)";
         case WindowView::ultrasound:
             return screenCaption("ultrasound", channels_->ultrasound.front(), shown_[kUltrasound]);
         case WindowView::xray:
@@ -452,9 +453,9 @@ std::string WindowShow::emptyText(WindowView view) const {
     const bool made_anyway = settings_.desktop || view_ == view;  // else drawn only when the trainee looks
     switch (view) {
         case WindowView::ultrasound:
-            return made_anyway ? "the probe has not touched yet" : "not looked at yet: 4 shows it";
+            return made_anyway ? "the probe has not touched yet" : "not shown yet: press 4";
         case WindowView::xray:
-            return made_anyway ? "the pedal has not been pressed yet" : "not looked at yet: 5 shows it";
+            return made_anyway ? "the pedal has not been pressed yet" : "not shown yet: press 5";
         case WindowView::camera:
             return camera_failed_ ? "no free camera on this GPU" : "preparing \u2026";
         default:

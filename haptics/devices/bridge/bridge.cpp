@@ -99,7 +99,7 @@ DeviceStage BridgeDriver::exchange(const Vec3& force_n, DeviceState& state, std:
     state.flags = (on && !said.watchdog ? kDeviceReady : 0u) |
                   (said.hand_on || !profile_.has_dead_man ? kDeviceHandOn : 0u);
     if (on && !said.watchdog) return DeviceStage::ready;
-    if (on) why = "the bridge's watchdog took the force";
+    if (on) why = "the bridge's watchdog cut the force";
     if (said.motors == bridge::MotorStage::off) why = "the device has switched its motors off";
     if (said.motors == bridge::MotorStage::needsHoming) why = "calibrate the device as its maker says";
     return said.motors == bridge::MotorStage::needsHoming ? DeviceStage::needsHoming : DeviceStage::opening;
@@ -108,7 +108,7 @@ DeviceStage BridgeDriver::exchange(const Vec3& force_n, DeviceState& state, std:
 // Sending failed. The bridge's last frames may give the reason.
 DeviceStage BridgeDriver::refused(std::string& why) {
     if (!receive(why) || !sound(why)) return DeviceStage::failed;
-    return fail(why, "the bridge takes nothing more");
+    return fail(why, "the bridge accepts no more data");
 }
 
 // Returns false if the connection is gone. Data received earlier is processed first, because it may contain

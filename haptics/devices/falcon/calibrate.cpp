@@ -72,7 +72,7 @@ class Press {
         }
     }
     // Stops requesting force.
-    void letGo() {
+    void release() {
         held_n_ = 0.0;
         device_.send(Vec3(0.0));
     }
@@ -124,7 +124,7 @@ double measure(Press& press, const Axis& axis) {
         const double grams = press.ask(axis, force_n, "And now, how many grams?");
         readings.push_back({press.sent_n(axis), (grams - rest_g) * kNewtonsPerGram});
     }
-    press.ask(axis, 0.0, "It lets go. Type any number to go on.");
+    press.ask(axis, 0.0, "The force is off. Type any number to continue.");
     return fitCalibration(readings, axis.name);
 }
 
@@ -139,7 +139,7 @@ Calibration calibrate(HapticDevice& device, const Clock& clock, const Calibratio
                 calibration.measured_per_asked[axis.index] = measure(press, axis);
                 break;
             } catch (const Faulted& fault) {
-                press.letGo();
+                press.release();
                 if (tries == kMostTries) throw DataError("calibration", axis.name, fault.text);
                 talk.say("The force is off: " + fault.text + ". This axis once more.");
             }

@@ -122,7 +122,7 @@ DeviceStage FalconDriver::probe(std::string& why) {
     }
     if (++probes_ < kMostProbes) return DeviceStage::opening;
     if (settings_.firmware.image.empty()) {
-        why = "it has no firmware, which it loses with its power: name the vendor's file";
+        why = "it has no firmware, which is lost at power-off: pass the vendor's file with --firmware";
     } else if (loads_ >= kMostLoads) {
         why = "its firmware could not be loaded in ten tries: unplug it, check its power supply, plug it in";
     } else {
@@ -269,7 +269,7 @@ DeviceStage FalconDriver::giveUp(std::string& why) const {
             why = "its encoders jumped faster than any hand";
             break;
         case Trouble::impossible:
-            why = "its encoders tell of a pose that it cannot have";
+            why = "its encoders report an impossible pose";
             break;
     }
     return DeviceStage::failed;

@@ -4,9 +4,8 @@
 
 #include <cmath>
 #include <fstream>
-#include <iterator>
-#include <sstream>
 
+#include "base/fields.h"
 #include "base/whole_file.h"
 #include "patient/patient.h"
 
@@ -55,32 +54,13 @@ Calibration loadCalibration(const std::filesystem::path& file) {
 }
 
 Calibration parseCalibration(std::string_view text, const std::filesystem::path& file) {
-    toml::table table;
-    try {
-        table = toml::parse(text);
-    } catch (const toml::parse_error& e) {
-        std::ostringstream where;
-        where << e.description() << " (line " << e.source().begin.line << ")";
-        throw DataError(file, "calibration", where.str());
-    }
-    for (const auto& [key, value] : table)
-        if (key != "device" && key != "measured_per_asked" && key != "how")
-            throw DataError(file, std::string(key.str()), "unknown");
-    if (table["device"].value<std::string>() != "falcon")
-        throw DataError(file, "device", "must be \"falcon\"");
-    const toml::array* gains = table["measured_per_asked"].as_array();
-    if (!gains || gains->size() != 3)
-        throw DataError(file, "measured_per_asked", "must be three numbers: x, y, z");
+    Fields in = parseToml(file, text);
+    if (in.text("device") != "falcon") in.refuse("device", "must be \"falcon\"");
     Calibration calibration;
     calibration.measured = true;
-    for (int i = 0; i < 3; ++i) {
-        const double gain = gains->get(std::size_t(i))->value<double>().value_or(std::nan(""));
-        if (!(gain >= kLeast && gain <= kMost))
-            throw DataError(file, "measured_per_asked", "must be numbers from 0.1 to 10");
-        calibration.measured_per_asked[i] = gain;
-    }
-    calibration.how = table["how"].value_or(std::string());
-    if (calibration.how.size() > kMostText) throw DataError(file, "how", "longer than 400 bytes");
+    calibration.measured_per_asked = in.vector("measured_per_asked", kLeast, kMost);
+    calibration.how = in.textOr("how", "", kMostText);
+    in.finish();
     return calibration;
 }
 

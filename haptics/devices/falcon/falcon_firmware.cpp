@@ -103,7 +103,7 @@ FirmwareLoader::Outcome FirmwareLoader::changeRate(std::string& why) {
     if (result == BusResult::ok) result = bus_->write(kBeginLoad, kLoaderWait_ms, why);
     if (result == BusResult::ok) result = expect(kBeginLoad, kEcho_ns, why);
     if (result == BusResult::ok) part_ = Part::image;
-    return outcomeOf(result, why, "its loader did not take the faster rate");
+    return outcomeOf(result, why, "its loader did not accept the faster rate");
 }
 
 // The echo serves as checksum. Without an answer the chip still sends its status, so only a deadline ends

@@ -4,6 +4,8 @@
 #include <bit>
 #include <vector>
 
+#include "base/hex.h"
+
 namespace stylet::haptics {
 
 namespace {
@@ -65,8 +67,7 @@ std::string sha256Of(std::span<const std::uint8_t> data) {
 
     std::string text;
     for (const std::uint32_t word : h)
-        for (int shift = 28; shift >= 0; shift -= 4)
-            text += "0123456789abcdef"[word >> shift & 0xF];
+        text += hexText(word, 8);
     return text;
 }
 

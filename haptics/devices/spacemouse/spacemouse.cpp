@@ -26,13 +26,7 @@ bool isCap(const HidEntry& entry) {
 }
 
 DeviceProfile spaceMouseProfile(const RateSettings& rate) noexcept {
-    DeviceProfile p;
-    p.name = "SpaceMouse";
-    p.source = "input only; its reach is that of the rate control";
-    p.force_axes = 0;
-    p.force_peak_n = 0.0;
-    p.force_continuous_n = 0.0;
-    p.stiffness_n_per_m = 0.0;
+    DeviceProfile p = inputOnlyProfile("SpaceMouse", "input only; its reach is that of the rate control");
     p.workspace_radius_m = rate.reach_m;
     return p;
 }
@@ -62,7 +56,7 @@ DeviceStage SpaceMouse::exchange(const Vec3&, DeviceState& state, std::string& w
     const std::int64_t now_ns = clock_.now_ns(clock_.context);
     if (!input_.atRest() && (now_ns - heard_ns_ > kCapSilent_ns || now_ns < heard_ns_)) {
         input_.axes = {};
-        why = "it fell silent with its cap pushed: taken as let go";
+        why = "it stopped sending with its cap pushed; treated as released";
     }
     stepRate(device_from_stylus_, inDeviceFrame(input_.axes), rate_, double(now_ns - last_ns_) * 1e-9);
     last_ns_ = now_ns;

@@ -202,7 +202,7 @@ DeviceStage WoodenHaptics::home(const WoodenReport& report, std::string& why) {
     } else if (settling) {
         if (homing_ == Homing::clearButton) set_encoders_ = report.encoders;
         if (++homing_tries_ > kHomingTries) {
-            why = "the board does not take its calibration";
+            why = "the board does not accept its calibration";
             return DeviceStage::failed;
         }
     }

@@ -40,7 +40,7 @@ TEST(ImportImage, TheChildIsHeldToItsLimits) {
     EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(300));
     EXPECT_NE(with("while :; do echo on and on; done", 1).find("stopped after 1 s"), std::string::npos);
     EXPECT_NE(with("kill -SEGV $$", 20).find("crashed the reader"), std::string::npos);
-    EXPECT_NE(with("exit 1", 20).find("gave up without a word"), std::string::npos);
+    EXPECT_NE(with("exit 1", 20).find("failed without a message"), std::string::npos);
     EXPECT_NE(with("exit 0", 20).find("no image"), std::string::npos);
     EXPECT_NE(with("mkfifo \"$3\"", 20).find("no image"), std::string::npos);
     EXPECT_NE(with("printf STYLIMG1 > \"$3\"", 20).find("no image"), std::string::npos);

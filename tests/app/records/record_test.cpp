@@ -382,10 +382,5 @@ TEST(Record, RefusesAMissingFolder) {
     EXPECT_THROW((void)loadRecord("/nonexistent/record"), DataError);
 }
 
-TEST(Record, HashesAreSixteenDigits) {
-    EXPECT_EQ(hexOf(0xabcull), "0000000000000abc");
-    EXPECT_EQ(hexOf(~0ull), "ffffffffffffffff");
-}
-
 }  // namespace
 }  // namespace stylet::records

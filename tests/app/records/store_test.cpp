@@ -205,7 +205,7 @@ TEST(Store, ADeletionIsKnownUntilTheLogIsEmpty) {
         SQLite::Database reader(file.string(), SQLite::OPEN_READWRITE);
         SQLite::Statement rows(reader, "SELECT * FROM attempt");
         ASSERT_TRUE(rows.executeStep());  // the open statement keeps a read transaction
-        EXPECT_NE(complaintOf([&] { store.eraseTrainee("Zebra-77"); }).find("another process reads"),
+        EXPECT_NE(complaintOf([&] { store.eraseTrainee("Zebra-77"); }).find("another process is reading"),
                   std::string::npos);
         EXPECT_TRUE(store.attempts().empty());
     }

@@ -80,7 +80,7 @@ TEST(AttemptFiles, BadSummariesAreRefused) {
     refuseSummary("{\"dose\": {\"fluoroscopy_s\": \"2\"}}", "dose.fluoroscopy_s");
     refuseSummary("{\"moments\": {}}", "moments");
     refuseSummary("{\"moments\": [1]}", "moments");
-    refuseSummary("{\"score\": {\"metrics\": [{\"points\": []}]}}", "score.metrics.points");
+    refuseSummary("{\"score\": {\"metrics\": [{\"points\": []}]}}", "score.metrics[0].points");
 }
 
 TEST(AttemptFiles, AFolderWithoutAnAttemptIsRefused) {

@@ -6,7 +6,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "app/report/statistics.h"
 #include "tests/app/report/attempts.h"
 #include "tests/app/trainer/command.h"
 #include "tests/support/refused.h"
@@ -155,15 +154,6 @@ TEST(Page, TablesForSpreadsheets) {
     EXPECT_EQ(stylet::test::textOf(folder / "t.csv"),
               "name,value [mm]\n'=1+2,-1.5\n\"a,\"\"b\"\"\",2\n'@x,3\n");
     stylet::test::expectRefused([&] { writeCsv(table, folder / "no" / "t.csv"); }, "t.csv", "file");
-}
-
-TEST(Page, Quantiles) {
-    EXPECT_DOUBLE_EQ(median({3.0, 1.0, 2.0}), 2.0);
-    EXPECT_DOUBLE_EQ(median({4.0, 1.0, 2.0, 3.0}), 2.5);
-    EXPECT_DOUBLE_EQ(quantile({0.0, 10.0}, 0.25), 2.5);
-    EXPECT_DOUBLE_EQ(median({1.0, NAN, 3.0}), 2.0);
-    EXPECT_TRUE(std::isnan(median({})));
-    EXPECT_EQ(quantile({1.0, INFINITY, INFINITY}, 1.0), INFINITY);
 }
 
 }  // namespace

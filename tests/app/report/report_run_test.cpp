@@ -93,7 +93,7 @@ TEST_F(ReportRun, OfWhatTheStoreKeeps) {
     Reported r = report("attempt " + id + to("a"));
     ASSERT_EQ(r.status, 0) << r.err;
     const std::string attempt = textOf(folder_ / "a/attempt.html");
-    for (const char* text : {"Attempt of pilot-8", "reference path, exact", "the way of its tip", " of 100",
+    for (const char* text : {"Attempt of pilot-8", "reference path, exact", "the track of its tip", " of 100",
                              "Percentile by points"})
         EXPECT_NE(attempt.find(text), std::string::npos) << text;
     EXPECT_EQ(attempt.find("What could not be read"), std::string::npos);

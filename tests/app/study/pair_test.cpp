@@ -43,11 +43,11 @@ TEST_F(StudyFileOnDisk, IsRefusedWithFieldAndReason) {
     expectRefusedAs("", "pair: a study needs one");
     expectRefusedAs("pair = 3", "pair");
     expectRefusedAs("pair = [3]", "pair[0]: not a table");
-    expectRefusedAs("pear = 1\n" + pair, "pear: no such field");
+    expectRefusedAs("pear = 1\n" + pair, "pear: unknown key");
     expectRefusedAs("tissue = 1\n" + pair, "tissue");
     expectRefusedAs("[[pair]]\nfound = 'b'", "pair[0].reference");
     expectRefusedAs("[[pair]]\nreference = 'a'\nfound = ''", "pair[0].found");
-    expectRefusedAs(pair + "colour = 'red'", "pair[0].colour: no such field");
+    expectRefusedAs(pair + "colour = 'red'", "pair[0].colour: unknown key");
     expectRefusedAs(pair + "name = '../x'", "pair[0].name");
     expectRefusedAs(pair + "name = '..'", "pair[0].name");
     expectRefusedAs(pair + "name = 'summary.json'", "pair[0].name");

@@ -204,14 +204,14 @@ TEST_F(StudyReport, NamesWhatIsMissing) {
     fs::remove(copy / "one/paths.png");
     EXPECT_TRUE(readStudy(copy).pairs[0].picture.empty());
     refused("summary.json", "", "file");
-    refused("summary.json", "[]", "format");
+    refused("summary.json", "[]", "json");
     refused("summary.json",
             R"({"format": "stylet study 1", "settings": {}, "patients": [{"name": "../up"}]})",
             "patients[0].name");
     refused("summary.json", R"({"format": "stylet study 1", "settings": {}, "patients": []})",
             "settings.samples");
     refused("one/pair.json", "", "file");
-    refused("one/pair.json", "{", "format");
+    refused("one/pair.json", "{", "json");
     refused("one/pair.json", R"({"format": "stylet study pair 1"})", "reference");
     refused("one/plan.json", "", "file");
     refused("one/plan.json", R"({"format": "stylet study plan 1", "skin_spacing_mm": 0})",

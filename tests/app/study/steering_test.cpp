@@ -45,8 +45,8 @@ Compared compareWithNeedle(const Vec3& offset_m, std::size_t nth) {
             haptics::NeedleState needle;
             haptics::NeedleEvents events;
             const auto stepTo = [&](double depth_m) {
-                haptics::stepNeedle(needle, {}, *patient, path.entry_m + (depth_m - s.entry_m) * axis, axis,
-                                    path.breath, events);
+                haptics::stepNeedle(needle, {}, {*patient, path.breath},
+                                    {path.entry_m + (depth_m - s.entry_m) * axis, axis}, events);
             };
             stepTo(0.0);
             double worst_n = 0.0;

@@ -157,7 +157,7 @@ TEST_F(StudyRun, ALostRankLeavesWhatIsFinished) {
         4, "sh -c 'if [ \"$OMPI_COMM_WORLD_RANK\" = 1 ]; then (while [ ! -e \"" + block.string() +
                "\" ]; do sleep 0.01; done; kill -9 $$) & fi; exec \"$@\"' sh " + command("all", "lost")));
     EXPECT_NE(lost.status, 0);
-    EXPECT_NE(lost.text.find("the same command goes on from there"), std::string::npos) << lost.text;
+    EXPECT_NE(lost.text.find("the same command resumes from there"), std::string::npos) << lost.text;
     ASSERT_FALSE(fs::exists(out / "summary.json"));
     ASSERT_TRUE(fs::exists(block));
     fs::remove(pipe);

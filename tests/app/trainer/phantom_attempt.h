@@ -37,7 +37,7 @@ inline Played playFast(const patient::Package& package, const trainer::Scenario&
     const patient::Patient patient(package);
     const trainer::Attempt attempt = trainer::makeAttempt(patient, scenario, ductPath(), seed);
     trainer::Session session(patient, ductPath(), scenario.moments, scenario.approach_distance_m, nullptr);
-    const trainer::LoopTotals totals = trainer::runFast(attempt, session, std::nullopt, 0.0, {});
+    const trainer::LoopTotals totals = trainer::runFast(attempt, session, nullptr, 0.0, {});
     return {session.log(), totals};
 }
 

@@ -347,7 +347,7 @@ Soak::Made Soak::make(const Scenario& scenario, const Manner& manner, Latency* l
     });
     session.setNoteWatcher([&](const SessionLog& log) { keeper.storeEvents(log); });
     const LoopTotals totals =
-        runFast(attempt, session, senses.pictures([this] { pause_ = true; }), senses.fps(), {});
+        runFast(attempt, session, senses.display([this] { pause_ = true; }), senses.fps(), {});
     writer.finish();
     judge(attempt, scenario, session.log(), totals);
     const std::uint64_t hash = session.log().state_hash;

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/records/record.h"
+#include "base/hex.h"
 #include "patient/package/package.h"
 #include "tests/bench/soak/soak.h"
 
@@ -146,7 +147,7 @@ void writeJson(const Result& r, const Settings& settings, const std::filesystem:
         {"seconds", r.seconds},
         {"tick_us_first", times(r.first)},
         {"tick_us_last", times(r.last)},
-        {"state_hash", records::hexOf(r.state_hash)},
+        {"state_hash", hexText(r.state_hash)},
         {"complaints", complaintsOf(r, settings)},
         {"held_fields",
          {"heap_bytes", "resident_bytes", "descriptors", "threads", "regions", "headsets", "logged_bytes"}},

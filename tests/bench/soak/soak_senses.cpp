@@ -73,17 +73,18 @@ struct Senses::Impl {
           alerts(tick_s),
           cues(soundPlaces(of.attempt.patient, of.path), of.difficulty, tick_s),
           sounds(cues.places().stage_from_operator, ears, Speaker::device, of.say) {
-        if (of.seen_fps > 0.0) room = std::make_shared<Pictures>(openRoom(of));
+        if (of.seen_fps > 0.0) room = openRoom(of);
     }
-    Pictures openRoom(const Of& of) const {
-        RunOptions options;
-        options.headless = options.fast = true;
-        options.fps = of.seen_fps;
-        options.out = of.folder;
-        options.difficulty = training::nameOf(of.difficulty);
-        auto opened = picturesFor(of.attempt, of.path, options, "", {}, nullptr, ears);
+    std::unique_ptr<Display> openRoom(const Of& of) const {
+        PictureSettings settings;
+        settings.config.headless = settings.config.fast = true;
+        settings.config.fps = of.seen_fps;
+        settings.config.folder = of.folder;
+        settings.config.difficulty = of.difficulty;
+        settings.ears = ears;
+        auto opened = picturesFor(of.attempt, of.path, std::move(settings));
         if (!opened) throw DataError("--pictures", "headset", "there is none");
-        return std::move(*opened);
+        return opened;
     }
     void show(const Seen& seen) {
         panel.take(seen, true);
@@ -92,7 +93,7 @@ struct Senses::Impl {
         counts.alerts += noticeOf(seen, Attention::focused, "").has_value();
         ++counts.hints;
     }
-    PictureTotals totalsOf(const Pictures& shown) const {
+    PictureTotals totalsOf(const Display& shown) const {
         const PictureTotals all = shown.totals();
         counts.frames += all.rendered, counts.headsets += 1 + all.headsets_found_again;
         counts.pictures += all.scans + all.xray_pictures;
@@ -108,7 +109,7 @@ struct Senses::Impl {
     BreathMonitor monitor;
     Cues cues;
     Sounds sounds;
-    std::shared_ptr<Pictures> room;  // null: no headset; until pictures() takes it
+    std::unique_ptr<Display> room;  // null: no headset; moved out by display()
 };
 
 Senses::Senses(const Of& of, Counts& counts) : impl_(std::make_unique<Impl>(of, counts)) {}
@@ -121,19 +122,27 @@ void Senses::hear(const Seen& seen) {
     impl_->sounds.hear(impl_->cues.take(seen));
 }
 
-Pictures Senses::pictures(std::function<void()> drawn) {
-    const std::shared_ptr<Pictures> room = std::move(impl_->room);
-    Pictures pictures;
-    pictures.frame = [this, room, drawn = std::move(drawn)](const Seen& seen,
-                                                            const patient::ContrastTable* contrast,
-                                                            const std::string& moment) {
+// Draws in the headset, if there is one, and in the parts that need none.
+class Senses::Shown final : public Display {
+  public:
+    Shown(Impl& impl, std::function<void()> drawn)
+        : impl_(&impl), room_(std::move(impl.room)), drawn_(std::move(drawn)) {}
+    bool frame(const Seen& seen, const patient::ContrastTable* contrast, const std::string& moment) override {
         impl_->show(seen);
-        const bool goes_on = !room || room->frame(seen, contrast, moment);
-        drawn();
+        const bool goes_on = !room_ || room_->frame(seen, contrast, moment);
+        drawn_();
         return goes_on;
-    };
-    pictures.totals = [this, room] { return room ? impl_->totalsOf(*room) : PictureTotals{}; };
-    return pictures;
+    }
+    PictureTotals totals() const override { return room_ ? impl_->totalsOf(*room_) : PictureTotals{}; }
+
+  private:
+    Impl* impl_;
+    std::unique_ptr<Display> room_;
+    std::function<void()> drawn_;
+};
+
+std::unique_ptr<Display> Senses::display(std::function<void()> drawn) {
+    return std::make_unique<Shown>(*impl_, std::move(drawn));
 }
 
 double Senses::fps() const {

@@ -37,13 +37,14 @@ class Senses {
     bool wants(const haptics::TickOutput& now) const { return now.tick % kHeardEvery == 0; }
     void hear(const trainer::Seen&);
     // For runFast(); must not outlive this object. Calls `drawn` after each frame.
-    trainer::Pictures pictures(std::function<void()> drawn);
+    std::unique_ptr<trainer::Display> display(std::function<void()> drawn);
     // Frames per virtual second.
     double fps() const;
 
   private:
     static constexpr std::uint64_t kHeardEvery = 10;
     struct Impl;
+    class Shown;
     std::unique_ptr<Impl> impl_;
 };
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "app/trainer/stores/derived.h"
-#include "scratch_file.h"
+#include "tests/fuzz/scratch_file.h"
 
 // Only the unmodified cache file may be accepted. The input describes damage to that file as pairs of
 // bytes: an offset and a value to add to the byte there. An odd last byte truncates the file at that

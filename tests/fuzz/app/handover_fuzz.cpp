@@ -5,7 +5,7 @@
 
 #include "app/modeller/image/child_process_linux.h"
 #include "app/modeller/image/handover_files.h"
-#include "scratch_file.h"
+#include "tests/fuzz/scratch_file.h"
 
 // The input is the output file of a child process that read a hostile file. The result is a bounded image
 // or field, or an ImportError.

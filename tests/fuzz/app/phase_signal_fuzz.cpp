@@ -16,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (signal.size() != 3) std::abort();
         for (const patient::Surrogate& s : signal)
             if (!std::isfinite(s.v + s.rate_per_s)) std::abort();
-    } catch (const DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

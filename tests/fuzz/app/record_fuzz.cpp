@@ -13,7 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         records::parseInputs({data, size}, "fuzz.bin", record);
         const std::uint64_t covered = record.checkpoints.empty() ? 0 : record.checkpoints.back().ticks;
         if (covered != record.inputs.size() || record.torn_bytes > size) std::abort();
-    } catch (const DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

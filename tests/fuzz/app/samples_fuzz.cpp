@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (samples.torn_bytes > size) std::abort();
         for (std::size_t i = 1; i < samples.samples.size(); ++i)
             if (samples.samples[i].tick <= samples.samples[i - 1].tick) std::abort();
-    } catch (const DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

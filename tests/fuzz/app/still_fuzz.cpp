@@ -4,7 +4,7 @@
 
 #include "app/report/stills.h"
 #include "patient/package/package.h"
-#include "scratch_file.h"
+#include "tests/fuzz/scratch_file.h"
 
 // The result is a downscaled picture of an attempt, or a DataError.
 // HZ-RECORD-14
@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     try {
         const report::Picture small = report::still(file, 16);
         if (small.width > 16 || small.bytes.empty()) std::abort();
-    } catch (const DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

@@ -10,7 +10,7 @@
 #include "app/records/store.h"
 #include "app/report/xapi.h"
 #include "patient/package/package.h"
-#include "scratch_file.h"
+#include "tests/fuzz/scratch_file.h"
 
 namespace {
 
@@ -78,7 +78,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                 a.folder.filename() == "." || a.folder.filename().empty())
                 std::abort();
         if (report::xapiStatements(attempts, {}).empty()) std::abort();
-    } catch (const DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

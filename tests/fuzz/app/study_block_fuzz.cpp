@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/study/kept.h"
-#include "scratch_file.h"
+#include "tests/fuzz/scratch_file.h"
 
 // Only the unmodified file may be accepted as a block of results. The input describes damage to that file
 // in groups of three bytes: a two-byte offset and a value to add to the byte there. One byte left over

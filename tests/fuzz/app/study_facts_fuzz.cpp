@@ -3,7 +3,7 @@
 
 #include "app/study/facts.h"
 #include "patient/package/package.h"
-#include "scratch_file.h"
+#include "tests/fuzz/scratch_file.h"
 
 namespace {
 

@@ -18,7 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             if (!names.insert(pair.name).second) std::abort();
         }
         if (file.pairs.empty()) std::abort();
-    } catch (const DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

@@ -38,7 +38,7 @@ void check(bool good) {
     if (!good) std::abort();
 }
 
-void checkVector(const Vec3& v, double most) {
+void checkVector(const stylet::Vec3& v, double most) {
     check(std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z) &&
           glm::length(v) <= most * (1 + 1e-12));
 }
@@ -52,7 +52,7 @@ void attackLink(std::span<const std::uint8_t> bytes) {
     std::int64_t now_ns = 1'000'000'000;
     for (std::size_t at = 0; at < bytes.size(); at += 64) {
         link.receive(bytes.subspan(at, std::min<std::size_t>(64, bytes.size() - at)), now_ns);
-        if (link.introduced()) link.force(Vec3(0.0), now_ns);
+        if (link.introduced()) link.force(stylet::Vec3(0.0), now_ns);
         link.watch(now_ns);
         const LinkFault fault = link.fault();
         State state;

@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             haptics::falcon::parseCalibration({reinterpret_cast<const char*>(data), size}, "fuzz.toml");
         for (int i = 0; i < 3; ++i)
             if (!(c.measured_per_asked[i] >= 0.1 && c.measured_per_asked[i] <= 10.0)) std::abort();
-    } catch (const DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

@@ -59,7 +59,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         DeviceState state;
         state.fresh = 0;
         stage = driver.exchange({0.0, 1.0, 2.0}, state, why);
-        const Vec3& p = state.device_from_stylus.position_m;
+        const stylet::Vec3& p = state.device_from_stylus.position_m;
         if (state.fresh != 0 && !(std::fabs(p.x) < 0.3 && std::fabs(p.y) < 0.3 && std::fabs(p.z) < 0.3))
             std::abort();
         if (stage == DeviceStage::failed && why.empty()) std::abort();

@@ -17,7 +17,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto update = inverse3::parseUpdate(text, why);
     if (update.has_value() != why.empty()) std::abort();
     if (update) {
-        const Pose pose = inverse3::stylusPose(*update);
+        const stylet::Pose pose = inverse3::stylusPose(*update);
         if (!(glm::length(pose.position_m) <= inverse3::kFarthest_m)) std::abort();
         if (!(std::fabs(glm::length(pose.rotation) - 1.0) < 1e-9)) std::abort();
         if (update->present) {

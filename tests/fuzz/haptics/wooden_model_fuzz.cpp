@@ -19,9 +19,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         ArmCounts parked{};
         for (std::size_t i = 0; i < parked.size(); ++i)
             parked[i] = model.calibration_counts[i];
-        const Vec3 angles_rad = armAngles_rad(model, parked);
+        const stylet::Vec3 angles_rad = armAngles_rad(model, parked);
         if (!isFinite(armPosition_m(model, angles_rad))) std::abort();
-        const Vec3 current_a = armCurrents(model, angles_rad, {0.0, 3.0, -4.0}).motor_a;
+        const stylet::Vec3 current_a = armCurrents(model, angles_rad, {0.0, 3.0, -4.0}).motor_a;
         for (int i = 0; i < 3; ++i)
             if (!(std::fabs(current_a[i]) <= kMostCurrent_a * (1.0 + 1e-9))) std::abort();
     } catch (const stylet::DataError&) {

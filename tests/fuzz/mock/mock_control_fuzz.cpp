@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "mock_runtime.h"
+#include "tests/fuzz/mock/mock_runtime.h"
 
 namespace {
 

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <fstream>
 
-#include "mock_runtime.h"
+#include "tests/fuzz/mock/mock_runtime.h"
 
 namespace {
 

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <fstream>
 
-#include "mock_runtime.h"
+#include "tests/fuzz/mock/mock_runtime.h"
 
 // The input is a headset file named by a scenario of the mock runtime. The runtime either accepts it or
 // fails xrCreateInstance.

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <fstream>
 
-#include "mock_runtime.h"
+#include "tests/fuzz/mock/mock_runtime.h"
 
 // The runtime either accepts a scenario file or fails xrCreateInstance. An accepted scenario can be played.
 // HZ-RECORD-14

@@ -14,7 +14,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         const Package p = parsePackageToml("fuzz.toml", {reinterpret_cast<const char*>(data), size});
         const std::string text = packageToml(p);
         if (packageToml(parsePackageToml("fuzz.toml", text)) != text) std::abort();
-    } catch (const DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

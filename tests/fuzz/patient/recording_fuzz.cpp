@@ -15,7 +15,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     RecordedBreath recorded;
     try {
         recorded = parseRecordedBreath({reinterpret_cast<const char*>(data), size}, "fuzz.csv");
-    } catch (const DataError&) {
+    } catch (const stylet::DataError&) {
         return 0;
     }
     BreathPlan plan;

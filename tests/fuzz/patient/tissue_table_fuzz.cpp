@@ -11,7 +11,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (size > kMaxTomlBytes) return 0;  // rejected before parsing
     try {
         parseTissueDefaults("fuzz.toml", {reinterpret_cast<const char*>(data), size});
-    } catch (const DataError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

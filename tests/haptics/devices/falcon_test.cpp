@@ -457,7 +457,7 @@ TEST(Falcon, WithoutFirmwareAndWithoutAFileItSaysSo) {
     FalconWorld w(false);
     w.runFor(2000 * kMs);
     EXPECT_EQ(w.device.stage(), DeviceStage::needsFirmware);
-    EXPECT_THAT(w.why(), HasSubstr("name the vendor's file"));
+    EXPECT_THAT(w.why(), HasSubstr("pass the vendor's file"));
     w.falcon = test::FalconEmulator(true);  // another program loaded the firmware
     w.falcon.control(3, 2);
     w.runFor(200 * kMs);

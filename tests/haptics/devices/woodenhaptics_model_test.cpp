@@ -52,7 +52,7 @@ TEST(WoodenModel, RefusesWhatIsNoModel) {
     refuses("", "json");
     refuses("{", "json");
     refuses("[1, 2]", "json");
-    refuses("{\"variant\": {\"a\": {\"b\": 1}}}", "json");
+    refuses("{\"variant\": {\"a\": {\"b\": 1}}}", "variant");
     refuses(woodenJson("a_key_of_ours", "1"), "a_key_of_ours");
     std::string twice = woodenJson();
     twice.insert(1, "\"variant\": 0,");

@@ -38,7 +38,8 @@ MarchCase::MarchCase(const Grid& its_grid, std::vector<std::byte> texels, const 
 
 gpu::FrameUniforms MarchCase::frame(const std::array<View, 2>& views, std::uint32_t width,
                                     std::uint32_t height, float step_voxels) const {
-    gpu::FrameUniforms frame = frameUniforms({}, views, {}, {width, height}, {width, height}, nullptr, look);
+    gpu::FrameUniforms frame =
+        frameUniforms({}, views, {}, {{width, height}, {width, height}}, nullptr, look);
     frame.grid_origin = glm::vec4(glm::vec3(grid.origin_m), 1.0f);
     frame.grid_spacing = glm::vec4(glm::vec3(grid.spacing_m), step_voxels);
     frame.grid_dims = glm::vec4(glm::vec3(grid.dims), float(look.full_extinction_per_m));

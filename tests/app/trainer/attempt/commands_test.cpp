@@ -104,7 +104,7 @@ TEST_F(Spoken, MachinesTakeAWordAndANumber) {
     ASSERT_EQ(said.size(), 8u);
     EXPECT_THAT(said[0], HasSubstr("from 0 to 20"));
     EXPECT_THAT(said[5], HasSubstr("from -90 to 90"));
-    EXPECT_THAT(said[7], HasSubstr("no word known here"));
+    EXPECT_THAT(said[7], HasSubstr("is not a command"));
 }
 
 TEST_F(Spoken, HelpNamesEveryTool) {
@@ -152,7 +152,7 @@ TEST(Outcome, SaysWhatCameOfIt) {
     const haptics::Command park{CommandKind::park, 1}, lift{CommandKind::park, 0};
     before.tool = after.tool = Tool::needle;
     EXPECT_EQ(outcomeOf(scalpel, before, after),
-              "the needle stays in hand: it is in the body, draw it out first");
+              "the needle stays in hand: it is in the body; withdraw it first");
     after.tool = Tool::scalpel;
     EXPECT_EQ(outcomeOf(scalpel, before, after), "the scalpel is in hand");
     EXPECT_EQ(outcomeOf(scalpel, after, after), "the scalpel is in hand already");
@@ -163,7 +163,7 @@ TEST(Outcome, SaysWhatCameOfIt) {
     after.probe_parked = true;
     EXPECT_EQ(outcomeOf(park, before, after), "the probe stays where it is");
     EXPECT_THAT(outcomeOf(lift, after, after), HasSubstr("its rail guides a needle"));
-    EXPECT_EQ(outcomeOf(lift, after, before), "the probe is taken off");
+    EXPECT_EQ(outcomeOf(lift, after, before), "the probe is lifted off");
     EXPECT_THAT(outcomeOf({CommandKind::tool, std::uint32_t(Tool::probe)}, after, after), HasSubstr("lift"));
     EXPECT_EQ(outcomeOf({CommandKind::marker, 1}, before, after), "");
     before.stage = haptics::ForceStage::off;
@@ -186,12 +186,12 @@ TEST_F(Spoken, PedalAndInjectionLastAsLongAsTheirButtonsAreHeld) {
 
 TEST(Buttons, AreCountedFromOneForAPerson) {
     EXPECT_EQ(describe({.rearm = 1, .next = 2, .breath = 8}),
-              "button 1 re-arms, button 2 takes the next tool, button 4 holds the breath and lets it go");
+              "button 1 re-arms, button 2 selects the next tool, button 4 starts and ends a breath-hold");
     EXPECT_EQ(describe({.rearm = 0}), "");
     const std::array<std::string_view, 2> names{"the trigger", "menu"};
     EXPECT_EQ(describe({.rearm = 1, .next = 2, .pedal = 4, .inject = 8}, names),
-              "the trigger re-arms, menu takes the next tool, button 3 is the pedal for X-rays, button 4 "
-              "injects contrast medium while it is held");
+              "the trigger re-arms, menu selects the next tool, button 3 is the X-ray pedal, button 4 "
+              "injects contrast medium while pressed");
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ class ReferencePath : public testing::Test {
         records::RecordWriter writer(folder / "record", {patient::digest(on.package()), made.simulation},
                                      info);
         Session session(on, path, {}, 0.0, &writer);
-        runFast(made, session, std::nullopt, 0.0, {});
+        runFast(made, session, nullptr, 0.0, {});
         writer.finish();
         return folder;
     }

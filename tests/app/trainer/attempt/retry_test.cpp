@@ -34,7 +34,7 @@ class FromABookmark : public testing::Test {
             if (writer.bookmarks().size() == 1 && now.depth_m > 0.045) session.note("bookmark", "");
             last_ = log.last_tick;
         });
-        runFast(attempt, session, std::nullopt, 0.0, {});
+        runFast(attempt, session, nullptr, 0.0, {});
         session.note("bookmark", "the end");
         writer.finish();
         log_ = session.log();
@@ -55,7 +55,7 @@ class FromABookmark : public testing::Test {
         beginAs(attempt, retry);
         records::RecordWriter writer(second(), {patient::digest(package_), attempt.simulation}, info_);
         Session session = sessionOf(&writer);
-        runFast(attempt, session, std::nullopt, 0.0, {});
+        runFast(attempt, session, nullptr, 0.0, {});
         writer.finish();
         return session.log();
     }
@@ -129,7 +129,7 @@ TEST_F(FromABookmark, AHandOfFleshIsWaitedForAndTheForceRisesAtRest) {
     const Retry retry = retryAt("@2");
     ASSERT_NE(retry.left.phase, Phase::outside);
     ASSERT_EQ(retry.left.level, 1.0);
-    Attempt attempt = makeLiveAttempt(patient_, scenario_, test::ductPath(), 3, {}, {}, {});
+    Attempt attempt = makeLiveAttempt(patient_, scenario_, test::ductPath(), {.seed = 3}, {}, {});
     beginAs(attempt, retry);
     records::RecordWriter writer(second(), {patient::digest(package_), attempt.simulation}, info_);
     Session session = sessionOf(&writer);
@@ -159,12 +159,13 @@ TEST_F(FromABookmark, AHandOfFleshIsWaitedForAndTheForceRisesAtRest) {
                         {},
                         "Enter"};
     std::uint64_t first_seen = 0;
-    runRealTime(attempt, session, std::nullopt, monotonicClock(), &hand, [&](const Seen& seen) {
+    const auto heard = [&](const Seen& seen) {
         if (first_seen == 0) first_seen = seen.tick.tick;
         if (!back) {
             EXPECT_TRUE(seen.held);
         }
-    });
+    };
+    runRealTime(attempt, session, nullptr, monotonicClock(), {.live = &hand, .heard = heard});
     writer.finish();
     EXPECT_GT(level, 0.5) << "the force did not come back";
     EXPECT_EQ(stood_at, first_seen) << "ticks went on without the hand";

@@ -113,7 +113,7 @@ TEST_F(ScenarioFile, ReadsEveryFieldInMetres) {
     EXPECT_EQ(s.breath.plan.sighs, 0.02);
     EXPECT_EQ(s.breath.plan.coughs, 0.01);
     EXPECT_DOUBLE_EQ(s.breath.creep_m, 0.0056);
-    EXPECT_EQ(s.breath.plan.hold, (patient::HoldManner{0.0, 20.0, 0.2, 0.1, 15.0}));
+    EXPECT_EQ(s.breath.plan.hold, (patient::HoldBehaviour{0.0, 20.0, 0.2, 0.1, 15.0}));
     EXPECT_EQ(s.tool, haptics::Tool::finger);
     ASSERT_EQ(s.stages.size(), 10u);
     EXPECT_EQ(s.stages[0].kind, StageKind::hold);
@@ -155,7 +155,7 @@ TEST_F(ScenarioFile, RefusesBadFilesByFieldAndReason) {
     expectRefused("approach_distance_mm = 20.0", "approach_distance_mm = nan", "approach_distance_mm");
     expectRefused("[start]\ndeeper_mm = -50.0", "", "start");
     expectRefused("deeper_mm = -50.0", "deeper_mm = -5000.0", "start.deeper_mm");
-    expectRefused("deeper_mm = -50.0", "x_mm = 3.0", "start.x_mm");
+    expectRefused("deeper_mm = -50.0", "deeper_mm = -50.0\nx_mm = 3.0", "start.x_mm");
     expectRefused("period_s = 5.0", "period_s = 0.1", "breath.period_s");
     expectRefused("period_s = 5.0", "recording = \"track.csv\"", "breath.period_jitter");
     expectRefused("sighs = 0.02", "sighs = 2", "breath.sighs");

@@ -27,7 +27,7 @@ SessionLog playedWithSeed(const patient::Patient& patient, const patient::Planne
                           const Scenario& scenario, std::uint64_t seed) {
     const Attempt attempt = makeAttempt(patient, scenario, path, seed);
     Session session(patient, path, scenario.moments, scenario.approach_distance_m, nullptr);
-    runFast(attempt, session, std::nullopt, 0.0, {});
+    runFast(attempt, session, nullptr, 0.0, {});
     return session.log();
 }
 
@@ -117,7 +117,7 @@ TEST(Trainees, AReplayIsScoredTheSame) {
     info.path = test::ductPath();
     records::RecordWriter writer(folder / "record", {patient::digest(package), attempt.simulation}, info);
     Session session(patient, test::ductPath(), {}, 0.0, &writer);
-    runFast(attempt, session, std::nullopt, 0.0, {});
+    runFast(attempt, session, nullptr, 0.0, {});
     writer.finish();
     const SessionLog& log = session.log();
     EXPECT_EQ(log.progress.step, training::Step::done);

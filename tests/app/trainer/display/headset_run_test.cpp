@@ -149,8 +149,7 @@ TEST_F(HeadsetRunRealTime, ARuntimeThatNeverAnswersAgainKeepsNothing) {
         runWatched([](test::MockControl& mock) { mock.ask({{"pause", true}}); }, "--patience 1", still);
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(problem_, "");
-    EXPECT_NE(outcome.err.find("does not let go of a frame; all is stored"), std::string::npos)
-        << outcome.err;
+    EXPECT_NE(outcome.err.find("does not release a frame; all is stored"), std::string::npos) << outcome.err;
     command_.unset("XRMOCK_CONTROL");
     expectTheSameAgain(outcome);
 }

@@ -80,7 +80,7 @@ TEST_F(ReplayHeadset, TheStickScrubsAndEachInstantIsThatOfTheAttempt) {
     const Outcome scrubbed = show(kScrubs, "--at 0.5");
     ASSERT_EQ(scrubbed.status, 0) << scrubbed.err;
     const std::filesystem::path there = command_.out() / "there_left.png";
-    const double stood_s = numberIn(scrubbed.err, "the replay stood at");
+    const double stood_s = numberIn(scrubbed.err, "the replay ended at");
     EXPECT_GT(stood_s, 0.51) << scrubbed.err;
 
     const Outcome looked = show(kLooks, "--at " + std::to_string(stood_s));

@@ -80,7 +80,7 @@ TEST_F(Feed, WhatTheForceWaitsForIsToldWhenItLasts) {
     ticks(900, 0, haptics::kWaitsForSmallForce);
     EXPECT_THAT(heard(), IsEmpty());
     ticks(200, 0, haptics::kWaitsForSmallForce);
-    EXPECT_THAT(heard(), ElementsAre(HasSubstr("the force waits: the tool touches the patient")));
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("force paused: the tool touches the patient")));
     ticks(5000, 0, haptics::kWaitsForSmallForce);
     EXPECT_THAT(heard(), IsEmpty());
     ticks(1100, 0, haptics::kFaultHandOff | haptics::kFaultStaleInput);

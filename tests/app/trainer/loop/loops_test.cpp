@@ -14,6 +14,7 @@
 #include "app/records/replay.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "tests/app/trainer/phantom_attempt.h"
+#include "tests/app/trainer/scripted_display.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/virtual_clock.h"
 
@@ -104,7 +105,7 @@ class RecordedLoop : public testing::Test {
         records::RecordWriter writer(folder_ / "record", {patient::digest(package_), attempt.simulation},
                                      info);
         Session session(patient_, ductPath(), scenario.moments, scenario.approach_distance_m, &writer);
-        totals_ = runRealTime(attempt, session, std::nullopt, clock);
+        totals_ = runRealTime(attempt, session, nullptr, clock);
         writer.finish();
         log_ = session.log();
     }
@@ -200,7 +201,7 @@ std::vector<std::uint32_t> everyCommand() {
 
 TEST(FastLoop, HandsEveryCommandOverTheLastToo) {
     EXPECT_EQ(commandsRecorded([](const Attempt& attempt, Session& session) {
-                  runFast(attempt, session, std::nullopt, 0.0, {});
+                  runFast(attempt, session, nullptr, 0.0, {});
               }),
               everyCommand());
 }
@@ -208,7 +209,7 @@ TEST(FastLoop, HandsEveryCommandOverTheLastToo) {
 TEST(RealTimeLoop, HandsEveryCommandOverTheLastToo) {
     EXPECT_EQ(commandsRecorded([](const Attempt& attempt, Session& session) {
                   test::VirtualClock clock(kLoopThreads);
-                  runRealTime(attempt, session, std::nullopt, clock.clock());
+                  runRealTime(attempt, session, nullptr, clock.clock());
               }),
               everyCommand());
 }
@@ -221,11 +222,10 @@ TEST(RealTimeLoop, AnErrorOfThePicturesEndsItAndComesOut) {
     test::VirtualClock clock(kLoopThreads);
     // The frame advances the clock only after every thread has started. Otherwise a thread that is stopped
     // before it starts would leave the clock waiting for it.
-    Pictures broken{[&clock](const Seen&, const patient::ContrastTable*, const std::string&) -> bool {
-                        clock.sleepUntil_ns(clock.now_ns() + 11'000'000);
-                        throw std::logic_error("not of the GPU");
-                    },
-                    [] { return PictureTotals{}; }};
+    auto broken = std::make_unique<test::ScriptedDisplay>([&clock](const Seen&, const std::string&) -> bool {
+        clock.sleepUntil_ns(clock.now_ns() + 11'000'000);
+        throw std::logic_error("not of the GPU");
+    });
     EXPECT_THROW(runRealTime(attempt, session, std::move(broken), clock.clock()), std::logic_error);
     EXPECT_LT(session.log().last_tick, 500u) << "went on to the hand's end";
 }
@@ -235,28 +235,26 @@ struct WatchedFrame {
     std::uint64_t given = 0, tick = 0;
     bool through_skin = false, hole = false;
 };
-Pictures watching(test::VirtualClock& clock, std::vector<WatchedFrame>& frames, std::size_t& tips) {
+std::unique_ptr<Display> watching(test::VirtualClock& clock, std::vector<WatchedFrame>& frames,
+                                  std::size_t& tips) {
     const auto live = std::make_shared<LiveSeen>();
-    return {.frame =
-                [live, &clock, &frames, &tips](const Seen& given, const patient::ContrastTable*,
-                                               const std::string& moment) {
-                    clock.sleepUntil_ns(clock.now_ns() + 11'000'000);
-                    Seen seen = given;
-                    live->refresh(seen);
-                    for (haptics::TipSample tip; live->tips->pop(tip);)
-                        ++tips;
-                    const bool on_skin =
-                        seen.tick.phase == haptics::Phase::held && seen.tick.tissue == Tissue::air;
-                    // The last tick is shown repeatedly until the frames end.
-                    const bool is_new = frames.empty() || seen.tick.tick != frames.back().tick;
-                    if (moment.empty() && is_new)
-                        frames.push_back({given.tick.tick, seen.tick.tick,
-                                          seen.tick.phase != haptics::Phase::outside && !on_skin,
-                                          !seen.wounds.empty()});
-                    return true;
-                },
-            .totals = [] { return PictureTotals{}; },
-            .follow = [live](LiveSeen from) { *live = std::move(from); }};
+    auto display = std::make_unique<test::ScriptedDisplay>([live, &clock, &frames, &tips](
+                                                               const Seen& given, const std::string& moment) {
+        clock.sleepUntil_ns(clock.now_ns() + 11'000'000);
+        Seen seen = given;
+        live->refresh(seen);
+        for (haptics::TipSample tip; live->tips->pop(tip);)
+            ++tips;
+        const bool on_skin = seen.tick.phase == haptics::Phase::held && seen.tick.tissue == Tissue::air;
+        // The last tick is shown repeatedly until the frames end.
+        const bool is_new = frames.empty() || seen.tick.tick != frames.back().tick;
+        if (moment.empty() && is_new)
+            frames.push_back({given.tick.tick, seen.tick.tick,
+                              seen.tick.phase != haptics::Phase::outside && !on_skin, !seen.wounds.empty()});
+        return true;
+    });
+    display->followed = [live](LiveSeen from) { *live = std::move(from); };
+    return display;
 }
 
 // Also checks the hole in the skin, which another thread finds.
@@ -296,13 +294,13 @@ TEST(RealTimeLoop, DoesWhatTheInstructorSays) {
     std::string words = "difficulty exam\n";
     bool exam = false;
     test::VirtualClock clock(kLoopThreads);
-    const LoopTotals totals = runRealTime(
-        attempt, session, std::nullopt, clock.clock(), nullptr,
-        [&](const Seen& seen) {
-            exam = exam || seen.difficulty == training::Difficulty::exam;
-            if (exam) words = "new seed 7\nnew attempt\n";
-        },
-        [&] { return session.newest() ? std::exchange(words, {}) : std::string(); });
+    const auto heard = [&](const Seen& seen) {
+        exam = exam || seen.difficulty == training::Difficulty::exam;
+        if (exam) words = "new seed 7\nnew attempt\n";
+    };
+    const auto console = [&] { return session.newest() ? std::exchange(words, {}) : std::string(); };
+    const LoopTotals totals =
+        runRealTime(attempt, session, nullptr, clock.clock(), {.heard = heard, .console = console});
     EXPECT_TRUE(exam);
     ASSERT_TRUE(totals.next);
     EXPECT_EQ(totals.next->seed, 7u);
@@ -318,7 +316,8 @@ TEST(LiveAttempt, ADeviceSlowerThanItsControllerAccountsForIsRefused) {
     haptics::DeviceProfile profile;
     const auto make = [&](double delay_s, double rate_hz) {
         profile.delay_s = delay_s;
-        (void)makeLiveAttempt(patient, shortScenario(), ductPath(), 1, {}, profile, {}, rate_hz);
+        (void)makeLiveAttempt(patient, shortScenario(), ductPath(), {.rate_hz = rate_hz}, {},
+                              {.profile = profile});
     };
     EXPECT_NO_THROW(make(0.0159, 1000.0));
     EXPECT_NO_THROW(make(0.0039, 4000.0));

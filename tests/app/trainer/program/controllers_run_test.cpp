@@ -280,8 +280,8 @@ class VirtualTrainee {
     // Places the controllers in the drawn room.
     static Attempt attemptInTheRoom(const patient::Patient& patient, const Scenario& scenario,
                                     const patient::PlannedPath& path) {
-        Attempt attempt = makeLiveAttempt(patient, scenario, path, 4, haptics::makeTouchMap(patient),
-                                          controllerProfile(), {});
+        Attempt attempt = makeLiveAttempt(patient, scenario, path, {.seed = 4},
+                                          haptics::makeTouchMap(patient), {.profile = controllerProfile()});
         attempt.simulation.patient_from_device = stageFromPatient(patient, path).inverse();
         return attempt;
     }
@@ -346,7 +346,7 @@ void palpate(VirtualTrainee& hand) {
 void findTheDuct(VirtualTrainee& hand) {
     hand.press(kNext, "the probe is in hand");
     hand.turnTo(Tool::probe);
-    hand.press(kBreath, "asked to hold his breath");
+    hand.press(kBreath, "asked for a breath-hold");
     hand.mustSee("breath", "held");
     hand.goTo({0.002, 0.0, glm::radians(-35.0)});
     hand.mustSee("step", "find the duct");
@@ -371,7 +371,7 @@ void puncture(VirtualTrainee& hand) {
     hand.goTo(kOutside);
     hand.press(kNext, "the needle is in hand");
     hand.turnTo(Tool::needle);
-    hand.press(kBreath, "asked to hold his breath");
+    hand.press(kBreath, "asked for a breath-hold");
     hand.mustSee("breath", "held", 2);
     hand.goTo({0.7 * hand.length_m()}, 0.02);
     double deeper_m = 0.001;
@@ -449,7 +449,7 @@ TEST(ControllersRunRealTime, WhatTheControllersDoIsStoredReplayedAndReported) {
         }
         hand.mustSee("step", "find the space between the ribs");
         hand.press(kNext, "the probe is in hand");
-        hand.press(kBreath, "asked to hold his breath");
+        hand.press(kBreath, "asked for a breath-hold");
         hand.hold("left", "trigger/value", 1.0);
         hand.mustHear("X-rays");
         hand.hold("left", "squeeze/value", 1.0);
@@ -471,7 +471,7 @@ TEST(ControllersRunRealTime, WhatTheControllersDoIsStoredReplayedAndReported) {
     EXPECT_NE(kept.page.find("controllers"), std::string::npos);
     EXPECT_EQ(kept.summary.at("steps").at("out_of_order"), 0);
     EXPECT_GT(kept.felt_n[std::size_t(Tool::finger)], 0.02);
-    EXPECT_NE(outcome.err.find("the other hand's trigger is the pedal for X-rays"), std::string::npos);
+    EXPECT_NE(outcome.err.find("the other hand's trigger is the X-ray pedal"), std::string::npos);
 }
 
 }  // namespace

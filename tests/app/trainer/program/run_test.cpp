@@ -148,11 +148,10 @@ TEST_F(Run, GoesOnFromABookmarkToTheSameHash) {
     ASSERT_EQ(again.status, 0) << again.err;
     EXPECT_EQ(hashOf(again), hashOf(*demo_));
     EXPECT_NE(again.err.find("until bookmark 1 (before the skin) at 9.0 s"), std::string::npos) << again.err;
-    EXPECT_NE(again.out.find("1 bookmark; from there again: stylet run --from"), std::string::npos)
-        << again.out;
+    EXPECT_NE(again.out.find("1 bookmark; restart there: stylet run --from"), std::string::npos) << again.out;
     const Outcome none = command_->run("run --headless --fast --from '" + demo_folder_.string() + "'");
     EXPECT_EQ(none.status, 2);
-    EXPECT_NE(none.err.find("bookmarks: there is none"), std::string::npos) << none.err;
+    EXPECT_NE(none.err.find("bookmarks: the attempt has none"), std::string::npos) << none.err;
 }
 
 // Without a GPU: checks the flow of contrast medium and the patient's dose.
@@ -295,7 +294,7 @@ TEST_F(Run, StoredPathsOfAnotherTablePatientOrPlannerArePlannedAnew) {
     const auto expectPlannedAnew = [&](const std::string& reason) {
         const Outcome outcome = command_->run(again);
         EXPECT_EQ(outcome.status, 0) << outcome.err;
-        EXPECT_NE(outcome.err.find(reason + "; planning anew\n"), std::string::npos) << outcome.err;
+        EXPECT_NE(outcome.err.find(reason + "; planning again\n"), std::string::npos) << outcome.err;
         EXPECT_EQ(hashOf(outcome), hashOf(*demo_));
         const patient::StoredPaths kept = patient::loadPaths(copy / "paths.json");
         EXPECT_EQ(kept.patient_digest, good.patient_digest);

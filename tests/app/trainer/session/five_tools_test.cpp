@@ -29,7 +29,7 @@ TEST(FiveTools, PalpateParkInciseSnapInAndPuncture) {
     info.path = test::ductPath();
     records::RecordWriter writer(folder / "record", {patient::digest(package), attempt.simulation}, info);
     Session session(patient, test::ductPath(), scenario.moments, scenario.approach_distance_m, &writer);
-    runFast(attempt, session, std::nullopt, 0.0, {});
+    runFast(attempt, session, nullptr, 0.0, {});
     writer.finish();
     const SessionLog& log = session.log();
     EXPECT_TRUE(log.target_hit());

@@ -7,6 +7,7 @@
 
 #include "app/trainer/stores/platform_linux.h"
 #include "tests/app/trainer/phantom_attempt.h"
+#include "tests/app/trainer/scripted_display.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::trainer {
@@ -32,7 +33,7 @@ Attempt leapingAttempt(const patient::Patient& patient, double seconds, const st
 
 SessionLog play(const patient::Patient& patient, const Attempt& attempt) {
     Session session(patient, ductPath(), {}, 0.0, nullptr);
-    runFast(attempt, session, std::nullopt, 0.0, {});
+    runFast(attempt, session, nullptr, 0.0, {});
     return session.log();
 }
 
@@ -103,21 +104,20 @@ TEST(Focus, TheForceComesAndGoesWithItAndTheAttemptWaits) {
     std::uint64_t shown_tick = 0, worn_since = 0, stood_at = 0;
     int frames_off = 0, stood_still = 0;
     const haptics::Clock clock = monotonicClock();
-    Pictures headset{[&](const Seen& seen, const patient::ContrastTable*, const std::string&) {
-                         shown_tick = seen.tick.tick;
-                         if (worn_since == 0 && shown_tick > 300) worn_since = shown_tick;
-                         clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + 5'000'000);
-                         return true;
-                     },
-                     [] { return PictureTotals{}; },
-                     [&] {
-                         if (worn_since == 0) return Attention::absent;
-                         if (shown_tick < worn_since + 600 || frames_off > 60) return Attention::focused;
-                         ++frames_off;
-                         stood_still += shown_tick == stood_at;
-                         stood_at = shown_tick;
-                         return Attention::away;
-                     }};
+    auto headset = std::make_unique<test::ScriptedDisplay>([&](const Seen& seen, const std::string&) {
+        shown_tick = seen.tick.tick;
+        if (worn_since == 0 && shown_tick > 300) worn_since = shown_tick;
+        clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + 5'000'000);
+        return true;
+    });
+    headset->watch = [&] {
+        if (worn_since == 0) return Attention::absent;
+        if (shown_tick < worn_since + 600 || frames_off > 60) return Attention::focused;
+        ++frames_off;
+        stood_still += shown_tick == stood_at;
+        stood_at = shown_tick;
+        return Attention::away;
+    };
     Session session(patient, ductPath(), {}, 0.0, nullptr);
     runRealTime(attempt, session, std::move(headset), clock);
     const SessionLog& log = session.log();

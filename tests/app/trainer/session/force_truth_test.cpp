@@ -26,7 +26,7 @@ SessionLog played(const patient::Patient& patient, const std::string& scenario_f
     const Attempt attempt = makeAttempt(patient, scenario, test::ductPath(), 1);
     Session session(patient, test::ductPath(), scenario.moments, scenario.approach_distance_m, nullptr);
     if (truth) session.compareWith(*truth);
-    runFast(attempt, session, std::nullopt, 0.0, {});
+    runFast(attempt, session, nullptr, 0.0, {});
     return session.log();
 }
 
@@ -66,8 +66,10 @@ class Pushed {
     void at(double x_m) {
         now_.patient_from_needle = {{0.70710678118654752, 0.0, -0.70710678118654752, 0.0},
                                     {x_m, 0.0003, 0.0002}};  // along +x
-        haptics::stepNeedle(felt_, {}, patient_, now_.patient_from_needle.position_m,
-                            now_.patient_from_needle.direction({0.0, 0.0, -1.0}), {}, events_);
+        haptics::stepNeedle(
+            felt_, {}, {patient_, {}},
+            {now_.patient_from_needle.position_m, now_.patient_from_needle.direction({0.0, 0.0, -1.0})},
+            events_);
         ++now_.tick;
         now_.phase = felt_.phase;
         now_.force_n = felt_.force_n;

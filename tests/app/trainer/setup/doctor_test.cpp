@@ -184,7 +184,7 @@ TEST_F(Doctor, RecordsAndRegistrationsAreRead) {
     expectAbout("records", "problem", "record");
     expectAbout("registration", "problem", "falcon.json");
     examine("--records '" + (command_ / "nowhere").string() + "'");
-    expectAbout("records", "problem", "no folder");
+    expectAbout("records", "problem", "not a folder");
 }
 
 // Runs as a user without privileges, because limits do not apply to root.

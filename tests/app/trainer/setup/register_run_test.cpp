@@ -174,7 +174,7 @@ class RegisterRunRealTime : public testing::Test {
             const double t_s = 0.7 * double(i);
             user.rest(places[i], swung(t_s, 0.4), glm::angleAxis(0.3 * std::sin(t_s), Vec3(0, 1, 0)));
             const bool last = i + 1 == places.size();
-            user.press(last ? "to keep it" : "Point " + std::to_string(i + 1) + " is taken");
+            user.press(last ? "to keep it" : "Point " + std::to_string(i + 1) + " is recorded");
         }
     }
 
@@ -402,7 +402,7 @@ TEST_F(RegisterVirtual, PointsAreTouchedAndTheDeviceIsWhereItStands) {
     ASSERT_TRUE(first.stored) << first.err;
     EXPECT_THAT(first.out, HasSubstr("8 points, 0 left out"));
     for (const char* words : {"to begin", "Press the trigger, then turn", "Keep turning", "Point 1 of 8",
-                              "Point 7 is taken", "to keep it", "Done"})
+                              "Point 7 is recorded", "to keep it", "Done"})
         EXPECT_THAT(first.err, HasSubstr(words));
     const Registration kept = loadRegistration(options_.out);
     expectRight(kept, place);
@@ -427,7 +427,7 @@ TEST_F(RegisterVirtual, PointsAreTouchedAndTheDeviceIsWhereItStands) {
     const Played moved = play(pushed);
     EXPECT_FALSE(moved.stored);
     EXPECT_THAT(moved.err, HasSubstr("It has moved: The device has moved by about 3"));
-    EXPECT_THAT(moved.err, HasSubstr("register it anew"));
+    EXPECT_THAT(moved.err, HasSubstr("register again"));
     EXPECT_EQ(loadRegistration(options_.out).date, kept.date) << "given up, nothing is changed";
 }
 
@@ -441,7 +441,7 @@ TEST_F(RegisterVirtual, InMotionTheClocksAreCompared) {
     const Played played = play(place);
     ASSERT_TRUE(played.stored) << played.err;
     EXPECT_THAT(played.err, HasSubstr("Through the whole space"));
-    EXPECT_THAT(played.err, HasSubstr("Go on until the bar is full"));
+    EXPECT_THAT(played.err, HasSubstr("Continue until the bar is full"));
     const Registration kept = loadRegistration(options_.out);
     expectRight(kept, place);
     EXPECT_GT(kept.points, 200);
@@ -479,7 +479,7 @@ TEST_F(RegisterRunRealTime, AMovedRoomBeginsAnewAndALostHeadsetKeepsNothing) {
         user.mustHear("to begin");
         user.press("Press the trigger, then turn");
         user.mock().ask({{"apply", {{"events", json::array({{{"recenter", {{"space", "stage"}}}}})}}}});
-        user.mustHear("the room was moved by the runtime: from the beginning");
+        user.mustHear("the runtime moved the room: starting from the beginning");
         user.mustHear("to begin");
         user.mock().ask(
             {{"apply", {{"events", json::array({{{"session_loss", {{"lost_after_s", 0.5}}}}})}}}});

@@ -166,7 +166,8 @@ TEST(Sounds, WithoutADeviceOneLineAndSilence) {
             sounds.hear(heard);
         EXPECT_EQ(sounds.totals().begun, 0u);
     }
-    EXPECT_EQ(lines.said, std::vector<std::string>{"no sound: no device; the attempt goes on in silence"});
+    EXPECT_EQ(lines.said,
+              std::vector<std::string>{"no sound: no device; the attempt continues without sound"});
 }
 
 TEST(Sounds, WhatBeginsIsPlayedOnce) {
@@ -206,7 +207,7 @@ TEST(SoundsDeathTest, ADeviceThatIsLostEndsTheSoundOnly) {
             std::fprintf(stderr, "%s\n", lines.said.at(0).c_str());
             std::_Exit(sounds.totals().device.empty() ? 0 : 1);
         },
-        testing::ExitedWithCode(0), "the sound device was lost; the attempt goes on in silence");
+        testing::ExitedWithCode(0), "the sound device was lost; the attempt continues without sound");
 }
 
 }  // namespace

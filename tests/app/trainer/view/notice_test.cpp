@@ -40,7 +40,7 @@ TEST(Notice, SaysWhyTheAttemptDoesNotGoOn) {
     seen.held = true, seen.to_return_m = 0.0123;
     EXPECT_NE(noticeOf(seen, Attention::focused, "")->lines[0].find("12 mm"), std::string::npos);
     seen.to_return_m = haptics::kNotThere_m;
-    EXPECT_NE(noticeOf(seen, Attention::focused, "")->lines[0].find("not there"), std::string::npos);
+    EXPECT_NE(noticeOf(seen, Attention::focused, "")->lines[0].find("not tracked"), std::string::npos);
     seen.held = false;
     seen.tick.stage = haptics::ForceStage::off;
     seen.tick.faults = haptics::kFaultOverSpeed;

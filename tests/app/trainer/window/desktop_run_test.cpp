@@ -226,7 +226,7 @@ class DesktopRunRealTime : public testing::Test {
 // the speed of the machine.
 TEST_F(DesktopRunRealTime, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
     start("--device mouse --scenario procedure --path 2 --trainee mouse-1");
-    ASSERT_TRUE(says("the hand is yours")) << printed();
+    ASSERT_TRUE(says("you control the ")) << printed();
     ASSERT_TRUE(until([&] { return !display_.title().empty(); }));
     ASSERT_TRUE(until([&] { return readSamples(); })) << printed();
     keys_.emplace(records::loadRecord(record()));
@@ -240,7 +240,7 @@ TEST_F(DesktopRunRealTime, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
     EXPECT_GT(stepsNow().right, 1.0) << where();
     ASSERT_TRUE(happens("step", "find the space between the ribs")) << where();
     display_.key("h");
-    ASSERT_TRUE(says("asked to hold his breath")) << printed();
+    ASSERT_TRUE(says("asked for a breath-hold")) << printed();
     display_.key("Home");
 
     display_.key("p");
@@ -330,7 +330,7 @@ TEST_F(DesktopRunRealTime, WithoutADisplayThereIsNoMouse) {
     start("--device mouse --trainee mouse-2 --scenario '" + test::testScenario("short").string() + "'");
     const Outcome outcome = outcome_.get();
     EXPECT_EQ(outcome.status, 2);
-    EXPECT_NE(outcome.err.find("its hand is in a window, and there is none"), std::string::npos)
+    EXPECT_NE(outcome.err.find("mouse input needs a window, and there is none"), std::string::npos)
         << outcome.err;
 }
 

@@ -86,8 +86,9 @@ Rect eyeIn(WindowView view, int width = kWidth, int height = kHeight) {
 class MirrorTest : public testing::Test {
   protected:
     void SetUp() override {
-        settings_.assets = std::getenv("STYLET_ASSETS");
-        settings_.validation = true;
+        settings_.pictures.assets = std::getenv("STYLET_ASSETS");
+        settings_.pictures.config.validation = true;
+        settings_.pictures.config.difficulty = training::Difficulty::exam;  // no hints
         settings_.width = kWidth, settings_.height = kHeight;
     }
     void open() { mirror_.emplace(patient_, path_, settings_); }
@@ -101,11 +102,11 @@ class MirrorTest : public testing::Test {
             {"version", 2}, {"eyes", {{"recommended_size", {kEyePixels, kEyePixels}}}}, {"head", head}};
         setenv("XRMOCK_SCENARIO", (folder_ / "scenario.json").c_str(), 1);
         setenv("XR_RUNTIME_JSON", STYLET_MOCK_MANIFEST, 1);
-        FrameSettings frames;
-        frames.assets = settings_.assets;
-        frames.virtual_clock = true;
-        frames.validation = true;
-        frames.capture_dir = folder_.path();
+        PictureSettings frames;
+        frames.assets = settings_.pictures.assets;
+        frames.config.fast = true;
+        frames.config.validation = true;
+        frames.config.folder = folder_.path();
         frames_.emplace(patient_, frames, path_);
         if (mirror_) frames_->mirrorTo(mirror_->channels());
     }
@@ -200,7 +201,7 @@ TEST_F(MirrorTest, KeysTurnItsPagesAndTheTitleSaysWhichIsOpen) {
 // The trainee's alerts also appear in the window: a strike is shown around the eye's picture, which stays
 // unchanged. A key opens the guide. An exam shows neither.
 TEST_F(MirrorTest, WhatTheTraineeIsToldStandsRoundHisPicture) {
-    settings_.hints = training::hintsOf(training::Difficulty::practice);
+    settings_.pictures.config.difficulty = training::Difficulty::practice;
     open();
     putOn();
     display_->key("1");

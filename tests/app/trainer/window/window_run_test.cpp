@@ -110,7 +110,7 @@ TEST_F(WindowRunRealTime, WithoutAHeadsetTheWindowTakesItsPlace) {
     start("--validation");
     const Outcome outcome = outcome_.get();
     ASSERT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_NE(outcome.err.find("a window takes its place"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("using a window instead"), std::string::npos) << outcome.err;
     EXPECT_EQ(outcome.err.find("validation"), std::string::npos) << outcome.err;
     EXPECT_TRUE(outcome.summary.at("target_hit").get<bool>());
     for (const std::string moment : {"approach", "skin", "fascia", "liver", "duct"})
@@ -134,7 +134,7 @@ TEST_F(WindowRun, WithNeitherThereIsOneSentenceAndNoPicture) {
     start("--fast --fps 4 --mirror");
     const Outcome outcome = outcome_.get();
     ASSERT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_NE(outcome.err.find("nor a window: no display"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("no window either: no display"), std::string::npos) << outcome.err;
     EXPECT_NE(outcome.err.find("continuing without pictures"), std::string::npos) << outcome.err;
     EXPECT_EQ(outcome.summary.at("frames"), 0);
 }

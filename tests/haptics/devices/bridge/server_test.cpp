@@ -244,7 +244,7 @@ TEST_F(BridgeServe, AClosedTrainerAndASilentOneEndInZeroForce) {
     EXPECT_EQ(sdk.motor_n(), 0.0);
     EXPECT_EQ(sdk.last_force_ns() - spoke_ns, kSilent_ns);
     EXPECT_EQ(exchange(driver, {0.0, 0.0, 1.0}), DeviceStage::opening);
-    EXPECT_EQ(reason, "the bridge's watchdog took the force");
+    EXPECT_EQ(reason, "the bridge's watchdog cut the force");
     EXPECT_EQ(state.flags, kDeviceHandOn);
 }
 

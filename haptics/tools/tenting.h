@@ -31,7 +31,7 @@ inline double clampToFriction(const patient::TissueRow& row, double force_n) noe
 }
 
 // f(d) = a2 d^2 + a1 d + a0, where d is the depth of the tip behind the border, 0 <= d <= cut_depth_m.
-struct HoldCurve {
+struct TentingCurve {
     double a0_n = 0.0, a1_n_per_m = 0.0, a2_n_per_m2 = 0.0;
     double cut_depth_m = 0.0;  // d*, the puncture depth; infinite for a rigid tissue
 
@@ -48,7 +48,7 @@ struct HoldCurve {
 
 // Force curve for entering `row` with force a0 on arrival; a1 = a1_share * k_B. A rigid tissue is a linear
 // spring.
-inline HoldCurve holdCurve(const patient::TissueRow& row, double a0_n, double a1_share) noexcept {
+inline TentingCurve tentingCurve(const patient::TissueRow& row, double a0_n, double a1_share) noexcept {
     const double k = row.stiffness_n_per_m;
     if (isRigid(row)) return {a0_n, k, 0.0, row.cut_force_n};
     const double rise_n = row.cut_force_n - a0_n;

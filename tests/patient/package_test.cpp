@@ -183,7 +183,7 @@ TEST_F(SavedPackage, BadBreathingIsNamed) {
 TEST_F(SavedPackage, OlderPatientsAreRefusedInAWord) {
     expectRefusedWith("stylet patient 3", "stylet patient 2",
                       "format: an older patient, whose tissues have no elasticity");
-    expectRefusedWith("stylet patient 3", "stylet patient 1", "format: an older patient");
+    expectRefusedWith("stylet patient 3", "stylet patient 1", "format: an older format");
 }
 
 // Damages motion.nii.gz in ways that the loader must name.

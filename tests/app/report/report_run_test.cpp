@@ -117,7 +117,7 @@ TEST_F(ReportRun, BadQuestionsAreNamed) {
     EXPECT_NE(r.err.find("holds neither summary.json nor record/record.json"), std::string::npos) << r.err;
     r = report("cohort --records '" + folder_.path().string() + "'" + out);
     EXPECT_EQ(r.status, 2);
-    EXPECT_NE(r.err.find("store.sqlite: is not there"), std::string::npos) << r.err;
+    EXPECT_NE(r.err.find("store.sqlite: not found"), std::string::npos) << r.err;
     r = report("trainee 'Jane Doe'" + out);
     EXPECT_EQ(r.status, 2);
     EXPECT_GE(report("nonsense").status, 100);

@@ -223,7 +223,8 @@ TEST_F(StoreRun, AnAttemptThatNeverStartedIsNotKept) {
         command_->runBare("run --spacing-mm 2.5 --no-mirror --mute --device controllers --trainee T-11",
                           "XR_RUNTIME_JSON=/nonexistent.json ");
     EXPECT_EQ(none.status, 2) << none.err;
-    EXPECT_NE(none.err.find("no headset"), std::string::npos) << none.err;
+    EXPECT_NE(none.err.find("controllers need a headset, and none is available"), std::string::npos)
+        << none.err;
     const Store store(folder());
     EXPECT_TRUE(store.attempts("T-11").empty());
     EXPECT_TRUE(store.recovered().empty());

@@ -46,7 +46,7 @@ TEST(WindowKeys, F1SaysAnyWordAndF9AComment) {
     keys.press(function(1));
     EXPECT_TRUE(keys.types());
     keys.press(typed("new seed 7"));
-    EXPECT_NE(keys.state().find("word: new seed 7"), std::string::npos);
+    EXPECT_NE(keys.state().find("command: new seed 7"), std::string::npos);
     keys.press(key(kKeyEnter));
     keys.press(function(9));
     keys.press(typed("cough"));

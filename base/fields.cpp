@@ -271,10 +271,13 @@ Fields Fields::childOrEmpty(std::string_view key) {
 
 std::vector<Fields> Fields::children(std::string_view key, std::size_t max_count) {
     std::vector<Fields> readers;
-    if (!has(key)) return readers;
     for (const FieldNode& element : readList(key, max_count))
         readers.push_back({*file_, nameOf(key) + "[" + std::to_string(readers.size()) + "]", element});
     return readers;
+}
+
+std::vector<Fields> Fields::childrenOrNone(std::string_view key, std::size_t max_count) {
+    return has(key) ? children(key, max_count) : std::vector<Fields>();
 }
 
 void Fields::ignore(std::string_view key) {

@@ -67,8 +67,9 @@ class Fields {
 
     Fields child(std::string_view key);
     Fields childOrEmpty(std::string_view key);  // without fields if the key is absent
-    // The elements of a list of tables; none if the key is absent.
+    // The elements of a list of tables.
     std::vector<Fields> children(std::string_view key, std::size_t max_count);
+    std::vector<Fields> childrenOrNone(std::string_view key, std::size_t max_count);  // none if absent
 
     void ignore(std::string_view key);  // finish() accepts this key
     void finish() const;                // throws if the table has keys that were never read

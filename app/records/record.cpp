@@ -221,7 +221,7 @@ std::string shortened(const std::string& text) {
 
 std::vector<Bookmark> bookmarksFrom(Fields& in) {
     std::vector<Bookmark> marks;
-    for (Fields& one : in.children("bookmarks", kMostBookmarks)) {
+    for (Fields& one : in.childrenOrNone("bookmarks", kMostBookmarks)) {
         // An invalid byte is replaced by three.
         marks.push_back({one.count("tick"), one.text("text", 3 * kLongestBookmark)});
         if (marks.size() > 1 && marks.back().tick < marks[marks.size() - 2].tick)

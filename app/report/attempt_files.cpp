@@ -71,7 +71,7 @@ records::AttemptResult scoreOf(Fields& summary) {
     result.target_hit = readFlag(summary, "target_hit");
     result.total = readNumber(score, "total");
     result.ticks = readCount(haptics, "ticks");
-    for (Fields& r : score.children("metrics", kMostRows))
+    for (Fields& r : score.childrenOrNone("metrics", kMostRows))
         result.metrics.push_back({readText(r, "id"), readText(r, "name"), readText(r, "unit"),
                                   readNumber(r, "value", kUnknown), readNumber(r, "points"),
                                   readNumber(r, "most_points")});
@@ -189,9 +189,9 @@ Summary parseSummary(std::string_view text, const fs::path& file) {
     s.air_kerma_gy = readNumber(dose, "air_kerma_gy");
     s.contrast_ml = readNumber(dose, "contrast_ml");
     s.max_step_us = readNumber(haptics, "max_step_us");
-    for (Fields& moment : r.children("moments", kMostRows))
+    for (Fields& moment : r.childrenOrNone("moments", kMostRows))
         s.moments.push_back(momentOf(moment));
-    for (Fields& puncture : r.children("punctures", kMostRows))
+    for (Fields& puncture : r.childrenOrNone("punctures", kMostRows))
         s.punctures.push_back(punctureOf(puncture));
     if (r.has("score")) s.score = scoreOf(r);
     return s;

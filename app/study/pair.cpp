@@ -119,7 +119,7 @@ StudyFile parseStudyFile(std::string_view text, const fs::path& file) {
     StudyFile study;
     if (in.has("tissue")) study.tissue = file.parent_path() / in.nonEmptyText("tissue");
     std::set<std::string> names;
-    for (Fields& pair : in.children("pair", kMaxPairs)) {
+    for (Fields& pair : in.childrenOrNone("pair", kMaxPairs)) {
         study.pairs.push_back(readPair(pair));
         if (!names.insert(study.pairs.back().name).second)
             pair.refuse("name", "\"" + study.pairs.back().name + "\" is there already");

@@ -62,7 +62,7 @@ Elasticity readElasticity(Fields& in) {
 
 void readTissues(Fields& root, TissueTable& table, ElasticityTable& elasticity) {
     std::array<bool, kTissueCount> seen{};
-    for (Fields& in : root.children("tissue", kTissueCount)) {
+    for (Fields& in : root.childrenOrNone("tissue", kTissueCount)) {
         const auto index = std::size_t(readTissueName(in, "name"));
         if (seen[index]) in.refuse("name", "given twice");
         seen[index] = true;
@@ -97,7 +97,7 @@ Label readLabel(Fields& in) {
 std::vector<Label> readLabels(Fields& root) {
     std::vector<Label> labels;
     std::array<bool, 256> seen{};
-    for (Fields& in : root.children("label", 255)) {
+    for (Fields& in : root.childrenOrNone("label", 255)) {
         labels.push_back(readLabel(in));
         if (seen[labels.back().id]) in.refuse("id", std::to_string(labels.back().id) + " is given twice");
         seen[labels.back().id] = true;

@@ -58,7 +58,6 @@ StoredPaths parsePaths(const std::filesystem::path& file, std::string_view text)
     StoredPaths stored;
     stored.patient_digest = in.hex("patient_digest");
     stored.planner_version = int(in.integer("planner_version", 0, kMaxPlannerVersion));
-    if (!in.has("paths")) in.refuse("paths", "missing");
     for (Fields& path : in.children("paths", kMaxStoredPaths))
         stored.paths.push_back(readPath(path));
     in.finish();

@@ -55,7 +55,7 @@ AcousticRule readAcousticRule(Fields& t, const AcousticTable& table) {
             if (patient::tissueName(patient::Tissue(i)) == name) rule.tissue = patient::Tissue(i);
         if (!rule.tissue) t.refuse("tissue", "'" + name + "' is not a tissue of the force table");
     }
-    rule.name = t.textOr("name", "");
+    if (t.has("name")) rule.name = t.nonEmptyText("name");
     if (!rule.tissue && rule.name.empty()) t.refuse("name", "a rule needs a tissue or a name");
     rule.acoustic = readAcousticName(t, table);
     return rule;
@@ -78,7 +78,7 @@ AcousticTable loadAcoustics(const path& file) {
 AcousticTable parseAcoustics(const path& file, std::string_view text) {
     Fields root = parseToml(file, text);
     AcousticTable table;
-    for (Fields& t : root.children("tissue", kMostAcoustics)) {
+    for (Fields& t : root.childrenOrNone("tissue", kMostAcoustics)) {
         const Acoustic a = readAcoustic(t);
         if (indexOf(table, a.name) >= 0) t.refuse("name", "'" + a.name + "' is there twice");
         table.acoustics.push_back(a);
@@ -92,9 +92,9 @@ AcousticTable parseAcoustics(const path& file, std::string_view text) {
     table.gel = needed("gel");
     table.steel = needed("steel");
     table.roughness = root.number("roughness", 0.0, 1.0);
-    for (Fields& t : root.children("label", kMaxRules))
+    for (Fields& t : root.childrenOrNone("label", kMaxRules))
         table.rules.push_back(readAcousticRule(t, table));
-    for (Fields& t : root.children("hu", kMaxRules)) {
+    for (Fields& t : root.childrenOrNone("hu", kMaxRules)) {
         const HuClass c{t.number("from_hu", -2000.0, 10000.0), readAcousticName(t, table)};
         if (!table.hu.empty() && c.from_hu <= table.hu.back().from_hu) t.refuse("from_hu", "not ascending");
         table.hu.push_back(c);

@@ -38,7 +38,7 @@ glm::vec3 readColour(Fields& in, std::string_view key) {
 
 std::vector<HuPoint> readCurve(Fields& root) {
     std::vector<HuPoint> points;
-    for (Fields& in : root.children("hu", kMaxLookRows)) {
+    for (Fields& in : root.childrenOrNone("hu", kMaxLookRows)) {
         HuPoint point;
         point.hu = in.number("hu", -2000.0, 10000.0);
         point.extinction_per_m = kPerMm * in.number("extinction_per_mm", 0.0, 1000.0);
@@ -123,7 +123,7 @@ LookStyle parseLook(const path& file, std::string_view text) {
     Fields root = parseToml(file, text);
     look.name = root.textOr("name", file.stem().string());
     look.hu = readCurve(root);
-    for (Fields& rule : root.children("rule", kMaxLookRows))
+    for (Fields& rule : root.childrenOrNone("rule", kMaxLookRows))
         look.rules.push_back(readLookRule(rule));
     readSurface(root.childOrEmpty("surface"), look);
     double full = 0.0;

@@ -106,7 +106,8 @@ TEST_P(FieldsOf, MayBeAbsent) {
     EXPECT_EQ(in.numberOr("number", 0.0, 3.0, 7.0), 2.5);
     EXPECT_EQ(in.textOr("none", "other"), "other");
     EXPECT_EQ(in.textOr("text", "other"), "caf\xc3\xa9");
-    EXPECT_TRUE(in.children("none", 1).empty());
+    EXPECT_TRUE(in.childrenOrNone("none", 1).empty());
+    EXPECT_THROW(in.children("none", 1), DataError);
     EXPECT_FALSE(in.childOrEmpty("none").has("length_m"));
     EXPECT_TRUE(in.childOrEmpty("part").has("length_m"));
     EXPECT_EQ(refusal([&] { in.childOrEmpty("none").flag("yes"); }), "f: none.yes: missing");

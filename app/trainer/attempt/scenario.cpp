@@ -195,7 +195,7 @@ Scenario parseScenario(std::string_view text, const std::filesystem::path& file)
     s.tremor_high_hz = hand.number("tremor_high_hz", s.tremor_low_hz, 50.0);
     hand.finish();
 
-    for (Fields& stage : top.children("stage", kMaxStages))
+    for (Fields& stage : top.childrenOrNone("stage", kMaxStages))
         s.stages.push_back(readStage(stage));
     if (s.stages.empty()) top.refuse("stage", "at least one [[stage]] is needed");
     top.finish();

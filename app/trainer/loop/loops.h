@@ -36,7 +36,7 @@ struct LiveHand {
     std::function<std::string()> typed;          // session thread, often: text typed since the last call
     std::function<void(haptics::Tool)> hold;     // session thread, often: the tool in use
     UserButtons buttons;
-    std::string rearm_act;                                   // how to re-arm: "Enter here", ...
+    std::string rearm_act;                                   // how to re-arm, for example "Enter"
     std::function<void(const haptics::TickOutput&)> felt{};  // session thread, often: the newest tick
 };
 

@@ -17,12 +17,6 @@ std::string textOf(std::uint32_t bits) {
     return "";
 }
 
-// Removes the final comma, which the text needs only in the middle of a sentence.
-std::string ofItsOwn(std::string act) {
-    if (!act.empty() && act.back() == ',') act.pop_back();
-    return act;
-}
-
 }  // namespace
 
 std::vector<std::string> wrapped(report::Canvas& canvas, const std::string& text,
@@ -60,14 +54,14 @@ std::optional<Notice> noticeOf(const Seen& seen, Attention attention, const std:
     if (rearm_act.empty() || !off) return std::nullopt;
     std::string why = textOf(seen.tick.faults);
     if (!why.empty()) why.front() = char(std::toupper(static_cast<unsigned char>(why.front())));
-    return Notice{"The force is off", {why + ".", "To resume: " + ofItsOwn(rearm_act) + "."}};
+    return Notice{"The force is off", {why + ".", "To resume: " + rearm_act + "."}};
 }
 
 Notice noticeOf(RoomDoubt doubt, const std::string& rearm_act) {
     if (doubt == RoomDoubt::lost)
         return {"The room has moved", {"The force is off.", "Register the device again: stylet register."}};
     return {doubt == RoomDoubt::moved ? "The room has moved" : "Before you begin",
-            {"The force is off. Is the tool where you feel it? Then: " + ofItsOwn(rearm_act) +
+            {"The force is off. Is the tool where you feel it? Then: " + rearm_act +
              ". If not: stylet register."}};
 }
 

@@ -4,6 +4,7 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "app/study/commands.h"
 #include "app/study/paths_picture.h"
@@ -210,9 +211,13 @@ TEST_F(StudyReport, NamesWhatIsMissing) {
             "patients[0].name");
     refused("summary.json", R"({"format": "stylet study 1", "settings": {}, "patients": []})",
             "settings.samples");
+    refused("summary.json", R"({"format": "stylet study 1", "settings": {}})", "patients");
     refused("one/pair.json", "", "file");
     refused("one/pair.json", "{", "json");
     refused("one/pair.json", R"({"format": "stylet study pair 1"})", "reference");
+    refused("one/pair.json",
+            std::regex_replace(textOf(copy / "one/pair.json"), std::regex("\"labels\""), "\"other\""),
+            "reference.labels");
     refused("one/plan.json", "", "file");
     refused("one/plan.json", R"({"format": "stylet study plan 1", "skin_spacing_mm": 0})",
             "target_spacing_mm");

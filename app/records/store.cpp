@@ -64,7 +64,8 @@ void syncTree(const fs::path& folder) {
     syncFolder(folder);
 }
 
-// The writer ended between creating the folder and storing the row, so the attempt's id was never used.
+// Returns true if the attempt's folder contains no data. The program that created it then ended before it
+// stored the attempt's database row, so the id was never used and the folder can be deleted.
 bool neverBegun(const fs::path& folder) {
     if (!fs::is_directory(folder)) return false;
     for (const auto& entry : fs::directory_iterator(folder))
@@ -72,7 +73,8 @@ bool neverBegun(const fs::path& folder) {
     return true;
 }
 
-// Writes in this scope survive a crash. They reach the disk with the next write that waits for it.
+// Scope in which database writes do not wait for the disk. They survive a crash of the program. They survive
+// a loss of power only after a later write that does wait.
 class NoWaiting {
   public:
     explicit NoWaiting(SQLite::Database& database) : database_(database) {
@@ -86,7 +88,8 @@ class NoWaiting {
     SQLite::Database& database_;
 };
 
-// In this scope, waits only briefly for other processes.
+// Scope in which a database write waits for locks of other processes for at most kShortPatience_ms, not
+// kPatience_ms.
 class Hurry {
   public:
     explicit Hurry(SQLite::Database& database) : database_(database) {
@@ -246,7 +249,8 @@ void Store::sumUp(const std::string& id) {
     execute("UPDATE attempt SET crc32 = ? WHERE id = ?", {std::to_string(rows), id});
 }
 
-// Adds the checksums that schema 1 did not store. The centre learns the list of files from them.
+// Adds the file checksums of attempts that were stored with schema 1, which had no checksums. The centre uses
+// the checksums as the list of an attempt's files.
 void Store::sumUpOlder() {
     for (const std::string& id : idsWhere("state <> 'running' AND crc32 IS NULL"))
         try {
@@ -283,7 +287,8 @@ void Store::recover() {
     change.commit();
 }
 
-// Runs under the same database write lock as begin() and finish() when they change state and lock.
+// Marks a running attempt as cut short if its writer has ended. Holds the database's write lock throughout.
+// begin() and finish() hold the same lock while they change an attempt's state and its lock file.
 void Store::recoverAttempt(const std::string& id) {
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
     SQLite::Statement running(*database_, "SELECT 1 FROM attempt WHERE state = 'running' AND id = ?");
@@ -571,11 +576,14 @@ std::size_t Store::doom(const std::string& trainee) {
     while (ids.executeStep())
         doomed.push_back(ids.getColumn(0).getString());
     for (const std::string& id : doomed) {
-        if (!isAttemptId(id)) continue;  // damaged row: not a folder of this store; deleted with the others
+        // A damaged row, whose id names no folder of this store. Only the row is deleted, with the other rows
+        // below.
+        if (!isAttemptId(id)) continue;
         if (isBeingWritten(id)) throw DataError(folderOf(id), "attempt", "is being written");
         execute("INSERT INTO doomed (folder) VALUES (?)", {id});
         execute("DELETE FROM outbox WHERE kind = 'attempt' AND what = ?", {id});
-        // Also for attempts that were never sent: one may be on its way to the centre right now.
+        // Ask the centre to erase the attempt, even if it is not recorded as sent. It may be in transmission
+        // right now.
         execute("INSERT INTO outbox (kind, what) VALUES ('erase', ?)", {id});
     }
     execute("DELETE FROM attempt WHERE trainee = ?", {trainee});

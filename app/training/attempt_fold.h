@@ -1,13 +1,14 @@
-// The complete list of what is hashed. An attempt is a fold over its ticks, with the package, the scenario,
-// the device states and the commands as input. Its state hash covers
+// Computes the state hash of an attempt, tick by tick. An attempt is determined by its package, scenario,
+// device states and commands, so a replay must give the same hash. The hash covers exactly the following:
 //   haptics: tools, forces, output stage (haptics::Simulation), including
 //     breathing: phase, breath-holds, jitter (patient::BreathingState)
 //     interruptions: starts, coughs and sighs of the patient (patient::Interruption)
 //   equipment: C-arm, pedal, ultrasound knobs (machines.h)
 //   contrast: the distribution of the medium (patient::Contrast)
 //   dose: X-ray pulses, air kerma (dose.h)
-// and nothing else: no frame, no picture, no tool displacement. The last three join the hash with the first
-// command for them. Until then the hash equals the simulation's hash, and they cost nothing.
+// Rendered frames, pictures and the drawn displacement of tissue by a tool are not hashed. Equipment,
+// contrast and dose are computed and hashed only from the first equipment command on. Before that, the hash
+// equals the simulation's hash.
 #pragma once
 
 #include "app/training/dose.h"

@@ -106,7 +106,8 @@ constexpr decltype(Entry::make) makeWooden = nullptr, makeCap = nullptr;
 
 constexpr const char* kNoUsb = nullptr;
 
-// The device is not opened, so it is unknown whether it already has its firmware.
+// Lists the Falcons on USB without opening them. It is therefore unknown whether a Falcon already has its
+// firmware. Without --firmware, the entry of an accessible Falcon says that it is needed.
 void findFalconsThere(const DeviceOptions& options, std::vector<FoundDevice>& found) {
     const std::string unless =
         options.firmware.empty() ? "it needs its firmware after each power-up: pass your copy with --firmware"

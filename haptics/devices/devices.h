@@ -22,12 +22,14 @@ namespace stylet::haptics {
 
 // User-supplied files and addresses that some devices need.
 struct DeviceOptions {
-    std::filesystem::path model{};         // woodenhaptics: JSON file with its dimensions
-    std::filesystem::path firmware{};      // falcon: not bundled, its licence forbids it
-    std::filesystem::path calibration{};   // falcon: measured calibration
-    std::string socket{};                  // bridge: empty for the default path
-    std::optional<std::uint16_t> port{};   // inverse3: port of its service, if not the default
-    std::optional<double> force_peak_n{};  // inverse3: from its data sheet; none is published
+    std::filesystem::path model{};        // woodenhaptics: JSON file with its dimensions
+    std::filesystem::path firmware{};     // falcon: not bundled, its licence forbids it
+    std::filesystem::path calibration{};  // falcon: measured calibration
+    std::string socket{};                 // bridge: empty for the default path
+    std::optional<std::uint16_t> port{};  // inverse3: port of its service, if not the default
+    // inverse3: maximum force [N], entered by the user from the data sheet that came with the device. The
+    // driver has no built-in value, because the manufacturer publishes none.
+    std::optional<double> force_peak_n{};
 };
 
 struct DeviceKind {
@@ -47,12 +49,12 @@ struct FoundDevice {
 // Lists the devices plugged in now. Opens none of them.
 std::vector<FoundDevice> findDevices(const DeviceOptions&);
 
-// Profile of a kind before it is opened; unknown values are NaN. May read the model file. Throws
-// DataError.
+// Returns the profile of a kind of device, as far as it is known before the device is opened. Unknown values
+// are NaN. May read the file DeviceOptions::model. Throws DataError.
 DeviceProfile profileOfKind(std::string_view kind, const DeviceOptions&);
 
-// SHA-256 of the firmware image named in the options, for the record; empty if none is named. Throws
-// DataError.
+// Returns the SHA-256 digest of the file DeviceOptions::firmware, or an empty string if no file is named. The
+// digest is stored with the attempt. Throws DataError.
 std::string firmwareDigest(const DeviceOptions&);
 
 // Creates the driver for PolledDevice. The clock is used on the device's thread. Throws DataError:

@@ -20,12 +20,13 @@ struct PolledSettings {
     std::int64_t look_again_ns = 500'000'000;     // absent device: interval between looks
     std::int64_t backoff_first_ns = 250'000'000;  // delay after a failure, doubled with each further one
     std::int64_t backoff_most_ns = 8'000'000'000;
-    std::int64_t sound_ns = 2'000'000'000;  // after this long in `ready`, earlier failures are forgotten
-    void (*atThreadStart)() = nullptr;      // called first on the device's thread: app/ sets its priority
+    // After this time in `ready`, the next failure starts again with backoff_first_ns.
+    std::int64_t sound_ns = 2'000'000'000;
+    void (*atThreadStart)() = nullptr;  // called first on the device's thread: app/ sets its priority
 };
 
-// If the loop has sent nothing for this long, zero goes to the bus. That leaves 5 ms for it to arrive within
-// the 20 ms allowed for every fault.
+// Time without a force from the haptics loop after which zero force is sent to the device. Every fault must
+// lead to zero force within 20 ms, so 5 ms remain for the zero to reach the device.
 inline constexpr std::int64_t kSilence_ns = 15'000'000;
 
 // Status of a device for the user.
@@ -43,8 +44,8 @@ const char* nameOf(DeviceStage) noexcept;
 
 class PolledDevice final : public HapticDevice {
   public:
-    // The clock is read on the device's thread and in report(); it sleeps on the device's thread. Nothing is
-    // opened before start() or poll().
+    // The clock's time is read on the device's thread and in report(). Its sleep function is called on the
+    // device's thread. The constructor does not open the device; start() and poll() do.
     PolledDevice(std::unique_ptr<Driver>, const Clock&, const PolledSettings& = {});
     ~PolledDevice() override;  // like stop()
 
@@ -57,8 +58,8 @@ class PolledDevice final : public HapticDevice {
     // Haptics thread. Wait-free.
     void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override;
 
-    // App. start() starts the device's thread. stop() ends it after zero force and close(); it waits for the
-    // driver's current call to return.
+    // Called by the application. start() starts the device's thread. stop() waits for the driver's current
+    // call to return, sends zero force, closes the device and ends the thread.
     void start();
     void stop();
 

@@ -11,7 +11,8 @@
 namespace stylet::patient {
 
 inline constexpr std::size_t kNiftiHeaderBytes = 348;
-// as written by us; follows the four bytes of the extension flag
+// Offset of the voxels in the files that Stylet writes: the header plus the four bytes of NIfTI's extension
+// flag.
 inline constexpr std::size_t kNiftiDataOffset = 352;
 
 // NIfTI's datatype codes.

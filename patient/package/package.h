@@ -54,7 +54,8 @@ std::uint64_t digest(const Package&);
 class Patient {
   public:
     explicit Patient(const Package&);
-    // Treats only labels accepted by `segmented` as segmented; thresholds decide in the others.
+    // Simulates a partial segmentation. Only labels accepted by `segmented` are used. A voxel with any other
+    // label is treated as unlabelled: HU thresholds determine its tissue.
     Patient(const Package&, bool (*segmented)(const Label&));
 
     const Package& package() const noexcept { return *package_; }
@@ -63,14 +64,16 @@ class Patient {
     // Null for id 0 and for ids without an entry.
     const Label* label(std::uint8_t id) const noexcept { return palette_[id]; }
 
-    // Algorithm 1 at voxel `i` (air outside the grid). Haptics thread. noexcept, no allocation.
+    // Haptics thread. Returns the tissue at voxel `i` by Algorithm 1 of Mastmeyer et al. 2017; air outside
+    // the grid. Does not allocate.
     TissueSample at(const Index3& i, TrackFlags) const noexcept;
     TissueSample at(const Vec3& reference_m, TrackFlags flags) const noexcept {
         return at(grid().nearest(reference_m), flags);
     }
-    // Updates the track flags after the needle enters a voxel. Any tissue except skin and air is past the
-    // skin (air is not: a needle can graze the corners of a slanted surface). Fascia, liver and abdominal
-    // labels are past both skin and fascia. Haptics thread. noexcept, no allocation.
+    // Haptics thread. Returns the track flags after the needle has entered a voxel with this tissue. Any
+    // tissue except skin and air sets the flag "past the skin". Air does not set it, because a needle outside
+    // the body can graze voxel corners of a slanted surface. Fascia, liver and abdominal labels set both
+    // flags, "past the skin" and "past the fascia". Does not allocate.
     TrackFlags flagsAfterEntering(const TissueSample&, TrackFlags before) const noexcept;
 
   private:

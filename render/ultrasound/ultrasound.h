@@ -24,16 +24,18 @@ class Ultrasound {
     Ultrasound(Ultrasound&&) noexcept;
     Ultrasound& operator=(Ultrasound&&) noexcept;
 
-    // Frame thread. Scans and waits. Allocates only for the first picture of a size or a feature. If
-    // nothing can be scanned, gives a black picture and a reason.
+    // Frame thread. Scans, draws the picture and waits until the GPU has finished. Allocates only when a
+    // picture size or a combination of scan features is used for the first time. If nothing can be scanned,
+    // the picture is black and UltrasoundStats::reason says why.
     UltrasoundStats image(const UltrasoundInput&, const UltrasoundSettings&, const Transducer&);
     // Sets the blood's velocity for Doppler; null: none. Uploaded before the call returns.
     void setFlow(const patient::VesselFlow*);
 
     // Picture of the last image(); valid until the next.
     ScreenPicture picture() const;
-    // Envelope before compression and gains: line after line, bin after bin. Amplitudes are relative to a
-    // perfect mirror's echo, amplified by the compensation. Empty if nothing was scanned.
+    // Echo amplitudes before log compression and before the user's gains. All depth bins of the first scan
+    // line come first, then those of the next line. 1 is the echo of a perfect mirror. The machine's
+    // compensation for attenuation is already applied. Empty if nothing was scanned.
     std::span<const float> envelope() const;
 
   private:

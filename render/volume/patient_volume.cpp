@@ -9,10 +9,12 @@ namespace stylet::render {
 namespace {
 
 constexpr std::int16_t kBodyHu = -300;
-// Share of a coronal plane that is body. Less is noise, or the folds of a sheet.
+// A coronal plane contains body if at least this share of its voxels is denser than kBodyHu. A smaller share
+// is noise or the folds of a sheet.
 constexpr double kBackShare = 0.02;
 
-// Finds the lowest coronal plane that contains body.
+// Returns the y coordinate [m] of the patient's back: the edge of the rearmost coronal plane that contains
+// body.
 double backOf(const patient::Patient& patient) {
     const CtVolume& ct = patient.package().ct;
     const Index3 dims = ct.grid.dims;
@@ -65,7 +67,9 @@ void PatientVolume::classify(const LookStyle& look) {
 void PatientVolume::classifyOnHost(const std::function<void(int, int, std::byte*)>& planes) {
     const Index3 dims = patient_->grid().dims;
     if (on_host_.dims() != dims) on_host_ = MarchVolume(dims);
-    constexpr int kSlab = 128;  // planes; each slab recomputes some planes of the last one
+    // Number of planes classified at once. Smoothing needs a few planes on each side, so neighbouring slabs
+    // classify some planes twice.
+    constexpr int kSlab = 128;
     std::vector<std::byte> slab(std::size_t(4 * kSlab) * std::size_t(dims.x) * std::size_t(dims.y));
     for (int z0 = 0; z0 < dims.z; z0 += kSlab) {
         const int z1 = std::min(z0 + kSlab, dims.z);

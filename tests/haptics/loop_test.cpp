@@ -55,7 +55,8 @@ TEST(Loop, TicksOnTimeAndTimesItsStep) {
     EXPECT_EQ(stats.ticks, 100u);
     EXPECT_EQ(stats.late_ticks, 0u);
     EXPECT_EQ(stats.faults, 0u);
-    EXPECT_NEAR(stats.max_step_us, 5.0, 1e-9);  // one look at this clock
+    // A step itself takes no time on the mock clock, but each read of that clock advances it by 5 us.
+    EXPECT_NEAR(stats.max_step_us, 5.0, 1e-9);
     TickRecord record;
     for (std::uint64_t i = 1; i <= 100; ++i) {
         ASSERT_TRUE(channels.records.pop(record));
@@ -93,7 +94,8 @@ TEST(Loop, ALateTickIsCountedNeverStretchedOrMadeUp) {
     }
 }
 
-// The tick starts in time, but its force is sent after the next tick's deadline.
+// Every tenth send() lasts `most_ns`. A tick that starts on time is still late if its force is sent after the
+// next tick is due. The period is 1 ms, so a send of 0.9 ms is in time and a send of 1.1 ms is late.
 TEST(Loop, ATickIsLateByTheTimeItsForceIsSent) {
     class Slow final : public HapticDevice {
       public:
@@ -352,12 +354,15 @@ TEST(LoopHold, BeginsOnceTheForceIsGoneAndSendsZeroEveryPeriod) {
     p.periods(1);
     EXPECT_FALSE(p.channels.paused.load());
     ASSERT_EQ(p.records.size(), ticks + 1);
-    EXPECT_EQ(p.last().tick, ticks + 1);              // continues from the tick where it stopped
-    EXPECT_NEAR(p.last().breath.v, breath_v, 0.005);  // and so does the patient
+    // Tick count and breathing continue from the values they had when the loop paused.
+    EXPECT_EQ(p.last().tick, ticks + 1);
+    EXPECT_NEAR(p.last().breath.v, breath_v, 0.005);
     EXPECT_EQ(p.replayedHash(), p.simulation.state().hash.value());
 }
 
-// Also with a device that delivers fresh readings less often than it is polled.
+// The stylus moves through skin and fascia while the loop is paused. This motion must puncture nothing, and
+// it must not keep the force off after the pause. Tested with two devices: one has a fresh reading at every
+// poll, the other has fresh readings less often.
 // HZ-FORCE-23
 TEST(LoopHold, TheWayMovedMeanwhileNeitherCutsNorBlocks) {
     for (const bool fresh_always : {true, false}) {
@@ -373,7 +378,8 @@ TEST(LoopHold, TheWayMovedMeanwhileNeitherCutsNorBlocks) {
         p.periods(10);
         p.channels.pause.store(false);
         p.periods(3);
-        EXPECT_EQ(p.last().phase, Phase::outside);  // as if the needle had been picked up there
+        // The needle appears at its new position without a puncture, as if the user had picked it up there.
+        EXPECT_EQ(p.last().phase, Phase::outside);
         EventRecord event;
         EXPECT_FALSE(p.channels.events.pop(event));
         p.device.fresh_always = true;

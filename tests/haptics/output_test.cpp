@@ -20,7 +20,9 @@ OutputSettings plain() {
     return s;
 }
 
-// Liver, 1.2 N/mm, is steepest at its puncture unless a1 = k. Bone, 2 N/mm, is a linear spring.
+// worstTangent() returns the steepest slope [N/m] of all force curves in the tissue table. Liver has the
+// stiffness k = 1200 N/m. Its curve starts with the slope a1 = a1_share * k and ends at the puncture with the
+// steepest slope, (2 - a1_share) * k. Bone is a linear spring of 2000 N/m.
 TEST(Output, TheTangentIsTheSteepestOfTheTable) {
     const patient::TissueTable table = test::tissueDefaults().tissues;
     EXPECT_DOUBLE_EQ(worstTangent(table, {.a1_share = 0.0}), 2400.0);
@@ -116,8 +118,10 @@ TEST(Output, AForceThatIsNoNumberEndsInZeroFromTheLastGoodOne) {
     }
 }
 
-// The tissue's springs are scaled by the gain, needle and hand are not. The controller therefore adds K dx
-// / 2 of the force sent.
+// The passivity controller corrects the energy error of a spring that is sampled once per tick. If the tip
+// moves by dx per tick, it adds the force K dx / 2 (times kMargin). The gain scales the spring's force but
+// not the motion of needle and hand. K must therefore be the stiffness as sent to the device: gain * k, not
+// k.
 TEST(Output, TheControllerLeadsTheScaledSpring) {
     Stage stage(plain(), {}, 0.5);
     const double k = 1000.0, dx = 20e-6;
@@ -138,7 +142,8 @@ TEST(Output, TheControllerLeadsTheScaledSpring) {
     EXPECT_GT(off.state.passivity.excess_energy_j, 0.0);
 }
 
-// An output stage that owes one joule.
+// Returns an output stage with an energy excess of 1 J, which the passivity controller must take back. The
+// excess is so large that only the controller's own limits determine its force.
 Stage owing(double tangent_n_per_m) {
     OutputSettings settings = plain();
     settings.model_tangent_n_per_m = tangent_n_per_m;
@@ -151,16 +156,19 @@ Stage owing(double tangent_n_per_m) {
 TEST(Output, TheControllerStaysBelowWhatTheBareMassCanBear) {
     Stage steep = owing(1e6);
     steep.tick.grip_m.y = 1e-6;
-    // A quarter of m / T^2, for the lightest device.
+    // The controller's stiffness is limited to m / (4 T^2). T is the tick. m is the mass of the lightest
+    // known device, because this device's mass is unknown.
     EXPECT_NEAR(steep.send(Vec3(0.0)).y, -0.25 * kLightestMass_kg / (kDt_s * kDt_s) * 1e-6, 1e-12);
 }
 
 TEST(Output, TheControllerIsNoSteeperThanTheSteepestSpringCanOwe) {
     Stage soft = owing(1000.0);
     soft.tick.grip_m.y = 1e-6;
-    EXPECT_NEAR(soft.send(Vec3(0.0)).y, -1000.0 * 1e-6, 1e-12);  // twice K/2
+    EXPECT_NEAR(soft.send(Vec3(0.0)).y, -1000.0 * 1e-6, 1e-12);  // slope without delay: 2 K (1/2 + 0)
     Stage late = owing(1000.0);
-    late.profile.delay_s = 1.2 * kDt_s;  // counts as two ticks
+    // The delay of 1.2 ticks is rounded up to 2. The slope is then limited by the mass of the bare mechanism,
+    // m / (4 T^2 (1 + 2)), which is below the spring's limit of 2 K (1/2 + 2).
+    late.profile.delay_s = 1.2 * kDt_s;
     late.tick.grip_m.y = 1e-6;
     EXPECT_NEAR(late.send(Vec3(0.0)).y, -0.25 * kLightestMass_kg / (3.0 * kDt_s * kDt_s) * 1e-6, 1e-12);
 }
@@ -191,8 +199,8 @@ TEST(Output, TheWallPushesBackIntoTheWorkspace) {
     EXPECT_NEAR(stage.state.sent_n.x, -200.0 * 0.004, 0.01);
 }
 
-// The clutch removes the model's force at once, while wall and limits stay. The removed force causes no
-// energy debt.
+// Pressing the clutch scales the tissue force to zero. The force of the workspace wall remains. The passivity
+// controller must not count the removed tissue force as an energy excess.
 TEST(Output, TheClutchTakesTheModelsForceAndNoOther) {
     DeviceProfile profile;
     profile.workspace_radius_m = 0.1;
@@ -206,7 +214,8 @@ TEST(Output, TheClutchTakesTheModelsForceAndNoOther) {
     EXPECT_NEAR(stage.send({0.0, 2.0, 0.0}).y, 1.0, 0.01);
     stage.tick.share = 0.0;
     for (int i = 0; i < 500; ++i) {
-        stage.tick.grip_m.y = 1e-5 * i;  // moved back along the wall with a fixed tip
+        // While the clutch is pressed, the grip moves along the wall and the tip does not move.
+        stage.tick.grip_m.y = 1e-5 * i;
         EXPECT_LT(std::fabs(stage.send({0.0, 2.0, 0.0}).y), 0.02) << i;
     }
     EXPECT_EQ(stage.state.controller_n.y, 0.0);
@@ -214,8 +223,9 @@ TEST(Output, TheClutchTakesTheModelsForceAndNoOther) {
     EXPECT_LT(stage.state.sent_n.x, -0.1);
 }
 
-// In contact before the force starts, with the clutch pressed. The force does not rise, so there is none
-// when the clutch is released.
+// The tool is in contact before the force has started, and the clutch is pressed. The clutch removes the
+// contact force, but the output stage must still see it and keep waiting. Otherwise the full force would
+// appear when the clutch is released.
 // HZ-FORCE-02
 TEST(Output, AHeldClutchDoesNotHideAContactAtTheStart) {
     OutputState state;

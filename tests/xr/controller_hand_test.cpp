@@ -66,8 +66,9 @@ class ControllerHand : public testing::Test {
     test::TempFolder folder_;
 };
 
-// The loops run in their own threads. The runtime's time is its frame count: a quarter of a millimetre per
-// frame, however long a frame takes.
+// The haptics loop and the frame loop run in threads of their own. The mock runtime's clock advances by a
+// fixed time per frame, however long the frame takes. The scripted controller therefore moves about 0.25 mm
+// per frame.
 TEST_F(ControllerHand, PuncturesTheDuctAlongThePlannedPath) {
     play(
         {{"right",
@@ -104,17 +105,20 @@ TEST_F(ControllerHand, PuncturesTheDuctAlongThePlannedPath) {
     EXPECT_TRUE(session.log().target_hit());
     EXPECT_EQ(totals.pictures.validation_messages, 0u);
     EXPECT_EQ(session.log().faults & haptics::kFaultOverSpeed, 0u);
-    // The needle followed the path and punctured the duct's near wall at 50 mm, where the force table
-    // requires it.
+    // The duct's near wall lies on the planned path at x = 50 mm. The puncture is expected 0.3 mm deeper,
+    // where the tenting force reaches the wall's cut force in the force table.
     ASSERT_TRUE(session.log().target_cut);
     const Vec3 tip_m = session.log().target_cut->patient_from_needle.position_m;
     EXPECT_NEAR(tip_m.x, 0.0503, 1e-3);
     EXPECT_NEAR(glm::length(Vec3(0.0, tip_m.y, tip_m.z)), 0.0, 1e-4);
-    // Contact and several punctures must be felt. Those within one frame count as one.
+    // The contact and each puncture request a vibration of the controller. All requests within one frame
+    // result in a single call, so only one call is certain.
     EXPECT_GE(calls("xrApplyHapticFeedback"), 1);
 }
 
-// On the runtime's virtual clock, frame by frame.
+// The tool pose must come from the controller named in the settings ("left"). The tool must disappear when
+// the OpenXR session is lost or ends, and reappear with the next session. The test runs single frames on the
+// mock runtime's virtual clock.
 TEST_F(ControllerHand, IsTheNamedHandsAndGoesAndComesWithTheSession) {
     const Pose left = gripAt(-0.05), right = gripAt(-0.10);
     play({{"left", {{"poses", {keyOf(0.0, left)}}}}, {"right", {{"poses", {keyOf(0.0, right)}}}}},
@@ -143,7 +147,8 @@ TEST_F(ControllerHand, IsTheNamedHandsAndGoesAndComesWithTheSession) {
             back = lost && tool().has_value();
         }
         EXPECT_TRUE(lost && back);
-        // Until the actions are bound, a tracked hand appears at the controller's pose.
+        // In the first frames of the new session the controller's actions are not yet bound, so the tool
+        // follows the tracked bare hand. Run two more frames until it follows the controller.
         for (int i = 0; i < 2; ++i)
             ASSERT_TRUE(loop.frame(seen, nullptr, ""));
         EXPECT_NEAR(glm::length(tool()->position_m - stage_from_patient_ * Vec3(-0.10, 0.0, 0.0)), 0.0, 1e-4);

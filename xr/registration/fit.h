@@ -25,12 +25,15 @@ struct FitSettings {
     bool gimbal = true;  // constant offset of the tip in the stylus frame; needs the device's orientation
     // The controller's tip in the grip frame; a vague guess needs many pairs with different rotations.
     bool tip = false;
-    bool latency = false;  // in addition to the offset used for pairing; needs tip_m_per_s
+    // Latency between device and controller, in addition to the time offset already used to form the pairs.
+    // Needs Pair::tip_m_per_s.
+    bool latency = false;
     Vec3 tip_guess_m{0.0};
     // Standard deviations of the priors.
     double scale_sd = 0.01, gimbal_sd_m = 0.004, tip_sd_m = 0.1, latency_sd_s = 0.05;
-    // Expected noise of a pair per axis, weighted like `noise_pairs` observed residuals: eight points alone
-    // say little about their own noise.
+    // Prior for the noise of a pair, per axis. The noise estimate combines the residuals with this prior,
+    // which counts as much as `noise_pairs` pairs. With only eight pairs, the residuals alone give a poor
+    // estimate.
     double noise_m = 0.001, noise_pairs = 2.0;
     // The pairs are consecutive in time, so their errors may be correlated. The fit then accounts for the
     // autocorrelation of the residuals.
@@ -62,14 +65,18 @@ struct Fit {
 
 inline constexpr int kLeastPairs = 4;
 inline constexpr int kLeastPairsForTip = 12;  // if the tip's position is only vaguely known
-inline constexpr double kVague_m = 0.02;      // tip_sd_m from which the tip counts as vaguely known
+// The tip's position counts as vaguely known if FitSettings::tip_sd_m is at least this large.
+inline constexpr double kVague_m = 0.02;
 
-// Refuses too few pairs, non-finite numbers, and points in one place, on a line or in a plane. An earlier
-// fit of nearly the same pairs replaces the consensus step.
+// Fits the device's pose to the pairs. Returns an error for too few pairs, for non-finite numbers, and if the
+// points lie in one place, on a line or in a plane. `earlier` may be a fit of nearly the same pairs. It then
+// serves as the initial estimate, and the consensus step is skipped.
 Answer<Fit> fitPairs(std::span<const Pair>, const FitSettings&, const Fit* earlier = nullptr);
 
 struct Limits {
-    double tre_mean_m = 0.0018;  // Wang et al., IEEE Trans. Haptics: 1.8 mm on a rig calibrated by a FARO arm
+    // Mean target registration error. Wang et al. (IEEE Trans. Haptics) report 1.8 mm for a setup that they
+    // calibrated with a FARO measuring arm.
+    double tre_mean_m = 0.0018;
     double tre_worst_m = 0.004;
     double fre_m = 0.004;
     double scale = 0.03, gimbal_m = 0.012, rejected = 0.34;

@@ -24,8 +24,9 @@ namespace {
 
 constexpr double kAny = std::numeric_limits<double>::infinity();
 
-// A sample of all lines that a needle could take from skin to liver, with this spacing of entries and
-// targets. Some 250,000 lines, enough to detect a hole of 3 x 3 mm.
+// Sampling for checkFascia(), which tests straight lines from the skin to the liver. Entry points on the skin
+// are kEntries_m apart, target points in the liver kTargets_m. Lines longer than a needle (kNeedle_m) are
+// skipped. This gives about 250,000 lines, enough to detect a hole of 3 x 3 mm in the fascia.
 constexpr double kEntries_m = 0.012, kTargets_m = 0.020, kNeedle_m = 0.150;
 
 struct Range {
@@ -130,7 +131,8 @@ void checkGrid(const Grid& g, Findings& f) {
     }
 }
 
-// Checks every tissue that a needle can meet, by label or by threshold.
+// Checks the force table for every tissue that can occur in the patient, either through a label or through
+// the HU thresholds. Also checks the order of the thresholds.
 void checkTissues(const Measured& m, Findings& f) {
     std::array<bool, patient::kTissueCount> met{};
     for (const Tissue t : {Tissue::skin, Tissue::soft, Tissue::bone})
@@ -206,7 +208,8 @@ void checkValues(const Measured& m, Findings& f) {
                  {blood.mean_hu(), kAny}, "the vessels' mean: an unlabelled vessel would be felt as bone");
 }
 
-// Checks that the patient matches the RAS axes; otherwise left and right could be swapped.
+// Checks the positions of liver, lungs and spine relative to each other and to the body. Wrong positions show
+// that the image is mirrored or turned against the RAS axes.
 void checkPlaces(const Measured& m, Findings& f) {
     const Vec3 liver = m.sum(Tissue::liver).centre();
     f.expect(refused, "liver to the right of the body's middle",
@@ -339,7 +342,8 @@ void checkFascia(const Measured& m, Findings& f) {
     std::size_t leaked = 0;
     for (std::size_t i = 0; i < liver.voxels.size(); ++i)
         leaked += liver.voxels[i] && reached.voxels[i];
-    if (leaked == 0) return;  // not connected, so no straight line either
+    // No path outside the fascia leads from the skin to the liver, so no straight line does.
+    if (leaked == 0) return;
     const std::vector<Index3> entries = thinned(skin, kEntries_m), targets = thinned(liver, kTargets_m);
     std::vector<std::size_t> through(entries.size(), 0), tried(entries.size(), 0);
     forEachSlab(int(entries.size()), [&](int e) {

@@ -22,7 +22,8 @@ struct BuildArguments {
 
 volatile std::sig_atomic_t interrupted = 0;
 
-// The first Ctrl-C ends the build after the current stage, the second one at once.
+// Signal handler for Ctrl-C. The first Ctrl-C ends the build after the current stage. It also restores the
+// default handler, so a second Ctrl-C ends the program immediately.
 void onInterrupt(int signal) {
     interrupted = 1;
     std::signal(signal, SIG_DFL);
@@ -38,8 +39,8 @@ void printStages(const Built& built) {
     }
 }
 
-// Draws the class intervals over the histogram and over a slice through the liver, as in Figs. 10 to 13 of
-// the paper.
+// Draws the HU intervals of the threshold classes over the CT's histogram and over a slice through the liver,
+// as in Figs. 10 to 13 of the AcusVR-4D paper.
 void drawClassesOf(const patient::Package& p, const std::filesystem::path& png) {
     const Mask liver = maskOf(p.labels, "liver");
     Vec3 sum{0.0};

@@ -29,7 +29,8 @@ std::vector<patient::PlannedPath> planTruth(const Package& truth, std::size_t mo
     return paths;
 }
 
-// Computes the forces as in the study, with all labels that were found.
+// Computes the forces along the paths in both packages, with the accuracy study's method, and prints how they
+// differ. The second package is used with all of its labels (FoundLabels::all).
 void printForces(const CompareOptions& o, Package truth, Package found,
                  const std::vector<patient::PlannedPath>& paths) try {
     const study::Pair pair = study::makePair({truth.name, o.truth, o.found}, std::move(truth),

@@ -21,7 +21,8 @@ struct MotionOptions {
     double dome_mm = 15.0, anterior_mm = 5.0, lateral_mm = 2.5, rib_mm = 2.0, belly_mm = 5.0;
 };
 
-// Prints means over the judged columns, in voxels and millimetres.
+// Prints the error of the fitted diaphragm height for each breathing phase: the mean over the columns
+// selected by judgedColumns(), in voxels and in millimetres.
 void printTable(const FittedMotion& fitted) {
     const double voxel_m = fitted.voxel_m.z;
     std::printf("%zu columns of the dome, voxels of %.2f mm; mean |residual| in voxels (mm):\n",
@@ -55,7 +56,8 @@ void printInterface(const patient::MotionModel& model) {
         e.worst_overlap_m * 1e3, leastJacobian(model, 1.0), leastJacobian(model, 3.0));
 }
 
-// The reference phase as a patient without labels, for pictures of the motion.
+// Makes a package from the CT of the reference phase, with no voxel labelled. It is used to draw pictures of
+// the motion.
 patient::Package packageOf(const FittedMotion& fitted) {
     patient::Package p;
     p.name = "4D CT, " + fitted.phases[fitted.reference].name;
@@ -73,7 +75,8 @@ patient::Package packageOf(const FittedMotion& fitted) {
     return p;
 }
 
-// Refuses a package that does not overlap the images to which the motion was fitted.
+// Refuses a package whose CT overlaps the 4D CT's reference phase by less than 50 mm along any axis. Such a
+// package lies elsewhere than the images to which the motion was fitted.
 void checkPlace(const MotionOptions& o, const patient::Package& p, const FloatVolume& phase) {
     for (int d = 0; d < 3; ++d) {
         const double low_m = std::max(p.ct.grid.origin_m[d], phase.grid.origin_m[d]);

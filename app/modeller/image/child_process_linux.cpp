@@ -18,7 +18,8 @@ namespace {
 
 constexpr std::size_t kLongestSentence = 1000;
 
-// Cleans the child's output for display: one printable line, at most as long as a list of series.
+// Returns the first line of the child's output, for display. Characters that are not printable ASCII become
+// '?'. The length limit leaves room for the longest message, a list of DICOM series.
 std::string tidy(const std::string& said) {
     std::string out;
     for (char c : said) {

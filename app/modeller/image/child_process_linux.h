@@ -37,8 +37,9 @@ class PrivateFolder {
 // Returns `given`, or the program `name` next to this one. Throws ImportError if there is none.
 std::filesystem::path childProgram(const std::filesystem::path& given, const std::string& name);
 
-// Runs the program and waits for it to succeed. Otherwise throws ImportError with the file `about`, and
-// with the sentence that the child printed on standard output or the reason why `who` (a noun) failed.
+// Runs the program and waits until it ends. Throws ImportError if it fails. The message names `about`, the
+// file that the child works on. Then follows the sentence that the child printed on standard output, or the
+// reason for the failure. `who` is the name of the child in that reason, for example "the reader".
 void runChild(const std::filesystem::path& program, const std::vector<std::string>& arguments,
               const ChildLimits&, const std::string& about, const std::string& who);
 

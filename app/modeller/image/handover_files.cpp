@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kFarthest_mm = 1e4;  // maximum displacement
 
-// Returns the grid of a header, with bounds checked before any allocation. Otherwise sets `wrong` and
-// returns nothing.
+// Returns the grid described by a file's header. Checks all sizes, so that a damaged header causes no huge
+// allocation later. If a value is out of bounds, sets `wrong` to the reason and returns nullopt.
 template <typename Header>
 std::optional<Grid> gridOf(const Header& h, std::uintmax_t file_bytes, std::size_t voxel_bytes,
                            std::string& wrong) {

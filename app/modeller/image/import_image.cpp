@@ -15,7 +15,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A scan contains air, lung or bowel gas, and soft tissue. Hardly any voxel is denser than cortical bone.
+// Limits of requireHounsfield(). A CT scan in HU contains air, lung or bowel gas, so its lowest value is at
+// most kHighestAir_hu. At least the share kLeastSoft of its voxels is soft tissue. At most the share
+// kMostDense is denser than cortical bone.
 constexpr int kHighestAir_hu = -500;
 constexpr double kLeastSoft = 0.02, kMostDense = 0.1;
 

@@ -10,8 +10,9 @@ namespace stylet::modeller {
 
 namespace {
 
-// HU are stored in 12 bits, as integers or tenths: slopes outside these limits and larger offsets are
-// mistakes.
+// Limits for the conversion HU = slope * stored value + intercept. CT values have 12 bits and are stored as
+// whole HU or as tenths of a HU. A slope or an intercept outside these limits is therefore a mistake in the
+// file.
 constexpr double kLeastSlope = 1e-4, kLargestSlope = 100.0, kLargestIntercept = 32768.0;
 
 template <typename T>

@@ -31,19 +31,23 @@ RawImage readDicomFolder(const std::filesystem::path&, const std::string& series
 RawImage readDicomFrames(const std::filesystem::path&);
 bool isDicom(const std::filesystem::path&);
 
-enum class NiftiKind { ct, labels, phase };  // a phase may lack its position
+// Expected content of a NIfTI file. A `phase` is one breathing phase of a 4D CT. Its header may lack the
+// orientation and position, which are required for the other two.
+enum class NiftiKind { ct, labels, phase };
 RawImage readNifti(const std::filesystem::path&, NiftiKind);
 
 inline constexpr double kUpright = 0.996;  // cosine of 5 degrees
 
-// The caller names the file or folder. `where` is a prefix that names one file of a folder: "slice12.dcm:
-// ".
+// The functions below report errors by throwing std::runtime_error. The parent process adds the name of the
+// file or folder to the message. `where` is a prefix of the message that names one file within a folder, for
+// example "slice12.dcm: ". For a single file it is empty.
 [[noreturn]] void refuse(const std::string& sentence);
 std::string number(double);
 std::string degrees(double cosine);
 V3 axis(const itk::ImageIOBase&, unsigned i);
 void checkDims(const std::array<std::int64_t, 3>& dims, const std::string& where);
-// Checks the conversion of stored values to HU: a wrong line would turn water into bone.
+// Checks the linear conversion HU = slope * stored value + intercept. Wrong coefficients could turn water
+// into bone.
 void checkRescale(double slope, double intercept, const std::string& where, const char* slope_field,
                   const char* intercept_field);
 // Reads the pixels of an ImageIO after its image information has been read.

@@ -26,7 +26,9 @@ constexpr const char *kModality = "Modality (0008,0060)", *kPosition = "ImagePos
                      *kIntercept = "RescaleIntercept (0028,1052)", *kSlope = "RescaleSlope (0028,1053)",
                      *kSyntax = "TransferSyntaxUID (0002,0010)";
 constexpr double kSamePlace_mm = 0.05;
-constexpr double kShear_mm = 2.0;  // over the whole stack; smaller values are table inaccuracy
+// Largest sideways offset between the first and the last slice. Smaller offsets are due to the scanner's
+// table.
+constexpr double kShear_mm = 2.0;
 constexpr std::size_t kMostListed = 6;
 
 double dot(const V3& a, const V3& b) {
@@ -190,7 +192,8 @@ std::string listOf(const std::vector<Series>& all) {
     return text;
 }
 
-// Keeps the slices of the requested series, or of the only one.
+// Removes the slices of all series but `wanted` (a series UID). Without `wanted`, refuses slices of more than
+// one series.
 void keepOneSeries(std::vector<Slice>& slices, const std::string& wanted) {
     const std::vector<Series> all = seriesOf(slices);
     if (wanted.empty()) {
@@ -250,7 +253,9 @@ void checkDoubles(const std::vector<Slice>& slices, const std::vector<double>& g
                      : "; remove one of them"));
 }
 
-// Sorts the slices along their normal and returns the spacing. Refuses gaps and duplicates by name.
+// Sorts the slices along their common normal and returns their spacing [mm]. Refuses fewer than three slices,
+// a sheared stack, and slices that are missing, duplicated or unevenly spaced. The message names the files
+// next to the gap.
 double orderSlices(std::vector<Slice>& slices) {
     const V3 normal = cross(slices.front().row, slices.front().column);
     for (Slice& s : slices)

@@ -33,7 +33,9 @@ class NiftiHeader {
     std::int64_t side(std::size_t d) const { return std::int16_t(word(40 + 2 * d, 2)); }
     std::string magic() const { return {bytes.begin() + 344, bytes.begin() + 347}; }
 
-    bool swapped() const { return bytes[0] == 0; }  // the header begins with its size, 348
+    // True if the file is big-endian. Its first four bytes are the header size, 348 = 0x0000015C, so the
+    // first byte is 0 only in a big-endian file.
+    bool swapped() const { return bytes[0] == 0; }
 };
 
 void checkKind(const NiftiHeader& h) {
@@ -49,7 +51,8 @@ void checkKind(const NiftiHeader& h) {
 void checkNiftiPlace(const NiftiHeader& h) {
     if (h.word(252, 2) == 0 && h.word(254, 2) == 0)
         refuse("qform_code and sform_code: are both 0, so left and right are unknown");
-    if (h.word(254, 2) == 0) return;  // no sform: ITK reports the axes of the qform, which are checked later
+    // Without an sform, ITK reports the axes of the qform. They are checked after ITK has read the header.
+    if (h.word(254, 2) == 0) return;
     for (std::size_t column = 0; column < 3; ++column) {
         double largest = 0.0, squares = 0.0;
         for (std::size_t row = 0; row < 3; ++row) {
@@ -64,7 +67,8 @@ void checkNiftiPlace(const NiftiHeader& h) {
     }
 }
 
-// Bytes per voxel: signed or unsigned integers of 8, 16 and 32 bits, and floating-point numbers.
+// Returns the bytes per voxel for a value of the header's datatype field. Accepts signed and unsigned
+// integers of 8, 16 and 32 bits, float and double. Refuses all other types.
 std::int64_t bytesOf(std::uint32_t datatype) {
     switch (datatype) {
         case 2:
@@ -140,7 +144,8 @@ void checkNiftiFile(const fs::path& file, bool phase) {
         read(count);
         checkFinite(h, chunk.data(), std::size_t(count));
     }
-    // At the end of the file, zlib checks the checksum.
+    // Try to read one byte after the voxels. At the end of a .gz file, zlib then verifies the checksum.
+    // gzread() fails if the checksum is wrong. Z_BUF_ERROR means that the file was cut short.
     int state = Z_OK;
     if (gzread(in.get(), chunk.data(), 1) < 0 || (gzerror(in.get(), &state), state == Z_BUF_ERROR))
         refuse("voxels: cut short or damaged; copy the file again");

@@ -1,13 +1,19 @@
-// stylet-register FIXED MOVING MASK OUT FINEST: registers the tissue of FIXED to MOVING on one side of a
-// sliding interface. Uses ITK's diffeomorphic demons (Vercauteren et al. 2009), coarse to fine, with one
-// change: the fields are smoothed within the mask only, so that the other side does not drag on the sliding
-// side. The three images are ImageHandovers. All voxels outside the mask have the same value, so no force
-// acts there, and the normal component of the motion at the interface stays zero.
+// Child process that registers two CT images and writes a displacement field. FIXED, MOVING and MASK are
+// image files (ImageHandover); OUT is the resulting field (FieldHandover). There are two modes.
 //
-// stylet-register FIXED MOVING OUT ITERATIONS: registers FIXED to another patient, MOVING, which has its
-// own grid. Steps: the height at which the two sections match, an affine transform (mean squares), and
-// demons with ITERATIONS on the coarsest level, half of that on the next, and so on. Outside MOVING there
-// is no force.
+// 1. Two breathing phases of one patient: stylet-register FIXED MOVING MASK OUT FINEST
+// Lungs and liver slide along the chest wall, so each side of this sliding interface is registered
+// separately. MASK selects one side. The method is ITK's diffeomorphic demons (Vercauteren et al. 2009),
+// coarse to fine, with one change: the displacement and update fields are smoothed only within the mask. The
+// tissue on the other side of the interface therefore does not drag on the selected side. The caller has set
+// all voxels outside the mask to one value, so no demons force acts there, and the motion normal to the
+// interface stays zero. FINEST is the smallest shrink factor used (1, 2 or 4).
+//
+// 2. Two patients: stylet-register FIXED MOVING OUT ITERATIONS
+// The images have different grids and may show different sections of the body. First the shift between the
+// sections is found, then an affine transform (mean squares), then a demons displacement. The demons run
+// ITERATIONS times on the coarsest level and half as often on each finer level. No demons force acts where
+// FIXED lies outside MOVING.
 #include <itkAffineTransform.h>
 #include <itkDiffeomorphicDemonsRegistrationFilter.h>
 #include <itkImage.h>
@@ -39,15 +45,15 @@ using stylet::modeller::kMaxImageVoxels;
 using Picture = itk::Image<float, 3>;
 using Field = itk::Image<itk::Vector<float, 3>, 3>;
 
-// Per level: voxels merged per side, and iterations.
+// One resolution level of the demons. Each voxel of the level merges shrink^3 voxels of the image.
 struct Level {
     int shrink, iterations;
 };
-constexpr Level kLevels[] = {{4, 80}, {2, 40}, {1, 12}};  // between phases
-constexpr double kSigmaField = 1.5, kSigmaUpdate = 1.0;   // voxels of the level
+constexpr Level kLevels[] = {{4, 80}, {2, 40}, {1, 12}};  // for two phases of one patient
+constexpr double kSigmaField = 1.5, kSigmaUpdate = 1.0;   // Gaussian smoothing, in voxels of the level
 constexpr double kLongestStep = 1.5;                      // in voxels per iteration
-// Between patients: the affine transform is found on voxels merged two per side. Sections are compared only
-// if at least this share of the shorter one overlaps.
+// Settings for two patients. The affine transform is found on images shrunk by kAffineShrink per axis. When
+// the sections are aligned in height, they must overlap by at least kLeastOverlap of the shorter section.
 constexpr int kAffineShrink = 2, kAffineIterations = 100;
 constexpr double kLeastOverlap = 0.6;
 constexpr unsigned kWorkUnits = 2;  // fixed, because the threads' summation order must be fixed
@@ -84,7 +90,8 @@ Picture::Pointer read(const std::string& file, ImageHandover& h) {
     return picture;
 }
 
-// The mean over cubes of `shrink` voxels, on a grid with matching centres.
+// Downsamples the image: each output voxel is the mean of a cube of shrink^3 input voxels. The origin of the
+// output is shifted so that each output voxel lies at the centre of its cube.
 Picture::Pointer shrunk(const Picture& in, int shrink) {
     const auto dims = sizeOf(in);
     Picture::RegionType region;
@@ -136,7 +143,8 @@ void blurAxis(std::vector<float>& values, std::size_t n, const std::array<int, 3
     threads->ParallelizeArray(
         0, itk::SizeValueType(lines),
         [&](itk::SizeValueType line) {
-            // The first voxel of the line. The other two axes are numbered with the lower one first.
+            // `a` and `b` are the two axes across the line, with a < b. `line` counts along `a` first, then
+            // along `b`. `start` is the offset of the line's first voxel.
             const unsigned a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
             const std::size_t start =
                 line % std::size_t(dims[a]) * strides[a] + line / std::size_t(dims[a]) * strides[b];
@@ -153,8 +161,9 @@ void blurAxis(std::vector<float>& values, std::size_t n, const std::array<int, 3
         nullptr);
 }
 
-// Gaussian smoothing of the field, weighted by the mask. Beyond the mask the field continues with the
-// values near it, so that warping samples follow the tissue.
+// Smooths the field by a Gaussian weighted with the mask, so that values outside the mask have almost no
+// influence within it. Just outside the mask, the result continues the values at the mask's border. Samples
+// taken there during warping therefore move with the tissue.
 void smoothWithin(Field& field, const Picture& mask, double sigma) {
     const auto dims = sizeOf(field);
     const std::size_t count = field.GetLargestPossibleRegion().GetNumberOfPixels();
@@ -286,7 +295,8 @@ Picture::PointType middleOf(const Picture& image) {
     return middle;
 }
 
-// The shift of MOVING that aligns the bodies, at the height where the sections differ least.
+// Returns the shift that maps a point of FIXED to MOVING. In x and y it aligns the centres of the two bodies.
+// In z it is the shift with the smallest mean squared difference between the images.
 itk::Vector<double, 3> shiftBetween(const Picture& fixed, const Picture& moving) {
     const int nf = sizeOf(fixed)[2], nm = sizeOf(moving)[2];
     const double dz = fixed.GetSpacing()[2];
@@ -296,7 +306,7 @@ itk::Vector<double, 3> shiftBetween(const Picture& fixed, const Picture& moving)
     auto interpolator = Interpolator::New();
     interpolator->SetInputImage(&moving);
     double lowest = std::numeric_limits<double>::infinity();
-    // Compare slice 0 of FIXED with slice k of MOVING.
+    // Try all shifts in z. Shift k places slice 0 of FIXED on slice k of MOVING.
     for (int k = least - nf; k <= nm - least; ++k) {
         itk::Vector<double, 3> shift = best;
         shift[2] = moving_low + k * dz - fixed_low;
@@ -370,7 +380,8 @@ Field::Pointer betweenPatients(const Picture& fixed, const Picture& moving, int 
     for (int shrink = 4; shrink >= 1; shrink /= 2, iterations /= 2)
         levels.push_back({shrink, iterations});
     const auto field = registered(fixed, *resampled(fixed, moving, *affine), *everywhere, levels);
-    // Append the affine transform to the field.
+    // The demons displacement u maps a point p of FIXED to p + u in the resampled image. Apply the affine
+    // transform to p + u, so that the field maps p directly to MOVING.
     auto* u = field->GetBufferPointer();
     forEachVoxel(fixed, [&](std::ptrdiff_t i, const Picture::PointType& p) {
         const auto q = affine->TransformPoint(p + itk::Vector<double, 3>(u[i]));

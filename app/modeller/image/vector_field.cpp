@@ -45,7 +45,8 @@ void eachVoxel(const Grid& g, const Visit& visit) {
     });
 }
 
-// (id + a) o (id + b) - id.
+// The displacement of moving a point by `b` and then by `a`: b(p) + a(p + b(p)), sampled on b's grid.
+// In the notation of Arsigny et al.: (id + a) o (id + b) - id.
 VectorField composed(const VectorField& a, const VectorField& b) {
     VectorField out(b.grid);
     eachVoxel(b.grid, [&](std::size_t i, const Vec3& p) {

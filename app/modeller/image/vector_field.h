@@ -17,8 +17,9 @@ float valueAt(const FloatVolume&, const Vec3& p_m, float outside);
 
 // Exponential of a velocity field as a displacement, by scaling and squaring.
 VectorField exponential(const VectorField& velocity);
-// The velocity whose exponential is `displacement`, which must be invertible. Iterates v <- v + ((id + u) o
-// exp(-v) - id). Stores the largest remaining mismatch in `error_m`.
+// Returns the velocity field v whose exponential is the displacement u. The map x -> x + u(x) must be
+// invertible. Iterates v <- v + ((id + u) o exp(-v) - id), where id is the identity map and o is composition.
+// Stores the largest remaining mismatch in `error_m`.
 VectorField logarithm(const VectorField& displacement, double& error_m);
 
 // Samples the image at p + displacement(p).

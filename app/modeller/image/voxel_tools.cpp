@@ -11,8 +11,10 @@ namespace {
 
 constexpr float kFar = 1e6f;  // squared metres; means "no voxel of the mask"
 
-// One axis of the transform: g(p) = min over q of f(q) + (spacing (p - q))^2, by the lower envelope of
-// parabolas.
+// One pass of the Euclidean distance transform, along one line of voxels. For each voxel p of the line it
+// computes the squared distance g(p) = min over q of f(q) + (spacing (p - q))^2. Here f(q) is the squared
+// distance found by the passes along the other axes. The minimum over all voxels q is the lower envelope of
+// parabolas with apex q.
 struct Envelope {
     std::vector<float> f, begin;
     std::vector<int> apex;

@@ -6,7 +6,9 @@ namespace stylet::modeller {
 
 namespace {
 
-// Three sigma of noise below fat, and above the blurred gap between back and table.
+// Denser voxels may belong to the body. The threshold is three standard deviations of the noise below fat,
+// so that fat is included. It is above the blurred HU of the gap between the patient's back and the table,
+// so that the table stays separate.
 constexpr std::int16_t kBodyAbove_hu = -180;
 constexpr float kOpening_m = 0.003f;
 constexpr std::int16_t kSurface_hu = -500;  // halfway between air and tissue, where a blurred surface lies
@@ -60,7 +62,8 @@ Mask skinShell(const Mask& body, const Grid& scanned, double thickness_m) {
                 air[i] = seen && !body[i];
             }
     const FloatVolume depth = distanceTo(air);
-    // Measured from the centre of the first air voxel, which is half a voxel outside the surface.
+    // `depth` is measured from the centre of the nearest air voxel. That centre is half a voxel outside the
+    // skin surface, so half a voxel is added to the thickness. The shell is at least one voxel thick.
     const double voxel_m = std::max({g.spacing_m.x, g.spacing_m.y, g.spacing_m.z});
     const double reach_m = std::max(thickness_m + 0.5 * voxel_m, 1.01 * voxel_m);
     Mask skin(g);

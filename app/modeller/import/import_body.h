@@ -10,8 +10,9 @@ namespace stylet::modeller {
 // axial slice.
 Mask bodyMask(const CtVolume&);
 
-// The outermost `thickness_m` of the body, 6-separating at air inside the scan. No skin where the scan cuts
-// the body (`scanned` is the CT's own grid).
+// Returns the skin: the layer of the body within `thickness_m` of the air. No path over face neighbours
+// passes through the layer (6-separating). `scanned` is the grid of the original CT. Where its border cuts
+// the body, there is no skin.
 Mask skinShell(const Mask& body, const Grid& scanned, double thickness_m);
 
 }  // namespace stylet::modeller

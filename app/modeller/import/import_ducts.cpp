@@ -14,7 +14,9 @@ namespace {
 
 constexpr std::uint32_t kNobody = std::numeric_limits<std::uint32_t>::max();
 
-// The neighbourhood of the liver. All of the search works on this crop.
+// Masks and distance maps, cropped to the liver and a margin of 12 voxels. The search for ducts uses only
+// this crop. The distances are measured to the nearest portal vein, the nearest vessel and the edge of the
+// parenchyma.
 struct Scene {
     Mask parenchyma, portal_inside, portal_outside;
     FloatVolume to_portal, to_vessel, to_edge;  // metres, at voxel centres
@@ -143,7 +145,9 @@ Search alongPortal(const Scene& s, std::uint32_t hilum) {
     });
 }
 
-// The tips of portal branches: no portal voxel near them is farther from the hilum.
+// Finds the tips of the portal branches. A tip is a portal voxel whose path to the hilum is longer than that
+// of all portal voxels around it. Tips closer than `spacing_m` to the path of a tip found earlier are left
+// out.
 std::vector<std::uint32_t> tipsOf(const Scene& s, const Search& portal, double spacing_m) {
     const Grid& g = s.parenchyma.grid;
     std::vector<std::uint32_t> order;
@@ -158,7 +162,8 @@ std::vector<std::uint32_t> tipsOf(const Scene& s, const Search& portal, double s
     for (std::uint32_t o : order) {
         if (taken.voxels[o]) continue;
         tips.push_back(o);
-        // Marks this branch within reach as taken, along its whole path to the hilum.
+        // Follow the path from this tip to the hilum. Mark all voxels within `spacing_m` of the path, so that
+        // they do not become tips.
         for (std::uint32_t at = o; at != kNobody; at = portal.parent[at]) {
             const Index3 c = voxelOf(g, at);
             for (int dz = -reach; dz <= reach; ++dz)
@@ -194,8 +199,9 @@ std::uint32_t roomNear(const Scene& s, const Vec3& at, const DuctSettings& d) {
     return best;
 }
 
-// The end of a portal branch's duct: ahead of the branch's tip, or as far back along the branch as needed
-// to fit.
+// Returns the voxel at which the duct beside a portal branch ends. The preferred place is up to `beyond_m`
+// ahead of the branch's tip. If no duct fits there, the search moves back along the branch. Returns kNobody
+// if no duct fits anywhere.
 std::uint32_t ductEnd(const Scene& s, const Search& portal, std::uint32_t tip, const DuctSettings& d) {
     const Grid& g = s.parenchyma.grid;
     const auto centre = [&](std::uint32_t o) { return g.centre(voxelOf(g, o)); };
@@ -211,8 +217,9 @@ std::uint32_t ductEnd(const Scene& s, const Search& portal, std::uint32_t tip, c
     return kNobody;
 }
 
-// The cheapest paths through the parenchyma: at the right distance from the portal vein and clear of other
-// vessels. Shared path segments form a tree automatically.
+// Finds the cheapest paths from `start` to all voxels of the parenchyma. A voxel is cheap if its distance to
+// the portal vein is the duct's radius plus `d.gap_m`. A voxel is expensive if a duct there would come too
+// close to any vessel or to the liver's edge. Paths share their segments near `start`, so they form a tree.
 Search alongDucts(const Scene& s, std::uint32_t start, const Vec3& hilum_m, double longest,
                   const DuctSettings& d) {
     const Grid& g = s.parenchyma.grid;
@@ -294,7 +301,8 @@ void stampCurve(FloatVolume& coverage, const std::vector<Point>& curve) {
     if (!curve.empty()) stamp(coverage, curve.back().at_m, curve.back().radius_m);
 }
 
-// Distance along the tree from its start, in metres, for each voxel of the tree.
+// Returns, for each voxel, its distance in metres from the start of the duct tree, measured along the tree.
+// Voxels outside the tree have -1.
 std::vector<float> wayAlong(const Grid& g, const Search& ducts, const std::vector<std::uint32_t>& ends) {
     std::vector<float> way(g.voxelCount(), -1.0f);
     std::vector<std::uint32_t> chain;
@@ -357,7 +365,8 @@ GrownDucts growDucts(const Mask& parenchyma, const Mask& portal, const Mask& ves
             for (int x = 0; x < g.dims.x; ++x) {
                 const Index3 i{x, y, z}, full = from + i;
                 out.mask[full] = mask[i];
-                // Do not paint the partial-volume rim of islands that were dropped.
+                // keepLargest() dropped small islands from `mask`, but `coverage` still contains them and
+                // their partially filled rims. Copy the coverage only near the voxels that were kept.
                 if (s.parenchyma[i] && double(to_kept[i]) < 1.8 * g.spacing_m.x)
                     out.coverage[full] = coverage[i];
                 out.volume_m3 += mask[i] * g.spacing_m.x * g.spacing_m.y * g.spacing_m.z;

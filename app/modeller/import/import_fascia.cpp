@@ -10,7 +10,9 @@ namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kInsideBone_m = 0.0015, kOutsideOrgan_m = 0.0010;
-constexpr double kBellyWeight = 0.3;  // of a ray through the abdominal wall; bones have 1
+// Weight, in the fit, of a radius observed along a ray through the abdominal wall. A radius observed at a
+// bone has weight 1.
+constexpr double kBellyWeight = 0.3;
 
 // Per cell of the surface: the allowed range of its radius, and the observed radius with its weight.
 struct Cells {
@@ -64,7 +66,8 @@ double innerFaceOfBellyWall(const FasciaInput& in, const FloatVolume& smooth_ct,
     return 0.0;
 }
 
-// Removes the outermost few millimetres of the body: the skin is as dense as muscle.
+// Returns the same inputs with a body mask that lacks the outermost 6 mm. The skin is as dense as muscle and
+// would be mistaken for it. `inner_body` receives the new mask and must outlive the result.
 FasciaInput withoutRim(const FasciaInput& in, Mask& inner_body) {
     Mask air = in.body;
     for (std::uint8_t& v : air.voxels)
@@ -93,7 +96,8 @@ void dropOutliers(Cells& c, const WallSurface& s) {
                     const std::size_t other = std::size_t(zz * s.angles + aa);
                     if (c.weight[other] > 0.0) near.push_back(c.seen_m[other]);
                 }
-            // Compare with the upper quartile: misled rays end deeper than the wall.
+            // The reference is the upper quartile of the neighbours' radii, not their median. Wrong rays end
+            // too deep, that is, at too small a radius.
             const auto upper = near.begin() + std::ptrdiff_t(near.size() * 3 / 4);
             std::nth_element(near.begin(), upper, near.end());
             if (std::fabs(c.seen_m[cell] - *upper) > kAgree_m) weight[cell] = 0.0;
@@ -132,7 +136,8 @@ Cells observe(const FasciaInput& in, const WallSurface& s) {
                     bone_near = bone_weight[std::size_t(zz * s.angles + aa)] > 0.0;
                 }
             const double phi = a * kTurn / s.angles;
-            const bool back = std::sin(phi) < -0.5;  // the back's muscles do not show the wall
+            // At the back, the thick muscles hide the inner face of the wall.
+            const bool back = std::sin(phi) < -0.5;
             if (bone_near || back) continue;
             const double r = innerFaceOfBellyWall(inner, smooth_ct, s, phi, s.z_begin_m + z * s.z_step_m);
             if (r > 0.0) c.seen_m[cell] = r, c.weight[cell] = kBellyWeight;
@@ -221,7 +226,8 @@ Mask insideWall(const WallSurface& s, const FasciaInput& in) {
             }
     });
     keepLargest(inside);
-    // Add the bones and pockets that are not connected to the outside.
+    // Add every bone and every cavity that is enclosed by `inside`: flood the complement from the left and
+    // right faces of the image. All voxels that the flood does not reach are inside.
     Mask outside = inside, seeds(g);
     for (std::uint8_t& v : outside.voxels)
         v = v ? 0 : 1;

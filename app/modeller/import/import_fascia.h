@@ -27,16 +27,20 @@ struct WallSurface {
     double radiusAt(double phi, double z_m) const;  // bilinear, periodic in phi
 };
 
-// Fits the wall to bones, and below the ribs to one muscle thickness inside the outer surface of the
-// abdominal wall. Smooth in between. Stays outside organs and inside bones; where both touch, bones win.
+// Fits the inner wall of chest and abdomen. At the ribs and other bones, the surface lies just inside the
+// bone. Below the ribs, it lies on the inner face of the abdominal muscles. Between these places it is
+// smooth. The surface stays outside the organs and inside the bones. Where an organ touches a bone, only the
+// bone's limit is kept.
 WallSurface fitWall(const FasciaInput&);
 
-// The enclosed volume: with organs, without bones, as one component without holes.
+// Returns the volume enclosed by the surface. Organs are included even where they extend beyond the surface.
+// A bone is included only if the volume encloses it completely. The result is a single connected component
+// without holes.
 Mask insideWall(const WallSurface&, const FasciaInput&);
 
-// Rasterises the boundary of `inside`, one voxel thick and 6-separating. Of each pair of face neighbours
-// across the boundary, the outer voxel becomes fascia if it may be overwritten (`free`), else the inner
-// one.
+// Returns the boundary of `inside` as a layer that is one voxel thick. No path over face neighbours passes
+// through the layer (6-separating). Each pair of face neighbours across the boundary contributes one voxel:
+// the outer one if `free` marks it as overwritable, otherwise the inner one.
 Mask rasteriseBoundary(const Mask& inside, const Mask& free);
 
 }  // namespace stylet::modeller

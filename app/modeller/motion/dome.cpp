@@ -11,7 +11,7 @@ namespace {
 constexpr float kBorder_hu = -300.0f;  // halfway between lung and liver
 constexpr float kLung_hu = -500.0f;
 constexpr double kLungAbove_m = 0.006;  // depth of lung required above the dome
-constexpr double kMostJump_m = 0.004;   // between neighbouring columns of one sheet
+constexpr double kMostJump_m = 0.004;   // most height difference of neighbouring columns in one sheet
 constexpr double kBelowTop_m = 0.020, kAway_m = 0.010;
 constexpr std::size_t kFewestColumns = 100;
 
@@ -21,7 +21,8 @@ float domeHeightAt(const FloatVolume& hu, int x, int y) {
     for (int z = 1; z + above < g.dims.z; ++z) {
         if (!(hu[{x, y, z}] < kBorder_hu)) continue;
         const float below_hu = hu[{x, y, z - 1}];
-        if (below_hu < kBorder_hu) return std::numeric_limits<float>::quiet_NaN();  // starts in lung
+        // The column starts in lung at its lower end, so the step from tissue to lung is outside the image.
+        if (below_hu < kBorder_hu) return std::numeric_limits<float>::quiet_NaN();
         float mean_hu = 0.0f;
         for (int k = 0; k < above; ++k)
             mean_hu += hu[{x, y, z + k}] / float(above);
@@ -32,7 +33,9 @@ float domeHeightAt(const FloatVolume& hu, int x, int y) {
     return std::numeric_limits<float>::quiet_NaN();
 }
 
-// The columns connected to (x, y) in every phase.
+// Returns all columns that are connected to the column (x, y). Two neighbouring columns are connected if
+// their diaphragm heights differ by less than kMostJump_m in every phase. Sets `seen` for all columns
+// returned.
 std::vector<std::array<int, 2>> sheetFrom(const std::vector<DomeMap>& maps, int x, int y,
                                           std::vector<unsigned char>& seen) {
     const Grid& g = maps.front().grid;
@@ -45,7 +48,8 @@ std::vector<std::array<int, 2>> sheetFrom(const std::vector<DomeMap>& maps, int 
         for (const auto& step : kSteps) {
             const int a = i + step[0], b = k + step[1];
             if (a < 0 || b < 0 || a >= g.dims.x || b >= g.dims.y || seen[index(a, b)]) continue;
-            // The comparison is false for NaN.
+            // A column without a dome has the height NaN. The comparison is then false, so the column is not
+            // joined.
             const bool joined = std::all_of(maps.begin(), maps.end(), [&](const DomeMap& m) {
                 return std::fabs(double(m.at(a, b)) - double(m.at(i, k))) < kMostJump_m;
             });

@@ -14,7 +14,8 @@ inline constexpr const char* kMouse = "mouse";  // value of `--device`
 
 haptics::DeviceProfile mouseProfile() noexcept;
 
-// Start pose of the tool, as a needle pose: along the path, in front of the skin.
+// Returns the needle pose at which the tool starts. The needle is aligned with the planned path, and its tip
+// is 30 mm in front of the entry point on the skin.
 Pose mouseStart(const patient::PlannedPath&);
 
 // A point that follows a target without jumps: critically damped, at most kSpeed_m_s.
@@ -25,8 +26,9 @@ struct SmoothPoint {
     static constexpr double kRate_per_s = 25.0, kSpeed_m_s = 0.10;
 };
 
-// The device frame is the patient frame. A tool that presses with more than kMostPress_n moves no deeper: a
-// user who feels no force would push it through the tissue.
+// Driver for mouse and keyboard. The device frame equals the patient frame. While the tool presses with more
+// than kMostPress_n, it moves no deeper. Without this limit a user, who feels no force, would push the tool
+// through the tissue.
 class MouseDriver final : public haptics::Driver {
   public:
     // `start`: see mouseStart(). The port must outlive the driver.
@@ -37,7 +39,8 @@ class MouseDriver final : public haptics::Driver {
     void close() noexcept override {}
 
     static constexpr double kMostPress_n = 10.0;
-    static constexpr double kLead_m = 0.12;  // largest distance of the tool behind its target
+    // The tool follows a target position that the mouse moves. This is the largest distance between the two.
+    static constexpr double kLead_m = 0.12;
 
   private:
     void take(const MouseMove&) noexcept;
@@ -50,7 +53,9 @@ class MouseDriver final : public haptics::Driver {
     haptics::DeviceProfile profile_ = mouseProfile();
     SmoothPoint point_;
     Quat turned_;  // current orientation
-    Pose held_;    // needle_from_stylus; turns toward the value for the current tool
+    // needle_from_stylus. After a change of tool it turns gradually to the pose in which the new tool is
+    // held.
+    Pose held_;
     std::int64_t last_ns_ = 0;
 };
 

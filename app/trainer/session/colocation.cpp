@@ -9,10 +9,12 @@
 namespace stylet::trainer {
 
 Quat roomFromDeviceRotation(const Registration& registration) {
-    constexpr double kLevel = 0.2;  // horizontal part below which an axis counts as vertical
+    // A unit axis counts as vertical if its horizontal component is shorter than this: within 11.5 degrees.
+    constexpr double kLevel = 0.2;
     const Pose& stage_from_device = registration.stage_from_device;
     Vec3 to_operator = stage_from_device.direction({0.0, 0.0, 1.0});
-    // A device whose +z points up or down faces its operator with -y or +y.
+    // Normally the device's +z axis points to the operator. If +z points up, the -y axis does. If +z points
+    // down, the +y axis does.
     if (std::hypot(to_operator.x, to_operator.z) < kLevel)
         to_operator = stage_from_device.direction({0.0, to_operator.y > 0.0 ? -1.0 : 1.0, 0.0});
     return glm::angleAxis(-std::atan2(to_operator.x, to_operator.z), Vec3(0.0, 1.0, 0.0)) *

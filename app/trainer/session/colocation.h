@@ -1,5 +1,5 @@
-// Co-location of a registered haptic device and the drawn room. The patient is placed so that the user sees
-// a contact where the device renders it, and lies level.
+// Aligns the drawn room with a haptic device whose place has been registered (co-location). The patient lies
+// level, and the user sees a contact at the place where the device renders its force.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +21,8 @@ struct Colocation {
 // faces the operator.
 Quat roomFromDeviceRotation(const Registration&);
 
-// patient_from_device for a patient that lies level in the room. `middle_m` (patient frame) coincides with
-// the centre of the device's registered working cube.
+// Returns patient_from_device for a patient that lies level in the room. The point `middle_m` (patient frame)
+// is placed at the centre of the device's registered working cube.
 Pose levelPatientFromDevice(const Registration&, const Pose& room_from_patient, const Vec3& middle_m);
 
 // Pose of the runtime's space in the drawn room.
@@ -36,8 +36,9 @@ enum class RoomDoubt : std::uint8_t {
     lost        // the space moved by an unknown amount: register again
 };
 
-// Tracks the runtime's space in the drawn room across frames and headsets. Identity without a colocation,
-// unless seated mode is on. Frame thread.
+// Frame thread. Tracks the pose of the OpenXR runtime's space in the drawn room (roomFromStage()), also when
+// the space changes or another headset is connected. Without a colocation the pose is the identity, unless
+// seated mode is on.
 class RoomPlace {
   public:
     RoomPlace(std::optional<Colocation>, const Pose& room_from_patient, bool seated);
@@ -56,7 +57,8 @@ class RoomPlace {
     // While there is a doubt, no force is rendered. confirm() is called when the user accepts that felt and
     // seen positions agree. It does not clear RoomDoubt::lost.
     RoomDoubt doubt() const { return doubt_; }
-    std::uint64_t doubts() const { return doubts_; }  // raised so far; a new value means: ask the user again
+    // Number of doubts raised so far. When it increases, the user must be asked again.
+    std::uint64_t doubts() const { return doubts_; }
     void confirm();
 
     // Seated mode: height above the drawn floor at which the user's eyes are placed.

@@ -1,5 +1,5 @@
-// Decides which sounds to play, from the shown state of an attempt. Independent of any device. Session
-// thread.
+// Session thread. Decides which sounds to play. The input is the state of the attempt that is shown to the
+// trainee. Does not access any audio device.
 #pragma once
 
 #include <array>
@@ -19,9 +19,10 @@ struct Voice {
     float pitch = 1.0f;  // factor on the clip's pitch
     Vec3 stage_m{0.0};
 };
+// All sounds after one call of Cues::take().
 struct Heard {
-    std::array<Voice, kSoundCount> voices;
-    std::uint32_t begun = 0;  // bit per Sound that starts now
+    std::array<Voice, kSoundCount> voices;  // indexed by Sound
+    std::uint32_t begun = 0;                // sounds that this call started: bitOf(Sound) is set
     const Voice& operator[](Sound s) const { return voices[std::size_t(s)]; }
     Voice& operator[](Sound s) { return voices[std::size_t(s)]; }
 };
@@ -29,16 +30,17 @@ struct Heard {
 // Positions of all sound sources in the drawn room.
 struct SoundPlaces {
     Pose stage_from_patient;
-    Pose stage_from_operator;  // the operator's head, until its pose is known
+    Pose stage_from_operator;  // assumed pose of the operator's head; used until the headset reports it
     Vec3 mouth_m{0.0}, monitor_m{0.0}, tube_m{0.0}, vent_m{0.0}, entry_m{0.0};
 };
 SoundPlaces soundPlaces(const patient::Patient&, const patient::PlannedPath&);
 
-// Gain of the loudest playback, at 1 m. The sum over all sounds is below 1, so that playing all of them
-// does not clip.
+// Returns the largest gain with which this sound is played, for a listener at a distance of 1 m. These gains
+// sum to less than 1 over all sounds, so playing all sounds at once does not clip.
 float loudestGain(Sound) noexcept;
 
-inline constexpr double kHeart_per_min = 72.0;  // rate of the monitor's beep: an adult at rest
+// Heart rate of an adult at rest. The patient monitor beeps at this rate.
+inline constexpr double kHeart_per_min = 72.0;
 
 // Controller pulse for these sounds, for users who cannot hear them. Cuts are not included: Vibrations
 // covers them.
@@ -61,7 +63,7 @@ class Cues {
     double tick_s_;
     Heard heard_;
     std::optional<Seen> last_;
-    double breath_v_ = 0.0, breath_s_ = 0.0;  // at the last estimate of the air flow
+    double breath_v_ = 0.0, breath_s_ = 0.0;  // breath.v and time at the last estimate of the air flow
     double pulsed_s_ = -1.0;                  // time of the last X-ray pulse
     double alarm_s_ = -1.0;                   // start of the last alarm
 };

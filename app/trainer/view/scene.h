@@ -18,8 +18,9 @@ inline render::Look sceneLook(const AttemptConfig& config) {
     return config.closed_look ? render::Look::closed : render::Look::reveal;
 }
 
-// Adds the room around the table, the access field and, with closed skin, the drape. The C-arm is over the
-// target from its first pulse on.
+// Adds to the scene the room and the field around the planned entry point. With the closed look and before
+// the first incision, also adds the drape. From the first X-ray pulse on, also adds the C-arm, centred on the
+// target.
 void furnish(render::RenderScene&, const patient::PlannedPath&, const training::XrayState& = {});
 
 // Adds the tool in use and the parked probe.
@@ -33,14 +34,15 @@ std::vector<render::Mark> marksOf(const std::vector<Wound>&, render::Look, const
 // Builds the scene of room and patient for a tick. Use from one thread only.
 class SceneMaker {
   public:
-    // The patient and the map must outlive it. `hints`: whether to show the reference path, and whether the
-    // room light shows alerts.
+    // The patient and the touch map must outlive this object. `tick_s` is the loop's tick period. `hints`
+    // selects whether the reference path is shown and whether the room light shows alerts.
     SceneMaker(const patient::Patient&, const patient::PlannedPath&, render::Look, const haptics::TouchMap*,
                double tick_s, const training::Hints& hints);
     // Sets the hints of another difficulty.
     void help(const training::Hints& hints) { hints_ = hints; }
-    // Includes the screen of the breath monitor, but not the ultrasound and X-ray screens. Valid until the
-    // next call.
+    // Returns the scene for a state of the attempt. It includes the screen of the breath monitor, but not the
+    // screens of ultrasound and X-ray. The scene refers to data of this object and is valid until the next
+    // call.
     render::RenderScene sceneOf(const Seen&);
     const Pose& stageFromPatient() const { return stage_from_patient_; }
 

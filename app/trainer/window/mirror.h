@@ -1,6 +1,6 @@
-// The instructor's window: what the trainee sees, a free camera, the equipment screens and the numbers. It
-// has a thread and a Vulkan device of its own. It may block, be minimised, closed or lost, and the headset
-// never waits for it.
+// The instructor's window. It shows the trainee's view, a free camera, the equipment screens and the measured
+// values. The window has a thread and a Vulkan device of its own. The headset therefore never waits for it,
+// even if the window blocks, is minimised, closed or lost.
 #pragma once
 
 #include <filesystem>
@@ -21,22 +21,23 @@ class WindowError : public std::runtime_error {
 };
 
 struct MirrorSettings {
-    PictureSettings pictures{};              // what the trainee is shown, and this window with it
-    std::filesystem::path pipeline_cache{};  // of the window's own device; empty: none
-    bool desktop = false;                    // no headset: the room is drawn by Desktop (desktop.cpp)
+    PictureSettings pictures{};              // render settings, the same as for the trainee's view
+    std::filesystem::path pipeline_cache{};  // pipeline cache file of the window's Vulkan device; empty: none
+    bool desktop = false;                    // run without a headset; Desktop (desktop.cpp) draws the room
     int width = 1280, height = 720;
 };
 
 class Mirror {
   public:
-    // Opens the window. All arguments must outlive it. Throws WindowError.
+    // Opens the window. All arguments must outlive the Mirror. Throws WindowError.
     Mirror(const patient::Patient&, const patient::PlannedPath&, const MirrorSettings&);
-    // Waits for its thread to finish, but for a display that does not answer at most a second.
+    // Closes the window and waits for its thread to finish. If the thread waits for a display that does not
+    // answer, the destructor gives up after one second and leaves the thread behind.
     ~Mirror();
     Mirror(const Mirror&) = delete;
     Mirror& operator=(const Mirror&) = delete;
 
-    // For use by one frame thread.
+    // Channels between the window thread and the frame thread. Only one frame thread may use them.
     MirrorChannels& channels();
     // Counts so far. Any thread.
     std::uint64_t shown() const;  // pictures presented

@@ -9,7 +9,9 @@ namespace stylet::haptics {
 
 namespace {
 
-// Limit per call. Each force has one answer of 96 bytes, so 64 KiB cannot be answers.
+// Maximum number of socket reads in one call of receive(), each of up to 4 KiB. The bridge answers each force
+// with one message of 96 bytes. If more than 64 KiB are waiting, the bridge is faulty and the connection
+// fails.
 constexpr int kMostReads = 16;
 
 }  // namespace
@@ -105,7 +107,8 @@ DeviceStage BridgeDriver::exchange(const Vec3& force_n, DeviceState& state, std:
     return said.motors == bridge::MotorStage::needsHoming ? DeviceStage::needsHoming : DeviceStage::opening;
 }
 
-// Sending failed. The bridge's last frames may give the reason.
+// Call after a failed send. Reads the frames that the bridge has already sent, because one of them may say
+// why it stopped. Sets `why` and returns DeviceStage::failed.
 DeviceStage BridgeDriver::refused(std::string& why) {
     if (!receive(why) || !sound(why)) return DeviceStage::failed;
     return fail(why, "the bridge accepts no more data");

@@ -15,11 +15,13 @@ class LocalSocket {
     LocalSocket& operator=(const LocalSocket&) = delete;
 
     enum class Connected : std::uint8_t { yes, nobodyListens, failed };
-    // For `failed`, `why` is the path, the system's reason, or that another user listens there. Root is
-    // allowed.
+    // Connects only to a program of this user or of root. nobodyListens: no program has opened the socket
+    // at `path`. failed: a system error, a path that is too long, or a listener of another user. Unless the
+    // result is yes, `why` is the reason.
     Connected connect(const std::string& path, std::string& why);
     bool isOpen() const noexcept { return socket_ >= 0; }
-    // Sends all bytes or returns false. A peer that lets the socket fill up has long been silent.
+    // Sends without waiting. Returns false unless the socket accepted all bytes. A full send buffer is an
+    // error, because it means that the peer has not read for a long time.
     bool sendWhole(std::span<const std::uint8_t>) noexcept;
     enum class Received : std::uint8_t { bytes, nothingYet, ended };
     // `got` is the filled part of `into`. For `ended`, `why` is the reason, empty if the other end closed

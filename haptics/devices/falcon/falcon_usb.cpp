@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::uint16_t kVendor = 0x0403, kProduct = 0xcb48;
 constexpr unsigned char kOut = 0x02, kIn = 0x81;
-// Request exactly this many bytes: more breaks libusb, fewer breaks other systems (libnifalcon).
+// Number of bytes requested by each read from the device. According to libnifalcon, larger requests fail with
+// libusb and smaller requests fail on other operating systems.
 constexpr int kUsbPacketBytes = 64;
 constexpr int kStatusBytes = 2;
 constexpr unsigned kControlWait_ms = 20;

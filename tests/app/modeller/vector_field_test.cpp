@@ -41,7 +41,8 @@ TEST(VectorField, TheExponentialOfALinearFieldGrowsByE) {
     const VectorField u = exponential(fieldOf(cubeAboutOrigin(31), [&](const Vec3& p) { return rate * p; }));
     for (const Index3& i : {Index3(15, 15, 15), Index3(10, 18, 15), Index3(20, 12, 8)}) {
         const Vec3 p = u.grid.centre(i);
-        // Repeated squaring of 1 + rate/64 falls short of e^rate by a fraction of rate^2/128.
+        // exponential() scales the field by 1/64 and squares six times: (1 + rate/64)^64. This is less than
+        // e^rate by a relative error of rate^2 / 128.
         ASSERT_NEAR(u[i].x, (std::exp(rate) - 1.0) * p.x, 5e-4 * std::fabs(p.x) + 1e-8);
         ASSERT_NEAR(u[i].z, (std::exp(rate) - 1.0) * p.z, 5e-4 * std::fabs(p.z) + 1e-8);
     }

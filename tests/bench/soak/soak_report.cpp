@@ -12,10 +12,12 @@ namespace stylet::soak {
 
 namespace {
 
-// A driver makes what it needs when it is first needed, which may be late.
+// Growth in bytes that is not reported as a leak. With pictures, the heap may grow by kDriverSlack instead of
+// kHeapSlack, because a graphics driver allocates on first use, which may be late in the soak.
 constexpr double kHeapSlack = 64 << 10, kDriverSlack = 512 << 10, kResidentSlack = 16 << 20;
-constexpr double kRegionSlack = 32.0, kLogSlack = 4096.0;
-// Of each headset Debian's OpenXR loader (1.0.20) keeps 2.2 KB in some 120 pieces, and Mesa (22.3) 0.3 KB.
+constexpr double kRegionSlack = 32.0, kLogSlack = 4096.0;  // memory regions; bytes of log
+// Allowed heap growth per created headset, in bytes. For each headset, Debian's OpenXR loader (1.0.20) does
+// not free 2.2 KB in about 120 allocations, and Mesa (22.3) does not free 0.3 KB.
 constexpr double kHeadsetHeap = 3200.0;
 
 }  // namespace

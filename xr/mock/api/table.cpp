@@ -1,5 +1,5 @@
-// Table of C entry points by name. Every entry point locks, catches all exceptions and delivers the debug
-// messages.
+// Table of the mock runtime's OpenXR functions, by name. Each entry is a C function that locks the runtime,
+// calls the implementation, turns exceptions into an XrResult and delivers debug messages to the application.
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
@@ -180,7 +180,8 @@ XrResult lookUp(Call& call, XrInstance handle, const char* name, PFN_xrVoidFunct
         *function = each.function;
         return XR_SUCCESS;
     }
-    return XR_ERROR_FUNCTION_UNSUPPORTED;  // no message: loaders look up every function they know
+    // No debug message here: OpenXR loaders look up every function they know, so this result is normal.
+    return XR_ERROR_FUNCTION_UNSUPPORTED;
 }
 
 }  // namespace

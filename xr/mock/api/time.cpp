@@ -1,6 +1,7 @@
-// XR_KHR_convert_timespec_time. On the wall clock an XrTime is a CLOCK_MONOTONIC time. On the virtual clock
-// an XrTime counts from xrCreateInstance, so it converts to the monotonic time of xrCreateInstance plus
-// XrTime.
+// XR_KHR_convert_timespec_time: converts between XrTime and timespec (a CLOCK_MONOTONIC time).
+// Real clock: XrTime is the CLOCK_MONOTONIC time in nanoseconds.
+// Virtual clock: XrTime is the virtual time since xrCreateInstance. Its timespec is the CLOCK_MONOTONIC time
+// of xrCreateInstance plus XrTime.
 #include <limits>
 
 #include "api/api.h"

@@ -87,7 +87,8 @@ void checkQueue(const VulkanInstance& vulkan, const XrGraphicsBindingVulkanKHR& 
 }  // namespace
 
 VulkanDevice::VulkanDevice(const VulkanInstance& vulkan, const XrGraphicsBindingVulkanKHR& binding)
-    : VulkanDevice() {  // from here on the destructor runs if the constructor throws
+    : VulkanDevice() {
+    // The delegated constructor has completed. If the code below throws, the destructor therefore runs.
     checkQueue(vulkan, binding);
     physical_device = binding.physicalDevice;
     VkPhysicalDeviceProperties properties;
@@ -220,7 +221,8 @@ VkImageCreateInfo imageInfo(const VulkanDevice& device, const XrSwapchainCreateI
     image.samples = static_cast<VkSampleCountFlagBits>(info.sampleCount);
     image.tiling = VK_IMAGE_TILING_OPTIMAL;
     image.initialLayout = VK_IMAGE_LAYOUT_UNDEFINED;
-    // Usages that the compositor needs, and the attachment usage that the resting layout requires.
+    // Add the usages that the compositor needs (sampling and copying). Between frames an image rests in an
+    // attachment layout (see restingLayout()), which requires the matching attachment usage.
     image.usage = isDepthFormat(image.format)
                       ? VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT
                       : VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
@@ -236,7 +238,8 @@ VkImageCreateInfo imageInfo(const VulkanDevice& device, const XrSwapchainCreateI
     }
     if ((info.usageFlags & XR_SWAPCHAIN_USAGE_UNORDERED_ACCESS_BIT) != 0 && device.hasExtendedUsage() &&
         !device.formatSupports(image.format, VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT)) {
-        // sRGB formats do not support storage images, but a linear view of them may.
+        // The image's own format cannot be used for storage images; sRGB formats are typical. A view of the
+        // image in a linear format may support them. The two flags allow such a view.
         image.flags |= VK_IMAGE_CREATE_MUTABLE_FORMAT_BIT | VK_IMAGE_CREATE_EXTENDED_USAGE_BIT;
     }
     return image;
@@ -255,7 +258,8 @@ SwapchainImages::SwapchainImages(const VulkanDevice& owner, const XrSwapchainCre
 
 SwapchainImages::SwapchainImages(const VulkanDevice& owner, const XrSwapchainCreateInfo& info,
                                  std::uint32_t count)
-    : SwapchainImages(owner, info) {  // from here on the destructor runs if the constructor throws
+    : SwapchainImages(owner, info) {
+    // The delegated constructor has completed. If the code below throws, the destructor therefore runs.
     const VkImageCreateInfo image_info = imageInfo(owner, info);
     VkImageFormatProperties limits;
     const VkResult supported = device->vkGetPhysicalDeviceImageFormatProperties(

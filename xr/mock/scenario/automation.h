@@ -1,6 +1,6 @@
-// Input state set through XR_EXT_conformance_automation. After the first of its calls the scenario's
-// devices are ignored and only the values set by the test count. Poses that the test has not set still come
-// from the scenario.
+// Input state that a test sets through the functions of XR_EXT_conformance_automation. After the test's first
+// call to one of them, the buttons and axes of the scenario's devices are ignored: only values set by the
+// test are reported. Poses that the test has not set still come from the scenario.
 #pragma once
 
 #include <array>

@@ -16,8 +16,8 @@ namespace {
 
 using patient::synth::Id;
 
-// A hepatic vein from the vena cava behind, and a portal branch from a trunk in front. They run side by
-// side where they meet.
+// A liver with two vessel trees that touch. A hepatic vein leaves the vena cava at the back. A portal branch
+// leaves the portal trunk at the front. Where the vein and the branch meet, they run side by side.
 struct TwoTrees {
     test::MadeLiver liver{64};
     Mask portal, hepatic;
@@ -39,13 +39,14 @@ TEST(Vessels, TubesAreFoundAndBlobsAreNot) {
     const Mask found = findVessels(liver.ct, liver.mask);
     EXPECT_GT(compare(truth, found).dice, 0.75);
     EXPECT_LT(compare(truth, found).hausdorff_m, 0.004);
-    // A mask that is wrong by 2 mm gives the same vessels.
+    // The same vessels are found if the surface of the liver mask is 2 mm too far out or too far in.
     EXPECT_GT(compare(truth, findVessels(liver.ct, dilated(liver.mask, 0.002))).dice, 0.70);
     EXPECT_GT(compare(truth, findVessels(liver.ct, eroded(liver.mask, 0.002))).dice, 0.70);
 }
 
-// Blood in the portal trunk is brighter than in most vessels. Each vessel's wall lies at half of its own
-// brightness.
+// Blood in the portal trunk is brighter in the CT than blood in most other vessels. findVessels() must place
+// the wall of each vessel where the CT value is halfway between the liver and that vessel's own blood. One
+// common threshold would make bright vessels too wide and dim vessels too narrow.
 TEST(Vessels, BrightAndDimOnesHaveTheirOwnWidths) {
     test::MadeLiver liver(72);
     const Mask bright = liver.tube({0.018, 0.018, 0.008}, {0.018, 0.022, 0.064}, 0.004, 222.0);
@@ -88,9 +89,9 @@ TEST(Vessels, TouchingTreesAreParted) {
     EXPECT_GT(compare(both(without(t.hepatic, t.portal), t.liver.mask), split.hepatic).dice, 0.80);
 }
 
-// The trunk touches the vena cava where it forks, and the liver mask ends before the fork. Its two branches
-// must be labelled as one tree, although nothing inside the liver connects them and a vein ends at one of
-// them.
+// The portal trunk forks into two branches, and it touches the vena cava at this fork. The liver mask ends
+// before the fork, so nothing inside the liver connects the two branches. In addition, the end of a hepatic
+// vein touches one of the branches. Both branches must still be labelled as portal vein.
 TEST(Vessels, ATrunkAgainstTheCavaIsStillOne) {
     test::MadeLiver liver(72);
     const Mask cava = liver.tube({0.036, 0.014, 0.008}, {0.036, 0.014, 0.070}, 0.008, 160.0);

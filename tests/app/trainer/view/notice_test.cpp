@@ -8,7 +8,9 @@
 namespace stylet::trainer {
 namespace {
 
-// In every headset an em is at least 0.4 degrees and 20 pixels, and the panel does not fill the view.
+// Checks the size of the notice text and its panel in several headsets. The font size (one em) must be at
+// least 0.4 degrees and 20 pixels. The panel must be less than 50 degrees wide, so that it does not fill the
+// view.
 TEST(Notice, CanBeReadInEveryHeadset) {
     struct Headset {
         const char* name;

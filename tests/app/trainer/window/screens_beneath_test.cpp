@@ -9,8 +9,10 @@ namespace {
 
 constexpr std::uint32_t kBeneathPixels = 100;
 
-// An eye at the origin looks along -z with a tangent of 1 to each side. Its picture is opaque grey. A
-// screen of 2 m x 1 m stands 2 m in front of it: half of the picture's width, a quarter of its height.
+// Returns an eye at the origin that looks along -z. Its field of view is 45 degrees to each side, and its
+// picture is opaque grey. A screen 2 m wide and 1 m high stands 2 m in front of the eye. In the picture it
+// covers half of the width and a quarter of the height. `facing`: the front of the screen is turned to the
+// eye.
 EyeGiven eyeBefore(bool facing) {
     EyeGiven eye;
     eye.image = {kBeneathPixels, kBeneathPixels,

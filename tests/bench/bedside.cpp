@@ -24,7 +24,8 @@ render::Image tileOf(const render::Image& image, std::uint32_t x0, std::uint32_t
 
 Eyes Bedside::picture(const render::RenderSettings& settings, Took* took) {
     renderer.setSettings(settings);
-    Eyes seen = renderer.drawToImages(scene, eyes, pixels, pixels);  // compiles what is new
+    // This drawing is not timed: it compiles what the settings need.
+    Eyes seen = renderer.drawToImages(scene, eyes, pixels, pixels);
     if (!took) return seen;
     std::vector<double> whole, opaque, volume;
     for (int i = 0; i < kRepeats; ++i) {

@@ -1,4 +1,5 @@
-// What it costs to ask a device behind a socket: from the force's sending to the state that answers it.
+// Round-trip time of a device behind a socket: from sending the force to receiving the state that answers
+// it.
 #include <chrono>
 #include <cstdio>
 #include <thread>
@@ -18,7 +19,7 @@ namespace {
 
 using namespace haptics;
 
-// Ten seconds at the rate; the emulator is a thread of this process.
+// Exchanges at `rate_hz` for ten seconds. The emulator is a thread of this process.
 void measure(std::vector<Row>& rows, const char* name, Driver& driver, int rate_hz) {
     std::string why;
     std::vector<double> times_us;

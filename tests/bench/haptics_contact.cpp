@@ -1,4 +1,5 @@
-// The finger on the reference patient: points of the pad against time a tick and error of the force.
+// A finger on the reference patient. Measures the time per tick and the force error against the number of
+// pad points.
 #include <cmath>
 #include <cstdio>
 #include <random>
@@ -17,7 +18,7 @@ constexpr int kSpots = 400;
 constexpr int kMany = 300, kParts = 10;
 constexpr double kDepth_m = 0.005;
 
-// Places on the right flank with a finger standing on them.
+// Poses of a finger that presses kDepth_m deep at random places on the right flank.
 struct Flank {
     Flank() {
         std::mt19937 random(11);
@@ -43,7 +44,8 @@ struct Flank {
     std::vector<Pose> poses;
 };
 
-// A pad of very many points, as parts that a finger's state can hold.
+// Reference force of a pad with kMany points. The pad is split into kParts parts, because one FingerState
+// cannot store so many points.
 Vec3 reference(const Flank& flank, const FingerSettings& settings, const Pose& pose) {
     static const std::vector<Pad> parts = [&] {
         std::vector<Pad> list(kParts);

@@ -1,5 +1,5 @@
-// Paths of 90 mm through the reference patient at 1 mm, border to border: how many a second, on one thread
-// and two.
+// Exact solver: number of 90 mm paths per second, solved from border to border, on one and on two threads.
+// The reference patient has 1 mm voxels.
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -24,7 +24,7 @@ struct Way {
     Vec3 entry_m, end_m;
 };
 
-// A study's order: entry by entry over the right flank, all targets of an entry after one another.
+// Returns the paths in the order of a study: for each entry on the right flank, all targets in sequence.
 std::vector<Way> studyWays(const patient::Patient& patient) {
     std::mt19937_64 random(3);
     const auto uniform = [&](double low, double high) {
@@ -34,7 +34,7 @@ std::vector<Way> studyWays(const patient::Patient& patient) {
     const Vec3 middle = grid.centre(grid.dims / 2);
     std::vector<Way> ways;
     while (int(ways.size()) < kPaths) {
-        // From beside the right flank inward to the skin.
+        // Start beside the right flank and move inward to the skin.
         Vec3 entry =
             middle + Vec3(0.5 * grid.spacing_m.x * grid.dims.x, uniform(-0.06, 0.06), uniform(-0.06, 0.06));
         while (patient.at(entry, {}).tissue == Tissue::air && entry.x > middle.x)
@@ -50,7 +50,7 @@ std::vector<Way> studyWays(const patient::Patient& patient) {
 
 struct Solved {
     double time_ms = 0.0;
-    double sum_n = 0.0;  // of the forces at the ends: the work cannot be skipped
+    double sum_n = 0.0;  // sum of the forces at the path ends, so that the compiler cannot remove the work
     std::size_t segments = 0, events = 0;
 };
 
@@ -83,8 +83,8 @@ Solved solveAll(const patient::TissueMap& map, const std::vector<Way>& ways, int
     return all;
 }
 
-// The largest difference between the solver and the rules asked voxel by voxel, at the borders and between
-// them.
+// Returns the largest force difference [N] between the solver and the rules evaluated voxel by voxel.
+// Samples the path every 0.1 mm.
 double differenceFromAlgorithm1(const patient::Patient& patient, const patient::TissueMap& map,
                                 const std::vector<Way>& ways) {
     ExactSolver solver(map, {});
@@ -131,7 +131,7 @@ void run(std::vector<Row>& rows) {
 
     for (const int threads : {1, 2}) {
         std::vector<double> times_ms;
-        std::vector<double> busy_us;  // also true on a machine that does other things beside
+        std::vector<double> busy_us;  // CPU time per path; other load on the machine does not count
         Solved solved;
         for (int run = 0; run < 5; ++run) {
             const std::clock_t from = std::clock();

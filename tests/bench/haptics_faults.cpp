@@ -1,4 +1,4 @@
-// Faults injected by the million: how long the last of each kind's force lasts.
+// Injects over a million faults and reports the longest time from a fault to zero force.
 #include <cstdio>
 
 #include "tests/bench/bench.h"

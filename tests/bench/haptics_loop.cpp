@@ -1,5 +1,6 @@
-// The loop in real time while lavapipe renders on every core, in turns with cyclictest at the same priority
-// under the same load: what the machine lets anyone have is the yardstick, for both share one host.
+// Runs the haptic loop in real time while lavapipe renders on every core. The runs alternate with
+// cyclictest at the same priority and under the same load. cyclictest is the reference because both share
+// one host: it measures the latency that the machine itself causes.
 #include <atomic>
 #include <cmath>
 #include <cstdio>
@@ -20,7 +21,7 @@ using namespace haptics;
 
 constexpr int kAlternations = 3;
 
-// A needle that goes 80 mm in and out again at up to 40 mm/s.
+// Simulated device: moves the needle in to a depth of 80 mm and out again, at up to 40 mm/s.
 class InAndOut final : public HapticDevice {
   public:
     explicit InAndOut(const Vec3& skin_m) : skin_m_(skin_m) {}
@@ -40,10 +41,10 @@ class InAndOut final : public HapticDevice {
     DeviceProfile profile_;
 };
 
-// The monotonic clock, and how late it wakes.
+// The monotonic clock. Records how late each sleep wakes.
 struct WatchedClock {
     Clock clock = trainer::monotonicClock();
-    std::vector<double> wake_us;  // after the deadline
+    std::vector<double> wake_us;  // delay after the deadline
     static std::int64_t now(void* self) noexcept {
         const Clock& c = static_cast<WatchedClock*>(self)->clock;
         return c.now_ns(c.context);
@@ -57,7 +58,7 @@ struct WatchedClock {
 };
 
 struct Late {
-    double share = 0.0;  // of ticks whose force was sent after the next deadline
+    double share = 0.0;  // fraction of ticks whose force was sent after the next deadline
     double median_us = 0.0, p99_us = 0.0;
 };
 
@@ -91,14 +92,15 @@ Late ourLoop(const patient::Patient& patient, const Vec3& skin_m, double seconds
             quantile(watched.wake_us, 0.99)};
 }
 
-// cyclictest's ticks that woke a period or more after their deadline. Throws when it cannot be run.
+// Runs cyclictest. A tick is late if it woke a period or more after its deadline. Throws if cyclictest
+// cannot be run.
 Late cyclictest(double seconds) {
     char command[160];
     std::snprintf(command, sizeof command, "cyclictest -q -m -t 1 -p 80 -i 1000 -D %d -h 1000 2>&1",
                   int(seconds));
     std::FILE* pipe = popen(command, "r");
     if (!pipe) throw std::runtime_error("cyclictest cannot be started");
-    std::vector<double> counts;  // by microsecond
+    std::vector<double> counts;  // histogram of the wake-up delay, one bin per microsecond
     double total = 0.0, over = 0.0;
     char line[256];
     while (std::fgets(line, sizeof line, pipe)) {
@@ -120,7 +122,7 @@ Late cyclictest(double seconds) {
     return {over / total, below(0.5), below(0.99)};
 }
 
-// Draws both eyes without a pause until it is told to stop.
+// Draws both eyes without a pause until destruction.
 class RenderLoad {
   public:
     explicit RenderLoad(const patient::Patient& patient)

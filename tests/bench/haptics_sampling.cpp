@@ -1,5 +1,5 @@
-// The sampled needle force, held between its samples as a device holds it, against the exact one along
-// straight paths.
+// Compares the sampled needle force with the exact force along straight paths. Between samples, the sampled
+// force stays constant, as on a device.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -17,9 +17,9 @@ namespace {
 using namespace haptics;
 using Random = std::mt19937_64;
 
-// Mastmeyer et al. 2017: the study's samples lie at most this far apart; one tick at 90 mm/s.
+// Largest distance between samples in the study of Mastmeyer et al. 2017. It equals one tick at 90 mm/s.
 constexpr double kStudySpacing_mm = 0.09;
-// What a hand may feel of an approximation.
+// Force error [N] from which a hand may feel the approximation.
 constexpr double kPerceptible_n = 0.145;
 
 struct Path {
@@ -42,7 +42,7 @@ Path makePath(ExactSolver& solver, const Vec3& entry_m, const Vec3& end_m) {
     return path;
 }
 
-// Up to 40 degrees off the layers' normal, from 8 mm before the skin.
+// Paths at up to 40 degrees from the layers' normal. They start 8 mm before the skin.
 std::vector<Path> slabPaths(const patient::Patient& patient, int count) {
     const patient::TissueMap map(patient);
     ExactSolver solver(map, {});
@@ -54,7 +54,7 @@ std::vector<Path> slabPaths(const patient::Patient& patient, int count) {
         const Vec3 skin{0.0, uniform(random, -0.01, 0.01), uniform(random, -0.01, 0.01)};
         const Vec3 entry = skin - axis * 0.008;
         const Vec3 end = entry + axis * 0.088;
-        // Inside the slabs' width, or the path would leave them for the air beside.
+        // Use only paths that end within the slabs' width. Others would leave through the side.
         if (std::fabs(end.y) < test::kSlabHalfWidth_m * 0.98 &&
             std::fabs(end.z) < test::kSlabHalfWidth_m * 0.98) {
             paths.push_back(makePath(solver, entry, end));
@@ -63,7 +63,7 @@ std::vector<Path> slabPaths(const patient::Patient& patient, int count) {
     return paths;
 }
 
-// From the air beside the right flank to random points of the liver, 90 mm long.
+// Paths of 90 mm from the air beside the right flank to random points in the liver.
 std::vector<Path> patientPaths(const patient::Patient& patient, int count) {
     const patient::Package& package = patient.package();
     const Grid& grid = package.ct.grid;
@@ -85,7 +85,8 @@ std::vector<Path> patientPaths(const patient::Patient& patient, int count) {
         const Vec3 entry = target + away * 0.090;
         if (patient.at(entry, {}).tissue != Tissue::air) continue;
         Path path = makePath(solver, entry, target);
-        // The study's paths are planned clear of bone; pressing on it only measures its spring.
+        // Skip paths that meet bone, because the study's paths avoid it. Pressing on bone only measures its
+        // spring.
         const bool bone = std::any_of(path.exact.events.begin(), path.exact.events.end(),
                                       [](const ExactEvent& e) { return e.tissue == Tissue::bone; });
         if (!bone) paths.push_back(std::move(path));
@@ -95,24 +96,25 @@ std::vector<Path> patientPaths(const patient::Patient& patient, int count) {
 
 struct Errors {
     double squares_n2 = 0.0, most_n = 0.0,
-           most_outside_n = 0.0;                   // outside: further than one step from an event
-    double event_sum_m = 0.0, event_most_m = 0.0;  // sampled minus exact depth of an event
+           most_outside_n = 0.0;  // outside: more than one step away from every event
+    double event_sum_m = 0.0,
+           event_most_m = 0.0;  // sampled minus exact event depth; the maximum is of its magnitude
     std::size_t samples = 0, events = 0;
 };
 
 struct SampledEvent {
-    double depth_m = 0.0;  // of the tick that told it
+    double depth_m = 0.0;  // at the tick that reported the event
     NeedleEvent event;
 };
 
 struct Sampled {
     double step_m = 0.0, time_ms = 0.0;
-    std::vector<double> forces_n;  // one a tick
+    std::vector<double> forces_n;  // one per tick
     std::vector<SampledEvent> events;
     double end_m() const { return step_m * double(forces_n.size() - 1); }
 };
 
-// Runs the needle along the path.
+// Moves the needle along the path in steps of step_m.
 Sampled sampleForce(const patient::Patient& patient, const Path& path, double step_m) {
     const int steps = int(std::floor(path.length_m / step_m));
     Sampled sampled;
@@ -134,7 +136,7 @@ Sampled sampleForce(const patient::Patient& patient, const Path& path, double st
     return sampled;
 }
 
-// Both solvers must tell the same events in the same order, up to the last tick.
+// Throws unless both solvers report the same events in the same order, up to the last tick.
 void compareEvents(const Path& path, const Sampled& sampled, Errors& errors) {
     constexpr double kSameDepth_m = 1e-9;
     const std::vector<ExactEvent>& exact = path.exact.events;
@@ -195,7 +197,7 @@ Measured measureStep(const patient::Patient& patient, const std::vector<Path>& p
 void measure(const patient::Patient& patient, const std::vector<Path>& paths, const std::string& what,
              std::vector<Row>& rows) {
     std::vector<Measured> all;
-    double largest_mm = 0.0;  // step within the bound
+    double largest_mm = 0.0;  // largest step whose error outside events is below kPerceptible_n
     for (const double step_mm : {0.005, 0.01, 0.02, 0.05, kStudySpacing_mm, 0.2, 0.5}) {
         all.push_back(measureStep(patient, paths, step_mm));
         if (all.back().errors.most_outside_n < kPerceptible_n) largest_mm = std::max(largest_mm, step_mm);

@@ -1,4 +1,4 @@
-// What one tick of the simulation costs: breathing, look-up, model, output stage, hash.
+// Benchmark of one simulation tick: breathing, look-up, model, output stage, hash.
 #include <cmath>
 #include <cstdio>
 
@@ -25,7 +25,7 @@ patient::Package breathingSlabs() {
 void run(std::vector<Row>& rows) {
     const patient::Package package = breathingSlabs();
     const patient::Patient patient(package);
-    for (const double travel_mm : {0.02, 0.1, 1.0, 10.0}) {  // 20 mm/s is a puncture, 10 m/s a dropped device
+    for (const double travel_mm : {0.02, 0.1, 1.0, 10.0}) {  // 20 mm/s: puncture; 10 m/s: dropped device
         Simulation simulation(patient, {});
         TickInput input;
         input.device.device_from_stylus.rotation = {0.70710678118654752, 0.0, -0.70710678118654752,
@@ -51,7 +51,7 @@ void run(std::vector<Row>& rows) {
     }
 }
 
-// The reference patient breathes, and the hand stands on his right flank, in a gap of his ribs.
+// The breathing reference patient, with the tool on the right flank, in a gap between the ribs.
 struct Flank {
     static patient::Package made() {
         patient::synth::SynthSettings settings;
@@ -84,8 +84,8 @@ struct Flank {
     Pose patient_from_stylus;
 };
 
-// The hand with each tool as in a procedure: at 20 mm/s into the skin and 45 mm beyond for what punctures, 3
-// mm for what presses, sliding all the while, then back.
+// Moves a tool as in a procedure: at 20 mm/s into the skin and back, sliding sideways all the time. The
+// depth is 45 mm for a tool that holds a needle and 3 mm for the others.
 void stepTool(const Flank& flank, Tool tool, const char* name, std::vector<Row>& rows) {
     SimulationSettings settings;
     settings.tools.first = tool;

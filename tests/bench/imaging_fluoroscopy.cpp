@@ -1,6 +1,7 @@
-// Fluoroscopy: what each knob costs and how far its line integrals are from exact ones, at the pixels of a
-// lattice: voxel-exact through the CT where nothing moves, every 0.3 mm through the motion itself where the
-// patient breathes. The defaults are the cheapest that keep kBound.
+// Benchmark of fluoroscopy. Reports the cost of each setting and the error of its line integrals at a
+// lattice of pixels. The reference for a still patient is a voxel-exact sum through the CT. The reference
+// for a breathing patient samples the motion itself every 0.3 mm. The defaults are the cheapest settings
+// whose error is within kBound.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -20,7 +21,7 @@ namespace {
 using render::FluoroscopySettings;
 
 constexpr double kBound = 1e-4;  // 1 - ZNCC
-constexpr int kStride = 5;       // of the pixels that are compared
+constexpr int kStride = 5;       // every 5th row and column of pixels is compared
 constexpr double kFineStep_m = 0.0003;
 constexpr double kDeepBreath_v = 0.9;
 
@@ -67,7 +68,8 @@ struct Stage {
         return paths;
     }
 
-    // A picture of these settings, five times and once more to warm up.
+    // Adds a row for these settings: the median time of five pictures after one warm-up picture, and the
+    // error against `exact`.
     void add(const std::string& knob, double value, FluoroscopySettings settings,
              const std::vector<double>& exact, const std::string& note) {
         settings.beyond_ends_m = 0.0;
@@ -97,7 +99,7 @@ std::string mark(const std::string& note, bool is_default) {
     return is_default ? note + ", default" : note;
 }
 
-// The same picture, whoever is left out.
+// Draws the same picture with and without skipping the collimated rays, and counts the bytes that differ.
 void collimationRows(Stage& stage) {
     render::Fluoroscopy fluoroscopy(stage.gpu, stage.deformed);
     std::vector<std::uint8_t> first;
@@ -170,7 +172,7 @@ void breathingRows(Stage& stage) {
     }
 }
 
-// A duct tree full of contrast, as the labels have it.
+// Returns a contrast table in which every voxel labelled as duct is filled with contrast.
 patient::ContrastTable filledDucts(const patient::Package& package) {
     const Grid& ct = package.ct.grid;
     Index3 low = ct.dims, high(0);
@@ -190,7 +192,8 @@ patient::ContrastTable filledDucts(const patient::Package& package) {
     return table;
 }
 
-// Breathing with all that there may be, one thing more a row.
+// Rows for further content in a breathing patient: filled ducts, the same with the skip `kept_contrast`
+// off, and a pressing tool in addition to the filled ducts.
 void contentRows(Stage& stage) {
     const FluoroscopySettings usual;
     const auto exact = [&] { return stage.exactPaths(usual.pixels); };

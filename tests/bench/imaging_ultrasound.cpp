@@ -1,7 +1,8 @@
-// Ultrasound of the reference patient, 160 mm deep, while he breathes: what a picture costs, and how far it
-// is from a finer one. Pulse reach and look-ups of breath are compared pixel by pixel. Lines, samples and
-// planes change which scatterers fall together, so that the grain itself is another: those are compared after
-// a mean over 8 x 8 pixels (3.5 mm), which leaves the anatomy, and the note has the bare figure.
+// Benchmark of the ultrasound of the breathing reference patient, 160 mm deep. It reports the time of a
+// picture and its difference from a finer one. Pulse reach and breathing look-ups are compared pixel by
+// pixel. Lines, samples and planes change which scatterers fall together, and so change the grain itself.
+// Those pictures are compared after a mean over 8 x 8 pixels (3.5 mm), which preserves the anatomy. The
+// note has the figure without the mean.
 #include <cstdio>
 #include <cstdlib>
 #include <stdexcept>
@@ -26,8 +27,8 @@ patient::Package breathingPatient() {
     return patient::synth::makeReferencePatient(settings);
 }
 
-// A probe pressed onto the skin, that looks along -`out` at the middle of the label's voxels; `up` lies in
-// its plane, to the picture's left.
+// Pose of a probe pressed onto the skin and aimed along -`out` at the centroid of the label's voxels. `up`
+// points to the left of the picture, after projection into the image plane.
 Pose probeToward(const patient::Patient& patient, const char* label, const Vec3& out, const Vec3& up,
                  double press_m = 0.010) {
     const patient::Package& package = patient.package();
@@ -70,7 +71,7 @@ struct Ward {
         deformed.breathe(now, deformed.atRest(now));
     }
     Pixels picture(const render::UltrasoundSettings& settings, double* median_ms = nullptr) {
-        machine.image(input, settings, probe);  // makes what is new
+        machine.image(input, settings, probe);  // renders the picture and warms up
         if (median_ms) {
             std::vector<double> times;
             for (int i = 0; i < kRepeats; ++i) {
@@ -85,7 +86,7 @@ struct Ward {
     }
 };
 
-// Means over blocks.
+// Downsamples by the mean over kBlock x kBlock pixels.
 Pixels blurred(const Pixels& fine) {
     Pixels coarse{fine.width / kBlock, fine.height / kBlock, {}};
     for (int y = 0; y < coarse.height; ++y)
@@ -102,7 +103,7 @@ Pixels blurred(const Pixels& fine) {
 
 render::UltrasoundSettings quiet() {
     render::UltrasoundSettings settings;
-    settings.noise_db = -400.0;  // would differ with the sampling
+    settings.noise_db = -400.0;  // off: noise would differ with the sampling
     return settings;
 }
 
@@ -134,8 +135,8 @@ void knobRows(Ward& ward, const Knob& knob, std::vector<Row>& rows) {
     }
 }
 
-// The default picture against the naive one in double precision, by either way to make lines. All of a
-// narrower face touches: the reference knows no air.
+// Compares the GPU picture with a naive double-precision reference, for both scan paths. The probe face is
+// narrowed so that all of it touches the skin: the reference does not model air.
 void referenceRows(Ward& ward, std::vector<Row>& rows) {
     render::UltrasoundSettings settings = quiet();
     settings.place_samples = 1;
@@ -183,7 +184,7 @@ void skipRows(Ward& ward, std::vector<Row>& rows) {
     add("freeze", true, frozen, live, "gains and picture only");
 }
 
-// What a sonographer would look at, where STYLET_BENCH_PICTURES names a folder.
+// Writes pictures for a sonographer to inspect, if STYLET_BENCH_PICTURES names a folder.
 void drawPictures(Ward& ward) {
     const char* folder = std::getenv("STYLET_BENCH_PICTURES");
     if (!folder) return;

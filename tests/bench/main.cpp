@@ -27,7 +27,7 @@ void print(const Row& r) {
     std::fflush(stdout);
 }
 
-// Replaces the rows of the file that have the names of `rows`, and keeps the others.
+// Replaces the rows of the file whose names occur in `rows`. The other rows stay.
 void mergeInto(const std::string& path, const std::vector<Row>& rows) {
     std::set<std::string> measured;
     for (const Row& r : rows)
@@ -73,7 +73,7 @@ int run(std::string_view only, const std::string& out) {
         std::fprintf(stderr, "\n");
         return 1;
     }
-    if (only.empty()) std::filesystem::remove(out);  // every row was measured anew
+    if (only.empty()) std::filesystem::remove(out);  // all rows were measured: discard the old file
     if (!out.empty()) mergeInto(out, rows);
     return 0;
 }

@@ -1,6 +1,7 @@
-// A patient built from his CT alone: the voxel size of all stages, the grid and the iterations of the liver's
-// atlases, and its first cut, against Dice and time. One patient of the seeds that the stages were tuned on:
-// these rows choose defaults, they judge nobody.
+// Builds a patient from its CT alone and measures Dice and time. Varies the voxel size of all stages, the
+// grid and the iterations of the liver's atlases, and the spacing of the liver's first cut. The patient has
+// one of the seeds that the stages were tuned on, so these rows serve to choose defaults. They do not
+// evaluate the accuracy.
 #include <algorithm>
 #include <cstdlib>
 
@@ -33,7 +34,7 @@ Package referencePatient(std::uint64_t seed, double spacing_m) {
     return patient::synth::makeReferencePatient(s);
 }
 
-// By what a stage is judged.
+// A stage and the structure that evaluates it.
 struct Stage {
     const char* name;
     const char* structure;
@@ -59,7 +60,7 @@ void addVoxelRows(std::vector<Row>& rows, const modeller::Built& built, const Pa
                 }
 }
 
-// What the liver's own knobs cost, everything else as `found` has it.
+// Adds rows for the liver's own settings. Everything else comes from `found`.
 void addLiverRows(std::vector<Row>& rows, const Package& truth, const Package& found) {
     const auto labelled = [&](std::initializer_list<std::string_view> names) {
         return modeller::maskOf(found.labels, [&](const patient::Label& l) {

@@ -17,7 +17,7 @@ void run(std::vector<Row>& rows) {
         return;
     }
     for (const int finest : {4, 2, 1}) {
-        if (finest == 1 && !longForm()) continue;  // a quarter of an hour
+        if (finest == 1 && !longForm()) continue;  // takes a quarter of an hour
         modeller::FitSettings settings;
         settings.phases.folder = std::filesystem::path(data) / "4dct_118";
         settings.registration.finest = finest;

@@ -1,5 +1,5 @@
-// Contrast medium and blood on the reference patient: a tick, what a new place costs, and how often its table
-// is made anew against what a picture of it then lacks.
+// Contrast medium and blood on the reference patient: the time of a tick and of a new injection site. Also
+// compares how often the contrast table is repainted with the error in the picture.
 #include <cmath>
 #include <cstdio>
 
@@ -15,7 +15,7 @@ using namespace patient;
 using Clock = std::chrono::steady_clock;
 
 constexpr double kDt_s = 0.001, kRate_m3_per_s = 1e-6, kSeconds = 12.0;
-constexpr int kLook_ticks = 33;  // thirty pictures a second
+constexpr int kLook_ticks = 33;  // 30 pictures per second
 
 Package makePackage() {
     synth::SynthSettings settings;
@@ -24,7 +24,7 @@ Package makePackage() {
     return synth::makeReferencePatient(settings);
 }
 
-// The rightmost voxel of a tissue: a twig.
+// Finds the rightmost voxel of a tissue, which lies in a thin branch.
 Vec3 twigOf(const Patient& patient, Tissue tissue) {
     const Grid& g = patient.grid();
     Index3 i, best(-1);
@@ -37,7 +37,7 @@ Vec3 twigOf(const Patient& patient, Tissue tissue) {
     return g.centre(best);
 }
 
-// Optical depth from the front, by column.
+// Computes the optical depth along y, as seen from the front, of each column (x, z).
 std::vector<double> seenFromTheFront(const ContrastTable& table, const Grid& patient) {
     std::vector<double> depth(std::size_t(patient.dims.x) * std::size_t(patient.dims.z), 0.0);
     const Index3 low = table.added_per_m.empty() ? Index3(0) : patient.nearest(table.grid.origin_m);
@@ -57,7 +57,8 @@ double worstDifference(const std::vector<double>& a, const std::vector<double>& 
     return worst;
 }
 
-// One injection, looked at through a painter of this knob and through one that shows every drop.
+// Paints one injection twice: with the threshold `visible_m3`, and with threshold 0, which shows every
+// drop.
 Row inject(const Patient& patient, const char* place, const Vec3& tip_m, double visible_m3) {
     Contrast contrast(patient);
     ContrastPainter painter({visible_m3}), reference({0.0});
@@ -110,7 +111,7 @@ void run(std::vector<Row>& rows) {
     }
 }
 
-// The blood's velocity against more threads, at load.
+// Computes the blood's velocity, as at load, with one thread and with two.
 void runFlow(std::vector<Row>& rows) {
     const Package package = makePackage();
     const Patient patient(package);

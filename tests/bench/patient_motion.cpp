@@ -1,6 +1,7 @@
-// The breath at a point and as tables: what it costs, and how far it is from the converged field. Two errors,
-// apart: of modelling, that of wider nodes against nodes of 2 mm; and of numerics, that of steps, squarings
-// and storage against the same model in 64 steps of double precision.
+// Breathing motion at a point and as tables: its time, and its error against the converged field. Two
+// errors are reported separately. The modelling error compares wider nodes with nodes of 2 mm. The
+// numerical error compares steps, squarings and storage with the same model in 64 steps of double
+// precision.
 #include <cmath>
 #include <cstdio>
 #include <random>
@@ -23,23 +24,24 @@ using namespace patient;
 constexpr double kFinest_m = 0.002;
 constexpr double kBand_m = 0.010;
 const Surrogate kNow{0.9, 0.6};
-const Surrogate kDeepest{1.5, 0.0};  // that any breath is clamped to
+const Surrogate kDeepest{1.5, 0.0};  // every breath is clamped to this limit
 constexpr int kPoints = 40000;
 
 constexpr int kManySteps = 64;
 
-// What an inverse is held against: where points of the deformed patient come from by one model.
+// Reference for an inverse: the reference positions of points of the deformed patient, by one model.
 struct Truth {
     const char* name;
     std::vector<Vec3> reference_m;
-    std::vector<double> level_m;  // of the deformed point
+    std::vector<double> level_m;  // cavity level of the deformed point
 };
 
 struct Probe {
     Package package;
     MotionModel usual;  // as shipped
     std::vector<Vec3> points_m;
-    Truth finest, own, deepest;  // by nodes of 2 mm, and by the usual ones now and in the deepest breath
+    // finest: nodes of 2 mm at kNow. own, deepest: the usual nodes at kNow and in the deepest breath.
+    Truth finest, own, deepest;
 };
 
 MotionModel templateAt(const Package& p, double spacing_m) {
@@ -48,7 +50,7 @@ MotionModel templateAt(const Package& p, double spacing_m) {
     return motionTemplate(p.labels, p.label_table, amplitudes, {});
 }
 
-// exp(unit_s * w) of one part by `steps` midpoint steps of the model's own field.
+// Computes exp(unit_s * w) of one part with `steps` midpoint steps of the model's own field.
 Vec3 flowBySteps(const MotionModel& m, MotionPart part, const Surrogate& now, Vec3 p, int steps,
                  double unit_s) {
     const double h = unit_s / steps;
@@ -116,7 +118,8 @@ std::string summary(const std::vector<double>& errors_mm) {
     return text;
 }
 
-// The error away from the surface decides; what it is within 10 mm of it, and over all, is noted.
+// The row's figure is the p99 error at points more than 10 mm from the cavity's surface. The note adds the
+// errors within 10 mm of the surface and over all points.
 void report(std::vector<Row>& rows, const std::string& name, const std::string& knob, double value,
             double time_ms, const std::string& time_of, const std::vector<Vec3>& found_m,
             const Truth& truth) {
@@ -149,7 +152,7 @@ void inverseRow(std::vector<Row>& rows, const std::string& knob, double value, c
     report(rows, "patient.point_inverse", knob, value, 1e-6 * median(times_ns), time_of, found_m, truth);
 }
 
-// Coefficients in steps of `step_m`, as 16-bit integers would hold them.
+// Rounds the coefficients to multiples of `step_m`, as storage in 16-bit integers would.
 MotionModel coarsened(MotionModel m, double step_m) {
     const auto round = [&](float& x) { x = float(std::floor(double(x) / step_m + 0.5) * step_m); };
     for (std::vector<MotionCoefficients>* field : {&m.wall, &m.slide})
@@ -174,7 +177,7 @@ void runInverse(std::vector<Row>& rows) {
     for (const int steps : {2, 3, 4, 8})
         inverseRow(rows, "steps, deepest breath", steps, p.deepest,
                    [&](const Vec3& x) { return inverseBySteps(p.usual, kDeepest, x, steps); });
-    // In many steps, so that only what is stored differs.
+    // Use many steps, so that only the precision of storage differs.
     for (const double step_um : {1.0, 2.0, 10.0, 50.0}) {
         const MotionModel stored = coarsened(p.usual, 1e-6 * step_um);
         inverseRow(rows, "stored to [um]", step_um, p.own,
@@ -183,8 +186,9 @@ void runInverse(std::vector<Row>& rows) {
 }
 const Registration inverse_registration("patient.point_inverse", runInverse);
 
-// What a needle's channel asks of the breath in a tick: where a point is now, and which point lies 20 um on.
-// Paths of 10 mm from points all over the body, each point followed from tick to tick.
+// Measures the motion queries of a needle's channel in a tick: the current position of a point, and the
+// point that lies 20 um further along. The paths of 10 mm start at points all over the body. Each point is
+// followed from tick to tick.
 void runFollow(std::vector<Row>& rows) {
     constexpr int kPaths = 400, kTicks = 500, kLook = 10;
     const Probe& p = probe();
@@ -193,7 +197,7 @@ void runFollow(std::vector<Row>& rows) {
     std::array<Surrogate, kTicks> breath;
     for (int i = 0; i < 1250; ++i)
         stepBreathing(state, plan, 0.001);
-    for (Surrogate& now : breath) {  // the deeper half of breathing in
+    for (Surrogate& now : breath) {  // the deeper half of the inhalation
         stepBreathing(state, plan, 0.001);
         now = surrogateAt(state, plan, 0.001);
     }
@@ -238,8 +242,8 @@ void runFollow(std::vector<Row>& rows) {
 const Registration follow_registration("patient.follow", runFollow);
 
 #ifdef STYLET_BENCH_TABLES
-// The other way to a table: `squarings` squarings of one midpoint step, over the tables' own grid (Arsigny et
-// al. 2006).
+// Alternative method to compute a table: `squarings` squarings of one midpoint step, on the grid of the
+// tables (Arsigny et al. 2006).
 render::DeformTables squaredTables(const MotionModel& m, const Grid& grid, int squarings) {
     const auto forEachNode = [&](const auto& visit) {
         Index3 i;
@@ -248,7 +252,7 @@ render::DeformTables squaredTables(const MotionModel& m, const Grid& grid, int s
                 for (i.x = 0; i.x < grid.dims.x; ++i.x)
                     visit(grid.offset(i), grid.centre(i));
     };
-    // w = -1: read as the inside, whose table it is.
+    // w = -1 makes the lookup read the inside table, the only one filled here.
     const auto squared = [&](MotionPart part) {
         const double step = 1.0 / (1 << squarings);
         render::DeformTables table{grid, std::vector<glm::vec4>(grid.voxelCount(), {0, 0, 0, -1}), {}};
@@ -279,7 +283,8 @@ render::DeformTables squaredTables(const MotionModel& m, const Grid& grid, int s
     return tables;
 }
 
-// `make` leaves the tables; what is measured is a breath after the first.
+// `make` computes and returns the tables. The median of five calls is reported, so that the first call's
+// extra cost does not count.
 template <typename Make>
 void tableRow(std::vector<Row>& rows, const std::string& knob, double value, const std::string& of,
               const Truth& truth, const Make& make) {
@@ -314,7 +319,7 @@ void makerRow(std::vector<Row>& rows, const std::string& knob, double value,
     });
 }
 
-// The tables made, uploaded as half floats and read by the device's filter.
+// Computes the tables, uploads them as half floats and reads them with the device's filter.
 void gpuRow(std::vector<Row>& rows) {
     if (const std::string why = test::noGpuReason(); !why.empty()) {
         std::fprintf(stderr, "patient.breathing: %s\n", why.c_str());

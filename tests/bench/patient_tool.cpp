@@ -1,5 +1,5 @@
-// Where a tool takes the tissue, for the picture: what a frame of it costs, and how far it is from the
-// converged solution, over three ways to press on the reference patient's flank.
+// Displacement of tissue by a tool, for the picture: its time per frame and its error against the converged
+// solution, for four tool contacts at the reference patient's flank.
 #include <cmath>
 #include <cstdio>
 #include <random>
@@ -16,7 +16,7 @@ namespace {
 using namespace patient;
 
 constexpr double kFrame_s = 1.0 / 90.0;
-constexpr int kFrames = 18;  // that a press takes
+constexpr int kFrames = 18;  // frames of one press
 constexpr double kNear_m = 0.030;
 constexpr int kPoints = 20000;
 const Surrogate kNow{0.4, 0.3};
@@ -24,8 +24,8 @@ const Surrogate kNow{0.4, 0.3};
 struct Case {
     const char* name;
     ToolContact contact;
-    std::vector<Vec3> points_m;     // in the body, near
-    std::vector<Vec3> reference_m;  // displacement there
+    std::vector<Vec3> points_m;     // points in the body near the contact
+    std::vector<Vec3> reference_m;  // converged displacement of each point
 };
 
 Package makePackage() {
@@ -55,7 +55,7 @@ Vec3 toSkin(const Patient& patient, Vec3 from_m) {
     return from_m;
 }
 
-// At the liver's height, seen from the right.
+// Finds the skin on the patient's right at the height of the liver's centre.
 Vec3 skinOf(const Patient& patient) {
     const Package& p = patient.package();
     const Grid& g = p.labels.grid;
@@ -71,7 +71,8 @@ Vec3 skinOf(const Patient& patient) {
     return toSkin(patient, {g.centre(g.dims - 1).x, middle_m.y, middle_m.z});
 }
 
-// The nearest place headward of `skin_m` with bone 8 to 24 mm under it.
+// Finds the nearest skin point headward of `skin_m` with bone 8 to 24 mm under it. Returns `skin_m` if
+// there is none within 60 mm.
 Vec3 skinOverRib(const Patient& patient, Vec3 skin_m) {
     const double right_m = patient.grid().centre(patient.grid().dims - 1).x;
     for (int step = 0; step < 60; ++step) {
@@ -115,7 +116,7 @@ void addCases(Flank& flank) {
         converge(c, flank.patient);
 }
 
-// The worst case decides.
+// Each figure is the maximum over all cases. `worst` names the case with the largest p99 error.
 struct Measured {
     double mean_mm = 0.0, p99_mm = 0.0, max_mm = 0.0, time_ms = 0.0;
     const char* worst = "";
@@ -145,7 +146,7 @@ void report(std::vector<Row>& rows, const std::string& knob, double value, const
                     "nodes of 0.75 mm, 40 cycles", note});
 }
 
-// Pressed at an even pace; the frame in which it arrives is held against the truth.
+// Presses at constant speed. The table of the last frame is compared with the converged solution.
 Measured press(const Flank& flank, const ToolDisplacementSettings& settings) {
     Measured m;
     for (const Case& c : flank.cases) {
@@ -164,7 +165,7 @@ Measured press(const Flank& flank, const ToolDisplacementSettings& settings) {
 }
 
 // Regularised Kelvinlets (de Goes and James 2017): a push on a ball of a uniform, nearly incompressible
-// medium in closed form, so many along a shaft. They know neither bone nor the free skin.
+// medium in closed form. A shaft gets `along` of them. The method ignores bone and the free skin surface.
 Measured kelvinlets(const Flank& flank, int along) {
     constexpr double kPoisson = 0.45;
     constexpr double a = 1.0, b = a / (4.0 * (1.0 - kPoisson));

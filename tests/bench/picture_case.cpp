@@ -64,7 +64,7 @@ void matchedRows(const std::string& name, const std::string& note, const std::ve
                  const Draw& draw, std::vector<Row>& rows, double share) {
     constexpr int kSmall = 512, kLarge = 1024;
     const auto measure = [&](int size, double step, const Pixels* truth) {
-        const Pixels picture = draw(size, step);  // makes what is new
+        const Pixels picture = draw(size, step);  // warm-up, not timed
         const double distance_db = truth ? psnr(picture, *truth) : 0.0;
         std::vector<double> times, work;
         for (int i = 0; i < kRepeats; ++i) {
@@ -75,7 +75,7 @@ void matchedRows(const std::string& name, const std::string& note, const std::ve
             work.push_back(1000.0 * double(std::clock() - before) / CLOCKS_PER_SEC);
         }
         const std::string extent = std::to_string(size) + " x " + std::to_string(size);
-        char spent[64];  // does not depend on who else is at work
+        char spent[64];  // processor time does not depend on other processes
         std::snprintf(spent, sizeof spent, ", %.0f ms of processor time", share * median(work));
         rows.push_back({name, "step, voxels", step, share * median(times), distance_db, "dB PSNR",
                         truth ? "its own at 0.1 voxel" : "none, the step that 512 x 512 needs",

@@ -1,4 +1,4 @@
-// What the running process holds, as the system and the allocator tell it.
+// Resources of the running process, as reported by the system and the allocator.
 #include <fcntl.h>
 #include <malloc.h>
 #include <sys/mman.h>
@@ -37,7 +37,7 @@ Held heldNow(int threads, std::chrono::milliseconds patience) {
     while (threads > 0 && entriesOf("/proc/self/task") > threads && std::chrono::steady_clock::now() < end)
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     Held held;
-    malloc_trim(0);  // what was freed is not held
+    malloc_trim(0);  // return freed memory, so that it does not count as resident
     const struct mallinfo2 heap = mallinfo2();
     held.heap_bytes = heap.uordblks + heap.hblkhd;
     std::ifstream file("/proc/self/statm");
@@ -61,7 +61,7 @@ double threadTime_us() {
 }
 
 void mapNothing() {
-    // Neighbours with the same rights would be one region.
+    // Alternate the rights: the kernel merges adjacent mappings with the same rights into one region.
     for (int i = 0; i < 20; ++i)
         for (const int rights : {PROT_READ, PROT_NONE})
             mmap(nullptr, std::size_t(sysconf(_SC_PAGESIZE)), rights, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);

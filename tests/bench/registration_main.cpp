@@ -1,5 +1,5 @@
-// stylet-registration-study [--trials N] --out FOLDER: the error of a registration against points and noise
-// as a table (tre.csv) and a picture of it (tre.png).
+// stylet-registration-study [--trials N] --out FOLDER: writes the registration error over the number of
+// points and the noise, as a table (tre.csv) and as a plot (tre.png).
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -56,7 +56,7 @@ void write(std::ofstream& csv, const Series& series) {
         }
 }
 
-// Error over points, a colour a noise: dots measured, lines expected.
+// Plots the error over the number of points, one colour per noise level. Dots: measured. Lines: expected.
 void draw(report::Canvas& canvas, const report::Box& box, const Series& series, const std::string& title) {
     report::Panel axes(canvas, box, {2.0, 22.0, 4.0}, {0.0, 3.0, 0.5});
     canvas.text({box.left, box.top - 16.0}, title, {.size = 17.0, .colour = report::kInk, .bold = true});

@@ -1,7 +1,7 @@
 // Benchmark of one frame for both eyes, including the room. Reports the time for the opaque objects and for
-// the volume, and the image error (PSNR). The error is relative to a reference picture with one ray per pixel
-// and a ray step of 0.1 voxel. Parameters: the resolution of the volume's layer, foveation (fewer rays away
-// from the viewing axis), the distance between eye and patient, and the setting `close_up`.
+// the volume, and the image error (PSNR). The error is relative to a reference picture with one ray per
+// pixel and a ray step of 0.1 voxel. Parameters: the resolution of the volume's layer, foveation (fewer
+// rays away from the viewing axis), the distance between eye and patient, and the setting `close_up`.
 #include <cstdio>
 
 #include "tests/bench/bedside.h"

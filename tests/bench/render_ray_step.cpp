@@ -1,6 +1,7 @@
-// The ray-march: what a step costs and how far its picture is from one with a tenth of a voxel; then, at the
-// default step, what each skip is worth, against the same reference. The default is the cheapest step whose
-// worst tile keeps kPictureBound_db: grain gathers on the glass skin, and a mean over the picture hides it.
+// Ray-march step: measures the render time of each step and the difference of its picture to a reference
+// with a step of 0.1 voxel. Then turns each skip off at the default step and compares with the same
+// reference. The default is the cheapest step whose worst tile meets kPictureBound_db. The worst tile is
+// used because grain concentrates on the glass skin, and a mean over the picture hides it.
 #include <cstdio>
 
 #include "tests/bench/bedside.h"
@@ -11,7 +12,8 @@ namespace {
 using render::Look;
 using render::RenderSettings;
 
-// One picture against the reference: a row with both distances.
+// Renders one picture and compares it with the reference. The row has the distance of the whole picture
+// and, in its note, that of the worst tile.
 Row measure(Bedside& stage, const Eyes& reference, const std::string& knob, double value,
             const RenderSettings& settings, const std::string& note) {
     Bedside::Took took;

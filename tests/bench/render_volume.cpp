@@ -1,5 +1,5 @@
-// The volume pass of one view, picture read back, against VTK's mappers (render_vtk.cpp has the same rows);
-// then what each knob is worth.
+// Measures the volume pass of one view, with the picture read back, for comparison with VTK's mappers
+// (render_vtk.cpp has the same rows). Then measures the effect of each setting.
 #include <cstdio>
 
 #include "tests/bench/picture_case.h"
@@ -12,7 +12,7 @@ using render::Look;
 using render::RenderSettings;
 using render::VolumePath;
 
-// Both eyes stand where VTK's camera does: half of their frame is one view's.
+// Both eyes are at the position of VTK's camera, so half of the frame's time is the time of one view.
 struct Stage {
     render::Gpu gpu{{}};
     render::Renderer renderer{gpu, {}, test::assetsFolder()};
@@ -65,7 +65,7 @@ void knobs(Stage& stage, const std::string& look, std::vector<Row>& rows) {
     add("by volume.comp", 1.0, {.volume_path = VolumePath::gpu});
 }
 
-// The slow case elsewhere: the head where the patient fills the view.
+// The slow case: the head is so close that the patient fills the view.
 void close(Stage& stage, const PictureCase& c, const std::string& look, std::vector<Row>& rows) {
     const Vec3 away = glm::normalize(c.eye_m - c.at_m);
     const auto from = stage.eyes;

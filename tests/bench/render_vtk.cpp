@@ -1,5 +1,5 @@
-// The peer: VTK's two volume mappers, asked for the same picture. Both shade with gradients and a light at
-// the eye.
+// Comparison with VTK. Its two volume mappers draw the same picture. Both shade with gradients and a light
+// at the eye.
 #include <vtkCamera.h>
 #include <vtkColorTransferFunction.h>
 #include <vtkFixedPointVolumeRayCastMapper.h>
@@ -25,7 +25,7 @@
 namespace stylet::bench {
 namespace {
 
-constexpr double kMm = 1000.0;  // VTK's scene is in millimetres
+constexpr double kMm = 1000.0;  // millimetres per metre; VTK's scene is in millimetres
 constexpr double kReference_voxels = 0.1;
 
 vtkNew<vtkImageData> imageOf(const CtVolume& ct) {
@@ -89,7 +89,7 @@ struct Window {
         window->GetRGBACharPixelData(0, 0, size[0] - 1, size[1] - 1, 0, bytes);
         Pixels p{size[0], size[1], std::vector<std::uint8_t>(std::size_t(bytes->GetNumberOfValues()))};
         const std::size_t row = std::size_t(4) * std::size_t(p.width);
-        for (std::size_t y = 0; y < std::size_t(p.height); ++y)  // VTK's rows begin at the bottom
+        for (std::size_t y = 0; y < std::size_t(p.height); ++y)  // VTK's first row is at the bottom
             std::memcpy(p.rgba.data() + (std::size_t(p.height) - 1 - y) * row, bytes->GetPointer(0) + y * row,
                         row);
         return p;

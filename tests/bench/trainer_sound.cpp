@@ -1,4 +1,4 @@
-// How late a sound is: from the session's word to the device, and in it to the first sample that is heard.
+// Sound latency: from the session's request to the device, and from there to the first audible sample.
 #include <cmath>
 #include <thread>
 
@@ -19,7 +19,7 @@ Heard click() {
     return heard;
 }
 
-// Of the block that is mixed next, until it can be heard.
+// Returns the time [ms] from the start of the next mixed block to the first audible sample.
 double onset_ms() {
     Speaker speaker = Speaker::loopback();
     std::vector<float> block(2 * trainer::kClipRate_hz / 100);
@@ -35,7 +35,7 @@ double onset_ms() {
 void run(std::vector<Row>& rows) {
     trainer::Sounds sounds({}, nullptr, Speaker::loopback, [](const std::string&) {});
     constexpr std::uint64_t kCues = 200;
-    while (sounds.totals().device.empty())  // it is opened first
+    while (sounds.totals().device.empty())  // wait until the device is open
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     for (std::uint64_t i = 1; i <= kCues; ++i) {
         sounds.hear(click());

@@ -1,6 +1,6 @@
-// From the program's start to its first picture, as a user has it: whole processes, one after the other, on
-// the reference patient at 1 mm. The window is Xvfb's, the headset the mock runtime's, both at their usual
-// size.
+// Benchmark of the time from the program's start to its first picture, as a user experiences it. It runs
+// whole processes one after the other on the reference patient at 1 mm. The window is on an Xvfb display
+// and the headset is simulated by the mock runtime. Both have their usual size.
 #include <array>
 #include <cstdlib>
 #include <stdexcept>
@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What earlier starts have left.
+// Cache content from earlier starts.
 enum Kept { nothing, patientAlone, all };
 
 constexpr std::array kParts{"asked_s", "patient_s", "hand_s", "pictures_s", "pipelines_s", "frame_s"};
@@ -40,7 +40,8 @@ void measure(test::Command& command, const std::string& arguments, Measured& mea
         measured.parts_ms[part].push_back(1e3 * start.at(kParts[part]).get<double>());
 }
 
-// All that is kept but the patient himself: as after another build of the program, on another driver.
+// Deletes the whole cache except the patients. This is the state after an update of the program and of the
+// graphics driver.
 void forgetAllButThePatient(const fs::path& cache) {
     for (const auto& entry : fs::directory_iterator(cache))
         if (entry.path().filename() != "stylet") fs::remove_all(entry.path());
@@ -72,7 +73,7 @@ void runWith(const char* name, const std::string& arguments, std::vector<Row>& r
 }
 
 void runHeadset(std::vector<Row>& rows) {
-    for (const char* variable : {"XR_RUNTIME_JSON", "XRMOCK_SCENARIO"})  // of another bench
+    for (const char* variable : {"XR_RUNTIME_JSON", "XRMOCK_SCENARIO"})  // set by another benchmark
         unsetenv(variable);
     runWith("trainer.start.headset", "run --headless --device controllers", rows);
 }

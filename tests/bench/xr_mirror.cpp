@@ -1,5 +1,6 @@
-// What the instructor's window costs the headset: frame times with and without it, and with one whose display
-// answers nobody, in turns within one run. Real clock, mock runtime, small eyes.
+// Cost of the instructor's window for the headset: frame times with the window, without it, and with a
+// window whose display does not respond. The cases alternate within one run. The benchmark uses the real
+// clock, the mock runtime and small eye images.
 #include <array>
 #include <cstdlib>
 #include <fstream>
@@ -84,7 +85,7 @@ void run(std::vector<Row>& rows) {
     frames(2 * kSettle);
     for (int round = 0; round < kRounds; ++round)
         for (std::size_t i = 0; i < kCases.size(); ++i) {
-            // To the frames a window that is closed is no window.
+            // The frame loop treats a closed window as no window.
             mirror.channels().open.store(kCases[i].watched != Watched::nobody);
             for (const char* key = kCases[i].keys; *key; ++key)
                 display.key({key, 1});

@@ -1,6 +1,6 @@
-// The mock OpenXR runtime: what a composed picture costs and how far it is from a double-precision reference,
-// and what a frame costs that nobody looks at. The runtime is reached as applications reach it, through the
-// loader.
+// The mock OpenXR runtime: the time of a composed picture and its error against a double-precision
+// reference, and the time of a frame whose picture nobody requests. The benchmark uses the runtime through
+// the loader, as applications do.
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
@@ -19,7 +19,7 @@ constexpr auto kSide_rad = float(std::numbers::pi / 4);
 constexpr XrFovf kFov{-kSide_rad, kSide_rad, kSide_rad, -kSide_rad};
 constexpr float kLeftEye_m = -0.03F;
 
-// "composed the left eye: 640 x 640, 1 layers, 12.3 ms"
+// Reads the time from a message such as "composed the left eye: 640 x 640, 1 layers, 12.3 ms".
 XRAPI_ATTR XrBool32 XRAPI_CALL note(XrDebugUtilsMessageSeverityFlagsEXT, XrDebugUtilsMessageTypeFlagsEXT,
                                     const XrDebugUtilsMessengerCallbackDataEXT* data, void* times_ms) {
     const char* last = std::strrchr(data->message, ',');
@@ -67,7 +67,7 @@ class Client : public PictureTest {
                 readPicture(file("bench_left.png"))};
     }
 
-    // Frames that nobody looks at, each with a new image in every layer.
+    // Frames whose pictures nobody requests. Each frame has a new image in every layer.
     void frames(int layers, std::vector<Row>& rows) {
         constexpr int kFrames = 500;
         const Swapchain swapchain = createSwapchain(swapchainInfo());

@@ -1,6 +1,7 @@
-// The drawn tip against where it is when the picture is seen: error over the lead, for windows of the fitted
-// velocity, on scripted hands that went through the real simulation: punctures, breathing, tremor, five
-// tools; and a hand that the force moves, behind encoders.
+// Compares the drawn tip with the true tip at display time. Measures the prediction error over the lead,
+// for several windows of the velocity fit. The input is scripted and runs through the real simulation:
+// punctures, breathing, tremor, five tools. A second input is a light hand that the force moves, read
+// through encoders.
 #include "app/trainer/view/prediction.h"
 
 #include <array>
@@ -32,9 +33,9 @@ using trainer::TipPredictor;
 constexpr std::array kLeads_ms{0, 5, 11, 20, 30, 50};
 constexpr std::array kWindows_ms{0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0};
 constexpr int kFrameTicks = 11;
-constexpr double kResolution_m = 60e-6;  // of a Falcon's, about a Touch's too
+constexpr double kResolution_m = 60e-6;  // position resolution of a Falcon; a Touch has about the same
 
-// What an attempt's haptics loop said, a tick a millisecond.
+// The outputs of an attempt's haptics loop, one tick per millisecond.
 struct Stream {
     std::string name;
     std::vector<TickOutput> ticks;
@@ -130,7 +131,7 @@ void run(std::vector<Row>& rows) {
         streams.push_back(bedside.play(scenario, true));
     for (const int lead_ms : kLeads_ms)
         for (const double window_ms : kWindows_ms) {
-            if (lead_ms == 0 && window_ms > 0.0) continue;  // nothing to take ahead
+            if (lead_ms == 0 && window_ms > 0.0) continue;  // nothing to predict
             PredictionSettings settings;
             const bool chosen = std::fabs(1e3 * settings.window_s - window_ms) < 1e-9;
             settings.window_s = 1e-3 * window_ms;

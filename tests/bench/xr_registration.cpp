@@ -1,6 +1,7 @@
-// Where the device stands: points touched against time of the fit and the tip's error in the 80 mm cube, for
-// plain points (beside the theory), for everything wrong at once, and in motion. Noise: standard deviation
-// along an axis of what goes into the fit.
+// Registration of the device's placement. Measures the fit time and the tip's error in the 80 mm cube.
+// Fits of points vary the number of touched points: plain points (compared with theory), and a device at
+// rest without and with all difficulties at once. Fits of motion vary the correlation time of the noise.
+// The noise is the standard deviation of the fit's input along one axis.
 #include <cstdio>
 
 #include "tests/bench/bench.h"

@@ -1,7 +1,8 @@
-// stylet-attempt-writer STORE [FILE_BYTES]: stores attempts at full speed until it is killed, and says on
-// stdout what it has been promised: "begun ID", "kept ID TICKS" (in whole frames), "event ID COUNT", "done ID
-// TICKS". With FILE_BYTES no file may grow beyond them; what that is refused with ends the program: "refused:
-// ...", status 3. The attempts' lengths are drawn from the seed in the environment, kWriterSeed.
+// stylet-attempt-writer STORE [FILE_BYTES]: stores attempts at full speed until it is killed. It reports on
+// stdout what the store has promised to preserve: "begun ID", "kept ID TICKS" (whole frames), "event ID
+// COUNT", "done ID TICKS". FILE_BYTES limits the size of each file. The error of a refused write ends the
+// program with "refused: ..." and status 3. The environment variable named by kWriterSeed seeds the
+// attempts' random lengths.
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -21,7 +22,7 @@ namespace {
 
 using namespace stylet;
 
-// A line in one write: whole or not at all.
+// Writes the line in a single write(), so that it appears whole or not at all.
 void say(const std::string& line) {
     const std::string text = line + "\n";
     if (write(STDOUT_FILENO, text.data(), text.size()) != ssize_t(text.size())) std::_Exit(4);

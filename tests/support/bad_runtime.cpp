@@ -1,5 +1,8 @@
-// An OpenXR runtime gone wrong, as STYLET_BAD_RUNTIME says: "hang" never comes back to its loader, "crash"
-// ends the program; the name of a call is the runtime STYLET_GOOD_RUNTIME but for that call, which fails.
+// A faulty OpenXR runtime. STYLET_BAD_RUNTIME selects the fault:
+// - "hang": the runtime never returns to the loader.
+// - "crash": the runtime ends the program with SIGSEGV.
+// - The name of an OpenXR function: this function fails. All other calls go to the runtime that
+//   STYLET_GOOD_RUNTIME names.
 #include <dlfcn.h>
 #include <unistd.h>
 

@@ -19,13 +19,13 @@ namespace stylet::test {
 namespace {
 
 constexpr std::int64_t kWatchdog_ns = 15'000'000;
-// As the driver's own wait for an answer.
+// Equal to the driver's timeout for an answer.
 constexpr std::int64_t kLostBridgeAnswer_ns = 4'000'000;
 
 template <typename T>
 void put(std::vector<std::uint8_t>& out, T value) {
     std::uint8_t bytes[sizeof value];
-    std::memcpy(bytes, &value, sizeof value);  // the machines we run on are little-endian
+    std::memcpy(bytes, &value, sizeof value);  // all supported machines are little-endian
     out.insert(out.end(), bytes, bytes + sizeof value);
 }
 

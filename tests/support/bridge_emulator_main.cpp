@@ -1,6 +1,6 @@
-// stylet-bridge-emulator PATH ANSWERS STROKE_M: the emulated bridge as a process that is killed by SIGKILL
-// after so many answers, in the middle of the next one. The stylus moves by the stroke and back in two
-// seconds of the driver's clock.
+// stylet-bridge-emulator PATH ANSWERS STROKE_M: runs the emulated bridge as a process. After ANSWERS
+// answers it kills itself with SIGKILL in the middle of the next one. The stylus moves by STROKE_M and back
+// in two seconds of the driver's clock.
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-// stylet-bridge-simulated [--socket PATH]: the reference bridge around the simulated SDK.
+// stylet-bridge-simulated [--socket PATH]: runs the reference bridge with the simulated SDK.
 #include "tests/support/bridge_simulated.h"
 
 int main(int argc, char** argv) {

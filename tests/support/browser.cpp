@@ -19,7 +19,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int kPatience_ms = 120000;  // a slow machine with other work
+constexpr int kPatience_ms = 120000;  // long enough for a slow and busy machine
 
 std::vector<std::uint8_t> bytesOfBase64(const std::string& text) {
     std::vector<std::uint8_t> bytes;
@@ -43,7 +43,7 @@ std::vector<std::uint8_t> bytesOfBase64(const std::string& text) {
     return bytes;
 }
 
-// 3 and 4 are where Chromium expects the pipe's ends.
+// Chromium expects the ends of the pipe at descriptors 3 and 4.
 [[noreturn]] void becomeChromium(int in, int out, const std::string& profile) {
     const int high_in = ::fcntl(in, F_DUPFD, 10), high_out = ::fcntl(out, F_DUPFD, 10);
     ::dup2(high_in, 3);
@@ -91,7 +91,7 @@ Browser::~Browser() {
     if (process_ <= 0) return;
     ::kill(-process_, SIGKILL);
     ::waitpid(process_, nullptr, 0);
-    // Its children let go of the profile a moment later.
+    // Chromium's child processes release the profile folder shortly afterwards.
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
 }
 
@@ -124,7 +124,7 @@ json Browser::exchange(const std::string& method, const json& parameters, const 
     json request = {{"id", ++number_}, {"method", method}, {"params", parameters}};
     if (!session.empty()) request["sessionId"] = session;
     const std::string text = request.dump();
-    for (std::size_t sent = 0; sent <= text.size();) {  // with the zero at the end
+    for (std::size_t sent = 0; sent <= text.size();) {  // including the terminating zero
         const ssize_t count = ::write(to_, text.c_str() + sent, text.size() + 1 - sent);
         if (count <= 0) throw std::runtime_error("Chromium is gone, or is not installed");
         sent += std::size_t(count);
@@ -157,7 +157,7 @@ void Browser::open(const std::filesystem::path& html, int width, int height, boo
         const json message = next();
         if (!message.contains("id")) note(message);
     }
-    // Two frames later what the scripts have drawn is there.
+    // Wait two frames, so that everything the scripts have drawn is visible.
     if (scripts)
         ask("Runtime.evaluate",
             {{"expression",

@@ -8,7 +8,8 @@ namespace {
 std::atomic<std::uint64_t> count{0};
 }
 
-// Under sanitizers g++ inlines one of the pair only and takes the two for strangers.
+// Under sanitizers g++ inlines only one of operator new and operator delete. It then reports the two as
+// mismatched.
 #pragma GCC diagnostic ignored "-Wmismatched-new-delete"
 
 void* operator new(std::size_t size) {

@@ -6,7 +6,7 @@ namespace stylet::test {
 
 namespace {
 
-// Four letters, 'A' for nothing, the lowest four bits first.
+// Appends a number as four letters of four bits each. 'A' is 0; the lowest four bits come first.
 void putNumber(std::vector<std::uint8_t>& out, int number) {
     for (int i = 0; i < 4; ++i, number >>= 4)
         out.push_back(std::uint8_t('A' + (number & 15)));
@@ -25,7 +25,7 @@ void FalconEmulator::control(std::uint8_t request, std::uint16_t value) {
     if (request == 0 && value == 1) to_host_.clear();
     if (request == 1 && (value & 0x0100) != 0) {
         const bool high = (value & 1) != 0;
-        reset_seen_ = high && !data_terminal_ready_;  // the loader starts with this edge
+        reset_seen_ = high && !data_terminal_ready_;  // this edge starts the loader
         if (reset_seen_) loader_ = Loader::waiting;
         data_terminal_ready_ = high;
     }
@@ -151,7 +151,7 @@ void FalconEmulator::reply() {
     if (faults.silent) return;
     std::vector<std::uint8_t> bytes{'<'};
     for (const int count : counts_)
-        putNumber(bytes, homed_ == 7 ? count : count + 3000);  // the zero jumps when it is found
+        putNumber(bytes, homed_ == 7 ? count : count + 3000);  // the zero point jumps when homing completes
     bytes.push_back(std::uint8_t('A' + (buttons_ | homed_ << 4)));
     bytes.push_back('A');
     bytes.push_back('>');

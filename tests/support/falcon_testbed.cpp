@@ -27,7 +27,8 @@ std::string node(int device) {
     return text;
 }
 
-// Device, configuration, one vendor-specific interface, bulk IN 0x81 and OUT 0x02 of 64 bytes.
+// Descriptors of the device, its configuration, one vendor-specific interface and two bulk endpoints of
+// 64 bytes: IN 0x81 and OUT 0x02.
 constexpr const char* kDescriptors =
     "12010002000000080304"
     "48CB"
@@ -68,7 +69,7 @@ std::int64_t nowNs() {
 
 }  // namespace
 
-// A transfer that the client has asked for and not yet got back.
+// A transfer that the client has submitted but not yet reaped.
 struct FalconTestbed::Urb {
     UMockdevIoctlData* data = nullptr;
     UMockdevIoctlData* buffer = nullptr;
@@ -133,7 +134,7 @@ int FalconTestbed::onRequest(UMockdevIoctlBase*, UMockdevIoctlClient* client, vo
     return static_cast<FalconTestbed*>(self)->handle(client) ? 1 : 0;
 }
 
-// umockdev's thread.
+// Runs on umockdev's thread.
 bool FalconTestbed::handle(UMockdevIoctlClient* client) {
     const std::lock_guard lock(mutex_);
     const unsigned long request = umockdev_ioctl_client_get_request(client);
@@ -191,8 +192,8 @@ void FalconTestbed::submit(UMockdevIoctlClient* client) {
     urb->buffer = resolve(urb->data, offsetof(usbdevfs_urb, buffer), std::size_t(length));
     urb->order = ++submitted_;
     urb->since_ns = nowNs();
-    // Out at once, as a cable does it: a client that is stalled before it reaps must not cancel what was
-    // sent.
+    // Send control and OUT transfers at once, as a cable does. Otherwise a client that stalls before
+    // reaping could cancel data that it has already sent.
     urb->done = (urb->type == USBDEVFS_URB_TYPE_CONTROL || urb->endpoint != 0x81) && finish(*urb);
     const std::uint64_t address = urb->data->client_addr;
     urbs_[address] = std::move(urb);
@@ -204,7 +205,7 @@ void FalconTestbed::reap(UMockdevIoctlClient* client) {
     for (auto& [address, urb] : urbs_)
         if ((!done || urb->order < done->order) && finish(*urb)) done = urb.get();
     if (!done) {
-        // libusb asks again at once.
+        // Wait, because libusb retries immediately.
         std::this_thread::sleep_for(std::chrono::microseconds(100));
         umockdev_ioctl_client_complete(client, -1, falcon_.faults.unplugged ? ENODEV : EAGAIN);
         return;
@@ -217,7 +218,7 @@ void FalconTestbed::reap(UMockdevIoctlClient* client) {
     urbs_.erase(address);
 }
 
-// Whether the transfer has come to its end, by now or before.
+// Completes the transfer if that is possible now. Returns true if it is complete.
 bool FalconTestbed::finish(Urb& u) {
     if (u.done) return true;
     if (u.discarded) {
@@ -230,7 +231,7 @@ bool FalconTestbed::finish(Urb& u) {
     }
     const std::span<std::uint8_t> bytes = u.bytes();
     if (u.type == USBDEVFS_URB_TYPE_CONTROL) {
-        // bmRequestType 0x40, bRequest, wValue, wIndex 0, wLength 0.
+        // Setup packet: bmRequestType 0x40, bRequest, wValue, wIndex 0, wLength 0.
         if (bytes.size() != 8 || bytes[0] != 0x40 || bytes[4] || bytes[5] || bytes[6] || bytes[7]) {
             u.end(-EPIPE, 0);
             return true;

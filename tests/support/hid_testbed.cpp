@@ -36,7 +36,7 @@ std::string hexOf(const std::vector<unsigned char>& bytes) {
     return text;
 }
 
-// The places of a USB device with one HID interface below /sys, from the device itself to its node.
+// Returns the paths below /sys of a USB device with one HID interface: device, interface, HID, hidraw node.
 std::array<std::string, 4> placesOf(const HidIdentity& id, int number) {
     const unsigned n = unsigned(number);
     const std::string usb = formatted("/devices/usb1/1-%u", n + 1, 0);
@@ -45,7 +45,7 @@ std::array<std::string, 4> placesOf(const HidIdentity& id, int number) {
     return {usb, interface, hid, hid + "/hidraw/" + formatted("hidraw%u", n, 0)};
 }
 
-// What the kernel tells of them, in umockdev's notation.
+// Returns the kernel's description of these four devices in umockdev's notation.
 std::string describe(const HidIdentity& id, int number) {
     const auto [usb, interface, hid, raw] = placesOf(id, number);
     const std::string node = "hidraw" + std::to_string(number);
@@ -65,7 +65,7 @@ std::string describe(const HidIdentity& id, int number) {
            "\nA: product=" + id.name + "\nA: bcdDevice=0100\n\n";
 }
 
-// hidapi asks one thing of a node: that it knows its descriptor's size.
+// Answers the only ioctl that hidapi needs from a node: the size of its report descriptor.
 gboolean onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer size) {
     if (umockdev_ioctl_client_get_request(client) != HIDIOCGRDESCSIZE) return FALSE;
     UMockdevIoctlData* to =
@@ -79,19 +79,19 @@ gboolean onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer size)
 
 }  // namespace
 
-// One a process: it is where the wrapped calls look.
+// One testbed per process, because the system calls that umockdev wraps look there.
 struct HidNode::Testbed {
     UMockdevTestbed* bed = umockdev_testbed_new();
     UMockdevIoctlBase* handler = umockdev_ioctl_base_new();
     std::atomic<int> descriptor_size{0};  // read on umockdev's thread
-    int plugged = 0;                      // ever: umockdev does not take a number twice
+    int plugged = 0;                      // total so far: umockdev does not accept a number twice
 
     Testbed() { g_signal_connect(handler, "handle-ioctl", G_CALLBACK(onIoctl), &descriptor_size); }
     ~Testbed() {
         g_object_unref(handler);
         g_object_unref(bed);
     }
-    // Handler first: a driver that looks for devices must not find one without.
+    // Attach the handler first, so that a driver never finds a device without a handler.
     void add(const HidIdentity& id, int number, const std::string& path) {
         GError* error = nullptr;
         descriptor_size = int(id.report_descriptor.size());
@@ -125,7 +125,7 @@ HidNode::HidNode(const HidIdentity& id, bool read_here)
     cfmakeraw(&raw);
     tcsetattr(far_, TCSANOW, &raw);
     near_ = ioctl(far_, TIOCGPTPEER, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-    // A program that the test starts must not keep this end open.
+    // A program that the test starts must not inherit this end.
     fcntl(far_, F_SETFD, FD_CLOEXEC);
     if (near_ < 0) throw std::runtime_error("the node has no other end");
 }
@@ -134,7 +134,7 @@ HidNode::~HidNode() {
     unplug();
 }
 
-// A terminal delivers a moment after the write: until then its queue looks empty.
+// A terminal delivers shortly after the write. Its queue looks empty until then, so wait for the delivery.
 bool HidNode::send(std::span<const unsigned char> report) {
     std::this_thread::sleep_until(delivered_);
     for (int waited_ms = 0; waited_ms < 1000; ++waited_ms) {
@@ -186,7 +186,7 @@ void HidNode::unplug() {
     close(near_);
     close(far_);
     near_ = far_ = -1;
-    // umockdev leaves the places below a device where they are: from the node up.
+    // umockdev does not remove a device's children with it. Remove the node first, then its parents.
     for (; !sys_paths_.empty(); sys_paths_.pop_back())
         umockdev_testbed_remove_device(testbed_->bed, sys_paths_.back().c_str());
 }

@@ -18,10 +18,10 @@ namespace stylet::test {
 
 namespace {
 
-// As the drivers' own wait for an answer.
+// Equals the time that the drivers wait for an answer by default.
 constexpr std::int64_t kLostInverse3Answer_ns = 4'000'000;
 
-// FIPS 180-4.
+// SHA-1 of FIPS 180-4.
 std::array<std::uint8_t, 20> sha1(std::string text) {
     const std::uint64_t bits = 8 * text.size();
     text += char(0x80);
@@ -96,7 +96,7 @@ void sendText(int socket, const std::string& text) {
     sendAll(socket, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
 }
 
-// A client's frame, whole and masked; 0 bytes while more is needed.
+// A frame from a client. `bytes` is 0 until a whole masked frame has arrived.
 struct ClientFrame {
     std::uint8_t opcode = 0;
     std::string payload;
@@ -184,7 +184,7 @@ void Inverse3Emulator::complain(const std::string& what) {
     if (complaint_.empty()) complaint_ = what;
 }
 
-// One WebSocket at a time; a GET in between is served on the way.
+// Serves one WebSocket at a time. A GET request that arrives meanwhile is answered too.
 void Inverse3Emulator::run() {
     while (!stop_.load()) {
         pollfd wait{listener_, POLLIN, 0};
@@ -256,7 +256,7 @@ void Inverse3Emulator::converse(int client) {
             if (frame.opcode != kText) complain("a frame that is not text");
             command(frame.payload);
             if (answer(client)) continue;
-            // A clean end: the other side's answer to the close frame is waited for.
+            // For the close fault, wait until the client has answered the close frame and closed.
             ::shutdown(client, SHUT_WR);
             for (int i = 0; i < 100 && script_.fault == Inverse3Fault::close; ++i) {
                 pollfd wait{client, POLLIN, 0};
@@ -268,7 +268,7 @@ void Inverse3Emulator::converse(int client) {
     }
 }
 
-// What a service of this version understands, byte for byte.
+// Accepts only the exact bytes of the force command of the service's version.
 void Inverse3Emulator::command(const std::string& message) {
     int major = 3, minor = 1;
     std::sscanf(script_.version.c_str(), "%d.%d", &major, &minor);
@@ -341,7 +341,7 @@ bool Inverse3Emulator::flood(int client, const std::vector<std::uint8_t>& messag
     return true;
 }
 
-// As the documentation's examples, of 3.1 and of 3.5.
+// The messages follow the documentation's examples for versions 3.1 and 3.5.
 std::string Inverse3Emulator::state(bool inventory, Inverse3Fault fault) const {
     const bool recent = !script_.version.empty() && script_.version >= "3.5";
     std::string position =

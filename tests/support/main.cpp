@@ -1,4 +1,4 @@
-// main of every test program: with STYLET_FORBID_SKIPS set, a skipped test is a failed one.
+// main() of every test program. With STYLET_FORBID_SKIPS set, a skipped test counts as a failure.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-// Put before a program (LD_PRELOAD), makes its surroundings rough: a wall clock that leaps back and forth by
-// days, a locale of the user's that a library has switched on, and a signal at one moment of its work.
+// Library that is preloaded into a program (LD_PRELOAD) to disturb it: the wall clock jumps back and forth
+// by days, the user's locale is active as if a library had set it, and a signal arrives at a chosen point.
 //   STYLET_TEST_CLOCK=1, STYLET_TEST_LOCALE=1
 //   STYLET_TEST_SIGNAL=15 with one of
-//     STYLET_TEST_AT="open NAME"    as a file of this name is about to be written
-//     STYLET_TEST_AT="rename NAME"  as all of it is written, and about to be put in its place
-//     STYLET_TEST_AT="word 3"       as the third word is said on stderr
+//     STYLET_TEST_AT="open NAME"    just before a file of this name is opened for writing
+//     STYLET_TEST_AT="rename NAME"  just before a written file is renamed to this name
+//     STYLET_TEST_AT="word 3"       after the third flush of stderr
 #include <dlfcn.h>
 #include <signal.h>
 #include <sys/time.h>

@@ -1,5 +1,6 @@
-// The linear part is integrated by the trapezoidal rule, which neither damps nor feeds an oscillation and is
-// stable at any step; Coulomb friction is an implicit step after it, so that what sticks stays.
+// The linear part is integrated by the trapezoidal rule, which neither damps nor feeds an oscillation and
+// is stable at any step size. Coulomb friction is an implicit step after it, so that a stuck device stays
+// at rest.
 #include "tests/support/simulated_device.h"
 
 #include <algorithm>
@@ -12,10 +13,10 @@ using namespace haptics;
 namespace {
 
 constexpr double kStep_s = 1e-4;
-// Worst of the Phantom class: see profiles.cpp.
+// Worst values of the Phantom class, see profiles.cpp.
 constexpr double kLeastDamped_n_s_per_m = 0.005, kCoarsest_m = 55e-6;
 
-// Steele, Lea, Flood 2014 (SplitMix64), to [0, 1).
+// Returns a pseudo-random number in [0, 1) (SplitMix64; Steele, Lea, Flood 2014).
 double draw(std::uint64_t seed, std::uint64_t index) noexcept {
     std::uint64_t z = seed + (index + 1) * 0x9e3779b97f4a7c15u;
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -61,7 +62,7 @@ DeviceState SimulatedDevice::read(std::int64_t now_ns) noexcept {
 }
 
 void SimulatedDevice::send(const Vec3& force_n) noexcept {
-    if (waiting_count_ == kMaxWaiting) {  // longer than it can be kept: the oldest acts early
+    if (waiting_count_ == kMaxWaiting) {  // queue full: the oldest force acts early
         state_.motor_n = waiting_[std::size_t(first_)].force_n;
         first_ = (first_ + 1) % kMaxWaiting;
         --waiting_count_;
@@ -78,7 +79,7 @@ void SimulatedDevice::begin(double now_s) noexcept {
     begun_ = true;
 }
 
-// To `to_s`, each waiting force taking over at its time.
+// Simulates up to `to_s`. Each queued force takes effect at its time.
 void SimulatedDevice::advance(double to_s) noexcept {
     if (to_s <= state_.time_s) return;
     const Vec3 target = sampleAt(*wanted_, std::llround(to_s * 1e9), cursor_).device_from_stylus.position_m;
@@ -95,7 +96,7 @@ void SimulatedDevice::advance(double to_s) noexcept {
     target_time_s_ = to_s;
 }
 
-// Under one motor force. `target_m` is the wanted place at the end.
+// Simulates up to `to_s` under a constant motor force. `target_m` is the target position at `to_s`.
 void SimulatedDevice::coast(double to_s, const Vec3& target_m, const Vec3& target_velocity) noexcept {
     const double duration_s = to_s - state_.time_s;
     if (duration_s <= 0.0) return;
@@ -106,7 +107,7 @@ void SimulatedDevice::coast(double to_s, const Vec3& target_m, const Vec3& targe
     state_.time_s = to_s;
 }
 
-// `target_m` and the velocity are those of the step's middle.
+// `target_m` and `target_velocity` are the values at the middle of the step.
 void SimulatedDevice::step(double h, const Vec3& target_m, const Vec3& target_velocity) noexcept {
     const HandModel& hand = state_.time_s < body_.let_go_s ? body_.hand : kNoHand;
     const double mass = body_.mass_kg + hand.mass_kg;

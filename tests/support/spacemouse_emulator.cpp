@@ -4,7 +4,7 @@ namespace stylet::test {
 
 namespace {
 
-// A multi-axis controller with six axes of 16 bits in report 1.
+// Identity of a multi-axis controller. Report 1 has six axes of 16 bits.
 HidIdentity spaceMouseIdentity(SpaceMouseEmulator::Age age) {
     const bool old = age == SpaceMouseEmulator::Age::old;
     return {std::uint16_t(old ? 0x046D : 0x256F),

@@ -1,5 +1,5 @@
-// Takes all processors away for 20 to 300 ms about once a second, until its standard input ends: what an
-// overloaded or virtual machine does to the tests that run beside it. `packaging/test --stutter N` starts it.
+// Occupies all processors for 20 to 300 ms about once a second, until its standard input ends. Tests that
+// run beside it see the stalls of an overloaded or virtual machine. `packaging/test --stutter N` starts it.
 #include <pthread.h>
 #include <sched.h>
 #include <unistd.h>
@@ -31,7 +31,7 @@ int occupy(unsigned processor) {
     return pthread_setschedparam(pthread_self(), SCHED_FIFO, &priority);
 }
 
-// All threads draw the same numbers from the same beginning, so all processors stall at the same time.
+// All threads use the same seed and the same start time, so all processors stall at the same time.
 void stutter(std::uint64_t seed, Clock::time_point begin) {
     std::mt19937_64 random(seed);
     std::uniform_int_distribution<int> pause_ms(700, 1300), stall_ms(20, 300);

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::size_t kCommandBytes = 15, kReportBytes = 14;
 
-// The vendor-defined collection of an mbed board: 14 bytes either way.
+// The vendor-defined collection of an mbed board: 14 bytes in each direction.
 HidIdentity woodenIdentity() {
     return {
         0x1234, 0x0006, "mbed.org", "HID DEVICE", {0x06, 0x00, 0xFF, 0x0A, 0x00, 0x01, 0xA1, 0x01, 0x75, 0x08,
@@ -79,7 +79,7 @@ void WoodenHapticsEmulator::run() {
         auto command = node_.receive(kCommandBytes, 10);
         if (!command) continue;
         std::uint64_t count = 1;
-        // Of several that wait, the newest counts.
+        // If several commands are waiting, use the newest one.
         for (; auto newer = node_.receive(kCommandBytes, 0); ++count)
             command = std::move(newer);
         obey(*command);

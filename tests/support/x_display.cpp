@@ -15,7 +15,7 @@
 namespace stylet::test {
 namespace {
 
-// GLFW takes a key pressed twice within a millisecond for one event told twice.
+// GLFW treats two presses of a key within a millisecond as one event that was sent twice.
 constexpr unsigned long kBetweenKeys_ms = 5;
 
 struct Close {
@@ -29,7 +29,7 @@ Connection connect(const std::string& name) {
     return display;
 }
 
-// The newest child of the root that is seen; 0: none.
+// Returns the topmost viewable child of the root window, or 0 if there is none.
 Window onlyWindow(Display* display) {
     Window root = 0, parent = 0, *children = nullptr, found = 0;
     unsigned count = 0;
@@ -181,7 +181,7 @@ void XDisplay::go() const {
 
 void XDisplay::kill() {
     if (server_ == 0) return;
-    ::kill(server_, SIGTERM);  // it takes its socket with it
+    ::kill(server_, SIGTERM);  // the server removes its socket when it ends
     go();
     waitpid(server_, nullptr, 0);
     server_ = 0;

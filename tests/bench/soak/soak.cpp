@@ -29,13 +29,13 @@ using SteadyClock = std::chrono::steady_clock;
 
 namespace {
 
-// A round, the first of which have a bit of all: every tool, contrast medium and X-rays, holds, wrong
-// punctures.
+// The scenarios of a round. The first ones together cover every tool, contrast medium, X-rays, breath holds
+// and wrong punctures.
 constexpr std::array kScenarios{
     "five-tools", "procedure", "trainee-reckless", "trainee-careless", "cholangiography",
     "wrong-tip",  "demo",      "demo-breathing"};
 constexpr std::int64_t kMs = 1'000'000;
-constexpr double kLeap_m = 0.6;  // between two ticks: no hand does that
+constexpr double kLeap_m = 0.6;  // between two ticks: no hand moves that fast
 constexpr const char* kTrainee = "soak";
 constexpr int kSendAgain = 20;
 constexpr const char* kNowhere = "host=/nowhere";  // a training centre that does not answer
@@ -59,7 +59,7 @@ struct Bed {
             scenarios.push_back(loadScenario(assets() / "scenarios" / (std::string(name) + ".toml")));
         if (!breath.empty()) scenarios.push_back(recorded(scenarios.back(), breath));
     }
-    // So long that the recording begins anew.
+    // Extends the last stage by the length of the recording, so that the recording starts over.
     static Scenario recorded(Scenario scenario, const fs::path& csv) {
         scenario.name += "-recorded";
         breatheAsRecorded(scenario.breath, csv);
@@ -86,7 +86,7 @@ struct Bed {
     std::vector<Scenario> scenarios;
 };
 
-// The last one stays: who soaks twice is spared a second patient.
+// Caches the last bed: a second soak with the same settings does not build the patient again.
 const Bed& bedOf(const Settings& settings) {
     static std::unique_ptr<Bed> last;
     if (!last || last->seed != settings.seed || last->spacing_m != settings.spacing_m ||
@@ -95,7 +95,7 @@ const Bed& bedOf(const Settings& settings) {
     return *last;
 }
 
-// What Leak::thread leaves behind; let go at the end, so that the soak can report.
+// The threads that Leak::thread leaks. The destructor ends them, so that the soak can report.
 struct Sleepers {
     std::mutex mutex;
     std::condition_variable wake;
@@ -124,12 +124,12 @@ class Soak {
     Result run();
 
   private:
-    // How an attempt is made, and what the trainee has with it.
+    // How to run an attempt, and which equipment and services the trainee has.
     struct Manner {
         std::uint64_t seed = 0;
-        const Retry* again = nullptr;  // from that bookmark
-        bool seen = false;             // with a headset on
-        bool reachable = true;         // the training centre
+        const Retry* again = nullptr;  // retry from this bookmark
+        bool seen = false;             // with a headset
+        bool reachable = true;         // the training centre answers
         bool reported = false;
     };
     struct Made {
@@ -156,7 +156,7 @@ class Soak {
     Result result_;
     Latency* latency_ = nullptr;
     double last_tick_us_ = 0.0;
-    bool pause_ = true;  // what follows was no tick's
+    bool pause_ = true;  // skip the next latency sample: it is not a tick's
     haptics::TickOutput before_;
     std::uint64_t leaked_ = 0;
     std::vector<std::unique_ptr<std::array<char, 4096>>> memory_;
@@ -164,7 +164,7 @@ class Soak {
     Sleepers sleepers_;
 };
 
-// What no script has: a leap of the device, faults and their re-arming, all that an instructor may do.
+// Adds what no script contains: a leap of the device, faults with re-arming, and the instructor's commands.
 void Soak::unsettle(Attempt& attempt, std::uint64_t seed) const {
     std::mt19937_64 random(seed);
     std::vector<haptics::TraceSample>& hand = attempt.hand.samples;
@@ -186,7 +186,7 @@ void Soak::unsettle(Attempt& attempt, std::uint64_t seed) const {
     say(dark_ns, lights, 0), say(dark_ns + 700 * kMs, lights, 1);
     give(someTime(), haptics::breathingCommand({0.5 + double(random() % 100) / 100.0, 1.2}));
     say(someTime(), marker, 3);
-    // A fault takes the force away: each second attempt is left in peace, so that it can succeed.
+    // A fault removes the force. Every second attempt has no faults, so that it can succeed.
     if (seed % 2 == 0) {
         const std::int64_t failed_ns = someTime();
         say(failed_ns, fault), say(failed_ns + 600 * kMs, rearm);
@@ -196,7 +196,7 @@ void Soak::unsettle(Attempt& attempt, std::uint64_t seed) const {
     }
 }
 
-// Each tick, once all that comes of it is done.
+// Called after each tick, when the session has processed it.
 void Soak::watch(const haptics::TickOutput& now, Session& session, Senses& senses) {
     if (settings_.leak == Leak::time)
         for (std::uint64_t i = 0; i < 5'000 * leaked_ * leaked_ * leaked_ * leaked_; ++i)
@@ -214,7 +214,7 @@ void Soak::watch(const haptics::TickOutput& now, Session& session, Senses& sense
     if (now.tick % 7000 == 3000) {
         session.note("bookmark", "soak");
         ++c.bookmarks;
-        pause_ = true;  // it is on the disk now
+        pause_ = true;  // the bookmark was written to disk
     }
     if (senses.wants(now)) {
         senses.hear(session.seen(now));
@@ -255,7 +255,7 @@ void Soak::judge(const Attempt& attempt, const Scenario& scenario, const Session
     c.contrast_ml += 1e6 * log.dose.contrast_m3;
 }
 
-// As `stylet replay` would find it.
+// Replays the stored record as `stylet replay` does, and compares the hashes.
 void Soak::checkStored(const fs::path& folder, std::uint64_t hash) {
     const records::Record record = records::loadRecord(folder / "record");
     const records::ReplayResult again = records::replay(bed_.patient, record, nullptr);
@@ -306,17 +306,17 @@ records::AttemptInfo Soak::attemptInfo(const Scenario& scenario, const Manner& m
     return info;
 }
 
-// To the training centre; of one that is away nothing is expected.
+// Sends to the training centre. If it is unreachable, unsent data is no error.
 void Soak::send(Keeper& keeper, bool reachable) {
     if (settings_.centre.empty()) return;
     std::size_t left = keeper.send();
     for (int again = 0; reachable && left > 0 && again < kSendAgain; ++again)
-        left = keeper.send();  // a machine that does something else besides
+        left = keeper.send();  // a busy machine can need several sends
     result_.counts.sent += left == 0, result_.counts.unsent += left > 0;
     if (reachable && left > 0) insane("the training centre did not get it");
 }
 
-// As run.cpp puts an attempt together.
+// Assembles and runs an attempt as run.cpp does.
 Soak::Made Soak::make(const Scenario& scenario, const Manner& manner, Latency* latency) {
     const MakeTouch touch = [&](const patient::Patient&) { return bed_.touch; };
     Attempt attempt = makeAttempt(bed_.patient, scenario, bed_.path, manner.seed, 1000.0, touch);
@@ -362,7 +362,7 @@ Soak::Made Soak::make(const Scenario& scenario, const Manner& manner, Latency* l
     return {folder, hash, writer.bookmarks().size()};
 }
 
-// One of a round, and perhaps once more from a bookmark. Then the trainee takes all of it away.
+// Runs one attempt of a round, and perhaps retries it from a bookmark. Then erases the trainee's data.
 std::uint64_t Soak::attempts(const Scenario& scenario, std::uint64_t number, std::size_t i,
                              Latency* latency) {
     const std::size_t count = std::min(settings_.scenarios, bed_.scenarios.size());
@@ -396,7 +396,7 @@ std::uint64_t Soak::round(std::uint64_t number, Latency* latency) {
     return hash.value();
 }
 
-// After a round.
+// Records the resources in use after a round.
 void Soak::hold(int threads) {
     result_.held.push_back(heldNow(threads, settings_.patience));
     result_.held.back().headsets = result_.counts.headsets;
@@ -406,7 +406,7 @@ Result Soak::run() {
     steadyHeap();
     prepareSenses(settings_.folder, bed_.patient, bed_.path);
     const SteadyClock::time_point begin = SteadyClock::now();
-    // How many there are is known after the first, which is also what warms everything up.
+    // The first round warms everything up. Its tick count determines the number of rounds.
     std::uint64_t first_hash = round(0, nullptr);
     const std::uint64_t ticks = result_.counts.ticks;
     result_.rounds = std::max<std::size_t>(3, std::size_t((settings_.ticks + ticks - 1) / ticks));
@@ -416,7 +416,7 @@ Result Soak::run() {
     result_.hashes.push_back(first_hash), hold(0);
     StateHash all;
     all.add(first_hash);
-    // The first is the warmer: those from the second on are made again at the end.
+    // The first round is the warm-up. The rounds from the second on are repeated at the end.
     const std::size_t repeats = std::min(result_.compared, result_.rounds - 2);
     result_.compared = repeats;
     for (std::size_t i = 1; i < result_.rounds; ++i) {

@@ -1,5 +1,6 @@
 // stylet-soak [--ticks N] [--seed N] [--spacing-mm MM] [--pictures] [--centre] [--breath FILE.csv]
-// [--out FILE.json]: see soak.h. Exit 1 where something grew, was slower, or came out otherwise.
+// [--out FILE.json]: see soak.h. Exits with 1 if a resource grew, the process became slower,
+// or a result differed.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <optional>

@@ -12,8 +12,8 @@ namespace stylet::soak {
 
 namespace {
 
-// Growth in bytes that is not reported as a leak. With pictures, the heap may grow by kDriverSlack instead of
-// kHeapSlack, because a graphics driver allocates on first use, which may be late in the soak.
+// Growth in bytes that is not reported as a leak. With pictures, the heap may grow by kDriverSlack instead
+// of kHeapSlack, because a graphics driver allocates on first use, which may be late in the soak.
 constexpr double kHeapSlack = 64 << 10, kDriverSlack = 512 << 10, kResidentSlack = 16 << 20;
 constexpr double kRegionSlack = 32.0, kLogSlack = 4096.0;  // memory regions; bytes of log
 // Allowed heap growth per created headset, in bytes. For each headset, Debian's OpenXR loader (1.0.20) does

@@ -20,10 +20,10 @@ using namespace trainer;
 
 namespace {
 
-constexpr int kEyePixels = 96;  // a side: a picture in software takes long
-constexpr double kHints = 0.2;  // without: hints and alerts only
-constexpr int kRecentred = 4;   // the frame at which the user does that
-constexpr int kLost = 12;       // the frame at which the runtime takes the session back
+constexpr int kEyePixels = 96;  // width and height; small because software rendering is slow
+constexpr double kHints = 0.2;  // [fps] without a headset: only hints and alerts are updated
+constexpr int kRecentred = 4;   // the frame at which the user recenters the view
+constexpr int kLost = 12;       // the frame at which the runtime ends the session
 
 void writeText(const fs::path& file, const std::string& text) {
     std::ofstream out(file);
@@ -32,7 +32,8 @@ void writeText(const fs::path& file, const std::string& text) {
     if (!out) throw DataError(file, "document", "cannot be written");
 }
 
-// A head that leans over the entry and keeps still; a session that is lost, and found again, once in a while.
+// Returns a mock headset script. The head leans over the entry point and does not move. The user recenters
+// at frame kRecentred and the session is lost at frame kLost.
 std::string headset(const Pose& head) {
     using nlohmann::json;
     const Vec3& p = head.position_m;
@@ -58,7 +59,7 @@ void prepareSenses(const fs::path& folder, const patient::Patient& patient,
     writeText(folder / "headset.json", headset(stageFromHead(stageFromPatient(patient, path), path, 0.0)));
     setenv("XRMOCK_SCENARIO", (folder / "headset.json").c_str(), 1);
     setenv("XDG_CACHE_HOME", folder.c_str(), 1);  // compiled shaders
-    // Mixed as for any device, at the pace of the clock on the wall.
+    // The sound is mixed as for a real device, in real time (wall clock), and discarded.
     writeText(folder / "sound.conf", "drivers = wave\n[wave]\nfile = /dev/null\n");
     setenv("ALSOFT_CONF", (folder / "sound.conf").c_str(), 1);
     setenv("ALSOFT_LOGLEVEL", "0", 0);
@@ -122,7 +123,7 @@ void Senses::hear(const Seen& seen) {
     impl_->sounds.hear(impl_->cues.take(seen));
 }
 
-// Draws in the headset, if there is one, and in the parts that need none.
+// Draws in the headset, if there is one. Also updates the parts that need no headset.
 class Senses::Shown final : public Display {
   public:
     Shown(Impl& impl, std::function<void()> drawn)

@@ -1,4 +1,4 @@
-// The soak in short, with all that this build has; and that it finds what it is there to find.
+// Runs a short soak with every feature of this build, and checks that the soak detects each kind of leak.
 #include "tests/bench/soak/soak.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ constexpr bool kPictures = false;
 #endif
 
 Soaked soaked(Leak leak, std::size_t scenarios, bool everything = false) {
-    // What waits for a disk tells nothing here. A container's may be small.
+    // Use memory instead of a disk: disk latency is not tested here. In a container /dev/shm may be small.
     std::error_code none;
     if (std::filesystem::space("/dev/shm", none).available > std::uintmax_t(1) << 30 && !none)
         setenv("TMPDIR", "/dev/shm", 0);
@@ -42,7 +42,7 @@ Soaked soaked(Leak leak, std::size_t scenarios, bool everything = false) {
     settings.ticks = 1;  // three rounds
     settings.spacing_m = 0.005;
     settings.folder = folder.path();
-    settings.most_slower = 3.0;  // on a machine that does something else besides
+    settings.most_slower = 3.0;  // the machine may be busy with other work
     settings.leak = leak;
     if (leak == Leak::thread) settings.patience = std::chrono::milliseconds(100);
     settings.scenarios = scenarios;
@@ -52,7 +52,7 @@ Soaked soaked(Leak leak, std::size_t scenarios, bool everything = false) {
     return s;
 }
 
-// Every complaint is of the time of a tick.
+// Returns true if there are complaints and all of them are about the tick time.
 bool onlySlower(const Soaked& s) {
     std::istringstream lines(s.complaints);
     bool some = false, all = true;
@@ -61,12 +61,12 @@ bool onlySlower(const Soaked& s) {
     return some && all;
 }
 
-// Rounds made again that end in the same hashes are among what is asked.
+// The soak also checks that repeated rounds end in the same hashes.
 TEST(Soak, NothingGrowsWithEverythingOn) {
     if (records::hasCentre() && !test::Postgres::isInstalled()) GTEST_SKIP() << "no PostgreSQL";
     try {
         Soaked all = soaked(Leak::none, 3, true);
-        // Ticks of a machine that was busy later on are slower for a while; what grows is slower every time.
+        // If the machine gets busy, ticks are slower for a while. With a leak they are slower in every run.
         for (int again = 0; again < 3 && onlySlower(all); ++again)
             all = soaked(Leak::none, 3, true);
         EXPECT_EQ(all.complaints, "") << reportOf(all.result);

@@ -22,7 +22,7 @@ double uniform(Random& random) {
     return double(random() >> 11) * 0x1p-53;
 }
 
-// One column of a Latin hypercube: `count` values, one in each of as many equal parts of [0, 1).
+// One column of a Latin hypercube. [0, 1) is split into `count` equal parts with one value in each.
 class Column {
   public:
     Column(int count, Random& random) : random_(random), order_(std::size_t(count)) {
@@ -85,17 +85,17 @@ const std::vector<Sequence>& sequences() {
     return list;
 }
 
-// The minimum-jerk step (Flash and Hogan 1985) from 0 to 1.
+// Minimum-jerk step from 0 to 1 (Flash and Hogan 1985).
 double step01(double t) {
     const double s = std::clamp(t, 0.0, 1.0);
     return s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
 }
 
-// How deep the hand wants to be, metres along the axis behind the skin.
+// The hand's target depth at t_s, in metres along the axis from the skin. Negative before the skin.
 double wantedDepth(const StressCase& c, double t_s) {
     constexpr double kBefore_m = 0.004;
     const double way_m = c.depth_m + kBefore_m;
-    // A minimum-jerk step is 1.875 times as fast in its middle as on average.
+    // The peak speed of a minimum-jerk step is 1.875 times its average speed.
     const double duration_s = std::min(1.875 * way_m / c.speed_m_s, kRest_s - c.begin_s);
     const double share = (std::min(t_s, kRest_s) - c.begin_s) / duration_s;
     const double t = std::clamp(share, 0.0, 1.0);
@@ -103,14 +103,14 @@ double wantedDepth(const StressCase& c, double t_s) {
     switch (c.pattern) {
         case Pattern::push:
             break;
-        case Pattern::pullBack:  // back by a third on the way
+        case Pattern::pullBack:  // retreats by a third of the travel on the way in
             depth_m -= way_m / 3.0 * step01(4.0 * t - 1.5) * step01(4.0 - 4.0 * t);
             break;
         case Pattern::inSteps:
             depth_m =
                 way_m / 4.0 * (std::floor(4.0 * t) + (t < 1.0 ? step01(4.0 * t - std::floor(4.0 * t)) : 0.0));
             break;
-        case Pattern::trembling:  // 9 Hz, fading out
+        case Pattern::trembling:  // 9 Hz tremor of 1 mm, fading in and out
             depth_m += 0.001 * step01(5.0 * t) * step01(5.0 - 5.0 * t) *
                        std::sin(2.0 * 3.14159265358979 * 9.0 * t_s);
             break;
@@ -119,7 +119,7 @@ double wantedDepth(const StressCase& c, double t_s) {
 }
 
 Trace wantedTrace(const StressCase& c, const Vec3& axis) {
-    // +z of the needle, toward the hub, against the axis: a turn about y.
+    // The needle's +z axis points toward the hub, opposite to `axis`. A rotation about y aligns them.
     const double angle = std::atan2(-axis.x, -axis.z);
     const Quat turn(std::cos(0.5 * angle), 0.0, std::sin(0.5 * angle), 0.0);
     Trace trace;
@@ -168,13 +168,14 @@ std::vector<StressCase> latinHypercube(int count, std::uint64_t seed) {
 Tissues::Tissues() {
     for (const Sequence& s : sequences()) {
         patient::Package& package = packages_.emplace_back(test::makeColumn(s.layers, 0.0005));
-        // Wide enough for every tilt and breath.
+        // Make the column wide enough for every tilt and breath.
         for (Grid* grid : {&package.ct.grid, &package.labels.grid})
             grid->spacing_m.y = grid->spacing_m.z = 0.4;
         package.motion = test::makeShift(kTravel_m);
         patients_.emplace_back(package);
     }
-    // The needle's alone: a stiffer gain than a session's, which the pads' tangents lower by a sixth.
+    // Use the needle's tangent alone. The gain is then stiffer than in a session, where the pads' tangents
+    // lower it by a sixth.
     output_.model_tangent_n_per_m = worstTangent(packages_.front().tissues, NeedleSettings{});
 }
 
@@ -191,7 +192,8 @@ Staged stage(const StressCase& c, const Tissues& tissues, bool controller) {
     s.axis = {std::cos(c.tilt_rad), 0.0, std::sin(c.tilt_rad)};
     s.wanted = wantedTrace(c, s.axis);
     s.profile = *c.device;
-    // The case's own; the soft walls have tests of their own.
+    // These values come from the case. The workspace radius is unknown, because the soft walls have their
+    // own tests.
     s.profile.mass_kg = c.mass_kg;
     s.profile.damping_n_s_per_m = c.damping_n_s_per_m;
     s.profile.friction_n = c.friction_n;

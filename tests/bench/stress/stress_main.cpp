@@ -1,6 +1,9 @@
 // The stability campaign: stylet-stress [--cases N | --ticks N] [--off-every K] [--seconds S] [--seed N]
-// [--threads N] [--out FILE.json]. Fails where a case fails with the controller on, where none fails with it
-// off (the campaign would show nothing then), or where a still hand does not feel the breath.
+// [--threads N] [--out FILE.json]. The campaign fails in four situations:
+// - A case fails with the controller on.
+// - No case fails with the controller off. The campaign would then prove nothing.
+// - More than a quarter of the cases has no force.
+// - A still hand does not feel the breathing.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>

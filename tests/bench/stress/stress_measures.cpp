@@ -7,7 +7,7 @@ namespace stylet::stress {
 
 namespace {
 
-// The mean over a window of one period of kCycle_hz, taken off: what is left is faster.
+// High-pass filter: subtracts the moving mean over one period of kCycle_hz. Faster motion remains.
 std::vector<double> withoutSlow(const std::vector<double>& x, double dt_s) {
     const std::size_t half = std::max<std::size_t>(1, std::size_t(0.5 / kCycle_hz / dt_s));
     if (x.size() < 4 * half) return {};
@@ -22,7 +22,7 @@ std::vector<double> withoutSlow(const std::vector<double>& x, double dt_s) {
     return fast;
 }
 
-// Of a sine with the same power.
+// Returns the amplitude of a sine with the same power.
 double amplitude(const double* begin, const double* end) {
     double squares = 0.0;
     for (const double* p = begin; p != end; ++p)
@@ -33,7 +33,7 @@ double amplitude(const double* begin, const double* end) {
 }  // namespace
 
 Cycle findCycle(const std::vector<double>& position_m, double dt_s, double wide_m) {
-    // Twice: the breath's bend within the window would still be felt.
+    // Filter twice: after one pass, the curvature of the breathing motion within the window still remains.
     const std::vector<double> fast = withoutSlow(withoutSlow(position_m, dt_s), dt_s);
     if (fast.size() < 16) return {};
     const double* const begin = fast.data();

@@ -17,24 +17,25 @@ double length(const Vec3& v) {
     return std::sqrt(glm::dot(v, v));
 }
 
-// What a tick left behind.
+// State at the end of a tick.
 struct Moment {
     TickOutput out;
     BodyState body;
-    Vec3 tissue_m{0.0};  // how far the breath has carried the tissue
-    double scale = 0.0;  // of the model's force: gain and ramp
+    Vec3 tissue_m{0.0};  // displacement of the tissue by breathing
+    double scale = 0.0;  // factor on the model's force: gain times ramp
     double lateral_j = 0.0;
 };
 
-// Where the breath has carried the tissue: the shared patients shift as a whole.
+// Displacement of the tissue by breathing [m]. The shared patients move as a rigid whole.
 Vec3 tissueAt(const patient::Patient& patient, const patient::Surrogate& breath) {
     const patient::SurrogateRange& v = patient.package().motion.v;
     return {0.0, 0.0, kTravel_m * std::clamp(breath.v, v.low, v.high)};
 }
 
-// How much more the model's springs hold than a tick before, told from force and depth alone (Eqs. 1 and 7),
-// not from what the model says of itself. At an event the springs are others: what counts is the work against
-// their mean force.
+// Increase of the energy [J] stored in the model's springs since the previous tick. It is computed from
+// force, depth and lateral energy (Eqs. 1 and 7), without the model's own energy account. At an event, or
+// when the phase or the tissue changes, the springs are different ones. The function then returns the work
+// against the mean force.
 double storedRise(const Moment& a, const Moment& b, const patient::TissueTable& table, const Vec3& moved_m) {
     const TickOutput &o = a.out, &n = b.out;
     if (n.tool_force.event || o.phase != n.phase || o.tissue != n.tissue)
@@ -78,7 +79,8 @@ class Judge {
         if (last_window) {
             if (track_m_.empty()) fed_before_j_ = fed_j_, lost_before_j_ = body.lost_j;
             events_ += out.tool_force.event;
-            // Where it was at the tick's own time: a body on the move would seem to shake with the jitter.
+            // Extrapolate the position to the tick's nominal time. Otherwise timing jitter would make a
+            // moving body seem to shake.
             const double late_s = body.time_s - double(result_.ticks - 1) / case_.rate_hz;
             const Vec3 at_m = body.position_m - late_s * body.velocity_m_per_s;
             track_m_.push_back(glm::dot(at_m - now.tissue_m, staged_.axis));
@@ -89,7 +91,8 @@ class Judge {
 
     CaseResult result() {
         result_.rise_j = balance_.rise_j();
-        // Bounded, not growing: what one tick, one count and the delay hide from any controller.
+        // The allowed rise is a bound that does not grow with time: the energy that no controller can
+        // observe because of one tick, one encoder count and the delay.
         const double lag_s = case_.delay_s + (1.0 + case_.jitter_s * case_.rate_hz) / case_.rate_hz;
         result_.rise_limit_j = 2.0 * most_n_ * case_.resolution_m +
                                tangent_n_per_m_ * fastest_m_s_ * fastest_m_s_ * lag_s * lag_s + 20e-6;
@@ -114,7 +117,7 @@ class Judge {
         const Vec3 impulse = now.body.motor_impulse_n_s - last_.body.motor_impulse_n_s;
         const double work_j =
             now.body.motor_work_j - last_.body.motor_work_j - glm::dot(impulse, tissue_m) / dt_s;
-        // The model sees what the encoder read.
+        // The model receives the position that the encoder read, not the body's true position.
         const Vec3 read_m = now.out.patient_from_tool.position_m - last_.out.patient_from_tool.position_m;
         const double stored_j =
             last_.scale * storedRise(last_, now, patient_.package().tissues, read_m - tissue_m);
@@ -122,7 +125,8 @@ class Judge {
         fed_j_ += work_j - last_.scale * glm::dot(mean_n, read_m - tissue_m);
         balance_.add(work_j, stored_j, now.body.lost_j - last_.body.lost_j);
 
-        // An event's fall takes as many ticks as the rate limit says.
+        // After an event the force falls over as many ticks as the rate limit requires. Force steps are not
+        // judged during these ticks.
         if (now.out.tool_force.event) {
             const double fall_n = length(now.out.tool_force.force_n - last_.out.tool_force.force_n);
             falling_ticks_ = std::max(falling_ticks_,
@@ -178,7 +182,7 @@ CaseResult runCase(const StressCase& c, const Tissues& tissues, bool controller,
 
 namespace {
 
-// The force along the needle, each tick of whole breaths.
+// Returns the force along the needle [N] at each tick of a whole number of breaths.
 std::vector<double> feelBreath(const StressCase& c, const Tissues& tissues, bool rigid, bool controller) {
     constexpr double kBreaths_s = 8.0;
     const Staged staged = stage(c, tissues, controller);

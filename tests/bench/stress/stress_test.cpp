@@ -1,4 +1,4 @@
-// What the campaign measures with, measured: a judge that finds nothing would pass everything.
+// Tests of the campaign's own measurements. A judge that never finds a failure would pass every case.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -55,7 +55,7 @@ std::vector<double> sampled(const At& at) {
 
 TEST(FindCycle, TellsAmplitudeAndFrequency) {
     const auto hum = [](double t) { return 0.0001 * std::sin(2.0 * 3.14159265 * 40.0 * t); };
-    // On the breath and on a hand that drifts.
+    // The oscillation is superimposed on breathing and on a drifting hand.
     const Cycle cycle =
         findCycle(sampled([&](double t) { return hum(t) + 0.010 * std::sin(1.5 * t) + 0.002 * t; }), 0.001);
     EXPECT_TRUE(cycle.lasts);
@@ -75,16 +75,17 @@ TEST(FindCycle, LeavesRestAndWhatDiesAwayAlone) {
 
 TEST(EnergyBalance, NoReserveHidesWhatIsMade) {
     EnergyBalance balance;
-    balance.add(-1.0, 0.4, 0.0);  // friction took 0.6 J of the hand's
+    balance.add(-1.0, 0.4, 0.0);  // friction dissipated 0.6 J of the hand's work
     EXPECT_EQ(balance.rise_j(), 0.0);
-    balance.add(0.1, 0.0, 0.025);  // and now the motor gives
+    balance.add(0.1, 0.0, 0.025);  // now the motor adds energy
     EXPECT_NEAR(balance.rise_j(), 0.075, 1e-12);
     balance.add(-0.2, 0.0, 0.0);
     balance.add(0.05, 0.0, 0.0);
     EXPECT_NEAR(balance.rise_j(), 0.075, 1e-12);
 }
 
-// A device let go of in soft tissue, at 1 kHz, without the controller. Colgate and Schenkel: b > K T/2.
+// Runs a case in which the user lets go of the device in soft tissue, at 1 kHz, without the controller.
+// Stability condition of Colgate and Schenkel: b > K T/2.
 CaseResult letGo(double damping_n_s_per_m) {
     static const Tissues tissues;
     StressCase c;

@@ -1,8 +1,8 @@
-// A Vulkan layer that makes a device fail on purpose, between the loader and the real driver. Told by the
-// environment when the instance is made:
-//   STYLET_FAULT_LOST_AFTER   submissions that succeed; every later one says VK_ERROR_DEVICE_LOST
-//   STYLET_FAULT_MEMORY       bytes: a larger allocation says VK_ERROR_OUT_OF_DEVICE_MEMORY
-//   STYLET_FAULT_IMAGE_3D     the limit of maxImageDimension3D
+// A Vulkan layer between the loader and the real driver. It makes a device fail on purpose. It reads these
+// environment variables when an instance is created:
+//   STYLET_FAULT_LOST_AFTER   number of submissions that succeed; later ones return VK_ERROR_DEVICE_LOST
+//   STYLET_FAULT_MEMORY       bytes; a larger allocation returns VK_ERROR_OUT_OF_DEVICE_MEMORY
+//   STYLET_FAULT_IMAGE_3D     upper limit of the reported maxImageDimension3D
 #include <vulkan/vk_layer.h>
 #include <vulkan/vulkan.h>
 
@@ -22,8 +22,8 @@ struct Faults {
     std::uint32_t image_3d = UINT32_MAX;
 };
 
-// What comes next in the chain. Asked for as each is made: later the loader would answer with this layer
-// itself.
+// Functions of the next layer or driver in the chain. They are looked up when the instance or device is
+// created. A later look-up through the loader would return this layer's own functions.
 struct Next {
     PFN_vkGetInstanceProcAddr instance_proc = nullptr;
     PFN_vkGetDeviceProcAddr device_proc = nullptr;

@@ -1,6 +1,7 @@
 #include "app/installation.h"
 
 #include <cstdlib>
+#include <set>
 
 #include "patient/package/package.h"
 
@@ -24,6 +25,19 @@ fs::path assetsFolder() {
          {bin.parent_path() / "share" / "stylet" / "assets", bin / ".." / ".." / ".." / "assets"})
         if (fs::exists(folder / "scenarios")) return fs::weakly_canonical(folder);
     throw DataError("assets", "folder", "not found beside " + bin.string() + "; name it in STYLET_ASSETS");
+}
+
+fs::path assetFile(const std::string& kind, const std::string& name) {
+    if (name.ends_with(".toml")) return name;
+    const fs::path folder = assetsFolder() / (kind + "s"), file = folder / (name + ".toml");
+    if (fs::exists(file)) return file;
+    std::set<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder))
+        if (entry.path().extension() == ".toml") names.insert(entry.path().stem());
+    std::string list;
+    for (const std::string& one : names)
+        list += (list.empty() ? "" : ", ") + one;
+    throw DataError(folder, kind + " \"" + name + "\"", "not among: " + list);
 }
 
 }  // namespace stylet

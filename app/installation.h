@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 namespace stylet {
 
@@ -12,5 +13,9 @@ std::filesystem::path programFolder();
 // $STYLET_ASSETS, or the assets folder of the installation or source tree that contains the program. Throws
 // DataError if there is none.
 std::filesystem::path assetsFolder();
+
+// Returns `name` if it ends with .toml, else the file NAME.toml in the assets folder KINDs ("look": looks/).
+// Throws DataError with the names in that folder.
+std::filesystem::path assetFile(const std::string& kind, const std::string& name);
 
 }  // namespace stylet

@@ -13,9 +13,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::chrono::hours kAbandoned{1};
+constexpr std::chrono::hours kStaleAge{1};
 
-bool isLeftover(const std::string& found, const std::string& name) {
+bool isTemporaryOf(const std::string& found, const std::string& name) {
     const std::size_t dot = found.rfind('.');
     if (dot == std::string::npos || dot + 1 == found.size()) return false;
     return (name.empty() || found.compare(0, dot, name) == 0) &&
@@ -43,13 +43,13 @@ void writeCacheFile(const fs::path& file, std::initializer_list<std::span<const 
     }
 }
 
-void sweepLeftovers(const fs::path& folder, const std::string& name) {
+void removeStaleTemporaryFiles(const fs::path& folder, const std::string& name) {
     std::error_code end;
     for (fs::directory_iterator entry(folder, end), none; !end && entry != none; entry.increment(end)) {
-        if (!isLeftover(entry->path().filename().string(), name)) continue;
-        std::error_code gone;  // another program may sweep at the same time
+        if (!isTemporaryOf(entry->path().filename().string(), name)) continue;
+        std::error_code gone;  // ignored: another program may have removed the file
         const auto written = entry->last_write_time(gone);
-        if (!gone && entry->is_regular_file(gone) && fs::file_time_type::clock::now() - written > kAbandoned)
+        if (!gone && entry->is_regular_file(gone) && fs::file_time_type::clock::now() - written > kStaleAge)
             fs::remove(entry->path(), gone);
     }
 }

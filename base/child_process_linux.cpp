@@ -53,7 +53,7 @@ void applyLimits(const ResourceLimits& limits) {
 
 // Runs in the child between fork and exec: only async-signal-safe calls are allowed. Writes a byte to
 // `failure` if the program cannot be executed.
-[[noreturn]] void becomeChild(const char* const* argv, int out, int failure, const ResourceLimits* limits) {
+[[noreturn]] void execInChild(const char* const* argv, int out, int failure, const ResourceLimits* limits) {
     setpgid(0, 0);
     std::signal(SIGPIPE, SIG_DFL);  // the caller may ignore it; a program expects the default
     if (limits) applyLimits(*limits);
@@ -67,7 +67,7 @@ void applyLimits(const ResourceLimits& limits) {
 }
 
 // Waits until the child has executed its program. Returns false if it could not.
-bool executed(int failure) {
+bool waitForExec(int failure) {
     char byte = 0;
     ssize_t count = 0;
     while ((count = read(failure, &byte, 1)) < 0 && errno == EINTR) {
@@ -92,9 +92,9 @@ bool readUntil(int pipe, ChildClock::time_point deadline, std::size_t max_bytes,
     }
 }
 
-// Waits for the child until the deadline: a process stuck in the kernel would block the wait forever.
-// Returns false if the deadline passes first. No status: the child has ended, but another call has waited
-// for it.
+// Polls until the child ends or the deadline passes. A blocking wait could hang forever on a process that is
+// stuck in the kernel. Returns false if the deadline passes first. `status` is not set if another call has
+// already waited for the child.
 bool hasEnded(pid_t child, ChildClock::time_point deadline, std::optional<int>& status) {
     for (;;) {
         int value = 0;
@@ -111,7 +111,7 @@ bool hasEnded(pid_t child, ChildClock::time_point deadline, std::optional<int>& 
 ChildOutcome runProgram(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                         const ChildSettings& settings) {
     ChildOutcome outcome;
-    const auto deadline = ChildClock::now() + settings.patience;
+    const auto deadline = ChildClock::now() + settings.timeout;
     std::vector<const char*> argv{program.c_str()};
     for (const std::string& argument : arguments)
         argv.push_back(argument.c_str());
@@ -120,18 +120,18 @@ ChildOutcome runProgram(const std::filesystem::path& program, const std::vector<
     if (out.write_end < 0 || failure.write_end < 0) return outcome;
     const pid_t child = fork();
     if (child == 0)
-        becomeChild(argv.data(), out.write_end, failure.write_end,
+        execInChild(argv.data(), out.write_end, failure.write_end,
                     settings.limits ? &*settings.limits : nullptr);
     out.closeWriting();
     failure.closeWriting();
     if (child < 0) return outcome;
-    outcome.started = executed(failure.read_end);
+    outcome.started = waitForExec(failure.read_end);
     std::optional<int> status;
     outcome.in_time = readUntil(out.read_end, deadline, settings.max_text_bytes, outcome.text) &&
                       hasEnded(child, deadline, status);
     if (!outcome.in_time) {
         kill(-child, SIGKILL);
-        hasEnded(child, ChildClock::now() + settings.death_wait, status);
+        hasEnded(child, ChildClock::now() + settings.kill_timeout, status);
     }
     if (status && WIFEXITED(*status)) outcome.status = WEXITSTATUS(*status);
     if (status && WIFSIGNALED(*status)) outcome.signal = WTERMSIG(*status);

@@ -13,13 +13,13 @@ namespace stylet {
 struct ResourceLimits {
     int cpu_s = 0;
     std::size_t memory_bytes = 0;
-    std::size_t file_bytes = 0;  // of each file that it writes
+    std::size_t file_bytes = 0;  // size limit of each file that the child writes
 };
 
 struct ChildSettings {
-    std::chrono::milliseconds patience{0};      // from the start until the child must have ended
-    std::chrono::milliseconds death_wait{500};  // for the end of a killed child
-    std::size_t max_text_bytes = 1 << 20;       // of its standard output; the rest is dropped
+    std::chrono::milliseconds timeout{0};         // time from the start of the child to the deadline
+    std::chrono::milliseconds kill_timeout{500};  // time for a killed child to end
+    std::size_t max_text_bytes = 1 << 20;         // of its standard output; further output is dropped
     // With limits, the child also cannot gain privileges, leaves no core dump and dies with the calling
     // thread.
     std::optional<ResourceLimits> limits = std::nullopt;
@@ -33,8 +33,8 @@ struct ChildOutcome {
     std::optional<int> signal;  // signal that ended it
 };
 
-// Runs the program in its own process group, so that Ctrl-C reaches only the caller, and waits for its end.
-// It has no input.
+// Runs the program in its own process group and waits for its end. So Ctrl-C reaches only the caller. The
+// program's standard input is empty.
 ChildOutcome runProgram(const std::filesystem::path& program, const std::vector<std::string>& arguments,
                         const ChildSettings&);
 

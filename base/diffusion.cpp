@@ -37,9 +37,9 @@ Diffusion::Diffusion(int nodes) {
         levels_.emplace_back(side);
 }
 
-void Diffusion::hold(const std::vector<float>& held) noexcept {
+void Diffusion::resetPull(const std::vector<float>& base_pull) noexcept {
     Level& finest = levels_.front();
-    finest.pull = held;
+    finest.pull = base_pull;
     std::fill(finest.source.begin(), finest.source.end(), DiffusionNode{});
 }
 
@@ -58,8 +58,8 @@ void Diffusion::clear() noexcept {
     std::fill(levels_.front().u.begin(), levels_.front().u.end(), DiffusionNode{});
 }
 
-// Conductance of two nodes in series. A stiff, fixed node reaches half way to its soft neighbour; a free
-// node insulates.
+// The conductance of a link is that of its two nodes in series. So a rigid node acts up to half way to its
+// soft neighbour, and a node without stiffness insulates.
 void Diffusion::link(Level& level) noexcept {
     const std::size_t n = std::size_t(level.nodes), last = level.stiffness.size();
     const auto series = [&](std::size_t a, std::size_t b) {
@@ -154,7 +154,7 @@ void Diffusion::findResidual(Level& level) noexcept {
 }
 
 // Adds the coarse level's solution, interpolated linearly between its nodes.
-void Diffusion::correctFrom(std::size_t coarse_level) noexcept {
+void Diffusion::addCoarseCorrection(std::size_t coarse_level) noexcept {
     const Level& coarse = levels_[coarse_level];
     Level& fine = levels_[coarse_level - 1];
     for (int z = 1; z < fine.nodes - 1; ++z)
@@ -185,7 +185,7 @@ void Diffusion::solve(std::size_t at, int sweeps) noexcept {
     restrictTo(at + 1, &Level::residual, &Level::source, 4.0f);
     std::fill(coarse.u.begin(), coarse.u.end(), DiffusionNode{});
     solve(at + 1, sweeps);
-    correctFrom(at + 1);
+    addCoarseCorrection(at + 1);
     for (int i = 0; i < sweeps; ++i)
         sweep(level, 1), sweep(level, 0);
 }
@@ -197,26 +197,26 @@ void Diffusion::cycle(int sweeps) noexcept {
 float Diffusion::residual() noexcept {
     Level& level = levels_.front();
     findResidual(level);
-    float most = 0.0f;
+    float largest = 0.0f;
     for (std::size_t i = 0; i < level.residual.size(); ++i) {
         const Lanes r = level.residual[i].lanes * level.inverse[i];
-        most = std::max(most, std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]));
+        largest = std::max(largest, std::sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2]));
     }
-    return most;
+    return largest;
 }
 
-float Diffusion::steepest() const noexcept {
+float Diffusion::maxDifference() const noexcept {
     const Level& level = levels_.front();
     const std::size_t n = std::size_t(level.nodes), slice = n * n;
     const DiffusionNode* const u = level.u.data();
-    float most = 0.0f;
+    float largest = 0.0f;
     for (std::size_t i = 0; i + slice + n + 1 < level.u.size(); ++i) {
         const Lanes x = u[i + 1].lanes - u[i].lanes, y = u[i + n].lanes - u[i].lanes,
                     z = u[i + slice].lanes - u[i].lanes;
         const Lanes sum = x * x + y * y + z * z;
-        most = std::max(most, sum[0] + sum[1] + sum[2]);
+        largest = std::max(largest, sum[0] + sum[1] + sum[2]);
     }
-    return std::sqrt(most);
+    return std::sqrt(largest);
 }
 
 }  // namespace stylet

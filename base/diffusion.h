@@ -1,5 +1,5 @@
-// Spreads a displacement from where it is known through tissue of varying stiffness, on a small cube of
-// nodes:
+// Spreads a displacement that is known at some places through tissue of varying stiffness. Solves this
+// equation on a small cube of nodes:
 //   div(stiffness grad u) = pull (u - target),   u = 0 on the cube's faces
 // Solved by multigrid: V-cycles of red-black Gauss-Seidel; each level discretises the equation itself
 // (Briggs, Henson and McCormick, "A Multigrid Tutorial", 2000). For pictures only: single precision, never
@@ -30,19 +30,19 @@ class Diffusion {
     std::vector<float>& stiffness() noexcept { return levels_.front().stiffness; }
     void prepareStiffness() noexcept;
 
-    // Sets the pull of every node: hold() resets all nodes to a pull toward zero by `held`, addPull() then
-    // adds pulls toward a target. Pulls are multiplied by the squared spacing. Call preparePull()
-    // afterwards, and also after a change of stiffness.
-    void hold(const std::vector<float>& held) noexcept;
+    // Sets the pull of every node: resetPull() gives every node a pull toward zero of strength `base_pull`;
+    // addPull() then adds pulls toward a target. Pulls are multiplied by the squared spacing. Call
+    // preparePull() afterwards, and also after a change of stiffness.
+    void resetPull(const std::vector<float>& base_pull) noexcept;
     void addPull(std::size_t at, float pull, const glm::vec3& target) noexcept;
     void preparePull() noexcept;
 
     void clear() noexcept;  // u = 0
     void cycle(int sweeps) noexcept;
-    // Largest change that solving one node's equation would make now, in units of u.
+    // Largest change of u if one node's equation were solved now.
     float residual() noexcept;
     // Largest change of u between neighbouring nodes.
-    float steepest() const noexcept;
+    float maxDifference() const noexcept;
     glm::vec3 at(std::size_t node) const noexcept;
     const std::vector<DiffusionNode>& solution() const noexcept { return levels_.front().u; }
 
@@ -68,7 +68,7 @@ class Diffusion {
     template <typename Value>
     void restrictTo(std::size_t coarse, std::vector<Value> Level::* from, std::vector<Value> Level::* to,
                     float scale) noexcept;
-    void correctFrom(std::size_t coarse) noexcept;
+    void addCoarseCorrection(std::size_t coarse) noexcept;
 
     std::vector<Level> levels_;
 };

@@ -98,7 +98,7 @@ Volume<float> distanceTo(const Volume<std::uint8_t>& mask, Sites sites, int thre
     return out;
 }
 
-double linearAt(const Volume<float>& volume, const Vec3& p) noexcept {
+double sampleTrilinear(const Volume<float>& volume, const Vec3& p) noexcept {
     const Vec3 v = glm::clamp(volume.grid.toVoxels(p), Vec3(0.0), Vec3(volume.grid.dims - 1));
     const Index3 low = glm::min(Index3(v), volume.grid.dims - 1);
     const Index3 high = glm::min(low + 1, volume.grid.dims - 1);

@@ -17,6 +17,6 @@ enum class Sites {
 Volume<float> distanceTo(const Volume<std::uint8_t>& mask, Sites, int threads);
 
 // Trilinear between voxel centres, constant outside the grid.
-double linearAt(const Volume<float>&, const Vec3& p) noexcept;
+double sampleTrilinear(const Volume<float>&, const Vec3& p) noexcept;
 
 }  // namespace stylet

@@ -1,9 +1,9 @@
 #include "base/fields.h"
 
+#include <fmt/format.h>
 #include <toml++/toml.h>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <variant>
 
 #include "base/hex.h"
@@ -29,13 +29,6 @@ namespace {
 
 constexpr int kMaxNesting = 64;
 
-template <typename T>
-std::string notIn(T value, T low, T high) {
-    std::ostringstream reason;
-    reason << value << " is not in [" << low << ", " << high << "]";
-    return reason.str();
-}
-
 // Builds the nodes of a JSON text; called by nlohmann's parser.
 class JsonNodes {
   public:
@@ -51,7 +44,7 @@ class JsonNodes {
     }
     bool number_float(Json::number_float_t v, const std::string&) { return add({v}); }
     bool string(std::string& v) { return add({std::move(v)}); }
-    bool binary(Json::binary_t&) { return false; }  // not in text
+    bool binary(Json::binary_t&) { return false; }  // JSON text has no binary values
     bool start_object(std::size_t) { return open({FieldNode::Table()}); }
     bool start_array(std::size_t) { return open({FieldNode::List()}); }
     bool end_object() { return close(); }
@@ -136,12 +129,12 @@ FieldKind Fields::kind(std::string_view key) const {
     return kKinds[found->second.value.index()];
 }
 
-std::string Fields::nameOf(std::string_view key) const {
-    return field_.empty() ? std::string(key) : field_ + "." + std::string(key);
+std::string Fields::fullKey(std::string_view key) const {
+    return field_.empty() ? std::string(key) : fmt::format("{}.{}", field_, key);
 }
 
 void Fields::refuse(std::string_view key, const std::string& reason) const {
-    throw DataError(file_->path, nameOf(key), reason);
+    throw DataError(file_->path, fullKey(key), reason);
 }
 
 const FieldNode& Fields::read(std::string_view key) {
@@ -152,7 +145,7 @@ const FieldNode& Fields::read(std::string_view key) {
     return found->second;
 }
 
-double Fields::numberOf(const FieldNode& node, std::string_view key, double low, double high) const {
+double Fields::toNumber(const FieldNode& node, std::string_view key, double low, double high) const {
     double value = 0.0;
     if (const auto* v = std::get_if<double>(&node.value))
         value = *v;
@@ -162,45 +155,34 @@ double Fields::numberOf(const FieldNode& node, std::string_view key, double low,
         value = double(*u);
     else
         refuse(key, "not a number");
-    if (!(value >= low && value <= high)) refuse(key, notIn(value, low, high));
+    if (!(value >= low && value <= high))
+        refuse(key, fmt::format("{:g} is not in [{:g}, {:g}]", value, low, high));
     return value;
 }
 
-std::int64_t Fields::integerOf(const FieldNode& node, std::string_view key, std::int64_t low,
+std::int64_t Fields::toInteger(const FieldNode& node, std::string_view key, std::int64_t low,
                                std::int64_t high) const {
     const auto* value = std::get_if<std::int64_t>(&node.value);
     if (!value) refuse(key, "not an integer");
-    if (*value < low || *value > high) refuse(key, notIn(*value, low, high));
+    if (*value < low || *value > high) refuse(key, fmt::format("{} is not in [{}, {}]", *value, low, high));
     return *value;
 }
 
-const std::string& Fields::textOf(const FieldNode& node, std::string_view key, std::size_t max_bytes) const {
+const std::string& Fields::toText(const FieldNode& node, std::string_view key, std::size_t max_bytes) const {
     const auto* value = std::get_if<std::string>(&node.value);
     if (!value) refuse(key, "not a string");
-    if (value->size() > max_bytes) refuse(key, "longer than " + std::to_string(max_bytes) + " bytes");
+    if (value->size() > max_bytes) refuse(key, fmt::format("longer than {} bytes", max_bytes));
     return *value;
-}
-
-double Fields::number(std::string_view key, double low, double high) {
-    return numberOf(read(key), key, low, high);
-}
-
-double Fields::numberOr(std::string_view key, double low, double high, double absent) {
-    return has(key) ? number(key, low, high) : absent;
-}
-
-std::int64_t Fields::integer(std::string_view key, std::int64_t low, std::int64_t high) {
-    return integerOf(read(key), key, low, high);
 }
 
 std::uint64_t Fields::count(std::string_view key) {
     const FieldNode& node = read(key);
     if (const auto* large = std::get_if<std::uint64_t>(&node.value)) return *large;
-    return std::uint64_t(integerOf(node, key, 0, INT64_MAX));
+    return std::uint64_t(toInteger(node, key, 0, INT64_MAX));
 }
 
 std::uint64_t Fields::hex(std::string_view key) {
-    const std::optional<std::uint64_t> value = parseHex(textOf(read(key), key, kMaxTextBytes));
+    const std::optional<std::uint64_t> value = parseHex(toText(read(key), key, kMaxTextBytes));
     if (!value) refuse(key, "not 16 hexadecimal digits");
     return *value;
 }
@@ -211,77 +193,62 @@ bool Fields::flag(std::string_view key) {
     return *value;
 }
 
-std::string Fields::text(std::string_view key, std::size_t max_bytes) {
-    return textOf(read(key), key, max_bytes);
-}
-
-std::string Fields::textOr(std::string_view key, const std::string& absent, std::size_t max_bytes) {
-    return has(key) ? text(key, max_bytes) : absent;
-}
-
 std::string Fields::nonEmptyText(std::string_view key, std::size_t max_bytes) {
     std::string value = text(key, max_bytes);
     if (value.empty()) refuse(key, "empty");
     return value;
 }
 
+std::size_t Fields::readChoice(std::string_view key, std::span<const std::string_view> names) {
+    const std::string name = text(key);
+    for (std::size_t i = 0; i < names.size(); ++i)
+        if (names[i] == name) return i;
+    refuse(key, fmt::format("\"{}\" is not one of {}", name.substr(0, 40), fmt::join(names, ", ")));
+}
+
 const std::vector<FieldNode>& Fields::readList(std::string_view key, std::size_t max_count) {
     const auto* list = std::get_if<FieldNode::List>(&read(key).value);
     if (!list) refuse(key, "not an array");
-    if (list->size() > max_count) refuse(key, "more than " + std::to_string(max_count) + " entries");
+    if (list->size() > max_count) refuse(key, fmt::format("more than {} entries", max_count));
     return *list;
 }
 
 void Fields::readNumbers(std::string_view key, double low, double high, std::span<double> values) {
     const auto* list = std::get_if<FieldNode::List>(&read(key).value);
-    if (!list || list->size() != values.size())
-        refuse(key, "not " + std::to_string(values.size()) + " numbers");
+    if (!list || list->size() != values.size()) refuse(key, fmt::format("not {} numbers", values.size()));
     for (std::size_t i = 0; i < values.size(); ++i)
-        values[i] = numberOf((*list)[i], key, low, high);
-}
-
-Vec3 Fields::vector(std::string_view key, double low, double high) {
-    const auto v = numbers<3>(key, low, high);
-    return {v[0], v[1], v[2]};
+        values[i] = toNumber((*list)[i], key, low, high);
 }
 
 std::vector<std::int64_t> Fields::integers(std::string_view key, std::int64_t low, std::int64_t high,
                                            std::size_t max_count) {
     std::vector<std::int64_t> values;
     for (const FieldNode& element : readList(key, max_count))
-        values.push_back(integerOf(element, key, low, high));
+        values.push_back(toInteger(element, key, low, high));
     return values;
 }
 
 std::vector<std::string> Fields::texts(std::string_view key, std::size_t max_count, std::size_t max_bytes) {
     std::vector<std::string> values;
     for (const FieldNode& element : readList(key, max_count))
-        values.push_back(textOf(element, key, max_bytes));
+        values.push_back(toText(element, key, max_bytes));
     return values;
 }
 
 Fields Fields::child(std::string_view key) {
-    return {*file_, nameOf(key), read(key)};
+    return {*file_, fullKey(key), read(key)};
 }
 
 Fields Fields::childOrEmpty(std::string_view key) {
     static const FieldNode none{FieldNode::Table()};
-    return {*file_, nameOf(key), has(key) ? read(key) : none};
+    return {*file_, fullKey(key), has(key) ? read(key) : none};
 }
 
 std::vector<Fields> Fields::children(std::string_view key, std::size_t max_count) {
     std::vector<Fields> readers;
     for (const FieldNode& element : readList(key, max_count))
-        readers.push_back({*file_, nameOf(key) + "[" + std::to_string(readers.size()) + "]", element});
+        readers.push_back({*file_, fmt::format("{}[{}]", fullKey(key), readers.size()), element});
     return readers;
-}
-
-std::vector<Fields> Fields::childrenOrNone(std::string_view key, std::size_t max_count) {
-    return has(key) ? children(key, max_count) : std::vector<Fields>();
-}
-
-void Fields::ignore(std::string_view key) {
-    if (has(key)) read(key);
 }
 
 void Fields::finish() const {
@@ -289,7 +256,7 @@ void Fields::finish() const {
         if (!read_.contains(&node)) refuse(key, "unknown key");
 }
 
-const std::vector<std::string>& Fields::repeated() const {
+const std::vector<std::string>& Fields::duplicateKeys() const {
     return file_->repeated;
 }
 
@@ -298,7 +265,7 @@ Fields parseToml(const std::filesystem::path& file, std::string_view text) {
         FieldFile parsed{.path = file, .root = nodeFromToml(toml::parse(text), file)};
         return Fields(std::make_unique<const FieldFile>(std::move(parsed)));
     } catch (const toml::parse_error& e) {
-        throw DataError(file, "line " + std::to_string(e.source().begin.line), std::string(e.description()));
+        throw DataError(file, fmt::format("line {}", e.source().begin.line), std::string(e.description()));
     }
 }
 

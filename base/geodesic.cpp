@@ -10,9 +10,7 @@
 
 namespace stylet {
 
-namespace {
-
-VoxelPiece boxed(const Grid& grid, std::vector<std::size_t> offsets) {
+VoxelPiece makePiece(const Grid& grid, std::vector<std::size_t> offsets) {
     std::sort(offsets.begin(), offsets.end());
     Index3 low(std::numeric_limits<int>::max()), high(std::numeric_limits<int>::min());
     for (const std::size_t offset : offsets) {
@@ -32,53 +30,48 @@ VoxelPiece boxed(const Grid& grid, std::vector<std::size_t> offsets) {
     return piece;
 }
 
-}  // namespace
-
-Index3 VoxelPiece::voxel(std::size_t m) const noexcept {
-    return box.voxelAt(offsets[m]) + low;
-}
-
-Vec3 VoxelPiece::centre(std::size_t m) const noexcept {
-    return box.centre(box.voxelAt(offsets[m]));
-}
-
-VoxelPiece pieceAround(const LabelVolume& labels, const Index3& seed) {
+VoxelPiece connectedPiece(const LabelVolume& labels, const Index3& seed) {
     if (!labels.grid.contains(seed)) return {};
     LabelSet one{};
     one[labels[seed]] = true;
-    return pieceAround(labels, seed, one);
+    return connectedPiece(labels, seed, one);
 }
 
-VoxelPiece pieceAround(const LabelVolume& labels, const Index3& seed, const LabelSet& set) {
+VoxelPiece connectedPiece(const LabelVolume& labels, const Index3& seed, const LabelSet& set) {
     if (!labels.grid.contains(seed) || !set[labels[seed]]) return {};
     std::vector<bool> seen(labels.voxels.size());
     const auto in = [&](std::size_t offset) { return set[labels.voxels[offset]]; };
-    return boxed(labels.grid, connectedVoxels(labels.grid, labels.grid.offset(seed), in, seen));
+    return makePiece(labels.grid, connectedVoxels(labels.grid, labels.grid.offset(seed), in, seen));
 }
 
-std::vector<VoxelPiece> piecesOf(const LabelVolume& labels, const LabelSet& set) {
-    std::vector<VoxelPiece> pieces;
+std::vector<std::vector<std::size_t>> connectedComponents(const LabelVolume& labels, const LabelSet& set) {
+    std::vector<std::vector<std::size_t>> components;
     std::vector<bool> seen(labels.voxels.size());
     for (std::size_t seed = 0; seed < labels.voxels.size(); ++seed) {
         const std::uint8_t label = labels.voxels[seed];
         if (!set[label] || seen[seed]) continue;
         const auto in = [&](std::size_t offset) { return labels.voxels[offset] == label; };
-        pieces.push_back(boxed(labels.grid, connectedVoxels(labels.grid, seed, in, seen)));
+        components.push_back(connectedVoxels(labels.grid, seed, in, seen));
     }
+    return components;
+}
+
+std::vector<VoxelPiece> connectedPieces(const LabelVolume& labels, const LabelSet& set) {
+    std::vector<VoxelPiece> pieces;
+    for (std::vector<std::size_t>& component : connectedComponents(labels, set))
+        pieces.push_back(makePiece(labels.grid, std::move(component)));
     return pieces;
 }
 
 std::vector<Neighbour> neighbours(const Grid& box) {
     std::vector<Neighbour> list;
-    for (int z = -1; z <= 1; ++z)
-        for (int y = -1; y <= 1; ++y)
-            for (int x = -1; x <= 1; ++x) {
-                if (x == 0 && y == 0 && z == 0) continue;
-                const Vec3 step = box.spacing_m * Vec3(x, y, z);
-                const std::ptrdiff_t offset =
-                    (std::ptrdiff_t(z) * box.dims.y + y) * std::ptrdiff_t(box.dims.x) + x;
-                list.push_back({offset, step, std::sqrt(glm::dot(step, step))});
-            }
+    forEachVoxel(Index3(-1), Index3(1), [&](const Index3& i) {
+        if (i == Index3(0)) return;
+        const Vec3 step = box.spacing_m * Vec3(i);
+        const std::ptrdiff_t offset =
+            (std::ptrdiff_t(i.z) * box.dims.y + i.y) * std::ptrdiff_t(box.dims.x) + i.x;
+        list.push_back({offset, step, std::sqrt(glm::dot(step, step))});
+    });
     return list;
 }
 
@@ -100,7 +93,7 @@ std::vector<double> geodesic_m(const VoxelPiece& piece, std::span<const PathStar
         queue.pop();
         if (at_m > distance[member]) continue;
         for (const Neighbour& n : around) {
-            const std::int32_t next = piece.beside(member, n);
+            const std::int32_t next = piece.neighbour(member, n);
             if (next == VoxelPiece::kNone) continue;
             reach(std::size_t(next), at_m + (cost ? cost(member, std::size_t(next), n) : n.length_m));
         }
@@ -128,7 +121,7 @@ std::vector<double> lumenRadius_m(const VoxelPiece& piece, std::span<const doubl
     for (std::size_t m = 0; m < piece.size(); ++m) {
         // A ball inside a neighbour's ball covers nothing new.
         const bool covered = std::any_of(around.begin(), around.end(), [&](const Neighbour& n) {
-            const std::int32_t next = piece.beside(m, n);
+            const std::int32_t next = piece.neighbour(m, n);
             return next != VoxelPiece::kNone && wall_m[std::size_t(next)] >= wall_m[m] + 0.9 * n.length_m;
         });
         if (covered) continue;
@@ -137,14 +130,12 @@ std::vector<double> lumenRadius_m(const VoxelPiece& piece, std::span<const doubl
         const Index3 at = piece.box.voxelAt(piece.offsets[m]);
         const Index3 reach{int(reach_m / h.x), int(reach_m / h.y), int(reach_m / h.z)};
         const Index3 low = glm::max(at - reach, Index3(0)), high = glm::min(at + reach, piece.box.dims - 1);
-        for (int z = low.z; z <= high.z; ++z)
-            for (int y = low.y; y <= high.y; ++y)
-                for (int x = low.x; x <= high.x; ++x) {
-                    const std::int32_t other = piece.member[{x, y, z}];
-                    if (other == VoxelPiece::kNone || radius[std::size_t(other)] >= wall_m[m]) continue;
-                    const Vec3 way = h * Vec3(Index3(x, y, z) - at);
-                    if (glm::dot(way, way) <= reach_m * reach_m) radius[std::size_t(other)] = wall_m[m];
-                }
+        forEachVoxel(low, high, [&](const Index3& i) {
+            const std::int32_t other = piece.member[i];
+            if (other == VoxelPiece::kNone || radius[std::size_t(other)] >= wall_m[m]) return;
+            const Vec3 offset_m = h * Vec3(i - at);
+            if (glm::dot(offset_m, offset_m) <= reach_m * reach_m) radius[std::size_t(other)] = wall_m[m];
+        });
     }
     return radius;
 }

@@ -1,6 +1,7 @@
 // Points, rigid transforms and voxel grids. All lengths in metres, double precision.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <glm/gtc/quaternion.hpp>
@@ -42,9 +43,18 @@ struct Grid {
     bool contains(const Index3& i) const noexcept {
         return i.x >= 0 && i.y >= 0 && i.z >= 0 && i.x < dims.x && i.y < dims.y && i.z < dims.z;
     }
+    // atBorder() is true for the outermost voxels, atSide() for those at the right, left, front and back.
+    bool atSide(const Index3& i) const noexcept {
+        return i.x == 0 || i.y == 0 || i.x == dims.x - 1 || i.y == dims.y - 1;
+    }
+    bool atBorder(const Index3& i) const noexcept { return atSide(i) || i.z == 0 || i.z == dims.z - 1; }
     std::size_t offset(const Index3& i) const noexcept {
         return (std::size_t(i.z) * std::size_t(dims.y) + std::size_t(i.y)) * std::size_t(dims.x) +
                std::size_t(i.x);
+    }
+    // Offset between neighbours along each axis.
+    std::array<std::size_t, 3> strides() const noexcept {
+        return {1, std::size_t(dims.x), std::size_t(dims.x) * std::size_t(dims.y)};
     }
     // The voxel at an offset: the inverse of offset().
     Index3 voxelAt(std::size_t offset) const noexcept {
@@ -62,14 +72,18 @@ struct Grid {
     friend bool operator==(const Grid&, const Grid&) = default;
 };
 
-// Visits voxels in memory order.
+// Visits the voxels from `low` to `high`, both included, in memory order.
+template <typename Visit>
+void forEachVoxel(const Index3& low, const Index3& high, const Visit& visit) {
+    Index3 i;
+    for (i.z = low.z; i.z <= high.z; ++i.z)
+        for (i.y = low.y; i.y <= high.y; ++i.y)
+            for (i.x = low.x; i.x <= high.x; ++i.x)
+                visit(i);
+}
 template <typename Visit>
 void forEachVoxel(const Grid& grid, const Visit& visit) {
-    Index3 i;
-    for (i.z = 0; i.z < grid.dims.z; ++i.z)
-        for (i.y = 0; i.y < grid.dims.y; ++i.y)
-            for (i.x = 0; i.x < grid.dims.x; ++i.x)
-                visit(i);
+    forEachVoxel(Index3(0), grid.dims - 1, visit);
 }
 
 }  // namespace stylet

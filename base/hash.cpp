@@ -6,8 +6,8 @@ void StateHash::add(std::string_view text) noexcept {
     addBytes(std::as_bytes(std::span(text.data(), text.size())));
 }
 
-// Hashes the length first, so that the bytes cannot be confused with what follows. Then little-endian
-// words, the last one padded with zeros.
+// Hashes the length first, so that the end of the bytes is unambiguous. Then hashes little-endian words; the
+// last one is padded with zeros.
 void StateHash::addBytes(std::span<const std::byte> bytes) noexcept {
     add(std::uint64_t(bytes.size()));
     std::size_t i = 0;

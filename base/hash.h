@@ -1,7 +1,7 @@
 // The state hash: 64 bits, updated field by field. Never hash raw structs; their padding is not state.
-// Based on XXH64 (Y. Collet, xxHash specification): its round for whole words and its avalanche. The
-// length is left out because it is not known before the end. A tick hashes some hundred words one after
-// another, so the cost of the hash is the latency of a round.
+// Based on XXH64 (Y. Collet, xxHash specification). Uses its round for whole words and its final avalanche.
+// The length is left out because it is not known before the end. A tick hashes some hundred words in
+// sequence, so the latency of one round determines the cost.
 #pragma once
 
 #include <bit>
@@ -23,6 +23,12 @@ class StateHash {
     void add(const Quat& q) noexcept { add(q.w), add(q.x), add(q.y), add(q.z); }
     void add(const Pose& p) noexcept { add(p.rotation), add(p.position_m); }
     void add(std::string_view text) noexcept;
+    // Adds several values in order.
+    template <typename... Values>
+        requires(sizeof...(Values) > 1)
+    void add(const Values&... values) noexcept {
+        (add(values), ...);
+    }
     void addBytes(std::span<const std::byte> bytes) noexcept;
     std::uint64_t value() const noexcept {
         const std::uint64_t a = (value_ ^ value_ >> 33) * kPrime2;

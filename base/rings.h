@@ -52,8 +52,33 @@ class Ring {
     alignas(64) std::atomic<std::size_t> dropped_{0};
 };
 
-// One writer, one reader. The reader sees the newest complete value. Three buffers; one atomic exchange per
-// publish or read.
+// Triple buffer: passes the newest value of one writer to one reader. The value is written and read in
+// place, so memory that a T has allocated is reused. Neither side ever waits.
+template <typename T>
+class Latest {
+  public:
+    // Writer thread. Wait-free. Write the whole value, then publish it.
+    T& draft() noexcept { return slots_[back_]; }
+    void publish() noexcept { back_ = middle_.exchange(back_ | kFresh, std::memory_order_acq_rel) & kIndex; }
+
+    // Reader thread. Wait-free. Returns true if a newer value was published since the last call.
+    bool update() noexcept {
+        if (!(middle_.load(std::memory_order_relaxed) & kFresh)) return false;
+        front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;
+        return true;
+    }
+    T& front() noexcept { return slots_[front_]; }
+    const T& front() const noexcept { return slots_[front_]; }
+
+  private:
+    static constexpr unsigned kFresh = 4, kIndex = 3;
+    std::array<T, 3> slots_{};
+    alignas(64) std::atomic<unsigned> middle_{1};
+    alignas(64) unsigned back_ = 0;
+    alignas(64) unsigned front_ = 2;
+};
+
+// The same for small values, which are copied.
 template <typename T>
 class Snapshot {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -61,23 +86,18 @@ class Snapshot {
   public:
     // Writer thread. Wait-free.
     void publish(const T& value) noexcept {
-        buffers_[back_] = value;
-        back_ = middle_.exchange(back_ | kFresh, std::memory_order_acq_rel) & kIndex;
+        latest_.draft() = value;
+        latest_.publish();
     }
     // Reader thread. Wait-free. Returns true if the value is new since the last call.
     bool read(T& value) noexcept {
-        const bool fresh = middle_.load(std::memory_order_relaxed) & kFresh;
-        if (fresh) front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kIndex;
-        value = buffers_[front_];
+        const bool fresh = latest_.update();
+        value = latest_.front();
         return fresh;
     }
 
   private:
-    static constexpr unsigned kFresh = 4, kIndex = 3;
-    std::array<T, 3> buffers_{};
-    alignas(64) std::atomic<unsigned> middle_{1};
-    alignas(64) unsigned back_ = 0;
-    alignas(64) unsigned front_ = 2;
+    Latest<T> latest_;
 };
 
 }  // namespace stylet

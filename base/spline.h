@@ -14,7 +14,7 @@ template <int N>
 struct SplineSample {
     std::array<double, N> value{};
     std::array<Vec3, N> slope{};
-    double beyond_m = 0.0;  // distance of the point from the grid; outside it the edge value is returned
+    double beyond_m = 0.0;  // distance from the grid; outside it, the sample is that of the edge
 };
 
 // `nodes` holds N floats per node, x-fastest, with at least three nodes per side. NaN is treated as the

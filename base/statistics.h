@@ -1,6 +1,6 @@
-// Mean, standard deviation, median and quantiles of a list of values. Two rules for a quantile are in use:
-// quantile() interpolates between neighbours, lowerQuantile() returns one of the values. They differ, so a
-// caller must not exchange one for the other.
+// Mean, standard deviation, median and quantiles of a list of values. There are two rules for a quantile:
+// quantile() interpolates between neighbours, lowerQuantile() returns one of the values. Their results
+// differ, so do not exchange one for the other.
 #pragma once
 
 #include <algorithm>

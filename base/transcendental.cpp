@@ -37,31 +37,27 @@ Reduced reduceByHalfPi(double x) noexcept {
     return {r.high, r.low, n - 4.0 * std::floor(n * 0.25)};
 }
 
+// The polynomial in x with these coefficients, highest power first.
+template <typename... Rest>
+double horner(double x, double first, Rest... rest) noexcept {
+    double sum = first;
+    ((sum = sum * x + rest), ...);
+    return sum;
+}
+
 // sin(h + l) for |h| <= pi/4 and l below an ulp of h.
 double sinKernel(double h, double l) noexcept {
     const double z = h * h;
-    double p = 1.0 / 355687428096000.0;
-    p = p * z - 1.0 / 1307674368000.0;
-    p = p * z + 1.0 / 6227020800.0;
-    p = p * z - 1.0 / 39916800.0;
-    p = p * z + 1.0 / 362880.0;
-    p = p * z - 1.0 / 5040.0;
-    p = p * z + 1.0 / 120.0;
-    p = p * z - 1.0 / 6.0;
+    const double p = horner(z, 1.0 / 355687428096000.0, -1.0 / 1307674368000.0, 1.0 / 6227020800.0,
+                            -1.0 / 39916800.0, 1.0 / 362880.0, -1.0 / 5040.0, 1.0 / 120.0, -1.0 / 6.0);
     return h + (h * z * p + l * (1.0 - 0.5 * z));
 }
 
 // cos(h + l): the rounding error of 1 - z/2 is recovered and added with the tail.
 double cosKernel(double h, double l) noexcept {
     const double z = h * h;
-    double p = -1.0 / 6402373705728000.0;
-    p = p * z + 1.0 / 20922789888000.0;
-    p = p * z - 1.0 / 87178291200.0;
-    p = p * z + 1.0 / 479001600.0;
-    p = p * z - 1.0 / 3628800.0;
-    p = p * z + 1.0 / 40320.0;
-    p = p * z - 1.0 / 720.0;
-    p = p * z + 1.0 / 24.0;
+    const double p = horner(z, -1.0 / 6402373705728000.0, 1.0 / 20922789888000.0, -1.0 / 87178291200.0,
+                            1.0 / 479001600.0, -1.0 / 3628800.0, 1.0 / 40320.0, -1.0 / 720.0, 1.0 / 24.0);
     const double half_z = 0.5 * z;
     const double head = 1.0 - half_z;
     return head + (((1.0 - head) - half_z) + (z * z * p - h * l));
@@ -77,19 +73,9 @@ double detExp(double x) noexcept {
     const double n = std::floor(x * 0x1.71547652b82fep+0 + 0.5);
     const TwoDoubles r = twoSum(x - n * 0x1.62e42feep-1, -n * 0x1.a39ef35793c76p-33);
     const double h = r.high;
-    double p = 1.0 / 87178291200.0;
-    p = p * h + 1.0 / 6227020800.0;
-    p = p * h + 1.0 / 479001600.0;
-    p = p * h + 1.0 / 39916800.0;
-    p = p * h + 1.0 / 3628800.0;
-    p = p * h + 1.0 / 362880.0;
-    p = p * h + 1.0 / 40320.0;
-    p = p * h + 1.0 / 5040.0;
-    p = p * h + 1.0 / 720.0;
-    p = p * h + 1.0 / 120.0;
-    p = p * h + 1.0 / 24.0;
-    p = p * h + 1.0 / 6.0;
-    p = p * h + 0.5;
+    const double p = horner(h, 1.0 / 87178291200.0, 1.0 / 6227020800.0, 1.0 / 479001600.0, 1.0 / 39916800.0,
+                            1.0 / 3628800.0, 1.0 / 362880.0, 1.0 / 40320.0, 1.0 / 5040.0, 1.0 / 720.0,
+                            1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5);
     const double mantissa = 1.0 + (h + (h * h * p + r.low * (1.0 + h)));
     // |n| <= 1023, so the scale is a normal number.
     return mantissa * std::bit_cast<double>(std::uint64_t(std::int64_t(n) + 1023) << 52);

@@ -7,15 +7,15 @@
 namespace stylet {
 namespace {
 
-constexpr double kFarthestVoxel = 1e9;  // fits an int, as do differences of two
-constexpr std::int64_t kMostSteps = 1 << 16;
+constexpr double kMaxVoxelIndex = 1e9;  // fits an int, as do differences of two
+constexpr std::int64_t kMaxWalkSteps = 1 << 16;
 
-bool countable(const Vec3& v) noexcept {
+bool isRepresentable(const Vec3& v) noexcept {
     // NaN fails every comparison.
-    return std::abs(v.x) < kFarthestVoxel && std::abs(v.y) < kFarthestVoxel && std::abs(v.z) < kFarthestVoxel;
+    return std::abs(v.x) < kMaxVoxelIndex && std::abs(v.y) < kMaxVoxelIndex && std::abs(v.z) < kMaxVoxelIndex;
 }
 
-Index3 cellOf(const Vec3& v) noexcept {
+Index3 cellContaining(const Vec3& v) noexcept {
     return {int(std::floor(v.x)), int(std::floor(v.y)), int(std::floor(v.z))};
 }
 
@@ -26,14 +26,14 @@ VoxelWalk::VoxelWalk(const Grid& grid, const Vec3& a, const Vec3& b) noexcept {
     start_ = grid.toVoxels(a) + 0.5;
     const Vec3 stop = grid.toVoxels(b) + 0.5;
     direction_ = stop - start_;
-    voxel_ = countable(stop) ? cellOf(stop) : Index3(-1);
-    if (!countable(start_) || !countable(stop)) return;
+    voxel_ = isRepresentable(stop) ? cellContaining(stop) : Index3(-1);
+    if (!isRepresentable(start_) || !isRepresentable(stop)) return;
 
-    const Index3 first = cellOf(start_), last = voxel_;
+    const Index3 first = cellContaining(start_), last = voxel_;
     std::int64_t steps = 0;
     for (int axis = 0; axis < 3; ++axis)
         steps += std::abs(std::int64_t(last[axis]) - first[axis]);
-    if (steps > kMostSteps) return;
+    if (steps > kMaxWalkSteps) return;
 
     voxel_ = first;
     for (int axis = 0; axis < 3; ++axis) {
@@ -79,7 +79,7 @@ struct AxisBorders {
 };
 
 // VoxelWalk::crossing() for all borders of one axis, two at a time. Appends `end` as terminator.
-void cross(const AxisBorders& borders, double end, std::vector<double>& crossings) {
+void findCrossings(const AxisBorders& borders, double end, std::vector<double>& crossings) {
     const auto [border, step, count, start, direction] = borders;
     crossings.resize(count + 2);
     double* out = crossings.data();
@@ -92,13 +92,13 @@ void cross(const AxisBorders& borders, double end, std::vector<double>& crossing
     out[count] = end;
 }
 
-// Merges the crossings of the three axes. Branch-free, because the next axis cannot be predicted. Goes
-// from border to border of the axis with the most crossings; between two of them the other axes almost
-// never have more than one crossing each. Returns false if they do and the order cannot be represented by
-// the pairs below; the output is then invalid.
+// Merges the crossings of the three axes. Branch-free, because the next axis cannot be predicted. Steps from
+// border to border of the axis with the most crossings, the main axis. Between two of its borders each of the
+// other axes rarely has more than one crossing. Returns false if one has more and the pairs written below do
+// not have the right order; the output is then invalid.
 template <int kMain>
-bool merge(const std::vector<double> (&crossings)[3], const std::int64_t (&step)[3], std::int64_t offset,
-           VoxelPath::Visit* out) {
+bool mergeCrossings(const std::vector<double> (&crossings)[3], const std::int64_t (&step)[3],
+                    std::int64_t offset, VoxelPath::Visit* out) {
     constexpr int kA = kMain == 0 ? 1 : 0, kB = kMain == 2 ? 1 : 2;
     const double *a = crossings[kA].data(), *b = crossings[kB].data();
     const std::int64_t by_a = step[kA], by_b = step[kB];
@@ -127,7 +127,7 @@ bool merge(const std::vector<double> (&crossings)[3], const std::int64_t (&step)
 
 }  // namespace
 
-const std::vector<VoxelPath::Visit>& VoxelPath::along(const Grid& grid, const Vec3& a, const Vec3& b) {
+const std::vector<VoxelPath::Visit>& VoxelPath::traverse(const Grid& grid, const Vec3& a, const Vec3& b) {
     const VoxelWalk walk(grid, a, b);
     const Index3 count = walk.left_, first = walk.voxel_;
     const int main = count.x >= count.y ? (count.x >= count.z ? 0 : 2) : (count.y >= count.z ? 1 : 2);
@@ -135,29 +135,30 @@ const std::vector<VoxelPath::Visit>& VoxelPath::along(const Grid& grid, const Ve
     const std::int64_t step[3] = {walk.step_.x, walk.step_.y * row, walk.step_.z * slab};
     for (int axis = 0; axis < 3; ++axis) {
         const double border = first[axis] + (walk.step_[axis] > 0 ? 1.0 : 0.0);
-        // Terminators above every crossing. The main axis ends first, after all crossings of the others.
-        cross({.first = border,
-               .step = double(walk.step_[axis]),
-               .count = std::size_t(count[axis]),
-               .start = walk.start_[axis],
-               .direction = walk.direction_[axis]},
-              axis == main ? 2.0 : 3.0, crossings_[axis]);
+        // Each list ends with a value above every crossing. The main axis has the smaller one, so the loop
+        // over it ends after all crossings of the other axes.
+        findCrossings({.first = border,
+                       .step = double(walk.step_[axis]),
+                       .count = std::size_t(count[axis]),
+                       .start = walk.start_[axis],
+                       .direction = walk.direction_[axis]},
+                      axis == main ? 2.0 : 3.0, crossings_[axis]);
         if (axis == main) crossings_[axis].resize(std::size_t(count[axis]) + 1);
     }
 
     const std::size_t steps = std::size_t(count.x) + std::size_t(count.y) + std::size_t(count.z);
-    visits_.resize(steps + 4);  // the merge writes ahead of its end
+    visits_.resize(steps + 4);  // mergeCrossings() writes ahead of its result
     const std::int64_t offset = first.z * slab + first.y * row + first.x;
-    const bool ordered = (main == 0   ? merge<0>
-                          : main == 1 ? merge<1>
-                                      : merge<2>)(crossings_, step, offset, visits_.data());
+    const bool ordered = (main == 0   ? mergeCrossings<0>
+                          : main == 1 ? mergeCrossings<1>
+                                      : mergeCrossings<2>)(crossings_, step, offset, visits_.data());
     visits_.resize(steps + 1);
     if (!ordered) {
         std::size_t i = 0;
         for (VoxelWalk w = walk; !w.done(); w.next(), ++i)
             visits_[i] = {w.voxel().z * slab + w.voxel().y * row + w.voxel().x, w.begin()};
     }
-    for (std::size_t i = 1; i <= steps && visits_[i].begin < 0.0; ++i)  // rounding errors
+    for (std::size_t i = 1; i <= steps && visits_[i].begin < 0.0; ++i)  // below 0 by a rounding error
         visits_[i].begin = 0.0;
     // A path with both ends inside the grid stays inside.
     if (!grid.contains(first) || !grid.contains(first + count * walk.step_)) {

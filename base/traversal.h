@@ -1,7 +1,8 @@
-// Visits every voxel that a segment passes through, in order, with the share of the path where it enters.
+// Visits every voxel that a segment passes through, in order. Each visit has the share of the path at which
+// it begins.
 // Based on Amanatides and Woo, "A fast voxel traversal algorithm for ray tracing", Eurographics 1987.
-// Crossings are computed from integer borders instead of summed up, so that the walk ends at the right
-// voxel.
+// Crossings are computed from integer borders, not by adding up steps. So rounding errors do not accumulate
+// and the walk ends at the right voxel.
 #pragma once
 
 #include <cstdint>
@@ -16,10 +17,10 @@ namespace stylet {
 //   for (VoxelWalk walk(grid, a, b); !walk.done(); walk.next()) use(walk.voxel(), walk.begin(),
 //   walk.end());
 // The first voxel is grid.nearest(a), the last is grid.nearest(b). Each step crosses one face; an edge or
-// corner is crossed face by face, with begin == end in between. begin() and end() are shares of the path
-// in [0, 1]. A segment of zero length visits one voxel with begin = 0 and end = 1. If an end is not finite
-// or the path has more than 2^16 voxels, the walk is a single step at the voxel of b, or outside every
-// grid if b has no voxel. Any thread. noexcept, no allocation.
+// corner is crossed face by face, with begin == end in between. begin() and end() are shares of the path in
+// [0, 1]. A segment of zero length visits one voxel with begin = 0 and end = 1. If an end is not finite or
+// the path has more than 2^16 voxels, the walk visits a single voxel: that of b, or one outside every grid if
+// b has none. Any thread. noexcept, no allocation.
 class VoxelWalk {
   public:
     VoxelWalk(const Grid& grid, const Vec3& a, const Vec3& b) noexcept;
@@ -52,7 +53,7 @@ class VoxelPath {
     };
     // The visits from a to b, valid until the next call. Number, order and values are bit-equal to
     // VoxelWalk's.
-    const std::vector<Visit>& along(const Grid& grid, const Vec3& a, const Vec3& b);
+    const std::vector<Visit>& traverse(const Grid& grid, const Vec3& a, const Vec3& b);
 
   private:
     std::vector<double> crossings_[3];  // along each axis, ascending, terminated by a value above 1

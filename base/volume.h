@@ -9,7 +9,7 @@
 namespace stylet {
 
 // Largest volume that is read from a file.
-inline constexpr int kMaxVoxelsASide = 1024;
+inline constexpr int kMaxVoxelsPerSide = 1024;
 inline constexpr std::size_t kMaxVoxels = std::size_t(512) << 20;
 
 template <typename T>

@@ -1,5 +1,7 @@
 #include "base/whole_file.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
@@ -13,9 +15,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kPiece = 64 << 10;
+constexpr std::size_t kReadBytes = 64 << 10;
 
-DataError refused(const fs::path& file, const std::error_code& why) {
+DataError writeError(const fs::path& file, const std::error_code& why) {
     return {file, "file", "cannot be written" + (why ? ": " + why.message() : "")};
 }
 
@@ -44,18 +46,18 @@ std::string readWholeFile(const fs::path& file, std::size_t max_bytes) {
     std::string bytes;
     while (in && bytes.size() <= max_bytes) {
         const std::size_t had = bytes.size();
-        bytes.resize(std::min(max_bytes + 1, had + std::max(kPiece, had)));
+        bytes.resize(std::min(max_bytes + 1, had + std::max(kReadBytes, had)));
         in.read(bytes.data() + had, std::streamsize(bytes.size() - had));
         bytes.resize(had + std::size_t(in.gcount()));
     }
     if (in.bad()) refuse("cannot be read");
     if (bytes.size() > max_bytes)
-        throw DataError(file, "file", "larger than " + std::to_string(max_bytes) + " bytes");
+        throw DataError(file, "file", fmt::format("larger than {} bytes", max_bytes));
     return bytes;
 }
 
 void writeFile(const fs::path& file, std::string_view bytes) {
-    if (const std::error_code why = tryWriting(file, bytes)) throw refused(file, why);
+    if (const std::error_code why = tryWriting(file, bytes)) throw writeError(file, why);
 }
 
 void writeWholeFile(const fs::path& file, std::string_view bytes) {
@@ -68,7 +70,7 @@ void writeWholeFile(const fs::path& file, std::string_view bytes) {
     if (!why) return;
     std::error_code ignored;
     fs::remove(fresh, ignored);
-    throw refused(file, why);
+    throw writeError(file, why);
 }
 
 }  // namespace stylet

@@ -1,5 +1,5 @@
-// Reads or writes a file in one go. A failure throws DataError that ends in the system's reason: "FILE:
-// file: cannot be written: No space left on device".
+// Reads or writes a file in one go. On failure it throws a DataError that ends with the system's reason:
+// "FILE: file: cannot be written: No space left on device".
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ std::string readWholeFile(const std::filesystem::path& file, std::size_t max_byt
 // writer at a time; for files shared between programs see cache_file.h.
 void writeWholeFile(const std::filesystem::path& file, std::string_view bytes);
 
-// Not atomic. Use it where the whole folder or file is put in place afterwards.
+// Not atomic. Use it if the file or its folder is renamed into place afterwards.
 void writeFile(const std::filesystem::path& file, std::string_view bytes);
 
 }  // namespace stylet

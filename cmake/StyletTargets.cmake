@@ -11,7 +11,7 @@ set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
 set(CMAKE_CXX_FLAGS_RELEASE "-O2")
 set(CMAKE_C_FLAGS_RELEASE "-O2")
 if(STYLET_SANITIZE MATCHES address)
-    # Compiles a third faster and runs a seventh slower than -O2. The plain builds test the effects of -O2.
+    # -O1 compiles a third faster than -O2 and runs a seventh slower. Builds without sanitizers test the effects of -O2.
     set(CMAKE_CXX_FLAGS_RELEASE "-O1")
 endif()
 
@@ -21,7 +21,7 @@ if(STYLET_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
     set(CMAKE_C_COMPILER_LAUNCHER ${STYLET_CCACHE})
 endif()
 
-# Optimization level of code that runs once: tests and command lines.
+# Optimization level of code that runs only once, such as tests and the parsing of command lines.
 set(STYLET_FAST_COMPILE "$<$<CONFIG:Release>:-O1>")
 
 add_library(stylet_flags INTERFACE)
@@ -36,7 +36,7 @@ if(STYLET_SANITIZE)
     target_compile_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE} -fno-omit-frame-pointer -g1)
     target_compile_definitions(stylet_flags INTERFACE STYLET_SANITIZED)
     target_link_options(stylet_flags INTERFACE -fsanitize=${STYLET_SANITIZE})
-    # Set explicitly: a symbolizer of another version found in PATH prints warnings into output that tests read.
+    # Set explicitly, because another version found in PATH would print warnings into output that tests read.
     find_program(STYLET_SYMBOLIZER_PATH llvm-symbolizer-22)
     set(symbolizer "external_symbolizer_path=$<$<BOOL:${STYLET_SYMBOLIZER_PATH}>:${STYLET_SYMBOLIZER_PATH}>")
     set(STYLET_SANITIZER_ENVIRONMENT "ASAN_OPTIONS=${symbolizer}" "RTSAN_OPTIONS=${symbolizer}"
@@ -47,7 +47,7 @@ if(STYLET_SANITIZE)
 endif()
 
 # Reading and instantiating headers costs about half of a source's compile time. Two options reduce it:
-# - STYLET_UNITY compiles the sources of a target twenty at a time. Names at file scope are therefore unique per target.
+# - STYLET_UNITY compiles the sources of a target twenty at a time. Names at file scope must be unique per target.
 # - STYLET_PRECOMPILE precompiles the standard headers, once for the program and once, with GoogleTest, for the tests.
 # Both hide a missing #include. `packaging/test --all` also builds without them.
 option(STYLET_UNITY "Compile the sources of a target twenty at a time" ON)
@@ -68,7 +68,7 @@ if(STYLET_PRECOMPILE)
     endif()
     set(STYLET_STANDARD_HEADERS <algorithm> <array> <chrono> <cmath> <cstdint> <filesystem> <fstream> <functional>
         <map> <memory> <mutex> <optional> <span> <string> <string_view> <thread> <utility> <vector>
-        <glm/geometric.hpp> <glm/gtc/quaternion.hpp>)
+        <fmt/core.h> <glm/geometric.hpp> <glm/gtc/quaternion.hpp>)
 endif()
 
 # stylet_library(name SOURCES ... PUBLIC ... PRIVATE ... OWN_PRECOMPILED): a static library of one folder.
@@ -140,7 +140,7 @@ function(stylet_test name)
         ENVIRONMENT "STYLET_ASSETS=${CMAKE_SOURCE_DIR}/assets;STYLET_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY};${STYLET_SANITIZER_ENVIRONMENT}")
     if(real_time)
         set_property(TEST ${real_time} APPEND PROPERTY LABELS real_time)
-        # Never two of them at once. Other tests run beside them: a busy machine does not fail them.
+        # Only one real-time test runs at a time. Other tests may run beside it: a busy machine does not make it fail.
         set_tests_properties(${real_time} PROPERTIES RESOURCE_LOCK real_time)
     endif()
     set(STYLET_TEST_ENTRIES ${entries} PARENT_SCOPE)

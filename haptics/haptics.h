@@ -1,11 +1,12 @@
 // Haptic rendering: the force models, the simulation tick that combines them, and the 1 kHz loop.
 #pragma once
 
-// In order of use.
+// The headers are in order of use.
 // clang-format off
 #include "haptics/tools/tool.h"              // the five tools, and the result of a tick
 #include "haptics/tools/incision.h"          // incisions made by the scalpel
 #include "haptics/tools/needle.h"            // the needle: state, step, force
+#include "haptics/tools/gauge.h"             // needles by gauge
 #include "haptics/tools/exact.h"             // the same force in closed form along straight paths: oracle and study
 #include "haptics/tools/guide.h"             // the rail that guides the needle along one line
 #include "haptics/tools/touch.h"             // compliance of the layers under the skin

@@ -2,7 +2,7 @@
 set -euo pipefail
 ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 export CCACHE_SLOPPINESS=pch_defines,time_macros
-# Lets other clones of the same sources share the cache.
+# These settings let other clones of the same sources share the cache.
 export CCACHE_BASEDIR=$ROOT CCACHE_NOHASHDIR=1
 export CCACHE_DEPEND=1  # a cold build is 10 % faster, because lookups need no preprocessing
 JOBS=$(nproc)
@@ -60,12 +60,12 @@ install_packages() {
         die "could not install: ${MISSING[*]} (offline? bookworm and bookworm-security must be in the apt sources)"
 }
 
-# configure_and_build PRESET "CMAKE OPTIONS" TARGET...: no targets = all.
+# configure_and_build PRESET "CMAKE OPTIONS" TARGET...: builds the targets, or all if none is given.
 configure_and_build() {
     local preset=$1 options=$2
     shift 2
     stage "$preset: configuring"
-    # --fresh: if the compiler differs from the folder's, CMake would lose the preset's settings.
+    # --fresh: without it, CMake loses the preset's settings if the compiler differs from the build folder's.
     # shellcheck disable=SC2086  # options are words
     (cd "$ROOT" && cmake --fresh --preset "$preset" $options >"$ROOT/build/$preset.configure.log" 2>&1) ||
         { tail -n 30 "$ROOT/build/$preset.configure.log" >&2; die "configuring $preset failed"; }

@@ -1,6 +1,6 @@
 // The virtual patient: anatomy, breathing motion, planned needle paths.
 //
-// Frames (a transform is named a_from_b and cancels when read aloud):
+// Frames. A transform is named a_from_b; in a product, equal names meet: a_from_c = a_from_b * b_from_c.
 //   patient    RAS, the CT's own: +x right, +y front, +z head; metres
 //   reference  the patient frame with the tissue where the CT shows it (Package::reference_phase)
 //   deformed   the patient frame with the tissue where it is at time t

@@ -56,8 +56,8 @@ std::vector<Hazard> hazardsIn(std::string_view toml) {
 // A tag belongs to the next test. Only comment lines may stand between a tag and its test.
 void collect(const std::string& file, const std::string& text, Tags& tags) {
     static const std::regex tag("// (HZ-[A-Z0-9-]+(, HZ-[A-Z0-9-]+)*)"), id("HZ-[A-Z0-9-]+");
-    static const std::regex begin("TEST(_F|_P)?\\((\\w+), (\\w+)\\) \\{"),
-        fuzz("extern \"C\" int LLVMFuzzer.*");
+    static const std::regex begin("(?:TYPED_)?TEST(_F|_P)?\\((\\w+), (\\w+)\\) \\{"),
+        fuzz("(extern \"C\" int LLVMFuzzer|void fuzz::parse\\().*");
     std::vector<std::string> waiting;
     std::istringstream lines(text);
     std::smatch found;

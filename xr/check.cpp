@@ -1,5 +1,6 @@
 #include "xr/check.h"
 
+#include <fmt/core.h>
 #include <openxr/openxr_reflection.h>
 
 namespace stylet::xr {
@@ -17,7 +18,7 @@ std::string resultName(XrResult result) {
 }
 
 void fail(XrResult result, const char* call, std::string_view meaning) {
-    throw XrError(std::string(call) + ": " + resultName(result) + ": " + std::string(meaning));
+    throw XrError(fmt::format("{}: {}: {}", call, resultName(result), meaning));
 }
 
 }  // namespace stylet::xr

@@ -1,9 +1,11 @@
-// Error checking of OpenXR calls, owning handles, and the OpenXR header with this module's options enabled.
+// Error checks of OpenXR calls, owning handles, and the OpenXR header with the options that this module
+// needs.
 #pragma once
 
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <time.h>
 
@@ -25,6 +27,18 @@ std::string resultName(XrResult);
 // Throws XrError "CALL: RESULT: meaning" if the call failed. Qualified success codes pass.
 inline void check(XrResult result, const char* call, std::string_view meaning) {
     if (XR_FAILED(result)) fail(result, call, meaning);
+}
+
+// Calls an enumerating function twice: call(0, &count, nullptr), then with room for all elements. Each
+// element is initialised to `blank` before the second call. Throws XrError.
+template <typename Element, typename Call>
+std::vector<Element> enumerate(const char* name, std::string_view meaning, const Call& call,
+                               const Element& blank = {}) {
+    std::uint32_t count = 0;
+    check(call(0, &count, nullptr), name, meaning);
+    std::vector<Element> elements(count, blank);
+    check(call(count, &count, elements.data()), name, meaning);
+    return elements;
 }
 
 template <typename Handle, XrResult(XRAPI_PTR* kDestroy)(Handle)>
@@ -56,7 +70,7 @@ class Owned {
 
 // A zero-initialised OpenXR structure of the given type.
 template <typename Structure>
-Structure typed(XrStructureType type) {
+Structure makeStruct(XrStructureType type) {
     Structure s{};
     s.type = type;
     return s;

@@ -12,10 +12,10 @@ namespace stylet::xr {
 struct Pinch {
     // Distances between the tip joints, which lie inside the skin.
     static constexpr double kClosed_m = 0.020, kOpen_m = 0.035;
-    bool held = false;
+    bool closed = false;
     bool update(double distance_m) {
-        held = distance_m < (held ? kOpen_m : kClosed_m);
-        return held;
+        closed = distance_m < (closed ? kOpen_m : kClosed_m);
+        return closed;
     }
 };
 
@@ -29,12 +29,12 @@ struct Pinches {
     std::array<Pinch, kPinchFingers> fingers;
     // Distances from the thumb's tip; infinite for a finger that is not tracked.
     void update(const std::array<double, kPinchFingers>& distances_m);
-    bool holds(PinchFinger finger) const { return fingers[std::size_t(finger)].held; }
+    bool isClosed(PinchFinger finger) const { return fingers[std::size_t(finger)].closed; }
 };
 
 // Computes the grip pose (OpenXR 1.0, section 6.3.2, "Standard pose identifier") from the palm joint's
 // pose.
-Pose gripOfPalm(const Pose& a_from_palm, int side);
+Pose gripFromPalm(const Pose& a_from_palm, int side);
 
 class Hands {
   public:
@@ -51,7 +51,7 @@ class Hands {
 
   private:
     using Joints = std::array<XrHandJointLocationEXT, XR_HAND_JOINT_COUNT_EXT>;
-    XrResult locate(XrSpace stage, XrTime, int side, Joints&, bool& seen) const;
+    XrResult locate(XrSpace stage, XrTime, int side, Joints&, bool& tracked) const;
 
     ExtensionCalls calls_;
     std::array<XrHandTrackerEXT, 2> trackers_{XR_NULL_HANDLE, XR_NULL_HANDLE};

@@ -1,21 +1,19 @@
 #include "xr/headset.h"
 
 #include <algorithm>
+#include <array>
 
 namespace stylet::xr {
 namespace {
 
 constexpr auto kEyes = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
-constexpr const char* kNoStereo = "the headset does not show one picture for each of two eyes";
+constexpr const char* kNoStereo = "the headset does not support stereo (one image per eye)";
 
 void requireStereo(const Instance& instance) {
     const char* call = "xrEnumerateViewConfigurations";
-    const XrInstance handle = instance.handle.get();
-    std::uint32_t count = 0;
-    check(xrEnumerateViewConfigurations(handle, instance.system, 0, &count, nullptr), call, kNoStereo);
-    std::vector<XrViewConfigurationType> offered(count);
-    check(xrEnumerateViewConfigurations(handle, instance.system, count, &count, offered.data()), call,
-          kNoStereo);
+    const auto offered = enumerate<XrViewConfigurationType>(call, kNoStereo, [&](auto... out) {
+        return xrEnumerateViewConfigurations(instance.handle.get(), instance.system, out...);
+    });
     if (std::find(offered.begin(), offered.end(), kEyes) == offered.end())
         throw XrError(std::string(call) + ": " + kNoStereo);
 }
@@ -23,14 +21,10 @@ void requireStereo(const Instance& instance) {
 XrEnvironmentBlendMode chooseBlendMode(const Instance& instance, bool passthrough,
                                        std::vector<std::string>& notes) {
     const char* call = "xrEnumerateEnvironmentBlendModes";
-    const XrInstance handle = instance.handle.get();
-    std::uint32_t count = 0;
-    check(xrEnumerateEnvironmentBlendModes(handle, instance.system, kEyes, 0, &count, nullptr), call,
-          kNoStereo);
-    std::vector<XrEnvironmentBlendMode> offered(count);
-    check(xrEnumerateEnvironmentBlendModes(handle, instance.system, kEyes, count, &count, offered.data()),
-          call, kNoStereo);
-    if (offered.empty()) throw XrError(std::string(call) + ": the runtime names no way to show pictures");
+    const auto offered = enumerate<XrEnvironmentBlendMode>(call, kNoStereo, [&](auto... out) {
+        return xrEnumerateEnvironmentBlendModes(instance.handle.get(), instance.system, kEyes, out...);
+    });
+    if (offered.empty()) throw XrError(std::string(call) + ": the runtime offers no blend mode");
     const auto offers = [&](XrEnvironmentBlendMode mode) {
         return std::find(offered.begin(), offered.end(), mode) != offered.end();
     };
@@ -62,22 +56,14 @@ Headset readHeadset(const Instance& instance, bool passthrough, std::vector<std:
         std::min(std::max(eyes[0].recommendedImageRectHeight, eyes[1].recommendedImageRectHeight),
                  limits.maxSwapchainImageHeight);
     if (headset.width == 0 || headset.height == 0)
-        throw XrError("xrEnumerateViewConfigurationViews: the runtime recommends pictures without pixels");
+        throw XrError("xrEnumerateViewConfigurationViews: the runtime recommends images of size 0");
     headset.max_layers = std::max<std::size_t>(limits.maxLayerCount, XR_MIN_COMPOSITION_LAYERS_SUPPORTED);
     return headset;
 }
 
-const char* nameOf(XrEnvironmentBlendMode mode) {
-    switch (mode) {
-        case XR_ENVIRONMENT_BLEND_MODE_OPAQUE:
-            return "opaque";
-        case XR_ENVIRONMENT_BLEND_MODE_ADDITIVE:
-            return "additive";
-        case XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND:
-            return "alpha_blend";
-        default:
-            return "unknown";
-    }
+const char* blendModeName(XrEnvironmentBlendMode mode) {
+    constexpr std::array kNames{"unknown", "opaque", "additive", "alpha_blend"};
+    return kNames[std::size_t(mode) < kNames.size() ? std::size_t(mode) : 0];
 }
 
 double refreshRate_hz(const Instance& instance, XrSession session) {
@@ -91,7 +77,7 @@ HiddenArea hiddenArea(const Instance& instance, XrSession session, int eye) {
     const auto get = instance.calls.getVisibilityMask;
     if (!get) return {};
     constexpr auto kHidden = XR_VISIBILITY_MASK_TYPE_HIDDEN_TRIANGLE_MESH_KHR;
-    auto mask = typed<XrVisibilityMaskKHR>(XR_TYPE_VISIBILITY_MASK_KHR);
+    auto mask = makeStruct<XrVisibilityMaskKHR>(XR_TYPE_VISIBILITY_MASK_KHR);
     if (XR_FAILED(get(session, kEyes, std::uint32_t(eye), kHidden, &mask)) || mask.indexCountOutput == 0)
         return {};
     std::vector<XrVector2f> vertices(mask.vertexCountOutput);

@@ -19,7 +19,7 @@ struct Headset {
 // Throws XrError if the headset does not support stereo. Adds a note if passthrough was requested but is
 // missing.
 Headset readHeadset(const Instance&, bool passthrough, std::vector<std::string>& notes);
-const char* nameOf(XrEnvironmentBlendMode);
+const char* blendModeName(XrEnvironmentBlendMode);
 double refreshRate_hz(const Instance&, XrSession);  // 0 if the runtime does not report it
 HiddenArea hiddenArea(const Instance&, XrSession, int eye);
 

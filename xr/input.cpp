@@ -9,7 +9,7 @@ constexpr const char* kNoActions = "the runtime refuses controller actions";
 
 XrAction makeAction(XrActionSet set, XrActionType type, const char* name, const char* shown,
                     const std::array<XrPath, 2>& sides) {
-    auto info = typed<XrActionCreateInfo>(XR_TYPE_ACTION_CREATE_INFO);
+    auto info = makeStruct<XrActionCreateInfo>(XR_TYPE_ACTION_CREATE_INFO);
     std::string(name).copy(info.actionName, XR_MAX_ACTION_NAME_SIZE - 1);
     std::string(shown).copy(info.localizedActionName, XR_MAX_LOCALIZED_ACTION_NAME_SIZE - 1);
     info.actionType = type;
@@ -21,7 +21,7 @@ XrAction makeAction(XrActionSet set, XrActionType type, const char* name, const 
 }
 
 void makeActionSpace(XrSession session, XrAction action, XrPath side, Owned<XrSpace, xrDestroySpace>& space) {
-    auto info = typed<XrActionSpaceCreateInfo>(XR_TYPE_ACTION_SPACE_CREATE_INFO);
+    auto info = makeStruct<XrActionSpaceCreateInfo>(XR_TYPE_ACTION_SPACE_CREATE_INFO);
     info.action = action;
     info.subactionPath = side;
     info.poseInActionSpace = kIdentityPose;
@@ -31,7 +31,7 @@ void makeActionSpace(XrSession session, XrAction action, XrPath side, Owned<XrSp
 
 XrResult locate(XrSpace space, XrSpace stage, XrTime time, std::optional<Pose>& pose,
                 XrSpaceLocationFlags needed = kWholePose) {
-    auto location = typed<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
+    auto location = makeStruct<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
     const XrResult result = xrLocateSpace(space, stage, time, &location);
     pose = XR_SUCCEEDED(result) ? wholePose(location.locationFlags, location.pose, needed) : std::nullopt;
     return result;
@@ -42,7 +42,7 @@ XrResult locate(XrSpace space, XrSpace stage, XrTime time, std::optional<Pose>& 
 void Input::create(const Instance& instance, XrSession session, std::vector<std::string>& notes) {
     createActions(instance);
     suggestBindings(instance, actions_, notes);
-    auto attach = typed<XrSessionActionSetsAttachInfo>(XR_TYPE_SESSION_ACTION_SETS_ATTACH_INFO);
+    auto attach = makeStruct<XrSessionActionSetsAttachInfo>(XR_TYPE_SESSION_ACTION_SETS_ATTACH_INFO);
     const XrActionSet set = set_.get();
     attach.countActionSets = 1;
     attach.actionSets = &set;
@@ -51,16 +51,16 @@ void Input::create(const Instance& instance, XrSession session, std::vector<std:
         makeActionSpace(session, actions_.grip, sides_[side], grips_[side]);
         makeActionSpace(session, actions_.aim, sides_[side], aims_[side]);
     }
-    bare_.create(instance, session);
+    bare_hands_.create(instance, session);
 }
 
 void Input::createActions(const Instance& instance) {
-    auto info = typed<XrActionSetCreateInfo>(XR_TYPE_ACTION_SET_CREATE_INFO);
+    auto info = makeStruct<XrActionSetCreateInfo>(XR_TYPE_ACTION_SET_CREATE_INFO);
     std::string("trainer").copy(info.actionSetName, XR_MAX_ACTION_SET_NAME_SIZE - 1);
     std::string("Trainer").copy(info.localizedActionSetName, XR_MAX_LOCALIZED_ACTION_SET_NAME_SIZE - 1);
     check(xrCreateActionSet(instance.handle.get(), &info, set_.out()), "xrCreateActionSet", kNoActions);
     for (std::size_t side = 0; side < 2; ++side)
-        sides_[side] = pathOf(instance.handle.get(), kSides[side]);
+        sides_[side] = toXrPath(instance.handle.get(), kSides[side]);
     const auto make = [&](XrActionType type, const char* name, const char* shown) {
         return makeAction(set_.get(), type, name, shown, sides_);
     };
@@ -75,7 +75,7 @@ void Input::createActions(const Instance& instance) {
 
 XrResult Input::sync(XrSession session, XrSpace stage, XrTime time) {
     const XrActiveActionSet active{set_.get(), XR_NULL_PATH};
-    auto info = typed<XrActionsSyncInfo>(XR_TYPE_ACTIONS_SYNC_INFO);
+    auto info = makeStruct<XrActionsSyncInfo>(XR_TYPE_ACTIONS_SYNC_INFO);
     info.countActiveActionSets = 1;
     info.activeActionSets = &active;
     const XrResult synced = xrSyncActions(session, &info);
@@ -91,12 +91,12 @@ XrResult Input::sync(XrSession session, XrSpace stage, XrTime time) {
 }
 
 XrResult Input::readHand(XrSession session, XrSpace stage, XrTime time, int side) {
-    auto get = typed<XrActionStateGetInfo>(XR_TYPE_ACTION_STATE_GET_INFO);
+    auto get = makeStruct<XrActionStateGetInfo>(XR_TYPE_ACTION_STATE_GET_INFO);
     get.subactionPath = sides_[std::size_t(side)];
-    auto grip = typed<XrActionStatePose>(XR_TYPE_ACTION_STATE_POSE), aim = grip;
-    auto select = typed<XrActionStateBoolean>(XR_TYPE_ACTION_STATE_BOOLEAN), menu = select;
-    auto squeeze = typed<XrActionStateFloat>(XR_TYPE_ACTION_STATE_FLOAT);
-    auto stick = typed<XrActionStateVector2f>(XR_TYPE_ACTION_STATE_VECTOR2F);
+    auto grip = makeStruct<XrActionStatePose>(XR_TYPE_ACTION_STATE_POSE), aim = grip;
+    auto select = makeStruct<XrActionStateBoolean>(XR_TYPE_ACTION_STATE_BOOLEAN), menu = select;
+    auto squeeze = makeStruct<XrActionStateFloat>(XR_TYPE_ACTION_STATE_FLOAT);
+    auto stick = makeStruct<XrActionStateVector2f>(XR_TYPE_ACTION_STATE_VECTOR2F);
     XrResult result = XR_SUCCESS;
     const auto read = [&](auto call, XrAction action, auto& state) {
         if (XR_FAILED(result)) return;
@@ -115,7 +115,7 @@ XrResult Input::readHand(XrSession session, XrSpace stage, XrTime time, int side
     Hand& hand = hands_[std::size_t(side)];
     hand.active = grip.isActive;
     is_bare_[std::size_t(side)] = !grip.isActive;
-    if (!grip.isActive) return bare_.read(stage, time, side, hand);
+    if (!grip.isActive) return bare_hands_.read(stage, time, side, hand);
     hand.select = select.isActive && select.currentState;
     hand.menu = menu.isActive && menu.currentState;
     if (squeeze.isActive) hand.squeeze = std::clamp(squeeze.currentState, 0.0f, 1.0f);
@@ -130,7 +130,7 @@ XrResult Input::readProfiles(const Instance& instance, XrSession session,
     XrResult result = XR_SUCCESS;
     for (std::size_t side = 0; side < 2; ++side) {
         profiles[side].clear();
-        auto state = typed<XrInteractionProfileState>(XR_TYPE_INTERACTION_PROFILE_STATE);
+        auto state = makeStruct<XrInteractionProfileState>(XR_TYPE_INTERACTION_PROFILE_STATE);
         result = xrGetCurrentInteractionProfile(session, sides_[side], &state);
         if (XR_FAILED(result)) return result;
         if (state.interactionProfile == XR_NULL_PATH) continue;
@@ -145,17 +145,17 @@ XrResult Input::readProfiles(const Instance& instance, XrSession session,
 }
 
 std::optional<Pose> Input::gripAt(XrSpace stage, XrTime time, int side) const {
-    if (is_bare_[std::size_t(side)]) return bare_.gripAt(stage, time, side);
+    if (is_bare_[std::size_t(side)]) return bare_hands_.gripAt(stage, time, side);
     std::optional<Pose> pose;
     locate(grips_[std::size_t(side)].get(), stage, time, pose, kTracked);
     return pose;
 }
 
 XrResult Input::pulse(XrSession session, int side, float amplitude, XrDuration duration_ns) {
-    auto info = typed<XrHapticActionInfo>(XR_TYPE_HAPTIC_ACTION_INFO);
+    auto info = makeStruct<XrHapticActionInfo>(XR_TYPE_HAPTIC_ACTION_INFO);
     info.action = actions_.haptic;
     info.subactionPath = sides_[std::size_t(side)];
-    auto vibration = typed<XrHapticVibration>(XR_TYPE_HAPTIC_VIBRATION);
+    auto vibration = makeStruct<XrHapticVibration>(XR_TYPE_HAPTIC_VIBRATION);
     vibration.duration = duration_ns;
     vibration.frequency = XR_FREQUENCY_UNSPECIFIED;
     vibration.amplitude = amplitude;

@@ -32,7 +32,7 @@ class Input {
     Actions actions_;
     std::array<XrPath, 2> sides_{};
     std::array<Owned<XrSpace, xrDestroySpace>, 2> grips_, aims_;
-    Hands bare_;
+    Hands bare_hands_;
     std::array<Hand, 2> hands_;
     std::array<std::atomic<bool>, 2> is_bare_{};  // no controller is active, as of the last sync
 };

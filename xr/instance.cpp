@@ -1,5 +1,7 @@
 #include "xr/instance.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 #include <iterator>
@@ -9,20 +11,17 @@ namespace stylet::xr {
 namespace {
 
 std::string noRuntime() {
-    std::string text = "no OpenXR runtime could be reached; looked at ";
-    const auto places = runtimeSearchPath();
-    for (std::size_t i = 0; i < places.size(); ++i)
-        text += (i ? ", " : "") + places[i];
-    return text + "; start the headset's runtime, or set XR_RUNTIME_JSON to its manifest";
+    return fmt::format(
+        "no OpenXR runtime could be reached; looked at {}; start the headset's runtime, or set "
+        "XR_RUNTIME_JSON to its manifest",
+        fmt::join(runtimeSearchPath(), ", "));
 }
 
 std::vector<XrExtensionProperties> offeredExtensions() {
-    const char* call = "xrEnumerateInstanceExtensionProperties";
-    std::uint32_t count = 0;
-    check(xrEnumerateInstanceExtensionProperties(nullptr, 0, &count, nullptr), call, noRuntime());
-    std::vector<XrExtensionProperties> offered(count, {XR_TYPE_EXTENSION_PROPERTIES, nullptr, {}, 0});
-    check(xrEnumerateInstanceExtensionProperties(nullptr, count, &count, offered.data()), call, noRuntime());
-    return offered;
+    return enumerate<XrExtensionProperties>(
+        "xrEnumerateInstanceExtensionProperties", noRuntime(),
+        [](auto... out) { return xrEnumerateInstanceExtensionProperties(nullptr, out...); },
+        {XR_TYPE_EXTENSION_PROPERTIES, nullptr, {}, 0});
 }
 
 // In the order of the request. Only the first is required.
@@ -54,12 +53,12 @@ template <typename Function>
 Function find(XrInstance instance, const char* name) {
     PFN_xrVoidFunction function = nullptr;
     check(xrGetInstanceProcAddr(instance, name, &function), name,
-          "the runtime does not keep to its own extension list");
+          "the runtime lacks a function of an extension that it offers");
     return reinterpret_cast<Function>(function);
 }
 
 std::string versionText(std::uint32_t major_minor) {
-    return std::to_string(major_minor >> 16) + "." + std::to_string(major_minor & 0xffff);
+    return fmt::format("{}.{}", major_minor >> 16, major_minor & 0xffff);
 }
 
 }  // namespace
@@ -85,7 +84,7 @@ void Instance::create(const std::string& application_name, std::vector<std::stri
     std::copy_if(std::begin(kWanted), std::end(kWanted), std::back_inserter(wanted),
                  [&](const char* name) { return offers(offered, name); });
 
-    auto info = typed<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
+    auto info = makeStruct<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
     application_name.copy(info.applicationInfo.applicationName, XR_MAX_APPLICATION_NAME_SIZE - 1);
     std::string("Stylet").copy(info.applicationInfo.engineName, XR_MAX_ENGINE_NAME_SIZE - 1);
     // Debian's loader refuses 1.1.
@@ -94,8 +93,9 @@ void Instance::create(const std::string& application_name, std::vector<std::stri
     info.enabledExtensionNames = wanted.data();
     XrResult made = xrCreateInstance(&info, handle.out());
     if (made == XR_ERROR_EXTENSION_NOT_PRESENT) {
-        notes.push_back("xrCreateInstance: " + resultName(made) +
-                        ": the runtime refuses what it offers: nothing but Vulkan is asked for");
+        notes.push_back(
+            "xrCreateInstance: " + resultName(made) +
+            ": the runtime refuses an extension that it offers: only XR_KHR_vulkan_enable2 is requested now");
         wanted.resize(1);
         info.enabledExtensionCount = 1;
         made = xrCreateInstance(&info, handle.out());
@@ -103,17 +103,16 @@ void Instance::create(const std::string& application_name, std::vector<std::stri
     check(made, "xrCreateInstance", noRuntime());
     extensions.assign(wanted.begin(), wanted.end());
 
-    auto properties = typed<XrInstanceProperties>(XR_TYPE_INSTANCE_PROPERTIES);
+    auto properties = makeStruct<XrInstanceProperties>(XR_TYPE_INSTANCE_PROPERTIES);
     check(xrGetInstanceProperties(handle.get(), &properties), "xrGetInstanceProperties",
-          "the OpenXR runtime does not say what it is");
+          "the OpenXR runtime does not report its name");
     runtime_name = properties.runtimeName;
     const XrVersion version = properties.runtimeVersion;
-    runtime_version = std::to_string(XR_VERSION_MAJOR(version)) + "." +
-                      std::to_string(XR_VERSION_MINOR(version)) + "." +
-                      std::to_string(XR_VERSION_PATCH(version));
+    runtime_version = fmt::format("{}.{}.{}", XR_VERSION_MAJOR(version), XR_VERSION_MINOR(version),
+                                  XR_VERSION_PATCH(version));
 }
 
-// Removes extensions whose functions are missing from the list of granted ones.
+// Looks up the extension functions. If one is missing, its extension is removed from the granted ones.
 void Instance::findCalls(std::vector<std::string>& notes) {
     const auto get = [&](auto& function, const char* extension, const char* name) {
         if (!has(extension)) return;
@@ -124,16 +123,19 @@ void Instance::findCalls(std::vector<std::string>& notes) {
             return;
         }
         std::erase(extensions, extension);
-        notes.push_back(std::string(name) + ": " + resultName(result) + ": the runtime grants " + extension +
-                        " without this function of it: it is not used");
+        notes.push_back(fmt::format("{}: {}: the runtime grants {} without this function: it is not used",
+                                    name, resultName(result), extension));
     };
     get(calls.insertLabel, XR_EXT_DEBUG_UTILS_EXTENSION_NAME, "xrSessionInsertDebugUtilsLabelEXT");
     get(calls.getVisibilityMask, XR_KHR_VISIBILITY_MASK_EXTENSION_NAME, "xrGetVisibilityMaskKHR");
-    get(calls.timeOfTimespec, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME, "xrConvertTimespecTimeToTimeKHR");
-    get(calls.timespecOfTime, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME, "xrConvertTimeToTimespecTimeKHR");
-    if (!calls.timespecOfTime) calls.timeOfTimespec = nullptr;  // both directions are needed
+    get(calls.convertTimespecTimeToTime, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
+        "xrConvertTimespecTimeToTimeKHR");
+    get(calls.convertTimeToTimespecTime, XR_KHR_CONVERT_TIMESPEC_TIME_EXTENSION_NAME,
+        "xrConvertTimeToTimespecTimeKHR");
+    if (!calls.convertTimeToTimespecTime)
+        calls.convertTimespecTimeToTime = nullptr;  // both directions are needed
     get(calls.getRefreshRate, XR_FB_DISPLAY_REFRESH_RATE_EXTENSION_NAME, "xrGetDisplayRefreshRateFB");
-    get(calls.stationaryGeneration, XR_EXT_STATIONARY_REFERENCE_SPACE_EXTENSION_NAME,
+    get(calls.getStationaryGenerationId, XR_EXT_STATIONARY_REFERENCE_SPACE_EXTENSION_NAME,
         "xrGetStationaryReferenceSpaceGenerationIdEXT");
     get(calls.createHandTracker, XR_EXT_HAND_TRACKING_EXTENSION_NAME, "xrCreateHandTrackerEXT");
     get(calls.destroyHandTracker, XR_EXT_HAND_TRACKING_EXTENSION_NAME, "xrDestroyHandTrackerEXT");
@@ -141,24 +143,24 @@ void Instance::findCalls(std::vector<std::string>& notes) {
 }
 
 void Instance::findSystem() {
-    auto info = typed<XrSystemGetInfo>(XR_TYPE_SYSTEM_GET_INFO);
+    auto info = makeStruct<XrSystemGetInfo>(XR_TYPE_SYSTEM_GET_INFO);
     info.formFactor = XR_FORM_FACTOR_HEAD_MOUNTED_DISPLAY;
     check(xrGetSystem(handle.get(), &info, &system), "xrGetSystem",
           "runtime \"" + runtime_name + "\" has no headset: connect it and switch it on");
-    auto hands = typed<XrSystemHandTrackingPropertiesEXT>(XR_TYPE_SYSTEM_HAND_TRACKING_PROPERTIES_EXT);
-    auto properties = typed<XrSystemProperties>(XR_TYPE_SYSTEM_PROPERTIES);
+    auto hands = makeStruct<XrSystemHandTrackingPropertiesEXT>(XR_TYPE_SYSTEM_HAND_TRACKING_PROPERTIES_EXT);
+    auto properties = makeStruct<XrSystemProperties>(XR_TYPE_SYSTEM_PROPERTIES);
     if (has(XR_EXT_HAND_TRACKING_EXTENSION_NAME)) properties.next = &hands;
     check(xrGetSystemProperties(handle.get(), system, &properties), "xrGetSystemProperties",
-          "the headset was lost while it was being asked about");
+          "the headset was disconnected: connect it again");
     system_name = properties.systemName;
     limits = properties.graphicsProperties;
-    tracks_hands = hands.supportsHandTracking;
+    supports_hand_tracking = hands.supportsHandTracking;
 }
 
 void Instance::readGraphicsRequirements() {
     const auto get =
         find<PFN_xrGetVulkanGraphicsRequirements2KHR>(handle.get(), "xrGetVulkanGraphicsRequirements2KHR");
-    auto needs = typed<XrGraphicsRequirementsVulkan2KHR>(XR_TYPE_GRAPHICS_REQUIREMENTS_VULKAN2_KHR);
+    auto needs = makeStruct<XrGraphicsRequirementsVulkan2KHR>(XR_TYPE_GRAPHICS_REQUIREMENTS_VULKAN2_KHR);
     check(get(handle.get(), system, &needs), "xrGetVulkanGraphicsRequirements2KHR",
           "the runtime cannot use Vulkan for this headset");
     const auto packed = [](XrVersion v) {
@@ -174,12 +176,14 @@ VkResult Instance::createVulkanInstance(PFN_vkGetInstanceProcAddr loader,
     const std::uint32_t asked =
         api ? (VK_API_VERSION_MAJOR(api) << 16) | VK_API_VERSION_MINOR(api) : 1u << 16;
     if (asked < min_vulkan_ || asked > max_vulkan_)
-        throw XrError("xrGetVulkanGraphicsRequirements2KHR: runtime \"" + runtime_name + "\" takes Vulkan " +
-                      versionText(min_vulkan_) + " to " + versionText(max_vulkan_) + ", this program needs " +
-                      versionText(asked));
+        throw XrError(fmt::format(
+            "xrGetVulkanGraphicsRequirements2KHR: runtime \"{}\" supports Vulkan {} to {}, this program "
+            "needs "
+            "{}",
+            runtime_name, versionText(min_vulkan_), versionText(max_vulkan_), versionText(asked)));
 
     const auto make = find<PFN_xrCreateVulkanInstanceKHR>(handle.get(), "xrCreateVulkanInstanceKHR");
-    auto info = typed<XrVulkanInstanceCreateInfoKHR>(XR_TYPE_VULKAN_INSTANCE_CREATE_INFO_KHR);
+    auto info = makeStruct<XrVulkanInstanceCreateInfoKHR>(XR_TYPE_VULKAN_INSTANCE_CREATE_INFO_KHR);
     info.systemId = system;
     info.pfnGetInstanceProcAddr = loader;
     info.vulkanCreateInfo = create_info;
@@ -191,7 +195,7 @@ VkResult Instance::createVulkanInstance(PFN_vkGetInstanceProcAddr loader,
 
 VkPhysicalDevice Instance::vulkanPhysicalDevice(VkInstance vulkan) {
     const auto get = find<PFN_xrGetVulkanGraphicsDevice2KHR>(handle.get(), "xrGetVulkanGraphicsDevice2KHR");
-    auto info = typed<XrVulkanGraphicsDeviceGetInfoKHR>(XR_TYPE_VULKAN_GRAPHICS_DEVICE_GET_INFO_KHR);
+    auto info = makeStruct<XrVulkanGraphicsDeviceGetInfoKHR>(XR_TYPE_VULKAN_GRAPHICS_DEVICE_GET_INFO_KHR);
     info.systemId = system;
     info.vulkanInstance = vulkan;
     VkPhysicalDevice device = VK_NULL_HANDLE;
@@ -203,7 +207,7 @@ VkPhysicalDevice Instance::vulkanPhysicalDevice(VkInstance vulkan) {
 VkResult Instance::createVulkanDevice(PFN_vkGetInstanceProcAddr loader, VkPhysicalDevice gpu,
                                       const VkDeviceCreateInfo* create_info, VkDevice* out) {
     const auto make = find<PFN_xrCreateVulkanDeviceKHR>(handle.get(), "xrCreateVulkanDeviceKHR");
-    auto info = typed<XrVulkanDeviceCreateInfoKHR>(XR_TYPE_VULKAN_DEVICE_CREATE_INFO_KHR);
+    auto info = makeStruct<XrVulkanDeviceCreateInfoKHR>(XR_TYPE_VULKAN_DEVICE_CREATE_INFO_KHR);
     info.systemId = system;
     info.pfnGetInstanceProcAddr = loader;
     info.vulkanPhysicalDevice = gpu;

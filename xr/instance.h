@@ -12,10 +12,10 @@ namespace stylet::xr {
 struct ExtensionCalls {
     PFN_xrSessionInsertDebugUtilsLabelEXT insertLabel = nullptr;
     PFN_xrGetVisibilityMaskKHR getVisibilityMask = nullptr;
-    PFN_xrConvertTimespecTimeToTimeKHR timeOfTimespec = nullptr;
-    PFN_xrConvertTimeToTimespecTimeKHR timespecOfTime = nullptr;
+    PFN_xrConvertTimespecTimeToTimeKHR convertTimespecTimeToTime = nullptr;
+    PFN_xrConvertTimeToTimespecTimeKHR convertTimeToTimespecTime = nullptr;
     PFN_xrGetDisplayRefreshRateFB getRefreshRate = nullptr;
-    PFN_xrGetStationaryReferenceSpaceGenerationIdEXT stationaryGeneration = nullptr;
+    PFN_xrGetStationaryReferenceSpaceGenerationIdEXT getStationaryGenerationId = nullptr;
     PFN_xrCreateHandTrackerEXT createHandTracker = nullptr;
     PFN_xrDestroyHandTrackerEXT destroyHandTracker = nullptr;
     PFN_xrLocateHandJointsEXT locateHandJoints = nullptr;
@@ -41,7 +41,7 @@ struct Instance {
     std::vector<std::string> extensions;  // granted
     ExtensionCalls calls;
     XrSystemGraphicsProperties limits{};
-    bool tracks_hands = false;
+    bool supports_hand_tracking = false;
 
   private:
     void create(const std::string& application_name, std::vector<std::string>& notes);

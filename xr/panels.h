@@ -18,8 +18,8 @@ class Panels {
 
     // Writes to `out` the quad layers of the panels in `shown` whose flag equals `behind` and that have an
     // image. Panel colours have straight alpha; the runtime multiplies it in.
-    void quadsOf(std::span<const ShownPanel> shown, bool behind, XrSpace stage, XrSpace head,
-                 std::vector<XrCompositionLayerQuad>& out) const;
+    void writeQuads(std::span<const ShownPanel> shown, bool behind, XrSpace stage, XrSpace head,
+                    std::vector<XrCompositionLayerQuad>& out) const;
 
   private:
     std::deque<Swapchain> panels_;

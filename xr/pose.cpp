@@ -4,12 +4,12 @@
 
 namespace stylet::xr {
 
-Pose poseOf(const XrPosef& p) {
+Pose toPose(const XrPosef& p) {
     return {{p.orientation.x, p.orientation.y, p.orientation.z, p.orientation.w},
             {p.position.x, p.position.y, p.position.z}};
 }
 
-XrPosef xrPoseOf(const Pose& p) {
+XrPosef toXrPose(const Pose& p) {
     const auto& [x, y, z, w] = p.orientation;
     const double length = std::sqrt(x * x + y * y + z * z + w * w);
     return {{float(x / length), float(y / length), float(z / length), float(w / length)},

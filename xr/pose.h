@@ -7,8 +7,8 @@ namespace stylet::xr {
 
 inline constexpr XrPosef kIdentityPose{{0.0f, 0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.0f}};
 
-Pose poseOf(const XrPosef&);
-XrPosef xrPoseOf(const Pose&);  // normalises the quaternion
+Pose toPose(const XrPosef&);
+XrPosef toXrPose(const Pose&);  // normalises the quaternion
 
 std::array<double, 3> rotate(const Pose& by, const std::array<double, 3>&);
 Pose operator*(const Pose& a_from_b, const Pose& b_from_c);
@@ -23,7 +23,7 @@ inline constexpr XrSpaceLocationFlags kTracked =
 inline std::optional<Pose> wholePose(XrSpaceLocationFlags flags, const XrPosef& pose,
                                      XrSpaceLocationFlags needed = kWholePose) {
     if ((flags & needed) != needed) return std::nullopt;
-    return poseOf(pose);
+    return toPose(pose);
 }
 
 }  // namespace stylet::xr

@@ -2,6 +2,10 @@
 // extensions.
 #include "xr/profiles.h"
 
+#include <fmt/core.h>
+
+#include <span>
+
 namespace stylet::xr {
 namespace {
 
@@ -50,28 +54,25 @@ struct Binding {
 using Bindings = std::vector<Binding>;
 
 XrResult suggest(XrInstance instance, const Profile& profile, const Bindings& bindings) {
-    std::vector<XrActionSuggestedBinding> given;
+    std::vector<XrActionSuggestedBinding> suggested;
     for (const Binding& binding : bindings)
-        given.push_back({binding.action, pathOf(instance, binding.path)});
-    auto info = typed<XrInteractionProfileSuggestedBinding>(XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING);
-    info.interactionProfile = pathOf(instance, std::string("/interaction_profiles/") + profile.name);
-    info.countSuggestedBindings = std::uint32_t(given.size());
-    info.suggestedBindings = given.data();
+        suggested.push_back({binding.action, toXrPath(instance, binding.path)});
+    auto info =
+        makeStruct<XrInteractionProfileSuggestedBinding>(XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING);
+    info.interactionProfile = toXrPath(instance, std::string("/interaction_profiles/") + profile.name);
+    info.countSuggestedBindings = std::uint32_t(suggested.size());
+    info.suggestedBindings = suggested.data();
     return xrSuggestInteractionProfileBindings(instance, &info);
 }
 
-// needed() returns the bindings without which a controller is useless, welcome() returns the others.
-Bindings needed(const Actions& actions, const Profile& profile) {
+// A controller is useless without its first kRequired bindings.
+constexpr std::size_t kRequired = 4;
+Bindings makeBindings(const Actions& actions, const Profile& profile) {
     Bindings bindings;
     for (const std::string hand : kSides) {
         bindings.push_back({actions.grip, hand + "/input/grip/pose"});
         bindings.push_back({actions.select, hand + profile.select});
     }
-    return bindings;
-}
-
-Bindings welcome(const Actions& actions, const Profile& profile) {
-    Bindings bindings;
     for (std::size_t side = 0; side < kSides.size(); ++side) {
         const std::string hand = kSides[side];
         bindings.push_back({actions.aim, hand + "/input/aim/pose"});
@@ -85,31 +86,32 @@ Bindings welcome(const Actions& actions, const Profile& profile) {
 
 // Called after the runtime refused the full set of bindings. Tries each optional binding in addition to
 // those accepted so far.
-void suggestOneByOne(XrInstance instance, const Actions& actions, const Profile& profile,
+void suggestOneByOne(XrInstance instance, const Profile& profile, const Bindings& all,
                      std::vector<std::string>& notes) {
-    const char* call = "xrSuggestInteractionProfileBindings: ";
-    Bindings kept = needed(actions, profile);
-    if (const XrResult result = suggest(instance, profile, kept); XR_FAILED(result)) {
-        notes.push_back(call + resultName(result) + ": the runtime takes no /interaction_profiles/" +
-                        profile.name + " bindings");
+    const char* call = "xrSuggestInteractionProfileBindings";
+    Bindings accepted(all.begin(), all.begin() + kRequired);
+    if (const XrResult result = suggest(instance, profile, accepted); XR_FAILED(result)) {
+        notes.push_back(fmt::format("{}: {}: the runtime takes no /interaction_profiles/{} bindings", call,
+                                    resultName(result), profile.name));
         return;
     }
     bool refused_last = false;
-    for (const Binding& binding : welcome(actions, profile)) {
-        kept.push_back(binding);
-        const XrResult result = suggest(instance, profile, kept);
+    for (const Binding& binding : std::span(all).subspan(kRequired)) {
+        accepted.push_back(binding);
+        const XrResult result = suggest(instance, profile, accepted);
         refused_last = XR_FAILED(result);
         if (!refused_last) continue;
-        kept.pop_back();
-        notes.push_back(call + resultName(result) + ": " + profile.name + " goes without " + binding.path);
+        accepted.pop_back();
+        notes.push_back(
+            fmt::format("{}: {}: {} goes without {}", call, resultName(result), profile.name, binding.path));
     }
-    // A refused suggestion may have replaced the previous one.
-    if (refused_last) suggest(instance, profile, kept);
+    // The refused suggestion may have replaced the accepted one: suggest the accepted bindings again.
+    if (refused_last) suggest(instance, profile, accepted);
 }
 
 }  // namespace
 
-XrPath pathOf(XrInstance instance, const std::string& text) {
+XrPath toXrPath(XrInstance instance, const std::string& text) {
     XrPath path = XR_NULL_PATH;
     check(xrStringToPath(instance, text.c_str(), &path), "xrStringToPath", text);
     return path;
@@ -119,10 +121,8 @@ void suggestBindings(const Instance& instance, const Actions& actions, std::vect
     const XrInstance handle = instance.handle.get();
     for (const Profile& profile : kProfiles) {
         if (profile.extension && !instance.has(profile.extension)) continue;
-        Bindings all = needed(actions, profile);
-        for (Binding& binding : welcome(actions, profile))
-            all.push_back(std::move(binding));
-        if (XR_FAILED(suggest(handle, profile, all))) suggestOneByOne(handle, actions, profile, notes);
+        const Bindings all = makeBindings(actions, profile);
+        if (XR_FAILED(suggest(handle, profile, all))) suggestOneByOne(handle, profile, all, notes);
     }
 }
 

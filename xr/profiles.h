@@ -1,5 +1,5 @@
-// Binding table of the controllers. Bindings are suggested for one profile at a time: if the runtime
-// refuses a profile or a single button, the others still work.
+// Binding table of the controllers. Bindings are suggested for one profile at a time. If the runtime
+// refuses a profile or a single button, the other ones still work.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ struct Actions {
              squeeze = XR_NULL_HANDLE, thumbstick = XR_NULL_HANDLE, haptic = XR_NULL_HANDLE;
 };
 
-XrPath pathOf(XrInstance, const std::string& text);  // throws XrError
+XrPath toXrPath(XrInstance, const std::string& text);  // throws XrError
 
 // Suggests bindings for every profile whose extension was granted. Adds a sentence to `notes` for each
 // profile and each button that the runtime refuses.

@@ -7,18 +7,20 @@ constexpr std::int64_t kPerSecond = 1'000'000'000;
 
 }  // namespace
 
-std::optional<XrTime> runtimeTimeOf(const Instance& instance, std::int64_t monotonic_ns) {
-    if (!instance.calls.timeOfTimespec) return std::nullopt;
+std::optional<XrTime> toRuntimeTime(const Instance& instance, std::int64_t monotonic_ns) {
+    if (!instance.calls.convertTimespecTimeToTime) return std::nullopt;
     const timespec given{monotonic_ns / kPerSecond, monotonic_ns % kPerSecond};
     XrTime time = 0;
-    if (XR_FAILED(instance.calls.timeOfTimespec(instance.handle.get(), &given, &time))) return std::nullopt;
+    if (XR_FAILED(instance.calls.convertTimespecTimeToTime(instance.handle.get(), &given, &time)))
+        return std::nullopt;
     return time;
 }
 
-std::optional<std::int64_t> monotonicTimeOf(const Instance& instance, XrTime time) {
-    if (!instance.calls.timespecOfTime) return std::nullopt;
+std::optional<std::int64_t> toMonotonicTime(const Instance& instance, XrTime time) {
+    if (!instance.calls.convertTimeToTimespecTime) return std::nullopt;
     timespec found{};
-    if (XR_FAILED(instance.calls.timespecOfTime(instance.handle.get(), time, &found))) return std::nullopt;
+    if (XR_FAILED(instance.calls.convertTimeToTimespecTime(instance.handle.get(), time, &found)))
+        return std::nullopt;
     return std::int64_t(found.tv_sec) * kPerSecond + found.tv_nsec;
 }
 

@@ -6,7 +6,7 @@
 namespace stylet::xr {
 
 // Both return nullopt without the extension, and for times that the runtime refuses.
-std::optional<XrTime> runtimeTimeOf(const Instance&, std::int64_t monotonic_ns);
-std::optional<std::int64_t> monotonicTimeOf(const Instance&, XrTime);
+std::optional<XrTime> toRuntimeTime(const Instance&, std::int64_t monotonic_ns);
+std::optional<std::int64_t> toMonotonicTime(const Instance&, XrTime);
 
 }  // namespace stylet::xr

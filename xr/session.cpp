@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <chrono>
 #include <future>
@@ -12,10 +14,10 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 
 // Time limit for the session to end after a requested exit.
-constexpr auto kExitPatience = std::chrono::milliseconds(600);
+constexpr auto kExitTimeout = std::chrono::milliseconds(600);
 // Time limit of the destructor, after which a detached thread finishes the work: some runtimes never return
 // from xrDestroyInstance.
-constexpr auto kDestroyPatience = std::chrono::milliseconds(1000);
+constexpr auto kDestroyTimeout = std::chrono::milliseconds(1000);
 
 }  // namespace
 
@@ -27,7 +29,7 @@ Session::Impl::Impl(const std::string& application_name, const SessionSettings& 
     facts.runtime_version = instance.runtime_version;
     facts.system_name = instance.system_name;
     facts.extensions = instance.extensions;
-    facts.blend_mode = nameOf(headset.blend_mode);
+    facts.blend_mode = blendModeName(headset.blend_mode);
     facts.width = headset.width;
     facts.height = headset.height;
 }
@@ -36,26 +38,26 @@ Session::Session(const std::string& application_name, const SessionSettings& set
     : impl_(std::make_unique<Impl>(application_name, settings)) {}
 
 Session::~Session() {
-    impl_->tracks = false;
-    std::promise<void> gone;
-    const std::future<void> done = gone.get_future();
-    std::thread leaving([impl = std::move(impl_), gone = std::move(gone)]() mutable {
-        impl->leave();
+    impl_->has_focus = false;
+    std::promise<void> destroyed;
+    const std::future<void> done = destroyed.get_future();
+    std::thread destroyer([impl = std::move(impl_), destroyed = std::move(destroyed)]() mutable {
+        impl->endSession();
         impl.reset();
-        gone.set_value();
+        destroyed.set_value();
     });
-    if (done.wait_for(kDestroyPatience) == std::future_status::ready)
-        leaving.join();
+    if (done.wait_for(kDestroyTimeout) == std::future_status::ready)
+        destroyer.join();
     else
-        leaving.detach();
+        destroyer.detach();
 }
 
-void Session::Impl::leave() {
-    if (!machine.running) return;
+void Session::Impl::endSession() {
+    if (!state_machine.running) return;
     try {
         requestExit();
-        const auto deadline = SteadyClock::now() + kExitPatience;
-        while (poll() != SessionPhase::exiting && !machine.over() && SteadyClock::now() < deadline)
+        const auto deadline = SteadyClock::now() + kExitTimeout;
+        while (poll() != SessionPhase::exiting && !state_machine.isFinal() && SteadyClock::now() < deadline)
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
     } catch (const XrError&) {
         // The session is destroyed next. That is allowed in every state.
@@ -88,16 +90,17 @@ VkResult Session::createVulkanDevice(PFN_vkGetInstanceProcAddr loader, VkPhysica
 
 void Session::start(VkInstance vulkan, VkPhysicalDevice gpu, VkDevice device, std::uint32_t queue_family) {
     Impl& s = *impl_;
-    auto binding = typed<XrGraphicsBindingVulkan2KHR>(XR_TYPE_GRAPHICS_BINDING_VULKAN2_KHR);
+    auto binding = makeStruct<XrGraphicsBindingVulkan2KHR>(XR_TYPE_GRAPHICS_BINDING_VULKAN2_KHR);
     binding.instance = vulkan;
     binding.physicalDevice = gpu;
     binding.device = device;
     binding.queueFamilyIndex = queue_family;
-    auto info = typed<XrSessionCreateInfo>(XR_TYPE_SESSION_CREATE_INFO);
+    auto info = makeStruct<XrSessionCreateInfo>(XR_TYPE_SESSION_CREATE_INFO);
     info.next = &binding;
     info.systemId = s.instance.system;
     check(xrCreateSession(s.instance.handle.get(), &info, s.session.out()), "xrCreateSession",
-          "the runtime \"" + s.instance.runtime_name + "\" does not let this program show anything now");
+          fmt::format("runtime \"{}\" refuses a session: quit other VR programs and start again",
+                      s.instance.runtime_name));
     const XrSession session = s.session.get();
     s.spaces.create(s.instance, session, s.settings.stationary, s.notes);
     s.facts.space = s.spaces.name();
@@ -105,14 +108,14 @@ void Session::start(VkInstance vulkan, VkPhysicalDevice gpu, VkDevice device, st
     s.facts.refresh_hz = refreshRate_hz(s.instance, session);
     s.formats = offeredFormats(session);
     // TRANSFER_SRC: the instructor's window shows a copy of one eye.
-    s.colour.create(session, {colourFormatOf(s.formats),
+    s.colour.create(session, {chooseColourFormat(s.formats),
                               XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT | XR_SWAPCHAIN_USAGE_SAMPLED_BIT |
                                   XR_SWAPCHAIN_USAGE_TRANSFER_SRC_BIT,
                               s.headset.width, s.headset.height, 2});
 }
 
-void Session::keep(std::shared_ptr<void> device) {
-    impl_->kept = std::move(device);
+void Session::keepAlive(std::shared_ptr<void> device) {
+    impl_->device_owner = std::move(device);
 }
 VkFormat Session::colourFormat() const {
     return impl_->colour.format();
@@ -124,7 +127,7 @@ std::uint32_t Session::height() const {
     return impl_->headset.height;
 }
 bool Session::running() const {
-    return impl_->machine.running;
+    return impl_->state_machine.running;
 }
 
 void Session::setDepthRange(float near_m, float far_m) {
@@ -134,7 +137,7 @@ void Session::setDepthRange(float near_m, float far_m) {
     if (!first || !s.instance.has(XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME)) return;
     constexpr VkFormat kFormat = VK_FORMAT_D32_SFLOAT;
     if (std::find(s.formats.begin(), s.formats.end(), kFormat) == s.formats.end()) {
-        s.notes.push_back("xrEnumerateSwapchainFormats: the runtime takes no depth of 32 bits");
+        s.notes.push_back("xrEnumerateSwapchainFormats: the runtime offers no 32-bit depth format");
         return;
     }
     try {
@@ -167,20 +170,21 @@ VkFormat Session::panelFormat() const {
 
 VkImage Session::acquirePanel(int id) {
     Impl& s = *impl_;
-    // Short: the panel can be updated in the next frame instead.
+    // A short timeout is enough, because the panel can also be updated in the next frame.
     constexpr XrDuration kPanelTimeout_ns = 2'000'000;
     Swapchain* panel = s.panels.find(id);
-    if (!panel || s.machine.over()) return VK_NULL_HANDLE;
+    if (!panel || s.state_machine.isFinal()) return VK_NULL_HANDLE;
     bool ready = false;
-    const bool lives = s.usable(panel->acquire(ready, kPanelTimeout_ns), "xrAcquireSwapchainImage",
-                                "no image to draw a panel into");
-    return lives && ready ? panel->image() : VK_NULL_HANDLE;
+    const bool not_lost = s.succeeded(panel->acquire(ready, kPanelTimeout_ns), "xrAcquireSwapchainImage",
+                                      "no image to draw a panel into");
+    return not_lost && ready ? panel->image() : VK_NULL_HANDLE;
 }
 
 void Session::releasePanel(int id) {
     Swapchain* panel = impl_->panels.find(id);
-    if (panel && panel->held())
-        impl_->usable(panel->release(), "xrReleaseSwapchainImage", "a panel cannot be handed over");
+    if (panel && panel->isReady())
+        impl_->succeeded(panel->release(), "xrReleaseSwapchainImage",
+                         "the image of a panel cannot be released");
 }
 
 Hand Session::hand(int side) const {
@@ -189,9 +193,9 @@ Hand Session::hand(int side) const {
 
 std::optional<Pose> Session::gripAt(int side, std::int64_t when_ns) const {
     const Impl& s = *impl_;
-    if (!s.tracks) return std::nullopt;
+    if (!s.has_focus) return std::nullopt;
     std::optional<XrTime> time;
-    if (!s.settings.virtual_clock) time = runtimeTimeOf(s.instance, when_ns);
+    if (!s.settings.virtual_clock) time = toRuntimeTime(s.instance, when_ns);
     const XrTime at = time.value_or(s.last_display);
     if (at <= 0) return std::nullopt;
     return s.input.gripAt(s.spaces.stage(), at, side);
@@ -199,7 +203,7 @@ std::optional<Pose> Session::gripAt(int side, std::int64_t when_ns) const {
 
 std::optional<std::int64_t> Session::monotonic_ns(std::int64_t runtime_ns) const {
     if (impl_->settings.virtual_clock) return std::nullopt;
-    return monotonicTimeOf(impl_->instance, runtime_ns);
+    return toMonotonicTime(impl_->instance, runtime_ns);
 }
 
 std::string Session::spaceGeneration() const {
@@ -207,7 +211,7 @@ std::string Session::spaceGeneration() const {
 }
 
 void Session::pulse(int side, float amplitude, std::int64_t duration_ns) {
-    impl_->noticeLoss(impl_->input.pulse(impl_->session.get(), side, amplitude, duration_ns));
+    impl_->handleLoss(impl_->input.pulse(impl_->session.get(), side, amplitude, duration_ns));
 }
 
 void Session::requestExit() {
@@ -216,15 +220,15 @@ void Session::requestExit() {
 void Session::Impl::requestExit() {
     const XrResult result = xrRequestExitSession(session.get());
     if (result != XR_ERROR_SESSION_NOT_RUNNING)
-        usable(result, "xrRequestExitSession", "the runtime does not end the session");
+        succeeded(result, "xrRequestExitSession", "the runtime does not end the session");
 }
 
-void Session::markMoment(const std::string& label) {
+void Session::markCapture(const std::string& label) {
     Impl& s = *impl_;
     if (!s.instance.calls.insertLabel) return;
     const std::string name = "capture:" + label;
     const XrDebugUtilsLabelEXT info{XR_TYPE_DEBUG_UTILS_LABEL_EXT, nullptr, name.c_str()};
-    s.noticeLoss(s.instance.calls.insertLabel(s.session.get(), &info));
+    s.handleLoss(s.instance.calls.insertLabel(s.session.get(), &info));
 }
 
 }  // namespace stylet::xr

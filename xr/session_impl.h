@@ -21,22 +21,22 @@ struct DepthRange {
 struct Session::Impl {
     Impl(const std::string& application_name, const SessionSettings&);
 
-    // True on success. A lost session is a state, not an error: returns false. Any other failure throws.
-    bool usable(XrResult result, const char* call, const char* meaning) {
-        if (!noticeLoss(result)) check(result, call, meaning);
-        return !machine.over();
+    // Returns true on success, false if the session is lost or exiting. Throws on any other failure.
+    bool succeeded(XrResult result, const char* call, const char* meaning) {
+        if (!handleLoss(result)) check(result, call, meaning);
+        return !state_machine.isFinal();
     }
-    // Checks an optional call: reacts to session loss and ignores other failures. Returns true on a loss.
-    bool noticeLoss(XrResult result) {
+    // For optional calls: enters lossPending on a loss and ignores other failures. Returns true on a loss.
+    bool handleLoss(XrResult result) {
         const bool lost = result == XR_ERROR_SESSION_LOST || result == XR_ERROR_INSTANCE_LOST ||
                           result == XR_SESSION_LOSS_PENDING;
-        if (lost) machine.onLoss();
+        if (lost) state_machine.onLoss();
         return lost;
     }
     SessionPhase poll();
     void requestExit();
     // Requests exit of a running session and polls until it has ended, with a time limit.
-    void leave();
+    void endSession();
 
     void onEvent(const XrEventDataBuffer&);
     void onStateChanged(XrSessionState);
@@ -48,7 +48,7 @@ struct Session::Impl {
     const XrCompositionLayerBaseHeader* projectionLayer(bool transparent);
 
     // Members are destroyed in reverse order of declaration.
-    std::shared_ptr<void> kept;
+    std::shared_ptr<void> device_owner;
     const SessionSettings settings;
     std::vector<std::string> notes;
     Instance instance;
@@ -61,22 +61,22 @@ struct Session::Impl {
     Swapchain colour, depth;
     std::optional<DepthRange> depth_range;
     Panels panels;
-    StateMachine machine;
-    News news;
+    StateMachine state_machine;
+    SessionEvents events;
 
     // Exactly as located: the submitted views must be bitwise equal to them.
     std::array<XrView, 2> views{};
     bool frame_begun = false;
-    // Layers of the frame being ended. Members, so that no frame allocates.
+    // Layers of the frame being ended. They are members so that frames do not allocate memory.
     std::array<XrCompositionLayerProjectionView, 2> eyes{};
     std::array<XrCompositionLayerDepthInfoKHR, 2> eye_depths{};
     XrCompositionLayerProjection projection{};
-    std::vector<XrCompositionLayerQuad> behind, before;
+    std::vector<XrCompositionLayerQuad> behind, in_front;
     std::vector<const XrCompositionLayerBaseHeader*> layers;
 
     // For gripAt(), read from any thread: whether the session has input focus, and the last frame's display
     // time.
-    std::atomic<bool> tracks{false};
+    std::atomic<bool> has_focus{false};
     std::atomic<XrTime> last_display{0};
 };
 

@@ -19,7 +19,7 @@ class Spaces {
     XrSpace head() const { return head_.get(); }
     const char* name() const { return name_; }
     // Returns nullopt if the event is about another space.
-    std::optional<SpaceChange> changeOf(const XrEventDataReferenceSpaceChangePending&) const;
+    std::optional<SpaceChange> toSpaceChange(const XrEventDataReferenceSpaceChangePending&) const;
     // Generation id of the stationary space, or "" for other spaces.
     std::string generation(const Instance&, XrSession) const;
 

@@ -2,41 +2,17 @@
 
 namespace stylet::xr {
 
-SessionAct StateMachine::onState(XrSessionState state) {
-    if (over()) return SessionAct::none;
-    switch (state) {
-        case XR_SESSION_STATE_IDLE:
-            phase = SessionPhase::idle;
-            return SessionAct::none;
-        case XR_SESSION_STATE_READY:
-            phase = SessionPhase::ready;
-            if (running) return SessionAct::none;
-            running = true;
-            return SessionAct::begin;
-        case XR_SESSION_STATE_SYNCHRONIZED:
-            phase = SessionPhase::synchronized;
-            return SessionAct::none;
-        case XR_SESSION_STATE_VISIBLE:
-            phase = SessionPhase::visible;
-            return SessionAct::none;
-        case XR_SESSION_STATE_FOCUSED:
-            phase = SessionPhase::focused;
-            return SessionAct::none;
-        case XR_SESSION_STATE_STOPPING:
-            phase = SessionPhase::stopping;
-            if (!running) return SessionAct::none;
-            running = false;
-            return SessionAct::end;
-        case XR_SESSION_STATE_LOSS_PENDING:
-            onLoss();
-            return SessionAct::none;
-        case XR_SESSION_STATE_EXITING:
-            phase = SessionPhase::exiting;
-            running = false;
-            return SessionAct::none;
-        default:
-            return SessionAct::none;
-    }
+SessionCall StateMachine::onState(XrSessionState state) {
+    if (isFinal() || state < XR_SESSION_STATE_IDLE || state > XR_SESSION_STATE_EXITING)
+        return SessionCall::none;
+    static_assert(int(SessionPhase::exiting) == XR_SESSION_STATE_EXITING - XR_SESSION_STATE_IDLE);
+    phase = SessionPhase(state - XR_SESSION_STATE_IDLE);  // both enumerations have the same order
+    const bool was_running = running;
+    if (state == XR_SESSION_STATE_READY) running = true;
+    if (state >= XR_SESSION_STATE_STOPPING) running = false;
+    if (state == XR_SESSION_STATE_READY && !was_running) return SessionCall::begin;
+    if (state == XR_SESSION_STATE_STOPPING && was_running) return SessionCall::end;
+    return SessionCall::none;
 }
 
 void StateMachine::onLoss() {

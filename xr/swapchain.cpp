@@ -1,58 +1,55 @@
 #include "xr/swapchain.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <utility>
 
 namespace stylet::xr {
 
 std::vector<VkFormat> offeredFormats(XrSession session) {
-    const char* call = "xrEnumerateSwapchainFormats";
-    const char* meaning = "the runtime names no picture formats";
-    std::uint32_t count = 0;
-    check(xrEnumerateSwapchainFormats(session, 0, &count, nullptr), call, meaning);
-    std::vector<std::int64_t> offered(count);
-    check(xrEnumerateSwapchainFormats(session, count, &count, offered.data()), call, meaning);
+    const auto offered =
+        enumerate<std::int64_t>("xrEnumerateSwapchainFormats", "the runtime reports no image formats",
+                                [&](auto... out) { return xrEnumerateSwapchainFormats(session, out...); });
     std::vector<VkFormat> formats;
     for (const std::int64_t format : offered)
         formats.push_back(VkFormat(format));
     return formats;
 }
 
-VkFormat colourFormatOf(const std::vector<VkFormat>& offered) {
+VkFormat chooseColourFormat(const std::vector<VkFormat>& offered) {
     for (const VkFormat wanted : {VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_B8G8R8A8_SRGB})
         if (std::find(offered.begin(), offered.end(), wanted) != offered.end()) return wanted;
     throw XrError("xrEnumerateSwapchainFormats: the runtime offers no 8-bit sRGB colour format");
 }
 
-void Swapchain::create(XrSession session, const SwapchainWish& wish) {
-    auto info = typed<XrSwapchainCreateInfo>(XR_TYPE_SWAPCHAIN_CREATE_INFO);
-    info.usageFlags = wish.usage;
-    info.format = std::int64_t(wish.format);
+void Swapchain::create(XrSession session, const SwapchainSettings& settings) {
+    auto info = makeStruct<XrSwapchainCreateInfo>(XR_TYPE_SWAPCHAIN_CREATE_INFO);
+    info.usageFlags = settings.usage;
+    info.format = std::int64_t(settings.format);
     info.sampleCount = 1;
-    info.width = wish.width;
-    info.height = wish.height;
+    info.width = settings.width;
+    info.height = settings.height;
     info.faceCount = 1;
-    info.arraySize = wish.layers;
+    info.arraySize = settings.layers;
     info.mipCount = 1;
     Owned<XrSwapchain, xrDestroySwapchain> handle;
     check(xrCreateSwapchain(session, &info, handle.out()), "xrCreateSwapchain",
-          "the runtime refuses the images that this program draws into (" + std::to_string(wish.width) +
-              " x " + std::to_string(wish.height) + " x " + std::to_string(wish.layers) + ")");
+          fmt::format("the runtime refuses the images that this program draws into ({} x {} x {})",
+                      settings.width, settings.height, settings.layers));
 
-    const char* call = "xrEnumerateSwapchainImages";
-    std::uint32_t count = 0;
-    check(xrEnumerateSwapchainImages(handle.get(), 0, &count, nullptr), call,
-          "the runtime has no images to draw into");
-    std::vector<XrSwapchainImageVulkan2KHR> images(
-        count, {XR_TYPE_SWAPCHAIN_IMAGE_VULKAN2_KHR, nullptr, VK_NULL_HANDLE});
-    check(xrEnumerateSwapchainImages(handle.get(), count, &count,
-                                     reinterpret_cast<XrSwapchainImageBaseHeader*>(images.data())),
-          call, "the runtime has no images to draw into");
+    const auto images = enumerate<XrSwapchainImageVulkan2KHR>(
+        "xrEnumerateSwapchainImages", "the runtime has no images to draw into",
+        [&](std::uint32_t capacity, std::uint32_t* count, XrSwapchainImageVulkan2KHR* out) {
+            return xrEnumerateSwapchainImages(handle.get(), capacity, count,
+                                              reinterpret_cast<XrSwapchainImageBaseHeader*>(out));
+        },
+        {XR_TYPE_SWAPCHAIN_IMAGE_VULKAN2_KHR, nullptr, VK_NULL_HANDLE});
     handle_ = std::move(handle);
     images_.clear();
     for (const auto& image : images)
         images_.push_back(image.image);
-    wish_ = wish;
+    settings_ = settings;
     acquired_ = ready_ = released_ = false;
 }
 
@@ -79,7 +76,7 @@ XrResult Swapchain::release() {
 }
 
 XrSwapchainSubImage Swapchain::subImage(std::uint32_t layer) const {
-    return {handle_.get(), {{0, 0}, {std::int32_t(wish_.width), std::int32_t(wish_.height)}}, layer};
+    return {handle_.get(), {{0, 0}, {std::int32_t(settings_.width), std::int32_t(settings_.height)}}, layer};
 }
 
 }  // namespace stylet::xr

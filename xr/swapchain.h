@@ -7,7 +7,7 @@
 
 namespace stylet::xr {
 
-struct SwapchainWish {
+struct SwapchainSettings {
     VkFormat format = VK_FORMAT_UNDEFINED;
     XrSwapchainUsageFlags usage = 0;
     std::uint32_t width = 0, height = 0, layers = 1;
@@ -17,31 +17,29 @@ struct SwapchainWish {
 std::vector<VkFormat> offeredFormats(XrSession);
 // Returns an 8-bit sRGB format, so that the renderer can work in linear light. Throws XrError if none is
 // offered.
-VkFormat colourFormatOf(const std::vector<VkFormat>& offered);
+VkFormat chooseColourFormat(const std::vector<VkFormat>& offered);
 
 class Swapchain {
   public:
-    void create(XrSession, const SwapchainWish&);  // throws XrError
+    void create(XrSession, const SwapchainSettings&);  // throws XrError
 
     // `ready` is false if no image became free in time. The next call then continues to wait for the same
     // image.
     XrResult acquire(bool& ready, XrDuration timeout_ns);
     XrResult release();
     bool exists() const { return handle_.get() != XR_NULL_HANDLE; }
-    bool held() const { return ready_; }
-    bool shown() const { return released_; }  // an image has been released at least once
+    bool isReady() const { return ready_; }
+    bool hasReleasedImage() const { return released_; }  // an image has been released at least once
     VkImage image() const { return images_[index_]; }
-    // The whole of layer `layer` of the image released last.
+    // The full area of array layer `layer`, in the image released last.
     XrSwapchainSubImage subImage(std::uint32_t layer) const;
 
-    VkFormat format() const { return wish_.format; }
-    std::uint32_t width() const { return wish_.width; }
-    std::uint32_t height() const { return wish_.height; }
+    VkFormat format() const { return settings_.format; }
 
   private:
     Owned<XrSwapchain, xrDestroySwapchain> handle_;
     std::vector<VkImage> images_;
-    SwapchainWish wish_;
+    SwapchainSettings settings_;
     std::uint32_t index_ = 0;
     bool acquired_ = false, ready_ = false, released_ = false;
 };

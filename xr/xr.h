@@ -8,18 +8,19 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <vulkan/vulkan.h>
 
+#include "base/errors.h"
+
 namespace stylet::xr {
 
 // An OpenXR call failed, or no runtime was found. what() is one sentence for the user.
-class XrError : public std::runtime_error {
+class XrError : public EnvironmentError {
   public:
-    using std::runtime_error::runtime_error;
+    using EnvironmentError::EnvironmentError;
 };
 
 struct Pose {                                       // stage frame, metres
@@ -29,7 +30,7 @@ struct Pose {                                       // stage frame, metres
 
 // --- Session settings and runtime facts ---
 
-// Requests. The session also starts on a runtime that cannot fulfil them.
+// Options that the application requests. The session also starts if the runtime does not support them.
 struct SessionSettings {
     bool passthrough = false;  // show the real room behind the image, through the environment blend mode
     // Prefer the stationary reference space, which the user cannot move, so that a device can be registered
@@ -87,8 +88,8 @@ struct ShownPanel {
 
 // --- User input ---
 
-// State of one hand at the last beginFrame. A bare hand is tracked without a controller; its pinches stand
-// for the buttons.
+// State of one hand at the last beginFrame. A bare hand is tracked without a controller. Its pinches replace
+// the buttons.
 struct Hand {
     bool active = false;  // a controller or a bare hand is tracked and the session has input focus
     bool bare = false;
@@ -113,12 +114,12 @@ struct SpaceChange {
     Pose previous_from_new;
 };
 
-// Events since the last call of takeNews(), in order. poll() collects them.
-struct News {
+// Events since the last call of popEvents(), in order. poll() collects them.
+struct SessionEvents {
     std::vector<SpaceChange> spaces;
     std::array<bool, 2> hidden_area_changed{};
     bool profiles_changed = false;
-    // Whether the headset is worn, if that changed: the last report (XR_EXT_user_presence).
+    // Latest report of whether the headset is worn (XR_EXT_user_presence); nullopt if there was none.
     std::optional<bool> worn;
 };
 
@@ -156,14 +157,14 @@ class Session {
     void start(VkInstance, VkPhysicalDevice, VkDevice, std::uint32_t queue_family);
     // Keeps `device` alive until the session is destroyed. If the runtime hangs, that can be after
     // ~Session() returns. The session's images belong to this device.
-    void keep(std::shared_ptr<void> device);
+    void keepAlive(std::shared_ptr<void> device);
     VkFormat colourFormat() const;
     std::uint32_t width() const;
     std::uint32_t height() const;
 
     // Polls events and runs the state machine. Begins and ends the session when the runtime requests it.
     SessionPhase poll();
-    News takeNews();
+    SessionEvents popEvents();
     // True from READY to STOPPING. Only then may frames be rendered.
     bool running() const;
 
@@ -175,7 +176,7 @@ class Session {
     // endFrame submits the views located last. Returns false and leaves the frame unchanged if the views
     // cannot be located.
     bool lateUpdate(Frame&);
-    // Submits the image and the panels, the panels in the given order. Submits no layers if the frame was
+    // Submits the image and the panels. The panels keep the given order. Submits no layers if the frame was
     // not rendered.
     void endFrame(const Frame&, std::span<const ShownPanel> = {});
     // Clip planes of the depth images. Depth is reversed: 1 at near, 0 at far; far may be infinite. Call
@@ -212,7 +213,7 @@ class Session {
     void requestExit();
     // Inserts a label into the runtime's debug stream, if XR_EXT_debug_utils is available. The mock runtime
     // captures the next submitted frame under this name.
-    void markMoment(const std::string& label);
+    void markCapture(const std::string& label);
 
   private:
     struct Impl;

@@ -1,5 +1,6 @@
 #include "app/records/attempt_files.h"
 
+#include <fmt/core.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -17,80 +18,82 @@ namespace {
 
 constexpr std::array<const char*, 2> kFrameFiles{"record/inputs.bin", "record/samples.bin"};
 
-// Reports where the first damaged frame begins, to show what a flipped byte has cost.
-std::string placeOfDamage(const fs::path& folder, const fs::path& file) {
+// Describes the position of the first damaged frame. Everything from there on is lost.
+std::string describeDamagePosition(const fs::path& folder, const fs::path& file) {
     if (std::find(kFrameFiles.begin(), kFrameFiles.end(), file) == kFrameFiles.end()) return "";
-    const WholePart whole = wholePart(folder / file);
+    const IntactPart whole = findIntactPart(folder / file);
     if (!whole.torn()) return "";
-    return "; whole for " + std::to_string(whole.ticks) + " ticks, then not from byte " +
-           std::to_string(whole.bytes);
+    return fmt::format("; whole for {} ticks, damaged from byte {}", whole.ticks, whole.bytes);
 }
 
 }  // namespace
 
-StoredFile sumOf(const fs::path& folder, const fs::path& file) {
+StoredFile computeChecksum(const fs::path& folder, const fs::path& file,
+                           const std::function<void(std::span<const char>)>& visit) {
     std::ifstream in(folder / file, std::ios::binary);
     StoredFile sum{file, 0, 0};
-    std::array<char, 1 << 16> part{};
-    while (in.read(part.data(), part.size()), in.gcount() > 0) {
+    std::vector<char> part(1 << 20);
+    while (in.read(part.data(), std::streamsize(part.size())), in.gcount() > 0) {
         const auto count = std::size_t(in.gcount());
         sum.crc32 = std::uint32_t(crc32_z(sum.crc32, reinterpret_cast<unsigned char*>(part.data()), count));
         sum.bytes += count;
+        if (visit) visit({part.data(), count});
     }
     if (in.bad() || !in.eof()) throw DataError(folder / file, "file", "cannot be read");
     return sum;
 }
 
-std::vector<StoredFile> sumsOf(const fs::path& folder) {
+std::vector<StoredFile> computeChecksums(const fs::path& folder) {
     std::vector<StoredFile> sums;
     for (const auto& entry : fs::recursive_directory_iterator(folder))
-        if (entry.is_regular_file() && entry.path().filename() != kWriting)
-            sums.push_back(sumOf(folder, fs::relative(entry.path(), folder)));
+        if (entry.is_regular_file() && entry.path().filename() != kLockFile)
+            sums.push_back(computeChecksum(folder, fs::relative(entry.path(), folder)));
     std::sort(sums.begin(), sums.end(),
               [](const StoredFile& a, const StoredFile& b) { return a.file < b.file; });
     return sums;
 }
 
-std::vector<CutFile> cutTails(const fs::path& folder) {
-    std::vector<CutFile> cut;
+std::vector<TruncatedFile> truncateTornTails(const fs::path& folder) {
+    std::vector<TruncatedFile> cut;
     for (const char* name : kFrameFiles) {
         const fs::path file = folder / name;
         if (!fs::exists(file)) continue;
-        const WholePart whole = wholePart(file);
+        const IntactPart whole = findIntactPart(file);
         cut.push_back({name, whole.ticks, whole.file_bytes - whole.bytes, whole.bytes == 0});
-        if (whole.torn() && whole.bytes > 0) cutFile(file, whole.bytes);
+        if (whole.torn() && whole.bytes > 0) truncateFile(file, whole.bytes);
     }
     return cut;
 }
 
-std::string damageOf(const fs::path& folder, const StoredFile& stored) {
+std::string findDamage(const fs::path& folder, const StoredFile& stored) {
     const fs::path file = folder / stored.file;
     try {
         if (!fs::exists(file)) return file.string() + ": is gone";
-        const StoredFile now = sumOf(folder, stored.file);
+        const StoredFile now = computeChecksum(folder, stored.file);
         if (now.bytes != stored.bytes)
-            return file.string() + ": has " + std::to_string(now.bytes) + " bytes, was stored with " +
-                   std::to_string(stored.bytes) + placeOfDamage(folder, stored.file);
+            return fmt::format("{}: has {} bytes, was stored with {}{}", file.string(), now.bytes,
+                               stored.bytes, describeDamagePosition(folder, stored.file));
         if (now.crc32 != stored.crc32)
-            return file.string() + ": its checksum does not match" + placeOfDamage(folder, stored.file);
+            return file.string() + ": its checksum does not match" +
+                   describeDamagePosition(folder, stored.file);
     } catch (const std::exception& e) {
         return file.string() + ": cannot be checked: " + e.what();
     }
     return "";
 }
 
-std::string describe(const Recovered& recovered) {
+std::string describe(const RecoveredAttempt& recovered) {
     std::string text = "attempt " + recovered.id + " was cut short: ";
     if (recovered.files.empty()) return text + "nothing was recorded yet";
     for (std::size_t i = 0; i < recovered.files.size(); ++i) {
-        const CutFile& file = recovered.files[i];
+        const TruncatedFile& file = recovered.files[i];
         text += (i == 0 ? "" : "; ") + file.file.string();
-        if (file.headless) {
+        if (file.header_incomplete) {
             text += " ends inside its header";
             continue;
         }
-        text += " keeps " + std::to_string(file.ticks) + " ticks";
-        if (file.cut_bytes > 0) text += ", " + std::to_string(file.cut_bytes) + " torn bytes cut off";
+        text += fmt::format(" keeps {} ticks", file.ticks);
+        if (file.truncated_bytes > 0) text += fmt::format(", {} torn bytes cut off", file.truncated_bytes);
     }
     return text;
 }

@@ -10,12 +10,12 @@
 
 namespace stylet::records {
 
-inline constexpr const char* kWriting = ".writing";  // locked by the process that writes the attempt
+inline constexpr const char* kLockFile = ".writing";  // locked by the process that writes the attempt
 
 // Cuts the frame files at their last whole frame. Throws DataError.
-std::vector<CutFile> cutTails(const std::filesystem::path& folder);
+std::vector<TruncatedFile> truncateTornTails(const std::filesystem::path& folder);
 
-// Returns a line that names the file and its damage, or an empty text if the file still is what was stored.
-std::string damageOf(const std::filesystem::path& folder, const StoredFile& stored);
+// Returns one line with the file's name and its damage. Empty if the file is still as stored.
+std::string findDamage(const std::filesystem::path& folder, const StoredFile& stored);
 
 }  // namespace stylet::records

@@ -2,7 +2,6 @@
 
 #include <zlib.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -11,6 +10,7 @@
 
 #include "app/records/record.h"
 #include "base/hex.h"
+#include "base/text.h"
 
 namespace stylet::records {
 
@@ -20,27 +20,22 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kStates{"running", "done", "cut_short"};
 
-AttemptState stateOf(const std::string& name) {
-    const auto found = std::find(kStates.begin(), kStates.end(), name);
-    if (found == kStates.end()) throw std::invalid_argument("no attempt has the state \"" + name + '"');
-    return AttemptState(found - kStates.begin());
-}
-
-std::uint64_t hexNumber(const std::string& text) {
-    return std::stoull(text, nullptr, 16);
+AttemptState parseState(const std::string& name) {
+    if (const auto state = findEnum<AttemptState>(kStates, name)) return *state;
+    throw std::invalid_argument("no attempt has the state \"" + name + '"');
 }
 
 // An id names a folder that is deleted together with its trainee, so it must not be any other path.
-std::string idOf(const std::string& text) {
+std::string checkedId(const std::string& text) {
     if (!isAttemptId(text)) throw std::invalid_argument("\"" + text + "\" is no attempt's id");
     return text;
 }
 
-double numberOf(const SQLite::Column& column) {
+double numberOrNan(const SQLite::Column& column) {
     return column.isNull() ? std::numeric_limits<double>::quiet_NaN() : column.getDouble();
 }
 
-std::vector<MetricRow> metricsOf(SQLite::Database& database, std::int64_t number) {
+std::vector<MetricRow> readMetrics(SQLite::Database& database, std::int64_t number) {
     SQLite::Statement rows(
         database,
         "SELECT id, name, unit, value, points, most_points FROM metric WHERE attempt = ? ORDER BY place");
@@ -48,12 +43,12 @@ std::vector<MetricRow> metricsOf(SQLite::Database& database, std::int64_t number
     std::vector<MetricRow> metrics;
     while (rows.executeStep())
         metrics.push_back({rows.getColumn(0).getString(), rows.getColumn(1).getString(),
-                           rows.getColumn(2).getString(), numberOf(rows.getColumn(3)),
-                           numberOf(rows.getColumn(4)), numberOf(rows.getColumn(5))});
+                           rows.getColumn(2).getString(), numberOrNan(rows.getColumn(3)),
+                           numberOrNan(rows.getColumn(4)), numberOrNan(rows.getColumn(5))});
     return metrics;
 }
 
-std::vector<EventRow> eventsOf(SQLite::Database& database, std::int64_t number) {
+std::vector<EventRow> readEvents(SQLite::Database& database, std::int64_t number) {
     SQLite::Statement rows(database, "SELECT tick, kind, text FROM event WHERE attempt = ? ORDER BY place");
     rows.bind(1, number);
     std::vector<EventRow> events;
@@ -65,16 +60,16 @@ std::vector<EventRow> eventsOf(SQLite::Database& database, std::int64_t number) 
 
 }  // namespace
 
-StoredAttempt attemptOf(SQLite::Database& database, SQLite::Statement& r, const fs::path& folder) {
+StoredAttempt readAttemptRow(SQLite::Database& database, SQLite::Statement& r, const fs::path& folder) {
     StoredAttempt attempt;
     const std::int64_t number = r.getColumn(0).getInt64();
-    attempt.id = idOf(r.getColumn(1).getString());
+    attempt.id = checkedId(r.getColumn(1).getString());
     attempt.info.trainee = r.getColumn(2).getString();
     attempt.started_utc = r.getColumn(3).getString();
-    attempt.state = stateOf(r.getColumn(4).getString());
+    attempt.state = parseState(r.getColumn(4).getString());
     attempt.info.device = r.getColumn(5).getString();
     attempt.info.patient = r.getColumn(6).getString();
-    attempt.info.patient_digest = hexNumber(r.getColumn(7).getString());
+    attempt.info.patient_digest = std::stoull(r.getColumn(7).getString(), nullptr, 16);
     attempt.info.scenario = r.getColumn(8).getString();
     attempt.info.difficulty = r.getColumn(9).getString();
     attempt.info.program_version = r.getColumn(10).getString();
@@ -84,15 +79,14 @@ StoredAttempt attemptOf(SQLite::Database& database, SQLite::Statement& r, const 
     if (!r.getColumn(14).isNull()) attempt.info.registration_rms_m = r.getColumn(14).getDouble();
     if (attempt.state == AttemptState::done)
         attempt.result =
-            AttemptResult{r.getColumn(15).getInt() != 0, numberOf(r.getColumn(16)),
-                          std::uint64_t(r.getColumn(17).getInt64()), metricsOf(database, number)};
-    attempt.events = eventsOf(database, number);
+            AttemptResult{r.getColumn(15).getInt() != 0, numberOrNan(r.getColumn(16)),
+                          std::uint64_t(r.getColumn(17).getInt64()), readMetrics(database, number)};
+    attempt.events = readEvents(database, number);
     attempt.folder = folder / attempt.id;
     return attempt;
 }
 
-// Checksum over everything that the index stores about an attempt.
-std::uint32_t rowsSum(const StoredAttempt& a) {
+std::uint32_t computeRowsChecksum(const StoredAttempt& a) {
     std::string text;
     const auto add = [&](const std::string& part) { text += std::to_string(part.size()) + ':' + part; };
     const auto number = [&](double v) {
@@ -111,7 +105,7 @@ std::uint32_t rowsSum(const StoredAttempt& a) {
         number(a.result->total);
         for (const MetricRow& m : a.result->metrics) {
             add(m.id), add(m.name), add(m.unit);
-            number(m.value), number(m.points), number(m.most_points);
+            number(m.value), number(m.points), number(m.max_points);
         }
     }
     for (const EventRow& e : a.events)
@@ -125,14 +119,7 @@ bool isAttemptId(std::string_view text) {
 }
 
 std::string_view stateName(AttemptState state) {
-    return kStates[std::size_t(state)];
-}
-
-void bindNumber(SQLite::Statement& statement, int place, double value) {
-    if (std::isnan(value))
-        statement.bind(place);
-    else
-        statement.bind(place, value);
+    return enumName(kStates, state);
 }
 
 }  // namespace stylet::records

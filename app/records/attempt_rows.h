@@ -7,22 +7,19 @@
 
 namespace stylet::records {
 
-// The columns that attemptOf() reads. Append a condition to it.
+// The columns that readAttemptRow() reads. Append a condition to it.
 inline constexpr const char* kSelectAttempts =
     "SELECT number, id, trainee, started_utc, state, device, patient, patient_digest, scenario, difficulty, "
     "program_version, seed, dt_s, device_gain, registration_rms_m, target_hit, total, ticks FROM attempt ";
 
 // Reads the attempt from the current row of `selected`. `attempts` is the folder that contains its folder.
-StoredAttempt attemptOf(SQLite::Database&, SQLite::Statement& selected,
-                        const std::filesystem::path& attempts);
+StoredAttempt readAttemptRow(SQLite::Database&, SQLite::Statement& selected,
+                             const std::filesystem::path& attempts);
 
 // Returns true if the text is a valid folder name without path separators or parent references.
 bool isAttemptId(std::string_view);
 
 // Checksum over everything that the index stores about an attempt.
-std::uint32_t rowsSum(const StoredAttempt&);
-
-// Binds NULL for NaN, which SQLite does not have.
-void bindNumber(SQLite::Statement&, int place, double value);
+std::uint32_t computeRowsChecksum(const StoredAttempt&);
 
 }  // namespace stylet::records

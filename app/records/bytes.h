@@ -8,9 +8,9 @@
 
 namespace stylet::records {
 
-class ByteSink {
+class ByteWriter {
   public:
-    explicit ByteSink(std::vector<unsigned char>& to) : to_(&to) {}
+    explicit ByteWriter(std::vector<unsigned char>& to) : to_(&to) {}
     void u32(std::uint32_t v) { put(v, 4); }
     void u64(std::uint64_t v) { put(v, 8); }
     void f32(float v) { u32(std::bit_cast<std::uint32_t>(v)); }
@@ -24,21 +24,28 @@ class ByteSink {
     std::vector<unsigned char>* to_;
 };
 
+// Visits the numbers of a pose in the order in which the files store them.
+template <typename AnyPose, typename Visit>
+void eachPoseNumber(AnyPose& p, const Visit& visit) {
+    visit(p.rotation.w), visit(p.rotation.x), visit(p.rotation.y), visit(p.rotation.z);
+    visit(p.position_m.x), visit(p.position_m.y), visit(p.position_m.z);
+}
+
 // Reading past the end returns zeros and sets ok() to false.
-class ByteSource {
+class ByteReader {
   public:
-    explicit ByteSource(std::span<const unsigned char> from) : from_(from) {}
-    std::uint32_t u32() { return static_cast<std::uint32_t>(take(4)); }
-    std::uint64_t u64() { return take(8); }
+    explicit ByteReader(std::span<const unsigned char> from) : from_(from) {}
+    std::uint32_t u32() { return static_cast<std::uint32_t>(readBytes(4)); }
+    std::uint64_t u64() { return readBytes(8); }
     float f32() { return std::bit_cast<float>(u32()); }
     double f64() { return std::bit_cast<double>(u64()); }
     bool ok() const { return ok_; }
     std::size_t position() const { return position_; }
-    std::size_t left() const { return from_.size() - position_; }
+    std::size_t remaining() const { return from_.size() - position_; }
 
   private:
-    std::uint64_t take(std::size_t count) {
-        if (left() < count) {
+    std::uint64_t readBytes(std::size_t count) {
+        if (remaining() < count) {
             ok_ = false;
             position_ = from_.size();
             return 0;

@@ -1,25 +1,21 @@
 #include "app/records/centre.h"
 
-#include <zlib.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <pqxx/pqxx>
 
-#include "app/records/record.h"
-#include "base/hex.h"
+#include "app/records/export.h"
 #include "patient/package/package.h"
 
 namespace stylet::records {
 
-using nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 namespace {
-
-constexpr std::size_t kPartBytes = 1 << 20;
 
 // Step i migrates stylet.schema_version from i to i + 1. Never change a step that has been released.
 constexpr std::array kCentreSteps{R"sql(
@@ -80,7 +76,7 @@ CREATE TABLE stylet.file_part (
 );
 )sql"};
 
-constexpr const char* kKeepAttempt = R"sql(
+constexpr const char* kInsertAttempt = R"sql(
 INSERT INTO stylet.attempt (id, trainee, started_utc, state, device, patient, patient_digest, scenario, difficulty,
     program_version, seed, dt_s, device_gain, registration_rms_m, target_hit, total, ticks)
 SELECT * FROM jsonb_to_record($1::jsonb) AS a (id text, trainee text, started_utc timestamptz, state text, device text,
@@ -90,99 +86,55 @@ SELECT * FROM jsonb_to_record($1::jsonb) AS a (id text, trainee text, started_ut
 ON CONFLICT (id) DO NOTHING
 )sql";
 
-constexpr const char* kKeepMetrics = R"sql(
+constexpr const char* kInsertMetrics = R"sql(
 INSERT INTO stylet.metric SELECT $1, m.* FROM jsonb_to_recordset($2::jsonb) AS m (place integer, id text, name text,
     unit text, value double precision, points double precision, most_points double precision)
 )sql";
 
-constexpr const char* kKeepEvents = R"sql(
+constexpr const char* kInsertEvents = R"sql(
 INSERT INTO stylet.event SELECT $1, e.* FROM jsonb_to_recordset($2::jsonb) AS e (place integer, tick bigint, kind text,
     text text)
 )sql";
 
 // JSON has neither infinity nor NaN; PostgreSQL reads both by name.
-json postgresNumber(double v) {
+Json postgresNumber(double v) {
     if (std::isnan(v)) return "NaN";
     if (std::isinf(v)) return v > 0 ? "Infinity" : "-Infinity";
     return v;
 }
 
 // PostgreSQL texts cannot contain NUL.
-json textJson(std::string text) {
+std::string postgresText(std::string text) {
     std::erase(text, '\0');
     return text;
 }
 
-json postgresAttempt(const StoredAttempt& a) {
-    json j{{"id", a.id},
-           {"trainee", a.info.trainee},
-           {"started_utc", a.started_utc},
-           {"state", stateName(a.state)},
-           {"device", textJson(a.info.device)},
-           {"patient", textJson(a.info.patient)},
-           {"patient_digest", hexText(a.info.patient_digest)},
-           {"scenario", textJson(a.info.scenario)},
-           {"difficulty", textJson(a.info.difficulty)},
-           {"program_version", textJson(a.info.program_version)},
-           {"seed", a.info.seed},
-           {"dt_s", postgresNumber(a.info.dt_s)},
-           {"device_gain", postgresNumber(a.info.device_gain)}};
-    if (a.info.registration_rms_m) j["registration_rms_m"] = postgresNumber(*a.info.registration_rms_m);
-    if (!a.result) return j;
-    j["target_hit"] = a.result->target_hit;
-    j["total"] = postgresNumber(a.result->total);
-    j["ticks"] = a.result->ticks;
-    return j;
-}
-
-json metricsJson(const std::vector<MetricRow>& metrics) {
-    json rows = json::array();
-    for (const MetricRow& m : metrics)
-        rows.push_back({{"place", rows.size()},
-                        {"id", textJson(m.id)},
-                        {"name", textJson(m.name)},
-                        {"unit", textJson(m.unit)},
-                        {"value", postgresNumber(m.value)},
-                        {"points", postgresNumber(m.points)},
-                        {"most_points", postgresNumber(m.most_points)}});
+// Adds to each row its index, as "place".
+Json numbered(Json rows) {
+    for (std::size_t place = 0; place < rows.size(); ++place)
+        rows[place]["place"] = place;
     return rows;
 }
 
-json eventsJson(const std::vector<EventRow>& events) {
-    json rows = json::array();
-    for (const EventRow& e : events)
-        rows.push_back({{"place", rows.size()},
-                        {"tick", e.tick},
-                        {"kind", textJson(e.kind)},
-                        {"text", textJson(e.text)}});
-    return rows;
+std::string jsonText(const Json& j) {
+    return j.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-std::string dumped(const json& j) {
-    return j.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
-void keepFile(pqxx::work& work, const StoredAttempt& attempt, const StoredFile& file) {
+void insertFile(pqxx::work& work, const StoredAttempt& attempt, const StoredFile& file) {
     const std::string path = file.file.generic_string();
     work.exec_params("INSERT INTO stylet.file VALUES ($1, $2, $3, $4)", attempt.id, path, file.bytes,
                      file.crc32);
-    std::ifstream in(attempt.folder / file.file, std::ios::binary);
-    std::vector<char> part(kPartBytes);
-    std::uint64_t bytes = 0;
-    std::uint32_t sum = 0;
-    for (int i = 0; in.read(part.data(), std::streamsize(part.size())), in.gcount() > 0; ++i) {
-        const auto count = std::size_t(in.gcount());
-        bytes += count;
-        sum = std::uint32_t(crc32_z(sum, reinterpret_cast<const unsigned char*>(part.data()), count));
-        work.exec_params("INSERT INTO stylet.file_part VALUES ($1, $2, $3, $4)", attempt.id, path, i,
-                         pqxx::binarystring(part.data(), count));
-    }
-    if (bytes != file.bytes || sum != file.crc32)
-        throw DataError(attempt.folder / file.file, "checksum", "the file is not what was stored");
+    int part = 0;
+    const auto insertPart = [&](std::span<const char> bytes) {
+        work.exec_params("INSERT INTO stylet.file_part VALUES ($1, $2, $3, $4)", attempt.id, path, part++,
+                         pqxx::binarystring(bytes.data(), bytes.size()));
+    };
+    if (computeChecksum(attempt.folder, file.file, insertPart) != file)
+        throw DataError(attempt.folder / file.file, "checksum", "the file has changed since it was stored");
 }
 
 // Adds timeouts to the connection string: 5 s to connect, 20 s for unacknowledged data.
-std::string withPatience(const std::string& database) {
+std::string withTimeouts(const std::string& database) {
     if (database.find("connect_timeout") != std::string::npos) return database;
     if (database.find("://") == std::string::npos)
         return database + " connect_timeout=5 tcp_user_timeout=20000";
@@ -190,35 +142,35 @@ std::string withPatience(const std::string& database) {
     return database + joint + "connect_timeout=5&tcp_user_timeout=20000";
 }
 
-// The message without the line breaks of libpq.
-std::string saidBy(const std::exception& e) {
+// The message with libpq's line breaks replaced by spaces.
+std::string messageText(const std::exception& e) {
     std::string text = e.what();
     std::replace(text.begin(), text.end(), '\n', ' ');
     text.erase(text.find_last_not_of(' ') + 1);
     return text;
 }
 
-// Runs `act`. A lost connection becomes Unreachable; other database errors become std::runtime_error.
+// Runs `act`. A lost connection becomes CentreUnreachable; other database errors become std::runtime_error.
 template <typename Act>
-void asked(const Act& act) {
+void withTranslatedErrors(const Act& act) {
     try {
         act();
     } catch (const DataError&) {
         throw;
     } catch (const pqxx::broken_connection& e) {
-        throw Unreachable(saidBy(e));
+        throw CentreUnreachable(messageText(e));
     } catch (const pqxx::in_doubt_error& e) {  // safe to retry: sending twice stores it once
-        throw Unreachable(saidBy(e));
+        throw CentreUnreachable(messageText(e));
     } catch (const std::exception& e) {
-        throw std::runtime_error(saidBy(e));
+        throw std::runtime_error(messageText(e));
     }
 }
 
 }  // namespace
 
 struct Centre::Connection {
-    Connection(const std::string& database, std::function<void(int)> told)
-        : connected(std::move(told)), to(withPatience(database)) {
+    Connection(const std::string& database, std::function<void(int)> on_connected)
+        : connected(std::move(on_connected)), to(withTimeouts(database)) {
         if (connected) connected(to.sock());
     }
     ~Connection() {
@@ -229,7 +181,7 @@ struct Centre::Connection {
 };
 
 Centre::Centre(const std::string& database, std::function<void(int)> connected) {
-    asked([&] {
+    withTranslatedErrors([&] {
         connection_ = std::make_unique<Connection>(database, std::move(connected));
         pqxx::work work(connection_->to);
         work.exec("SELECT pg_advisory_xact_lock(1400471916)");  // "Styl": one connection migrates at a time
@@ -242,8 +194,9 @@ Centre::Centre(const std::string& database, std::function<void(int)> connected) 
         const pqxx::result found = work.exec("SELECT version FROM stylet.schema_version");
         const std::size_t version = found.empty() ? 0 : found[0][0].as<std::size_t>();
         if (version > kCentreSteps.size())
-            throw std::runtime_error("its schema " + std::to_string(version) +
-                                     " is newer than this program's " + std::to_string(kCentreSteps.size()));
+            throw std::runtime_error(
+                fmt::format("its schema {} is newer than this program's {}: update Stylet", version,
+                            kCentreSteps.size()));
         for (std::size_t step = version; step < kCentreSteps.size(); ++step)
             work.exec(kCentreSteps[step]);
         if (found.empty())
@@ -256,21 +209,22 @@ Centre::Centre(const std::string& database, std::function<void(int)> connected) 
 
 Centre::~Centre() = default;
 
-void Centre::keep(const StoredAttempt& attempt, const std::vector<StoredFile>& files) {
-    asked([&] {
+void Centre::insert(const StoredAttempt& attempt, const std::vector<StoredFile>& files) {
+    withTranslatedErrors([&] {
         pqxx::work work(connection_->to);
-        if (work.exec_params(kKeepAttempt, dumped(postgresAttempt(attempt))).affected_rows() == 0) return;
-        if (attempt.result)
-            work.exec_params(kKeepMetrics, attempt.id, dumped(metricsJson(attempt.result->metrics)));
-        work.exec_params(kKeepEvents, attempt.id, dumped(eventsJson(attempt.events)));
+        Json row = attemptJson(attempt, postgresNumber, postgresText);
+        const Json metrics = numbered(std::move(row["metrics"])), events = numbered(std::move(row["events"]));
+        if (work.exec_params(kInsertAttempt, jsonText(row)).affected_rows() == 0) return;
+        work.exec_params(kInsertMetrics, attempt.id, jsonText(metrics));
+        work.exec_params(kInsertEvents, attempt.id, jsonText(events));
         for (const StoredFile& file : files)
-            keepFile(work, attempt, file);
+            insertFile(work, attempt, file);
         work.commit();
     });
 }
 
 void Centre::erase(const std::string& id) {
-    asked([&] {
+    withTranslatedErrors([&] {
         pqxx::work work(connection_->to);
         work.exec_params("DELETE FROM stylet.attempt WHERE id = $1", id);
         work.commit();

@@ -1,27 +1,26 @@
 // The PostgreSQL database of a training centre, which collects the attempts of many stores. It has one
-// schema, `stylet`, which a connecting program creates or migrates. The tables match the store's; the files
-// are stored in the database as well, in parts:
+// schema, `stylet`. A connecting program creates or migrates it. The tables match those of the store. The
+// attempts' files are in the database as well, split into parts:
 //   attempt, metric, event, file      as in the store (README.md), keyed by the attempt's id
-//   file_part                         attempt, path, part from 0, content: at most 1 MiB each
+//   file_part                         attempt, path, part from 0, content of at most 1 MiB
 #pragma once
 
 #include <functional>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "app/records/store.h"
+#include "base/errors.h"
 
 namespace stylet::records {
 
-// The database cannot be reached, or the connection was lost. The operation had no effect and may be
-// retried.
-struct Unreachable : std::runtime_error {
-    using std::runtime_error::runtime_error;
+// The database cannot be reached, or the connection was lost. The operation had no effect and may be retried.
+struct CentreUnreachable : EnvironmentError {
+    using EnvironmentError::EnvironmentError;
 };
 
-// Single-threaded. Throws Unreachable, or std::runtime_error if the database refuses a request.
+// Single-threaded. Throws CentreUnreachable, or std::runtime_error if the database refuses a request.
 class Centre {
   public:
     // `database` is a libpq connection string. `connected` receives the socket after connecting, and -1
@@ -33,7 +32,7 @@ class Centre {
 
     // Stores the attempt in one transaction. An attempt that is already there is not changed. Throws
     // DataError if a file no longer matches its stored checksum.
-    void keep(const StoredAttempt&, const std::vector<StoredFile>&);
+    void insert(const StoredAttempt&, const std::vector<StoredFile>&);
     void erase(const std::string& id);
 
   private:

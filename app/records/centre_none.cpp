@@ -11,7 +11,7 @@ Centre::Centre(const std::string&, std::function<void(int)>) {
 
 Centre::~Centre() = default;
 
-void Centre::keep(const StoredAttempt&, const std::vector<StoredFile>&) {}
+void Centre::insert(const StoredAttempt&, const std::vector<StoredFile>&) {}
 
 void Centre::erase(const std::string&) {}
 

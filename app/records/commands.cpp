@@ -11,24 +11,23 @@ namespace stylet::records {
 
 namespace {
 
-// Opens an existing store. Throws if there is none.
-Store opened(const RecordsOptions& options) {
-    if (!std::filesystem::exists(options.store / "store.sqlite"))
-        throw DataError(options.store, "store", "does not exist; \"stylet run --trainee ID\" creates it");
-    Store store(options.store);
-    for (const std::string& line : store.news())
-        std::fprintf(stderr, "stylet: %s\n", line.c_str());
-    return store;
-}
-
 const char* plural(std::size_t count) {
     return count == 1 ? "" : "s";
 }
 
 }  // namespace
 
+Store openExistingStore(const std::filesystem::path& folder, const char* program) {
+    if (!std::filesystem::exists(folder / "store.sqlite"))
+        throw DataError(folder, "store", "does not exist; \"stylet run --trainee ID\" creates it");
+    Store store(folder);
+    for (const std::string& line : store.openingMessages())
+        std::fprintf(stderr, "%s: %s\n", program, line.c_str());
+    return store;
+}
+
 int listAttempts(const RecordsOptions& options) {
-    const Store store = opened(options);
+    const Store store = openExistingStore(options.store);
     const std::vector<StoredAttempt> attempts = store.attempts(options.trainee);
     if (!attempts.empty())
         std::printf("%-25s  %-16s  %-9s  %-16s  %-8s  %-6s  %s\n", "attempt", "trainee", "state", "scenario",
@@ -47,7 +46,7 @@ int listAttempts(const RecordsOptions& options) {
 }
 
 int showAttempt(const RecordsOptions& options) {
-    const Store store = opened(options);
+    const Store store = openExistingStore(options.store);
     const StoredAttempt a = store.attempt(options.id);
     std::printf("attempt %s of %s, %s\n", a.id.c_str(), a.info.trainee.c_str(),
                 std::string(stateName(a.state)).c_str());
@@ -62,7 +61,7 @@ int showAttempt(const RecordsOptions& options) {
                     a.result->total, static_cast<unsigned long long>(a.result->ticks));
         for (const MetricRow& m : a.result->metrics)
             std::printf("    %-36s %12.4g %-8s %5.1f of %.1f points\n", m.name.c_str(), m.value,
-                        m.unit.c_str(), m.points, m.most_points);
+                        m.unit.c_str(), m.points, m.max_points);
     }
     for (const EventRow& e : a.events)
         std::printf("    %9.3f s  %-10s %s\n", double(e.tick) * a.info.dt_s, e.kind.c_str(), e.text.c_str());
@@ -71,7 +70,7 @@ int showAttempt(const RecordsOptions& options) {
 }
 
 int recoverStore(const RecordsOptions& options) {
-    const Store store = opened(options);
+    const Store store = openExistingStore(options.store);
     const std::vector<std::string> damage = store.damage();
     for (const std::string& line : damage)
         std::printf("damaged: %s\n", line.c_str());
@@ -83,8 +82,8 @@ int recoverStore(const RecordsOptions& options) {
 }
 
 int exportStore(const RecordsOptions& options) {
-    const Store store = opened(options);
-    const Exported exported = exportAttempts(store, options.trainee, options.out);
+    const Store store = openExistingStore(options.store);
+    const ExportResult exported = exportAttempts(store, options.trainee, options.out);
     for (const std::string& line : exported.damage)
         std::printf("damaged: %s\n", line.c_str());
     for (const std::string& id : exported.left_out)
@@ -94,7 +93,7 @@ int exportStore(const RecordsOptions& options) {
 }
 
 int deleteTrainee(const RecordsOptions& options) {
-    Store store = opened(options);
+    Store store = openExistingStore(options.store);
     const std::size_t count = store.eraseTrainee(options.trainee);
     std::printf(
         "%zu attempt%s of %s deleted; the next \"stylet records sync\" deletes them at the training centre\n",
@@ -103,7 +102,7 @@ int deleteTrainee(const RecordsOptions& options) {
 }
 
 int syncStore(const RecordsOptions& options) {
-    Store store = opened(options);
+    Store store = openExistingStore(options.store);
     const SendReport report = sendOutbox(store, options.database);
     std::printf("%zu sent, %zu deleted there, %zu left\n", report.sent, report.erased, report.left);
     if (!report.error.empty()) std::fprintf(stderr, "stylet: %s\n", report.error.c_str());

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <string>
 
+#include "app/records/store.h"
+
 namespace stylet::records {
 
 struct RecordsOptions {
@@ -14,7 +16,11 @@ struct RecordsOptions {
     std::string database;       // for sync
 };
 
-// Return the exit status: 0 success, 1 a problem was found and reported. Throw DataError.
+// Opens an existing store and prints its opening messages to stderr, each prefixed with "PROGRAM: ". Throws
+// DataError if there is no store, because opening would create one.
+Store openExistingStore(const std::filesystem::path& folder, const char* program = "stylet");
+
+// These return the exit status. 0: success, 1: a problem was found and reported. They throw DataError.
 int listAttempts(const RecordsOptions&);
 int showAttempt(const RecordsOptions&);
 int recoverStore(const RecordsOptions&);

@@ -12,9 +12,28 @@
 
 namespace stylet::records {
 
+namespace {
+
+[[noreturn]] void throwErrno(const std::filesystem::path& path, const char* field = "file") {
+    throw DataError(path, field, std::strerror(errno));
+}
+
+// Opens the path, passes it to `sync` and closes it.
+void syncPath(const std::filesystem::path& path, int flags, int (*sync)(int), const char* field) {
+    const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | flags);
+    if (descriptor < 0) throwErrno(path, field);
+    const int error = sync(descriptor) == 0 ? 0 : errno;
+    close(descriptor);
+    errno = error;
+    // EINVAL: a pipe, or a folder on a file system that cannot sync folders.
+    if (error != 0 && error != EINVAL) throwErrno(path, field);
+}
+
+}  // namespace
+
 DiskFile::DiskFile(const std::filesystem::path& file)
     : file_(file), descriptor_(open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)) {
-    if (descriptor_ < 0) throw DataError(file_, "file", std::strerror(errno));
+    if (descriptor_ < 0) throwErrno(file_);
 }
 
 DiskFile::~DiskFile() {
@@ -25,14 +44,14 @@ void DiskFile::write(std::span<const unsigned char> bytes) {
     while (!bytes.empty()) {
         const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
         if (written < 0 && errno == EINTR) continue;
-        if (written < 0) throw DataError(file_, "file", std::strerror(errno));
+        if (written < 0) throwErrno(file_);
         bytes = bytes.subspan(std::size_t(written));
     }
 }
 
 void DiskFile::sync() {
     // EINVAL: a pipe or a similar file that cannot be synced.
-    if (fdatasync(descriptor_) != 0 && errno != EINVAL) throw DataError(file_, "file", std::strerror(errno));
+    if (fdatasync(descriptor_) != 0 && errno != EINVAL) throwErrno(file_);
 }
 
 FileLock::FileLock(FileLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
@@ -41,13 +60,13 @@ FileLock::~FileLock() {
     if (descriptor_ >= 0) close(descriptor_);
 }
 
-std::optional<FileLock> FileLock::tryTake(const std::filesystem::path& file) {
+std::optional<FileLock> FileLock::tryLock(const std::filesystem::path& file) {
     const int descriptor = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (descriptor < 0) throw DataError(file, "file", std::strerror(errno));
+    if (descriptor < 0) throwErrno(file);
     FileLock lock(descriptor);
     if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return lock;
     if (errno == EWOULDBLOCK) return std::nullopt;
-    throw DataError(file, "lock", std::strerror(errno));
+    throwErrno(file, "lock");
 }
 
 void checkWritable(const std::filesystem::path& folder) {
@@ -56,25 +75,16 @@ void checkWritable(const std::filesystem::path& folder) {
 }
 
 void syncFile(const std::filesystem::path& file) {
-    const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC);
-    if (descriptor < 0) throw DataError(file, "file", std::strerror(errno));
-    const int error = fdatasync(descriptor) == 0 ? 0 : errno;
-    close(descriptor);
-    if (error != 0 && error != EINVAL) throw DataError(file, "file", std::strerror(error));
+    syncPath(file, 0, &fdatasync, "file");
 }
 
-void cutFile(const std::filesystem::path& file, std::uint64_t bytes) {
-    if (truncate(file.c_str(), off_t(bytes)) != 0) throw DataError(file, "file", std::strerror(errno));
+void truncateFile(const std::filesystem::path& file, std::uint64_t bytes) {
+    if (truncate(file.c_str(), off_t(bytes)) != 0) throwErrno(file);
     syncFile(file);
 }
 
 void syncFolder(const std::filesystem::path& folder) {
-    const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (descriptor < 0) throw DataError(folder, "folder", std::strerror(errno));
-    const int error = fsync(descriptor) == 0 ? 0 : errno;
-    close(descriptor);
-    // EINVAL: a file system that does not need folder syncs.
-    if (error != 0 && error != EINVAL) throw DataError(folder, "folder", std::strerror(error));
+    syncPath(folder, O_DIRECTORY, &fsync, "folder");
 }
 
 }  // namespace stylet::records

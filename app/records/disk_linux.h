@@ -1,4 +1,4 @@
-// Files and folders that survive a power loss: written through to the disk.
+// Files and folders whose contents survive a power loss, because they are written through to the disk.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ class DiskFile {
 class FileLock {
   public:
     // Returns nothing if another process has the lock. Creates the file if it does not exist.
-    static std::optional<FileLock> tryTake(const std::filesystem::path& file);
+    static std::optional<FileLock> tryLock(const std::filesystem::path& file);
     FileLock(FileLock&&) noexcept;
     FileLock& operator=(FileLock&&) = delete;
     ~FileLock();
@@ -38,16 +38,15 @@ class FileLock {
     int descriptor_;
 };
 
-// Syncs the file, whoever wrote it. Throws DataError if the disk refuses.
+// Syncs the file, also if another process wrote it. Throws DataError if the disk refuses.
 void syncFile(const std::filesystem::path& file);
 // Truncates the file to its first `bytes` bytes and syncs it.
-void cutFile(const std::filesystem::path& file, std::uint64_t bytes);
+void truncateFile(const std::filesystem::path& file, std::uint64_t bytes);
 
 // Throws DataError with the reason if `folder` is not writable.
 void checkWritable(const std::filesystem::path& folder);
 
-// Syncs the folder's entries: created, renamed and removed names. Throws DataError if the disk
-// refuses.
+// Syncs the folder's entries: created, renamed and removed names. Throws DataError if the disk refuses.
 void syncFolder(const std::filesystem::path& folder);
 
 }  // namespace stylet::records

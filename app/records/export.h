@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -10,7 +11,7 @@
 
 namespace stylet::records {
 
-struct Exported {
+struct ExportResult {
     std::size_t attempts = 0;
     std::vector<std::string> left_out;  // ids of attempts still running
     std::vector<std::string> damage;    // files that differ from what was stored; exported as they are
@@ -20,8 +21,13 @@ struct Exported {
 //   attempts.csv, metrics.csv, events.csv   one line each, keyed by the attempt's id (columns: README.md)
 //   attempts/ID/                            the attempt's files, and attempt.json with all its rows
 //   checksums.csv                           path, bytes, crc32 of every file of this export
-// Texts that a spreadsheet would evaluate as a formula are prefixed with '. Exports all trainees if
+// A text that a spreadsheet would evaluate as a formula gets a leading apostrophe. Exports all trainees if
 // `trainee` is empty. Throws DataError.
-Exported exportAttempts(const Store&, const std::string& trainee, const std::filesystem::path& folder);
+ExportResult exportAttempts(const Store&, const std::string& trainee, const std::filesystem::path& folder);
+
+// Everything that the store has about the attempt except its files, as one object. "metrics" and "events" are
+// lists. `number` and `text` convert the values into a form that the reader of the JSON accepts.
+nlohmann::ordered_json attemptJson(const StoredAttempt&, nlohmann::ordered_json (*number)(double),
+                                   std::string (*text)(std::string));
 
 }  // namespace stylet::records

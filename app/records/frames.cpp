@@ -1,5 +1,6 @@
 #include "app/records/frames.h"
 
+#include <fmt/core.h>
 #include <zlib.h>
 
 #include <cstring>
@@ -25,7 +26,7 @@ std::uint32_t checksum(std::span<const unsigned char> bytes) {
 }
 
 // Reads the head of a frame, without its body. Returns false if it is not a valid head.
-bool takeFrameHead(ByteSource head, Frame& frame, std::uint32_t& body_bytes) {
+bool parseFrameHead(ByteReader head, Frame& frame, std::uint32_t& body_bytes) {
     const std::uint32_t mark = head.u32();
     frame.ticks = head.u32();
     body_bytes = head.u32();
@@ -36,25 +37,25 @@ bool takeFrameHead(ByteSource head, Frame& frame, std::uint32_t& body_bytes) {
 }
 
 // Reads a file on demand and computes the checksum of the bytes since begin().
-class Summed {
+class ChecksumReader {
   public:
-    explicit Summed(const std::filesystem::path& file) : stream_(file, std::ios::binary) {
+    explicit ChecksumReader(const std::filesystem::path& file) : stream_(file, std::ios::binary) {
         if (!stream_) throw DataError(file, "file", "cannot be read");
     }
     void begin() { bytes_.clear(); }
-    bool take(std::size_t count) {
+    bool read(std::size_t count) {
         const std::size_t before = bytes_.size();
         bytes_.resize(before + count);
         return bool(stream_.read(reinterpret_cast<char*>(bytes_.data() + before),
                                  static_cast<std::streamsize>(count)));
     }
-    ByteSource from(std::size_t place) const { return ByteSource(std::span(bytes_).subspan(place)); }
+    ByteReader from(std::size_t place) const { return ByteReader(std::span(bytes_).subspan(place)); }
     std::size_t size() const { return bytes_.size(); }
     // Reads four bytes and compares them with the checksum of all bytes so far.
-    bool takeChecksum() {
+    bool verifyChecksum() {
         const std::uint32_t sum = checksum(bytes_);
         const std::size_t place = bytes_.size();
-        return take(4) && from(place).u32() == sum;
+        return read(4) && from(place).u32() == sum;
     }
 
   private:
@@ -62,18 +63,18 @@ class Summed {
     std::vector<unsigned char> bytes_;
 };
 
-bool takeHeader(Summed& in) {
+bool readHeader(ChecksumReader& in) {
     in.begin();
-    if (!in.take(kPrologueBytes)) return false;
+    if (!in.read(kPrologueBytes)) return false;
     const std::uint32_t size = in.from(kPrologueBytes - 4).u32();
-    return size <= kMaxHeaderBytes && in.take(size) && in.takeChecksum();
+    return size <= kMaxHeaderBytes && in.read(size) && in.verifyChecksum();
 }
 
-bool takeFrame(Summed& in, Frame& frame) {
+bool readFrame(ChecksumReader& in, Frame& frame) {
     in.begin();
     std::uint32_t body_bytes = 0;
-    return in.take(kFrameHeadBytes) && takeFrameHead(in.from(0), frame, body_bytes) && in.take(body_bytes) &&
-           in.takeChecksum();
+    return in.read(kFrameHeadBytes) && parseFrameHead(in.from(0), frame, body_bytes) && in.read(body_bytes) &&
+           in.verifyChecksum();
 }
 
 }  // namespace
@@ -86,7 +87,7 @@ FrameWriter::FrameWriter(const std::filesystem::path& file, std::span<const unsi
 
 void FrameWriter::add(const Frame& frame) {
     std::vector<unsigned char> bytes;
-    ByteSink sink(bytes);
+    ByteWriter sink(bytes);
     sink.u32(kFrameMark);
     sink.u32(frame.ticks);
     sink.u32(static_cast<std::uint32_t>(frame.body.size()));
@@ -104,9 +105,9 @@ void FrameWriter::sync() {
     unsynced_ticks_ = 0;
 }
 
-std::vector<unsigned char> fileHeader(const FileKind& kind, std::span<const unsigned char> body) {
+std::vector<unsigned char> encodeFileHeader(const FileKind& kind, std::span<const unsigned char> body) {
     std::vector<unsigned char> bytes(kind.magic.begin(), kind.magic.end());
-    ByteSink sink(bytes);
+    ByteWriter sink(bytes);
     sink.u32(kind.version);
     sink.u32(static_cast<std::uint32_t>(body.size()));
     bytes.insert(bytes.end(), body.begin(), body.end());
@@ -114,30 +115,30 @@ std::vector<unsigned char> fileHeader(const FileKind& kind, std::span<const unsi
     return bytes;
 }
 
-FileHead fileHead(std::span<const unsigned char> bytes, const std::filesystem::path& file,
-                  const FileKind& kind) {
+ParsedHeader parseFileHeader(std::span<const unsigned char> bytes, const std::filesystem::path& file,
+                             const FileKind& kind) {
     if (bytes.size() < kPrologueBytes) throw DataError(file, "header", "the file ends inside it");
     if (std::memcmp(bytes.data(), kind.magic.data(), kind.magic.size()) != 0)
         throw DataError(file, "magic", "this is not " + std::string(kind.what));
-    ByteSource prologue(bytes.subspan(kind.magic.size()));
+    ByteReader prologue(bytes.subspan(kind.magic.size()));
     const std::uint32_t version = prologue.u32(), size = prologue.u32();
     if (version != kind.version)
-        throw DataError(file, "version", std::to_string(version) + " is not " + std::to_string(kind.version));
+        throw DataError(file, "version", fmt::format("{} is not {}", version, kind.version));
     if (size > kMaxHeaderBytes || bytes.size() < kPrologueBytes + size + 4)
         throw DataError(file, "header", "the file ends inside it");
     const auto summed = bytes.first(kPrologueBytes + size);
-    if (ByteSource(bytes.subspan(summed.size())).u32() != checksum(summed))
+    if (ByteReader(bytes.subspan(summed.size())).u32() != checksum(summed))
         throw DataError(file, "header", "its checksum does not match");
     return {summed.subspan(kPrologueBytes), summed.size() + 4};
 }
 
-std::optional<Frame> frameAt(std::span<const unsigned char> bytes) {
+std::optional<Frame> parseFrame(std::span<const unsigned char> bytes) {
     Frame frame;
     std::uint32_t body_bytes = 0;
-    if (!takeFrameHead(ByteSource(bytes), frame, body_bytes)) return std::nullopt;
+    if (!parseFrameHead(ByteReader(bytes), frame, body_bytes)) return std::nullopt;
     const std::size_t summed = kFrameHeadBytes + body_bytes;
     if (bytes.size() < summed + 4) return std::nullopt;
-    if (ByteSource(bytes.subspan(summed)).u32() != checksum(bytes.first(summed))) return std::nullopt;
+    if (ByteReader(bytes.subspan(summed)).u32() != checksum(bytes.first(summed))) return std::nullopt;
     frame.body = bytes.subspan(kFrameHeadBytes, body_bytes);
     frame.size = summed + 4;
     return frame;
@@ -155,15 +156,15 @@ std::vector<unsigned char> readAll(const std::filesystem::path& file) {
     return bytes;
 }
 
-WholePart wholePart(const std::filesystem::path& file) {
-    WholePart part;
+IntactPart findIntactPart(const std::filesystem::path& file) {
+    IntactPart part;
     std::error_code error;
     part.file_bytes = std::filesystem::file_size(file, error);
     if (error) throw DataError(file, "file", error.message());
-    Summed in(file);
-    if (!takeHeader(in)) return part;
+    ChecksumReader in(file);
+    if (!readHeader(in)) return part;
     part.bytes = in.size();
-    for (Frame frame; takeFrame(in, frame);) {
+    for (Frame frame; readFrame(in, frame);) {
         part.bytes += in.size();
         part.ticks += frame.ticks;
         ++part.frames;

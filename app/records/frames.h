@@ -1,6 +1,6 @@
 // The common format of inputs.bin and samples.bin: a header and frames of ticks, each with a checksum.
-//   magic 8 bytes, version u32, header size u32, header, CRC-32 of all so far
-//   "FRAM", tick count u32, body size u32, first tick u64, another u64, body, CRC-32 of the frame
+//   magic 8 bytes, version u32, header size u32, header, CRC-32 of all bytes so far
+//   "FRAM", tick count u32, body size u32, first tick u64, `Frame::last` u64, body, CRC-32 of the frame
 #pragma once
 
 #include <array>
@@ -46,28 +46,29 @@ class FrameWriter {
 };
 
 // Encodes a header as it appears in the file.
-std::vector<unsigned char> fileHeader(const FileKind&, std::span<const unsigned char> body);
+std::vector<unsigned char> encodeFileHeader(const FileKind&, std::span<const unsigned char> body);
 
-struct FileHead {
+struct ParsedHeader {
     std::span<const unsigned char> body;
     std::size_t size = 0;  // offset of the first frame
 };
 // Throws DataError if the kind, version or checksum is wrong.
-FileHead fileHead(std::span<const unsigned char> bytes, const std::filesystem::path& file, const FileKind&);
+ParsedHeader parseFileHeader(std::span<const unsigned char> bytes, const std::filesystem::path& file,
+                             const FileKind&);
 // Decodes the frame at the start of `bytes`. Returns nothing if it is incomplete or damaged.
-std::optional<Frame> frameAt(std::span<const unsigned char> bytes);
+std::optional<Frame> parseFrame(std::span<const unsigned char> bytes);
 
 // Reads a file of at most 2 GiB. Throws DataError.
 std::vector<unsigned char> readAll(const std::filesystem::path& file);
 
 // The intact part of a file: its header and all frames before the first damaged one.
-struct WholePart {
+struct IntactPart {
     std::uint64_t bytes = 0;  // 0: not even the header is intact
     std::uint64_t file_bytes = 0;
     std::uint64_t frames = 0, ticks = 0;
     bool torn() const { return bytes != file_bytes; }
 };
 // Reads frame by frame, so the file may have any size. Throws DataError if it cannot be read.
-WholePart wholePart(const std::filesystem::path& file);
+IntactPart findIntactPart(const std::filesystem::path& file);
 
 }  // namespace stylet::records

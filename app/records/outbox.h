@@ -20,9 +20,9 @@ struct SendReport {
     std::string error;                           // the most recent error, or empty
 };
 
-// Sends every queued entry once, in order. An entry that the centre refuses stays queued with the reason,
-// and the next is tried. Without a connection nothing is sent. Only one sender may run at a time: the error
-// reports another one. Throws DataError if the store fails.
+// Sends every queued entry once, in order. An entry that the centre refuses stays queued with the reason, and
+// the next is tried. Without a connection nothing is sent. Only one sender may run at a time: if another one
+// is running, nothing is sent and `error` says so. Throws DataError if the store fails.
 SendReport sendOutbox(Store&, const std::string& database, const std::function<void(int)>& connected = {});
 
 // A thread that sends whenever the outbox has entries. While the database cannot be reached it backs off: 1
@@ -30,10 +30,11 @@ SendReport sendOutbox(Store&, const std::string& database, const std::function<v
 class BackgroundSender {
   public:
     BackgroundSender(const std::filesystem::path& store, std::string database,
-                     std::function<void(const std::string&)> say);
+                     std::function<void(const std::string&)> on_message);
     ~BackgroundSender();  // interrupts sending; the interrupted entry stays queued
-    // Sends at once and waits up to `at_most`. Returns the number of entries left, at least 1 if unknown.
-    std::size_t drain(std::chrono::milliseconds at_most);
+    // Sends at once and waits up to `timeout`. Returns the number of entries left. Returns at least 1 if the
+    // number is not known in time.
+    std::size_t drain(std::chrono::milliseconds timeout);
     BackgroundSender(const BackgroundSender&) = delete;
     BackgroundSender& operator=(const BackgroundSender&) = delete;
 

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <type_traits>
 
 #include "app/records/bytes.h"
 #include "base/fields.h"
 #include "base/hex.h"
+#include "base/whole_file.h"
 
 namespace stylet::records {
 
@@ -15,62 +17,38 @@ using nlohmann::json;
 namespace {
 
 constexpr FileKind kInputsFile{{'S', 'T', 'Y', 'L', 'R', 'E', 'C', '\n'}, kRecordVersion, "a Stylet record"};
-constexpr std::size_t kMostMoments = 1000;
-constexpr std::uint32_t kManyPoints = 1 << 10;  // more than any touch pad has
+constexpr std::size_t kMaxCapturePoints = 1000, kMaxInfoBytes = 1 << 30;
+constexpr std::uint32_t kMaxPadPoints = 1 << 10;  // more than any touch pad has
 
-void putPose(ByteSink& sink, const Pose& p) {
-    for (double v : {p.rotation.w, p.rotation.x, p.rotation.y, p.rotation.z})
-        sink.f64(v);
-    for (int i = 0; i < 3; ++i)
-        sink.f64(p.position_m[i]);
+// Visits every value of a tick in a fixed order, for writing and reading. Calls `number` for a double and
+// `word` for a 32-bit integer.
+template <typename AnyInput, typename Number, typename Word>
+void eachTickValue(AnyInput& input, const Number& number, const Word& word) {
+    auto& device = input.device;
+    eachPoseNumber(device.device_from_stylus, number);
+    word(device.buttons), word(device.fresh), word(device.flags);
+    if ((device.flags & haptics::kDeviceClutch) != 0) {
+        number(device.grip_at_m.x), number(device.grip_at_m.y), number(device.grip_at_m.z);
+        number(device.force_share);
+    }
+    word(input.command_count);
+    if (input.command_count > haptics::kMaxCommandsPerTick) return;
+    for (std::uint32_t i = 0; i < input.command_count; ++i)
+        word(input.commands[i].kind), word(input.commands[i].value);
 }
 
-Pose takePose(ByteSource& source) {
-    Pose p;
-    for (double* v : {&p.rotation.w, &p.rotation.x, &p.rotation.y, &p.rotation.z})
-        *v = source.f64();
-    for (int i = 0; i < 3; ++i)
-        p.position_m[i] = source.f64();
-    return p;
-}
-
-void putTick(ByteSink& sink, const TickInput& input) {
-    putPose(sink, input.device.device_from_stylus);
-    sink.u32(input.device.buttons);
-    sink.u32(input.device.fresh);
-    sink.u32(input.device.flags);
-    if ((input.device.flags & haptics::kDeviceClutch) != 0) {
-        for (int i = 0; i < 3; ++i)
-            sink.f64(input.device.grip_at_m[i]);
-        sink.f64(input.device.force_share);
-    }
-    sink.u32(input.command_count);
-    for (std::uint32_t i = 0; i < input.command_count; ++i) {
-        sink.u32(static_cast<std::uint32_t>(input.commands[i].kind));
-        sink.u32(input.commands[i].value);
-    }
+void writeTick(ByteWriter& sink, const TickInput& input) {
+    eachTickValue(input, [&](double v) { sink.f64(v); }, [&](auto v) { sink.u32(std::uint32_t(v)); });
 }
 
 // Returns false for an invalid count or kind.
-bool takeTick(ByteSource& source, TickInput& input) {
-    input.device.device_from_stylus = takePose(source);
-    input.device.buttons = source.u32();
-    input.device.fresh = source.u32();
-    input.device.flags = source.u32();
-    if ((input.device.flags & haptics::kDeviceClutch) != 0) {
-        for (int i = 0; i < 3; ++i)
-            input.device.grip_at_m[i] = source.f64();
-        input.device.force_share = source.f64();
-    }
-    input.command_count = source.u32();
-    if (input.command_count > haptics::kMaxCommandsPerTick) return false;
-    for (std::uint32_t i = 0; i < input.command_count; ++i) {
-        const std::uint32_t kind = source.u32();
-        if (kind > static_cast<std::uint32_t>(haptics::kLastCommandKind)) return false;
-        input.commands[i].kind = static_cast<haptics::CommandKind>(kind);
-        input.commands[i].value = source.u32();
-    }
-    return source.ok();
+bool readTick(ByteReader& source, TickInput& input) {
+    eachTickValue(
+        input, [&](double& v) { v = source.f64(); },
+        [&](auto& v) { v = std::remove_cvref_t<decltype(v)>(source.u32()); });
+    if (!source.ok() || input.command_count > haptics::kMaxCommandsPerTick) return false;
+    return std::all_of(input.commands.begin(), input.commands.begin() + input.command_count,
+                       [](const haptics::Command& c) { return c.kind <= haptics::kLastCommandKind; });
 }
 
 // Visits every number of the settings in a fixed order, for writing and reading.
@@ -79,7 +57,7 @@ void eachSettingsNumber(Settings& s, Visit visit) {
     visit(s.dt_s);
     static_assert(sizeof s.output == 4 * sizeof(double),
                   "a new setting needs a place here and a new kRecordVersion");
-    haptics::eachToolNumber(s.tools, visit);
+    haptics::visitToolNumbers(s.tools, visit);
     visit(s.output.rate_limit_n_per_s), visit(s.output.model_force_n), visit(s.output.model_tangent_n_per_m);
     visit(s.output.controller_share);
     visit(s.profile.force_peak_n), visit(s.profile.stiffness_n_per_m);
@@ -99,7 +77,7 @@ void eachBreathNumber(Plan& p, Visit visit) {
     visit(p.recording_dt_s);
 }
 
-void putBreath(ByteSink& sink, const std::optional<patient::BreathPlan>& breath) {
+void writeBreath(ByteWriter& sink, const std::optional<patient::BreathPlan>& breath) {
     sink.u32(breath.has_value());
     if (!breath) return;
     sink.u64(breath->seed);
@@ -110,68 +88,67 @@ void putBreath(ByteSink& sink, const std::optional<patient::BreathPlan>& breath)
 }
 
 // Returns false if the breath does not fit into the rest of the header.
-bool takeBreath(ByteSource& source, std::optional<patient::BreathPlan>& breath) {
+bool readBreath(ByteReader& source, std::optional<patient::BreathPlan>& breath) {
     const std::uint32_t there = source.u32();
     if (there == 0) return source.ok();
     breath.emplace();
     breath->seed = source.u64();
     eachBreathNumber(*breath, [&](double& v) { v = source.f64(); });
     const std::uint64_t samples = source.u64();
-    if (there != 1 || samples > source.left() / sizeof(double)) return false;
+    if (there != 1 || samples > source.remaining() / sizeof(double)) return false;
     breath->recording_v.resize(samples);
     for (double& v : breath->recording_v)
         v = source.f64();
-    return source.ok() && patient::isPlayable(*breath);
+    return source.ok() && patient::isValidPlan(*breath);
 }
 
 std::vector<unsigned char> encodeHeader(const RecordHeader& header) {
     std::vector<unsigned char> body;
-    ByteSink sink(body);
+    ByteWriter sink(body);
     sink.u64(header.package_digest);
     sink.u64(header.settings.scenario_digest);
     sink.u64(header.settings.seed);
     sink.u32(static_cast<std::uint32_t>(header.settings.tools.first));
-    haptics::eachToolCount(header.settings.tools, [&](int v) { sink.u32(static_cast<std::uint32_t>(v)); });
+    haptics::visitToolCounts(header.settings.tools, [&](int v) { sink.u32(static_cast<std::uint32_t>(v)); });
     eachSettingsNumber(header.settings, [&](double v) { sink.f64(v); });
-    putPose(sink, header.settings.patient_from_device);
-    putBreath(sink, header.settings.breath);
-
-    return fileHeader(kInputsFile, body);
+    eachPoseNumber(header.settings.patient_from_device, [&](double v) { sink.f64(v); });
+    writeBreath(sink, header.settings.breath);
+    return encodeFileHeader(kInputsFile, body);
 }
 
 // Fills `header` and returns the offset of the first frame.
 std::size_t decodeHeader(std::span<const unsigned char> bytes, const std::filesystem::path& file,
                          RecordHeader& header) {
-    const FileHead head = fileHead(bytes, file, kInputsFile);
-    ByteSource body(head.body);
+    const ParsedHeader head = parseFileHeader(bytes, file, kInputsFile);
+    ByteReader body(head.body);
     header.package_digest = body.u64();
     header.settings.scenario_digest = body.u64();
     header.settings.seed = body.u64();
     const std::uint32_t first = body.u32();
     header.settings.tools.first = static_cast<haptics::Tool>(first);
-    haptics::eachToolCount(header.settings.tools,
-                           [&](int& v) { v = static_cast<int>(std::min(body.u32(), kManyPoints)); });
+    haptics::visitToolCounts(header.settings.tools,
+                             [&](int& v) { v = static_cast<int>(std::min(body.u32(), kMaxPadPoints)); });
     eachSettingsNumber(header.settings, [&](double& v) { v = body.f64(); });
-    header.settings.patient_from_device = takePose(body);
-    const bool breathes = takeBreath(body, header.settings.breath);
+    eachPoseNumber(header.settings.patient_from_device, [&](double& v) { v = body.f64(); });
+    const bool breathes = readBreath(body, header.settings.breath);
     header.settings.profile.name = "as recorded";
     header.settings.profile.source = "record";
-    if (!body.ok() || !breathes || body.left() != 0 || first >= std::uint32_t(haptics::kToolCount))
+    if (!body.ok() || !breathes || body.remaining() != 0 || first >= std::uint32_t(haptics::kToolCount))
         throw DataError(file, "header", "its size, tool or breath does not fit its version");
-    if (!haptics::padsFit(header.settings.tools))
+    if (!haptics::arePadsValid(header.settings.tools))
         throw DataError(file, "header", "no pad of finger or probe has so many points");
     return head.size;
 }
 
 // Decodes one frame at the start of `bytes` and sets `used` to its size. Returns false if it is not whole.
 bool decodeFrame(std::span<const unsigned char> bytes, Record& record, std::size_t& used) {
-    const std::optional<Frame> frame = frameAt(bytes);
+    const std::optional<Frame> frame = parseFrame(bytes);
     if (!frame || frame->first != record.inputs.size()) return false;
-    ByteSource body(frame->body);
+    ByteReader body(frame->body);
     std::vector<TickInput> ticks(frame->ticks);
     for (TickInput& tick : ticks)
-        if (!takeTick(body, tick)) return false;
-    if (body.left() != 0) return false;
+        if (!readTick(body, tick)) return false;
+    if (body.remaining() != 0) return false;
     record.inputs.insert(record.inputs.end(), ticks.begin(), ticks.end());
     record.checkpoints.push_back({record.inputs.size(), frame->last});
     used = frame->size;
@@ -188,7 +165,7 @@ json infoJson(const RecordInfo& info) {
     j["program_version"] = info.program_version;
     j["patient"] = {{"folder", info.patient_folder.string()}, {"name", info.patient_name}};
     j["scenario"] = info.scenario;
-    j["moments"] = info.moments;
+    j["moments"] = info.capture_points;
     j["approach_distance_m"] = info.approach_distance_m;
     j["seed"] = info.seed;
     j["gain"] = info.gain;
@@ -212,25 +189,25 @@ json infoJson(const RecordInfo& info) {
 }
 
 // Shortens the text at a UTF-8 character boundary.
-std::string shortened(const std::string& text) {
-    std::size_t size = std::min(text.size(), kLongestBookmark);
+std::string truncated(const std::string& text) {
+    std::size_t size = std::min(text.size(), kMaxBookmarkBytes);
     while (size > 0 && size < text.size() && (static_cast<unsigned char>(text[size]) & 0xc0u) == 0x80u)
         --size;
     return text.substr(0, size);
 }
 
-std::vector<Bookmark> bookmarksFrom(Fields& in) {
+std::vector<Bookmark> parseBookmarks(Fields& in) {
     std::vector<Bookmark> marks;
-    for (Fields& one : in.childrenOrNone("bookmarks", kMostBookmarks)) {
+    for (Fields& one : in.childrenOrNone("bookmarks", kMaxBookmarks)) {
         // An invalid byte is replaced by three.
-        marks.push_back({one.count("tick"), one.text("text", 3 * kLongestBookmark)});
+        marks.push_back({one.count("tick"), one.text("text", 3 * kMaxBookmarkBytes)});
         if (marks.size() > 1 && marks.back().tick < marks[marks.size() - 2].tick)
             one.refuse("tick", "before that of the previous bookmark");
     }
     return marks;
 }
 
-patient::PlannedPath pathFrom(Fields in) {
+patient::PlannedPath parsePath(Fields in) {
     patient::PlannedPath path;
     path.entry_m = in.vector("entry_m");
     path.target_m = in.vector("target_m");
@@ -257,7 +234,7 @@ void writeInfo(const RecordInfo& info, const std::filesystem::path& folder) {
 
 // Creates the folder and removes an earlier record from it. record.json is removed first, so that a crash
 // cannot leave it beside new inputs.
-std::filesystem::path emptied(const std::filesystem::path& folder) {
+std::filesystem::path createEmptyFolder(const std::filesystem::path& folder) {
     const std::filesystem::path place = std::filesystem::absolute(folder);
     std::filesystem::create_directories(place);
     std::filesystem::remove(place / "record.json");
@@ -270,7 +247,7 @@ std::filesystem::path emptied(const std::filesystem::path& folder) {
 
 RecordWriter::RecordWriter(const std::filesystem::path& folder, const RecordHeader& header,
                            const RecordInfo& info)
-    : folder_(emptied(folder)), info_(info), inputs_(folder_ / "inputs.bin", encodeHeader(header)) {
+    : folder_(createEmptyFolder(folder)), info_(info), inputs_(folder_ / "inputs.bin", encodeHeader(header)) {
     info_.end.reset();
     info_.lost.reset();
     writeInfo(info_, folder_);
@@ -283,15 +260,15 @@ void RecordWriter::add(const TickInput& input, std::uint64_t tick, std::uint64_t
         finish();
         return;
     }
-    ByteSink sink(frame_);
-    putTick(sink, input);
+    ByteWriter sink(frame_);
+    writeTick(sink, input);
     last_ = {tick, state_hash};
     if (++frame_count_ == kFrameTicks) writeFrame();
 }
 
 void RecordWriter::bookmark(Bookmark mark) {
-    if (ended_ || info_.bookmarks.size() >= kMostBookmarks) return;
-    mark.text = shortened(mark.text);
+    if (ended_ || info_.bookmarks.size() >= kMaxBookmarks) return;
+    mark.text = truncated(mark.text);
     info_.bookmarks.push_back(std::move(mark));
     writeInfo(info_, folder_);
 }
@@ -329,12 +306,12 @@ RecordInfo parseInfo(std::string_view text, const std::filesystem::path& file) {
     info.patient_folder = patient.text("folder");
     info.patient_name = patient.text("name");
     info.scenario = in.text("scenario");
-    info.moments = in.texts("moments", kMostMoments);
+    info.capture_points = in.texts("moments", kMaxCapturePoints);
     info.approach_distance_m = in.number("approach_distance_m");
     info.seed = in.count("seed");
     info.gain = in.number("gain");
-    info.path = pathFrom(in.child("path"));
-    info.bookmarks = bookmarksFrom(in);
+    info.path = parsePath(in.child("path"));
+    info.bookmarks = parseBookmarks(in);
     if (in.has("state_hash")) info.end = RecordEnd{in.count("final_tick"), in.hex("state_hash")};
     if (in.has("lost_ticks")) {
         Fields lost = in.child("lost_ticks");
@@ -345,9 +322,7 @@ RecordInfo parseInfo(std::string_view text, const std::filesystem::path& file) {
 
 Record loadRecord(const std::filesystem::path& folder) {
     Record record;
-    const std::vector<unsigned char> text = readAll(folder / "record.json");
-    record.info =
-        parseInfo({reinterpret_cast<const char*>(text.data()), text.size()}, folder / "record.json");
+    record.info = parseInfo(readWholeFile(folder / "record.json", kMaxInfoBytes), folder / "record.json");
     parseInputs(readAll(folder / "inputs.bin"), folder / "inputs.bin", record);
     return record;
 }

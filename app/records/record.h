@@ -20,7 +20,8 @@ namespace stylet::records {
 
 inline constexpr std::uint32_t kRecordVersion = 8;
 
-// The inputs of a recomputation besides the patient. The profile's two texts are not stored.
+// What a recomputation needs besides the patient and the ticks. The name and source of
+// the device profile are not stored.
 struct RecordHeader {
     std::uint64_t package_digest = 0;
     haptics::SimulationSettings settings;
@@ -41,21 +42,21 @@ struct Bookmark {
     std::uint64_t tick = 0;
     std::string text;  // may be empty
 };
-inline constexpr std::size_t kMostBookmarks = 1000, kLongestBookmark = 512;
+inline constexpr std::size_t kMaxBookmarks = 1000, kMaxBookmarkBytes = 512;
 
 struct RecordInfo {
     std::string program_version;
     std::filesystem::path patient_folder;
     std::string patient_name;
     std::string scenario;
-    std::vector<std::string> moments;
+    std::vector<std::string> capture_points;
     double approach_distance_m = 0.0;
     std::uint64_t seed = 0;
     double gain = 1.0;
     patient::PlannedPath path;
     std::vector<Bookmark> bookmarks;  // by tick
     std::optional<RecordEnd> end;     // absent: the attempt was interrupted
-    std::optional<LostTicks> lost;    // the record ends before them; the attempt continued
+    std::optional<LostTicks> lost;    // the record ends before these ticks; the attempt continued
 };
 
 // Appends frames as ticks arrive. After a crash the file is complete up to the last frame, after a power
@@ -66,7 +67,7 @@ class RecordWriter {
     RecordWriter(const std::filesystem::path& folder, const RecordHeader&, const RecordInfo&);
     // `state_hash` covers the whole attempt (app/training/attempt_fold.h).
     void add(const haptics::TickInput&, std::uint64_t tick, std::uint64_t state_hash);
-    // Writes the bookmark to record.json at once. Bookmarks beyond kMostBookmarks are dropped.
+    // Writes the bookmark to record.json at once. Bookmarks beyond kMaxBookmarks are dropped.
     void bookmark(Bookmark);
     // Writes the current frame, and the end into record.json. Returns when both are on the disk.
     void finish();
@@ -100,8 +101,7 @@ struct Record {
     std::uint64_t torn_bytes = 0;         // bytes behind the last whole frame; ignored
 };
 
-// Throws DataError for a bad header, version or record.json. Ignores a torn tail behind the last whole
-// frame.
+// Throws DataError for a bad header, version or record.json. Ignores a torn tail behind the last whole frame.
 Record loadRecord(const std::filesystem::path& folder);
 
 // Parse the contents of a record's two files. `file` is used in error messages.

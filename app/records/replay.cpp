@@ -1,5 +1,7 @@
 #include "app/records/replay.h"
 
+#include <fmt/core.h>
+
 #include "app/training/attempt_fold.h"
 #include "base/hex.h"
 
@@ -12,19 +14,19 @@ std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient, co
     bool presses = haptics::pressesOnSkin(record.header.settings.tools.first);
     for (const haptics::TickInput& input : record.inputs)
         for (std::uint32_t i = 0; i < input.command_count; ++i)
-            presses = presses || haptics::takesToolOnSkin(input.commands[i]);
+            presses = presses || haptics::selectsSkinTool(input.commands[i]);
     if (!presses) return std::nullopt;
     return haptics::makeTouchMap(patient);
 }
 
 }  // namespace
 
-ReplayResult replay(const patient::Patient& patient, const Record& record, const EachTick& each) {
+ReplayResult replay(const patient::Patient& patient, const Record& record, const TickCallback& each) {
     const std::uint64_t digest = patient::digest(patient.package());
     if (digest != record.header.package_digest)
         throw DataError(record.info.patient_folder, "digest",
-                        "this patient is " + hexText(digest) + ", the record was made on " +
-                            hexText(record.header.package_digest));
+                        fmt::format("this patient is {}, the record was made on {}", hexText(digest),
+                                    hexText(record.header.package_digest)));
     const std::optional<haptics::TouchMap> touch = touchMapFor(patient, record);
     haptics::Simulation simulation(patient, record.header.settings, touch ? &*touch : nullptr);
     training::AttemptFold fold(patient, record.header.settings.dt_s);
@@ -34,16 +36,16 @@ ReplayResult replay(const patient::Patient& patient, const Record& record, const
     auto checkpoint = record.checkpoints.begin();
     for (const haptics::TickInput& input : record.inputs) {
         simulation.step(input, output, events);
-        result.state_hash = fold.take(input, output);
+        result.state_hash = fold.step(input, output);
         ++result.ticks;
         if (each) each(input, output, events);
         if (checkpoint == record.checkpoints.end() || checkpoint->ticks != result.ticks) continue;
-        if (!result.differs_at && checkpoint->state_hash != result.state_hash)
-            result.differs_at = *checkpoint;
+        if (!result.first_mismatch && checkpoint->state_hash != result.state_hash)
+            result.first_mismatch = *checkpoint;
         ++checkpoint;
     }
-    result.end_missed = record.info.end && (record.info.end->tick != output.tick ||
-                                            record.info.end->state_hash != result.state_hash);
+    result.end_mismatch = record.info.end && (record.info.end->tick != output.tick ||
+                                              record.info.end->state_hash != result.state_hash);
     return result;
 }
 

@@ -12,16 +12,16 @@ struct ReplayResult {
     std::uint64_t ticks = 0;
     std::uint64_t state_hash = 0;
     // The first frame whose recorded hash differs. The difference arose in the ticks of that frame.
-    std::optional<Checkpoint> differs_at;
-    // record.json names an end that was not reached, or whose state hash differs.
-    bool end_missed = false;
-    bool equal() const { return !differs_at && !end_missed; }
+    std::optional<Checkpoint> first_mismatch;
+    // record.json lists a last tick that was not reached, or another state hash at the end.
+    bool end_mismatch = false;
+    bool equal() const { return !first_mismatch && !end_mismatch; }
 };
 
-using EachTick =
+using TickCallback =
     std::function<void(const haptics::TickInput&, const haptics::TickOutput&, const haptics::NeedleEvents&)>;
 
 // Throws DataError if the record was made with another patient. `each` may be empty.
-ReplayResult replay(const patient::Patient&, const Record&, const EachTick& each);
+ReplayResult replay(const patient::Patient&, const Record&, const TickCallback& each);
 
 }  // namespace stylet::records

@@ -22,19 +22,15 @@ enum Flag : std::uint32_t { kHeld = 1, kGuided = 2, kParked = 4 };
 template <typename AnySample, typename Visit>
 void eachSampleNumber(AnySample& s, Visit visit) {
     const auto vector = [&](auto& v) { visit(v.x), visit(v.y), visit(v.z); };
-    const auto pose = [&](auto& p) {
-        visit(p.rotation.w), visit(p.rotation.x), visit(p.rotation.y), visit(p.rotation.z);
-        vector(p.position_m);
-    };
-    pose(s.patient_from_tool);
+    eachPoseNumber(s.patient_from_tool, visit);
     vector(s.tip_m), vector(s.axis);
-    pose(s.patient_from_probe);
+    eachPoseNumber(s.patient_from_probe, visit);
     visit(s.depth_m), visit(s.force_n);
     vector(s.tool_force_n), vector(s.sent_n);
     visit(s.extension_m), visit(s.breath_v), visit(s.clearance_m);
 }
 
-void putSample(ByteSink& sink, const Sample& s) {
+void writeSample(ByteWriter& sink, const Sample& s) {
     sink.u32(std::uint32_t(s.tool) | std::uint32_t(s.phase) << 8 | std::uint32_t(s.tissue) << 16 |
              std::uint32_t(s.label) << 24);
     sink.u32((s.breath_held ? kHeld : 0u) | (s.needle_in_guide ? kGuided : 0u) |
@@ -44,7 +40,7 @@ void putSample(ByteSink& sink, const Sample& s) {
 }
 
 // Returns false for an unknown tool, phase or tissue.
-bool takeSample(ByteSource& source, Sample& s) {
+bool readSample(ByteReader& source, Sample& s) {
     const std::uint32_t kinds = source.u32(), flags = source.u32();
     s.faults = source.u32();
     eachSampleNumber(s, [&](double& v) { v = double(source.f32()); });
@@ -62,33 +58,33 @@ bool takeSample(ByteSource& source, Sample& s) {
     return source.ok();
 }
 
-std::vector<unsigned char> headerOf(const SamplesHeader& header) {
+std::vector<unsigned char> encodeSamplesHeader(const SamplesHeader& header) {
     std::vector<unsigned char> body;
-    ByteSink sink(body);
+    ByteWriter sink(body);
     sink.u64(header.package_digest);
     sink.f64(header.dt_s);
     sink.u32(kSampleBytes);
-    return fileHeader(kSamplesFile, body);
+    return encodeFileHeader(kSamplesFile, body);
 }
 
-SamplesHeader headerFrom(std::span<const unsigned char> bytes, const std::filesystem::path& file) {
-    ByteSource body(bytes);
+SamplesHeader decodeSamplesHeader(std::span<const unsigned char> bytes, const std::filesystem::path& file) {
+    ByteReader body(bytes);
     const SamplesHeader header{body.u64(), body.f64()};
     const std::uint32_t sample_bytes = body.u32();
-    if (!body.ok() || body.left() != 0 || sample_bytes != kSampleBytes)
+    if (!body.ok() || body.remaining() != 0 || sample_bytes != kSampleBytes)
         throw DataError(file, "header", "its size does not fit its version");
     if (!(header.dt_s > 0.0 && header.dt_s <= 1.0))
         throw DataError(file, "dt_s", "must be more than 0 and at most 1");
     return header;
 }
 
-bool takeSamples(const Frame& frame, std::uint64_t after, std::vector<Sample>& samples) {
+bool readSamples(const Frame& frame, std::uint64_t after, std::vector<Sample>& samples) {
     if (frame.first <= after || frame.last - frame.first + 1 != frame.ticks) return false;
     if (frame.body.size() != std::size_t(frame.ticks) * kSampleBytes) return false;
-    ByteSource body(frame.body);
+    ByteReader body(frame.body);
     std::vector<Sample> fresh(frame.ticks);
     for (std::size_t i = 0; i < fresh.size(); ++i) {
-        if (!takeSample(body, fresh[i])) return false;
+        if (!readSample(body, fresh[i])) return false;
         fresh[i].tick = frame.first + i;
     }
     samples.insert(samples.end(), fresh.begin(), fresh.end());
@@ -97,7 +93,7 @@ bool takeSamples(const Frame& frame, std::uint64_t after, std::vector<Sample>& s
 
 }  // namespace
 
-Sample sampleOf(const TickOutput& now, double clearance_m) {
+Sample makeSample(const TickOutput& now, double clearance_m) {
     Sample s;
     s.tick = now.tick;
     s.tool = now.tool;
@@ -122,15 +118,15 @@ Sample sampleOf(const TickOutput& now, double clearance_m) {
     return s;
 }
 
-bool sameInFile(const Sample& a, const Sample& b) {
+bool equalWhenEncoded(const Sample& a, const Sample& b) {
     std::vector<unsigned char> bytes_a, bytes_b;
-    ByteSink sink_a(bytes_a), sink_b(bytes_b);
-    putSample(sink_a, a), putSample(sink_b, b);
+    ByteWriter sink_a(bytes_a), sink_b(bytes_b);
+    writeSample(sink_a, a), writeSample(sink_b, b);
     return a.tick == b.tick && bytes_a == bytes_b;
 }
 
 SampleWriter::SampleWriter(const std::filesystem::path& folder, const SamplesHeader& header)
-    : file_(folder / "samples.bin", headerOf(header)) {
+    : file_(folder / "samples.bin", encodeSamplesHeader(header)) {
     syncFolder(folder);
 }
 
@@ -138,8 +134,8 @@ void SampleWriter::add(const Sample& sample) {
     if (count_ > 0 && sample.tick != last_ + 1) writeFrame();
     if (count_ == 0) first_ = sample.tick;
     last_ = sample.tick;
-    ByteSink sink(body_);
-    putSample(sink, sample);
+    ByteWriter sink(body_);
+    writeSample(sink, sample);
     if (++count_ == kFrameTicks) writeFrame();
 }
 
@@ -155,13 +151,13 @@ void SampleWriter::finish() {
 }
 
 Samples parseSamples(std::span<const unsigned char> bytes, const std::filesystem::path& file) {
-    const FileHead head = fileHead(bytes, file, kSamplesFile);
+    const ParsedHeader head = parseFileHeader(bytes, file, kSamplesFile);
     Samples samples;
-    samples.header = headerFrom(head.body, file);
+    samples.header = decodeSamplesHeader(head.body, file);
     std::size_t position = head.size;
     std::uint64_t after = 0;
-    while (const std::optional<Frame> frame = frameAt(bytes.subspan(position))) {
-        if (!takeSamples(*frame, after, samples.samples)) break;
+    while (const std::optional<Frame> frame = parseFrame(bytes.subspan(position))) {
+        if (!readSamples(*frame, after, samples.samples)) break;
         after = frame->last;
         position += frame->size;
     }

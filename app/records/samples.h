@@ -15,8 +15,8 @@ namespace stylet::records {
 
 inline constexpr std::uint32_t kSamplesVersion = 1;
 
-// In the patient frame, except sent_n. Numbers are stored as 32-bit floats: positions are accurate to some
-// nm.
+// In the patient frame, except sent_n. Numbers are stored as 32-bit floats, so positions are accurate to tens
+// of nm.
 struct Sample {
     std::uint64_t tick = 0;
     haptics::Tool tool = haptics::Tool::needle;  // the active tool
@@ -37,9 +37,9 @@ struct Sample {
     std::uint32_t faults = 0;  // haptics fault bits
 };
 
-Sample sampleOf(const haptics::TickOutput&, double clearance_m);
+Sample makeSample(const haptics::TickOutput&, double clearance_m);
 // Returns true if both samples are stored as the same bits.
-bool sameInFile(const Sample&, const Sample&);
+bool equalWhenEncoded(const Sample&, const Sample&);
 
 struct SamplesHeader {
     std::uint64_t package_digest = 0;

@@ -4,7 +4,7 @@
 
 namespace stylet::records {
 
-void shutDown(int socket) noexcept {
+void shutdownSocket(int socket) noexcept {
     shutdown(socket, SHUT_RDWR);
 }
 

@@ -4,6 +4,6 @@
 namespace stylet::records {
 
 // Wakes any thread that waits on the socket, with an error. Does not close the socket.
-void shutDown(int socket) noexcept;
+void shutdownSocket(int socket) noexcept;
 
 }  // namespace stylet::records

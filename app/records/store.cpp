@@ -1,12 +1,13 @@
 #include "app/records/store.h"
 
 #include <SQLiteCpp/SQLiteCpp.h>
+#include <SQLiteCpp/VariadicBind.h>
+#include <fmt/chrono.h>
 #include <sqlite3.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <cstdio>
+#include <cmath>
 #include <ctime>
 #include <random>
 
@@ -23,11 +24,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kPatience_ms = 10000;  // to wait for another process that writes
-constexpr int kShortPatience_ms = 50;
+constexpr int kBusyTimeout_ms = 10000;  // longest wait for another process that writes
+constexpr int kShortBusyTimeout_ms = 50;
 constexpr const char* kReserve = ".reserve";  // deleted to make room when the disk is full
 constexpr std::size_t kReserveBytes = 1 << 20;
-constexpr std::size_t kMostTrainee = 64;
+constexpr std::size_t kMaxTraineeLength = 64;
 
 struct Now {
     std::string compact, full;
@@ -39,19 +40,13 @@ Now utcNow() {
     const auto ms =
         std::chrono::duration_cast<std::chrono::milliseconds>(now.time_since_epoch()).count() % 1000;
     const std::tm utc = *std::gmtime(&seconds);
-    std::array<char, 64> compact{}, full{}, tail{};
-    std::strftime(compact.data(), compact.size(), "%Y%m%dT%H%M%SZ", &utc);
-    std::strftime(full.data(), full.size(), "%Y-%m-%dT%H:%M:%S", &utc);
-    std::snprintf(tail.data(), tail.size(), ".%03dZ", int(ms));
-    return {compact.data(), std::string(full.data()) + tail.data()};
+    return {fmt::format("{:%Y%m%dT%H%M%SZ}", utc), fmt::format("{:%Y-%m-%dT%H:%M:%S}.{:03}Z", utc, ms)};
 }
 
 // Ids sort by time. The random tail separates attempts begun in the same second, here or at another site.
 std::string newId(const std::string& compact) {
     std::random_device random;
-    std::array<char, 16> tail{};
-    std::snprintf(tail.data(), tail.size(), "-%08x", unsigned(random()));
-    return compact + tail.data();
+    return fmt::format("{}-{:08x}", compact, unsigned(random()));
 }
 
 void syncTree(const fs::path& folder) {
@@ -66,38 +61,67 @@ void syncTree(const fs::path& folder) {
 
 // Returns true if the attempt's folder contains no data. The program that created it then ended before it
 // stored the attempt's database row, so the id was never used and the folder can be deleted.
-bool neverBegun(const fs::path& folder) {
+bool isEmptyAttemptFolder(const fs::path& folder) {
     if (!fs::is_directory(folder)) return false;
     for (const auto& entry : fs::directory_iterator(folder))
-        if (entry.path().filename() != kWriting) return false;
+        if (entry.path().filename() != kLockFile) return false;
     return true;
+}
+
+bool isCausedBy(const SQLite::Exception& e, int code) {
+    return (e.getErrorCode() & 0xff) == code;  // without the bits of the extended code
+}
+
+// Binds the values in order and runs the statement, which can then be run again. NaN becomes NULL.
+template <typename... Values>
+void run(SQLite::Statement& statement, const Values&... values) {
+    SQLite::bind(statement, values...);
+    statement.exec();
+    statement.reset();
+}
+
+template <typename... Values>
+void execute(SQLite::Database& database, const char* sql, const Values&... values) {
+    SQLite::Statement statement(database, sql);
+    run(statement, values...);
+}
+
+// The first column of every selected row.
+template <typename... Values>
+std::vector<std::string> selectTexts(SQLite::Database& database, const char* sql, const Values&... values) {
+    SQLite::Statement row(database, sql);
+    SQLite::bind(row, values...);
+    std::vector<std::string> texts;
+    while (row.executeStep())
+        texts.push_back(row.getColumn(0).getString());
+    return texts;
 }
 
 // Scope in which database writes do not wait for the disk. They survive a crash of the program. They survive
 // a loss of power only after a later write that does wait.
-class NoWaiting {
+class RelaxedSync {
   public:
-    explicit NoWaiting(SQLite::Database& database) : database_(database) {
+    explicit RelaxedSync(SQLite::Database& database) : database_(database) {
         database_.exec("PRAGMA synchronous = NORMAL");
     }
-    ~NoWaiting() { database_.tryExec("PRAGMA synchronous = FULL"); }
-    NoWaiting(const NoWaiting&) = delete;
-    NoWaiting& operator=(const NoWaiting&) = delete;
+    ~RelaxedSync() { database_.tryExec("PRAGMA synchronous = FULL"); }
+    RelaxedSync(const RelaxedSync&) = delete;
+    RelaxedSync& operator=(const RelaxedSync&) = delete;
 
   private:
     SQLite::Database& database_;
 };
 
-// Scope in which a database write waits for locks of other processes for at most kShortPatience_ms, not
-// kPatience_ms.
-class Hurry {
+// Scope in which a database write waits at most kShortBusyTimeout_ms for locks of other processes, instead of
+// kBusyTimeout_ms.
+class ShortBusyTimeout {
   public:
-    explicit Hurry(SQLite::Database& database) : database_(database) {
-        database_.setBusyTimeout(kShortPatience_ms);
+    explicit ShortBusyTimeout(SQLite::Database& database) : database_(database) {
+        database_.setBusyTimeout(kShortBusyTimeout_ms);
     }
-    ~Hurry() { sqlite3_busy_timeout(database_.getHandle(), kPatience_ms); }
-    Hurry(const Hurry&) = delete;
-    Hurry& operator=(const Hurry&) = delete;
+    ~ShortBusyTimeout() { sqlite3_busy_timeout(database_.getHandle(), kBusyTimeout_ms); }
+    ShortBusyTimeout(const ShortBusyTimeout&) = delete;
+    ShortBusyTimeout& operator=(const ShortBusyTimeout&) = delete;
 
   private:
     SQLite::Database& database_;
@@ -108,7 +132,7 @@ class Hurry {
 void checkTrainee(const std::string& trainee) {
     const auto refuse = [&](const std::string& reason) { throw DataError(trainee, "trainee", reason); };
     if (trainee.empty()) refuse("is empty: a pseudonym is needed");
-    if (trainee.size() > kMostTrainee) refuse("is longer than 64 letters");
+    if (trainee.size() > kMaxTraineeLength) refuse("is longer than 64 letters");
     const auto fits = [](char c) {
         return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
                c == '_' || c == '-';
@@ -119,7 +143,7 @@ void checkTrainee(const std::string& trainee) {
 
 // Turns any error into a DataError that names the store's file.
 template <typename Act>
-auto Store::guarded(Act act) const {
+auto Store::translateErrors(Act act) const {
     try {
         return act();
     } catch (const SQLite::Exception& e) {
@@ -132,39 +156,45 @@ auto Store::guarded(Act act) const {
 }
 
 Store::Store(const fs::path& folder) : folder_(fs::absolute(folder)), file_(folder_ / "store.sqlite") {
-    guarded([&] {
+    translateErrors([&] {
         fs::create_directories(folder_ / "attempts");
-        // Even reading writes files beside the database, and SQLite's error would not name the cause.
+        // Even reading creates files beside the database. If that fails, SQLite's error does not name the
+        // cause.
         checkWritable(folder_);
-        try {
-            open();
-        } catch (const SQLite::Exception& e) {
-            // Even reading needs some free space: delete the reserve and try again.
-            if ((e.getErrorCode() & 0xff) != SQLITE_FULL || !fs::remove(folder_ / kReserve)) throw;
-            open();
-            return;
-        }
-        keepReserve();
+        if (!withReserve([&] { open(); })) ensureReserve();  // even reading needs some free space
     });
     // If recovery fails, for example on a full disk, reading and deleting still work.
-    const auto attempted = [&](const char* what, const auto& act) {
+    const auto tryStep = [&](const char* what, const auto& act) {
         try {
-            guarded(act);
+            translateErrors(act);
         } catch (const std::exception& e) {
-            unfinished_.push_back(std::string(what) +
-                                  ", and is tried again at the next opening: " + e.what());
+            failed_steps_.push_back(std::string(what) +
+                                    ", and is tried again at the next opening: " + e.what());
         }
     };
-    attempted("a deletion is not complete", [&] { removeDoomed(); });
-    attempted("the search for interrupted attempts did not finish", [&] { recover(); });
+    tryStep("a deletion is not complete", [&] { deleteMarked(); });
+    tryStep("the search for interrupted attempts did not finish", [&] { recover(); });
+}
+
+// Runs `act`. If the disk is full, deletes the reserve, runs `act` again and returns true.
+template <typename Act>
+bool Store::withReserve(const Act& act) {
+    try {
+        act();
+        return false;
+    } catch (const SQLite::Exception& e) {
+        if (!isCausedBy(e, SQLITE_FULL) || !fs::remove(folder_ / kReserve)) throw;
+    }
+    act();
+    return true;
 }
 
 void Store::open() {
     database_ = std::make_unique<SQLite::Database>(
-        file_.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kPatience_ms);
+        file_.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kBusyTimeout_ms);
     {
-        const SQLite::Transaction same_instant(*database_);
-        needStore();  // check before anything is changed
+        const SQLite::Transaction read_snapshot(*database_);
+        checkIsStore();  // check before anything is changed
     }
     database_->exec("PRAGMA journal_mode = WAL");
     database_->exec("PRAGMA synchronous = FULL");
@@ -176,28 +206,28 @@ void Store::open() {
 Store::~Store() = default;
 Store::Store(Store&&) noexcept = default;
 
-std::vector<std::string> Store::news() const {
+std::vector<std::string> Store::openingMessages() const {
     std::vector<std::string> lines;
-    for (const Recovered& cut : recovered_)
+    for (const RecoveredAttempt& cut : recovered_)
         lines.push_back(describe(cut));
-    lines.insert(lines.end(), unfinished_.begin(), unfinished_.end());
+    lines.insert(lines.end(), failed_steps_.begin(), failed_steps_.end());
     return lines;
 }
 
-int Store::numberIn(const char* sql) const {
+int Store::queryInt(const char* sql) const {
     return database_->execAndGet(sql).getInt();
 }
 
-void Store::needStore() const {
-    const int made_by = numberIn("PRAGMA application_id");
-    if (made_by != kStoreId && (made_by != 0 || numberIn("SELECT count(*) FROM sqlite_schema") > 0))
+void Store::checkIsStore() const {
+    const int made_by = queryInt("PRAGMA application_id");
+    if (made_by != kStoreId && (made_by != 0 || queryInt("SELECT count(*) FROM sqlite_schema") > 0))
         throw DataError(file_, "application_id", "this is not a Stylet store");
 }
 
 void Store::migrate() {
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-    needStore();
-    const int version = numberIn("PRAGMA user_version"), newest = int(schemaSteps().size());
+    checkIsStore();
+    const int version = queryInt("PRAGMA user_version"), newest = int(schemaSteps().size());
     if (version < 0) throw DataError(file_, "user_version", "is below 0");
     if (version > newest)
         throw DataError(file_, "user_version",
@@ -205,7 +235,7 @@ void Store::migrate() {
     if (version == newest) return;
     for (const char* step : schemaSteps().subspan(std::size_t(version)))
         database_->exec(step);
-    sumUpOlder();
+    storeMissingChecksums();
     database_->exec("PRAGMA application_id = " + std::to_string(kStoreId));
     database_->exec("PRAGMA user_version = " + std::to_string(newest));
     change.commit();
@@ -213,77 +243,58 @@ void Store::migrate() {
     syncFolder(folder_.parent_path());
 }
 
-fs::path Store::folderOf(const std::string& id) const {
+fs::path Store::attemptFolder(const std::string& id) const {
     if (!isAttemptId(id)) throw DataError(file_, "id", "\"" + id + "\" is not an attempt id");
     return folder_ / "attempts" / id;
 }
 
 bool Store::isBeingWritten(const std::string& id) const {
-    const fs::path lock = folderOf(id) / kWriting;
-    return open_.contains(id) || (fs::exists(lock) && !FileLock::tryTake(lock));
+    const fs::path lock = attemptFolder(id) / kLockFile;
+    return open_.contains(id) || (fs::exists(lock) && !FileLock::tryLock(lock));
 }
 
-void Store::execute(const char* sql, const std::vector<std::string>& values) const {
-    SQLite::Statement statement(*database_, sql);
-    for (std::size_t i = 0; i < values.size(); ++i)
-        statement.bind(int(i) + 1, values[i]);
-    statement.exec();
-}
-
-// Stores the checksums of an attempt that is finished or cut short. Such an attempt does not change any
-// more.
-void Store::sumUp(const std::string& id) {
-    const std::uint32_t rows = rowsSum(readAttempt(id));
-    const auto files = fs::exists(folderOf(id)) ? sumsOf(folderOf(id)) : std::vector<StoredFile>();
-    SQLite::Statement row(*database_,
-                          "INSERT INTO file (attempt, path, bytes, crc32) SELECT number, ?, ?, ? FROM "
-                          "attempt WHERE id = ?");
-    for (const StoredFile& file : files) {
-        row.bind(1, file.file.generic_string());
-        row.bind(2, std::int64_t(file.bytes));
-        row.bind(3, std::int64_t(file.crc32));
-        row.bind(4, id);
-        row.exec();
-        row.reset();
-    }
-    execute("UPDATE attempt SET crc32 = ? WHERE id = ?", {std::to_string(rows), id});
+// Stores the checksums of an attempt that is finished or cut short. Such an attempt does not change any more.
+void Store::storeChecksums(const std::string& id) {
+    const std::uint32_t rows = computeRowsChecksum(readAttempt(id));
+    const auto files =
+        fs::exists(attemptFolder(id)) ? computeChecksums(attemptFolder(id)) : std::vector<StoredFile>();
+    SQLite::Statement row(
+        *database_,
+        "INSERT INTO file (attempt, path, bytes, crc32) SELECT number, ?, ?, ? FROM attempt WHERE id = ?");
+    for (const StoredFile& file : files)
+        run(row, file.file.generic_string(), std::int64_t(file.bytes), file.crc32, id);
+    execute(*database_, "UPDATE attempt SET crc32 = ? WHERE id = ?", rows, id);
 }
 
 // Adds the file checksums of attempts that were stored with schema 1, which had no checksums. The centre uses
 // the checksums as the list of an attempt's files.
-void Store::sumUpOlder() {
-    for (const std::string& id : idsWhere("state <> 'running' AND crc32 IS NULL"))
+void Store::storeMissingChecksums() {
+    for (const std::string& id : selectTexts(
+             *database_, "SELECT id FROM attempt WHERE state <> 'running' AND crc32 IS NULL ORDER BY number"))
         try {
-            sumUp(id);
+            storeChecksums(id);
         } catch (const std::exception& e) {
-            unfinished_.push_back("attempt " + id + " has no checksums: " + e.what());
+            failed_steps_.push_back("attempt " + id + " has no checksums: " + e.what());
         }
 }
 
 // Stores the attempt's checksums and queues it for the centre.
-void Store::settle(const std::string& id) {
-    sumUp(id);
-    execute("INSERT INTO outbox (kind, what) VALUES ('attempt', ?)", {id});
-}
-
-std::vector<std::string> Store::idsWhere(const std::string& condition) const {
-    std::vector<std::string> ids;
-    SQLite::Statement row(*database_, "SELECT id FROM attempt WHERE " + condition + " ORDER BY number");
-    while (row.executeStep())
-        ids.push_back(row.getColumn(0).getString());
-    return ids;
+void Store::finalizeAttempt(const std::string& id) {
+    storeChecksums(id);
+    execute(*database_, "INSERT INTO outbox (kind, what) VALUES ('attempt', ?)", id);
 }
 
 void Store::recover() {
-    for (const std::string& id : idsWhere("state = 'running'"))
+    for (const std::string& id :
+         selectTexts(*database_, "SELECT id FROM attempt WHERE state = 'running' ORDER BY number"))
         try {
-            guarded([&] { recoverAttempt(id); });
+            translateErrors([&] { recoverAttempt(id); });
         } catch (const std::exception& e) {
-            unfinished_.push_back("attempt " + id + " was cut short and cannot be recovered: " + e.what());
+            failed_steps_.push_back("attempt " + id + " was cut short and cannot be recovered: " + e.what());
         }
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
     for (const fs::path& folder : unknownFolders())
-        if (neverBegun(folder)) fs::remove_all(folder);
+        if (isEmptyAttemptFolder(folder)) fs::remove_all(folder);
     change.commit();
 }
 
@@ -291,67 +302,59 @@ void Store::recover() {
 // begin() and finish() hold the same lock while they change an attempt's state and its lock file.
 void Store::recoverAttempt(const std::string& id) {
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-    SQLite::Statement running(*database_, "SELECT 1 FROM attempt WHERE state = 'running' AND id = ?");
-    running.bind(1, id);
-    if (!running.executeStep() || isBeingWritten(id)) return;
-    running.reset();
-    Recovered found{id, cutTails(folderOf(id))};
-    fs::remove(folderOf(id) / kWriting);
-    if (fs::exists(folderOf(id))) syncTree(folderOf(id));
-    execute("UPDATE attempt SET state = 'cut_short' WHERE id = ?", {id});
-    settle(id);
+    if (selectTexts(*database_, "SELECT id FROM attempt WHERE state = 'running' AND id = ?", id).empty() ||
+        isBeingWritten(id))
+        return;
+    RecoveredAttempt found{id, truncateTornTails(attemptFolder(id))};
+    fs::remove(attemptFolder(id) / kLockFile);
+    if (fs::exists(attemptFolder(id))) syncTree(attemptFolder(id));
+    execute(*database_, "UPDATE attempt SET state = 'cut_short' WHERE id = ?", id);
+    finalizeAttempt(id);
     change.commit();
     recovered_.push_back(std::move(found));
 }
 
 std::vector<fs::path> Store::unknownFolders() const {
-    return guarded([&] {
+    return translateErrors([&] {
         std::vector<fs::path> unknown;
-        for (const auto& entry : fs::directory_iterator(folder_ / "attempts")) {
-            SQLite::Statement known(*database_, "SELECT 1 FROM attempt WHERE id = ?");
-            known.bind(1, entry.path().filename().string());
-            if (!known.executeStep()) unknown.push_back(entry.path());
-        }
+        for (const auto& entry : fs::directory_iterator(folder_ / "attempts"))
+            if (selectTexts(*database_, "SELECT id FROM attempt WHERE id = ?",
+                            entry.path().filename().string())
+                    .empty())
+                unknown.push_back(entry.path());
         std::sort(unknown.begin(), unknown.end());
         return unknown;
     });
 }
 
 FileLock Store::makeFolder(const std::string& id) const {
-    fs::create_directory(folderOf(id));
-    auto lock = FileLock::tryTake(folderOf(id) / kWriting);
-    if (!lock) throw DataError(folderOf(id), "lock", "held by another process");
-    syncFolder(folderOf(id));
+    fs::create_directory(attemptFolder(id));
+    auto lock = FileLock::tryLock(attemptFolder(id) / kLockFile);
+    if (!lock) throw DataError(attemptFolder(id), "lock", "held by another process");
+    syncFolder(attemptFolder(id));
     syncFolder(folder_ / "attempts");
     return std::move(*lock);
 }
 
 std::string Store::begin(const AttemptInfo& info) {
     checkTrainee(info.trainee);
-    return guarded([&] {
+    return translateErrors([&] {
         const Now now = utcNow();
         const std::string id = newId(now.compact);
         SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-        SQLite::Statement row(*database_,
-                              "INSERT INTO attempt (id, trainee, started_utc, state, device, patient, "
-                              "patient_digest, scenario, "
-                              "difficulty, program_version, seed, dt_s, device_gain, registration_rms_m) "
-                              "VALUES (?, ?, ?, 'running', ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
-        int place = 0;
-        for (const std::string& text :
-             {id, info.trainee, now.full, info.device, info.patient, hexText(info.patient_digest),
-              info.scenario, info.difficulty, info.program_version, std::to_string(info.seed)})
-            row.bind(++place, text);
-        row.bind(++place, info.dt_s);
-        row.bind(++place, info.device_gain);
-        if (info.registration_rms_m) row.bind(++place, *info.registration_rms_m);
-        row.exec();
+        execute(*database_,
+                "INSERT INTO attempt (id, trainee, started_utc, state, device, patient, patient_digest, "
+                "scenario, difficulty, program_version, seed, dt_s, device_gain, registration_rms_m) "
+                "VALUES (?, ?, ?, 'running', ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                id, info.trainee, now.full, info.device, info.patient, hexText(info.patient_digest),
+                info.scenario, info.difficulty, info.program_version, std::to_string(info.seed), info.dt_s,
+                info.device_gain, info.registration_rms_m.value_or(std::nan("")));
         FileLock lock = makeFolder(id);
         try {
             change.commit();
         } catch (...) {
             std::error_code ignored;
-            fs::remove_all(folderOf(id), ignored);
+            fs::remove_all(attemptFolder(id), ignored);
             throw;
         }
         open_.emplace(id, std::move(lock));
@@ -359,116 +362,93 @@ std::string Store::begin(const AttemptInfo& info) {
     });
 }
 
-void Store::needOpen(const std::string& id) const {
-    if (!open_.contains(id)) throw DataError(folderOf(id), "attempt", "is not being written here");
+void Store::checkOpen(const std::string& id) const {
+    if (!open_.contains(id)) throw DataError(attemptFolder(id), "attempt", "is not being written here");
 }
 
 void Store::add(const std::string& id, const std::vector<EventRow>& events) {
-    needOpen(id);
-    guarded([&] { insertEvents(id, events); });
+    checkOpen(id);
+    translateErrors([&] { insertEvents(id, events); });
 }
 
 void Store::insertEvents(const std::string& id, const std::vector<EventRow>& events) {
     if (events.empty()) return;
-    const NoWaiting into_the_file(*database_);  // finish() syncs to the disk
+    const RelaxedSync relaxed_sync(*database_);  // finish() syncs to the disk
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-    SQLite::Statement row(
-        *database_,
-        "INSERT INTO event (attempt, place, tick, kind, text) SELECT number, "
-        "(SELECT count(*) FROM event WHERE attempt = number), ?, ?, ? FROM attempt WHERE id = ?");
-    for (const EventRow& event : events) {
-        row.bind(1, std::int64_t(event.tick));
-        row.bind(2, event.kind);
-        row.bind(3, event.text);
-        row.bind(4, id);
-        row.exec();
-        row.reset();
-    }
+    SQLite::Statement row(*database_,
+                          "INSERT INTO event (attempt, place, tick, kind, text) SELECT number, (SELECT "
+                          "count(*) FROM event WHERE attempt = number), ?, ?, ? FROM attempt WHERE id = ?");
+    for (const EventRow& event : events)
+        run(row, std::int64_t(event.tick), event.kind, event.text, id);
     change.commit();
 }
 
-bool Store::addAtOnce(const std::string& id, const std::vector<EventRow>& events) {
-    needOpen(id);
-    return guarded([&] {
-        const Hurry hurry(*database_);
+bool Store::tryAdd(const std::string& id, const std::vector<EventRow>& events) {
+    checkOpen(id);
+    return translateErrors([&] {
+        const ShortBusyTimeout short_timeout(*database_);
         try {
             insertEvents(id, events);
             return true;
         } catch (const SQLite::Exception& e) {
-            if ((e.getErrorCode() & 0xff) == SQLITE_BUSY) return false;
+            if (isCausedBy(e, SQLITE_BUSY)) return false;
             throw;
         }
     });
 }
 
 void Store::abandon(const std::string& id) {
-    needOpen(id);
-    guarded([&] {
+    checkOpen(id);
+    translateErrors([&] {
         SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-        execute("DELETE FROM attempt WHERE id = ?", {id});
-        execute("INSERT INTO doomed (folder) VALUES (?)", {id});
+        execute(*database_, "DELETE FROM attempt WHERE id = ?", id);
+        execute(*database_, "INSERT INTO doomed (folder) VALUES (?)", id);
         change.commit();
         open_.erase(id);
-        fs::remove_all(folderOf(id));
+        fs::remove_all(attemptFolder(id));
         syncFolder(folder_ / "attempts");
-        execute("DELETE FROM doomed WHERE folder = ?", {id});
+        execute(*database_, "DELETE FROM doomed WHERE folder = ?", id);
     });
 }
 
 void Store::finish(const std::string& id, const AttemptResult& result) {
-    needOpen(id);
-    guarded([&] {
-        syncTree(folderOf(id));
+    checkOpen(id);
+    translateErrors([&] {
+        syncTree(attemptFolder(id));
         SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-        SQLite::Statement row(
-            *database_,
-            "UPDATE attempt SET state = 'done', target_hit = ?, total = ?, ticks = ? WHERE id = ?");
-        row.bind(1, int(result.target_hit));
-        bindNumber(row, 2, result.total);
-        row.bind(3, std::int64_t(result.ticks));
-        row.bind(4, id);
-        row.exec();
-        SQLite::Statement metric(*database_,
-                                 "INSERT INTO metric (attempt, place, id, name, unit, value, points, "
-                                 "most_points) SELECT number, ?, ?, "
-                                 "?, ?, ?, ?, ? FROM attempt WHERE id = ?");
-        for (std::size_t i = 0; i < result.metrics.size(); ++i) {
-            const MetricRow& m = result.metrics[i];
-            metric.bind(1, std::int64_t(i));
-            metric.bind(2, m.id);
-            metric.bind(3, m.name);
-            metric.bind(4, m.unit);
-            bindNumber(metric, 5, m.value);
-            bindNumber(metric, 6, m.points);
-            bindNumber(metric, 7, m.most_points);
-            metric.bind(8, id);
-            metric.exec();
-            metric.reset();
-        }
-        settle(id);
+        execute(*database_,
+                "UPDATE attempt SET state = 'done', target_hit = ?, total = ?, ticks = ? WHERE id = ?",
+                int(result.target_hit), result.total, std::int64_t(result.ticks), id);
+        SQLite::Statement row(*database_,
+                              "INSERT INTO metric (attempt, place, id, name, unit, value, points, "
+                              "most_points) SELECT number, ?, ?, ?, ?, ?, ?, ? FROM attempt WHERE id = ?");
+        std::int64_t place = 0;
+        for (const MetricRow& m : result.metrics)
+            run(row, place++, m.id, m.name, m.unit, m.value, m.points, m.max_points, id);
+        finalizeAttempt(id);
         change.commit();
-        fs::remove(folderOf(id) / kWriting);
+        fs::remove(attemptFolder(id) / kLockFile);
         open_.erase(id);
     });
 }
 
 std::vector<StoredAttempt> Store::attempts(const std::string& trainee) const {
-    return guarded([&] {
-        SQLite::Transaction same_instant(*database_);
+    return translateErrors([&] {
+        SQLite::Transaction read_snapshot(*database_);
         SQLite::Statement row(
             *database_,
             std::string(kSelectAttempts) + (trainee.empty() ? "" : "WHERE trainee = ? ") + "ORDER BY number");
         if (!trainee.empty()) row.bind(1, trainee);
         std::vector<StoredAttempt> found;
         while (row.executeStep())
-            found.push_back(attemptOf(*database_, row, folder_ / "attempts"));
+            found.push_back(readAttemptRow(*database_, row, folder_ / "attempts"));
         return found;
     });
 }
 
 StoredAttempt Store::attempt(const std::string& id) const {
-    return guarded([&] {
-        SQLite::Transaction same_instant(*database_);
+    return translateErrors([&] {
+        SQLite::Transaction read_snapshot(*database_);
         return readAttempt(id);
     });
 }
@@ -477,15 +457,14 @@ StoredAttempt Store::readAttempt(const std::string& id) const {
     SQLite::Statement row(*database_, std::string(kSelectAttempts) + "WHERE id = ?");
     row.bind(1, id);
     if (!row.executeStep()) throw DataError(file_, "attempt " + id, "there is none");
-    return attemptOf(*database_, row, folder_ / "attempts");
+    return readAttemptRow(*database_, row, folder_ / "attempts");
 }
 
 std::vector<StoredFile> Store::files(const std::string& id) const {
-    return guarded([&] {
-        SQLite::Statement row(
-            *database_,
-            "SELECT path, bytes, file.crc32 FROM file JOIN attempt ON number = attempt WHERE id = ? "
-            "ORDER BY path");
+    return translateErrors([&] {
+        SQLite::Statement row(*database_,
+                              "SELECT path, bytes, file.crc32 FROM file JOIN attempt ON number = attempt "
+                              "WHERE id = ? ORDER BY path");
         row.bind(1, id);
         std::vector<StoredFile> found;
         while (row.executeStep())
@@ -496,22 +475,21 @@ std::vector<StoredFile> Store::files(const std::string& id) const {
 }
 
 std::vector<std::string> Store::damage() const {
-    return guarded([&] {
+    return translateErrors([&] {
         std::vector<std::string> found;
-        SQLite::Statement check(*database_, "PRAGMA integrity_check");
-        while (check.executeStep())
-            if (const std::string said = check.getColumn(0).getString(); said != "ok")
-                found.push_back(file_.string() + ": " + said);
+        for (const std::string& line : selectTexts(*database_, "PRAGMA integrity_check"))
+            if (line != "ok") found.push_back(file_.string() + ": " + line);
         SQLite::Statement row(*database_,
                               "SELECT id, crc32 FROM attempt WHERE state <> 'running' ORDER BY number");
         while (row.executeStep()) {
             const std::string id = row.getColumn(0).getString();
             for (const StoredFile& stored : files(id))
-                if (std::string line = damageOf(folderOf(id), stored); !line.empty())
+                if (std::string line = findDamage(attemptFolder(id), stored); !line.empty())
                     found.push_back(std::move(line));
             try {
-                // NULL: the checksum could not be computed.
-                if (!row.getColumn(1).isNull() && row.getColumn(1).getInt64() != rowsSum(readAttempt(id)))
+                // A NULL column means that the checksum could not be computed.
+                if (!row.getColumn(1).isNull() &&
+                    row.getColumn(1).getInt64() != computeRowsChecksum(readAttempt(id)))
                     found.push_back(file_.string() + ": the checksum of attempt " + id + " does not match");
             } catch (const std::exception& e) {
                 found.push_back(file_.string() + ": attempt " + id + " cannot be read: " + e.what());
@@ -522,7 +500,7 @@ std::vector<std::string> Store::damage() const {
 }
 
 std::vector<OutboxEntry> Store::outbox() const {
-    return guarded([&] {
+    return translateErrors([&] {
         SQLite::Statement row(*database_,
                               "SELECT number, kind, what, tries, error FROM outbox ORDER BY number");
         std::vector<OutboxEntry> entries;
@@ -536,63 +514,54 @@ std::vector<OutboxEntry> Store::outbox() const {
     });
 }
 
-void Store::told(const OutboxEntry& entry) {
-    guarded([&] {
-        const NoWaiting lost_it_is_sent_again(*database_);
-        execute("DELETE FROM outbox WHERE number = ?", {std::to_string(entry.number)});
+void Store::markSent(const OutboxEntry& entry) {
+    translateErrors([&] {
+        const RelaxedSync relaxed_sync(*database_);
+        execute(*database_, "DELETE FROM outbox WHERE number = ?", std::int64_t(entry.number));
     });
 }
 
-void Store::notTold(const OutboxEntry& entry, const std::string& why) {
-    guarded([&] {
-        const NoWaiting only_a_note(*database_);
-        execute("UPDATE outbox SET tries = tries + 1, error = ? WHERE number = ?",
-                {why, std::to_string(entry.number)});
+void Store::markFailed(const OutboxEntry& entry, const std::string& why) {
+    translateErrors([&] {
+        const RelaxedSync relaxed_sync(*database_);
+        execute(*database_, "UPDATE outbox SET tries = tries + 1, error = ? WHERE number = ?", why,
+                std::int64_t(entry.number));
     });
 }
 
 std::size_t Store::eraseTrainee(const std::string& trainee) {
     checkTrainee(trainee);
-    return guarded([&] {
+    return translateErrors([&] {
         std::size_t count = 0;
-        try {
-            count = doom(trainee);
-        } catch (const SQLite::Exception& e) {
-            // Deleting needs some free space too.
-            if ((e.getErrorCode() & 0xff) != SQLITE_FULL || !fs::remove(folder_ / kReserve)) throw;
-            count = doom(trainee);
-        }
-        removeDoomed();
-        keepReserve();
+        withReserve([&] { count = markForDeletion(trainee); });  // deleting also needs some free space
+        deleteMarked();
+        ensureReserve();
         return count;
     });
 }
 
-std::size_t Store::doom(const std::string& trainee) {
+std::size_t Store::markForDeletion(const std::string& trainee) {
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-    SQLite::Statement ids(*database_, "SELECT id FROM attempt WHERE trainee = ?");
-    ids.bind(1, trainee);
-    std::vector<std::string> doomed;
-    while (ids.executeStep())
-        doomed.push_back(ids.getColumn(0).getString());
-    for (const std::string& id : doomed) {
-        // A damaged row, whose id names no folder of this store. Only the row is deleted, with the other rows
+    const std::vector<std::string> ids =
+        selectTexts(*database_, "SELECT id FROM attempt WHERE trainee = ?", trainee);
+    for (const std::string& id : ids) {
+        // The row is damaged: its id names no folder of this store. It is only deleted with the other rows
         // below.
         if (!isAttemptId(id)) continue;
-        if (isBeingWritten(id)) throw DataError(folderOf(id), "attempt", "is being written");
-        execute("INSERT INTO doomed (folder) VALUES (?)", {id});
-        execute("DELETE FROM outbox WHERE kind = 'attempt' AND what = ?", {id});
+        if (isBeingWritten(id)) throw DataError(attemptFolder(id), "attempt", "is being written");
+        execute(*database_, "INSERT INTO doomed (folder) VALUES (?)", id);
+        execute(*database_, "DELETE FROM outbox WHERE kind = 'attempt' AND what = ?", id);
         // Ask the centre to erase the attempt, even if it is not recorded as sent. It may be in transmission
         // right now.
-        execute("INSERT INTO outbox (kind, what) VALUES ('erase', ?)", {id});
+        execute(*database_, "INSERT INTO outbox (kind, what) VALUES ('erase', ?)", id);
     }
-    execute("DELETE FROM attempt WHERE trainee = ?", {trainee});
+    execute(*database_, "DELETE FROM attempt WHERE trainee = ?", trainee);
     change.commit();
-    return doomed.size();
+    return ids.size();
 }
 
 // Best effort: without enough free space the store works without a reserve.
-void Store::keepReserve() const {
+void Store::ensureReserve() const {
     const fs::path file = folder_ / kReserve;
     if (fs::exists(file)) return;
     try {
@@ -604,27 +573,22 @@ void Store::keepReserve() const {
     }
 }
 
-// Completes the deletions that eraseTrainee() began, also after a crash. An entry stays until its folder is
-// gone.
-void Store::removeDoomed() {
-    std::vector<std::string> folders;
-    SQLite::Statement doomed(*database_, "SELECT folder FROM doomed");
-    while (doomed.executeStep())
-        folders.push_back(doomed.getColumn(0).getString());
-    doomed.reset();
+// Completes deletions that eraseTrainee() began, even in a process that crashed. A row of `doomed` stays
+// until its folder is gone.
+void Store::deleteMarked() {
+    const std::vector<std::string> folders = selectTexts(*database_, "SELECT folder FROM doomed");
     if (folders.empty()) return;
     for (const std::string& id : folders)
-        if (isAttemptId(id)) fs::remove_all(folderOf(id));
+        if (isAttemptId(id)) fs::remove_all(attemptFolder(id));
     syncFolder(folder_ / "attempts");
     // Makes sure that neither the database file nor its log still contains deleted data.
     database_->exec("VACUUM");
-    if (numberIn("PRAGMA wal_checkpoint(TRUNCATE)") != 0)
-        throw DataError(
-            file_, "log",
-            "another process is reading the store: deleted data is gone from the index, but remains in "
-            "its log until the store is opened alone");
+    if (queryInt("PRAGMA wal_checkpoint(TRUNCATE)") != 0)
+        throw DataError(file_, "log",
+                        "another process is reading the store: deleted data is gone from the index, but "
+                        "remains in its log until the store is opened alone");
     for (const std::string& id : folders)
-        execute("DELETE FROM doomed WHERE folder = ?", {id});
+        execute(*database_, "DELETE FROM doomed WHERE folder = ?", id);
 }
 
 }  // namespace stylet::records

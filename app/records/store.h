@@ -1,17 +1,19 @@
-// The store: every attempt of a training site, kept on its local disk first. It has one SQLite file as
+// The store: every attempt of a training site, stored on its local disk first. It has one SQLite file as
 // index and one folder per attempt:
 //   store.sqlite          attempts, metrics, events (WAL); the guide's records.md has the schema
 //   attempts/ID/          the files that `stylet run --out` writes: summary.json, pictures, record/
-// Data that finish() has acknowledged survives a crash and a power failure. When the store is opened,
-// attempts whose writer has ended are recovered: their files are cut at the last whole frame, they are
-// marked "cut short", and the recovery is reported.
+// Data that finish() has acknowledged survives a crash and a power failure. When the store is opened, it
+// recovers attempts whose writer ended without finish(): it cuts their files at the last whole frame, marks
+// them "cut short", and reports this.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,10 +34,10 @@ struct AttemptInfo {
     std::optional<double> registration_rms_m{};  // for a device registered in the headset's room
 };
 
-// The value is in the unit named by `unit`; `points` of at most `most_points`.
+// `value` is in the unit `unit`. `points` is at most `max_points`.
 struct MetricRow {
     std::string id, name, unit;
-    double value = 0.0, points = 0.0, most_points = 0.0;
+    double value = 0.0, points = 0.0, max_points = 0.0;
 };
 
 // kind: one of training::kEventKinds (app/training/progress.h).
@@ -65,45 +67,49 @@ struct StoredAttempt {
 };
 
 // A repaired file of an attempt that was cut short, relative to the attempt's folder.
-struct CutFile {
+struct TruncatedFile {
     std::filesystem::path file;
-    std::uint64_t ticks = 0;      // in whole frames, which are kept
-    std::uint64_t cut_bytes = 0;  // behind the last whole frame
-    bool headless = false;        // the file ends inside its header: nothing of it can be read
+    std::uint64_t ticks = 0;            // in the whole frames, which are kept
+    std::uint64_t truncated_bytes = 0;  // behind the last whole frame
+    bool header_incomplete = false;     // the file ends inside its header: nothing of it can be read
 };
 
-struct Recovered {
+struct RecoveredAttempt {
     std::string id;
-    std::vector<CutFile> files;
+    std::vector<TruncatedFile> files;
 };
+
 // A file of a finished attempt, relative to the attempt's folder.
 struct StoredFile {
     std::filesystem::path file;
     std::uint64_t bytes = 0;
     std::uint32_t crc32 = 0;
+    friend bool operator==(const StoredFile&, const StoredFile&) = default;
 };
 
-StoredFile sumOf(const std::filesystem::path& folder, const std::filesystem::path& file);
-std::vector<StoredFile> sumsOf(const std::filesystem::path& folder);  // all files, sorted by path
+// Reads the file. Also calls `visit`, if any, for each part of at most 1 MiB, in order.
+StoredFile computeChecksum(const std::filesystem::path& folder, const std::filesystem::path& file,
+                           const std::function<void(std::span<const char>)>& visit = {});
+std::vector<StoredFile> computeChecksums(const std::filesystem::path& folder);  // all files, sorted by path
 
 // A message for the training centre that is still to be sent (outbox.h).
 struct OutboxEntry {
     enum class Kind { attempt, erase };
     std::uint64_t number = 0;
     Kind kind = Kind::attempt;
-    std::string what;     // id of the attempt; does not identify the trainee
-    unsigned tries = 0;   // failed tries
-    std::string error{};  // of the last failed try
+    std::string attempt_id;  // does not identify the trainee
+    unsigned tries = 0;      // failed tries
+    std::string error{};     // of the last failed try
 };
 
 // "attempt ID was cut short: record/inputs.bin keeps 1250 ticks, 312 torn bytes cut off"
-std::string describe(const Recovered&);
+std::string describe(const RecoveredAttempt&);
 
 // Accepts letters, digits, '.', '_' and '-', 1 to 64 of them. Throws DataError with the reason.
 void checkTrainee(const std::string& trainee);
 
 // Used by the session thread or a command-line tool. Several processes may open one store. Every function
-// throws DataError if the disk refuses; the refused data is then not in the store.
+// throws DataError if the disk refuses. The store then does not contain the refused data.
 class Store {
   public:
     // Creates the store if there is none, migrates an older schema, and recovers attempts that were cut
@@ -116,28 +122,28 @@ class Store {
     const std::filesystem::path& folder() const { return folder_; }
     // The attempts recovered when this store was opened, oldest first. Later openings list them only as cut
     // short.
-    const std::vector<Recovered>& recovered() const { return recovered_; }
+    const std::vector<RecoveredAttempt>& recovered() const { return recovered_; }
     // One line per recovered attempt, and per step that failed when opening. The next opening retries such
     // steps.
-    std::vector<std::string> news() const;
+    std::vector<std::string> openingMessages() const;
     // Folders under attempts/ that are not in the index. They are never modified.
     std::vector<std::filesystem::path> unknownFolders() const;
 
-    // Begins an attempt, creates its folder and returns its id. This store owns the attempt until finish()
-    // or the end of the process.
+    // Begins an attempt, creates its folder and returns its id. Only this store may write the attempt, until
+    // finish() or the end of the process.
     std::string begin(const AttemptInfo&);
-    std::filesystem::path folderOf(const std::string& id) const;
-    // Survives a crash at once, and a power failure after finish().
+    std::filesystem::path attemptFolder(const std::string& id) const;
+    // Adds events. They survive a crash from now on, and a power failure after finish().
     void add(const std::string& id, const std::vector<EventRow>&);
     // Like add(), but does not wait: returns false and adds nothing while another process is writing.
-    bool addAtOnce(const std::string& id, const std::vector<EventRow>&);
+    bool tryAdd(const std::string& id, const std::vector<EventRow>&);
     // Removes an attempt that never reached a tick, as if it had not begun.
     void abandon(const std::string& id);
     // Returns when the rows and every file of the folder are on the disk.
     void finish(const std::string& id, const AttemptResult&);
 
-    std::vector<StoredAttempt> attempts(
-        const std::string& trainee = "") const;  // oldest first; empty trainee: all
+    // Oldest first. Empty trainee: all.
+    std::vector<StoredAttempt> attempts(const std::string& trainee = "") const;
     StoredAttempt attempt(const std::string& id) const;
 
     // The files of a finished or cut-short attempt, sorted by path.
@@ -147,43 +153,44 @@ class Store {
     std::vector<std::string> damage() const;
 
     // Deletes the rows and folders of all attempts of a trainee from the disk and returns their number.
-    // Refused while one of them is being written. Queues the deletion for the centre. If it throws later
-    // than that, the next opening completes the deletion.
+    // Throws while one of them is being written. Also queues the deletion for the centre. If an error occurs
+    // after that, the next opening completes the deletion.
     std::size_t eraseTrainee(const std::string& trainee);
 
-    // Entries are queued in the same transaction as the change that they report. In order.
+    // The queued entries, oldest first. An entry is queued in the same transaction as the change that it
+    // reports.
     std::vector<OutboxEntry> outbox() const;
-    void told(const OutboxEntry&);                             // sent: removes it from the outbox
-    void notTold(const OutboxEntry&, const std::string& why);  // failed: stays in the outbox
+    void markSent(const OutboxEntry&);                            // sent: removes it from the outbox
+    void markFailed(const OutboxEntry&, const std::string& why);  // failed: stays in the outbox
 
   private:
-    int numberIn(const char* sql) const;
-    void needStore() const;
+    int queryInt(const char* sql) const;
+    void checkIsStore() const;
     void open();
     void migrate();
-    void sumUpOlder();
-    void sumUp(const std::string& id);
-    std::vector<std::string> idsWhere(const std::string& condition) const;
+    void storeMissingChecksums();
+    void storeChecksums(const std::string& id);
     void recover();
     void recoverAttempt(const std::string& id);
-    std::size_t doom(const std::string& trainee);
-    void removeDoomed();
-    void keepReserve() const;
+    std::size_t markForDeletion(const std::string& trainee);
+    void deleteMarked();
+    void ensureReserve() const;
     FileLock makeFolder(const std::string& id) const;
     bool isBeingWritten(const std::string& id) const;
-    void settle(const std::string& id);
+    void finalizeAttempt(const std::string& id);
     void insertEvents(const std::string& id, const std::vector<EventRow>&);
     StoredAttempt readAttempt(const std::string& id) const;
-    void execute(const char* sql, const std::vector<std::string>& values) const;
     template <typename Act>
-    auto guarded(Act) const;
-    void needOpen(const std::string& id) const;
+    auto translateErrors(Act) const;
+    template <typename Act>
+    bool withReserve(const Act&);
+    void checkOpen(const std::string& id) const;
 
     std::filesystem::path folder_, file_;
     std::unique_ptr<SQLite::Database> database_;
     std::map<std::string, FileLock> open_;  // attempts this store writes
-    std::vector<Recovered> recovered_;
-    std::vector<std::string> unfinished_;
+    std::vector<RecoveredAttempt> recovered_;
+    std::vector<std::string> failed_steps_;
 };
 
 }  // namespace stylet::records

@@ -15,13 +15,14 @@ using patient::Tissue;
 
 namespace {
 
-constexpr std::size_t kBuckets = 700;    // per curve: one or two pixels each
-constexpr std::size_t kMostSpans = 300;  // per lane
+constexpr std::size_t kBuckets = 700;   // per curve: one or two pixels each
+constexpr std::size_t kMaxSpans = 300;  // per lane
 constexpr double kTableStep_mm = 5.0;
 constexpr Colour kGrey{0.55, 0.58, 0.62};
 constexpr double kLead_m = 0.010;  // the reference path starts this far before its entry, in air
 
-// The points of a range of rows inside the body, with a gap wherever the needle left the body.
+// Force over depth for the rows from `begin` to `end`. Uses only rows in the body, with a gap wherever the
+// needle left it.
 std::vector<FigurePoint> forcePoints(const std::vector<CourseRow>& rows, std::size_t begin, std::size_t end,
                                      double tick_s) {
     std::vector<FigurePoint> points;
@@ -37,7 +38,7 @@ std::vector<FigurePoint> forcePoints(const std::vector<CourseRow>& rows, std::si
 }
 
 // The first row of the uninterrupted stay in the body that contains `row`.
-std::size_t beginOfStay(const std::vector<CourseRow>& rows, std::size_t row, double tick_s) {
+std::size_t insertionBegin(const std::vector<CourseRow>& rows, std::size_t row, double tick_s) {
     while (row > 0 && rows[row - 1].in_body && rows[row].t_s - rows[row - 1].t_s < 2.5 * tick_s)
         --row;
     return row;
@@ -55,10 +56,7 @@ double valueAt(const std::vector<FigurePoint>& points, double x) {
 }
 
 Table forceTable(const std::vector<FigureSeries>& series, double deepest_mm) {
-    Table table;
-    table.caption = "force at every " + fixed(kTableStep_mm, 0) + " mm of depth";
-    table.head = {"Depth [mm]"};
-    table.number = {true};
+    Table table{"force at every " + fixed(kTableStep_mm, 0) + " mm of depth", {"Depth [mm]"}, {}, {true}};
     for (const FigureSeries& s : series)
         table.head.push_back(s.name + " [N]"), table.number.push_back(true);
     for (double depth_mm = 0.0; depth_mm <= deepest_mm && table.rows.size() < 100;
@@ -70,13 +68,13 @@ Table forceTable(const std::vector<FigureSeries>& series, double deepest_mm) {
     return table;
 }
 
-// Calls `take` for each run of rows with equal `key`. If there are too many runs, leaves out the shortest
+// Calls `visit` for each run of rows with equal `key`. If there are too many runs, leaves out the shortest
 // and returns true.
-template <typename Key, typename Take>
-bool eachStretch(const std::vector<CourseRow>& rows, double tick_s, const Key& key, const Take& take) {
+template <typename Key, typename Visit>
+bool forEachRun(const std::vector<CourseRow>& rows, double tick_s, const Key& key, const Visit& visit) {
     if (rows.empty()) return false;
     const double all_s = rows.back().t_s - rows.front().t_s;
-    double least_s = 0.0;
+    double min_s = 0.0;
     for (int attempt = 0; attempt < 2; ++attempt) {
         std::size_t count = 0;
         for (std::size_t i = 0, j = 0; i < rows.size(); i = j) {
@@ -84,13 +82,13 @@ bool eachStretch(const std::vector<CourseRow>& rows, double tick_s, const Key& k
                             rows[j].t_s - rows[j - 1].t_s < 2.5 * tick_s;)
                 ++j;
             const double to_s = rows[j - 1].t_s + tick_s;
-            if (to_s - rows[i].t_s < least_s) continue;
+            if (to_s - rows[i].t_s < min_s) continue;
             ++count;
-            if (attempt == 1) take(rows[i], rows[i].t_s, to_s);
+            if (attempt == 1) visit(rows[i], rows[i].t_s, to_s);
         }
-        if (count > kMostSpans) least_s = all_s / double(kMostSpans);
+        if (count > kMaxSpans) min_s = all_s / double(kMaxSpans);
     }
-    return least_s > 0.0;
+    return min_s > 0.0;
 }
 
 enum Lane { laneTool, laneBreath, laneTissue, laneFaults, laneSteps, laneRisk, laneContact, laneNotes };
@@ -101,14 +99,18 @@ constexpr std::array<Colour, haptics::kToolCount> kToolColours{
     {{0.99, 0.90, 0.70}, {0.78, 0.89, 0.97}, {0.97, 0.80, 0.70}, {0.86, 0.82, 0.94}, {0.76, 0.91, 0.84}}};
 constexpr Colour kHeldColour{0.76, 0.91, 0.84}, kFaultColour{0.95, 0.65, 0.55};
 
-struct EventLook {
+std::string_view toolName(const CourseRow& row) {
+    return haptics::kToolNames[std::size_t(row.tool)];
+}
+
+struct EventStyle {
     const char* kind;
     const char* name;
     Lane lane;
     Colour colour;
     const char* shape;
 };
-constexpr std::array<EventLook, 14> kEventLooks{
+constexpr std::array<EventStyle, 14> kEventStyles{
     {{"step", "step done", laneSteps, kGreen, "circle"},
      {"cut", "cut", laneSteps, kBlack, "rectRot"},
      {"moment", "moment", laneNotes, kBlue, "rect"},
@@ -124,13 +126,13 @@ constexpr std::array<EventLook, 14> kEventLooks{
      {"pause", "pause", laneNotes, kBlack, "rect"},
      {"", "other", laneNotes, kBlack, "circle"}}};
 
-const EventLook& lookOf(const std::string& kind) {
-    for (const EventLook& look : kEventLooks)
-        if (kind == look.kind) return look;
-    return kEventLooks.back();
+const EventStyle& eventStyle(const std::string& kind) {
+    for (const EventStyle& style : kEventStyles)
+        if (kind == style.kind) return style;
+    return kEventStyles.back();
 }
 
-double endOf(const AttemptFiles& a) {
+double timelineEnd_s(const AttemptFiles& a) {
     double end_s = a.course.empty() ? 0.0 : a.course.back().t_s;
     if (a.stored.result) end_s = std::max(end_s, double(a.stored.result->ticks) * a.stored.info.dt_s);
     end_s = std::max(end_s, double(a.summary.ticks) * a.stored.info.dt_s);
@@ -139,8 +141,8 @@ double endOf(const AttemptFiles& a) {
     return std::max(end_s, 1.0);
 }
 
-FigureChoice overTime(const AttemptFiles& a, const std::string& name, const std::string& axis, Colour colour,
-                      double (*value)(const CourseRow&)) {
+FigureChoice timeSeries(const AttemptFiles& a, const std::string& name, const std::string& axis,
+                        Colour colour, double (*value)(const CourseRow&)) {
     std::vector<FigurePoint> points;
     points.reserve(a.course.size());
     double last_s = -1.0;
@@ -153,12 +155,12 @@ FigureChoice overTime(const AttemptFiles& a, const std::string& name, const std:
         last_s = row.t_s;
     }
     FigureSeries series{name, colour};
-    series.points = thinned(points, kBuckets);
+    series.points = downsample(points, kBuckets);
     series.width = 1.5;
     return {name, {axis}, {series}};
 }
 
-bool anyPoint(const FigureChoice& choice) {
+bool hasPoints(const FigureChoice& choice) {
     return std::any_of(choice.series[0].points.begin(), choice.series[0].points.end(),
                        [](const FigurePoint& p) { return !std::isnan(p.y); });
 }
@@ -172,7 +174,7 @@ std::optional<std::size_t> deepestRow(const std::vector<CourseRow>& rows) {
     return deepest;
 }
 
-std::optional<std::size_t> tellingRow(const AttemptFiles& a) {
+std::optional<std::size_t> keyRow(const AttemptFiles& a) {
     if (a.summary.target_hit)
         for (auto p = a.summary.punctures.rbegin(); p != a.summary.punctures.rend(); ++p) {
             if (p->tissue != "duct" || p->kind != "cut") continue;
@@ -185,15 +187,15 @@ std::optional<std::size_t> tellingRow(const AttemptFiles& a) {
     return deepestRow(a.course);
 }
 
-// A path begins at the centre of a skin voxel, but depth counts from the skin's surface, as for the needle.
-// Therefore the path is followed from the air.
+// The needle's depth counts from the surface of the skin, but a planned path begins at the centre of a skin
+// voxel. So the path is extended backwards into the air, and depth counts from where it enters the skin.
 ReferenceCurve exactCurve(const patient::Patient& patient, const patient::PlannedPath& path) {
-    const Vec3 way_m = path.target_reference_m - path.entry_reference_m;
+    const Vec3 path_m = path.target_reference_m - path.entry_reference_m;
     ReferenceCurve curve{"reference path, exact", {}};
-    if (glm::length(way_m) == 0.0) return curve;
+    if (glm::length(path_m) == 0.0) return curve;
     const patient::TissueMap map(patient);
     haptics::ExactSolver solver(map, haptics::NeedleSettings{});
-    const Vec3 before_m = path.entry_reference_m - kLead_m * glm::normalize(way_m);
+    const Vec3 before_m = path.entry_reference_m - kLead_m * glm::normalize(path_m);
     const haptics::ExactForce& force = solver.solve(before_m, path.target_reference_m);
     if (force.events.empty()) return curve;
     const double skin_m = force.events.front().border_depth_m;
@@ -210,13 +212,13 @@ ReferenceCurve exactCurve(const patient::Patient& patient, const patient::Planne
     return curve;
 }
 
-ReferenceCurve curveOf(const AttemptFiles& expert) {
+ReferenceCurve insertionCurve(const AttemptFiles& expert) {
     const std::optional<std::size_t> deepest = deepestRow(expert.course);
     ReferenceCurve curve{"attempt " + expert.stored.id, {}};
     const double tick_s = expert.stored.info.dt_s;
     if (deepest)
-        curve.points = thinned(
-            forcePoints(expert.course, beginOfStay(expert.course, *deepest, tick_s), *deepest + 1, tick_s),
+        curve.points = downsample(
+            forcePoints(expert.course, insertionBegin(expert.course, *deepest, tick_s), *deepest + 1, tick_s),
             kBuckets);
     return curve;
 }
@@ -228,26 +230,24 @@ DescribedFigure forceFigure(const AttemptFiles& a, const std::vector<ReferenceCu
     f.figure.x = {"depth of the tip along the track [mm]", 0.0};
     f.figure.y = {"axial force [N], positive resists insertion"};
     double deepest_mm = 0.0, peak_n = 0.0, peak_mm = 0.0;
-    const std::size_t begin = deepest ? beginOfStay(a.course, *deepest, tick_s) : 0;
+    const std::size_t begin = deepest ? insertionBegin(a.course, *deepest, tick_s) : 0;
     FigureSeries earlier{"earlier tries", kGrey};
-    earlier.points = thinned(forcePoints(a.course, 0, begin, tick_s), kBuckets);
+    earlier.points = downsample(forcePoints(a.course, 0, begin, tick_s), kBuckets);
     earlier.width = 1.0;
     if (deepest) {
         deepest_mm = kMmPerM * a.course[*deepest].depth_m;
         for (const CourseRow& row : a.course)
             if (row.in_body && row.force_n > peak_n) peak_n = row.force_n, peak_mm = kMmPerM * row.depth_m;
-        for (const TissueBand& band : [&] {
-                 std::vector<CourseRow> in;
-                 for (std::size_t i = begin; i <= *deepest; ++i)
-                     if (a.course[i].in_body) in.push_back(a.course[i]);
-                 return tissueBands(in, in.size());
-             }())
+        std::vector<CourseRow> inside;
+        for (std::size_t i = begin; i <= *deepest; ++i)
+            if (a.course[i].in_body) inside.push_back(a.course[i]);
+        for (const TissueBand& band : tissueBands(inside, inside.size()))
             f.figure.bands.push_back({kMmPerM * band.from_m, kMmPerM * band.to_m,
                                       std::string(patient::tissueName(band.tissue)),
                                       bandColour(band.tissue)});
         FigureSeries in{"way in", kVermilion}, out{"way out", kBlue};
-        in.points = thinned(forcePoints(a.course, begin, *deepest + 1, tick_s), kBuckets);
-        out.points = thinned(forcePoints(a.course, *deepest, a.course.size(), tick_s), kBuckets);
+        in.points = downsample(forcePoints(a.course, begin, *deepest + 1, tick_s), kBuckets);
+        out.points = downsample(forcePoints(a.course, *deepest, a.course.size(), tick_s), kBuckets);
         in.width = 2.5, out.width = 1.5, out.dash = {2, 2};
         f.figure.series = {in, out};
     }
@@ -274,21 +274,19 @@ DescribedFigure forceFigure(const AttemptFiles& a, const std::vector<ReferenceCu
         f.description = "Force over depth: the needle did not enter the body.";
     for (const FigurePoint& mark : f.figure.marks)
         f.description += " Cut at " + fixed(mark.x, 1) + " mm: " + mark.text + ".";
-    f.caption =
-        deepest
-            ? "The axial force on the needle. Behind it the tissues that the tip went through, and marked "
-              "the cuts with the force just before each."
-            : "The needle did not enter the body.";
+    f.caption = deepest ? "The axial force on the needle. Bands: the tissue at the tip. Marks: the cuts, "
+                          "each with the force just before it."
+                        : "The needle did not enter the body.";
     if (!earlier.points.empty())
         f.caption += " The needle was in the body before: grey, without tissues and marks.";
-    if (!references.empty()) f.caption += " Dashed: what it is along the reference.";
+    if (!references.empty()) f.caption += " Dashed: the force along the reference.";
     return f;
 }
 
-std::vector<records::EventRow> eventsOf(const AttemptFiles& a) {
+std::vector<records::EventRow> listEvents(const AttemptFiles& a) {
     if (!a.stored.events.empty()) return a.stored.events;
     std::vector<records::EventRow> events;
-    for (const MomentRow& moment : a.summary.moments)
+    for (const CaptureRow& moment : a.summary.captures)
         events.push_back({moment.tick, "moment", moment.name});
     for (const PunctureRow& p : a.summary.punctures)
         if (p.kind == "cut")
@@ -300,29 +298,19 @@ std::vector<records::EventRow> eventsOf(const AttemptFiles& a) {
 }
 
 Table eventTable(const AttemptFiles& a) {
-    Table table;
-    table.caption = "What happened, in order";
-    table.head = {"Time [s]", "Kind", "What"};
-    table.number = {true, false, false};
-    table.sortable = true;
-    for (const records::EventRow& event : eventsOf(a))
+    Table table{"What happened, in order", {"Time [s]", "Kind", "What"}, {}, {true, false, false}, true};
+    for (const records::EventRow& event : listEvents(a))
         table.rows.push_back({fixed(double(event.tick) * a.stored.info.dt_s, 2),
                               event.kind == "near_miss" ? "near miss" : event.kind, event.text});
     return table;
 }
 
 Table punctureTable(const AttemptFiles& a) {
-    Table table;
-    table.caption = "Borders that the needle met";
-    table.head = {"Into",
-                  "Tissue",
-                  "How",
-                  "Time [s]",
-                  "Depth of the border [mm]",
-                  "Pushed ahead [mm]",
-                  "Force before [N]",
-                  "Force after [N]"};
-    table.number = {false, false, false, true, true, true, true, true};
+    Table table{"Borders that the needle met",
+                {"Into", "Tissue", "How", "Time [s]", "Depth of the border [mm]", "Pushed ahead [mm]",
+                 "Force before [N]", "Force after [N]"},
+                {},
+                {false, false, false, true, true, true, true, true}};
     for (const PunctureRow& p : a.summary.punctures)
         table.rows.push_back({p.label, p.tissue, p.kind, fixed(double(p.tick) * a.stored.info.dt_s, 2),
                               fixed(kMmPerM * p.border_depth_m, 1), fixed(kMmPerM * p.tenting_m, 1),
@@ -332,97 +320,86 @@ Table punctureTable(const AttemptFiles& a) {
 
 DescribedFigure timelineFigure(const AttemptFiles& a) {
     DescribedFigure f;
-    const double tick_s = a.stored.info.dt_s, end_s = endOf(a);
+    const double tick_s = a.stored.info.dt_s, end_s = timelineEnd_s(a);
     f.figure.x = {"time [s]", 0.0, end_s};
     f.figure.y.names = kLanes;
-    f.data.caption = "the stretches of the timeline";
-    f.data.head = {"What", "From [s]", "To [s]", "Which"};
-    f.data.number = {false, true, true, false};
-    std::size_t held = 0, inside = 0;  // in ticks, including stretches that are left out
+    f.data = {"the intervals of the timeline",
+              {"What", "From [s]", "To [s]", "Which"},
+              {},
+              {false, true, true, false}};
+    std::size_t held = 0, inside = 0;  // in ticks, including those of spans that are left out
     std::set<haptics::Tool> seen;
     std::string tools;
     for (const CourseRow& row : a.course) {
         held += row.breath_held, inside += row.in_body;
-        if (a.sampled && seen.insert(row.tool).second)
-            tools += (tools.empty() ? "" : ", ") + std::string(haptics::kToolNames[std::size_t(row.tool)]);
+        if (a.has_samples && seen.insert(row.tool).second)
+            tools += (tools.empty() ? "" : ", ") + std::string(toolName(row));
     }
     bool left_out = false;
-    const auto span = [&](Lane lane, double from_s, double to_s, const std::string& text, Colour colour) {
-        f.figure.spans.push_back({lane, from_s, to_s, text, colour});
-        f.data.rows.push_back({kLanes[lane], fixed(from_s, 2), fixed(to_s, 2), text});
+    // Adds a span for each run of rows with the same text. Rows with an empty text get no span.
+    const auto addSpans = [&](Lane lane, std::string_view (*text)(const CourseRow&),
+                              Colour (*colour)(const CourseRow&)) {
+        left_out |= forEachRun(a.course, tick_s, text, [&](const CourseRow& row, double from_s, double to_s) {
+            const std::string shown(text(row));
+            if (shown.empty()) return;
+            f.figure.spans.push_back({lane, from_s, to_s, shown, colour(row)});
+            f.data.rows.push_back({kLanes[lane], fixed(from_s, 2), fixed(to_s, 2), shown});
+        });
     };
-    if (a.sampled)
-        left_out |= eachStretch(
-            a.course, tick_s, [](const CourseRow& r) { return r.tool; },
-            [&](const CourseRow& row, double from_s, double to_s) {
-                span(laneTool, from_s, to_s, std::string(haptics::kToolNames[std::size_t(row.tool)]),
-                     kToolColours[std::size_t(row.tool)]);
-            });
-    left_out |= eachStretch(
-        a.course, tick_s, [](const CourseRow& r) { return r.breath_held; },
-        [&](const CourseRow& row, double from_s, double to_s) {
-            if (!row.breath_held) return;
-            span(laneBreath, from_s, to_s, "held", kHeldColour);
-        });
-    left_out |= eachStretch(
-        a.course, tick_s, [](const CourseRow& r) { return r.in_body ? int(r.tissue) : -1; },
-        [&](const CourseRow& row, double from_s, double to_s) {
-            if (!row.in_body) return;
-            span(laneTissue, from_s, to_s, std::string(patient::tissueName(row.tissue)),
-                 bandColour(row.tissue));
-        });
-    left_out |= eachStretch(
-        a.course, tick_s, [](const CourseRow& r) { return r.faults != 0; },
-        [&](const CourseRow& row, double from_s, double to_s) {
-            if (row.faults != 0) span(laneFaults, from_s, to_s, "no force", kFaultColour);
-        });
-    for (const records::EventRow& event : eventsOf(a)) {
-        const EventLook& look = lookOf(event.kind);
+    if (a.has_samples)
+        addSpans(laneTool, toolName, [](const CourseRow& r) { return kToolColours[std::size_t(r.tool)]; });
+    addSpans(
+        laneBreath, [](const CourseRow& r) { return std::string_view(r.breath_held ? "held" : ""); },
+        [](const CourseRow&) { return kHeldColour; });
+    addSpans(
+        laneTissue, [](const CourseRow& r) { return r.in_body ? patient::tissueName(r.tissue) : ""; },
+        [](const CourseRow& r) { return bandColour(r.tissue); });
+    addSpans(
+        laneFaults, [](const CourseRow& r) { return std::string_view(r.faults != 0 ? "no force" : ""); },
+        [](const CourseRow&) { return kFaultColour; });
+    for (const records::EventRow& event : listEvents(a)) {
+        const EventStyle& style = eventStyle(event.kind);
         auto series = std::find_if(f.figure.series.begin(), f.figure.series.end(),
-                                   [&](const FigureSeries& s) { return s.name == look.name; });
+                                   [&](const FigureSeries& s) { return s.name == style.name; });
         if (series == f.figure.series.end()) {
-            f.figure.series.push_back({look.name, look.colour});
+            f.figure.series.push_back({style.name, style.colour});
             series = f.figure.series.end() - 1;
-            series->line = false, series->shape = look.shape;
+            series->line = false, series->shape = style.shape;
         }
         const double t_s = double(event.tick) * tick_s;
-        series->points.push_back({t_s, double(look.lane), event.text + " (" + fixed(t_s, 2) + " s)"});
+        series->points.push_back({t_s, double(style.lane), event.text + " (" + fixed(t_s, 2) + " s)"});
     }
     f.description = "Timeline of " + fixed(end_s, 1) + " s. " +
                     (tools.empty() ? "" : "Tools in hand: " + tools + ". ") +
                     "The needle was in the body for " + fixed(double(inside) * tick_s, 1) +
                     " s; the breath was held for " + fixed(double(held) * tick_s, 1) +
-                    (a.sampled ? " s." : " s of the time in the body.");
-    f.caption =
-        a.sampled
-            ? "Stretches of time and, as points, what happened in them."
-            : "Stretches while the needle was in the body (no samples of the other ticks are kept here) "
-              "and, as points, what happened.";
-    if (left_out) f.caption += " Stretches too short to see are left out.";
+                    (a.has_samples ? " s." : " s of the time in the body.");
+    f.caption = a.has_samples ? "Bars: time intervals. Points: events."
+                              : "Bars: time intervals while the needle was in the body; this attempt has no "
+                                "samples of the other ticks. Points: events.";
+    if (left_out) f.caption += " Intervals too short to see are left out.";
     return f;
 }
 
 DescribedFigure courseFigure(const AttemptFiles& a) {
     DescribedFigure f;
-    f.figure.x = {"time [s]", 0.0, endOf(a)};
+    f.figure.x = {"time [s]", 0.0, timelineEnd_s(a)};
     f.figure.low = true;
     std::vector<FigureChoice> all{
-        overTime(a, "Depth of the tip", "depth [mm]", kBlue,
-                 [](const CourseRow& r) { return r.in_body ? kMmPerM * r.depth_m : kGap; }),
-        overTime(a, "Axial force of the model", "force [N]", kVermilion,
-                 [](const CourseRow& r) { return r.in_body ? r.force_n : kGap; }),
-        overTime(a, "Force sent to the device", "force [N]", kGreen,
-                 [](const CourseRow& r) { return r.sent_n; }),
-        overTime(
+        timeSeries(a, "Depth of the tip", "depth [mm]", kBlue,
+                   [](const CourseRow& r) { return r.in_body ? kMmPerM * r.depth_m : kGap; }),
+        timeSeries(a, "Axial force of the model", "force [N]", kVermilion,
+                   [](const CourseRow& r) { return r.in_body ? r.force_n : kGap; }),
+        timeSeries(a, "Force sent to the device", "force [N]", kGreen,
+                   [](const CourseRow& r) { return r.sent_n; }),
+        timeSeries(
             a, "Clearance to the nearest risk structure", "clearance [mm]", kPurple,
             [](const CourseRow& r) { return std::isfinite(r.clearance_m) ? kMmPerM * r.clearance_m : kGap; }),
-        overTime(a, "Breath", "signal v, 1: full inspiration", kBlue,
-                 [](const CourseRow& r) { return r.breath_v; })};
-    f.data.caption = "lowest and highest value of each";
-    f.data.head = {"What", "Lowest", "Highest"};
-    f.data.number = {false, true, true};
+        timeSeries(a, "Breath", "signal v, 1: full inspiration", kBlue,
+                   [](const CourseRow& r) { return r.breath_v; })};
+    f.data = {"lowest and highest value of each", {"What", "Lowest", "Highest"}, {}, {false, true, true}};
     for (FigureChoice& choice : all) {
-        if (!anyPoint(choice)) continue;
+        if (!hasPoints(choice)) continue;
         double low = INFINITY, high = -INFINITY;
         for (const FigurePoint& p : choice.series[0].points)
             if (!std::isnan(p.y)) low = std::min(low, p.y), high = std::max(high, p.y);
@@ -431,13 +408,13 @@ DescribedFigure courseFigure(const AttemptFiles& a) {
                          " to " + fixed(high, 2);
         f.figure.choices.push_back(std::move(choice));
     }
-    eachStretch(
+    forEachRun(
         a.course, a.stored.info.dt_s, [](const CourseRow& r) { return r.breath_held; },
         [&](const CourseRow& row, double from_s, double to_s) {
             if (row.breath_held) f.figure.bands.push_back({from_s, to_s, "breath held", kHeldColour});
         });
     f.description = "Over time, one at a time: " + f.description + ".";
-    f.caption = "One quantity over time, as chosen. Green behind it: the breath was held.";
+    f.caption = "One quantity over time; select it above. Green: the breath was held.";
     return f;
 }
 

@@ -20,13 +20,7 @@ struct ReferenceCurve {
 // The exact force along the path through the patient at rest, border by border (haptics/tools/exact.h).
 ReferenceCurve exactCurve(const patient::Patient&, const patient::PlannedPath&);
 // The insertion of another attempt.
-ReferenceCurve curveOf(const AttemptFiles&);
-
-struct DescribedFigure {
-    Figure figure;
-    std::string description, caption;
-    Table data;
-};
+ReferenceCurve insertionCurve(const AttemptFiles&);
 
 DescribedFigure forceFigure(const AttemptFiles&, const std::vector<ReferenceCurve>&);
 // Tools, breath, tissue at the tip and faults as spans; events as points.
@@ -37,10 +31,10 @@ DescribedFigure courseFigure(const AttemptFiles&);
 // Index into `course` of the deepest needle position; none if the needle was never in the body.
 std::optional<std::size_t> deepestRow(const std::vector<CourseRow>&);
 // The row at which the target duct was cut, else the deepest row.
-std::optional<std::size_t> tellingRow(const AttemptFiles&);
+std::optional<std::size_t> keyRow(const AttemptFiles&);
 
 // The store's events. For a folder outside a store, the events in its summary.
-std::vector<records::EventRow> eventsOf(const AttemptFiles&);
+std::vector<records::EventRow> listEvents(const AttemptFiles&);
 Table eventTable(const AttemptFiles&);
 Table punctureTable(const AttemptFiles&);
 

@@ -1,14 +1,16 @@
 #include "app/report/attempt_files.h"
 
-#include <algorithm>
-#include <charconv>
+#include <fmt/core.h>
+
 #include <cmath>
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <limits>
 
 #include "app/records/samples.h"
+#include "base/csv.h"
 #include "base/fields.h"
+#include "base/text.h"
 #include "base/whole_file.h"
 
 namespace stylet::report {
@@ -17,12 +19,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostFileBytes = 1u << 30;       // of a file that is read whole
+constexpr std::size_t kMaxFileBytes = 1u << 30;        // of a file that is read whole
 constexpr std::size_t kHeaderBytes = (1u << 20) + 64;  // upper bound of a record's header
-constexpr std::size_t kMostRows = 1 << 20;             // of a list in a summary
+constexpr std::size_t kMaxRows = 1 << 20;              // of a list in a summary
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-std::vector<unsigned char> beginningOf(const fs::path& file) {
+std::vector<unsigned char> readBeginning(const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);
     if (!stream) throw DataError(file, "file", "cannot be read");
     std::vector<unsigned char> bytes(kHeaderBytes);
@@ -36,7 +38,7 @@ std::string readText(Fields& in, const char* key) {
     return in.textOr(key, "");
 }
 
-// A missing number is `absent`. So is null, which is how JSON stores NaN.
+// Returns `absent` if the number is missing or null. JSON stores NaN as null.
 double readNumber(Fields& in, const char* key, double absent = 0.0) {
     const FieldKind kind = in.kind(key);
     return kind == FieldKind::absent || kind == FieldKind::null ? absent : in.number(key);
@@ -50,11 +52,11 @@ bool readFlag(Fields& in, const char* key) {
     return in.has(key) && in.flag(key);
 }
 
-MomentRow momentOf(Fields& r) {
+CaptureRow parseCapture(Fields& r) {
     return {readText(r, "name"), readCount(r, "tick"), readNumber(r, "depth_m")};
 }
 
-PunctureRow punctureOf(Fields& r) {
+PunctureRow parsePuncture(Fields& r) {
     return {readText(r, "tissue"),
             readText(r, "kind"),
             readText(r, "label"),
@@ -65,40 +67,30 @@ PunctureRow punctureOf(Fields& r) {
             readNumber(r, "force_after_n")};
 }
 
-records::AttemptResult scoreOf(Fields& summary) {
+records::AttemptResult parseScore(Fields& summary) {
     records::AttemptResult result;
     Fields score = summary.childOrEmpty("score"), haptics = summary.childOrEmpty("haptics");
     result.target_hit = readFlag(summary, "target_hit");
     result.total = readNumber(score, "total");
     result.ticks = readCount(haptics, "ticks");
-    for (Fields& r : score.childrenOrNone("metrics", kMostRows))
+    for (Fields& r : score.childrenOrNone("metrics", kMaxRows))
         result.metrics.push_back({readText(r, "id"), readText(r, "name"), readText(r, "unit"),
                                   readNumber(r, "value", kUnknown), readNumber(r, "points"),
                                   readNumber(r, "most_points")});
     return result;
 }
 
-// Returns the next field of a CSV line without quotes, and advances `line` behind it.
-std::string_view field(std::string_view& line) {
-    const std::size_t comma = std::min(line.find(','), line.size());
-    const std::string_view found = line.substr(0, comma);
-    line.remove_prefix(std::min(comma + 1, line.size()));
-    return found;
+// Runs `read`. An error becomes a warning.
+template <typename Read>
+void tryRead(std::vector<std::string>& warnings, const Read& read) {
+    try {
+        read();
+    } catch (const DataError& e) {
+        warnings.emplace_back(e.what());
+    }
 }
 
-double finite(std::string_view text, const fs::path& file, std::size_t row, const char* name) {
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-        throw DataError(file, "row " + std::to_string(row) + ", " + name, "is no number");
-    return value;
-}
-
-void note(AttemptFiles& files, const std::exception& e) {
-    files.complaints.emplace_back(e.what());
-}
-
-CourseRow rowOf(const records::Sample& s, double dt_s) {
+CourseRow makeCourseRow(const records::Sample& s, double dt_s) {
     CourseRow row;
     row.t_s = double(s.tick) * dt_s;
     row.in_body = s.phase != haptics::Phase::outside;
@@ -115,54 +107,44 @@ CourseRow rowOf(const records::Sample& s, double dt_s) {
 
 // Reads tick duration and patient of an attempt outside a store, from the record's header or else the
 // samples'.
-void readHeader(records::AttemptInfo& info, const fs::path& record, std::vector<std::string>& complaints) {
+void readHeader(records::AttemptInfo& info, const fs::path& record, std::vector<std::string>& warnings) {
     const fs::path inputs = record / "inputs.bin", samples = record / "samples.bin";
-    try {
-        if (fs::exists(inputs)) {
-            records::Record beginning;
-            records::parseInputs(beginningOf(inputs), inputs, beginning);
-            info.dt_s = beginning.header.settings.dt_s;
-            info.patient_digest = beginning.header.package_digest;
-            return;
-        }
-    } catch (const DataError& e) {
-        complaints.emplace_back(e.what());
-    }
-    try {
-        if (!fs::exists(samples)) return;
-        const records::SamplesHeader header = records::parseSamples(beginningOf(samples), samples).header;
+    bool found = false;
+    tryRead(warnings, [&] {
+        if (!fs::exists(inputs)) return;
+        records::Record beginning;
+        records::parseInputs(readBeginning(inputs), inputs, beginning);
+        info.dt_s = beginning.header.settings.dt_s;
+        info.patient_digest = beginning.header.package_digest;
+        found = true;
+    });
+    std::vector<std::string> reported_by_read_course;  // readCourse() reports the errors of the same file
+    tryRead(reported_by_read_course, [&] {
+        if (found || !fs::exists(samples)) return;
+        const records::SamplesHeader header = records::parseSamples(readBeginning(samples), samples).header;
         info.dt_s = header.dt_s;
         info.patient_digest = header.package_digest;
-    } catch (const DataError&) {
-        // readCourse() reads the same file and reports the error
-    }
+    });
 }
 
 // Reads every tick from the samples, or without samples the ticks inside the body from the curve.
 void readCourse(AttemptFiles& files) {
-    const fs::path folder = files.stored.folder;
-    const fs::path curve = folder / "force-depth.csv";
-    try {
-        if (fs::exists(folder / "record" / "samples.bin")) {
-            const records::Samples samples = records::loadSamples(folder / "record");
-            files.course.reserve(samples.samples.size());
-            for (const records::Sample& sample : samples.samples)
-                files.course.push_back(rowOf(sample, samples.header.dt_s));
-            if (samples.torn_bytes > 0)
-                files.complaints.push_back((folder / "record" / "samples.bin").string() + ": " +
-                                           std::to_string(samples.torn_bytes) +
-                                           " bytes behind the last whole frame are left out");
-            files.sampled = !files.course.empty();
-            if (files.sampled) return;
-        }
-    } catch (const DataError& e) {
-        note(files, e);
-    }
-    try {
-        if (fs::exists(curve)) files.course = parseCurve(readWholeFile(curve, kMostFileBytes), curve);
-    } catch (const DataError& e) {
-        note(files, e);
-    }
+    const fs::path record = files.stored.folder / "record", curve = files.stored.folder / "force-depth.csv";
+    tryRead(files.warnings, [&] {
+        if (!fs::exists(record / "samples.bin")) return;
+        const records::Samples samples = records::loadSamples(record);
+        files.course.reserve(samples.samples.size());
+        for (const records::Sample& sample : samples.samples)
+            files.course.push_back(makeCourseRow(sample, samples.header.dt_s));
+        if (samples.torn_bytes > 0)
+            files.warnings.push_back(fmt::format("{}: {} bytes behind the last whole frame are left out",
+                                                 (record / "samples.bin").string(), samples.torn_bytes));
+        files.has_samples = !files.course.empty();
+    });
+    tryRead(files.warnings, [&] {
+        if (!files.has_samples && fs::exists(curve))
+            files.course = parseCurve(readWholeFile(curve, kMaxFileBytes), curve);
+    });
 }
 
 }  // namespace
@@ -189,48 +171,34 @@ Summary parseSummary(std::string_view text, const fs::path& file) {
     s.air_kerma_gy = readNumber(dose, "air_kerma_gy");
     s.contrast_ml = readNumber(dose, "contrast_ml");
     s.max_step_us = readNumber(haptics, "max_step_us");
-    for (Fields& moment : r.childrenOrNone("moments", kMostRows))
-        s.moments.push_back(momentOf(moment));
-    for (Fields& puncture : r.childrenOrNone("punctures", kMostRows))
-        s.punctures.push_back(punctureOf(puncture));
-    if (r.has("score")) s.score = scoreOf(r);
+    for (Fields& moment : r.childrenOrNone("moments", kMaxRows))
+        s.captures.push_back(parseCapture(moment));
+    for (Fields& puncture : r.childrenOrNone("punctures", kMaxRows))
+        s.punctures.push_back(parsePuncture(puncture));
+    if (r.has("score")) s.score = parseScore(r);
     return s;
 }
 
 std::vector<CourseRow> parseCurve(std::string_view csv, const fs::path& file) {
-    std::vector<CourseRow> rows;
-    std::size_t number = 0;
-    while (!csv.empty()) {
-        const std::size_t end = std::min(csv.find('\n'), csv.size());
-        std::string_view line = csv.substr(0, end);
-        csv.remove_prefix(std::min(end + 1, csv.size()));
-        if (++number == 1) {
-            if (line != "tick,time_s,depth_m,force_n,phase,tissue,breath_held")
-                throw DataError(file, "header", "is not that of a force-depth curve");
-            continue;
-        }
-        field(line);  // skip the tick: the time is enough
+    std::vector<CourseRow> course;
+    CsvReader rows(file, csv, "tick,time_s,depth_m,force_n,phase,tissue,breath_held");
+    while (rows.next()) {
+        rows.text();  // the tick; the time replaces it
         CourseRow row;
         row.in_body = true;
         row.clearance_m = kUnknown, row.breath_v = kUnknown, row.sent_n = kUnknown;
-        row.t_s = finite(field(line), file, number, "time_s");
-        row.depth_m = finite(field(line), file, number, "depth_m");
-        row.force_n = finite(field(line), file, number, "force_n");
-        field(line);  // skip the phase
-        const std::string_view tissue = field(line);
-        bool known = false;
-        for (int t = 0; t < patient::kTissueCount; ++t)
-            if (patient::tissueName(patient::Tissue(t)) == tissue)
-                row.tissue = patient::Tissue(t), known = true;
-        if (!known) throw DataError(file, "row " + std::to_string(number) + ", tissue", "is unknown");
-        if (line != "0" && line != "1")
-            throw DataError(file, "row " + std::to_string(number) + ", breath_held", "is neither 0 nor 1");
-        row.breath_held = line == "1";
-        if (!rows.empty() && row.t_s < rows.back().t_s)
-            throw DataError(file, "row " + std::to_string(number) + ", time_s", "runs backward");
-        rows.push_back(row);
+        row.t_s = rows.number<double>();
+        if (!course.empty() && row.t_s < course.back().t_s) rows.refuse("is earlier than in the row before");
+        row.depth_m = rows.number<double>();
+        row.force_n = rows.number<double>();
+        rows.text();  // the phase
+        const auto tissue = findEnum<patient::Tissue>(patient::kTissueNames, rows.text());
+        if (!tissue) rows.refuse("is not a tissue");
+        row.tissue = *tissue;
+        row.breath_held = rows.number<int>(0, 1) == 1;
+        course.push_back(row);
     }
-    return rows;
+    return course;
 }
 
 AttemptFiles readAttempt(const records::StoredAttempt& stored) {
@@ -241,19 +209,15 @@ AttemptFiles readAttempt(const records::StoredAttempt& stored) {
     if (!fs::exists(summary) && !fs::exists(record))
         throw DataError(stored.folder, "folder",
                         "holds neither summary.json nor record/record.json, so it is not an attempt");
-    try {
+    tryRead(files.warnings, [&] {
         if (fs::exists(record))
-            files.record = records::parseInfo(readWholeFile(record, kMostFileBytes), record);
-    } catch (const DataError& e) {
-        note(files, e);
-    }
-    try {
-        if (fs::exists(summary))
-            files.summary = parseSummary(readWholeFile(summary, kMostFileBytes), summary),
-            files.summarised = true;
-    } catch (const DataError& e) {
-        note(files, e);
-    }
+            files.record = records::parseInfo(readWholeFile(record, kMaxFileBytes), record);
+    });
+    tryRead(files.warnings, [&] {
+        if (!fs::exists(summary)) return;
+        files.summary = parseSummary(readWholeFile(summary, kMaxFileBytes), summary);
+        files.has_summary = true;
+    });
     readCourse(files);
     return files;
 }
@@ -263,10 +227,10 @@ AttemptFiles readFolder(const fs::path& folder) {
     stored.folder = folder;
     const fs::path whole = fs::weakly_canonical(folder);
     stored.id = whole.has_filename() ? whole.filename().string() : whole.parent_path().filename().string();
-    std::vector<std::string> complaints;
-    readHeader(stored.info, folder / "record", complaints);
+    std::vector<std::string> warnings;
+    readHeader(stored.info, folder / "record", warnings);
     AttemptFiles files = readAttempt(stored);
-    files.complaints.insert(files.complaints.begin(), complaints.begin(), complaints.end());
+    files.warnings.insert(files.warnings.begin(), warnings.begin(), warnings.end());
     records::StoredAttempt& s = files.stored;
     s.info.patient = files.summary.patient;
     s.info.scenario = files.summary.scenario;
@@ -279,7 +243,7 @@ AttemptFiles readFolder(const fs::path& folder) {
         if (s.info.patient.empty()) s.info.patient = files.record->patient_name;
         if (s.info.scenario.empty()) s.info.scenario = files.record->scenario;
     }
-    s.state = files.summarised ? records::AttemptState::done : records::AttemptState::cut_short;
+    s.state = files.has_summary ? records::AttemptState::done : records::AttemptState::cut_short;
     if (files.summary.score) s.result = files.summary.score;
     return files;
 }

@@ -17,7 +17,7 @@
 
 namespace stylet::report {
 
-struct MomentRow {
+struct CaptureRow {
     std::string name;
     std::uint64_t tick = 0;
     double depth_m = 0.0;
@@ -39,7 +39,7 @@ struct Summary {
     double peak_force_n = 0.0, lateral_cut_m = 0.0;
     double fluoroscopy_s = 0.0, air_kerma_gy = 0.0, contrast_ml = 0.0;
     double max_step_us = 0.0;
-    std::vector<MomentRow> moments;
+    std::vector<CaptureRow> captures;
     std::vector<PunctureRow> punctures;
     std::optional<records::AttemptResult> score;  // only if the attempt was scored
 };
@@ -62,15 +62,14 @@ struct CourseRow {
 struct AttemptFiles {
     records::StoredAttempt stored;  // for a folder outside a store: from its files, without events
     Summary summary;
-    bool summarised = false;  // false: an attempt that was cut short has no summary
+    bool has_summary = false;  // false: an attempt that was cut short has no summary
     std::optional<records::RecordInfo> record;
     std::vector<CourseRow> course;  // every tick if sampled, else only the ticks inside the body
-    bool sampled = false;
-    std::vector<std::string> complaints;  // files that could not be read, and why
+    bool has_samples = false;
+    std::vector<std::string> warnings;  // files that could not be read, and why
 };
 
-// Throws DataError for a folder without summary and record. Any other missing or damaged file is
-// added to the complaints.
+// Throws DataError for a folder without summary and record. Any other damaged file becomes a warning.
 AttemptFiles readAttempt(const records::StoredAttempt&);
 // The same for a folder outside a store.
 AttemptFiles readFolder(const std::filesystem::path& folder);

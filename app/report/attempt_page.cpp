@@ -1,12 +1,16 @@
 #include "app/report/attempt_page.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "app/report/slices.h"
 #include "app/training/learning.h"
 #include "app/training/score.h"
 #include "base/statistics.h"
+#include "base/text.h"
 
 namespace stylet::report {
 
@@ -21,16 +25,12 @@ constexpr std::size_t kTrailPoints = 1500, kCourseRows = 4000, kLongList = 25;
 // Percentiles of fewer attempts are meaningless.
 constexpr std::size_t kLeastCohort = 4;
 
+// In the order of AttemptState.
+constexpr std::array<std::string_view, 3> kStateTexts{"still running", "done",
+                                                      "cut short: it ends where its writer was stopped"};
+
 std::string stateText(AttemptState state) {
-    switch (state) {
-        case AttemptState::running:
-            return "still running";
-        case AttemptState::done:
-            return "done";
-        case AttemptState::cut_short:
-            break;
-    }
-    return "cut short: it ends where its writer was stopped";
+    return std::string(enumName(kStateTexts, state));
 }
 
 double seconds(const AttemptFiles& a) {
@@ -40,10 +40,10 @@ double seconds(const AttemptFiles& a) {
     return a.course.empty() ? 0.0 : a.course.back().t_s;
 }
 
-std::vector<Headline> headlinesOf(const AttemptFiles& a) {
+std::vector<Headline> makeHeadlines(const AttemptFiles& a) {
     std::vector<Headline> all;
     if (a.stored.result) all.push_back({fixed(a.stored.result->total, 1) + " of 100", "score"});
-    if (a.summarised || a.stored.result) {
+    if (a.has_summary || a.stored.result) {
         const bool hit = a.stored.result ? a.stored.result->target_hit : a.summary.target_hit;
         all.push_back({hit ? "Yes" : "No", "bile duct hit"});
     }
@@ -62,7 +62,7 @@ std::vector<Headline> headlinesOf(const AttemptFiles& a) {
     return all;
 }
 
-std::vector<Fact> factsOf(const AttemptFiles& a) {
+std::vector<Fact> makeFacts(const AttemptFiles& a) {
     const records::AttemptInfo& info = a.stored.info;
     const Summary& s = a.summary;
     std::vector<Fact> facts;
@@ -86,7 +86,7 @@ std::vector<Fact> factsOf(const AttemptFiles& a) {
     if (a.record)
         add("Reference path",
             fixed(kMmPerM * a.record->path.length_m, 1) + " mm, quality " + fixed(a.record->path.quality, 2));
-    if (a.summarised) {
+    if (a.has_summary) {
         add("X-rays", fixed(s.fluoroscopy_s, 1) + " s, " + fixed(1e3 * s.air_kerma_gy, 2) +
                           " mGy at the reference point");
         add("Contrast medium", fixed(s.contrast_ml, 1) + " ml");
@@ -98,9 +98,9 @@ std::vector<Fact> factsOf(const AttemptFiles& a) {
     return facts;
 }
 
-std::vector<Vec3> trailOf(const AttemptFiles& a) {
+std::vector<Vec3> needleTrail(const AttemptFiles& a) {
     std::vector<Vec3> trail;
-    if (!a.sampled) return trail;
+    if (!a.has_samples) return trail;
     std::size_t inside = 0;
     for (const CourseRow& row : a.course)
         inside += row.in_body;
@@ -119,7 +119,7 @@ Picture slicePicture(const AttemptFiles& a, const CourseRow& row, const patient:
     needle.depth_m = row.depth_m;
     needle.breath = {row.breath_v, 0.0};
     needle.target_m = a.record ? a.record->path.target_m : row.tip_m;
-    needle.trail_m = trailOf(a);
+    needle.trail_m = needleTrail(a);
     if (a.record) needle.reference_m = {a.record->path.entry_m, a.record->path.target_m};
     needle.title =
         a.summary.target_hit ? "The puncture of the bile duct" : "The deepest point: no target was hit";
@@ -129,8 +129,7 @@ Picture slicePicture(const AttemptFiles& a, const CourseRow& row, const patient:
     Picture picture{sheet.png, "image/png", sheet.width, sheet.height, "", ""};
     picture.alt =
         "Three slices through the CT: two along the needle, near axial and near coronal, one across it at "
-        "the "
-        "tip, with the needle, the track of its tip and the reference path; " +
+        "the tip, with the needle, the track of its tip and the reference path; " +
         needle.caption + ".";
     picture.caption =
         "The needle in the patient on three slices, with the track of its tip and the reference path.";
@@ -139,17 +138,16 @@ Picture slicePicture(const AttemptFiles& a, const CourseRow& row, const patient:
 
 void addSlices(Page& page, const AttemptFiles& a, const AttemptContext& context) {
     page.section("Needle in the patient");
-    const std::optional<std::size_t> row = tellingRow(a);
+    const std::optional<std::size_t> row = keyRow(a);
     const std::filesystem::path drawn = a.stored.folder / "slices.png";
-    if (row && a.sampled && context.patient) {
+    if (row && a.has_samples && context.patient) {
         page.picture(slicePicture(a, a.course[*row], *context.patient));
     } else if (std::filesystem::exists(drawn)) {
         try {
-            Picture picture = wholePng(drawn);
+            Picture picture = loadPng(drawn);
             picture.alt =
                 "Three slices through the CT at the needle's tip, with the needle: two along it, near axial "
-                "and "
-                "near coronal, one across it.";
+                "and near coronal, one across it.";
             picture.caption =
                 "The needle in the patient on three slices, as drawn at the end of the attempt.";
             page.picture(picture);
@@ -199,7 +197,7 @@ Table courseTable(const AttemptFiles& a) {
         }
         const CourseRow& r = a.course[i];
         table.rows.push_back({fixed(r.t_s, 5), std::to_string(end - i),
-                              a.sampled ? std::string(haptics::kToolNames[std::size_t(r.tool)]) : "",
+                              a.has_samples ? std::string(haptics::kToolNames[std::size_t(r.tool)]) : "",
                               r.in_body ? fixed(kMmPerM * r.depth_m, 3) : "",
                               r.in_body ? fixed(r.force_n, 4) : "", csv(r.sent_n, 4), csv(r.breath_v, 4),
                               r.breath_held ? "1" : "0",
@@ -210,24 +208,20 @@ Table courseTable(const AttemptFiles& a) {
     return table;
 }
 
-void addFigure(Page& page, const DescribedFigure& f) {
-    page.figure(f.figure, f.description, f.caption, f.data);
-}
-
 // Collapses tables that are too long to scroll past.
 void addList(Page& page, const Table& table) {
     if (table.rows.size() > kLongList)
-        page.foldedTable(table);
+        page.collapsibleTable(table);
     else if (!table.rows.empty())
         page.table(table);
 }
 
 // Explains the metrics that this program version knows; a record may contain others.
 Table meaningTable(const records::AttemptResult& result) {
-    Table table;
-    table.caption = "What each metric means; its source as in metrics.md and model.md of the user's guide";
-    table.head = {"Metric", "What", "Best", "Worst", "Source"};
-    table.number = {false, false, true, true, false};
+    Table table{"What each metric means; its source as in metrics.md and model.md of the user's guide",
+                {"Metric", "What", "Best", "Worst", "Source"},
+                {},
+                {false, false, true, true, false}};
     for (const training::Metric& metric : training::metricTable())
         if (std::any_of(result.metrics.begin(), result.metrics.end(),
                         [&](const records::MetricRow& row) { return row.id == metric.id; }))
@@ -249,16 +243,17 @@ void addScore(Page& page, const AttemptFiles& a, const AttemptContext& context, 
         others += other.result.has_value();
     page.paragraph(
         others >= kLeastCohort
-            ? "Each metric earns points up to its weight. The cohort: " + std::to_string(others) +
-                  " finished attempts at the same scenario in these records, this one among them. A "
-                  "percentile is the share of the cohort that earned fewer points; of those that earned as "
-                  "many, half are counted, itself included."
-            : "Each metric earns points up to its weight. Fewer than " + std::to_string(kLeastCohort) +
-                  " finished attempts at this scenario are in these records, so there is no cohort to "
-                  "compare with.");
+            ? fmt::format("Each metric earns points up to its weight. The cohort: {} finished attempts at "
+                          "the same scenario in these records, this one among them. A percentile is the "
+                          "share of the cohort that earned fewer points; of those that earned as many, half "
+                          "are counted, itself included.",
+                          others)
+            : fmt::format("Each metric earns points up to its weight. Fewer than {} finished attempts at "
+                          "this scenario are in these records, so there is no cohort to compare with.",
+                          kLeastCohort));
     page.table(report.metrics);
     if (const Table meanings = meaningTable(*a.stored.result); !meanings.rows.empty())
-        page.foldedTable(meanings);
+        page.collapsibleTable(meanings);
 }
 
 }  // namespace
@@ -275,11 +270,11 @@ std::string metricText(double value) {
 }
 
 Table metricTable(const records::AttemptResult& result, const std::vector<StoredAttempt>& cohort) {
-    Table table;
-    table.caption = "Metrics, their points and the cohort";
-    table.head = {"Metric", "Value", "Unit", "Points", "Of", "Cohort's median value", "Percentile by points"};
-    table.number = {false, true, false, true, true, true, true};
-    table.sortable = true;
+    Table table{"Metrics, their points and the cohort",
+                {"Metric", "Value", "Unit", "Points", "Of", "Cohort's median value", "Percentile by points"},
+                {},
+                {false, true, false, true, true, true, true},
+                true};
     const auto row = [&](const std::string& name, const std::string& value, const std::string& unit,
                          double points, double most, const std::vector<double>& values,
                          const std::vector<double>& all_points) {
@@ -287,7 +282,7 @@ Table metricTable(const records::AttemptResult& result, const std::vector<Stored
         table.rows.push_back(
             {name, value, unit, fixed(points, 2), fixed(most, 1),
              enough && !values.empty() ? metricText(median(values)) : "–",
-             enough ? fixed(100.0 * training::percentileIn(all_points, points).value_or(kGap), 0) : "–"});
+             enough ? fixed(100.0 * training::percentileRank(all_points, points).value_or(kGap), 0) : "–"});
     };
     for (const records::MetricRow& m : result.metrics) {
         std::vector<double> values, points;
@@ -295,7 +290,7 @@ Table metricTable(const records::AttemptResult& result, const std::vector<Stored
             if (other.result)
                 for (const records::MetricRow& o : other.result->metrics)
                     if (o.id == m.id) values.push_back(o.value), points.push_back(o.points);
-        row(m.name, metricText(m.value), m.unit, m.points, m.most_points, values, points);
+        row(m.name, metricText(m.value), m.unit, m.points, m.max_points, values, points);
     }
     std::vector<double> totals;
     for (const StoredAttempt& other : cohort)
@@ -312,28 +307,27 @@ AttemptReport attemptReport(const AttemptFiles& a, const AttemptContext& context
                   (a.stored.started_utc.empty() ? "" : ", " + dateText(a.stored.started_utc)) +
                   (a.stored.state == AttemptState::done ? "" : ". State: " + stateText(a.stored.state)) +
                   ".");
-    page.headlines(headlinesOf(a));
+    page.headlines(makeHeadlines(a));
 
     std::vector<ReferenceCurve> references = context.references;
     if (context.patient && a.record && references.empty())
         references.push_back(exactCurve(*context.patient, a.record->path));
     page.section("Force over depth");
-    addFigure(page, forceFigure(a, references));
+    page.figure(forceFigure(a, references));
     addList(page, punctureTable(a));
 
     addSlices(page, a, context);
 
     page.section("Timeline");
-    addFigure(page, timelineFigure(a));
-    if (const DescribedFigure course = courseFigure(a); !course.figure.choices.empty())
-        addFigure(page, course);
+    page.figure(timelineFigure(a));
+    if (const DescribedFigure course = courseFigure(a); !course.figure.choices.empty()) page.figure(course);
     report.events = eventTable(a);
     addList(page, report.events);
     report.course = courseTable(a);
 
     addScore(page, a, context, report);
 
-    const Stills stills = stillsOf(a.stored.folder, context.most_stills, kStillWidth);
+    const Stills stills = loadStills(a.stored.folder, context.max_stills, kStillWidth);
     if (!stills.pictures.empty()) {
         page.section("Stills");
         if (stills.left_out > 0)
@@ -342,13 +336,13 @@ AttemptReport attemptReport(const AttemptFiles& a, const AttemptContext& context
         page.stills(stills.pictures);
     }
     page.section("Facts");
-    page.facts(factsOf(a));
-    std::vector<std::string> complaints = a.complaints;
-    complaints.insert(complaints.end(), stills.complaints.begin(), stills.complaints.end());
-    if (!complaints.empty()) {
+    page.facts(makeFacts(a));
+    std::vector<std::string> warnings = a.warnings;
+    warnings.insert(warnings.end(), stills.warnings.begin(), stills.warnings.end());
+    if (!warnings.empty()) {
         page.section("What could not be read");
-        for (const std::string& complaint : complaints)
-            page.paragraph(complaint);
+        for (const std::string& warning : warnings)
+            page.paragraph(warning);
     }
     report.html = page.html();
     return report;

@@ -14,7 +14,7 @@ struct AttemptContext {
     std::vector<records::StoredAttempt> cohort{};  // attempts to compare with, including this one
     const patient::Patient* patient = nullptr;     // the attempt's patient: for reference curve and slices
     std::vector<ReferenceCurve> references{};      // in addition to the planned path's
-    std::size_t most_stills = 16;
+    std::size_t max_stills = 16;
 };
 
 struct AttemptReport {

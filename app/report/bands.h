@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -10,27 +11,17 @@
 
 namespace stylet::report {
 
+// In the order of patient::Tissue.
+inline constexpr std::array<Colour, patient::kTissueCount> kBandColours{{{0.88, 0.93, 0.97},    // air
+                                                                         {0.96, 0.84, 0.76},    // skin
+                                                                         {0.99, 0.95, 0.80},    // soft
+                                                                         {0.90, 0.88, 0.84},    // bone
+                                                                         {0.86, 0.84, 0.95},    // fascia
+                                                                         {0.95, 0.83, 0.81},    // liver
+                                                                         {0.80, 0.86, 0.97},    // vessel
+                                                                         {0.82, 0.93, 0.80}}};  // duct
 constexpr Colour bandColour(patient::Tissue tissue) {
-    using patient::Tissue;
-    switch (tissue) {
-        case Tissue::air:
-            return {0.88, 0.93, 0.97};
-        case Tissue::skin:
-            return {0.96, 0.84, 0.76};
-        case Tissue::soft:
-            return {0.99, 0.95, 0.80};
-        case Tissue::bone:
-            return {0.90, 0.88, 0.84};
-        case Tissue::fascia:
-            return {0.86, 0.84, 0.95};
-        case Tissue::liver:
-            return {0.95, 0.83, 0.81};
-        case Tissue::vessel:
-            return {0.80, 0.86, 0.97};
-        case Tissue::duct:
-            return {0.82, 0.93, 0.80};
-    }
-    return {1, 1, 1};
+    return kBandColours[std::size_t(tissue)];
 }
 
 struct TissueBand {
@@ -38,7 +29,7 @@ struct TissueBand {
     patient::Tissue tissue = patient::Tissue::air;
 };
 
-// The tissue at the tip over the first `end` samples, during insertion. Assumes that the needle never moves
+// The tissues at the tip over the first `end` samples, an insertion. Assumes that the needle never moves
 // back by more than tremor, so each depth belongs to the sample that first reached it.
 template <typename Sample>
 std::vector<TissueBand> tissueBands(const std::vector<Sample>& curve, std::size_t end) {

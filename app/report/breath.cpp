@@ -1,13 +1,13 @@
 #include "app/report/breath.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <glm/geometric.hpp>
 
 #include "app/report/chart.h"
-#include "base/format.h"
 #include "base/whole_file.h"
 
 namespace stylet::report {
@@ -30,22 +30,22 @@ double niceStep(double span, int parts) {
     return step;
 }
 
-Range rangeOf(double low, double high, int parts) {
+Range axisRange(double low, double high, int parts) {
     const double step = niceStep(std::max(high - low, 1e-3), parts);
     return {step * std::floor(low / step), step * std::ceil(high / step), step};
 }
 
 // An axis range that covers `value` over all samples, and zero.
 template <typename Value>
-Range rangeOver(const std::vector<BreathSample>& samples, int parts, const Value& value) {
+Range sampleRange(const std::vector<BreathSample>& samples, int parts, const Value& value) {
     double low = 0.0, high = 0.0;
     for (const BreathSample& s : samples)
         low = std::min(low, value(s)), high = std::max(high, value(s));
-    return rangeOf(low, high, parts);
+    return axisRange(low, high, parts);
 }
 
 // The time intervals of the breath-holds.
-std::vector<std::array<double, 2>> holds(const std::vector<BreathSample>& samples) {
+std::vector<std::array<double, 2>> breathHolds(const std::vector<BreathSample>& samples) {
     std::vector<std::array<double, 2>> found;
     for (std::size_t i = 0; i < samples.size(); ++i) {
         if (!samples[i].held) continue;
@@ -57,7 +57,7 @@ std::vector<std::array<double, 2>> holds(const std::vector<BreathSample>& sample
 
 void legend(Canvas& canvas, double x, double y, Colour colour, const std::string& text) {
     canvas.line({x, y - 5}, {x + 28, y - 5}, 3, colour);
-    canvas.text({x + 36, y}, text, {14, kInk, Align::left, false});
+    canvas.text({x + 36, y}, text, {14, kInk});
 }
 
 }  // namespace
@@ -92,9 +92,9 @@ double domeBelowExhale_m(const patient::Patient& patient, const Surrogate& breat
     return deformedFromReference(motion, {}, dome_m).z - deformedFromReference(motion, breath, dome_m).z;
 }
 
-DomeFollows domeFollows(const std::vector<BreathSample>& samples) {
-    DomeFollows f;
-    double n = 0.0, v = 0.0, d = 0.0, vv = 0.0, vd = 0.0, dd = 0.0, least = 1e9, most = -1e9;
+DomeRegression fitDomeMotion(const std::vector<BreathSample>& samples) {
+    DomeRegression f;
+    double n = 0.0, v = 0.0, d = 0.0, vv = 0.0, vd = 0.0, dd = 0.0, lowest_m = 1e9, highest_m = -1e9;
     bool any_held = false;
     for (const BreathSample& s : samples) {
         if (s.held) {
@@ -105,46 +105,42 @@ DomeFollows domeFollows(const std::vector<BreathSample>& samples) {
         }
         n += 1.0, v += s.breath.v, d += s.dome_m;
         vv += s.breath.v * s.breath.v, vd += s.breath.v * s.dome_m, dd += s.dome_m * s.dome_m;
-        least = std::min(least, s.dome_m), most = std::max(most, s.dome_m);
+        lowest_m = std::min(lowest_m, s.dome_m), highest_m = std::max(highest_m, s.dome_m);
     }
     if (n < 2.0) return f;
     const double of_v = vv - v * v / n, of_both = vd - v * d / n, of_dome = dd - d * d / n;
-    f.travel_m = most - least;
+    f.travel_m = highest_m - lowest_m;
     if (of_v <= 0.0 || of_dome <= 0.0) return f;
     f.correlation = of_both / std::sqrt(of_v * of_dome);
-    f.per_v_m = of_both / of_v;
-    f.off_line_m = std::sqrt(std::max(0.0, of_dome - of_both * of_both / of_v) / n);
+    f.slope_m = of_both / of_v;
+    f.residual_rms_m = std::sqrt(std::max(0.0, of_dome - of_both * of_both / of_v) / n);
     return f;
 }
 
 void writeBreathCsv(const std::vector<BreathSample>& samples, const std::filesystem::path& file) {
-    std::string csv;
-    csv += "time_s,v,rate_per_s,creep_v,held,dome_mm\n";
-    for (const BreathSample& s : samples) {
-        std::array<char, 120> line{};
-        std::snprintf(line.data(), line.size(), "%.3f,%.5f,%.5f,%.5f,%d,%.4f\n", s.t_s, s.breath.v,
-                      s.breath.rate_per_s, s.breath.creep_v, s.held ? 1 : 0, 1e3 * s.dome_m);
-        csv += line.data();
-    }
+    std::string csv = "time_s,v,rate_per_s,creep_v,held,dome_mm\n";
+    for (const BreathSample& s : samples)
+        csv += fmt::format("{:.3f},{:.5f},{:.5f},{:.5f},{:d},{:.4f}\n", s.t_s, s.breath.v,
+                           s.breath.rate_per_s, s.breath.creep_v, s.held, 1e3 * s.dome_m);
     writeWholeFile(file, csv);
 }
 
 void drawBreath(const std::vector<BreathSample>& samples, const std::string& title, const std::string& signal,
                 const std::filesystem::path& png) {
-    const DomeFollows follows = domeFollows(samples);
-    const double per_v_mm = 1e3 * follows.per_v_m;
+    const DomeRegression regression = fitDomeMotion(samples);
+    const double per_v_mm = 1e3 * regression.slope_m;
     const auto dome_mm = [](const BreathSample& s) { return 1e3 * s.dome_m; };
     const auto v = [](const BreathSample& s) { return s.breath.v; };
     Range mm =
-        rangeOver(samples, 7, [&](const BreathSample& s) { return std::max(dome_mm(s), per_v_mm * v(s)); });
-    mm.low = std::min(mm.low, rangeOver(samples, 7, dome_mm).low);
+        sampleRange(samples, 7, [&](const BreathSample& s) { return std::max(dome_mm(s), per_v_mm * v(s)); });
+    mm.low = std::min(mm.low, sampleRange(samples, 7, dome_mm).low);
     const double end_s = samples.empty() ? 1.0 : samples.back().t_s;
     const Range time{0.0, end_s, niceStep(end_s, 12)};
 
     Canvas canvas(kBreathWidth, kBreathHeight, kPaper);
     canvas.text({24, 40}, title, {21, kInk, Align::left, true});
     Panel course(canvas, {76, 96, 920, 390}, time, mm);
-    for (const auto& [from, to] : holds(samples))
+    for (const auto& [from, to] : breathHolds(samples))
         course.band(from, to, kHeld, "held");
     course.axes("time [s]", "toward the feet [mm]");
     std::vector<Point> dome, driven;
@@ -155,9 +151,9 @@ void drawBreath(const std::vector<BreathSample>& samples, const std::string& tit
     course.trace(driven, 2.0, kSignal);
     course.trace(dome, 2.5, kDome);
     legend(canvas, 84, 80, kDome, "dome");
-    legend(canvas, 200, 80, kSignal, signal + formatted(", times %.1f mm", per_v_mm));
+    legend(canvas, 200, 80, kSignal, fmt::format("{}, times {:.1f} mm", signal, per_v_mm));
 
-    Panel loop(canvas, {1080, 96, 390, 390}, rangeOver(samples, 5, v), mm);
+    Panel loop(canvas, {1080, 96, 390, 390}, sampleRange(samples, 5, v), mm);
     loop.axes("signal v", "toward the feet [mm]");
     std::vector<Point> stretch;
     for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -167,9 +163,9 @@ void drawBreath(const std::vector<BreathSample>& samples, const std::string& tit
         stretch.assign(1, stretch.back());
     }
     canvas.text({1080, 80},
-                formatted("r = %.3f", follows.correlation) +
-                    formatted(", beside the line %.2f mm", 1e3 * follows.off_line_m),
-                {14, kInk, Align::left, false});
+                fmt::format("r = {:.3f}, beside the line {:.2f} mm", regression.correlation,
+                            1e3 * regression.residual_rms_m),
+                {14, kInk});
     canvas.savePng(png);
 }
 

@@ -23,12 +23,12 @@ Vec3 domePoint(const patient::Patient&);
 double domeBelowExhale_m(const patient::Patient&, const patient::Surrogate&, const Vec3& dome_m);
 
 // How closely the dome follows the signal, over the samples without breath-hold.
-struct DomeFollows {
-    double correlation = 0.0, travel_m = 0.0, per_v_m = 0.0;  // per_v_m: slope of the regression line
-    double off_line_m = 0.0;                    // RMS deviation from that line: hysteresis and clamping
+struct DomeRegression {
+    double correlation = 0.0, travel_m = 0.0, slope_m = 0.0;  // slope_m: slope of the regression line
+    double residual_rms_m = 0.0;                // RMS deviation from that line: hysteresis and clamping
     double held_from_m = 0.0, held_to_m = 0.0;  // range of the dome over the breath-hold samples
 };
-DomeFollows domeFollows(const std::vector<BreathSample>&);
+DomeRegression fitDomeMotion(const std::vector<BreathSample>&);
 
 // Columns time_s, v, rate_per_s, creep_v, held, dome_mm. Throws DataError.
 void writeBreathCsv(const std::vector<BreathSample>&, const std::filesystem::path&);

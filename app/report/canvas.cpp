@@ -2,6 +2,7 @@
 
 #include <cairo.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -56,6 +57,14 @@ double shift(cairo_t* c, const std::string& text, Align align) {
 }
 
 }  // namespace
+
+Colour interpolate(std::span<const Colour> stops, double share) {
+    const double at = std::clamp(share, 0.0, 1.0) * double(stops.size() - 1);
+    const auto low = std::min(std::size_t(at), stops.size() - 2);
+    const double t = at - double(low);
+    const Colour &a = stops[low], &b = stops[low + 1];
+    return {a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b)};
+}
 
 struct Canvas::Impl {
     Surface surface;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,10 @@ struct Colour {
     double r = 0.0, g = 0.0, b = 0.0, a = 1.0;
     Colour faded(double alpha) const { return {r, g, b, alpha}; }
 };
+
+// The colour at `share` of the way from the first stop to the last, clamped to [0, 1]. The stops are equally
+// far apart.
+Colour interpolate(std::span<const Colour> stops, double share);
 
 enum class Align { left, centre, right };
 

@@ -30,7 +30,7 @@ class Panel {
     // Background band over an interval of x, drawn first. The name is drawn if it fits.
     void band(double from_x, double to_x, Colour, const std::string& name);
     void axes(const std::string& x_label, const std::string& y_label);
-    // Takes values, not pixels. Clipped to the box.
+    // The points are values, not pixels. The curve is clipped to the box.
     void trace(const std::vector<Point>&, double width, Colour);
     void dashed(Point from, Point to, double width, Colour);
 

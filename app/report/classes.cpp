@@ -1,9 +1,10 @@
 #include "app/report/classes.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 #include <vector>
 
@@ -23,28 +24,28 @@ constexpr Colour kAir{0.45, 0.47, 0.50}, kSkin{0.95, 0.56, 0.16}, kSoft{0.96, 0.
     kBone{0.58, 0.30, 0.80}, kFascia{0.95, 0.10, 0.75}, kDuct{0.20, 0.75, 0.25}, kVessel{0.86, 0.12, 0.12};
 constexpr double kShownLow_hu = -1050.0, kShownHigh_hu = 1000.0, kBin_hu = 10.0;
 
-Colour classOf(double hu, const patient::Thresholds& t, bool past_fascia) {
+Colour classColour(double hu, const patient::Thresholds& t, bool past_fascia) {
     if (hu < t.t0_hu) return kAir;
     if (hu < t.t1_hu) return kSkin;
     return hu < (past_fascia ? t.t2_specific_hu : t.t2_sensitive_hu) ? kSoft : kBone;
 }
 
-enum class Shown { before_fascia, past_fascia, with_structures };
+enum class ClassView { before_fascia, past_fascia, with_structures };
 
-Colour colourAt(const Patient& patient, const Index3& at, Shown shown) {
+Colour colourAt(const Patient& patient, const Index3& at, ClassView shown) {
     const patient::Package& package = patient.package();
     const patient::Label* label = patient.label(package.labels[at]);
-    if (label && shown != Shown::before_fascia && label->tissue == Tissue::fascia) return kFascia;
-    if (label && shown == Shown::with_structures) {
+    if (label && shown != ClassView::before_fascia && label->tissue == Tissue::fascia) return kFascia;
+    if (label && shown == ClassView::with_structures) {
         if (label->tissue == Tissue::duct) return kDuct;
         if (label->tissue == Tissue::vessel) return kVessel;
     }
-    return classOf(package.ct[at], package.thresholds, shown != Shown::before_fascia);
+    return classColour(package.ct[at], package.thresholds, shown != ClassView::before_fascia);
 }
 
 // An axial slice in radiological orientation: seen from the feet, front up. Class colours over the CT's
 // greys.
-std::vector<std::uint8_t> slice(const Patient& patient, int z, Shown shown) {
+std::vector<std::uint8_t> slice(const Patient& patient, int z, ClassView shown) {
     const Grid& grid = patient.grid();
     const Vec3 size_m = grid.spacing_m * Vec3(grid.dims);
     const double pixel_m = std::max(size_m.x, size_m.y) / kSlicePixels;
@@ -69,7 +70,7 @@ std::vector<std::uint8_t> slice(const Patient& patient, int z, Shown shown) {
     return rgb;
 }
 
-std::vector<double> histogramOf(const CtVolume& ct) {
+std::vector<double> computeHistogram(const CtVolume& ct) {
     std::vector<double> counts(std::size_t((kShownHigh_hu - kShownLow_hu) / kBin_hu), 0.0);
     for (const std::int16_t hu : ct.voxels) {
         const double bin = (double(hu) - kShownLow_hu) / kBin_hu;
@@ -81,7 +82,7 @@ std::vector<double> histogramOf(const CtVolume& ct) {
 // Counts on a logarithmic scale, because air would hide everything else. The upper part of each bar shows
 // the class before the fascia, the foot the class past it.
 void drawHistogram(Canvas& canvas, double x, double y, const Patient& patient) {
-    const std::vector<double> counts = histogramOf(patient.package().ct);
+    const std::vector<double> counts = computeHistogram(patient.package().ct);
     const patient::Thresholds& t = patient.package().thresholds;
     const double most = std::log1p(*std::max_element(counts.begin(), counts.end()));
     const double width = double(kSlicePixels) / double(counts.size()), foot = 18.0;
@@ -92,18 +93,17 @@ void drawHistogram(Canvas& canvas, double x, double y, const Patient& patient) {
         const double hu = kShownLow_hu + (double(i) + 0.5) * kBin_hu;
         const double height = most > 0.0 ? (kSlicePixels - 90) * std::log1p(counts[i]) / most : 0.0;
         const double left = x + double(i) * width, base = y + kSlicePixels - 50;
-        canvas.rectangle(left, base - height, width + 0.5, height, classOf(hu, t, false));
-        canvas.rectangle(left, base + 4, width + 0.5, foot, classOf(hu, t, true));
+        canvas.rectangle(left, base - height, width + 0.5, height, classColour(hu, t, false));
+        canvas.rectangle(left, base + 4, width + 0.5, foot, classColour(hu, t, true));
     }
     const std::array<std::pair<const char*, double>, 4> marks{
         {{"t0", t.t0_hu}, {"t1", t.t1_hu}, {"t2-", t.t2_sensitive_hu}, {"t2+", t.t2_specific_hu}}};
     for (std::size_t i = 0; i < marks.size(); ++i) {
         const double line = at(marks[i].second), top = y + 14 + 17.0 * double(i);
         canvas.line({line, top + 4}, {line, y + kSlicePixels - 28}, 1.0, kWhite.faded(0.6));
-        std::array<char, 48> text{};
-        std::snprintf(text.data(), text.size(), "%s = %.0f HU", marks[i].first, marks[i].second);
         const bool right = line < x + 0.6 * kSlicePixels;
-        canvas.text({line + (right ? 5.0 : -5.0), top + 6}, text.data(),
+        canvas.text({line + (right ? 5.0 : -5.0), top + 6},
+                    fmt::format("{} = {:.0f} HU", marks[i].first, marks[i].second),
                     {13, kWhite, right ? Align::left : Align::right, false, kDark.faded(0.7)});
     }
     for (int hu = -1000; hu <= 1000; hu += 500)
@@ -119,12 +119,8 @@ void drawClassLegend(Canvas& canvas, double y) {
                                                                  {"fascia", kFascia},
                                                                  {"bile duct", kDuct},
                                                                  {"vessel", kVessel}}};
-    for (const auto& [name, colour] : entries) {
-        const TextStyle style{14, kWhite};
-        canvas.rectangle(x, y - 12, 14, 14, colour);
-        canvas.text({x + 20, y}, name, style);
-        x += 20 + canvas.textWidth(name, style) + 26;
-    }
+    for (const auto& [name, colour] : entries)
+        x = drawSwatch(canvas, {x, y}, colour, name);
 }
 
 }  // namespace
@@ -142,13 +138,13 @@ void drawClasses(const Patient& patient, const Vec3& at_reference_m, const std::
         return std::exchange(x, x + kSlicePixels + kClassesMargin);
     };
     drawHistogram(canvas, panel("CT values; foot: as past the fascia"), kClassesHeader, patient);
-    const auto show = [&](const char* caption, Shown shown) {
+    const auto show = [&](const char* caption, ClassView shown) {
         const double left = panel(caption);
         canvas.image(left, kClassesHeader, kSlicePixels, kSlicePixels, slice(patient, z, shown));
     };
-    show("before the fascia", Shown::before_fascia);
-    show("past the fascia", Shown::past_fascia);
-    show("with segmented ducts and vessels", Shown::with_structures);
+    show("before the fascia", ClassView::before_fascia);
+    show("past the fascia", ClassView::past_fascia);
+    show("with segmented ducts and vessels", ClassView::with_structures);
     drawClassLegend(canvas, kClassesHeader + kSlicePixels + 36);
     canvas.savePng(png);
 }

@@ -1,5 +1,5 @@
-// Shows what the CT value alone tells about a tissue: the haptic transfer function over the histogram and
-// over a slice, as in Figs. 10 to 13 of Mastmeyer et al. 2017.
+// Shows how the CT value alone classifies tissue: the haptic transfer function over the histogram and over a
+// slice, as in Figs. 10 to 13 of Mastmeyer et al. 2017.
 #pragma once
 
 #include <filesystem>

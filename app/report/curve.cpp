@@ -1,14 +1,15 @@
 #include "app/report/curve.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <span>
 
 #include "app/report/bands.h"
 #include "app/report/chart.h"
-#include "base/format.h"
+#include "base/text.h"
 #include "base/whole_file.h"
 
 namespace stylet::report {
@@ -21,17 +22,8 @@ constexpr int kCurveWidth = 1280, kCurveHeight = 720;
 constexpr double kCurveLeft = 88, kCurveRight = 32, kCurveTop = 108, kCurveBottom = 76;
 constexpr Colour kIn{0.75, 0.16, 0.14}, kOut{0.20, 0.38, 0.62};
 
-const char* phaseName(haptics::Phase phase) {
-    switch (phase) {
-        case haptics::Phase::held:
-            return "held";
-        case haptics::Phase::pass:
-            return "pass";
-        case haptics::Phase::outside:
-            break;
-    }
-    return "outside";
-}
+// In the order of haptics::Phase.
+constexpr std::array<std::string_view, 3> kCurvePhases{"outside", "held", "pass"};
 
 // Maps data coordinates to pixels.
 struct Axes {
@@ -62,8 +54,8 @@ Axes fit(const std::vector<ForceSample>& curve) {
     return axes;
 }
 
-std::string number(const char* format, double value) {
-    return formatted(format, std::fabs(value) < 1e-9 ? 0.0 : value);  // avoids "-0"
+std::string number(fmt::format_string<double> format, double value) {
+    return fmt::format(format, std::fabs(value) < 1e-9 ? 0.0 : value);  // avoids "-0"
 }
 
 std::size_t deepest(const std::vector<ForceSample>& curve) {
@@ -81,7 +73,7 @@ void drawBands(Canvas& canvas, const Axes& axes, const std::vector<ForceSample>&
         const double left = std::round(from), right = std::round(to);  // avoids seams between bands
         canvas.rectangle(left, top, right - left, bottom - top, bandColour(band.tissue));
         const std::string name(patient::tissueName(band.tissue));
-        const TextStyle style{13, kMuted, Align::centre, false};
+        const TextStyle style{13, kMuted, Align::centre};
         const double middle = 0.5 * (from + to), half = 0.5 * canvas.textWidth(name, style);
         if (to - from < 2.0 * half + 6.0 || middle - half < named_until) continue;
         canvas.text({middle, top + 18}, name, style);
@@ -95,18 +87,18 @@ void drawAxes(Canvas& canvas, const Axes& axes) {
     for (double d = std::ceil(axes.depth_low_mm / step) * step; d <= axes.depth_high_mm + 1e-9; d += step) {
         const double x = axes.x(d / 1000.0);
         canvas.line({x, kCurveTop}, {x, axes.y(axes.force_low_n)}, 1, kGrid.faded(0.6));
-        canvas.text({x, axes.y(axes.force_low_n) + 22}, number("%.0f", d), {14, kInk, Align::centre, false});
+        canvas.text({x, axes.y(axes.force_low_n) + 22}, number("{:.0f}", d), {14, kInk, Align::centre});
     }
     const double force_step = axes.force_high_n - axes.force_low_n > 8.0 ? 2.0 : 0.5;
     for (double f = axes.force_low_n; f <= axes.force_high_n + 1e-9; f += force_step) {
         canvas.line({kCurveLeft, axes.y(f)}, {kCurveWidth - kCurveRight, axes.y(f)}, 1, kGrid.faded(0.6));
-        canvas.text({kCurveLeft - 10, axes.y(f) + 5}, number("%.1f", f), {14, kInk, Align::right, false});
+        canvas.text({kCurveLeft - 10, axes.y(f) + 5}, number("{:.1f}", f), {14, kInk, Align::right});
     }
     canvas.line({kCurveLeft, axes.y(0)}, {kCurveWidth - kCurveRight, axes.y(0)}, 1.5, kMuted);
     canvas.text({0.5 * (kCurveLeft + kCurveWidth - kCurveRight), kCurveHeight - 22},
-                "depth of the tip along the track [mm]", {15, kInk, Align::centre, false});
+                "depth of the tip along the track [mm]", {15, kInk, Align::centre});
     canvas.textUpward({30, 0.5 * (kCurveTop + kCurveHeight - kCurveBottom)},
-                      "axial force [N], positive resists insertion", {15, kInk, Align::centre, false});
+                      "axial force [N], positive resists insertion", {15, kInk, Align::centre});
 }
 
 // Draws one line per run of consecutive ticks, because there is no force outside the body. Leaves out steps
@@ -146,27 +138,21 @@ void drawMarks(Canvas& canvas, const Axes& axes, const std::vector<ForceMark>& m
 void drawCurveLegend(Canvas& canvas) {
     const double y = 80;
     canvas.line({kCurveLeft, y - 5}, {kCurveLeft + 34, y - 5}, 2.5, kIn);
-    canvas.text({kCurveLeft + 42, y}, "in", {14, kInk, Align::left, false});
+    canvas.text({kCurveLeft + 42, y}, "in", {14, kInk});
     canvas.line({kCurveLeft + 84, y - 5}, {kCurveLeft + 118, y - 5}, 1.5, kOut);
-    canvas.text({kCurveLeft + 126, y}, "out", {14, kInk, Align::left, false});
+    canvas.text({kCurveLeft + 126, y}, "out", {14, kInk});
     canvas.circle({kCurveLeft + 186, y - 5}, 4.0, 2.0, kIn);
-    canvas.text({kCurveLeft + 198, y}, "puncture: the force just before the cut",
-                {14, kInk, Align::left, false});
+    canvas.text({kCurveLeft + 198, y}, "puncture: the force just before the cut", {14, kInk});
 }
 
 }  // namespace
 
 void writeCurveCsv(const std::vector<ForceSample>& curve, double dt_s, const std::filesystem::path& file) {
-    std::string text;
-    text += "tick,time_s,depth_m,force_n,phase,tissue,breath_held\n";
-    std::array<char, 160> line{};
-    for (const ForceSample& s : curve) {
-        const std::string tissue(patient::tissueName(s.tissue));
-        std::snprintf(line.data(), line.size(), "%llu,%.3f,%.7f,%.6f,%s,%s,%d\n",
-                      static_cast<unsigned long long>(s.tick), double(s.tick) * dt_s, s.depth_m, s.force_n,
-                      phaseName(s.phase), tissue.c_str(), s.breath_held ? 1 : 0);
-        text += line.data();
-    }
+    std::string text = "tick,time_s,depth_m,force_n,phase,tissue,breath_held\n";
+    for (const ForceSample& s : curve)
+        text += fmt::format("{},{:.3f},{:.7f},{:.6f},{},{},{:d}\n", s.tick, double(s.tick) * dt_s, s.depth_m,
+                            s.force_n, enumName(kCurvePhases, s.phase), patient::tissueName(s.tissue),
+                            s.breath_held);
     writeWholeFile(file, text);
 }
 
@@ -175,7 +161,7 @@ void drawCurve(const std::vector<ForceSample>& curve, const std::vector<ForceMar
     Canvas canvas(kCurveWidth, kCurveHeight, kPaper);
     canvas.text({kCurveLeft, 46}, title, {22, kInk, Align::left, true});
     if (curve.empty()) {
-        canvas.text({kCurveLeft, 90}, "The needle did not enter the body.", {16, kMuted, Align::left, false});
+        canvas.text({kCurveLeft, 90}, "The needle did not enter the body.", {16, kMuted});
         canvas.savePng(png);
         return;
     }

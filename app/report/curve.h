@@ -29,8 +29,8 @@ struct ForceMark {
 // Columns tick, time_s, depth_m, force_n, phase, tissue, breath_held. Throws DataError.
 void writeCurveCsv(const std::vector<ForceSample>&, double dt_s, const std::filesystem::path&);
 
-// Draws the insertion strong, the withdrawal faint, and tissues as background bands. Throws
-// DataError.
+// Draws the insertion in a strong colour, the withdrawal in a faint one, and the tissues as bands in the
+// background. Throws DataError.
 void drawCurve(const std::vector<ForceSample>&, const std::vector<ForceMark>&, const std::string& title,
                const std::filesystem::path& png);
 

@@ -1,14 +1,15 @@
 #include "app/report/figure.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 
 #include "app/report/page.h"
 #include "base/hex.h"
+#include "base/text.h"
 
 namespace stylet::report {
 
@@ -16,12 +17,10 @@ using nlohmann::json;
 
 namespace {
 
-// Five digits are more than a screen shows. In thousands of points, each digit less saves a kilobyte.
+// Five digits are more than a screen shows. For a thousand numbers, each omitted digit saves a kilobyte.
 json numberJson(double value) {
     if (!std::isfinite(value)) return nullptr;
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.5g", value);
-    const double rounded = std::strtod(text.data(), nullptr);
+    const double rounded = parseNumber<double>(fmt::format("{:.5g}", value)).value_or(kGap);
     if (rounded == std::floor(rounded) && std::fabs(rounded) < 1e15) return std::int64_t(rounded);
     return rounded;
 }
@@ -106,20 +105,15 @@ std::string figureJson(const Figure& figure) {
     const std::string text = j.dump(-1, ' ', false, json::error_handler_t::replace);
     std::string safe;
     safe.reserve(text.size());
-    for (const char c : text) {  // <, > and & occur in JSON only inside strings
-        if (c == '<')
-            safe += "\\u003c";
-        else if (c == '>')
-            safe += "\\u003e";
-        else if (c == '&')
-            safe += "\\u0026";
+    for (const char c : text)  // <, > and & occur in JSON only inside strings
+        if (c == '<' || c == '>' || c == '&')
+            safe += "\\u" + hexText(std::uint64_t(c), 4);
         else
             safe += c;
-    }
     return safe;
 }
 
-std::vector<FigurePoint> thinned(const std::vector<FigurePoint>& points, std::size_t buckets) {
+std::vector<FigurePoint> downsample(const std::vector<FigurePoint>& points, std::size_t buckets) {
     if (buckets == 0 || points.size() <= 4 * buckets) return points;
     std::vector<FigurePoint> kept;
     const auto size = double(points.size()) / double(buckets);

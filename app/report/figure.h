@@ -66,7 +66,7 @@ struct FigureBox {
     Colour colour = kBlue;
 };
 
-// Alternative content of the figure, which the reader can select.
+// Alternative content of a figure. The reader selects one of them.
 struct FigureChoice {
     std::string name;
     FigureAxis y;
@@ -82,7 +82,7 @@ struct Figure {
     std::vector<FigureLine> lines{};
     std::vector<FigurePoint> marks{};
     std::vector<FigureChoice> choices{};  // if not empty, the first is shown instead of `series` and `y`
-    bool low = false;                     // slightly lower than other figures
+    bool low = false;                     // drawn slightly less high than other figures
 };
 
 // JSON for a <script type="application/json"> element. Escaped so that no text can end the element.
@@ -92,6 +92,6 @@ std::string hexColour(const Colour&);
 
 // Thins the points for drawing, in order. Divides them into `buckets` groups of equal size and keeps about
 // 4 points of each: first, lowest, highest and last. No peak is lost, and gaps remain.
-std::vector<FigurePoint> thinned(const std::vector<FigurePoint>&, std::size_t buckets);
+std::vector<FigurePoint> downsample(const std::vector<FigurePoint>&, std::size_t buckets);
 
 }  // namespace stylet::report

@@ -1,10 +1,11 @@
 #include "app/report/film.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <cstdio>
 
 #include "app/report/canvas.h"
 #include "app/report/sheet_colours.h"
@@ -15,7 +16,7 @@ namespace stylet::report {
 namespace {
 
 constexpr double kWidestPixel_m = 0.0006;
-constexpr double kFewestPixels = 480;   // across
+constexpr double kFewestPixels = 480;   // smallest width of a frame
 constexpr double kAboveMark_m = 0.010;  // a CT taken in inspiration may end below the dome's highest position
 constexpr int kFilmGap = 6, kFilmHeader = 64, kFilmCaption = 34;
 constexpr double kScreen = 1.6;  // width over height
@@ -30,7 +31,7 @@ void blend(std::uint8_t* pixel, const std::array<double, 3>& colour, double shar
 void drawFrame(Canvas& canvas, double x, double y, const FilmFrame& frame) {
     canvas.image(x, y, frame.width, frame.height, frame.rgb);
     canvas.rectangle(x, y + frame.height, frame.width, kFilmCaption, kDark);
-    canvas.text({x + 12, y + frame.height + 23}, frame.caption, {16, kWhite, Align::left, false});
+    canvas.text({x + 12, y + frame.height + 23}, frame.caption, {16, kWhite});
 }
 
 }  // namespace
@@ -62,7 +63,7 @@ FilmFrame coronalFrame(const patient::Patient& patient, const patient::Surrogate
     return frame;
 }
 
-FilmFrame besideEachOther(const FilmFrame& left, const FilmFrame& right) {
+FilmFrame sideBySide(const FilmFrame& left, const FilmFrame& right) {
     assert(left.height == right.height);
     FilmFrame both{left.width + right.width, left.height, {}, left.caption};
     for (int v = 0; v < both.height; ++v)
@@ -102,9 +103,7 @@ void writeFilm(const std::vector<FilmFrame>& frames, const std::string& title,
                   kFilmHeader + double(i / columns) * (height + kFilmGap), frame);
         Canvas alone(width, height, kDark);
         drawFrame(alone, 0, 0, frame);
-        std::array<char, 24> number{};
-        std::snprintf(number.data(), number.size(), "-%03d.png", i);
-        alone.savePng(folder / (name + number.data()));
+        alone.savePng(folder / fmt::format("{}-{:03}.png", name, i));
     }
     sheet.savePng(folder / (name + ".png"));
 }

@@ -21,7 +21,7 @@ struct FilmFrame {
 FilmFrame coronalFrame(const patient::Patient&, const patient::Surrogate&, double y_m, double mark_z_m);
 
 // Puts the left and right eye's frames side by side.
-FilmFrame besideEachOther(const FilmFrame& left, const FilmFrame& right);
+FilmFrame sideBySide(const FilmFrame& left, const FilmFrame& right);
 
 // Number of frames per row, for a sheet of about screen proportions with as few empty places as possible.
 int sheetColumns(int frames, int width, int height);

@@ -1,12 +1,13 @@
 #include "app/report/force_curves.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "app/report/bands.h"
 #include "app/report/chart.h"
-#include "base/format.h"
 
 namespace stylet::report {
 
@@ -16,7 +17,8 @@ namespace {
 
 constexpr double kStep_m = 0.00001;  // 10 mm/s at 1 kHz
 constexpr double kLead_m = 0.008, kThickness_m = 0.012, kIn_m = 0.006, kPitch_m = 0.001;
-constexpr Colour kWayIn{0.75, 0.16, 0.14}, kWayOut{0.20, 0.38, 0.62}, kBound{0.75, 0.16, 0.14, 0.35};
+constexpr Colour kInsertionColour{0.75, 0.16, 0.14}, kWithdrawalColour{0.20, 0.38, 0.62},
+    kBound{0.75, 0.16, 0.14, 0.35};
 
 constexpr std::array<std::pair<Tissue, Tissue>, 7> kPairs{{{Tissue::air, Tissue::skin},
                                                            {Tissue::skin, Tissue::soft},
@@ -27,7 +29,7 @@ constexpr std::array<std::pair<Tissue, Tissue>, 7> kPairs{{{Tissue::air, Tissue:
                                                            {Tissue::liver, Tissue::duct}}};
 
 // A package of two layers: `before` for kLead_m, then `tissue`. Each voxel has a label.
-patient::Package layersOf(const patient::TissueTable& table, Tissue before, Tissue tissue) {
+patient::Package makeLayers(const patient::TissueTable& table, Tissue before, Tissue tissue) {
     patient::Package package;
     package.tissues = table;
     for (int t = 1; t < patient::kTissueCount; ++t) {
@@ -47,8 +49,8 @@ patient::Package layersOf(const patient::TissueTable& table, Tissue before, Tiss
     return package;
 }
 
-std::vector<DepthForce> exactWayIn(const patient::TissueTable& table, Tissue before, Tissue tissue,
-                                   haptics::NeedleSettings settings, double a1_share) {
+std::vector<DepthForce> exactInsertion(const patient::TissueTable& table, Tissue before, Tissue tissue,
+                                       haptics::NeedleSettings settings, double a1_share) {
     settings.a1_share = a1_share;
     const std::vector<haptics::Segment> path{
         {0.0, Tissue::air, 0}, {0.001, before, 0}, {0.001 + kLead_m, tissue, 0}};
@@ -60,9 +62,9 @@ std::vector<DepthForce> exactWayIn(const patient::TissueTable& table, Tissue bef
     return way;
 }
 
-TissueCurve curveOf(const patient::TissueTable& table, const haptics::NeedleSettings& settings, Tissue before,
-                    Tissue tissue) {
-    const patient::Package package = layersOf(table, before, tissue);
+TissueCurve computeTissueCurve(const patient::TissueTable& table, const haptics::NeedleSettings& settings,
+                               Tissue before, Tissue tissue) {
+    const patient::Package package = makeLayers(table, before, tissue);
     const patient::Patient patient(package);
     TissueCurve curve{before, tissue, {}, {}, {}, {}, false, {}};
     haptics::NeedleState needle;
@@ -82,8 +84,8 @@ TissueCurve curveOf(const patient::TissueTable& table, const haptics::NeedleSett
         to(-kLead_m - 0.001 + i * kStep_m, curve.in);
     for (int i = steps - 1; i >= int(std::lround((kLead_m - 0.001) / kStep_m)); --i)
         to(-kLead_m - 0.001 + i * kStep_m, curve.out);
-    curve.least_a1 = exactWayIn(table, before, tissue, settings, 0.0);
-    curve.most_a1 = exactWayIn(table, before, tissue, settings, 1.0);
+    curve.min_a1 = exactInsertion(table, before, tissue, settings, 0.0);
+    curve.max_a1 = exactInsertion(table, before, tissue, settings, 1.0);
     return curve;
 }
 
@@ -94,6 +96,12 @@ std::vector<Point> inMillimetres(const std::vector<DepthForce>& way) {
     return points;
 }
 
+// An entry of a legend: a line and, on the baseline `at`, its text.
+void drawEntry(Canvas& canvas, Point at, Colour colour, double width, const std::string& text) {
+    canvas.line({at.x, at.y - 5.0}, {at.x + 34.0, at.y - 5.0}, width, colour);
+    canvas.text({at.x + 44.0, at.y}, text, {14, kInk});
+}
+
 void drawTissue(Canvas& canvas, const Box& box, const TissueCurve& c, const patient::TissueRow& row) {
     const bool steep = std::isinf(row.cut_force_n);
     Panel panel(canvas, box, {-2.0, kIn_m * 1000.0, 2.0},
@@ -101,25 +109,26 @@ void drawTissue(Canvas& canvas, const Box& box, const TissueCurve& c, const pati
     panel.band(-2.0, 0.0, bandColour(c.before), "");
     panel.band(0.0, kIn_m * 1000.0, bandColour(c.tissue), "");
     panel.axes("depth behind the border [mm]", "force [N]");
-    panel.trace(inMillimetres(c.least_a1), 1.2, kBound);
-    panel.trace(inMillimetres(c.most_a1), 1.2, kBound);
-    panel.trace(inMillimetres(c.out), 1.8, kWayOut);
-    panel.trace(inMillimetres(c.in), 2.4, kWayIn);
+    panel.trace(inMillimetres(c.min_a1), 1.2, kBound);
+    panel.trace(inMillimetres(c.max_a1), 1.2, kBound);
+    panel.trace(inMillimetres(c.out), 1.8, kWithdrawalColour);
+    panel.trace(inMillimetres(c.in), 2.4, kInsertionColour);
     const std::string into(patient::tissueName(c.tissue)), from(patient::tissueName(c.before));
     canvas.text({box.left, box.top - 12.0}, into + ", from " + from, {16, kInk, Align::left, true});
-    const TextStyle small{13, kInk, Align::left, false};
+    const TextStyle small{13, kInk};
     const double right = box.left + box.width - 176.0;
     if (c.cut) {
         const Point at = panel.at(c.cut_at.depth_m * 1000.0, c.cut_at.force_n);
         canvas.disc(at, 4.0, kPaper);
-        canvas.circle(at, 4.0, 2.0, kWayIn);
+        canvas.circle(at, 4.0, 2.0, kInsertionColour);
         canvas.text({right, box.top + 22.0},
-                    formatted("cut at %.2f N, %.3f mm", c.cut_at.force_n, c.cut_at.depth_m * 1000.0), small);
+                    fmt::format("cut at {:.2f} N, {:.3f} mm", c.cut_at.force_n, c.cut_at.depth_m * 1000.0),
+                    small);
     } else {
         canvas.text({right, box.top + 22.0}, steep ? "never cut" : "entered without a hold", small);
     }
     canvas.text({right, box.top + 40.0},
-                formatted("friction %.2f N, %.1f N/mm", row.friction_n, row.stiffness_n_per_m / 1000.0),
+                fmt::format("friction {:.2f} N, {:.1f} N/mm", row.friction_n, row.stiffness_n_per_m / 1000.0),
                 small);
 }
 
@@ -129,7 +138,7 @@ std::vector<TissueCurve> tissueCurves(const patient::TissueTable& table,
                                       const haptics::NeedleSettings& settings) {
     std::vector<TissueCurve> curves;
     for (const auto& [before, tissue] : kPairs)
-        curves.push_back(curveOf(table, settings, before, tissue));
+        curves.push_back(computeTissueCurve(table, settings, before, tissue));
     return curves;
 }
 
@@ -146,13 +155,9 @@ void drawTissueCurves(const std::vector<TissueCurve>& curves, const patient::Tis
         drawTissue(canvas, box, curves[i], table[std::size_t(curves[i].tissue)]);
     }
     const double x = 64.0 + kWide * double(int(curves.size()) % kColumns), y = 130.0 + kHigh * (rows - 1);
-    const auto entry = [&](double line, Colour colour, double width, const char* text) {
-        canvas.line({x, y + line - 5.0}, {x + 34.0, y + line - 5.0}, width, colour);
-        canvas.text({x + 44.0, y + line}, text, {14, kInk, Align::left, false});
-    };
-    entry(0.0, kWayIn, 2.4, "way in, 10 mm/s at 1 kHz, a1 = k/2");
-    entry(28.0, kBound, 1.2, "exact, a1 = 0 (below) and a1 = k (above)");
-    entry(56.0, kWayOut, 1.8, "way out: friction, reversed");
+    drawEntry(canvas, {x, y}, kInsertionColour, 2.4, "way in, 10 mm/s at 1 kHz, a1 = k/2");
+    drawEntry(canvas, {x, y + 28.0}, kBound, 1.2, "exact, a1 = 0 (below) and a1 = k (above)");
+    drawEntry(canvas, {x, y + 56.0}, kWithdrawalColour, 1.8, "way out: friction, reversed");
     canvas.savePng(png);
 }
 
@@ -172,16 +177,12 @@ void drawComparison(const Comparison& c, const std::filesystem::path& png) {
     for (const Remark& r : c.remarks) {
         const Point p = panel.at(r.begin_m * 1000.0, 3.4);
         canvas.text({p.x, p.y - 6.0}, r.title, {15, kInk, Align::left, true});
-        canvas.text({p.x, p.y + 13.0}, r.text, {13, kInk, Align::left, false});
+        canvas.text({p.x, p.y + 13.0}, r.text, {13, kInk});
         panel.dashed({r.begin_m * 1000.0, 0.0}, {r.begin_m * 1000.0, 3.1}, 1.0, kMuted);
         panel.dashed({r.end_m * 1000.0, 0.0}, {r.end_m * 1000.0, 3.1}, 1.0, kMuted);
     }
-    const auto entry = [&](double x, Colour colour, double width, const std::string& text) {
-        canvas.line({x, 75.0}, {x + 34.0, 75.0}, width, colour);
-        canvas.text({x + 44.0, 80.0}, text, {14, kInk, Align::left, false});
-    };
-    entry(88.0, kFirst.faded(0.55), 4.5, c.first_name);
-    entry(420.0, kSecond, 1.8, c.second_name);
+    drawEntry(canvas, {88.0, 80.0}, kFirst.faded(0.55), 4.5, c.first_name);
+    drawEntry(canvas, {420.0, 80.0}, kSecond, 1.8, c.second_name);
     canvas.savePng(png);
 }
 

@@ -20,12 +20,12 @@ struct TissueCurve {
     haptics::Tissue before = haptics::Tissue::air, tissue = haptics::Tissue::skin;
     std::vector<DepthForce> in, out;
     // The exact solver's insertion with a1 = 0 and a1 = k: the bounds of Eq. 1.
-    std::vector<DepthForce> least_a1, most_a1;
+    std::vector<DepthForce> min_a1, max_a1;
     bool cut = false;  // punctured after tenting, at cut_at
     DepthForce cut_at;
 };
 
-// One curve per tissue except air. Each is entered from the tissue before it on the path to a bile duct.
+// One curve per tissue except air. The needle enters each from the tissue before it on a path to a bile duct.
 std::vector<TissueCurve> tissueCurves(const patient::TissueTable&, const haptics::NeedleSettings&);
 // Throws DataError.
 void drawTissueCurves(const std::vector<TissueCurve>&, const patient::TissueTable&,

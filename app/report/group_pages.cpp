@@ -1,5 +1,7 @@
 #include "app/report/group_pages.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -20,7 +22,7 @@ namespace {
 
 using Attempts = std::vector<StoredAttempt>;
 
-Attempts finished(const Attempts& attempts) {
+Attempts finishedAttempts(const Attempts& attempts) {
     Attempts done;
     for (const StoredAttempt& attempt : attempts)
         if (attempt.state == AttemptState::done && attempt.result) done.push_back(attempt);
@@ -44,24 +46,24 @@ std::vector<MetricName> metricNames(const Attempts& attempts) {
     return names;
 }
 
-const MetricRow* metricOf(const StoredAttempt& attempt, const std::string& id) {
+const MetricRow* findMetric(const StoredAttempt& attempt, const std::string& id) {
     if (!attempt.result) return nullptr;
     for (const MetricRow& m : attempt.result->metrics)
         if (m.id == id) return &m;
     return nullptr;
 }
 
-std::vector<double> totalsOf(const Attempts& attempts) {
+std::vector<double> collectTotals(const Attempts& attempts) {
     std::vector<double> totals;
     for (const StoredAttempt& attempt : attempts)
         totals.push_back(attempt.result->total);
     return totals;
 }
 
-std::vector<double> valuesOf(const Attempts& attempts, const std::string& id) {
+std::vector<double> collectValues(const Attempts& attempts, const std::string& id) {
     std::vector<double> values;
     for (const StoredAttempt& attempt : attempts)
-        if (const MetricRow* m = metricOf(attempt, id)) values.push_back(m->value);
+        if (const MetricRow* m = findMetric(attempt, id)) values.push_back(m->value);
     return values;
 }
 
@@ -69,18 +71,18 @@ std::string shareText(std::size_t part, std::size_t all) {
     return all == 0 ? "–" : fixed(100.0 * double(part) / double(all), 0) + " %";
 }
 
-std::size_t hits(const Attempts& attempts) {
+std::size_t countHits(const Attempts& attempts) {
     return std::size_t(std::count_if(attempts.begin(), attempts.end(),
                                      [](const StoredAttempt& a) { return a.result->target_hit; }));
 }
 
 // Median and quartiles of each metric and of the total.
 Table spreadTable(const Attempts& done) {
-    Table table;
-    table.caption = "Each metric over " + std::to_string(done.size()) + " finished attempts";
-    table.head = {"Metric", "Unit", "Lowest", "Lower quartile", "Median", "Upper quartile", "Highest"};
-    table.number = {false, false, true, true, true, true, true};
-    table.sortable = true;
+    Table table{fmt::format("Each metric over {} finished attempts", done.size()),
+                {"Metric", "Unit", "Lowest", "Lower quartile", "Median", "Upper quartile", "Highest"},
+                {},
+                {false, false, true, true, true, true, true},
+                true};
     const auto row = [&](const std::string& name, const std::string& unit,
                          const std::vector<double>& values) {
         table.rows.push_back({name, unit});
@@ -89,9 +91,9 @@ Table spreadTable(const Attempts& done) {
         for (const double share : {0.0, 0.25, 0.5, 0.75, 1.0})
             table.rows.back().push_back(fixed(quantile(values, share), digits));
     };
-    row("Total", "of 100", totalsOf(done));
+    row("Total", "of 100", collectTotals(done));
     for (const MetricName& name : metricNames(done))
-        row(name.name, name.unit, valuesOf(done, name.id));
+        row(name.name, name.unit, collectValues(done, name.id));
     return table;
 }
 
@@ -104,16 +106,17 @@ FigureAxis attemptAxis(std::size_t count, double from) {
 
 DescribedFigure learningFigure(const Attempts& done) {
     DescribedFigure f;
-    const std::vector<double> totals = totalsOf(done);
+    const std::vector<double> totals = collectTotals(done);
     const std::optional<training::LearningCurve> curve = training::learningCurve(totals);
     f.figure.x = attemptAxis(done.size(), 0.5);
     f.figure.y = {"total, of 100", 0.0, 100.0};
     f.figure.lines = {{kPassMark, "pass mark " + fixed(kPassMark, 0)}};
     FigureSeries own{"total", kBlue}, fit{"learning curve", kVermilion};
     own.shape = "circle", fit.dash = {8, 4};
-    f.data.caption = "totals, attempt by attempt";
-    f.data.head = {"Attempt", "Begun", "Duct hit", "Total", "Learning curve"};
-    f.data.number = {true, false, false, true, true};
+    f.data = {"totals, attempt by attempt",
+              {"Attempt", "Begun", "Duct hit", "Total", "Learning curve"},
+              {},
+              {true, false, false, true, true}};
     for (std::size_t i = 0; i < done.size(); ++i) {
         own.points.push_back({double(i + 1), totals[i]});
         f.data.rows.push_back({std::to_string(i + 1), dateText(done[i].started_utc),
@@ -121,11 +124,11 @@ DescribedFigure learningFigure(const Attempts& done) {
                                curve ? fixed(curve->at(i), 1) : "–"});
     }
     f.figure.series = {own};
-    f.description = "Total over " + std::to_string(done.size()) + " finished attempts, from " +
-                    fixed(totals.front(), 1) + " to " + fixed(totals.back(), 1) + ".";
+    f.description = fmt::format("Total over {} finished attempts, from {} to {}.", done.size(),
+                                fixed(totals.front(), 1), fixed(totals.back(), 1));
     f.caption = "The total of each finished attempt.";
     if (!curve) {
-        f.caption += " Four that differ are needed for a learning curve.";
+        f.caption += " A learning curve needs at least four attempts with different totals.";
         return f;
     }
     constexpr int kPerAttempt = 8;
@@ -138,8 +141,8 @@ DescribedFigure learningFigure(const Attempts& done) {
     f.caption += " Dashed: the exponential law of practice, fitted; it leaves " + fixed(curve->rms, 1) +
                  " points (root mean square).";
     if (curve->gain > 0.0 && curve->plateau <= 100.0 && curve->rate < double(done.size()))
-        f.caption += " It goes toward " + fixed(curve->plateau, 1) +
-                     "; what lacks falls to a third in about " + fixed(curve->rate, 1) + " attempts.";
+        f.caption += fmt::format(" It approaches {}; the gap to it falls to a third in about {} attempts.",
+                                 fixed(curve->plateau, 1), fixed(curve->rate, 1));
     return f;
 }
 
@@ -160,9 +163,10 @@ DescribedFigure cusumFigure(const Attempts& done) {
     FigureSeries line{"CUSUM", kBlue}, lower{"below: competent", kGreen}, upper{"above: not yet", kVermilion};
     line.shape = "circle", lower.dash = {8, 4}, upper.dash = {2, 3};
     line.points.push_back({0.0, 0.0});
-    f.data.caption = "the CUSUM, attempt by attempt";
-    f.data.head = {"Attempt", "Passed", "CUSUM", "Competent below", "Not yet above", "Verdict"};
-    f.data.number = {true, false, true, true, true, false};
+    f.data = {"the CUSUM, attempt by attempt",
+              {"Attempt", "Passed", "CUSUM", "Competent below", "Not yet above", "Verdict"},
+              {},
+              {true, false, true, true, true, false}};
     double began = 0.0;
     std::string last = "no verdict yet";
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -190,14 +194,13 @@ DescribedFigure cusumFigure(const Attempts& done) {
         for (const FigurePoint& p : series.points)
             low = std::min(low, p.y), high = std::max(high, p.y);
     f.figure.y.min = std::floor(low), f.figure.y.max = std::ceil(high);
-    f.description =
-        "CUSUM of failures over " + std::to_string(done.size()) + " finished attempts: " + last + ".";
-    f.caption = "An attempt is passed that hits the duct with a total of at least " + fixed(kPassMark, 0) +
-                ". The line rises with each failure and falls with each pass. Below the lower limit failures "
-                "are as few as " +
-                fixed(100.0 * settings.acceptable, 0) + " % (competent), above the upper one as many as " +
-                fixed(100.0 * settings.unacceptable, 0) + " %, each with a chance of error of " +
-                fixed(100.0 * settings.alpha, 0) + " %; a verdict restarts the count. So far: " + last + ".";
+    f.description = fmt::format("CUSUM of failures over {} finished attempts: {}.", done.size(), last);
+    f.caption = fmt::format(
+        "An attempt is passed if it hits the duct with a total of at least {:.0f}. The line rises with each "
+        "failure and falls with each pass. Below the lower limit, at most {:.0f} % of the attempts fail "
+        "(competent). Above the upper limit, at least {:.0f} % fail. Each verdict is wrong with a "
+        "probability of {:.0f} % and restarts the count. So far: {}.",
+        kPassMark, 100.0 * settings.acceptable, 100.0 * settings.unacceptable, 100.0 * settings.alpha, last);
     return f;
 }
 
@@ -206,9 +209,7 @@ DescribedFigure metricsFigure(const Attempts& done) {
     DescribedFigure f;
     f.figure.x = attemptAxis(done.size(), 0.5);
     f.figure.low = true;
-    f.data.caption = "all metrics, attempt by attempt";
-    f.data.head = {"Metric"};
-    f.data.number = {false};
+    f.data = {"all metrics, attempt by attempt", {"Metric"}, {}, {false}};
     for (std::size_t i = 0; i < done.size(); ++i)
         f.data.head.push_back(std::to_string(i + 1)), f.data.number.push_back(true);
     for (const MetricName& name : metricNames(done)) {
@@ -216,19 +217,19 @@ DescribedFigure metricsFigure(const Attempts& done) {
         series.shape = "circle", series.width = 1.5;
         f.data.rows.push_back({name.title()});
         for (std::size_t i = 0; i < done.size(); ++i) {
-            const MetricRow* m = metricOf(done[i], name.id);
+            const MetricRow* m = findMetric(done[i], name.id);
             const double value = m && std::isfinite(m->value) ? m->value : kGap;
             series.points.push_back({double(i + 1), value});
             f.data.rows.back().push_back(m ? metricText(m->value) : "–");
         }
         f.figure.choices.push_back({name.name, {name.title()}, {series}});
     }
-    f.description = "One metric over " + std::to_string(done.size()) + " attempts, as chosen.";
+    f.description = fmt::format("One metric over {} attempts, as chosen.", done.size());
     f.caption = "A metric over the finished attempts, as chosen.";
     return f;
 }
 
-struct Person {
+struct TraineeStatistics {
     std::string trainee;
     Attempts done;
     std::size_t all = 0;
@@ -236,109 +237,111 @@ struct Person {
 };
 
 // Sorted by median total, best first.
-std::vector<Person> peopleOf(const Attempts& attempts) {
-    std::map<std::string, Person> by_name;
+std::vector<TraineeStatistics> groupByTrainee(const Attempts& attempts) {
+    std::map<std::string, TraineeStatistics> by_name;
     for (const StoredAttempt& attempt : attempts) {
-        Person& person = by_name[attempt.info.trainee];
+        TraineeStatistics& person = by_name[attempt.info.trainee];
         person.trainee = attempt.info.trainee;
         ++person.all;
         if (attempt.state == AttemptState::done && attempt.result) person.done.push_back(attempt);
     }
-    std::vector<Person> people;
+    std::vector<TraineeStatistics> trainees;
     for (auto& [name, person] : by_name) {
-        person.median_total = median(totalsOf(person.done));
-        people.push_back(std::move(person));
+        person.median_total = median(collectTotals(person.done));
+        trainees.push_back(std::move(person));
     }
-    const auto rank = [](const Person& p) { return std::isnan(p.median_total) ? -1.0 : p.median_total; };
-    std::sort(people.begin(), people.end(), [&](const Person& a, const Person& b) {
+    const auto rank = [](const TraineeStatistics& p) {
+        return std::isnan(p.median_total) ? -1.0 : p.median_total;
+    };
+    std::sort(trainees.begin(), trainees.end(), [&](const TraineeStatistics& a, const TraineeStatistics& b) {
         return rank(a) != rank(b) ? rank(a) > rank(b) : a.trainee < b.trainee;
     });
-    return people;
+    return trainees;
 }
 
 // One value per attempt, one column per trainee, with each trainee's median.
-FigureChoice stripOf(const std::string& name, const std::string& axis, const std::vector<Person>& people,
-                     const std::vector<std::vector<double>>& values) {
+FigureChoice stripPlot(const std::string& name, const std::string& axis,
+                       const std::vector<TraineeStatistics>& trainees,
+                       const std::vector<std::vector<double>>& values) {
     FigureSeries points{"attempt", kBlue}, medians{"median", kVermilion};
     points.line = medians.line = false;
     points.shape = "circle", medians.shape = "line";
-    for (std::size_t p = 0; p < people.size(); ++p) {
+    for (std::size_t p = 0; p < trainees.size(); ++p) {
         for (std::size_t i = 0; i < values[p].size(); ++i) {
             // Spread the points horizontally in order, so that equal values do not hide one another.
             const double count = double(values[p].size());
             const double x = double(p) + (count < 2.0 ? 0.0 : 0.5 * (double(i) / (count - 1.0) - 0.5));
             if (std::isfinite(values[p][i]))
                 points.points.push_back(
-                    {x, values[p][i], people[p].trainee + " " + metricText(values[p][i])});
+                    {x, values[p][i], trainees[p].trainee + " " + metricText(values[p][i])});
         }
         const double middle = median(values[p]);
         if (std::isfinite(middle))
-            medians.points.push_back({double(p), middle, people[p].trainee + " " + metricText(middle)});
+            medians.points.push_back({double(p), middle, trainees[p].trainee + " " + metricText(middle)});
     }
     return {name, {axis}, {medians, points}};  // the first series is drawn on top
 }
 
-DescribedFigure cohortFigure(const std::vector<Person>& people, const Attempts& done) {
+DescribedFigure cohortFigure(const std::vector<TraineeStatistics>& trainees, const Attempts& done) {
     DescribedFigure f;
-    for (const Person& person : people)
+    for (const TraineeStatistics& person : trainees)
         f.figure.x.names.push_back(person.trainee);
     std::vector<std::vector<double>> totals;
-    for (const Person& person : people)
-        totals.push_back(totalsOf(person.done));
-    f.figure.choices.push_back(stripOf("Total", "total, of 100", people, totals));
+    for (const TraineeStatistics& person : trainees)
+        totals.push_back(collectTotals(person.done));
+    f.figure.choices.push_back(stripPlot("Total", "total, of 100", trainees, totals));
     f.figure.choices.back().y.min = 0.0, f.figure.choices.back().y.max = 100.0;
-    f.data.caption = "median of each metric, trainee by trainee";
-    f.data.head = {"Metric"};
-    f.data.number = {false};
-    for (const Person& person : people)
+    f.data = {"median of each metric, trainee by trainee", {"Metric"}, {}, {false}};
+    for (const TraineeStatistics& person : trainees)
         f.data.head.push_back(person.trainee), f.data.number.push_back(true);
     f.data.rows.push_back({"Total"});
-    for (const Person& person : people)
+    for (const TraineeStatistics& person : trainees)
         f.data.rows.back().push_back(fixed(person.median_total, 1));
     for (const MetricName& name : metricNames(done)) {
         std::vector<std::vector<double>> values;
         f.data.rows.push_back({name.title()});
-        for (const Person& person : people) {
-            values.push_back(valuesOf(person.done, name.id));
+        for (const TraineeStatistics& person : trainees) {
+            values.push_back(collectValues(person.done, name.id));
             f.data.rows.back().push_back(metricText(median(values.back())));
         }
-        f.figure.choices.push_back(stripOf(name.name, name.title(), people, values));
+        f.figure.choices.push_back(stripPlot(name.name, name.title(), trainees, values));
     }
-    f.description = "Total or a metric, as chosen, of every finished attempt of " +
-                    std::to_string(people.size()) + " trainees, with the median of each.";
-    if (!people.empty() && !std::isnan(people[0].median_total))
-        f.description +=
-            " Highest median total: " + people[0].trainee + " with " + fixed(people[0].median_total, 1) + ".";
+    f.description = fmt::format(
+        "Total or a metric, as chosen, of every finished attempt of {} trainees, with the median of each.",
+        trainees.size());
+    if (!trainees.empty() && !std::isnan(trainees[0].median_total))
+        f.description += fmt::format(" Highest median total: {} with {}.", trainees[0].trainee,
+                                     fixed(trainees[0].median_total, 1));
     f.caption = "Every finished attempt, in each trainee's column from first to last; bars: medians.";
     return f;
 }
 
-Table rankingTable(const std::vector<Person>& people) {
-    Table table;
-    table.caption = "Trainees by median total";
-    table.head = {"Trainee",      "Rank",       "Attempts",   "Finished",
-                  "Median total", "Best total", "Last total", "Duct hit"};
-    table.number = {false, true, true, true, true, true, true, true};
-    table.sortable = true;
+Table rankingTable(const std::vector<TraineeStatistics>& trainees) {
+    Table table{
+        "Trainees by median total",
+        {"Trainee", "Rank", "Attempts", "Finished", "Median total", "Best total", "Last total", "Duct hit"},
+        {},
+        {false, true, true, true, true, true, true, true},
+        true};
     std::size_t rank = 0;
-    for (const Person& person : people) {
-        const std::vector<double> totals = totalsOf(person.done);
+    for (const TraineeStatistics& person : trainees) {
+        const std::vector<double> totals = collectTotals(person.done);
         ++rank;
         table.rows.push_back({person.trainee, person.done.empty() ? "–" : std::to_string(rank),
                               std::to_string(person.all), std::to_string(person.done.size()),
                               fixed(person.median_total, 1), fixed(quantile(totals, 1.0), 1),
                               fixed(totals.empty() ? kGap : totals.back(), 1),
-                              shareText(hits(person.done), person.done.size())});
+                              shareText(countHits(person.done), person.done.size())});
     }
     return table;
 }
 
 Table shortTable(const Attempts& attempts) {
-    Table table;
-    table.caption = "All attempts";
-    table.head = {"Attempt", "Begun", "Scenario", "Difficulty", "State", "Minutes", "Duct hit", "Total"};
-    table.number = {false, false, false, false, false, true, false, true};
-    table.sortable = true;
+    Table table{"All attempts",
+                {"Attempt", "Begun", "Scenario", "Difficulty", "State", "Minutes", "Duct hit", "Total"},
+                {},
+                {false, false, false, false, false, true, false, true},
+                true};
     for (const StoredAttempt& a : attempts)
         table.rows.push_back(
             {a.id, dateText(a.started_utc), a.info.scenario, a.info.difficulty,
@@ -367,7 +370,7 @@ Table attemptsTable(const Attempts& attempts) {
                               a.result ? (a.result->target_hit ? "1" : "0") : "",
                               a.result ? fixed(a.result->total, 3) : ""});
         for (const MetricName& name : names) {
-            const MetricRow* m = metricOf(a, name.id);
+            const MetricRow* m = findMetric(a, name.id);
             table.rows.back().push_back(m && std::isfinite(m->value) ? fixed(m->value, 6) : "");
         }
     }
@@ -375,25 +378,22 @@ Table attemptsTable(const Attempts& attempts) {
 }
 
 GroupReport traineeReport(const std::string& trainee, const Attempts& attempts, const Attempts& cohort) {
-    const Attempts done = finished(attempts), all = finished(cohort);
-    const std::vector<double> totals = totalsOf(done);
+    const Attempts done = finishedAttempts(attempts), all = finishedAttempts(cohort);
+    const std::vector<double> totals = collectTotals(done);
     Page page("Trainee " + trainee, std::to_string(attempts.size()) + " attempts, " +
                                         std::to_string(done.size()) + " of them finished.");
     page.headlines({{std::to_string(done.size()), "finished attempts"},
                     {fixed(totals.empty() ? kGap : totals.back(), 1), "last total of 100"},
                     {fixed(quantile(totals, 1.0), 1), "best total"},
-                    {shareText(hits(done), done.size()), "bile duct hit"}});
+                    {shareText(countHits(done), done.size()), "bile duct hit"}});
     if (!done.empty()) {
-        const auto add = [&](const DescribedFigure& f) {
-            page.figure(f.figure, f.description, f.caption, f.data);
-        };
         page.section("Learning curve");
-        add(learningFigure(done));
+        page.figure(learningFigure(done));
         page.section("CUSUM");
-        add(cusumFigure(done));
+        page.figure(cusumFigure(done));
         page.section("Metrics");
         const DescribedFigure metrics = metricsFigure(done);
-        if (!metrics.figure.choices.empty()) add(metrics);
+        if (!metrics.figure.choices.empty()) page.figure(metrics);
         page.paragraph("The last finished attempt, against the " + std::to_string(all.size()) +
                        " finished attempts of all trainees in these records:");
         page.table(metricTable(*done.back().result, all));
@@ -404,19 +404,18 @@ GroupReport traineeReport(const std::string& trainee, const Attempts& attempts, 
 }
 
 GroupReport cohortReport(const std::string& what, const Attempts& attempts) {
-    const Attempts done = finished(attempts);
-    const std::vector<Person> people = peopleOf(attempts);
+    const Attempts done = finishedAttempts(attempts);
+    const std::vector<TraineeStatistics> trainees = groupByTrainee(attempts);
     Page page("Cohort", what + ": " + std::to_string(attempts.size()) + " attempts of " +
-                            std::to_string(people.size()) + " trainees, by pseudonym.");
-    page.headlines({{std::to_string(people.size()), "trainees"},
+                            std::to_string(trainees.size()) + " trainees, by pseudonym.");
+    page.headlines({{std::to_string(trainees.size()), "trainees"},
                     {std::to_string(done.size()), "finished attempts"},
-                    {fixed(median(totalsOf(done)), 1), "median total of 100"},
-                    {shareText(hits(done), done.size()), "bile duct hit"}});
-    if (!people.empty()) {
+                    {fixed(median(collectTotals(done)), 1), "median total of 100"},
+                    {shareText(countHits(done), done.size()), "bile duct hit"}});
+    if (!trainees.empty()) {
         page.section("Trainees");
-        const DescribedFigure f = cohortFigure(people, done);
-        page.figure(f.figure, f.description, f.caption, f.data);
-        page.table(rankingTable(people));
+        page.figure(cohortFigure(trainees, done));
+        page.table(rankingTable(trainees));
     }
     if (!done.empty()) {
         page.section("Metrics");

@@ -1,16 +1,15 @@
 // The command line of `stylet-report`. A training simulator, not a medical device.
-#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <exception>
 
 #include "app/program_linux.h"
 #include "app/report/commands.h"
 
-static int program(int argc, char** argv) {
+int main(int argc, char** argv) {
     CLI::App app(
         "Writes Stylet's debriefs: each is one self-contained HTML page that needs no network, with CSV "
         "tables.\n"
-        "A training simulator, not a medical device.");
+        "A training simulator, not a medical device.",
+        "stylet-report");
     app.require_subcommand(1);
     app.set_version_flag("--version", STYLET_VERSION);
     stylet::report::ReportOptions o;
@@ -41,19 +40,11 @@ static int program(int argc, char** argv) {
         app.add_subcommand("cohort", "Write a page of all trainees side by side: cohort.html.");
     cohort->add_option("--scenario", o.scenario, "Only attempts at this scenario.");
     common(cohort);
-    CLI11_PARSE(app, argc, argv);
-    try {
+    return stylet::runProgram(app, argc, argv, [&] {
         const std::filesystem::path page = app.got_subcommand(attempt)   ? reportAttempt(o)
                                            : app.got_subcommand(trainee) ? reportTrainee(o)
                                                                          : reportCohort(o);
         std::printf("%s\n", page.c_str());
         return 0;
-    } catch (const std::exception& e) {
-        std::fprintf(stderr, "stylet-report: %s\n", e.what());
-        return 2;
-    }
-}
-
-int main(int argc, char** argv) {
-    return stylet::runProgram("stylet-report", program, argc, argv);
+    });
 }

@@ -1,10 +1,12 @@
 #include "app/report/page.h"
 
+#include <fmt/core.h>
+
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "app/report/embedded.h"
+#include "base/csv.h"
 #include "base/whole_file.h"
 #include "patient/patient.h"
 
@@ -16,7 +18,7 @@ constexpr std::size_t kShort = 20;  // shorter cells stay on one line of a table
 constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
 
 // Length of the well-formed UTF-8 character at the start of `s`, or 0 if there is none.
-std::size_t characterAt(std::string_view s) {
+std::size_t utf8Length(std::string_view s) {
     const auto byte = [&](std::size_t i) {
         return i < s.size() ? unsigned(static_cast<unsigned char>(s[i])) : 0u;
     };
@@ -35,7 +37,7 @@ std::size_t characterAt(std::string_view s) {
     return 0;
 }
 
-std::vector<std::uint8_t> bytesOfHex(std::string_view hex) {
+std::vector<std::uint8_t> decodeHex(std::string_view hex) {
     const auto digit = [](char c) { return unsigned(c <= '9' ? c - '0' : c - 'a' + 10); };
     std::vector<std::uint8_t> bytes;
     for (std::size_t i = 0; i + 1 < hex.size(); i += 2)
@@ -43,8 +45,8 @@ std::vector<std::uint8_t> bytesOfHex(std::string_view hex) {
     return bytes;
 }
 
-std::string digestOf(const Embedded& file) {
-    return "'sha256-" + base64(bytesOfHex(file.sha256)) + "'";
+std::string scriptDigest(const Embedded& file) {
+    return "'sha256-" + base64(decodeHex(file.sha256)) + "'";
 }
 
 bool numeric(const Table& table, std::size_t column) {
@@ -52,38 +54,38 @@ bool numeric(const Table& table, std::size_t column) {
 }
 
 std::string tableHtml(const Table& table) {
-    std::string html = "<div class=\"table\" role=\"region\" tabindex=\"0\" aria-label=\"" +
-                       escaped(table.caption) + "\"><table" + (table.sortable ? " class=\"sortable\"" : "") +
-                       ">\n<caption>" + escaped(table.caption) + "</caption>\n<thead><tr>";
+    std::string html = fmt::format(
+        "<div class=\"table\" role=\"region\" tabindex=\"0\" aria-label=\"{0}\"><table{1}>\n"
+        "<caption>{0}</caption>\n<thead><tr>",
+        escaped(table.caption), table.sortable ? " class=\"sortable\"" : "");
     for (std::size_t c = 0; c < table.head.size(); ++c)
-        html += std::string("<th scope=\"col\"") + (numeric(table, c) ? " class=\"n\">" : ">") +
-                escaped(table.head[c]) + "</th>";
+        html += fmt::format("<th scope=\"col\"{}>{}</th>", numeric(table, c) ? " class=\"n\"" : "",
+                            escaped(table.head[c]));
     html += "</tr></thead>\n<tbody>\n";
     for (const std::vector<std::string>& row : table.rows) {
         html += "<tr>";
         for (std::size_t c = 0; c < row.size(); ++c) {
-            const std::string kind = c == 0 ? "th" : "td";
             const bool number = numeric(table, c);
             const char* const sort = !number          ? ""
                                      : row[c] == "∞"  ? " data-sort=\"Infinity\""
                                      : row[c] == "-∞" ? " data-sort=\"-Infinity\""
                                                       : "";
-            const char* const classes = number                    ? " class=\"n\">"
-                                        : row[c].size() <= kShort ? " class=\"s\">"
-                                                                  : ">";
-            html += "<" + kind + (c == 0 ? " scope=\"row\"" : "") + sort + classes + escaped(row[c]) + "</" +
-                    kind + ">";
+            const char* const classes = number                    ? " class=\"n\""
+                                        : row[c].size() <= kShort ? " class=\"s\""
+                                                                  : "";
+            html += fmt::format("<{0}{1}{2}{3}>{4}</{0}>", c == 0 ? "th" : "td",
+                                c == 0 ? " scope=\"row\"" : "", sort, classes, escaped(row[c]));
         }
         html += "</tr>\n";
     }
     return html + "</tbody></table></div>\n";
 }
 
-std::string pictureHtml(const Picture& picture, const std::string& classes) {
-    return "<img" + (classes.empty() ? "" : " class=\"" + classes + "\"") + " width=\"" +
-           std::to_string(picture.width) + "\" height=\"" + std::to_string(picture.height) + "\" alt=\"" +
-           escaped(picture.alt) + "\" src=\"data:" + picture.type + ";base64," + base64(picture.bytes) +
-           "\">";
+// `attributes`: begins with a space or is empty.
+std::string pictureHtml(const Picture& picture, std::string_view attributes) {
+    return fmt::format("<img{} width=\"{}\" height=\"{}\" alt=\"{}\" src=\"data:{};base64,{}\">", attributes,
+                       picture.width, picture.height, escaped(picture.alt), picture.type,
+                       base64(picture.bytes));
 }
 
 }  // namespace
@@ -91,7 +93,7 @@ std::string pictureHtml(const Picture& picture, const std::string& classes) {
 std::string plainText(std::string_view bytes) {
     std::string text;
     for (std::size_t i = 0; i < bytes.size();) {
-        const std::size_t length = characterAt(bytes.substr(i));
+        const std::size_t length = utf8Length(bytes.substr(i));
         const auto c = static_cast<unsigned char>(bytes[i]);
         const bool control = (c < 0x20 && c != '\n' && c != '\t') || c == 0x7F;
         if (length == 0 || control)
@@ -103,27 +105,14 @@ std::string plainText(std::string_view bytes) {
 }
 
 std::string escaped(std::string_view bytes) {
+    constexpr std::string_view kSpecial = "&<>\"'";
+    constexpr std::array<std::string_view, 5> kEntities{"&amp;", "&lt;", "&gt;", "&quot;", "&#39;"};
     std::string html;
     for (const char c : plainText(bytes))
-        switch (c) {
-            case '&':
-                html += "&amp;";
-                break;
-            case '<':
-                html += "&lt;";
-                break;
-            case '>':
-                html += "&gt;";
-                break;
-            case '"':
-                html += "&quot;";
-                break;
-            case '\'':
-                html += "&#39;";
-                break;
-            default:
-                html += c;
-        }
+        if (const std::size_t i = kSpecial.find(c); i != std::string_view::npos)
+            html += kEntities[i];
+        else
+            html += c;
     return html;
 }
 
@@ -146,9 +135,7 @@ std::string base64(std::span<const std::uint8_t> bytes) {
 std::string fixed(double value, int digits) {
     if (std::isnan(value)) return "–";
     if (std::isinf(value)) return value > 0 ? "∞" : "-∞";
-    std::array<char, 352> text{};
-    std::snprintf(text.data(), text.size(), "%.*f", digits, value);
-    std::string out = text.data();
+    std::string out = fmt::format("{:.{}f}", value, digits);
     if (out[0] == '-' && out.find_first_of("123456789") == std::string::npos) out.erase(0, 1);
     return out;
 }
@@ -156,9 +143,7 @@ std::string fixed(double value, int digits) {
 std::string clockText(double seconds) {
     if (!(seconds >= 0.0) || seconds > 1e9) return "–";
     const auto tenths = std::llround(10.0 * seconds);
-    std::array<char, 48> text{};
-    std::snprintf(text.data(), text.size(), "%lld:%02lld.%lld", tenths / 600, tenths / 10 % 60, tenths % 10);
-    return text.data();
+    return fmt::format("{}:{:02}.{}", tenths / 600, tenths / 10 % 60, tenths % 10);
 }
 
 Page::Page(const std::string& title, const std::string& lead, const std::string& maker)
@@ -169,14 +154,14 @@ Page::Page(const std::string& title, const std::string& lead, const std::string&
 void Page::headlines(const std::vector<Headline>& all) {
     body_ += "<ul class=\"figures\">";
     for (const Headline& h : all)
-        body_ += "<li><b>" + escaped(h.value) + "</b><span>" + escaped(h.name) + "</span></li>";
+        body_ += fmt::format("<li><b>{}</b><span>{}</span></li>", escaped(h.value), escaped(h.name));
     body_ += "</ul>\n";
 }
 
 void Page::section(const std::string& title) {
-    const std::string id = "section-" + std::to_string(++sections_), text = escaped(title);
-    body_ += "<h2 id=\"" + id + "\">" + text + "</h2>\n";
-    navigation_ += "<li><a href=\"#" + id + "\">" + text + "</a></li>";
+    ++sections_;
+    body_ += fmt::format("<h2 id=\"section-{}\">{}</h2>\n", sections_, escaped(title));
+    navigation_ += fmt::format("<li><a href=\"#section-{}\">{}</a></li>", sections_, escaped(title));
 }
 
 void Page::paragraph(const std::string& text) {
@@ -186,7 +171,7 @@ void Page::paragraph(const std::string& text) {
 void Page::facts(const std::vector<Fact>& all) {
     body_ += "<dl>";
     for (const Fact& fact : all)
-        body_ += "<dt>" + escaped(fact.name) + "</dt><dd>" + escaped(fact.value) + "</dd>\n";
+        body_ += fmt::format("<dt>{}</dt><dd>{}</dd>\n", escaped(fact.name), escaped(fact.value));
     body_ += "</dl>\n";
 }
 
@@ -194,104 +179,78 @@ void Page::table(const Table& table) {
     body_ += tableHtml(table);
 }
 
-void Page::foldedTable(const Table& table) {
-    body_ +=
-        "<details><summary>" + escaped(table.caption) + "</summary>\n" + tableHtml(table) + "</details>\n";
+void Page::collapsibleTable(const Table& table) {
+    body_ += fmt::format("<details><summary>{}</summary>\n{}</details>\n", escaped(table.caption),
+                         tableHtml(table));
 }
 
-void Page::figure(const Figure& figure, const std::string& description, const std::string& caption,
-                  const Table& data) {
-    const std::string id = "figure-" + std::to_string(++figures_);
+void Page::figure(const DescribedFigure& f) {
+    const std::string id = fmt::format("figure-{}", ++figures_);
     body_ += "<figure>";
-    if (!figure.choices.empty()) {
+    if (!f.figure.choices.empty()) {
         // Hidden until the script that handles it runs.
-        body_ += "<label hidden>Shown: <select id=\"" + id + "-choice\">";
-        for (const FigureChoice& choice : figure.choices)
+        body_ += fmt::format("<label hidden>Shown: <select id=\"{}-choice\">", id);
+        for (const FigureChoice& choice : f.figure.choices)
             body_ += "<option>" + escaped(choice.name) + "</option>";
         body_ += "</select></label>\n";
     }
-    body_ += std::string("<div class=\"chart") + (figure.low ? " low" : "") + "\"><canvas id=\"" + id +
-             "\" role=\"img\" aria-label=\"" + escaped(description) +
-             "\"></canvas></div>\n<noscript><p class=\"none\">" +
-             "The figure needs JavaScript; its numbers are in the table below.</p></noscript>\n<script "
-             "class=\"figure\" "
-             "type=\"application/json\" data-for=\"" +
-             id + "\">" + figureJson(figure) + "</script>\n<figcaption>" + escaped(caption) +
-             "</figcaption>\n<details><summary>Numbers of this figure: " + escaped(data.caption) +
-             "</summary>\n" + tableHtml(data) + "</details></figure>\n";
+    body_ += fmt::format(
+        "<div class=\"chart{0}\"><canvas id=\"{1}\" role=\"img\" aria-label=\"{2}\"></canvas></div>\n"
+        "<noscript><p class=\"none\">The figure needs JavaScript; its numbers are in the table "
+        "below.</p></noscript>\n<script class=\"figure\" type=\"application/json\" "
+        "data-for=\"{1}\">{3}</script>\n"
+        "<figcaption>{4}</figcaption>\n<details><summary>Numbers of this figure: {5}</summary>\n"
+        "{6}</details></figure>\n",
+        f.figure.low ? " low" : "", id, escaped(f.description), figureJson(f.figure), escaped(f.caption),
+        escaped(f.data.caption), tableHtml(f.data));
 }
 
 void Page::picture(const Picture& picture) {
-    body_ += "<figure><div class=\"picture\" role=\"region\" tabindex=\"0\" aria-label=\"" +
-             escaped(picture.caption) + "\">" + pictureHtml(picture, "wide") + "</div><figcaption>" +
-             escaped(picture.caption) + "</figcaption></figure>\n";
+    body_ += fmt::format(
+        "<figure><div class=\"picture\" role=\"region\" tabindex=\"0\" "
+        "aria-label=\"{0}\">{1}</div><figcaption>{0}</figcaption></figure>\n",
+        escaped(picture.caption), pictureHtml(picture, " class=\"wide\""));
 }
 
 void Page::stills(const std::vector<Picture>& all) {
     body_ += "<div class=\"stills\">\n";
     for (const Picture& picture : all)
-        body_ += "<figure>" + pictureHtml(picture, "") + "<figcaption>" + escaped(picture.caption) +
-                 "</figcaption></figure>\n";
+        body_ += fmt::format("<figure>{}<figcaption>{}</figcaption></figure>\n", pictureHtml(picture, ""),
+                             escaped(picture.caption));
     body_ += "</div>\n";
 }
 
 std::string Page::html() const {
-    const std::string policy = "default-src 'none'; img-src data:; style-src " + digestOf(pageCss()) +
-                               "; script-src " + digestOf(chartJs()) + " " + digestOf(pageJs()) +
-                               "; base-uri 'none'; form-action 'none'";
-    std::string html = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n";
-    html += "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy + "\">\n";
-    html += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
-    html += "<title>" + title_ + "</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>";
-    html += pageCss().text;
-    html +=
-        "</style>\n</head>\n<body>\n<a class=\"skip\" href=\"#main\">Skip to the content</a>\n<main "
-        "id=\"main\">\n";
     const std::size_t lead_end = body_.find("</p>\n") + 5;
-    html.append(body_, 0, lead_end);
-    html += "<nav aria-label=\"Sections\"><ul>" + navigation_ + "</ul></nav>\n";
-    html.append(body_, lead_end);
-    html += "</main>\n<footer><p>Made by " + maker_ +
-            " " STYLET_VERSION
-            ". Stylet is a training simulator, not a medical device. This file needs no network: everything "
-            "it shows "
-            "is inside it.</p></footer>\n";
-    if (figures_ > 0 || body_.find("class=\"sortable\"") != std::string::npos) {
-        html += "<script>";
-        html += chartJs().text;
-        html += "</script>\n<script>";
-        html += pageJs().text;
-        html += "</script>\n";
-    }
+    std::string html = fmt::format(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
+        "{}; script-src {} {}; base-uri 'none'; form-action 'none'\">\n"
+        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+        "<title>{}</title>\n<link rel=\"icon\" href=\"data:,\">\n<style>{}</style>\n</head>\n"
+        "<body>\n<a class=\"skip\" href=\"#main\">Skip to the content</a>\n<main id=\"main\">\n"
+        "{}<nav aria-label=\"Sections\"><ul>{}</ul></nav>\n{}</main>\n<footer><p>Made by {} {}. Stylet is a "
+        "training simulator, not a medical device. This file needs no network: everything it shows is inside "
+        "it.</p></footer>\n",
+        scriptDigest(pageCss()), scriptDigest(chartJs()), scriptDigest(pageJs()), title_, pageCss().text,
+        std::string_view(body_).substr(0, lead_end), navigation_, std::string_view(body_).substr(lead_end),
+        maker_, STYLET_VERSION);
+    if (figures_ > 0 || body_.find("class=\"sortable\"") != std::string::npos)
+        html += fmt::format("<script>{}</script>\n<script>{}</script>\n", chartJs().text, pageJs().text);
     return html + "</body>\n</html>\n";
-}
-
-void writeText(const std::string& text, const std::filesystem::path& file) {
-    writeWholeFile(file, text);
 }
 
 void writeCsv(const Table& table, const std::filesystem::path& file) {
     std::string text;
-    const auto add = [&](const std::vector<std::string>& row) {
-        for (std::size_t c = 0; c < row.size(); ++c) {
-            std::string cell = plainText(row[c]);
-            if (!numeric(table, c) && !cell.empty() &&
-                std::string_view("=+-@\t").find(cell[0]) != std::string::npos)
-                cell.insert(0, "'");
-            if (cell.find_first_of(",\"\n") != std::string::npos) {
-                std::string quoted;
-                for (const char q : cell)
-                    quoted += q == '"' ? "\"\"" : std::string(1, q);
-                cell = "\"" + quoted + "\"";
-            }
-            text += (c == 0 ? "" : ",") + cell;
-        }
-        text += '\n';
+    const auto add = [&](std::vector<std::string> row) {
+        for (std::string& cell : row)
+            cell = plainText(cell);
+        text += csvRow(row) + '\n';
     };
     add(table.head);
     for (const std::vector<std::string>& row : table.rows)
         add(row);
-    writeText(text, file);
+    writeWholeFile(file, text);
 }
 
 }  // namespace stylet::report

@@ -38,6 +38,13 @@ struct Picture {
     std::string alt, caption;
 };
 
+struct DescribedFigure {
+    Figure figure;
+    std::string description;  // what the figure shows, for screen readers
+    std::string caption;      // shown below it
+    Table data;               // its numbers
+};
+
 class Page {
   public:
     // `maker` is the name of the program that makes the page.
@@ -50,10 +57,8 @@ class Page {
     void facts(const std::vector<Fact>&);
     void table(const Table&);
     // A table that is collapsed until the reader opens it.
-    void foldedTable(const Table&);
-    // `description` says what the figure shows, for screen readers. `caption` is shown below it, and `data`
-    // contains its numbers.
-    void figure(const Figure&, const std::string& description, const std::string& caption, const Table& data);
+    void collapsibleTable(const Table&);
+    void figure(const DescribedFigure&);
     void picture(const Picture&);
     void stills(const std::vector<Picture>&);
 
@@ -76,10 +81,7 @@ std::string fixed(double value, int digits);
 // minutes:seconds
 std::string clockText(double seconds);
 
-// Comma-separated, quoted where needed. No cell can be a formula in a spreadsheet. Throws
-// DataError.
+// The table as CSV. No cell can be a formula in a spreadsheet (csvRow() in base/csv.h). Throws DataError.
 void writeCsv(const Table&, const std::filesystem::path&);
-// Throws DataError.
-void writeText(const std::string&, const std::filesystem::path&);
 
 }  // namespace stylet::report

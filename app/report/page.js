@@ -1,4 +1,4 @@
-// Draws the figures that page.cpp describes, and makes tables sortable. Without it the tables tell the same.
+// Draws the figures that page.cpp describes, and makes tables sortable. Without scripts, the tables show the same numbers.
 (function () {
   'use strict';
   var ink = '#17212b', muted = '#4a5763', grid = '#dfe4e9';
@@ -91,7 +91,7 @@
     ctx.restore();
   }
 
-  // What is written at a point; neighbours that would touch climb over one another.
+  // Marks and their texts, in front of the curves. A text that would touch another one is moved up.
   function inFront(chart, spec) {
     var ctx = chart.ctx, area = chart.chartArea, x = chart.scales.x, y = chart.scales.y, taken = [];
     ctx.save();
@@ -124,7 +124,7 @@
     var s = {type: 'linear', title: {display: !!axis.title, text: axis.title || ''}, grid: {color: grid, drawTicks: true}};
     if (axis.min !== undefined) s.min = axis.min;
     if (axis.max !== undefined) s.max = axis.max;
-    s.ticks = {includeBounds: false};  // an end that is no round number is no place to read from
+    s.ticks = {includeBounds: false};  // no tick at an end of the axis that is not a round number
     if (axis.whole) s.ticks = {includeBounds: false, callback: function (v) { return Number.isInteger(v) ? v : ''; }};
     if (axis.names) {
       s.min = -0.6;
@@ -146,7 +146,7 @@
       borderWidth: series.width || 2, borderDash: series.dash || [],
       pointStyle: series.shape || 'circle', pointRadius: bar ? 16 : series.small ? 1.5 : series.shape ? 5 : 0, pointHitRadius: bar ? 0 : 6,
       pointBorderColor: series.shape && !bar && !series.small ? '#ffffff' : series.colour, pointBorderWidth: bar ? 3 : 1, tension: 0, spanGaps: false, clip: 6,
-      order: series.dash && series.dash.length ? -1 : 0  // dashes over what they agree with
+      order: series.dash && series.dash.length ? -1 : 0  // dashed curves on top, so that equal curves below stay visible
     };
   }
 
@@ -159,7 +159,7 @@
     };
   }
 
-  // Of the values; what is written at a point needs room above it.
+  // The y axis. Texts of marks need room above the points.
   function upright(spec) {
     var s = scale(spec.y, true);
     if (spec.marks && spec.y.max === undefined) s.grace = '8%';
@@ -197,7 +197,7 @@
         afterDatasetsDraw: function (c) { inFront(c, shown); }
       }]
     });
-    // As wide as a sheet of paper, where page.css keeps it.
+    // Resizes the chart to the width of a sheet of paper. page.css sets the same width for printing.
     addEventListener('beforeprint', function () {
       chart.resize(640, canvas.parentNode.classList.contains('low') ? 250 : 340);
     });
@@ -217,7 +217,8 @@
     draw(document.getElementById(data.getAttribute('data-for')), JSON.parse(data.textContent));
   });
 
-  // The head cells become buttons; a number is what data-sort says, or the cell's text; what is none comes first.
+  // Turns the head cells into buttons that sort. A cell's value is data-sort or else its text. Cells that should be
+  // numbers but are not come first.
   document.querySelectorAll('table.sortable').forEach(function (table) {
     var heads = Array.prototype.slice.call(table.tHead.rows[0].cells), body = table.tBodies[0];
     heads.forEach(function (head, column) {

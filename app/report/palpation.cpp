@@ -12,27 +12,24 @@ using patient::Surrogate;
 namespace {
 
 constexpr double kAbove_m = 0.002;
-constexpr double kAxillaryLine = 0.5;  // of the torso's half depth, to both sides of its middle
-constexpr double kMiddleOfRib = 0.7, kMiddleOfGap = 0.0;  // share of the pad over bone
-constexpr double kFewestAround_m = 0.012;                 // minimum extent of the image around a spot
+constexpr double kAxillaryLine = 0.5;  // distance from the torso's middle, as a share of its half depth
+constexpr double kRibCentreShare = 0.7, kGapCentreShare = 0.0;  // share of the pad over bone
+constexpr double kMinMargin_m = 0.012;                          // minimum extent of the image around a spot
 
 // Extent of the flank in y and z.
 struct Flank {
     double back_m = 1e9, front_m = -1e9, low_m = 1e9, high_m = -1e9;
 };
 
-Flank flankOf(const Patient& patient, const patient::Skin& skin) {
+Flank findFlank(const Patient& patient, const patient::Skin& skin) {
     const LabelVolume& labels = patient.package().labels;
     Flank flank;
-    Index3 i;
-    for (i.z = 0; i.z < labels.grid.dims.z; ++i.z)
-        for (i.y = 0; i.y < labels.grid.dims.y; ++i.y)
-            for (i.x = 0; i.x < labels.grid.dims.x; ++i.x) {
-                const patient::Label* const label = patient.label(labels[i]);
-                if (!label || label->tissue != patient::Tissue::liver) continue;
-                flank.low_m = std::min(flank.low_m, labels.grid.centre(i).z);
-                flank.high_m = std::max(flank.high_m, labels.grid.centre(i).z);
-            }
+    forEachVoxel(labels.grid, [&](const Index3& i) {
+        const patient::Label* const label = patient.label(labels[i]);
+        if (!label || label->tissue != patient::Tissue::liver) return;
+        flank.low_m = std::min(flank.low_m, labels.grid.centre(i).z);
+        flank.high_m = std::max(flank.high_m, labels.grid.centre(i).z);
+    });
     // Front and back of the body at the middle height of the liver.
     const Grid& g = labels.grid;
     const double middle_m = 0.5 * (flank.low_m + flank.high_m);
@@ -54,7 +51,7 @@ Flank flankOf(const Patient& patient, const patient::Skin& skin) {
 bool findSkin(const Patient& patient, const patient::Skin& skin, double y_m, double z_m, Vec3& found_m) {
     const Grid& g = patient.grid();
     const Vec3 last = g.centre(g.dims - 1);
-    if (z_m < g.origin_m.z + kFewestAround_m || z_m > last.z - kFewestAround_m) return false;
+    if (z_m < g.origin_m.z + kMinMargin_m || z_m > last.z - kMinMargin_m) return false;
     Vec3 p{last.x, y_m, z_m};
     double level_m = patient::skinAt(skin, p).level_m;
     if (level_m <= 0.0) return false;  // cut off by the image's border
@@ -67,7 +64,7 @@ bool findSkin(const Patient& patient, const patient::Skin& skin, double y_m, dou
 }
 
 // The rotation of a tool whose +z is `outward`.
-Quat standing(const Vec3& outward) {
+Quat toolRotation(const Vec3& outward) {
     const Vec3 x = glm::normalize(glm::cross(Vec3(0.0, 0.0, 1.0), outward));
     return glm::quat_cast(patient::Mat3(x, glm::cross(outward, x), outward));
 }
@@ -89,7 +86,7 @@ class Palpator {
         const Vec3 above_m =
             deformedFromReference(motion_, breath, spot.reference_m + kAbove_m * outward_reference);
         const Vec3 outward = glm::normalize(above_m - skin_m);
-        Pose pose{standing(outward), skin_m};
+        Pose pose{toolRotation(outward), skin_m};
         spot.breath_v = breath.v;
         const int ticks = int(2.0 * (settings_.depth_m + kAbove_m) / (settings_.speed_m_s * settings_.dt_s));
         for (int i = 0; i < ticks; ++i) {
@@ -143,15 +140,15 @@ struct Mean {
     double value() const { return count > 0 ? sum / count : 0.0; }
 };
 
-void judge(PalpationMap& map) {
+void computeStatistics(PalpationMap& map) {
     Mean all, squares, bone, rib, gap, over, beside;
     for (const PalpatedSpot& s : map.spots) {
         if (!s.on_skin) continue;
         const double k = s.stiffness_n_per_m;
         all.add(k), squares.add(k * k), bone.add(s.over_bone);
         (s.over_bone ? over : beside).add(k);
-        if (s.over_bone && s.bone_share >= kMiddleOfRib) rib.add(k);
-        if (s.bone_share <= kMiddleOfGap) gap.add(k);
+        if (s.over_bone && s.bone_share >= kRibCentreShare) rib.add(k);
+        if (s.bone_share <= kGapCentreShare) gap.add(k);
     }
     map.rib_n_per_m = rib.value(), map.gap_n_per_m = gap.value();
     if (beside.value() > 0.0) map.rib_over_gap_everywhere = over.value() / beside.value();
@@ -165,7 +162,7 @@ void judge(PalpationMap& map) {
 
 PalpationMap palpate(const Patient& patient, const patient::Skin& skin, const TouchMap& touch,
                      const PalpationSettings& settings) {
-    const Flank flank = flankOf(patient, skin);
+    const Flank flank = findFlank(patient, skin);
     PalpationMap map;
     if (!(flank.low_m < flank.high_m) || !(flank.back_m < flank.front_m)) return map;
     map.pitch_m = settings.pitch_m;
@@ -181,14 +178,15 @@ PalpationMap palpate(const Patient& patient, const patient::Skin& skin, const To
             spot.on_skin = findSkin(patient, skin, y_m, z_m, spot.reference_m);
             if (!spot.on_skin) continue;
             const Vec3 outward = glm::normalize(patient::skinAt(skin, spot.reference_m).normal);
-            spot.over_bone = std::isfinite(haptics::layersUnder(patient, spot.reference_m, -outward).cover_m);
+            spot.over_bone =
+                std::isfinite(haptics::computeLayers(patient, spot.reference_m, -outward).cover_m);
             palpator.press(outward, spot);
         }
     for (int row = 0; row < map.rows; ++row)
         for (int column = 0; column < map.columns; ++column)
             map.spots[std::size_t(row * map.columns + column)].bone_share =
                 boneShare(map, column, row, settings.finger.radius_m);
-    judge(map);
+    computeStatistics(map);
     return map;
 }
 

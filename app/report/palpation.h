@@ -9,7 +9,7 @@
 
 namespace stylet::report {
 
-// Every spot is pressed along its normal until the force or the depth is reached, as in a search for a gap.
+// The finger presses every spot along its normal up to a limit of force or depth, as in a search for a gap.
 struct PalpationSettings {
     haptics::FingerSettings finger;
     double pitch_m = 0.004;  // between spots
@@ -25,7 +25,7 @@ struct PalpatedSpot {
     double stiffness_n_per_m = 0.0;  // force along the normal, divided by the depth of the finger's tip
     bool over_bone = false;          // within 40 mm along the normal
     double bone_share = 0.0;         // share of the spots within a pad's radius that are over bone
-    double breath_v = 0.0;           // when it was pressed
+    double breath_v = 0.0;           // the breathing signal when it was pressed
 };
 
 // Rows from head to feet, columns from front to back: as seen from the right.
@@ -36,9 +36,9 @@ struct PalpationMap {
     std::vector<PalpatedSpot> spots;
 
     double pearson = 0.0;  // correlation of stiffness with over_bone (0 or 1), over all spots
-    // Means over the centres of ribs and gaps: most of the pad over bone, or none of it.
+    // Mean stiffness at the centres of ribs (most of the pad is over bone) and of gaps (none of it is).
     double rib_n_per_m = 0.0, gap_n_per_m = 0.0;
-    double rib_over_gap_everywhere = 0.0;  // the same ratio over all spots, including pads partly over bone
+    double rib_over_gap_everywhere = 0.0;  // the same over all spots: mean over bone / mean beside it
     double ribOverGap() const { return gap_n_per_m > 0.0 ? rib_n_per_m / gap_n_per_m : 0.0; }
 };
 
@@ -46,7 +46,8 @@ struct PalpationMap {
 PalpationMap palpate(const patient::Patient&, const patient::Skin&, const haptics::TouchMap&,
                      const PalpationSettings&);
 
-// Columns y_m, z_m, x_m, stiffness_n_per_m, over_bone, breath_v. Both throw DataError.
+// Columns: y_m, z_m, x_m, stiffness_n_per_m, over_bone, bone_share, breath_v. Throws DataError, like
+// drawPalpation().
 void writePalpationCsv(const PalpationMap&, const std::filesystem::path&);
 // Draws the stiffness next to the bones below it.
 void drawPalpation(const PalpationMap&, const std::string& title, const std::filesystem::path& png);

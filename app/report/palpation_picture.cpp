@@ -1,11 +1,11 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "app/report/canvas.h"
 #include "app/report/palpation.h"
-#include "base/format.h"
 #include "base/statistics.h"
 #include "base/whole_file.h"
 
@@ -19,18 +19,14 @@ constexpr Colour kPaper{1.0, 1.0, 1.0}, kInk{0.12, 0.13, 0.15}, kMapGrey{0.45, 0
 constexpr Colour kMapBone{1.0, 1.0, 1.0}, kBand{0.90, 0.87, 0.80}, kLine{0.13, 0.33, 0.60};
 
 // Dark, cold colours are soft; bright, warm colours are stiff. Lightness increases evenly.
-Colour heat(double share) {
+Colour heatColour(double share) {
     constexpr std::array<Colour, 6> kStops{{{0.05, 0.03, 0.20},
                                             {0.30, 0.07, 0.42},
                                             {0.55, 0.15, 0.41},
                                             {0.80, 0.27, 0.30},
                                             {0.96, 0.50, 0.15},
                                             {0.98, 0.85, 0.35}}};
-    const double at = std::clamp(share, 0.0, 1.0) * double(kStops.size() - 1);
-    const auto low = std::min(std::size_t(at), kStops.size() - 2);
-    const double t = at - double(low);
-    const Colour &a = kStops[low], &b = kStops[low + 1];
-    return {a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b)};
+    return interpolate(kStops, share);
 }
 
 const PalpatedSpot& spotAt(const PalpationMap& map, int column, int row) {
@@ -38,7 +34,7 @@ const PalpatedSpot& spotAt(const PalpationMap& map, int column, int row) {
 }
 
 // The scale's maximum in N/m: at least the 98th percentile of the spots, with round quarters.
-double scaleOf(const PalpationMap& map) {
+double scaleMaximum(const PalpationMap& map) {
     std::vector<double> k;
     for (const PalpatedSpot& s : map.spots)
         if (s.on_skin) k.push_back(s.stiffness_n_per_m);
@@ -46,13 +42,13 @@ double scaleOf(const PalpationMap& map) {
     return 40.0 * std::ceil(lowerQuantile(std::move(k), 0.98) / 40.0);
 }
 
-class Sheet {
+class PalpationSheet {
   public:
-    Sheet(const PalpationMap& map, const std::string& title)
+    PalpationSheet(const PalpationMap& map, const std::string& title)
         : map_(map),
           wide_(map.columns * kSpot),
           high_(map.rows * kSpot),
-          most_(scaleOf(map)),
+          scale_max_(scaleMaximum(map)),
           profile_x_(kMapMargin + wide_ + kBar + 2 * kMapGap),
           canvas_(int(profile_x_) + kProfile + kMapMargin, int(kMapTop + high_) + kMapBelow, kPaper) {
         canvas_.text({kMapMargin, 38}, title, {21, kInk, Align::left, true});
@@ -64,7 +60,7 @@ class Sheet {
                 const PalpatedSpot& s = spotAt(map_, column, row);
                 if (s.on_skin)
                     canvas_.rectangle(x(column), y(row), kSpot + 0.5, kSpot + 0.5,
-                                      heat(s.stiffness_n_per_m / most_));
+                                      heatColour(s.stiffness_n_per_m / scale_max_));
             }
         outlineBones();
         const TextStyle label{14, kMapGrey, Align::centre};
@@ -85,17 +81,17 @@ class Sheet {
         constexpr int kSteps = 100;
         for (int i = 0; i < kSteps; ++i)
             canvas_.rectangle(left, kMapTop + high_ * i / kSteps, kBar, high_ / kSteps + 0.6,
-                              heat(1.0 - (i + 0.5) / kSteps));
+                              heatColour(1.0 - (i + 0.5) / kSteps));
         for (int i = 0; i <= 4; ++i)
             canvas_.text({left + kBar + 6, kMapTop + high_ * (1.0 - 0.25 * i) + 5},
-                         formatted("%.2f", 0.25e-3 * i * most_), {13, kInk});
+                         fmt::format("{:.2f}", 0.25e-3 * i * scale_max_), {13, kInk});
         canvas_.text({left, kMapTop - 12}, "N/mm", {13, kInk});
     }
 
     // The stiffness along the middle column: what a finger feels when sliding from head to feet.
     void drawProfile() {
         const int column = map_.columns / 2;
-        const auto at = [&](double k) { return profile_x_ + kProfile * std::min(k / most_, 1.0); };
+        const auto at = [&](double k) { return profile_x_ + kProfile * std::min(k / scale_max_, 1.0); };
         std::vector<Point> line;
         for (int row = 0; row < map_.rows; ++row) {
             const PalpatedSpot& s = spotAt(map_, column, row);
@@ -104,10 +100,10 @@ class Sheet {
             line.push_back({at(s.stiffness_n_per_m), y(row) + 0.5 * kSpot});
         }
         for (int i = 0; i <= 4; ++i) {
-            const double grid = at(0.25 * i * most_);
+            const double grid = at(0.25 * i * scale_max_);
             canvas_.line({grid, kMapTop}, {grid, kMapTop + high_}, 1, kMapGrey.faded(0.35));
             canvas_.text({grid, kMapTop + high_ + 22},
-                         formatted(i < 4 ? "%.2f" : "%.2f N/mm", 0.25e-3 * i * most_),
+                         fmt::format("{:.2f}{}", 0.25e-3 * i * scale_max_, i < 4 ? "" : " N/mm"),
                          {13, kInk, Align::centre});
         }
         canvas_.polyline(line, 2.5, kLine);
@@ -115,13 +111,13 @@ class Sheet {
                      {15, kInk, Align::left, true});
     }
 
-    void drawJudgement() {
-        const std::string text = formatted("Pearson r against the rib mask %.2f", map_.pearson) +
-                                 formatted("   |   middle of a rib %.3f", 1e-3 * map_.rib_n_per_m) +
-                                 formatted(", of a gap %.3f N/mm", 1e-3 * map_.gap_n_per_m) +
-                                 formatted(": %.1f to 1", map_.ribOverGap()) +
-                                 formatted("   |   all spots %.1f to 1", map_.rib_over_gap_everywhere);
-        canvas_.text({kMapMargin, 64}, text, {14, kMapGrey});
+    void drawStatistics() {
+        canvas_.text({kMapMargin, 64},
+                     fmt::format("Pearson r against the rib mask {:.2f}   |   middle of a rib {:.3f}, of a "
+                                 "gap {:.3f} N/mm: {:.1f} to 1   |   all spots {:.1f} to 1",
+                                 map_.pearson, 1e-3 * map_.rib_n_per_m, 1e-3 * map_.gap_n_per_m,
+                                 map_.ribOverGap(), map_.rib_over_gap_everywhere),
+                     {14, kMapGrey});
     }
 
     void save(const std::filesystem::path& png) const { canvas_.savePng(png); }
@@ -144,32 +140,28 @@ class Sheet {
     }
 
     const PalpationMap& map_;
-    double wide_, high_, most_, profile_x_;
+    double wide_, high_, scale_max_, profile_x_;
     Canvas canvas_;
 };
 
 }  // namespace
 
 void writePalpationCsv(const PalpationMap& map, const std::filesystem::path& file) {
-    std::string out;
-    out += "y_m,z_m,x_m,stiffness_n_per_m,over_bone,bone_share,breath_v\n";
-    for (const PalpatedSpot& s : map.spots) {
-        if (!s.on_skin) continue;
-        std::array<char, 160> line{};
-        std::snprintf(line.data(), line.size(), "%.5f,%.5f,%.5f,%.3f,%d,%.3f,%.4f\n", s.reference_m.y,
-                      s.reference_m.z, s.reference_m.x, s.stiffness_n_per_m, int(s.over_bone), s.bone_share,
-                      s.breath_v);
-        out += line.data();
-    }
-    writeWholeFile(file, out);
+    std::string csv = "y_m,z_m,x_m,stiffness_n_per_m,over_bone,bone_share,breath_v\n";
+    for (const PalpatedSpot& s : map.spots)
+        if (s.on_skin)
+            csv += fmt::format("{:.5f},{:.5f},{:.5f},{:.3f},{:d},{:.3f},{:.4f}\n", s.reference_m.y,
+                               s.reference_m.z, s.reference_m.x, s.stiffness_n_per_m, s.over_bone,
+                               s.bone_share, s.breath_v);
+    writeWholeFile(file, csv);
 }
 
 void drawPalpation(const PalpationMap& map, const std::string& title, const std::filesystem::path& png) {
-    Sheet sheet(map, title);
+    PalpationSheet sheet(map, title);
     sheet.drawMap();
     sheet.drawScale();
     sheet.drawProfile();
-    sheet.drawJudgement();
+    sheet.drawStatistics();
     sheet.save(png);
 }
 

@@ -1,12 +1,14 @@
 #include "app/report/slices.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 
 #include "app/report/canvas.h"
 #include "app/report/sheet_colours.h"
-#include "base/format.h"
+#include "base/whole_file.h"
 
 namespace stylet::report {
 
@@ -17,15 +19,17 @@ namespace {
 
 constexpr std::size_t kFewPixels = 300;  // labels with fewer pixels are left out of the legend
 constexpr int kPanelPixels = 560, kSlicesMargin = 24, kSlicesHeader = 104, kSlicesFooter = 92;
+constexpr int kSheetWidth = 4 * kSlicesMargin + 3 * kPanelPixels,
+              kSheetHeight = kSlicesHeader + kPanelPixels + kSlicesFooter;
 constexpr Colour kNeedle{0.35, 0.90, 1.0}, kCross{1.0, 0.85, 0.35};
 constexpr Colour kTrail{1.0, 0.62, 0.15}, kReference{0.95, 0.95, 0.95};
 
 // The unit vector perpendicular to `normal` that is nearest to `wanted`.
-Vec3 across(const Vec3& wanted, const Vec3& normal) {
+Vec3 perpendicularTo(const Vec3& wanted, const Vec3& normal) {
     const Vec3 flat = wanted - glm::dot(wanted, normal) * normal;
     const double length = glm::length(flat);
     if (length > 1e-6) return flat / length;
-    return across(Vec3(wanted.y, wanted.z, wanted.x), normal);
+    return perpendicularTo(Vec3(wanted.y, wanted.z, wanted.x), normal);
 }
 
 double trilinear(const CtVolume& ct, const Vec3& p) {
@@ -42,7 +46,7 @@ double trilinear(const CtVolume& ct, const Vec3& p) {
     return sum;
 }
 
-double tintOf(const Label& label) {
+double labelTint(const Label& label) {
     if (label.role == patient::Role::target) return 0.50;
     if (label.tissue == patient::Tissue::vessel) return 0.34;
     if (label.tissue == patient::Tissue::liver) return 0.12;
@@ -104,7 +108,7 @@ void drawTrail(Canvas& canvas, const SlicePanel& panel, const NeedlePicture& nee
 
 // Legend of the lines, right of the labels' legend.
 void drawLineLegend(Canvas& canvas, const NeedlePicture& needle, double right, double y) {
-    const TextStyle style{14, kWhite, Align::right, false};
+    const TextStyle style{14, kWhite, Align::right};
     const auto entry = [&](const std::string& text, Colour colour, bool dashed) {
         canvas.text({right, y}, text, style);
         const double end = right - canvas.textWidth(text, style) - 8.0;
@@ -125,7 +129,7 @@ void drawScale(Canvas& canvas, const SlicePanel& panel) {
     const double right = panel.x + kPanelPixels - 18, y = panel.y + kPanelPixels - 18;
     canvas.line({right - width, y}, {right, y}, 5.0, kDark.faded(0.6));
     canvas.line({right - width, y}, {right, y}, 2.5, kWhite);
-    canvas.text({right - 0.5 * width, y - 8}, formatted("%.0f mm", bar_m * 1000.0),
+    canvas.text({right - 0.5 * width, y - 8}, fmt::format("{:.0f} mm", bar_m * 1000.0),
                 {13, kWhite, Align::centre, false, kDark.faded(0.7)});
 }
 
@@ -144,12 +148,9 @@ void drawLabelLegend(Canvas& canvas, const Patient& patient, const std::array<st
     double x = kSlicesMargin;
     for (std::size_t id = 1; id < seen.size(); ++id) {
         const Label* label = patient.label(std::uint8_t(id));
-        if (!label || seen[id] < kFewPixels || tintOf(*label) == 0.0) continue;
-        const TextStyle style{14, kWhite, Align::left, label->role == patient::Role::target};
+        if (!label || seen[id] < kFewPixels || labelTint(*label) == 0.0) continue;
         const Colour colour{label->colour[0] / 255.0, label->colour[1] / 255.0, label->colour[2] / 255.0};
-        canvas.rectangle(x, y - 12, 14, 14, colour);
-        canvas.text({x + 20, y}, label->name, style);
-        x += 20 + canvas.textWidth(label->name, style) + 26;
+        x = drawSwatch(canvas, {x, y}, colour, label->name, label->role == patient::Role::target);
     }
 }
 
@@ -160,13 +161,13 @@ std::array<SlicePlane, 3> slicePlanes(const NeedlePicture& needle) {
     // The panels along the needle show its path from the skin to slightly behind the tip.
     const Vec3 middle = needle.tip_m - 0.2 * needle.depth_m * needle.axis;
     const auto along = [&](const char* title, const Vec3& normal_wanted, const Vec3& down_wanted) {
-        const Vec3 normal = across(normal_wanted, needle.axis);
-        const Vec3 right = across(-x, normal);
+        const Vec3 normal = perpendicularTo(normal_wanted, needle.axis);
+        const Vec3 right = perpendicularTo(-x, normal);
         Vec3 down = glm::cross(normal, right);
         if (glm::dot(down, down_wanted) < 0.0) down = -down;
         return SlicePlane{title, middle, right, down, 0.21};
     };
-    const Vec3 down = across(-z, needle.axis);
+    const Vec3 down = perpendicularTo(-z, needle.axis);
     return {
         along("Along the needle, near axial", z, -y), along("Along the needle, near coronal", y, -z),
         SlicePlane{"Across the needle at the tip", needle.tip_m, glm::cross(down, needle.axis), down, 0.07}};
@@ -189,7 +190,7 @@ std::vector<std::uint8_t> samplePlane(const Patient& patient, const patient::Sur
             const std::uint8_t id = package.labels.nearestOr(p, 0);
             const Label* label = patient.label(id);
             ++seen[id];
-            const double tint = label ? tintOf(*label) : 0.0;
+            const double tint = label ? labelTint(*label) : 0.0;
             for (std::size_t k = 0; k < 3; ++k) {
                 const double colour = label ? label->colour[k] / 255.0 : 0.0;
                 // Scaled by the underlying grey value, so that the CT shows through the tint.
@@ -201,19 +202,15 @@ std::vector<std::uint8_t> samplePlane(const Patient& patient, const patient::Sur
     return rgb;
 }
 
-namespace {
-
-constexpr int kSheetWidth = 4 * kSlicesMargin + 3 * kPanelPixels,
-              kSheetHeight = kSlicesHeader + kPanelPixels + kSlicesFooter;
-
-void paintSheet(Canvas& canvas, const Patient& patient, const NeedlePicture& needle) {
+SliceSheet sliceSheet(const Patient& patient, const NeedlePicture& needle) {
+    Canvas canvas(kSheetWidth, kSheetHeight, kDark);
     const std::array<SlicePlane, 3> planes = slicePlanes(needle);
     canvas.text({kSlicesMargin, 44}, needle.title, {24, kWhite, Align::left, true});
     std::array<std::size_t, 256> seen{};
     double x = kSlicesMargin;
     for (const SlicePlane& plane : planes) {
         const SlicePanel panel{plane, x, kSlicesHeader};
-        canvas.text({x, kSlicesHeader - 14}, plane.title, {16, kWhite, Align::left, false});
+        canvas.text({x, kSlicesHeader - 14}, plane.title, {16, kWhite});
         canvas.image(x, kSlicesHeader, kPanelPixels, kPanelPixels,
                      samplePlane(patient, needle.breath, plane, kPanelPixels, kPanelPixels, seen));
         canvas.clip(x, kSlicesHeader, kPanelPixels, kPanelPixels);
@@ -225,25 +222,17 @@ void paintSheet(Canvas& canvas, const Patient& patient, const NeedlePicture& nee
         x += kPanelPixels + kSlicesMargin;
     }
     drawLabelLegend(canvas, patient, seen, kSlicesHeader + kPanelPixels + 34);
-    const std::string window = formatted("CT window %.0f", kWindowHigh_hu - kWindowLow_hu) +
-                               formatted(" HU around %.0f HU", 0.5 * (kWindowHigh_hu + kWindowLow_hu));
-    canvas.text({kSlicesMargin, kSlicesHeader + kPanelPixels + 68}, needle.caption + "   |   " + window,
-                {14, kGrey, Align::left, false});
+    canvas.text({kSlicesMargin, kSlicesHeader + kPanelPixels + 68},
+                fmt::format("{}   |   CT window {:.0f} HU around {:.0f} HU", needle.caption,
+                            kWindowHigh_hu - kWindowLow_hu, 0.5 * (kWindowHigh_hu + kWindowLow_hu)),
+                {14, kGrey});
     drawLineLegend(canvas, needle, kSheetWidth - kSlicesMargin, kSlicesHeader + kPanelPixels + 68);
-}
-
-}  // namespace
-
-SliceSheet sliceSheet(const Patient& patient, const NeedlePicture& needle) {
-    Canvas canvas(kSheetWidth, kSheetHeight, kDark);
-    paintSheet(canvas, patient, needle);
     return {canvas.png(), kSheetWidth, kSheetHeight};
 }
 
 void drawSlices(const Patient& patient, const NeedlePicture& needle, const std::filesystem::path& png) {
-    Canvas canvas(kSheetWidth, kSheetHeight, kDark);
-    paintSheet(canvas, patient, needle);
-    canvas.savePng(png);
+    const SliceSheet sheet = sliceSheet(patient, needle);
+    writeWholeFile(png, {reinterpret_cast<const char*>(sheet.png.data()), sheet.png.size()});
 }
 
 }  // namespace stylet::report

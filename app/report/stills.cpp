@@ -18,9 +18,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kMostPixels = 8192;  // of either side
+constexpr int kMaxPixels = 8192;  // of either side
 constexpr int kJpegQuality = 82;
-constexpr std::size_t kMostStillBytes = 64u << 20;
+constexpr std::size_t kMaxStillBytes = 64u << 20;
 
 struct Destroy {
     void operator()(cairo_surface_t* s) const { cairo_surface_destroy(s); }
@@ -32,8 +32,8 @@ struct Size {
     int width = 0, height = 0;
 };
 
-std::vector<std::uint8_t> bytesOf(const fs::path& file) {
-    const std::string bytes = readWholeFile(file, kMostStillBytes);
+std::vector<std::uint8_t> readImageFile(const fs::path& file) {
+    const std::string bytes = readWholeFile(file, kMaxStillBytes);
     return {bytes.begin(), bytes.end()};
 }
 
@@ -47,7 +47,7 @@ Size pngSize(const std::vector<std::uint8_t>& bytes, const fs::path& file) {
                bytes[at + 3];
     };
     const unsigned width = word(16), height = word(20);
-    if (width == 0 || height == 0 || width > unsigned(kMostPixels) || height > unsigned(kMostPixels))
+    if (width == 0 || height == 0 || width > unsigned(kMaxPixels) || height > unsigned(kMaxPixels))
         throw DataError(file, "size", "is out of bounds");
     return {int(width), int(height)};
 }
@@ -57,7 +57,7 @@ struct Bytes {
     std::size_t at = 0;
 };
 
-cairo_status_t readSome(void* closure, unsigned char* to, unsigned int count) {
+cairo_status_t readPngBytes(void* closure, unsigned char* to, unsigned int count) {
     Bytes& from = *static_cast<Bytes*>(closure);
     if (count > from.all.size() - from.at) return CAIRO_STATUS_READ_ERROR;
     std::memcpy(to, from.all.data() + from.at, count);
@@ -65,14 +65,14 @@ cairo_status_t readSome(void* closure, unsigned char* to, unsigned int count) {
     return CAIRO_STATUS_SUCCESS;
 }
 
-void keepSome(void* context, void* data, int count) {
+void appendJpegBytes(void* context, void* data, int count) {
     auto& bytes = *static_cast<std::vector<std::uint8_t>*>(context);
     const auto* from = static_cast<const std::uint8_t*>(data);
     bytes.insert(bytes.end(), from, from + count);
 }
 
 // "duct_left" -> "duct, left eye"
-std::string captionOf(std::string name) {
+std::string captionFromName(std::string name) {
     if (name.ends_with("_left")) name.replace(name.size() - 5, 5, ", left eye");
     std::replace(name.begin(), name.end(), '_', ' ');
     return name;
@@ -80,14 +80,14 @@ std::string captionOf(std::string name) {
 
 }  // namespace
 
-Picture still(const fs::path& png, int widest) {
-    const std::vector<std::uint8_t> bytes = bytesOf(png);
+Picture loadStill(const fs::path& png, int max_width) {
+    const std::vector<std::uint8_t> bytes = readImageFile(png);
     const Size size = pngSize(bytes, png);
     Bytes from{bytes};
-    const Surface whole(cairo_image_surface_create_from_png_stream(&readSome, &from));
+    const Surface whole(cairo_image_surface_create_from_png_stream(&readPngBytes, &from));
     if (const cairo_status_t status = cairo_surface_status(whole.get()); status != CAIRO_STATUS_SUCCESS)
         throw DataError(png, "file", cairo_status_to_string(status));
-    const double scale = std::min(1.0, double(widest) / size.width);
+    const double scale = std::min(1.0, double(max_width) / size.width);
     Picture picture;
     picture.type = "image/jpeg";
     picture.width = std::max(1, int(std::lround(scale * size.width)));
@@ -110,22 +110,22 @@ Picture still(const fs::path& png, int widest) {
             for (const unsigned shift : {16u, 8u, 0u})
                 rgb.push_back(std::uint8_t(word >> shift));
         }
-    if (!stbi_write_jpg_to_func(&keepSome, &picture.bytes, picture.width, picture.height, 3, rgb.data(),
-                                kJpegQuality))
+    if (!stbi_write_jpg_to_func(&appendJpegBytes, &picture.bytes, picture.width, picture.height, 3,
+                                rgb.data(), kJpegQuality))
         throw DataError(png, "file", "cannot be made smaller");
     return picture;
 }
 
-Picture wholePng(const fs::path& png) {
+Picture loadPng(const fs::path& png) {
     Picture picture;
-    picture.bytes = bytesOf(png);
+    picture.bytes = readImageFile(png);
     const Size size = pngSize(picture.bytes, png);
     picture.type = "image/png";
     picture.width = size.width, picture.height = size.height;
     return picture;
 }
 
-Stills stillsOf(const fs::path& folder, std::size_t most, int widest) {
+Stills loadStills(const fs::path& folder, std::size_t most, int max_width) {
     std::vector<fs::path> files;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
         const std::string name = entry.path().stem().string();
@@ -141,11 +141,11 @@ Stills stillsOf(const fs::path& folder, std::size_t most, int widest) {
             continue;
         }
         try {
-            stills.pictures.push_back(still(file, widest));
-            stills.pictures.back().caption = captionOf(file.stem().string());
+            stills.pictures.push_back(loadStill(file, max_width));
+            stills.pictures.back().caption = captionFromName(file.stem().string());
             stills.pictures.back().alt = "Still of the attempt: " + stills.pictures.back().caption;
         } catch (const DataError& e) {
-            stills.complaints.emplace_back(e.what());
+            stills.warnings.emplace_back(e.what());
         }
     }
     return stills;

@@ -8,20 +8,20 @@
 
 namespace stylet::report {
 
-// Converts a PNG to JPEG, at most `widest` pixels wide. Throws DataError.
-Picture still(const std::filesystem::path& png, int widest);
+// Converts a PNG to JPEG, at most `max_width` pixels wide. Throws DataError.
+Picture loadStill(const std::filesystem::path& png, int max_width);
 
 // Returns the PNG unchanged, with the size read from its header. Throws DataError.
-Picture wholePng(const std::filesystem::path& png);
+Picture loadPng(const std::filesystem::path& png);
 
 struct Stills {
     std::vector<Picture> pictures;
-    std::size_t left_out = 0;             // number of pictures beyond `most`
-    std::vector<std::string> complaints;  // files that could not be read
+    std::size_t left_out = 0;           // number of pictures beyond `most`
+    std::vector<std::string> warnings;  // files that could not be read
 };
 
 // The folder's pictures except curve and slices, sorted by name, without right-eye pictures. The file name
 // becomes the caption and the alternative text.
-Stills stillsOf(const std::filesystem::path& folder, std::size_t most, int widest);
+Stills loadStills(const std::filesystem::path& folder, std::size_t most, int max_width);
 
 }  // namespace stylet::report

@@ -1,6 +1,7 @@
 #include "app/report/xapi.h"
 
-#include <array>
+#include <fmt/core.h>
+
 #include <boost/uuid/name_generator_sha1.hpp>
 #include <boost/uuid/uuid.hpp>
 #include <boost/uuid/uuid_io.hpp>
@@ -25,7 +26,7 @@ std::string nameUuid(const std::string& name) {
 }
 
 // Percent-encodes a segment of an address. Keeps the unreserved characters of RFC 3986.
-std::string segment(const std::string& text) {
+std::string percentEncoded(const std::string& text) {
     static constexpr std::string_view kDigits = "0123456789ABCDEF";
     std::string out;
     for (const char c : plainText(text)) {
@@ -70,52 +71,40 @@ std::optional<std::string> timeAfter(const std::string& started, double seconds)
     const auto on = chrono::floor<chrono::days>(then);
     const chrono::year_month_day d(on);
     const chrono::hh_mm_ss t(chrono::floor<chrono::milliseconds>(then - on));
-    std::array<char, 64> text{};
-    std::snprintf(text.data(), text.size(), "%04d-%02u-%02uT%02d:%02d:%02d.%03dZ", int(d.year()),
-                  unsigned(d.month()), unsigned(d.day()), int(t.hours().count()), int(t.minutes().count()),
-                  int(t.seconds().count()), int(t.subseconds().count()));
-    return text.data();
+    return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}.{:03}Z", int(d.year()), unsigned(d.month()),
+                       unsigned(d.day()), t.hours().count(), t.minutes().count(), t.seconds().count(),
+                       t.subseconds().count());
 }
 
-// The parts that all statements of an attempt share.
-class Statements {
-  public:
-    Statements(const records::StoredAttempt& attempt, const XapiSettings& settings, json& list)
-        : attempt_(attempt), home_(settings.home), list_(list) {}
+// Adds a statement with the parts that all statements of an attempt share, and returns it.
+json& addStatement(json& list, const records::StoredAttempt& attempt, const std::string& home,
+                   const std::string& verb, double after_s) {
+    const std::string scenario = plainText(attempt.info.scenario);
+    json s = {{"id", nameUuid(home + "/attempts/" + percentEncoded(attempt.id) + "/" + verb)},
+              {"actor",
+               {{"objectType", "Agent"},
+                {"account", {{"homePage", home}, {"name", plainText(attempt.info.trainee)}}}}},
+              {"verb", {{"id", kVerbs + verb}, {"display", {{"en", verb}}}}},
+              {"object",
+               {{"objectType", "Activity"},
+                {"id", home + "/scenarios/" + percentEncoded(attempt.info.scenario)},
+                {"definition",
+                 {{"type", "http://adlnet.gov/expapi/activities/simulation"},
+                  {"name", {{"en", "PTCD: " + (scenario.empty() ? "unnamed scenario" : scenario)}}},
+                  {"description", {{"en", "Simulated percutaneous transhepatic cholangio-drainage"}}}}}}},
+              {"context",
+               {{"registration", nameUuid(home + "/attempts/" + percentEncoded(attempt.id))},
+                {"platform", "Stylet " + plainText(attempt.info.program_version)},
+                {"extensions",
+                 {{home + "/xapi/seed", attempt.info.seed},
+                  {home + "/xapi/difficulty", plainText(attempt.info.difficulty)},
+                  {home + "/xapi/device", plainText(attempt.info.device)}}}}}};
+    if (const auto at = timeAfter(attempt.started_utc, after_s)) s["timestamp"] = *at;
+    list.push_back(std::move(s));
+    return list.back();
+}
 
-    json& add(const std::string& verb, double after_s) {
-        const std::string scenario = plainText(attempt_.info.scenario);
-        json s = {{"id", nameUuid(home_ + "/attempts/" + segment(attempt_.id) + "/" + verb)},
-                  {"actor",
-                   {{"objectType", "Agent"},
-                    {"account", {{"homePage", home_}, {"name", plainText(attempt_.info.trainee)}}}}},
-                  {"verb", {{"id", kVerbs + verb}, {"display", {{"en", verb}}}}},
-                  {"object",
-                   {{"objectType", "Activity"},
-                    {"id", home_ + "/scenarios/" + segment(attempt_.info.scenario)},
-                    {"definition",
-                     {{"type", "http://adlnet.gov/expapi/activities/simulation"},
-                      {"name", {{"en", "PTCD: " + (scenario.empty() ? "unnamed scenario" : scenario)}}},
-                      {"description", {{"en", "Simulated percutaneous transhepatic cholangio-drainage"}}}}}}},
-                  {"context",
-                   {{"registration", nameUuid(home_ + "/attempts/" + segment(attempt_.id))},
-                    {"platform", "Stylet " + plainText(attempt_.info.program_version)},
-                    {"extensions",
-                     {{home_ + "/xapi/seed", attempt_.info.seed},
-                      {home_ + "/xapi/difficulty", plainText(attempt_.info.difficulty)},
-                      {home_ + "/xapi/device", plainText(attempt_.info.device)}}}}}};
-        if (const auto at = timeAfter(attempt_.started_utc, after_s)) s["timestamp"] = *at;
-        list_.push_back(std::move(s));
-        return list_.back();
-    }
-
-  private:
-    const records::StoredAttempt& attempt_;
-    std::string home_;
-    json& list_;
-};
-
-double secondsOf(const records::StoredAttempt& attempt) {
+double attemptDuration_s(const records::StoredAttempt& attempt) {
     if (attempt.result) return double(attempt.result->ticks) * attempt.info.dt_s;
     std::uint64_t last = 0;
     for (const records::EventRow& event : attempt.events)
@@ -127,31 +116,33 @@ json metricsJson(const records::AttemptResult& result) {
     json metrics = json::object();
     for (const records::MetricRow& m : result.metrics) {
         json& metric = metrics[plainText(m.id)] = {
-            {"unit", plainText(m.unit)}, {"points", m.points}, {"mostPoints", m.most_points}};
+            {"unit", plainText(m.unit)}, {"points", m.points}, {"mostPoints", m.max_points}};
         if (std::isfinite(m.value)) metric["value"] = m.value;  // JSON has no infinity
     }
     return metrics;
 }
 
 void addAttempt(const records::StoredAttempt& attempt, const XapiSettings& settings, json& list) {
-    Statements statements(attempt, settings, list);
-    const double seconds = secondsOf(attempt);
+    const auto add = [&](const char* verb, double after_s) -> json& {
+        return addStatement(list, attempt, settings.home, verb, after_s);
+    };
+    const double seconds = attemptDuration_s(attempt);
     const std::string duration = isoDuration(seconds);
-    statements.add("initialized", 0.0);
+    add("initialized", 0.0);
     if (attempt.state == records::AttemptState::running) return;
     if (attempt.state == records::AttemptState::done && attempt.result) {
         const records::AttemptResult& result = *attempt.result;
-        statements.add("completed", seconds)["result"] = {{"completion", true}, {"duration", duration}};
+        add("completed", seconds)["result"] = {{"completion", true}, {"duration", duration}};
         const double total = std::isfinite(result.total) ? std::min(std::max(result.total, 0.0), 100.0) : 0.0;
         const bool passed = result.target_hit && total >= kPassMark;
-        statements.add(passed ? "passed" : "failed", seconds)["result"] = {
+        add(passed ? "passed" : "failed", seconds)["result"] = {
             {"success", passed},
             {"score", {{"scaled", total / 100.0}, {"raw", total}, {"min", 0}, {"max", 100}}},
             {"duration", duration},
             {"extensions", {{settings.home + "/xapi/metrics", metricsJson(result)}}}};
-        statements.add("terminated", seconds)["result"] = {{"duration", duration}};
+        add("terminated", seconds)["result"] = {{"duration", duration}};
     } else {
-        statements.add("terminated", seconds)["result"] = {{"completion", false}, {"duration", duration}};
+        add("terminated", seconds)["result"] = {{"completion", false}, {"duration", duration}};
     }
 }
 
@@ -162,14 +153,10 @@ std::string isoDuration(double seconds) {
     const auto hundredths = std::llround(100.0 * seconds);
     const long long hours = hundredths / 360000, minutes = hundredths / 6000 % 60, rest = hundredths % 6000;
     std::string text = "PT";
-    if (hours > 0) text += std::to_string(hours) + "H";
-    if (minutes > 0) text += std::to_string(minutes) + "M";
-    if (rest > 0 || text == "PT") {
-        std::array<char, 32> part{};
-        std::snprintf(part.data(), part.size(), rest % 100 == 0 ? "%lld" : "%lld.%02lld", rest / 100,
-                      rest % 100);
-        text += std::string(part.data()) + "S";
-    }
+    if (hours > 0) text += fmt::format("{}H", hours);
+    if (minutes > 0) text += fmt::format("{}M", minutes);
+    if (rest % 100 > 0) return text + fmt::format("{}.{:02}S", rest / 100, rest % 100);
+    if (rest > 0 || text == "PT") text += fmt::format("{}S", rest / 100);
     return text;
 }
 

@@ -11,8 +11,7 @@
 namespace stylet::report {
 
 struct XapiSettings {
-    // Base of the identities and activity names: an absolute http or https address without a trailing
-    // slash.
+    // Base of the identities and activity names: an absolute http or https address without a trailing slash.
     std::string home = "https://stylet.invalid";
 };
 
@@ -20,8 +19,7 @@ struct XapiSettings {
 inline constexpr double kPassMark = 60.0;
 
 // Returns a JSON array: initialized; completed and passed or failed for finished attempts; terminated.
-// Attempts without a trainee have no statements. Throws DataError if `home` is not a valid
-// address.
+// Attempts without a trainee have no statements. Throws DataError if `home` is not a valid address.
 std::string xapiStatements(const std::vector<records::StoredAttempt>&, const XapiSettings&);
 
 // "PT1M3.25S"

@@ -1,5 +1,7 @@
 #include "app/study/commands.h"
 
+#include <fmt/core.h>
+
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -7,9 +9,9 @@
 #include <mutex>
 
 #include "app/study/facts.h"
-#include "app/study/kept.h"
 #include "app/study/paths_picture.h"
 #include "app/study/report.h"
+#include "app/study/result_blocks.h"
 #include "app/study/tables.h"
 #include "base/parallel.h"
 #include "base/whole_file.h"
@@ -22,15 +24,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-class Clock {
-  public:
-    double seconds() const {
-        return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-    }
+using Clock = std::chrono::steady_clock;
 
-  private:
-    std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-};
+double secondsSince(Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+}
 
 // A study file and its force table.
 struct Study {
@@ -59,24 +57,24 @@ void savePicture(const fs::path& file, const Pair& pair, const std::vector<Plann
     const patient::Patient reference(pair.reference);
     const std::vector<std::uint8_t> png =
         pathsPicture(patient::TissueMap(reference), paths, pair.name, threads);
-    if (png.empty()) {
+    if (png.empty())
         fs::remove(file);
-        return;
-    }
-    writeWholeFile(file, {reinterpret_cast<const char*>(png.data()), png.size()});
+    else
+        writeWholeFile(file, {reinterpret_cast<const char*>(png.data()), png.size()});
 }
 
-// Writes paths.json last: if it exists, the other files do too. Deletes the summary, which belongs to the
-// old paths.
-void planInto(const StudyOptions& o, const Pair& pair, const fs::path& folder) {
-    const Clock clock;
+// Writes paths.json last, so that its existence shows that the other files exist. Deletes the summary, which
+// belongs to the old paths.
+void planAndWrite(const StudyOptions& o, const Pair& pair, const fs::path& folder) {
+    const Clock::time_point begin = Clock::now();
     const PairPlan plan = planPair(pair, o.plan);
     const patient::PlanResult& r = plan.result;
-    const double seconds = clock.seconds();
+    const double seconds = secondsSince(begin);
     if (r.paths.size() > patient::kMaxStoredPaths)
         throw DataError(
             folder / "paths.json", "paths",
-            std::to_string(r.paths.size()) + " of them, a file holds 100000: plan with --skin-spacing-mm");
+            fmt::format("{} paths were found, but a file holds at most {}: plan with --skin-spacing-mm",
+                        r.paths.size(), patient::kMaxStoredPaths));
     fs::remove(folder / "paths.json");
     fs::remove(o.out / "summary.json");
     writePlanTable(folder / "plan.csv", plan);
@@ -87,7 +85,7 @@ void planInto(const StudyOptions& o, const Pair& pair, const fs::path& folder) {
                 r.paths.size(), r.candidates, r.skipped, seconds);
 }
 
-bool isOf(const PlanRequest& request, const PlanFacts& plan) {
+bool matchesRequest(const PlanRequest& request, const PlanFacts& plan) {
     constexpr double kSame_m = 1e-9;
     return std::fabs(plan.skin_spacing_m - request.skin_spacing_m) < kSame_m &&
            std::fabs(plan.target_spacing_m - request.target_spacing_m) < kSame_m &&
@@ -102,7 +100,7 @@ bool isPlanned(const StudyOptions& o, const Pair& pair, const fs::path& folder) 
     const char* other = nullptr;
     if (stored.patient_digest != pair.reference_digest || stored.planner_version != patient::kPlannerVersion)
         other = "patient or planner";
-    else if (o.plan_is_asked && !isOf(o.plan, plan))
+    else if (o.plan_is_explicit && !matchesRequest(o.plan, plan))
         other = "spacing or number of breaths";
     if (other)
         std::printf("%s: %s is of another %s\n", pair.name.c_str(), file.c_str(), other);
@@ -113,16 +111,16 @@ bool isPlanned(const StudyOptions& o, const Pair& pair, const fs::path& folder) 
     return !other;
 }
 
-std::vector<PlannedPath> loadPlanned(const StudyOptions& o, const fs::path& folder) {
+std::vector<PlannedPath> loadPlannedPaths(const StudyOptions& o, const fs::path& folder) {
     std::vector<PlannedPath> paths = patient::loadPaths(folder / "paths.json").paths;
-    if (o.most_paths > 0 && paths.size() > o.most_paths) paths.resize(o.most_paths);
+    if (o.max_paths > 0 && paths.size() > o.max_paths) paths.resize(o.max_paths);
     return paths;
 }
 
 // Runs the blocks of this share that are not on disk yet and stores each one as soon as it is finished.
-void runShare(const PreparedPair& pair, const std::vector<PlannedPath>& paths, const KeptBlocks& kept,
+void runShare(const PreparedPair& pair, const std::vector<PlannedPath>& paths, const ResultBlocks& kept,
               const Share& share, const RunSettings& settings) {
-    const Clock clock;
+    const Clock::time_point begin = Clock::now();
     std::vector<std::size_t> blocks;
     std::size_t own = 0;
     for (std::size_t block = share.part; block < kept.count(); block += share.parts, ++own)
@@ -137,15 +135,15 @@ void runShare(const PreparedPair& pair, const std::vector<PlannedPath>& paths, c
         if (failed()) return;
         try {
             const std::size_t block = blocks[i];
-            kept.keep(block, runBlock(pair, std::span(paths).subspan(kept.begin(block), kept.size(block)),
-                                      settings));
+            kept.write(block, runBlock(pair, std::span(paths).subspan(kept.begin(block), kept.size(block)),
+                                       settings));
         } catch (...) {
             const std::lock_guard lock(mutex);
             error = std::current_exception();
         }
     });
     if (error) std::rethrow_exception(error);
-    std::printf("%s: forces and errors in %.3f s", pair.pair.name.c_str(), clock.seconds());
+    std::printf("%s: forces and errors in %.3f s", pair.pair.name.c_str(), secondsSince(begin));
     if (blocks.size() < own) std::printf(", %zu of %zu blocks were there", own - blocks.size(), own);
     std::printf("\n");
 }
@@ -156,20 +154,20 @@ void runPair(const Study& study, const Share& share, const Ranks& ranks) {
     const Pair pair = study.load(share.pair);
     const fs::path folder = study.folder(share.pair);
     const bool leads = share.part == 0;
-    if (leads && !isPlanned(o, pair, folder)) planInto(o, pair, folder);
+    if (leads && !isPlanned(o, pair, folder)) planAndWrite(o, pair, folder);
     const bool shared = std::size_t(ranks.size()) > study.file.pairs.size();
-    if (shared) ranks.wait();
-    const std::vector<PlannedPath> paths = loadPlanned(o, folder);
+    if (shared) ranks.barrier();
+    const std::vector<PlannedPath> paths = loadPlannedPaths(o, folder);
     const std::uint64_t digest = runDigest(pair, paths, o.run);
     if (leads) {
         fs::remove(folder / "samples.csv");
-        PairFacts facts = factsOf(pair, study.ownTable());
+        PairFacts facts = makePairFacts(pair, study.ownTable());
         facts.run = digest;
         facts.paths = paths.size();
         writeFacts(folder / "pair.json", facts);
     }
     const PreparedPair prepared(pair);
-    runShare(prepared, paths, KeptBlocks(folder / "blocks", digest, paths.size()), share, o.run);
+    runShare(prepared, paths, ResultBlocks(folder / "blocks", digest, paths.size()), share, o.run);
     if (const std::size_t sampled = std::min(o.sampled_paths, paths.size()); leads && sampled > 0)
         writeSampleTable(folder / "samples.csv", prepared, std::span(paths).first(sampled), o.run.steering);
 }
@@ -189,7 +187,7 @@ void print(const Summary& s) {
 }
 
 // Writes the tables from the blocks of all ranks.
-void gather(const Study& study) {
+void writeStudyTables(const Study& study) {
     const StudyOptions& o = study.o;
     std::vector<PairFindings> findings;
     std::vector<PathResult> all;
@@ -198,8 +196,8 @@ void gather(const Study& study) {
         const PairFacts facts = readFacts(folder / "pair.json");
         PairFindings f{study.file.pairs[pair].name,
                        facts.reference.labelled_share,
-                       loadPlanned(o, folder),
-                       KeptBlocks(folder / "blocks", facts.run, facts.paths).all(),
+                       loadPlannedPaths(o, folder),
+                       ResultBlocks(folder / "blocks", facts.run, facts.paths).all(),
                        {}};
         f.summary = summarise(f.name, f.results);
         writePathTable(folder / "paths.csv", f);
@@ -215,9 +213,9 @@ void gather(const Study& study) {
 
 void runPlan(const StudyOptions& o, const Ranks& ranks) {
     const Study study(o);
-    for (const Share& share : sharesOf(ranks.rank(), ranks.size(), study.file.pairs.size()))
-        if (share.part == 0) planInto(o, study.load(share.pair), study.folder(share.pair));
-    ranks.wait();
+    for (const Share& share : assignShares(ranks.rank(), ranks.size(), study.file.pairs.size()))
+        if (share.part == 0) planAndWrite(o, study.load(share.pair), study.folder(share.pair));
+    ranks.barrier();
 }
 
 void runStudy(const StudyOptions& o, const Ranks& ranks) {
@@ -226,16 +224,16 @@ void runStudy(const StudyOptions& o, const Ranks& ranks) {
     if (ranks.first() && fs::remove(o.out / "summary.json"))
         for (std::size_t pair = 0; pair < study.file.pairs.size(); ++pair)
             fs::remove_all(study.folder(pair) / "blocks");
-    ranks.wait();
-    for (const Share& share : sharesOf(ranks.rank(), ranks.size(), study.file.pairs.size()))
+    ranks.barrier();
+    for (const Share& share : assignShares(ranks.rank(), ranks.size(), study.file.pairs.size()))
         runPair(study, share, ranks);
-    ranks.wait();
-    if (ranks.first()) gather(study);
+    ranks.barrier();
+    if (ranks.first()) writeStudyTables(study);
 }
 
 fs::path writeReport(const fs::path& out) {
     const fs::path page = out / "report.html";
-    report::writeText(studyPage(readStudy(out)), page);
+    writeWholeFile(page, studyPage(readStudy(out)));
     return page;
 }
 

@@ -14,10 +14,10 @@ struct StudyOptions {
     PlanRequest plan;
     // The user set the plan request explicitly: paths planned with another request are planned again, not
     // reused.
-    bool plan_is_asked = false;
+    bool plan_is_explicit = false;
     RunSettings run;
     FoundLabels labels = FoundLabels::partial;
-    std::size_t most_paths = 0;     // the best N paths of each pair; 0: all
+    std::size_t max_paths = 0;      // the best N paths of each pair; 0: all
     std::size_t sampled_paths = 0;  // write the force at every sample for the best N paths of each pair
 };
 

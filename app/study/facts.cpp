@@ -24,7 +24,7 @@ constexpr const char* kPlanFormat = "stylet study plan 1";
 constexpr const char* kStudyFormat = "stylet study 1";
 constexpr std::size_t kMaxBytes = 1 << 26, kMaxBins = 1 << 20, kMaxPatients = 10'000;
 
-PackageFacts factsOfPackage(const patient::Package& p, bool (*counts)(const patient::Label&)) {
+PackageFacts makePackageFacts(const patient::Package& p, bool (*counts)(const patient::Label&)) {
     PackageFacts f{p.name, p.licence, p.provenance, patient::segmentedShare(p), {}, p.thresholds};
     std::array<std::size_t, 256> voxels{};
     for (const std::uint8_t id : p.labels.voxels)
@@ -62,10 +62,7 @@ Fields readJson(const fs::path& file, const char* format) {
 }
 
 Tissue readTissue(Fields& in, const char* key) {
-    const std::string name = in.text(key);
-    for (int t = 0; t < patient::kTissueCount; ++t)
-        if (patient::tissueName(Tissue(t)) == name) return Tissue(t);
-    in.refuse(key, "no tissue \"" + name + "\"");
+    return in.choice<Tissue>(key, patient::kTissueNames);
 }
 
 double readMm(Fields& in, const char* key) {
@@ -93,11 +90,11 @@ PackageFacts readPackage(Fields in) {
 
 }  // namespace
 
-PairFacts factsOf(const Pair& pair, const std::string& own_table) {
+PairFacts makePairFacts(const Pair& pair, const std::string& own_table) {
     const Grid& grid = pair.reference.ct.grid;
     PairFacts f;
-    f.reference = factsOfPackage(pair.reference, nullptr);
-    f.found = factsOfPackage(
+    f.reference = makePackageFacts(pair.reference, nullptr);
+    f.found = makePackageFacts(
         pair.found, pair.labels == FoundLabels::partial ? &patient::isInPartialSegmentation : nullptr);
     f.spacing_m = grid.spacing_m;
     f.dims = grid.dims;
@@ -134,14 +131,13 @@ PairFacts readFacts(const fs::path& file) {
     f.found = readPackage(in.child("found"));
     f.spacing_m = in.vector("spacing_m");
     const std::vector<std::int64_t> dims = in.integers("dims", 0, INT_MAX, 3);
-    if (dims.size() != 3) in.refuse("dims", "not 3 integers");
+    if (dims.size() != 3) in.refuse("dims", "must be three integers");
     f.dims = {dims[0], dims[1], dims[2]};
     f.own_table = in.text("own_table");
     f.run = in.hex("run");
-    constexpr int kMostPaths = 100'000;  // the same limit as paths.json
-    f.paths = std::size_t(in.integer("paths", 0, kMostPaths));
+    f.paths = std::size_t(in.integer("paths", 0, patient::kMaxStoredPaths));
     std::vector<Fields> rows = in.children("tissues", f.tissues.size());
-    if (rows.size() != f.tissues.size()) in.refuse("tissues", "not one row a tissue");
+    if (rows.size() != f.tissues.size()) in.refuse("tissues", "must have one row per tissue");
     for (std::size_t t = 0; t < rows.size(); ++t) {
         const bool infinite = rows[t].kind("cut_force_n") == FieldKind::null;
         f.tissues[t].cut_force_n = infinite ? INFINITY : rows[t].number("cut_force_n");
@@ -168,7 +164,7 @@ PlanFacts readPlanFacts(const fs::path& file) {
                 in.has("worst_quality") ? readBins(in, "worst_quality") : std::vector<std::size_t>()};
     if (f.c3.empty() || f.c3.size() != f.c4.size() || f.c3.size() != f.quality.size() ||
         (!f.worst_quality.empty() && f.worst_quality.size() != f.c3.size()))
-        in.refuse("c3", "not as many bins as of the other scores");
+        in.refuse("c3", "has another number of bins than the other scores");
     return f;
 }
 

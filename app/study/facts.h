@@ -13,7 +13,7 @@ struct LabelFacts {
     std::string name, provenance;
     patient::Tissue tissue = patient::Tissue::soft;
     std::size_t voxels = 0;
-    bool counts = true;  // used in this study
+    bool counts = true;  // the study uses the label
 };
 
 struct PackageFacts {
@@ -28,12 +28,12 @@ struct PairFacts {
     Vec3 spacing_m{0.0};
     Index3 dims{0};
     patient::TissueTable tissues{};
-    std::string own_table;  // file name of the force table; empty: the reference's own table
+    std::string own_table;  // file name of the study's force table; empty: the reference's table
     std::uint64_t run = 0;  // runDigest
     std::size_t paths = 0;
 };
 
-PairFacts factsOf(const Pair&, const std::string& own_table);
+PairFacts makePairFacts(const Pair&, const std::string& own_table);
 
 // Both throw DataError.
 void writeFacts(const std::filesystem::path& json, const PairFacts&);

@@ -1,16 +1,16 @@
 // The command line of `stylet-study`.
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
 
 #include "app/program_linux.h"
 #include "app/study/commands.h"
 
-static int program(int argc, char** argv) {
+int main(int argc, char** argv) {
     CLI::App app(
         "stylet-study: compares the forces of patients built from a CT alone with references of the same "
         "CT.\n"
-        "Part of a training simulator, not a medical device.");
+        "Part of a training simulator, not a medical device.",
+        "stylet-study");
     app.require_subcommand(1);
     app.set_version_flag("--version", STYLET_VERSION);
     stylet::study::StudyOptions o;
@@ -19,29 +19,26 @@ static int program(int argc, char** argv) {
     const auto planned = [&](CLI::App* command) {
         command->add_option("study", o.study, "TOML file that lists the pairs.")->required();
         command->add_option("--out", o.out, "Folder for the results.")->required();
-        const auto asked = [&](const std::string&) { o.plan_is_asked = true; };
-        command
-            ->add_option("--skin-spacing-mm", skin_mm,
-                         "Spacing of the skin voxels at which paths begin [mm]; 0: every voxel.")
-            ->check(CLI::Range(0.0, 50.0))
-            ->each(asked);
-        command
-            ->add_option("--target-spacing-mm", target_mm,
-                         "Spacing of the duct voxels at which paths end [mm]; 0: every voxel.")
-            ->check(CLI::Range(0.0, 50.0))
-            ->each(asked);
+        const auto mark_explicit = [&](const std::string&) { o.plan_is_explicit = true; };
+        const auto spacing = [&](const char* name, double& mm, const char* help) {
+            command->add_option(name, mm, help)->check(CLI::Range(0.0, 50.0))->each(mark_explicit);
+        };
+        spacing("--skin-spacing-mm", skin_mm,
+                "Spacing of the skin voxels at which paths begin [mm]; 0: every voxel.");
+        spacing("--target-spacing-mm", target_mm,
+                "Spacing of the duct voxels at which paths end [mm]; 0: every voxel.");
         command
             ->add_option("--breaths", o.plan.breaths,
                          "Number of breathing phases in which to rate each path again.")
             ->check(CLI::Range(5, 100))
-            ->each(asked);
+            ->each(mark_explicit);
         command
             ->add_option("--threads", o.plan.threads, "Threads per process; they do not change the result.")
             ->check(CLI::Range(1, 256))
             ->capture_default_str();
     };
     const auto steered = [&](CLI::App* command) {
-        command->add_option("--paths", o.most_paths, "Number of paths of each pair, best first; 0: all.");
+        command->add_option("--paths", o.max_paths, "Number of paths of each pair, best first; 0: all.");
         command->add_option("--samples", o.run.steering.samples, "Minimum number of samples along a path.")
             ->check(CLI::Range(100, 100000))
             ->capture_default_str();
@@ -62,33 +59,22 @@ static int program(int argc, char** argv) {
     }
     CLI::App* report = app.add_subcommand("report", "Write the study as one page: OUT/report.html.");
     report->add_option("out", o.out, "Results folder of the study.")->required();
-    CLI11_PARSE(app, argc, argv);
-    o.plan.skin_spacing_m = 1e-3 * skin_mm;
-    o.plan.target_spacing_m = 1e-3 * target_mm;
-    o.run.threads = o.plan.threads;
-    if (all_labels) o.labels = stylet::study::FoundLabels::all;
-    const auto failed = [](const std::exception& e) {
-        std::fprintf(stderr, "stylet-study: %s\n", e.what());
-        return 2;
-    };
-    try {
+    return stylet::runProgram(app, argc, argv, [&] {
+        o.plan.skin_spacing_m = 1e-3 * skin_mm;
+        o.plan.target_spacing_m = 1e-3 * target_mm;
+        o.run.threads = o.plan.threads;
+        if (all_labels) o.labels = stylet::study::FoundLabels::all;
         const stylet::study::Ranks ranks;
         try {
             if (app.got_subcommand(plan)) stylet::study::runPlan(o, ranks);
             if (app.got_subcommand(run) || app.got_subcommand(all)) stylet::study::runStudy(o, ranks);
             if ((app.got_subcommand(report) || app.got_subcommand(all)) && ranks.first())
                 std::printf("%s\n", stylet::study::writeReport(o.out).c_str());
-            return 0;
         } catch (const std::exception& e) {
-            const int status = failed(e);
-            ranks.giveUp();
-            return status;
+            std::fprintf(stderr, "stylet-study: %s\n", e.what());  // abort() may end the process
+            ranks.abort();
+            return 2;
         }
-    } catch (const std::exception& e) {
-        return failed(e);
-    }
-}
-
-int main(int argc, char** argv) {
-    return stylet::runProgram("stylet-study", program, argc, argv);
+        return 0;
+    });
 }

@@ -20,19 +20,19 @@ std::size_t at(Tissue t) {
 
 // ---- the samples
 
-double sampleDepth(const Steered& s, std::size_t i) {
+double sampleDepth(const SteeringResult& s, std::size_t i) {
     return s.first_m + double(i) * s.step_m;
 }
 
-// The first sample at or behind `depth_m`. If the patients breathe, events lie on samples except for
-// rounding.
-std::size_t sampleFrom(const Steered& s, double depth_m) {
+// The first sample at or behind `depth_m`. If the patients breathe, events lie on samples except for rounding
+// errors.
+std::size_t sampleFrom(const SteeringResult& s, double depth_m) {
     constexpr double kRounding = 1e-6;
     const double i = std::ceil((depth_m - s.first_m) / s.step_m - kRounding);
     return std::size_t(std::clamp(i, 0.0, double(s.full.samples_n.size())));
 }
 
-void measureSamples(const Steered& s, PathResult& r) {
+void measureSamples(const SteeringResult& s, PathResult& r) {
     const std::size_t count = s.full.samples_n.size();
     std::size_t equal = 0, largest = 0;
     double sum_n2 = 0.0;
@@ -63,23 +63,23 @@ void measureSamples(const Steered& s, PathResult& r) {
     }
 }
 
-double largestOutside(const Steered& s, double window_m) {
+double largestErrorOutsideEvents(const SteeringResult& s, double window_m) {
     std::vector<double> events;
-    for (const Felt* felt : {&s.full, &s.partial})
+    for (const PatientForces* felt : {&s.full, &s.partial})
         for (const ExactEvent& e : felt->force->events)
             events.push_back(e.depth_m);
     std::sort(events.begin(), events.end());
     double largest_n = 0.0;
     std::size_t i = 0;
-    const auto upTo = [&](std::size_t end) {
+    const auto scanUntil = [&](std::size_t end) {
         for (; i < end; ++i)
             largest_n = std::max(largest_n, std::fabs(s.partial.samples_n[i] - s.full.samples_n[i]));
     };
     for (const double event_m : events) {
-        upTo(sampleFrom(s, event_m - window_m));
+        scanUntil(sampleFrom(s, event_m - window_m));
         i = std::max(i, sampleFrom(s, event_m + window_m));
     }
-    upTo(s.full.samples_n.size());
+    scanUntil(s.full.samples_n.size());
     return largest_n;
 }
 
@@ -101,7 +101,7 @@ bool sameForce(const ForcePiece& a, const ForcePiece& b) {
     return a.begin_m == b.begin_m || (a.c1_n_per_m == 0.0 && a.c2_n_per_m2 == 0.0);
 }
 
-ForceError measureExactly(const Steered& s) {
+ForceError measureExactly(const SteeringResult& s) {
     const std::vector<ForcePiece>&full = s.full.force->pieces, &partial = s.partial.force->pieces;
     if (full.empty() || partial.empty()) return {kNone, kNone, kNone, kNone};
     ForceError e;
@@ -129,9 +129,9 @@ ForceError measureExactly(const Steered& s) {
         }
         x = end;
     }
-    const double way_m = s.end_m - s.begin_m;
-    e.rmse_n = std::sqrt(std::max(0.0, sum_n2m) / way_m);
-    e.equal_share = equal_m / way_m;
+    const double travel_m = s.end_m - s.begin_m;
+    e.rmse_n = std::sqrt(std::max(0.0, sum_n2m) / travel_m);
+    e.equal_share = equal_m / travel_m;
     return e;
 }
 
@@ -143,7 +143,7 @@ struct Surfaces {
     std::size_t before_target = 0;
 };
 
-void surfacesOf(const std::vector<Segment>& segments, Tissue tissue, double target_m, Surfaces& out) {
+void findSurfaces(const std::vector<Segment>& segments, Tissue tissue, double target_m, Surfaces& out) {
     out.at_m.clear();
     for (std::size_t j = 0; j < segments.size(); ++j) {
         if (segments[j].tissue != tissue) continue;
@@ -156,17 +156,17 @@ void surfacesOf(const std::vector<Segment>& segments, Tissue tissue, double targ
 
 struct Distances {
     double sum_m = 0.0, largest_m = 0.0;
-    double least_m = std::numeric_limits<double>::infinity();
+    double min_m = std::numeric_limits<double>::infinity();
     std::size_t count = 0;
     void add(const Distances& d) {
         sum_m += d.sum_m, count += d.count;
         largest_m = std::max(largest_m, d.largest_m);
-        least_m = std::min(least_m, d.least_m);
+        min_m = std::min(min_m, d.min_m);
     }
 };
 
-// If only one patient has a structure before the target, the other patient's structure counts as the same
-// one up to this distance.
+// Applies if only one patient has a structure before the target. A structure of the other patient behind the
+// target counts as the same one up to this distance.
 constexpr double kSameStructure_m = 0.010;
 
 Distances distances(const Surfaces& from, const Surfaces& to) {
@@ -180,18 +180,18 @@ Distances distances(const Surfaces& from, const Surfaces& to) {
     return d;
 }
 
-void measureBorders(const Steered& s, PathResult& r) {
+void measureBorders(const SteeringResult& s, PathResult& r) {
     Surfaces full, partial;
     Distances all;
     for (std::size_t t = at(Tissue::skin); t < kTissues; ++t) {
-        surfacesOf(*s.full.segments, Tissue(t), s.end_m, full);
-        surfacesOf(*s.partial.segments, Tissue(t), s.end_m, partial);
+        findSurfaces(*s.full.segments, Tissue(t), s.end_m, full);
+        findSurfaces(*s.partial.segments, Tissue(t), s.end_m, partial);
         BorderError& b = r.by_tissue[t];
         Distances d = distances(full, partial);
         d.add(distances(partial, full));
         if (d.count == 0) continue;  // not on the path
         const bool both = full.before_target > 0 && partial.before_target > 0;
-        if (!both && d.least_m > kSameStructure_m) {
+        if (!both && d.min_m > kSameStructure_m) {
             b.missed = full.before_target > 0;
             b.invented = partial.before_target > 0;
             r.borders.missed = std::uint8_t(r.borders.missed + b.missed);
@@ -209,36 +209,36 @@ void measureBorders(const Steered& s, PathResult& r) {
 
 // ---- events
 
-bool isWayIn(const ExactEvent& e) {
+bool isEntry(const ExactEvent& e) {
     return e.kind == NeedleEventKind::puncture || e.kind == NeedleEventKind::entry;
 }
 
-double firstWayIn(const std::vector<ExactEvent>& events, Tissue tissue) {
+double firstEntryDepth(const std::vector<ExactEvent>& events, Tissue tissue) {
     for (const ExactEvent& e : events)
-        if (isWayIn(e) && e.tissue == tissue) return e.depth_m;
+        if (isEntry(e) && e.tissue == tissue) return e.depth_m;
     return kNone;
 }
 
 // Partial minus full. Returns none if neither patient has the entry before the target.
-double wayInError(const Steered& s, Tissue tissue) {
-    const double full_m = firstWayIn(s.full.force->events, tissue),
-                 partial_m = firstWayIn(s.partial.force->events, tissue);
+double entryError(const SteeringResult& s, Tissue tissue) {
+    const double full_m = firstEntryDepth(s.full.force->events, tissue),
+                 partial_m = firstEntryDepth(s.partial.force->events, tissue);
     return std::min(full_m, partial_m) <= s.end_m ? partial_m - full_m : kNone;
 }
 
 enum class Skin { counts, ignored };
 
-// Iterates over the entries into tissues before the target. If the patients breathe, a mere label change is
-// an entry event too; those are skipped here.
-class WaysIn {
+// Iterates over the entries into tissues before the target. If the patients breathe, a change of label within
+// a tissue is an entry event too. The iterator skips those.
+class EntryIterator {
   public:
-    WaysIn(const Felt& felt, double target_m, Skin skin)
+    EntryIterator(const PatientForces& felt, double target_m, Skin skin)
         : events_(felt.force->events), target_m_(target_m), skin_(skin) {}
 
     const ExactEvent* next() {
         for (; at_ < events_.size() && events_[at_].depth_m <= target_m_; ++at_) {
             const ExactEvent& e = events_[at_];
-            if (!isWayIn(e)) continue;
+            if (!isEntry(e)) continue;
             const bool stays = e.kind == NeedleEventKind::entry && e.tissue == tissue_;
             tissue_ = e.tissue;
             if (stays || (skin_ == Skin::ignored && e.tissue == Tissue::skin)) continue;
@@ -256,8 +256,8 @@ class WaysIn {
     Tissue tissue_ = Tissue::air;
 };
 
-bool sameOrder(const Steered& s, Skin skin) {
-    WaysIn full(s.full, s.end_m, skin), partial(s.partial, s.end_m, skin);
+bool sameOrder(const SteeringResult& s, Skin skin) {
+    EntryIterator full(s.full, s.end_m, skin), partial(s.partial, s.end_m, skin);
     // The first tissue is punctured from the air but entered from the skin. Without a skin, the two are
     // equivalent.
     for (bool any_way = skin == Skin::ignored;; any_way = false) {
@@ -267,49 +267,49 @@ bool sameOrder(const Steered& s, Skin skin) {
     }
 }
 
-bool alike(const ExactEvent& a, const ExactEvent& b) {
+bool sameKind(const ExactEvent& a, const ExactEvent& b) {
     return a.kind == b.kind && a.tissue == b.tissue;
 }
 
-struct OwnEvent {
+struct UnmatchedEvent {
     const ExactEvent* event;
     Model model;
 };
 
 // Appends the events of one patient up to `depth_m` that the other does not have at the same depth.
-void addOwn(Model model, const std::vector<ExactEvent>& own, const std::vector<ExactEvent>& other,
-            double depth_m, std::vector<OwnEvent>& out) {
+void addUnmatchedEvents(Model model, const std::vector<ExactEvent>& own, const std::vector<ExactEvent>& other,
+                        double depth_m, std::vector<UnmatchedEvent>& out) {
     for (const ExactEvent& e : own)
         if (e.depth_m <= depth_m && std::none_of(other.begin(), other.end(), [&](const ExactEvent& o) {
-                return alike(e, o) && o.depth_m == e.depth_m;
+                return sameKind(e, o) && o.depth_m == e.depth_m;
             }))
             out.push_back({&e, model});
 }
 
-double errorBefore(const Steered& s, double depth_m) {
+double errorBefore(const SteeringResult& s, double depth_m) {
     const std::size_t i = sampleFrom(s, depth_m);
     return i > 0 ? std::fabs(s.partial.samples_n[i - 1] - s.full.samples_n[i - 1]) : 0.0;
 }
 
-// How far the partial patient's event lies behind the full patient's nearest event of the same kind.
-double apart(const ExactEvent& cause, Model model, const Steered& s) {
-    double apart_m = kNone;
+// Distance between the event and the other patient's nearest one of the same kind: partial minus full.
+double nearestOffset(const ExactEvent& cause, Model model, const SteeringResult& s) {
+    double offset_m = kNone;
     for (const ExactEvent& o : (model == Model::full ? s.partial : s.full).force->events) {
-        if (!alike(cause, o)) continue;
+        if (!sameKind(cause, o)) continue;
         const double here_m = model == Model::full ? o.depth_m - cause.depth_m : cause.depth_m - o.depth_m;
-        if (!(std::fabs(here_m) >= std::fabs(apart_m))) apart_m = here_m;
+        if (!(std::fabs(here_m) >= std::fabs(offset_m))) offset_m = here_m;
     }
-    return apart_m;
+    return offset_m;
 }
 
-Cause causeOf(const Steered& s, double largest_n, double depth_m) {
-    std::vector<OwnEvent> own;
-    addOwn(Model::full, s.full.force->events, s.partial.force->events, depth_m, own);
-    addOwn(Model::partial, s.partial.force->events, s.full.force->events, depth_m, own);
-    std::sort(own.begin(), own.end(), [](const OwnEvent& a, const OwnEvent& b) {
+Cause findCause(const SteeringResult& s, double largest_n, double depth_m) {
+    std::vector<UnmatchedEvent> own;
+    addUnmatchedEvents(Model::full, s.full.force->events, s.partial.force->events, depth_m, own);
+    addUnmatchedEvents(Model::partial, s.partial.force->events, s.full.force->events, depth_m, own);
+    std::sort(own.begin(), own.end(), [](const UnmatchedEvent& a, const UnmatchedEvent& b) {
         return std::tie(a.event->depth_m, a.model, a.event) < std::tie(b.event->depth_m, b.model, b.event);
     });
-    const OwnEvent* cause = nullptr;
+    const UnmatchedEvent* cause = nullptr;
     double most_n = 0.0;
     for (std::size_t i = 0; i < own.size(); ++i) {
         const double after_n = i + 1 < own.size() ? errorBefore(s, own[i + 1].event->depth_m) : largest_n;
@@ -317,10 +317,11 @@ Cause causeOf(const Steered& s, double largest_n, double depth_m) {
         if (rise_n > most_n) most_n = rise_n, cause = &own[i];
     }
     if (!cause) return {};
-    return {cause->model, cause->event->tissue, cause->event->kind, apart(*cause->event, cause->model, s)};
+    return {cause->model, cause->event->tissue, cause->event->kind,
+            nearestOffset(*cause->event, cause->model, s)};
 }
 
-bool meetsBone(const Felt& felt, double target_m) {
+bool meetsBone(const PatientForces& felt, double target_m) {
     return std::any_of(felt.force->events.begin(), felt.force->events.end(), [&](const ExactEvent& e) {
         return e.kind == NeedleEventKind::border && e.tissue == Tissue::bone && e.depth_m <= target_m;
     });
@@ -328,19 +329,19 @@ bool meetsBone(const Felt& felt, double target_m) {
 
 }  // namespace
 
-PathResult measure(const Steered& s, const MeasureSettings& settings) {
+PathResult measure(const SteeringResult& s, const MeasureSettings& settings) {
     PathResult r;
-    r.way_m = s.end_m - s.begin_m;
+    r.travel_m = s.end_m - s.begin_m;
     measureSamples(s, r);
     r.exact = measureExactly(s);
-    r.max_outside_n = largestOutside(s, settings.event_window_m);
+    r.max_outside_n = largestErrorOutsideEvents(s, settings.event_window_m);
     measureBorders(s, r);
     r.same_order = sameOrder(s, Skin::counts);
     r.same_order_inside = sameOrder(s, Skin::ignored);
     r.meets_bone = meetsBone(s.full, s.end_m) || meetsBone(s.partial, s.end_m);
     for (std::size_t t = 0; t < kTissues; ++t)
-        r.event_m[t] = wayInError(s, Tissue(t));
-    if (r.sampled.max_n > 0.0) r.cause = causeOf(s, r.sampled.max_n, r.sampled.max_at_m + s.entry_m);
+        r.event_m[t] = entryError(s, Tissue(t));
+    if (r.sampled.max_n > 0.0) r.cause = findCause(s, r.sampled.max_n, r.sampled.max_at_m + s.entry_m);
     return r;
 }
 

@@ -1,7 +1,8 @@
 #include "app/study/pair.h"
 
+#include <fmt/core.h>
+
 #include <cmath>
-#include <cstdio>
 #include <set>
 
 #include "base/fields.h"
@@ -17,7 +18,7 @@ namespace {
 
 constexpr std::size_t kMaxFileBytes = 1 << 20;
 constexpr std::size_t kMaxPairs = 1000;
-constexpr double kSamePlace_m = 1e-6;
+constexpr double kGridTolerance_m = 1e-6;
 constexpr std::int16_t kOutsideBody_hu = -1024;  // the value that a build writes outside the body
 
 PairFiles readPair(Fields& in) {
@@ -36,71 +37,63 @@ PairFiles readPair(Fields& in) {
 
 Vec3 offsetInVoxels(const PairFiles& files, const Grid& reference, const Grid& found) {
     const Vec3 a = reference.spacing_m, b = found.spacing_m;
-    if (!glm::all(glm::lessThan(glm::abs(a - b), Vec3(kSamePlace_m)))) {
-        char reason[200];
-        std::snprintf(
-            reason, sizeof reason,
-            "voxels of %.3f x %.3f x %.3f mm, the reference's are of %.3f x %.3f x %.3f mm: build it "
-            "with --spacing-mm of those",
-            1e3 * b.x, 1e3 * b.y, 1e3 * b.z, 1e3 * a.x, 1e3 * a.y, 1e3 * a.z);
-        throw DataError(files.found / "ct.nii.gz", "spacing", reason);
-    }
+    if (!glm::all(glm::lessThan(glm::abs(a - b), Vec3(kGridTolerance_m))))
+        throw DataError(files.found / "ct.nii.gz", "spacing",
+                        fmt::format("voxels of {:.3f} x {:.3f} x {:.3f} mm, the reference's are of {:.3f} x "
+                                    "{:.3f} x {:.3f} mm: build it with --spacing-mm of those",
+                                    1e3 * b.x, 1e3 * b.y, 1e3 * b.z, 1e3 * a.x, 1e3 * a.y, 1e3 * a.z));
     const Vec3 offset = reference.toVoxels(found.origin_m), whole = glm::round(offset);
-    if (!glm::all(glm::lessThan(glm::abs(offset), Vec3(2.0 * kMaxVoxelsASide))))
-        throw DataError(files.found / "ct.nii.gz", "origin",
-                        "far from " + (files.reference / "ct.nii.gz").string() + ": another CT");
-    if (!glm::all(glm::lessThan(glm::abs(offset - whole) * a, Vec3(kSamePlace_m))))
+    if (!glm::all(glm::lessThan(glm::abs(offset), Vec3(2.0 * kMaxVoxelsPerSide))))
+        throw DataError(
+            files.found / "ct.nii.gz", "origin",
+            "lies far from " + (files.reference / "ct.nii.gz").string() + ": it was built from another CT");
+    if (!glm::all(glm::lessThan(glm::abs(offset - whole) * a, Vec3(kGridTolerance_m))))
         throw DataError(files.found / "ct.nii.gz", "origin",
                         "its voxels lie between those of " + (files.reference / "ct.nii.gz").string());
     return whole;
 }
 
-// Moves the found package onto the reference's grid. Outside its own grid it is air without labels.
-void moveTo(const PairFiles& files, const CtVolume& reference, Package& found) {
+// Moves the found package onto the reference's grid. Voxels outside its former grid become air without
+// labels.
+void moveToReferenceGrid(const PairFiles& files, const CtVolume& reference, Package& found) {
     const Index3 offset(offsetInVoxels(files, reference.grid, found.ct.grid));
     CtVolume ct(reference.grid, kOutsideBody_hu);
     LabelVolume labels(reference.grid);
     std::size_t body = 0, others = 0;
-    const Index3 dims = found.ct.grid.dims;
-    std::size_t from = 0;
-    for (int z = 0; z < dims.z; ++z)
-        for (int y = 0; y < dims.y; ++y)
-            for (int x = 0; x < dims.x; ++x, ++from) {
-                const Index3 to = Index3(x, y, z) + offset;
-                const bool inside = reference.grid.contains(to);
-                const std::int16_t hu = found.ct.voxels[from];
-                if (hu != kOutsideBody_hu) {
-                    ++body;
-                    others += !inside || reference[to] != hu;
-                }
-                if (!inside) continue;
-                ct[to] = hu;
-                labels[to] = found.labels.voxels[from];
-            }
-    if (others > 0 || body == 0) {
-        char reason[160];
-        std::snprintf(reason, sizeof reason, "%.1f %% of its voxels in the body are not those of ",
-                      body ? 100.0 * double(others) / double(body) : 100.0);
+    forEachVoxel(found.ct.grid, [&](const Index3& from) {
+        const Index3 to = from + offset;
+        const bool inside = reference.grid.contains(to);
+        const std::int16_t hu = found.ct[from];
+        if (hu != kOutsideBody_hu) {
+            ++body;
+            others += !inside || reference[to] != hu;
+        }
+        if (!inside) return;
+        ct[to] = hu;
+        labels[to] = found.labels[from];
+    });
+    if (others > 0 || body == 0)
         throw DataError(files.found / "ct.nii.gz", "voxels",
-                        reason + (files.reference / "ct.nii.gz").string() +
-                            ": build it from that file, not from another CT or cut");
-    }
+                        fmt::format("{:.1f} % of its voxels in the body are not those of {}: build it from "
+                                    "that file, not from another CT or cut",
+                                    body ? 100.0 * double(others) / double(body) : 100.0,
+                                    (files.reference / "ct.nii.gz").string()));
     found.ct = std::move(ct);
     found.labels = std::move(labels);
 }
 
 // ---- independent labels
 
-void refuseShared(const PairFiles& files, const Package& reference, const Package& found) {
+void checkIndependentLabels(const PairFiles& files, const Package& reference, const Package& found) {
     for (const patient::Label& theirs : found.label_table)
         for (const patient::Label& own : reference.label_table)
             if (!theirs.provenance.empty() && theirs.provenance == own.provenance)
                 throw DataError(files.found / "patient.toml", "label." + theirs.name + ".provenance",
-                                "\"" + theirs.provenance + "\" is that of the reference's " + own.name +
-                                    ": labels that were not made apart prove nothing");
+                                "\"" + theirs.provenance + "\" is also the provenance of the reference's " +
+                                    own.name + ": make the two segmentations independently of each other");
     if (found.provenance.find('"' + reference.name + '"') != std::string::npos)
         throw DataError(files.found / "patient.toml", "provenance",
-                        reference.name + " is among the atlases that it was built with");
+                        reference.name + " was one of its atlases: build it again with other atlases");
 }
 
 }  // namespace
@@ -122,9 +115,9 @@ StudyFile parseStudyFile(std::string_view text, const fs::path& file) {
     for (Fields& pair : in.childrenOrNone("pair", kMaxPairs)) {
         study.pairs.push_back(readPair(pair));
         if (!names.insert(study.pairs.back().name).second)
-            pair.refuse("name", "\"" + study.pairs.back().name + "\" is there already");
+            pair.refuse("name", "\"" + study.pairs.back().name + "\" is the name of an earlier pair");
     }
-    if (study.pairs.empty()) in.refuse("pair", "a study needs one [[pair]] at least");
+    if (study.pairs.empty()) in.refuse("pair", "a study needs at least one [[pair]]");
     in.finish();
     return study;
 }
@@ -135,8 +128,8 @@ Pair makePair(const PairFiles& files, Package reference, Package found, FoundLab
     pair.name = files.name;
     pair.labels = labels;
     pair.reference_share = patient::segmentedShare(reference);
-    moveTo(files, reference.ct, found);
-    refuseShared(files, reference, found);
+    moveToReferenceGrid(files, reference.ct, found);
+    checkIndependentLabels(files, reference, found);
     pair.reference_digest = patient::digest(reference);
     if (own_table) reference.tissues = *own_table;
     // The build's crop to the body also removes the partial-volume rim, which the thresholds classify as

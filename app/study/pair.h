@@ -1,5 +1,4 @@
-// The two packages a study compares: a reference package, and one built from the same CT without its
-// labels.
+// The two packages a study compares: a reference package, and one built from the same CT without its labels.
 #pragma once
 
 #include <filesystem>
@@ -34,7 +33,7 @@ struct StudyFile {
 StudyFile readStudyFile(const std::filesystem::path& toml);
 StudyFile parseStudyFile(std::string_view text, const std::filesystem::path& file);
 
-// Selects the labels of the built package that are used.
+// The labels of the built package that the study uses.
 enum class FoundLabels {
     partial,  // the paper's partial segmentation; elsewhere thresholds on the original CT
     all       // all labels, on the CT that the build cropped to the body: the patient used in training
@@ -46,7 +45,7 @@ struct Pair {
     std::string name;
     patient::Package reference, found;
     FoundLabels labels = FoundLabels::partial;
-    std::uint64_t reference_digest = 0;  // from the folder: an own force table changes no paths
+    std::uint64_t reference_digest = 0;  // of the package folder; the study's force table changes no paths
     double reference_share = 0.0;        // share of the body that has labels in the reference
 };
 

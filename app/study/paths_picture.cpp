@@ -1,9 +1,10 @@
 #include "app/study/paths_picture.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <glm/geometric.hpp>
 
 #include "app/report/canvas.h"
@@ -22,10 +23,10 @@ namespace {
 
 constexpr int kPixels = 270;  // side of a view before it is drawn at kZoom
 constexpr double kZoom = 2.0, kPixel_m = 0.0011;
-constexpr double kThrough_m = 0.45;  // length of the rays; their midpoint is at the middle of the paths
-constexpr double kTop = 76.0, kLeft = 10.0, kBetween = 10.0;
+constexpr double kRayLength_m = 0.45;  // length of the rays; their midpoint is at the middle of the paths
+constexpr double kTop = 76.0, kLeft = 10.0, kViewGap = 10.0;
 constexpr std::size_t kMostDrawnPaths = 500;
-constexpr double kWorst = 0.4;  // the planner keeps no paths below this quality
+constexpr double kMinQuality = 0.4;  // the planner keeps no paths below this quality
 constexpr Colour kDark{0.07, 0.08, 0.09}, kLight{0.93, 0.94, 0.95}, kGrey{0.66, 0.69, 0.72};
 
 // Surface appearance: its colour and the share of the remaining light that it absorbs.
@@ -33,15 +34,15 @@ struct Look {
     Vec3 colour{0.0};
     double opacity = 0.0;
 };
-std::array<Look, patient::kTissueCount> looks() {
-    std::array<Look, patient::kTissueCount> l{};
-    l[std::size_t(Tissue::skin)] = {{0.85, 0.70, 0.60}, 0.10};
-    l[std::size_t(Tissue::bone)] = {{0.93, 0.90, 0.82}, 0.80};
-    l[std::size_t(Tissue::liver)] = {{0.66, 0.34, 0.29}, 0.38};
-    l[std::size_t(Tissue::vessel)] = {{0.35, 0.55, 0.85}, 0.45};
-    l[std::size_t(Tissue::duct)] = {{0.35, 0.85, 0.50}, 0.85};
-    return l;
-}
+// In the order of Tissue.
+const std::array<Look, patient::kTissueCount> kLooks{{{},                            // air
+                                                      {{0.85, 0.70, 0.60}, 0.10},    // skin
+                                                      {},                            // soft
+                                                      {{0.93, 0.90, 0.82}, 0.80},    // bone
+                                                      {},                            // fascia
+                                                      {{0.66, 0.34, 0.29}, 0.38},    // liver
+                                                      {{0.35, 0.55, 0.85}, 0.45},    // vessel
+                                                      {{0.35, 0.85, 0.50}, 0.85}}};  // duct
 
 struct View {
     std::string name;
@@ -60,7 +61,7 @@ View viewFrom(const std::string& name, const Vec3& centre_m, const Vec3& towards
 
 class Renderer {
   public:
-    explicit Renderer(const TissueMap& map) : map_(map), looks_(looks()) {
+    explicit Renderer(const TissueMap& map) : map_(map) {
         const Vec3 s = map.grid().spacing_m;
         step_m_ = 0.7 * std::min({s.x, s.y, s.z});
     }
@@ -96,16 +97,16 @@ class Renderer {
         const Vec3 begin_m = view.centre_m +
                              kPixel_m * ((column + 0.5 - 0.5 * kPixels) * view.right +
                                          (row + 0.5 - 0.5 * kPixels) * view.down) -
-                             0.5 * kThrough_m * view.into;
+                             0.5 * kRayLength_m * view.into;
         Vec3 light(0.0);
         double left = 1.0;
         Tissue before = Tissue::air;
-        for (double x = 0.0; x < kThrough_m && left > 0.03; x += step_m_) {
+        for (double x = 0.0; x < kRayLength_m && left > 0.03; x += step_m_) {
             const Index3 i = map_.grid().nearest(begin_m + x * view.into);
             const Tissue t = tissueAt(i);
             if (t == before) continue;
             before = t;
-            const Look& look = looks_[std::size_t(t)];
+            const Look& look = kLooks[std::size_t(t)];
             if (look.opacity == 0.0) continue;
             const double facing = std::fabs(glm::dot(outward(i, t), view.into));
             light += left * look.opacity * (0.25 + 0.75 * facing) * look.colour;
@@ -115,23 +116,18 @@ class Renderer {
     }
 
     const TissueMap& map_;
-    std::array<Look, patient::kTissueCount> looks_;
     double step_m_ = 0.001;
 };
 
 // Green for the best, as in the paper. The colours also differ in lightness.
 Colour qualityColour(double quality) {
     constexpr std::array<Colour, 3> kStops{{{0.75, 0.16, 0.12}, {0.98, 0.78, 0.20}, {0.25, 0.95, 0.45}}};
-    const double at = std::clamp((quality - kWorst) / (1.0 - kWorst), 0.0, 1.0) * double(kStops.size() - 1);
-    const auto low = std::min(std::size_t(at), kStops.size() - 2);
-    const double t = at - double(low);
-    const Colour &a = kStops[low], &b = kStops[low + 1];
-    return {a.r + t * (b.r - a.r), a.g + t * (b.g - a.g), a.b + t * (b.b - a.b), 0.75};
+    return report::interpolate(kStops, (quality - kMinQuality) / (1.0 - kMinQuality)).faded(0.75);
 }
 
-// Picks at most kMostDrawnPaths paths, evenly spaced. The planner sorts best first; the result is sorted
-// best last so that the best are drawn on top.
-std::vector<const PlannedPath*> chosen(std::span<const PlannedPath> paths) {
+// Picks at most kMostDrawnPaths paths, evenly spaced. The planner sorts the best first. The result has the
+// best last, so that they are drawn on top.
+std::vector<const PlannedPath*> selectPaths(std::span<const PlannedPath> paths) {
     const std::size_t count = std::min(paths.size(), kMostDrawnPaths);
     std::vector<const PlannedPath*> some;
     for (std::size_t i = count; i-- > 0;)
@@ -139,7 +135,7 @@ std::vector<const PlannedPath*> chosen(std::span<const PlannedPath> paths) {
     return some;
 }
 
-Vec3 middleOf(std::span<const PlannedPath> paths) {
+Vec3 boundingBoxCentre(std::span<const PlannedPath> paths) {
     Vec3 low = paths[0].entry_reference_m, high = low;
     for (const PlannedPath& p : paths)
         for (const Vec3& end : {p.entry_reference_m, p.target_reference_m})
@@ -163,19 +159,16 @@ void drawPaths(Canvas& canvas, const View& view, Point corner, const std::vector
 
 void drawScale(Canvas& canvas) {
     constexpr double kWide = 220.0, kRight = kPathsPictureWidth - 12.0, kY = 22.0;
-    for (int i = 0; i < int(kWide); ++i) {
-        Colour c = qualityColour(kWorst + (1.0 - kWorst) * i / kWide);
-        c.a = 1.0;
-        canvas.rectangle(kRight - kWide + i, kY, 1.5, 16.0, c);
-    }
-    for (const double q : {kWorst, 0.5 * (1.0 + kWorst), 1.0}) {
-        char text[16];
-        std::snprintf(text, sizeof text, "%.1f", q);
-        canvas.text(
-            {kRight - kWide * (1.0 - q) / (1.0 - kWorst), kY + 34.0}, text,
-            {14.0, kGrey,
-             q < 1.0 ? q > kWorst ? report::Align::centre : report::Align::left : report::Align::right});
-    }
+    for (int i = 0; i < int(kWide); ++i)
+        canvas.rectangle(kRight - kWide + i, kY, 1.5, 16.0,
+                         qualityColour(kMinQuality + (1.0 - kMinQuality) * i / kWide).faded(1.0));
+    const auto label = [&](double q, report::Align align) {
+        canvas.text({kRight - kWide * (1.0 - q) / (1.0 - kMinQuality), kY + 34.0}, fmt::format("{:.1f}", q),
+                    {14.0, kGrey, align});
+    };
+    label(kMinQuality, report::Align::left);
+    label(0.5 * (1.0 + kMinQuality), report::Align::centre);
+    label(1.0, report::Align::right);
     canvas.text({kRight - kWide - 10.0, kY + 14.0}, "quality Q", {15.0, kLight, report::Align::right});
 }
 
@@ -185,20 +178,19 @@ std::vector<std::uint8_t> pathsPicture(const TissueMap& map, std::span<const Pla
                                        const std::string& title, int threads) {
     if (paths.empty()) return {};
     Canvas canvas(kPathsPictureWidth, kPathsPictureHeight, kDark);
-    const std::vector<const PlannedPath*> some = chosen(paths);
+    const std::vector<const PlannedPath*> some = selectPaths(paths);
     canvas.text({kLeft + 4.0, 32.0}, title, {20.0, kLight, report::Align::left, true});
-    canvas.text({kLeft + 4.0, 56.0},
-                std::to_string(paths.size()) + " paths, " + std::to_string(some.size()) + " drawn",
+    canvas.text({kLeft + 4.0, 56.0}, fmt::format("{} paths, {} drawn", paths.size(), some.size()),
                 {15.0, kGrey});
     drawScale(canvas);
     const Renderer renderer(map);
-    const Vec3 centre_m = middleOf(paths);
+    const Vec3 centre_m = boundingBoxCentre(paths);
     double left = kLeft;
     for (const View& view : {viewFrom("from the right", centre_m, {-1.0, -0.3, 0.0}),
                              viewFrom("from the front", centre_m, {0.0, -1.0, 0.0})}) {
         canvas.image(left, kTop, kPixels, kPixels, renderer.render(view, threads), kZoom);
         drawPaths(canvas, view, {left, kTop}, some);
-        left += kZoom * kPixels + kBetween;
+        left += kZoom * kPixels + kViewGap;
     }
     return canvas.png();
 }

@@ -1,7 +1,10 @@
 #include "app/study/ranks.h"
 
+#include <fmt/core.h>
+
 #include <cstdlib>
-#include <stdexcept>
+
+#include "base/errors.h"
 
 #ifdef STYLET_STUDY_MPI
 #include <mpi.h>
@@ -16,7 +19,7 @@ namespace stylet::study {
 
 namespace {
 
-bool startedAsOneOfMany() {
+bool isStartedByLauncher() {
     // Open MPI's mpirun, PMIx and PMI (srun).
     for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"})
         if (std::getenv(name)) return true;
@@ -24,12 +27,12 @@ bool startedAsOneOfMany() {
 }
 
 // Checks the size against the launcher's: if MPI is missing ranks, each process would do all the work.
-void refuseUnlessOneOf(int size) {
+void checkLauncherSize(int size) {
     for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"})
         if (const char* started = std::getenv(name); started && std::atoi(started) != size)
-            throw std::runtime_error(std::string("started as one of ") + started + " (" + name +
-                                     "), but MPI finds " + std::to_string(size) +
-                                     ": start with mpirun, or srun --mpi=pmix");
+            throw EnvironmentError(fmt::format(
+                "started as one of {} ({}), but MPI finds {}: start with mpirun, or srun --mpi=pmix", started,
+                name, size));
 }
 
 }  // namespace
@@ -38,25 +41,25 @@ void refuseUnlessOneOf(int size) {
 
 namespace {
 
-constexpr int kGaveUp = 2;
+constexpr int kAbortStatus = 2;
 
-extern "C" void stopped(int) {
+extern "C" void onTerminate(int) {
     static constexpr char kText[] =
-        "stylet-study: stopped from outside, as all ranks are when one is lost: what is finished stays, the "
-        "same command resumes from there\n";
+        "stylet-study: terminated (mpirun ends all ranks when one is lost). Finished blocks are kept; the "
+        "same command resumes the study.\n";
     [[maybe_unused]] const auto written = write(STDERR_FILENO, kText, sizeof kText - 1);
-    _exit(kGaveUp);
+    _exit(kAbortStatus);
 }
 
 }  // namespace
 
-bool Ranks::haveMpi() {
+bool Ranks::hasMpi() {
     return true;
 }
 
 Ranks::Ranks() {
-    if (!startedAsOneOfMany()) {
-        refuseUnlessOneOf(1);
+    if (!isStartedByLauncher()) {
+        checkLauncherSize(1);
         return;
     }
     int threads = 0;  // only this thread calls MPI
@@ -65,19 +68,19 @@ Ranks::Ranks() {
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
     MPI_Comm_size(MPI_COMM_WORLD, &size_);
     try {
-        refuseUnlessOneOf(size_);
+        checkLauncherSize(size_);
     } catch (...) {
         MPI_Finalize();  // the constructor throws, so the destructor will not run
         throw;
     }
-    if (size_ > 1) std::signal(SIGTERM, stopped);
+    if (size_ > 1) std::signal(SIGTERM, onTerminate);
 }
 
 Ranks::~Ranks() {
     if (joined_) MPI_Finalize();
 }
 
-void Ranks::wait() const {
+void Ranks::barrier() const {
     if (size_ == 1) return;
     MPI_Request request;
     MPI_Ibarrier(MPI_COMM_WORLD, &request);
@@ -87,29 +90,31 @@ void Ranks::wait() const {
     }
 }
 
-void Ranks::giveUp() const {
-    if (size_ > 1) MPI_Abort(MPI_COMM_WORLD, kGaveUp);
+void Ranks::abort() const {
+    if (size_ > 1) MPI_Abort(MPI_COMM_WORLD, kAbortStatus);
 }
 
 #else
 
-bool Ranks::haveMpi() {
+bool Ranks::hasMpi() {
     return false;
 }
 
 Ranks::Ranks() {
-    if (startedAsOneOfMany())
-        throw std::runtime_error("started as one of several ranks, but built without MPI (STYLET_MPI)");
-    refuseUnlessOneOf(1);
+    if (isStartedByLauncher())
+        throw EnvironmentError(
+            "started as one of several ranks, but built without MPI: build with -DSTYLET_MPI=ON, or start "
+            "one process");
+    checkLauncherSize(1);
 }
 
 Ranks::~Ranks() = default;
-void Ranks::wait() const {}
-void Ranks::giveUp() const {}
+void Ranks::barrier() const {}
+void Ranks::abort() const {}
 
 #endif
 
-std::vector<Share> sharesOf(int rank, int size, std::size_t pairs) {
+std::vector<Share> assignShares(int rank, int size, std::size_t pairs) {
     std::vector<Share> shares;
     const auto r = std::size_t(rank), all = std::size_t(size);
     if (pairs == 0) return shares;

@@ -11,22 +11,23 @@ namespace stylet::study {
 class Ranks {
   public:
     // Joins the other ranks. From now on SIGTERM, which mpirun sends to every rank when one is lost, ends
-    // the process with a message that says what to do. Throws std::runtime_error if there are other ranks
-    // but MPI was not built in, or if MPI finds fewer ranks than were started: each would do all the work.
+    // the process with a message that says what to do. Throws EnvironmentError if there are other ranks
+    // but MPI was not built in, or if MPI finds fewer ranks than were started. Each would do all the work
+    // then.
     Ranks();
     ~Ranks();
     Ranks(const Ranks&) = delete;
     Ranks& operator=(const Ranks&) = delete;
 
-    static bool haveMpi();
+    static bool hasMpi();
 
     int rank() const { return rank_; }
     int size() const { return size_; }
     bool first() const { return rank_ == 0; }
-    // Barrier: blocks until all ranks have called it. Does not load the processor.
-    void wait() const;
+    // Barrier: blocks until all ranks have called it. Waiting does not load the processor.
+    void barrier() const;
     // Aborts all ranks. Returns if this process runs alone.
-    void giveUp() const;
+    void abort() const;
 
   private:
     int rank_ = 0, size_ = 1;
@@ -39,6 +40,6 @@ struct Share {
     std::size_t pair = 0;
     std::size_t part = 0, parts = 1;  // this rank's index among the pair's ranks; 0 leads
 };
-std::vector<Share> sharesOf(int rank, int size, std::size_t pairs);
+std::vector<Share> assignShares(int rank, int size, std::size_t pairs);
 
 }  // namespace stylet::study

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <iterator>
 
-#include "app/study/kept.h"
 #include "app/study/paths_picture.h"
 #include "app/study/report_figures.h"
 #include "app/study/report_paper.h"
 #include "app/study/report_tables.h"
+#include "app/study/result_blocks.h"
 #include "base/whole_file.h"
 
 namespace stylet::study {
@@ -29,7 +29,7 @@ Summary summariseWithoutBone(const std::string& name, std::vector<PathResult> re
     return summarise(name, results);
 }
 
-std::vector<std::uint8_t> bytesOf(const fs::path& file) {
+std::vector<std::uint8_t> readPicture(const fs::path& file) {
     constexpr std::size_t kMostBytes = 64 << 20;
     const std::string bytes = readWholeFile(file, kMostBytes);
     return {bytes.begin(), bytes.end()};
@@ -61,64 +61,62 @@ std::string beyondText(const Plot& plot) {
 void addBoxes(Page& page, const ReportedStudy& study) {
     page.section("Force errors");
     page.paragraph(
-        "Each box holds the middle half of a patient's paths, with a bar at the median and whiskers to the "
-        "last values within one and a half boxes; dots are paths beyond. Dashed: what a hand just notices.");
+        "Each box contains the middle half of a patient's paths, with a bar at the median. The whiskers end "
+        "at the last values within one and a half box lengths; dots are paths beyond them. Dashed: the just "
+        "noticeable difference.");
     const std::string boxes = "Box plots, one a patient and one of all.";
     Plot plot = boxPlot(study, {"RMSE of a path, N",
                                 3,
                                 1.0,
                                 [](const Summary& s) -> const Spread& { return s.rmse_n; },
                                 [](const PathResult& r) { return r.sampled.rmse_n; },
-                                {kNoticedForce_n}});
-    page.figure(plot.figure, boxes + " Root mean squared force error of the paths.",
-                "RMSE per path, as Fig. 6 of the paper." + beyondText(plot), plot.numbers);
+                                {kNoticeableForce_n}});
+    page.figure({plot.figure, boxes + " Root mean squared force error of the paths.",
+                 "RMSE per path, as Fig. 6 of the paper." + beyondText(plot), plot.numbers});
     plot = boxPlot(study, {"maximum error of a path, N",
                            2,
                            1.0,
                            [](const Summary& s) -> const Spread& { return s.max_n; },
                            [](const PathResult& r) { return r.sampled.max_n; },
-                           {kNoticedForce_n}});
-    page.figure(plot.figure, boxes + " Maximum absolute force error of the paths.",
-                "Maximum absolute error per path, as Fig. 7 of the paper (its \"MAE\")." + beyondText(plot),
-                plot.numbers);
+                           {kNoticeableForce_n}});
+    page.figure({plot.figure, boxes + " Maximum absolute force error of the paths.",
+                 "Maximum absolute error per path, as Fig. 7 of the paper (its \"MAE\")." + beyondText(plot),
+                 plot.numbers});
     plot = boxPlot(study, {"identical forces of a path, %", 1, 100.0,
                            [](const Summary& s) -> const Spread& { return s.equal_share; },
                            [](const PathResult& r) { return r.sampled.equal_share; }});
     plot.figure.y.max = 100.0;
-    page.figure(plot.figure, boxes + " Share of bit-equal forces of the paths.",
-                "Share of samples whose forces are equal to the last bit, as Fig. 8 of the paper.",
-                plot.numbers);
+    page.figure({plot.figure, boxes + " Share of bit-equal forces of the paths.",
+                 "Share of samples whose forces are equal to the last bit, as Fig. 8 of the paper.",
+                 plot.numbers});
     page.table(patientTable(study));
 }
 
 void addBorders(Page& page, const ReportedStudy& study) {
     page.section("Borders");
     page.paragraph(
-        "Along each path, the surfaces of a tissue in the reference against those in the built patient: each "
-        "against the other's nearest. The mean of these is the path's mean surface distance, the largest its "
+        "Along each path, each surface of a tissue in one patient is compared with the nearest one in the "
+        "other patient. The mean of these distances is the path's mean surface distance; the largest is its "
         "Hausdorff distance.");
     Plot plot = borderPlot(study, "mean surface distance of a path, mm",
                            [](const TissueSummary& t) -> const Spread& { return t.mean_distance_m; },
-                           {kMm * kNoticedDistance_m});
-    page.figure(plot.figure, "Mean and standard deviation of the mean surface distances, by tissue.",
-                "Mean surface distance per path: mean and standard deviation, as Fig. 4 of the paper.",
-                plot.numbers);
+                           {kMm * kNoticeableDistance_m});
+    page.figure({plot.figure, "Mean and standard deviation of the mean surface distances, by tissue.",
+                 "Mean surface distance per path: mean and standard deviation, as Fig. 4 of the paper.",
+                 plot.numbers});
     plot = borderPlot(study, "Hausdorff distance of a path, mm",
                       [](const TissueSummary& t) -> const Spread& { return t.hausdorff_m; },
-                      {kMm * kNoticedDistance_m, kMm * kNoticedOutlier_m});
-    page.figure(plot.figure, "Mean and standard deviation of the Hausdorff distances, by tissue.",
-                "Hausdorff distance per path: mean and standard deviation, as Fig. 5 of the paper.",
-                plot.numbers);
+                      {kMm * kNoticeableDistance_m, kMm * kNoticeableOutlier_m});
+    page.figure({plot.figure, "Mean and standard deviation of the Hausdorff distances, by tissue.",
+                 "Hausdorff distance per path: mean and standard deviation, as Fig. 5 of the paper.",
+                 plot.numbers});
     page.table(borderTable(study));
     page.table(tissueTable(study));
     page.paragraph(
-        "Offset: below zero, the built patient's needle comes into the tissue too early. Missed: the "
-        "reference has the tissue on the path, the built patient nowhere near; invented, or one too many: "
-        "the "
-        "other way round. Such a border has no distance, and the shares below 2 and 3 mm do not know of it. "
-        "The "
-        "last two columns: in which tissue of the reference the tip was when the forces "
-        "differed.");
+        "Offset below zero: the needle enters the tissue too early in the built patient. Missed: only the "
+        "reference has the tissue near the path. Invented, or one too many: only the built patient has it. "
+        "Such a border has no distance and is not part of the shares below 2 and 3 mm. The last two columns "
+        "divide the squared errors by the tissue of the reference that the tip was in.");
 }
 
 void addCauseTable(Page& page, const std::string& caption, const std::vector<CauseCount>& causes) {
@@ -131,25 +129,25 @@ void addCauseTable(Page& page, const std::string& caption, const std::vector<Cau
 void addCauses(Page& page, const ReportedStudy& study) {
     page.section("Where errors sit, and what caused them");
     const Plot plot = positionPlot(study);
-    page.figure(plot.figure, "Root mean squared force error along the way from the skin to the target.",
-                "RMSE in each twentieth of the way, of the paths that meet no bone.", plot.numbers);
+    page.figure({plot.figure, "Root mean squared force error along the way from the skin to the target.",
+                 "RMSE in each twentieth of the way, of the paths that meet no bone.", plot.numbers});
     page.paragraph(
         "The cause of a path's largest error is the event that only one of the two patients has at that "
-        "depth and after which the error rose the most. Displacement: the built patient's event less the "
-        "reference's nearest of its kind, below zero where it comes too early; none where the other patient "
-        "has none.");
+        "depth and after which the error rose the most. Displacement: depth of the event in the built "
+        "patient minus depth of the nearest event of the same kind in the reference. It is below zero if the "
+        "event comes too early, and empty if only one patient has such an event.");
     const std::string outliers = "whose maximum error lies above mean + 2.7 standard deviations";
     addCauseTable(page, "Outliers: paths " + outliers, study.all.outlier_causes);
     if (study.all.bone_paths > 0)
         addCauseTable(page, "Outliers among the paths that meet no bone, " + outliers + " of their own",
                       study.without_bone.outlier_causes);
     addCauseTable(page, "All paths that meet no bone and have an error", study.without_bone.causes);
-    page.foldedTable(largestTable(study));
-    page.foldedTable(causeTable("All paths with an error", study.all.causes));
+    page.collapsibleTable(largestTable(study));
+    page.collapsibleTable(causeTable("All paths with an error", study.all.causes));
     for (const ReportedPair& p : study.pairs)
         if (!p.without_bone.outlier_causes.empty())
-            page.foldedTable(causeTable("Outliers of " + p.name + " among its paths that meet no bone",
-                                        p.without_bone.outlier_causes));
+            page.collapsibleTable(causeTable("Outliers of " + p.name + " among its paths that meet no bone",
+                                             p.without_bone.outlier_causes));
 }
 
 void addPlanning(Page& page, const ReportedStudy& study) {
@@ -161,12 +159,12 @@ void addPlanning(Page& page, const ReportedStudy& study) {
                    numberText(kMm * asked.max_length_m) +
                    " mm at most. C3: clearance from risk structures, full at 10 mm, half as much under a "
                    "rib. C4: way in the duct along the needle, full at 10 mm. Q is the mean of C3 and C4; "
-                   "the best path of each "
-                   "skin voxel is kept if its Q is " +
+                   "the best path of each skin voxel is kept if its Q is " +
                    numberText(asked.min_quality) + " or better.");
     page.paragraph(
-        "Beyond the paper, C1 also blocks a path that does not run between two ribs, crosses the skin twice, "
-        "leaves the hand no room above the table, or is free by a hair only. And within " +
+        "In addition to the paper, C1 also blocks a path that does not run between two ribs, crosses the "
+        "skin twice, leaves the hand no room above the table, or passes a risk structure with hardly any "
+        "clearance. Within " +
         numberText(kMm * asked.near_target_m) +
         " mm of the duct's wall, where a vessel runs beside every duct, vessels count for C1 but not for "
         "C3.");
@@ -174,10 +172,10 @@ void addPlanning(Page& page, const ReportedStudy& study) {
     const bool breathed = std::any_of(study.pairs.begin(), study.pairs.end(),
                                       [](const ReportedPair& p) { return p.plan.breaths > 0; });
     page.figure(
-        plot.figure, "Histograms of the scores C3, C4 and Q of the kept paths.",
-        std::string("Histograms of the kept paths' scores.") +
-            (breathed ? " The worst Q is that of the breath's phases: 0 where a path is lost in one." : ""),
-        plot.numbers);
+        {plot.figure, "Histograms of the scores C3, C4 and Q of the kept paths.",
+         std::string("Histograms of the kept paths' scores.") +
+             (breathed ? " The worst Q is that of the breath's phases: 0 where a path is lost in one." : ""),
+         plot.numbers});
     page.table(planTable(study));
     for (const ReportedPair& p : study.pairs) {
         if (p.picture.empty()) continue;
@@ -214,13 +212,13 @@ void addPatients(Page& page, const ReportedStudy& study) {
         if (p.facts.reference.labelled_share < patient::kFullShare)
             page.paragraph(p.name + ": its reference has labels in " +
                            percentText(p.facts.reference.labelled_share, 0) +
-                           " of the body. In the rest thresholds decide on both sides, so that skin, fat, "
-                           "muscle and unlabelled bone are no independent truth there: errors of the body "
-                           "wall are understated, and what is compared is the labelled structures.");
+                           " of the body. Elsewhere the thresholds decide in both patients, so skin, fat, "
+                           "muscle and unlabelled bone are not independent there. The errors of the body "
+                           "wall are underestimated; only the labelled structures are really compared.");
     for (const ReportedPair& p : study.pairs)
         if (const std::string undrawn = undrawnText(p.facts.reference); !undrawn.empty())
-            page.paragraph(p.name + ": nobody drew these labels of its reference: " + undrawn +
-                           ". Errors there are against a program, not against a person.");
+            page.paragraph(p.name + ": these labels of its reference were not drawn by a person: " + undrawn +
+                           ". Errors there are measured against a program.");
     page.table(thresholdTable(study));
     std::vector<const PairFacts*> shown;
     for (const ReportedPair& p : study.pairs) {
@@ -278,7 +276,7 @@ void addSettings(Page& page, const ReportedStudy& study) {
                                              percentText(study.all.exact_equal_share.mean) +
                                              " (closed form, without samples)"},
         {"Farther than " + fixed(kMm * study.run.settings.measure.event_window_m, 0) + " mm from every event",
-         "maximum error " + meanText(outside, 1.0, 3) + " N (largest " + fixed(outside.most, 2) + ")" +
+         "maximum error " + meanText(outside, 1.0, 3) + " N (largest " + fixed(outside.max, 2) + ")" +
              (study.all.bone_paths > 0 ? " on paths that meet no bone" : "")},
         {"Outlier", "above mean + 2.7 standard deviations"},
         {"Paper",
@@ -288,7 +286,7 @@ void addSettings(Page& page, const ReportedStudy& study) {
 }
 
 void addLimits(Page& page, const ReportedStudy& study) {
-    page.section("What this study cannot say");
+    page.section("Limits of this study");
     if (const std::size_t made_up = syntheticCount(study); made_up > 0) {
         page.paragraph(
             std::to_string(made_up) + " of the " + std::to_string(study.pairs.size()) +
@@ -298,18 +296,18 @@ void addLimits(Page& page, const ReportedStudy& study) {
             "common duct: no earlier operation, drain, stent, ascites, cirrhosis or anomalous duct. Their CT "
             "has the blur and noise that were put in, not the movement, metal, contrast timing and "
             "reconstruction of a scanner. The program that builds patients was developed with such patients "
-            "at hand, and where it lays atlases over a CT these are patients of the same program, so that "
-            "it may err less here than elsewhere. And ± on this page is the spread over these patients' "
-            "paths, or between these patients: it says nothing of how widely patients in care differ.");
+            "at hand, and where it lays atlases over a CT these are patients of the same program, so that it "
+            "may err less here than elsewhere. And ± on this page is the spread over these patients' paths, "
+            "or between these patients: it says nothing of how widely patients in care differ.");
         page.paragraph(
             "What they can show: where along a path and at which border errors of a segmentation become "
             "errors of a force, how large these are for a known error, and whether a change of the programs "
             "made either better or worse.");
     }
     page.paragraph(
-        "Both forces are simulated, as in the paper: how near the reference's force is to that of a liver is "
-        "another question. Axial force along planned paths is compared, not steering, bending or a hand that "
-        "corrects itself.");
+        "Both forces are simulated, as in the paper. The study does not show how close the reference's force "
+        "is to that of a real liver. It compares the axial force along planned paths, not steering, bending "
+        "or corrections by the user.");
 }
 
 }  // namespace
@@ -324,10 +322,10 @@ ReportedStudy readStudy(const fs::path& out) {
         pair.name = name;
         pair.facts = readFacts(folder / "pair.json");
         pair.plan = readPlanFacts(folder / "plan.json");
-        pair.results = KeptBlocks(folder / "blocks", pair.facts.run, pair.facts.paths).all();
+        pair.results = ResultBlocks(folder / "blocks", pair.facts.run, pair.facts.paths).all();
         for (const patient::PlannedPath& path : patient::loadPaths(folder / "paths.json").paths)
             pair.clearance.push_back(path.clearance_score);
-        if (fs::exists(folder / "paths.png")) pair.picture = bytesOf(folder / "paths.png");
+        if (fs::exists(folder / "paths.png")) pair.picture = readPicture(folder / "paths.png");
         pair.summary = summarise(name, pair.results);
         pair.without_bone = summariseWithoutBone(name, pair.results);
         all.insert(all.end(), pair.results.begin(), pair.results.end());

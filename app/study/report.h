@@ -30,7 +30,7 @@ struct ReportedStudy {
 
 // Calls `use` for all patients together, then for each patient, with both summaries.
 template <typename Use>
-void forAll(const ReportedStudy& study, const Use& use) {
+void forEachSummary(const ReportedStudy& study, const Use& use) {
     use("all", study.all, study.without_bone);
     for (const ReportedPair& pair : study.pairs)
         use(pair.name, pair.summary, pair.without_bone);

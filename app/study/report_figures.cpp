@@ -18,8 +18,8 @@ using report::Table;
 
 namespace {
 
-constexpr std::size_t kMostDots = 150;  // outliers drawn per patient
-constexpr double kFewPaths = 0.02;      // tissues that fewer paths meet are not drawn
+constexpr std::size_t kMaxDots = 150;  // outliers drawn per patient
+constexpr double kFewPaths = 0.02;     // tissues that fewer paths meet are not drawn
 
 const std::array<Colour, 6> kPalette{report::kBlue,   report::kVermilion, report::kGreen,
                                      report::kPurple, report::kOrange,    report::kSky};
@@ -28,17 +28,13 @@ const std::array<Colour, 6> kPalette{report::kBlue,   report::kVermilion, report
 const std::array<std::vector<int>, 4> kDashes{{{}, {6, 3}, {2, 2}, {8, 2, 2, 2}}};
 
 std::string thresholdText(double value, const std::string& axis) {
-    const std::string unit = axis.substr(axis.rfind(' ') + 1);
-    std::string number = fixed(value, 3);
-    number.erase(number.find_last_not_of('0') + 1);
-    if (number.back() == '.') number.pop_back();
-    return "just noticeable: " + number + " " + unit;
+    return "just noticeable: " + numberText(value, 3) + axis.substr(axis.rfind(' '));
 }
 
 // High enough for every whisker and threshold. Rare larger values may lie above the axis.
 double axisTop(const ReportedStudy& study, const PathNumber& number) {
     double top = 0.0;
-    forAll(study, [&](const std::string&, const Summary& s, const Summary&) {
+    forEachSummary(study, [&](const std::string&, const Summary& s, const Summary&) {
         const double whisker = number.spread(s).upper_whisker;
         if (std::isfinite(whisker)) top = std::max(top, number.unit * whisker);
     });
@@ -47,10 +43,10 @@ double axisTop(const ReportedStudy& study, const PathNumber& number) {
     return 1.25 * top;
 }
 
-// At most kMostDots of the values, evenly spaced, including the largest.
+// At most kMaxDots of the values, evenly spaced, including the largest.
 void addDots(std::vector<double> values, double x, FigureSeries& dots) {
     std::sort(values.begin(), values.end());
-    const std::size_t count = std::min(values.size(), kMostDots);
+    const std::size_t count = std::min(values.size(), kMaxDots);
     for (std::size_t i = 0; i < count; ++i)
         dots.points.push_back({x, values[(i + 1) * values.size() / count - 1], {}});
 }
@@ -58,7 +54,7 @@ void addDots(std::vector<double> values, double x, FigureSeries& dots) {
 std::vector<std::string> spreadRow(const std::string& name, const Spread& s, double unit, int digits) {
     std::vector<std::string> row{name, countText(s.count)};
     for (const double v : {s.mean, s.sigma, s.lower_whisker, s.lower_quartile, s.median, s.upper_quartile,
-                           s.upper_whisker, s.most})
+                           s.upper_whisker, s.max})
         row.push_back(fixed(unit * v, digits));
     row.push_back(percentText(s.outlier_share, 2));
     row.push_back(percentText(s.above_whisker_share, 2));
@@ -117,7 +113,7 @@ Plot boxPlot(const ReportedStudy& study, const PathNumber& number) {
         }
     };
     double x = 0.0;
-    forAll(study, [&](const std::string& name, const Summary& summary, const Summary& clear) {
+    forEachSummary(study, [&](const std::string& name, const Summary& summary, const Summary& clear) {
         const Spread& s = number.spread(summary);
         f.x.names.push_back(name);
         plot.numbers.rows.push_back(spreadRow(name, s, number.unit, number.digits));
@@ -154,12 +150,12 @@ Plot borderPlot(const ReportedStudy& study, const std::string& axis,
     for (const std::size_t t : tissues)
         f.x.names.emplace_back(patient::tissueName(patient::Tissue(t)));
     double top = thresholds_mm.empty() ? 1.0 : thresholds_mm.back();
-    forAll(study, [&](const std::string&, const Summary& s, const Summary&) {
+    forEachSummary(study, [&](const std::string&, const Summary& s, const Summary&) {
         for (const std::size_t t : tissues)
             if (t < s.tissues.size() && spread(s.tissues[t]).count > 0)
                 top = std::max(top, kMm * (spread(s.tissues[t]).mean + spread(s.tissues[t]).sigma));
     });
-    forAll(study, [&](const std::string& name, const Summary& s, const Summary&) {
+    forEachSummary(study, [&](const std::string& name, const Summary& s, const Summary&) {
         FigureSeries means{"mean", report::kBlue}, bars{"one standard deviation", report::kBlue};
         means.line = false, means.shape = "circle";
         for (std::size_t place = 0; place < tissues.size() && !s.tissues.empty(); ++place) {

@@ -15,7 +15,7 @@ struct Plot {
     std::size_t beyond = 0;  // values above the axis
 };
 
-// One number per path.
+// A number that each path has.
 struct PathNumber {
     std::string axis;  // "RMSE, N"
     int digits = 3;

@@ -14,9 +14,9 @@ using report::Table;
 
 namespace {
 
-constexpr double kClose = 0.1;    // C3 of a path that almost touches a risk structure
-constexpr double kFewer = 0.005;  // smaller shares would round to 0 %, or their complement to 100 %
-constexpr double kNearTop = 0.8;  // share of the largest force jump at the fascia
+constexpr double kClose = 0.1;              // C3 of a path that almost touches a risk structure
+constexpr double kNegligibleShare = 0.005;  // smaller shares would round to 0 %, or their complement to 100 %
+constexpr double kNearTop = 0.8;  // errors of at least this share of the fascia's force jump are counted
 constexpr double kSmallest_mm = 0.775, kLargest_mm = 1.0;  // the paper's voxel sizes
 
 struct Range {
@@ -32,7 +32,7 @@ struct Range {
 
 // Calls use(pair, path index) for each path.
 template <typename Use>
-void forPaths(const ReportedStudy& study, const Use& use) {
+void forEachPath(const ReportedStudy& study, const Use& use) {
     for (const ReportedPair& p : study.pairs)
         for (std::size_t i = 0; i < p.results.size(); ++i)
             use(p, i);
@@ -60,7 +60,7 @@ std::string bordersText(const Summary& s, Spread TissueSummary::* number, bool m
         const TissueSummary* const tissue = tissueOf(s, t);
         if (!tissue || (tissue->*number).count == 0) continue;
         words.push_back(std::string(patient::tissueName(t)) + " " + fixed(kMm * (tissue->*number).mean, 1));
-        if (const double lost = share(tissue->missed, s.paths); missed && lost > kFewer)
+        if (const double lost = share(tissue->missed, s.paths); missed && lost > kNegligibleShare)
             words.back() += " (missed on " + percentText(lost, 0) + ")";
     }
     return words.empty() ? "–" : joined(words) + " mm";
@@ -72,22 +72,21 @@ std::string causeText(const Cause& c) {
 
 // ---- why
 
-std::string pathsWhy(const ReportedStudy& study) {
+std::string explainPaths(const ReportedStudy& study) {
     return "From " + voxelsText(study, &PlanFacts::skin_spacing_m, "skin voxel") +
            " in the access area: of each the best path, if its quality is " +
            numberText(patient::PlanSettings().min_quality) +
            " or better. Their number follows the voxels and the ducts' reach.";
 }
 
-std::string patientsWhy(const ReportedStudy& study) {
+std::string explainPatients(const ReportedStudy& study) {
     Range voxel_mm;
     for (const ReportedPair& p : study.pairs)
         for (const double edge_m : {p.facts.spacing_m.x, p.facts.spacing_m.y, p.facts.spacing_m.z})
             voxel_mm.add(kMm * edge_m);
-    return std::string(syntheticCount(study) > 0
-                           ? "A synthetic patient's truth is exact; the paper's was drawn "
-                             "by experts. See the last section."
-                           : "Other patients.") +
+    return std::string(syntheticCount(study) > 0 ? "A synthetic patient's truth is exact; the paper's was "
+                                                   "drawn by experts. See the last section."
+                                                 : "Other patients.") +
            " Voxels of " + voxel_mm.text(2) + " mm; the paper's " + fixed(kSmallest_mm, 3) + " to " +
            numberText(kLargest_mm) + " mm.";
 }
@@ -113,10 +112,10 @@ std::string boneThresholds(const ReportedStudy& study) {
     return text + (lower ? ": probably the threshold is too low." : ".");
 }
 
-std::string boneWhy(const ReportedStudy& study) {
+std::string explainBone(const ReportedStudy& study) {
     if (!anyBone(study)) return "As in the paper.";
     std::size_t close = 0, close_bone = 0;
-    forPaths(study, [&](const ReportedPair& p, std::size_t i) {
+    forEachPath(study, [&](const ReportedPair& p, std::size_t i) {
         if (i >= p.clearance.size() || !(p.clearance[i] < kClose)) return;
         ++close, close_bone += p.results[i].meets_bone;
     });
@@ -134,20 +133,21 @@ std::string boneWhy(const ReportedStudy& study) {
 }
 
 // The share of the mean RMSE that comes from the paths that meet bone.
-std::string carriedText(const ReportedStudy& study) {
+std::string boneShareText(const ReportedStudy& study) {
     if (!anyBone(study)) return "";
     double all_n = 0.0, bone_n = 0.0;
-    forPaths(study, [&](const ReportedPair& p, std::size_t i) {
+    forEachPath(study, [&](const ReportedPair& p, std::size_t i) {
         const PathResult& r = p.results[i];
         all_n += r.sampled.rmse_n, bone_n += r.meets_bone ? r.sampled.rmse_n : 0.0;
     });
     return " Paths that meet bone make up " + percentText(bone_n / all_n, 0) + " of the mean.";
 }
 
-std::string outlierWhy(const ReportedStudy& study, Spread Summary::* number, double ForceError::* value) {
+std::string explainOutliers(const ReportedStudy& study, Spread Summary::* number,
+                            double ForceError::* value) {
     const double limit = (study.all.*number).outlier_limit;
     std::size_t outliers = 0, bone = 0;
-    forPaths(study, [&](const ReportedPair& p, std::size_t i) {
+    forEachPath(study, [&](const ReportedPair& p, std::size_t i) {
         if (!(p.results[i].sampled.*value > limit)) return;
         ++outliers, bone += p.results[i].meets_bone;
     });
@@ -172,7 +172,7 @@ double fasciaJump(const ReportedStudy& study) {
     return table[std::size_t(Tissue::fascia)].cut_force_n - table[std::size_t(Tissue::soft)].friction_n;
 }
 
-std::string maximumWhy(const ReportedStudy& study) {
+std::string explainMaximum(const ReportedStudy& study) {
     const Summary& clear = study.without_bone;
     if (clear.causes.empty()) return "";
     Cause top = clear.causes.front().cause;
@@ -191,7 +191,7 @@ std::string maximumWhy(const ReportedStudy& study) {
         text += " The fascia's depth is " + fixed(kMm * fascia->event_error_m.mean, 2) + " mm off on average";
         if (jump_n > 0.0) {
             std::size_t near = 0;
-            forPaths(study, [&](const ReportedPair& p, std::size_t i) {
+            forEachPath(study, [&](const ReportedPair& p, std::size_t i) {
                 const PathResult& r = p.results[i];
                 near += !r.meets_bone && r.sampled.max_n >= kNearTop * jump_n;
             });
@@ -208,16 +208,15 @@ std::string maximumWhy(const ReportedStudy& study) {
     return text + " The paper puts its systematic 0.7 N down to the skin.";
 }
 
-std::string largestOfAll(const ReportedStudy& study, Spread Summary::* number) {
-    return (study.all.*number).most > (study.without_bone.*number).most ? " The largest of all is bone's."
-                                                                        : "";
+std::string largestIsBoneText(const ReportedStudy& study, Spread Summary::* number) {
+    return (study.all.*number).max > (study.without_bone.*number).max ? " The largest of all is bone's." : "";
 }
 
-std::string largestWhy(const ReportedStudy& study) {
+std::string explainLargest(const ReportedStudy& study) {
     const ReportedPair* pair = nullptr;
     std::size_t path = 0;
     double most_n = 0.0;
-    forPaths(study, [&](const ReportedPair& p, std::size_t i) {
+    forEachPath(study, [&](const ReportedPair& p, std::size_t i) {
         const PathResult& r = p.results[i];
         if (!r.meets_bone && r.sampled.max_n > most_n) most_n = r.sampled.max_n, pair = &p, path = i;
     });
@@ -227,10 +226,10 @@ std::string largestWhy(const ReportedStudy& study) {
     if (pair && pair->results[path].cause.model != Model::neither)
         text += " Here the cause of the largest" + std::string(anyBone(study) ? " without bone" : "") +
                 " is: " + causeText(pair->results[path].cause) + ".";
-    return text + largestOfAll(study, &Summary::max_n);
+    return text + largestIsBoneText(study, &Summary::max_n);
 }
 
-std::string skinWhy(const ReportedStudy& study) {
+std::string explainSkin(const ReportedStudy& study) {
     const TissueSummary* best = nullptr;
     for (const Tissue t : kBorders)
         if (const TissueSummary* const tissue = tissueOf(study.all, t);
@@ -242,7 +241,8 @@ std::string skinWhy(const ReportedStudy& study) {
         text += " Best here: " + std::string(patient::tissueName(best->tissue)) + ".";
     text += " A border that only one patient has is missed or invented, not a distance.";
     const TissueSummary* const skin = tissueOf(study.all, Tissue::skin);
-    if (study.run.labels == FoundLabels::partial && skin && share(skin->missed, study.all.paths) > kFewer)
+    if (study.run.labels == FoundLabels::partial && skin &&
+        share(skin->missed, study.all.paths) > kNegligibleShare)
         text +=
             " The built patient's skin is what the thresholds t0 to t1 take for it: little more than the rim "
             "of partial volume at the air.";
@@ -257,16 +257,17 @@ std::string orderText(const ReportedStudy& study) {
            " %); " + percentText(study.all.same_order_inside_share) + " without skin";
 }
 
-std::string orderWhy(const ReportedStudy& study) {
-    return std::string("The paper calls its largest errors irrelevant as long as this order is the same.") +
-           (study.all.same_order_share < 1.0 - kFewer ? " Here it is not, and that excuse does not hold."
-                                                      : "") +
-           (study.all.same_order_inside_share > study.all.same_order_share + kFewer
+std::string explainOrder(const ReportedStudy& study) {
+    return std::string("The paper calls its largest errors irrelevant as long as the order is the same.") +
+           (study.all.same_order_share < 1.0 - kNegligibleShare
+                ? " Here it is not, so that argument does not apply."
+                : "") +
+           (study.all.same_order_inside_share > study.all.same_order_share + kNegligibleShare
                 ? " Without skin: as if neither patient had one, because a missed skin changes the order too."
                 : "");
 }
 
-std::string noticedWhy(const ReportedStudy& study) {
+std::string explainNoticeable(const ReportedStudy& study) {
     const double above = study.all.rmse_noticed_share;
     return "0.145 N is 18.1 % of 0.8 N, the least change of force that the hand and arm tell apart." +
            (above > 0.5 ? " Here " + percentText(above) + " of the paths are above it" +
@@ -279,7 +280,7 @@ std::string meansText(const ReportedStudy& study) {
     std::vector<Summary> all, clear;
     for (const ReportedPair& p : study.pairs)
         all.push_back(p.summary), clear.push_back(p.without_bone);
-    const Cohort of_all = cohortOf(all), of_clear = cohortOf(clear);
+    const Cohort of_all = computeCohort(all), of_clear = computeCohort(clear);
     return "RMSE " + meanText(of_all.rmse_n, 1.0, 3) + " N" +
            withoutBone(study, meanText(of_clear.rmse_n, 1.0, 3) + " N") + ". Maximum " +
            meanText(of_all.max_n, 1.0, 2) + " N" +
@@ -297,7 +298,7 @@ std::string mediansText(const ReportedStudy& study) {
 
 Table paperTable(const ReportedStudy& study) {
     const Summary &all = study.all, &clear = study.without_bone;
-    const std::size_t made_up = syntheticCount(study), idle = study.pairs.size() - steeredCount(study);
+    const std::size_t synthetic = syntheticCount(study), idle = study.pairs.size() - steeredCount(study);
     const auto both = [&](Spread Summary::* number, int digits) {
         return meanText(all.*number, 1.0, digits) + " N (median " + fixed((all.*number).median, digits) +
                ")" + withoutBone(study, meanText(clear.*number, 1.0, digits) + " N");
@@ -305,8 +306,8 @@ Table paperTable(const ReportedStudy& study) {
     const auto largest = [&](Spread Summary::* number, int digits) {
         const std::string whisker = fixed((all.*number).upper_whisker, digits) + " N (whisker), ";
         return whisker +
-               (anyBone(study) ? fixed((clear.*number).most, digits) + " N (largest without bone), " : "") +
-               fixed((all.*number).most, digits) + " N (largest)";
+               (anyBone(study) ? fixed((clear.*number).max, digits) + " N (largest without bone), " : "") +
+               fixed((all.*number).max, digits) + " N (largest)";
     };
     Table t{"The paper's figures, this study's, and why they differ",
             {"Figure", "Paper", "Here", "Why they differ"},
@@ -314,47 +315,47 @@ Table paperTable(const ReportedStudy& study) {
             {},
             false};
     t.rows = {
-        {"Paths", "31,222 (about 3,000 a patient)", countText(all.paths), pathsWhy(study)},
+        {"Paths", "31,222 (about 3,000 a patient)", countText(all.paths), explainPaths(study)},
         {"Patients", "10, clinical CT",
          std::to_string(study.pairs.size()) +
-             (made_up ? ", of them " + std::to_string(made_up) + " synthetic" : "") +
+             (synthetic ? ", of them " + std::to_string(synthetic) + " synthetic" : "") +
              (idle ? ", " + std::to_string(idle) + " without a path" : ""),
-         patientsWhy(study)},
+         explainPatients(study)},
         {"Paths that meet bone", "none",
          countText(all.bone_paths) + " (" + percentText(share(all.bone_paths, all.paths)) + ")",
-         boneWhy(study)},
+         explainBone(study)},
         {"RMSE of the force", "0.12 ± 0.04 N", both(&Summary::rmse_n, 3),
          "The paper's partial segmentations were made with an operator's help and reviewed; here nobody "
          "corrected the built patients' borders." +
-             carriedText(study)},
-        {"Maximum error (the paper's MAE)", "0.65 ± 0.18 N", both(&Summary::max_n, 2), maximumWhy(study)},
+             boneShareText(study)},
+        {"Maximum error (the paper's MAE)", "0.65 ± 0.18 N", both(&Summary::max_n, 2), explainMaximum(study)},
         {"Means of the patients ± between them", "not given", meansText(study),
          "Every patient with the same weight; ± elsewhere is the spread over paths."},
         {"Top outliers of the RMSE", "0.05 %", outlierText(study, &Summary::rmse_n),
          "Shares above mean + 2.7 standard deviations. The paper may mean the whiskers of its box plots: 1.5 "
          "boxes are about 2.7 σ where values are normal. " +
-             outlierWhy(study, &Summary::rmse_n, &ForceError::rmse_n)},
+             explainOutliers(study, &Summary::rmse_n, &ForceError::rmse_n)},
         {"Top outliers of the maximum", "3.73 %", outlierText(study, &Summary::max_n),
-         "As above. " + outlierWhy(study, &Summary::max_n, &ForceError::max_n)},
+         "As above. " + explainOutliers(study, &Summary::max_n, &ForceError::max_n)},
         {"Medians of the maximum, by patient", "0.7 N or less", mediansText(study),
          "As for the maximum error."},
         {"Largest RMSE, box plots", "below 0.25 N", largest(&Summary::rmse_n, 3),
-         "As for the RMSE." + largestOfAll(study, &Summary::rmse_n)},
-        {"Largest maximum error", "1.4 to 1.6 N, rare", largest(&Summary::max_n, 2), largestWhy(study)},
-        {"Events in the same order", "guaranteed, it says", orderText(study), orderWhy(study)},
+         "As for the RMSE." + largestIsBoneText(study, &Summary::rmse_n)},
+        {"Largest maximum error", "1.4 to 1.6 N, rare", largest(&Summary::max_n, 2), explainLargest(study)},
+        {"Events in the same order", "guaranteed, it says", orderText(study), explainOrder(study)},
         {"Identical forces", "88 %",
          percentText(all.equal_share.mean) + " (median " + percentText(all.equal_share.median) + ")",
          "To the last bit, as in the paper (Eq. 11). Both models take one code path, so that equal tissues "
          "give equal bits."},
         {"Mean distance of borders (MSD)", "below 2 mm on average, skin best",
-         bordersText(all, &TissueSummary::mean_distance_m, true), skinWhy(study)},
+         bordersText(all, &TissueSummary::mean_distance_m, true), explainSkin(study)},
         {"Hausdorff distance of borders (HSD)",
          "above 3 mm at the liver, above 2 mm in soft tissue, below 2 mm at the bile ducts",
          bordersText(all, &TissueSummary::hausdorff_m, false),
          "The largest distance along a path, one stray voxel is enough; soft tissue begins and ends at every "
          "other border. Missed borders as above."},
-        {"Errors nobody notices", "RMSE below 0.145 N for the most part",
-         percentText(1.0 - all.rmse_noticed_share) + " of the paths", noticedWhy(study)},
+        {"Errors below the noticeable difference", "RMSE below 0.145 N for the most part",
+         percentText(1.0 - all.rmse_noticed_share) + " of the paths", explainNoticeable(study)},
     };
     return t;
 }

@@ -1,10 +1,14 @@
 #include "app/study/report_tables.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
 #include "app/study/report_figures.h"
+#include "base/text.h"
 
 namespace stylet::study {
 
@@ -14,34 +18,24 @@ using report::Table;
 
 namespace {
 
-constexpr std::size_t kMostCauses = 8, kMostListedPaths = 30;  // maximum rows of a table
+constexpr std::size_t kMaxCauses = 8, kMaxListedPaths = 30;  // maximum rows of a table
+
+// In the order of the enumerators.
+constexpr std::array<std::string_view, 6> kEventTexts{
+    "held at its border", "its border is cut", "entered without a hold", "met sideways", "left",
+    "lost count"};
+constexpr std::array<std::string_view, 3> kModelTexts{"reference", "built", "–"};
 
 std::string spacingText(const PairFacts& f) {
     const Vec3 mm = kMm * f.spacing_m;
-    const auto one = [](double v) { return fixed(v, 2); };
-    if (mm.x == mm.y && mm.y == mm.z) return one(mm.x) + " mm";
-    return one(mm.x) + " x " + one(mm.y) + " x " + one(mm.z) + " mm";
+    if (mm.x == mm.y && mm.y == mm.z) return fixed(mm.x, 2) + " mm";
+    return fmt::format("{} x {} x {} mm", fixed(mm.x, 2), fixed(mm.y, 2), fixed(mm.z, 2));
 }
 
 }  // namespace
 
 std::string eventText(haptics::NeedleEventKind kind) {
-    using enum haptics::NeedleEventKind;
-    switch (kind) {
-        case border:
-            return "held at its border";
-        case puncture:
-            return "its border is cut";
-        case entry:
-            return "entered without a hold";
-        case sideways:
-            return "met sideways";
-        case withdrawn:
-            return "left";
-        case overflow:
-            return "lost count";
-    }
-    return "?";
+    return std::string(enumName(kEventTexts, kind));
 }
 
 bool isSynthetic(const PairFacts& f) {
@@ -60,8 +54,8 @@ double share(std::size_t part, std::size_t whole) {
     return whole > 0 ? double(part) / double(whole) : kNone;
 }
 
-std::string numberText(double value) {
-    std::string text = fixed(value, 2);
+std::string numberText(double value, int max_digits) {
+    std::string text = fixed(value, max_digits);
     text.erase(text.find_last_not_of('0') + 1);
     if (!text.empty() && text.back() == '.') text.pop_back();
     return text;
@@ -120,11 +114,11 @@ Table causeTable(const std::string& caption, const std::vector<CauseCount>& caus
     std::size_t paths = 0;
     for (const CauseCount& c : causes)
         paths += c.paths;
-    for (std::size_t i = 0; i < std::min(causes.size(), kMostCauses); ++i) {
+    for (std::size_t i = 0; i < std::min(causes.size(), kMaxCauses); ++i) {
         const CauseCount& c = causes[i];
         t.rows.push_back({std::string(patient::tissueName(c.cause.tissue)), eventText(c.cause.kind),
-                          c.cause.model == Model::full ? "reference" : "built", countText(c.paths),
-                          percentText(share(c.paths, paths)), fixed(kMm * c.cause.apart_m, 2)});
+                          std::string(enumName(kModelTexts, c.cause.model)), countText(c.paths),
+                          percentText(share(c.paths, paths)), fixed(kMm * c.cause.offset_m, 2)});
     }
     return t;
 }
@@ -148,7 +142,7 @@ Table largestTable(const ReportedStudy& study) {
         for (std::size_t i = 0; i < pair.results.size(); ++i)
             if (const PathResult& r = pair.results[i]; !r.meets_bone && r.sampled.max_n > 0.0)
                 rows.push_back({&pair, i, &r});
-    const std::size_t count = std::min(rows.size(), kMostListedPaths);
+    const std::size_t count = std::min(rows.size(), kMaxListedPaths);
     std::partial_sort(rows.begin(), rows.begin() + std::ptrdiff_t(count), rows.end(),
                       [](const Row& a, const Row& b) {
                           if (a.result->sampled.max_n != b.result->sampled.max_n)
@@ -163,11 +157,8 @@ Table largestTable(const ReportedStudy& study) {
         t.rows.push_back({row.pair->name, std::to_string(row.path), fixed(e.max_n, 2),
                           fixed(kMm * e.max_at_m, 1), fixed(e.rmse_n, 3),
                           caused ? std::string(patient::tissueName(c.tissue)) : "–",
-                          caused ? eventText(c.kind) : "–",
-                          c.model == Model::full      ? "reference"
-                          : c.model == Model::partial ? "built"
-                                                      : "–",
-                          fixed(kMm * c.apart_m, 2)});
+                          caused ? eventText(c.kind) : "–", std::string(enumName(kModelTexts, c.model)),
+                          fixed(kMm * c.offset_m, 2)});
     }
     return t;
 }
@@ -179,7 +170,7 @@ Table patientTable(const ReportedStudy& study) {
             {},
             {false, true, true, true, true, true, true, true, true, true, true},
             true};
-    forAll(study, [&](const std::string& name, const Summary& s, const Summary& clear) {
+    forEachSummary(study, [&](const std::string& name, const Summary& s, const Summary& clear) {
         const double some = s.paths > 0 ? 1.0 : kNone;
         t.rows.push_back(
             {name, countText(s.paths), percentText(share(s.bone_paths, s.paths)), fixed(s.rmse_n.median, 3),
@@ -197,7 +188,7 @@ Table borderTable(const ReportedStudy& study) {
             {},
             {false, true, true, true, true, true, true},
             true};
-    forAll(study, [&](const std::string& name, const Summary& s, const Summary&) {
+    forEachSummary(study, [&](const std::string& name, const Summary& s, const Summary&) {
         // Share among the paths that have a distance.
         const auto below = [&](double above_share, const Spread& distance_m) {
             return percentText(1.0 - above_share * double(s.paths) / double(distance_m.count));

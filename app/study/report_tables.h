@@ -11,7 +11,7 @@ namespace stylet::study {
 // "0.12 ± 0.04"; "–" for no value.
 std::string meanText(const Spread&, double unit, int digits);
 // 2 -> "2", 2.5 -> "2.5"
-std::string numberText(double);
+std::string numberText(double, int max_digits = 2);
 // "skin, fascia"
 std::string joined(const std::vector<std::string>&);
 // "held at its border"

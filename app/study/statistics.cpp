@@ -15,16 +15,16 @@ constexpr double kOutlierSigmas = 2.7;
 constexpr double kWhiskerBoxes = 1.5;
 
 template <typename Value>
-Spread spreadOver(std::span<const PathResult> results, const Value& value) {
+Spread computeSpreadOf(std::span<const PathResult> results, const Value& value) {
     std::vector<double> values;
     values.reserve(results.size());
     for (const PathResult& r : results)
         values.push_back(value(r));
-    return spreadOf(std::move(values));
+    return computeSpread(std::move(values));
 }
 
-template <typename Is>
-double shareOf(std::span<const PathResult> results, const Is& is) {
+template <typename Predicate>
+double shareWhere(std::span<const PathResult> results, const Predicate& is) {
     return double(std::count_if(results.begin(), results.end(), is)) / double(results.size());
 }
 
@@ -32,10 +32,10 @@ TissueSummary summariseTissue(patient::Tissue tissue, std::span<const PathResult
     const auto t = std::size_t(tissue);
     TissueSummary s;
     s.tissue = tissue;
-    s.mean_distance_m = spreadOver(results, [&](const PathResult& r) { return r.by_tissue[t].mean_m; });
-    s.hausdorff_m = spreadOver(results, [&](const PathResult& r) { return r.by_tissue[t].hausdorff_m; });
-    s.event_error_m = spreadOver(results, [&](const PathResult& r) { return std::fabs(r.event_m[t]); });
-    s.event_offset_m = spreadOver(results, [&](const PathResult& r) { return r.event_m[t]; }).mean;
+    s.mean_distance_m = computeSpreadOf(results, [&](const PathResult& r) { return r.by_tissue[t].mean_m; });
+    s.hausdorff_m = computeSpreadOf(results, [&](const PathResult& r) { return r.by_tissue[t].hausdorff_m; });
+    s.event_error_m = computeSpreadOf(results, [&](const PathResult& r) { return std::fabs(r.event_m[t]); });
+    s.event_offset_m = computeSpreadOf(results, [&](const PathResult& r) { return r.event_m[t]; }).mean;
     double sum_n2 = 0.0;
     for (const PathResult& r : results) {
         s.missed += r.by_tissue[t].missed;
@@ -46,15 +46,15 @@ TissueSummary summariseTissue(patient::Tissue tissue, std::span<const PathResult
     return s;
 }
 
-std::vector<CauseCount> causesAbove(std::span<const PathResult> results, double limit_n) {
+std::vector<CauseCount> countCausesAbove(std::span<const PathResult> results, double limit_n) {
     std::map<std::tuple<patient::Tissue, haptics::NeedleEventKind, Model>, std::vector<double>> found;
     for (const PathResult& r : results)
         if (r.cause.model != Model::neither && r.sampled.max_n > limit_n)
-            found[{r.cause.tissue, r.cause.kind, r.cause.model}].push_back(r.cause.apart_m);
+            found[{r.cause.tissue, r.cause.kind, r.cause.model}].push_back(r.cause.offset_m);
     std::vector<CauseCount> causes;
-    for (const auto& [key, apart_m] : found) {
+    for (const auto& [key, offset_m] : found) {
         const auto& [tissue, kind, model] = key;
-        causes.push_back({{model, tissue, kind, median(apart_m)}, apart_m.size()});
+        causes.push_back({{model, tissue, kind, median(offset_m)}, offset_m.size()});
     }
     std::sort(causes.begin(), causes.end(), [](const CauseCount& a, const CauseCount& b) {
         return std::tie(b.paths, a.cause.tissue, a.cause.kind, a.cause.model) <
@@ -65,7 +65,7 @@ std::vector<CauseCount> causesAbove(std::span<const PathResult> results, double 
 
 }  // namespace
 
-Spread spreadOf(std::vector<double> values) {
+Spread computeSpread(std::vector<double> values) {
     std::erase_if(values, [](double v) { return std::isnan(v); });
     Spread s;
     s.count = values.size();
@@ -73,7 +73,7 @@ Spread spreadOf(std::vector<double> values) {
     std::sort(values.begin(), values.end());
     s.mean = mean(values);
     s.sigma = sampleDeviation(values, s.mean);
-    s.least = values.front(), s.most = values.back();
+    s.min = values.front(), s.max = values.back();
     s.lower_quartile = quantile(values, 0.25);
     s.median = median(values);
     s.upper_quartile = quantile(values, 0.75);
@@ -94,23 +94,23 @@ Summary summarise(std::string name, std::span<const PathResult> results) {
     s.name = std::move(name);
     s.paths = results.size();
     if (results.empty()) return s;
-    s.rmse_n = spreadOver(results, [](const PathResult& r) { return r.sampled.rmse_n; });
-    s.max_n = spreadOver(results, [](const PathResult& r) { return r.sampled.max_n; });
-    s.equal_share = spreadOver(results, [](const PathResult& r) { return r.sampled.equal_share; });
-    s.max_outside_n = spreadOver(results, [](const PathResult& r) { return r.max_outside_n; });
-    s.exact_rmse_n = spreadOver(results, [](const PathResult& r) { return r.exact.rmse_n; });
-    s.exact_max_n = spreadOver(results, [](const PathResult& r) { return r.exact.max_n; });
-    s.exact_equal_share = spreadOver(results, [](const PathResult& r) { return r.exact.equal_share; });
-    s.mean_distance_m = spreadOver(results, [](const PathResult& r) { return r.borders.mean_m; });
-    s.hausdorff_m = spreadOver(results, [](const PathResult& r) { return r.borders.hausdorff_m; });
+    s.rmse_n = computeSpreadOf(results, [](const PathResult& r) { return r.sampled.rmse_n; });
+    s.max_n = computeSpreadOf(results, [](const PathResult& r) { return r.sampled.max_n; });
+    s.equal_share = computeSpreadOf(results, [](const PathResult& r) { return r.sampled.equal_share; });
+    s.max_outside_n = computeSpreadOf(results, [](const PathResult& r) { return r.max_outside_n; });
+    s.exact_rmse_n = computeSpreadOf(results, [](const PathResult& r) { return r.exact.rmse_n; });
+    s.exact_max_n = computeSpreadOf(results, [](const PathResult& r) { return r.exact.max_n; });
+    s.exact_equal_share = computeSpreadOf(results, [](const PathResult& r) { return r.exact.equal_share; });
+    s.mean_distance_m = computeSpreadOf(results, [](const PathResult& r) { return r.borders.mean_m; });
+    s.hausdorff_m = computeSpreadOf(results, [](const PathResult& r) { return r.borders.hausdorff_m; });
     s.rmse_noticed_share =
-        shareOf(results, [](const PathResult& r) { return r.sampled.rmse_n > kNoticedForce_n; });
+        shareWhere(results, [](const PathResult& r) { return r.sampled.rmse_n > kNoticeableForce_n; });
     s.distance_noticed_share =
-        shareOf(results, [](const PathResult& r) { return r.borders.mean_m > kNoticedDistance_m; });
+        shareWhere(results, [](const PathResult& r) { return r.borders.mean_m > kNoticeableDistance_m; });
     s.hausdorff_noticed_share =
-        shareOf(results, [](const PathResult& r) { return r.borders.hausdorff_m > kNoticedOutlier_m; });
-    s.same_order_share = shareOf(results, [](const PathResult& r) { return r.same_order; });
-    s.same_order_inside_share = shareOf(results, [](const PathResult& r) { return r.same_order_inside; });
+        shareWhere(results, [](const PathResult& r) { return r.borders.hausdorff_m > kNoticeableOutlier_m; });
+    s.same_order_share = shareWhere(results, [](const PathResult& r) { return r.same_order; });
+    s.same_order_inside_share = shareWhere(results, [](const PathResult& r) { return r.same_order_inside; });
 
     double all_n2 = 0.0;
     for (const PathResult& r : results) {
@@ -128,19 +128,19 @@ Summary summarise(std::string name, std::span<const PathResult> results) {
     s.pooled_rmse_n = std::sqrt(all_n2 / double(s.samples));
     for (std::size_t t = 0; t < kTissues; ++t)
         s.tissues.push_back(summariseTissue(patient::Tissue(t), results, all_n2));
-    s.causes = causesAbove(results, 0.0);
-    s.outlier_causes = causesAbove(results, s.max_n.outlier_limit);
+    s.causes = countCausesAbove(results, 0.0);
+    s.outlier_causes = countCausesAbove(results, s.max_n.outlier_limit);
     return s;
 }
 
-Cohort cohortOf(std::span<const Summary> patients) {
+Cohort computeCohort(std::span<const Summary> patients) {
     std::vector<double> rmse_n, max_n, equal_share;
     for (const Summary& p : patients) {
         rmse_n.push_back(p.rmse_n.mean);
         max_n.push_back(p.max_n.mean);
         equal_share.push_back(p.equal_share.mean);
     }
-    return {spreadOf(rmse_n), spreadOf(max_n), spreadOf(equal_share)};
+    return {computeSpread(rmse_n), computeSpread(max_n), computeSpread(equal_share)};
 }
 
 }  // namespace stylet::study

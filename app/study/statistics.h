@@ -15,13 +15,13 @@ inline constexpr double kMm = 1e3;  // millimetres per metre, for display
 struct Spread {
     std::size_t count = 0;
     double mean = kNone, sigma = kNone;  // sample standard deviation
-    double least = kNone, lower_quartile = kNone, median = kNone, upper_quartile = kNone, most = kNone;
+    double min = kNone, lower_quartile = kNone, median = kNone, upper_quartile = kNone, max = kNone;
     double lower_whisker = kNone, upper_whisker = kNone;  // the last values within 1.5 box lengths of the box
     double outlier_limit = kNone;                         // mean + 2.7 sigma
     double outlier_share = 0.0;                           // share of the values above outlier_limit
     double above_whisker_share = 0.0;                     // share of the values above the upper whisker
 };
-Spread spreadOf(std::vector<double> values);
+Spread computeSpread(std::vector<double> values);
 
 struct TissueSummary {
     patient::Tissue tissue = patient::Tissue::air;
@@ -29,12 +29,12 @@ struct TissueSummary {
     Spread event_error_m;                  // absolute value
     double event_offset_m = kNone;         // signed mean; negative: too early in the partial patient
     std::size_t missed = 0, invented = 0;  // number of paths
-    double error_share = 0.0;  // share of all squared errors with the tip in this tissue of the full patient
+    double error_share = 0.0;  // share of the sum of squared errors, by the full patient's tissue at the tip
 };
 
 // Number of paths whose largest error follows this kind of event.
 struct CauseCount {
-    Cause cause;  // `apart_m`: median over the paths that have one
+    Cause cause;  // `offset_m`: median over the paths that have one
     std::size_t paths = 0;
 };
 
@@ -45,9 +45,9 @@ struct Summary {
     Spread exact_rmse_n, exact_max_n, exact_equal_share;
     double pooled_rmse_n = kNone;  // over all samples of all paths
     Spread mean_distance_m, hausdorff_m;
-    double rmse_noticed_share = 0.0;       // paths above kNoticedForce_n
-    double distance_noticed_share = 0.0;   // above kNoticedDistance_m
-    double hausdorff_noticed_share = 0.0;  // above kNoticedOutlier_m
+    double rmse_noticed_share = 0.0;       // paths above kNoticeableForce_n
+    double distance_noticed_share = 0.0;   // above kNoticeableDistance_m
+    double hausdorff_noticed_share = 0.0;  // above kNoticeableOutlier_m
     double same_order_share = 0.0, same_order_inside_share = 0.0;
     std::size_t bone_paths = 0;
     std::size_t missed_paths = 0, invented_paths = 0;  // paths with a structure that only one patient has
@@ -63,6 +63,6 @@ Summary summarise(std::string name, std::span<const PathResult>);
 struct Cohort {
     Spread rmse_n, max_n, equal_share;
 };
-Cohort cohortOf(std::span<const Summary> patients);
+Cohort computeCohort(std::span<const Summary> patients);
 
 }  // namespace stylet::study

@@ -21,7 +21,8 @@ double firstContact(const std::vector<Segment>& segments, double end_m) {
 }
 
 // The breathing signal per tick, starting at the time when it is nearest to `start`.
-std::vector<Surrogate> breathFrom(const patient::Package& package, const Surrogate& start, double seconds) {
+std::vector<Surrogate> sampleBreathing(const patient::Package& package, const Surrogate& start,
+                                       double seconds) {
     patient::BreathPlan plan;
     plan.rhythm = package.signal;
     patient::BreathingState state;
@@ -39,7 +40,7 @@ std::vector<Surrogate> breathFrom(const patient::Package& package, const Surroga
     return {nearest, nearest + std::ptrdiff_t(count)};
 }
 
-haptics::ExactEvent eventOf(const haptics::NeedleEvent& e, double depth_m) {
+haptics::ExactEvent makeExactEvent(const haptics::NeedleEvent& e, double depth_m) {
     return {e.kind,  e.border.to,      e.border.to_label, depth_m - e.tenting_m,
             depth_m, e.force_before_n, e.force_after_n};
 }
@@ -49,26 +50,27 @@ haptics::ExactEvent eventOf(const haptics::NeedleEvent& e, double depth_m) {
 Steering::Steering(const PreparedPair& pair, const SteeringSettings& settings)
     : pair_(pair),
       settings_(settings),
-      // The paper's maximum at once: a planned path meets bone only where the found patient is wrong.
-      full_(pair.full_map, settings.needle, haptics::Bone::maximumAtOnce),
-      partial_(pair.partial_map, settings.needle, haptics::Bone::maximumAtOnce) {
+      // Bone gives the paper's maximum force at once. A planned path meets bone only where the built patient
+      // is wrong.
+      full_(pair.full_map, settings.needle, haptics::Bone::immediateMaximum),
+      partial_(pair.partial_map, settings.needle, haptics::Bone::immediateMaximum) {
     constexpr double kLongest_m = 0.2;
     if (settings.breathing)
-        breath_ = breathFrom(pair.pair.reference, pair.pair.reference.motion.reference,
-                             kLongest_m / settings.speed_m_s);
+        breath_ = sampleBreathing(pair.pair.reference, pair.pair.reference.motion.reference,
+                                  kLongest_m / settings.speed_m_s);
 }
 
 // Finds the segments and the closed form of the force for both patients in one shared voxel walk.
-void Steering::lookAhead(const PlannedPath& path) {
+void Steering::solveStatic(const PlannedPath& path) {
     const Vec3 way = path.target_reference_m - path.entry_reference_m;
     const double length_m = glm::length(way);
     const Vec3 axis = way / length_m;
     const Vec3 begin_m = path.entry_reference_m - axis * settings_.before_m;
     const Vec3 end_m = path.target_reference_m + axis * settings_.beyond_m;
     const double walk_m = settings_.before_m + length_m + settings_.beyond_m;
-    const auto& walk = path_.along(pair_.full_map.grid(), begin_m, end_m);
-    steered_.full.force = &full_.solve(walk, walk_m, Borders::ofTissues);
-    steered_.partial.force = &partial_.solve(walk, walk_m, Borders::ofTissues);
+    const auto& walk = path_.traverse(pair_.full_map.grid(), begin_m, end_m);
+    steered_.full.force = &full_.solve(walk, walk_m, Borders::tissueChanges);
+    steered_.partial.force = &partial_.solve(walk, walk_m, Borders::tissueChanges);
     steered_.full.segments = &full_.segments();
     steered_.partial.segments = &partial_.segments();
     steered_.entry_m = settings_.before_m;
@@ -90,7 +92,7 @@ void Steering::walkBreathing(const PlannedPath& path, const patient::Patient& pa
         const Vec3 tip_m = path.entry_m + (depth_m - steered_.entry_m) * axis;
         haptics::stepNeedle(needle, settings_.needle, {patient, breath_[tick]}, {tip_m, axis}, events);
         for (int i = 0; i < events.count; ++i)
-            force.events.push_back(eventOf(events.list[std::size_t(i)], depth_m));
+            force.events.push_back(makeExactEvent(events.list[std::size_t(i)], depth_m));
     };
     stepTo(0.0);
     for (std::size_t i = 0; i < samples_n.size(); ++i) {
@@ -99,14 +101,14 @@ void Steering::walkBreathing(const PlannedPath& path, const patient::Patient& pa
     }
 }
 
-const Steered* Steering::steer(const PlannedPath& path) {
-    lookAhead(path);
-    Steered& s = steered_;
-    const double way_m = s.end_m - s.begin_m;
-    if (!(way_m > 0.0)) return nullptr;
+const SteeringResult* Steering::steer(const PlannedPath& path) {
+    solveStatic(path);
+    SteeringResult& s = steered_;
+    const double travel_m = s.end_m - s.begin_m;
+    if (!(travel_m > 0.0)) return nullptr;
     const std::size_t count =
-        std::max(std::size_t(settings_.samples), std::size_t(std::ceil(way_m / settings_.max_spacing_m)));
-    s.step_m = way_m / double(count);
+        std::max(std::size_t(settings_.samples), std::size_t(std::ceil(travel_m / settings_.max_spacing_m)));
+    s.step_m = travel_m / double(count);
     s.first_m = s.begin_m + 0.5 * s.step_m;
     s.full.samples_n.resize(count);
     s.partial.samples_n.resize(count);

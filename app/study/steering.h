@@ -14,7 +14,7 @@ namespace stylet::study {
 inline constexpr double kTick_s = 0.001;
 
 struct SteeringSettings {
-    int samples = 1000;            // minimum number of samples per path
+    int samples = 1000;            // least number per path
     double max_spacing_m = 90e-6;  // of the samples
     double before_m = 0.005;       // start in air: a patient's skin may lie before the planned entry
     double beyond_m = 0.010;       // borders are searched this far behind the target
@@ -26,7 +26,7 @@ struct SteeringSettings {
 };
 
 // Force and events in one patient. Depths count from the start of the walk, before_m before the entry.
-struct Felt {
+struct PatientForces {
     const std::vector<haptics::Segment>* segments = nullptr;  // up to the end of the walk; the first is air
     // Closed form up to the end of the walk. If the patients breathe, its pieces are empty and its events
     // are those of the sampled needle.
@@ -34,11 +34,11 @@ struct Felt {
     std::vector<double> samples_n;
 };
 
-struct Steered {
+struct SteeringResult {
     double entry_m = 0.0;                // depth of the planned skin voxel's centre
     double begin_m = 0.0, end_m = 0.0;   // from the first touch of either patient to the target
     double first_m = 0.0, step_m = 0.0;  // samples, each in the middle of its interval
-    Felt full, partial;
+    PatientForces full, partial;
 };
 
 // One per thread. Reuses its buffers from path to path.
@@ -47,10 +47,10 @@ class Steering {
     // The pair must outlive it.
     Steering(const PreparedPair&, const SteeringSettings&);
     // Returns null if the needle touches neither patient before the target. Valid until the next call.
-    const Steered* steer(const patient::PlannedPath&);
+    const SteeringResult* steer(const patient::PlannedPath&);
 
   private:
-    void lookAhead(const patient::PlannedPath&);
+    void solveStatic(const patient::PlannedPath&);
     void walkBreathing(const patient::PlannedPath&, const patient::Patient&, haptics::ExactForce&,
                        std::vector<double>& samples_n) const;
 
@@ -60,7 +60,7 @@ class Steering {
     haptics::ExactSolver full_, partial_;
     haptics::ExactForce breathing_full_, breathing_partial_;
     std::vector<patient::Surrogate> breath_;  // per tick, for the longest walk
-    Steered steered_;
+    SteeringResult steered_;
 };
 
 }  // namespace stylet::study

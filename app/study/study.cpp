@@ -11,7 +11,7 @@ using patient::PlannedPath;
 namespace {
 
 // The breathing state at `count` times, equally spaced over one cycle.
-std::vector<patient::Surrogate> breathsOf(const patient::Package& package, int count) {
+std::vector<patient::Surrogate> breathingPhases(const patient::Package& package, int count) {
     patient::BreathPlan plan;
     plan.rhythm = package.signal;
     patient::BreathingState state;
@@ -25,7 +25,7 @@ std::vector<patient::Surrogate> breathsOf(const patient::Package& package, int c
     return breaths;
 }
 
-PathResult nothingMet() {
+PathResult emptyResult() {
     PathResult r;
     r.sampled = r.exact = {kNone, kNone, kNone, kNone};
     r.max_outside_n = kNone;
@@ -37,7 +37,7 @@ PathResult nothingMet() {
 
 PairPlan planPair(const Pair& pair, const PlanRequest& request) {
     const patient::Patient reference(pair.reference);
-    patient::PlanSettings settings = patient::studyPlan(reference);
+    patient::PlanSettings settings = patient::studyPlanSettings(reference);
     settings.skin_spacing_m = request.skin_spacing_m;
     settings.target_spacing_m = request.target_spacing_m;
     settings.skip = request.skip;
@@ -45,7 +45,7 @@ PairPlan planPair(const Pair& pair, const PlanRequest& request) {
     PairPlan plan{patient::planPaths(reference, settings), {}};
     if (request.breaths > 0)
         plan.worst_quality = patient::worstQualities(reference, settings, plan.result.paths,
-                                                     breathsOf(pair.reference, request.breaths));
+                                                     breathingPhases(pair.reference, request.breaths));
     return plan;
 }
 
@@ -54,8 +54,8 @@ std::vector<PathResult> runBlock(const PreparedPair& pair, std::span<const Plann
     Steering steering(pair, settings.steering);
     std::vector<PathResult> results;
     for (const PlannedPath& path : paths) {
-        const Steered* const steered = steering.steer(path);
-        results.push_back(steered ? measure(*steered, settings.measure) : nothingMet());
+        const SteeringResult* const steered = steering.steer(path);
+        results.push_back(steered ? measure(*steered, settings.measure) : emptyResult());
     }
     return results;
 }
@@ -63,8 +63,7 @@ std::vector<PathResult> runBlock(const PreparedPair& pair, std::span<const Plann
 std::vector<PathResult> runPaths(const PreparedPair& pair, std::span<const PlannedPath> paths,
                                  const RunSettings& settings) {
     std::vector<PathResult> results(paths.size());
-    const std::size_t blocks = (paths.size() + kBlock - 1) / kBlock;
-    parallelFor(settings.threads, blocks, [&](std::size_t block) {
+    parallelFor(settings.threads, blockCount(paths.size()), [&](std::size_t block) {
         const std::size_t begin = block * kBlock, count = std::min(kBlock, paths.size() - begin);
         const std::vector<PathResult> part = runBlock(pair, paths.subspan(begin, count), settings);
         std::copy(part.begin(), part.end(), results.begin() + std::ptrdiff_t(begin));

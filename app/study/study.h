@@ -32,6 +32,9 @@ struct RunSettings {
 };
 
 inline constexpr std::size_t kBlock = 256;  // paths per block
+constexpr std::size_t blockCount(std::size_t paths) {
+    return (paths + kBlock - 1) / kBlock;
+}
 
 // Runs one block on the caller's thread.
 std::vector<PathResult> runBlock(const PreparedPair&, std::span<const patient::PlannedPath>,

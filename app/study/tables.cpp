@@ -1,9 +1,12 @@
 #include "app/study/tables.h"
 
-#include <charconv>
+#include <fmt/core.h>
+
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "base/text.h"
 #include "base/whole_file.h"
 
 namespace stylet::study {
@@ -21,16 +24,7 @@ constexpr std::size_t kScoreBins = 20;  // equal bins of [0, 1]
 class Rows {
   public:
     explicit Rows(const std::string& header) : text_(header + "\n") {}
-    Rows& operator<<(double v) {
-        char digits[32];
-        if (std::isfinite(v)) {
-            const auto [end, error] = std::to_chars(digits, digits + sizeof digits, v);
-            cell(std::string_view(digits, std::size_t(end - digits)));
-        } else {
-            cell("");
-        }
-        return *this;
-    }
+    Rows& operator<<(double v) { return cell(std::isfinite(v) ? shortestText(v) : ""); }
     Rows& operator<<(std::size_t v) { return cell(std::to_string(v)); }
     Rows& operator<<(std::string_view v) { return cell(v); }
     void end() {
@@ -54,28 +48,10 @@ void addMm(Rows& rows, const Vec3& p) {
     rows << kMm * p.x << kMm * p.y << kMm * p.z;
 }
 
-std::string_view kindName(haptics::NeedleEventKind kind) {
-    using enum haptics::NeedleEventKind;
-    switch (kind) {
-        case border:
-            return "held";
-        case puncture:
-            return "cut";
-        case entry:
-            return "entry";
-        case sideways:
-            return "sideways";
-        case withdrawn:
-            return "withdrawn";
-        case overflow:
-            return "overflow";
-    }
-    return "?";
-}
-
-std::string_view modelName(Model model) {
-    return model == Model::full ? "full" : model == Model::partial ? "partial" : "";
-}
+// In the order of the enumerators.
+constexpr std::array<std::string_view, 6> kEventNames{"held",     "cut",       "entry",
+                                                      "sideways", "withdrawn", "overflow"};
+constexpr std::array<std::string_view, 3> kModelNames{"full", "partial", ""};
 
 // ---- JSON
 
@@ -87,13 +63,13 @@ Json toJson(const Spread& s, double unit = 1.0) {
     return {{"count", s.count},
             {"mean", orNull(unit * s.mean)},
             {"sigma", orNull(unit * s.sigma)},
-            {"least", orNull(unit * s.least)},
+            {"least", orNull(unit * s.min)},
             {"lower_whisker", orNull(unit * s.lower_whisker)},
             {"lower_quartile", orNull(unit * s.lower_quartile)},
             {"median", orNull(unit * s.median)},
             {"upper_quartile", orNull(unit * s.upper_quartile)},
             {"upper_whisker", orNull(unit * s.upper_whisker)},
-            {"most", orNull(unit * s.most)},
+            {"most", orNull(unit * s.max)},
             {"outlier_limit", orNull(unit * s.outlier_limit)},
             {"outlier_share", s.outlier_share},
             {"above_whisker_share", s.above_whisker_share}};
@@ -103,10 +79,10 @@ Json toJson(const std::vector<CauseCount>& causes) {
     Json list = Json::array();
     for (const CauseCount& c : causes)
         list.push_back({{"tissue", patient::tissueName(c.cause.tissue)},
-                        {"event", kindName(c.cause.kind)},
-                        {"of", modelName(c.cause.model)},
+                        {"event", enumName(kEventNames, c.cause.kind)},
+                        {"of", enumName(kModelNames, c.cause.model)},
                         {"paths", c.paths},
-                        {"median_apart_mm", orNull(kMm * c.cause.apart_m)}});
+                        {"median_apart_mm", orNull(kMm * c.cause.offset_m)}});
     return list;
 }
 
@@ -212,13 +188,9 @@ void writePathTable(const fs::path& csv, const PairFindings& f) {
         "path,entry_x_mm,entry_y_mm,entry_z_mm,target_x_mm,target_y_mm,target_z_mm,length_mm,quality,samples,"
         "rmse_n,max_n,max_at_mm,equal_share,max_outside_events_n,exact_rmse_n,exact_max_n,exact_equal_share,"
         "same_order,same_order_inside,meets_bone,mean_distance_mm,hausdorff_mm,missed,invented,cause_tissue,"
-        "cause_event,cause_"
-        "of,"
-        "cause_apart_mm";
-    for (std::size_t t = 1; t < kTissues; ++t) {
-        const std::string name(patient::tissueName(patient::Tissue(t)));
-        header += "," + name + "_mean_mm," + name + "_hausdorff_mm," + name + "_event_mm";
-    }
+        "cause_event,cause_of,cause_apart_mm";
+    for (std::size_t t = 1; t < kTissues; ++t)
+        header += fmt::format(",{0}_mean_mm,{0}_hausdorff_mm,{0}_event_mm", patient::kTissueNames[t]);
     Rows rows(header);
     for (std::size_t i = 0; i < f.results.size(); ++i) {
         const PlannedPath& p = f.paths[i];
@@ -233,8 +205,9 @@ void writePathTable(const fs::path& csv, const PairFindings& f) {
              << kMm * r.borders.hausdorff_m << std::size_t(r.borders.missed)
              << std::size_t(r.borders.invented);
         const bool caused = r.cause.model != Model::neither;
-        rows << (caused ? patient::tissueName(r.cause.tissue) : "") << (caused ? kindName(r.cause.kind) : "")
-             << modelName(r.cause.model) << kMm * r.cause.apart_m;
+        rows << (caused ? patient::tissueName(r.cause.tissue) : "")
+             << (caused ? enumName(kEventNames, r.cause.kind) : "") << enumName(kModelNames, r.cause.model)
+             << kMm * r.cause.offset_m;
         for (std::size_t t = 1; t < kTissues; ++t)
             rows << kMm * r.by_tissue[t].mean_m << kMm * r.by_tissue[t].hausdorff_m << kMm * r.event_m[t];
         rows.end();
@@ -247,7 +220,7 @@ void writeSampleTable(const fs::path& csv, const PreparedPair& pair, std::span<c
     Rows rows("path,depth_mm,full_n,partial_n");
     Steering steering(pair, settings);
     for (std::size_t path = 0; path < paths.size(); ++path) {
-        const Steered* const s = steering.steer(paths[path]);
+        const SteeringResult* const s = steering.steer(paths[path]);
         if (!s) continue;
         for (std::size_t i = 0; i < s->full.samples_n.size(); ++i) {
             rows << path << kMm * (s->first_m + double(i) * s->step_m - s->entry_m) << s->full.samples_n[i]
@@ -285,7 +258,7 @@ void writeSummary(const fs::path& json, std::span<const PairFindings> findings, 
     out["all"] = toJson(summarise("all", all));
     std::erase_if(all, [](const PathResult& r) { return r.meets_bone; });
     out["all_without_bone"] = toJson(summarise("all without bone", all));
-    const Cohort cohort = cohortOf(patients);
+    const Cohort cohort = computeCohort(patients);
     out["patients_means"] = {{"rmse_n", toJson(cohort.rmse_n)},
                              {"max_n", toJson(cohort.max_n)},
                              {"equal_share", toJson(cohort.equal_share)}};

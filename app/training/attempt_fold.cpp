@@ -3,19 +3,19 @@
 
 namespace stylet::training {
 
-std::uint64_t AttemptFold::take(const haptics::TickInput& input, const haptics::TickOutput& output) {
+std::uint64_t AttemptFold::step(const haptics::TickInput& input, const haptics::TickOutput& output) {
     for (std::uint32_t i = 0; i < input.command_count; ++i) {
         const haptics::Command& command = input.commands[i];
-        if (!isForMachines(command)) continue;
+        if (!isEquipmentCommand(command)) continue;
         begun_ = true;
-        training::take(machines_, command);
+        training::applyCommand(equipment_, command);
         commands_.add(std::uint64_t(command.kind) | std::uint64_t(command.value) << 32);
     }
     if (!begun_) return output.state_hash;
     contrast_.step(
-        {output.tip_reference_m, machines_.injected_m3_per_s, output.phase != haptics::Phase::outside},
+        {output.tip_reference_m, equipment_.injected_m3_per_s, output.phase != haptics::Phase::outside},
         dt_s_);
-    dose_.step(machines_.xray, contrast_.volumes().injected_m3, output.tick);
+    dose_.step(equipment_.xray, contrast_.volumes().injected_m3, output.tick);
     StateHash hash;
     hash.add(output.state_hash);
     hash.add(commands_.value());

@@ -1,9 +1,9 @@
-// Computes the state hash of an attempt, tick by tick. An attempt is determined by its package, scenario,
-// device states and commands, so a replay must give the same hash. The hash covers exactly the following:
+// Computes the state hash of an attempt, tick by tick. Package, scenario, device states and commands
+// determine an attempt, so a replay must give the same hash. The hash covers exactly the following:
 //   haptics: tools, forces, output stage (haptics::Simulation), including
 //     breathing: phase, breath-holds, jitter (patient::BreathingState)
 //     interruptions: starts, coughs and sighs of the patient (patient::Interruption)
-//   equipment: C-arm, pedal, ultrasound knobs (machines.h)
+//   equipment: C-arm, pedal, ultrasound knobs (equipment.h)
 //   contrast: the distribution of the medium (patient::Contrast)
 //   dose: X-ray pulses, air kerma (dose.h)
 // Rendered frames, pictures and the drawn displacement of tissue by a tool are not hashed. Equipment,
@@ -12,7 +12,7 @@
 #pragma once
 
 #include "app/training/dose.h"
-#include "app/training/machines.h"
+#include "app/training/equipment.h"
 #include "base/hash.h"
 #include "haptics/haptics.h"
 #include "patient/patient.h"
@@ -25,15 +25,15 @@ class AttemptFold {
         : contrast_(patient), dose_(DoseSettings{}, dt_s), dt_s_(dt_s) {}
 
     // Session thread, a replay or a test. Adds the next tick and returns the hash after it.
-    std::uint64_t take(const haptics::TickInput&, const haptics::TickOutput&);
+    std::uint64_t step(const haptics::TickInput&, const haptics::TickOutput&);
 
     bool begun() const noexcept { return begun_; }
-    const Machines& machines() const noexcept { return machines_; }
+    const Equipment& equipment() const noexcept { return equipment_; }
     const patient::Contrast& contrast() const noexcept { return contrast_; }
     const DoseLedger& dose() const noexcept { return dose_.ledger(); }
 
   private:
-    Machines machines_;
+    Equipment equipment_;
     patient::Contrast contrast_;
     Dose dose_;
     double dt_s_;

@@ -6,6 +6,8 @@
 #include <optional>
 #include <string_view>
 
+#include "base/text.h"
+
 namespace stylet::training {
 
 enum class Difficulty : std::uint8_t { guided, practice, exam };
@@ -17,21 +19,19 @@ struct Hints {
     bool next_step = false;  // what to do next, on the panel
     bool ghost = false;      // the reference path, in air and in the patient
     bool colours = false;    // red while a risk structure is struck, green when the target is reached
-    bool cues = false;       // the same as sound and controller pulse
+    bool cues = false;       // the same alerts as sounds and controller vibration
 };
-constexpr Hints hintsOf(Difficulty difficulty) noexcept {
+constexpr Hints makeHints(Difficulty difficulty) noexcept {
     if (difficulty == Difficulty::exam) return {};
     const bool guided = difficulty == Difficulty::guided;
     return {true, guided, guided, true, true};
 }
 
-constexpr std::string_view nameOf(Difficulty difficulty) noexcept {
-    return kDifficultyNames[std::size_t(difficulty)];
+constexpr std::string_view difficultyName(Difficulty difficulty) noexcept {
+    return enumName(kDifficultyNames, difficulty);
 }
-constexpr std::optional<Difficulty> difficultyNamed(std::string_view name) noexcept {
-    for (std::size_t i = 0; i < kDifficultyNames.size(); ++i)
-        if (kDifficultyNames[i] == name) return Difficulty(i);
-    return std::nullopt;
+constexpr std::optional<Difficulty> difficultyFromName(std::string_view name) noexcept {
+    return findEnum<Difficulty>(kDifficultyNames, name);
 }
 
 }  // namespace stylet::training

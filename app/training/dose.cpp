@@ -8,7 +8,7 @@ namespace stylet::training {
 
 void Dose::step(XrayState& xray, double injected_m3, std::uint64_t tick) noexcept {
     ledger_.contrast_m3 = injected_m3;
-    if (until_pulse_ > 0) --until_pulse_;  // counts with the pedal up too, so tapping gives no extra pulses
+    if (until_pulse_ > 0) --until_pulse_;  // also while the pedal is up, so tapping gives no extra pulses
     if (!xray.pedal) return;
     ledger_.fluoroscopy_s += dt_s_;
     const auto period = std::uint64_t(std::max(1.0, std::floor(1.0 / (xray.pulses_per_s * dt_s_) + 0.5)));

@@ -1,19 +1,19 @@
-// X-ray and contrast medium dose of the patient. A fold over ticks, hashed and scored.
+// X-ray and contrast medium dose of the patient. It is updated every tick, hashed and scored.
 #pragma once
 
 #include <cstdint>
 
-#include "app/training/machines.h"
+#include "app/training/equipment.h"
 #include "base/hash.h"
 #include "patient/patient.h"
 
 namespace stylet::training {
 
 struct DoseSettings {
-    // At the reference point of IEC 60601-2-43, 150 mm from the isocentre toward the tube. 20 mGy/min at 15
-    // pulses per second; abdominal fluoroscopy delivers 10 to 45 mGy/min to the skin (Aroua et al. 2007,
-    // Eur. Radiol. 17:1621). The tube's automatic exposure control, which follows the patient's thickness,
-    // is not modelled.
+    // At the reference point of IEC 60601-2-43, 150 mm from the isocentre toward the tube. The default gives
+    // 20 mGy/min at 15 pulses per second. Abdominal fluoroscopy delivers 10 to 45 mGy/min to the skin (Aroua
+    // et al. 2007, Eur. Radiol. 17:1621). A real tube's automatic exposure control, which adapts the dose to
+    // the patient's thickness, is not modelled.
     double air_kerma_per_pulse_gy = 22e-6;
     double source_to_detector_m = 1.1, source_to_isocentre_m = 0.72;  // model, section 8
     double reference_before_isocentre_m = 0.15;

@@ -61,10 +61,10 @@ std::optional<LearningCurve> fitAt(std::span<const double> totals, double rate) 
 }  // namespace
 
 std::optional<LearningCurve> learningCurve(std::span<const double> totals) {
-    constexpr std::size_t kLeast = 4;
+    constexpr std::size_t kMinTotals = 4;
     constexpr int kRates = 400;
     constexpr double kSlowest = 10.0, kFastest = 0.5;  // kSlowest: in multiples of the number of attempts
-    if (totals.size() < kLeast) return std::nullopt;
+    if (totals.size() < kMinTotals) return std::nullopt;
     if (std::any_of(totals.begin(), totals.end(), [](double t) { return !std::isfinite(t); }))
         return std::nullopt;
     const auto [low, high] = std::minmax_element(totals.begin(), totals.end());
@@ -79,7 +79,7 @@ std::optional<LearningCurve> learningCurve(std::span<const double> totals) {
     return best;
 }
 
-std::optional<double> percentileIn(std::span<const double> cohort, double total) noexcept {
+std::optional<double> percentileRank(std::span<const double> cohort, double total) noexcept {
     if (cohort.empty() || std::isnan(total)) return std::nullopt;
     double below = 0.0;
     std::size_t count = 0;

@@ -1,5 +1,5 @@
-// Statistics of a trainee's attempts over time, and against others: CUSUM, learning curve, percentile. Pure
-// functions of totals or outcomes, oldest first.
+// Statistics of a trainee's attempts over time and compared with others: CUSUM, learning curve, percentile.
+// Pure functions of totals or outcomes, oldest first.
 #pragma once
 
 #include <cstddef>
@@ -31,8 +31,9 @@ CusumLimits cusumLimits(const CusumSettings&) noexcept;
 
 enum class Verdict : std::uint8_t { open, competent, notYet };
 
-// One point per attempt. A verdict is given when the height has moved by a limit since the last verdict (or
-// the chart's start). The count then restarts.
+// One point per attempt. An attempt gets a verdict if the height has moved by a limit since the last verdict
+// (or since the start of the chart). After a verdict, the distance is measured from the height at that
+// attempt.
 struct CusumPoint {
     double height = 0.0;
     Verdict verdict = Verdict::open;  // of this attempt
@@ -55,6 +56,6 @@ std::optional<LearningCurve> learningCurve(std::span<const double> totals);
 
 // Share of the cohort's totals below `total`, 0 to 1; ties count half. NaN totals in the cohort are
 // ignored. Returns nothing without a cohort or if `total` is NaN.
-std::optional<double> percentileIn(std::span<const double> cohort, double total) noexcept;
+std::optional<double> percentileRank(std::span<const double> cohort, double total) noexcept;
 
 }  // namespace stylet::training

@@ -15,30 +15,30 @@ class Procedure {
     // Computes the surroundings of the path once (surroundings.h). `patient` must outlive this object.
     Procedure(const patient::Patient& patient, const patient::PlannedPath&, double dt_s);
 
-    // Session thread only. The next tick, already processed by `fold`.
-    void take(const haptics::TickOutput&, const AttemptFold& fold);
-    // An event of the newest tick. `target_cut`: it is the first puncture of the target duct.
-    void take(const haptics::NeedleEvent&, const haptics::TickOutput&, bool target_cut);
+    // Session thread only. Processes the next tick, which `fold` must already contain.
+    void update(const haptics::TickOutput&, const AttemptFold& fold);
+    // Processes an event of the newest tick. `target_cut`: it is the first puncture of the target duct.
+    void update(const haptics::NeedleEvent&, const haptics::TickOutput&, bool target_cut);
 
     const Progress& progress() const noexcept { return progress_; }
-    Score score() const noexcept { return scoreOf(metrics_.values()); }
+    Score score() const noexcept { return computeScore(metrics_.values()); }
     // Events since the last call, in order.
-    std::vector<SessionEvent> takeEvents() { return std::exchange(events_, {}); }
+    std::vector<SessionEvent> consumeEvents() { return std::exchange(events_, {}); }
 
   private:
-    TickFacts factsOf(const haptics::TickOutput&) noexcept;
-    PathNow pathNow(const patient::Surrogate&) noexcept;
-    Struck strikingOf(const haptics::TickOutput&) const noexcept;
+    TickFacts computeFacts(const haptics::TickOutput&) noexcept;
+    CurrentPath currentPath(const patient::Surrogate&) noexcept;
+    RiskStructure findCurrentRisk(const haptics::TickOutput&) const noexcept;
     bool inTarget(const haptics::TickOutput&) const noexcept;
-    void watchSteps(const haptics::TickOutput&, const TickFacts&, const AttemptFold&);
-    bool overGap(const Vec3& reference_m) const noexcept;
-    bool inPathsSpace(const Vec3& reference_m) const noexcept;
+    void updateSteps(const haptics::TickOutput&, const TickFacts&, const AttemptFold&);
+    bool isOverGap(const Vec3& reference_m) const noexcept;
+    bool isInPathGap(const Vec3& reference_m) const noexcept;
     bool showsTarget(const haptics::TickOutput&, const Vec3& target_m, const UltrasoundState&) const noexcept;
     bool opensEntry(const haptics::Incision&) const noexcept;
     void finish(Step, std::uint64_t tick);
-    void tell(const haptics::TickOutput&);
-    void say(std::uint64_t tick, const char* kind, std::string text);
-    void rate() noexcept;
+    void reportChanges(const haptics::TickOutput&);
+    void addEvent(std::uint64_t tick, const char* kind, std::string text);
+    void updateScore() noexcept;
 
     const patient::Patient* patient_;
     patient::PlannedPath path_;
@@ -50,9 +50,9 @@ class Procedure {
     Vec3 axis_reference_{0.0, 0.0, 1.0};
     Progress progress_;
     bool begun_ = false, bone_held_ = false;
-    haptics::TickOutput before_;
-    std::uint64_t first_tick_ = 0, look_ticks_ = 1, pulses_ = 0;
-    std::uint32_t early_ = 0;  // bit per step that was done before an earlier one
+    haptics::TickOutput previous_;
+    std::uint64_t first_tick_ = 0, check_interval_ticks_ = 1, pulses_ = 0;
+    std::uint32_t early_steps_ = 0;  // bit per step that was done before an earlier one
     double pressed_s_ = 0.0, shown_s_ = 0.0;
     std::vector<SessionEvent> events_;
 };

@@ -24,9 +24,9 @@ inline constexpr int kStepCount = int(Step::done);
 std::string_view stepName(Step) noexcept;  // "find the space between the ribs"
 
 // The risk structure that the needle is in.
-enum class Struck : std::uint8_t { nothing, bone, vessel, lung, otherOrgan };
-inline constexpr int kStruckCount = 5;
-std::string_view struckName(Struck) noexcept;
+enum class RiskStructure : std::uint8_t { nothing, bone, vessel, lung, otherOrgan };
+inline constexpr int kRiskStructureCount = 5;
+std::string_view riskStructureName(RiskStructure) noexcept;
 
 // Trivially copyable, for snapshots. State at one tick, patient frame.
 struct Progress {
@@ -34,14 +34,14 @@ struct Progress {
     std::uint32_t steps_done = 0;    // bit mask, 1 << Step
     std::uint32_t out_of_order = 0;  // steps done before an earlier one
     double elapsed_s = 0.0;          // since the first tick
-    // Of the needle, or of the current tool if it is not a needle: distance of the tip from the reference
+    // For the needle, or for the current tool if it is not a needle: distance of the tip from the reference
     // path at the current breath, angle between shaft and path, distance from tip to target.
     double off_path_m = 0.0, off_angle_rad = 0.0, to_target_m = 0.0;
     // Distance from the needle's tip to the nearest risk structure. Infinite outside the body and beyond
     // the computed surroundings of the path (surroundings.h).
     double clearance_m = std::numeric_limits<double>::infinity();
-    Struck striking = Struck::nothing;  // at this tick
-    Struck last_struck = Struck::nothing;
+    RiskStructure current_risk = RiskStructure::nothing;  // at this tick
+    RiskStructure last_risk = RiskStructure::nothing;
     std::uint32_t risk_hits = 0, near_misses = 0;  // so far
     bool success = false;                          // target duct punctured
     double total = 0.0;                            // score up to now, 0 to 100 (score.h)

@@ -19,16 +19,16 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kThreads = 2;
-constexpr double kOutermost_m = 0.040;    // outer air is found within this distance in front of the entry
-constexpr double kDuctPiece_m = 0.008;    // radius around the target in which the duct counts as straight
-constexpr double kLeastElongation = 3.0;  // least ratio of variances; below it there is no direction
+constexpr double kOuterAirSearch_m = 0.040;  // outer air is found within this distance in front of the entry
+constexpr double kDuctPiece_m = 0.008;       // radius around the target in which the duct counts as straight
+constexpr double kMinElongation = 3.0;       // least ratio of variances; below it there is no direction
 constexpr std::array<Index3, 6> kNeighbours{Index3(1, 0, 0),  Index3(-1, 0, 0), Index3(0, 1, 0),
                                             Index3(0, -1, 0), Index3(0, 0, 1),  Index3(0, 0, -1)};
 
 // The part of the patient's grid around the path.
 Grid gridAround(const Grid& whole, const patient::PlannedPath& path) {
-    const Vec3 low_m = glm::min(path.entry_reference_m, path.target_reference_m) - kSurroundings_m;
-    const Vec3 high_m = glm::max(path.entry_reference_m, path.target_reference_m) + kSurroundings_m;
+    const Vec3 low_m = glm::min(path.entry_reference_m, path.target_reference_m) - kSurroundingsMargin_m;
+    const Vec3 high_m = glm::max(path.entry_reference_m, path.target_reference_m) + kSurroundingsMargin_m;
     const Index3 last = whole.dims - 1;
     const Index3 low = glm::clamp(whole.nearest(low_m), Index3(0), last);
     const Index3 high = glm::clamp(whole.nearest(high_m), Index3(0), last);
@@ -39,7 +39,7 @@ enum Mark : std::uint8_t { kAir = 1, kOuterAir = 2, kRisk = 4, kDuct = 8 };
 
 // Classifies a voxel like the planner. Unlabelled voxels above the sensitive bone threshold are risks: past
 // the fascia they are bone or a vessel with contrast medium.
-std::uint8_t markOf(const Patient& patient, const Index3& i) {
+std::uint8_t classifyVoxel(const Patient& patient, const Index3& i) {
     const patient::Package& p = patient.package();
     if (const Label* label = patient.label(p.labels[i])) {
         if (label->role == patient::Role::risk) return kRisk;
@@ -52,12 +52,12 @@ std::uint8_t markOf(const Patient& patient, const Index3& i) {
 
 // Marks the air connected to the air in front of the entry as outside. Other air is gas.
 void findOuterAir(Volume<std::uint8_t>& marks, const patient::PlannedPath& path) {
-    const Vec3 way = path.target_reference_m - path.entry_reference_m;
-    const double length_m = glm::length(way);
+    const Vec3 inward_m = path.target_reference_m - path.entry_reference_m;
+    const double length_m = glm::length(inward_m);
     if (!(length_m > 0.0)) return;
-    const Vec3 outward = -way / length_m;
+    const Vec3 outward = -inward_m / length_m;
     std::vector<Index3> open;
-    for (double at_m = 0.0; at_m < kOutermost_m && open.empty(); at_m += marks.grid.spacing_m.x) {
+    for (double at_m = 0.0; at_m < kOuterAirSearch_m && open.empty(); at_m += marks.grid.spacing_m.x) {
         const Index3 i = marks.grid.nearest(path.entry_reference_m + outward * at_m);
         if (marks.grid.contains(i) && marks[i] == kAir) open.push_back(i);
     }
@@ -88,16 +88,14 @@ std::optional<Vec3> ductDirection(const Volume<std::uint8_t>& marks, const Vec3&
     Vec3 middle(0.0);
     const Index3 centre = marks.grid.nearest(target_m);
     const Index3 reach = Index3(glm::ceil(Vec3(kDuctPiece_m) / marks.grid.spacing_m));
-    Index3 i;
-    for (i.z = centre.z - reach.z; i.z <= centre.z + reach.z; ++i.z)
-        for (i.y = centre.y - reach.y; i.y <= centre.y + reach.y; ++i.y)
-            for (i.x = centre.x - reach.x; i.x <= centre.x + reach.x; ++i.x) {
-                if (!marks.grid.contains(i) || marks[i] != kDuct) continue;
-                const Vec3 p = marks.grid.centre(i);
-                if (glm::length(p - target_m) > kDuctPiece_m) continue;
-                piece.push_back(p);
-                middle += p;
-            }
+    forEachVoxel(Grid{2 * reach + 1}, [&](const Index3& step) {
+        const Index3 i = centre - reach + step;
+        if (!marks.grid.contains(i) || marks[i] != kDuct) return;
+        const Vec3 p = marks.grid.centre(i);
+        if (glm::length(p - target_m) > kDuctPiece_m) return;
+        piece.push_back(p);
+        middle += p;
+    });
     if (piece.size() < 3) return std::nullopt;
     middle /= double(piece.size());
     patient::Mat3 moments(0.0);
@@ -113,7 +111,7 @@ std::optional<Vec3> ductDirection(const Volume<std::uint8_t>& marks, const Vec3&
     }
     const double longest = glm::dot(along, moments * along);
     const double others = 0.5 * (moments[0][0] + moments[1][1] + moments[2][2] - longest);
-    if (!(longest > kLeastElongation * others)) return std::nullopt;
+    if (!(longest > kMinElongation * others)) return std::nullopt;
     return along;
 }
 
@@ -122,22 +120,18 @@ std::optional<Vec3> ductDirection(const Volume<std::uint8_t>& marks, const Vec3&
 Surroundings::Surroundings(const Patient& patient, const patient::PlannedPath& path) {
     Volume<std::uint8_t> marks(gridAround(patient.grid(), path));
     const Index3 corner = patient.grid().nearest(marks.grid.origin_m);
-    Index3 i;
-    for (i.z = 0; i.z < marks.grid.dims.z; ++i.z)
-        for (i.y = 0; i.y < marks.grid.dims.y; ++i.y)
-            for (i.x = 0; i.x < marks.grid.dims.x; ++i.x)
-                marks[i] = markOf(patient, i + corner);
+    forEachVoxel(marks.grid, [&](const Index3& i) { marks[i] = classifyVoxel(patient, i + corner); });
     findOuterAir(marks, path);
     const Vec3 s = marks.grid.spacing_m;
     half_voxel_m_ = 0.5 * std::max({s.x, s.y, s.z});
     risk_m_ = distanceToMarked(marks, kRisk | kAir);
     duct_m_ = distanceToMarked(marks, kDuct);
-    duct_along_ = ductDirection(marks, path.target_reference_m);
+    duct_axis_ = ductDirection(marks, path.target_reference_m);
 }
 
 double Surroundings::toBorder(const Volume<float>& distance_m, const Vec3& reference_m) const noexcept {
     if (!distance_m.grid.contains(distance_m.grid.nearest(reference_m))) return kInfinity;
-    return std::max(0.0, linearAt(distance_m, reference_m) - half_voxel_m_);
+    return std::max(0.0, sampleTrilinear(distance_m, reference_m) - half_voxel_m_);
 }
 
 }  // namespace stylet::training

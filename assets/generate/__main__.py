@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the meshes in rooms/ and instruments/ (binary glTF, metres): `python3 assets/generate [object ...]`. Same
-script, same bytes; takes half a minute."""
+"""Writes the meshes in rooms/ and instruments/ (binary glTF, metres): `python3 assets/generate [object ...]`. The same
+script always writes the same bytes. Takes half a minute."""
 import sys
 
 import c_arm

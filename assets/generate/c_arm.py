@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Mobile C-arm. Frame: the isocentre at the origin, y up, z along the patient to his head; the stand is at -x. Source
-0.72 m below the isocentre, detector 0.38 m above it: 1.10 m from source to detector. Nodes: `stand` (its floor is at
-y = -ISOCENTRE_HEIGHT), `carriage` (turns about x by the angulation), `arc` (after that, about z by the orbital angle)."""
+"""Mobile C-arm. Frame: origin at the isocentre, y up, z along the patient toward the head; the stand is at -x. The
+source is 0.72 m below the isocentre and the detector 0.38 m above it, 1.10 m apart. Nodes: `stand` (its floor is at y
+= -ISOCENTRE_HEIGHT), `carriage` (rotates about x by the angulation), `arc` (after that, rotates about z by the orbital
+angle)."""
 import math
 
 from geometry import Part, curve, rounded_rectangle
@@ -25,7 +26,7 @@ def arc():
             a = math.radians(FROM_DEG + (TO_DEG - FROM_DEG) * i / 32)
             out.append(((radius * math.cos(a), radius * math.sin(a), 0.0), (math.cos(a), math.sin(a), 0.0),
                         (0.0, 0.0, 1.0)))
-        # x cross y = (sin, -cos, 0): against the way of growing angles.
+        # x cross y = (sin, -cos, 0) points against growing angles, so the order is reversed.
         return out[::-1]
     white.sweep(rounded_rectangle(0.075, 0.120, 0.018, 2), frames(RADIUS))
     for side in (-1, 1):
@@ -38,7 +39,7 @@ def arc():
     white.lathe([[(0.085, 0.498), (0.072, 0.56), (0.072, 0.72), (0.085, 0.79)]], 28)
     dark.box((-0.10, 0.775, -0.085), (0.12, 0.900, 0.085), 0.025, 2)
     trim.box((-0.168, 0.424, -0.168), (0.168, 0.430, 0.168), 0.002, blocks=False)
-    # Tube: a tank with a collimator that looks up.
+    # Tube: a tank with a collimator that faces up.
     dark.lathe([[(0.0, -0.665), (0.075, -0.665)], [(0.075, -0.665), (0.085, -0.70)], [(0.085, -0.70), (0.085, -0.73)]],
                28)
     dark.lathe([[(0.085, -0.73), (0.085, -0.665), (0.075, -0.655)], [(0.075, -0.655), (0.0, -0.655)]], 28)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Surfaces of one material each: boxes with bevels, lathes, sweeps, screens. Metres, counter-clockwise from outside."""
+"""Surfaces, each of one material: boxes with bevels, lathes, sweeps, screens. Metres; triangles are counter-clockwise
+seen from outside."""
 import math
 
 from vectors import add, cross, dot, scale, sub, turned, unit
@@ -10,7 +11,7 @@ def linear(c):
 
 
 class Part:
-    """Triangles of one material. `blockers` are boxes (low, high) that shade what is near them, see shade.py."""
+    """Triangles of one material. `blockers` are boxes (low, high) that shade nearby surfaces, see shade.py."""
 
     def __init__(self, name, srgb, metallic=0.0, roughness=0.5, emission=0.0):
         self.name = name
@@ -45,7 +46,7 @@ class Part:
                 self.quad(ids[j][i], ids[j][i + 1], ids[j + 1][i + 1], ids[j + 1][i])
 
     def box(self, low, high, bevel=0.004, steps=1, blocks=True):
-        """A box whose edges are rounded by `bevel`: flat faces with a band that catches the light between them."""
+        """A box with flat faces whose edges are rounded by `bevel`, so that the edges catch the light."""
         middle = scale(add(low, high), 0.5)
         bevel = min([bevel] + [0.49 * (h - l) for l, h in zip(low, high)])
         half = tuple(0.5 * (h - l) - bevel for l, h in zip(low, high))
@@ -74,9 +75,9 @@ class Part:
             self.blockers.append((low, high))
 
     def lathe(self, runs, sides, centre=(0.0, 0.0, 0.0), axis=1, blocks=True):
-        """Surface of revolution. `runs`: lists of (radius, height), smooth inside a run, creased between runs; the
-        height falls or the radius shrinks along a run that is seen from outside when it is wound like (r, low) to
-        (r, high)."""
+        """Surface of revolution. `runs` are lists of (radius, height). A surface is smooth within a run and has a
+        crease between runs. Winding: a run of increasing height faces away from the axis; a run of decreasing radius
+        faces the +axis direction."""
         def place(u, v, h):
             p = {0: (h, u, v), 1: (v, h, u), 2: (u, v, h)}[axis]
             return add(p, centre)
@@ -111,8 +112,8 @@ class Part:
                     [(radius - b, high), (0.0, high)]], sides, centre, axis)
 
     def sweep(self, section, frames, caps=True):
-        """A closed section [(x, y, normal x, normal y)], counter-clockwise, along frames [(origin, x axis, y axis)]
-        whose x cross y points along the way."""
+        """Moves a closed section [(x, y, normal x, normal y)], counter-clockwise, along frames [(origin, x axis, y
+        axis)]. x cross y of each frame points along the path."""
         rings = [[self.vertex(add(o, add(scale(ax, x), scale(ay, y))), add(scale(ax, nx), scale(ay, ny)))
                   for x, y, nx, ny in section] for o, ax, ay in frames]
         n = len(section)
@@ -140,7 +141,7 @@ class Part:
         self.sweep(circle(1.0, sides), [(o, scale(x, r), scale(y, r)) for (o, x, y), r in zip(frames, radius)], caps)
 
     def place(self, degrees=0.0, axis=1, offset=(0.0, 0.0, 0.0), first=0):
-        """Rotates about an axis through the origin and shifts what was added since vertex `first`."""
+        """Rotates all vertices from index `first` on about an axis through the origin, then shifts them."""
         for i in range(first, len(self.positions)):
             self.positions[i] = add(turned(self.positions[i], axis, degrees), offset)
             self.normals[i] = turned(self.normals[i], axis, degrees)
@@ -162,7 +163,7 @@ def rounded_rectangle(width, height, bevel, steps=2):
 
 
 def frames_along(points, up):
-    """Frames across a polyline, carried along it without twist."""
+    """Frames perpendicular to a polyline, without twist along it."""
     frames, x = [], None
     for i, p in enumerate(points):
         way = unit(sub(points[min(i + 1, len(points) - 1)], points[max(i - 1, 0)]))

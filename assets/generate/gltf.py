@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes binary glTF 2.0. Same nodes, same bytes."""
+"""Writes binary glTF 2.0. The same nodes always give the same bytes."""
 import copy
 import json
 import struct
@@ -9,7 +9,7 @@ ASSETS = Path(__file__).resolve().parent.parent
 
 
 def welded(part):
-    """The part with each vertex once and no triangle without an area."""
+    """The part without duplicate vertices and without triangles of zero area."""
     ids, known = [], {}
     out = copy.copy(part)
     out.positions, out.normals, out.uvs, out.open, out.indices = [], [], [], [], []

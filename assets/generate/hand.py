@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A gloved right hand that points: the pad of the index finger at the origin, +z along the finger toward the hand, +y
-the back of the hand. Capsules, blended smoothly, and the zero of their distance as a mesh of surface nets (Gibson 1998)."""
+"""A gloved right hand that points. The pad of the index finger is at the origin; +z points along the finger toward the
+hand, +y to the back of the hand. The shape is a smooth blend of capsules. The mesh is the zero level of their
+distance, made with surface nets (Gibson 1998)."""
 import math
 
 from geometry import Part
@@ -9,7 +10,7 @@ from vectors import add, cross, dot, length, scale, sub, unit
 
 CELL = 0.0041
 
-# (from, to, radius at each), millimetres, x toward the thumb.
+# (start, end, radius at start, radius at end) of each capsule, millimetres, x toward the thumb.
 BONES = [
     ((0, 8, 6), (0, 10, 26), 7.6, 8.0), ((0, 10, 26), (-1, 11, 50), 8.2, 8.8), ((-1, 11, 50), (-4, 8, 94), 9.0, 10.5),
     # palm
@@ -34,7 +35,7 @@ def capsule(p, a, b, ra, rb):
 
 
 def distance(p):
-    """Millimetres; fingers keep a crease between them, so each bone blends by little."""
+    """Signed distance in millimetres. The blend between bones is small, so that creases remain between the fingers."""
     blend = 4.0
     total, nearest = 0.0, 1e9
     for a, b, ra, rb in BONES:
@@ -46,12 +47,12 @@ def distance(p):
 
 
 def surface(part, low, high, cell):
-    """The zero level of `distance` between low and high, millimetres."""
+    """Adds the zero level of `distance` in the box from low to high (millimetres) to the part."""
     dims = [int(math.ceil((h - l) / cell)) + 1 for l, h in zip(low, high)]
 
     def at(i, j, k):
         return (low[0] + cell * i, low[1] + cell * j, low[2] + cell * k)
-    # Distances change by at most a millimetre in a millimetre: far cells are known from a coarse look.
+    # The distance changes by at most 1 mm per mm, so cells that are far away on a coarse grid need no finer evaluation.
     values = {}
     coarse = 4
     reach = cell * (coarse * 1.8 + 1.5) + 6.0
@@ -99,7 +100,7 @@ def surface(part, low, high, cell):
 
 
 def fold(part, ids):
-    """A quad, split along the diagonal whose triangles agree better with the normals."""
+    """Adds a quad, split along the diagonal whose triangles agree better with the normals."""
     def worst(triangles):
         least = 1.0
         for t in triangles:
@@ -113,7 +114,7 @@ def fold(part, ids):
 
 
 def heal(part):
-    """Slivers that face inward lose their shortest edge."""
+    """Collapses the shortest edge of each sliver that faces inward."""
     def face(t):
         a, b, c = (part.positions[i] for i in t)
         return cross(sub(b, a), sub(c, a))

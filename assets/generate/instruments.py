@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Needle, probe and scalpel. Each has what touches the patient at the origin and +z toward the hand."""
+"""Needle, probe and scalpel. The origin is the point that touches the patient; +z points toward the hand."""
 import math
 
 from geometry import Part, curve
@@ -8,12 +8,13 @@ from shade import shade
 
 
 def needle():
-    """17 G puncture needle, 150 mm, its stylet in place: tip at the origin, +z along the shaft toward the hub."""
+    """17 G puncture needle of 150 mm with its stylet inserted. The tip is at the origin; +z points along the shaft
+    toward the hub. The program scales the shaft's node to the gauge in use."""
     radius, length, bevel = 0.00075, 0.150, math.radians(22.0)
     sides = 20
     steel = Part("steel", (208, 212, 216), 1.0, 0.22)
-    # A plane cut at the bevel's angle. Its point would lie on the shaft's rim; its first millimetre closes onto the
-    # axis, so that the visible point is where the forces have it.
+    # A plane cut at the bevel's angle. Its point would lie on the rim of the shaft. The first millimetre is moved
+    # toward the axis, so that the visible point is where the forces act.
     def cut(angle):
         return (radius - radius * math.cos(angle)) / math.tan(bevel)
     low, high, rim = [], [], []
@@ -57,13 +58,12 @@ def needle():
     stylet.box((0.0045, -0.0012, length + 0.0228), (0.0080, 0.0012, length + 0.0270), 0.0005, blocks=False)
     wings = Part("wings", (232, 96, 82), 0.0, 0.32)
     wings.box((-0.0130, -0.0010, length + 0.0045), (0.0130, 0.0010, length + 0.0125), 0.0009, 2, blocks=False)
-    parts = [steel, ground, marks, hub, stylet, wings]
-    write("instruments", "needle", {"needle": parts})
+    write("instruments", "needle", {"needle": [steel, ground, marks], "hub": [hub, stylet, wings]})
 
 
 def probe():
-    """Convex abdominal probe, 60 mm radius, with a needle guide on the side of +x. The lens' middle is at the origin;
-    x runs along the array, the image plane is y = 0."""
+    """Convex abdominal probe of 60 mm radius, with a needle guide on the +x side. The centre of the lens is at the
+    origin; x runs along the array, and the image plane is y = 0."""
     lens, shell = Part("lens", (92, 98, 104), 0.0, 0.42), Part("shell", (226, 228, 224), 0.0, 0.3)
     grip, accent = Part("grip", (70, 78, 86), 0.0, 0.5), Part("accent", (40, 132, 148), 0.0, 0.35)
     guide, cable = Part("guide", (92, 170, 186), 0.0, 0.3), Part("cable", (206, 208, 204), 0.0, 0.5)

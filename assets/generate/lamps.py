@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Surgical lamp. Node `head`: the light's middle at the origin, shining along -z. Node `yoke`: holds the head, the end
-of the arm 0.42 m above the origin, y up. Node `arm`: a bar of unit length along x at y = 0. Node `post`: hangs from
-the ceiling (y = 0) one unit down and is scaled to fit."""
+"""Surgical lamp. Node `head`: the light's centre is at the origin and shines along -z. Node `yoke`: carries the head;
+y is up, and the arm ends 0.42 m above the origin. Node `arm`: a bar of unit length along x at y = 0. Node `post`:
+hangs from the ceiling (y = 0), one unit long, and is scaled to fit."""
 import math
 
 from geometry import Part, curve

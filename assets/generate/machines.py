@@ -11,7 +11,7 @@ BEZEL, DARK, STEEL, WHITE = (28, 31, 35), (52, 57, 63), (196, 200, 204), (222, 2
 
 
 def screen(name, width, height, centre, tilt_deg=0.0):
-    """A picture of width x height that faces +z, leaning back by `tilt_deg`; its content comes from the scene."""
+    """A picture of width x height that faces +z and leans back by `tilt_deg`. The scene supplies its content."""
     part = Part("screen:" + name, (14, 16, 18), 0.0, 0.12)
     part.sheet((-0.5 * width, -0.5 * height, 0.0), (width, 0.0, 0.0), (0.0, height, 0.0))
     part.place(-tilt_deg, 0, centre)
@@ -92,7 +92,8 @@ def key(part, low, width, height, depth):
 
 
 def boom(part, joint, height, reach):
-    """From behind the screen up to a ceiling `height` above the origin, `reach` behind it."""
+    """An arm from behind the screen to the ceiling. The ceiling is `height` above the origin; the arm meets it `reach`
+    behind the origin."""
     joint.rod(0.030, -0.075, 0.075, 18, (0.0, 0.0, -0.11))
     part.tube(0.020, [(0.0, 0.0, -0.06), (0.0, 0.0, -0.11)], 12)
     part.tube(0.024, curve([(0.0, 0.02, -0.11), (0.0, 0.30, -0.11), (0.0, 0.38, -0.14), (0.0, 0.40, -0.22)], 5), 14)
@@ -175,7 +176,7 @@ def drop(cloth, half_x, half_z, top, fall):
 
 
 def grid(part, rings):
-    """A smooth skin over closed rings, each outside the one before as seen from above."""
+    """A smooth surface through closed rings. Seen from above, each ring lies outside the one before."""
     n = len(rings[0])
     normals = []
     for k, ring in enumerate(rings):

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How much of the room's light reaches each vertex, past the boxes of the same object."""
+"""Computes how much of the room's light reaches each vertex past the boxes of the same object."""
 import math
 
 from vectors import add, cross, scale, unit
 
 RAYS = 24
-START = 0.004  # m off the surface
+START = 0.004  # metres from the surface
 
 
 def hemisphere():
-    """Directions about +z whose density follows the cosine."""
+    """Directions about +z with a cosine-weighted density."""
     golden = math.pi * (3.0 - math.sqrt(5.0))
     rays = []
     for i in range(RAYS):
@@ -19,7 +19,7 @@ def hemisphere():
 
 
 def hits(origin, way, boxes, reach):
-    """Distance to the nearest box, or `reach`. A box that holds the origin does not count."""
+    """Distance to the nearest box, or `reach`. A box that contains the origin is ignored."""
     nearest = reach
     for low, high in boxes:
         enter, leave = 0.0, nearest
@@ -41,7 +41,8 @@ def hits(origin, way, boxes, reach):
 
 
 def shade(parts, reach=0.35, floor=None, least=0.25, extra=()):
-    """Fills in `open` of every part. `floor`: a height that blocks from below; `extra`: more boxes."""
+    """Sets `open` of every part. `floor`: height of a floor that blocks light from below. `extra`: additional
+    boxes."""
     boxes = [b for part in parts for b in part.blockers] + list(extra)
     if floor is not None:
         boxes.append(((-99.0, floor - 1.0, -99.0), (99.0, floor, 99.0)))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The operating room itself: floor, walls, ceiling, doors and what is built in. Frame: y up from the floor, the middle
-of the operating table at the origin, z toward the patient's head; inside HALF_X x HALF_Z x HEIGHT (render/room/lighting
-knows the same numbers)."""
+"""The operating room: floor, walls, ceiling, doors and built-in objects. Frame: y up from the floor, origin at the
+middle of the operating table, z toward the patient's head. The inside is bounded by HALF_X, HALF_Z and HEIGHT
+(render/room/lighting uses the same numbers)."""
 import math
 
 from geometry import Part
@@ -17,7 +17,8 @@ X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 
 def light_on(p, n):
-    """Share of the panels' light at p, with a bounce: bakes the slow gradients over walls, floor and ceiling."""
+    """Light at p with normal n, from the ceiling panels and reflected. It gives walls, floor and ceiling their slow
+    gradients."""
     total = 0.0
     for x, z in PANELS:
         for dx in (-0.15, 0.15):
@@ -36,7 +37,7 @@ def light_on(p, n):
 
 
 def surface(part, corner, across, up, columns, rows):
-    """A subdivided rectangle that knows its light."""
+    """A subdivided rectangle with the light at each of its vertices."""
     first = len(part.positions)
     part.sheet(corner, across, up, columns, rows)
     n = unit(cross(across, up))
@@ -45,7 +46,7 @@ def surface(part, corner, across, up, columns, rows):
 
 
 def slab(part, low, high, bevel=0.004, room=None):
-    """A built-in box that takes its light from the wall it hangs on, or from `room`, a direction."""
+    """A built-in box. It is lit along its own normals or, if `room` is given, as if it faced in that direction."""
     first = len(part.positions)
     part.box(low, high, bevel, blocks=False)
     for p, n in zip(part.positions[first:], part.normals[first:]):
@@ -58,13 +59,13 @@ def wall_parts():
     lit_floor = Part("floor", (150, 165, 168), 0.0, 0.22)
     skirting, light = Part("skirting", (84, 98, 102), 0.0, 0.4), Part("panel", (255, 251, 242), 0.0, 0.6, 1.0)
     frame, seam = Part("panel_frame", (188, 193, 194), 0.2, 0.45), Part("seam", (170, 188, 188), 0.0, 0.6)
-    # The lamp reaches the middle of the floor only.
+    # The lamp lights only the middle of the floor.
     for x0, x1 in ((-HALF_X, -LAMPLIT), (-LAMPLIT, LAMPLIT), (LAMPLIT, HALF_X)):
         for z0, z1 in ((-HALF_Z, -LAMPLIT), (-LAMPLIT, LAMPLIT), (LAMPLIT, HALF_Z)):
             part = lit_floor if abs(x0 + x1) + abs(z0 + z1) < 0.01 else floor
             surface(part, (x0, 0.0, z1), (x1 - x0, 0.0, 0.0), (0.0, 0.0, z0 - z1), 7, 7)
     surface(ceiling, (-HALF_X, HEIGHT, -HALF_Z), (2 * HALF_X, 0.0, 0.0), (0.0, 0.0, 2 * HALF_Z), 12, 11)
-    # Each wall: its left lower corner seen from inside, and the way along it.
+    # Each wall: its lower left corner seen from inside, and the direction along it.
     for corner, along, span in (((-HALF_X, 0, HALF_Z), (0, 0, -1), 2 * HALF_Z), ((HALF_X, 0, -HALF_Z), (0, 0, 1), 2 * HALF_Z),
                                 ((-HALF_X, 0, -HALF_Z), (1, 0, 0), 2 * HALF_X), ((HALF_X, 0, HALF_Z), (-1, 0, 0), 2 * HALF_X)):
         inward = cross(along, Y)
@@ -87,7 +88,7 @@ def wall_parts():
                           ((-PANEL_X, PANEL_Z), (PANEL_X, PANEL_Z + 0.03))):
             slab(frame, (x + low[0], HEIGHT - 0.02, z + low[1]), (x + high[0], HEIGHT + 0.01, z + high[1]), 0.003, (0, -1, 0))
     light.open = [1.0] * len(light.positions)
-    # The laminar-flow field above the table, a shade brighter than the ceiling.
+    # The laminar-flow ceiling above the table, slightly brighter than the rest.
     flow = Part("flow", (244, 246, 246), 0.0, 0.5, 0.05)
     slab(flow, (-1.1, HEIGHT - 0.05, -1.3), (1.1, HEIGHT + 0.01, 1.3), 0.02, (0, -1, 0))
     for k in range(1, 4):

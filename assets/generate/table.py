@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Operating table for work under X-ray: a long top that floats over the C-arm's tube, carried at the foot end.
-Frame: x to the patient's right, y up, z to the head; the pad's top is y = 0, centred under the trunk. The pedestal is
-one unit high (y from -1 to 0) and is scaled to the floor when it is drawn."""
+"""Operating table for X-ray work: a long top, supported at the foot end only, with space for the C-arm's tube below
+it. Frame: x to the patient's right, y up, z to the head. The top of the pad is y = 0, centred under the trunk. The
+pedestal is one unit high (y from -1 to 0) and is scaled to the floor when it is drawn."""
 import math
 
 from geometry import Part

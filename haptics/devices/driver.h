@@ -2,14 +2,16 @@
 // separate thread with a state machine and a watchdog, and is the HapticDevice that the loop sees.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "haptics/tools/device.h"
 
 namespace stylet::haptics {
 
-// State of the connection. The names are shown to users.
+// State of the connection.
 enum class DeviceStage : std::uint8_t {
     absent,         // nothing plugged in
     opening,        // found, being claimed
@@ -18,6 +20,9 @@ enum class DeviceStage : std::uint8_t {
     ready,
     failed,  // see the reason; retried with back-off
 };
+// Names shown to users, in the order of DeviceStage.
+inline constexpr std::array<std::string_view, 6> kDeviceStageNames{
+    "absent", "opening", "needs firmware", "needs homing", "ready", "failed"};
 
 class Driver {
   public:

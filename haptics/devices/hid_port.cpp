@@ -2,6 +2,7 @@
 
 #include <hidapi/hidapi.h>
 
+#include <fmt/core.h>
 #include <cerrno>
 #include <cstring>
 #include <mutex>
@@ -13,10 +14,7 @@ namespace stylet::haptics {
 namespace {
 
 // hidapi's device list and last error are process-wide.
-std::mutex& libraryMutex() {
-    static std::mutex mutex;
-    return mutex;
-}
+std::mutex g_library;
 
 std::string narrow(const wchar_t* text) {
     std::string out;
@@ -28,7 +26,7 @@ std::string narrow(const wchar_t* text) {
 }  // namespace
 
 std::vector<HidEntry> listHid() {
-    const std::lock_guard lock(libraryMutex());
+    const std::lock_guard lock(g_library);
     std::vector<HidEntry> entries;
     hid_device_info* const first = hid_enumerate(0, 0);
     for (const hid_device_info* d = first; d; d = d->next)
@@ -38,9 +36,23 @@ std::vector<HidEntry> listHid() {
     return entries;
 }
 
+void findHid(std::vector<FoundDevice>& found, const char* kind, bool (*isOne)(const HidEntry&),
+             const std::string& problem) {
+    for (const HidEntry& entry : listHid()) {
+        const bool known = std::any_of(found.begin(), found.end(),
+                                       [&](const FoundDevice& f) { return f.place == entry.path; });
+        if (!isOne(entry) || known) continue;
+        std::array<char, 16> ids{};
+        std::snprintf(ids.data(), ids.size(), "%04x:%04x", entry.vendor, entry.product);
+        const std::string denied = accessProblem(entry.path);
+        found.push_back(
+            {kind, entry.path, entry.name + " (" + ids.data() + ")", denied.empty() ? problem : denied});
+    }
+}
+
 bool HidPort::open(const std::string& path, std::string& why) {
     close();
-    const std::lock_guard lock(libraryMutex());
+    const std::lock_guard lock(g_library);
     errno = 0;
     device_ = hid_open_path(path.c_str());
     if (!device_) why = accessProblem(path, errno);
@@ -52,8 +64,8 @@ bool HidPort::write(std::span<const unsigned char> report, std::string& why) {
     errno = 0;
     const int written = hid_write(device_, report.data(), report.size());
     if (written == int(report.size())) return true;
-    why = path_ + (written < 0 ? std::string(" does not accept reports: ") + std::strerror(errno)
-                               : " accepted only " + std::to_string(written) + " bytes of a report");
+    why = written < 0 ? fmt::format("{} does not accept reports: {}", path_, std::strerror(errno))
+                      : fmt::format("{} accepted only {} bytes of a report", path_, written);
     return false;
 }
 
@@ -62,7 +74,7 @@ int HidPort::read(std::span<unsigned char> into, int timeout_ms, std::string& wh
     const int bytes = hid_read_timeout(device_, into.data(), into.size(), timeout_ms);
     if (bytes >= 0) return bytes;
     if (errno == EINTR) return 0;
-    why = path_ + " was lost" + (errno != 0 ? std::string(": ") + std::strerror(errno) : "; unplugged?");
+    why = fmt::format("{} was lost: {}", path_, errno != 0 ? std::strerror(errno) : "was it unplugged?");
     return -1;
 }
 

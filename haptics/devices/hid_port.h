@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "haptics/devices/entry.h"
+
 struct hid_device_;
 
 namespace stylet::haptics {
@@ -18,6 +20,11 @@ struct HidEntry {
 
 // Any thread.
 std::vector<HidEntry> listHid();
+
+// Appends the devices for which `isOne` returns true. `problem` is stored with each device that can be
+// accessed; for the others the access problem is stored.
+void findHid(std::vector<FoundDevice>& found, const char* kind, bool (*isOne)(const HidEntry&),
+             const std::string& problem);
 
 // One thread at a time.
 class HidPort {

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <fmt/core.h>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -19,21 +20,25 @@ std::string accessProblem(const std::string& node, int error) {
         case EPERM:
             if (std::error_code none;
                 std::filesystem::exists("/usr/lib/udev/rules.d/70-stylet-usb.rules", none))
-                return "no permission for " + node +
-                       ": the udev rules grant it to the user logged in at this machine: log in there (not "
-                       "over SSH), run "
-                       "\"sudo udevadm control --reload\" and plug the device in again";
-            return "no permission for " + node +
-                   ": run \"sudo cp packaging/udev/*.rules /etc/udev/rules.d/ && sudo udevadm control "
-                   "--reload\" and plug the device in again";
+                return fmt::format(
+                    "no permission for {}: the udev rules grant it to the user logged in at this machine: "
+                    "log "
+                    "in there (not over SSH), run \"sudo udevadm control --reload\" and plug the device in "
+                    "again",
+                    node);
+            return fmt::format(
+                "no permission for {}: run \"sudo cp packaging/udev/*.rules /etc/udev/rules.d/ && sudo "
+                "udevadm "
+                "control --reload\" and plug the device in again",
+                node);
         case EBUSY:
-            return node + " is in use: close the other program that holds the device";
+            return node + " is in use: close the other program that uses the device";
         case ENOENT:
         case ENODEV:
         case ENXIO:
             return node + " is gone: plug the device in again";
         default:
-            return node + " cannot be opened: " + std::strerror(error);
+            return fmt::format("{} cannot be opened: {}", node, std::strerror(error));
     }
 }
 

@@ -8,8 +8,8 @@ namespace stylet::haptics {
 
 namespace {
 
-// stop() takes effect within this time, even if the next look is far off.
-constexpr std::int64_t kNap_ns = 20'000'000;
+// stop() takes effect within this time, even if the next attempt is far off.
+constexpr std::int64_t kMaxSleep_ns = 20'000'000;
 
 bool isOpen(DeviceStage stage) noexcept {
     return stage != DeviceStage::absent && stage != DeviceStage::failed;
@@ -25,43 +25,12 @@ bool sameLimits(const DeviceProfile& a, const DeviceProfile& b) noexcept {
            same(a.force_continuous_n, b.force_continuous_n) && same(a.stiffness_n_per_m, b.stiffness_n_per_m);
 }
 
-std::int64_t periodOf(const DeviceProfile& profile) noexcept {
+std::int64_t pollPeriod_ns(const DeviceProfile& profile) noexcept {
     const double rate_hz = std::isnan(profile.rate_hz) ? 1000.0 : std::clamp(profile.rate_hz, 1.0, 4000.0);
     return std::llround(1e9 / rate_hz);
 }
 
-// Turns any exception from a driver into `failed` with a reason.
-template <typename Call>
-DeviceStage guarded(std::string& why, const Call& call) noexcept {
-    try {
-        return call();
-    } catch (const std::exception& e) {
-        why = e.what();
-    } catch (...) {
-        why = "the driver threw something that is no exception";
-    }
-    return DeviceStage::failed;
-}
-
 }  // namespace
-
-const char* nameOf(DeviceStage stage) noexcept {
-    switch (stage) {
-        case DeviceStage::absent:
-            return "absent";
-        case DeviceStage::opening:
-            return "opening";
-        case DeviceStage::needsFirmware:
-            return "needs firmware";
-        case DeviceStage::needsHoming:
-            return "needs homing";
-        case DeviceStage::ready:
-            return "ready";
-        case DeviceStage::failed:
-            return "failed";
-    }
-    return "unknown";
-}
 
 PolledDevice::PolledDevice(std::unique_ptr<Driver> driver, const Clock& clock, const PolledSettings& settings)
     : driver_(std::move(driver)),
@@ -109,7 +78,7 @@ void PolledDevice::release() noexcept {
     if (!open_) return;
     driver_->close();
     open_ = false;
-    enter(DeviceStage::absent, "closed");
+    setStage(DeviceStage::absent, "closed");
     publishLost();
 }
 
@@ -117,7 +86,7 @@ void PolledDevice::run() noexcept {
     if (settings_.atThreadStart) settings_.atThreadStart();
     while (!stop_.load(std::memory_order_acquire)) {
         const std::int64_t due_ns = poll(), now_ns = now();
-        if (due_ns > now_ns) clock_.sleepUntil_ns(clock_.context, std::min(due_ns, now_ns + kNap_ns));
+        if (due_ns > now_ns) clock_.sleepUntil(std::min(due_ns, now_ns + kMaxSleep_ns));
     }
     release();
 }
@@ -127,70 +96,74 @@ std::int64_t PolledDevice::poll() noexcept {
     return open_ ? exchange(now_ns) : open(now_ns);
 }
 
+// Calls the driver and measures how long that takes. An exception becomes `failed` with a reason.
+template <typename Call>
+DeviceStage PolledDevice::callDriver(std::string& why, const Call& call) noexcept {
+    call_ns_.store(now(), std::memory_order_relaxed);
+    DeviceStage stage = DeviceStage::failed;
+    try {
+        stage = call();
+    } catch (const std::exception& e) {
+        why = e.what();
+    } catch (...) {
+        why = "the driver threw an object that is no exception: report this as a bug";
+    }
+    call_ns_.store(0, std::memory_order_relaxed);
+    return stage;
+}
+
 std::int64_t PolledDevice::open(std::int64_t now_ns) {
-    // If the clock was set back, the next look must not be delayed by it.
-    retry_ns_ = std::min(retry_ns_, now_ns + settings_.backoff_most_ns);
+    // If the clock was set back, wait no longer than the longest back-off.
+    retry_ns_ = std::min(retry_ns_, now_ns + settings_.backoff_max_ns);
     if (now_ns < retry_ns_) return retry_ns_;
     opens_.fetch_add(1, std::memory_order_relaxed);
     std::string why;
-    const DeviceStage stage = admit(callOpen(why), why);
-    if (!isOpen(stage)) return lose(stage, why);
+    const DeviceStage stage = confirmReady(callDriver(why, [&] { return driver_->open(why); }), why);
+    if (!isOpen(stage)) return handleLoss(stage, why);
     open_ = true;
-    enter(stage, why);
+    setStage(stage, why);
     due_ns_ = now();
     return due_ns_;
 }
 
 std::int64_t PolledDevice::exchange(std::int64_t now_ns) {
-    const std::int64_t period_ns = periodOf(driver_->profile());
-    // Early by more than a period means the clock was set back.
+    const std::int64_t period_ns = pollPeriod_ns(driver_->profile());
+    // If the call is early by more than a period, the clock was set back.
     if (now_ns < due_ns_ && due_ns_ - now_ns <= period_ns) return due_ns_;
 
     std::string why;
     DeviceState state{.device_from_stylus = last_.device_from_stylus, .buttons = last_.buttons, .fresh = 0};
-    const DeviceStage stage = admit(callExchange(heardForce(now_ns), state, why), why);
+    const Vec3 force_n = currentForce(now_ns);
+    const auto call = [&] { return driver_->exchange(force_n, state, why); };
+    const DeviceStage stage = confirmReady(callDriver(why, call), why);
     exchanges_.fetch_add(1, std::memory_order_relaxed);
-    if (!isOpen(stage)) return lose(stage, why);
+    if (!isOpen(stage)) return handleLoss(stage, why);
 
-    enter(stage, why);
+    setStage(stage, why);
     publish(state);
     const std::int64_t after_ns = now();
-    if (stage == DeviceStage::ready && after_ns - ready_ns_ > settings_.sound_ns)
+    if (stage == DeviceStage::ready && after_ns - ready_ns_ > settings_.stable_ns)
         backoff_ns_ = settings_.backoff_first_ns;
     due_ns_ += period_ns;
     if (due_ns_ < after_ns || due_ns_ > after_ns + period_ns) due_ns_ = after_ns;
     return due_ns_;
 }
 
-DeviceStage PolledDevice::callOpen(std::string& why) noexcept {
-    call_ns_.store(now(), std::memory_order_relaxed);
-    const DeviceStage stage = guarded(why, [&] { return driver_->open(why); });
-    call_ns_.store(0, std::memory_order_relaxed);
-    return stage;
-}
-
-DeviceStage PolledDevice::callExchange(const Vec3& force_n, DeviceState& state, std::string& why) noexcept {
-    call_ns_.store(now(), std::memory_order_relaxed);
-    const DeviceStage stage = guarded(why, [&] { return driver_->exchange(force_n, state, why); });
-    call_ns_.store(0, std::memory_order_relaxed);
-    return stage;
-}
-
 // Returns the force for the bus: the loop's newest force, or zero if the loop is silent or the device was
 // not ready when the force was sent.
-Vec3 PolledDevice::heardForce(std::int64_t now_ns) noexcept {
+Vec3 PolledDevice::currentForce(std::int64_t now_ns) noexcept {
     if (forces_.read(force_n_)) {
-        heard_ns_ = now_ns;
+        last_force_ns_ = now_ns;
         silent_ = released_ = false;
-    } else if (!silent_ && (now_ns - heard_ns_ >= kSilence_ns || now_ns < heard_ns_)) {
+    } else if (!silent_ && (now_ns - last_force_ns_ >= kForceTimeout_ns || now_ns < last_force_ns_)) {
         silent_ = released_ = true;
         if (stage() == DeviceStage::ready) silences_.fetch_add(1, std::memory_order_relaxed);
     }
     return stage() == DeviceStage::ready && !silent_ && isFinite(force_n_) ? force_n_ : Vec3(0.0);
 }
 
-// The first `ready` fixes the profile. Forces sent before do not count.
-DeviceStage PolledDevice::admit(DeviceStage stage, std::string& why) {
+// The first `ready` fixes the profile. Forces sent before it are dropped.
+DeviceStage PolledDevice::confirmReady(DeviceStage stage, std::string& why) {
     if (stage != DeviceStage::ready || this->stage() == DeviceStage::ready) return stage;
     if (!profile_known_.load(std::memory_order_relaxed)) {
         profile_ = driver_->profile();
@@ -223,25 +196,25 @@ void PolledDevice::publishLost() noexcept {
     publish(state);
 }
 
-void PolledDevice::enter(DeviceStage stage, const std::string& why) {
+void PolledDevice::setStage(DeviceStage stage, const std::string& why) {
     if (stage == this->stage() && why == why_) return;
     const std::lock_guard lock(report_mutex_);
     why_ = why;
     stage_.store(stage, std::memory_order_release);
 }
 
-std::int64_t PolledDevice::lose(DeviceStage stage, const std::string& why) {
+std::int64_t PolledDevice::handleLoss(DeviceStage stage, const std::string& why) {
     const bool was_open = open_;
     if (was_open || stage == DeviceStage::failed) driver_->close();
     open_ = false;
-    enter(stage, why);
+    setStage(stage, why);
     publishLost();
     if (was_open || stage == DeviceStage::failed) failures_.fetch_add(1, std::memory_order_relaxed);
     if (stage == DeviceStage::absent) {
-        retry_ns_ = now() + settings_.look_again_ns;
+        retry_ns_ = now() + settings_.absent_retry_ns;
     } else {
         retry_ns_ = now() + backoff_ns_;
-        backoff_ns_ = std::min(2 * backoff_ns_, settings_.backoff_most_ns);
+        backoff_ns_ = std::min(2 * backoff_ns_, settings_.backoff_max_ns);
     }
     return retry_ns_;
 }

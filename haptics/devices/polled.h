@@ -17,17 +17,17 @@
 namespace stylet::haptics {
 
 struct PolledSettings {
-    std::int64_t look_again_ns = 500'000'000;     // absent device: interval between looks
+    std::int64_t absent_retry_ns = 500'000'000;   // absent device: interval between searches
     std::int64_t backoff_first_ns = 250'000'000;  // delay after a failure, doubled with each further one
-    std::int64_t backoff_most_ns = 8'000'000'000;
+    std::int64_t backoff_max_ns = 8'000'000'000;
     // After this time in `ready`, the next failure starts again with backoff_first_ns.
-    std::int64_t sound_ns = 2'000'000'000;
+    std::int64_t stable_ns = 2'000'000'000;
     void (*atThreadStart)() = nullptr;  // called first on the device's thread: app/ sets its priority
 };
 
 // Time without a force from the haptics loop after which zero force is sent to the device. Every fault must
 // lead to zero force within 20 ms, so 5 ms remain for the zero to reach the device.
-inline constexpr std::int64_t kSilence_ns = 15'000'000;
+inline constexpr std::int64_t kForceTimeout_ns = 15'000'000;
 
 // Status of a device for the user.
 struct DeviceReport {
@@ -39,21 +39,18 @@ struct DeviceReport {
     std::uint64_t silences = 0;  // times the loop fell silent while the device was ready
 };
 
-// Display text: "absent", "needs firmware", ...
-const char* nameOf(DeviceStage) noexcept;
-
 class PolledDevice final : public HapticDevice {
   public:
     // The clock's time is read on the device's thread and in report(). Its sleep function is called on the
     // device's thread. The constructor does not open the device; start() and poll() do.
     PolledDevice(std::unique_ptr<Driver>, const Clock&, const PolledSettings& = {});
-    ~PolledDevice() override;  // like stop()
+    ~PolledDevice() override;  // calls stop()
 
-    // Until the device is first ready: the driver's initial profile. From then on it never changes: a device
-    // that returns with other limits is refused.
+    // Returns the driver's initial profile until the device is first ready. From then on the profile is
+    // fixed: a device that returns with other limits is refused.
     const DeviceProfile& profile() const noexcept override;
     // Haptics thread. Wait-free. Returns the newest state, with the last pose if the device is lost.
-    // kDeviceReady is set only while the device is ready and its force has not been released.
+    // kDeviceReady is set only while the device is ready and the watchdog has not released its force.
     DeviceState read(std::int64_t now_ns) noexcept STYLET_NONBLOCKING override;
     // Haptics thread. Wait-free.
     void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override;
@@ -74,16 +71,16 @@ class PolledDevice final : public HapticDevice {
     void run() noexcept;
     std::int64_t open(std::int64_t now_ns);
     std::int64_t exchange(std::int64_t now_ns);
-    DeviceStage callOpen(std::string& why) noexcept;
-    DeviceStage callExchange(const Vec3& force_n, DeviceState&, std::string& why) noexcept;
-    Vec3 heardForce(std::int64_t now_ns) noexcept;
-    DeviceStage admit(DeviceStage, std::string& why);
+    template <typename Call>
+    DeviceStage callDriver(std::string& why, const Call&) noexcept;
+    Vec3 currentForce(std::int64_t now_ns) noexcept;
+    DeviceStage confirmReady(DeviceStage, std::string& why);
     void publish(DeviceState) noexcept;
     void publishLost() noexcept;
     void release() noexcept;
-    void enter(DeviceStage, const std::string& why);
-    std::int64_t lose(DeviceStage, const std::string& why);
-    std::int64_t now() const noexcept { return clock_.now_ns(clock_.context); }
+    void setStage(DeviceStage, const std::string& why);
+    std::int64_t handleLoss(DeviceStage, const std::string& why);
+    std::int64_t now() const noexcept { return clock_.now(); }
 
     std::unique_ptr<Driver> driver_;
     Clock clock_;
@@ -98,9 +95,9 @@ class PolledDevice final : public HapticDevice {
     // Device's thread.
     bool open_ = false;
     Vec3 force_n_{0.0};
-    std::int64_t heard_ns_ = 0, ready_ns_ = 0, retry_ns_, backoff_ns_, due_ns_ = 0;
+    std::int64_t last_force_ns_ = 0, ready_ns_ = 0, retry_ns_, backoff_ns_, due_ns_ = 0;
     bool silent_ = true;     // zero is being sent
-    bool released_ = false;  // the loop fell silent after having sent; reported to the loop
+    bool released_ = false;  // the loop sent forces and then fell silent; reported to the loop
     DeviceState last_;
 
     std::atomic<std::int64_t> call_ns_{0};  // start of the driver's current call; 0: none

@@ -12,59 +12,50 @@ namespace stylet::haptics {
 
 namespace {
 
-constexpr double kPhantomDamping_n_s_per_m = 0.005;
-
 constexpr const char* kChai3d = "CHAI3D device table; mass, friction, damping unknown";
-constexpr const char* kPhantom =
-    "3D Systems and SensAble data sheets (mass, friction, resolution unproven); damping: least of the "
-    "Phantom "
-    "class";
 
-DeviceProfile phantom(DeviceProfile p) {
-    p.source = kPhantom;
-    p.damping_n_s_per_m = kPhantomDamping_n_s_per_m;
+// The Phantoms of SensAble and 3D Systems.
+struct PhantomRow {
+    const char* name;
+    double force_peak_n, force_continuous_n, stiffness_n_per_m;
+    int torque_axes;
+    double mass_kg, friction_n, resolution_m;
+};
+
+DeviceProfile phantom(const PhantomRow& row) {
+    DeviceProfile p{.name = row.name,
+                    .force_peak_n = row.force_peak_n,
+                    .stiffness_n_per_m = row.stiffness_n_per_m,
+                    .source =
+                        "3D Systems and SensAble data sheets (mass, friction, resolution unproven); "
+                        "damping: least of the Phantom class"};
+    p.torque_axes = row.torque_axes;
+    p.force_continuous_n = row.force_continuous_n;
+    p.mass_kg = row.mass_kg;
+    p.damping_n_s_per_m = 0.005;
+    p.friction_n = row.friction_n;
+    p.resolution_m = row.resolution_m;
     return p;
+}
+
+// A device is assumed to sense rotation only if it has torque axes.
+DeviceProfile forceDimension(const char* name, double force_peak_n, double stiffness_n_per_m,
+                             int torque_axes) {
+    return {.name = name,
+            .force_peak_n = force_peak_n,
+            .stiffness_n_per_m = stiffness_n_per_m,
+            .source = kChai3d,
+            .torque_axes = torque_axes,
+            .senses_rotation = torque_axes > 0};
 }
 
 const std::array kProfiles{
     DeviceProfile{},
-    phantom({.name = "touch",
-             .force_peak_n = 3.3,
-             .stiffness_n_per_m = 400.0,
-             .force_continuous_n = 0.88,
-             .mass_kg = 0.045,
-             .friction_n = 0.26,
-             .resolution_m = 55e-6}),
-    phantom({.name = "touch-x",
-             .force_peak_n = 7.9,
-             .stiffness_n_per_m = 1000.0,
-             .force_continuous_n = 1.75,
-             .mass_kg = 0.045,
-             .friction_n = 0.06,
-             .resolution_m = 23e-6}),
-    phantom({.name = "omni",
-             .force_peak_n = 3.3,
-             .stiffness_n_per_m = 700.0,
-             .force_continuous_n = 0.88,
-             .mass_kg = 0.045,
-             .friction_n = 0.26,
-             .resolution_m = 55e-6}),
-    phantom({.name = "premium-1.5",
-             .force_peak_n = 8.5,
-             .stiffness_n_per_m = 800.0,
-             .torque_axes = 3,
-             .force_continuous_n = 1.4,
-             .mass_kg = 0.136,
-             .friction_n = 0.04,
-             .resolution_m = 30e-6}),
-    phantom({.name = "premium-3.0",
-             .force_peak_n = 22.0,
-             .stiffness_n_per_m = 1000.0,
-             .torque_axes = 3,
-             .force_continuous_n = 3.0,
-             .mass_kg = 0.159,
-             .friction_n = 0.2,
-             .resolution_m = 20e-6}),
+    phantom({"touch", 3.3, 0.88, 400.0, 0, 0.045, 0.26, 55e-6}),
+    phantom({"touch-x", 7.9, 1.75, 1000.0, 0, 0.045, 0.06, 23e-6}),
+    phantom({"omni", 3.3, 0.88, 700.0, 0, 0.045, 0.26, 55e-6}),
+    phantom({"premium-1.5", 8.5, 1.4, 800.0, 3, 0.136, 0.04, 30e-6}),
+    phantom({"premium-3.0", 22.0, 3.0, 1000.0, 3, 0.159, 0.2, 20e-6}),
     DeviceProfile{.name = "falcon",
                   .force_peak_n = 8.0,
                   .stiffness_n_per_m = 3000.0,
@@ -75,26 +66,10 @@ const std::array kProfiles{
                   .force_calibrated = false,
                   .resolution_m = 42e-6,
                   .workspace_radius_m = 0.04},
-    DeviceProfile{.name = "omega.3",
-                  .force_peak_n = 12.0,
-                  .stiffness_n_per_m = 5000.0,
-                  .source = kChai3d,
-                  .senses_rotation = false},
-    DeviceProfile{.name = "sigma.7",
-                  .force_peak_n = 12.0,
-                  .stiffness_n_per_m = 4000.0,
-                  .source = kChai3d,
-                  .torque_axes = 3},
-    DeviceProfile{.name = "lambda.7",
-                  .force_peak_n = 12.0,
-                  .stiffness_n_per_m = 8000.0,
-                  .source = kChai3d,
-                  .torque_axes = 3},
-    DeviceProfile{.name = "delta.3",
-                  .force_peak_n = 20.0,
-                  .stiffness_n_per_m = kUnknown,
-                  .source = kChai3d,
-                  .senses_rotation = false},
+    forceDimension("omega.3", 12.0, 5000.0, 0),
+    forceDimension("sigma.7", 12.0, 4000.0, 3),
+    forceDimension("lambda.7", 12.0, 8000.0, 3),
+    forceDimension("delta.3", 20.0, kUnknown, 0),
     DeviceProfile{.name = "polhem",
                   .force_peak_n = 5.0,
                   .stiffness_n_per_m = 2000.0,

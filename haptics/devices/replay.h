@@ -1,5 +1,5 @@
-// A device without hardware that follows a trace whatever the force. Used by headless runs, tests and
-// replays of recorded hands.
+// A device without hardware that follows a trace and ignores the force. Used by headless runs, tests and
+// replays of recorded motion.
 #pragma once
 
 #include <filesystem>
@@ -28,7 +28,7 @@ class ReplayDevice final : public HapticDevice {
     Vec3 force_n_{0.0};
 };
 
-// Loads the samples of a trace from CSV (README.md has the format). Throws DataError: file, line,
+// Loads the samples of a trace from CSV (format: packaging/guide/formats.md). Throws DataError: file, line,
 // reason. Commands are not included; they belong to the scenario.
 Trace loadTrace(const std::filesystem::path& csv);
 // The same from text; `file` is used in error messages.

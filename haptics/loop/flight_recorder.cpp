@@ -17,24 +17,24 @@ void FlightRecorder::log(const TickRecord& record) noexcept {
     tape.count = std::min(tape.count + 1, tape.ticks.size());
 
     const std::uint32_t faults = record.output.faults;
-    const bool fresh = (faults & ~seen_faults_) != 0;
-    seen_faults_ = faults;
+    const bool fresh = (faults & ~last_faults_) != 0;
+    last_faults_ = faults;
     if (countdown_ > 0) {
-        if (--countdown_ == 0) hand();
+        if (--countdown_ == 0) publishTape();
     } else if (fresh) {
         countdown_ = after_;
     }
 }
 
 void FlightRecorder::finish() noexcept {
-    if (countdown_ > 0) hand();
+    if (countdown_ > 0) publishTape();
     countdown_ = 0;
 }
 
 // Passes the running tape to the consumer thread and continues on the other tape.
-void FlightRecorder::hand() noexcept {
+void FlightRecorder::publishTape() noexcept {
     if (full_.load(std::memory_order_acquire) != kNone) {
-        missed_.fetch_add(1, std::memory_order_relaxed);
+        dropped_.fetch_add(1, std::memory_order_relaxed);
         return;
     }
     full_.store(running_, std::memory_order_release);

@@ -33,10 +33,10 @@ class FlightRecorder {
     // none.
     bool pop(std::vector<TickRecord>& flight);
     // Recordings dropped because the previous one had not been consumed.
-    std::uint64_t missed() const noexcept { return missed_.load(std::memory_order_relaxed); }
+    std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 
   private:
-    void hand() noexcept STYLET_NONBLOCKING;
+    void publishTape() noexcept STYLET_NONBLOCKING;
 
     struct Tape {
         std::vector<TickRecord> ticks;
@@ -46,10 +46,10 @@ class FlightRecorder {
 
     std::array<Tape, 2> tapes_;
     int running_ = 0;
-    std::uint32_t seen_faults_ = 0;
+    std::uint32_t last_faults_ = 0;
     std::size_t after_ = 0, countdown_ = 0;
     std::atomic<int> full_{kNone};  // the tape waiting for the consumer
-    std::atomic<std::uint64_t> missed_{0};
+    std::atomic<std::uint64_t> dropped_{0};
 };
 
 }  // namespace stylet::haptics

@@ -20,6 +20,9 @@ struct Clock {
     void (*sleepUntil_ns)(void* context, std::int64_t t_ns) noexcept = nullptr;
     // Page faults of the calling thread so far. May be null.
     std::uint64_t (*pageFaults)(void* context) noexcept = nullptr;
+
+    std::int64_t now() const noexcept { return now_ns(context); }
+    void sleepUntil(std::int64_t t_ns) const noexcept { sleepUntil_ns(context, t_ns); }
 };
 
 struct EventRecord {
@@ -42,7 +45,7 @@ struct LoopStats {
     std::uint64_t ticks = 0, late_ticks = 0;  // late: the force was sent after the next tick's deadline
     std::uint64_t paused = 0;                 // paused periods without a tick, see LoopChannels::pause
     // The device moved during a pause and no tick has seen the motion yet.
-    bool unseen = false;
+    bool moved_during_pause = false;
     double max_step_us = 0.0;       // of step() alone, without device I/O
     std::uint32_t faults = 0;       // every fault bit ever set
     std::uint64_t page_faults = 0;  // after the first kWarmUp_s
@@ -63,16 +66,17 @@ struct LoopChannels {
     // Pauses the loop; set by the session. Once the force is zero, the loop still reads the device and sends
     // zero every period, but makes no ticks: nothing is felt, recorded or hashed, and the patient's time
     // stands still. When cleared, ticks resume where they stopped. If the needle is in the body, it stays
-    // where it was, and ticks resume only when the stylus is back within kHandBack_m of it. `to_return_m` is
-    // the remaining distance.
+    // where it was, and ticks resume only when the stylus is back within kResumeDistance_m of it.
+    // `return_distance_m` is the remaining distance.
     std::atomic<bool> pause{false};
     std::atomic<bool> paused{false};  // set by the loop: paused, no ticks
-    std::atomic<double> to_return_m{0.0};
+    std::atomic<double> return_distance_m{0.0};
 };
-inline constexpr double kHandBack_m = 0.003;
-inline constexpr double kNotThere_m = 1e3;  // LoopChannels::to_return_m when the device is not ready
+inline constexpr double kResumeDistance_m = 0.003;
+inline constexpr double kDeviceNotReady_m =
+    1e3;  // LoopChannels::return_distance_m when the device is not ready
 
-// How a tick is measured. Without a clock it is not timed.
+// Timing of a tick. Without a clock nothing is measured.
 struct TickTiming {
     Clock clock;
     std::int64_t due_ns = std::numeric_limits<std::int64_t>::max();  // deadline for sending the force
@@ -86,11 +90,11 @@ void loopTick(Simulation&, HapticDevice&, LoopChannels&, LoopStats&, std::int64_
               const TickTiming& = {}) noexcept STYLET_NONBLOCKING;
 
 // One paused period in place of a tick. Returns false if a tick is due. Haptics thread, like loopTick().
-bool loopPaused(const Simulation&, HapticDevice&, LoopChannels&, LoopStats&,
-                std::int64_t t_ns) noexcept STYLET_NONBLOCKING;
+bool loopPausedPeriod(const Simulation&, HapticDevice&, LoopChannels&, LoopStats&,
+                      std::int64_t t_ns) noexcept STYLET_NONBLOCKING;
 
 // Runs ticks at absolute deadlines until `stop`. A late tick is counted; its dt is not stretched, and missed
-// deadlines are not made up. The loop's time is the number of ticks * dt, so it falls behind the clock.
+// deadlines are skipped. The loop's time is the number of ticks * dt, so it falls behind the clock.
 LoopStats runLoop(Simulation&, HapticDevice&, LoopChannels&, const Clock&) noexcept;
 
 }  // namespace stylet::haptics

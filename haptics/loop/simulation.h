@@ -1,8 +1,12 @@
-// One tick of all hashed state: a fold over (package, scenario, per-tick device state and commands). No
-// clock, no thread, no I/O. The loop (loop.h), a replay and a test all call the same step().
+// One tick of all hashed state. The result depends only on the package, the scenario, and the device state
+// and commands of each tick. No clock, no thread, no I/O. The loop (loop.h), a replay and a test all call the
+// same step().
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cassert>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -23,15 +27,16 @@ enum class CommandKind : std::uint32_t {
     tool,   // value: the Tool to select
     park,   // value: 1 parks the probe where it is, 0 takes it off the skin
     focus,  // value: 0 removes the force: the session is not visible or the headset is off
-    // Not felt. Hashed and logged with their tick like the others (app/training/machines.h).
+    // These cause no force. They are hashed and logged with their tick like the others
+    // (app/training/equipment.h).
     inject,      // value: contrast medium at the needle's tip, microlitres per second; 0 stops it
     pedal,       // value: 1 X-rays on, 0 off
     xray,        // value: a C-arm control and its new setting
     ultrasound,  // the same for the ultrasound machine
     // Sent by the instructor.
     cough,
-    sigh,       // cough and sigh: start at once, added to the breathing; a breath-hold ends with them
-    move,       // the patient startles: moves and returns within kMove_s
+    sigh,       // cough and sigh start at once and are added to the breathing; they end a breath-hold
+    move,       // the patient startles: moves and returns within kStartleDuration_s
     fault,      // simulates a device failure: kFaultInjected
     bleed,      // not felt: the newest needle hole in the skin bleeds
     lights,     // not felt; value: 0 switches the lamps off, 1 on
@@ -40,8 +45,9 @@ enum class CommandKind : std::uint32_t {
 inline constexpr CommandKind kLastCommandKind = CommandKind::breathing;
 
 // Startle motion: there and back at 17 mm/s or less, smooth to the third derivative.
-inline constexpr double kMove_s = 1.6;
-inline constexpr Vec3 kMoved_m{-0.005, 0.001, 0.004};  // patient frame; away from a needle in the right flank
+inline constexpr double kStartleDuration_s = 1.6;
+inline constexpr Vec3 kStartleDisplacement_m{-0.005, 0.001,
+                                             0.004};  // patient frame; away from a needle in the right flank
 
 // A command takes effect in the tick that pops it, and is logged with that tick.
 struct Command {
@@ -53,14 +59,14 @@ struct BreathingScale {
     double depth = 1.0, rate = 1.0;
     friend bool operator==(const BreathingScale&, const BreathingScale&) = default;
 };
-inline constexpr double kLeastBreathing = 0.5, kMostBreathing = 2.0;
-// Packs the factors into a command's value, and unpacks them. Both are clamped to [kLeastBreathing,
-// kMostBreathing] and rounded to 0.001. NaN becomes the minimum.
+inline constexpr double kMinBreathingScale = 0.5, kMaxBreathingScale = 2.0;
+// Packs the factors into a command's value, and unpacks them. Both are clamped to [kMinBreathingScale,
+// kMaxBreathingScale] and rounded to 0.001. NaN becomes the minimum.
 Command breathingCommand(const BreathingScale&) noexcept;
 BreathingScale breathingScale(const Command&) noexcept;
 
 // True if the command selects a tool that presses on the skin. Such a run needs a TouchMap.
-constexpr bool takesToolOnSkin(const Command& c) noexcept {
+constexpr bool selectsSkinTool(const Command& c) noexcept {
     return c.kind == CommandKind::tool && c.value < std::uint32_t(kToolCount) && pressesOnSkin(Tool(c.value));
 }
 inline constexpr int kMaxCommandsPerTick = 8;
@@ -69,12 +75,22 @@ struct TickInput {
     DeviceState device;
     std::uint32_t command_count = 0;
     std::array<Command, kMaxCommandsPerTick> commands{};
+
+    // Commands beyond kMaxCommandsPerTick are ignored.
+    std::span<const Command> validCommands() const noexcept {
+        return std::span(commands).first(std::min(std::size_t(command_count), commands.size()));
+    }
+    // Call it at most kMaxCommandsPerTick times per tick.
+    void add(const Command& command) noexcept {
+        assert(command_count < commands.size());
+        commands[command_count++] = command;
+    }
 };
 
 struct SimulationSettings {
     double dt_s = 0.001;
     Pose patient_from_device;
-    std::optional<patient::BreathPlan> breath;  // absent: the patient's own rhythm, complying with commands
+    std::optional<patient::BreathPlan> breath;  // absent: the package's rhythm; breath-holds are followed
     ToolSettings tools;
     OutputSettings output;
     DeviceProfile profile;
@@ -92,7 +108,7 @@ struct SimulationState {
     // The last accepted pose. Implausible poses are refused, and so is a teleport while the needle is in the
     // body.
     Pose patient_from_stylus;
-    bool posed = false;            // there has been an accepted pose
+    bool has_pose = false;         // there has been an accepted pose
     std::uint64_t move_ticks = 0;  // since the startle began; 0: the patient lies still
     Vec3 patient_moved_m{0.0};     // displacement from the initial position
     StateHash hash;                // running hash of every tick so far
@@ -101,12 +117,13 @@ struct SimulationState {
 // Result of one tick for rendering and the session. Trivially copyable: it travels in snapshots and rings.
 struct TickOutput {
     std::uint64_t tick = 0;
-    Tool tool = Tool::needle;      // the active tool
-    bool tool_waits = true;        // it gives no force until it has been outside the body
-    std::uint32_t tool_begun = 0;  // number of tool changes and teleports so far
-    Pose patient_from_tool;        // stylus pose; tip at the origin, +z toward the hand
-    ToolForce tool_force;          // of the model, patient frame
+    Tool tool = Tool::needle;       // the active tool
+    bool tool_awaits_exit = true;   // it gives no force until it has been outside the body
+    std::uint32_t tool_resets = 0;  // number of tool changes and teleports so far
+    Pose patient_from_tool;         // stylus pose; tip at the origin, +z toward the hand
+    ToolForce tool_force;           // of the model, patient frame
     Pose patient_from_needle;  // On the rail while snapped in. The last pose while another tool is active.
+    double needle_radius_m = 0.00075;
     bool needle_in_guide = false;
     bool probe_parked = false;
     Pose patient_from_probe;  // of the parked probe
@@ -138,8 +155,8 @@ struct TickOutput {
 
 class Simulation {
   public:
-    // `touch` is what the finger, probe and scalpel press on. Without it they feel nothing. As long as none
-    // of them is selected, the hash is the same with and without it.
+    // `touch` is the skin map that finger, probe and scalpel press on. Without it they give no force. As long
+    // as none of them is selected, the hash is the same with and without it.
     Simulation(const patient::Patient&, const SimulationSettings&, const TouchMap* touch = nullptr);
 
     // Haptics thread. noexcept, no allocation, no lock, no I/O.
@@ -150,13 +167,13 @@ class Simulation {
     double gain() const noexcept { return gain_; }
 
   private:
-    bool takeCommands(const TickInput&, std::uint32_t& unmet) noexcept;
+    bool applyCommands(const TickInput&, std::uint32_t& fault_bits) noexcept;
     void stepBreath() noexcept;
-    Vec3 movePatient() noexcept;
-    patient::Surrogate breathNow() const noexcept;
-    std::uint32_t takePose(const DeviceState&, bool& leapt) noexcept;
+    Vec3 stepStartle() noexcept;
+    patient::Surrogate currentBreath() const noexcept;
+    std::uint32_t updatePose(const DeviceState&, bool& teleported) noexcept;
     void hashTick(const TickInput&) noexcept;
-    void describe(const ToolForce&, const patient::Surrogate& breath, TickOutput&) const noexcept;
+    void fillOutput(const ToolForce&, const patient::Surrogate& breath, TickOutput&) const noexcept;
 
     const TouchTools* touch() const noexcept { return touch_ ? &*touch_ : nullptr; }
 

@@ -1,4 +1,5 @@
-// The five tools of one hand: which is active, and what it touches in a tick. Inactive tools cost nothing.
+// The five tools that the user's hand can hold. Selects the active tool and steps it; inactive tools are not
+// stepped.
 #pragma once
 
 #include "base/hash.h"
@@ -20,12 +21,12 @@ struct ToolSettings {
     ScalpelSettings scalpel;
 };
 
-constexpr bool holdsNeedle(Tool tool) noexcept {
+constexpr bool isNeedleTool(Tool tool) noexcept {
     return tool == Tool::guide || tool == Tool::needle;
 }
-// True for finger, probe and scalpel. They need a TouchMap of the patient and feel nothing without one.
+// True for finger, probe and scalpel. They need a TouchMap of the patient and give no force without one.
 constexpr bool pressesOnSkin(Tool tool) noexcept {
-    return !holdsNeedle(tool);
+    return !isNeedleTool(tool);
 }
 
 // The touch map and the pads of the tools that press on the skin, built once.
@@ -36,10 +37,11 @@ struct TouchTools {
     const TouchMap* map;
     Pad finger_pad, probe_pad;
 };
-// True if the pads can be built. Check settings read from a file with it first.
-bool padsFit(const ToolSettings&) noexcept;
+// True if the pads can be built. Call it for settings that were read from a file.
+bool arePadsValid(const ToolSettings&) noexcept;
 
-// Stylus and probe share their tip. The probe's +z points the other way, into the body.
+// The stylus and probe frames share their origin, the tip. The probe's +z points the other way, into the
+// body.
 inline const Pose kStylusFromProbe{{0.0, 1.0, 0.0, 0.0}, Vec3(0.0)};
 
 // A parked probe with its guide. It keeps its orientation and rides the skin along the skin normal. Without
@@ -47,14 +49,14 @@ inline const Pose kStylusFromProbe{{0.0, 1.0, 0.0, 0.0}, Vec3(0.0)};
 struct ParkedProbe {
     bool parked = false;
     Vec3 skin_reference_m{0.0};  // under the centre of the face
-    SkinRider rider;
+    SkinFollower follower;
     Pose patient_from_probe;
 };
 
-// Visits every floating-point setting in a fixed order, for hash and record. `first` and the counts are
-// separate.
+// Visits every floating-point setting in a fixed order, for hash and record. `first` is not visited;
+// visitToolCounts() visits the counts.
 template <typename Settings, typename Visit>
-void eachToolNumber(Settings& s, const Visit& visit) {
+void visitToolNumbers(Settings& s, const Visit& visit) {
     static_assert(sizeof s.needle == 5 * sizeof(double) && sizeof s.guide == (7 + 6) * sizeof(double) &&
                       sizeof s.finger == (1 + 5) * sizeof(double) &&
                       sizeof s.probe == (1 + 6) * sizeof(double) && sizeof s.scalpel == 8 * sizeof(double),
@@ -67,7 +69,7 @@ void eachToolNumber(Settings& s, const Visit& visit) {
     visit(s.guide.length_m), visit(s.guide.stiffness_n_per_m), visit(s.guide.catch_m);
     visit(s.guide.reach_m), visit(s.guide.catch_cosine), visit(s.guide.release_n);
     const auto visitPad = [&](auto& pad) {
-        visit(pad.stiffest_n_per_m), visit(pad.shear_n_per_m), visit(pad.friction);
+        visit(pad.max_stiffness_n_per_m), visit(pad.shear_n_per_m), visit(pad.friction);
     };
     visit(s.finger.radius_m), visit(s.finger.curvature_m), visitPad(s.finger.pad);
     visit(s.probe.length_m), visit(s.probe.width_m), visit(s.probe.curvature_m), visitPad(s.probe.pad);
@@ -76,25 +78,27 @@ void eachToolNumber(Settings& s, const Visit& visit) {
     visit(s.scalpel.width_per_depth), visit(s.scalpel.open_reach_m);
 }
 template <typename Settings, typename Visit>
-void eachToolCount(Settings& s, const Visit& visit) {
+void visitToolCounts(Settings& s, const Visit& visit) {
     visit(s.finger.points), visit(s.probe.columns), visit(s.probe.rows);
 }
 
 struct ToolState {
-    Tool in_hand = Tool::needle;
+    Tool active_tool = Tool::needle;
     // After the start, a tool change or a teleport: no force until the tool has been outside the body.
-    bool waits = true;
-    // How often `waits` was set by a tool change or teleport. For observers of the ticks; not hashed.
-    std::uint32_t begun = 0;
+    bool awaits_exit = true;
+    // Number of times that a tool change or teleport set `awaits_exit`. Only reported in TickOutput, not
+    // hashed.
+    std::uint32_t reset_count = 0;
     Pose patient_from_tool;
-    // The same, but on the rail when in the guide. The last pose while another tool is active.
+    // As patient_from_tool, but on the rail while snapped into the guide. Keeps the last pose while another
+    // tool is active.
     Pose patient_from_needle;
     NeedleState needle;
     GuideState guide;
     ParkedProbe probe;
     Incisions incisions;
     FingerState finger;
-    ProbeState held_probe;
+    ProbeState handheld_probe;
     ScalpelState scalpel;
 };
 
@@ -102,19 +106,19 @@ struct ToolState {
 
 // Selects `tool`. Returns false if it is already active or cannot be selected: a needle in the body must be
 // withdrawn first.
-bool takeTool(ToolState&, Tool) noexcept STYLET_NONBLOCKING;
-// `stay`: parks the hand-held probe where it is; the hand is then empty. Otherwise takes a parked probe off
-// the skin, unless its rail guides a needle in the body. Returns false if nothing changed.
-bool parkProbe(ToolState&, const TouchTools*, const BreathingPatient&, bool stay) noexcept STYLET_NONBLOCKING;
+bool selectTool(ToolState&, Tool) noexcept STYLET_NONBLOCKING;
+// With `park`, parks the hand-held probe where it is; the hand is then empty. Otherwise removes a parked
+// probe from the skin, unless its rail guides a needle in the body. Returns false if nothing changed.
+bool parkProbe(ToolState&, const TouchTools*, const BreathingPatient&, bool park) noexcept STYLET_NONBLOCKING;
 // The device teleported: re-seat the tool without sweeping it, as if it had just been selected there.
 // Returns false if the needle is in the body, where that is impossible.
-bool leap(ToolState&) noexcept STYLET_NONBLOCKING;
+bool handleTeleport(ToolState&) noexcept STYLET_NONBLOCKING;
 // One tick of the active tool, patient frame. Without `touch` only the needle is felt.
 ToolForce stepTools(ToolState&, const ToolSettings&, const TouchTools* touch, const BreathingPatient&,
                     const Pose& patient_from_stylus, NeedleEvents&) noexcept STYLET_NONBLOCKING;
 
 // Largest tangent stiffness of any tool, N/m. It determines the device's gain.
-double worstTangent(const patient::TissueTable&, const ToolSettings&) noexcept;
+double maxTangent(const patient::TissueTable&, const ToolSettings&) noexcept;
 
 void hashTools(StateHash&, const ToolState&) noexcept STYLET_NONBLOCKING;
 void hashToolSettings(StateHash&, const ToolSettings&) noexcept;

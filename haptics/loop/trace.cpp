@@ -7,7 +7,7 @@ namespace stylet::haptics {
 namespace {
 
 // Normalised linear interpolation along the shorter arc.
-Quat between(const Quat& a, const Quat& b, double share) noexcept {
+Quat nlerp(const Quat& a, const Quat& b, double share) noexcept {
     const double sign = glm::dot(a, b) < 0.0 ? -1.0 : 1.0;
     const Quat q = a * (1.0 - share) + b * (sign * share);
     const double norm = std::sqrt(glm::dot(q, q));
@@ -28,7 +28,7 @@ TraceSample sampleAt(const Trace& trace, std::int64_t t_ns, std::size_t& hint) n
         const TraceSample& next = samples[hint + 1];
         const double share = double(t_ns - out.t_ns) / double(next.t_ns - out.t_ns);
         const Pose &a = out.device_from_stylus, &b = next.device_from_stylus;
-        out.device_from_stylus = {between(a.rotation, b.rotation, share),
+        out.device_from_stylus = {nlerp(a.rotation, b.rotation, share),
                                   a.position_m + share * (b.position_m - a.position_m)};
     }
     out.t_ns = t_ns;

@@ -12,7 +12,7 @@ namespace {
 
 // Shortens v to at most `limit`.
 Vec3 clampLength(const Vec3& v, double limit, bool& limited) noexcept {
-    const double length = std::sqrt(glm::dot(v, v));
+    const double length = glm::length(v);
     if (length <= limit) return v;
     limited = true;
     return v * (limit / length);
@@ -26,28 +26,29 @@ void limitRate(OutputState& s, const Vec3& wanted_n, double step_n) noexcept {
     s.limited = s.limited || cut;
 }
 
-// Upper bound of the controller's slope, N per m of motion per tick. First bound: twice what the stiffest
-// spring can owe (Colgate and Schenkel's K (T/2 + t_d), over T). Second bound, from the mass of the bare
-// mechanism: a quarter of the slope that stops the motion in one tick, so stopping takes at least four
-// ticks.
-double steadiest(const DeviceProfile& profile, double tangent_n_per_m, int delay_ticks,
-                 double dt_s) noexcept {
+// Upper bound of the controller's slope, N per m of motion per tick. First bound: twice the negative
+// damping of the stiffest spring, K (T/2 + t_d) (Colgate and Schenkel), over T. Second bound, from the mass
+// of the bare mechanism: a quarter of the slope that stops the motion in one tick, so stopping takes at least
+// four ticks.
+double maxControllerSlope(const DeviceProfile& profile, double tangent_n_per_m, int delay_ticks,
+                          double dt_s) noexcept {
     const double by_mass =
-        0.25 * knownOr(profile.mass_kg, kLightestMass_kg) / (dt_s * dt_s * (1.0 + delay_ticks));
+        0.25 * valueOrDefault(profile.mass_kg, kLightestMass_kg) / (dt_s * dt_s * (1.0 + delay_ticks));
     return std::min(by_mass, 2.0 * tangent_n_per_m * (0.5 + delay_ticks));
 }
 
 // The controller's force changes per tick by less than a hand can notice (0.145 N, the study's threshold).
 constexpr double kControllerStep_n = 0.1;
 
-// Rounded up, because a delay that is left out would be an unobserved energy debt.
+// Rounded up: energy created during an ignored delay would not be observed.
 int delayTicks(const DeviceProfile& profile, double dt_s) noexcept {
-    const double ticks = std::ceil(knownOr(profile.delay_s, 0.0) / dt_s - 1e-9);
+    const double ticks = std::ceil(valueOrDefault(profile.delay_s, 0.0) / dt_s - 1e-9);
     return int(std::clamp(ticks, 0.0, double(kMaxDelayTicks)));
 }
 
 // Motion and energy of this tick. If the model's values are not finite, its springs count as unchanged.
-Motion motionOf(const OutputState& s, const OutputTick& tick, const Vec3& modelled_n, bool finite) noexcept {
+Motion computeMotion(const OutputState& s, const OutputTick& tick, const Vec3& modelled_n,
+                     bool finite) noexcept {
     Motion motion;
     motion.model_n = modelled_n;
     motion.energy_j = s.passivity.energy_j;
@@ -62,7 +63,7 @@ Motion motionOf(const OutputState& s, const OutputTick& tick, const Vec3& modell
 
 }  // namespace
 
-double worstTangent(const patient::TissueTable& table, const NeedleSettings& needle) noexcept {
+double maxTangent(const patient::TissueTable& table, const NeedleSettings& needle) noexcept {
     double worst = 0.0;
     for (const patient::TissueRow& row : table)
         worst = std::max(worst, (isRigid(row) ? 1.0 : 2.0 - needle.a1_share) * row.stiffness_n_per_m);
@@ -70,8 +71,8 @@ double worstTangent(const patient::TissueTable& table, const NeedleSettings& nee
 }
 
 double outputGain(const DeviceProfile& profile, const OutputSettings& settings) noexcept {
-    const double stiffness = knownOr(profile.stiffness_n_per_m, kWeakestStiffness_n_per_m);
-    const double force = knownOr(profile.force_peak_n, kWeakestForce_n);
+    const double stiffness = valueOrDefault(profile.stiffness_n_per_m, kWeakestStiffness_n_per_m);
+    const double force = valueOrDefault(profile.force_peak_n, kWeakestForce_n);
     return std::min({1.0, stiffness / settings.model_tangent_n_per_m, force / settings.model_force_n});
 }
 
@@ -84,19 +85,18 @@ Vec3 stepOutput(OutputState& s, const OutputSettings& settings, const DeviceProf
     if (finite) limitRate(s, tool.force_n, settings.rate_limit_n_per_s * dt_s);
     const Vec3 modelled = clampLength(s.model_n, settings.model_force_n, s.limited);
 
-    // A spring that the clutch scales to zero stores nothing and owes nothing.
+    // The clutch scales the energy of the springs as it scales their force.
     const double scale = gain * tick.share;
     const WallForce wall = workspaceWall(profile, tick.grip_m);
-    const double peak_n = knownOr(profile.force_peak_n, kWeakestForce_n);
+    const double peak_n = valueOrDefault(profile.force_peak_n, kWeakestForce_n);
     const Vec3 at_full = clampLength(scale * modelled + wall.force_n, peak_n, s.limited);
     // The check at the start must see contact even while the clutch is pressed.
     const Vec3 unclutched = gain * modelled + wall.force_n;
-    stepSafety(s.safety, tick.unmet | (finite ? 0u : std::uint32_t(kFaultBadForce)),
-               std::sqrt(glm::dot(unclutched, unclutched)), std::sqrt(glm::dot(wall.force_n, wall.force_n)),
-               dt_s);
+    stepSafety(s.safety, tick.fault_bits | (finite ? 0u : std::uint32_t(kFaultBadForce)),
+               glm::length(unclutched), glm::length(wall.force_n), dt_s);
     const double level = s.safety.level;
 
-    Motion motion = motionOf(s, tick, modelled, finite);
+    Motion motion = computeMotion(s, tick, modelled, finite);
     motion.wall_energy_j = wall.energy_j;
     s.grip_m = tick.grip_m;
     s.share = tick.share;
@@ -107,23 +107,20 @@ Vec3 stepOutput(OutputState& s, const OutputSettings& settings, const DeviceProf
     const double tangent_n_per_m = gain * settings.model_tangent_n_per_m;
     const Vec3 answer =
         settings.controller_share * tick.share *
-        dissipate(s.passivity, motion, delay, steadiest(profile, tangent_n_per_m, delay, dt_s));
+        dissipate(s.passivity, motion, delay, maxControllerSlope(profile, tangent_n_per_m, delay, dt_s));
     bool smoothed = false;
     s.controller_n += clampLength(answer - s.controller_n, kControllerStep_n, smoothed);
 
     s.sent_n = clampLength(level * at_full + s.controller_n, level * peak_n, s.limited);
     s.controller_n = s.sent_n - level * at_full;
-    remember(s.passivity, {s.sent_n, level * wall.force_n, level * scale, level, s.controller_n});
+    recordSentForce(s.passivity, {s.sent_n, level * wall.force_n, level * scale, level, s.controller_n});
     return s.sent_n;
 }
 
 void hashOutput(StateHash& hash, const OutputState& s) noexcept {
     hashSafety(hash, s.safety);
     hashPassivity(hash, s.passivity);
-    hash.add(s.model_n);
-    hash.add(s.grip_m);
-    hash.add(s.controller_n);
-    hash.add(s.sent_n);
+    hash.add(s.model_n, s.grip_m, s.controller_n, s.sent_n);
     hash.add(std::uint64_t(s.moved) | std::uint64_t(s.limited) << 1);
 }
 

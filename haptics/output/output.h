@@ -17,7 +17,7 @@ struct OutputSettings {
     // The force drop of a puncture passes within 1 ms; see haptics/README.md.
     double rate_limit_n_per_s = 2000.0;
     double model_force_n = 22.0;            // F_model: largest force of the model (bone)
-    double model_tangent_n_per_m = 4000.0;  // K_tangent: see worstTangent()
+    double model_tangent_n_per_m = 4000.0;  // K_tangent: see maxTangent()
     // Share of the passivity controller's force that is applied. 0 disables it, for stress tests that show
     // its effect.
     double controller_share = 1.0;
@@ -26,9 +26,9 @@ struct OutputSettings {
 // Input of one tick, device frame.
 struct OutputTick {
     ToolForce tool;
-    Vec3 grip_m{0.0};         // position of the grip; equals the tip unless there is a clutch
-    double share = 1.0;       // fraction of the model's force left by the clutch
-    std::uint32_t unmet = 0;  // Fault bits of checkDevice()
+    Vec3 grip_m{0.0};              // position of the grip; equals the tip unless there is a clutch
+    double share = 1.0;            // fraction of the model's force left by the clutch
+    std::uint32_t fault_bits = 0;  // Fault bits of checkDevice()
 };
 
 struct OutputState {
@@ -44,7 +44,7 @@ struct OutputState {
 };
 
 // Largest tangent stiffness of the model with this table, N/m: 2 k - a1 at a puncture (Eq. 1), k on bone.
-double worstTangent(const patient::TissueTable&, const NeedleSettings&) noexcept;
+double maxTangent(const patient::TissueTable&, const NeedleSettings&) noexcept;
 
 // s = min(1, K_dev / K_tangent, F_dev / F_model). Constant within a session and written into the record.
 double outputGain(const DeviceProfile&, const OutputSettings&) noexcept;

@@ -6,13 +6,13 @@ namespace stylet::haptics {
 
 namespace {
 
-const SentForce& acting(const PassivityState& s, int delay_ticks) noexcept {
+const SentForce& actingForce(const PassivityState& s, int delay_ticks) noexcept {
     const std::uint32_t size = std::uint32_t(s.sent.size());
     return s.sent[(s.newest + size - std::uint32_t(delay_ticks)) % size];
 }
 
 // Records the tip's motion. Returns the part that counts.
-Vec3 noteMotion(PassivityState& s, const Vec3& moved_m) noexcept {
+Vec3 recordMotion(PassivityState& s, const Vec3& moved_m) noexcept {
     constexpr std::uint32_t kLongest = 1u << 20;
     Vec3 counts_m = moved_m;
     for (int k = 0; k < 3; ++k) {
@@ -34,13 +34,13 @@ Vec3 noteMotion(PassivityState& s, const Vec3& moved_m) noexcept {
 // Work done by the hand during this tick's motion against the forces that acted.
 struct Work {
     double springs_j = 0.0, wall_j = 0.0, controller_j = 0.0;
-    double slow = 0.0;  // 0: reported every tick, to 1: encoder counts far apart
-    // What a spring owes for a count reported at once beyond the same motion in even steps.
+    double slow = 0.0;  // 0: motion reported in every tick; toward 1: encoder counts far apart
+    // Extra energy that the springs create when a count is reported at once instead of in even steps.
     double bunched_j = 0.0;
 };
 
-Work workOf(const PassivityState& s, const Motion& m, const Vec3& moved_m, int delay_ticks) noexcept {
-    const SentForce& now = acting(s, delay_ticks);
+Work computeWork(const PassivityState& s, const Motion& m, const Vec3& moved_m, int delay_ticks) noexcept {
+    const SentForce& now = actingForce(s, delay_ticks);
     Work work;
     // The tissue moves evenly, so this tick's force applies.
     work.springs_j = glm::dot(now.force_n - now.wall_n - now.controller_n, m.tissue_moved_m);
@@ -51,7 +51,7 @@ Work workOf(const PassivityState& s, const Motion& m, const Vec3& moved_m, int d
         const int ticks = int(std::min<std::uint32_t>(s.spread[std::size_t(k)], kMaxSpreadTicks));
         double all_n = 0.0, wall_n = 0.0, controller_n = 0.0;
         for (int i = 0; i < ticks; ++i) {
-            const SentForce& f = acting(s, delay_ticks + i);
+            const SentForce& f = actingForce(s, delay_ticks + i);
             all_n += f.force_n[k], wall_n += f.wall_n[k], controller_n += f.controller_n[k];
         }
         const double motion_m = moved_m[k] / double(ticks);
@@ -68,19 +68,20 @@ Work workOf(const PassivityState& s, const Motion& m, const Vec3& moved_m, int d
     return work;
 }
 
-// Estimated speed of the tip, and over how many ticks its next count is spread.
+// Estimated speed of the tip, and the number of ticks over which its next count is spread.
 struct Pace {
     Vec3 motion_m{0.0};  // motion per tick
     double ticks = 1.0;
 };
 
-Pace paceNow(const PassivityState& s, const Vec3& tissue_moved_m) noexcept {
+Pace estimatePace(const PassivityState& s, const Vec3& tissue_moved_m) noexcept {
     Pace pace;
     const double tissue2 = glm::dot(tissue_moved_m, tissue_moved_m);
     double ticks = tissue2, all = tissue2;
     for (int k = 0; k < 3; ++k) {
         const std::size_t i = std::size_t(k);
-        // No count for longer than the last one took means the tip is slower; for twice as long, at rest.
+        // If no count came for longer than the last one took, the tip is slower. After twice that time it is
+        // at rest.
         if (s.still[i] >= 2 * s.spread[i]) continue;
         pace.motion_m[k] = s.reported_motion_m[k] / double(std::max(s.spread[i], s.still[i] + 1));
         const double motion2 = pace.motion_m[k] * pace.motion_m[k];
@@ -95,9 +96,9 @@ Pace paceNow(const PassivityState& s, const Vec3& tissue_moved_m) noexcept {
 }  // namespace
 
 void observe(PassivityState& s, const Motion& m, int delay_ticks) noexcept {
-    const Vec3 moved_m = noteMotion(s, m.tip_moved_m);
-    const Work work = workOf(s, m, moved_m, delay_ticks);
-    const SentForce& force = acting(s, delay_ticks);
+    const Vec3 moved_m = recordMotion(s, m.tip_moved_m);
+    const Work work = computeWork(s, m, moved_m, delay_ticks);
+    const SentForce& force = actingForce(s, delay_ticks);
     // At an event the springs are replaced. A rise of S (a softer tissue under the same force) or a fall of
     // S (a puncture) is not the hand's work. The hand's work is that against the model's mean force.
     const Vec3 mean_n = 0.5 * (s.model_n + m.model_n);
@@ -113,35 +114,27 @@ void observe(PassivityState& s, const Motion& m, int delay_ticks) noexcept {
     s.wall_energy_j = m.wall_energy_j;
 }
 
-Vec3 dissipate(const PassivityState& s, const Motion& m, int delay_ticks, double most_n_per_m) noexcept {
-    const Pace pace = paceNow(s, m.tissue_moved_m);
+Vec3 dissipate(const PassivityState& s, const Motion& m, int delay_ticks, double max_n_per_m) noexcept {
+    const Pace pace = estimatePace(s, m.tissue_moved_m);
     const double motion2 = glm::dot(pace.motion_m, pace.motion_m);
     if (s.excess_energy_j <= 0.0 || motion2 <= 0.0) return Vec3(0.0);
-    // With a delay, as many answers are in transit as it has ticks, so each pays only its share.
+    // With a delay of n ticks, n corrections are in transit, so each dissipates only its share.
     const double share_j = s.excess_energy_j / (pace.ticks + delay_ticks);
-    return -std::min(share_j / motion2, most_n_per_m) * pace.motion_m;
+    return -std::min(share_j / motion2, max_n_per_m) * pace.motion_m;
 }
 
-void remember(PassivityState& s, const SentForce& sent) noexcept {
+void recordSentForce(PassivityState& s, const SentForce& sent) noexcept {
     s.newest = (s.newest + 1) % std::uint32_t(s.sent.size());
     s.sent[s.newest] = sent;
 }
 
 void hashPassivity(StateHash& hash, const PassivityState& s) noexcept {
-    const SentForce& sent = s.sent[s.newest];  // older entries were added in their own ticks
-    hash.add(sent.force_n);
-    hash.add(sent.wall_n);
-    hash.add(sent.scale);
-    hash.add(sent.wall_scale);
-    hash.add(s.model_n);
-    hash.add(s.energy_j);
-    hash.add(s.wall_energy_j);
-    hash.add(s.excess_energy_j);
-    hash.add(sent.controller_n);
-    hash.add(s.reported_motion_m);
+    const SentForce& sent = s.sent[s.newest];  // older entries were hashed in their own ticks
+    hash.add(sent.force_n, sent.wall_n, sent.scale, sent.wall_scale);
+    hash.add(s.model_n, s.energy_j, s.wall_energy_j, s.excess_energy_j);
+    hash.add(sent.controller_n, s.reported_motion_m);
     for (std::size_t i = 0; i < 3; ++i)
-        hash.add(std::uint64_t(s.spread[i]) | std::uint64_t(s.still[i]) << 32),
-            hash.add(std::uint64_t(s.sense[i] + 1));
+        hash.add(std::uint64_t(s.spread[i]) | std::uint64_t(s.still[i]) << 32, std::uint64_t(s.sense[i] + 1));
 }
 
 }  // namespace stylet::haptics

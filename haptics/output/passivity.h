@@ -2,18 +2,19 @@
 // Based on Hannaford and Ryu, "Time-Domain Passivity Control of Haptic Interfaces", IEEE Trans. Robotics and
 // Automation 18(1), 2002, with two changes (model, section 4). First, the observer uses motion RELATIVE to
 // the tissue and the energy S stored in the model's springs, so that breathing may push a resting hand.
-// Second, it keeps no reserve: energy dissipated by friction in one tick does not pay for the next. Only
-// deficits are carried over.
+// Second, it keeps no reserve: energy dissipated by friction in one tick does not offset an excess in the
+// next. Only deficits are carried over.
 //
-// A spring K held over a tick T while the tip moves dx gives K dx^2 / 2 too much. The controller's answer is
-// then K dx / 2, the force half a tick ahead. That equals the damping K T / 2 of Colgate and Schenkel's
-// condition.
+// If the force of a spring K is held over a tick T while the tip moves by dx, the hand receives K dx^2 / 2
+// too much. The controller then adds K dx / 2 against the motion, which gives the spring's force half a tick
+// ahead. That equals the damping K T / 2 of Colgate and Schenkel's condition.
 //
 // An encoder reports a slow motion late, one count at a time. A count reported after n still ticks is
-// assumed to have happened evenly over them. Its work is computed with the forces of all n ticks, it owes
-// 1/n of what the same motion in one tick would, and the answer is spread over the n ticks until the next
-// count is due. Without this a count would owe n times too much, and the controller would kick. The first
-// count after a change of direction is the same encoder edge crossed again and counts as no motion.
+// assumed to have happened evenly over them. Its work is computed with the forces of all n ticks. Its energy
+// error is 1/n of that of the same motion in one tick. The controller's force is spread over the n ticks
+// until the next count is due. Without this the error would be overestimated n times, and the controller
+// would kick. The first count after a change of direction is the same encoder edge crossed again and counts
+// as no motion.
 #pragma once
 
 #include <array>
@@ -24,9 +25,9 @@
 
 namespace stylet::haptics {
 
-// Factors by which the controller takes back more than the observed excess. Jitter is not observed. Of a
-// slow oscillation over a few counts only about half is observed, because the counts at its turning points
-// are ignored.
+// Factors by which the controller dissipates more than the observed excess. Jitter is not observed. Of a slow
+// oscillation over a few counts only about half is observed, because the counts at its turning points are
+// ignored.
 inline constexpr double kMargin = 1.25, kSlowMargin = 2.5;
 // Longest device delay that is taken into account.
 inline constexpr int kMaxDelayTicks = 16;
@@ -42,7 +43,7 @@ struct SentForce {
     Vec3 controller_n{0.0};  // the controller's part of it
 };
 
-// Motion and energy of one tick. All vectors in the same frame, which may be any.
+// Motion and energy of one tick. All vectors are in the same frame; any frame will do.
 struct Motion {
     Vec3 tip_moved_m{0.0}, tissue_moved_m{0.0};
     Vec3 model_n{0.0};           // the model's force, unscaled
@@ -67,10 +68,10 @@ struct PassivityState {
 // The observer. The force sent `delay_ticks` ago (at most kMaxDelayTicks) acted on this motion.
 void observe(PassivityState&, const Motion&, int delay_ticks) noexcept STYLET_NONBLOCKING;
 // The controller. Returns the force that dissipates the excess if the tip keeps its current motion. Its
-// magnitude is at most `most_n_per_m` times that motion per tick.
+// magnitude is at most `max_n_per_m` times that motion per tick.
 Vec3 dissipate(const PassivityState&, const Motion&, int delay_ticks,
-               double most_n_per_m) noexcept STYLET_NONBLOCKING;
-void remember(PassivityState&, const SentForce&) noexcept STYLET_NONBLOCKING;
+               double max_n_per_m) noexcept STYLET_NONBLOCKING;
+void recordSentForce(PassivityState&, const SentForce&) noexcept STYLET_NONBLOCKING;
 void hashPassivity(StateHash&, const PassivityState&) noexcept STYLET_NONBLOCKING;
 
 }  // namespace stylet::haptics

@@ -9,18 +9,19 @@ namespace stylet::haptics {
 namespace {
 
 constexpr std::array<FaultText, 12> kTexts{{
-    {kFaultBadForce, "bad-force", "a force model gave something that is no number"},
-    {kFaultStaleInput, "stale-input", "the device said nothing new for 20 ms"},
+    {kFaultBadForce, "bad-force",
+     "a force model computed a value that is not a number: report this as a bug"},
+    {kFaultStaleInput, "stale-input", "the device sent no new data for 20 ms"},
     {kFaultRingFull, "ring-full", "the session was too slow: ticks were not recorded"},
-    {kFaultBadPose, "bad-pose", "the device reported a pose that cannot be"},
-    {kFaultOutOfReach, "out-of-reach", "the device reported a place its mechanism cannot reach"},
+    {kFaultBadPose, "bad-pose", "the device reported an impossible pose"},
+    {kFaultOutOfReach, "out-of-reach", "the device reported a position that its mechanism cannot reach"},
     {kFaultOverSpeed, "over-speed", "the device moved faster than 1 m/s"},
     {kFaultDeviceLost, "device-lost", "the device is not ready: unplugged, failed or not homed"},
     {kFaultHandOff, "hand-off", "no hand holds the device"},
     {kFaultNotFocused, "not-focused", "the headset is off, or another program has the focus"},
     {kWaitsForSmallForce, "in-contact", "the tool touches the patient: draw it back"},
     {kWaitsOffWall, "at-wall", "the grip is at the end of its reach: move it inward"},
-    {kFaultInjected, "injected", "the instructor has let the device fail"},
+    {kFaultInjected, "injected", "the instructor simulated a device failure"},
 }};
 
 // No hand is farther from its device than this. A pose beyond it means a device fault.
@@ -29,7 +30,7 @@ constexpr double kFarthestPose_m = 10.0;
 constexpr double kUnitTolerance = 1e-3;
 // Tolerance for accumulated time, so that rounding never delays the end of waiting by a tick.
 constexpr double kSameTime_s = 1e-9;
-constexpr double kNothing = 1e-9;  // a level this small is zero except for rounding
+constexpr double kZeroLevel = 1e-9;  // a level this small is zero except for rounding
 // The wall is softer than any tissue.
 constexpr double kWall_n_per_m = 200.0, kWallForce_n = 1.0;
 
@@ -37,24 +38,20 @@ bool isArmed(ForceStage stage) noexcept {
     return stage == ForceStage::rising || stage == ForceStage::on;
 }
 
-double distance(const Vec3& a, const Vec3& b) noexcept {
-    const Vec3 d = a - b;
-    return std::sqrt(glm::dot(d, d));
-}
-
 // Speed over the time since the last fresh pose: one large step after a silence is not a teleport.
-void measure(SafetyState& s, const DeviceState& device, bool good, double dt_s) noexcept {
+void updateSpeed(SafetyState& s, const DeviceState& device, bool good, double dt_s) noexcept {
     s.silence_s += dt_s;
     if (device.fresh == 0 || !good) return;
     const Vec3 grip_m = device.grip_m();
-    s.speed_m_s = s.placed ? distance(grip_m, s.grip_m) / s.silence_s : 0.0;
+    s.speed_m_s = s.has_pose ? glm::distance(grip_m, s.grip_m) / s.silence_s : 0.0;
     s.grip_m = grip_m;
     s.silence_s = 0.0;
-    s.placed = true;
+    s.has_pose = true;
 }
 
-// The bits for a force that is not small, or NaN, by its source.
-std::uint32_t largeForce(double force_n, double wall_n) noexcept {
+// Returns the bit for a force above kSmallForce_n (or NaN), else 0. There is one bit for the wall and one for
+// the tissue.
+std::uint32_t largeForceBits(double force_n, double wall_n) noexcept {
     if (force_n <= kSmallForce_n) return 0;
     return wall_n > kSmallForce_n ? kWaitsOffWall : kWaitsForSmallForce;
 }
@@ -78,29 +75,31 @@ std::uint32_t checkDevice(SafetyState& s, const DeviceProfile& profile, const De
     // NaN fails these comparisons.
     const bool good = isPose(device.device_from_stylus) && isFinite(device.grip_m()) &&
                       device.share() >= 0.0 && device.share() <= 1.0;
-    measure(s, device, good, dt_s);
-    std::uint32_t unmet = 0;
-    if (!good) unmet |= kFaultBadPose;
-    if ((device.flags & kDeviceReady) == 0) unmet |= kFaultDeviceLost;
-    if ((device.flags & kDeviceHandOn) == 0) unmet |= kFaultHandOff;
-    if (!s.focused) unmet |= kFaultNotFocused;
-    if (s.silence_s > kStaleInput_s - kSameTime_s) unmet |= kFaultStaleInput;
-    if (s.speed_m_s > (isArmed(s.stage) ? kOverSpeed_m_s : kSlowEnough_m_s)) unmet |= kFaultOverSpeed;
+    updateSpeed(s, device, good, dt_s);
+    std::uint32_t fault_bits = 0;
+    if (!good) fault_bits |= kFaultBadPose;
+    if ((device.flags & kDeviceReady) == 0) fault_bits |= kFaultDeviceLost;
+    if ((device.flags & kDeviceHandOn) == 0) fault_bits |= kFaultHandOff;
+    if (!s.focused) fault_bits |= kFaultNotFocused;
+    if (s.silence_s > kStaleInput_s - kSameTime_s) fault_bits |= kFaultStaleInput;
+    if (s.speed_m_s > (isArmed(s.stage) ? kOverSpeed_m_s : kSlowEnough_m_s)) fault_bits |= kFaultOverSpeed;
     // The comparison is false for an unknown (NaN) radius.
-    if (good && distance(device.grip_m(), profile.workspace_centre_m) > kReach * profile.workspace_radius_m)
-        unmet |= kFaultOutOfReach;
-    return unmet;
+    if (good && glm::distance(device.grip_m(), profile.workspace_centre_m) >
+                    kMaxReachRadii * profile.workspace_radius_m)
+        fault_bits |= kFaultOutOfReach;
+    return fault_bits;
 }
 
-void stepSafety(SafetyState& s, std::uint32_t unmet, double force_n, double wall_n, double dt_s) noexcept {
-    if (isArmed(s.stage) && unmet != 0) {
-        s.faults |= unmet;
+void stepSafety(SafetyState& s, std::uint32_t fault_bits, double force_n, double wall_n,
+                double dt_s) noexcept {
+    if (isArmed(s.stage) && fault_bits != 0) {
+        s.faults |= fault_bits;
         s.stage = ForceStage::fading;
     }
     s.awaited = 0;
     switch (s.stage) {
         case ForceStage::waiting:
-            s.awaited = unmet | largeForce(force_n, wall_n);
+            s.awaited = fault_bits | largeForceBits(force_n, wall_n);
             s.settled_s = s.awaited == 0 ? s.settled_s + dt_s : 0.0;
             if (s.settled_s > kSettle_s - kSameTime_s) s.stage = ForceStage::rising;
             break;
@@ -114,9 +113,9 @@ void stepSafety(SafetyState& s, std::uint32_t unmet, double force_n, double wall
             s.stage = s.level < 1.0 ? ForceStage::rising : ForceStage::on;
             break;
         case ForceStage::fading:
-            s.faults |= unmet;
+            s.faults |= fault_bits;
             s.level -= dt_s / kFade_s;
-            if (s.level > kNothing) break;
+            if (s.level > kZeroLevel) break;
             s.level = 0.0;
             s.stage = ForceStage::off;
             break;
@@ -133,23 +132,18 @@ void rearm(SafetyState& s) noexcept {
 }
 
 void hashSafety(StateHash& hash, const SafetyState& s) noexcept {
-    hash.add(std::uint64_t(s.stage) | std::uint64_t(s.focused) << 8 | std::uint64_t(s.placed) << 9 |
+    hash.add(std::uint64_t(s.stage) | std::uint64_t(s.focused) << 8 | std::uint64_t(s.has_pose) << 9 |
              std::uint64_t(s.faults) << 32);
-    hash.add(std::uint64_t(s.awaited));
-    hash.add(s.level);
-    hash.add(s.settled_s);
-    hash.add(s.grip_m);
-    hash.add(s.silence_s);
-    hash.add(s.speed_m_s);
+    hash.add(std::uint64_t(s.awaited), s.level, s.settled_s, s.grip_m, s.silence_s, s.speed_m_s);
 }
 
 WallForce workspaceWall(const DeviceProfile& profile, const Vec3& grip_m) noexcept {
     const Vec3 out = grip_m - profile.workspace_centre_m;
-    const double from_centre = std::sqrt(glm::dot(out, out));
+    const double from_centre = glm::length(out);
     const double in_wall = from_centre - (1.0 - kWallShare) * profile.workspace_radius_m;
     if (!(in_wall > 0.0)) return {};  // also for an unknown radius
     const double stiffness =
-        std::min(kWall_n_per_m, 0.25 * knownOr(profile.stiffness_n_per_m, kWeakestStiffness_n_per_m));
+        std::min(kWall_n_per_m, 0.25 * valueOrDefault(profile.stiffness_n_per_m, kWeakestStiffness_n_per_m));
     const double pressed = std::min(in_wall, kWallForce_n / stiffness);
     const Vec3 inward = out * (-1.0 / from_centre);
     return {stiffness * pressed * inward,

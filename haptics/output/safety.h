@@ -17,7 +17,7 @@ enum Fault : std::uint32_t {
     kFaultStaleInput = 1u << 1,  // no fresh valid pose for kStaleInput_s
     kFaultRingFull = 1u << 2,    // set by the loop only: the session's pace must not enter the hashed state
     kFaultBadPose = 1u << 3,     // isPose() returned false
-    kFaultOutOfReach = 1u << 4,  // beyond kReach radii of a known workspace
+    kFaultOutOfReach = 1u << 4,  // beyond kMaxReachRadii radii of a known workspace
     kFaultOverSpeed = 1u << 5,   // above kOverSpeed_m_s; while not armed, above kSlowEnough_m_s
     kFaultDeviceLost = 1u << 6,  // kDeviceReady is not set
     kFaultHandOff = 1u << 7,     // kDeviceHandOn is not set
@@ -49,7 +49,7 @@ inline constexpr double kStaleFrom_s = 0.008, kStaleFade_s = 0.010, kStaleInput_
 // returns only when the hand is slow.
 inline constexpr double kOverSpeed_m_s = 1.0, kSlowEnough_m_s = 0.3;
 // In radii of the workspace. No mechanism reaches that far.
-inline constexpr double kReach = 1.5;
+inline constexpr double kMaxReachRadii = 1.5;
 
 enum class ForceStage : std::uint8_t {
     waiting,  // no force; `awaited` lists the reasons
@@ -65,8 +65,8 @@ struct SafetyState {
     std::uint32_t faults = 0;   // latched Fault bits
     std::uint32_t awaited = 0;  // Fault bits that prevent leaving `waiting`
     bool focused = true;        // by command: the session is visible and the headset worn
-    double settled_s = 0.0;     // time without any such bit while waiting
-    bool placed = false;        // there has been a fresh valid pose
+    double settled_s = 0.0;     // time spent in `waiting` without any such bit
+    bool has_pose = false;      // there has been a fresh valid pose
     Vec3 grip_m{0.0};           // grip position of that pose, device frame
     double silence_s = 0.0;     // time since that pose
     double speed_m_s = 0.0;     // mean speed between the last two fresh valid poses
@@ -80,9 +80,9 @@ bool isPose(const Pose&) noexcept STYLET_NONBLOCKING;
 // Returns the fault bits that forbid force in this tick because of the device or the focus.
 std::uint32_t checkDevice(SafetyState&, const DeviceProfile&, const DeviceState&,
                           double dt_s) noexcept STYLET_NONBLOCKING;
-// Updates stage and level. `unmet`: all fault bits of this tick. `force_n`: the force the device would get
-// at level 1. `wall_n`: the wall's part of it.
-void stepSafety(SafetyState&, std::uint32_t unmet, double force_n, double wall_n,
+// Updates stage and level. `fault_bits`: all fault bits of this tick. `force_n`: the force the device would
+// get at level 1. `wall_n`: the wall's part of it.
+void stepSafety(SafetyState&, std::uint32_t fault_bits, double force_n, double wall_n,
                 double dt_s) noexcept STYLET_NONBLOCKING;
 // Re-arms after a fault. Works only once the force is zero. The force then waits and rises as at the start.
 void rearm(SafetyState&) noexcept STYLET_NONBLOCKING;

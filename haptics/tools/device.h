@@ -14,7 +14,7 @@ inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 // Defaults for unknown values: those of the weakest device we know (3D Systems' data sheet of the Touch).
 inline constexpr double kWeakestForce_n = 3.3, kWeakestStiffness_n_per_m = 400.0, kLightestMass_kg = 0.045;
-inline double knownOr(double value, double otherwise) noexcept {
+inline double valueOrDefault(double value, double otherwise) noexcept {
     return std::isnan(value) ? otherwise : value;
 }
 
@@ -32,7 +32,7 @@ struct DeviceProfile {
     int force_axes = 3;  // 0: input only
     int torque_axes = 0;
     bool senses_rotation = true;
-    bool has_dead_man = false;     // reports in its flags whether a hand holds it
+    bool has_dead_man = false;     // its flags report whether a hand holds it
     bool force_calibrated = true;  // a commanded newton is a newton at the grip
     double force_continuous_n = kUnknown;
     double rate_hz = 1000.0;
@@ -51,21 +51,19 @@ struct DeviceProfile {
 
 // The profile of a device that produces no force. Both texts must outlive the profile.
 inline DeviceProfile inputOnlyProfile(const char* name, const char* source) noexcept {
-    DeviceProfile p;
-    p.name = name;
-    p.source = source;
-    p.force_axes = 0;
-    p.force_peak_n = 0.0;
-    p.force_continuous_n = 0.0;
-    p.stiffness_n_per_m = 0.0;
-    return p;
+    return {.name = name,
+            .force_peak_n = 0.0,
+            .stiffness_n_per_m = 0.0,
+            .source = source,
+            .force_axes = 0,
+            .force_continuous_n = 0.0};
 }
 
-// Bits of DeviceState::flags. Force flows only while every bit that the loop requires is set (output.h).
+// Bits of DeviceState::flags. Force is sent only while kDeviceReady and kDeviceHandOn are set (safety.h).
 enum DeviceFlag : std::uint32_t {
     kDeviceReady = 1u << 0,   // connected, homed, calibrated, motors on
     kDeviceHandOn = 1u << 1,  // the dead-man switch is held, or the device has none
-    kDeviceClutch = 1u << 2,  // not required for force; the tip is offset from the grip, see DeviceState
+    kDeviceClutch = 1u << 2,  // not required for force; a clutch offsets the tip from the grip
 };
 
 // State of the device as read in one tick.

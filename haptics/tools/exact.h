@@ -2,6 +2,7 @@
 // steps or samples. Same rules as needle.h (model in Eqs. 1-8), in closed form between events.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -23,6 +24,11 @@ struct ForcePiece {
     double c0_n = 0.0, c1_n_per_m = 0.0, c2_n_per_m2 = 0.0;
     Tissue tissue = Tissue::air;
     Phase phase = Phase::pass;
+
+    double at(double depth_m) const {  // clamped to the piece
+        const double x = std::clamp(depth_m, begin_m, end_m) - begin_m;
+        return (c2_n_per_m2 * x + c1_n_per_m) * x + c0_n;
+    }
 };
 
 struct ExactEvent {
@@ -43,11 +49,11 @@ struct ExactForce {
 // Samples the force just after each depth first_m + i * step_m. Bit-identical to at().
 void sampleForce(const ExactForce&, double first_m, double step_m, std::span<double> force_n);
 
-// What starts a new segment: any change of label, or only a change of tissue. The force needs only changes
-// of tissue. With `ofTissues`, two segmentations that agree in their tissues give bit-identical forces. It
-// also skips voxel corners in which the path is shorter than 1 nm: for a path from voxel to voxel, rounding
-// decides which of them it touches.
-enum class Borders { ofLabels, ofTissues };
+// Selects what starts a new segment: any change of label, or only a change of tissue. The force needs only
+// changes of tissue. With `tissueChanges`, two segmentations that agree in their tissues give bit-identical
+// forces. It also skips voxels that the path crosses for less than 1 nm, at a corner. Rounding decides which
+// of these voxels a path between voxel centres touches.
+enum class Borders { labelChanges, tissueChanges };
 // Finds the tissues along a straight path from entry to end in the reference frame and writes them to
 // `segments`. Sets track flags as the needle would. `path` is scratch memory.
 void segmentsAlong(const patient::TissueMap&, const Vec3& entry_m, const Vec3& end_m, VoxelPath& path,
@@ -56,10 +62,10 @@ void segmentsAlong(const patient::TissueMap&, const Vec3& entry_m, const Vec3& e
 void segmentsAlong(const patient::TissueMap&, const std::vector<VoxelPath::Visit>& walk, double length_m,
                    Borders, std::vector<Segment>& segments);
 
-// Bone is never punctured. `rises`: its force rises with its stiffness to `max_force_n` and stays there to
-// the end of the path, as in the simulation. `maximumAtOnce`: the force is at its maximum at once, as in the
-// paper; used by the study.
-enum class Bone { rises, maximumAtOnce };
+// Bone is never punctured. `rises`: the force rises with the bone's stiffness to `max_force_n` and stays
+// there to the end of the path, as in the simulation. `immediateMaximum`: the force is at its maximum at
+// once, as in the paper; used by the study.
+enum class Bone { rises, immediateMaximum };
 // The needle starts in air. A path that begins in tissue meets the skin at depth 0.
 ExactForce solveExact(const patient::TissueTable&, const std::vector<Segment>&, double length_m,
                       const NeedleSettings&, Bone = Bone::rises);

@@ -13,17 +13,22 @@ struct FingerSettings {
     double radius_m = 0.006;     // pad radius: 1.1 cm^2 of an index finger
     double curvature_m = 0.020;  // of the fingertip, flattened under load
     // Friction on dry skin is at least 0.2, typically 0.5 (Derler and Gerhardt, Tribol. Lett. 45:1, 2012).
-    PadSettings pad{.stiffest_n_per_m = 2000.0, .shear_n_per_m = 300.0, .friction = 0.5};
+    PadSettings pad{.max_stiffness_n_per_m = 2000.0, .shear_n_per_m = 300.0, .friction = 0.5};
 };
 
 struct FingerState {
     PadState pad;
 };
 
-Pad fingerPad(const FingerSettings&) noexcept;
+inline Pad fingerPad(const FingerSettings& s) noexcept {
+    return roundPad(s.points, s.radius_m, s.curvature_m);
+}
 // Haptics thread. noexcept, no allocation. `pad` is fingerPad() of the same settings. The tool's tip is the
 // centre of the pad; +z points out of the body.
-ToolForce stepFinger(FingerState&, const FingerSettings&, const Pad& pad, const BreathingSkin&,
-                     const Pose& patient_from_tool) noexcept STYLET_NONBLOCKING;
+inline ToolForce stepFinger(FingerState& s, const FingerSettings& settings, const Pad& pad,
+                            const BreathingSkin& skin,
+                            const Pose& patient_from_tool) noexcept STYLET_NONBLOCKING {
+    return stepPad(s.pad, pad, settings.pad, skin, patient_from_tool).force;
+}
 
 }  // namespace stylet::haptics

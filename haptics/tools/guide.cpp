@@ -52,16 +52,16 @@ Fade fadeAt(const GuideSettings& s, double height_m) noexcept {
 
 }  // namespace
 
-Guided stepGuide(GuideState& state, const GuideSettings& s, const Pose& patient_from_guide,
-                 const Pose& patient_from_stylus, bool free) noexcept {
+GuideResult stepGuide(GuideState& state, const GuideSettings& s, const Pose& patient_from_guide,
+                      const Pose& patient_from_stylus, bool free) noexcept {
     const Vec3 rail = patient_from_guide.direction(Vec3(0.0, 0.0, 1.0));
     const Vec3 shaft = patient_from_stylus.direction(Vec3(0.0, 0.0, 1.0));
     const Vec3 from_mouth = patient_from_stylus.position_m - patient_from_guide.position_m;
     const double height_m = glm::dot(from_mouth, rail);
     const Vec3 across = from_mouth - height_m * rail;
-    const double r_m = std::sqrt(glm::dot(across, across));
+    const double r_m = glm::length(across);
 
-    Guided out{patient_from_stylus};
+    GuideResult out{patient_from_stylus};
     const bool at_rail = height_m >= 0.0 && height_m <= s.length_m;
     if (state.snapped) {
         const bool torn = free && s.stiffness_n_per_m * r_m > s.release_n;

@@ -29,7 +29,7 @@ struct GuideState {
 };
 
 // The needle pose and the force after the rail's constraint.
-struct Guided {
+struct GuideResult {
     Pose patient_from_needle;  // on the rail's line while snapped in, else the stylus pose
     Vec3 force_n{0.0};         // on the hand
     // Potential energy of the rail's spring: 0 out of its reach, negative near the line
@@ -40,7 +40,7 @@ struct Guided {
 // Haptics thread. noexcept, no allocation. One tick of a needle with stylus pose `patient_from_stylus`.
 // `free`: the needle is outside the body. Only a free needle snaps in or is pulled out sideways. A needle
 // withdrawn through the rail's upper end leaves the rail.
-Guided stepGuide(GuideState&, const GuideSettings&, const Pose& patient_from_guide,
-                 const Pose& patient_from_stylus, bool free) noexcept STYLET_NONBLOCKING;
+GuideResult stepGuide(GuideState&, const GuideSettings&, const Pose& patient_from_guide,
+                      const Pose& patient_from_stylus, bool free) noexcept STYLET_NONBLOCKING;
 
 }  // namespace stylet::haptics

@@ -22,17 +22,15 @@ bool isOpen(const Incision& cut, const Vec3& reference_m, double reach_m) noexce
 }
 
 bool isOpen(const Incisions& incisions, const Vec3& reference_m, double reach_m) noexcept {
-    for (int i = 0; i < incisions.count; ++i)
-        if (isOpen(incisions.list[std::size_t(i)], reference_m, reach_m)) return true;
+    for (const Incision& cut : incisions.made())
+        if (isOpen(cut, reference_m, reach_m)) return true;
     return false;
 }
 
 void hashIncisions(StateHash& hash, const Incisions& incisions) noexcept {
     hash.add(std::uint64_t(incisions.count));
-    for (int i = 0; i < incisions.count; ++i) {
-        hash.add(incisions.list[std::size_t(i)].begin_reference_m);
-        hash.add(incisions.list[std::size_t(i)].end_reference_m);
-    }
+    for (const Incision& cut : incisions.made())
+        hash.add(cut.begin_reference_m, cut.end_reference_m);
 }
 
 }  // namespace stylet::haptics

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 
 #include "base/hash.h"
 #include "base/realtime.h"
@@ -18,6 +19,8 @@ inline constexpr int kMaxIncisions = 8;
 struct Incisions {
     int count = 0;
     std::array<Incision, kMaxIncisions> list{};
+
+    std::span<const Incision> made() const noexcept { return std::span(list).first(std::size_t(count)); }
 };
 
 // All functions: haptics thread. noexcept, no allocation.

@@ -15,15 +15,15 @@ using patient::TissueSample;
 
 namespace {
 
-void lookAt(NeedleState& s, const patient::MotionModel& motion, const Surrogate& breath,
-            const Vec3& deformed_m) noexcept {
-    s.channel_side = patient::sideOf(motion, breath, deformed_m);
+void placeChannel(NeedleState& s, const patient::MotionModel& motion, const Surrogate& breath,
+                  const Vec3& deformed_m) noexcept {
+    s.channel_side = patient::sideAt(motion, breath, deformed_m);
     s.channel_reference_m = patient::referenceFromDeformed(motion, breath, s.channel_side, deformed_m);
 }
 
 void prime(NeedleState& s, const Patient& patient, const Vec3& tip_deformed_m,
            const Surrogate& breath) noexcept {
-    lookAt(s, patient.package().motion, breath, tip_deformed_m);
+    placeChannel(s, patient.package().motion, breath, tip_deformed_m);
     const TissueSample x = patient.at(s.channel_reference_m, s.track);
     s.tissue = x.tissue;
     s.label = x.label;
@@ -41,11 +41,11 @@ void prime(NeedleState& s, const Patient& patient, const Vec3& tip_deformed_m,
 constexpr double kShortPath_m = 0.0005, kClearOfSides_m = 0.001;
 
 // Returns false for NaN.
-bool isShortAndClear(const NeedleState& s, const Vec3& step_m) noexcept {
+bool isStraightPath(const NeedleState& s, const Vec3& step_m) noexcept {
     const patient::LocalMotion& near = s.channel_motion;
     const bool inside = s.channel_side == patient::Side::inside;
-    const double gone_m = glm::length(s.channel_reference_m - near.reference_m);
-    return near.side == s.channel_side && gone_m + glm::length(step_m) <= kShortPath_m &&
+    const double moved_m = glm::length(s.channel_reference_m - near.reference_m);
+    return near.side == s.channel_side && moved_m + glm::length(step_m) <= kShortPath_m &&
            (inside ? -near.level_m : near.level_m) >= kClearOfSides_m;
 }
 
@@ -73,11 +73,12 @@ struct Course {
     }
 };
 
-// The same along a path that may cross the cavity surface, where the two sides have slid past each other.
-// The reference position jumps there; the tissue in between is not on the path.
+// Walks along a path that may cross the cavity surface, where the two sides have slid past each other. The
+// reference position jumps there; the tissue in between is not on the path.
 void walkAcrossSides(NeedleState& s, SectionSolver& solver, const Course& course, const Vec3& to_m,
                      double travel_m, Direction direction) noexcept {
-    // Residual of the inverse at the channel. It is added to every target, so that it never accumulates.
+    // Residual of the inverse breathing motion at the channel point. It is added to every target, so that it
+    // never accumulates.
     Vec3 anchor_m = s.channel_reference_m - course.reference(s, course.at_m);
     const auto pointAt = [&](double share) { return course.at_m + share * (to_m - course.at_m); };
     const auto jump = [&](double share, patient::Side side) {
@@ -87,7 +88,7 @@ void walkAcrossSides(NeedleState& s, SectionSolver& solver, const Course& course
     };
     const patient::SideChanges changes =
         patient::sideChanges(course.motion, course.breath, course.at_m, to_m);
-    // Breathing may have moved the channel point across the other side's edge.
+    // Breathing may have moved the cavity surface past the channel point.
     if (changes.first != s.channel_side) jump(0.0, changes.first);
     patient::forEachStretch(changes, [&](double begin, double end) {
         if (begin > 0.0)
@@ -101,7 +102,7 @@ void walkAcrossSides(NeedleState& s, SectionSolver& solver, const Course& course
 void walk(NeedleState& s, SectionSolver& solver, Course& course, const Vec3& to_m, double travel_m,
           Direction direction) noexcept {
     const Vec3 step_m = to_m - course.at_m;
-    if (isShortAndClear(s, step_m)) {
+    if (isStraightPath(s, step_m)) {
         const Vec3 to_reference_m = s.channel_reference_m + s.channel_motion.reference_from_deformed * step_m;
         walk(s, solver, course.patient, to_reference_m, travel_m, direction);
     } else {
@@ -113,10 +114,10 @@ void walk(NeedleState& s, SectionSolver& solver, Course& course, const Vec3& to_
 // Outside the body the channel is at the tip.
 void followTip(NeedleState& s, const Course& course, const Vec3& tip_deformed_m) noexcept {
     const Vec3 step_m = tip_deformed_m - course.at_m;
-    if (isShortAndClear(s, step_m)) {
+    if (isStraightPath(s, step_m)) {
         s.channel_reference_m += s.channel_motion.reference_from_deformed * step_m;
     } else {
-        lookAt(s, course.motion, course.breath, tip_deformed_m);
+        placeChannel(s, course.motion, course.breath, tip_deformed_m);
     }
     s.lateral_m = Vec3(0.0);
 }
@@ -129,24 +130,17 @@ double tentingEnergy(const TentingBorder& h, const NeedleSettings& settings,
     const patient::TissueRow& row = patient.row(h.border.to);
     const TentingCurve curve = tentingCurve(row, h.a0_n, settings.a1_share);
     if (!isRigid(row)) return curve.energy_j(h.depth_m);
-    const double most_n = std::max(settings.max_force_n, h.a0_n);
-    const double rise_m = std::min(h.depth_m, (most_n - h.a0_n) / row.stiffness_n_per_m);
-    return curve.energy_j(rise_m) + most_n * (h.depth_m - rise_m);
+    const double max_n = std::max(settings.max_force_n, h.a0_n);
+    const double rise_m = std::min(h.depth_m, (max_n - h.a0_n) / row.stiffness_n_per_m);
+    return curve.energy_j(rise_m) + max_n * (h.depth_m - rise_m);
 }
 
-// True if an event makes the force step. It is continuous when a border starts tenting.
-bool mayStep(const NeedleEvents& events) noexcept {
-    bool steps = events.dropped > 0;
-    for (int i = 0; i < events.count; ++i)
-        steps = steps || events.list[std::size_t(i)].kind != NeedleEventKind::border;
-    return steps;
-}
-
-// Extension of the lateral spring at which the channel is cut sideways.
-double lateralReach(const NeedleSettings& settings) noexcept {
-    return settings.lateral_stiffness_n_per_m > 0.0
-               ? settings.lateral_force_n / settings.lateral_stiffness_n_per_m
-               : 0.0;
+// True if an event makes the force step. The force is continuous when a border starts tenting.
+bool hasForceStep(const NeedleEvents& events) noexcept {
+    const std::span<const NeedleEvent> all = events.all();
+    return events.dropped > 0 || std::any_of(all.begin(), all.end(), [](const NeedleEvent& e) {
+               return e.kind != NeedleEventKind::border;
+           });
 }
 
 }  // namespace
@@ -166,7 +160,7 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Breat
         out.tissue_moved_m = course.at_m - (s.tip_deformed_m - s.lateral_m);
     const Vec3 offset = tip_deformed_m - course.at_m;
     // Motion relative to the channel, not to the last stylus position. The two differ if the shaft turns
-    // about a tip that lags beside its channel.
+    // while the tip is displaced sideways from the channel.
     const double ds = glm::dot(offset, axis);
     const Direction along = ds > 0.0 ? Direction::advance : Direction::withdraw;
     SectionSolver solver(s, settings, patient, events, incisions);
@@ -179,7 +173,8 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Breat
         walk(s, solver, course, tip_deformed_m - across, ds, along);
         s.lateral_m = across;
         const double length = glm::length(across);
-        const double reach = lateralReach(settings);
+        const double k = settings.lateral_stiffness_n_per_m;
+        const double reach = k > 0.0 ? settings.lateral_force_n / k : 0.0;  // beyond it: cuts sideways
         if (s.phase != Phase::outside && length > reach) {
             s.lateral_cut_m += length - reach;
             s.lateral_m = across * (reach / length);
@@ -194,7 +189,7 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Breat
     out.force_n = needleForce(s, settings, axis);
     out.energy_j = axialEnergy(s, settings, patient) +
                    0.5 * settings.lateral_stiffness_n_per_m * glm::dot(s.lateral_m, s.lateral_m);
-    out.event = solver.hasLeft() || mayStep(events);
+    out.event = solver.hasLeft() || hasForceStep(events);
     return out;
 }
 
@@ -205,27 +200,25 @@ Vec3 needleForce(const NeedleState& s, const NeedleSettings& settings, const Vec
 double axialEnergy(const NeedleState& s, const NeedleSettings& settings, const Patient& patient) noexcept {
     if (s.phase == Phase::outside) return 0.0;
     double energy_j = 0.5 * patient.row(s.tissue).stiffness_n_per_m * s.extension_m * s.extension_m;
-    if (s.phase == Phase::held) energy_j += tentingEnergy(s.tenting, settings, patient);
+    if (s.phase == Phase::tenting) energy_j += tentingEnergy(s.tenting, settings, patient);
     if (s.bone_over_tenting) energy_j += tentingEnergy(s.under_bone, settings, patient);
     return energy_j;
 }
 
 double proxyDistance(const NeedleState& s) noexcept {
-    return s.phase == Phase::held && s.tenting.depth_m >= 0.0 ? s.tenting.depth_m : s.extension_m;
+    return s.phase == Phase::tenting && s.tenting.depth_m >= 0.0 ? s.tenting.depth_m : s.extension_m;
 }
 
 namespace {
 
 void hashBorder(StateHash& hash, const Border& b) noexcept {
-    hash.add(b.reference_m);
-    hash.add(std::uint64_t(b.from) | std::uint64_t(b.to) << 8 | std::uint64_t(b.to_label) << 16);
-    hash.add(b.depth_m);
+    hash.add(b.reference_m,
+             std::uint64_t(b.from) | std::uint64_t(b.to) << 8 | std::uint64_t(b.to_label) << 16, b.depth_m);
 }
 
 void hashTenting(StateHash& hash, const TentingBorder& h) noexcept {
     hashBorder(hash, h.border);
-    hash.add(h.depth_m);
-    hash.add(h.a0_n);
+    hash.add(h.depth_m, h.a0_n);
 }
 
 }  // namespace
@@ -235,25 +228,15 @@ void hashNeedle(StateHash& hash, const NeedleState& s) noexcept {
              std::uint64_t(s.track.past_skin) << 24 | std::uint64_t(s.track.past_fascia) << 25 |
              std::uint64_t(s.bone_over_tenting) << 26 | std::uint64_t(s.primed) << 27 |
              std::uint64_t(s.channel_side) << 28 | std::uint64_t(s.channel_motion.side) << 29);
-    hash.add(s.extension_m);
-    hash.add(s.force_n);
-    hash.add(s.depth_m);
-    hash.add(s.past_skin_depth_m);
-    hash.add(s.past_fascia_depth_m);
-    if (s.phase == Phase::held) hashTenting(hash, s.tenting);
+    hash.add(s.extension_m, s.force_n, s.depth_m, s.past_skin_depth_m, s.past_fascia_depth_m);
+    if (s.phase == Phase::tenting) hashTenting(hash, s.tenting);
     if (s.bone_over_tenting) hashTenting(hash, s.under_bone);
     hash.add(std::uint64_t(s.queued_count));
     for (int i = 0; i < s.queued_count; ++i)
         hashBorder(hash, s.queued[std::size_t(i)]);
-    hash.add(s.cuts.value());
-    hash.add(s.lateral_m);
-    hash.add(s.lateral_cut_m);
-    hash.add(s.tip_deformed_m);
-    hash.add(s.channel_reference_m);
+    hash.add(s.cuts.value(), s.lateral_m, s.lateral_cut_m, s.tip_deformed_m, s.channel_reference_m);
     // The local motion is fully determined by these three values.
-    hash.add(s.channel_motion.reference_m);
-    hash.add(s.channel_motion.v);
-    hash.add(s.channel_motion.rate_per_s);
+    hash.add(s.channel_motion.reference_m, s.channel_motion.v, s.channel_motion.rate_per_s);
     patient::hashSurrogate(hash, s.breath);
 }
 

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "base/hash.h"
 #include "base/realtime.h"
@@ -18,14 +19,15 @@ using patient::Tissue;
 
 struct NeedleSettings {
     double a1_share = 0.5;  // a1 = share * k_B, in [0, 1] (Eq. 1)
-    // A border this close to a punctured border of the same kind does not hold (17 G).
+    // A border within this distance of a punctured border of the same kind does not tent. Equals the needle's
+    // outer diameter (gauge.h; 17 G).
     double cut_reach_m = 0.0015;
     double max_force_n = 22.0;  // limit of the force against bone
     double lateral_stiffness_n_per_m = 150.0;
     double lateral_force_n = 0.5;  // lateral force above which the channel is cut sideways
 };
 
-enum class Phase : std::uint8_t { outside, held, pass };
+enum class Phase : std::uint8_t { outside, tenting, pass };
 
 inline constexpr int kMaxQueuedBorders = 32;
 inline constexpr int kMaxCutBorders = 128;
@@ -38,9 +40,9 @@ struct Border {
     double depth_m = 0.0;  // along the track from the skin
 };
 
-// A border that resists puncture (tenting). `depth_m` counts from where the tip was when tenting began. That
-// differs from the border's rest position if the border was reached while another one was tenting. Negative:
-// the tip has been withdrawn from the border and is in the tissue in front of it.
+// A border that resists puncture (tenting). `depth_m` is measured from the tip's position when tenting began.
+// That position differs from the border's rest position if the border was reached while another one was
+// tenting. Negative: the tip has been withdrawn from the border and is in the tissue in front of it.
 struct TentingBorder {
     Border border;
     double depth_m = 0.0;  // of the tip behind the border
@@ -54,15 +56,15 @@ struct CutBorder {
 
 struct NeedleState {
     Phase phase = Phase::outside;
-    Tissue tissue = Tissue::air;  // tissue at the tip; while tenting, the tissue being left
+    Tissue tissue = Tissue::air;  // tissue at the tip; while tenting, the tissue before the border
     std::uint8_t label = 0;
-    double extension_m = 0.0;  // e in `tissue`: proxy behind tip, signed (Eqs. 6-8); frozen while tenting
+    double extension_m = 0.0;  // e: proxy behind the tip, signed (Eqs. 6-8); frozen while tenting
     double force_n = 0.0;      // axial, > 0 resists insertion
     double depth_m = 0.0;      // of the tip along the track from the skin's surface
     patient::TrackFlags track;
     double past_skin_depth_m = 0.0, past_fascia_depth_m = 0.0;  // depths at which the flags were set
 
-    TentingBorder tenting;           // valid in phase `held`
+    TentingBorder tenting;           // valid in phase `tenting`
     bool bone_over_tenting = false;  // `tenting` is bone, reached while `under_bone` was tenting
     TentingBorder under_bone;
     int queued_count = 0;  // borders passed while tenting, nearest first
@@ -80,14 +82,14 @@ struct NeedleState {
     patient::Side channel_side = patient::Side::outside;
     patient::LocalMotion channel_motion;  // breathing motion around the channel point
     patient::Surrogate breath;            // of the last step
-    bool primed = false;                  // a first step has set the members above
+    bool primed = false;                  // the first step has set the members above
 };
 
 enum class NeedleEventKind : std::uint8_t {
     border,     // reached; tenting begins
     puncture,   // a tenting border was punctured
     entry,      // a tissue was entered without tenting
-    sideways,   // a border was crossed sideways: a hit without tenting
+    sideways,   // a border was crossed sideways, without tenting
     withdrawn,  // the needle left the skin: withdrawn, or advanced out through a corner of it
     overflow    // a fixed list was full and an entry was dropped
 };
@@ -98,7 +100,7 @@ struct NeedleEvent {
     Border border;
     // Tip depth behind the border's rest position at puncture.
     double tenting_m = 0.0;
-    // After: in the tissue just entered, before any next border.
+    // `force_after_n`: in the tissue just entered, before the next border is handled.
     double force_before_n = 0.0, force_after_n = 0.0;
 };
 
@@ -108,6 +110,8 @@ struct NeedleEvents {
     int count = 0;
     int dropped = 0;
     std::array<NeedleEvent, kMaxStepEvents> list{};
+
+    std::span<const NeedleEvent> all() const noexcept { return std::span(list).first(std::size_t(count)); }
     void add(const NeedleEvent& e) noexcept {
         if (count < kMaxStepEvents) {
             list[std::size_t(count++)] = e;
@@ -117,10 +121,12 @@ struct NeedleEvents {
     }
 };
 
-// The patient at one breathing state. Refers to its members, so use it only within the tick.
+// The patient at one breathing state. Stores references, so use it only within the tick.
 struct BreathingPatient {
     const patient::Patient& patient;
     const patient::Surrogate& breath;
+
+    const patient::MotionModel& motion() const noexcept { return patient.package().motion; }
 };
 // Position and direction of the needle's shaft in the deformed patient.
 struct NeedleShaft {
@@ -128,10 +134,10 @@ struct NeedleShaft {
     Vec3 axis{0.0};  // unit vector INTO the body
 };
 
-// Haptics thread. noexcept, no allocation. Moves the tip to the shaft's tip and solves every border along
-// the path. Stores the axial force in the state; positive force resists insertion. At an incision the body's
-// surface does not hold. Returns the force on the user's hand in the patient frame: the axial force plus the
-// lateral spring's.
+// Haptics thread. noexcept, no allocation. Moves the needle to `NeedleShaft::tip_m` and handles every border
+// along its path. Stores the axial force in the state; positive force resists insertion. At an incision the
+// body's surface does not tent. Returns the force on the user's hand in the patient frame: the axial force
+// plus the lateral spring's.
 ToolForce stepNeedle(NeedleState&, const NeedleSettings&, const BreathingPatient&, const NeedleShaft&,
                      NeedleEvents&, const Incisions& incisions = {}) noexcept STYLET_NONBLOCKING;
 // Force on the needle, patient frame: -force * axis - lateral spring.

@@ -1,12 +1,37 @@
-// The needle inside one voxel: handles the border in front of it, then moves it by this voxel's share of the
-// travel (model, section 3). Private to needle.cpp, which does motion and tissue look-up. The four phases
-// are here.
+// Computes the section of the needle's path inside one voxel (model, section 3): handles the border at the
+// voxel's entry, then moves the needle by the voxel's share of the travel. Implements the four phases.
+// Private to needle.cpp, which computes the motion and looks up the tissue.
 #pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <type_traits>
 
 #include "haptics/tools/needle.h"
 #include "haptics/tools/tenting.h"
 
 namespace stylet::haptics {
+
+using patient::Role;
+using patient::TissueRow;
+using patient::TissueSample;
+
+// Depths that differ by less than this are equal: the sum of a path's sections rounds differently from its
+// length.
+inline constexpr double kSamePlace_m = 1e-9;
+// Air within this depth of the track's start is outside the body.
+inline constexpr double kSurface_m = 1e-6;
+
+// Appends to a list of fixed size. A full list loses its oldest entry.
+template <typename T, std::size_t N>
+void pushBack(std::array<T, N>& list, int& count, const std::type_identity_t<T>& entry) noexcept {
+    if (std::size_t(count) == N) {
+        std::copy(list.begin() + 1, list.end(), list.begin());
+        --count;
+    }
+    list[std::size_t(count++)] = entry;
+}
 
 enum class Direction { advance, withdraw, sideways };
 
@@ -18,50 +43,339 @@ class SectionSolver {
 
     // Haptics thread. Enters the voxel `sample` at `at_reference_m` and moves `travel_m` along the axis
     // inside it.
-    void run(const patient::TissueSample& sample, const Vec3& at_reference_m, double travel_m,
-             Direction) noexcept;
+    void run(const TissueSample& sample, const Vec3& at_reference_m, double travel_m,
+             Direction direction) noexcept {
+        if (s_.phase == Phase::outside && sample.tissue == Tissue::air) return;
+        if (direction != Direction::withdraw) {
+            setFlags(sample);
+            // The needle left through a corner of slanted skin before it reached anything behind it.
+            if (sample.tissue == Tissue::air && !s_.track.past_skin) {
+                report(NeedleEventKind::withdrawn, borderTo(sample, at_reference_m), force(), 0.0);
+                return endTrack();
+            }
+        }
+        arrive(sample, at_reference_m, direction);
+        if (s_.phase == Phase::outside) return;
+        if (travel_m > 0.0) advance(travel_m);
+        if (travel_m < 0.0) withdraw(travel_m);
+        clearFlags();
+        const bool outside = s_.tissue == Tissue::air && (s_.depth_m <= kSurface_m || !s_.track.past_skin);
+        if (direction != Direction::advance && s_.phase == Phase::pass && outside) {
+            report(NeedleEventKind::withdrawn,
+                   Border{at_reference_m, Tissue::skin, Tissue::air, 0, s_.depth_m}, 0.0, 0.0);
+            endTrack();
+        }
+    }
+
     // Haptics thread. Returns the axial force of the current state.
-    double force() const noexcept;
+    double force() const noexcept {
+        if (s_.phase == Phase::outside) return 0.0;
+        if (s_.phase == Phase::pass || s_.tenting.depth_m < 0.0)
+            return row(s_.tissue).stiffness_n_per_m * s_.extension_m;
+        const double f = curve().force_n(s_.tenting.depth_m);
+        return onRigid() ? std::min(f, std::max(settings_.max_force_n, s_.tenting.a0_n)) : f;
+    }
+
     // True if the tip left a tissue or a tenting border in this step, even if only at a voxel corner before
-    // re-entering the same tissue. The force may have stepped.
+    // re-entering the same tissue. The force may have jumped.
     bool hasLeft() const noexcept { return has_left_; }
 
   private:
-    // Entering a voxel.
-    bool onRigid() const noexcept;
-    bool isFront(const patient::TissueSample&) const noexcept;
-    void arrive(const patient::TissueSample&, const Vec3& at_reference_m, Direction) noexcept;
-    void arriveHeld(const patient::TissueSample&, const Vec3& at_reference_m, Direction) noexcept;
+    const TissueRow& row(Tissue t) const noexcept { return patient_.row(t); }
+    TentingCurve curve() const noexcept {
+        return tentingCurve(row(s_.tenting.border.to), s_.tenting.a0_n, settings_.a1_share);
+    }
 
-    // Borders.
-    Border borderTo(const patient::TissueSample&, const Vec3& at_reference_m) const noexcept;
-    bool holds(const Border&, double force_n) const noexcept;
-    bool isCut(const Border&) const noexcept;
-    bool isIncised(const Border&) const noexcept;
-    void meet(const Border&) noexcept;
-    void startTenting(const Border&, double force_n) noexcept;
-    void enter(const Border&, double force_n, NeedleEventKind) noexcept;
-    void changeTissue(Tissue, std::uint8_t label, double force_n) noexcept;
-    void stepBack() noexcept;
-    void release(const patient::TissueSample&) noexcept;
-    void cut() noexcept;
-    void fold() noexcept;
-    void queue(const Border&) noexcept;
-    void remember(const Border&) noexcept;
+    // ---- Entering a voxel ----
 
-    // Motion.
-    void advance(double travel_m) noexcept;
-    void withdraw(double travel_m) noexcept;
-    void pass(double travel_m) noexcept;
+    bool onRigid() const noexcept {
+        return s_.phase == Phase::tenting && s_.tenting.depth_m >= 0.0 && isRigid(row(s_.tenting.border.to));
+    }
 
-    // Track.
-    void setFlags(const patient::TissueSample&) noexcept;
-    void undoFlags() noexcept;
-    void endTrack() noexcept;
+    bool isCurrentTissue(const TissueSample& x) const noexcept {
+        if (s_.phase != Phase::tenting) return x.tissue == s_.tissue && x.label == s_.label;
+        return x.tissue == lastBorder().to && x.label == lastBorder().to_label;
+    }
 
-    const patient::TissueRow& row(Tissue t) const noexcept { return patient_.row(t); }
-    TentingCurve curve() const noexcept;
-    void report(NeedleEventKind, const Border&, double before_n, double after_n) noexcept;
+    void arrive(const TissueSample& x, const Vec3& at_reference_m, Direction direction) noexcept {
+        // While the tip presses on bone, borders behind it are ignored until the tip slides off sideways.
+        if (onRigid() && (direction != Direction::sideways || isRigid(row(x.tissue)))) return;
+        const bool into_bone =
+            direction == Direction::advance && s_.phase == Phase::pass && isRigid(row(x.tissue));
+        if (isCurrentTissue(x) && !into_bone) return;
+        if (s_.phase == Phase::tenting) return arriveWhileTenting(x, at_reference_m, direction);
+
+        const Border border = borderTo(x, at_reference_m);
+        if (direction == Direction::advance || s_.phase == Phase::outside) {
+            reachBorder(border);
+        } else if (direction == Direction::sideways) {
+            enter(border, force(), NeedleEventKind::sideways);
+        } else {
+            changeTissue(x.tissue, x.label, force());
+        }
+    }
+
+    void arriveWhileTenting(const TissueSample& x, const Vec3& at_reference_m, Direction direction) noexcept {
+        const bool membrane = row(s_.tenting.border.to).membrane;
+        const double f = force();
+        if (s_.queued_count > 0 && direction == Direction::withdraw) {
+            --s_.queued_count;
+            return;
+        }
+        const bool before_border = s_.depth_m <= s_.tenting.border.depth_m + kSamePlace_m;
+        const bool slipped_out =
+            direction == Direction::sideways && membrane && x.tissue == s_.tenting.border.from;
+        if (s_.queued_count == 0 && direction == Direction::advance && before_border) {
+            // The border's tissue had no depth here (a voxel corner). Handle the new tissue as if the tip
+            // were still in front of that border.
+            abandonTenting();
+            return arrive(x, at_reference_m, direction);
+        }
+        if (s_.queued_count == 0 && (direction == Direction::withdraw || before_border || slipped_out))
+            return release(x);
+
+        const Border border = borderTo(x, at_reference_m);
+        if (direction == Direction::sideways && !membrane) {
+            s_.queued_count = 0;
+            s_.bone_over_tenting = false;
+            enter(border, f, NeedleEventKind::sideways);
+        } else if (direction == Direction::advance && isRigid(row(x.tissue))) {
+            s_.under_bone = s_.tenting;
+            s_.bone_over_tenting = true;
+            startTenting(border, f);
+        } else if (membrane || border.from == border.to) {
+            if (direction == Direction::sideways) report(NeedleEventKind::sideways, border, f, f);
+            queue(border);
+        } else {
+            // The tip left the tissue on its far side: stop the tenting. The next border starts from the
+            // force clamped to friction.
+            enter(s_.tenting.border, f, NeedleEventKind::entry);
+            handleQueuedBorders();
+            reachBorder(border);
+        }
+    }
+
+    // ---- Borders ----
+
+    Border borderTo(const TissueSample& x, const Vec3& at_reference_m) const noexcept {
+        const Tissue from = s_.phase == Phase::tenting ? lastBorder().to : s_.tissue;
+        return {at_reference_m, from, x.tissue, x.label, s_.depth_m};
+    }
+
+    const Border& lastBorder() const noexcept {
+        return s_.queued_count > 0 ? s_.queued[std::size_t(s_.queued_count - 1)] : s_.tenting.border;
+    }
+
+    bool isCut(const Border& border) const noexcept {
+        const double reach2 = settings_.cut_reach_m * settings_.cut_reach_m;
+        for (int i = 0; i < s_.cut_count; ++i) {
+            const CutBorder& c = s_.cut[std::size_t(i)];
+            const Vec3 d = c.reference_m - border.reference_m;
+            if (c.to == border.to && glm::dot(d, d) <= reach2) return true;
+        }
+        return false;
+    }
+
+    bool willTent(const Border& border, double force_n) const noexcept {
+        const TissueRow& b = row(border.to);
+        if (isRigid(b)) return true;
+        return border.from != border.to && resists(b, force_n) && !isCut(border) && !isIncised(border);
+    }
+
+    // The body's surface is skin, or another tissue where the voxels at the surface contain no skin.
+    bool isIncised(const Border& border) const noexcept {
+        const bool surface = border.to == Tissue::skin || s_.phase == Phase::outside;
+        return surface && incisions_.count > 0 &&
+               isOpen(incisions_, border.reference_m, settings_.cut_reach_m);
+    }
+
+    void reachBorder(const Border& border) noexcept {
+        const double f = force();
+        if (willTent(border, f)) {
+            startTenting(border, f);
+        } else {
+            enter(border, f, NeedleEventKind::entry);
+        }
+    }
+
+    // Phase 1: the border starts tenting at the current tip.
+    void startTenting(const Border& border, double force_n) noexcept {
+        s_.phase = Phase::tenting;
+        s_.tenting = {border, 0.0, force_n};
+        report(NeedleEventKind::border, border, force_n, force_n);
+    }
+
+    // From now on the tip is in the tissue behind `border`.
+    void enter(const Border& border, double force_n, NeedleEventKind kind) noexcept {
+        changeTissue(border.to, border.to_label, force_n);
+        // A border whose tenting ended because the needle slipped past it does not count as cut.
+        if (kind != NeedleEventKind::entry || !resists(row(border.to), force_n)) storeCut(border);
+        report(kind, border, force_n, force());
+    }
+
+    void changeTissue(Tissue tissue, std::uint8_t label, double force_n) noexcept {
+        const TissueRow& b = row(tissue);
+        has_left_ = has_left_ || tissue != s_.tissue;
+        s_.phase = Phase::pass;
+        s_.tissue = tissue;
+        s_.label = label;
+        s_.extension_m = b.stiffness_n_per_m > 0.0 ? clampToFriction(b, force_n) / b.stiffness_n_per_m : 0.0;
+    }
+
+    // The needle was withdrawn from a tenting border: the tip is in the tissue in front of it, with the force
+    // it had there.
+    void abandonTenting() noexcept {
+        if (s_.tissue == Tissue::air && !s_.bone_over_tenting && s_.depth_m <= kSurface_m) return endTrack();
+        has_left_ = true;
+        s_.bone_over_tenting = false;
+        s_.phase = Phase::pass;
+    }
+
+    void release(const TissueSample& x) noexcept {
+        abandonTenting();
+        if (s_.phase == Phase::outside) return;
+        if (x.tissue == s_.tissue) {
+            s_.label = x.label;
+        } else {
+            changeTissue(x.tissue, x.label, row(s_.tissue).stiffness_n_per_m * s_.extension_m);
+        }
+    }
+
+    // Phase 2: the puncture, exactly at d*.
+    void cut() noexcept {
+        enter(s_.tenting.border, row(s_.tenting.border.to).cut_force_n, NeedleEventKind::puncture);
+        handleQueuedBorders();
+    }
+
+    // Handles, in order, the borders passed while another one was tenting. Each starts from the force that
+    // the previous one left.
+    void handleQueuedBorders() noexcept {
+        const int count = s_.queued_count;
+        s_.queued_count = 0;
+        for (int i = 0; i < count; ++i) {
+            const Border border = s_.queued[std::size_t(i)];
+            bool left_behind = false;
+            for (int j = i + 1; j < count; ++j) {
+                const Border& later = s_.queued[std::size_t(j)];
+                left_behind = left_behind || later.from != later.to;
+            }
+            const double f = force();
+            if (willTent(border, f) && (row(border.to).membrane || !left_behind)) {
+                startTenting(border, f);
+                for (int j = i + 1; j < count; ++j)
+                    queue(s_.queued[std::size_t(j)]);
+                return;
+            }
+            enter(border, f, NeedleEventKind::entry);
+        }
+    }
+
+    void queue(const Border& border) noexcept {
+        if (s_.queued_count == kMaxQueuedBorders) report(NeedleEventKind::overflow, s_.queued[0], 0.0, 0.0);
+        pushBack(s_.queued, s_.queued_count, border);
+    }
+
+    void storeCut(const Border& border) noexcept {
+        if (border.from == border.to || border.to == Tissue::air || isCut(border)) return;
+        if (s_.cut_count == kMaxCutBorders) report(NeedleEventKind::overflow, border, 0.0, 0.0);
+        pushBack(s_.cut, s_.cut_count, {border.reference_m, border.to});
+        s_.cuts.add(border.reference_m, std::uint64_t(border.to));
+    }
+
+    // ---- Motion ----
+
+    void advance(double travel_m) noexcept {
+        while (s_.phase == Phase::tenting) {
+            TentingBorder& h = s_.tenting;
+            if (h.depth_m < 0.0) {  // still in front of the border
+                if (travel_m < -h.depth_m) {
+                    h.depth_m += travel_m;
+                    return pass(travel_m);
+                }
+                travel_m += h.depth_m;
+                pass(-h.depth_m);
+                h.depth_m = 0.0;
+                h.a0_n = row(s_.tissue).stiffness_n_per_m * s_.extension_m;
+            }
+            const double to_cut_m = std::max(0.0, curve().cut_depth_m - h.depth_m);
+            if (travel_m < to_cut_m) {
+                h.depth_m += travel_m;
+                s_.depth_m += travel_m;
+                return;
+            }
+            h.depth_m += to_cut_m;
+            s_.depth_m += to_cut_m;
+            travel_m -= to_cut_m;
+            cut();
+        }
+        pass(travel_m);
+    }
+
+    void withdraw(double travel_m) noexcept {
+        while (s_.phase == Phase::tenting) {
+            TentingBorder& h = s_.tenting;
+            if (h.depth_m + travel_m >= 0.0) {
+                h.depth_m += travel_m;
+                s_.depth_m += travel_m;
+                return;
+            }
+            if (h.depth_m > 0.0) {
+                travel_m += h.depth_m;
+                s_.depth_m -= h.depth_m;
+                h.depth_m = 0.0;
+            }
+            if (!s_.bone_over_tenting) {
+                h.depth_m += travel_m;
+                break;
+            }
+            s_.bone_over_tenting = false;
+            h = s_.under_bone;
+        }
+        pass(travel_m);
+    }
+
+    // Phase 3, Eqs. 6-8.
+    void pass(double travel_m) noexcept {
+        const TissueRow& t = row(s_.tissue);
+        s_.depth_m += travel_m;
+        if (t.stiffness_n_per_m <= 0.0) return;
+        const double l_max = t.friction_n / t.stiffness_n_per_m;
+        s_.extension_m = std::clamp(s_.extension_m + travel_m, -l_max, l_max);
+    }
+
+    // ---- The track ----
+
+    void setFlags(const TissueSample& x) noexcept {
+        const patient::TrackFlags after = patient_.flagsAfterEntering(x, s_.track);
+        if (after.past_skin && !s_.track.past_skin) s_.past_skin_depth_m = s_.depth_m;
+        if (after.past_fascia && !s_.track.past_fascia) s_.past_fascia_depth_m = s_.depth_m;
+        s_.track = after;
+    }
+
+    void clearFlags() noexcept {
+        if (s_.depth_m < s_.past_skin_depth_m - kSamePlace_m) s_.track.past_skin = false;
+        if (s_.depth_m < s_.past_fascia_depth_m - kSamePlace_m) s_.track.past_fascia = false;
+    }
+
+    void endTrack() noexcept {
+        has_left_ = true;
+        s_.phase = Phase::outside;
+        s_.tissue = Tissue::air;
+        s_.label = 0;
+        s_.extension_m = 0.0;
+        s_.depth_m = 0.0;
+        s_.track = {};
+        s_.past_skin_depth_m = s_.past_fascia_depth_m = 0.0;
+        s_.queued_count = 0;
+        s_.bone_over_tenting = false;
+    }
+
+    void report(NeedleEventKind kind, const Border& border, double before_n, double after_n) noexcept {
+        const patient::Label* label = patient_.label(border.to_label);
+        Role role = label ? label->role : row(border.to).role;
+        if (!label && border.to == Tissue::air && s_.track.past_skin) role = Role::risk;
+        events_.add({kind, role, border, s_.depth_m - border.depth_m, before_n, after_n});
+    }
 
     NeedleState& s_;
     const NeedleSettings& settings_;

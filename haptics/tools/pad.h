@@ -28,13 +28,13 @@ Pad roundPad(int count, double radius_m, double curvature_m) noexcept;
 // A curved bar along x: columns x rows points of equal area on a cylinder of radius `curvature_m` about y.
 Pad barPad(int columns, int rows, double length_m, double width_m, double curvature_m) noexcept;
 
-// Stiffnesses of the whole pad. `stiffest_n_per_m` bounds the normal tangent stiffness everywhere. Measured
-// on a reference patient it also bounds the other directions (1,560 N/m into the flank, 1,430 along it,
-// including rib edges). Sticking proxies add `shear_n_per_m`.
+// Stiffnesses of the whole pad. `max_stiffness_n_per_m` bounds the normal tangent stiffness everywhere.
+// On a reference patient the stiffness in the other directions was measured to be lower (1,560 N/m into the
+// flank, 1,430 along it, including rib edges). Sticking proxies add `shear_n_per_m`.
 struct PadSettings {
-    double stiffest_n_per_m = 2000.0;  // bone's row of the force table
-    double shear_n_per_m = 300.0;      // of the proxies while they stick
-    double friction = 0.5;             // Coulomb friction coefficient
+    double max_stiffness_n_per_m = 2000.0;  // bone's row of the force table
+    double shear_n_per_m = 300.0;           // of the proxies while they stick
+    double friction = 0.5;                  // Coulomb friction coefficient
 };
 
 struct PadState {
@@ -51,7 +51,7 @@ struct PadContact {
     ToolForce force;
     int touching = 0, slipping = 0;  // points
     double normal_n = 0.0;           // sum of the normal forces of all points
-    double deepest_m = 0.0;
+    double max_depth_m = 0.0;
 };
 
 // Haptics thread. noexcept, no allocation. One tick with the pad at `patient_from_tool` in the deformed

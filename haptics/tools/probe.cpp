@@ -1,7 +1,6 @@
 #include "haptics/tools/probe.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace stylet::haptics {
 
@@ -25,28 +24,25 @@ ToolForce stepProbe(ProbeState& s, const ProbeSettings& settings, const Pad& pad
     return contact.force;
 }
 
-SkinRider parkOnSkin(const BreathingSkin& skin, const Pose& patient_from_tool) noexcept {
-    const auto& [map, motion, breath] = skin;
+SkinFollower parkOnSkin(const BreathingSkin& skin, const Pose& patient_from_tool) noexcept {
     const Vec3 at_m = patient_from_tool.position_m;
-    LocalBreathingMap toReference = breathingMapAt(motion, breath, at_m);
-    addSlope(toReference, motion, breath, glm::mat3_cast(patient_from_tool.rotation));
-    const TouchPoint t = touchAt(map, toReference.at_reference_m);
-    const Vec3 outward = glm::transpose(toReference.slope) * t.level_slope;
-    const double length = std::sqrt(glm::dot(outward, outward));
-    return {at_m, length > 0.0 ? outward / length : Vec3(0.0), t.level_m};
+    LocalBreathingMap toReference = breathingMapAt(skin, at_m);
+    addSlope(toReference, skin, glm::mat3_cast(patient_from_tool.rotation));
+    const TouchPoint t = touchAt(skin.map, toReference.at_reference_m);
+    return {at_m, unitOr(glm::transpose(toReference.slope) * t.level_slope, Vec3(0.0)), t.level_m};
 }
 
-Vec3 rideSkin(SkinRider& rider, const BreathingSkin& skin) noexcept {
-    const Vec3 before_m = rider.at_m;
+Vec3 followSkin(SkinFollower& follower, const BreathingSkin& skin) noexcept {
+    const Vec3 before_m = follower.at_m;
     for (int i = 0; i < kNewtonSteps; ++i) {
         const TouchPoint t =
-            touchAt(skin.map, patient::referenceFromDeformed(skin.motion, skin.breath, rider.at_m));
-        const double slope = std::max(glm::dot(t.level_slope, rider.outward), kSteepness);
+            touchAt(skin.map, patient::referenceFromDeformed(skin.motion, skin.breath, follower.at_m));
+        const double slope = std::max(glm::dot(t.level_slope, follower.outward), kSteepness);
         const double up_m =
-            std::clamp((rider.level_m - t.level_m) / slope, -kFarthestStep_m, kFarthestStep_m);
-        rider.at_m += up_m * rider.outward;
+            std::clamp((follower.level_m - t.level_m) / slope, -kFarthestStep_m, kFarthestStep_m);
+        follower.at_m += up_m * follower.outward;
     }
-    return rider.at_m - before_m;
+    return follower.at_m - before_m;
 }
 
 }  // namespace stylet::haptics

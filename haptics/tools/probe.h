@@ -1,4 +1,4 @@
-// The ultrasound probe on the skin: a bar of proxies that computes how much of its face touches and at what
+// The ultrasound probe on the skin, a bar of proxies. Computes the share of its face in contact and the mean
 // pressure. A parked probe rides the skin along its normal.
 #pragma once
 
@@ -10,9 +10,9 @@ struct ProbeSettings {
     int columns = 9, rows = 3;  // grid of proxies on the face
     double length_m = 0.060, width_m = 0.014;
     double curvature_m = 0.060;  // radius of the convex probe
-    // Gel lies between probe and skin: friction below 0.2, the least that Derler and Gerhardt (2012) found
-    // on dry skin.
-    PadSettings pad{.stiffest_n_per_m = 2000.0, .shear_n_per_m = 400.0, .friction = 0.1};
+    // Gel lies between probe and skin, so the friction is below 0.2, the lowest value that Derler and
+    // Gerhardt (2012) found on dry skin.
+    PadSettings pad{.max_stiffness_n_per_m = 2000.0, .shear_n_per_m = 400.0, .friction = 0.1};
 };
 
 struct ProbeState {
@@ -30,15 +30,15 @@ ToolForce stepProbe(ProbeState&, const ProbeSettings&, const Pad& pad, const Bre
 
 // A parked probe. It keeps its orientation and its depth in the skin. It moves up and down along the skin
 // normal found when it was parked.
-struct SkinRider {
+struct SkinFollower {
     Vec3 at_m{0.0};        // centre of the face
     Vec3 outward{0.0};     // unit
     double level_m = 0.0;  // skin level (signed distance) there
 };
 // Both functions: haptics thread. noexcept, no allocation.
 // Parks the probe. The tool frame is that of stepProbe().
-SkinRider parkOnSkin(const BreathingSkin&, const Pose& patient_from_tool) noexcept STYLET_NONBLOCKING;
+SkinFollower parkOnSkin(const BreathingSkin&, const Pose& patient_from_tool) noexcept STYLET_NONBLOCKING;
 // Moves the probe with the skin for one tick. Returns its displacement.
-Vec3 rideSkin(SkinRider&, const BreathingSkin&) noexcept STYLET_NONBLOCKING;
+Vec3 followSkin(SkinFollower&, const BreathingSkin&) noexcept STYLET_NONBLOCKING;
 
 }  // namespace stylet::haptics

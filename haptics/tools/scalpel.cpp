@@ -8,12 +8,7 @@ namespace stylet::haptics {
 
 namespace {
 
-Vec3 unitOr(const Vec3& v, const Vec3& otherwise) noexcept {
-    const double length = glm::length(v);
-    return length > 0.0 ? v / length : otherwise;
-}
-
-// Extends a straight cut to include `at_m`, at the end beyond which `at_m` lies.
+// If `at_m` lies beyond one end of a straight cut, moves that end to `at_m`.
 void extend(Incision& cut, const Vec3& at_m) noexcept {
     const double length_m = glm::length(cut.end_reference_m - cut.begin_reference_m);
     const double from_begin_m = glm::length(at_m - cut.begin_reference_m);
@@ -22,7 +17,7 @@ void extend(Incision& cut, const Vec3& at_m) noexcept {
     (from_begin_m >= from_end_m ? cut.end_reference_m : cut.begin_reference_m) = at_m;
 }
 
-// One tick of the blade. All positions and axes are in the reference frame.
+// The blade in one tick, and the state that it changes. All positions and axes are in the reference frame.
 struct Blade {
     ScalpelState& s;
     Incisions& incisions;
@@ -31,24 +26,20 @@ struct Blade {
     Vec3 point_m;
     Mat3 axes;  // edge, flat, handle
 
-    // Returns the spring's extension: full depth along the skin's normal, and tangentially as far as
-    // friction holds.
+    // The blade on intact skin. Returns the extension of the spring between the blade and its proxy. Along
+    // the skin's normal this is the full depth. Along the skin it is limited by friction, beyond which the
+    // proxy slides.
     Vec3 touch() noexcept {
         if (!s.touching) s.proxy_reference_m = point_m;
         const Vec3 normal = unitOr(skin.level_slope, axes[2]);
         const Vec3 deep = skin.level_m * normal;
-        Vec3 beside = point_m - s.proxy_reference_m;
-        beside -= glm::dot(beside, normal) * normal;
-        const double most_m = settings.friction * glm::length(deep), length_m = glm::length(beside);
-        if (length_m > most_m) {
-            beside *= most_m / length_m;
-            s.proxy_reference_m = point_m - beside;
-        }
+        Vec3 beside;
+        dragProxy(s.proxy_reference_m, point_m, normal, settings.friction * glm::length(deep), beside);
         return deep + beside;
     }
 
-    // Inside the body: along each axis the proxy follows the blade once the resistance is exceeded. Bone is
-    // not cut.
+    // The blade inside the body. Along each of its axes the proxy stays in place until the force exceeds the
+    // tissue's resistance, then follows. Bone is not cut.
     Vec3 cut() noexcept {
         const bool on_bone = s.depth_m * skin.bone_per_m >= 1.0;
         Vec3 stretch = point_m - s.proxy_reference_m;
@@ -64,22 +55,22 @@ struct Blade {
     }
 
     // Index of an incision that is open here, or -1.
-    int openHere() const noexcept {
+    int findOpenIncision() const noexcept {
         for (int i = 0; i < incisions.count; ++i)
             if (isOpen(incisions.list[std::size_t(i)], s.skin_reference_m, settings.open_reach_m)) return i;
         return -1;
     }
 
-    void goIn() noexcept {
+    void startIncision() noexcept {
         s.cutting = true;
-        s.incision = openHere();
+        s.incision = findOpenIncision();
         if (s.incision < 0 && incisions.count < kMaxIncisions) {
             s.incision = incisions.count++;
             incisions.list[std::size_t(s.incision)] = {s.skin_reference_m, s.skin_reference_m};
         }
     }
 
-    void widen() noexcept {
+    void extendIncision() noexcept {
         if (s.incision < 0) return;
         Incision& mine = incisions.list[std::size_t(s.incision)];
         extend(mine, s.skin_reference_m);
@@ -91,18 +82,17 @@ struct Blade {
 
 ToolForce stepScalpel(ScalpelState& s, Incisions& incisions, const ScalpelSettings& settings,
                       const BreathingSkin& breathing_skin, const Pose& patient_from_tool) noexcept {
-    const auto& [map, motion, breath] = breathing_skin;
     const Mat3 frame = glm::mat3_cast(patient_from_tool.rotation);
     const Vec3 tip_m = patient_from_tool.position_m;
     ToolForce force;
-    if (s.primed) force.tissue_moved_m = skinMoved(motion, s.breath, breath, s.skin_reference_m);
+    if (s.primed) force.tissue_moved_m = skinDisplacement(breathing_skin, s.breath, s.skin_reference_m);
     force.event = !s.primed;
 
-    LocalBreathingMap toReference = breathingMapAt(motion, breath, tip_m + s.depth_m * s.outward);
-    addSlope(toReference, motion, breath, frame);
+    LocalBreathingMap toReference = breathingMapAt(breathing_skin, tip_m + s.depth_m * s.outward);
+    addSlope(toReference, breathing_skin, frame);
     const Mat3 back = glm::transpose(toReference.slope);
     const Vec3 point_m = toReference(tip_m);
-    const TouchPoint skin = touchAt(map, point_m);
+    const TouchPoint skin = touchAt(breathing_skin.map, point_m);
     s.outward = unitOr(back * skin.level_slope, Vec3(0.0));
     s.depth_m = std::clamp(-skin.level_m, 0.0, kDeepestTip_m);
     s.skin_reference_m = toReference(tip_m + s.depth_m * s.outward);
@@ -113,14 +103,14 @@ ToolForce stepScalpel(ScalpelState& s, Incisions& incisions, const ScalpelSettin
         Blade blade{s, incisions, settings, skin, point_m, axes};
         Vec3 stretch = s.cutting ? blade.cut() : blade.touch();
         s.touching = true;
-        if (!s.cutting &&
-            (settings.stiffness_n_per_m * s.depth_m >= settings.cut_force_n || blade.openHere() >= 0)) {
+        if (!s.cutting && (settings.stiffness_n_per_m * s.depth_m >= settings.cut_force_n ||
+                           blade.findOpenIncision() >= 0)) {
             s.proxy_reference_m = point_m - stretch;
-            blade.goIn();
+            blade.startIncision();
             stretch = blade.cut();
             force.event = true;
         }
-        if (s.cutting) blade.widen();
+        if (s.cutting) blade.extendIncision();
         force.force_n = back * (-settings.stiffness_n_per_m * stretch);
         force.energy_j = 0.5 * settings.stiffness_n_per_m * glm::dot(stretch, stretch);
     } else {
@@ -128,7 +118,7 @@ ToolForce stepScalpel(ScalpelState& s, Incisions& incisions, const ScalpelSettin
         s.touching = s.cutting = false;
         s.incision = -1;
     }
-    s.breath = breath;
+    s.breath = breathing_skin.breath;
     s.primed = true;
     return force;
 }
@@ -136,10 +126,7 @@ ToolForce stepScalpel(ScalpelState& s, Incisions& incisions, const ScalpelSettin
 void hashScalpel(StateHash& hash, const ScalpelState& s) noexcept {
     hash.add(std::uint64_t(s.touching) | std::uint64_t(s.cutting) << 1 | std::uint64_t(s.primed) << 2 |
              std::uint64_t(std::uint32_t(s.incision)) << 32);
-    hash.add(s.proxy_reference_m);
-    hash.add(s.skin_reference_m);
-    hash.add(s.outward);
-    hash.add(s.depth_m);
+    hash.add(s.proxy_reference_m, s.skin_reference_m, s.outward, s.depth_m);
     patient::hashSurrogate(hash, s.breath);
 }
 

@@ -1,5 +1,6 @@
-// The scalpel: light contact on the skin until the point goes in, then a blade held by the tissue it cuts.
-// It opens an incision (incision.h), which the needle passes without the skin's puncture threshold.
+// The scalpel. Its point slides on the skin until the force is large enough to pierce the skin. Inside the
+// body, the tissue resists the blade until it cuts further. It opens an incision (incision.h), which the
+// needle passes without the skin's puncture threshold.
 #pragma once
 
 #include "base/hash.h"
@@ -10,8 +11,8 @@
 namespace stylet::haptics {
 
 // Tool frame: the blade's point at the origin, +z along the handle out of the body, +x in the direction of
-// the cutting edge. The forces are our choice: a blade goes in at a lower force than a needle (skin's row:
-// 0.7 N).
+// the cutting edge. The forces are our choice: a blade pierces the skin at a lower force than a needle
+// (skin's row: 0.7 N).
 struct ScalpelSettings {
     double stiffness_n_per_m = 800.0;  // of the spring between stylus and blade proxy: skin's row
     double cut_force_n = 0.4;          // along the skin normal, on intact skin
@@ -33,8 +34,8 @@ struct ScalpelState {
     bool primed = false;
 };
 
-// Haptics thread. noexcept, no allocation. One tick. Piercing the skin sets ToolForce::event. An incision
-// is extended at its ends to every place the blade has been; it stays straight.
+// Haptics thread. noexcept, no allocation. One tick. Piercing the skin sets ToolForce::event. The incision's
+// ends are extended so that it reaches every position of the blade; it stays straight.
 ToolForce stepScalpel(ScalpelState&, Incisions&, const ScalpelSettings&, const BreathingSkin&,
                       const Pose& patient_from_tool) noexcept STYLET_NONBLOCKING;
 void hashScalpel(StateHash&, const ScalpelState&) noexcept STYLET_NONBLOCKING;

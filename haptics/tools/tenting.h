@@ -11,7 +11,7 @@
 namespace stylet::haptics {
 
 // A force within this tolerance of the threshold punctures at once. Otherwise rounding could make a border
-// hold when the friction equals its threshold.
+// tent when the friction equals its threshold.
 inline constexpr double kCutTolerance_n = 1e-6;
 
 // True for a tissue that no force punctures (bone).

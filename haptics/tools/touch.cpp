@@ -16,17 +16,17 @@ namespace {
 
 constexpr double kAirInFront_m = 0.002;
 constexpr double kSecant_m = 0.006;
-constexpr double kCrease = 0.25;        // below this slope of the level, no shortest way in is defined
-constexpr int kShellSmoothings = 2;     // binomial passes, each adds a variance of half a node squared
-constexpr double kThinnest_m = 0.0005;  // one voxel of skin on bone
-// Range of nodes that a look-up may need: down to the greatest pressing depth, and out by the spline's
-// reach. Nodes within kShell_m of the skin are computed voxel by voxel. Deeper ones copy the values at their
-// foot point.
-constexpr double kDeepest_m = -0.056, kHighest_m = 0.006, kShell_m = 0.004;
+constexpr double kMinSlope = 0.25;   // with a smaller gradient of level_m, the skin's normal is undefined
+constexpr int kShellSmoothings = 2;  // passes of 1/4, 1/2, 1/4; each adds 0.5 nodes squared to the variance
+constexpr double kMinCover_m = 0.0005;  // one voxel of skin on bone
+// Signed distances (level_m) of the nodes that a look-up may need: inward to the greatest pressing depth,
+// outward as far as the spline reaches. Nodes within kShell_m of the skin are computed voxel by voxel. The
+// others take the values of the nearest point on the skin.
+constexpr double kMinLevel_m = -0.056, kMaxLevel_m = 0.006, kShell_m = 0.004;
 
 }  // namespace
 
-Layers layersUnder(const Patient& patient, const Vec3& skin_m, const Vec3& inward) noexcept {
+Layers computeLayers(const Patient& patient, const Vec3& skin_m, const Vec3& inward) noexcept {
     const Vec3 from = skin_m - kAirInFront_m * inward;
     const double path_m = 2.0 * kAirInFront_m + kTouchDepth_m;
     Layers layers;
@@ -53,24 +53,25 @@ Layers layersUnder(const Patient& patient, const Vec3& skin_m, const Vec3& inwar
 
 namespace {
 
-// Computes stiffness and bone of one node, if there is something to press on.
-void sumUp(const Patient& patient, const patient::Skin& skin, const Vec3& at_m, float* node) noexcept {
-    const Vec3 foot = patient::footOnSkin(skin, at_m);
+// Computes `stiffness_n_per_m3` and `bone_per_m` of one node. Leaves them 0 where the skin's normal is
+// undefined.
+void computeNode(const Patient& patient, const patient::Skin& skin, const Vec3& at_m, float* node) noexcept {
+    const Vec3 foot = patient::nearestSkinPoint(skin, at_m);
     const Vec3 normal = patient::skinAt(skin, foot).normal;
     const double length = glm::length(normal);
-    if (!(length > kCrease)) return;
+    if (!(length > kMinSlope)) return;
     // Beyond the image's edge its last slices continue.
     const Vec3 last_m = patient.grid().centre(patient.grid().dims - 1);
     const Vec3 within_m = glm::clamp(foot, patient.grid().origin_m, last_m);
-    const Layers layers = layersUnder(patient, within_m, normal / -length);
+    const Layers layers = computeLayers(patient, within_m, normal / -length);
     const double thin_m_per_pa =
-        kThinnest_m / patient.package().elasticity[std::size_t(Tissue::skin)].young_pa;
+        kMinCover_m / patient.package().elasticity[std::size_t(Tissue::skin)].young_pa;
     node[1] = float(1.0 / std::max(layers.compliance_m_per_pa, thin_m_per_pa));
-    node[2] = float(1.0 / std::max(layers.cover_m, kThinnest_m));
+    node[2] = float(1.0 / std::max(layers.cover_m, kMinCover_m));
 }
 
-// Tissue beside a point carries load too. Layers and bone are smoothed along the shell, so a rib has no edge
-// that is stiffer than the rib.
+// Tissue beside a point carries load too, so stiffness and bone are averaged over neighbouring nodes of the
+// shell. Without that, the edge of a rib would feel stiffer than its middle.
 class ShellSmoother {
   public:
     ShellSmoother(TouchMap& map, int threads) : map_(map), threads_(threads) {
@@ -112,8 +113,8 @@ class ShellSmoother {
 };
 
 // Linear interpolation between the shell nodes around the foot point on the skin.
-void takeFrom(const TouchMap& map, const patient::Skin& skin, const Vec3& at_m, float* node) noexcept {
-    const Vec3 v = map.grid.toVoxels(patient::footOnSkin(skin, at_m));
+void interpolateNode(const TouchMap& map, const patient::Skin& skin, const Vec3& at_m, float* node) noexcept {
+    const Vec3 v = map.grid.toVoxels(patient::nearestSkinPoint(skin, at_m));
     const Index3 low = glm::clamp(Index3(glm::floor(v)), Index3(0), map.grid.dims - 2);
     const Vec3 share = glm::clamp(v - Vec3(low), Vec3(0.0), Vec3(1.0));
     double weights = 0.0, stiffness = 0.0, bone = 0.0;
@@ -146,13 +147,13 @@ TouchMap makeTouchMap(const Patient& patient, const patient::Skin& skin, int thr
     };
     forEachNode([&](const Index3& i, float* node) {
         node[0] = skin.level_m[i];
-        if (std::fabs(double(node[0])) <= kShell_m) sumUp(patient, skin, grid.centre(i), node);
+        if (std::fabs(double(node[0])) <= kShell_m) computeNode(patient, skin, grid.centre(i), node);
     });
     ShellSmoother(map, threads).run();
     forEachNode([&](const Index3& i, float* node) {
         const double level_m = double(node[0]);
-        if (level_m < kDeepest_m || level_m > kHighest_m || std::fabs(level_m) <= kShell_m) return;
-        takeFrom(map, skin, grid.centre(i), node);
+        if (level_m < kMinLevel_m || level_m > kMaxLevel_m || std::fabs(level_m) <= kShell_m) return;
+        interpolateNode(map, skin, grid.centre(i), node);
     });
     return map;
 }
@@ -166,22 +167,22 @@ TouchPoint touchAt(const TouchMap& map, const Vec3& reference_m) noexcept {
     return {s.value[0] + s.beyond_m, s.value[1], s.value[2], s.slope[0], s.slope[1], s.slope[2]};
 }
 
-Pressed pressed(const TouchPoint& t, double stiffest) noexcept {
+SkinPressure computePressure(const TouchPoint& t, double stiffest) noexcept {
     const double d = -t.level_m;
     if (!(d > 0.0)) return {};
-    const bool thin = t.stiffness_n_per_m3 * kMostStiffening >= stiffest;
-    const double k = thin ? stiffest / kMostStiffening : t.stiffness_n_per_m3;
-    Pressed p;
+    const bool thin = t.stiffness_n_per_m3 * kMaxStiffening >= stiffest;
+    const double k = thin ? stiffest / kMaxStiffening : t.stiffness_n_per_m3;
+    SkinPressure p;
     double over_k, over_bone;  // derivatives of the energy with respect to the stiffness and to 1 / cover
     const double strain = d * t.bone_per_m;
-    if (strain <= kMostStrain) {
+    if (strain <= kMaxStrain) {
         const double left = 1.0 / (1.0 - strain);
         over_k = 0.5 * d * d * left;
         over_bone = over_k * k * d * left;
         p.pressure_pa = k * d * (1.0 - 0.5 * strain) * left * left;
         p.energy_j_per_m2 = k * over_k;
     } else {
-        const double h = 1.0 / t.bone_per_m, hard = d - kMostStrain * h;
+        const double h = 1.0 / t.bone_per_m, hard = d - kMaxStrain * h;
         over_k = 0.25 * h * h + 1.5 * h * hard;
         over_bone = h * h * (0.25 * k * h + (0.5 * stiffest - 1.5 * k) * hard);
         p.pressure_pa = 1.5 * k * h + stiffest * hard;
@@ -192,27 +193,42 @@ Pressed pressed(const TouchPoint& t, double stiffest) noexcept {
     return p;
 }
 
-Vec3 skinMoved(const patient::MotionModel& motion, const patient::Surrogate& then,
-               const patient::Surrogate& now, const Vec3& skin_reference_m) noexcept {
-    if (motion.empty() || then == now) return Vec3(0.0);
-    return patient::deformedFromReference(motion, now, skin_reference_m) -
-           patient::deformedFromReference(motion, then, skin_reference_m);
+Vec3 skinDisplacement(const BreathingSkin& skin, const patient::Surrogate& then,
+                      const Vec3& skin_reference_m) noexcept {
+    if (skin.motion.empty() || then == skin.breath) return Vec3(0.0);
+    return patient::deformedFromReference(skin.motion, skin.breath, skin_reference_m) -
+           patient::deformedFromReference(skin.motion, then, skin_reference_m);
 }
 
-LocalBreathingMap breathingMapAt(const patient::MotionModel& motion, const patient::Surrogate& breath,
-                                 const Vec3& deformed_m) noexcept {
-    return {deformed_m, patient::referenceFromDeformed(motion, breath, deformed_m), Mat3(1.0)};
+LocalBreathingMap breathingMapAt(const BreathingSkin& skin, const Vec3& deformed_m) noexcept {
+    return {deformed_m, patient::referenceFromDeformed(skin.motion, skin.breath, deformed_m), Mat3(1.0)};
 }
 
-void addSlope(LocalBreathingMap& c, const patient::MotionModel& motion, const patient::Surrogate& breath,
-              const Mat3& frame) noexcept {
-    if (motion.empty()) return;
+void addSlope(LocalBreathingMap& c, const BreathingSkin& skin, const Mat3& frame) noexcept {
+    if (skin.motion.empty()) return;
     Mat3 along;
     for (int axis = 0; axis < 3; ++axis) {
-        const Vec3 there = patient::referenceFromDeformed(motion, breath, c.at_m + kSecant_m * frame[axis]);
-        along[axis] = (there - c.at_reference_m) / kSecant_m;
+        const Vec3 at_m = c.at_m + kSecant_m * frame[axis];
+        const Vec3 there_m = patient::referenceFromDeformed(skin.motion, skin.breath, at_m);
+        along[axis] = (there_m - c.at_reference_m) / kSecant_m;
     }
     c.slope = along * glm::transpose(frame);
+}
+
+Vec3 unitOr(const Vec3& v, const Vec3& otherwise) noexcept {
+    const double length = glm::length(v);
+    return length > 0.0 ? v / length : otherwise;
+}
+
+bool dragProxy(Vec3& proxy_m, const Vec3& point_m, const Vec3& normal, double most_m,
+               Vec3& stretch_m) noexcept {
+    stretch_m = point_m - proxy_m;
+    stretch_m -= glm::dot(stretch_m, normal) * normal;
+    const double length_m = glm::length(stretch_m);
+    if (length_m <= most_m) return false;
+    stretch_m *= most_m / length_m;
+    proxy_m = point_m - stretch_m;
+    return true;
 }
 
 }  // namespace stylet::haptics

@@ -1,7 +1,7 @@
 // Contact with the skin: the depth of a point, the stiffness of the layers under it, and their thickness
 // over bone. Its results enter the state hash, so it uses double precision and no libm transcendentals.
 // After Fortmeier, Mastmeyer and Handels, "An Image-Based Multiproxy Palpation Algorithm for
-// Patient-Specific VR-Simulation", MMVR 2014. The layers as springs in series are the model's (section 3).
+// Patient-Specific VR-Simulation", MMVR 2014. The model (section 3) treats the layers as springs in series.
 #pragma once
 
 #include <limits>
@@ -23,9 +23,9 @@ struct Layers {
     double compliance_m_per_pa = 0.0;
     double cover_m = std::numeric_limits<double>::infinity();  // thickness of the layers over bone
 };
-// `inward` is a unit vector. `skin_m` may lie up to 2 mm off the skin. Outer air in front is ignored. Beyond
-// the image's edge the last tissue continues.
-Layers layersUnder(const patient::Patient&, const Vec3& skin_m, const Vec3& inward) noexcept;
+// `inward` is a unit vector. `skin_m` may lie up to 2 mm off the skin. Air in front of the skin is ignored.
+// Beyond the image's edge the last tissue continues.
+Layers computeLayers(const patient::Patient&, const Vec3& skin_m, const Vec3& inward) noexcept;
 
 // The layers for every point near the skin, as a quadratic B-spline on the skin's own nodes. A node inside
 // the body stores the layers under its foot point on the skin. Pressing and sliding therefore share one
@@ -50,21 +50,21 @@ TouchPoint touchAt(const TouchMap&, const Vec3& reference_m) noexcept STYLET_NON
 
 // Layers on bone cannot be compressed to zero. They stiffen with the strain e = depth / cover as 1/(1 - e)^3
 // (energy k d^2 / 2 (1 - e)), until half their thickness is left. Beyond that, bone itself yields, with the
-// stiffness `stiffest`. This bounds every tangent. Layers so thin that they would exceed the bound start at
-// an eighth of it.
-inline constexpr double kMostStrain = 0.5, kMostStiffening = 8.0;
+// stiffness `stiffest`. This bounds every tangent. If the layers are so thin that they would exceed it, their
+// initial stiffness is an eighth of it.
+inline constexpr double kMaxStrain = 0.5, kMaxStiffening = 8.0;
 
 // Energy and force per area of pressing on a point.
-struct Pressed {
+struct SkinPressure {
     double energy_j_per_m2 = 0.0;
     double pressure_pa = 0.0;  // derivative of the energy with respect to depth
     Vec3 push_n_per_m2{0.0};   // minus the energy's gradient: outward, and away from stiffer places
 };
 // Haptics thread. noexcept, no allocation.
-Pressed pressed(const TouchPoint&, double stiffest_n_per_m3) noexcept STYLET_NONBLOCKING;
+SkinPressure computePressure(const TouchPoint&, double stiffest_n_per_m3) noexcept STYLET_NONBLOCKING;
 
-// The skin at one breathing state: what a tool touches in one tick. Refers to its members, so use it only
-// within the tick.
+// The skin at one breathing state: what a tool touches in one tick. Stores references, so use it only within
+// the tick.
 struct BreathingSkin {
     const TouchMap& map;
     const patient::MotionModel& motion;
@@ -80,15 +80,22 @@ struct LocalBreathingMap {
         return at_reference_m + slope * (deformed_m - at_m);
     }
 };
-// How far breathing has moved a skin point from `then` to `now`. Haptics thread.
-Vec3 skinMoved(const patient::MotionModel&, const patient::Surrogate& then, const patient::Surrogate& now,
-               const Vec3& skin_reference_m) noexcept STYLET_NONBLOCKING;
-// Both functions: haptics thread. noexcept, no allocation. breathingMapAt() sets the slope to identity;
-// addSlope() computes it with secants of 6 mm along the axes of `frame` (a rotation). The last axis should
-// point out of the body, because organs slide independently of the skin.
-LocalBreathingMap breathingMapAt(const patient::MotionModel&, const patient::Surrogate&,
-                                 const Vec3& deformed_m) noexcept STYLET_NONBLOCKING;
-void addSlope(LocalBreathingMap&, const patient::MotionModel&, const patient::Surrogate&,
-              const Mat3& frame) noexcept STYLET_NONBLOCKING;
+
+// All functions below: haptics thread. noexcept, no allocation.
+// How far breathing has moved a skin point since the breathing state `then`.
+Vec3 skinDisplacement(const BreathingSkin&, const patient::Surrogate& then,
+                      const Vec3& skin_reference_m) noexcept STYLET_NONBLOCKING;
+// breathingMapAt() sets the slope to identity; addSlope() computes it with secants of 6 mm along the axes of
+// `frame` (a rotation). The last axis should point out of the body: a secant into the body could reach
+// organs, which slide independently of the skin.
+LocalBreathingMap breathingMapAt(const BreathingSkin&, const Vec3& deformed_m) noexcept STYLET_NONBLOCKING;
+void addSlope(LocalBreathingMap&, const BreathingSkin&, const Mat3& frame) noexcept STYLET_NONBLOCKING;
+
+// The unit vector along `v`, or `otherwise` if v is zero.
+Vec3 unitOr(const Vec3& v, const Vec3& otherwise) noexcept STYLET_NONBLOCKING;
+// A proxy on the skin sticks up to `most_m` from its point, then slips after it. Returns true if it slips.
+// `stretch_m` is set to the spring's extension along the skin.
+bool dragProxy(Vec3& proxy_m, const Vec3& point_m, const Vec3& normal, double most_m,
+               Vec3& stretch_m) noexcept STYLET_NONBLOCKING;
 
 }  // namespace stylet::haptics

@@ -11,9 +11,9 @@ namespace stylet::patient {
 
 namespace {
 
-constexpr double kNothing_m3 = 1e-15;  // a millionth of a microlitre; counts as zero
-constexpr std::size_t kMostStains = 256;
-constexpr std::size_t kMostPlumes = 32;
+constexpr double kNegligible_m3 = 1e-15;  // a millionth of a microlitre; counts as zero
+constexpr std::size_t kMaxStains = 256;
+constexpr std::size_t kMaxPlumes = 32;
 
 bool isFinite(const Vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
@@ -35,7 +35,7 @@ LabelSet ductLabels(const Patient& patient) {
 }
 
 // Finds the blockage of the tree and its openings into the bowel.
-void findEnds(const Patient& patient, DuctTree& tree) {
+void findBlockageAndOutlets(const Patient& patient, DuctTree& tree) {
     const std::vector<double> wall_m = wallDistance_m(tree.piece);
     // A tumour or a closed duct.
     const auto blocks = [](const Label& l) {
@@ -48,20 +48,20 @@ void findEnds(const Patient& patient, DuctTree& tree) {
         const bool at_block = touches(patient, voxel, blocks);
         blocked = blocked || at_block;
         if (touches(patient, voxel, isBowel)) tree.outlets.push_back(m);
-        // Prefer contact with a blockage over any width.
+        // Any contact with a blockage counts more than any width.
         const double score = wall_m[m] + (at_block ? 1.0 : 0.0);
         if (score > best) best = score, tree.blockage = m;
     }
-    if (blocked) tree.outlets.clear();  // a blocked tree does not drain, although it passes the bowel
+    if (blocked) tree.outlets.clear();  // a blocked tree does not drain, even if it touches the bowel
 }
 
 // Freezes everything filled so far and starts a new injection at `root`.
-void restart(DuctTree& tree, std::size_t root, const ContrastSettings& settings) {
-    const double room_m3 = ductRoom_m3(settings, tree.piece.box);
+void restartInjection(DuctTree& tree, std::size_t root, const ContrastSettings& settings) {
+    const double capacity_m3 = ductCapacity_m3(settings, tree.piece.box);
     if (tree.filled_m3 > 0.0) {
-        const double front_m = tree.order.frontOf(settings.duct_front, tree.filled_m3);
+        const double front_m = tree.order.frontPosition_m(settings.duct_front, tree.filled_m3);
         for (std::size_t m = 0; m < tree.piece.size(); ++m)
-            tree.base_m3[m] = tree.heldBy(m, room_m3, settings.duct_front, front_m);
+            tree.base_m3[m] = tree.memberVolume_m3(m, capacity_m3, settings.duct_front, front_m);
         tree.base_total_m3 += tree.filled_m3;
     }
     tree.root = root;
@@ -69,29 +69,29 @@ void restart(DuctTree& tree, std::size_t root, const ContrastSettings& settings)
     tree.path_m = geodesic_m(tree.piece, {&start, 1});
     std::vector<double> left_m3(tree.piece.size());
     for (std::size_t m = 0; m < tree.piece.size(); ++m)
-        left_m3[m] = std::max(0.0, room_m3 - tree.base_m3[m]);
+        left_m3[m] = std::max(0.0, capacity_m3 - tree.base_m3[m]);
     tree.order = FillOrder(tree.path_m, left_m3);
     tree.filled_m3 = 0.0;
 }
 
-// Moves the volume that exceeds a step's capacity to the next step. Returns the volume that leaves the
-// last step and thus the vessel.
-double settle(Plume& plume) {
+// Moves the volume that exceeds a step's capacity to the next step. Returns the volume that leaves the last
+// step, and so the vessel.
+double pushOverflow(Plume& plume) {
     double pushed_m3 = 0.0;
     for (std::size_t k = 0; k < std::size_t(Plume::kSteps); ++k) {
-        plume.held_m3[k] += pushed_m3;
-        pushed_m3 = std::max(0.0, plume.held_m3[k] - plume.room_m3[k]);
-        plume.held_m3[k] -= pushed_m3;
+        plume.volume_m3[k] += pushed_m3;
+        pushed_m3 = std::max(0.0, plume.volume_m3[k] - plume.capacity_m3[k]);
+        plume.volume_m3[k] -= pushed_m3;
     }
     return pushed_m3;
 }
 
-// Medium flows with the blood from the tip. Slightly backward steps are allowed, so that it can spread
+// Medium flows from the tip with the blood. Steps may lead slightly upstream, so that the medium spreads
 // across the lumen.
 Plume makePlume(const VesselTree& vessel, std::size_t index, std::size_t tip, const Vec3& tip_m) {
     constexpr double kBack = 0.1;
     const PathStart start{tip, 0.0};
-    // Travel time instead of distance, from the mean speed of the lumen.
+    // The cost of a step is its travel time at the lumen's mean speed, not its length.
     const std::vector<double> time_s = geodesic_m(
         vessel.piece, {&start, 1},
         [&](std::size_t from, std::size_t to, const Neighbour& n) {
@@ -108,7 +108,7 @@ Plume makePlume(const VesselTree& vessel, std::size_t index, std::size_t tip, co
         if (!std::isfinite(time_s[m])) continue;
         const auto step = std::min(int(time_s[m] / Plume::kStep_s), Plume::kSteps - 1);
         plume.step[m] = std::uint8_t(step);
-        plume.room_m3[std::size_t(step)] += voxelVolume_m3(vessel.piece.box);
+        plume.capacity_m3[std::size_t(step)] += voxelVolume_m3(vessel.piece.box);
     }
     return plume;
 }
@@ -124,11 +124,11 @@ double voxelVolume_m3(const Grid& grid) noexcept {
     return grid.spacing_m.x * grid.spacing_m.y * grid.spacing_m.z;
 }
 
-double ductRoom_m3(const ContrastSettings& settings, const Grid& grid) noexcept {
+double ductCapacity_m3(const ContrastSettings& settings, const Grid& grid) noexcept {
     return (1.0 - settings.bile_share) * voxelVolume_m3(grid);
 }
 
-Tissue stainKind(const Patient& patient, const Index3& voxel) noexcept {
+Tissue stainTissue(const Patient& patient, const Index3& voxel) noexcept {
     const TissueSample at = patient.at(voxel, {true, true});
     if (at.tissue == Tissue::liver || at.tissue == Tissue::vessel || at.tissue == Tissue::duct ||
         at.tissue == Tissue::air)
@@ -140,8 +140,8 @@ Tissue stainKind(const Patient& patient, const Index3& voxel) noexcept {
 
 double Plume::total() const {
     double sum_m3 = 0.0;
-    for (const double held : held_m3)
-        sum_m3 += held;
+    for (const double step_m3 : volume_m3)
+        sum_m3 += step_m3;
     return sum_m3;
 }
 
@@ -150,13 +150,13 @@ Contrast::Contrast(const Patient& patient, const ContrastSettings& settings)
 
 void Contrast::step(const ContrastInput& input, double dt_s) {
     const bool flows = input.rate_m3_per_s > 0.0;
-    const double rate = flows ? std::min(input.rate_m3_per_s, settings_.most_m3_per_s) : 0.0;
+    const double rate = flows ? std::min(input.rate_m3_per_s, settings_.max_m3_per_s) : 0.0;
     if (begun()) fade(dt_s);
     status_.rate_m3_per_s = rate;
     if (rate > 0.0) inject(input.tip_reference_m, input.inside, rate * dt_s);
     if (!begun()) return;
-    sum();
-    fold(input);
+    updateVolumes();
+    updateHash(input);
 }
 
 void Contrast::inject(const Vec3& tip_m, bool inside, double amount_m3) {
@@ -173,40 +173,41 @@ void Contrast::inject(const Vec3& tip_m, bool inside, double amount_m3) {
     const Label* label = patient_->label(at.label);
     if (label && isDuct(*label)) return injectIntoDuct(tip_m, voxel, amount_m3);
     if (at.tissue == Tissue::vessel && label)
-        return injectIntoVessel(tip_m, voxel, bloodKindOf(*label), amount_m3);
+        return injectIntoVessel(tip_m, voxel, bloodKind(*label), amount_m3);
     const bool liver = at.tissue == Tissue::liver;
     status_.place = liver ? ContrastPlace::liver : ContrastPlace::elsewhere;
-    const Tissue kind = stainKind(*patient_, voxel);
+    const Tissue kind = stainTissue(*patient_, voxel);
     // A closed duct or a vessel without a label: the medium leaks into the surroundings.
     const bool tube = kind == Tissue::duct || kind == Tissue::vessel;
     addStain(tube ? Tissue::soft : kind, tip_m, amount_m3);
 }
 
-DuctTree& Contrast::treeAt(const Index3& voxel) {
+DuctTree& Contrast::findOrAddTree(const Index3& voxel) {
     for (DuctTree& tree : ducts_)
         if (tree.piece.at(voxel) != VoxelPiece::kNone) return tree;
     DuctTree& tree = ducts_.emplace_back();
-    tree.piece = pieceAround(patient_->package().labels, voxel, ductLabels(*patient_));
+    tree.piece = connectedPiece(patient_->package().labels, voxel, ductLabels(*patient_));
     tree.base_m3.assign(tree.piece.size(), 0.0);
-    findEnds(*patient_, tree);
-    restart(tree, std::size_t(tree.piece.at(voxel)), settings_);
+    findBlockageAndOutlets(*patient_, tree);
+    restartInjection(tree, std::size_t(tree.piece.at(voxel)), settings_);
     return tree;
 }
 
 void Contrast::injectIntoDuct(const Vec3& tip_m, const Index3& voxel, double amount_m3) {
     status_.place = ContrastPlace::duct;
-    DuctTree& tree = treeAt(voxel);
+    DuctTree& tree = findOrAddTree(voxel);
     const auto tip = std::size_t(tree.piece.at(voxel));
     if (glm::distance(tree.piece.centre(tip), tree.piece.centre(tree.root)) > settings_.new_place_m)
-        restart(tree, tip, settings_);
+        restartInjection(tree, tip, settings_);
     const double into_tree_m3 = std::min(amount_m3, std::max(0.0, tree.order.total() - tree.filled_m3));
-    const double front_m = tree.order.frontOf(settings_.duct_front, tree.filled_m3 + into_tree_m3);
-    const double room_m3 = ductRoom_m3(settings_, tree.piece.box);
+    const double front_m = tree.order.frontPosition_m(settings_.duct_front, tree.filled_m3 + into_tree_m3);
+    const double capacity_m3 = ductCapacity_m3(settings_, tree.piece.box);
     status_.front_m = front_m;
-    status_.tree_m3 = room_m3 * double(tree.piece.size());
-    status_.stop_reference_m = tree.piece.centre(tree.blockage);
-    status_.at_stop = tree.outlets.empty() &&
-                      tree.heldBy(tree.blockage, room_m3, settings_.duct_front, front_m) > 0.5 * room_m3;
+    status_.tree_m3 = capacity_m3 * double(tree.piece.size());
+    status_.blockage_reference_m = tree.piece.centre(tree.blockage);
+    status_.at_blockage =
+        tree.outlets.empty() &&
+        tree.memberVolume_m3(tree.blockage, capacity_m3, settings_.duct_front, front_m) > 0.5 * capacity_m3;
     for (const std::size_t outlet : tree.outlets)
         if (front_m > tree.path_m[outlet]) {
             addStain(Tissue::air, tree.piece.centre(outlet), amount_m3);
@@ -216,17 +217,18 @@ void Contrast::injectIntoDuct(const Vec3& tip_m, const Index3& voxel, double amo
     if (amount_m3 > into_tree_m3) addStain(Tissue::liver, tip_m, amount_m3 - into_tree_m3);
 }
 
-Plume* Contrast::plumeAt(const Vec3& tip_m, const Index3& voxel, BloodKind kind) {
+Plume* Contrast::findOrAddPlume(const Vec3& tip_m, const Index3& voxel, BloodKind kind) {
     for (Plume& plume : plumes_)
         if (glm::distance(plume.tip_m, tip_m) <= settings_.new_place_m &&
             vessels_[plume.vessel].piece.at(voxel) != VoxelPiece::kNone)
             return &plume;
-    if (kind == BloodKind::none || plumes_.size() >= kMostPlumes) return nullptr;
+    if (kind == BloodKind::none || plumes_.size() >= kMaxPlumes) return nullptr;
     std::size_t vessel = 0;
     while (vessel < vessels_.size() && vessels_[vessel].piece.at(voxel) == VoxelPiece::kNone)
         ++vessel;
     if (vessel == vessels_.size())
-        vessels_.push_back(makeVesselTree(*patient_, kind, pieceAround(patient_->package().labels, voxel)));
+        vessels_.push_back(
+            makeVesselTree(*patient_, kind, connectedPiece(patient_->package().labels, voxel)));
     const VesselTree& tree = vessels_[vessel];
     plumes_.push_back(makePlume(tree, vessel, std::size_t(tree.piece.at(voxel)), tip_m));
     return &plumes_.back();
@@ -234,16 +236,16 @@ Plume* Contrast::plumeAt(const Vec3& tip_m, const Index3& voxel, BloodKind kind)
 
 void Contrast::injectIntoVessel(const Vec3& tip_m, const Index3& voxel, BloodKind kind, double amount_m3) {
     status_.place = ContrastPlace::vessel;
-    Plume* plume = plumeAt(tip_m, voxel, kind);
-    if (!plume) {  // the heart: washed out at once
+    Plume* plume = findOrAddPlume(tip_m, voxel, kind);
+    if (!plume) {  // in the heart, where the medium is washed out at once
         status_.volumes.washed_out_m3 += amount_m3;
         return;
     }
-    plume->held_m3[0] += amount_m3;
-    status_.volumes.washed_out_m3 += settle(*plume);
+    plume->volume_m3[0] += amount_m3;
+    status_.volumes.washed_out_m3 += pushOverflow(*plume);
 }
 
-// Stained tissue cannot take up more: medium injected there widens the stain.
+// Stained tissue is full: medium injected there widens the stain.
 void Contrast::addStain(Tissue kind, const Vec3& at_m, double amount_m3) {
     constexpr double kBall = 4.18879020478639;  // 4 pi / 3
     Stain *near = nullptr, *any = nullptr;
@@ -254,27 +256,27 @@ void Contrast::addStain(Tissue kind, const Vec3& at_m, double amount_m3) {
         const bool within = kBall * d * d * d * porosity(settings_, kind) <= s.spread_m3;
         if (!near && (d <= settings_.new_place_m || within)) near = &s;
     }
-    if (!near && stains_.size() < kMostStains) near = &stains_.emplace_back(Stain{kind, at_m});
+    if (!near && stains_.size() < kMaxStains) near = &stains_.emplace_back(Stain{kind, at_m});
     if (!near) near = any;
     if (!near) {  // the list of stains is full
         status_.volumes.lost_m3 += amount_m3;
         return;
     }
     near->spread_m3 += amount_m3;
-    near->held_m3 += amount_m3;
+    near->volume_m3 += amount_m3;
 }
 
 void Contrast::fade(double dt_s) {
     if (dt_s != fade_dt_s_) {
         fade_dt_s_ = dt_s;
-        stain_keeps_ = detExp(-dt_s / settings_.stain_fade_s);
-        plume_keeps_ = detExp(-dt_s / settings_.vessel_washout_s);
+        stain_decay_ = detExp(-dt_s / settings_.stain_fade_s);
+        plume_decay_ = detExp(-dt_s / settings_.vessel_washout_s);
     }
     for (Stain& stain : stains_) {
         if (stain.kind != Tissue::liver) continue;
-        const double left_m3 = stain.held_m3 > kNothing_m3 ? stain.held_m3 * stain_keeps_ : 0.0;
-        status_.volumes.washed_out_m3 += stain.held_m3 - left_m3;
-        stain.held_m3 = left_m3;
+        const double left_m3 = stain.volume_m3 > kNegligible_m3 ? stain.volume_m3 * stain_decay_ : 0.0;
+        status_.volumes.washed_out_m3 += stain.volume_m3 - left_m3;
+        stain.volume_m3 = left_m3;
     }
     for (Plume& plume : plumes_)
         flow(plume, dt_s);
@@ -283,32 +285,32 @@ void Contrast::fade(double dt_s) {
 
 void Contrast::flow(Plume& plume, double dt_s) {
     double& washed_out_m3 = status_.volumes.washed_out_m3;
-    for (double& held_m3 : plume.held_m3) {
-        const double left_m3 = held_m3 > kNothing_m3 ? held_m3 * plume_keeps_ : 0.0;
-        washed_out_m3 += held_m3 - left_m3;
-        held_m3 = left_m3;
+    for (double& volume_m3 : plume.volume_m3) {
+        const double left_m3 = volume_m3 > kNegligible_m3 ? volume_m3 * plume_decay_ : 0.0;
+        washed_out_m3 += volume_m3 - left_m3;
+        volume_m3 = left_m3;
     }
     plume.since_step_s += dt_s;
     if (plume.since_step_s < Plume::kStep_s) return;
     plume.since_step_s -= Plume::kStep_s;
-    washed_out_m3 += plume.held_m3.back();
-    std::copy_backward(plume.held_m3.begin(), plume.held_m3.end() - 1, plume.held_m3.end());
-    plume.held_m3.front() = 0.0;
-    washed_out_m3 += settle(plume);
+    washed_out_m3 += plume.volume_m3.back();
+    std::copy_backward(plume.volume_m3.begin(), plume.volume_m3.end() - 1, plume.volume_m3.end());
+    plume.volume_m3.front() = 0.0;
+    washed_out_m3 += pushOverflow(plume);
 }
 
-void Contrast::sum() {
+void Contrast::updateVolumes() {
     ContrastVolumes& v = status_.volumes;
     v.ducts_m3 = v.liver_m3 = v.vessels_m3 = v.pooled_m3 = 0.0;
     for (const DuctTree& tree : ducts_)
-        v.ducts_m3 += tree.held_m3();
+        v.ducts_m3 += tree.volume_m3();
     for (const Stain& stain : stains_)
-        (stain.kind == Tissue::liver ? v.liver_m3 : v.pooled_m3) += stain.held_m3;
+        (stain.kind == Tissue::liver ? v.liver_m3 : v.pooled_m3) += stain.volume_m3;
     for (const Plume& plume : plumes_)
         v.vessels_m3 += plume.total();
 }
 
-void Contrast::fold(const ContrastInput& input) {
+void Contrast::updateHash(const ContrastInput& input) {
     const ContrastVolumes& v = status_.volumes;
     hash_.add(input.tip_reference_m);
     hash_.add(status_.rate_m3_per_s);

@@ -1,7 +1,6 @@
-// Contrast medium in the patient. It is injected at the needle tip. It fills the bile ducts up to a
-// blockage, stains the parenchyma, is washed out of a vessel, or pools elsewhere.
-// The state is folded into a hash every tick. It is kept in the reference frame, so the picture moves with
-// the tissue.
+// Contrast medium in the patient, injected at the needle tip. It fills the bile ducts up to a blockage,
+// stains the parenchyma, is washed out of a vessel, or pools elsewhere.
+// The state is hashed every tick. It is stored in the reference frame, so the picture moves with the tissue.
 //
 // The way the medium spreads in the X-ray image shows the trainee where the tip is (Dawood et al.,
 // Percutaneous Transhepatic Cholangiography Technique, Medscape 2022): ducts fill slowly toward the hilum;
@@ -33,14 +32,14 @@ struct ContrastSettings {
     double bile_share = 0.2;  // share of a filled duct's volume that stays bile
     FrontShape duct_front{0.002, 0.1};
     FrontShape stain_front{0.002, 0.6};
-    // Share of the volume that medium can enter: in the liver the extracellular space (18 % in health,
-    // 30 % in fibrosis: Eur. Radiol. Exp. 3:52, 2019), likewise in other soft tissue; hollow organs fill
-    // completely.
+    // Share of the volume that medium can enter. In the liver this is the extracellular space (18 % in
+    // health, 30 % in fibrosis: Eur. Radiol. Exp. 3:52, 2019), likewise in other soft tissue. Hollow organs
+    // fill completely.
     double liver_porosity = 0.25, soft_porosity = 0.15, hollow_porosity = 1.0;
     double stain_fade_s = 120.0;    // own estimate: minutes
     double vessel_washout_s = 1.5;  // own estimate: two or three heart beats
     double new_place_m = 0.003;     // moving the tip farther than this starts an injection at a new place
-    double most_m3_per_s = 20e-6;   // upper limit of the injection rate
+    double max_m3_per_s = 20e-6;    // upper limit of the injection rate
 };
 
 // Tissue at the tip at the last injection.
@@ -59,10 +58,10 @@ struct ContrastStatus {
     ContrastVolumes volumes;
     ContrastPlace place = ContrastPlace::none;
     double rate_m3_per_s = 0.0;
-    // Of the duct tree filled last: its capacity, and the distance of the front from the tip.
+    // Of the duct tree that was filled last: its capacity, and the distance of its front from the tip.
     double tree_m3 = 0.0, front_m = 0.0;
-    bool at_stop = false;        // the medium has reached the blockage
-    Vec3 stop_reference_m{0.0};  // position of the blockage
+    bool at_blockage = false;        // the medium has reached the blockage
+    Vec3 blockage_reference_m{0.0};  // position of the blockage
 };
 
 struct ContrastInput {
@@ -83,19 +82,20 @@ struct DuctTree {
     double filled_m3 = 0.0;            // volume since the current injection began
     std::size_t blockage = 0;          // member at the blockage (tumour, closed duct), or else the widest one
     std::vector<std::size_t> outlets;  // members that touch the bowel
-    double held_m3() const { return base_total_m3 + filled_m3; }
-    // Volume in a member whose capacity is `room_m3`, with the front at `front_m`.
-    double heldBy(std::size_t member, double room_m3, const FrontShape& shape, double front_m) const {
-        return base_m3[member] + (room_m3 - base_m3[member]) * shape.share(front_m, path_m[member]);
+    double volume_m3() const { return base_total_m3 + filled_m3; }
+    // Volume in a member whose capacity is `capacity_m3`, with the front at `front_m`.
+    double memberVolume_m3(std::size_t member, double capacity_m3, const FrontShape& shape,
+                           double front_m) const {
+        return base_m3[member] + (capacity_m3 - base_m3[member]) * shape.share(front_m, path_m[member]);
     }
 };
 
 // A stain in parenchyma, or a pool.
 struct Stain {
-    Tissue kind = Tissue::liver;  // liver, soft or air: the voxels that the stain spreads over
+    Tissue kind = Tissue::liver;  // the tissue of the voxels that the stain spreads over: liver, soft or air
     Vec3 centre_m{0.0};
     double spread_m3 = 0.0;  // total volume injected; determines the extent
-    double held_m3 = 0.0;    // volume left
+    double volume_m3 = 0.0;  // volume left
 };
 
 // Medium in a vessel, sorted by travel time from the tip.
@@ -106,8 +106,8 @@ struct Plume {
     Vec3 tip_m{0.0};
     // travel-time step of each member; kSteps where the blood does not flow
     std::vector<std::uint8_t> step;
-    std::array<double, kSteps> room_m3{};  // capacity: volume of the voxels of each step
-    std::array<double, kSteps> held_m3{};
+    std::array<double, kSteps> capacity_m3{};  // capacity: volume of the voxels of each step
+    std::array<double, kSteps> volume_m3{};
     double since_step_s = 0.0;
     double total() const;
 };
@@ -116,10 +116,10 @@ double voxelVolume_m3(const Grid&) noexcept;
 // Share of the volume that a stain of this kind can fill.
 double porosity(const ContrastSettings&, Tissue kind) noexcept;
 // Volume of medium that a duct voxel can hold.
-double ductRoom_m3(const ContrastSettings&, const Grid&) noexcept;
-// Kind of stain that a voxel can belong to: liver, air (gas, lung, bowel) or soft. Vessel and duct are
-// returned as they are; no stain spreads over them.
-Tissue stainKind(const Patient&, const Index3& voxel) noexcept;
+double ductCapacity_m3(const ContrastSettings&, const Grid&) noexcept;
+// The tissue that determines how medium spreads in a voxel: liver, air (gas, lung, bowel) or soft. Vessel and
+// duct are returned unchanged; no stain spreads over them.
+Tissue stainTissue(const Patient&, const Index3& voxel) noexcept;
 
 class Contrast {
   public:
@@ -149,11 +149,11 @@ class Contrast {
     void addStain(Tissue kind, const Vec3& at_m, double amount_m3);
     void fade(double dt_s);
     void flow(Plume&, double dt_s);
-    void sum();
-    void fold(const ContrastInput&);
+    void updateVolumes();
+    void updateHash(const ContrastInput&);
 
-    DuctTree& treeAt(const Index3& voxel);
-    Plume* plumeAt(const Vec3& tip_m, const Index3& voxel, BloodKind);
+    DuctTree& findOrAddTree(const Index3& voxel);
+    Plume* findOrAddPlume(const Vec3& tip_m, const Index3& voxel, BloodKind);
 
     const Patient* patient_;
     ContrastSettings settings_;
@@ -162,12 +162,12 @@ class Contrast {
     std::vector<Stain> stains_;
     std::vector<VesselTree> vessels_;
     std::vector<Plume> plumes_;
-    double fade_dt_s_ = 0.0, stain_keeps_ = 1.0, plume_keeps_ = 1.0;  // decay factors per tick
+    double fade_dt_s_ = 0.0, stain_decay_ = 1.0, plume_decay_ = 1.0;  // decay factors per tick
     StateHash hash_;
 };
 
-// Added attenuation [1/m] on a box of the CT's grid; zero outside the box. Read by the X-ray renderer,
-// created by contrast_table.h.
+// Added attenuation [1/m] on a box of the CT's grid; zero outside the box. contrast_table.h creates it, the
+// X-ray renderer reads it.
 struct ContrastTable {
     Grid grid;                       // reference frame, voxels aligned with the CT's
     std::vector<float> added_per_m;  // x-fastest; empty without medium
@@ -177,7 +177,7 @@ struct ContrastTable {
 // Voxels whose value has changed, for updating a table on another thread.
 struct ContrastChanges {
     Grid grid;
-    bool whole = false;  // the box has changed: every voxel not listed is zero
+    bool whole = false;  // the box has changed, so every voxel not listed is zero
     std::uint64_t revision = 0;
     std::vector<std::uint32_t> offsets;  // voxel offsets in the box
     std::vector<float> added_per_m;

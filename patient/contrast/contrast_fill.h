@@ -24,20 +24,20 @@ struct FrontShape {
 class FillOrder {
   public:
     FillOrder() = default;
-    FillOrder(std::span<const double> path_m, std::span<const double> room_m3);
+    FillOrder(std::span<const double> path_m, std::span<const double> capacity_m3);
 
-    double total() const noexcept { return room_m3_.empty() ? 0.0 : room_m3_.back(); }
+    double total() const noexcept { return capacity_m3_.empty() ? 0.0 : capacity_m3_.back(); }
     double furthest_m() const noexcept { return path_m_.empty() ? 0.0 : path_m_.back(); }
-    // Sum of room * share with the front at `front_m`.
+    // Sum of capacity * share with the front at `front_m`.
     double filled(const FrontShape&, double front_m) const noexcept;
     // Position of the front when `volume_m3` (at most total()) is filled, accurate to rounding. noexcept,
     // no allocation.
-    double frontOf(const FrontShape&, double volume_m3) const noexcept;
+    double frontPosition_m(const FrontShape&, double volume_m3) const noexcept;
 
   private:
     std::vector<double> path_m_;  // ascending
     // Prefix sums, starting with zero: of the capacity, and of capacity times distance.
-    std::vector<double> room_m3_, moment_m4_;
+    std::vector<double> capacity_m3_, moment_m4_;
 };
 
 }  // namespace stylet::patient

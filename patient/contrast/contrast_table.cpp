@@ -9,19 +9,25 @@ namespace stylet::patient {
 
 namespace {
 
-constexpr double kFirstReach_m = 0.008, kFurthestReach_m = 0.08, kFurther = 1.4;
+constexpr double kMinReach_m = 0.008, kMaxReach_m = 0.08, kReachGrowth = 1.4;
+
+// Attenuation [1/m] of a voxel full of medium, divided by the voxel's volume.
+double attenuationPerVolume(const Contrast& contrast) {
+    const ContrastSettings& s = contrast.settings();
+    return s.iodine_kg_per_m3 * s.attenuation_m2_per_kg / voxelVolume_m3(contrast.patient().grid());
+}
 
 }  // namespace
 
 // Collects all volumes that the picture depends on and compares them with those of the last picture.
-bool ContrastPainter::visiblyMoved(const Contrast& contrast) {
+bool ContrastPainter::hasVisibleChange(const Contrast& contrast) {
     std::vector<double> state;
     for (const DuctTree& tree : contrast.ducts())
         state.insert(state.end(), {tree.base_total_m3, tree.filled_m3});
     for (const Stain& stain : contrast.stains())
-        state.insert(state.end(), {stain.spread_m3, stain.held_m3});
+        state.insert(state.end(), {stain.spread_m3, stain.volume_m3});
     for (const Plume& plume : contrast.plumes())
-        state.insert(state.end(), plume.held_m3.begin(), plume.held_m3.end());
+        state.insert(state.end(), plume.volume_m3.begin(), plume.volume_m3.end());
     double moved_m3 = state.size() == shown_state_.size() ? 0.0 : 2.0 * settings_.visible_m3;
     for (std::size_t i = 0; i < std::min(state.size(), shown_state_.size()); ++i)
         moved_m3 += std::fabs(state[i] - shown_state_[i]);
@@ -30,8 +36,8 @@ bool ContrastPainter::visiblyMoved(const Contrast& contrast) {
     return true;
 }
 
-// Enlarges the balls until they cover their stains.
-void ContrastPainter::reachOut(const Contrast& contrast) {
+// Enlarges the ball of voxels around each stain until it covers the stain.
+void ContrastPainter::growBalls(const Contrast& contrast) {
     const Patient& patient = contrast.patient();
     const Grid& grid = patient.grid();
     const FrontShape& front = contrast.settings().stain_front;
@@ -39,32 +45,31 @@ void ContrastPainter::reachOut(const Contrast& contrast) {
     for (std::size_t s = 0; s < balls_.size(); ++s) {
         const Stain& stain = contrast.stains()[s];
         Ball& ball = balls_[s];
-        const double room_m3 = porosity(contrast.settings(), stain.kind) * voxelVolume_m3(grid);
+        const double capacity_m3 = porosity(contrast.settings(), stain.kind) * voxelVolume_m3(grid);
         const auto fits = [&] {
             if (ball.order.total() < stain.spread_m3) return false;
-            const double front_m = ball.order.frontOf(front, stain.spread_m3);
+            const double front_m = ball.order.frontPosition_m(front, stain.spread_m3);
             return front_m + 0.5 * front.widthAt(front_m) <= ball.reach_m;
         };
-        while (ball.reach_m < kFurthestReach_m && !fits()) {
-            ball.reach_m = std::max(kFirstReach_m, kFurther * ball.reach_m);
+        while (ball.reach_m < kMaxReach_m && !fits()) {
+            ball.reach_m = std::max(kMinReach_m, kReachGrowth * ball.reach_m);
             const Index3 reach(Vec3(ball.reach_m) / grid.spacing_m + 1.0), at = grid.nearest(stain.centre_m);
             ball.low = glm::max(at - reach - 1, Index3(0));
             ball.high = glm::min(at + reach + 1, grid.dims - 1);
             ball.offsets.clear(), ball.path_m.clear();
-            for (int z = ball.low.z; z <= ball.high.z; ++z)
-                for (int y = ball.low.y; y <= ball.high.y; ++y)
-                    for (int x = ball.low.x; x <= ball.high.x; ++x) {
-                        const double path_m = glm::distance(grid.centre({x, y, z}), stain.centre_m);
-                        if (path_m > ball.reach_m || stainKind(patient, {x, y, z}) != stain.kind) continue;
-                        ball.offsets.push_back(std::uint32_t(grid.offset({x, y, z})));
-                        ball.path_m.push_back(path_m);
-                    }
-            ball.order = FillOrder(ball.path_m, std::vector<double>(ball.path_m.size(), room_m3));
+            forEachVoxel(ball.low, ball.high, [&](const Index3& i) {
+                const double path_m = glm::distance(grid.centre(i), stain.centre_m);
+                if (path_m > ball.reach_m || stainTissue(patient, i) != stain.kind) return;
+                ball.offsets.push_back(std::uint32_t(grid.offset(i)));
+                ball.path_m.push_back(path_m);
+            });
+            ball.order = FillOrder(ball.path_m, std::vector<double>(ball.path_m.size(), capacity_m3));
         }
     }
 }
 
-// Returns true if the box has changed.
+// Enlarges the box of voxels that are sent for drawing, so that it holds all medium. Returns true if the box
+// has changed.
 bool ContrastPainter::fitBox(const Contrast& contrast) {
     const Grid& grid = contrast.patient().grid();
     Index3 low = low_, high = high_;
@@ -88,109 +93,102 @@ bool ContrastPainter::fitBox(const Contrast& contrast) {
     return true;
 }
 
-namespace {
-
-// Attenuation [1/m] of a voxel full of medium, divided by the voxel's volume.
-double perVolume(const Contrast& contrast) {
-    const ContrastSettings& s = contrast.settings();
-    return s.iodine_kg_per_m3 * s.attenuation_m2_per_kg / voxelVolume_m3(contrast.patient().grid());
-}
-
-}  // namespace
-
-void ContrastPainter::lightDucts(const Contrast& contrast) {
+void ContrastPainter::collectDucts(const Contrast& contrast) {
     const Grid& grid = contrast.patient().grid();
     const FrontShape& shape = contrast.settings().duct_front;
-    const double per_m4 = perVolume(contrast);
+    const double per_m4 = attenuationPerVolume(contrast);
     for (const DuctTree& tree : contrast.ducts()) {
-        const double front_m = tree.order.frontOf(shape, tree.filled_m3);
-        const double room_m3 = ductRoom_m3(contrast.settings(), tree.piece.box);
+        const double front_m = tree.order.frontPosition_m(shape, tree.filled_m3);
+        const double capacity_m3 = ductCapacity_m3(contrast.settings(), tree.piece.box);
         for (std::size_t m = 0; m < tree.piece.size(); ++m)
-            if (const double held_m3 = tree.heldBy(m, room_m3, shape, front_m); held_m3 > 0.0)
-                now_.push_back({std::uint32_t(grid.offset(tree.piece.voxel(m))), float(held_m3 * per_m4)});
-        endRegion();
+            if (const double volume_m3 = tree.memberVolume_m3(m, capacity_m3, shape, front_m);
+                volume_m3 > 0.0)
+                current_.push_back(
+                    {std::uint32_t(grid.offset(tree.piece.voxel(m))), float(volume_m3 * per_m4)});
+        mergeRegion();
     }
 }
 
-void ContrastPainter::lightStains(const Contrast& contrast) {
+void ContrastPainter::collectStains(const Contrast& contrast) {
     const FrontShape& shape = contrast.settings().stain_front;
     for (std::size_t s = 0; s < balls_.size(); ++s) {
         const Stain& stain = contrast.stains()[s];
         const Ball& ball = balls_[s];
-        const double front_m = ball.order.frontOf(shape, std::min(stain.spread_m3, ball.order.total()));
-        const double full_per_m = porosity(contrast.settings(), stain.kind) * stain.held_m3 /
+        const double front_m =
+            ball.order.frontPosition_m(shape, std::min(stain.spread_m3, ball.order.total()));
+        const double full_per_m = porosity(contrast.settings(), stain.kind) * stain.volume_m3 /
                                   stain.spread_m3 * voxelVolume_m3(contrast.patient().grid()) *
-                                  perVolume(contrast);
+                                  attenuationPerVolume(contrast);
         for (std::size_t i = 0; i < ball.offsets.size(); ++i)
             if (const double share = shape.share(front_m, ball.path_m[i]); share > 0.0)
-                now_.push_back({ball.offsets[i], float(full_per_m * share)});
-        endRegion();
+                current_.push_back({ball.offsets[i], float(full_per_m * share)});
+        mergeRegion();
     }
 }
 
-void ContrastPainter::lightPlumes(const Contrast& contrast) {
+void ContrastPainter::collectPlumes(const Contrast& contrast) {
     const Grid& grid = contrast.patient().grid();
-    const double full_per_m = voxelVolume_m3(grid) * perVolume(contrast);
+    const double full_per_m = voxelVolume_m3(grid) * attenuationPerVolume(contrast);
     for (const Plume& plume : contrast.plumes()) {
         const VoxelPiece& piece = contrast.vessels()[plume.vessel].piece;
         for (std::size_t m = 0; m < piece.size(); ++m) {
             const std::size_t step = plume.step[m];
-            if (step >= std::size_t(Plume::kSteps) || plume.held_m3[step] <= 0.0) continue;
-            const double share = plume.held_m3[step] / plume.room_m3[step];
-            now_.push_back({std::uint32_t(grid.offset(piece.voxel(m))), float(full_per_m * share)});
+            if (step >= std::size_t(Plume::kSteps) || plume.volume_m3[step] <= 0.0) continue;
+            const double share = plume.volume_m3[step] / plume.capacity_m3[step];
+            current_.push_back({std::uint32_t(grid.offset(piece.voxel(m))), float(full_per_m * share)});
         }
-        endRegion();
+        mergeRegion();
     }
 }
 
-// The entries since the last call are sorted by offset; merges them into the earlier ones.
-void ContrastPainter::endRegion() {
-    const auto middle = now_.begin() + std::ptrdiff_t(region_);
-    if (region_ > 0 && middle != now_.end()) {
-        merged_.resize(now_.size());
-        std::merge(now_.begin(), middle, middle, now_.end(), merged_.begin(),
-                   [](const Lit& a, const Lit& b) { return a.offset < b.offset; });
-        std::swap(now_, merged_);
+// Merges the entries of current_ since the last call into the earlier ones. Both parts must be sorted by
+// offset.
+void ContrastPainter::mergeRegion() {
+    const auto middle = current_.begin() + std::ptrdiff_t(region_);
+    if (region_ > 0 && middle != current_.end()) {
+        merged_.resize(current_.size());
+        std::merge(current_.begin(), middle, middle, current_.end(), merged_.begin(),
+                   [](const VoxelAttenuation& a, const VoxelAttenuation& b) { return a.offset < b.offset; });
+        std::swap(current_, merged_);
     }
-    region_ = now_.size();
+    region_ = current_.size();
 }
 
-// Lists every voxel that contains medium exactly once.
-void ContrastPainter::light(const Contrast& contrast) {
-    now_.clear();
+// Lists every voxel that contains medium. Sums the entries of the same voxel, so that each voxel is listed
+// once.
+void ContrastPainter::collectAttenuation(const Contrast& contrast) {
+    current_.clear();
     region_ = 0;
-    lightDucts(contrast);
-    lightStains(contrast);
-    lightPlumes(contrast);
+    collectDucts(contrast);
+    collectStains(contrast);
+    collectPlumes(contrast);
     std::size_t last = 0;
-    for (std::size_t i = 1; i < now_.size(); ++i) {
-        if (now_[i].offset == now_[last].offset)
-            now_[last].added_per_m += now_[i].added_per_m;
+    for (std::size_t i = 1; i < current_.size(); ++i) {
+        if (current_[i].offset == current_[last].offset)
+            current_[last].added_per_m += current_[i].added_per_m;
         else
-            now_[++last] = now_[i];
+            current_[++last] = current_[i];
     }
-    if (!now_.empty()) now_.resize(last + 1);
+    if (!current_.empty()) current_.resize(last + 1);
 }
 
-// Lists the differences between now_ and shown_; everything in now_ if the box has changed.
+// Writes the differences between current_ and shown_, or all of current_ if the box has changed.
 void ContrastPainter::writeChanges(const Grid& grid, ContrastChanges& changes) const {
     changes.offsets.clear(), changes.added_per_m.clear();
-    const auto nx = std::uint32_t(grid.dims.x), ny = std::uint32_t(grid.dims.y);
-    const auto say = [&](std::uint32_t offset, float value) {
-        const Index3 voxel{int(offset % nx), int(offset / nx % ny), int(offset / (nx * ny))};
-        changes.offsets.push_back(std::uint32_t(box_.offset(voxel - low_)));
+    const auto addChange = [&](std::uint32_t offset, float value) {
+        changes.offsets.push_back(std::uint32_t(box_.offset(grid.voxelAt(offset) - low_)));
         changes.added_per_m.push_back(value);
     };
     auto before = changes.whole ? shown_.end() : shown_.begin();
-    for (const Lit& lit : now_) {
-        for (; before != shown_.end() && before->offset < lit.offset; ++before)
-            say(before->offset, 0.0f);
-        const bool there = before != shown_.end() && before->offset == lit.offset;
-        if (!there || before->added_per_m != lit.added_per_m) say(lit.offset, lit.added_per_m);
+    for (const VoxelAttenuation& entry : current_) {
+        for (; before != shown_.end() && before->offset < entry.offset; ++before)
+            addChange(before->offset, 0.0f);
+        const bool there = before != shown_.end() && before->offset == entry.offset;
+        if (!there || before->added_per_m != entry.added_per_m) addChange(entry.offset, entry.added_per_m);
         if (there) ++before;
     }
     for (; before != shown_.end(); ++before)
-        say(before->offset, 0.0f);
+        addChange(before->offset, 0.0f);
 }
 
 void ContrastPainter::reset() {
@@ -199,17 +197,17 @@ void ContrastPainter::reset() {
 }
 
 bool ContrastPainter::paint(const Contrast& contrast, ContrastChanges& changes) {
-    if (!visiblyMoved(contrast)) {
+    if (!hasVisibleChange(contrast)) {
         ++skipped_;
         return false;
     }
-    reachOut(contrast);
+    growBalls(contrast);
     changes.whole = fitBox(contrast);
     changes.grid = box_;
     changes.revision = ++revision_;
-    light(contrast);
+    collectAttenuation(contrast);
     writeChanges(contrast.patient().grid(), changes);
-    std::swap(now_, shown_);
+    std::swap(current_, shown_);
     return true;
 }
 

@@ -1,4 +1,4 @@
-// Turns the contrast medium into a table of added attenuation and updates it incrementally.
+// Computes a table of added attenuation from the contrast medium and updates it incrementally.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 namespace stylet::patient {
 
 struct ContrastTableSettings {
-    // smaller total changes since the last picture are ignored; 0: none is ignored
+    // total change since the last picture below which nothing is updated; 0: every change counts
     double visible_m3 = 2e-8;
 };
 
@@ -17,11 +17,11 @@ class ContrastPainter {
   public:
     explicit ContrastPainter(const ContrastTableSettings& settings = {}) : settings_(settings) {}
 
-    // Any thread, but only one at a time. Writes what has changed since the last call to `changes`.
-    // Returns false and leaves `changes` alone if nothing visible has changed. Takes some milliseconds
-    // when the box changes, otherwise a fraction of one.
+    // Any thread, but only one at a time. Writes the changes since the last call to `changes`. Returns false
+    // and leaves `changes` alone if nothing visible has changed. Takes a few milliseconds when the box
+    // changes, otherwise less than one.
     bool paint(const Contrast&, ContrastChanges& changes);
-    // Makes the next picture a complete one. Call it when earlier changes may have been lost.
+    // The next paint() will write the complete table. Call it if earlier changes may have been lost.
     void reset();
     std::uint64_t skipped() const noexcept { return skipped_; }  // calls without a visible change
 
@@ -35,18 +35,18 @@ class ContrastPainter {
         Index3 low{0}, high{0};
     };
     // Attenuation of one voxel of the patient's grid. Lists are sorted by offset.
-    struct Lit {
+    struct VoxelAttenuation {
         std::uint32_t offset = 0;
         float added_per_m = 0.0f;
     };
-    bool visiblyMoved(const Contrast&);
-    void reachOut(const Contrast&);
+    bool hasVisibleChange(const Contrast&);
+    void growBalls(const Contrast&);
     bool fitBox(const Contrast&);
-    void light(const Contrast&);
-    void lightDucts(const Contrast&);
-    void lightStains(const Contrast&);
-    void lightPlumes(const Contrast&);
-    void endRegion();
+    void collectAttenuation(const Contrast&);
+    void collectDucts(const Contrast&);
+    void collectStains(const Contrast&);
+    void collectPlumes(const Contrast&);
+    void mergeRegion();
     void writeChanges(const Grid&, ContrastChanges&) const;
 
     ContrastTableSettings settings_;
@@ -54,8 +54,8 @@ class ContrastPainter {
     std::vector<Ball> balls_;          // one per stain
     Index3 low_{0}, high_{-1};         // the box in the patient's grid
     Grid box_;
-    std::vector<Lit> now_, shown_, merged_;  // in progress, last returned, scratch
-    std::size_t region_ = 0;                 // start of the newest list in now_
+    std::vector<VoxelAttenuation> current_, shown_, merged_;  // in progress, last returned, scratch
+    std::size_t region_ = 0;                                  // start of the newest list in current_
     std::uint64_t revision_ = 0, skipped_ = 0;
 };
 

@@ -13,14 +13,14 @@ namespace stylet::patient {
 namespace {
 
 constexpr double kTau = 6.283185307179586;
-constexpr double kAroundLiver_m = 0.04;  // how much of the great vessels around the liver to include
-constexpr double kRunningInLiver_m = 0.01;
+constexpr double kVesselMargin_m = 0.04;  // length of the great vessels around the liver that is included
+constexpr double kLiverFilter_m = 0.01;
 
 bool isLiver(const Label* label) {
     return label && (label->tissue == Tissue::liver || label->tissue == Tissue::duct);
 }
 
-std::size_t widestOf(const VesselTree& tree, const auto& eligible) {
+std::size_t findWidest(const VesselTree& tree, const auto& eligible) {
     std::size_t widest = tree.piece.size();
     for (std::size_t m = 0; m < tree.piece.size(); ++m)
         if (eligible(m) && (widest == tree.piece.size() || tree.radius_m[m] > tree.radius_m[widest]))
@@ -28,9 +28,9 @@ std::size_t widestOf(const VesselTree& tree, const auto& eligible) {
     return widest;
 }
 
-// The eligible members within a lumen's radius of the widest one: a cross-section to start from.
-std::vector<PathStart> sectionOf(const VesselTree& tree, const auto& eligible) {
-    const std::size_t widest = widestOf(tree, eligible);
+// The eligible members within one lumen radius of the widest one: the cross-section where orient() starts.
+std::vector<PathStart> findCrossSection(const VesselTree& tree, const auto& eligible) {
+    const std::size_t widest = findWidest(tree, eligible);
     std::vector<PathStart> section;
     if (widest == tree.piece.size()) return section;
     const Vec3 middle = tree.piece.centre(widest);
@@ -40,7 +40,7 @@ std::vector<PathStart> sectionOf(const VesselTree& tree, const auto& eligible) {
     return section;
 }
 
-// Box filter of a mask: the share of the surroundings that belongs to it.
+// Box filter of a mask. Returns the mask's share of each voxel's surroundings.
 Volume<float> averaged(Volume<float> values, double window_m) {
     std::vector<double> sums;
     for (int axis = 0; axis < 3; ++axis) {
@@ -60,23 +60,21 @@ Volume<float> averaged(Volume<float> values, double window_m) {
     return values;
 }
 
-// Members outside the liver: less than half of their surroundings, not counting vessels, is liver.
+// Marks the members outside the liver: less than half of their surroundings is liver. Vessel voxels are not
+// counted.
 std::vector<bool> outsideLiver(const Patient& patient, const VesselTree& tree) {
     const Grid& grid = patient.grid();
     Volume<float> liver(tree.piece.box, 0.0f), counted(tree.piece.box, 0.0f);
-    std::size_t n = 0;
-    for (int z = 0; z < tree.piece.box.dims.z; ++z)
-        for (int y = 0; y < tree.piece.box.dims.y; ++y)
-            for (int x = 0; x < tree.piece.box.dims.x; ++x, ++n) {
-                const Index3 i = tree.piece.low + Index3(x, y, z);
-                if (!grid.contains(i)) continue;
-                const Label* label = patient.label(patient.package().labels[i]);
-                if (label && label->tissue == Tissue::vessel) continue;
-                counted.voxels[n] = 1.0f;
-                liver.voxels[n] = isLiver(label) ? 1.0f : 0.0f;
-            }
-    liver = averaged(std::move(liver), kRunningInLiver_m);
-    counted = averaged(std::move(counted), kRunningInLiver_m);
+    forEachVoxel(tree.piece.box, [&](const Index3& in_box) {
+        const Index3 i = tree.piece.low + in_box;
+        if (!grid.contains(i)) return;
+        const Label* label = patient.label(patient.package().labels[i]);
+        if (label && label->tissue == Tissue::vessel) return;
+        counted[in_box] = 1.0f;
+        liver[in_box] = isLiver(label) ? 1.0f : 0.0f;
+    });
+    liver = averaged(std::move(liver), kLiverFilter_m);
+    counted = averaged(std::move(counted), kLiverFilter_m);
     std::vector<bool> outside(tree.piece.size());
     for (std::size_t m = 0; m < tree.piece.size(); ++m) {
         const std::uint32_t offset = tree.piece.offsets[m];
@@ -85,23 +83,18 @@ std::vector<bool> outsideLiver(const Patient& patient, const VesselTree& tree) {
     return outside;
 }
 
-// The members with `in` as connected parts, largest first.
-std::vector<std::vector<std::size_t>> partsOf(const VoxelPiece& piece, const std::vector<bool>& in) {
-    const std::vector<Neighbour> around = neighbours(piece.box);
+// The connected parts of the members marked in `in`, largest first.
+std::vector<std::vector<std::size_t>> connectedParts(const VoxelPiece& piece, const std::vector<bool>& in) {
+    const std::vector<std::int32_t>& member = piece.member.voxels;
+    const auto connects = [&](std::size_t offset) {
+        return member[offset] != VoxelPiece::kNone && in[std::size_t(member[offset])];
+    };
     std::vector<std::vector<std::size_t>> parts;
-    std::vector<bool> seen(piece.size());
-    for (std::size_t seed = 0; seed < piece.size(); ++seed) {
-        if (!in[seed] || seen[seed]) continue;
-        std::vector<std::size_t>& part = parts.emplace_back(1, seed);
-        seen[seed] = true;
-        for (std::size_t next = 0; next < part.size(); ++next)
-            for (const Neighbour& n : around) {
-                const std::int32_t other = piece.beside(part[next], n);
-                if (other == VoxelPiece::kNone || !in[std::size_t(other)] || seen[std::size_t(other)])
-                    continue;
-                seen[std::size_t(other)] = true;
-                part.push_back(std::size_t(other));
-            }
+    std::vector<bool> seen(member.size());
+    for (const std::uint32_t seed : piece.offsets) {
+        if (!connects(seed) || seen[seed]) continue;
+        for (std::size_t& m : parts.emplace_back(connectedVoxels(piece.box, seed, connects, seen)))
+            m = std::size_t(member[m]);
     }
     std::sort(parts.begin(), parts.end(), [](const auto& one, const auto& two) {
         return one.size() > two.size() || (one.size() == two.size() && one.front() < two.front());
@@ -109,32 +102,33 @@ std::vector<std::vector<std::size_t>> partsOf(const VoxelPiece& piece, const std
     return parts;
 }
 
-// The largest part of them.
-std::vector<bool> largestOf(const VoxelPiece& piece, const std::vector<bool>& in) {
+// Marks the members of the largest of these parts.
+std::vector<bool> largestPart(const VoxelPiece& piece, const std::vector<bool>& in) {
     std::vector<bool> largest(piece.size());
-    if (const auto parts = partsOf(piece, in); !parts.empty())
+    if (const auto parts = connectedParts(piece, in); !parts.empty())
         for (const std::size_t m : parts.front())
             largest[m] = true;
     return largest;
 }
 
-// The hilum, where the portal trunk enters the liver. Blood outside flows toward it, blood inside away
-// from it. Updates `outside` accordingly. Empty if the whole vein is inside.
-std::vector<PathStart> hilumOf(const VesselTree& tree, std::vector<bool>& outside) {
+// Finds the hilum, where the portal trunk enters the liver. Updates `outside`: true for members upstream of
+// the hilum, whose blood flows toward it. Returns nothing if the whole vein is inside the liver.
+std::vector<PathStart> findHilum(const VesselTree& tree, std::vector<bool>& outside) {
     const VoxelPiece& piece = tree.piece;
     const std::vector<Neighbour> around = neighbours(piece.box);
-    const std::vector<bool> trunk = largestOf(piece, outside);
+    const std::vector<bool> trunk = largestPart(piece, outside);
     std::vector<bool> rest(piece.size());
     for (std::size_t m = 0; m < piece.size(); ++m)
         rest[m] = !outside[m];
-    const std::vector<bool> branches = largestOf(piece, rest);
-    const std::vector<PathStart> hilum = sectionOf(tree, [&](std::size_t m) {
+    const std::vector<bool> branches = largestPart(piece, rest);
+    const std::vector<PathStart> hilum = findCrossSection(tree, [&](std::size_t m) {
         return trunk[m] && std::any_of(around.begin(), around.end(), [&](const Neighbour& n) {
-                   const std::int32_t other = piece.beside(m, n);
+                   const std::int32_t other = piece.neighbour(m, n);
                    return other != VoxelPiece::kNone && branches[std::size_t(other)];
                });
     });
-    // A cut at the hilum divides the vein into parts. Each part is outside or inside as a whole.
+    // Below, a cut at the hilum divides the vein into parts. Each part counts as outside or inside as a
+    // whole.
     if (hilum.empty()) return outside.assign(piece.size(), false), hilum;
     Vec3 middle(0.0);
     double radius_m = 0.0;
@@ -150,8 +144,8 @@ std::vector<PathStart> hilumOf(const VesselTree& tree, std::vector<bool>& outsid
     for (const double cut : {1.5, 2.0, 2.5, 3.0}) {
         for (std::size_t m = 0; m < piece.size(); ++m)
             rest[m] = glm::distance(piece.centre(m), middle) > cut * radius_m;
-        const std::vector<std::vector<std::size_t>> parts = partsOf(piece, rest);
-        // If a part still contains both trunk and branches, cut wider.
+        const std::vector<std::vector<std::size_t>> parts = connectedParts(piece, rest);
+        // If the largest part still contains both trunk and branches, remove more around the hilum.
         const std::size_t whole = parts.empty() ? 0 : beyond(parts.front());
         if (parts.empty() || std::min(whole, parts.front().size() - whole) * 4 > parts.front().size())
             continue;
@@ -166,37 +160,38 @@ std::vector<PathStart> hilumOf(const VesselTree& tree, std::vector<bool>& outsid
     return hilum;
 }
 
-// The end toward the heart: the highest slice, where the vessel is wide.
-std::vector<PathStart> heartEndOf(const VesselTree& tree) {
+// The end toward the heart: the highest slice in which the vessel is wide.
+std::vector<PathStart> findHeartEnd(const VesselTree& tree) {
     int top = 0;
     double widest_m = 0.0;
     for (std::size_t m = 0; m < tree.piece.size(); ++m) {
         top = std::max(top, tree.piece.voxel(m).z);
         widest_m = std::max(widest_m, tree.radius_m[m]);
     }
-    return sectionOf(tree, [&](std::size_t m) {
+    return findCrossSection(tree, [&](std::size_t m) {
         return tree.piece.voxel(m).z == top && tree.radius_m[m] >= 0.5 * widest_m;
     });
 }
 
-// Fills along_m: distance from the root's cross-section, negative where blood flows toward the root.
+// Fills along_m with the distance from the root's cross-section. It is negative where blood flows toward the
+// root.
 void orient(const Patient& patient, VesselTree& tree) {
     std::vector<PathStart> root;
     std::vector<bool> toward_root(tree.piece.size(), false);
     if (tree.kind == BloodKind::portal) {
         toward_root = outsideLiver(patient, tree);
-        root = hilumOf(tree, toward_root);
+        root = findHilum(tree, toward_root);
     } else if (tree.kind == BloodKind::hepatic) {
-        root = sectionOf(tree, [&](std::size_t m) {
+        root = findCrossSection(tree, [&](std::size_t m) {
             return touches(patient, tree.piece.voxel(m),
-                           [](const Label& l) { return bloodKindOf(l) == BloodKind::cava; });
+                           [](const Label& l) { return bloodKind(l) == BloodKind::cava; });
         });
         toward_root.assign(tree.piece.size(), true);
     } else if (tree.kind == BloodKind::cava || tree.kind == BloodKind::artery) {
-        root = heartEndOf(tree);
+        root = findHeartEnd(tree);
         toward_root.assign(tree.piece.size(), tree.kind == BloodKind::cava);
     }
-    if (root.empty()) root = sectionOf(tree, [](std::size_t) { return true; });
+    if (root.empty()) root = findCrossSection(tree, [](std::size_t) { return true; });
     for (const PathStart& start : root)
         tree.root_m += tree.piece.centre(start.member) / double(root.size());
     tree.along_m = geodesic_m(tree.piece, root);
@@ -204,28 +199,70 @@ void orient(const Patient& patient, VesselTree& tree) {
         if (toward_root[m]) tree.along_m[m] = -tree.along_m[m];
 }
 
+// Computes the box that makeVesselFlow() covers: the liver and its vessels. Returns false if it is empty.
+bool computeFlowBox(const Patient& patient, const std::vector<VesselTree>& trees, Index3& low, Index3& high) {
+    const Grid& grid = patient.grid();
+    Index3 liver_low(std::numeric_limits<int>::max()), liver_high(std::numeric_limits<int>::min());
+    forEachVoxel(grid, [&](const Index3& i) {
+        if (isLiver(patient.label(patient.package().labels[i])))
+            liver_low = glm::min(liver_low, i), liver_high = glm::max(liver_high, i);
+    });
+    low = Index3(std::numeric_limits<int>::max()), high = Index3(std::numeric_limits<int>::min());
+    for (const VesselTree& tree : trees) {
+        low = glm::min(low, tree.piece.low);
+        high = glm::max(high, tree.piece.low + tree.piece.box.dims - 1);
+    }
+    if (liver_low.x <= liver_high.x) {
+        const Index3 margin(Vec3(kVesselMargin_m) / grid.spacing_m);
+        low = glm::max(low, liver_low - margin), high = glm::min(high, liver_high + margin);
+    }
+    low = glm::max(low, Index3(0)), high = glm::min(high, grid.dims - 1);
+    return low.x <= high.x && low.y <= high.y && low.z <= high.z;
+}
+
+void write(const VesselTree& tree, const Index3& low, VesselFlow& flow) {
+    for (std::size_t m = 0; m < tree.piece.size(); ++m) {
+        const Index3 i = tree.piece.voxel(m) - low;
+        if (!flow.grid.contains(i)) continue;
+        // 0 at the wall, 1 in the middle, where the speed is twice the mean (Poiseuille).
+        const double toward_middle = std::clamp(tree.wall_m[m] / tree.radius_m[m], 0.0, 1.0);
+        const double from_middle = 1.0 - toward_middle;
+        const double speed_m_per_s = 2.0 * tree.mean_m_per_s[m] * (1.0 - from_middle * from_middle);
+        const Vec3 velocity = bloodDirection(tree, m) * (speed_m_per_s / flow.scale_m_per_s * 32767.0);
+        std::array<std::int16_t, 4>& voxel = flow.velocity[flow.grid.offset(i)];
+        for (int axis = 0; axis < 3; ++axis)
+            voxel[std::size_t(axis)] = std::int16_t(std::floor(velocity[axis] + 0.5));
+        voxel[3] = std::int16_t(kBloodKindStep * int(tree.kind));
+    }
+}
+
+// Raised cosine: 1 at `middle`, 0 at a distance of `half` or more. Its mean over the beat is `half`.
+double bump(double phase, double middle, double half) noexcept {
+    const double away = std::fabs(phase - middle);
+    if (away >= half) return 0.0;
+    return 0.5 + 0.5 * detCos(0.5 * kTau * away / half);
+}
+
 }  // namespace
 
 bool touches(const Patient& patient, const Index3& voxel, const std::function<bool(const Label&)>& wanted) {
-    for (int z = -1; z <= 1; ++z)
-        for (int y = -1; y <= 1; ++y)
-            for (int x = -1; x <= 1; ++x) {
-                const Index3 i = voxel + Index3(x, y, z);
-                if (!patient.grid().contains(i)) continue;
-                const Label* label = patient.label(patient.package().labels[i]);
-                if (label && wanted(*label)) return true;
-            }
-    return false;
+    bool found = false;
+    forEachVoxel(voxel - 1, voxel + 1, [&](const Index3& i) {
+        if (found || !patient.grid().contains(i)) return;
+        const Label* label = patient.label(patient.package().labels[i]);
+        found = label && wanted(*label);
+    });
+    return found;
 }
 
-BloodKind bloodKindOf(const Label& label) {
+BloodKind bloodKind(const Label& label) {
     if (label.tissue != Tissue::vessel) return BloodKind::none;
-    const auto says = [&](const char* word) { return label.name.find(word) != std::string::npos; };
-    if (says("heart")) return BloodKind::none;
-    if (says("portal")) return BloodKind::portal;
-    if (says("hepatic vein")) return BloodKind::hepatic;
-    if (says("cava")) return BloodKind::cava;
-    if (says("aorta") || says("arter")) return BloodKind::artery;
+    const auto nameContains = [&](const char* word) { return label.name.find(word) != std::string::npos; };
+    if (nameContains("heart")) return BloodKind::none;
+    if (nameContains("portal")) return BloodKind::portal;
+    if (nameContains("hepatic vein")) return BloodKind::hepatic;
+    if (nameContains("cava")) return BloodKind::cava;
+    if (nameContains("aorta") || nameContains("arter")) return BloodKind::artery;
     return BloodKind::other;
 }
 
@@ -250,17 +287,15 @@ Vec3 bloodDirection(const VesselTree& tree, std::size_t m) {
     const Vec3& h = tree.piece.box.spacing_m;
     const Index3 at = tree.piece.voxel(m);
     Vec3 sum(0.0);
-    for (int z = -kReach; z <= kReach; ++z)
-        for (int y = -kReach; y <= kReach; ++y)
-            for (int x = -kReach; x <= kReach; ++x) {
-                const std::int32_t other = tree.piece.at(at + Index3(x, y, z));
-                if (other == VoxelPiece::kNone || std::size_t(other) == m) continue;
-                const Vec3 way = h * Vec3(x, y, z);
-                const double length2 = glm::dot(way, way);
-                const double gain = tree.along_m[std::size_t(other)] - tree.along_m[m];
-                // A larger difference belongs to another branch that runs alongside.
-                if (gain * gain <= 2.0 * length2) sum += way * (gain / length2);
-            }
+    forEachVoxel(Index3(-kReach), Index3(kReach), [&](const Index3& step) {
+        const std::int32_t other = tree.piece.at(at + step);
+        if (other == VoxelPiece::kNone || std::size_t(other) == m) return;
+        const Vec3 offset_m = h * Vec3(step);
+        const double length2 = glm::dot(offset_m, offset_m);
+        const double gain = tree.along_m[std::size_t(other)] - tree.along_m[m];
+        // A larger difference means that the neighbour belongs to another branch alongside.
+        if (gain * gain <= 2.0 * length2) sum += offset_m * (gain / length2);
+    });
     const double length = std::sqrt(glm::dot(sum, sum));
     return length > 0.0 ? sum / length : Vec3(0.0);
 }
@@ -272,81 +307,26 @@ Vec3 VesselFlow::meanAt_m_per_s(const Vec3& reference_m) const noexcept {
     return Vec3(v[0], v[1], v[2]) * (scale_m_per_s / 32767.0);
 }
 
-namespace {
-
-// The box around the liver and its vessels to render. Returns false if it is empty.
-bool boxOf(const Patient& patient, const std::vector<VesselTree>& trees, Index3& low, Index3& high) {
-    const Grid& grid = patient.grid();
-    Index3 liver_low(std::numeric_limits<int>::max()), liver_high(std::numeric_limits<int>::min());
-    std::size_t n = 0;
-    for (int z = 0; z < grid.dims.z; ++z)
-        for (int y = 0; y < grid.dims.y; ++y)
-            for (int x = 0; x < grid.dims.x; ++x, ++n)
-                if (isLiver(patient.label(patient.package().labels.voxels[n])))
-                    liver_low = glm::min(liver_low, Index3(x, y, z)),
-                    liver_high = glm::max(liver_high, Index3(x, y, z));
-    low = Index3(std::numeric_limits<int>::max()), high = Index3(std::numeric_limits<int>::min());
-    for (const VesselTree& tree : trees) {
-        low = glm::min(low, tree.piece.low);
-        high = glm::max(high, tree.piece.low + tree.piece.box.dims - 1);
-    }
-    if (liver_low.x <= liver_high.x) {
-        const Index3 margin(Vec3(kAroundLiver_m) / grid.spacing_m);
-        low = glm::max(low, liver_low - margin), high = glm::min(high, liver_high + margin);
-    }
-    low = glm::max(low, Index3(0)), high = glm::min(high, grid.dims - 1);
-    return low.x <= high.x && low.y <= high.y && low.z <= high.z;
-}
-
-void write(const VesselTree& tree, const Index3& low, VesselFlow& flow) {
-    for (std::size_t m = 0; m < tree.piece.size(); ++m) {
-        const Index3 i = tree.piece.voxel(m) - low;
-        if (!flow.grid.contains(i)) continue;
-        // 0 at the wall, 1 in the middle, where the speed is twice the mean (Poiseuille).
-        const double toward_middle = std::clamp(tree.wall_m[m] / tree.radius_m[m], 0.0, 1.0);
-        const double from_middle = 1.0 - toward_middle;
-        const double speed_m_per_s = 2.0 * tree.mean_m_per_s[m] * (1.0 - from_middle * from_middle);
-        const Vec3 velocity = bloodDirection(tree, m) * (speed_m_per_s / flow.scale_m_per_s * 32767.0);
-        std::array<std::int16_t, 4>& voxel = flow.velocity[flow.grid.offset(i)];
-        for (int axis = 0; axis < 3; ++axis)
-            voxel[std::size_t(axis)] = std::int16_t(std::floor(velocity[axis] + 0.5));
-        voxel[3] = std::int16_t(kBloodKindStep * int(tree.kind));
-    }
-}
-
-}  // namespace
-
 VesselFlow makeVesselFlow(const Patient& patient, const VesselFlowSettings& settings, int threads) {
     LabelSet wanted{};
     for (const Label& label : patient.package().label_table)
-        wanted[label.id] = bloodKindOf(label) != BloodKind::none;
-    std::vector<VoxelPiece> pieces = piecesOf(patient.package().labels, wanted);
+        wanted[label.id] = bloodKind(label) != BloodKind::none;
+    std::vector<VoxelPiece> pieces = connectedPieces(patient.package().labels, wanted);
     std::vector<VesselTree> trees(pieces.size());
     parallelFor(threads, pieces.size(), [&](std::size_t i) {
         const Label* label = patient.label(patient.package().labels[pieces[i].voxel(0)]);
-        trees[i] = makeVesselTree(patient, bloodKindOf(*label), std::move(pieces[i]), settings);
+        trees[i] = makeVesselTree(patient, bloodKind(*label), std::move(pieces[i]), settings);
     });
     VesselFlow flow;
     flow.scale_m_per_s =
         2.0 * *std::max_element(settings.trunk_m_per_s.begin(), settings.trunk_m_per_s.end());
     Index3 low, high;
-    if (trees.empty() || !boxOf(patient, trees, low, high)) return flow;
+    if (trees.empty() || !computeFlowBox(patient, trees, low, high)) return flow;
     flow.grid = {high - low + 1, patient.grid().spacing_m, patient.grid().centre(low)};
     flow.velocity.resize(flow.grid.voxelCount());
     parallelFor(threads, trees.size(), [&](std::size_t i) { write(trees[i], low, flow); });
     return flow;
 }
-
-namespace {
-
-// Raised cosine: 1 at `middle`, 0 at a distance of `half` or more. Its mean over the beat is `half`.
-double bump(double phase, double middle, double half) noexcept {
-    const double away = std::fabs(phase - middle);
-    if (away >= half) return 0.0;
-    return 0.5 + 0.5 * detCos(0.5 * kTau * away / half);
-}
-
-}  // namespace
 
 double pulse(BloodKind kind, double t_s, double beats_per_s) noexcept {
     const double beats = t_s * beats_per_s;
@@ -363,7 +343,7 @@ double pulse(BloodKind kind, double t_s, double beats_per_s) noexcept {
                    kAtrial * bump(phase, 0.90, 0.08);
         }
         case BloodKind::artery: {
-            // Steep rise, cubic fall. The mean is 0.2875 of the way from end-diastole to peak.
+            // Steep rise, cubic fall. The mean is end-diastole plus 0.2875 of the rise to the peak.
             constexpr double kRise = 0.15, kPeak = 1.0 / (0.3 + 0.7 * 0.2875);
             const double fall = (1.0 - phase) / (1.0 - kRise);
             const double share =

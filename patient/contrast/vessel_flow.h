@@ -21,13 +21,13 @@ namespace stylet::patient {
 enum class BloodKind : std::uint8_t { none, portal, hepatic, cava, artery, other };
 inline constexpr int kBloodKindCount = 6;
 
-// By tissue and name. Uses the names of the reference patient, which imports use too.
-BloodKind bloodKindOf(const Label&);
+// Found by tissue and name of the label. Imported patients use the same names as the reference patient.
+BloodKind bloodKind(const Label&);
 
 struct VesselFlowSettings {
     // Mean over the lumen and the heart beat at the widest place of the tree, by kind.
     std::array<double, kBloodKindCount> trunk_m_per_s{0.0, 0.18, 0.20, 0.25, 0.30, 0.15};
-    double slowest_share = 0.2;  // of the trunk speed, in the thinnest branch
+    double slowest_share = 0.2;  // lowest speed, in the thinnest branch, as a share of the trunk's
 };
 
 // One connected vessel. Vectors are indexed by the members of `piece`.
@@ -49,10 +49,10 @@ Vec3 bloodDirection(const VesselTree&, std::size_t member);
 // True if the voxel or one of its 26 neighbours has a label accepted by `wanted`.
 bool touches(const Patient&, const Index3& voxel, const std::function<bool(const Label&)>& wanted);
 
-// Flow of all vessels, for rendering. Covers a box around liver and vessels, with voxels aligned to the
-// CT's. The data suits a 3D image of four signed normalised 16-bit numbers: velocity = xyz / 32767 *
-// scale_m_per_s in the reference frame, mean over the beat; w = kBloodKindStep * BloodKind, 0 without
-// blood.
+// Flow of all vessels, for rendering. Covers a box around liver and vessels, with voxels aligned to the CT's.
+// The format is that of a 3D image with four signed normalised 16-bit numbers. xyz: mean velocity over the
+// beat in the reference frame, velocity = xyz / 32767 * scale_m_per_s. w: kBloodKindStep * BloodKind, 0
+// without blood.
 inline constexpr int kBloodKindStep = 6000;
 struct VesselFlow {
     Grid grid;
@@ -67,8 +67,8 @@ struct VesselFlow {
 };
 VesselFlow makeVesselFlow(const Patient&, const VesselFlowSettings& = {}, int threads = 2);
 
-// The heart beat: factor on the mean velocity at time t, negative during backward flow; its mean over a
-// beat is 1. Portal vein: nearly steady. Hepatic veins and cava: two forward waves (S, D) and a short
+// The heart beat: factor on the mean velocity at time t. It is negative during backward flow, and its mean
+// over a beat is 1. Portal vein: nearly steady. Hepatic veins and cava: two forward waves (S, D) and a short
 // backward one (a). Arteries: a systolic rise over diastolic flow (resistive index 0.7). Any thread.
 // noexcept.
 double pulse(BloodKind, double t_s, double beats_per_s = 1.17) noexcept;

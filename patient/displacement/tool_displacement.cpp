@@ -9,30 +9,30 @@ namespace stylet::patient {
 namespace {
 
 constexpr float kPull =
-    // pull of a patch, divided by its squared radius: its centre follows the tool by 98 %
+    // pull of a patch times its squared radius; makes its centre follow the tool by 98 %
     150.0f;
-constexpr float kHeld = 1e5f;   // pull and stiffness of bone
-constexpr float kFree = 1e-3f;  // stiffness of outer air and gas, relative to soft tissue
-constexpr double kGone_m = 2e-5;
+constexpr float kBoneStiffness = 1e5f;  // pull and stiffness of bone
+constexpr float kFree = 1e-3f;          // stiffness of outer air and gas, relative to soft tissue
+constexpr double kMinDisplacement_m = 2e-5;
 constexpr double kBoxMargin_m = 0.024;  // of the box around the contacts
 // the breathing motion is evaluated at every fourth node
 constexpr int kMotionStride = 4;
-// changes of the breath that move tissue by less than a voxel
+// breathing changes below these move tissue by less than a voxel
 constexpr double kStale_v = 0.04, kStaleRate_per_s = 0.4;
-// gradient of one integration step; at 1 it would fold
-constexpr float kSteepestStep = 0.4f;
+// limit of the gradient in one integration step; a step with gradient 1 would fold the map
+constexpr float kMaxStepGradient = 0.4f;
 // limit of the total difference between neighbouring nodes; avoids inverted cells in the table
-constexpr float kSteepest_m = 0.0045f;
-constexpr float kStepsANode = 4.0f;
+constexpr float kMaxNodeDifference_m = 0.0045f;
+constexpr float kStepsPerNode = 4.0f;
 
-Vec3 springBack(const Vec3& last, const Vec3& target, double kept) {
+Vec3 springBack(const Vec3& last, const Vec3& target, double decay) {
     const double length_m = glm::length(last);
     if (length_m == 0.0) return target;
     const Vec3 along = last / length_m;
-    return target + std::max(0.0, kept * length_m - glm::dot(target, along)) * along;
+    return target + std::max(0.0, decay * length_m - glm::dot(target, along)) * along;
 }
 
-double largest(const ToolContact& c) {
+double maxDisplacement_m(const ToolContact& c) {
     return std::max(glm::length(c.begin_moved_m), glm::length(c.end_moved_m));
 }
 
@@ -53,7 +53,7 @@ Lanes lanesAt(const DiffusionNode* nodes, int side, const glm::vec3& at) {
 }
 
 // Stiffness relative to soft tissue; infinite for bone.
-float stiffnessOf(const Patient& patient, const Vec3& reference_m) {
+float relativeStiffness(const Patient& patient, const Vec3& reference_m) {
     const TissueSample x = patient.at(reference_m, {.past_skin = true, .past_fascia = true});
     if (x.tissue == Tissue::air && x.label == 0) return kFree;
     const ElasticityTable& table = patient.package().elasticity;
@@ -85,7 +85,7 @@ ToolDisplacement::ToolDisplacement(const Patient& patient, const ToolDisplacemen
     table_.grid.dims = Index3(settings.nodes);
     table_.grid.spacing_m = Vec3(0.0);  // not placed yet
     table_.moved_m.assign(table_.grid.voxelCount(), glm::vec4(0.0f));
-    held_.assign(table_.grid.voxelCount(), 0.0f);
+    bone_pull_.assign(table_.grid.voxelCount(), 0.0f);
 }
 
 bool ToolDisplacement::update(std::span<const ToolContact> contacts, const Surrogate& breath,
@@ -97,9 +97,9 @@ bool ToolDisplacement::update(std::span<const ToolContact> contacts, const Surro
     const bool breathed =
         std::fabs(breath.v + breath.creep_v - tissue_breath_.v - tissue_breath_.creep_v) > kStale_v ||
         std::fabs(breath.rate_per_s - tissue_breath_.rate_per_s) > kStaleRate_per_s;
-    if (placed || breathed) findTissue(breath);
+    if (placed || breathed) updateStiffness(breath);
     pull();
-    // A start from zero needs more cycles.
+    // After a reset to zero, more cycles are needed.
     const int cycles = placed ? 4 * settings_.cycles : settings_.cycles;
     for (int i = 0; i < cycles; ++i)
         diffusion_.cycle(settings_.sweeps);
@@ -109,28 +109,28 @@ bool ToolDisplacement::update(std::span<const ToolContact> contacts, const Surro
 
 // Pressed tissue follows at once; released tissue springs back.
 void ToolDisplacement::relax(std::span<const ToolContact> contacts, double dt_s) noexcept {
-    const double kept = std::exp(-std::max(dt_s, 0.0) / settings_.recoil_s);
+    const double decay = std::exp(-std::max(dt_s, 0.0) / settings_.recoil_s);
     std::array<bool, kMaxContacts> pressed{};
     for (const ToolContact& c : contacts) {
         assert(c.id >= 0 && c.id < kMaxContacts);
         Slot& slot = slots_[std::size_t(c.id)];
         ToolContact shown = c;
         if (slot.used) {
-            shown.begin_moved_m = springBack(slot.contact.begin_moved_m, c.begin_moved_m, kept);
-            shown.end_moved_m = springBack(slot.contact.end_moved_m, c.end_moved_m, kept);
+            shown.begin_moved_m = springBack(slot.contact.begin_moved_m, c.begin_moved_m, decay);
+            shown.end_moved_m = springBack(slot.contact.end_moved_m, c.end_moved_m, decay);
         }
         slot = {shown, true};
         pressed[std::size_t(c.id)] = true;
     }
     for (std::size_t i = 0; i < slots_.size(); ++i) {
         Slot& slot = slots_[i];
-        if (slot.used && !pressed[i]) slot.contact.begin_moved_m *= kept, slot.contact.end_moved_m *= kept;
-        slot.used = slot.used && largest(slot.contact) > kGone_m;
+        if (slot.used && !pressed[i]) slot.contact.begin_moved_m *= decay, slot.contact.end_moved_m *= decay;
+        slot.used = slot.used && maxDisplacement_m(slot.contact) > kMinDisplacement_m;
     }
 }
 
-// Places the box around the displaced tissue. It stays in place as long as the tissue is well inside.
-// Returns true if it has moved.
+// Moves the box to the displaced tissue if that is no longer well inside it. Returns true if the box has
+// moved.
 bool ToolDisplacement::place() noexcept {
     Vec3 low(std::numeric_limits<double>::infinity()), high = -low;
     for (const Slot& slot : slots_) {
@@ -158,7 +158,7 @@ bool ToolDisplacement::place() noexcept {
 
 // Looks up the stiffness at every node. The breathing motion is evaluated at every fourth node, for both
 // sides, and interpolated linearly.
-void ToolDisplacement::findTissue(const Surrogate& breath) noexcept {
+void ToolDisplacement::updateStiffness(const Surrogate& breath) noexcept {
     const MotionModel& motion = patient_->package().motion;
     const Grid& grid = table_.grid;
     std::vector<float>& stiffness = diffusion_.stiffness();
@@ -184,27 +184,24 @@ void ToolDisplacement::findTissue(const Surrogate& breath) noexcept {
                     c[std::size_t(2 * k)] = c[std::size_t(2 * k + 1)];
                     c[std::size_t(2 * k + 1)] = cornerAt(cell + kMotionStride * Index3(1, k & 1, k >> 1));
                 }
-                Index3 in;
-                // The far faces of a cell are the near faces of the next. The far faces of the box are not
-                // used.
-                for (in.z = 0; in.z < kMotionStride; ++in.z)
-                    for (in.y = 0; in.y < kMotionStride; ++in.y)
-                        for (in.x = 0; in.x < kMotionStride; ++in.x) {
-                            const Vec3 f = Vec3(in) / double(kMotionStride);
-                            Vec3 inside_m(0.0), outside_m(0.0);
-                            double level_m = 0.0;
-                            for (int k = 0; k < 8; ++k) {
-                                const Corner& a = c[std::size_t(k)];
-                                const double weight = (k & 1 ? f.x : 1.0 - f.x) * (k & 2 ? f.y : 1.0 - f.y) *
-                                                      (k & 4 ? f.z : 1.0 - f.z);
-                                inside_m += weight * a.inside_m, outside_m += weight * a.outside_m;
-                                level_m += weight * a.level_m;
-                            }
-                            const float k = stiffnessOf(*patient_, level_m < 0.0 ? inside_m : outside_m);
-                            const std::size_t at = grid.offset(cell + in);
-                            held_[at] = std::isinf(k) ? kHeld : 0.0f;
-                            stiffness[at] = std::isinf(k) ? kHeld : k;
-                        }
+                // Each cell covers only its near faces; the far faces belong to the next cell. The box's far
+                // faces are not used.
+                forEachVoxel(Index3(0), Index3(kMotionStride - 1), [&](const Index3& in) {
+                    const Vec3 f = Vec3(in) / double(kMotionStride);
+                    Vec3 inside_m(0.0), outside_m(0.0);
+                    double level_m = 0.0;
+                    for (int k = 0; k < 8; ++k) {
+                        const Corner& a = c[std::size_t(k)];
+                        const double weight =
+                            (k & 1 ? f.x : 1.0 - f.x) * (k & 2 ? f.y : 1.0 - f.y) * (k & 4 ? f.z : 1.0 - f.z);
+                        inside_m += weight * a.inside_m, outside_m += weight * a.outside_m;
+                        level_m += weight * a.level_m;
+                    }
+                    const float k = relativeStiffness(*patient_, level_m < 0.0 ? inside_m : outside_m);
+                    const std::size_t at = grid.offset(cell + in);
+                    bone_pull_[at] = std::isinf(k) ? kBoneStiffness : 0.0f;
+                    stiffness[at] = std::isinf(k) ? kBoneStiffness : k;
+                });
             }
         }
     diffusion_.prepareStiffness();
@@ -212,16 +209,16 @@ void ToolDisplacement::findTissue(const Surrogate& breath) noexcept {
 }
 
 void ToolDisplacement::pull() noexcept {
-    diffusion_.hold(held_);
+    diffusion_.resetPull(bone_pull_);
     for (const Slot& slot : slots_)
         if (slot.used) pull(slot.contact);
     diffusion_.preparePull();
 }
 
-// Centres the pull halfway along the displacement, because the flow carries tissue along all of it.
+// Centres the pull half way along the displacement, because invert() follows the whole displacement.
 void ToolDisplacement::pull(const ToolContact& c) noexcept {
     const Grid& grid = table_.grid;
-    const double radius_m = std::max({c.radius_m, 1.5 * largest(c), 1.5 * grid.spacing_m.x});
+    const double radius_m = std::max({c.radius_m, 1.5 * maxDisplacement_m(c), 1.5 * grid.spacing_m.x});
     const double pull = kPull * grid.spacing_m.x * grid.spacing_m.x / (radius_m * radius_m);
     const Vec3 begin_m = c.begin_m + 0.5 * c.begin_moved_m, end_m = c.end_m + 0.5 * c.end_moved_m;
     const Vec3 along_m = end_m - begin_m;
@@ -229,51 +226,47 @@ void ToolDisplacement::pull(const ToolContact& c) noexcept {
     const Vec3 low = glm::ceil(grid.toVoxels(glm::min(begin_m, end_m) - radius_m));
     const Vec3 high = glm::floor(grid.toVoxels(glm::max(begin_m, end_m) + radius_m));
     const Index3 first(glm::max(low, Vec3(1.0))), last(glm::min(high, Vec3(grid.dims - 2)));
-    Index3 i;
-    for (i.z = first.z; i.z <= last.z; ++i.z)
-        for (i.y = first.y; i.y <= last.y; ++i.y)
-            for (i.x = first.x; i.x <= last.x; ++i.x) {
-                const Vec3 p = grid.centre(i) - begin_m;
-                const double share = std::clamp(glm::dot(p, along_m) / square, 0.0, 1.0);
-                const Vec3 beside = (p - share * along_m) / radius_m;
-                const double inner = 1.0 - glm::dot(beside, beside);
-                if (inner > 0.0)
-                    diffusion_.addPull(grid.offset(i), float(pull * inner * inner),
-                                       glm::vec3(glm::mix(c.begin_moved_m, c.end_moved_m, share)));
-            }
+    forEachVoxel(first, last, [&](const Index3& i) {
+        const Vec3 p = grid.centre(i) - begin_m;
+        const double share = std::clamp(glm::dot(p, along_m) / square, 0.0, 1.0);
+        const Vec3 beside = (p - share * along_m) / radius_m;
+        const double inner = 1.0 - glm::dot(beside, beside);
+        if (inner > 0.0)
+            diffusion_.addPull(grid.offset(i), float(pull * inner * inner),
+                               glm::vec3(glm::mix(c.begin_moved_m, c.end_moved_m, share)));
+    });
 }
 
-// Integrates backwards along the solution. Each point has exactly one path, however steep the solution is.
+// Integrates backwards along the displacement field. So every point has exactly one origin, however steep the
+// field is.
 void ToolDisplacement::invert() noexcept {
     const Grid& grid = table_.grid;
     const int n = settings_.nodes;
     const DiffusionNode* const u = diffusion_.solution().data();
     const float metres = float(grid.spacing_m.x);
-    // The solution is steeper only if a tool is reported inside bone. Then the displacement is scaled
-    // down.
-    const float steepest_m = diffusion_.steepest(), share = std::min(1.0f, kSteepest_m / steepest_m);
-    const int most = std::max(1, int(std::ceil(share * steepest_m / (metres * kSteepestStep))));
+    // The field is steeper than the limit only if a tool is reported inside bone. The displacement is then
+    // scaled down.
+    const float steepest_m = diffusion_.maxDifference(),
+                share = std::min(1.0f, kMaxNodeDifference_m / steepest_m);
+    const int max_steps = std::max(1, int(std::ceil(share * steepest_m / (metres * kMaxStepGradient))));
     const auto stepAt = [&](const glm::vec3& at, float per_m) {
         const Lanes by = lanesAt(u, n, at) * per_m;
         return glm::vec3(by[0], by[1], by[2]);
     };
-    Index3 i;
-    for (i.z = 1; i.z < n - 1; ++i.z)
-        for (i.y = 1; i.y < n - 1; ++i.y)
-            for (i.x = 1; i.x < n - 1; ++i.x) {
-                const glm::vec3 now(i);
-                glm::vec3 then = now, by = stepAt(then, share / metres);
-                // Small displacements, relative to the node spacing, need few steps.
-                const int steps = std::min(most, 1 + int(kStepsANode * glm::length(by)));
-                const float per_m = share / (metres * float(steps));
-                by /= float(steps);
-                for (int step = 1;; ++step) {
-                    then -= stepAt(then - 0.5f * by, per_m);
-                    if (step == steps) break;
-                    by = stepAt(then, per_m);
-                }
-                table_.moved_m[grid.offset(i)] = glm::vec4((now - then) * metres, 0.0f);
-            }
+    forEachVoxel(Index3(1), Index3(n - 2), [&](const Index3& i) {
+        const glm::vec3 now(i);
+        glm::vec3 then = now, by = stepAt(then, share / metres);
+        // Displacements that are small relative to the node spacing need few steps.
+        const int steps = std::min(max_steps, 1 + int(kStepsPerNode * glm::length(by)));
+        const float per_m = share / (metres * float(steps));
+        by /= float(steps);
+        for (int step = 1;; ++step) {
+            then -= stepAt(then - 0.5f * by, per_m);
+            if (step == steps) break;
+            by = stepAt(then, per_m);
+        }
+        table_.moved_m[grid.offset(i)] = glm::vec4((now - then) * metres, 0.0f);
+    });
 }
 
 }  // namespace stylet::patient

@@ -1,11 +1,11 @@
-// How a tool displaces the tissue under it. For pictures only: camera view, ultrasound, X-ray. Forces and
-// scores never read it and it is never hashed (force feedback through it would carry the surface along and
-// vanish), so it is not part of patient.h. Model, section 6.
+// How a tool displaces the tissue under it. For pictures only: camera view, ultrasound, X-ray. It is never
+// hashed, so it is not part of patient.h. Forces and scores never read it: if the force used the displaced
+// surface, the surface would follow the tool and the force would vanish. Model, section 6.
 //
-// Each contact gives the displacement of the tissue at a tool. Between contacts, bone and the border of a
-// small box the displacement follows from stiffness-weighted diffusion (diffusion.h); air moves freely.
-// The result is the inverse map that renderers need: tissue_m = p - displacementAt(p), before the breath
-// is undone.
+// Each contact sets the displacement of the tissue at a tool. Elsewhere in a small box the displacement
+// follows from stiffness-weighted diffusion (diffusion.h). It is zero at bone and at the border of the box;
+// air moves freely. The result is the inverse map that renderers need: tissue_m = p - displacementAt(p),
+// applied before breathing is undone.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ inline constexpr int kMaxContacts = 16;
 // A ball of tissue, or a capsule along [begin, end], that moves with a tool. Patient frame, deformed by
 // breathing only.
 struct ToolContact {
-    int id = 0;  // same in every frame, in [0, kMaxContacts); identifies tissue that springs back
+    int id = 0;  // in [0, kMaxContacts), same in every frame; identifies the tissue that springs back
     Vec3 begin_m{0.0}, end_m{0.0};              // position of the tissue without the tool
     Vec3 begin_moved_m{0.0}, end_moved_m{0.0};  // displacement: tool minus tissue, linear in between
     // Radius of the patch. Raised to at least 1.5 times the displacement, to avoid folds, and 1.5 node
@@ -70,7 +70,7 @@ class ToolDisplacement {
     };
     void relax(std::span<const ToolContact>, double dt_s) noexcept;
     bool place() noexcept;
-    void findTissue(const Surrogate& breath) noexcept;
+    void updateStiffness(const Surrogate& breath) noexcept;
     void pull() noexcept;
     void pull(const ToolContact&) noexcept;
     void invert() noexcept;
@@ -78,7 +78,7 @@ class ToolDisplacement {
     const Patient* patient_;
     ToolDisplacementSettings settings_;
     Diffusion diffusion_;
-    std::vector<float> held_;  // pull toward zero at bone
+    std::vector<float> bone_pull_;  // pull toward zero at bone
     DisplacementTable table_;
     std::array<Slot, kMaxContacts> slots_{};
     Surrogate tissue_breath_;  // breathing state for which the stiffness was looked up

@@ -20,7 +20,7 @@ Surrogate hump(double t_s, double length_s, double height_v) noexcept {
     return {height_v * (s * s * s * s), 4.0 * std::numbers::pi / length_s * height_v * (s * s * s * c)};
 }
 
-double lengthOf_s(InterruptionKind kind, const BreathPlan& plan) noexcept {
+double duration_s(InterruptionKind kind, const BreathPlan& plan) noexcept {
     return kind == InterruptionKind::cough ? kPlayedGasp_s + kPlayedBursts * kPlayedBurst_s
                                            : kSighPeriods * plan.rhythm.period_s;
 }
@@ -34,7 +34,7 @@ void interrupt(Interruption& s, BreathingState& breathing, const BreathPlan& pla
         const bool recorded = !plan.recording_v.empty();
         // ends the hold at the next tick
         breathing.limit_ticks = std::max<std::uint64_t>(1, breathing.held_ticks);
-        breathing.coughs_up = kind == InterruptionKind::cough && !recorded;
+        breathing.ends_in_cough = kind == InterruptionKind::cough && !recorded;
         if (!recorded) return;  // the breath that ends the hold is the cough or the sigh
     }
     s = {kind, 0};
@@ -42,13 +42,13 @@ void interrupt(Interruption& s, BreathingState& breathing, const BreathPlan& pla
 
 void stepInterruption(Interruption& s, const BreathPlan& plan, double dt_s) noexcept {
     if (s.kind == InterruptionKind::none) return;
-    if (double(++s.ticks) * dt_s >= lengthOf_s(s.kind, plan)) s = {};
+    if (double(++s.ticks) * dt_s >= duration_s(s.kind, plan)) s = {};
 }
 
 Surrogate interruptionAt(const Interruption& s, const BreathPlan& plan, double dt_s) noexcept {
     const double t_s = double(s.ticks) * dt_s, a = plan.rhythm.amplitude;
     if (s.kind == InterruptionKind::none) return {};
-    if (s.kind == InterruptionKind::sigh) return hump(t_s, lengthOf_s(s.kind, plan), kSigh * a);
+    if (s.kind == InterruptionKind::sigh) return hump(t_s, duration_s(s.kind, plan), kSigh * a);
     if (t_s <= kPlayedGasp_s) return hump(t_s, kPlayedGasp_s, kGasp * a);
     const double since_s = t_s - kPlayedGasp_s;
     return hump(since_s - kPlayedBurst_s * std::floor(since_s / kPlayedBurst_s), kPlayedBurst_s, kBurst * a);

@@ -15,11 +15,11 @@ struct Interruption {
 };
 
 // All below: haptics thread. noexcept, no allocation.
-// interrupt() starts an interruption; it is ignored while another one is active. During a breath-hold it
-// ends the hold with that cough or sigh, as if it had happened by itself.
+// interrupt() starts a cough or sigh. It is ignored while another one is active. During a breath-hold this
+// cough or sigh ends the hold, as a spontaneous one would.
 void interrupt(Interruption&, BreathingState&, const BreathPlan&, InterruptionKind) noexcept;
 void stepInterruption(Interruption&, const BreathPlan&, double dt_s) noexcept;  // one tick
-// The surrogate to add: v and its rate.
+// The surrogate to add to that of the breath: v and its rate.
 Surrogate interruptionAt(const Interruption&, const BreathPlan&, double dt_s) noexcept;
 
 }  // namespace stylet::patient

@@ -13,14 +13,14 @@ namespace {
 
 constexpr double kNear_m = 1e-8;  // accuracy of a change of sides
 // upper bound of the level's gradient in the deformed patient, per metre
-constexpr double kSteepestLevel = 2.0;
-constexpr double kShortestLook_m = 2e-4;
-constexpr int kMostLooks = 4096;
+constexpr double kMaxLevelGradient = 2.0;
+constexpr double kMinSideStep_m = 2e-4;
+constexpr int kMaxSideSamples = 4096;
 
 // The clamped surrogate relative to the breathing state of the CT.
 struct Drive {
     double v = 0.0, rate = 0.0;
-    bool still() const noexcept { return v == 0.0 && rate == 0.0; }
+    bool isZero() const noexcept { return v == 0.0 && rate == 0.0; }
     Drive operator-() const noexcept { return {-v, -rate}; }
 };
 
@@ -29,7 +29,7 @@ double clampTo(const SurrogateRange& range, double x) noexcept {
     return x > range.low ? std::min(x, range.high) : range.low;
 }
 
-Drive driveOf(const MotionModel& m, const Surrogate& now) noexcept {
+Drive makeDrive(const MotionModel& m, const Surrogate& now) noexcept {
     return {clampTo(m.v, now.v) - m.reference.v + (now.creep_v - m.reference.creep_v),
             clampTo(m.rate_per_s, now.rate_per_s) - m.reference.rate_per_s};
 }
@@ -37,7 +37,7 @@ Drive driveOf(const MotionModel& m, const Surrogate& now) noexcept {
 // Two components in one register; the compiler does not vectorise this by itself.
 using Two = double __attribute__((vector_size(2 * sizeof(double))));
 
-Two twoAt(const float* from) noexcept {
+Two loadTwo(const float* from) noexcept {
 #ifdef __SSE2__
     return Two(_mm_cvtps_pd(_mm_castsi128_ps(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from)))));
 #else
@@ -46,33 +46,32 @@ Two twoAt(const float* from) noexcept {
 }
 
 // a1 and a2 of a point: (a1x, a1y), (a1z, a2x), (a2y, a2z).
-struct Six {
+struct CoefficientPair {
     Two part[3];
 
-    static Six at(const MotionCoefficients* node) noexcept {
+    static CoefficientPair at(const MotionCoefficients* node) noexcept {
         static_assert(sizeof(MotionCoefficients) == 6 * sizeof(float));
         const float* const c = node->a1_m.data();
-        return {{twoAt(c), twoAt(c + 2), twoAt(c + 4)}};
+        return {{loadTwo(c), loadTwo(c + 2), loadTwo(c + 4)}};
     }
-    Vec3 under(const Drive& d) const noexcept {
+    Vec3 evaluate(const Drive& d) const noexcept {
         return Vec3(part[0][0], part[0][1], part[1][0]) * d.v +
                Vec3(part[1][1], part[2][0], part[2][1]) * d.rate;
     }
 };
 
-Six operator-(const Six& a, const Six& b) noexcept {
+CoefficientPair operator-(const CoefficientPair& a, const CoefficientPair& b) noexcept {
     return {{a.part[0] - b.part[0], a.part[1] - b.part[1], a.part[2] - b.part[2]}};
 }
-Six along(const Six& from, const Six& way, double share) noexcept {
-    return {{from.part[0] + share * way.part[0], from.part[1] + share * way.part[1],
-             from.part[2] + share * way.part[2]}};
+CoefficientPair along(const CoefficientPair& from, const CoefficientPair& delta, double share) noexcept {
+    return {{from.part[0] + share * delta.part[0], from.part[1] + share * delta.part[1],
+             from.part[2] + share * delta.part[2]}};
 }
-Six between(const Six& low, const Six& high, double share) noexcept {
+CoefficientPair between(const CoefficientPair& low, const CoefficientPair& high, double share) noexcept {
     return along(low, high - low, share);
 }
 
-// A small change of position, carried along by the flow, and the change of the drive that goes with it
-// (forward derivative).
+// A small displacement that the flow carries along. A change of the drive adds to it (forward derivative).
 struct Change {
     Vec3 moved_m{0.0};
     Drive drive{};
@@ -98,7 +97,7 @@ class Flow {
         return p;
     }
 
-    // Same as above; also carries small changes of p, each with a change of the drive.
+    // Same as above; also carries small displacements of p, each with a change of the drive.
     template <std::size_t N>
     Vec3 carry(Vec3 p, std::array<Change, N>& changes) const noexcept {
         constexpr double kStep = 1.0 / kFlowSteps;
@@ -108,8 +107,8 @@ class Flow {
             const Local there = localAt(middle);
             for (Change& c : changes) {
                 const Vec3 half =
-                    c.moved_m + 0.5 * kStep * (here.slope * c.moved_m + here.field.under(c.drive));
-                c.moved_m += kStep * (there.slope * half + there.field.under(c.drive));
+                    c.moved_m + 0.5 * kStep * (here.slope * c.moved_m + here.field.evaluate(c.drive));
+                c.moved_m += kStep * (there.slope * half + there.field.evaluate(c.drive));
             }
             p += kStep * there.velocity;
         }
@@ -121,11 +120,12 @@ class Flow {
         if (!find(p, cell)) return Vec3(0.0);
         const Vec3& share = cell.share;
         const auto row = [&](std::size_t at) {
-            return between(Six::at(cell.first + at), Six::at(cell.first + at + 1), share.x);
+            return between(CoefficientPair::at(cell.first + at), CoefficientPair::at(cell.first + at + 1),
+                           share.x);
         };
-        const Six near = between(row(0), row(row_), share.y);
-        const Six far = between(row(slice_), row(slice_ + row_), share.y);
-        return between(near, far, share.z).under(drive_);
+        const CoefficientPair near = between(row(0), row(row_), share.y);
+        const CoefficientPair far = between(row(slice_), row(slice_ + row_), share.y);
+        return between(near, far, share.z).evaluate(drive_);
     }
 
   private:
@@ -135,7 +135,7 @@ class Flow {
         Vec3 share{0.0};
     };
     struct Local {
-        Six field{};
+        CoefficientPair field{};
         Vec3 velocity{0.0};
         Mat3 slope{0.0};  // of the velocity
     };
@@ -158,23 +158,25 @@ class Flow {
         if (!find(p, cell)) return local;
         const Vec3& share = cell.share;
         struct Face {
-            Six value, by_x, by_y;
+            CoefficientPair value, by_x, by_y;
         };
         const auto face = [&](std::size_t at) {
             const MotionCoefficients* const n = cell.first + at;
-            const Six low = Six::at(n), high = Six::at(n + row_);
-            const Six low_x = Six::at(n + 1) - low, high_x = Six::at(n + row_ + 1) - high;
-            const Six low_value = along(low, low_x, share.x), high_value = along(high, high_x, share.x);
-            const Six by_y = high_value - low_value;
+            const CoefficientPair low = CoefficientPair::at(n), high = CoefficientPair::at(n + row_);
+            const CoefficientPair low_x = CoefficientPair::at(n + 1) - low,
+                                  high_x = CoefficientPair::at(n + row_ + 1) - high;
+            const CoefficientPair low_value = along(low, low_x, share.x),
+                                  high_value = along(high, high_x, share.x);
+            const CoefficientPair by_y = high_value - low_value;
             return Face{along(low_value, by_y, share.y), between(low_x, high_x, share.y), by_y};
         };
         const Face near = face(0), far = face(slice_);
-        const Six by_z = far.value - near.value;
+        const CoefficientPair by_z = far.value - near.value;
         local.field = along(near.value, by_z, share.z);
-        local.velocity = local.field.under(drive_);
-        local.slope[0] = between(near.by_x, far.by_x, share.z).under(drive_) * per_m_.x;
-        local.slope[1] = between(near.by_y, far.by_y, share.z).under(drive_) * per_m_.y;
-        local.slope[2] = by_z.under(drive_) * per_m_.z;
+        local.velocity = local.field.evaluate(drive_);
+        local.slope[0] = between(near.by_x, far.by_x, share.z).evaluate(drive_) * per_m_.x;
+        local.slope[1] = between(near.by_y, far.by_y, share.z).evaluate(drive_) * per_m_.y;
+        local.slope[2] = by_z.evaluate(drive_) * per_m_.z;
         return local;
     }
 
@@ -186,43 +188,54 @@ class Flow {
 };
 
 // Largest |v - v_ref|; also used for v'.
-double farthest(const SurrogateRange& range, double reference) noexcept {
+double maxDeviation(const SurrogateRange& range, double reference) noexcept {
     return std::max(std::abs(range.low - reference), std::abs(range.high - reference));
+}
+
+Side sideAtReference(const MotionModel& m, const Vec3& reference_m) noexcept {
+    return cavityLevel_m(m, reference_m) < 0.0 ? Side::inside : Side::outside;
+}
+
+// Applies the slide if the point is inside, then the wall.
+template <std::size_t N>
+Vec3 carryAll(const MotionModel& m, const Drive& drive, Side side, Vec3 p,
+              std::array<Change, N>& changes) noexcept {
+    if (side == Side::inside) p = Flow(m, m.slide, drive).carry(p, changes);
+    return Flow(m, m.wall, drive).carry(p, changes);
 }
 
 }  // namespace
 
 double maxNodeDifference(const MotionModel& m, const MotionCoefficients& a,
                          const MotionCoefficients& b) noexcept {
-    const double v = farthest(m.v, m.reference.v), rate = farthest(m.rate_per_s, m.reference.rate_per_s);
-    double most_m = 0.0;
+    const double v = maxDeviation(m.v, m.reference.v),
+                 rate = maxDeviation(m.rate_per_s, m.reference.rate_per_s);
+    double max_m = 0.0;
     for (std::size_t c = 0; c < 3; ++c)
-        most_m = std::max(most_m, v * std::abs(double(b.a1_m[c]) - double(a.a1_m[c])) +
-                                      rate * std::abs(double(b.a2_m_s[c]) - double(a.a2_m_s[c])));
-    return most_m;
+        max_m = std::max(max_m, v * std::abs(double(b.a1_m[c]) - double(a.a1_m[c])) +
+                                    rate * std::abs(double(b.a2_m_s[c]) - double(a.a2_m_s[c])));
+    return max_m;
 }
 
 Vec3 motionField_m(const MotionModel& m, MotionPart part, const Surrogate& now, const Vec3& p) noexcept {
     if (m.empty()) return Vec3(0.0);
-    return Flow(m, part == MotionPart::wall ? m.wall : m.slide, driveOf(m, now)).velocity(p);
+    return Flow(m, part == MotionPart::wall ? m.wall : m.slide, makeDrive(m, now)).velocity(p);
 }
 
 double cavityLevel_m(const MotionModel& m, const Vec3& p) noexcept {
     if (m.empty()) return 1.0;
     const Vec3 at = m.grid.toVoxels(p);
-    std::size_t first = 0, step[3];
+    const std::array<std::size_t, 3> step = m.grid.strides();
+    Index3 low;
     double share[3];
-    std::size_t stride = 1;
     for (int axis = 0; axis < 3; ++axis) {
         const int last = m.grid.dims[axis] - 1;
         // NaN is treated as the low end.
         const double x = at[axis] > 0.0 ? std::min(at[axis], double(last)) : 0.0;
-        const int low = std::min(int(x), last - 1);
-        share[axis] = x - double(low);
-        first += std::size_t(low) * stride;
-        step[axis] = stride;
-        stride *= std::size_t(m.grid.dims[axis]);
+        low[axis] = std::min(int(x), last - 1);
+        share[axis] = x - double(low[axis]);
     }
+    const std::size_t first = m.grid.offset(low);
     double sum = 0.0;
     for (std::size_t corner = 0; corner < 8; ++corner) {
         double weight = 1.0;
@@ -238,63 +251,46 @@ double cavityLevel_m(const MotionModel& m, const Vec3& p) noexcept {
 }
 
 double cavityLevel_m(const MotionModel& m, const Surrogate& now, const Vec3& deformed_m) noexcept {
-    const Drive drive = driveOf(m, now);
-    if (m.empty() || drive.still()) return cavityLevel_m(m, deformed_m);
+    const Drive drive = makeDrive(m, now);
+    if (m.empty() || drive.isZero()) return cavityLevel_m(m, deformed_m);
     return cavityLevel_m(m, Flow(m, m.wall, -drive).carry(deformed_m));
 }
 
-Side sideOf(const MotionModel& m, const Surrogate& now, const Vec3& deformed_m) noexcept {
+Side sideAt(const MotionModel& m, const Surrogate& now, const Vec3& deformed_m) noexcept {
     return cavityLevel_m(m, now, deformed_m) < 0.0 ? Side::inside : Side::outside;
 }
 
 Vec3 deformedFromReference(const MotionModel& m, const Surrogate& now, Side side,
                            const Vec3& reference_m) noexcept {
-    const Drive drive = driveOf(m, now);
-    if (m.empty() || drive.still()) return reference_m;
+    const Drive drive = makeDrive(m, now);
+    if (m.empty() || drive.isZero()) return reference_m;
     const Vec3 p = side == Side::inside ? Flow(m, m.slide, drive).carry(reference_m) : reference_m;
     return Flow(m, m.wall, drive).carry(p);
 }
 
 Vec3 referenceFromDeformed(const MotionModel& m, const Surrogate& now, Side side,
                            const Vec3& deformed_m) noexcept {
-    const Drive drive = driveOf(m, now);
-    if (m.empty() || drive.still()) return deformed_m;
+    const Drive drive = makeDrive(m, now);
+    if (m.empty() || drive.isZero()) return deformed_m;
     const Vec3 p = Flow(m, m.wall, -drive).carry(deformed_m);
     return side == Side::inside ? Flow(m, m.slide, -drive).carry(p) : p;
 }
 
 Vec3 deformedFromReference(const MotionModel& m, const Surrogate& now, const Vec3& reference_m) noexcept {
-    const bool inside = cavityLevel_m(m, reference_m) < 0.0;
-    return deformedFromReference(m, now, inside ? Side::inside : Side::outside, reference_m);
+    return deformedFromReference(m, now, sideAtReference(m, reference_m), reference_m);
 }
 
 Vec3 referenceFromDeformed(const MotionModel& m, const Surrogate& now, const Vec3& deformed_m) noexcept {
-    const Drive drive = driveOf(m, now);
-    if (m.empty() || drive.still()) return deformed_m;
+    const Drive drive = makeDrive(m, now);
+    if (m.empty() || drive.isZero()) return deformed_m;
     const Vec3 p = Flow(m, m.wall, -drive).carry(deformed_m);
     return cavityLevel_m(m, p) < 0.0 ? Flow(m, m.slide, -drive).carry(p) : p;
 }
 
-namespace {
-
-// Applies the slide if the point is inside, then the wall.
-template <std::size_t N>
-Vec3 carryAll(const MotionModel& m, const Drive& drive, Side side, Vec3 p,
-              std::array<Change, N>& changes) noexcept {
-    if (side == Side::inside) p = Flow(m, m.slide, drive).carry(p, changes);
-    return Flow(m, m.wall, drive).carry(p, changes);
-}
-
-Side sideOfReference(const MotionModel& m, const Vec3& reference_m) noexcept {
-    return cavityLevel_m(m, reference_m) < 0.0 ? Side::inside : Side::outside;
-}
-
-}  // namespace
-
 Mat3 motionJacobian(const MotionModel& m, const Surrogate& now, const Vec3& reference_m) noexcept {
     std::array<Change, 3> axes{Change{Vec3(1.0, 0.0, 0.0)}, {Vec3(0.0, 1.0, 0.0)}, {Vec3(0.0, 0.0, 1.0)}};
-    const Drive drive = driveOf(m, now);
-    if (!m.empty() && !drive.still()) carryAll(m, drive, sideOfReference(m, reference_m), reference_m, axes);
+    const Drive drive = makeDrive(m, now);
+    if (!m.empty() && !drive.isZero()) carryAll(m, drive, sideAtReference(m, reference_m), reference_m, axes);
     return {axes[0].moved_m, axes[1].moved_m, axes[2].moved_m};
 }
 
@@ -305,22 +301,23 @@ Vec3 motionVelocity_m_s(const MotionModel& m, const Surrogate& now, double accel
     std::array<Change, 1> change{Change{Vec3(0.0),
                                         {within(m.v, now.v) ? clampTo(m.rate_per_s, now.rate_per_s) : 0.0,
                                          within(m.rate_per_s, now.rate_per_s) ? acceleration_per_s2 : 0.0}}};
-    carryAll(m, driveOf(m, now), sideOfReference(m, reference_m), reference_m, change);
+    carryAll(m, makeDrive(m, now), sideAtReference(m, reference_m), reference_m, change);
     return change[0].moved_m;
 }
 
-Vec3 follow(LocalMotion& about, const MotionModel& m, const Surrogate& now, Side side,
+Vec3 follow(LocalMotion& cached, const MotionModel& m, const Surrogate& now, Side side,
             const Vec3& reference_m, const LocalReach& reach) noexcept {
-    const Drive drive = driveOf(m, now);
-    const Vec3 way = reference_m - about.reference_m;
+    const Drive drive = makeDrive(m, now);
+    const Vec3 delta = reference_m - cached.reference_m;
     const Vec3 breathed =
-        about.by_v_m * (drive.v - about.v) + about.by_rate_m_s * (drive.rate - about.rate_per_s);
+        cached.by_v_m * (drive.v - cached.v) + cached.by_rate_m_s * (drive.rate - cached.rate_per_s);
     // NaN counts as far away.
-    const bool near = about.known && side == about.side && glm::length(way) <= reach.tissue_m &&
+    const bool near = cached.known && side == cached.side && glm::length(delta) <= reach.tissue_m &&
                       glm::length(breathed) <= reach.breath_m;
-    if (near) return about.deformed_m + about.deformed_from_reference * way + breathed;
+    if (near) return cached.deformed_m + cached.deformed_from_reference * delta + breathed;
 
-    about = {.known = true, .side = side, .reference_m = reference_m, .v = drive.v, .rate_per_s = drive.rate};
+    cached = {
+        .known = true, .side = side, .reference_m = reference_m, .v = drive.v, .rate_per_s = drive.rate};
     std::array<Change, 5> changes{Change{Vec3(1.0, 0.0, 0.0)},
                                   {Vec3(0.0, 1.0, 0.0)},
                                   {Vec3(0.0, 0.0, 1.0)},
@@ -329,34 +326,35 @@ Vec3 follow(LocalMotion& about, const MotionModel& m, const Surrogate& now, Side
     Vec3 p = reference_m;
     if (!m.empty()) {
         if (side == Side::inside) p = Flow(m, m.slide, drive).carry(p, changes);
-        about.level_m = cavityLevel_m(m, p);
+        cached.level_m = cavityLevel_m(m, p);
         p = Flow(m, m.wall, drive).carry(p, changes);
     }
-    about.deformed_m = p;
-    about.deformed_from_reference = {changes[0].moved_m, changes[1].moved_m, changes[2].moved_m};
-    about.reference_from_deformed = glm::inverse(about.deformed_from_reference);
-    about.by_v_m = changes[3].moved_m;
-    about.by_rate_m_s = changes[4].moved_m;
+    cached.deformed_m = p;
+    cached.deformed_from_reference = {changes[0].moved_m, changes[1].moved_m, changes[2].moved_m};
+    cached.reference_from_deformed = glm::inverse(cached.deformed_from_reference);
+    cached.by_v_m = changes[3].moved_m;
+    cached.by_rate_m_s = changes[4].moved_m;
     return p;
 }
 
 SideChanges sideChanges(const MotionModel& m, const Surrogate& now, const Vec3& from_m,
                         const Vec3& to_m) noexcept {
     SideChanges changes;
-    const Vec3 way = to_m - from_m;
-    const double length_m = std::sqrt(glm::dot(way, way));
-    const auto level = [&](double share) { return cavityLevel_m(m, now, from_m + share * way); };
+    const Vec3 delta = to_m - from_m;
+    const double length_m = std::sqrt(glm::dot(delta, delta));
+    const auto level = [&](double share) { return cavityLevel_m(m, now, from_m + share * delta); };
     double share = 0.0, here = level(0.0);
     changes.first = here < 0.0 ? Side::inside : Side::outside;
-    if (m.empty() || driveOf(m, now).still()) return changes;
-    // Step as far as the level guarantees no zero crossing, but at least kShortestLook_m. A NaN length
+    if (m.empty() || makeDrive(m, now).isZero()) return changes;
+    // Step as far as the level guarantees no zero crossing, but at least kMinSideStep_m. A NaN length
     // ends the loop.
-    for (int look = 0; look < kMostLooks && share * length_m < length_m && changes.count < kMaxSideChanges;
-         ++look) {
-        const double free_m = std::fabs(here) / kSteepestLevel;
+    for (int sample = 0;
+         sample < kMaxSideSamples && share * length_m < length_m && changes.count < kMaxSideChanges;
+         ++sample) {
+        const double free_m = std::fabs(here) / kMaxLevelGradient;
         if (free_m >= (1.0 - share) * length_m) break;
-        const double look_m = std::max(free_m, kShortestLook_m);
-        const double next = std::min(1.0, share + look_m / length_m);
+        const double step_m = std::max(free_m, kMinSideStep_m);
+        const double next = std::min(1.0, share + step_m / length_m);
         const double there = level(next);
         if ((here < 0.0) != (there < 0.0)) {
             double before = share, after = next;

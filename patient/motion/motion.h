@@ -36,8 +36,8 @@ struct SurrogateRange {
 };
 
 // Fields and level on the nodes of a grid, x-fastest, linear between nodes. Outside the grid nothing moves
-// and the level is that of the border. Both fields are zero on the outermost nodes. Without nodes the
-// patient does not breathe.
+// and the level is that of the nearest border point. Both fields are zero on the outermost nodes. Without
+// nodes the patient does not breathe.
 struct MotionModel {
     Grid grid;
     std::vector<MotionCoefficients> wall, slide;
@@ -55,11 +55,11 @@ struct MotionModel {
 
 inline constexpr int kFlowSteps = 4;  // midpoint steps per exponential
 
-// Largest difference between the motions of two nodes along one axis over all breathing states [m].
+// Largest difference [m] between the motions of two nodes in x, y or z, over all breathing states.
 double maxNodeDifference(const MotionModel&, const MotionCoefficients&, const MotionCoefficients&) noexcept;
-// Upper limit of that difference between neighbours, per metre between them. The integration steps cannot
+// Upper limit of maxNodeDifference() for neighbours, per metre between them. The integration steps cannot
 // follow a steeper field, so packages with one are rejected.
-inline constexpr double kSteepestField = 2.5;
+inline constexpr double kMaxFieldGradient = 2.5;
 
 // Any thread. noexcept, no allocation. A point outside the cavity costs half as much as one inside.
 Vec3 deformedFromReference(const MotionModel&, const Surrogate& now, const Vec3& reference_m) noexcept;
@@ -75,7 +75,7 @@ Vec3 motionVelocity_m_s(const MotionModel&, const Surrogate& now, double acceler
 // The same for a point whose side is known. A point in a gap or an overlap between the sides (fractions of
 // a millimetre) would change sides on a round trip, so store the side together with the point.
 enum class Side : std::uint8_t { outside, inside };
-Side sideOf(const MotionModel&, const Surrogate& now, const Vec3& deformed_m) noexcept;
+Side sideAt(const MotionModel&, const Surrogate& now, const Vec3& deformed_m) noexcept;
 Vec3 deformedFromReference(const MotionModel&, const Surrogate& now, Side, const Vec3& reference_m) noexcept;
 Vec3 referenceFromDeformed(const MotionModel&, const Surrogate& now, Side, const Vec3& deformed_m) noexcept;
 
@@ -89,15 +89,15 @@ struct LocalMotion {
     // relative to the breathing state of the CT
     double v = 0.0, rate_per_s = 0.0;
     Vec3 by_v_m{0.0}, by_rate_m_s{0.0};
-    double level_m = 1.0;  // level of the cavity's surface at the point where sideOf() evaluates it
+    double level_m = 1.0;  // level of the cavity's surface at the point where sideAt() evaluates it
 };
 // Range of validity of a LocalMotion: distance from its point, and displacement by breathing since.
 struct LocalReach {
     double tissue_m = 1e-4, breath_m = 3e-4;
 };
-// Same as deformedFromReference, within micrometres. Recomputes `about` if the point or the breathing
-// state is out of range, which costs twice as much as deformedFromReference; otherwise a twentieth.
-Vec3 follow(LocalMotion& about, const MotionModel&, const Surrogate& now, Side, const Vec3& reference_m,
+// Same as deformedFromReference, within micrometres. If the point or the breathing state is out of range, it
+// recomputes `cached`, which costs twice as much as deformedFromReference. Otherwise it costs a twentieth.
+Vec3 follow(LocalMotion& cached, const MotionModel&, const Surrogate& now, Side, const Vec3& reference_m,
             const LocalReach& = {}) noexcept;
 
 // The field w itself at a point, in metres per unit time of its flow. Used to build tables of the motion.
@@ -109,9 +109,10 @@ Vec3 motionField_m(const MotionModel&, MotionPart, const Surrogate& now, const V
 double cavityLevel_m(const MotionModel&, const Vec3& reference_m) noexcept;
 double cavityLevel_m(const MotionModel&, const Surrogate& now, const Vec3& deformed_m) noexcept;
 
-// A straight path through the deformed patient crosses the interface here. `before` and `after` are the
-// last share of the path on one side and the first on the other, at most 10 nm apart. The reference
-// position jumps where the sides have slid past each other; the tissue in between is not on the path.
+// A crossing of the interface by a straight path through the deformed patient. `before` is the last share of
+// the path on one side, `after` the first on the other side; they are at most 10 nm apart. The reference
+// position jumps there, because the sides have slid past each other. The tissue in between is not on the
+// path.
 struct SideChange {
     double before = 0.0, after = 0.0;
 };
@@ -125,7 +126,8 @@ struct SideChanges {
 SideChanges sideChanges(const MotionModel&, const Surrogate& now, const Vec3& from_m,
                         const Vec3& to_m) noexcept;
 
-// Calls visit(begin, end) for each stretch of the path on one side; arguments are shares of the path.
+// Calls visit(begin, end) for each stretch of the path that lies on one side; arguments are shares of the
+// path.
 template <typename Visit>
 void forEachStretch(const SideChanges& changes, const Visit& visit) {
     double begin = 0.0;

@@ -1,5 +1,5 @@
-// Removes what interpolation leaves of the normal component. Based on Kaczmarz 1937 (projection onto one
-// linear condition after the other), under-relaxed after Censor, Eggermont and Gordon 1983.
+// Removes the normal component that interpolation leaves. Based on Kaczmarz 1937 (projection onto one linear
+// condition after the other), under-relaxed after Censor, Eggermont and Gordon 1983.
 #include "patient/motion/motion_interface.h"
 
 #include <algorithm>
@@ -13,22 +13,22 @@ namespace {
 constexpr int kSweeps = 12;
 constexpr double kFadeCells = 8.0;  // distance outside the surface at which the slide has faded to zero
 constexpr double kLiftAlong_m = 0.050, kLiftAcross_m = 0.015;
-constexpr int kLifts = 6;
+constexpr int kMaxLiftPasses = 6;
 constexpr double kJustInside_m = 1e-7;
 
 // The eight nodes around a point, their weights, and the level and its gradient at the point.
-struct Around {
+struct LevelSample {
     std::array<std::size_t, 8> node{};
     std::array<double, 8> weight{};
     double level_m = 0.0;
     Vec3 gradient{0.0};
 };
 
-Around lookAround(const MotionModel& m, const Vec3& p) {
+LevelSample interpolateLevel(const MotionModel& m, const Vec3& p) {
     const Vec3 at = glm::clamp(m.grid.toVoxels(p), Vec3(0.0), Vec3(m.grid.dims - 1));
     const Index3 low = glm::min(Index3(at), m.grid.dims - 2);
     const Vec3 share = at - Vec3(low);
-    Around around;
+    LevelSample around;
     for (std::size_t corner = 0; corner < 8; ++corner) {
         const Index3 up{int(corner & 1), int(corner >> 1 & 1), int(corner >> 2)};
         Vec3 weight, rise;
@@ -61,17 +61,17 @@ Vec3 gradientAtNode(const MotionModel& m, const Index3& i) {
 }
 
 bool crossesCell(const MotionModel& m, const Index3& low) {
-    float least = m.level_m[m.grid.offset(low)], most = least;
+    float lowest = m.level_m[m.grid.offset(low)], highest_level = lowest;
     for (int corner = 1; corner < 8; ++corner) {
         const float level = m.level_m[m.grid.offset(low + Index3(corner & 1, corner >> 1 & 1, corner >> 2))];
-        least = std::min(least, level), most = std::max(most, level);
+        lowest = std::min(lowest, level), highest_level = std::max(highest_level, level);
     }
-    return least < 0.0f && most >= 0.0f;
+    return lowest < 0.0f && highest_level >= 0.0f;
 }
 
 using Values = std::array<float, 3>;
 
-Vec3 vectorOf(const Values& v) {
+Vec3 toVec3(const Values& v) {
     return {double(v[0]), double(v[1]), double(v[2])};
 }
 void set(Values& v, const Vec3& x) {
@@ -81,23 +81,45 @@ void set(Values& v, const Vec3& x) {
 
 // Removes `share` of the normal component of the interpolated field at one point, with the smallest change
 // to the nodes around it.
-void straighten(MotionModel& m, const SurfacePoint& at, Values MotionCoefficients::* part, double share) {
-    const Around around = lookAround(m, at.reference_m);
+void removeNormalComponent(MotionModel& m, const SurfacePoint& at, Values MotionCoefficients::* part,
+                           double share) {
+    const LevelSample around = interpolateLevel(m, at.reference_m);
     Vec3 value(0.0);
     double squares = 0.0;
     for (std::size_t k = 0; k < 8; ++k) {
-        value += around.weight[k] * vectorOf(m.slide[around.node[k]].*part);
+        value += around.weight[k] * toVec3(m.slide[around.node[k]].*part);
         squares += around.weight[k] * around.weight[k];
     }
     const Vec3 excess = share * glm::dot(value, at.normal) / squares * at.normal;
     for (std::size_t k = 0; k < 8; ++k) {
         Values& node = m.slide[around.node[k]].*part;
-        set(node, vectorOf(node) - around.weight[k] * excess);
+        set(node, toVec3(node) - around.weight[k] * excess);
     }
 }
 
-bool onBorder(const Grid& grid, const Index3& i) {
-    return !grid.contains(i - 1) || !grid.contains(i + 1);
+// Raises the level at each point that is too low. The rise falls to zero at a distance of kLiftAcross_m or,
+// along z, kLiftAlong_m. Returns false if no point was too low.
+bool lift(MotionModel& m, const std::vector<Vec3>& points_m, double margin_m) {
+    const Vec3 reach_m(kLiftAcross_m, kLiftAcross_m, kLiftAlong_m);
+    std::vector<float> lifts(m.level_m.size(), 0.0f);
+    bool any = false;
+    for (const Vec3& p : points_m) {
+        const double missing_m = margin_m - interpolateLevel(m, p).level_m;
+        if (missing_m <= 0.0) continue;
+        any = true;
+        const Index3 low = glm::max(Index3(glm::ceil(m.grid.toVoxels(p - reach_m))), Index3(0));
+        const Index3 high = glm::min(Index3(glm::floor(m.grid.toVoxels(p + reach_m))), m.grid.dims - 1);
+        forEachVoxel(low, high, [&](const Index3& i) {
+            const Vec3 away = (m.grid.centre(i) - p) / reach_m;
+            const double near = 1.0 - glm::dot(away, away);
+            if (near <= 0.0) return;
+            float& highest = lifts[m.grid.offset(i)];
+            highest = std::max(highest, float(missing_m * near * near));
+        });
+    }
+    for (std::size_t i = 0; i < lifts.size(); ++i)
+        m.level_m[i] += lifts[i];
+    return any;
 }
 
 }  // namespace
@@ -111,14 +133,14 @@ std::vector<SurfacePoint> cavitySurface(const MotionModel& m) {
             const Vec3 share = 0.25 + 0.5 * Vec3(corner & 1, corner >> 1 & 1, corner >> 2);
             Vec3 p = m.grid.origin_m + m.grid.spacing_m * (Vec3(low) + share);
             for (int step = 0; step < 4; ++step) {
-                const Around around = lookAround(m, p);
+                const LevelSample around = interpolateLevel(m, p);
                 const double steepness2 = glm::dot(around.gradient, around.gradient);
                 if (steepness2 < 1e-6) break;
                 p -= around.level_m / steepness2 * around.gradient;
             }
             const Vec3 at = m.grid.toVoxels(p) - Vec3(low);
             if (at.x < 0.0 || at.y < 0.0 || at.z < 0.0 || at.x > 1.0 || at.y > 1.0 || at.z > 1.0) continue;
-            const Around around = lookAround(m, p);
+            const LevelSample around = interpolateLevel(m, p);
             const double steepness = std::sqrt(glm::dot(around.gradient, around.gradient));
             if (steepness < 1e-3 || std::fabs(around.level_m) > 1e-6) continue;
             points.push_back({p, around.gradient / steepness});
@@ -127,51 +149,19 @@ std::vector<SurfacePoint> cavitySurface(const MotionModel& m) {
     return points;
 }
 
-namespace {
-
-// Raises the level by the amount missing at each point, falling to zero at kLiftAcross_m and kLiftAlong_m.
-// Returns false if nothing was missing.
-bool lift(MotionModel& m, const std::vector<Vec3>& points_m, double margin_m) {
-    const Vec3 reach_m(kLiftAcross_m, kLiftAcross_m, kLiftAlong_m);
-    std::vector<float> lifts(m.level_m.size(), 0.0f);
-    bool any = false;
-    for (const Vec3& p : points_m) {
-        const double missing_m = margin_m - lookAround(m, p).level_m;
-        if (missing_m <= 0.0) continue;
-        any = true;
-        const Index3 low = glm::max(Index3(glm::ceil(m.grid.toVoxels(p - reach_m))), Index3(0));
-        const Index3 high = glm::min(Index3(glm::floor(m.grid.toVoxels(p + reach_m))), m.grid.dims - 1);
-        Index3 i;
-        for (i.z = low.z; i.z <= high.z; ++i.z)
-            for (i.y = low.y; i.y <= high.y; ++i.y)
-                for (i.x = low.x; i.x <= high.x; ++i.x) {
-                    const Vec3 away = (m.grid.centre(i) - p) / reach_m;
-                    const double near = 1.0 - glm::dot(away, away);
-                    if (near <= 0.0) continue;
-                    float& highest = lifts[m.grid.offset(i)];
-                    highest = std::max(highest, float(missing_m * near * near));
-                }
-    }
-    for (std::size_t i = 0; i < lifts.size(); ++i)
-        m.level_m[i] += lifts[i];
-    return any;
-}
-
-}  // namespace
-
-void keepOutside(MotionModel& m, const std::vector<Vec3>& points_m, double margin_m) {
-    for (int sweep = 0; sweep < kLifts && lift(m, points_m, margin_m); ++sweep) {
+void raiseLevelAt(MotionModel& m, const std::vector<Vec3>& points_m, double margin_m) {
+    for (int sweep = 0; sweep < kMaxLiftPasses && lift(m, points_m, margin_m); ++sweep) {
     }
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
         bool done = true;
         for (const Vec3& p : points_m) {
-            const Around around = lookAround(m, p);
+            const LevelSample around = interpolateLevel(m, p);
             if (around.level_m >= margin_m) continue;
             done = false;
             double squares = 0.0;
             for (const double weight : around.weight)
                 squares += weight * weight;
-            // Slightly more than is missing, so that the sweeps converge.
+            // Slightly more than necessary, so that the sweeps converge.
             const double lift = (margin_m + 1e-5 - around.level_m) / squares;
             for (std::size_t k = 0; k < 8; ++k)
                 m.level_m[around.node[k]] += float(lift * around.weight[k]);
@@ -187,15 +177,15 @@ void makeTangential(MotionModel& m, double depth_m) {
     forEachVoxel(m.grid, [&](const Index3& i) {
         const std::size_t at = m.grid.offset(i);
         const double level = double(m.level_m[at]);
-        // all nodes of cells that the surface crosses are nearer than this
+        // below this level no node belongs to a cell that the surface crosses
         const double all_m = -2.0 * cell_m;
         const double share = smoothStep(std::min(-depth_m, all_m - cell_m), all_m, level);
         const double kept =
-            onBorder(m.grid, i) ? 0.0 : 1.0 - smoothStep(2.0 * cell_m, kFadeCells * cell_m, level);
+            m.grid.atBorder(i) ? 0.0 : 1.0 - smoothStep(2.0 * cell_m, kFadeCells * cell_m, level);
         const Vec3 gradient = gradientAtNode(m, i);
         const double steepness2 = glm::dot(gradient, gradient);
         for (Values MotionCoefficients::* part : {&MotionCoefficients::a1_m, &MotionCoefficients::a2_m_s}) {
-            Vec3 value = vectorOf(m.slide[at].*part);
+            Vec3 value = toVec3(m.slide[at].*part);
             if (steepness2 > 1e-6) value -= share * glm::dot(value, gradient) / steepness2 * gradient;
             set(m.slide[at].*part, kept * value);
         }
@@ -207,12 +197,12 @@ void makeTangential(MotionModel& m, double depth_m) {
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
         const double share = 1.0 / (1.0 + sweep);
         for (const SurfacePoint& point : surface) {
-            straighten(m, point, &MotionCoefficients::a1_m, share);
-            straighten(m, point, &MotionCoefficients::a2_m_s, share);
+            removeNormalComponent(m, point, &MotionCoefficients::a1_m, share);
+            removeNormalComponent(m, point, &MotionCoefficients::a2_m_s, share);
         }
     }
     forEachVoxel(m.grid, [&](const Index3& i) {
-        if (onBorder(m.grid, i)) m.slide[m.grid.offset(i)] = {};
+        if (m.grid.atBorder(i)) m.slide[m.grid.offset(i)] = {};
     });
 }
 
@@ -230,7 +220,7 @@ InterfaceError measureInterface(const MotionModel& m, const Surrogate& now) {
         error.worst_gap_m = std::max(error.worst_gap_m, -level);
         error.mean_m += std::fabs(level);
         error.mean_slip_m += slip;
-        error.most_slip_m = std::max(error.most_slip_m, slip);
+        error.max_slip_m = std::max(error.max_slip_m, slip);
         all.push_back(std::fabs(level));
     }
     error.points = all.size();
@@ -248,7 +238,7 @@ InterfaceError worstInterface(const MotionModel& m) {
         worst.points = e.points;
         for (double InterfaceError::* const what :
              {&InterfaceError::mean_m, &InterfaceError::p99_m, &InterfaceError::worst_gap_m,
-              &InterfaceError::worst_overlap_m, &InterfaceError::mean_slip_m, &InterfaceError::most_slip_m})
+              &InterfaceError::worst_overlap_m, &InterfaceError::mean_slip_m, &InterfaceError::max_slip_m})
             worst.*what = std::max(worst.*what, e.*what);
     }
     return worst;
@@ -259,23 +249,23 @@ std::array<Surrogate, 4> cornerBreaths(const MotionModel& m) {
             Surrogate{m.v.high, m.rate_per_s.low}, Surrogate{m.v.high, m.rate_per_s.high}};
 }
 
-double leastJacobian(const MotionModel& model, double times) {
+double minJacobian(const MotionModel& model, double scale) {
     MotionModel m = model;
     m.v = m.rate_per_s = {-1e6, 1e6};
-    double least = 1.0;
+    double lowest = 1.0;
     for (const Surrogate& end : cornerBreaths(model)) {
-        const Surrogate now{m.reference.v + times * (end.v - m.reference.v),
-                            m.reference.rate_per_s + times * (end.rate_per_s - m.reference.rate_per_s),
+        const Surrogate now{m.reference.v + scale * (end.v - m.reference.v),
+                            m.reference.rate_per_s + scale * (end.rate_per_s - m.reference.rate_per_s),
                             m.reference.creep_v};
         forEachVoxel(m.grid, [&](const Index3& low) {
             if (!m.grid.contains(low + 1)) return;
             for (const double share : {0.25, 0.75}) {
                 const Vec3 p = m.grid.origin_m + m.grid.spacing_m * (Vec3(low) + share);
-                least = std::min(least, glm::determinant(motionJacobian(m, now, p)));
+                lowest = std::min(lowest, glm::determinant(motionJacobian(m, now, p)));
             }
         });
     }
-    return least;
+    return lowest;
 }
 
 }  // namespace stylet::patient

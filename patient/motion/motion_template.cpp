@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "base/distance.h"
+#include "base/geodesic.h"
+#include "base/parallel.h"
 #include "base/smoothstep.h"
 #include "patient/motion/motion_interface.h"
 
@@ -12,29 +14,29 @@ namespace {
 
 constexpr double kWorkSpacing_m = 0.002;  // spacing of the grid on which the cavity is shaped
 constexpr double kSmooth_m = 0.006;       // sigma of the smoothing of its surface
-constexpr double kMostShapedLevel_m = 0.060;
+constexpr double kMaxShapedLevel_m = 0.060;
 constexpr double kHull_m = 0.015;  // closes gaps between organs narrower than twice this
 constexpr double kSlot_m = 0.014;  // closes slots narrower than twice this
-constexpr double kOffBone_m = 0.0015;
+constexpr double kBoneClearance_m = 0.0015;
 constexpr double kBoneMargin_m = 0.001;  // minimum level at the centre of a bone voxel
 constexpr double kPad_m = 0.030;         // margin of nodes around the image
-constexpr double kFade_m = 0.060, kLeastFade_m = 0.035;
-// width of the fade beside the spine: at least this many metres per metre of travel
+constexpr double kFade_m = 0.060, kMinFade_m = 0.035;
+// the slide fades beside the spine over at least this many metres per metre of travel
 constexpr double kShear = 1.6;
-constexpr double kFarthestDome_m = 0.028;  // largest dome travel in any breath
+constexpr double kMaxDomeTravel_m = 0.028;  // largest dome travel in any breath
 constexpr double kRibRise = 0.67;
-constexpr double kSteepest = 1.5;  // limit of the slide's gradient, per metre and unit of v
-constexpr double kWidest =
-    0.995 * kSteepestField;  // limit over the whole breath; leaves a margin for rounding to 1 um
+constexpr double kMaxSlideGradient = 1.5;  // limit of the slide's gradient, per metre and unit of v
+constexpr double kMaxBreathGradient =
+    0.995 * kMaxFieldGradient;  // limit over the whole breath; leaves a margin for rounding to 1 um
 constexpr int kFlattenSweeps = 200;
 
 // Meaning of each label id for the motion.
-struct Kinds {
+struct LabelKinds {
     std::array<bool, 256> fascia{}, bone{}, liver{}, organ{}, skin{}, wall{};
 };
 
-Kinds kindsOf(const std::vector<Label>& table) {
-    Kinds kinds;
+LabelKinds classifyLabels(const std::vector<Label>& table) {
+    LabelKinds kinds;
     for (const Label& label : table) {
         kinds.fascia[label.id] = label.tissue == Tissue::fascia;
         kinds.bone[label.id] = label.tissue == Tissue::bone;
@@ -56,7 +58,7 @@ struct Body {
     double middle() const { return 0.5 * (left_m + right_m); }
 };
 
-Body measureBody(const LabelVolume& labels, const Kinds& kinds) {
+Body measureBody(const LabelVolume& labels, const LabelKinds& kinds) {
     Body body;
     const Grid& grid = labels.grid;
     forEachVoxel(grid, [&](const Index3& i) {
@@ -89,35 +91,26 @@ Body measureBody(const LabelVolume& labels, const Kinds& kinds) {
 }
 
 // Region inside the fascia that is connected to the liver. Empty if the fascia is missing or leaks.
-std::vector<bool> insideFascia(const LabelVolume& labels, const Kinds& kinds) {
-    const Grid& grid = labels.grid;
+std::vector<bool> insideFascia(const LabelVolume& labels, const LabelKinds& kinds) {
     const bool lined = std::any_of(labels.voxels.begin(), labels.voxels.end(),
                                    [&](std::uint8_t l) { return kinds.fascia[l]; });
     if (!lined) return {};
     std::vector<bool> inside(labels.voxels.size(), false);
-    std::vector<Index3> open;
-    forEachVoxel(grid, [&](const Index3& i) {
-        if (kinds.liver[labels[i]]) inside[grid.offset(i)] = true, open.push_back(i);
+    bool leaks = false;
+    const auto enter = [&](const Index3& i) {
+        leaks = leaks || kinds.skin[labels[i]];
+        const std::size_t at = labels.grid.offset(i);
+        if (leaks || inside[at] || kinds.wall[labels[i]]) return false;
+        inside[at] = true;
+        leaks = labels.grid.atSide(i);  // leaks through the side of the body
+        return true;
+    };
+    std::vector<Index3> liver;
+    forEachVoxel(labels.grid, [&](const Index3& i) {
+        if (kinds.liver[labels[i]] && enter(i)) liver.push_back(i);
     });
-    while (!open.empty()) {
-        const Index3 i = open.back();
-        open.pop_back();
-        for (int axis = 0; axis < 3; ++axis)
-            for (const int step : {-1, 1}) {
-                Index3 n = i;
-                n[axis] += step;
-                if (!grid.contains(n)) {
-                    if (axis != 2) return {};  // leaks through the side of the body
-                    continue;
-                }
-                const std::size_t at = grid.offset(n);
-                if (kinds.skin[labels.voxels[at]]) return {};
-                if (inside[at] || kinds.wall[labels.voxels[at]]) continue;
-                inside[at] = true;
-                open.push_back(n);
-            }
-    }
-    return inside;
+    floodFaces(labels.grid, std::move(liver), enter);
+    return leaks ? std::vector<bool>() : inside;
 }
 
 Grid workGrid(const Grid& image) {
@@ -139,7 +132,7 @@ Volume<std::uint8_t> within(const Volume<float>& distance_m, double reach_m, boo
 }
 
 // The cavity on the work grid, without bones.
-Volume<std::uint8_t> cavityMask(const LabelVolume& labels, const Kinds& kinds, int threads) {
+Volume<std::uint8_t> cavityMask(const LabelVolume& labels, const LabelKinds& kinds, int threads) {
     Volume<std::uint8_t> mask(workGrid(labels.grid)), bone(mask.grid);
     const std::vector<bool> inside = insideFascia(labels, kinds);
     forEachVoxel(mask.grid, [&](const Index3& i) {
@@ -155,7 +148,7 @@ Volume<std::uint8_t> cavityMask(const LabelVolume& labels, const Kinds& kinds, i
     }
     const Volume<float> from_bone_m = distanceTo(bone, Sites::all, threads);
     for (std::size_t i = 0; i < mask.voxels.size(); ++i)
-        if (double(from_bone_m.voxels[i]) <= kOffBone_m) mask.voxels[i] = 0;
+        if (double(from_bone_m.voxels[i]) <= kBoneClearance_m) mask.voxels[i] = 0;
     // Morphological opening: removes slots that are too narrow to slide in.
     const Volume<std::uint8_t> outside = within(distanceTo(mask, Sites::all, threads), 0.0, true);
     mask = within(distanceTo(outside, Sites::all, threads), kSlot_m, true);
@@ -164,36 +157,19 @@ Volume<std::uint8_t> cavityMask(const LabelVolume& labels, const Kinds& kinds, i
 
 // Binomial smoothing along each axis until the variance is that of kSmooth_m.
 void smooth(Volume<float>& volume) {
-    const Grid& grid = volume.grid;
-    std::vector<float> line;
     for (int axis = 0; axis < 3; ++axis) {
-        const double sigma = kSmooth_m / grid.spacing_m[axis];
+        const double sigma = kSmooth_m / volume.grid.spacing_m[axis];
         const int passes = int(std::floor(2.0 * sigma * sigma + 0.5));
-        const std::size_t stride = axis == 0   ? 1
-                                   : axis == 1 ? std::size_t(grid.dims.x)
-                                               : std::size_t(grid.dims.x) * std::size_t(grid.dims.y);
-        const std::size_t n = std::size_t(grid.dims[axis]);
-        line.resize(n + 2);
-        Index3 i;
-        Index3 ends = grid.dims;
-        ends[axis] = 1;
-        for (i.z = 0; i.z < ends.z; ++i.z)
-            for (i.y = 0; i.y < ends.y; ++i.y)
-                for (i.x = 0; i.x < ends.x; ++i.x) {
-                    float* const first = volume.voxels.data() + grid.offset(i);
-                    for (int pass = 0; pass < passes; ++pass) {
-                        for (std::size_t k = 0; k < n; ++k)
-                            line[k + 1] = first[k * stride];
-                        line[0] = line[1], line[n + 1] = line[n];
-                        for (std::size_t k = 0; k < n; ++k)
-                            first[k * stride] = 0.25f * line[k] + 0.5f * line[k + 1] + 0.25f * line[k + 2];
-                    }
-                }
+        parallelLines(1, volume.grid.dims, axis, volume.voxels.data(),
+                      [&](float* first, std::size_t stride, std::size_t count) {
+                          for (int pass = 0; pass < passes; ++pass)
+                              smoothLine(first, stride, count);
+                      });
     }
 }
 
 // Smoothed signed distance to the mask's border.
-Volume<float> levelOf(const Volume<std::uint8_t>& mask, int threads) {
+Volume<float> computeLevel(const Volume<std::uint8_t>& mask, int threads) {
     const Vec3 s = mask.grid.spacing_m;
     const double half_m = 0.5 * std::min({s.x, s.y, s.z});
     Volume<std::uint8_t> outside(mask.grid);
@@ -204,7 +180,7 @@ Volume<float> levelOf(const Volume<std::uint8_t>& mask, int threads) {
     for (std::size_t i = 0; i < level.voxels.size(); ++i) {
         const double signed_m =
             mask.voxels[i] ? half_m - double(depth.voxels[i]) : double(level.voxels[i]) - half_m;
-        level.voxels[i] = float(std::clamp(signed_m, -kMostShapedLevel_m, kMostShapedLevel_m));
+        level.voxels[i] = float(std::clamp(signed_m, -kMaxShapedLevel_m, kMaxShapedLevel_m));
     }
     smooth(level);
     return level;
@@ -234,13 +210,13 @@ class TemplateFields {
         full_low_m_ = body.liver_low_m - 0.003 - a.dome_m * (1.0 - v);
         full_high_m_ = body.liver_high_m + 0.003 + a.dome_m * v;
         // The field fades to zero within the scan if there is room, so that no air is drawn in.
-        const double least_m = std::max(kLeastFade_m, 2.2 * a.dome_m);
-        zero_low_m_ = std::min(full_low_m_ - least_m, std::max(full_low_m_ - kFade_m, low_m_.z));
-        zero_high_m_ = std::max(full_high_m_ + least_m, std::min(full_high_m_ + kFade_m, high_m_.z));
+        const double min_m = std::max(kMinFade_m, 2.2 * a.dome_m);
+        zero_low_m_ = std::min(full_low_m_ - min_m, std::max(full_low_m_ - kFade_m, low_m_.z));
+        zero_high_m_ = std::max(full_high_m_ + min_m, std::min(full_high_m_ + kFade_m, high_m_.z));
     }
 
-    // Lateral and anterior motion would push against the cavity's wall. It is limited to the inner part of
-    // the cavity, by `level_m`.
+    // Lateral and anterior motion would press against the cavity's wall. So `level_m` limits it to the inner
+    // part of the cavity.
     Vec3 slide(const Vec3& p, double level_m) const {
         const double inner = smoothStep(-0.008, -0.040, level_m);
         return along(p.z) * freeOfSpine(p) * fadeOut(p, 2) *
@@ -261,7 +237,7 @@ class TemplateFields {
         const double liver_m = 0.5 * (body_.liver_low_m + body_.liver_high_m);
         // The front of the chest rises less than the abdomen.
         const double below = 1.0 - 0.7 * smoothStep(liver_m, body_.liver_high_m + 0.02, p.z);
-        // Zero at the scan's ends, so that nothing is drawn in.
+        // Zero at the scan's ends, so that no air is drawn in.
         const double ends =
             smoothStep(low_m_.z, low_m_.z + 0.04, p.z) * smoothStep(high_m_.z, high_m_.z - 0.04, p.z);
         const Vec3 w(a_.rib_m * side, a_.belly_m * below * smoothStep(0.45, 0.95, front),
@@ -273,15 +249,15 @@ class TemplateFields {
     double along(double z) const {
         return smoothStep(zero_low_m_, full_low_m_, z) * smoothStep(zero_high_m_, full_high_m_, z);
     }
-    // Distance from the front and the sides of the spine.
+    // Distance from the spine, measured to its front and sides.
     double fromSpine_m(const Vec3& p, double half_width_m) const {
         const double beside_m = std::max(0.0, std::fabs(p.x - body_.spine_x_m) - half_width_m);
         const double before_m = std::max(0.0, p.y - body_.spine_front_m);
         return std::sqrt(beside_m * beside_m + before_m * before_m);
     }
     double offSpine(const Vec3& p) const { return smoothStep(0.005, 0.050, fromSpine_m(p, 0.040)); }
-    // Structures on the spine (great vessels, psoas) are held back by it. The slide fades over a distance
-    // that nodes and tables can resolve.
+    // Structures on the spine (great vessels, psoas) move less because the spine holds them. The slide fades
+    // over a distance that nodes and tables can resolve.
     double freeOfSpine(const Vec3& p) const {
         constexpr double kWithin_m = 0.020;
         return smoothStep(0.0, kWithin_m + std::max(0.020, kShear * a_.dome_m),
@@ -311,9 +287,9 @@ std::array<float, 3> narrowed(const Vec3& v) {
     return {round(v.x), round(v.y), round(v.z)};
 }
 
-// Factor on the slide near the surface: 1 on straight walls; 0 where the surface bends along z, the
-// direction of sliding, with a radius below 15 mm or leans by more than 40 degrees.
-Volume<float> ease(const MotionModel& m) {
+// Factor on the slide near the surface. It is 1 on straight walls. It is 0 where the surface bends along z,
+// the direction of sliding, with a radius below 15 mm, and where it leans by more than 40 degrees.
+Volume<float> slideFactor(const MotionModel& m) {
     Volume<float> level(m.grid), share(m.grid, 1.0f);
     level.voxels = m.level_m;
     smooth(level);
@@ -343,23 +319,23 @@ Volume<float> ease(const MotionModel& m) {
     return share;
 }
 
-// Reduces differences between neighbours until no edge is steeper than `most` per metre and unit of v, or
-// than a package allows. A rough cavity then slides less and closes less well, but the package stays
-// valid.
-void flatten(MotionModel& m, double most) {
-    const std::size_t strides[3] = {1, std::size_t(m.grid.dims.x),
-                                    std::size_t(m.grid.dims.x) * std::size_t(m.grid.dims.y)};
+// Reduces differences between neighbours until no edge is steeper than `max_gradient` per metre and unit of
+// v, nor steeper than packages allow. On a rough cavity the sides then slide less and the gaps are larger,
+// but the package is valid.
+void limitGradient(MotionModel& m, double max_gradient) {
+    const std::array<std::size_t, 3> strides = m.grid.strides();
     bool steep = true;
     for (int sweep = 0; sweep < kFlattenSweeps && steep; ++sweep) {
         steep = false;
         for (int axis = 0; axis < 3; ++axis) {
-            const double most_m = most * m.grid.spacing_m[axis];
-            for (std::size_t at = strides[axis]; at < m.slide.size(); ++at) {
-                MotionCoefficients &a = m.slide[at - strides[axis]], &b = m.slide[at];
+            const double max_change_m = max_gradient * m.grid.spacing_m[axis];
+            for (std::size_t at = strides[std::size_t(axis)]; at < m.slide.size(); ++at) {
+                MotionCoefficients &a = m.slide[at - strides[std::size_t(axis)]], &b = m.slide[at];
                 double change_m = 0.0;
                 for (std::size_t c = 0; c < 3; ++c)
                     change_m = std::max(change_m, std::fabs(double(b.a1_m[c]) - double(a.a1_m[c])));
-                if (change_m <= most_m && maxNodeDifference(m, a, b) <= kWidest * m.grid.spacing_m[axis])
+                if (change_m <= max_change_m &&
+                    maxNodeDifference(m, a, b) <= kMaxBreathGradient * m.grid.spacing_m[axis])
                     continue;
                 steep = true;
                 // Keeps the mean of the two, so that one spike does not flatten its whole surroundings.
@@ -373,7 +349,7 @@ void flatten(MotionModel& m, double most) {
     }
 }
 
-std::vector<Vec3> bonePoints(const LabelVolume& labels, const Kinds& kinds) {
+std::vector<Vec3> bonePoints(const LabelVolume& labels, const LabelKinds& kinds) {
     std::vector<Vec3> points_m;
     forEachVoxel(labels.grid, [&](const Index3& i) {
         if (kinds.bone[labels[i]]) points_m.push_back(labels.grid.centre(i));
@@ -388,32 +364,31 @@ MotionModel motionTemplate(const LabelVolume& labels, const std::vector<Label>& 
     MotionModel m;
     m.reference = reference;
     m.dome_travel_m = amplitudes.dome_m;
-    // Limits v so that a sigh does not move the dome by more than kFarthestDome_m.
-    m.v.high = std::min(m.v.high, std::max(1.0, kFarthestDome_m / amplitudes.dome_m));
-    const Kinds kinds = kindsOf(table);
+    // Limits v so that a sigh does not move the dome by more than kMaxDomeTravel_m.
+    m.v.high = std::min(m.v.high, std::max(1.0, kMaxDomeTravel_m / amplitudes.dome_m));
+    const LabelKinds kinds = classifyLabels(table);
     const Body body = measureBody(labels, kinds);
     if (body.empty()) return m;
-    const Volume<float> level = levelOf(cavityMask(labels, kinds, threads), threads);
+    const Volume<float> level = computeLevel(cavityMask(labels, kinds, threads), threads);
     const TemplateFields fields(body, amplitudes, labels.grid, reference.v, amplitudes.spacing_m);
     m.grid = nodeGrid(labels.grid, amplitudes.spacing_m, fields.zeroLow_m(), fields.zeroHigh_m());
     forEachVoxel(m.grid, [&](const Index3& i) {
         const Vec3 p = m.grid.centre(i);
-        const bool border = !m.grid.contains(i - 1) || !m.grid.contains(i + 1);
-        const double inner = border ? 0.0 : 1.0;
+        const double inner = m.grid.atBorder(i) ? 0.0 : 1.0;
         m.wall.push_back({narrowed(inner * fields.wall(p)), {}});
-        const double level_m = linearAt(level, p);
+        const double level_m = sampleTrilinear(level, p);
         m.slide.push_back({narrowed(inner * fields.slide(p, level_m)), narrowed(inner * fields.slideLag(p))});
         m.level_m.push_back(float(level_m));
     });
-    keepOutside(m, bonePoints(labels, kinds), kBoneMargin_m);
-    const Volume<float> share = ease(m);
+    raiseLevelAt(m, bonePoints(labels, kinds), kBoneMargin_m);
+    const Volume<float> share = slideFactor(m);
     for (std::size_t i = 0; i < m.slide.size(); ++i)
         for (std::size_t c = 0; c < 3; ++c) {
             m.slide[i].a1_m[c] *= share.voxels[i];
             m.slide[i].a2_m_s[c] *= share.voxels[i];
         }
     makeTangential(m);
-    flatten(m, kSteepest);
+    limitGradient(m, kMaxSlideGradient);
     for (MotionCoefficients& c : m.slide) {
         c.a1_m = narrowed({double(c.a1_m[0]), double(c.a1_m[1]), double(c.a1_m[2])});
         c.a2_m_s = narrowed({double(c.a2_m_s[0]), double(c.a2_m_s[1]), double(c.a2_m_s[2])});

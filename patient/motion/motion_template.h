@@ -24,8 +24,8 @@ struct MotionAmplitudes {
 
 // The cavity is the region inside the fascia that is connected to the liver. If there is no fascia or it
 // leaks, the cavity is a rounded hull around the organs. Bones lie outside the cavity; the spine does not
-// move. The field covers the range of the liver's motion and fades above and below, within the image if
-// there is room. Without a liver the model has no nodes. The same labels give the same bits for any thread
+// move. The field covers the range of the liver's motion. It fades to zero above and below, within the image
+// if there is room. Without a liver the model has no nodes. The same labels give the same bits for any thread
 // count.
 MotionModel motionTemplate(const LabelVolume&, const std::vector<Label>&, const MotionAmplitudes&,
                            const Surrogate& reference, int threads = 2);

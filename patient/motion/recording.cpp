@@ -2,16 +2,18 @@
 // result is hashed: no libm transcendentals.
 #include "patient/motion/recording.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <optional>
 #include <string>
 
+#include "base/csv.h"
 #include "base/errors.h"
 #include "base/geometry.h"
-#include "base/line_reader.h"
 #include "base/statistics.h"
 #include "base/whole_file.h"
 
@@ -20,14 +22,14 @@ namespace {
 
 constexpr std::size_t kMaxRecordingBytes = 16 << 20;
 constexpr std::size_t kMaxRows = 200'000;
-constexpr double kLongest_s = 3600.0, kFarthestMarker_m = 10.0;
+constexpr double kMaxRecording_s = 3600.0, kMaxMarkerDistance_m = 10.0;
 constexpr double kDt_s = 0.1;
-constexpr double kWidestGap_s = 0.5;       // largest gap between accepted rows
-constexpr double kMisdatedShare = 0.02;    // maximum share of misdated rows
-constexpr double kLeastTravel_m = 0.0005;  // anything less is camera noise
-constexpr double kMost_v = 20.0;           // deeper than any sigh
-constexpr int kFewestBreaths = 2;
-constexpr double kTurn = 0.35;       // share of the usual range by which a breath must rise and fall
+constexpr double kMaxGap_s = 0.5;           // largest gap between accepted rows
+constexpr double kMaxMisdatedShare = 0.02;  // maximum share of misdated rows
+constexpr double kMinTravel_m = 0.0005;     // anything less is camera noise
+constexpr double kMaxRecorded_v = 20.0;     // deeper than any sigh
+constexpr int kMinBreaths = 2;
+constexpr double kMinTurn = 0.35;    // share of the usual range that separates a minimum from a maximum
 constexpr std::size_t kWindow = 80;  // samples; long enough to contain a whole breath
 
 struct RecordingRow {
@@ -36,100 +38,62 @@ struct RecordingRow {
     bool zero = false;
 };
 
-// One line with fields separated by semicolons.
-class Line {
-  public:
-    explicit Line(std::string_view text) : rest_(text) {}
-    bool done() const { return ended_; }
-    std::string_view field() {
-        const std::size_t end = rest_.find(';');
-        const std::string_view field = rest_.substr(0, end);
-        ended_ = end == std::string_view::npos;
-        rest_ = ended_ ? std::string_view() : rest_.substr(end + 1);
-        return field;
-    }
-
-  private:
-    std::string_view rest_;
-    bool ended_ = false;
-};
-
+// A number with a decimal comma or point.
 std::optional<double> number(std::string_view text) {
-    std::array<char, 40> copy;
-    if (text.empty() || text.size() > copy.size()) return std::nullopt;
-    std::copy(text.begin(), text.end(), copy.begin());
-    std::replace(copy.begin(), copy.begin() + std::ptrdiff_t(text.size()), ',', '.');
-    double value = 0.0;
-    const char* const end = copy.data() + text.size();
-    const auto [stop, error] = std::from_chars(copy.data(), end, value);
-    if (error != std::errc() || stop != end || !std::isfinite(value)) return std::nullopt;
+    if (text.size() > 40) return std::nullopt;  // no camera writes so many digits
+    std::string point(text);
+    std::replace(point.begin(), point.end(), ',', '.');
+    const auto value = parseNumber<double>(point);
+    if (!value || !std::isfinite(*value)) return std::nullopt;
     return value;
 }
 
-class Reader {
-  public:
-    Reader(std::string_view text, const std::filesystem::path& file) : lines_(file, text) {}
-
-    std::vector<RecordingRow> rows() {
-        checkHead();
-        std::vector<RecordingRow> rows;
-        while (!lines_.done()) {
-            const std::string_view line = lines_.next();
-            if (line.empty() && lines_.done()) break;
-            if (rows.size() == kMaxRows) lines_.refuse("more than " + std::to_string(kMaxRows) + " rows");
-            rows.push_back(row(line));
-        }
-        return rows;
+RecordingRow readRow(CsvReader& in) {
+    std::array<double, 5> values{};
+    for (double& value : values) {
+        const auto read = number(in.text());
+        if (!read) in.refuse("not a number");
+        value = *read;
     }
+    RecordingRow row{values[1] * 1e-3, Vec3(values[2], values[3], values[4]) * 1e-3, false};
+    for (int k = 0; k < 3; ++k)
+        if (!(std::fabs(row.p_m[k]) <= kMaxMarkerDistance_m))
+            in.refuseRow("the marker is farther than 10 m from the origin");
+    if (!(row.t_s >= 0.0 && row.t_s <= kMaxRecording_s)) in.refuseRow("the time is not from 0 to 3600 s");
+    row.zero = std::all_of(values.begin(), values.end(), [](double v) { return v == 0.0; });
+    return row;
+}
 
-  private:
-    void checkHead() {
-        Line line(lines_.next());
-        for (const std::string_view name : {"Frame", "Timestamp", "x", "y", "z"}) {
-            std::string_view field = line.done() ? std::string_view() : line.field();
-            if (field.size() >= 2 && field.front() == '"' && field.back() == '"')
-                field = field.substr(1, field.size() - 2);
-            if (field != name) lines_.refuse("the columns are not Frame;Timestamp;x;y;z");
-        }
-        if (!line.done()) lines_.refuse("more columns than Frame;Timestamp;x;y;z");
+std::vector<RecordingRow> readRows(std::string_view csv, const std::filesystem::path& file) {
+    csv = csv.substr(0, csv.find_last_not_of("\r\n") + 1);  // recordings may end with blank lines
+    CsvReader in(file, csv,
+                 csv.starts_with('"') ? R"("Frame";"Timestamp";"x";"y";"z")" : "Frame;Timestamp;x;y;z", ';');
+    std::vector<RecordingRow> rows;
+    while (in.next()) {
+        if (rows.size() == kMaxRows) in.refuseRow(fmt::format("more than {} rows", kMaxRows));
+        rows.push_back(readRow(in));
     }
-    RecordingRow row(std::string_view text) const {
-        Line line(text);
-        std::array<double, 5> values{};
-        for (double& value : values) {
-            const auto read = line.done() ? std::nullopt : number(line.field());
-            if (!read) lines_.refuse("not five numbers");
-            value = *read;
-        }
-        if (!line.done()) lines_.refuse("more than five numbers");
-        RecordingRow row{values[1] * 1e-3, Vec3(values[2], values[3], values[4]) * 1e-3, false};
-        for (int k = 0; k < 3; ++k)
-            if (!(std::fabs(row.p_m[k]) <= kFarthestMarker_m)) lines_.refuse("a marker farther than 10 m");
-        if (!(row.t_s >= 0.0 && row.t_s <= kLongest_s)) lines_.refuse("a time outside one hour");
-        row.zero = std::all_of(values.begin(), values.end(), [](double v) { return v == 0.0; });
-        return row;
-    }
-
-    LineReader lines_;
-};
+    return rows;
+}
 
 // Keeps rows in time order. Drops a row whose time is before its predecessor's or far ahead of it.
-std::vector<RecordingRow> inOrder(const std::vector<RecordingRow>& rows, const std::filesystem::path& file,
-                                  int& misdated) {
+std::vector<RecordingRow> dropMisdatedRows(const std::vector<RecordingRow>& rows,
+                                           const std::filesystem::path& file, int& misdated) {
     std::vector<RecordingRow> kept{rows.front()};
     for (std::size_t i = 0; i < rows.size(); ++i) {
-        if (rows[i].zero) throw DataError(file, "line " + std::to_string(i + 2), "a row of zeros inside");
+        if (rows[i].zero)
+            throw DataError(file, fmt::format("line {}", i + 2), "a row of zeros between measured rows");
         if (i == 0) continue;
         const double gap_s = rows[i].t_s - kept.back().t_s;
-        if (gap_s > 0.0 && gap_s <= kWidestGap_s)
+        if (gap_s > 0.0 && gap_s <= kMaxGap_s)
             kept.push_back(rows[i]);
         else
             ++misdated;
     }
-    if (double(misdated) > kMisdatedShare * double(rows.size()))
+    if (double(misdated) > kMaxMisdatedShare * double(rows.size()))
         throw DataError(file, "Timestamp",
-                        std::to_string(misdated) + " of " + std::to_string(rows.size()) +
-                            " rows break the order of time or leave a gap above 0.5 s");
+                        fmt::format("{} of {} rows break the order of time or leave a gap above 0.5 s",
+                                    misdated, rows.size()));
     return kept;
 }
 
@@ -147,21 +111,17 @@ Vec3 principalAxis(const std::vector<RecordingRow>& rows) {
         if (covariance[k][k] > covariance[widest][widest]) widest = k;
     Vec3 axis = covariance[widest];
     for (int i = 0; i < 200; ++i) {
-        const double length = std::sqrt(axis.x * axis.x + axis.y * axis.y + axis.z * axis.z);
+        const double length = glm::length(axis);
         if (!(length > 0.0)) return {0.0, 0.0, 1.0};
         axis = covariance * (axis / length);
     }
-    const double length = std::sqrt(axis.x * axis.x + axis.y * axis.y + axis.z * axis.z);
-    return axis / (axis.z < 0.0 ? -length : length);
+    return axis / (axis.z < 0.0 ? -glm::length(axis) : glm::length(axis));
 }
 
 // Position along `axis` every kDt_s, smoothed to remove the camera's quantisation (binomial over five
 // samples: loses 2 % at 0.3 Hz).
 std::vector<double> resampled(const std::vector<RecordingRow>& rows, const Vec3& axis) {
-    const auto along = [&](const RecordingRow& r) {
-        const Vec3 d = r.p_m - rows.front().p_m;
-        return d.x * axis.x + d.y * axis.y + d.z * axis.z;
-    };
+    const auto along = [&](const RecordingRow& r) { return glm::dot(r.p_m - rows.front().p_m, axis); };
     std::vector<double> raw;
     std::size_t i = 0;
     for (std::size_t k = 0;; ++k) {
@@ -172,18 +132,17 @@ std::vector<double> resampled(const std::vector<RecordingRow>& rows, const Vec3&
         const double f = (t_s - rows[i].t_s) / (rows[i + 1].t_s - rows[i].t_s);
         raw.push_back(along(rows[i]) + f * (along(rows[i + 1]) - along(rows[i])));
     }
+    const int count = int(raw.size());
     std::vector<double> smooth(raw.size());
-    const auto at = [&](std::size_t k, int d) {
-        return raw[std::size_t(
-            std::clamp(std::ptrdiff_t(k) + d, std::ptrdiff_t(0), std::ptrdiff_t(raw.size()) - 1))];
-    };
-    for (std::size_t k = 0; k < raw.size(); ++k)
-        smooth[k] = (at(k, -2) + 4.0 * at(k, -1) + 6.0 * at(k, 0) + 4.0 * at(k, 1) + at(k, 2)) / 16.0;
+    const auto at = [&](int k, int d) { return raw[std::size_t(std::clamp(k + d, 0, count - 1))]; };
+    for (int k = 0; k < count; ++k)
+        smooth[std::size_t(k)] =
+            (at(k, -2) + 4.0 * at(k, -1) + 6.0 * at(k, 0) + 4.0 * at(k, 1) + at(k, 2)) / 16.0;
     return smooth;
 }
 
-// Median range of the signal over sliding windows. Not affected by a marker that shifts or drifts.
-double usualRange(const std::vector<double>& s) {
+// Median range of the signal in sliding windows. A marker that shifts or drifts hardly affects it.
+double medianRange(const std::vector<double>& s) {
     std::vector<double> ranges;
     for (std::size_t begin = 0; begin == 0 || begin + kWindow <= s.size(); begin += kWindow / 4) {
         const auto first = s.begin() + std::ptrdiff_t(begin);
@@ -199,7 +158,7 @@ struct Turns {
 };
 
 // Minima and maxima of the signal, separated by a rise or fall of at least `turn`.
-Turns turnsOf(const std::vector<double>& s, double turn) {
+Turns findTurns(const std::vector<double>& s, double turn) {
     Turns turns;
     std::size_t low = 0, high = 0;
     bool rising = false;  // false while searching for a minimum
@@ -223,14 +182,15 @@ Turns turnsOf(const std::vector<double>& s, double turn) {
     return turns;
 }
 
-double medianAt(const std::vector<double>& s, const std::vector<std::size_t>& where) {
+double medianAt(const std::vector<double>& s, const std::vector<std::size_t>& indices) {
     std::vector<double> values;
-    for (const std::size_t i : where)
+    for (const std::size_t i : indices)
         values.push_back(s[i]);
     return lowerQuantile(std::move(values), 0.5);
 }
 
-// From the first end-exhale to the last. During the last breath the level blends to that of the start.
+// The signal from the first end-exhale to the last. The last breath is shifted gradually, so that the end
+// meets the start.
 std::vector<double> closedLoop(const std::vector<double>& v, const Turns& turns) {
     const std::size_t begin = turns.exhale.front(), end = turns.exhale.back(),
                       last = turns.exhale[turns.exhale.size() - 2];
@@ -250,27 +210,26 @@ RecordedBreath loadRecordedBreath(const std::filesystem::path& csv) {
 }
 
 RecordedBreath parseRecordedBreath(std::string_view csv, const std::filesystem::path& file) {
-    std::vector<RecordingRow> rows = Reader(csv, file).rows();
+    std::vector<RecordingRow> rows = readRows(csv, file);
     RecordedBreath out;
     while (!rows.empty() && rows.back().zero)
         rows.pop_back(), ++out.zero_rows;
     if (rows.size() < 20) throw DataError(file, "rows", "fewer than 20");
-    rows = inOrder(rows, file, out.misdated_rows);
+    rows = dropMisdatedRows(rows, file, out.misdated_rows);
     const std::vector<double> s = resampled(rows, principalAxis(rows));
-    const double range_m = usualRange(s);
-    if (!(range_m >= kLeastTravel_m))
-        throw DataError(file, "x, y, z", "the marker moves by less than 0.5 mm");
+    const double range_m = medianRange(s);
+    if (!(range_m >= kMinTravel_m)) throw DataError(file, "x, y, z", "the marker moves by less than 0.5 mm");
 
-    const Turns turns = turnsOf(s, kTurn * range_m);
+    const Turns turns = findTurns(s, kMinTurn * range_m);
     out.breaths = int(turns.exhale.size()) - 1;
-    if (out.breaths < kFewestBreaths) throw DataError(file, "rows", "fewer than two whole breaths");
+    if (out.breaths < kMinBreaths) throw DataError(file, "rows", "fewer than two whole breaths");
     const double low_m = medianAt(s, turns.exhale);
     out.travel_m = medianAt(s, turns.inhale) - low_m;
     std::vector<double> v, periods_s;
     for (const double x : s) {
         v.push_back((x - low_m) / out.travel_m);
-        if (!(std::fabs(v.back()) <= kMost_v))
-            throw DataError(file, "x, y, z", "the marker leaps: farther than twenty breaths are deep");
+        if (!(std::fabs(v.back()) <= kMaxRecorded_v))
+            throw DataError(file, "x, y, z", "the marker jumps by more than 20 times the median breath");
     }
     for (std::size_t i = 1; i < turns.exhale.size(); ++i)
         periods_s.push_back(double(turns.exhale[i] - turns.exhale[i - 1]) * kDt_s);

@@ -20,8 +20,8 @@ struct RecordedBreath {
 };
 
 // CSV "Frame;Timestamp;x;y;z" (Krilavicius et al. 2013): milliseconds and millimetres, decimal comma or
-// point, z increases as the body rises. Drops trailing rows of zeros. Drops rows whose time is out of
-// order if they are few. Throws DataError: file, row or field, reason.
+// point, z increases as the body rises. Drops trailing rows of zeros. Drops rows whose time is out of order
+// if they are few. Throws DataError with the file, the row or field, and the reason.
 RecordedBreath loadRecordedBreath(const std::filesystem::path& csv);
 // The same from memory; `file` is used in error messages only.
 RecordedBreath parseRecordedBreath(std::string_view csv, const std::filesystem::path& file);

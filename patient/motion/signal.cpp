@@ -12,14 +12,13 @@ namespace stylet::patient {
 namespace {
 
 constexpr double kSqrt3 = 1.7320508075688772;
-constexpr double kShortest_s = 0.5;  // minimum duration of a breath with jitter
+constexpr double kMinBreath_s = 0.5;  // minimum duration of a breath with jitter
 constexpr double kSighDepth = 1.8, kSighLength = 1.4;
-// A cough is a gasp followed by bursts. Each burst ends lower by an equal share of the level after the
-// gasp.
+// A cough is a gasp followed by bursts. Each burst lowers v by an equal share of the level after the gasp.
 constexpr std::uint32_t kBursts = 3;
 constexpr double kGasp_s = 1.2, kBurst_s = 0.4, kGaspDepth = 0.9, kAfterGasp = 0.45, kBurstRise = 0.2;
-constexpr double kEase_s = 1.5;        // fade-out of the creep after a hold
-constexpr double kLowEnough_v = 0.35;  // a minimum of a recording below this share counts as end-exhale
+constexpr double kEase_s = 1.5;           // fade-out of the creep after a hold
+constexpr double kMaxEndExhale_v = 0.35;  // a minimum of a recording counts as end-exhale if v is below this
 
 enum class Draw : std::uint64_t { kind, period, depth, missed, level, limit, cough, coughTime };
 
@@ -38,7 +37,7 @@ double jittered(double jitter, double uniform) noexcept {
     return 1.0 + kSqrt3 * jitter * (2.0 * uniform - 1.0);
 }
 
-std::uint64_t ticksOf(double seconds, double dt_s) noexcept {
+std::uint64_t toTicks(double seconds, double dt_s) noexcept {
     const double ticks = std::floor(seconds / dt_s + 0.5);
     return ticks >= 2.0 && ticks < 1e15 ? std::uint64_t(ticks) : 2;
 }
@@ -47,27 +46,27 @@ bool recorded(const BreathPlan& plan) noexcept {
     return !plan.recording_v.empty();
 }
 
-OneBreath cough(const BreathPlan& plan, std::uint32_t bursts_left, double start_v, double dt_s) noexcept {
+OneBreath makeCough(const BreathPlan& plan, std::uint32_t bursts_left, double start_v, double dt_s) noexcept {
     const double a = plan.rhythm.amplitude;
     const auto after = [&](std::uint32_t left) { return kAfterGasp * a * double(left) / kBursts; };
     if (bursts_left == kBursts)
-        return {ticksOf(kGasp_s, dt_s), start_v, std::max(start_v, kGaspDepth * a), after(kBursts)};
-    return {ticksOf(kBurst_s, dt_s), start_v, start_v + kBurstRise * a, after(bursts_left)};
+        return {toTicks(kGasp_s, dt_s), start_v, std::max(start_v, kGaspDepth * a), after(kBursts)};
+    return {toTicks(kBurst_s, dt_s), start_v, start_v + kBurstRise * a, after(bursts_left)};
 }
 
-OneBreath sigh(const BreathPlan& plan, double start_v, double dt_s) noexcept {
-    return {ticksOf(kSighLength * plan.rhythm.period_s, dt_s), start_v,
+OneBreath makeSigh(const BreathPlan& plan, double start_v, double dt_s) noexcept {
+    return {toTicks(kSighLength * plan.rhythm.period_s, dt_s), start_v,
             std::max(start_v, kSighDepth * plan.rhythm.amplitude), 0.0};
 }
 
-OneBreath usual(const BreathPlan& plan, std::uint64_t breath, double start_v, double dt_s) noexcept {
+OneBreath regularBreath(const BreathPlan& plan, std::uint64_t breath, double start_v, double dt_s) noexcept {
     double period_s = plan.rhythm.period_s, peak_v = plan.rhythm.amplitude;
     if (plan.period_jitter > 0.0)
         period_s =
-            std::max(kShortest_s, period_s * jittered(plan.period_jitter, draw(plan, breath, Draw::period)));
+            std::max(kMinBreath_s, period_s * jittered(plan.period_jitter, draw(plan, breath, Draw::period)));
     if (plan.depth_jitter > 0.0)
         peak_v = std::max(0.0, peak_v * jittered(plan.depth_jitter, draw(plan, breath, Draw::depth)));
-    return {ticksOf(period_s, dt_s), start_v, std::max(start_v, peak_v), 0.0};
+    return {toTicks(period_s, dt_s), start_v, std::max(start_v, peak_v), 0.0};
 }
 
 void beginBreath(BreathingState& s, const BreathPlan& plan, double dt_s) noexcept {
@@ -76,23 +75,23 @@ void beginBreath(BreathingState& s, const BreathPlan& plan, double dt_s) noexcep
     ++s.breath;
     if (s.bursts_left > 0) {
         --s.bursts_left;
-        s.now = cough(plan, s.bursts_left, start_v, dt_s);
+        s.now = makeCough(plan, s.bursts_left, start_v, dt_s);
         return;
     }
     const double kind = draw(plan, s.breath, Draw::kind);
-    if (s.coughs_up || kind < plan.coughs) {
-        s.coughs_up = false;
+    if (s.ends_in_cough || kind < plan.coughs) {
+        s.ends_in_cough = false;
         s.bursts_left = kBursts;
-        s.now = cough(plan, kBursts, start_v, dt_s);
+        s.now = makeCough(plan, kBursts, start_v, dt_s);
     } else if (kind < plan.coughs + plan.sighs) {
-        s.now = sigh(plan, start_v, dt_s);
+        s.now = makeSigh(plan, start_v, dt_s);
     } else {
-        s.now = usual(plan, s.breath, start_v, dt_s);
+        s.now = regularBreath(plan, s.breath, start_v, dt_s);
     }
 }
 
 std::uint64_t loopTicks(const BreathPlan& plan, double dt_s) noexcept {
-    return ticksOf(double(plan.recording_v.size()) * plan.recording_dt_s, dt_s);
+    return toTicks(double(plan.recording_v.size()) * plan.recording_dt_s, dt_s);
 }
 
 // Catmull-Rom interpolation of the samples of the loop.
@@ -124,14 +123,14 @@ void advance(BreathingState& s, const BreathPlan& plan, double dt_s) noexcept {
         if (++s.phase_ticks >= loopTicks(plan, dt_s)) s.phase_ticks = 0;
         const Surrogate now = recordingAt(plan, s.phase_ticks, dt_s);
         s.at_end_exhale =
-            before < 0.0 && now.rate_per_s >= 0.0 && now.v < kLowEnough_v * plan.rhythm.amplitude;
+            before < 0.0 && now.rate_per_s >= 0.0 && now.v < kMaxEndExhale_v * plan.rhythm.amplitude;
         if (s.at_end_exhale) ++s.breath;
         return;
     }
     if (s.now.ticks == 0) beginBreath(s, plan, dt_s);
     ++s.phase_ticks;
-    // A patient about to hold stops short of end-exhale.
-    if (s.hold_wanted && !s.gave_up && plan.hold.level_v > 0.0 && s.phase_ticks == s.now.ticks / 2 &&
+    // A patient who is about to hold stops above end-exhale.
+    if (s.hold_wanted && !s.hold_aborted && plan.hold.level_v > 0.0 && s.phase_ticks == s.now.ticks / 2 &&
         s.bursts_left == 0)
         s.now.end_v = std::min(s.now.peak_v, plan.hold.level_v * draw(plan, s.breath, Draw::level));
     s.at_end_exhale = s.phase_ticks >= s.now.ticks;
@@ -141,52 +140,52 @@ void advance(BreathingState& s, const BreathPlan& plan, double dt_s) noexcept {
     s.at_end_exhale = !coughing;
 }
 
-bool holdsHere(const BreathingState& s, const BreathPlan& plan) noexcept {
-    return s.at_end_exhale && s.hold_wanted && !s.gave_up &&
+bool startsHold(const BreathingState& s, const BreathPlan& plan) noexcept {
+    return s.at_end_exhale && s.hold_wanted && !s.hold_aborted &&
            !(plan.hold.missed > 0.0 && draw(plan, s.breath, Draw::missed) < plan.hold.missed);
 }
 
 double creepAt(const BreathingState& s, const BreathPlan& plan, double dt_s) noexcept {
     if (s.held) {
         if (plan.hold.creep_v == 0.0) return 0.0;
-        const double begun = s.eased_v / plan.hold.creep_v;
+        const double begun = s.residual_creep_v / plan.hold.creep_v;
         return plan.hold.creep_v * std::min(1.0, begun + double(s.held_ticks) * dt_s / plan.hold.creep_s);
     }
-    if (s.eased_v == 0.0) return 0.0;
-    const double t = std::min(1.0, double(s.eased_ticks) * dt_s / kEase_s);
-    return s.eased_v * (1.0 - smoothStep(t));
+    if (s.residual_creep_v == 0.0) return 0.0;
+    const double t = std::min(1.0, double(s.residual_creep_ticks) * dt_s / kEase_s);
+    return s.residual_creep_v * (1.0 - smoothStep(t));
 }
 
 void beginHold(BreathingState& s, const BreathPlan& plan, double dt_s) noexcept {
-    s.eased_v = creepAt(s, plan, dt_s);  // continue from the creep that remains of the last hold
-    s.eased_ticks = 0;
+    s.residual_creep_v = creepAt(s, plan, dt_s);  // continue from the creep that remains of the last hold
+    s.residual_creep_ticks = 0;
     s.held = true;
     s.held_ticks = s.limit_ticks = 0;
     if (plan.hold.limit_s > 0.0)
-        s.limit_ticks = ticksOf(plan.hold.limit_s * (0.8 + 0.4 * draw(plan, s.breath, Draw::limit)), dt_s);
+        s.limit_ticks = toTicks(plan.hold.limit_s * (0.8 + 0.4 * draw(plan, s.breath, Draw::limit)), dt_s);
     if (recorded(plan) || !(draw(plan, s.breath, Draw::cough) < plan.coughs)) return;
     const std::uint64_t until =
-        ticksOf(plan.rhythm.period_s * (0.5 + draw(plan, s.breath, Draw::coughTime)), dt_s);
-    s.coughs_up = s.limit_ticks == 0 || until < s.limit_ticks;
-    if (s.coughs_up) s.limit_ticks = until;
+        toTicks(plan.rhythm.period_s * (0.5 + draw(plan, s.breath, Draw::coughTime)), dt_s);
+    s.ends_in_cough = s.limit_ticks == 0 || until < s.limit_ticks;
+    if (s.ends_in_cough) s.limit_ticks = until;
 }
 
 void endHold(BreathingState& s, const BreathPlan& plan, double dt_s) noexcept {
-    s.eased_v = creepAt(s, plan, dt_s);
-    s.eased_ticks = 0;
+    s.residual_creep_v = creepAt(s, plan, dt_s);
+    s.residual_creep_ticks = 0;
     s.held = false;
     // The next breath was drawn before the hold; replace it.
-    if (s.coughs_up && !recorded(plan)) {
+    if (s.ends_in_cough && !recorded(plan)) {
         s.now.end_v = s.now.start_v;
         beginBreath(s, plan, dt_s);
-    } else if (s.gave_up && !recorded(plan)) {
-        s.now = sigh(plan, s.now.start_v, dt_s);
+    } else if (s.hold_aborted && !recorded(plan)) {
+        s.now = makeSigh(plan, s.now.start_v, dt_s);
     }
 }
 
 }  // namespace
 
-bool isPlayable(const BreathPlan& p) noexcept {
+bool isValidPlan(const BreathPlan& p) noexcept {
     // False for NaN.
     const auto within = [](double v, double low, double high) { return v >= low && v <= high; };
     for (const double share : {p.period_jitter, p.depth_jitter, p.sighs, p.coughs, p.hold.missed})
@@ -201,7 +200,7 @@ bool isPlayable(const BreathPlan& p) noexcept {
 
 void commandHold(BreathingState& s, bool wanted) noexcept {
     s.hold_wanted = wanted;
-    s.gave_up = false;
+    s.hold_aborted = false;
 }
 
 void stepBreathing(BreathingState& s, const BreathPlan& plan, double dt_s) noexcept {
@@ -209,16 +208,17 @@ void stepBreathing(BreathingState& s, const BreathPlan& plan, double dt_s) noexc
         ++s.held_ticks;
         const bool spent = s.limit_ticks > 0 && s.held_ticks >= s.limit_ticks;
         if (s.hold_wanted && !spent) return;
-        s.gave_up = s.hold_wanted;
-        s.coughs_up = s.coughs_up && spent;
+        s.hold_aborted = s.hold_wanted;
+        s.ends_in_cough = s.ends_in_cough && spent;
         endHold(s, plan, dt_s);
-    } else if (holdsHere(s, plan)) {
+    } else if (startsHold(s, plan)) {
         beginHold(s, plan, dt_s);
         return;
     }
-    if (s.eased_v != 0.0 && double(++s.eased_ticks) * dt_s >= kEase_s) s.eased_v = 0.0;
+    if (s.residual_creep_v != 0.0 && double(++s.residual_creep_ticks) * dt_s >= kEase_s)
+        s.residual_creep_v = 0.0;
     advance(s, plan, dt_s);
-    if (holdsHere(s, plan)) beginHold(s, plan, dt_s);
+    if (startsHold(s, plan)) beginHold(s, plan, dt_s);
 }
 
 Surrogate surrogateAt(const BreathingState& s, const BreathPlan& plan, double dt_s) noexcept {
@@ -234,9 +234,9 @@ double longestBreath_s(const BreathPlan& plan, double dt_s) {
         const double usual_s = plan.rhythm.period_s * jittered(plan.period_jitter, 1.0);
         const double sigh_s = plan.sighs > 0.0 ? kSighLength * plan.rhythm.period_s : 0.0;
         const double cough_s = plan.coughs > 0.0 ? kGasp_s + kBursts * kBurst_s : 0.0;
-        return std::max({kShortest_s, usual_s, sigh_s}) + cough_s;
+        return std::max({kMinBreath_s, usual_s, sigh_s}) + cough_s;
     }
-    // Twice around the loop, to include the breath across its seam.
+    // Goes twice around the loop, to include the breath across its seam.
     BreathingState state;
     std::uint64_t longest = 0, since = 0;
     for (std::uint64_t i = 0; i < 2 * loopTicks(plan, dt_s); ++i) {
@@ -253,12 +253,12 @@ void hashSurrogate(StateHash& hash, const Surrogate& s) noexcept {
 
 void hashBreathing(StateHash& hash, const BreathingState& s) noexcept {
     for (const std::uint64_t v :
-         {s.phase_ticks, s.breath, s.now.ticks, s.held_ticks, s.limit_ticks, s.eased_ticks})
+         {s.phase_ticks, s.breath, s.now.ticks, s.held_ticks, s.limit_ticks, s.residual_creep_ticks})
         hash.add(v);
-    for (const double v : {s.now.start_v, s.now.peak_v, s.now.end_v, s.eased_v})
+    for (const double v : {s.now.start_v, s.now.peak_v, s.now.end_v, s.residual_creep_v})
         hash.add(v);
     hash.add(std::uint64_t(s.hold_wanted) | std::uint64_t(s.held) << 1 | std::uint64_t(s.at_end_exhale) << 2 |
-             std::uint64_t(s.gave_up) << 3 | std::uint64_t(s.coughs_up) << 4 |
+             std::uint64_t(s.hold_aborted) << 3 | std::uint64_t(s.ends_in_cough) << 4 |
              std::uint64_t(s.bursts_left) << 32);
 }
 

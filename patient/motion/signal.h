@@ -31,7 +31,7 @@ struct HoldBehaviour {
     double creep_v = 0.0;   // drift of the diaphragm during a hold: linear until creep_s, then constant
     double creep_s = 24.0;  // 5.6 mm in 24 s have been observed
     double missed = 0.0;    // probability of missing the command at an end-exhale, 0 to 1
-    double level_v = 0.0;   // the patient holds at up to this much above end-exhale
+    double level_v = 0.0;   // the patient may hold up to this much above end-exhale
     double limit_s = 0.0;   // duration until the patient gives up, +- 20 %; 0: unlimited
     friend bool operator==(const HoldBehaviour&, const HoldBehaviour&) = default;
 };
@@ -53,7 +53,7 @@ struct BreathPlan {
 
 // True if every number is finite and within the range that the functions below support. Check plans read
 // from a file with it.
-bool isPlayable(const BreathPlan&) noexcept;
+bool isValidPlan(const BreathPlan&) noexcept;
 
 // One breath: from start_v to peak_v to end_v, in two halves of equal length. Joins its neighbours with C1
 // continuity.
@@ -72,12 +72,12 @@ struct BreathingState {
     bool hold_wanted = false;
     bool held = false;
     bool at_end_exhale = true;
-    bool gave_up = false;    // breathes although a hold is commanded, until the next command
-    bool coughs_up = false;  // the current hold will end in a cough
+    bool hold_aborted = false;   // the patient breathes although a hold is commanded, until the next command
+    bool ends_in_cough = false;  // the current hold will end in a cough
     std::uint64_t held_ticks = 0, limit_ticks = 0;
-    // creep left by the last hold, fading out; or the value at which the current hold began
-    double eased_v = 0.0;
-    std::uint64_t eased_ticks = 0;
+    // creep that remains of the last hold and fades out; during a hold, the creep at its start
+    double residual_creep_v = 0.0;
+    std::uint64_t residual_creep_ticks = 0;
 };
 
 // Haptics thread. noexcept, no allocation.
@@ -85,7 +85,7 @@ void commandHold(BreathingState&, bool wanted) noexcept;
 void stepBreathing(BreathingState&, const BreathPlan&, double dt_s) noexcept;  // one tick
 Surrogate surrogateAt(const BreathingState&, const BreathPlan&, double dt_s) noexcept;
 
-// Longest time until a compliant patient follows a command: the longest breath including coughs.
+// Longest time until a compliant patient holds after a command: the longest breath, including coughs.
 double longestBreath_s(const BreathPlan&, double dt_s);
 
 void hashSurrogate(StateHash&, const Surrogate&) noexcept;

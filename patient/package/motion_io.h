@@ -20,9 +20,14 @@ void readMotion(const std::filesystem::path& file, MotionModel& model);
 void parseMotion(const std::filesystem::path& file, std::span<const std::byte> bytes, MotionModel& model);
 void writeMotion(const std::filesystem::path& file, const MotionModel&);
 
-// Checks what a flow of four midpoint steps needs: matching sizes, finite values within 0.1 m (fields) and
-// 1 m (level), zero fields on the outermost nodes, and no field steeper over the clamped surrogate than
-// the steps can follow. Throws DataError that names `file`.
+// patient.toml contains the exact grid of each volume. Throws DataError if the grid in a volume's own header
+// differs from it by more than single precision allows.
+void checkStoredGrid(const std::filesystem::path& file, const Grid& own, const Grid& exact,
+                     double origin_tolerance_m);
+
+// Checks the conditions for a flow of four midpoint steps: sizes match; values are finite and within 0.1 m
+// (fields) and 1 m (level); fields are zero on the outermost nodes; no field is steeper than the steps can
+// follow over the clamped surrogate. Throws DataError that names `file`.
 void checkMotion(const std::filesystem::path& file, const MotionModel&);
 
 }  // namespace stylet::patient

@@ -28,8 +28,8 @@ Volume<float> parseNiftiVectors(const std::filesystem::path& file, std::span<con
                                 int components);
 void writeNiftiVectors(const std::filesystem::path& file, const Volume<float>&, int components);
 
-// Compressed if the name ends in .gz. The same volume gives the same bytes. Sets sform and qform; units
-// are mm.
+// Writes a volume, compressed if the name ends in .gz. The same volume gives the same bytes. Sets sform and
+// qform; units are mm.
 template <typename T>
 void writeNifti(const std::filesystem::path& file, const Volume<T>& volume);
 

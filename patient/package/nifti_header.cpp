@@ -1,11 +1,10 @@
 // Field offsets after nifti1.h (Cox et al. 2004).
 #include "patient/package/nifti_header.h"
 
-#include <bit>
+#include <fmt/core.h>
+
 #include <cmath>
-#include <cstdint>
 #include <cstring>
-#include <sstream>
 
 #include "patient/package/nifti.h"
 #include "patient/package/package.h"
@@ -21,7 +20,7 @@ constexpr double kMinSpacing_mm = 0.02, kMaxSpacing_mm = 50.0;
 constexpr double kMaxExtensionBytes = 1 << 24;
 constexpr std::int16_t kIntentVector = 1007;
 constexpr std::size_t kMaxVectors = std::size_t(4) << 20;
-constexpr double kStraight = 1e-4;  // rad; 0.05 voxels over 500
+constexpr double kMaxAxisTilt = 1e-4;  // rad; over 500 voxels this is an error of 0.05 voxels
 
 // voxel index -> mm.
 struct Orientation {
@@ -42,11 +41,8 @@ class HeaderReader {
     [[noreturn]] void refuse(const std::string& field, const std::string& reason) const {
         throw DataError(file_, field, reason);
     }
-    template <typename Value>
-    [[noreturn]] void refuseValue(const std::string& field, Value value, const std::string& reason) const {
-        std::ostringstream text;
-        text << value << " " << reason;
-        refuse(field, text.str());
+    [[noreturn]] void refuseValue(const std::string& field, double value, const std::string& reason) const {
+        refuse(field, fmt::format("{:g} {}", value, reason));
     }
 
     template <typename Int>
@@ -71,102 +67,87 @@ class HeaderReader {
             refuse("magic", "a .hdr/.img pair; one file is needed");
         if (std::memcmp(bytes_.data() + kMagic, "n+1", 4) != 0) refuse("magic", "not \"n+1\"");
     }
-    Index3 dims(int components) const;
-    NiftiType type() const;
-    std::size_t dataOffset() const;
-    Orientation orientation(const Index3& dims) const;
+    Index3 dims(int components) const {
+        const int rank = integer<std::int16_t>(kDim);
+        if (rank < 3 || rank > 7) refuseValue("dim[0]", rank, "is not the rank of a volume");
+        std::array<int, 8> dim{};
+        for (int i = 1; i <= rank; ++i) {
+            dim[std::size_t(i)] = integer<std::int16_t>(kDim + 2 * std::size_t(i));
+            const int limit = i <= 3 ? kMaxVoxelsPerSide : i == 5 ? components : 1;
+            if (dim[std::size_t(i)] < 1 || dim[std::size_t(i)] > limit)
+                refuseValue(fmt::format("dim[{}]", i), dim[std::size_t(i)],
+                            fmt::format("is not in [1, {}]", limit));
+        }
+        if (components > 1 && dim[5] != components)
+            refuseValue("dim[5]", dim[5], fmt::format("is not {}", components));
+        const Grid grid{{dim[1], dim[2], dim[3]}};
+        if (grid.voxelCount() > kMaxVoxels) refuse("dim", "more than 512 Mi voxels");
+        if (components > 1 && grid.voxelCount() > kMaxVectors) refuse("dim", "more than 4 Mi vectors");
+        return grid.dims;
+    }
+    NiftiType type() const {
+        const std::int16_t code = integer<std::int16_t>(kDatatype), bitpix = integer<std::int16_t>(kBitpix);
+        for (const NiftiType& type : kNiftiTypes) {
+            if (code != type.code) continue;
+            if (bitpix != int(8 * type.bytes)) refuseValue("bitpix", bitpix, "does not fit the datatype");
+            return type;
+        }
+        refuseValue("datatype", code, "is not supported; 2, 4, 8, 16, 64 and 512 are");
+    }
+    std::size_t dataOffset() const {
+        const double offset = number("vox_offset", kVoxOffset);
+        if (offset < double(kNiftiDataOffset) || offset > kMaxExtensionBytes || offset != std::floor(offset))
+            refuseValue("vox_offset", offset, "is not an offset behind the header");
+        return std::size_t(offset);
+    }
+    Orientation orientation(const Index3& dims) const {
+        const bool has_sform = integer<std::int16_t>(kSformCode) > 0,
+                   has_qform = integer<std::int16_t>(kQformCode) > 0;
+        if (!has_sform && !has_qform)
+            refuse("sform_code", "neither sform nor qform is set, so the orientation is unknown");
+        const Orientation o = has_sform ? sform() : qform();
+        if (has_sform && has_qform) {
+            const Orientation other = qform();
+            for (int corner = 0; corner < 8; ++corner) {
+                const Vec3 at = Vec3(dims - 1) * Vec3(corner & 1, (corner >> 1) & 1, (corner >> 2) & 1);
+                if (glm::length(o.columns * at + o.offset_mm - other.columns * at - other.offset_mm) > 1.0)
+                    refuse("sform", "more than 1 mm away from qform");
+            }
+        }
+        return o;
+    }
 
   private:
-    Orientation sform() const;
-    Orientation qform() const;
+    Orientation sform() const {
+        Orientation o;
+        for (int row = 0; row < 3; ++row) {
+            for (int column = 0; column < 3; ++column)
+                o.columns[column][row] =
+                    number("srow", kSrow + 16 * std::size_t(row) + 4 * std::size_t(column));
+            o.offset_mm[row] = number("srow", kSrow + 16 * std::size_t(row) + 12);
+        }
+        return o;
+    }
+    Orientation qform() const {
+        const Vec3 q{number("quatern_b", kQuaternion), number("quatern_c", kQuaternion + 4),
+                     number("quatern_d", kQuaternion + 8)};
+        const double squared = glm::dot(q, q);
+        if (squared > 1.0 + 1e-5) refuse("quatern", "longer than 1");
+        const glm::dmat3 turn = glm::mat3_cast(Quat(std::sqrt(std::max(0.0, 1.0 - squared)), q.x, q.y, q.z));
+        Orientation o;
+        for (int axis = 0; axis < 3; ++axis) {
+            const std::size_t at = std::size_t(axis);
+            o.columns[axis] = turn[axis] * number("pixdim", kPixdim + 4 * (at + 1));
+            o.offset_mm[axis] = number("qoffset", kQoffset + 4 * at);
+        }
+        if (number("pixdim[0]", kPixdim) < 0.0) o.columns[2] = -o.columns[2];
+        return o;
+    }
 
     const std::filesystem::path& file_;
     std::span<const std::byte, kNiftiHeaderBytes> bytes_;
     bool big_endian_ = false;
 };
-
-Index3 HeaderReader::dims(int components) const {
-    const int rank = integer<std::int16_t>(kDim);
-    if (rank < 3 || rank > 7) refuseValue("dim[0]", rank, "is not a volume's");
-    std::array<int, 8> dim{};
-    for (int i = 1; i <= rank; ++i) {
-        const std::string field = "dim[" + std::to_string(i) + "]";
-        dim[std::size_t(i)] = integer<std::int16_t>(kDim + 2 * std::size_t(i));
-        const int most = i <= 3 ? kMaxVoxelsASide : i == 5 ? components : 1;
-        if (dim[std::size_t(i)] < 1 || dim[std::size_t(i)] > most)
-            refuseValue(field, dim[std::size_t(i)], "is not in [1, " + std::to_string(most) + "]");
-    }
-    if (components > 1 && dim[5] != components)
-        refuseValue("dim[5]", dim[5], "is not " + std::to_string(components));
-    const Index3 sides{dim[1], dim[2], dim[3]};
-    if (std::size_t(sides.x) * std::size_t(sides.y) * std::size_t(sides.z) > kMaxVoxels)
-        refuse("dim", "more than 512 Mi voxels");
-    if (components > 1 && std::size_t(sides.x) * std::size_t(sides.y) * std::size_t(sides.z) > kMaxVectors)
-        refuse("dim", "more than 4 Mi vectors");
-    return sides;
-}
-
-NiftiType HeaderReader::type() const {
-    const int code = integer<std::int16_t>(kDatatype);
-    for (const NiftiType type : {NiftiType::uint8, NiftiType::int16, NiftiType::int32, NiftiType::float32,
-                                 NiftiType::float64, NiftiType::uint16}) {
-        if (code != int(type)) continue;
-        const int bitpix = integer<std::int16_t>(kBitpix);
-        if (bitpix != int(8 * bytesOf(type))) refuseValue("bitpix", bitpix, "does not fit the datatype");
-        return type;
-    }
-    refuseValue("datatype", code, "is not one that is read (2, 4, 8, 16, 64, 512)");
-}
-
-std::size_t HeaderReader::dataOffset() const {
-    const double offset = number("vox_offset", kVoxOffset);
-    if (offset < double(kNiftiDataOffset) || offset > kMaxExtensionBytes || offset != std::floor(offset))
-        refuseValue("vox_offset", offset, "is not a place behind the header");
-    return std::size_t(offset);
-}
-
-Orientation HeaderReader::sform() const {
-    Orientation o;
-    for (int row = 0; row < 3; ++row) {
-        for (int column = 0; column < 3; ++column)
-            o.columns[column][row] = number("srow", kSrow + 16 * std::size_t(row) + 4 * std::size_t(column));
-        o.offset_mm[row] = number("srow", kSrow + 16 * std::size_t(row) + 12);
-    }
-    return o;
-}
-
-Orientation HeaderReader::qform() const {
-    const Vec3 q{number("quatern_b", kQuaternion), number("quatern_c", kQuaternion + 4),
-                 number("quatern_d", kQuaternion + 8)};
-    const double squared = glm::dot(q, q);
-    if (squared > 1.0 + 1e-5) refuse("quatern", "longer than 1");
-    const glm::dmat3 turn = glm::mat3_cast(Quat(std::sqrt(std::max(0.0, 1.0 - squared)), q.x, q.y, q.z));
-    Orientation o;
-    for (int axis = 0; axis < 3; ++axis) {
-        const std::size_t at = std::size_t(axis);
-        o.columns[axis] = turn[axis] * number("pixdim", kPixdim + 4 * (at + 1));
-        o.offset_mm[axis] = number("qoffset", kQoffset + 4 * at);
-    }
-    if (number("pixdim[0]", kPixdim) < 0.0) o.columns[2] = -o.columns[2];
-    return o;
-}
-
-Orientation HeaderReader::orientation(const Index3& dims) const {
-    const bool has_sform = integer<std::int16_t>(kSformCode) > 0,
-               has_qform = integer<std::int16_t>(kQformCode) > 0;
-    if (!has_sform && !has_qform)
-        refuse("sform_code", "neither sform nor qform says where the patient's right is");
-    const Orientation o = has_sform ? sform() : qform();
-    if (has_sform && has_qform) {
-        const Orientation other = qform();
-        for (int corner = 0; corner < 8; ++corner) {
-            const Vec3 at = Vec3(dims - 1) * Vec3(corner & 1, (corner >> 1) & 1, (corner >> 2) & 1);
-            if (glm::length(o.columns * at + o.offset_mm - other.columns * at - other.offset_mm) > 1.0)
-                refuse("sform", "more than 1 mm away from qform");
-        }
-    }
-    return o;
-}
 
 void setGrid(NiftiHeader& header, const HeaderReader& in, int components) {
     const Index3 dims = in.dims(components);
@@ -176,7 +157,7 @@ void setGrid(NiftiHeader& header, const HeaderReader& in, int components) {
         const double along = o.columns[axis][axis];
         const double spacing_mm = std::abs(along);
         for (int other = 0; other < 3; ++other)
-            if (other != axis && std::abs(o.columns[axis][other]) > kStraight * spacing_mm)
+            if (other != axis && std::abs(o.columns[axis][other]) > kMaxAxisTilt * spacing_mm)
                 in.refuse("sform", "oblique or permuted: axes must run along the patient's");
         if (!(spacing_mm >= kMinSpacing_mm && spacing_mm <= kMaxSpacing_mm))
             in.refuseValue("spacing", spacing_mm, "mm is not in [0.02, 50]");
@@ -204,22 +185,6 @@ void put(NiftiHeaderBytes& bytes, std::size_t at, Value value) {
 
 }  // namespace
 
-std::size_t bytesOf(NiftiType type) noexcept {
-    switch (type) {
-        case NiftiType::uint8:
-            return 1;
-        case NiftiType::int16:
-        case NiftiType::uint16:
-            return 2;
-        case NiftiType::int32:
-        case NiftiType::float32:
-            return 4;
-        case NiftiType::float64:
-            return 8;
-    }
-    return 0;
-}
-
 NiftiHeader parseNiftiHeader(const std::filesystem::path& file,
                              std::span<const std::byte, kNiftiHeaderBytes> bytes, int components) {
     const HeaderReader in(file, bytes);
@@ -235,7 +200,7 @@ NiftiHeader parseNiftiHeader(const std::filesystem::path& file,
     return header;
 }
 
-NiftiHeaderBytes makeNiftiHeader(NiftiType type, const Grid& grid, int components) {
+NiftiHeaderBytes makeNiftiHeader(const NiftiType& type, const Grid& grid, int components) {
     NiftiHeaderBytes bytes{};
     put(bytes, 0, std::int32_t(kNiftiHeaderBytes));
     for (std::size_t i = 0; i < 8; ++i)
@@ -243,8 +208,8 @@ NiftiHeaderBytes makeNiftiHeader(NiftiType type, const Grid& grid, int component
     put(bytes, kDim, std::int16_t(components > 1 ? 5 : 3));
     put(bytes, kDim + 10, std::int16_t(components));
     if (components > 1) put(bytes, kIntent, kIntentVector);
-    put(bytes, kDatatype, std::int16_t(type));
-    put(bytes, kBitpix, std::int16_t(8 * bytesOf(type)));
+    put(bytes, kDatatype, type.code);
+    put(bytes, kBitpix, std::int16_t(8 * type.bytes));
     put(bytes, kPixdim, 1.0f);
     put(bytes, kVoxOffset, float(kNiftiDataOffset));
     put(bytes, kSlope, 1.0f);

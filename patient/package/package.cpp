@@ -1,6 +1,7 @@
 #include "patient/package/package.h"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -29,18 +30,7 @@ constexpr const char* kCtName = "ct.nii.gz";
 constexpr const char* kLabelsName = "labels.nii.gz";
 constexpr const char* kMotionName = "motion.nii.gz";
 constexpr const char* kColoursName = "labels.ctbl";
-constexpr double kVoxelTolerance_m = 1e-6;  // single-precision error of a millimetre value within a metre
-
-// The exact grid is in patient.toml. A volume's own header must agree with it to single precision.
-void checkGrid(const fs::path& file, const Grid& own, const Grid& exact) {
-    for (int axis = 0; axis < 3; ++axis) {
-        const double drift_m = std::abs(own.spacing_m[axis] - exact.spacing_m[axis]) * own.dims[axis];
-        if (!(drift_m <= 10 * kVoxelTolerance_m))
-            throw DataError(file, "spacing", "differs from patient.toml's");
-        if (!(std::abs(own.origin_m[axis] - exact.origin_m[axis]) <= kVoxelTolerance_m))
-            throw DataError(file, "origin", "differs from patient.toml's");
-    }
-}
+constexpr double kVoxelTolerance_m = 1e-6;  // single-precision error of a value in millimetres below 1 m
 
 void checkLabelIds(const fs::path& file, const Package& p) {
     std::array<bool, 256> used{}, known{};
@@ -50,7 +40,7 @@ void checkLabelIds(const fs::path& file, const Package& p) {
         known[label.id] = true;
     for (std::size_t id = 1; id < 256; ++id)
         if (used[id] && !known[id])
-            throw DataError(file, "voxels", "id " + std::to_string(id) + " has no entry in patient.toml");
+            throw DataError(file, "voxels", fmt::format("id {} has no entry in patient.toml", id));
 }
 
 // Flushes to disk, so that the rename that follows cannot reach the disk before the contents.
@@ -62,8 +52,8 @@ void flushToDisk(const fs::path& path) {
 }
 
 // Moves `fresh` to `folder`, which may already exist.
-void putInPlace(const fs::path& fresh, const fs::path& folder) {
-    if (rename(fresh.c_str(), folder.c_str()) == 0) return;  // it did not exist, or was an empty folder
+void replaceFolder(const fs::path& fresh, const fs::path& folder) {
+    if (rename(fresh.c_str(), folder.c_str()) == 0) return;  // `folder` did not exist or was empty
     if (renameat2(AT_FDCWD, fresh.c_str(), AT_FDCWD, folder.c_str(), RENAME_EXCHANGE) == 0) {
         fs::remove_all(fresh);  // now contains the old package
         return;
@@ -82,84 +72,13 @@ void checkBeforeSaving(const Package& p, const fs::path& folder) {
     if (!(p.labels.grid == p.ct.grid)) throw DataError(folder / kLabelsName, "grid", "differs from the CT's");
     if (p.ct.voxels.size() != p.ct.grid.voxelCount() || p.labels.voxels.size() != p.ct.voxels.size())
         throw DataError(folder / kCtName, "voxels", "count does not fit the grid");
-    // Whatever is written must load again.
+    // The loader must accept everything that is written.
     const Package again = parsePackageToml(toml, packageToml(p));
     if (!(again.motion.reference == p.motion.reference))
         throw DataError(toml, "reference_phase", "is not the breath in motion.reference");
     checkMotion(folder / kMotionName, p.motion);
     checkLabelIds(folder / kLabelsName, p);
 }
-
-}  // namespace
-
-std::string colourTable(const std::vector<Label>& labels) {
-    std::string text = "# Color table file labels.ctbl\n0 unsegmented 0 0 0 0\n";
-    for (const Label& label : labels) {
-        std::string name = label.name.empty() ? "unnamed" : label.name;
-        std::replace_if(name.begin(), name.end(), [](unsigned char c) { return c <= ' '; }, '_');
-        text += std::to_string(label.id) + " " + name;
-        for (const std::uint8_t channel : label.colour)
-            text += " " + std::to_string(channel);
-        text += " 255\n";
-    }
-    return text;
-}
-
-TissueDefaults loadTissueDefaults(const fs::path& toml) {
-    return parseTissueDefaults(toml, readWholeFile(toml, kMaxTomlBytes));
-}
-
-Package loadPackage(const fs::path& folder) {
-    const fs::path toml = folder / kTomlName, ct = folder / kCtName, labels = folder / kLabelsName;
-    Package p = parsePackageToml(toml, readWholeFile(toml, kMaxTomlBytes));
-    const Grid exact = p.ct.grid;
-    // Read in parallel: decompressing the CT takes most of the start-up time.
-    const bool moves = p.motion.grid.dims.x > 0;
-    auto segmented = std::async([&labels] { return readNifti<std::uint8_t>(labels); });
-    auto moved = std::async(moves ? std::launch::async | std::launch::deferred : std::launch::deferred,
-                            [&] { readMotion(folder / kMotionName, p.motion); });
-    p.ct = readNifti<std::int16_t>(ct);
-    checkGrid(ct, p.ct.grid, exact);
-    p.labels = segmented.get();
-    checkGrid(labels, p.labels.grid, exact);
-    if (p.labels.grid.dims != p.ct.grid.dims) throw DataError(labels, "dim", "differs from the CT's");
-    for (Grid* grid : {&p.ct.grid, &p.labels.grid}) {
-        grid->spacing_m = exact.spacing_m;
-        grid->origin_m = exact.origin_m;
-    }
-    checkLabelIds(labels, p);
-    if (moves) moved.get();
-    return p;
-}
-
-void savePackage(const Package& p, const fs::path& folder) {
-    const fs::path place = fs::absolute(folder).lexically_normal();
-    const fs::path target = place.has_filename() ? place : place.parent_path();
-    checkBeforeSaving(p, target);
-    fs::create_directories(target.parent_path());
-    std::string name = (target.parent_path() / ("." + target.filename().string() + ".XXXXXX")).string();
-    if (!mkdtemp(name.data())) throw DataError(name, "folder", std::strerror(errno));
-    const fs::path fresh = name;
-    try {
-        fs::permissions(fresh, fs::perms(0755));
-        writeFile(fresh / kTomlName, packageToml(p));
-        writeFile(fresh / kColoursName, colourTable(p.label_table));
-        writeNifti(fresh / kCtName, p.ct);
-        writeNifti(fresh / kLabelsName, p.labels);
-        if (!p.motion.empty()) writeMotion(fresh / kMotionName, p.motion);
-        for (const fs::directory_entry& file : fs::directory_iterator(fresh))
-            flushToDisk(file.path());
-        flushToDisk(fresh);
-        putInPlace(fresh, target);
-        flushToDisk(target.parent_path());
-    } catch (...) {
-        std::error_code ignored;
-        fs::remove_all(fresh, ignored);
-        throw;
-    }
-}
-
-namespace {
 
 void addTissues(StateHash& hash, const Package& p) {
     for (const TissueRow& row : p.tissues) {
@@ -173,7 +92,7 @@ void addTissues(StateHash& hash, const Package& p) {
 }
 
 void addLabels(StateHash& hash, const Package& p) {
-    const Patient patient(p);  // ordered by id, whatever the order of the list
+    const Patient patient(p);  // finds labels by id, whatever the order of the label table
     for (int id = 1; id < 256; ++id) {
         const Label* label = patient.label(std::uint8_t(id));
         if (!label) continue;
@@ -200,6 +119,71 @@ void addMotion(StateHash& hash, const Package& p) {
 }
 
 }  // namespace
+
+std::string colourTable(const std::vector<Label>& labels) {
+    std::string text = "# Color table file labels.ctbl\n0 unsegmented 0 0 0 0\n";
+    for (const Label& label : labels) {
+        std::string name = label.name.empty() ? "unnamed" : label.name;
+        std::replace_if(name.begin(), name.end(), [](unsigned char c) { return c <= ' '; }, '_');
+        text += fmt::format("{} {} {} {} {} 255\n", label.id, name, label.colour[0], label.colour[1],
+                            label.colour[2]);
+    }
+    return text;
+}
+
+TissueDefaults loadTissueDefaults(const fs::path& toml) {
+    return parseTissueDefaults(toml, readWholeFile(toml, kMaxTomlBytes));
+}
+
+Package loadPackage(const fs::path& folder) {
+    const fs::path toml = folder / kTomlName, ct = folder / kCtName, labels = folder / kLabelsName;
+    Package p = parsePackageToml(toml, readWholeFile(toml, kMaxTomlBytes));
+    const Grid exact = p.ct.grid;
+    // Read in parallel: decompressing the CT takes most of the start-up time.
+    const bool moves = p.motion.grid.dims.x > 0;
+    auto segmented = std::async([&labels] { return readNifti<std::uint8_t>(labels); });
+    auto moved = std::async(moves ? std::launch::async | std::launch::deferred : std::launch::deferred,
+                            [&] { readMotion(folder / kMotionName, p.motion); });
+    p.ct = readNifti<std::int16_t>(ct);
+    checkStoredGrid(ct, p.ct.grid, exact, kVoxelTolerance_m);
+    p.labels = segmented.get();
+    checkStoredGrid(labels, p.labels.grid, exact, kVoxelTolerance_m);
+    if (p.labels.grid.dims != p.ct.grid.dims) throw DataError(labels, "dim", "differs from the CT's");
+    for (Grid* grid : {&p.ct.grid, &p.labels.grid}) {
+        grid->spacing_m = exact.spacing_m;
+        grid->origin_m = exact.origin_m;
+    }
+    checkLabelIds(labels, p);
+    if (moves) moved.get();
+    return p;
+}
+
+void savePackage(const Package& p, const fs::path& folder) {
+    const fs::path place = fs::absolute(folder).lexically_normal();
+    const fs::path target = place.has_filename() ? place : place.parent_path();
+    checkBeforeSaving(p, target);
+    fs::create_directories(target.parent_path());
+    std::string name = target.parent_path() / fmt::format(".{}.XXXXXX", target.filename().string());
+    if (!mkdtemp(name.data())) throw DataError(name, "folder", std::strerror(errno));
+    const fs::path fresh = name;
+    try {
+        fs::permissions(fresh, fs::perms(0755));
+        writeFile(fresh / kTomlName, packageToml(p));
+        writeFile(fresh / kColoursName, colourTable(p.label_table));
+        writeNifti(fresh / kCtName, p.ct);
+        writeNifti(fresh / kLabelsName, p.labels);
+        if (!p.motion.empty()) writeMotion(fresh / kMotionName, p.motion);
+        for (const fs::directory_entry& file : fs::directory_iterator(fresh))
+            flushToDisk(file.path());
+        flushToDisk(fresh);
+        replaceFolder(fresh, target);
+        flushToDisk(target.parent_path());
+    } catch (...) {
+        std::error_code ignored;
+        fs::remove_all(fresh, ignored);
+        throw;
+    }
+}
 
 std::uint64_t digest(const Package& p) {
     static_assert(std::endian::native == std::endian::little,

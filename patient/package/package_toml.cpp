@@ -1,52 +1,48 @@
 #include "patient/package/package_toml.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
 
 #include "base/fields.h"
-#include "base/hex.h"
+#include "base/text.h"
 
 namespace stylet::patient {
 namespace {
 
-constexpr double kSoftest_pa = 10.0;  // softer than any tissue: a smaller number has lost its unit
+constexpr double kMinYoung_pa = 10.0;  // softer than any tissue; a smaller value has the wrong unit
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-Tissue readTissueName(Fields& in, std::string_view key) {
-    const std::string name = in.text(key, 32);
-    for (int t = 0; t < kTissueCount; ++t)
-        if (name == tissueName(Tissue(t))) return Tissue(t);
-    in.refuse(key, "\"" + name + "\" is not a tissue of the force table");
-}
-
-Role readRole(Fields& in, std::string_view key) {
-    const std::string name = in.text(key, 32);
-    for (const Role role : {Role::pass, Role::risk, Role::target})
-        if (name == roleName(role)) return role;
-    in.refuse(key, "\"" + name + "\" is not pass, risk or target");
-}
+struct ThresholdKey {
+    const char* name;
+    double Thresholds::* value;
+};
+constexpr std::array kThresholdKeys{ThresholdKey{"t0_hu", &Thresholds::t0_hu},
+                                    ThresholdKey{"t1_hu", &Thresholds::t1_hu},
+                                    ThresholdKey{"t2_sensitive_hu", &Thresholds::t2_sensitive_hu},
+                                    ThresholdKey{"t2_specific_hu", &Thresholds::t2_specific_hu}};
 
 Thresholds readThresholds(Fields in) {
     Thresholds t;
-    t.t0_hu = in.number("t0_hu", -1024, 3071);
-    t.t1_hu = in.number("t1_hu", -1024, 3071);
-    t.t2_sensitive_hu = in.number("t2_sensitive_hu", -1024, 3071);
-    t.t2_specific_hu = in.number("t2_specific_hu", -1024, 3071);
-    if (t.t1_hu < t.t0_hu) in.refuse("t1_hu", "below t0_hu");
-    if (t.t2_sensitive_hu < t.t1_hu) in.refuse("t2_sensitive_hu", "below t1_hu");
-    if (t.t2_specific_hu < t.t2_sensitive_hu) in.refuse("t2_specific_hu", "below t2_sensitive_hu");
+    const ThresholdKey* below = nullptr;
+    for (const ThresholdKey& key : kThresholdKeys) {
+        t.*key.value = in.number(key.name, -1024, 3071);
+        if (below && t.*key.value < t.*below->value)
+            in.refuse(key.name, fmt::format("below {}", below->name));
+        below = &key;
+    }
     in.finish();
     return t;
 }
 
 TissueRow readRow(Fields& in) {
     TissueRow row;
-    row.role = readRole(in, "role");
+    row.role = in.choice<Role>("role", kRoleNames);
     row.cut_force_n = in.number("cut_force_n", 0.0, kInfinity);
     row.friction_n = in.number("friction_n", 0.0, 1000.0);
     row.stiffness_n_per_m = in.number("stiffness_n_per_m", 0.0, 1e6);
@@ -57,13 +53,13 @@ TissueRow readRow(Fields& in) {
 }
 
 Elasticity readElasticity(Fields& in) {
-    return {in.number("young_pa", kSoftest_pa, kInfinity), in.text("young_source", 1000)};
+    return {in.number("young_pa", kMinYoung_pa, kInfinity), in.text("young_source", 1000)};
 }
 
 void readTissues(Fields& root, TissueTable& table, ElasticityTable& elasticity) {
     std::array<bool, kTissueCount> seen{};
     for (Fields& in : root.childrenOrNone("tissue", kTissueCount)) {
-        const auto index = std::size_t(readTissueName(in, "name"));
+        const auto index = std::size_t(in.choice<Tissue>("name", kTissueNames));
         if (seen[index]) in.refuse("name", "given twice");
         seen[index] = true;
         table[index] = readRow(in);
@@ -71,20 +67,20 @@ void readTissues(Fields& root, TissueTable& table, ElasticityTable& elasticity) 
         in.finish();
     }
     for (std::size_t t = 0; t < seen.size(); ++t)
-        if (!seen[t]) root.refuse("tissue", "no row named \"" + std::string(tissueName(Tissue(t))) + "\"");
+        if (!seen[t]) root.refuse("tissue", fmt::format("no row named \"{}\"", kTissueNames[t]));
 }
 
 constexpr double kPackageReach_m = 10.0;
 constexpr const char* kPackageFormat = "stylet patient 3";
-constexpr const char* kFormatOfEllipses = "stylet patient 1";
+constexpr const char* kEllipticalFormat = "stylet patient 1";
 constexpr const char* kFormatWithoutElasticity = "stylet patient 2";
 
 Label readLabel(Fields& in) {
     Label label;
     label.id = std::uint8_t(in.integer("id", 1, 255));
     label.name = in.text("name", 200);
-    label.tissue = readTissueName(in, "tissue");
-    label.role = readRole(in, "role");
+    label.tissue = in.choice<Tissue>("tissue", kTissueNames);
+    label.role = in.choice<Role>("role", kRoleNames);
     label.abdominal = in.flag("abdominal");
     label.provenance = in.text("provenance", 1000);
     const std::vector<std::int64_t> colour = in.integers("colour", 0, 255, 3);
@@ -99,7 +95,7 @@ std::vector<Label> readLabels(Fields& root) {
     std::array<bool, 256> seen{};
     for (Fields& in : root.childrenOrNone("label", 255)) {
         labels.push_back(readLabel(in));
-        if (seen[labels.back().id]) in.refuse("id", std::to_string(labels.back().id) + " is given twice");
+        if (seen[labels.back().id]) in.refuse("id", fmt::format("{} is given twice", labels.back().id));
         seen[labels.back().id] = true;
     }
     return labels;
@@ -115,9 +111,9 @@ Grid readGrid(Fields in) {
     return grid;
 }
 
-SurrogateRange readRange(Fields& in, std::string_view low_key, std::string_view high_key, double most) {
-    const SurrogateRange range{in.number(low_key, -most, most), in.number(high_key, -most, most)};
-    if (!(range.low < range.high)) in.refuse(high_key, "not above " + std::string(low_key));
+SurrogateRange readRange(Fields& in, std::string_view low_key, std::string_view high_key, double limit) {
+    const SurrogateRange range{in.number(low_key, -limit, limit), in.number(high_key, -limit, limit)};
+    if (!(range.low < range.high)) in.refuse(high_key, fmt::format("not above {}", low_key));
     return range;
 }
 
@@ -134,21 +130,16 @@ void readBreathing(Fields in, Package& p) {
 Surrogate readReference(const Fields& root, const std::string& phase) {
     if (phase == "exhale") return {0.0, 0.0};
     if (phase == "inhale") return {1.0, 0.0};
-    double v = -1.0;
-    const char* const end = phase.data() + phase.size();
     if (phase.starts_with("v=")) {
-        const auto [stop, error] = std::from_chars(phase.data() + 2, end, v);
-        if (error == std::errc() && stop == end && v >= 0.0 && v <= 2.0) return {v, 0.0};
+        const auto v = parseNumber<double>(std::string_view(phase).substr(2));
+        if (v && *v >= 0.0 && *v <= 2.0) return {*v, 0.0};
     }
     root.refuse("reference_phase", "not \"exhale\", \"inhale\" or \"v=...\" in [0, 2]");
 }
 
 // Shortest text that reads back bit-equal.
 std::string numberText(double value) {
-    std::array<char, 40> buffer;
-    const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
-    assert(error == std::errc());
-    std::string text(buffer.data(), end);
+    const std::string text = shortestText(value);
     return text.find_first_of(".enN") == std::string::npos ? text + ".0" : text;
 }
 
@@ -158,7 +149,7 @@ std::string quoted(std::string_view text) {
         if (c == '"' || c == '\\') {
             out += '\\', out += c;
         } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-            out += "\\u00" + hexText(static_cast<unsigned char>(c), 2);
+            out += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
         } else {
             out += c;
         }
@@ -175,12 +166,12 @@ class TomlWriter {
     void put(std::string_view key, std::string_view value) { entry(key, quoted(value)); }
     void put(std::string_view key, const char* value) { put(key, std::string_view(value)); }
     void put(std::string_view key, const Vec3& v) {
-        entry(key, "[" + numberText(v.x) + ", " + numberText(v.y) + ", " + numberText(v.z) + "]");
+        entry(key, fmt::format("[{}, {}, {}]", numberText(v.x), numberText(v.y), numberText(v.z)));
     }
     void entry(std::string_view key, std::string_view value) {
         text_.append(key).append(" = ").append(value).append("\n");
     }
-    std::string take() { return std::move(text_); }
+    std::string release() { return std::move(text_); }
 
   private:
     std::string text_;
@@ -188,10 +179,8 @@ class TomlWriter {
 
 void writeTissues(TomlWriter& out, const Package& p) {
     out.line("\n[thresholds]");
-    out.put("t0_hu", p.thresholds.t0_hu);
-    out.put("t1_hu", p.thresholds.t1_hu);
-    out.put("t2_sensitive_hu", p.thresholds.t2_sensitive_hu);
-    out.put("t2_specific_hu", p.thresholds.t2_specific_hu);
+    for (const ThresholdKey& key : kThresholdKeys)
+        out.put(key.name, p.thresholds.*key.value);
     for (int t = 0; t < kTissueCount; ++t) {
         const TissueRow& row = p.tissues[std::size_t(t)];
         out.line("\n[[tissue]]");
@@ -214,8 +203,7 @@ void writeLabels(TomlWriter& out, const Package& p) {
         out.put("tissue", tissueName(label.tissue));
         out.put("role", roleName(label.role));
         out.put("abdominal", label.abdominal);
-        out.entry("colour", "[" + std::to_string(label.colour[0]) + ", " + std::to_string(label.colour[1]) +
-                                ", " + std::to_string(label.colour[2]) + "]");
+        out.entry("colour", fmt::format("[{}, {}, {}]", label.colour[0], label.colour[1], label.colour[2]));
         out.put("provenance", label.provenance);
     }
 }
@@ -245,11 +233,11 @@ TissueDefaults parseTissueDefaults(const std::filesystem::path& file, std::strin
 Package parsePackageToml(const std::filesystem::path& file, std::string_view text) {
     Fields root = parseToml(file, text);
     const std::string format = root.text("format", 100);
-    if (format == kFormatOfEllipses)
+    if (format == kEllipticalFormat)
         root.refuse("format", "an older format with elliptical breathing: make or import the patient again");
     if (format == kFormatWithoutElasticity)
         root.refuse("format", "an older patient, whose tissues have no elasticity: make or import it again");
-    if (format != kPackageFormat) root.refuse("format", "not \"" + std::string(kPackageFormat) + "\"");
+    if (format != kPackageFormat) root.refuse("format", fmt::format("not \"{}\"", kPackageFormat));
     Package p;
     p.name = root.text("name", 200);
     p.licence = root.text("licence", 2000);
@@ -287,7 +275,7 @@ std::string packageToml(const Package& p) {
     writeTissues(out, p);
     writeLabels(out, p);
     writeBreathing(out, p);
-    return out.take();
+    return out.release();
 }
 
 }  // namespace stylet::patient

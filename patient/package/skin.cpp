@@ -4,25 +4,23 @@
 #include <cmath>
 
 #include "base/distance.h"
+#include "base/geodesic.h"
 #include "base/parallel.h"
 #include "base/spline.h"
 
 namespace stylet::patient {
 namespace {
 
-constexpr int kSmoothings = 8;  // binomial passes, each with a variance of half a squared node spacing
+constexpr int kSmoothingPasses = 8;  // binomial passes, each with a variance of half a squared node spacing
 constexpr int kNewtonSteps = 3;
 
-// Mask of voxels that may be outer air: air by CT value. Labelled air is lung or gas.
+// Mask of voxels that may be outer air: unlabelled voxels with the CT value of air. Labelled air is lung or
+// gas.
 Volume<std::uint8_t> airMask(const Patient& patient, int threads) {
     Volume<std::uint8_t> air(patient.grid());
-    parallelFor(threads, std::size_t(air.grid.dims.z), [&](std::size_t z) {
-        Index3 i{0, 0, int(z)};
-        for (i.y = 0; i.y < air.grid.dims.y; ++i.y)
-            for (i.x = 0; i.x < air.grid.dims.x; ++i.x) {
-                const TissueSample s = patient.at(i, {});
-                air[i] = s.tissue == Tissue::air && s.label == 0;
-            }
+    parallelVoxels(threads, air.grid, [&](const Index3& i) {
+        const TissueSample s = patient.at(i, {});
+        air[i] = s.tissue == Tissue::air && s.label == 0;
     });
     return air;
 }
@@ -30,26 +28,17 @@ Volume<std::uint8_t> airMask(const Patient& patient, int threads) {
 // Air connected to the sides of the image. Top and bottom do not count, because they cut through lungs and
 // bowel.
 Volume<std::uint8_t> outerAir(const Volume<std::uint8_t>& air) {
-    const Grid& g = air.grid;
-    Volume<std::uint8_t> outer(g);
-    std::vector<Index3> open;
-    const auto reach = [&](const Index3& i) {
-        if (!g.contains(i) || !air[i] || outer[i]) return;
+    Volume<std::uint8_t> outer(air.grid);
+    const auto enter = [&](const Index3& i) {
+        if (!air[i] || outer[i]) return false;
         outer[i] = 1;
-        open.push_back(i);
+        return true;
     };
-    for (int z = 0; z < g.dims.z; ++z) {
-        for (int x = 0; x < g.dims.x; ++x)
-            reach({x, 0, z}), reach({x, g.dims.y - 1, z});
-        for (int y = 0; y < g.dims.y; ++y)
-            reach({0, y, z}), reach({g.dims.x - 1, y, z});
-    }
-    while (!open.empty()) {
-        const Index3 i = open.back();
-        open.pop_back();
-        reach({i.x - 1, i.y, i.z}), reach({i.x + 1, i.y, i.z}), reach({i.x, i.y - 1, i.z});
-        reach({i.x, i.y + 1, i.z}), reach({i.x, i.y, i.z - 1}), reach({i.x, i.y, i.z + 1});
-    }
+    std::vector<Index3> seeds;
+    forEachVoxel(air.grid, [&](const Index3& i) {
+        if (air.grid.atSide(i) && enter(i)) seeds.push_back(i);
+    });
+    floodFaces(air.grid, std::move(seeds), enter);
     return outer;
 }
 
@@ -71,7 +60,7 @@ Volume<float> signedDistance(const Volume<std::uint8_t>& outer, int threads) {
 }
 
 // Extrapolates the outermost nodes, which lie outside the image, linearly if there are enough nodes.
-void continueBeyond(Volume<float>& v, int threads) {
+void extrapolateEnds(Volume<float>& v, int threads) {
     for (int axis = 0; axis < 3; ++axis)
         parallelLines(threads, v.grid.dims, axis, v.voxels.data(),
                       [](float* p, std::size_t stride, std::size_t count) {
@@ -83,7 +72,7 @@ void continueBeyond(Volume<float>& v, int threads) {
 }
 
 // Averages blocks of voxels. Adds one node on every side, so that the spline covers the whole image.
-Volume<float> nodesOf(const Volume<float>& fine, int threads) {
+Volume<float> averageToNodes(const Volume<float>& fine, int threads) {
     Index3 block, dims;
     for (int axis = 0; axis < 3; ++axis) {
         block[axis] = std::max(1, int(std::floor(kSkinNode_m / fine.grid.spacing_m[axis] + 0.5)));
@@ -93,19 +82,14 @@ Volume<float> nodesOf(const Volume<float>& fine, int threads) {
     const Vec3 first = fine.grid.origin_m + 0.5 * fine.grid.spacing_m * Vec3(block - 1) - pitch_m;
     Volume<float> nodes(Grid{dims, pitch_m, first});
     const Index3 last = fine.grid.dims - 1;
-    parallelFor(threads, std::size_t(dims.z), [&](std::size_t z) {
-        Index3 i{0, 0, int(z)}, d;
-        for (i.y = 0; i.y < dims.y; ++i.y)
-            for (i.x = 0; i.x < dims.x; ++i.x) {
-                double sum = 0.0;
-                for (d.z = 0; d.z < block.z; ++d.z)
-                    for (d.y = 0; d.y < block.y; ++d.y)
-                        for (d.x = 0; d.x < block.x; ++d.x)
-                            sum += double(fine[glm::clamp((i - 1) * block + d, Index3(0), last)]);
-                nodes[i] = float(sum / double(block.x * block.y * block.z));
-            }
+    parallelVoxels(threads, nodes.grid, [&](const Index3& i) {
+        const Index3 low = (i - 1) * block;
+        double sum = 0.0;
+        forEachVoxel(low, low + block - 1,
+                     [&](const Index3& voxel) { sum += double(fine[glm::clamp(voxel, Index3(0), last)]); });
+        nodes[i] = float(sum / double(block.x * block.y * block.z));
     });
-    continueBeyond(nodes, threads);
+    extrapolateEnds(nodes, threads);
     return nodes;
 }
 
@@ -124,7 +108,7 @@ void smoothAlong(Volume<float>& v, int axis, int threads) {
 }
 
 Volume<float> smoothed(Volume<float> v, int threads) {
-    for (int pass = 0; pass < kSmoothings; ++pass)
+    for (int pass = 0; pass < kSmoothingPasses; ++pass)
         for (int axis = 0; axis < 3; ++axis)
             smoothAlong(v, axis, threads);
     return v;
@@ -134,7 +118,7 @@ Volume<float> smoothed(Volume<float> v, int threads) {
 
 Skin makeSkin(const Patient& patient, int threads) {
     const Volume<float> rough =
-        nodesOf(signedDistance(outerAir(airMask(patient, threads)), threads), threads);
+        averageToNodes(signedDistance(outerAir(airMask(patient, threads)), threads), threads);
     // 2 G - G G: as smooth as G, but does not shift curved surfaces.
     Skin skin{smoothed(rough, threads)};
     const Volume<float> twice = smoothed(skin.level_m, threads);
@@ -148,7 +132,7 @@ SkinPoint skinAt(const Skin& skin, const Vec3& reference_m) noexcept {
     return {s.value[0] + s.beyond_m, s.slope[0]};
 }
 
-Vec3 footOnSkin(const Skin& skin, const Vec3& reference_m) noexcept {
+Vec3 nearestSkinPoint(const Skin& skin, const Vec3& reference_m) noexcept {
     Vec3 p = reference_m;
     for (int i = 0; i < kNewtonSteps; ++i) {
         const SkinPoint s = skinAt(skin, p);

@@ -1,15 +1,15 @@
 // The patient's surface as a smooth signed distance: what a hand, a probe or a blade can touch.
-// Given in the reference; for a breathing patient, look it up at referenceFromDeformed.
+// Defined in the reference frame. For a breathing patient, look up the level at referenceFromDeformed(p).
 #pragma once
 
 #include "patient/package/package.h"
 
 namespace stylet::patient {
 
-// Nodes of a quadratic B-spline, about kSkinNode_m apart: distance to the border between body and outer
-// air, < 0 in the body. It is averaged over a node and smoothed over about 5 mm, because voxels cut a
-// nearly flat surface into terraces 10 mm wide. Lung and gas count as body. The border of the image is not
-// skin: the body continues there.
+// Nodes of a quadratic B-spline, about kSkinNode_m apart: distance to the border between body and outer air,
+// < 0 in the body. Values are averages over the voxels around a node, smoothed over about 5 mm, because
+// voxels cut a nearly flat surface into terraces 10 mm wide. Lung and gas count as body. The border of the
+// image is not skin: the body continues there.
 struct Skin {
     Volume<float> level_m;
 };
@@ -28,6 +28,6 @@ struct SkinPoint {
 SkinPoint skinAt(const Skin&, const Vec3& reference_m) noexcept;
 
 // The nearest point on the skin, by three Newton steps along the gradient. Any thread. noexcept.
-Vec3 footOnSkin(const Skin&, const Vec3& reference_m) noexcept;
+Vec3 nearestSkinPoint(const Skin&, const Vec3& reference_m) noexcept;
 
 }  // namespace stylet::patient

@@ -1,6 +1,6 @@
-// Algorithm 1 for whole volumes. Encodes label and CT class of each voxel in one byte, so that walking a
-// path reads a single array. Built once per patient; the study and the planner walk millions of paths over
-// it.
+// The tissue rule of Patient::at() (Mastmeyer et al. 2017, Algorithm 1) for whole volumes. Encodes label and
+// CT class of each voxel in one byte, so that a walk along a path reads a single array. Built once per
+// patient for the path planner and for the study (app/study), which walk along millions of paths.
 #pragma once
 
 #include <array>
@@ -22,8 +22,8 @@ class TissueMap {
 
     const Grid& grid() const noexcept { return grid_; }
     const TissueTable& tissues() const noexcept { return tissues_; }
-    // Voxels with the same code are the same tissue for every needle. Outside the grid is air. noexcept,
-    // no allocation.
+    // Voxels with the same code do not differ in tissue for any track flags. Outside the grid the code is
+    // that of air. noexcept, no allocation.
     Code code(const Index3& i) const noexcept {
         return grid_.contains(i) ? codes_[grid_.offset(i)] : kOutside;
     }

@@ -15,24 +15,19 @@ struct Targets {
     std::vector<Vec3> reference_m, deformed_m;
 };
 
-// Counters for the pairs of one or more skin voxels.
-struct Counts {
-    std::size_t skipped = 0, blocked = 0, too_long = 0, poor = 0;
-};
-
-// Tries all targets for one skin voxel after another. Neighbouring voxels have similar paths, so the
-// previous best target is tried first. Of equally good targets the first in the list wins, whatever the
-// order of trying.
+// Finds the best target for one skin voxel after another. Neighbouring voxels have similar paths, so the
+// previous best target is tried first. Of equally good targets the first in the list wins, whatever the order
+// of trying.
 class EntryPlanner {
   public:
     EntryPlanner(const Plan& plan, const Targets& targets)
         : plan_(plan),
           targets_(targets),
-          judge_(plan),
+          evaluator_(plan),
           quality_bound_(plan),
-          skips_(plan.settings.skip && isStill(plan.patient, plan.settings.breath)) {}
+          skips_(plan.settings.skip && isReferenceBreath(plan.patient, plan.settings.breath)) {}
 
-    std::optional<PlannedPath> plan(const Vec3& entry_m, Counts& counts) {
+    std::optional<PlannedPath> plan(const Vec3& entry_m, PlanResult& counts) {
         best_.reset();
         path_ = {};
         path_.breath = plan_.settings.breath;
@@ -49,31 +44,31 @@ class EntryPlanner {
   private:
     // C2 with a margin for rounding.
     bool isFarTooLong(std::size_t target) const {
-        const double most_m = plan_.settings.max_length_m;
-        const Vec3 way = targets_.deformed_m[target] - path_.entry_m;
-        return glm::dot(way, way) > 1.01 * most_m * most_m;
+        const double max_m = plan_.settings.max_length_m;
+        const Vec3 to_target_m = targets_.deformed_m[target] - path_.entry_m;
+        return glm::dot(to_target_m, to_target_m) > 1.01 * max_m * max_m;
     }
-    bool isHopeless(std::size_t target) const {
+    bool cannotWin(std::size_t target) const {
         const double needed = best_ ? best_->quality : plan_.settings.min_quality;
         const double bound = quality_bound_.bound(path_, needed);
         return bound < needed || (best_ && bound == needed && target > best_target_);
     }
-    void tryTarget(std::size_t target, Counts& counts) {
+    void tryTarget(std::size_t target, PlanResult& counts) {
         if (skips_ && isFarTooLong(target)) {
-            ++counts.too_long;
+            ++counts.rejected_long;
             return;
         }
         path_.target_m = targets_.deformed_m[target];
         path_.target_reference_m = targets_.reference_m[target];
-        if (skips_ && isHopeless(target)) {
+        if (skips_ && cannotWin(target)) {
             ++counts.skipped;
             return;
         }
-        const Verdict verdict = judge_.judge(path_);
-        counts.blocked += verdict == Verdict::blocked;
-        counts.too_long += verdict == Verdict::tooLong;
-        counts.poor += verdict == Verdict::poor;
-        if (verdict != Verdict::kept) return;
+        const Verdict verdict = evaluator_.evaluate(path_);
+        counts.rejected_blocked += verdict == Verdict::blocked;
+        counts.rejected_long += verdict == Verdict::tooLong;
+        counts.rejected_quality += verdict == Verdict::poor;
+        if (verdict != Verdict::accepted) return;
         if (best_ && path_.quality == best_->quality ? target > best_target_
                                                      : best_ && path_.quality < best_->quality)
             return;
@@ -83,7 +78,7 @@ class EntryPlanner {
 
     const Plan& plan_;
     const Targets& targets_;
-    Judge judge_;
+    PathEvaluator evaluator_;
     QualityBound quality_bound_;
     bool skips_;
     PlannedPath path_;
@@ -91,17 +86,16 @@ class EntryPlanner {
     std::size_t best_target_ = 0;
 };
 
-// Entries at one height.
+// Entries at one height, their paths and counters.
 struct PlanRow {
     std::size_t begin = 0, end = 0;
-    std::vector<PlannedPath> paths;
-    Counts counts;
+    PlanResult result;
 };
 
-std::vector<PlanRow> rowsOf(const std::vector<Vec3>& entries_m) {
+std::vector<PlanRow> splitIntoRows(const std::vector<Vec3>& entries_m) {
     std::vector<PlanRow> rows;
     for (std::size_t e = 0; e < entries_m.size(); ++e) {
-        if (e == 0 || entries_m[e].z != entries_m[e - 1].z) rows.push_back({e, e, {}, {}});
+        if (e == 0 || entries_m[e].z != entries_m[e - 1].z) rows.push_back({e, e, {}});
         rows.back().end = e + 1;
     }
     return rows;
@@ -115,7 +109,7 @@ bool betterPath(const PlannedPath& a, const PlannedPath& b) {
 
 }  // namespace
 
-PlanSettings studyPlan(const Patient& patient) {
+PlanSettings studyPlanSettings(const Patient& patient) {
     PlanSettings settings;
     settings.breath = patient.package().motion.reference;
     settings.skin_spacing_m = settings.target_spacing_m = 0.0;
@@ -135,12 +129,12 @@ PlanResult planPaths(const Patient& patient, const PlanSettings& settings,
     if (progress) progress(0.3);
 
     const Plan plan{patient, settings, region, map};
-    std::vector<PlanRow> rows = rowsOf(region.entries_m);
+    std::vector<PlanRow> rows = splitIntoRows(region.entries_m);
     const auto planRow = [&](std::size_t r) {
         EntryPlanner planner(plan, targets);
         for (std::size_t e = rows[r].begin; e < rows[r].end; ++e)
-            if (const auto best = planner.plan(region.entries_m[e], rows[r].counts))
-                rows[r].paths.push_back(*best);
+            if (const auto best = planner.plan(region.entries_m[e], rows[r].result))
+                rows[r].result.paths.push_back(*best);
     };
     parallelFor(settings.threads, rows.size(), planRow, [&](std::size_t done) {
         if (progress) progress(0.3 + 0.7 * double(done) / double(rows.size()));
@@ -148,34 +142,26 @@ PlanResult planPaths(const Patient& patient, const PlanSettings& settings,
 
     PlanResult result;
     result.candidates = region.entries_m.size() * targets.deformed_m.size();
-    for (const PlanRow& row : rows) {
+    for (const auto& [begin, end, row] : rows) {
         result.paths.insert(result.paths.end(), row.paths.begin(), row.paths.end());
-        result.skipped += row.counts.skipped;
-        result.rejected_blocked += row.counts.blocked;
-        result.rejected_long += row.counts.too_long;
-        result.rejected_quality += row.counts.poor;
+        result.skipped += row.skipped;
+        result.rejected_blocked += row.rejected_blocked;
+        result.rejected_long += row.rejected_long;
+        result.rejected_quality += row.rejected_quality;
     }
     std::sort(result.paths.begin(), result.paths.end(), betterPath);
     if (progress) progress(1.0);
     return result;
 }
 
-namespace {
-
-PlanSettings inBreath(PlanSettings settings, const Surrogate& breath) {
-    settings.breath = breath;
-    return settings;
-}
-
-}  // namespace
-
 bool ratePath(const Patient& patient, const PlanSettings& settings, PlannedPath& path) {
-    const PlanSettings there = inBreath(settings, path.breath);
+    PlanSettings there = settings;
+    there.breath = path.breath;
     path.clearance_score = path.target_score = path.quality = 0.0;
     const PlanRegion region = makePlanRegion(patient, there);
     const TissueMap map(patient);
     const Plan plan{patient, there, region, map};
-    return Judge(plan).judge(path) == Verdict::kept;
+    return PathEvaluator(plan).evaluate(path) == Verdict::accepted;
 }
 
 std::vector<double> worstQualities(const Patient& patient, const PlanSettings& settings,
@@ -186,16 +172,17 @@ std::vector<double> worstQualities(const Patient& patient, const PlanSettings& s
     const TissueMap map(patient);
     std::vector<double> worst(paths.size(), 1.0);
     for (const Surrogate& breath : breaths) {
-        const PlanSettings there = inBreath(settings, breath);
+        PlanSettings there = settings;
+        there.breath = breath;
         const PlanRegion region = makePlanRegion(patient, there);
         const Plan plan{patient, there, region, map};
         parallelFor(settings.threads, (paths.size() + kBlock - 1) / kBlock, [&](std::size_t block) {
-            Judge judge(plan);
+            PathEvaluator evaluator(plan);
             for (std::size_t i = block * kBlock; i < std::min(paths.size(), (block + 1) * kBlock); ++i) {
                 PlannedPath path = paths[i];
                 path.entry_m = deformedFromReference(motion, breath, path.entry_reference_m);
                 path.target_m = deformedFromReference(motion, breath, path.target_reference_m);
-                const bool kept = judge.judge(path) == Verdict::kept;
+                const bool kept = evaluator.evaluate(path) == Verdict::accepted;
                 worst[i] = std::min(worst[i], kept ? path.quality : 0.0);
             }
         });

@@ -1,5 +1,6 @@
-// Reference paths: straight lines from the skin to a bile duct's centre line, rated by four criteria.
-// Source: Mastmeyer et al. 2017, Eq. 9, after Baegert et al. 2007.
+// Reference paths: straight lines from the skin to a bile duct's centre line, rated by four criteria. C1: the
+// path crosses no risk structure. C2: it is short enough. C3: its clearance to risk structures. C4: the chord
+// of the duct along it. Source: Mastmeyer et al. 2017, Eq. 9, after Baegert et al. 2007.
 #pragma once
 
 #include <cstdint>
@@ -12,22 +13,22 @@
 namespace stylet::patient {
 
 struct PlanSettings {
-    Surrogate breath;                 // (held) breathing state in which the path is straight and is rated
+    Surrogate breath;  // breathing state (held) in which the path is straight, and for which it is rated
     double skin_spacing_m = 0.008;    // spacing of the skin voxels to try; 0: all
     double target_spacing_m = 0.004;  // minimum distance between targets on the centre line; 0: all
-    double max_length_m = 0.090;      // C2
+    double max_length_m = 0.090;      // for C2
     double min_quality = 0.4;
-    // this close to the duct's wall, risk structures count for C1 but not for C3
+    // C3 ignores risk structures on the last stretch of this length before the duct's wall. C1 does not.
     double near_target_m = 0.010;
     // Skips pairs that cannot become the best path of their skin voxel; the resulting paths are the same.
-    // Applies only in the breathing state of the CT, where paths are straight in the reference.
+    // Has no effect if `breath` is not the CT's: the bounds need paths that are straight in the CT too.
     bool skip = true;
     int threads = 2;
 };
 
-// All skin voxels of the access area and all voxels of the duct's centre line, in the breathing state of
-// the CT.
-PlanSettings studyPlan(const Patient&);
+// The study's settings: all skin voxels of the access area and all voxels of the duct's centre line, in the
+// breathing state of the CT.
+PlanSettings studyPlanSettings(const Patient&);
 
 struct PlannedPath {
     Vec3 entry_m{0.0}, target_m{0.0};                      // end points in the deformed patient at `breath`
@@ -37,10 +38,11 @@ struct PlannedPath {
     double clearance_score = 0.0;  // C3 in [0, 1]
     double target_score = 0.0;     // C4 in [0, 1]
     double quality = 0.0;          // (C3 + C4) / 2
+    friend bool operator==(const PlannedPath&, const PlannedPath&) = default;
 };
 
-// Increase it whenever planPaths finds or rates paths of the same patient differently. Stored paths of
-// another version are stale.
+// Increase it whenever planPaths() finds other paths of the same patient or rates them differently. Stored
+// paths of another version are stale.
 inline constexpr int kPlannerVersion = 4;
 
 struct PlanResult {
@@ -48,18 +50,18 @@ struct PlanResult {
     std::size_t candidates = 0, skipped = 0, rejected_blocked = 0, rejected_long = 0, rejected_quality = 0;
 };
 
-// Tries the skin in the access area (right flank, between the axillary lines, at liver height) against the
-// duct's centre line. Each path passes between two ribs and leaves room for the hand above the table. See
-// patient/README.md.
+// Tries all pairs of a skin voxel in the access area (right flank, between the axillary lines, at liver
+// height) and a voxel of the duct's centre line. A path must pass between two ribs and leave room for the
+// hand above the table. See patient/README.md.
 PlanResult planPaths(const Patient&, const PlanSettings&,
                      const std::function<void(double fraction)>& progress = {});
 
-// Computes length, scores and quality of a path whose ends and breath are set. Returns false if the
-// planner would reject the path; values not reached by then are 0.
+// Computes length, scores and quality of a path whose ends and breath are set. Returns false if the planner
+// would reject the path; values not computed by then are 0.
 bool ratePath(const Patient&, const PlanSettings&, PlannedPath&);
 
-// Worst quality of each path over several breathing states. The ends move with the tissue; 0 if the
-// planner would reject the path in one of the states.
+// Worst quality of each path over several breathing states. The ends move with the tissue. The quality is 0
+// if the planner would reject the path in one of the states.
 std::vector<double> worstQualities(const Patient&, const PlanSettings&, const std::vector<PlannedPath>&,
                                    const std::vector<Surrogate>& breaths);
 

@@ -3,19 +3,21 @@
 namespace stylet::patient {
 namespace {
 
-constexpr double kHopeless = -1.0;  // rejected by C1
+// Bound of a path that meets a risk structure. It is below every quality.
+constexpr double kRejectedPath = -1.0;
 
-struct Look {
+struct PointSample {
     Index3 voxel{0};
-    bool sure = false;
+    bool sure = false;  // the point is in `voxel` and not close to its faces
 };
 
 }  // namespace
 
 struct QualityBound::Line {
     Vec3 start, step;  // in voxels, cell borders at integers
-    // Truncation differs from floor below zero, but there `sure` is false.
-    Look lookAt(double at_m) const {
+    // Index3() truncates toward zero, which is not floor() for negative coordinates. Their `share` is
+    // negative, so such a point is not `sure`.
+    PointSample samplePoint(double at_m) const {
         constexpr double kNear = 1e-4, kFar = 1.0 - kNear;
         const Vec3 at = start + step * at_m;
         const Index3 voxel(at);
@@ -37,26 +39,26 @@ double QualityBound::bound(const PlannedPath& path, double needed) const {
                     (path.target_m - path.entry_m) / (grid_.spacing_m * length_m)};
     const double wall_m = outsideDuct(line, length_m, 0.0, -half_voxel_m_);
     const double far_m = outsideDuct(line, length_m, length_m + kBeyondTarget_m, half_voxel_m_);
-    const double target_score = scoreOf(far_m - wall_m + kCorner_m, kFullChord_m);
+    const double target_score = toScore(far_m - wall_m + kCorner_m, kFullChord_m);
     const double needed_m = (2.0 * needed - target_score) * kFullClearance_m;
     double clearance_m = kFullClearance_m;
-    if (needed_m > clearance_m) return qualityOf(1.0, target_score);
+    if (needed_m > clearance_m) return pathQuality(1.0, target_score);
     const double counts_to_m = wall_m - plan_.settings.near_target_m - kCorner_m;
     for (double at_m = 0.0; at_m < counts_to_m;) {
-        const Look look = line.lookAt(at_m);
-        const double here_m = clearance(look.voxel);
-        if (look.sure) {
+        const PointSample point = line.samplePoint(at_m);
+        const double here_m = clearance(point.voxel);
+        if (point.sure) {
             clearance_m = std::min(clearance_m, here_m);
-            if (here_m < 0.0 && blocks(look.voxel)) return kHopeless;
+            if (here_m < 0.0 && blocks(point.voxel)) return kRejectedPath;
             if (here_m < needed_m) {
-                const double bound = qualityOf(scoreOf(clearance_m, kFullClearance_m), target_score);
+                const double bound = pathQuality(toScore(clearance_m, kFullClearance_m), target_score);
                 if (bound < needed) return bound;
             }
         }
         // Clearance decreases by at most the distance travelled.
         at_m += std::max(here_m - std::max(0.0, needed_m), half_voxel_m_);
     }
-    return qualityOf(scoreOf(clearance_m, kFullClearance_m), target_score);
+    return pathQuality(toScore(clearance_m, kFullClearance_m), target_score);
 }
 
 double QualityBound::clearance(const Index3& voxel) const {
@@ -68,10 +70,8 @@ double QualityBound::clearance(const Index3& voxel) const {
 // True if the voxel is a risk whatever the needle has passed before.
 bool QualityBound::blocks(const Index3& voxel) const {
     const TissueMap::Code code = plan_.map.code(voxel);
-    for (const bool past_skin : {false, true})
-        for (const bool past_fascia : {false, true})
-            if (plan_.map.sample(code, {past_skin, past_fascia}).role != Role::risk) return false;
-    return true;
+    return std::all_of(kAllTrackFlags.begin(), kAllTrackFlags.end(),
+                       [&](TrackFlags flags) { return plan_.map.sample(code, flags).role == Role::risk; });
 }
 
 bool QualityBound::isDuct(const Index3& voxel) const {
@@ -81,10 +81,10 @@ bool QualityBound::isDuct(const Index3& voxel) const {
 // First depth that is certainly outside the duct, searching from `from_m` in steps of `step_m`; `last_m`
 // if there is none.
 double QualityBound::outsideDuct(const Line& line, double from_m, double last_m, double step_m) const {
-    const int looks = int((last_m - from_m) / step_m);
-    for (int i = 1; i <= looks; ++i) {
-        const Look look = line.lookAt(from_m + i * step_m);
-        if (look.sure && !isDuct(look.voxel)) return from_m + i * step_m;
+    const int steps = int((last_m - from_m) / step_m);
+    for (int i = 1; i <= steps; ++i) {
+        const PointSample point = line.samplePoint(from_m + i * step_m);
+        if (point.sure && !isDuct(point.voxel)) return from_m + i * step_m;
     }
     return last_m;
 }

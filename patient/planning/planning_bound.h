@@ -1,19 +1,20 @@
-// Internal: finds pairs of skin and duct voxel that cannot win, with few samples. Based on Hart, "Sphere
-// tracing", The Visual Computer 12, 1996.
+// Internal: finds pairs of skin and duct voxel that cannot be the best, with few samples. Based on Hart,
+// "Sphere tracing", The Visual Computer 12, 1996.
 #pragma once
 
 #include "patient/planning/planning_judge.h"
 
 namespace stylet::patient {
 
-// Computes an upper bound of a path's quality from few samples. Only samples at voxels that the path is
-// certain to visit are used: a point of the line lies inside the voxel, away from its faces. So the result
-// bounds Judge's result to the last bit.
+// Computes an upper bound of a path's quality from few samples. Uses a sample only if the path certainly
+// visits its voxel: the sampled point of the line is in the voxel and not close to its faces. So the bound is
+// never below PathEvaluator's result, not even by a rounding error.
 class QualityBound {
   public:
     // The plan must outlive it. Its breath must be that of the CT.
     explicit QualityBound(const Plan&);
-    // An upper bound of the path's quality. Stops early with a value below `needed` once one is proven.
+    // An upper bound of the path's quality. Stops early and returns a value below `needed` once the quality
+    // is known to be below it.
     double bound(const PlannedPath&, double needed) const;
 
   private:

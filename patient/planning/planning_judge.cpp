@@ -3,51 +3,52 @@
 namespace stylet::patient {
 namespace {
 
-constexpr double kNeedle_m = 0.150;  // this much of the needle must reach the skin through free air
-constexpr double kHair_m = 1e-5;
+constexpr double kNeedle_m = 0.150;  // length of the needle outside the skin that must lie in free air
+constexpr double kSideOffset_m = 1e-5;
 constexpr double kHandBehind_m = 0.190;  // distance of the hand from the skin before the tip touches it
 constexpr double kHandAboveTable_m = 0.030;
-constexpr double kSkinRoughness_m = 0.003;  // an oblique line may leave the voxelised skin this late
+constexpr double kSkinRoughness_m = 0.003;  // an oblique line may cross skin voxels up to this far
 
 }  // namespace
 
-double scoreOf(double metres, double full_m) noexcept {
+double toScore(double metres, double full_m) noexcept {
     return std::clamp(metres / full_m, 0.0, 1.0);
 }
 
-double qualityOf(double clearance_score, double target_score) noexcept {
+double pathQuality(double clearance_score, double target_score) noexcept {
     return 0.5 * (clearance_score + target_score);
 }
 
-bool isStill(const Patient& patient, const Surrogate& breath) {
+bool isReferenceBreath(const Patient& patient, const Surrogate& breath) {
     const MotionModel& motion = patient.package().motion;
     return motion.empty() || breath == motion.reference;
 }
 
-Judge::Judge(const Plan& plan)
+PathEvaluator::PathEvaluator(const Plan& plan)
     : map_(plan.map),
       settings_(plan.settings),
       region_(plan.region),
       walker_(plan.patient, plan.settings.breath) {}
 
-Verdict Judge::judge(PlannedPath& path) {
+Verdict PathEvaluator::evaluate(PlannedPath& path) {
     path.length_m = glm::length(path.target_m - path.entry_m);
     if (!(path.length_m <= settings_.max_length_m)) return Verdict::tooLong;  // C2
     const Vec3 direction = (path.target_m - path.entry_m) / path.length_m;
     const std::optional<Duct> duct = traverse(path.entry_m, direction, path.length_m);  // C1
     if (!duct) return Verdict::blocked;
-    const Surroundings beside = lookAround(path, duct->wall_m);
+    const Surroundings beside = findSurroundings(path, duct->wall_m);
     if (!beside.between_ribs) return Verdict::blocked;
-    path.clearance_score = scoreOf(beside.clearance_m, kFullClearance_m);  // C3
-    path.target_score = scoreOf(duct->chord_m, kFullChord_m);              // C4
-    path.quality = qualityOf(path.clearance_score, path.target_score);
+    path.clearance_score = toScore(beside.clearance_m, kFullClearance_m);  // C3
+    path.target_score = toScore(duct->chord_m, kFullChord_m);              // C4
+    path.quality = pathQuality(path.clearance_score, path.target_score);
     if (path.quality < settings_.min_quality) return Verdict::poor;
-    const bool free = freeOutside(path, direction) && freeBeside(path, direction);
-    return free ? Verdict::kept : Verdict::blocked;
+    const bool free = isFreeOutside(path, direction) && isFreeBeside(path, direction);
+    return free ? Verdict::accepted : Verdict::blocked;
 }
 
 // Finds the duct that contains the target. Returns nothing if the path meets a risk structure.
-std::optional<Judge::Duct> Judge::traverse(const Vec3& entry_m, const Vec3& direction, double length_m) {
+std::optional<PathEvaluator::Duct> PathEvaluator::traverse(const Vec3& entry_m, const Vec3& direction,
+                                                           double length_m) {
     TrackFlags flags;
     bool blocked = false, in_duct = false;
     double begin_of_duct_m = length_m, end_of_duct_m = length_m;
@@ -74,19 +75,19 @@ std::optional<Judge::Duct> Judge::traverse(const Vec3& entry_m, const Vec3& dire
     return Duct{begin_of_duct_m, end_of_duct_m - begin_of_duct_m};
 }
 
-// A line along a voxel's edge belongs to both sides, and rounding decides which side a needle meets. So
-// lines slightly beside the path must be free too.
-bool Judge::freeBeside(const PlannedPath& path, const Vec3& direction) {
+// A line along a voxel's edge belongs to the voxels on both sides; rounding decides which of them a simulated
+// needle meets. So lines slightly beside the path must be free of risk structures too.
+bool PathEvaluator::isFreeBeside(const PlannedPath& path, const Vec3& direction) {
     const Vec3 across = glm::normalize(glm::cross(direction, Vec3(0.0, 0.0, 1.0)) + Vec3(1e-9, 0.0, 0.0));
     const Vec3 upward = glm::cross(across, direction);
     for (const Vec3& aside : {across, -across, upward, -upward})
-        if (!traverse(path.entry_m + aside * kHair_m, direction, path.length_m)) return false;
+        if (!traverse(path.entry_m + aside * kSideOffset_m, direction, path.length_m)) return false;
     return true;
 }
 
-// Checks that the path crosses the skin once: the needle reaches it through air, and the hand stays above
-// the table.
-bool Judge::freeOutside(const PlannedPath& path, const Vec3& direction) {
+// Checks that the path crosses the skin once: outside the skin the needle lies in air, and the hand stays
+// above the table.
+bool PathEvaluator::isFreeOutside(const PlannedPath& path, const Vec3& direction) {
     const double hand_m = path.entry_m.y - kHandBehind_m * direction.y;
     if (hand_m < region_.back_m + kHandAboveTable_m) return false;
     bool free = true, in_air = false;
@@ -100,15 +101,15 @@ bool Judge::freeOutside(const PlannedPath& path, const Vec3& direction) {
     return free;
 }
 
-// Over the voxels of the deformed patient that the path visits: the smallest clearance up to where it
-// counts, and whether the path passes between two ribs.
-Judge::Surroundings Judge::lookAround(const PlannedPath& path, double wall_m) {
+// Examines the voxels of the deformed patient that the path visits. Finds the smallest clearance more than
+// `near_target_m` before the duct's wall, and whether the path passes between two ribs.
+PathEvaluator::Surroundings PathEvaluator::findSurroundings(const PlannedPath& path, double wall_m) {
     const double counts_to_m = wall_m - settings_.near_target_m;
     const bool has_ribs = !region_.intercostal.voxels.empty();
     Surroundings found;
     found.between_ribs = !has_ribs;
     for (const VoxelPath::Visit& visit :
-         around_.along(region_.clearance_m.grid, path.entry_m, path.target_m)) {
+         around_.traverse(region_.clearance_m.grid, path.entry_m, path.target_m)) {
         const double begin_m = visit.begin * path.length_m;
         if (begin_m > wall_m) break;
         if (visit.offset == VoxelPath::kOutside) continue;

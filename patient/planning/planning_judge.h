@@ -16,13 +16,13 @@ inline constexpr double kFullClearance_m = 0.010;  // C3 = 1
 inline constexpr double kFullChord_m = 0.010;      // C4 = 1
 inline constexpr double kCorner_m = 1e-9;          // a shorter stretch in a voxel only touches its corner
 
-// C3 and C4 from metres, and the quality Q from both.
-double scoreOf(double metres, double full_m) noexcept;
-double qualityOf(double clearance_score, double target_score) noexcept;
+// toScore() computes C3 and C4 from a length. pathQuality() computes Q from both scores.
+double toScore(double metres, double full_m) noexcept;
+double pathQuality(double clearance_score, double target_score) noexcept;
 
-// True in the breathing state of the CT: a straight line in the deformed patient is straight in the
-// reference.
-bool isStill(const Patient&, const Surrogate& breath);
+// True in the breathing state of the CT, in which a straight line in the deformed patient is also straight in
+// the reference.
+bool isReferenceBreath(const Patient&, const Surrogate& breath);
 
 // Shared by all threads, read-only.
 struct Plan {
@@ -41,7 +41,7 @@ class Walker {
         : motion_(patient.package().motion),
           grid_(patient.grid()),
           breath_(breath),
-          straight_(isStill(patient, breath)) {}
+          straight_(isReferenceBreath(patient, breath)) {}
 
     // Calls visit(voxel visit, begin_m, end_m) along a + s * direction until it returns false.
     template <typename Visit>
@@ -55,7 +55,7 @@ class Walker {
             for (int i = 0; i < pieces && going; ++i) {
                 const double at_m = begin_m + piece_m * i;
                 const Vec3 to = referenceFromDeformed(motion_, breath_, a + direction * (at_m + piece_m));
-                const std::vector<VoxelPath::Visit>& visits = path_.along(grid_, from, to);
+                const std::vector<VoxelPath::Visit>& visits = path_.traverse(grid_, from, to);
                 for (std::size_t v = 0; v < visits.size() && going; ++v) {
                     const double share = v + 1 < visits.size() ? visits[v + 1].begin : 1.0;
                     going = visit(visits[v], at_m + piece_m * visits[v].begin, at_m + piece_m * share);
@@ -77,15 +77,15 @@ class Walker {
     VoxelPath path_;
 };
 
-enum class Verdict { kept, blocked, tooLong, poor };
+enum class Verdict { accepted, blocked, tooLong, poor };
 
 // Use one per thread.
-class Judge {
+class PathEvaluator {
   public:
     // The plan must outlive it.
-    explicit Judge(const Plan&);
+    explicit PathEvaluator(const Plan&);
     // Fills clearance score, target score and quality of a path whose ends are set.
-    Verdict judge(PlannedPath&);
+    Verdict evaluate(PlannedPath&);
 
   private:
     struct Duct {
@@ -98,9 +98,9 @@ class Judge {
     };
 
     std::optional<Duct> traverse(const Vec3& entry_m, const Vec3& direction, double length_m);
-    bool freeBeside(const PlannedPath&, const Vec3& direction);
-    bool freeOutside(const PlannedPath&, const Vec3& direction);
-    Surroundings lookAround(const PlannedPath&, double wall_m);
+    bool isFreeBeside(const PlannedPath&, const Vec3& direction);
+    bool isFreeOutside(const PlannedPath&, const Vec3& direction);
+    Surroundings findSurroundings(const PlannedPath&, double wall_m);
 
     const TissueMap& map_;
     const PlanSettings& settings_;

@@ -2,23 +2,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <tuple>
 
 #include "base/distance.h"
+#include "base/geodesic.h"
 #include "base/parallel.h"
 
 namespace stylet::patient {
 namespace {
 
-constexpr double kClearanceMargin_m = 0.012;  // clearance saturates at 10 mm
-// The axillary lines, as shares of half the torso's depth in front of and behind its middle: 30 degrees to
-// either side of the most lateral line of an elliptic torso.
+constexpr double kClearanceMargin_m = 0.012;  // more than 10 mm, where the clearance score saturates
+// The axillary lines lie at this share of the torso's half depth in front of and behind its middle. On an
+// elliptic torso this is 30 degrees to either side of the most lateral line.
 constexpr double kAxillaryLine = 0.5;
 constexpr float kUnderRibShare = 0.5f;
 constexpr double kInsideLiver_m = 0.030;
-// Largest vertical distance between neighbouring ribs: a gap of 25 mm across sloping ribs.
+// Largest vertical distance between neighbouring ribs, which corresponds to a gap of 25 mm across sloping
+// ribs.
 constexpr double kNextRib_m = 0.035;
-// The chest wall leans: the next rib may be this far to the side of vertical.
+// The chest wall leans, so the next rib may be this far beside the vertical line.
 constexpr double kRibLean_m = 0.010;
 
 // Properties of one voxel of the deformed patient.
@@ -30,18 +33,15 @@ struct Box {
     void add(const Vec3& p) { low = glm::min(low, p), high = glm::max(high, p); }
 };
 
-constexpr std::array<Index3, 6> kNeighbours{Index3(1, 0, 0),  Index3(-1, 0, 0), Index3(0, 1, 0),
-                                            Index3(0, -1, 0), Index3(0, 0, 1),  Index3(0, 0, -1)};
-
-std::array<bool, 256> labelsOf(const Patient& patient, Tissue tissue) {
-    std::array<bool, 256> ids{};
+LabelSet labelsWithTissue(const Patient& patient, Tissue tissue) {
+    LabelSet ids{};
     for (const Label& label : patient.package().label_table)
         ids[label.id] = label.tissue == tissue;
     return ids;
 }
 
 Box deformedLiver(const Patient& patient, const Surrogate& breath) {
-    const std::array<bool, 256> is_liver = labelsOf(patient, Tissue::liver);
+    const LabelSet is_liver = labelsWithTissue(patient, Tissue::liver);
     const Package& p = patient.package();
     Box box;
     forEachVoxel(p.labels.grid, [&](const Index3& i) {
@@ -62,9 +62,9 @@ Grid cropAround(const Grid& whole, const Box& liver) {
     return {high - low + 1, whole.spacing_m, whole.centre(low)};
 }
 
-// Past the fascia, bone begins at a higher CT value. But voxels between the two values are contrast-filled
-// vessels there, which are also risk structures. So one threshold is enough.
-std::uint8_t markOf(const Patient& patient, const Index3& i) noexcept {
+// Past the fascia, bone begins at a higher CT value. There the voxels between the two thresholds are
+// contrast-filled vessels, which are also risk structures. So one threshold is enough.
+std::uint8_t markVoxel(const Patient& patient, const Index3& i) noexcept {
     const Package& p = patient.package();
     if (!p.ct.grid.contains(i)) return 0;
     if (const Label* label = patient.label(p.labels[i])) {
@@ -82,35 +82,26 @@ Volume<std::uint8_t> markDeformed(const Patient& patient, const Surrogate& breat
                                   int threads) {
     Volume<std::uint8_t> marks(crop);
     const MotionModel& motion = patient.package().motion;
-    parallelFor(threads, std::size_t(crop.dims.z), [&](std::size_t z) {
-        Index3 i{0, 0, int(z)};
-        for (i.y = 0; i.y < crop.dims.y; ++i.y)
-            for (i.x = 0; i.x < crop.dims.x; ++i.x) {
-                const Vec3 reference_m = referenceFromDeformed(motion, breath, crop.centre(i));
-                marks[i] = markOf(patient, patient.grid().nearest(reference_m));
-            }
+    parallelVoxels(threads, crop, [&](const Index3& i) {
+        const Vec3 reference_m = referenceFromDeformed(motion, breath, crop.centre(i));
+        marks[i] = markVoxel(patient, patient.grid().nearest(reference_m));
     });
     return marks;
 }
 
 // Sets `mark` on every voxel connected to `open` through voxels accepted by `through`.
 template <typename Through>
-void floodMarks(Volume<std::uint8_t>& marks, std::vector<Index3>& open, std::uint8_t mark,
+void floodMarks(Volume<std::uint8_t>& marks, std::vector<Index3> open, std::uint8_t mark,
                 const Through& through) {
-    while (!open.empty()) {
-        const Index3 i = open.back();
-        open.pop_back();
-        for (const Index3& step : kNeighbours) {
-            const Index3 n = i + step;
-            if (!marks.grid.contains(n) || (marks[n] & mark) || !through(marks[n])) continue;
-            marks[n] |= mark;
-            open.push_back(n);
-        }
-    }
+    floodFaces(marks.grid, std::move(open), [&](const Index3& i) {
+        if ((marks[i] & mark) || !through(marks[i])) return false;
+        marks[i] |= mark;
+        return true;
+    });
 }
 
-// The body is everything connected to the liver (a table is not). Outside air is air connected to the
-// image's right, front or back side. Other air is gas or lung, a risk.
+// The body is everything connected to the liver, so a table does not belong to it. Outside air is air
+// connected to the image's right, front or back side. Other air is gas or lung, which is a risk.
 void classifyBodyAndAir(Volume<std::uint8_t>& marks) {
     const Index3 last = marks.grid.dims - 1;
     std::vector<Index3> liver, air;
@@ -119,8 +110,8 @@ void classifyBodyAndAir(Volume<std::uint8_t>& marks) {
         if (m & kLiver) m |= kBody, liver.push_back(i);
         if (!(m & kFilled) && (i.x == last.x || i.y == 0 || i.y == last.y)) m |= kOutside, air.push_back(i);
     });
-    floodMarks(marks, liver, kBody, [](std::uint8_t m) { return (m & kFilled) != 0; });
-    floodMarks(marks, air, kOutside, [](std::uint8_t m) { return (m & kFilled) == 0; });
+    floodMarks(marks, std::move(liver), kBody, [](std::uint8_t m) { return (m & kFilled) != 0; });
+    floodMarks(marks, std::move(air), kOutside, [](std::uint8_t m) { return (m & kFilled) == 0; });
     for (std::uint8_t& m : marks.voxels)
         if (!(m & (kFilled | kOutside))) m |= kRisk;
 }
@@ -132,7 +123,7 @@ Volume<std::uint8_t> riskMask(const Volume<std::uint8_t>& marks) {
     return mask;
 }
 
-// Nerve and vessels run in a groove under each rib. Marks bone voxels without bone below.
+// Marks the lower edges of ribs, where nerve and vessels run in a groove: bone voxels without bone below.
 Volume<std::uint8_t> lowerEdgeMask(const Volume<std::uint8_t>& marks) {
     Volume<std::uint8_t> mask(marks.grid);
     const std::size_t below = marks.grid.offset({0, 0, 1});
@@ -152,7 +143,7 @@ Volume<float> clearances(const Volume<std::uint8_t>& marks, int threads) {
     return clearance_m;
 }
 
-// Bone, widened along x within each slice.
+// Bone, widened along x within each slice by the distance that the next rib may lean.
 Volume<std::uint8_t> leaningBone(const Volume<std::uint8_t>& marks) {
     Volume<std::uint8_t> wide(marks.grid);
     const int reach = int(kRibLean_m / marks.grid.spacing_m.x);
@@ -198,7 +189,7 @@ Depth bodyDepth(const Volume<std::uint8_t>& marks, int z) {
     return depth;
 }
 
-double backOf(const Volume<std::uint8_t>& marks) {
+double findBack(const Volume<std::uint8_t>& marks) {
     double lowest_m = marks.grid.centre(marks.grid.dims).y;
     forEachVoxel(marks.grid, [&](const Index3& i) {
         if (marks[i] & kBody) lowest_m = std::min(lowest_m, marks.grid.centre(i).y);
@@ -206,13 +197,15 @@ double backOf(const Volume<std::uint8_t>& marks) {
     return lowest_m;
 }
 
-// The first voxel from the right that is not outside air. Null if it is not part of the body or the image
-// cuts it off.
-const Index3* firstSkinVoxel(const Volume<std::uint8_t>& marks, int y, int z, Index3& found) {
+// The first voxel from the right that is not outside air. Returns nothing if it is not part of the body or if
+// the image cuts off the body.
+std::optional<Index3> firstSkinVoxel(const Volume<std::uint8_t>& marks, int y, int z) {
     const int last = marks.grid.dims.x - 1;
-    for (found = {last, y, z}; found.x >= 0; --found.x)
-        if (!(marks[found] & kOutside)) return found.x < last && (marks[found] & kBody) ? &found : nullptr;
-    return nullptr;
+    Index3 i{last, y, z};
+    while (i.x >= 0 && (marks[i] & kOutside))
+        --i.x;
+    if (i.x < 0 || i.x == last || !(marks[i] & kBody)) return std::nullopt;
+    return i;
 }
 
 std::vector<Vec3> skinEntries(const Volume<std::uint8_t>& marks, const Box& liver, double spacing_m) {
@@ -227,10 +220,8 @@ std::vector<Vec3> skinEntries(const Volume<std::uint8_t>& marks, const Box& live
         if (depth.back < 0) continue;
         const double middle = 0.5 * (depth.front + depth.back);
         const double reach = kAxillaryLine * 0.5 * (depth.front - depth.back);
-        for (int y = int(std::ceil(middle - reach)); y <= int(std::floor(middle + reach)); y += step_y) {
-            Index3 found;
-            if (firstSkinVoxel(marks, y, z, found)) entries.push_back(grid.centre(found));
-        }
+        for (int y = int(std::ceil(middle - reach)); y <= int(std::floor(middle + reach)); y += step_y)
+            if (const auto skin = firstSkinVoxel(marks, y, z)) entries.push_back(grid.centre(*skin));
     }
     return entries;
 }
@@ -241,12 +232,12 @@ class InsideLiver {
   public:
     explicit InsideLiver(const Patient& patient)
         : labels_(patient.package().labels),
-          liver_(labelsOf(patient, Tissue::liver)),
-          duct_(labelsOf(patient, Tissue::duct)),
-          vessel_(labelsOf(patient, Tissue::vessel)) {}
+          liver_(labelsWithTissue(patient, Tissue::liver)),
+          duct_(labelsWithTissue(patient, Tissue::duct)),
+          vessel_(labelsWithTissue(patient, Tissue::vessel)) {}
 
     bool operator()(const Index3& i) const {
-        return std::count_if(kNeighbours.begin(), kNeighbours.end(),
+        return std::count_if(kFaceSteps.begin(), kFaceSteps.end(),
                              [&](const Index3& step) { return meetsLiver(i, step); }) >= 5;
     }
 
@@ -262,7 +253,7 @@ class InsideLiver {
     }
 
     const LabelVolume& labels_;
-    std::array<bool, 256> liver_, duct_, vessel_;
+    LabelSet liver_, duct_, vessel_;
 };
 
 struct Ridge {
@@ -271,23 +262,21 @@ struct Ridge {
 };
 
 // Duct voxels whose distance from the wall is not exceeded by a neighbour.
-std::vector<Ridge> ridgesOf(const Volume<float>& depth_m) {
+std::vector<Ridge> findRidges(const Volume<float>& depth_m) {
     std::vector<Ridge> ridges;
     forEachVoxel(depth_m.grid, [&](const Index3& i) {
         const float own = depth_m[i];
         if (own <= 0.0f) return;
-        Index3 d;
-        for (d.z = -1; d.z <= 1; ++d.z)
-            for (d.y = -1; d.y <= 1; ++d.y)
-                for (d.x = -1; d.x <= 1; ++d.x)
-                    if (depth_m.grid.contains(i + d) && depth_m[i + d] > own) return;
-        ridges.push_back({depth_m.grid.centre(i), own});
+        const Index3 low = glm::max(i - 1, Index3(0)), high = glm::min(i + 1, depth_m.grid.dims - 1);
+        float deepest_m = own;
+        forEachVoxel(low, high, [&](const Index3& near) { deepest_m = std::max(deepest_m, depth_m[near]); });
+        if (deepest_m <= own) ridges.push_back({depth_m.grid.centre(i), own});
     });
     return ridges;
 }
 
 // Bounding box of the duct voxels plus one voxel.
-Grid cropAroundDucts(const LabelVolume& labels, const std::array<bool, 256>& is_duct) {
+Grid cropAroundDucts(const LabelVolume& labels, const LabelSet& is_duct) {
     Index3 low = labels.grid.dims, high{-1};
     forEachVoxel(labels.grid, [&](const Index3& i) {
         if (is_duct[labels[i]]) low = glm::min(low, i), high = glm::max(high, i);
@@ -301,14 +290,14 @@ Grid cropAroundDucts(const LabelVolume& labels, const std::array<bool, 256>& is_
 
 std::vector<Vec3> ductCentreLine(const Patient& patient, double spacing_m) {
     const LabelVolume& labels = patient.package().labels;
-    const std::array<bool, 256> is_duct = labelsOf(patient, Tissue::duct);
+    const LabelSet is_duct = labelsWithTissue(patient, Tissue::duct);
     const Grid crop = cropAroundDucts(labels, is_duct);
     if (crop.voxelCount() == 0) return {};
     const Index3 corner = labels.grid.nearest(crop.origin_m);
     Volume<std::uint8_t> not_duct(crop);
     forEachVoxel(crop, [&](const Index3& i) { not_duct[i] = !is_duct[labels[i + corner]]; });
 
-    std::vector<Ridge> ridges = ridgesOf(distanceTo(not_duct, Sites::all, 1));
+    std::vector<Ridge> ridges = findRidges(distanceTo(not_duct, Sites::all, 1));
     const InsideLiver inside(patient);
     std::erase_if(ridges, [&](const Ridge& r) { return !inside(labels.grid.nearest(r.centre_m)); });
     std::sort(ridges.begin(), ridges.end(), [](const Ridge& a, const Ridge& b) {
@@ -330,7 +319,7 @@ PlanRegion makePlanRegion(const Patient& patient, const PlanSettings& settings) 
     Volume<std::uint8_t> marks = markDeformed(patient, settings.breath, crop, settings.threads);
     classifyBodyAndAir(marks);
     return {clearances(marks, settings.threads), intercostalMask(marks),
-            skinEntries(marks, liver, settings.skin_spacing_m), backOf(marks)};
+            skinEntries(marks, liver, settings.skin_spacing_m), findBack(marks)};
 }
 
 }  // namespace stylet::patient

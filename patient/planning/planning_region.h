@@ -7,15 +7,15 @@
 
 namespace stylet::patient {
 
-// how far beyond the target to search for the duct's far wall
+// distance beyond the target within which the duct's far wall is searched
 inline constexpr double kBeyondTarget_m = 0.020;
 
 // The right flank at the height of the liver in the deformed patient, with a margin for clearances.
 struct PlanRegion {
-    // Distance between the borders of a voxel and the nearest risk structure. Under a rib's lower edge it
-    // counts half.
+    // Distance from a voxel's border to the border of the nearest risk structure. Distances upward to a rib's
+    // lower edge count half.
     Volume<float> clearance_m;
-    // 1 where bone is near above and below, between two ribs. No voxels if the flank has no ribs.
+    // 1 between two ribs: bone is near above and below. No voxels if the flank has no ribs.
     Volume<std::uint8_t> intercostal;
     std::vector<Vec3> entries_m;  // deformed positions of skin voxels, row by row from the feet to the head
     double back_m = 0.0;          // y of the back of the body, which is the top of the table

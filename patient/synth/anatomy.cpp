@@ -97,14 +97,14 @@ double Anatomy::skinDepth(const Vec3& p) const noexcept {
     const double fat = fat_side_mm * (1.0 - back - ahead) + fat_back_mm * back +
                        (fat_front_mm + belly) * ahead + love_handle - furrow +
                        0.9 * valueNoise(p / 45.0, seed ^ 0x51);
-    // Fat bridges the steps between muscles: the skin follows a smoothed wall.
+    // The skin follows a smoothed wall; fat fills the steps between muscles.
     const double wall = (18.0 * (1.0 - back) + 32.0 * back) * (1.0 - ahead) + 12.5 * ahead;
     const double navel = bump(((p.x * p.x) + (p.z + 108.0) * (p.z + 108.0)) / 60.0) * ahead;
     return wall + std::max(fat, 3.0) + 2.0 - 9.0 * navel;
 }
 
 double Anatomy::diaphragmHeight(const Vec3& p) const noexcept {
-    // Uses the cage's section at the height of the domes, so that the height depends on (x, y) only.
+    // Uses the cage's cross-section at the height of the domes, so that the result depends on (x, y) only.
     const CageSection c = cage(90.0);
     const double ex = (p.x - c.xc) / c.a, ey = (p.y - c.yc) / c.b;
     const double r2 = ex * ex + ey * ey;
@@ -191,7 +191,7 @@ Anatomy drawAnatomy(std::uint64_t seed) {
                                       {0.75, -0.65, 0.0}, {right, 28.0, 22.0});
     o.kidneyLeft = orientedEllipsoid(Vec3(-63.0, -33.0, -12.0) + random.jitter3(4.0), {-0.22, -0.12, -1.0},
                                      {-0.75, -0.65, 0.0}, {left, 28.0, 22.0});
-    // One draw per statement, because the compiler chooses the evaluation order of arguments.
+    // One random draw per statement, because the evaluation order of arguments is unspecified.
     const Vec3 spleen = Vec3(-91.0, -24.0, 52.0) + random.jitter3(4.0);
     const double spleen_long = random.uniform(50.0, 60.0), spleen_wide = random.uniform(38.0, 44.0);
     o.spleen =

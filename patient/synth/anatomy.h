@@ -47,7 +47,7 @@ struct Anatomy {
     // Distance to the cavity lined by the fascia: the cage without the vertebral bodies and psoas.
     // Negative inside.
     double cavityDistance(const Vec3& p) const noexcept;
-    // Outer surfaces of the wall's muscles and of the skin, as distances from the cage.
+    // Outer surface of the wall's muscles and outer surface of the skin, as distances from the cage.
     double muscleDepth(const Vec3& p) const noexcept;
     double skinDepth(const Vec3& p) const noexcept;
     // Lower edge of the ribs [z]; the wall below it has no ribs.
@@ -68,8 +68,7 @@ struct Box {
     Vec3 low, high;
 };
 inline Box boxAround(const Vec3& a, const Vec3& b, double margin) {
-    return {{std::min(a.x, b.x) - margin, std::min(a.y, b.y) - margin, std::min(a.z, b.z) - margin},
-            {std::max(a.x, b.x) + margin, std::max(a.y, b.y) + margin, std::max(a.z, b.z) + margin}};
+    return {glm::min(a, b) - margin, glm::max(a, b) + margin};
 }
 inline constexpr Box kWholeBody{Vec3(-1000.0), Vec3(1000.0)};
 inline constexpr Box kLiverBox{Vec3(-112.0, -85.0, -85.0), Vec3(135.0, 95.0, 150.0)};

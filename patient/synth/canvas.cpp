@@ -23,10 +23,7 @@ TubePoint between(const std::vector<TubePoint>& points, std::size_t i, double t)
 
 void paintStrokes(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto, Id id) {
     stamp(canvas, strokes, onto,
-          [id](const Vec3&, const ConeHit&, const Stroke&, std::uint8_t& label, std::uint8_t& d) {
-              label = std::uint8_t(id);
-              d = 0;
-          });
+          [id](const Vec3&, const ConeHit&, const Stroke&, Voxel voxel) { voxel.set(id); });
 }
 
 std::vector<Stroke> tube(const std::vector<TubePoint>& points, double step_mm, double bulge,

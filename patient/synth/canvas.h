@@ -4,31 +4,22 @@
 #pragma once
 
 #include <array>
-#include <atomic>
-#include <thread>
 #include <vector>
 
+#include "base/parallel.h"
 #include "base/volume.h"
 #include "patient/synth/anatomy.h"
 #include "patient/synth/labels.h"
 
 namespace stylet::patient::synth {
 
-// Calls body(z) for every z in [begin, end). Threads fetch one slice at a time.
-template <class Body>
-void forSlices(int threads, int begin, int end, const Body& body) {
-    std::atomic<int> next{begin};
-    const auto work = [&] {
-        for (int z = next++; z < end; z = next++)
-            body(z);
-    };
-    std::vector<std::thread> others;
-    for (int i = 1; i < threads; ++i)
-        others.emplace_back(work);
-    work();
-    for (std::thread& t : others)
-        t.join();
-}
+// A voxel that a brush paints.
+struct Voxel {
+    std::uint8_t &label, &detail;
+    void set(Id id, std::uint8_t new_detail = 0) const noexcept {
+        label = std::uint8_t(id), detail = new_detail;
+    }
+};
 
 struct Canvas {
     LabelVolume labels;
@@ -55,25 +46,25 @@ struct Canvas {
         }
     }
 
-    // Calls brush(p, label, detail) for every voxel of the box whose label is in `onto`.
+    // Calls brush(p, voxel) for every voxel of the box whose label is in `onto`.
     template <class Brush>
     void paint(const Box& box, IdSet onto, const Brush& brush) {
         Index3 first, last;
         range(box, first, last);
-        forSlices(threads, first.z, last.z + 1, [&](int z) {
-            for (int y = first.y; y <= last.y; ++y) {
-                std::size_t n = grid().offset({first.x, y, z});
-                for (int x = first.x; x <= last.x; ++x, ++n)
-                    if (holds(onto, labels.voxels[n])) brush(at({x, y, z}), labels.voxels[n], detail[n]);
-            }
+        parallelFor(threads, last.z + 1 - first.z, [&](int slice) {
+            const int z = first.z + slice;
+            forEachVoxel({first.x, first.y, z}, {last.x, last.y, z}, [&](const Index3& i) {
+                const std::size_t n = grid().offset(i);
+                if (contains(onto, labels.voxels[n])) brush(at(i), Voxel{labels.voxels[n], detail[n]});
+            });
         });
     }
 
     // Sets the label to `id` wherever distance(p) < 0.
     template <class Distance>
     void fill(const Box& box, IdSet onto, Id id, const Distance& distance) {
-        paint(box, onto, [&](const Vec3& p, std::uint8_t& label, std::uint8_t& d) {
-            if (distance(p) < 0.0) label = std::uint8_t(id), d = 0;
+        paint(box, onto, [&](const Vec3& p, Voxel voxel) {
+            if (distance(p) < 0.0) voxel.set(id);
         });
     }
 };
@@ -84,8 +75,8 @@ struct Stroke {
     double ra, rb;
 };
 
-// Calls brush(p, hit, stroke, label, detail) for every voxel with a label in `onto` inside a stroke. Each
-// voxel sees the strokes in order. The cost depends on the volume of the strokes, not of the grid.
+// Calls brush(p, hit, stroke, voxel) for every voxel inside a stroke whose label is in `onto`. A voxel in
+// several strokes is painted in their order. The cost depends on the volume of the strokes, not of the grid.
 template <class Brush>
 void stamp(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto, const Brush& brush) {
     const Grid& grid = canvas.grid();
@@ -97,18 +88,17 @@ void stamp(Canvas& canvas, const std::vector<Stroke>& strokes, IdSet onto, const
         for (int z = ranges[i][0].z; z <= ranges[i][1].z; ++z)
             of_slice[std::size_t(z)].push_back(i);
     }
-    forSlices(canvas.threads, 0, grid.dims.z, [&](int z) {
+    parallelFor(canvas.threads, grid.dims.z, [&](int z) {
         for (const std::size_t i : of_slice[std::size_t(z)]) {
             const Stroke& s = strokes[i];
             const auto& [first, last] = ranges[i];
-            for (int y = first.y; y <= last.y; ++y)
-                for (int x = first.x; x <= last.x; ++x) {
-                    const std::size_t n = grid.offset({x, y, z});
-                    if (!holds(onto, canvas.labels.voxels[n])) continue;
-                    const Vec3 p = canvas.at({x, y, z});
-                    const ConeHit hit = roundCone(p, s.a, s.b, s.ra, s.rb);
-                    if (hit.distance < 0.0) brush(p, hit, s, canvas.labels.voxels[n], canvas.detail[n]);
-                }
+            forEachVoxel({first.x, first.y, z}, {last.x, last.y, z}, [&](const Index3& at) {
+                const std::size_t n = grid.offset(at);
+                if (!contains(onto, canvas.labels.voxels[n])) return;
+                const Vec3 p = canvas.at(at);
+                const ConeHit hit = roundCone(p, s.a, s.b, s.ra, s.rb);
+                if (hit.distance < 0.0) brush(p, hit, s, Voxel{canvas.labels.voxels[n], canvas.detail[n]});
+            });
         }
     });
 }

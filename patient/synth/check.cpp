@@ -1,11 +1,13 @@
 #include <array>
+#include <bit>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <stdexcept>
 
+#include "base/geodesic.h"
 #include "base/statistics.h"
 #include "base/traversal.h"
 #include "patient/synth/check_tools.h"
-#include "patient/synth/components.h"
 #include "patient/synth/duct_branches.h"
 #include "patient/synth/labels.h"
 #include "patient/synth/synth.h"
@@ -16,11 +18,6 @@ namespace {
 
 constexpr double kAny = std::numeric_limits<double>::infinity();
 constexpr IdSet kTrees = anyOf({Id::portal, Id::hepaticVeins, Id::ducts});
-// Organs that must be in one piece.
-constexpr IdSet kOnePiece = anyOf(
-    {Id::skin,   Id::fascia,   Id::lungRight,   Id::lungLeft,     Id::diaphragm, Id::heart,       Id::aorta,
-     Id::cava,   Id::liver,    Id::portal,      Id::hepaticVeins, Id::ducts,     Id::gallbladder, Id::tumour,
-     Id::spleen, Id::pancreas, Id::kidneyRight, Id::kidneyLeft,   Id::stomach,   Id::colon,       Id::bowel});
 
 class Checker {
   public:
@@ -55,18 +52,16 @@ class Checker {
                 voxels_[labels_.voxels[n]].push_back(n);
     }
 
-    // Voxels of a tree inside the liver: those with mostly liver around them.
+    // Voxels of a tree inside the liver: those surrounded mostly by liver.
     std::vector<std::size_t> insideLiver(Id id) const {
         const int reach = std::max(1, int(7.0 / mm_));
         std::vector<std::size_t> inside;
         for (const std::size_t n : of(id)) {
             const Index3 at = grid_.voxelAt(n);
             int around = 0;
-            for (const Index3& f : kFaces) {
-                const Index3 j = at + f * reach;
-                if (!grid_.contains(j)) continue;
-                const std::uint8_t l = labels_[j];
-                around += l == std::uint8_t(Id::liver) || holds(kTrees, l) ? 1 : 0;
+            for (const Index3& step : kFaceSteps) {
+                const Index3 j = at + step * reach;
+                around += grid_.contains(j) && contains(kTrees | only(Id::liver), labels_[j]);
             }
             if (around >= 5) inside.push_back(n);
         }
@@ -86,10 +81,9 @@ class Checker {
         line("pancreas volume", "ml", millilitres(of(Id::pancreas).size()), 25, 120);
     }
 
-    // Measures gaps between neighbouring right ribs, wall to wall, within 40 mm of the mid-axillary line.
+    // Measures the gaps between neighbouring right ribs, from surface to surface, within 40 mm of the
+    // mid-axillary line.
     void ribGaps() {
-        std::vector<bool> wanted(256, false);
-        wanted[std::size_t(Id::ribsRight)] = true;
         const double half_band_mm = 40.0;
         const double middle_mm = 4.0;  // y of the mid-axillary line
         struct FlankRib {
@@ -97,9 +91,9 @@ class Checker {
             double z_mm = 0.0;
         };
         std::vector<FlankRib> ribs;
-        for (const Component& c : components(labels_, wanted)) {
+        for (const auto& component : connectedComponents(labels_, labelSet(only(Id::ribsRight)))) {
             FlankRib rib;
-            for (const std::size_t n : c.voxels) {
+            for (const std::size_t n : component) {
                 const Vec3 p = grid_.centre(grid_.voxelAt(n)) * 1000.0;
                 if (std::fabs(p.y - middle_mm) > half_band_mm) continue;
                 rib.points_mm.push_back(p);
@@ -122,7 +116,7 @@ class Checker {
         line("widest intercostal gap", "mm", widest, 8, 25);
     }
 
-    // Median gap over planes across the band.
+    // Median of the gaps measured in planes across the band.
     double gapBetween(const std::vector<Vec3>& upper, const std::vector<Vec3>& lower,
                       double middle_mm) const {
         std::vector<double> gaps;
@@ -130,10 +124,8 @@ class Checker {
             double best = kAny;
             for (const Vec3& a : upper) {
                 if (std::fabs(a.y - y) > mm_ * 0.5) continue;
-                for (const Vec3& b : lower) {
-                    const Vec3 d = a - b;
-                    best = std::min(best, d.x * d.x + d.y * d.y + d.z * d.z);
-                }
+                for (const Vec3& b : lower)
+                    best = std::min(best, glm::dot(a - b, a - b));
             }
             if (best < kAny) gaps.push_back(std::sqrt(best) - mm_);
         }
@@ -168,61 +160,45 @@ class Checker {
     }
 
     void pieces() {
-        std::vector<bool> wanted(256, false);
-        for (int i = 0; i < kIdCount; ++i)
-            wanted[std::size_t(i)] = holds(kOnePiece, std::uint8_t(i));
-        int islands = -int(std::count(wanted.begin(), wanted.end(), true));
-        for (const Component& c : components(labels_, wanted))
-            islands += c.voxels.empty() ? 0 : 1;
-        line("islands", "", islands, 0, 0);
+        constexpr IdSet kWhole = kConnectedOrgans | anyOf({Id::skin, Id::fascia});
+        const std::size_t pieces = connectedComponents(labels_, labelSet(kWhole)).size();
+        line("islands", "", double(pieces) - std::popcount(kWhole), 0, 0);
     }
 
     void surfaces() {
-        line("fascia: outside reached from the liver", "voxels", double(leaked()), 0, 0);
+        line("fascia: outside reached from the liver", "voxels", double(countLeakedVoxels()), 0, 0);
         std::size_t bare = 0;
         for (std::size_t n = 0; n < labels_.voxels.size(); ++n) {
             if (labels_.voxels[n] != 0) continue;
-            const Index3 at = grid_.voxelAt(n);
-            for (const Index3& f : kFaces) {
-                const Index3 j = at + f;
-                if (!grid_.contains(j)) continue;
-                const std::uint8_t l = labels_[j];
-                bare += l != 0 && l != std::uint8_t(Id::skin) ? 1 : 0;
+            for (const Index3& step : kFaceSteps) {
+                const Index3 j = grid_.voxelAt(n) + step;
+                bare += grid_.contains(j) && labels_[j] != 0 && labels_[j] != std::uint8_t(Id::skin);
             }
         }
         line("skin: body surface without it", "faces", double(bare), 0, 0);
         std::size_t cut = 0;
-        for (const std::size_t n : of(Id::skin)) {
-            const Index3 at = grid_.voxelAt(n);
-            cut += at.x == 0 || at.y == 0 || at.x + 1 == grid_.dims.x || at.y + 1 == grid_.dims.y ? 1 : 0;
-        }
+        for (const std::size_t n : of(Id::skin))
+            cut += grid_.atSide(grid_.voxelAt(n));
         line("skin: cut off by the volume's sides", "voxels", double(cut), 0, 0);
     }
 
     // Floods from the liver through faces of all voxels except fascia. Returns the number of voxels
     // reached outside.
-    std::size_t leaked() const {
-        std::vector<bool> seen(labels_.voxels.size(), false);
+    std::size_t countLeakedVoxels() const {
         if (of(Id::liver).empty()) return 0;
-        std::vector<std::size_t> front{of(Id::liver).front()};
-        seen[front[0]] = true;
-        std::size_t outside = 0;
-        const IdSet outer =
+        const std::size_t first = of(Id::liver).front();
+        constexpr IdSet kOuter =
             anyOf({Id::air, Id::skin, Id::fat, Id::muscle, Id::ribsRight, Id::ribsLeft, Id::spine});
-        while (!front.empty()) {
-            const std::size_t n = front.back();
-            front.pop_back();
-            outside += holds(outer, labels_.voxels[n]) ? 1 : 0;
-            const Index3 at = grid_.voxelAt(n);
-            for (const Index3& f : kFaces) {
-                const Index3 j = at + f;
-                if (!grid_.contains(j)) continue;
-                const std::size_t m = grid_.offset(j);
-                if (seen[m] || labels_.voxels[m] == std::uint8_t(Id::fascia)) continue;
-                seen[m] = true;
-                front.push_back(m);
-            }
-        }
+        std::vector<bool> seen(labels_.voxels.size(), false);
+        seen[first] = true;
+        std::size_t outside = 0;
+        floodFaces(grid_, {grid_.voxelAt(first)}, [&](const Index3& i) {
+            const std::size_t n = grid_.offset(i);
+            if (seen[n] || labels_.voxels[n] == std::uint8_t(Id::fascia)) return false;
+            seen[n] = true;
+            outside += contains(kOuter, labels_.voxels[n]);
+            return true;
+        });
         return outside;
     }
 
@@ -254,22 +230,17 @@ class Checker {
             ++entries;
             double best = kAny;
             for (const Index3& t : targets) {
-                const double way_mm = 1000.0 * distance(at, t);
-                if (way_mm <= 90.0 && way_mm < best && clearWay(at, t)) best = way_mm;
+                const double length_mm = 1000.0 * glm::distance(grid_.centre(at), grid_.centre(t));
+                if (length_mm <= 90.0 && length_mm < best && isPathClear(at, t)) best = length_mm;
             }
             open += best < kAny ? 1 : 0;
             shortest = std::min(shortest, best);
         }
-        line("right flank: entries with a clear way", "%", 100.0 * open / std::max(entries, 1), 3, 100);
-        line("right flank: shortest clear way", "mm", shortest, 20, 90);
+        line("right flank: entries with a clear path", "%", 100.0 * open / std::max(entries, 1), 3, 100);
+        line("right flank: shortest clear path", "mm", shortest, 20, 90);
     }
 
-    double distance(const Index3& a, const Index3& b) const {
-        const Vec3 d = grid_.centre(a) - grid_.centre(b);
-        return std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
-    }
-
-    bool clearWay(const Index3& from, const Index3& to) const {
+    bool isPathClear(const Index3& from, const Index3& to) const {
         for (VoxelWalk walk(grid_, grid_.centre(from), grid_.centre(to)); !walk.done(); walk.next()) {
             const std::uint8_t l = labels_[walk.voxel()];
             if (l != 0 && l <= package_.label_table.size() && package_.label_table[l - 1u].role == Role::risk)

@@ -1,4 +1,4 @@
-// Helpers shared by the checks.
+// The steps to all voxels in a ball.
 #pragma once
 
 #include <algorithm>
@@ -19,19 +19,15 @@ struct Offset {
 inline std::vector<Offset> ballOffsets(double reach_voxels) {
     const int reach = int(std::floor(reach_voxels));
     std::vector<Offset> ball;
-    for (int z = -reach; z <= reach; ++z)
-        for (int y = -reach; y <= reach; ++y)
-            for (int x = -reach; x <= reach; ++x) {
-                const int n2 = x * x + y * y + z * z;
-                if (n2 > 0 && double(n2) <= reach_voxels * reach_voxels)
-                    ball.push_back({{x, y, z}, std::sqrt(double(n2))});
-            }
+    forEachVoxel(Index3(-reach), Index3(reach), [&](const Index3& step) {
+        const int n2 = step.x * step.x + step.y * step.y + step.z * step.z;
+        if (n2 > 0 && double(n2) <= reach_voxels * reach_voxels)
+            ball.push_back({step, std::sqrt(double(n2))});
+    });
     const auto order = [](const Offset& o) { return std::tuple(o.length, o.step.z, o.step.y, o.step.x); };
     std::sort(ball.begin(), ball.end(),
               [&](const Offset& a, const Offset& b) { return order(a) < order(b); });
     return ball;
 }
-
-constexpr Index3 kFaces[6] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
 
 }  // namespace stylet::patient::synth

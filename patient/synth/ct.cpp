@@ -5,6 +5,7 @@
 
 #include <array>
 
+#include "base/parallel.h"
 #include "patient/synth/random.h"
 
 namespace stylet::patient::synth {
@@ -13,40 +14,9 @@ namespace {
 
 constexpr double kNoise_hu = 11.0;
 
-void blurRow(const float* in, float* out, std::size_t n, std::size_t stride) {
-    for (std::size_t i = 0; i < n; ++i) {
-        const float here = in[i * stride];
-        const float before = i > 0 ? in[(i - 1) * stride] : here;
-        const float after = i + 1 < n ? in[(i + 1) * stride] : here;
-        out[i * stride] = 0.25f * before + 0.5f * here + 0.25f * after;
-    }
-}
-
-// Within planes first, then across them.
-void blur(std::vector<float>& image, std::vector<float>& work, const Grid& grid, int threads) {
-    const auto nx = std::size_t(grid.dims.x), ny = std::size_t(grid.dims.y), plane = nx * ny;
-    forSlices(threads, 0, grid.dims.z, [&](int z) {
-        float* in = image.data() + std::size_t(z) * plane;
-        float* out = work.data() + std::size_t(z) * plane;
-        for (std::size_t y = 0; y < ny; ++y)
-            blurRow(in + y * nx, out + y * nx, nx, 1);
-        for (std::size_t y = 0; y < ny; ++y) {
-            const float* here = out + y * nx;
-            const float* before = y > 0 ? here - nx : here;
-            const float* after = y + 1 < ny ? here + nx : here;
-            for (std::size_t x = 0; x < nx; ++x)
-                in[y * nx + x] = 0.25f * before[x] + 0.5f * here[x] + 0.25f * after[x];
-        }
-    });
-    forSlices(threads, 0, grid.dims.z, [&](int z) {
-        const float* here = image.data() + std::size_t(z) * plane;
-        const float* before = z > 0 ? here - plane : here;
-        const float* after = z + 1 < grid.dims.z ? here + plane : here;
-        float* out = work.data() + std::size_t(z) * plane;
-        for (std::size_t i = 0; i < plane; ++i)
-            out[i] = 0.25f * before[i] + 0.5f * here[i] + 0.25f * after[i];
-    });
-    image.swap(work);
+void blur(std::vector<float>& image, const Canvas& canvas) {
+    for (int axis = 0; axis < 3; ++axis)
+        parallelLines(canvas.threads, canvas.grid().dims, axis, image.data(), smoothLine);
 }
 
 using Sums = std::array<double, std::size_t(kIdCount)>;
@@ -54,13 +24,10 @@ using Sums = std::array<double, std::size_t(kIdCount)>;
 // Mean per label. Slices are summed in order, so that the thread count does not change the rounding.
 Sums labelMeans(const std::vector<float>& image, const Canvas& canvas) {
     const Grid& grid = canvas.grid();
-    const std::size_t plane = std::size_t(grid.dims.x) * std::size_t(grid.dims.y);
     std::vector<Sums> sums(std::size_t(grid.dims.z), Sums{}), counts(std::size_t(grid.dims.z), Sums{});
-    forSlices(canvas.threads, 0, grid.dims.z, [&](int z) {
-        for (std::size_t n = std::size_t(z) * plane; n < std::size_t(z + 1) * plane; ++n) {
-            sums[std::size_t(z)][canvas.labels.voxels[n]] += double(image[n]);
-            counts[std::size_t(z)][canvas.labels.voxels[n]] += 1.0;
-        }
+    parallelVoxels(canvas.threads, grid, [&](const Index3& i) {
+        sums[std::size_t(i.z)][canvas.labels[i]] += double(image[grid.offset(i)]);
+        counts[std::size_t(i.z)][canvas.labels[i]] += 1.0;
     });
     Sums mean{}, count{};
     for (std::size_t z = 0; z < sums.size(); ++z)
@@ -88,20 +55,16 @@ float gaussian(std::uint64_t key) {
 CtVolume makeCt(const Canvas& canvas, std::uint64_t seed) {
     const Grid& grid = canvas.grid();
     const std::size_t plane = std::size_t(grid.dims.x) * std::size_t(grid.dims.y);
-    std::vector<float> ideal(grid.voxelCount()), image, work(grid.voxelCount());
-    forSlices(canvas.threads, 0, grid.dims.z, [&](int z) {
-        for (int y = 0; y < grid.dims.y; ++y)
-            for (int x = 0; x < grid.dims.x; ++x) {
-                const std::size_t n = grid.offset({x, y, z});
-                const CtRow& row = ctRow(Id(canvas.labels.voxels[n]));
-                double hu = row.low_hu + (row.high_hu - row.low_hu) * canvas.detail[n] / 255.0;
-                if (row.texture_hu > 0.0)
-                    hu += row.texture_hu * valueNoise(canvas.at({x, y, z}) / 4.5, seed ^ 0x71);
-                ideal[n] = float(hu);
-            }
+    std::vector<float> ideal(grid.voxelCount());
+    parallelVoxels(canvas.threads, grid, [&](const Index3& i) {
+        const std::size_t n = grid.offset(i);
+        const CtRow& row = ctRow(Id(canvas.labels.voxels[n]));
+        double hu = row.low_hu + (row.high_hu - row.low_hu) * canvas.detail[n] / 255.0;
+        if (row.texture_hu > 0.0) hu += row.texture_hu * valueNoise(canvas.at(i) / 4.5, seed ^ 0x71);
+        ideal[n] = float(hu);
     });
-    image = ideal;
-    blur(image, work, grid, canvas.threads);
+    std::vector<float> image = ideal;
+    blur(image, canvas);
     for (int round = 0; round < 3; ++round) {
         const Sums mean = labelMeans(image, canvas);
         std::array<float, std::size_t(kIdCount)> shift{};
@@ -110,33 +73,26 @@ CtVolume makeCt(const Canvas& canvas, std::uint64_t seed) {
         for (std::size_t n = 0; n < ideal.size(); ++n)
             ideal[n] += shift[canvas.labels.voxels[n]];
         image = ideal;
-        blur(image, work, grid, canvas.threads);
+        blur(image, canvas);
     }
     ideal.clear();
     ideal.shrink_to_fit();
 
-    // Noise with the grain of a reconstruction: white noise smoothed within the plane and rescaled to its
+    // White noise, smoothed within the plane like the grain of a reconstruction and rescaled to the noise's
     // standard deviation.
     CtVolume ct(grid);
-    forSlices(canvas.threads, 0, grid.dims.z, [&](int z) {
-        const auto nx = std::size_t(grid.dims.x), ny = std::size_t(grid.dims.y);
-        std::vector<float> white(plane), smooth(plane);
+    parallelFor(canvas.threads, grid.dims.z, [&](int z) {
+        const std::size_t first = std::size_t(z) * plane;
+        std::vector<float> grain(plane);
         for (std::size_t i = 0; i < plane; ++i)
-            white[i] =
-                gaussian(mixBits(seed ^ 0x72) + (std::uint64_t(z) * plane + i) * 0xd1342543de82ef95ull);
-        for (std::size_t y = 0; y < ny; ++y)
-            blurRow(white.data() + y * nx, smooth.data() + y * nx, nx, 1);
-        for (std::size_t y = 0; y < ny; ++y)
-            for (std::size_t x = 0; x < nx; ++x) {
-                const std::size_t i = y * nx + x;
-                const float before = smooth[y > 0 ? i - nx : i], after = smooth[y + 1 < ny ? i + nx : i];
-                const float grain = 0.25f * before + 0.5f * smooth[i] + 0.25f * after;
-                // [1 2 1]/4 leaves 3/8 of the variance per axis.
-                const double hu =
-                    double(image[std::size_t(z) * plane + i]) + kNoise_hu * double(grain) / 0.375;
-                ct.voxels[std::size_t(z) * plane + i] =
-                    std::int16_t(std::floor(std::clamp(hu, -1024.0, 3000.0) + 0.5));
-            }
+            grain[i] = gaussian(mixBits(seed ^ 0x72) + (first + i) * 0xd1342543de82ef95ull);
+        for (const int axis : {0, 1})
+            parallelLines(1, {grid.dims.x, grid.dims.y, 1}, axis, grain.data(), smoothLine);
+        for (std::size_t i = 0; i < plane; ++i) {
+            // [1 2 1]/4 leaves 3/8 of the variance per axis.
+            const double hu = double(image[first + i]) + kNoise_hu * double(grain[i]) / 0.375;
+            ct.voxels[first + i] = std::int16_t(std::floor(std::clamp(hu, -1024.0, 3000.0) + 0.5));
+        }
     });
     return ct;
 }

@@ -5,7 +5,7 @@
 
 namespace stylet::patient::synth {
 
-// Rounded to whole HU. The mean of each label is within a few HU of its table value.
+// Rounded to whole HU. The mean of each label is within a few HU of its mean_hu in ctRow().
 CtVolume makeCt(const Canvas&, std::uint64_t seed);
 
 }  // namespace stylet::patient::synth

@@ -12,11 +12,11 @@ struct Branch {
     double diameter_mm = 0.0;  // of a circle with the area of the median cross-section
 };
 
-// `voxels` are offsets into the grid. Only the largest connected piece is measured.
+// `voxels` are offsets into the grid, ascending. Only the largest connected piece is measured.
 std::vector<Branch> tubeBranches(const LabelVolume&, const std::vector<std::size_t>& voxels);
 
-// Distance [mm] of every voxel of a piece to the nearest voxel outside it, at most `limit_mm`. Half a
-// voxel is subtracted from the distance between centres, so that the middle of a tube reads its radius.
+// Distance [mm] of every voxel of a piece to the nearest voxel outside it, at most `limit_mm`. This is the
+// distance between centres minus half a voxel, so that the value in the middle of a tube is its radius.
 std::vector<double> depthInside(const LabelVolume&, const std::vector<std::size_t>& voxels, double limit_mm);
 
 }  // namespace stylet::patient::synth

@@ -7,7 +7,7 @@ namespace stylet::patient::synth {
 
 namespace {
 
-// A possible connection of a terminal: at `p` on the edge that ends in `child`, or as a child of `node`.
+// A possible way to connect a terminal: at `p` on the edge that ends in `child`, or as a child of `node`.
 struct Join {
     int child = -1, node = -1;
     Vec3 p{0.0};
@@ -38,15 +38,12 @@ class Grower {
         return best;
     }
 
-    // Takes the candidate farthest from the tree, so that the branches fill space evenly.
+    // Draws the candidate farthest from the tree, so that the branches fill space evenly.
     bool drawTerminal(Vec3& terminal) {
         double best = s_.own_gap_mm + 4.0;
         bool found = false;
         for (int i = 0; i < 14; ++i) {
-            const double x = random_.uniform(s_.box.low.x, s_.box.high.x);
-            const double y = random_.uniform(s_.box.low.y, s_.box.high.y);
-            const double z = random_.uniform(s_.box.low.z, s_.box.high.z);
-            const Vec3 p{x, y, z};
+            const Vec3 p = random_.uniform3(s_.box.low, s_.box.high);
             if (depth_(p) < s_.depth_mm) continue;
             const double d = distanceToTree(p);
             if (d > best) best = d, terminal = p, found = true;
@@ -62,7 +59,7 @@ class Grower {
             const Vec3& a = tree_.nodes[std::size_t(n.parent)].p;
             const double edge = length(n.p - a);
             if (n.children.size() < 2) {
-                // An extension of an end must not turn back.
+                // A branch that extends an end of the tree must not turn back.
                 const Vec3 out = unitOr(terminal - n.p, Vec3(0.0)), in = unitOr(n.p - a, Vec3(0.0));
                 const double turn = dot(out, in);
                 const double far = length(terminal - n.p);
@@ -105,7 +102,7 @@ class Grower {
                 const double need =
                     n.radius * (1.0 + s_.gap_per_radius) + tree_.terminal_radius + s_.own_gap_mm;
                 const ConeHit hit = roundCone(p, a, n.p, 0.0, 0.0);
-                // A new branch is close to the tree near its origin and leaves it at an angle.
+                // Close to its origin a new branch may be near the tree; farther away it needs the full gap.
                 if (hit.distance < std::min(need, gone * 0.55)) return false;
             }
         }

@@ -11,11 +11,11 @@
 namespace stylet::patient::synth {
 
 struct GrowthSettings {
-    int terminals = 50;           // target number
+    int terminals = 50;           // number of terminals to reach
     double depth_mm = 6.0;        // minimum depth of the branches inside the organ
-    double own_gap_mm = 4.0;      // between walls of unrelated branches of this tree
-    double other_gap_mm = 1.5;    // to the walls of `obstacles`
-    double gap_per_radius = 0.0;  // added to own_gap per radius of the other branch (room for a companion)
+    double own_gap_mm = 4.0;      // gap between walls of unrelated branches of this tree
+    double other_gap_mm = 1.5;    // gap to the walls of `obstacles`
+    double gap_per_radius = 0.0;  // share of the other branch's radius added to own_gap_mm
     double min_edge_mm = 7.0;
     Box box;
 };

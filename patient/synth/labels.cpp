@@ -90,6 +90,13 @@ std::vector<Label> makeTable() {
 
 }  // namespace
 
+LabelSet labelSet(IdSet ids) {
+    LabelSet set{};
+    for (int i = 0; i < kIdCount; ++i)
+        set[std::size_t(i)] = contains(ids, std::uint8_t(i));
+    return set;
+}
+
 const CtRow& ctRow(Id id) noexcept {
     return kCt[std::size_t(id)];
 }

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <initializer_list>
 
+#include "base/geodesic.h"
+
 namespace stylet::patient::synth {
 
 enum class Id : std::uint8_t {
@@ -54,9 +56,18 @@ constexpr IdSet anyOf(std::initializer_list<Id> ids) noexcept {
         set |= only(id);
     return set;
 }
-constexpr bool holds(IdSet set, std::uint8_t id) noexcept {
+constexpr bool contains(IdSet set, std::uint8_t id) noexcept {
     return (set >> id & 1u) != 0;
 }
+
+// Organs that must be in one piece.
+inline constexpr IdSet kConnectedOrgans =
+    anyOf({Id::lungRight, Id::lungLeft, Id::heart, Id::aorta, Id::cava, Id::liver, Id::portal,
+           Id::hepaticVeins, Id::ducts, Id::gallbladder, Id::tumour, Id::spleen, Id::pancreas,
+           Id::kidneyRight, Id::kidneyLeft, Id::stomach, Id::colon, Id::bowel, Id::diaphragm});
+
+// The set in the form that base/geodesic.h uses.
+LabelSet labelSet(IdSet);
 
 // CT values of one label. A voxel's detail (0..255) blends from `low_hu` to `high_hu`. Then the whole
 // label is shifted so that its mean in the finished image (blurred, noisy) is `mean_hu`.

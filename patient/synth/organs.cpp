@@ -12,13 +12,12 @@ void paintKidney(Canvas& canvas, const Anatomy& a, const OrientedEllipsoid& kidn
     const OrientedEllipsoid sinus =
         orientedEllipsoid(hilum, kidney.axes[0], kidney.axes[1], {24.0, 13.0, 9.0});
     const Box box = boxAround(kidney.centre, kidney.centre, kidney.radii.x + 4.0);
-    canvas.paint(box, kCavity, [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
+    canvas.paint(box, kCavity, [&](const Vec3& p, Voxel voxel) {
         const double d = kidney.distance(p) + 1.2 * valueNoise(p / 16.0, a.seed ^ 0x31);
         if (d >= 0.0 || sinus.distance(p) < 0.0) return;
-        label = std::uint8_t(id);
         const double column = valueNoise(p / 9.0, a.seed ^ 0x32);
         const double medulla = ramp(-d, 5.0, 7.5) * ramp(column, -0.25, 0.05);
-        detail = detailFrom(1.0 - medulla);
+        voxel.set(id, detailFrom(1.0 - medulla));
     });
 }
 
@@ -43,14 +42,11 @@ void paintPancreas(Canvas& canvas, const Anatomy& a) {
                                            {{-44.0, -3.0, 22.0}, 12.0},
                                            {spleen + Vec3(20.0, 4.0, -16.0), 9.5}},
                                           3.0);
-    stamp(canvas, body, kCavity,
-          [&](const Vec3& p, const ConeHit& hit, const Stroke&, std::uint8_t& label, std::uint8_t& d) {
-              // Lobules separated by fat.
-              const double lobes = 2.6 * valueNoise(p / 6.5, a.seed ^ 0x33);
-              if (hit.distance + 1.5 + lobes > 0.0) return;
-              label = std::uint8_t(Id::pancreas);
-              d = 0;
-          });
+    stamp(canvas, body, kCavity, [&](const Vec3& p, const ConeHit& hit, const Stroke&, Voxel voxel) {
+        // Lobules separated by fat.
+        const double lobes = 2.6 * valueNoise(p / 6.5, a.seed ^ 0x33);
+        if (hit.distance + 1.5 + lobes <= 0.0) voxel.set(Id::pancreas);
+    });
 }
 
 // The crura of the diaphragm: bands on either side of the aorta down to the lumbar spine.
@@ -69,17 +65,17 @@ void paintGreatVessels(Canvas& canvas, const Anatomy& a) {
     paintCrura(canvas, a);
     const Box box{{-40.0, -60.0, -1000.0}, {60.0, 40.0, 1000.0}};
     const IdSet onto = anyOf({Id::visceralFat, Id::diaphragm, Id::heart});
-    canvas.paint(box, onto, [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
+    canvas.paint(box, onto, [&](const Vec3& p, Voxel voxel) {
         const Vec3 aorta = a.aorta(p.z), cava = a.cava(p.z);
         const double radius = 8.6 + 2.2 * ramp(p.z, -60.0, 120.0);
         const double in_aorta =
             ellipsoid({p.x - aorta.x, p.y - aorta.y, 0.0}, Vec3(0.0), {radius, radius, 1e4});
         const double in_cava = ellipsoid({p.x - cava.x, p.y - cava.y, 0.0}, Vec3(0.0), {11.5, 9.5, 1e4});
-        const bool in_heart = label == std::uint8_t(Id::heart);
+        const bool in_heart = voxel.label == std::uint8_t(Id::heart);
         if (in_aorta < 0.0 && !in_heart)
-            label = std::uint8_t(Id::aorta), detail = 0;
+            voxel.set(Id::aorta);
         else if (in_cava < 0.0 && p.z < 152.0)
-            label = std::uint8_t(Id::cava), detail = 0;
+            voxel.set(Id::cava);
     });
 }
 
@@ -88,14 +84,12 @@ void paintLiver(Canvas& canvas, const Anatomy& a) {
     paintKidney(canvas, a, o.kidneyRight, Id::kidneyRight, 1.0);
     paintKidney(canvas, a, o.kidneyLeft, Id::kidneyLeft, -1.0);
     canvas.paint(boxAround(o.gallbladder.centre, o.gallbladder.centre, 60.0), kCavity,
-                 [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
+                 [&](const Vec3& p, Voxel voxel) {
                      // Pear-shaped: narrower towards the neck.
                      const double along =
                          dot(p - o.gallbladder.centre, o.gallbladder.axes[0]) / o.gallbladder.radii.x;
                      const double d = o.gallbladder.distance(p) + 4.0 * ramp(along, 0.3, -1.0);
-                     if (d >= 0.0) return;
-                     label = std::uint8_t(Id::gallbladder);
-                     detail = detailFrom(1.0 - ramp(-d, 0.8, 2.0));
+                     if (d < 0.0) voxel.set(Id::gallbladder, detailFrom(1.0 - ramp(-d, 0.8, 2.0)));
                  });
     canvas.fill(kLiverBox, kCavity, Id::liver, [&](const Vec3& p) { return a.liverDistance(p); });
 }
@@ -138,10 +132,10 @@ void paintTrees(Canvas& canvas, const HepaticTrees& trees) {
     const IdSet liver = anyOf({Id::liver, Id::visceralFat});
     // Ducts first: portal branches do not overwrite them, so the ducts stay connected.
     paintStrokes(canvas, trees.ducts, liver, Id::ducts);
-    paintStrokes(canvas, trees.duct_outside, liver, Id::ducts);
+    paintStrokes(canvas, trees.extrahepatic_duct, liver, Id::ducts);
     paintStrokes(canvas, trees.portal, liver, Id::portal);
-    paintStrokes(canvas, trees.portal_outside, liver, Id::portal);
-    // Painted onto the vena cava too, so that the trunks meet inside it and form one piece.
+    paintStrokes(canvas, trees.extrahepatic_portal, liver, Id::portal);
+    // Also painted over the vena cava, so that the trunks meet inside it and form one piece.
     paintStrokes(canvas, trees.hepatic_veins, liver | only(Id::cava), Id::hepaticVeins);
 }
 

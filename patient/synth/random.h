@@ -1,4 +1,4 @@
-// Random numbers as a function of (seed, stream, counter). Does not use the standard library, whose
+// Random numbers as a function of (seed, stream, counter). The standard library is not used because its
 // distributions differ between implementations.
 #pragma once
 
@@ -28,6 +28,12 @@ class Random {
     double jitter(double limit) noexcept { return limit * (unit() + unit() - 1.0); }
     Vec3 jitter3(double limit) noexcept {
         const double x = jitter(limit), y = jitter(limit), z = jitter(limit);
+        return {x, y, z};
+    }
+
+    // A point in a box. Draws x, y and z in this order.
+    Vec3 uniform3(const Vec3& low, const Vec3& high) noexcept {
+        const double x = uniform(low.x, high.x), y = uniform(low.y, high.y), z = uniform(low.z, high.z);
         return {x, y, z};
     }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <glm/geometric.hpp>
 #include <span>
 
 #include "base/geometry.h"
@@ -32,15 +33,6 @@ inline double bump(double r2) noexcept {
     return 1.0 / (1.0 + r2 * r2);
 }
 
-inline double length(const Vec3& v) noexcept {
-    return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
-}
-inline double dot(const Vec3& a, const Vec3& b) noexcept {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-inline Vec3 cross(const Vec3& a, const Vec3& b) noexcept {
-    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 inline Vec3 unitOr(const Vec3& v, const Vec3& otherwise) noexcept {
     const double n = length(v);
     return n > 1e-9 ? v / n : otherwise;

@@ -86,6 +86,16 @@ struct FlatStroke {
     Vec3 a, b, normal_a, normal_b;
 };
 
+struct FlatLine {
+    Vec3 end, end_normal;
+    std::vector<FlatStroke> strokes{};
+
+    void lineTo(const Vec3& p, const Vec3& normal) {
+        strokes.push_back({end, p, end_normal, normal});
+        end = p, end_normal = normal;
+    }
+};
+
 constexpr double kRibThick = 3.6, kRibHigh = 6.1;
 
 void paintFlat(Canvas& canvas, const std::vector<FlatStroke>& ribs, Id id, double thick, double high,
@@ -95,7 +105,7 @@ void paintFlat(Canvas& canvas, const std::vector<FlatStroke>& ribs, Id id, doubl
         strokes.push_back({f.a, f.b, high + 0.5, high + 0.5});
     const Stroke* first = strokes.data();
     stamp(canvas, strokes, kWall | only(id),
-          [&](const Vec3& p, const ConeHit& hit, const Stroke& s, std::uint8_t& label, std::uint8_t& detail) {
+          [&](const Vec3& p, const ConeHit& hit, const Stroke& s, Voxel voxel) {
               const FlatStroke& f = ribs[std::size_t(&s - first)];
               const Vec3 across = p - mixed(f.a, f.b, hit.share);
               const Vec3 normal = unitOr(mixed(f.normal_a, f.normal_b, hit.share), Vec3(1, 0, 0));
@@ -105,8 +115,7 @@ void paintFlat(Canvas& canvas, const std::vector<FlatStroke>& ribs, Id id, doubl
               if (q >= 1.0) return;
               const std::uint8_t rim =
                   shell > 0.0 ? cortex((1.0 - q) * (thick + 1.0), shell) : std::uint8_t(0);
-              detail = label == std::uint8_t(id) ? std::min(detail, rim) : rim;
-              label = std::uint8_t(id);
+              voxel.set(id, voxel.label == std::uint8_t(id) ? std::min(voxel.detail, rim) : rim);
           });
 }
 
@@ -116,48 +125,40 @@ Vec3 outward(const Anatomy& a, const Vec3& p) {
 }
 
 std::vector<FlatStroke> ribLine(const Anatomy& a, std::size_t i, double side) {
-    std::vector<FlatStroke> line;
     // The neck leaves the vertebral body, meets the transverse process and turns onto the cage.
     const Vec3 begin = onCage(a, kRibStart_deg, ribHeight(a, i, kRibStart_deg), 5.6, side);
     const Vec3 body = a.vertebra(begin.z);
-    Vec3 last{body.x + side * 15.0, body.y - 9.0, begin.z + 2.0};
-    Vec3 last_normal = outward(a, begin);
+    FlatLine line{{body.x + side * 15.0, body.y - 9.0, begin.z + 2.0}, outward(a, begin)};
     const double end = kRibs[i].end_deg;
     for (double deg = kRibStart_deg; deg <= end; deg += 1.5) {
         const Vec3 p = onCage(a, deg, ribHeight(a, i, deg), 5.6, side);
-        const Vec3 normal = outward(a, p);
-        line.push_back({last, p, last_normal, normal});
-        last = p;
-        last_normal = normal;
+        line.lineTo(p, outward(a, p));
     }
-    return line;
+    return line.strokes;
 }
 
 std::vector<FlatStroke> cartilageLine(const Anatomy& a, std::size_t i, double side) {
-    std::vector<FlatStroke> line;
     const Rib& rib = kRibs[i];
-    if (rib.cartilage_deg == 0.0) return line;
+    if (rib.cartilage_deg == 0.0) return {};
     const double z0 = ribHeight(a, i, rib.end_deg), z1 = rib.cartilage_z + a.rib_shift_mm;
-    Vec3 last = onCage(a, rib.end_deg, z0, 5.6, side), last_normal = outward(a, last);
+    const Vec3 begin = onCage(a, rib.end_deg, z0, 5.6, side);
+    FlatLine line{begin, outward(a, begin)};
     for (int k = 1; k <= 20; ++k) {
         const double t = k / 20.0;
         const double deg = rib.end_deg + (rib.cartilage_deg - rib.end_deg) * t;
-        // Continues downwards a little, then turns up to the sternum.
+        // The cartilage first continues downwards a little, then turns up to the sternum.
         const double z = z0 + (z1 - z0) * t * t - 12.0 * t * (1.0 - t);
         const Vec3 p = onCage(a, deg, z, 5.4, side);
-        const Vec3 normal = outward(a, p);
-        line.push_back({last, p, last_normal, normal});
-        last = p;
-        last_normal = normal;
+        line.lineTo(p, outward(a, p));
     }
-    return line;
+    return line.strokes;
 }
 
 }  // namespace
 
 void paintSpine(Canvas& canvas, const Anatomy& a) {
     const Box box{{-50.0, -130.0, -1000.0}, {50.0, 0.0, 1000.0}};
-    canvas.paint(box, kWall, [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
+    canvas.paint(box, kWall, [&](const Vec3& p, Voxel voxel) {
         const Vec3 centre = a.vertebra(p.z);
         const Vertebra v = vertebraAt(p.z);
         const Vec3 q{p.x - centre.x, p.y - centre.y, p.z - v.z};
@@ -167,15 +168,12 @@ void paintSpine(Canvas& canvas, const Anatomy& a) {
         const double canal = ellipsoid({q.x, q.y + v.ry + 7.5, 0.0}, Vec3(0.0), {9.5, 7.5, 1e4});
         const double back = posteriorElements(v, q);
         if (canal < 0.0 && body > 0.0) {
-            label = std::uint8_t(Id::spinalCanal);
             const double cord = ellipsoid({q.x, q.y + v.ry + 7.5, 0.0}, Vec3(0.0), {5.5, 4.5, 1e4});
-            detail = detailFrom(cord < 0.0 ? 1.0 : 0.35);
+            voxel.set(Id::spinalCanal, detailFrom(cord < 0.0 ? 1.0 : 0.35));
         } else if (std::min(body, back) < 0.0) {
-            label = std::uint8_t(Id::spine);
-            detail = cortex(-std::min(body, back), body < back ? 1.3 : 1.8);
+            voxel.set(Id::spine, cortex(-std::min(body, back), body < back ? 1.3 : 1.8));
         } else if (column + 1.0 < 0.0) {
-            label = std::uint8_t(Id::cartilage);
-            detail = 0;
+            voxel.set(Id::cartilage);
         }
     });
 }
@@ -190,16 +188,13 @@ void paintRibs(Canvas& canvas, const Anatomy& a) {
         }
     // The body of the sternum and the xiphoid process.
     const Box box{{-30.0, 40.0, 60.0}, {30.0, 130.0, 1000.0}};
-    canvas.paint(
-        box, kWall | only(Id::cartilage), [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
-            const double d = a.cageDistance(p);
-            const double half_width = p.z > 110.0 ? 15.0 : 4.0 + 6.0 * ramp(p.z, 84.0, 106.0);
-            const double in =
-                smoothMax(std::max(std::fabs(p.x) - half_width, 84.0 - p.z), std::fabs(d - 5.8) - 4.2, 4.0);
-            if (in >= 0.0) return;
-            label = std::uint8_t(Id::sternum);
-            detail = cortex(-in, 1.4);
-        });
+    canvas.paint(box, kWall | only(Id::cartilage), [&](const Vec3& p, Voxel voxel) {
+        const double d = a.cageDistance(p);
+        const double half_width = p.z > 110.0 ? 15.0 : 4.0 + 6.0 * ramp(p.z, 84.0, 106.0);
+        const double in =
+            smoothMax(std::max(std::fabs(p.x) - half_width, 84.0 - p.z), std::fabs(d - 5.8) - 4.2, 4.0);
+        if (in < 0.0) voxel.set(Id::sternum, cortex(-in, 1.4));
+    });
 }
 
 }  // namespace stylet::patient::synth

@@ -62,7 +62,8 @@ int Tree::split(int child, const Vec3& p) {
 }
 
 void Tree::updateRadii() {
-    // After splits, parents can come after their children in the list. So count upwards from every leaf.
+    // After splits, a parent can come after its children in the list. So count leaves by walking from every
+    // leaf to the root.
     for (TreeNode& n : nodes)
         n.leaves = 0;
     for (std::size_t i = 0; i < nodes.size(); ++i)

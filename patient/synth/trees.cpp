@@ -15,7 +15,7 @@ constexpr double kPortalTerminal_mm = 1.45;
 using Depth = std::function<double(const Vec3&)>;
 
 // Moves a point of the scaffold into the liver.
-Vec3 pulledIn(const Depth& depth, Vec3 p, double wanted_mm) {
+Vec3 moveInside(const Depth& depth, Vec3 p, double wanted_mm) {
     for (int i = 0; i < 30 && depth(p) < wanted_mm; ++i) {
         const double h = 2.0;
         const Vec3 gradient{depth({p.x + h, p.y, p.z}) - depth({p.x - h, p.y, p.z}),
@@ -42,13 +42,13 @@ struct Scaffold {
     Random& random;
     const std::vector<Stroke>& obstacles;
 
-    // Adds a node near `p` inside the liver with a clear edge to its parent. Takes the first good place of
-    // several, or else the best.
+    // Adds a node near `p` inside the liver whose edge to the parent is clear of obstacles. Uses the first
+    // suitable position of several, otherwise the best one.
     int add(const Vec3& p, int parent) {
         Vec3 best(0.0);
         double most = -1e9;
         for (int i = 0; i < 30 && most < kRoom_mm; ++i) {
-            const Vec3 place = pulledIn(depth, p + random.jitter3(5.0 + 0.25 * i), 9.0);
+            const Vec3 place = moveInside(depth, p + random.jitter3(5.0 + 0.25 * i), 9.0);
             const double room = clearance(obstacles, tree.nodes[std::size_t(parent)].p, place, 2.5);
             if (room > most) most = room, best = place;
         }
@@ -102,13 +102,13 @@ Tree hepaticScaffold(const Anatomy& a, const Depth& depth, Random& random,
     return tree;
 }
 
-// Dilated: in the periphery as wide as the portal branch, at the hilum half as wide.
+// Ducts are dilated: as wide as the portal branch in the periphery, half as wide at the hilum.
 double ductRadius(const TreeNode& portal) {
     return 1.55 + 0.45 * (portal.radius - kPortalTerminal_mm);
 }
 
-// A duct runs beside every portal branch, shifted along the normal of the plane in which the branch
-// divides. So the duct's division is a copy of the portal one and nothing crosses.
+// A duct runs beside every portal branch, shifted along the normal of the plane in which the branch divides.
+// So the duct's division is a copy of the portal one, and ducts and branches do not cross.
 class Ducts {
   public:
     explicit Ducts(const Tree& portal) : portal_(portal), side_(portal.nodes.size()) {}
@@ -135,13 +135,13 @@ class Ducts {
         }
         for (const int c : n.children) {
             side_[std::size_t(c)] = side_[std::size_t(node)];
-            side_[std::size_t(c)] = carried(c);
+            side_[std::size_t(c)] = transportedNormal(c);
             follow(c);
         }
         if (node != 0) edge(node);
     }
 
-    Vec3 carried(int child) const {
+    Vec3 transportedNormal(int child) const {
         const Vec3 t = edgeTangent(portal_, child, 1.0);
         const Vec3& s = side_[std::size_t(child)];
         return unitOr(s - t * dot(t, s), s);
@@ -152,7 +152,7 @@ class Ducts {
         const TreeNode& p = portal_.nodes[std::size_t(n.parent)];
         const double r0 = ductRadius(n);
         const double r1 = n.children.empty() ? r0 * 0.8 : r0;
-        // Starts at the parent's duct and moves to its place beside its own branch.
+        // The duct starts at its parent's duct and moves to its place beside its own portal branch.
         const double begin = offset(p), end = offset(n);
         const int parts = std::max(3, int(length(n.p - p.p) / 2.5));
         Vec3 last(0.0);
@@ -161,9 +161,9 @@ class Ducts {
             const Vec3 tangent = edgeTangent(portal_, child, t);
             Vec3 s = mixed(side_[std::size_t(n.parent)], side_[std::size_t(child)], t);
             if (k > 0) s -= tangent * (dot(tangent, s) * std::min(1.0, 2.0 * t));
-            const double settle = ramp(t, 0.0, 0.6);
+            const double blend = ramp(t, 0.0, 0.6);
             const Vec3 q = edgePoint(portal_, child, t) +
-                           unitOr(s, side_[std::size_t(child)]) * (begin + (end - begin) * settle);
+                           unitOr(s, side_[std::size_t(child)]) * (begin + (end - begin) * blend);
             if (k == 0 && n.parent == 0) root_ = q;
             if (k > 0) {
                 const double t0 = double(k - 1) / parts;
@@ -183,7 +183,7 @@ void append(std::vector<Stroke>& to, const std::vector<Stroke>& more) {
     to.insert(to.end(), more.begin(), more.end());
 }
 
-std::vector<Stroke> portalOutside(const Anatomy& a, const Vec3& root, double radius) {
+std::vector<Stroke> extrahepaticPortal(const Anatomy& a, const Vec3& root, double radius) {
     const Vec3 confluence{10.0, 3.0, -8.0};
     const Vec3& spleen = a.organs.spleen.centre;
     std::vector<Stroke> all =
@@ -212,22 +212,20 @@ HepaticTrees growHepaticTrees(const Anatomy& a) {
         return std::min(-a.liverDistance(p), p.z > 20.0 ? vein : 1e3);
     };
     HepaticTrees trees;
-    // First the large branches of both, so that each has room. Then the portal tree, which must leave room
-    // for the ducts. Then the hepatic veins in the remaining space.
+    // The large branches of both trees come first, so that each has room. Then the portal tree grows and
+    // leaves room for the ducts. Then the hepatic veins grow in the remaining space.
     Tree portal = portalScaffold(a, depth, random);
     Tree veins = hepaticScaffold(a, depth, random, treeStrokes(portal, 1.0));
     std::vector<Stroke> great_veins = treeStrokes(veins, 1.0);
     for (Stroke& v : great_veins)
         v.ra += 1.0, v.rb += 1.0;
-    GrowthSettings grow;
-    grow.terminals = 78;
-    grow.depth_mm = 8.0;
-    grow.own_gap_mm = 4.5;
-    grow.gap_per_radius = 1.6;
-    grow.min_edge_mm = 7.0;
-    grow.box = kLiverBox;
-    grow.other_gap_mm = 5.5;
-    growTree(portal, random, grow, depth, great_veins);
+    const GrowthSettings between_veins{.terminals = 78,
+                                       .depth_mm = 8.0,
+                                       .own_gap_mm = 4.5,
+                                       .other_gap_mm = 5.5,
+                                       .gap_per_radius = 1.6,
+                                       .box = kLiverBox};
+    growTree(portal, random, between_veins, depth, great_veins);
     trees.portal = treeStrokes(portal, 0.75);
 
     Ducts ducts(portal);
@@ -235,28 +233,25 @@ HepaticTrees growHepaticTrees(const Anatomy& a) {
 
     const Vec3 portal_root = portal.nodes[0].p;
     const double trunk = portal.nodes[0].radius;
-    trees.portal_outside = portalOutside(a, portal_root, trunk);
+    trees.extrahepatic_portal = extrahepaticPortal(a, portal_root, trunk);
     const OrganPlan& o = a.organs;
     const double common = 5.0;
     const Vec3 hepatic_duct = ducts.root();
     const Vec3 knee = mixed(hepatic_duct, o.tumour, 0.5) + Vec3(5.0, 2.0, 0.0);
-    trees.duct_outside = tube({{hepatic_duct, common},
-                               {knee, common},
-                               {o.tumour + Vec3(1.0, 1.0, o.tumour_radius * 0.6), common * 0.7}},
-                              2.0);
+    trees.extrahepatic_duct = tube({{hepatic_duct, common},
+                                    {knee, common},
+                                    {o.tumour + Vec3(1.0, 1.0, o.tumour_radius * 0.6), common * 0.7}},
+                                   2.0);
     const Vec3 neck = o.gallbladder.centre - o.gallbladder.axes[0] * (o.gallbladder.radii.x - 2.0);
-    append(trees.duct_outside,
+    append(trees.extrahepatic_duct,
            tube({{knee, 2.2}, {mixed(knee, neck, 0.5) + Vec3(0, 0, 4.0), 2.0}, {neck, 2.4}}, 2.0));
 
-    std::vector<Stroke> taken = trees.portal;
-    append(taken, trees.ducts);
-    append(taken, trees.portal_outside);
-    grow.terminals = 60;
-    grow.depth_mm = 6.0;
-    grow.own_gap_mm = 4.0;
-    grow.other_gap_mm = 1.4;
-    grow.gap_per_radius = 0.5;
-    growTree(veins, random, grow, depth, taken);
+    std::vector<Stroke> occupied = trees.portal;
+    append(occupied, trees.ducts);
+    append(occupied, trees.extrahepatic_portal);
+    const GrowthSettings in_gaps{
+        .terminals = 60, .other_gap_mm = 1.4, .gap_per_radius = 0.5, .box = kLiverBox};
+    growTree(veins, random, in_gaps, depth, occupied);
     trees.hepatic_veins = treeStrokes(veins, 0.7);
     return trees;
 }

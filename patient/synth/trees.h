@@ -16,7 +16,7 @@ struct TreeNode {
     std::vector<int> children;
 };
 
-// Built terminal by terminal. Radii follow Murray's law: r^3 is the sum of the children's r^3.
+// Built by adding terminals one by one. Radii follow Murray's law: r^3 is the sum of the children's r^3.
 struct Tree {
     std::vector<TreeNode> nodes;
     double terminal_radius = 1.0;
@@ -27,14 +27,16 @@ struct Tree {
     void updateRadii();
 };
 
-// Position and direction along an edge, a curve with continuous tangents at the nodes; share in [0, 1].
+// Position and direction along an edge. The edge is a curve with continuous tangents at the nodes; share is
+// in [0, 1].
 Vec3 edgePoint(const Tree&, int child, double share);
 Vec3 edgeTangent(const Tree&, int child, double share);
 std::vector<Stroke> treeStrokes(const Tree&, double taper);
 
 struct HepaticTrees {
     std::vector<Stroke> portal, hepatic_veins, ducts;
-    std::vector<Stroke> portal_outside, duct_outside;  // trunk, confluence; common duct down to the tumour
+    std::vector<Stroke> extrahepatic_portal,
+        extrahepatic_duct;  // trunk, confluence; common duct down to the tumour
 };
 HepaticTrees growHepaticTrees(const Anatomy&);
 

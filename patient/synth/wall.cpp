@@ -1,4 +1,5 @@
 // Skin, subcutaneous fat, muscles of the wall, and the fascia that lines them.
+#include "base/parallel.h"
 #include "patient/synth/painters.h"
 #include "patient/synth/random.h"
 
@@ -10,7 +11,7 @@ namespace {
 // the muscles on top of them, around the erector muscles of the spine.
 bool fatPlane(const Anatomy& a, const Vec3& p, double d, double muscle_depth) {
     if (d < 0.0) {
-        // Beside the vertebral bodies, around psoas and the crura.
+        // Fat beside the vertebral bodies, around psoas and the crura.
         const double sway = 3.0 * valueNoise(p / 12.0, a.seed ^ 0x64);
         return a.psoas(p) > 0.0 && p.y > a.vertebra(p.z).y - 11.0 - 0.15 * std::fabs(p.x) + sway;
     }
@@ -42,24 +43,22 @@ std::uint8_t muscleDetail(const Anatomy& a, const Vec3& p) {
 void paintWall(Canvas& canvas, const Anatomy& a) {
     // A layer thinner than a voxel would have holes.
     const double skin_mm = std::max(2.0, 1.3 * canvas.voxel_mm());
-    const auto brush = [&](const Vec3& p, std::uint8_t& label, std::uint8_t& detail) {
+    const auto brush = [&](const Vec3& p, Voxel voxel) {
         const double d = a.cageDistance(p);
         if (d > 75.0) return;
         if (d < 0.0 && a.cavityDistance(p) < 0.0) {
-            label = std::uint8_t(Id::visceralFat);
+            voxel.label = std::uint8_t(Id::visceralFat);
             return;
         }
         const double skin = a.skinDepth(p);
         const double muscle = std::min(a.muscleDepth(p), skin - skin_mm - 3.0);
         if (d > skin) return;
         if (d > skin - skin_mm) {
-            label = std::uint8_t(Id::skin);
+            voxel.label = std::uint8_t(Id::skin);
         } else if (d > muscle || fatPlane(a, p, d, muscle)) {
-            label = std::uint8_t(Id::fat);
-            detail = fatDetail(a, p);
+            voxel.set(Id::fat, fatDetail(a, p));
         } else {
-            label = std::uint8_t(Id::muscle);
-            detail = muscleDetail(a, p);
+            voxel.set(Id::muscle, muscleDetail(a, p));
         }
     };
     canvas.paint(kWholeBody, only(Id::air), brush);
@@ -70,16 +69,12 @@ void paintFascia(Canvas& canvas) {
     const auto inside = std::uint8_t(Id::visceralFat);
     std::vector<std::vector<std::size_t>> found(std::size_t(grid.dims.z));
     const LabelVolume& labels = canvas.labels;
-    forSlices(canvas.threads, 0, grid.dims.z, [&](int z) {
-        for (int y = 1; y + 1 < grid.dims.y; ++y)
-            for (int x = 1; x + 1 < grid.dims.x; ++x) {
-                if (labels[{x, y, z}] == inside) continue;
-                const bool touches = labels[{x - 1, y, z}] == inside || labels[{x + 1, y, z}] == inside ||
-                                     labels[{x, y - 1, z}] == inside || labels[{x, y + 1, z}] == inside ||
-                                     (z > 0 && labels[{x, y, z - 1}] == inside) ||
-                                     (z + 1 < grid.dims.z && labels[{x, y, z + 1}] == inside);
-                if (touches) found[std::size_t(z)].push_back(grid.offset({x, y, z}));
-            }
+    parallelVoxels(canvas.threads, grid, [&](const Index3& i) {
+        if (grid.atSide(i) || labels[i] == inside) return;
+        const bool touches = std::any_of(kFaceSteps.begin(), kFaceSteps.end(), [&](const Index3& step) {
+            return grid.contains(i + step) && labels[i + step] == inside;
+        });
+        if (touches) found[std::size_t(i.z)].push_back(grid.offset(i));
     });
     for (const auto& slice : found)
         for (const std::size_t n : slice)

@@ -5,43 +5,9 @@
 
 namespace stylet::patient {
 
-std::string_view tissueName(Tissue t) noexcept {
-    switch (t) {
-        case Tissue::air:
-            return "air";
-        case Tissue::skin:
-            return "skin";
-        case Tissue::soft:
-            return "soft";
-        case Tissue::bone:
-            return "bone";
-        case Tissue::fascia:
-            return "fascia";
-        case Tissue::liver:
-            return "liver";
-        case Tissue::vessel:
-            return "vessel";
-        case Tissue::duct:
-            return "duct";
-    }
-    return "?";
-}
-
-std::string_view roleName(Role r) noexcept {
-    switch (r) {
-        case Role::pass:
-            return "pass";
-        case Role::risk:
-            return "risk";
-        case Role::target:
-            return "target";
-    }
-    return "?";
-}
-
 namespace {
 
-Tissue classOf(double ct_hu, const Thresholds& t, TrackFlags flags) noexcept {
+Tissue classifyCt(double ct_hu, const Thresholds& t, TrackFlags flags) noexcept {
     if (ct_hu < t.t0_hu) return Tissue::air;
     // Past the skin this class is the partial-volume rim of gas and lung. Treating it as skin would create
     // a second membrane.
@@ -67,7 +33,7 @@ TissueSample Patient::at(const Index3& i, TrackFlags flags) const noexcept {
         const std::size_t offset = grid().offset(i);
         if (const Label* label = palette_[package_->labels.voxels[offset]])
             return {label->tissue, label->id, label->role};
-        tissue = classOf(package_->ct.voxels[offset], package_->thresholds, flags);
+        tissue = classifyCt(package_->ct.voxels[offset], package_->thresholds, flags);
     }
     if (tissue == Tissue::air) return {tissue, 0, flags.past_skin ? Role::risk : Role::pass};
     return {tissue, 0, row(tissue).role};

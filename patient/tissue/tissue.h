@@ -7,31 +7,39 @@
 #include <string>
 #include <string_view>
 
+#include "base/text.h"
 #include "base/volume.h"
 
 namespace stylet::patient {
 
 // Rows of the force table. Other labels map to one of these and keep their own name, role and colour.
 enum class Tissue : std::uint8_t { air, skin, soft, bone, fascia, liver, vessel, duct };
-inline constexpr int kTissueCount = 8;
-std::string_view tissueName(Tissue) noexcept;
+inline constexpr std::array<std::string_view, 8> kTissueNames{"air",    "skin",  "soft",   "bone",
+                                                              "fascia", "liver", "vessel", "duct"};
+inline constexpr int kTissueCount = int(kTissueNames.size());
+constexpr std::string_view tissueName(Tissue t) noexcept {
+    return enumName(kTissueNames, t);
+}
 
 enum class Role : std::uint8_t { pass, risk, target };
-std::string_view roleName(Role) noexcept;
+inline constexpr std::array<std::string_view, 3> kRoleNames{"pass", "risk", "target"};
+constexpr std::string_view roleName(Role r) noexcept {
+    return enumName(kRoleNames, r);
+}
 
 struct TissueRow {
     double cut_force_n = 0.0;        // T_N, infinite for bone
     double friction_n = 0.0;         // R
     double stiffness_n_per_m = 0.0;  // k
-    // keeps tenting until it is cut, even where its mask is thinner than the tenting depth
+    // tenting continues until it is cut, even if the tenting depth exceeds the thickness of its mask
     bool membrane = false;
     Role role = Role::pass;
     friend bool operator==(const TissueRow&, const TissueRow&) = default;
 };
 using TissueTable = std::array<TissueRow, kTissueCount>;
 
-// Elasticity of a tissue under pressure: Young's modulus at small strain and its source. Infinite: rigid.
-// The row of air applies to lung and gas inside the body.
+// Elasticity of a tissue under pressure: Young's modulus at small strain, and the source of the value.
+// Infinite: rigid. The row of air applies to lung and gas inside the body.
 struct Elasticity {
     double young_pa = 0.0;
     std::string source;
@@ -54,7 +62,7 @@ struct Label {
     std::string name;  // "right kidney"
     Tissue tissue = Tissue::soft;
     Role role = Role::pass;
-    bool abdominal = false;  // entering it means that skin and fascia have been passed
+    bool abdominal = false;  // a needle that enters it has passed skin and fascia
     std::array<std::uint8_t, 3> colour{128, 128, 128};
     std::string provenance;  // "synthetic", "manual 3D-IRCADb-01", "threshold", "virtual"
 };
@@ -64,6 +72,9 @@ struct TrackFlags {
     bool past_skin = false;
     bool past_fascia = false;
 };
+
+inline constexpr std::array<TrackFlags, 4> kAllTrackFlags{
+    {{false, false}, {true, false}, {false, true}, {true, true}}};
 
 struct TissueSample {
     Tissue tissue = Tissue::air;

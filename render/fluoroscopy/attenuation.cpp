@@ -22,14 +22,14 @@ Grid coarseGrid(const Grid& fine, double voxel_m) {
 
 }  // namespace
 
-AttenuationVolume attenuationOf(const CtVolume& ct, double voxel_m, int threads) {
+AttenuationVolume computeAttenuation(const CtVolume& ct, double voxel_m, int threads) {
     AttenuationVolume volume;
     volume.grid = coarseGrid(ct.grid, voxel_m);
     const Index3 dims = volume.grid.dims;
     volume.half.resize(volume.grid.voxelCount());
-    const auto along_x = coversOf(ct.grid, volume.grid, 0, 0, dims.x),
-               along_y = coversOf(ct.grid, volume.grid, 1, 0, dims.y),
-               along_z = coversOf(ct.grid, volume.grid, 2, 0, dims.z);
+    const auto along_x = computeResampleWeights(ct.grid, volume.grid, 0, 0, dims.x),
+               along_y = computeResampleWeights(ct.grid, volume.grid, 1, 0, dims.y),
+               along_z = computeResampleWeights(ct.grid, volume.grid, 2, 0, dims.z);
     parallelFor(threads, std::size_t(dims.z), [&](std::size_t z) {
         std::vector<float> fine(std::size_t(ct.grid.dims.x)),
             plane(std::size_t(dims.x) * std::size_t(dims.y), 0.0f);
@@ -54,20 +54,20 @@ AttenuationVolume attenuationOf(const CtVolume& ct, double voxel_m, int threads)
     return volume;
 }
 
-CellGrid cellsOf(const AttenuationVolume& volume, double cell_m, double margin_m) {
+CellGrid makeCellGrid(const AttenuationVolume& volume, double cell_m, double margin_m) {
     const Grid& voxels = volume.grid;
     CellGrid cells{coarseGrid(voxels, cell_m), {}};
     const Index3 dims = cells.grid.dims;
     std::vector<std::uint8_t> own(cells.grid.voxelCount(), 0);
     std::vector<int> cell_of_x(std::size_t(voxels.dims.x));
-    const auto cellOf = [&](int voxel, int axis) {
+    const auto toCell = [&](int voxel, int axis) {
         return std::min(int((voxel + 0.5) * dims[axis] / voxels.dims[axis]), dims[axis] - 1);
     };
     for (int x = 0; x < voxels.dims.x; ++x)
-        cell_of_x[std::size_t(x)] = cellOf(x, 0);
+        cell_of_x[std::size_t(x)] = toCell(x, 0);
     for (int z = 0; z < voxels.dims.z; ++z)
         for (int y = 0; y < voxels.dims.y; ++y) {
-            std::uint8_t* const row = &own[cells.grid.offset({0, cellOf(y, 1), cellOf(z, 2)})];
+            std::uint8_t* const row = &own[cells.grid.offset({0, toCell(y, 1), toCell(z, 2)})];
             std::size_t at = voxels.offset({0, y, z});
             for (int x = 0; x < voxels.dims.x; ++x, ++at)
                 if (volume.half[at] != 0) row[cell_of_x[std::size_t(x)]] = 1;
@@ -90,13 +90,14 @@ CellGrid cellsOf(const AttenuationVolume& volume, double cell_m, double margin_m
     return cells;
 }
 
-std::vector<Cover> coversOf(const Grid& from, const Grid& to, int axis, int low, int high) {
-    std::vector<Cover> covers(std::size_t(high - low));
+std::vector<ResampleWeights> computeResampleWeights(const Grid& from, const Grid& to, int axis, int low,
+                                                    int high) {
+    std::vector<ResampleWeights> covers(std::size_t(high - low));
     const double ratio = to.spacing_m[axis] / from.spacing_m[axis];
     const double begin = (to.origin_m[axis] - from.origin_m[axis]) / from.spacing_m[axis] - 0.5 * ratio + 0.5;
     for (int i = low; i < high; ++i) {
         const double from_low = std::max(begin + i * ratio, 0.0), from_high = begin + (i + 1) * ratio;
-        Cover& cover = covers[std::size_t(i - low)];
+        ResampleWeights& cover = covers[std::size_t(i - low)];
         cover.first = int(std::floor(from_low + 1e-6));
         for (int k = cover.first; k < from.dims[axis] && k < from_high - 1e-6; ++k)
             cover.weights.push_back(

@@ -1,5 +1,5 @@
 // X-ray attenuation of the patient relative to water, 1 + HU / 1000 (model, section 8). The voxels are no
-// finer than a detector resolves. A coarser grid marks the cells that attenuate at all.
+// finer than a detector resolves. A coarser grid marks the cells that contain any attenuation.
 #pragma once
 
 #include <cstdint>
@@ -22,24 +22,25 @@ struct AttenuationVolume {
     std::vector<std::uint16_t> half;  // half floats: water is exactly 1
 };
 
-// Resamples to voxels of about `voxel_m`, or to the CT's where those are larger. Each is the mean of what
-// it covers, so the total is preserved. Uses `threads` threads.
-AttenuationVolume attenuationOf(const CtVolume&, double voxel_m, int threads);
+// Resamples to voxels of about `voxel_m`, or to the CT's where those are larger. Each voxel is the mean of
+// the CT inside it, so the total is preserved. Uses `threads` threads.
+AttenuationVolume computeAttenuation(const CtVolume&, double voxel_m, int threads);
 
 // Cells of about `cell_m`: 1 where anything attenuates within `margin_m` of the cell.
 struct CellGrid {
     Grid grid;
     std::vector<std::uint8_t> occupied;
 };
-CellGrid cellsOf(const AttenuationVolume&, double cell_m, double margin_m);
+CellGrid makeCellGrid(const AttenuationVolume&, double cell_m, double margin_m);
 
-// A voxel as a weighted sum of the voxels of another grid that lie in it, along one axis. The first and the
-// last lie in it only partly.
-struct Cover {
+// Along one axis: the weights of the fine voxels inside a coarse voxel. The first and the last fine voxel may
+// lie in it only partly.
+struct ResampleWeights {
     int first = 0;
-    std::vector<float> weights;  // shares of the voxel
+    std::vector<float> weights;  // fractions of the coarse voxel
 };
-// Covers of the voxels [low, high) of `to` along an axis by the voxels of `from`.
-std::vector<Cover> coversOf(const Grid& from, const Grid& to, int axis, int low, int high);
+// Computes the weights of the fine voxels (`from`) for coarse voxels [low, high) of `to` along an axis.
+std::vector<ResampleWeights> computeResampleWeights(const Grid& from, const Grid& to, int axis, int low,
+                                                    int high);
 
 }  // namespace stylet::render

@@ -8,7 +8,7 @@
 
 namespace stylet::render {
 
-Beam beamOf(const CArm& arm, const Pose& patient_from_isocentre) {
+Beam makeBeam(const CArm& arm, const Pose& patient_from_isocentre) {
     const Pose angulated{glm::angleAxis(arm.angulation_rad, Vec3(1.0, 0.0, 0.0)), Vec3(0.0)};
     const Pose slid{glm::angleAxis(arm.orbital_rad, Vec3(0.0, 0.0, 1.0)), Vec3(0.0)};
     const Pose patient_from_arc = patient_from_isocentre * angulated * slid;
@@ -31,7 +31,7 @@ double openArea_m2(const Collimation& c, double side_m) {
                  bottom = open(c.down_m);
     if (right <= left || bottom <= top) return 0.0;
     if (!c.iris_m) return (right - left) * (bottom - top);
-    // Integrates the iris column by column: its area cut by the blades has no short closed form.
+    // Integrate column by column: the area of an iris clipped by blades has no short closed form.
     constexpr int kColumns = 2048;
     double area = 0.0;
     for (int i = 0; i < kColumns; ++i) {

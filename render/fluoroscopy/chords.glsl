@@ -2,8 +2,8 @@
 // interval. Distances are measured from the point of the ray nearest to the shape. Measured from the
 // source, a metre away, a needle's radius would be lost in rounding.
 
-// Interval [x, y] of the ray in a cylinder from the origin, of unit axis `u` and length `h`. Empty if x >
-// y.
+// Ray parameters [x, y] inside a cylinder that begins at the origin, with unit axis `u` and length `h`. Empty
+// if x > y.
 vec2 throughCylinder(vec3 o, vec3 d, vec3 u, float h, float r) {
     const float du = dot(d, u), ou = dot(o, u);
     const vec3 across = d - du * u, off = o - ou * u;
@@ -12,7 +12,8 @@ vec2 throughCylinder(vec3 o, vec3 d, vec3 u, float h, float r) {
     if (a < 1e-12) {
         if (c > 0.0) return vec2(1.0, -1.0);
     } else {
-        // Uses the ray's nearest point to the axis. The discriminant b * b - a * c would lose its digits.
+        // Uses the ray's nearest point to the axis. The discriminant b * b - a * c would lose precision by
+        // cancellation.
         const vec3 nearest = off - (b / a) * across;
         const float d2 = r * r - dot(nearest, nearest);
         if (d2 <= 0.0) return vec2(1.0, -1.0);
@@ -39,14 +40,14 @@ vec2 hull(vec2 a, vec2 b) {
     return vec2(min(a.x, b.x), max(a.y, b.y));
 }
 
-float lengthOf(vec2 t) { return max(t.y - t.x, 0.0); }
+float intervalLength(vec2 t) { return max(t.y - t.x, 0.0); }
 
 float shapesPath(vec3 source, vec3 direction, float reach) {
-    const int count = int(xray.iris.y);
+    const int count = int(frame.iris.y);
     float path = 0.0;
     vec2 before = vec2(1.0, -1.0);
     for (int i = 0; i < count; ++i) {
-        const ShapeUniforms shape = xray.shapes[i];
+        const ShapeUniforms shape = frame.shapes[i];
         const vec3 axis = shape.end.xyz - shape.begin.xyz;
         const float h = length(axis), r = shape.begin.w, bore = shape.end.w;
         const vec3 u = h > 0.0 ? axis / h : vec3(0.0, 0.0, 1.0);
@@ -58,13 +59,13 @@ float shapesPath(vec3 source, vec3 direction, float reach) {
             t = hull(t, throughBall(o - h * u, direction, r));
         }
         t = t.x > t.y ? t : clamp(t + shift, 0.0, reach);
-        float inside = lengthOf(t);
+        float inside = intervalLength(t);
         if (bore > 0.0 && inside > 0.0) {
             const vec2 hollow = throughCylinder(o, direction, u, h, bore);
-            if (hollow.x <= hollow.y) inside -= lengthOf(clamp(hollow + shift, 0.0, reach));
+            if (hollow.x <= hollow.y) inside -= intervalLength(clamp(hollow + shift, 0.0, reach));
         }
         if (shape.material.z != 0.0 && t.x <= t.y && before.x <= before.y)
-            inside -= lengthOf(vec2(max(t.x, before.x), min(t.y, before.y)));
+            inside -= intervalLength(vec2(max(t.x, before.x), min(t.y, before.y)));
         path += shape.material.x * max(inside, 0.0);
         before = t;
     }

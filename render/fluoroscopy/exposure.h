@@ -1,11 +1,11 @@
-// The number of quanta in a picture and the dose that they cost: an automatic brightness control without
-// memory, and the figures that a dose ledger adds up.
+// Automatic brightness control: computes the quanta of a picture and the dose of its pulse. It is stateless:
+// no pulse depends on earlier ones. A dose ledger adds up the doses.
 //
-// At 70 keV a microgray of air kerma is 33,400 photons/mm2: 1 / (70 keV * 0.0267 cm2/g), the mass
-// energy-absorption coefficient of air between Hubbell and Seltzer's (NIST, NISTIR 5632, 1995) 0.03041 at
-// 60 and 0.02407 at 80 keV. The detector receives 20 to 100 nGy per pulse in fluoroscopy (AAPM report 125,
-// 2012), and detects 65 % of the quanta (DQE of 0.5 mm of CsI: Granfors and Aufrichtig, Med. Phys. 27,
-// 2000). In normal mode the limit at the skin is 88 mGy per minute (21 CFR 1020.32(e)).
+// At 70 keV a microgray of air kerma is 33,400 photons/mm2: 1 / (70 keV * 0.0267 cm2/g). The mass
+// energy-absorption coefficient of air is interpolated between 0.03041 at 60 and 0.02407 at 80 keV (Hubbell
+// and Seltzer, NIST, NISTIR 5632, 1995). The detector receives 20 to 100 nGy per pulse in fluoroscopy (AAPM
+// report 125, 2012), and detects 65 % of the quanta (DQE of 0.5 mm of CsI: Granfors and Aufrichtig, Med.
+// Phys. 27, 2000). In normal mode the limit at the skin is 88 mGy per minute (21 CFR 1020.32(e)).
 #pragma once
 
 #include <span>
@@ -16,13 +16,13 @@ namespace stylet::render {
 
 struct DoseSettings {
     double detector_kerma_gy = 40e-9;  // target per pulse, behind the patient, in the middle of the picture
-    double most_kerma_gy_per_s = 1.4667e-3;  // free in air at the reference point: 88 mGy/min
-    double least_kerma_gy_per_s = 5e-6;
-    double most_kerma_gy_per_pulse = 60e-6;  // a tube at full current for 20 ms
+    double max_kerma_gy_per_s = 1.4667e-3;  // free in air at the reference point: 88 mGy/min
+    double min_kerma_gy_per_s = 5e-6;
+    double max_kerma_gy_per_pulse = 60e-6;  // a tube at full current for 20 ms
 };
 
 inline constexpr double kPhotonsPerM2Gy = 3.34e16;
-inline constexpr double kDetected = 0.65;
+inline constexpr double kDetectedShare = 0.65;
 // The patient entrance reference point: 15 cm from the isocentre toward the source (IEC 60601-2-43).
 inline constexpr double kSourceToReference_m = kSourceToIsocentre_m - 0.150;
 
@@ -34,12 +34,12 @@ struct Exposure {
     bool at_limit = false;            // the tube is at its limit: the picture is noisier
 };
 
-// Transmission from line integrals in the middle of the field. Values < 0 (behind a blade) and below
-// kDirect (beside the patient) do not count. Returns 1 if none counts; the tube then gives its minimum.
+// Transmission from line integrals in the middle of the field. Ignores values < 0 (behind a blade) and below
+// kMinTissuePath (beside the patient). Returns 1 if no value is left; the tube then emits its minimum.
 double meteredTransmission(std::span<const float> metered);
-inline constexpr float kDirect = 0.05f;
+inline constexpr float kMinTissuePath = 0.05f;
 
-Exposure exposureOf(double transmission, const Collimation&, double side_m, int pixels, double pulse_rate_hz,
-                    const DoseSettings&);
+Exposure computeExposure(double transmission, const Collimation&, double side_m, int pixels,
+                         double pulse_rate_hz, const DoseSettings&);
 
 }  // namespace stylet::render

@@ -12,12 +12,12 @@
 namespace stylet::render {
 namespace {
 
-constexpr int kMostPixels = 2048;
+constexpr int kMaxPixels = 2048;
 constexpr int kBlackPixels = 64;       // size of the black picture if the requested size is invalid
 constexpr double kMeteredShare = 0.6;  // metered share of the open field, along either axis
 constexpr double kTissueHu = -300.0;
-constexpr double kFarthestInRoom_m = 1e4;                 // nothing in a room is as far away
-constexpr double kLeastStep_m = 1e-4, kMostStep_m = 1.0;  // finer steps would take too long
+constexpr double kFarthestInRoom_m = 1e4;              // positions beyond this are rejected
+constexpr double kMinStep_m = 1e-4, kMaxStep_m = 1.0;  // finer steps would take too long
 
 bool isInRoom(const Vec3& v) {
     return std::fabs(v.x) < kFarthestInRoom_m && std::fabs(v.y) < kFarthestInRoom_m &&
@@ -35,14 +35,14 @@ bool allPositive(Values... values) {
 
 std::string_view badSettings(const FluoroscopySettings& s) {
     if (s.pixels < 1) return "the detector has no pixels";
-    if (s.pixels > kMostPixels) return "the detector has more than 2048 pixels a side";
+    if (s.pixels > kMaxPixels) return "the detector has more than 2048 pixels a side";
     if (!allPositive(s.detector_m, s.pulse_rate_hz, s.curve, s.dose.detector_kerma_gy,
-                     s.dose.most_kerma_gy_per_s, s.dose.most_kerma_gy_per_pulse) ||
-        !std::isfinite(s.electronic_quanta) || !std::isfinite(s.evened) ||
-        !std::isfinite(s.dose.least_kerma_gy_per_s))
+                     s.dose.max_kerma_gy_per_s, s.dose.max_kerma_gy_per_pulse) ||
+        !std::isfinite(s.electronic_quanta) || !std::isfinite(s.flattening) ||
+        !std::isfinite(s.dose.min_kerma_gy_per_s))
         return "a setting is not a positive number";
-    for (const double step_m : {s.voxel_m, s.step_m, s.stretch_m})
-        if (!(step_m >= kLeastStep_m && step_m <= kMostStep_m)) return "a step is not between 0.1 mm and 1 m";
+    for (const double step_m : {s.voxel_m, s.step_m, s.segment_m})
+        if (!(step_m >= kMinStep_m && step_m <= kMaxStep_m)) return "a step is not between 0.1 mm and 1 m";
     if (!(s.beyond_ends_m >= 0.0 && s.beyond_ends_m <= 1.0)) return "the patient is longer than one metre";
     if (s.block != 1 && s.block != 2 && s.block != 4) return "a block has 1, 2 or 4 rays a side";
     return {};
@@ -96,7 +96,7 @@ struct Fluoroscopy::Impl {
     Impl(const Gpu& g, DeformedPatient& p) : gpu(g), patient(p), commands(g), rays(g, p), screen(g) {}
 
     FluoroscopyStats refuse(std::string_view reason, int wanted_pixels) {
-        screen.showBlack(wanted_pixels < 1 || wanted_pixels > kMostPixels ? kBlackPixels : wanted_pixels);
+        screen.showBlack(wanted_pixels < 1 || wanted_pixels > kMaxPixels ? kBlackPixels : wanted_pixels);
         black = true;
         pulse = -1;
         FluoroscopyStats stats;
@@ -136,19 +136,19 @@ FluoroscopyStats Fluoroscopy::Impl::expose(const Beam& beam, const FluoroscopyIn
     FluoroscopyStats stats;
     stats.live = true;
     stats.exposure =
-        exposureOf(meteredTransmission(meteredField(input.collimation, settings)), input.collimation,
-                   settings.detector_m, settings.pixels, settings.pulse_rate_hz, settings.dose);
+        computeExposure(meteredTransmission(meteredField(input.collimation, settings)), input.collimation,
+                        settings.detector_m, settings.pixels, settings.pulse_rate_hz, settings.dose);
     screen.setTone(rays.meter(), gpu::meterSide(settings.pixels));
     commands.submitAndWait([&](const vk::raii::CommandBuffer& buffer) {
         screen.record(buffer, stats.exposure, input.collimation, settings, now);
     });
     stats.still_pictures = patient.still();
     stats.idle_tool_pictures = !patient.tool() && settings.skips.idle_tool;
-    stats.kept_contrast = !wrote_contrast;
+    stats.unchanged_contrast = !wrote_contrast;
     if (settings.count) {
         const gpu::XrayCounters& c = rays.counters();
         stats.samples = std::uint64_t(c.samples_high) << 32 | c.samples;
-        stats.empty_stretches = c.empty_stretches;
+        stats.empty_segments = c.empty_segments;
         stats.collimated_rays = c.collimated_rays;
     }
     return stats;
@@ -162,7 +162,7 @@ FluoroscopyStats Fluoroscopy::image(const FluoroscopyInput& input, const Fluoros
     Impl& self = *impl_;
     FluoroscopyStats kept;
     kept.pulse = self.pulse;
-    kept.held = !self.black;
+    kept.last_image_held = !self.black;
     if (!input.pedal) {
         if (self.screen.pixels() == 0) kept = self.refuse("the pedal has not been pressed", settings.pixels);
         kept.pedal_up = 1;
@@ -173,10 +173,10 @@ FluoroscopyStats Fluoroscopy::image(const FluoroscopyInput& input, const Fluoros
     if (!reason.empty()) return self.refuse(reason, settings.pixels);
     const std::int64_t now = std::int64_t(std::floor(input.time_s * settings.pulse_rate_hz + 1e-6));
     if (!self.black && now == self.pulse && settings.skips.between_pulses) {
-        kept.pulses_kept = 1;
+        kept.reused_pulses = 1;
         return kept;
     }
-    const Beam beam = beamOf(input.arm, input.patient_from_isocentre);
+    const Beam beam = makeBeam(input.arm, input.patient_from_isocentre);
     reason = badGeometry(self.patient, beam);
     if (reason.empty() && openArea_m2(input.collimation, settings.detector_m) <= 0.0)
         reason = "the collimator is closed";

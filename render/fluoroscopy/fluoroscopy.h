@@ -28,7 +28,7 @@ namespace stylet::render {
 // Input of one picture. The patient's breath and the tool's displacement come from DeformedPatient.
 struct FluoroscopyInput {
     CArm arm;                     // orbital and angulation angles
-    Pose patient_from_isocentre;  // includes table height and travel; axes of a patient who lies straight
+    Pose patient_from_isocentre;  // includes table height and travel; axes as in beam.h
     Collimation collimation;
     bool pedal = false;   // false: no radiation, the last picture stays
     double time_s = 0.0;  // pulses are counted from 0
@@ -39,11 +39,11 @@ struct FluoroscopyInput {
 // Work that can be skipped. Switching a skip off costs time but does not change the picture. (The caller of
 // DeformedPatient::breathe() decides whether a still patient is deformed.)
 struct FluoroscopySkips {
-    bool between_pulses = true;   // compute the picture of a pulse once
-    bool collimated_rays = true;  // no ray behind the blades
-    bool empty_cells = true;      // no samples in air
-    bool idle_tool = true;        // no look-up of a tool's displacement while no tool presses
-    bool kept_contrast = true;    // rewrite the sampled volume only when the contrast has changed
+    bool between_pulses = true;      // compute the picture of a pulse once
+    bool collimated_rays = true;     // no ray behind the blades
+    bool empty_cells = true;         // no samples in air
+    bool idle_tool = true;           // no look-up of a tool's displacement while no tool presses
+    bool unchanged_contrast = true;  // rewrite the sampled volume only when the contrast has changed
 };
 
 struct FluoroscopySettings {
@@ -53,29 +53,29 @@ struct FluoroscopySettings {
     DoseSettings dose;
     double electronic_quanta = 4.0;  // rms per pixel
     double curve = 2.2;              // slope of the screen's S-curve over the logarithm of the quanta
-    double evened = 0.65;            // share of the slow part of that logarithm that the screen removes
+    double flattening = 0.65;        // share of the logarithm's low-frequency part that is removed
     bool dense_is_dark = true;
     std::uint32_t seed = 1;
-    // Length by which the patient continues beyond the CT's first and last slice, as in those slices.
+    // The CT's first and last slices are repeated for this length beyond its ends.
     double beyond_ends_m = 0.15;
     // Quality settings (stylet-bench --only imaging.fluoroscopy).
     double voxel_m = 0.001;    // finest voxel of the volume that rays sample
     double step_m = 0.002;     // from sample to sample
-    double stretch_m = 0.012;  // length of ray between two look-ups of the motion
-    int block = 2;             // 1, 2 or 4: rays per side of a block that share these look-ups
+    double segment_m = 0.012;  // length along a ray between two look-ups of the motion
+    int block = 2;             // rays per side of a block that shares these look-ups: 1, 2 or 4
     FluoroscopySkips skips;
     bool count = false;  // fill in the counters (some atomic additions per ray)
 };
 
 struct FluoroscopyStats {
-    std::string_view reason;  // why there is no picture; empty if there is one
-    bool live = false;        // this call computed a picture: radiation was on
-    bool held = false;        // an earlier picture is shown: last-image hold, or between pulses
-    std::int64_t pulse = -1;  // of the picture shown
-    Exposure exposure;        // of this call: zero unless live
+    std::string_view reason;       // why there is no picture; empty if there is one
+    bool live = false;             // this call computed a picture: radiation was on
+    bool last_image_held = false;  // an earlier picture is shown: last-image hold, or between pulses
+    std::int64_t pulse = -1;       // of the picture shown
+    Exposure exposure;             // of this call: zero unless live
     // Counters of this call; the second row only with FluoroscopySettings::count.
-    int pedal_up = 0, pulses_kept = 0, still_pictures = 0, idle_tool_pictures = 0, kept_contrast = 0;
-    std::uint64_t samples = 0, empty_stretches = 0, collimated_rays = 0;
+    int pedal_up = 0, reused_pulses = 0, still_pictures = 0, idle_tool_pictures = 0, unchanged_contrast = 0;
+    std::uint64_t samples = 0, empty_segments = 0, collimated_rays = 0;
 };
 
 // Frame thread. Throws GpuError, vk::SystemError. Invalid input does not throw: it gives a black picture

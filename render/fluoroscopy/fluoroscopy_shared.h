@@ -3,20 +3,15 @@
 #ifndef STYLET_RENDER_FLUOROSCOPY_SHARED_H
 #define STYLET_RENDER_FLUOROSCOPY_SHARED_H
 
-#ifdef __cplusplus
-#include <cstdint>
-#include <glm/ext/vector_uint4.hpp>
-#include <glm/vec4.hpp>
+#include "render/scene/shader_types.h"
 
+#ifdef __cplusplus
 namespace stylet::render::gpu {
-using glm::uvec4;
-using glm::vec4;
-using uint = std::uint32_t;
 #endif
 
 const int kXrayGroup = 8;  // pixels that a workgroup covers along either axis
-const int kToolParts = 3;  // parts of a stretch that a tool has displaced: as fine as its table
-const int kMostShapes = 64;
+const int kToolParts = 3;  // parts of a segment near a tool; about one node of the tool's table each
+const int kMaxShapes = 64;
 const int kMeter = 64;  // cells per side of the lattice on which the picture is metered
 
 struct ShapeUniforms {
@@ -32,31 +27,31 @@ struct XrayUniforms {
     vec4 down;
     vec4 blades;  // open to the left, right, top, bottom of the middle, m on the detector
     vec4 iris;    // radius, m (0: none); number of shapes; pixels per cell of the metered lattice
-    // Box of all that attenuates, deformed patient; w: longest stretch between two look-ups of the motion,
+    // Box of all attenuation in the deformed patient; w: longest segment between two look-ups of the motion,
     // m.
     vec4 box_low;
-    vec4 box_high;                     // w: samples per stretch
+    vec4 box_high;                     // w: samples per segment
     vec4 tissue_scale, tissue_offset;  // reference patient to texture coordinates
     vec4 cell_scale, cell_offset;      // and to cells
     vec4 deform_scale, deform_offset;  // deformed patient to the motion's tables
     vec4 tool_scale, tool_offset;
-    ShapeUniforms shapes[kMostShapes];
+    ShapeUniforms shapes[kMaxShapes];
 };
 
-// Converts line integrals to the picture.
+// Parameters of screen.comp.
 struct ScreenUniforms {
     // Quanta detected in an unattenuated pixel; electronic noise; quanta of mid-grey; slope of the curve.
     vec4 quanta;
     vec4 blades;  // as in XrayUniforms
     vec4 iris;    // radius, m (0: none); size of a pixel, m; pixels per side; 1: dense is dark
-    // Share of the slow part that is removed; mean line integral; pixels per cell of the lattice; cells per
-    // side.
+    // Share of the low-frequency part that is removed; mean line integral; pixels per cell of the lattice;
+    // cells per side.
     vec4 tone;
     uvec4 noise;  // pulse (low, high), seed
 };
 
 struct XrayCounters {
-    uint samples, samples_high, empty_stretches, collimated_rays;
+    uint samples, samples_high, empty_segments, collimated_rays;
 };
 
 #ifdef __cplusplus
@@ -67,7 +62,7 @@ inline int meterSide(int pixels) {
     return (pixels + meterStride(pixels) - 1) / meterStride(pixels);
 }
 
-static_assert(sizeof(XrayUniforms) == (16 + 3 * kMostShapes) * 16);
+static_assert(sizeof(XrayUniforms) == (16 + 3 * kMaxShapes) * 16);
 static_assert(sizeof(ScreenUniforms) == 80);
 }  // namespace stylet::render::gpu
 #endif

@@ -14,8 +14,8 @@ class RayPass {
   public:
     RayPass(const Gpu&, DeformedPatient&);
 
-    // Prepares what a picture of these settings needs: the volume with contrast, and buffers for the
-    // pixels. Returns true if contrast was written.
+    // Prepares the volume with contrast, and the buffers for the pixels. Returns true if contrast was
+    // written.
     bool prepare(const FluoroscopyInput&, const FluoroscopySettings&);
     // Records the upload of changed patient and contrast data and the dispatch. Afterwards the results are
     // visible to compute shaders and the host.
@@ -31,15 +31,15 @@ class RayPass {
     }
 
   private:
-    // Features of the shader that a picture needs.
+    // Specialisation constants of rays.comp.
     struct Features {
         std::uint32_t deform, tool, empty_cells, collimate, count, block;
         auto operator<=>(const Features&) const = default;
     };
-    Features featuresOf(const FluoroscopySettings&) const;
+    Features requiredFeatures(const FluoroscopySettings&) const;
     const vk::raii::Pipeline& pipelineFor(const Features&);
     void bind();
-    gpu::XrayUniforms uniformsOf(const Beam&, const FluoroscopyInput&, const FluoroscopySettings&) const;
+    gpu::XrayUniforms makeUniforms(const Beam&, const FluoroscopyInput&, const FluoroscopySettings&) const;
 
     const Gpu* gpu_;
     DeformedPatient* patient_;
@@ -48,7 +48,7 @@ class RayPass {
     TissueImage tissue_;
     Buffer uniforms_, paths_, meter_, counters_;
     std::map<Features, vk::raii::Pipeline> pipelines_;
-    int images_made_ = -1;
+    int image_revision_ = -1;
 };
 
 }  // namespace stylet::render

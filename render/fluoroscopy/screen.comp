@@ -24,13 +24,13 @@ uvec4 pcg4d(uvec4 v) {
 
 float uniformFrom(uint bits) { return (float(bits >> 8) + 0.5) / 16777216.0; }  // in (0, 1)
 
-// Poisson distribution by its first three moments (Cornish and Fisher). A pixel counts ten quanta or more;
-// there the error is too small for the screen to show.
+// Poisson distribution by its first three moments (Cornish and Fisher). Every pixel counts at least ten
+// quanta, so the error is too small to be visible.
 float poisson(float mean, float normal) {
     return max(mean + sqrt(mean) * normal + (normal * normal - 1.0) / 6.0, 0.0);
 }
 
-// Mean line integral of the surroundings, linear between the lattice's cells.
+// Mean line integral of the surroundings, interpolated linearly between the lattice's cells.
 float slowAt(ivec2 pixel) {
     const int side = int(screen.tone.w);
     const vec2 at = clamp(vec2(pixel) / screen.tone.z, vec2(0.0), vec2(float(side) - 1.0));

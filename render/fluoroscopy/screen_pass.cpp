@@ -6,6 +6,7 @@
 
 #include "render/fluoroscopy/fluoroscopy_shared.h"
 #include "render/fluoroscopy/tone.h"
+#include "render/gpu/image_states.h"
 #include "render/gpu/pipelines.h"
 #include "render/shaders.h"
 
@@ -62,21 +63,16 @@ void ScreenPass::record(const vk::raii::CommandBuffer& commands, const Exposure&
         .blades = glm::vec4(c.left_m, c.right_m, c.up_m, c.down_m),
         .iris = glm::vec4(c.iris_m.value_or(0.0), settings.detector_m / pixels_, pixels_,
                           settings.dense_is_dark ? 1.0 : 0.0),
-        .tone = glm::vec4(settings.evened, -std::log(exposure.transmission), gpu::meterStride(pixels_),
+        .tone = glm::vec4(settings.flattening, -std::log(exposure.transmission), gpu::meterStride(pixels_),
                           tone_side_),
         .noise =
             glm::uvec4(std::uint32_t(pulse), std::uint32_t(std::uint64_t(pulse) >> 32), settings.seed, 0u)};
     uniforms_.write(&u, sizeof u);
     commands.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline_);
-    commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, descriptors_.layout(), 0, descriptors_.set(),
-                                {});
-    const std::uint32_t groups = std::uint32_t(pixels_ + gpu::kXrayGroup - 1) / gpu::kXrayGroup;
+    descriptors_.use(commands, vk::PipelineBindPoint::eCompute);
+    const std::uint32_t groups = groupCount(pixels_, gpu::kXrayGroup);
     commands.dispatch(groups, groups, 1);
-    const vk::MemoryBarrier2 done{.srcStageMask = vk::PipelineStageFlagBits2::eComputeShader,
-                                  .srcAccessMask = vk::AccessFlagBits2::eShaderStorageWrite,
-                                  .dstStageMask = vk::PipelineStageFlagBits2::eHost,
-                                  .dstAccessMask = vk::AccessFlagBits2::eHostRead};
-    commands.pipelineBarrier2({.memoryBarrierCount = 1, .pMemoryBarriers = &done});
+    memoryBarrier(commands, kComputeWrites, kHostReads);
     ++revision_;
 }
 

@@ -13,9 +13,11 @@ class ScreenPass {
   public:
     explicit ScreenPass(const Gpu&);
 
-    // Prepares for a picture of this size, made from these line integrals.
+    // Prepares for a picture of this size, computed from these line integrals.
     void prepare(const Buffer& paths, int pixels);
-    // `meter`: line integrals on a lattice of `side` x `side` cells, < 0 where it is not open.
+    // Sets the smoothed line integrals with which screen.comp evens out bright and dark parts of the picture.
+    // `meter`: line integrals on a lattice of `side` x `side` cells (rows kMeter apart), < 0 behind the
+    // blades.
     void setTone(std::span<const float> meter, int side);
     void record(const vk::raii::CommandBuffer&, const Exposure&, const Collimation&,
                 const FluoroscopySettings&, std::int64_t pulse);

@@ -4,7 +4,7 @@ namespace stylet::render {
 namespace {
 
 // Dimensions as in assets/generate/instruments.py and hand.py.
-constexpr double kNeedleRadius_m = 0.00075, kNeedleBore_m = 0.00055, kNeedleLength_m = 0.150;
+constexpr double kNeedleLength_m = 0.150, kBoreShare = 0.55 / 0.75;  // of the radius, 17 G
 constexpr double kHubRadius_m = 0.0045, kHubLength_m = 0.019;
 // Piezoceramic, matching layers and backing under the lens, as one material.
 constexpr double kTransducerPerM = 150.0;
@@ -18,9 +18,10 @@ void add(const Pose& pose, const Vec3& begin, const Vec3& end, XrayShape shape, 
 
 }  // namespace
 
-void addNeedle(const Pose& pose, bool stylet_in, std::vector<XrayShape>& shapes) {
+void addNeedle(const Pose& pose, double radius_m, bool stylet_in, std::vector<XrayShape>& shapes) {
     add(pose, {0, 0, 0}, {0, 0, kNeedleLength_m},
-        {.radius_m = kNeedleRadius_m, .bore_m = stylet_in ? 0.0 : kNeedleBore_m, .round = stylet_in}, shapes);
+        {.radius_m = radius_m, .bore_m = stylet_in ? 0.0 : kBoreShare * radius_m, .round = stylet_in},
+        shapes);
     add(pose, {0, 0, kNeedleLength_m}, {0, 0, kNeedleLength_m + kHubLength_m},
         {.radius_m = kHubRadius_m, .bore_m = 0.002, .per_m = kPlasticPerM, .round = false}, shapes);
 }

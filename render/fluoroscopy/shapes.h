@@ -9,27 +9,29 @@
 #include <span>
 #include <vector>
 
+#include "render/fluoroscopy/fluoroscopy_shared.h"
 #include "render/scene/scene.h"
 
 namespace stylet::render {
 
 inline constexpr double kSteelPerM = 652.0, kPlasticPerM = 21.8, kFleshPerM = 20.5;
 
-// Patient frame, deformed patient. Where a ray passes through two successive shapes of a chain, their
-// common stretch counts once.
+// A capsule or cylinder, in the frame of the deformed patient. Where two successive shapes of a chain overlap
+// on a ray, the overlap counts once.
 struct XrayShape {
     Vec3 begin_m{0.0}, end_m{0.0};
     double radius_m = 0.001;
-    double bore_m = 0.0;  // radius of a hollow, along the whole length
+    double bore_m = 0.0;  // radius of a bore along the whole length
     double per_m = kSteelPerM;
     bool round = true;     // hemispheres at both ends, else flat
-    bool chained = false;  // follows the shape before it
+    bool chained = false;  // continues the chain of the shape before it
 };
-inline constexpr int kMostXrayShapes = 64;  // only the first ones are used
+inline constexpr int kMaxXrayShapes = gpu::kMaxShapes;  // only the first ones are used
 
 // Append a tool to `shapes`. The tools are those of assets/instruments: contact end at the origin, handle
 // toward +z.
-void addNeedle(const Pose& patient_from_needle, bool stylet_in, std::vector<XrayShape>& shapes);  // 17 G
+void addNeedle(const Pose& patient_from_needle, double radius_m, bool stylet_in,
+               std::vector<XrayShape>& shapes);
 void addProbe(const Pose& patient_from_probe, std::vector<XrayShape>& shapes);
 void addScalpel(const Pose& patient_from_scalpel, std::vector<XrayShape>& shapes);
 void addFinger(const Pose& patient_from_finger, std::vector<XrayShape>& shapes);

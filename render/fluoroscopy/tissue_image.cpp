@@ -3,29 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <thread>
 
 #include <glm/gtc/packing.hpp>
+
+#include "base/parallel.h"
+#include "render/gpu/image_states.h"
 
 namespace stylet::render {
 namespace {
 
 constexpr double kCell_m = 0.008;
-
-GpuImage makeImage(const Gpu& gpu, vk::Format format, const Grid& grid, std::size_t bytes,
-                   const void* texels) {
-    GpuImage image = makeVolumeImage(gpu, format, grid.dims);
-    const std::size_t plane = bytes * std::size_t(grid.dims.x) * std::size_t(grid.dims.y);
-    uploadPlanes(gpu, image, bytes, [&](int z0, int z1, std::byte* out) {
-        std::memcpy(out, static_cast<const std::byte*>(texels) + plane * std::size_t(z0),
-                    plane * std::size_t(z1 - z0));
-    });
-    return image;
-}
-
-std::size_t texels(const Index3& dims) {
-    return std::size_t(dims.x) * std::size_t(dims.y) * std::size_t(dims.z);
-}
 
 }  // namespace
 
@@ -33,14 +20,14 @@ bool TissueImage::prepare(const CtVolume& ct, double voxel_m, double margin_m) {
     const bool other_volume = voxel_m_ != voxel_m;
     if (!other_volume && margin_m_ == margin_m) return false;
     if (other_volume) {
-        base_ = attenuationOf(ct, voxel_m, std::max(2, int(std::thread::hardware_concurrency()) / 2));
-        tissue_ =
-            makeImage(*gpu_, vk::Format::eR16Sfloat, base_.grid, sizeof(std::uint16_t), base_.half.data());
+        base_ = computeAttenuation(ct, voxel_m, std::max(2, processorCount() / 2));
+        tissue_ = makeFilledVolume(*gpu_, vk::Format::eR16Sfloat, base_.grid.dims, sizeof(std::uint16_t),
+                                   base_.half.data());
         tissue_upload_.stale = false;
         written_ = {};
     }
-    cells_ = cellsOf(base_, kCell_m, margin_m);
-    cells_image_ = makeImage(*gpu_, vk::Format::eR8Uint, cells_.grid, 1, cells_.occupied.data());
+    cells_ = makeCellGrid(base_, kCell_m, margin_m);
+    cells_image_ = makeFilledVolume(*gpu_, vk::Format::eR8Uint, cells_.grid.dims, 1, cells_.occupied.data());
     cells_upload_.stale = false;
     stale_ = true;
     voxel_m_ = voxel_m;
@@ -48,7 +35,7 @@ bool TissueImage::prepare(const CtVolume& ct, double voxel_m, double margin_m) {
     return true;
 }
 
-TissueImage::Region TissueImage::regionOf(const patient::ContrastTable& table) const {
+TissueImage::Region TissueImage::contrastRegion(const patient::ContrastTable& table) const {
     const Vec3 half = 0.5 * table.grid.spacing_m;
     const Vec3 low = base_.grid.toVoxels(table.grid.origin_m - half) + 0.5;
     const Vec3 high = base_.grid.toVoxels(table.grid.centre(table.grid.dims - 1) + half) + 0.5;
@@ -60,7 +47,7 @@ bool TissueImage::show(const patient::ContrastTable* table, bool always) {
     if (table && table->added_per_m.empty()) table = nullptr;
     const bool same = !stale_ && shown_ == table && (!table || revision_ == table->revision);
     if (same && !always) return false;
-    const Region now = table ? regionOf(*table) : Region{};
+    const Region now = table ? contrastRegion(*table) : Region{};
     // Includes the region where contrast was before.
     Region region = now;
     if (!written_.empty())
@@ -78,7 +65,7 @@ bool TissueImage::show(const patient::ContrastTable* table, bool always) {
 }
 
 void TissueImage::reserve(Upload& upload, const Region& region, std::size_t bytes_per_texel) {
-    const vk::DeviceSize bytes = texels(region.high - region.low) * bytes_per_texel;
+    const vk::DeviceSize bytes = Grid{region.high - region.low}.voxelCount() * bytes_per_texel;
     if (upload.staging.size < bytes)
         upload.staging = Buffer(*gpu_, bytes, vk::BufferUsageFlagBits::eTransferSrc);
     upload.region = region;
@@ -90,11 +77,11 @@ void TissueImage::compose(const patient::ContrastTable* table, const Region& reg
     reserve(tissue_upload_, region, sizeof(std::uint16_t));
     auto* const out = static_cast<std::uint16_t*>(tissue_upload_.staging.mapped);
     const Index3 dims = region.high - region.low;
-    std::array<std::vector<Cover>, 3> covers;
+    std::array<std::vector<ResampleWeights>, 3> covers;
     if (table)
         for (int axis = 0; axis < 3; ++axis)
             covers[std::size_t(axis)] =
-                coversOf(table->grid, base_.grid, axis, region.low[axis], region.high[axis]);
+                computeResampleWeights(table->grid, base_.grid, axis, region.low[axis], region.high[axis]);
     std::vector<float> added(table ? std::size_t(table->grid.dims.x) : 0);
     for (int z = 0; z < dims.z; ++z)
         for (int y = 0; y < dims.y; ++y) {
@@ -103,7 +90,7 @@ void TissueImage::compose(const patient::ContrastTable* table, const Region& reg
                 out + (std::size_t(z) * std::size_t(dims.y) + std::size_t(y)) * std::size_t(dims.x);
             std::copy_n(&base_.half[from], dims.x, row);
             if (!table) continue;
-            const Cover &in_z = covers[2][std::size_t(z)], &in_y = covers[1][std::size_t(y)];
+            const ResampleWeights &in_z = covers[2][std::size_t(z)], &in_y = covers[1][std::size_t(y)];
             std::fill(added.begin(), added.end(), 0.0f);
             bool any = false;
             for (std::size_t k = 0; k < in_z.weights.size(); ++k)
@@ -116,7 +103,7 @@ void TissueImage::compose(const patient::ContrastTable* table, const Region& reg
                         added[x] += weight * values[x], any |= values[x] != 0.0f;
                 }
             for (int x = 0; any && x < dims.x; ++x) {
-                const Cover& in_x = covers[0][std::size_t(x)];
+                const ResampleWeights& in_x = covers[0][std::size_t(x)];
                 float sum = 0.0f;
                 for (std::size_t i = 0; i < in_x.weights.size(); ++i)
                     sum += in_x.weights[i] * added[std::size_t(in_x.first) + i];
@@ -143,20 +130,10 @@ void TissueImage::markCells(const Region& region) {
 
 void TissueImage::record(const vk::raii::CommandBuffer& commands, const GpuImage& image, Upload& upload) {
     if (!upload.stale) return;
-    constexpr ImageState kRead{vk::ImageLayout::eShaderReadOnlyOptimal,
-                               vk::PipelineStageFlagBits2::eComputeShader,
-                               vk::AccessFlagBits2::eShaderSampledRead};
-    constexpr ImageState kFilling{vk::ImageLayout::eTransferDstOptimal, vk::PipelineStageFlagBits2::eCopy,
-                                  vk::AccessFlagBits2::eTransferWrite};
-    transition(commands, *image.handle, vk::ImageAspectFlagBits::eColor, kRead, kFilling);
-    const Index3 low = upload.region.low, dims = upload.region.high - upload.region.low;
-    const vk::BufferImageCopy copy{
-        .imageSubresource = {vk::ImageAspectFlagBits::eColor, 0, 0, 1},
-        .imageOffset = {low.x, low.y, low.z},
-        .imageExtent = {std::uint32_t(dims.x), std::uint32_t(dims.y), std::uint32_t(dims.z)}};
-    commands.copyBufferToImage(*upload.staging.handle, *image.handle, vk::ImageLayout::eTransferDstOptimal,
-                               copy);
-    transition(commands, *image.handle, vk::ImageAspectFlagBits::eColor, kFilling, kRead);
+    const Index3 low = upload.region.low, dims = upload.region.high - low;
+    auto part = imagePart({std::uint32_t(dims.x), std::uint32_t(dims.y), std::uint32_t(dims.z)});
+    part.imageOffset = vk::Offset3D{low.x, low.y, low.z};
+    render::recordUpload(commands, upload.staging, *image.handle, part, kComputeRead, kComputeRead);
     upload.stale = false;
 }
 

@@ -12,7 +12,7 @@ class TissueImage {
   public:
     explicit TissueImage(const Gpu& gpu) : gpu_(&gpu) {}
 
-    // Returns true if the images are new. `margin_m`: as in cellsOf().
+    // Returns true if the images are new. `margin_m`: as in makeCellGrid().
     bool prepare(const CtVolume&, double voxel_m, double margin_m);
     // Writes the contrast if the table, its revision or the volume has changed, or if `always`. Null or
     // empty: no contrast. Returns true if it was written.
@@ -36,7 +36,7 @@ class TissueImage {
         Region region;
         bool stale = false;
     };
-    Region regionOf(const patient::ContrastTable&) const;
+    Region contrastRegion(const patient::ContrastTable&) const;
     void compose(const patient::ContrastTable*, const Region&);
     void markCells(const Region&);
     void reserve(Upload&, const Region&, std::size_t bytes_per_texel);

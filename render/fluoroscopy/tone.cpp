@@ -5,7 +5,8 @@
 namespace stylet::render {
 namespace {
 
-// Mean over those of 2 reach + 1 neighbours on a line that are open; -1 if none is.
+// Replaces each value of a line by the mean of the open ones (>= 0) among its 2 * reach + 1 neighbours; -1 if
+// none is open.
 void smoothLine(const float* from, float* to, int count, int stride, int reach) {
     for (int i = 0; i < count; ++i) {
         float sum = 0.0f, weight = 0.0f;

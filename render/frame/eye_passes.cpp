@@ -18,14 +18,14 @@ vk::raii::ImageView layerView(const Gpu& gpu, vk::Image image, vk::Format format
 }  // namespace
 
 const std::vector<EyePass>& EyePasses::passesFor(const StereoTarget& target, const GpuImage& depth) {
-    const auto found = std::find_if(known_.begin(), known_.end(), [&](const Known& k) {
+    const auto found = std::find_if(cache_.begin(), cache_.end(), [&](const CachedPasses& k) {
         return k.image == target.image && k.depth_image == target.depth_image && k.format == target.format;
     });
-    if (found != known_.end()) return found->passes;
+    if (found != cache_.end()) return found->passes;
     const bool single = gpu_->stereoPath() == StereoPath::single;
     const bool multiview = gpu_->stereoPath() == StereoPath::multiview;
     const std::uint32_t layers = single ? 1 : 2;
-    Known made{target.image, target.depth_image, target.format, {}};
+    CachedPasses made{target.image, target.depth_image, target.format, {}};
     for (std::uint32_t eye = 0; eye < 2; eye += layers) {
         EyePass pass{.first_eye = eye,
                      .view_mask = multiview ? 0b11u : 0u,
@@ -37,8 +37,8 @@ const std::vector<EyePass>& EyePasses::passesFor(const StereoTarget& target, con
             pass.submitted_depth = layerView(*gpu_, target.depth_image, kDepthFormat, eye, layers);
         made.passes.push_back(std::move(pass));
     }
-    known_.push_back(std::move(made));
-    return known_.back().passes;
+    cache_.push_back(std::move(made));
+    return cache_.back().passes;
 }
 
 }  // namespace stylet::render

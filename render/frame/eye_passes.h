@@ -23,16 +23,16 @@ class EyePasses {
     // `depth`: the renderer's own depth image, of the target's size.
     const std::vector<EyePass>& passesFor(const StereoTarget&, const GpuImage& depth);
     // Call before destroying an image that was drawn to.
-    void clear() { known_.clear(); }
+    void clear() { cache_.clear(); }
 
   private:
-    struct Known {
+    struct CachedPasses {
         VkImage image = VK_NULL_HANDLE, depth_image = VK_NULL_HANDLE;
         VkFormat format = VK_FORMAT_UNDEFINED;
         std::vector<EyePass> passes;
     };
     const Gpu* gpu_;
-    std::vector<Known> known_;
+    std::vector<CachedPasses> cache_;
 };
 
 }  // namespace stylet::render

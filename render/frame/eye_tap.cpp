@@ -10,14 +10,14 @@
 namespace stylet::render {
 namespace {
 
-constexpr std::uint64_t kPatience_ns = 1'000'000'000;
+constexpr std::uint64_t kTimeout_ns = 1'000'000'000;
 constexpr vk::Format kFormat = vk::Format::eR8G8B8A8Srgb;
 
-vk::Extent2D shrunk(const StereoTarget& target, std::uint32_t most_pixels) {
+vk::Extent2D shrunk(const StereoTarget& target, std::uint32_t max_pixels) {
     const std::uint32_t longer = std::max(target.width, target.height);
-    if (longer <= most_pixels) return {target.width, target.height};
+    if (longer <= max_pixels) return {target.width, target.height};
     const auto edge = [&](std::uint32_t pixels) {
-        return std::max(1u, std::uint32_t(std::uint64_t(pixels) * most_pixels / longer));
+        return std::max(1u, std::uint32_t(std::uint64_t(pixels) * max_pixels / longer));
     };
     return {edge(target.width), edge(target.height)};
 }
@@ -34,7 +34,7 @@ struct EyeTap::Impl {
         Buffer pixels;
         vk::raii::CommandBuffer commands = nullptr;
         vk::raii::Fence done = nullptr;
-        bool under_way = false;
+        bool pending = false;
         std::uint64_t number = 0;  // 0: never submitted
         std::uint64_t tag = 0;
     };
@@ -47,7 +47,7 @@ struct EyeTap::Impl {
     const Gpu& gpu;
     vk::raii::CommandPool pool;
     std::array<Copy, 2> copies;
-    std::uint64_t taken = 0, given = 0;
+    std::uint64_t submitted_count = 0, last_read = 0;
 };
 
 EyeTap::Impl::Impl(const Gpu& g)
@@ -56,25 +56,22 @@ EyeTap::Impl::Impl(const Gpu& g)
            vk::CommandPoolCreateInfo{.flags = vk::CommandPoolCreateFlagBits::eTransient |
                                               vk::CommandPoolCreateFlagBits::eResetCommandBuffer,
                                      .queueFamilyIndex = gpu.queueFamily()}) {
-    auto buffers = gpu.device().allocateCommandBuffers({.commandPool = *pool,
-                                                        .level = vk::CommandBufferLevel::ePrimary,
-                                                        .commandBufferCount = std::uint32_t(copies.size())});
-    for (std::size_t i = 0; i < copies.size(); ++i) {
-        copies[i].commands = std::move(buffers[i]);
-        copies[i].done = gpu.device().createFence({});
+    for (Copy& copy : copies) {
+        copy.commands = makeCommandBuffer(gpu, pool);
+        copy.done = gpu.device().createFence({});
     }
 }
 
 bool EyeTap::Impl::finished(Copy& copy) {
-    if (copy.under_way && copy.done.getStatus() == vk::Result::eSuccess) {
+    if (copy.pending && copy.done.getStatus() == vk::Result::eSuccess) {
         gpu.device().resetFences(*copy.done);
-        copy.under_way = false;
+        copy.pending = false;
     }
-    return !copy.under_way;
+    return !copy.pending;
 }
 
 void EyeTap::Impl::size(Copy& copy, vk::Extent2D wanted) {
-    if (copy.small.extent.width == wanted.width && copy.small.extent.height == wanted.height) return;
+    if (copy.small.hasSize(wanted)) return;
     copy.small = GpuImage(gpu, kFormat, {wanted.width, wanted.height, 1}, 1,
                           vk::ImageUsageFlagBits::eTransferDst | vk::ImageUsageFlagBits::eTransferSrc |
                               vk::ImageUsageFlagBits::eSampled);
@@ -97,14 +94,10 @@ void EyeTap::Impl::record(const Copy& copy, const StereoTarget& target, int eye)
                        vk::Filter::eLinear);
     transition(commands, target.image, kColour, kTransferRead, kColourDrawn);
     transition(commands, small, kColour, kTransferWritten, kTransferRead);
-    const vk::BufferImageCopy all{.imageSubresource = {kColour, 0, 0, 1},
-                                  .imageExtent = {extent.width, extent.height, 1}};
-    commands.copyImageToBuffer(small, kTransferRead.layout, *copy.pixels.handle, all);
-    const vk::MemoryBarrier2 to_host{.srcStageMask = vk::PipelineStageFlagBits2::eTransfer,
-                                     .srcAccessMask = vk::AccessFlagBits2::eTransferWrite,
-                                     .dstStageMask = vk::PipelineStageFlagBits2::eHost,
-                                     .dstAccessMask = vk::AccessFlagBits2::eHostRead};
-    commands.pipelineBarrier2({.memoryBarrierCount = 1, .pMemoryBarriers = &to_host});
+    commands.copyImageToBuffer(small, kTransferRead.layout, *copy.pixels.handle,
+                               imagePart(copy.small.extent));
+    memoryBarrier(commands, {vk::PipelineStageFlagBits2::eTransfer, vk::AccessFlagBits2::eTransferWrite},
+                  kHostReads);
     commands.end();
 }
 
@@ -112,15 +105,15 @@ EyeTap::EyeTap(const Gpu& gpu) : impl_(guarded([&] { return std::make_unique<Imp
 
 EyeTap::~EyeTap() {
     for (const Impl::Copy& copy : impl_->copies) {
-        if (!copy.under_way) continue;
+        if (!copy.pending) continue;
         try {
-            (void)impl_->gpu.device().waitForFences(*copy.done, true, kPatience_ns);
+            (void)impl_->gpu.device().waitForFences(*copy.done, true, kTimeout_ns);
         } catch (const vk::Error&) {  // the device was lost: no copy is pending any more
         }
     }
 }
 
-bool EyeTap::submitCopy(const StereoTarget& target, int eye, std::uint32_t most_pixels, std::uint64_t tag) {
+bool EyeTap::submitCopy(const StereoTarget& target, int eye, std::uint32_t max_pixels, std::uint64_t tag) {
     return guarded([&] {
         Impl& me = *impl_;
         Impl::Copy* free = nullptr;
@@ -128,13 +121,13 @@ bool EyeTap::submitCopy(const StereoTarget& target, int eye, std::uint32_t most_
             if (me.finished(copy) && (!free || copy.number < free->number)) free = &copy;
         if (!free) return false;
         free->tag = tag;
-        me.size(*free, shrunk(target, most_pixels));
+        me.size(*free, shrunk(target, max_pixels));
         me.record(*free, target, eye);
         const vk::CommandBufferSubmitInfo info{.commandBuffer = *free->commands};
         me.gpu.queue().submit2(vk::SubmitInfo2{.commandBufferInfoCount = 1, .pCommandBufferInfos = &info},
                                *free->done);
-        free->under_way = true;
-        free->number = ++me.taken;
+        free->pending = true;
+        free->number = ++me.submitted_count;
         return true;
     });
 }
@@ -144,10 +137,10 @@ std::optional<std::uint64_t> EyeTap::read(Image& image) {
         Impl& me = *impl_;
         Impl::Copy* newest = nullptr;
         for (Impl::Copy& copy : me.copies)
-            if (me.finished(copy) && copy.number > me.given && (!newest || copy.number > newest->number))
+            if (me.finished(copy) && copy.number > me.last_read && (!newest || copy.number > newest->number))
                 newest = &copy;
         if (!newest) return std::nullopt;
-        me.given = newest->number;
+        me.last_read = newest->number;
         image.width = newest->small.extent.width, image.height = newest->small.extent.height;
         image.rgba.resize(std::size_t(image.width) * image.height * 4);
         std::memcpy(image.rgba.data(), newest->pixels.mapped, image.rgba.size());

@@ -6,10 +6,11 @@ namespace stylet::render {
 
 struct GovernorSettings {
     double budget_ms = 11.1;  // frame budget at the runtime's frame rate
-    double aimed = 0.85;      // target share of the budget; the rest is headroom for changes between frames
-    float least = 0.35f;      // lowest share of the target's resolution; below it the picture is useless
+    double target_share =
+        0.85;                 // target share of the budget; the rest is headroom for changes between frames
+    float min_scale = 0.35f;  // lowest share of the target's resolution; below it the picture is useless
     float step = 0.0625f;     // scales are multiples of this: a resolution that changes every frame shimmers
-    int patience = 30;        // frames in a row that need headroom before the resolution rises
+    int patience = 30;        // frames in a row with headroom after which the resolution rises
 };
 
 // Called once per frame, with times that the caller measured.
@@ -20,14 +21,14 @@ class Governor {
     float layerScale() const { return scale_; }  // for the next frame
     // Reports the last frame. `volume_ms` is the part of its time that grows with the layer's pixels.
     // `drawn_scale` is the scale at which the layer was drawn; it is below layerScale() when the head is
-    // close. Ignores invalid times, and frames whose `rest_ms` alone exceeds the target.
-    void reportFrame(double volume_ms, double rest_ms, double drawn_scale);
+    // close. Ignores invalid times, and frames whose `other_ms` alone exceeds the target.
+    void reportFrame(double volume_ms, double other_ms, double drawn_scale);
 
   private:
     GovernorSettings settings_;
     float scale_ = 1.0f;
-    int calm_ = 0;  // frames in a row with headroom for the next step
-    int over_ = 0;  // frames in a row over the budget
+    int frames_with_headroom_ = 0;  // frames in a row with headroom for the next step
+    int frames_over_budget_ = 0;    // frames in a row over the budget
 };
 
 }  // namespace stylet::render

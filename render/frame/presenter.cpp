@@ -20,7 +20,7 @@ vk::SurfaceFormatKHR chooseFormat(const std::vector<vk::SurfaceFormatKHR>& offer
         for (const vk::SurfaceFormatKHR& format : offered)
             if (format.format == wanted && format.colorSpace == vk::ColorSpaceKHR::eSrgbNonlinear)
                 return format;
-    throw GpuError("vkGetPhysicalDeviceSurfaceFormatsKHR: the display takes no 8-bit sRGB pictures");
+    throw GpuError("vkGetPhysicalDeviceSurfaceFormatsKHR: this display does not accept 8-bit sRGB pictures");
 }
 
 bool isSrgb(vk::Format format) {
@@ -46,24 +46,24 @@ struct Presenter::Impl {
     };
 
     Impl(const Gpu&, VkSurfaceKHR);
-    bool makeSwapchain(vk::Extent2D wanted);
-    void dropSwapchain();
+    bool createSwapchain(vk::Extent2D wanted);
+    void destroySwapchain();
     void upload(Picture&) const;
-    void record(vk::Image, std::span<const Placed>, const std::array<float, 3>& background);
+    void record(vk::Image, std::span<const PlacedPicture>, const std::array<float, 3>& background);
     void submit(std::uint32_t index);
     bool present(std::uint32_t index);
-    bool show(vk::Extent2D, std::span<const Placed>, const std::array<float, 3>& background,
-              std::uint64_t patience_ns);
+    bool show(vk::Extent2D, std::span<const PlacedPicture>, const std::array<float, 3>& background,
+              std::uint64_t timeout_ns);
 
     const Gpu& gpu;
     vk::raii::SurfaceKHR surface;
     vk::SurfaceFormatKHR format;
     vk::raii::CommandPool pool;
-    vk::raii::CommandBuffer commands = nullptr;
+    vk::raii::CommandBuffer commands;
     vk::raii::Fence drawn;
     vk::raii::Semaphore acquired;
     vk::raii::SwapchainKHR swapchain = nullptr;
-    vk::Extent2D extent, asked;
+    vk::Extent2D extent, requested_extent;
     std::vector<vk::Image> images;
     std::vector<vk::raii::Semaphore> shown;  // one per image
     std::vector<Picture> pictures;
@@ -74,6 +74,7 @@ Presenter::Impl::Impl(const Gpu& g, VkSurfaceKHR taken)
       surface(gpu.instance(), taken),
       pool(gpu.device(), vk::CommandPoolCreateInfo{.flags = vk::CommandPoolCreateFlagBits::eTransient,
                                                    .queueFamilyIndex = gpu.queueFamily()}),
+      commands(makeCommandBuffer(gpu, pool)),
       drawn(gpu.device(), vk::FenceCreateInfo{}),
       acquired(gpu.device(), vk::SemaphoreCreateInfo{}) {
     if (!gpu.physicalDevice().getSurfaceSupportKHR(gpu.queueFamily(), *surface))
@@ -81,16 +82,12 @@ Presenter::Impl::Impl(const Gpu& g, VkSurfaceKHR taken)
                        " cannot show pictures on this display");
     const auto usage = gpu.physicalDevice().getSurfaceCapabilitiesKHR(*surface).supportedUsageFlags;
     if (!(usage & vk::ImageUsageFlagBits::eTransferDst))
-        throw GpuError("vkGetPhysicalDeviceSurfaceCapabilitiesKHR: this display takes no copies");
+        throw GpuError(
+            "vkGetPhysicalDeviceSurfaceCapabilitiesKHR: pictures cannot be copied to this display");
     format = chooseFormat(gpu.physicalDevice().getSurfaceFormatsKHR(*surface));
-    commands = std::move(
-        gpu.device()
-            .allocateCommandBuffers(
-                {.commandPool = *pool, .level = vk::CommandBufferLevel::ePrimary, .commandBufferCount = 1})
-            .front());
 }
 
-void Presenter::Impl::dropSwapchain() {
+void Presenter::Impl::destroySwapchain() {
     gpu.device().waitIdle();
     shown.clear();
     images.clear();
@@ -98,7 +95,7 @@ void Presenter::Impl::dropSwapchain() {
 }
 
 // Returns false if the window has no visible area.
-bool Presenter::Impl::makeSwapchain(vk::Extent2D wanted) {
+bool Presenter::Impl::createSwapchain(vk::Extent2D wanted) {
     const auto can = gpu.physicalDevice().getSurfaceCapabilitiesKHR(*surface);
     const bool ours = can.currentExtent.width == UINT32_MAX;  // the surface takes the size of the swapchain
     const vk::Extent2D size =
@@ -125,7 +122,7 @@ bool Presenter::Impl::makeSwapchain(vk::Extent2D wanted) {
                                          .presentMode = vk::PresentModeKHR::eFifo,
                                          .clipped = true,
                                          .oldSwapchain = *old});
-    extent = size, asked = wanted;
+    extent = size, requested_extent = wanted;
     images.clear(), shown.clear();
     for (const VkImage image : swapchain.getImages()) {
         images.emplace_back(image);
@@ -135,20 +132,16 @@ bool Presenter::Impl::makeSwapchain(vk::Extent2D wanted) {
 }
 
 void Presenter::Impl::upload(Picture& picture) const {
-    const vk::Image image = *picture.image.handle;
-    transition(commands, image, kColour, kTransferFresh, kTransferWritten);
-    const vk::BufferImageCopy all{.imageSubresource = {kColour, 0, 0, 1},
-                                  .imageExtent = picture.image.extent};
-    commands.copyBufferToImage(*picture.pixels.handle, image, kTransferWritten.layout, all);
-    transition(commands, image, kColour, kTransferWritten, kTransferRead);
+    recordUpload(commands, picture.pixels, *picture.image.handle, imagePart(picture.image.extent),
+                 kTransferFresh, kTransferRead);
     picture.changed = false;
 }
 
-void Presenter::Impl::record(vk::Image target, std::span<const Placed> placed,
+void Presenter::Impl::record(vk::Image target, std::span<const PlacedPicture> placed,
                              const std::array<float, 3>& background) {
     pool.reset();
     commands.begin({.flags = vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
-    for (const Placed& one : placed)
+    for (const PlacedPicture& one : placed)
         if (pictures[one.picture].changed) upload(pictures[one.picture]);
     transition(commands, target, kColour, kTransferFresh, kTransferWritten);
     std::array<float, 4> clear{background[0], background[1], background[2], 1.0f};
@@ -157,7 +150,7 @@ void Presenter::Impl::record(vk::Image target, std::span<const Placed> placed,
             channel = encoded(channel);
     commands.clearColorImage(target, kTransferWritten.layout, vk::ClearColorValue(clear),
                              vk::ImageSubresourceRange{kColour, 0, 1, 0, 1});
-    for (const Placed& one : placed) {
+    for (const PlacedPicture& one : placed) {
         const GpuImage& from = pictures[one.picture].image;
         transition(commands, target, kColour, kTransferWritten, kTransferWritten);
         const vk::ImageBlit scaled{.srcSubresource = {kColour, 0, 0, 1},
@@ -195,27 +188,27 @@ bool Presenter::Impl::present(std::uint32_t index) {
                                   .swapchainCount = 1,
                                   .pSwapchains = &*swapchain,
                                   .pImageIndices = &index};
-    if (gpu.queue().presentKHR(info) == vk::Result::eSuboptimalKHR) dropSwapchain();
+    if (gpu.queue().presentKHR(info) == vk::Result::eSuboptimalKHR) destroySwapchain();
     return true;
 }
 
-bool Presenter::Impl::show(vk::Extent2D window, std::span<const Placed> placed,
-                           const std::array<float, 3>& background, std::uint64_t patience_ns) {
+bool Presenter::Impl::show(vk::Extent2D window, std::span<const PlacedPicture> placed,
+                           const std::array<float, 3>& background, std::uint64_t timeout_ns) {
     if (window.width == 0 || window.height == 0) return false;
-    if ((!*swapchain || window != asked) && !makeSwapchain(window)) return false;
+    if ((!*swapchain || window != requested_extent) && !createSwapchain(window)) return false;
     // The pictures were placed for another window size.
     if (extent != window) {
-        dropSwapchain();
+        destroySwapchain();
         return false;
     }
     try {
-        const auto [result, index] = swapchain.acquireNextImage(patience_ns, *acquired);
+        const auto [result, index] = swapchain.acquireNextImage(timeout_ns, *acquired);
         if (result == vk::Result::eTimeout || result == vk::Result::eNotReady) return false;
         record(images[index], placed, background);
         submit(index);
         return present(index);
     } catch (const vk::OutOfDateKHRError&) {
-        dropSwapchain();
+        destroySwapchain();
         return false;
     }
 }
@@ -236,7 +229,7 @@ void Presenter::setPicture(std::size_t id, std::uint32_t width, std::uint32_t he
         Impl& me = *impl_;
         if (id >= me.pictures.size()) me.pictures.resize(id + 1);
         Impl::Picture& picture = me.pictures[id];
-        if (picture.image.extent.width != width || picture.image.extent.height != height) {
+        if (!picture.image.hasSize({width, height})) {
             me.gpu.device().waitIdle();
             picture.image = GpuImage(
                 me.gpu, isSrgb(me.format.format) ? vk::Format::eR8G8B8A8Srgb : vk::Format::eR8G8B8A8Unorm,
@@ -251,9 +244,9 @@ void Presenter::setPicture(std::size_t id, std::uint32_t width, std::uint32_t he
     });
 }
 
-bool Presenter::show(std::uint32_t width, std::uint32_t height, std::span<const Placed> placed,
-                     const std::array<float, 3>& background, std::uint64_t patience_ns) {
-    return guarded([&] { return impl_->show({width, height}, placed, background, patience_ns); });
+bool Presenter::show(std::uint32_t width, std::uint32_t height, std::span<const PlacedPicture> placed,
+                     const std::array<float, 3>& background, std::uint64_t timeout_ns) {
+    return guarded([&] { return impl_->show({width, height}, placed, background, timeout_ns); });
 }
 
 }  // namespace stylet::render

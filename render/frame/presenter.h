@@ -11,7 +11,7 @@
 
 namespace stylet::render {
 
-struct Placed {
+struct PlacedPicture {
     std::size_t picture = 0;  // id passed to setPicture()
     std::int32_t x = 0, y = 0;
     std::uint32_t width = 0, height = 0;  // within the window
@@ -30,11 +30,11 @@ class Presenter {
     // sRGB, four bytes per pixel, rows from the top. Copied before the call returns.
     void setPicture(std::size_t id, std::uint32_t width, std::uint32_t height,
                     std::span<const std::uint8_t> rgba);
-    // Shows the pictures, later ones over earlier ones, on a background in linear light. Returns false if
-    // no image became free within the patience, if the window is not visible, or if its size has just
-    // changed: try again. May block on the display without limit. Throws GpuError when the surface is lost.
-    bool show(std::uint32_t width, std::uint32_t height, std::span<const Placed>,
-              const std::array<float, 3>& background, std::uint64_t patience_ns);
+    // Shows the pictures, later ones over earlier ones, on a background in linear light. Returns false if no
+    // image became free within `timeout_ns`, if the window is not visible, or if its size has just changed:
+    // try again. May block indefinitely on the display. Throws GpuError when the surface is lost.
+    bool show(std::uint32_t width, std::uint32_t height, std::span<const PlacedPicture>,
+              const std::array<float, 3>& background, std::uint64_t timeout_ns);
 
   private:
     struct Impl;

@@ -6,6 +6,8 @@
 #include <optional>
 #include <tuple>
 
+#include <fmt/core.h>
+
 #include "render/frame/eye_passes.h"
 #include "render/frame/uniforms.h"
 #include "render/gpu/descriptors.h"
@@ -15,9 +17,10 @@
 #include "render/room/room.h"
 #include "render/scene/frame_bindings.h"
 #include "render/shaders.h"
-#include "render/volume/coarser.h"
+#include "render/volume/downsample.h"
 #include "render/volume/layer.h"
 #include "render/volume/march_layer.h"
+#include "render/volume/march_shared.h"
 #include "render/volume/patient_volume.h"
 
 namespace stylet::render {
@@ -47,8 +50,9 @@ struct HiddenArea {
     std::uint32_t count = 0;
 };
 
-struct CoarserPatient {
-    CoarserPatient(const patient::Patient& fine, int factor) : package(coarser(fine.package(), factor)) {}
+struct DownsampledPatient {
+    DownsampledPatient(const patient::Patient& fine, int factor)
+        : package(downsample(fine.package(), factor)) {}
     const patient::Package package;
     const patient::Patient patient{package};
 };
@@ -63,7 +67,7 @@ struct Renderer::Impl {
     Room room;
     Commands commands;
     Descriptors descriptors;
-    vk::raii::Sampler linear, steady, nearest;
+    vk::raii::Sampler linear, linear_clamped, nearest;
     vk::raii::QueryPool times;
     Buffer frame_buffer, look_buffer, counter_buffer;
     std::map<PipelineKey, vk::raii::Pipeline> pipelines;
@@ -79,8 +83,8 @@ struct Renderer::Impl {
     HiddenArea hidden;
     GpuImage own_colour, own_depth;  // used by drawToImages()
     bool stale_bindings = true;
-    int bound_images = 0;                    // deformed->imagesMade() at the last update
-    std::unique_ptr<CoarserPatient> coarse;  // shown instead of a patient that does not fit
+    int bound_images = 0;                        // deformed->imageRevision() at the last update
+    std::unique_ptr<DownsampledPatient> coarse;  // shown instead of a patient that does not fit
     std::vector<std::string> notes;
 
     Impl(Gpu&, const RenderSettings&, const std::filesystem::path& assets);
@@ -89,8 +93,9 @@ struct Renderer::Impl {
     void loadPatient(const patient::Patient&);
     bool marchesOnProcessor() const;
     PatientVolume::Reader reader() const;
+    const PatientVolume* shownVolume() const { return volume ? &*volume : nullptr; }
     vk::Pipeline pipeline(Kind, vk::Format = vk::Format::eUndefined, const Constants& = {});
-    bool tooled(const RenderScene& scene) const { return scene.tool || !settings.skips.idle_tool; }
+    bool usesTool(const RenderScene& scene) const { return scene.tool || !settings.skips.idle_tool; }
     Constants marchConstants(const RenderScene&, bool still) const;
     vk::Extent2D prepare(const RenderScene&, const std::array<View, 2>&, const StereoTarget&, bool still);
     void record(const vk::raii::CommandBuffer&, const RenderScene&, const StereoTarget&,
@@ -102,9 +107,9 @@ struct Renderer::Impl {
     void recordDepth(const vk::raii::CommandBuffer&, const StereoTarget&);
     void beginPass(const vk::raii::CommandBuffer&, const EyePass&, const StereoTarget&, vk::ImageView colour,
                    vk::ImageView depth, vk::AttachmentLoadOp load) const;
-    void drawScreen(const vk::raii::CommandBuffer&, const EyePass&, vk::Pipeline) const;
+    void drawTriangles(const vk::raii::CommandBuffer&, const EyePass&, vk::Pipeline,
+                       std::uint32_t vertices = 3) const;
     void drawOpaque(const vk::raii::CommandBuffer&, const EyePass&, bool backdrop, vk::Format);
-    void drawHidden(const vk::raii::CommandBuffer&, const EyePass&, vk::Format);
     void stamp(const vk::raii::CommandBuffer&, Stamp) const;
     RenderStats draw(const RenderScene&, const std::array<View, 2>&, const StereoTarget&);
     RenderStats readStats(const StereoTarget&, vk::Extent2D layer_size, bool still) const;
@@ -119,7 +124,7 @@ Renderer::Impl::Impl(Gpu& g, const RenderSettings& s, const std::filesystem::pat
       commands(g),
       descriptors(g, kFrameBindings, {kVertexAndFragment, 0, sizeof(gpu::MeshPush)}),
       linear(makeSampler(g, vk::Filter::eLinear, kClearAir)),
-      steady(makeSampler(g, vk::Filter::eLinear, vk::SamplerAddressMode::eClampToEdge)),
+      linear_clamped(makeSampler(g, vk::Filter::eLinear, vk::SamplerAddressMode::eClampToEdge)),
       nearest(makeSampler(g, vk::Filter::eNearest, kClearAir)),
       times(g.device(),
             vk::QueryPoolCreateInfo{.queryType = vk::QueryType::eTimestamp, .queryCount = kStamps}),
@@ -130,7 +135,7 @@ Renderer::Impl::Impl(Gpu& g, const RenderSettings& s, const std::filesystem::pat
       eye_passes(g) {}
 
 void Renderer::Impl::size(vk::Extent2D target) {
-    if (depth.extent.width != target.width || depth.extent.height != target.height) {
+    if (!depth.hasSize(target)) {
         eye_passes.clear();
         depth = GpuImage(gpu, kDepthFormat, {target.width, target.height, 1}, 2,
                          vk::ImageUsageFlagBits::eDepthStencilAttachment | vk::ImageUsageFlagBits::eSampled |
@@ -141,7 +146,7 @@ void Renderer::Impl::size(vk::Extent2D target) {
 }
 
 void Renderer::Impl::bindResources() {
-    const int images = deformed ? deformed->imagesMade() : 0;
+    const int images = deformed ? deformed->imageRevision() : 0;
     if (!stale_bindings && images == bound_images) return;
     bound_images = images;
     descriptors.bind(Binding::frame, frame_buffer);
@@ -153,9 +158,9 @@ void Renderer::Impl::bindResources() {
     // Without a patient nothing reads these bindings, but each must name a resource.
     descriptors.bind(Binding::classified, volume ? volume->classified() : depth, linear);
     descriptors.bind(Binding::bricks, volume ? volume->bricks() : counter_buffer);
-    descriptors.bind(Binding::deform_inside, deformed ? deformed->inside() : depth, steady);
-    descriptors.bind(Binding::deform_outside, deformed ? deformed->outside() : depth, steady);
-    descriptors.bind(Binding::tool_moved, deformed ? deformed->toolMoved() : depth, steady);
+    descriptors.bind(Binding::deform_inside, deformed ? deformed->inside() : depth, linear_clamped);
+    descriptors.bind(Binding::deform_outside, deformed ? deformed->outside() : depth, linear_clamped);
+    descriptors.bind(Binding::tool_moved, deformed ? deformed->toolMoved() : depth, linear_clamped);
     room.bind(descriptors);
     descriptors.update();
     stale_bindings = false;
@@ -178,50 +183,45 @@ vk::Pipeline Renderer::Impl::pipeline(Kind kind, vk::Format format, const Consta
     PipelineShape shape{.vertex = pick(kScreenVertMultiview, kScreenVertLayered, kScreenVertSingle),
                         .colour = format,
                         .view_mask = path == StereoPath::multiview ? 0b11u : 0u};
+    const auto setMesh = [&](std::span<const std::uint32_t> vertex, std::span<const std::uint32_t> fragment,
+                             std::span<const vk::VertexInputAttributeDescription> attributes,
+                             std::size_t stride) {
+        shape.vertex = vertex, shape.fragment = fragment;
+        shape.attributes = attributes, shape.vertex_stride = std::uint32_t(stride);
+        shape.depth = kDepthFormat, shape.depth_use = DepthUse::test_and_write;
+    };
+    const auto setScreen = [&](std::span<const std::uint32_t> fragment, DepthUse depth_use) {
+        shape.fragment = fragment;
+        shape.depth_use = depth_use;
+        if (depth_use != DepthUse::none) shape.depth = kDepthFormat;
+    };
     switch (kind) {
         case Kind::hidden:
-            shape.vertex = pick(kHiddenVertMultiview, kHiddenVertLayered, kHiddenVertSingle);
-            shape.fragment = kHiddenFrag;
-            shape.attributes = roomAttributes().first(1);
-            shape.vertex_stride = sizeof(glm::vec3);
-            shape.depth = kDepthFormat;
-            shape.depth_use = DepthUse::test_and_write;
+            setMesh(pick(kHiddenVertMultiview, kHiddenVertLayered, kHiddenVertSingle), kHiddenFrag,
+                    roomAttributes().first(1), sizeof(glm::vec3));
             break;
         case Kind::caster:
-            shape.vertex = kShadowVert;
-            shape.fragment = kShadowFrag;
-            shape.attributes = roomAttributes().first(1);
-            shape.vertex_stride = sizeof(RoomVertex);
-            shape.depth = kDepthFormat;
-            shape.depth_use = DepthUse::test_and_write;
+            setMesh(kShadowVert, kShadowFrag, roomAttributes().first(1), sizeof(RoomVertex));
             shape.view_mask = 0;
             break;
         case Kind::mesh:
-            shape.vertex = pick(kMeshVertMultiview, kMeshVertLayered, kMeshVertSingle);
-            shape.fragment = kMeshFrag;
-            shape.attributes = roomAttributes();
+            setMesh(pick(kMeshVertMultiview, kMeshVertLayered, kMeshVertSingle), kMeshFrag, roomAttributes(),
+                    sizeof(RoomVertex));
             shape.constants = constants;
-            shape.vertex_stride = sizeof(RoomVertex);
             shape.cull_back = int(constants[0]) != gpu::kCloth;
-            shape.depth = kDepthFormat;
-            shape.depth_use = DepthUse::test_and_write;
             break;
         case Kind::backdrop:
-            shape.fragment = kBackdropFrag;
-            shape.depth = kDepthFormat;
-            shape.depth_use = DepthUse::test;
+            setScreen(kBackdropFrag, DepthUse::test);
             break;
         case Kind::march:
             return made(makeComputePipeline(gpu, descriptors.layout(), kVolumeComp, constants));
         case Kind::composite:
-            shape.fragment = kCompositeFrag;
+            setScreen(kCompositeFrag, DepthUse::none);
             shape.constants = constants;
             shape.blend = Blend::over;
             break;
         case Kind::depth:
-            shape.fragment = kDepthFrag;
-            shape.depth = kDepthFormat;
-            shape.depth_use = DepthUse::write;
+            setScreen(kDepthFrag, DepthUse::write);
             break;
     }
     return made(makePipeline(gpu, descriptors.layout(), shape));
@@ -231,7 +231,7 @@ Constants Renderer::Impl::marchConstants(const RenderScene& scene, bool still) c
     const Skips& skips = settings.skips;
     return {skips.empty_space, skips.early_termination, skips.depth_bounds,   !still,
             settings.count,    !scene.cuts.empty(),     !scene.marks.empty(), settings.foveation.has_value(),
-            tooled(scene)};
+            usesTool(scene)};
 }
 
 PatientVolume::Reader Renderer::Impl::reader() const {
@@ -242,7 +242,7 @@ PatientVolume::Reader Renderer::Impl::reader() const {
 void Renderer::Impl::loadPatient(const patient::Patient& patient) {
     volume.reset();
     deformed.emplace(gpu, patient);
-    room.forgetPatient();
+    room.releasePatient();
     coarse.reset();
     notes.clear();
     stale_bindings = true;
@@ -250,25 +250,25 @@ void Renderer::Impl::loadPatient(const patient::Patient& patient) {
     const int limit =
         int(std::min(gpu.physicalDevice().getProperties().limits.maxImageDimension3D, 1u << 20));
     int factor = marchesOnProcessor() ? 1 : (longest + limit - 1) / limit;
-    std::string why = "its images have at most " + std::to_string(limit) + " voxels along an edge";
+    std::string why = fmt::format("its images have at most {} voxels along an edge", limit);
     for (;; ++factor) {
         try {
-            if (factor > 1) coarse = std::make_unique<CoarserPatient>(patient, factor);
+            if (factor > 1) coarse = std::make_unique<DownsampledPatient>(patient, factor);
             volume.emplace(gpu, coarse ? coarse->patient : patient, *deformed, reader());
             break;
         } catch (const vk::OutOfDeviceMemoryError&) {
             if (factor >= kCoarsest) throw;
-            why = "its memory does not hold more";
+            why = "its memory holds no more";
         }
     }
     if (factor > 1)
-        notes.push_back("the patient is shown in voxels of " + std::to_string(factor) +
-                        " times the size on this graphics device: " + why);
+        notes.push_back(fmt::format(
+            "this graphics device shows the patient in voxels of {} times the size: {}", factor, why));
 }
 
 bool Renderer::Impl::marchesOnProcessor() const {
     if (settings.volume_path != VolumePath::automatic) return settings.volume_path == VolumePath::processor;
-    return gpu.isProcessor();
+    return gpu.isSoftware();
 }
 
 vk::Extent2D Renderer::Impl::prepare(const RenderScene& scene, const std::array<View, 2>& views,
@@ -280,13 +280,13 @@ vk::Extent2D Renderer::Impl::prepare(const RenderScene& scene, const std::array<
         if (volume->show(look, reader())) stale_bindings = true;
         deformed->breathe(scene.breath, still);
         deformed->press(scene.tool);
-        volume->follow();
+        volume->updateBricks();
     }
     const vk::Extent2D layer_size =
         volume ? layerExtent(scene, views, settings, extent, volume->patient().grid()) : extent;
-    frame = frameUniforms(scene, views, settings, {extent, layer_size}, volume ? &*volume : nullptr, look);
+    frame = frameUniforms(scene, views, settings, {extent, layer_size}, shownVolume(), look);
     frame_buffer.write(&frame, sizeof frame);
-    room.prepare(scene, views, settings.skips, volume ? &*volume : nullptr);
+    room.prepare(scene, views, settings.skips, shownVolume());
     surface = lookUniforms(look);
     look_buffer.write(&surface, sizeof surface);
     const gpu::Counters zero{};
@@ -316,34 +316,25 @@ void Renderer::Impl::beginPass(const vk::raii::CommandBuffer& buffer, const EyeP
                            .pDepthAttachment = depth_view ? &depth_info : nullptr});
     buffer.setViewport(0, vk::Viewport{0, 0, float(target.width), float(target.height), 0, 1});
     buffer.setScissor(0, vk::Rect2D{{0, 0}, {target.width, target.height}});
-    buffer.bindDescriptorSets(vk::PipelineBindPoint::eGraphics, descriptors.layout(), 0, descriptors.set(),
-                              {});
+    descriptors.use(buffer, vk::PipelineBindPoint::eGraphics);
 }
 
-// Draws a triangle over the whole target.
-void Renderer::Impl::drawScreen(const vk::raii::CommandBuffer& buffer, const EyePass& pass,
-                                vk::Pipeline shown) const {
+// Draws without a vertex buffer; with three vertices, a triangle over the whole target.
+void Renderer::Impl::drawTriangles(const vk::raii::CommandBuffer& buffer, const EyePass& pass,
+                                   vk::Pipeline shown, std::uint32_t vertices) const {
     buffer.bindPipeline(vk::PipelineBindPoint::eGraphics, shown);
     gpu::MeshPush push{};
     push.material.z = float(pass.first_eye);
     buffer.pushConstants<gpu::MeshPush>(descriptors.layout(), kVertexAndFragment, 0, push);
-    buffer.draw(3, pass.instances, 0, 0);
-}
-
-void Renderer::Impl::drawHidden(const vk::raii::CommandBuffer& buffer, const EyePass& pass,
-                                vk::Format format) {
-    if (hidden.count == 0) return;
-    buffer.bindVertexBuffers(0, *hidden.vertices.handle, vk::DeviceSize{0});
-    buffer.bindPipeline(vk::PipelineBindPoint::eGraphics, pipeline(Kind::hidden, format));
-    gpu::MeshPush push{};
-    push.material.z = float(pass.first_eye);
-    buffer.pushConstants<gpu::MeshPush>(descriptors.layout(), kVertexAndFragment, 0, push);
-    buffer.draw(hidden.count, pass.instances, 0, 0);
+    buffer.draw(vertices, pass.instances, 0, 0);
 }
 
 void Renderer::Impl::drawOpaque(const vk::raii::CommandBuffer& buffer, const EyePass& pass, bool backdrop,
                                 vk::Format format) {
-    drawHidden(buffer, pass, format);
+    if (hidden.count > 0) {
+        buffer.bindVertexBuffers(0, *hidden.vertices.handle, vk::DeviceSize{0});
+        drawTriangles(buffer, pass, pipeline(Kind::hidden, format), hidden.count);
+    }
     const SceneMeshes& meshes = room.meshes();
     const auto useBuffers = [&](const Buffer& vertices, const Buffer& indices) {
         buffer.bindVertexBuffers(0, *vertices.handle, vk::DeviceSize{0});
@@ -351,7 +342,7 @@ void Renderer::Impl::drawOpaque(const vk::raii::CommandBuffer& buffer, const Eye
     };
     useBuffers(meshes.vertices(), meshes.indices());
     int kind = -1, lamp = -1;
-    for (const MeshDraw& draw : meshes.seen()) {
+    for (const MeshDraw& draw : meshes.visible()) {
         if (draw.kind != kind || draw.lamp != lamp)
             buffer.bindPipeline(
                 vk::PipelineBindPoint::eGraphics,
@@ -365,7 +356,7 @@ void Renderer::Impl::drawOpaque(const vk::raii::CommandBuffer& buffer, const Eye
         buffer.drawIndexed(draw.index_count, pass.instances, draw.first_index, 0, 0);
         if (cloth) useBuffers(meshes.vertices(), meshes.indices());
     }
-    if (backdrop) drawScreen(buffer, pass, pipeline(Kind::backdrop, format));
+    if (backdrop) drawTriangles(buffer, pass, pipeline(Kind::backdrop, format));
 }
 
 void Renderer::Impl::stamp(const vk::raii::CommandBuffer& buffer, Stamp at) const {
@@ -375,17 +366,17 @@ void Renderer::Impl::stamp(const vk::raii::CommandBuffer& buffer, Stamp at) cons
 void Renderer::Impl::recordOpaque(const vk::raii::CommandBuffer& buffer, const RenderScene& scene,
                                   const StereoTarget& target) {
     room.recordBefore(buffer, pipeline(Kind::caster), descriptors);
-    transition(buffer, target.image, vk::ImageAspectFlagBits::eColor, kColourDrawn, kColourDrawn);
+    transition(buffer, target.image, kColour, kColourDrawn, kColourDrawn);
     transition(buffer, *depth.handle, vk::ImageAspectFlagBits::eDepth, kFreshImage, kDepthDrawn);
     for (const EyePass& pass : eye_passes.passesFor(target, depth)) {
-        const RoomShown& shown = scene.room;
+        const RoomContents& shown = scene.room;
         beginPass(buffer, pass, target, *pass.colour, *pass.depth,
                   shown.real ? vk::AttachmentLoadOp::eClear : vk::AttachmentLoadOp::eDontCare);
         drawOpaque(buffer, pass, !shown.shell && !shown.real, vk::Format(target.format));
         buffer.endRendering();
     }
-    transition(buffer, *depth.handle, vk::ImageAspectFlagBits::eDepth, kDepthDrawn, kDepthRead);
-    transition(buffer, target.image, vk::ImageAspectFlagBits::eColor, kColourDrawn, kColourDrawn);
+    transition(buffer, *depth.handle, vk::ImageAspectFlagBits::eDepth, kDepthDrawn, kShaderRead);
+    transition(buffer, target.image, kColour, kColourDrawn, kColourDrawn);
 }
 
 void Renderer::Impl::recordMarch(const vk::raii::CommandBuffer& buffer, const RenderScene& scene,
@@ -393,17 +384,10 @@ void Renderer::Impl::recordMarch(const vk::raii::CommandBuffer& buffer, const Re
     layer.beginMarch(buffer);
     buffer.bindPipeline(vk::PipelineBindPoint::eCompute,
                         pipeline(Kind::march, vk::Format::eUndefined, marchConstants(scene, still)));
-    buffer.bindDescriptorSets(vk::PipelineBindPoint::eCompute, descriptors.layout(), 0, descriptors.set(),
-                              {});
-    const auto tiles = [](std::uint32_t pixels) { return (pixels + gpu::kTile - 1) / gpu::kTile; };
-    buffer.dispatch(tiles(layer_size.width), tiles(layer_size.height), 2);
-    if (settings.count) {
-        const vk::MemoryBarrier2 to_host{.srcStageMask = vk::PipelineStageFlagBits2::eComputeShader,
-                                         .srcAccessMask = vk::AccessFlagBits2::eShaderStorageWrite,
-                                         .dstStageMask = vk::PipelineStageFlagBits2::eHost,
-                                         .dstAccessMask = vk::AccessFlagBits2::eHostRead};
-        buffer.pipelineBarrier2({.memoryBarrierCount = 1, .pMemoryBarriers = &to_host});
-    }
+    descriptors.use(buffer, vk::PipelineBindPoint::eCompute);
+    buffer.dispatch(groupCount(int(layer_size.width), gpu::kTile),
+                    groupCount(int(layer_size.height), gpu::kTile), 2);
+    if (settings.count) memoryBarrier(buffer, kComputeWrites, kHostReads);
     layer.endMarch(buffer);
 }
 
@@ -414,7 +398,7 @@ void Renderer::Impl::recordComposite(const vk::raii::CommandBuffer& buffer, cons
         pipeline(Kind::composite, vk::Format(target.format), {upsample, room.castsShadows()});
     for (const EyePass& pass : eye_passes.passesFor(target, depth)) {
         beginPass(buffer, pass, target, *pass.colour, nullptr, vk::AttachmentLoadOp::eLoad);
-        drawScreen(buffer, pass, over);
+        drawTriangles(buffer, pass, over);
         buffer.endRendering();
     }
 }
@@ -424,7 +408,7 @@ void Renderer::Impl::recordDepth(const vk::raii::CommandBuffer& buffer, const St
     transition(buffer, submitted, vk::ImageAspectFlagBits::eDepth, kDepthDrawn, kDepthDrawn);
     for (const EyePass& pass : eye_passes.passesFor(target, depth)) {
         beginPass(buffer, pass, target, nullptr, *pass.submitted_depth, vk::AttachmentLoadOp::eDontCare);
-        drawScreen(buffer, pass, pipeline(Kind::depth));
+        drawTriangles(buffer, pass, pipeline(Kind::depth));
         buffer.endRendering();
     }
     transition(buffer, submitted, vk::ImageAspectFlagBits::eDepth, kDepthDrawn, kDepthDrawn);
@@ -444,7 +428,7 @@ void Renderer::Impl::record(const vk::raii::CommandBuffer& buffer, const RenderS
     stamp(buffer, kMarchDone);
     if (volume) recordComposite(buffer, target, layer_size);
     if (target.depth_image) recordDepth(buffer, target);
-    if (!gpu.isProcessor()) stamp(buffer, kEnd);
+    if (!gpu.isSoftware()) stamp(buffer, kEnd);
 }
 
 // Marches on the processor, between two submissions.
@@ -456,7 +440,7 @@ void Renderer::Impl::drawWithProcessor(const RenderScene& scene, const StereoTar
         buffer.resetQueryPool(*times, 0, kStamps);
         stamp(buffer, kBegin);
         recordOpaque(buffer, scene, target);
-        march_layer->readDepth(buffer, depth, kDepthRead);
+        march_layer->readDepth(buffer, depth, kShaderRead);
         stamp(buffer, kOpaqueDone);
     });
     const gpu::Counters counters = march_layer->march(frame, surface, *volume, *deformed, settings);
@@ -466,7 +450,7 @@ void Renderer::Impl::drawWithProcessor(const RenderScene& scene, const StereoTar
         stamp(buffer, kMarchDone);
         recordComposite(buffer, target, layer_size);
         if (target.depth_image) recordDepth(buffer, target);
-        if (!gpu.isProcessor()) stamp(buffer, kEnd);
+        if (!gpu.isSoftware()) stamp(buffer, kEnd);
     });
 }
 
@@ -495,7 +479,7 @@ RenderStats Renderer::Impl::readStats(const StereoTarget& target, vk::Extent2D l
     stats.depth_bounded_rays = counted.depth_bounded_rays;
     stats.still_frames = volume && still ? 1 : 0;
     stats.culled_parts = room.meshes().culled();
-    stats.kept_shadows = room.keptShadow() ? 1 : 0;
+    stats.reused_shadows = room.reusedShadow() ? 1 : 0;
     return stats;
 }
 
@@ -510,18 +494,15 @@ RenderStats Renderer::Impl::draw(const RenderScene& scene, const std::array<View
             [&](const vk::raii::CommandBuffer& buffer) { record(buffer, scene, target, layer_size, still); });
     // Lavapipe of Mesa 25 crashes on a time stamp after the composite, so a software device submits it
     // separately.
-    if (gpu.isProcessor())
+    if (gpu.isSoftware())
         commands.submitAndWait([&](const vk::raii::CommandBuffer& buffer) { stamp(buffer, kEnd); });
     RenderStats stats = readStats(target, layer_size, still);
-    stats.idle_tool_frames = volume && !tooled(scene) ? 1 : 0;
+    stats.idle_tool_frames = volume && !usesTool(scene) ? 1 : 0;
     return stats;
 }
 
 // Creates the images that drawToImages() draws to and reads back.
 void Renderer::Impl::ownTarget(vk::Extent2D extent, bool with_depth) {
-    const auto fits = [&](const GpuImage& image) {
-        return image.extent.width == extent.width && image.extent.height == extent.height;
-    };
     const auto make = [&](GpuImage& image, vk::Format format, vk::ImageUsageFlags usage,
                           vk::ImageAspectFlags aspect, const ImageState& state) {
         eye_passes.clear();
@@ -531,10 +512,9 @@ void Renderer::Impl::ownTarget(vk::Extent2D extent, bool with_depth) {
             transition(buffer, *image.handle, aspect, kFreshImage, state);
         });
     };
-    if (!fits(own_colour))
-        make(own_colour, kImageFormat, vk::ImageUsageFlagBits::eColorAttachment,
-             vk::ImageAspectFlagBits::eColor, kColourDrawn);
-    if (with_depth && !fits(own_depth))
+    if (!own_colour.hasSize(extent))
+        make(own_colour, kImageFormat, vk::ImageUsageFlagBits::eColorAttachment, kColour, kColourDrawn);
+    if (with_depth && !own_depth.hasSize(extent))
         make(own_depth, kDepthFormat, vk::ImageUsageFlagBits::eDepthStencilAttachment,
              vk::ImageAspectFlagBits::eDepth, kDepthDrawn);
 }
@@ -550,7 +530,7 @@ void Renderer::setSettings(const RenderSettings& settings) {
 
 void Renderer::setLook(Look look, const LookStyle& style) {
     impl_->looks[std::size_t(look)] = style;
-    if (impl_->volume) impl_->volume->forgetLook();
+    if (impl_->volume) impl_->volume->invalidateLook();
 }
 
 void Renderer::setHiddenArea(int eye, std::span<const glm::vec2> tangents,
@@ -562,18 +542,13 @@ void Renderer::setHiddenArea(int eye, std::span<const glm::vec2> tangents,
         assert(i < tangents.size());
         corners.emplace_back(tangents[i], float(eye));
     }
-    const std::size_t left = me.hidden_triangles[0].size(), right = me.hidden_triangles[1].size();
+    std::vector<glm::vec3> both = me.hidden_triangles[0];
+    both.insert(both.end(), me.hidden_triangles[1].begin(), me.hidden_triangles[1].end());
     me.hidden = {};
-    if (left + right == 0) return;
-    guarded([&] {
-        me.hidden.vertices =
-            Buffer(me.gpu, (left + right) * sizeof(glm::vec3), vk::BufferUsageFlagBits::eVertexBuffer);
-    });
-    me.hidden.count = std::uint32_t(left + right);
-    if (left > 0) me.hidden.vertices.write(me.hidden_triangles[0].data(), left * sizeof(glm::vec3));
-    if (right > 0)
-        me.hidden.vertices.write(me.hidden_triangles[1].data(), right * sizeof(glm::vec3),
-                                 left * sizeof(glm::vec3));
+    if (both.empty()) return;
+    guarded(
+        [&] { me.hidden.vertices = makeFilledBuffer(me.gpu, both, vk::BufferUsageFlagBits::eVertexBuffer); });
+    me.hidden.count = std::uint32_t(both.size());
 }
 
 void Renderer::setPatient(const patient::Patient& patient) {
@@ -592,16 +567,16 @@ DeformedPatient& Renderer::deformedPatient() {
 
 Pose Renderer::patientFromIsocentre(const RenderScene& scene) const {
     assert(scene.room.c_arm);
-    const Placement placed = placementOf(scene, impl_->volume ? &*impl_->volume : nullptr);
+    const Placement placed = computePlacement(scene, impl_->shownVolume());
     return scene.stage_from_patient.inverse() * stageFromIsocentre(scene, *scene.room.c_arm, placed);
 }
 
-ScreensSeen Renderer::screensSeen(const RenderScene& scene, const std::array<View, 2>& views) const {
-    return impl_->room.screensSeen(scene, views, impl_->volume ? &*impl_->volume : nullptr);
+VisibleScreens Renderer::visibleScreens(const RenderScene& scene, const std::array<View, 2>& views) const {
+    return impl_->room.visibleScreens(scene, views, impl_->shownVolume());
 }
 
 ScreenPlaces Renderer::screenPlaces(const RenderScene& scene) const {
-    return impl_->room.screenPlaces(scene, impl_->volume ? &*impl_->volume : nullptr);
+    return impl_->room.screenPlaces(scene, impl_->shownVolume());
 }
 
 const std::vector<std::string>& Renderer::notes() const {
@@ -620,9 +595,9 @@ std::array<Image, 2> Renderer::drawToImages(const RenderScene& scene, const std:
         if (stats) *stats = counted;
         std::array<Image, 2> eyes;
         for (std::uint32_t eye = 0; eye < 2; ++eye) {
-            eyes[eye] = {width, height,
-                         readLayer(me.gpu, *me.own_colour.handle, vk::ImageAspectFlagBits::eColor,
-                                   {width, height}, eye, kColourDrawn)};
+            eyes[eye] = {
+                width, height,
+                readLayer(me.gpu, *me.own_colour.handle, kColour, {width, height}, eye, kColourDrawn)};
             if (!depths) continue;
             const std::vector<std::uint8_t> bytes =
                 readLayer(me.gpu, *me.own_depth.handle, vk::ImageAspectFlagBits::eDepth, {width, height}, eye,

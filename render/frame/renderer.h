@@ -24,8 +24,7 @@ struct StereoTarget {
     VkFormat format = VK_FORMAT_R8G8B8A8_SRGB;
     std::uint32_t width = 0, height = 0;
     // Optional: D32_SFLOAT with two layers, in DEPTH_STENCIL_ATTACHMENT_OPTIMAL before and after. Receives
-    // the depth of the first surface that hides most of what is behind it, reversed: near_m at 1, far_m at
-    // 0.
+    // the depth of the first nearly opaque surface, reversed: near_m at 1, far_m at 0.
     VkImage depth_image = VK_NULL_HANDLE;
 };
 
@@ -63,7 +62,7 @@ class Renderer {
     // Pose of the C-arm's isocentre, as FluoroscopyInput needs it. The scene must have a C-arm.
     Pose patientFromIsocentre(const RenderScene&) const;
     // Returns which screens these views will see. Allocates nothing.
-    ScreensSeen screensSeen(const RenderScene&, const std::array<View, 2>&) const;
+    VisibleScreens visibleScreens(const RenderScene&, const std::array<View, 2>&) const;
     // Returns the pose and size of each screen in the scene's room.
     ScreenPlaces screenPlaces(const RenderScene&) const;
     // Frame thread. Draws and waits for the GPU. Images that were drawn to are cached by their handle and

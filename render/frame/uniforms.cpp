@@ -1,6 +1,7 @@
 #include "render/frame/uniforms.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <glm/gtc/quaternion.hpp>
@@ -12,9 +13,9 @@
 namespace stylet::render {
 namespace {
 
-constexpr float kKeyStrength = 0.95f;
+constexpr double kKeyStrength = 0.95;
 constexpr double kCloseUp_voxels = 0.3;  // distance between rays at the nearest point of the patient's box
-constexpr double kLeastLayer = 0.25;
+constexpr double kMinLayerScale = 0.25;
 constexpr double kFinestStep = 0.5;  // smallest factor of the ray step when the head is close
 constexpr double kTableHalfWidth_m = 0.34, kTableHalfLength_m = 0.85;
 
@@ -31,41 +32,25 @@ gpu::EyeUniforms eyeUniforms(const View& view, const RenderScene& scene, const R
 void describeVolume(gpu::FrameUniforms& frame, const PatientVolume& volume, float step_voxels,
                     const LookStyle& look) {
     const Grid& grid = volume.patient().grid();
-    const DeformedPatient::ToImage breath = volume.deformed().toDeformation(),
-                                   tool = volume.deformed().toTool();
-    frame.grid_origin = glm::vec4(glm::vec3(grid.origin_m), 1.0f);
-    frame.grid_spacing = glm::vec4(glm::vec3(grid.spacing_m), step_voxels);
-    frame.grid_dims = glm::vec4(glm::vec3(grid.dims), float(look.full_extinction_per_m));
-    frame.brick_dims = glm::vec4(glm::vec3(volume.brickDims()), 0.0f);
-    frame.deform_scale = breath.scale, frame.deform_offset = breath.offset;
-    frame.tool_scale = tool.scale, frame.tool_offset = tool.offset;
+    frame.grid_origin = toVec4(grid.origin_m, 1.0);
+    frame.grid_spacing = toVec4(grid.spacing_m, double(step_voxels));
+    frame.grid_dims = toVec4(Vec3(grid.dims), look.full_extinction_per_m);
+    frame.brick_dims = toVec4(Vec3(volume.brickDims()));
+    setMotion(frame, volume.deformed());
 }
 
-static_assert(kMostCutPlanes == gpu::kMostCuts && kMostMarksShown == gpu::kMostMarks);
-
-float kindOf(MarkKind kind) {
-    switch (kind) {
-        case MarkKind::incision:
-            return gpu::kIncision;
-        case MarkKind::puncture:
-            return gpu::kPuncture;
-        case MarkKind::blood:
-            return gpu::kBlood;
-        case MarkKind::iodine:
-            return gpu::kIodine;
-    }
-    return 0.0f;
-}
+// In the order of MarkKind.
+constexpr std::array kMarkKinds{gpu::kIncision, gpu::kPuncture, gpu::kBlood, gpu::kIodine};
 
 void describeSurgery(gpu::FrameUniforms& frame, const RenderScene& scene) {
-    const std::size_t cuts = std::min(scene.cuts.size(), std::size_t(gpu::kMostCuts));
+    const std::size_t cuts = std::min(scene.cuts.size(), std::size_t(gpu::kMaxCuts));
     for (std::size_t i = 0; i < cuts; ++i)
-        frame.cuts[i] = glm::vec4(glm::vec3(scene.cuts[i].normal), float(scene.cuts[i].offset_m));
-    const std::size_t marks = std::min(scene.marks.size(), std::size_t(gpu::kMostMarks));
+        frame.cuts[i] = toVec4(scene.cuts[i].normal, scene.cuts[i].offset_m);
+    const std::size_t marks = std::min(scene.marks.size(), std::size_t(gpu::kMaxMarks));
     for (std::size_t i = 0; i < marks; ++i) {
         const Mark& mark = scene.marks[scene.marks.size() - marks + i];
-        frame.marks[i] = {glm::vec4(glm::vec3(mark.reference_m), float(mark.radius_m)),
-                          glm::vec4(glm::vec3(mark.along), kindOf(mark.kind))};
+        frame.marks[i] = {toVec4(mark.reference_m, mark.radius_m),
+                          toVec4(mark.along, double(kMarkKinds[std::size_t(mark.kind)]))};
     }
     frame.layer.z = float(cuts), frame.layer.w = float(marks);
 }
@@ -91,7 +76,7 @@ vk::Extent2D layerExtent(const RenderScene& scene, const std::array<View, 2>& vi
             const double across = std::tan(double(view.angle_right)) - std::tan(double(view.angle_left));
             widest = std::max(widest, across * nearest / (kCloseUp_voxels * voxel));
         }
-        scale = std::min(scale, std::max(widest / target.width, kLeastLayer));
+        scale = std::min(scale, std::max(widest / target.width, kMinLayerScale));
     }
     const auto scaled = [&](std::uint32_t n) { return std::max(1u, std::uint32_t(std::lround(n * scale))); };
     return {scaled(target.width), scaled(target.height)};
@@ -107,9 +92,9 @@ gpu::FrameUniforms frameUniforms(const RenderScene& scene, const std::array<View
         frame.eyes[eye] = eyeUniforms(views[std::size_t(eye)], scene, settings);
     frame.patient_from_stage = glm::mat4(toMatrix(patient_from_stage));
     frame.target = {float(target.width), float(target.height), settings.near_m, settings.far_m};
-    frame.key_stage = glm::vec4(glm::vec3(scene.stage_from_patient.direction(kLampFromField)), kKeyStrength);
-    frame.key_patient = glm::vec4(glm::vec3(kLampFromField), kKeyStrength);
-    frame.up_patient = glm::vec4(glm::vec3(patient_from_stage.direction(Vec3(0, 1, 0))), 0.0f);
+    frame.key_stage = toVec4(scene.stage_from_patient.direction(kLampFromField), kKeyStrength);
+    frame.key_patient = toVec4(kLampFromField, kKeyStrength);
+    frame.up_patient = toVec4(patient_from_stage.direction(Vec3(0, 1, 0)));
     frame.layer.x = float(layer.width), frame.layer.y = float(layer.height);
     if (!volume) return frame;
     // When the head is close, the layer has fewer rays. The time saved is spent on shorter steps, because

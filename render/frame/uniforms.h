@@ -16,8 +16,8 @@ struct FrameExtents {
 // `volume` may be null.
 gpu::FrameUniforms frameUniforms(const RenderScene&, const std::array<View, 2>&, const RenderSettings&,
                                  const FrameExtents&, const PatientVolume* volume, const LookStyle& look);
-// Size of the volume layer for a target: settings.layer_scale of the target's size. With settings.close_up,
-// at most about three rays per voxel at the patient's nearest point.
+// Size of the volume layer for a target: settings.layer_scale times the target's size. With
+// settings.close_up, at most about three rays per voxel at the patient's nearest point.
 vk::Extent2D layerExtent(const RenderScene&, const std::array<View, 2>&, const RenderSettings&,
                          vk::Extent2D target, const Grid&);
 gpu::LookUniforms lookUniforms(const LookStyle&);

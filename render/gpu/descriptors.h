@@ -31,7 +31,10 @@ class Descriptors {
     // Must not be called while commands that use the set are in flight.
     void update();
 
-    const vk::DescriptorSet& set() const { return *set_; }
+    // Binds the set to a command buffer.
+    void use(const vk::raii::CommandBuffer& commands, vk::PipelineBindPoint point) const {
+        commands.bindDescriptorSets(point, *layout_, 0, *set_, {});
+    }
     const vk::PipelineLayout& layout() const { return *layout_; }
 
   private:

@@ -14,6 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/core.h>
+
 #include "base/cache_file.h"
 #include "render/gpu/pipeline_cache_file.h"
 #include "render/gpu/probe.h"
@@ -25,7 +27,7 @@ constexpr char kValidationLayer[] = "VK_LAYER_KHRONOS_validation";
 constexpr std::uint64_t kMessagesPrinted = 20;
 
 void check(VkResult result, const char* call) {
-    if (result != VK_SUCCESS) throw GpuError(std::string(call) + ": " + vk::to_string(vk::Result(result)));
+    if (result != VK_SUCCESS) throw GpuError(fmt::format("{}: {}", call, vk::to_string(vk::Result(result))));
 }
 
 VKAPI_ATTR VkBool32 VKAPI_CALL countMessage(VkDebugUtilsMessageSeverityFlagBitsEXT,
@@ -49,7 +51,7 @@ struct DeviceFeatures {
     vk::PhysicalDeviceVulkan13Features v13;
 };
 
-DeviceFeatures featuresOf(const vk::raii::PhysicalDevice& device) {
+DeviceFeatures queryFeatures(const vk::raii::PhysicalDevice& device) {
     const auto chain =
         device.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan11Features,
                             vk::PhysicalDeviceVulkan12Features, vk::PhysicalDeviceVulkan13Features>();
@@ -60,34 +62,30 @@ DeviceFeatures featuresOf(const vk::raii::PhysicalDevice& device) {
 
 bool isCapable(const vk::raii::PhysicalDevice& device) {
     if (device.getProperties().apiVersion < VK_API_VERSION_1_3) return false;
-    const DeviceFeatures f = featuresOf(device);
+    const DeviceFeatures f = queryFeatures(device);
     return f.v13.dynamicRendering && f.v13.synchronization2 && f.v13.maintenance4 &&
            f.core.fragmentStoresAndAtomics;
 }
 
 int rank(const vk::raii::PhysicalDevice& device) {
-    switch (device.getProperties().deviceType) {
-        case vk::PhysicalDeviceType::eDiscreteGpu:
-            return 0;
-        case vk::PhysicalDeviceType::eIntegratedGpu:
-            return 1;
-        case vk::PhysicalDeviceType::eVirtualGpu:
-            return 2;
-        default:
-            return 3;
-    }
+    constexpr std::array kPreferred{vk::PhysicalDeviceType::eDiscreteGpu,
+                                    vk::PhysicalDeviceType::eIntegratedGpu,
+                                    vk::PhysicalDeviceType::eVirtualGpu};
+    const auto type = device.getProperties().deviceType;
+    return int(std::find(kPreferred.begin(), kPreferred.end(), type) - kPreferred.begin());
 }
 
 std::uint32_t graphicsFamily(const vk::raii::PhysicalDevice& device) {
     const auto families = device.getQueueFamilyProperties();
     for (std::uint32_t i = 0; i < families.size(); ++i)
         if (families[i].queueFlags & vk::QueueFlagBits::eGraphics) return i;
-    throw GpuError("the Vulkan device has no graphics queue");
+    throw GpuError(
+        "vkGetPhysicalDeviceQueueFamilyProperties: this Vulkan device cannot draw, it has no graphics queue");
 }
 
 std::vector<std::uint8_t> readCache(const std::string& file) {
     std::error_code none;
-    if (std::filesystem::file_size(file, none) > kMostCacheBytes || none) return {};
+    if (std::filesystem::file_size(file, none) > kMaxCacheBytes || none) return {};
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
@@ -105,7 +103,7 @@ struct Gpu::Impl {
     vk::raii::Queue queue = nullptr;
     vk::raii::PipelineCache cache = nullptr;
     std::atomic<std::uint64_t> pipelines{0}, pipelines_ns{0};
-    std::size_t kept_bytes = 0;
+    std::size_t loaded_bytes = 0;
     std::uint32_t family = 0;
     bool multiview_offered = false, layered_offered = false, multiview_works = false;
     StereoPath stereo = StereoPath::single;
@@ -142,7 +140,8 @@ void Gpu::Impl::makeInstance(const GpuSettings& settings, const GpuHooks& hooks)
                                 .ppEnabledExtensionNames = extensions.data()};
     if (settings.validation) {
         if (!hasLayer(context, kValidationLayer))
-            throw GpuError(std::string(kValidationLayer) + " is not installed");
+            throw GpuError(
+                fmt::format("{} is not installed (package vulkan-validationlayers)", kValidationLayer));
         info.pNext = &checks;
         info.enabledLayerCount = 1;
         info.ppEnabledLayerNames = &layer;
@@ -162,7 +161,11 @@ void Gpu::Impl::makeInstance(const GpuSettings& settings, const GpuHooks& hooks)
 void Gpu::Impl::pickDevice(const GpuHooks& hooks) {
     if (hooks.pickDevice) {
         physical = vk::raii::PhysicalDevice(instance, hooks.pickDevice(*instance));
-        if (!isCapable(physical)) throw GpuError("the runtime's Vulkan device lacks Vulkan 1.3");
+        if (!isCapable(physical))
+            throw GpuError(
+                "xrGetVulkanGraphicsDevice2KHR: the OpenXR runtime's graphics device lacks Vulkan 1.3 with "
+                "dynamic "
+                "rendering. Update the graphics driver.");
         return;
     }
     vk::raii::PhysicalDevices devices(instance);
@@ -170,12 +173,16 @@ void Gpu::Impl::pickDevice(const GpuHooks& hooks) {
         return std::pair(!isCapable(a), rank(a)) < std::pair(!isCapable(b), rank(b));
     };
     const auto found = std::min_element(devices.begin(), devices.end(), better);
-    if (found == devices.end() || !isCapable(*found)) throw GpuError("no Vulkan 1.3 device");
+    if (found == devices.end() || !isCapable(*found))
+        throw GpuError(
+            "vkEnumeratePhysicalDevices: no graphics device supports Vulkan 1.3 with dynamic rendering. "
+            "Update the "
+            "graphics driver, or install Mesa's software driver (mesa-vulkan-drivers).");
     physical = std::move(*found);
 }
 
 void Gpu::Impl::makeDevice(const GpuSettings& settings, const GpuHooks& hooks) {
-    const DeviceFeatures offered = featuresOf(physical);
+    const DeviceFeatures offered = queryFeatures(physical);
     multiview_offered = offered.v11.multiview;
     layered_offered = offered.v12.shaderOutputLayer;
     family = graphicsFamily(physical);
@@ -207,11 +214,11 @@ void Gpu::Impl::makeDevice(const GpuSettings& settings, const GpuHooks& hooks) {
 
 void Gpu::Impl::makeCache() {
     const std::filesystem::path file = cache_file;
-    if (!file.empty()) sweepLeftovers(file.parent_path(), file.filename().string());
+    if (!file.empty()) removeStaleTemporaryFiles(file.parent_path(), file.filename().string());
     const std::vector<std::uint8_t> stored =
         cache_file.empty() ? std::vector<std::uint8_t>{} : readCache(cache_file);
-    const std::span<const std::uint8_t> whole = cacheIn(stored);
-    kept_bytes = whole.size();
+    const std::span<const std::uint8_t> whole = decodeCacheFile(stored);
+    loaded_bytes = whole.size();
     // The driver ignores data that another driver, or another version of it, wrote.
     cache = vk::raii::PipelineCache(
         device, vk::PipelineCacheCreateInfo{.initialDataSize = whole.size(), .pInitialData = whole.data()});
@@ -235,8 +242,11 @@ void Gpu::Impl::chooseStereo(StereoPath wanted) {
         return;
     }
     if (wanted == StereoPath::multiview && !multiview_works)
-        throw GpuError("multiview does not work on this driver");
-    if (wanted == StereoPath::layered && !layered_offered) throw GpuError("shaderOutputLayer is not offered");
+        throw GpuError("multiview does not work with this graphics driver. Use StereoPath::best.");
+    if (wanted == StereoPath::layered && !layered_offered)
+        throw GpuError(
+            "this graphics driver does not offer shaderOutputLayer, which layered drawing needs. Use "
+            "StereoPath::best.");
     stereo = wanted;
 }
 
@@ -255,11 +265,12 @@ Gpu::Gpu(const GpuSettings& settings, const GpuHooks& hooks) try : impl_(std::ma
 Gpu::~Gpu() {
     if (!impl_ || impl_->cache_file.empty() || !*impl_->device) return;
     try {
-        const std::vector<std::uint8_t> bytes = sealedCache(impl_->cache.getData());
-        if (bytes.size() > kMostCacheBytes || bytes == readCache(impl_->cache_file)) return;
+        const std::vector<std::uint8_t> bytes = encodeCacheFile(impl_->cache.getData());
+        if (bytes.size() > kMaxCacheBytes || bytes == readCache(impl_->cache_file)) return;
         writeCacheFile(impl_->cache_file, {std::as_bytes(std::span(bytes))});
     } catch (const std::exception& e) {
-        std::fprintf(stderr, "pipeline cache not written: %s\n", e.what());
+        std::fprintf(stderr, "The pipeline cache was not written, so the next start is slower: %s\n",
+                     e.what());
     }
 }
 
@@ -285,12 +296,12 @@ vk::raii::Pipeline Gpu::pipeline(const vk::ComputePipelineCreateInfo& info) cons
     return impl_->counted([&] { return impl_->device.createComputePipeline(impl_->cache, info); });
 }
 PipelineWork Gpu::pipelineWork() const {
-    return {impl_->pipelines, 1e-6 * double(impl_->pipelines_ns), impl_->kept_bytes};
+    return {impl_->pipelines, 1e-6 * double(impl_->pipelines_ns), impl_->loaded_bytes};
 }
 std::uint32_t Gpu::queueFamily() const {
     return impl_->family;
 }
-bool Gpu::isProcessor() const {
+bool Gpu::isSoftware() const {
     return impl_->physical.getProperties().deviceType == vk::PhysicalDeviceType::eCpu;
 }
 std::string Gpu::name() const {

@@ -1,22 +1,22 @@
-// The Vulkan instance, device and queue. The hooks exist because an OpenXR runtime may insist on creating
-// them.
+// The Vulkan instance, device and queue. The hooks let an OpenXR runtime create them.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <vulkan/vulkan_raii.hpp>
 
+#include "base/errors.h"
+
 namespace stylet::render {
 
 // A Vulkan call failed. what() names the call and the result.
-class GpuError : public std::runtime_error {
+class GpuError : public EnvironmentError {
   public:
-    using std::runtime_error::runtime_error;
+    using EnvironmentError::EnvironmentError;
 };
 
 // Each hook may be empty. Then Vulkan is called directly, and the best capable device is used (discrete
@@ -49,8 +49,8 @@ struct GpuSettings {
 // Statistics of the pipelines created so far.
 struct PipelineWork {
     std::uint64_t made = 0;
-    double made_ms = 0.0;
-    std::size_t kept_bytes = 0;  // bytes of an earlier run's cache that the driver was given
+    double creation_ms = 0.0;
+    std::size_t loaded_bytes = 0;  // bytes of an earlier run's cache, passed to the driver
 };
 
 // Move-only owner. Members are destroyed in reverse order of declaration.
@@ -66,7 +66,7 @@ class Gpu {
     const vk::raii::Device& device() const;
     const vk::raii::Queue& queue() const;
     std::uint32_t queueFamily() const;
-    bool isProcessor() const;                  // true: Vulkan runs in software
+    bool isSoftware() const;                   // true: Vulkan runs in software
     std::string name() const;                  // "llvmpipe (LLVM 15.0.6, 256 bits)"
     std::uint64_t validationMessages() const;  // warnings and errors so far, 0 without validation
     // Creates a pipeline through the cache and counts it. All pipelines are created here.

@@ -4,6 +4,10 @@
 #include <cassert>
 #include <cstring>
 
+#include <fmt/core.h>
+
+#include "render/gpu/image_states.h"
+
 namespace stylet::render {
 namespace {
 
@@ -24,7 +28,8 @@ vk::raii::DeviceMemory allocate(const Gpu& gpu, const vk::MemoryRequirements& ne
             if (allowed && (properties.memoryTypes[i].propertyFlags & flags) == flags)
                 return gpu.device().allocateMemory({.allocationSize = needs.size, .memoryTypeIndex = i});
         }
-    throw GpuError("no Vulkan memory type fits " + vk::to_string(wanted));
+    throw GpuError("vkGetPhysicalDeviceMemoryProperties: no memory of this graphics device is " +
+                   vk::to_string(wanted));
 }
 
 Buffer mappedBuffer(const Gpu& gpu, vk::DeviceSize bytes, vk::BufferUsageFlags usage,
@@ -87,10 +92,23 @@ GpuImage::GpuImage(const Gpu& gpu, vk::Format format, vk::Extent3D size, std::ui
 GpuImage makeVolumeImage(const Gpu& gpu, vk::Format format, const glm::ivec3& texels) {
     const auto limit = gpu.physicalDevice().getProperties().limits.maxImageDimension3D;
     if (std::uint32_t(std::max({texels.x, texels.y, texels.z})) > limit)
-        throw GpuError("what is to be drawn is larger than a 3D image of this device (" +
-                       std::to_string(limit) + ")");
+        throw GpuError(
+            fmt::format("vkCreateImage: the volume has {} x {} x {} voxels, and this graphics device "
+                        "holds at most {} along an edge. Use a patient with fewer voxels.",
+                        texels.x, texels.y, texels.z, limit));
     return GpuImage(gpu, format, {std::uint32_t(texels.x), std::uint32_t(texels.y), std::uint32_t(texels.z)},
                     1, vk::ImageUsageFlagBits::eSampled | vk::ImageUsageFlagBits::eTransferDst);
+}
+
+GpuImage makeFilledVolume(const Gpu& gpu, vk::Format format, const glm::ivec3& texels,
+                          std::size_t bytes_per_texel, const void* contents) {
+    GpuImage image = makeVolumeImage(gpu, format, texels);
+    const std::size_t plane = bytes_per_texel * std::size_t(texels.x) * std::size_t(texels.y);
+    uploadPlanes(gpu, image, bytes_per_texel, [&](int z0, int z1, std::byte* out) {
+        std::memcpy(out, static_cast<const std::byte*>(contents) + plane * std::size_t(z0),
+                    plane * std::size_t(z1 - z0));
+    });
+    return image;
 }
 
 vk::raii::Sampler makeSampler(const Gpu& gpu, vk::Filter filter, vk::SamplerAddressMode beyond) {
@@ -102,17 +120,18 @@ vk::raii::Sampler makeSampler(const Gpu& gpu, vk::Filter filter, vk::SamplerAddr
                                        .borderColor = vk::BorderColor::eFloatTransparentBlack});
 }
 
+vk::raii::CommandBuffer makeCommandBuffer(const Gpu& gpu, const vk::raii::CommandPool& pool) {
+    auto buffers = gpu.device().allocateCommandBuffers(
+        {.commandPool = *pool, .level = vk::CommandBufferLevel::ePrimary, .commandBufferCount = 1});
+    return std::move(buffers.front());
+}
+
 Commands::Commands(const Gpu& gpu)
     : gpu_(&gpu),
       pool_(gpu.device(), vk::CommandPoolCreateInfo{.flags = vk::CommandPoolCreateFlagBits::eTransient,
                                                     .queueFamilyIndex = gpu.queueFamily()}),
-      done_(gpu.device(), vk::FenceCreateInfo{}) {
-    buffer_ = std::move(
-        gpu.device()
-            .allocateCommandBuffers(
-                {.commandPool = *pool_, .level = vk::CommandBufferLevel::ePrimary, .commandBufferCount = 1})
-            .front());
-}
+      buffer_(makeCommandBuffer(gpu, pool_)),
+      done_(gpu.device(), vk::FenceCreateInfo{}) {}
 
 void Commands::begin() {
     pool_.reset();
@@ -148,32 +167,40 @@ void transition(const vk::raii::CommandBuffer& commands, vk::Image image, vk::Im
     commands.pipelineBarrier2({.imageMemoryBarrierCount = 1, .pImageMemoryBarriers = &barrier});
 }
 
+void memoryBarrier(const vk::raii::CommandBuffer& commands, MemoryUse from, MemoryUse to) {
+    const vk::MemoryBarrier2 barrier{.srcStageMask = from.stage,
+                                     .srcAccessMask = from.access,
+                                     .dstStageMask = to.stage,
+                                     .dstAccessMask = to.access};
+    commands.pipelineBarrier2({.memoryBarrierCount = 1, .pMemoryBarriers = &barrier});
+}
+
+vk::BufferImageCopy imagePart(vk::Extent3D extent, std::uint32_t layers, vk::ImageAspectFlags aspect) {
+    return {.imageSubresource = {aspect, 0, 0, layers}, .imageExtent = extent};
+}
+
+void recordUpload(const vk::raii::CommandBuffer& commands, const Buffer& buffer, vk::Image image,
+                  const vk::BufferImageCopy& part, ImageState from, ImageState to) {
+    transition(commands, image, kColour, from, kCopyWritten);
+    commands.copyBufferToImage(*buffer.handle, image, kCopyWritten.layout, part);
+    transition(commands, image, kColour, kCopyWritten, to);
+}
+
 void uploadPlanes(const Gpu& gpu, const GpuImage& image, std::size_t bytes_per_texel,
                   const std::function<void(int, int, std::byte*)>& fill) {
     const std::size_t plane = bytes_per_texel * image.extent.width * image.extent.height;
     const int depth = int(image.extent.depth);
     const int planes_per_slab = int(std::clamp<std::size_t>(kStagingBytes / plane, 1, std::size_t(depth)));
     Buffer staging(gpu, plane * std::size_t(planes_per_slab), vk::BufferUsageFlagBits::eTransferSrc);
-    const ImageState fresh{vk::ImageLayout::eUndefined, vk::PipelineStageFlagBits2::eNone, {}};
-    const ImageState filling{vk::ImageLayout::eTransferDstOptimal, vk::PipelineStageFlagBits2::eCopy,
-                             vk::AccessFlagBits2::eTransferWrite};
-    const ImageState ready{
-        vk::ImageLayout::eShaderReadOnlyOptimal,
-        vk::PipelineStageFlagBits2::eFragmentShader | vk::PipelineStageFlagBits2::eComputeShader,
-        vk::AccessFlagBits2::eShaderSampledRead};
     for (int z0 = 0; z0 < depth; z0 += planes_per_slab) {
         const int z1 = std::min(depth, z0 + planes_per_slab);
         fill(z0, z1, static_cast<std::byte*>(staging.mapped));
         submitAndWait(gpu, [&](const vk::raii::CommandBuffer& commands) {
-            if (z0 == 0) transition(commands, *image.handle, vk::ImageAspectFlagBits::eColor, fresh, filling);
-            const vk::BufferImageCopy region{
-                .imageSubresource = {vk::ImageAspectFlagBits::eColor, 0, 0, 1},
-                .imageOffset = {0, 0, z0},
-                .imageExtent = {image.extent.width, image.extent.height, std::uint32_t(z1 - z0)}};
-            commands.copyBufferToImage(*staging.handle, *image.handle, vk::ImageLayout::eTransferDstOptimal,
-                                       region);
-            if (z1 == depth)
-                transition(commands, *image.handle, vk::ImageAspectFlagBits::eColor, filling, ready);
+            if (z0 == 0) transition(commands, *image.handle, kColour, kUnused, kCopyWritten);
+            auto part = imagePart({image.extent.width, image.extent.height, std::uint32_t(z1 - z0)});
+            part.imageOffset.z = z0;
+            commands.copyBufferToImage(*staging.handle, *image.handle, kCopyWritten.layout, part);
+            if (z1 == depth) transition(commands, *image.handle, kColour, kCopyWritten, kShaderRead);
         });
     }
 }
@@ -182,19 +209,13 @@ std::vector<std::uint8_t> readLayer(const Gpu& gpu, vk::Image image, vk::ImageAs
                                     vk::Extent2D extent, std::uint32_t layer, ImageState state) {
     const std::size_t bytes = std::size_t(extent.width) * extent.height * 4;
     const Buffer staging = makeReadBuffer(gpu, bytes, vk::BufferUsageFlagBits::eTransferDst);
-    const ImageState copying{vk::ImageLayout::eTransferSrcOptimal, vk::PipelineStageFlagBits2::eCopy,
-                             vk::AccessFlagBits2::eTransferRead};
     submitAndWait(gpu, [&](const vk::raii::CommandBuffer& commands) {
-        transition(commands, image, aspect, state, copying);
-        const vk::BufferImageCopy region{.imageSubresource = {aspect, 0, layer, 1},
-                                         .imageExtent = {extent.width, extent.height, 1}};
-        commands.copyImageToBuffer(image, vk::ImageLayout::eTransferSrcOptimal, *staging.handle, region);
-        transition(commands, image, aspect, copying, state);
-        const vk::MemoryBarrier2 to_host{.srcStageMask = vk::PipelineStageFlagBits2::eCopy,
-                                         .srcAccessMask = vk::AccessFlagBits2::eTransferWrite,
-                                         .dstStageMask = vk::PipelineStageFlagBits2::eHost,
-                                         .dstAccessMask = vk::AccessFlagBits2::eHostRead};
-        commands.pipelineBarrier2({.memoryBarrierCount = 1, .pMemoryBarriers = &to_host});
+        transition(commands, image, aspect, state, kCopyRead);
+        auto part = imagePart({extent.width, extent.height, 1}, 1, aspect);
+        part.imageSubresource.baseArrayLayer = layer;
+        commands.copyImageToBuffer(image, kCopyRead.layout, *staging.handle, part);
+        transition(commands, image, aspect, kCopyRead, state);
+        memoryBarrier(commands, kCopyWrites, kHostReads);
     });
     std::vector<std::uint8_t> pixels(bytes);
     std::memcpy(pixels.data(), staging.mapped, bytes);

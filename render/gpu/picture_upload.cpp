@@ -18,14 +18,8 @@ void PictureUpload::write(vk::Image image, vk::Format format, const std::uint8_t
     }
     const ImageState shown{
         vk::ImageLayout::eColorAttachmentOptimal, vk::PipelineStageFlagBits2::eAllCommands, {}};
-    const ImageState filling{vk::ImageLayout::eTransferDstOptimal, vk::PipelineStageFlagBits2::eCopy,
-                             vk::AccessFlagBits2::eTransferWrite};
     commands_.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
-        transition(commands, image, vk::ImageAspectFlagBits::eColor, shown, filling);
-        const vk::BufferImageCopy region{.imageSubresource = {vk::ImageAspectFlagBits::eColor, 0, 0, 1},
-                                         .imageExtent = {extent_.width, extent_.height, 1}};
-        commands.copyBufferToImage(*staging_.handle, image, vk::ImageLayout::eTransferDstOptimal, region);
-        transition(commands, image, vk::ImageAspectFlagBits::eColor, filling, shown);
+        recordUpload(commands, staging_, image, imagePart({extent_.width, extent_.height, 1}), shown, shown);
     });
 }
 

@@ -1,4 +1,4 @@
-// Uploads pictures from the host to images that others own: the panels of a headset.
+// Uploads pictures from the host to images that the OpenXR runtime owns: the panels in the headset.
 #pragma once
 
 #include <cstdint>

@@ -21,7 +21,7 @@ std::uint64_t checksum(std::span<const std::uint8_t> bytes) {
 
 }  // namespace
 
-std::vector<std::uint8_t> sealedCache(std::span<const std::uint8_t> from_driver) {
+std::vector<std::uint8_t> encodeCacheFile(std::span<const std::uint8_t> from_driver) {
     std::vector<std::uint8_t> file(kMagic.begin(), kMagic.end());
     const std::uint64_t sum = checksum(from_driver);
     for (int byte = 0; byte < 8; ++byte)
@@ -30,7 +30,7 @@ std::vector<std::uint8_t> sealedCache(std::span<const std::uint8_t> from_driver)
     return file;
 }
 
-std::span<const std::uint8_t> cacheIn(std::span<const std::uint8_t> file) {
+std::span<const std::uint8_t> decodeCacheFile(std::span<const std::uint8_t> file) {
     if (file.size() < kHeaderBytes || !std::equal(kMagic.begin(), kMagic.end(), file.begin())) return {};
     std::uint64_t sum = 0;
     for (std::size_t byte = 0; byte < 8; ++byte)

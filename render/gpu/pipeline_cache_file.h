@@ -1,5 +1,5 @@
-// File format of the driver's pipeline cache, with a checksum. A driver checks only its own header; the
-// data behind it is machine code, which must not be loaded damaged.
+// File format of the driver's pipeline cache, with a checksum. A driver checks only its own header. The data
+// behind the header is machine code, so damaged data must not reach the driver.
 #pragma once
 
 #include <cstddef>
@@ -9,11 +9,11 @@
 
 namespace stylet::render {
 
-inline constexpr std::size_t kMostCacheBytes = std::size_t(256) << 20;
+inline constexpr std::size_t kMaxCacheBytes = std::size_t(256) << 20;
 
-std::vector<std::uint8_t> sealedCache(std::span<const std::uint8_t> from_driver);
+std::vector<std::uint8_t> encodeCacheFile(std::span<const std::uint8_t> from_driver);
 
 // Returns the driver's data inside `file`, or nothing if the file is damaged or not a cache file.
-std::span<const std::uint8_t> cacheIn(std::span<const std::uint8_t> file);
+std::span<const std::uint8_t> decodeCacheFile(std::span<const std::uint8_t> file);
 
 }  // namespace stylet::render

@@ -1,4 +1,4 @@
-// Creates pipelines for dynamic rendering from the few settings in which ours differ.
+// Creates pipelines for dynamic rendering from the few settings in which this module's pipelines differ.
 #pragma once
 
 #include <cstdint>
@@ -27,6 +27,11 @@ struct PipelineShape {
 
 // Viewport and scissor are dynamic. Depth is reversed: near 1, far 0.
 vk::raii::Pipeline makePipeline(const Gpu&, vk::PipelineLayout, const PipelineShape&);
+
+// Workgroups of `size` that cover `items`.
+constexpr std::uint32_t groupCount(int items, int size) {
+    return (std::uint32_t(items) + std::uint32_t(size) - 1) / std::uint32_t(size);
+}
 
 // `constants`: 32-bit specialisation constants 0, 1, ...
 vk::raii::Pipeline makeComputePipeline(const Gpu&, vk::PipelineLayout, std::span<const std::uint32_t> shader,

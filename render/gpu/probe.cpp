@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "render/gpu/memory.h"
+#include "render/gpu/image_states.h"
 #include "render/gpu/pipelines.h"
 #include "render/shaders.h"
 
@@ -22,8 +22,7 @@ bool probeMultiview(const Gpu& gpu) {
                            vk::PipelineStageFlagBits2::eColorAttachmentOutput,
                            vk::AccessFlagBits2::eColorAttachmentWrite};
     submitAndWait(gpu, [&](const vk::raii::CommandBuffer& commands) {
-        transition(commands, *target.handle, vk::ImageAspectFlagBits::eColor,
-                   {vk::ImageLayout::eUndefined, vk::PipelineStageFlagBits2::eNone, {}}, drawn);
+        transition(commands, *target.handle, kColour, kUnused, drawn);
         const vk::RenderingAttachmentInfo colour{.imageView = *target.view,
                                                  .imageLayout = vk::ImageLayout::eColorAttachmentOptimal,
                                                  .loadOp = vk::AttachmentLoadOp::eClear,
@@ -39,8 +38,8 @@ bool probeMultiview(const Gpu& gpu) {
         commands.draw(3, 1, 0, 0);
         commands.endRendering();
     });
-    const int left = readLayer(gpu, *target.handle, vk::ImageAspectFlagBits::eColor, {1, 1}, 0, drawn)[0];
-    const int right = readLayer(gpu, *target.handle, vk::ImageAspectFlagBits::eColor, {1, 1}, 1, drawn)[0];
+    const int left = readLayer(gpu, *target.handle, kColour, {1, 1}, 0, drawn)[0];
+    const int right = readLayer(gpu, *target.handle, kColour, {1, 1}, 1, drawn)[0];
     return left > 100 && left < 150 && right == 255;
 }
 

@@ -19,9 +19,7 @@ float floorShadow(vec2 p) {
 // A room without walls: dark teal that brightens towards the lamp, and a polished floor at y = 0.
 void main() {
     const EyeUniforms e = frame.eyes[eye];
-    const vec2 at = gl_FragCoord.xy / frame.target.xy;
-    const vec3 d = normalize(mat3(e.stage_from_eye) *
-                             vec3(mix(e.tangents.x, e.tangents.y, at.x), mix(e.tangents.z, e.tangents.w, at.y), -1.0));
+    const vec3 d = normalize(mat3(e.stage_from_eye) * rayThrough(e.tangents, gl_FragCoord.xy / frame.target.xy));
     const vec3 eye_stage = e.stage_from_eye[3].xyz;
     const float lamp = pow(max(dot(d, frame.key_stage.xyz), 0.0), 6.0);
     const vec3 wall = mix(kWallLow, kWallHigh, smoothstep(-0.2, 0.9, d.y)) + vec3(0.10, 0.14, 0.14) * lamp;

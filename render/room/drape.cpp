@@ -11,7 +11,7 @@
 namespace stylet::render {
 namespace {
 
-constexpr int kArc = 65, kFall = 5, kFlat = 3, kHang = 7;  // columns over the body, and on either side of it
+constexpr int kArc = 65, kFall = 5, kFlat = 3, kHang = 7;  // columns: on the body; on either side
 constexpr int kColumns = kArc + 2 * (kFall + kFlat + kHang);
 constexpr double kRow_m = 0.009, kLegRow_m = 0.035;
 constexpr double kGap_m = 0.005, kOnTable_m = 0.006;
@@ -23,7 +23,7 @@ constexpr double kBarHeight_m = 0.46, kBarHalf_m = 0.37, kBarBehind_m = 0.075;
 constexpr int kLegRows = int(kLegs_m / kLegRow_m), kHeadRows = 18;
 constexpr int kRimPoints = 80, kRimSides = 8;
 constexpr double kRimRadius_m = 0.0042;
-constexpr int kLeastBody = 2;  // consecutive samples of body; fewer are noise
+constexpr int kMinBody = 2;  // consecutive samples of body; fewer are noise
 
 // The trunk in cylinder coordinates about an axis along z: radius as a function of z and of the angle from
 // the top (> 0: to the right).
@@ -34,7 +34,7 @@ struct Trunk {
     int rows = 2;
     std::vector<double> radius_m;  // kArc per row
 
-    double angleOf(double column) const { return angle0 + (angle1 - angle0) * column / (kArc - 1); }
+    double angleAround(double column) const { return angle0 + (angle1 - angle0) * column / (kArc - 1); }
     double radiusAt(double angle, double z_m) const {
         const double c = std::clamp((angle - angle0) / (angle1 - angle0) * (kArc - 1), 0.0, kArc - 1.001);
         const double r = std::clamp((z_m - z0_m) / (z1_m - z0_m) * (rows - 1), 0.0, rows - 1.001);
@@ -50,26 +50,18 @@ struct Trunk {
     }
 };
 
-class Body {
-  public:
-    explicit Body(const patient::Patient& patient) : package_(patient.package()), grid_(package_.ct.grid) {}
-    bool at(const Vec3& p) const {
-        const Index3 i = grid_.nearest(p);
-        return grid_.contains(i) && double(package_.ct.voxels[grid_.offset(i)]) >= package_.thresholds.t0_hu;
-    }
+bool inBody(const patient::Package& package, const Vec3& p) {
+    const Index3 i = package.ct.grid.nearest(p);
+    return package.ct.grid.contains(i) && double(package.ct[i]) >= package.thresholds.t0_hu;
+}
 
-  private:
-    const patient::Package& package_;
-    const Grid& grid_;
-};
-
-double skinRadius(const Body& body, const Trunk& trunk, double angle, double z_m, double step_m,
+double skinRadius(const patient::Package& body, const Trunk& trunk, double angle, double z_m, double step_m,
                   double back_m) {
     int met = 0;
     for (double r = kReach_m; r > 0.05; r -= step_m) {
         const Vec3 p(trunk.x_m + r * std::sin(angle), trunk.y_m + r * std::cos(angle), z_m);
-        met = p.y > back_m && body.at(p) ? met + 1 : 0;
-        if (met == kLeastBody) return r + kLeastBody * step_m;
+        met = p.y > back_m && inBody(body, p) ? met + 1 : 0;
+        if (met == kMinBody) return r + kMinBody * step_m;
     }
     return 0.05;
 }
@@ -94,18 +86,18 @@ void stretch(Trunk& trunk) {
     }
 }
 
-Trunk trunkOf(const patient::Patient& patient, double back_m, const Vec3& field_m) {
+Trunk findTrunk(const patient::Patient& patient, double back_m, const Vec3& field_m) {
     const Grid& grid = patient.grid();
     const Vec3 far = grid.centre(grid.dims - 1);
-    const Body body(patient);
+    const patient::Package& body = patient.package();
     Trunk trunk;
     trunk.x_m = 0.5 * (grid.origin_m.x + far.x);
     trunk.z0_m = grid.origin_m.z, trunk.z1_m = far.z;
     double top = back_m + 0.05;
     for (double y = far.y; y > top; y -= grid.spacing_m.y)
-        if (body.at({trunk.x_m, y, 0.5 * (trunk.z0_m + trunk.z1_m)})) top = y;
+        if (inBody(body, {trunk.x_m, y, 0.5 * (trunk.z0_m + trunk.z1_m)})) top = y;
     trunk.y_m = 0.5 * (back_m + top);
-    // The opening must lie on the body, so the cloth follows the body far enough down.
+    // The opening must lie on the body, so extend the arc far enough down on its side.
     const double angle = std::atan2(field_m.x - trunk.x_m, field_m.y - trunk.y_m);
     trunk.angle1 = std::clamp(angle + 0.75, kRound_rad, 2.3);
     trunk.angle0 = -std::clamp(0.75 - angle, kRound_rad, 2.3);
@@ -114,7 +106,7 @@ Trunk trunkOf(const patient::Patient& patient, double back_m, const Vec3& field_
     for (int row = 0; row < trunk.rows; ++row)
         for (int c = 0; c < kArc; ++c)
             trunk.radius_m.push_back(
-                skinRadius(body, trunk, trunk.angleOf(c),
+                skinRadius(body, trunk, trunk.angleAround(c),
                            trunk.z0_m + (trunk.z1_m - trunk.z0_m) * row / (trunk.rows - 1), step, back_m));
     stretch(trunk);
     return trunk;
@@ -127,10 +119,10 @@ struct Node {
 };
 
 // Builds the rows of the cloth from the feet to the head.
-class Weaver {
+class DrapeBuilder {
   public:
-    Weaver(const patient::Patient& patient, double back_m, const Vec3& field_m)
-        : trunk_(trunkOf(patient, back_m, field_m)), floor_m_(back_m + kOnTable_m) {
+    DrapeBuilder(const patient::Patient& patient, double back_m, const Vec3& field_m)
+        : trunk_(findTrunk(patient, back_m, field_m)), floor_m_(back_m + kOnTable_m) {
         field_z_m_ = field_m.z;
         field_angle_ = std::atan2(field_m.x - trunk_.x_m, field_m.y - trunk_.y_m);
         field_radius_m_ = trunk_.radiusAt(field_angle_, field_z_m_) + kGap_m;
@@ -168,10 +160,10 @@ class Weaver {
     // Node over the trunk, or over the legs, which the CT does not show.
     Node overBody(int column, double z_m) const {
         Node node;
-        double angle = trunk_.angleOf(column);
+        double angle = trunk_.angleAround(column);
         const double beyond = std::max({trunk_.z0_m - z_m, z_m - trunk_.z1_m, 0.0});
         node.from_opening = beyond > 0.0 ? 9.0 : edge(angle, z_m);
-        if (std::fabs(node.from_opening - 1.0) < 0.075) {  // moved onto the edge, so that it is smooth
+        if (std::fabs(node.from_opening - 1.0) < 0.075) {  // move it onto the opening's edge
             angle = field_angle_ + (angle - field_angle_) / node.from_opening;
             z_m = field_z_m_ + (z_m - field_z_m_) / node.from_opening;
             node.from_opening = 1.0;
@@ -363,7 +355,7 @@ const MeshPart kCloth{.name = "drape",
 }  // namespace
 
 DrapeShape makeDrape(const patient::Patient& patient, double back_m, const Vec3& field_m) {
-    return Weaver(patient, back_m, field_m).shape();
+    return DrapeBuilder(patient, back_m, field_m).shape();
 }
 
 void moveDrape(const DrapeShape& shape, const patient::MotionModel& motion, const patient::Surrogate& breath,
@@ -390,12 +382,8 @@ Drape::Drape(const Gpu& gpu, const patient::Patient& patient, double back_m, con
         low = glm::min(low, v.position_m), high = glm::max(high, v.position_m);
     }
     model_ = {0, std::uint32_t(shape_.indices.size()), 0.5f * (low + high), 0.5f * glm::length(high - low)};
-    vertex_buffer_ =
-        Buffer(gpu, vertices.size() * sizeof(RoomVertex), vk::BufferUsageFlagBits::eVertexBuffer);
-    vertex_buffer_.write(vertices.data(), vertices.size() * sizeof(RoomVertex));
-    index_buffer_ =
-        Buffer(gpu, shape_.indices.size() * sizeof(std::uint32_t), vk::BufferUsageFlagBits::eIndexBuffer);
-    index_buffer_.write(shape_.indices.data(), shape_.indices.size() * sizeof(std::uint32_t));
+    vertex_buffer_ = makeFilledBuffer(gpu, vertices, vk::BufferUsageFlagBits::eVertexBuffer);
+    index_buffer_ = makeFilledBuffer(gpu, shape_.indices, vk::BufferUsageFlagBits::eIndexBuffer);
 }
 
 void Drape::breathe(const patient::Surrogate& breath) {

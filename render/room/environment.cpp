@@ -11,10 +11,10 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr int kIrradianceRings = 48;
-// Samples of a lobe. The wider the lobe, the more of them miss the panels.
+// Samples per lobe. In a wide lobe, more of them miss the panels.
 constexpr int kNarrow = 64, kWide = 512;
 
-// Linear radiance. The panels are far brighter than what they light.
+// Linear radiance. The panels are far brighter than the surfaces that they light.
 constexpr glm::vec3 kPanel{2.05f, 2.32f, 2.42f};
 constexpr glm::vec3 kCeiling{0.20f, 0.235f, 0.24f}, kWall{0.165f, 0.205f, 0.21f}, kBand{0.05f, 0.12f, 0.135f};
 constexpr glm::vec3 kFloor{0.115f, 0.13f, 0.135f}, kUnderTable{0.05f, 0.06f, 0.065f};
@@ -66,7 +66,7 @@ std::array<glm::vec3, 9> gatherIrradiance() {
             const float angle = 2.0f * kPi * (float(i) + 0.5f) / kAround, r = std::sqrt(1.0f - z * z);
             const glm::vec3 d(r * std::cos(angle), z, r * std::sin(angle));
             const glm::vec3 light =
-                roomRadiance(kGathered_m, d) * (4.0f * kPi / (kIrradianceRings * kAround));
+                roomRadiance(kGatherPoint, d) * (4.0f * kPi / (kIrradianceRings * kAround));
             const auto y = basis(d);
             for (std::size_t k = 0; k < 9; ++k)
                 sum[k] += light * y[k] * kCosine[k];
@@ -77,7 +77,7 @@ std::array<glm::vec3, 9> gatherIrradiance() {
 // Mean radiance over the GGX lobe about a mirrored direction. Assumes that the viewer looks from that
 // direction too.
 glm::vec3 blurred(const glm::vec3& n, float roughness) {
-    if (roughness == 0.0f) return roomRadiance(kGathered_m, n);
+    if (roughness == 0.0f) return roomRadiance(kGatherPoint, n);
     const float a = roughness * roughness;
     const glm::vec3 side =
         glm::normalize(glm::cross(std::fabs(n.y) < 0.9f ? glm::vec3(0, 1, 0) : glm::vec3(1, 0, 0), n));
@@ -93,7 +93,7 @@ glm::vec3 blurred(const glm::vec3& n, float roughness) {
         const glm::vec3 way = 2.0f * cosine * half - n;
         const float weight = glm::dot(n, way);
         if (weight <= 0.0f) continue;
-        sum += weight * roomRadiance(kGathered_m, glm::normalize(way));
+        sum += weight * roomRadiance(kGatherPoint, glm::normalize(way));
         weights += weight;
     }
     return sum / weights;
@@ -115,9 +115,9 @@ void fillBetween(glm::vec3* out, int n, int stride) {
 }  // namespace
 
 glm::vec3 roomRadiance(const glm::vec3& from_m, const glm::vec3& d) {
-    const glm::vec3 middle(0.0f, kRoomHalf_m.y, 0.0f);
+    const glm::vec3 middle(0.0f, kRoomHalf.y, 0.0f);
     const auto wallDistance = [&](int axis) {
-        const float side = std::copysign(kRoomHalf_m[axis], d[axis]);
+        const float side = std::copysign(kRoomHalf[axis], d[axis]);
         return std::fabs(d[axis]) < 1e-6f ? 1e9f : (side + middle[axis] - from_m[axis]) / d[axis];
     };
     const glm::vec3 t(wallDistance(0), wallDistance(1), wallDistance(2));
@@ -125,10 +125,10 @@ glm::vec3 roomRadiance(const glm::vec3& from_m, const glm::vec3& d) {
     const glm::vec3 p = from_m + nearest * d;
     if (nearest == t.y) return d.y > 0.0f ? ceilingAt(p) : floorAt(p);
     if (p.y > 0.94f && p.y < 1.12f) return kBand;
-    return kWall * (0.72f + 0.28f * p.y / (2.0f * kRoomHalf_m.y));
+    return kWall * (0.72f + 0.28f * p.y / (2.0f * kRoomHalf.y));
 }
 
-glm::vec2 octahedral(const glm::vec3& d) {
+glm::vec2 octahedralFromDirection(const glm::vec3& d) {
     const float sum = std::fabs(d.x) + std::fabs(d.y) + std::fabs(d.z);
     const glm::vec2 p = glm::vec2(d.x, d.z) / sum;
     if (d.y >= 0.0f) return p;
@@ -136,7 +136,7 @@ glm::vec2 octahedral(const glm::vec3& d) {
             (1.0f - std::fabs(p.x)) * std::copysign(1.0f, p.y)};
 }
 
-glm::vec3 directionOf(const glm::vec2& p) {
+glm::vec3 directionFromOctahedral(const glm::vec2& p) {
     glm::vec3 d(p.x, 1.0f - std::fabs(p.x) - std::fabs(p.y), p.y);
     const float fold = std::max(-d.y, 0.0f);
     d.x -= std::copysign(fold, d.x);
@@ -166,7 +166,7 @@ Environment makeEnvironment() {
         for (int y = 0; y < n; y += stride)
             for (int x = 0; x < n; x += stride)
                 out[y * n + x] =
-                    blurred(directionOf(2.0f * glm::vec2(x, y) / float(n - 1) - 1.0f), roughness);
+                    blurred(directionFromOctahedral(2.0f * glm::vec2(x, y) / float(n - 1) - 1.0f), roughness);
         if (stride > 1) fillBetween(out, n, stride);
     }
     return made;

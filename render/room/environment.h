@@ -13,30 +13,29 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "render/room/room_shared.h"
+
 namespace stylet::render {
 
-// Half of the room's extents (x, height, z) as in assets/generate/shell.py, and the point at which the
-// light is gathered. Room frame, m.
-inline constexpr glm::vec3 kRoomHalf_m{3.4f, 1.5f, 3.1f};
-inline constexpr glm::vec3 kGathered_m{0.0f, 1.2f, 0.0f};
+using gpu::kRoomHalf, gpu::kGatherPoint;
 
 // Radiance that arrives at `from_m` (room frame) from a unit direction.
 glm::vec3 roomRadiance(const glm::vec3& from_m, const glm::vec3& direction);
 
 struct Environment {
-    static constexpr int kSize = 64;   // texels along an edge; the outermost lie on the octahedron's edge
-    static constexpr int kLevels = 6;  // roughness 0 to 1 in equal steps
-    static constexpr float kBrightest = 2.56f;  // largest radiance that the map can store
-    std::array<glm::vec3, 9> irradiance{};      // divided by pi, so that times an albedo it is radiance
-    std::vector<glm::vec3> texels;              // level by level, row by row
+    // The outermost texels lie on the octahedron's edge. Levels: roughness 0 to 1 in equal steps.
+    static constexpr int kSize = gpu::kMapSize, kLevels = gpu::kMapLevels;
+    static constexpr float kBrightest = gpu::kMapRange;
+    std::array<glm::vec3, 9> irradiance{};  // divided by pi; multiplied by an albedo, it is radiance
+    std::vector<glm::vec3> texels;          // level by level, row by row
 };
 
 // About 0.05 s on one thread.
 Environment makeEnvironment();
 
 // Maps a unit direction to coordinates in the map, -1 to 1, and back.
-glm::vec2 octahedral(const glm::vec3& direction);
-glm::vec3 directionOf(const glm::vec2& octahedral);
+glm::vec2 octahedralFromDirection(const glm::vec3& direction);
+glm::vec3 directionFromOctahedral(const glm::vec2& octahedral);
 
 // Sum of the nine basis functions at a unit normal, as mesh.vert evaluates it.
 glm::vec3 irradianceAt(const std::array<glm::vec3, 9>&, const glm::vec3& normal);

@@ -29,22 +29,22 @@ LampShadow::LampShadow(const Gpu& gpu, std::uint32_t size_px)
                                                    .compareEnable = true,
                                                    .compareOp = vk::CompareOp::eGreaterOrEqual}) {
     submitAndWait(gpu, [&](const vk::raii::CommandBuffer& buffer) {
-        transition(buffer, *image_.handle, vk::ImageAspectFlagBits::eDepth, kFreshImage, kDepthRead);
+        transition(buffer, *image_.handle, vk::ImageAspectFlagBits::eDepth, kFreshImage, kShaderRead);
     });
 }
 
-bool LampShadow::aim(const Lamp& lamp, std::span<const MeshDraw> draws, bool keep) {
+bool LampShadow::aim(const Lamp& lamp, std::span<const MeshDraw> draws, bool may_reuse) {
     const View view{lamp.stage_from_head, -kHalfAngle_rad, kHalfAngle_rad, kHalfAngle_rad, -kHalfAngle_rad};
     const glm::mat4 aimed(clipFromEye(view, kLampNear_m, kLampFar_m) *
                           toMatrix(lamp.stage_from_head.inverse()));
     now_.clear();
     for (const MeshDraw& draw : draws)
         if (draw.casts) now_.push_back({draw.first_index, draw.push.stage_from_model});
-    // Draws are ordered by distance from the eye. Sort them, so that casters can be compared between
+    // Draws are ordered by distance from the eye. Sort the casters in a fixed order, to compare them between
     // frames.
     std::sort(now_.begin(), now_.end(),
               [](const Caster& a, const Caster& b) { return a.first_index < b.first_index; });
-    if (keep && !stale_ && aimed == shadow_from_stage_ && now_ == drawn_) return false;
+    if (may_reuse && !stale_ && aimed == shadow_from_stage_ && now_ == drawn_) return false;
     shadow_from_stage_ = aimed;
     std::swap(now_, drawn_);
     stale_ = false;
@@ -63,8 +63,7 @@ void LampShadow::record(const vk::raii::CommandBuffer& buffer, vk::Pipeline pipe
     buffer.beginRendering({.renderArea = {{0, 0}, size}, .layerCount = 1, .pDepthAttachment = &depth});
     buffer.setViewport(0, vk::Viewport{0, 0, float(size.width), float(size.height), 0, 1});
     buffer.setScissor(0, vk::Rect2D{{0, 0}, size});
-    buffer.bindDescriptorSets(vk::PipelineBindPoint::eGraphics, descriptors.layout(), 0, descriptors.set(),
-                              {});
+    descriptors.use(buffer, vk::PipelineBindPoint::eGraphics);
     buffer.bindVertexBuffers(0, *meshes.vertices().handle, vk::DeviceSize{0});
     buffer.bindIndexBuffer(*meshes.indices().handle, 0, vk::IndexType::eUint32);
     buffer.bindPipeline(vk::PipelineBindPoint::eGraphics, pipeline);
@@ -76,7 +75,7 @@ void LampShadow::record(const vk::raii::CommandBuffer& buffer, vk::Pipeline pipe
         buffer.drawIndexed(draw.index_count, 1, draw.first_index, 0, 0);
     }
     buffer.endRendering();
-    transition(buffer, *image_.handle, vk::ImageAspectFlagBits::eDepth, kShadowDrawn, kDepthRead);
+    transition(buffer, *image_.handle, vk::ImageAspectFlagBits::eDepth, kShadowDrawn, kShaderRead);
 }
 
 }  // namespace stylet::render

@@ -13,9 +13,9 @@ class LampShadow {
   public:
     LampShadow(const Gpu&, std::uint32_t size_px);
 
-    // Returns true if the map must be redrawn (always if `keep` is false). Allocates nothing after the
+    // Returns true if the map must be redrawn (always unless `may_reuse`). Allocates nothing after the
     // first scenes.
-    bool aim(const Lamp&, std::span<const MeshDraw>, bool keep);
+    bool aim(const Lamp&, std::span<const MeshDraw>, bool may_reuse);
     void record(const vk::raii::CommandBuffer&, vk::Pipeline, const Descriptors&, const SceneMeshes&) const;
 
     const glm::mat4& shadowFromStage() const { return shadow_from_stage_; }

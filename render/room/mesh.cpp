@@ -78,21 +78,8 @@ tinygltf::Model parse(const path& file, Bytes bytes) {
     return model;
 }
 
-std::size_t componentsOf(int type) {
-    switch (type) {
-        case TINYGLTF_TYPE_SCALAR:
-            return 1;
-        case TINYGLTF_TYPE_VEC2:
-            return 2;
-        case TINYGLTF_TYPE_VEC3:
-            return 3;
-        default:
-            return 4;
-    }
-}
-
-// Elements of one to four components, as an accessor lays them out. Every byte is known to lie in its
-// buffer.
+// Elements of one to four components, in the layout of an accessor. All of their bytes have been checked to
+// lie in the buffer.
 struct Elements {
     const unsigned char* data = nullptr;
     std::size_t count = 0, stride = 0;
@@ -103,32 +90,39 @@ struct Elements {
 struct GltfFile {
     const path& file;
     const tinygltf::Model& model;
+
+    [[noreturn]] void refuse(const std::string& field, const std::string& reason) const {
+        throw DataError(file, field, reason);
+    }
+    // Returns the element at an index that was read from the file. Throws DataError if there is none.
+    template <typename Element>
+    const Element& at(const std::vector<Element>& list, int index, const std::string& field,
+                      const char* what) const {
+        if (index < 0 || std::size_t(index) >= list.size()) refuse(field, std::string("no such ") + what);
+        return list[std::size_t(index)];
+    }
 };
 
-Elements elementsOf(const GltfFile& gltf, int index, int type, const std::string& field) {
-    const auto refuse = [&](const std::string& reason) { return DataError(gltf.file, field, reason); };
-    if (index < 0 || std::size_t(index) >= gltf.model.accessors.size()) throw refuse("no such accessor");
-    const tinygltf::Accessor& accessor = gltf.model.accessors[std::size_t(index)];
-    if (accessor.sparse.isSparse) throw refuse("sparse accessors are not read");
-    if (accessor.type != type) throw refuse("of the wrong type");
-    if (accessor.bufferView < 0 || std::size_t(accessor.bufferView) >= gltf.model.bufferViews.size())
-        throw refuse("no such buffer view");
-    const tinygltf::BufferView& view = gltf.model.bufferViews[std::size_t(accessor.bufferView)];
-    if (view.buffer < 0 || std::size_t(view.buffer) >= gltf.model.buffers.size())
-        throw refuse("no such buffer");
-    const auto& bytes = gltf.model.buffers[std::size_t(view.buffer)].data;
+Elements findElements(const GltfFile& gltf, int index, int type, const std::string& field) {
+    const auto refuse = [&](const std::string& reason) { gltf.refuse(field, reason); };
+    const tinygltf::Accessor& accessor = gltf.at(gltf.model.accessors, index, field, "accessor");
+    if (accessor.sparse.isSparse) refuse("sparse accessors are not read");
+    if (accessor.type != type) refuse("of the wrong type");
+    const auto& view = gltf.at(gltf.model.bufferViews, accessor.bufferView, field, "buffer view");
+    const auto& bytes = gltf.at(gltf.model.buffers, view.buffer, field, "buffer").data;
     const int component_bytes = tinygltf::GetComponentSizeInBytes(std::uint32_t(accessor.componentType));
-    if (component_bytes <= 0) throw refuse("of an unknown component type");
-    const std::size_t element = std::size_t(component_bytes) * componentsOf(type);
+    if (component_bytes <= 0) refuse("of an unknown component type");
+    const std::size_t element =
+        std::size_t(component_bytes * tinygltf::GetNumComponentsInType(std::uint32_t(type)));
     const std::size_t stride = view.byteStride != 0 ? view.byteStride : element;
-    if (stride < element || stride > 252) throw refuse("a stride of " + std::to_string(stride) + " bytes");
+    if (stride < element || stride > 252) refuse("a stride of " + std::to_string(stride) + " bytes");
     if (accessor.count == 0 || accessor.count > kMaxVertices)
-        throw refuse("a count of " + std::to_string(accessor.count));
+        refuse("a count of " + std::to_string(accessor.count));
     if (view.byteOffset > bytes.size() || view.byteLength > bytes.size() - view.byteOffset)
-        throw refuse("its view reaches past the buffer");
+        refuse("its view reaches past the buffer");
     const std::size_t last = (accessor.count - 1) * stride + element;
     if (accessor.byteOffset > view.byteLength || last > view.byteLength - accessor.byteOffset)
-        throw refuse("reaches past its view");
+        refuse("reaches past its view");
     return {bytes.data() + view.byteOffset + accessor.byteOffset, accessor.count, stride,
             accessor.componentType};
 }
@@ -142,14 +136,14 @@ std::vector<glm::vec<kWidth, float>> readFloats(const GltfFile& gltf, const tiny
     const auto found = primitive.attributes.find(name);
     if (found == primitive.attributes.end()) return {};
     const int type = kWidth == 2 ? TINYGLTF_TYPE_VEC2 : TINYGLTF_TYPE_VEC3;
-    const Elements list = elementsOf(gltf, found->second, type, field);
-    if (list.component != TINYGLTF_COMPONENT_TYPE_FLOAT) throw DataError(gltf.file, field, "not of floats");
+    const Elements list = findElements(gltf, found->second, type, field);
+    if (list.component != TINYGLTF_COMPONENT_TYPE_FLOAT) gltf.refuse(field, "not of floats");
     std::vector<Row> rows(list.count);
     for (std::size_t i = 0; i < list.count; ++i) {
         std::memcpy(&rows[i], list.data + i * list.stride, sizeof(Row));
         for (int c = 0; c < kWidth; ++c)
             if (!std::isfinite(rows[i][c]))
-                throw DataError(gltf.file, field, "entry " + std::to_string(i) + " is not finite");
+                gltf.refuse(field, "entry " + std::to_string(i) + " is not finite");
     }
     return rows;
 }
@@ -157,7 +151,7 @@ std::vector<glm::vec<kWidth, float>> readFloats(const GltfFile& gltf, const tiny
 std::vector<glm::vec3> readVectors(const GltfFile& gltf, const tinygltf::Primitive& primitive,
                                    const char* name, const std::string& where) {
     auto vectors = readFloats<3>(gltf, primitive, name, where);
-    if (vectors.empty()) throw DataError(gltf.file, where + "." + name, "missing");
+    if (vectors.empty()) gltf.refuse(where + "." + name, "missing");
     return vectors;
 }
 
@@ -167,9 +161,8 @@ std::vector<float> readOpenness(const GltfFile& gltf, const tinygltf::Primitive&
     const std::string field = where + ".COLOR_0";
     const auto found = primitive.attributes.find("COLOR_0");
     if (found == primitive.attributes.end()) return {};
-    const Elements list = elementsOf(gltf, found->second, TINYGLTF_TYPE_VEC4, field);
-    if (list.component != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE)
-        throw DataError(gltf.file, field, "not of bytes");
+    const Elements list = findElements(gltf, found->second, TINYGLTF_TYPE_VEC4, field);
+    if (list.component != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) gltf.refuse(field, "not of bytes");
     std::vector<float> open(list.count);
     for (std::size_t i = 0; i < list.count; ++i)
         open[i] = float(list.data[i * list.stride]) / 255.0f;
@@ -179,11 +172,11 @@ std::vector<float> readOpenness(const GltfFile& gltf, const tinygltf::Primitive&
 std::vector<std::uint32_t> readIndices(const GltfFile& gltf, const tinygltf::Primitive& primitive,
                                        std::size_t vertices, const std::string& where) {
     const std::string field = where + ".indices";
-    const Elements list = elementsOf(gltf, primitive.indices, TINYGLTF_TYPE_SCALAR, field);
+    const Elements list = findElements(gltf, primitive.indices, TINYGLTF_TYPE_SCALAR, field);
     const bool is_short = list.component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT;
     if (!is_short && list.component != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
-        throw DataError(gltf.file, field, "neither 16 nor 32 bits wide");
-    if (list.count % 3 != 0) throw DataError(gltf.file, field, "not a whole number of triangles");
+        gltf.refuse(field, "neither 16 nor 32 bits wide");
+    if (list.count % 3 != 0) gltf.refuse(field, "not a whole number of triangles");
     std::vector<std::uint32_t> indices(list.count);
     for (std::size_t i = 0; i < list.count; ++i) {
         std::uint16_t narrow = 0;
@@ -194,9 +187,8 @@ std::vector<std::uint32_t> readIndices(const GltfFile& gltf, const tinygltf::Pri
             std::memcpy(&indices[i], list.data + i * list.stride, sizeof indices[i]);
         }
         if (indices[i] >= vertices)
-            throw DataError(gltf.file, field,
-                            "entry " + std::to_string(i) + " names vertex " + std::to_string(indices[i]) +
-                                " of " + std::to_string(vertices));
+            gltf.refuse(field, "entry " + std::to_string(i) + " names vertex " + std::to_string(indices[i]) +
+                                   " of " + std::to_string(vertices));
     }
     return indices;
 }
@@ -216,9 +208,7 @@ glm::vec3 factors(const path& file, const std::vector<double>& values, const std
 MeshPart readMaterial(const GltfFile& gltf, int index, const std::string& where) {
     MeshPart part;
     if (index < 0) return part;
-    if (std::size_t(index) >= gltf.model.materials.size())
-        throw DataError(gltf.file, where + ".material", "no such material");
-    const tinygltf::Material& material = gltf.model.materials[std::size_t(index)];
+    const auto& material = gltf.at(gltf.model.materials, index, where + ".material", "material");
     const auto& pbr = material.pbrMetallicRoughness;
     const std::string field = "materials[" + std::to_string(index) + "]";
     part.name = material.name;
@@ -253,23 +243,21 @@ glm::dmat4 nodeTransform(const path& file, const tinygltf::Node& node, const std
 
 void appendPrimitive(const GltfFile& gltf, const tinygltf::Primitive& primitive, const std::string& node,
                      const glm::dmat4& root_from_node, const std::string& where, Mesh& mesh) {
-    if (primitive.mode != TINYGLTF_MODE_TRIANGLES)
-        throw DataError(gltf.file, where + ".mode", "only triangles are read");
+    if (primitive.mode != TINYGLTF_MODE_TRIANGLES) gltf.refuse(where + ".mode", "only triangles are read");
     const auto positions = readVectors(gltf, primitive, "POSITION", where);
     const auto normals = readVectors(gltf, primitive, "NORMAL", where);
-    if (normals.size() != positions.size())
-        throw DataError(gltf.file, where + ".NORMAL", "not one for each position");
+    const auto checkCount = [&](const auto& values, const char* name) {
+        if (!values.empty() && values.size() != positions.size())
+            gltf.refuse(where + name, "not one for each position");
+    };
+    checkCount(normals, ".NORMAL");
     const auto uvs = readFloats<2>(gltf, primitive, "TEXCOORD_0", where);
-    if (!uvs.empty() && uvs.size() != positions.size())
-        throw DataError(gltf.file, where + ".TEXCOORD_0", "not one for each position");
+    checkCount(uvs, ".TEXCOORD_0");
     const auto open = readOpenness(gltf, primitive, where);
-    if (!open.empty() && open.size() != positions.size())
-        throw DataError(gltf.file, where + ".COLOR_0", "not one for each position");
-    if (mesh.vertices.size() + positions.size() > kMaxVertices)
-        throw DataError(gltf.file, where, "too many vertices");
+    checkCount(open, ".COLOR_0");
+    if (mesh.vertices.size() + positions.size() > kMaxVertices) gltf.refuse(where, "too many vertices");
     const auto indices = readIndices(gltf, primitive, positions.size(), where);
-    if (mesh.indices.size() + indices.size() > kMaxIndices)
-        throw DataError(gltf.file, where, "too many triangles");
+    if (mesh.indices.size() + indices.size() > kMaxIndices) gltf.refuse(where, "too many triangles");
     MeshPart part = readMaterial(gltf, primitive.material, where);
     part.node = node;
     part.first_index = std::uint32_t(mesh.indices.size());
@@ -278,12 +266,11 @@ void appendPrimitive(const GltfFile& gltf, const tinygltf::Primitive& primitive,
     const glm::dmat3 turn = glm::transpose(glm::inverse(glm::dmat3(root_from_node)));
     for (std::size_t i = 0; i < positions.size(); ++i) {
         const glm::dvec3 p(root_from_node * glm::dvec4(glm::dvec3(positions[i]), 1.0));
-        // Where the faces of a fold cancel out there is no normal, and any will do.
+        // Where the faces of a fold cancel out there is no normal. Any direction is acceptable there.
         const glm::dvec3 across = turn * glm::dvec3(normals[i]);
         const double length = glm::length(across);
         const glm::dvec3 normal = length > 1e-9 && length < 1e9 ? across / length : glm::dvec3(0.0, 1.0, 0.0);
-        if (!(glm::length(p) < kFarthest_m))
-            throw DataError(gltf.file, where + ".POSITION", "beyond all measure");
+        if (!(glm::length(p) < kFarthest_m)) gltf.refuse(where + ".POSITION", "beyond all measure");
         mesh.vertices.push_back({glm::vec3(p), glm::vec3(normal), uvs.empty() ? glm::vec2(0.0f) : uvs[i],
                                  open.empty() ? 1.0f : open[i]});
     }
@@ -295,18 +282,13 @@ void appendPrimitive(const GltfFile& gltf, const tinygltf::Primitive& primitive,
 void appendNode(const GltfFile& gltf, int index, const glm::dmat4& root_from_parent, int depth,
                 std::vector<bool>& seen, Mesh& mesh) {
     const std::string where = "nodes[" + std::to_string(index) + "]";
-    if (index < 0 || std::size_t(index) >= gltf.model.nodes.size())
-        throw DataError(gltf.file, where, "no such node");
-    if (seen[std::size_t(index)])
-        throw DataError(gltf.file, where, "reached twice: the nodes are not a tree");
+    const tinygltf::Node& node = gltf.at(gltf.model.nodes, index, where, "node");
+    if (seen[std::size_t(index)]) gltf.refuse(where, "reached twice: the nodes are not a tree");
     seen[std::size_t(index)] = true;
-    if (depth > kMaxDepth) throw DataError(gltf.file, where, "nodes nested too deep");
-    const tinygltf::Node& node = gltf.model.nodes[std::size_t(index)];
+    if (depth > kMaxDepth) gltf.refuse(where, "nodes nested too deep");
     const glm::dmat4 root_from_node = root_from_parent * nodeTransform(gltf.file, node, where);
     if (node.mesh >= 0) {
-        if (std::size_t(node.mesh) >= gltf.model.meshes.size())
-            throw DataError(gltf.file, where + ".mesh", "no such mesh");
-        const auto& primitives = gltf.model.meshes[std::size_t(node.mesh)].primitives;
+        const auto& primitives = gltf.at(gltf.model.meshes, node.mesh, where + ".mesh", "mesh").primitives;
         for (std::size_t i = 0; i < primitives.size(); ++i)
             appendPrimitive(gltf, primitives[i], node.name, root_from_node,
                             "meshes[" + std::to_string(node.mesh) + "].primitives[" + std::to_string(i) + "]",

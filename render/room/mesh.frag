@@ -18,10 +18,8 @@ layout(location = 5) flat in vec3 surface;  // metallic, roughness, emission
 layout(location = 6) in vec3 to_eye;    // room
 layout(location = 0) out vec4 colour;
 
-const float kGlow = 2.5;           // radiance of a full emission
-const float kLampBreadth = 0.10;   // added to the roughness of the lamp's mirror image, for the lamp's size
-const float kMapSize = 64.0, kMapLevels = 6.0, kMapRange = 2.56;                  // as in environment.h
-const vec3 kRoomHalf = vec3(3.4, 1.5, 3.1), kGathered = vec3(0.0, 1.2, 0.0);
+const float kGlow = 2.5;           // radiance at emission 1
+const float kLampBreadth = 0.10;   // added to the roughness in the lamp's highlight: the lamp is no point
 
 // GGX with the visibility term of Hammon 2017 ("PBR Diffuse Lighting for GGX+Smith").
 float ggx(float nh, float nl, float nv, float roughness) {
@@ -30,21 +28,21 @@ float ggx(float nh, float nl, float nv, float roughness) {
     return a2 / (3.14159265 * d * d) * 0.5 / mix(2.0 * nl * nv, nl + nv, a);
 }
 
-// Radiance that a point of the room mirrors in direction r. The map was gathered at one point, so the ray
-// is followed to the walls.
+// Radiance that arrives at point `p` from direction `r`. The map was gathered at kGatherPoint, so the ray is
+// first intersected with the walls.
 vec3 roomMirror(vec3 p, vec3 r, float roughness) {
     const vec3 safe = mix(r, vec3(1e-4), lessThan(abs(r), vec3(1e-4)));
     const vec3 t = (sign(safe) * kRoomHalf - (p - vec3(0.0, kRoomHalf.y, 0.0))) / safe;
-    vec3 d = p + max(min(t.x, min(t.y, t.z)), 0.05) * r - kGathered;
+    vec3 d = p + max(min(t.x, min(t.y, t.z)), 0.05) * r - kGatherPoint;
     d /= abs(d.x) + abs(d.y) + abs(d.z);
     const vec2 at = d.y >= 0.0 ? d.xz : (1.0 - abs(d.zx)) * mix(vec2(-1.0), vec2(1.0), greaterThanEqual(d.xz, vec2(0.0)));
-    const vec2 place = (0.5 * at + 0.5) * ((kMapSize - 1.0) / kMapSize) + 0.5 / kMapSize;
-    const vec3 root = textureLod(environment, vec3(place, round(roughness * (kMapLevels - 1.0))), 0.0).rgb;
+    const vec2 place = (0.5 * at + 0.5) * ((float(kMapSize) - 1.0) / float(kMapSize)) + 0.5 / float(kMapSize);
+    const vec3 root = textureLod(environment, vec3(place, round(roughness * (float(kMapLevels) - 1.0))), 0.0).rgb;
     return kMapRange * root * root;
 }
 
-// Strength of the lamp's light without shadows, relative to that at the field: a pool of half a metre,
-// nothing beyond a metre.
+// Strength of the lamp's light without shadows, relative to that at the field: a pool of half a metre, and no
+// light beyond a metre.
 float beamStrength() {
     const vec3 from = position - room.lamp.xyz;
     const float along = dot(from, room.beam.xyz), d2 = dot(from, from);
@@ -53,7 +51,7 @@ float beamStrength() {
     return along > 0.0 ? max(pool - kBeamEdge, 0.0) * min(room.beam.w * room.beam.w / d2, 2.5) : 0.0;
 }
 
-// Share of the light on the table that the patient leaves: a soft shadow, darkest under the patient.
+// Share of the light on the table that the patient does not block: a soft shadow, darkest under the patient.
 float patientShadow() {
     if (frame.grid_origin.w == 0.0) return 1.0;
     const vec3 half_size = 0.5 * frame.grid_dims.xyz * frame.grid_spacing.xyz;
@@ -63,10 +61,10 @@ float patientShadow() {
     return 1.0 - 0.68 * exp(-dot(outside, outside));
 }
 
-// Share of the light on the floor that the things standing there leave.
+// Share of the light on the floor that the objects standing there do not block.
 float contactShadow() {
     float open = 1.0;
-    for (int i = 0; i < kMostContacts; ++i) {  // constant length: a gather costs more than the empty entries
+    for (int i = 0; i < kMaxContacts; ++i) {  // constant length: a gather costs more than the empty entries
         const vec4 foot = room.contacts[i];
         const vec2 beside = max(abs(position.xz - foot.xy) - 0.85 * foot.zw, 0.0) + min(foot.z, 0.0) * -1e3;
         const float near = 1.0 / (1.0 + 45.0 * dot(beside, beside));
@@ -79,7 +77,8 @@ float contactShadow() {
 vec3 screenLight(int screen) {
     const vec4 shown = room.screens[screen];
     const vec2 dx = dFdx(uv) * 0.25, dy = dFdy(uv) * 0.25;
-    const vec2 low = vec2(0.5 / 512.0), high = shown.xy - 0.5 / 512.0;
+    const float half_texel = 0.5 / float(kScreenPixels);
+    const vec2 low = vec2(half_texel), high = shown.xy - half_texel;
     vec3 sum = vec3(0.0);
     for (int i = 0; i < 4; ++i) {
         const vec2 at = (uv + ((i & 1) * 2 - 1) * dx + ((i >> 1) * 2 - 1) * dy) * shown.xy;
@@ -93,7 +92,7 @@ void main() {
     const vec3 v = normalize(to_eye);
     vec3 n = normalize(raw_normal);
     if (kKind == kCloth) n = dot(n, v) < 0.0 ? -n : n;  // seen from both sides
-    // A smooth normal that points away from the eye belongs to a silhouette and is bent back.
+    // At a silhouette, an interpolated normal may point away from the eye. Bend it back.
     const float facing = dot(n, v);
     n = facing < 0.0 ? normalize(n - 1.02 * facing * v) : n;
     const float metallic = surface.x, roughness = max(surface.y, 0.08), nv = max(facing, 0.001);

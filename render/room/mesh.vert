@@ -17,15 +17,15 @@ layout(location = 4) flat out vec3 base;
 layout(location = 5) flat out vec3 surface;
 layout(location = 6) out vec3 to_eye;
 
-const float kLeastRadius_px = 0.9;  // a thinner shaft would break into dashes
+const float kMinRadius_px = 0.9;  // a thinner shaft would break into dashes
 
-// Moves a point of an object that is thin about its z axis outward, until the object covers pixels.
+// Widens an object that is thin about its z axis to at least kMinRadius_px. Returns the moved point.
 vec3 widened(vec3 p, int eye) {
     const vec3 on_axis = (part.stage_from_model * vec4(0.0, 0.0, position.z, 1.0)).xyz;
     const vec3 outward = p - on_axis;
     const EyeUniforms e = frame.eyes[eye];
     const float depth = (e.clip_from_stage * vec4(on_axis, 1.0)).w;
-    const float least = kLeastRadius_px * depth * (e.tangents.y - e.tangents.x) / frame.target.x;
+    const float least = kMinRadius_px * depth * (e.tangents.y - e.tangents.x) / frame.target.x;
     const float radius = length(outward);
     return radius > 1e-6 && radius < least ? on_axis + outward * (least / radius) : p;
 }
@@ -46,7 +46,8 @@ void main() {
     if (part.material.w == kThin) p.xyz = widened(p.xyz, eye);
     position_room = (room.room_from_stage * p).xyz;
     to_eye = room.eyes[eye].xyz - position_room;
-    // Models are scaled along their own axes only: dividing by the squared scale gives the inverse transpose.
+    // Models are scaled only along their own axes, so dividing by the squared scale gives the inverse
+    // transpose.
     const mat3 m = mat3(part.stage_from_model);
     normal_room = mat3(room.room_from_stage) *
                   normalize(m * (normal / vec3(dot(m[0], m[0]), dot(m[1], m[1]), dot(m[2], m[2]))));

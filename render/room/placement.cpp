@@ -8,7 +8,7 @@
 namespace stylet::render {
 namespace {
 
-constexpr double kLeastTableHeight_m = 0.2;
+constexpr double kMinTableHeight_m = 0.2;
 constexpr double kIsocentreAbovePad_m = 0.12;
 
 Pose upright(const Vec3& position_m, const Vec3& forward) {
@@ -35,11 +35,11 @@ Pose patientFromTable(const PatientVolume& volume) {
     return {Quat(1, 0, 0, 0), Vec3(middle.x, volume.backHeight(), middle.z)};
 }
 
-Placement placementOf(const RenderScene& scene, const PatientVolume* volume) {
+Placement computePlacement(const RenderScene& scene, const PatientVolume* volume) {
     Placement placed;
     placed.stage_from_table = scene.stage_from_patient * (volume ? patientFromTable(*volume) : Pose{});
     const Vec3 table = placed.stage_from_table.position_m;
-    placed.table_height_m = std::max(kLeastTableHeight_m, table.y);
+    placed.table_height_m = std::max(kMinTableHeight_m, table.y);
     placed.stage_from_room =
         upright({table.x, 0.0, table.z}, placed.stage_from_table.direction({0.0, 0.0, 1.0}));
     const Vec3 beside = placed.stage_from_table * Vec3(0.16, 0.10, 0.0);
@@ -65,7 +65,7 @@ CArmPoses cArmPoses(const RenderScene& scene, const CArm& arm, const Placement& 
     return {standing, turned, turned * slid};
 }
 
-glm::dvec2 elbowOf(const glm::dvec2& from, const glm::dvec2& to, double first_m, double second_m) {
+glm::dvec2 findElbow(const glm::dvec2& from, const glm::dvec2& to, double first_m, double second_m) {
     const glm::dvec2 way = to - from;
     const double reach = std::max(glm::length(way), 1e-6);
     const glm::dvec2 along = way / reach;

@@ -19,7 +19,7 @@ struct Lamp {
 };
 
 struct Placement {
-    Pose stage_from_room;   // upright, its origin on the floor below the table's middle
+    Pose stage_from_room;   // upright; origin on the floor below the table's middle
     Pose stage_from_table;  // top of the pad
     double table_height_m = 1.0;
     Lamp lamp;
@@ -30,7 +30,7 @@ extern const Vec3 kLampFromField;
 inline constexpr double kLampDistance_m = 1.08;
 
 // `volume` may be null: then the table's middle is the patient's origin.
-Placement placementOf(const RenderScene&, const PatientVolume* volume);
+Placement computePlacement(const RenderScene&, const PatientVolume* volume);
 
 // The three moving parts of the C-arm.
 struct CArmPoses {
@@ -42,7 +42,7 @@ CArmPoses cArmPoses(const RenderScene&, const CArm&, const Placement&);
 
 // Elbow of a chain of two links of these lengths from `from` to `to`, in a horizontal plane. If `to` is out
 // of reach, the chain is straight.
-glm::dvec2 elbowOf(const glm::dvec2& from, const glm::dvec2& to, double first_m, double second_m);
+glm::dvec2 findElbow(const glm::dvec2& from, const glm::dvec2& to, double first_m, double second_m);
 
 glm::dmat4 scaled(glm::dmat4, const Vec3& scale);
 // Maps z from 0 to 1 to the line from a to b, and the unit circle about z to `radius_m`.

@@ -1,13 +1,13 @@
 #include "render/room/room.h"
 
-#include "render/scene/frame_bindings.h"
-
 #include <algorithm>
 
 #include <glm/exponential.hpp>
 #include <glm/packing.hpp>
 
+#include "render/gpu/image_states.h"
 #include "render/room/environment.h"
+#include "render/scene/frame_bindings.h"
 #include "render/scene/projection.h"
 
 namespace stylet::render {
@@ -24,24 +24,12 @@ GpuImage uploadEnvironment(const Gpu& gpu, const Environment& made) {
     roots.reserve(made.texels.size());
     for (const glm::vec3& light : made.texels)
         roots.push_back(glm::packUnorm4x8(glm::vec4(glm::sqrt(light / Environment::kBrightest), 1.0f)));
-    Buffer staging(gpu, roots.size() * sizeof(std::uint32_t), vk::BufferUsageFlagBits::eTransferSrc);
-    staging.write(roots.data(), roots.size() * sizeof(std::uint32_t));
+    const Buffer staging = makeFilledBuffer(gpu, roots, vk::BufferUsageFlagBits::eTransferSrc);
     GpuImage image(gpu, vk::Format::eR8G8B8A8Unorm, {n, n, 1}, Environment::kLevels,
                    vk::ImageUsageFlagBits::eSampled | vk::ImageUsageFlagBits::eTransferDst);
-    const ImageState fresh{vk::ImageLayout::eUndefined, vk::PipelineStageFlagBits2::eNone, {}};
-    const ImageState filled{vk::ImageLayout::eTransferDstOptimal, vk::PipelineStageFlagBits2::eCopy,
-                            vk::AccessFlagBits2::eTransferWrite};
-    const ImageState read{vk::ImageLayout::eShaderReadOnlyOptimal,
-                          vk::PipelineStageFlagBits2::eFragmentShader,
-                          vk::AccessFlagBits2::eShaderSampledRead};
     submitAndWait(gpu, [&](const vk::raii::CommandBuffer& buffer) {
-        transition(buffer, *image.handle, vk::ImageAspectFlagBits::eColor, fresh, filled);
-        const vk::BufferImageCopy region{
-            .imageSubresource = {vk::ImageAspectFlagBits::eColor, 0, 0, Environment::kLevels},
-            .imageExtent = {n, n, 1}};
-        buffer.copyBufferToImage(*staging.handle, *image.handle, vk::ImageLayout::eTransferDstOptimal,
-                                 region);
-        transition(buffer, *image.handle, vk::ImageAspectFlagBits::eColor, filled, read);
+        recordUpload(buffer, staging, *image.handle, imagePart({n, n, 1}, Environment::kLevels), kUnused,
+                     kFragmentRead);
     });
     return image;
 }
@@ -68,10 +56,11 @@ void Room::bind(Descriptors& descriptors) const {
     descriptors.bind(Binding::screens, screens_.image(), smooth_);
 }
 
-void Room::describe(const RenderScene& scene, const std::array<View, 2>& views, const Placement& placed) {
+void Room::updateUniforms(const RenderScene& scene, const std::array<View, 2>& views,
+                          const Placement& placed) {
     const Pose room_from_stage = placed.stage_from_room.inverse();
     const auto point = [&](const Vec3& stage) { return glm::vec3(room_from_stage * stage); };
-    const auto way = [&](const Vec3& stage) {
+    const auto direction = [&](const Vec3& stage) {
         return glm::vec3(glm::normalize(room_from_stage.direction(stage)));
     };
     uniforms_.room_from_stage = glm::mat4(toMatrix(room_from_stage));
@@ -85,16 +74,16 @@ void Room::describe(const RenderScene& scene, const std::array<View, 2>& views, 
     const Vec3 beam = placed.lamp.field_m - placed.lamp.stage_m;
     uniforms_.lamp = scene.room.lamp
                          ? glm::vec4(point(placed.lamp.stage_m), 1.0f)
-                         : glm::vec4(way(scene.stage_from_patient.direction(kLampFromField)), 0.0f);
-    uniforms_.beam = glm::vec4(way(beam), float(glm::length(beam)));
-    uniforms_.shell = glm::vec4(glm::vec3(scene.room.shell_light), 0.0f);
+                         : glm::vec4(direction(scene.stage_from_patient.direction(kLampFromField)), 0.0f);
+    uniforms_.beam = glm::vec4(direction(beam), float(glm::length(beam)));
+    uniforms_.shell = toVec4(scene.room.shell_light);
     uniforms_.settings = {shadowed_ ? 1.0f : 0.0f, 0.0f, shadow_.texel(), 0.0f};
     std::fill(std::begin(uniforms_.contacts), std::end(uniforms_.contacts),
               glm::vec4(0.0f, 0.0f, -1.0f, -1.0f));
     std::copy(meshes_.contacts().begin(), meshes_.contacts().end(), uniforms_.contacts);
 }
 
-void Room::cover(const RenderScene& scene, const PatientVolume* volume) {
+void Room::updateDrape(const RenderScene& scene, const PatientVolume* volume) {
     draped_ = scene.drape && scene.field_m && volume;
     if (!draped_) return;
     if (!drape_ || drape_->field() != *scene.field_m)
@@ -104,30 +93,30 @@ void Room::cover(const RenderScene& scene, const PatientVolume* volume) {
 
 void Room::prepare(const RenderScene& scene, const std::array<View, 2>& views, const Skips& skips,
                    const PatientVolume* volume) {
-    const Placement placed = placementOf(scene, volume);
-    cover(scene, volume);
-    meshes_.gather(scene, placed, volume != nullptr, draped_ ? &drape_->model() : nullptr, views,
-                   skips.unseen_parts);
+    const Placement placed = computePlacement(scene, volume);
+    updateDrape(scene, volume);
+    meshes_.collectDraws(scene, placed, volume != nullptr, draped_ ? &drape_->model() : nullptr, views,
+                         skips.unseen_parts);
     shadowed_ = scene.room.lamp;
-    shadow_due_ = shadowed_ && shadow_.aim(placed.lamp, meshes_.all(), skips.still_shadows);
-    describe(scene, views, placed);
+    shadow_stale_ = shadowed_ && shadow_.aim(placed.lamp, meshes_.all(), skips.still_shadows);
+    updateUniforms(scene, views, placed);
     screens_.update(scene, uniforms_);
     uniform_buffer_.write(&uniforms_, sizeof uniforms_);
 }
 
-ScreensSeen Room::screensSeen(const RenderScene& scene, const std::array<View, 2>& views,
-                              const PatientVolume* volume) const {
-    return meshes_.screensSeen(scene, placementOf(scene, volume), views);
+VisibleScreens Room::visibleScreens(const RenderScene& scene, const std::array<View, 2>& views,
+                                    const PatientVolume* volume) const {
+    return meshes_.visibleScreens(scene, computePlacement(scene, volume), views);
 }
 
 ScreenPlaces Room::screenPlaces(const RenderScene& scene, const PatientVolume* volume) const {
-    return meshes_.screenPlaces(placementOf(scene, volume));
+    return meshes_.screenPlaces(computePlacement(scene, volume));
 }
 
 void Room::recordBefore(const vk::raii::CommandBuffer& buffer, vk::Pipeline caster,
                         const Descriptors& descriptors) const {
     screens_.record(buffer);
-    if (shadow_due_) shadow_.record(buffer, caster, descriptors, meshes_);
+    if (shadow_stale_) shadow_.record(buffer, caster, descriptors, meshes_);
 }
 
 }  // namespace stylet::render

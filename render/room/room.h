@@ -24,21 +24,21 @@ class Room {
     // Call outside of any render pass, before the opaque one. `caster`: a pipeline that draws only depth.
     void recordBefore(const vk::raii::CommandBuffer&, vk::Pipeline caster, const Descriptors&) const;
 
-    ScreensSeen screensSeen(const RenderScene&, const std::array<View, 2>&, const PatientVolume*) const;
+    VisibleScreens visibleScreens(const RenderScene&, const std::array<View, 2>&, const PatientVolume*) const;
     ScreenPlaces screenPlaces(const RenderScene&, const PatientVolume*) const;
 
     const SceneMeshes& meshes() const { return meshes_; }
     // Null unless the drape is shown.
     const Drape* drape() const { return draped_ ? &*drape_ : nullptr; }
     // Call before the patient that the drape was made for is destroyed.
-    void forgetPatient() { drape_.reset(); }
+    void releasePatient() { drape_.reset(); }
     bool castsShadows() const { return shadowed_; }
-    bool keptShadow() const { return shadowed_ && !shadow_due_; }
+    bool reusedShadow() const { return shadowed_ && !shadow_stale_; }
 
   private:
-    void describe(const RenderScene&, const std::array<View, 2>&, const Placement&);
+    void updateUniforms(const RenderScene&, const std::array<View, 2>&, const Placement&);
 
-    void cover(const RenderScene&, const PatientVolume*);
+    void updateDrape(const RenderScene&, const PatientVolume*);
 
     const Gpu* gpu_;
     SceneMeshes meshes_;
@@ -49,7 +49,7 @@ class Room {
     vk::raii::Sampler smooth_;
     Buffer uniform_buffer_;
     gpu::RoomUniforms uniforms_{};
-    bool draped_ = false, shadowed_ = false, shadow_due_ = false;
+    bool draped_ = false, shadowed_ = false, shadow_stale_ = false;
 };
 
 }  // namespace stylet::render

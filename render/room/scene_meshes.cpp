@@ -18,7 +18,7 @@ constexpr double kPathRadius_m = 0.0006, kPathOutside_m = 0.045;
 constexpr double kEntryRadius_m = 0.004, kEntryThickness_m = 0.0012;
 constexpr glm::vec3 kReferenceColour{0.05f, 0.75f, 0.95f};
 constexpr double kStandHeight_m = 1.07;  // height of the isocentre above the floor in c_arm.glb
-constexpr float kFarAway_m = 1e3f;       // the shell is drawn last
+constexpr float kFarAway_m = 1e3f;       // sort distance of the shell, which is drawn last
 
 // Room frame, m. The operator stands at +x.
 const Vec3 kOperator(0.62, 1.55, 0.0);
@@ -27,14 +27,14 @@ const Vec3 kXrayMonitor(-0.92, 1.58, 0.62), kPatientMonitor(-0.42, 1.58, 1.38);
 const Vec3 kLampPost(-0.30, 3.0, -0.45), kSecondLamp(-0.85, 2.08, -0.95);
 constexpr double kArmHeights_m[2] = {2.74, 2.62}, kArmLink_m = 0.92, kYokeTop_m = 0.42;
 
-std::uint8_t byteOf(float share) {
+std::uint8_t toByte(float share) {
     return std::uint8_t(std::lround(255.0f * std::clamp(share, 0.0f, 1.0f)));
 }
 
 // Collects the meshes of the assets in one list, and the range of each model in it.
-class Shelf {
+class ModelCollector {
   public:
-    explicit Shelf(const std::filesystem::path& assets) : assets_(assets) {}
+    explicit ModelCollector(const std::filesystem::path& assets) : assets_(assets) {}
 
     void open(const char* name) {
         file_ = assets_ / name;
@@ -43,7 +43,7 @@ class Shelf {
     void open(Mesh mesh) { mesh_ = std::move(mesh); }
 
     // Appends a node without its screens. If `material` is given, appends only the parts of that material.
-    Model take(std::string_view node, std::string_view material = {}) {
+    Model append(std::string_view node, std::string_view material = {}) {
         Model model;
         model.first_index = std::uint32_t(indices.size());
         glm::vec3 low(1e9f), high(-1e9f), bottom_left(0.0f), bottom_right(0.0f), top_left(0.0f);
@@ -75,24 +75,24 @@ class Shelf {
   private:
     void append(const MeshPart& part) {
         constexpr auto kNone = ~std::uint32_t(0);
-        known_.assign(mesh_.vertices.size(), kNone);
+        remap_.assign(mesh_.vertices.size(), kNone);
         for (std::uint32_t i = 0; i < part.index_count; ++i) {
             const std::uint32_t old = mesh_.indices[part.first_index + i];
-            if (known_[old] == kNone) {
-                known_[old] = std::uint32_t(vertices.size());
+            if (remap_[old] == kNone) {
+                remap_[old] = std::uint32_t(vertices.size());
                 vertices.push_back(roomVertex(mesh_.vertices[old], part));
             }
-            indices.push_back(known_[old]);
+            indices.push_back(remap_[old]);
         }
     }
 
     std::filesystem::path assets_, file_;
     Mesh mesh_;
-    std::vector<std::uint32_t> known_;
+    std::vector<std::uint32_t> remap_;
 };
 
 // Planes of a view's frustum in the stage, pointing inward: its four sides, and the plane through the eye.
-std::array<glm::vec4, 5> planesOf(const View& view) {
+std::array<glm::vec4, 5> frustumPlanes(const View& view) {
     const auto plane = [&](double x, double y, double z) {
         const Vec3 n = view.stage_from_eye.direction(glm::normalize(Vec3(x, y, z)));
         return glm::vec4(glm::vec3(n), float(-glm::dot(n, view.stage_from_eye.position_m)));
@@ -111,8 +111,8 @@ bool touches(const std::array<glm::vec4, 5>& planes, const glm::vec4& sphere) {
 
 // True if a sphere reaches into a lamp's beam.
 bool isLit(const Lamp& lamp, const glm::vec4& sphere) {
-    // The beam is weaker than kBeamEdge outside a cone: its slope, and the length of its side per length of
-    // its axis.
+    // Outside a cone the beam is weaker than kBeamEdge. kSlope: radius over length of its axis. kLength:
+    // length of its side over length of its axis.
     constexpr float kSlope = 0.5f, kLength = 1.12f;
     const glm::vec3 from = glm::vec3(sphere) - glm::vec3(lamp.stage_m);
     const auto way = glm::vec3(glm::normalize(lamp.field_m - lamp.stage_m));
@@ -135,8 +135,8 @@ RoomVertex roomVertex(const Vertex& v, const MeshPart& part) {
         v.position_m,
         v.normal,
         v.uv,
-        {byteOf(std::sqrt(c.r)), byteOf(std::sqrt(c.g)), byteOf(std::sqrt(c.b)), byteOf(v.open)},
-        {byteOf(part.metallic), byteOf(part.roughness), byteOf(std::max({e.r, e.g, e.b}) / brightest), 0}};
+        {toByte(std::sqrt(c.r)), toByte(std::sqrt(c.g)), toByte(std::sqrt(c.b)), toByte(v.open)},
+        {toByte(part.metallic), toByte(part.roughness), toByte(std::max({e.r, e.g, e.b}) / brightest), 0}};
 }
 
 std::span<const vk::VertexInputAttributeDescription> roomAttributes() {
@@ -153,7 +153,7 @@ std::span<const vk::VertexInputAttributeDescription> roomAttributes() {
 }
 
 glm::vec3 pathColour(double quality) {
-    // Square roots of linear light: linear interpolation between them looks even.
+    // Square roots of linear light, because linear interpolation between them looks even.
     constexpr glm::vec3 kBad{0.62f, 0.10f, 0.10f}, kFair{0.93f, 0.66f, 0.16f}, kGood{0.62f, 0.97f, 0.80f};
     const auto q = float(std::clamp(quality, 0.0, 1.0));
     const glm::vec3 root =
@@ -162,48 +162,46 @@ glm::vec3 pathColour(double quality) {
 }
 
 SceneMeshes::SceneMeshes(const Gpu& gpu, const std::filesystem::path& assets) {
-    Shelf shelf(assets);
-    shelf.open("rooms/table_top.glb");
-    models_.table_top = shelf.take("top");
-    shelf.open("rooms/table_pedestal.glb");
-    models_.table_pedestal = shelf.take("pedestal");
-    shelf.open("rooms/c_arm.glb");
-    models_.stand = shelf.take("stand"), models_.carriage = shelf.take("carriage"),
-    models_.arc = shelf.take("arc");
-    shelf.open("rooms/ultrasound.glb");
-    models_.ultrasound = shelf.take("ultrasound");
-    models_.ultrasound_screen = shelf.take("ultrasound", "screen:ultrasound");
-    shelf.open("rooms/xray_monitor.glb");
-    models_.xray = shelf.take("xray"), models_.xray_screen = shelf.take("xray", "screen:xray");
-    shelf.open("rooms/patient_monitor.glb");
-    models_.monitor = shelf.take("monitor"), models_.monitor_screen = shelf.take("monitor", "screen:monitor");
-    shelf.open("rooms/trolley.glb");
-    models_.trolley = shelf.take("trolley");
-    shelf.open("rooms/lamp.glb");
-    models_.lamp_head = shelf.take("head"), models_.lamp_yoke = shelf.take("yoke");
-    models_.lamp_arm = shelf.take("arm"), models_.lamp_post = shelf.take("post");
-    shelf.open("rooms/room.glb");
-    models_.shell = shelf.take("shell"), models_.floor = shelf.take("floor");
-    models_.lit_floor = shelf.take("lit_floor");
-    shelf.open("rooms/built_in.glb");
-    models_.doors = shelf.take("doors");
-    models_.built_in = shelf.take("built_in");
-    shelf.open("instruments/needle.glb");
-    models_.needle = shelf.take("needle");
-    shelf.open("instruments/probe.glb");
-    models_.probe = shelf.take("probe");
-    shelf.open("instruments/scalpel.glb");
-    models_.scalpel = shelf.take("scalpel");
-    shelf.open("instruments/hand.glb");
-    models_.hand = shelf.take("hand");
-    shelf.open(unitTube(kTubeSides));
-    models_.tube = shelf.take("tube");
-    const std::size_t vertex_bytes = shelf.vertices.size() * sizeof(RoomVertex),
-                      index_bytes = shelf.indices.size() * sizeof(std::uint32_t);
-    vertex_buffer_ = Buffer(gpu, vertex_bytes, vk::BufferUsageFlagBits::eVertexBuffer);
-    vertex_buffer_.write(shelf.vertices.data(), vertex_bytes);
-    index_buffer_ = Buffer(gpu, index_bytes, vk::BufferUsageFlagBits::eIndexBuffer);
-    index_buffer_.write(shelf.indices.data(), index_bytes);
+    // In the order of the buffers. An empty file name means the file of the row before.
+    struct Source {
+        Model Models::* model;
+        const char *file, *node, *material;
+    };
+    constexpr Source kSources[] = {{&Models::table_top, "rooms/table_top.glb", "top", ""},
+                                   {&Models::table_pedestal, "rooms/table_pedestal.glb", "pedestal", ""},
+                                   {&Models::stand, "rooms/c_arm.glb", "stand", ""},
+                                   {&Models::carriage, "", "carriage", ""},
+                                   {&Models::arc, "", "arc", ""},
+                                   {&Models::ultrasound, "rooms/ultrasound.glb", "ultrasound", ""},
+                                   {&Models::ultrasound_screen, "", "ultrasound", "screen:ultrasound"},
+                                   {&Models::xray, "rooms/xray_monitor.glb", "xray", ""},
+                                   {&Models::xray_screen, "", "xray", "screen:xray"},
+                                   {&Models::monitor, "rooms/patient_monitor.glb", "monitor", ""},
+                                   {&Models::monitor_screen, "", "monitor", "screen:monitor"},
+                                   {&Models::trolley, "rooms/trolley.glb", "trolley", ""},
+                                   {&Models::lamp_head, "rooms/lamp.glb", "head", ""},
+                                   {&Models::lamp_yoke, "", "yoke", ""},
+                                   {&Models::lamp_arm, "", "arm", ""},
+                                   {&Models::lamp_post, "", "post", ""},
+                                   {&Models::shell, "rooms/room.glb", "shell", ""},
+                                   {&Models::floor, "", "floor", ""},
+                                   {&Models::lit_floor, "", "lit_floor", ""},
+                                   {&Models::doors, "rooms/built_in.glb", "doors", ""},
+                                   {&Models::built_in, "", "built_in", ""},
+                                   {&Models::needle, "instruments/needle.glb", "needle", ""},
+                                   {&Models::hub, "", "hub", ""},
+                                   {&Models::probe, "instruments/probe.glb", "probe", ""},
+                                   {&Models::scalpel, "instruments/scalpel.glb", "scalpel", ""},
+                                   {&Models::hand, "instruments/hand.glb", "hand", ""}};
+    ModelCollector collector(assets);
+    for (const Source& source : kSources) {
+        if (*source.file) collector.open(source.file);
+        models_.*source.model = collector.append(source.node, source.material);
+    }
+    collector.open(unitTube(kTubeSides));
+    models_.tube = collector.append("tube");
+    vertex_buffer_ = makeFilledBuffer(gpu, collector.vertices, vk::BufferUsageFlagBits::eVertexBuffer);
+    index_buffer_ = makeFilledBuffer(gpu, collector.indices, vk::BufferUsageFlagBits::eIndexBuffer);
 }
 
 void SceneMeshes::add(const Model& model, const glm::dmat4& stage_from_model, bool casts, int kind) {
@@ -231,11 +229,15 @@ void SceneMeshes::addTable(const RenderScene& scene, const Placement& placed) {
 }
 
 void SceneMeshes::addTools(const RenderScene& scene) {
-    const auto tool = [&](const Model& model, const std::optional<Pose>& patient_from_tool, bool thin) {
-        if (patient_from_tool) add(model, toMatrix(scene.stage_from_patient * *patient_from_tool), true);
-        if (patient_from_tool && thin) draws_.back().push.material.w = gpu::kThin;
+    const auto tool = [&](const Model& model, const std::optional<Pose>& patient_from_tool, bool thin,
+                          double width = 1.0) {
+        if (!patient_from_tool) return;
+        const glm::dmat4 stage_from_tool = toMatrix(scene.stage_from_patient * *patient_from_tool);
+        add(model, scaled(stage_from_tool, Vec3(width, width, 1.0)), true);
+        if (thin) draws_.back().push.material.w = gpu::kThin;
     };
-    tool(models_.needle, scene.patient_from_needle, true);
+    tool(models_.needle, scene.patient_from_needle, true, scene.needle_radius_m / kNeedleRadius_m);
+    tool(models_.hub, scene.patient_from_needle, true);
     tool(models_.probe, scene.patient_from_probe, false);
     tool(models_.scalpel, scene.patient_from_scalpel, false);
     tool(models_.hand, scene.patient_from_finger, false);
@@ -282,7 +284,7 @@ void SceneMeshes::addLampHead(const Placement& placed, const Lamp& lamp, double 
     const Pose yoke{glm::angleAxis(turn, Vec3(0.0, 1.0, 0.0)), head};
     add(models_.lamp_yoke, stage_from_room * toMatrix(yoke), false);
     const glm::dvec2 from(kLampPost.x, kLampPost.z), to(head.x, head.z);
-    const glm::dvec2 elbow = elbowOf(from, to, kArmLink_m, kArmLink_m);
+    const glm::dvec2 elbow = findElbow(from, to, kArmLink_m, kArmLink_m);
     const auto bar = [&](const glm::dvec2& a, const glm::dvec2& b, double height) {
         const glm::dvec2 way = b - a;
         const Pose pose{glm::angleAxis(std::atan2(-way.y, way.x), Vec3(0.0, 1.0, 0.0)),
@@ -300,8 +302,8 @@ void SceneMeshes::addLampHead(const Placement& placed, const Lamp& lamp, double 
             false);
 }
 
-ScreensSeen SceneMeshes::screensSeen(const RenderScene& scene, const Placement& placed,
-                                     const std::array<View, 2>& views) const {
+VisibleScreens SceneMeshes::visibleScreens(const RenderScene& scene, const Placement& placed,
+                                           const std::array<View, 2>& views) const {
     const auto seen = [&](bool shown, const Model& picture, const Vec3& at) {
         const Pose stage_from_screen = placed.stage_from_room * facingOperator(at);
         const Vec3 middle = stage_from_screen * Vec3(picture.middle_m);
@@ -309,7 +311,7 @@ ScreensSeen SceneMeshes::screensSeen(const RenderScene& scene, const Placement& 
         return shown && std::any_of(views.begin(), views.end(), [&](const View& view) {
                    const Vec3 to_eye = view.stage_from_eye.position_m - middle;
                    return glm::dot(to_eye, stage_from_screen.direction({0.0, 0.0, 1.0})) > 0.0 &&
-                          touches(planesOf(view), sphere);
+                          touches(frustumPlanes(view), sphere);
                });
     };
     return {seen(scene.room.ultrasound, models_.ultrasound_screen, kUltrasound),
@@ -331,7 +333,7 @@ ScreenPlaces SceneMeshes::screenPlaces(const Placement& placed) const {
 }
 
 void SceneMeshes::addRoom(const RenderScene& scene, const Placement& placed) {
-    const RoomShown& shown = scene.room;
+    const RoomContents& shown = scene.room;
     const glm::dmat4 stage_from_room = toMatrix(placed.stage_from_room);
     const auto at = [&](const Pose& pose) { return stage_from_room * toMatrix(pose); };
     if (shown.c_arm) {
@@ -379,8 +381,8 @@ void SceneMeshes::addRoom(const RenderScene& scene, const Placement& placed) {
         draws_[i].push.material.y = 1.0f;
 }
 
-void SceneMeshes::gather(const RenderScene& scene, const Placement& placed, bool has_patient,
-                         const Model* drape, const std::array<View, 2>& views, bool cull) {
+void SceneMeshes::collectDraws(const RenderScene& scene, const Placement& placed, bool has_patient,
+                               const Model* drape, const std::array<View, 2>& views, bool cull) {
     draws_.clear();
     spheres_.clear();
     contacts_.clear();
@@ -389,7 +391,7 @@ void SceneMeshes::gather(const RenderScene& scene, const Placement& placed, bool
     addTools(scene);
     addPaths(scene);
     addRoom(scene, placed);
-    const std::array pyramids{planesOf(views[0]), planesOf(views[1])};
+    const std::array pyramids{frustumPlanes(views[0]), frustumPlanes(views[1])};
     for (std::size_t i = 0; i < draws_.size(); ++i) {
         const glm::vec4& sphere = spheres_[i];
         const bool visible = !cull || touches(pyramids[0], sphere) || touches(pyramids[1], sphere);
@@ -409,9 +411,10 @@ void SceneMeshes::gather(const RenderScene& scene, const Placement& placed, bool
     }
     std::sort(draws_.begin(), draws_.end(),
               [](const MeshDraw& a, const MeshDraw& b) { return a.distance_m < b.distance_m; });
-    seen_ = std::size_t(std::partition_point(draws_.begin(), draws_.end(),
-                                             [](const MeshDraw& d) { return d.distance_m <= kFarAway_m; }) -
-                        draws_.begin());
+    visible_count_ =
+        std::size_t(std::partition_point(draws_.begin(), draws_.end(),
+                                         [](const MeshDraw& d) { return d.distance_m <= kFarAway_m; }) -
+                    draws_.begin());
 }
 
 }  // namespace stylet::render

@@ -47,20 +47,20 @@ class SceneMeshes {
   public:
     SceneMeshes(const Gpu&, const std::filesystem::path& assets);
 
-    // Collects the draws of a scene. With `cull`, seen() omits what lies outside both eyes' view. Allocates
-    // nothing after a first scene of this size.
-    void gather(const RenderScene&, const Placement&, bool has_patient, const Model* drape,
-                const std::array<View, 2>&, bool cull);
+    // Collects the draws of a scene. With `cull`, visible() omits what lies outside both eyes' view.
+    // Allocates nothing after a first scene of this size.
+    void collectDraws(const RenderScene&, const Placement&, bool has_patient, const Model* drape,
+                      const std::array<View, 2>&, bool cull);
 
     // Returns the screens that are in the room, face an eye and lie in its view.
-    ScreensSeen screensSeen(const RenderScene&, const Placement&, const std::array<View, 2>&) const;
+    VisibleScreens visibleScreens(const RenderScene&, const Placement&, const std::array<View, 2>&) const;
 
     ScreenPlaces screenPlaces(const Placement&) const;
 
-    std::span<const MeshDraw> seen() const { return {draws_.data(), seen_}; }  // nearest first
+    std::span<const MeshDraw> visible() const { return {draws_.data(), visible_count_}; }  // nearest first
     std::span<const MeshDraw> all() const { return draws_; }
-    std::size_t culled() const { return draws_.size() - seen_; }
-    // Footprints on the floor: centre x, z and half-extents x, z, room frame. At most gpu::kMostContacts.
+    std::size_t culled() const { return draws_.size() - visible_count_; }
+    // Footprints on the floor: centre x, z and half-extents x, z, room frame. At most gpu::kMaxContacts.
     const std::vector<glm::vec4>& contacts() const { return contacts_; }
     const Buffer& vertices() const { return vertex_buffer_; }
     const Buffer& indices() const { return index_buffer_; }
@@ -70,7 +70,7 @@ class SceneMeshes {
         Model table_top, table_pedestal, stand, carriage, arc;
         Model ultrasound, ultrasound_screen, xray, xray_screen, monitor, monitor_screen, trolley;
         Model lamp_head, lamp_yoke, lamp_arm, lamp_post, shell, floor, lit_floor, doors, built_in;
-        Model needle, probe, scalpel, hand, tube;
+        Model needle, hub, probe, scalpel, hand, tube;
     };
     void add(const Model&, const glm::dmat4& stage_from_model, bool casts, int kind = gpu::kPlain);
     void addTable(const RenderScene&, const Placement&);
@@ -85,7 +85,7 @@ class SceneMeshes {
     std::vector<MeshDraw> draws_;
     std::vector<glm::vec4> spheres_;  // bounding sphere of each draw, stage
     std::vector<glm::vec4> contacts_;
-    std::size_t seen_ = 0;
+    std::size_t visible_count_ = 0;
 };
 
 }  // namespace stylet::render

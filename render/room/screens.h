@@ -13,7 +13,7 @@ class Screens {
     explicit Screens(const Gpu&);
 
     // Copies changed pictures to the staging buffer, and sets in the uniforms which share of a layer each
-    // picture fills. A picture larger than kMostScreenPixels is a programming error.
+    // picture fills. A picture larger than kMaxScreenPixels is a programming error.
     void update(const RenderScene&, gpu::RoomUniforms&);
     void record(const vk::raii::CommandBuffer&) const;
 

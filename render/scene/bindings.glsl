@@ -1,4 +1,4 @@
-// Descriptor set 0 of every pipeline.
+// Descriptor set 0 of every pipeline, and functions that read it.
 #include "render/scene/frame_shared.h"
 #include "render/room/room_shared.h"
 
@@ -21,3 +21,15 @@ layout(set = 0, binding = 12) uniform sampler2DArray environment;
 // Reversed depth, as seen from the lamp.
 layout(set = 0, binding = 13) uniform sampler2DArrayShadow lamp_shadow;
 layout(set = 0, binding = 14) uniform sampler2DArray screens;           // ultrasound, X-ray, monitor
+
+// Depth of the opaque meshes at a pixel of the target, m along the eye's -z.
+float meshDepth(ivec2 pixel, int eye) {
+    const float d = texelFetch(mesh_depth, ivec3(pixel, eye), 0).r;
+    const float near = frame.target.z, far = frame.target.w;
+    return near * far / (near + d * (far - near));
+}
+
+// Direction of the ray through a point of the target (shares of its size), in the eye's frame.
+vec3 rayThrough(vec4 tangents, vec2 at) {
+    return vec3(mix(tangents.x, tangents.y, at.x), mix(tangents.z, tangents.w, at.y), -1.0);
+}

@@ -3,16 +3,10 @@
 #ifndef STYLET_RENDER_FRAME_SHARED_H
 #define STYLET_RENDER_FRAME_SHARED_H
 
-#ifdef __cplusplus
-#include <cstddef>
-#include <cstdint>
-#include <glm/mat4x4.hpp>
-#include <glm/vec4.hpp>
+#include "render/scene/shader_types.h"
 
+#ifdef __cplusplus
 namespace stylet::render::gpu {
-using glm::mat4;
-using glm::vec4;
-using uint = std::uint32_t;
 #endif
 
 // One eye. The ray through a pixel has the direction (tan_x, tan_y, -1) in the eye frame, so the ray
@@ -25,7 +19,7 @@ struct EyeUniforms {
 };
 
 // A mark on the skin, fixed to the tissue.
-const int kMostMarks = 24, kMostCuts = 4;
+const int kMaxMarks = 24, kMaxCuts = 4;
 const float kIncision = 1.0, kPuncture = 2.0, kBlood = 3.0, kIodine = 4.0;
 struct MarkUniforms {
     vec4 place;  // reference patient, m; w: radius, or half the length of an incision
@@ -48,11 +42,11 @@ struct FrameUniforms {
     vec4 deform_scale;       // patient frame to texture coordinates of the deformation: scale, 1/m
     vec4 deform_offset;      // and offset
     vec4 layer;              // width, height of the volume layer in pixels; number of cuts, of marks
-    // Tangents of the angles from the optical axis beyond which 4 and 16 pixels share a ray; shortest step
-    // in pixels.
+    // Tangents of the angles from the optical axis: beyond x, 4 pixels share a ray, beyond y, 16. z: shortest
+    // step in pixels.
     vec4 fovea;
-    vec4 cuts[kMostCuts];  // patient frame: tissue with dot(xyz, p) > w is cut away
-    MarkUniforms marks[kMostMarks];
+    vec4 cuts[kMaxCuts];  // patient frame: tissue with dot(xyz, p) > w is cut away
+    MarkUniforms marks[kMaxMarks];
     vec4 tool_scale;  // like deform_scale, for a tool's displacement; w: half a node spacing, m
     vec4 tool_offset;
 };
@@ -64,8 +58,11 @@ struct LookUniforms {
     vec4 detail;   // strength of the skin's mottling, depth of its pores
 };
 
-// Pixels of the volume layer that a workgroup covers along either axis.
-const int kTile = 8;
+// Light of the operating room, linear: the lamp, and the ambient light as a dome of two colours.
+SHADER_CONSTANT vec3 kKeyColour = vec3(1.0, 0.965, 0.91);
+SHADER_CONSTANT vec3 kSkyColour = vec3(0.36, 0.44, 0.47), kGroundColour = vec3(0.11, 0.12, 0.12);
+
+const int kScreenPixels = 512;  // largest edge of the picture on a screen of the room
 
 // Kinds of mesh parts; each is lit differently.
 const int kPlain = 0, kTable = 1, kFloor = 2, kScreen = 3, kCloth = 4;
@@ -90,7 +87,7 @@ struct Counters {
 
 #ifdef __cplusplus
 static_assert(sizeof(EyeUniforms) == 208 && offsetof(EyeUniforms, tangents) == 192);
-static_assert(sizeof(FrameUniforms) == 2 * 208 + 64 + (16 + 4 + 2 * kMostMarks) * 16 &&
+static_assert(sizeof(FrameUniforms) == 2 * 208 + 64 + (16 + 4 + 2 * kMaxMarks) * 16 &&
               offsetof(FrameUniforms, target) == 480);
 static_assert(sizeof(LookUniforms) == 48);
 static_assert(sizeof(MeshPush) == 96);

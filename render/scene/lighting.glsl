@@ -1,8 +1,5 @@
 // Light of the operating room, in linear units: the lamp, and the ambient light of walls, floor and
 // ceiling. Include after bindings.glsl.
-const vec3 kKeyColour = vec3(1.0, 0.965, 0.91);
-const vec3 kSkyColour = vec3(0.36, 0.44, 0.47);
-const vec3 kGroundColour = vec3(0.11, 0.12, 0.12);
 const float kShadowBias = 0.0012;  // clip depth
 
 // Irradiance of the room divided by pi, as a dome of two colours. The volume uses it; meshes use

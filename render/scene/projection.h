@@ -1,4 +1,4 @@
-// Matrices of poses and of the eyes' views.
+// Vectors for shaders, matrices of poses and of the eyes' views.
 #pragma once
 
 #include <glm/mat4x4.hpp>
@@ -8,6 +8,9 @@
 namespace stylet::render {
 
 glm::dmat4 toMatrix(const Pose&);
+inline glm::vec4 toVec4(const Vec3& v, double w = 0.0) {
+    return {glm::vec3(v), float(w)};
+}
 
 // Asymmetric perspective projection of an OpenXR view to Vulkan's clip space. Depth is reversed: 1 at
 // `near_m`, 0 at `far_m`.

@@ -8,6 +8,7 @@
 
 #include "patient/displacement/tool_displacement.h"
 #include "patient/patient.h"
+#include "render/scene/frame_shared.h"
 
 namespace stylet::render {
 
@@ -26,7 +27,7 @@ struct CutPlane {
     Vec3 normal{0.0, 1.0, 0.0};
     double offset_m = 0.0;
 };
-inline constexpr int kMostCutPlanes = 4;
+inline constexpr int kMaxCutPlanes = gpu::kMaxCuts;
 
 // A mark that the procedure leaves on the skin. It is fixed to the tissue and moves with the breath.
 enum class MarkKind : std::uint8_t {
@@ -41,7 +42,7 @@ struct Mark {
     double radius_m = 0.001;
     Vec3 along{0.0, 0.0, 1.0};  // unit vector: direction of an incision, or in which blood runs
 };
-inline constexpr int kMostMarksShown = 24;  // only the newest are shown
+inline constexpr int kMaxMarksShown = gpu::kMaxMarks;  // only the newest are shown
 
 // A C-arm whose source and detector turn about its isocentre. Both angles 0: the source is below the table.
 struct CArm {
@@ -53,7 +54,7 @@ struct CArm {
 };
 
 // Equipment shown in the operating room. Without the shell there is a plain backdrop.
-struct RoomShown {
+struct RoomContents {
     bool shell = false;  // floor, walls, ceiling, doors and built-in fixtures
     // Two heads on the ceiling. Without them the light comes from far away and casts no shadows.
     bool lamp = false;
@@ -65,7 +66,7 @@ struct RoomShown {
     bool real = false;
 };
 // The room with all of its equipment.
-inline RoomShown wholeRoom() {
+inline RoomContents wholeRoom() {
     return {true, true, true, true, true, true, CArm{}};
 }
 
@@ -85,10 +86,10 @@ struct ScreenPlace {
     double width_m = 0.0, height_m = 0.0;
 };
 using ScreenPlaces = std::array<ScreenPlace, 3>;  // ultrasound machine, X-ray monitor, patient monitor
-inline constexpr int kMostScreenPixels = 512;     // of either edge
+inline constexpr int kMaxScreenPixels = gpu::kScreenPixels;  // of either edge
 
 // Which of the room's screens are visible. Only these need a picture.
-struct ScreensSeen {
+struct VisibleScreens {
     bool ultrasound = false, xray = false, monitor = false;
 };
 
@@ -98,23 +99,26 @@ struct ShownPath {
     double quality = 1.0;              // 0 to 1
 };
 
+inline constexpr double kNeedleRadius_m = 0.00075;  // 17 G, as in assets/instruments/needle.glb
+
 struct RenderScene {
     Pose stage_from_patient;
     patient::Surrogate breath;
     Look look = Look::reveal;
     bool table = true;
-    std::vector<CutPlane> cuts;  // only the first kMostCutPlanes are used
+    std::vector<CutPlane> cuts;  // only the first kMaxCutPlanes are used
     std::vector<Mark> marks;
     // Displacement of the tissue by a tool (ToolDisplacement::table(); must outlive the frame). Null: no
     // tool presses.
     const patient::DisplacementTable* tool = nullptr;
     std::optional<Pose> patient_from_needle;
+    double needle_radius_m = kNeedleRadius_m;
     std::optional<std::array<Vec3, 2>> reference_path_m;  // entry and target, patient frame, deformed
     std::vector<ShownPath> paths;
     std::optional<Pose> patient_from_probe,
         patient_from_scalpel;                 // contact end at the origin, handle toward +z
     std::optional<Pose> patient_from_finger;  // tip of a gloved right hand's finger; +y: the back of the hand
-    RoomShown room;
+    RoomContents room;
     // Middle of the access field on the skin, reference patient. The lamp points there, and the drape has
     // its opening there.
     std::optional<Vec3> field_m;
@@ -133,8 +137,7 @@ struct Skips {
     bool still_shadows = true;  // reuse the lamp's shadow map while nothing in it moves
 };
 
-// Foveated rendering: tangents of the angles from the optical axis beyond which 4 and 16 pixels share a
-// ray.
+// Foveated rendering. Beyond these angles from the optical axis (as tangents), 4 and 16 pixels share a ray.
 struct Foveation {
     float quarter = 0.55f, sixteenth = 1.0f;
 };
@@ -170,7 +173,7 @@ struct RenderStats {
     std::uint64_t still_frames = 0;      // 1 if the frame needed no deformation
     std::uint64_t idle_tool_frames = 0;  // 1 if the frame needed no tool displacement
     std::uint64_t culled_parts = 0;      // things of the room outside both eyes' view
-    std::uint64_t kept_shadows = 0;      // 1 if the lamp's shadow map was reused
+    std::uint64_t reused_shadows = 0;    // 1 if the lamp's shadow map was reused
 };
 
 }  // namespace stylet::render

@@ -10,15 +10,16 @@ namespace {
 
 constexpr std::array<double, 5> kBinomial{1.0 / 16, 4.0 / 16, 6.0 / 16, 4.0 / 16, 1.0 / 16};
 constexpr double kFlatMoment = 0.08;  // a smaller first moment gives no direction (a thin sheet, a speck)
-constexpr double kLeastNear = 0.03;
+constexpr double kMinNear = 0.03;
 
 std::uint32_t code(double value, double low, double high, int steps) {
     return std::uint32_t(std::lround(std::clamp((value - low) / (high - low), 0.0, 1.0) * steps));
 }
 
-// Distance to the border of a half-space of which the binomial filter, taken as a Gaussian of variance 1,
-// sees `share`. Negative if it sees less than half.
-double reachOf(double share) {
+// Distance [voxels] from a point to the border of a half-space. `share`: the half-space's weight in the
+// binomial filter around the point. Negative if it is less than half. The filter is approximated by a
+// Gaussian of variance 1.
+double planeDistance(double share) {
     double low = -3.0, high = 3.0;
     for (int i = 0; i < 20; ++i) {
         const double middle = 0.5 * (low + high);
@@ -28,7 +29,7 @@ double reachOf(double share) {
 }
 
 // Mean of a voxel, counted twice, and its six neighbours. Suppresses the scanner's noise.
-double calmHu(const CtVolume& ct, const Index3& i) {
+double smoothedHu(const CtVolume& ct, const Index3& i) {
     const Grid& grid = ct.grid;
     const std::size_t at = grid.offset(i), across = std::size_t(grid.dims.x);
     const std::array<std::size_t, 3> step{1, across, across * std::size_t(grid.dims.y)};
@@ -49,7 +50,7 @@ std::uint32_t pack(const AcousticVoxel& v) {
         return n.z >= 0.0 ? a : (1.0 - std::fabs(b)) * (a >= 0.0 ? 1.0 : -1.0);
     };
     std::uint32_t bits = std::uint32_t(v.tissue) | std::uint32_t(v.other) << gpu::kOtherAt;
-    bits |= std::uint32_t(8 + std::clamp(int(std::lround(7.0 * v.vary)), -7, 7)) << gpu::kVaryAt;
+    bits |= std::uint32_t(8 + std::clamp(int(std::lround(7.0 * v.variation)), -7, 7)) << gpu::kVariationAt;
     if (!v.border) return bits;
     bits |= std::max(code(v.near, 0.0, double(gpu::kNearRange), 63), 1u) << gpu::kNearAt;
     bits |= code(folded(n.x, n.y), -1.0, 1.0, 63) << gpu::kNormalXAt;
@@ -60,7 +61,7 @@ AcousticVoxel unpack(std::uint32_t bits) {
     AcousticVoxel v;
     v.tissue = int(bits & 31u);
     v.other = int(bits >> gpu::kOtherAt & 31u);
-    v.vary = (double(bits >> gpu::kVaryAt & 15u) - 8.0) / 7.0;
+    v.variation = (double(bits >> gpu::kVariationAt & 15u) - 8.0) / 7.0;
     const std::uint32_t near = bits >> gpu::kNearAt & 63u;
     v.border = near != 0;
     v.near = near * double(gpu::kNearRange) / 63.0;
@@ -75,22 +76,22 @@ AcousticVoxel unpack(std::uint32_t bits) {
 }
 
 int acousticAt(const patient::Patient& patient, const AcousticTable& table,
-               const std::array<int, 256>& of_labels, const Index3& i) {
+               const std::array<int, 256>& label_rows, const Index3& i) {
     if (!patient.grid().contains(i)) return table.air;
-    const int row = of_labels[patient.package().labels[i]];
-    return row >= 0 ? row : table.classOf(calmHu(patient.package().ct, i));
+    const int row = label_rows[patient.package().labels[i]];
+    return row >= 0 ? row : table.acousticForHu(smoothedHu(patient.package().ct, i));
 }
 
 AcousticEncoder::AcousticEncoder(const patient::Patient& patient, const AcousticTable& table,
                                  Workers& workers)
     : patient_(&patient), table_(&table), workers_(&workers), rows_(patient.grid().voxelCount()) {
-    const std::array<int, 256> of_labels = acousticsOfLabels(table, patient);
+    const std::array<int, 256> label_rows = acousticsByLabel(table, patient);
     const Grid& grid = patient.grid();
     workers.run(std::size_t(grid.dims.z), [&](std::size_t z, int) {
         for (int y = 0; y < grid.dims.y; ++y)
             for (int x = 0; x < grid.dims.x; ++x) {
                 const Index3 i(x, y, int(z));
-                rows_[grid.offset(i)] = std::uint8_t(acousticAt(patient, table, of_labels, i));
+                rows_[grid.offset(i)] = std::uint8_t(acousticAt(patient, table, label_rows, i));
             }
     });
 }
@@ -115,13 +116,14 @@ AcousticVoxel AcousticEncoder::voxelAt(const Index3& i) const {
     v.tissue = v.other = at(i);
     const Acoustic& a = table_->acoustics[std::size_t(v.tissue)];
     if (a.hu_span > 0.0)
-        v.vary = std::clamp((calmHu(patient_->package().ct, i) - a.hu_centre) / a.hu_span, -1.0, 1.0);
-    if (!alone(i)) findBorder(i, v);
+        v.variation =
+            std::clamp((smoothedHu(patient_->package().ct, i) - a.hu_centre) / a.hu_span, -1.0, 1.0);
+    if (!isSurroundedBySame(i)) findBorder(i, v);
     return v;
 }
 
 // True if all voxels that touch a voxel are of its tissue.
-bool AcousticEncoder::alone(const Index3& i) const {
+bool AcousticEncoder::isSurroundedBySame(const Index3& i) const {
     const Grid& grid = patient_->grid();
     const Index3 low = glm::max(i - 1, Index3(0)), high = glm::min(i + 1, grid.dims - 1);
     const std::uint8_t row = rows_[grid.offset(i)];
@@ -137,25 +139,23 @@ bool AcousticEncoder::alone(const Index3& i) const {
 void AcousticEncoder::findBorder(const Index3& i, AcousticVoxel& v) const {
     double share = 0.0;
     Vec3 moment(0.0);
-    std::array<double, kMostAcoustics> others{};
-    for (int z = -2; z <= 2; ++z)
-        for (int y = -2; y <= 2; ++y)
-            for (int x = -2; x <= 2; ++x) {
-                const double w = kBinomial[std::size_t(x + 2)] * kBinomial[std::size_t(y + 2)] *
-                                 kBinomial[std::size_t(z + 2)];
-                const int row = at(i + Index3(x, y, z));
-                if (row == v.tissue) {
-                    share += w;
-                    moment += w * Vec3(x, y, z);
-                } else {
-                    others[std::size_t(row)] += w;
-                }
-            }
+    std::array<double, kMaxAcoustics> others{};
+    forEachVoxel({Index3(5)}, [&](const Index3& n) {
+        const double w =
+            kBinomial[std::size_t(n.x)] * kBinomial[std::size_t(n.y)] * kBinomial[std::size_t(n.z)];
+        const int row = at(i + n - 2);
+        if (row == v.tissue) {
+            share += w;
+            moment += w * Vec3(n - 2);
+        } else {
+            others[std::size_t(row)] += w;
+        }
+    });
     const double size = glm::length(moment);
     if (size < kFlatMoment) return;
     v.border = true;
     v.normal = -moment / size;
-    v.near = std::clamp(reachOf(share), kLeastNear, double(gpu::kNearRange));
+    v.near = std::clamp(planeDistance(share), kMinNear, double(gpu::kNearRange));
     v.other = int(std::max_element(others.begin(), others.end()) - others.begin());
 }
 

@@ -1,5 +1,5 @@
-// Acoustic volume of the patient: a tissue per voxel. A voxel that a border crosses also stores the border
-// as a plane, so that a look-up at one voxel finds a surface without steps and its direction. Based on the
+// Acoustic volume of the patient: a tissue per voxel. A voxel that a border crosses also stores the border as
+// a plane, so that a look-up of one voxel gives a surface without steps, and its normal. Based on the
 // piecewise linear interfaces of volume-of-fluid methods (Youngs 1982), computed from labels.
 #pragma once
 
@@ -18,13 +18,13 @@ struct AcousticVoxel {
     bool border = false;
     double near = 0.0;  // 0 to kNearRange
     Vec3 normal{0.0, 0.0, 1.0};
-    double vary = 0.0;  // (CT value - hu_centre) / hu_span, -1 to 1
+    double variation = 0.0;  // (CT value - hu_centre) / hu_span, -1 to 1
 };
 std::uint32_t pack(const AcousticVoxel&);
 AcousticVoxel unpack(std::uint32_t);
 
 // Row of the table for a voxel.
-int acousticAt(const patient::Patient&, const AcousticTable&, const std::array<int, 256>& of_labels,
+int acousticAt(const patient::Patient&, const AcousticTable&, const std::array<int, 256>& label_rows,
                const Index3&);
 
 // Encodes planes [z0, z1) of all the patient's voxels: packed, x-fastest.
@@ -35,7 +35,7 @@ class AcousticEncoder {
 
   private:
     AcousticVoxel voxelAt(const Index3&) const;
-    bool alone(const Index3&) const;
+    bool isSurroundedBySame(const Index3&) const;
     void findBorder(const Index3&, AcousticVoxel&) const;
     int at(const Index3&) const;
 

@@ -34,7 +34,7 @@ Acoustic readAcoustic(Fields& t) {
     return a;
 }
 
-int indexOf(const AcousticTable& table, const std::string& name) {
+int findAcoustic(const AcousticTable& table, const std::string& name) {
     const auto found = std::find_if(table.acoustics.begin(), table.acoustics.end(),
                                     [&](const Acoustic& a) { return a.name == name; });
     return found == table.acoustics.end() ? -1 : int(found - table.acoustics.begin());
@@ -42,31 +42,18 @@ int indexOf(const AcousticTable& table, const std::string& name) {
 
 int readAcousticName(Fields& t, const AcousticTable& table) {
     const std::string name = t.nonEmptyText("acoustic");
-    const int index = indexOf(table, name);
+    const int index = findAcoustic(table, name);
     if (index < 0) t.refuse("acoustic", "there is no tissue '" + name + "'");
     return index;
 }
 
 AcousticRule readAcousticRule(Fields& t, const AcousticTable& table) {
     AcousticRule rule;
-    if (t.has("tissue")) {
-        const std::string name = t.nonEmptyText("tissue");
-        for (int i = 0; i < patient::kTissueCount; ++i)
-            if (patient::tissueName(patient::Tissue(i)) == name) rule.tissue = patient::Tissue(i);
-        if (!rule.tissue) t.refuse("tissue", "'" + name + "' is not a tissue of the force table");
-    }
+    if (t.has("tissue")) rule.tissue = t.choice<patient::Tissue>("tissue", patient::kTissueNames);
     if (t.has("name")) rule.name = t.nonEmptyText("name");
     if (!rule.tissue && rule.name.empty()) t.refuse("name", "a rule needs a tissue or a name");
     rule.acoustic = readAcousticName(t, table);
     return rule;
-}
-
-bool acousticRuleFits(const AcousticRule& rule, const patient::Label& label) {
-    if (rule.tissue && *rule.tissue != label.tissue) return false;
-    std::string name = label.name;
-    std::transform(name.begin(), name.end(), name.begin(),
-                   [](unsigned char c) { return char(std::tolower(c)); });
-    return rule.name.empty() || name.find(rule.name) != std::string::npos;
 }
 
 }  // namespace
@@ -78,13 +65,13 @@ AcousticTable loadAcoustics(const path& file) {
 AcousticTable parseAcoustics(const path& file, std::string_view text) {
     Fields root = parseToml(file, text);
     AcousticTable table;
-    for (Fields& t : root.childrenOrNone("tissue", kMostAcoustics)) {
+    for (Fields& t : root.childrenOrNone("tissue", kMaxAcoustics)) {
         const Acoustic a = readAcoustic(t);
-        if (indexOf(table, a.name) >= 0) t.refuse("name", "'" + a.name + "' is there twice");
+        if (findAcoustic(table, a.name) >= 0) t.refuse("name", "'" + a.name + "' is there twice");
         table.acoustics.push_back(a);
     }
     const auto needed = [&](const char* name) {
-        const int index = indexOf(table, name);
+        const int index = findAcoustic(table, name);
         if (index < 0) root.refuse("tissue", std::string("there is no '") + name + "', which is needed");
         return index;
     };
@@ -103,24 +90,22 @@ AcousticTable parseAcoustics(const path& file, std::string_view text) {
     return table;
 }
 
-int AcousticTable::classOf(double hu_value) const {
+int AcousticTable::acousticForHu(double hu_value) const {
     int found = hu.front().acoustic;
     for (const HuClass& c : hu)
         if (c.from_hu <= hu_value) found = c.acoustic;
     return found;
 }
 
-std::array<int, 256> acousticsOfLabels(const AcousticTable& table, const patient::Patient& patient) {
+std::array<int, 256> acousticsByLabel(const AcousticTable& table, const patient::Patient& patient) {
     std::array<int, 256> rows;
     rows.fill(-1);
     for (int id = 1; id < 256; ++id) {
         const patient::Label* label = patient.label(std::uint8_t(id));
         if (!label) continue;
-        for (const AcousticRule& rule : table.rules)
-            if (acousticRuleFits(rule, *label)) {
-                rows[std::size_t(id)] = rule.acoustic;
-                break;
-            }
+        const auto rule = std::find_if(table.rules.begin(), table.rules.end(),
+                                       [&](const AcousticRule& r) { return r.matches(*label); });
+        if (rule != table.rules.end()) rows[std::size_t(id)] = rule->acoustic;
     }
     return rows;
 }

@@ -10,10 +10,12 @@
 #include <vector>
 
 #include "patient/patient.h"
+#include "render/scene/label_rule.h"
+#include "render/ultrasound/scan_shared.h"
 
 namespace stylet::render {
 
-inline constexpr int kMostAcoustics = 32;
+inline constexpr int kMaxAcoustics = gpu::kMaxTissues;
 
 struct Acoustic {
     std::string name;
@@ -30,10 +32,7 @@ struct Acoustic {
     std::string source;
 };
 
-// Applies to the labels whose tissue and name match. The first matching rule wins.
-struct AcousticRule {
-    std::optional<patient::Tissue> tissue;
-    std::string name;  // part of the label's name, lower case; empty = any
+struct AcousticRule : LabelRule {
     int acoustic = 0;  // index of AcousticTable::acoustics
 };
 
@@ -43,13 +42,13 @@ struct HuClass {
 };
 
 struct AcousticTable {
-    std::vector<Acoustic> acoustics;  // at most kMostAcoustics
+    std::vector<Acoustic> acoustics;  // at most kMaxAcoustics
     std::vector<AcousticRule> rules;
     std::vector<HuClass> hu;  // ascending; the first also applies below its from_hu
     double roughness = 0.0;   // share of a border's reflection that is scattered in all directions
     int air = 0, gel = 0, steel = 0;
 
-    int classOf(double hu_value) const;  // for voxels that no rule matches
+    int acousticForHu(double hu_value) const;  // for voxels that no rule matches
 };
 
 AcousticTable loadAcoustics(const std::filesystem::path& toml);  // throws DataError
@@ -57,7 +56,7 @@ AcousticTable loadAcoustics(const std::filesystem::path& toml);  // throws DataE
 AcousticTable parseAcoustics(const std::filesystem::path& file, std::string_view toml);
 
 // Row of each label id; -1: by CT value.
-std::array<int, 256> acousticsOfLabels(const AcousticTable&, const patient::Patient&);
+std::array<int, 256> acousticsByLabel(const AcousticTable&, const patient::Patient&);
 
 // Reflectivity of a plane border at a right angle.
 double reflectivity(const Acoustic& from, const Acoustic& to);

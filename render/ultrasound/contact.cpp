@@ -11,7 +11,7 @@ constexpr double kStep_m = 0.0005;
 constexpr double kFading = 0.5;  // coupling fades beyond this share of the thickest gel
 constexpr double kBoneSpeed_m_per_s = 3000.0;
 
-Vec3 referenceOf(const DeformedPatient& patient, const Vec3& p) {
+Vec3 referencePosition(const DeformedPatient& patient, const Vec3& p) {
     const Vec3 q = patient.tool() ? p - displacementAt(*patient.tool(), p) : p;
     return patient.still() ? q : referenceFromTables(patient.tables(), q);
 }
@@ -24,8 +24,8 @@ void findContact(const Transducer& probe, const UltrasoundSettings& settings, co
     const AcousticTable& table = acoustic.table;
     const patient::Patient& at_rest = patient.patient();
     const auto tissueAt = [&](const Vec3& p) {
-        return acousticAt(at_rest, table, acoustic.of_labels,
-                          at_rest.grid().nearest(referenceOf(patient, p)));
+        return acousticAt(at_rest, table, acoustic.label_rows,
+                          at_rest.grid().nearest(referencePosition(patient, p)));
     };
     contact.lines.resize(std::size_t(settings.lines));
     int touching = 0;

@@ -19,13 +19,13 @@ struct Contact {
     double share = 0.0;    // share of the face that touches
     bool in_bone = false;  // the middle of the face lies in bone
 };
-// The deformed patient with the acoustics of its tissues. `of_labels`: the table's row of each label.
+// The deformed patient with the acoustics of its tissues. `label_rows`: the table's row of each label.
 struct AcousticPatient {
     const DeformedPatient& patient;
     const AcousticTable& table;
-    const std::array<int, 256>& of_labels;
+    const std::array<int, 256>& label_rows;
 };
-// Allocates only if `contact` has fewer lines.
+// Fills `contact`. Allocates only if it has fewer lines than the settings.
 void findContact(const Transducer&, const UltrasoundSettings&, const Pose& patient_from_probe,
                  const AcousticPatient&, Contact& contact);
 

@@ -1,15 +1,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Colour Doppler on a grid of its own inside the box: the blood's velocity along the beam, averaged over
-// the volume of one estimate and aliased at the Nyquist velocity. A wall filter removes slow motion. Based
-// on Kasai et al. 1985, IEEE Trans Sonics Ultrason 32:458 (mean phase shift from pulse to pulse).
+// Colour Doppler on a grid of its own inside the box: the blood's velocity along the beam, averaged over a
+// sample volume and aliased at the Nyquist velocity. A wall filter removes slow motion. Based on Kasai et al.
+// 1985, IEEE Trans Sonics Ultrason 32:458 (mean phase shift from pulse to pulse).
 layout(local_size_x = 64) in;
 #include "render/ultrasound/bindings.glsl"
 #include "render/ultrasound/places.glsl"
 
 const float kTurn = 6.283185307;
-const float kDopplerEar = 10.0;  // 20 dB more sensitive than one line, because many pulses are averaged
+const float kDopplerSensitivity = 10.0;  // 20 dB more sensitive than the grey picture, because it averages pulses
 
 void main() {
     const int row = int(gl_GlobalInvocationID.x), column = int(gl_GlobalInvocationID.y);
@@ -19,14 +19,14 @@ void main() {
     const float drawn = mix(frame.doppler.z, frame.doppler.w, float(row) / float(rows - 1));
     const int line = clamp(int(share * float(kLines - 1) + 0.5), 0, kLines - 1);
     const int bin = clamp(int(drawn / frame.march.y + 0.5), 0, kSamples - 1);
-    const vec2 here = way[line * kSamples + bin];
+    const vec2 here = propagation[line * kSamples + bin];
     vec2 turned = vec2(0.0);  // the mean phasor: autocorrelation at one pulse's lag
     if (here.y > 0.0)
         for (int plane = 0; plane < kPlanes; ++plane)
             for (int d = -1; d <= 1; ++d) {
                 const int beside = clamp(line + d * max(kLines / 128, 1), 0, kLines - 1);
                 const vec3 p = sampleAt(beside, here.x / frame.march.x, plane);
-                const vec3 at = referenceOf(p) * frame.flow_scale.xyz + frame.flow_offset.xyz;
+                const vec3 at = referencePosition(p) * frame.flow_scale.xyz + frame.flow_offset.xyz;
                 const ivec3 cell = ivec3(floor(at + 0.5));
                 if (any(lessThan(cell, ivec3(0))) || any(greaterThanEqual(cell, ivec3(frame.flow_dims.xyz)))) continue;
                 const ivec4 blood = texelFetch(flow, cell, 0);
@@ -40,6 +40,6 @@ void main() {
                 turned += frame.planes[plane].y * (1.0 / 3.0) * passed * vec2(cos(angle), sin(angle));
             }
     const float power = length(turned);
-    const float heard = min(here.y * frame.flow_look.y * kDopplerEar, 1.0);
+    const float heard = min(here.y * frame.flow_look.y * kDopplerSensitivity, 1.0);
     doppler[column * rows + row] = vec2(atan(turned.y, turned.x) * (2.0 / kTurn), power > 0.0 ? power * heard : 0.0);
 }

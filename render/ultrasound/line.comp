@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// A workgroup computes a line: arrival times and remaining amplitude by prefix sums along it, then the
-// echoes at the bins of the drawn depth, coherently over the planes, and the pulse.
+// Each workgroup computes one line. Prefix sums along the line give arrival times and remaining amplitudes.
+// Then the echoes of all planes are summed coherently in bins of drawn depth, and the pulse is applied.
 layout(local_size_x = 64) in;
 #include "render/ultrasound/bindings.glsl"
 #include "render/ultrasound/sample.glsl"
@@ -10,10 +10,10 @@ layout(local_size_x = 64) in;
 const int kThreads = 64, kChunk = (kSamples + kThreads - 1) / kThreads;
 
 shared float jump_at[kSamples];   // drawn depth of the change between a sample and the next
-shared float mirrored[kSamples];  // amplitude that it reflects
+shared float mirrored[kSamples];  // amplitude that this change reflects
 shared float field_x[kSamples], field_y[kSamples];
-shared vec2 parts[kThreads];  // of each thread's stretch: drawn depth, amplitude that passes
-shared vec2 needle_at;        // needle: drawn depth, remaining amplitude
+shared vec2 parts[kThreads];  // per thread, for its stretch: drawn length, share of the amplitude that passes
+shared vec2 needle_at;        // at the needle: drawn depth, remaining amplitude
 
 Sample sampleIn(int base, int i) {
     const uvec4 bits = samples[base + min(i, kSamples - 1)];
@@ -24,7 +24,7 @@ Sample sampleIn(int base, int i) {
                   facing == 0u ? -1.0 : float(facing - 1u) * (1.0 / 254.0), mean.y, mean.z, unpackHalf2x16(bits.y));
 }
 
-// Start and end of this thread's stretch: drawn depth, remaining amplitude.
+// Drawn depth and remaining amplitude at the start and at the end of this thread's stretch.
 void prefix(int base, int from, int to, out vec2 first, out vec2 last) {
     vec2 part = vec2(0.0, 1.0);
     Sample a = sampleIn(base, from);
@@ -57,7 +57,7 @@ void markJumps(int base, vec4 needle, int from, int to, vec2 at) {
     }
 }
 
-// Adds to the bins that lie within this thread's stretch.
+// Adds echoes and noise to the bins that lie within this thread's stretch.
 void addBins(int base, int line, int from, int to, vec2 at, float end, float weight, bool middle) {
     const float bin = frame.march.y;
     int j = int(ceil(at.x / bin)), k = from;
@@ -84,7 +84,7 @@ void addBins(int base, int line, int from, int to, vec2 at, float end, float wei
         const vec2 noise = noiseBetween(a.noise, b.noise, share) * (grains * depths[j].row.y);
         field_x[j] += weight * (echo * frame.pulse[0].y + noise.x);
         field_y[j] += weight * noise.y;
-        if (kColour && middle) way[line * kSamples + j] = vec2((float(k) + share) * frame.march.x, left);
+        if (kColour && middle) propagation[line * kSamples + j] = vec2((float(k) + share) * frame.march.x, left);
     }
 }
 
@@ -102,7 +102,7 @@ void main() {
     const float coupling = lines[line].direction.w;
     for (int j = me; j < kSamples; j += kThreads) {
         field_x[j] = field_y[j] = 0.0;
-        if (kColour) way[line * kSamples + j] = vec2(0.0);
+        if (kColour) propagation[line * kSamples + j] = vec2(0.0);
         if (coupling < 0.0) field[line * kSamples + j] = packHalf2x16(vec2(rings(float(j) * frame.march.y), 0.0));
     }
     if (coupling < 0.0) return;

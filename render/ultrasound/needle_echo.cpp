@@ -8,20 +8,20 @@
 namespace stylet::render {
 namespace {
 
-// Echo that a brushed shaft and the edge of its tip scatter in all directions. Our choice: a shaft at 45
+// Echo that a brushed shaft and the edge of its tip scatter in all directions. Chosen so that a shaft at 45
 // degrees stays visible.
 constexpr double kRoughShaft = 0.02, kTip = 0.06, kTipReach_m = 0.0015;
-// A needle of 1.5 mm halfway to the focus leaves three quarters of a beam of 6 mm, in each direction.
-constexpr double kMostShadow = 0.47;
-constexpr std::size_t kMostNeedleLines = 1024;
+// A needle of 1.5 mm halfway to the focus lets three quarters of a beam of 6 mm pass, in each direction.
+constexpr double kMaxShadow = 0.47;
+constexpr std::size_t kMaxNeedleLines = 1024;
 constexpr double kFaintest = 0.02;  // weight below which the needle is not seen
 
 struct Meeting {
     double along_line_m = 0.0, along_needle_m = 0.0, cost = 0.0;
 };
 
-// Finds where line and shaft come nearest to each other. Distances across the picture's plane are measured
-// in the beam's sigma, distances in the plane in `width`.
+// Finds where line and shaft come nearest to each other. Distances perpendicular to the picture's plane are
+// in units of `sigma`, distances in the plane in units of `width`.
 Meeting nearest(const ScanLine& line, const Vec3& tip, const Vec3& axis, double length, double width,
                 double sigma) {
     const Vec3 scale(1.0 / width, 1.0 / sigma, 1.0 / width);
@@ -46,7 +46,7 @@ NeedleEcho needleEcho(const Transducer& probe, const ScanLine& line, double pitc
     const double width = needle.radius_m + 0.5 * pitch_m;
     Meeting m;
     m.along_line_m = std::max(tip.z, 0.0);
-    for (int i = 0; i < 3; ++i) {  // repeat: the thickness depends on the depth
+    for (int i = 0; i < 3; ++i) {  // iterate, because the beam's thickness depends on the depth
         const double sigma = beamThickness_m(probe, std::max(m.along_line_m, 0.0)) / kWidthsPerSigma;
         m = nearest(line, tip, axis, needle.length_m, width, sigma);
     }
@@ -57,11 +57,11 @@ NeedleEcho needleEcho(const Transducer& probe, const ScanLine& line, double pitc
     const double glint = std::exp2(-half_widths * half_widths);
     const double tip_glow = kTip * std::exp(-m.along_needle_m / kTipReach_m);
     return {m.along_line_m, reflectivity * weight * std::min(glint + kRoughShaft + tip_glow, 1.0),
-            kMostShadow * weight};
+            kMaxShadow * weight};
 }
 
 void spreadShadows(const Transducer& probe, std::span<NeedleEcho> lines) {
-    std::array<double, kMostNeedleLines> cast{};
+    std::array<double, kMaxNeedleLines> cast{};
     const std::size_t count = std::min(lines.size(), cast.size());
     std::size_t nearest = count;  // index of the nearest line with an echo
     for (std::size_t i = 0; i < count; ++i) {
@@ -72,7 +72,8 @@ void spreadShadows(const Transducer& probe, std::span<NeedleEcho> lines) {
     for (std::size_t i = 0; i < count; ++i) {
         if (lines[i].depth_m > 0.0) nearest = i;
         const double depth_m = lines[nearest].depth_m;
-        // At the needle's depth, the beam to a point twice as deep is half as wide as the aperture.
+        // A beam focused at twice the needle's depth is half as wide as the aperture where it passes the
+        // needle.
         const double reach_m = 0.25 * probe.aperture_m;
         const auto reach = std::size_t(reach_m / linePitch_m(probe, int(count), depth_m));
         const std::size_t from = i - std::min(i, reach), to = std::min(count, i + reach + 1);

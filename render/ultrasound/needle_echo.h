@@ -3,12 +3,13 @@
 
 #include <span>
 
+#include "render/scene/scene.h"
 #include "render/ultrasound/transducer.h"
 
 namespace stylet::render {
 
 struct NeedleShape {
-    double radius_m = 0.00074, length_m = 0.200;  // 17 G
+    double radius_m = kNeedleRadius_m, length_m = 0.200;
 };
 
 // The echo is bright where the beam meets the shaft at nearly a right angle, and only within the beam's
@@ -21,8 +22,8 @@ struct NeedleEcho {
 NeedleEcho needleEcho(const Transducer&, const ScanLine&, double pitch_m, const Pose& probe_from_needle,
                       const NeedleShape&, double reflectivity);
 
-// Spreads each line's shadow over its neighbours. A line is made by a whole aperture, so beside the
-// needle's end only some of its elements are shaded. A line without an echo gets the depth at which its
+// Spreads each line's shadow over its neighbours. A whole aperture forms each line, so beside the needle's
+// end the needle shades only some of its elements. A line without an echo gets the depth at which its
 // neighbour's shadow begins.
 void spreadShadows(const Transducer&, std::span<NeedleEcho>);
 

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Scan conversion, drawn at 1540 m/s, with the machine's overlays.
+// Scan conversion at an assumed 1540 m/s, and the machine's overlays.
 layout(local_size_x = 8, local_size_y = 8) in;
 #include "render/ultrasound/bindings.glsl"
 

@@ -1,7 +1,7 @@
 // Reference position of a sample's tissue. Include after bindings.glsl.
 #include "render/volume/deform.glsl"
 
-vec3 referenceOf(vec3 p) {
+vec3 referencePosition(vec3 p) {
     if (kPressed) p -= toolMoved(p);
     return kBreathes ? referenceFromDeformed(p) : p;
 }
@@ -19,7 +19,7 @@ const int kPlaceRows = (kLines + kCoarseLines - 1) / kCoarseLines + 1;
 
 // Reference minus deformed position on the coarse grid, interpolated between its rows.
 vec3 shiftOnGrid(int line, int column, int plane) {
-    // The last row belongs to the last line, however near that is to the row before.
+    // The last row is the last line, so it may be closer than kCoarseLines lines to the row before.
     const int row = line / kCoarseLines, reach = min(kCoarseLines, max(kLines - 1 - row * kCoarseLines, 1));
     const int at = (plane * kPlaceRows + row) * kPlaceColumns + column;
     return mix(places[at].xyz, places[at + kPlaceColumns].xyz, float(line - row * kCoarseLines) / float(reach));

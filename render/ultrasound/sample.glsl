@@ -6,9 +6,9 @@ struct Sample {
     float scatter;    // amplitude
     float crossing;   // steps to the border of its voxel, along the line; kCrossingRange: none
     float facing;     // |cos| between that border's normal and the line; < 0: unknown
-    float passes;     // two-way amplitude that passes a step in it, as the machine amplifies it
-    float drawn;      // depth that the machine draws for a step in it, m
-    vec2 noise;       // of its scatterers, unit variance
+    float passes;     // two-way amplitude that passes a step in this tissue, with the machine's compensation
+    float drawn;      // length that the machine draws for a step in this tissue, m
+    vec2 noise;       // of the scatterers, unit variance
 };
 
 // The step from a sample to the next.
@@ -20,14 +20,14 @@ struct Step {
     float mirrored;   // reflected amplitude: tanh(jump), less at oblique incidence
 };
 
-Sample sampleOf(uint tissue, float vary, bool wall, float crossing, float facing, vec2 noise) {
-    const vec4 mean = frame.tissues[tissue].mean, by_hu = frame.tissues[tissue].vary;
-    return Sample(tissue, mean.x + by_hu.x * vary, wall ? by_hu.z : mean.w * exp(by_hu.y * vary), crossing, facing, mean.y,
+Sample makeSample(uint tissue, float variation, bool wall, float crossing, float facing, vec2 noise) {
+    const vec4 mean = frame.tissues[tissue].mean, by_hu = frame.tissues[tissue].variation;
+    return Sample(tissue, mean.x + by_hu.x * variation, wall ? by_hu.z : mean.w * exp(by_hu.y * variation), crossing, facing, mean.y,
                   mean.z, noise);
 }
 
-// A border lies within one step, because its voxel stores it as a plane. The pulse then sums up exactly
-// that step's jump.
+// A border lies within a single step, because its voxel stores it as a plane. The pulse therefore sums up the
+// whole jump.
 Step stepBetween(Sample a, Sample b) {
     Step s;
     const bool ahead = a.crossing >= 0.0 && a.crossing <= 1.0, behind = b.crossing <= 0.0 && b.crossing >= -1.0;
@@ -52,7 +52,7 @@ vec3 unfold(uint x, uint y) {
     return normalize(n);
 }
 
-// Noise of a node of the scatterers' lattice: four bytes, two for each part.
+// Noise of a node of the scatterers' lattice: four bytes, two each for the real and the imaginary part.
 vec2 scattererAt(uvec3 node) {
     uint h = node.x * 0x9e3779b1u ^ node.y * 0x85ebca77u ^ node.z * 0xc2b2ae3du;
     h = (h ^ h >> 15) * 0x2c1b3c6du;
@@ -61,8 +61,8 @@ vec2 scattererAt(uvec3 node) {
     return vec2(float(h & 255u) + float(h >> 8 & 255u), float(h >> 16 & 255u) + float(h >> 24)) - 255.0;
 }
 
-// Complex noise that is fixed to the tissue. It is linear in the lattice's tetrahedra and equally strong
-// between its nodes and on them.
+// Complex noise that is fixed to the tissue. It is interpolated linearly in the lattice's tetrahedra, and
+// scaled to the same variance between nodes as on them.
 vec2 scatterersAt(vec3 p) {
     const vec3 at = vec3(dot(frame.lattice[0].xyz, p), dot(frame.lattice[1].xyz, p), dot(frame.lattice[2].xyz, p)) *
                     frame.across.w;
@@ -70,8 +70,8 @@ vec2 scatterersAt(vec3 p) {
     const uvec3 node = uvec3(ivec3(low));
     const float most = max(f.x, max(f.y, f.z)), least = min(f.x, min(f.y, f.z));
     const float middle = f.x + f.y + f.z - most - least;
-    // Corners of the tetrahedron: from the lowest corner along the axis of the largest share, then of the
-    // next, then of the last.
+    // Corners of the tetrahedron: from the lowest corner along the axis with the largest fraction, then along
+    // the one with the next largest, then along the last.
     const uvec3 first = uvec3(f.x == most, f.x != most && f.y == most, f.x != most && f.y != most);
     const uvec3 last = uvec3(f.z != least && f.y != least, f.z != least && f.y == least, f.z == least);
     const vec4 w = vec4(1.0 - most, most - middle, middle - least, least);
@@ -80,8 +80,8 @@ vec2 scatterersAt(vec3 p) {
     return sum * (kScattererScale * inversesqrt(dot(w, w)));
 }
 
-// `p`: position in the reference patient. `depth_m`: depth along the line of this direction; up to `gel_m`
-// there is gel.
+// `p`: position in the reference patient. `direction`: of the line. `depth_m`: depth along the line; up to
+// `gel_m` there is gel.
 Sample sampleAtPlace(vec3 p, vec3 direction, float depth_m, float gel_m) {
     const vec3 at = p * frame.voxel_scale.xyz + frame.voxel_offset.xyz;
     const ivec3 cell = ivec3(floor(at + 0.5));
@@ -91,7 +91,7 @@ Sample sampleAtPlace(vec3 p, vec3 direction, float depth_m, float gel_m) {
     code = inside ? code : air;
     uint tissue = code & 31u;
     const uint near = code >> kNearAt & 63u;
-    float vary = (float(code >> kVaryAt) - 8.0) * (1.0 / 7.0), crossing = kCrossingRange, facing = -1.0, wall_m = 1.0;
+    float variation = (float(code >> kVariationAt) - 8.0) * (1.0 / 7.0), crossing = kCrossingRange, facing = -1.0, wall_m = 1.0;
     if (near != 0u) {
         const vec3 n = unfold(code >> kNormalXAt & 63u, code >> kNormalYAt & 63u);
         const float to_border = float(near) * (kNearRange / 63.0) - dot(n, at - vec3(cell));
@@ -102,19 +102,19 @@ Sample sampleAtPlace(vec3 p, vec3 direction, float depth_m, float gel_m) {
         wall_m = abs(to_border) * per_m;
         if (to_border < 0.0) {
             tissue = code >> kOtherAt & 31u;
-            vary = 0.0;
+            variation = 0.0;
         }
     }
     // Gel creeps into the gap that is left between a pressed face and the skin.
     const bool gel = depth_m < gel_m || (tissue == air && depth_m < gel_m + frame.reach.z);
     if (gel) {
         tissue = uint(frame.voxel_dims.w);
-        vary = 0.0;
+        variation = 0.0;
     }
-    return sampleOf(tissue, vary, !gel && wall_m < frame.tissues[tissue].vary.w, crossing, facing, scatterersAt(p));
+    return makeSample(tissue, variation, !gel && wall_m < frame.tissues[tissue].variation.w, crossing, facing, scatterersAt(p));
 }
 
-// Noise of a bin between two samples, as strong as theirs.
+// Noise of a bin between two samples, with the same variance as theirs.
 vec2 noiseBetween(vec2 a, vec2 b, float share) {
     const float other = 1.0 - share;
     return (other * a + share * b) * inversesqrt(other * other + share * share + 2.0 * other * share * frame.reach.y);

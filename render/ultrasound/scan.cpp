@@ -7,8 +7,8 @@ namespace stylet::render {
 namespace {
 
 constexpr double kPulseReach = 2.5;  // sigma
-// Sigma. Below it a mirror's echo depends on its position between bins.
-constexpr double kLeastPulse_bins = 0.75;
+// Smallest sigma. With a shorter pulse, a mirror's echo would depend on its position between bins.
+constexpr double kMinPulse_bins = 0.75;
 
 double cubicSpline(double x) {
     x = std::fabs(x);
@@ -20,7 +20,7 @@ double cubicSpline(double x) {
 // Variance of noise averaged with Gaussian weights of `sigma`. `correlation(lag)`: correlation of noise
 // that many taps apart.
 template <typename Correlation>
-double varianceOf(double sigma, double reach_sigma, const Correlation& correlation) {
+double computeVariance(double sigma, double reach_sigma, const Correlation& correlation) {
     const int taps = int(std::ceil(reach_sigma * sigma));
     double sum = 0.0, variance = 0.0;
     for (int d = -taps; d <= taps; ++d)
@@ -35,7 +35,8 @@ double varianceOf(double sigma, double reach_sigma, const Correlation& correlati
     return variance / (sum * sum);
 }
 
-// Correlation of the noise in bins that lie anywhere between two samples (sample.glsl).
+// Correlation of the noise of bins, averaged over their positions between two samples (noiseBetween() in
+// sample.glsl).
 double binCorrelation(int lag, double step_m) {
     const auto rho = [&](int steps) { return scattererCorrelation(std::abs(steps) * step_m); };
     constexpr int kPhases = 8;
@@ -107,7 +108,7 @@ int ScanPlan::taps() const {
     return last;
 }
 
-// The noise is linear between the nodes of its lattice.
+// The noise is linear between the nodes of its lattice, so its correlation is a cubic B-spline.
 double scattererCorrelation(double apart_m) {
     return 1.5 * cubicSpline(apart_m / kScatterers_m);
 }
@@ -124,10 +125,10 @@ ScanPlan makeScanPlan(const Transducer& probe, const UltrasoundSettings& setting
         2.0 * kNeperPerDb * 100.0 * settings.compensation_db_per_cm_mhz * plan.frequency_hz * 1e-6;
     plan.planes = makePlanes(settings.planes);
     const double pulse_bins =
-        std::max(pulseLength_m(probe, plan.frequency_hz) / kWidthsPerSigma / plan.bin_m, kLeastPulse_bins);
+        std::max(pulseLength_m(probe, plan.frequency_hz) / kWidthsPerSigma / plan.bin_m, kMinPulse_bins);
     makePulse(plan, pulse_bins);
     const double along =
-        varianceOf(pulse_bins, kPulseReach, [&](int lag) { return binCorrelation(lag, plan.step_m); });
+        computeVariance(pulse_bins, kPulseReach, [&](int lag) { return binCorrelation(lag, plan.step_m); });
     plan.depths.resize(std::size_t(settings.samples));
     for (std::size_t i = 0; i < plan.depths.size(); ++i) {
         ScanPlan::Depth& d = plan.depths[i];
@@ -135,8 +136,8 @@ ScanPlan makeScanPlan(const Transducer& probe, const UltrasoundSettings& setting
         const double width = beamWidth_m(probe, plan.frequency_hz, plan.focus_m, depth);
         d.thickness_sigma_m = beamThickness_m(probe, depth) / kWidthsPerSigma;
         d.width_sigma_lines = std::max(width / kWidthsPerSigma / pitch, 0.3);
-        const double aside = varianceOf(d.width_sigma_lines, settings.reach_sigma,
-                                        [&](int lag) { return scattererCorrelation(lag * pitch); });
+        const double aside = computeVariance(d.width_sigma_lines, settings.reach_sigma,
+                                             [&](int lag) { return scattererCorrelation(lag * pitch); });
         d.speckle = 1.0 / std::sqrt(along * aside * planesVariance(plan.planes, d.thickness_sigma_m));
     }
     setGains(plan, settings);
@@ -153,7 +154,8 @@ void setGains(ScanPlan& plan, const UltrasoundSettings& settings) {
     }
 }
 
-std::string_view refusal(const UltrasoundInput& input, const UltrasoundSettings& s, const Transducer& probe) {
+std::string_view noScanReason(const UltrasoundInput& input, const UltrasoundSettings& s,
+                              const Transducer& probe) {
     if (!input.patient_from_probe) return "there is no probe";
     if (!sound(*input.patient_from_probe)) return "the probe's pose is not a pose";
     if (input.patient_from_needle && !sound(*input.patient_from_needle))
@@ -169,8 +171,8 @@ std::string_view refusal(const UltrasoundInput& input, const UltrasoundSettings&
     for (const double slider : s.tgc_db)
         gains = gains && within(slider, -200.0, 200.0);
     if (!gains) return "a gain is out of range";
-    if (s.lines < 2 || s.lines > kMostLines || s.samples < 16 || s.samples > kMostSamples || s.planes < 1 ||
-        s.planes > kMostPlanesScanned || s.place_samples < 1 || !within(s.reach_sigma, 0.1, 10.0))
+    if (s.lines < 2 || s.lines > kMaxLines || s.samples < 16 || s.samples > kMaxSamples || s.planes < 1 ||
+        s.planes > kMaxScannedPlanes || s.place_samples < 1 || !within(s.reach_sigma, 0.1, 10.0))
         return "lines, samples or planes are out of range";
     if (!within(s.gel_m, 0.0, 0.05) || !within(s.noise_db, -1000.0, 0.0))
         return "gel or noise is out of range";

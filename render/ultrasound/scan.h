@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "render/ultrasound/needle_echo.h"
+#include "render/ultrasound/scan_shared.h"
 
 namespace stylet::patient {
 struct VesselFlow;
@@ -35,7 +36,7 @@ struct UltrasoundSettings {
     double depth_m = 0.0, frequency_hz = 0.0, focus_m = 0.0;  // 0: the transducer's default
     double gain_db = 0.0;
     std::array<double, kTgcSliders> tgc_db{};  // one per depth range, from the face to the full depth
-    double compensation_db_per_cm_mhz = 0.55;  // one way; what the machine assumes
+    double compensation_db_per_cm_mhz = 0.55;  // one way; the attenuation that the machine assumes
     double dynamic_range_db = 60.0;
     bool freeze = false;  // no new scan: shows the last one with the current gains and marks
     std::optional<DopplerBox> doppler;
@@ -60,7 +61,7 @@ struct UltrasoundInput {
     NeedleShape needle;
     std::optional<std::array<Vec3, 2>>
         guide_m;               // deformed patient: drawn dashed where it lies in the picture
-    double time_s = 0.0;       // time in the heartbeat
+    double time_s = 0.0;       // determines the heartbeat's phase
     std::uint64_t number = 0;  // number of the picture: seed of its electronic noise
 };
 
@@ -102,11 +103,11 @@ void setGains(ScanPlan&, const UltrasoundSettings&);
 // Correlation of the scatterers' noise at two points.
 double scattererCorrelation(double apart_m);
 
-// Returns why there can be no scan, or nothing if there can be one.
-std::string_view refusal(const UltrasoundInput&, const UltrasoundSettings&, const Transducer&);
+// Returns the reason why nothing can be scanned; empty if a scan is possible.
+std::string_view noScanReason(const UltrasoundInput&, const UltrasoundSettings&, const Transducer&);
 
 inline constexpr double kNeperPerDb = 0.11512925464970229;
-inline constexpr int kMostLines = 1024, kMostSamples = 2048, kMostPlanesScanned = 17;
+inline constexpr int kMaxLines = 1024, kMaxSamples = 2048, kMaxScannedPlanes = gpu::kMaxPlanes;
 inline constexpr double kScatterers_m = 0.0005;  // spacing of the nodes of the scatterers' lattice
 inline constexpr double kWhite_db = -16.0;       // echo that is drawn white at gain 0
 // A line is marched this much further than drawn, because sound is faster in muscle than the machine

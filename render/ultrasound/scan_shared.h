@@ -3,18 +3,15 @@
 #ifndef STYLET_RENDER_ULTRASOUND_SCAN_SHARED_H
 #define STYLET_RENDER_ULTRASOUND_SCAN_SHARED_H
 
-#ifdef __cplusplus
-#include <glm/mat4x4.hpp>
-#include <glm/vec4.hpp>
+#include "render/scene/shader_types.h"
 
+#ifdef __cplusplus
 namespace stylet::render::gpu {
-using glm::mat4;
-using glm::vec4;
 #endif
 
-const int kMostTissues = 32, kMostPlanes = 17, kMostTaps = 6;
+const int kMaxTissues = 32, kMaxPlanes = 17, kMaxTaps = 6;
 // Packed voxels (acoustic_volume.h) and packed samples of the march: offsets in bits.
-const int kOtherAt = 5, kNearAt = 10, kNormalXAt = 16, kNormalYAt = 22, kVaryAt = 28;
+const int kOtherAt = 5, kNearAt = 10, kNormalXAt = 16, kNormalYAt = 22, kVariationAt = 28;
 const int kCrossingAt = 5, kFacingAt = 15;
 const float kNearRange = 0.875;    // voxels
 const float kCrossingRange = 2.0;  // steps in either direction
@@ -29,7 +26,7 @@ const float kFlowUnit = 32767.0, kFlowKindStep = 6000.0;  // patient/contrast/ve
 struct AcousticUniforms {
     vec4 mean;  // ln impedance; two-way amplitude that a step passes; drawn length of a step, m; scatter
     // Change for a CT value one span higher: ln impedance, ln scatter. Wall: amplitude, thickness in m.
-    vec4 vary;
+    vec4 variation;
 };
 
 struct ScanUniforms {
@@ -41,23 +38,23 @@ struct ScanUniforms {
     vec4 across;        // the probe's +y in the patient frame; w: 1 / spacing of the scatterers, 1/m
     vec4 lattice[3];    // rows of the rotation from the patient frame to the scatterers' lattice
     vec4 march;  // step, m; drawn bin, m; amplitude of electronic noise; amplification, neper per drawn m
-    vec4 pulse[kMostTaps + 1];  // x: taps, from the middle; y: factor that makes a mirror's echo 1
-    vec4 rings;                 // rings in air: period and decay, drawn m; amplitude
-    vec4 tone;                  // dynamic range, dB; gain; number of the picture; 1: a guide is drawn
-    vec4 planes[kMostPlanes];   // x: offset in standard deviations of the beam's thickness; y: weight
-    vec4 probe;                 // convex 0, linear 1; radius; half-angle; half-width, m
-    vec4 view;                  // picture: m per pixel; left, top in m; depth, m
-    vec4 guide;                 // start and end in the picture's plane, m
-    vec4 marks;                 // focus, m; spacing of the ticks, m; picture's width, height, pixels
-    vec4 doppler;               // box: lines from, to (shares 0..1), depths from, to, m
-    vec4 flow_scale;            // patient frame to voxels of the flow; w: unit of the flow, m/s
-    vec4 flow_offset;           // w: Nyquist velocity, m/s
-    vec4 flow_dims;             // voxels
-    vec4 flow_look;             // wall filter, m/s; gain; columns and rows of the Doppler grid
+    vec4 pulse[kMaxTaps + 1];  // x: taps, from the middle; y: factor that makes a mirror's echo 1
+    vec4 rings;                // rings in air: period and decay, drawn m; amplitude
+    vec4 tone;                 // dynamic range, dB; gain; number of the picture; 1: a guide is drawn
+    vec4 planes[kMaxPlanes];   // x: offset in standard deviations of the beam's thickness; y: weight
+    vec4 probe;                // convex 0, linear 1; radius; half-angle; half-width, m
+    vec4 view;                 // picture: m per pixel; left, top in m; depth, m
+    vec4 guide;                // start and end in the picture's plane, m
+    vec4 marks;                // focus, m; spacing of the ticks, m; picture's width, height, pixels
+    vec4 doppler;              // box: lines from, to (shares 0..1), depths from, to, m
+    vec4 flow_scale;           // patient frame to voxels of the flow; w: unit of the flow, m/s
+    vec4 flow_offset;          // w: Nyquist velocity, m/s
+    vec4 flow_dims;            // voxels
+    vec4 flow_look;            // wall filter, m/s; gain; columns and rows of the Doppler grid
     vec4 pulses[2];  // factor of the heartbeat for each kind of vessel (patient/contrast/vessel_flow.h)
     // Summed beam width, standard deviations; correlation of the noise one step apart; creep of the gel, m.
     vec4 reach;
-    AcousticUniforms tissues[kMostTissues];
+    AcousticUniforms tissues[kMaxTissues];
 };
 
 struct LineUniforms {

@@ -6,12 +6,15 @@
 
 #include <glm/gtc/quaternion.hpp>
 
+#include "render/scene/projection.h"
+
 namespace stylet::render {
 namespace {
 
 constexpr double kMargin_pixels = 8.0, kRuler_pixels = 14.0;
-// depth to which gel fills air behind the skin, which is known only to whole voxels
-constexpr double kGelCreeps_m = 0.002;
+// Gel fills air this much deeper than the computed contact, because the skin's position is known only to
+// whole voxels.
+constexpr double kExtraGel_m = 0.002;
 constexpr double kTick_m = 0.01;
 // In air a probe shows its own lens: some bands that fade within a centimetre. Values chosen by eye.
 constexpr double kRingPeriod_m = 0.0016, kRingDecay_m = 0.004, kRingAmplitude = 0.09;
@@ -20,14 +23,10 @@ double amplitude(double db) {
     return std::exp(kNeperPerDb * db);
 }
 
-// The lattice of scatterers is rotated relative to the patient's axes and to every plane that a probe is
-// likely to look along.
+// The lattice of scatterers is rotated relative to the patient's axes and to every plane in which a probe is
+// likely to scan.
 glm::dmat3 latticeFromPatient() {
     return glm::mat3_cast(glm::normalize(glm::dquat(0.83, 0.31, -0.41, 0.22)));
-}
-
-glm::vec4 padded(const Vec3& v, double w = 0.0) {
-    return {glm::vec3(v), float(w)};
 }
 
 gpu::AcousticUniforms acousticUniforms(const Acoustic& a, const ScanPlan& plan) {
@@ -61,13 +60,13 @@ PictureView pictureView(const Transducer& probe, const UltrasoundSettings& setti
 void fillUniforms(const ScanSetup& setup, const Grid& grid, gpu::ScanUniforms& u) {
     const auto& [plan, input, settings, probe, table] = setup;
     const Pose& patient_from_probe = *input.patient_from_probe;
-    u.voxel_scale = padded(1.0 / grid.spacing_m, table.roughness);
-    u.voxel_offset = padded(-grid.origin_m / grid.spacing_m, table.air);
-    u.voxel_dims = padded(Vec3(grid.dims), table.gel);
-    u.across = padded(patient_from_probe.direction({0, 1, 0}), 1.0 / kScatterers_m);
+    u.voxel_scale = toVec4(1.0 / grid.spacing_m, table.roughness);
+    u.voxel_offset = toVec4(-grid.origin_m / grid.spacing_m, table.air);
+    u.voxel_dims = toVec4(Vec3(grid.dims), table.gel);
+    u.across = toVec4(patient_from_probe.direction({0, 1, 0}), 1.0 / kScatterers_m);
     const glm::dmat3 lattice = glm::transpose(latticeFromPatient());
     for (int i = 0; i < 3; ++i)
-        u.lattice[i] = padded(lattice[i]);
+        u.lattice[i] = toVec4(lattice[i]);
     const double noise = settings.noise_db > -300.0 ? amplitude(settings.noise_db) : 0.0;
     u.march = {plan.step_m, plan.bin_m, noise, plan.amplified_np_per_m};
     for (std::size_t i = 0; i < plan.pulse.size(); ++i)
@@ -88,7 +87,7 @@ void fillUniforms(const ScanSetup& setup, const Grid& grid, gpu::ScanUniforms& u
     }
     u.marks = {plan.focus_m, kTick_m, settings.width, settings.height};
     u.reach = {settings.reach_sigma, scattererCorrelation(plan.step_m),
-               settings.gel_m > 0.0 ? kGelCreeps_m : 0.0, 0.0};
+               settings.gel_m > 0.0 ? kExtraGel_m : 0.0, 0.0};
     if (const auto& box = settings.doppler) {
         u.doppler = {box->from_share, box->to_share, box->from_m, box->to_m};
         u.flow_look = {box->wall_filter_m_per_s, amplitude(box->gain_db), kDopplerColumns, kDopplerRows};
@@ -102,7 +101,7 @@ void fillLines(const ScanSetup& setup, const Contact& contact, gpu::LineUniforms
     const Pose& patient_from_probe = *input.patient_from_probe;
     const double glint =
         reflectivity(table.acoustics[std::size_t(table.gel)], table.acoustics[std::size_t(table.steel)]);
-    std::array<NeedleEcho, kMostLines> echoes{};
+    std::array<NeedleEcho, kMaxLines> echoes{};
     std::optional<Pose> probe_from_needle;
     if (input.patient_from_needle)
         probe_from_needle = patient_from_probe.inverse() * *input.patient_from_needle;
@@ -111,8 +110,8 @@ void fillLines(const ScanSetup& setup, const Contact& contact, gpu::LineUniforms
         const ScanLine line = scanLine(probe, 2.0 * double(l) / double(settings.lines - 1) - 1.0);
         const bool marched = c.coupling > 0.0 || !settings.skips.lines_in_air;
         gpu::LineUniforms& u = out[l];
-        u.origin = padded(patient_from_probe * line.origin_m, c.gel_m);
-        u.direction = padded(patient_from_probe.direction(line.direction), marched ? c.coupling : -1.0);
+        u.origin = toVec4(patient_from_probe * line.origin_m, c.gel_m);
+        u.direction = toVec4(patient_from_probe.direction(line.direction), marched ? c.coupling : -1.0);
         if (!probe_from_needle) continue;
         const double pitch = linePitch_m(probe, settings.lines, 0.5 * plan.depth_m);
         echoes[l] = needleEcho(probe, line, pitch, *probe_from_needle, input.needle, glint);

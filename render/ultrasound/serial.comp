@@ -1,8 +1,8 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// An invocation computes a line, from the face down. For devices with few lanes and slow memory (a
-// processor). Gives the same echoes as tissue.comp and line.comp, which compute a line by prefix sums.
+// Each invocation computes one line, from the face down. For devices with few lanes and slow memory, such as
+// a processor. Gives the same echoes as tissue.comp and line.comp, which compute a line by prefix sums.
 layout(local_size_x = 8) in;
 #include "render/ultrasound/bindings.glsl"
 #include "render/ultrasound/places.glsl"
@@ -10,11 +10,11 @@ layout(local_size_x = 8) in;
 
 const int kReach = 2;
 
-vec3 shift_from, shift_to;  // displacements on either side of the samples that share a look-up
+vec3 shift_from, shift_to;  // displacements at both ends of the samples that share a look-up
 
-vec3 placeOf(int line, int i, int plane) {
+vec3 samplePosition(int line, int i, int plane) {
     if (!kBreathes && !kPressed) return sampleAt(line, float(i), plane);
-    if (kCoarse == 1) return referenceOf(sampleAt(line, float(i), plane));
+    if (kCoarse == 1) return referencePosition(sampleAt(line, float(i), plane));
     const int column = i / kCoarse;
     if (i % kCoarse == 0) {
         shift_from = column == 0 ? shiftOnGrid(line, 0, plane) : shift_to;
@@ -31,7 +31,7 @@ void main() {
     if (direction.w < 0.0) {
         for (int j = 0; j < kSamples; ++j) {
             field[line * kSamples + j] = packHalf2x16(vec2(rings(float(j) * bin), 0.0));
-            if (kColour) way[line * kSamples + j] = vec2(0.0);
+            if (kColour) propagation[line * kSamples + j] = vec2(0.0);
         }
         return;
     }
@@ -46,14 +46,14 @@ void main() {
         for (int i = 0; i <= 2 * kTaps; ++i) past[i] = vec2(0.0);
         float t = 0.0, left = 1.0;
         int j = 0;
-        Sample a = sampleAtPlace(placeOf(line, 0, plane), direction.xyz, 0.0, gel_m);
+        Sample a = sampleAtPlace(samplePosition(line, 0, plane), direction.xyz, 0.0, gel_m);
         const int end = kSamples + kReach + kTaps;
         for (int k = 0; k < 3 * kSamples && j < end; ++k) {
             // Beyond the last sample no new echoes are added; only the pending bins are completed.
             const bool marched = k < kSamples;
             Sample b = a;
             if (k + 1 < kSamples)
-                b = sampleAtPlace(placeOf(line, k + 1, plane), direction.xyz, float(k + 1) * frame.march.x, gel_m);
+                b = sampleAtPlace(samplePosition(line, k + 1, plane), direction.xyz, float(k + 1) * frame.march.x, gel_m);
             const Step s = stepBetween(a, b);
             const float jump_at = t + a.drawn * s.share, x = jump_at * per_bin - float(j);
             for (int i = 0; i <= 2 * kReach; ++i)
@@ -70,7 +70,7 @@ void main() {
                 if (marched && j < kSamples)
                     open[kReach] += noiseBetween(a.noise, b.noise, share) * (grains * depths[min(j, kSamples - 1)].row.y);
                 if (kColour && turn == 0 && marched && j < kSamples)
-                    way[line * kSamples + j] = vec2((float(k) + share) * frame.march.x, here_left);
+                    propagation[line * kSamples + j] = vec2((float(k) + share) * frame.march.x, here_left);
                 for (int i = 0; i < 2 * kTaps; ++i) past[i] = past[i + 1];
                 past[2 * kTaps] = open[0];
                 for (int i = 0; i < 2 * kReach; ++i) open[i] = open[i + 1];

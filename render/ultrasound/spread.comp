@@ -5,7 +5,7 @@
 layout(local_size_x = 64) in;
 #include "render/ultrasound/bindings.glsl"
 
-const int kMostBeamTaps = 24;
+const int kMaxBeamTaps = 24;
 
 // Pcg hash, Jarzynski and Olano 2020, Journal of Computer Graphics Techniques 9(3).
 uint scrambled(uint v) {
@@ -14,7 +14,7 @@ uint scrambled(uint v) {
     return (v >> 22u) ^ v;
 }
 
-// Two nearly normal numbers of unit variance.
+// Two pseudo-random numbers, nearly normally distributed with unit variance.
 vec2 thermal(uint seed) {
     const uint a = scrambled(seed), b = scrambled(a);
     const vec4 u = vec4(a & 0xffffu, a >> 16u, b & 0xffffu, b >> 16u) * (1.0 / 65535.0);
@@ -29,7 +29,7 @@ void main() {
     const float q = 0.5 / (row.z * row.z), fall = exp(-2.0 * q);
     float weight = 1.0, ratio = exp(-q), total = 1.0;
     vec2 sum = unpackHalf2x16(field[line * kSamples + j]);
-    const int taps = min(int(ceil(frame.reach.x * row.z)), kMostBeamTaps);
+    const int taps = min(int(ceil(frame.reach.x * row.z)), kMaxBeamTaps);
     for (int d = 1; d <= taps; ++d) {
         weight *= ratio;
         ratio *= fall;

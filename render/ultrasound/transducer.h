@@ -23,8 +23,8 @@ struct Transducer {
     double frequency_hz = 3.5e6, lowest_frequency_hz = 2.0e6, highest_frequency_hz = 5.0e6;
     double aperture_m = 0.024;  // the elements that form one line
     double pulse_cycles = 2.5;
-    // Thickness of the beam across the picture's plane, at half of its amplitude: waist, depth of the
-    // waist, and the distance from it at which the thickness has grown by sqrt 2.
+    // Thickness of the beam across the picture's plane, at half of its amplitude: waist, depth of the waist,
+    // and the distance from it at which the thickness has grown by a factor of sqrt 2.
     double thickness_m = 0.0024, thickness_focus_m = 0.075, thickness_range_m = 0.050;
     friend bool operator==(const Transducer&, const Transducer&) = default;
 };

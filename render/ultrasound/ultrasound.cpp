@@ -5,6 +5,7 @@
 
 #include "patient/contrast/vessel_flow.h"
 #include "render/gpu/descriptors.h"
+#include "render/gpu/image_states.h"
 #include "render/gpu/pipelines.h"
 #include "render/shaders.h"
 #include "render/ultrasound/acoustic_volume.h"
@@ -27,34 +28,23 @@ enum class ScanBinding : std::uint32_t {
     places,
     samples,
     field,
-    way,
+    propagation,
     envelope,
     grey,
     doppler,
     picture
 };
-constexpr auto kScanImage = vk::DescriptorType::eCombinedImageSampler,
-               kScanStorage = vk::DescriptorType::eStorageBuffer;
-constexpr std::array kScanBindings{vk::DescriptorType::eUniformBuffer,
-                                   kScanImage,
-                                   kScanImage,
-                                   kScanImage,
-                                   kScanImage,
-                                   kScanImage,
-                                   kScanStorage,
-                                   kScanStorage,
-                                   kScanStorage,
-                                   kScanStorage,
-                                   kScanStorage,
-                                   kScanStorage,
-                                   kScanStorage,
-                                   kScanStorage,
-                                   kScanStorage,
-                                   kScanStorage};
-constexpr std::uint32_t kGroup = 64, kLanes = 8, kTile = 8;
+constexpr auto kScanBindings = [] {
+    std::array<vk::DescriptorType, 16> types;
+    types.fill(vk::DescriptorType::eStorageBuffer);
+    types[0] = vk::DescriptorType::eUniformBuffer;
+    std::fill_n(&types[std::size_t(ScanBinding::voxels)], 5, vk::DescriptorType::eCombinedImageSampler);
+    return types;
+}();
+constexpr int kGroup = 64, kLanes = 8, kTile = 8;
 constexpr auto kStorageUse = vk::BufferUsageFlagBits::eStorageBuffer;
 // Shared memory of line.comp in bytes: per sample, and the rest.
-constexpr std::uint32_t kSharedASample = 16, kSharedElse = 600;
+constexpr std::uint32_t kSharedBytesPerSample = 16, kSharedBytesFixed = 600;
 
 GpuImage makeVoxels(const Gpu& gpu, const patient::Patient& patient, const AcousticTable& table) {
     GpuImage image = makeVolumeImage(gpu, vk::Format::eR32Uint, patient.grid().dims);
@@ -62,17 +52,6 @@ GpuImage makeVoxels(const Gpu& gpu, const patient::Patient& patient, const Acous
     const AcousticEncoder encoder(patient, table, workers);
     uploadPlanes(gpu, image, sizeof(std::uint32_t), [&](int z0, int z1, std::byte* out) {
         encoder.encode(z0, z1, reinterpret_cast<std::uint32_t*>(out));
-    });
-    return image;
-}
-
-template <typename Texel>
-GpuImage makeFilled(const Gpu& gpu, vk::Format format, const Index3& dims, const std::vector<Texel>& texels) {
-    GpuImage image = makeVolumeImage(gpu, format, dims);
-    const std::size_t plane = std::size_t(dims.x) * std::size_t(dims.y);
-    uploadPlanes(gpu, image, sizeof(Texel), [&](int z0, int z1, std::byte* out) {
-        std::memcpy(out, texels.data() + std::size_t(z0) * plane,
-                    std::size_t(z1 - z0) * plane * sizeof(Texel));
     });
     return image;
 }
@@ -86,25 +65,7 @@ struct Passes {
                        doppler = nullptr, picture = nullptr;
 };
 
-std::uint32_t groups(int count, std::uint32_t size) {
-    return (std::uint32_t(count) + size - 1) / size;
-}
-
-void waitForWrites(const vk::raii::CommandBuffer& commands, vk::PipelineStageFlags2 reader,
-                   vk::AccessFlags2 how) {
-    const vk::MemoryBarrier2 barrier{.srcStageMask = vk::PipelineStageFlagBits2::eComputeShader,
-                                     .srcAccessMask = vk::AccessFlagBits2::eShaderStorageWrite,
-                                     .dstStageMask = reader,
-                                     .dstAccessMask = how};
-    commands.pipelineBarrier2({.memoryBarrierCount = 1, .pMemoryBarriers = &barrier});
-}
-
-void betweenPasses(const vk::raii::CommandBuffer& commands) {
-    waitForWrites(commands, vk::PipelineStageFlagBits2::eComputeShader,
-                  vk::AccessFlagBits2::eShaderStorageRead | vk::AccessFlagBits2::eShaderStorageWrite);
-}
-
-// True if they differ in nothing but gains and freeze.
+// True if the settings differ at most in gains and freeze.
 bool samePlan(const UltrasoundSettings& a, UltrasoundSettings b) {
     b.gain_db = a.gain_db;
     b.tgc_db = a.tgc_db;
@@ -115,7 +76,7 @@ bool samePlan(const UltrasoundSettings& a, UltrasoundSettings b) {
 
 constexpr std::string_view kNoContact = "the probe does not touch the skin";
 constexpr std::string_view kInBone = "the probe is inside bone";
-constexpr std::string_view kTooFine = "so many samples exceed the device's memory";
+constexpr std::string_view kTooManySamples = "so many samples exceed the device's memory";
 
 }  // namespace
 
@@ -123,13 +84,13 @@ struct Ultrasound::Impl {
     const Gpu& gpu;
     DeformedPatient& patient;
     AcousticTable table;
-    std::array<int, 256> of_labels;
+    std::array<int, 256> label_rows;
     GpuImage voxels, flow;
     vk::raii::Sampler nearest, clamped;
     Descriptors descriptors;
     Commands commands;
     std::vector<Passes> compiled;
-    Buffer scan, lines, depths, places, samples, field, way, envelope, grey, doppler, pixels;
+    Buffer scan, lines, depths, places, samples, field, propagation, envelope, grey, doppler, pixels;
     gpu::ScanUniforms uniforms{};
     ScanPlan plan;
     Contact contact;
@@ -148,10 +109,10 @@ struct Ultrasound::Impl {
         : gpu(g),
           patient(p),
           table(t),
-          of_labels(acousticsOfLabels(table, p.patient())),
+          label_rows(acousticsByLabel(table, p.patient())),
           voxels(makeVoxels(g, p.patient(), table)),
-          flow(makeFilled(g, vk::Format::eR16G16B16A16Sint, Index3(2),
-                          std::vector<std::array<std::int16_t, 4>>(8))),
+          flow(makeFilledVolume(g, vk::Format::eR16G16B16A16Sint, Index3(2), 8,
+                                std::array<std::int16_t, 32>{}.data())),
           nearest(makeSampler(g, vk::Filter::eNearest, vk::SamplerAddressMode::eClampToEdge)),
           clamped(makeSampler(g, vk::Filter::eLinear, vk::SamplerAddressMode::eClampToEdge)),
           descriptors(g, kScanBindings, {}),
@@ -167,16 +128,16 @@ struct Ultrasound::Impl {
     void reserveFor(const UltrasoundSettings&);
     void bindAll();
     const Passes& passesFor(const ScanFeatures&);
-    ScanFeatures featuresOf(const UltrasoundSettings&) const;
+    ScanFeatures requiredFeatures(const UltrasoundSettings&) const;
     bool serial(const UltrasoundSettings& s) const {
-        return s.path == ScanPath::serial || (s.path == ScanPath::automatic && gpu.isProcessor());
+        return s.path == ScanPath::serial || (s.path == ScanPath::automatic && gpu.isSoftware());
     }
     void black();
-    // Returns why there is nothing to scan, or nothing if there is.
+    // Returns the reason why nothing can be scanned; empty if a scan is possible.
     std::string_view prepare(const UltrasoundInput&, const UltrasoundSettings&, const Transducer&,
                              UltrasoundStats&);
     void setPatientUniforms(const UltrasoundInput&);
-    void regain(const UltrasoundSettings&);
+    void updateGains(const UltrasoundSettings&);
     void record(const vk::raii::CommandBuffer&, const Passes&, bool scanned) const;
     void count(const ScanFeatures&, UltrasoundStats&) const;
 };
@@ -192,14 +153,14 @@ void Ultrasound::Impl::reserveFor(const UltrasoundSettings& s) {
     reserve(places, sizeof(glm::vec4) * place_count * std::size_t(s.planes), false);
     reserve(samples, serial(s) ? 16 : 16 * bins * std::size_t(s.planes), false);
     reserve(field, sizeof(std::uint32_t) * bins, false);
-    reserve(way, sizeof(glm::vec2) * (s.doppler ? bins : 1), false);
+    reserve(propagation, sizeof(glm::vec2) * (s.doppler ? bins : 1), false);
     reserve(envelope, sizeof(float) * bins, true);
     reserve(grey, sizeof(float) * bins, false);
     reserve(pixels, 4 * std::size_t(s.width) * std::size_t(s.height), true);
 }
 
 void Ultrasound::Impl::bindAll() {
-    if (!stale_bindings && reserved_images == patient.imagesMade()) return;
+    if (!stale_bindings && reserved_images == patient.imageRevision()) return;
     descriptors.bind(ScanBinding::scan, scan);
     descriptors.bind(ScanBinding::voxels, voxels, nearest);
     descriptors.bind(ScanBinding::deform_inside, patient.inside(), clamped);
@@ -207,18 +168,19 @@ void Ultrasound::Impl::bindAll() {
     descriptors.bind(ScanBinding::tool_moved, patient.toolMoved(), clamped);
     descriptors.bind(ScanBinding::flow, flow, nearest);
     const std::pair<ScanBinding, const Buffer*> stores[] = {
-        {ScanBinding::lines, &lines},       {ScanBinding::depths, &depths}, {ScanBinding::places, &places},
-        {ScanBinding::samples, &samples},   {ScanBinding::field, &field},   {ScanBinding::way, &way},
-        {ScanBinding::envelope, &envelope}, {ScanBinding::grey, &grey},     {ScanBinding::doppler, &doppler},
-        {ScanBinding::picture, &pixels}};
+        {ScanBinding::lines, &lines},       {ScanBinding::depths, &depths},
+        {ScanBinding::places, &places},     {ScanBinding::samples, &samples},
+        {ScanBinding::field, &field},       {ScanBinding::propagation, &propagation},
+        {ScanBinding::envelope, &envelope}, {ScanBinding::grey, &grey},
+        {ScanBinding::doppler, &doppler},   {ScanBinding::picture, &pixels}};
     for (const auto& [binding, buffer] : stores)
         descriptors.bind(binding, *buffer);
     descriptors.update();
-    reserved_images = patient.imagesMade();
+    reserved_images = patient.imageRevision();
     stale_bindings = false;
 }
 
-ScanFeatures Ultrasound::Impl::featuresOf(const UltrasoundSettings& s) const {
+ScanFeatures Ultrasound::Impl::requiredFeatures(const UltrasoundSettings& s) const {
     const bool breathes = !patient.still();
     const bool pressed = patient.tool();
     return {
@@ -260,7 +222,7 @@ void Ultrasound::Impl::black() {
 
 std::string_view Ultrasound::Impl::prepare(const UltrasoundInput& input, const UltrasoundSettings& settings,
                                            const Transducer& probe, UltrasoundStats& stats) {
-    const std::string_view reason = refusal(input, settings, probe);
+    const std::string_view reason = noScanReason(input, settings, probe);
     // If the requested size is invalid, the last picture's size is kept.
     const bool sized =
         settings.width >= 16 && settings.width <= 4096 && settings.height >= 16 && settings.height <= 4096;
@@ -271,10 +233,10 @@ std::string_view Ultrasound::Impl::prepare(const UltrasoundInput& input, const U
     const auto limits = gpu.physicalDevice().getProperties().limits;
     if (!serial(settings)) {
         const std::uint64_t bins = std::uint64_t(settings.lines) * std::uint64_t(settings.samples);
-        if (kSharedASample * std::uint32_t(settings.samples) + kSharedElse >
+        if (kSharedBytesPerSample * std::uint32_t(settings.samples) + kSharedBytesFixed >
                 limits.maxComputeSharedMemorySize ||
             16 * bins * std::uint64_t(settings.planes) > limits.maxStorageBufferRange)
-            return kTooFine;
+            return kTooManySamples;
     }
     if (has_plan && planned_probe == probe && samePlan(planned, settings)) {
         planned = settings;
@@ -286,7 +248,7 @@ std::string_view Ultrasound::Impl::prepare(const UltrasoundInput& input, const U
         has_plan = true;
         reserveFor(settings);
     }
-    findContact(probe, settings, *input.patient_from_probe, {patient, table, of_labels}, contact);
+    findContact(probe, settings, *input.patient_from_probe, {patient, table, label_rows}, contact);
     stats.contact = contact.share;
     if (contact.in_bone) return kInBone;
     if (contact.share == 0.0) return kNoContact;
@@ -300,11 +262,7 @@ std::string_view Ultrasound::Impl::prepare(const UltrasoundInput& input, const U
 }
 
 void Ultrasound::Impl::setPatientUniforms(const UltrasoundInput& input) {
-    const auto deformation = patient.toDeformation(), tool = patient.toTool();
-    uniforms.deform_scale = deformation.scale;
-    uniforms.deform_offset = deformation.offset;
-    uniforms.tool_scale = tool.scale;
-    uniforms.tool_offset = tool.offset;
+    setMotion(uniforms, patient);
     if (!has_flow || !planned.doppler) return;
     uniforms.flow_scale = {glm::vec3(1.0 / flow_grid.spacing_m), float(flow_scale_m_per_s)};
     uniforms.flow_offset = {glm::vec3(-flow_grid.origin_m / flow_grid.spacing_m),
@@ -315,7 +273,7 @@ void Ultrasound::Impl::setPatientUniforms(const UltrasoundInput& input) {
 }
 
 // Redraws the last scan with other gains.
-void Ultrasound::Impl::regain(const UltrasoundSettings& settings) {
+void Ultrasound::Impl::updateGains(const UltrasoundSettings& settings) {
     planned.gain_db = settings.gain_db;
     planned.tgc_db = settings.tgc_db;
     planned.dynamic_range_db = settings.dynamic_range_db;
@@ -341,30 +299,32 @@ void Ultrasound::Impl::count(const ScanFeatures& features, UltrasoundStats& stat
 
 void Ultrasound::Impl::record(const vk::raii::CommandBuffer& to, const Passes& p, bool scanned) const {
     const UltrasoundSettings& s = planned;
-    to.bindDescriptorSets(vk::PipelineBindPoint::eCompute, descriptors.layout(), 0, descriptors.set(), {});
+    descriptors.use(to, vk::PipelineBindPoint::eCompute);
     const auto pass = [&](const vk::raii::Pipeline& pipeline, std::uint32_t x, std::uint32_t y,
                           std::uint32_t z) {
         to.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline);
         to.dispatch(x, y, z);
-        betweenPasses(to);
+        memoryBarrier(to, kComputeWrites,
+                      {vk::PipelineStageFlagBits2::eComputeShader,
+                       vk::AccessFlagBits2::eShaderStorageRead | vk::AccessFlagBits2::eShaderStorageWrite});
     };
     const auto line_count = std::uint32_t(s.lines), plane_count = std::uint32_t(s.planes);
     if (scanned) {
         const bool deformed = p.features[3] || p.features[4];
         if (deformed && s.place_samples > 1)
-            pass(p.places, groups(s.samples / s.place_samples + 2, kGroup),
-                 groups(s.lines, std::uint32_t(std::max(s.place_samples / 2, 1))) + 1, plane_count);
+            pass(p.places, groupCount(s.samples / s.place_samples + 2, kGroup),
+                 groupCount(s.lines, std::max(s.place_samples / 2, 1)) + 1, plane_count);
         if (*p.serial) {
-            pass(p.serial, groups(s.lines, kLanes), 1, 1);
+            pass(p.serial, groupCount(s.lines, kLanes), 1, 1);
         } else {
-            pass(p.tissue, groups(s.samples, kGroup), line_count, plane_count);
+            pass(p.tissue, groupCount(s.samples, kGroup), line_count, plane_count);
             pass(p.line, line_count, 1, 1);
         }
-        if (p.features[6]) pass(p.doppler, groups(kDopplerRows, kGroup), kDopplerColumns, 1);
+        if (p.features[6]) pass(p.doppler, groupCount(kDopplerRows, kGroup), kDopplerColumns, 1);
     }
-    pass(p.spread, groups(s.samples, kGroup), line_count, 1);
-    pass(p.picture, groups(width, kTile), groups(height, kTile), 1);
-    waitForWrites(to, vk::PipelineStageFlagBits2::eHost, vk::AccessFlagBits2::eHostRead);
+    pass(p.spread, groupCount(s.samples, kGroup), line_count, 1);
+    pass(p.picture, groupCount(width, kTile), groupCount(height, kTile), 1);
+    memoryBarrier(to, kComputeWrites, kHostReads);
 }
 
 Ultrasound::Ultrasound(const Gpu& gpu, DeformedPatient& patient, const AcousticTable& table)
@@ -379,12 +339,12 @@ UltrasoundStats Ultrasound::image(const UltrasoundInput& input, const Ultrasound
     UltrasoundStats stats;
     const bool frozen = settings.freeze && m.has_scan;
     if (!frozen) stats.reason = m.prepare(input, settings, probe, stats);
-    if (frozen) m.regain(settings);
+    if (frozen) m.updateGains(settings);
     if (!stats.reason.empty()) {
         m.black();
         return stats;
     }
-    const ScanFeatures features = m.featuresOf(m.planned);
+    const ScanFeatures features = m.requiredFeatures(m.planned);
     const Passes& passes = m.passesFor(frozen ? m.scanned_features : features);
     m.bindAll();
     m.commands.submitAndWait([&](const vk::raii::CommandBuffer& to) {
@@ -408,7 +368,8 @@ void Ultrasound::setFlow(const patient::VesselFlow* flow) {
     if (!m.has_flow) return;
     m.flow_grid = flow->grid;
     m.flow_scale_m_per_s = flow->scale_m_per_s;
-    m.flow = makeFilled(m.gpu, vk::Format::eR16G16B16A16Sint, flow->grid.dims, flow->velocity);
+    m.flow = makeFilledVolume(m.gpu, vk::Format::eR16G16B16A16Sint, flow->grid.dims,
+                              sizeof(flow->velocity[0]), flow->velocity.data());
     m.stale_bindings = true;
 }
 

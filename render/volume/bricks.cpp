@@ -4,13 +4,15 @@
 #include <cmath>
 #include <cstring>
 
+#include "render/volume/lanes.h"
+
 namespace stylet::render {
 namespace {
 
 constexpr std::uint32_t kFar = 255;
 
-// Range of bricks whose interpolated samples read a voxel: its own brick, and the neighbour's if the voxel
-// lies at the edge.
+// Range of bricks whose interpolated samples read a voxel: its own brick, and the neighbouring one if the
+// voxel lies at the edge.
 struct Reach {
     int first, last;
 };
@@ -24,39 +26,38 @@ struct Box {
     Vec3 low, high;
 };
 
-using Lanes = float __attribute__((vector_size(16)));
-constexpr Lanes kAbove{1e9f, 1e9f, 1e9f, 1e9f};
-Lanes lanesOf(const glm::vec4& v) {
-    Lanes lanes;
+constexpr Float4 kAbove{1e9f, 1e9f, 1e9f, 1e9f};
+Float4 toLanes(const glm::vec4& v) {
+    Float4 lanes;
     std::memcpy(&lanes, &v.x, sizeof lanes);
     return lanes;
 }
-glm::vec3 xyzOf(Lanes v) {
+glm::vec3 toVec3(Float4 v) {
     return {v[0], v[1], v[2]};
 }
 
 // Bounds of the reference points of a box of the deformed patient. Linear interpolation stays within the
 // values of its nodes.
-Box sourceOf(const DeformTables& tables, const Box& box) {
+Box findSource(const DeformTables& tables, const Box& box) {
     const Index3 last = tables.grid.dims - 1;
     const auto nodeAt = [&](const Vec3& p, bool up) {
         const Vec3 at = glm::clamp(tables.grid.toVoxels(p), Vec3(0.0), Vec3(last));
         return Index3(up ? glm::ceil(at) : glm::floor(at));
     };
     const Index3 first = nodeAt(box.low, false), end = nodeAt(box.high, true);
-    Lanes low_in = kAbove, high_in = -kAbove, low_out = kAbove, high_out = -kAbove;
+    Float4 low_in = kAbove, high_in = -kAbove, low_out = kAbove, high_out = -kAbove;
     for (int z = first.z; z <= end.z; ++z)
         for (int y = first.y; y <= end.y; ++y) {
             const std::size_t row = tables.grid.offset({0, y, z});
             for (std::size_t at = row + std::size_t(first.x); at <= row + std::size_t(end.x); ++at) {
-                const Lanes in = lanesOf(tables.inside[at]), out = lanesOf(tables.outside[at]);
+                const Float4 in = toLanes(tables.inside[at]), out = toLanes(tables.outside[at]);
                 low_in = in < low_in ? in : low_in, high_in = in > high_in ? in : high_in;
                 low_out = out < low_out ? out : low_out, high_out = out > high_out ? out : high_out;
             }
         }
-    glm::vec3 low = xyzOf(low_out), high = xyzOf(high_out);
-    if (high_in[3] < 0.0f) low = xyzOf(low_in), high = xyzOf(high_in);
-    if (low_in[3] < 0.0f) low = glm::min(low, xyzOf(low_in)), high = glm::max(high, xyzOf(high_in));
+    glm::vec3 low = toVec3(low_out), high = toVec3(high_out);
+    if (high_in[3] < 0.0f) low = toVec3(low_in), high = toVec3(high_in);
+    if (low_in[3] < 0.0f) low = glm::min(low, toVec3(low_in)), high = glm::max(high, toVec3(high_in));
     return {box.low + Vec3(low) - kRounding_m, box.high + Vec3(high) + kRounding_m};
 }
 
@@ -97,83 +98,78 @@ void markOccupied(BrickGrid& grid, const Index3& voxels, int z0, int z1, const s
 
 namespace {
 
+// The bricks of a patient's grid in metres.
+struct BrickSpace {
+    BrickSpace(const Grid& grid, const Index3& dims)
+        : brick_m(grid.spacing_m * double(kBrickVoxels)),
+          corner_m(grid.origin_m - 0.5 * grid.spacing_m),
+          last(dims - 1) {}
+    Index3 at(const Vec3& p) const {
+        return Index3(glm::clamp(glm::floor((p - corner_m) / brick_m), Vec3(0.0), Vec3(last)));
+    }
+    Vec3 low_m(const Index3& brick) const { return corner_m + brick_m * Vec3(brick); }
+
+    Vec3 brick_m, corner_m;
+    Index3 last;
+};
+
 // True if any point of brick `i` of the deformed patient comes from an occupied brick.
 bool seesOccupied(const BrickGrid& reference, const Grid& grid, const DeformTables& tables, const Index3& i) {
-    const Vec3 brick_m = grid.spacing_m * double(kBrickVoxels);
-    const Vec3 corner_m = grid.origin_m - 0.5 * grid.spacing_m;
-    const Vec3 last(reference.dims - 1);
-    const Vec3 low_m = corner_m + brick_m * Vec3(i);
-    const Box source = sourceOf(tables, {low_m, low_m + brick_m});
-    const auto brickOf = [&](const Vec3& p) {
-        const Vec3 at = glm::floor((p - corner_m) / brick_m);
-        return Index3(glm::clamp(at, Vec3(0.0), last));
-    };
-    return anyOccupied(reference, brickOf(source.low), brickOf(source.high));
+    const BrickSpace bricks(grid, reference.dims);
+    const Vec3 low_m = bricks.low_m(i);
+    const Box source = findSource(tables, {low_m, low_m + bricks.brick_m});
+    return anyOccupied(reference, bricks.at(source.low), bricks.at(source.high));
 }
 
 }  // namespace
 
-BreathedBricks::BreathedBricks(const BrickGrid& reference)
-    : reference_(reference), seen_(reference), to_occupied_(leapDistances(reference)) {
+BreathingBricks::BreathingBricks(const BrickGrid& reference)
+    : reference_(reference), occupancy_(reference), to_occupied_(leapDistances(reference)) {
     BrickGrid empty = reference;
     for (std::uint8_t& brick : empty.occupied)
         brick = !brick;
     to_empty_ = leapDistances(empty);
 }
 
-void BreathedBricks::see(const Grid& grid, const DeformTables& tables, double reach_m, Workers& workers) {
+void BreathingBricks::update(const Grid& grid, const DeformTables& tables, double reach_m, Workers& workers) {
     const Vec3 brick_m = grid.spacing_m * double(kBrickVoxels);
     const double least_m = std::min({brick_m.x, brick_m.y, brick_m.z});
     const auto reach = std::uint32_t(std::ceil((reach_m + kRounding_m) / least_m));
-    workers.run(std::size_t(seen_.dims.z), [&](std::size_t z, int) {
+    workers.run(std::size_t(occupancy_.dims.z), [&](std::size_t z, int) {
         Index3 i(0, 0, int(z));
-        for (i.y = 0; i.y < seen_.dims.y; ++i.y)
-            for (i.x = 0; i.x < seen_.dims.x; ++i.x) {
-                const std::size_t at = seen_.offset(i.x, i.y, i.z);
-                seen_.occupied[at] = to_empty_[at] > reach ||
-                                     (to_occupied_[at] <= reach && seesOccupied(reference_, grid, tables, i));
+        for (i.y = 0; i.y < occupancy_.dims.y; ++i.y)
+            for (i.x = 0; i.x < occupancy_.dims.x; ++i.x) {
+                const std::size_t at = occupancy_.offset(i.x, i.y, i.z);
+                occupancy_.occupied[at] =
+                    to_empty_[at] > reach ||
+                    (to_occupied_[at] <= reach && seesOccupied(reference_, grid, tables, i));
             }
     });
-}
-
-BrickGrid displaceOccupancy(const BrickGrid& breathed, const Grid& grid,
-                            const patient::DisplacementTable& tool) {
-    BrickGrid displaced;
-    displaceOccupancy(breathed, grid, tool, displaced);
-    return displaced;
 }
 
 void displaceOccupancy(const BrickGrid& breathed, const Grid& grid, const patient::DisplacementTable& tool,
                        BrickGrid& displaced) {
     displaced = breathed;
-    const Vec3 brick_m = grid.spacing_m * double(kBrickVoxels);
-    const Vec3 corner_m = grid.origin_m - 0.5 * grid.spacing_m;
-    const Index3 last_node = tool.grid.dims - 1, last_brick = breathed.dims - 1;
-    const auto brickOf = [&](const Vec3& p) {
-        return Index3(glm::clamp(glm::floor((p - corner_m) / brick_m), Vec3(0.0), Vec3(last_brick)));
-    };
-    const Index3 first = brickOf(tool.grid.origin_m), end = brickOf(tool.grid.centre(last_node));
-    Index3 b;
-    for (b.z = first.z; b.z <= end.z; ++b.z)
-        for (b.y = first.y; b.y <= end.y; ++b.y)
-            for (b.x = first.x; b.x <= end.x; ++b.x) {
-                const Vec3 low_m = corner_m + brick_m * Vec3(b), high_m = low_m + brick_m;
-                const Vec3 low_at = glm::floor(tool.grid.toVoxels(low_m)),
-                           high_at = glm::ceil(tool.grid.toVoxels(high_m));
-                const Index3 from(glm::clamp(low_at, Vec3(0.0), Vec3(last_node)));
-                const Index3 to(glm::clamp(high_at, Vec3(0.0), Vec3(last_node)));
-                glm::vec3 least(0.0f), most(0.0f);  // outside the table's box nothing moves
-                Index3 i;
-                for (i.z = from.z; i.z <= to.z; ++i.z)
-                    for (i.y = from.y; i.y <= to.y; ++i.y)
-                        for (i.x = from.x; i.x <= to.x; ++i.x) {
-                            const glm::vec3 moved(tool.moved_m[tool.grid.offset(i)]);
-                            least = glm::min(least, moved), most = glm::max(most, moved);
-                        }
-                displaced.occupied[displaced.offset(b.x, b.y, b.z)] =
-                    anyOccupied(breathed, brickOf(low_m - Vec3(most) - kRounding_m),
-                                brickOf(high_m - Vec3(least) + kRounding_m));
-            }
+    const BrickSpace bricks(grid, breathed.dims);
+    const Index3 last_node = tool.grid.dims - 1;
+    const Index3 first = bricks.at(tool.grid.origin_m), end = bricks.at(tool.grid.centre(last_node));
+    forEachVoxel({end - first + 1}, [&](const Index3& n) {
+        const Index3 brick = first + n;
+        const Vec3 low_m = bricks.low_m(brick), high_m = low_m + bricks.brick_m;
+        const auto nodeAt = [&](const Vec3& at) {
+            return Index3(glm::clamp(at, Vec3(0.0), Vec3(last_node)));
+        };
+        const Index3 from = nodeAt(glm::floor(tool.grid.toVoxels(low_m)));
+        const Index3 to = nodeAt(glm::ceil(tool.grid.toVoxels(high_m)));
+        glm::vec3 least(0.0f), most(0.0f);  // outside the table's box nothing moves
+        forEachVoxel({to - from + 1}, [&](const Index3& i) {
+            const glm::vec3 moved(tool.moved_m[tool.grid.offset(from + i)]);
+            least = glm::min(least, moved), most = glm::max(most, moved);
+        });
+        displaced.occupied[displaced.offset(brick.x, brick.y, brick.z)] =
+            anyOccupied(breathed, bricks.at(low_m - Vec3(most) - kRounding_m),
+                        bricks.at(high_m - Vec3(least) + kRounding_m));
+    });
 }
 
 // Chebyshev distance by two raster passes over the half-neighbourhoods (Rosenfeld and Pfaltz 1966). Exact

@@ -7,10 +7,11 @@
 #include <vector>
 
 #include "render/volume/deform.h"
+#include "render/volume/march_shared.h"
 
 namespace stylet::render {
 
-inline constexpr int kBrickVoxels = 8;
+using gpu::kBrickVoxels;
 
 struct BrickGrid {
     Index3 dims{0};
@@ -30,24 +31,23 @@ void markOccupied(BrickGrid&, const Index3& voxels, int z0, int z1, const std::b
 // Occupancy of the bricks in the breathing patient. A brick of the deformed patient is occupied if any
 // point in it comes from an occupied brick of the reference. The tables are read only where both occupied
 // and empty bricks are within reach.
-class BreathedBricks {
+class BreathingBricks {
   public:
-    BreathedBricks() = default;
-    explicit BreathedBricks(const BrickGrid& reference);
+    BreathingBricks() = default;
+    explicit BreathingBricks(const BrickGrid& reference);
     // Recomputes the occupancy with tables that move no point farther than `reach_m`. Allocates nothing.
-    void see(const Grid&, const DeformTables&, double reach_m, Workers&);
-    void seeReference() { seen_ = reference_; }
-    const BrickGrid& seen() const { return seen_; }
+    void update(const Grid&, const DeformTables&, double reach_m, Workers&);
+    void resetToReference() { occupancy_ = reference_; }
+    const BrickGrid& occupancy() const { return occupancy_; }
     Index3 dims() const { return reference_.dims; }
 
   private:
-    BrickGrid reference_, seen_;
+    BrickGrid reference_, occupancy_;
     std::vector<std::uint32_t> to_occupied_, to_empty_;  // Chebyshev distances in the reference
 };
 
-// Applies a tool's displacement as well. `breathed`: the occupancy with the breath alone.
-BrickGrid displaceOccupancy(const BrickGrid& breathed, const Grid&, const patient::DisplacementTable&);
-// Allocates nothing if `displaced` already has the right size.
+// Applies a tool's displacement as well. `breathed`: the occupancy with the breath alone. Allocates nothing
+// if `displaced` already has the right size.
 void displaceOccupancy(const BrickGrid& breathed, const Grid&, const patient::DisplacementTable&,
                        BrickGrid& displaced);
 

@@ -2,14 +2,16 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <thread>
 #include <vector>
+
+#include "base/parallel.h"
 
 namespace stylet::render {
 namespace {
 
-// Voxels per piece of a row. A piece is not smoothed if it and its surroundings are clear. At least a
-// filter's radius long.
+// Rows are smoothed in pieces of this many voxels. A piece is skipped if it and its neighbours are fully
+// transparent ("clear"). A piece must be at least as long as the filter's radius, so that only neighbours
+// matter.
 constexpr int kPiece = 16;
 
 struct Plane {
@@ -21,11 +23,11 @@ struct Plane {
           seen(std::size_t(pieces) * std::size_t(height_in)) {}
 
     glm::vec4* row(int y) { return texels.data() + std::ptrdiff_t(y) * width; }
-    std::uint8_t* seenRow(int y) { return seen.data() + std::ptrdiff_t(y) * pieces; }
+    std::uint8_t* visitRow(int y) { return seen.data() + std::ptrdiff_t(y) * pieces; }
     int pieceEnd(int piece) const { return std::min(width, (piece + 1) * kPiece); }
     void clear(int y, int piece) {
         std::fill(row(y) + piece * kPiece, row(y) + pieceEnd(piece), glm::vec4(0.0f));
-        seenRow(y)[piece] = 0;
+        visitRow(y)[piece] = 0;
     }
 
     int width, height, pieces;
@@ -49,14 +51,14 @@ void classifyPlane(const patient::Package& package, const Palette& palette, int 
         const std::size_t first = package.ct.grid.offset({0, y, z});
         const std::uint8_t* ids = package.labels.voxels.data() + first;
         const std::int16_t* hu = package.ct.voxels.data() + first;
-        std::fill(out.seenRow(y), out.seenRow(y) + out.pieces, std::uint8_t(0));
+        std::fill(out.visitRow(y), out.visitRow(y) + out.pieces, std::uint8_t(0));
         for (int x = 0; x < out.width; ++x) {
             const std::uint8_t id = ids[x];
             const bool shell = palette.shell[id] && onBorder(package.labels, palette, {x, y, z}, id);
             row[x] = shell                    ? *palette.shell[id]
                      : palette.follows_hu[id] ? palette.at(hu[x], id)
                                               : palette.label[id];
-            if (row[x].a > 0.0f) out.seenRow(y)[x / kPiece] = 1;
+            if (row[x].a > 0.0f) out.visitRow(y)[x / kPiece] = 1;
         }
     }
 }
@@ -78,12 +80,12 @@ void smoothRows(Plane& in, Plane& out, const std::vector<float>& weights) {
     const int radius = int(weights.size()) / 2;
     for (int y = 0; y < in.height; ++y)
         for (int piece = 0; piece < in.pieces; ++piece) {
-            const std::uint8_t* seen = in.seenRow(y);
+            const std::uint8_t* seen = in.visitRow(y);
             if (!seen[piece] && !seen[std::max(piece - 1, 0)] && !seen[std::min(piece + 1, in.pieces - 1)]) {
                 out.clear(y, piece);
                 continue;
             }
-            out.seenRow(y)[piece] = 1;
+            out.visitRow(y)[piece] = 1;
             for (int x = piece * kPiece; x < in.pieceEnd(piece); ++x) {
                 glm::vec4 sum(0.0f);
                 for (int k = -radius; k <= radius; ++k)
@@ -93,8 +95,8 @@ void smoothRows(Plane& in, Plane& out, const std::vector<float>& weights) {
         }
 }
 
-// Weighted sum of each piece over several rows: row `rowOf(k)` of plane `planeOf(k)`. Clear where all of
-// them are clear.
+// Sets row y of `out` to the weighted sum of several rows: row `rowOf(k)` of plane `planeOf(k)`, for each k
+// from -radius to radius. A piece is clear if it is clear in all these rows.
 template <typename PlaneOf, typename RowOf>
 void sumPieces(Plane& out, int y, const std::vector<float>& weights, const PlaneOf& planeOf,
                const RowOf& rowOf) {
@@ -104,11 +106,11 @@ void sumPieces(Plane& out, int y, const std::vector<float>& weights, const Plane
         for (int k = -radius; k <= radius; ++k) {
             Plane& in = planeOf(k);
             const int from = rowOf(k);
-            if (!in.seenRow(from)[piece]) continue;
+            if (!in.visitRow(from)[piece]) continue;
             const float weight = weights[std::size_t(k + radius)];
             for (int x = piece * kPiece; x < out.pieceEnd(piece); ++x)
                 out.row(y)[x] += weight * in.row(from)[x];
-            out.seenRow(y)[piece] = 1;
+            out.visitRow(y)[piece] = 1;
         }
     }
 }
@@ -126,7 +128,7 @@ void storePlane(Plane& plane, const Palette& palette, std::byte* rgba) {
     for (int y = 0; y < plane.height; ++y)
         for (int x = 0; x < plane.width; ++x, rgba += 4) {
             const glm::vec4 smooth = plane.row(y)[x];
-            if (!plane.seenRow(y)[x / kPiece]) {
+            if (!plane.visitRow(y)[x / kPiece]) {
                 std::fill_n(rgba, 4, std::byte{0});
                 continue;
             }
@@ -167,14 +169,10 @@ void classifyPlanes(const patient::Patient& patient, const Palette& palette, int
                     int threads) {
     const Index3 dims = patient.grid().dims;
     const std::size_t plane_bytes = std::size_t(dims.x) * std::size_t(dims.y) * 4;
-    std::vector<std::jthread> workers;
-    for (int i = 0; i < threads; ++i) {
+    parallelFor(threads, threads, [&](int i) {
         const int from = z0 + (z1 - z0) * i / threads, to = z0 + (z1 - z0) * (i + 1) / threads;
-        if (from == to) continue;
-        std::byte* out = rgba + std::size_t(from - z0) * plane_bytes;
-        workers.emplace_back(
-            [&patient, &palette, from, to, out] { classifyRange(patient, palette, from, to, out); });
-    }
+        if (from < to) classifyRange(patient, palette, from, to, rgba + std::size_t(from - z0) * plane_bytes);
+    });
 }
 
 }  // namespace stylet::render

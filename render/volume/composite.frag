@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 // Lays the volume layer over the opaque meshes. A layer with fewer pixels than the target is interpolated
-// between layer pixels whose rays ended at the same depth. Based on Kopf et al., "Joint bilateral
+// between layer pixels whose rays ended at a similar depth. Based on Kopf et al., "Joint bilateral
 // upsampling", 2007.
 #include "render/scene/bindings.glsl"
 #include "render/scene/lighting.glsl"
@@ -15,24 +15,15 @@ layout(location = 0) out vec4 colour;
 const float kSameDepth = 0.02;  // relative difference of depth at which a pixel counts half
 const float kLampShare = 0.62;  // lamp's share of the light on the patient's surface
 
-// Share of the colour that is left where tools and equipment shade the patient's first surface from the
-// lamp. The layer is lit as if nothing stood in the lamp's light. The lamp's share is removed here, after
-// either kind of march.
+// Factor of the colour where tools and equipment shade the patient's first surface from the lamp. Both kinds
+// of march light the layer without these shadows, so the lamp's share is removed here.
 float shadowOn(vec4 seen) {
     const ivec2 tap = min(ivec2(gl_FragCoord.xy / frame.target.xy * frame.layer.xy), ivec2(frame.layer.xy) - 1);
     const float t = imageLoad(layer_depth, ivec3(tap, eye)).r;
     if (t <= 0.0) return 1.0;
-    const vec4 range = frame.eyes[eye].tangents;
-    const vec2 at = gl_FragCoord.xy / frame.target.xy;
-    const vec3 p = t * vec3(mix(range.x, range.y, at.x), mix(range.z, range.w, at.y), -1.0);
+    const vec3 p = t * rayThrough(frame.eyes[eye].tangents, gl_FragCoord.xy / frame.target.xy);
     const float lit = lampShadow((frame.eyes[eye].stage_from_eye * vec4(p, 1.0)).xyz);
     return 1.0 - kLampShare * seen.a * (1.0 - lit);
-}
-
-float meshDepth(ivec2 pixel) {
-    const float d = texelFetch(mesh_depth, ivec3(pixel, eye), 0).r;
-    const float near = frame.target.z, far = frame.target.w;
-    return near * far / (near + d * (far - near));
 }
 
 void main() {
@@ -45,13 +36,13 @@ void main() {
     const vec2 at = gl_FragCoord.xy / frame.target.xy * frame.layer.xy - 0.5;
     const ivec2 low = ivec2(floor(at)), end = ivec2(frame.layer.xy) - 1;
     const vec2 share = at - vec2(low);
-    const float here = meshDepth(pixel);
+    const float here = meshDepth(pixel, eye);
     vec4 sum = vec4(0.0);
     float weights = 0.0;
     for (int i = 0; i < 4; ++i) {
         const ivec2 step = ivec2(i & 1, i >> 1), tap = clamp(low + step, ivec2(0), end);
         const vec2 place = (vec2(tap) + 0.5) / frame.layer.xy * frame.target.xy;
-        const float apart = abs(meshDepth(min(ivec2(place), ivec2(frame.target.xy) - 1)) - here) / here / kSameDepth;
+        const float apart = abs(meshDepth(min(ivec2(place), ivec2(frame.target.xy) - 1), eye) - here) / here / kSameDepth;
         const vec2 linear = mix(1.0 - share, share, vec2(step));
         const float weight = (linear.x * linear.y + 1e-4) / (1.0 + apart * apart);
         sum += weight * imageLoad(layer_colour, ivec3(tap, eye));

@@ -1,8 +1,8 @@
 // Each node is traced back on its own: a short path in one midpoint step, a long one in Runge-Kutta steps.
-// The wall's flow is smooth, so it is integrated at the model's nodes and interpolated between them.
-// Scaling and squaring (Arsigny et al. 2006) was slower and less accurate: it reads the large table
-// repeatedly, where this method reads the model's small one, and interpolates once more each time.
-// stylet-bench --only patient.breathing measures both.
+// The wall's flow is smooth, so it is integrated at the model's nodes and interpolated between them. Scaling
+// and squaring (Arsigny et al. 2006) was slower and less accurate: it reads the large table repeatedly, and
+// interpolates again each time. This method reads only the model's small table. stylet-bench --only
+// patient.breathing measures both.
 #include "render/volume/deform.h"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ using patient::Surrogate;
 
 using Table = std::vector<glm::vec4>;
 
-constexpr std::int16_t kLeastHu = -700;  // lowest value that a look may show without a label
+constexpr std::int16_t kMinBodyHu = -700;  // lowest value that a look may show without a label
 
 // Linear between nodes; beyond them the nearest value.
 glm::vec4 tableAt(const Grid& grid, const Table& table, const Vec3& p) {
@@ -67,28 +67,28 @@ Grid cropped(const Grid& grid, const Grid& box) {
     return part;
 }
 
-double lengthOf(const std::array<float, 3>& a) {
+double vectorLength(const std::array<float, 3>& a) {
     return std::sqrt(double(a[0]) * double(a[0]) + double(a[1]) * double(a[1]) + double(a[2]) * double(a[2]));
 }
 
-constexpr double kMostCreep_v = 1.0;  // drift during a long breath hold, beyond the range of v
+constexpr double kMaxCreep_v = 1.0;  // drift during a long breath hold, beyond the range of v
 
 // Upper bound of the displacement outside the cavity, over all breaths [m].
-double mostOutside(const MotionModel& m) {
+double maxOutside(const MotionModel& m) {
     const double v =
-        std::max(std::fabs(m.v.low - m.reference.v), std::fabs(m.v.high - m.reference.v)) + kMostCreep_v;
+        std::max(std::fabs(m.v.low - m.reference.v), std::fabs(m.v.high - m.reference.v)) + kMaxCreep_v;
     const double rate = std::max(std::fabs(m.rate_per_s.low - m.reference.rate_per_s),
                                  std::fabs(m.rate_per_s.high - m.reference.rate_per_s));
     double most_m = 0.0;
     for (const MotionCoefficients& c : m.wall)
-        most_m = std::max(most_m, v * lengthOf(c.a1_m) + rate * lengthOf(c.a2_m_s));
+        most_m = std::max(most_m, v * vectorLength(c.a1_m) + rate * vectorLength(c.a2_m_s));
     return most_m;
 }
 
 }  // namespace
 
-DeformMaker::DeformMaker(const MotionModel& model, const DeformSettings& settings,
-                         const patient::Patient* seen)
+DeformTableBuilder::DeformTableBuilder(const MotionModel& model, const DeformSettings& settings,
+                                       const patient::Patient* seen)
     : model_(&model), settings_(settings) {
     const Grid box = motionBox(model, settings.spacing_m);
     Grid& grid = tables_.grid;
@@ -98,23 +98,24 @@ DeformMaker::DeformMaker(const MotionModel& model, const DeformSettings& setting
     tables_.outside.assign(grid.voxelCount(), glm::vec4(0.0f));
     if (model.empty()) return;
     wall_.resize(model.grid.voxelCount());
-    slide_.resize(wall_.size()), walled_.resize(wall_.size());
+    slide_.resize(wall_.size()), wall_displacements_.resize(wall_.size());
     far_m_ = 2.0 * glm::length(grid.spacing_m);
-    findStretches(seen);
+    findRuns(seen);
 }
 
 // For each row (y fastest): the range from the first to the last node next to a voxel of the body.
-std::vector<DeformMaker::Stretch> DeformMaker::bodyOf(const patient::Patient& seen) const {
+std::vector<DeformTableBuilder::NodeRun> DeformTableBuilder::findBodyRuns(
+    const patient::Patient& seen) const {
     const Grid& grid = tables_.grid;
     const CtVolume& ct = seen.package().ct;
     const LabelVolume& labels = seen.package().labels;
-    std::vector<Stretch> body(std::size_t(grid.dims.y) * std::size_t(grid.dims.z), {0, grid.dims.x, 0});
+    std::vector<NodeRun> body(std::size_t(grid.dims.y) * std::size_t(grid.dims.z), {0, grid.dims.x, 0});
     Index3 i;
     for (i.z = 0; i.z < ct.grid.dims.z; ++i.z)
         for (i.y = 0; i.y < ct.grid.dims.y; ++i.y) {
             const std::size_t at = ct.grid.offset({0, i.y, i.z});
             const auto solid = [&](int x) {
-                return ct.voxels[at + std::size_t(x)] > kLeastHu || labels.voxels[at + std::size_t(x)] != 0;
+                return ct.voxels[at + std::size_t(x)] > kMinBodyHu || labels.voxels[at + std::size_t(x)] != 0;
             };
             int first = 0, last = ct.grid.dims.x - 1;
             while (first <= last && !solid(first))
@@ -126,7 +127,7 @@ std::vector<DeformMaker::Stretch> DeformMaker::bodyOf(const patient::Patient& se
             const Index3 high(glm::ceil(grid.toVoxels(ct.grid.centre({last, i.y, i.z}))));
             for (int z = std::max(low.z, 0); z <= std::min(high.z, grid.dims.z - 1); ++z)
                 for (int y = std::max(low.y, 0); y <= std::min(high.y, grid.dims.y - 1); ++y) {
-                    Stretch& row = body[std::size_t(z) * std::size_t(grid.dims.y) + std::size_t(y)];
+                    NodeRun& row = body[std::size_t(z) * std::size_t(grid.dims.y) + std::size_t(y)];
                     row.begin = std::min(row.begin, low.x), row.end = std::max(row.end, high.x + 1);
                 }
         }
@@ -135,32 +136,32 @@ std::vector<DeformMaker::Stretch> DeformMaker::bodyOf(const patient::Patient& se
 
 // Finds the nodes to compute: those that any breath can move into the cavity, and those that the wall's
 // flow can move into the body.
-void DeformMaker::findStretches(const patient::Patient* seen) {
+void DeformTableBuilder::findRuns(const patient::Patient* seen) {
     const Grid& grid = tables_.grid;
-    const std::vector<Stretch> body = seen ? bodyOf(*seen) : std::vector<Stretch>{};
-    const double wall_m = mostOutside(*model_);
+    const std::vector<NodeRun> body = seen ? findBodyRuns(*seen) : std::vector<NodeRun>{};
+    const double wall_m = maxOutside(*model_);
     const double least_m = std::min({grid.spacing_m.x, grid.spacing_m.y, grid.spacing_m.z});
     const int around = int(std::ceil(wall_m / least_m)) + 1;
     const auto bodyNear = [&](int y, int z) {
-        if (!seen) return Stretch{y, 0, grid.dims.x};
-        Stretch all{y, grid.dims.x, 0};
+        if (!seen) return NodeRun{y, 0, grid.dims.x};
+        NodeRun all{y, grid.dims.x, 0};
         for (int dz = std::max(0, z - around); dz <= std::min(grid.dims.z - 1, z + around); ++dz)
             for (int dy = std::max(0, y - around); dy <= std::min(grid.dims.y - 1, y + around); ++dy) {
-                const Stretch& row = body[std::size_t(dz) * std::size_t(grid.dims.y) + std::size_t(dy)];
+                const NodeRun& row = body[std::size_t(dz) * std::size_t(grid.dims.y) + std::size_t(dy)];
                 all.begin = std::min(all.begin, row.begin), all.end = std::max(all.end, row.end);
             }
-        return Stretch{y, all.begin - around, all.end + around};
+        return NodeRun{y, all.begin - around, all.end + around};
     };
-    // The level grows little faster than the distance, hence the factor 1.5.
+    // The factor 1.5 is used because the level may grow slightly faster than the distance.
     const double clear_m = far_m_ + 1.5 * wall_m;
     first_of_z_.assign(1, 0);
     for (int z = 0; z < grid.dims.z; ++z) {
         for (int y = 0; y < grid.dims.y; ++y) {
-            const Stretch near_body = bodyNear(y, z);
-            Stretch open{y, 0, 0};
+            const NodeRun near_body = bodyNear(y, z);
+            NodeRun open{y, 0, 0};
             const auto close = [&](int end) {
                 open.end = end;
-                if (open.begin < end) stretches_.push_back(open), made_ += std::size_t(end - open.begin);
+                if (open.begin < end) runs_.push_back(open), made_ += std::size_t(end - open.begin);
             };
             bool making = false;
             for (int x = 0; x < grid.dims.x; ++x) {
@@ -171,12 +172,12 @@ void DeformMaker::findStretches(const patient::Patient* seen) {
             }
             if (making) close(grid.dims.x);
         }
-        first_of_z_.push_back(stretches_.size());
+        first_of_z_.push_back(runs_.size());
     }
 }
 
 // Computes the fields of the current breath, and the bound of their displacement.
-void DeformMaker::setFields(const Surrogate& now, Workers& workers) {
+void DeformTableBuilder::setFields(const Surrogate& now, Workers& workers) {
     const MotionModel& m = *model_;
     const auto clampTo = [](const patient::SurrogateRange& r, double x) {
         return std::clamp(x, r.low, r.high);
@@ -186,7 +187,7 @@ void DeformMaker::setFields(const Surrogate& now, Workers& workers) {
     const glm::vec3 by_v = glm::vec3(-v / m.grid.spacing_m), by_rate = glm::vec3(-rate / m.grid.spacing_m);
     const std::size_t slice = std::size_t(m.grid.dims.x) * std::size_t(m.grid.dims.y);
     const glm::vec3 metres(m.grid.spacing_m);
-    std::atomic<float> most_wall{0.0f}, most_slide{0.0f};
+    std::atomic<float> max_wall{0.0f}, max_slide{0.0f};
     workers.run(std::size_t(m.grid.dims.z), [&](std::size_t z, int) {
         const auto fill = [&](const std::vector<MotionCoefficients>& from, std::vector<Node>& to,
                               std::atomic<float>& most) {
@@ -205,22 +206,18 @@ void DeformMaker::setFields(const Surrogate& now, Workers& workers) {
                    !most.compare_exchange_weak(known, longest, std::memory_order_relaxed)) {
             }
         };
-        fill(m.wall, wall_, most_wall);
-        fill(m.slide, slide_, most_slide);
+        fill(m.wall, wall_, max_wall);
+        fill(m.slide, slide_, max_slide);
     });
-    reach_m_ = std::sqrt(double(most_wall.load())) + std::sqrt(double(most_slide.load()));
+    reach_m_ = std::sqrt(double(max_wall.load())) + std::sqrt(double(max_slide.load()));
 }
 
-void DeformMaker::make(const Surrogate& now, Workers& workers) {
+void DeformTableBuilder::compute(const Surrogate& now, Workers& workers) {
     if (model_->empty()) return;
     setFields(now, workers);
     const Grid &grid = tables_.grid, &nodes_grid = model_->grid;
-    const FlowNodes nodes{&wall_[0].x,
-                          &walled_[0].x,
-                          &slide_[0].x,
-                          nodes_grid.dims,
-                          glm::vec3(nodes_grid.spacing_m),
-                          float(settings_.step_m),
+    const FlowNodes nodes{&wall_[0].x,     &wall_displacements_[0].x,       &slide_[0].x,
+                          nodes_grid.dims, glm::vec3(nodes_grid.spacing_m), float(settings_.step_m),
                           float(far_m_)};
     const RowKernels rows = settings_.portable ? portableRows() : widestRows();
     // The wall's flow is needed only where the tables are.
@@ -231,12 +228,12 @@ void DeformMaker::make(const Surrogate& now, Workers& workers) {
         const int z = low.z + int(slice);
         for (int y = low.y; y <= high.y; ++y)
             rows.wall(nodes, glm::vec3(low.x, y, z), high.x - low.x + 1,
-                      &walled_[nodes_grid.offset({low.x, y, z})].x);
+                      &wall_displacements_[nodes_grid.offset({low.x, y, z})].x);
     });
     const float step = float(grid.spacing_m.x / nodes_grid.spacing_m.x);
     workers.run(std::size_t(grid.dims.z), [&](std::size_t z, int) {
         for (std::size_t i = first_of_z_[z]; i < first_of_z_[z + 1]; ++i) {
-            const Stretch& s = stretches_[i];
+            const NodeRun& s = runs_[i];
             const Index3 first(s.begin, s.y, int(z));
             const std::size_t at = grid.offset(first);
             rows.table(nodes, glm::vec3(nodes_grid.toVoxels(grid.centre(first))), step, s.end - s.begin,
@@ -247,9 +244,9 @@ void DeformMaker::make(const Surrogate& now, Workers& workers) {
 
 DeformTables deformTables(const MotionModel& model, const Surrogate& now, const DeformSettings& settings,
                           int threads) {
-    DeformMaker maker(model, settings, nullptr);
+    DeformTableBuilder maker(model, settings, nullptr);
     Workers workers(threads);
-    maker.make(now, workers);
+    maker.compute(now, workers);
     return maker.tables();
 }
 

@@ -24,45 +24,45 @@ struct DeformSettings {
 // along each axis, all without motion if the patient does not breathe.
 struct DeformTables {
     Grid grid;
-    // Reference minus deformed point in metres, computed as for a point inside and as for a point outside
-    // the cavity. w of `inside`: level of the deformed point, < 0 inside the cavity.
+    // Reference minus deformed point in metres: one table for points inside the cavity, one for points
+    // outside. w of `inside`: level of the deformed point, < 0 inside the cavity.
     std::vector<glm::vec4> inside, outside;
 };
 
 // Recomputes the tables for each breath. Use from one thread at a time.
-class DeformMaker {
+class DeformTableBuilder {
   public:
-    // `seen`: compute only what lies in the patient's box and can be part of its body. Null: all of the
+    // `seen`: the patient that is drawn. Only nodes that its body can reach are computed. Null: all of the
     // motion's box. The model must outlive this object.
-    DeformMaker(const patient::MotionModel&, const DeformSettings&, const patient::Patient* seen);
+    DeformTableBuilder(const patient::MotionModel&, const DeformSettings&, const patient::Patient* seen);
 
     // Allocates nothing.
-    void make(const patient::Surrogate& now, Workers&);
+    void compute(const patient::Surrogate& now, Workers&);
 
     const DeformTables& tables() const { return tables_; }
     double reach_m() const { return reach_m_; }  // upper bound of any point's displacement
-    std::size_t nodesMade() const { return made_; }
+    std::size_t computedNodes() const { return made_; }
 
   private:
     struct Node {
         float x = 0.0f, y = 0.0f, z = 0.0f, level = 0.0f;
     };
     // Nodes [begin, end) of a row. `far`: far outside the cavity, where only the wall's flow moves tissue.
-    struct Stretch {
+    struct NodeRun {
         int y = 0, begin = 0, end = 0;
         bool far = false;
     };
-    std::vector<Stretch> bodyOf(const patient::Patient&) const;
-    void findStretches(const patient::Patient* seen);
+    std::vector<NodeRun> findBodyRuns(const patient::Patient&) const;
+    void findRuns(const patient::Patient* seen);
     void setFields(const patient::Surrogate& now, Workers&);
 
     const patient::MotionModel* model_;
     DeformSettings settings_;
     DeformTables tables_;
-    std::vector<Stretch> stretches_;       // ordered by z
-    std::vector<std::size_t> first_of_z_;  // first stretch of each slice, and the end
-    std::vector<Node> wall_, slide_;       // fields of the two flows, in the model's voxels, with the level
-    std::vector<Node> walled_;             // displacement of each node by the complete wall flow
+    std::vector<NodeRun> runs_;             // ordered by z
+    std::vector<std::size_t> first_of_z_;   // index of each slice's first run, and the end
+    std::vector<Node> wall_, slide_;        // fields of the two flows, in the model's voxels, with the level
+    std::vector<Node> wall_displacements_;  // displacement of each node by the complete wall flow
     double far_m_ = 0.0, reach_m_ = 0.0;
     std::size_t made_ = 0;
 };

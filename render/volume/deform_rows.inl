@@ -39,7 +39,7 @@ ROW_FN Float4 back(const Flow& f, const float* nodes, Float4 at, Float4 field) {
     }
 }
 
-ROW_FN Flow flowOf(const FlowNodes& n) {
+ROW_FN Flow makeFlow(const FlowNodes& n) {
     const glm::ivec3 last = n.dims - 1;
     // The fourth lane is unused.
     return {Float4{float(last.x), float(last.y), float(last.z), 0.0f},
@@ -50,21 +50,21 @@ ROW_FN Flow flowOf(const FlowNodes& n) {
             1.0f / n.step_m};
 }
 
-ROW_TARGET void wallRow(const FlowNodes& n, const glm::vec3& first, int count, float* walled) {
-    const Flow f = flowOf(n);
+ROW_TARGET void wallRow(const FlowNodes& n, const glm::vec3& first, int count, float* wall_displacement) {
+    const Flow f = makeFlow(n);
     for (int i = 0; i < count; ++i) {
         const Float4 p{first.x + float(i), first.y, first.z, 0.0f};
         const Float4 moved = back(f, n.wall, p, fieldAt(f, n.wall, p)) - p;
-        std::memcpy(walled + 4 * i, &moved, sizeof moved);
+        std::memcpy(wall_displacement + 4 * i, &moved, sizeof moved);
     }
 }
 
 ROW_TARGET void tableRow(const FlowNodes& n, const glm::vec3& first, float step, int count, bool far,
                          glm::vec4* inside, glm::vec4* outside) {
-    const Flow f = flowOf(n);
+    const Flow f = makeFlow(n);
     for (int i = 0; i < count; ++i) {
         const Float4 p{first.x + float(i) * step, first.y, first.z, 0.0f};
-        const Float4 moved = fieldAt(f, n.walled, p);
+        const Float4 moved = fieldAt(f, n.wall_displacement, p);
         const Float4 out = moved * f.metres;
         std::memcpy(&outside[i].x, &out, sizeof out);
         if (far) continue;

@@ -1,49 +1,50 @@
 #include "render/volume/deformed_patient.h"
 
 #include <algorithm>
-#include <thread>
+
+#include "base/parallel.h"
 
 namespace stylet::render {
 namespace {
 
-const Grid kNowhere{Index3(2), Vec3(1.0), Vec3(1e6)};
+const Grid kFarAwayGrid{Index3(2), Vec3(1.0), Vec3(1e6)};
+
+}  // namespace
 
 // A node lies in the middle of its texel.
-DeformedPatient::ToImage toImage(const Grid& grid) {
+ToImage toImage(const Grid& grid) {
     const Vec3 scale = 1.0 / (grid.spacing_m * Vec3(grid.dims));
     return {glm::vec4(glm::vec3(scale), float(0.5 * grid.spacing_m.x)),
             glm::vec4(glm::vec3(0.5 / Vec3(grid.dims) - grid.origin_m * scale), 0.0f)};
 }
 
-}  // namespace
-
 DeformedPatient::DeformedPatient(const Gpu& gpu, const patient::Patient& patient)
     : gpu_(&gpu),
       patient_(&patient),
       // Leaves cores for the other loops.
-      workers_(std::max(2, int(std::thread::hardware_concurrency()) / 2)),
+      workers_(std::max(2, processorCount() / 2)),
       maker_(patient.package().motion, {}, &patient),
       inside_(gpu, maker_.tables().grid.dims),
       outside_(gpu, maker_.tables().grid.dims),
       tool_(gpu, Index3(2)) {}
 
 void DeformedPatient::breathe(const patient::Surrogate& breath, bool still) {
-    const bool stays = still ? still_ : !still_ && made_ == breath;
+    const bool stays = still ? still_ : !still_ && table_breath_ == breath;
     if (stays) return;
     still_ = still;
-    ++breaths_;
-    if (still || made_ == breath) return;
-    maker_.make(breath, workers_);
-    made_ = breath;
+    ++breath_revision_;
+    if (still || table_breath_ == breath) return;
+    maker_.compute(breath, workers_);
+    table_breath_ = breath;
     packed_ = false;
 }
 
 void DeformedPatient::press(const patient::DisplacementTable* table) {
     if (table && table->grid.dims != tool_.dims()) {
         tool_ = TableImage(*gpu_, table->grid.dims);
-        ++images_made_;
+        ++image_revision_;
     }
-    pressing_ = table;
+    tool_table_ = table;
     tool_packed_ = table == nullptr;
 }
 
@@ -54,7 +55,7 @@ void DeformedPatient::recordUploads(const vk::raii::CommandBuffer& commands) {
         packed_ = true;
     }
     if (!tool_packed_) {
-        tool_.write(pressing_->moved_m, workers_);
+        tool_.write(tool_table_->moved_m, workers_);
         tool_packed_ = true;
     }
     inside_.recordUpload(commands);
@@ -62,12 +63,8 @@ void DeformedPatient::recordUploads(const vk::raii::CommandBuffer& commands) {
     tool_.recordUpload(commands);
 }
 
-DeformedPatient::ToImage DeformedPatient::toDeformation() const {
-    return toImage(maker_.tables().grid);
-}
-
-DeformedPatient::ToImage DeformedPatient::toTool() const {
-    return toImage(pressing_ ? pressing_->grid : kNowhere);
+ToImage DeformedPatient::toTool() const {
+    return toImage(tool_table_ ? tool_table_->grid : kFarAwayGrid);
 }
 
 }  // namespace stylet::render

@@ -9,6 +9,12 @@
 
 namespace stylet::render {
 
+// Map from the patient frame to the coordinates of a grid's image: p * scale + offset.
+struct ToImage {
+    glm::vec4 scale, offset;  // scale.w: half a node spacing, m
+};
+ToImage toImage(const Grid&);
+
 // Frame thread.
 class DeformedPatient {
   public:
@@ -28,10 +34,10 @@ class DeformedPatient {
         return breath == patient_->package().motion.reference;
     }
     bool still() const { return still_; }
-    int breaths() const { return breaths_; }                        // changes whenever the breath changes
+    int breathRevision() const { return breath_revision_; }         // changes whenever the breath changes
     const DeformTables& tables() const { return maker_.tables(); }  // of the last breath that was not still
     double reach_m() const { return maker_.reach_m(); }
-    const patient::DisplacementTable* tool() const { return pressing_; }
+    const patient::DisplacementTable* tool() const { return tool_table_; }
 
     // Records the upload of changed tables. Must precede the commands that read them.
     void recordUploads(const vk::raii::CommandBuffer&);
@@ -39,26 +45,30 @@ class DeformedPatient {
     const GpuImage& outside() const { return outside_.image(); }
     const GpuImage& toolMoved() const { return tool_.image(); }
     // Changes whenever images are recreated. Descriptors that name the old ones are then invalid.
-    int imagesMade() const { return images_made_; }
+    int imageRevision() const { return image_revision_; }
 
-    // From the patient frame to the images' coordinates: p * scale + offset. While no tool presses,
-    // toTool() maps to far outside its image.
-    struct ToImage {
-        glm::vec4 scale, offset;  // scale.w: half a node spacing, m
-    };
-    ToImage toDeformation() const;
+    ToImage toDeformation() const { return toImage(maker_.tables().grid); }
+    // While no tool presses, it maps every point to far outside the image.
     ToImage toTool() const;
 
   private:
     const Gpu* gpu_;
     const patient::Patient* patient_;
     Workers workers_;
-    DeformMaker maker_;
+    DeformTableBuilder maker_;
     TableImage inside_, outside_, tool_;
-    std::optional<patient::Surrogate> made_;  // breath of the tables
-    const patient::DisplacementTable* pressing_ = nullptr;
+    std::optional<patient::Surrogate> table_breath_;  // breath of the tables
+    const patient::DisplacementTable* tool_table_ = nullptr;
     bool still_ = true, packed_ = false, tool_packed_ = true;
-    int images_made_ = 0, breaths_ = 0;
+    int image_revision_ = 0, breath_revision_ = 0;
 };
+
+// Sets the uniforms by which shaders look up breath and tool (deform.glsl).
+template <typename Uniforms>
+void setMotion(Uniforms& uniforms, const DeformedPatient& patient) {
+    const ToImage breath = patient.toDeformation(), tool = patient.toTool();
+    uniforms.deform_scale = breath.scale, uniforms.deform_offset = breath.offset;
+    uniforms.tool_scale = tool.scale, uniforms.tool_offset = tool.offset;
+}
 
 }  // namespace stylet::render

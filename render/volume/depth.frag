@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Writes the depth for the runtime: that of the patient where it hides what is behind it, else that of the
+// Writes the depth for the runtime: that of the patient where the patient is nearly opaque, else that of the
 // meshes.
 #include "render/scene/bindings.glsl"
 

@@ -14,7 +14,7 @@ const ImageState kLayerRead{vk::ImageLayout::eGeneral, vk::PipelineStageFlagBits
 }  // namespace
 
 bool VolumeLayer::reserve(vk::Extent2D size) {
-    if (colour_.extent.width == size.width && colour_.extent.height == size.height) return false;
+    if (colour_.hasSize(size)) return false;
     const auto usage = vk::ImageUsageFlagBits::eStorage | vk::ImageUsageFlagBits::eTransferDst;
     colour_ = GpuImage(*gpu_, vk::Format::eR16G16B16A16Sfloat, {size.width, size.height, 1}, 2, usage);
     depth_ = GpuImage(*gpu_, vk::Format::eR32Sfloat, {size.width, size.height, 1}, 2, usage);
@@ -23,35 +23,30 @@ bool VolumeLayer::reserve(vk::Extent2D size) {
 
 void VolumeLayer::beginMarch(const vk::raii::CommandBuffer& commands) const {
     for (const GpuImage* image : {&colour_, &depth_})
-        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kLayerFresh, kMarched);
+        transition(commands, *image->handle, kColour, kLayerFresh, kMarched);
 }
 
 void VolumeLayer::upload(const vk::raii::CommandBuffer& commands, const Buffer& colour, const Buffer& depth,
                          vk::Extent2D size) const {
-    const vk::BufferImageCopy whole{.imageSubresource = {vk::ImageAspectFlagBits::eColor, 0, 0, 2},
-                                    .imageExtent = {size.width, size.height, 1}};
-    for (const auto& [image, from] : {std::pair{&colour_, &colour}, std::pair{&depth_, &depth}}) {
-        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kLayerFresh, kCopyWritten);
-        commands.copyBufferToImage(*from->handle, *image->handle, vk::ImageLayout::eTransferDstOptimal,
-                                   whole);
-        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kCopyWritten, kLayerRead);
-    }
+    const auto both = imagePart({size.width, size.height, 1}, 2);
+    recordUpload(commands, colour, *colour_.handle, both, kLayerFresh, kLayerRead);
+    recordUpload(commands, depth, *depth_.handle, both, kLayerFresh, kLayerRead);
 }
 
 void VolumeLayer::clear(const vk::raii::CommandBuffer& commands) const {
     const ImageState cleared{vk::ImageLayout::eGeneral, vk::PipelineStageFlagBits2::eClear,
                              vk::AccessFlagBits2::eTransferWrite};
-    const vk::ImageSubresourceRange whole{vk::ImageAspectFlagBits::eColor, 0, 1, 0, 2};
+    const vk::ImageSubresourceRange whole{kColour, 0, 1, 0, 2};
     for (const GpuImage* image : {&colour_, &depth_}) {
-        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kLayerFresh, cleared);
+        transition(commands, *image->handle, kColour, kLayerFresh, cleared);
         commands.clearColorImage(*image->handle, vk::ImageLayout::eGeneral, vk::ClearColorValue{}, whole);
-        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, cleared, kLayerRead);
+        transition(commands, *image->handle, kColour, cleared, kLayerRead);
     }
 }
 
 void VolumeLayer::endMarch(const vk::raii::CommandBuffer& commands) const {
     for (const GpuImage* image : {&colour_, &depth_})
-        transition(commands, *image->handle, vk::ImageAspectFlagBits::eColor, kMarched, kLayerRead);
+        transition(commands, *image->handle, kColour, kMarched, kLayerRead);
 }
 
 }  // namespace stylet::render

@@ -50,16 +50,9 @@ std::vector<HuPoint> readCurve(Fields& root) {
     return points;
 }
 
-patient::Tissue readTissue(Fields& in, std::string_view key) {
-    const std::string name = in.text(key);
-    for (int i = 0; i < patient::kTissueCount; ++i)
-        if (patient::tissueName(patient::Tissue(i)) == name) return patient::Tissue(i);
-    in.refuse(key, "'" + name + "' is not a tissue");
-}
-
 LookRule readLookRule(Fields& in) {
     LookRule rule;
-    if (in.has("tissue")) rule.tissue = readTissue(in, "tissue");
+    if (in.has("tissue")) rule.tissue = in.choice<patient::Tissue>("tissue", patient::kTissueNames);
     rule.name = in.textOr("name", "");
     if (in.has("extinction_per_mm"))
         rule.extinction_per_m = kPerMm * in.number("extinction_per_mm", 0.0, 1000.0);
@@ -81,14 +74,6 @@ void readSurface(Fields in, LookStyle& look) {
     look.mottle = float(in.numberOr("mottle", 0.0, 1.0, 0.0));
     look.pores = float(in.numberOr("pores", 0.0, 1.0, 0.0));
     look.grazing_tint = readColour(in, "grazing_tint");
-}
-
-bool lookRuleFits(const LookRule& rule, const patient::Label& label) {
-    if (rule.tissue && *rule.tissue != label.tissue) return false;
-    std::string name = label.name;
-    std::transform(name.begin(), name.end(), name.begin(),
-                   [](unsigned char c) { return char(std::tolower(c)); });
-    return rule.name.empty() || name.find(rule.name) != std::string::npos;
 }
 
 glm::vec4 stored(const glm::vec3& colour_linear, double extinction_per_m, double full_per_m) {
@@ -136,7 +121,7 @@ LookStyle parseLook(const path& file, std::string_view text) {
     return look;
 }
 
-Palette resolve(const LookStyle& look, const patient::Patient& patient) {
+Palette makePalette(const LookStyle& look, const patient::Patient& patient) {
     Palette palette;
     palette.smoothing_voxels = look.smoothing_voxels;
     palette.edge_low = look.edge_low;
@@ -150,7 +135,7 @@ Palette resolve(const LookStyle& look, const patient::Patient& patient) {
         const patient::Label* label = patient.label(std::uint8_t(id));
         if (!label) continue;
         const auto rule = std::find_if(look.rules.begin(), look.rules.end(),
-                                       [&](const LookRule& r) { return lookRuleFits(r, *label); });
+                                       [&](const LookRule& r) { return r.matches(*label); });
         if (rule == look.rules.end()) continue;
         const glm::vec3 colour = rule->colour_linear.value_or(linearFromSrgb(label->colour));
         palette.follows_hu[std::size_t(id)] = !rule->extinction_per_m;

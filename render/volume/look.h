@@ -13,6 +13,7 @@
 #include <glm/vec4.hpp>
 
 #include "patient/patient.h"
+#include "render/scene/label_rule.h"
 
 namespace stylet::render {
 
@@ -22,12 +23,9 @@ struct HuPoint {
     glm::vec3 colour_linear{0.0f};
 };
 
-// Applies to the labels whose tissue and name match. The first matching rule wins.
-struct LookRule {
-    std::optional<patient::Tissue> tissue;
-    std::string name;                        // part of the label's name, lower case; empty = any
+struct LookRule : LabelRule {
     std::optional<double> extinction_per_m;  // absent: the curve over HU
-    std::optional<double> shell_per_m;       // extinction at borders to something clearer; absent: the same
+    std::optional<double> shell_per_m;       // extinction at borders to clearer tissue; absent: no shell
     std::optional<glm::vec3> colour_linear;  // absent: the colour of the package's label table
 };
 
@@ -39,8 +37,8 @@ struct LookStyle {
     float wrap = 0.3f, specular = 0.1f, specular_power = 24.0f, rim = 0.0f;
     float gradient_voxels = 1.0f;  // reach of the central differences
     int smoothing_voxels = 1;      // radius of the binomial filter over the classified volume
-    // Smoothed opacities between these are stretched to 0..1. Otherwise smoothing would move surfaces
-    // outwards.
+    // Smoothed opacities from edge_low to edge_high are stretched to 0..1. Otherwise smoothing would move
+    // surfaces outwards.
     float edge_low = 0.0f, edge_high = 1.0f;
     glm::vec3 grazing_tint{1.0f};
     float mottle = 0.0f, pores = 0.0f;  // detail of the skin from close by, 0..1
@@ -50,9 +48,9 @@ LookStyle loadLook(const std::filesystem::path& toml);  // throws DataError
 // The same from memory; errors name `file`.
 LookStyle parseLook(const std::filesystem::path& file, std::string_view toml);
 
-// Stored form of a colour with an extinction: rgb = sqrt(linear colour) * a, a = sqrt(extinction / full).
-// The square roots spend the eight bits where the eye is sensitive. The weight keeps the colour of clear
-// tissue from bleeding.
+// Stored form of a colour with an extinction: rgb = sqrt(linear colour) * a, a = sqrt(extinction / full). The
+// square roots spend the eight bits where the eye is sensitive. The weight `a` prevents the colour of clear
+// tissue from bleeding into its neighbours.
 struct Palette {
     static constexpr int kHuBegin = -1024, kHuEnd = 3072;
     std::array<glm::vec4, 256> label{};
@@ -67,6 +65,6 @@ struct Palette {
         return follows_hu[neighbour] || label[neighbour].a < label[id].a;
     }
 };
-Palette resolve(const LookStyle&, const patient::Patient&);
+Palette makePalette(const LookStyle&, const patient::Patient&);
 
 }  // namespace stylet::render

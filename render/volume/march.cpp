@@ -16,21 +16,24 @@
 
 #include <glm/gtc/packing.hpp>
 
-#if defined(__x86_64__)
-#include <immintrin.h>
-#endif
+#include "render/volume/lanes.h"
+#include "render/volume/march_shared.h"
 
 namespace stylet::render {
 namespace {
 
-using Float4 = float __attribute__((vector_size(16)));
-using Int4 = int __attribute__((vector_size(16)));
+using gpu::kBloodRun, gpu::kBloodWaver_m, gpu::kIodineWaver_m, gpu::kIodineGrain_m, gpu::kMarkDepth_m;
+using gpu::kBrick, gpu::kOpaque, gpu::kDone, gpu::kFine, gpu::kDense, gpu::kWeak, gpu::kSurface;
+using gpu::kCutSteps, gpu::kGrazingLight, gpu::kTurnedAway, gpu::kWetPower, gpu::kWetStrength;
+using gpu::kFleshFrom_m, gpu::kFleshTo_m, gpu::kWoundFrom_m, gpu::kWoundTo_m;
+using gpu::kMottleCoarse_m, gpu::kMottleFine_m, gpu::kPore_m;
 
-constexpr float kBrick = 8.0f;
-constexpr float kOpaque = 0.001f;
-constexpr int kDone = 0x7fffffff;
-constexpr int kFine = 4;
-constexpr float kDense = 0.30f, kWeak = 0.06f, kSurface = 0.15f;
+constexpr Float4 float3(const glm::vec3& v, float w = 0.0f) {
+    return Float4{v.x, v.y, v.z, w};
+}
+
+constexpr Float4 kWound = float3(gpu::kWound), kFlesh = float3(gpu::kFlesh), kStain = float3(gpu::kStain),
+                 kFreshBlood = float3(gpu::kFreshBlood), kFlush = float3(gpu::kFlush);
 
 struct EyeRays {
     Float4 origin, place;  // position of the eye: voxels; patient frame, m
@@ -52,12 +55,6 @@ struct NodeGrid {
     std::size_t row, plane;
 };
 
-// Colours of marks.glsl.
-constexpr Float4 kWound = {0.10f, 0.004f, 0.006f, 0.0f}, kFlesh = {0.42f, 0.05f, 0.04f, 0.0f},
-                 kFreshBlood = {0.17f, 0.003f, 0.004f, 0.0f}, kStain = {0.50f, 0.21f, 0.055f, 0.0f},
-                 kFlush = {1.06f, 0.90f, 0.86f, 0.0f};
-constexpr float kMarkDepth_m = 0.006f;
-
 // Data of a frame for its rays, precomputed once.
 struct Shared {
     std::array<EyeRays, 2> eyes;
@@ -78,8 +75,8 @@ struct Shared {
     std::uint64_t* colour;
     float* depth;
     std::uint32_t columns, rows;
-    std::array<Float4, gpu::kMostCuts> cut;
-    std::array<PlacedMark, gpu::kMostMarks> mark;
+    std::array<Float4, gpu::kMaxCuts> cut;
+    std::array<PlacedMark, gpu::kMaxMarks> mark;
     int cuts, marks;
     float fovea_quarter, fovea_sixteenth;
     bool empty_space, early_termination, depth_bounds, foveate, deforms;
@@ -106,18 +103,8 @@ MARCH_FN Float4 higher(Float4 a, Float4 b) {
     return _mm_max_ps(a, b);
 }
 
-MARCH_FN __m256 lerp(__m256 a, __m256 b, __m256 f) {
-    return _mm256_fmadd_ps(f, _mm256_sub_ps(b, a), a);
-}
-
-// The two halves of each vector hold the neighbours along x.
-MARCH_FN Float4 blend(__m256 near_low, __m256 near_high, __m256 far_low, __m256 far_high, Float4 f) {
-    const __m256 fy = _mm256_broadcastss_ps(_mm_shuffle_ps(f, f, 0x55));
-    const __m256 fz = _mm256_broadcastss_ps(_mm_shuffle_ps(f, f, 0xaa));
-    const __m256 both = lerp(lerp(near_low, near_high, fy), lerp(far_low, far_high, fy), fz);
-    const __m128 low = _mm256_castps256_ps128(both), high = _mm256_extractf128_ps(both, 1);
-    return _mm_fmadd_ps(_mm_shuffle_ps(f, f, 0), _mm_sub_ps(high, low), low);
-}
+using avx2::blend;
+using avx2::fetchNode;
 
 MARCH_FN __m256 pairAt(const std::uint32_t* p) {
     const __m128i bytes = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(p));
@@ -140,11 +127,6 @@ MARCH_FN float fetchOpacity(const std::uint32_t* p, std::size_t row, std::size_t
     const __m128 high = _mm_movehl_ps(along_z, along_z);
     const __m128 along_y = _mm_fmadd_ps(_mm_shuffle_ps(f, f, 0x55), _mm_sub_ps(high, along_z), along_z);
     return along_y[0] + f[0] * (along_y[1] - along_y[0]);
-}
-
-MARCH_FN Float4 fetchNode(const float* p, std::size_t row, std::size_t plane, Float4 f) {
-    return blend(_mm256_loadu_ps(p), _mm256_loadu_ps(p + row), _mm256_loadu_ps(p + plane),
-                 _mm256_loadu_ps(p + plane + row), f);
 }
 
 MARCH_FN void storeHalf(std::uint64_t* out, Float4 colour) {
@@ -171,35 +153,14 @@ MARCH_FN Float4 higher(Float4 a, Float4 b) {
     return a > b ? a : b;
 }
 
-MARCH_FN Float4 lerp(Float4 a, Float4 b, float f) {
-    return a + f * (b - a);
-}
-
-MARCH_FN Float4 cornerAt(const std::uint32_t* p) {
-    const std::uint32_t c = *p;
-    return Float4{float(c & 255u), float((c >> 8) & 255u), float((c >> 16) & 255u), float(c >> 24)};
-}
-MARCH_FN Float4 cornerAt(const float* p) {
-    return Float4{p[0], p[1], p[2], p[3]};
-}
-
-template <typename Value>
-MARCH_FN Float4 fetch(const Value* p, std::size_t next, std::size_t row, std::size_t plane, Float4 f) {
-    const auto alongX = [&](const Value* at) { return lerp(cornerAt(at), cornerAt(at + next), f[0]); };
-    return lerp(lerp(alongX(p), alongX(p + row), f[1]),
-                lerp(alongX(p + plane), alongX(p + plane + row), f[1]), f[2]);
-}
+using scalar::fetchNode;
 
 MARCH_FN Float4 fetchTexel(const std::uint32_t* p, std::size_t row, std::size_t plane, Float4 f) {
-    return fetch(p, 1, row, plane, f);
+    return scalar::fetch(p, 1, row, plane, f);
 }
 MARCH_FN float fetchOpacity(const std::uint32_t* p, std::size_t row, std::size_t plane, Float4 f) {
     return fetchTexel(p, row, plane, f)[3];
 }
-MARCH_FN Float4 fetchNode(const float* p, std::size_t row, std::size_t plane, Float4 f) {
-    return fetch(p, 4, row, plane, f);
-}
-
 MARCH_FN void storeHalf(std::uint64_t* out, Float4 colour) {
     *out = glm::packHalf4x16(glm::vec4(colour[0], colour[1], colour[2], colour[3]));
 }
@@ -210,10 +171,6 @@ MARCH_FN void storeHalf(std::uint64_t* out, Float4 colour) {
 #undef MARCH_TARGET
 
 }  // namespace portable
-
-Float4 float3(const glm::vec4& v, float w = 0.0f) {
-    return Float4{v.x, v.y, v.z, w};
-}
 
 EyeRays eyeRays(const gpu::EyeUniforms& eye, const gpu::FrameUniforms& frame) {
     const glm::mat4& m = eye.patient_from_eye;
@@ -230,16 +187,12 @@ EyeRays eyeRays(const gpu::EyeUniforms& eye, const gpu::FrameUniforms& frame) {
                                                   std::fabs(t.w - t.z) / frame.layer.y)};
 }
 
-// Light colours of lighting.glsl.
-constexpr Float4 kKeyColour = {1.0f, 0.965f, 0.91f, 0.0f}, kSkyColour = {0.36f, 0.44f, 0.47f, 0.0f},
-                 kGroundColour = {0.11f, 0.12f, 0.12f, 0.0f};
-
 void setLight(Shared& s, const gpu::FrameUniforms& frame, const gpu::LookUniforms& look) {
     s.key_direction = float3(frame.key_patient);
-    s.key = kKeyColour * frame.key_patient.w;
+    s.key = float3(gpu::kKeyColour) * frame.key_patient.w;
     s.up = float3(frame.up_patient);
-    s.sky = kSkyColour, s.ground = kGroundColour;
-    s.weak_light = 0.5f * (s.sky + s.ground) + 0.45f * s.key;
+    s.sky = float3(gpu::kSkyColour), s.ground = float3(gpu::kGroundColour);
+    s.weak_light = 0.5f * (s.sky + s.ground) + gpu::kWeakKey * s.key;
     s.tint = float3(look.tint);
     s.wrap = look.surface.x, s.specular = look.surface.y, s.specular_power = look.surface.z;
     s.rim = look.surface.w;
@@ -285,7 +238,7 @@ void setSurgery(Shared& s, const gpu::FrameUniforms& frame) {
     }
 }
 
-Shared sharedOf(const MarchInput& in, const MarchOutput& out) {
+Shared makeShared(const MarchInput& in, const MarchOutput& out) {
     const gpu::FrameUniforms& frame = in.frame;
     Shared s{};
     s.spacing = float3(frame.grid_spacing, 0.0f);
@@ -360,7 +313,7 @@ void MarchVolume::setPlanes(int z0, int z1, const std::byte* rgba) {
 }
 
 gpu::Counters march(Workers& workers, const MarchInput& in, const MarchOutput& out, MarchPath path) {
-    const Shared shared = sharedOf(in, out);
+    const Shared shared = makeShared(in, out);
     const MarchTile marchTile = tileFunction(path);
     const auto tiles = [](std::uint32_t pixels) { return (pixels + gpu::kTile - 1) / gpu::kTile; };
     const std::size_t columns = tiles(shared.columns), of_eye = columns * tiles(shared.rows);

@@ -14,7 +14,7 @@ struct Ray {
 
 struct Surface {
     Float4 albedo;
-    float gloss;  // 0: as the look says, 1: wet
+    float gloss;  // 0: as in the look, 1: wet
 };
 
 MARCH_FN float sum3(Float4 v) {
@@ -47,7 +47,7 @@ MARCH_FN float smoothstep(float a, float b, float x) {
 }
 
 // exp(-x) for x >= 0, relative error 3e-7. Computes 2^f by its series about -1/2.
-MARCH_FN float expOfMinus(float x) {
+MARCH_FN float expNegative(float x) {
     const float y = std::max(x * -1.44269504f, -126.0f);
     const int whole = int(y);
     const float f = (y - float(whole) + 0.5f) * 0.69314718f, f2 = f * f;
@@ -66,7 +66,7 @@ MARCH_FN float highlight(float x, float power) {
     const float m = std::bit_cast<float>(bits - (std::uint32_t(exponent) << 23));
     const float s = (m - 1.0f) / (m + 1.0f), s2 = s * s;
     const float log = 0.69314718f * float(exponent) + 2.0f * s * (1.0f + s2 * (0.33333333f + s2 * 0.2f));
-    return expOfMinus(std::max(-power * log, 0.0f));
+    return expNegative(std::max(-power * log, 0.0f));
 }
 
 // First of the eight texels around a point. `share`: position of the point between them, 0 to 1.
@@ -110,7 +110,7 @@ MARCH_FN Float4 toolMoved(const Shared& s, Float4 p) {
     return nodeAt(s.tool, s.moved, at);
 }
 
-// Transforms a gradient of the undisplaced tissue as the tool has turned the tissue.
+// Transforms a gradient of the undisplaced tissue to the displaced tissue.
 MARCH_FN Float4 turnedByTool(const Shared& s, Float4 p, Float4 g) {
     const Float4 here = toolMoved(s, p);
     if (here[0] == 0.0f && here[1] == 0.0f && here[2] == 0.0f) return g;
@@ -191,23 +191,23 @@ MARCH_FN void applyMark(Surface& skin, const PlacedMark& mark, Float4 p, Float4 
     if (dot3(d, d) > 16.0f * size * size + 1e-4f) return;
     if (mark.kind == gpu::kIncision) {
         const float away = length3(d - along * std::clamp(dot3(d, along), -size, size));
-        skin.albedo = mixed(skin.albedo, kFlesh, 1.0f - smoothstep(0.0010f, 0.0026f, away));
-        skin.albedo = mixed(skin.albedo, kWound, 1.0f - smoothstep(0.0005f, 0.0011f, away));
+        skin.albedo = mixed(skin.albedo, kFlesh, 1.0f - smoothstep(kFleshFrom_m, kFleshTo_m, away));
+        skin.albedo = mixed(skin.albedo, kWound, 1.0f - smoothstep(kWoundFrom_m, kWoundTo_m, away));
     } else if (mark.kind == gpu::kPuncture) {
         const float reach = length3(d);
         skin.albedo = mixed(skin.albedo, kFlesh, 0.6f * (1.0f - smoothstep(size, 2.5f * size, reach)));
         skin.albedo = mixed(skin.albedo, kWound, 1.0f - smoothstep(0.5f * size, size, reach));
     } else if (mark.kind == gpu::kBlood) {
         const float below = dot3(d, along);
-        const float reach = length3(d - along * (std::max(below, 0.0f) * 0.62f)) * wavering(p, 0.007f);
+        const float reach = length3(d - along * (std::max(below, 0.0f) * kBloodRun)) * wavering(p, kBloodWaver_m);
         const float wet = 1.0f - smoothstep(0.82f * size, 0.96f * size, reach);
         const float thin = 0.75f + 0.5f * smoothstep(0.4f * size, 0.95f * size, reach);
         skin.albedo = mixed(skin.albedo, kFreshBlood * thin, wet);
         skin.gloss = std::max(skin.gloss, wet);
     } else {
-        const float stained = 1.0f - smoothstep(0.90f * size, size, length3(d) * wavering(p, 0.03f));
+        const float stained = 1.0f - smoothstep(0.90f * size, size, length3(d) * wavering(p, kIodineWaver_m));
         const Float4 brown = skin.albedo * kStain * 1.15f + 0.05f * kStain;
-        skin.albedo = mixed(skin.albedo, brown, (0.70f + 0.25f * noise(p * (1.0f / 0.012f))) * stained);
+        skin.albedo = mixed(skin.albedo, brown, (0.70f + 0.25f * noise(p * (1.0f / kIodineGrain_m))) * stained);
     }
 }
 
@@ -215,9 +215,9 @@ MARCH_FN void applyMark(Surface& skin, const PlacedMark& mark, Float4 p, Float4 
 MARCH_FN Surface surfaceAt(const Shared& s, Float4 p, Float4 normal, Float4 albedo) {
     Surface skin{albedo, 0.0f};
     if (s.mottle > 0.0f) {
-        const float flush = 0.65f * noise(p * (1.0f / 0.013f)) + 0.35f * noise(p * (1.0f / 0.004f));
+        const float flush = 0.65f * noise(p * (1.0f / kMottleCoarse_m)) + 0.35f * noise(p * (1.0f / kMottleFine_m));
         skin.albedo *= mixed(all(1.0f), kFlush, s.mottle * (2.0f * flush - 1.0f));
-        skin.albedo *= 1.0f - s.pores * smoothstep(0.55f, 0.95f, noise(p * (1.0f / 0.0011f)));
+        skin.albedo *= 1.0f - s.pores * smoothstep(0.55f, 0.95f, noise(p * (1.0f / kPore_m)));
     }
     for (int i = 0; i < s.marks; ++i)
         applyMark(skin, s.mark[std::size_t(i)], p, normal);
@@ -228,14 +228,14 @@ MARCH_FN Float4 shade(const Shared& s, const Surface& skin, Float4 g, Float4 to_
     const float steepness = std::sqrt(dot3(g, g));
     Float4 n = g * (-1.0f / std::max(steepness, 1e-6f));
     const float facing = dot3(n, to_eye);
-    if (facing < 0.0f) n = facing < -0.4f ? -n : normalised(n - facing * to_eye);
+    if (facing < 0.0f) n = facing < kTurnedAway ? -n : normalised(n - facing * to_eye);
     const float nl = dot3(n, s.key_direction);
     const float lit = std::max((nl + s.wrap) / (1.0f + s.wrap), 0.0f);
-    const Float4 grazing = mixed(s.tint, all(1.0f), smoothstep(0.0f, 0.6f, lit));
+    const Float4 grazing = mixed(s.tint, all(1.0f), smoothstep(0.0f, kGrazingLight, lit));
     const float surface = smoothstep(0.0f, kSurface, steepness);
     const Float4 half = normalised(s.key_direction + to_eye);
-    const float strength = s.specular + (0.45f - s.specular) * skin.gloss;
-    const float power = s.specular_power + (45.0f - s.specular_power) * skin.gloss;
+    const float strength = s.specular + (kWetStrength - s.specular) * skin.gloss;
+    const float power = s.specular_power + (kWetPower - s.specular_power) * skin.gloss;
     const float shine = nl > 0.0f ? strength * highlight(dot3(n, half), power) * nl : 0.0f;
     const float across = 1.0f - std::max(dot3(n, to_eye), 0.0f);
     const float rim = s.rim * across * across * across;
@@ -281,8 +281,8 @@ MARCH_FN bool makeRay(const Shared& s, const EyeRays& eye, float at_x, float at_
     if (r.t_exit <= r.t_begin) return false;
     // A step is at least as long as a pixel is wide.
     r.step_m = std::max(s.step_m, r.t_begin * eye.footprint * float(size));
-    r.start = fraction(52.9829189f * fraction(std::floor(at_x * s.width) * 0.06711056f +
-                                              std::floor(at_y * s.height) * 0.00583715f));
+    r.start = fraction(gpu::kDither.x * fraction(std::floor(at_x * s.width) * gpu::kDither.y +
+                                                std::floor(at_y * s.height) * gpu::kDither.z));
     return true;
 }
 
@@ -291,13 +291,13 @@ MARCH_FN Float4 softClip(Float4 c) {
     return lower(c, all(0.6f)) + 0.4f * (over / (over + 0.4f));
 }
 
-struct Marched {
+struct RayResult {
     Float4 colour;  // premultiplied
     float depth;    // m; 0: no opaque surface
 };
 
-// `v`: the sample in the deformed patient, `voxel`: its origin in the reference, both in voxels.
-MARCH_FN Float4 lightOf(const Shared& s, const Ray& r, Float4 v, Float4 voxel, Float4 albedo, bool cut) {
+// `v`: the sample in the deformed patient, `voxel`: its reference position, both in voxels.
+MARCH_FN Float4 shadeSample(const Shared& s, const Ray& r, Float4 v, Float4 voxel, Float4 albedo, bool cut) {
     if (cut)
         // A cut surface is lit as a plane.
         return shade(s, {albedo, 0.0f}, -s.cut[std::size_t(r.face)], r.to_eye);
@@ -308,7 +308,7 @@ MARCH_FN Float4 lightOf(const Shared& s, const Ray& r, Float4 v, Float4 voxel, F
     return shade(s, surfaceAt(s, s.grid_origin + voxel * s.spacing, normal, albedo), slope, r.to_eye);
 }
 
-MARCH_FN Marched marchRay(const Shared& s, const Ray& r, Tally& tally) {
+MARCH_FN RayResult marchRay(const Shared& s, const Ray& r, Tally& tally) {
     const float step_t = r.step_m / r.metres;
     const float quarter = step_t / float(kFine), voxel_t = s.voxel_m / r.metres;
     const float t_first = r.t_begin + r.start * step_t;
@@ -355,11 +355,11 @@ MARCH_FN Marched marchRay(const Shared& s, const Ray& r, Tally& tally) {
         }
         const float width = fine ? quarter : step_t;
         const float inside = std::clamp((r.t_mesh - t) / width + 0.5f, 0.0f, 1.0f);
-        const float weight = transmittance * (1.0f - expOfMinus(sigma * width * inside));
+        const float weight = transmittance * (1.0f - expNegative(sigma * width * inside));
         const Float4 root = texel * (1.0f / std::max(a, 255.0f * 1e-4f));
         const Float4 albedo = root * root;
         if (transmittance * std::min(sigma * voxel_t, 1.0f) > kWeak)
-            light += weight * lightOf(s, r, v, voxel, albedo, r.face >= 0 && t - r.t_begin < 1.5f * step_t);
+            light += weight * shadeSample(s, r, v, voxel, albedo, r.face >= 0 && t - r.t_begin < kCutSteps * step_t);
         else
             light += weight * (albedo * s.weak_light);
         transmittance -= weight;
@@ -389,7 +389,7 @@ MARCH_FN std::uint32_t raySize(const Shared& s, const EyeRays& eye, float at_x, 
     return away > s.fovea_sixteenth ? 4 : away > s.fovea_quarter ? 2 : 1;
 }
 
-MARCH_FN Marched marchAt(const Shared& s, const Tile& tile, float at_x, float at_y, std::uint32_t size,
+MARCH_FN RayResult marchAt(const Shared& s, const Tile& tile, float at_x, float at_y, std::uint32_t size,
                          Tally& tally) {
     Ray r;
     if (!makeRay(s, s.eyes[tile.eye], at_x, at_y, size, r)) return {all(0.0f), 0.0f};
@@ -412,7 +412,7 @@ MARCH_TARGET void marchTile(const Shared& s, const Tile& tile, Tally& tally) {
     for (std::uint32_t y = tile.y; y < y_end; y += size)
         for (std::uint32_t x = tile.x; x < x_end; x += size) {
             const float half = 0.5f * float(size);
-            const Marched seen = marchAt(s, tile, std::min((float(x) + half) / s.width, 1.0f),
+            const RayResult seen = marchAt(s, tile, std::min((float(x) + half) / s.width, 1.0f),
                                          std::min((float(y) + half) / s.height, 1.0f), size, tally);
             for (std::uint32_t to_y = y; to_y < std::min(y + size, y_end); ++to_y)
                 for (std::uint32_t to_x = x; to_x < std::min(x + size, x_end); ++to_x) {

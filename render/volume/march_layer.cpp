@@ -1,5 +1,7 @@
 #include "render/volume/march_layer.h"
 
+#include "render/gpu/image_states.h"
+
 namespace stylet::render {
 
 void MarchLayer::reserve(vk::Extent2D target) {
@@ -13,19 +15,12 @@ void MarchLayer::reserve(vk::Extent2D target) {
 
 void MarchLayer::readDepth(const vk::raii::CommandBuffer& commands, const GpuImage& depth,
                            const ImageState& state) const {
-    const ImageState copying{vk::ImageLayout::eTransferSrcOptimal, vk::PipelineStageFlagBits2::eCopy,
-                             vk::AccessFlagBits2::eTransferRead};
-    transition(commands, *depth.handle, vk::ImageAspectFlagBits::eDepth, state, copying);
+    transition(commands, *depth.handle, vk::ImageAspectFlagBits::eDepth, state, kCopyRead);
     commands.copyImageToBuffer(
-        *depth.handle, vk::ImageLayout::eTransferSrcOptimal, *mesh_depth_.handle,
-        vk::BufferImageCopy{.imageSubresource = {vk::ImageAspectFlagBits::eDepth, 0, 0, 2},
-                            .imageExtent = {target_.width, target_.height, 1}});
-    transition(commands, *depth.handle, vk::ImageAspectFlagBits::eDepth, copying, state);
-    const vk::MemoryBarrier2 to_host{.srcStageMask = vk::PipelineStageFlagBits2::eCopy,
-                                     .srcAccessMask = vk::AccessFlagBits2::eTransferWrite,
-                                     .dstStageMask = vk::PipelineStageFlagBits2::eHost,
-                                     .dstAccessMask = vk::AccessFlagBits2::eHostRead};
-    commands.pipelineBarrier2({.memoryBarrierCount = 1, .pMemoryBarriers = &to_host});
+        *depth.handle, kCopyRead.layout, *mesh_depth_.handle,
+        imagePart({target_.width, target_.height, 1}, 2, vk::ImageAspectFlagBits::eDepth));
+    transition(commands, *depth.handle, vk::ImageAspectFlagBits::eDepth, kCopyRead, state);
+    memoryBarrier(commands, kCopyWrites, kHostReads);
 }
 
 gpu::Counters MarchLayer::march(const gpu::FrameUniforms& frame, const gpu::LookUniforms& look,

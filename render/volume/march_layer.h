@@ -3,8 +3,8 @@
 #pragma once
 
 #include <algorithm>
-#include <thread>
 
+#include "base/parallel.h"
 #include "render/gpu/memory.h"
 #include "render/volume/layer.h"
 #include "render/volume/march.h"
@@ -14,8 +14,7 @@ namespace stylet::render {
 
 class MarchLayer {
   public:
-    explicit MarchLayer(const Gpu& gpu)
-        : gpu_(&gpu), workers_(std::max(2, int(std::thread::hardware_concurrency()) - 1)) {}
+    explicit MarchLayer(const Gpu& gpu) : gpu_(&gpu), workers_(std::max(2, processorCount() - 1)) {}
 
     void reserve(vk::Extent2D target);
     // Records the read-back of `depth` at the end of the opaque pass. `depth` has the target's size and is

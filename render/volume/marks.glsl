@@ -1,15 +1,9 @@
 // Detail of the skin from close by: mottling, pores, and the marks that the procedure leaves (Mark in
-// scene.h).
-
-const vec3 kWound = vec3(0.10, 0.004, 0.006), kFlesh = vec3(0.42, 0.05, 0.04);
-const vec3 kFreshBlood = vec3(0.17, 0.003, 0.004), kStain = vec3(0.50, 0.21, 0.055);
-const vec3 kFlush = vec3(1.06, 0.90, 0.86);  // skin with more blood in it
-
-const float kMarkDepth_m = 0.006;
+// scene.h). Include after march_shared.h.
 
 struct Surface {
     vec3 albedo;
-    float gloss;  // 0: as the look says, 1: wet
+    float gloss;  // 0: as in the look, 1: wet
 };
 
 float hashed(ivec3 cell) {
@@ -33,8 +27,8 @@ float noise(vec3 p) {
 // printed.
 float wavering(vec3 p, float size) { return 1.0 + 0.4 * (noise(p / size) - 0.5); }
 
-// Measures distances along the skin, because the drawn surface lies a millimetre or two beside the surface
-// that was marked.
+// Measures distances along the skin, because the drawn surface lies one or two millimetres above or below the
+// marked surface.
 void applyMark(inout Surface s, MarkUniforms mark, vec3 p, vec3 normal) {
     const vec3 off = p - mark.place.xyz, along = mark.shape.xyz;
     const float height = dot(off, normal);
@@ -43,8 +37,8 @@ void applyMark(inout Surface s, MarkUniforms mark, vec3 p, vec3 normal) {
     if (dot(d, d) > 16.0 * size * size + 1e-4) return;
     if (kind == kIncision) {
         const float away = length(d - along * clamp(dot(d, along), -size, size));
-        s.albedo = mix(s.albedo, kFlesh, 1.0 - smoothstep(0.0010, 0.0026, away));
-        s.albedo = mix(s.albedo, kWound, 1.0 - smoothstep(0.0005, 0.0011, away));
+        s.albedo = mix(s.albedo, kFlesh, 1.0 - smoothstep(kFleshFrom_m, kFleshTo_m, away));
+        s.albedo = mix(s.albedo, kWound, 1.0 - smoothstep(kWoundFrom_m, kWoundTo_m, away));
     } else if (kind == kPuncture) {
         const float reach = length(d);
         s.albedo = mix(s.albedo, kFlesh, 0.6 * (1.0 - smoothstep(size, 2.5 * size, reach)));
@@ -52,14 +46,14 @@ void applyMark(inout Surface s, MarkUniforms mark, vec3 p, vec3 normal) {
     } else if (kind == kBlood) {
         // Blood runs down: the pool is longer below the hole than above it.
         const float below = dot(d, along);
-        const float reach = length(d - along * max(below, 0.0) * 0.62) * wavering(p, 0.007);
+        const float reach = length(d - along * max(below, 0.0) * kBloodRun) * wavering(p, kBloodWaver_m);
         const float wet = 1.0 - smoothstep(0.82 * size, 0.96 * size, reach);
         s.albedo = mix(s.albedo, kFreshBlood * (0.75 + 0.5 * smoothstep(0.4 * size, 0.95 * size, reach)), wet);
         s.gloss = max(s.gloss, wet);
     } else {
-        const float stained = 1.0 - smoothstep(0.90 * size, size, length(d) * wavering(p, 0.03));
+        const float stained = 1.0 - smoothstep(0.90 * size, size, length(d) * wavering(p, kIodineWaver_m));
         const vec3 brown = s.albedo * kStain * 1.15 + 0.05 * kStain;
-        s.albedo = mix(s.albedo, brown, (0.70 + 0.25 * noise(p / 0.012)) * stained);
+        s.albedo = mix(s.albedo, brown, (0.70 + 0.25 * noise(p / kIodineGrain_m)) * stained);
     }
 }
 
@@ -67,9 +61,9 @@ void applyMark(inout Surface s, MarkUniforms mark, vec3 p, vec3 normal) {
 Surface surfaceAt(vec3 p, vec3 normal, vec3 albedo, bool with_marks) {
     Surface s = Surface(albedo, 0.0);
     if (look.detail.x > 0.0) {
-        const float flush = 0.65 * noise(p / 0.013) + 0.35 * noise(p / 0.004);
+        const float flush = 0.65 * noise(p / kMottleCoarse_m) + 0.35 * noise(p / kMottleFine_m);
         s.albedo *= mix(vec3(1.0), kFlush, look.detail.x * (2.0 * flush - 1.0));
-        s.albedo *= 1.0 - look.detail.y * smoothstep(0.55, 0.95, noise(p / 0.0011));
+        s.albedo *= 1.0 - look.detail.y * smoothstep(0.55, 0.95, noise(p / kPore_m));
     }
     if (with_marks)
         for (int i = 0; i < int(frame.layer.w); ++i)

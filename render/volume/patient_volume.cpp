@@ -1,8 +1,8 @@
 #include "render/volume/patient_volume.h"
 
 #include <algorithm>
-#include <thread>
 
+#include "base/parallel.h"
 #include "render/volume/classified.h"
 
 namespace stylet::render {
@@ -15,7 +15,7 @@ constexpr double kBackShare = 0.02;
 
 // Returns the y coordinate [m] of the patient's back: the edge of the rearmost coronal plane that contains
 // body.
-double backOf(const patient::Patient& patient) {
+double findBack(const patient::Patient& patient) {
     const CtVolume& ct = patient.package().ct;
     const Index3 dims = ct.grid.dims;
     const double needed = kBackShare * dims.x * dims.z;
@@ -36,9 +36,9 @@ PatientVolume::PatientVolume(const Gpu& gpu, const patient::Patient& patient, co
     : gpu_(&gpu),
       patient_(&patient),
       deformed_(&deformed),
-      back_m_(backOf(patient)),
+      back_m_(findBack(patient)),
       // Leaves cores for the other loops.
-      workers_(std::max(2, int(std::thread::hardware_concurrency()) / 2)),
+      workers_(std::max(2, processorCount() / 2)),
       brick_buffer_(gpu, BrickGrid(patient.grid().dims).occupied.size() * sizeof(std::uint32_t),
                     vk::BufferUsageFlagBits::eStorageBuffer),
       breathed_(BrickGrid(patient.grid().dims)) {
@@ -47,7 +47,7 @@ PatientVolume::PatientVolume(const Gpu& gpu, const patient::Patient& patient, co
 }
 
 void PatientVolume::classify(const LookStyle& look) {
-    const Palette palette = resolve(look, *patient_);
+    const Palette palette = makePalette(look, *patient_);
     const Index3 dims = patient_->grid().dims;
     BrickGrid occupied(dims);
     const auto planes = [&](int z0, int z1, std::byte* rgba) {
@@ -60,8 +60,8 @@ void PatientVolume::classify(const LookStyle& look) {
     } else {
         classifyOnHost(planes);
     }
-    breathed_ = BreathedBricks(occupied);
-    displaced_ = breathed_.seen();
+    breathed_ = BreathingBricks(occupied);
+    displaced_ = breathed_.occupancy();
 }
 
 void PatientVolume::classifyOnHost(const std::function<void(int, int, std::byte*)>& planes) {
@@ -84,33 +84,33 @@ bool PatientVolume::show(const LookStyle& look, Reader reader) {
     reader_ = reader;
     classify(look);
     shown_ = &look;
-    breaths_seen_ = -1;
+    breath_revision_ = -1;
     return hasImage() != had_image;
 }
 
-void PatientVolume::seeBreath() {
-    if (breaths_seen_ == deformed_->breaths()) return;
+void PatientVolume::updateForBreath() {
+    if (breath_revision_ == deformed_->breathRevision()) return;
     if (deformed_->still())
-        breathed_.seeReference();
+        breathed_.resetToReference();
     else
-        breathed_.see(patient_->grid(), deformed_->tables(), deformed_->reach_m(), workers_);
-    breaths_seen_ = deformed_->breaths();
+        breathed_.update(patient_->grid(), deformed_->tables(), deformed_->reach_m(), workers_);
+    breath_revision_ = deformed_->breathRevision();
     bricks_stale_ = true;
 }
 
-void PatientVolume::seeTool() {
+void PatientVolume::updateForTool() {
     const patient::DisplacementTable* table = deformed_->tool();
     if (!table && !pressed_ && !bricks_stale_) return;
-    if (table) displaceOccupancy(breathed_.seen(), patient_->grid(), *table, displaced_);
-    leapDistances(table ? displaced_ : breathed_.seen(), leaps_);
+    if (table) displaceOccupancy(breathed_.occupancy(), patient_->grid(), *table, displaced_);
+    leapDistances(table ? displaced_ : breathed_.occupancy(), leaps_);
     brick_buffer_.write(leaps_.data(), leaps_.size() * sizeof(std::uint32_t));
     pressed_ = table != nullptr;
     bricks_stale_ = false;
 }
 
-void PatientVolume::follow() {
-    seeBreath();
-    seeTool();
+void PatientVolume::updateBricks() {
+    updateForBreath();
+    updateForTool();
 }
 
 }  // namespace stylet::render

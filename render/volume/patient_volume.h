@@ -1,5 +1,5 @@
-// The patient as the march reads it, on the GPU or on the host: the classified volume of one look, and the
-// bricks that rays may leap over.
+// What ray marching reads of the patient, on the GPU or on the host: the volume classified by one look
+// (look.h), and the empty bricks that rays skip.
 #pragma once
 
 #include <functional>
@@ -24,14 +24,15 @@ class PatientVolume {
     // Classifies the volume if look or reader have changed, and uploads it for the GPU. Returns true if
     // classified() is now another image.
     bool show(const LookStyle&, Reader);
-    void forgetLook() { shown_ = nullptr; }  // call when the look's contents have changed
+    void invalidateLook() { shown_ = nullptr; }  // call when the look's contents have changed
     // Updates the bricks if breath, tool or look have changed. Call once per frame.
-    void follow();
+    void updateBricks();
 
     const patient::Patient& patient() const { return *patient_; }
     const GpuImage& classified() const {
+        // With Reader::host, a substitute that only has to exist: nothing reads it.
         return hasImage() ? classified_ : deformed_->inside();
-    }  // with Reader::host: an image that is never read
+    }
     const MarchVolume& onHost() const { return on_host_; }
     std::span<const std::uint32_t> brickDistances() const { return leaps_; }
     const Buffer& bricks() const { return brick_buffer_; }
@@ -43,8 +44,8 @@ class PatientVolume {
     bool hasImage() const { return classified_.extent.width > 0; }
     void classify(const LookStyle&);
     void classifyOnHost(const std::function<void(int, int, std::byte*)>& planes);
-    void seeBreath();
-    void seeTool();
+    void updateForBreath();
+    void updateForTool();
 
     const Gpu* gpu_;
     const patient::Patient* patient_;
@@ -53,13 +54,13 @@ class PatientVolume {
     Workers workers_;
     GpuImage classified_;
     Buffer brick_buffer_;
-    BreathedBricks breathed_;
+    BreathingBricks breathed_;
     BrickGrid displaced_;
     MarchVolume on_host_;
     std::vector<std::uint32_t> leaps_;
     Reader reader_ = Reader::gpu;
     const LookStyle* shown_ = nullptr;
-    int breaths_seen_ = -1;
+    int breath_revision_ = -1;
     bool bricks_stale_ = true, pressed_ = false;
 };
 

@@ -24,11 +24,7 @@ __attribute__((target("avx,f16c"))) void packHalvesWide(const glm::vec4* from, s
 #endif
 
 const ImageState kTableFresh{vk::ImageLayout::eUndefined, vk::PipelineStageFlagBits2::eComputeShader, {}};
-const ImageState kTableRead{vk::ImageLayout::eShaderReadOnlyOptimal,
-                            vk::PipelineStageFlagBits2::eComputeShader,
-                            vk::AccessFlagBits2::eShaderSampledRead};
-
-std::size_t texelsOf(const vk::Extent3D& e) {
+std::size_t texelCount(const vk::Extent3D& e) {
     return std::size_t(e.width) * e.height * e.depth;
 }
 
@@ -45,12 +41,13 @@ void packHalves(const glm::vec4* from, std::size_t count, std::uint64_t* to) {
 
 TableImage::TableImage(const Gpu& gpu, const Index3& dims)
     : image_(makeVolumeImage(gpu, kTableFormat, dims)),
-      staging_(gpu, texelsOf(image_.extent) * sizeof(std::uint64_t), vk::BufferUsageFlagBits::eTransferSrc) {
+      staging_(gpu, texelCount(image_.extent) * sizeof(std::uint64_t),
+               vk::BufferUsageFlagBits::eTransferSrc) {
     std::memset(staging_.mapped, 0, std::size_t(staging_.size));
 }
 
 void TableImage::write(const std::vector<glm::vec4>& table, Workers& workers) {
-    assert(table.size() == texelsOf(image_.extent));
+    assert(table.size() == texelCount(image_.extent));
     const std::size_t slice = std::size_t(image_.extent.width) * image_.extent.height;
     workers.run(image_.extent.depth, [&](std::size_t z, int) {
         packHalves(table.data() + z * slice, slice, static_cast<std::uint64_t*>(staging_.mapped) + z * slice);
@@ -60,12 +57,8 @@ void TableImage::write(const std::vector<glm::vec4>& table, Workers& workers) {
 
 void TableImage::recordUpload(const vk::raii::CommandBuffer& commands) {
     if (!stale_) return;
-    transition(commands, *image_.handle, vk::ImageAspectFlagBits::eColor, kTableFresh, kCopyWritten);
-    const vk::BufferImageCopy region{.imageSubresource = {vk::ImageAspectFlagBits::eColor, 0, 0, 1},
-                                     .imageExtent = image_.extent};
-    commands.copyBufferToImage(*staging_.handle, *image_.handle, vk::ImageLayout::eTransferDstOptimal,
-                               region);
-    transition(commands, *image_.handle, vk::ImageAspectFlagBits::eColor, kCopyWritten, kTableRead);
+    render::recordUpload(commands, staging_, *image_.handle, imagePart(image_.extent), kTableFresh,
+                         kComputeRead);
     stale_ = false;
 }
 

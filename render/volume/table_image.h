@@ -12,7 +12,7 @@
 
 namespace stylet::render {
 
-// Half floats: every device can filter them, and 15 mm are accurate to 0.01 mm.
+// Half floats: every device can filter them, and a value of 15 mm is accurate to 0.01 mm.
 inline constexpr vk::Format kTableFormat = vk::Format::eR16G16B16A16Sfloat;
 
 class TableImage {

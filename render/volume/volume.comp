@@ -5,6 +5,7 @@
 // Deakin and Knoll, "Efficient ray casting of volumetric images using distance maps for empty space
 // skipping", 2020. Samples lie on a fixed lattice per ray. A skip changes the work, never the picture.
 #include "render/scene/bindings.glsl"
+#include "render/volume/march_shared.h"
 #include "render/volume/deform.glsl"
 #include "render/scene/lighting.glsl"
 #include "render/volume/marks.glsl"
@@ -20,14 +21,6 @@ layout(constant_id = 7) const uint kFoveate = 0;
 layout(constant_id = 8) const uint kTool = 0;
 
 layout(local_size_x = kTile, local_size_y = kTile) in;
-
-const float kBrick = 8.0;          // voxels, as in bricks.h
-const float kOpaque = 0.001;       // invisible transmittance: a quarter of an 8-bit step
-const int kDone = 0x7fffffff;       // a position past every ray's end
-const int kFine = 4;               // sub-steps per step where tissue is dense
-const float kDense = 0.30;         // optical depth of a step above which sub-steps are used
-const float kWeak = 0.06;          // least share of the pixel for which a sample is lit by its gradient
-const float kSurface = 0.15;       // opacity gradient per voxel that is lit as a full surface
 
 vec3 voxel_scale;                  // texture coordinates per voxel
 
@@ -51,23 +44,24 @@ vec3 gradient(vec3 v) {
 }
 
 // Uniform light for a sample that contributes little.
-vec3 shadeWeak(vec3 albedo) { return albedo * (ambientLight(0.0) + 0.45 * kKeyColour * frame.key_patient.w); }
+vec3 shadeWeak(vec3 albedo) { return albedo * (ambientLight(0.0) + kWeakKey * kKeyColour * frame.key_patient.w); }
 
 vec3 shade(Surface skin, vec3 g, vec3 to_eye) {
     const float steepness = length(g);
     vec3 n = -g / max(steepness, 1e-6);
-    // A surface seen from behind shows its other side. A normal that points only slightly away belongs to a
-    // silhouette and is bent back.
+    // A surface seen from behind shows its other side. At a silhouette, the normal may point slightly away;
+    // it is then bent back.
     const float facing = dot(n, to_eye);
-    if (facing < 0.0) n = facing < -0.4 ? -n : normalize(n - facing * to_eye);
+    if (facing < 0.0) n = facing < kTurnedAway ? -n : normalize(n - facing * to_eye);
     const vec3 l = frame.key_patient.xyz;
     const float wrap = look.surface.x, nl = dot(n, l);
     const float lit = max((nl + wrap) / (1.0 + wrap), 0.0);
-    const vec3 grazing = mix(look.tint.rgb, vec3(1.0), smoothstep(0.0, 0.6, lit));
+    const vec3 grazing = mix(look.tint.rgb, vec3(1.0), smoothstep(0.0, kGrazingLight, lit));
     const float surface = smoothstep(0.0, kSurface, steepness);
     const vec3 key = kKeyColour * frame.key_patient.w;
     const vec3 h = normalize(l + to_eye);
-    const float strength = mix(look.surface.y, 0.45, skin.gloss), power = mix(look.surface.z, 45.0, skin.gloss);
+    const float strength = mix(look.surface.y, kWetStrength, skin.gloss);
+    const float power = mix(look.surface.z, kWetPower, skin.gloss);
     const float shine = strength * pow(max(dot(n, h), 0.0), power) * max(nl, 0.0);
     const float rim = look.surface.w * pow(1.0 - max(dot(n, to_eye), 0.0), 3.0);
     const vec3 full = skin.albedo * (ambientLight(dot(n, frame.up_patient.xyz)) + key * lit * grazing) +
@@ -82,13 +76,7 @@ float leaveEmpty(vec3 brick, float radius, vec3 origin, vec3 inverse) {
     return min(t.x, min(t.y, t.z));
 }
 
-float meshDepth(ivec2 pixel, int eye) {
-    const float d = texelFetch(mesh_depth, ivec3(pixel, eye), 0).r;
-    const float near = frame.target.z, far = frame.target.w;
-    return near * far / (near + d * (far - near));
-}
-
-// Clips the ray to what the cuts leave. `face`: index of the cut plane through which it enters, or -1.
+// Clips the ray at the cut planes. `face`: index of the cut plane through which it enters, or -1.
 void applyCuts(vec3 eye_patient, vec3 direction, inout float t_begin, inout float t_exit, out int face) {
     face = -1;
     for (int i = 0; i < int(frame.layer.z); ++i) {
@@ -100,16 +88,15 @@ void applyCuts(vec3 eye_patient, vec3 direction, inout float t_begin, inout floa
     }
 }
 
-struct Marched {
+struct RayResult {
     vec4 colour;  // premultiplied
     float depth;  // m; 0: no opaque surface
 };
 
 // `at`: position of the ray as shares of the target.
-Marched march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
+RayResult march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
     const EyeUniforms e = frame.eyes[eye];
-    const vec3 direction = mat3(e.patient_from_eye) *
-                           vec3(mix(e.tangents.x, e.tangents.y, at.x), mix(e.tangents.z, e.tangents.w, at.y), -1.0);
+    const vec3 direction = mat3(e.patient_from_eye) * rayThrough(e.tangents, at);
     const vec3 to_eye = -normalize(direction);
     const vec3 eye_patient = e.patient_from_eye[3].xyz;
     const vec3 spacing = frame.grid_spacing.xyz;
@@ -125,7 +112,7 @@ Marched march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
     int face = -1;
     if (kCuts != 0) applyCuts(eye_patient, direction, t_begin, t_exit, face);
     const float t_mesh = meshDepth(pixel, eye);
-    if (t_exit <= t_begin) return Marched(vec4(0.0), 0.0);
+    if (t_exit <= t_begin) return RayResult(vec4(0.0), 0.0);
 
     const float metres = length(direction);  // per unit of t
     const float finest = min(spacing.x, min(spacing.y, spacing.z));
@@ -134,7 +121,7 @@ Marched march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
     const float step_t = step_m / metres;
     const float quarter = step_t / float(kFine), voxel_t = finest / metres;
     // The start varies from pixel to pixel, which turns the remaining bands into grain too fine to see.
-    const float offset = fract(52.9829189 * fract(dot(floor(at * frame.layer.xy), vec2(0.06711056, 0.00583715))));
+    const float offset = fract(kDither.x * fract(dot(floor(at * frame.layer.xy), kDither.yz)));
     const float t_first = t_begin + offset * step_t;
     const float t_end = kDepthBounds != 0 ? min(t_exit, t_mesh + 0.5 * step_t) : t_exit;
     const int last = kFine * int(ceil((t_end - t_first) / step_t));
@@ -146,8 +133,9 @@ Marched march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
     uint samples = 0, leaps = 0;
     int fine_until = -1;
     int q = 0;  // position on the lattice, in quarter steps
-    // Two loops, because a SIMD machine that masks its branches executes all of a loop's body. The inner
-    // loop needs one fetch per sample. It ends at a sample that deserves the six fetches of a gradient.
+    // Two loops, because a SIMD machine that masks its branches executes all of a loop's body. The inner loop
+    // needs one fetch per sample. It ends at a sample that contributes enough to need the six fetches of a
+    // gradient.
     while (q <= last) {
         vec3 voxel = vec3(0.0), albedo = vec3(0.0);
         float strong = 0.0, t = 0.0;
@@ -193,7 +181,7 @@ Marched march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
         }
         if (strong > 0.0) {
             // A cut surface is lit as a plane.
-            const bool cut = kCuts != 0 && face >= 0 && t - t_begin < 1.5 * step_t;
+            const bool cut = kCuts != 0 && face >= 0 && t - t_begin < kCutSteps * step_t;
             vec3 slope = cut ? -frame.cuts[max(face, 0)].xyz : gradient(voxel);
             if (kTool != 0 && !cut) slope = turnedByTool(frame.grid_origin.xyz + (origin + ray * t) * spacing, slope);
             Surface skin = Surface(albedo, 0.0);
@@ -210,15 +198,14 @@ Marched march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
         if (kDepthBounds != 0 && t_mesh + 0.5 * step_t < t_exit) atomicAdd(counters.depth_bounded_rays, 1);
     }
     const float alpha = 1.0 - transmittance;
-    return Marched(vec4(softClip(light / max(alpha, 1e-4)) * alpha, alpha), depth);
+    return RayResult(vec4(softClip(light / max(alpha, 1e-4)) * alpha, alpha), depth);
 }
 
 // Number of pixels along either axis that share a ray in this tile.
 int raySize(int eye) {
     if (kFoveate == 0) return 1;
-    const vec4 tangents = frame.eyes[eye].tangents;
     const vec2 at = (vec2(gl_WorkGroupID.xy) + 0.5) * float(kTile) / frame.layer.xy;
-    const float away = length(vec2(mix(tangents.x, tangents.y, at.x), mix(tangents.z, tangents.w, at.y)));
+    const float away = length(rayThrough(frame.eyes[eye].tangents, at).xy);
     return away > frame.fovea.y ? 4 : away > frame.fovea.x ? 2 : 1;
 }
 
@@ -233,7 +220,7 @@ void main() {
     const vec2 at = min((vec2(low) + 0.5 * float(size)) / frame.layer.xy, 1.0);
     const ivec2 pixel = min(ivec2(at * frame.target.xy), ivec2(frame.target.xy) - 1);
     const vec2 range = abs(frame.eyes[eye].tangents.yw - frame.eyes[eye].tangents.xz);
-    const Marched seen = march(eye, pixel, at, float(size) * range / frame.layer.xy);
+    const RayResult seen = march(eye, pixel, at, float(size) * range / frame.layer.xy);
     for (int y = 0; y < size; ++y)
         for (int x = 0; x < size; ++x) {
             const ivec2 to = low + ivec2(x, y);

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 
+#include "base/parallel.h"
+
 namespace stylet::render {
 
 Workers::Workers(int threads) {
-    if (threads == 0) threads = std::max(1, int(std::thread::hardware_concurrency()));
+    if (threads == 0) threads = processorCount();
     for (int i = 1; i < threads; ++i)
-        helpers_.emplace_back([this, i] { help(i); });
+        helpers_.emplace_back([this, i] { runHelper(i); });
 }
 
 Workers::~Workers() {
@@ -20,7 +22,7 @@ Workers::~Workers() {
         helper.join();
 }
 
-void Workers::take(int thread) {
+void Workers::runJobs(int thread) {
     for (;;) {
         const std::size_t job = next_.fetch_add(1, std::memory_order_relaxed);
         if (job >= jobs_) return;
@@ -38,12 +40,12 @@ void Workers::runAll(std::size_t jobs, Task task) {
         ++round_;
     }
     wake_.notify_all();
-    take(0);
+    runJobs(0);
     std::unique_lock lock(mutex_);
     done_.wait(lock, [this] { return busy_ == 0; });
 }
 
-void Workers::help(int thread) {
+void Workers::runHelper(int thread) {
     std::size_t seen = 0;
     std::unique_lock lock(mutex_);
     for (;;) {
@@ -51,7 +53,7 @@ void Workers::help(int thread) {
         if (stop_) return;
         seen = round_;
         lock.unlock();
-        take(thread);
+        runJobs(thread);
         lock.lock();
         if (--busy_ == 0) done_.notify_one();
     }

@@ -1,4 +1,4 @@
-// A small thread pool that lives as long as its owner and shares the jobs of one frame.
+// A small thread pool that lives as long as its owner. Its threads share the jobs of one frame.
 #pragma once
 
 #include <atomic>
@@ -36,8 +36,8 @@ class Workers {
         const void* work = nullptr;
     };
     void runAll(std::size_t jobs, Task);
-    void take(int thread);
-    void help(int thread);
+    void runJobs(int thread);
+    void runHelper(int thread);
 
     std::mutex mutex_;
     std::condition_variable wake_, done_;

@@ -1,12 +1,16 @@
-// Every field is read from both formats alike. Every refusal names file, field and reason.
+// Fields are read from TOML and JSON in the same way. Every error names file, field and reason.
 #include "base/fields.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
+#include "tests/support/refused.h"
+
 namespace stylet {
 namespace {
+
+using test::errorText;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -37,31 +41,20 @@ const std::string kJson = R"({"number": 2.5, "whole": -3, "digits": "00f1e2d3c4b
     "date": null, "part": {"length_m": 0.25, "inner": {"size": 1}},
     "row": [{"id": 1}, {"id": 2, "name": "second"}]})";
 
-// The message of the DataError, or an empty string if none is thrown.
-template <typename Call>
-std::string refusal(const Call& call) {
-    try {
-        call();
-    } catch (const DataError& e) {
-        return e.what();
-    }
-    return "";
-}
-
-struct FieldsOf : testing::TestWithParam<bool> {
+struct FieldsInBothFormats : testing::TestWithParam<bool> {
     Fields parsed() const { return GetParam() ? parseJson("f", kJson) : parseToml("f", kToml); }
-    // Expects that `read` of the good file is refused with "f: " and `message`.
+    // Expects that `read` throws on the valid file, with a text that begins with "f: " and `message`.
     template <typename Read>
     void expectRefused(const Read& read, const std::string& message) const {
         Fields in = parsed();
-        EXPECT_EQ(refusal([&] { read(in); }), "f: " + message);
+        EXPECT_EQ(errorText([&] { read(in); }), "f: " + message);
     }
     std::string table() const { return GetParam() ? "not an object" : "not a table"; }
 };
-INSTANTIATE_TEST_SUITE_P(TomlAndJson, FieldsOf, testing::Bool(),
+INSTANTIATE_TEST_SUITE_P(TomlAndJson, FieldsInBothFormats, testing::Bool(),
                          [](const auto& format) { return format.param ? "Json" : "Toml"; });
 
-TEST_P(FieldsOf, AreReadAlike) {
+TEST_P(FieldsInBothFormats, AreReadEqually) {
     Fields in = parsed();
     EXPECT_EQ(in.file(), "f");
     EXPECT_EQ(in.number("number", 2.5, 2.5), 2.5);
@@ -78,28 +71,28 @@ TEST_P(FieldsOf, AreReadAlike) {
     EXPECT_EQ(in.texts("words", 2, 1), (std::vector<std::string>{"a", "b"}));
 }
 
-TEST_P(FieldsOf, FinishRefusesWhatWasNotRead) {
+TEST_P(FieldsInBothFormats, FinishRejectsUnreadKeys) {
     Fields in = parsed();
     for (const char* key : {"bins", "date", "digits", "empty", "number", "point", "text", "whole", "words"})
         in.ignore(key);
     in.ignore("no such key");
-    EXPECT_EQ(refusal([&] { in.finish(); }), "f: part: unknown key");
+    EXPECT_EQ(errorText([&] { in.finish(); }), "f: part: unknown key");
     Fields part = in.child("part");
     EXPECT_EQ(part.number("length_m", 0.0, 1.0), 0.25);
-    EXPECT_EQ(refusal([&] { part.finish(); }), "f: part.inner: unknown key");
+    EXPECT_EQ(errorText([&] { part.finish(); }), "f: part.inner: unknown key");
     EXPECT_EQ(part.child("inner").count("size"), 1u);
     part.finish();
-    EXPECT_EQ(refusal([&] { in.finish(); }), "f: row: unknown key");
+    EXPECT_EQ(errorText([&] { in.finish(); }), "f: row: unknown key");
     std::vector<Fields> rows = in.children("row", 2);
     ASSERT_EQ(rows.size(), 2u);
     EXPECT_EQ(rows[1].integer("id", 0, 9), 2);
-    EXPECT_EQ(refusal([&] { rows[1].finish(); }), "f: row[1].name: unknown key");
-    EXPECT_EQ(refusal([&] { in.finish(); }), "f: yes: unknown key");
+    EXPECT_EQ(errorText([&] { rows[1].finish(); }), "f: row[1].name: unknown key");
+    EXPECT_EQ(errorText([&] { in.finish(); }), "f: yes: unknown key");
     in.flag("yes");
     in.finish();
 }
 
-TEST_P(FieldsOf, MayBeAbsent) {
+TEST_P(FieldsInBothFormats, MayBeAbsent) {
     Fields in = parsed();
     EXPECT_FALSE(in.has("none"));
     EXPECT_EQ(in.numberOr("none", 0.0, 1.0, 7.0), 7.0);
@@ -110,10 +103,10 @@ TEST_P(FieldsOf, MayBeAbsent) {
     EXPECT_THROW(in.children("none", 1), DataError);
     EXPECT_FALSE(in.childOrEmpty("none").has("length_m"));
     EXPECT_TRUE(in.childOrEmpty("part").has("length_m"));
-    EXPECT_EQ(refusal([&] { in.childOrEmpty("none").flag("yes"); }), "f: none.yes: missing");
+    EXPECT_EQ(errorText([&] { in.childOrEmpty("none").flag("yes"); }), "f: none.yes: missing");
 }
 
-TEST_P(FieldsOf, HaveAKind) {
+TEST_P(FieldsInBothFormats, HaveAKind) {
     const Fields in = parsed();
     EXPECT_EQ(in.kind("none"), FieldKind::absent);
     EXPECT_EQ(in.kind("date"), FieldKind::null);
@@ -125,7 +118,7 @@ TEST_P(FieldsOf, HaveAKind) {
     EXPECT_EQ(in.kind("part"), FieldKind::table);
 }
 
-TEST_P(FieldsOf, AreRefusedByNameAndReason) {
+TEST_P(FieldsInBothFormats, AreRejectedWithNameAndReason) {
     expectRefused([](Fields& in) { in.refuse("a", "wrong"); }, "a: wrong");
     expectRefused([](Fields& in) { in.child("part").child("inner").refuse("a", "wrong"); },
                   "part.inner.a: wrong");
@@ -144,7 +137,7 @@ TEST_P(FieldsOf, AreRefusedByNameAndReason) {
     }
 }
 
-TEST_P(FieldsOf, MustHaveTheirType) {
+TEST_P(FieldsInBothFormats, MustHaveTheirType) {
     expectRefused([](Fields& in) { in.number("text", 0, 1); }, "text: not a number");
     expectRefused([](Fields& in) { in.number("date", 0, 1); }, "date: not a number");
     expectRefused([](Fields& in) { in.integer("number", 0, 9); }, "number: not an integer");
@@ -163,7 +156,7 @@ TEST_P(FieldsOf, MustHaveTheirType) {
     expectRefused([&](Fields& in) { in.children("bins", 3); }, "bins[0]: " + table());
 }
 
-TEST_P(FieldsOf, MustBeWithinLimits) {
+TEST_P(FieldsInBothFormats, MustBeWithinLimits) {
     expectRefused([](Fields& in) { in.number("number", 3, 4); }, "number: 2.5 is not in [3, 4]");
     expectRefused([](Fields& in) { in.numberOr("number", 0, 1, 0); }, "number: 2.5 is not in [0, 1]");
     expectRefused([](Fields& in) { in.integer("whole", -2, 4); }, "whole: -3 is not in [-2, 4]");
@@ -180,47 +173,47 @@ TEST_P(FieldsOf, MustBeWithinLimits) {
     expectRefused([](Fields& in) { in.children("row", 1); }, "row: more than 1 entries");
 }
 
-TEST(FieldsOfToml, MayBeInfiniteButNeverNan) {
+TEST(FieldsInToml, MayBeInfiniteButNeverNan) {
     Fields in = parseToml("f", "most = inf\nnone = nan");
     EXPECT_EQ(in.number("most", 0.0, kInfinity), kInfinity);
     EXPECT_EQ(in.number("most"), kInfinity);
-    EXPECT_EQ(refusal([&] { in.number("none", -kInfinity, kInfinity); }),
+    EXPECT_EQ(errorText([&] { in.number("none", -kInfinity, kInfinity); }),
               "f: none: nan is not in [-inf, inf]");
 }
 
-TEST(FieldsOfJson, HaveUnsignedIntegersOf64Bits) {
+TEST(FieldsInJson, HaveUnsignedIntegersOf64Bits) {
     Fields in = parseJson("f", R"({"seed": 18446744073709551615, "large": 18446744073709551616})");
     EXPECT_EQ(in.count("seed"), UINT64_MAX);
     EXPECT_EQ(in.number("seed", 0.0, 2e19), 18446744073709551616.0);
-    EXPECT_EQ(refusal([&] { in.integer("seed", 0, INT64_MAX); }), "f: seed: not an integer");
-    EXPECT_EQ(refusal([&] { in.count("large"); }), "f: large: not an integer");
+    EXPECT_EQ(errorText([&] { in.integer("seed", 0, INT64_MAX); }), "f: seed: not an integer");
+    EXPECT_EQ(errorText([&] { in.count("large"); }), "f: large: not an integer");
 }
 
-TEST(FieldsOfJson, TellWhichKeysAreRepeated) {
+TEST(FieldsInJson, ReportDuplicateKeys) {
     Fields in = parseJson("f", R"({"a": 1, "b": {"c": 1, "a": 3, "c": 2}, "a": 2})");
-    EXPECT_EQ(in.repeated(), (std::vector<std::string>{"c", "a"}));
+    EXPECT_EQ(in.duplicateKeys(), (std::vector<std::string>{"c", "a"}));
     EXPECT_EQ(in.integer("a", 0, 9), 2);
-    EXPECT_TRUE(parseJson("f", "{}").repeated().empty());
+    EXPECT_TRUE(parseJson("f", "{}").duplicateKeys().empty());
 }
 
-TEST(FieldsOfJson, MustBeJson) {
+TEST(FieldsInJson, MustBeJson) {
     for (const std::string& text : {std::string(), std::string("{"), std::string("{} {}"), std::string("[]"),
                                     std::string("{\"a\": 1e999}"), std::string("{\"a\": \"\xff\"}"),
                                     std::string(100'000, '['), std::string("1")})
-        EXPECT_EQ(refusal([&] { parseJson("f", text); }).rfind("f: json: ", 0), 0u) << text.substr(0, 20);
+        EXPECT_EQ(errorText([&] { parseJson("f", text); }).rfind("f: json: ", 0), 0u) << text.substr(0, 20);
 }
 
-TEST(FieldsOfToml, MustBeToml) {
-    EXPECT_EQ(refusal([] { parseToml("f", "a = 1\nb = = 2"); }).rfind("f: line 2: ", 0), 0u);
-    EXPECT_NE(refusal([] { parseToml("f", "a = 1\na = 2"); }), "");
-    EXPECT_NE(refusal([] { parseToml("f", "a = \"\xff\""); }), "");
+TEST(FieldsInToml, MustBeToml) {
+    EXPECT_EQ(errorText([] { parseToml("f", "a = 1\nb = = 2"); }).rfind("f: line 2: ", 0), 0u);
+    EXPECT_NE(errorText([] { parseToml("f", "a = 1\na = 2"); }), "");
+    EXPECT_NE(errorText([] { parseToml("f", "a = \"\xff\""); }), "");
     std::string deep = "a = 1";
     for (int i = 0; i < 70; ++i)
         deep.insert(0, "a.");
-    EXPECT_EQ(refusal([&] { parseToml("f", deep); }), "f: toml: nested too deeply");
+    EXPECT_EQ(errorText([&] { parseToml("f", deep); }), "f: toml: nested too deeply");
 }
 
-// The root may be moved; its children keep reading the same file.
+// A Fields that owns its file can be moved. Its children stay valid.
 TEST(Fields, MoveWithTheirFile) {
     Fields first = parseToml("f", "[part]\nsize = 3");
     Fields part = first.child("part");

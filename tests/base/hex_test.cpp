@@ -25,7 +25,7 @@ TEST(Hex, ParsesWhatItWrites) {
     EXPECT_EQ(parseHex("00000000DEADBEEF"), 0xdeadbeefu);
 }
 
-TEST(Hex, RefusesEverythingElse) {
+TEST(Hex, RejectsMalformedText) {
     for (const char* text : {"", "0", "000000000000000", "00000000000000000", "0x00000000000000",
                              "-000000000000001", "+000000000000001", " 00000000000000a", "000000000000000g"})
         EXPECT_FALSE(parseHex(text)) << text;

@@ -11,7 +11,7 @@
 namespace stylet {
 namespace {
 
-TEST(Statistics, MeanAndDeviation) {
+TEST(Statistics, ComputesMeanAndSampleDeviation) {
     const std::vector<double> values{2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0};
     EXPECT_DOUBLE_EQ(mean(values), 5.0);
     EXPECT_DOUBLE_EQ(sampleDeviation(values, 5.0), std::sqrt(32.0 / 7.0));

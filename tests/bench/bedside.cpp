@@ -1,9 +1,7 @@
 #include "tests/bench/bedside.h"
+#include <fmt/core.h>
 
 #include <algorithm>
-#include <cstdio>
-
-#include "tests/support/phantom.h"
 
 namespace stylet::bench {
 
@@ -11,7 +9,7 @@ namespace {
 
 constexpr int kRepeats = 5;
 
-render::Image tileOf(const render::Image& image, std::uint32_t x0, std::uint32_t y0) {
+render::Image cropTile(const render::Image& image, std::uint32_t x0, std::uint32_t y0) {
     render::Image tile{kTile, kTile, {}};
     for (std::uint32_t y = y0; y < y0 + kTile; ++y) {
         const auto row = image.rgba.begin() + std::ptrdiff_t(4 * (y * image.width + x0));
@@ -22,19 +20,19 @@ render::Image tileOf(const render::Image& image, std::uint32_t x0, std::uint32_t
 
 }  // namespace
 
-Eyes Bedside::picture(const render::RenderSettings& settings, Took* took) {
+Eyes Bedside::picture(const render::RenderSettings& settings, DrawTimes* times) {
     renderer.setSettings(settings);
-    // This drawing is not timed: it compiles what the settings need.
+    // Warm-up, not timed: compiles the pipelines that the settings need.
     Eyes seen = renderer.drawToImages(scene, eyes, pixels, pixels);
-    if (!took) return seen;
+    if (!times) return seen;
     std::vector<double> whole, opaque, volume;
     for (int i = 0; i < kRepeats; ++i) {
-        renderer.drawToImages(scene, eyes, pixels, pixels, &took->last);
-        whole.push_back(took->last.gpu_ms);
-        opaque.push_back(took->last.opaque_ms);
-        volume.push_back(took->last.volume_ms);
+        renderer.drawToImages(scene, eyes, pixels, pixels, &times->last);
+        whole.push_back(times->last.gpu_ms);
+        opaque.push_back(times->last.opaque_ms);
+        volume.push_back(times->last.volume_ms);
     }
-    took->whole_ms = median(whole), took->opaque_ms = median(opaque), took->volume_ms = median(volume);
+    times->whole_ms = median(whole), times->opaque_ms = median(opaque), times->volume_ms = median(volume);
     return seen;
 }
 
@@ -50,29 +48,20 @@ Bedside bedside(render::Renderer& renderer, const patient::Patient& patient, dou
     return {renderer, scene, test::stereo(test::lookAt(eye, at, 0.42f), 0.063)};
 }
 
-patient::Package bedsidePatient() {
-    patient::synth::SynthSettings settings;
-    settings.spacing_m = 0.002;
-    settings.defaults = test::tissueDefaults();
-    return patient::synth::makeReferencePatient(settings);
-}
-
 Distance distance(const Eyes& a, const Eyes& b) {
     Distance d;
     for (std::size_t eye = 0; eye < 2; ++eye) {
         d.whole_db = std::min(d.whole_db, test::psnr(a[eye], b[eye]));
         for (std::uint32_t y = 0; y + kTile <= a[eye].height; y += kTile)
             for (std::uint32_t x = 0; x + kTile <= a[eye].width; x += kTile)
-                d.tile_db = std::min(d.tile_db, test::psnr(tileOf(a[eye], x, y), tileOf(b[eye], x, y)));
+                d.tile_db = std::min(d.tile_db, test::psnr(cropTile(a[eye], x, y), cropTile(b[eye], x, y)));
     }
     return d;
 }
 
 std::string tileNote(const Distance& d) {
-    char text[96];
-    std::snprintf(text, sizeof text, "worst %u x %u tile %.1f dB%s", kTile, kTile, d.tile_db,
-                  d.tile_db < kPictureBound_db ? ": too coarse" : "");
-    return text;
+    return fmt::format("worst {} x {} tile {:.1f} dB{}", kTile, kTile, d.tile_db,
+                       d.tile_db < kPictureBound_db ? ": too coarse" : "");
 }
 
 }  // namespace stylet::bench

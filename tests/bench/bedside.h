@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 
-#include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
 #include "tests/render/pictures.h"
 
@@ -23,19 +22,17 @@ struct Bedside {
     std::uint32_t pixels = 256;
 
     // GPU times over five frames, if times are requested.
-    struct Took {
+    struct DrawTimes {
         double whole_ms = 0.0, opaque_ms = 0.0, volume_ms = 0.0;
         render::RenderStats last;
     };
-    Eyes picture(const render::RenderSettings&, Took* = nullptr);
+    Eyes picture(const render::RenderSettings&, DrawTimes* = nullptr);
 };
 
 // The view from beside the table, leaning over it, at `distance_m`.
 Bedside bedside(render::Renderer&, const patient::Patient&, double distance_m = 0.55);
 
-patient::Package bedsidePatient();  // 2 mm voxels
-
-// PSNR of the worse eye [dB]. Equal pictures get the value of one difference of 1 in a million values.
+// PSNR of the worse eye [dB]. Equal pictures get the PSNR of a single difference of 1 among a million values.
 struct Distance {
     double whole_db = 108.0, tile_db = 108.0;
 };

@@ -31,11 +31,23 @@ struct Registration {
 };
 
 // --long: run long enough to support a claim. The normal form only shows that the bench works.
-bool longForm();
-void setLongForm(bool);
+bool isLongRun();
+void setLongRun(bool);
 
 inline double elapsed_ms(std::chrono::steady_clock::time_point since) {
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - since).count();
+}
+
+// Median time of one call of work().
+template <typename Work>
+double medianTime_ms(int runs, const Work& work) {
+    std::vector<double> times_ms;
+    for (int i = 0; i < runs; ++i) {
+        const auto began = std::chrono::steady_clock::now();
+        work();
+        times_ms.push_back(elapsed_ms(began));
+    }
+    return median(times_ms);
 }
 
 }  // namespace stylet::bench

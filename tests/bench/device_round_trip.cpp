@@ -1,8 +1,9 @@
 // Round-trip time of a device behind a socket: from sending the force to receiving the state that answers
 // it.
 #include <chrono>
-#include <cstdio>
 #include <thread>
+
+#include <fmt/core.h>
 
 #include "haptics/devices/bridge/bridge.h"
 #include "tests/bench/bench.h"
@@ -40,10 +41,9 @@ void measure(std::vector<Row>& rows, const char* name, Driver& driver, int rate_
         due += std::chrono::nanoseconds(1'000'000'000 / rate_hz);
         std::this_thread::sleep_until(due);
     }
-    char note[160];
-    std::snprintf(note, sizeof note, "median %.0f us, p99 %.0f us, p99.9 %.0f us; %d stale, %d lost of %zu",
-                  median(times_us), quantile(times_us, 0.99), quantile(times_us, 0.999), stale, lost,
-                  times_us.size());
+    const std::string note = fmt::format(
+        "median {:.0f} us, p99 {:.0f} us, p99.9 {:.0f} us; {} stale, {} lost of {}", median(times_us),
+        quantile(times_us, 0.99), quantile(times_us, 0.999), stale, lost, times_us.size());
     rows.push_back({name, "exchanges [Hz]", double(rate_hz), 1e-3 * median(times_us),
                     quantile(times_us, 0.99), "us p99", "1,000 us of a tick", note});
 }

@@ -1,13 +1,13 @@
 // A finger on the reference patient. Measures the time per tick and the force error against the number of
 // pad points.
 #include <cmath>
-#include <cstdio>
 #include <random>
 
+#include <fmt/core.h>
+
 #include "haptics/haptics.h"
-#include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
-#include "tests/support/phantom.h"
+#include "tests/bench/reference_patient.h"
 
 namespace stylet::bench {
 namespace {
@@ -24,20 +24,14 @@ struct Flank {
         std::mt19937 random(11);
         const auto share = [&] { return double(random()) / 4294967296.0; };
         while (int(poses.size()) < kSpots) {
-            const Vec3 foot = footOnSkin(skin, {0.14, 0.08 * share() - 0.04, 0.14 * share() - 0.03});
+            const Vec3 foot = nearestSkinPoint(skin, {0.14, 0.08 * share() - 0.04, 0.14 * share() - 0.03});
             const Vec3 out = glm::normalize(skinAt(skin, foot).normal);
             if (out.x < 0.5) continue;
             const Vec3 side = glm::normalize(glm::cross(Vec3(0.0, 0.0, 1.0), out));
             poses.push_back({glm::quat_cast(Mat3(side, glm::cross(out, side), out)), foot - kDepth_m * out});
         }
     }
-    static patient::Package made() {
-        patient::synth::SynthSettings settings;
-        settings.spacing_m = 0.0015;
-        settings.defaults = test::tissueDefaults();
-        return patient::synth::makeReferencePatient(settings);
-    }
-    const patient::Package package = made();
+    const patient::Package package = referencePatient(0.0015);
     const patient::Patient patient{package};
     const patient::Skin skin = makeSkin(patient, 2);
     const TouchMap map = makeTouchMap(patient, skin, 2);
@@ -63,7 +57,7 @@ Vec3 reference(const Flank& flank, const FingerSettings& settings, const Pose& p
         return list;
     }();
     FingerSettings part = settings;
-    part.pad.stiffest_n_per_m /= kParts, part.pad.shear_n_per_m /= kParts;
+    part.pad.max_stiffness_n_per_m /= kParts, part.pad.shear_n_per_m /= kParts;
     Vec3 sum(0.0);
     for (const Pad& pad : parts) {
         FingerState state;
@@ -87,15 +81,12 @@ double median_us(const Flank& flank, const FingerSettings& settings, const Pad& 
 }
 
 double lookUp_ns(const Flank& flank) {
-    std::vector<double> times_ns;
     double level_m = 0.0;
-    for (int round = 0; round < 100; ++round) {
-        const auto began = std::chrono::steady_clock::now();
+    const double time_ms = medianTime_ms(100, [&] {
         for (const Pose& pose : flank.poses)
             level_m += skinAt(flank.skin, pose.position_m).level_m;
-        times_ns.push_back(1e6 * elapsed_ms(began) / kSpots);
-    }
-    return level_m < 0.0 ? median(times_ns) : 0.0;
+    });
+    return level_m < 0.0 ? 1e6 * time_ms / kSpots : 0.0;
 }
 
 void run(std::vector<Row>& rows) {
@@ -115,10 +106,9 @@ void run(std::vector<Row>& rows) {
             force_n += glm::length(fine) / kSpots;
         }
         const double tick_us = median_us(flank, settings, pad);
-        char note[160];
-        std::snprintf(note, sizeof note,
-                      "median %.2f us a breathing tick; %.3f N mean force 5 mm deep; skin look-up %.0f ns",
-                      tick_us, force_n, lookUp_ns(flank));
+        const std::string note = fmt::format(
+            "median {:.2f} us a breathing tick; {:.3f} N mean force 5 mm deep; skin look-up {:.0f} ns",
+            tick_us, force_n, lookUp_ns(flank));
         rows.push_back({"haptics.contact", "points of the pad", double(points), 1e-3 * tick_us,
                         quantile(errors, 0.99), "N p99", "300 points", note});
     }

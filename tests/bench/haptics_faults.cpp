@@ -1,5 +1,6 @@
 // Injects over a million faults and reports the longest time from a fault to zero force.
-#include <cstdio>
+
+#include <fmt/core.h>
 
 #include "tests/bench/bench.h"
 #include "tests/haptics/fault_injection.h"
@@ -8,11 +9,9 @@ namespace stylet::bench {
 namespace {
 
 void addRow(std::vector<Row>& rows, const char* where, const test::InjectionTotals& totals, double time_ms) {
-    char note[200];
-    std::snprintf(note, sizeof note, "%s: %llu injections, %llu failed; %s", where,
-                  static_cast<unsigned long long>(totals.injections),
-                  static_cast<unsigned long long>(totals.failures),
-                  totals.failures > 0 ? totals.first_failure.c_str() : "each in time and by name");
+    const std::string note =
+        fmt::format("{}: {} injections, {} failed; {}", where, totals.injections, totals.failures,
+                    totals.failures > 0 ? totals.first_failure.c_str() : "each in time and by name");
     rows.push_back({"haptics.fault_injection", "injections", double(totals.injections), time_ms,
                     1e3 * totals.slowest(), "ms to zero force", "20 ms", note});
 }

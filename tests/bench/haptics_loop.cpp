@@ -7,12 +7,14 @@
 #include <stdexcept>
 #include <thread>
 
+#include <fmt/core.h>
+
 #include "app/trainer/stores/platform_linux.h"
 #include "haptics/haptics.h"
-#include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
+#include "tests/bench/gpu.h"
+#include "tests/bench/reference_patient.h"
 #include "tests/render/pictures.h"
-#include "tests/support/phantom.h"
 
 namespace stylet::bench {
 namespace {
@@ -22,9 +24,9 @@ using namespace haptics;
 constexpr int kAlternations = 3;
 
 // Simulated device: moves the needle in to a depth of 80 mm and out again, at up to 40 mm/s.
-class InAndOut final : public HapticDevice {
+class SweepingDevice final : public HapticDevice {
   public:
-    explicit InAndOut(const Vec3& skin_m) : skin_m_(skin_m) {}
+    explicit SweepingDevice(const Vec3& skin_m) : skin_m_(skin_m) {}
     const DeviceProfile& profile() const noexcept override { return profile_; }
     DeviceState read(std::int64_t now_ns) noexcept STYLET_NONBLOCKING override {
         const double depth_m = 0.035 - 0.045 * std::cos(0.9 * 1e-9 * double(now_ns));
@@ -42,38 +44,38 @@ class InAndOut final : public HapticDevice {
 };
 
 // The monotonic clock. Records how late each sleep wakes.
-struct WatchedClock {
+struct RecordingClock {
     Clock clock = trainer::monotonicClock();
     std::vector<double> wake_us;  // delay after the deadline
     static std::int64_t now(void* self) noexcept {
-        const Clock& c = static_cast<WatchedClock*>(self)->clock;
+        const Clock& c = static_cast<RecordingClock*>(self)->clock;
         return c.now_ns(c.context);
     }
     static void sleepUntil(void* self, std::int64_t t_ns) noexcept {
-        WatchedClock& w = *static_cast<WatchedClock*>(self);
+        RecordingClock& w = *static_cast<RecordingClock*>(self);
         w.clock.sleepUntil_ns(w.clock.context, t_ns);
         if (w.wake_us.size() < w.wake_us.capacity())
             w.wake_us.push_back(1e-3 * double(w.clock.now_ns(w.clock.context) - t_ns));
     }
 };
 
-struct Late {
+struct Punctuality {
     double share = 0.0;  // fraction of ticks whose force was sent after the next deadline
     double median_us = 0.0, p99_us = 0.0;
 };
 
-Late ourLoop(const patient::Patient& patient, const Vec3& skin_m, double seconds) {
+Punctuality measureOurLoop(const patient::Patient& patient, const Vec3& skin_m, double seconds) {
     Simulation simulation(patient, {});
-    InAndOut device(skin_m);
+    SweepingDevice device(skin_m);
     LoopChannels channels;
-    WatchedClock watched;
-    watched.wake_us.reserve(std::size_t(seconds * 1100.0));
+    RecordingClock recording_clock;
+    recording_clock.wake_us.reserve(std::size_t(seconds * 1100.0));
     std::string refused;
     LoopStats stats;
     std::thread haptics([&] {
-        refused = trainer::askForRealTime();
-        stats =
-            runLoop(simulation, device, channels, {&watched, WatchedClock::now, WatchedClock::sleepUntil});
+        refused = trainer::requestRealTime();
+        stats = runLoop(simulation, device, channels,
+                        {&recording_clock, RecordingClock::now, RecordingClock::sleepUntil});
     });
     const auto began = std::chrono::steady_clock::now();
     TickRecord record;
@@ -88,17 +90,16 @@ Late ourLoop(const patient::Patient& patient, const Vec3& skin_m, double seconds
     channels.stop.store(true);
     haptics.join();
     if (!refused.empty()) throw std::runtime_error(refused);
-    return {double(stats.late_ticks) / double(stats.ticks), quantile(watched.wake_us, 0.5),
-            quantile(watched.wake_us, 0.99)};
+    return {double(stats.late_ticks) / double(stats.ticks), quantile(recording_clock.wake_us, 0.5),
+            quantile(recording_clock.wake_us, 0.99)};
 }
 
 // Runs cyclictest. A tick is late if it woke a period or more after its deadline. Throws if cyclictest
 // cannot be run.
-Late cyclictest(double seconds) {
-    char command[160];
-    std::snprintf(command, sizeof command, "cyclictest -q -m -t 1 -p 80 -i 1000 -D %d -h 1000 2>&1",
-                  int(seconds));
-    std::FILE* pipe = popen(command, "r");
+Punctuality cyclictest(double seconds) {
+    const std::string command =
+        fmt::format("cyclictest -q -m -t 1 -p 80 -i 1000 -D {} -h 1000 2>&1", int(seconds));
+    std::FILE* pipe = popen(command.c_str(), "r");
     if (!pipe) throw std::runtime_error("cyclictest cannot be started");
     std::vector<double> counts;  // histogram of the wake-up delay, one bin per microsecond
     double total = 0.0, over = 0.0;
@@ -152,15 +153,9 @@ class RenderLoad {
 };
 
 void run(std::vector<Row>& rows) {
-    if (const std::string why = test::noGpuReason(); !why.empty()) {
-        std::fprintf(stderr, "haptics.loop: %s\n", why.c_str());
-        return;
-    }
-    const double seconds = longForm() ? 60.0 : 10.0;
-    patient::synth::SynthSettings settings;
-    settings.spacing_m = 0.002;
-    settings.defaults = test::tissueDefaults();
-    const patient::Package package = patient::synth::makeReferencePatient(settings);
+    if (!hasGpu("haptics.loop")) return;
+    const double seconds = isLongRun() ? 60.0 : 10.0;
+    const patient::Package package = referencePatient(0.002);
     const patient::Patient patient(package);
     const Grid& grid = patient.grid();
     Vec3 skin_m = grid.centre({grid.dims.x - 1, grid.dims.y / 2, grid.dims.z / 2});
@@ -169,11 +164,10 @@ void run(std::vector<Row>& rows) {
 
     const RenderLoad load(patient);
     for (int i = 1; i <= kAlternations; ++i) {
-        const Late ours = ourLoop(patient, skin_m, seconds), theirs = cyclictest(seconds);
-        char note[160];
-        std::snprintf(
-            note, sizeof note,
-            "late: %.3f %%, cyclictest %.3f %%; woken after %.0f us (p99 %.0f), cyclictest %.0f (p99 %.0f)",
+        const Punctuality ours = measureOurLoop(patient, skin_m, seconds), theirs = cyclictest(seconds);
+        const std::string note = fmt::format(
+            "late: {:.3f} %, cyclictest {:.3f} %; woken after {:.0f} us (p99 {:.0f}), cyclictest {:.0f} (p99 "
+            "{:.0f})",
             1e2 * ours.share, 1e2 * theirs.share, ours.median_us, ours.p99_us, theirs.median_us,
             theirs.p99_us);
         rows.push_back({"haptics.loop", "alternation", double(i), 1e-3 * ours.median_us, 1e2 * ours.share,

@@ -2,13 +2,14 @@
 // force stays constant, as on a device.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <random>
 #include <stdexcept>
 
+#include <fmt/core.h>
+
 #include "haptics/haptics.h"
-#include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
+#include "tests/bench/reference_patient.h"
 #include "tests/support/phantom.h"
 
 namespace stylet::bench {
@@ -74,8 +75,7 @@ std::vector<Path> patientPaths(const patient::Patient& patient, int count) {
     for (std::size_t i = 0; i < package.labels.voxels.size(); ++i) {
         const patient::Label* label = patient.label(package.labels.voxels[i]);
         if (!label || label->tissue != Tissue::liver) continue;
-        const int nx = grid.dims.x, ny = grid.dims.y;
-        liver.push_back(grid.centre({int(i) % nx, int(i) / nx % ny, int(i) / nx / ny}));
+        liver.push_back(grid.centre(grid.voxelAt(i)));
     }
     std::vector<Path> paths;
     for (int tries = 0; int(paths.size()) < count && tries < 20000 && !liver.empty(); ++tries) {
@@ -95,10 +95,10 @@ std::vector<Path> patientPaths(const patient::Patient& patient, int count) {
 }
 
 struct Errors {
-    double squares_n2 = 0.0, most_n = 0.0,
-           most_outside_n = 0.0;  // outside: more than one step away from every event
+    double squares_n2 = 0.0, max_n = 0.0,
+           max_outside_n = 0.0;  // outside: more than one step away from every event
     double event_sum_m = 0.0,
-           event_most_m = 0.0;  // sampled minus exact event depth; the maximum is of its magnitude
+           event_max_m = 0.0;  // sampled minus exact event depth; the maximum is of its magnitude
     std::size_t samples = 0, events = 0;
 };
 
@@ -151,7 +151,7 @@ void compareEvents(const Path& path, const Sampled& sampled, Errors& errors) {
         if (event.border.to != exact[i].tissue) fail(i, "the exact solver enters another tissue");
         const double late_m = depth_m - exact[i].depth_m;
         errors.event_sum_m += late_m;
-        errors.event_most_m = std::max(errors.event_most_m, std::fabs(late_m));
+        errors.event_max_m = std::max(errors.event_max_m, std::fabs(late_m));
         ++errors.events;
     }
     const std::size_t next = sampled.events.size();
@@ -170,8 +170,8 @@ void compareForces(const Path& path, const Sampled& sampled, Errors& errors) {
         const double e = std::fabs(sampled.forces_n[std::size_t(x / step_m)] - path.exact.at(x));
         const bool near = event < events.size() && events[event].depth_m <= x + step_m;
         errors.squares_n2 += e * e;
-        errors.most_n = std::max(errors.most_n, e);
-        if (!near) errors.most_outside_n = std::max(errors.most_outside_n, e);
+        errors.max_n = std::max(errors.max_n, e);
+        if (!near) errors.max_outside_n = std::max(errors.max_outside_n, e);
         ++errors.samples;
     }
 }
@@ -200,24 +200,22 @@ void measure(const patient::Patient& patient, const std::vector<Path>& paths, co
     double largest_mm = 0.0;  // largest step whose error outside events is below kPerceptible_n
     for (const double step_mm : {0.005, 0.01, 0.02, 0.05, kStudySpacing_mm, 0.2, 0.5}) {
         all.push_back(measureStep(patient, paths, step_mm));
-        if (all.back().errors.most_outside_n < kPerceptible_n) largest_mm = std::max(largest_mm, step_mm);
+        if (all.back().errors.max_outside_n < kPerceptible_n) largest_mm = std::max(largest_mm, step_mm);
     }
     const std::string reference = "exact solver, " + std::to_string(paths.size()) + " paths, " + what;
     for (const auto& [step_mm, time_ms, e] : all) {
-        char note[200], largest[80] = "";
+        std::string note = step_mm == kStudySpacing_mm ? "the study's spacing; " : "";
         if (step_mm == largest_mm)
-            std::snprintf(largest, sizeof largest, "the largest of these below %.3g N away from events; ",
-                          kPerceptible_n);
-        std::snprintf(note, sizeof note, "%s%sat an event at most %.3g N; time is per path",
-                      step_mm == kStudySpacing_mm ? "the study's spacing; " : "", largest, e.most_n);
+            note += fmt::format("the largest of these below {:.3g} N away from events; ", kPerceptible_n);
+        note += fmt::format("at an event at most {:.3g} N; time is per path", e.max_n);
         const auto add = [&](const char* metric, double error, const char* unit) {
             rows.push_back({std::string("haptics.sampling_step") + metric, "step [mm]", step_mm, time_ms,
                             error, unit, reference, metric[0] == '\0' ? note : ""});
         };
         add("", std::sqrt(e.squares_n2 / double(e.samples)), "N RMS");
-        add(".max_outside_events", e.most_outside_n, "N");
+        add(".max_outside_events", e.max_outside_n, "N");
         add(".event_depth_mean", 1e3 * e.event_sum_m / double(e.events), "mm");
-        add(".event_depth_max", 1e3 * e.event_most_m, "mm");
+        add(".event_depth_max", 1e3 * e.event_max_m, "mm");
     }
 }
 
@@ -235,10 +233,7 @@ void run(std::vector<Row>& rows) {
     const patient::Patient slab_patient(slabs);
     measure(slab_patient, slabPaths(slab_patient, 100), "slab stack", rows);
 
-    patient::synth::SynthSettings settings;
-    settings.spacing_m = 0.002;
-    settings.defaults = test::tissueDefaults();
-    const patient::Package package = patient::synth::makeReferencePatient(settings);
+    const patient::Package package = referencePatient(0.002);
     const patient::Patient patient(package);
     measure(patient, patientPaths(patient, 100), "reference patient at 2 mm, between the ribs", rows);
 }

@@ -1,10 +1,11 @@
 // Benchmark of one simulation tick: breathing, look-up, model, output stage, hash.
 #include <cmath>
-#include <cstdio>
+
+#include <fmt/core.h>
 
 #include "haptics/haptics.h"
-#include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
+#include "tests/bench/reference_patient.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"
 
@@ -43,9 +44,9 @@ void run(std::vector<Row>& rows) {
             simulation.step(input, out, events);
             times_us.push_back(1e3 * elapsed_ms(began));
         }
-        char note[96];
-        std::snprintf(note, sizeof note, "median %.2f us, p99 %.2f us, longest %.0f us", median(times_us),
-                      quantile(times_us, 0.99), quantile(times_us, 1.0));
+        const std::string note =
+            fmt::format("median {:.2f} us, p99 {:.2f} us, longest {:.0f} us", median(times_us),
+                        quantile(times_us, 0.99), quantile(times_us, 1.0));
         rows.push_back({"haptics.step", "travel per tick [mm]", travel_mm, 1e-3 * median(times_us),
                         quantile(times_us, 0.99), "us p99", "1,000 us of a tick", note});
     }
@@ -53,15 +54,9 @@ void run(std::vector<Row>& rows) {
 
 // The breathing reference patient, with the tool on the right flank, in a gap between the ribs.
 struct Flank {
-    static patient::Package made() {
-        patient::synth::SynthSettings settings;
-        settings.spacing_m = 0.0015;
-        settings.defaults = test::tissueDefaults();
-        return patient::synth::makeReferencePatient(settings);
-    }
     Flank() {
         for (double z_m = -0.03; z_m < 0.05; z_m += 0.001) {
-            foot_m = footOnSkin(skin, {0.14, 0.0, z_m});
+            foot_m = nearestSkinPoint(skin, {0.14, 0.0, z_m});
             if (isFree(foot_m, glm::normalize(skinAt(skin, foot_m).normal))) break;
         }
         out = glm::normalize(skinAt(skin, foot_m).normal);
@@ -76,7 +71,7 @@ struct Flank {
                     return false;
         return true;
     }
-    const patient::Package package = made();
+    const patient::Package package = referencePatient(0.0015);
     const patient::Patient patient{package};
     const patient::Skin skin = makeSkin(patient, 2);
     const TouchMap map = makeTouchMap(patient, skin, 2);
@@ -95,12 +90,12 @@ void stepTool(const Flank& flank, Tool tool, const char* name, std::vector<Row>&
     TickOutput out;
     NeedleEvents events;
     std::vector<double> times_us;
-    const double deepest_m = holdsNeedle(tool) ? 0.045 : 0.003;
-    double depth_m = -0.010, way_m = 20e-6, peak_n = 0.0;
+    const double deepest_m = isNeedleTool(tool) ? 0.045 : 0.003;
+    double depth_m = -0.010, travel_m = 20e-6, peak_n = 0.0;
     for (int i = 0; i < 60000; ++i) {
-        depth_m += way_m;
-        if (depth_m > deepest_m) way_m = -20e-6;
-        if (depth_m < -0.010) way_m = 20e-6;
+        depth_m += travel_m;
+        if (depth_m > deepest_m) travel_m = -20e-6;
+        if (depth_m < -0.010) travel_m = 20e-6;
         input.device.device_from_stylus.position_m =
             flank.foot_m - depth_m * flank.out + 0.004 * std::sin(0.001 * i) * flank.side;
         const auto began = std::chrono::steady_clock::now();
@@ -108,9 +103,8 @@ void stepTool(const Flank& flank, Tool tool, const char* name, std::vector<Row>&
         times_us.push_back(1e3 * elapsed_ms(began));
         peak_n = std::max(peak_n, glm::length(out.tool_force.force_n));
     }
-    char note[96];
-    std::snprintf(note, sizeof note, "median %.2f us, p99.9 %.2f us; at most %.2f N", median(times_us),
-                  quantile(times_us, 0.999), peak_n);
+    const std::string note = fmt::format("median {:.2f} us, p99.9 {:.2f} us; at most {:.2f} N",
+                                         median(times_us), quantile(times_us, 0.999), peak_n);
     rows.push_back({std::string("haptics.step.") + name, "rate [Hz]", 1000.0, 1e-3 * median(times_us),
                     quantile(times_us, 0.999), "us p99.9", "1,000 us of a tick", note});
 }

@@ -4,16 +4,17 @@
 // whose error is within kBound.
 #include <array>
 #include <cmath>
-#include <cstdio>
+
+#include <fmt/core.h>
 
 #include "base/parallel.h"
 #include "patient/contrast/contrast.h"
 #include "patient/displacement/tool_displacement.h"
-#include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
+#include "tests/bench/gpu.h"
+#include "tests/bench/reference_patient.h"
 #include "tests/render/fluoroscopy/ray_reference.h"
 #include "tests/render/pictures.h"
-#include "tests/support/phantom.h"
 
 namespace stylet::bench {
 namespace {
@@ -75,23 +76,19 @@ struct Stage {
         settings.beyond_ends_m = 0.0;
         render::Fluoroscopy fluoroscopy(gpu, deformed);
         fluoroscopy.image(input, settings);
-        std::vector<double> times;
-        for (int i = 0; i < 5; ++i) {
+        const double time_ms = medianTime_ms(5, [&] {
             input.time_s += 1.0;
-            const auto begin = std::chrono::steady_clock::now();
             fluoroscopy.image(input, settings);
-            times.push_back(elapsed_ms(begin));
-        }
+        });
         std::vector<double> paths;
         for (int row = kStride / 2; row < settings.pixels; row += kStride)
             for (int column = kStride / 2; column < settings.pixels; column += kStride)
                 paths.push_back(double(fluoroscopy.paths()[std::size_t(row * settings.pixels + column)]));
         const double error = 1.0 - test::zncc(exact, paths);
-        char decibels[64];
-        std::snprintf(decibels, sizeof decibels, ", %.1f dB%s", test::pathPsnr(exact, paths),
-                      error > kBound ? ", too coarse" : "");
-        rows.push_back({"imaging.fluoroscopy", knob, value, median(times), error, "1 - ZNCC", reference(),
-                        note + decibels});
+        const std::string decibels =
+            fmt::format(", {:.1f} dB{}", test::pathPsnr(exact, paths), error > kBound ? ", too coarse" : "");
+        rows.push_back(
+            {"imaging.fluoroscopy", knob, value, time_ms, error, "1 - ZNCC", reference(), note + decibels});
     }
 };
 
@@ -106,19 +103,15 @@ void collimationRows(Stage& stage) {
     for (const bool skip : {true, false}) {
         FluoroscopySettings settings;
         settings.skips = {.between_pulses = false, .collimated_rays = skip};
-        std::vector<double> times;
-        for (int i = 0; i < 6; ++i) {
-            const auto begin = std::chrono::steady_clock::now();
-            fluoroscopy.image(stage.input, settings);
-            if (i > 0) times.push_back(elapsed_ms(begin));
-        }
+        fluoroscopy.image(stage.input, settings);
+        const double time_ms = medianTime_ms(5, [&] { fluoroscopy.image(stage.input, settings); });
         const render::ScreenPicture p = fluoroscopy.picture();
         const std::vector<std::uint8_t> shown(p.rgba, p.rgba + 4 * p.width * p.height);
         if (skip) first = shown;
         double differing = 0.0;
         for (std::size_t i = 0; i < shown.size(); ++i)
             differing += shown[i] != first[i] ? 1.0 : 0.0;
-        stage.rows.push_back({"imaging.fluoroscopy", "skip collimated_rays", skip ? 1.0 : 0.0, median(times),
+        stage.rows.push_back({"imaging.fluoroscopy", "skip collimated_rays", skip ? 1.0 : 0.0, time_ms,
                               differing, "bytes", "every skip", "blades open to a quarter of the area"});
     }
 }
@@ -154,11 +147,11 @@ void breathingRows(Stage& stage) {
     const FluoroscopySettings usual;
     stage.breathe(kDeepBreath_v);
     const std::vector<double> exact = stage.exactPaths(usual.pixels);
-    for (const double stretch_m : {0.004, 0.008, 0.012, 0.016, 0.024, 0.032}) {
+    for (const double segment_m : {0.004, 0.008, 0.012, 0.016, 0.024, 0.032}) {
         FluoroscopySettings settings;
-        settings.stretch_m = stretch_m;
-        stage.add("stretch_mm", 1e3 * stretch_m, settings, exact,
-                  mark("breathing", stretch_m == usual.stretch_m));
+        settings.segment_m = segment_m;
+        stage.add("stretch_mm", 1e3 * segment_m, settings, exact,
+                  mark("breathing", segment_m == usual.segment_m));
     }
     for (const int block : {1, 2, 4}) {
         FluoroscopySettings settings;
@@ -180,10 +173,9 @@ patient::ContrastTable filledDucts(const patient::Package& package) {
     for (const patient::Label& label : package.label_table)
         is_duct[label.id] = label.tissue == patient::Tissue::duct;
     const auto forEachDuct = [&](const auto& visit) {
-        for (int z = 0; z < ct.dims.z; ++z)
-            for (int y = 0; y < ct.dims.y; ++y)
-                for (int x = 0; x < ct.dims.x; ++x)
-                    if (is_duct[package.labels[{x, y, z}]]) visit(Index3(x, y, z));
+        forEachVoxel(ct, [&](const Index3& i) {
+            if (is_duct[package.labels[i]]) visit(i);
+        });
     };
     forEachDuct([&](const Index3& i) { low = glm::min(low, i), high = glm::max(high, i + 1); });
     patient::ContrastTable table{{high - low, ct.spacing_m, ct.centre(low)}, {}, 1};
@@ -192,7 +184,7 @@ patient::ContrastTable filledDucts(const patient::Package& package) {
     return table;
 }
 
-// Rows for further content in a breathing patient: filled ducts, the same with the skip `kept_contrast`
+// Rows for further content in a breathing patient: filled ducts, the same with the skip `unchanged_contrast`
 // off, and a pressing tool in addition to the filled ducts.
 void contentRows(Stage& stage) {
     const FluoroscopySettings usual;
@@ -202,7 +194,7 @@ void contentRows(Stage& stage) {
     const std::vector<double> with_contrast = exact();
     stage.add("contrast", 1.0, usual, with_contrast, "breathing, ducts full");
     FluoroscopySettings rewritten;
-    rewritten.skips.kept_contrast = false;
+    rewritten.skips.unchanged_contrast = false;
     stage.add("skip kept_contrast", 0.0, rewritten, with_contrast, "breathing, ducts full, this one off");
     patient::ToolDisplacement tool(stage.patient);
     const Vec3 at = stage.input.patient_from_isocentre.position_m;
@@ -222,14 +214,8 @@ void contentRows(Stage& stage) {
 }
 
 void run(std::vector<Row>& rows) {
-    if (const std::string why = test::noGpuReason(); !why.empty()) {
-        std::fprintf(stderr, "imaging.fluoroscopy: %s\n", why.c_str());
-        return;
-    }
-    patient::synth::SynthSettings settings;
-    settings.spacing_m = 0.001;
-    settings.defaults = test::tissueDefaults();
-    Stage stage(patient::synth::makeReferencePatient(settings), rows);
+    if (!hasGpu("imaging.fluoroscopy")) return;
+    Stage stage(referencePatient(0.001), rows);
     stillRows(stage);
     breathingRows(stage);
     contentRows(stage);

@@ -1,31 +1,25 @@
 // Benchmark of the ultrasound of the breathing reference patient, 160 mm deep. It reports the time of a
 // picture and its difference from a finer one. Pulse reach and breathing look-ups are compared pixel by
-// pixel. Lines, samples and planes change which scatterers fall together, and so change the grain itself.
-// Those pictures are compared after a mean over 8 x 8 pixels (3.5 mm), which preserves the anatomy. The
-// note has the figure without the mean.
-#include <cstdio>
+// pixel. A change of lines, samples or planes changes the speckle itself. Those pictures are therefore
+// compared after a mean over 8 x 8 pixels (3.5 mm), which preserves the anatomy. The note has the figure
+// without the mean.
 #include <cstdlib>
 #include <stdexcept>
 
+#include <fmt/core.h>
+
 #include "patient/contrast/vessel_flow.h"
-#include "patient/synth/synth.h"
 #include "render/volume/deformed_patient.h"
+#include "tests/bench/gpu.h"
 #include "tests/bench/picture_case.h"
+#include "tests/bench/reference_patient.h"
 #include "tests/render/pictures.h"
 #include "tests/render/ultrasound/scan_reference.h"
-#include "tests/support/phantom.h"
 
 namespace stylet::bench {
 namespace {
 
 constexpr int kRepeats = 7, kBlock = 8;
-
-patient::Package breathingPatient() {
-    patient::synth::SynthSettings settings;
-    settings.spacing_m = 0.0015;
-    settings.defaults = test::tissueDefaults();
-    return patient::synth::makeReferencePatient(settings);
-}
 
 // Pose of a probe pressed onto the skin and aimed along -`out` at the centroid of the label's voxels. `up`
 // points to the left of the picture, after projection into the image plane.
@@ -38,9 +32,7 @@ Pose probeToward(const patient::Patient& patient, const char* label, const Vec3&
     for (std::size_t i = 0; i < package.labels.voxels.size(); ++i) {
         const patient::Label* l = patient.label(package.labels.voxels[i]);
         if (!l || l->name != label) continue;
-        const auto plane = std::size_t(grid.dims.x) * std::size_t(grid.dims.y);
-        sum += grid.centre(
-            {int(i % std::size_t(grid.dims.x)), int(i % plane / std::size_t(grid.dims.x)), int(i / plane)});
+        sum += grid.centre(grid.voxelAt(i));
         ++count;
     }
     const Vec3 target = sum / count, z = -glm::normalize(out);
@@ -51,8 +43,8 @@ Pose probeToward(const patient::Patient& patient, const char* label, const Vec3&
     return {glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z)), face + press_m * z};
 }
 
-struct Ward {
-    patient::Package package = breathingPatient();
+struct UltrasoundFixture {
+    patient::Package package = referencePatient(0.0015);
     patient::Patient patient{package};
     render::Gpu gpu{render::GpuSettings{}};
     render::DeformedPatient deformed{gpu, patient};
@@ -61,7 +53,7 @@ struct Ward {
     render::Ultrasound machine{gpu, deformed, table};
     render::UltrasoundInput input;
 
-    Ward() {
+    UltrasoundFixture() {
         input.patient_from_probe = probeToward(patient, "liver", {0.8, 0.75, -0.35}, {0, 0, 1});
         breathe(0.5);
     }
@@ -72,15 +64,7 @@ struct Ward {
     }
     Pixels picture(const render::UltrasoundSettings& settings, double* median_ms = nullptr) {
         machine.image(input, settings, probe);  // renders the picture and warms up
-        if (median_ms) {
-            std::vector<double> times;
-            for (int i = 0; i < kRepeats; ++i) {
-                const auto begun = std::chrono::steady_clock::now();
-                machine.image(input, settings, probe);
-                times.push_back(elapsed_ms(begun));
-            }
-            *median_ms = median(times);
-        }
+        if (median_ms) *median_ms = medianTime_ms(kRepeats, [&] { machine.image(input, settings, probe); });
         const render::ScreenPicture shown = machine.picture();
         return {shown.width, shown.height, {shown.rgba, shown.rgba + 4 * shown.width * shown.height}};
     }
@@ -116,20 +100,18 @@ struct Knob {
     double reference;
 };
 
-void knobRows(Ward& ward, const Knob& knob, std::vector<Row>& rows) {
+void knobRows(UltrasoundFixture& fixture, const Knob& knob, std::vector<Row>& rows) {
     render::UltrasoundSettings settings = quiet();
     knob.set(settings, knob.reference);
-    const Pixels truth = ward.picture(settings);
+    const Pixels truth = fixture.picture(settings);
     for (const double value : knob.values) {
         knob.set(settings, value);
         double took_ms = 0.0;
-        const Pixels picture = ward.picture(settings, &took_ms);
+        const Pixels picture = fixture.picture(settings, &took_ms);
         const double bare = psnr(picture, truth), calm = psnr(blurred(picture), blurred(truth));
-        char note[96];
-        std::snprintf(note, sizeof note, "%s%.1f dB pixel by pixel",
-                      value == knob.fallback ? "default, " : "", bare);
-        char reference[64];
-        std::snprintf(reference, sizeof reference, "%s = %g", knob.name, knob.reference);
+        const std::string note =
+            fmt::format("{}{:.1f} dB pixel by pixel", value == knob.fallback ? "default, " : "", bare);
+        const std::string reference = fmt::format("{} = {:g}", knob.name, knob.reference);
         rows.push_back({"imaging.ultrasound", knob.name, value, took_ms, knob.same_grain ? bare : calm,
                         knob.same_grain ? "dB PSNR" : "dB PSNR of 8 x 8 means", reference, note});
     }
@@ -137,26 +119,26 @@ void knobRows(Ward& ward, const Knob& knob, std::vector<Row>& rows) {
 
 // Compares the GPU picture with a naive double-precision reference, for both scan paths. The probe face is
 // narrowed so that all of it touches the skin: the reference does not model air.
-void referenceRows(Ward& ward, std::vector<Row>& rows) {
+void referenceRows(UltrasoundFixture& fixture, std::vector<Row>& rows) {
     render::UltrasoundSettings settings = quiet();
     settings.place_samples = 1;
     settings.gel_m = 0.0;
-    ward.probe.half_angle_rad = 0.3;
-    const auto undeform = [&](const Vec3& p) { return referenceFromTables(ward.deformed.tables(), p); };
-    const auto truth =
-        test::referencePicture(test::referenceScan(test::encode(ward.patient, ward.table), ward.table,
-                                                   undeform, ward.input, settings, ward.probe),
-                               settings, ward.probe);
+    fixture.probe.half_angle_rad = 0.3;
+    const auto undeform = [&](const Vec3& p) { return referenceFromTables(fixture.deformed.tables(), p); };
+    const auto truth = test::referencePicture(
+        test::referenceScan(test::encode(fixture.patient, fixture.table), fixture.table, undeform,
+                            fixture.input, settings, fixture.probe),
+        settings, fixture.probe);
     for (const auto path : {render::ScanPath::serial, render::ScanPath::prefix_sums}) {
         settings.path = path;
         double took_ms = 0.0;
-        Pixels picture = ward.picture(settings, &took_ms);
+        Pixels picture = fixture.picture(settings, &took_ms);
         Pixels exact = picture;
         for (int i = 0; i < exact.width * exact.height; ++i)
             if (i % exact.width < exact.width - 16)
                 for (int c = 0; c < 3; ++c)
                     exact.rgba[std::size_t(4 * i + c)] = std::uint8_t(255.0 * truth[std::size_t(i)] + 0.5);
-        if (ward.machine.image(ward.input, settings, ward.probe).contact < 1.0)
+        if (fixture.machine.image(fixture.input, settings, fixture.probe).contact < 1.0)
             throw std::runtime_error("imaging.ultrasound: the reference's probe does not touch");
         rows.push_back({"imaging.ultrasound", "path", double(path), took_ms, psnr(picture, exact), "dB PSNR",
                         "double precision, naively",
@@ -164,63 +146,62 @@ void referenceRows(Ward& ward, std::vector<Row>& rows) {
     }
 }
 
-void skipRows(Ward& ward, std::vector<Row>& rows) {
+void skipRows(UltrasoundFixture& fixture, std::vector<Row>& rows) {
     const auto add = [&](const char* knob, bool on, const render::UltrasoundSettings& settings,
                          const Pixels& truth, const std::string& note) {
         double took_ms = 0.0;
-        const Pixels picture = ward.picture(settings, &took_ms);
+        const Pixels picture = fixture.picture(settings, &took_ms);
         rows.push_back({"imaging.ultrasound", knob, on ? 1.0 : 0.0, took_ms, psnr(picture, truth), "dB PSNR",
                         "this one off", note});
     };
-    ward.deformed.breathe(ward.package.motion.reference, false);
-    const Pixels truth = ward.picture(quiet());
+    fixture.deformed.breathe(fixture.package.motion.reference, false);
+    const Pixels truth = fixture.picture(quiet());
     add("skip still patient", false, quiet(), truth, "patient at rest");
-    ward.breathe(0.0);
+    fixture.breathe(0.0);
     add("skip still patient", true, quiet(), truth, "patient at rest, default");
-    ward.breathe(0.5);
+    fixture.breathe(0.5);
     render::UltrasoundSettings frozen = quiet();
-    const Pixels live = ward.picture(frozen);
+    const Pixels live = fixture.picture(frozen);
     frozen.freeze = true;
     add("freeze", true, frozen, live, "gains and picture only");
 }
 
 // Writes pictures for a sonographer to inspect, if STYLET_BENCH_PICTURES names a folder.
-void drawPictures(Ward& ward) {
+void drawPictures(UltrasoundFixture& fixture) {
     const char* folder = std::getenv("STYLET_BENCH_PICTURES");
     if (!folder) return;
-    const Pose before = *ward.input.patient_from_probe;
-    ward.breathe(0.0);
+    const Pose before = *fixture.input.patient_from_probe;
+    fixture.breathe(0.0);
     const auto draw = [&](const char* name, const render::UltrasoundSettings& settings) {
-        writePpm(std::string(folder) + "/ultrasound_" + name + ".ppm", ward.picture(settings));
+        writePpm(std::string(folder) + "/ultrasound_" + name + ".ppm", fixture.picture(settings));
     };
     render::UltrasoundSettings settings;
     draw("subcostal", settings);
     const Pose across{glm::angleAxis(-1.15, Vec3(0, 1, 0)), Vec3(-0.012, 0.0, 0.052)};
-    ward.input.patient_from_needle = *ward.input.patient_from_probe * across;
+    fixture.input.patient_from_needle = *fixture.input.patient_from_probe * across;
     draw("needle", settings);
-    ward.input.patient_from_needle->position_m += ward.input.patient_from_probe->direction({0, 0.008, 0});
+    fixture.input.patient_from_needle->position_m +=
+        fixture.input.patient_from_probe->direction({0, 0.008, 0});
     draw("needle_out_of_plane", settings);
-    ward.input.patient_from_needle.reset();
-    ward.input.patient_from_probe = probeToward(ward.patient, "liver", {1, 0.2, 0}, {0, 1, 0});
+    fixture.input.patient_from_needle.reset();
+    fixture.input.patient_from_probe = probeToward(fixture.patient, "liver", {1, 0.2, 0}, {0, 1, 0});
     draw("intercostal", settings);
-    ward.input.patient_from_probe = probeToward(ward.patient, "portal vein", {0.55, 0.8, -0.2}, {0, 0, 1});
+    fixture.input.patient_from_probe =
+        probeToward(fixture.patient, "portal vein", {0.55, 0.8, -0.2}, {0, 0, 1});
     draw("portal", settings);
-    const patient::VesselFlow flow = makeVesselFlow(ward.patient);
-    ward.machine.setFlow(&flow);
+    const patient::VesselFlow flow = makeVesselFlow(fixture.patient);
+    fixture.machine.setFlow(&flow);
     settings.doppler = render::DopplerBox{.from_share = 0.2, .to_share = 0.8, .from_m = 0.03, .to_m = 0.12};
     draw("doppler", settings);
-    ward.machine.setFlow(nullptr);
-    ward.input.patient_from_probe = before;
-    ward.breathe(0.5);
+    fixture.machine.setFlow(nullptr);
+    fixture.input.patient_from_probe = before;
+    fixture.breathe(0.5);
 }
 
 void run(std::vector<Row>& rows) {
-    if (const std::string why = test::noGpuReason(); !why.empty()) {
-        std::fprintf(stderr, "imaging.ultrasound: %s\n", why.c_str());
-        return;
-    }
+    if (!hasGpu("imaging.ultrasound")) return;
     using Settings = render::UltrasoundSettings;
-    Ward ward;
+    UltrasoundFixture fixture;
     const Settings defaults;
     const Knob knobs[] = {
         {"lines",
@@ -255,10 +236,10 @@ void run(std::vector<Row>& rows) {
          1},
     };
     for (const Knob& knob : knobs)
-        knobRows(ward, knob, rows);
-    skipRows(ward, rows);
-    drawPictures(ward);
-    if (longForm()) referenceRows(ward, rows);
+        knobRows(fixture, knob, rows);
+    skipRows(fixture, rows);
+    drawPictures(fixture);
+    if (isLongRun()) referenceRows(fixture, rows);
 }
 
 const Registration registration("imaging.ultrasound", run);

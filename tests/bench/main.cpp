@@ -13,7 +13,7 @@
 namespace stylet::bench {
 namespace {
 
-bool long_form = false;
+bool long_run = false;
 
 std::vector<std::pair<std::string, Bench>>& registry() {
     static std::vector<std::pair<std::string, Bench>> benches;
@@ -84,11 +84,11 @@ Registration::Registration(const char* name, Bench bench) {
     registry().emplace_back(name, bench);
 }
 
-bool longForm() {
-    return long_form;
+bool isLongRun() {
+    return long_run;
 }
-void setLongForm(bool on) {
-    long_form = on;
+void setLongRun(bool on) {
+    long_run = on;
 }
 
 }  // namespace stylet::bench
@@ -109,7 +109,7 @@ int main(int argc, char** argv) {
             return 2;
         }
     }
-    stylet::bench::setLongForm(is_long);
+    stylet::bench::setLongRun(is_long);
     try {
         return stylet::bench::run(only, out);
     } catch (const std::exception& e) {

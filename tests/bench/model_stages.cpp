@@ -3,7 +3,8 @@
 // one of the seeds that the stages were tuned on, so these rows serve to choose defaults. They do not
 // evaluate the accuracy.
 #include <algorithm>
-#include <cstdlib>
+
+#include <fmt/core.h>
 
 #include "app/modeller/import/import_map.h"
 #include "app/modeller/import/section.h"
@@ -12,8 +13,8 @@
 #include "app/modeller/segmentation/judgement.h"
 #include "app/modeller/segmentation/liver.h"
 #include "patient/package/nifti.h"
-#include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
+#include "tests/bench/reference_patient.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::bench {
@@ -25,15 +26,6 @@ using patient::Package;
 constexpr std::uint64_t kSeed = 5;
 constexpr double kCt_m = 0.001;
 
-Package referencePatient(std::uint64_t seed, double spacing_m) {
-    patient::synth::SynthSettings s;
-    s.seed = seed;
-    s.spacing_m = spacing_m;
-    s.defaults = patient::loadTissueDefaults(std::filesystem::path(std::getenv("STYLET_ASSETS")) / "tissue" /
-                                             "ptcd.toml");
-    return patient::synth::makeReferencePatient(s);
-}
-
 // A stage and the structure that evaluates it.
 struct Stage {
     const char* name;
@@ -44,16 +36,16 @@ constexpr Stage kStages[] = {{"lungs", "right lung"},   {"bones", "bone"},
                              {"ducts", "bile ducts"},   {"organs", "right kidney"},
                              {"fascia", "fascia"},      {"skin", "skin"}};
 
-void addVoxelRows(std::vector<Row>& rows, const modeller::Built& built, const Package& truth,
+void addVoxelRows(std::vector<Row>& rows, const modeller::BuildResult& built, const Package& truth,
                   double spacing_m) {
-    const std::vector<modeller::Judged> judged = modeller::judge(truth, built.package, {});
+    const std::vector<modeller::StructureAgreement> judged =
+        modeller::compareStructures(truth, built.package, {});
     for (const Stage& stage : kStages)
         for (const modeller::StageReport& report : built.stages)
             for (const auto& [structure, a] : judged)
                 if (report.name == stage.name && structure == stage.structure) {
-                    char note[80];
-                    std::snprintf(note, sizeof note, "%s; mean surface %.2f mm", stage.structure,
-                                  1e3 * a.mean_surface_m);
+                    const std::string note =
+                        fmt::format("{}; mean surface {:.2f} mm", stage.structure, 1e3 * a.mean_surface_m);
                     rows.push_back({"model." + report.name, "voxel [mm]", 1e3 * spacing_m,
                                     1e3 * report.seconds, 1.0 - a.dice, "1 - Dice",
                                     "the labels of a reference patient", note});
@@ -63,7 +55,7 @@ void addVoxelRows(std::vector<Row>& rows, const modeller::Built& built, const Pa
 // Adds rows for the liver's own settings. Everything else comes from `found`.
 void addLiverRows(std::vector<Row>& rows, const Package& truth, const Package& found) {
     const auto labelled = [&](std::initializer_list<std::string_view> names) {
-        return modeller::maskOf(found.labels, [&](const patient::Label& l) {
+        return modeller::labelMask(found.labels, [&](const patient::Label& l) {
             return std::find(names.begin(), names.end(), l.name) != names.end();
         });
     };
@@ -77,7 +69,7 @@ void addLiverRows(std::vector<Row>& rows, const Package& truth, const Package& f
                          const modeller::LiverSettings& settings) {
         std::vector<modeller::AtlasImage> images;
         for (const std::uint64_t seed : modeller::kAtlasSeeds)
-            images.emplace_back(referencePatient(seed, 0.0025), atlas);
+            images.emplace_back(referencePatient(0.0025, seed), atlas);
         const auto start = std::chrono::steady_clock::now();
         const modeller::AtlasPrior prior = modeller::alignAtlases(found.ct, body, lungs, images, atlas);
         const modeller::Liver liver = modeller::findLiver(found.ct, body, lungs, bones, prior, settings);
@@ -85,10 +77,9 @@ void addLiverRows(std::vector<Row>& rows, const Package& truth, const Package& f
         for (std::uint8_t& id : judged.labels.voxels)
             id = 0;
         modeller::paint(judged.labels, liver.mask, modeller::findTarget("liver")->id, true);
-        for (const auto& [structure, a] : modeller::judge(truth, judged, {}))
+        for (const auto& [structure, a] : modeller::compareStructures(truth, judged, {}))
             if (structure == "liver, whole") {
-                char note[80];
-                std::snprintf(note, sizeof note, "mean surface %.2f mm", 1e3 * a.mean_surface_m);
+                const std::string note = fmt::format("mean surface {:.2f} mm", 1e3 * a.mean_surface_m);
                 rows.push_back({"model.liver", knob, value, time_ms, 1.0 - a.dice, "1 - Dice",
                                 "the labels of a reference patient", note});
             }
@@ -99,7 +90,7 @@ void addLiverRows(std::vector<Row>& rows, const Package& truth, const Package& f
         row("atlas iterations", iterations, atlas, {});
     }
     for (const double grid_mm : {8.0, 6.0, 4.0, 3.0}) {
-        if (grid_mm < 4.0 && !longForm()) continue;
+        if (grid_mm < 4.0 && !isLongRun()) continue;
         modeller::AtlasSettings atlas;
         atlas.spacing_m = 1e-3 * grid_mm;
         row("atlas grid [mm]", grid_mm, atlas, {});
@@ -113,7 +104,7 @@ void addLiverRows(std::vector<Row>& rows, const Package& truth, const Package& f
 
 void run(std::vector<Row>& rows) {
     const test::TempFolder folder;
-    const Package truth = referencePatient(kSeed, kCt_m);
+    const Package truth = referencePatient(kCt_m, kSeed);
     patient::writeNifti(folder / "ct.nii.gz", truth.ct);
     for (const double spacing_mm : {3.0, 2.0, 1.5, 1.0}) {
         modeller::BuildSettings settings;
@@ -121,9 +112,8 @@ void run(std::vector<Row>& rows) {
         settings.stages = folder / "stages";
         settings.spacing_m = 1e-3 * spacing_mm;
         settings.reference_phase = "exhale";
-        settings.defaults = patient::loadTissueDefaults(std::filesystem::path(std::getenv("STYLET_ASSETS")) /
-                                                        "tissue" / "ptcd.toml");
-        const modeller::Built built = modeller::build(settings);
+        settings.defaults = test::tissueDefaults();
+        const modeller::BuildResult built = modeller::build(settings);
         addVoxelRows(rows, built, truth, settings.spacing_m);
         if (spacing_mm == 2.0) addLiverRows(rows, truth, built.package);
     }

@@ -1,8 +1,10 @@
 // Benchmark of the motion fit of a 4D CT. For each finest registration level, it reports the computing time
-// and the remaining error of the diaphragm dome. Each phase's error is that of a model fitted without this
+// and the remaining error of the diaphragm dome. For the error of a phase, the model is fitted without that
 // phase.
 #include <cstdio>
 #include <cstdlib>
+
+#include <fmt/core.h>
 
 #include "app/modeller/motion/motion_fit.h"
 #include "tests/bench/bench.h"
@@ -17,7 +19,7 @@ void run(std::vector<Row>& rows) {
         return;
     }
     for (const int finest : {4, 2, 1}) {
-        if (finest == 1 && !longForm()) continue;  // takes a quarter of an hour
+        if (finest == 1 && !isLongRun()) continue;  // takes a quarter of an hour
         modeller::FitSettings settings;
         settings.phases.folder = std::filesystem::path(data) / "4dct_118";
         settings.registration.finest = finest;
@@ -29,9 +31,9 @@ void run(std::vector<Row>& rows) {
             worst_m = std::max(worst_m, r.left_out.mean_abs_m);
             slice_m = std::max(slice_m, r.left_out.slice_mean_abs_m);
         }
-        char note[120];
-        std::snprintf(note, sizeof note, "worst phase; %.2f voxels, in the slice through the dome %.2f",
-                      worst_m / fitted.voxel_m.z, slice_m / fitted.voxel_m.z);
+        const std::string note =
+            fmt::format("worst phase; {:.2f} voxels, in the slice through the dome {:.2f}",
+                        worst_m / fitted.voxel_m.z, slice_m / fitted.voxel_m.z);
         rows.push_back({"patient.motion_fit", "finest level [voxels]", double(finest), time_ms, worst_m * 1e3,
                         "mm", "the dome of each phase, left out of the fit", note});
     }

@@ -1,12 +1,12 @@
 // Contrast medium and blood on the reference patient: the time of a tick and of a new injection site. Also
-// compares how often the contrast table is repainted with the error in the picture.
+// measures the error in the picture against the number of repaints of the contrast table.
 #include <cmath>
-#include <cstdio>
+
+#include <fmt/core.h>
 
 #include "patient/patient.h"
-#include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
-#include "tests/support/phantom.h"
+#include "tests/bench/reference_patient.h"
 
 namespace stylet::bench {
 namespace {
@@ -18,27 +18,22 @@ constexpr double kDt_s = 0.001, kRate_m3_per_s = 1e-6, kSeconds = 12.0;
 constexpr int kLook_ticks = 33;  // 30 pictures per second
 
 Package makePackage() {
-    synth::SynthSettings settings;
-    settings.spacing_m = longForm() ? 0.001 : 0.0015;
-    settings.defaults = test::tissueDefaults();
-    return synth::makeReferencePatient(settings);
+    return referencePatient(isLongRun() ? 0.001 : 0.0015);
 }
 
 // Finds the rightmost voxel of a tissue, which lies in a thin branch.
-Vec3 twigOf(const Patient& patient, Tissue tissue) {
+Vec3 rightmostVoxel(const Patient& patient, Tissue tissue) {
     const Grid& g = patient.grid();
-    Index3 i, best(-1);
-    for (i.z = 0; i.z < g.dims.z; ++i.z)
-        for (i.y = 0; i.y < g.dims.y; ++i.y)
-            for (i.x = 0; i.x < g.dims.x; ++i.x) {
-                const Label* label = patient.label(patient.package().labels[i]);
-                if (label && label->tissue == tissue && label->abdominal && i.x > best.x) best = i;
-            }
+    Index3 best(-1);
+    forEachVoxel(g, [&](const Index3& i) {
+        const Label* label = patient.label(patient.package().labels[i]);
+        if (label && label->tissue == tissue && label->abdominal && i.x > best.x) best = i;
+    });
     return g.centre(best);
 }
 
 // Computes the optical depth along y, as seen from the front, of each column (x, z).
-std::vector<double> seenFromTheFront(const ContrastTable& table, const Grid& patient) {
+std::vector<double> projectAnterior(const ContrastTable& table, const Grid& patient) {
     std::vector<double> depth(std::size_t(patient.dims.x) * std::size_t(patient.dims.z), 0.0);
     const Index3 low = table.added_per_m.empty() ? Index3(0) : patient.nearest(table.grid.origin_m);
     std::size_t n = 0;
@@ -78,22 +73,16 @@ Row inject(const Patient& patient, const char* place, const Vec3& tip_m, double 
         if (moved) apply(changes, table);
         if (reference.paint(contrast, changes)) apply(changes, whole);
         if (i % (kLook_ticks * 7) == kLook_ticks - 1)
-            worst = std::max(worst, worstDifference(seenFromTheFront(table, patient.grid()),
-                                                    seenFromTheFront(whole, patient.grid())));
+            worst = std::max(worst, worstDifference(projectAnterior(table, patient.grid()),
+                                                    projectAnterior(whole, patient.grid())));
     }
-    double sum_ms = 0.0;
-    for (const double ms : paint_ms)
-        sum_ms += ms;
-    char note[160];
-    std::snprintf(
-        note, sizeof note,
-        "worst look %.1f ms; begins in %.0f ms, then %.2f us a tick; %llu of %zu looks saw nothing new",
-        quantile(paint_ms, 1.0), first_ms, 1e3 * ticks_ms / (ticks - 1),
-        static_cast<unsigned long long>(painter.skipped()), paint_ms.size());
+    const std::string note = fmt::format(
+        "worst look {:.1f} ms; begins in {:.0f} ms, then {:.2f} us a tick; {} of {} looks saw nothing new",
+        quantile(paint_ms, 1.0), first_ms, 1e3 * ticks_ms / (ticks - 1), painter.skipped(), paint_ms.size());
     return {std::string("patient.contrast.") + place,
             "unseen, ml",
             visible_m3 * 1e6,
-            sum_ms / double(paint_ms.size()),
+            mean(paint_ms),
             worst,
             "depth",
             "optical depth of any column, every drop shown",
@@ -105,7 +94,7 @@ void run(std::vector<Row>& rows) {
     const Patient patient(package);
     for (const auto& [place, tissue] : {std::pair{"duct", Tissue::duct}, std::pair{"liver", Tissue::liver},
                                         std::pair{"vessel", Tissue::vessel}}) {
-        const Vec3 tip_m = twigOf(patient, tissue);
+        const Vec3 tip_m = rightmostVoxel(patient, tissue);
         for (const double ml : {0.0, 0.02, 0.1, 0.5})
             rows.push_back(inject(patient, place, tip_m, ml * 1e-6));
     }
@@ -117,14 +106,10 @@ void runFlow(std::vector<Row>& rows) {
     const Patient patient(package);
     const VesselFlow reference = makeVesselFlow(patient, {}, 1);
     for (const int threads : {1, 2}) {
-        std::vector<double> times_ms;
         bool same = true;
-        for (int i = 0; i < 3; ++i) {
-            const Clock::time_point began = Clock::now();
-            same = makeVesselFlow(patient, {}, threads).velocity == reference.velocity && same;
-            times_ms.push_back(elapsed_ms(began));
-        }
-        rows.push_back({"patient.vessel_flow", "threads", double(threads), median(times_ms), same ? 0.0 : 1.0,
+        const double time_ms = medianTime_ms(
+            3, [&] { same = makeVesselFlow(patient, {}, threads).velocity == reference.velocity && same; });
+        rows.push_back({"patient.vessel_flow", "threads", double(threads), time_ms, same ? 0.0 : 1.0,
                         "differs", "one thread", ""});
     }
 }

@@ -3,15 +3,16 @@
 // numerical error compares steps, squarings and storage with the same model in 64 steps of double
 // precision.
 #include <cmath>
-#include <cstdio>
 #include <random>
 
+#include <fmt/core.h>
+
 #include "patient/patient.h"
-#include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
-#include "tests/support/phantom.h"
+#include "tests/bench/reference_patient.h"
 #ifdef STYLET_BENCH_TABLES
 #include "render/volume/patient_volume.h"
+#include "tests/bench/gpu.h"
 #include "tests/render/pictures.h"
 #include "tests/render/volume/deform_points.h"
 #endif
@@ -71,8 +72,8 @@ Vec3 forwardBySteps(const MotionModel& m, const Surrogate& now, Side side, Vec3 
     return flowBySteps(m, MotionPart::wall, now, p, steps, 1.0);
 }
 
-Truth truthOf(const char* name, const MotionModel& m, const Surrogate& now,
-              const std::vector<Vec3>& points_m) {
+Truth computeTruth(const char* name, const MotionModel& m, const Surrogate& now,
+                   const std::vector<Vec3>& points_m) {
     Truth truth{name, {}, {}};
     for (const Vec3& p : points_m) {
         truth.reference_m.push_back(inverseBySteps(m, now, p, kManySteps));
@@ -83,10 +84,7 @@ Truth truthOf(const char* name, const MotionModel& m, const Surrogate& now,
 
 Probe makeProbe() {
     Probe probe;
-    synth::SynthSettings settings;
-    settings.spacing_m = 0.002;
-    settings.defaults = test::tissueDefaults();
-    probe.package = synth::makeReferencePatient(settings);
+    probe.package = referencePatient(0.002);
     probe.usual = templateAt(probe.package, MotionAmplitudes{}.spacing_m);
     const Grid& grid = probe.package.labels.grid;
     std::mt19937 random(5);
@@ -96,10 +94,10 @@ Probe makeProbe() {
         if (probe.package.labels.nearestOr(p, 0) != 0) probe.points_m.push_back(p);  // in the body
     }
     const MotionModel fine = templateAt(probe.package, kFinest_m);
-    probe.finest = truthOf("nodes of 2 mm, 64 steps, double", fine, kNow, probe.points_m);
-    probe.own = truthOf("the same model, 64 steps, double", probe.usual, kNow, probe.points_m);
+    probe.finest = computeTruth("nodes of 2 mm, 64 steps, double", fine, kNow, probe.points_m);
+    probe.own = computeTruth("the same model, 64 steps, double", probe.usual, kNow, probe.points_m);
     probe.deepest =
-        truthOf("the same model, 64 steps, double, v = 1.5", probe.usual, kDeepest, probe.points_m);
+        computeTruth("the same model, 64 steps, double, v = 1.5", probe.usual, kDeepest, probe.points_m);
     return probe;
 }
 
@@ -109,13 +107,8 @@ const Probe& probe() {
 }
 
 std::string summary(const std::vector<double>& errors_mm) {
-    double sum_mm = 0.0;
-    for (const double e : errors_mm)
-        sum_mm += e;
-    char text[80];
-    std::snprintf(text, sizeof text, "mean %.4f p99 %.4f max %.3f", sum_mm / double(errors_mm.size()),
-                  quantile(errors_mm, 0.99), quantile(errors_mm, 1.0));
-    return text;
+    return fmt::format("mean {:.4f} p99 {:.4f} max {:.3f}", mean(errors_mm), quantile(errors_mm, 0.99),
+                       quantile(errors_mm, 1.0));
 }
 
 // The row's figure is the p99 error at points more than 10 mm from the cavity's surface. The note adds the
@@ -147,8 +140,7 @@ void inverseRow(std::vector<Row>& rows, const std::string& knob, double value, c
             found_m.push_back(inverse(p.points_m[i]));
         times_ns.push_back(1e6 * elapsed_ms(began) / double(count));
     }
-    char time_of[80];
-    std::snprintf(time_of, sizeof time_of, "median %.0f ns a point", median(times_ns));
+    const std::string time_of = fmt::format("median {:.0f} ns a point", median(times_ns));
     report(rows, "patient.point_inverse", knob, value, 1e-6 * median(times_ns), time_of, found_m, truth);
 }
 
@@ -232,9 +224,9 @@ void runFollow(std::vector<Row>& rows) {
                 errors_mm.push_back(1e3 * glm::length(there - target_m));
             }
         }
-        char note[200];
-        std::snprintf(note, sizeof note, "median %.0f ns a tick; made anew in %.0f %% of ticks; %s mm",
-                      median(times_ns), 100.0 * anew / (kPaths * kTicks), summary(errors_mm).c_str());
+        const std::string note =
+            fmt::format("median {:.0f} ns a tick; made anew in {:.0f} % of ticks; {} mm", median(times_ns),
+                        100.0 * anew / (kPaths * kTicks), summary(errors_mm));
         rows.push_back({"patient.follow", "reach in the tissue [mm]", reach_mm, 1e-6 * median(times_ns),
                         quantile(errors_mm, 0.99), "mm p99", "64 steps, double, each tick", note});
     }
@@ -246,11 +238,7 @@ const Registration follow_registration("patient.follow", runFollow);
 // tables (Arsigny et al. 2006).
 render::DeformTables squaredTables(const MotionModel& m, const Grid& grid, int squarings) {
     const auto forEachNode = [&](const auto& visit) {
-        Index3 i;
-        for (i.z = 0; i.z < grid.dims.z; ++i.z)
-            for (i.y = 0; i.y < grid.dims.y; ++i.y)
-                for (i.x = 0; i.x < grid.dims.x; ++i.x)
-                    visit(grid.offset(i), grid.centre(i));
+        forEachVoxel(grid, [&](const Index3& i) { visit(grid.offset(i), grid.centre(i)); });
     };
     // w = -1 makes the lookup read the inside table, the only one filled here.
     const auto squared = [&](MotionPart part) {
@@ -289,42 +277,34 @@ template <typename Make>
 void tableRow(std::vector<Row>& rows, const std::string& knob, double value, const std::string& of,
               const Truth& truth, const Make& make) {
     const Probe& p = probe();
-    std::vector<double> times_ms;
     const render::DeformTables* tables = nullptr;
-    for (int i = 0; i < 5; ++i) {
-        const auto began = std::chrono::steady_clock::now();
-        tables = &make();
-        times_ms.push_back(elapsed_ms(began));
-    }
+    const double time_ms = medianTime_ms(5, [&] { tables = &make(); });
     std::vector<Vec3> found_m;
     for (const Vec3& x : p.points_m)
         found_m.push_back(render::referenceFromTables(*tables, x));
-    report(rows, "patient.breathing", knob, value, median(times_ms), of, found_m, truth);
+    report(rows, "patient.breathing", knob, value, time_ms, of, found_m, truth);
 }
 
-void makerRow(std::vector<Row>& rows, const std::string& knob, double value,
-              const render::DeformSettings& settings, int threads = 1, bool all = false,
-              bool deepest = false) {
+void builderRow(std::vector<Row>& rows, const std::string& knob, double value,
+                const render::DeformSettings& settings, int threads = 1, bool all = false,
+                bool deepest = false) {
     Probe p = probe();
     p.package.motion = p.usual;
     const Patient patient(p.package);
     render::Workers workers(threads);
-    render::DeformMaker maker(p.package.motion, settings, all ? nullptr : &patient);
-    const std::string of = std::to_string(maker.nodesMade()) + " of " +
+    render::DeformTableBuilder maker(p.package.motion, settings, all ? nullptr : &patient);
+    const std::string of = std::to_string(maker.computedNodes()) + " of " +
                            std::to_string(maker.tables().inside.size()) + " nodes, " +
                            std::to_string(threads) + " threads";
     tableRow(rows, knob, value, of, deepest ? p.deepest : p.own, [&]() -> const render::DeformTables& {
-        maker.make(deepest ? kDeepest : kNow, workers);
+        maker.compute(deepest ? kDeepest : kNow, workers);
         return maker.tables();
     });
 }
 
 // Computes the tables, uploads them as half floats and reads them with the device's filter.
 void gpuRow(std::vector<Row>& rows) {
-    if (const std::string why = test::noGpuReason(); !why.empty()) {
-        std::fprintf(stderr, "patient.breathing: %s\n", why.c_str());
-        return;
-    }
+    if (!hasGpu("patient.breathing")) return;
     Probe p = probe();
     p.package.motion = p.usual;
     const Patient patient(p.package);
@@ -339,15 +319,15 @@ void gpuRow(std::vector<Row>& rows) {
         auto began = std::chrono::steady_clock::now();
         deformed.breathe(now, false);
         deformed.press(nullptr);
-        volume.follow();
+        volume.updateBricks();
         frame_ms.push_back(elapsed_ms(began));
         began = std::chrono::steady_clock::now();
         render::submitAndWait(gpu, [&](const auto& commands) { deformed.recordUploads(commands); });
         upload_ms.push_back(elapsed_ms(began));
     }
-    char note[200];
-    std::snprintf(note, sizeof note, "%s: tables, halves, bricks %.1f ms, copied %.1f ms a breath seen",
-                  gpu.name().c_str(), median(frame_ms), median(upload_ms));
+    const std::string note =
+        fmt::format("{}: tables, halves, bricks {:.1f} ms, copied {:.1f} ms a breath seen", gpu.name(),
+                    median(frame_ms), median(upload_ms));
     report(rows, "patient.breathing", "on the GPU: table [mm]", 1e3 * render::DeformSettings{}.spacing_m,
            median(frame_ms) + median(upload_ms), note, test::referenceOnGpu(gpu, deformed, p.points_m),
            p.own);
@@ -355,14 +335,14 @@ void gpuRow(std::vector<Row>& rows) {
 
 void runTables(std::vector<Row>& rows) {
     for (const double spacing_mm : {2.0, 3.0, 4.0, 6.0})
-        makerRow(rows, "table [mm]", spacing_mm, {.spacing_m = 1e-3 * spacing_mm});
+        builderRow(rows, "table [mm]", spacing_mm, {.spacing_m = 1e-3 * spacing_mm});
     for (const double step_mm : {1.0, 2.5, 4.0, 9.0})
-        makerRow(rows, "way of a step [mm]", step_mm, {.step_m = 1e-3 * step_mm});
-    makerRow(rows, "AVX2 and FMA (1) or not", 1, {});
-    makerRow(rows, "AVX2 and FMA (1) or not", 0, {.portable = true});
-    makerRow(rows, "only the body (1) or all", 0, {}, 1, true);
-    makerRow(rows, "threads", 2, {}, 2);
-    makerRow(rows, "deepest breath, table [mm]", 3, {}, 1, false, true);
+        builderRow(rows, "way of a step [mm]", step_mm, {.step_m = 1e-3 * step_mm});
+    builderRow(rows, "AVX2 and FMA (1) or not", 1, {});
+    builderRow(rows, "AVX2 and FMA (1) or not", 0, {.portable = true});
+    builderRow(rows, "only the body (1) or all", 0, {}, 1, true);
+    builderRow(rows, "threads", 2, {}, 2);
+    builderRow(rows, "deepest breath, table [mm]", 3, {}, 1, false, true);
     const Grid grid = render::deformTables(probe().usual, kNow).grid;
     for (const int squarings : {1, 3}) {
         render::DeformTables tables;

@@ -4,11 +4,12 @@
 #include <cstdio>
 #include <random>
 
+#include <fmt/core.h>
+
 #include "patient/displacement/tool_displacement.h"
 #include "patient/patient.h"
-#include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
-#include "tests/support/phantom.h"
+#include "tests/bench/reference_patient.h"
 
 namespace stylet::bench {
 namespace {
@@ -28,15 +29,8 @@ struct Case {
     std::vector<Vec3> reference_m;  // converged displacement of each point
 };
 
-Package makePackage() {
-    synth::SynthSettings settings;
-    settings.spacing_m = 0.0015;
-    settings.defaults = test::tissueDefaults();
-    return synth::makeReferencePatient(settings);
-}
-
 struct Flank {
-    Package package = makePackage();
+    Package package = referencePatient(0.0015);
     Patient patient{package};
     std::vector<Case> cases;
 };
@@ -56,17 +50,15 @@ Vec3 toSkin(const Patient& patient, Vec3 from_m) {
 }
 
 // Finds the skin on the patient's right at the height of the liver's centre.
-Vec3 skinOf(const Patient& patient) {
+Vec3 findFlankSkin(const Patient& patient) {
     const Package& p = patient.package();
     const Grid& g = p.labels.grid;
     Vec3 sum(0.0);
     double count = 0.0;
-    Index3 i;
-    for (i.z = 0; i.z < g.dims.z; ++i.z)
-        for (i.y = 0; i.y < g.dims.y; ++i.y)
-            for (i.x = 0; i.x < g.dims.x; ++i.x)
-                if (const Label* label = patient.label(p.labels[i]); label && label->tissue == Tissue::liver)
-                    sum += g.centre(i), count += 1.0;
+    forEachVoxel(g, [&](const Index3& i) {
+        const Label* label = patient.label(p.labels[i]);
+        if (label && label->tissue == Tissue::liver) sum += g.centre(i), count += 1.0;
+    });
     const Vec3 middle_m = sum / std::max(count, 1.0);
     return toSkin(patient, {g.centre(g.dims - 1).x, middle_m.y, middle_m.z});
 }
@@ -101,7 +93,7 @@ void converge(Case& c, const Patient& patient) {
 }
 
 void addCases(Flank& flank) {
-    const Vec3 skin_m = skinOf(flank.patient), inward = glm::normalize(Vec3(-1.0, -0.2, 0.3));
+    const Vec3 skin_m = findFlankSkin(flank.patient), inward = glm::normalize(Vec3(-1.0, -0.2, 0.3));
     const auto add = [&](const char* name, const Vec3& begin_m, const Vec3& end_m, double moved_m,
                          double radius_m) {
         flank.cases.push_back(
@@ -123,15 +115,12 @@ struct Measured {
 
     void add(const Case& c, const DisplacementTable& table, double ms) {
         std::vector<double> errors_mm;
-        double sum_mm = 0.0;
-        for (std::size_t i = 0; i < c.points_m.size(); ++i) {
+        for (std::size_t i = 0; i < c.points_m.size(); ++i)
             errors_mm.push_back(1e3 * glm::length(displacementAt(table, c.points_m[i]) - c.reference_m[i]));
-            sum_mm += errors_mm.back();
-        }
         const double own_mm = quantile(errors_mm, 0.99);
         if (own_mm > p99_mm) worst = c.name;
         p99_mm = std::max(p99_mm, own_mm);
-        mean_mm = std::max(mean_mm, sum_mm / double(errors_mm.size()));
+        mean_mm = std::max(mean_mm, mean(errors_mm));
         max_mm = std::max(max_mm, quantile(errors_mm, 1.0));
         time_ms = std::max(time_ms, ms);
     }
@@ -139,9 +128,8 @@ struct Measured {
 
 void report(std::vector<Row>& rows, const std::string& knob, double value, const Measured& m,
             const std::string& of) {
-    char note[200];
-    std::snprintf(note, sizeof note, "%s; mean %.3f p99 %.3f max %.3f mm, worst: %s", of.c_str(), m.mean_mm,
-                  m.p99_mm, m.max_mm, m.worst);
+    const std::string note = fmt::format("{}; mean {:.3f} p99 {:.3f} max {:.3f} mm, worst: {}", of, m.mean_mm,
+                                         m.p99_mm, m.max_mm, m.worst);
     rows.push_back({"patient.tool_displacement", knob, value, m.time_ms, m.p99_mm, "mm p99",
                     "nodes of 0.75 mm, 40 cycles", note});
 }
@@ -165,7 +153,8 @@ Measured press(const Flank& flank, const ToolDisplacementSettings& settings) {
 }
 
 // Regularised Kelvinlets (de Goes and James 2017): a push on a ball of a uniform, nearly incompressible
-// medium in closed form. A shaft gets `along` of them. The method ignores bone and the free skin surface.
+// medium in closed form. A shaft is represented by `along` of them. The method ignores bone and the free skin
+// surface.
 Measured kelvinlets(const Flank& flank, int along) {
     constexpr double kPoisson = 0.45;
     constexpr double a = 1.0, b = a / (4.0 * (1.0 - kPoisson));
@@ -193,11 +182,9 @@ Measured kelvinlets(const Flank& flank, int along) {
         const Vec3 middle_m = 0.5 * (c.contact.begin_m + c.contact.end_m) + c.contact.begin_moved_m;
         const double scale = glm::length(c.contact.begin_moved_m) / glm::length(at(middle_m));
         const Grid& g = table.grid;
-        Index3 i;
-        for (i.z = 0; i.z < g.dims.z; ++i.z)
-            for (i.y = 0; i.y < g.dims.y; ++i.y)
-                for (i.x = 0; i.x < g.dims.x; ++i.x)
-                    table.moved_m[g.offset(i)] = glm::vec4(glm::vec3(scale * at(g.centre(i))), 0.0f);
+        forEachVoxel(g, [&](const Index3& i) {
+            table.moved_m[g.offset(i)] = glm::vec4(glm::vec3(scale * at(g.centre(i))), 0.0f);
+        });
         m.add(c, table, elapsed_ms(began));
     }
     return m;

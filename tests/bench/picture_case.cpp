@@ -1,30 +1,22 @@
 #include "tests/bench/picture_case.h"
+#include "tests/bench/reference_patient.h"
 
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <stdexcept>
 
-#include "patient/synth/synth.h"
-#include "tests/support/phantom.h"
+#include <fmt/core.h>
 
 namespace stylet::bench {
 namespace {
 
 constexpr int kRepeats = 3;
 
-patient::Package referencePatient() {
-    patient::synth::SynthSettings settings;
-    settings.spacing_m = 0.00115;
-    settings.defaults = test::tissueDefaults();
-    return patient::synth::makeReferencePatient(settings);
-}
-
 }  // namespace
 
-PictureCase::PictureCase() : package(referencePatient()) {
+PictureCase::PictureCase() : package(referencePatient(0.00115)) {
     const Grid& grid = package.ct.grid;
     at_m = grid.origin_m + 0.5 * grid.spacing_m * Vec3(grid.dims - 1);
     eye_m = at_m + 0.70 * glm::normalize(Vec3(0.35, 0.35, 0.25));
@@ -36,7 +28,7 @@ render::LookStyle pictureLook(const std::string& name) {
 
 HuTable huTable(const render::LookStyle& look, const patient::Patient& patient) {
     HuTable table;
-    for (const glm::vec4& stored : render::resolve(look, patient).hu) {
+    for (const glm::vec4& stored : render::makePalette(look, patient).hu) {
         const double a = double(stored.a);
         table.extinction_per_m.push_back(a * a * look.full_extinction_per_m);
         const glm::vec3 root = glm::vec3(stored) / std::max(stored.a, 1e-4f);
@@ -74,12 +66,11 @@ void matchedRows(const std::string& name, const std::string& note, const std::ve
             times.push_back(elapsed_ms(begun));
             work.push_back(1000.0 * double(std::clock() - before) / CLOCKS_PER_SEC);
         }
-        const std::string extent = std::to_string(size) + " x " + std::to_string(size);
-        char spent[64];  // processor time does not depend on other processes
-        std::snprintf(spent, sizeof spent, ", %.0f ms of processor time", share * median(work));
+        // Processor time does not depend on other processes.
+        const std::string spent = fmt::format(", {:.0f} ms of processor time", share * median(work));
         rows.push_back({name, "step, voxels", step, share * median(times), distance_db, "dB PSNR",
                         truth ? "its own at 0.1 voxel" : "none, the step that 512 x 512 needs",
-                        extent + note + spent});
+                        fmt::format("{} x {}", size, size) + note + spent});
         return distance_db;
     };
     const Pixels truth = draw(kSmall, 0.0);
@@ -92,7 +83,7 @@ void matchedRows(const std::string& name, const std::string& note, const std::ve
             rows.back().note += ", matched";
             break;
         }
-    if (!longForm()) {
+    if (!isLongRun()) {
         measure(kLarge, matched, nullptr);
         return;
     }

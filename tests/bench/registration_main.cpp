@@ -9,6 +9,8 @@
 #include <fstream>
 #include <string_view>
 
+#include <fmt/core.h>
+
 #include "app/report/chart.h"
 #include "tests/xr/registration/study.h"
 
@@ -17,7 +19,7 @@ namespace {
 using namespace stylet;
 using xr::registration::study::Case;
 using xr::registration::study::Errors;
-using xr::registration::study::Way;
+using xr::registration::study::Method;
 
 constexpr std::array kPoints{4, 6, 8, 12, 20};
 constexpr std::array kNoise_mm{0.2, 0.5, 1.0, 2.0};
@@ -47,12 +49,10 @@ void write(std::ofstream& csv, const Series& series) {
     for (std::size_t n = 0; n < kNoise_mm.size(); ++n)
         for (std::size_t p = 0; p < kPoints.size(); ++p) {
             const Errors& e = series.errors[n][p];
-            std::array<char, 240> line{};
-            std::snprintf(line.data(), line.size(), "%s,%g,%d,%d,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f\n",
-                          series.name.c_str(), kNoise_mm[n], kPoints[p], e.trials, 1e3 * e.rms_m,
-                          1e3 * e.expected_rms_m, 1e3 * e.mean_m, 1e3 * e.p999_m, 1e3 * e.fre_m, e.accepted,
-                          1e3 * e.mean_accepted_m, 1e3 * e.p999_accepted_m);
-            csv << line.data();
+            csv << fmt::format("{},{:g},{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f}\n",
+                               series.name, kNoise_mm[n], kPoints[p], e.trials, 1e3 * e.rms_m,
+                               1e3 * e.expected_rms_m, 1e3 * e.mean_m, 1e3 * e.p999_m, 1e3 * e.fre_m,
+                               e.accepted, 1e3 * e.mean_accepted_m, 1e3 * e.p999_accepted_m);
         }
 }
 
@@ -71,21 +71,20 @@ void draw(report::Canvas& canvas, const report::Box& box, const Series& series, 
         axes.trace(expected_at, 2.0, kColours[n].faded(0.55));
         for (const report::Point& at : measured_at)
             if (at.y <= 3.0) canvas.disc(axes.at(at.x, at.y), 5.0, kColours[n]);
-        std::array<char, 32> label{};
-        std::snprintf(label.data(), label.size(), "%g mm", kNoise_mm[n]);
         const double y_px = box.top + 24.0 + 22.0 * double(n);
         canvas.disc({box.left + box.width - 92.0, y_px - 5.0}, 5.0, kColours[n]);
-        canvas.text({box.left + box.width - 78.0, y_px}, label.data(),
+        canvas.text({box.left + box.width - 78.0, y_px}, fmt::format("{:g} mm", kNoise_mm[n]),
                     {.size = 14.0, .colour = report::kInk});
     }
 }
 
 int study(int trials, const std::filesystem::path& out) {
     std::filesystem::create_directories(out);
-    const Series plain = measured("plain", {.way = Way::plain}, trials);
+    const Series plain = measured("plain", {.method = Method::plain}, trials);
     const Series hard = measured(
         "held_hard",
-        {.way = Way::held, .gimbal_m = 0.003, .scale_error = 0.005, .late_s = 0.02, .outliers = 0.1}, trials);
+        {.method = Method::held, .gimbal_m = 0.003, .scale_error = 0.005, .delay_s = 0.02, .outliers = 0.1},
+        trials);
     std::ofstream csv(out / "tre.csv");
     csv << "series,noise_mm,points,trials,rms_mm,expected_rms_mm,mean_mm,p999_mm,fre_mm,accepted,"
            "mean_accepted_mm,p999_accepted_mm\n";

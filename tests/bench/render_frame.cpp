@@ -2,9 +2,12 @@
 // the volume, and the image error (PSNR). The error is relative to a reference picture with one ray per
 // pixel and a ray step of 0.1 voxel. Parameters: the resolution of the volume's layer, foveation (fewer
 // rays away from the viewing axis), the distance between eye and patient, and the setting `close_up`.
-#include <cstdio>
+
+#include <fmt/core.h>
 
 #include "tests/bench/bedside.h"
+#include "tests/bench/gpu.h"
+#include "tests/bench/reference_patient.h"
 
 namespace stylet::bench {
 namespace {
@@ -17,16 +20,16 @@ constexpr RenderSettings kReference{.ray_step_voxels = 0.1f, .close_up = false, 
 
 Row row(Bedside& stage, const Eyes& reference, const std::string& knob, double value,
         const RenderSettings& settings, const std::string& look) {
-    Bedside::Took took;
-    const Distance d = distance(stage.picture(settings, &took), reference);
-    char parts[128];
-    std::snprintf(parts, sizeof parts, "%s %u px: opaque %.3g ms, volume %.3g ms, layer %.2f; ", look.c_str(),
-                  stage.pixels, took.opaque_ms, took.volume_ms, took.last.layer_scale);
-    return {"render.frame",     knob, value, took.whole_ms, d.whole_db, "dB PSNR", "0.1 voxel, every ray",
+    Bedside::DrawTimes times;
+    const Distance d = distance(stage.picture(settings, &times), reference);
+    const std::string parts =
+        fmt::format("{} {} px: opaque {:.3g} ms, volume {:.3g} ms, layer {:.2f}; ", look, stage.pixels,
+                    times.opaque_ms, times.volume_ms, times.last.layer_scale);
+    return {"render.frame",     knob, value, times.whole_ms, d.whole_db, "dB PSNR", "0.1 voxel, every ray",
             parts + tileNote(d)};
 }
 
-void rowsOf(render::Renderer& renderer, const patient::Patient& patient, Look look, std::vector<Row>& rows) {
+void addRows(render::Renderer& renderer, const patient::Patient& patient, Look look, std::vector<Row>& rows) {
     const std::string name = look == Look::closed ? "closed" : "reveal";
     Bedside stage = bedside(renderer, patient);
     stage.scene.look = look;
@@ -50,17 +53,14 @@ void rowsOf(render::Renderer& renderer, const patient::Patient& patient, Look lo
 }
 
 void run(std::vector<Row>& rows) {
-    if (const std::string why = test::noGpuReason(); !why.empty()) {
-        std::fprintf(stderr, "render.frame: %s\n", why.c_str());
-        return;
-    }
-    const patient::Package package = bedsidePatient();
+    if (!hasGpu("render.frame")) return;
+    const patient::Package package = referencePatient(0.002);
     const patient::Patient patient(package);
     render::Gpu gpu({});
     render::Renderer renderer(gpu, {}, test::assetsFolder());
     renderer.setPatient(patient);
     for (const Look look : {Look::closed, Look::reveal})
-        rowsOf(renderer, patient, look, rows);
+        addRows(renderer, patient, look, rows);
 }
 
 const Registration registration("render.frame", run);

@@ -5,6 +5,8 @@
 #include <cstdio>
 
 #include "tests/bench/bedside.h"
+#include "tests/bench/gpu.h"
+#include "tests/bench/reference_patient.h"
 
 namespace stylet::bench {
 namespace {
@@ -16,9 +18,9 @@ using render::RenderSettings;
 // and, in its note, that of the worst tile.
 Row measure(Bedside& stage, const Eyes& reference, const std::string& knob, double value,
             const RenderSettings& settings, const std::string& note) {
-    Bedside::Took took;
-    const Distance d = distance(stage.picture(settings, &took), reference);
-    return {"render.ray_step", knob,      value,       took.whole_ms,
+    Bedside::DrawTimes times;
+    const Distance d = distance(stage.picture(settings, &times), reference);
+    return {"render.ray_step", knob,      value,       times.whole_ms,
             d.whole_db,        "dB PSNR", "0.1 voxel", note + ", " + tileNote(d)};
 }
 
@@ -41,11 +43,8 @@ void skipRows(Bedside& stage, const Eyes& reference, const std::string& look, st
 }
 
 void run(std::vector<Row>& rows) {
-    if (const std::string why = test::noGpuReason(); !why.empty()) {
-        std::fprintf(stderr, "render.ray_step: %s\n", why.c_str());
-        return;
-    }
-    const patient::Package package = bedsidePatient();
+    if (!hasGpu("render.ray_step")) return;
+    const patient::Package package = referencePatient(0.002);
     const patient::Patient patient(package);
     render::Gpu gpu({});
     render::Renderer renderer(gpu, {}, test::assetsFolder());

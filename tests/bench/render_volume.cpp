@@ -2,6 +2,7 @@
 // (render_vtk.cpp has the same rows). Then measures the effect of each setting.
 #include <cstdio>
 
+#include "tests/bench/gpu.h"
 #include "tests/bench/picture_case.h"
 #include "tests/render/pictures.h"
 
@@ -86,10 +87,7 @@ void close(Stage& stage, const PictureCase& c, const std::string& look, std::vec
 }
 
 void run(std::vector<Row>& rows) {
-    if (const std::string why = test::noGpuReason(); !why.empty()) {
-        std::fprintf(stderr, "render.volume: %s\n", why.c_str());
-        return;
-    }
+    if (!hasGpu("render.volume")) return;
     const PictureCase c;
     const patient::Patient patient(c.package);
     Stage stage(c);

@@ -28,7 +28,7 @@ namespace {
 constexpr double kMm = 1000.0;  // millimetres per metre; VTK's scene is in millimetres
 constexpr double kReference_voxels = 0.1;
 
-vtkNew<vtkImageData> imageOf(const CtVolume& ct) {
+vtkNew<vtkImageData> toVtkImage(const CtVolume& ct) {
     vtkNew<vtkImageData> image;
     image->SetDimensions(ct.grid.dims.x, ct.grid.dims.y, ct.grid.dims.z);
     image->SetSpacing(ct.grid.spacing_m.x * kMm, ct.grid.spacing_m.y * kMm, ct.grid.spacing_m.z * kMm);
@@ -38,7 +38,7 @@ vtkNew<vtkImageData> imageOf(const CtVolume& ct) {
     return image;
 }
 
-vtkNew<vtkVolumeProperty> propertyOf(const render::LookStyle& look, const patient::Patient& patient) {
+vtkNew<vtkVolumeProperty> makeVolumeProperty(const render::LookStyle& look, const patient::Patient& patient) {
     const HuTable table = huTable(look, patient);
     vtkNew<vtkPiecewiseFunction> opacity;
     vtkNew<vtkColorTransferFunction> colour;
@@ -96,7 +96,7 @@ struct Window {
     }
 };
 
-std::string versionOf(vtkRenderWindow& window) {
+std::string vtkVersionText(vtkRenderWindow& window) {
     const std::string all = window.ReportCapabilities(), key = "OpenGL version string:";
     const std::size_t at = all.find(key);
     if (at == std::string::npos) return "";
@@ -104,13 +104,13 @@ std::string versionOf(vtkRenderWindow& window) {
 }
 
 template <typename Mapper, typename SetStep>
-void rowsOf(const std::string& name, const SetStep& setStep, std::vector<Row>& rows) {
+void addRows(const std::string& name, const SetStep& setStep, std::vector<Row>& rows) {
     const PictureCase c;
     const patient::Patient patient(c.package);
-    const vtkNew<vtkImageData> image = imageOf(c.package.ct);
+    const vtkNew<vtkImageData> image = toVtkImage(c.package.ct);
     const double voxel_mm = c.package.ct.grid.spacing_m.x * kMm;
     for (const char* look : kPictureLooks) {
-        const vtkNew<vtkVolumeProperty> property = propertyOf(pictureLook(look), patient);
+        const vtkNew<vtkVolumeProperty> property = makeVolumeProperty(pictureLook(look), patient);
         Window window(c);
         const vtkNew<Mapper> mapper;
         mapper->SetInputData(image);
@@ -121,7 +121,7 @@ void rowsOf(const std::string& name, const SetStep& setStep, std::vector<Row>& r
             setStep(*mapper, float((step > 0.0 ? step : kReference_voxels) * voxel_mm));
             return window.draw(size);
         };
-        matchedRows(name + "." + look, versionOf(*window.window), {2.0, 1.5, 1.0, 0.75, 0.5, 0.35, 0.25},
+        matchedRows(name + "." + look, vtkVersionText(*window.window), {2.0, 1.5, 1.0, 0.75, 0.5, 0.35, 0.25},
                     draw, rows);
     }
 }
@@ -133,7 +133,7 @@ void onGpu(std::vector<Row>& rows) {
         mapper.SetUseJittering(0);
         mapper.SetSampleDistance(step_mm);
     };
-    rowsOf<Mapper>("render.vtk_gpu", setStep, rows);
+    addRows<Mapper>("render.vtk_gpu", setStep, rows);
 }
 
 void onProcessor(std::vector<Row>& rows) {
@@ -143,7 +143,7 @@ void onProcessor(std::vector<Row>& rows) {
         mapper.SetImageSampleDistance(1.0f);
         mapper.SetSampleDistance(step_mm);
     };
-    rowsOf<Mapper>("render.vtk_cpu", setStep, rows);
+    addRows<Mapper>("render.vtk_cpu", setStep, rows);
 }
 
 const Registration gpu("render.vtk_gpu", onGpu), processor("render.vtk_cpu", onProcessor);

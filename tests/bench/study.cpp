@@ -1,16 +1,16 @@
-// The paper's study on one reference patient, at 1 mm with 31,222 paths where a row does not say otherwise.
-// Measures planning, sampled forces and forces in closed form.
+// The paper's study on one reference patient, at 1 mm with 31,222 paths unless a row says otherwise. Measures
+// planning, sampled forces and forces in closed form.
 #include <cmath>
-#include <cstdio>
 #include <fstream>
+
+#include <fmt/core.h>
 
 #include "app/study/commands.h"
 #include "app/study/facts.h"
-#include "app/study/kept.h"
+#include "app/study/result_blocks.h"
 #include "base/parallel.h"
-#include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
-#include "tests/support/phantom.h"
+#include "tests/bench/reference_patient.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::bench {
@@ -22,11 +22,8 @@ constexpr std::size_t kPaths = 31'222;  // as in the paper
 
 // Pairs the reference patient with a copy whose labels are shifted by one voxel toward the feet. A real
 // segmentation may well place its borders wrong by this much.
-Pair madePair(double spacing_m) {
-    patient::synth::SynthSettings settings;
-    settings.spacing_m = spacing_m;
-    settings.defaults = test::tissueDefaults();
-    patient::Package truth = patient::synth::makeReferencePatient(settings), found = truth;
+Pair makeShiftedPair(double spacing_m) {
+    patient::Package truth = referencePatient(spacing_m), found = truth;
     const std::size_t slab = std::size_t(truth.ct.grid.dims.x) * std::size_t(truth.ct.grid.dims.y);
     std::copy(truth.labels.voxels.begin() + std::ptrdiff_t(slab), truth.labels.voxels.end(),
               found.labels.voxels.begin());
@@ -36,20 +33,20 @@ Pair madePair(double spacing_m) {
     return makePair({"made", "truth", "found"}, std::move(truth), std::move(found), FoundLabels::partial);
 }
 
-struct Made {
-    const Pair pair = madePair(0.001);
+struct StudyInput {
+    const Pair pair = makeShiftedPair(0.001);
     const PreparedPair prepared{pair};
     std::vector<patient::PlannedPath> paths;  // kPaths paths; planned paths are repeated to fill it
 
-    Made() {
+    StudyInput() {
         const std::vector<patient::PlannedPath> planned = planPair(pair).result.paths;
         while (paths.size() < kPaths)
             paths.push_back(planned[paths.size() % planned.size()]);
     }
 };
 
-const Made& made() {
-    static const Made all;
+const StudyInput& studyInput() {
+    static const StudyInput all;
     return all;
 }
 
@@ -66,7 +63,7 @@ double lostQuality(const std::vector<patient::PlannedPath>& all,
 }
 
 void runPlanning(std::vector<Row>& rows) {
-    const Pair& pair = made().pair;
+    const Pair& pair = studyInput().pair;
     const std::vector<patient::PlannedPath> all = planPair(pair).result.paths;
     for (const bool skip : {true, false})
         for (const double spacing_mm : {0.0, 2.0, 4.0, 8.0}) {
@@ -77,9 +74,9 @@ void runPlanning(std::vector<Row>& rows) {
             const auto began = std::chrono::steady_clock::now();
             const patient::PlanResult r = planPair(pair, request).result;
             const double time_ms = elapsed_ms(began);
-            char note[160];
-            std::snprintf(note, sizeof note, "%zu paths of %.1f million pairs, %.1f million not walked",
-                          r.paths.size(), 1e-6 * double(r.candidates), 1e-6 * double(r.skipped));
+            const std::string note =
+                fmt::format("{} paths of {:.1f} million pairs, {:.1f} million not walked", r.paths.size(),
+                            1e-6 * double(r.candidates), 1e-6 * double(r.skipped));
             rows.push_back({skip ? "study.planning" : "study.planning.no_skips",
                             "spacing of skin and targets [mm]", spacing_mm, time_ms,
                             lostQuality(all, r.paths), "quality lost", "every voxel against every voxel",
@@ -88,7 +85,7 @@ void runPlanning(std::vector<Row>& rows) {
 }
 
 void runBreaths(std::vector<Row>& rows) {
-    const Pair pair = madePair(0.002);
+    const Pair pair = makeShiftedPair(0.002);
     PlanRequest request;
     request.skin_spacing_m = 0.008;
     std::vector<double> finest;
@@ -113,9 +110,9 @@ double steerAll(const SteeringSettings& settings) {
     const std::size_t blocks = (kPaths + kBlock - 1) / kBlock;
     std::vector<double> sums(blocks);
     parallelFor(2, blocks, [&](std::size_t block) {
-        Steering steering(made().prepared, settings);
+        Steering steering(studyInput().prepared, settings);
         for (std::size_t i = block * kBlock; i < std::min(kPaths, (block + 1) * kBlock); ++i)
-            if (const Steered* s = steering.steer(made().paths[i]))
+            if (const SteeringResult* s = steering.steer(studyInput().paths[i]))
                 sums[block] += s->full.samples_n.back() - s->partial.samples_n.back();
     });
     double sum = 0.0;
@@ -125,18 +122,13 @@ double steerAll(const SteeringSettings& settings) {
 }
 
 double steeringTime_ms(const SteeringSettings& settings) {
-    std::vector<double> times_ms;
-    for (int run = 0; run < 3; ++run) {
-        const auto began = std::chrono::steady_clock::now();
-        const double sum_n = steerAll(settings);
-        times_ms.push_back(elapsed_ms(began));
-        if (std::isnan(sum_n)) throw std::runtime_error("a force is no number");
-    }
-    return median(times_ms);
+    return medianTime_ms(3, [&] {
+        if (std::isnan(steerAll(settings))) throw std::runtime_error("a force is no number");
+    });
 }
 
 // Returns how many times longer 1 kHz steering would take, at one second per path and model.
-double timesSteering(double time_ms) {
+double speedupOverSteering(double time_ms) {
     return 2.0 * double(kPaths) / (1e-3 * time_ms);
 }
 
@@ -146,15 +138,14 @@ void steerRow(const SteeringSettings& settings, std::vector<Row>& rows) {
     measured.steering = settings;
     double rmse_off_n = 0.0, max_off_n = 0.0;
     const std::vector<PathResult> results =
-        runPaths(made().prepared, std::span(made().paths).first(kPaths / 10), measured);
+        runPaths(studyInput().prepared, std::span(studyInput().paths).first(kPaths / 10), measured);
     for (const PathResult& r : results) {
         rmse_off_n += std::fabs(r.sampled.rmse_n - r.exact.rmse_n) / double(results.size());
         max_off_n += std::fabs(r.sampled.max_n - r.exact.max_n) / double(results.size());
     }
-    char note[200];
-    std::snprintf(note, sizeof note,
-                  "31,222 paths, both models, two threads; %.0f times 1 kHz steering; maximum %.3f N off",
-                  timesSteering(time_ms), max_off_n);
+    const std::string note = fmt::format(
+        "31,222 paths, both models, two threads; {:.0f} times 1 kHz steering; maximum {:.3f} N off",
+        speedupOverSteering(time_ms), max_off_n);
     rows.push_back({"study.forces", "samples a path", double(settings.samples), time_ms, rmse_off_n,
                     "N of RMSE", "closed form", note});
 }
@@ -171,14 +162,14 @@ void runForces(std::vector<Row>& rows) {
 // Compares the closed form with stepNeedle at steps of 1 um. For each of about 25 paths it finds the
 // largest force difference [N], ignoring depths near events. Returns the median over the paths: a few paths
 // run through corners of voxels, where the two methods may meet different voxels.
-double offTheWalk_n() {
+double differenceFromSteps_n() {
     constexpr double kStep_m = 1e-6, kBeside_m = 5e-6;
     const SteeringSettings settings;
-    Steering steering(made().prepared, settings);
+    Steering steering(studyInput().prepared, settings);
     std::vector<double> largest_n;
-    for (std::size_t p = 0; p < made().paths.size(); p += made().paths.size() / 25) {
-        const patient::PlannedPath& path = made().paths[p];
-        const Steered* s = steering.steer(path);
+    for (std::size_t p = 0; p < studyInput().paths.size(); p += studyInput().paths.size() / 25) {
+        const patient::PlannedPath& path = studyInput().paths[p];
+        const SteeringResult* s = steering.steer(path);
         if (!s) continue;
         const Vec3 axis = glm::normalize(path.target_m - path.entry_m);
         haptics::NeedleState needle;
@@ -186,7 +177,7 @@ double offTheWalk_n() {
         double worst_n = 0.0;
         for (std::size_t i = 0; double(i) * kStep_m < s->end_m; ++i) {
             const double depth_m = double(i) * kStep_m;
-            haptics::stepNeedle(needle, settings.needle, {made().prepared.full, path.breath},
+            haptics::stepNeedle(needle, settings.needle, {studyInput().prepared.full, path.breath},
                                 {path.entry_m + (depth_m - s->entry_m) * axis, axis}, events);
             const auto& met = s->full.force->events;
             if (std::none_of(met.begin(), met.end(), [&](const haptics::ExactEvent& e) {
@@ -204,15 +195,14 @@ void runExact(std::vector<Row>& rows) {
     settings.samples = 1;
     settings.max_spacing_m = 1.0;
     const double time_ms = steeringTime_ms(settings);
-    char note[160];
-    std::snprintf(note, sizeof note, "31,222 paths, both models, two threads; %.0f times 1 kHz steering",
-                  timesSteering(time_ms));
-    rows.push_back(
-        {"study.exact", "samples a path", 0.0, time_ms, offTheWalk_n(), "N", "stepNeedle by 1 um", note});
+    const std::string note = fmt::format(
+        "31,222 paths, both models, two threads; {:.0f} times 1 kHz steering", speedupOverSteering(time_ms));
+    rows.push_back({"study.exact", "samples a path", 0.0, time_ms, differenceFromSteps_n(), "N",
+                    "stepNeedle by 1 um", note});
 }
 
-// sampleForce in single precision, to measure its cost. It evaluates every sample and lacks the shortcut
-// for level pieces, so its time is not a fair comparison.
+// sampleForce in single precision, to measure its cost. It evaluates every sample and lacks the shortcut for
+// pieces of constant force, so its time is not a fair comparison.
 void sampleSingle(const haptics::ExactForce& force, float first_m, float step_m, std::span<float> force_n) {
     std::size_t i = 0;
     for (const haptics::ForcePiece& p : force.pieces) {
@@ -252,30 +242,28 @@ double sampledRmse(const Sampled& s, std::vector<Real>& full_n, std::vector<Real
 void runPrecision(std::vector<Row>& rows) {
     constexpr std::size_t kSome = kPaths / 10;
     std::vector<Sampled> paths;
-    Steering steering(made().prepared, {});
+    Steering steering(studyInput().prepared, {});
     for (std::size_t i = 0; i < kSome; ++i)
-        if (const Steered* s = steering.steer(made().paths[i]))
+        if (const SteeringResult* s = steering.steer(studyInput().paths[i]))
             paths.push_back(
                 {*s->full.force, *s->partial.force, s->first_m, s->step_m, s->full.samples_n.size()});
     std::vector<double> exact;
     const auto row = [&]<typename Real>(Real, const auto& sample) {
         std::vector<Real> full_n, partial_n;
-        std::vector<double> times_ms, found(paths.size());
-        for (int run = 0; run < 5; ++run) {
-            const auto began = std::chrono::steady_clock::now();
+        std::vector<double> found(paths.size());
+        const double time_ms = medianTime_ms(5, [&] {
             for (std::size_t i = 0; i < paths.size(); ++i)
                 found[i] = sampledRmse<Real>(paths[i], full_n, partial_n, sample);
-            times_ms.push_back(elapsed_ms(began));
-        }
+        });
         if (exact.empty()) exact = found;
         double worst_n = 0.0;
         for (std::size_t i = 0; i < found.size(); ++i)
             worst_n = std::max(worst_n, std::fabs(found[i] - exact[i]));
-        char note[160];
-        std::snprintf(note, sizeof note, "sampling and RMSE alone, %zu paths, both models, one thread%s",
-                      paths.size(), sizeof(Real) < sizeof(double) ? "; no shortcut over level pieces" : "");
-        rows.push_back({"study.forces.precision", "bits of a number", 8.0 * sizeof(Real), median(times_ms),
-                        worst_n, "N of RMSE, the worst path", "double", note});
+        const std::string note =
+            fmt::format("sampling and RMSE alone, {} paths, both models, one thread{}", paths.size(),
+                        sizeof(Real) < sizeof(double) ? "; no shortcut over level pieces" : "");
+        rows.push_back({"study.forces.precision", "bits of a number", 8.0 * sizeof(Real), time_ms, worst_n,
+                        "N of RMSE, the worst path", "double", note});
     };
     row(double(), haptics::sampleForce);
     row(float(), sampleSingle);
@@ -285,8 +273,8 @@ void runPrecision(std::vector<Row>& rows) {
 // skin voxel and from fewer.
 void runAll(std::vector<Row>& rows) {
     const test::TempFolder folder;
-    patient::savePackage(made().pair.reference, folder / "truth");
-    patient::savePackage(made().pair.found, folder / "built");
+    patient::savePackage(studyInput().pair.reference, folder / "truth");
+    patient::savePackage(studyInput().pair.found, folder / "built");
     std::ofstream file(folder / "study.toml");
     for (int patient = 1; patient <= 10; ++patient)
         file << "[[pair]]\nname = 'patient " << patient << "'\nreference = 'truth'\nfound = 'built'\n";
@@ -306,7 +294,7 @@ void runAll(std::vector<Row>& rows) {
         for (int patient = 1; patient <= 10; ++patient) {
             const std::filesystem::path pair = o.out / ("patient " + std::to_string(patient));
             const PairFacts facts = readFacts(pair / "pair.json");
-            for (const PathResult& r : KeptBlocks(pair / "blocks", facts.run, facts.paths).all())
+            for (const PathResult& r : ResultBlocks(pair / "blocks", facts.run, facts.paths).all())
                 rmse_n += r.sampled.rmse_n;
             paths += facts.paths;
         }

@@ -8,14 +8,14 @@
 namespace stylet::bench {
 namespace {
 
-using trainer::Heard;
 using trainer::Sound;
+using trainer::SoundFrame;
 using trainer::Speaker;
 
-Heard click() {
-    Heard heard;
+SoundFrame click() {
+    SoundFrame heard;
     heard[Sound::click] = {0.5f, 1.0f, {0.0, 0.0, -1.0}};
-    heard.begun = trainer::bitOf(Sound::click);
+    heard.begun = trainer::soundBit(Sound::click);
     return heard;
 }
 
@@ -38,7 +38,7 @@ void run(std::vector<Row>& rows) {
     while (sounds.totals().device.empty())  // wait until the device is open
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     for (std::uint64_t i = 1; i <= kCues; ++i) {
-        sounds.hear(click());
+        sounds.submit(click());
         while (sounds.totals().begun < i)
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }

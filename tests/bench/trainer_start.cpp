@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include <fmt/core.h>
+
 #include "app/installation.h"
 #include "tests/app/trainer/command.h"
 #include "tests/bench/bench.h"
@@ -17,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Cache content from earlier starts.
-enum Kept { nothing, patientAlone, all };
+enum CacheState { nothing, patientOnly, all };
 
 constexpr std::array kParts{"asked_s", "patient_s", "hand_s", "pictures_s", "pipelines_s", "frame_s"};
 
@@ -42,7 +44,7 @@ void measure(test::Command& command, const std::string& arguments, Measured& mea
 
 // Deletes the whole cache except the patients. This is the state after an update of the program and of the
 // graphics driver.
-void forgetAllButThePatient(const fs::path& cache) {
+void deleteAllButThePatient(const fs::path& cache) {
     for (const auto& entry : fs::directory_iterator(cache))
         if (entry.path().filename() != "stylet") fs::remove_all(entry.path());
     for (const auto& entry : fs::directory_iterator(cache / "stylet"))
@@ -52,22 +54,20 @@ void forgetAllButThePatient(const fs::path& cache) {
 void runWith(const char* name, const std::string& arguments, std::vector<Row>& rows) {
     setenv("STYLET_BIN", programFolder().c_str(), 1);
     test::Command command;
-    const int starts = longForm() ? 15 : 5;
-    for (const Kept kept : {nothing, patientAlone, all}) {
+    const int starts = isLongRun() ? 15 : 5;
+    for (const CacheState cached : {nothing, patientOnly, all}) {
         Measured measured;
-        for (int i = 0; i < (kept == nothing ? 1 : starts); ++i) {
-            if (kept == patientAlone) forgetAllButThePatient(command / "cache");
+        for (int i = 0; i < (cached == nothing ? 1 : starts); ++i) {
+            if (cached == patientOnly) deleteAllButThePatient(command / "cache");
             measure(command, arguments, measured);
         }
         const auto part = [&](std::size_t i) { return median(measured.parts_ms[i]); };
-        char note[240];
-        std::snprintf(
-            note, sizeof note,
-            "options %.0f ms, package and path %.0f, hand and touch map %.0f, device, scene and window %.0f, "
-            "first frame %.0f; pipelines %.0f of it; %zu start%s",
+        const std::string note = fmt::format(
+            "options {:.0f} ms, package and path {:.0f}, hand and touch map {:.0f}, device, scene and window "
+            "{:.0f}, first frame {:.0f}; pipelines {:.0f} of it; {} start{}",
             part(0), part(1), part(2), part(3), part(5), part(4), measured.whole_ms.size(),
             measured.whole_ms.size() == 1 ? "" : "s");
-        rows.push_back({name, "kept: none, patient, all", double(kept), median(measured.whole_ms),
+        rows.push_back({name, "kept: none, patient, all", double(cached), median(measured.whole_ms),
                         median(measured.made), "made anew", "0 where all is kept", note});
     }
 }

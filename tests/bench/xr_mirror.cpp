@@ -24,23 +24,23 @@ using namespace std::chrono_literals;
 using nlohmann::json;
 using trainer::FrameLoop;
 
-constexpr int kPixels = 256, kRounds = 25, kFrames = 12, kSettle = 4;
+constexpr int kPixels = 256, kRounds = 25, kFrames = 12, kWarmUpFrames = 4;
 
-enum class Watched { nobody, overview, leftEye, camera, stuck };
+enum class MirrorView { nobody, overview, leftEye, camera, stuck };
 struct Case {
-    Watched watched;
+    MirrorView view;
     const char* keys;
     const char* note;
 };
 constexpr std::array kCases{
-    Case{Watched::nobody, "", "no window"},
-    Case{Watched::overview, "17", "the overview"},
-    Case{Watched::leftEye, "1", "the left eye"},
-    Case{Watched::camera, "3", "the free camera, on the same processors"},
-    Case{Watched::stuck, "17", "the overview, and the display answers nobody"},
+    Case{MirrorView::nobody, "", "no window"},
+    Case{MirrorView::overview, "17", "the overview"},
+    Case{MirrorView::leftEye, "1", "the left eye"},
+    Case{MirrorView::camera, "3", "the free camera, on the same processors"},
+    Case{MirrorView::stuck, "17", "the overview, and the display answers nobody"},
 };
 
-void putOn(const std::filesystem::path& scenario, const Pose& head) {
+void setMockHeadPose(const std::filesystem::path& scenario, const Pose& head) {
     const auto& [q, at] = head;
     const json pose{{"t_s", 0}, {"position", {at.x, at.y, at.z}}, {"orientation", {q.x, q.y, q.z, q.w}}};
     std::ofstream(scenario) << json{
@@ -55,8 +55,8 @@ void run(std::vector<Row>& rows) {
     const patient::Package package = test::ductPhantom();
     const patient::Patient patient(package);
     const patient::PlannedPath path = test::ductPath();
-    putOn(folder / "scenario.json",
-          trainer::stageFromHead(trainer::stageFromPatient(patient, path), path, 0.0));
+    setMockHeadPose(folder / "scenario.json",
+                    trainer::stageFromHead(trainer::stageFromPatient(patient, path), path, 0.0));
     trainer::MirrorSettings settings;
     settings.pictures.assets = assetsFolder();
     settings.pictures.config.difficulty = training::Difficulty::exam;  // no hints
@@ -66,7 +66,7 @@ void run(std::vector<Row>& rows) {
     FrameLoop loop(patient, frame_settings, path);
     loop.mirrorTo(mirror.channels());
 
-    trainer::Seen seen;
+    trainer::FrameState seen;
     seen.tick.patient_from_needle.position_m = {-0.01, 0.0, 0.0};
     const auto frames = [&](int count) {
         const std::size_t before = loop.totals().times.size();
@@ -82,19 +82,19 @@ void run(std::vector<Row>& rows) {
     };
     std::array<std::vector<double>, kCases.size()> took_ms;
     std::array<std::uint64_t, kCases.size()> presented{};
-    frames(2 * kSettle);
+    frames(2 * kWarmUpFrames);
     for (int round = 0; round < kRounds; ++round)
         for (std::size_t i = 0; i < kCases.size(); ++i) {
             // The frame loop treats a closed window as no window.
-            mirror.channels().open.store(kCases[i].watched != Watched::nobody);
+            mirror.channels().open.store(kCases[i].view != MirrorView::nobody);
             for (const char* key = kCases[i].keys; *key; ++key)
                 display.key({key, 1});
-            frames(kSettle);
-            if (kCases[i].watched == Watched::stuck) display.stop();
+            frames(kWarmUpFrames);
+            if (kCases[i].view == MirrorView::stuck) display.stop();
             const std::uint64_t before = mirror.shown();
             const std::vector<double> some_ms = frames(kFrames);
             presented[i] += mirror.shown() - before;
-            display.go();
+            display.resume();
             took_ms[i].insert(took_ms[i].end(), some_ms.begin(), some_ms.end());
         }
     for (std::size_t i = 0; i < kCases.size(); ++i)

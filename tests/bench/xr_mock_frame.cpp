@@ -7,6 +7,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include <fmt/core.h>
+
 #include "tests/bench/bench.h"
 #include "tests/xr/mock/client/reference_compositor.h"
 
@@ -103,9 +105,9 @@ void add(const char* kind, int side, const Client::Composed& composed, const Ref
          std::vector<Row>& rows) {
     const Picture reference = composeReference({layer}, {{0, 0, 0, 1}, {kLeftEye_m, 0, 0}}, kFov, side, side);
     const Difference off = compare(composed.left, reference);
-    char text[120];
-    std::snprintf(text, sizeof text, "per eye, waiting for the GPU; the first took %.3g ms; PSNR %.1f dB",
-                  composed.first_ms, off.psnr_db);
+    const std::string text =
+        fmt::format("per eye, waiting for the GPU; the first took {:.3g} ms; PSNR {:.1f} dB",
+                    composed.first_ms, off.psnr_db);
     rows.push_back({std::string("xr.mock_frame.") + kind, "picture side [px]", double(side),
                     composed.median_ms, double(off.largest), "of 255", "double precision on the CPU", text});
 }

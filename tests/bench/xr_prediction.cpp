@@ -1,12 +1,13 @@
-// Compares the drawn tip with the true tip at display time. Measures the prediction error over the lead,
-// for several windows of the velocity fit. The input is scripted and runs through the real simulation:
-// punctures, breathing, tremor, five tools. A second input is a light hand that the force moves, read
-// through encoders.
+// Compares the drawn tip with the true tip at display time. Measures the prediction error as a function of
+// the lead time, for several windows of the velocity fit. The first input is scripted and runs through the
+// real simulation: punctures, breathing, tremor, five tools. The second input is a light hand that the force
+// moves, read through encoders.
+#include <fmt/core.h>
+
 #include "app/trainer/view/prediction.h"
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <glm/gtc/quaternion.hpp>
 #include <memory>
 
@@ -14,9 +15,8 @@
 #include "app/trainer/attempt/attempt.h"
 #include "haptics/devices/replay.h"
 #include "patient/planning/planning.h"
-#include "patient/synth/synth.h"
 #include "tests/bench/bench.h"
-#include "tests/support/phantom.h"
+#include "tests/bench/reference_patient.h"
 #include "tests/support/simulated_device.h"
 
 namespace stylet::bench {
@@ -24,8 +24,8 @@ namespace {
 
 using namespace haptics;
 using test::kLightHand;
+using test::makeSimulatedBody;
 using test::SimulatedBody;
-using test::simulatedBody;
 using test::SimulatedDevice;
 using trainer::PredictionSettings;
 using trainer::TipPredictor;
@@ -50,7 +50,7 @@ class Bedside {
         trainer::Attempt attempt = trainer::makeAttempt(patient_, script, path_, 1);
         std::unique_ptr<HapticDevice> device = std::make_unique<ReplayDevice>(attempt.hand, 0);
         if (by_hand) {
-            SimulatedBody body = simulatedBody(attempt.simulation.profile, kLightHand);
+            SimulatedBody body = makeSimulatedBody(attempt.simulation.profile, kLightHand);
             body.resolution_m = kResolution_m;
             device = std::make_unique<SimulatedDevice>(attempt.hand, attempt.simulation.profile, body);
         }
@@ -75,13 +75,7 @@ class Bedside {
     }
 
   private:
-    static patient::Package made() {
-        patient::synth::SynthSettings settings;
-        settings.spacing_m = 0.002;
-        settings.defaults = test::tissueDefaults();
-        return patient::synth::makeReferencePatient(settings);
-    }
-    patient::Package package_ = made();
+    patient::Package package_ = referencePatient(0.002);
     patient::Patient patient_{package_};
     patient::PlannedPath path_ = patient::planPaths(patient_, {}).paths.front();
 };
@@ -101,7 +95,7 @@ void predict(const Stream& stream, const PredictionSettings& settings, int lead_
     TipPredictor predictor(settings);
     const std::size_t lead = std::size_t(lead_ms);
     for (std::size_t i = 0; i + lead < stream.ticks.size(); ++i) {
-        predictor.take(stream.tips[i]);
+        predictor.add(stream.tips[i]);
         if (i % kFrameTicks != 0) continue;
         const auto began = std::chrono::steady_clock::now();
         const TickOutput drawn =
@@ -109,17 +103,10 @@ void predict(const Stream& stream, const PredictionSettings& settings, int lead_
         errors.took_us.push_back(1e3 * elapsed_ms(began));
         const TickOutput& truth = stream.ticks[i + lead];
         if (truth.tool != drawn.tool) continue;
-        const Pose &a = trainer::tipOf(drawn), &b = trainer::tipOf(truth);
+        const Pose &a = trainer::activeToolPose(drawn), &b = trainer::activeToolPose(truth);
         errors.distance_mm.push_back(1e3 * glm::length(a.position_m - b.position_m));
         errors.angle_deg.push_back(degrees(a, b));
     }
-}
-
-double mean(const std::vector<double>& values) {
-    double sum = 0.0;
-    for (const double v : values)
-        sum += v;
-    return values.empty() ? 0.0 : sum / double(values.size());
 }
 
 void run(std::vector<Row>& rows) {
@@ -140,17 +127,15 @@ void run(std::vector<Row>& rows) {
             for (const Stream& stream : streams) {
                 Errors one;
                 predict(stream, settings, lead_ms, one);
-                char text[96];
-                std::snprintf(text, sizeof text, "; %s: %.3f", stream.name.c_str(),
-                              quantile(one.distance_mm, 0.99));
+                const std::string text =
+                    fmt::format("; {}: {:.3f}", stream.name, quantile(one.distance_mm, 0.99));
                 by_stream += text;
                 for (auto part : {&Errors::distance_mm, &Errors::angle_deg, &Errors::took_us})
                     (all.*part).insert((all.*part).end(), (one.*part).begin(), (one.*part).end());
             }
-            char note[160];
-            std::snprintf(note, sizeof note, "%smean %.3f mm; %.3f deg, p99 %.3f; mm p99 of each",
-                          chosen ? "DEFAULT; " : "", mean(all.distance_mm), mean(all.angle_deg),
-                          quantile(all.angle_deg, 0.99));
+            const std::string note = fmt::format("{}mean {:.3f} mm; {:.3f} deg, p99 {:.3f}; mm p99 of each",
+                                                 chosen ? "DEFAULT; " : "", mean(all.distance_mm),
+                                                 mean(all.angle_deg), quantile(all.angle_deg, 0.99));
             rows.push_back({"xr.prediction.lead_" + std::to_string(lead_ms) + "_ms", "window, ms (0: none)",
                             window_ms, 1e-3 * median(all.took_us), quantile(all.distance_mm, 0.99), "mm p99",
                             "the tip at display time", note + by_stream});

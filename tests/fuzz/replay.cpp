@@ -19,7 +19,7 @@ namespace {
 
 using Input = std::vector<std::uint8_t>;
 
-constexpr std::size_t kMostBytes = 1 << 16;
+constexpr std::size_t kMaxBytes = 1 << 16;
 
 std::vector<Input> readCorpus(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> files;
@@ -40,7 +40,7 @@ class Mutator {
         Input input = corpus[below(corpus.size())];
         for (std::size_t n = 1 + below(4); n > 0; --n)
             change(input, corpus);
-        if (input.size() > kMostBytes) input.resize(kMostBytes);
+        if (input.size() > kMaxBytes) input.resize(kMaxBytes);
         return input;
     }
 

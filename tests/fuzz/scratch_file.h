@@ -11,7 +11,7 @@
 
 namespace fuzz {
 
-// Uses a folder in memory if there is one. A disk is a hundred times slower.
+// A folder in memory if there is one, because a disk is a hundred times slower.
 inline const std::filesystem::path& scratchFolder() {
     static const bool in_memory =
         std::filesystem::is_directory("/dev/shm") && setenv("TMPDIR", "/dev/shm", 1) == 0;

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include "base/traversal.h"
 #include "haptics/devices/profiles.h"
-#include "tests/haptics/column.h"
+#include "tests/haptics/random_column.h"
 #include "tests/haptics/scripted.h"
+#include "tests/haptics/simulation_bench.h"
 #include "tests/support/constants.h"
 #include "tests/support/simulated_device.h"
 
@@ -19,19 +19,18 @@ using enum Tissue;
 using test::Hand;
 using test::kFirmHand;
 using test::kNaN;
+using test::makeSimulatedBody;
 using test::SimulatedBody;
-using test::simulatedBody;
 using test::SimulatedDevice;
 
-// Feeds a simulation tick by tick. Checks the invariants of the simulation in every tick.
-struct Fed {
-    explicit Fed(const patient::Package& package) : patient(package), simulation(patient, {}) {
-        input.device.device_from_stylus.rotation = test::kAlongX;
-    }
+// Checks the invariants of the simulation in every tick.
+struct CheckedBench : test::SimulationBench {
+    using SimulationBench::SimulationBench;
+
     void tick() {
-        simulation.step(input, out, events);
+        SimulationBench::tick();
         const Vec3& f = out.sent_device_n;
-        ASSERT_TRUE(std::isfinite(f.x) && std::isfinite(f.y) && std::isfinite(f.z));
+        ASSERT_TRUE(isFinite(f));
         ASSERT_LE(glm::length(f), simulation.settings().profile.force_peak_n * (1.0 + 1e-12));
         ASSERT_TRUE(std::isfinite(out.tool_force.energy_j));
     }
@@ -40,34 +39,26 @@ struct Fed {
         tick();
     }
     void rearm() {
-        input.commands[input.command_count++] = {CommandKind::rearm, 0};
+        command(CommandKind::rearm);
         tick();
-        input.command_count = 0;
     }
     // Rests outside the patient until the start ramp is over.
     void settle() {
         for (int i = 0; i < 2000; ++i)
             to({-0.010, 0.0003, 0.0002});
     }
-    patient::Patient patient;
-    Simulation simulation;
-    TickInput input;
-    TickOutput out;
-    NeedleEvents events;
 };
 
 TEST(Adversarial, Teleports) {
     const patient::Package package = test::scriptedPackage();
-    Fed fed(package);
+    CheckedBench fed(package);
     fed.settle();
-    std::mt19937_64 random(5);
-    const auto uniform = [&](double low, double high) {
-        return low + (high - low) * (double(random() >> 11) * 0x1p-53);
-    };
+    test::Random random(5);
     for (int i = 0; i < 20000; ++i) {
         // Anywhere in reach, and sometimes at the far corners of the valid pose range.
         const double reach = i % 50 == 0 ? 9.9 : 0.08;
-        fed.to({uniform(-reach, reach), uniform(-reach, reach), uniform(-reach, reach)});
+        const auto coordinate = [&] { return test::uniform(random, -reach, reach); };
+        fed.to({coordinate(), coordinate(), coordinate()});
         if (i % 100 == 99) fed.rearm();
     }
     EXPECT_LE(fed.events.count, kMaxStepEvents);
@@ -79,7 +70,7 @@ TEST(Adversarial, Teleports) {
     EXPECT_EQ(glm::length(fed.out.sent_device_n), 0.0);
 }
 
-TEST(Adversarial, PosesThatCannotBe) {
+TEST(Adversarial, ImpossiblePosesAreRefused) {
     const patient::Package package = test::scriptedPackage();
     constexpr double kInf = HUGE_VAL;
     const Pose good{test::kAlongX, {0.020, 0.0003, 0.0002}};
@@ -88,7 +79,7 @@ TEST(Adversarial, PosesThatCannotBe) {
          {Pose{q, {kNaN, 0.0, 0.0}}, Pose{q, {0.0, 0.0, -kInf}}, Pose{q, {0.0, 1e300, 0.0}},
           Pose{{kNaN, 0.0, 0.0, 0.0}, good.position_m}, Pose{{0.0, 0.0, 0.0, 0.0}, good.position_m},
           Pose{{2.0, 0.0, 0.0, 0.0}, good.position_m}, Pose{{kInf, 0.0, 0.0, 0.0}, good.position_m}}) {
-        Fed fed(package);
+        CheckedBench fed(package);
         fed.settle();
         for (int i = 0; i <= 300; ++i)
             fed.to({-0.010 + 0.0001 * i, 0.0003, 0.0002});
@@ -124,7 +115,7 @@ TEST(Adversarial, FastOntoBone) {
         settings.profile = profile;
         settings.profile.workspace_radius_m = kUnknown;
         Simulation simulation(patient, settings);
-        SimulatedBody body = simulatedBody(profile, kFirmHand);
+        SimulatedBody body = makeSimulatedBody(profile, kFirmHand);
         body.delay_s = 0.0005;
         SimulatedDevice device(wanted, settings.profile, body);
         TickInput input;
@@ -137,7 +128,7 @@ TEST(Adversarial, FastOntoBone) {
             simulation.step(input, out, events);
             device.send(out.sent_device_n);
             deepest_m = std::max(deepest_m, device.body().position_m.x);
-            on_bone = on_bone || (out.phase == Phase::held && out.depth_m > 0.0141);
+            on_bone = on_bone || (out.phase == Phase::tenting && out.depth_m > 0.0141);
             if (i == 4000) moved_m = device.body().position_m.x;
         }
         EXPECT_TRUE(on_bone) << profile.name;
@@ -150,9 +141,10 @@ TEST(Adversarial, FastOntoBone) {
     }
 }
 
-// Moves almost to the puncture and back, a thousand times. Then one puncture, at its exact depth, with the
-// force of Eq. 1 in both directions.
-TEST(Adversarial, ReversalAtTheCut) {
+// Moves back and forth just before the puncture depth, a thousand times. The force must return to the same
+// value without a puncture. Then the needle moves back and forth across that depth and must puncture exactly
+// once.
+TEST(Adversarial, ReversalJustBeforePunctureIsContinuous) {
     const patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.020}});
     const patient::Patient patient(package);
     Hand hand(patient);
@@ -165,19 +157,19 @@ TEST(Adversarial, ReversalAtTheCut) {
         hand.to(0.000875 - 1e-9);
         ASSERT_NEAR(hand.force(), brink_n, 1e-9);
     }
-    EXPECT_TRUE(hand.of(NeedleEventKind::puncture).empty());
+    EXPECT_TRUE(hand.eventsOf(NeedleEventKind::puncture).empty());
     hand.to(0.000875 + 1e-9);
-    ASSERT_EQ(hand.of(NeedleEventKind::puncture).size(), 1u);
+    ASSERT_EQ(hand.eventsOf(NeedleEventKind::puncture).size(), 1u);
     for (int i = 0; i < 1000; ++i) {
         hand.to(0.000875 - 1e-9);
         ASSERT_NEAR(hand.force(), 0.7, 1e-5);
         hand.to(0.000875 + 1e-9);
     }
-    EXPECT_EQ(hand.of(NeedleEventKind::puncture).size(), 1u);
+    EXPECT_EQ(hand.eventsOf(NeedleEventKind::puncture).size(), 1u);
     EXPECT_EQ(hand.state.phase, Phase::pass);
 }
 
-// Moves along a border: on it, and beside it by rounding errors. The force must not chatter.
+// Moves along a border: exactly on it, and beside it by a rounding error. The force must not chatter.
 TEST(Adversarial, GrazingBorders) {
     const patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.010}, {liver, 0.030}}, 0.001);
     const patient::Patient patient(package);
@@ -205,7 +197,7 @@ TEST(Adversarial, GrazingBorders) {
     }
 }
 
-TEST(Adversarial, PathsOfNoLength) {
+TEST(Adversarial, ZeroLengthPathsGiveFiniteForces) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
     const Vec3 inside{0.0145, 0.0, 0.0}, border{0.014, 0.0, 0.0};
@@ -226,9 +218,9 @@ TEST(Adversarial, PathsOfNoLength) {
     }
 }
 
-// More borders than any list can store. They are counted, in order and without memory errors, and the
+// There are more borders than any list can store. The overflow is counted, without memory errors, and the
 // needle can be withdrawn again.
-TEST(Adversarial, AThousandThinLayers) {
+TEST(Adversarial, ThousandThinLayersOverflowInACountedWay) {
     test::Layers layers{{skin, 0.0002}};
     for (int i = 0; i < 1000; ++i)
         layers.push_back({i % 2 == 0 ? fascia : liver, 0.0001});
@@ -258,7 +250,7 @@ TEST(Adversarial, AThousandThinLayers) {
 }
 
 // One tick through all layers. Events that do not fit into the event list are counted.
-TEST(Adversarial, AJumpThroughAThousandLayersIsOneTick) {
+TEST(Adversarial, JumpThroughAThousandLayersTakesOneTick) {
     test::Layers layers{{skin, 0.0002}};
     for (int i = 0; i < 1000; ++i)
         layers.push_back({i % 3 == 0 ? liver : i % 3 == 1 ? duct : vessel, 0.0001});

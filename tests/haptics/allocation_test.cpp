@@ -3,6 +3,7 @@
 
 #include "haptics/devices/replay.h"
 #include "tests/haptics/scripted.h"
+#include "tests/haptics/simulation_bench.h"
 #include "tests/support/counted_allocations.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"
@@ -52,14 +53,15 @@ TEST_P(Allocation, TenThousandTicksAllocateNothing) {
     channels.pause.store(true);
     channels.commands.push({CommandKind::focus, 0});
     for (int i = 0; i < 1000; ++i) {
-        if (!loopPaused(simulation, device, channels, stats, 0))
+        if (!loopPausedPeriod(simulation, device, channels, stats, 0))
             loopTick(simulation, device, channels, stats, 0);
     }
     EXPECT_GT(stats.paused, 900u);
     EXPECT_EQ(test::allocations() - before, 0u);
     EXPECT_GE(punctures, 3);
 
-    // Checks that the counter works. (The compiler may remove a plain new and delete.)
+    // Checks that the counter works. Calls the operators directly, because the compiler may remove a
+    // new-expression and its delete.
     ::operator delete(::operator new(4));
     EXPECT_EQ(test::allocations() - before, 1u);
 }
@@ -68,12 +70,7 @@ TEST_P(Allocation, TenThousandTicksAllocateNothing) {
 TEST(Allocation, ToolsOnTheSkinAllocateNothing) {
     patient::Package package = test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::soft, 0.048}}, 0.001);
     package.motion = test::makeShift(-0.010);
-    const patient::Patient patient(package);
-    const TouchMap map = makeTouchMap(patient, makeSkin(patient, 1), 1);
-    Simulation simulation(patient, {}, &map);
-    TickInput input;
-    TickOutput out;
-    NeedleEvents events;
+    test::SimulationBench bench(package, {}, true);
     double felt_n = 0.0;
     int incisions = 0;
 
@@ -81,15 +78,11 @@ TEST(Allocation, ToolsOnTheSkinAllocateNothing) {
     for (int i = 0; i < 9000; ++i) {
         // 1.5 s with each tool, twice: 5 mm into the skin, along it, and out.
         const double share = double(i % 1500) / 1500.0;
-        input.command_count = 0;
-        if (i % 1500 == 0)
-            input.commands[input.command_count++] = {CommandKind::tool, std::uint32_t(i / 1500 % 3)};
-        if (i % 1500 == 1400) input.commands[input.command_count++] = {CommandKind::park, 1};
-        input.device.device_from_stylus = {test::kAlongX,
-                                           {0.025 * std::sin(3.14159 * share) - 0.020, 0.0, 0.010 * share}};
-        simulation.step(input, out, events);
-        felt_n = std::max(felt_n, glm::length(out.tool_force.force_n));
-        incisions = simulation.state().tools.incisions.count;
+        if (i % 1500 == 0) bench.select(Tool(i / 1500 % 3));
+        if (i % 1500 == 1400) bench.command(CommandKind::park, 1);
+        bench.to({0.025 * std::sin(3.14159 * share) - 0.020, 0.0, 0.010 * share});
+        felt_n = std::max(felt_n, glm::length(bench.out.tool_force.force_n));
+        incisions = bench.simulation.state().tools.incisions.count;
     }
     EXPECT_EQ(test::allocations() - before, 0u);
     EXPECT_GT(felt_n, 0.2);

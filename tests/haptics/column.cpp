@@ -24,7 +24,7 @@ patient::Package makeColumn(const Layers& layers, double pitch_m) {
     return package;
 }
 
-patient::Package widen(const patient::Package& column, int n, double pitch_m) {
+patient::Package repeatColumn(const patient::Package& column, int n, double pitch_m) {
     patient::Package package = column;
     Grid grid = column.labels.grid;
     grid.dims = {grid.dims.x, n, n};
@@ -37,7 +37,7 @@ patient::Package widen(const patient::Package& column, int n, double pitch_m) {
     return package;
 }
 
-void letBreathe(patient::Package& package, double travel_m) {
+void addBreathing(patient::Package& package, double travel_m) {
     package.motion = makeShift(travel_m);
     package.signal = {4.0, 1.0};
 }
@@ -55,7 +55,7 @@ void Hand::sweep(double x_m, double step_m) {
         to({from.x + (x_m - from.x) * i / steps, from.y, from.z});
 }
 
-std::vector<haptics::NeedleEvent> Hand::of(haptics::NeedleEventKind kind) const {
+std::vector<haptics::NeedleEvent> Hand::eventsOf(haptics::NeedleEventKind kind) const {
     std::vector<haptics::NeedleEvent> list;
     for (const haptics::NeedleEvent& e : events) {
         if (e.kind == kind) list.push_back(e);

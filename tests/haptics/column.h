@@ -15,11 +15,11 @@ using Layers = std::vector<std::pair<patient::Tissue, double>>;
 patient::Package makeColumn(const Layers&, double pitch_m = 0.0001);
 
 // Repeats the column's layers across n x n voxels of `pitch_m`, so that a test can paint labels into them.
-patient::Package widen(const patient::Package& column, int n, double pitch_m);
+patient::Package repeatColumn(const patient::Package& column, int n, double pitch_m);
 
 // Adds simple breathing: at full inhale, everything within 0.3 m of the origin has moved by `travel_m`
 // along z.
-void letBreathe(patient::Package&, double travel_m);
+void addBreathing(patient::Package&, double travel_m);
 
 // Moves the tip and records every event. The needle points along +x unless `axis` is changed.
 struct Hand {
@@ -32,7 +32,7 @@ struct Hand {
     // Moves to `x_m` in equal steps of at most `step_m`.
     void sweep(double x_m, double step_m = 0.00009);
     // Returns the events of one kind.
-    std::vector<haptics::NeedleEvent> of(haptics::NeedleEventKind) const;
+    std::vector<haptics::NeedleEvent> eventsOf(haptics::NeedleEventKind) const;
 
     const patient::Patient& patient;
     haptics::NeedleSettings settings;

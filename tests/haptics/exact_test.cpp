@@ -14,7 +14,7 @@ namespace {
 using enum Tissue;
 
 // Segments of a path that starts with 10 mm of air.
-std::vector<Segment> stack(const test::Layers& layers) {
+std::vector<Segment> makeSegments(const test::Layers& layers) {
     std::vector<Segment> out{{0.0, air, 0}};
     double x = 0.010;
     for (const auto& [tissue, thickness] : layers) {
@@ -25,7 +25,7 @@ std::vector<Segment> stack(const test::Layers& layers) {
 }
 
 ExactForce solve(const test::Layers& layers, const NeedleSettings& settings = {}) {
-    return solveExact(test::tissueDefaults().tissues, stack(layers), 0.120, settings);
+    return solveExact(test::tissueDefaults().tissues, makeSegments(layers), 0.120, settings);
 }
 
 ExactEvent event(const ExactForce& exact, NeedleEventKind kind, Tissue tissue) {
@@ -68,7 +68,7 @@ TEST(Exact, ClosedFormsOfTable1) {
     EXPECT_EQ(e.at(0.005), 0.0);
 }
 
-TEST(Exact, ThinFasciaFoldsIntoTheLiver) {
+TEST(Exact, ThinFasciaPunctureEndsInTheLiver) {
     expectCut(solve({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.05}}), fascia, 0.0018, 2.5, 0.9);
 }
 
@@ -118,9 +118,10 @@ TEST(Exact, APathThatBeginsInTissueMeetsItAtDepthZero) {
     EXPECT_NEAR(cut.depth_m, 0.000875, 1e-12);
 }
 
-TEST(Exact, OutAgainThroughACornerOfTheSkinIsAnEvent) {
-    // The needle leaves the skin before its puncture (0.4 mm) or after it (1.5 mm). A change of label
-    // within air does not count as entering the body again.
+TEST(Exact, LeavingThroughASkinCornerIsAnEvent) {
+    // The skin is punctured at a depth of 0.875 mm. So the needle leaves a corner of 0.4 mm thickness before
+    // the puncture, and one of 1.5 mm after it. A change of label within air does not count as entering the
+    // body again.
     for (const double thickness_m : {0.0004, 0.0015}) {
         const ExactForce e =
             solve({{skin, thickness_m}, {air, 0.001}, {air, 0.002}, {skin, 0.002}, {soft, 0.02}});
@@ -137,11 +138,11 @@ TEST(Exact, OutAgainThroughACornerOfTheSkinIsAnEvent) {
     }
 }
 
-TEST(Exact, SampledAtManyDepthsItIsWhatItIsAtEach) {
+TEST(Exact, SamplingEqualsPointEvaluation) {
     const ExactForce e =
         solve({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.02}, {duct, 0.004}, {bone, 0.01}});
     std::vector<double> force_n(1777);
-    // Also at the ends of the pieces, in front of the path and behind it.
+    // The samples include the ends of the pieces and depths before and behind the path.
     for (const double first_m : {-0.001, 0.0, 0.01, 0.012 - 1e-12}) {
         const double step_m = 0.0001;
         sampleForce(e, first_m, step_m, force_n);
@@ -153,7 +154,7 @@ TEST(Exact, SampledAtManyDepthsItIsWhatItIsAtEach) {
 }
 
 // Changes of label alone do not split a tissue segment. The force stays bit-identical.
-TEST(Exact, BordersOfTissuesAreEnough) {
+TEST(Exact, TissueChangesGiveTheSameForceAsLabelChanges) {
     patient::Package package =
         test::makeColumn({{skin, 0.002}, {soft, 0.01}, {fascia, 0.001}, {liver, 0.02}});
     const patient::TissueMap whole{patient::Patient(package)};
@@ -166,23 +167,23 @@ TEST(Exact, BordersOfTissuesAreEnough) {
     const Vec3 entry_m{-0.010, 0.0, 0.0}, end_m{0.030, 0.004, 0.003};
     const double length_m = glm::length(end_m - entry_m);
     VoxelPath path;
-    const auto& walk = path.along(whole.grid(), entry_m, end_m);
+    const auto& walk = path.traverse(whole.grid(), entry_m, end_m);
     ExactSolver a(whole, {}), b(parted, {});
-    b.solve(walk, length_m, Borders::ofLabels);
+    b.solve(walk, length_m, Borders::labelChanges);
     EXPECT_GT(b.segments().size(), 6u);
-    a.solve(walk, length_m, Borders::ofTissues);
-    const ExactForce expected = b.solve(walk, length_m, Borders::ofTissues);
+    a.solve(walk, length_m, Borders::tissueChanges);
+    const ExactForce expected = b.solve(walk, length_m, Borders::tissueChanges);
     EXPECT_EQ(a.segments().size(), 5u);
     EXPECT_EQ(b.segments().size(), 5u);
     for (double x_m = 0.0; x_m < length_m; x_m += 1e-5)
-        ASSERT_EQ(a.solve(walk, length_m, Borders::ofTissues).at(x_m), expected.at(x_m));
+        ASSERT_EQ(a.solve(walk, length_m, Borders::tissueChanges).at(x_m), expected.at(x_m));
 }
 
-// A diagonal through a voxel grid touches four voxels at each corner. It must not meet the fascia in one of
-// them.
-TEST(Exact, CornersAreNoBordersOfTissues) {
+// A diagonal line through voxel centres runs exactly through corners where four voxels meet. At one corner
+// the two voxels beside the line are fascia. The line only touches them, so it must not enter fascia.
+TEST(Exact, VoxelCornersAreNotTissueChanges) {
     patient::Package package =
-        test::widen(test::makeColumn({{skin, 0.002}, {soft, 0.01}, {liver, 0.02}}, 0.001), 31, 0.001);
+        test::repeatColumn(test::makeColumn({{skin, 0.002}, {soft, 0.01}, {liver, 0.02}}, 0.001), 31, 0.001);
     const Grid& grid = package.ct.grid;
     const Index3 entry = grid.nearest({0.0135, -0.007, 0.0});
     const Vec3 entry_m = grid.centre(entry), end_m = grid.centre(entry + Index3(14, 14, 0));
@@ -191,12 +192,12 @@ TEST(Exact, CornersAreNoBordersOfTissues) {
     const patient::TissueMap map{patient::Patient(package)};
     VoxelPath path;
     std::vector<Segment> segments;
-    segmentsAlong(map, path.along(map.grid(), entry_m, end_m), glm::length(end_m - entry_m),
-                  Borders::ofTissues, segments);
+    segmentsAlong(map, path.traverse(map.grid(), entry_m, end_m), glm::length(end_m - entry_m),
+                  Borders::tissueChanges, segments);
     for (const Segment& s : segments)
         EXPECT_NE(s.tissue, fascia);
-    segmentsAlong(map, path.along(map.grid(), entry_m, end_m), glm::length(end_m - entry_m),
-                  Borders::ofLabels, segments);
+    segmentsAlong(map, path.traverse(map.grid(), entry_m, end_m), glm::length(end_m - entry_m),
+                  Borders::labelChanges, segments);
     EXPECT_EQ(
         std::count_if(segments.begin(), segments.end(), [](const Segment& s) { return s.tissue == fascia; }),
         1);

@@ -1,11 +1,12 @@
 #include "tests/haptics/fault_injection.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <random>
 #include <vector>
 
+#include "tests/haptics/random_column.h"
 #include "tests/haptics/scripted.h"
 
 namespace stylet::test {
@@ -14,7 +15,7 @@ namespace {
 
 using namespace haptics;
 
-constexpr double kZeroWithin_s = 0.020, kWatched_s = 0.045;
+constexpr double kZeroForceDeadline_s = 0.020, kObservation_s = 0.045;
 constexpr std::array<const char*, kInjectedCount> kNames{
     "unplugged", "hand off",     "focus lost", "pose not finite",  "rotation not unit", "far away",
     "leap",      "out of reach", "silence",    "force not finite", "tissue not finite", "energy not finite"};
@@ -22,19 +23,14 @@ constexpr std::array<Fault, kInjectedCount> kBits{
     kFaultDeviceLost, kFaultHandOff,    kFaultNotFocused, kFaultBadPose,  kFaultBadPose,  kFaultBadPose,
     kFaultOverSpeed,  kFaultOutOfReach, kFaultStaleInput, kFaultBadForce, kFaultBadForce, kFaultBadForce};
 
-using Random = std::mt19937_64;
-
-double between(Random& random, double low, double high) {
-    return low + (high - low) * double(random() >> 11) * 0x1.0p-53;
-}
-double notANumber(Random& random) {
+double randomNonFinite(Random& random) {
     constexpr double kBad[] = {std::numeric_limits<double>::quiet_NaN(), HUGE_VAL, -HUGE_VAL};
     return kBad[random() % 3];
 }
 Vec3 direction(Random& random) {
     Vec3 d;
     do
-        d = {between(random, -1, 1), between(random, -1, 1), between(random, -1, 1)};
+        d = {uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
     while (glm::dot(d, d) < 0.01);
     return d / std::sqrt(glm::dot(d, d));
 }
@@ -72,18 +68,18 @@ Injection drawn(Random& random, int kinds, const DeviceProfile& profile) {
     do
         i.what = Injected(random() % std::uint64_t(kinds));
     while (i.what == Injected::outOfReach && std::isnan(profile.workspace_radius_m));
-    i.bad = notANumber(random);
+    i.bad = randomNonFinite(random);
     i.field = unsigned(random() % 7);
     double length_m = 0.0;
-    if (i.what == Injected::rotationNotUnit) i.bad = random() % 2 == 0 ? 0.0 : between(random, 1.01, 3.0);
-    if (i.what == Injected::farAway) length_m = between(random, 40.0, 1e6);
-    if (i.what == Injected::leap) length_m = between(random, 0.005, 0.5);
-    if (i.what == Injected::outOfReach) length_m = between(random, 3.0, 20.0) * profile.workspace_radius_m;
+    if (i.what == Injected::rotationNotUnit) i.bad = random() % 2 == 0 ? 0.0 : uniform(random, 1.01, 3.0);
+    if (i.what == Injected::farAway) length_m = uniform(random, 40.0, 1e6);
+    if (i.what == Injected::leap) length_m = uniform(random, 0.005, 0.5);
+    if (i.what == Injected::outOfReach) length_m = uniform(random, 3.0, 20.0) * profile.workspace_radius_m;
     i.way = length_m * direction(random);
     return i;
 }
 
-// In ticks. A silence must be long enough for the watchdog to notice it.
+// Returns a duration in ticks. A silence must be long enough for the watchdog to notice it.
 int duration(Random& random, Injected what, double rate_hz) {
     if (random() % 4 == 0) return std::numeric_limits<int>::max();
     const int least = what == Injected::silence ? int(std::lround(0.021 * rate_hz)) : 1;
@@ -91,7 +87,7 @@ int duration(Random& random, Injected what, double rate_hz) {
 }
 
 // Checks the ticks that follow an injection.
-struct Watch {
+struct ZeroForceCheck {
     InjectionTotals& totals;
     Injected what;
     double dt_s, peak_n;
@@ -101,7 +97,7 @@ struct Watch {
     void tick(const Vec3& sent_n) {
         ++ticks;
         if (sent_n != Vec3(0.0)) last_force = ticks;
-        // Written so that NaN fails.
+        // NaN fails this comparison.
         if (!(glm::dot(sent_n, sent_n) <= peak_n * peak_n * (1.0 + 1e-9))) why = "a force beyond the device";
     }
     void end(std::uint32_t faults, ForceStage stage) {
@@ -110,17 +106,17 @@ struct Watch {
         ++totals.by_cause[cause];
         const double zero_after_s = last_force * dt_s;
         totals.slowest_s[cause] = std::max(totals.slowest_s[cause], zero_after_s);
-        if (zero_after_s > kZeroWithin_s + 1e-9) why = "force after " + std::to_string(zero_after_s) + " s";
+        if (zero_after_s > kZeroForceDeadline_s + 1e-9) why = fmt::format("force after {} s", zero_after_s);
         if ((faults & kBits[cause]) == 0) why = "without its name";
         if (stage != ForceStage::off) why = "not off";
         if (why.empty()) return;
         if (totals.failures++ == 0)
-            totals.first_failure =
-                std::string(kNames[cause]) + ", " + std::to_string(1.0 / dt_s) + " Hz: " + why;
+            totals.first_failure = fmt::format("{}, {} Hz: {}", kNames[cause], 1.0 / dt_s, why);
     }
 };
 
-// A stylus that sways in a breathing spring. The device is read at 1 kHz whatever the loop rate.
+// A stylus that sways on a spring whose anchor moves with breathing. The device delivers data at 1 kHz at any
+// loop rate.
 struct Bench {
     DeviceProfile profile;
     double rate_hz = 1000.0, gain = 1.0;
@@ -148,14 +144,14 @@ struct Bench {
         DeviceState read = device;
         if (injection) injection->into(read), injection->into(now.tool);
         if (injection && injection->what == Injected::focusLost) state.safety.focused = false;
-        now.unmet = checkDevice(state.safety, profile, read, dt_s());
+        now.fault_bits = checkDevice(state.safety, profile, read, dt_s());
         now.grip_m = isPose(read.device_from_stylus) ? read.device_from_stylus.position_m : state.grip_m;
         return stepOutput(state, settings, profile, gain, now, dt_s());
     }
 };
 
-// Benches stopped at several times during and after their start ramp.
-std::vector<Bench> risenBenches() {
+// Returns benches that have reached several times during and after their start ramp.
+std::vector<Bench> makeArmedBenches() {
     DeviceProfile strong, small{.name = "small", .force_peak_n = 8.0, .source = ""}, unknown;
     small.workspace_radius_m = 0.04;
     unknown.force_peak_n = unknown.stiffness_n_per_m = kUnknown;
@@ -187,7 +183,7 @@ double InjectionTotals::slowest() const {
 
 InjectionTotals injectIntoOutput(std::uint64_t count, std::uint64_t seed) {
     Random random(seed);
-    const std::vector<Bench> benches = risenBenches();
+    const std::vector<Bench> benches = makeArmedBenches();
     InjectionTotals totals;
     for (std::uint64_t i = 0; i < count; ++i) {
         Bench bench = benches[random() % benches.size()];
@@ -195,9 +191,9 @@ InjectionTotals injectIntoOutput(std::uint64_t count, std::uint64_t seed) {
             bench.step(nullptr);
         const Injection injection = drawn(random, kInjectedCount, bench.profile);
         const int lasts = duration(random, injection.what, bench.rate_hz);
-        Watch watch{totals, injection.what, bench.dt_s(),
-                    knownOr(bench.profile.force_peak_n, kWeakestForce_n)};
-        for (int tick = 0; tick < int(kWatched_s * bench.rate_hz); ++tick)
+        ZeroForceCheck watch{totals, injection.what, bench.dt_s(),
+                             valueOrDefault(bench.profile.force_peak_n, kWeakestForce_n)};
+        for (int tick = 0; tick < int(kObservation_s * bench.rate_hz); ++tick)
             watch.tick(bench.step(tick < lasts ? &injection : nullptr));
         watch.end(bench.state.safety.faults, bench.state.safety.stage);
     }
@@ -228,8 +224,8 @@ InjectionTotals injectIntoSimulation(std::uint64_t count, std::uint64_t seed) {
         const int from = int(injected.state().tick);
         const Injection injection = drawn(random, kInjectedCount - kModelFaults, settings.profile);
         const int lasts = duration(random, injection.what, 1000.0);
-        Watch watch{totals, injection.what, 0.001, settings.profile.force_peak_n};
-        for (int tick = 0; tick < int(kWatched_s * 1000.0); ++tick) {
+        ZeroForceCheck watch{totals, injection.what, 0.001, settings.profile.force_peak_n};
+        for (int tick = 0; tick < int(kObservation_s * 1000.0); ++tick) {
             TickInput input = inputAt(from + tick);
             if (tick < lasts) injection.into(input.device);
             if (tick == 0 && injection.what == Injected::focusLost)

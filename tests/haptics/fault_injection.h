@@ -38,7 +38,7 @@ struct InjectionTotals {
 // Runs at 1, 2 and 4 kHz on three devices, at any level of the start ramp, with moving springs and
 // breathing. Faults last from one tick to forever.
 InjectionTotals injectIntoOutput(std::uint64_t count, std::uint64_t seed);
-// Runs at 1 kHz through needle, breathing and registration, at times all along the scripted puncture.
+// Runs at 1 kHz through needle, breathing and registration, at times throughout the scripted puncture.
 InjectionTotals injectIntoSimulation(std::uint64_t count, std::uint64_t seed);
 
 }  // namespace stylet::test

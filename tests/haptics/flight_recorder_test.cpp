@@ -39,7 +39,7 @@ TEST(FlightRecorder, KeepsTwoSecondsBeforeAFaultAndATenthAfter) {
     EXPECT_TRUE(recorder.pop(flight));
 }
 
-TEST(FlightRecorder, AnotherBitIsAnotherFlightAndAShortSessionAShortOne) {
+TEST(FlightRecorder, NewFaultBitStartsANewRecordingAndShortHistoryIsShort) {
     FlightRecorder recorder(0.00025);
     std::vector<TickRecord> flight;
     log(recorder, 1, 10);
@@ -51,18 +51,18 @@ TEST(FlightRecorder, AnotherBitIsAnotherFlightAndAShortSessionAShortOne) {
     EXPECT_EQ(flight.front().output.tick, 412u);
 }
 
-TEST(FlightRecorder, AnUntakenFlightIsKeptAndTheNextCounted) {
+TEST(FlightRecorder, UnconsumedRecordingIsKeptAndTheNextIsCountedAsDropped) {
     FlightRecorder recorder(0.001);
     std::vector<TickRecord> flight;
     log(recorder, 1, 200, kFaultBadPose);
     log(recorder, 201, 300);
     log(recorder, 301, 500, kFaultBadForce);
-    EXPECT_EQ(recorder.missed(), 1u);
+    EXPECT_EQ(recorder.dropped(), 1u);
     ASSERT_TRUE(recorder.pop(flight));
     EXPECT_EQ(flight.front().output.tick, 1u);
 }
 
-TEST(FlightRecorder, AtTheEndARunningCountdownIsAFlight) {
+TEST(FlightRecorder, FinishEndsARunningRecording) {
     FlightRecorder recorder(0.001);
     std::vector<TickRecord> flight;
     log(recorder, 1, 50);
@@ -96,7 +96,7 @@ TEST(FlightRecorder, ManyFlightsBetweenTwoThreads) {
         takeAll();
     haptics.join();
     takeAll();
-    EXPECT_EQ(taken + recorder.missed(), 150u);
+    EXPECT_EQ(taken + recorder.dropped(), 150u);
     EXPECT_GE(taken, 1u);
 }
 

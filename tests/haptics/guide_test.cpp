@@ -7,14 +7,14 @@
 namespace stylet::haptics {
 namespace {
 
-// The rail points along the patient's +z. Its mouth is at the origin.
+// The rail points along the patient's +z. Its opening is at the origin.
 struct Rail {
     GuideSettings settings;
     GuideState state;
     Pose patient_from_guide;
     bool free = true;
 
-    Guided at(const Vec3& tip_m, const Quat& rotation = {1.0, 0.0, 0.0, 0.0}) {
+    GuideResult at(const Vec3& tip_m, const Quat& rotation = {1.0, 0.0, 0.0, 0.0}) {
         return stepGuide(state, settings, patient_from_guide, {rotation, tip_m}, free);
     }
     double acrossForce(double r_m, double z_m = 0.03) { return at({r_m, 0.0, z_m}).force_n.x; }
@@ -30,7 +30,7 @@ TEST(Guide, TheLineMeetsTheBeamsAxis) {
     EXPECT_NEAR(there.z, 0.0543, 1e-4);
 }
 
-TEST(Guide, AFreeNeedleFeelsTheCrestAndDropsIn) {
+TEST(Guide, FreeNeedleSnapsInPastTheForceMaximum) {
     Rail rail;
     EXPECT_EQ(rail.acrossForce(0.0070), 0.0);
     double last = 0.0;
@@ -41,7 +41,7 @@ TEST(Guide, AFreeNeedleFeelsTheCrestAndDropsIn) {
     }
     EXPECT_FALSE(rail.state.snapped);
     EXPECT_NEAR(last, -1.5, 0.01);
-    const Guided in = rail.at({0.0015, 0.0, 0.03});
+    const GuideResult in = rail.at({0.0015, 0.0, 0.03});
     EXPECT_TRUE(in.event);
     EXPECT_TRUE(rail.state.snapped);
     EXPECT_EQ(in.patient_from_needle.position_m, Vec3(0.0, 0.0, 0.03));
@@ -52,7 +52,7 @@ TEST(Guide, AFreeNeedleFeelsTheCrestAndDropsIn) {
 
 // The force is the gradient of the energy, snapped in or not. Snapping in adds no energy.
 // HZ-FORCE-09
-TEST(Guide, NoEnergyComesFromTheRail) {
+TEST(Guide, RailIsPassive) {
     for (const bool snapped : {false, true}) {
         Rail rail;
         rail.settings.release_n = 1e9;
@@ -79,13 +79,13 @@ TEST(Guide, NoEnergyComesFromTheRail) {
 TEST(Guide, FarFromTheLineThereIsNoEnergy) {
     for (const double z_m : {-0.1, -0.005, -1e-6, 1e-6, 0.03, 0.06 - 1e-6, 0.06 + 1e-6, 0.065, 0.2}) {
         Rail rail;
-        const Guided far = rail.at({0.3, 0.0, z_m});
+        const GuideResult far = rail.at({0.3, 0.0, z_m});
         EXPECT_EQ(far.energy_j, 0.0) << z_m;
         EXPECT_EQ(far.force_n, Vec3(0.0)) << z_m;
     }
 }
 
-TEST(Guide, TheRailsEndsFadeByTheirEnergy) {
+TEST(Guide, ForceAtTheRailEndsIsTheEnergyGradient) {
     for (const double r : {0.0016, 0.003, 0.0055}) {
         Rail rail;
         rail.settings.catch_cosine = 2.0;  // never snaps in
@@ -93,7 +93,7 @@ TEST(Guide, TheRailsEndsFadeByTheirEnergy) {
         EXPECT_EQ(last, Vec3(0.0));
         for (int i = -1999; i <= 8000; ++i) {
             const double z = 1e-5 * i, h = 1e-7;
-            const Guided here = rail.at({r, 0.0, z});
+            const GuideResult here = rail.at({r, 0.0, z});
             EXPECT_FALSE(here.event);
             ASSERT_LT(glm::length(here.force_n - last), 0.005) << z;
             if (i % 50 == 0) {
@@ -109,11 +109,11 @@ TEST(Guide, TheRailsEndsFadeByTheirEnergy) {
 
 // The rail releases a needle that enters the body beside it, and guides it again after withdrawal. Both are
 // events.
-TEST(Guide, ToldWhenTheNeedleIsNoLongerFree) {
+TEST(Guide, EnteringOrLeavingTheBodyNearTheRailIsAnEvent) {
     Rail rail;
     rail.acrossForce(0.003);
     rail.free = false;
-    const Guided in = rail.at({0.003, 0.0, 0.03});
+    const GuideResult in = rail.at({0.003, 0.0, 0.03});
     EXPECT_EQ(in.force_n, Vec3(0.0));
     EXPECT_TRUE(in.event);
     EXPECT_FALSE(rail.at({0.003, 0.0, 0.03}).event);
@@ -139,11 +139,11 @@ TEST(Guide, SnapsInOnlyAlongItsLengthAndFreeAndAligned) {
     EXPECT_TRUE(rail.state.snapped);
 }
 
-TEST(Guide, KeepsTheNeedleOnItsLineUntilDrawnOutOrTorn) {
+TEST(Guide, KeepsTheNeedleOnTheLineUntilWithdrawnOrPulledOut) {
     Rail rail;
     rail.at({0.0, 0.0, 0.05});
     rail.free = false;  // in the body
-    const Guided deep = rail.at({0.020, 0.0, -0.080});
+    const GuideResult deep = rail.at({0.020, 0.0, -0.080});
     EXPECT_TRUE(rail.state.snapped);
     EXPECT_EQ(deep.patient_from_needle.position_m, Vec3(0.0, 0.0, -0.080));
     EXPECT_NEAR(deep.force_n.x, -20.0, 1e-9);

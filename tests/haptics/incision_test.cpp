@@ -39,39 +39,39 @@ class IncisedSkin : public testing::Test {
     const patient::Patient patient_{package_};
 };
 
-TEST_F(IncisedSkin, IsPassedWithoutItsThreshold) {
+TEST_F(IncisedSkin, IsEnteredWithoutPuncture) {
     Hand hand = approach(0.0);
     hand.sweep(0.0005);
     EXPECT_EQ(hand.state.phase, Phase::pass);
     EXPECT_EQ(hand.state.tissue, skin);
     EXPECT_NEAR(hand.force(), 800.0 * 0.0005, 1e-9);
-    EXPECT_TRUE(hand.of(NeedleEventKind::border).empty());
+    EXPECT_TRUE(hand.eventsOf(NeedleEventKind::border).empty());
     hand.sweep(0.010);
     EXPECT_NEAR(hand.force(), 0.7, 1e-9);
     hand.sweep(0.023);
-    EXPECT_EQ(hand.state.phase, Phase::held);  // the fascia is intact
+    EXPECT_EQ(hand.state.phase, Phase::tenting);  // the fascia is intact
 }
 
-TEST_F(IncisedSkin, HoldsBesideTheCutAndBeyondItsEnd) {
+TEST_F(IncisedSkin, TentsBesideTheCutAndBeyondItsEnd) {
     for (const double y_m : {0.0046, -0.0046, 0.02}) {
         Hand hand = approach(y_m);
         hand.sweep(0.0005);
-        EXPECT_EQ(hand.state.phase, Phase::held) << y_m;
+        EXPECT_EQ(hand.state.phase, Phase::tenting) << y_m;
         hand.sweep(0.001);
-        EXPECT_EQ(hand.of(NeedleEventKind::puncture).size(), 1u) << y_m;
+        EXPECT_EQ(hand.eventsOf(NeedleEventKind::puncture).size(), 1u) << y_m;
     }
 }
 
-TEST_F(IncisedSkin, OpensNothingBehindTheSurface) {
+TEST_F(IncisedSkin, DoesNotOpenDeeperBorders) {
     Hand hand = approach(0.0, 0.022);  // a cut that lies on the fascia
     hand.sweep(0.0005);
-    EXPECT_EQ(hand.state.phase, Phase::held);
+    EXPECT_EQ(hand.state.phase, Phase::tenting);
     hand.sweep(0.023);
     EXPECT_EQ(hand.state.tenting.border.to, fascia);
 }
 
 // Where the rim of skin voxels has a gap, the surface is fat. An incision opens it as well.
-TEST(IncisedSurface, WithoutASkinVoxelIsOpenToo) {
+TEST(IncisedSurface, IsOpenWithoutASkinVoxel) {
     const patient::Package package = test::makeColumn({{soft, 0.02}});
     const patient::Patient patient(package);
     Hand hand(patient);
@@ -83,11 +83,11 @@ TEST(IncisedSurface, WithoutASkinVoxelIsOpenToo) {
 }
 
 // An incision is fixed to the tissue. Breathing moves it by 6 mm here.
-TEST(IncisedSkinBreathing, GoesAlongWithTheBreath) {
+TEST(IncisedSkinBreathing, IncisionMovesWithBreathing) {
     patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.02}});
-    test::letBreathe(package, -0.010);
+    test::addBreathing(package, -0.010);
     const patient::Patient patient(package);
-    for (const auto& [z_m, phase] : {std::pair{0.0, Phase::held}, std::pair{-0.006, Phase::pass}}) {
+    for (const auto& [z_m, phase] : {std::pair{0.0, Phase::tenting}, std::pair{-0.006, Phase::pass}}) {
         Hand hand(patient);
         hand.incisions.count = 1;
         hand.incisions.list[0] = {{0.0, -0.003, 0.0}, {0.0, 0.003, 0.0}};

@@ -17,7 +17,7 @@ namespace {
 // Time advances only when the test lets it pass.
 struct MockClock {
     std::int64_t now = 1000000000;
-    std::int64_t call_ns = 5000;  // cost of each look at the clock
+    std::int64_t call_ns = 5000;  // time that each read of the clock takes
     std::uint64_t sleeps = 0, stop_after = 100, oversleep_at = 0;
     std::int64_t oversleep_ns = 0;
     LoopChannels* channels = nullptr;
@@ -37,66 +37,67 @@ struct MockClock {
     }
 };
 
+// The scripted puncture, with everything that a loop needs.
 struct LoopBench {
-    LoopBench() : package(test::scriptedPackage()), patient(package), trace(test::scriptedTrace()) {}
-    patient::Package package;
-    patient::Patient patient;
-    Trace trace;
+    void ticks(int count) {
+        for (int i = 0; i < count; ++i)
+            loopTick(simulation, scripted, channels, stats, std::int64_t(stats.ticks) * 1000000);
+    }
+    void run() { stats = runLoop(simulation, scripted, channels, mock.clock()); }
+
+    patient::Package package = test::scriptedPackage();
+    patient::Patient patient{package};
+    Trace trace = test::scriptedTrace();
+    Simulation simulation{patient, {}};
+    ReplayDevice scripted{trace, 0};
+    LoopChannels channels;
+    LoopStats stats;
+    MockClock mock{.channels = &channels};
 };
 
 TEST(Loop, TicksOnTimeAndTimesItsStep) {
     LoopBench b;
-    Simulation simulation(b.patient, {});
-    LoopChannels channels;
-    MockClock mock;
-    mock.channels = &channels;
-    ReplayDevice device(b.trace, 0);
-    const LoopStats stats = runLoop(simulation, device, channels, mock.clock());
-    EXPECT_EQ(stats.ticks, 100u);
-    EXPECT_EQ(stats.late_ticks, 0u);
-    EXPECT_EQ(stats.faults, 0u);
+    b.run();
+    EXPECT_EQ(b.stats.ticks, 100u);
+    EXPECT_EQ(b.stats.late_ticks, 0u);
+    EXPECT_EQ(b.stats.faults, 0u);
     // A step itself takes no time on the mock clock, but each read of that clock advances it by 5 us.
-    EXPECT_NEAR(stats.max_step_us, 5.0, 1e-9);
+    EXPECT_NEAR(b.stats.max_step_us, 5.0, 1e-9);
     TickRecord record;
     for (std::uint64_t i = 1; i <= 100; ++i) {
-        ASSERT_TRUE(channels.records.pop(record));
+        ASSERT_TRUE(b.channels.records.pop(record));
         EXPECT_EQ(record.output.tick, i);
         std::size_t cursor = 0;
         EXPECT_EQ(record.input.device.device_from_stylus.position_m,
                   sampleAt(b.trace, std::int64_t(i - 1) * 1000000, cursor).device_from_stylus.position_m);
     }
     TickOutput latest;
-    EXPECT_TRUE(channels.latest.read(latest));
+    EXPECT_TRUE(b.channels.latest.read(latest));
     EXPECT_EQ(latest.tick, 100u);
     EXPECT_EQ(latest.state_hash, record.output.state_hash);
 }
 
 // HZ-FORCE-18
-TEST(Loop, ALateTickIsCountedNeverStretchedOrMadeUp) {
-    LoopBench b;
+TEST(Loop, LateTicksAreCountedButNotStretchedOrMadeUp) {
     std::uint64_t hash = 0;
     for (const std::int64_t oversleep_ns : {std::int64_t(0), std::int64_t(900000), std::int64_t(7300000)}) {
-        Simulation simulation(b.patient, {});
-        LoopChannels channels;
-        MockClock mock;
-        mock.channels = &channels;
-        mock.oversleep_at = 40;
-        mock.oversleep_ns = oversleep_ns;
-        ReplayDevice device(b.trace, 0);
-        const std::int64_t began = mock.now;
-        const LoopStats stats = runLoop(simulation, device, channels, mock.clock());
-        EXPECT_EQ(stats.ticks, 100u);
-        EXPECT_EQ(stats.late_ticks, oversleep_ns > 1000000 ? 1u : 0u);
+        LoopBench b;
+        b.mock.oversleep_at = 40;
+        b.mock.oversleep_ns = oversleep_ns;
+        const std::int64_t began = b.mock.now;
+        b.run();
+        EXPECT_EQ(b.stats.ticks, 100u);
+        EXPECT_EQ(b.stats.late_ticks, oversleep_ns > 1000000 ? 1u : 0u);
         // Seven periods are lost. The following ticks stay on the grid of the old deadlines.
-        EXPECT_NEAR(double(mock.now - began), 100e6 + (oversleep_ns > 1000000 ? 7e6 : 0.0), 1e5);
-        if (oversleep_ns == 0) hash = simulation.state().hash.value();
-        EXPECT_EQ(simulation.state().hash.value(), hash);
+        EXPECT_NEAR(double(b.mock.now - began), 100e6 + (oversleep_ns > 1000000 ? 7e6 : 0.0), 1e5);
+        if (oversleep_ns == 0) hash = b.simulation.state().hash.value();
+        EXPECT_EQ(b.simulation.state().hash.value(), hash);
     }
 }
 
 // Every tenth send() lasts `most_ns`. A tick that starts on time is still late if its force is sent after the
 // next tick is due. The period is 1 ms, so a send of 0.9 ms is in time and a send of 1.1 ms is late.
-TEST(Loop, ATickIsLateByTheTimeItsForceIsSent) {
+TEST(Loop, LatenessIsMeasuredWhenTheForceIsSent) {
     class Slow final : public HapticDevice {
       public:
         Slow(MockClock& clock, std::int64_t most_ns) : clock_(clock), most_ns_(most_ns) {}
@@ -112,118 +113,96 @@ TEST(Loop, ATickIsLateByTheTimeItsForceIsSent) {
         int sent_ = 0;
         DeviceProfile profile_;
     };
-    LoopBench b;
     for (const std::int64_t most_ns : {std::int64_t(900'000), std::int64_t(1'100'000)}) {
-        Simulation simulation(b.patient, {});
-        LoopChannels channels;
-        MockClock mock;
-        mock.channels = &channels;
-        Slow device(mock, most_ns);
-        const LoopStats stats = runLoop(simulation, device, channels, mock.clock());
+        LoopBench b;
+        Slow device(b.mock, most_ns);
+        const LoopStats stats = runLoop(b.simulation, device, b.channels, b.mock.clock());
         EXPECT_EQ(stats.ticks, 100u);
         EXPECT_EQ(stats.late_ticks, most_ns > 1'000'000 ? 10u : 0u);
     }
 }
 
-TEST(Loop, CommandsAreTakenEightATickAndLoggedWithIt) {
+TEST(Loop, AtMostEightCommandsPerTickAreAppliedAndLogged) {
     LoopBench b;
-    Simulation simulation(b.patient, {});
-    LoopChannels channels;
-    LoopStats stats;
-    ReplayDevice device(b.trace, 0);
     for (std::uint32_t i = 0; i < 10; ++i)
-        ASSERT_TRUE(channels.commands.push({CommandKind::marker, i}));
-    loopTick(simulation, device, channels, stats, 0);
-    loopTick(simulation, device, channels, stats, 1000000);
+        ASSERT_TRUE(b.channels.commands.push({CommandKind::marker, i}));
+    b.ticks(2);
     TickRecord first, second;
-    ASSERT_TRUE(channels.records.pop(first) && channels.records.pop(second));
+    ASSERT_TRUE(b.channels.records.pop(first) && b.channels.records.pop(second));
     EXPECT_EQ(first.input.command_count, 8u);
     EXPECT_EQ(second.input.command_count, 2u);
     EXPECT_EQ(second.input.commands[1].value, 9u);
 }
 
-TEST(Loop, AFullRingIsAFaultOfTheLoopAndNotOfTheState) {
+TEST(Loop, FullRingIsALoopFaultAndDoesNotChangeTheState) {
     LoopBench b;
-    Simulation simulation(b.patient, {});
-    LoopChannels channels;
-    LoopStats stats;
-    ReplayDevice device(b.trace, 0);
-    for (int i = 0; i < 4096; ++i)
-        loopTick(simulation, device, channels, stats, std::int64_t(i) * 1000000);
-    EXPECT_EQ(stats.faults, 0u);
-    loopTick(simulation, device, channels, stats, 4096000000);
-    EXPECT_EQ(stats.faults, kFaultRingFull);
-    EXPECT_EQ(channels.records.dropped(), 1u);
-    EXPECT_EQ(simulation.state().output.safety.faults, 0u);
+    b.ticks(4096);
+    EXPECT_EQ(b.stats.faults, 0u);
+    b.ticks(1);
+    EXPECT_EQ(b.stats.faults, kFaultRingFull);
+    EXPECT_EQ(b.channels.records.dropped(), 1u);
+    EXPECT_EQ(b.simulation.state().output.safety.faults, 0u);
     TickOutput latest;
-    channels.latest.read(latest);
+    b.channels.latest.read(latest);
     EXPECT_EQ(latest.faults, kFaultRingFull);
 }
 
 // A slow session must not affect the user: the force sent stays bit-identical.
 // HZ-FORCE-18
-TEST(Loop, AFullRingDoesNotTakeTheForceAway) {
-    LoopBench b;
-    Simulation fast(b.patient, {}), slow(b.patient, {});
-    LoopChannels drained, full;
-    LoopStats fast_stats, slow_stats;
-    ReplayDevice fast_device(b.trace, 0), slow_device(b.trace, 0);
+TEST(Loop, FullRingDoesNotRemoveTheForce) {
+    LoopBench drained, full;
     TickRecord record;
     TickOutput sent, expected;
     double most_n = 0.0;
     for (int i = 0; i < test::kScriptedTicks; ++i) {
-        loopTick(fast, fast_device, drained, fast_stats, std::int64_t(i) * 1000000);
-        loopTick(slow, slow_device, full, slow_stats, std::int64_t(i) * 1000000);
-        ASSERT_TRUE(drained.records.pop(record));
-        ASSERT_TRUE(drained.latest.read(expected) && full.latest.read(sent));
+        drained.ticks(1), full.ticks(1);
+        ASSERT_TRUE(drained.channels.records.pop(record));
+        ASSERT_TRUE(drained.channels.latest.read(expected) && full.channels.latest.read(sent));
         ASSERT_EQ(sent.sent_device_n, expected.sent_device_n) << i;
         ASSERT_EQ(sent.state_hash, expected.state_hash) << i;
-        if (slow_stats.faults != 0) most_n = std::max(most_n, glm::length(sent.sent_device_n));
+        if (full.stats.faults != 0) most_n = std::max(most_n, glm::length(sent.sent_device_n));
     }
-    EXPECT_EQ(fast_stats.faults, 0u);
-    EXPECT_EQ(slow_stats.faults, kFaultRingFull);
+    EXPECT_EQ(drained.stats.faults, 0u);
+    EXPECT_EQ(full.stats.faults, kFaultRingFull);
     EXPECT_GT(most_n, 0.2);
 }
 
 // HZ-TEACH-13
 TEST(Loop, AReplayOfItsRecordsEndsInItsHash) {
     LoopBench b;
-    Simulation live(b.patient, {});
-    LoopChannels channels;
+    LoopChannels& channels = b.channels;
     std::vector<TickRecord> records;
-    LoopStats stats;
     std::atomic<std::uint64_t> taken{0};
     std::thread loop([&] {
-        ReplayDevice device(b.trace, 0);
         for (int i = 0; i < test::kScriptedTicks; ++i) {
             while (std::uint64_t(i) > taken.load() + 4000)
                 std::this_thread::yield();
-            loopTick(live, device, channels, stats, std::int64_t(i) * 1000000);
+            b.ticks(1);
         }
         channels.stop.store(true);
     });
-    TickRecord record;
-    EventRecord event;
     int events = 0, commands = 0;
+    const auto drain = [&] {
+        TickRecord record;
+        while (channels.records.pop(record))
+            records.push_back(record);
+        EventRecord event;
+        while (channels.events.pop(event))
+            ++events;
+        taken.store(records.size());
+    };
     while (!channels.stop.load()) {
         if (commands < 2)
             commands +=
                 channels.commands.push({commands == 0 ? CommandKind::holdBreath : CommandKind::breathe, 0});
-        while (channels.records.pop(record))
-            records.push_back(record);
-        taken.store(records.size());
-        while (channels.events.pop(event))
-            ++events;
+        drain();
         std::this_thread::yield();
     }
     loop.join();
-    while (channels.records.pop(record))
-        records.push_back(record);
-    while (channels.events.pop(event))
-        ++events;
+    drain();
     EXPECT_GE(events, 3);
 
-    EXPECT_EQ(stats.faults, 0u);
+    EXPECT_EQ(b.stats.faults, 0u);
     Simulation replay(b.patient, {});
     TickOutput out;
     NeedleEvents again;
@@ -231,48 +210,39 @@ TEST(Loop, AReplayOfItsRecordsEndsInItsHash) {
         replay.step(r.input, out, again);
         ASSERT_EQ(out.state_hash, r.output.state_hash) << "tick " << out.tick;
     }
-    EXPECT_EQ(out.state_hash, live.state().hash.value());
+    EXPECT_EQ(out.state_hash, b.simulation.state().hash.value());
 }
 
-TEST(Loop, TellsWhereTheTipWasAndWhen) {
+TEST(Loop, PublishesTipPosesWithTimes) {
     LoopBench b;
-    Simulation simulation(b.patient, {});
-    LoopChannels channels;
-    MockClock mock;
-    mock.channels = &channels;
-    ReplayDevice device(b.trace, 0);
-    const std::int64_t began = mock.now;
-    runLoop(simulation, device, channels, mock.clock());
+    const std::int64_t began = b.mock.now;
+    b.run();
     TipSample tip;
     TickRecord record;
     for (std::uint64_t i = 1; i <= 100; ++i) {
-        ASSERT_TRUE(channels.tips.pop(tip) && channels.records.pop(record));
+        ASSERT_TRUE(b.channels.tips.pop(tip) && b.channels.records.pop(record));
         EXPECT_EQ(tip.tick, i);
         EXPECT_EQ(tip.tool, Tool::needle);
         EXPECT_TRUE(tip.fresh);
         EXPECT_NEAR(double(tip.t_ns - began), double(i - 1) * 1e6, 2e4);
         EXPECT_EQ(tip.patient_from_tip.position_m, record.output.patient_from_needle.position_m);
     }
-    EXPECT_FALSE(channels.tips.pop(tip));
+    EXPECT_FALSE(b.channels.tips.pop(tip));
 }
 
 TEST(Loop, AFullRingOfTipsIsNoFault) {
     LoopBench b;
-    Simulation simulation(b.patient, {});
-    LoopChannels channels;
-    LoopStats stats;
-    ReplayDevice device(b.trace, 0);
     TickRecord record;
     for (int i = 0; i < 5000; ++i) {
-        loopTick(simulation, device, channels, stats, std::int64_t(i) * 1000000);
-        channels.records.pop(record);
+        b.ticks(1);
+        b.channels.records.pop(record);
     }
-    EXPECT_GT(channels.tips.dropped(), 0u);
-    EXPECT_EQ(stats.faults, 0u);
+    EXPECT_GT(b.channels.tips.dropped(), 0u);
+    EXPECT_EQ(b.stats.faults, 0u);
 }
 
 // A device at a position that the test sets, with fresh readings as often as the test wants.
-class Placed final : public HapticDevice {
+class FixedPoseDevice final : public HapticDevice {
   public:
     const DeviceProfile& profile() const noexcept override { return profile_; }
     DeviceState read(std::int64_t) noexcept STYLET_NONBLOCKING override {
@@ -294,12 +264,8 @@ class Placed final : public HapticDevice {
     DeviceProfile profile_;
 };
 
-struct Pausing {
-    LoopBench b;
-    Simulation simulation{b.patient, {}};
-    LoopChannels channels;
-    LoopStats stats;
-    Placed device;
+struct PauseBench : LoopBench {
+    FixedPoseDevice device;
     std::vector<TickRecord> records;
 
     // Runs periods like runLoop(), moving at `m_s` along the needle.
@@ -307,7 +273,7 @@ struct Pausing {
         for (int i = 0; i < count; ++i) {
             device.x_m += m_s * 0.001;
             const std::int64_t t_ns = std::int64_t(stats.ticks) * 1000000;
-            if (!loopPaused(simulation, device, channels, stats, t_ns))
+            if (!loopPausedPeriod(simulation, device, channels, stats, t_ns))
                 loopTick(simulation, device, channels, stats, t_ns);
             TickRecord record;
             while (channels.records.pop(record))
@@ -317,7 +283,7 @@ struct Pausing {
     void command(CommandKind kind, std::uint32_t value = 0) { channels.commands.push({kind, value}); }
     const TickOutput& last() const { return records.back().output; }
     std::uint64_t replayedHash() const {
-        Simulation replay(b.patient, {});
+        Simulation replay(patient, {});
         TickOutput out;
         NeedleEvents events;
         for (const TickRecord& record : records)
@@ -327,8 +293,8 @@ struct Pausing {
 };
 
 // HZ-FORCE-23
-TEST(LoopHold, BeginsOnceTheForceIsGoneAndSendsZeroEveryPeriod) {
-    Pausing p;
+TEST(LoopPause, BeginsAtZeroForceAndSendsZeroEveryPeriod) {
+    PauseBench p;
     p.periods(1700);
     p.periods(400, 0.02);
     ASSERT_EQ(p.last().stage, ForceStage::on);
@@ -364,9 +330,9 @@ TEST(LoopHold, BeginsOnceTheForceIsGoneAndSendsZeroEveryPeriod) {
 // it must not keep the force off after the pause. Tested with two devices: one has a fresh reading at every
 // poll, the other has fresh readings less often.
 // HZ-FORCE-23
-TEST(LoopHold, TheWayMovedMeanwhileNeitherCutsNorBlocks) {
+TEST(LoopPause, MotionDuringThePauseNeitherCutsNorBlocks) {
     for (const bool fresh_always : {true, false}) {
-        Pausing p;
+        PauseBench p;
         p.periods(1700);
         p.channels.pause.store(true);
         p.command(CommandKind::focus, 0);
@@ -398,8 +364,8 @@ TEST(LoopHold, TheWayMovedMeanwhileNeitherCutsNorBlocks) {
 }
 
 // HZ-FORCE-23
-TEST(LoopHold, ANeedleInTheBodyStaysThereUntilTheHandIsBack) {
-    Pausing p;
+TEST(LoopPause, NeedleInTheBodyStaysUntilTheHandReturns) {
+    PauseBench p;
     p.periods(1700);
     p.periods(900, 0.02);
     ASSERT_NE(p.last().phase, Phase::outside);
@@ -417,11 +383,11 @@ TEST(LoopHold, ANeedleInTheBodyStaysThereUntilTheHandIsBack) {
     p.periods(200);
     EXPECT_EQ(p.records.size(), ticks);
     EXPECT_TRUE(p.channels.paused.load());
-    EXPECT_NEAR(p.channels.to_return_m.load(), 0.015, 1e-9);
+    EXPECT_NEAR(p.channels.return_distance_m.load(), 0.015, 1e-9);
     p.device.x_m = x_m + 0.001;
     p.periods(50);
     EXPECT_EQ(p.records.size(), ticks + 50);
-    EXPECT_EQ(p.channels.to_return_m.load(), 0.0);
+    EXPECT_EQ(p.channels.return_distance_m.load(), 0.0);
     EXPECT_NE(p.last().phase, Phase::outside);
     EXPECT_FALSE(p.channels.events.pop(event));
     EXPECT_EQ(p.replayedHash(), p.simulation.state().hash.value());

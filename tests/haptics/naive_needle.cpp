@@ -23,8 +23,8 @@ Tissue NaiveNeedle::at(double x_m) const {
 }
 
 double NaiveNeedle::force() const {
-    if (!behindHold()) return row(tissue_).stiffness_n_per_m * e_m_;
-    const Hold& h = holds_.back();
+    if (!isTentingAtTip()) return row(tissue_).stiffness_n_per_m * e_m_;
+    const TentingBorder& h = tenting_.back();
     const double k = row(h.border.to).stiffness_n_per_m, d = x_m_ - h.x_m, t = row(h.border.to).cut_force_n;
     if (std::isinf(t)) return std::min(h.a0_n + k * d, std::max(settings_.max_force_n, h.a0_n));
     const double a1 = settings_.a1_share * k;
@@ -53,14 +53,14 @@ void NaiveNeedle::to(double x_m) {
     }
 }
 
-void NaiveNeedle::slide(double way_m) {
+void NaiveNeedle::slide(double travel_m) {
     const auto& t = row(tissue_);
     if (t.stiffness_n_per_m == 0.0) {
         e_m_ = 0.0;
         return;
     }
     const double most_m = t.friction_n / t.stiffness_n_per_m;
-    e_m_ = std::clamp(e_m_ + way_m, -most_m, most_m);
+    e_m_ = std::clamp(e_m_ + travel_m, -most_m, most_m);
 }
 
 // Phases 2 and 4 without tenting.
@@ -83,64 +83,64 @@ void NaiveNeedle::meet(const Border& border, bool queued_after) {
     });
     const bool resists = t.stiffness_n_per_m > 0.0 && t.cut_force_n > f + 1e-6;
     if (std::isinf(t.cut_force_n) || (resists && !is_cut && !(queued_after && !t.membrane)))
-        holds_ = {{x_m_, f, border}};
+        tenting_ = {{x_m_, f, border}};
     else
         enter(border, f, !resists);
 }
 
 void NaiveNeedle::forward(Tissue x) {
     const Border border{x_m_, x};
-    const Tissue front = !queue_.empty()   ? queue_.back().to
-                         : !holds_.empty() ? holds_.back().border.to
-                                           : tissue_;
-    const bool on_bone = behindHold() && std::isinf(row(holds_.back().border.to).cut_force_n);
+    const Tissue front = !queue_.empty()     ? queue_.back().to
+                         : !tenting_.empty() ? tenting_.back().border.to
+                                             : tissue_;
+    const bool on_bone = isTentingAtTip() && std::isinf(row(tenting_.back().border.to).cut_force_n);
     if (!on_bone && x != front) {
-        if (holds_.empty()) {
+        if (tenting_.empty()) {
             meet(border, false);
         } else if (std::isinf(row(x).cut_force_n)) {
-            holds_.push_back({x_m_, force(), border});
-        } else if (row(holds_.back().border.to).membrane) {
+            tenting_.push_back({x_m_, force(), border});
+        } else if (row(tenting_.back().border.to).membrane) {
             queue_.push_back(border);
         } else {
-            const Border left = holds_.back().border;
+            const Border left = tenting_.back().border;
             const double f = force();
-            holds_.clear();
+            tenting_.clear();
             enter(left, f, false);
             meet(border, false);
         }
     }
-    if (!behindHold()) {
+    if (!isTentingAtTip()) {
         slide(kStep_m);
-        if (behindHold()) holds_.back().a0_n = row(tissue_).stiffness_n_per_m * e_m_;
+        if (isTentingAtTip()) tenting_.back().a0_n = row(tissue_).stiffness_n_per_m * e_m_;
         return;
     }
-    const Hold h = holds_.back();
+    const TentingBorder h = tenting_.back();
     if (std::isinf(row(h.border.to).cut_force_n) || force() < row(h.border.to).cut_force_n) return;
-    holds_.clear();
+    tenting_.clear();
     enter(h.border, row(h.border.to).cut_force_n, true);
     const std::vector<Border> queue = queue_;
     queue_.clear();
     for (std::size_t i = 0; i < queue.size(); ++i) {
         meet(queue[i], i + 1 < queue.size());
-        if (holds_.empty()) continue;
+        if (tenting_.empty()) continue;
         queue_.assign(queue.begin() + long(i) + 1, queue.end());
         break;
     }
 }
 
 void NaiveNeedle::backward(Tissue x) {
-    const bool on_bone = !holds_.empty() && std::isinf(row(holds_.back().border.to).cut_force_n);
+    const bool on_bone = !tenting_.empty() && std::isinf(row(tenting_.back().border.to).cut_force_n);
     if (on_bone) {
-        if (behindHold()) return;
-        holds_.pop_back();  // the border below the bone is still tenting
+        if (isTentingAtTip()) return;
+        tenting_.pop_back();  // the border below the bone is still tenting
     }
     if (!queue_.empty()) {
         if (x != queue_.back().to) queue_.pop_back();
-    } else if (!behindHold() && !holds_.empty() && x != holds_.back().border.to) {
-        holds_.clear();  // the tip is in front of the border again
+    } else if (!isTentingAtTip() && !tenting_.empty() && x != tenting_.back().border.to) {
+        tenting_.clear();  // the tip is in front of the border again
     }
-    if (behindHold()) return;
-    if (holds_.empty() && x != tissue_) enter({x_m_, x}, force(), false);
+    if (isTentingAtTip()) return;
+    if (tenting_.empty() && x != tissue_) enter({x_m_, x}, force(), false);
     slide(-kStep_m);
 }
 

@@ -17,7 +17,7 @@ class NaiveNeedle {
 
     void to(double x_m);  // moves in steps of kStep_m
     double force() const;
-    bool isHeld() const { return !holds_.empty(); }
+    bool isTenting() const { return !tenting_.empty(); }
     // Distance from the tip to the nearest border or past event.
     double distanceToEvent() const;
 
@@ -28,18 +28,18 @@ class NaiveNeedle {
         double x_m = 0.0;
         patient::Tissue to = patient::Tissue::air;
     };
-    struct Hold {
+    struct TentingBorder {
         double x_m = 0.0, a0_n = 0.0;  // tip position and force when the border was reached
         Border border;
     };
     const patient::TissueRow& row(patient::Tissue t) const { return table_[std::size_t(t)]; }
     patient::Tissue at(double x_m) const;
-    bool behindHold() const { return !holds_.empty() && x_m_ >= holds_.back().x_m; }
+    bool isTentingAtTip() const { return !tenting_.empty() && x_m_ >= tenting_.back().x_m; }
     void forward(patient::Tissue);
     void backward(patient::Tissue);
     void meet(const Border&, bool queued_after);
     void enter(const Border&, double force_n, bool cut);
-    void slide(double way_m);
+    void slide(double travel_m);
 
     Layers layers_;
     patient::TissueTable table_;
@@ -47,7 +47,7 @@ class NaiveNeedle {
     long long step_ = 0;
     double x_m_ = 0.0, e_m_ = 0.0;
     patient::Tissue tissue_;
-    std::vector<Hold> holds_;  // one border, and possibly bone on top of it
+    std::vector<TentingBorder> tenting_;  // one border, and possibly bone on top of it
     std::vector<Border> queue_, cuts_;
     std::vector<double> events_m_;
 };

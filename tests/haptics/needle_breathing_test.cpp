@@ -18,7 +18,7 @@ using test::Hand;
 struct Breathing {
     explicit Breathing(double travel_m) {
         package = test::makeColumn({{skin, 0.002}, {soft, 0.010}, {liver, 0.040}});
-        test::letBreathe(package, travel_m);
+        test::addBreathing(package, travel_m);
     }
     patient::Package package;
 };
@@ -71,7 +71,7 @@ TEST(NeedleBreathing, AStillHandInAStillPatientFeelsNoChange) {
     EXPECT_EQ(hand.state.channel_reference_m, channel);
 }
 
-TEST(NeedleBreathing, AHeldBreathDoesNotLetTheChannelDrift) {
+TEST(NeedleBreathing, ChannelDoesNotDriftDuringABreathHold) {
     const Breathing b(-0.015);
     const patient::Patient patient(b.package);
     Hand hand(patient);
@@ -88,7 +88,7 @@ TEST(NeedleBreathing, AHeldBreathDoesNotLetTheChannelDrift) {
     EXPECT_EQ(hand.force(), began_n);
 }
 
-TEST(NeedleBreathing, TheLiverSlidingPastIsCutSideways) {
+TEST(NeedleBreathing, SlidingLiverIsCutSideways) {
     const Breathing b(-0.015);
     const patient::Patient patient(b.package);
     Hand hand(patient);
@@ -112,7 +112,7 @@ TEST(NeedleBreathing, TheLiverSlidingPastIsCutSideways) {
 
 // The channel point uses a first-order approximation of the motion field around its last evaluation.
 // Neither position nor depth may drift from the exact values.
-TEST(NeedleBreathing, TheChannelKeepsItsPlaceInAFieldThatBends) {
+TEST(NeedleBreathing, ChannelKeepsItsReferencePositionInABendingField) {
     Breathing b(0.0);
     b.package.motion = test::makeBending();
     const patient::MotionModel& motion = b.package.motion;
@@ -151,9 +151,9 @@ TEST(NeedleBreathing, TheChannelKeepsItsPlaceInAFieldThatBends) {
     EXPECT_GT(s.lateral_cut_m, 0.005);
 }
 
-// At the cavity's surface, x = 10 mm, the inside has slid by 15 mm. In the reference the path jumps from z
-// = 0 to z = 15 mm across a rib. The needle must not meet that rib.
-TEST(NeedleBreathing, NothingBetweenTwoSlidSidesIsOnTheWay) {
+// At the cavity's surface, x = 10 mm, the inside has slid by 15 mm. In the reference frame the path jumps
+// from z = 0 to z = 15 mm across a rib. The needle must not meet that rib.
+TEST(NeedleBreathing, TissueBetweenSlidSidesIsNotOnThePath) {
     Breathing b(-0.015);
     b.package.motion = test::makeMotion(Vec3(0.3), 0.1, [](const Vec3& p) {
         test::MotionPoint q;
@@ -161,7 +161,7 @@ TEST(NeedleBreathing, NothingBetweenTwoSlidSidesIsOnTheWay) {
         q.level_m = 0.010 - p.x;
         return q;
     });
-    b.package = test::widen(b.package, 80, 0.001);
+    b.package = test::repeatColumn(b.package, 80, 0.001);
     LabelVolume& labels = b.package.labels;
     for (std::size_t i = 0; i < labels.voxels.size(); ++i) {
         const int nx = labels.grid.dims.x, ny = labels.grid.dims.y;
@@ -192,7 +192,7 @@ TEST(NeedleBreathing, AGapOrAnOverlapOfTheSidesIsCrossedLikeAnyTissue) {
             q.level_m = 0.020 - p.x;
             return q;
         });
-        b.package = test::widen(b.package, 80, 0.001);
+        b.package = test::repeatColumn(b.package, 80, 0.001);
         const patient::Patient patient(b.package);
         Hand hand(patient);
         hand.breath = {1.0, 0.0};
@@ -214,7 +214,7 @@ TEST(NeedleBreathing, AGapOrAnOverlapOfTheSidesIsCrossedLikeAnyTissue) {
 }
 
 // A hole is fixed to the tissue. Here it moves with the breath, perpendicular to the needle.
-TEST(NeedleBreathing, CutBordersGoAlongWithTheBreath) {
+TEST(NeedleBreathing, CutBordersMoveWithBreathing) {
     const Breathing b(-0.010);
     const patient::Patient patient(b.package);
     const auto cutsAt = [&](double v, double z_m) {
@@ -226,7 +226,7 @@ TEST(NeedleBreathing, CutBordersGoAlongWithTheBreath) {
         hand.to({-0.004, 0.0003, z_m});
         hand.events.clear();
         hand.sweep(0.020);
-        return hand.of(NeedleEventKind::puncture).size();
+        return hand.eventsOf(NeedleEventKind::puncture).size();
     };
     EXPECT_EQ(cutsAt(0.0, 0.0002), 0u);           // the same hole
     EXPECT_EQ(cutsAt(0.6, 0.0002), 1u);           // the hole has moved 6 mm down
@@ -234,12 +234,12 @@ TEST(NeedleBreathing, CutBordersGoAlongWithTheBreath) {
     EXPECT_EQ(cutsAt(0.6, 0.0002 - 0.0041), 1u);  // beside the moved hole
 }
 
-// Tenting on the liver's capsule (with a table that makes it tent), along the breathing motion: the surface
-// moves toward the tip and away from it.
-TEST(NeedleBreathing, AHeldSurfaceGoesAlongWithTheBreath) {
+// The needle tents the liver's capsule (the table is changed so that it tents) along the breathing motion.
+// The surface moves toward the tip and away from it.
+TEST(NeedleBreathing, TentingSurfaceMovesWithBreathing) {
     Breathing b(0.004);
     b.package.tissues[std::size_t(liver)].cut_force_n = 2.0;
-    b.package = test::widen(b.package, 120, 0.001);
+    b.package = test::repeatColumn(b.package, 120, 0.001);
     for (std::size_t i = 0; i < b.package.labels.voxels.size(); ++i) {
         // Layers along z instead: soft tissue, then liver above z = 0.
         const Grid& g = b.package.labels.grid;
@@ -253,8 +253,8 @@ TEST(NeedleBreathing, AHeldSurfaceGoesAlongWithTheBreath) {
     hand.to({0.020, 0.0, -0.065});
     for (int i = 0; i <= 680; ++i)
         hand.to({0.020, 0.0, -0.065 + 0.0001 * i});
-    // Half of 4 mm up, and 1 mm behind the surface.
-    ASSERT_EQ(hand.state.phase, Phase::held);
+    // The surface has moved up by half of 4 mm. The tip is 1 mm behind it.
+    ASSERT_EQ(hand.state.phase, Phase::tenting);
     const double behind_m = hand.state.tenting.depth_m, k = 1200.0, rise_n = 2.0 - 0.7;
     ASSERT_NEAR(behind_m, 0.001, 2e-5);
     const auto curve = [&](double d) { return 0.7 + 0.5 * k * d + 0.5 * k * k / rise_n * d * d; };
@@ -266,19 +266,19 @@ TEST(NeedleBreathing, AHeldSurfaceGoesAlongWithTheBreath) {
     EXPECT_NEAR(hand.last.tissue_moved_m.z, 0.0004, 2e-5);
     hand.breath = {0.4, 0.0};  // and back down
     hand.to(tip);
-    EXPECT_EQ(hand.of(NeedleEventKind::puncture).size(), 2u);  // soft tissue and liver
+    EXPECT_EQ(hand.eventsOf(NeedleEventKind::puncture).size(), 2u);  // soft tissue and liver
     EXPECT_NEAR(hand.last.tissue_moved_m.z, -0.0008, 2e-5);
     hand.to(tip);
     EXPECT_EQ(hand.last.tissue_moved_m, Vec3(0.0));
 }
 
-TEST(NeedleBreathing, TheSkinComesToAStillHand) {
+TEST(NeedleBreathing, BreathingPushesTheSurfaceOntoAStillNeedle) {
     const Breathing b(0.0);
     patient::Package package = b.package;
-    test::letBreathe(package, 0.004);
+    test::addBreathing(package, 0.004);
     const patient::Patient patient(package);
-    // From below the column's end face (z < -40 mm), pointing up. The liver moves down onto the needle and
-    // away again.
+    // The needle is above the column's end face at z = 40 mm and points down. The liver moves up onto the
+    // needle and away again.
     Hand hand(patient);
     hand.axis = {0.0, 0.0, -1.0};
     hand.to({0.030, 0.0, 0.0401});

@@ -26,8 +26,8 @@ struct Coverage {
     std::size_t compared = 0, punctures = 0, pushed = 0, withdrawn = 0;
 };
 
-// Checks one puncture against Eq. 1 and the threshold from the table. `held` is the event at which its
-// border was met.
+// Checks one puncture against Eq. 1 and the threshold from the table. `held` is the event at which its border
+// began to tent.
 void expectClosedForm(const patient::TissueTable& table, const NeedleEvent& held, const NeedleEvent& cut) {
     ASSERT_EQ(held.kind, NeedleEventKind::border);
     ASSERT_EQ(held.border.to, cut.border.to);
@@ -107,8 +107,8 @@ TEST(NeedleRandom, SampledEqualsExactForAThousandTables) {
     EXPECT_GT(coverage.withdrawn, 10u);
 }
 
-// Half of the blocks are labelled. The others depend on thresholds and on the track's flags. Air and skin
-// come first.
+// Half of the blocks are labelled. The tissue of the others depends on CT thresholds and on the track's
+// flags. Air and skin come first.
 patient::Package randomBlocks(Random& random) {
     constexpr int kBlocks = 14, kVoxels = 3;
     patient::Package package = test::makeColumn({{Tissue::skin, 0.001}});
@@ -151,11 +151,11 @@ TEST(NeedleRandom, SampledEqualsExactAlongObliquePathsThroughVoxels) {
 }
 
 // HZ-FORCE-01
-TEST(NeedleRandom, AnyHandKeepsTheForceFiniteAndBounded) {
+TEST(NeedleRandom, RandomMotionKeepsTheForceFiniteAndBounded) {
     for (std::uint64_t seed = 1; seed <= 50; ++seed) {
         Random random(seed);
         patient::Package package = test::makeColumn(randomLayers(random));
-        test::letBreathe(package, 0.015);
+        test::addBreathing(package, 0.015);
         const patient::Patient patient(package);
         Hand hand(patient);
         Vec3 tip{-0.003, 0.0, 0.0};

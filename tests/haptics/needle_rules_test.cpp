@@ -16,7 +16,7 @@ using test::Hand;
 using test::kTorso;
 using test::Puncture;
 
-TEST(NeedleRules, TheExtensionIsKeptSoTheSustainedForceKeepsItsBits) {
+TEST(NeedleRules, SustainedForceIsBitwiseConstant) {
     Puncture p(kTorso);
     p.hand.sweep(0.031);
     const double force_n = p.hand.force();
@@ -27,7 +27,7 @@ TEST(NeedleRules, TheExtensionIsKeptSoTheSustainedForceKeepsItsBits) {
     }
 }
 
-TEST(NeedleRules, OneTickThroughTheWholeTorsoMeetsEveryBorder) {
+TEST(NeedleRules, OneTickThroughTheWholeTorsoReportsEveryBorder) {
     Puncture leap(kTorso), creep(kTorso);
     leap.hand.to(0.065);
     creep.hand.sweep(0.065, 0.00001);
@@ -41,7 +41,7 @@ TEST(NeedleRules, OneTickThroughTheWholeTorsoMeetsEveryBorder) {
 }
 
 // Duct 0.5 N -> liver 0.9 N: (0.9 - 0.5) / 1.2 = 0.333 mm.
-TEST(NeedleRules, ARiseWithoutAHoldBuilds) {
+TEST(NeedleRules, ForceRisesGraduallyWithoutTenting) {
     Puncture p(kTorso);
     p.hand.sweep(0.059 - 1e-6);
     ASSERT_NEAR(p.hand.force(), 0.5, 1e-9);
@@ -54,15 +54,15 @@ TEST(NeedleRules, ARiseWithoutAHoldBuilds) {
     EXPECT_NEAR(p.hand.force(), 0.9, 1e-9);
 }
 
-// A clipped corner was never punctured. Met again on the way in with a negative force, its tenting starts
-// at that force.
-TEST(NeedleRules, ABorderMetWithAPullHoldsFromThere) {
+// The needle clips a corner without puncturing it. When it advances into the corner again with a negative
+// force, tenting starts at that force.
+TEST(NeedleRules, TentingStartsFromANegativeForce) {
     Puncture p({{skin, 0.002}, {liver, 0.02}, {duct, 0.0002}, {liver, 0.02}});
     p.hand.sweep(0.030);
     p.hand.sweep(0.02195);
     ASSERT_NEAR(p.hand.force(), -0.5 - 0.06, 1e-9);  // the duct's friction, then 0.05 mm of liver
     p.hand.sweep(0.0221);
-    ASSERT_EQ(p.hand.state.phase, Phase::held);
+    ASSERT_EQ(p.hand.state.phase, Phase::tenting);
     const double a0 = -0.5, a2 = 1000.0 * 500.0 / (1.2 - a0);
     EXPECT_NEAR(p.hand.state.tenting.a0_n, a0, 1e-9);
     EXPECT_NEAR(p.hand.force(), a0 + 500.0 * 0.0001 + a2 * 1e-8, 1e-9);
@@ -94,10 +94,10 @@ TEST(NeedleRules, EveryShareOfA1FollowsItsCurve) {
     }
 }
 
-TEST(NeedleRules, AirBehindAThinMembraneIsMetAtItsCut) {
+TEST(NeedleRules, AirBehindAThinMembraneIsEnteredAtItsPuncture) {
     Puncture p({{skin, 0.002}, {soft, 0.02}, {fascia, 0.0002}, {air, 0.01}, {soft, 0.01}});
     p.hand.sweep(0.0238 - 1e-6);
-    EXPECT_EQ(p.hand.state.phase, Phase::held);
+    EXPECT_EQ(p.hand.state.phase, Phase::tenting);
     EXPECT_NEAR(p.hand.force(), 2.5, 0.01);
     p.hand.sweep(0.0238 + 1e-6);
     EXPECT_EQ(p.hand.force(), 0.0);
@@ -107,7 +107,7 @@ TEST(NeedleRules, AirBehindAThinMembraneIsMetAtItsCut) {
     EXPECT_NEAR(p.last().border.reference_m.x, 0.0222, 1e-9);
 }
 
-// The border that is met first decides. Bone queued behind a membrane would be punctured together with it.
+// Bone must not be queued behind a membrane, because it would be punctured together with the membrane.
 TEST(NeedleRules, BoneIsNeverQueued) {
     Puncture p({{skin, 0.002}, {soft, 0.01}, {fascia, 0.0002}, {liver, 0.0003}, {bone, 0.01}});
     p.hand.sweep(0.0125 + 1e-6);
@@ -115,12 +115,12 @@ TEST(NeedleRules, BoneIsNeverQueued) {
     const double there_n = p.hand.force();
     p.hand.sweep(0.0125 + 0.010);
     EXPECT_NEAR(p.hand.force(), there_n + 2000.0 * 0.010, 0.01);
-    EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 1u);  // the skin's puncture
+    EXPECT_EQ(p.hand.eventsOf(NeedleEventKind::puncture).size(), 1u);  // the skin's puncture
 }
 
-// Only the liver proves that the fascia was passed, as on a subcostal path. A contrast-filled vessel counts
-// as bone before that proof and as soft tissue after it.
-TEST(NeedleRules, TheLiverProvesTheFasciaPassedUntilItIsLeft) {
+// On a subcostal path, only the liver proves that the fascia was passed. A contrast-filled vessel counts as
+// bone before that proof and as soft tissue after it.
+TEST(NeedleRules, EnteringTheLiverSetsTheFasciaFlagUntilWithdrawal) {
     patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.02}, {liver, 0.02}, {soft, 0.01}});
     for (int i = 430; i < 520; ++i) {
         package.labels[{i, 0, 0}] = 0;
@@ -139,7 +139,8 @@ TEST(NeedleRules, TheLiverProvesTheFasciaPassedUntilItIsLeft) {
     EXPECT_EQ(patient.at(Vec3(0.045, 0.0, 0.0), hand.state.track).tissue, bone);
 }
 
-// "This only lowers the force at once": for insertion and withdrawal, with any force table.
+// The model says: "This only lowers the force at once". Tested for insertion and withdrawal, with random
+// force tables.
 TEST(NeedleRules, AChangeOfTissueOnlyLowersTheForce) {
     std::size_t changes = 0;
     for (std::uint64_t seed = 1; seed <= 200; ++seed) {
@@ -153,9 +154,9 @@ TEST(NeedleRules, AChangeOfTissueOnlyLowersTheForce) {
             while (std::fabs(hand.state.tip_deformed_m.x - goal_m) > step_m) {
                 const Tissue before = hand.state.tissue;
                 const Phase phase = hand.state.phase;
-                const double before_n = hand.force(), way_m = goal_m - hand.state.tip_deformed_m.x;
+                const double before_n = hand.force(), travel_m = goal_m - hand.state.tip_deformed_m.x;
                 hand.events.clear();
-                hand.to(hand.state.tip_deformed_m.x + std::copysign(step_m, way_m));
+                hand.to(hand.state.tip_deformed_m.x + std::copysign(step_m, travel_m));
                 for (const NeedleEvent& e : hand.events)
                     ASSERT_LE(std::fabs(e.force_after_n), std::fabs(e.force_before_n) + 1e-9);
                 if (hand.state.tissue == before || phase != Phase::pass || hand.state.phase != Phase::pass)
@@ -183,7 +184,7 @@ void account(Ledger& ledger, const ToolForce& before, const ToolForce& after, co
     ledger.shortfall_j = std::max(ledger.shortfall_j, after.energy_j - before.energy_j - work_j);
 }
 
-TEST(NeedleEnergy, IsTheIntegralOfTheForceWhileHeldAndTheSpringInPass) {
+TEST(NeedleEnergy, EqualsTheForceIntegralWhileTentingAndTheSpringEnergyInPass) {
     Puncture p(kTorso);
     p.hand.sweep(0.0005);
     const double a2 = 800.0 * 400.0 / 0.7;
@@ -196,7 +197,7 @@ TEST(NeedleEnergy, IsTheIntegralOfTheForceWhileHeldAndTheSpringInPass) {
     EXPECT_NEAR(p.hand.last.force_n.y, -0.3, 1e-9);
 }
 
-TEST(NeedleEnergy, AgainstBoneItGoesOnAtTheMaximum) {
+TEST(NeedleEnergy, KeepsRisingLinearlyAtMaximumForceOnBone) {
     Puncture p({{skin, 0.002}, {soft, 0.01}, {bone, 0.05}});
     p.hand.sweep(0.012);
     const double before_j = p.hand.last.energy_j;
@@ -206,7 +207,7 @@ TEST(NeedleEnergy, AgainstBoneItGoesOnAtTheMaximum) {
 }
 
 // Between events, the springs never gain more energy than the hand puts in, whatever its motion.
-TEST(NeedleEnergy, BetweenEventsNoneComesFromNowhere) {
+TEST(NeedleEnergy, IsPassiveBetweenEvents) {
     Ledger ledger;
     for (std::uint64_t seed = 1; seed <= 100; ++seed) {
         test::RandomColumn column(seed);
@@ -230,7 +231,7 @@ TEST(NeedleEnergy, BetweenEventsNoneComesFromNowhere) {
     EXPECT_GT(ledger.spent_j, 0.01);
 }
 
-TEST(NeedleEnergy, AnEventIsToldInTheTickOfAnyStep) {
+TEST(NeedleEnergy, EveryForceStepIsFlaggedAsAnEvent) {
     std::size_t steps = 0;
     for (std::uint64_t seed = 1; seed <= 100; ++seed) {
         test::RandomColumn column(seed);
@@ -251,23 +252,21 @@ TEST(NeedleEnergy, AnEventIsToldInTheTickOfAnyStep) {
     EXPECT_GT(steps, 500u);
 }
 
-// The same with oblique borders and arbitrary motion: borders are met, left, slid along and cut sideways.
-TEST(NeedleEnergy, AnEventIsToldInTheTickOfAnyStepAlsoAskew) {
+// The test above with oblique borders and arbitrary motion: borders are met, left, slid along and cut
+// sideways.
+TEST(NeedleEnergy, EveryForceStepIsFlaggedAsAnEventOnSlantedLayers) {
     std::size_t steps = 0, sideways = 0;
     for (std::uint64_t seed = 1; seed <= 300; ++seed) {
         test::Random random(seed);
         patient::Package package =
-            test::widen(test::makeColumn(test::randomLayers(random), 0.0005), 60, 0.0005);
+            test::repeatColumn(test::makeColumn(test::randomLayers(random), 0.0005), 60, 0.0005);
         package.tissues = test::randomTable(random);
         const LabelVolume upright = package.labels;
         const double slant_y = test::uniform(random, -1.5, 1.5), slant_z = test::uniform(random, -1.5, 1.5);
-        Index3 i;
-        for (i.z = 0; i.z < 60; ++i.z)
-            for (i.y = 0; i.y < 60; ++i.y)
-                for (i.x = 0; i.x < upright.grid.dims.x; ++i.x) {
-                    const Vec3 p = upright.grid.centre(i);
-                    package.labels[i] = upright.nearestOr({p.x + slant_y * p.y + slant_z * p.z, p.y, p.z}, 0);
-                }
+        forEachVoxel(upright.grid, [&](const Index3& i) {
+            const Vec3 p = upright.grid.centre(i);
+            package.labels[i] = upright.nearestOr({p.x + slant_y * p.y + slant_z * p.z, p.y, p.z}, 0);
+        });
         const patient::Patient patient(package);
         Hand hand(patient);
         hand.axis =
@@ -287,7 +286,7 @@ TEST(NeedleEnergy, AnEventIsToldInTheTickOfAnyStepAlsoAskew) {
                 ++steps;
             }
         }
-        sideways += hand.of(NeedleEventKind::sideways).size();
+        sideways += hand.eventsOf(NeedleEventKind::sideways).size();
     }
     EXPECT_GT(steps, 300u);
     EXPECT_GT(sideways, 300u);
@@ -295,9 +294,9 @@ TEST(NeedleEnergy, AnEventIsToldInTheTickOfAnyStepAlsoAskew) {
 
 // ---- bone in the study
 
-TEST(NeedleRules, TheStudyMeetsBoneAtItsMaximumAtOnce) {
+TEST(NeedleRules, StudyUsesTheMaximumForceAtBoneContact) {
     const std::vector<Segment> path{{0.0, air, 0}, {0.01, skin, 1}, {0.012, soft, 2}, {0.022, bone, 3}};
-    const ExactForce e = solveExact(test::tissueDefaults().tissues, path, 0.03, {}, Bone::maximumAtOnce);
+    const ExactForce e = solveExact(test::tissueDefaults().tissues, path, 0.03, {}, Bone::immediateMaximum);
     EXPECT_NEAR(e.at(0.022 - 1e-9), 0.7, 1e-9);
     EXPECT_EQ(e.at(0.022 + 1e-9), 22.0);
     EXPECT_EQ(e.at(0.03), 22.0);

@@ -16,10 +16,10 @@ using test::Puncture;
 
 constexpr double kTravel_m = 0.00009;  // per tick
 
-TEST(Needle, SkinCutsBehindItsSurface) {
+TEST(Needle, SkinIsPuncturedBehindItsSurface) {
     Puncture p(kTorso);
     p.hand.sweep(0.000875 - 1e-6);
-    EXPECT_EQ(p.hand.state.phase, Phase::held);
+    EXPECT_EQ(p.hand.state.phase, Phase::tenting);
     EXPECT_EQ(p.hand.state.tissue, air);
     EXPECT_NEAR(p.hand.force(), 0.7, 0.002);
     p.hand.sweep(0.000875 + 1e-6);
@@ -44,7 +44,7 @@ TEST(Needle, ClosedFormsOfTable1) {
         p.expectCut(fascia, 0.0018, 2.5, 1.0);
         p.expectCut(duct, 0.0003, 1.2, 0.5);
         p.expectCut(vessel, 0.15 / 1100.0, 1.05, 0.75);
-        EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 4u);
+        EXPECT_EQ(p.hand.eventsOf(NeedleEventKind::puncture).size(), 4u);
         const NeedleEvent fat = p.only(NeedleEventKind::entry, soft);
         EXPECT_NEAR(fat.border.depth_m, 0.002, 1e-12);
         EXPECT_NEAR(fat.force_after_n, 0.7, 1e-9);
@@ -67,7 +67,7 @@ TEST(Needle, ForceBehindAFasciaThickOrThin) {
 TEST(Needle, FasciaLiverDuctInOneTick) {
     Puncture p({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.0005}, {duct, 0.005}, {liver, 0.02}});
     p.hand.sweep(0.0237);
-    EXPECT_EQ(p.hand.state.phase, Phase::held);
+    EXPECT_EQ(p.hand.state.phase, Phase::tenting);
     p.hand.events.clear();
     p.hand.to(0.0239);  // past the fascia's puncture at 23.8 mm
     ASSERT_EQ(p.hand.events.size(), 3u);
@@ -81,13 +81,13 @@ TEST(Needle, FasciaLiverDuctInOneTick) {
     EXPECT_NEAR(p.hand.state.tenting.a0_n, 0.9, 1e-9);
     EXPECT_EQ(p.hand.state.tissue, liver);
     p.hand.sweep(0.0238 + 0.0003 - 1e-6);
-    EXPECT_EQ(p.hand.state.phase, Phase::held);
+    EXPECT_EQ(p.hand.state.phase, Phase::tenting);
     p.hand.sweep(0.0238 + 0.0003 + 1e-6);
     EXPECT_EQ(p.hand.state.tissue, duct);
     EXPECT_NEAR(p.hand.force(), 0.5, 1e-9);
 }
 
-TEST(Needle, APushedBorderLetsGoAndIsMetAgain) {
+TEST(Needle, TentingEndsOnWithdrawalAndStartsAgain) {
     Puncture p({{skin, 0.002}, {soft, 0.02}, {fascia, 0.001}, {liver, 0.0005}, {duct, 0.005}, {liver, 0.02}});
     p.hand.sweep(0.02385);
     ASSERT_EQ(p.hand.state.tenting.border.to, duct);
@@ -122,7 +122,7 @@ TEST(Needle, ArrivalIsContinuousAndTheTangentBounded) {
     }
 }
 
-TEST(Needle, TheShareOfA1DoesNotMoveACut) {
+TEST(Needle, PunctureDepthDoesNotDependOnA1) {
     for (const double share : {0.0, 0.3, 0.7, 1.0}) {
         Puncture p(kTorso);
         p.hand.settings.a1_share = share;
@@ -132,7 +132,7 @@ TEST(Needle, TheShareOfA1DoesNotMoveACut) {
     }
 }
 
-TEST(Needle, ReversalPassesZeroAndReachesFrictionWithinTwiceTheSpring) {
+TEST(Needle, ReversalReachesFrictionWithinTwiceTheSpringExtension) {
     Puncture p(kTorso);
     p.hand.sweep(0.040);
     ASSERT_NEAR(p.hand.force(), 0.9, 1e-9);
@@ -145,7 +145,7 @@ TEST(Needle, ReversalPassesZeroAndReachesFrictionWithinTwiceTheSpring) {
     EXPECT_NEAR(p.hand.force(), -0.9, 1e-9);
 }
 
-TEST(Needle, WithdrawalHasNoHoldsAndEndsTheTrack) {
+TEST(Needle, WithdrawalHasNoTentingAndEndsTheTrack) {
     Puncture p(kTorso);
     p.hand.sweep(0.058);
     EXPECT_TRUE(p.hand.state.track.past_skin && p.hand.state.track.past_fascia);
@@ -168,7 +168,7 @@ TEST(Needle, WithdrawalHasNoHoldsAndEndsTheTrack) {
     EXPECT_GT(p.hand.state.cut_count, 0);
 }
 
-TEST(Needle, TheSameHoleDoesNotHoldTwice) {
+TEST(Needle, ExistingHoleDoesNotTentAgain) {
     for (const auto& [aside_m, cuts] : {std::pair{0.0, 0u}, std::pair{0.0014, 0u}, std::pair{0.0016, 3u}}) {
         Puncture p(kTorso);
         p.hand.sweep(0.058);
@@ -176,12 +176,12 @@ TEST(Needle, TheSameHoleDoesNotHoldTwice) {
         p.hand.events.clear();
         p.hand.to({-0.005, 0.0003 + aside_m, 0.0002});
         p.hand.sweep(0.058);
-        EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), cuts) << aside_m;
-        EXPECT_EQ(p.hand.of(NeedleEventKind::border).size(), cuts) << aside_m;
+        EXPECT_EQ(p.hand.eventsOf(NeedleEventKind::puncture).size(), cuts) << aside_m;
+        EXPECT_EQ(p.hand.eventsOf(NeedleEventKind::border).size(), cuts) << aside_m;
     }
 }
 
-TEST(Needle, WithdrawingFromAHeldBorderFollowsTheCurveBack) {
+TEST(Needle, WithdrawalFromATentingBorderRetracesTheCurve) {
     Puncture p(kTorso);
     std::vector<double> in;
     p.hand.sweep(0.022);
@@ -196,22 +196,22 @@ TEST(Needle, WithdrawingFromAHeldBorderFollowsTheCurveBack) {
     p.hand.to(0.0219);
     EXPECT_NEAR(p.hand.force(), 0.7 - 0.1, 1e-9);  // back in fat
     EXPECT_EQ(p.hand.state.phase, Phase::pass);
-    EXPECT_TRUE(p.hand.of(NeedleEventKind::puncture).size() == 1u);  // the skin's puncture
+    EXPECT_TRUE(p.hand.eventsOf(NeedleEventKind::puncture).size() == 1u);  // the skin's puncture
 }
 
-TEST(Needle, TouchingTheSkinIsNoTrack) {
+TEST(Needle, TouchingTheSkinStartsNoTrack) {
     Puncture p(kTorso);
     p.hand.sweep(0.0005);
     EXPECT_NEAR(p.hand.force(), 800.0 * 0.0005 * (0.5 + 0.5 * 0.0005 / 0.000875), 1e-9);
     p.hand.sweep(-0.001);
     EXPECT_EQ(p.hand.state.phase, Phase::outside);
     EXPECT_EQ(p.hand.state.cut_count, 0);
-    EXPECT_TRUE(p.hand.of(NeedleEventKind::withdrawn).empty());
+    EXPECT_TRUE(p.hand.eventsOf(NeedleEventKind::withdrawn).empty());
     p.hand.sweep(0.0009);
-    EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 1u);
+    EXPECT_EQ(p.hand.eventsOf(NeedleEventKind::puncture).size(), 1u);
 }
 
-TEST(Needle, OutAgainThroughACornerOfTheSkinIsOutside) {
+TEST(Needle, LeavingThroughASkinCornerEndsOutside) {
     Puncture p({{skin, 0.0004}, {air, 0.003}, {skin, 0.002}, {soft, 0.02}});
     p.hand.sweep(0.0003);
     EXPECT_GT(p.hand.force(), 0.1);
@@ -241,14 +241,14 @@ TEST(Needle, BoneIsNeverCut) {
     EXPECT_NEAR(p.hand.force(), 0.5, 1e-9);
 }
 
-TEST(Needle, BoneUnderAHeldFasciaGivesTheFasciaBack) {
+TEST(Needle, WithdrawalFromBoneReturnsToTheTentingFascia) {
     Puncture p({{skin, 0.002}, {soft, 0.01}, {fascia, 0.001}, {bone, 0.01}});
     p.hand.sweep(0.013);
     const double at_bone = p.hand.force();
     EXPECT_NEAR(at_bone, 0.7 + 500.0 * 0.001 + 1000.0 * 500.0 / 1.8 * 1e-6, 1e-9);
     p.hand.sweep(0.015);
     EXPECT_NEAR(p.hand.force(), at_bone + 4.0, 1e-9);
-    EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 1u);  // the skin's puncture
+    EXPECT_EQ(p.hand.eventsOf(NeedleEventKind::puncture).size(), 1u);  // the skin's puncture
     p.hand.sweep(0.0125);
     EXPECT_EQ(p.hand.state.tenting.border.to, fascia);
     EXPECT_NEAR(p.hand.force(), 0.7 + 500.0 * 0.0005 + 1000.0 * 500.0 / 1.8 * 0.25e-6, 1e-9);
@@ -262,22 +262,22 @@ TEST(Needle, AirInsideIsARiskWithoutForce) {
     EXPECT_EQ(p.hand.state.phase, Phase::pass);
     p.hand.sweep(0.013);  // withdrawing inside the gas does not leave the skin
     EXPECT_TRUE(p.hand.state.track.past_skin);
-    EXPECT_TRUE(p.hand.of(NeedleEventKind::withdrawn).empty());
+    EXPECT_TRUE(p.hand.eventsOf(NeedleEventKind::withdrawn).empty());
     p.hand.sweep(0.0225);  // the far wall tents like fat met with zero force
-    EXPECT_EQ(p.hand.state.phase, Phase::held);
+    EXPECT_EQ(p.hand.state.phase, Phase::tenting);
 }
 
-TEST(Needle, AMembraneOfOneVoxelStaysHeld) {
+TEST(Needle, OneVoxelMembraneKeepsTenting) {
     Puncture p({{skin, 0.0001}, {soft, 0.02}, {fascia, 0.0001}, {liver, 0.02}});
     p.hand.sweep(0.03);
     p.expectCut(skin, 0.000875, 0.7, 0.7);
     p.expectCut(fascia, 0.0018, 2.5, 1.0);
 }
 
-TEST(Needle, AThinTissueThatIsNoMembraneIsLeftOnItsFarSide) {
+TEST(Needle, ThinNonMembraneTissueIsLeftOnItsFarSide) {
     Puncture p({{skin, 0.002}, {soft, 0.01}, {liver, 0.01}, {duct, 0.0001}, {liver, 0.02}});
     p.hand.sweep(0.0222);
-    EXPECT_EQ(p.hand.of(NeedleEventKind::puncture).size(), 1u);  // the skin's puncture
+    EXPECT_EQ(p.hand.eventsOf(NeedleEventKind::puncture).size(), 1u);  // the skin's puncture
     const NeedleEvent left = p.only(NeedleEventKind::entry, duct);
     EXPECT_NEAR(left.force_before_n, 0.9 + 500.0 * 0.0001 + 1000.0 * 500.0 / 0.3 * 1e-8, 1e-9);
     EXPECT_NEAR(left.force_after_n, 0.5, 1e-9);
@@ -286,7 +286,7 @@ TEST(Needle, AThinTissueThatIsNoMembraneIsLeftOnItsFarSide) {
 
 // The corner is 0.2 mm thick, but the puncture needs 0.3 mm. The corner is left without a puncture, so the
 // wall 0.8 mm deeper tents again.
-TEST(Needle, AClippedCornerLeavesTheWallBehindItWhole) {
+TEST(Needle, ClippedCornerDoesNotPunctureTheWallBehindIt) {
     Puncture p({{skin, 0.002}, {liver, 0.02}, {duct, 0.0002}, {liver, 0.0008}, {duct, 0.004}, {liver, 0.01}});
     p.hand.sweep(0.03);
     p.expectCut(duct, 0.0003, 1.2, 0.5);
@@ -300,7 +300,7 @@ TEST(Needle, ManyBordersBehindOneMembraneAreCounted) {
     layers.push_back({soft, 0.02});
     Puncture fits(layers, 0.00005);
     fits.hand.sweep(0.02);
-    EXPECT_TRUE(fits.hand.of(NeedleEventKind::overflow).empty());
+    EXPECT_TRUE(fits.hand.eventsOf(NeedleEventKind::overflow).empty());
 
     layers.resize(3);
     for (int i = 0; i < 17; ++i)
@@ -308,11 +308,11 @@ TEST(Needle, ManyBordersBehindOneMembraneAreCounted) {
     layers.push_back({soft, 0.02});
     Puncture over(layers, 0.00005);
     over.hand.sweep(0.02);
-    EXPECT_EQ(over.hand.of(NeedleEventKind::overflow).size(), 2u);
+    EXPECT_EQ(over.hand.eventsOf(NeedleEventKind::overflow).size(), 2u);
     EXPECT_NEAR(over.only(NeedleEventKind::puncture, fascia).force_before_n, 2.5, 1e-9);
 }
 
-TEST(Needle, ALabelOfTheSameTissueIsNoBorderForTheForce) {
+TEST(Needle, LabelChangeWithinATissueDoesNotChangeTheForce) {
     patient::Package whole = makeColumn({{skin, 0.002}, {soft, 0.03}, {liver, 0.02}});
     patient::Package parts = whole;
     patient::Label kidney = test::tissueLabels()[std::size_t(soft) - 1];
@@ -330,11 +330,11 @@ TEST(Needle, ALabelOfTheSameTissueIsNoBorderForTheForce) {
             h->sweep(x);
         EXPECT_EQ(one.force(), other.force()) << x;
     }
-    EXPECT_EQ(other.of(NeedleEventKind::entry)[1].border.to_label, 40);
-    EXPECT_EQ(other.of(NeedleEventKind::entry)[1].role, patient::Role::risk);
+    EXPECT_EQ(other.eventsOf(NeedleEventKind::entry)[1].border.to_label, 40);
+    EXPECT_EQ(other.eventsOf(NeedleEventKind::entry)[1].role, patient::Role::risk);
 }
 
-TEST(Needle, SidewaysTheSpringSaturatesAndTheChannelIsCut) {
+TEST(Needle, LateralSpringSaturatesAndCutsTheChannel) {
     Puncture p(kTorso);
     p.hand.sweep(0.040);
     const Vec3 tip = p.hand.state.tip_deformed_m;
@@ -351,7 +351,7 @@ TEST(Needle, SidewaysTheSpringSaturatesAndTheChannelIsCut) {
 }
 
 // The shaft turns about a tip that lies 3 mm beside its channel. The channel gets deeper by 3 mm sin(0.15).
-TEST(Needle, TurningTheShaftMeetsBordersToo) {
+TEST(Needle, RotatingTheShaftCrossesBorders) {
     Puncture p({{skin, 0.002}, {liver, 0.02}, {duct, 0.004}, {liver, 0.02}});
     p.hand.sweep(0.0218);
     const Vec3 beside = p.hand.state.tip_deformed_m + Vec3(0.0, 0.003, 0.0);
@@ -362,7 +362,7 @@ TEST(Needle, TurningTheShaftMeetsBordersToo) {
         p.hand.to(beside);
     }
     EXPECT_NEAR(p.hand.state.depth_m - depth_m, 0.003 * std::sin(0.15), 1e-5);
-    EXPECT_EQ(p.hand.state.phase, Phase::held);
+    EXPECT_EQ(p.hand.state.phase, Phase::tenting);
     EXPECT_EQ(p.hand.state.tenting.border.to, duct);
     EXPECT_GT(p.hand.force(), 1.0);
 
@@ -374,9 +374,9 @@ TEST(Needle, TurningTheShaftMeetsBordersToo) {
 }
 
 // A diagonal path through an edge shared by four voxels touches a vessel but does not enter it.
-TEST(Needle, ACornerWithoutDepthHidesNoBorder) {
+TEST(Needle, ZeroDepthCornerHidesNoBorder) {
     patient::Package package =
-        test::widen(makeColumn({{skin, 0.002}, {liver, 0.02}, {duct, 0.004}}, 0.001), 60, 0.001);
+        test::repeatColumn(makeColumn({{skin, 0.002}, {liver, 0.02}, {duct, 0.004}}, 0.001), 60, 0.001);
     const Grid& grid = package.labels.grid;
     const Index3 last_of_liver = grid.nearest({0.0215, 0.0005, 0.0005});
     for (int y = 0; y <= last_of_liver.y; ++y)
@@ -389,12 +389,12 @@ TEST(Needle, ACornerWithoutDepthHidesNoBorder) {
     for (int i = -400; i <= 40; ++i)
         hand.to(corner + hand.axis * (0.0001 * i));
     int cut_ducts = 0;
-    for (const NeedleEvent& e : hand.of(NeedleEventKind::puncture))
+    for (const NeedleEvent& e : hand.eventsOf(NeedleEventKind::puncture))
         cut_ducts += e.border.to == duct;
     EXPECT_EQ(cut_ducts, 1);
 }
 
-TEST(Needle, BordersMetSidewaysAreHitsWithoutAHold) {
+TEST(Needle, BordersCrossedSidewaysAreHitsWithoutTenting) {
     // The layers are stacked along x. The needle enters along y (from the air at y < -40 mm) and is dragged
     // along x.
     const patient::Package package = makeColumn({{liver, 0.02}, {duct, 0.02}});

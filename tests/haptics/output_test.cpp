@@ -20,13 +20,13 @@ OutputSettings plain() {
     return s;
 }
 
-// worstTangent() returns the steepest slope [N/m] of all force curves in the tissue table. Liver has the
+// maxTangent() returns the steepest slope [N/m] of all force curves in the tissue table. Liver has the
 // stiffness k = 1200 N/m. Its curve starts with the slope a1 = a1_share * k and ends at the puncture with the
 // steepest slope, (2 - a1_share) * k. Bone is a linear spring of 2000 N/m.
 TEST(Output, TheTangentIsTheSteepestOfTheTable) {
     const patient::TissueTable table = test::tissueDefaults().tissues;
-    EXPECT_DOUBLE_EQ(worstTangent(table, {.a1_share = 0.0}), 2400.0);
-    EXPECT_DOUBLE_EQ(worstTangent(table, {.a1_share = 0.5}), 2000.0);
+    EXPECT_DOUBLE_EQ(maxTangent(table, {.a1_share = 0.0}), 2400.0);
+    EXPECT_DOUBLE_EQ(maxTangent(table, {.a1_share = 0.5}), 2000.0);
 }
 
 // HZ-FORCE-09
@@ -44,13 +44,17 @@ TEST(Output, TheGainIsTheSmallestOfItsThreeBounds) {
 struct Stage {
     explicit Stage(const OutputSettings& s = plain(), const DeviceProfile& p = {}, double g = 1.0)
         : settings(s), profile(p), gain(g) {
-        for (int i = 0; i < 1600; ++i)
-            send(Vec3(0.0));
+        hold(Vec3(0.0), 1600);
         EXPECT_EQ(state.safety.level, 1.0);
     }
     Vec3 send(const Vec3& force_n) {
         tick.tool.force_n = force_n;
         return stepOutput(state, settings, profile, gain, tick, kDt_s);
+    }
+
+    void hold(const Vec3& force_n, int ticks) {
+        for (; ticks > 0; --ticks)
+            send(force_n);
     }
 
     OutputSettings settings;
@@ -74,14 +78,14 @@ TEST(Output, TheRateLimitIsReachedAndHeld) {
     EXPECT_FALSE(stage.state.limited);
 }
 
-TEST(Output, ThePunctureOfAFasciaPassesInOneTick) {
+TEST(Output, FasciaPunctureDropPassesInOneTick) {
     Stage stage;
     stage.state.model_n = {2.5, 0.0, 0.0};
     EXPECT_EQ(stage.send({0.9, 0.0, 0.0}).x, 0.9);
 }
 
 // HZ-FORCE-01
-TEST(Output, GainThenDeviceClamp) {
+TEST(Output, GainIsAppliedBeforeTheDeviceClamp) {
     const DeviceProfile touch{.name = "touch", .force_peak_n = 3.3, .stiffness_n_per_m = 400.0, .source = ""};
     Stage soft(plain(), touch, 0.1), stiff(plain(), touch, 0.5);
     soft.state.model_n = stiff.state.model_n = {0.0, 20.0, 0.0};
@@ -94,7 +98,7 @@ TEST(Output, GainThenDeviceClamp) {
 }
 
 // HZ-FORCE-03
-TEST(Output, AForceThatIsNoNumberEndsInZeroFromTheLastGoodOne) {
+TEST(Output, NonFiniteForceFadesFromTheLastValidForce) {
     for (const double bad : {kNaN, HUGE_VAL, -HUGE_VAL}) {
         for (const int field : {0, 1, 2}) {
             Stage stage;
@@ -122,7 +126,7 @@ TEST(Output, AForceThatIsNoNumberEndsInZeroFromTheLastGoodOne) {
 // moves by dx per tick, it adds the force K dx / 2 (times kMargin). The gain scales the spring's force but
 // not the motion of needle and hand. K must therefore be the stiffness as sent to the device: gain * k, not
 // k.
-TEST(Output, TheControllerLeadsTheScaledSpring) {
+TEST(Output, ControllerLeadsTheScaledSpringByHalfATick) {
     Stage stage(plain(), {}, 0.5);
     const double k = 1000.0, dx = 20e-6;
     for (int i = 1; i <= 100; ++i) {
@@ -142,7 +146,7 @@ TEST(Output, TheControllerLeadsTheScaledSpring) {
     EXPECT_GT(off.state.passivity.excess_energy_j, 0.0);
 }
 
-// Returns an output stage with an energy excess of 1 J, which the passivity controller must take back. The
+// Returns an output stage with an energy excess of 1 J, which the passivity controller must dissipate. The
 // excess is so large that only the controller's own limits determine its force.
 Stage owing(double tangent_n_per_m) {
     OutputSettings settings = plain();
@@ -153,7 +157,7 @@ Stage owing(double tangent_n_per_m) {
     return stage;
 }
 
-TEST(Output, TheControllerStaysBelowWhatTheBareMassCanBear) {
+TEST(Output, ControllerSlopeIsBoundedByTheBareMass) {
     Stage steep = owing(1e6);
     steep.tick.grip_m.y = 1e-6;
     // The controller's stiffness is limited to m / (4 T^2). T is the tick. m is the mass of the lightest
@@ -161,7 +165,7 @@ TEST(Output, TheControllerStaysBelowWhatTheBareMassCanBear) {
     EXPECT_NEAR(steep.send(Vec3(0.0)).y, -0.25 * kLightestMass_kg / (kDt_s * kDt_s) * 1e-6, 1e-12);
 }
 
-TEST(Output, TheControllerIsNoSteeperThanTheSteepestSpringCanOwe) {
+TEST(Output, ControllerSlopeIsBoundedByTheStiffestSpring) {
     Stage soft = owing(1000.0);
     soft.tick.grip_m.y = 1e-6;
     EXPECT_NEAR(soft.send(Vec3(0.0)).y, -1000.0 * 1e-6, 1e-12);  // slope without delay: 2 K (1/2 + 0)
@@ -174,7 +178,7 @@ TEST(Output, TheControllerIsNoSteeperThanTheSteepestSpringCanOwe) {
 }
 
 // HZ-FORCE-09
-TEST(Output, TheControllerKicksNobody) {
+TEST(Output, ControllerForceChangesGradually) {
     Stage stage = owing(1e6);
     double last = 0.0;
     for (int i = 1; i <= 100; ++i) {
@@ -194,20 +198,18 @@ TEST(Output, TheWallPushesBackIntoTheWorkspace) {
         stage.tick.grip_m.x = x;
         stage.send(Vec3(0.0));
     }
-    for (int i = 0; i < 100; ++i)
-        stage.send(Vec3(0.0));
+    stage.hold(Vec3(0.0), 100);
     EXPECT_NEAR(stage.state.sent_n.x, -200.0 * 0.004, 0.01);
 }
 
 // Pressing the clutch scales the tissue force to zero. The force of the workspace wall remains. The passivity
 // controller must not count the removed tissue force as an energy excess.
-TEST(Output, TheClutchTakesTheModelsForceAndNoOther) {
+TEST(Output, ClutchRemovesOnlyTheModelForce) {
     DeviceProfile profile;
     profile.workspace_radius_m = 0.1;
     Stage stage(plain(), profile);
     stage.tick.grip_m = {0.091, 0.0, 0.0};
-    for (int i = 0; i < 500; ++i)
-        stage.send({0.0, 2.0, 0.0});
+    stage.hold({0.0, 2.0, 0.0}, 500);
     EXPECT_NEAR(stage.state.sent_n.x, -0.2, 0.01);
     EXPECT_NEAR(stage.state.sent_n.y, 2.0, 0.01);
     stage.tick.share = 0.5;
@@ -227,7 +229,7 @@ TEST(Output, TheClutchTakesTheModelsForceAndNoOther) {
 // contact force, but the output stage must still see it and keep waiting. Otherwise the full force would
 // appear when the clutch is released.
 // HZ-FORCE-02
-TEST(Output, AHeldClutchDoesNotHideAContactAtTheStart) {
+TEST(Output, PressedClutchDoesNotHideContactAtTheStart) {
     OutputState state;
     OutputTick tick;
     tick.tool.force_n = {0.0, 2.0, 0.0};

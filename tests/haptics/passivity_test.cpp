@@ -14,9 +14,10 @@ using test::kDt_s;
 
 constexpr double kSteep_n_per_m = 0.25 * 0.1 / (kDt_s * kDt_s);  // for 0.1 kg, as in the output stage
 
-// A spring toward x = 0 along the x axis, sampled and held. Observed and corrected as in the output stage.
+// A spring that pulls toward x = 0 along the x axis, sampled and held. Observed and corrected as in the
+// output stage.
 struct SampledSpring {
-    // Starts in motion, so that no shortfall is spread over ticks at rest.
+    // Starts as if already in motion, so that the first motion is not spread over ticks at rest.
     explicit SampledSpring(double k = 1000.0) : stiffness_n_per_m(k) {
         step(0.0);
         state.still = {};
@@ -41,16 +42,16 @@ struct SampledSpring {
         observe(state, m, delay_ticks);
         controller_n =
             controlled ? dissipate(state, m, delay_ticks, kSteep_n_per_m / (1 + delay_ticks)).x : 0.0;
-        remember(state, {Vec3(scale * m.model_n.x + controller_n, 0.0, 0.0),
-                         Vec3(0.0),
-                         scale,
-                         1.0,
-                         {controller_n, 0.0, 0.0}});
+        recordSentForce(state, {Vec3(scale * m.model_n.x + controller_n, 0.0, 0.0),
+                                Vec3(0.0),
+                                scale,
+                                1.0,
+                                {controller_n, 0.0, 0.0}});
         return state.sent[state.newest].force_n.x;
     }
 };
 
-TEST(Passivity, ASpringIsLedByHalfATick) {
+TEST(Passivity, ControllerLeadsASpringByHalfATick) {
     SampledSpring spring;
     const double dx = 20e-6;
     for (int i = 1; i <= 50; ++i) {
@@ -58,7 +59,7 @@ TEST(Passivity, ASpringIsLedByHalfATick) {
         EXPECT_NEAR(spring.state.excess_energy_j, kMargin * 0.5 * 1000.0 * dx * dx, 1e-18);
         EXPECT_NEAR(spring.controller_n, -kMargin * 0.5 * 1000.0 * dx, 1e-12);
     }
-    // On the way back the damping changes sign. The turn is paid for within two ticks.
+    // On the way back the damping changes sign. The excess energy of the turn is dissipated within two ticks.
     for (int i = 49; i >= 0; --i)
         spring.step(i * dx);
     EXPECT_NEAR(spring.controller_n, kMargin * 0.5 * 1000.0 * dx, 1e-12);
@@ -78,7 +79,7 @@ double gained(SampledSpring spring, int ticks, double depth_m) {
 }
 
 // HZ-FORCE-09
-TEST(Passivity, ASpringGivesBackNoMoreThanItGot) {
+TEST(Passivity, SpringReturnsNoMoreEnergyThanItReceived) {
     const double depth = 0.005;
     SampledSpring off;
     off.controlled = false;
@@ -152,7 +153,7 @@ TEST(Passivity, ARestingHandFeelsTheBreathUndamped) {
     EXPECT_LT(difference_n, 1.01 * kMargin * 0.5 * 1000.0 * 0.0005 * 2.0 * 3.14159265358979 * 0.25 * kDt_s);
 }
 
-TEST(Passivity, TheGainScalesTheAccount) {
+TEST(Passivity, GainScalesTheExcessEnergy) {
     SampledSpring half;
     half.scale = 0.5;
     for (int i = 1; i <= 10; ++i)
@@ -160,7 +161,7 @@ TEST(Passivity, TheGainScalesTheAccount) {
     EXPECT_NEAR(half.state.excess_energy_j, kMargin * 0.5 * 0.5 * 1000.0 * 1e-10, 1e-18);
 }
 
-TEST(Passivity, ARampIsNoShortfallOfTheHand) {
+TEST(Passivity, ForceRampCreatesNoExcessEnergy) {
     SampledSpring ramped;
     ramped.step(0.001);
     const double owed = ramped.state.excess_energy_j;
@@ -184,7 +185,7 @@ Motion rubbing(double force_n, double energy_j) {
     return m;
 }
 
-TEST(Passivity, FrictionPaysForItselfAndSavesNothing) {
+TEST(Passivity, FrictionCreatesNeitherExcessNorReserve) {
     PassivityState s;
     for (int i = 0; i < 1000; ++i) {
         observe(s, rubbing(0.9, 0.9 * 0.9 / 2400.0), 0);
@@ -193,7 +194,7 @@ TEST(Passivity, FrictionPaysForItselfAndSavesNothing) {
         } else {
             s.excess_energy_j = 0.0;  // the springs start loaded
         }
-        remember(s, {{-0.9, 0.0, 0.0}, Vec3(0.0), 1.0, 1.0});
+        recordSentForce(s, {{-0.9, 0.0, 0.0}, Vec3(0.0), 1.0, 1.0});
     }
     // 0.09 J were dissipated. A single tick that generates 10 uJ is still detected.
     Motion active = rubbing(0.9, 0.9 * 0.9 / 2400.0);
@@ -205,12 +206,12 @@ TEST(Passivity, FrictionPaysForItselfAndSavesNothing) {
     EXPECT_NEAR(dissipate(s, active, 0, 1000.0).x, 0.01, 1e-12);  // bounded
 }
 
-TEST(Passivity, ACutIsNoReserveAndASofterTissueNoDebt) {
+TEST(Passivity, PunctureCreatesNoReserveAndSofterTissueNoExcess) {
     PassivityState s;
     const double full_j = 0.003;
     observe(s, rubbing(2.5, full_j), 0);
     s.excess_energy_j = 2e-6;
-    remember(s, {{-2.5, 0.0, 0.0}, Vec3(0.0), 1.0, 1.0});
+    recordSentForce(s, {{-2.5, 0.0, 0.0}, Vec3(0.0), 1.0, 1.0});
     Motion cut = rubbing(0.9, 0.9 * 0.9 / 2400.0);
     cut.tip_moved_m.x = 0.0;
     cut.event = true;
@@ -220,13 +221,13 @@ TEST(Passivity, ACutIsNoReserveAndASofterTissueNoDebt) {
     s = {};
     observe(s, {}, 0);
     s.still = {};
-    remember(s, {{-0.7, 0.0, 0.0}, Vec3(0.0), 1.0, 1.0});
+    recordSentForce(s, {{-0.7, 0.0, 0.0}, Vec3(0.0), 1.0, 1.0});
     s.model_n.x = -0.7, s.energy_j = 0.49 / 2400.0;
     Motion softer = rubbing(0.7, 0.49 / 2000.0);
     softer.event = true;
     observe(s, softer, 0);
     EXPECT_NEAR(s.excess_energy_j, 0.0, 1e-18);
-    softer.event = false;  // the same without an event counts as debt
+    softer.event = false;  // without an event, the same counts as excess
     s.energy_j = 0.49 / 2400.0;
     softer.tip_moved_m.x = 0.0;
     observe(s, softer, 0);
@@ -234,20 +235,20 @@ TEST(Passivity, ACutIsNoReserveAndASofterTissueNoDebt) {
 }
 
 // HZ-FORCE-19
-TEST(Passivity, TheWallsWorkIsWithTheHandNotTheTissue) {
+TEST(Passivity, WallWorkUsesTipMotionNotTissueMotion) {
     PassivityState s;
     Motion m;
     m.tissue_moved_m.x = 1e-3;
     m.tip_moved_m.x = 1e-4;
-    remember(s, {{-1.0, 0.0, 0.0}, {-1.0, 0.0, 0.0}, 1.0, 1.0});
+    recordSentForce(s, {{-1.0, 0.0, 0.0}, {-1.0, 0.0, 0.0}, 1.0, 1.0});
     m.wall_energy_j = 1.5e-4;
     observe(s, m, 0);
     EXPECT_NEAR(s.excess_energy_j, kMargin * 0.5e-4, 1e-15);
 }
 
-// A spring behind a coarse encoder. With steady motion, the controller takes as much energy as without the
-// encoder, apart from the margin, and as steadily.
-TEST(Passivity, ACountAfterStillTicksIsSpreadOverThem) {
+// A spring behind a coarse encoder. With steady motion, the controller dissipates as much energy as without
+// the encoder, apart from the margin, and as steadily.
+TEST(Passivity, CountAfterStillTicksIsSpreadOverThem) {
     const double step = 2e-6, count = 20e-6;
     for (const int delay : {0, 3}) {
         SampledSpring fine, coarse;
@@ -267,8 +268,8 @@ TEST(Passivity, ACountAfterStillTicksIsSpreadOverThem) {
     }
 }
 
-// The position toggles between two counts forever. The debt must not accumulate.
-TEST(Passivity, ATremblingCountPilesUpNoDebt) {
+// The position toggles between two counts forever. The excess energy must not accumulate.
+TEST(Passivity, TogglingCountAccumulatesNoExcess) {
     for (const int every : {1, 2, 7, 60}) {
         SampledSpring spring;
         spring.step(0.001);
@@ -280,7 +281,7 @@ TEST(Passivity, ATremblingCountPilesUpNoDebt) {
     }
 }
 
-TEST(Passivity, NoMotionNoForce) {
+TEST(Passivity, ForceIsZeroWithoutMotion) {
     PassivityState s;
     s.excess_energy_j = 1.0;
     EXPECT_EQ(dissipate(s, {}, 0, kSteep_n_per_m), Vec3(0.0));

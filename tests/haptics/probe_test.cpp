@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/smoothstep.h"
 #include "tests/haptics/along_x.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"
@@ -14,8 +15,8 @@ using test::kAlongX;
 using enum patient::Tissue;
 
 // The array (the probe's +x) points along +z.
-struct Scanned {
-    explicit Scanned(double travel_m = 0.0) {
+struct ProbeBench {
+    explicit ProbeBench(double travel_m = 0.0) {
         if (travel_m != 0.0) package.motion = test::makeShift(travel_m);
     }
     ToolForce pressed(double depth_m, double z_m = 0.0, const Quat& turn = {1.0, 0.0, 0.0, 0.0}) {
@@ -32,7 +33,7 @@ struct Scanned {
 };
 
 TEST(Probe, TouchesFromTheMiddleOutward) {
-    Scanned s;
+    ProbeBench s;
     EXPECT_EQ(s.pressed(-0.0001).force_n, Vec3(0.0));
     EXPECT_EQ(s.state.touching_share, 0.0);
     s.pressed(0.0004);
@@ -45,7 +46,7 @@ TEST(Probe, TouchesFromTheMiddleOutward) {
 }
 
 TEST(Probe, PressureIsForceOverArea) {
-    Scanned s;
+    ProbeBench s;
     const double area_m2 = s.settings.length_m * s.settings.width_m;
     const ToolForce f = s.pressed(0.006);
     EXPECT_NEAR(s.state.pressure_pa * area_m2, -f.force_n.x, 1e-4 * -f.force_n.x);
@@ -59,15 +60,15 @@ TEST(Probe, PressureIsForceOverArea) {
     EXPECT_LT(glm::length(f.torque_n_m), 1e-5);
 }
 
-TEST(Probe, ATiltedOneLosesContactAtOneEnd) {
-    Scanned s;
+TEST(Probe, TiltingLosesContactAtOneEnd) {
+    ProbeBench s;
     s.pressed(0.003, 0.0, glm::angleAxis(0.35, Vec3(0.0, 1.0, 0.0)));
     EXPECT_GT(s.state.touching_share, 0.3);
     EXPECT_LT(s.state.touching_share, 0.9);
 }
 
 TEST(Probe, SlidesOnGel) {
-    Scanned s;
+    ProbeBench s;
     const double normal_n = -s.pressed(0.004).force_n.x;
     ToolForce f;
     for (int i = 1; i <= 50; ++i)
@@ -79,8 +80,8 @@ TEST(Probe, SlidesOnGel) {
 patient::MotionModel chestRise(double travel_m) {
     return test::makeMotion(Vec3(0.2), 0.01, [&](const Vec3& p) {
         test::MotionPoint m;
-        const double fade = test::rise(0.19, 0.1, std::fabs(p.x)) * test::rise(0.19, 0.1, std::fabs(p.y)) *
-                            test::rise(0.19, 0.1, std::fabs(p.z));
+        const double fade = smoothStep(0.19, 0.1, std::fabs(p.x)) * smoothStep(0.19, 0.1, std::fabs(p.y)) *
+                            smoothStep(0.19, 0.1, std::fabs(p.z));
         m.wall_a1_m = {-travel_m * fade, 0.0, 0.0};
         m.level_m = 1.0;
         return m;
@@ -88,20 +89,20 @@ patient::MotionModel chestRise(double travel_m) {
 }
 
 TEST(ParkedProbe, RidesTheSkinAlongItsNormal) {
-    Scanned s;
+    ProbeBench s;
     const patient::MotionModel motion = chestRise(0.008);
     Surrogate breath{0.2, 0.0, 0.0};
     const Vec3 at_m{0.002 - 0.2 * 0.008, 0.001, 0.003};
-    SkinRider rider = parkOnSkin({s.map, motion, breath}, {kAlongX, at_m});
-    EXPECT_NEAR(rider.level_m, -0.002, 1e-5);
-    EXPECT_NEAR(glm::length(rider.outward - Vec3(-1.0, 0.0, 0.0)), 0.0, 1e-4);
+    SkinFollower follower = parkOnSkin({s.map, motion, breath}, {kAlongX, at_m});
+    EXPECT_NEAR(follower.level_m, -0.002, 1e-5);
+    EXPECT_NEAR(glm::length(follower.outward - Vec3(-1.0, 0.0, 0.0)), 0.0, 1e-4);
     Vec3 ridden_m(0.0);
     for (int i = 0; i < 800; ++i) {
         breath.v = 0.2 + 0.001 * i;
-        ridden_m += rideSkin(rider, {s.map, motion, breath});
+        ridden_m += followSkin(follower, {s.map, motion, breath});
         // The depth in the skin has not changed.
-        EXPECT_NEAR(touchAt(s.map, referenceFromDeformed(motion, breath, rider.at_m)).level_m, rider.level_m,
-                    1e-6);
+        EXPECT_NEAR(touchAt(s.map, referenceFromDeformed(motion, breath, follower.at_m)).level_m,
+                    follower.level_m, 1e-6);
     }
     EXPECT_NEAR(ridden_m.x, -0.008 * 0.799, 1e-4);
     EXPECT_LT(std::fabs(ridden_m.y) + std::fabs(ridden_m.z), 1e-5);
@@ -112,11 +113,9 @@ TEST(ParkedProbe, FindsTheSkinsNormalOutsideTheCavity) {
     const Vec3 outward = glm::normalize(Vec3(-0.9, 0.0, -0.4));
     TouchMap map{{{41, 41, 41}, Vec3(0.002), Vec3(-0.040)}, {}};
     map.nodes.assign(3 * map.grid.voxelCount(), 0.0f);
-    Index3 i;
-    for (i.z = 0; i.z < 41; ++i.z)
-        for (i.y = 0; i.y < 41; ++i.y)
-            for (i.x = 0; i.x < 41; ++i.x)
-                map.nodes[3 * map.grid.offset(i)] = float(glm::dot(outward, map.grid.centre(i)));
+    forEachVoxel(map.grid, [&](const Index3& i) {
+        map.nodes[3 * map.grid.offset(i)] = float(glm::dot(outward, map.grid.centre(i)));
+    });
     const patient::MotionModel motion = test::makeMotion(Vec3(0.1), 0.005, [&](const Vec3& p) {
         test::MotionPoint m;
         m.slide_a1_m = Vec3(0.004, 0.0, -0.004);
@@ -126,15 +125,15 @@ TEST(ParkedProbe, FindsTheSkinsNormalOutsideTheCavity) {
     const double half = 0.5 * std::atan2(0.4, 0.9);
     const Quat facing = Quat{std::cos(half), 0.0, -std::sin(half), 0.0} * kAlongX;
     ASSERT_LT(glm::length(facing * Vec3(0.0, 0.0, 1.0) - outward), 1e-12);
-    const SkinRider rider = parkOnSkin({map, motion, {1.0, 0.0, 0.0}}, {facing, Vec3(0.0)});
-    EXPECT_LT(glm::length(rider.outward - outward), 1e-3);
+    const SkinFollower follower = parkOnSkin({map, motion, {1.0, 0.0, 0.0}}, {facing, Vec3(0.0)});
+    EXPECT_LT(glm::length(follower.outward - outward), 1e-3);
 }
 
-TEST(ParkedProbe, DoesNotGoAlongWithSkinThatSlidesUnderIt) {
-    Scanned s(-0.010);
-    SkinRider rider = parkOnSkin({s.map, s.package.motion, {}}, {kAlongX, {0.003, 0.0, 0.0}});
+TEST(ParkedProbe, DoesNotFollowSkinSlidingUnderIt) {
+    ProbeBench s(-0.010);
+    SkinFollower follower = parkOnSkin({s.map, s.package.motion, {}}, {kAlongX, {0.003, 0.0, 0.0}});
     for (int i = 0; i <= 100; ++i)
-        EXPECT_LT(glm::length(rideSkin(rider, {s.map, s.package.motion, {0.01 * i, 0.0, 0.0}})), 1e-6);
+        EXPECT_LT(glm::length(followSkin(follower, {s.map, s.package.motion, {0.01 * i, 0.0, 0.0}})), 1e-6);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ struct Puncture {
     const haptics::NeedleEvent& last() const { return hand.events.back(); }
     haptics::NeedleEvent only(haptics::NeedleEventKind kind, patient::Tissue into) const {
         std::vector<haptics::NeedleEvent> found;
-        for (const haptics::NeedleEvent& e : hand.of(kind)) {
+        for (const haptics::NeedleEvent& e : hand.eventsOf(kind)) {
             if (e.border.to == into) found.push_back(e);
         }
         EXPECT_EQ(found.size(), 1u) << "into " << patient::tissueName(into);

@@ -32,7 +32,7 @@ inline patient::TissueTable randomTable(Random& random) {
 inline Layers randomLayers(Random& random) {
     Layers layers;
     for (int i = 0; i < 14; ++i) {
-        // Keep bone rare, or few paths would get past it.
+        // Keep bone rare, because a needle cannot pass through it.
         patient::Tissue t = patient::Tissue(below(random, patient::kTissueCount));
         if (t == patient::Tissue::bone && below(random, 4) != 0) t = patient::Tissue::liver;
         const int voxels = below(random, 3) == 0 ? 1 + below(random, 8) : 5 + below(random, 50);

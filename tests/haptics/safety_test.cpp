@@ -15,12 +15,12 @@ namespace {
 using test::kNaN;
 
 // A device that can misbehave. Measures the time until its force is zero.
-struct Watched {
-    explicit Watched(double dt = 0.001) : dt_s(dt) {}
+struct SafetyBench {
+    explicit SafetyBench(double dt = 0.001) : dt_s(dt) {}
 
     void tick() {
-        const std::uint32_t unmet = checkDevice(safety, profile, device, dt_s);
-        stepSafety(safety, unmet, force_n, wall_n, dt_s);
+        const std::uint32_t fault_bits = checkDevice(safety, profile, device, dt_s);
+        stepSafety(safety, fault_bits, force_n, wall_n, dt_s);
     }
     void run(double seconds) {
         for (int i = 0; i < std::lround(seconds / dt_s); ++i)
@@ -56,7 +56,7 @@ TEST(Safety, EveryBitHasANameAndAText) {
 // HZ-FORCE-02
 TEST(Safety, ForceRisesOverItsTimeAtEveryRate) {
     for (const double rate_hz : {1000.0, 2000.0, 4000.0}) {
-        Watched w(1.0 / rate_hz);
+        SafetyBench w(1.0 / rate_hz);
         w.run(kSettle_s - w.dt_s);
         EXPECT_EQ(w.safety.stage, ForceStage::waiting);
         w.run(w.dt_s);
@@ -71,9 +71,9 @@ TEST(Safety, ForceRisesOverItsTimeAtEveryRate) {
 }
 
 // HZ-FORCE-02
-TEST(Safety, NothingBeginsInContact) {
+TEST(Safety, ForceDoesNotStartInContact) {
     for (const double force_n : {1.01 * kSmallForce_n, 20.0, kNaN}) {
-        Watched w;
+        SafetyBench w;
         w.force_n = force_n;
         w.run(5.0);
         EXPECT_EQ(w.safety.stage, ForceStage::waiting);
@@ -88,8 +88,8 @@ TEST(Safety, NothingBeginsInContact) {
     }
 }
 
-TEST(Safety, AWallThatPushesIsNotThePatient) {
-    Watched w;
+TEST(Safety, WallForceIsDistinguishedFromContact) {
+    SafetyBench w;
     w.force_n = 0.5;
     w.wall_n = 0.3;
     w.run(1.0);
@@ -99,8 +99,8 @@ TEST(Safety, AWallThatPushesIsNotThePatient) {
     EXPECT_EQ(w.safety.awaited, kWaitsForSmallForce);
 }
 
-TEST(Safety, ADeviceThatIsNotThereYetIsAwaitedNotFaulted) {
-    Watched w;
+TEST(Safety, MissingDeviceIsAwaitedWithoutAFault) {
+    SafetyBench w;
     w.device = {};
     w.device.flags = 0;
     w.device.fresh = 0;
@@ -117,37 +117,37 @@ TEST(Safety, ADeviceThatIsNotThereYetIsAwaitedNotFaulted) {
 struct Cause {
     const char* name;
     Fault fault;
-    void (*make)(Watched&);
+    void (*make)(SafetyBench&);
 };
 const Cause kCauses[] = {
     {"clutch says nonsense", kFaultBadPose,
-     [](Watched& w) {
+     [](SafetyBench& w) {
          w.device.flags |= kDeviceClutch;
          w.device.force_share = 1.5;
      }},
     {"clutched grip nowhere", kFaultBadPose,
-     [](Watched& w) {
+     [](SafetyBench& w) {
          w.device.flags |= kDeviceClutch;
          w.device.grip_at_m.y = kNaN;
      }},
-    {"unplugged", kFaultDeviceLost, [](Watched& w) { w.device.flags &= ~std::uint32_t(kDeviceReady); }},
-    {"let go", kFaultHandOff, [](Watched& w) { w.device.flags &= ~std::uint32_t(kDeviceHandOn); }},
-    {"headset off", kFaultNotFocused, [](Watched& w) { w.safety.focused = false; }},
-    {"NaN", kFaultBadPose, [](Watched& w) { w.device.device_from_stylus.position_m.y = kNaN; }},
-    {"no rotation", kFaultBadPose, [](Watched& w) { w.device.device_from_stylus.rotation.w = 0.5; }},
-    {"far away", kFaultBadPose, [](Watched& w) { w.device.device_from_stylus.position_m.y = 10.5; }},
-    {"leap", kFaultOverSpeed, [](Watched& w) { w.device.device_from_stylus.position_m.z += 0.02; }},
+    {"unplugged", kFaultDeviceLost, [](SafetyBench& w) { w.device.flags &= ~std::uint32_t(kDeviceReady); }},
+    {"let go", kFaultHandOff, [](SafetyBench& w) { w.device.flags &= ~std::uint32_t(kDeviceHandOn); }},
+    {"headset off", kFaultNotFocused, [](SafetyBench& w) { w.safety.focused = false; }},
+    {"NaN", kFaultBadPose, [](SafetyBench& w) { w.device.device_from_stylus.position_m.y = kNaN; }},
+    {"no rotation", kFaultBadPose, [](SafetyBench& w) { w.device.device_from_stylus.rotation.w = 0.5; }},
+    {"far away", kFaultBadPose, [](SafetyBench& w) { w.device.device_from_stylus.position_m.y = 10.5; }},
+    {"leap", kFaultOverSpeed, [](SafetyBench& w) { w.device.device_from_stylus.position_m.z += 0.02; }},
     {"clutched grip flung", kFaultOverSpeed,
-     [](Watched& w) {
+     [](SafetyBench& w) {
          w.device.flags |= kDeviceClutch;
          w.device.grip_at_m.z += 0.02;
      }},
     {"out of reach", kFaultOutOfReach,
-     [](Watched& w) {
+     [](SafetyBench& w) {
          w.profile.workspace_radius_m = 0.05;
          w.device.device_from_stylus.position_m = {0.0, 0.0, 0.0751};
      }},
-    {"silence", kFaultStaleInput, [](Watched& w) { w.device.fresh = 0; }},
+    {"silence", kFaultStaleInput, [](SafetyBench& w) { w.device.fresh = 0; }},
 };
 
 class SafetyCause : public testing::TestWithParam<Cause> {};
@@ -157,7 +157,7 @@ INSTANTIATE_TEST_SUITE_P(All, SafetyCause, testing::ValuesIn(kCauses),
 // HZ-FORCE-07
 TEST_P(SafetyCause, EndsInZeroWithinTwentyMillisecondsAndStaysThere) {
     for (const double dt_s : {0.001, 0.0005, 0.00025}) {
-        Watched w(dt_s);
+        SafetyBench w(dt_s);
         w.run(2.0);
         ASSERT_EQ(w.safety.level, 1.0);
         const DeviceState good = w.device;
@@ -171,7 +171,7 @@ TEST_P(SafetyCause, EndsInZeroWithinTwentyMillisecondsAndStaysThere) {
         w.run(1.0);
         rearm(w.safety);  // the cause persists, so nothing starts
         w.run(1.0);
-        if (GetParam().fault != kFaultOverSpeed) {  // a single leap, at rest since then
+        if (GetParam().fault != kFaultOverSpeed) {  // a single jump, at rest since then
             EXPECT_EQ(w.safety.level, 0.0);
             EXPECT_NE(w.safety.awaited & GetParam().fault, 0u) << GetParam().name;
             w.device = good;
@@ -185,13 +185,13 @@ TEST_P(SafetyCause, EndsInZeroWithinTwentyMillisecondsAndStaysThere) {
 }
 
 // HZ-FORCE-08
-TEST(Safety, OnlyTheExplicitActArmsAgain) {
-    Watched w;
+TEST(Safety, OnlyAnExplicitRearmRestoresTheForce) {
+    SafetyBench w;
     w.run(2.0);
     w.device.flags = 0;
     w.tick();
     w.device = {};
-    rearm(w.safety);  // too early to be intended: the force is still falling
+    rearm(w.safety);  // ignored: the force is still falling
     w.run(5.0);
     EXPECT_EQ(w.safety.stage, ForceStage::off);
     EXPECT_EQ(w.safety.level, 0.0);
@@ -208,8 +208,8 @@ TEST(Safety, OnlyTheExplicitActArmsAgain) {
 }
 
 // HZ-FORCE-20
-TEST(Safety, AFastHandLosesTheForceAndASlowOneGetsItBack) {
-    Watched w;
+TEST(Safety, FastHandLosesTheForceUntilItIsSlow) {
+    SafetyBench w;
     w.run(2.0);
     const auto move = [&](double speed_m_s, double seconds) {
         for (int i = 0; i < std::lround(seconds / w.dt_s); ++i) {
@@ -228,8 +228,8 @@ TEST(Safety, AFastHandLosesTheForceAndASlowOneGetsItBack) {
     EXPECT_EQ(w.safety.stage, ForceStage::rising);
 }
 
-TEST(Safety, AShortSilenceIsADipAndTheStepAfterItNoLeap) {
-    Watched w;
+TEST(Safety, ShortSilenceDipsTheForceWithoutAFault) {
+    SafetyBench w;
     w.run(2.0);
     w.device.fresh = 0;
     w.run(0.008);

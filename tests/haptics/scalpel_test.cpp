@@ -14,8 +14,9 @@ using test::kAlongX;
 using enum patient::Tissue;
 
 // The cutting edge faces +z.
-struct Surgeon {
-    explicit Surgeon(std::vector<std::pair<patient::Tissue, double>> slabs = {{skin, 0.002}, {soft, 0.058}})
+struct ScalpelBench {
+    explicit ScalpelBench(std::vector<std::pair<patient::Tissue, double>> slabs = {{skin, 0.002},
+                                                                                   {soft, 0.058}})
         : package(test::makeSlabs(slabs, 0.001)) {}
 
     ToolForce to(double depth_m, double z_m = 0.0) {
@@ -48,7 +49,7 @@ struct Surgeon {
 };
 
 TEST(Scalpel, TouchesLightlyThenCuts) {
-    Surgeon s;
+    ScalpelBench s;
     s.to(-0.001);
     s.events = 0;
     const double at_m = s.settings.cut_force_n / s.settings.stiffness_n_per_m;  // 0.5 mm
@@ -62,15 +63,15 @@ TEST(Scalpel, TouchesLightlyThenCuts) {
     EXPECT_EQ(s.events, 1);
     EXPECT_NEAR(-s.force.force_n.x, s.settings.deeper_n, 1e-3);
     // Lifted before it cuts, the scalpel leaves the skin intact.
-    Surgeon light;
+    ScalpelBench light;
     light.sweep(0.9 * at_m, 0.0);
     light.sweep(0.9 * at_m, 0.010);
     light.sweep(-0.001, 0.010);
     EXPECT_EQ(light.incisions.count, 0);
 }
 
-TEST(Scalpel, AStabOpensWhatTheBladeIsWide) {
-    Surgeon s;
+TEST(Scalpel, StabOpensTheBladeWidth) {
+    ScalpelBench s;
     s.sweep(0.006, 0.0);
     EXPECT_NEAR(s.opened(), s.settings.width_per_depth * 0.006, 1e-4);
     EXPECT_NEAR(-s.force.force_n.x, s.settings.deeper_n, 1e-3);
@@ -79,8 +80,8 @@ TEST(Scalpel, AStabOpensWhatTheBladeIsWide) {
     EXPECT_FALSE(isOpen(s.incisions, {0.0, 0.0, -0.002}, 0.0015));
 }
 
-TEST(Scalpel, ADrawnBladeOpensTheWayItWent) {
-    Surgeon s;
+TEST(Scalpel, DrawnBladeOpensItsPath) {
+    ScalpelBench s;
     s.sweep(0.003, 0.0);
     s.sweep(0.003, 0.008);
     EXPECT_EQ(s.incisions.count, 1);
@@ -99,7 +100,7 @@ TEST(Scalpel, ADrawnBladeOpensTheWayItWent) {
 // Tissue holds the blade until its point is out. That step in force must be reported as an event.
 TEST(Scalpel, LeavingTheSkinIsAnEventWhereTheForceSteps) {
     for (const double beside_m : {0.0, 0.004}) {
-        Surgeon s;
+        ScalpelBench s;
         s.sweep(0.003, 0.0);
         Vec3 before_n = s.force.force_n;
         double most_n = 0.0;
@@ -117,13 +118,13 @@ TEST(Scalpel, LeavingTheSkinIsAnEventWhereTheForceSteps) {
 }
 
 TEST(Scalpel, DoesNotCutBone) {
-    Surgeon s({{skin, 0.002}, {soft, 0.004}, {bone, 0.010}});
+    ScalpelBench s({{skin, 0.002}, {soft, 0.004}, {bone, 0.010}});
     s.sweep(0.009, 0.0);  // 3 mm behind the bone's surface
     EXPECT_GT(-s.force.force_n.x, 0.9 * 0.0029 * s.settings.stiffness_n_per_m);
 }
 
-TEST(Scalpel, PutsInNoMoreThanItGets) {
-    Surgeon s;
+TEST(Scalpel, ReturnsNoMoreEnergyThanItReceives) {
+    ScalpelBench s;
     s.package.motion = test::makeShift(-0.010);
     double stored_j = 0.0, shortfall_j = 0.0, moved_j = 0.0;
     Vec3 before_m = s.at_m;
@@ -141,8 +142,8 @@ TEST(Scalpel, PutsInNoMoreThanItGets) {
     EXPECT_LT(shortfall_j, 0.01 * moved_j);
 }
 
-TEST(Scalpel, AFullListOpensNothingMore) {
-    Surgeon s;
+TEST(Scalpel, FullListAddsNoIncision) {
+    ScalpelBench s;
     for (int i = 0; i < kMaxIncisions + 2; ++i) {
         s.sweep(-0.001, -0.017 + 0.0035 * i);
         s.sweep(0.001, -0.017 + 0.0035 * i);

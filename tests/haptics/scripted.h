@@ -12,7 +12,7 @@ inline patient::Package scriptedPackage() {
     using enum patient::Tissue;
     patient::Package package = makeColumn(
         {{skin, 0.002}, {soft, 0.012}, {fascia, 0.001}, {liver, 0.02}, {duct, 0.004}, {liver, 0.01}});
-    letBreathe(package, -0.012);
+    addBreathing(package, -0.012);
     return package;
 }
 

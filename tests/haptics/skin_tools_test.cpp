@@ -1,8 +1,7 @@
 // Finger, probe and scalpel in the simulation: selected by command, felt, and hashed.
 #include <gtest/gtest.h>
 
-#include "haptics/loop/simulation.h"
-#include "tests/haptics/along_x.h"
+#include "tests/haptics/simulation_bench.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"
 
@@ -10,25 +9,18 @@ namespace stylet::haptics {
 namespace {
 
 using enum patient::Tissue;
-using test::kAlongX;
 
-struct Theatre {
-    explicit Theatre(Tool first, bool with_map = true, double travel_m = 0.0)
-        : package(test::makeSlabs({{skin, 0.002}, {soft, 0.012}, {liver, 0.046}}, 0.001)) {
-        if (travel_m != 0.0) package.motion = test::makeShift(travel_m);
-        map = makeTouchMap(patient, makeSkin(patient, 2), 2);
-        settings.tools.first = first;
-        simulation.emplace(patient, settings, with_map ? &map : nullptr);
+patient::Package makeThreeSlabs(double travel_m) {
+    patient::Package package = test::makeSlabs({{skin, 0.002}, {soft, 0.012}, {liver, 0.046}}, 0.001);
+    if (travel_m != 0.0) package.motion = test::makeShift(travel_m);
+    return package;
+}
+
+// Starts 20 mm above the skin.
+struct SkinToolBench : test::SimulationBench {
+    explicit SkinToolBench(Tool first, bool with_skin = true, double travel_m = 0.0)
+        : SimulationBench(makeThreeSlabs(travel_m), test::startWith(first), with_skin) {
         to({-0.02, 0.0, 0.0});
-    }
-    void command(CommandKind kind, std::uint32_t value) {
-        input.commands[input.command_count++] = {kind, value};
-    }
-    void to(const Vec3& tip_m) {
-        input.device.device_from_stylus = {kAlongX, tip_m};
-        simulation->step(input, out, events);
-        input.command_count = 0;
-        punctures += events.count;
     }
     void sweep(const Vec3& tip_m) {
         const Vec3 from = input.device.device_from_stylus.position_m;
@@ -39,23 +31,13 @@ struct Theatre {
     // Moves away from the skin and selects another tool there.
     void take(Tool tool) {
         sweep({-0.02, 0.0, 0.0});
-        command(CommandKind::tool, std::uint32_t(tool));
+        select(tool);
         to({-0.02, 0.0, 0.0});
     }
-
-    patient::Package package;
-    patient::Patient patient{package};
-    TouchMap map;
-    SimulationSettings settings;
-    std::optional<Simulation> simulation;
-    TickInput input;
-    TickOutput out;
-    NeedleEvents events;
-    int punctures = 0;
 };
 
-TEST(SkinTools, AreFeltOnceTaken) {
-    Theatre t(Tool::needle);
+TEST(SkinTools, GiveForceOnceSelected) {
+    SkinToolBench t(Tool::needle);
     for (const Tool tool : {Tool::finger, Tool::probe, Tool::scalpel}) {
         t.take(tool);
         EXPECT_EQ(t.out.tool, tool);
@@ -65,18 +47,18 @@ TEST(SkinTools, AreFeltOnceTaken) {
         EXPECT_GT(t.out.tool_force.energy_j, 0.0);
         EXPECT_LT(t.out.sent_device_n.x, 0.0);
     }
-    Theatre without(Tool::finger, false);
+    SkinToolBench without(Tool::finger, false);
     without.sweep({0.004, 0.0, 0.0});
     EXPECT_EQ(without.out.tool_force.force_n, Vec3(0.0));
 }
 
-TEST(SkinTools, AnIncisionSparesTheNeedleTheSkin) {
-    Theatre whole(Tool::needle);
+TEST(SkinTools, NeedlePassesAnIncisionWithoutPuncture) {
+    SkinToolBench whole(Tool::needle);
     whole.sweep({0.0005, 0.0, 0.001});
-    EXPECT_EQ(whole.out.phase, Phase::held);
+    EXPECT_EQ(whole.out.phase, Phase::tenting);
     EXPECT_NEAR(whole.out.force_n, 0.3143, 1e-3);  // puncture needs 0.7 N at 0.875 mm (Eq. 1)
 
-    Theatre cut(Tool::scalpel);
+    SkinToolBench cut(Tool::scalpel);
     cut.sweep({0.004, 0.0, 0.0});
     cut.take(Tool::needle);
     cut.sweep({0.0005, 0.0, 0.001});
@@ -84,26 +66,26 @@ TEST(SkinTools, AnIncisionSparesTheNeedleTheSkin) {
     EXPECT_LE(cut.out.force_n, 0.7);
 }
 
-TEST(SkinTools, AnIncisionThatIsNotRememberedIsTold) {
-    Theatre t(Tool::scalpel);
+TEST(SkinTools, IncisionBeyondTheListReportsOverflow) {
+    SkinToolBench t(Tool::scalpel);
     for (int i = 0; i < kMaxIncisions + 2; ++i) {
         const double z_m = 0.004 * (i - 4.5);
-        int told = 0;
+        int overflows = 0;
         t.sweep({-0.002, 0.0, z_m});
         for (double x_m = -0.002; x_m < 0.002; x_m += 5e-5) {
             t.to({x_m, 0.0, z_m});
-            for (int e = 0; e < t.events.count; ++e)
-                told += t.events.list[std::size_t(e)].kind == NeedleEventKind::overflow;
+            for (const NeedleEvent& e : t.events.all())
+                overflows += e.kind == NeedleEventKind::overflow;
         }
-        EXPECT_TRUE(t.simulation->state().tools.scalpel.cutting);
-        EXPECT_EQ(told, i < kMaxIncisions ? 0 : 1) << i;
+        EXPECT_TRUE(t.simulation.state().tools.scalpel.cutting);
+        EXPECT_EQ(overflows, i < kMaxIncisions ? 0 : 1) << i;
         t.sweep({-0.002, 0.0, z_m});
     }
-    EXPECT_EQ(t.simulation->state().tools.incisions.count, kMaxIncisions);
+    EXPECT_EQ(t.simulation.state().tools.incisions.count, kMaxIncisions);
 }
 
-TEST(SkinTools, AParkedProbeRidesTheSkinInTheTick) {
-    Theatre t(Tool::probe, true, -0.010);
+TEST(SkinTools, ParkedProbeFollowsTheSkinInTheTick) {
+    SkinToolBench t(Tool::probe, true, -0.010);
     t.sweep({0.003, 0.0, 0.0});
     EXPECT_GT(t.out.probe_touching_share, 0.3);
     EXPECT_GT(t.out.probe_pressure_pa, 100.0);
@@ -116,14 +98,14 @@ TEST(SkinTools, AParkedProbeRidesTheSkinInTheTick) {
     EXPECT_LT(glm::length(t.out.patient_from_probe.position_m - parked_m), 1e-5);
 }
 
-TEST(SkinTools, OfNoUseTheyLeaveTheHashAlone) {
-    Theatre with(Tool::needle, true), without(Tool::needle, false);
+TEST(SkinTools, UnusedToolsDoNotChangeTheHash) {
+    SkinToolBench with(Tool::needle, true), without(Tool::needle, false);
     with.sweep({0.020, 0.0, 0.0}), without.sweep({0.020, 0.0, 0.0});
     EXPECT_EQ(with.out.state_hash, without.out.state_hash);
-    Theatre felt(Tool::finger, true), numb(Tool::finger, false);
+    SkinToolBench felt(Tool::finger, true), numb(Tool::finger, false);
     felt.sweep({0.004, 0.0, 0.0}), numb.sweep({0.004, 0.0, 0.0});
     EXPECT_NE(felt.out.state_hash, numb.out.state_hash);
-    Theatre again(Tool::finger, true);
+    SkinToolBench again(Tool::finger, true);
     again.sweep({0.004, 0.0, 0.0});
     EXPECT_EQ(felt.out.state_hash, again.out.state_hash);
 }

@@ -26,13 +26,13 @@ TEST(Tenting, BoneIsAPlainSpring) {
     EXPECT_TRUE(std::isinf(c.cut_depth_m));
 }
 
-TEST(Tenting, AirNeitherHoldsNorRubs) {
+TEST(Tenting, AirHasNeitherTentingNorFriction) {
     const patient::TissueRow air{};
     EXPECT_FALSE(resists(air, -1.0));
     EXPECT_EQ(clampToFriction(air, 2.0), 0.0);
 }
 
-TEST(Tenting, AThresholdMetByFrictionDoesNotHoldOnRounding) {
+TEST(Tenting, FrictionEqualToTheThresholdDoesNotTent) {
     const patient::TissueRow soft{0.7, 0.7, 1000.0, false, patient::Role::pass};
     EXPECT_FALSE(resists(soft, 1200.0 * (0.7 / 1200.0)));
     EXPECT_FALSE(resists(soft, 0.7 - 0.9e-6));

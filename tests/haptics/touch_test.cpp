@@ -14,7 +14,7 @@ constexpr double kStiffest_n_per_m3 = 1e7;
 
 Layers layersOf(const std::vector<std::pair<Tissue, double>>& slabs) {
     const patient::Package package = test::makeSlabs(slabs, 0.001);
-    return layersUnder(patient::Patient(package), Vec3(0.0), {1.0, 0.0, 0.0});
+    return computeLayers(patient::Patient(package), Vec3(0.0), {1.0, 0.0, 0.0});
 }
 
 double young(Tissue t) {
@@ -37,18 +37,18 @@ TEST(Layers, EndAtBone) {
     EXPECT_EQ(layersOf({{bone, 0.030}}).cover_m, 0.0);
 }
 
-TEST(Layers, LungAndGasYieldOuterAirDoesNotCount) {
+TEST(Layers, GasIsCompliantAndOuterAirIsIgnored) {
     // Unlabelled air behind tissue is gas, and yields according to the row of air in the table.
     const Layers l = layersOf({{soft, 0.010}, {air, 0.010}, {soft, 0.040}});
     EXPECT_NEAR(l.compliance_m_per_pa, 0.030 / young(soft) + 0.010 / young(air), 1e-15);
     const patient::Package package = test::makeSlabs({{soft, 0.060}}, 0.001);
     for (const double off_m : {-0.0015, 0.0, 0.0015}) {
-        const Layers shifted = layersUnder(patient::Patient(package), {off_m, 0.0, 0.0}, {1.0, 0.0, 0.0});
+        const Layers shifted = computeLayers(patient::Patient(package), {off_m, 0.0, 0.0}, {1.0, 0.0, 0.0});
         EXPECT_NEAR(shifted.compliance_m_per_pa, 0.040 / young(soft), 1e-15) << off_m;
     }
 }
 
-TEST(TouchMap, HoldsTheLayersUnderEveryPointAndItsOwnGradient) {
+TEST(TouchMap, StoresTheLayersAndTheirGradient) {
     const patient::Package package = test::makeSlabs({{skin, 0.002}, {soft, 0.010}, {bone, 0.010}}, 0.001);
     const patient::Patient patient(package);
     const TouchMap map = makeTouchMap(patient, makeSkin(patient, 1), 1);
@@ -76,34 +76,34 @@ TouchPoint pointAt(const Vec3& p) {
     return t;
 }
 
-TEST(Pressed, HasOnePotential) {
+TEST(SkinPressure, IsTheGradientOfOnePotential) {
     constexpr double kStep_m = 1e-7;
     for (const double depth_m : {0.0005, 0.003, 0.0062, 0.008, 0.015}) {
         const Vec3 p{depth_m, 0.001, -0.002};
-        const Pressed here = pressed(pointAt(p), kStiffest_n_per_m3);
+        const SkinPressure here = computePressure(pointAt(p), kStiffest_n_per_m3);
         for (int axis = 0; axis < 3; ++axis) {
             Vec3 high = p, low = p;
             high[axis] += kStep_m, low[axis] -= kStep_m;
-            const double slope = (pressed(pointAt(high), kStiffest_n_per_m3).energy_j_per_m2 -
-                                  pressed(pointAt(low), kStiffest_n_per_m3).energy_j_per_m2) /
+            const double slope = (computePressure(pointAt(high), kStiffest_n_per_m3).energy_j_per_m2 -
+                                  computePressure(pointAt(low), kStiffest_n_per_m3).energy_j_per_m2) /
                                  (2.0 * kStep_m);
             EXPECT_NEAR(here.push_n_per_m2[axis], -slope, 1e-4 * here.pressure_pa) << depth_m << " " << axis;
         }
     }
-    EXPECT_EQ(pressed(pointAt({-0.001, 0.0, 0.0}), kStiffest_n_per_m3).pressure_pa, 0.0);
+    EXPECT_EQ(computePressure(pointAt({-0.001, 0.0, 0.0}), kStiffest_n_per_m3).pressure_pa, 0.0);
 }
 
-TEST(Pressed, IsASpringWhereNoBoneIs) {
+TEST(SkinPressure, IsLinearWithoutBone) {
     TouchPoint t;
     t.stiffness_n_per_m3 = 2e5;
     for (const double depth_m : {0.001, 0.020, 0.040}) {
         t.level_m = -depth_m;
-        EXPECT_DOUBLE_EQ(pressed(t, kStiffest_n_per_m3).pressure_pa, 2e5 * depth_m);
-        EXPECT_DOUBLE_EQ(pressed(t, kStiffest_n_per_m3).energy_j_per_m2, 1e5 * depth_m * depth_m);
+        EXPECT_DOUBLE_EQ(computePressure(t, kStiffest_n_per_m3).pressure_pa, 2e5 * depth_m);
+        EXPECT_DOUBLE_EQ(computePressure(t, kStiffest_n_per_m3).energy_j_per_m2, 1e5 * depth_m * depth_m);
     }
 }
 
-TEST(Pressed, StiffensOverBoneAndNeverBeyondIt) {
+TEST(SkinPressure, StiffensOverBoneUpToItsStiffness) {
     for (const double stiffness : {1e5, 1.2e6, 1e8})
         for (const double cover_m : {0.0005, 0.012, 0.040}) {
             TouchPoint t;
@@ -113,7 +113,7 @@ TEST(Pressed, StiffensOverBoneAndNeverBeyondIt) {
             constexpr double kStep_m = 1e-5;
             for (int i = 1; i < 5000; ++i) {
                 t.level_m = -i * kStep_m;
-                const double pressure_pa = pressed(t, kStiffest_n_per_m3).pressure_pa;
+                const double pressure_pa = computePressure(t, kStiffest_n_per_m3).pressure_pa;
                 const double tangent = (pressure_pa - before_pa) / kStep_m;
                 ASSERT_GT(tangent, 0.0);
                 ASSERT_LE(tangent, kStiffest_n_per_m3 * (1.0 + 1e-9))
@@ -121,10 +121,10 @@ TEST(Pressed, StiffensOverBoneAndNeverBeyondIt) {
                 before_pa = pressure_pa;
             }
         }
-    // Compressed by half: tangent 8 k, pressure 1.5 k h.
+    // Compressed by half: the tangent is 8 k and the pressure 1.5 k h, with stiffness k and cover h.
     TouchPoint t;
     t.stiffness_n_per_m3 = 3e5, t.bone_per_m = 1.0 / 0.012, t.level_m = -0.006;
-    EXPECT_NEAR(pressed(t, kStiffest_n_per_m3).pressure_pa, 1.5 * 3e5 * 0.012, 1e-6);
+    EXPECT_NEAR(computePressure(t, kStiffest_n_per_m3).pressure_pa, 1.5 * 3e5 * 0.012, 1e-6);
 }
 
 }  // namespace

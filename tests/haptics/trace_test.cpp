@@ -32,7 +32,7 @@ TEST(Trace, LinearBetweenSamplesAndHeldAtTheEnds) {
     EXPECT_EQ(sampleAt(t, 15, cursor).device_from_stylus.position_m, Vec3(1.0, 2.0, 2.0));  // back in time
 }
 
-TEST(Trace, RotationsGoTheShortWay) {
+TEST(Trace, RotationsTakeTheShorterArc) {
     Trace t = twoPoses();
     t.samples[1].device_from_stylus.rotation *= -1.0;  // the same rotation
     std::size_t cursor = 0;
@@ -40,7 +40,7 @@ TEST(Trace, RotationsGoTheShortWay) {
     EXPECT_NEAR(std::fabs(glm::dot(half, aboutZ(0.5))), 1.0, 1e-12);
 }
 
-TEST(Trace, AnEmptyTraceRestsAtTheOrigin) {
+TEST(Trace, EmptyTraceStaysAtTheOrigin) {
     std::size_t cursor = 3;
     EXPECT_EQ(sampleAt({}, 5, cursor).device_from_stylus.position_m, Vec3(0.0));
 }

@@ -28,13 +28,10 @@ inline std::uint8_t addLabel(patient::Package& package, const std::string& name,
 
 // Labels the voxels whose centre satisfies `in(x, y, z)`, in metres.
 inline void carve(patient::Package& package, std::uint8_t id, const auto& in) {
-    const Grid& grid = package.labels.grid;
-    for (int z = 0; z < grid.dims.z; ++z)
-        for (int y = 0; y < grid.dims.y; ++y)
-            for (int x = 0; x < grid.dims.x; ++x) {
-                const Vec3 p = grid.centre({x, y, z});
-                if (in(p.x, p.y, p.z)) package.labels[{x, y, z}] = id;
-            }
+    forEachVoxel(package.labels.grid, [&](const Index3& i) {
+        const Vec3 p = package.labels.grid.centre(i);
+        if (in(p.x, p.y, p.z)) package.labels[i] = id;
+    });
 }
 
 // A square tube along x with sides of 2 * half_m.

@@ -26,11 +26,11 @@ float mode(int x, int y, int z) {
     return float(s(x) * s(y) * s(z));
 }
 
-TEST(Diffusion, AModeOfTheCubeComesOutScaledAsTheEquationSays) {
+TEST(Diffusion, EigenmodeIsScaledByTheAnalyticFactor) {
     Diffusion d(kNodes);
     constexpr float kPull = 0.05f;
     d.prepareStiffness();
-    d.hold(std::vector<float>(d.stiffness().size(), 0.0f));
+    d.resetPull(std::vector<float>(d.stiffness().size(), 0.0f));
     forEachInner(d, [&](int x, int y, int z, std::size_t at) {
         d.addPull(at, kPull, mode(x, y, z) * glm::vec3(1.0f, -2.0f, 0.5f));
     });
@@ -47,12 +47,12 @@ TEST(Diffusion, AModeOfTheCubeComesOutScaledAsTheEquationSays) {
 
 // Layers in series between a fixed plane and the cube's face. The displacement falls in each layer in
 // proportion to its compliance.
-TEST(Diffusion, FallsMostWhereItIsSoft) {
+TEST(Diffusion, DisplacementFallsMostInSoftLayers) {
     Diffusion d(kNodes);
     const int middle = kNodes / 2;
     forEachInner(d, [&](int x, int, int, std::size_t at) { d.stiffness()[at] = x < 4 ? 4.0f : 1.0f; });
     d.prepareStiffness();
-    d.hold(std::vector<float>(d.stiffness().size(), 0.0f));
+    d.resetPull(std::vector<float>(d.stiffness().size(), 0.0f));
     forEachInner(d, [&](int x, int, int, std::size_t at) {
         if (x >= middle) d.addPull(at, 1e4f, glm::vec3(1.0f));
     });
@@ -67,16 +67,16 @@ TEST(Diffusion, FallsMostWhereItIsSoft) {
         EXPECT_GT(u(x + 1), u(x)) << x;
 }
 
-TEST(Diffusion, ACycleLeavesLittleOfTheErrorAndSinglePrecisionIsReached) {
+TEST(Diffusion, CyclesConvergeToSinglePrecision) {
     Diffusion d(33);
     // A half space with bone in it, surrounded by air.
-    std::vector<float> held(d.stiffness().size(), 0.0f);
+    std::vector<float> base_pull(d.stiffness().size(), 0.0f);
     forEachInner(d, [&](int x, int y, int z, std::size_t at) {
         d.stiffness()[at] = x < 16 ? 1e-3f : 1.0f;
-        if (x > 20 && x < 23 && y < 18 && z > 8) d.stiffness()[at] = held[at] = 1e5f;
+        if (x > 20 && x < 23 && y < 18 && z > 8) d.stiffness()[at] = base_pull[at] = 1e5f;
     });
     d.prepareStiffness();
-    d.hold(held);
+    d.resetPull(base_pull);
     for (int z = 15; z <= 17; ++z)
         for (int y = 15; y <= 17; ++y)
             d.addPull(d.offset(16, y, z), 10.0f, glm::vec3(1.0f));

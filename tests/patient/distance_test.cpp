@@ -44,7 +44,7 @@ TEST(Distance, EqualsBruteForce) {
         }
 }
 
-TEST(Distance, NoSitesIsInfiniteAndThreadsDoNotMatter) {
+TEST(Distance, IsInfiniteWithoutSitesAndIndependentOfThreads) {
     Volume<std::uint8_t> mask(smallGrid());
     for (const float d : distanceTo(mask, Sites::all, 1).voxels)
         EXPECT_TRUE(std::isinf(d));
@@ -55,11 +55,11 @@ TEST(Distance, NoSitesIsInfiniteAndThreadsDoNotMatter) {
 TEST(LinearAt, IsExactForLinearFieldsAndConstantBeyond) {
     Volume<float> field(smallGrid());
     forEachVoxel(field.grid, [&](const Index3& i) { field[i] = float(i.x + 10 * i.y + 100 * i.z); });
-    EXPECT_NEAR(linearAt(field, field.grid.centre({4, 5, 6})), 654.0, 1e-9);
-    EXPECT_NEAR(linearAt(field, field.grid.origin_m + field.grid.spacing_m * Vec3(4.25, 5.5, 6.75)), 734.25,
-                1e-6);
-    EXPECT_NEAR(linearAt(field, Vec3(9.0, 9.0, 9.0)), 12 + 80 + 1000, 1e-9);
-    EXPECT_NEAR(linearAt(field, Vec3(-9.0, -9.0, -9.0)), 0.0, 1e-9);
+    EXPECT_NEAR(sampleTrilinear(field, field.grid.centre({4, 5, 6})), 654.0, 1e-9);
+    EXPECT_NEAR(sampleTrilinear(field, field.grid.origin_m + field.grid.spacing_m * Vec3(4.25, 5.5, 6.75)),
+                734.25, 1e-6);
+    EXPECT_NEAR(sampleTrilinear(field, Vec3(9.0, 9.0, 9.0)), 12 + 80 + 1000, 1e-9);
+    EXPECT_NEAR(sampleTrilinear(field, Vec3(-9.0, -9.0, -9.0)), 0.0, 1e-9);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 namespace stylet::patient {
 namespace {
 
-std::uint64_t hashOf(std::string_view text) {
+std::uint64_t computeHash(std::string_view text) {
     StateHash h;
     h.add(text);
     return h.value();
@@ -63,23 +63,23 @@ TEST(Hash, EveryBitReachesHalfOfTheValue) {
     EXPECT_LT(most, 34.0);
 }
 
-TEST(Hash, TextOfEveryLengthAndEveryByteCounts) {
+TEST(Hash, DependsOnLengthAndEveryByteOfText) {
     std::string text = "a needle's way to the duct";
     for (std::size_t n = 0; n < text.size(); ++n)
-        EXPECT_NE(hashOf(text.substr(0, n)), hashOf(text.substr(0, n + 1)));
-    const std::uint64_t before = hashOf(text);
+        EXPECT_NE(computeHash(text.substr(0, n)), computeHash(text.substr(0, n + 1)));
+    const std::uint64_t before = computeHash(text);
     for (char& c : text) {
         c = char(c ^ 1);
-        EXPECT_NE(hashOf(text), before);
+        EXPECT_NE(computeHash(text), before);
         c = char(c ^ 1);
     }
 }
 
-TEST(Hash, PaddingIsNotContent) {
-    EXPECT_NE(hashOf(std::string_view("a\0", 2)), hashOf("a"));
+TEST(Hash, PaddingDiffersFromContent) {
+    EXPECT_NE(computeHash(std::string_view("a\0", 2)), computeHash("a"));
 }
 
-TEST(Hash, SignOfZeroAndOrderCount) {
+TEST(Hash, DependsOnSignOfZeroAndOrder) {
     StateHash a, b;
     a.add(0.0), b.add(-0.0);
     EXPECT_NE(a.value(), b.value());

@@ -13,7 +13,7 @@ namespace {
 
 using test::kDt_s;
 
-struct Breather {
+struct BreathingModel {
     BreathPlan plan{.rhythm = {4.0, 0.9}};
     BreathingState breathing{};
     Interruption over{};
@@ -32,18 +32,21 @@ double hump(double t_s, double length_s, double height) {
     return height * s * s * s * s;
 }
 
-// The interruption adds a closed form to the breath, from rest to rest. Afterwards the breath is unchanged.
-TEST(Interruption, LiesOverTheBreath) {
+// The interruption adds a hump of known shape to the breath. Before and after it the breath is unchanged.
+TEST(Interruption, IsAddedToTheBreath) {
     for (const InterruptionKind kind : {InterruptionKind::cough, InterruptionKind::sigh}) {
-        Breather plain, asked;
+        BreathingModel plain, interrupted;
         for (int i = 0; i < 700; ++i)
-            plain.step(), asked.step();
-        interrupt(asked.over, asked.breathing, asked.plan, kind);
+            plain.step(), interrupted.step();
+        interrupt(interrupted.over, interrupted.breathing, interrupted.plan, kind);
         double most_v = 0.0;
-        Surrogate last = asked.breathing.held ? Surrogate{} : surrogateAt(asked.breathing, asked.plan, kDt_s);
+        Surrogate last = interrupted.breathing.held
+                             ? Surrogate{}
+                             : surrogateAt(interrupted.breathing, interrupted.plan, kDt_s);
         for (int i = 1; i <= 7000; ++i) {
-            const Surrogate base = plain.step(), now = asked.step();
-            if (i == 1000) interrupt(asked.over, asked.breathing, asked.plan, InterruptionKind::cough);
+            const Surrogate base = plain.step(), now = interrupted.step();
+            if (i == 1000)
+                interrupt(interrupted.over, interrupted.breathing, interrupted.plan, InterruptionKind::cough);
             const double t_s = i * kDt_s;
             double over = hump(t_s, 1.4 * 4.0, 0.8 * 0.9);
             if (kind == InterruptionKind::cough) {
@@ -57,7 +60,7 @@ TEST(Interruption, LiesOverTheBreath) {
             last = now, most_v = std::max(most_v, over);
         }
         EXPECT_GT(most_v, 0.4);
-        EXPECT_EQ(asked.over.kind, InterruptionKind::none);
+        EXPECT_EQ(interrupted.over.kind, InterruptionKind::none);
     }
 }
 
@@ -67,21 +70,21 @@ TEST(Interruption, EndsAHoldWithoutAJump) {
         recorded.recording_v.push_back(0.5 - 0.5 * std::cos(2.0 * std::numbers::pi * i / 40));
     for (const BreathPlan& plan : {BreathPlan{.rhythm = {4.0, 1.0}}, recorded})
         for (const InterruptionKind kind : {InterruptionKind::cough, InterruptionKind::sigh}) {
-            Breather he{plan};
-            commandHold(he.breathing, true);
-            for (int i = 0; i < 20000 && !he.breathing.held; ++i)
-                he.step();
-            ASSERT_TRUE(he.breathing.held);
-            Surrogate last = he.step();
-            interrupt(he.over, he.breathing, plan, kind);
+            BreathingModel subject{plan};
+            commandHold(subject.breathing, true);
+            for (int i = 0; i < 20000 && !subject.breathing.held; ++i)
+                subject.step();
+            ASSERT_TRUE(subject.breathing.held);
+            Surrogate last = subject.step();
+            interrupt(subject.over, subject.breathing, plan, kind);
             double most_v = 0.0;
             for (int i = 0; i < 2500; ++i) {
-                const Surrogate now = he.step();
+                const Surrogate now = subject.step();
                 EXPECT_LT(std::fabs(now.v - last.v), 0.006) << i;
                 last = now, most_v = std::max(most_v, now.v);
             }
-            EXPECT_FALSE(he.breathing.held);
-            EXPECT_TRUE(he.breathing.gave_up);
+            EXPECT_FALSE(subject.breathing.held);
+            EXPECT_TRUE(subject.breathing.hold_aborted);
             EXPECT_GT(most_v, 0.3);
         }
 }

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::expectRefused;
-using test::textOf;
+using test::readText;
 
 // A package with every field set, and a spacing that single precision cannot represent.
 Package fullPackage() {
@@ -50,14 +50,17 @@ class SavedPackage : public ::testing::Test {
   protected:
     SavedPackage() {
         savePackage(fullPackage(), folder_);
-        toml_ = textOf(folder_ / "patient.toml");
+        toml_ = readText(folder_ / "patient.toml");
     }
     void writeToml(const std::string& text) {
         std::ofstream(folder_ / "patient.toml", std::ios::binary) << text;
     }
+    void expectLoadRefused(const std::string& file, const std::string& field) {
+        expectRefused([&] { loadPackage(folder_); }, file, field);
+    }
     void expectTomlRefused(const std::string& text, const std::string& field) {
         writeToml(text);
-        expectRefused([&] { loadPackage(folder_); }, "patient.toml", field);
+        expectLoadRefused("patient.toml", field);
     }
     void expectRefusedWith(const std::string& from, const std::string& to, const std::string& field) {
         const std::size_t at = toml_.find(from);
@@ -70,7 +73,7 @@ class SavedPackage : public ::testing::Test {
     std::string toml_;
 };
 
-TEST_F(SavedPackage, ComesBackEqual) {
+TEST_F(SavedPackage, RoundTripsUnchanged) {
     const Package p = fullPackage(), back = loadPackage(folder_);
     EXPECT_EQ(back.name, p.name);
     EXPECT_EQ(back.licence, p.licence);
@@ -89,7 +92,7 @@ TEST_F(SavedPackage, ComesBackEqual) {
     EXPECT_EQ(digest(back), digest(p));
 }
 
-TEST_F(SavedPackage, SameBytesAgain) {
+TEST_F(SavedPackage, SavingTwiceGivesTheSameBytes) {
     savePackage(loadPackage(folder_), temp_ / "again");
     for (const char* name : {"patient.toml", "ct.nii.gz", "labels.nii.gz", "labels.ctbl"})
         EXPECT_EQ(test::fileBytes(folder_ / name), test::fileBytes(temp_ / "again" / name)) << name;
@@ -107,7 +110,7 @@ TEST_F(SavedPackage, IsReplacedWholeAndLeavesNothingBehind) {
 }
 
 TEST_F(SavedPackage, ColourTableIsWhatSlicerReads) {
-    std::istringstream in(textOf(folder_ / "labels.ctbl"));
+    std::istringstream in(readText(folder_ / "labels.ctbl"));
     std::string line;
     int entries = 0;
     while (std::getline(in, line)) {
@@ -180,19 +183,19 @@ TEST_F(SavedPackage, BadBreathingIsNamed) {
     expectRefusedWith("dome_travel_m = 0.0", "dome_travel_m = 7.0", "breathing.dome_travel_m");
 }
 
-TEST_F(SavedPackage, OlderPatientsAreRefusedInAWord) {
+TEST_F(SavedPackage, OlderFormatsAreRejectedWithAReason) {
     expectRefusedWith("stylet patient 3", "stylet patient 2",
                       "format: an older patient, whose tissues have no elasticity");
     expectRefusedWith("stylet patient 3", "stylet patient 1", "format: an older format");
 }
 
-// Damages motion.nii.gz in ways that the loader must name.
+// Damages motion.nii.gz in several ways. The loader's error must name the reason.
 TEST_F(SavedPackage, BadMotionIsNamed) {
     const auto expectMotionRefused = [&](const auto& spoil, const std::string& reason) {
         MotionModel m = fullPackage().motion;
         spoil(m);
         writeMotion(folder_ / "motion.nii.gz", m);
-        expectRefused([&] { loadPackage(folder_); }, "motion.nii.gz", reason);
+        expectLoadRefused("motion.nii.gz", reason);
     };
     constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
     expectMotionRefused([](MotionModel& m) { m.slide[700].a1_m[2] = kNaN; }, "voxels: ");
@@ -216,17 +219,17 @@ TEST_F(SavedPackage, BadMotionIsNamed) {
         },
         "dim: fewer than three nodes");
     std::filesystem::remove(folder_ / "motion.nii.gz");
-    expectRefused([&] { loadPackage(folder_); }, "motion.nii.gz", "file: cannot be opened");
+    expectLoadRefused("motion.nii.gz", "file: cannot be opened");
 }
 
 // The scalar loader rejects the header of a vector volume, and the vector loader rejects that of a scalar
 // volume.
 TEST_F(SavedPackage, MotionMustBeAVectorVolume) {
     fs::copy_file(folder_ / "ct.nii.gz", folder_ / "motion.nii.gz", fs::copy_options::overwrite_existing);
-    expectRefused([&] { loadPackage(folder_); }, "motion.nii.gz", "dim[5]");
+    expectLoadRefused("motion.nii.gz", "dim[5]");
     savePackage(fullPackage(), folder_);
     fs::copy_file(folder_ / "motion.nii.gz", folder_ / "ct.nii.gz", fs::copy_options::overwrite_existing);
-    expectRefused([&] { loadPackage(folder_); }, "ct.nii.gz", "dim[5]");
+    expectLoadRefused("ct.nii.gz", "dim[5]");
 }
 
 TEST_F(SavedPackage, WithoutMotionThereIsNoFile) {
@@ -238,21 +241,21 @@ TEST_F(SavedPackage, WithoutMotionThereIsNoFile) {
     EXPECT_TRUE(loadPackage(folder_).motion.empty());
 }
 
-TEST_F(SavedPackage, UnsoundMotionIsNotSaved) {
+TEST_F(SavedPackage, InvalidMotionIsNotSaved) {
     Package p = fullPackage();
     p.motion.slide[700].a1_m[0] = 0.09f;
     expectRefused([&] { savePackage(p, folder_); }, "motion.nii.gz", "voxels: a field is too steep");
     EXPECT_EQ(loadPackage(folder_).motion, fullPackage().motion);
 }
 
-TEST_F(SavedPackage, TomlThatIsNone) {
+TEST_F(SavedPackage, InvalidTomlIsRejected) {
     expectTomlRefused("", "format: missing");
     expectTomlRefused("[[[", "line 1");
     expectTomlRefused("format = \"\xff\xfe\"", "line 1");
     expectTomlRefused(std::string(2 << 20, ' '), "file");
     expectTomlRefused("a = " + std::string(5000, '['), "line 1");
     fs::remove(folder_ / "patient.toml");
-    expectRefused([&] { loadPackage(folder_); }, "patient.toml", "file");
+    expectLoadRefused("patient.toml", "file");
 }
 
 TEST_F(SavedPackage, VolumesMustAgree) {
@@ -260,22 +263,22 @@ TEST_F(SavedPackage, VolumesMustAgree) {
     LabelVolume labels = good.labels;
     labels.grid.origin_m.x += 0.001;
     writeNifti(folder_ / "labels.nii.gz", labels);
-    expectRefused([&] { loadPackage(folder_); }, "labels.nii.gz", "origin");
+    expectLoadRefused("labels.nii.gz", "origin");
     labels = good.labels;
     labels.grid.spacing_m.y *= 1.1;
     writeNifti(folder_ / "labels.nii.gz", labels);
-    expectRefused([&] { loadPackage(folder_); }, "labels.nii.gz", "spacing");
+    expectLoadRefused("labels.nii.gz", "spacing");
     Grid shorter = good.labels.grid;
     --shorter.dims.z;
     writeNifti(folder_ / "labels.nii.gz", LabelVolume(shorter));
-    expectRefused([&] { loadPackage(folder_); }, "labels.nii.gz", "dim");
+    expectLoadRefused("labels.nii.gz", "dim");
     labels = good.labels;
     labels.voxels[17] = 99;
     writeNifti(folder_ / "labels.nii.gz", labels);
-    expectRefused([&] { loadPackage(folder_); }, "labels.nii.gz", "voxels: id 99");
+    expectLoadRefused("labels.nii.gz", "voxels: id 99");
 }
 
-TEST(SavePackage, RefusesWhatCouldNotBeLoaded) {
+TEST(SavePackage, RejectsPackagesThatWouldNotLoad) {
     const test::TempFolder temp;
     Package p = fullPackage();
     p.reference_phase = "inhale";
@@ -290,7 +293,7 @@ TEST(SavePackage, RefusesWhatCouldNotBeLoaded) {
 }
 
 // HZ-RECORD-13
-TEST(SavePackage, SparesForeignFolders) {
+TEST(SavePackage, DoesNotOverwriteForeignFolders) {
     const test::TempFolder temp;
     fs::create_directory(temp / "photos");
     std::ofstream(temp / "photos" / "cat.jpg") << "meow";
@@ -299,7 +302,7 @@ TEST(SavePackage, SparesForeignFolders) {
 }
 
 // HZ-TEACH-07
-TEST(Digest, CoversWhatForcesDependOn) {
+TEST(Digest, CoversEverythingThatForcesDependOn) {
     const Package good = fullPackage();
     std::vector<std::uint64_t> digests{digest(good)};
     const auto with = [&](auto change) {
@@ -327,7 +330,7 @@ TEST(Digest, CoversWhatForcesDependOn) {
     EXPECT_EQ(std::unique(digests.begin(), digests.end()), digests.end());
 }
 
-TEST(Digest, IsBlindToNamesAndOrder) {
+TEST(Digest, IgnoresNamesAndOrder) {
     const Package good = fullPackage();
     Package p = good;
     p.name = "x", p.licence = "y", p.label_table[2].name = "z", p.label_table[2].colour = {1, 2, 3};

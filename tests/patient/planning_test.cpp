@@ -8,8 +8,10 @@
 #include <functional>
 #include <optional>
 
+#include "base/smoothstep.h"
 #include "base/traversal.h"
 #include "tests/support/constants.h"
+#include "tests/support/file_text.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"
 #include "tests/support/refused.h"
@@ -22,14 +24,15 @@ using test::kMm;
 
 constexpr std::uint8_t kUnlabelled = 0;
 
-void expectSamePaths(const std::vector<PlannedPath>& a, const std::vector<PlannedPath>& b) {
-    ASSERT_EQ(a.size(), b.size());
-    for (std::size_t i = 0; i < a.size(); ++i) {
-        ASSERT_EQ(a[i].entry_m, b[i].entry_m);
-        ASSERT_EQ(a[i].target_m, b[i].target_m);
-        ASSERT_EQ(a[i].clearance_score, b[i].clearance_score);
-        ASSERT_EQ(a[i].target_score, b[i].target_score);
-        ASSERT_EQ(a[i].quality, b[i].quality);
+void expectSoundPlan(const PlanResult& r, const PlanSettings& settings) {
+    EXPECT_GE(r.candidates, r.rejected_blocked + r.rejected_long + r.rejected_quality + r.paths.size());
+    for (std::size_t i = 0; i < r.paths.size(); ++i) {
+        const PlannedPath& p = r.paths[i];
+        EXPECT_NEAR(p.length_m, glm::length(p.target_m - p.entry_m), 1e-12);
+        EXPECT_LE(p.length_m, settings.max_length_m);
+        EXPECT_GE(p.quality, settings.min_quality);
+        EXPECT_DOUBLE_EQ(p.quality, 0.5 * (p.clearance_score + p.target_score));
+        EXPECT_LE(p.quality, r.paths[i > 0 ? i - 1 : 0].quality);
     }
 }
 
@@ -63,14 +66,15 @@ class BoxTorso {
         where([](const Vec3& mm) { return glm::length(mm - Vec3(-51, 0, 0)) < 6.5; },
               std::uint8_t(Tissue::duct), 10);
     }
-    // Evaluates every pair. Checks that skipping pairs that cannot win gives the same result.
+    // Plans with and without skipping pairs and checks that the results are equal.
     PlanResult plan(PlanSettings settings) const {
         const Patient patient(package_);
         const PlanResult skipped = planPaths(patient, settings);
         settings.skip = false;
         const PlanResult all = planPaths(patient, settings);
         EXPECT_EQ(all.skipped, 0u);
-        expectSamePaths(skipped.paths, all.paths);
+        EXPECT_TRUE(skipped.paths == all.paths);
+        expectSoundPlan(all, settings);
         return all;
     }
     PlanResult plan() const { return plan(fine()); }
@@ -91,33 +95,18 @@ class BoxTorso {
     }
     void where(const std::function<bool(const Vec3&)>& inside, std::uint8_t id, int ct_hu) {
         const Grid& grid = package_.ct.grid;
-        for (int z = 0; z < grid.dims.z; ++z)
-            for (int y = 0; y < grid.dims.y; ++y)
-                for (int x = 0; x < grid.dims.x; ++x) {
-                    if (!inside(grid.centre({x, y, z}) / kMm)) continue;
-                    package_.labels[{x, y, z}] = id;
-                    package_.ct[{x, y, z}] = std::int16_t(ct_hu);
-                }
+        forEachVoxel(grid, [&](const Index3& i) {
+            if (!inside(grid.centre(i) / kMm)) return;
+            package_.labels[i] = id;
+            package_.ct[i] = std::int16_t(ct_hu);
+        });
     }
     Package package_;
 };
 
-void expectSoundPlan(const PlanResult& r, const PlanSettings& settings) {
-    EXPECT_GE(r.candidates, r.rejected_blocked + r.rejected_long + r.rejected_quality + r.paths.size());
-    for (std::size_t i = 0; i < r.paths.size(); ++i) {
-        const PlannedPath& p = r.paths[i];
-        EXPECT_NEAR(p.length_m, glm::length(p.target_m - p.entry_m), 1e-12);
-        EXPECT_LE(p.length_m, settings.max_length_m);
-        EXPECT_GE(p.quality, settings.min_quality);
-        EXPECT_DOUBLE_EQ(p.quality, 0.5 * (p.clearance_score + p.target_score));
-        EXPECT_LE(p.quality, r.paths[i > 0 ? i - 1 : 0].quality);
-    }
-}
-
-TEST(Planning, FreeTorsoTakesTheShortestPerfectPath) {
+TEST(Planning, ChoosesTheShortestPerfectPath) {
     const BoxTorso torso;
     const PlanResult r = torso.plan();
-    expectSoundPlan(r, BoxTorso::fine());
     ASSERT_FALSE(r.paths.empty());
     const PlannedPath& best = r.paths.front();
     EXPECT_EQ(best.quality, 1.0);
@@ -135,17 +124,16 @@ TEST(Planning, EntriesLieBetweenTheAxillaryLinesAtTheLiversHeight) {
         y_most_mm = std::max(y_most_mm, std::abs(p.entry_m.y / kMm));
         z_most_mm = std::max(z_most_mm, std::abs(p.entry_m.z / kMm));
     }
-    EXPECT_NEAR(y_most_mm, 30.0, 2.5);  // half of the body's half depth
+    EXPECT_NEAR(y_most_mm, 30.0, 2.5);  // half of the distance from the body's middle to its front
     EXPECT_NEAR(z_most_mm, 29.0, 2.0);
 }
 
-// Two ribs 18 mm apart, with the distance to the upper one counted half: (9 - z) / 2 = z + 9 at z = -3 mm,
-// so 6 mm on both sides.
+// Two ribs 18 mm apart. The distance to the upper one counts half, so the best height z solves (9 - z) / 2 =
+// z + 9: z = -3 mm, with 6 mm on both sides.
 TEST(Planning, PassesBetweenRibsNearerToTheLowerOne) {
     BoxTorso torso;
     torso.addRibs(-9, 9);
     const PlanResult r = torso.plan();
-    expectSoundPlan(r, BoxTorso::fine());
     ASSERT_FALSE(r.paths.empty());
     EXPECT_NEAR(r.paths.front().clearance_score, 0.6, 0.05);
     EXPECT_EQ(r.paths.front().target_score, 1.0);
@@ -154,7 +142,7 @@ TEST(Planning, PassesBetweenRibsNearerToTheLowerOne) {
 }
 
 // A single block of bone at the flank is not a rib cage, so no path leads between ribs.
-TEST(Planning, TheAccessIsBetweenRibs) {
+TEST(Planning, AccessIsOnlyBetweenRibs) {
     BoxTorso torso;
     torso.paint(Tissue::bone, {-14, -59, 9}, {-10, 59, 21});
     EXPECT_TRUE(torso.plan().paths.empty());
@@ -173,7 +161,7 @@ TEST(Planning, RibsWithoutAGapBlockEverything) {
     EXPECT_EQ(r.rejected_blocked, r.candidates);
 }
 
-TEST(Planning, NinetyMillimetresAreTheEnd) {
+TEST(Planning, RejectsPathsAboveTheMaximumLength) {
     PlanSettings settings = BoxTorso::fine();
     settings.max_length_m = 0.0499;
     const PlanResult r = BoxTorso().plan(settings);
@@ -184,7 +172,7 @@ TEST(Planning, NinetyMillimetresAreTheEnd) {
 }
 
 // 190 mm outside the skin the hand must be 30 mm above the back, which lies at y = -60 mm.
-TEST(Planning, TheTableIsNotInTheHandsWay) {
+TEST(Planning, HandStaysAboveTheTable) {
     const PlanResult r = BoxTorso().plan();
     double lowest_mm = 1000.0;
     for (const PlannedPath& p : r.paths)
@@ -198,18 +186,17 @@ TEST(Planning, AirInTheBodyIsARisk) {
     BoxTorso torso;
     torso.addAir({-18, -55, -60}, {-14, -3, 60});  // unsegmented lung, posterior of y = -3 mm
     const PlanResult r = torso.plan();
-    expectSoundPlan(r, BoxTorso::fine());
     ASSERT_FALSE(r.paths.empty());
     for (const PlannedPath& p : r.paths)
         EXPECT_GT(p.entry_m.y * (51 - 14) / 50 / kMm, -3.0);
-    // The best entry is as far away as the skin between the axillary lines allows, with full clearance.
+    // The best entry has full clearance. It is as far from the air as the axillary lines allow.
     EXPECT_EQ(r.paths.front().clearance_score, 1.0);
     EXPECT_GT(r.paths.front().entry_m.y / kMm, 10.0);
 }
 
 // A gap of 6 mm between vessels. Beside the duct's wall it only affects C1. Farther out it also limits the
 // clearance to 3 mm.
-TEST(Planning, VesselsBesideTheDuctOnlyBlock) {
+TEST(Planning, VesselsBesideTheDuctDoNotLimitClearance) {
     const auto withVessels = [](double x_low_mm, double x_high_mm) {
         BoxTorso torso;
         torso.paint(Tissue::vessel, {x_low_mm, -40, 3}, {x_high_mm, 40, 30});
@@ -230,7 +217,6 @@ TEST(Planning, ChordOfTheDuctIsTheTargetScore) {
     PlanSettings settings = BoxTorso::fine();
     settings.min_quality = 0.0;
     const PlanResult r = torso.plan(settings);
-    expectSoundPlan(r, settings);
     bool straight_seen = false;
     for (const PlannedPath& p : r.paths) {
         const Vec3 d = (p.target_m - p.entry_m) / p.length_m;
@@ -241,11 +227,10 @@ TEST(Planning, ChordOfTheDuctIsTheTargetScore) {
     EXPECT_TRUE(straight_seen);
 }
 
-TEST(Planning, TheNeedleComesThroughFreeAir) {
+TEST(Planning, NeedleReachesTheSkinThroughAir) {
     BoxTorso torso;
     torso.paint(Tissue::soft, {20, 11, -200}, {30, 60, 200});  // an arm beside the flank
     const PlanResult r = torso.plan();
-    expectSoundPlan(r, BoxTorso::fine());
     ASSERT_FALSE(r.paths.empty());
     for (const PlannedPath& p : r.paths) {
         const Vec3 outward = (p.entry_m - p.target_m) / p.length_m;
@@ -256,7 +241,7 @@ TEST(Planning, TheNeedleComesThroughFreeAir) {
 
 // The path from (-1, 20, 20) mm passes through voxel edges. A vessel that touches it only at an edge blocks
 // it, on either side.
-TEST(Planning, AVesselAtAnEdgeOfThePathBlocks) {
+TEST(Planning, VesselTouchingAnEdgeOfThePathBlocks) {
     const auto startsThere = [](const PlanResult& r) {
         return std::any_of(r.paths.begin(), r.paths.end(), [](const PlannedPath& p) {
             return glm::length(p.entry_m - Vec3(-1, 20, 20) * kMm) < 1e-6;
@@ -270,21 +255,25 @@ TEST(Planning, AVesselAtAnEdgeOfThePathBlocks) {
     EXPECT_FALSE(startsThere(right.plan()));
 }
 
-// The liver moves down by 16 mm under ribs that stay. The usable gap is the one at its new height.
-TEST(Planning, JudgesThePatientInTheBreathAsked) {
-    BoxTorso torso;
-    torso.addRibs(-25, -7);
-    MotionModel& m = torso.package().motion;
-    m = test::makeMotion(Vec3(0.3), 0.010, [](const Vec3& p) {
+// The torso's liver moves by `travel_m` along z; the body wall stays.
+MotionModel movingLiver(double travel_m) {
+    return test::makeMotion(Vec3(0.3), 0.010, [&](const Vec3& p) {
         test::MotionPoint q;
-        q.slide_a1_m.z = -16 * kMm * test::rise(0.29, 0.2, std::fabs(p.z));
+        q.slide_a1_m.z = travel_m * smoothStep(0.29, 0.2, std::fabs(p.z));
         q.level_m = (std::hypot((p.x + 0.05) / 0.035, p.y / 0.055) - 1.0) * 0.035;
         return q;
     });
+}
+
+// The liver moves down by 16 mm under ribs that stay. The usable gap is the one at the liver's new height.
+TEST(Planning, RatesPathsInTheRequestedBreath) {
+    BoxTorso torso;
+    torso.addRibs(-25, -7);
+    torso.package().motion = movingLiver(-16 * kMm);
+    const MotionModel& m = torso.package().motion;
     PlanSettings settings = BoxTorso::fine();
     settings.breath = {1.0, 0.0};
     const PlanResult r = torso.plan(settings);
-    expectSoundPlan(r, settings);
     ASSERT_FALSE(r.paths.empty());
     const PlannedPath& best = r.paths.front();
     EXPECT_NEAR(best.clearance_score, 0.6, 0.05);
@@ -302,7 +291,7 @@ TEST(Planning, JudgesThePatientInTheBreathAsked) {
         }
 }
 
-TEST(Planning, APathOfOthersIsRatedAsItsOwnAre) {
+TEST(Planning, ExternalPathsAreRatedLikePlannedOnes) {
     BoxTorso torso;
     const PlannedPath own = torso.plan().paths.front();
     PlannedPath other;
@@ -318,19 +307,16 @@ TEST(Planning, APathOfOthersIsRatedAsItsOwnAre) {
     EXPECT_EQ(other.quality, 0.0);
 }
 
-// Computes C1 to C4 directly from their definitions: every voxel on the path, distances to every risk
-// voxel. Assumes that bone and vessels are labelled and that there are ribs.
-class NaiveJudge {
+// Computes C1 to C4 directly from their definitions: visits every voxel on the path and measures the distance
+// to every risk voxel. Assumes that bone and vessels are labelled and that there are ribs.
+class NaiveEvaluator {
   public:
-    explicit NaiveJudge(const Patient& patient) : patient_(patient) {
-        const Grid& grid = patient.grid();
-        for (int z = 0; z < grid.dims.z; ++z)
-            for (int y = 0; y < grid.dims.y; ++y)
-                for (int x = 0; x < grid.dims.x; ++x) {
-                    if (roleAt({x, y, z}) != Role::risk) continue;
-                    risks_.push_back({x, y, z});
-                    if (isBone({x, y, z}) && !isBone({x, y, z - 1})) lower_edges_.push_back({x, y, z});
-                }
+    explicit NaiveEvaluator(const Patient& patient) : patient_(patient) {
+        forEachVoxel(patient.grid(), [&](const Index3& i) {
+            if (roleAt(i) != Role::risk) return;
+            risks_.push_back(i);
+            if (isBone(i) && !isBone({i.x, i.y, i.z - 1})) lower_edges_.push_back(i);
+        });
     }
     // The quality, or nothing if it is below 0.4 or if C1 or C2 rejects the path.
     std::optional<double> quality(const Vec3& entry_m, const Vec3& target_m) const {
@@ -385,7 +371,7 @@ TEST(Planning, PairsAreRatedByTheDefinition) {
     const PlanResult r = torso.plan(settings);
     ASSERT_GT(r.paths.size(), 5u);
     const Patient patient(torso.package());
-    const NaiveJudge naive(patient);
+    const NaiveEvaluator naive(patient);
     for (const PlannedPath& path : r.paths) {
         const std::optional<double> quality = naive.quality(path.entry_m, path.target_m);
         ASSERT_TRUE(quality);
@@ -418,16 +404,11 @@ TEST(Planning, SkippedPairsAreCounted) {
               r.candidates);
 }
 
-// The liver moves by 8 mm under ribs that stay. The gap is not in front of the duct all the time.
-TEST(Planning, TheWorstBreathIsWhatAPathIsWorth) {
+// The liver moves by 8 mm under ribs that stay. So the gap is in front of the duct only part of the time.
+TEST(Planning, WorstQualityIsTheMinimumOverBreaths) {
     BoxTorso torso;
     torso.addRibs(-13, 13);
-    torso.package().motion = test::makeMotion(Vec3(0.3), 0.010, [](const Vec3& p) {
-        test::MotionPoint q;
-        q.slide_a1_m.z = -8 * kMm * test::rise(0.29, 0.2, std::fabs(p.z));
-        q.level_m = (std::hypot((p.x + 0.05) / 0.035, p.y / 0.055) - 1.0) * 0.035;
-        return q;
-    });
+    torso.package().motion = movingLiver(-8 * kMm);
     PlanSettings settings = BoxTorso::fine();
     settings.skin_spacing_m = 0.006;
     const Patient patient(torso.package());
@@ -448,7 +429,7 @@ TEST(Planning, TheWorstBreathIsWhatAPathIsWorth) {
     EXPECT_LT(*std::min_element(worst.begin(), worst.end()), paths.front().quality);
 }
 
-TEST(Planning, NothingToPlanIsNoPath) {
+TEST(Planning, PatientWithoutTargetHasNoPaths) {
     BoxTorso no_duct;
     no_duct.paint(Tissue::liver, {-60, -10, -10}, {-40, 10, 10});
     EXPECT_EQ(no_duct.plan().candidates, 0u);
@@ -458,7 +439,7 @@ TEST(Planning, NothingToPlanIsNoPath) {
     EXPECT_EQ(outside_liver.plan().candidates, 0u);
 }
 
-TEST(Planning, ThreadsDoNotMatterAndProgressAscends) {
+TEST(Planning, IsIndependentOfThreadsAndProgressAscends) {
     BoxTorso torso;
     torso.addRibs(-9, 9);
     PlanSettings one = BoxTorso::fine(), three = one;
@@ -470,11 +451,7 @@ TEST(Planning, ThreadsDoNotMatterAndProgressAscends) {
     });
     EXPECT_EQ(last, 1.0);
     const PlanResult b = torso.plan(three);
-    ASSERT_EQ(a.paths.size(), b.paths.size());
-    for (std::size_t i = 0; i < a.paths.size(); ++i) {
-        EXPECT_EQ(a.paths[i].entry_m, b.paths[i].entry_m);
-        EXPECT_EQ(a.paths[i].quality, b.paths[i].quality);
-    }
+    EXPECT_TRUE(a.paths == b.paths);
 }
 
 // ---- paths.json
@@ -486,9 +463,7 @@ class SavedPaths : public ::testing::Test {
         paths_.resize(3);
         paths_[1].breath = {0.1, -1.0 / 3.0};
         savePaths({kDigest, kPlannerVersion, paths_}, file_);
-        std::ostringstream text;
-        text << std::ifstream(file_).rdbuf();
-        text_ = text.str();
+        text_ = test::readText(file_);
     }
     void expectRefusedAs(const std::string& text, const std::string& field) {
         std::ofstream(file_) << text;
@@ -507,23 +482,12 @@ class SavedPaths : public ::testing::Test {
     std::string text_;
 };
 
-TEST_F(SavedPaths, ComeBackBitEqual) {
+TEST_F(SavedPaths, RoundTripBitEqual) {
     const StoredPaths stored = loadPaths(file_);
     EXPECT_EQ(stored.patient_digest, kDigest);
     EXPECT_EQ(stored.planner_version, kPlannerVersion);
-    const std::vector<PlannedPath>& back = stored.paths;
-    ASSERT_EQ(back.size(), 3u);
-    for (std::size_t i = 0; i < 3; ++i) {
-        EXPECT_EQ(back[i].entry_m, paths_[i].entry_m);
-        EXPECT_EQ(back[i].target_m, paths_[i].target_m);
-        EXPECT_EQ(back[i].entry_reference_m, paths_[i].entry_reference_m);
-        EXPECT_EQ(back[i].target_reference_m, paths_[i].target_reference_m);
-        EXPECT_EQ(back[i].breath, paths_[i].breath);
-        EXPECT_EQ(back[i].length_m, paths_[i].length_m);
-        EXPECT_EQ(back[i].clearance_score, paths_[i].clearance_score);
-        EXPECT_EQ(back[i].target_score, paths_[i].target_score);
-        EXPECT_EQ(back[i].quality, paths_[i].quality);
-    }
+    EXPECT_EQ(stored.paths.size(), 3u);
+    EXPECT_TRUE(stored.paths == paths_);
 }
 
 // HZ-RECORD-14

@@ -1,5 +1,6 @@
 #include "patient/motion/recording.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,18 +15,17 @@
 namespace stylet::patient {
 namespace {
 
-constexpr const char* kHead = "\"Frame\";\"Timestamp\";\"x\";\"y\";\"z\"\r\n";
+const std::string kHead = "\"Frame\";\"Timestamp\";\"x\";\"y\";\"z\"\r\n";
 
 std::string decimal(double value) {
-    char text[40];
-    std::snprintf(text, sizeof text, "%.4f", value);
-    std::replace(text, text + sizeof text, '.', ',');
+    std::string text = fmt::format("{:.4f}", value);
+    std::replace(text.begin(), text.end(), '.', ',');
     return text;
 }
 
 std::string rowAt(double t_ms, double x_mm, double y_mm, double z_mm) {
-    return std::to_string(int(t_ms * 0.06)) + ";" + decimal(t_ms) + ";" + decimal(x_mm) + ";" +
-           decimal(y_mm) + ";" + decimal(z_mm) + "\r\n";
+    return fmt::format("{};{};{};{};{}\r\n", int(t_ms * 0.06), decimal(t_ms), decimal(x_mm), decimal(y_mm),
+                       decimal(z_mm));
 }
 
 // A marker that rises by 12 mm and moves 5 mm sideways, ten times in 50 s.
@@ -46,6 +46,10 @@ void expectRefused(const std::string& csv, const std::string& field) {
     test::expectRefused([&] { (void)parse(csv); }, "breath.csv", field);
 }
 
+void expectLine2Refused(const std::string& row) {
+    expectRefused(kHead + row, "line 2");
+}
+
 TEST(RecordedBreath, IsScaledByItsOwnBreathsAndClosed) {
     const RecordedBreath r = parse(marker());
     EXPECT_EQ(r.breaths, 8);
@@ -58,7 +62,7 @@ TEST(RecordedBreath, IsScaledByItsOwnBreathsAndClosed) {
     EXPECT_EQ(r.zero_rows, 0);
 }
 
-TEST(RecordedBreath, TakesEitherDecimalMarkAndLineEnd) {
+TEST(RecordedBreath, AcceptsEitherDecimalMarkAndLineEnding) {
     std::string points = marker();
     std::replace(points.begin(), points.end(), ',', '.');
     std::erase(points, '\r');
@@ -85,7 +89,7 @@ TEST(RecordedBreath, DropsZerosAtTheEndAndRowsDatedOutOfOrder) {
         ASSERT_NEAR(misdated.v[i], whole[i], 0.01);
 }
 
-TEST(RecordedBreath, TheLoopsSeamIsNoJump) {
+TEST(RecordedBreath, LoopClosesWithoutAJump) {
     // The level rises by 4 mm over the recording.
     std::string csv = kHead;
     for (int i = 0; i <= 500; ++i)
@@ -96,23 +100,23 @@ TEST(RecordedBreath, TheLoopsSeamIsNoJump) {
     EXPECT_LT(std::fabs(r.v.front() - r.v.back()), 0.02);
 }
 
-TEST(RecordedBreath, RefusesWhatIsNone) {
+TEST(RecordedBreath, RejectsInvalidRecordings) {
     expectRefused("", "line 1");
     expectRefused("Frame;Timestamp;x;y\n1;2;3;4\n", "line 1");
     expectRefused("Frame;Timestamp;x;y;z;w\n", "line 1");
     expectRefused(std::string(kHead), "rows");
-    expectRefused(std::string(kHead) + "0;0;0;0;0\n", "rows");
-    expectRefused(std::string(kHead) + "0;0;1;1\n", "line 2");
-    expectRefused(std::string(kHead) + "0;0;1;1;1;1\n", "line 2");
-    expectRefused(std::string(kHead) + "0;0;1;1;nan\n", "line 2");
-    expectRefused(std::string(kHead) + "0;0;1;1;1e999\n", "line 2");
-    expectRefused(std::string(kHead) + "0;0;1;1;0x10\n", "line 2");
-    expectRefused(std::string(kHead) + "0;0;1;1;1,5,2\n", "line 2");
-    expectRefused(std::string(kHead) + "0;0;1;1;20000\n", "line 2");
-    expectRefused(std::string(kHead) + "0;-5;1;1;1\n", "line 2");
-    expectRefused(std::string(kHead) + "0;1e12;1;1;1\n", "line 2");
-    expectRefused(std::string(kHead) + "\n" + marker(), "line 2");
-    expectRefused(std::string(kHead) + std::string(100, '1') + ";0;1;1;1\n", "line 2");
+    expectRefused(kHead + "0;0;0;0;0\n", "rows");
+    expectLine2Refused("0;0;1;1\n");
+    expectLine2Refused("0;0;1;1;1;1\n");
+    expectLine2Refused("0;0;1;1;nan\n");
+    expectLine2Refused("0;0;1;1;1e999\n");
+    expectLine2Refused("0;0;1;1;0x10\n");
+    expectLine2Refused("0;0;1;1;1,5,2\n");
+    expectLine2Refused("0;0;1;1;20000\n");
+    expectLine2Refused("0;-5;1;1;1\n");
+    expectLine2Refused("0;1e12;1;1;1\n");
+    expectRefused(kHead + "\n" + marker(), "line 2");
+    expectRefused(kHead + std::string(100, '1') + ";0;1;1;1\n", "line 2");
     expectRefused(marker(8.0), "rows");  // only one whole breath
     std::string csv = marker();
     csv.insert(csv.find('\n', 5000) + 1, "0;0;0;0;0\r\n");
@@ -159,7 +163,7 @@ TEST(RecordedBreath, SurvivesDamage) {
     EXPECT_GT(taken, 10);
 }
 
-TEST(RealRecordings, AllTwentySevenAreReadAndBreathe) {
+TEST(RealRecordings, AllTwentySevenLoadAndPlay) {
     const char* data = std::getenv("STYLET_DATA");
     if (!data) GTEST_SKIP() << "STYLET_DATA is not set: no recorded breaths";
     int files = 0, ended_in_zeros = 0;
@@ -171,7 +175,7 @@ TEST(RealRecordings, AllTwentySevenAreReadAndBreathe) {
         ++files;
         ended_in_zeros += r.zero_rows;
         EXPECT_LE(r.misdated_rows, 6);
-        // Names with -O-: a subject who sits and draws breaths of twenty seconds.
+        // Names with -O-: the subject sits and breathes with a period of about twenty seconds.
         const bool slow = name.find("-O-") != std::string::npos;
         EXPECT_GE(r.breaths, slow ? 2 : 12);
         // Names with -N-: normal breathing.

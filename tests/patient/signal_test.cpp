@@ -46,8 +46,8 @@ void run(BreathingState& state, const BreathPlan& plan, int ticks,
     }
 }
 
-// Returns the number of ticks until the hold begins, at most `most`.
-int untilHeld(BreathingState& state, const BreathPlan& plan, int most = 60000) {
+// Returns the number of ticks until the hold begins, but at most `most`.
+int ticksUntilHold(BreathingState& state, const BreathPlan& plan, int most = 60000) {
     for (int i = 1; i <= most; ++i) {
         stepBreathing(state, plan, kDt_s);
         if (state.held) return i;
@@ -85,7 +85,7 @@ TEST(Hold, TakesEffectAtEndExhaleAndResumesThere) {
     BreathingState state;
     run(state, plan, 1500);
     commandHold(state, true);
-    EXPECT_EQ(untilHeld(state, plan), 2500);
+    EXPECT_EQ(ticksUntilHold(state, plan), 2500);
     run(state, plan, 5000, [](const Surrogate& s) { ASSERT_EQ(s, Surrogate{}); });
     commandHold(state, false);
     stepBreathing(state, plan, kDt_s);
@@ -97,7 +97,7 @@ TEST(Hold, IsImmediateAtEndExhaleAndMayBeRevoked) {
     const BreathPlan plan = regular(4.0, 1.0);
     BreathingState state;
     commandHold(state, true);
-    EXPECT_EQ(untilHeld(state, plan), 1);
+    EXPECT_EQ(ticksUntilHold(state, plan), 1);
     state = {};
     run(state, plan, 100);
     commandHold(state, true);
@@ -111,7 +111,7 @@ TEST(Hold, CreepsLinearlyStopsAndEasesOffWithoutAJump) {
     plan.hold.creep_v = -0.28;  // 5.6 mm of 20 mm
     BreathingState state;
     commandHold(state, true);
-    ASSERT_EQ(untilHeld(state, plan), 1);
+    ASSERT_EQ(ticksUntilHold(state, plan), 1);
     run(state, plan, 12000);
     EXPECT_NEAR(surrogateAt(state, plan, kDt_s).creep_v, -0.14, 1e-12);
     run(state, plan, 12000);
@@ -127,10 +127,10 @@ TEST(Hold, CreepsLinearlyStopsAndEasesOffWithoutAJump) {
         ASSERT_LT(s.creep_v - last_v, 0.0004);
         last_v = s.creep_v;
     });
-    // Held again before the creep has decayed: the creep continues from its current value.
+    // Hold again before the creep has decayed: the creep continues from its current value.
     state.phase_ticks = state.now.ticks - 1;
     commandHold(state, true);
-    ASSERT_EQ(untilHeld(state, plan), 1);
+    ASSERT_EQ(ticksUntilHold(state, plan), 1);
     EXPECT_NEAR(surrogateAt(state, plan, kDt_s).creep_v, last_v, 0.0004);
     run(state, plan, 24000);
     EXPECT_NEAR(surrogateAt(state, plan, kDt_s).creep_v, -0.28, 1e-12);
@@ -139,7 +139,7 @@ TEST(Hold, CreepsLinearlyStopsAndEasesOffWithoutAJump) {
     EXPECT_EQ(surrogateAt(state, plan, kDt_s).creep_v, 0.0);
 }
 
-TEST(Compliance, HoldsShortOfEndExhaleGivesUpWithASighAndObeysAnewCommand) {
+TEST(Compliance, HoldsAboveEndExhaleThenSighsAndObeysANewCommand) {
     BreathPlan plan = regular(4.0, 1.0);
     plan.hold.level_v = 0.2;
     plan.hold.limit_s = 10.0;
@@ -147,7 +147,7 @@ TEST(Compliance, HoldsShortOfEndExhaleGivesUpWithASighAndObeysAnewCommand) {
     BreathingState state;
     run(state, plan, 100);
     commandHold(state, true);
-    EXPECT_EQ(untilHeld(state, plan), 3900);
+    EXPECT_EQ(ticksUntilHold(state, plan), 3900);
     const double level_v = surrogateAt(state, plan, kDt_s).v;
     EXPECT_GT(level_v, 0.0);
     EXPECT_LT(level_v, 0.2);
@@ -163,7 +163,7 @@ TEST(Compliance, HoldsShortOfEndExhaleGivesUpWithASighAndObeysAnewCommand) {
     });
     EXPECT_NEAR(most_v, 1.8, 1e-6);
     commandHold(state, true);
-    EXPECT_GT(untilHeld(state, plan), 0);
+    EXPECT_GT(ticksUntilHold(state, plan), 0);
 }
 
 TEST(Compliance, MissesTheStatedShareOfEndExhales) {
@@ -175,7 +175,7 @@ TEST(Compliance, MissesTheStatedShareOfEndExhales) {
         BreathingState state;
         run(state, plan, 1);
         commandHold(state, true);
-        const int ticks = untilHeld(state, plan);
+        const int ticks = ticksUntilHold(state, plan);
         ASSERT_EQ((ticks + 1) % 600, 0);
         missed += (ticks + 1) / 600 - 1, ++held;
     }
@@ -187,7 +187,7 @@ TEST(Compliance, ACoughEndsAHold) {
     plan.coughs = 1.0;
     BreathingState state;
     commandHold(state, true);
-    ASSERT_EQ(untilHeld(state, plan), 1);
+    ASSERT_EQ(ticksUntilHold(state, plan), 1);
     int held = 0;
     while (state.held && held < 20000)
         stepBreathing(state, plan, kDt_s), ++held;
@@ -199,7 +199,7 @@ TEST(Compliance, ACoughEndsAHold) {
     EXPECT_EQ(state.bursts_left, 2u);
 }
 
-TEST(IrregularSignal, VariesAsTold) {
+TEST(IrregularSignal, VariesByTheGivenJitter) {
     BreathPlan plan = regular(4.0, 1.0);
     plan.period_jitter = 0.10;
     plan.depth_jitter = 0.15;
@@ -222,8 +222,8 @@ TEST(IrregularSignal, VariesAsTold) {
     EXPECT_GT(lengths.size(), 400u);
 }
 
-// v has no jumps and `rate` is its derivative, through jitter, sighs, coughs, holds, creep and aborted
-// holds.
+// Checks that v has no jumps and that `rate` is its derivative, through jitter, sighs, coughs, holds, creep
+// and aborted holds.
 void expectSmooth(const BreathPlan& plan, double fastest_per_s) {
     BreathingState state;
     Surrogate before;
@@ -266,7 +266,7 @@ TEST(IrregularSignal, SighsAndCoughsComeAtTheirRate) {
     EXPECT_NEAR(coughs / 3000.0, 0.05, 0.015);
 }
 
-TEST(AnySignal, IsTheSeedsAlone) {
+TEST(AnySignal, DependsOnlyOnTheSeed) {
     const auto play = [](const BreathPlan& plan) {
         BreathingState state;
         StateHash hash;
@@ -285,13 +285,13 @@ TEST(AnySignal, IsTheSeedsAlone) {
 }
 
 TEST(AnySignal, EveryPartOfThePlanIsHashed) {
-    const auto hashOf = [](const BreathPlan& plan) {
+    const auto computeHash = [](const BreathPlan& plan) {
         StateHash hash;
         hashPlan(hash, plan);
         return hash.value();
     };
     const BreathPlan plan = recordedSine(4.0, 2);
-    std::set<std::uint64_t> hashes{hashOf(plan)};
+    std::set<std::uint64_t> hashes{computeHash(plan)};
     const std::vector<std::function<void(BreathPlan&)>> changes = {
         [](BreathPlan& p) { p.rhythm.period_s = 5.0; },
         [](BreathPlan& p) { p.rhythm.amplitude = 0.9; },
@@ -311,7 +311,7 @@ TEST(AnySignal, EveryPartOfThePlanIsHashed) {
     for (const auto& change : changes) {
         BreathPlan other = plan;
         change(other);
-        hashes.insert(hashOf(other));
+        hashes.insert(computeHash(other));
     }
     EXPECT_EQ(hashes.size(), changes.size() + 1);
 }
@@ -335,7 +335,7 @@ TEST(RecordedSignal, IsHeldAtItsOwnEndExhale) {
     BreathingState state;
     run(state, plan, 1000);
     commandHold(state, true);
-    EXPECT_NEAR(untilHeld(state, plan), 4000, 1);
+    EXPECT_NEAR(ticksUntilHold(state, plan), 4000, 1);
     run(state, plan, 3000, [](const Surrogate& s) {
         ASSERT_NEAR(s.v, 0.0, 1e-6);
         ASSERT_EQ(s.rate_per_s, 0.0);
@@ -345,7 +345,7 @@ TEST(RecordedSignal, IsHeldAtItsOwnEndExhale) {
     EXPECT_NEAR(surrogateAt(state, plan, kDt_s).v, 1.0, 1e-5);
 }
 
-TEST(AnySignal, NoHeedfulPatientWaitsLongerThanTheLongestBreath) {
+TEST(AnySignal, CompliantPatientHoldsWithinTheLongestBreath) {
     EXPECT_DOUBLE_EQ(longestBreath_s(regular(4.0, 1.0), kDt_s), 4.0);
     EXPECT_NEAR(longestBreath_s(recordedSine(5.0, 3), kDt_s), 5.0, 0.002);
     for (std::uint64_t seed = 1; seed <= 40; ++seed) {
@@ -354,7 +354,7 @@ TEST(AnySignal, NoHeedfulPatientWaitsLongerThanTheLongestBreath) {
         BreathingState state;
         run(state, plan, 1 + int(seed) * 777);
         commandHold(state, true);
-        ASSERT_LE(untilHeld(state, plan) * kDt_s, longestBreath_s(plan, kDt_s));
+        ASSERT_LE(ticksUntilHold(state, plan) * kDt_s, longestBreath_s(plan, kDt_s));
     }
 }
 

@@ -16,10 +16,9 @@ Package carve(const Grid& grid, const std::function<bool(const Vec3&)>& inside) 
     p.elasticity = test::tissueDefaults().elasticity;
     p.ct = CtVolume(grid, std::int16_t(-1000));
     p.labels = LabelVolume(grid);
-    for (int z = 0; z < grid.dims.z; ++z)
-        for (int y = 0; y < grid.dims.y; ++y)
-            for (int x = 0; x < grid.dims.x; ++x)
-                if (inside(grid.centre({x, y, z}))) p.ct[{x, y, z}] = 40;
+    forEachVoxel(grid, [&](const Index3& i) {
+        if (inside(grid.centre(i))) p.ct[i] = 40;
+    });
     return p;
 }
 
@@ -41,7 +40,7 @@ std::vector<Vec3> directions(int count) {
 class Ball : public testing::TestWithParam<double> {};
 INSTANTIATE_TEST_SUITE_P(Voxels, Ball, testing::Values(0.001, 0.0015, 0.002));
 
-TEST_P(Ball, IsKnownToAFractionOfAVoxel) {
+TEST_P(Ball, LevelIsAccurateToAFractionOfAVoxel) {
     constexpr double kRadius_m = 0.06;
     const Package package =
         carve(cube(0.08, GetParam()), [](const Vec3& p) { return glm::length(p) < kRadius_m; });
@@ -58,7 +57,7 @@ TEST_P(Ball, IsKnownToAFractionOfAVoxel) {
     }
 }
 
-TEST(Skin, AFlatOneIsExactAndItsSlopeIsTheValuesOwn) {
+TEST(Skin, FlatSkinIsExactAndNormalIsTheGradient) {
     const Package slabs = test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::soft, 0.030}}, 0.001);
     const Skin skin = makeSkin(Patient(slabs), 1);
     for (const double x_m : {-0.0123, -0.004, -0.0001, 0.0002, 0.0077, 0.0201}) {
@@ -80,8 +79,8 @@ TEST(Skin, AFlatOneIsExactAndItsSlopeIsTheValuesOwn) {
     }
 }
 
-TEST(Skin, NeitherLungNorTheImagesEndIsSkin) {
-    // A tube along z that extends beyond the image, with a cavity that does so too.
+TEST(Skin, LungAndImageBorderAreNotSkin) {
+    // A tube of tissue along z. Both the tube and the cavity in it extend beyond the image.
     const Package package = carve(cube(0.05, 0.001), [](const Vec3& p) {
         const double r = std::sqrt(p.x * p.x + p.y * p.y);
         return r < 0.04 && r > 0.02;
@@ -94,23 +93,23 @@ TEST(Skin, NeitherLungNorTheImagesEndIsSkin) {
     EXPECT_NEAR(skinAt(skin, {0.069, 0.0, 0.0}).level_m, 0.029, 0.0008);
 }
 
-TEST(Skin, FeetStandOnIt) {
+TEST(Skin, NearestPointLiesOnTheSkin) {
     const Package ball = carve(cube(0.08, 0.002), [](const Vec3& p) { return glm::length(p) < 0.06; });
     const Skin skin = makeSkin(Patient(ball), 1);
     for (const Vec3& d : directions(200))
         for (const double from_m : {0.035, 0.055, 0.06, 0.07}) {
-            const Vec3 foot = footOnSkin(skin, from_m * d);
+            const Vec3 foot = nearestSkinPoint(skin, from_m * d);
             EXPECT_NEAR(skinAt(skin, foot).level_m, 0.0, 2e-6);
             EXPECT_LT(glm::length(foot - 0.06 * d), 0.0015);
         }
 }
 
-TEST(Skin, ThreadsDoNotChangeIt) {
+TEST(Skin, IsIndependentOfThreads) {
     const Package ball = carve(cube(0.04, 0.0015), [](const Vec3& p) { return glm::length(p) < 0.03; });
     EXPECT_EQ(makeSkin(Patient(ball), 1).level_m.voxels, makeSkin(Patient(ball), 3).level_m.voxels);
 }
 
-TEST(Skin, OddImagesAreTaken) {
+TEST(Skin, AcceptsDegenerateImages) {
     for (const bool full : {false, true}) {
         const Package p = carve({{1, 2, 2}, Vec3(0.01), Vec3(0.0)}, [&](const Vec3&) { return full; });
         const Skin skin = makeSkin(Patient(p), 1);

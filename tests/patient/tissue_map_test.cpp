@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/phantom.h"
+#include "tests/support/refused.h"
 
 namespace stylet::patient {
 namespace {
 
-// Every label of the phantom, labels without a table entry, every HU class and the thresholds themselves.
+// A package with every label of the phantom, labels without a table entry, every HU class, and CT values
+// equal to the thresholds.
 Package everyKind() {
     Package package = test::makeSlabs({{Tissue::soft, 0.004}}, 0.001);
     package.thresholds = {-500.0, -200.0, 200.0, 300.0};
@@ -21,40 +23,30 @@ Package everyKind() {
 }
 
 // HZ-TEACH-19
-TEST(TissueMap, SaysOfEveryVoxelWhatAlgorithm1SaysOfIt) {
-    const Package package = everyKind();
-    const Patient patient(package);
+TEST(TissueMap, MatchesAlgorithm1AtEveryVoxel) {
+    const test::OwnedPatient patient(everyKind());
     const TissueMap map(patient);
-    for (const TrackFlags flags : {TrackFlags{false, false}, {true, false}, {false, true}, {true, true}}) {
-        Index3 i;
-        for (i.z = -1; i.z <= map.grid().dims.z; ++i.z) {
-            for (i.y = -1; i.y <= map.grid().dims.y; ++i.y) {
-                for (i.x = -1; i.x <= map.grid().dims.x; ++i.x) {
-                    const TissueSample expected = patient.at(i, flags);
-                    ASSERT_EQ(map.sample(map.code(i), flags), expected);
-                    const TrackFlags after = map.flagsAfterEntering(map.code(i), flags);
-                    const TrackFlags expected_after = patient.flagsAfterEntering(expected, flags);
-                    ASSERT_EQ(after.past_skin, expected_after.past_skin);
-                    ASSERT_EQ(after.past_fascia, expected_after.past_fascia);
-                }
-            }
-        }
+    for (const TrackFlags flags : kAllTrackFlags) {
+        forEachVoxel(Index3(-1), map.grid().dims, [&](const Index3& i) {
+            const TissueSample expected = patient.at(i, flags);
+            ASSERT_EQ(map.sample(map.code(i), flags), expected);
+            const TrackFlags after = map.flagsAfterEntering(map.code(i), flags);
+            const TrackFlags expected_after = patient.flagsAfterEntering(expected, flags);
+            ASSERT_EQ(after.past_skin, expected_after.past_skin);
+            ASSERT_EQ(after.past_fascia, expected_after.past_fascia);
+        });
     }
 }
 
-TEST(TissueMap, RefusesMoreKindsThanAByteTellsApart) {
+TEST(TissueMap, RejectsMoreThan256Codes) {
     Package package = everyKind();
     package.label_table.clear();
     for (int id = 1; id < 256; ++id)
         package.label_table.emplace_back().id = std::uint8_t(id);
     for (std::size_t i = 0; i < package.labels.voxels.size(); ++i)
         package.labels.voxels[i] = std::uint8_t(i % 256);
-    try {
-        const TissueMap map{Patient(package)};
-        FAIL() << "255 labels, five classes and the air beyond the grid";
-    } catch (const DataError& e) {
-        EXPECT_NE(std::string(e.what()).find("labels"), std::string::npos) << e.what();
-    }
+    // 255 labels, five classes and the air beyond the grid.
+    test::expectRefused([&] { TissueMap{Patient(package)}; }, package.name, "labels");
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ Package oneVoxel(int ct_hu, std::uint8_t label = 0) {
     return p;
 }
 
-TissueSample sampleOf(int ct_hu, TrackFlags flags, std::uint8_t label = 0) {
+TissueSample sampleVoxel(int ct_hu, TrackFlags flags, std::uint8_t label = 0) {
     const Package p = oneVoxel(ct_hu, label);
     return Patient(p).at(Index3(0), flags);
 }
@@ -29,25 +29,25 @@ TissueSample sampleOf(int ct_hu, TrackFlags flags, std::uint8_t label = 0) {
 // HZ-TEACH-19
 TEST(Tissue, ThresholdsAreLowerBounds) {
     const Thresholds t = test::tissueDefaults().thresholds;
-    EXPECT_EQ(sampleOf(int(t.t0_hu) - 1, kOutside).tissue, Tissue::air);
-    EXPECT_EQ(sampleOf(int(t.t0_hu), kOutside).tissue, Tissue::skin);
-    EXPECT_EQ(sampleOf(int(t.t1_hu) - 1, kOutside).tissue, Tissue::skin);
-    EXPECT_EQ(sampleOf(int(t.t1_hu), kOutside).tissue, Tissue::soft);
-    EXPECT_EQ(sampleOf(int(t.t2_sensitive_hu) - 1, kPastSkin).tissue, Tissue::soft);
-    EXPECT_EQ(sampleOf(int(t.t2_sensitive_hu), kPastSkin).tissue, Tissue::bone);
-    EXPECT_EQ(sampleOf(int(t.t2_sensitive_hu), kPastFascia).tissue, Tissue::soft);
-    EXPECT_EQ(sampleOf(int(t.t2_specific_hu), kPastFascia).tissue, Tissue::bone);
+    EXPECT_EQ(sampleVoxel(int(t.t0_hu) - 1, kOutside).tissue, Tissue::air);
+    EXPECT_EQ(sampleVoxel(int(t.t0_hu), kOutside).tissue, Tissue::skin);
+    EXPECT_EQ(sampleVoxel(int(t.t1_hu) - 1, kOutside).tissue, Tissue::skin);
+    EXPECT_EQ(sampleVoxel(int(t.t1_hu), kOutside).tissue, Tissue::soft);
+    EXPECT_EQ(sampleVoxel(int(t.t2_sensitive_hu) - 1, kPastSkin).tissue, Tissue::soft);
+    EXPECT_EQ(sampleVoxel(int(t.t2_sensitive_hu), kPastSkin).tissue, Tissue::bone);
+    EXPECT_EQ(sampleVoxel(int(t.t2_sensitive_hu), kPastFascia).tissue, Tissue::soft);
+    EXPECT_EQ(sampleVoxel(int(t.t2_specific_hu), kPastFascia).tissue, Tissue::bone);
 }
 
 TEST(Tissue, AirIsARiskPastTheSkin) {
-    EXPECT_EQ(sampleOf(-1000, kOutside).role, Role::pass);
-    EXPECT_EQ(sampleOf(-1000, kPastSkin).role, Role::risk);
+    EXPECT_EQ(sampleVoxel(-1000, kOutside).role, Role::pass);
+    EXPECT_EQ(sampleVoxel(-1000, kPastSkin).role, Role::risk);
 }
 
-TEST(Tissue, NoSecondSkinInside) {
-    EXPECT_EQ(sampleOf(-400, kOutside).tissue, Tissue::skin);
-    EXPECT_EQ(sampleOf(-400, kPastSkin).tissue, Tissue::soft);
-    EXPECT_EQ(sampleOf(-400, kPastFascia).tissue, Tissue::soft);
+TEST(Tissue, HasNoSecondSkinInside) {
+    EXPECT_EQ(sampleVoxel(-400, kOutside).tissue, Tissue::skin);
+    EXPECT_EQ(sampleVoxel(-400, kPastSkin).tissue, Tissue::soft);
+    EXPECT_EQ(sampleVoxel(-400, kPastFascia).tissue, Tissue::soft);
 }
 
 // HZ-TEACH-19
@@ -55,12 +55,12 @@ TEST(Tissue, ALabelDecidesWhateverTheCtSays) {
     for (const Label& label : test::tissueLabels())
         for (const int ct_hu : {-1000, 0, 1500})
             for (const TrackFlags flags : {kOutside, kPastSkin, kPastFascia})
-                EXPECT_EQ(sampleOf(ct_hu, flags, label.id),
+                EXPECT_EQ(sampleVoxel(ct_hu, flags, label.id),
                           (TissueSample{label.tissue, label.id, label.role}));
 }
 
 TEST(Tissue, AnIdWithoutAnEntryIsUnsegmented) {
-    EXPECT_EQ(sampleOf(40, kOutside, 200), (TissueSample{Tissue::soft, 0, Role::pass}));
+    EXPECT_EQ(sampleVoxel(40, kOutside, 200), (TissueSample{Tissue::soft, 0, Role::pass}));
 }
 
 TEST(Tissue, BeyondTheGridIsAir) {
@@ -90,9 +90,8 @@ TEST(Tissue, ShippedTableIsTableOne) {
 }
 
 TEST(Slabs, BordersLieWhereTheyShould) {
-    const Package p =
-        test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::soft, 0.01}, {Tissue::liver, 0.02}}, 0.0005);
-    const Patient patient(p);
+    const test::OwnedPatient patient(
+        test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::soft, 0.01}, {Tissue::liver, 0.02}}, 0.0005));
     EXPECT_EQ(patient.at(Vec3(-1e-6, 0, 0), kOutside).tissue, Tissue::air);
     EXPECT_EQ(patient.at(Vec3(1e-6, 0, 0), kOutside).tissue, Tissue::skin);
     EXPECT_EQ(patient.at(Vec3(0.002 + 1e-6, 0.019, -0.019), kOutside).tissue, Tissue::soft);

@@ -1,4 +1,4 @@
-// Counts allocations in frames of tool displacement with a replaced operator new. There must be none.
+// Replaces operator new to count allocations while frames update the tool displacement. There must be none.
 #include <gtest/gtest.h>
 
 #include "patient/displacement/tool_displacement.h"

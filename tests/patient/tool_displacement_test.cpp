@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kFrame_s = 1.0 / 90.0;
 
-// Soft tissue everywhere, larger than any simulation box. Only the tool and the box shape the displacement.
+// Soft tissue everywhere, in a volume larger than any simulation box. Only the tool and the box shape the
+// displacement.
 Package makeBlock(Tissue tissue) {
     Package package = test::makeSlabs({{Tissue::soft, 0.04}}, 0.004);
     Grid grid;
@@ -40,15 +41,14 @@ ToolContact ball(const Vec3& at_m, const Vec3& moved_m, double radius_m = 0.004)
 }
 
 // Holds the contact until the displacement no longer changes.
-void settle(ToolDisplacement& tool, const ToolContact& contact, const Surrogate& breath = {},
-            int frames = 12) {
+void updateUntilSteady(ToolDisplacement& tool, const ToolContact& contact, const Surrogate& breath = {},
+                       int frames = 12) {
     for (int i = 0; i < frames; ++i)
         tool.update({&contact, 1}, breath, kFrame_s);
 }
 
-TEST(ToolDisplacement, NothingPressesNothingMoves) {
-    const Package package = makeCoveredBone();
-    const Patient patient(package);
+TEST(ToolDisplacement, IsInactiveWithoutContact) {
+    const test::OwnedPatient patient(makeCoveredBone());
     ToolDisplacement tool(patient);
     EXPECT_FALSE(tool.update({}, {}, kFrame_s));
     EXPECT_FALSE(tool.active());
@@ -56,24 +56,22 @@ TEST(ToolDisplacement, NothingPressesNothingMoves) {
     EXPECT_FALSE(tool.update({&idle, 1}, {}, kFrame_s));
 }
 
-TEST(ToolDisplacement, TheSkinIsAtTheToolThatPressesIt) {
-    const Package package = makeBlock(Tissue::soft);
-    const Patient patient(package);
+TEST(ToolDisplacement, SkinFollowsThePressingTool) {
+    const test::OwnedPatient patient(makeBlock(Tissue::soft));
     for (const double depth_m : {0.001, 0.003, 0.008}) {
         ToolDisplacement tool(patient);
         const Vec3 moved(0.0, 0.0, -depth_m);
-        settle(tool, ball(Vec3(0.0), moved));
+        updateUntilSteady(tool, ball(Vec3(0.0), moved));
         const Vec3 there = displacementAt(tool.table(), moved);
         EXPECT_LT(glm::length(there - moved), 0.05 * depth_m) << depth_m;
     }
 }
 
-// Outside the contact patch u = A/r + B, the decay in a uniform medium, except in the box's corners.
+// Outside the contact patch and away from the box's corners u = A/r + B, the decay in a uniform medium.
 TEST(ToolDisplacement, FallsAsOneOverTheDistanceInAUniformMedium) {
-    const Package package = makeBlock(Tissue::soft);
-    const Patient patient(package);
+    const test::OwnedPatient patient(makeBlock(Tissue::soft));
     ToolDisplacement tool(patient, {.cycles = 4});
-    settle(tool, ball(Vec3(0.0), Vec3(0.0, 0.0, 0.0005), 0.009));
+    updateUntilSteady(tool, ball(Vec3(0.0), Vec3(0.0, 0.0, 0.0005), 0.009));
     const auto u = [&](double x) { return glm::length(displacementAt(tool.table(), Vec3(x, 0.0, 0.0))); };
     // A ratio of differences at three distances eliminates A and B: (1/a - 1/b) / (1/b - 1/c).
     const double expected = (1.0 / 0.012 - 1.0 / 0.018) / (1.0 / 0.018 - 1.0 / 0.024);
@@ -81,11 +79,10 @@ TEST(ToolDisplacement, FallsAsOneOverTheDistanceInAUniformMedium) {
 }
 
 TEST(ToolDisplacement, AgreesWithFinerNodes) {
-    const Package package = makeCoveredBone();
-    const Patient patient(package);
+    const test::OwnedPatient patient(makeCoveredBone());
     ToolDisplacement usual(patient), fine(patient, {.nodes = 65, .spacing_m = 0.0015, .cycles = 8});
     const ToolContact contact = ball(Vec3(0.0), Vec3(0.004, 0.0, 0.001));
-    settle(usual, contact), settle(fine, contact);
+    updateUntilSteady(usual, contact), updateUntilSteady(fine, contact);
     double most_m = 0.0;
     for (double x = -0.006; x < 0.012; x += 0.0011)
         for (double y = -0.017; y <= 0.017; y += 0.0013)
@@ -97,11 +94,10 @@ TEST(ToolDisplacement, AgreesWithFinerNodes) {
     EXPECT_LT(most_m, 8e-4);
 }
 
-TEST(ToolDisplacement, BoneStaysWhereItIs) {
-    const Package package = makeCoveredBone();
-    const Patient patient(package);
+TEST(ToolDisplacement, BoneDoesNotMove) {
+    const test::OwnedPatient patient(makeCoveredBone());
     ToolDisplacement tool(patient);
-    settle(tool, ball(Vec3(0.0), Vec3(0.006, 0.0, 0.0), 0.006));
+    updateUntilSteady(tool, ball(Vec3(0.0), Vec3(0.006, 0.0, 0.0), 0.006));
     for (double y = -0.018; y <= 0.018; y += 0.003)
         for (const double x : {0.0155, 0.018})
             EXPECT_LT(glm::length(displacementAt(tool.table(), {x, y, 0.002})), 1e-4) << x << ' ' << y;
@@ -115,31 +111,29 @@ TEST(ToolDisplacement, FindsBoneThroughTheBreath) {
     const Patient patient(package);
     const ToolContact contact = ball(Vec3(0.0), Vec3(0.004, 0.0, 0.0));
     ToolDisplacement still(patient), carried(patient);
-    settle(still, contact), settle(carried, contact, {1.0, 0.0});
+    updateUntilSteady(still, contact), updateUntilSteady(carried, contact, {1.0, 0.0});
     // The slab now ends at z = -20 mm + 30 mm of travel, so this point is in air.
     const Vec3 bone(0.016, 0.0, 0.0);
     EXPECT_LT(glm::length(displacementAt(still.table(), bone)), 1e-4);
     EXPECT_GT(glm::length(displacementAt(carried.table(), bone)), 5e-4);
 }
 
-// Smallest Jacobian determinant of p -> p - u, at each corner of every cell of the trilinear map.
-double leastJacobian(const DisplacementTable& table) {
+// Smallest determinant of the Jacobian of p -> p - u, at the corners of every cell of the trilinear map.
+double minJacobian(const DisplacementTable& table) {
     const Grid& g = table.grid;
     const auto at = [&](const Index3& i) { return g.centre(i) - Vec3(table.moved_m[g.offset(i)]); };
     double least = 1.0;
-    Index3 i;
-    for (i.z = 0; i.z < g.dims.z - 1; ++i.z)
-        for (i.y = 0; i.y < g.dims.y - 1; ++i.y)
-            for (i.x = 0; i.x < g.dims.x - 1; ++i.x)
-                for (int k = 0; k < 8; ++k) {
-                    const Index3 c(k & 1, k >> 1 & 1, k >> 2);
-                    const auto edge = [&](int axis) {
-                        Index3 low = c, high = c;
-                        low[axis] = 0, high[axis] = 1;
-                        return (at(i + high) - at(i + low)) / g.spacing_m[axis];
-                    };
-                    least = std::min(least, glm::determinant(Mat3(edge(0), edge(1), edge(2))));
-                }
+    forEachVoxel(Index3(0), g.dims - 2, [&](const Index3& i) {
+        for (int k = 0; k < 8; ++k) {
+            const Index3 c(k & 1, k >> 1 & 1, k >> 2);
+            const auto edge = [&](int axis) {
+                Index3 low = c, high = c;
+                low[axis] = 0, high[axis] = 1;
+                return (at(i + high) - at(i + low)) / g.spacing_m[axis];
+            };
+            least = std::min(least, glm::determinant(Mat3(edge(0), edge(1), edge(2))));
+        }
+    });
     return least;
 }
 
@@ -150,17 +144,16 @@ TEST(ToolDisplacement, NeverFolds) {
         for (const double depth_m : {0.002, 0.006, 0.010, 0.015})
             for (const double sign : {1.0, -1.0}) {
                 ToolDisplacement tool(patient);
-                settle(tool, ball(Vec3(0.0), Vec3(sign * depth_m, 0.2 * depth_m, 0.0)), {}, 3);
-                EXPECT_GT(leastJacobian(tool.table()), 0.0) << sign * depth_m;
+                updateUntilSteady(tool, ball(Vec3(0.0), Vec3(sign * depth_m, 0.2 * depth_m, 0.0)), {}, 3);
+                EXPECT_GT(minJacobian(tool.table()), 0.0) << sign * depth_m;
             }
     }
 }
 
 TEST(ToolDisplacement, IsSymmetricAboutTheTool) {
-    const Package package = makeBlock(Tissue::liver);
-    const Patient patient(package);
+    const test::OwnedPatient patient(makeBlock(Tissue::liver));
     ToolDisplacement tool(patient);
-    settle(tool, ball(Vec3(0.0), Vec3(0.0, 0.0, 0.005)));
+    updateUntilSteady(tool, ball(Vec3(0.0), Vec3(0.0, 0.0, 0.005)));
     for (const Vec3 p : {Vec3(0.007, 0.003, 0.002), Vec3(0.015, 0.001, -0.010)}) {
         const Vec3 u = displacementAt(tool.table(), p);
         const Vec3 mirrored = displacementAt(tool.table(), {-p.x, p.y, p.z});
@@ -169,42 +162,37 @@ TEST(ToolDisplacement, IsSymmetricAboutTheTool) {
     }
     // Pulling is the mirror image of pushing.
     ToolDisplacement pull(patient);
-    settle(pull, ball(Vec3(0.0), Vec3(0.0, 0.0, -0.005)));
+    updateUntilSteady(pull, ball(Vec3(0.0), Vec3(0.0, 0.0, -0.005)));
     const Vec3 u = displacementAt(tool.table(), {0.006, 0.0, 0.002});
     EXPECT_LT(glm::length(u + displacementAt(pull.table(), {0.006, 0.0, -0.002})), 1e-5);
 }
 
 TEST(ToolDisplacement, IsZeroAtTheBoxAndBeyond) {
-    const Package package = makeBlock(Tissue::soft);
-    const Patient patient(package);
+    const test::OwnedPatient patient(makeBlock(Tissue::soft));
     ToolDisplacement tool(patient);
-    settle(tool, ball(Vec3(0.01, 0.0, 0.0), Vec3(0.0, 0.010, 0.0)));
+    updateUntilSteady(tool, ball(Vec3(0.01, 0.0, 0.0), Vec3(0.0, 0.010, 0.0)));
     const Grid& g = tool.table().grid;
-    Index3 i;
-    for (i.z = 0; i.z < g.dims.z; ++i.z)
-        for (i.y = 0; i.y < g.dims.y; ++i.y)
-            for (i.x = 0; i.x < g.dims.x; ++i.x)
-                if (std::min({i.x, i.y, i.z}) == 0 || std::max({i.x, i.y, i.z}) == g.dims.x - 1) {
-                    ASSERT_EQ(tool.table().moved_m[g.offset(i)], glm::vec4(0.0f));
-                }
+    forEachVoxel(g, [&](const Index3& i) {
+        if (!g.atBorder(i)) return;
+        ASSERT_EQ(tool.table().moved_m[g.offset(i)], glm::vec4(0.0f));
+    });
     EXPECT_EQ(displacementAt(tool.table(), g.origin_m - 0.001), Vec3(0.0));
     EXPECT_EQ(displacementAt(tool.table(), {1.0, 0.0, 0.0}), Vec3(0.0));
 }
 
-TEST(ToolDisplacement, FollowsAPressAtOnceAndSpringsBackInItsOwnTime) {
-    const Package package = makeBlock(Tissue::soft);
-    const Patient patient(package);
+TEST(ToolDisplacement, FollowsPressureAtOnceAndRecoilsExponentially) {
+    const test::OwnedPatient patient(makeBlock(Tissue::soft));
     const ToolDisplacementSettings settings{.cycles = 6};
     ToolDisplacement tool(patient, settings);
     const Vec3 moved(0.0, 0.0, -0.004);
-    settle(tool, ball(Vec3(0.0), moved));
+    updateUntilSteady(tool, ball(Vec3(0.0), moved));
     const auto depth = [&] { return -displacementAt(tool.table(), Vec3(0.0)).z; };
     const double pressed_m = depth();
     const ToolContact deeper = ball(Vec3(0.0), 1.5 * moved);
     tool.update({&deeper, 1}, {}, kFrame_s);
     EXPECT_GT(depth(), 1.3 * pressed_m);
     tool.update({&deeper, 1}, {}, 1.0);
-    // Released.
+    // Release.
     const double before_m = depth();
     double t_s = 0.0;
     while (t_s < settings.recoil_s - 1e-9)
@@ -216,11 +204,10 @@ TEST(ToolDisplacement, FollowsAPressAtOnceAndSpringsBackInItsOwnTime) {
 }
 
 // A tool lifted more slowly than the skin recoils stays in contact with the skin.
-TEST(ToolDisplacement, StaysUnderAToolThatIsLiftedSlowly) {
-    const Package package = makeBlock(Tissue::soft);
-    const Patient patient(package);
+TEST(ToolDisplacement, SkinStaysInContactWithASlowlyLiftedTool) {
+    const test::OwnedPatient patient(makeBlock(Tissue::soft));
     ToolDisplacement tool(patient, {.cycles = 6});
-    settle(tool, ball(Vec3(0.0), Vec3(0.0, 0.0, -0.006)));
+    updateUntilSteady(tool, ball(Vec3(0.0), Vec3(0.0, 0.0, -0.006)));
     for (double depth_m = 0.006; depth_m > 0.003; depth_m -= 0.0005) {
         const ToolContact contact = ball(Vec3(0.0), Vec3(0.0, 0.0, -depth_m));
         tool.update({&contact, 1}, {}, kFrame_s);
@@ -229,34 +216,32 @@ TEST(ToolDisplacement, StaysUnderAToolThatIsLiftedSlowly) {
 }
 
 // A needle that is withdrawn pulls the skin up: a capsule along the shaft drags it along.
-TEST(ToolDisplacement, AShaftDragsTheSkinAlong) {
-    const Package package = makeCoveredBone();
-    const Patient patient(package);
+TEST(ToolDisplacement, ShaftDragsTheSkin) {
+    const test::OwnedPatient patient(makeCoveredBone());
     ToolDisplacement tool(patient);
     const ToolContact shaft{.id = 0,
                             .begin_m = Vec3(0.0),
                             .end_m = Vec3(0.010, 0.0, 0.0),
                             .begin_moved_m = Vec3(-0.0005, 0.0, 0.0),
                             .end_moved_m = Vec3(-0.001, 0.0, 0.0)};
-    settle(tool, shaft);
+    updateUntilSteady(tool, shaft);
     EXPECT_NEAR(displacementAt(tool.table(), Vec3(0.0)).x, -0.0005, 1e-4);
     EXPECT_NEAR(displacementAt(tool.table(), Vec3(0.005, 0.0, 0.0)).x, -0.00075, 1e-4);
     EXPECT_LT(displacementAt(tool.table(), Vec3(0.001, 0.004, 0.0)).x, -0.0001);
 }
 
 // A long shaft gets a larger box. A box moves only when necessary.
-TEST(ToolDisplacement, TheBoxHoldsAllContacts) {
-    const Package package = makeBlock(Tissue::soft);
-    const Patient patient(package);
+TEST(ToolDisplacement, BoxContainsAllContacts) {
+    const test::OwnedPatient patient(makeBlock(Tissue::soft));
     ToolDisplacement tool(patient);
     ToolContact shaft = ball(Vec3(-0.045, 0.0, 0.0), Vec3(0.001, 0.0, 0.0));
     shaft.end_m.x = 0.045;
-    settle(tool, shaft, {}, 3);
+    updateUntilSteady(tool, shaft, {}, 3);
     const Grid wide = tool.table().grid;
     EXPECT_GT(displacementAt(tool.table(), Vec3(0.044, 0.0, 0.0)).x, 0.0008);
     EXPECT_GT(displacementAt(tool.table(), Vec3(-0.044, 0.0, 0.0)).x, 0.0008);
     shaft.end_m.x = 0.047;
-    settle(tool, shaft, {}, 1);
+    updateUntilSteady(tool, shaft, {}, 1);
     EXPECT_EQ(tool.table().grid, wide);
 }
 

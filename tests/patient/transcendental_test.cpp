@@ -50,7 +50,7 @@ TEST(Transcendental, WithinTwoUlps) {
     }
 }
 
-// Near multiples of pi/2 the result suffers from cancellation.
+// Near multiples of pi/2 the sine or cosine is close to zero and cancellation is largest.
 TEST(Transcendental, WithinTwoUlpsNearTheZeros) {
     const long double half_pi = std::acos(0.0L);
     for (int n = 1; n < 600000; n += 7) {
@@ -71,7 +71,7 @@ TEST(Transcendental, ExactWhereTheyShouldBe) {
     EXPECT_TRUE(std::isnan(detCos(std::nan(""))));
 }
 
-// The exact bits are recorded here. Every compiler, preset and machine must produce them.
+// Compares with recorded bits. Every compiler, preset and machine must produce them.
 TEST(Transcendental, SameBitsEverywhere) {
     std::uint64_t folded = 0;
     for (int i = -5000; i <= 5000; ++i) {

@@ -15,7 +15,7 @@ struct Visit {
     double begin, end;
 };
 
-std::vector<Visit> walkOf(const Grid& grid, const Vec3& a, const Vec3& b) {
+std::vector<Visit> collectVisits(const Grid& grid, const Vec3& a, const Vec3& b) {
     std::vector<Visit> visits;
     for (VoxelWalk walk(grid, a, b); !walk.done(); walk.next())
         visits.push_back({walk.voxel(), walk.begin(), walk.end()});
@@ -31,7 +31,7 @@ Grid tenCube() {
 }
 
 void expectSoundWalk(const Grid& grid, const Vec3& a, const Vec3& b) {
-    const std::vector<Visit> visits = walkOf(grid, a, b);
+    const std::vector<Visit> visits = collectVisits(grid, a, b);
     ASSERT_FALSE(visits.empty());
     EXPECT_EQ(visits.front().voxel, grid.nearest(a));
     EXPECT_EQ(visits.back().voxel, grid.nearest(b));
@@ -51,7 +51,7 @@ void expectSoundWalk(const Grid& grid, const Vec3& a, const Vec3& b) {
     }
 
     VoxelPath path;
-    const std::vector<VoxelPath::Visit>& whole = path.along(grid, a, b);
+    const std::vector<VoxelPath::Visit>& whole = path.traverse(grid, a, b);
     ASSERT_EQ(whole.size(), visits.size());
     for (std::size_t i = 0; i < visits.size(); ++i) {
         EXPECT_EQ(whole[i].begin, visits[i].begin);
@@ -69,7 +69,8 @@ TEST(VoxelWalk, RandomSegmentsInsideAndFarOutside) {
     }
 }
 
-// Two crossings of one minor axis before the next of the other, between two crossings of the main axis.
+// The first path crosses one minor axis twice before the other one, between two crossings of the main axis.
+// The others are random.
 TEST(VoxelWalk, NearTheDiagonal) {
     Grid grid;
     grid.dims = {8, 8, 8};
@@ -79,8 +80,8 @@ TEST(VoxelWalk, NearTheDiagonal) {
     std::uniform_real_distribution<double> u(0.0, 8.0), near(-0.3, 0.3);
     for (int i = 0; i < 20'000; ++i) {
         const Vec3 a(u(random), u(random), u(random));
-        const Vec3 way = Vec3(4.0 * near(random)) + Vec3(near(random), near(random), near(random));
-        expectSoundWalk(grid, a, a + way);
+        const Vec3 step = Vec3(4.0 * near(random)) + Vec3(near(random), near(random), near(random));
+        expectSoundWalk(grid, a, a + step);
     }
 }
 
@@ -88,13 +89,13 @@ TEST(VoxelWalk, AxisParallelBordersInClosedForm) {
     Grid grid;
     grid.dims = {8, 1, 1};
     grid.spacing_m = Vec3(0.25);
-    const std::vector<Visit> visits = walkOf(grid, {-0.125, 0, 0}, {0.875, 0, 0});
+    const std::vector<Visit> visits = collectVisits(grid, {-0.125, 0, 0}, {0.875, 0, 0});
     ASSERT_EQ(visits.size(), 5u);  // the last cell begins at the end point
     for (int i = 0; i < 5; ++i) {
         EXPECT_EQ(visits[std::size_t(i)].voxel, Index3(i, 0, 0));
         EXPECT_EQ(visits[std::size_t(i)].begin, 0.25 * i);
     }
-    EXPECT_EQ(walkOf(grid, {0.875, 0, 0}, {-0.125, 0, 0}).size(), 5u);
+    EXPECT_EQ(collectVisits(grid, {0.875, 0, 0}, {-0.125, 0, 0}).size(), 5u);
 }
 
 TEST(VoxelWalk, OnBordersEdgesAndCorners) {
@@ -112,39 +113,39 @@ TEST(VoxelWalk, OnBordersEdgesAndCorners) {
 TEST(VoxelWalk, ZeroLengthVisitsItsVoxel) {
     const Grid grid = tenCube();
     const Vec3 p = grid.centre({3, 4, 5});
-    const std::vector<Visit> visits = walkOf(grid, p, p);
+    const std::vector<Visit> visits = collectVisits(grid, p, p);
     ASSERT_EQ(visits.size(), 1u);
     EXPECT_EQ(visits[0].voxel, Index3(3, 4, 5));
     EXPECT_EQ(visits[0].begin, 0.0);
     EXPECT_EQ(visits[0].end, 1.0);
 }
 
-TEST(VoxelWalk, WalksThatJoinVisitJoiningVoxels) {
+TEST(VoxelWalk, ConsecutiveWalksShareTheirEndVoxel) {
     const Grid grid = tenCube();
     std::mt19937 random(2);
     std::uniform_real_distribution<double> u(-0.02, 0.04);
     Vec3 a{u(random), u(random), u(random)};
     for (int i = 0; i < 500; ++i) {
         const Vec3 b{u(random), u(random), u(random)}, c{u(random), u(random), u(random)};
-        EXPECT_EQ(walkOf(grid, a, b).back().voxel, walkOf(grid, b, c).front().voxel);
+        EXPECT_EQ(collectVisits(grid, a, b).back().voxel, collectVisits(grid, b, c).front().voxel);
         a = b;
     }
 }
 
-TEST(VoxelWalk, NonsenseIsOneStep) {
+TEST(VoxelWalk, InvalidSegmentsAreASingleStep) {
     const Grid grid = tenCube();
     const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
     for (const double bad : {inf, -inf, nan, 1e300, -1e300, 1e9}) {
         for (int axis = 0; axis < 3; ++axis) {
             Vec3 p{0.0};
             p[axis] = bad;
-            EXPECT_EQ(walkOf(grid, Vec3(0.0), p).size(), 1u);
-            EXPECT_EQ(walkOf(grid, p, Vec3(0.0)).size(), 1u);
-            EXPECT_EQ(walkOf(grid, p, p).size(), 1u);
+            EXPECT_EQ(collectVisits(grid, Vec3(0.0), p).size(), 1u);
+            EXPECT_EQ(collectVisits(grid, p, Vec3(0.0)).size(), 1u);
+            EXPECT_EQ(collectVisits(grid, p, p).size(), 1u);
         }
     }
-    EXPECT_FALSE(grid.contains(walkOf(grid, Vec3(0.0), Vec3(nan))[0].voxel));
-    EXPECT_EQ(walkOf(grid, Vec3(0.0), {1e4, 0.0, 0.0}).size(), 1u);
+    EXPECT_FALSE(grid.contains(collectVisits(grid, Vec3(0.0), Vec3(nan))[0].voxel));
+    EXPECT_EQ(collectVisits(grid, Vec3(0.0), {1e4, 0.0, 0.0}).size(), 1u);
 }
 
 }  // namespace

@@ -13,10 +13,6 @@ using test::addLabel;
 using test::carve;
 using test::liverBlock;
 
-Vec3 unit(const Vec3& v) {
-    return v / glm::length(v);
-}
-
 TEST(BloodKind, IsReadFromTissueAndName) {
     Label label;
     label.tissue = Tissue::vessel;
@@ -26,15 +22,15 @@ TEST(BloodKind, IsReadFromTissueAndName) {
           std::pair{"aorta and arteries", BloodKind::artery}, std::pair{"heart", BloodKind::none},
           std::pair{"vessel", BloodKind::other}}) {
         label.name = name;
-        EXPECT_EQ(bloodKindOf(label), kind) << name;
+        EXPECT_EQ(bloodKind(label), kind) << name;
     }
     label.tissue = Tissue::soft;
     label.name = "portal vein";
-    EXPECT_EQ(bloodKindOf(label), BloodKind::none);
+    EXPECT_EQ(bloodKind(label), BloodKind::none);
 }
 
-// A trunk along +x through fat that enters the liver at 40 mm and splits into two branches there. 1 mm
-// voxels.
+// A trunk along +x, in voxels of 1 mm. It runs through soft tissue, enters the liver at 40 mm and splits into
+// two branches at 58 mm.
 Package portalPhantom() {
     Package package = test::makeSlabs({{Tissue::soft, 0.040}, {Tissue::liver, 0.050}}, 0.001);
     const std::uint8_t portal = addLabel(package, "portal vein", Tissue::vessel, Role::risk);
@@ -46,17 +42,16 @@ Package portalPhantom() {
     return package;
 }
 
-TEST(VesselFlow, GoesToTheHilumThroughTheTrunkAndOnIntoTheBranches) {
-    const Package package = portalPhantom();
-    const Patient patient(package);
+TEST(VesselFlow, FlowsThroughTheTrunkToTheHilumAndIntoTheBranches) {
+    const test::OwnedPatient patient(portalPhantom());
     const VesselFlow flow = makeVesselFlow(patient);
     ASSERT_FALSE(flow.velocity.empty());
     for (const double x : {0.012, 0.025, 0.038, 0.048}) {
         const Vec3 v = flow.meanAt_m_per_s({x, 0.0, 0.0});
-        EXPECT_GT(unit(v).x, 0.9) << x;
+        EXPECT_GT(glm::normalize(v).x, 0.9) << x;
     }
     for (const double side : {-1.0, 1.0})
-        EXPECT_GT(unit(flow.meanAt_m_per_s({0.058, side * 0.012, 0.0})).y * side, 0.9);
+        EXPECT_GT(glm::normalize(flow.meanAt_m_per_s({0.058, side * 0.012, 0.0})).y * side, 0.9);
     EXPECT_EQ(flow.meanAt_m_per_s({0.020, 0.015, 0.0}), Vec3(0.0)) << "no blood beside it";
     EXPECT_EQ(flow.meanAt_m_per_s({9.0, 0.0, 0.0}), Vec3(0.0));
     EXPECT_EQ(flow.kindAt(flow.grid.nearest({0.025, 0.0, 0.0})), BloodKind::portal);
@@ -64,8 +59,7 @@ TEST(VesselFlow, GoesToTheHilumThroughTheTrunkAndOnIntoTheBranches) {
 }
 
 TEST(VesselFlow, IsParabolicAcrossTheLumenAndSlowerInThinBranches) {
-    const Package package = portalPhantom();
-    const Patient patient(package);
+    const test::OwnedPatient patient(portalPhantom());
     const VesselFlow flow = makeVesselFlow(patient);
     const double trunk = VesselFlowSettings{}.trunk_m_per_s[std::size_t(BloodKind::portal)];
     double sum = 0.0, most = 0.0;
@@ -80,7 +74,7 @@ TEST(VesselFlow, IsParabolicAcrossTheLumenAndSlowerInThinBranches) {
             sum += speed, most = std::max(most, speed), ++count;
         }
     EXPECT_NEAR(most, 2.0 * trunk, 0.1 * trunk);
-    EXPECT_NEAR(sum / count, trunk, 0.25 * trunk) << "the mean of a paraboloid is half its top";
+    EXPECT_NEAR(sum / count, trunk, 0.25 * trunk) << "the mean of a paraboloid is half its maximum";
     EXPECT_LT(glm::length(flow.meanAt_m_per_s({0.058, 0.012, 0.0})), most);
 }
 
@@ -97,15 +91,14 @@ TEST(VesselFlow, LeavesTheLiverThroughTheHepaticVeinsTowardTheCava) {
     });
     const Patient patient(package);
     const VesselFlow flow = makeVesselFlow(patient);
-    EXPECT_GT(unit(flow.meanAt_m_per_s({0.020, 0.0, 0.0})).x, 0.9);
-    EXPECT_GT(unit(flow.meanAt_m_per_s({0.050, 0.0, 0.0})).x, 0.9);
-    EXPECT_GT(unit(flow.meanAt_m_per_s({0.064, 0.0, -0.005})).z, 0.9) << "toward the head";
-    EXPECT_LT(unit(flow.meanAt_m_per_s({0.064, 0.012, -0.005})).z, -0.9) << "away from the heart";
+    EXPECT_GT(glm::normalize(flow.meanAt_m_per_s({0.020, 0.0, 0.0})).x, 0.9);
+    EXPECT_GT(glm::normalize(flow.meanAt_m_per_s({0.050, 0.0, 0.0})).x, 0.9);
+    EXPECT_GT(glm::normalize(flow.meanAt_m_per_s({0.064, 0.0, -0.005})).z, 0.9) << "toward the head";
+    EXPECT_LT(glm::normalize(flow.meanAt_m_per_s({0.064, 0.012, -0.005})).z, -0.9) << "away from the heart";
 }
 
-TEST(VesselFlow, IsTheSameForAnyNumberOfThreads) {
-    const Package package = portalPhantom();
-    const Patient patient(package);
+TEST(VesselFlow, IsIndependentOfThreads) {
+    const test::OwnedPatient patient(portalPhantom());
     const VesselFlow one = makeVesselFlow(patient, {}, 1);
     for (const int threads : {2, 5}) {
         const VesselFlow more = makeVesselFlow(patient, {}, threads);
@@ -115,14 +108,13 @@ TEST(VesselFlow, IsTheSameForAnyNumberOfThreads) {
 }
 
 TEST(VesselFlow, IsEmptyWithoutVessels) {
-    const Package package = liverBlock(0.020, 0.001);
-    const Patient patient(package);
+    const test::OwnedPatient patient(liverBlock(0.020, 0.001));
     const VesselFlow flow = makeVesselFlow(patient);
     EXPECT_TRUE(flow.velocity.empty());
     EXPECT_EQ(flow.meanAt_m_per_s({0.01, 0.0, 0.0}), Vec3(0.0));
 }
 
-TEST(Pulse, HasTheMeanOfOneAndEachVesselsShape) {
+TEST(Pulse, HasMeanOneAndTheShapeOfEachVessel) {
     for (const BloodKind kind : {BloodKind::portal, BloodKind::hepatic, BloodKind::cava, BloodKind::artery}) {
         constexpr int kSteps = 1000;
         double sum = 0.0, low = 1e9, high = -1e9;
@@ -132,7 +124,8 @@ TEST(Pulse, HasTheMeanOfOneAndEachVesselsShape) {
         }
         EXPECT_NEAR(sum / kSteps, 1.0, 0.005);
         EXPECT_EQ(high - low < 0.3, kind == BloodKind::portal);
-        EXPECT_EQ(low < 0.0, kind == BloodKind::hepatic || kind == BloodKind::cava) << "the a wave goes back";
+        EXPECT_EQ(low < 0.0, kind == BloodKind::hepatic || kind == BloodKind::cava)
+            << "the a wave flows backward";
         EXPECT_EQ(std::abs((high - low) / high - 0.7) < 0.01, kind == BloodKind::artery) << "resistive index";
     }
     EXPECT_EQ(pulse(BloodKind::artery, NAN), 1.0);

@@ -1,7 +1,9 @@
 // Counts allocations per frame after the first frames, with a replaced operator new. There must be none.
 #include <gtest/gtest.h>
 
+#include "render/gpu/memory.h"
 #include "render/volume/deformed_patient.h"
+#include "tests/render/gpu_fixture.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
 #include "tests/support/counted_allocations.h"
@@ -9,39 +11,15 @@
 namespace stylet::render {
 namespace {
 
-// An image to draw to, created as an OpenXR runtime would create it.
-struct Target {
-    explicit Target(const Gpu& gpu, std::uint32_t pixels) {
-        const vk::raii::Device& device = gpu.device();
-        image = device.createImage({.imageType = vk::ImageType::e2D,
-                                    .format = vk::Format::eR8G8B8A8Srgb,
-                                    .extent = {pixels, pixels, 1},
-                                    .mipLevels = 1,
-                                    .arrayLayers = 2,
-                                    .samples = vk::SampleCountFlagBits::e1,
-                                    .tiling = vk::ImageTiling::eOptimal,
-                                    .usage = vk::ImageUsageFlagBits::eColorAttachment});
-        const vk::MemoryRequirements needs = image.getMemoryRequirements();
-        std::uint32_t type = 0;
-        while (!(needs.memoryTypeBits & (1u << type)))
-            ++type;
-        memory = device.allocateMemory({.allocationSize = needs.size, .memoryTypeIndex = type});
-        image.bindMemory(*memory, 0);
-        stereo = {*image, VK_FORMAT_R8G8B8A8_SRGB, pixels, pixels};
-    }
-    vk::raii::DeviceMemory memory = nullptr;
-    vk::raii::Image image = nullptr;
-    StereoTarget stereo;
-};
-
-class AllocationTest : public testing::TestWithParam<VolumePath> {};
+class AllocationTest : public test::GpuFixture<testing::TestWithParam<VolumePath>> {};
 
 TEST_P(AllocationTest, FramesAllocateNothing) {
-    if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
     const patient::Package package = test::makeTrunk(0.004);
     const patient::Patient patient(package);
     Gpu gpu({});
-    const Target target(gpu, 96);
+    const GpuImage image(gpu, vk::Format::eR8G8B8A8Srgb, {96, 96, 1}, 2,
+                         vk::ImageUsageFlagBits::eColorAttachment);
+    const StereoTarget target{*image.handle, VK_FORMAT_R8G8B8A8_SRGB, 96, 96};
     Renderer renderer(gpu, {.volume_path = GetParam(), .count = true}, test::assetsFolder());
     renderer.setPatient(patient);
     RenderScene scene;
@@ -61,7 +39,7 @@ TEST_P(AllocationTest, FramesAllocateNothing) {
             const auto contact = test::contactAt(flank, {-0.001 * (i % 7), 0.0, 0.0}, 0.010);
             scene.tool =
                 tool.update({&contact, i % 7 > 0 ? 1u : 0u}, scene.breath, 0.5) ? &tool.table() : nullptr;
-            renderer.draw(scene, eyes, target.stereo);
+            renderer.draw(scene, eyes, target);
         }
     };
     frames(14);
@@ -101,7 +79,7 @@ TEST(UltrasoundAllocationTest, PicturesAllocateNothing) {
     EXPECT_EQ(test::allocations() - before, 0u);
 }
 
-INSTANTIATE_TEST_SUITE_P(BothWaysToMarch, AllocationTest,
+INSTANTIATE_TEST_SUITE_P(GpuAndProcessor, AllocationTest,
                          testing::Values(VolumePath::gpu, VolumePath::processor));
 
 }  // namespace

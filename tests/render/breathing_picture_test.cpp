@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/smoothstep.h"
 #include "render/volume/deform.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
@@ -38,14 +39,14 @@ TEST(DeformTables, AgreeWithThePointFunctions) {
 }
 
 // Compares tables for the visible region only with tables for the whole box.
-TEST(DeformTables, NearTheBodyAreThoseOfAllTheBox) {
+TEST(DeformTables, BodyRegionMatchesTheWholeBox) {
     const patient::Package package = test::makeTrunk(0.004);
     const patient::Patient patient(package);
-    DeformMaker near(package.motion, {}, &patient), all(package.motion, {}, nullptr);
-    EXPECT_LT(near.nodesMade(), all.nodesMade());
+    DeformTableBuilder near(package.motion, {}, &patient), all(package.motion, {}, nullptr);
+    EXPECT_LT(near.computedNodes(), all.computedNodes());
     Workers workers(2);
     for (const patient::Surrogate now : {patient::Surrogate{0.7, 1.0}, patient::Surrogate{1.5, -4.0}}) {
-        near.make(now, workers), all.make(now, workers);
+        near.compute(now, workers), all.compute(now, workers);
         int asked = 0;
         double reach_m = 0.0;
         for (double x = -0.17; x <= 0.17; x += 0.0061)
@@ -62,22 +63,22 @@ TEST(DeformTables, NearTheBodyAreThoseOfAllTheBox) {
     }
 }
 
-TEST(DeformTables, AreTheSameWithoutWiderInstructions) {
+TEST(DeformTables, PortableMatchesSimd) {
     const patient::Package package = test::makeTrunk(0.01);
     const patient::Surrogate now{0.9, 0.5};
     const DeformTables wide = deformTables(package.motion, now);
     const DeformTables portable = deformTables(package.motion, now, {.portable = true});
-    double most_m = 0.0;
+    double max_m = 0.0;
     for (std::size_t i = 0; i < wide.inside.size(); ++i) {
-        most_m = std::max(most_m, double(glm::length(glm::vec3(wide.inside[i] - portable.inside[i]))));
-        most_m = std::max(most_m, double(glm::length(glm::vec3(wide.outside[i] - portable.outside[i]))));
+        max_m = std::max(max_m, double(glm::length(glm::vec3(wide.inside[i] - portable.inside[i]))));
+        max_m = std::max(max_m, double(glm::length(glm::vec3(wide.outside[i] - portable.outside[i]))));
     }
-    EXPECT_LT(most_m, 2e-6);
+    EXPECT_LT(max_m, 2e-6);
 }
 
 // Includes what the shader adds: half-precision floats and the device's texture filter.
 // HZ-TEACH-15
-TEST(DeformTables, AreReadByTheGpuAsThePointFunctionsSay) {
+TEST(DeformTables, GpuLookUpMatchesThePointFunctions) {
     if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
     const patient::Package package = test::makeTrunk(0.01);
     const patient::Patient patient(package);
@@ -95,31 +96,31 @@ TEST(DeformTables, AreReadByTheGpuAsThePointFunctionsSay) {
     const std::vector<Vec3> found_m = test::referenceOnGpu(gpu, deformed, points_m);
     ASSERT_EQ(found_m.size(), points_m.size());
     std::vector<double> errors_m;
-    double most_m = 0.0;
+    double max_m = 0.0;
     for (std::size_t i = 0; i < points_m.size(); ++i) {
         const Vec3 truth_m = referenceFromDeformed(package.motion, now, points_m[i]);
         errors_m.push_back(glm::length(found_m[i] - truth_m));
-        most_m = std::max(most_m, glm::length(truth_m - points_m[i]));
+        max_m = std::max(max_m, glm::length(truth_m - points_m[i]));
     }
     std::sort(errors_m.begin(), errors_m.end());
-    EXPECT_GT(most_m, 0.010);
+    EXPECT_GT(max_m, 0.010);
     EXPECT_LT(errors_m[std::size_t(0.99 * double(errors_m.size()))], 1e-4);
     EXPECT_LT(errors_m.back(), 4e-4);
     EXPECT_EQ(gpu.validationMessages(), 0u);
 }
 
-TEST(DeformTables, AreStillWithoutMotion) {
+TEST(DeformTables, AreZeroWithoutMotion) {
     const DeformTables tables = deformTables({}, {1.0, 0.0});
     EXPECT_EQ(referenceFromTables(tables, {0.1, -0.2, 3.0}), Vec3(0.1, -0.2, 3.0));
 }
 
 // HZ-TEACH-15
-TEST(BreathingPicture, ABallInTheCavityMovesAsTheModelSays) {
+TEST(BreathingPicture, BallInTheCavityFollowsTheMotionModel) {
     if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
     patient::Package package = test::makeBall(patient::Tissue::bone, 0.015, 0.045, 0.002);
     package.motion = test::makeMotion(Vec3(0.08), 0.005, [](const Vec3& p) {
         test::MotionPoint q;
-        q.slide_a1_m.z = -0.020 * test::rise(-0.075, -0.045, p.z) * test::rise(0.075, 0.025, p.z);
+        q.slide_a1_m.z = -0.020 * smoothStep(-0.075, -0.045, p.z) * smoothStep(0.075, 0.025, p.z);
         q.level_m = std::hypot(p.x, p.y) - 0.05;
         return q;
     });
@@ -136,16 +137,16 @@ TEST(BreathingPicture, ABallInTheCavityMovesAsTheModelSays) {
     const float half_angle = 0.2f;
     const auto eyes = test::stereo(test::lookAt(Vec3(0, 1, distance), Vec3(0, 1, 0), half_angle), 0.0);
     const std::uint32_t size = 256;
-    const auto seenAt = [&](double v) {
+    const auto findBallAt = [&](double v) {
         scene.breath = {v, 0.0};
         return test::findBlob(renderer.drawToImages(scene, eyes, size, size)[0],
                               [](int r, int g, int b) { return r > 130 && g > 110 && b > 90; });
     };
-    const test::Blob rest = seenAt(0.0);
+    const test::Blob rest = findBallAt(0.0);
     ASSERT_GT(rest.pixels, 500u);
     const double pixels_per_m = size / (2.0 * std::tan(double(half_angle)) * distance);
     for (const double v : {0.3, 1.0}) {
-        const test::Blob moved = seenAt(v);
+        const test::Blob moved = findBallAt(v);
         const double travel = deformedFromReference(model, {v, 0.0}, Vec3(0.0)).z;
         EXPECT_NEAR(travel, -0.020 * v, 1e-6);
         // The patient's head is up in the picture: caudal motion is downward, and rows count downward.

@@ -12,7 +12,7 @@ namespace {
 constexpr std::uint32_t kSide = 64;
 constexpr auto kColour = vk::ImageAspectFlagBits::eColor;
 
-// Two eyes of one colour each, like a swapchain image after drawing.
+// An image with one colour per eye, in the state of a swapchain image after drawing.
 struct TwoEyes {
     explicit TwoEyes(const Gpu& gpu)
         : image(gpu, vk::Format::eR8G8B8A8Srgb, {kSide, kSide, 1}, 2,
@@ -46,12 +46,12 @@ std::optional<std::uint64_t> readOne(EyeTap& tap, Image& image, const Gpu& gpu) 
     return tap.read(image);
 }
 
-TEST(EyeTap, TheEyeThatWasAskedForComesSmallerWithItsTag) {
+TEST(EyeTap, CopiesTheRequestedEyeScaledDownWithItsTag) {
     Gpu gpu{GpuSettings{.validation = true}};
     const TwoEyes eyes(gpu);
     EyeTap tap(gpu);
     Image image;
-    EXPECT_FALSE(tap.read(image)) << "none was taken";
+    EXPECT_FALSE(tap.read(image)) << "no copy was submitted";
     ASSERT_TRUE(tap.submitCopy(eyes.target(), 1, 32, 7));
     EXPECT_EQ(readOne(tap, image, gpu), 7u);
     ASSERT_EQ(image.width, 32u);
@@ -60,15 +60,15 @@ TEST(EyeTap, TheEyeThatWasAskedForComesSmallerWithItsTag) {
         ASSERT_EQ(image.rgba[i], 0);
         ASSERT_EQ(image.rgba[i + 2], 255);
     }
-    EXPECT_FALSE(tap.read(image)) << "it comes once";
+    EXPECT_FALSE(tap.read(image)) << "the copy was already read";
     ASSERT_TRUE(tap.submitCopy(eyes.target(), 0, 1000, 8));
     EXPECT_EQ(readOne(tap, image, gpu), 8u);
-    EXPECT_EQ(image.width, kSide) << "never larger than it is";
+    EXPECT_EQ(image.width, kSide) << "never enlarged";
     EXPECT_EQ(image.rgba[0], 255);
     EXPECT_EQ(gpu.validationMessages(), 0u);
 }
 
-TEST(EyeTap, TheNewestOfSeveralIsGivenAndTheOthersAreForgotten) {
+TEST(EyeTap, ReturnsTheNewestCopyAndDropsOlderOnes) {
     Gpu gpu{GpuSettings{.validation = true}};
     const TwoEyes eyes(gpu);
     EyeTap tap(gpu);
@@ -84,7 +84,7 @@ TEST(EyeTap, TheNewestOfSeveralIsGivenAndTheOthersAreForgotten) {
 }
 
 // Requests more copies than fit. Some are dropped, the last accepted one arrives, and no error occurs.
-TEST(EyeTap, AskedMoreOftenThanItCanItLeavesSomeOut) {
+TEST(EyeTap, DropsCopiesWhenAllArePending) {
     Gpu gpu{GpuSettings{.validation = true}};
     const TwoEyes eyes(gpu);
     EyeTap tap(gpu);

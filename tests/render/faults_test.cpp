@@ -1,11 +1,12 @@
-// A device that is lost, out of memory or small must give a clear message, and a way to continue where
-// possible. A Vulkan layer between the loader and the real driver (tests/support/vulkan_faults) injects the
-// faults.
+// If the device is lost, out of memory or too small, there must be a clear message and, where possible, a way
+// to continue. A Vulkan layer between the loader and the real driver (tests/support/vulkan_faults) injects
+// the faults.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <map>
 
+#include "tests/render/gpu_fixture.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
 
@@ -13,11 +14,8 @@ namespace stylet::render {
 namespace {
 
 // Sets and restores the environment for one test's Vulkan instances.
-class FaultsTest : public testing::Test {
+class FaultsTest : public test::GpuFixture<> {
   protected:
-    void SetUp() override {
-        if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
-    }
     void TearDown() override {
         for (const auto& [name, before] : before_)
             before ? setenv(name.c_str(), before->c_str(), 1) : unsetenv(name.c_str());
@@ -43,7 +41,7 @@ class FaultsTest : public testing::Test {
     std::map<std::string, std::optional<std::string>> before_;
 };
 
-TEST_F(FaultsTest, ALostDeviceIsNamed) {
+TEST_F(FaultsTest, LostDeviceIsReported) {
     constexpr std::uint64_t kSubmissions = 12;
     fail("STYLET_FAULT_LOST_AFTER", kSubmissions);
     try {
@@ -59,7 +57,7 @@ TEST_F(FaultsTest, ALostDeviceIsNamed) {
 }
 
 // HZ-TEACH-21
-TEST_F(FaultsTest, AVolumeBeyondTheDevicesLimitIsShownCoarser) {
+TEST_F(FaultsTest, VolumeAboveTheImageSizeLimitIsDownsampled) {
     RenderScene scene;
     scene.table = false;
     Gpu whole({});
@@ -79,7 +77,7 @@ TEST_F(FaultsTest, AVolumeBeyondTheDevicesLimitIsShownCoarser) {
     EXPECT_LT(test::psnr(fine, coarse), 60.0) << "the limit was not felt";
 }
 
-TEST_F(FaultsTest, WithoutRoomForTheVolumeItIsShownCoarser) {
+TEST_F(FaultsTest, VolumeThatDoesNotFitInMemoryIsDownsampled) {
     fail("STYLET_FAULT_MEMORY", 12'000'000);
     Gpu gpu({});
     Renderer renderer(gpu, {.volume_path = VolumePath::gpu}, test::assetsFolder());
@@ -91,7 +89,7 @@ TEST_F(FaultsTest, WithoutRoomForTheVolumeItIsShownCoarser) {
 }
 
 // HZ-TEACH-21
-TEST_F(FaultsTest, WithoutRoomForAnythingItIsSaid) {
+TEST_F(FaultsTest, OutOfMemoryIsReported) {
     fail("STYLET_FAULT_MEMORY", 1000);
     try {
         Gpu gpu({});

@@ -6,6 +6,7 @@
 #include <stb_image_write.h>
 #include <cstdlib>
 
+#include "tests/render/gpu_fixture.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
 #include "tests/support/temp_folder.h"
@@ -14,15 +15,15 @@ namespace stylet::render {
 namespace {
 
 constexpr std::uint32_t kWidth = 128, kHeight = 96;
-constexpr double kAlike_db = 36.0;  // tolerates a few values at edges on other drivers or processors
+constexpr double kMinPsnr_db = 36.0;  // tolerates a few values at edges on other drivers or processors
 
-struct Shot {
+struct GoldenPicture {
     const char* name;
     RenderScene scene;
     Vec3 eye_m;
 };
 
-std::vector<Shot> shots() {
+std::vector<GoldenPicture> goldenPictures() {
     RenderScene reveal;
     reveal.stage_from_patient.position_m = {0.0, 1.0, 0.0};
     reveal.patient_from_needle = Pose{glm::angleAxis(1.2, Vec3(0, 1, 0)), Vec3(0.06, 0.0, 0.0)};
@@ -44,7 +45,7 @@ std::vector<Shot> shots() {
             {"room", room, Vec3(1.1, 1.8, 1.3)}};
 }
 
-std::filesystem::path fileOf(const std::string& name, std::size_t eye) {
+std::filesystem::path expectedFile(const std::string& name, std::size_t eye) {
     return std::filesystem::path(STYLET_EXPECTED_PICTURES) / (name + (eye == 0 ? "_left.png" : "_right.png"));
 }
 
@@ -65,37 +66,28 @@ Image load(const std::filesystem::path& file) {
     return image;
 }
 
-class Golden : public testing::TestWithParam<VolumePath> {
-  protected:
-    void SetUp() override {
-        if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
-    }
-};
+class Golden : public test::GpuFixture<testing::TestWithParam<VolumePath>> {};
 
-TEST_P(Golden, PicturesAreAsApproved) {
-    const patient::Package package = test::makeTrunk(0.003);
-    const patient::Patient patient(package);
-    Gpu gpu({.validation = true});
-    Renderer renderer(gpu, {.volume_path = GetParam()}, test::assetsFolder());
-    renderer.setPatient(patient);
+TEST_P(Golden, PicturesMatchTheApprovedOnes) {
+    test::PatientRenderer shown(test::makeTrunk(0.003), {.volume_path = GetParam()});
+    Renderer& renderer = shown.renderer;
     const bool approve = std::getenv("STYLET_APPROVE") != nullptr && GetParam() == VolumePath::gpu;
-    for (const Shot& shot : shots()) {
-        const auto eyes = test::stereo(test::lookAt(shot.eye_m, Vec3(0.03, 1.0, 0.0), 0.42f), 0.063);
-        const auto seen = renderer.drawToImages(shot.scene, eyes, kWidth, kHeight);
+    for (const GoldenPicture& golden : goldenPictures()) {
+        const auto eyes = test::stereo(test::lookAt(golden.eye_m, Vec3(0.03, 1.0, 0.0), 0.42f), 0.063);
+        const auto seen = renderer.drawToImages(golden.scene, eyes, kWidth, kHeight);
         for (std::size_t eye = 0; eye < 2; ++eye) {
-            const std::filesystem::path file = fileOf(shot.name, eye);
+            const std::filesystem::path file = expectedFile(golden.name, eye);
             if (approve) save(seen[eye], file);
             const Image expected = load(file);
             ASSERT_EQ(expected.rgba.size(), seen[eye].rgba.size()) << file;
-            const double alike_db = test::psnr(seen[eye], expected);
-            EXPECT_GE(alike_db, kAlike_db) << file;
-            if (alike_db < kAlike_db) save(seen[eye], "seen_" + file.filename().string());
+            const double psnr_db = test::psnr(seen[eye], expected);
+            EXPECT_GE(psnr_db, kMinPsnr_db) << file;
+            if (psnr_db < kMinPsnr_db) save(seen[eye], "seen_" + file.filename().string());
         }
     }
-    EXPECT_EQ(gpu.validationMessages(), 0u);
 }
 
-INSTANTIATE_TEST_SUITE_P(BothWaysToMarch, Golden, testing::Values(VolumePath::gpu, VolumePath::processor));
+INSTANTIATE_TEST_SUITE_P(GpuAndProcessor, Golden, testing::Values(VolumePath::gpu, VolumePath::processor));
 
 }  // namespace
 }  // namespace stylet::render

@@ -6,18 +6,14 @@
 #include <vector>
 
 #include "render/gpu/pipeline_cache_file.h"
+#include "tests/render/gpu_fixture.h"
 #include "tests/render/pictures.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::render {
 namespace {
 
-class GpuTest : public testing::Test {
-  protected:
-    void SetUp() override {
-        if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
-    }
-};
+class GpuTest : public test::GpuFixture<> {};
 
 TEST_F(GpuTest, NamesTheDeviceAndChoosesAPath) {
     const Gpu gpu({});
@@ -26,7 +22,7 @@ TEST_F(GpuTest, NamesTheDeviceAndChoosesAPath) {
     EXPECT_EQ(gpu.stereoPath() == StereoPath::multiview, gpu.multiviewWorks());
 }
 
-TEST_F(GpuTest, RefusesAPathThatTheDriverOnlyClaims) {
+TEST_F(GpuTest, RejectsAStereoPathThatDoesNotWork) {
     if (Gpu({}).multiviewWorks()) {
         EXPECT_EQ(Gpu({.stereo = StereoPath::multiview}).stereoPath(), StereoPath::multiview);
     } else {
@@ -60,7 +56,7 @@ TEST_F(GpuTest, CallsTheHooks) {
     EXPECT_EQ(devices, 1);
 }
 
-TEST_F(GpuTest, AHookThatFailsIsNamed) {
+TEST_F(GpuTest, FailingHookIsNamedInTheError) {
     GpuHooks hooks;
     hooks.createInstance = [](PFN_vkGetInstanceProcAddr, const VkInstanceCreateInfo*, VkInstance*) {
         return VK_ERROR_INITIALIZATION_FAILED;
@@ -92,17 +88,17 @@ TEST_F(GpuTest, ValidationCountsMessages) {
     vkDestroyBuffer(*gpu.device(), buffer, nullptr);
 }
 
-TEST_F(GpuTest, KeepsThePipelineCache) {
+TEST_F(GpuTest, ReloadsThePipelineCacheFile) {
     const test::TempFolder folder;
     const std::string file = (folder / "pipelines").string();
-    EXPECT_EQ(Gpu({.pipeline_cache = file}).pipelineWork().kept_bytes, 0u);
+    EXPECT_EQ(Gpu({.pipeline_cache = file}).pipelineWork().loaded_bytes, 0u);
     EXPECT_GT(std::filesystem::file_size(file), 0u);
-    EXPECT_GT(Gpu({.pipeline_cache = file}).pipelineWork().kept_bytes, 0u);
+    EXPECT_GT(Gpu({.pipeline_cache = file}).pipelineWork().loaded_bytes, 0u);
     std::ofstream(file, std::ios::binary) << "not a cache";
-    EXPECT_EQ(Gpu({.pipeline_cache = file}).pipelineWork().kept_bytes, 0u);
+    EXPECT_EQ(Gpu({.pipeline_cache = file}).pipelineWork().loaded_bytes, 0u);
 }
 
-TEST_F(GpuTest, SweepsWhatAKilledProgramLeftOfIt) {
+TEST_F(GpuTest, DeletesTemporaryCacheFilesOfKilledProcesses) {
     const test::TempFolder folder;
     const auto left = [&](const std::string& name) {
         std::ofstream(folder / name) << "half";
@@ -117,17 +113,17 @@ TEST_F(GpuTest, SweepsWhatAKilledProgramLeftOfIt) {
 }
 
 // HZ-RECORD-14
-TEST(PipelineCacheFile, NothingDamagedReachesTheDriver) {
+TEST(PipelineCacheFile, DamagedFilesAreRejected) {
     const std::vector<std::uint8_t> driver{1, 2, 3, 4, 5};
-    const std::vector<std::uint8_t> file = sealedCache(driver);
-    const auto found = cacheIn(file);
+    const std::vector<std::uint8_t> file = encodeCacheFile(driver);
+    const auto found = decodeCacheFile(file);
     EXPECT_EQ(std::vector<std::uint8_t>(found.begin(), found.end()), driver);
     for (std::size_t size = 0; size < file.size(); ++size)
-        EXPECT_TRUE(cacheIn(std::span(file).first(size)).empty()) << size;
+        EXPECT_TRUE(decodeCacheFile(std::span(file).first(size)).empty()) << size;
     for (std::size_t bit = 0; bit < 8 * file.size(); ++bit) {
         std::vector<std::uint8_t> flipped = file;
         flipped[bit / 8] ^= std::uint8_t(1u << bit % 8);
-        EXPECT_TRUE(cacheIn(flipped).empty()) << bit;
+        EXPECT_TRUE(decodeCacheFile(flipped).empty()) << bit;
     }
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "base/smoothstep.h"
 #include "patient/motion/motion_interface.h"
 #include "tests/support/motion.h"
 #include "tests/support/phantom.h"
@@ -22,39 +23,18 @@ struct Material {
 constexpr Material kAir{0, -1000}, kSkin{1, -50}, kFat{0, -100}, kMuscle{0, 50}, kBone{3, 600},
     kLiver{5, 110}, kVessel{6, 170}, kDuct{7, 8}, kLung{0, -800};
 
-patient::Package emptyPackage(const Vec3& half_m, double spacing_m) {
-    Grid grid;
-    grid.spacing_m = Vec3(spacing_m);
-    grid.dims = Index3(glm::ceil(2.0 * half_m / spacing_m - 1e-6));
-    grid.origin_m = -0.5 * spacing_m * Vec3(grid.dims - 1);
-    patient::Package package;
-    package.name = "phantom";
-    package.licence = "CC0-1.0";
-    package.provenance = "tests/render/phantoms.cpp";
-    package.tissues = tissueDefaults().tissues;
-    package.elasticity = tissueDefaults().elasticity;
-    package.thresholds = tissueDefaults().thresholds;
-    package.label_table = tissueLabels();
-    package.ct = CtVolume(grid);
-    package.labels = LabelVolume(grid);
-    return package;
-}
-
 // Sets the label at the voxel's centre and the CT value averaged over 2^3 points, so that partial volumes
 // look as in a scanner.
 void fill(patient::Package& package, const std::function<Material(const Vec3&)>& at) {
     const Grid& grid = package.ct.grid;
-    for (int z = 0; z < grid.dims.z; ++z)
-        for (int y = 0; y < grid.dims.y; ++y)
-            for (int x = 0; x < grid.dims.x; ++x) {
-                const Vec3 p = grid.centre({x, y, z});
-                double hu = 0.0;
-                for (int k = 0; k < 8; ++k)
-                    hu += at(p + 0.25 * grid.spacing_m * Vec3(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1))
-                              .hu;
-                package.ct[{x, y, z}] = std::int16_t(std::lround(hu / 8.0));
-                package.labels[{x, y, z}] = at(p).label;
-            }
+    forEachVoxel(grid, [&](const Index3& i) {
+        const Vec3 p = grid.centre(i);
+        double hu = 0.0;
+        for (int k = 0; k < 8; ++k)
+            hu += at(p + 0.25 * grid.spacing_m * Vec3(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1)).hu;
+        package.ct[i] = std::int16_t(std::lround(hu / 8.0));
+        package.labels[i] = at(p).label;
+    });
 }
 
 double segmentDistance(const Vec3& p, const Vec3& a, const Vec3& b) {
@@ -90,11 +70,11 @@ Material trunkAt(const Vec3& p) {
 patient::MotionModel trunkMotion() {
     patient::MotionModel m = makeMotion(Vec3(0.19, 0.14, 0.15), 0.005, [](const Vec3& p) {
         MotionPoint q;
-        const double narrow = 1.0 - 0.08 * rise(0.0, 0.12, p.z);
+        const double narrow = 1.0 - 0.08 * smoothStep(0.0, 0.12, p.z);
         q.level_m = (std::hypot(p.x / (0.118 * narrow), p.y / (0.071 * narrow)) - 1.0) * 0.071;
-        q.slide_a1_m.z = -0.020 * rise(-0.11, -0.04, p.z) * rise(0.11, 0.03, p.z);
-        q.wall_a1_m.y = 0.004 * rise(0.0, 0.08, p.y) * rise(0.13, 0.11, p.y) * rise(0.14, 0.05, p.z) *
-                        rise(-0.14, -0.05, p.z);
+        q.slide_a1_m.z = -0.020 * smoothStep(-0.11, -0.04, p.z) * smoothStep(0.11, 0.03, p.z);
+        q.wall_a1_m.y = 0.004 * smoothStep(0.0, 0.08, p.y) * smoothStep(0.13, 0.11, p.y) *
+                        smoothStep(0.14, 0.05, p.z) * smoothStep(-0.14, -0.05, p.z);
         return q;
     });
     patient::makeTangential(m);
@@ -102,6 +82,24 @@ patient::MotionModel trunkMotion() {
 }
 
 }  // namespace
+
+patient::Package emptyPackage(const Vec3& half_m, double spacing_m) {
+    Grid grid;
+    grid.spacing_m = Vec3(spacing_m);
+    grid.dims = Index3(glm::ceil(2.0 * half_m / spacing_m - 1e-6));
+    grid.origin_m = -0.5 * spacing_m * Vec3(grid.dims - 1);
+    patient::Package package;
+    package.name = "phantom";
+    package.licence = "CC0-1.0";
+    package.provenance = "tests/render/phantoms.cpp";
+    package.tissues = tissueDefaults().tissues;
+    package.elasticity = tissueDefaults().elasticity;
+    package.thresholds = tissueDefaults().thresholds;
+    package.label_table = tissueLabels();
+    package.ct = CtVolume(grid);
+    package.labels = LabelVolume(grid);
+    return package;
+}
 
 patient::Package makeBall(Tissue tissue, double radius_m, double margin_m, double spacing_m) {
     patient::Package package = emptyPackage(Vec3(radius_m + margin_m), spacing_m);

@@ -6,6 +6,9 @@
 
 namespace stylet::test {
 
+// A package without tissue, centred on the origin.
+patient::Package emptyPackage(const Vec3& half_m, double spacing_m);
+
 // A ball of one tissue in a cube of air with `margin_m` around it. The ball's centre is the patient's
 // origin.
 patient::Package makeBall(patient::Tissue, double radius_m, double margin_m, double spacing_m);
@@ -18,7 +21,7 @@ patient::Package makeBlock(patient::Tissue, const Vec3& size_m, double spacing_m
 // with vessels and ducts. It breathes. About 32 x 22 x 24 cm, centred on the origin.
 patient::Package makeTrunk(double spacing_m);
 
-// Whether a point of the deformed patient lies in tissue.
+// True if a point of the deformed patient lies in tissue.
 bool inBody(const patient::Package&, const patient::Surrogate&, const Vec3& deformed_m);
 
 // A contact in which a tool has moved a ball of tissue at `skin_m`.

@@ -12,8 +12,8 @@ namespace stylet::test {
 
 std::filesystem::path assetsFolder();
 
-// Why there is no GPU here, or empty. Tests begin with:
-// if (auto why = noGpuReason(); !why.empty()) GTEST_SKIP() << why;
+// Returns the reason why there is no GPU; empty if there is one. Tests that need one use GpuFixture
+// (gpu_fixture.h).
 std::string noGpuReason();
 
 // An eye at `eye_m` that looks at `at_m`, with +y up and a symmetric field of view of `half_angle`.

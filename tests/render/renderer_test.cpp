@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "tests/render/gpu_fixture.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
 #include "tests/support/temp_folder.h"
@@ -16,12 +17,7 @@ namespace {
 
 constexpr std::uint32_t kRendererPictureSize = 256;
 
-class RendererTest : public testing::Test {
-  protected:
-    void SetUp() override {
-        if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
-    }
-};
+class RendererTest : public test::GpuFixture<> {};
 
 RenderScene bareScene(Look look) {
     RenderScene scene;
@@ -51,7 +47,7 @@ Extent differing(const Image& a, const Image& b) {
     return e;
 }
 
-double pixelOf(double tangent, float angle_low, float angle_high) {
+double pixelFromTangent(double tangent, float angle_low, float angle_high) {
     const double low = std::tan(double(angle_low)), high = std::tan(double(angle_high));
     return double(kRendererPictureSize) * (tangent - low) / (high - low);
 }
@@ -66,17 +62,19 @@ void expectSilhouette(const Extent& seen, const View& view, const Vec3& centre_e
     };
     const double tolerance_px = 2.5;  // about one and a half voxels
     const auto [left, right] = range(centre_eye.x);
-    EXPECT_NEAR(seen.left, pixelOf(left, view.angle_left, view.angle_right), tolerance_px);
-    EXPECT_NEAR(seen.right, pixelOf(right, view.angle_left, view.angle_right), tolerance_px);
+    EXPECT_NEAR(seen.left, pixelFromTangent(left, view.angle_left, view.angle_right), tolerance_px);
+    EXPECT_NEAR(seen.right, pixelFromTangent(right, view.angle_left, view.angle_right), tolerance_px);
     const auto [low, high] = range(centre_eye.y);
-    EXPECT_NEAR(seen.top, double(kRendererPictureSize) - pixelOf(high, view.angle_down, view.angle_up),
+    EXPECT_NEAR(seen.top,
+                double(kRendererPictureSize) - pixelFromTangent(high, view.angle_down, view.angle_up),
                 tolerance_px);
-    EXPECT_NEAR(seen.bottom, double(kRendererPictureSize) - pixelOf(low, view.angle_down, view.angle_up),
+    EXPECT_NEAR(seen.bottom,
+                double(kRendererPictureSize) - pixelFromTangent(low, view.angle_down, view.angle_up),
                 tolerance_px);
 }
 
 // HZ-TEACH-04
-TEST_F(RendererTest, ABallIsSeenWhereAndAsLargeAsItIsInBothEyes) {
+TEST_F(RendererTest, BallHasTheCorrectSilhouetteInBothEyes) {
     const double radius = 0.05;
     const patient::Package package = test::makeBall(patient::Tissue::bone, radius, 0.006, 0.001);
     const patient::Patient patient(package);
@@ -125,7 +123,7 @@ double meanLinear(const Image& image) {
 
 // Beer-Lambert law: the transmission through thickness L with extinction s is exp(-s L), for every step
 // size.
-TEST_F(RendererTest, ASlabLetsThroughWhatBeerAndLambertSay) {
+TEST_F(RendererTest, SlabTransmissionFollowsBeerLambert) {
     const test::TempFolder folder;
     const double extinction_per_m = 15.0, thickness = 0.050, spacing = 0.002;
     writeBlackGlass(folder, extinction_per_m / 1000.0);
@@ -160,12 +158,9 @@ test::Blob redHub(const Image& image) {
 }
 
 // HZ-TEACH-05
-TEST_F(RendererTest, TheNeedleIsSeenInFrontHiddenBehindAndDimInsideTissue) {
-    const patient::Package package = test::makeBall(patient::Tissue::liver, 0.05, 0.006, 0.002);
-    const patient::Patient patient(package);
-    Gpu gpu({});
-    Renderer renderer(gpu, {}, test::assetsFolder());
-    renderer.setPatient(patient);
+TEST_F(RendererTest, NeedleIsVisibleInFrontHiddenBehindAndDimInsideTissue) {
+    test::PatientRenderer shown(test::makeBall(patient::Tissue::liver, 0.05, 0.006, 0.002), {}, false);
+    Renderer& renderer = shown.renderer;
     RenderScene scene = bareScene(Look::closed);
     const Vec3 centre = scene.stage_from_patient.position_m;
     const auto eyes = test::stereo(test::lookAt(centre + Vec3(0.0, 0.0, 0.5), centre, 0.25f), 0.0);
@@ -201,7 +196,7 @@ bool offersShaderOutputLayer(const Gpu& gpu) {
         .shaderOutputLayer;
 }
 
-TEST_F(RendererTest, EveryWayToReachBothEyesDrawsTheSamePicture) {
+TEST_F(RendererTest, AllStereoPathsDrawTheSamePicture) {
     const patient::Package package = test::makeTrunk(0.004);
     const patient::Patient patient(package);
     RenderScene scene;
@@ -230,7 +225,7 @@ TEST_F(RendererTest, EveryWayToReachBothEyesDrawsTheSamePicture) {
     EXPECT_LT(test::psnr(pictures[0][0], pictures[0][1]), 40.0) << "both eyes show the same picture";
 }
 
-TEST_F(RendererTest, ALifeOfManyFramesIsValid) {
+TEST_F(RendererTest, ManyFramesCauseNoValidationMessages) {
     const patient::Package trunk = test::makeTrunk(0.005);
     const patient::Package ball = test::makeBall(patient::Tissue::liver, 0.03, 0.01, 0.002);
     const patient::Patient first(trunk), second(ball);

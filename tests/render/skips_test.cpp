@@ -2,6 +2,7 @@
 // increases.
 #include <gtest/gtest.h>
 
+#include "tests/render/gpu_fixture.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
 
@@ -10,12 +11,7 @@ namespace {
 
 constexpr std::uint32_t kSkipsPictureSize = 160;
 
-class SkipsTest : public testing::TestWithParam<std::tuple<Look, double, VolumePath>> {
-  protected:
-    void SetUp() override {
-        if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
-    }
-};
+class SkipsTest : public test::GpuFixture<testing::TestWithParam<std::tuple<Look, double, VolumePath>>> {};
 
 struct SkipsPicture {
     std::array<Image, 2> eyes;
@@ -24,11 +20,8 @@ struct SkipsPicture {
 
 TEST_P(SkipsTest, ChangeTheWorkButNotThePicture) {
     const auto [look, v, path] = GetParam();
-    const patient::Package package = test::makeTrunk(0.003);
-    const patient::Patient patient(package);
-    Gpu gpu({});
-    Renderer renderer(gpu, {}, test::assetsFolder());
-    renderer.setPatient(patient);
+    test::PatientRenderer shown(test::makeTrunk(0.003), {}, false);
+    Renderer& renderer = shown.renderer;
     RenderScene scene;
     scene.look = look;
     scene.breath.v = v;
@@ -78,13 +71,10 @@ INSTANTIATE_TEST_SUITE_P(BothLooksStillAndBreathingOnBothPaths, SkipsTest,
                                           testing::Values(0.0, 0.8),
                                           testing::Values(VolumePath::gpu, VolumePath::processor)));
 
-TEST(Counters, CostNothingUnlessAsked) {
+TEST(Counters, AreZeroUnlessRequested) {
     if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
-    const patient::Package package = test::makeBall(patient::Tissue::liver, 0.03, 0.01, 0.002);
-    const patient::Patient patient(package);
-    Gpu gpu({});
-    Renderer renderer(gpu, {}, test::assetsFolder());
-    renderer.setPatient(patient);
+    test::PatientRenderer shown(test::makeBall(patient::Tissue::liver, 0.03, 0.01, 0.002), {}, false);
+    Renderer& renderer = shown.renderer;
     RenderStats stats;
     const auto eyes = test::stereo(test::lookAt(Vec3(0.0, 0.0, 0.5), Vec3(0.0), 0.3f), 0.06);
     renderer.drawToImages({}, eyes, 64, 64, &stats);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "render/volume/deform.h"
+#include "tests/render/gpu_fixture.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
 #include "tests/render/volume/deform_points.h"
@@ -46,14 +47,14 @@ struct Pressed {
     std::array<View, 2> eyes;
 };
 
-TEST(ToolPicture, TheGpuReadsTheTableAsTheProcessorDoes) {
+TEST(ToolPicture, GpuLookUpMatchesTheProcessor) {
     if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
     const Pressed pressed(0.008, 0.8);
     Gpu gpu({.validation = true});
     DeformedPatient deformed(gpu, pressed.patient);
     deformed.breathe(pressed.scene.breath, false);
     deformed.press(pressed.scene.tool);
-    EXPECT_EQ(deformed.imagesMade(), 1);
+    EXPECT_EQ(deformed.imageRevision(), 1);
     const DeformTables tables = deformTables(pressed.package.motion, pressed.scene.breath);
     std::vector<Vec3> points_m;
     for (double x = -0.070; x <= 0.070; x += 0.0071)
@@ -66,25 +67,21 @@ TEST(ToolPicture, TheGpuReadsTheTableAsTheProcessorDoes) {
                     points_m.push_back(p);
             }
     const std::vector<Vec3> found_m = test::referenceOnGpu(gpu, deformed, points_m);
-    double worst_m = 0.0, most_m = 0.0;
+    double worst_m = 0.0, max_m = 0.0;
     for (std::size_t i = 0; i < points_m.size(); ++i) {
         const Vec3 twin = referenceFromTables(tables, pressed.tool.table(), points_m[i]);
         worst_m = std::max(worst_m, glm::length(found_m[i] - twin));
-        most_m = std::max(most_m, glm::length(displacementAt(pressed.tool.table(), points_m[i])));
+        max_m = std::max(max_m, glm::length(displacementAt(pressed.tool.table(), points_m[i])));
     }
-    EXPECT_GT(most_m, 0.006);
+    EXPECT_GT(max_m, 0.006);
     EXPECT_LT(worst_m, 5e-5);
     EXPECT_EQ(gpu.validationMessages(), 0u);
 }
 
-class ToolPictureTest : public testing::TestWithParam<std::tuple<double, double, VolumePath>> {
-  protected:
-    void SetUp() override {
-        if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
-    }
-};
+class ToolPictureTest
+    : public test::GpuFixture<testing::TestWithParam<std::tuple<double, double, VolumePath>>> {};
 
-TEST_P(ToolPictureTest, NoSkipChangesIt) {
+TEST_P(ToolPictureTest, SkipsDoNotChangeThePicture) {
     const auto [moved_m, v, path] = GetParam();
     Pressed pressed(moved_m, v);
     Gpu gpu({.validation = true});
@@ -128,13 +125,10 @@ INSTANTIATE_TEST_SUITE_P(PressedAndDrawn, ToolPictureTest,
                                           testing::Values(VolumePath::gpu, VolumePath::processor)));
 
 // If one side of a ball is pulled out, the outline there moves by that distance.
-TEST(ToolPicture, TheOutlineMovesByWhatItIsDrawn) {
+TEST(ToolPicture, OutlineMovesByTheToolDisplacement) {
     if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
-    const patient::Package package = test::makeBall(patient::Tissue::liver, 0.04, 0.03, 0.002);
-    const patient::Patient patient(package);
-    Gpu gpu({});
-    Renderer renderer(gpu, {}, test::assetsFolder());
-    renderer.setPatient(patient);
+    test::PatientRenderer shown(test::makeBall(patient::Tissue::liver, 0.04, 0.03, 0.002), {}, false);
+    Renderer& renderer = shown.renderer;
     RenderScene scene;
     scene.look = Look::closed;
     scene.table = false;
@@ -156,7 +150,7 @@ TEST(ToolPicture, TheOutlineMovesByWhatItIsDrawn) {
     };
     const double still = right();
     for (const double moved_m : {0.006, -0.006}) {
-        ToolDisplacement tool(patient);
+        ToolDisplacement tool(shown.patient);
         const ToolContact contact = test::contactAt({0.04, 0.0, 0.0}, {moved_m, 0.0, 0.0}, 0.009);
         for (int i = 0; i < 8; ++i)
             tool.update({&contact, 1}, {}, 0.011);

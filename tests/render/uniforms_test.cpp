@@ -29,7 +29,7 @@ TEST(ClipFromEye, MapsTheFieldOfViewOntoTheTarget) {
     }
     EXPECT_NEAR(ndc(0, 0, 0.05).z, 1.0, 1e-12);
     EXPECT_NEAR(ndc(0, 0, 20.0).z, 0.0, 1e-12);
-    // The inverse depth mapping of composite.frag.
+    // The inverse depth mapping of meshDepth() in bindings.glsl.
     const double d = ndc(0, 0, 0.7).z;
     EXPECT_NEAR(0.05 * 20.0 / (0.05 + d * (20.0 - 0.05)), 0.7, 1e-12);
 }

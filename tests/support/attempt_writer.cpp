@@ -1,8 +1,9 @@
 // stylet-attempt-writer STORE [FILE_BYTES]: stores attempts at full speed until it is killed. It reports on
 // stdout what the store has promised to preserve: "begun ID", "kept ID TICKS" (whole frames), "event ID
-// COUNT", "done ID TICKS". FILE_BYTES limits the size of each file. The error of a refused write ends the
-// program with "refused: ..." and status 3. The environment variable named by kWriterSeed seeds the
-// attempts' random lengths.
+// COUNT", "done ID TICKS". FILE_BYTES limits the size of each file. If a write is refused, the program prints
+// "refused: ..." and ends with status 3. The environment variable named by kWriterSeed seeds the attempts'
+// random lengths.
+#include <fmt/core.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -23,7 +24,7 @@ namespace {
 using namespace stylet;
 
 // Writes the line in a single write(), so that it appears whole or not at all.
-void say(const std::string& line) {
+void report(const std::string& line) {
     const std::string text = line + "\n";
     if (write(STDOUT_FILENO, text.data(), text.size()) != ssize_t(text.size())) std::_Exit(4);
 }
@@ -33,24 +34,24 @@ void writeAttempt(records::Store& store, std::uint64_t ticks) {
     info.trainee = "T-01";
     info.scenario = "kill";
     const std::string id = store.begin(info);
-    say("begun " + id);
-    records::RecordWriter record(store.folderOf(id) / "record", {}, {});
-    records::SampleWriter samples(store.folderOf(id) / "record", {});
+    report("begun " + id);
+    records::RecordWriter record(store.attemptFolder(id) / "record", {}, {});
+    records::SampleWriter samples(store.attemptFolder(id) / "record", {});
     std::uint64_t events = 0;
     for (std::uint64_t tick = 1; tick <= ticks; ++tick) {
         record.add(test::inputAt(tick), tick, test::hashAt(tick));
         samples.add(test::sampleAt(tick));
         if (tick % 400 == 0) {
             store.add(id, {{tick, "comment", test::textAt(tick)}});
-            say("event " + id + " " + std::to_string(++events));
+            report(fmt::format("event {} {}", id, ++events));
         }
-        if (tick % records::kFrameTicks == 0) say("kept " + id + " " + std::to_string(tick));
+        if (tick % records::kFrameTicks == 0) report(fmt::format("kept {} {}", id, tick));
     }
     record.finish();
     samples.finish();
     records::AttemptResult result{true, 50.0, ticks, {{"ticks", "ticks", "", double(ticks), 1.0, 2.0}}};
     store.finish(id, result);
-    say("done " + id + " " + std::to_string(ticks));
+    report(fmt::format("done {} {}", id, ticks));
 }
 
 }  // namespace
@@ -69,7 +70,7 @@ int main(int argc, char** argv) {
         for (;;)
             writeAttempt(store, std::uniform_int_distribution<std::uint64_t>(1, 1500)(random));
     } catch (const DataError& e) {
-        say(std::string("refused: ") + e.what());
+        report(std::string("refused: ") + e.what());
         return 3;
     }
 }

@@ -65,16 +65,12 @@ bool BridgeEmulator::receive(std::span<const std::uint8_t> bytes, std::int64_t n
     in_.insert(in_.end(), bytes.begin(), bytes.end());
     while (in_.size() >= 12) {
         const std::size_t whole = 16u + get<std::uint16_t>(in_, 6);
-        if (std::memcmp(in_.data(), "STBG", 4) != 0 || in_[4] != 1) {
-            complaint_ = "not a frame of version 1";
-            return false;
-        }
+        if (std::memcmp(in_.data(), "STBG", 4) != 0 || in_[4] != 1)
+            return complain("not a frame of version 1");
         if (in_.size() < whole) break;
         const std::span<const std::uint8_t> first(in_.data(), whole);
-        if (get<std::uint32_t>(first, whole - 4) != checksum(first.first(whole - 4))) {
-            complaint_ = "checksum";
-            return false;
-        }
+        if (get<std::uint32_t>(first, whole - 4) != checksum(first.first(whole - 4)))
+            return complain("checksum");
         if (!frame(first, now_ns, out)) return false;
         in_.erase(in_.begin(), in_.begin() + std::ptrdiff_t(whole));
     }
@@ -93,13 +89,10 @@ bool BridgeEmulator::frame(std::span<const std::uint8_t> bytes, std::int64_t now
         return true;
     }
     if (type == 5) {
-        byed_ = true;
+        received_bye_ = true;
         return false;
     }
-    if (type != 3 || !greeted_ || bytes.size() != 48) {
-        complaint_ = "a frame out of turn";
-        return false;
-    }
+    if (type != 3 || !greeted_ || bytes.size() != 48) return complain("a frame out of turn");
     force_ns_ = get<std::int64_t>(bytes, 12);
     for (std::size_t i = 0; i < 3; ++i)
         force_n_[i] = get<double>(bytes, 20 + 8 * i);
@@ -112,7 +105,7 @@ std::array<double, 3> BridgeEmulator::motors_n(std::int64_t now_ns) {
     return tripped_ ? std::array<double, 3>{} : force_n_;
 }
 
-double BridgeEmulator::asked_n() const {
+double BridgeEmulator::commanded_n() const {
     return size(force_n_);
 }
 
@@ -131,24 +124,14 @@ bool BridgeEmulator::answer(std::uint32_t force, std::int64_t now_ns, std::vecto
     } else {
         bytes = state(force, now_ns);
     }
-    switch (fault) {
-        case BridgeFault::drop:
-            return true;
-        case BridgeFault::duplicate:
-            out.insert(out.end(), bytes.begin(), bytes.end());
-            break;
-        case BridgeFault::corrupt:
-            bytes[random() % bytes.size()] ^= std::uint8_t(1u << random() % 8);
-            break;
-        case BridgeFault::hangUp:
-            out.insert(out.end(), bytes.begin(), bytes.begin() + 48);
-            return false;
-        case BridgeFault::stall:
-            if (release_ns_ == 0) release_ns_ = now_ns + script_.stall_ns;
-            break;
-        default:
-            break;
+    if (fault == BridgeFault::drop) return true;
+    if (fault == BridgeFault::duplicate) out.insert(out.end(), bytes.begin(), bytes.end());
+    if (fault == BridgeFault::corrupt) bytes[random() % bytes.size()] ^= std::uint8_t(1u << random() % 8);
+    if (fault == BridgeFault::disconnect) {
+        out.insert(out.end(), bytes.begin(), bytes.begin() + 48);
+        return false;
     }
+    if (fault == BridgeFault::stall && release_ns_ == 0) release_ns_ = now_ns + script_.stall_ns;
     if (release_ns_ > now_ns) {
         withheld_.insert(withheld_.end(), bytes.begin(), bytes.end());
         return true;
@@ -225,17 +208,20 @@ std::vector<std::uint8_t> BridgeEmulator::state(std::uint32_t force, std::int64_
     return bytes;
 }
 
-BridgeServer::BridgeServer(const std::string& path, const BridgeScript& script) : script_(script) {
+int listenOn(const std::string& path) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     std::strncpy(address.sun_path, path.c_str(), sizeof address.sun_path - 1);
-    listener_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    const int listener = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
     ::unlink(path.c_str());
-    if (::bind(listener_, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 ||
-        ::listen(listener_, 4) != 0)
+    if (::bind(listener, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0 ||
+        ::listen(listener, 4) != 0)
         throw std::runtime_error("cannot listen on " + path);
-    thread_ = std::thread([this] { run(); });
+    return listener;
 }
+
+BridgeServer::BridgeServer(const std::string& path, const BridgeScript& script)
+    : script_(script), listener_(listenOn(path)), thread_([this] { run(); }) {}
 
 BridgeServer::~BridgeServer() {
     stop_.store(true);
@@ -250,13 +236,13 @@ void BridgeServer::run() {
         const int client = ::accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
         if (client < 0) continue;
         connections_.fetch_add(1);
-        converse(client);
+        serveClient(client);
         ::close(client);
         motor_n_.store(0.0);
     }
 }
 
-void BridgeServer::converse(int client) {
+void BridgeServer::serveClient(int client) {
     BridgeEmulator emulator(script_);
     std::vector<std::uint8_t> out;
     bool on = true;
@@ -269,17 +255,17 @@ void BridgeServer::converse(int client) {
         if (got == 0) break;
         emulator.hold(out_m_.load(), buttons_.load());
         {
-            const std::lock_guard lock(way_mutex_);
-            if (way_) emulator.place(way_(now_ns));
+            const std::lock_guard lock(trajectory_mutex_);
+            if (trajectory_) emulator.place(trajectory_(now_ns));
         }
         const std::uint64_t before = emulator.answered(), faulty = emulator.faulty();
         if (got > 0) on = emulator.receive({bytes, std::size_t(got)}, now_ns, out);
         answered_.fetch_add(emulator.answered() - before);
         emulator.release(now_ns, out);
         motor_n_.store(size(emulator.motors_n(now_ns)));
-        asked_n_.store(emulator.asked_n());
+        commanded_n_.store(emulator.commanded_n());
         if (emulator.fault_began_ns() != 0) fault_began_ns_.store(emulator.fault_began_ns());
-        byed_.store(emulator.byed());
+        received_bye_.store(emulator.receivedBye());
         if (!out.empty()) ::send(client, out.data(), out.size(), MSG_NOSIGNAL);
         out.clear();
         if (script_.time_ns)

@@ -1,13 +1,11 @@
-// stylet-bridge-emulator PATH ANSWERS STROKE_M: runs the emulated bridge as a process. After ANSWERS
-// answers it kills itself with SIGKILL in the middle of the next one. The stylus moves by STROKE_M and back
-// in two seconds of the driver's clock.
+// stylet-bridge-emulator PATH ANSWERS STROKE_M: runs the emulated bridge as a process. After ANSWERS answers
+// it kills itself with SIGKILL in the middle of the next one. In two seconds of the driver's clock the stylus
+// moves by STROKE_M and back.
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include <csignal>
 #include <cstdlib>
-#include <cstring>
 #include <vector>
 
 #include "tests/support/bridge_emulator.h"
@@ -15,13 +13,7 @@
 int main(int argc, char** argv) {
     if (argc != 4) return 2;
     const auto answers = std::strtoull(argv[2], nullptr, 10);
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    std::strncpy(address.sun_path, argv[1], sizeof address.sun_path - 1);
-    const int listener = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    ::unlink(argv[1]);
-    if (::bind(listener, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0) return 1;
-    if (::listen(listener, 4) != 0) return 1;
+    const int listener = stylet::test::listenOn(argv[1]);
     while (true) {
         const int client = ::accept(listener, nullptr, nullptr);
         if (client < 0) return 1;

@@ -1,5 +1,6 @@
 // Simulates a vendor's SDK behind the interface of bridge/server.h. A servo thread at 1 kHz moves the stylus
-// on a circle of 20 mm once a second and ignores the force. Without that thread the test calls tick().
+// along a circle of 20 mm once a second and ignores the force. With Ticks::test there is no such thread; the
+// test calls tick().
 #pragma once
 
 #include <atomic>

@@ -19,7 +19,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr int kPatience_ms = 120000;  // long enough for a slow and busy machine
+constexpr int kTimeout_ms = 120000;  // long enough for a slow and busy machine
 
 std::vector<std::uint8_t> bytesOfBase64(const std::string& text) {
     std::vector<std::uint8_t> bytes;
@@ -82,7 +82,7 @@ Browser::Browser() {
                    .get<std::string>();
     for (const char* domain :
          {"Page.enable", "Runtime.enable", "Log.enable", "Network.enable", "Accessibility.enable"})
-        ask(domain);
+        callMethod(domain);
 }
 
 Browser::~Browser() {
@@ -91,7 +91,7 @@ Browser::~Browser() {
     if (process_ <= 0) return;
     ::kill(-process_, SIGKILL);
     ::waitpid(process_, nullptr, 0);
-    // Chromium's child processes release the profile folder shortly afterwards.
+    // Chromium's child processes release the profile folder shortly after it ends.
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
 }
 
@@ -99,7 +99,7 @@ json Browser::next() {
     std::size_t end = 0;
     while ((end = in_.find('\0')) == std::string::npos) {
         pollfd wait{from_, POLLIN, 0};
-        if (::poll(&wait, 1, kPatience_ms) <= 0) throw std::runtime_error("Chromium does not answer");
+        if (::poll(&wait, 1, kTimeout_ms) <= 0) throw std::runtime_error("Chromium does not answer");
         std::array<char, 65536> part;
         const ssize_t count = ::read(from_, part.data(), part.size());
         if (count <= 0) throw std::runtime_error("Chromium is gone, or is not installed");
@@ -141,33 +141,33 @@ json Browser::exchange(const std::string& method, const json& parameters, const 
     }
 }
 
-json Browser::ask(const std::string& method, const json& parameters) {
+json Browser::callMethod(const std::string& method, const json& parameters) {
     return exchange(method, parameters, session_);
 }
 
 void Browser::open(const std::filesystem::path& html, int width, int height, bool scripts) {
-    ask("Emulation.setDeviceMetricsOverride",
-        {{"width", width}, {"height", height}, {"deviceScaleFactor", 1}, {"mobile", false}});
-    ask("Emulation.setScriptExecutionDisabled", {{"value", !scripts}});
+    callMethod("Emulation.setDeviceMetricsOverride",
+               {{"width", width}, {"height", height}, {"deviceScaleFactor", 1}, {"mobile", false}});
+    callMethod("Emulation.setScriptExecutionDisabled", {{"value", !scripts}});
     complaints_.clear();
     requests_.clear();
     loaded_ = false;
-    ask("Page.navigate", {{"url", "file://" + std::filesystem::absolute(html).string()}});
+    callMethod("Page.navigate", {{"url", "file://" + std::filesystem::absolute(html).string()}});
     while (!loaded_) {
         const json message = next();
         if (!message.contains("id")) note(message);
     }
-    // Wait two frames, so that everything the scripts have drawn is visible.
+    // Wait for two frames, so that everything the scripts have drawn is visible.
     if (scripts)
-        ask("Runtime.evaluate",
-            {{"expression",
-              "new Promise(r => requestAnimationFrame(() => requestAnimationFrame(() => r(1))))"},
-             {"awaitPromise", true}});
+        callMethod("Runtime.evaluate",
+                   {{"expression",
+                     "new Promise(r => requestAnimationFrame(() => requestAnimationFrame(() => r(1))))"},
+                    {"awaitPromise", true}});
 }
 
 json Browser::evaluate(const std::string& expression) {
-    const json result = ask("Runtime.evaluate",
-                            {{"expression", expression}, {"returnByValue", true}, {"awaitPromise", true}});
+    const json result = callMethod(
+        "Runtime.evaluate", {{"expression", expression}, {"returnByValue", true}, {"awaitPromise", true}});
     if (result.contains("exceptionDetails")) throw std::runtime_error(result.at("exceptionDetails").dump());
     const json& value = result.at("result");
     return value.contains("value") ? value.at("value") : json(nullptr);
@@ -176,21 +176,22 @@ json Browser::evaluate(const std::string& expression) {
 void Browser::press(const std::string& key, int code) {
     json event = {{"type", "keyDown"}, {"key", key}, {"code", key}, {"windowsVirtualKeyCode", code}};
     if (key == "Enter") event["text"] = "\r";
-    ask("Input.dispatchKeyEvent", event);
+    callMethod("Input.dispatchKeyEvent", event);
     event["type"] = "keyUp";
     event.erase("text");
-    ask("Input.dispatchKeyEvent", event);
+    callMethod("Input.dispatchKeyEvent", event);
 }
 
 void Browser::screenshot(const std::filesystem::path& png) {
-    const json picture = ask("Page.captureScreenshot", {{"format", "png"}, {"captureBeyondViewport", true}});
+    const json picture =
+        callMethod("Page.captureScreenshot", {{"format", "png"}, {"captureBeyondViewport", true}});
     const std::vector<std::uint8_t> bytes = bytesOfBase64(picture.at("data").get<std::string>());
     std::ofstream(png, std::ios::binary)
         .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
 }
 
 std::vector<Browser::Accessible> Browser::accessibles() {
-    const json tree = ask("Accessibility.getFullAXTree");
+    const json tree = callMethod("Accessibility.getFullAXTree");
     std::vector<Accessible> all;
     for (const json& node : tree.at("nodes")) {
         if (node.value("ignored", false)) continue;

@@ -34,13 +34,13 @@ class Browser {
     };
     std::vector<Accessible> accessibles();
 
-    // Since open(): console and log messages and uncaught exceptions; all requested URLs.
+    // Since open(): console messages, log messages and uncaught exceptions; and all requested URLs.
     const std::vector<std::string>& complaints() const { return complaints_; }
     const std::vector<std::string>& requests() const { return requests_; }
 
     // Calls any DevTools method on the page.
-    nlohmann::json ask(const std::string& method,
-                       const nlohmann::json& parameters = nlohmann::json::object());
+    nlohmann::json callMethod(const std::string& method,
+                              const nlohmann::json& parameters = nlohmann::json::object());
 
   private:
     nlohmann::json exchange(const std::string& method, const nlohmann::json& parameters,

@@ -8,8 +8,8 @@
 
 namespace stylet::test {
 
-// Returns the environment variables that activate it, or none if this machine's localedef cannot create the
-// locale. Writes the locale's files to `folder`.
+// Creates the locale and writes its files to `folder`. Returns the environment variables that activate it, or
+// none if this machine's localedef cannot create it.
 inline std::map<std::string, std::string> decimalComma(const std::filesystem::path& folder,
                                                        const std::string& rough_surroundings) {
     std::filesystem::create_directories(folder);

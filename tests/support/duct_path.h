@@ -1,4 +1,4 @@
-// The path to the middle of a duct that begins 50 mm behind the skin and is 6 mm thick.
+// A path to the middle of a duct. The duct begins 50 mm behind the skin and is 6 mm thick.
 #pragma once
 
 #include "patient/planning/planning.h"

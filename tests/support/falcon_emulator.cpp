@@ -1,6 +1,7 @@
 #include "tests/support/falcon_emulator.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace stylet::test {
 
@@ -19,13 +20,18 @@ int getNumber(const std::uint8_t* letters) {
     return number < 32768 ? number : number - 65536;
 }
 
+// Returns true and decrements `count` if it is above 0.
+bool consume(int& count) {
+    return count > 0 && count-- > 0;
+}
+
 }  // namespace
 
 void FalconEmulator::control(std::uint8_t request, std::uint16_t value) {
     if (request == 0 && value == 1) to_host_.clear();
     if (request == 1 && (value & 0x0100) != 0) {
         const bool high = (value & 1) != 0;
-        reset_seen_ = high && !data_terminal_ready_;  // this edge starts the loader
+        reset_seen_ = high && !data_terminal_ready_;  // the rising edge starts the firmware loader
         if (reset_seen_) loader_ = Loader::waiting;
         data_terminal_ready_ = high;
     }
@@ -98,16 +104,12 @@ void FalconEmulator::loaderByte(std::uint8_t byte) {
             return;
         case Loader::loading:
             if (baud_ != 0x15) return;
-            if (faults.no_echoes > 0) {
-                --faults.no_echoes;
+            if (consume(faults.no_echoes)) {
                 loader_ = Loader::waiting;
                 return;
             }
             image_.push_back(byte);
-            if (faults.wrong_echoes > 0) {
-                --faults.wrong_echoes;
-                byte ^= 0x10;
-            }
+            if (consume(faults.wrong_echoes)) byte ^= 0x10;
             queue({byte});
             return;
     }
@@ -126,13 +128,13 @@ void FalconEmulator::firmwareByte(std::uint8_t byte, std::int64_t) {
     const bool letters = std::all_of(packet_.begin() + 1, packet_.begin() + 15,
                                      [](std::uint8_t b) { return b >= 'A' && b < 'A' + 16; });
     if (packet_[15] == '>' && letters)
-        takePacket();
+        processPacket();
     else
         ++bad_packets;
     packet_.clear();
 }
 
-void FalconEmulator::takePacket() {
+void FalconEmulator::processPacket() {
     ++packets;
     for (std::size_t i = 0; i < 3; ++i)
         motors_[i] = getNumber(packet_.data() + 1 + 4 * i);
@@ -144,10 +146,7 @@ void FalconEmulator::takePacket() {
 }
 
 void FalconEmulator::reply() {
-    if (!late_.empty()) {
-        queue(late_);
-        late_.clear();
-    }
+    queue(std::exchange(late_, {}));
     if (faults.silent) return;
     std::vector<std::uint8_t> bytes{'<'};
     for (const int count : counts_)
@@ -155,28 +154,15 @@ void FalconEmulator::reply() {
     bytes.push_back(std::uint8_t('A' + (buttons_ | homed_ << 4)));
     bytes.push_back('A');
     bytes.push_back('>');
-    if (faults.drop > 0) {
-        --faults.drop;
-        return;
-    }
-    if (faults.xor_count > 0) {
-        --faults.xor_count;
-        bytes[std::size_t(faults.xor_byte)] ^= faults.xor_mask;
-    }
-    if (faults.cut > 0) {
-        --faults.cut;
-        bytes.erase(bytes.begin() + 4);
-    }
-    if (faults.late > 0) {
-        --faults.late;
+    if (consume(faults.drop)) return;
+    if (consume(faults.xor_count)) bytes[std::size_t(faults.xor_byte)] ^= faults.xor_mask;
+    if (consume(faults.cut)) bytes.erase(bytes.begin() + 4);
+    if (consume(faults.late)) {
         late_ = bytes;
         return;
     }
     queue(bytes);
-    if (faults.repeat > 0) {
-        --faults.repeat;
-        queue(bytes);
-    }
+    if (consume(faults.repeat)) queue(bytes);
 }
 
 }  // namespace stylet::test

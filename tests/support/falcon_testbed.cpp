@@ -1,5 +1,6 @@
 #include "tests/support/falcon_testbed.h"
 
+#include <fmt/core.h>
 #include <linux/usbdevice_fs.h>
 #include <sys/ioctl.h>
 #include <umockdev.h>
@@ -7,7 +8,6 @@
 #include <cerrno>
 #include <chrono>
 #include <cstddef>
-#include <cstdio>
 #include <cstring>
 #include <span>
 #include <stdexcept>
@@ -22,9 +22,7 @@ namespace {
 constexpr const char* kSysPath = "/sys/devices/pci0000:00/0000:00:14.0/usb1/1-3";
 
 std::string node(int device) {
-    char text[32];
-    std::snprintf(text, sizeof text, "bus/usb/001/%03d", device);
-    return text;
+    return fmt::format("bus/usb/001/{:03}", device);
 }
 
 // Descriptors of the device, its configuration, one vendor-specific interface and two bulk endpoints of
@@ -39,14 +37,13 @@ constexpr const char* kDescriptors =
     "07050202400000";
 
 std::string description(int device) {
-    const std::string number = std::to_string(device);
-    return "P: /devices/pci0000:00/0000:00:14.0/usb1/1-3\nN: " + node(device) +
-           "\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nE: DRIVER=usb\nE: BUSNUM=001\nE: DEVNUM=" + number +
-           "\nE: PRODUCT=403/cb48/400\nE: DEVNAME=/dev/" + node(device) +
-           "\nA: busnum=1\\n\nA: devnum=" + number +
-           "\\n\nA: devpath=3\\n\nA: speed=12\\n\nA: bConfigurationValue=1\\n\nA: idVendor=0403\\n\nA: "
-           "idProduct=cb48\\n\nH: descriptors=" +
-           kDescriptors + "\n";
+    return fmt::format(
+        "P: /devices/pci0000:00/0000:00:14.0/usb1/1-3\nN: {0}\n"
+        "E: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nE: DRIVER=usb\nE: BUSNUM=001\nE: DEVNUM={1}\n"
+        "E: PRODUCT=403/cb48/400\nE: DEVNAME=/dev/{0}\n"
+        "A: busnum=1\\n\nA: devnum={1}\\n\nA: devpath=3\\n\nA: speed=12\\n\n"
+        "A: bConfigurationValue=1\\n\nA: idVendor=0403\\n\nA: idProduct=cb48\\n\nH: descriptors={2}\n",
+        node(device), device, kDescriptors);
 }
 
 void check(GError* error) {
@@ -82,9 +79,11 @@ struct FalconTestbed::Urb {
         if (data) g_object_unref(data);
     }
     std::span<std::uint8_t> bytes() const { return {buffer->data, std::size_t(buffer->data_len)}; }
-    void end(int status, int length) {
+    // Returns true, so that finish() can return the result.
+    bool end(int status, int length) {
         put(offsetof(usbdevfs_urb, status), status);
         put(offsetof(usbdevfs_urb, actual_length), length);
+        return true;
     }
     void put(std::size_t offset, int value) {
         umockdev_ioctl_data_update(data, offset, reinterpret_cast<std::uint8_t*>(&value), sizeof value);
@@ -131,17 +130,16 @@ void FalconTestbed::plugOut() {
 }
 
 int FalconTestbed::onRequest(UMockdevIoctlBase*, UMockdevIoctlClient* client, void* self) {
-    return static_cast<FalconTestbed*>(self)->handle(client) ? 1 : 0;
+    static_cast<FalconTestbed*>(self)->handle(client);
+    return 1;
 }
 
 // Runs on umockdev's thread.
-bool FalconTestbed::handle(UMockdevIoctlClient* client) {
+void FalconTestbed::handle(UMockdevIoctlClient* client) {
     const std::lock_guard lock(mutex_);
     const unsigned long request = umockdev_ioctl_client_get_request(client);
-    if (falcon_.faults.unplugged && request != USBDEVFS_REAPURBNDELAY && request != USBDEVFS_DISCARDURB) {
-        umockdev_ioctl_client_complete(client, -1, ENODEV);
-        return true;
-    }
+    if (falcon_.faults.unplugged && request != USBDEVFS_REAPURBNDELAY && request != USBDEVFS_DISCARDURB)
+        return umockdev_ioctl_client_complete(client, -1, ENODEV);
     switch (request) {
         case USBDEVFS_GET_CAPABILITIES: {
             UMockdevIoctlData* const data = resolve(umockdev_ioctl_client_get_arg(client), 0, 4);
@@ -149,36 +147,29 @@ bool FalconTestbed::handle(UMockdevIoctlClient* client) {
                                 USBDEVFS_CAP_REAP_AFTER_DISCONNECT;
             umockdev_ioctl_data_update(data, 0, reinterpret_cast<std::uint8_t*>(&can), sizeof can);
             g_object_unref(data);
-            umockdev_ioctl_client_complete(client, 0, 0);
-            return true;
+            return umockdev_ioctl_client_complete(client, 0, 0);
         }
         case USBDEVFS_GETDRIVER:
-            umockdev_ioctl_client_complete(client, -1, ENODATA);
-            return true;
+            return umockdev_ioctl_client_complete(client, -1, ENODATA);
         case USBDEVFS_CLAIMINTERFACE:
         case USBDEVFS_RELEASEINTERFACE:
         case USBDEVFS_DISCONNECT_CLAIM:
         case USBDEVFS_CLEAR_HALT:
-            umockdev_ioctl_client_complete(client, 0, 0);
-            return true;
+            return umockdev_ioctl_client_complete(client, 0, 0);
         case USBDEVFS_SUBMITURB:
-            submit(client);
-            return true;
+            return submit(client);
         case USBDEVFS_REAPURBNDELAY:
-            reap(client);
-            return true;
+            return reap(client);
         case USBDEVFS_DISCARDURB: {
             std::uint64_t address = 0;
             std::memcpy(&address, umockdev_ioctl_client_get_arg(client)->data, sizeof(void*));
             const auto found = urbs_.find(address);
-            if (found != urbs_.end()) found->second->discarded = true;
-            umockdev_ioctl_client_complete(client, found != urbs_.end() ? 0 : -1,
-                                           found != urbs_.end() ? 0 : EINVAL);
-            return true;
+            if (found == urbs_.end()) return umockdev_ioctl_client_complete(client, -1, EINVAL);
+            found->second->discarded = true;
+            return umockdev_ioctl_client_complete(client, 0, 0);
         }
         default:
-            umockdev_ioctl_client_complete(client, -1, ENOTTY);
-            return true;
+            return umockdev_ioctl_client_complete(client, -1, ENOTTY);
     }
 }
 
@@ -192,8 +183,8 @@ void FalconTestbed::submit(UMockdevIoctlClient* client) {
     urb->buffer = resolve(urb->data, offsetof(usbdevfs_urb, buffer), std::size_t(length));
     urb->order = ++submitted_;
     urb->since_ns = nowNs();
-    // Send control and OUT transfers at once, as a cable does. Otherwise a client that stalls before
-    // reaping could cancel data that it has already sent.
+    // Complete control and OUT transfers at once, as a real device does. Otherwise a client that stalls
+    // before reaping could cancel data that it has already sent.
     urb->done = (urb->type == USBDEVFS_URB_TYPE_CONTROL || urb->endpoint != 0x81) && finish(*urb);
     const std::uint64_t address = urb->data->client_addr;
     urbs_[address] = std::move(urb);
@@ -205,7 +196,7 @@ void FalconTestbed::reap(UMockdevIoctlClient* client) {
     for (auto& [address, urb] : urbs_)
         if ((!done || urb->order < done->order) && finish(*urb)) done = urb.get();
     if (!done) {
-        // Wait, because libusb retries immediately.
+        // Sleep first, because libusb retries immediately.
         std::this_thread::sleep_for(std::chrono::microseconds(100));
         umockdev_ioctl_client_complete(client, -1, falcon_.faults.unplugged ? ENODEV : EAGAIN);
         return;
@@ -221,41 +212,27 @@ void FalconTestbed::reap(UMockdevIoctlClient* client) {
 // Completes the transfer if that is possible now. Returns true if it is complete.
 bool FalconTestbed::finish(Urb& u) {
     if (u.done) return true;
-    if (u.discarded) {
-        u.end(-ENOENT, 0);
-        return true;
-    }
-    if (falcon_.faults.unplugged) {
-        u.end(-ENODEV, 0);
-        return true;
-    }
+    if (u.discarded) return u.end(-ENOENT, 0);
+    if (falcon_.faults.unplugged) return u.end(-ENODEV, 0);
     const std::span<std::uint8_t> bytes = u.bytes();
     if (u.type == USBDEVFS_URB_TYPE_CONTROL) {
         // Setup packet: bmRequestType 0x40, bRequest, wValue, wIndex 0, wLength 0.
-        if (bytes.size() != 8 || bytes[0] != 0x40 || bytes[4] || bytes[5] || bytes[6] || bytes[7]) {
-            u.end(-EPIPE, 0);
-            return true;
-        }
+        if (bytes.size() != 8 || bytes[0] != 0x40 || bytes[4] || bytes[5] || bytes[6] || bytes[7])
+            return u.end(-EPIPE, 0);
         falcon_.control(bytes[1], std::uint16_t(bytes[2] | bytes[3] << 8));
-        u.end(0, 0);
-        return true;
+        return u.end(0, 0);
     }
     if (u.endpoint == 0x02) {
         if (falcon_.faults.deaf) return false;
         falcon_.bulkOut(bytes, nowNs());
-        u.end(falcon_.faults.unplugged ? -ENODEV : 0, falcon_.faults.unplugged ? 0 : int(bytes.size()));
-        return true;
+        return falcon_.faults.unplugged ? u.end(-ENODEV, 0) : u.end(0, int(bytes.size()));
     }
     const bool due = nowNs() - u.since_ns >= falcon_.latencyMs() * 1'000'000LL;
-    if (u.endpoint != 0x81 || bytes.size() != 64) {
-        u.end(-EPIPE, 0);
-        return true;
-    }
+    if (u.endpoint != 0x81 || bytes.size() != 64) return u.end(-EPIPE, 0);
     if (falcon_.faults.mute || (!falcon_.hasData() && !due)) return false;
     std::vector<std::uint8_t> packet = falcon_.bulkIn();
     umockdev_ioctl_data_update(u.buffer, 0, packet.data(), int(packet.size()));
-    u.end(0, int(packet.size()));
-    return true;
+    return u.end(0, int(packet.size()));
 }
 
 }  // namespace stylet::test

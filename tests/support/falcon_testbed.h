@@ -1,5 +1,5 @@
 // A mock USB bus for programs under umockdev's preload library, with a Falcon that can be plugged in and out.
-// Translates the kernel's usbfs requests to the bytes of FalconEmulator.
+// It translates the kernel's usbfs requests to the bytes of FalconEmulator.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ class FalconTestbed {
 
     void plugIn();
     void plugOut();
-    // Calls `call` with the emulator while no request is handled.
+    // Calls `call` with the emulator. No request is handled meanwhile.
     template <typename Call>
     auto with(const Call& call) {
         const std::lock_guard lock(mutex_);
@@ -38,7 +38,7 @@ class FalconTestbed {
   private:
     struct Urb;
     static int onRequest(UMockdevIoctlBase*, UMockdevIoctlClient*, void* self);
-    bool handle(UMockdevIoctlClient*);
+    void handle(UMockdevIoctlClient*);
     void submit(UMockdevIoctlClient*);
     void reap(UMockdevIoctlClient*);
     bool finish(Urb&);

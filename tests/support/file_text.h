@@ -9,7 +9,7 @@
 namespace stylet::test {
 
 // Returns every byte of the file, or an empty string if there is none.
-inline std::string textOf(const std::filesystem::path& file) {
+inline std::string readText(const std::filesystem::path& file) {
     std::ifstream in(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
 }

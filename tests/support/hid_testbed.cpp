@@ -1,6 +1,7 @@
 #include "tests/support/hid_testbed.h"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <linux/hidraw.h>
 #include <poll.h>
 #include <sys/ioctl.h>
@@ -23,46 +24,42 @@ namespace stylet::test {
 
 namespace {
 
-std::string formatted(const char* format, unsigned a, unsigned b, unsigned c = 0) {
-    char text[128];
-    std::snprintf(text, sizeof text, format, a, b, c);
-    return text;
-}
-
-std::string hexOf(const std::vector<unsigned char>& bytes) {
+std::string toHex(const std::vector<unsigned char>& bytes) {
     std::string text;
     for (const unsigned char byte : bytes)
-        text += formatted("%02X", byte, 0);
+        text += fmt::format("{:02X}", byte);
     return text;
 }
 
 // Returns the paths below /sys of a USB device with one HID interface: device, interface, HID, hidraw node.
-std::array<std::string, 4> placesOf(const HidIdentity& id, int number) {
-    const unsigned n = unsigned(number);
-    const std::string usb = formatted("/devices/usb1/1-%u", n + 1, 0);
-    const std::string interface = usb + formatted("/1-%u:1.0", n + 1, 0);
-    const std::string hid = interface + formatted("/0003:%04X:%04X.%04X", id.vendor, id.product, n + 1);
-    return {usb, interface, hid, hid + "/hidraw/" + formatted("hidraw%u", n, 0)};
+std::array<std::string, 4> sysfsPaths(const HidIdentity& id, int number) {
+    const std::string usb = fmt::format("/devices/usb1/1-{}", number + 1);
+    const std::string interface = fmt::format("{}/1-{}:1.0", usb, number + 1);
+    const std::string hid =
+        fmt::format("{}/0003:{:04X}:{:04X}.{:04X}", interface, id.vendor, id.product, number + 1);
+    return {usb, interface, hid, fmt::format("{}/hidraw/hidraw{}", hid, number)};
 }
 
 // Returns the kernel's description of these four devices in umockdev's notation.
 std::string describe(const HidIdentity& id, int number) {
-    const auto [usb, interface, hid, raw] = placesOf(id, number);
+    const auto [usb, interface, hid, raw] = sysfsPaths(id, number);
     const std::string node = "hidraw" + std::to_string(number);
-    const std::string hid_id = formatted("HID_ID=0003:%08X:%08X", id.vendor, id.product);
-    return "P: " + raw + "\nN: " + node + "\nE: DEVNAME=/dev/" + node +
-           "\nE: SUBSYSTEM=hidraw\nE: MAJOR=247\nE: MINOR=" + std::to_string(number) +
-           "\nL: device=../../../" + hid.substr(hid.rfind('/') + 1) + "\n\n" +  //
-           "P: " + hid + "\nE: SUBSYSTEM=hid\nE: DRIVER=hid-generic\nE: " + hid_id +
-           "\nE: HID_NAME=" + id.name +
-           "\nE: HID_UNIQ=\nH: report_descriptor=" + hexOf(id.report_descriptor) +
-           "\nA: uevent=DRIVER=hid-generic\\n" + hid_id + "\\nHID_NAME=" + id.name +
-           "\\nHID_UNIQ=\\n\n\n" +  //
-           "P: " + interface +
-           "\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_interface\nA: bInterfaceNumber=00\n\n" +  //
-           "P: " + usb + "\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nA: idVendor=" +
-           formatted("%04x\nA: idProduct=%04x", id.vendor, id.product) + "\nA: manufacturer=" + id.maker +
-           "\nA: product=" + id.name + "\nA: bcdDevice=0100\n\n";
+    const std::string hid_id = fmt::format("HID_ID=0003:{:08X}:{:08X}", id.vendor, id.product);
+    return fmt::format(
+               "P: {}\nN: {}\nE: DEVNAME=/dev/{}\nE: SUBSYSTEM=hidraw\nE: MAJOR=247\nE: MINOR={}\n"
+               "L: device=../../../{}\n\n",
+               raw, node, node, number, hid.substr(hid.rfind('/') + 1)) +
+           fmt::format(
+               "P: {0}\nE: SUBSYSTEM=hid\nE: DRIVER=hid-generic\nE: {1}\nE: HID_NAME={2}\nE: HID_UNIQ=\n"
+               "H: report_descriptor={3}\n"
+               "A: uevent=DRIVER=hid-generic\\n{1}\\nHID_NAME={2}\\nHID_UNIQ=\\n\n\n",
+               hid, hid_id, id.name, toHex(id.report_descriptor)) +
+           fmt::format("P: {}\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_interface\nA: bInterfaceNumber=00\n\n",
+                       interface) +
+           fmt::format(
+               "P: {}\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nA: idVendor={:04x}\nA: idProduct={:04x}\n"
+               "A: manufacturer={}\nA: product={}\nA: bcdDevice=0100\n\n",
+               usb, id.vendor, id.product, id.maker, id.name);
 }
 
 // Answers the only ioctl that hidapi needs from a node: the size of its report descriptor.
@@ -79,12 +76,12 @@ gboolean onIoctl(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer size)
 
 }  // namespace
 
-// One testbed per process, because the system calls that umockdev wraps look there.
+// There is one testbed per process, because umockdev redirects the system calls of the whole process to it.
 struct HidNode::Testbed {
     UMockdevTestbed* bed = umockdev_testbed_new();
     UMockdevIoctlBase* handler = umockdev_ioctl_base_new();
     std::atomic<int> descriptor_size{0};  // read on umockdev's thread
-    int plugged = 0;                      // total so far: umockdev does not accept a number twice
+    int plugged = 0;  // total so far; needed because umockdev does not accept a number twice
 
     Testbed() { g_signal_connect(handler, "handle-ioctl", G_CALLBACK(onIoctl), &descriptor_size); }
     ~Testbed() {
@@ -116,7 +113,7 @@ HidNode::HidNode(const HidIdentity& id, bool read_here)
     : testbed_(&Testbed::shared()), read_here_(read_here) {
     const int number = testbed_->plugged++;
     path_ = "/dev/hidraw" + std::to_string(number);
-    for (const std::string& place : placesOf(id, number))
+    for (const std::string& place : sysfsPaths(id, number))
         sys_paths_.push_back("/sys" + place);
     testbed_->add(id, number, path_);
     far_ = umockdev_testbed_get_dev_fd(testbed_->bed, path_.c_str());
@@ -134,7 +131,8 @@ HidNode::~HidNode() {
     unplug();
 }
 
-// A terminal delivers shortly after the write. Its queue looks empty until then, so wait for the delivery.
+// A terminal delivers data shortly after the write. Its queue looks empty until then, so wait for the
+// delivery.
 bool HidNode::send(std::span<const unsigned char> report) {
     std::this_thread::sleep_until(delivered_);
     for (int waited_ms = 0; waited_ms < 1000; ++waited_ms) {

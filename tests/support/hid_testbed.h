@@ -19,8 +19,8 @@ struct HidIdentity {
 
 bool underUmockdev();
 
-// A connected device; the destructor unplugs it. One report is one write: the node is a terminal in raw mode,
-// so a report is sent only after the driver has read the one before.
+// A connected device; the destructor unplugs it. The node is a terminal in raw mode, which does not separate
+// reports. So a report is sent, in one write, only after the driver has read the previous one.
 class HidNode {
   public:
     // `read_here`: the driver reads on the thread that calls send(). send() then returns as soon as the
@@ -30,7 +30,7 @@ class HidNode {
     HidNode(const HidNode&) = delete;
     HidNode& operator=(const HidNode&) = delete;
 
-    const std::string& path() const { return path_; }  // "/dev/hidraw0"; counts up with each device
+    const std::string& path() const { return path_; }  // "/dev/hidraw0"; each device gets a new number
     // False if the driver does not read the previous report within a second, or if the device is unplugged.
     bool send(std::span<const unsigned char> report);
     // Returns the next `bytes` bytes that the driver wrote, or nothing if they do not arrive in `timeout_ms`.
@@ -47,7 +47,7 @@ class HidNode {
     std::string path_;
     std::vector<std::string> sys_paths_;
     const bool read_here_;
-    int far_ = -1, near_ = -1;  // the test's end; the driver's end, for checking what it has not read
+    int far_ = -1, near_ = -1;  // the test's end; the driver's end, to check what is unread
     std::vector<unsigned char> pending_;
     std::chrono::steady_clock::time_point delivered_{};
 };

@@ -1,6 +1,7 @@
 #include "tests/support/inverse3_emulator.h"
 
 #include <arpa/inet.h>
+#include <fmt/core.h>
 #include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -18,7 +19,7 @@ namespace stylet::test {
 
 namespace {
 
-// Equals the time that the drivers wait for an answer by default.
+// Equals the default time that the drivers wait for an answer.
 constexpr std::int64_t kLostInverse3Answer_ns = 4'000'000;
 
 // SHA-1 of FIPS 180-4.
@@ -122,14 +123,8 @@ ClientFrame readClientFrame(std::span<const std::uint8_t> in) {
     return frame;
 }
 
-std::string number(double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.9g", value);
-    return text;
-}
-
 std::string vector(const std::array<double, 3>& v) {
-    return R"({"x":)" + number(v[0]) + R"(,"y":)" + number(v[1]) + R"(,"z":)" + number(v[2]) + "}";
+    return fmt::format(R"({{"x":{:.9g},"y":{:.9g},"z":{:.9g}}})", v[0], v[1], v[2]);
 }
 
 }  // namespace
@@ -184,7 +179,7 @@ void Inverse3Emulator::complain(const std::string& what) {
     if (complaint_.empty()) complaint_ = what;
 }
 
-// Serves one WebSocket at a time. A GET request that arrives meanwhile is answered too.
+// Serves one WebSocket at a time. Also answers a GET request that arrives while the WebSocket is open.
 void Inverse3Emulator::run() {
     while (!stop_.load()) {
         pollfd wait{listener_, POLLIN, 0};
@@ -208,8 +203,9 @@ void Inverse3Emulator::serve(int client) {
         std::string body =
             R"({"project_name":"haply-inverse-service","project_version":")" + script_.version + "\"}";
         if (script_.data_envelope) body = R"({"ok":true,"data":)" + body + "}";
-        sendText(client, "HTTP/1.1 200 OK\r\nContent-Type: application/json\r\nContent-Length: " +
-                             std::to_string(body.size()) + "\r\n\r\n" + body);
+        sendText(client, fmt::format("HTTP/1.1 200 OK\r\nContent-Type: application/json\r\n"
+                                     "Content-Length: {}\r\n\r\n{}",
+                                     body.size(), body));
     } else if (key == std::string::npos) {
         sendText(client, "HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n");
     } else {
@@ -221,12 +217,12 @@ void Inverse3Emulator::serve(int client) {
         const int one = 1;
         ::setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &one, sizeof one);
         connections_.fetch_add(1);
-        converse(client);
+        serveClient(client);
     }
     ::close(client);
 }
 
-void Inverse3Emulator::converse(int client) {
+void Inverse3Emulator::serveClient(int client) {
     std::vector<std::uint8_t> out, in;
     appendFrame(out, kText, state(true, Inverse3Fault::none));
     sendAll(client, out);
@@ -256,7 +252,8 @@ void Inverse3Emulator::converse(int client) {
             if (frame.opcode != kText) complain("a frame that is not text");
             command(frame.payload);
             if (answer(client)) continue;
-            // For the close fault, wait until the client has answered the close frame and closed.
+            // For the fault `close`, wait until the client has answered the close frame and closed the
+            // connection.
             ::shutdown(client, SHUT_WR);
             for (int i = 0; i < 100 && script_.fault == Inverse3Fault::close; ++i) {
                 pollfd wait{client, POLLIN, 0};
@@ -268,7 +265,7 @@ void Inverse3Emulator::converse(int client) {
     }
 }
 
-// Accepts only the exact bytes of the force command of the service's version.
+// Accepts only the exact bytes that the force command has in the service's version.
 void Inverse3Emulator::command(const std::string& message) {
     int major = 3, minor = 1;
     std::sscanf(script_.version.c_str(), "%d.%d", &major, &minor);
@@ -346,28 +343,12 @@ std::string Inverse3Emulator::state(bool inventory, Inverse3Fault fault) const {
     const bool recent = !script_.version.empty() && script_.version >= "3.5";
     std::string position =
         vector({script_.cursor_m[0], script_.cursor_m[1] - out_m_.load(), script_.cursor_m[2]});
-    switch (fault) {
-        case Inverse3Fault::notFinite:
-            position = R"({"x":NaN,"y":0,"z":0})";
-            break;
-        case Inverse3Fault::huge:
-            position = R"({"x":1e999,"y":0,"z":0})";
-            break;
-        case Inverse3Fault::farAway:
-            position = R"({"x":1e6,"y":0,"z":0})";
-            break;
-        case Inverse3Fault::wrongType:
-            position = R"({"x":"0","y":"0","z":"0"})";
-            break;
-        case Inverse3Fault::deep:
-            position = std::string(100'000, '[');
-            break;
-        case Inverse3Fault::big:
-            position = '"' + std::string(300 * 1024, 'x') + '"';
-            break;
-        default:
-            break;
-    }
+    if (fault == Inverse3Fault::notFinite) position = R"({"x":NaN,"y":0,"z":0})";
+    if (fault == Inverse3Fault::huge) position = R"({"x":1e999,"y":0,"z":0})";
+    if (fault == Inverse3Fault::farAway) position = R"({"x":1e6,"y":0,"z":0})";
+    if (fault == Inverse3Fault::wrongType) position = R"({"x":"0","y":"0","z":"0"})";
+    if (fault == Inverse3Fault::deep) position = std::string(100'000, '[');
+    if (fault == Inverse3Fault::big) position = '"' + std::string(300 * 1024, 'x') + '"';
     std::string device =
         R"({"device_id":")" + (fault == Inverse3Fault::otherDevice ? "0BAD" : script_.device_id) + '"';
     if (inventory)
@@ -378,24 +359,24 @@ std::string Inverse3Emulator::state(bool inventory, Inverse3Fault fault) const {
               R"("body_orientation":{"x":-0.01940918,"y":0.7026367,"z":0.00048828125,"w":0.7113037},)";
     if (fault != Inverse3Fault::noPosition) device += R"("cursor_position":)" + position + ',';
     device += R"("cursor_velocity":{"x":-0.011969013,"y":0.0012009288,"z":-0.043197},"mode":"idle"},)";
-    device += std::string(R"("status":{"calibrated":)") +
-              (fault == Inverse3Fault::uncalibrated ? "false" : "true") +
-              R"(,"in_use":false,"power_supply":)" + (fault == Inverse3Fault::noPower ? "false" : "true") +
-              R"(,"ready":true,"started":true}})";
+    device += fmt::format(
+        R"("status":{{"calibrated":{},"in_use":false,"power_supply":{},"ready":true,"started":true}}}})",
+        fault != Inverse3Fault::uncalibrated, fault != Inverse3Fault::noPower);
 
     std::string text = "{";
     if (recent && inventory) text += R"("session_id":7,)";
     const bool listed = script_.device && fault != Inverse3Fault::unplugged;
     text += R"("inverse3":[)" + (listed ? device : "") + "]";
-    if (script_.grip && fault != Inverse3Fault::gripGone) {
+    if (script_.grip && fault != Inverse3Fault::gripMissing) {
         const auto& q = script_.grip_wxyz;
         const double size = fault == Inverse3Fault::notAUnit ? 2.0 : 1.0;
         const std::string buttons =
             recent ? R"("buttons":{"a":true,"b":false,"c":true})" : R"("button":true,"hall":0)";
-        text += std::string(recent ? R"(,"wireless_verse_grip":[)" : R"(,"verse_grip":[)") +
-                R"({"device_id":"61548","state":{)" + buttons + R"(,"orientation":{"x":)" +
-                number(size * q[1]) + R"(,"y":)" + number(size * q[2]) + R"(,"z":)" + number(size * q[3]) +
-                R"(,"w":)" + number(size * q[0]) + R"(}},"status":{"error":0}}])";
+        text += fmt::format(
+            R"(,"{}":[{{"device_id":"61548","state":{{{},)"
+            R"("orientation":{{"x":{:.9g},"y":{:.9g},"z":{:.9g},"w":{:.9g}}}}},"status":{{"error":0}}}}])",
+            recent ? "wireless_verse_grip" : "verse_grip", buttons, size * q[1], size * q[2], size * q[3],
+            size * q[0]);
     }
     text += "}";
     if (fault == Inverse3Fault::brokenJson) text.resize(text.size() / 2);

@@ -36,7 +36,7 @@ enum class Inverse3Fault {
     otherDevice,
     uncalibrated,
     noPower,
-    gripGone,
+    gripMissing,
     pings,      // control frames before the answer
     fragments,  // the answer in pieces of 100 bytes
     flood,      // endless valid answers, until the driver hangs up
@@ -47,10 +47,10 @@ struct Inverse3Script {
     Inverse3Fault fault = Inverse3Fault::none;
     std::uint64_t from_answer = 0, answers = 1'000'000'000;
     int stall_ms = 1000;
-    // The driver's clock if a test steps it. Faults last in its time, and a lost answer advances it by the
-    // driver's whole wait. Null: the machine's time.
+    // The driver's clock, if a test steps it. The duration of a fault is measured on this clock. A lost
+    // answer advances it by the driver's whole timeout. Null: the machine's clock.
     std::atomic<std::int64_t>* time_ns = nullptr;
-    std::string version = "3.5.0.0";  // empty: GET /version is not found
+    std::string version = "3.5.0.0";  // empty: GET /version returns 404
     bool data_envelope = false;       // wrap the answer to GET, as version 3.5 does
     std::string device_id = "049D";
     bool device = true, grip = true;
@@ -66,9 +66,9 @@ class Inverse3Emulator {
     Inverse3Emulator& operator=(const Inverse3Emulator&) = delete;
 
     unsigned short port() const { return port_; }
-    // From now on the hand is `out_m` toward the user (-y) from the script's position.
+    // Moves the hand to `out_m` toward the user (-y) from the script's position.
     void hold(double out_m) { out_m_.store(out_m); }
-    // The last force commanded in this version's message format; NaN before the first.
+    // The last force command in this version's message format; NaN before the first.
     std::array<double, 3> force_n() const;
     std::uint64_t answered() const { return answered_.load(); }
     std::int64_t fault_began_ns() const { return fault_began_ns_.load(); }
@@ -79,7 +79,7 @@ class Inverse3Emulator {
     std::int64_t now_ns() const;
     void run();
     void serve(int client);
-    void converse(int client);
+    void serveClient(int client);
     bool answer(int client);
     bool flood(int client, const std::vector<std::uint8_t>& message);
     std::string state(bool inventory, Inverse3Fault) const;

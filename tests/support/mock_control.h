@@ -1,4 +1,4 @@
-// Client of the mock runtime's control socket (xr/mock/SCENARIO.md), for use outside the application.
+// Client of the mock runtime's control socket (xr/mock/SCENARIO.md). It runs outside the application.
 #pragma once
 
 #include <sys/socket.h>
@@ -37,7 +37,7 @@ class MockControl {
 
     // Sends a request and waits until the application handles it. Returns the reply. Throws
     // std::runtime_error if the request is refused or the connection is closed.
-    nlohmann::json ask(const nlohmann::json& request) {
+    nlohmann::json sendRequest(const nlohmann::json& request) {
         const std::string line = request.dump() + "\n";
         for (std::size_t sent = 0; sent < line.size();) {
             const ssize_t count = ::send(socket_, line.data() + sent, line.size() - sent, MSG_NOSIGNAL);

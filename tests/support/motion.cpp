@@ -1,7 +1,8 @@
 #include "tests/support/motion.h"
 
-#include <algorithm>
 #include <cmath>
+
+#include "base/smoothstep.h"
 
 namespace stylet::test {
 
@@ -13,27 +14,19 @@ std::array<float, 3> narrowed(const Vec3& v) {
 
 }  // namespace
 
-double rise(double from, double to, double x) {
-    const double s = std::clamp((x - from) / (to - from), 0.0, 1.0);
-    return s * s * (3.0 - 2.0 * s);
-}
-
 patient::MotionModel makeMotion(const Vec3& half_m, double spacing_m,
                                 const std::function<MotionPoint(const Vec3&)>& at) {
     patient::MotionModel m;
     m.grid.dims = 2 * Index3(glm::ceil(half_m / spacing_m - 1e-9)) + 1;
     m.grid.spacing_m = Vec3(spacing_m);
     m.grid.origin_m = -0.5 * spacing_m * Vec3(m.grid.dims - 1);
-    Index3 i;
-    for (i.z = 0; i.z < m.grid.dims.z; ++i.z)
-        for (i.y = 0; i.y < m.grid.dims.y; ++i.y)
-            for (i.x = 0; i.x < m.grid.dims.x; ++i.x) {
-                const MotionPoint p = at(m.grid.centre(i));
-                const double inner = m.grid.contains(i - 1) && m.grid.contains(i + 1) ? 1.0 : 0.0;
-                m.wall.push_back({narrowed(inner * p.wall_a1_m), narrowed(inner * p.wall_a2_m_s)});
-                m.slide.push_back({narrowed(inner * p.slide_a1_m), narrowed(inner * p.slide_a2_m_s)});
-                m.level_m.push_back(float(p.level_m));
-            }
+    forEachVoxel(m.grid, [&](const Index3& i) {
+        const MotionPoint p = at(m.grid.centre(i));
+        const double inner = m.grid.atBorder(i) ? 0.0 : 1.0;
+        m.wall.push_back({narrowed(inner * p.wall_a1_m), narrowed(inner * p.wall_a2_m_s)});
+        m.slide.push_back({narrowed(inner * p.slide_a1_m), narrowed(inner * p.slide_a2_m_s)});
+        m.level_m.push_back(float(p.level_m));
+    });
     return m;
 }
 
@@ -49,7 +42,7 @@ patient::MotionModel makeTurningBall(double radius_m, double angle_rad, double s
     return makeMotion(Vec3(1.6 * radius_m), spacing_m, [&](const Vec3& p) {
         MotionPoint q;
         q.level_m = std::sqrt(glm::dot(p, p)) - radius_m;
-        const double near = 1.0 - rise(1.3 * radius_m, 1.5 * radius_m, std::sqrt(glm::dot(p, p)));
+        const double near = 1.0 - smoothStep(1.3 * radius_m, 1.5 * radius_m, std::sqrt(glm::dot(p, p)));
         q.slide_a1_m = near * angle_rad * Vec3(-p.y, p.x, 0.0);
         return q;
     });

@@ -13,16 +13,13 @@ struct MotionPoint {
     double level_m = -1.0;
 };
 
-// Covers +-`half_m` around the origin. The outermost nodes are at rest, whatever `at` returns.
+// The grid covers +-`half_m` around the origin. The outermost nodes are at rest, whatever `at` returns.
 patient::MotionModel makeMotion(const Vec3& half_m, double spacing_m,
                                 const std::function<MotionPoint(const Vec3&)>& at);
 
 // Everything within 0.2 m of the origin moves by `travel_m` along z at v = 1. The motion fades to zero over
 // the next 0.1 m.
 patient::MotionModel makeShift(double travel_m);
-
-// Rises from 0 at `from` to 1 at `to`, C1; `from` may be greater than `to`.
-double rise(double from, double to, double x);
 
 // A sphere around the origin that turns about z; everything outside is at rest.
 patient::MotionModel makeTurningBall(double radius_m, double angle_rad, double spacing_m);

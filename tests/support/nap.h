@@ -6,7 +6,7 @@
 
 namespace stylet::test {
 
-inline void nap(int ms) {
+inline void sleepMs(int ms) {
     std::this_thread::sleep_for(std::chrono::milliseconds(ms));
 }
 

@@ -19,7 +19,7 @@ void put(Bytes& bytes, std::size_t at, Value value) {
 }
 
 // 3 x 4 x 5 voxels of 1 x 2 x 3 mm at (-10, 20, 30) mm, stored type int16, value = index.
-inline Bytes goodNifti() {
+inline Bytes validNifti() {
     Bytes bytes(352 + 60 * 2);
     put(bytes, 0, std::int32_t(348));
     const std::int16_t dim[8] = {3, 3, 4, 5, 1, 1, 1, 1};

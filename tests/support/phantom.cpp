@@ -42,7 +42,7 @@ const std::vector<Label>& tissueLabels() {
 
 namespace {
 
-std::int16_t ctOf(Tissue t) {
+std::int16_t ctValue(Tissue t) {
     constexpr std::int16_t kHu[patient::kTissueCount] = {-1000, -350, 40, 700, 60, 110, 170, 10};
     return kHu[std::size_t(t)];
 }
@@ -81,7 +81,7 @@ patient::Package makeSlabs(const std::vector<std::pair<Tissue, double>>& layers_
     if (labelled) package.label_table = tissueLabels();
     for (std::size_t i = 0; i < package.ct.voxels.size(); ++i) {
         const Tissue tissue = columns[i % columns.size()];
-        package.ct.voxels[i] = ctOf(tissue);
+        package.ct.voxels[i] = ctValue(tissue);
         package.labels.voxels[i] = labelled ? std::uint8_t(tissue) : std::uint8_t(0);
     }
     return package;

@@ -1,23 +1,31 @@
-// Expects that a loader throws DataError that names the file and the field.
+// Expects that a call throws a certain error.
 #pragma once
 
 #include <gtest/gtest.h>
 
 #include <string>
 
-#include "patient/package/package.h"
+#include "base/errors.h"
 
 namespace stylet::test {
 
-template <typename Load>
-void expectRefused(Load load, const std::string& file, const std::string& field) {
+// The text of the error that a call throws. Empty if it throws none.
+template <typename Error = DataError, typename Call>
+std::string errorText(const Call& call) {
     try {
-        load();
-    } catch (const DataError& e) {
-        EXPECT_NE(std::string(e.what()).find(file + ": " + field), std::string::npos) << e.what();
-        return;
+        call();
+    } catch (const Error& e) {
+        return e.what();
     }
-    ADD_FAILURE() << file << " was taken, but " << field << " is bad";
+    return "";
+}
+
+// Expects a DataError that names the file and the field.
+template <typename Load>
+void expectRefused(const Load& load, const std::string& file, const std::string& field) {
+    const std::string text = errorText(load);
+    EXPECT_NE(text.find(file + ": " + field), std::string::npos)
+        << file << ": " << field << " was not refused: " << text;
 }
 
 }  // namespace stylet::test

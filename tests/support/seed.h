@@ -1,4 +1,4 @@
-// The seed of a test's random numbers: drawn once per program and printed, or set to that of an earlier run.
+// The seed of a test's random numbers: drawn once per program and printed, or given to repeat an earlier run.
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
-// The linear part is integrated by the trapezoidal rule, which neither damps nor feeds an oscillation and
-// is stable at any step size. Coulomb friction is an implicit step after it, so that a stuck device stays
-// at rest.
+// The linear part is integrated by the trapezoidal rule, which neither damps nor excites an oscillation and
+// is stable at any step size. Coulomb friction follows as an implicit step, so that a stuck device stays at
+// rest.
 #include "tests/support/simulated_device.h"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kStep_s = 1e-4;
 // Worst values of the Phantom class, see profiles.cpp.
-constexpr double kLeastDamped_n_s_per_m = 0.005, kCoarsest_m = 55e-6;
+constexpr double kMinDamping_n_s_per_m = 0.005, kCoarsest_m = 55e-6;
 
 // Returns a pseudo-random number in [0, 1) (SplitMix64; Steele, Lea, Flood 2014).
 double draw(std::uint64_t seed, std::uint64_t index) noexcept {
@@ -30,12 +30,12 @@ double length(const Vec3& v) noexcept {
 
 }  // namespace
 
-SimulatedBody simulatedBody(const DeviceProfile& p, const HandModel& hand) noexcept {
+SimulatedBody makeSimulatedBody(const DeviceProfile& p, const HandModel& hand) noexcept {
     SimulatedBody body;
-    body.mass_kg = knownOr(p.mass_kg, kLightestMass_kg);
-    body.damping_n_s_per_m = knownOr(p.damping_n_s_per_m, kLeastDamped_n_s_per_m);
-    body.friction_n = knownOr(p.friction_n, 0.0);
-    body.resolution_m = knownOr(p.resolution_m, kCoarsest_m);
+    body.mass_kg = valueOrDefault(p.mass_kg, kLightestMass_kg);
+    body.damping_n_s_per_m = valueOrDefault(p.damping_n_s_per_m, kMinDamping_n_s_per_m);
+    body.friction_n = valueOrDefault(p.friction_n, 0.0);
+    body.resolution_m = valueOrDefault(p.resolution_m, kCoarsest_m);
     body.delay_s = p.delay_s;
     body.hand = hand;
     return body;
@@ -62,7 +62,7 @@ DeviceState SimulatedDevice::read(std::int64_t now_ns) noexcept {
 }
 
 void SimulatedDevice::send(const Vec3& force_n) noexcept {
-    if (waiting_count_ == kMaxWaiting) {  // queue full: the oldest force acts early
+    if (waiting_count_ == kMaxWaiting) {  // the queue is full: the oldest force takes effect early
         state_.motor_n = waiting_[std::size_t(first_)].force_n;
         first_ = (first_ + 1) % kMaxWaiting;
         --waiting_count_;
@@ -86,18 +86,18 @@ void SimulatedDevice::advance(double to_s) noexcept {
     const Vec3 target_velocity = (target - target_m_) / (to_s - target_time_s_);
     while (waiting_count_ > 0 && waiting_[std::size_t(first_)].at_s < to_s) {
         const Waiting& next = waiting_[std::size_t(first_)];
-        coast(next.at_s, target_m_ + (next.at_s - target_time_s_) * target_velocity, target_velocity);
+        integrate(next.at_s, target_m_ + (next.at_s - target_time_s_) * target_velocity, target_velocity);
         state_.motor_n = next.force_n;
         first_ = (first_ + 1) % kMaxWaiting;
         --waiting_count_;
     }
-    coast(to_s, target, target_velocity);
+    integrate(to_s, target, target_velocity);
     target_m_ = target;
     target_time_s_ = to_s;
 }
 
 // Simulates up to `to_s` under a constant motor force. `target_m` is the target position at `to_s`.
-void SimulatedDevice::coast(double to_s, const Vec3& target_m, const Vec3& target_velocity) noexcept {
+void SimulatedDevice::integrate(double to_s, const Vec3& target_m, const Vec3& target_velocity) noexcept {
     const double duration_s = to_s - state_.time_s;
     if (duration_s <= 0.0) return;
     const int steps = int(std::ceil(duration_s / kStep_s));
@@ -109,7 +109,7 @@ void SimulatedDevice::coast(double to_s, const Vec3& target_m, const Vec3& targe
 
 // `target_m` and `target_velocity` are the values at the middle of the step.
 void SimulatedDevice::step(double h, const Vec3& target_m, const Vec3& target_velocity) noexcept {
-    const HandModel& hand = state_.time_s < body_.let_go_s ? body_.hand : kNoHand;
+    const HandModel& hand = state_.time_s < body_.release_s ? body_.hand : kNoHand;
     const double mass = body_.mass_kg + hand.mass_kg;
     const double damping = body_.damping_n_s_per_m + hand.damping_n_s_per_m;
     const double stiffness = hand.stiffness_n_per_m;
@@ -127,7 +127,7 @@ void SimulatedDevice::step(double h, const Vec3& target_m, const Vec3& target_ve
     state_.velocity_m_per_s = after;
     state_.motor_work_j += glm::dot(state_.motor_n, moved);
     state_.motor_impulse_n_s += h * state_.motor_n;
-    state_.lost_j += body_.damping_n_s_per_m * glm::dot(mean, moved) + glm::dot(rubbed_n_s, mean);
+    state_.dissipated_j += body_.damping_n_s_per_m * glm::dot(mean, moved) + glm::dot(rubbed_n_s, mean);
 }
 
 }  // namespace stylet::test

@@ -11,11 +11,11 @@ namespace stylet::test {
 class SpaceMouseEmulator {
   public:
     enum class Age { old, recent };  // translation and rotation in separate reports, or in one
-    // `read_here`: as for HidNode.
+    // `read_here`: the driver reads on the thread that sends the reports (see HidNode).
     explicit SpaceMouseEmulator(Age, bool read_here = false);
 
-    // Reports the displacement of the cap. Returns false if the driver does not read it. An old device needs
-    // turn() for the rotation; a recent one reports both.
+    // Reports the displacement of the cap. Returns false if the driver does not read it. A recent device also
+    // reports the rotation; an old one needs turn() for it.
     bool push(const std::array<int, 6>& axes);
     bool turn(const std::array<int, 6>& axes);
     bool press(unsigned mask);

@@ -1,5 +1,5 @@
-// Occupies all processors for 20 to 300 ms about once a second, until its standard input ends. Tests that
-// run beside it see the stalls of an overloaded or virtual machine. `packaging/test --stutter N` starts it.
+// Occupies all processors for 20 to 300 ms about once a second, until its standard input ends. Tests that run
+// at the same time then stall as on an overloaded or virtual machine. `packaging/test --stutter N` starts it.
 #include <pthread.h>
 #include <sched.h>
 #include <unistd.h>

@@ -1,6 +1,6 @@
-// A clock for threads that wait for each other. Its time stands still while any of them works. Once all of
-// them sleep, it jumps to the earliest time that one of them waits for. So a loop of several threads runs as
-// fast as it can, and a stall of the machine makes none of them late.
+// A clock for threads that wait for each other. The time stands still while any of them works. When all of
+// them sleep, it jumps to the earliest time that one of them waits for. So a loop of several threads runs at
+// full speed, and a stall of the machine makes none of them late.
 #pragma once
 
 #include <algorithm>
@@ -19,12 +19,12 @@ namespace stylet::test {
 class VirtualClock {
   public:
     // Time starts once `threads` threads have used the clock. It never starts if one of them ends before
-    // that. The thread that creates the clock may read the time but does not count.
+    // that. The thread that creates the clock may read the time but is not one of them.
     explicit VirtualClock(std::size_t threads) : state_(std::make_shared<State>()) {
         state_->expected = threads;
         state_->owner = std::this_thread::get_id();
     }
-    // Must not outlive this.
+    // The result must not outlive this object.
     haptics::Clock clock() noexcept {
         return {
             this, [](void* c) noexcept { return static_cast<VirtualClock*>(c)->now_ns(); },
@@ -53,14 +53,14 @@ class VirtualClock {
         std::size_t expected = 0, joined = 0, members = 0;
         std::multiset<std::int64_t> waiting;
 
-        // With the mutex locked.
+        // The mutex must be locked.
         void advance() {
             if (joined < expected || waiting.empty() || waiting.size() < members) return;
             now_ns = std::max(now_ns, *waiting.begin());
             advanced.notify_all();
         }
     };
-    // A thread's membership, until it ends or uses another clock.
+    // A thread's membership in a clock. It ends with the thread, or when the thread uses another clock.
     class Membership {
       public:
         ~Membership() { leave(); }

@@ -1,5 +1,5 @@
-// Waits for an event in another thread or program. Only a failing test reaches the limit; a slow machine does
-// not.
+// Waits for an event in another thread or program. A slow machine does not reach the limit; only a failing
+// test does.
 #pragma once
 
 #include <chrono>
@@ -8,13 +8,13 @@
 
 namespace stylet::test {
 
-// Calls `done` once a millisecond until it returns true. Returns false after `limit`.
+// Calls `done` every `nap_ms` until it returns true. Returns false after `limit`.
 template <typename Done>
-bool waitUntil(Done&& done, std::chrono::seconds limit = std::chrono::seconds(60)) {
+bool waitUntil(Done&& done, std::chrono::seconds limit = std::chrono::seconds(60), int nap_ms = 1) {
     const auto end = std::chrono::steady_clock::now() + limit;
     while (!done()) {
         if (std::chrono::steady_clock::now() > end) return false;
-        nap(1);
+        sleepMs(nap_ms);
     }
     return true;
 }

@@ -27,6 +27,10 @@ std::int16_t word(const std::vector<unsigned char>& command, std::size_t index) 
 WoodenHapticsEmulator::WoodenHapticsEmulator() : node_(woodenIdentity()), thread_([this] { run(); }) {}
 
 WoodenHapticsEmulator::~WoodenHapticsEmulator() {
+    stop();
+}
+
+void WoodenHapticsEmulator::stop() {
     stop_.store(true);
     if (thread_.joinable()) thread_.join();
 }
@@ -47,20 +51,18 @@ void WoodenHapticsEmulator::pressButton() {
 }
 
 void WoodenHapticsEmulator::unplug() {
-    stop_.store(true);
-    if (thread_.joinable()) thread_.join();
+    stop();
     node_.unplug();
 }
 
 void WoodenHapticsEmulator::block() {
-    stop_.store(true);
-    thread_.join();
+    stop();
     node_.block();
 }
 
-WoodenHapticsEmulator::Seen WoodenHapticsEmulator::seen() const {
+WoodenHapticsEmulator::CommandLog WoodenHapticsEmulator::commandLog() const {
     const std::lock_guard lock(mutex_);
-    return seen_;
+    return command_log_;
 }
 
 std::array<std::int16_t, 6> WoodenHapticsEmulator::encoders() const {
@@ -82,31 +84,31 @@ void WoodenHapticsEmulator::run() {
         // If several commands are waiting, use the newest one.
         for (; auto newer = node_.receive(kCommandBytes, 0); ++count)
             command = std::move(newer);
-        obey(*command);
+        execute(*command);
         if (fault_.load() != Fault::drop) answered = report();
         received_.fetch_add(count);
         if (fault_.load() == Fault::duplicate && answered) answered = sendLast();
     }
 }
 
-void WoodenHapticsEmulator::obey(const std::vector<unsigned char>& command) {
+void WoodenHapticsEmulator::execute(const std::vector<unsigned char>& command) {
     const std::lock_guard lock(mutex_);
-    ++seen_.commands;
+    ++command_log_.commands;
     const std::int16_t kind = word(command, 3);
-    seen_.malformed = seen_.malformed || command[0] != 0 || (kind != 0 && kind != 1);
-    seen_.motor_ma = {};
+    command_log_.malformed = command_log_.malformed || command[0] != 0 || (kind != 0 && kind != 1);
+    command_log_.motor_ma = {};
     if (kind == 1) {
         encoders_ = {word(command, 4), word(command, 5), word(command, 6),
                      word(command, 0), word(command, 1), word(command, 2)};
         button_ = false;
-        ++seen_.calibrations;
+        ++command_log_.calibrations;
         return;
     }
     for (std::size_t i = 0; i < 3; ++i) {
-        seen_.motor_ma[i] = word(command, i);
-        seen_.largest_ma = std::max(seen_.largest_ma, std::abs(seen_.motor_ma[i]));
+        command_log_.motor_ma[i] = word(command, i);
+        command_log_.largest_ma = std::max(command_log_.largest_ma, std::abs(command_log_.motor_ma[i]));
     }
-    if (seen_.motor_ma != std::array<int, 3>{}) ++seen_.powered;
+    if (command_log_.motor_ma != std::array<int, 3>{}) ++command_log_.powered;
 }
 
 bool WoodenHapticsEmulator::report() {

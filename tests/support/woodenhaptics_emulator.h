@@ -37,7 +37,7 @@ class WoodenHapticsEmulator {
     // The driver's next write blocks until unplug().
     void block();
 
-    struct Seen {
+    struct CommandLog {
         std::array<int, 3> motor_ma{};
         std::uint64_t commands = 0;
         std::uint64_t powered = 0;  // commands with any current
@@ -45,16 +45,17 @@ class WoodenHapticsEmulator {
         int largest_ma = 0;
         bool malformed = false;  // received an unknown report id or command
     };
-    Seen seen() const;
-    // For synchronising a driver on the test's thread, which may be faster than the emulator's.
+    CommandLog commandLog() const;
+    // For a test that runs the driver on its own thread, which may be faster than the emulator's thread.
     std::uint64_t received() const { return received_.load(); }  // commands executed and answered
     bool waiting() const { return node_.waiting() > 0; }         // the driver has not read a report yet
-    bool sending() const { return sending_.load(); }             // until the driver has read it
-    bool hears() const { return !stop_.load() && fault_.load() != Fault::deaf; }
+    bool sending() const { return sending_.load(); }             // until the driver has read the report
+    bool isResponsive() const { return !stop_.load() && fault_.load() != Fault::deaf; }
 
   private:
     void run();
-    void obey(const std::vector<unsigned char>& command);
+    void stop();
+    void execute(const std::vector<unsigned char>& command);
     bool report();
     bool sendLast();
 
@@ -62,7 +63,7 @@ class WoodenHapticsEmulator {
     mutable std::mutex mutex_;  // guards the members below
     std::array<std::int16_t, 6> encoders_{};
     bool button_ = false;
-    Seen seen_;
+    CommandLog command_log_;
     std::uint32_t noise_ = 1;
     std::vector<unsigned char> last_;  // last report; used only by the board's thread
     std::atomic<std::uint64_t> received_{0};

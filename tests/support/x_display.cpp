@@ -4,6 +4,7 @@
 #include <X11/Xutil.h>
 #include <X11/extensions/XTest.h>
 #include <X11/keysym.h>
+#include <fmt/core.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -54,7 +55,7 @@ XDisplay::XDisplay(int width, int height) {
     int number[2];
     if (pipe(number) != 0) throw std::runtime_error("no pipe");
     const std::string end = std::to_string(number[1]);
-    const std::string screen = std::to_string(width) + "x" + std::to_string(height) + "x24";
+    const std::string screen = fmt::format("{}x{}x24", width, height);
     server_ = fork();
     if (server_ == 0) {
         prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -175,14 +176,14 @@ void XDisplay::stop() const {
     ::kill(server_, SIGSTOP);
 }
 
-void XDisplay::go() const {
+void XDisplay::resume() const {
     ::kill(server_, SIGCONT);
 }
 
 void XDisplay::kill() {
     if (server_ == 0) return;
     ::kill(server_, SIGTERM);  // the server removes its socket when it ends
-    go();
+    resume();
     waitpid(server_, nullptr, 0);
     server_ = 0;
 }

@@ -15,7 +15,7 @@ struct Screenshot {
 };
 
 // Starts Xvfb on a free display and sets DISPLAY; the destructor ends the server and unsets the variable.
-// Each call below opens its own connection, so none depends on a stopped display.
+// Each call below opens its own connection to the server.
 class XDisplay {
   public:
     XDisplay(int width, int height);  // throws std::runtime_error
@@ -31,9 +31,9 @@ class XDisplay {
     void wheel(int x, int y, int steps) const;                    // over the window; > 0: away from the user
     void drag(int from_x, int from_y, int to_x, int to_y) const;  // in the window, left button
     void resize(int width, int height) const;
-    void close() const;  // as a window manager requests it
-    void stop() const;   // the server stops answering
-    void go() const;
+    void close() const;  // requests closing, as a window manager does
+    void stop() const;   // pauses the server, so that it does not answer
+    void resume() const;
     void kill();
 
   private:

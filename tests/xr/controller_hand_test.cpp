@@ -98,7 +98,7 @@ TEST_F(ControllerHand, PuncturesTheDuctAlongThePlannedPath) {
                         device.buttons(),
                         device.rearmAct(),
                         [&](const haptics::TickOutput& newest) {
-                            if (const auto felt = vibrations.take(newest)) port->vibrate(*felt);
+                            if (const auto felt = vibrations.update(newest)) port->vibrate(*felt);
                         }};
     const LoopTotals totals = runRealTime(attempt, session, std::move(pictures), clock, {.live = &hand});
     device.stop();
@@ -119,7 +119,7 @@ TEST_F(ControllerHand, PuncturesTheDuctAlongThePlannedPath) {
 // The tool pose must come from the controller named in the settings ("left"). The tool must disappear when
 // the OpenXR session is lost or ends, and reappear with the next session. The test runs single frames on the
 // mock runtime's virtual clock.
-TEST_F(ControllerHand, IsTheNamedHandsAndGoesAndComesWithTheSession) {
+TEST_F(ControllerHand, FollowsTheSelectedHandWhileTheSessionHasFocus) {
     const Pose left = gripAt(-0.05), right = gripAt(-0.10);
     play({{"left", {{"poses", {keyOf(0.0, left)}}}}, {"right", {{"poses", {keyOf(0.0, right)}}}}},
          {{{"frame", 12}, {"session_loss", {{"lost_after_s", 0}}}}});
@@ -131,7 +131,7 @@ TEST_F(ControllerHand, IsTheNamedHandsAndGoesAndComesWithTheSession) {
     ControllerPort& port = *settings.controllers;
     {
         FrameLoop loop(patient_, settings, path_);
-        Seen seen;
+        FrameState seen;
         seen.tick.patient_from_needle.position_m = {-0.05, 0.0, 0.0};
         std::uint32_t buttons = 0;
         const auto tool = [&] { return port.toolAt(0, buttons); };

@@ -11,11 +11,12 @@
 #include <memory>
 
 #include <gtest/gtest.h>
-#include <stb/stb_image.h>
 #include <vulkan/vulkan_raii.hpp>
 
+#include "base/statistics.h"
 #include "tests/support/duct_path.h"
 #include "tests/support/phantom.h"
+#include "tests/support/picture.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::trainer {
@@ -23,7 +24,7 @@ namespace {
 
 using patient::Tissue;
 
-// 100 mm of layers along +x, entered at x = 0, with a duct at 50 mm.
+// Layers along +x, 100 mm in total. The skin's surface is at x = 0, the duct at 50 mm.
 patient::Package layeredPhantom() {
     return test::makeSlabs({{Tissue::skin, 0.002},
                             {Tissue::soft, 0.018},
@@ -35,8 +36,8 @@ patient::Package layeredPhantom() {
 }
 
 // The needle on the path, with its tip at `depth_m` below the skin.
-Seen needleAt(double depth_m) {
-    Seen seen;
+FrameState needleAt(double depth_m) {
+    FrameState seen;
     haptics::TickOutput& shown = seen.tick;
     shown.patient_from_needle.position_m = {depth_m, 0.0, 0.0};
     shown.patient_from_needle.rotation =
@@ -52,23 +53,15 @@ struct GreyPicture {
 };
 
 GreyPicture loadGrey(const std::filesystem::path& file) {
-    GreyPicture picture;
-    int channels = 0;
-    const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
-        stbi_load(file.c_str(), &picture.width, &picture.height, &channels, 3), stbi_image_free);
-    if (!pixels) return picture;
-    for (int i = 0; i < picture.width * picture.height; ++i)
-        picture.grey.push_back((pixels.get()[3 * i] + pixels.get()[3 * i + 1] + pixels.get()[3 * i + 2]) /
-                               3.0);
-    return picture;
+    const test::Picture picture = test::loadPicture(file);
+    GreyPicture grey{picture.width, picture.height, {}};
+    for (std::size_t i = 0; i < picture.rgb.size(); i += 3)
+        grey.grey.push_back((picture.rgb[i] + picture.rgb[i + 1] + picture.rgb[i + 2]) / 3.0);
+    return grey;
 }
 
 double deviation(const std::vector<double>& values) {
-    double sum = 0.0, squares = 0.0;
-    for (const double v : values)
-        sum += v, squares += v * v;
-    const double n = double(values.size()), mean = sum / n;
-    return std::sqrt(std::max(0.0, squares / n - mean * mean));
+    return sampleDeviation(values, mean(values));
 }
 
 // Disparity of the patch around (x, y) in the left picture: how far to the left its best match lies in the
@@ -142,7 +135,7 @@ class FramesTest : public testing::Test {
     PictureSettings settings_;
 };
 
-TEST_F(FramesTest, MomentsAreCapturedInStereoTwiceInAProcess) {
+TEST_F(FramesTest, CapturesAreInStereoAndWorkTwiceInAProcess) {
     const Pose stage_from_patient = stageFromPatient(patient_, path_);
     const Pose stage_from_head = stageFromHead(stage_from_patient, path_, 1.0);
     for (int round = 0; round < 2; ++round) {
@@ -156,7 +149,7 @@ TEST_F(FramesTest, MomentsAreCapturedInStereoTwiceInAProcess) {
             ASSERT_EQ(right.height, 640);
             EXPECT_GT(deviation(left.grey), 5.0);
             EXPECT_GT(deviation(right.grey), 5.0);
-            // The entry point appears at its projected position, so its disparity shows that it is near.
+            // The entry point must have the disparity of its projected positions in both pictures.
             const Vec3 entry = stage_from_patient * path_.entry_m;
             const auto in_left = project(stage_from_head, 0, entry, 640);
             const auto in_right = project(stage_from_head, 1, entry, 640);
@@ -172,9 +165,9 @@ TEST_F(FramesTest, MomentsAreCapturedInStereoTwiceInAProcess) {
 
 // The head looks at the entry point, so the equipment's screens are not visible. A capture still saves
 // their pictures.
-TEST_F(FramesTest, AMomentKeepsWhatTheMachinesShow) {
+TEST_F(FramesTest, ACaptureSavesTheEquipmentPictures) {
     FrameLoop loop(patient_, settings_, path_);
-    Seen seen = needleAt(0.02);
+    FrameState seen = needleAt(0.02);
     seen.tick.probe_parked = true;
     seen.tick.patient_from_probe = {Quat{std::sqrt(0.5), 0.0, std::sqrt(0.5), 0.0}, Vec3(0.001, 0.0, 0.0)};
     seen.machines.xray.pedal = true;
@@ -190,7 +183,7 @@ TEST_F(FramesTest, AMomentKeepsWhatTheMachinesShow) {
     EXPECT_EQ(loop.totals().validation_messages, 0u);
 }
 
-TEST_F(FramesTest, TheEntryStaysInBothPictures) {
+TEST_F(FramesTest, TheEntryPointIsVisibleToBothEyes) {
     const Pose stage_from_patient = stageFromPatient(patient_, path_);
     EXPECT_NEAR((stage_from_patient * Vec3(0.0, -test::kSlabHalfWidth_m, 0.0)).y, kTableHeight_m, 0.001);
     // The patient's front is up, the right side faces the operator, and the head is to the operator's left.
@@ -211,7 +204,7 @@ TEST_F(FramesTest, TheEntryStaysInBothPictures) {
     }
 }
 
-TEST_F(FramesTest, AMomentThatWasNotShownIsSaidToHaveNoPicture) {
+TEST_F(FramesTest, ACaptureThatWasNotRenderedIsReported) {
     settings_.head_script = folder_ / "hidden.json";
     std::ofstream(settings_.head_script) << R"({"version": 1, "head": [{"t_s": 0, "position": [0, 1.5, 0]}],
                "session": [{"t_s": 0, "state": "synchronized"}]})";
@@ -225,10 +218,10 @@ TEST_F(FramesTest, AMomentThatWasNotShownIsSaidToHaveNoPicture) {
     EXPECT_EQ(loop.totals().rendered, 0u);
 }
 
-TEST_F(FramesTest, OtherRuntimesAreLeftAlone) {
-    EXPECT_TRUE(mockRuntimeChosen());
+TEST_F(FramesTest, OtherRuntimesAreNotTreatedAsTheMock) {
+    EXPECT_TRUE(isMockRuntimeSelected());
     setenv("XR_RUNTIME_JSON", "/nowhere/runtime.json", 1);
-    EXPECT_FALSE(mockRuntimeChosen());
+    EXPECT_FALSE(isMockRuntimeSelected());
 }
 
 }  // namespace

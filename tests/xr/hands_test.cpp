@@ -7,7 +7,7 @@
 namespace stylet::xr {
 namespace {
 
-TEST(Pinch, HoldsBetweenTheTwoDistances) {
+TEST(Pinch, StaysClosedBetweenTheTwoDistances) {
     Pinch pinch;
     EXPECT_FALSE(pinch.update(0.030));
     EXPECT_TRUE(pinch.update(0.019));
@@ -16,27 +16,27 @@ TEST(Pinch, HoldsBetweenTheTwoDistances) {
     EXPECT_FALSE(pinch.update(0.021));
 }
 
-TEST(Pinch, OneFingerAtATimeTheFirstUntilItHasGone) {
+TEST(Pinch, OnlyOneFingerPinchesAtATime) {
     Pinches pinches;
-    const auto held = [&](double index_m, double middle_m, double ring_m) {
+    const auto closed = [&](double index_m, double middle_m, double ring_m) {
         pinches.update({index_m, middle_m, ring_m});
-        return std::array{pinches.holds(PinchFinger::index), pinches.holds(PinchFinger::middle),
-                          pinches.holds(PinchFinger::ring)};
+        return std::array{pinches.isClosed(PinchFinger::index), pinches.isClosed(PinchFinger::middle),
+                          pinches.isClosed(PinchFinger::ring)};
     };
-    using HeldFingers = std::array<bool, kPinchFingers>;
-    EXPECT_EQ(held(0.05, 0.05, 0.05), (HeldFingers{}));
-    EXPECT_EQ(held(0.018, 0.012, 0.019), (HeldFingers{false, true, false})) << "the nearest";
-    EXPECT_EQ(held(0.010, 0.030, 0.050), (HeldFingers{false, true, false}));
-    EXPECT_EQ(held(0.010, 0.040, 0.050), (HeldFingers{true, false, false}));
-    EXPECT_EQ(held(INFINITY, INFINITY, 0.010), (HeldFingers{false, false, true}));
-    EXPECT_EQ(held(INFINITY, INFINITY, INFINITY), (HeldFingers{}));
+    using ClosedFingers = std::array<bool, kPinchFingers>;
+    EXPECT_EQ(closed(0.05, 0.05, 0.05), (ClosedFingers{}));
+    EXPECT_EQ(closed(0.018, 0.012, 0.019), (ClosedFingers{false, true, false})) << "the nearest";
+    EXPECT_EQ(closed(0.010, 0.030, 0.050), (ClosedFingers{false, true, false}));
+    EXPECT_EQ(closed(0.010, 0.040, 0.050), (ClosedFingers{true, false, false}));
+    EXPECT_EQ(closed(INFINITY, INFINITY, 0.010), (ClosedFingers{false, false, true}));
+    EXPECT_EQ(closed(INFINITY, INFINITY, INFINITY), (ClosedFingers{}));
 }
 
 // Palms down, fingers forward: the palm joints are not rotated.
 TEST(Hands, AGripPointsFromTheLittleFingerToTheThumb) {
     const Pose palm{{0, 0, 0, 1}, {1, 2, 3}};
     for (const int side : {0, 1}) {
-        const Pose grip = gripOfPalm(palm, side);
+        const Pose grip = gripFromPalm(palm, side);
         EXPECT_EQ(grip.position, palm.position);
         const auto thumbward = rotate(grip, {0, 0, -1});
         EXPECT_NEAR(thumbward[0], side == 0 ? 1 : -1, 1e-12) << "thumbs point to one another";

@@ -1,5 +1,5 @@
-// Runs the frame loop through everything that can happen to a headset, as scenarios of the mock runtime on
-// its virtual clock. Checks the calls in the runtime's log.
+// Runs the frame loop on the mock runtime's virtual clock. The scenarios cover everything that can happen to
+// a headset. Checks the calls in the runtime's log.
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -9,7 +9,6 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <stb/stb_image.h>
 
 #include "app/trainer/attempt/staging.h"
 #include "app/trainer/display/frames.h"
@@ -17,6 +16,7 @@
 #include "render/render.h"
 #include "tests/support/duct_path.h"
 #include "tests/support/phantom.h"
+#include "tests/support/picture.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::trainer {
@@ -29,30 +29,17 @@ patient::Package thinPhantom() {
     return test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::liver, 0.05}, {Tissue::duct, 0.006}}, 0.002);
 }
 
-Seen outside() {
-    Seen seen;
+FrameState outside() {
+    FrameState seen;
     seen.tick.patient_from_needle.position_m = {-0.01, 0.0, 0.0};
     return seen;
 }
 
-json posed(const Pose& p) {
+json headKeys(const Pose& p) {
     const Vec3& at = p.position_m;
     const Quat& q = p.rotation;
     return json::array(
         {{{"t_s", 0}, {"position", {at.x, at.y, at.z}}, {"orientation", {q.x, q.y, q.z, q.w}}}});
-}
-
-struct ColourPicture {
-    int width = 0, height = 0;
-    std::vector<std::uint8_t> rgb;
-};
-ColourPicture loadColour(const std::filesystem::path& file) {
-    ColourPicture picture;
-    int channels = 0;
-    const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
-        stbi_load(file.c_str(), &picture.width, &picture.height, &channels, 3), stbi_image_free);
-    if (pixels) picture.rgb.assign(pixels.get(), pixels.get() + 3 * picture.width * picture.height);
-    return picture;
 }
 
 class HeadsetTest : public testing::Test {
@@ -77,7 +64,7 @@ class HeadsetTest : public testing::Test {
     void play(const std::string& extra, int size = 128) {
         json scenario{{"version", 2},
                       {"eyes", {{"recommended_size", {size, size}}}},
-                      {"head", posed(stageFromEyes({0.0, 1.6, 0.0}, {0.0, 1.0, -0.6}))}};
+                      {"head", headKeys(stageFromEyes({0.0, 1.6, 0.0}, {0.0, 1.0, -0.6}))}};
         scenario.update(json::parse(extra));
         std::ofstream(folder_ / "scenario.json") << scenario;
         setenv("XRMOCK_SCENARIO", (folder_ / "scenario.json").c_str(), 1);
@@ -85,9 +72,9 @@ class HeadsetTest : public testing::Test {
     void show(int frames, const std::string& moment = "") {
         if (!loop_) loop_.emplace(patient_, settings_, path_);
         for (int i = 0; i < frames; ++i)
-            more_ = loop_->frame(seen_, nullptr, i + 1 == frames ? moment : "");
+            running_ = loop_->frame(seen_, nullptr, i + 1 == frames ? moment : "");
     }
-    std::vector<json> logged(const std::string& key) const {
+    std::vector<json> readLog(const std::string& key) const {
         std::vector<json> lines;
         std::ifstream log(folder_ / "log.jsonl");
         for (std::string line; std::getline(log, line);)
@@ -95,13 +82,13 @@ class HeadsetTest : public testing::Test {
         return lines;
     }
     int calls(const std::string& name) const {
-        const std::vector<json> all = logged("call");
+        const std::vector<json> all = readLog("call");
         return int(std::count_if(all.begin(), all.end(), [&](const json& c) { return c["call"] == name; }));
     }
     // The types of each frame's layers, such as "projection quad".
     std::vector<std::string> layers() const {
         std::vector<std::string> all;
-        for (const json& frame : logged("frame")) {
+        for (const json& frame : readLog("frame")) {
             std::string types;
             for (const json& layer : frame["layers"])
                 types += (types.empty() ? "" : " ") + layer["type"].get<std::string>();
@@ -115,13 +102,13 @@ class HeadsetTest : public testing::Test {
     const patient::PlannedPath path_ = test::ductPath();
     test::TempFolder folder_;
     PictureSettings settings_;
-    Seen seen_ = outside();
+    FrameState seen_ = outside();
     std::optional<FrameLoop> loop_;
-    bool more_ = true;
+    bool running_ = true;
 };
 
 // HZ-RECORD-12
-TEST_F(HeadsetTest, ALostSessionIsMadeAnewAndTheAttemptDoesNotEnd) {
+TEST_F(HeadsetTest, ALostSessionIsRecreatedAndTheAttemptContinues) {
     play(R"({"events": [{"frame": 6, "session_loss": {"lost_after_s": 0}}]})");
     show(5);
     EXPECT_EQ(loop_->attention(), Attention::focused);
@@ -131,7 +118,7 @@ TEST_F(HeadsetTest, ALostSessionIsMadeAnewAndTheAttemptDoesNotEnd) {
     bool was_absent = false;
     for (int i = 0; i < 10; ++i) {
         show(1);
-        EXPECT_TRUE(more_);
+        EXPECT_TRUE(running_);
         was_absent |= loop_->attention() == Attention::absent;
     }
     EXPECT_TRUE(was_absent);
@@ -144,14 +131,14 @@ TEST_F(HeadsetTest, ALostSessionIsMadeAnewAndTheAttemptDoesNotEnd) {
     EXPECT_EQ(calls("xrDestroyInstance"), 2);
 }
 
-TEST_F(HeadsetTest, ALostInstanceIsWaitedForUntilTheRuntimeIsBack) {
+TEST_F(HeadsetTest, AfterInstanceLossItRetriesUntilTheRuntimeIsBack) {
     play(R"({"events": [{"frame": 6, "instance_loss": {"lost_after_s": 0}}]})");
     show(5);
     setenv("XR_RUNTIME_JSON", "/nowhere/runtime.json", 1);
     testing::internal::CaptureStderr();
     show(8);
     const std::string away = testing::internal::GetCapturedStderr();
-    EXPECT_TRUE(more_);
+    EXPECT_TRUE(running_);
     EXPECT_EQ(loop_->attention(), Attention::absent);
     EXPECT_NE(away.find("the headset was lost"), std::string::npos) << away;
     EXPECT_NE(away.find("still no headset"), std::string::npos) << away;
@@ -163,7 +150,7 @@ TEST_F(HeadsetTest, ALostInstanceIsWaitedForUntilTheRuntimeIsBack) {
     EXPECT_EQ(loop_->totals().headsets_found_again, 1u);
 }
 
-TEST_F(HeadsetTest, WhoLooksAwayIsToldThatTheAttemptWaits) {
+TEST_F(HeadsetTest, LosingFocusShowsThatTheAttemptIsPaused) {
     play(R"({"events": [{"frame": 8, "session": "visible"}, {"frame": 14, "session": "focused"}]})", 320);
     show(6);
     EXPECT_EQ(loop_->attention(), Attention::focused);
@@ -175,8 +162,8 @@ TEST_F(HeadsetTest, WhoLooksAwayIsToldThatTheAttemptWaits) {
     EXPECT_EQ(shown[5], "projection");
     EXPECT_EQ(shown[10], "projection quad");
     EXPECT_EQ(shown.back(), "projection");
-    // The panel's dark glass below the gaze, with amber and light letters.
-    const ColourPicture picture = loadColour(folder_ / "paused_left.png");
+    // The panel below the centre of view is dark, with amber and light letters.
+    const test::Picture picture = test::loadPicture(folder_ / "paused_left.png");
     ASSERT_EQ(picture.width, 320);
     int amber = 0, light = 0, dark = 0;
     for (int y = 100; y < 260; ++y)
@@ -193,7 +180,7 @@ TEST_F(HeadsetTest, WhoLooksAwayIsToldThatTheAttemptWaits) {
 }
 
 // HZ-FORCE-12
-TEST_F(HeadsetTest, AHeadsetTakenOffIsNobodyLooking) {
+TEST_F(HeadsetTest, ARemovedHeadsetCountsAsAbsentUser) {
     play(R"({"events": [{"frame": 6, "user_presence": false}, {"frame": 10, "user_presence": true}]})");
     show(5);
     EXPECT_EQ(loop_->attention(), Attention::focused);
@@ -203,7 +190,7 @@ TEST_F(HeadsetTest, AHeadsetTakenOffIsNobodyLooking) {
     EXPECT_EQ(loop_->attention(), Attention::focused);
 }
 
-TEST_F(HeadsetTest, AFaultIsSaidBeforeTheEyes) {
+TEST_F(HeadsetTest, AFaultIsShownInTheHeadset) {
     show(5);
     seen_.tick.stage = haptics::ForceStage::off;
     seen_.tick.faults = haptics::kFaultOverSpeed;
@@ -214,7 +201,7 @@ TEST_F(HeadsetTest, AFaultIsSaidBeforeTheEyes) {
     EXPECT_EQ(layers().back(), "projection");
 }
 
-TEST_F(HeadsetTest, AFrameNobodySeesIsSubmittedEmptyAndNotDrawn) {
+TEST_F(HeadsetTest, AnInvisibleFrameIsSubmittedEmptyAndNotRendered) {
     play(R"({"events": [{"frame": 7, "frames": {"not_rendered": true, "count": 3}}]})");
     show(12);
     const FrameTotals totals = loop_->totals();
@@ -225,14 +212,14 @@ TEST_F(HeadsetTest, AFrameNobodySeesIsSubmittedEmptyAndNotDrawn) {
     EXPECT_EQ(shown[10], "projection");
 }
 
-TEST_F(HeadsetTest, TheRuntimeMayEndIt) {
+TEST_F(HeadsetTest, TheRuntimeCanEndTheLoop) {
     play(R"({"exit_after_frames": 6})");
-    for (int i = 0; i < 20 && more_; ++i)
+    for (int i = 0; i < 20 && running_; ++i)
         show(1);
-    EXPECT_FALSE(more_);
+    EXPECT_FALSE(running_);
 }
 
-TEST_F(HeadsetTest, DepthGoesToTheRuntimeAndViewsAreOnTime) {
+TEST_F(HeadsetTest, DepthAndLateViewsAreSubmitted) {
     setenv("XRMOCK_REPORT", (folder_ / "report").c_str(), 1);
     play(R"({"head": [{"t_s": 0, "position": [0, 1.6, 0]}, {"t_s": 5, "position": [0.5, 1.5, 0]}],
              "assertions": [{"every_frame_has": "depth"},
@@ -248,10 +235,10 @@ TEST_F(HeadsetTest, DepthGoesToTheRuntimeAndViewsAreOnTime) {
     EXPECT_NE(text.find("failures=\"0\""), std::string::npos) << text;
 }
 
-// With a registered device, the room's origin follows the device. Recentring the runtime changes the
-// meaning of poses: the picture must stay, and the force is off until the user confirms.
+// With a registered device, the room's origin follows the device. Recentring moves the origin of the
+// runtime's poses. The picture must stay in place, and the force is off until the user confirms.
 // HZ-FORCE-13
-TEST_F(HeadsetTest, ARoomThatMovedIsDrawnWhereItWasAndItsUserIsAsked) {
+TEST_F(HeadsetTest, AfterRecentringTheSceneStaysInPlaceAndAsksForConfirmation) {
     Registration device;
     device.key = {"bridge", "bridge", "stage", ""};
     device.stage_from_device = {Quat{std::cos(0.15), 0.0, std::sin(0.15), 0.0}, {0.05, 1.05, -0.55}};
@@ -279,8 +266,8 @@ TEST_F(HeadsetTest, ARoomThatMovedIsDrawnWhereItWasAndItsUserIsAsked) {
     EXPECT_EQ(loop_->attention(), Attention::focused);
     EXPECT_EQ(layers().back(), "projection");
     show(1, "confirmed");
-    const ColourPicture before = loadColour(folder_ / "before_left.png"),
-                        now = loadColour(folder_ / "confirmed_left.png");
+    const test::Picture before = test::loadPicture(folder_ / "before_left.png"),
+                        now = test::loadPicture(folder_ / "confirmed_left.png");
     ASSERT_EQ(before.rgb.size(), now.rgb.size());
     double squares = 0.0;
     for (std::size_t i = 0; i < now.rgb.size(); ++i)
@@ -289,7 +276,7 @@ TEST_F(HeadsetTest, ARoomThatMovedIsDrawnWhereItWasAndItsUserIsAsked) {
 }
 
 // With passthrough, the patient lies in the real room. Pixels without an object must be transparent.
-TEST_F(HeadsetTest, TheRealRoomIsSeenBehindWhatIsDrawn) {
+TEST_F(HeadsetTest, PassthroughPixelsAreTransparent) {
     settings_.config.passthrough = true;
     const std::string aside =
         R"("head": [{"t_s": 0, "position": [0, 1.6, 0.5], "orientation": [0.17, 0, 0, 0.985]}])";
@@ -299,7 +286,7 @@ TEST_F(HeadsetTest, TheRealRoomIsSeenBehindWhatIsDrawn) {
              200);
         loop_.reset();
         show(8, "above");
-        const ColourPicture picture = loadColour(folder_ / "above_left.png");
+        const test::Picture picture = test::loadPicture(folder_ / "above_left.png");
         int nothing = 0;
         for (std::size_t i = 0; i < picture.rgb.size(); i += 3)
             nothing += picture.rgb[i] + picture.rgb[i + 1] + picture.rgb[i + 2] == 0;
@@ -311,9 +298,9 @@ TEST_F(HeadsetTest, TheRealRoomIsSeenBehindWhatIsDrawn) {
     }
 }
 
-// The equipment's screen is a layer below the picture, which is transparent there. The colours stay for
-// viewers of the picture alone.
-TEST_F(HeadsetTest, AScreenIsALayerBeneathThePicture) {
+// The screen is a quad layer below the rendered image. The image is transparent at the screen but keeps its
+// colours, so that it is complete without the quad layer.
+TEST_F(HeadsetTest, AScreenIsAQuadLayerBeneathTheProjectionLayer) {
     render::Gpu gpu{render::GpuSettings{}};
     render::Renderer renderer(gpu, {}, settings_.assets);
     renderer.setPatient(patient_);
@@ -339,10 +326,10 @@ TEST_F(HeadsetTest, AScreenIsALayerBeneathThePicture) {
     const double share = glass.width_m * glass.height_m / std::pow(2.0 * 0.6 * std::tan(0.7), 2);
     EXPECT_NEAR(through, share * 200 * 200, 0.1 * share * 200 * 200);
 
-    play(json{{"head", posed(eye)}}.dump(), 320);
+    play(json{{"head", headKeys(eye)}}.dump(), 320);
     show(8, "monitor");
     EXPECT_EQ(layers().back(), "quad projection");
-    const ColourPicture seen = loadColour(folder_ / "monitor_left.png");
+    const test::Picture seen = test::loadPicture(folder_ / "monitor_left.png");
     int amber = 0;
     for (std::size_t i = 0; i < seen.rgb.size(); i += 3)
         amber += seen.rgb[i] > 200 && seen.rgb[i + 2] < 120;

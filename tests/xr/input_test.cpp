@@ -1,10 +1,10 @@
-// Scenarios with controllers of every vendor, tracked hands, and hand poses at any time.
+// Tests input with controllers of every vendor, tracked hands, and grip poses at any time.
 #include <atomic>
 #include <thread>
 
 #include <time.h>
 
-#include "show.h"
+#include "render_loop.h"
 
 namespace stylet::xr {
 namespace {
@@ -60,16 +60,16 @@ TEST_F(InputTest, EveryControllersButtonsAreRead) {
                       "grip_from_aim": {"position": [0, 0.02, -0.05]},
                       "values": )" +
                     valuesOf(held, held.menu_right) + "}}");
-        Show show;
-        EXPECT_THAT(show.session.notes(), IsEmpty());
-        ASSERT_TRUE(show.reach(SessionPhase::focused));
-        show.run(2);
-        EXPECT_EQ(show.session.facts().profiles[1], profile);
-        EXPECT_FALSE(show.session.hand(1).select);
-        EXPECT_FALSE(show.session.hand(0).menu);
-        show.run(30);
+        RenderLoop loop;
+        EXPECT_THAT(loop.session.notes(), IsEmpty());
+        ASSERT_TRUE(loop.runUntil(SessionPhase::focused));
+        loop.run(2);
+        EXPECT_EQ(loop.session.facts().profiles[1], profile);
+        EXPECT_FALSE(loop.session.hand(1).select);
+        EXPECT_FALSE(loop.session.hand(0).menu);
+        loop.run(30);
         for (const int side : {0, 1}) {
-            const Hand hand = show.session.hand(side);
+            const Hand hand = loop.session.hand(side);
             EXPECT_TRUE(hand.active);
             EXPECT_FALSE(hand.bare);
             EXPECT_TRUE(hand.select);
@@ -79,13 +79,13 @@ TEST_F(InputTest, EveryControllersButtonsAreRead) {
             EXPECT_FLOAT_EQ(hand.thumbstick[0], *held.stick ? 0.5f : 0.0f);
             EXPECT_FLOAT_EQ(hand.thumbstick[1], *held.stick ? -0.25f : 0.0f);
         }
-        const Hand right = show.session.hand(1);
+        const Hand right = loop.session.hand(1);
         ASSERT_TRUE(right.stage_from_grip && right.stage_from_aim);
         EXPECT_NEAR(right.stage_from_grip->position[2], -0.5, 1e-6);
         EXPECT_NEAR(right.stage_from_aim->position[1], 1.27, 1e-6);
         EXPECT_NEAR(right.stage_from_aim->position[2], -0.55, 1e-6);
-        show.session.pulse(1, 0.5f, 20'000'000);
-        show.frame();
+        loop.session.pulse(1, 0.5f, 20'000'000);
+        loop.frame();
     }
     int pulses = 0;
     for (const auto& frame : frames())
@@ -93,64 +93,64 @@ TEST_F(InputTest, EveryControllersButtonsAreRead) {
     EXPECT_EQ(pulses, int(std::size(kHeld)));
 }
 
-TEST_F(InputTest, ProfilesOfExtensionsAreSuggestedOnlyWhereGranted) {
+TEST_F(InputTest, ExtensionProfilesAreSuggestedOnlyIfGranted) {
     setVariable("XRMOCK_WITHHOLD",
                 "XR_BD_controller_interaction XR_FB_touch_controller_pro XR_META_touch_controller_plus "
                 "XR_EXT_hp_mixed_reality_controller XR_HTC_vive_focus3_controller_interaction");
     {
-        Show show;
-        EXPECT_THAT(show.session.notes(), IsEmpty());
-        EXPECT_THAT(show.session.facts().extensions, testing::Not(Contains("XR_BD_controller_interaction")));
+        RenderLoop loop;
+        EXPECT_THAT(loop.session.notes(), IsEmpty());
+        EXPECT_THAT(loop.session.facts().extensions, testing::Not(Contains("XR_BD_controller_interaction")));
     }
     EXPECT_EQ(calls("xrSuggestInteractionProfileBindings").size(), 5u);
 }
 
-TEST_F(InputTest, OneUnknownButtonDoesNotCostTheController) {
-    // Rejects the first suggestion, the complete simple controller, and the second of its single buttons:
-    // vibration.
+TEST_F(InputTest, AnUnknownButtonDoesNotDisableTheController) {
+    // The runtime refuses two suggestions. The first has all bindings of the simple controller. The fourth
+    // adds its second optional binding, vibration.
     useScenario(R"("events": [
         {"t_s": 0, "refuse": {"call": "xrSuggestInteractionProfileBindings", "nth": 1, "result": "XR_ERROR_PATH_UNSUPPORTED"}},
         {"t_s": 0, "refuse": {"call": "xrSuggestInteractionProfileBindings", "nth": 4, "result": "XR_ERROR_PATH_UNSUPPORTED"}}],
         "controllers": {"left": {"values": [{"t_s": 0, "menu/click": true, "select/click": true}]}})");
-    Show show;
-    ASSERT_EQ(show.session.notes().size(), 1u);
-    EXPECT_THAT(show.session.notes()[0],
+    RenderLoop loop;
+    ASSERT_EQ(loop.session.notes().size(), 1u);
+    EXPECT_THAT(loop.session.notes()[0],
                 HasSubstr("simple_controller goes without /user/hand/left/output/haptic"));
-    ASSERT_TRUE(show.reach(SessionPhase::focused));
-    show.run(3);
-    EXPECT_EQ(show.session.facts().profiles[0], "/interaction_profiles/khr/simple_controller");
-    EXPECT_TRUE(show.session.hand(0).select);
-    EXPECT_TRUE(show.session.hand(0).menu);
-    EXPECT_TRUE(show.session.hand(0).stage_from_aim.has_value());
+    ASSERT_TRUE(loop.runUntil(SessionPhase::focused));
+    loop.run(3);
+    EXPECT_EQ(loop.session.facts().profiles[0], "/interaction_profiles/khr/simple_controller");
+    EXPECT_TRUE(loop.session.hand(0).select);
+    EXPECT_TRUE(loop.session.hand(0).menu);
+    EXPECT_TRUE(loop.session.hand(0).stage_from_aim.has_value());
 }
 
-TEST_F(InputTest, ARefusedProfileCostsOnlyItself) {
-    // Rejects the simple controller, both complete and with only its essential parts.
+TEST_F(InputTest, ARefusedProfileDoesNotAffectTheOthers) {
+    // The runtime refuses the simple controller, with all bindings and with only the required ones.
     useScenario(R"("events": [{"t_s": 0, "refuse": {"call": "xrSuggestInteractionProfileBindings", "times": 2,
         "result": "XR_ERROR_PATH_UNSUPPORTED"}}],
         "controllers": {"profile": "/interaction_profiles/htc/vive_controller", "right": {}})");
-    Show show;
-    ASSERT_EQ(show.session.notes().size(), 1u);
+    RenderLoop loop;
+    ASSERT_EQ(loop.session.notes().size(), 1u);
     EXPECT_THAT(
-        show.session.notes()[0],
+        loop.session.notes()[0],
         HasSubstr("XR_ERROR_PATH_UNSUPPORTED: the runtime takes no /interaction_profiles/khr/simple"));
-    show.run(8);
-    EXPECT_EQ(show.session.facts().profiles[1], "/interaction_profiles/htc/vive_controller");
-    EXPECT_TRUE(show.session.hand(1).active);
+    loop.run(8);
+    EXPECT_EQ(loop.session.facts().profiles[1], "/interaction_profiles/htc/vive_controller");
+    EXPECT_TRUE(loop.session.hand(1).active);
 }
 
-TEST_F(InputTest, NothingIsReadWithoutTheFocus) {
+TEST_F(InputTest, WithoutFocusNoInputIsRead) {
     useScenario(R"("session": [{"t_s": 0, "state": "focused"}, {"t_s": 1.15, "state": "visible"}],
         "controllers": {"right": {"values": [{"t_s": 0, "select/click": true}]}})");
-    Show show;
-    ASSERT_TRUE(show.reach(SessionPhase::focused));
-    show.frame();
-    EXPECT_TRUE(show.session.hand(1).select);
-    ASSERT_TRUE(show.reach(SessionPhase::visible, 40));
-    show.frame();
-    EXPECT_FALSE(show.session.hand(1).active);
-    EXPECT_FALSE(show.session.hand(1).select);
-    EXPECT_FALSE(show.session.gripAt(1, 0).has_value());
+    RenderLoop loop;
+    ASSERT_TRUE(loop.runUntil(SessionPhase::focused));
+    loop.frame();
+    EXPECT_TRUE(loop.session.hand(1).select);
+    ASSERT_TRUE(loop.runUntil(SessionPhase::visible, 40));
+    loop.frame();
+    EXPECT_FALSE(loop.session.hand(1).active);
+    EXPECT_FALSE(loop.session.hand(1).select);
+    EXPECT_FALSE(loop.session.gripAt(1, 0).has_value());
 }
 
 TEST_F(InputTest, ABareHandGripsAndPinches) {
@@ -162,31 +162,31 @@ TEST_F(InputTest, ABareHandGripsAndPinches) {
                   {"t_s": 1.5, "thumb": 0.75, "index": 0.65},
                   {"t_s": 1.6, "thumb": 0, "index": 0}],
         "tracked": [{"t_s": 0, "tracked": true}, {"t_s": 1.8, "tracked": false}]}})");
-    Show show;
-    ASSERT_TRUE(show.reach(SessionPhase::focused));
-    show.frame();
-    const Hand open = show.session.hand(1);
-    EXPECT_FALSE(show.session.hand(0).active);
+    RenderLoop loop;
+    ASSERT_TRUE(loop.runUntil(SessionPhase::focused));
+    loop.frame();
+    const Hand open = loop.session.hand(1);
+    EXPECT_FALSE(loop.session.hand(0).active);
     ASSERT_TRUE(open.active && open.bare);
     EXPECT_FALSE(open.select);
     ASSERT_TRUE(open.stage_from_grip && open.stage_from_aim);
     EXPECT_NEAR(open.stage_from_grip->position[0], 0.2, 1e-5);
     EXPECT_LT(open.stage_from_aim->position[2], -0.45) << "the fingers are ahead of the palm";
-    const auto at = show.session.gripAt(1, 0);
+    const auto at = loop.session.gripAt(1, 0);
     ASSERT_TRUE(at.has_value());
     EXPECT_NEAR(at->position[1], 1.2, 1e-5);
     bool pinched = false, let_go = false;
     for (int i = 0; i < 60; ++i) {
-        show.run(1);
-        pinched |= show.session.hand(1).select;
-        let_go |= pinched && !show.session.hand(1).select;
+        loop.run(1);
+        pinched |= loop.session.hand(1).select;
+        let_go |= pinched && !loop.session.hand(1).select;
     }
     EXPECT_TRUE(pinched);
     EXPECT_TRUE(let_go);
-    EXPECT_FALSE(show.session.hand(1).menu);
-    show.run(40);
-    EXPECT_FALSE(show.session.hand(1).active);
-    EXPECT_FALSE(show.session.gripAt(1, 0).has_value());
+    EXPECT_FALSE(loop.session.hand(1).menu);
+    loop.run(40);
+    EXPECT_FALSE(loop.session.hand(1).active);
+    EXPECT_FALSE(loop.session.gripAt(1, 0).has_value());
 }
 
 // The thumb touches the middle finger, then the ring finger.
@@ -204,35 +204,35 @@ TEST_F(InputTest, ABareHandHasAMenuAndASqueeze) {
     useScenario(R"("controllers": {}, "hands": {"left": {"joints": [{"t_s": 0, "joints": )" +
                 joints(kMiddleTip) + R"(}, {"t_s": 1.5, "joints": )" + joints(kMiddleTip) +
                 R"(}, {"t_s": 1.6, "joints": )" + joints(kRingTip) + "}]}}");
-    Show show;
-    ASSERT_TRUE(show.reach(SessionPhase::focused));
-    show.frame();
-    EXPECT_TRUE(show.session.hand(0).menu);
-    EXPECT_EQ(show.session.hand(0).squeeze, 0.0f);
-    EXPECT_FALSE(show.session.hand(0).select);
-    show.run(80);
-    EXPECT_FALSE(show.session.hand(0).menu);
-    EXPECT_EQ(show.session.hand(0).squeeze, 1.0f);
+    RenderLoop loop;
+    ASSERT_TRUE(loop.runUntil(SessionPhase::focused));
+    loop.frame();
+    EXPECT_TRUE(loop.session.hand(0).menu);
+    EXPECT_EQ(loop.session.hand(0).squeeze, 0.0f);
+    EXPECT_FALSE(loop.session.hand(0).select);
+    loop.run(80);
+    EXPECT_FALSE(loop.session.hand(0).menu);
+    EXPECT_EQ(loop.session.hand(0).squeeze, 1.0f);
 }
 
-TEST_F(InputTest, HandsAreOfferedByTheSystemOrNotAtAll) {
+TEST_F(InputTest, HandTrackingNeedsSystemSupport) {
     useScenario(R"("controllers": {}, "hands": {"supported": false})");
     {
-        Show show;
-        show.run(10);
-        EXPECT_FALSE(show.session.hand(0).active);
+        RenderLoop loop;
+        loop.run(10);
+        EXPECT_FALSE(loop.session.hand(0).active);
     }
     EXPECT_THAT(calls("xrCreateHandTrackerEXT"), IsEmpty());
 }
 
-// A tool pose that is read a thousand times per second while frames begin and end.
-TEST_F(InputTest, AGripIsFoundFromAnyThreadAtAnyTime) {
+// A second thread reads the grip pose continuously while frames begin and end.
+TEST_F(InputTest, GripPosesCanBeReadFromAnyThreadAtAnyTime) {
     useScenario(R"("controllers": {"right": {"poses": [{"t_s": 0, "position": [0, 1, 0]},
         {"t_s": 100, "position": [100, 1, 0]}]}})");
     setVariable("XRMOCK_CLOCK", "real");
-    Show show(SessionSettings{});
-    ASSERT_TRUE(show.reach(SessionPhase::focused, 400));
-    show.frame();
+    RenderLoop loop(SessionSettings{});
+    ASSERT_TRUE(loop.runUntil(SessionPhase::focused, 400));
+    loop.frame();
     std::atomic<bool> stop{false};
     std::atomic<int> found{0}, wrong{0};
     std::thread reader([&] {
@@ -242,7 +242,7 @@ TEST_F(InputTest, AGripIsFoundFromAnyThreadAtAnyTime) {
             timespec now{};
             clock_gettime(CLOCK_MONOTONIC, &now);
             const std::int64_t now_ns = std::int64_t(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-            const auto pose = show.session.gripAt(1, now_ns);
+            const auto pose = loop.session.gripAt(1, now_ns);
             if (!pose) continue;
             // The hand moves at one metre per second, and the reported poses must too.
             const double moved_m = pose->position[0] - before_m;
@@ -252,9 +252,9 @@ TEST_F(InputTest, AGripIsFoundFromAnyThreadAtAnyTime) {
             ++found;
         }
     });
-    show.run(20);
-    const Frame frame = show.frame();
-    const auto shown_at = show.session.monotonic_ns(frame.predicted_display_time_ns);
+    loop.run(20);
+    const Frame frame = loop.frame();
+    const auto shown_at = loop.session.monotonic_ns(frame.predicted_display_time_ns);
     stop = true;
     reader.join();
     EXPECT_GT(found, 10);
@@ -262,24 +262,24 @@ TEST_F(InputTest, AGripIsFoundFromAnyThreadAtAnyTime) {
     EXPECT_EQ(shown_at, frame.predicted_display_time_ns) << "this runtime's time is CLOCK_MONOTONIC";
 }
 
-TEST_F(InputTest, AVirtualClockHasNoTimeOfOurs) {
-    Show show;
-    ASSERT_TRUE(show.reach(SessionPhase::focused));
-    const Frame frame = show.frame();
-    EXPECT_FALSE(show.session.monotonic_ns(frame.predicted_display_time_ns).has_value());
-    const auto grip = show.session.gripAt(1, 12345);
+TEST_F(InputTest, AVirtualClockHasNoMonotonicTime) {
+    RenderLoop loop;
+    ASSERT_TRUE(loop.runUntil(SessionPhase::focused));
+    const Frame frame = loop.frame();
+    EXPECT_FALSE(loop.session.monotonic_ns(frame.predicted_display_time_ns).has_value());
+    const auto grip = loop.session.gripAt(1, 12345);
     ASSERT_TRUE(grip.has_value());
     EXPECT_NEAR(grip->position[0], 0.25, 1e-6);
 }
 
-TEST_F(InputTest, WithoutTheClocksExtensionAGripIsOfTheLastFrame) {
+TEST_F(InputTest, WithoutTimeConversionTheGripIsThatOfTheLastFrame) {
     setVariable("XRMOCK_WITHHOLD", "XR_KHR_convert_timespec_time");
-    Show show(SessionSettings{});
-    EXPECT_FALSE(show.session.gripAt(1, 12345).has_value()) << "there was no frame yet";
-    ASSERT_TRUE(show.reach(SessionPhase::focused));
-    show.frame();
-    EXPECT_TRUE(show.session.gripAt(1, 12345).has_value());
-    EXPECT_FALSE(show.session.monotonic_ns(1'000'000'000).has_value());
+    RenderLoop loop(SessionSettings{});
+    EXPECT_FALSE(loop.session.gripAt(1, 12345).has_value()) << "there was no frame yet";
+    ASSERT_TRUE(loop.runUntil(SessionPhase::focused));
+    loop.frame();
+    EXPECT_TRUE(loop.session.gripAt(1, 12345).has_value());
+    EXPECT_FALSE(loop.session.monotonic_ns(1'000'000'000).has_value());
 }
 
 }  // namespace

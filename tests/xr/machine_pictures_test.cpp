@@ -1,6 +1,6 @@
-// The equipment's screens: made only when visible, no more often than sound and X-ray tube allow, and kept
-// otherwise.
-#include "app/trainer/view/machine_pictures.h"
+// The pictures on the equipment's screens. They are rendered only while visible, and no more often than the
+// speed of sound and the X-ray pulses allow. Otherwise the last picture stays.
+#include "app/trainer/view/equipment_pictures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,17 +16,17 @@ namespace {
 
 using patient::Tissue;
 
-constexpr render::ScreensSeen kBoth{true, true, false};
+constexpr render::VisibleScreens kBoth{true, true, false};
 
 class MachinePicturesTest : public testing::Test {
   protected:
-    // Entered along +x at x = 0. The probe's +z points into the body.
+    // The body begins at x = 0 and extends along +x. The probe's +z points into the body.
     MachinePicturesTest() {
         moment_.patient_from_probe =
             Pose{Quat{std::sqrt(0.5), 0.0, std::sqrt(0.5), 0.0}, Vec3(0.001, 0.0, 0.0)};
         moment_.patient_from_isocentre.position_m = {0.05, 0.0, 0.0};
     }
-    void look(double time_s, const render::ScreensSeen& seen = kBoth) {
+    void look(double time_s, const render::VisibleScreens& seen = kBoth) {
         moment_.time_s = time_s;
         pictures_.show(moment_, seen);
     }
@@ -43,11 +43,11 @@ class MachinePicturesTest : public testing::Test {
     const patient::Patient patient_{package_};
     render::Gpu gpu_{{}};
     render::DeformedPatient deformed_{gpu_, patient_};
-    MachinePictures pictures_{gpu_, deformed_, std::getenv("STYLET_ASSETS")};
-    MachineMoment moment_;
+    EquipmentPictures pictures_{gpu_, deformed_, std::getenv("STYLET_ASSETS")};
+    ImagingInput moment_;
 };
 
-TEST_F(MachinePicturesTest, WhatNobodySeesIsNotMade) {
+TEST_F(MachinePicturesTest, InvisiblePicturesAreNotRendered) {
     moment_.machines.xray.pedal = true;
     pulse();
     look(0.0, {});
@@ -63,7 +63,7 @@ TEST_F(MachinePicturesTest, WhatNobodySeesIsNotMade) {
     EXPECT_GT(brightness(pictures_.xrayScreen()), 3.0);
 }
 
-TEST_F(MachinePicturesTest, AMachineThatNobodyTouchedStaysDark) {
+TEST_F(MachinePicturesTest, UnusedEquipmentStaysDark) {
     moment_.patient_from_probe.reset();
     for (double t_s = 0.0; t_s < 1.0; t_s += 0.1)
         look(t_s);
@@ -71,8 +71,8 @@ TEST_F(MachinePicturesTest, AMachineThatNobodyTouchedStaysDark) {
     EXPECT_EQ(pictures_.xrayScreen().width, 0);
 }
 
-// 256 lines of 16 cm, there and back, take 53 ms.
-TEST_F(MachinePicturesTest, SoundTakesItsTime) {
+// Sound takes 53 ms to travel 256 lines of 16 cm and back.
+TEST_F(MachinePicturesTest, TheScanRateIsLimitedByTheSpeedOfSound) {
     for (int i = 0; i < 100; ++i)
         look(0.010 * i);
     EXPECT_NEAR(double(pictures_.totals().scans), 1.0 / 0.060, 2.0);
@@ -99,7 +99,7 @@ TEST_F(MachinePicturesTest, AFrozenPictureStays) {
     EXPECT_EQ(pictures_.totals().scans, 1u) << "nothing was scanned again";
 }
 
-TEST_F(MachinePicturesTest, AProbeInTheAirIsDrawnOnce) {
+TEST_F(MachinePicturesTest, AProbeInAirIsRenderedOnce) {
     look(0.0);
     moment_.patient_from_probe.reset();
     look(1.0);
@@ -109,7 +109,7 @@ TEST_F(MachinePicturesTest, AProbeInTheAirIsDrawnOnce) {
     EXPECT_EQ(pictures_.ultrasoundScreen().revision, revision);
 }
 
-TEST_F(MachinePicturesTest, TheLastPulseIsHeldAndOneThatNobodySawIsMadeUpFor) {
+TEST_F(MachinePicturesTest, TheLastImageIsHeldAndAnUnseenPulseIsRenderedLater) {
     training::XrayState& xray = moment_.machines.xray;
     xray.pedal = true;
     pulse();
@@ -125,11 +125,11 @@ TEST_F(MachinePicturesTest, TheLastPulseIsHeldAndOneThatNobodySawIsMadeUpFor) {
     const std::uint64_t held = pictures_.xrayScreen().revision;
     look(0.3);
     EXPECT_EQ(pictures_.xrayScreen().revision, held);
-    // A pulse given while nobody looks must show the needle and the C-arm as they were then, although both
-    // have changed when somebody looks.
+    // The pulse happens while the screen is not visible. The picture rendered later must show the needle and
+    // the C-arm as they were at the pulse, although both have changed since.
     pulse();
     moment_.patient_from_needle = Pose{Quat{std::sqrt(0.5), 0.0, -std::sqrt(0.5), 0.0}, Vec3(0.05, 0.0, 0.0)};
-    MachinePictures watched(gpu_, deformed_, std::getenv("STYLET_ASSETS"));
+    EquipmentPictures watched(gpu_, deformed_, std::getenv("STYLET_ASSETS"));
     watched.show(moment_, kBoth);
     look(0.4, {});
     moment_.patient_from_needle.reset();
@@ -146,7 +146,7 @@ TEST_F(MachinePicturesTest, TheLastPulseIsHeldAndOneThatNobodySawIsMadeUpFor) {
     EXPECT_EQ(pictures_.totals().xray_pictures, 2u);
 }
 
-TEST_F(MachinePicturesTest, WhatThereIsIsSaved) {
+TEST_F(MachinePicturesTest, OnlyExistingPicturesAreSaved) {
     const test::TempFolder folder;
     look(0.0);
     pictures_.save(folder.path(), "skin");
@@ -154,7 +154,8 @@ TEST_F(MachinePicturesTest, WhatThereIsIsSaved) {
     EXPECT_FALSE(std::filesystem::exists(folder / "skin_xray.png")) << "the pedal was never pressed";
 }
 
-// More voxels per edge than a GPU image can have. The equipment is off and the attempt continues.
+// The patient has more voxels per edge than a GPU image can have. The screens stay dark and the attempt
+// continues.
 // HZ-TEACH-21
 TEST(MachineLimits, APatientTooLargeForTheDeviceLeavesTheScreensDark) {
     patient::Package package = test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::liver, 0.098}}, 0.002);
@@ -166,8 +167,8 @@ TEST(MachineLimits, APatientTooLargeForTheDeviceLeavesTheScreensDark) {
     package.labels.voxels.assign(package.ct.grid.voxelCount(), std::uint8_t(0));
     const patient::Patient patient(package);
     render::DeformedPatient deformed(gpu, patient);
-    MachinePictures pictures(gpu, deformed, std::getenv("STYLET_ASSETS"));
-    MachineMoment moment;
+    EquipmentPictures pictures(gpu, deformed, std::getenv("STYLET_ASSETS"));
+    ImagingInput moment;
     moment.patient_from_probe = Pose{};
     moment.machines.xray.pedal = true;
     moment.machines.xray.pulses = 1;
@@ -181,13 +182,13 @@ TEST(MachineLimits, APatientTooLargeForTheDeviceLeavesTheScreensDark) {
     EXPECT_EQ(pictures.totals().scans, 0u);
 }
 
-// The needle's tip is at the origin. The guide line lies in the picture's plane.
-TEST(MachineMoment, IsWhatATickSays) {
+// The needle's tip is at the origin. The guide line lies in the image plane.
+TEST(ImagingInput, IsConvertedFromATick) {
     haptics::TickOutput tick;
     tick.tick = 1500;
     tick.tool = haptics::Tool::probe;
     tick.patient_from_tool = Pose{{1.0, 0.0, 0.0, 0.0}, Vec3(0.1, 0.0, 0.0)};
-    MachineMoment m = momentOf(tick, {}, 0.001);
+    ImagingInput m = makeImagingInput(tick, {}, 0.001);
     EXPECT_DOUBLE_EQ(m.time_s, 1.5);
     ASSERT_TRUE(m.patient_from_probe);
     EXPECT_NEAR(glm::length(m.patient_from_probe->direction({0, 0, 1}) - Vec3(0, 0, -1)), 0.0, 1e-12)
@@ -196,7 +197,7 @@ TEST(MachineMoment, IsWhatATickSays) {
     tick.tool = haptics::Tool::needle;
     tick.probe_parked = true;
     tick.patient_from_probe = *m.patient_from_probe;
-    m = momentOf(tick, {}, 0.001);
+    m = makeImagingInput(tick, {}, 0.001);
     ASSERT_TRUE(m.patient_from_needle && m.guide_m);
     for (const Vec3& p : *m.guide_m)
         EXPECT_NEAR((m.patient_from_probe->inverse() * p).y, 0.0, 1e-12) << "in the plane of the picture";

@@ -3,7 +3,7 @@
 namespace stylet::xr {
 namespace {
 
-constexpr std::uint32_t kQueueFamily = 0;  // checked to support graphics
+constexpr std::uint32_t kQueueFamily = 0;  // makeDevice() checks that it supports graphics
 
 void require(VkResult result, const char* call) {
     if (result != VK_SUCCESS)

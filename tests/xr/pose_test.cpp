@@ -27,7 +27,7 @@ TEST(Pose, ComposesLeftToRight) {
     EXPECT_NEAR(std::abs(twice.orientation[1]), 1, 1e-12);
 }
 
-TEST(Pose, TheInverseUndoes) {
+TEST(Pose, TheInverseCancels) {
     const Pose tilted = kTurnedLeft * Pose{{kHalf, 0, 0, kHalf}, {0.3, -0.2, 0.1}};
     for (const Pose& none : {tilted * inverse(tilted), inverse(tilted) * tilted}) {
         EXPECT_NEAR(std::abs(none.orientation[3]), 1, 1e-12);
@@ -36,11 +36,11 @@ TEST(Pose, TheInverseUndoes) {
     }
 }
 
-TEST(Pose, TheRuntimeGetsAUnitQuaternion) {
-    const XrPosef given = xrPoseOf({{0, 3, 0, 4}, {1, 2, 3}});
+TEST(Pose, TheQuaternionIsNormalisedForTheRuntime) {
+    const XrPosef given = toXrPose({{0, 3, 0, 4}, {1, 2, 3}});
     EXPECT_FLOAT_EQ(given.orientation.y, 0.6f);
     EXPECT_FLOAT_EQ(given.orientation.w, 0.8f);
-    EXPECT_EQ(poseOf(given).position, (std::array<double, 3>{1, 2, 3}));
+    EXPECT_EQ(toPose(given).position, (std::array<double, 3>{1, 2, 3}));
 }
 
 }  // namespace

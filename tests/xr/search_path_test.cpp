@@ -26,12 +26,12 @@ class Variable {
     std::optional<std::string> before_;
 };
 
-TEST(RuntimeSearchPath, TheVariableIsTheOnlyPlace) {
+TEST(RuntimeSearchPath, TheEnvironmentVariableOverridesAllOtherPaths) {
     const Variable chosen("XR_RUNTIME_JSON", "/opt/runtime.json");
     EXPECT_THAT(runtimeSearchPath(), testing::ElementsAre("/opt/runtime.json"));
 }
 
-TEST(RuntimeSearchPath, UserThenSharedThenSystem) {
+TEST(RuntimeSearchPath, OrderIsUserSharedSystem) {
     const Variable chosen("XR_RUNTIME_JSON", nullptr), user("XDG_CONFIG_HOME", "/u"),
         shared("XDG_CONFIG_DIRS", "/a:/b");
     EXPECT_THAT(runtimeSearchPath(),
@@ -47,7 +47,7 @@ TEST(RuntimeSearchPath, DefaultsOfTheXdgBaseDirectories) {
                                                           "/etc/openxr/1/active_runtime.json"));
 }
 
-TEST(NoRuntime, TheErrorSaysWhereItLookedAndWhatToDo) {
+TEST(NoRuntime, TheErrorListsSearchedPathsAndTheRemedy) {
     const Variable chosen("XR_RUNTIME_JSON", "/nowhere/runtime.json"), quiet("XR_LOADER_DEBUG", "none");
     try {
         const Session session("Stylet test");

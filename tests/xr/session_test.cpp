@@ -1,5 +1,5 @@
-// Tests the session through the real loader on the mock runtime: states, views, pictures, controllers and
-// end.
+// Tests the session with the real loader and the mock runtime: states, views, pictures, controllers, and the
+// end of the session.
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
@@ -8,7 +8,7 @@
 
 #include <openxr/openxr.h>
 
-#include "show.h"
+#include "render_loop.h"
 
 namespace stylet::xr {
 namespace {
@@ -25,15 +25,15 @@ bool layerInstalled(const std::string& name) {
     return std::any_of(layers.begin(), layers.end(), [&](const auto& l) { return name == l.layerName; });
 }
 
-TEST_F(SessionTest, EveryStateIsSeenInOrder) {
-    Show show;
-    EXPECT_EQ(show.session.runtimeName(), "XR Mock");
+TEST_F(SessionTest, AllStatesAreVisitedInOrder) {
+    RenderLoop loop;
+    EXPECT_EQ(loop.session.runtimeName(), "XR Mock");
     std::vector<SessionPhase> seen;
     for (int i = 0; i < 20; ++i) {
-        const SessionPhase phase = show.session.poll();
+        const SessionPhase phase = loop.session.poll();
         if (seen.empty() || seen.back() != phase) seen.push_back(phase);
-        if (!show.session.running()) continue;
-        const Frame frame = show.frame();
+        if (!loop.session.running()) continue;
+        const Frame frame = loop.frame();
         EXPECT_EQ(frame.should_render, phase == SessionPhase::visible || phase == SessionPhase::focused);
     }
     EXPECT_EQ(seen.back(), SessionPhase::focused);
@@ -42,14 +42,14 @@ TEST_F(SessionTest, EveryStateIsSeenInOrder) {
     EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
 }
 
-TEST_F(SessionTest, ViewsAreThoseOfTheScriptAtTheDisplayTime) {
-    Show show;
-    ASSERT_TRUE(show.reach(SessionPhase::focused));
-    EXPECT_EQ(show.session.width(), 64u);
-    EXPECT_EQ(show.session.height(), 48u);
+TEST_F(SessionTest, ViewsMatchTheScenarioAtTheDisplayTime) {
+    RenderLoop loop;
+    ASSERT_TRUE(loop.runUntil(SessionPhase::focused));
+    EXPECT_EQ(loop.session.width(), 64u);
+    EXPECT_EQ(loop.session.height(), 48u);
     std::int64_t before_ns = 0;
     for (int i = 0; i < 20; ++i) {
-        const Frame frame = show.frame();
+        const Frame frame = loop.frame();
         ASSERT_TRUE(frame.should_render);
         EXPECT_GT(frame.predicted_display_time_ns, before_ns);
         before_ns = frame.predicted_display_time_ns;
@@ -67,57 +67,57 @@ TEST_F(SessionTest, ViewsAreThoseOfTheScriptAtTheDisplayTime) {
     }
 }
 
-TEST_F(SessionTest, AMomentIsCapturedFromBothEyes) {
-    Show show;
-    ASSERT_TRUE(show.reach(SessionPhase::focused));
-    show.frame("skin");
-    show.frame();
-    show.frame("duct");
+TEST_F(SessionTest, ACaptureContainsBothEyes) {
+    RenderLoop loop;
+    ASSERT_TRUE(loop.runUntil(SessionPhase::focused));
+    loop.frame("skin");
+    loop.frame();
+    loop.frame("duct");
     for (const char* name : {"skin_left.png", "skin_right.png", "duct_left.png", "duct_right.png"})
         EXPECT_TRUE(fs::exists(folder_ / name)) << name;
 }
 
 TEST_F(SessionTest, TheControllerIsRead) {
-    Show show;
-    ASSERT_TRUE(show.reach(SessionPhase::focused));
-    show.frame();
-    EXPECT_FALSE(show.session.hand(0).active);
-    const Hand early = show.session.hand(1);
+    RenderLoop loop;
+    ASSERT_TRUE(loop.runUntil(SessionPhase::focused));
+    loop.frame();
+    EXPECT_FALSE(loop.session.hand(0).active);
+    const Hand early = loop.session.hand(1);
     ASSERT_TRUE(early.active);
     ASSERT_TRUE(early.stage_from_grip.has_value());
     EXPECT_NEAR(early.stage_from_grip->position[0], 0.25, 1e-6);
     EXPECT_NEAR(early.stage_from_grip->position[2], -0.5, 1e-6);
     EXPECT_FALSE(early.select);
-    show.session.pulse(1, 0.5f, 20'000'000);
+    loop.session.pulse(1, 0.5f, 20'000'000);
     Frame frame;
     while (frame.predicted_display_time_ns < 1'150'000'000)
-        frame = show.frame();
-    EXPECT_TRUE(show.session.hand(1).select);
-    EXPECT_FALSE(show.session.hand(1).menu);
+        frame = loop.frame();
+    EXPECT_TRUE(loop.session.hand(1).select);
+    EXPECT_FALSE(loop.session.hand(1).menu);
 }
 
 TEST_F(SessionTest, RequestedExitEndsInExiting) {
-    Show show;
-    ASSERT_TRUE(show.reach(SessionPhase::focused));
-    show.session.requestExit();
-    EXPECT_TRUE(show.reach(SessionPhase::exiting));
-    EXPECT_FALSE(show.session.running());
+    RenderLoop loop;
+    ASSERT_TRUE(loop.runUntil(SessionPhase::focused));
+    loop.session.requestExit();
+    EXPECT_TRUE(loop.runUntil(SessionPhase::exiting));
+    EXPECT_FALSE(loop.session.running());
 }
 
-TEST_F(SessionTest, TheRuntimeMayPauseAndEndTheSession) {
+TEST_F(SessionTest, TheRuntimeCanPauseAndEndTheSession) {
     useScenario(R"("session": [{"t_s": 0, "state": "focused"}, {"t_s": 1.2, "state": "synchronized"},
         {"t_s": 1.4, "state": "stopped"}, {"t_s": 1.6, "state": "exiting"}])");
-    Show show;
-    ASSERT_TRUE(show.reach(SessionPhase::focused));
-    ASSERT_TRUE(show.reach(SessionPhase::synchronized, 60));
-    const Frame hidden = show.frame();
+    RenderLoop loop;
+    ASSERT_TRUE(loop.runUntil(SessionPhase::focused));
+    ASSERT_TRUE(loop.runUntil(SessionPhase::synchronized, 60));
+    const Frame hidden = loop.frame();
     EXPECT_FALSE(hidden.should_render);
     EXPECT_EQ(hidden.image, VkImage(VK_NULL_HANDLE));
-    ASSERT_TRUE(show.reach(SessionPhase::idle, 60));
-    EXPECT_FALSE(show.session.running());
+    ASSERT_TRUE(loop.runUntil(SessionPhase::idle, 60));
+    EXPECT_FALSE(loop.session.running());
 }
 
-TEST_F(SessionTest, TheValidationLayerHasNothingToSay) {
+TEST_F(SessionTest, TheValidationLayerReportsNothing) {
     if (!layerInstalled("XR_APILAYER_LUNARG_core_validation"))
         GTEST_SKIP() << "XR_APILAYER_LUNARG_core_validation is not installed";
     const fs::path report = folder_ / "validation.txt";
@@ -131,32 +131,32 @@ TEST_F(SessionTest, TheValidationLayerHasNothingToSay) {
                    {"frame": 11, "frames": {"discarded": true}}])");
     testing::internal::CaptureStderr();
     {
-        Show show;
-        ASSERT_TRUE(show.reach(SessionPhase::focused));
-        // Captures no picture: Debian's layer (1.0.20) deadlocks on its own lock in
+        RenderLoop loop;
+        ASSERT_TRUE(loop.runUntil(SessionPhase::focused));
+        // No picture is captured, because Debian's layer (1.0.20) deadlocks in
         // xrSessionInsertDebugUtilsLabelEXT.
-        show.session.setDepthRange(0.05f, 50.0f);
+        loop.session.setDepthRange(0.05f, 50.0f);
         ShownPanel panel;
-        panel.id = show.session.addPanel(32, 16);
+        panel.id = loop.session.addPanel(32, 16);
         panel.stage_from_panel.position = {0, 1.5, -1};
         panel.width_m = panel.height_m = 1.0;
         ShownPanel behind = panel;
         behind.behind = true;
-        show.panels = {panel, behind};
+        loop.panels = {panel, behind};
         for (int i = 0; i < 16; ++i) {
-            const VkImage image = show.session.acquirePanel(panel.id);
-            show.painter->paintPanel(image, 32, 16, {0, 1, 0, 1});
-            show.session.releasePanel(panel.id);
-            show.run(1);
+            const VkImage image = loop.session.acquirePanel(panel.id);
+            loop.painter->paintPanel(image, 32, 16, {0, 1, 0, 1});
+            loop.session.releasePanel(panel.id);
+            loop.run(1);
         }
-        EXPECT_FALSE(show.session.hiddenArea(0).indices.empty());
-        EXPECT_TRUE(show.session.gripAt(1, 0).has_value());
-        EXPECT_TRUE(show.session.hand(0).bare);
-        EXPECT_EQ(show.spaces.size(), 1u);
-        EXPECT_NE(show.session.facts().profiles[1], "");
-        show.session.pulse(1, 0.5f, 20'000'000);
-        show.session.requestExit();
-        EXPECT_TRUE(show.reach(SessionPhase::exiting));
+        EXPECT_FALSE(loop.session.hiddenArea(0).indices.empty());
+        EXPECT_TRUE(loop.session.gripAt(1, 0).has_value());
+        EXPECT_TRUE(loop.session.hand(0).bare);
+        EXPECT_EQ(loop.spaces.size(), 1u);
+        EXPECT_NE(loop.session.facts().profiles[1], "");
+        loop.session.pulse(1, 0.5f, 20'000'000);
+        loop.session.requestExit();
+        EXPECT_TRUE(loop.runUntil(SessionPhase::exiting));
     }
     unsetenv("XR_ENABLE_API_LAYERS");
     EXPECT_THAT(testing::internal::GetCapturedStderr(), testing::HasSubstr("Core Validation"))
@@ -165,13 +165,13 @@ TEST_F(SessionTest, TheValidationLayerHasNothingToSay) {
     EXPECT_EQ(std::string(std::istreambuf_iterator<char>(in), {}), "");
 }
 
-TEST_F(SessionTest, ASecondSessionInTheSameProcess) {
+TEST_F(SessionTest, ASecondSessionWorksInTheSameProcess) {
     for (int round = 0; round < 2; ++round) {
         std::chrono::steady_clock::time_point left_at;
         {
-            Show show;
-            ASSERT_TRUE(show.reach(SessionPhase::focused)) << "round " << round;
-            EXPECT_TRUE(show.frame().should_render);
+            RenderLoop loop;
+            ASSERT_TRUE(loop.runUntil(SessionPhase::focused)) << "round " << round;
+            EXPECT_TRUE(loop.frame().should_render);
             left_at = std::chrono::steady_clock::now();
         }
         const auto took = std::chrono::steady_clock::now() - left_at;

@@ -7,19 +7,19 @@ namespace {
 
 TEST(StateMachine, BeginsOnReadyAndEndsOnStopping) {
     StateMachine machine;
-    EXPECT_EQ(machine.onState(XR_SESSION_STATE_IDLE), SessionAct::none);
+    EXPECT_EQ(machine.onState(XR_SESSION_STATE_IDLE), SessionCall::none);
     EXPECT_FALSE(machine.running);
-    EXPECT_EQ(machine.onState(XR_SESSION_STATE_READY), SessionAct::begin);
+    EXPECT_EQ(machine.onState(XR_SESSION_STATE_READY), SessionCall::begin);
     EXPECT_TRUE(machine.running);
     for (const XrSessionState state :
          {XR_SESSION_STATE_SYNCHRONIZED, XR_SESSION_STATE_VISIBLE, XR_SESSION_STATE_FOCUSED}) {
-        EXPECT_EQ(machine.onState(state), SessionAct::none);
+        EXPECT_EQ(machine.onState(state), SessionCall::none);
         EXPECT_TRUE(machine.running);
     }
     EXPECT_EQ(machine.phase, SessionPhase::focused);
-    EXPECT_EQ(machine.onState(XR_SESSION_STATE_STOPPING), SessionAct::end);
+    EXPECT_EQ(machine.onState(XR_SESSION_STATE_STOPPING), SessionCall::end);
     EXPECT_FALSE(machine.running);
-    EXPECT_FALSE(machine.over());
+    EXPECT_FALSE(machine.isFinal());
 }
 
 TEST(StateMachine, ASessionMayBeginAgain) {
@@ -28,16 +28,16 @@ TEST(StateMachine, ASessionMayBeginAgain) {
     machine.onState(XR_SESSION_STATE_STOPPING);
     machine.onState(XR_SESSION_STATE_IDLE);
     EXPECT_EQ(machine.phase, SessionPhase::idle);
-    EXPECT_EQ(machine.onState(XR_SESSION_STATE_READY), SessionAct::begin);
+    EXPECT_EQ(machine.onState(XR_SESSION_STATE_READY), SessionCall::begin);
     EXPECT_TRUE(machine.running);
 }
 
-TEST(StateMachine, ARepeatedStateAsksForNothing) {
+TEST(StateMachine, ARepeatedStateRequiresNoCall) {
     StateMachine machine;
     machine.onState(XR_SESSION_STATE_READY);
-    EXPECT_EQ(machine.onState(XR_SESSION_STATE_READY), SessionAct::none);
+    EXPECT_EQ(machine.onState(XR_SESSION_STATE_READY), SessionCall::none);
     machine.onState(XR_SESSION_STATE_STOPPING);
-    EXPECT_EQ(machine.onState(XR_SESSION_STATE_STOPPING), SessionAct::none);
+    EXPECT_EQ(machine.onState(XR_SESSION_STATE_STOPPING), SessionCall::none);
 }
 
 TEST(StateMachine, ExitingAndLossAreFinal) {
@@ -45,11 +45,11 @@ TEST(StateMachine, ExitingAndLossAreFinal) {
         StateMachine machine;
         machine.onState(XR_SESSION_STATE_READY);
         machine.onState(XR_SESSION_STATE_FOCUSED);
-        EXPECT_EQ(machine.onState(last), SessionAct::none);
+        EXPECT_EQ(machine.onState(last), SessionCall::none);
         EXPECT_FALSE(machine.running);
-        EXPECT_TRUE(machine.over());
+        EXPECT_TRUE(machine.isFinal());
         const SessionPhase phase = machine.phase;
-        EXPECT_EQ(machine.onState(XR_SESSION_STATE_READY), SessionAct::none);
+        EXPECT_EQ(machine.onState(XR_SESSION_STATE_READY), SessionCall::none);
         EXPECT_EQ(machine.phase, phase);
         EXPECT_FALSE(machine.running);
     }

@@ -1,11 +1,10 @@
 #include "xr/registration/drift.h"
 
-#include <array>
-#include <cstdio>
+#include <fmt/core.h>
 
 namespace stylet::xr::registration {
 
-Drift judgeDrift(const Stored& stored, std::span<const Pair> touched) {
+Drift checkDrift(const StoredRegistration& stored, std::span<const Pair> touched) {
     // 99th percentile of the length of a 3D normal error, in standard deviations per axis.
     constexpr double kLongest = 3.37;
     Drift drift;
@@ -26,23 +25,25 @@ Drift judgeDrift(const Stored& stored, std::span<const Pair> touched) {
     drift.moved_m = glm::length(sum / n);
     drift.allowed_m = kLongest * std::sqrt(stored.noise_m * stored.noise_m / n +
                                            stored.tre_worst_m * stored.tre_worst_m / 3.0);
-    // A rotation about the centre of the touches leaves the mean error small, but increases the error of
-    // each touch.
+    // If the device was rotated about the centre of the touches, the mean error is small, but the error of
+    // each touch is large.
     const double spread_m = std::sqrt(squares / n);
     const double spread_allowed_m =
         kLongest * std::sqrt(stored.noise_m * stored.noise_m + stored.tre_worst_m * stored.tre_worst_m / 3.0);
     if (spread_m > spread_allowed_m && !(drift.moved_m > drift.allowed_m))
         drift.moved_m = spread_m, drift.allowed_m = spread_allowed_m;
-    drift.holds = drift.moved_m <= drift.allowed_m;  // false for NaN
-    std::array<char, 200> text{};
-    std::snprintf(
-        text.data(), text.size(),
-        drift.holds ? "The device is still where it was: %.1f mm off, where up to %.1f are no surprise."
-        : std::isfinite(drift.moved_m)
-            ? "The device has moved by about %.1f mm (up to %.1f would be no surprise): register it again."
-            : "What was touched is not a number.",
-        1e3 * drift.moved_m, 1e3 * drift.allowed_m);
-    drift.what = text.data();
+    drift.valid = drift.moved_m <= drift.allowed_m;  // false for NaN
+    const double moved_mm = 1e3 * drift.moved_m, allowed_mm = 1e3 * drift.allowed_m;
+    if (!std::isfinite(drift.moved_m))
+        drift.what = "What was touched is not a number.";
+    else if (drift.valid)
+        drift.what = fmt::format(
+            "The device is still where it was: {:.1f} mm off, where up to {:.1f} are no surprise.", moved_mm,
+            allowed_mm);
+    else
+        drift.what = fmt::format(
+            "The device has moved by about {:.1f} mm (up to {:.1f} would be no surprise): register it again.",
+            moved_mm, allowed_mm);
     return drift;
 }
 

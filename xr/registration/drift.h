@@ -9,7 +9,7 @@
 namespace stylet::xr::registration {
 
 // The part of a fit that is stored.
-struct Stored {
+struct StoredRegistration {
     Rigid stage_from_device;
     double scale = 1.0;
     Vec3 stylus_from_tip_m{0.0}, grip_from_tip_m{0.0};
@@ -18,14 +18,14 @@ struct Stored {
 };
 
 struct Drift {
-    bool holds = false;
+    bool valid = false;
     double moved_m = 0.0;    // length of the mean error vector, or the RMS error after a rotation
     double allowed_m = 0.0;  // 99th percentile of the same error for a valid registration
     std::string what;        // one sentence for the user
 };
 
 // Compares the error of the touches with the error expected from noise and from the registration itself.
-// `holds` is false without touches and for non-finite numbers.
-Drift judgeDrift(const Stored&, std::span<const Pair> touched);
+// `valid` is false without touches and for non-finite numbers.
+Drift checkDrift(const StoredRegistration&, std::span<const Pair> touched);
 
 }  // namespace stylet::xr::registration

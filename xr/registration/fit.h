@@ -19,11 +19,15 @@ struct Pair {
     Vec3 tip_m_per_s{0.0};  // device frame; needed only to estimate the latency
 };
 
+// Tip positions reported by the device, device frame.
+std::vector<Vec3> deviceTips(std::span<const Pair>);
+
 struct FitSettings {
     // What to estimate besides the device's pose. A quantity that is not estimated keeps its initial value.
     bool scale = true;   // scale of the device's positions
     bool gimbal = true;  // constant offset of the tip in the stylus frame; needs the device's orientation
-    // The controller's tip in the grip frame; a vague guess needs many pairs with different rotations.
+    // The controller's tip in the grip frame. If it is only vaguely known, many pairs with different
+    // rotations are needed.
     bool tip = false;
     // Latency between device and controller, in addition to the time offset already used to form the pairs.
     // Needs Pair::tip_m_per_s.
@@ -48,30 +52,30 @@ struct Fit {
     Vec3 stylus_from_tip_m{0.0};
     Vec3 grip_from_tip_m{0.0};
     double latency_s = 0.0;
-    int kept = 0, rejected = 0;
-    std::vector<bool> used;    // for each pair: not rejected
-    double fre_m = 0.0;        // fiducial registration error: RMS residual of the kept pairs
-    double noise_m = 0.0;      // of a pair, per axis
-    double independent = 0.0;  // effective number of independent pairs among the kept ones
-    CubeError tre;             // predicted target registration error
+    int inliers = 0, rejected = 0;
+    std::vector<bool> used;        // for each pair: false if it was rejected
+    double fre_m = 0.0;            // fiducial registration error: RMS residual of the inliers
+    double noise_m = 0.0;          // estimated noise of a pair, per axis
+    double effective_pairs = 0.0;  // effective number of independent pairs among the inliers
+    CubeError tre;                 // predicted target registration error
     double scale_sd = 0.0, gimbal_sd_m = 0.0, latency_sd_s = 0.0;  // posterior standard deviations
-    Spread spread;                                                 // of the kept device tip positions
-    double turned_rad = 0.0;  // largest rotation between two controller poses
+    Spread spread;                                                 // of the inliers' device tip positions
+    double max_rotation_rad = 0.0;  // largest rotation between two controller poses
 
     Vec3 inStage(const Rigid& device_from_stylus) const {
         return stage_from_device * (scale * (device_from_stylus * stylus_from_tip_m));
     }
 };
 
-inline constexpr int kLeastPairs = 4;
-inline constexpr int kLeastPairsForTip = 12;  // if the tip's position is only vaguely known
+inline constexpr int kMinPairs = 4;
+inline constexpr int kMinPairsForTip = 12;  // if the tip's position is only vaguely known
 // The tip's position counts as vaguely known if FitSettings::tip_sd_m is at least this large.
 inline constexpr double kVague_m = 0.02;
 
 // Fits the device's pose to the pairs. Returns an error for too few pairs, for non-finite numbers, and if the
 // points lie in one place, on a line or in a plane. `earlier` may be a fit of nearly the same pairs. It then
 // serves as the initial estimate, and the consensus step is skipped.
-Answer<Fit> fitPairs(std::span<const Pair>, const FitSettings&, const Fit* earlier = nullptr);
+Result<Fit> fitPairs(std::span<const Pair>, const FitSettings&, const Fit* earlier = nullptr);
 
 struct Limits {
     // Mean target registration error. Wang et al. (IEEE Trans. Haptics) report 1.8 mm for a setup that they
@@ -85,6 +89,6 @@ struct Verdict {
     bool accept = false;
     std::string why;  // one sentence for the user
 };
-Verdict judge(const Fit&, const Limits& = {});
+Verdict evaluateFit(const Fit&, const Limits& = {});
 
 }  // namespace stylet::xr::registration

@@ -5,29 +5,17 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <glm/gtc/quaternion.hpp>
-#include <glm/vec3.hpp>
 #include <optional>
+#include <span>
 #include <string>
+
+#include "base/geometry.h"
 
 namespace stylet::xr::registration {
 
-using Vec3 = glm::dvec3;
-using Quat = glm::dquat;
-
-struct Rigid {  // a_from_b
-    Quat rotation{1.0, 0.0, 0.0, 0.0};
-    Vec3 position_m{0.0};
-
-    Vec3 operator*(const Vec3& p) const { return rotation * p + position_m; }
-    Rigid operator*(const Rigid& c_from_b) const {
-        return {rotation * c_from_b.rotation, rotation * c_from_b.position_m + position_m};
-    }
-    Rigid inverse() const {
-        const Quat back = glm::conjugate(rotation);
-        return {back, back * -position_m};
-    }
-};
+using stylet::Quat;
+using stylet::Vec3;
+using Rigid = stylet::Pose;  // "Pose" would be xr::Pose in this namespace
 
 inline bool isFinite(const Vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
@@ -41,10 +29,23 @@ inline double angleBetween(const Quat& a, const Quat& b) {
     const Quat turn = glm::conjugate(a) * b;
     return 2.0 * std::atan2(glm::length(Vec3(turn.x, turn.y, turn.z)), std::fabs(turn.w));
 }
+// Largest rotation between two of the poses [rad]. Compares with `from`, then with the orientation farthest
+// from it: within a few per cent of the maximum over all pairs.
+inline double maxRotation_rad(Quat from, std::span<const Rigid> poses) {
+    double largest_rad = 0.0;
+    for (int round = 0; round < 2; ++round) {
+        Quat farthest = from;
+        for (const Rigid& pose : poses)
+            if (const double turn = angleBetween(from, pose.rotation); turn > largest_rad)
+                largest_rad = turn, farthest = pose.rotation;
+        from = farthest;
+    }
+    return largest_rad;
+}
 
 // A value, or one sentence with the reason why there is none.
 template <typename T>
-struct Answer {
+struct Result {
     std::optional<T> value;
     std::string why_not;
 
@@ -53,7 +54,7 @@ struct Answer {
     const T* operator->() const { return &*value; }
 };
 template <typename T>
-Answer<T> refused(std::string why_not) {
+Result<T> failure(std::string why_not) {
     return {std::nullopt, std::move(why_not)};
 }
 

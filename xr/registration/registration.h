@@ -1,5 +1,5 @@
-// Registration: where the haptic device stands in the headset's room. Mathematics and the logic of the
-// user's guide only; needs neither an OpenXR runtime nor a device.
+// Registration: where the haptic device stands in the headset's room. Contains only the mathematics and the
+// logic of the wizard. Needs neither an OpenXR runtime nor a device.
 #pragma once
 
 // In order of use.

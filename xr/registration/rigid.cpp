@@ -9,9 +9,9 @@ namespace stylet::xr::registration {
 namespace {
 
 // Points closer to a line than this do not determine the rotation about it.
-constexpr double kThinnestLine_m = 0.002;
+constexpr double kMinLineSpread_m = 0.002;
 
-Vec3 glmOf(const Eigen::Vector3d& v) {
+Vec3 toGlm(const Eigen::Vector3d& v) {
     return {v.x(), v.y(), v.z()};
 }
 
@@ -22,14 +22,18 @@ Vec3 meanOf(std::span<const Vec3> points_m) {
     return sum / double(points_m.size());
 }
 
-Quat quatOf(const Eigen::Matrix3d& m) {
+Quat toQuat(const Eigen::Matrix3d& m) {
     const Eigen::Quaterniond q(m);
     return glm::normalize(Quat(q.w(), q.x(), q.y(), q.z()));
 }
 
+bool isCollinear(const Spread& spread) {
+    return spread.sizes_m.y < kMinLineSpread_m;
+}
+
 }  // namespace
 
-Spread spreadOf(std::span<const Vec3> points_m) {
+Spread computeSpread(std::span<const Vec3> points_m) {
     Spread spread;
     if (points_m.empty()) return spread;
     spread.centre_m = meanOf(points_m);
@@ -40,21 +44,21 @@ Spread spreadOf(std::span<const Vec3> points_m) {
     }
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solved(scatter / double(points_m.size()));
     for (int k = 0; k < 3; ++k) {
-        spread.axes[std::size_t(k)] = glmOf(solved.eigenvectors().col(2 - k));
+        spread.axes[std::size_t(k)] = toGlm(solved.eigenvectors().col(2 - k));
         spread.sizes_m[k] = std::sqrt(std::max(0.0, solved.eigenvalues()[2 - k]));
     }
     return spread;
 }
 
-Answer<RigidFit> fitRigid(std::span<const Vec3> a_m, std::span<const Vec3> b_m, bool with_scale) {
-    if (a_m.size() != b_m.size()) return refused<RigidFit>("The two sets have different numbers of points.");
-    if (a_m.size() < 3) return refused<RigidFit>("Three points are needed at least.");
+Result<RigidFit> fitRigid(std::span<const Vec3> a_m, std::span<const Vec3> b_m, bool with_scale) {
+    if (a_m.size() != b_m.size()) return failure<RigidFit>("The two sets have different numbers of points.");
+    if (a_m.size() < 3) return failure<RigidFit>("Three points are needed at least.");
     const auto finite = [](const Vec3& p) { return isFinite(p); };
     if (!std::all_of(a_m.begin(), a_m.end(), finite) || !std::all_of(b_m.begin(), b_m.end(), finite))
-        return refused<RigidFit>("A point is not a number.");
+        return failure<RigidFit>("A point is not a number.");
     for (const std::span<const Vec3>& points : {a_m, b_m})
-        if (spreadOf(points).sizes_m.y < kThinnestLine_m)
-            return refused<RigidFit>("The points lie on a line, or all in one place.");
+        if (isCollinear(computeSpread(points)))
+            return failure<RigidFit>("The points lie on a line, or all in one place.");
 
     const double n = double(a_m.size());
     const Vec3 a_mean = meanOf(a_m), b_mean = meanOf(b_m);
@@ -70,7 +74,7 @@ Answer<RigidFit> fitRigid(std::span<const Vec3> a_m, std::span<const Vec3> b_m, 
     const Eigen::Matrix3d rotation = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
 
     RigidFit fit;
-    fit.a_from_b.rotation = quatOf(rotation);
+    fit.a_from_b.rotation = toQuat(rotation);
     if (with_scale) fit.scale = svd.singularValues().dot(sign) / b_variance;
     fit.a_from_b.position_m = a_mean - fit.a_from_b.rotation * (fit.scale * b_mean);
     double squares = 0.0;
@@ -106,15 +110,11 @@ std::array<double, 3> fromAxes_m2(const Spread& spread, const Vec3& target_m) {
     return d2;
 }
 
-bool onALine(const Spread& spread) {
-    return spread.sizes_m.y < kThinnestLine_m;
-}
-
 }  // namespace
 
 double expectedTre_m(std::span<const Vec3> points_m, double fle_m, const Vec3& target_m) {
-    const Spread spread = spreadOf(points_m);
-    if (points_m.size() < 3 || onALine(spread)) return std::numeric_limits<double>::infinity();
+    const Spread spread = computeSpread(points_m);
+    if (points_m.size() < 3 || isCollinear(spread)) return std::numeric_limits<double>::infinity();
     return fle_m * std::sqrt(treFactor(spread, double(points_m.size()), fromAxes_m2(spread, target_m)));
 }
 
@@ -122,20 +122,20 @@ double expectedFre_m(int points, double fle_m) {
     return points < 3 ? 0.0 : fle_m * std::sqrt(1.0 - 2.0 / points);
 }
 
-CubeError expectedTreIn(const Cube& cube, std::span<const Vec3> points_m, double fle_m) {
-    const Spread spread = spreadOf(points_m);
+CubeError expectedTreInCube(const Cube& cube, std::span<const Vec3> points_m, double fle_m) {
+    const Spread spread = computeSpread(points_m);
     constexpr double kNever = std::numeric_limits<double>::infinity();
-    if (points_m.size() < 3 || onALine(spread)) return {kNever, kNever};
+    if (points_m.size() < 3 || isCollinear(spread)) return {kNever, kNever};
     const double n = double(points_m.size());
-    // Mean squared distance of a cube's points from an axis through its centre: half^2 / 3 along each of
-    // two directions.
+    // Mean squared distance of a cube's points from an axis through its centre: half^2 / 3 in each of the
+    // two perpendicular directions.
     std::array<double, 3> mean = fromAxes_m2(spread, cube.centre_m);
     for (double& d2 : mean)
         d2 += 2.0 / 3.0 * cube.half_m * cube.half_m;
     CubeError error{fle_m * std::sqrt(treFactor(spread, n, mean)), 0.0};
     for (int corner = 0; corner < 8; ++corner) {
-        const Vec3 way(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
-        const auto d2 = fromAxes_m2(spread, cube.centre_m + cube.half_m * way);
+        const Vec3 direction(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+        const auto d2 = fromAxes_m2(spread, cube.centre_m + cube.half_m * direction);
         error.worst_m = std::max(error.worst_m, fle_m * std::sqrt(treFactor(spread, n, d2)));
     }
     return error;

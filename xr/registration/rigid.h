@@ -19,7 +19,7 @@ struct RigidFit {
 
 // Umeyama's closed form (eqs. 40 to 43). Refuses fewer than three points, sets of different size,
 // non-finite numbers, and points on a line.
-Answer<RigidFit> fitRigid(std::span<const Vec3> a_m, std::span<const Vec3> b_m, bool with_scale);
+Result<RigidFit> fitRigid(std::span<const Vec3> a_m, std::span<const Vec3> b_m, bool with_scale);
 
 // Spread of points about their centre: RMS distances along the principal axes, largest first.
 struct Spread {
@@ -27,7 +27,7 @@ struct Spread {
     std::array<Vec3, 3> axes;
     Vec3 sizes_m{0.0};
 };
-Spread spreadOf(std::span<const Vec3> points_m);
+Spread computeSpread(std::span<const Vec3> points_m);
 
 // Expected RMS error of a rigid fit of these points at a target (Fitzpatrick et al.):
 // TRE^2 = FLE^2 / N * (1 + 1/3 sum_k d_k^2 / f_k^2).
@@ -46,6 +46,6 @@ struct Cube {
 struct CubeError {
     double mean_m = 0.0, worst_m = 0.0;  // RMS over the cube, and at its worst corner
 };
-CubeError expectedTreIn(const Cube&, std::span<const Vec3> points_m, double fle_m);
+CubeError expectedTreInCube(const Cube&, std::span<const Vec3> points_m, double fle_m);
 
 }  // namespace stylet::xr::registration

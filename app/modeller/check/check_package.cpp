@@ -1,5 +1,6 @@
 #include "app/modeller/check/check_package.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,7 +8,9 @@
 #include <limits>
 
 #include "app/modeller/image/voxel_tools.h"
-#include "base/format.h"
+#include "app/modeller/import/import_map.h"
+#include "app/modeller/import/section.h"
+#include "base/parallel.h"
 #include "base/traversal.h"
 #include "patient/motion/motion_interface.h"
 #include "patient/package/motion_io.h"
@@ -22,37 +25,36 @@ using patient::Tissue;
 
 namespace {
 
-constexpr double kAny = std::numeric_limits<double>::infinity();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 // Sampling for checkFascia(), which tests straight lines from the skin to the liver. Entry points on the skin
-// are kEntries_m apart, target points in the liver kTargets_m. Lines longer than a needle (kNeedle_m) are
-// skipped. This gives about 250,000 lines, enough to detect a hole of 3 x 3 mm in the fascia.
-constexpr double kEntries_m = 0.012, kTargets_m = 0.020, kNeedle_m = 0.150;
+// are kEntrySpacing_m apart, target points in the liver kTargetSpacing_m. Lines longer than a needle
+// (kNeedleLength_m) are skipped. This gives about 250,000 lines, enough to detect a hole of 3 x 3 mm in the
+// fascia.
+constexpr double kEntrySpacing_m = 0.012, kTargetSpacing_m = 0.020, kNeedleLength_m = 0.150;
 
 struct Range {
-    double low = -kAny, high = kAny;
+    double low = -kUnbounded, high = kUnbounded;
 };
 
-// The measurements that the checks use, made once.
-struct Measured {
+// Measurements that several checks use, computed once.
+struct PackageStatistics {
     const Package& package;
     Patient patient;
-    std::array<double, 256> voxels{}, hu{};  // of each id: count and sum
-    std::array<Vec3, 256> places{};          // of each id: sum of the centres
+    std::array<double, 256> voxels{}, hu{};  // per label id: number of voxels, sum of their HU
+    std::array<Vec3, 256> centre_sum{};      // per label id: sum of the voxel centres
     double body_voxels = 0.0;
-    Vec3 body_places{0.0};
+    Vec3 body_centre_sum{0.0};
 
-    explicit Measured(const Package& p) : package(p), patient(p) {
+    explicit PackageStatistics(const Package& p) : package(p), patient(p) {
         const Grid& g = p.labels.grid;
-        for (int z = 0; z < g.dims.z; ++z)
-            for (int y = 0; y < g.dims.y; ++y)
-                for (int x = 0; x < g.dims.x; ++x) {
-                    const std::size_t n = g.offset({x, y, z});
-                    const std::uint8_t id = p.labels.voxels[n];
-                    const Vec3 place = g.centre({x, y, z});
-                    ++voxels[id], hu[id] += p.ct.voxels[n], places[id] += place;
-                    if (inBody({x, y, z})) ++body_voxels, body_places += place;
-                }
+        forEachVoxel(g, [&](const Index3& i) {
+            const std::size_t n = g.offset(i);
+            const std::uint8_t id = p.labels.voxels[n];
+            const Vec3 place = g.centre(i);
+            ++voxels[id], hu[id] += p.ct.voxels[n], centre_sum[id] += place;
+            if (inBody(i)) ++body_voxels, body_centre_sum += place;
+        });
     }
     double voxel_ml() const {
         const Vec3 s = package.labels.grid.spacing_m;
@@ -62,15 +64,15 @@ struct Measured {
 
     struct Sum {
         double voxels = 0.0, hu = 0.0;
-        Vec3 places{0.0};
+        Vec3 centre_sum{0.0};
         double mean_hu() const { return hu / voxels; }
-        Vec3 centre() const { return places / voxels; }
+        Vec3 centre() const { return centre_sum / voxels; }
     };
     template <typename Wanted>
     Sum sum(const Wanted& wanted) const {
         Sum s;
         for (const Label& l : package.label_table)
-            if (wanted(l)) s.voxels += voxels[l.id], s.hu += hu[l.id], s.places += places[l.id];
+            if (wanted(l)) s.voxels += voxels[l.id], s.hu += hu[l.id], s.centre_sum += centre_sum[l.id];
         return s;
     }
     Sum sum(Tissue t) const {
@@ -81,17 +83,17 @@ struct Measured {
     }
 };
 
-// The whole liver, as surgeons define it: including the vessels and ducts inside it.
+// Returns true for liver tissue and for the vessels and ducts inside the liver. Their labels are `abdominal`.
 bool isWholeLiver(const Label& l) {
     return l.tissue == Tissue::liver ||
            (l.abdominal && (l.tissue == Tissue::vessel || l.tissue == Tissue::duct));
 }
 
-std::string number(double v) {
-    return formatted("%.4g", v);
+std::string formatNumber(double v) {
+    return fmt::format("{:.4g}", v);
 }
 
-std::string whole(double count) {
+std::string formatCount(double count) {
     return std::to_string(std::llround(count));
 }
 
@@ -103,12 +105,12 @@ class Findings {
     void expect(Grade grade, const std::string& what, double value, const std::string& unit, Range range,
                 const std::string& reason) {
         if (value >= range.low && value <= range.high) return;
-        const std::string low = number(range.low), high = number(range.high);
+        const std::string low = formatNumber(range.low), high = formatNumber(range.high);
         const std::string expected = std::isinf(range.high)  ? "at least " + low
                                      : std::isinf(range.low) ? "at most " + high
                                      : low == high           ? low
                                                              : low + " to " + high;
-        add(grade, what, number(value) + " " + unit, expected + " " + unit, reason);
+        add(grade, what, formatNumber(value) + " " + unit, expected + " " + unit, reason);
     }
     void add(Grade grade, const std::string& what, const std::string& value, const std::string& expected,
              const std::string& reason) {
@@ -125,7 +127,7 @@ void checkGrid(const Grid& g, Findings& f) {
         const double mm = 1e3 * g.spacing_m[d];
         if (!(mm >= 0.3 && mm <= 5.0))
             f.expect(refused, axes[d], mm, "mm", {0.3, 5.0},
-                     "coarser loses the fascia and every duct, finer no trainer holds in memory");
+                     "coarser voxels lose the fascia and the ducts, finer ones do not fit into memory");
         else
             f.expect(warned, axes[d], mm, "mm", {0.3, 2.5}, "a dilated duct is 3 mm wide");
     }
@@ -133,62 +135,68 @@ void checkGrid(const Grid& g, Findings& f) {
 
 // Checks the force table for every tissue that can occur in the patient, either through a label or through
 // the HU thresholds. Also checks the order of the thresholds.
-void checkTissues(const Measured& m, Findings& f) {
-    std::array<bool, patient::kTissueCount> met{};
+void checkTissues(const PackageStatistics& m, Findings& f) {
+    std::array<bool, patient::kTissueCount> is_used{};
     for (const Tissue t : {Tissue::skin, Tissue::soft, Tissue::bone})
-        met[std::size_t(t)] = true;
+        is_used[std::size_t(t)] = true;
     for (const Label& l : m.package.label_table)
-        met[std::size_t(l.tissue)] = true;
-    met[std::size_t(Tissue::air)] = false;
+        is_used[std::size_t(l.tissue)] = true;
+    is_used[std::size_t(Tissue::air)] = false;
     for (int t = 0; t < patient::kTissueCount; ++t) {
-        if (!met[std::size_t(t)]) continue;
+        if (!is_used[std::size_t(t)]) continue;
         const patient::TissueRow& row = m.package.tissues[std::size_t(t)];
         const std::string name = "tissue " + std::string(tissueName(Tissue(t)));
         f.expect(refused, name + ", stiffness_n_per_m", row.stiffness_n_per_m, "N/m", {1.0, 1e6},
                  "without a stiffness nothing is felt");
-        f.expect(refused, name + ", cut_force_n", row.cut_force_n, "N", {0.01, kAny},
-                 "without a force to cut it the needle falls through");
+        f.expect(refused, name + ", cut_force_n", row.cut_force_n, "N", {0.01, kUnbounded},
+                 "without a cutting force the needle meets no resistance");
         f.expect(refused, name + ", young_pa", m.package.elasticity[std::size_t(t)].young_pa, "Pa",
-                 {10.0, kAny}, "without an elasticity it cannot be palpated");
+                 {10.0, kUnbounded}, "without an elasticity it cannot be palpated");
     }
     const patient::Thresholds& t = m.package.thresholds;
     const char* const why = "air < t0 <= skin < t1 <= soft < t2 <= bone, and past the fascia t2 is no lower";
-    f.expect(refused, "threshold t1 above t0", t.t1_hu - t.t0_hu, "HU", {1.0, kAny}, why);
-    f.expect(refused, "threshold t2 above t1", t.t2_sensitive_hu - t.t1_hu, "HU", {1.0, kAny}, why);
+    f.expect(refused, "threshold t1 above t0", t.t1_hu - t.t0_hu, "HU", {1.0, kUnbounded}, why);
+    f.expect(refused, "threshold t2 above t1", t.t2_sensitive_hu - t.t1_hu, "HU", {1.0, kUnbounded}, why);
     f.expect(refused, "threshold t2 past the fascia, above the one outside",
-             t.t2_specific_hu - t.t2_sensitive_hu, "HU", {0.0, kAny}, why);
+             t.t2_specific_hu - t.t2_sensitive_hu, "HU", {0.0, kUnbounded}, why);
 }
 
-void checkLabels(const Measured& m, Findings& f) {
+void checkLabels(const PackageStatistics& m, Findings& f) {
     for (int id = 1; id < 256; ++id)
         if (m.voxels[std::size_t(id)] > 0.0 && !m.patient.label(std::uint8_t(id)))
             f.add(refused, "label " + std::to_string(id),
-                  whole(m.voxels[std::size_t(id)]) + " voxels without an entry in the label table", "none",
-                  "what it is made of is unknown");
+                  formatCount(m.voxels[std::size_t(id)]) + " voxels without an entry in the label table",
+                  "none", "its tissue is unknown");
 }
 
 // Checks the structures that a puncture needs.
-void checkStructures(const Measured& m, Findings& f) {
-    const auto has = [&](Findings::Grade grade, const std::string& what, double voxels, const char* why) {
-        f.expect(grade, what, voxels * m.voxel_ml(), "ml", {m.voxel_ml(), kAny}, why);
+void checkStructures(const PackageStatistics& m, Findings& f) {
+    const auto expectPresent = [&](Findings::Grade grade, const std::string& what, double voxels,
+                                   const char* why) {
+        f.expect(grade, what, voxels * m.voxel_ml(), "ml", {m.voxel_ml(), kUnbounded}, why);
     };
-    has(refused, "skin", m.sum(Tissue::skin).voxels, "a needle begins at the skin");
-    has(refused, "liver", m.sum(Tissue::liver).voxels, "without a liver there is nothing to puncture");
-    has(refused, "fascia", m.sum(Tissue::fascia).voxels, "it is felt, and past it other thresholds hold");
+    expectPresent(refused, "skin", m.sum(Tissue::skin).voxels, "a needle begins at the skin");
+    expectPresent(refused, "liver", m.sum(Tissue::liver).voxels,
+                  "without a liver there is nothing to puncture");
+    expectPresent(refused, "fascia", m.sum(Tissue::fascia).voxels,
+                  "it is felt, and other thresholds apply behind it");
     const double right = m.named("right lung").voxels, left = m.named("left lung").voxels;
     if (right + left == 0.0) {
-        has(refused, "lungs", 0.0, "they lie in the way of a puncture between the ribs, and are its risk");
+        expectPresent(refused, "lungs", 0.0,
+                      "they lie in the way of a puncture between the ribs, and are its risk");
     } else {
-        has(warned, "right lung", right, "it lies in the way of a puncture between the ribs");
-        has(warned, "left lung", left, "one lung alone is a rare finding");
+        expectPresent(warned, "right lung", right, "it lies in the way of a puncture between the ribs");
+        expectPresent(warned, "left lung", left, "one lung alone is a rare finding");
     }
-    has(warned, "bone", m.sum(Tissue::bone).voxels, "where no rib is labelled, thresholds alone decide");
-    has(warned, "vessels", m.sum(Tissue::vessel).voxels, "no path is judged by what it could bleed from");
+    expectPresent(warned, "bone", m.sum(Tissue::bone).voxels,
+                  "where no rib is labelled, thresholds alone decide");
+    expectPresent(warned, "vessels", m.sum(Tissue::vessel).voxels,
+                  "without them no path is rated by its risk of bleeding");
 }
 
-void checkValues(const Measured& m, Findings& f) {
-    const auto mean = [&](Findings::Grade grade, const std::string& what, const Measured::Sum& s, Range range,
-                          const char* why) {
+void checkValues(const PackageStatistics& m, Findings& f) {
+    const auto mean = [&](Findings::Grade grade, const std::string& what, const PackageStatistics::Sum& s,
+                          Range range, const char* why) {
         if (s.voxels > 0.0) f.expect(grade, "mean of " + what, s.mean_hu(), "HU", range, why);
     };
     mean(refused, "liver", m.sum(Tissue::liver), {-20.0, 180.0},
@@ -197,57 +205,47 @@ void checkValues(const Measured& m, Findings& f) {
     mean(refused, "bone", m.sum(Tissue::bone), {100.0, 1000.0},
          "marrow 80 to 200, cortex above 700 (Schreiber et al. 2011); else the labels or the values are "
          "wrong");
-    mean(refused, "lungs",
-         m.sum([](const Label& l) { return l.name == "right lung" || l.name == "left lung"; }),
-         {-960.0, -400.0},
+    mean(refused, "lungs", m.sum(isLung), {-960.0, -400.0},
          "-850 to -750 (Gevenois et al. 1996), denser where ill; else the labels or the values are wrong");
-    const Measured::Sum blood = m.sum(Tissue::vessel);
+    const PackageStatistics::Sum blood = m.sum(Tissue::vessel);
     mean(warned, "vessels", blood, {20.0, 500.0}, "blood 40 without contrast medium, 300 to 400 in arteries");
     if (blood.voxels > 0.0)
         f.expect(warned, "threshold of bone past the fascia", m.package.thresholds.t2_specific_hu, "HU",
-                 {blood.mean_hu(), kAny}, "the vessels' mean: an unlabelled vessel would be felt as bone");
+                 {blood.mean_hu(), kUnbounded},
+                 "the vessels' mean: an unlabelled vessel would be felt as bone");
 }
 
 // Checks the positions of liver, lungs and spine relative to each other and to the body. Wrong positions show
 // that the image is mirrored or turned against the RAS axes.
-void checkPlaces(const Measured& m, Findings& f) {
+void checkPositions(const PackageStatistics& m, Findings& f) {
     const Vec3 liver = m.sum(Tissue::liver).centre();
     f.expect(refused, "liver to the right of the body's middle",
-             1e3 * (liver.x - m.body_places.x / m.body_voxels), "mm", {0.0, kAny},
-             "a mirrored image (or a situs inversus, which the right flank gives no access to)");
-    const Measured::Sum lungs =
-        m.sum([](const Label& l) { return l.name == "right lung" || l.name == "left lung"; });
+             1e3 * (liver.x - m.body_centre_sum.x / m.body_voxels), "mm", {0.0, kUnbounded},
+             "the image is mirrored (or a situs inversus, which is not supported)");
+    const PackageStatistics::Sum lungs = m.sum(isLung);
     if (lungs.voxels > 0.0)
-        f.expect(refused, "lungs above the liver", 1e3 * (lungs.centre().z - liver.z), "mm", {0.0, kAny},
-                 "the image stands on its head");
-    const Measured::Sum spine =
+        f.expect(refused, "lungs above the liver", 1e3 * (lungs.centre().z - liver.z), "mm",
+                 {0.0, kUnbounded}, "the image is upside down");
+    const PackageStatistics::Sum spine =
         m.sum([](const Label& l) { return l.name == "spine" || l.name == "spinal canal"; });
     if (spine.voxels > 0.0)
         f.expect(refused, "liver in front of the spine", 1e3 * (liver.y - spine.centre().y), "mm",
-                 {0.0, kAny}, "front and back are exchanged");
+                 {0.0, kUnbounded}, "front and back are exchanged");
 }
 
-Mask maskOfPackage(const Package& p, bool (*wanted)(const Label&)) {
-    std::array<std::uint8_t, 256> in{};
-    for (const Label& l : p.label_table)
-        in[l.id] = wanted(l);
-    Mask mask(p.labels.grid);
-    for (std::size_t i = 0; i < mask.voxels.size(); ++i)
-        mask.voxels[i] = in[p.labels.voxels[i]];
-    return mask;
+Mask packageMask(const Package& p, bool (*wanted)(const Label&)) {
+    return labelMask(p.labels, p.label_table, wanted);
 }
 
 void checkCropping(const Mask& liver, Findings& f) {
     const Grid& g = liver.grid;
     double sides = 0.0;
     std::vector<double> slices(std::size_t(g.dims.z), 0.0);
-    for (int z = 0; z < g.dims.z; ++z)
-        for (int y = 0; y < g.dims.y; ++y)
-            for (int x = 0; x < g.dims.x; ++x) {
-                if (!liver[{x, y, z}]) continue;
-                ++slices[std::size_t(z)];
-                sides += x == 0 || y == 0 || x + 1 == g.dims.x || y + 1 == g.dims.y;
-            }
+    forEachVoxel(g, [&](const Index3& i) {
+        if (!liver[i]) return;
+        ++slices[std::size_t(i.z)];
+        sides += i.x == 0 || i.y == 0 || i.x + 1 == g.dims.x || i.y + 1 == g.dims.y;
+    });
     const double most = *std::max_element(slices.begin(), slices.end());
     const auto cut = [&](const char* what, double slice) {
         const double share = 100.0 * slice / most;
@@ -264,19 +262,19 @@ void checkCropping(const Mask& liver, Findings& f) {
              "the image is cropped through the liver");
 }
 
-void checkLiver(const Measured& m, Findings& f) {
+void checkLiver(const PackageStatistics& m, Findings& f) {
     const double voxels = m.sum(isWholeLiver).voxels;
     f.expect(refused, "liver volume", voxels * m.voxel_ml(), "ml", {600.0, 3500.0},
              "594 to 2250 in 369 healthy adults (Feng et al. 2017), 2022 +- 749 in men with cysts (Hogan et "
              "al. 2015); else a part is missing or it has leaked");
-    Mask whole = maskOfPackage(m.package, isWholeLiver);
-    f.expect(warned, "liver beside its largest piece", 100.0 * double(keepLargest(whole)) / voxels, "%",
-             {0.0, 5.0}, "a liver is in one piece");
-    checkCropping(maskOfPackage(m.package, [](const Label& l) { return l.tissue == Tissue::liver; }), f);
+    Mask whole = packageMask(m.package, isWholeLiver);
+    f.expect(warned, "liver beside its largest piece", 100.0 * double(keepLargestComponent(whole)) / voxels,
+             "%", {0.0, 5.0}, "a liver is in one piece");
+    checkCropping(packageMask(m.package, [](const Label& l) { return l.tissue == Tissue::liver; }), f);
 }
 
 // Checks that there is air around the body, where the needle starts.
-void checkFieldOfView(const Measured& m, Findings& f) {
+void checkFieldOfView(const PackageStatistics& m, Findings& f) {
     const Grid& g = m.package.labels.grid;
     const char* const names[] = {"left", "right", "back", "front"};
     double all = 0.0, cut = 0.0;
@@ -300,28 +298,21 @@ void checkFieldOfView(const Measured& m, Findings& f) {
 }
 
 // Voxels of the mask, about `apart_m` apart.
-std::vector<Index3> thinned(const Mask& mask, double apart_m) {
+std::vector<Index3> sampleSparsely(const Mask& mask, double apart_m) {
     const Grid& g = mask.grid;
     const Index3 step = glm::max(Index3(Vec3(apart_m) / g.spacing_m), Index3(1));
-    const Index3 cells = (g.dims + step - 1) / step;
-    std::vector<std::uint8_t> taken(std::size_t(cells.x) * std::size_t(cells.y) * std::size_t(cells.z), 0);
+    Mask taken(Grid{(g.dims + step - 1) / step, g.spacing_m, g.origin_m});
     std::vector<Index3> out;
-    for (int z = 0; z < g.dims.z; ++z)
-        for (int y = 0; y < g.dims.y; ++y)
-            for (int x = 0; x < g.dims.x; ++x) {
-                if (!mask[{x, y, z}]) continue;
-                const Index3 c = Index3{x, y, z} / step;
-                std::uint8_t& cell = taken[(std::size_t(c.z) * std::size_t(cells.y) + std::size_t(c.y)) *
-                                               std::size_t(cells.x) +
-                                           std::size_t(c.x)];
-                if (!cell) out.push_back({x, y, z});
-                cell = 1;
-            }
+    forEachVoxel(g, [&](const Index3& i) {
+        if (!mask[i] || taken[i / step]) return;
+        taken[i / step] = 1;
+        out.push_back(i);
+    });
     return out;
 }
 
 // Returns true if a straight needle reaches the liver without passing fascia or bone.
-bool missesFascia(const Measured& m, const Index3& entry, const Index3& target) {
+bool missesFascia(const PackageStatistics& m, const Index3& entry, const Index3& target) {
     const Grid& g = m.package.labels.grid;
     for (VoxelWalk walk(g, g.centre(entry), g.centre(target)); !walk.done(); walk.next()) {
         const Tissue t = m.patient.at(walk.voxel(), {}).tissue;
@@ -331,25 +322,25 @@ bool missesFascia(const Measured& m, const Index3& entry, const Index3& target) 
     return false;
 }
 
-void checkFascia(const Measured& m, Findings& f) {
+void checkFascia(const PackageStatistics& m, Findings& f) {
     const Package& p = m.package;
-    const Mask skin = maskOfPackage(p, [](const Label& l) { return l.tissue == Tissue::skin; });
-    const Mask liver = maskOfPackage(p, [](const Label& l) { return l.tissue == Tissue::liver; });
-    Mask open = maskOfPackage(p, [](const Label& l) { return l.tissue == Tissue::fascia; });
-    for (std::uint8_t& v : open.voxels)
-        v = v ? 0 : 1;
-    const Mask reached = floodFrom(skin, open);
+    const Mask skin = packageMask(p, [](const Label& l) { return l.tissue == Tissue::skin; });
+    const Mask liver = packageMask(p, [](const Label& l) { return l.tissue == Tissue::liver; });
+    const Mask fascia = packageMask(p, [](const Label& l) { return l.tissue == Tissue::fascia; });
+    const Mask reached = floodFill(skin, inverted(fascia));
     std::size_t leaked = 0;
     for (std::size_t i = 0; i < liver.voxels.size(); ++i)
         leaked += liver.voxels[i] && reached.voxels[i];
-    // No path outside the fascia leads from the skin to the liver, so no straight line does.
+    // If every path from the skin to the liver, however bent, passes fascia voxels, every straight line does
+    // too.
     if (leaked == 0) return;
-    const std::vector<Index3> entries = thinned(skin, kEntries_m), targets = thinned(liver, kTargets_m);
+    const std::vector<Index3> entries = sampleSparsely(skin, kEntrySpacing_m),
+                              targets = sampleSparsely(liver, kTargetSpacing_m);
     std::vector<std::size_t> through(entries.size(), 0), tried(entries.size(), 0);
-    forEachSlab(int(entries.size()), [&](int e) {
+    parallelFor(processorCount(), int(entries.size()), [&](int e) {
         const Index3 entry = entries[std::size_t(e)];
         for (const Index3& target : targets) {
-            if (glm::length(Vec3(target - entry) * p.labels.grid.spacing_m) > kNeedle_m) continue;
+            if (glm::length(Vec3(target - entry) * p.labels.grid.spacing_m) > kNeedleLength_m) continue;
             ++tried[std::size_t(e)];
             through[std::size_t(e)] += missesFascia(m, entry, target);
         }
@@ -359,10 +350,10 @@ void checkFascia(const Measured& m, Findings& f) {
         hits += double(through[e]), all += double(tried[e]);
     if (hits > 0.0)
         f.add(refused, "fascia",
-              whole(hits) + " of " + whole(all) + " straight lines from skin to liver miss it", "none",
-              "it is open: a needle would pass without the force that tells of it");
+              formatCount(hits) + " of " + formatCount(all) + " straight lines from skin to liver miss it",
+              "none", "it is open: a needle would pass it without any force");
     else
-        f.add(warned, "fascia", "the liver is reached around it, by no straight line of " + whole(all),
+        f.add(warned, "fascia", "the liver is reached around it, by no straight line of " + formatCount(all),
               "closed", "it has a hole or ends within the image");
 }
 
@@ -378,13 +369,13 @@ void checkMotion(const patient::MotionModel& motion, Findings& f) {
               "steeper, the tissue folds over itself; no such package is saved or loaded");
         return;
     }
-    f.expect(refused, "least Jacobian of the motion", leastJacobian(motion, 1.0), "", {1e-3, kAny},
+    f.expect(refused, "least Jacobian of the motion", minJacobian(motion, 1.0), "", {1e-3, kUnbounded},
              "where it is not above 0 the tissue folds over itself");
     f.expect(warned, "travel of the diaphragm's dome", 1e3 * motion.dome_travel_m, "mm", {3.0, 40.0},
              "7 to 28 at rest (Keall et al. 2006, table I)");
 }
 
-void checkPaths(const Measured& m, int threads, Findings& f) {
+void checkPaths(const PackageStatistics& m, int threads, Findings& f) {
     const double ducts_ml = m.sum(Tissue::duct).voxels * m.voxel_ml();
     if (ducts_ml == 0.0) {
         f.add(warned, "bile ducts", "none", "some",
@@ -395,12 +386,13 @@ void checkPaths(const Measured& m, int threads, Findings& f) {
     settings.threads = threads;
     const patient::PlanResult plan = planPaths(m.patient, settings);
     if (plan.paths.empty())
-        f.add(warned, "planned paths",
-              "none of " + std::to_string(plan.candidates) + " lines from the right flank to " +
-                  number(ducts_ml) + " ml of ducts (" + std::to_string(plan.rejected_blocked) + " blocked, " +
-                  std::to_string(plan.rejected_long) + " too long, " + std::to_string(plan.rejected_quality) +
-                  " too poor)",
-              "at least one", "the ducts are out of reach: there is no training path");
+        f.add(
+            warned, "planned paths",
+            fmt::format(
+                "none of {} lines from the right flank to {:.4g} ml of ducts ({} blocked, {} too long, "
+                "{} too poor)",
+                plan.candidates, ducts_ml, plan.rejected_blocked, plan.rejected_long, plan.rejected_quality),
+            "at least one", "the ducts are out of reach: there is no training path");
 }
 
 }  // namespace
@@ -414,7 +406,7 @@ std::vector<Finding> checkPackage(const Package& package, int threads) {
               "nothing can be measured");
         return f.list;
     }
-    const Measured m(package);
+    const PackageStatistics m(package);
     checkGrid(package.labels.grid, f);
     checkLabels(m, f);
     checkTissues(m, f);
@@ -423,7 +415,7 @@ std::vector<Finding> checkPackage(const Package& package, int threads) {
     checkMotion(package.motion, f);
     checkFieldOfView(m, f);
     if (m.sum(Tissue::liver).voxels > 0.0) {
-        checkPlaces(m, f);
+        checkPositions(m, f);
         checkLiver(m, f);
         if (m.sum(Tissue::skin).voxels > 0.0 && m.sum(Tissue::fascia).voxels > 0.0) checkFascia(m, f);
         if (!anyRefused(f.list)) checkPaths(m, threads, f);
@@ -439,7 +431,7 @@ bool anyRefused(const std::vector<Finding>& findings) {
     return std::any_of(findings.begin(), findings.end(), [](const Finding& f) { return f.refused; });
 }
 
-std::string lineOf(const Finding& f) {
+std::string formatFinding(const Finding& f) {
     return (f.refused ? "REFUSED  " : "look     ") + f.what + ": " + f.value + ", expected " + f.expected +
            " (" + f.reason + ")";
 }

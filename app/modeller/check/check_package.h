@@ -26,6 +26,6 @@ std::vector<Finding> checkPackage(const patient::Package&, int threads = 2);
 bool anyRefused(const std::vector<Finding>&);
 
 // "REFUSED  liver volume: 245 ml, expected 600 to 3500 ml (...)".
-std::string lineOf(const Finding&);
+std::string formatFinding(const Finding&);
 
 }  // namespace stylet::modeller

@@ -16,7 +16,7 @@ namespace {
 
 using Palette = std::array<std::array<std::uint8_t, 3>, 256>;
 
-Palette paletteOf(const patient::Package& package) {
+Palette makePalette(const patient::Package& package) {
     Palette palette{};
     for (const patient::Label& l : package.label_table)
         palette[l.id] = l.colour;
@@ -29,14 +29,8 @@ int normalAxis(Plane plane) {
 
 // The voxel at pixel (u, v) of slice `index`.
 Index3 voxelAt(Plane plane, const Index3& dims, int index, int u, int v) {
-    switch (plane) {
-        case Plane::axial:
-            return {dims.x - 1 - u, dims.y - 1 - v, index};
-        case Plane::coronal:
-            return {dims.x - 1 - u, index, dims.z - 1 - v};
-        case Plane::sagittal:
-            break;
-    }
+    if (plane == Plane::axial) return {dims.x - 1 - u, dims.y - 1 - v, index};
+    if (plane == Plane::coronal) return {dims.x - 1 - u, index, dims.z - 1 - v};
     return {index, dims.y - 1 - u, dims.z - 1 - v};
 }
 
@@ -44,11 +38,9 @@ Index3 voxelAt(Plane plane, const Index3& dims, int index, int u, int v) {
 std::pair<int, int> labelledRange(const LabelVolume& labels, int axis) {
     const Index3 dims = labels.grid.dims;
     int first = dims[axis], last = -1;
-    Index3 i{0};
-    for (i.z = 0; i.z < dims.z; ++i.z)
-        for (i.y = 0; i.y < dims.y; ++i.y)
-            for (i.x = 0; i.x < dims.x; ++i.x)
-                if (labels[i] != 0) first = std::min(first, i[axis]), last = std::max(last, i[axis]);
+    forEachVoxel(labels.grid, [&](const Index3& i) {
+        if (labels[i] != 0) first = std::min(first, i[axis]), last = std::max(last, i[axis]);
+    });
     return last < 0 ? std::pair{0, dims[axis] - 1} : std::pair{first, last};
 }
 
@@ -57,7 +49,7 @@ std::pair<int, int> labelledRange(const LabelVolume& labels, int axis) {
 Picture slicePicture(const patient::Package& package, Plane plane, int index, const Window& window,
                      double label_share) {
     const Index3 dims = package.ct.grid.dims;
-    const Palette palette = paletteOf(package);
+    const Palette palette = makePalette(package);
     Picture picture;
     picture.width = plane == Plane::sagittal ? dims.y : dims.x;
     picture.height = plane == Plane::axial ? dims.y : dims.z;
@@ -83,7 +75,7 @@ Picture montage(const patient::Package& package, Plane plane, int count, int col
     const int rows = (count + columns - 1) / columns;
     Picture sheet;
     for (int k = 0; k < count; ++k) {
-        // Axial sheets start at the head, as films are hung.
+        // Axial montages start at the head, like films on a light box.
         const double share = (k + 0.5) / count;
         const double along = plane == Plane::axial ? 1.0 - share : share;
         const int at = first + int(along * (last - first + 1));
@@ -104,10 +96,10 @@ Picture montage(const patient::Package& package, Plane plane, int count, int col
 
 void writePng(const Picture& picture, const std::filesystem::path& path) {
     std::string png;
-    const auto keep = [](void* text, void* bytes, int count) {
+    const auto writeBytes = [](void* text, void* bytes, int count) {
         static_cast<std::string*>(text)->append(static_cast<const char*>(bytes), std::size_t(count));
     };
-    if (stbi_write_png_to_func(keep, &png, picture.width, picture.height, 3, picture.rgb.data(),
+    if (stbi_write_png_to_func(writeBytes, &png, picture.width, picture.height, 3, picture.rgb.data(),
                                picture.width * 3) == 0)
         throw std::bad_alloc();
     writeWholeFile(path, png);
@@ -116,14 +108,13 @@ void writePng(const Picture& picture, const std::filesystem::path& path) {
 void writeSlices(const patient::Package& package, const std::filesystem::path& folder) {
     std::filesystem::create_directories(folder);
     const Window abdomen;
-    for (const auto& [share, suffix] : {std::pair{0.0, ""}, std::pair{0.45, "-labels"}}) {
-        writePng(montage(package, Plane::axial, 20, 5, abdomen, share),
-                 folder / (std::string("axial") + suffix + ".png"));
-        writePng(montage(package, Plane::coronal, 12, 4, abdomen, share),
-                 folder / (std::string("coronal") + suffix + ".png"));
-        writePng(montage(package, Plane::sagittal, 12, 6, abdomen, share),
-                 folder / (std::string("sagittal") + suffix + ".png"));
-    }
+    const auto write = [&](const std::string& name, Plane plane, int count, int columns) {
+        writePng(montage(package, plane, count, columns, abdomen, 0.0), folder / (name + ".png"));
+        writePng(montage(package, plane, count, columns, abdomen, 0.45), folder / (name + "-labels.png"));
+    };
+    write("axial", Plane::axial, 20, 5);
+    write("coronal", Plane::coronal, 12, 4);
+    write("sagittal", Plane::sagittal, 12, 6);
 }
 
 }  // namespace stylet::modeller

@@ -1,4 +1,4 @@
-#include <CLI/CLI.hpp>
+#include <fmt/core.h>
 #include <csignal>
 #include <cstdio>
 #include <memory>
@@ -7,6 +7,7 @@
 #include "app/modeller/commands/console.h"
 #include "app/modeller/import/section.h"
 #include "app/modeller/segmentation/build.h"
+#include "app/print.h"
 #include "app/report/classes.h"
 
 namespace stylet::modeller {
@@ -29,26 +30,25 @@ void onInterrupt(int signal) {
     std::signal(signal, SIG_DFL);
 }
 
-void printStages(const Built& built) {
-    std::printf("%-10s %8s  %s\n", "stage", "seconds", "notes");
+void printStages(const BuildResult& built) {
+    printResult("{:<10} {:>8}  {}\n", "stage", "seconds", "notes");
     for (const StageReport& stage : built.stages) {
-        std::printf("%-10s %8.1f  %s%s\n", stage.name.c_str(), stage.seconds, stage.kept ? "kept " : "",
+        printResult("{:<10} {:8.1f}  {}{}\n", stage.name, stage.seconds, stage.reused ? "kept " : "",
                     stage.corrected ? "corrected by hand" : "");
         for (const std::string& note : stage.notes)
-            std::printf("%-20s%s\n", "", note.c_str());
+            printResult("{:20}{}\n", "", note);
     }
 }
 
 // Draws the HU intervals of the threshold classes over the CT's histogram and over a slice through the liver,
 // as in Figs. 10 to 13 of the AcusVR-4D paper.
-void drawClassesOf(const patient::Package& p, const std::filesystem::path& png) {
-    const Mask liver = maskOf(p.labels, "liver");
+void drawTissueClasses(const patient::Package& p, const std::filesystem::path& png) {
+    const Mask liver = labelMask(p.labels, "liver");
     Vec3 sum{0.0};
     double count = 0.0;
-    for (int z = 0; z < liver.grid.dims.z; ++z)
-        for (int y = 0; y < liver.grid.dims.y; ++y)
-            for (int x = 0; x < liver.grid.dims.x; ++x)
-                if (liver[{x, y, z}]) sum += liver.grid.centre({x, y, z}), count += 1.0;
+    forEachVoxel(liver.grid, [&](const Index3& i) {
+        if (liver[i]) sum += liver.grid.centre(i), count += 1.0;
+    });
     const patient::Patient patient(p);
     if (count > 0.0) report::drawClasses(patient, sum / count, p.name, png);
 }
@@ -62,20 +62,17 @@ void runBuild(BuildArguments& a) {
     s.progress = progressBar("build");
     s.cancelled = [] { return interrupted != 0; };
     std::signal(SIGINT, onInterrupt);
-    const Built built = build(s);
+    const BuildResult built = build(s);
     printStages(built);
     for (const Finding& f : built.findings)
-        std::printf("%s\n", lineOf(f).c_str());
+        printResult("{}\n", formatFinding(f));
     std::fflush(stdout);
     patient::savePackage(built.package, a.out);
-    const patient::Package& p = built.package;
-    drawClassesOf(p, s.stages / "02-classes" / "classes.png");
-    std::printf("thresholds: %.0f, %.0f, %.0f (outside the fascia), %.0f (past it) HU\n", p.thresholds.t0_hu,
-                p.thresholds.t1_hu, p.thresholds.t2_sensitive_hu, p.thresholds.t2_specific_hu);
-    std::printf("%s: %d x %d x %d voxels of %.2f mm; stages in %s\n", a.out.c_str(), p.ct.grid.dims.x,
-                p.ct.grid.dims.y, p.ct.grid.dims.z, a.spacing_mm, s.stages.c_str());
+    drawTissueClasses(built.package, s.stages / "02-classes" / "classes.png");
+    printPackage(built.package, a.out);
+    printResult("; stages in {}\n", s.stages.string());
     if (anyRefused(built.findings)) {
-        std::printf(
+        printResult(
             "The patient cannot be simulated yet. Correct the stages in question with --stage and "
             "--labels.\n");
         throw CLI::RuntimeError(1);

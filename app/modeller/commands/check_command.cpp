@@ -1,3 +1,4 @@
+#include <fmt/core.h>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -5,6 +6,7 @@
 #include "app/modeller/check/check_package.h"
 #include "app/modeller/commands/commands.h"
 #include "app/modeller/commands/console.h"
+#include "app/print.h"
 #include "patient/synth/synth.h"
 
 namespace stylet::modeller {
@@ -20,23 +22,21 @@ struct CheckOptions {
 };
 
 std::string bounds(const CheckLine& l) {
-    char text[64];
-    std::snprintf(text, sizeof text, "%.4g .. %.4g", l.low, l.high);
-    return text;
+    return fmt::format("{:.4g} .. {:.4g}", l.low, l.high);
 }
 
-bool printOne(const patient::Package& package) {
+bool printReferenceChecks(const patient::Package& package) {
     bool ok = true;
-    std::printf("%s\n", package.name.c_str());
+    printResult("{}\n", package.name);
     for (const CheckLine& l : patient::synth::checkPatient(package)) {
-        std::printf("  %-4s %-42s %10.2f %-6s [%s]\n", l.ok() ? "ok" : "FAIL", l.name.c_str(), l.value,
-                    l.unit.c_str(), bounds(l).c_str());
+        printResult("  {:<4} {:<42} {:10.2f} {:<6} [{}]\n", l.ok() ? "ok" : "FAIL", l.name, l.value, l.unit,
+                    bounds(l));
         ok = ok && l.ok();
     }
     return ok;
 }
 
-// One line per measure, with its range over the seeds.
+// Prints one line per measure, with its range over the reference patients of the seeds.
 bool printCohort(std::uint64_t first, std::uint64_t last, double spacing_mm, int threads) {
     struct Range {
         CheckLine line;
@@ -57,35 +57,33 @@ bool printCohort(std::uint64_t first, std::uint64_t last, double spacing_mm, int
             if (lines[i].ok()) continue;
             ++ranges[i].failed;
             ok = false;
-            std::printf("seed %llu: %s is %.2f %s, allowed %s\n", static_cast<unsigned long long>(seed),
-                        lines[i].name.c_str(), lines[i].value, lines[i].unit.c_str(),
-                        bounds(lines[i]).c_str());
+            printResult("seed {}: {} is {:.2f} {}, allowed {}\n", seed, lines[i].name, lines[i].value,
+                        lines[i].unit, bounds(lines[i]));
         }
     }
-    std::printf("seeds %llu to %llu at %.1f mm\n", static_cast<unsigned long long>(first),
-                static_cast<unsigned long long>(last), spacing_mm);
+    printResult("seeds {} to {} at {:.1f} mm\n", first, last, spacing_mm);
     for (const Range& r : ranges)
-        std::printf("  %-4s %-42s %10.2f to %10.2f %-6s [%s]\n", r.failed == 0 ? "ok" : "FAIL",
-                    r.line.name.c_str(), r.low, r.high, r.line.unit.c_str(), bounds(r.line).c_str());
+        printResult("  {:<4} {:<42} {:10.2f} to {:10.2f} {:<6} [{}]\n", r.failed == 0 ? "ok" : "FAIL",
+                    r.line.name, r.low, r.high, r.line.unit, bounds(r.line));
     return ok;
 }
 
 // Prints the findings of a package. A reference patient is also checked against its own ranges.
-bool printPackage(const patient::Package& package, int threads) {
+bool printFindings(const patient::Package& package, int threads) {
     const std::vector<Finding> findings = checkPackage(package, threads);
-    if (findings.empty()) std::printf("%s: plausible\n", package.name.c_str());
+    if (findings.empty()) printResult("{}: plausible\n", package.name);
     for (const Finding& f : findings)
-        std::printf("%s\n", lineOf(f).c_str());
+        printResult("{}\n", formatFinding(f));
     const bool plausible = !anyRefused(findings);
-    return (!patient::synth::isReferencePatient(package) || printOne(package)) && plausible;
+    return (!patient::synth::isReferencePatient(package) || printReferenceChecks(package)) && plausible;
 }
 
 bool check(const CheckOptions& o) {
-    if (o.seeds.empty()) return printPackage(patient::loadPackage(o.patient), o.threads);
+    if (o.seeds.empty()) return printFindings(patient::loadPackage(o.patient), o.threads);
     unsigned long long first = 0, last = 0;
     const int got = std::sscanf(o.seeds.c_str(), "%llu..%llu", &first, &last);
     if (got < 1 || (got == 2 && last < first)) throw CLI::ValidationError("--seeds", "expected A..B or A");
-    if (got == 1) return printOne(referencePatient(first, o.spacing_mm, o.threads));
+    if (got == 1) return printReferenceChecks(referencePatient(first, o.spacing_mm, o.threads));
     return printCohort(first, last, o.spacing_mm, o.threads);
 }
 

@@ -10,6 +10,7 @@ void addCompare(CLI::App&);
 void addSynth(CLI::App&);
 void addCheck(CLI::App&);
 void addSlices(CLI::App&);
+void addImport(CLI::App&);
 void addMotion(CLI::App&);
 
 }  // namespace stylet::modeller

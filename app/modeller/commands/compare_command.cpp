@@ -1,10 +1,10 @@
-#include <CLI/CLI.hpp>
-#include <cstdio>
+#include <fmt/core.h>
 #include <memory>
 
 #include "app/modeller/commands/commands.h"
 #include "app/modeller/segmentation/atlas.h"
 #include "app/modeller/segmentation/judgement.h"
+#include "app/print.h"
 #include "app/study/study.h"
 
 namespace stylet::modeller {
@@ -15,13 +15,13 @@ using patient::Package;
 
 struct CompareOptions {
     std::string truth, found;
-    std::size_t most_paths = 200;
+    std::size_t max_paths = 200;
 };
 
-// The best paths of a coarse plan, in the breathing state of the CT.
+// Plans paths with a coarse grid, in the breathing state of the CT. Returns at most the `most` best ones.
 std::vector<patient::PlannedPath> planTruth(const Package& truth, std::size_t most) {
     const patient::Patient true_patient(truth);
-    patient::PlanSettings settings = patient::studyPlan(true_patient);
+    patient::PlanSettings settings = patient::studyPlanSettings(true_patient);
     settings.skin_spacing_m = patient::PlanSettings().skin_spacing_m;
     settings.target_spacing_m = patient::PlanSettings().target_spacing_m;
     std::vector<patient::PlannedPath> paths = patient::planPaths(true_patient, settings).paths;
@@ -37,27 +37,27 @@ void printForces(const CompareOptions& o, Package truth, Package found,
                                              std::move(found), study::FoundLabels::all);
     const study::Summary s =
         study::summarise(pair.name, study::runPaths(study::PreparedPair(pair), paths, {}));
-    std::printf(
-        "forces on %zu paths planned in the first: RMS error %.3f N, median path %.3f N, worst path "
-        "%.3f N, largest %.2f N, %.1f %% of samples equal; %zu of them end at bone\n",
-        s.paths, s.pooled_rmse_n, s.rmse_n.median, s.rmse_n.most, s.max_n.most, 100.0 * s.equal_share.mean,
+    printResult(
+        "forces on {} paths planned in the first: RMS error {:.3f} N, median path {:.3f} N, worst path "
+        "{:.3f} N, largest {:.2f} N, {:.1f} % of samples equal; {} of them end at bone\n",
+        s.paths, s.pooled_rmse_n, s.rmse_n.median, s.rmse_n.max, s.max_n.max, 100.0 * s.equal_share.mean,
         s.bone_paths);
 } catch (const DataError& e) {
-    std::printf("no forces to compare: %s\n", e.what());
+    printResult("no forces to compare: {}\n", e.what());
 }
 
 void runCompare(const CompareOptions& o) {
     Package truth = patient::loadPackage(o.truth), found = patient::loadPackage(o.found);
-    refuseItself(truth.name, found.provenance);
-    const std::vector<patient::PlannedPath> paths = planTruth(truth, o.most_paths);
-    std::printf("%-26s %6s %9s %9s %9s %9s %10s %10s\n", "structure", "Dice", "mean mm", "HD95 mm", "HD mm",
-                "paths mm", "truth ml", "found ml");
-    for (const auto& [structure, a] : judge(truth, found, paths))
-        std::printf("%-26s %6.3f %9.2f %9.2f %9.2f %9.2f %10.2f %10.2f\n", structure.c_str(), a.dice,
+    checkNotOwnAtlas(truth.name, found.provenance);
+    const std::vector<patient::PlannedPath> paths = planTruth(truth, o.max_paths);
+    printResult("{:<26} {:>6} {:>9} {:>9} {:>9} {:>9} {:>10} {:>10}\n", "structure", "Dice", "mean mm",
+                "HD95 mm", "HD mm", "paths mm", "truth ml", "found ml");
+    for (const auto& [structure, a] : compareStructures(truth, found, paths))
+        printResult("{:<26} {:6.3f} {:9.2f} {:9.2f} {:9.2f} {:9.2f} {:10.2f} {:10.2f}\n", structure, a.dice,
                     1e3 * a.mean_surface_m, 1e3 * a.hausdorff95_m, 1e3 * a.hausdorff_m,
-                    1e3 * a.mean_surface_there_m, a.truth_ml, a.found_ml);
+                    1e3 * a.mean_surface_near_m, a.truth_ml, a.found_ml);
     if (paths.empty())
-        std::printf("no path can be planned in %s: no forces to compare\n", o.truth.c_str());
+        printResult("no path can be planned in {}: no forces to compare\n", o.truth);
     else
         printForces(o, std::move(truth), std::move(found), paths);
 }
@@ -70,7 +70,7 @@ void addCompare(CLI::App& app) {
         "compare", "Compare a package's labels, and the forces on its paths, with a reference package.");
     command->add_option("truth", o->truth, "Package with the true labels.")->required();
     command->add_option("found", o->found, "Package to compare, of the same CT.")->required();
-    command->add_option("--paths", o->most_paths, "Number of planned paths to use, best first.")
+    command->add_option("--paths", o->max_paths, "Number of planned paths to use, best first.")
         ->capture_default_str();
     command->callback([o] { runCompare(*o); });
 }

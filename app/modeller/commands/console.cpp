@@ -2,29 +2,46 @@
 
 #include <unistd.h>
 
+#include <fmt/core.h>
+#include <chrono>
 #include <cstdio>
 
 #include "app/installation.h"
+#include "app/print.h"
 #include "patient/synth/synth.h"
 
 namespace stylet::modeller {
+
+std::function<void(std::string_view)> timedProgress() {
+    using Clock = std::chrono::steady_clock;
+    return [start = Clock::now()](std::string_view stage) {
+        printProgress("{:6.1f} s  {}\n", std::chrono::duration<double>(Clock::now() - start).count(), stage);
+    };
+}
 
 std::function<void(std::string_view, double)> progressBar(std::string title) {
     const bool terminal = isatty(fileno(stderr)) != 0;
     return [title = std::move(title), terminal](std::string_view stage, double fraction) {
         constexpr int kWidth = 30;
         const int full = int(fraction * kWidth + 0.5);
-        const std::string bar =
-            std::string(std::size_t(full), '#') + std::string(std::size_t(kWidth - full), '.');
-        std::fprintf(stderr, "%s%s [%s] %3d %%  %-12.*s%s", terminal ? "\r" : "", title.c_str(), bar.c_str(),
-                     int(fraction * 100.0 + 0.5), int(stage.size()), stage.data(),
-                     terminal && fraction < 1.0 ? "" : "\n");
+        const std::string bar = fmt::format("{:.<{}}", std::string(std::size_t(full), '#'), kWidth);
+        printProgress("{}{} [{}] {:3} %  {:<12}{}", terminal ? "\r" : "", title, bar,
+                      int(fraction * 100.0 + 0.5), stage, terminal && fraction < 1.0 ? "" : "\n");
         std::fflush(stderr);
     };
 }
 
 patient::TissueDefaults tissueDefaults() {
     return patient::loadTissueDefaults(assetsFolder() / "tissue" / "ptcd.toml");
+}
+
+void printPackage(const patient::Package& p, const std::filesystem::path& folder) {
+    printResult("thresholds: {:.0f}, {:.0f}, {:.0f} (outside the fascia), {:.0f} (past it) HU\n",
+                p.thresholds.t0_hu, p.thresholds.t1_hu, p.thresholds.t2_sensitive_hu,
+                p.thresholds.t2_specific_hu);
+    const Grid& g = p.ct.grid;
+    printResult("{}: {} x {} x {} voxels of {:.2f} mm", folder.string(), g.dims.x, g.dims.y, g.dims.z,
+                1e3 * g.spacing_m.x);
 }
 
 patient::Package referencePatient(std::uint64_t seed, double spacing_mm, int threads) {

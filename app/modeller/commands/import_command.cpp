@@ -1,12 +1,10 @@
-#include "app/modeller/commands/import_command.h"
-
-#include <CLI/CLI.hpp>
-#include <chrono>
-#include <cstdio>
+#include <fmt/core.h>
 #include <memory>
 
+#include "app/modeller/commands/commands.h"
 #include "app/modeller/commands/console.h"
 #include "app/modeller/import/import.h"
+#include "app/print.h"
 
 namespace stylet::modeller {
 
@@ -19,32 +17,24 @@ struct ImportArguments {
 };
 
 void printSources(const std::vector<SourceLabel>& sources) {
-    std::printf("%9s  %-16s %10s %9s\n", "source id", "target", "ml", "mean HU");
+    printResult("{:>9}  {:<16} {:>10} {:>9}\n", "source id", "target", "ml", "mean HU");
     for (const SourceLabel& s : sources)
-        std::printf("%9d  %-16s %10.2f %9.1f\n", s.id, s.target.empty() ? "(unmapped)" : s.target.c_str(),
+        printResult("{:9}  {:<16} {:10.2f} {:9.1f}\n", s.id, s.target.empty() ? "(unmapped)" : s.target,
                     s.volume_ml, s.mean_hu);
 }
 
 void runImport(ImportArguments& a) {
-    using Clock = std::chrono::steady_clock;
-    const auto start = Clock::now();
-    const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
     a.settings.spacing_m = 1e-3 * a.spacing_mm;
     a.settings.defaults = tissueDefaults();
-    a.settings.progress = [&](std::string_view stage) {
-        std::fprintf(stderr, "%6.1f s  %.*s\n", seconds(), int(stage.size()), stage.data());
-    };
+    a.settings.progress = timedProgress();
     a.settings.list = printSources;
-    const Imported imported = importPatient(a.settings);
+    const ImportResult imported = importPatient(a.settings);
     a.settings.progress("write");
     patient::savePackage(imported.package, a.out);
-    const patient::Package& p = imported.package;
     for (const std::string& note : imported.notes)
-        std::printf("%s\n", note.c_str());
-    std::printf("thresholds: %.0f, %.0f, %.0f (outside the fascia), %.0f (past it) HU\n", p.thresholds.t0_hu,
-                p.thresholds.t1_hu, p.thresholds.t2_sensitive_hu, p.thresholds.t2_specific_hu);
-    std::printf("%s: %d x %d x %d voxels of %.2f mm, licence %s\n", a.out.c_str(), p.ct.grid.dims.x,
-                p.ct.grid.dims.y, p.ct.grid.dims.z, a.spacing_mm, p.licence.c_str());
+        printResult("{}\n", note);
+    printPackage(imported.package, a.out);
+    printResult(", licence {}\n", imported.package.licence);
     a.settings.progress("done");
 }
 

@@ -1,15 +1,13 @@
 // stylet-model: makes, checks and shows virtual patients.
-#include <iostream>
-
 #include "app/modeller/commands/commands.h"
-#include "app/modeller/commands/import_command.h"
 #include "app/program_linux.h"
 
-static int program(int argc, char** argv) {
+int main(int argc, char** argv) {
     CLI::App app{
         "stylet-model: makes, checks and shows virtual patients.\n"
-        "Part of a training simulator, not a medical device."};
-    // Optional for the parser, so that an unknown word is reported before the missing command.
+        "Part of a training simulator, not a medical device.",
+        "stylet-model"};
+    // The callback, not the parser, checks that there is a command. An unknown word is then reported first.
     app.require_subcommand(0, 1);
     app.callback([&app] {
         if (app.get_subcommands().empty())
@@ -23,15 +21,5 @@ static int program(int argc, char** argv) {
     stylet::modeller::addBuild(app);
     stylet::modeller::addCompare(app);
     stylet::modeller::addMotion(app);
-    try {
-        CLI11_PARSE(app, argc, argv);
-    } catch (const std::exception& e) {
-        std::cerr << "stylet-model: " << e.what() << '\n';
-        return 2;
-    }
-    return 0;
-}
-
-int main(int argc, char** argv) {
-    return stylet::runProgram("stylet-model", program, argc, argv);
+    return stylet::runProgram(app, argc, argv, [] { return 0; });  // each command runs while it is parsed
 }

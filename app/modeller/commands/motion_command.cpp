@@ -1,13 +1,13 @@
+#include <fmt/core.h>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 
 #include "app/modeller/commands/commands.h"
 #include "app/modeller/commands/console.h"
 #include "app/modeller/import/import.h"
 #include "app/modeller/motion/motion_fit.h"
+#include "app/print.h"
 
 namespace stylet::modeller {
 
@@ -22,43 +22,40 @@ struct MotionOptions {
 };
 
 // Prints the error of the fitted diaphragm height for each breathing phase: the mean over the columns
-// selected by judgedColumns(), in voxels and in millimetres.
+// selected by selectDomeColumns(), in voxels and in millimetres.
 void printTable(const FittedMotion& fitted) {
     const double voxel_m = fitted.voxel_m.z;
-    std::printf("%zu columns of the dome, voxels of %.2f mm; mean |residual| in voxels (mm):\n",
+    printResult("{} columns of the dome, voxels of {:.2f} mm; mean |residual| in voxels (mm):\n",
                 fitted.columns, voxel_m * 1e3);
-    std::printf("%-14s %6s %7s %8s   %-13s %-13s %-13s %-15s %6s\n", "phase", "v", "v' [/s]", "dome mm",
-                "no motion", "fitted", "left out", "left out, slice", "p95 mm");
-    const auto cell = [&](double m) {
-        char text[32];
-        std::snprintf(text, sizeof text, "%.2f (%.2f)", m / voxel_m, m * 1e3);
-        return std::string(text);
-    };
+    printResult("{:<14} {:>6} {:>7} {:>8}   {:<13} {:<13} {:<13} {:<15} {:>6}\n", "phase", "v", "v' [/s]",
+                "dome mm", "no motion", "fitted", "left out", "left out, slice", "p95 mm");
+    const auto cell = [&](double m) { return fmt::format("{:.2f} ({:.2f})", m / voxel_m, m * 1e3); };
     for (std::size_t p = 0; p < fitted.phases.size(); ++p) {
         const PhaseReport& r = fitted.phases[p];
-        std::printf("%-14s %6.3f %7.3f %8.2f   ", r.name.c_str(), r.surrogate.v, r.surrogate.rate_per_s,
+        printResult("{:<14} {:6.3f} {:7.3f} {:8.2f}   ", r.name, r.surrogate.v, r.surrogate.rate_per_s,
                     r.dome_m * 1e3);
         if (p == fitted.reference)
-            std::printf("the frame of the model\n");
+            printResult("the frame of the model\n");
         else
-            std::printf("%-13s %-13s %-13s %-15s %6.2f\n", cell(r.still.mean_abs_m).c_str(),
-                        cell(r.fitted.mean_abs_m).c_str(), cell(r.left_out.mean_abs_m).c_str(),
-                        cell(r.left_out.slice_mean_abs_m).c_str(), r.left_out.p95_m * 1e3);
+            printResult("{:<13} {:<13} {:<13} {:<15} {:6.2f}\n", cell(r.no_motion.mean_abs_m),
+                        cell(r.fitted.mean_abs_m), cell(r.left_out.mean_abs_m),
+                        cell(r.left_out.slice_mean_abs_m), r.left_out.p95_m * 1e3);
     }
 }
 
 void printInterface(const patient::MotionModel& model) {
     const patient::InterfaceError e = worstInterface(model);
-    std::printf(
-        "over v = %.2f to %.2f: the sides slip by %.1f mm (most %.1f); gaps up to %.2f, overlaps up to "
-        "%.2f mm; least Jacobian %.2f, at three times life %.2f\n",
-        model.v.low, model.v.high, e.mean_slip_m * 1e3, e.most_slip_m * 1e3, e.worst_gap_m * 1e3,
-        e.worst_overlap_m * 1e3, leastJacobian(model, 1.0), leastJacobian(model, 3.0));
+    printResult(
+        "over v = {:.2f} to {:.2f}: the sides slip by {:.1f} mm (most {:.1f}); gaps up to {:.2f}, overlaps "
+        "up "
+        "to {:.2f} mm; least Jacobian {:.2f}, at three times life {:.2f}\n",
+        model.v.low, model.v.high, e.mean_slip_m * 1e3, e.max_slip_m * 1e3, e.worst_gap_m * 1e3,
+        e.worst_overlap_m * 1e3, minJacobian(model, 1.0), minJacobian(model, 3.0));
 }
 
 // Makes a package from the CT of the reference phase, with no voxel labelled. It is used to draw pictures of
 // the motion.
-patient::Package packageOf(const FittedMotion& fitted) {
+patient::Package makePackage(const FittedMotion& fitted) {
     patient::Package p;
     p.name = "4D CT, " + fitted.phases[fitted.reference].name;
     p.licence = "that of the 4D CT";
@@ -77,7 +74,7 @@ patient::Package packageOf(const FittedMotion& fitted) {
 
 // Refuses a package whose CT overlaps the 4D CT's reference phase by less than 50 mm along any axis. Such a
 // package lies elsewhere than the images to which the motion was fitted.
-void checkPlace(const MotionOptions& o, const patient::Package& p, const FloatVolume& phase) {
+void checkOverlap(const MotionOptions& o, const patient::Package& p, const FloatVolume& phase) {
     for (int d = 0; d < 3; ++d) {
         const double low_m = std::max(p.ct.grid.origin_m[d], phase.grid.origin_m[d]);
         const double high_m =
@@ -89,27 +86,21 @@ void checkPlace(const MotionOptions& o, const patient::Package& p, const FloatVo
 }
 
 void runFit(MotionOptions& o) {
-    using Clock = std::chrono::steady_clock;
-    const auto start = Clock::now();
-    const auto say = [&](std::string_view stage) {
-        std::fprintf(stderr, "%6.1f s  %.*s\n", std::chrono::duration<double>(Clock::now() - start).count(),
-                     int(stage.size()), stage.data());
-    };
-    o.fit.progress = o.fit.phases.progress = say;
+    const auto reportProgress = timedProgress();
+    o.fit.progress = o.fit.phases.progress = reportProgress;
     patient::Package p = o.package.empty() ? patient::Package{} : patient::loadPackage(o.package);
     const FittedMotion fitted = fitMotion(o.fit);
     if (o.package.empty())
-        p = packageOf(fitted);
+        p = makePackage(fitted);
     else
-        checkPlace(o, p, fitted.reference_hu);
+        checkOverlap(o, p, fitted.reference_hu);
     p.motion = fitted.model;
-    char phase[32];
-    std::snprintf(phase, sizeof phase, "v=%.17g", fitted.model.reference.v);
-    p.reference_phase = fitted.model.reference.v == 0.0 ? "exhale" : phase;
+    const double v = fitted.model.reference.v;
+    p.reference_phase = v == 0.0 ? "exhale" : fmt::format("v={:.17g}", v);
     patient::savePackage(p, o.out);
     printTable(fitted);
     printInterface(p.motion);
-    say("done");
+    reportProgress("done");
 }
 
 void runTemplate(const MotionOptions& o) {
@@ -119,17 +110,19 @@ void runTemplate(const MotionOptions& o) {
     patient::MotionAmplitudes a;
     a.dome_m = 1e-3 * o.dome_mm, a.anterior_m = 1e-3 * o.anterior_mm, a.lateral_m = 1e-3 * o.lateral_mm;
     a.rib_m = 1e-3 * o.rib_mm, a.belly_m = 1e-3 * o.belly_mm;
-    p.motion = patient::motionTemplate(p.labels, p.label_table, a, {referenceBreath(p.reference_phase), 0.0});
+    p.motion =
+        patient::motionTemplate(p.labels, p.label_table, a, {parseReferencePhase(p.reference_phase), 0.0});
     if (p.motion.empty()) throw DataError(o.package, "label", "none is liver: no template fits");
     patient::savePackage(p, o.out);
-    std::printf("%s: %d x %d x %d nodes, reference %s, dome %.1f mm\n", o.out.c_str(), p.motion.grid.dims.x,
-                p.motion.grid.dims.y, p.motion.grid.dims.z, p.reference_phase.c_str(), o.dome_mm);
+    const Index3 d = p.motion.grid.dims;
+    printResult("{}: {} x {} x {} nodes, reference {}, dome {:.1f} mm\n", o.out.string(), d.x, d.y, d.z,
+                p.reference_phase, o.dome_mm);
     printInterface(p.motion);
 }
 
 void addAmplitudes(CLI::App& command, MotionOptions& o) {
-    const auto add = [&](const char* name, double& mm, double most, const char* what) {
-        command.add_option(name, mm, what)->check(CLI::Range(0.0, most))->capture_default_str();
+    const auto add = [&](const char* name, double& mm, double max_mm, const char* what) {
+        command.add_option(name, mm, what)->check(CLI::Range(0.0, max_mm))->capture_default_str();
     };
     add("--dome-mm", o.dome_mm, 25.0,
         "Template: motion of dome and liver toward the feet, end-exhale to end-inhale [mm].");

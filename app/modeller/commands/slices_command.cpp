@@ -1,10 +1,11 @@
-#include <iostream>
+#include <fmt/core.h>
 #include <memory>
 #include <optional>
 
 #include "app/modeller/check/slices.h"
 #include "app/modeller/commands/commands.h"
 #include "app/modeller/commands/console.h"
+#include "app/print.h"
 
 namespace stylet::modeller {
 
@@ -32,7 +33,7 @@ void addSlices(CLI::App& app) {
         if (!o->seed && o->patient.empty()) throw CLI::RequiredError("a patient's folder or --seed");
         writeSlices(o->seed ? referencePatient(*o->seed, o->spacing_mm, 2) : patient::loadPackage(o->patient),
                     o->out);
-        std::cout << "slices in " << o->out << '\n';
+        printResult("slices in {}\n", o->out);
     });
 }
 

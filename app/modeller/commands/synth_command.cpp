@@ -1,9 +1,10 @@
+#include <fmt/core.h>
 #include <chrono>
-#include <iostream>
 #include <memory>
 
 #include "app/modeller/commands/commands.h"
 #include "app/modeller/commands/console.h"
+#include "app/print.h"
 
 namespace stylet::modeller {
 
@@ -22,9 +23,8 @@ void synth(const SynthOptions& o) {
     patient::savePackage(package, o.out);
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
     const Index3 d = package.ct.grid.dims;
-    std::cout << package.name << ": " << d.x << " x " << d.y << " x " << d.z << " voxels in " << o.out
-              << ", digest " << std::hex << patient::digest(package) << std::dec << ", " << took.count()
-              << " s\n";
+    printResult("{}: {} x {} x {} voxels in {}, digest {:x}, {:g} s\n", package.name, d.x, d.y, d.z, o.out,
+                patient::digest(package), took.count());
 }
 
 }  // namespace

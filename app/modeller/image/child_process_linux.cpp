@@ -1,5 +1,6 @@
 #include "app/modeller/image/child_process_linux.h"
 
+#include <fmt/core.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -16,28 +17,26 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kLongestSentence = 1000;
+constexpr std::size_t kMaxMessageChars = 1000;
 
 // Returns the first line of the child's output, for display. Characters that are not printable ASCII become
 // '?'. The length limit leaves room for the longest message, a list of DICOM series.
-std::string tidy(const std::string& said) {
+std::string sanitiseMessage(const std::string& message) {
     std::string out;
-    for (char c : said) {
-        if (c == '\n' || out.size() == kLongestSentence) break;
+    for (char c : message) {
+        if (c == '\n' || out.size() == kMaxMessageChars) break;
         out += c >= 32 && c < 127 ? c : '?';
     }
     return out;
 }
 
-std::string reasonOf(const ChildOutcome& end, const ChildLimits& limits, const std::string& who) {
-    if (!end.in_time) return who + " was stopped after " + std::to_string(limits.wall_s) + " s";
-    if (end.signal) {
-        if (*end.signal == SIGXCPU || *end.signal == SIGKILL)
-            return who + " was stopped at its limit of " + std::to_string(limits.cpu_s) + " s of work";
-        return "the file crashed " + who + " (" + strsignal(*end.signal) + ")";
-    }
-    const std::string said = tidy(end.text);
-    return said.empty() ? who + " failed without a message" : said;
+std::string failureReason(const ChildOutcome& end, const ChildLimits& limits, const std::string& who) {
+    if (!end.in_time) return fmt::format("{} was stopped after {} s", who, limits.wall_s);
+    if (end.signal && (*end.signal == SIGXCPU || *end.signal == SIGKILL))
+        return fmt::format("{} was stopped at its limit of {} s of work", who, limits.cpu_s);
+    if (end.signal) return fmt::format("the file crashed {} ({})", who, strsignal(*end.signal));
+    const std::string message = sanitiseMessage(end.text);
+    return message.empty() ? who + " failed without a message" : message;
 }
 
 }  // namespace
@@ -58,7 +57,7 @@ fs::path childProgram(const fs::path& given, const std::string& name) {
         if (access(given.c_str(), X_OK) != 0) throw ImportError(given.string() + ": the program is missing");
         return given;
     }
-    // In a build tree it is next to this program; when installed, it is in libexec.
+    // In a build tree, the child program is next to this program. When installed, it is in libexec.
     std::error_code error;
     const fs::path bin = fs::read_symlink("/proc/self/exe", error).parent_path();
     for (const fs::path& program : {bin / name, bin.parent_path() / "libexec" / "stylet" / name})
@@ -69,15 +68,16 @@ fs::path childProgram(const fs::path& given, const std::string& name) {
 void runChild(const fs::path& program, const std::vector<std::string>& arguments, const ChildLimits& limits,
               const std::string& about, const std::string& who) {
     const ChildSettings settings{
-        .patience = std::chrono::seconds(limits.wall_s),
-        .death_wait = std::chrono::minutes(1),
+        .timeout = std::chrono::seconds(limits.wall_s),
+        .kill_timeout = std::chrono::minutes(1),
         .max_text_bytes = 2048,
         .limits = ResourceLimits{limits.cpu_s, limits.memory_bytes, limits.file_bytes},
     };
     const ChildOutcome end = runProgram(program, arguments, settings);
     if (!end.started) throw ImportError(program.string() + " cannot be started");
-    if (end.in_time && !end.status && !end.signal) throw ImportError("a child process is lost");
-    if (end.status != 0 || !end.in_time) throw ImportError(about + ": " + reasonOf(end, limits, who));
+    if (end.in_time && !end.status && !end.signal)
+        throw ImportError(program.string() + " ended without an exit status");
+    if (end.status != 0 || !end.in_time) throw ImportError(about + ": " + failureReason(end, limits, who));
 }
 
 }  // namespace stylet::modeller

@@ -34,7 +34,7 @@ class PrivateFolder {
     std::filesystem::path path_;
 };
 
-// Returns `given`, or the program `name` next to this one. Throws ImportError if there is none.
+// Returns `given`. If it is empty, returns the installed program `name`. Throws ImportError if it is missing.
 std::filesystem::path childProgram(const std::filesystem::path& given, const std::string& name);
 
 // Runs the program and waits until it ends. Throws ImportError if it fails. The message names `about`, the

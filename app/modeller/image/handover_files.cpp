@@ -1,12 +1,15 @@
 #include "app/modeller/image/handover_files.h"
 
+#include <fmt/core.h>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <fstream>
-#include <optional>
 
 #include "app/modeller/image/child_process_linux.h"
 #include "app/modeller/image/image_handover.h"
+#include "base/whole_file.h"
 
 namespace stylet::modeller {
 
@@ -14,86 +17,82 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kFarthest_mm = 1e4;  // maximum displacement
+constexpr double kMaxDisplacement_mm = 1e4;
 
 // Returns the grid described by a file's header. Checks all sizes, so that a damaged header causes no huge
-// allocation later. If a value is out of bounds, sets `wrong` to the reason and returns nullopt.
-template <typename Header>
-std::optional<Grid> gridOf(const Header& h, std::uintmax_t file_bytes, std::size_t voxel_bytes,
-                           std::string& wrong) {
-    const auto bad = [&](const char* why) {
-        wrong = why;
-        return std::nullopt;
-    };
+// allocation later.
+template <typename Bad>
+Grid parseGrid(const ImageHandover& h, std::uintmax_t file_bytes, std::size_t voxel_bytes, const Bad& bad) {
     std::int64_t count = 1;
     Grid grid;
     for (int d = 0; d < 3; ++d) {
         const auto i = std::size_t(d);
-        if (h.dims[i] < 1 || h.dims[i] > kMaxImageSide) return bad("an image of impossible size");
+        if (h.dims[i] < 1 || h.dims[i] > kMaxImageSide) throw bad("an image of impossible size");
         if (!(h.spacing_mm[i] >= 0.05 && h.spacing_mm[i] <= 20.0) || !(std::fabs(h.origin_mm[i]) < 1e5))
-            return bad("an image of impossible scale");
+            throw bad("an image of impossible scale");
         count *= h.dims[i];
         grid.dims[d] = int(h.dims[i]);
         grid.spacing_m[d] = h.spacing_mm[i] * 1e-3;
         grid.origin_m[d] = h.origin_mm[i] * 1e-3;
     }
     if (count > kMaxImageVoxels || file_bytes != sizeof h + std::uintmax_t(count) * voxel_bytes)
-        return bad("an image cut short");
+        throw bad("an image cut short");
     return grid;
 }
 
-// Refuses anything but regular files, because opening others could block.
-template <typename Header>
-bool beginOf(const fs::path& file, std::ifstream& in, Header& h) {
-    const auto magic = h.magic;
-    if (!fs::is_regular_file(fs::symlink_status(file))) return false;
-    in.open(file, std::ios::binary);
-    return in.read(reinterpret_cast<char*>(&h), sizeof h) && h.magic == magic;
-}
-
-template <typename Voxel>
-bool voxelsOf(std::ifstream& in, Volume<Voxel>& volume) {
-    return bool(in.read(reinterpret_cast<char*>(volume.voxels.data()),
-                        std::streamsize(volume.voxels.size() * sizeof(Voxel))));
+// Reads a file with this magic. Refuses anything but regular files, because opening others could block.
+// `bad` makes the error from the reason.
+template <typename Voxel, typename Bad>
+Volume<Voxel> readVolume(const fs::path& file, const std::array<char, 8>& magic, const Bad& bad) {
+    ImageHandover h;
+    std::ifstream in;
+    if (fs::is_regular_file(fs::symlink_status(file))) in.open(file, std::ios::binary);
+    if (!in.is_open() || !in.read(reinterpret_cast<char*>(&h), sizeof h) || h.magic != magic)
+        throw bad("no image");
+    Volume<Voxel> volume(parseGrid(h, fs::file_size(file), sizeof(Voxel), bad));
+    if (!in.read(reinterpret_cast<char*>(volume.voxels.data()),
+                 std::streamsize(volume.voxels.size() * sizeof(Voxel))))
+        throw bad("an image cut short");
+    return volume;
 }
 
 }  // namespace
 
-Volume<std::int16_t> takeImage(const fs::path& file, const fs::path& source, ImageKind kind) {
+Volume<std::int16_t> readImageFile(const fs::path& file, const fs::path& source, ImageKind kind) {
     const auto bad = [&](const std::string& why) {
         return ImportError(source.string() + ": the reader returned " + why);
     };
-    std::ifstream in;
-    ImageHandover h;
-    if (!beginOf(file, in, h)) throw bad("no image");
-    std::string wrong;
-    const auto grid = gridOf(h, fs::file_size(file), sizeof(std::int16_t), wrong);
-    if (!grid) throw bad(wrong);
-    Volume<std::int16_t> image(*grid);
-    if (!voxelsOf(in, image)) throw bad("too little");
+    const auto image = readVolume<std::int16_t>(file, kImageMagic, bad);
     if (kind == ImageKind::labels) {
         const auto lowest = std::min_element(image.voxels.begin(), image.voxels.end());
-        if (*lowest < 0) throw bad("a label of " + std::to_string(*lowest) + ", which is below 0");
+        if (*lowest < 0) throw bad(fmt::format("a label of {}, which is below 0", *lowest));
     }
     return image;
 }
 
-VectorField takeField(const fs::path& file) {
+void writeImageFile(const fs::path& file, const Volume<std::int16_t>& image) {
+    ImageHandover h;
+    for (int d = 0; d < 3; ++d) {
+        h.dims[std::size_t(d)] = image.grid.dims[d];
+        h.spacing_mm[std::size_t(d)] = 1e3 * image.grid.spacing_m[d];
+        h.origin_mm[std::size_t(d)] = 1e3 * image.grid.origin_m[d];
+    }
+    const std::size_t voxel_bytes = image.voxels.size() * sizeof image.voxels[0];
+    std::string bytes(sizeof h + voxel_bytes, '\0');
+    std::memcpy(bytes.data(), &h, sizeof h);
+    std::memcpy(bytes.data() + sizeof h, image.voxels.data(), voxel_bytes);
+    writeFile(file, bytes);
+}
+
+VectorField readFieldFile(const fs::path& file) {
     const auto bad = [&](const std::string& why) {
         return ImportError(file.string() + ": the registration left " + why);
     };
-    std::ifstream in;
-    FieldHandover h;
-    if (!beginOf(file, in, h)) throw bad("no field");
     static_assert(sizeof(glm::vec3) == 3 * sizeof(float));
-    std::string wrong;
-    const auto grid = gridOf(h, fs::file_size(file), sizeof(glm::vec3), wrong);
-    if (!grid) throw bad(wrong);
-    VectorField field(*grid);
-    if (!voxelsOf(in, field)) throw bad("a field cut short");
+    auto field = readVolume<glm::vec3>(file, kFieldMagic, bad);
     for (glm::vec3& v : field.voxels) {
         for (int d = 0; d < 3; ++d)
-            if (!(std::fabs(double(v[d])) <= kFarthest_mm)) throw bad("a place that cannot be");
+            if (!(std::fabs(double(v[d])) <= kMaxDisplacement_mm)) throw bad("a place that cannot be");
         v *= 1e-3f;
     }
     return field;

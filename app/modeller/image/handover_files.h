@@ -1,5 +1,5 @@
-// Reads the output files of the child processes (image_handover.h). A child may have read a hostile file,
-// so nothing in its output is trusted.
+// Writes the input files and reads the output files of the child processes (image_handover.h). A child may
+// have read a hostile file, so nothing in its output is trusted.
 #pragma once
 
 #include <filesystem>
@@ -11,9 +11,11 @@
 namespace stylet::modeller {
 
 // `source` is the file that the child read, for messages. Throws ImportError.
-Volume<std::int16_t> takeImage(const std::filesystem::path& file, const std::filesystem::path& source,
-                               ImageKind);
+Volume<std::int16_t> readImageFile(const std::filesystem::path& file, const std::filesystem::path& source,
+                                   ImageKind);
+// Throws DataError.
+void writeImageFile(const std::filesystem::path& file, const Volume<std::int16_t>&);
 // In metres. Throws ImportError.
-VectorField takeField(const std::filesystem::path& file);
+VectorField readFieldFile(const std::filesystem::path& file);
 
 }  // namespace stylet::modeller

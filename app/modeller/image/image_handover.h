@@ -1,5 +1,8 @@
-// Output file of `stylet-image-reader`: this header, then dims.x * dims.y * dims.z int16 voxels, x fastest,
+// Files that the child processes and this program exchange: a header, then one value per voxel, x fastest,
 // little endian, on RAS axes.
+// - an image (input of `stylet-register`, output of `stylet-image-reader`): int16
+// - a displacement field (output of `stylet-register`, which matches two images): three float32, the
+//   vector in millimetres from a voxel of the one image to the same tissue in the other image
 #pragma once
 
 #include <array>
@@ -7,27 +10,17 @@
 
 namespace stylet::modeller {
 
-inline constexpr std::array<char, 8> kHandoverMagic{'S', 'T', 'Y', 'L', 'I', 'M', 'G', '1'};
+inline constexpr std::array<char, 8> kImageMagic{'S', 'T', 'Y', 'L', 'I', 'M', 'G', '1'};
+inline constexpr std::array<char, 8> kFieldMagic{'S', 'T', 'Y', 'L', 'F', 'L', 'D', '1'};
 inline constexpr std::int64_t kMaxImageSide = 2048;
 inline constexpr std::int64_t kMaxImageVoxels = 256ll << 20;
 
 struct ImageHandover {
-    std::array<char, 8> magic = kHandoverMagic;
+    std::array<char, 8> magic = kImageMagic;
     std::array<std::int64_t, 3> dims{};
     std::array<double, 3> spacing_mm{};
     std::array<double, 3> origin_mm{};  // centre of voxel (0, 0, 0)
 };
 static_assert(sizeof(ImageHandover) == 80);
-
-// Output file of `stylet-register`: this header, then three float32 per voxel, x fastest: the position of
-// the voxel's tissue in the other phase minus its position here, in millimetres along RAS.
-inline constexpr std::array<char, 8> kFieldMagic{'S', 'T', 'Y', 'L', 'F', 'L', 'D', '1'};
-
-struct FieldHandover {
-    std::array<char, 8> magic = kFieldMagic;
-    std::array<std::int64_t, 3> dims{};
-    std::array<double, 3> spacing_mm{};
-    std::array<double, 3> origin_mm{};
-};
 
 }  // namespace stylet::modeller

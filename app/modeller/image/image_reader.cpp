@@ -27,13 +27,14 @@ ImageHandover toRas(const RawImage& in, std::vector<std::int16_t>& out) {
     V3 corner = in.origin;
     for (int i = 0; i < 3; ++i) {
         if (!(in.spacing[i] >= 0.05 && in.spacing[i] <= 20.0))
-            refuse("spacing: a voxel spacing of " + number(in.spacing[i]) + " mm is outside 0.05 to 20 mm");
+            refuse("spacing: a voxel spacing of " + formatNumber(in.spacing[i]) +
+                   " mm is outside 0.05 to 20 mm");
         int along = 0;
         for (int d = 1; d < 3; ++d)
             if (std::fabs(in.axes[i][d]) > std::fabs(in.axes[i][along])) along = d;
-        if (!(std::fabs(in.axes[i][along]) > kUpright) || source[along] != -1)
+        if (!(std::fabs(in.axes[i][along]) > kMinUprightCosine) || source[along] != -1)
             refuse("orientation: its axes are tilted by more than 5 degrees (" +
-                   degrees(std::fabs(in.axes[i][along])) +
+                   formatDegrees(std::fabs(in.axes[i][along])) +
                    ") against the patient's; resample it to upright axes");
         source[along] = i;
         const bool ras_sign_flips = along < 2;  // LPS to RAS
@@ -46,7 +47,7 @@ ImageHandover toRas(const RawImage& in, std::vector<std::int16_t>& out) {
         header.dims[d] = in.dims[source[d]];
         header.spacing_mm[d] = in.spacing[source[d]];
         header.origin_mm[d] = d < 2 ? -corner[d] : corner[d];
-        if (!(std::fabs(corner[d]) < 1e5)) refuse("origin: lies absurdly far away");
+        if (!(std::fabs(corner[d]) < 1e5)) refuse("origin: is more than 100 m away");
     }
     const std::array<std::int64_t, 3> in_stride{1, in.dims[0], in.dims[0] * in.dims[1]};
     std::array<std::int64_t, 3> step{};
@@ -89,10 +90,11 @@ int main(int argc, char** argv) {
         out.write(reinterpret_cast<const char*>(&header), sizeof header);
         out.write(reinterpret_cast<const char*>(voxels.data()),
                   std::streamsize(voxels.size() * sizeof voxels[0]));
-        if (!out.flush()) refuse("no room to hand the voxels over");
+        if (!out.flush())
+            refuse("the voxels cannot be written to the temporary folder; free some disk space");
         return 0;
     } catch (const std::bad_alloc&) {
-        std::puts("wants more memory than the reader is given");
+        std::puts("needs more memory than the reader may use; crop the image");
     } catch (const std::exception& e) {
         std::puts(e.what());
     }

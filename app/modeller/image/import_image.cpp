@@ -16,10 +16,10 @@ namespace fs = std::filesystem;
 namespace {
 
 // Limits of requireHounsfield(). A CT scan in HU contains air, lung or bowel gas, so its lowest value is at
-// most kHighestAir_hu. At least the share kLeastSoft of its voxels is soft tissue. At most the share
-// kMostDense is denser than cortical bone.
-constexpr int kHighestAir_hu = -500;
-constexpr double kLeastSoft = 0.02, kMostDense = 0.1;
+// most kMaxAir_hu. At least the share kMinSoftShare of its voxels is soft tissue. At most the share
+// kMaxDenseShare is denser than cortical bone.
+constexpr int kMaxAir_hu = -500;
+constexpr double kMinSoftShare = 0.02, kMaxDenseShare = 0.1;
 
 }  // namespace
 
@@ -43,7 +43,7 @@ Volume<std::int16_t> readImage(const fs::path& path, ImageKind kind, const Reade
     std::vector<std::string> arguments{kKinds[int(kind)], source, out};
     if (!series.empty()) arguments.push_back(series);
     runChild(program, arguments, child, source, "the reader");
-    return takeImage(out, path, kind);
+    return readImageFile(out, path, kind);
 }
 
 void requireHounsfield(const CtVolume& ct, const fs::path& source) {
@@ -61,11 +61,11 @@ void requireHounsfield(const CtVolume& ct, const fs::path& source) {
             "RescaleIntercept (0028,1052), or in a NIfTI file scl_slope and scl_inter, may be wrong)");
     };
     const double all = double(ct.voxels.size());
-    if (lowest > kHighestAir_hu)
+    if (lowest > kMaxAir_hu)
         refuse("the lowest value is " + std::to_string(lowest) + ", but air or lung shows below " +
-               std::to_string(kHighestAir_hu));
-    if (soft < kLeastSoft * all) refuse("hardly any value is that of soft tissue, -200 to 200");
-    if (dense > kMostDense * all) refuse("too many values are denser than the densest bone, above 1500");
+               std::to_string(kMaxAir_hu));
+    if (soft < kMinSoftShare * all) refuse("hardly any value is that of soft tissue, -200 to 200");
+    if (dense > kMaxDenseShare * all) refuse("too many values are denser than the densest bone, above 1500");
 }
 
 }  // namespace stylet::modeller

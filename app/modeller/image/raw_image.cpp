@@ -1,8 +1,8 @@
 #include "app/modeller/image/raw_image.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <stdexcept>
 
@@ -13,7 +13,7 @@ namespace {
 // Limits for the conversion HU = slope * stored value + intercept. CT values have 12 bits and are stored as
 // whole HU or as tenths of a HU. A slope or an intercept outside these limits is therefore a mistake in the
 // file.
-constexpr double kLeastSlope = 1e-4, kLargestSlope = 100.0, kLargestIntercept = 32768.0;
+constexpr double kMinSlope = 1e-4, kMaxSlope = 100.0, kMaxIntercept = 32768.0;
 
 template <typename T>
 void toInt16(const std::vector<char>& bytes, bool labels, const std::string& where, std::int16_t* out,
@@ -22,7 +22,7 @@ void toInt16(const std::vector<char>& bytes, bool labels, const std::string& whe
     for (std::size_t i = 0; i < count; ++i) {
         const double v = double(in[i]);
         if (labels && !(v >= 0.0 && v <= 32767.0 && v == std::floor(v)))
-            refuse(where + "a label of " + number(v) + " is not a whole number from 0 to 32767");
+            refuse(where + "a label of " + formatNumber(v) + " is not a whole number from 0 to 32767");
         if (!std::isfinite(v)) refuse(where + "voxels: some are not numbers");
         out[i] = std::int16_t(std::lround(std::clamp(v, -32768.0, 32767.0)));
     }
@@ -30,20 +30,18 @@ void toInt16(const std::vector<char>& bytes, bool labels, const std::string& whe
 
 }  // namespace
 
-std::string number(double v) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.4g", v);
-    return text;
+std::string formatNumber(double v) {
+    return fmt::format("{:.4g}", v);
 }
 [[noreturn]] void refuse(const std::string& sentence) {
     throw std::runtime_error(sentence);
 }
 
-std::string degrees(double cosine) {
-    return number(std::acos(std::clamp(cosine, -1.0, 1.0)) * 180.0 / std::numbers::pi) + " degrees";
+std::string formatDegrees(double cosine) {
+    return formatNumber(std::acos(std::clamp(cosine, -1.0, 1.0)) * 180.0 / std::numbers::pi) + " degrees";
 }
 
-V3 axis(const itk::ImageIOBase& io, unsigned i) {
+V3 readAxis(const itk::ImageIOBase& io, unsigned i) {
     const std::vector<double> d = io.GetDirection(i);
     return d.size() == 3 ? V3{d[0], d[1], d[2]} : V3{0.0, 0.0, 0.0};
 }
@@ -51,19 +49,33 @@ V3 axis(const itk::ImageIOBase& io, unsigned i) {
 void checkDims(const std::array<std::int64_t, 3>& dims, const std::string& where) {
     for (std::int64_t d : dims)
         if (d < 1 || d > kMaxImageSide)
-            refuse(where + "size: a side of " + std::to_string(d) + " voxels is outside 1 to " +
-                   std::to_string(kMaxImageSide));
+            refuse(fmt::format("{}size: a side of {} voxels is outside 1 to {}", where, d, kMaxImageSide));
     if (dims[0] * dims[1] * dims[2] > kMaxImageVoxels)
-        refuse(where + "size: more than the " + std::to_string(kMaxImageVoxels >> 20) +
-               " million voxels that are read; crop it or make its voxels larger");
+        refuse(fmt::format("{}size: more than {} million voxels; crop the image or make its voxels larger",
+                           where, kMaxImageVoxels >> 20));
 }
 
 void checkRescale(double slope, double intercept, const std::string& where, const char* slope_field,
                   const char* intercept_field) {
-    if (!(slope >= kLeastSlope && slope <= kLargestSlope))
-        refuse(where + slope_field + ": " + number(slope) + " makes no HU of the stored values");
-    if (!(std::fabs(intercept) <= kLargestIntercept))
-        refuse(where + intercept_field + ": " + number(intercept) + " makes no HU of the stored values");
+    if (!(slope >= kMinSlope && slope <= kMaxSlope))
+        refuse(where + slope_field + ": " + formatNumber(slope) + " makes no HU of the stored values");
+    if (!(std::fabs(intercept) <= kMaxIntercept))
+        refuse(where + intercept_field + ": " + formatNumber(intercept) +
+               " makes no HU of the stored values");
+}
+
+RawImage readVolume(itk::ImageIOBase& io, bool labels) {
+    RawImage image;
+    for (unsigned d = 0; d < 3; ++d) {
+        image.dims[d] = std::int64_t(io.GetDimensions(d));
+        image.spacing[d] = io.GetSpacing(d);
+        image.origin[d] = io.GetOrigin(d);
+        image.axes[d] = readAxis(io, d);
+    }
+    checkDims(image.dims, "");
+    image.voxels.resize(std::size_t(image.dims[0] * image.dims[1] * image.dims[2]));
+    readVoxels(io, labels, "", image.voxels.data(), image.voxels.size());
+    return image;
 }
 
 void readVoxels(itk::ImageIOBase& io, bool labels, const std::string& where, std::int16_t* out,

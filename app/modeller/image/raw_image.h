@@ -36,21 +36,23 @@ bool isDicom(const std::filesystem::path&);
 enum class NiftiKind { ct, labels, phase };
 RawImage readNifti(const std::filesystem::path&, NiftiKind);
 
-inline constexpr double kUpright = 0.996;  // cosine of 5 degrees
+inline constexpr double kMinUprightCosine = 0.996;  // cosine of 5 degrees
 
 // The functions below report errors by throwing std::runtime_error. The parent process adds the name of the
 // file or folder to the message. `where` is a prefix of the message that names one file within a folder, for
 // example "slice12.dcm: ". For a single file it is empty.
 [[noreturn]] void refuse(const std::string& sentence);
-std::string number(double);
-std::string degrees(double cosine);
-V3 axis(const itk::ImageIOBase&, unsigned i);
+std::string formatNumber(double);
+std::string formatDegrees(double cosine);
+V3 readAxis(const itk::ImageIOBase&, unsigned i);
 void checkDims(const std::array<std::int64_t, 3>& dims, const std::string& where);
 // Checks the linear conversion HU = slope * stored value + intercept. Wrong coefficients could turn water
 // into bone.
 void checkRescale(double slope, double intercept, const std::string& where, const char* slope_field,
                   const char* intercept_field);
-// Reads the pixels of an ImageIO after its image information has been read.
+// Reads a 3D volume. The image information must have been read before.
+RawImage readVolume(itk::ImageIOBase&, bool labels);
+// Reads the pixels of an ImageIO. Its image information must have been read before.
 void readVoxels(itk::ImageIOBase&, bool labels, const std::string& where, std::int16_t* out,
                 std::size_t count);
 

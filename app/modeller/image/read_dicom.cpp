@@ -1,4 +1,4 @@
-// DICOM series: finds the slices, checks their positions and that none is missing, and reads their voxels.
+// Reads a DICOM series: finds the slices, checks that none is missing or misplaced, and reads their voxels.
 #include <itkGDCMImageIO.h>
 #include <itkMetaDataObject.h>
 
@@ -25,11 +25,11 @@ constexpr const char *kModality = "Modality (0008,0060)", *kPosition = "ImagePos
                      *kPixelSpacing = "PixelSpacing (0028,0030)", *kFrames = "NumberOfFrames (0028,0008)",
                      *kIntercept = "RescaleIntercept (0028,1052)", *kSlope = "RescaleSlope (0028,1053)",
                      *kSyntax = "TransferSyntaxUID (0002,0010)";
-constexpr double kSamePlace_mm = 0.05;
-// Largest sideways offset between the first and the last slice. Smaller offsets are due to the scanner's
-// table.
+constexpr double kSamePosition_mm = 0.05;
+// Largest accepted sideways offset between the first and the last slice. The scanner's table causes smaller
+// offsets.
 constexpr double kShear_mm = 2.0;
-constexpr std::size_t kMostListed = 6;
+constexpr std::size_t kMaxListed = 6;
 
 double dot(const V3& a, const V3& b) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -37,13 +37,13 @@ double dot(const V3& a, const V3& b) {
 V3 cross(const V3& a, const V3& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
-// From the meta header, which is always explicit little endian.
+// Fields of the meta header, which is always encoded as explicit little endian.
 struct FileMeta {
     std::string sop_class, syntax;
 };
 
 // Returns nothing if the file is not a DICOM file.
-std::optional<FileMeta> metaOf(const fs::path& file) {
+std::optional<FileMeta> readFileMeta(const fs::path& file) {
     std::ifstream in(file, std::ios::binary);
     std::array<char, 2048> head{};
     in.read(head.data(), head.size());
@@ -69,19 +69,19 @@ std::optional<FileMeta> metaOf(const fs::path& file) {
 }
 
 // Exported studies also contain reports, presentation states, plans and documents; these are not images.
-bool isPicture(const FileMeta& meta) {
+bool isImage(const FileMeta& meta) {
     for (const char* other : {"11.", "66", "88.", "104.", "481."})
         if (meta.sop_class.starts_with("1.2.840.10008.5.1.4.1.1." + std::string(other))) return false;
     return true;
 }
 
-[[noreturn]] void refuseUnread(const std::string& where, const FileMeta& meta, const char* part) {
+[[noreturn]] void refuseUnreadable(const std::string& where, const FileMeta& meta, const char* part) {
     refuse(where + part + " cannot be read: damaged, cut short, or stored in a way that is not read (" +
            kSyntax + " is " + (meta.syntax.empty() ? "missing" : meta.syntax) +
            "); export it again, uncompressed");
 }
 
-std::string tagOf(const itk::MetaDataDictionary& tags, const char* key) {
+std::string readTag(const itk::MetaDataDictionary& tags, const char* key) {
     std::string value;
     itk::ExposeMetaData<std::string>(tags, key, value);
     while (!value.empty() && (value.back() == ' ' || value.back() == '\0'))
@@ -90,7 +90,7 @@ std::string tagOf(const itk::MetaDataDictionary& tags, const char* key) {
 }
 
 // The first value of a decimal string.
-double decimalOf(const std::string& text) {
+double parseDecimal(const std::string& text) {
     char* end = nullptr;
     const double v = std::strtod(text.c_str(), &end);
     return end == text.c_str() ? std::nan("") : v;
@@ -119,24 +119,24 @@ Slice readSliceHeader(const fs::path& file, const FileMeta& meta) {
     try {
         io->ReadImageInformation();
     } catch (const itk::ExceptionObject&) {
-        refuseUnread(s.name() + ": ", meta, "its header");
+        refuseUnreadable(s.name() + ": ", meta, "its header");
     }
     for (unsigned d = 0; d < 3; ++d) {
         s.dims[d] = d < io->GetNumberOfDimensions() ? std::int64_t(io->GetDimensions(d)) : 1;
         s.spacing[d] = d < io->GetNumberOfDimensions() ? io->GetSpacing(d) : 1.0;
         s.origin[d] = d < io->GetNumberOfDimensions() ? io->GetOrigin(d) : 0.0;
     }
-    s.row = axis(*io, 0);
-    s.column = axis(*io, 1);
+    s.row = readAxis(*io, 0);
+    s.column = readAxis(*io, 1);
     const auto& tags = io->GetMetaDataDictionary();
-    s.series = tagOf(tags, "0020|000e");
-    s.modality = tagOf(tags, "0008|0060");
-    s.description = tagOf(tags, "0008|103e");
-    s.position = tagOf(tags, "0020|0032");
-    s.orientation = tagOf(tags, "0020|0037");
-    s.pixel_spacing = tagOf(tags, "0028|0030");
-    s.intercept = tagOf(tags, "0028|1052");
-    s.slope = tagOf(tags, "0028|1053");
+    s.series = readTag(tags, "0020|000e");
+    s.modality = readTag(tags, "0008|0060");
+    s.description = readTag(tags, "0008|103e");
+    s.position = readTag(tags, "0020|0032");
+    s.orientation = readTag(tags, "0020|0037");
+    s.pixel_spacing = readTag(tags, "0028|0030");
+    s.intercept = readTag(tags, "0028|1052");
+    s.slope = readTag(tags, "0028|1053");
     return s;
 }
 
@@ -150,7 +150,7 @@ std::vector<Slice> readHeaders(const fs::path& folder) {
     std::sort(files.begin(), files.end());
     std::vector<Slice> slices;
     for (const fs::path& file : files)
-        if (const std::optional<FileMeta> meta = metaOf(file); meta && isPicture(*meta))
+        if (const std::optional<FileMeta> meta = readFileMeta(file); meta && isImage(*meta))
             slices.push_back(readSliceHeader(file, *meta));
     if (slices.empty())
         refuse("no DICOM slice among its " + std::to_string(files.size()) +
@@ -163,8 +163,8 @@ struct Series {
     std::size_t slices = 0;
 };
 
-// Sorted by number of slices, largest first.
-std::vector<Series> seriesOf(const std::vector<Slice>& slices) {
+// Returns the series, sorted by number of slices, largest first.
+std::vector<Series> listSeries(const std::vector<Slice>& slices) {
     std::map<std::string, Series> by_uid;
     for (const Slice& s : slices) {
         Series& series = by_uid[s.series];
@@ -179,32 +179,33 @@ std::vector<Series> seriesOf(const std::vector<Slice>& slices) {
     return all;
 }
 
-std::string listOf(const std::vector<Series>& all) {
+std::string formatSeriesList(const std::vector<Series>& all) {
     std::string text;
-    for (std::size_t i = 0; i < std::min(all.size(), kMostListed); ++i) {
+    for (std::size_t i = 0; i < std::min(all.size(), kMaxListed); ++i) {
         const Series& s = all[i];
         text += (i == 0 ? "" : ", ") + (s.uid.empty() ? "(no UID)" : s.uid) + " (" +
                 (s.modality.empty() ? "" : s.modality + ", ") + std::to_string(s.slices) +
                 (s.slices == 1 ? " slice" : " slices") +
                 (s.description.empty() ? "" : ", \"" + s.description.substr(0, 40) + "\"") + ")";
     }
-    if (all.size() > kMostListed) text += " and " + std::to_string(all.size() - kMostListed) + " more";
+    if (all.size() > kMaxListed) text += " and " + std::to_string(all.size() - kMaxListed) + " more";
     return text;
 }
 
 // Removes the slices of all series but `wanted` (a series UID). Without `wanted`, refuses slices of more than
 // one series.
-void keepOneSeries(std::vector<Slice>& slices, const std::string& wanted) {
-    const std::vector<Series> all = seriesOf(slices);
+void selectSeries(std::vector<Slice>& slices, const std::string& wanted) {
+    const std::vector<Series> all = listSeries(slices);
     if (wanted.empty()) {
         if (all.size() > 1)
-            refuse(
-                "holds " + std::to_string(all.size()) +
-                " series; choose one with --series UID, or put it into a folder of its own: " + listOf(all));
+            refuse("holds " + std::to_string(all.size()) +
+                   " series; choose one with --series UID, or put it into a folder of its own: " +
+                   formatSeriesList(all));
         return;
     }
     std::erase_if(slices, [&](const Slice& s) { return s.series != wanted; });
-    if (slices.empty()) refuse("holds no series \"" + wanted.substr(0, 64) + "\"; it holds " + listOf(all));
+    if (slices.empty())
+        refuse("holds no series \"" + wanted.substr(0, 64) + "\"; it holds " + formatSeriesList(all));
 }
 
 void checkSlice(const Slice& s) {
@@ -218,8 +219,8 @@ void checkSlice(const Slice& s) {
         refuse(where + kPosition + ": is missing, so its place in the patient is unknown");
     if (s.orientation.empty()) refuse(where + kOrientation + ": is missing, so left and right are unknown");
     if (s.pixel_spacing.empty()) refuse(where + kPixelSpacing + ": is missing, so its scale is unknown");
-    checkRescale(s.slope.empty() ? 1.0 : decimalOf(s.slope),
-                 s.intercept.empty() ? 0.0 : decimalOf(s.intercept), where, kSlope, kIntercept);
+    checkRescale(s.slope.empty() ? 1.0 : parseDecimal(s.slope),
+                 s.intercept.empty() ? 0.0 : parseDecimal(s.intercept), where, kSlope, kIntercept);
 }
 
 void checkSlices(const std::vector<Slice>& slices) {
@@ -237,17 +238,17 @@ void checkSlices(const std::vector<Slice>& slices) {
     }
 }
 
-// Refuses two slices in one position: a copy, or several phases or reconstructions in one series.
-void checkDoubles(const std::vector<Slice>& slices, const std::vector<double>& gaps) {
-    std::size_t doubles = 0;
+// Refuses several slices at one position: copies, or several phases or reconstructions in one series.
+void checkDuplicates(const std::vector<Slice>& slices, const std::vector<double>& gaps) {
+    std::size_t duplicates = 0;
     for (const double gap : gaps)
-        doubles += gap < kSamePlace_mm;
+        duplicates += gap < kSamePosition_mm;
     for (std::size_t i = 0; i < gaps.size(); ++i)
-        if (gaps[i] < kSamePlace_mm)
+        if (gaps[i] < kSamePosition_mm)
             refuse(
                 std::string(kPosition) + ": " + slices[i].name() + " and " + slices[i + 1].name() +
                 " lie in the same place" +
-                (3 * doubles >= slices.size()
+                (3 * duplicates >= slices.size()
                      ? ", and so do many more: several phases or reconstructions; put one into a folder of "
                        "its own"
                      : "; remove one of them"));
@@ -267,23 +268,24 @@ double orderSlices(std::vector<Slice>& slices) {
     std::vector<double> gaps;
     for (std::size_t i = 1; i < slices.size(); ++i)
         gaps.push_back(slices[i].along - slices[i - 1].along);
-    checkDoubles(slices, gaps);
-    const double usual = upperMedian(gaps);
+    checkDuplicates(slices, gaps);
+    const double median_gap = upperMedian(gaps);
     for (std::size_t i = 0; i < gaps.size(); ++i) {
         const std::string pair = slices[i].name() + " and " + slices[i + 1].name();
-        if (gaps[i] > 1.5 * usual)
+        if (gaps[i] > 1.5 * median_gap)
             refuse(std::string(kPosition) + ": slices are missing between " + pair + ": a gap of " +
-                   number(gaps[i]) + " mm where " + number(usual) + " mm is usual; export the whole series");
-        if (std::fabs(gaps[i] - usual) > 0.1 * usual)
-            refuse(std::string(kPosition) + ": the slice spacing is uneven: " + number(gaps[i]) +
-                   " mm between " + pair + ", usually " + number(usual) + " mm");
+                   formatNumber(gaps[i]) + " mm where " + formatNumber(median_gap) +
+                   " mm is usual; export the whole series");
+        if (std::fabs(gaps[i] - median_gap) > 0.1 * median_gap)
+            refuse(std::string(kPosition) + ": the slice spacing is uneven: " + formatNumber(gaps[i]) +
+                   " mm between " + pair + ", usually " + formatNumber(median_gap) + " mm");
     }
     const Slice &first = slices.front(), &last = slices.back();
     const V3 run{last.origin[0] - first.origin[0], last.origin[1] - first.origin[1],
                  last.origin[2] - first.origin[2]};
     const double rise = dot(run, normal), length = std::sqrt(dot(run, run));
     if (std::sqrt(std::max(0.0, length * length - rise * rise)) > kShear_mm)
-        refuse(std::string(kPosition) + ": the slices are sheared by " + degrees(rise / length) +
+        refuse(std::string(kPosition) + ": the slices are sheared by " + formatDegrees(rise / length) +
                " (a tilted gantry); export the series resampled to upright slices");
     return rise / double(slices.size() - 1);
 }
@@ -291,12 +293,12 @@ double orderSlices(std::vector<Slice>& slices) {
 }  // namespace
 
 bool isDicom(const fs::path& file) {
-    return metaOf(file).has_value();
+    return readFileMeta(file).has_value();
 }
 
 RawImage readDicomFolder(const fs::path& folder, const std::string& series) {
     std::vector<Slice> slices = readHeaders(folder);
-    keepOneSeries(slices, series);
+    selectSeries(slices, series);
     checkSlices(slices);
     const double spacing = orderSlices(slices);
     const Slice& first = slices.front();
@@ -316,7 +318,7 @@ RawImage readDicomFolder(const fs::path& folder, const std::string& series) {
             io->ReadImageInformation();
             readVoxels(*io, false, where, image.voxels.data() + i * per_slice, per_slice);
         } catch (const itk::ExceptionObject&) {
-            refuseUnread(where, slices[i].meta, "its pixels");
+            refuseUnreadable(where, slices[i].meta, "its pixels");
         }
     }
     return image;
@@ -326,29 +328,20 @@ RawImage readDicomFrames(const fs::path& file) {
     auto io = itk::GDCMImageIO::New();
     io->SetFileName(file.string());
     io->SetMaxSizeLoadEntry(4096);
-    RawImage image;
     try {
         io->ReadImageInformation();
         if (io->GetNumberOfDimensions() != 3 || io->GetDimensions(2) < 3)
             refuse("a single slice; a phase is one volume");
-        for (unsigned d = 0; d < 3; ++d) {
-            image.dims[d] = std::int64_t(io->GetDimensions(d));
-            image.spacing[d] = io->GetSpacing(d);
-            image.origin[d] = io->GetOrigin(d);
-            image.axes[d] = axis(*io, d);
-        }
-        checkDims(image.dims, "");
+        RawImage image = readVolume(*io, false);
         std::string position;
         if (!itk::ExposeMetaData<std::string>(io->GetMetaDataDictionary(), "0020|0032", position)) {
             image.origin = {0.0, 0.0, 0.0};
             image.axes = {V3{1.0, 0.0, 0.0}, V3{0.0, 1.0, 0.0}, V3{0.0, 0.0, -1.0}};
         }
-        image.voxels.resize(std::size_t(image.dims[0] * image.dims[1] * image.dims[2]));
-        readVoxels(*io, false, "", image.voxels.data(), image.voxels.size());
+        return image;
     } catch (const itk::ExceptionObject&) {
         refuse("not a readable DICOM volume (damaged or cut short)");
     }
-    return image;
 }
 
 }  // namespace stylet::modeller

@@ -1,4 +1,5 @@
 // NIfTI-1 files. The header is checked here before ITK reads the file.
+#include <fmt/core.h>
 #include <itkNiftiImageIO.h>
 #include <zlib.h>
 
@@ -6,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "app/modeller/image/raw_image.h"
 
@@ -48,7 +50,7 @@ void checkKind(const NiftiHeader& h) {
 }
 
 // Checks the orientation. A file without one is refused, because guessing could swap left and right.
-void checkNiftiPlace(const NiftiHeader& h) {
+void checkNiftiOrientation(const NiftiHeader& h) {
     if (h.word(252, 2) == 0 && h.word(254, 2) == 0)
         refuse("qform_code and sform_code: are both 0, so left and right are unknown");
     // Without an sform, ITK reports the axes of the qform. They are checked after ITK has read the header.
@@ -61,47 +63,35 @@ void checkNiftiPlace(const NiftiHeader& h) {
             squares += v * v;
         }
         if (!(squares > 0.0) || !std::isfinite(squares)) refuse("srow: is no map from voxels to place");
-        if (!(largest / std::sqrt(squares) > kUpright))
-            refuse("srow: its axes are tilted by " + degrees(largest / std::sqrt(squares)) +
+        if (!(largest / std::sqrt(squares) > kMinUprightCosine))
+            refuse("srow: its axes are tilted by " + formatDegrees(largest / std::sqrt(squares)) +
                    ", more than 5 degrees, against the patient's; resample it to upright axes");
     }
 }
 
 // Returns the bytes per voxel for a value of the header's datatype field. Accepts signed and unsigned
 // integers of 8, 16 and 32 bits, float and double. Refuses all other types.
-std::int64_t bytesOf(std::uint32_t datatype) {
-    switch (datatype) {
-        case 2:
-        case 256:
-            return 1;
-        case 4:
-        case 512:
-            return 2;
-        case 8:
-        case 768:
-        case kFloat:
-            return 4;
-        case kDouble:
-            return 8;
-        default:
-            refuse("datatype: " + std::to_string(datatype) + " is not read; save whole numbers or floats");
-    }
+std::int64_t bytesPerVoxel(std::uint32_t datatype) {
+    constexpr std::pair<std::uint32_t, int> kTypes[] = {{2, 1}, {256, 1}, {4, 2},      {512, 2},
+                                                        {8, 4}, {768, 4}, {kFloat, 4}, {kDouble, 8}};
+    for (const auto& [type, bytes] : kTypes)
+        if (type == datatype) return bytes;
+    refuse(fmt::format("datatype: {} is not read; save whole numbers or floats", datatype));
 }
 
 // The size of the voxel data in bytes according to the header.
-std::int64_t voxelBytes(const NiftiHeader& h) {
-    std::int64_t bytes = bytesOf(h.word(70, 2));
+std::int64_t volumeBytes(const NiftiHeader& h) {
+    std::int64_t bytes = bytesPerVoxel(h.word(70, 2));
     if (h.word(72, 2) != 8 * bytes) refuse("bitpix: does not fit the datatype");
     const std::size_t dimensions = std::min(h.word(40, 2), 7u);
     if (dimensions < 3) refuse("dim: fewer than three dimensions");
     for (std::size_t d = 1; d <= dimensions; ++d) {
         const std::int64_t side = h.side(d);
         if (d > 3 && side > 1)
-            refuse("dim: more than three dimensions (" + std::to_string(side) +
-                   " volumes); save one of them alone");
+            refuse(fmt::format("dim: more than three dimensions ({} volumes); save one of them alone", side));
         if (side < 1 || side > kMaxImageSide || bytes * side > 8 * kMaxImageVoxels)
-            refuse("dim: a size of " + std::to_string(side) + " along axis " + std::to_string(d) +
-                   " is outside what this program reads");
+            refuse(
+                fmt::format("dim: a size of {} along axis {} is outside what this program reads", side, d));
         bytes *= side;
     }
     return bytes;
@@ -127,12 +117,12 @@ void checkNiftiFile(const fs::path& file, bool phase) {
     if (!in || gzread(in.get(), h.bytes.data(), unsigned(h.bytes.size())) != int(h.bytes.size()))
         refuse("not a NIfTI file: too short, damaged or not to be opened");
     checkKind(h);
-    if (!phase) checkNiftiPlace(h);
+    if (!phase) checkNiftiOrientation(h);
     const double slope = h.real(112);
     if (slope != 0.0) checkRescale(slope, h.real(116), "", "scl_slope", "scl_inter");  // 0: no scaling
     const double offset = h.real(108);
-    if (!(offset >= 352.0 && offset < 1e6)) refuse("vox_offset: " + number(offset) + " is impossible");
-    const std::int64_t size = voxelBytes(h);
+    if (!(offset >= 352.0 && offset < 1e6)) refuse("vox_offset: " + formatNumber(offset) + " is impossible");
+    const std::int64_t size = volumeBytes(h);
     std::vector<unsigned char> chunk(1 << 20);
     const auto read = [&](std::int64_t count) {
         if (gzread(in.get(), chunk.data(), unsigned(count)) != int(count))
@@ -157,24 +147,13 @@ RawImage readNifti(const fs::path& file, NiftiKind kind) {
     checkNiftiFile(file, kind == NiftiKind::phase);
     auto io = itk::NiftiImageIO::New();
     io->SetFileName(file.string());
-    RawImage image;
     try {
         io->ReadImageInformation();
         if (io->GetNumberOfDimensions() < 3) refuse("dim: fewer than three dimensions");
-        for (unsigned d = 0; d < 3; ++d) {
-            image.dims[d] = std::int64_t(io->GetDimensions(d));
-            image.spacing[d] = io->GetSpacing(d);
-            image.origin[d] = io->GetOrigin(d);
-            const std::vector<double> direction = io->GetDirection(d);
-            image.axes[d] = {direction.at(0), direction.at(1), direction.at(2)};
-        }
-        checkDims(image.dims, "");
-        image.voxels.resize(std::size_t(image.dims[0] * image.dims[1] * image.dims[2]));
-        readVoxels(*io, kind == NiftiKind::labels, "", image.voxels.data(), image.voxels.size());
+        return readVolume(*io, kind == NiftiKind::labels);
     } catch (const itk::ExceptionObject&) {
         refuse("not a readable NIfTI file (damaged or cut short)");
     }
-    return image;
 }
 
 }  // namespace stylet::modeller

@@ -1,5 +1,5 @@
 // Child process that registers two CT images and writes a displacement field. FIXED, MOVING and MASK are
-// image files (ImageHandover); OUT is the resulting field (FieldHandover). There are two modes.
+// image files, OUT is the resulting field (image_handover.h). There are two modes.
 //
 // 1. Two breathing phases of one patient: stylet-register FIXED MOVING MASK OUT FINEST
 // Lungs and liver slide along the chest wall, so each side of this sliding interface is registered
@@ -37,12 +37,12 @@
 
 namespace {
 
-using stylet::modeller::FieldHandover;
 using stylet::modeller::ImageHandover;
-using stylet::modeller::kHandoverMagic;
+using stylet::modeller::kFieldMagic;
+using stylet::modeller::kImageMagic;
 using stylet::modeller::kMaxImageVoxels;
 
-using Picture = itk::Image<float, 3>;
+using FloatImage = itk::Image<float, 3>;
 using Field = itk::Image<itk::Vector<float, 3>, 3>;
 
 // One resolution level of the demons. Each voxel of the level merges shrink^3 voxels of the image.
@@ -51,25 +51,38 @@ struct Level {
 };
 constexpr Level kLevels[] = {{4, 80}, {2, 40}, {1, 12}};  // for two phases of one patient
 constexpr double kSigmaField = 1.5, kSigmaUpdate = 1.0;   // Gaussian smoothing, in voxels of the level
-constexpr double kLongestStep = 1.5;                      // in voxels per iteration
+constexpr double kMaxUpdateStep = 1.5;                    // in voxels per iteration
 // Settings for two patients. The affine transform is found on images shrunk by kAffineShrink per axis. When
-// the sections are aligned in height, they must overlap by at least kLeastOverlap of the shorter section.
+// the sections are aligned in height, they must overlap by at least kMinOverlap of the shorter section.
 constexpr int kAffineShrink = 2, kAffineIterations = 100;
-constexpr double kLeastOverlap = 0.6;
+constexpr double kMinOverlap = 0.6;
 constexpr unsigned kWorkUnits = 2;  // fixed, because the threads' summation order must be fixed
 
-std::array<int, 3> sizeOf(const itk::ImageBase<3>& image) {
+std::array<int, 3> dimensions(const itk::ImageBase<3>& image) {
     const auto size = image.GetLargestPossibleRegion().GetSize();
     return {int(size[0]), int(size[1]), int(size[2])};
 }
 
-Picture::Pointer read(const std::string& file, ImageHandover& h) {
+// A new image; its voxels are not initialised.
+template <typename Image>
+typename Image::Pointer makeImage(const FloatImage::RegionType& region,
+                                  const FloatImage::SpacingType& spacing,
+                                  const FloatImage::PointType& origin) {
+    auto image = Image::New();
+    image->SetRegions(region);
+    image->SetSpacing(spacing);
+    image->SetOrigin(origin);
+    image->Allocate();
+    return image;
+}
+
+FloatImage::Pointer read(const std::string& file, ImageHandover& h) {
     std::ifstream in(file, std::ios::binary);
-    if (!in.read(reinterpret_cast<char*>(&h), sizeof h) || h.magic != kHandoverMagic)
+    if (!in.read(reinterpret_cast<char*>(&h), sizeof h) || h.magic != kImageMagic)
         throw std::runtime_error(file + ": not an image");
-    Picture::RegionType region;
-    Picture::SpacingType spacing;
-    Picture::PointType origin;
+    FloatImage::RegionType region;
+    FloatImage::SpacingType spacing;
+    FloatImage::PointType origin;
     std::int64_t count = 1;
     for (unsigned d = 0; d < 3; ++d) {
         region.SetSize(d, itk::SizeValueType(h.dims[d]));
@@ -81,22 +94,18 @@ Picture::Pointer read(const std::string& file, ImageHandover& h) {
     std::vector<std::int16_t> voxels(std::size_t(count), 0);
     if (!in.read(reinterpret_cast<char*>(voxels.data()), count * 2))
         throw std::runtime_error(file + ": cut short");
-    auto picture = Picture::New();
-    picture->SetRegions(region);
-    picture->SetSpacing(spacing);
-    picture->SetOrigin(origin);
-    picture->Allocate();
+    auto picture = makeImage<FloatImage>(region, spacing, origin);
     std::copy(voxels.begin(), voxels.end(), picture->GetBufferPointer());
     return picture;
 }
 
 // Downsamples the image: each output voxel is the mean of a cube of shrink^3 input voxels. The origin of the
 // output is shifted so that each output voxel lies at the centre of its cube.
-Picture::Pointer shrunk(const Picture& in, int shrink) {
-    const auto dims = sizeOf(in);
-    Picture::RegionType region;
-    Picture::SpacingType spacing = in.GetSpacing();
-    Picture::PointType origin = in.GetOrigin();
+FloatImage::Pointer downsampled(const FloatImage& in, int shrink) {
+    const auto dims = dimensions(in);
+    FloatImage::RegionType region;
+    FloatImage::SpacingType spacing = in.GetSpacing();
+    FloatImage::PointType origin = in.GetOrigin();
     std::array<int, 3> out_dims{};
     for (unsigned d = 0; d < 3; ++d) {
         out_dims[d] = std::max(1, dims[d] / shrink);
@@ -104,11 +113,7 @@ Picture::Pointer shrunk(const Picture& in, int shrink) {
         origin[d] += 0.5 * (shrink - 1) * spacing[d];
         spacing[d] *= shrink;
     }
-    auto out = Picture::New();
-    out->SetRegions(region);
-    out->SetSpacing(spacing);
-    out->SetOrigin(origin);
-    out->Allocate();
+    auto out = makeImage<FloatImage>(region, spacing, origin);
     const float* from = in.GetBufferPointer();
     float* to = out->GetBufferPointer();
     for (int z = 0; z < out_dims[2]; ++z)
@@ -164,8 +169,8 @@ void blurAxis(std::vector<float>& values, std::size_t n, const std::array<int, 3
 // Smooths the field by a Gaussian weighted with the mask, so that values outside the mask have almost no
 // influence within it. Just outside the mask, the result continues the values at the mask's border. Samples
 // taken there during warping therefore move with the tissue.
-void smoothWithin(Field& field, const Picture& mask, double sigma) {
-    const auto dims = sizeOf(field);
+void smoothWithin(Field& field, const FloatImage& mask, double sigma) {
+    const auto dims = dimensions(field);
     const std::size_t count = field.GetLargestPossibleRegion().GetNumberOfPixels();
     std::vector<float> sum(4 * count);
     auto* vectors = field.GetBufferPointer();
@@ -183,12 +188,12 @@ void smoothWithin(Field& field, const Picture& mask, double sigma) {
             vectors[i][c] = sum[4 * i + c] / sum[4 * i + 3];
 }
 
-class MaskedDemons : public itk::DiffeomorphicDemonsRegistrationFilter<Picture, Picture, Field> {
+class MaskedDemons : public itk::DiffeomorphicDemonsRegistrationFilter<FloatImage, FloatImage, Field> {
   public:
     using Self = MaskedDemons;
-    using Superclass = itk::DiffeomorphicDemonsRegistrationFilter<Picture, Picture, Field>;
+    using Superclass = itk::DiffeomorphicDemonsRegistrationFilter<FloatImage, FloatImage, Field>;
     using Pointer = itk::SmartPointer<Self>;
-    Picture::Pointer mask;
+    FloatImage::Pointer mask;
   itkNewMacro(Self)
 
       protected : void SmoothDisplacementField() override {
@@ -197,14 +202,11 @@ class MaskedDemons : public itk::DiffeomorphicDemonsRegistrationFilter<Picture, 
     void SmoothUpdateField() override { smoothWithin(*this->GetUpdateBuffer(), *mask, kSigmaUpdate); }
 };
 
-// Resamples the coarse field on the grid of `like`, linearly between voxels.
-Field::Pointer refined(const Field& coarse, const Picture& like) {
-    auto fine = Field::New();
-    fine->SetRegions(like.GetLargestPossibleRegion());
-    fine->SetSpacing(like.GetSpacing());
-    fine->SetOrigin(like.GetOrigin());
-    fine->Allocate();
-    const auto from = sizeOf(coarse), to = sizeOf(like);
+// Resamples the coarse field on the grid of `reference`, linearly between voxels.
+Field::Pointer upsampledField(const Field& coarse, const FloatImage& reference) {
+    auto fine =
+        makeImage<Field>(reference.GetLargestPossibleRegion(), reference.GetSpacing(), reference.GetOrigin());
+    const auto from = dimensions(coarse), to = dimensions(reference);
     const auto* in = coarse.GetBufferPointer();
     auto* out = fine->GetBufferPointer();
     const auto at = [&](int x, int y, int z) { return in[(std::ptrdiff_t(z) * from[1] + y) * from[0] + x]; };
@@ -215,9 +217,9 @@ Field::Pointer refined(const Field& coarse, const Picture& like) {
                 std::array<int, 3> low{}, high{};
                 std::array<float, 3> f{};
                 for (unsigned d = 0; d < 3; ++d) {
-                    const double p =
-                        (like.GetOrigin()[d] + i[d] * like.GetSpacing()[d] - coarse.GetOrigin()[d]) /
-                        coarse.GetSpacing()[d];
+                    const double p = (reference.GetOrigin()[d] + i[d] * reference.GetSpacing()[d] -
+                                      coarse.GetOrigin()[d]) /
+                                     coarse.GetSpacing()[d];
                     low[d] = std::clamp(int(std::floor(p)), 0, from[d] - 1);
                     high[d] = std::min(low[d] + 1, from[d] - 1);
                     f[d] = float(std::clamp(p - low[d], 0.0, 1.0));
@@ -234,18 +236,18 @@ Field::Pointer refined(const Field& coarse, const Picture& like) {
     return fine;
 }
 
-Field::Pointer registered(const Picture& fixed, const Picture& moving, const Picture& mask,
-                          const std::vector<Level>& levels) {
+Field::Pointer runDemons(const FloatImage& fixed, const FloatImage& moving, const FloatImage& mask,
+                         const std::vector<Level>& levels) {
     Field::Pointer field;
     for (const Level& level : levels) {
-        const auto level_fixed = shrunk(fixed, level.shrink);
+        const auto level_fixed = downsampled(fixed, level.shrink);
         auto demons = MaskedDemons::New();
-        demons->mask = shrunk(mask, level.shrink);
+        demons->mask = downsampled(mask, level.shrink);
         demons->SetFixedImage(level_fixed);
-        demons->SetMovingImage(shrunk(moving, level.shrink));
-        if (field) demons->SetInitialDisplacementField(refined(*field, *level_fixed));
+        demons->SetMovingImage(downsampled(moving, level.shrink));
+        if (field) demons->SetInitialDisplacementField(upsampledField(*field, *level_fixed));
         demons->SetNumberOfIterations(itk::IdentifierType(level.iterations));
-        demons->SetMaximumUpdateStepLength(kLongestStep);
+        demons->SetMaximumUpdateStepLength(kMaxUpdateStep);
         demons->SmoothUpdateFieldOn();
         demons->SmoothDisplacementFieldOn();
         demons->Update();
@@ -255,24 +257,25 @@ Field::Pointer registered(const Picture& fixed, const Picture& moving, const Pic
     return field;
 }
 
-Field::Pointer betweenPhases(const Picture& fixed, const Picture& moving, const Picture& mask, int finest) {
+Field::Pointer registerPhasePair(const FloatImage& fixed, const FloatImage& moving, const FloatImage& mask,
+                                 int finest) {
     std::vector<Level> levels;
     for (const Level& level : kLevels)
         if (level.shrink >= finest) levels.push_back(level);
-    return registered(fixed, moving, mask, levels);
+    return runDemons(fixed, moving, mask, levels);
 }
 
 using Affine = itk::AffineTransform<double, 3>;
-using Interpolator = itk::LinearInterpolateImageFunction<Picture, double>;
+using Interpolator = itk::LinearInterpolateImageFunction<FloatImage, double>;
 
 template <typename Visit>
-void forEachVoxel(const Picture& image, const Visit& visit) {
-    const auto dims = sizeOf(image);
+void forEachVoxel(const FloatImage& image, const Visit& visit) {
+    const auto dims = dimensions(image);
     std::ptrdiff_t i = 0;
     for (int z = 0; z < dims[2]; ++z)
         for (int y = 0; y < dims[1]; ++y)
             for (int x = 0; x < dims[0]; ++x, ++i) {
-                Picture::PointType p;
+                FloatImage::PointType p;
                 p[0] = image.GetOrigin()[0] + x * image.GetSpacing()[0];
                 p[1] = image.GetOrigin()[1] + y * image.GetSpacing()[1];
                 p[2] = image.GetOrigin()[2] + z * image.GetSpacing()[2];
@@ -281,15 +284,15 @@ void forEachVoxel(const Picture& image, const Visit& visit) {
 }
 
 // The centre of the body. Voxels outside the body have the image's lowest value.
-Picture::PointType middleOf(const Picture& image) {
+FloatImage::PointType foregroundCentroid(const FloatImage& image) {
     const float* v = image.GetBufferPointer();
     const float outside = *std::min_element(v, v + image.GetLargestPossibleRegion().GetNumberOfPixels());
     itk::Vector<double, 3> sum(0.0);
     double count = 0.0;
-    forEachVoxel(image, [&](std::ptrdiff_t i, const Picture::PointType& p) {
+    forEachVoxel(image, [&](std::ptrdiff_t i, const FloatImage::PointType& p) {
         if (v[i] > outside) sum += p.GetVectorFromOrigin(), count += 1.0;
     });
-    Picture::PointType middle;
+    FloatImage::PointType middle;
     for (unsigned d = 0; d < 3; ++d)
         middle[d] = count > 0.0 ? sum[d] / count : 0.0;
     return middle;
@@ -297,21 +300,21 @@ Picture::PointType middleOf(const Picture& image) {
 
 // Returns the shift that maps a point of FIXED to MOVING. In x and y it aligns the centres of the two bodies.
 // In z it is the shift with the smallest mean squared difference between the images.
-itk::Vector<double, 3> shiftBetween(const Picture& fixed, const Picture& moving) {
-    const int nf = sizeOf(fixed)[2], nm = sizeOf(moving)[2];
+itk::Vector<double, 3> estimateShift(const FloatImage& fixed, const FloatImage& moving) {
+    const int nf = dimensions(fixed)[2], nm = dimensions(moving)[2];
     const double dz = fixed.GetSpacing()[2];
-    itk::Vector<double, 3> best = middleOf(moving) - middleOf(fixed);
+    itk::Vector<double, 3> best = foregroundCentroid(moving) - foregroundCentroid(fixed);
     const double fixed_low = fixed.GetOrigin()[2], moving_low = moving.GetOrigin()[2];
-    const int least = std::max(1, int(kLeastOverlap * std::min(nf, nm)));
+    const int min_overlap = std::max(1, int(kMinOverlap * std::min(nf, nm)));
     auto interpolator = Interpolator::New();
     interpolator->SetInputImage(&moving);
     double lowest = std::numeric_limits<double>::infinity();
     // Try all shifts in z. Shift k places slice 0 of FIXED on slice k of MOVING.
-    for (int k = least - nf; k <= nm - least; ++k) {
+    for (int k = min_overlap - nf; k <= nm - min_overlap; ++k) {
         itk::Vector<double, 3> shift = best;
         shift[2] = moving_low + k * dz - fixed_low;
         double sum = 0.0, count = 0.0;
-        forEachVoxel(fixed, [&](std::ptrdiff_t i, const Picture::PointType& p) {
+        forEachVoxel(fixed, [&](std::ptrdiff_t i, const FloatImage::PointType& p) {
             const auto q = p + shift;
             if (!interpolator->IsInsideBuffer(q)) return;
             const double d = interpolator->Evaluate(q) - double(fixed.GetBufferPointer()[i]);
@@ -324,16 +327,16 @@ itk::Vector<double, 3> shiftBetween(const Picture& fixed, const Picture& moving)
     return best;
 }
 
-Affine::Pointer affineBetween(const Picture& fixed, const Picture& moving) {
-    const auto f = shrunk(fixed, kAffineShrink), m = shrunk(moving, kAffineShrink);
+Affine::Pointer estimateAffine(const FloatImage& fixed, const FloatImage& moving) {
+    const auto f = downsampled(fixed, kAffineShrink), m = downsampled(moving, kAffineShrink);
     auto affine = Affine::New();
-    affine->SetCenter(middleOf(*f));
+    affine->SetCenter(foregroundCentroid(*f));
     affine->SetTranslation(
-        shiftBetween(*shrunk(fixed, 2 * kAffineShrink), *shrunk(moving, 2 * kAffineShrink)));
-    auto metric = itk::MeanSquaresImageToImageMetricv4<Picture, Picture>::New();
+        estimateShift(*downsampled(fixed, 2 * kAffineShrink), *downsampled(moving, 2 * kAffineShrink)));
+    auto metric = itk::MeanSquaresImageToImageMetricv4<FloatImage, FloatImage>::New();
     metric->SetMaximumNumberOfWorkUnits(kWorkUnits);
     auto scales = itk::RegistrationParameterScalesFromPhysicalShift<
-        itk::MeanSquaresImageToImageMetricv4<Picture, Picture>>::New();
+        itk::MeanSquaresImageToImageMetricv4<FloatImage, FloatImage>>::New();
     scales->SetMetric(metric);
     auto optimizer = itk::RegularStepGradientDescentOptimizerv4<double>::New();
     optimizer->SetScalesEstimator(scales);
@@ -341,7 +344,7 @@ Affine::Pointer affineBetween(const Picture& fixed, const Picture& moving) {
     optimizer->SetMinimumStepLength(0.01);
     optimizer->SetNumberOfIterations(kAffineIterations);
     optimizer->SetNumberOfWorkUnits(kWorkUnits);
-    auto method = itk::ImageRegistrationMethodv4<Picture, Picture, Affine>::New();
+    auto method = itk::ImageRegistrationMethodv4<FloatImage, FloatImage, Affine>::New();
     method->SetFixedImage(f);
     method->SetMovingImage(m);
     method->SetMetric(metric);
@@ -360,30 +363,30 @@ Affine::Pointer affineBetween(const Picture& fixed, const Picture& moving) {
 }
 
 // MOVING resampled on the grid of FIXED. Where MOVING has no data, FIXED is copied.
-Picture::Pointer resampled(const Picture& fixed, const Picture& moving, const Affine& affine) {
-    auto out = shrunk(fixed, 1);
+FloatImage::Pointer resampled(const FloatImage& fixed, const FloatImage& moving, const Affine& affine) {
+    auto out = downsampled(fixed, 1);
     auto interpolator = Interpolator::New();
     interpolator->SetInputImage(&moving);
     float* v = out->GetBufferPointer();
-    forEachVoxel(*out, [&](std::ptrdiff_t i, const Picture::PointType& p) {
+    forEachVoxel(*out, [&](std::ptrdiff_t i, const FloatImage::PointType& p) {
         const auto q = affine.TransformPoint(p);
         if (interpolator->IsInsideBuffer(q)) v[i] = float(interpolator->Evaluate(q));
     });
     return out;
 }
 
-Field::Pointer betweenPatients(const Picture& fixed, const Picture& moving, int iterations) {
-    const auto affine = affineBetween(fixed, moving);
-    const auto everywhere = shrunk(fixed, 1);
+Field::Pointer registerPatients(const FloatImage& fixed, const FloatImage& moving, int iterations) {
+    const auto affine = estimateAffine(fixed, moving);
+    const auto everywhere = downsampled(fixed, 1);
     everywhere->FillBuffer(1.0f);
     std::vector<Level> levels;
     for (int shrink = 4; shrink >= 1; shrink /= 2, iterations /= 2)
         levels.push_back({shrink, iterations});
-    const auto field = registered(fixed, *resampled(fixed, moving, *affine), *everywhere, levels);
+    const auto field = runDemons(fixed, *resampled(fixed, moving, *affine), *everywhere, levels);
     // The demons displacement u maps a point p of FIXED to p + u in the resampled image. Apply the affine
     // transform to p + u, so that the field maps p directly to MOVING.
     auto* u = field->GetBufferPointer();
-    forEachVoxel(fixed, [&](std::ptrdiff_t i, const Picture::PointType& p) {
+    forEachVoxel(fixed, [&](std::ptrdiff_t i, const FloatImage::PointType& p) {
         const auto q = affine->TransformPoint(p + itk::Vector<double, 3>(u[i]));
         for (unsigned d = 0; d < 3; ++d)
             u[i][d] = float(q[d] - p[d]);
@@ -392,9 +395,10 @@ Field::Pointer betweenPatients(const Picture& fixed, const Picture& moving, int 
 }
 
 void write(const Field& field, const std::string& file) {
-    FieldHandover h;
+    ImageHandover h;
+    h.magic = kFieldMagic;
     for (unsigned d = 0; d < 3; ++d) {
-        h.dims[d] = sizeOf(field)[d];
+        h.dims[d] = dimensions(field)[d];
         h.spacing_mm[d] = field.GetSpacing()[d];
         h.origin_mm[d] = field.GetOrigin()[d];
     }
@@ -402,7 +406,8 @@ void write(const Field& field, const std::string& file) {
     out.write(reinterpret_cast<const char*>(&h), sizeof h);
     out.write(reinterpret_cast<const char*>(field.GetBufferPointer()),
               std::streamsize(field.GetLargestPossibleRegion().GetNumberOfPixels() * 3 * sizeof(float)));
-    if (!out.flush()) throw std::runtime_error("no room to hand the field over");
+    if (!out.flush())
+        throw std::runtime_error("the field cannot be written to the temporary folder; free some disk space");
 }
 
 }  // namespace
@@ -415,15 +420,15 @@ int main(int argc, char** argv) {
     try {
         itk::Object::GlobalWarningDisplayOff();
         ImageHandover grid, other;
-        const Picture::Pointer fixed = read(argv[1], grid), moving = read(argv[2], other);
+        const FloatImage::Pointer fixed = read(argv[1], grid), moving = read(argv[2], other);
         if (argc == 5) {
-            write(*betweenPatients(*fixed, *moving, std::stoi(argv[4])), argv[3]);
+            write(*registerPatients(*fixed, *moving, std::stoi(argv[4])), argv[3]);
             return 0;
         }
         if (grid.dims != other.dims) throw std::runtime_error("the images differ in size");
-        const Picture::Pointer mask = read(argv[3], other);
+        const FloatImage::Pointer mask = read(argv[3], other);
         if (grid.dims != other.dims) throw std::runtime_error("the mask differs in size");
-        write(*betweenPhases(*fixed, *moving, *mask, std::stoi(argv[5])), argv[4]);
+        write(*registerPhasePair(*fixed, *moving, *mask, std::stoi(argv[5])), argv[4]);
         return 0;
     } catch (const itk::ExceptionObject& e) {
         std::puts(e.GetDescription());

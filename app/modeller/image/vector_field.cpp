@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kSquarings = 6;
 constexpr int kLogSteps = 8;
-constexpr double kLogClose_m = 2e-5;
+constexpr double kLogTolerance_m = 2e-5;
 
 // The eight voxels around p and their weights, clamped to the grid.
 struct Corners {
@@ -35,23 +35,13 @@ struct Corners {
     }
 };
 
-template <typename Visit>
-void eachVoxel(const Grid& g, const Visit& visit) {
-    forEachSlab(g.dims.z, [&](int z) {
-        Index3 i{0, 0, z};
-        for (i.y = 0; i.y < g.dims.y; ++i.y)
-            for (i.x = 0; i.x < g.dims.x; ++i.x)
-                visit(g.offset(i), g.centre(i));
-    });
-}
-
 // The displacement of moving a point by `b` and then by `a`: b(p) + a(p + b(p)), sampled on b's grid.
 // In the notation of Arsigny et al.: (id + a) o (id + b) - id.
 VectorField composed(const VectorField& a, const VectorField& b) {
     VectorField out(b.grid);
-    eachVoxel(b.grid, [&](std::size_t i, const Vec3& p) {
-        const Vec3 step(b.voxels[i]);
-        out.voxels[i] = glm::vec3(step + vectorAt(a, p + step));
+    parallelVoxels(b.grid, [&](const Index3& i) {
+        const Vec3 step(b[i]);
+        out[i] = glm::vec3(step + vectorAt(a, b.grid.centre(i) + step));
     });
     return out;
 }
@@ -98,7 +88,7 @@ VectorField logarithm(const VectorField& displacement, double& error_m) {
         for (const glm::vec3& d : mismatch.voxels)
             largest = std::max(largest, d.x * d.x + d.y * d.y + d.z * d.z);
         error_m = std::sqrt(double(largest));
-        if (step == kLogSteps || error_m < kLogClose_m) return v;
+        if (step == kLogSteps || error_m < kLogTolerance_m) return v;
         for (std::size_t i = 0; i < v.voxels.size(); ++i)
             v.voxels[i] += mismatch.voxels[i];
     }
@@ -106,8 +96,9 @@ VectorField logarithm(const VectorField& displacement, double& error_m) {
 
 FloatVolume warped(const FloatVolume& image, const VectorField& displacement, float outside) {
     FloatVolume out(image.grid);
-    eachVoxel(image.grid, [&](std::size_t i, const Vec3& p) {
-        out.voxels[i] = valueAt(image, p + vectorAt(displacement, p), outside);
+    parallelVoxels(image.grid, [&](const Index3& i) {
+        const Vec3 p = image.grid.centre(i);
+        out[i] = valueAt(image, p + vectorAt(displacement, p), outside);
     });
     return out;
 }

@@ -1,9 +1,10 @@
 #include "app/modeller/image/voxel_tools.h"
 
 #include <algorithm>
-#include <atomic>
-#include <thread>
+#include <numeric>
 #include <vector>
+
+#include "base/parallel.h"
 
 namespace stylet::modeller {
 
@@ -50,20 +51,7 @@ struct Envelope {
     }
 };
 
-const Index3 kNeighbours[6] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
-
 }  // namespace
-
-void forEachSlab(int count, const std::function<void(int)>& f) {
-    std::atomic<int> next{0};
-    const auto work = [&] {
-        for (int i = next++; i < count; i = next++)
-            f(i);
-    };
-    std::thread other(work);
-    work();
-    other.join();
-}
 
 FloatVolume distanceTo(const Mask& mask) {
     const Grid& g = mask.grid;
@@ -71,7 +59,7 @@ FloatVolume distanceTo(const Mask& mask) {
     for (std::size_t i = 0; i < d.voxels.size(); ++i)
         d.voxels[i] = mask.voxels[i] ? 0.0f : kFar;
     const std::ptrdiff_t row = g.dims.x, slice = std::ptrdiff_t(g.dims.x) * g.dims.y;
-    forEachSlab(g.dims.z, [&](int z) {
+    parallelFor(processorCount(), g.dims.z, [&](int z) {
         float* base = d.voxels.data() + z * slice;
         Envelope along_x(g.dims.x), along_y(g.dims.y);
         for (int y = 0; y < g.dims.y; ++y)
@@ -79,7 +67,7 @@ FloatVolume distanceTo(const Mask& mask) {
         for (int x = 0; x < g.dims.x; ++x)
             along_y.transform(base + x, row, g.dims.y, float(g.spacing_m.y));
     });
-    forEachSlab(g.dims.y, [&](int y) {
+    parallelFor(processorCount(), g.dims.y, [&](int y) {
         Envelope along_z(g.dims.z);
         for (int x = 0; x < g.dims.x; ++x)
             along_z.transform(d.voxels.data() + y * row + x, slice, g.dims.z, float(g.spacing_m.z));
@@ -89,7 +77,7 @@ FloatVolume distanceTo(const Mask& mask) {
     return d;
 }
 
-Mask floodFrom(const Mask& seeds, const Mask& passable) {
+Mask floodFill(const Mask& seeds, const Mask& passable) {
     const Grid& g = passable.grid;
     Mask reached(g);
     std::vector<std::size_t> open;
@@ -101,51 +89,87 @@ Mask floodFrom(const Mask& seeds, const Mask& passable) {
     while (!open.empty()) {
         const Index3 at = g.voxelAt(open.back());
         open.pop_back();
-        for (const Index3& step : kNeighbours) {
-            const Index3 to = at + step;
-            if (!g.contains(to)) continue;
-            const std::size_t o = g.offset(to);
-            if (reached.voxels[o] || !passable.voxels[o]) continue;
-            reached.voxels[o] = 1;
-            open.push_back(o);
-        }
+        forEachNeighbour(g, at, Connectivity::faces, [&](std::size_t to) {
+            if (reached.voxels[to] || !passable.voxels[to]) return;
+            reached.voxels[to] = 1;
+            open.push_back(to);
+        });
     }
     return reached;
 }
 
-std::size_t keepLargest(Mask& mask) {
-    Mask rest = mask, best(mask.grid);
-    std::size_t best_count = 0, total = 0;
-    std::vector<std::size_t> component;
-    for (std::size_t seed = 0; seed < rest.voxels.size(); ++seed) {
-        if (!rest.voxels[seed]) continue;
-        component.assign(1, seed);
-        rest.voxels[seed] = 0;
-        for (std::size_t head = 0; head < component.size(); ++head) {
-            const Index3 at = mask.grid.voxelAt(component[head]);
-            for (const Index3& step : kNeighbours) {
-                const Index3 to = at + step;
-                if (!mask.grid.contains(to)) continue;
-                const std::size_t o = mask.grid.offset(to);
-                if (!rest.voxels[o]) continue;
-                rest.voxels[o] = 0;
-                component.push_back(o);
-            }
+VoxelBox boundingBox(const Mask& m) {
+    const Grid& g = m.grid;
+    VoxelBox b{g.dims, Index3(-1)};
+    for (int z = 0; z < g.dims.z; ++z)
+        for (int y = 0; y < g.dims.y; ++y) {
+            const std::uint8_t* row = m.voxels.data() + g.offset({0, y, z});
+            const std::uint8_t* end = row + g.dims.x;
+            const std::uint8_t* first = std::find_if(row, end, [](std::uint8_t v) { return v != 0; });
+            if (first == end) continue;
+            int last = g.dims.x - 1;
+            while (!row[last])
+                --last;
+            b.low = glm::min(b.low, Index3(int(first - row), y, z));
+            b.high = glm::max(b.high, Index3(last, y, z));
         }
-        total += component.size();
-        if (component.size() <= best_count) continue;
-        best_count = component.size();
-        std::fill(best.voxels.begin(), best.voxels.end(), std::uint8_t{0});
-        for (std::size_t o : component)
-            best.voxels[o] = 1;
+    if (b.high.x < 0) return {Index3(0), Index3(-1)};
+    return b;
+}
+
+VoxelBox boxAround(const Mask& mask, int margin) {
+    const VoxelBox box = boundingBox(mask);
+    if (box.empty()) return box;
+    return {glm::max(box.low - margin, Index3(0)), glm::min(box.high + margin, mask.grid.dims - 1)};
+}
+
+void paste(const Mask& part, const Index3& low, Mask& into) {
+    forEachVoxel(part.grid, [&](const Index3& i) { into[low + i] = part[i]; });
+}
+
+Mask withLabel(const LabelVolume& labels, std::uint8_t label) {
+    return maskWhere(labels.grid, [&](std::size_t i) { return labels.voxels[i] == label; });
+}
+
+int Components::largest() const {
+    if (size.size() < 2) return 0;
+    return int(std::max_element(size.begin() + 1, size.end()) - size.begin());
+}
+
+Components findComponents(const Mask& m, Connectivity touch) {
+    Components p{Volume<std::int32_t>(m.grid), {0}};
+    std::vector<std::size_t> open;
+    for (std::size_t seed = 0; seed < m.voxels.size(); ++seed) {
+        if (!m.voxels[seed] || p.number.voxels[seed]) continue;
+        const auto number = std::int32_t(p.size.size());
+        p.size.push_back(0);
+        p.number.voxels[seed] = number;
+        open.assign(1, seed);
+        while (!open.empty()) {
+            const Index3 at = m.grid.voxelAt(open.back());
+            open.pop_back();
+            ++p.size.back();
+            forEachNeighbour(m.grid, at, touch, [&](std::size_t to) {
+                if (!m.voxels[to] || p.number.voxels[to]) return;
+                p.number.voxels[to] = number;
+                open.push_back(to);
+            });
+        }
     }
-    mask = std::move(best);
-    return total - best_count;
+    return p;
+}
+
+std::size_t keepLargestComponent(Mask& mask) {
+    const Components components = findComponents(mask);
+    const auto largest = std::size_t(components.largest());
+    mask = componentsWhere(components, [&](std::size_t n) { return n == largest; });
+    return std::accumulate(components.size.begin(), components.size.end(), std::size_t{0}) -
+           components.size[largest];
 }
 
 void fillHolesPerSlice(Mask& mask) {
     const int nx = mask.grid.dims.x, ny = mask.grid.dims.y;
-    forEachSlab(mask.grid.dims.z, [&](int z) {
+    parallelFor(processorCount(), mask.grid.dims.z, [&](int z) {
         std::uint8_t* slice = mask.voxels.data() + std::ptrdiff_t(z) * nx * ny;
         std::vector<std::uint8_t> outside(std::size_t(nx * ny), 0);
         std::vector<int> open;
@@ -178,7 +202,7 @@ FloatVolume boxMean(const FloatVolume& in, int reach) {
         const int count_a = n[outer == axis ? 0 : outer], count_b = n[axis == 0 ? 1 : 0];
         const std::ptrdiff_t stride_a = strides[outer == axis ? 0 : outer],
                              stride_b = strides[axis == 0 ? 1 : 0];
-        forEachSlab(count_a, [&](int a) {
+        parallelFor(processorCount(), count_a, [&](int a) {
             std::vector<double> sum(std::size_t(length) + 1);
             for (int b = 0; b < count_b; ++b) {
                 float* line = out.voxels.data() + a * stride_a + b * stride_b;

@@ -1,8 +1,13 @@
-// Basic operations on masks: distance, components, filling, smoothing. A mask is a LabelVolume of 0 and 1.
+// Loops over voxels, and basic operations on masks: boxes, distance, components, filling, smoothing. A mask
+// is a LabelVolume of 0 and 1.
 #pragma once
 
-#include <functional>
+#include <algorithm>
+#include <cstdint>
+#include <glm/common.hpp>
+#include <vector>
 
+#include "base/parallel.h"
 #include "base/volume.h"
 
 namespace stylet::modeller {
@@ -10,19 +15,113 @@ namespace stylet::modeller {
 using Mask = LabelVolume;
 using FloatVolume = Volume<float>;
 
-// Runs f(0) ... f(count - 1) on two threads; the result must not depend on the order.
-void forEachSlab(int count, const std::function<void(int)>& f);
+// A box of voxels, both ends inclusive; `low` is above `high` if it is empty.
+struct VoxelBox {
+    Index3 low{0}, high{-1};
+    bool empty() const { return low.x > high.x; }
+};
 
-// Distance in metres from each voxel's centre to the nearest voxel of the mask (0 inside it, 1e3 if it is
-// empty). Exact; Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled Functions", Theory of
-// Computing 8, 2012.
+// Visits the voxels of a box in memory order.
+template <typename Visit>
+void forEachVoxel(const VoxelBox& box, const Visit& visit) {
+    Index3 i;
+    for (i.z = box.low.z; i.z <= box.high.z; ++i.z)
+        for (i.y = box.low.y; i.y <= box.high.y; ++i.y)
+            for (i.x = box.low.x; i.x <= box.high.x; ++i.x)
+                visit(i);
+}
+
+// The voxels at most `reach` steps away along each axis, within the grid.
+inline VoxelBox boxAround(const Grid& grid, const Index3& at, int reach) {
+    return {glm::max(at - reach, Index3(0)), glm::min(at + reach, grid.dims - 1)};
+}
+
+// The neighbours of a voxel: the six that share a face with it, or all 26.
+enum class Connectivity { faces, corners };
+
+// Calls visit(offset) for every neighbour inside the grid.
+template <typename Visit>
+void forEachNeighbour(const Grid& grid, const Index3& at, Connectivity touch, const Visit& visit) {
+    constexpr Index3 kFaces[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+    if (touch == Connectivity::faces) {
+        for (const Index3& step : kFaces)
+            if (grid.contains(at + step)) visit(grid.offset(at + step));
+        return;
+    }
+    forEachVoxel(boxAround(grid, at, 1), [&](const Index3& i) {
+        if (i != at) visit(grid.offset(i));
+    });
+}
+
+// Visits voxels on several threads. One thread visits all voxels of a slice (one z), in memory order.
+template <typename Visit>
+void parallelVoxels(const Grid& grid, const Visit& visit) {
+    parallelFor(processorCount(), grid.dims.z, [&](int z) {
+        forEachVoxel(VoxelBox{{0, 0, z}, {grid.dims.x - 1, grid.dims.y - 1, z}}, visit);
+    });
+}
+
+// Mask of all voxels for whose offset in(offset) is true.
+template <typename In>
+Mask maskWhere(const Grid& grid, const In& in) {
+    Mask mask(grid);
+    for (std::size_t i = 0; i < mask.voxels.size(); ++i)
+        mask.voxels[i] = in(i);
+    return mask;
+}
+
+// The bounding box of a mask.
+VoxelBox boundingBox(const Mask&);
+// The same, enlarged by `margin` voxels on every side, within the grid.
+VoxelBox boxAround(const Mask&, int margin);
+// The part of a volume inside the box, on its own grid.
+template <typename T>
+Volume<T> cropped(const Volume<T>& whole, const VoxelBox& box) {
+    Volume<T> part(Grid{box.high - box.low + 1, whole.grid.spacing_m, whole.grid.centre(box.low)});
+    forEachVoxel(part.grid, [&](const Index3& i) { part[i] = whole[box.low + i]; });
+    return part;
+}
+// Copies `part` into the volume, with its first voxel at `low`.
+void paste(const Mask& part, const Index3& low, Mask& into);
+
+template <typename T>
+FloatVolume toFloat(const Volume<T>& volume) {
+    FloatVolume out(volume.grid);
+    std::copy(volume.voxels.begin(), volume.voxels.end(), out.voxels.begin());
+    return out;
+}
+
+// The voxels with this label.
+Mask withLabel(const LabelVolume&, std::uint8_t label);
+
+// Distance in metres from each voxel's centre to the nearest voxel of the mask: 0 inside the mask, 1e3
+// everywhere if the mask is empty. Exact; Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled
+// Functions", Theory of Computing 8, 2012.
 FloatVolume distanceTo(const Mask&);
 
+// Connected components, numbered from 1 in the order of their first voxels.
+struct Components {
+    Volume<std::int32_t> number;    // 0 outside the mask
+    std::vector<std::size_t> size;  // in voxels; size[0] is 0
+    int count() const { return int(size.size()) - 1; }
+    int largest() const;  // 0 if there is none
+};
+Components findComponents(const Mask&, Connectivity = Connectivity::faces);
+// The components for which keep(number) is true.
+template <typename Keep>
+Mask componentsWhere(const Components& components, const Keep& keep) {
+    std::vector<std::uint8_t> kept(components.size.size(), 0);
+    for (std::size_t n = 1; n < kept.size(); ++n)
+        kept[n] = keep(n);
+    const auto& number = components.number;
+    return maskWhere(number.grid, [&](std::size_t i) { return kept[std::size_t(number.voxels[i])]; });
+}
+
 // Keeps the largest 6-connected component; returns the number of voxels that were dropped.
-std::size_t keepLargest(Mask&);
+std::size_t keepLargestComponent(Mask&);
 
 // The voxels of `passable` that are 6-connected to a voxel of `seeds`.
-Mask floodFrom(const Mask& seeds, const Mask& passable);
+Mask floodFill(const Mask& seeds, const Mask& passable);
 
 // Fills all holes of the mask in each axial slice.
 void fillHolesPerSlice(Mask&);

@@ -1,8 +1,7 @@
 #include "app/modeller/import/import.h"
 
+#include <fmt/core.h>
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 
 #include "app/modeller/import/import_body.h"
@@ -10,7 +9,7 @@
 #include "app/modeller/import/import_fascia.h"
 #include "app/modeller/import/section.h"
 #include "app/modeller/import/tissue_classes.h"
-#include "base/format.h"
+#include "base/text.h"
 
 namespace stylet::modeller {
 
@@ -24,28 +23,24 @@ namespace {
 constexpr double kSkin_m = 0.002;
 constexpr double kAboveLiver_m = 0.060, kBelowLiver_m = 0.060;
 
-std::uint8_t idOf(const char* target) {
-    return findTarget(target)->id;
-}
-
 void checkSameGrid(const Grid& ct, const Grid& labels) {
     const auto sides = [](const Grid& g) {
-        return formatted("%dx%dx%d voxels", g.dims.x, g.dims.y, g.dims.z);
+        return fmt::format("{}x{}x{} voxels", g.dims.x, g.dims.y, g.dims.z);
     };
     if (ct.dims != labels.dims)
-        throw ImportError("labels and CT lie on different grids: " + sides(labels) + " against " + sides(ct));
+        throw ImportError("labels and CT are on different grids: " + sides(labels) + " against " + sides(ct));
     for (int d = 0; d < 3; ++d) {
         if (std::fabs(ct.spacing_m[d] - labels.spacing_m[d]) > 1e-3 * ct.spacing_m[d])
-            throw ImportError(formatted("labels and CT differ in spacing: %.4g against %.4g mm",
-                                        1e3 * labels.spacing_m[d], 1e3 * ct.spacing_m[d]));
+            throw ImportError(fmt::format("labels and CT differ in spacing: {:.4g} against {:.4g} mm",
+                                          1e3 * labels.spacing_m[d], 1e3 * ct.spacing_m[d]));
         if (std::fabs(ct.origin_m[d] - labels.origin_m[d]) > 0.5 * ct.spacing_m[d])
-            throw ImportError(
-                formatted("labels lie %.3g mm beside the CT", 1e3 * (labels.origin_m[d] - ct.origin_m[d])));
+            throw ImportError(fmt::format("labels lie {:.3g} mm beside the CT",
+                                          1e3 * (labels.origin_m[d] - ct.origin_m[d])));
     }
 }
 
 // Look-up table from source id to label id. Refuses unmapped ids.
-std::vector<std::uint8_t> targetTableOf(const std::vector<SourceLabel>& sources, const LabelMap& map) {
+std::vector<std::uint8_t> mapSourceIds(const std::vector<SourceLabel>& sources, const LabelMap& map) {
     std::vector<std::uint8_t> target(32768, 0);
     std::string unmapped;
     for (const SourceLabel& s : sources) {
@@ -62,34 +57,25 @@ std::vector<std::uint8_t> targetTableOf(const std::vector<SourceLabel>& sources,
 }
 
 // The section of the scan around the liver.
-Grid sectionAround(const Grid& source, const SourceLabels& labels, const std::vector<std::uint8_t>& target,
-                   double spacing_m) {
-    const std::uint8_t liver = idOf("liver");
-    const std::size_t slice = std::size_t(source.dims.x) * std::size_t(source.dims.y);
-    int low = source.dims.z, high = -1;
-    for (std::size_t i = 0; i < labels.voxels.size(); ++i)
-        if (target[std::size_t(labels.voxels[i])] == liver)
-            low = std::min(low, int(i / slice)), high = std::max(high, int(i / slice));
-    if (high < 0)
-        throw ImportError("the map makes no voxel liver; without a liver there is nothing to puncture");
-    return sectionGrid(source, source.origin_m.z + low * source.spacing_m.z - kBelowLiver_m,
-                       source.origin_m.z + high * source.spacing_m.z + kAboveLiver_m, spacing_m);
+Grid sectionAroundLiver(const Grid& source, const SourceLabels& labels,
+                        const std::vector<std::uint8_t>& target, double spacing_m) {
+    const std::uint8_t liver = targetId("liver");
+    const VoxelBox box = boundingBox(
+        maskWhere(source, [&](std::size_t i) { return target[std::size_t(labels.voxels[i])] == liver; }));
+    if (box.empty())
+        throw ImportError("the map assigns no voxel to liver; without a liver there is nothing to puncture");
+    return sectionGrid(source, source.origin_m.z + box.low.z * source.spacing_m.z - kBelowLiver_m,
+                       source.origin_m.z + box.high.z * source.spacing_m.z + kAboveLiver_m, spacing_m);
 }
 
 LabelVolume resampleLabels(const SourceLabels& in, const Grid& grid,
                            const std::vector<std::uint8_t>& target) {
     LabelVolume out(grid);
-    forEachSlab(grid.dims.z, [&](int z) {
-        for (int y = 0; y < grid.dims.y; ++y)
-            for (int x = 0; x < grid.dims.x; ++x)
-                out[{x, y, z}] = target[std::size_t(in.nearestOr(grid.centre({x, y, z}), 0))];
-    });
+    parallelVoxels(grid,
+                   [&](const Index3& i) { out[i] = target[std::size_t(in.nearestOr(grid.centre(i), 0))]; });
     return out;
 }
 
-bool isLung(const Label& l) {
-    return l.name == "right lung" || l.name == "left lung";
-}
 bool isLiver(const Label& l) {
     return l.tissue == Tissue::liver;
 }
@@ -102,31 +88,30 @@ void addFascia(const CtVolume& ct, LabelVolume& labels, const Mask& body, const 
                const Mask& bones, std::vector<std::string>& notes) {
     const FasciaInput input{ct, body, bones, organs};
     const WallSurface wall = fitWall(input);
-    Mask free(labels.grid);
-    for (std::size_t i = 0; i < free.voxels.size(); ++i)
-        free.voxels[i] = labels.voxels[i] == 0 && body.voxels[i];
+    const Mask free =
+        maskWhere(labels.grid, [&](std::size_t i) { return labels.voxels[i] == 0 && body.voxels[i]; });
     const Mask surface = rasteriseBoundary(insideWall(wall, input), free);
     std::size_t over_liver = 0;
     for (std::size_t i = 0; i < surface.voxels.size(); ++i)
-        over_liver += surface.voxels[i] && labels.voxels[i] == idOf("liver");
-    paint(labels, surface, idOf("fascia"), true);
-    notes.push_back(formatted("fascia: one voxel thick; %.2f ml of it taken from the liver's rim at the ribs",
-                              1e3 * litres(labels.grid, over_liver)));
+        over_liver += surface.voxels[i] && labels.voxels[i] == targetId("liver");
+    paint(labels, surface, targetId("fascia"), true);
+    notes.push_back(
+        fmt::format("fascia: one voxel thick; {:.2f} ml of it taken from the liver's rim at the ribs",
+                    1e3 * litres(labels.grid, over_liver)));
 }
 
 void addDucts(CtVolume& ct, LabelVolume& labels, std::vector<std::string>& notes) {
-    const Mask parenchyma = maskOf(labels, [](const Label& l) { return l.name == "liver"; });
-    const Mask portal = maskOf(labels, [](const Label& l) { return l.name == "portal vein"; });
-    const Mask vessels = maskOf(labels, [](const Label& l) { return l.tissue == Tissue::vessel; });
+    const Mask parenchyma = labelMask(labels, "liver"), portal = labelMask(labels, "portal vein");
+    const Mask vessels = labelMask(labels, [](const Label& l) { return l.tissue == Tissue::vessel; });
     const DuctSettings settings;
     const GrownDucts ducts = growDucts(parenchyma, portal, vessels, settings);
     paintBile(ct, ducts, parenchyma, settings.bile_hu);
-    paint(labels, ducts.mask, idOf("bile ducts"), true);
-    notes.push_back(formatted("ducts (virtual): %d branches, %.0f mm, %.1f ml", ducts.branches,
-                              1e3 * ducts.length_m, 1e6 * ducts.volume_m3));
+    paint(labels, ducts.mask, targetId("bile ducts"), true);
+    notes.push_back(fmt::format("ducts (virtual): {} branches, {:.0f} mm, {:.1f} ml", ducts.branches,
+                                1e3 * ducts.length_m, 1e6 * ducts.volume_m3));
 }
 
-std::string provenanceOf(const Label& l, const LabelMap& map, const std::vector<SourceLabel>& sources) {
+std::string labelProvenance(const Label& l, const LabelMap& map, const std::vector<SourceLabel>& sources) {
     if (l.name == "skin") return "threshold: 2 mm shell of the body";
     if (l.name == "fascia") return "fitted: smooth surface inside the ribs";
     if (l.name == "bile ducts" && std::none_of(sources.begin(), sources.end(),
@@ -135,31 +120,18 @@ std::string provenanceOf(const Label& l, const LabelMap& map, const std::vector<
     return "manual: " + (map.source.empty() ? std::string("the imported segmentation") : map.source);
 }
 
-void fillTable(Package& p, const LabelMap& map, const std::vector<SourceLabel>& sources) {
-    std::array<bool, 256> used{};
-    for (std::uint8_t id : p.labels.voxels)
-        used[id] = true;
-    for (Label l : targetTable()) {
-        if (!used[l.id]) continue;
-        l.provenance = provenanceOf(l, map, sources);
-        p.label_table.push_back(l);
-    }
-}
-
-void say(const ImportSettings& s, std::string_view stage) {
+void reportProgress(const ImportSettings& s, std::string_view stage) {
     if (s.progress) s.progress(stage);
 }
 
 }  // namespace
 
-double referenceBreath(const std::string& phase) {
+double parseReferencePhase(const std::string& phase) {
     if (phase == "inhale") return 1.0;
     if (phase == "exhale") return 0.0;
-    double v = -1.0;
-    if (phase.rfind("v=", 0) == 0) {
-        const auto [end, error] = std::from_chars(phase.data() + 2, phase.data() + phase.size(), v);
-        if (error != std::errc() || end != phase.data() + phase.size()) v = -1.0;
-    }
+    const double v = phase.starts_with("v=")
+                         ? parseNumber<double>(std::string_view(phase).substr(2)).value_or(-1.0)
+                         : -1.0;
     if (!(v >= 0.0 && v <= 1.0))
         throw ImportError("reference phase \"" + phase +
                           "\" is not inhale, exhale or v=X with X from 0 to 1");
@@ -187,42 +159,42 @@ std::vector<SourceLabel> listSources(const CtVolume& ct, const SourceLabels& lab
     return out;
 }
 
-Imported buildPatient(const CtVolume& ct, const SourceLabels& labels, const LabelMap& map,
-                      const ImportSettings& settings) {
+ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const LabelMap& map,
+                          const ImportSettings& settings) {
     if (!(settings.spacing_m >= 0.0005 && settings.spacing_m <= 0.004))
         throw ImportError("spacing must lie between 0.5 and 4 mm");
-    const double breath = referenceBreath(settings.reference_phase);
+    const double breath = parseReferencePhase(settings.reference_phase);
     checkSameGrid(ct.grid, labels.grid);
-    Imported out;
+    ImportResult out;
     out.sources = listSources(ct, labels, map);
     if (settings.list) settings.list(out.sources);
     for (const auto& [id, target] : map.target_of)
         if (std::none_of(out.sources.begin(), out.sources.end(),
                          [&](const SourceLabel& s) { return s.id == id; }))
             out.notes.push_back("the map's source id " + std::to_string(id) + " does not occur");
-    const std::vector<std::uint8_t> target = targetTableOf(out.sources, map);
+    const std::vector<std::uint8_t> target = mapSourceIds(out.sources, map);
 
-    say(settings, "resample");
+    reportProgress(settings, "resample");
     Package& p = out.package;
-    const Grid section = sectionAround(ct.grid, labels, target, settings.spacing_m);
+    const Grid section = sectionAroundLiver(ct.grid, labels, target, settings.spacing_m);
     p.ct = resampleCt(ct, section);
     p.labels = resampleLabels(labels, section, target);
-    say(settings, "body and skin");
-    const Mask body = cutToBody(p.ct, p.labels);
-    checkFits(p.ct.grid);
-    paint(p.labels, skinShell(body, ct.grid, kSkin_m), idOf("skin"), false);
+    reportProgress(settings, "body and skin");
+    const Mask body = cropToBody(p.ct, p.labels);
+    checkPackageSize(p.ct.grid);
+    paint(p.labels, skinShell(body, ct.grid, kSkin_m), targetId("skin"), false);
 
-    say(settings, "fascia");
-    const Mask bones = maskOf(p.labels, [](const Label& l) { return l.tissue == Tissue::bone; });
-    const Mask organs = maskOf(p.labels, [](const Label& l) {
+    reportProgress(settings, "fascia");
+    const Mask bones = labelMask(p.labels, [](const Label& l) { return l.tissue == Tissue::bone; });
+    const Mask organs = labelMask(p.labels, [](const Label& l) {
         return isLung(l) || isLiver(l) || (l.abdominal && l.tissue == Tissue::soft);
     });
     addFascia(p.ct, p.labels, body, organs, bones, out.notes);
 
-    say(settings, "thresholds");
-    p.thresholds = thresholdsOf(classesOf(p.ct, body, p.labels));
+    reportProgress(settings, "thresholds");
+    p.thresholds = computeThresholds(estimateTissueClasses(p.ct, body, p.labels));
     if (settings.grow_ducts) {
-        say(settings, "ducts");
+        reportProgress(settings, "ducts");
         addDucts(p.ct, p.labels, out.notes);
     }
     p.reference_phase = settings.reference_phase;
@@ -233,18 +205,18 @@ Imported buildPatient(const CtVolume& ct, const SourceLabels& labels, const Labe
                    std::string(settings.grow_ducts ? ", virtual bile ducts added" : "");
     p.tissues = settings.defaults.tissues;
     p.elasticity = settings.defaults.elasticity;
-    fillTable(p, map, out.sources);
-    say(settings, "breath");
+    fillLabelTable(p, [&](const Label& l) { return labelProvenance(l, map, out.sources); });
+    reportProgress(settings, "breath");
     p.motion = patient::motionTemplate(p.labels, p.label_table, {}, {breath, 0.0});
     return out;
 }
 
-Imported importPatient(const ImportSettings& settings) {
+ImportResult importPatient(const ImportSettings& settings) {
     const LabelMap map = loadLabelMap(settings.map);
-    say(settings, "read the CT");
+    reportProgress(settings, "read the CT");
     const CtVolume ct = readImage(settings.ct, ImageKind::ct, settings.reader, settings.series);
     requireHounsfield(ct, settings.ct);
-    say(settings, "read the labels");
+    reportProgress(settings, "read the labels");
     const SourceLabels labels = readImage(settings.labels, ImageKind::labels, settings.reader);
     return buildPatient(ct, labels, map, settings);
 }

@@ -32,26 +32,26 @@ struct ImportSettings {
     std::function<void(const std::vector<SourceLabel>&)> list;  // called before an unmapped id is refused
 };
 
-struct Imported {
+struct ImportResult {
     patient::Package package;
     std::vector<SourceLabel> sources;
     std::vector<std::string> notes;  // one line each: findings, additions, omissions
 };
 
 // Returns v for "inhale", "exhale" or "v=X", with X from 0 to 1. Throws ImportError.
-double referenceBreath(const std::string& phase);
+double parseReferencePhase(const std::string& phase);
 
 // Lists every id of the source, mapped or not, with volume and mean HU. `target` is empty for an unmapped
 // id.
 std::vector<SourceLabel> listSources(const CtVolume& ct, const Volume<std::int16_t>& labels, const LabelMap&);
 
-// All steps after reading: crop, body, skin, fascia, ducts, thresholds, breathing. `labels` must not
-// contain negative values; readImage() guarantees this. Throws ImportError if an id is unmapped, if there
-// is no liver, or if the package would have more voxels than patient::loadPackage accepts.
-Imported buildPatient(const CtVolume& ct, const Volume<std::int16_t>& labels, const LabelMap&,
-                      const ImportSettings&);
+// Performs all steps after reading: crop, body, skin, fascia, ducts, thresholds, breathing. `labels` must not
+// contain negative values; readImage() guarantees this. Throws ImportError if an id is unmapped, if there is
+// no liver, or if the package would have more voxels than patient::loadPackage accepts.
+ImportResult buildPatient(const CtVolume& ct, const Volume<std::int16_t>& labels, const LabelMap&,
+                          const ImportSettings&);
 
 // Reads the files in a child process and builds the patient.
-Imported importPatient(const ImportSettings&);
+ImportResult importPatient(const ImportSettings&);
 
 }  // namespace stylet::modeller

@@ -1,8 +1,9 @@
-// The fascia, first version: one closed smooth tube just inside the ribs, around the organs of chest and
-// abdomen. It represents the endothoracic fascia above and the transversal fascia below. The paper draws it
-// by hand as a tensor B-spline r(phi, h) (Mastmeyer et al. 2017).
+// Fits the fascia as a grid of radii: one closed smooth tube just inside the ribs, around the organs of chest
+// and abdomen. Its upper part represents the endothoracic fascia, its lower part the transversal fascia. The
+// paper draws the fascia by hand as a tensor B-spline r(phi, h) (Mastmeyer et al. 2017).
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "app/modeller/image/voxel_tools.h"
@@ -24,8 +25,26 @@ struct WallSurface {
     int angles = 144, levels = 0;
     std::vector<double> radius_m;
 
+    // Index of a cell. Levels beyond the ends are clamped; angles up to one turn away are wrapped.
+    std::size_t cell(int z, int a) const {
+        return std::size_t(std::clamp(z, 0, levels - 1) * angles + (a + angles) % angles);
+    }
     double radiusAt(double phi, double z_m) const;  // bilinear, periodic in phi
 };
+
+// The allowed range of the radius in each cell of a surface: inside every bone and outside every organ. Where
+// an organ touches a bone, `low_m` may be above `high_m`.
+struct RadiusBounds {
+    std::vector<double> low_m, high_m;
+};
+inline constexpr double kFarOff_m = 0.4;  // high_m of a cell without bone
+// `nearest_m`: low_m of a cell without an organ. A voxel counts in its own cell and in at most `max_cells`
+// cells to each side.
+RadiusBounds computeRadiusBounds(const FasciaInput&, const WallSurface&, double nearest_m, double max_cells);
+
+// True if a bone limits the radius of a cell at most 24 mm above or below the given cell and at most 3 cells
+// to either side.
+bool boneNear(const RadiusBounds&, const WallSurface&, int level, int angle);
 
 // Fits the inner wall of chest and abdomen. At the ribs and other bones, the surface lies just inside the
 // bone. Below the ribs, it lies on the inner face of the abdominal muscles. Between these places it is

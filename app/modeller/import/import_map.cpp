@@ -1,9 +1,10 @@
 #include "app/modeller/import/import_map.h"
 
 #include <algorithm>
-#include <charconv>
+#include <array>
 
-#include "app/modeller/image/import_image.h"
+#include "base/line_reader.h"
+#include "base/text.h"
 #include "base/whole_file.h"
 #include "patient/synth/synth.h"
 
@@ -16,36 +17,31 @@ using patient::Tissue;
 
 namespace {
 
-constexpr std::size_t kMaxMapBytes = 1 << 20;
-
-std::string trimmed(const std::string& s) {
-    const auto from = s.find_first_not_of(" \t\r");
-    return from == std::string::npos ? "" : s.substr(from, s.find_last_not_of(" \t\r") - from + 1);
-}
+constexpr std::size_t kMaxMapBytes = 1 << 20, kMaxLineBytes = 1000;
+constexpr int kMaxLines = 10000;
 
 // The value of a comment `# key: value`, or an empty text.
-std::string keyed(const std::string& line, const std::string& key) {
+std::string_view parseKey(std::string_view line, const std::string& key) {
     const std::string start = "# " + key + ":";
-    return line.rfind(start, 0) == 0 ? trimmed(line.substr(start.size())) : "";
+    return line.starts_with(start) ? trimmed(line.substr(start.size())) : "";
 }
 
-void takeLine(const std::string& line, LabelMap& map, const auto& refuse) {
+void parseRow(std::string_view line, LabelMap& map, const LineReader& lines) {
     const auto comma = line.find(',');
-    if (comma == std::string::npos) refuse("two fields are needed, source_id,tissue");
-    const std::string id_text = trimmed(line.substr(0, comma)), name = trimmed(line.substr(comma + 1));
-    int id = -1;
-    const auto [end, error] = std::from_chars(id_text.data(), id_text.data() + id_text.size(), id);
-    if (error != std::errc() || end != id_text.data() + id_text.size() || id < 0 || id > 32767)
-        refuse("source_id \"" + id_text + "\" is not a whole number from 0 to 32767");
+    if (comma == std::string::npos) lines.refuse("two fields are needed, source_id,tissue");
+    const std::string id_text(trimmed(line.substr(0, comma))), name(trimmed(line.substr(comma + 1)));
+    const auto id = parseNumber<int>(id_text);
+    if (!id || *id < 0 || *id > 32767)
+        lines.refuse("source_id \"" + id_text + "\" is not a whole number from 0 to 32767");
     const Label* target = findTarget(name);
     if (!target && name != "unsegmented") {
         std::string known = "unsegmented";
         for (const Label& l : targetTable())
             known += ", " + l.name;
-        refuse("there is no target \"" + name + "\"; targets are " + known);
+        lines.refuse("there is no target \"" + name + "\"; targets are " + known);
     }
-    if (!map.target_of.emplace(id, target ? target->id : std::uint8_t{0}).second)
-        refuse("source_id " + std::to_string(id) + " is mapped twice");
+    if (!map.target_of.emplace(*id, target ? target->id : std::uint8_t{0}).second)
+        lines.refuse("source_id " + std::to_string(*id) + " is mapped twice");
 }
 
 }  // namespace
@@ -56,6 +52,30 @@ const Label* findTarget(const std::string& name) {
     return nullptr;
 }
 
+std::uint8_t targetId(const std::string& name) {
+    return findTarget(name)->id;
+}
+
+bool isLung(const Label& l) {
+    return l.name == "right lung" || l.name == "left lung";
+}
+
+bool isBone(const Label& l) {
+    return l.tissue == Tissue::bone && l.name != "cartilage and discs";
+}
+
+void fillLabelTable(patient::Package& p, const std::function<std::string(const Label&)>& provenance) {
+    std::array<bool, 256> used{};
+    for (const std::uint8_t id : p.labels.voxels)
+        used[id] = true;
+    p.label_table.clear();
+    for (Label l : targetTable()) {
+        if (!used[l.id]) continue;
+        l.provenance = provenance(l);
+        p.label_table.push_back(l);
+    }
+}
+
 LabelMap loadLabelMap(const fs::path& csv) {
     return parseLabelMap(csv, readWholeFile(csv, kMaxMapBytes));
 }
@@ -63,26 +83,22 @@ LabelMap loadLabelMap(const fs::path& csv) {
 LabelMap parseLabelMap(const fs::path& csv, std::string_view text) {
     LabelMap map;
     bool header_seen = false;
-    for (int number = 1; !text.empty(); ++number) {
-        const std::string_view raw = text.substr(0, text.find('\n'));
-        text.remove_prefix(std::min(raw.size() + 1, text.size()));
-        const auto refuse = [&](const std::string& why) {
-            throw ImportError(csv.string() + ": line " + std::to_string(number) + ": " + why);
-        };
-        if (number > 10000 || raw.size() > 1000) refuse("too long for a label map");
-        const std::string line = trimmed(std::string(raw));
+    LineReader lines(csv, text);
+    for (int number = 1; !lines.done(); ++number) {
+        const std::string_view line = trimmed(lines.next());
+        if (number > kMaxLines || line.size() > kMaxLineBytes) lines.refuse("too long for a label map");
         if (line.empty()) continue;
         if (line[0] == '#') {
-            if (const std::string v = keyed(line, "source"); !v.empty()) map.source = v;
-            if (const std::string v = keyed(line, "licence"); !v.empty()) map.licence = v;
+            if (const std::string_view v = parseKey(line, "source"); !v.empty()) map.source = v;
+            if (const std::string_view v = parseKey(line, "licence"); !v.empty()) map.licence = v;
         } else if (!header_seen) {
-            if (line != "source_id,tissue") refuse("the first line must be source_id,tissue");
+            if (line != "source_id,tissue") lines.refuse("the first line must be source_id,tissue");
             header_seen = true;
         } else {
-            takeLine(line, map, refuse);
+            parseRow(line, map, lines);
         }
     }
-    if (map.target_of.empty()) throw ImportError(csv.string() + ": maps nothing");
+    if (map.target_of.empty()) throw DataError(csv, "source_id", "the file maps nothing");
     return map;
 }
 

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <string_view>
+#include <vector>
 
 #include "app/modeller/image/voxel_tools.h"
 #include "patient/tissue/tissue.h"
@@ -22,28 +23,20 @@ CtVolume resampleCt(const CtVolume&, const Grid&);
 
 // Sets everything outside the body to air without a label, and crops both volumes in-plane to the body and
 // a rim. Returns the body. Throws ImportError if there is no body.
-Mask cutToBody(CtVolume&, LabelVolume&);
-
-// Crops a volume to the voxels `low` to `high`, inclusive.
-template <typename T>
-void cropTo(Volume<T>& v, const Index3& low, const Index3& high) {
-    Volume<T> out(Grid{high - low + 1, v.grid.spacing_m, v.grid.centre(low)});
-    for (int z = 0; z < out.grid.dims.z; ++z)
-        for (int y = 0; y < out.grid.dims.y; ++y)
-            for (int x = 0; x < out.grid.dims.x; ++x)
-                out[{x, y, z}] = v[low + Index3{x, y, z}];
-    v = std::move(out);
-}
+Mask cropToBody(CtVolume&, LabelVolume&);
 
 // Throws ImportError if a package with this grid could not be loaded again; the message names a spacing
 // that fits.
-void checkFits(const Grid&);
+void checkPackageSize(const Grid&);
 
 // Mask of the voxels whose label in targetTable() is wanted.
-Mask maskOf(const LabelVolume&, const std::function<bool(const patient::Label&)>& wanted);
-Mask maskOf(const LabelVolume&, std::string_view name);
-// Sets the label of the mask's voxels: of all, or only of unlabelled ones. Returns the number of voxels
-// changed.
+Mask labelMask(const LabelVolume&, const std::function<bool(const patient::Label&)>& wanted);
+Mask labelMask(const LabelVolume&, std::string_view name);
+// The same for another label table.
+Mask labelMask(const LabelVolume&, const std::vector<patient::Label>& table,
+               const std::function<bool(const patient::Label&)>& wanted);
+// Sets the label of the mask's voxels. Voxels that already have a label are changed only if `over_all` is
+// true. Returns the number of voxels changed.
 std::size_t paint(LabelVolume&, const Mask& where, std::uint8_t id, bool over_all);
 
 }  // namespace stylet::modeller

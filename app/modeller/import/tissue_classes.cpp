@@ -12,20 +12,22 @@ using patient::Tissue;
 
 namespace {
 
-// Noise must not turn a muscle voxel into bone, or a fat voxel into skin, under the needle. 5.5 sigma is
-// one voxel in fifty million.
-constexpr double kNoNoise = 5.5;
+// Distance between the mean of a tissue and a threshold, in standard deviations of the tissue's noise. With a
+// smaller distance, noise would turn muscle voxels under the needle into bone, and fat voxels into skin. At
+// 5.5, this happens to one voxel in fifty million.
+constexpr double kNoiseSigmas = 5.5;
 // The possible range of each class in a calibrated CT, HU.
 constexpr double kFat[] = {-200.0, -30.0}, kSoft[] = {0.0, 130.0}, kBone[] = {180.0, 3000.0};
 constexpr double kLabelledBone[] = {150.0, 3000.0}, kLabelledBlood[] = {0.0, 600.0};
-// The body wall: skin, fat, muscle and ribs, but hardly any vessel or organ.
+// Depth of the body wall. It contains skin, fat, muscle and ribs, but hardly any vessel or organ.
 constexpr float kWall_m = 0.035f;
-// Tissue with contrast medium is this much brighter than the wall's muscle, and thick. The inside of bone
-// is rougher than noise.
-constexpr double kBrighter_hu = 60.0, kBrightest_hu = 450.0, kRough = 1.3;
+// Limits for tissue with contrast medium. It is brighter than the wall's muscle by at least kBrighter_hu, not
+// brighter than kBrightest_hu, and thick. Its roughness is at most kMaxRoughness times the noise. The inside
+// of bone is rougher.
+constexpr double kBrighter_hu = 60.0, kBrightest_hu = 450.0, kMaxRoughness = 1.3;
 constexpr float kThick_m = 0.003f;
 constexpr int kReach = 2;  // half the side, in voxels, of the cube in which roughness is measured
-constexpr double kFewest = 1e-4;
+constexpr double kMinBloodShare = 1e-4;
 
 class Histogram {
   public:
@@ -36,7 +38,7 @@ class Histogram {
     }
     // Mean and spread around the range's peak: first over the whole range, then within two sigma of the
     // last result, so that the tails of neighbouring classes do not widen it.
-    TissueClass between(const double (&range)[2]) const {
+    TissueClass fitNormal(const double (&range)[2]) const {
         TissueClass c = moments(range[0], range[1]);
         for (int i = 0; i < 3; ++i)
             c = moments(std::max(range[0], c.mean_hu - 2.0 * c.sigma_hu),
@@ -65,7 +67,7 @@ class Histogram {
 };
 
 // The value between the means where two equally weighted normal distributions cross: the Bayes border.
-double border(const TissueClass& a, const TissueClass& b) {
+double equalLikelihood(const TissueClass& a, const TissueClass& b) {
     double low = a.mean_hu, high = b.mean_hu;
     const auto likelier_b = [&](double x) {
         const double za = (x - a.mean_hu) / a.sigma_hu, zb = (x - b.mean_hu) / b.sigma_hu;
@@ -92,8 +94,9 @@ FloatVolume roughness(const CtVolume& ct) {
     return rough;
 }
 
-// The noise of homogeneous tissue: the roughness histogram's peak, without fat, air and bone.
-double noiseOf(const CtVolume& ct, const Mask& body, const FloatVolume& rough, const TissueClass& fat) {
+// Estimates the noise of homogeneous tissue as the peak of the roughness histogram, without fat, air and
+// bone.
+double estimateNoise(const CtVolume& ct, const Mask& body, const FloatVolume& rough, const TissueClass& fat) {
     std::array<double, 100> counts{};  // bins of half a HU
     for (std::size_t i = 0; i < ct.voxels.size(); ++i)
         if (body.voxels[i] && ct.voxels[i] > fat.mean_hu + 60.0 && ct.voxels[i] < 250 &&
@@ -103,11 +106,11 @@ double noiseOf(const CtVolume& ct, const Mask& body, const FloatVolume& rough, c
     return std::max(1.0, 0.5 * (double(peak - counts.begin()) + 0.5));
 }
 
-TissueClass bloodOf(const CtVolume& ct, const Mask& body, const FloatVolume& depth, const FloatVolume& rough,
-                    const TissueClass& soft, double noise_hu) {
-    Mask other(ct.grid);
-    for (std::size_t i = 0; i < other.voxels.size(); ++i)
-        other.voxels[i] = ct.voxels[i] < soft.mean_hu + kBrighter_hu || ct.voxels[i] > kBrightest_hu;
+TissueClass estimateBlood(const CtVolume& ct, const Mask& body, const FloatVolume& depth,
+                          const FloatVolume& rough, const TissueClass& soft, double noise_hu) {
+    const Mask other = maskWhere(ct.grid, [&](std::size_t i) {
+        return ct.voxels[i] < soft.mean_hu + kBrighter_hu || ct.voxels[i] > kBrightest_hu;
+    });
     const FloatVolume thickness = distanceTo(other);
     Histogram blood;
     double voxels = 0.0, found = 0.0;
@@ -115,20 +118,20 @@ TissueClass bloodOf(const CtVolume& ct, const Mask& body, const FloatVolume& dep
         if (!body.voxels[i]) continue;
         voxels += 1.0;
         if (depth.voxels[i] < kWall_m || thickness.voxels[i] < kThick_m) continue;
-        if (double(rough.voxels[i]) > kRough * noise_hu) continue;
+        if (double(rough.voxels[i]) > kMaxRoughness * noise_hu) continue;
         found += 1.0;
         blood.add(ct.voxels[i]);
     }
-    if (found < kFewest * voxels) return {};
+    if (found < kMinBloodShare * voxels) return {};
     const double range[] = {soft.mean_hu + kBrighter_hu, kBrightest_hu};
-    TissueClass out = blood.between(range);
+    TissueClass out = blood.fitNormal(range);
     out.share = found / voxels;
     return out;
 }
 
 }  // namespace
 
-TissueClasses classesOf(const CtVolume& ct, const Mask& body) {
+TissueClasses estimateTissueClasses(const CtVolume& ct, const Mask& body) {
     const FloatVolume depth = distanceTo(inverted(body));
     Histogram all, wall;
     for (std::size_t i = 0; i < ct.voxels.size(); ++i) {
@@ -137,15 +140,15 @@ TissueClasses classesOf(const CtVolume& ct, const Mask& body) {
         if (depth.voxels[i] < kWall_m) wall.add(ct.voxels[i]);
     }
     TissueClasses c;
-    c.fat = all.between(kFat);
-    c.soft = wall.between(kSoft);
-    c.bone = wall.between(kBone);
+    c.fat = all.fitNormal(kFat);
+    c.soft = wall.fitNormal(kSoft);
+    c.bone = wall.fitNormal(kBone);
     const FloatVolume rough = roughness(ct);
-    c.blood = bloodOf(ct, body, depth, rough, c.soft, noiseOf(ct, body, rough, c.fat));
+    c.blood = estimateBlood(ct, body, depth, rough, c.soft, estimateNoise(ct, body, rough, c.fat));
     return c;
 }
 
-TissueClasses classesOf(const CtVolume& ct, const Mask& body, const LabelVolume& labels) {
+TissueClasses estimateTissueClasses(const CtVolume& ct, const Mask& body, const LabelVolume& labels) {
     std::array<Tissue, 256> tissue{};
     for (const patient::Label& l : targetTable())
         tissue[l.id] = l.tissue;
@@ -159,18 +162,18 @@ TissueClasses classesOf(const CtVolume& ct, const Mask& body, const LabelVolume&
         else if (tissue[labels.voxels[i]] == Tissue::vessel)
             blood.add(ct.voxels[i]);
     }
-    return {open.between(kFat), open.between(kSoft), blood.between(kLabelledBlood),
-            bone.between(kLabelledBone)};
+    return {open.fitNormal(kFat), open.fitNormal(kSoft), blood.fitNormal(kLabelledBlood),
+            bone.fitNormal(kLabelledBone)};
 }
 
-patient::Thresholds thresholdsOf(const TissueClasses& c) {
+patient::Thresholds computeThresholds(const TissueClasses& c) {
     patient::Thresholds t;
     // Skin thresholds: the body's rim is a mixture of air and fat, from half air to where fat begins.
-    t.t1_hu = std::round(c.fat.mean_hu - kNoNoise * c.fat.sigma_hu);
+    t.t1_hu = std::round(c.fat.mean_hu - kNoiseSigmas * c.fat.sigma_hu);
     t.t0_hu = std::round(std::min(0.5 * (-1000.0 + c.fat.mean_hu), t.t1_hu - 50.0));
-    t.t2_sensitive_hu = std::round(c.soft.mean_hu + kNoNoise * c.soft.sigma_hu);
+    t.t2_sensitive_hu = std::round(c.soft.mean_hu + kNoiseSigmas * c.soft.sigma_hu);
     if (c.bone.share > 0.0)
-        t.t2_sensitive_hu = std::max(t.t2_sensitive_hu, std::round(border(c.soft, c.bone)));
+        t.t2_sensitive_hu = std::max(t.t2_sensitive_hu, std::round(equalLikelihood(c.soft, c.bone)));
     t.t2_specific_hu = t.t2_sensitive_hu;
     if (c.blood.share > 0.0)
         t.t2_specific_hu = std::max(t.t2_specific_hu, std::round(c.blood.mean_hu + 4.0 * c.blood.sigma_hu));

@@ -19,13 +19,13 @@ struct TissueClasses {
 
 // Without labels: soft tissue and bone are measured in the body's outermost 35 mm. Blood is everything
 // bright, thick and homogeneous, including organs that contrast medium fills evenly.
-TissueClasses classesOf(const CtVolume&, const Mask& body);
+TissueClasses estimateTissueClasses(const CtVolume&, const Mask& body);
 // With labels of targetTable(): bone and blood from their labels, fat and soft tissue from unlabelled
 // voxels.
-TissueClasses classesOf(const CtVolume&, const Mask& body, const LabelVolume&);
+TissueClasses estimateTissueClasses(const CtVolume&, const Mask& body, const LabelVolume&);
 
 // t2_sensitive is where soft tissue and bone are equally likely, but above the noise of soft tissue.
 // t2_specific is also above the noise of blood.
-patient::Thresholds thresholdsOf(const TissueClasses&);
+patient::Thresholds computeThresholds(const TissueClasses&);
 
 }  // namespace stylet::modeller

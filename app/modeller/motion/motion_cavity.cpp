@@ -4,23 +4,26 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/parallel.h"
+
 namespace stylet::modeller {
 
 namespace {
 
 constexpr float kAir_hu = -400.0f, kBone_hu = 250.0f;
 constexpr int kAngles = 180;
-constexpr double kBoneWithin_m = 0.020;  // search distance behind the lung, where the chest wall must be
-constexpr double kRibSpacing_m = 0.015;  // half the spacing, up and down
-constexpr double kSlopeOver_m = 0.020;   // length over which the wall's slope is measured for extrapolation
-constexpr double kSteepest = 0.6;
+constexpr double kBoneWithin_m = 0.020;  // search distance for ribs behind the lung
+constexpr double kHalfRibSpacing_m =
+    0.015;                              // half the rib spacing; ribs are searched up and down by this much
+constexpr double kSlopeOver_m = 0.020;  // length over which the wall's slope is measured for extrapolation
+constexpr double kMaxSlope = 0.6;
 constexpr double kBeforeBone_m = 0.0015, kAroundSpine_m = 0.003;
 constexpr double kBeyondEdge_m = 0.010, kNearEdge_m = 0.003;
-constexpr double kClosedShare = 0.6;  // minimum share of the lung levels near an angle with a rib behind
+constexpr double kClosedShare = 0.6;  // minimum share of the lung levels near an angle with a rib behind them
 constexpr int kAround = 8;            // number of angles on each side that are considered together
-constexpr std::size_t kLeastLung = 1000;
+constexpr std::size_t kMinLungVoxels = 1000;
 
-// Distances from an upright axis, by angle and level.
+// Distances from an upright axis to lung, bone and image edge, for each angle and level.
 struct Rays {
     Grid grid;
     double x_m = 0.0, y_m = 0.0;
@@ -37,11 +40,11 @@ Mask airOfAnyPhase(const std::vector<Phase>& phases) {
     for (const Phase& phase : phases)
         for (std::size_t i = 0; i < air.voxels.size(); ++i)
             air.voxels[i] |= phase.hu.voxels[i] < kAir_hu;
-    keepLargest(air);
+    keepLargestComponent(air);
     return air;
 }
 
-Mask boneOfAll(const std::vector<Phase>& phases) {
+Mask averageBone(const std::vector<Phase>& phases) {
     Mask bone(phases.front().hu.grid);
     for (std::size_t i = 0; i < bone.voxels.size(); ++i) {
         float sum = 0.0f;
@@ -52,25 +55,23 @@ Mask boneOfAll(const std::vector<Phase>& phases) {
     return bone;
 }
 
-Rays cast(const Mask& lung, const Mask& bone) {
+Rays castRays(const Mask& lung, const Mask& bone) {
     Rays r;
     r.grid = lung.grid;
     std::size_t count = 0;
-    for (int z = 0; z < r.grid.dims.z; ++z)
-        for (int y = 0; y < r.grid.dims.y; ++y)
-            for (int x = 0; x < r.grid.dims.x; ++x)
-                if (lung[{x, y, z}]) {
-                    const Vec3 p = r.grid.centre({x, y, z});
-                    r.x_m += p.x, r.y_m += p.y, ++count;
-                }
-    if (count < kLeastLung) throw ImportError("the phases show no lung, so no cavity is found");
+    forEachVoxel(r.grid, [&](const Index3& i) {
+        if (!lung[i]) return;
+        const Vec3 p = r.grid.centre(i);
+        r.x_m += p.x, r.y_m += p.y, ++count;
+    });
+    if (count < kMinLungVoxels) throw ImportError("the phases show no lung, so no cavity is found");
     r.x_m /= double(count), r.y_m /= double(count);
 
     const std::size_t rays = std::size_t(r.grid.dims.z) * kAngles;
     r.lung_m.assign(rays, 0.0), r.bone_m.assign(rays, 1e3), r.edge_m.assign(rays, 0.0);
     r.wall_m.assign(rays, -1.0), r.open.assign(rays, 0);
     const double step_m = 0.5 * std::min(r.grid.spacing_m.x, r.grid.spacing_m.y);
-    forEachSlab(r.grid.dims.z, [&](int z) {
+    parallelFor(processorCount(), r.grid.dims.z, [&](int z) {
         for (int a = 0; a < kAngles; ++a) {
             const double phi = a * 2.0 * std::numbers::pi / kAngles;
             const std::size_t at = r.at(a, z);
@@ -92,9 +93,10 @@ bool reachesEdge(const Rays& r, std::size_t at) {
     return r.lung_m[at] > 0.0 && r.edge_m[at] - r.lung_m[at] < kNearEdge_m;
 }
 
-// The wall is known where a rib passes behind the lung, at this level or slightly above or below.
+// Sets the wall to the lung's surface where a rib passes behind the lung, at this level or slightly above or
+// below.
 void findWall(Rays& r) {
-    const int reach = int(kRibSpacing_m / r.grid.spacing_m.z);
+    const int reach = int(kHalfRibSpacing_m / r.grid.spacing_m.z);
     for (int z = 0; z < r.grid.dims.z; ++z)
         for (int a = 0; a < kAngles; ++a) {
             const std::size_t at = r.at(a, z);
@@ -109,7 +111,7 @@ void findWall(Rays& r) {
         }
 }
 
-// How far the wall moves outward per metre downward, near the lowest level at which it is known.
+// Returns how far the wall moves outward per metre downward, near the lowest level at which it is known.
 double slopeBelow(const Rays& r, int angle, int lowest) {
     const int levels = std::max(2, int(kSlopeOver_m / r.grid.spacing_m.z));
     double sum = 0.0;
@@ -119,10 +121,10 @@ double slopeBelow(const Rays& r, int angle, int lowest) {
         const double low_m = r.wall_m[r.at(a, lowest)], high_m = r.wall_m[r.at(a, lowest + levels)];
         if (low_m > 0.0 && high_m > 0.0) sum += (low_m - high_m) / (levels * r.grid.spacing_m.z), ++count;
     }
-    return count > 0 ? std::clamp(sum / count, -kSteepest, kSteepest) : 0.0;
+    return count > 0 ? std::clamp(sum / count, -kMaxSlope, kMaxSlope) : 0.0;
 }
 
-// Returns true if there are no ribs behind the lung at this angle: towards the mediastinum, apart from an
+// Returns true if the angle points towards the mediastinum: there are no ribs behind the lung, apart from an
 // occasional calcified node.
 bool isOpen(const Rays& r, int angle) {
     int levels = 0, with_lung = 0;
@@ -135,8 +137,8 @@ bool isOpen(const Rays& r, int angle) {
     return levels == 0 || levels < kClosedShare * with_lung;
 }
 
-// Sets the wall at every angle and level. From the head down, unknown levels extrapolate the last known
-// one.
+// Sets the wall at every angle and level. Works from the head down and extrapolates the last known level to
+// unknown levels.
 void completeWall(Rays& r) {
     const Rays known = r;
     for (int a = 0; a < kAngles; ++a) {
@@ -188,35 +190,29 @@ double wallAt(const Rays& r, double phi, int z) {
 
 Mask chestCavity(const std::vector<Phase>& phases) {
     const Mask lung = airOfAnyPhase(phases);
-    Mask bone = boneOfAll(phases);
-    Rays rays = cast(lung, bone);
+    Mask bone = averageBone(phases);
+    Rays rays = castRays(lung, bone);
     findWall(rays);
     completeWall(rays);
     smoothWall(rays);
 
-    keepLargest(bone);  // the spine; calcifications in the lung move with the lung
+    // Keep the spine only. Calcifications in the lung move with the lung.
+    keepLargestComponent(bone);
     const FloatVolume to_spine = distanceTo(bone);
     Mask cavity(lung.grid);
-    forEachSlab(cavity.grid.dims.z, [&](int z) {
-        for (int y = 0; y < cavity.grid.dims.y; ++y)
-            for (int x = 0; x < cavity.grid.dims.x; ++x) {
-                const Vec3 p = cavity.grid.centre({x, y, z});
-                const double dx = p.x - rays.x_m, dy = p.y - rays.y_m;
-                const double phi = std::atan2(dy, dx) + (dy < 0.0 ? 2.0 * std::numbers::pi : 0.0);
-                cavity[{x, y, z}] =
-                    std::hypot(dx, dy) < wallAt(rays, phi, z) && double(to_spine[{x, y, z}]) > kAroundSpine_m;
-            }
+    parallelVoxels(cavity.grid, [&](const Index3& i) {
+        const Vec3 p = cavity.grid.centre(i);
+        const double dx = p.x - rays.x_m, dy = p.y - rays.y_m;
+        const double phi = std::atan2(dy, dx) + (dy < 0.0 ? 2.0 * std::numbers::pi : 0.0);
+        cavity[i] = std::hypot(dx, dy) < wallAt(rays, phi, i.z) && double(to_spine[i]) > kAroundSpine_m;
     });
-    keepLargest(cavity);
+    keepLargestComponent(cavity);
     return cavity;
 }
 
-FloatVolume levelOf(const Mask& mask) {
-    Mask outside(mask.grid);
-    for (std::size_t i = 0; i < mask.voxels.size(); ++i)
-        outside.voxels[i] = mask.voxels[i] == 0;
+FloatVolume signedDistance(const Mask& mask) {
     FloatVolume level = distanceTo(mask);
-    const FloatVolume depth = distanceTo(outside);
+    const FloatVolume depth = distanceTo(inverted(mask));
     const auto half =
         float(0.5 * std::min({mask.grid.spacing_m.x, mask.grid.spacing_m.y, mask.grid.spacing_m.z}));
     for (std::size_t i = 0; i < level.voxels.size(); ++i)

@@ -5,13 +5,12 @@
 
 namespace stylet::modeller {
 
-// The volume inside the ribs, on the phases' grid. Next to lung, the wall is at the outermost air of any
-// phase; below the lung, the wall is extrapolated inside the ribs. The cavity is open towards the
-// mediastinum and the ends of the image, and excludes the vertebrae. Throws ImportError if there is no
-// lung.
+// The volume inside the ribs, on the phases' grid. Next to lung, the wall is at the outermost voxel that is
+// air in any phase. Below the lung, the wall is extrapolated inside the ribs. The cavity is open towards the
+// mediastinum and the ends of the image, and excludes the vertebrae. Throws ImportError if there is no lung.
 Mask chestCavity(const std::vector<Phase>&);
 
 // Signed distance to the mask's surface in metres, negative inside.
-FloatVolume levelOf(const Mask&);
+FloatVolume signedDistance(const Mask&);
 
 }  // namespace stylet::modeller

@@ -1,11 +1,10 @@
 #include "app/modeller/motion/motion_fit.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "app/modeller/motion/motion_cavity.h"
-#include "base/line_reader.h"
+#include "base/csv.h"
 #include "base/smoothstep.h"
 #include "base/statistics.h"
 #include "base/whole_file.h"
@@ -18,12 +17,12 @@ using patient::Surrogate;
 namespace {
 
 constexpr double kMargin_m = 0.030;  // beyond the images; the fields fade out there
-constexpr float kLeastWeight = 0.02f;
+constexpr float kMinWeight = 0.02f;
 constexpr int kRelaxations = 200;
 constexpr int kLevelPasses = 6;
-// The registered field already slides along the wall: only the nodes on the surface itself are corrected.
+// The registered field already slides along the wall, so only nodes on the surface itself are corrected.
 constexpr double kNormalDepth_m = 0.0;
-constexpr float kOutsidePicture_hu = -1000.0f;
+constexpr float kOutsideImage_hu = -1000.0f;
 
 Grid nodeGrid(const Grid& image, double step_m) {
     Grid nodes;
@@ -36,7 +35,7 @@ Grid nodeGrid(const Grid& image, double step_m) {
     return nodes;
 }
 
-// 1 inside the images, 0 on the outermost nodes.
+// Returns a weight: 1 inside the images, 0 on the outermost nodes.
 double window(const Grid& nodes, const Grid& image, const Index3& i) {
     double w = 1.0;
     const Vec3 p = nodes.centre(i), high = image.centre(image.dims - 1);
@@ -48,17 +47,7 @@ double window(const Grid& nodes, const Grid& image, const Index3& i) {
     return w;
 }
 
-template <typename Visit>
-void eachNode(const Grid& nodes, const Visit& visit) {
-    forEachSlab(nodes.dims.z, [&](int z) {
-        Index3 i{0, 0, z};
-        for (i.y = 0; i.y < nodes.dims.y; ++i.y)
-            for (i.x = 0; i.x < nodes.dims.x; ++i.x)
-                visit(i, nodes.offset(i));
-    });
-}
-
-// Sets unknown nodes to the mean of their neighbours, for a field as smooth as possible.
+// Sets unknown nodes to the mean of their neighbours, so that the field is as smooth as possible.
 void fillUnknown(const Grid& nodes, const std::vector<unsigned char>& known, std::vector<Vec3>& values) {
     std::vector<unsigned char> set = known;
     const std::size_t strides[3] = {1, std::size_t(nodes.dims.x),
@@ -66,14 +55,15 @@ void fillUnknown(const Grid& nodes, const std::vector<unsigned char>& known, std
     std::vector<Vec3> next = values;
     for (int pass = 0; pass < kRelaxations; ++pass) {
         std::vector<unsigned char> next_set = set;
-        eachNode(nodes, [&](const Index3& i, std::size_t at) {
+        parallelVoxels(nodes, [&](const Index3& i) {
+            const std::size_t at = nodes.offset(i);
             if (known[at]) return;
             Vec3 sum(0.0);
             int count = 0;
             for (int d = 0; d < 3; ++d)
-                for (const int way : {-1, 1}) {
-                    if (i[d] + way < 0 || i[d] + way >= nodes.dims[d]) continue;
-                    const std::size_t other = way < 0 ? at - strides[d] : at + strides[d];
+                for (const int direction : {-1, 1}) {
+                    if (i[d] + direction < 0 || i[d] + direction >= nodes.dims[d]) continue;
+                    const std::size_t other = direction < 0 ? at - strides[d] : at + strides[d];
                     if (set[other]) sum += values[other], ++count;
                 }
             if (count > 0) next[at] = sum / double(count), next_set[at] = 1;
@@ -84,14 +74,15 @@ void fillUnknown(const Grid& nodes, const std::vector<unsigned char>& known, std
     }
 }
 
-// The field at the nodes: its mean around each node, over voxels weighted by `inside`.
-std::vector<Vec3> atNodes(const VectorField& field, const FloatVolume& inside, const Grid& nodes,
-                          const Grid& image) {
+// Samples the field at the nodes: the mean around each node, over voxels weighted by `inside`.
+std::vector<Vec3> sampleAtNodes(const VectorField& field, const FloatVolume& inside, const Grid& nodes,
+                                const Grid& image) {
     std::vector<Vec3> values(nodes.voxelCount(), Vec3(0.0));
     std::vector<unsigned char> known(values.size(), 0);
     const Grid& g = field.grid;
     const double sigma_m = 0.5 * nodes.spacing_m.x;
-    eachNode(nodes, [&](const Index3& n, std::size_t at) {
+    parallelVoxels(nodes, [&](const Index3& n) {
+        const std::size_t at = nodes.offset(n);
         const Vec3 p = nodes.centre(n), v = g.toVoxels(p);
         Index3 low, high;
         for (int d = 0; d < 3; ++d) {
@@ -101,45 +92,40 @@ std::vector<Vec3> atNodes(const VectorField& field, const FloatVolume& inside, c
         }
         Vec3 sum(0.0);
         double weights = 0.0;
-        Index3 i;
-        for (i.z = low.z; i.z <= high.z; ++i.z)
-            for (i.y = low.y; i.y <= high.y; ++i.y)
-                for (i.x = low.x; i.x <= high.x; ++i.x) {
-                    const Vec3 away = (g.centre(i) - p) / sigma_m;
-                    const double w = double(inside[i]) *
-                                     std::exp(-0.5 * (away.x * away.x + away.y * away.y + away.z * away.z));
-                    sum += w * Vec3(field[i]);
-                    weights += w;
-                }
-        if (weights < double(kLeastWeight)) return;
+        forEachVoxel(VoxelBox{low, high}, [&](const Index3& i) {
+            const Vec3 away = (g.centre(i) - p) / sigma_m;
+            const double w =
+                double(inside[i]) * std::exp(-0.5 * (away.x * away.x + away.y * away.y + away.z * away.z));
+            sum += w * Vec3(field[i]);
+            weights += w;
+        });
+        if (weights < double(kMinWeight)) return;
         values[at] = sum / weights;
         known[at] = 1;
     });
     fillUnknown(nodes, known, values);
-    eachNode(nodes, [&](const Index3& i, std::size_t at) { values[at] *= window(nodes, image, i); });
+    parallelVoxels(nodes, [&](const Index3& i) { values[nodes.offset(i)] *= window(nodes, image, i); });
     return values;
 }
 
-// The share of each of the field's voxels that is inside the mask.
-FloatVolume weightsOf(const Mask& mask, const Grid& grid) {
-    FloatVolume fine(mask.grid), out(grid);
-    for (std::size_t i = 0; i < mask.voxels.size(); ++i)
-        fine.voxels[i] = mask.voxels[i] ? 1.0f : 0.0f;
-    eachNode(grid,
-             [&](const Index3& i, std::size_t at) { out.voxels[at] = valueAt(fine, grid.centre(i), 0.0f); });
+// Returns, for each voxel of `grid`, the share of it that is inside the mask.
+FloatVolume maskWeights(const Mask& mask, const Grid& grid) {
+    const FloatVolume fine = toFloat(mask);
+    FloatVolume out(grid);
+    parallelVoxels(grid, [&](const Index3& i) { out[i] = valueAt(fine, grid.centre(i), 0.0f); });
     return out;
 }
 
-// Voxels inside and outside the chest cavity.
+// Masks of the tissue inside and outside the chest cavity.
 struct FitMasks {
     const Mask& cavity;
     const Mask& outside;
 };
 
-// Registers a phase twice. First the outside of the cavity; then, with that motion undone, the inside, so
-// that both images share one mask.
-NodeVelocities velocitiesOf(const Phase& fixed, const Phase& moving, const FitMasks& masks, const Grid& nodes,
-                            const FitSettings& settings, double& log_error_m) {
+// Registers a phase twice: first the tissue outside the cavity, then the tissue inside. The motion of the
+// first registration is undone before the second one, so that one mask fits both images.
+NodeVelocities computeVelocities(const Phase& fixed, const Phase& moving, const FitMasks& masks,
+                                 const Grid& nodes, const FitSettings& settings, double& log_error_m) {
     NodeVelocities out;
     const auto field = [&](const FloatVolume& picture, const Mask& mask) {
         double error_m = 0.0;
@@ -149,25 +135,26 @@ NodeVelocities velocitiesOf(const Phase& fixed, const Phase& moving, const FitMa
         return velocity;
     };
     const VectorField wall = field(moving.hu, masks.outside);
-    out.wall_m = atNodes(wall, weightsOf(masks.outside, wall.grid), nodes, fixed.hu.grid);
+    out.wall_m = sampleAtNodes(wall, maskWeights(masks.outside, wall.grid), nodes, fixed.hu.grid);
     // Undo the motion as the model will apply it, interpolated from the nodes.
     VectorField coarse(nodes);
     for (std::size_t i = 0; i < coarse.voxels.size(); ++i)
         coarse.voxels[i] = glm::vec3(out.wall_m[i]);
-    const FloatVolume rested = warped(moving.hu, exponential(coarse), kOutsidePicture_hu);
-    const VectorField slide = field(rested, masks.cavity);
-    out.slide_m = atNodes(slide, weightsOf(masks.cavity, slide.grid), nodes, fixed.hu.grid);
+    const FloatVolume wall_aligned = warped(moving.hu, exponential(coarse), kOutsideImage_hu);
+    const VectorField slide = field(wall_aligned, masks.cavity);
+    out.slide_m = sampleAtNodes(slide, maskWeights(masks.cavity, slide.grid), nodes, fixed.hu.grid);
     return out;
 }
 
-// Smooths the voxel steps out of the level at the nodes.
+// Smooths the level (signed distance to the wall) at the nodes. It has steps from the voxels of the mask.
 void smoothLevel(MotionModel& m) {
     const std::size_t strides[3] = {1, std::size_t(m.grid.dims.x),
                                     std::size_t(m.grid.dims.x) * std::size_t(m.grid.dims.y)};
     for (int pass = 0; pass < kLevelPasses; ++pass)
         for (int d = 0; d < 3; ++d) {
             const std::vector<float> old = m.level_m;
-            eachNode(m.grid, [&](const Index3& i, std::size_t at) {
+            parallelVoxels(m.grid, [&](const Index3& i) {
+                const std::size_t at = m.grid.offset(i);
                 const std::size_t low = i[d] > 0 ? at - strides[d] : at,
                                   high = i[d] + 1 < m.grid.dims[d] ? at + strides[d] : at;
                 m.level_m[at] = 0.25f * old[low] + 0.5f * old[at] + 0.25f * old[high];
@@ -182,31 +169,30 @@ MotionModel emptyModel(const Grid& nodes, const Mask& cavity, const Surrogate& r
     m.wall.resize(nodes.voxelCount());
     m.slide.resize(nodes.voxelCount());
     m.level_m.resize(nodes.voxelCount());
-    const FloatVolume level = levelOf(cavity);
+    const FloatVolume level = signedDistance(cavity);
     const Vec3 low = level.grid.origin_m, high = level.grid.centre(level.grid.dims - 1);
-    eachNode(nodes, [&](const Index3& i, std::size_t at) {
+    parallelVoxels(nodes, [&](const Index3& i) {
+        const std::size_t at = nodes.offset(i);
         m.level_m[at] = valueAt(level, glm::clamp(nodes.centre(i), low, high), 0.0f);
     });
     smoothLevel(m);
     return m;
 }
 
-Residual residualOf(const MotionModel& m, const Surrogate& now, const DomeMap& from, const DomeMap& to,
-                    const DomeColumns& judged) {
+Residual computeResidual(const MotionModel& m, const Surrogate& now, const DomeMap& from, const DomeMap& to,
+                         const DomeColumns& dome_columns) {
     Residual r;
     std::vector<double> all_m;
     double slice_m = 0.0;
     int slice_count = 0;
-    for (const auto& [x, y] : judged.columns) {
-        const Vec3 p(from.grid.origin_m.x + x * from.grid.spacing_m.x,
-                     from.grid.origin_m.y + y * from.grid.spacing_m.y, double(from.at(x, y)));
-        const Vec3 moved = deformedFromReference(m, now, p);
+    for (const auto& [x, y] : dome_columns.columns) {
+        const Vec3 moved = deformedFromReference(m, now, from.point(x, y));
         const double off_m = moved.z - to.heightAt(moved.x, moved.y);
         if (!std::isfinite(off_m)) continue;
         r.mean_m += off_m;
         all_m.push_back(std::fabs(off_m));
         r.mean_abs_m += all_m.back();
-        if (y == judged.slice_y) slice_m += all_m.back(), ++slice_count;
+        if (y == dome_columns.slice_y) slice_m += all_m.back(), ++slice_count;
     }
     if (all_m.empty() || slice_count == 0) throw ImportError("a phase shows no dome where the others do");
     r.mean_m /= double(all_m.size());
@@ -216,32 +202,31 @@ Residual residualOf(const MotionModel& m, const Surrogate& now, const DomeMap& f
     return r;
 }
 
-// Travel of the dome from end-exhale to end-inhale.
-double travelOf(const MotionModel& m, const DomeMap& reference, const DomeColumns& judged) {
+// Computes the travel of the dome from end-exhale to end-inhale.
+double computeDomeTravel(const MotionModel& m, const DomeMap& reference, const DomeColumns& dome_columns) {
     double sum_m = 0.0;
-    for (const auto& [x, y] : judged.columns) {
-        const Vec3 p(reference.grid.origin_m.x + x * reference.grid.spacing_m.x,
-                     reference.grid.origin_m.y + y * reference.grid.spacing_m.y, double(reference.at(x, y)));
+    for (const auto& [x, y] : dome_columns.columns) {
+        const Vec3 p = reference.point(x, y);
         sum_m += p.z - deformedFromReference(m, {m.v.high, 0.0}, p).z;
     }
-    return std::max(0.0, sum_m / double(judged.columns.size()) / (m.v.high - m.reference.v));
+    return std::max(0.0, sum_m / double(dome_columns.columns.size()) / (m.v.high - m.reference.v));
 }
 
-double domeHeight(const DomeMap& map, const DomeMap& reference, const DomeColumns& judged) {
+double domeHeight(const DomeMap& map, const DomeMap& reference, const DomeColumns& dome_columns) {
     double sum_m = 0.0;
-    for (const auto& [x, y] : judged.columns)
+    for (const auto& [x, y] : dome_columns.columns)
         sum_m += double(map.at(x, y)) - double(reference.at(x, y));
-    return sum_m / double(judged.columns.size());
+    return sum_m / double(dome_columns.columns.size());
 }
 
-patient::SurrogateRange rangeOf(const std::vector<Surrogate>& surrogates, double Surrogate::* what) {
+patient::SurrogateRange surrogateRange(const std::vector<Surrogate>& surrogates, double Surrogate::* what) {
     patient::SurrogateRange range{surrogates.front().*what, surrogates.front().*what};
     for (const Surrogate& s : surrogates)
         range.low = std::min(range.low, s.*what), range.high = std::max(range.high, s.*what);
     return range;
 }
 
-std::size_t lowestOf(const std::vector<Surrogate>& s) {
+std::size_t findEndExhale(const std::vector<Surrogate>& s) {
     return std::size_t(
         std::min_element(s.begin(), s.end(), [](const auto& a, const auto& b) { return a.v < b.v; }) -
         s.begin());
@@ -249,7 +234,7 @@ std::size_t lowestOf(const std::vector<Surrogate>& s) {
 
 }  // namespace
 
-std::vector<Surrogate> surrogateFrom(const std::vector<double>& densities, double period_s) {
+std::vector<Surrogate> makeSurrogates(const std::vector<double>& densities, double period_s) {
     const auto [low, high] = std::minmax_element(densities.begin(), densities.end());
     if (!(*high - *low > 1.0))
         throw ImportError("the lung's density hardly changes: these phases do not breathe");
@@ -262,14 +247,14 @@ std::vector<Surrogate> surrogateFrom(const std::vector<double>& densities, doubl
 }
 
 void regress(const std::vector<NodeVelocities>& phases, const std::vector<Surrogate>& surrogates,
-             std::size_t reference, std::size_t without, MotionModel& m) {
+             std::size_t reference, std::size_t left_out_phase, MotionModel& m) {
     // The regressors are the same at every node, and so are the weights of the phases.
     double vv = 0.0, vr = 0.0, rr = 0.0;
     const auto dv = [&](std::size_t p) { return surrogates[p].v - surrogates[reference].v; };
     const auto dr = [&](std::size_t p) {
         return surrogates[p].rate_per_s - surrogates[reference].rate_per_s;
     };
-    const auto used = [&](std::size_t p) { return p != reference && p != without; };
+    const auto used = [&](std::size_t p) { return p != reference && p != left_out_phase; };
     for (std::size_t p = 0; p < phases.size(); ++p)
         if (used(p)) vv += dv(p) * dv(p), vr += dv(p) * dr(p), rr += dr(p) * dr(p);
     const double det = vv * rr - vr * vr;
@@ -294,22 +279,21 @@ FittedMotion fitMotion(const FitSettings& settings) {
     const std::vector<Phase> phases = readPhases(settings.phases);
     std::vector<DomeMap> domes;
     for (const Phase& phase : phases)
-        domes.push_back(domeOf(phase.hu));
-    DomeColumns judged = judgedColumns(domes, 0);
+        domes.push_back(findDome(phase.hu));
+    DomeColumns dome_columns = selectDomeColumns(domes, 0);
     const auto surrogates = [&] {
-        return settings.signal.empty() ? surrogateFrom(lungDensityAway(phases, judged), settings.period_s)
-                                       : readPhaseSignal(settings.signal, phases.size());
+        return settings.signal.empty()
+                   ? makeSurrogates(lungDensityOutsideDome(phases, dome_columns), settings.period_s)
+                   : readPhaseSignal(settings.signal, phases.size());
     };
     FittedMotion out;
-    out.reference = lowestOf(surrogates());
-    judged = judgedColumns(domes, out.reference);
-    const std::vector<Surrogate> driven = surrogates();
-    settings.progress("surrogate, " + std::to_string(judged.columns.size()) + " columns of the dome");
+    out.reference = findEndExhale(surrogates());
+    dome_columns = selectDomeColumns(domes, out.reference);
+    const std::vector<Surrogate> phase_surrogates = surrogates();
+    settings.progress("surrogate, " + std::to_string(dome_columns.columns.size()) + " columns of the dome");
 
     const Mask cavity = chestCavity(phases);
-    Mask outside(cavity.grid);
-    for (std::size_t i = 0; i < cavity.voxels.size(); ++i)
-        outside.voxels[i] = cavity.voxels[i] == 0;
+    const Mask outside = inverted(cavity);
     settings.progress("cavity");
 
     const Phase& fixed = phases[out.reference];
@@ -318,40 +302,41 @@ FittedMotion fitMotion(const FitSettings& settings) {
     out.phases.resize(phases.size());
     for (std::size_t p = 0; p < phases.size(); ++p) {
         if (p == out.reference) continue;
-        velocities[p] =
-            velocitiesOf(fixed, phases[p], {cavity, outside}, nodes, settings, out.phases[p].log_error_m);
+        velocities[p] = computeVelocities(fixed, phases[p], {cavity, outside}, nodes, settings,
+                                          out.phases[p].log_error_m);
         settings.progress("registered " + phases[p].name);
     }
     velocities[out.reference] = {std::vector<Vec3>(nodes.voxelCount()),
                                  std::vector<Vec3>(nodes.voxelCount())};
 
     // A package's reference frame is a breathing state at rest (rate 0).
-    out.model = emptyModel(nodes, cavity, {driven[out.reference].v, 0.0});
+    out.model = emptyModel(nodes, cavity, {phase_surrogates[out.reference].v, 0.0});
     MotionModel left_out = out.model;
-    regress(velocities, driven, out.reference, phases.size(), out.model);
+    regress(velocities, phase_surrogates, out.reference, phases.size(), out.model);
     makeTangential(out.model, kNormalDepth_m);
-    out.model.v = rangeOf(driven, &Surrogate::v);
+    out.model.v = surrogateRange(phase_surrogates, &Surrogate::v);
     // A rate that is the same in every phase has no effect.
-    if (const auto rates = rangeOf(driven, &Surrogate::rate_per_s); rates.low < rates.high)
+    if (const auto rates = surrogateRange(phase_surrogates, &Surrogate::rate_per_s); rates.low < rates.high)
         out.model.rate_per_s = rates;
-    out.model.dome_travel_m = travelOf(out.model, domes[out.reference], judged);
-    // No clamping: a phase at the end of the range is judged by extrapolation beyond the other phases.
+    out.model.dome_travel_m = computeDomeTravel(out.model, domes[out.reference], dome_columns);
+    // Do not clamp the surrogate. If the phase at an end of the range is left out, its prediction must
+    // extrapolate.
     left_out.v = left_out.rate_per_s = {-1e3, 1e3};
     for (std::size_t p = 0; p < phases.size(); ++p) {
-        regress(velocities, driven, out.reference, p, left_out);
+        regress(velocities, phase_surrogates, out.reference, p, left_out);
         makeTangential(left_out, kNormalDepth_m);
         const DomeMap &from = domes[out.reference], &to = domes[p];
         PhaseReport& report = out.phases[p];
         report.name = phases[p].name;
-        report.surrogate = driven[p];
-        report.dome_m = domeHeight(to, from, judged);
-        report.still = residualOf({}, driven[p], from, to, judged);
-        report.fitted = residualOf(out.model, driven[p], from, to, judged);
-        report.left_out = residualOf(left_out, driven[p], from, to, judged);
+        report.surrogate = phase_surrogates[p];
+        report.dome_m = domeHeight(to, from, dome_columns);
+        report.no_motion = computeResidual({}, phase_surrogates[p], from, to, dome_columns);
+        report.fitted = computeResidual(out.model, phase_surrogates[p], from, to, dome_columns);
+        report.left_out = computeResidual(left_out, phase_surrogates[p], from, to, dome_columns);
     }
     out.reference_hu = fixed.hu;
     out.voxel_m = fixed.hu.grid.spacing_m;
-    out.columns = judged.columns.size();
+    out.columns = dome_columns.columns.size();
     return out;
 }
 
@@ -363,26 +348,16 @@ std::vector<Surrogate> readPhaseSignal(const std::filesystem::path& csv, std::si
 std::vector<Surrogate> parsePhaseSignal(std::string_view csv, const std::filesystem::path& file,
                                         std::size_t phases) {
     std::vector<Surrogate> out;
-    LineReader lines(file, csv);
-    if (lines.next() != "phase,v,rate_per_s") lines.refuse("the header is not phase,v,rate_per_s");
-    while (!lines.done()) {
-        const std::string_view text = lines.next();
-        const std::size_t first = text.find(','), second = text.find(',', first + 1);
-        if (second == std::string_view::npos) lines.refuse("not three fields");
-        const auto number = [&](std::string_view field, double most) {
-            double value = 0.0;
-            const auto [stop, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-            if (error != std::errc() || stop != field.data() + field.size() || !(std::fabs(value) <= most))
-                lines.refuse("\"" + std::string(field.substr(0, 40)) + "\" is no number of this size");
-            return value;
-        };
-        out.push_back({number(text.substr(first + 1, second - first - 1), 10.0),
-                       number(text.substr(second + 1), 100.0)});
-        if (out.size() > phases) lines.refuse("more lines than phases");
+    CsvReader rows(file, csv, "phase,v,rate_per_s");
+    while (rows.next()) {
+        if (out.size() == phases) rows.refuseRow("more rows than phases");
+        rows.text();  // the phase's name
+        const auto v = rows.number(-10.0, 10.0);
+        out.push_back({v, rows.number(-100.0, 100.0)});
     }
     if (out.size() != phases)
         throw DataError(file, "phase",
-                        std::to_string(out.size()) + " lines for " + std::to_string(phases) + " phases");
+                        std::to_string(out.size()) + " rows for " + std::to_string(phases) + " phases");
     return out;
 }
 

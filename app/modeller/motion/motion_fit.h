@@ -12,12 +12,12 @@ struct FitSettings {
     PhaseSettings phases;
     RegisterSettings registration;
     std::filesystem::path signal;  // CSV, one surrogate per phase; empty: from the lung's density
-    double period_s = 4.0;         // breathing period that the phases divide evenly; used without a signal
+    double period_s = 4.0;         // breathing period, divided evenly by the phases; used without a signal
     double grid_m = 0.005;         // between nodes
     std::function<void(std::string_view)> progress = [](std::string_view) {};
 };
 
-// Predicted minus observed height of the dome, over the judged columns, in metres.
+// Predicted minus observed height of the dome, over the DomeColumns, in metres.
 struct Residual {
     double mean_m = 0.0, mean_abs_m = 0.0, p95_m = 0.0, slice_mean_abs_m = 0.0;
 };
@@ -25,11 +25,11 @@ struct Residual {
 struct PhaseReport {
     std::string name;
     patient::Surrogate surrogate;
-    double dome_m = 0.0;       // mean height over the judged columns relative to the reference
-    Residual still;            // without any motion
+    double dome_m = 0.0;       // mean height over the DomeColumns relative to the reference phase
+    Residual no_motion;        // without any motion
     Residual fitted;           // for the model fitted to all phases
     Residual left_out;         // for a model fitted without this phase
-    double log_error_m = 0.0;  // error of the velocity fields' exponentials against the displacements
+    double log_error_m = 0.0;  // largest difference of exp(velocity field) from the displacement
 };
 
 struct FittedMotion {
@@ -38,7 +38,7 @@ struct FittedMotion {
     FloatVolume reference_hu;
     std::vector<PhaseReport> phases;
     Vec3 voxel_m{0.0};
-    std::size_t columns = 0;  // number of judged columns
+    std::size_t columns = 0;  // number of DomeColumns
 };
 
 // Throws ImportError, DataError.
@@ -50,17 +50,17 @@ std::vector<patient::Surrogate> readPhaseSignal(const std::filesystem::path& csv
 std::vector<patient::Surrogate> parsePhaseSignal(std::string_view csv, const std::filesystem::path& file,
                                                  std::size_t phases);
 
-// Normalises densities to v = 0 at the largest (end-exhale) and 1 at the smallest (end-inhale), with rates
-// around the cycle.
-std::vector<patient::Surrogate> surrogateFrom(const std::vector<double>& densities, double period_s);
+// Converts lung densities to surrogates. v is 0 at the largest density (end-exhale) and 1 at the smallest
+// (end-inhale). The rate is the slope of v; the last phase is followed by the first.
+std::vector<patient::Surrogate> makeSurrogates(const std::vector<double>& densities, double period_s);
 
-// The fit's input from one phase: the velocities of both fields at every node.
+// Input of the fit from one phase: the velocities of both fields at every node.
 struct NodeVelocities {
     std::vector<Vec3> wall_m, slide_m;
 };
-// Least-squares fit of a1 and a2 at every node over all phases except `without` (pass the number of phases
-// to use all). The reference phase has zero motion.
+// Least-squares fit of a1 and a2 at every node over all phases except `left_out_phase` (pass the number of
+// phases to use all). The reference phase has zero motion.
 void regress(const std::vector<NodeVelocities>&, const std::vector<patient::Surrogate>&,
-             std::size_t reference, std::size_t without, patient::MotionModel&);
+             std::size_t reference, std::size_t left_out_phase, patient::MotionModel&);
 
 }  // namespace stylet::modeller

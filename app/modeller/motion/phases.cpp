@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstring>
+#include <utility>
 
 #include "app/modeller/image/handover_files.h"
-#include "app/modeller/image/image_handover.h"
-#include "base/whole_file.h"
 
 namespace stylet::modeller {
 
@@ -15,13 +13,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kFewestPhases = 4, kMostPhases = 64;
+constexpr std::size_t kMinPhases = 4, kMaxPhases = 64;
 // Clamps to the values of tissue, so that metal and noise do not affect the registration.
-constexpr float kLowest_hu = -1000.0f, kHighest_hu = 400.0f;
+constexpr float kMin_hu = -1000.0f, kMax_hu = 400.0f;
 constexpr float kBlank_hu = 40.0f;  // outside the mask
 
 // Sorts image2 before image10.
-bool before(const std::string& a, const std::string& b) {
+bool numericLess(const std::string& a, const std::string& b) {
     const auto digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
     std::size_t i = 0, k = 0;
     while (i < a.size() && k < b.size()) {
@@ -45,7 +43,8 @@ bool before(const std::string& a, const std::string& b) {
 
 std::vector<fs::path> phaseFiles(const fs::path& folder) {
     std::error_code error;
-    if (!fs::is_directory(folder, error)) throw ImportError(folder.string() + ": is no folder of phases");
+    if (!fs::is_directory(folder, error))
+        throw ImportError(folder.string() + ": is not a folder; name the folder of the phases");
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(folder)) {
         const std::string name = entry.path().filename().string();
@@ -53,47 +52,24 @@ std::vector<fs::path> phaseFiles(const fs::path& folder) {
         if (entry.is_directory() || name.ends_with(".dcm") || name.ends_with(".nii") ||
             name.ends_with(".nii.gz"))
             files.push_back(entry.path());
-        if (files.size() > kMostPhases)
-            throw ImportError(folder.string() + ": more than " + std::to_string(kMostPhases) + " phases");
+        if (files.size() > kMaxPhases)
+            throw ImportError(folder.string() + ": more than " + std::to_string(kMaxPhases) + " phases");
     }
-    if (files.size() < kFewestPhases)
+    if (files.size() < kMinPhases)
         throw ImportError(folder.string() + ": " + std::to_string(files.size()) +
                           " phases; a fit needs four, each a file (.dcm, .nii, .nii.gz) or a folder");
     std::sort(files.begin(), files.end(),
-              [](const fs::path& a, const fs::path& b) { return before(a.filename(), b.filename()); });
+              [](const fs::path& a, const fs::path& b) { return numericLess(a.filename(), b.filename()); });
     return files;
 }
 
-FloatVolume huOf(const Volume<std::int16_t>& stored, double spacing_mm) {
+FloatVolume toHu(const Volume<std::int16_t>& stored, double spacing_mm) {
     FloatVolume hu(stored.grid);
     if (spacing_mm > 0.0) hu.grid.spacing_m = Vec3(1e-3 * spacing_mm);
-    const bool lifted = *std::min_element(stored.voxels.begin(), stored.voxels.end()) >= 0;
+    const bool has_offset = *std::min_element(stored.voxels.begin(), stored.voxels.end()) >= 0;
     for (std::size_t i = 0; i < stored.voxels.size(); ++i)
-        hu.voxels[i] = float(stored.voxels[i]) - (lifted ? 1000.0f : 0.0f);
+        hu.voxels[i] = float(stored.voxels[i]) - (has_offset ? 1000.0f : 0.0f);
     return hu;
-}
-
-ImageHandover handoverOf(const Grid& grid) {
-    ImageHandover h;
-    for (int d = 0; d < 3; ++d) {
-        h.dims[std::size_t(d)] = grid.dims[d];
-        h.spacing_mm[std::size_t(d)] = 1e3 * grid.spacing_m[d];
-        h.origin_mm[std::size_t(d)] = 1e3 * grid.origin_m[d];
-    }
-    return h;
-}
-
-// Writes value(i) for every voxel.
-template <typename Value>
-void writeImage(const fs::path& file, const Grid& grid, const Value& value) {
-    const ImageHandover h = handoverOf(grid);
-    std::vector<std::int16_t> voxels(grid.voxelCount());
-    for (std::size_t i = 0; i < voxels.size(); ++i)
-        voxels[i] = std::int16_t(value(i));
-    std::string bytes(sizeof h + voxels.size() * sizeof voxels[0], '\0');
-    std::memcpy(bytes.data(), &h, sizeof h);
-    std::memcpy(bytes.data() + sizeof h, voxels.data(), voxels.size() * sizeof voxels[0]);
-    writeFile(file, bytes);
 }
 
 }  // namespace
@@ -103,7 +79,7 @@ std::vector<Phase> readPhases(const PhaseSettings& settings) {
     for (const fs::path& file : phaseFiles(settings.folder)) {
         Phase phase;
         phase.name = file.filename().string();
-        phase.hu = huOf(readImage(file, ImageKind::phase, settings.reader), settings.spacing_mm);
+        phase.hu = toHu(readImage(file, ImageKind::phase, settings.reader), settings.spacing_mm);
         if (!phases.empty() && !(phase.hu.grid == phases.front().hu.grid))
             throw ImportError(file.string() + ": its grid is not that of " + phases.front().name);
         phases.push_back(std::move(phase));
@@ -116,20 +92,21 @@ VectorField registerPhases(const FloatVolume& fixed, const FloatVolume& moving, 
                            const RegisterSettings& settings) {
     const PrivateFolder folder;
     const auto at = [&](const char* name) { return folder.path() / name; };
-    const auto shown = [&](const FloatVolume& image) {
-        return [&](std::size_t i) {
-            const float hu =
-                mask.voxels[i] ? std::clamp(image.voxels[i], kLowest_hu, kHighest_hu) : kBlank_hu;
-            return std::lround(hu);
-        };
-    };
-    writeImage(at("fixed"), fixed.grid, shown(fixed));
-    writeImage(at("moving"), fixed.grid, shown(moving));
-    writeImage(at("mask"), fixed.grid, [&](std::size_t i) { return mask.voxels[i] != 0; });
+    Volume<std::int16_t> voxels(fixed.grid);
+    for (const auto& [name, image] : {std::pair{"fixed", &fixed}, std::pair{"moving", &moving}}) {
+        for (std::size_t i = 0; i < voxels.voxels.size(); ++i) {
+            const float hu = mask.voxels[i] ? std::clamp(image->voxels[i], kMin_hu, kMax_hu) : kBlank_hu;
+            voxels.voxels[i] = std::int16_t(std::lround(hu));
+        }
+        writeImageFile(at(name), voxels);
+    }
+    for (std::size_t i = 0; i < voxels.voxels.size(); ++i)
+        voxels.voxels[i] = mask.voxels[i] != 0;
+    writeImageFile(at("mask"), voxels);
     runChild(childProgram(settings.program, "stylet-register"),
              {at("fixed"), at("moving"), at("mask"), at("field"), std::to_string(settings.finest)},
              settings.limits, "phases", "the registration");
-    return takeField(at("field"));
+    return readFieldFile(at("field"));
 }
 
 }  // namespace stylet::modeller

@@ -10,44 +10,40 @@ namespace stylet::modeller {
 namespace {
 
 // The mask's voxels that share a face with a voxel outside it.
-Mask surfaceOf(const Mask& mask) {
+Mask surfaceVoxels(const Mask& mask) {
     const Grid& g = mask.grid;
     Mask surface(g);
-    forEachSlab(g.dims.z, [&](int z) {
-        for (int y = 0; y < g.dims.y; ++y)
-            for (int x = 0; x < g.dims.x; ++x) {
-                const Index3 i{x, y, z};
-                if (!mask[i]) continue;
-                for (const Index3 step : {Index3{1, 0, 0}, Index3{0, 1, 0}, Index3{0, 0, 1}})
-                    for (const Index3& n : {i + step, i - step})
-                        if (g.contains(n) && !mask[n]) surface[i] = 1;
-            }
+    parallelVoxels(g, [&](const Index3& i) {
+        if (!mask[i]) return;
+        for (const Index3 step : {Index3{1, 0, 0}, Index3{0, 1, 0}, Index3{0, 0, 1}})
+            for (const Index3& n : {i + step, i - step})
+                if (g.contains(n) && !mask[n]) surface[i] = 1;
     });
     return surface;
 }
 
-// Distances of surface voxels. Those in `places` are also summed separately.
+// Distances of surface voxels. Those in `region` are also summed separately.
 struct Distances {
     std::vector<float> all_m;
-    double sum_m = 0.0, sum_there_m = 0.0;
-    std::size_t count_there = 0;
+    double sum_m = 0.0, sum_near_m = 0.0;
+    std::size_t count_near = 0;
 
-    void add(const Mask& from, const Mask& to, const Mask& places) {
+    void add(const Mask& from, const Mask& to, const Mask& region) {
         const FloatVolume distance = distanceTo(to);
         for (std::size_t i = 0; i < from.voxels.size(); ++i) {
             if (!from.voxels[i]) continue;
             all_m.push_back(distance.voxels[i]);
             sum_m += double(distance.voxels[i]);
-            if (!places.voxels[i]) continue;
-            sum_there_m += double(distance.voxels[i]);
-            ++count_there;
+            if (!region.voxels[i]) continue;
+            sum_near_m += double(distance.voxels[i]);
+            ++count_near;
         }
     }
 };
 
 }  // namespace
 
-Agreement compare(const Mask& truth, const Mask& found, const Mask& places) {
+Agreement compare(const Mask& truth, const Mask& found, const Mask& region) {
     std::size_t in_truth = 0, in_found = 0, in_both = 0;
     for (std::size_t i = 0; i < truth.voxels.size(); ++i) {
         in_truth += truth.voxels[i] != 0;
@@ -65,13 +61,13 @@ Agreement compare(const Mask& truth, const Mask& found, const Mask& places) {
         return a;
     }
     a.dice = 2.0 * double(in_both) / double(in_truth + in_found);
-    const Mask truth_surface = surfaceOf(truth), found_surface = surfaceOf(found);
+    const Mask truth_surface = surfaceVoxels(truth), found_surface = surfaceVoxels(found);
     Distances d;
-    d.add(truth_surface, found_surface, places);
-    d.add(found_surface, truth_surface, places);
+    d.add(truth_surface, found_surface, region);
+    d.add(found_surface, truth_surface, region);
     if (d.all_m.empty()) return a;  // both masks fill the grid: no surface
     a.mean_surface_m = d.sum_m / double(d.all_m.size());
-    if (d.count_there > 0) a.mean_surface_there_m = d.sum_there_m / double(d.count_there);
+    if (d.count_near > 0) a.mean_surface_near_m = d.sum_near_m / double(d.count_near);
     a.hausdorff_m = double(*std::max_element(d.all_m.begin(), d.all_m.end()));
     a.hausdorff95_m = double(lowerQuantile(std::move(d.all_m), 0.95));
     return a;

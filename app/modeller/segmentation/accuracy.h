@@ -11,14 +11,14 @@ struct Agreement {
     double dice = 0.0;
     // Surface distances in both directions; Hausdorff distance at the 95th percentile and the maximum.
     double mean_surface_m = 0.0, hausdorff95_m = 0.0, hausdorff_m = 0.0;
-    double mean_surface_there_m = std::numeric_limits<double>::quiet_NaN();  // within `places`; NaN if no
-                                                                             // surface
+    double mean_surface_near_m = std::numeric_limits<double>::quiet_NaN();  // within `region`; NaN if no
+                                                                            // surface
     double truth_ml = 0.0, found_ml = 0.0;
 };
 
-// All masks on one grid. Distances are infinite if truth or found is empty. `places`: the region of a
-// separate mean surface distance.
-Agreement compare(const Mask& truth, const Mask& found, const Mask& places);
+// All masks are on one grid. Distances are infinite if truth or found is empty. `region` is the region in
+// which `mean_surface_near_m` is measured.
+Agreement compare(const Mask& truth, const Mask& found, const Mask& region);
 inline Agreement compare(const Mask& truth, const Mask& found) {
     return compare(truth, found, Mask(truth.grid));
 }

@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 
 #include "app/modeller/image/handover_files.h"
-#include "app/modeller/image/image_handover.h"
 #include "app/modeller/image/vector_field.h"
 #include "app/modeller/segmentation/coarse_grid.h"
-#include "base/whole_file.h"
 
 namespace stylet::modeller {
 
@@ -18,23 +15,24 @@ using patient::Package;
 
 namespace {
 
-// The image that drives the registration: air around the body and lung are far below soft tissue, fat is
-// below it, soft tissue keeps its contrast, and bone is slightly above. Gas and stool in the bowel are
-// neutral, because they do not show where organs lie.
+// Values of the feature image that is registered. Air around the body and lung are far below soft tissue, and
+// fat is below it. Soft tissue keeps its HU. Lower and higher values are clamped to those of fat and bone.
+// Gas and stool in the bowel get a neutral value, because they do not show where organs lie.
 constexpr float kFeatureOutside_hu = -300.0f, kFeatureLung_hu = -220.0f, kFeatureFat_hu = -110.0f,
                 kFeatureBone_hu = 220.0f;
-constexpr int kAtlasAir_hu = -400;   // darker is lung or gas, if no lung is labelled
-constexpr int kBodyFloor_hu = -300;  // for an atlas: only air outside the body
-// Votes are weighted by the features within this many voxels of the registration grid.
+constexpr int kAtlasAir_hu = -400;   // darker is gas, or lung if no lung is labelled
+constexpr int kBodyFloor_hu = -300;  // in an atlas, darker voxels are air outside the body
+// A vote is weighted by the similarity of the features within this many voxels of the registration grid.
 constexpr int kSimilarityReach = 3;
-// A vessel belongs to the liver if more than half of its surroundings does.
+// A voxel of a vessel, duct or tumour belongs to the liver if liver outweighs other tissue within this
+// distance.
 constexpr double kVesselReach_m = 0.006;
 
-bool isTree(const std::string& name) {
+bool isTreeLabel(const std::string& name) {
     return name == "portal vein" || name == "hepatic veins" || name == "bile ducts" || name == "tumour";
 }
 
-Organ organOf(const std::string& name) {
+Organ organFromLabel(const std::string& name) {
     static const std::vector<std::pair<const char*, Organ>> table = {
         {"liver", Organ::liver},
         {"cyst", Organ::liver},
@@ -63,51 +61,41 @@ Organ organOf(const std::string& name) {
 }
 
 // The body of an atlas: the largest component that is not air, with its holes filled.
-Mask bodyOf(const CtVolume& ct) {
-    Mask body(ct.grid);
-    for (std::size_t i = 0; i < body.voxels.size(); ++i)
-        body.voxels[i] = ct.voxels[i] > kBodyFloor_hu;
-    keepLargest(body);
+Mask findBody(const CtVolume& ct) {
+    Mask body = maskWhere(ct.grid, [&](std::size_t i) { return ct.voxels[i] > kBodyFloor_hu; });
+    keepLargestComponent(body);
     fillHolesPerSlice(body);
     return body;
 }
 
-float featureOf(int hu, bool body, bool lung) {
+float featureValue(int hu, bool body, bool lung) {
     if (!body) return kFeatureOutside_hu;
     if (lung) return kFeatureLung_hu;
     return hu < kAtlasAir_hu ? 0.0f : std::clamp(float(hu), kFeatureFat_hu, kFeatureBone_hu);
 }
 
 FloatVolume featureImage(const CtVolume& ct, const Mask& body, const auto& isLung, double spacing_m) {
-    return coarseMean(coarseGrid(ct.grid, spacing_m), ct.grid,
-                      [&](std::size_t i) { return featureOf(ct.voxels[i], body.voxels[i] != 0, isLung(i)); });
+    return coarseMean(coarseGrid(ct.grid, spacing_m), ct.grid, [&](std::size_t i) {
+        return featureValue(ct.voxels[i], body.voxels[i] != 0, isLung(i));
+    });
 }
 
-void writeImage(const std::filesystem::path& file, const FloatVolume& image) {
-    ImageHandover h;
-    for (int d = 0; d < 3; ++d) {
-        h.dims[std::size_t(d)] = image.grid.dims[d];
-        h.spacing_mm[std::size_t(d)] = 1e3 * image.grid.spacing_m[d];
-        h.origin_mm[std::size_t(d)] = 1e3 * image.grid.origin_m[d];
-    }
-    std::vector<std::int16_t> voxels(image.voxels.size());
-    for (std::size_t i = 0; i < voxels.size(); ++i)
-        voxels[i] = std::int16_t(std::lround(image.voxels[i]));
-    std::string bytes(sizeof h + voxels.size() * sizeof voxels[0], '\0');
-    std::memcpy(bytes.data(), &h, sizeof h);
-    std::memcpy(bytes.data() + sizeof h, voxels.data(), voxels.size() * sizeof voxels[0]);
-    writeFile(file, bytes);
+Volume<std::int16_t> rounded(const FloatVolume& image) {
+    Volume<std::int16_t> out(image.grid);
+    for (std::size_t i = 0; i < out.voxels.size(); ++i)
+        out.voxels[i] = std::int16_t(std::lround(image.voxels[i]));
+    return out;
 }
 
-VectorField registered(const FloatVolume& target, const AtlasImage& atlas, const AtlasSettings& settings) {
+VectorField registerAtlas(const FloatVolume& target, const AtlasImage& atlas, const AtlasSettings& settings) {
     const PrivateFolder folder;
     const auto at = [&](const char* name) { return folder.path() / name; };
-    writeImage(at("fixed"), target);
-    writeImage(at("moving"), atlas.feature);
+    writeImageFile(at("fixed"), rounded(target));
+    writeImageFile(at("moving"), rounded(atlas.feature));
     runChild(childProgram(settings.program, "stylet-register"),
              {at("fixed"), at("moving"), at("field"), std::to_string(settings.iterations)}, settings.limits,
              atlas.name, "the registration");
-    VectorField field = takeField(at("field"));
+    VectorField field = readFieldFile(at("field"));
     if (field.grid.dims != target.grid.dims)
         throw ImportError("the registration of an atlas left another grid");
     field.grid = target.grid;
@@ -115,22 +103,18 @@ VectorField registered(const FloatVolume& target, const AtlasImage& atlas, const
 }
 
 // Adds the atlas's votes: its organ at each voxel, weighted by the local similarity of the two images.
-void vote(const FloatVolume& target, const AtlasImage& atlas, const VectorField& field, double similarity_hu,
-          AtlasPrior& prior) {
+void addVote(const FloatVolume& target, const AtlasImage& atlas, const VectorField& field,
+             double similarity_hu, AtlasPrior& prior) {
     const Grid& g = target.grid;
     FloatVolume differs(g);
     LabelVolume organ(g, std::uint8_t{255});  // 255: outside the atlas
-    forEachSlab(g.dims.z, [&](int z) {
-        for (int y = 0; y < g.dims.y; ++y)
-            for (int x = 0; x < g.dims.x; ++x) {
-                const std::size_t o = g.offset({x, y, z});
-                const Vec3 p = g.centre({x, y, z}) + Vec3(field.voxels[o]);
-                organ.voxels[o] = atlas.organ.nearestOr(p, 255);
-                const float d = organ.voxels[o] == 255
-                                    ? 0.0f
-                                    : valueAt(atlas.feature, p, kFeatureOutside_hu) - target.voxels[o];
-                differs.voxels[o] = d * d;
-            }
+    parallelVoxels(g, [&](const Index3& i) {
+        const std::size_t o = g.offset(i);
+        const Vec3 p = g.centre(i) + Vec3(field.voxels[o]);
+        organ.voxels[o] = atlas.organ.nearestOr(p, 255);
+        const float d =
+            organ.voxels[o] == 255 ? 0.0f : valueAt(atlas.feature, p, kFeatureOutside_hu) - target.voxels[o];
+        differs.voxels[o] = d * d;
     });
     differs = boxMean(differs, kSimilarityReach);
     for (std::size_t o = 0; o < differs.voxels.size(); ++o) {
@@ -144,9 +128,9 @@ void vote(const FloatVolume& target, const AtlasImage& atlas, const VectorField&
 }  // namespace
 
 Mask wholeLiver(const LabelVolume& labels, const std::vector<Label>& table) {
-    std::array<std::uint8_t, 256> kind{};  // 1 liver, 2 tree
+    std::array<std::uint8_t, 256> kind{};  // 0: other, 1: liver, 2: vessel, duct or tumour
     for (const Label& l : table)
-        kind[l.id] = organOf(l.name) == Organ::liver ? 1 : isTree(l.name) ? 2 : 0;
+        kind[l.id] = organFromLabel(l.name) == Organ::liver ? 1 : isTreeLabel(l.name) ? 2 : 0;
     FloatVolume liver(labels.grid), other(labels.grid);
     for (std::size_t i = 0; i < labels.voxels.size(); ++i) {
         liver.voxels[i] = kind[labels.voxels[i]] == 1;
@@ -154,21 +138,20 @@ Mask wholeLiver(const LabelVolume& labels, const std::vector<Label>& table) {
     }
     const int reach = std::max(1, int(std::lround(kVesselReach_m / labels.grid.spacing_m.x)));
     const FloatVolume near_liver = boxMean(liver, reach), near_other = boxMean(other, reach);
-    Mask whole(labels.grid);
-    for (std::size_t i = 0; i < labels.voxels.size(); ++i)
-        whole.voxels[i] = liver.voxels[i] > 0.0f ||
-                          (kind[labels.voxels[i]] == 2 && near_liver.voxels[i] > near_other.voxels[i]);
-    return whole;
+    return maskWhere(labels.grid, [&](std::size_t i) {
+        return liver.voxels[i] > 0.0f ||
+               (kind[labels.voxels[i]] == 2 && near_liver.voxels[i] > near_other.voxels[i]);
+    });
 }
 
-std::string atlasList(const std::vector<std::string>& names) {
+std::string formatAtlasList(const std::vector<std::string>& names) {
     std::string list;
     for (const std::string& name : names)
         list += (list.empty() ? "atlases: \"" : ", \"") + name + "\"";
     return list;
 }
 
-void refuseItself(const std::string& name, const std::string& listed) {
+void checkNotOwnAtlas(const std::string& name, const std::string& listed) {
     if (listed.find("\"" + name + "\"") != std::string::npos)
         throw ImportError("\"" + name + "\" is among the atlases of its own patient, which proves nothing (" +
                           listed +
@@ -178,10 +161,10 @@ void refuseItself(const std::string& name, const std::string& listed) {
 AtlasImage::AtlasImage(const Package& package, const AtlasSettings& settings) : name(package.name) {
     std::array<Organ, 256> organ_of{};
     for (const Label& l : package.label_table)
-        organ_of[l.id] = organOf(l.name);
+        organ_of[l.id] = organFromLabel(l.name);
     const auto organAt = [&](std::size_t i) { return organ_of[package.labels.voxels[i]]; };
     feature = featureImage(
-        package.ct, bodyOf(package.ct), [&](std::size_t i) { return organAt(i) == Organ::lungs; },
+        package.ct, findBody(package.ct), [&](std::size_t i) { return organAt(i) == Organ::lungs; },
         settings.spacing_m);
     const Mask whole = wholeLiver(package.labels, package.label_table);
     organ = LabelVolume(package.ct.grid);
@@ -201,7 +184,7 @@ AtlasPrior alignAtlases(const CtVolume& ct, const Mask& body, const Mask& lungs,
     prior.probability.assign(kOrgans, FloatVolume(prior.grid));
     for (const AtlasImage& atlas : atlases) {
         settings.progress(atlas.name);
-        vote(target, atlas, registered(target, atlas, settings), settings.similarity_hu, prior);
+        addVote(target, atlas, registerAtlas(target, atlas, settings), settings.similarity_hu, prior);
         prior.used.push_back(atlas.name);
     }
     for (std::size_t o = 0; o < prior.known.voxels.size(); ++o) {

@@ -15,8 +15,8 @@
 
 namespace stylet::modeller {
 
-// The organs of the prior. `wall`: everything outside and including ribs and abdominal muscles. `blood`:
-// the large vessels outside the liver.
+// The organs of the prior. `wall`: ribs and abdominal muscles, and everything outside them. `blood`: the
+// large vessels outside the liver.
 enum class Organ : std::uint8_t {
     elsewhere,
     liver,
@@ -49,13 +49,13 @@ struct AtlasSettings {
 
 struct AtlasPrior {
     Grid grid;  // coarse, covers the target
-    // One volume per Organ, in order of its number. They sum to 1 where any atlas reaches.
+    // One volume per Organ, indexed by its value. They sum to 1 wherever at least one atlas covers the voxel.
     std::vector<FloatVolume> probability;
     FloatVolume known;              // share of the atlases that cover a voxel
     std::vector<std::string> used;  // names of the atlases, for the provenance
 };
 
-// One atlas on the registration grid: features, and an organ per voxel. Much smaller than a package.
+// One atlas: its features on the registration grid, and an organ for each voxel of its package.
 class AtlasImage {
   public:
     AtlasImage(const patient::Package&, const AtlasSettings&);
@@ -64,14 +64,14 @@ class AtlasImage {
     LabelVolume organ;
 };
 
-// The list of atlases in a provenance text: atlases: "A", "B". Empty if there are none.
-std::string atlasList(const std::vector<std::string>& names);
-// Throws ImportError if `listed`, made by atlasList(), contains `name`. A build that used the patient as
-// its own atlas is no evidence of accuracy.
-void refuseItself(const std::string& name, const std::string& listed);
+// Returns `atlases: "A", "B"`, the list of atlases in a provenance text. Empty if there are none.
+std::string formatAtlasList(const std::vector<std::string>& names);
+// Throws ImportError if `listed`, made by formatAtlasList(), contains `name`. If a build uses the patient as
+// its own atlas, the result says nothing about accuracy.
+void checkNotOwnAtlas(const std::string& name, const std::string& listed);
 
 // Computes the fused prior for a target. `lungs` may be empty; then voxels below -400 HU count as lung.
-// Without atlases, nothing in the prior is known. Throws ImportError if a registration fails.
+// Without atlases, `known` is 0 everywhere. Throws ImportError if a registration fails.
 AtlasPrior alignAtlases(const CtVolume& ct, const Mask& body, const Mask& lungs,
                         const std::vector<AtlasImage>&, const AtlasSettings&);
 

@@ -35,12 +35,12 @@ inline constexpr std::uint64_t kAtlasSeeds[] = {101, 102, 103, 104};
 struct StageReport {
     std::string name;
     double seconds = 0.0;
-    bool kept = false;       // reused from an earlier run
+    bool reused = false;     // reused from an earlier run
     bool corrected = false;  // by a person
     std::vector<std::string> notes;
 };
 
-struct Built {
+struct BuildResult {
     patient::Package package;
     std::vector<StageReport> stages;
     std::vector<Finding> findings;  // from checkPackage
@@ -51,7 +51,7 @@ std::vector<std::string> stageNames();
 
 // Runs every stage whose inputs have changed since its last run. Throws ImportError, DataError, or
 // std::runtime_error if cancelled. Finished stages are kept.
-Built build(const BuildSettings&);
+BuildResult build(const BuildSettings&);
 
 // Replaces a stage's result with labels edited by a person. `labels` must be on the grid of the stages'
 // ct.nii.gz and contain ids of the stage's colour table. Throws ImportError or DataError.

@@ -2,7 +2,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "app/modeller/image/child_process_linux.h"
 #include "base/fields.h"
 
 namespace stylet::modeller {
@@ -11,7 +10,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr double kLeastPackage_hu = -1024.0, kMostPackage_hu = 3071.0;  // limits of a package
+constexpr double kMinPackage_hu = -1024.0, kMaxPackage_hu = 3071.0;  // limits of a package
 
 json toJson(const TissueClass& c) {
     return {{"mean_hu", c.mean_hu}, {"sigma_hu", c.sigma_hu}, {"share", c.share}};
@@ -33,16 +32,11 @@ std::string writeClasses(const TissueClasses& c, const patient::Thresholds& t) {
 }
 
 patient::Thresholds parseClasses(const std::string& text) {
-    patient::Thresholds t;
-    try {
-        Fields all = parseJson("classes.json", text), hu = all.child("thresholds_hu");
-        const auto read = [&](const char* key) { return hu.number(key, kLeastPackage_hu, kMostPackage_hu); };
-        t = {read("t0"), read("t1"), read("t2_sensitive"), read("t2_specific")};
-    } catch (const DataError& e) {
-        throw ImportError(e.what());
-    }
+    Fields all = parseJson("classes.json", text), hu = all.child("thresholds_hu");
+    const auto read = [&](const char* key) { return hu.number(key, kMinPackage_hu, kMaxPackage_hu); };
+    const patient::Thresholds t{read("t0"), read("t1"), read("t2_sensitive"), read("t2_specific")};
     if (!(t.t0_hu < t.t1_hu && t.t1_hu < t.t2_sensitive_hu && t.t2_sensitive_hu <= t.t2_specific_hu))
-        throw ImportError("classes.json: thresholds_hu: t0 < t1 < t2_sensitive <= t2_specific does not hold");
+        all.refuse("thresholds_hu", "t0 < t1 < t2_sensitive <= t2_specific does not hold");
     return t;
 }
 

@@ -10,7 +10,7 @@ namespace stylet::modeller {
 
 std::string writeClasses(const TissueClasses&, const patient::Thresholds&);
 
-// Throws ImportError if a threshold is missing or out of range, or if the thresholds are not increasing.
+// Throws DataError if a threshold is missing or out of range, or if the thresholds are not increasing.
 patient::Thresholds parseClasses(const std::string& text);
 
 }  // namespace stylet::modeller

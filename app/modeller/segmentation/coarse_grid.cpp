@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "base/parallel.h"
+
 namespace stylet::modeller {
 
 Grid coarseGrid(const Grid& fine, double spacing_m) {
@@ -27,7 +29,7 @@ FloatVolume coarseMean(const Grid& coarse, const Grid& fine, const std::function
             to[std::size_t(d)].push_back(std::clamp(int(std::floor(at + 0.5)), 0, coarse.dims[d] - 1));
         }
     FloatVolume mean(coarse);
-    forEachSlab(coarse.dims.z, [&](int slab) {
+    parallelFor(processorCount(), coarse.dims.z, [&](int slab) {
         std::vector<float> count(std::size_t(coarse.dims.x) * std::size_t(coarse.dims.y), 0.0f);
         float* sum = mean.voxels.data() + coarse.offset({0, 0, slab});
         for (int z = 0; z < fine.dims.z; ++z) {

@@ -7,7 +7,8 @@
 
 namespace stylet::modeller {
 
-// Covers the same box with cubes of about `spacing_m`, centred on it.
+// Returns a grid with cubic voxels of side `spacing_m` and the same centre. It covers the given grid to
+// within half a voxel.
 Grid coarseGrid(const Grid&, double spacing_m);
 
 // The mean of value(offset) over the fine voxels in each coarse voxel, or the nearest fine voxel's value if

@@ -1,15 +1,16 @@
 #include "app/modeller/segmentation/fascia_spline.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 
-#include "app/modeller/image/import_image.h"
 #include "app/modeller/segmentation/morphology.h"
+#include "base/line_reader.h"
+#include "base/parallel.h"
 #include "base/statistics.h"
+#include "base/text.h"
 
 namespace stylet::modeller {
 
@@ -18,6 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
+constexpr double kMaxCells = 4.0;  // a voxel counts in its own cell and up to this far to each side
 
 // --- The basis ---
 
@@ -49,54 +51,11 @@ Support supportAt(const FasciaSpline& s, double phi, double h_m) {
     return out;
 }
 
-double valueOf(const Support& at, const std::vector<double>& control) {
+double evaluate(const Support& at, const std::vector<double>& control) {
     double r = 0.0;
     for (std::size_t i = 0; i < 16; ++i)
         r += at.weight[i] * control[at.control[i]];
     return r;
-}
-
-// --- The fit ---
-
-constexpr double kInsideBone_m = 0.0015, kOutsideOrgan_m = 0.0010;
-constexpr double kFarOff_m = 0.4;
-
-// The allowed range of the radius in each cell of the dense first fit.
-struct Room {
-    std::vector<double> low_m, high_m;
-};
-
-void cover(const Mask& mask, const WallSurface& s, const auto& see) {
-    const Grid& g = mask.grid;
-    const double half_m = 0.5 * std::max(g.spacing_m.x, g.spacing_m.y);
-    for (int z = 0; z < g.dims.z; ++z) {
-        const double height_m = g.centre({0, 0, z}).z;
-        const int level =
-            std::clamp(int(std::lround((height_m - s.z_begin_m) / s.z_step_m)), 0, s.levels - 1);
-        for (int y = 0; y < g.dims.y; ++y)
-            for (int x = 0; x < g.dims.x; ++x) {
-                if (!mask[{x, y, z}]) continue;
-                const Vec3 d = g.centre({x, y, z}) - s.axis_m;
-                const double r = std::hypot(d.x, d.y), a = std::atan2(d.y, d.x) / kTurn * s.angles;
-                const double reach = std::min(4.0, half_m / std::max(r, half_m) / kTurn * s.angles);
-                for (int k = int(std::lround(a - reach)); k <= int(std::lround(a + reach)); ++k)
-                    see(std::size_t(level * s.angles + (k + s.angles) % s.angles), r);
-            }
-    }
-}
-
-Room roomOf(const FasciaInput& in, const WallSurface& s) {
-    const auto n = std::size_t(s.angles * s.levels);
-    Room room{std::vector<double>(n, 0.0), std::vector<double>(n, kFarOff_m)};
-    cover(in.bones, s, [&](std::size_t cell, double r) {
-        room.high_m[cell] = std::min(room.high_m[cell], r - kInsideBone_m);
-    });
-    cover(in.organs, s, [&](std::size_t cell, double r) {
-        room.low_m[cell] = std::max(room.low_m[cell], r + kOutsideOrgan_m);
-    });
-    for (std::size_t i = 0; i < n; ++i)
-        room.low_m[i] = std::min(room.low_m[i], room.high_m[i]);
-    return room;
 }
 
 // --- The belly wall ---
@@ -109,7 +68,7 @@ struct BellyRay {
 
 BellyRay bellyRay(const FasciaInput& in, const Mask& inner, const FloatVolume& hu, const Vec3& axis_m,
                   double phi, double z_m) {
-    constexpr double kStep_m = 0.001, kMuscle_hu = 5.0, kFat_hu = -40.0, kMost_m = 0.030;
+    constexpr double kStep_m = 0.001, kMuscle_hu = 5.0, kFat_hu = -40.0, kMaxThickness_m = 0.030;
     const Grid& g = in.ct.grid;
     BellyRay out;
     int muscle = 0, fat = 0;
@@ -121,7 +80,7 @@ BellyRay bellyRay(const FasciaInput& in, const Mask& inner, const FloatVolume& h
         if (out.outer_m == 0.0) {
             muscle = v > kMuscle_hu ? muscle + 1 : 0;
             if (muscle == 4) out.outer_m = r + 3.0 * kStep_m;
-        } else if (in.organs[i] || out.outer_m - r > kMost_m) {
+        } else if (in.organs[i] || out.outer_m - r > kMaxThickness_m) {
             return out;
         } else {
             fat = v < kFat_hu ? fat + 1 : 0;
@@ -134,37 +93,24 @@ BellyRay bellyRay(const FasciaInput& in, const Mask& inner, const FloatVolume& h
     return out;
 }
 
-bool boneNear(const Room& room, const WallSurface& s, int level, int angle) {
-    const int reach_z = int(0.024 / s.z_step_m), reach = 3;
-    for (int dz = -reach_z; dz <= reach_z; ++dz)
-        for (int da = -reach; da <= reach; ++da) {
-            const int z = std::clamp(level + dz, 0, s.levels - 1), a = (angle + da + s.angles) % s.angles;
-            if (room.high_m[std::size_t(z * s.angles + a)] < kFarOff_m) return true;
-        }
-    return false;
-}
-
-// Below the ribs, the wall is one muscle thickness inside the muscle's outer face. The thickness varies
-// much more from the flank to the midline than from the ribs to the hip, and bowel hides it in places.
+// Sets the target radius below the ribs: one muscle thickness inside the muscle's outer face. The thickness
+// varies much more from the flank to the midline than from the ribs to the hip, and bowel hides it in places.
 // Therefore each angle has one thickness, the median of its rays. It replaces a ray's own thickness if the
 // two differ too much.
-void seeBelly(const FasciaInput& in, const Room& room, const WallSurface& s, std::vector<double>& target) {
+void targetBellyWall(const FasciaInput& in, const RadiusBounds& bounds, const WallSurface& s,
+                     std::vector<double>& target) {
     constexpr double kSkin_m = 0.006, kAgree_m = 0.005;
     constexpr int kReach = 3;
-    constexpr std::size_t kLeastRays = 5;
+    constexpr std::size_t kMinRays = 5;
     const Mask inner = eroded(in.body, kSkin_m);
-    FloatVolume hu(in.ct.grid);
-    for (std::size_t i = 0; i < hu.voxels.size(); ++i)
-        hu.voxels[i] = float(in.ct.voxels[i]);
-    hu = boxMean(hu, 1);
+    const FloatVolume hu = boxMean(toFloat(in.ct), 1);
     std::vector<BellyRay> rays(target.size());
-    forEachSlab(s.levels, [&](int z) {
+    parallelFor(processorCount(), s.levels, [&](int z) {
         for (int a = 0; a < s.angles; ++a) {
             const double phi = a * kTurn / s.angles;
-            if (std::sin(phi) < -0.5 || boneNear(room, s, z, a))
+            if (std::sin(phi) < -0.5 || boneNear(bounds, s, z, a))
                 continue;  // the back's muscles do not show the wall
-            rays[std::size_t(z * s.angles + a)] =
-                bellyRay(in, inner, hu, s.axis_m, phi, s.z_begin_m + z * s.z_step_m);
+            rays[s.cell(z, a)] = bellyRay(in, inner, hu, s.axis_m, phi, s.z_begin_m + z * s.z_step_m);
         }
     });
     std::vector<double> near;
@@ -172,16 +118,16 @@ void seeBelly(const FasciaInput& in, const Room& room, const WallSurface& s, std
         near.clear();
         for (int z = std::max(z0, 0); z <= std::min(z1, s.levels - 1); ++z)
             for (int da = -reach; da <= reach; ++da) {
-                const BellyRay& r = rays[std::size_t(z * s.angles + (a + da + s.angles) % s.angles)];
+                const BellyRay& r = rays[s.cell(z, a + da)];
                 if (r.*what > 0.0) near.push_back(r.*what);
             }
-        return near.size() >= kLeastRays ? upperMedian(near) : 0.0;
+        return near.size() >= kMinRays ? upperMedian(near) : 0.0;
     };
     for (int a = 0; a < s.angles; ++a) {
         const double thick_m = gather(0, s.levels - 1, a, 2, &BellyRay::thick_m);
         if (thick_m == 0.0) continue;
         for (int z = 0; z < s.levels; ++z) {
-            const std::size_t cell = std::size_t(z * s.angles + a);
+            const std::size_t cell = s.cell(z, a);
             const BellyRay& ray = rays[cell];
             if (ray.outer_m == 0.0) continue;
             const double usual_m = gather(z - kReach, z + kReach, a, kReach, &BellyRay::outer_m);
@@ -192,17 +138,19 @@ void seeBelly(const FasciaInput& in, const Room& room, const WallSurface& s, std
     }
 }
 
-// Between two ribs the fascia lies on the lung, or one diaphragm thickness outside the organ below the
-// diaphragm.
-void seeOrgans(const FasciaInput& in, const Room& room, const WallSurface& s, std::vector<double>& target) {
+// Sets the target radius between two ribs: on the lung or, below the diaphragm, one diaphragm thickness
+// outside the organ.
+void targetOrgans(const FasciaInput& in, const RadiusBounds& bounds, const WallSurface& s,
+                  std::vector<double>& target) {
     constexpr double kNear_m = 0.009, kDiaphragm_m = 0.002, kDeep_m = 0.005;
     constexpr std::int16_t kLung_hu = -400;
     const Grid& g = in.ct.grid;
     for (int z = 0; z < s.levels; ++z)
         for (int a = 0; a < s.angles; ++a) {
-            const std::size_t cell = std::size_t(z * s.angles + a);
-            const double low_m = room.low_m[cell], gap_m = s.radius_m[cell] - low_m;
-            if (low_m == 0.0 || room.high_m[cell] < kFarOff_m || gap_m > kNear_m || !boneNear(room, s, z, a))
+            const std::size_t cell = s.cell(z, a);
+            const double low_m = bounds.low_m[cell], gap_m = s.radius_m[cell] - low_m;
+            if (low_m == 0.0 || bounds.high_m[cell] < kFarOff_m || gap_m > kNear_m ||
+                !boneNear(bounds, s, z, a))
                 continue;
             const double phi = a * kTurn / s.angles, r = low_m - kDeep_m;
             const Index3 i = g.nearest({s.axis_m.x + r * std::cos(phi), s.axis_m.y + r * std::sin(phi),
@@ -237,7 +185,7 @@ struct Fit {
     std::vector<double> normal(const std::vector<double>& c) const {
         std::vector<double> out(c.size(), 0.0);
         for (std::size_t n = 0; n < at.size(); ++n) {
-            const double v = weight[n] * valueOf(at[n], c);
+            const double v = weight[n] * evaluate(at[n], c);
             for (std::size_t i = 0; i < 16; ++i)
                 out[at[n].control[i]] += at[n].weight[i] * v;
         }
@@ -252,27 +200,27 @@ struct Fit {
         return out;
     }
     void solve(std::vector<double>& c) const {
-        const auto dotOf = [](const std::vector<double>& a, const std::vector<double>& b) {
+        const auto dot = [](const std::vector<double>& a, const std::vector<double>& b) {
             double sum = 0.0;
             for (std::size_t i = 0; i < a.size(); ++i)
                 sum += a[i] * b[i];
             return sum;
         };
         std::vector<double> r = rightSide();
-        const std::vector<double> begun = normal(c);
+        const std::vector<double> initial = normal(c);
         for (std::size_t i = 0; i < r.size(); ++i)
-            r[i] -= begun[i];
+            r[i] -= initial[i];
         std::vector<double> p = r;
-        double rr = dotOf(r, r);
-        const double enough = 1e-16 * std::max(rr, 1e-12);
-        for (int step = 0; step < 150 && rr > enough; ++step) {
+        double rr = dot(r, r);
+        const double tolerance = 1e-16 * std::max(rr, 1e-12);
+        for (int step = 0; step < 150 && rr > tolerance; ++step) {
             const std::vector<double> ap = normal(p);
-            const double alpha = rr / dotOf(p, ap);
+            const double alpha = rr / dot(p, ap);
             for (std::size_t i = 0; i < c.size(); ++i) {
                 c[i] += alpha * p[i];
                 r[i] -= alpha * ap[i];
             }
-            const double next = dotOf(r, r);
+            const double next = dot(r, r);
             for (std::size_t i = 0; i < p.size(); ++i)
                 p[i] = r[i] + next / rr * p[i];
             rr = next;
@@ -280,126 +228,108 @@ struct Fit {
     }
 };
 
-// --- The text ---
+// --- Text format ---
 
-constexpr int kMostAround = 360, kMostLevels = 1000;
-constexpr double kMostRadius_mm = 1000.0, kMostPlace_mm = 10000.0;
+constexpr int kMaxAround = 360, kMaxLevels = 1000;
+constexpr double kMaxRadius_mm = 1000.0, kMaxPosition_mm = 10000.0;
 
-class Reader {
+class FasciaReader {
   public:
-    Reader(const fs::path& file, std::string_view text) : file_(file), rest_(text) {}
+    FasciaReader(const fs::path& file, std::string_view text) : lines_(file, text) {}
 
     // Reads the next line that is not empty or a comment and splits it at blanks. Returns false at the end.
     bool next() {
-        while (!rest_.empty()) {
-            std::string_view line = rest_.substr(0, rest_.find('\n'));
-            rest_.remove_prefix(std::min(line.size() + 1, rest_.size()));
-            ++number_;
-            line = line.substr(0, line.find('#'));
-            words_.clear();
-            while (true) {
-                const auto from = line.find_first_not_of(" \t\r");
-                if (from == std::string_view::npos) break;
-                line.remove_prefix(from);
-                const std::string_view word = line.substr(0, line.find_first_of(" \t\r"));
-                words_.push_back(word);
-                line.remove_prefix(word.size());
+        words_.clear();
+        while (words_.empty() && !lines_.done()) {
+            std::string_view line = lines_.next();
+            line = trimmed(line.substr(0, line.find('#')));
+            while (!line.empty()) {
+                words_.push_back(line.substr(0, line.find_first_of(" \t\r")));
+                line = trimmed(line.substr(words_.back().size()));
             }
-            if (!words_.empty()) return true;
         }
-        ++number_;
-        return false;
+        if (words_.empty()) lines_.next();  // errors name the line after the last
+        return !words_.empty();
     }
-    [[noreturn]] void refuse(const std::string& why) const {
-        throw ImportError(file_.string() + ": line " + std::to_string(number_) + ": " + why);
-    }
+    [[noreturn]] void refuse(const std::string& why) const { lines_.refuse(why); }
     const std::vector<std::string_view>& words() const { return words_; }
     double number(std::size_t word, const std::string& field, double low, double high) const {
-        double v = 0.0;
-        const std::string_view w = words_[word];
-        const auto [end, error] = std::from_chars(w.data(), w.data() + w.size(), v);
-        if (error != std::errc() || end != w.data() + w.size())
-            refuse(field + " \"" + std::string(w.substr(0, 40)) + "\" is not a number");
-        if (!(v >= low && v <= high)) {
-            char range[80];
-            std::snprintf(range, sizeof range, " must be from %g to %g", low, high);
-            refuse(field + range);
-        }
-        return v;
+        const auto v = parseNumber<double>(words_[word]);
+        if (!v) refuse(fmt::format("{} \"{}\" is not a number", field, words_[word].substr(0, 40)));
+        if (!(*v >= low && *v <= high)) refuse(fmt::format("{} must be from {:g} to {:g}", field, low, high));
+        return *v;
     }
     // Reads a line that starts with `key` and has `count` numbers.
     void expect(const std::string& key, std::size_t count) {
         if (!next()) refuse(key + " is missing");
         if (words_[0] != key)
-            refuse(key + " was expected, not \"" + std::string(words_[0].substr(0, 40)) + "\"");
+            refuse(fmt::format("{} was expected, not \"{}\"", key, words_[0].substr(0, 40)));
         if (words_.size() != count + 1)
-            refuse(key + " needs " + std::to_string(count) + (count == 1 ? " number" : " numbers") +
-                   ", not " + std::to_string(words_.size() - 1));
+            refuse(fmt::format("{} needs {} {}, not {}", key, count, count == 1 ? "number" : "numbers",
+                               words_.size() - 1));
     }
     double value(const std::string& key, double low, double high) {
         expect(key, 1);
         return number(1, key, low, high);
     }
-    int whole(const std::string& key, int low, int high) {
+    int wholeNumber(const std::string& key, int low, int high) {
         const double v = value(key, low, high);
         if (v != std::floor(v)) refuse(key + " is not a whole number");
         return int(v);
     }
 
   private:
-    fs::path file_;
-    std::string_view rest_;
+    LineReader lines_;
     std::vector<std::string_view> words_;
-    int number_ = 0;
 };
 
-std::string mm(double metres) {
-    char out[40];
-    std::snprintf(out, sizeof out, " %.2f", 1e3 * metres);
-    return out;
+std::string formatMm(double metres) {
+    return fmt::format(" {:.2f}", 1e3 * metres);
 }
 
 }  // namespace
 
 double FasciaSpline::radiusAt(double phi, double h_m) const {
-    return valueOf(supportAt(*this, phi, h_m), control_m);
+    return evaluate(supportAt(*this, phi, h_m), control_m);
 }
 
 FasciaSpline fitFascia(const FasciaInput& in) {
     // The first fit, cell by cell, has determined what each ray shows and which rays are misleading.
-    const WallSurface seen = fitWall(in);
-    const Room room = roomOf(in, seen);
+    const WallSurface wall = fitWall(in);
+    RadiusBounds bounds = computeRadiusBounds(in, wall, 0.0, kMaxCells);
+    for (std::size_t i = 0; i < bounds.low_m.size(); ++i)
+        bounds.low_m[i] = std::min(bounds.low_m[i], bounds.high_m[i]);
     FasciaSpline s;
-    s.axis_m = seen.axis_m;
-    s.h_begin_m = seen.z_begin_m;
-    const double height_m = (seen.levels - 1) * seen.z_step_m;
+    s.axis_m = wall.axis_m;
+    s.h_begin_m = wall.z_begin_m;
+    const double height_m = (wall.levels - 1) * wall.z_step_m;
     s.levels = std::max(1, int(std::ceil(height_m / s.h_step_m))) + 3;
     double mean = 0.0;
-    for (const double r : seen.radius_m)
-        mean += r / double(seen.radius_m.size());
+    for (const double r : wall.radius_m)
+        mean += r / double(wall.radius_m.size());
     s.control_m.assign(std::size_t(s.around * s.levels), mean);
 
-    Fit fit{s, {}, seen.radius_m, std::vector<double>(seen.radius_m.size(), 1.0)};
-    for (int z = 0; z < seen.levels; ++z)
-        for (int a = 0; a < seen.angles; ++a)
-            fit.at.push_back(supportAt(s, a * kTurn / seen.angles, seen.z_begin_m + z * seen.z_step_m));
-    seeBelly(in, room, seen, fit.target);
-    seeOrgans(in, room, seen, fit.target);
-    // Where the surface still cuts bones or organs, pull it away, with more weight in each round.
+    Fit fit{s, {}, wall.radius_m, std::vector<double>(wall.radius_m.size(), 1.0)};
+    for (int z = 0; z < wall.levels; ++z)
+        for (int a = 0; a < wall.angles; ++a)
+            fit.at.push_back(supportAt(s, a * kTurn / wall.angles, wall.z_begin_m + z * wall.z_step_m));
+    targetBellyWall(in, bounds, wall, fit.target);
+    targetOrgans(in, bounds, wall, fit.target);
+    // Where the surface still cuts bones or organs, pull it away. The weight grows in each round.
     constexpr int kRounds = 6;
-    constexpr double kHarder = 6.0, kHardest = 400.0;
+    constexpr double kWeightGrowth = 6.0, kMaxWeight = 400.0;
     for (int round = 0; round < kRounds; ++round) {
         fit.solve(s.control_m);
         for (std::size_t n = 0; n < fit.at.size(); ++n) {
-            const double r = valueOf(fit.at[n], s.control_m);
-            if (r >= room.low_m[n] && r <= room.high_m[n]) continue;
-            fit.target[n] = std::clamp(r, room.low_m[n], room.high_m[n]);
-            fit.weight[n] = std::min(fit.weight[n] * kHarder, kHardest);
+            const double r = evaluate(fit.at[n], s.control_m);
+            if (r >= bounds.low_m[n] && r <= bounds.high_m[n]) continue;
+            fit.target[n] = std::clamp(r, bounds.low_m[n], bounds.high_m[n]);
+            fit.weight[n] = std::min(fit.weight[n] * kWeightGrowth, kMaxWeight);
         }
     }
     fit.solve(s.control_m);
     for (double& c : s.control_m)
-        c = std::clamp(c, 0.001, 1e-3 * kMostRadius_mm);
+        c = std::clamp(c, 0.001, 1e-3 * kMaxRadius_mm);
     return s;
 }
 
@@ -418,9 +348,9 @@ Mask insideFascia(const FasciaSpline& s, const FasciaInput& in) {
 }
 
 Mask fasciaVoxels(const FasciaSpline& s, const FasciaInput& in) {
-    Mask free(in.body.grid);
-    for (std::size_t i = 0; i < free.voxels.size(); ++i)
-        free.voxels[i] = in.body.voxels[i] && !in.bones.voxels[i] && !in.organs.voxels[i];
+    const Mask free = maskWhere(in.body.grid, [&](std::size_t i) {
+        return in.body.voxels[i] && !in.bones.voxels[i] && !in.organs.voxels[i];
+    });
     return rasteriseBoundary(insideFascia(s, in), free);
 }
 
@@ -429,40 +359,39 @@ std::string writeFascia(const FasciaSpline& s) {
         "# The fascia's control radii about an upright axis, in mm: rows from the feet to the head, columns\n"
         "# from the patient's right side by the front, the left side and the back. Edit and build again.\n"
         "stylet-fascia 1\naxis_mm" +
-        mm(s.axis_m.x) + mm(s.axis_m.y) + "\nh_begin_mm" + mm(s.h_begin_m) + "\nh_step_mm" + mm(s.h_step_m) +
-        "\naround " + std::to_string(s.around) + "\nlevels " + std::to_string(s.levels) + "\n";
+        formatMm(s.axis_m.x) + formatMm(s.axis_m.y) + "\nh_begin_mm" + formatMm(s.h_begin_m) + "\nh_step_mm" +
+        formatMm(s.h_step_m) + fmt::format("\naround {}\nlevels {}\n", s.around, s.levels);
     for (int row = 0; row < s.levels; ++row) {
         out += "row " + std::to_string(row);
         for (int k = 0; k < s.around; ++k)
-            out += mm(s.control_m[std::size_t(row * s.around + k)]);
+            out += formatMm(s.control_m[std::size_t(row * s.around + k)]);
         out += "\n";
     }
     return out;
 }
 
 FasciaSpline parseFascia(const fs::path& file, std::string_view text) {
-    Reader in(file, text);
+    FasciaReader in(file, text);
     FasciaSpline s;
-    if (in.value("stylet-fascia", 1, kMostLevels) != 1.0)
+    if (in.value("stylet-fascia", 1, kMaxLevels) != 1.0)
         in.refuse("stylet-fascia: this version is not known");
     in.expect("axis_mm", 2);
-    s.axis_m = 1e-3 * Vec3(in.number(1, "axis_mm", -kMostPlace_mm, kMostPlace_mm),
-                           in.number(2, "axis_mm", -kMostPlace_mm, kMostPlace_mm), 0.0);
-    s.h_begin_m = 1e-3 * in.value("h_begin_mm", -kMostPlace_mm, kMostPlace_mm);
+    s.axis_m = 1e-3 * Vec3(in.number(1, "axis_mm", -kMaxPosition_mm, kMaxPosition_mm),
+                           in.number(2, "axis_mm", -kMaxPosition_mm, kMaxPosition_mm), 0.0);
+    s.h_begin_m = 1e-3 * in.value("h_begin_mm", -kMaxPosition_mm, kMaxPosition_mm);
     s.h_step_m = 1e-3 * in.value("h_step_mm", 1.0, 1000.0);
-    s.around = in.whole("around", 4, kMostAround);
-    s.levels = in.whole("levels", 4, kMostLevels);
+    s.around = in.wholeNumber("around", 4, kMaxAround);
+    s.levels = in.wholeNumber("levels", 4, kMaxLevels);
     for (int row = 0; row < s.levels; ++row) {
         const std::string field = "row " + std::to_string(row);
         if (!in.next()) in.refuse(field + " is missing");
         if (in.words().size() < 2 || in.words()[0] != "row" || in.words()[1] != std::to_string(row))
             in.refuse(field + " was expected");
         if (in.words().size() != std::size_t(s.around) + 2)
-            in.refuse(field + " needs " + std::to_string(s.around) + " radii, not " +
-                      std::to_string(in.words().size() - 2));
+            in.refuse(fmt::format("{} needs {} radii, not {}", field, s.around, in.words().size() - 2));
         for (std::size_t k = 0; k < std::size_t(s.around); ++k)
             s.control_m.push_back(
-                1e-3 * in.number(k + 2, field + ", radius " + std::to_string(k), 1.0, kMostRadius_mm));
+                1e-3 * in.number(k + 2, field + ", radius " + std::to_string(k), 1.0, kMaxRadius_mm));
     }
     if (in.next()) in.refuse("nothing may follow the last row");
     return s;

@@ -39,7 +39,7 @@ Mask fasciaVoxels(const FasciaSpline&, const FasciaInput&);
 // Text format: `stylet-fascia 1`, then `axis_mm`, `h_begin_mm`, `h_step_mm`, `around`, `levels`, then `row
 // 0` to `row levels-1` with the radii in mm. # starts a comment.
 std::string writeFascia(const FasciaSpline&);
-// `file` is only used in messages. Throws ImportError: FILE: line N: FIELD reason.
+// `file` is only used in messages. Throws DataError: FILE: line N: FIELD reason.
 FasciaSpline parseFascia(const std::filesystem::path& file, std::string_view text);
 
 }  // namespace stylet::modeller

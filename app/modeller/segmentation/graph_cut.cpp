@@ -25,10 +25,10 @@ using Edge = boost::graph_traits<Graph>::edge_descriptor;
 
 constexpr Node kNone = std::numeric_limits<Node>::max();
 constexpr float kUnits = 1000.0f;  // capacity for a cost of one
-constexpr float kMostCost = 1e5f;  // maximum cost, so that sums of six fit into int
+constexpr float kMaxCost = 1e5f;   // maximum cost, so that sums of six fit into int
 
-int capacityOf(float cost) {
-    return int(std::lround(kUnits * std::clamp(cost, 0.0f, kMostCost / kUnits)));
+int edgeCapacity(float cost) {
+    return int(std::lround(kUnits * std::clamp(cost, 0.0f, kMaxCost / kUnits)));
 }
 
 // Steps to the neighbours. Step k and step 5 - k are opposite.
@@ -40,7 +40,7 @@ class BandGraph {
   public:
     explicit BandGraph(const CutProblem& problem) : problem_(problem), grid_(problem.state.grid) {
         number();
-        layOut();
+        sizeEdges();
         link();
     }
 
@@ -63,11 +63,10 @@ class BandGraph {
             boost::make_iterator_property_map(predecessor.begin(), node_index),
             boost::make_iterator_property_map(colour.begin(), node_index),
             boost::make_iterator_property_map(distance.begin(), node_index), node_index, source, sink);
-        Mask object(grid_);
-        for (std::size_t i = 0; i < object.voxels.size(); ++i)
-            object.voxels[i] = node_of_[i] != kNone ? colour[node_of_[i]] == boost::black_color
-                                                    : stateAt(i) == CutState::object;
-        return object;
+        return maskWhere(grid_, [&](std::size_t i) {
+            return node_of_[i] != kNone ? colour[node_of_[i]] == boost::black_color
+                                        : stateAt(i) == CutState::object;
+        });
     }
 
   private:
@@ -84,14 +83,15 @@ class BandGraph {
 
     // Calls f(step number, neighbour's offset) for each neighbour in the grid.
     template <typename F>
-    void forNeighbours(std::size_t i, const F& f) const {
+    void forEachNeighbour(std::size_t i, const F& f) const {
         const Index3 at = grid_.voxelAt(i);
         for (std::size_t k = 0; k < kSteps.size(); ++k)
             if (const Index3 to = at + kSteps[k]; grid_.contains(to)) f(k, grid_.offset(to));
     }
 
-    // Computes each node's first edge. Fixed neighbours are added to the preference.
-    void layOut() {
+    // Computes the index of each node's first edge. Adds the links to fixed neighbours to the node's
+    // preference.
+    void sizeEdges() {
         first_.assign(std::size_t(count_) + 1, 0);
         terminal_.assign(count_, 0);
         Node toward_source = 0, toward_sink = 0;
@@ -99,13 +99,13 @@ class BandGraph {
             const std::size_t i = voxels_[n];
             float preference = problem_.preference.voxels[i];
             Node free = 0;
-            forNeighbours(i, [&](std::size_t, std::size_t j) {
+            forEachNeighbour(i, [&](std::size_t, std::size_t j) {
                 if (stateAt(j) == CutState::free)
                     ++free;
                 else
                     preference += stateAt(j) == CutState::object ? problem_.link(i, j) : -problem_.link(i, j);
             });
-            terminal_[n] = preference < 0.0f ? -capacityOf(-preference) : capacityOf(preference);
+            terminal_[n] = preference < 0.0f ? -edgeCapacity(-preference) : edgeCapacity(preference);
             ++(terminal_[n] < 0 ? toward_sink : toward_source);
             first_[n + 1] = first_[n] + free + 1;
         }
@@ -120,10 +120,10 @@ class BandGraph {
     void link() {
         for (Node n = 0; n < count_; ++n) {
             Node e = first_[n];
-            forNeighbours(voxels_[n], [&](std::size_t k, std::size_t j) {
+            forEachNeighbour(voxels_[n], [&](std::size_t k, std::size_t j) {
                 if (node_of_[j] == kNone) return;
-                const int capacity = capacityOf(problem_.link(voxels_[n], j));
-                set(e++, n, node_of_[j], capacity, edgeBack(j, k));
+                const int capacity = edgeCapacity(problem_.link(voxels_[n], j));
+                set(e++, n, node_of_[j], capacity, reverseEdge(j, k));
             });
             const bool from_source = terminal_[n] >= 0;
             const Node terminal = from_source ? count_ : count_ + 1;
@@ -140,9 +140,9 @@ class BandGraph {
     }
 
     // The edge of voxel j's node in the direction opposite to step k.
-    Node edgeBack(std::size_t j, std::size_t k) const {
+    Node reverseEdge(std::size_t j, std::size_t k) const {
         Node e = first_[node_of_[j]];
-        forNeighbours(
+        forEachNeighbour(
             j, [&](std::size_t m, std::size_t i) { e += m < kSteps.size() - 1 - k && node_of_[i] != kNone; });
         return e;
     }

@@ -16,7 +16,7 @@ enum class CutState : std::uint8_t { background, object, free };
 struct CutProblem {
     LabelVolume state;       // values of CutState
     FloatVolume preference;  // of a free voxel: positive prefers object, negative background
-    // Cost of separating two of six neighbours, given by their offsets. Symmetric, not negative.
+    // Cost of separating two voxels that share a face, given by their offsets. Symmetric, not negative.
     std::function<float(std::size_t, std::size_t)> link;
 };
 

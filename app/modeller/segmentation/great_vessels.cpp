@@ -1,5 +1,5 @@
-// Aorta and vena cava: the path through the slices along which a disc of contrast medium is most visible,
-// found by dynamic programming from feet to head.
+// Finds aorta and vena cava as paths through the slices along which a disc of contrast medium is most
+// visible. The path is found by dynamic programming from feet to head.
 // Cf. Wink, Niessen and Viergever, "Multiscale vessel tracking", IEEE TMI 23, 2004 (minimum cost over a
 // measure of centredness).
 #include <algorithm>
@@ -14,15 +14,18 @@ namespace stylet::modeller {
 namespace {
 
 // Expected position of a vessel relative to the canal; metres.
+struct Span {
+    double low, typical, high;
+};
 struct Course {
     std::string name;
-    double x_low, x_usual, x_high, y_low, y_usual, y_high;
-    double least_m, most_m;  // radius of the lumen
-    double above_hu;         // above the liver's HU
+    Span x, y;
+    double min_radius_m, max_radius_m;  // radius of the lumen
+    double above_hu;                    // minimum HU above the liver's
 };
 
 // Distance to the nearest voxel that is not blood, within each slice.
-FloatVolume widthsOf(const Mask& blood) {
+FloatVolume inPlaneRadii(const Mask& blood) {
     Mask apart = inverted(blood);
     constexpr double kFar_m = 900.0;  // keeps slices independent of each other
     apart.grid.spacing_m.z = kFar_m;
@@ -35,29 +38,30 @@ struct SearchWindow {
     int x0 = 0, y0 = 0, nx = 0, ny = 0;
 };
 
-SearchWindow windowOf(const OrganScene& s, const Course& c) {
+SearchWindow findSearchWindow(const OrganScene& s, const Course& c) {
     double x_low = 1e9, x_high = -1e9, y_low = 1e9, y_high = -1e9;
     for (const Vec3& p : s.canal) {
-        x_low = std::min(x_low, p.x + c.x_low), x_high = std::max(x_high, p.x + c.x_high);
-        y_low = std::min(y_low, p.y + c.y_low), y_high = std::max(y_high, p.y + c.y_high);
+        x_low = std::min(x_low, p.x + c.x.low), x_high = std::max(x_high, p.x + c.x.high);
+        y_low = std::min(y_low, p.y + c.y.low), y_high = std::max(y_high, p.y + c.y.high);
     }
     const Index3 a = glm::max(s.grid.nearest({x_low, y_low, 0.0}), Index3(0));
     const Index3 b = glm::min(s.grid.nearest({x_high, y_high, 0.0}), s.grid.dims - 1);
     return {a.x, a.y, std::max(b.x - a.x + 1, 0), std::max(b.y - a.y + 1, 0)};
 }
 
-// Radius of the lumen in millimetres, reduced away from the usual position; 0 outside the allowed range.
-float scoreOf(const OrganScene& s, const Course& c, const FloatVolume& width, const Index3& i) {
+// Scores a voxel by the radius of the lumen in millimetres, reduced away from the usual position. 0 outside
+// the allowed range.
+float scoreVoxel(const OrganScene& s, const Course& c, const FloatVolume& width, const Index3& i) {
     const double r = double(width[i]);
-    if (r < c.least_m || r > c.most_m) return 0.0f;
+    if (r < c.min_radius_m || r > c.max_radius_m) return 0.0f;
     const Vec3 d = s.fromCanal(i);
-    if (d.x < c.x_low || d.x > c.x_high || d.y < c.y_low || d.y > c.y_high) return 0.0f;
-    const double off_x = (d.x - c.x_usual) / 0.030, off_y = (d.y - c.y_usual) / 0.040;
+    if (d.x < c.x.low || d.x > c.x.high || d.y < c.y.low || d.y > c.y.high) return 0.0f;
+    const double off_x = (d.x - c.x.typical) / 0.030, off_y = (d.y - c.y.typical) / 0.040;
     return float(1e3 * std::min(r, 0.012) * std::max(0.1, 1.0 - 0.4 * (off_x * off_x + off_y * off_y)));
 }
 
-std::vector<Index3> bestWay(const OrganScene& s, const Course& c, const FloatVolume& width) {
-    const SearchWindow w = windowOf(s, c);
+std::vector<Index3> findBestPath(const OrganScene& s, const Course& c, const FloatVolume& width) {
+    const SearchWindow w = findSearchWindow(s, c);
     const int slices = s.grid.dims.z;
     const std::size_t n = std::size_t(w.nx) * std::size_t(w.ny);
     if (n == 0) return {};
@@ -81,54 +85,54 @@ std::vector<Index3> bestWay(const OrganScene& s, const Course& c, const FloatVol
                         if (v > best || (dx == 0 && dy == 0 && v >= best))
                             best = v, from[std::size_t(z)][at] = yy * w.nx + xx;
                     }
-                sum[at] = std::max(best, 0.0f) + scoreOf(s, c, width, {w.x0 + x, w.y0 + y, z});
+                sum[at] = std::max(best, 0.0f) + scoreVoxel(s, c, width, {w.x0 + x, w.y0 + y, z});
             }
     }
-    std::vector<Index3> way(static_cast<std::size_t>(slices), Index3(0));
+    std::vector<Index3> path(static_cast<std::size_t>(slices), Index3(0));
     auto at = std::int32_t(std::max_element(sum.begin(), sum.end()) - sum.begin());
     for (int z = slices - 1; z >= 0; --z) {
-        way[std::size_t(z)] = {w.x0 + at % w.nx, w.y0 + at / w.nx, z};
+        path[std::size_t(z)] = {w.x0 + at % w.nx, w.y0 + at / w.nx, z};
         at = from[std::size_t(z)][std::size_t(at)];
     }
-    return way;
+    return path;
 }
 
-FoundOrgan follow(const OrganScene& s, const Course& c, const Mask& within) {
-    constexpr double kSoft_hu = 55.0, kMost_hu = 450.0, kShare = 0.35;
+FoundOrgan trackVessel(const OrganScene& s, const Course& c, const Mask& within) {
+    constexpr double kSoft_hu = 55.0, kMaxBlood_hu = 450.0, kShare = 0.35;
     FoundOrgan out{c.name, {}, 0.0, ""};
-    const Mask blood = inRange(s.fine, within, s.parenchyma_hu + c.above_hu, kMost_hu);
-    const FloatVolume width = widthsOf(blood);
-    const std::vector<Index3> way = bestWay(s, c, width);
+    const Mask blood = inRange(s.fine_hu, within, s.parenchyma_hu + c.above_hu, kMaxBlood_hu);
+    const FloatVolume width = inPlaneRadii(blood);
+    const std::vector<Index3> path = findBestPath(s, c, width);
     std::vector<double> hu;
-    for (const Index3& i : way)
-        if (scoreOf(s, c, width, i) > 0.0f) hu.push_back(double(s.fine[i]));
-    const double seen = way.empty() ? 0.0 : double(hu.size()) / double(way.size());
-    if (seen < kShare) {
+    for (const Index3& i : path)
+        if (scoreVoxel(s, c, width, i) > 0.0f) hu.push_back(double(s.fine_hu[i]));
+    const double found_share = path.empty() ? 0.0 : double(hu.size()) / double(path.size());
+    if (found_share < kShare) {
         out.note = c.name + ": no vessel with contrast medium runs along the spine";
         return out;
     }
-    // The vessel's rim is where it is half as bright as its centre. Where it is hardly visible, a narrow
-    // vessel is assumed.
+    // The vessel's rim is where the HU is halfway between its centre and soft tissue. Where the vessel is
+    // hardly visible, its smallest radius is assumed.
     const double rim_hu = 0.5 * (upperMedian(std::move(hu)) + kSoft_hu);
     out.mask = Mask(s.grid);
-    const auto shows = [&](const Index3& i) { return scoreOf(s, c, width, i) > 0.0f; };
-    const auto first = std::find_if(way.begin(), way.end(), shows);
-    const auto last = std::find_if(way.rbegin(), way.rend(), shows).base();
-    for (auto at_way = first; at_way != last; ++at_way) {
-        const Index3 i = *at_way;
-        const double r_m = shows(i) ? 1.2 * double(width[i]) + 0.002 : c.least_m;
+    const auto shows = [&](const Index3& i) { return scoreVoxel(s, c, width, i) > 0.0f; };
+    const auto first = std::find_if(path.begin(), path.end(), shows);
+    const auto last = std::find_if(path.rbegin(), path.rend(), shows).base();
+    for (auto it = first; it != last; ++it) {
+        const Index3 i = *it;
+        const double r_m = shows(i) ? 1.2 * double(width[i]) + 0.002 : c.min_radius_m;
         const int reach = int(std::ceil(r_m / s.grid.spacing_m.x));
         for (int dy = -reach; dy <= reach; ++dy)
             for (int dx = -reach; dx <= reach; ++dx) {
                 const Index3 at = i + Index3(dx, dy, 0);
                 if (!s.grid.contains(at) || !within[at]) continue;
                 const double d = std::hypot(dx * s.grid.spacing_m.x, dy * s.grid.spacing_m.y);
-                if (d <= r_m && double(s.fine[at]) > rim_hu) out.mask[at] = 1;
+                if (d <= r_m && double(s.fine_hu[at]) > rim_hu) out.mask[at] = 1;
             }
     }
-    dropSmall(out.mask, 0.3, Touch::corners);
-    out.confidence = 0.9 * seen;
-    if (seen < 0.8) out.note = c.name + ": seen in parts of its way only";
+    removeSmallComponents(out.mask, 0.3, Connectivity::corners);
+    out.confidence = 0.9 * found_share;
+    if (found_share < 0.8) out.note = c.name + ": seen in parts of its way only";
     return out;
 }
 
@@ -136,33 +140,25 @@ FoundOrgan follow(const OrganScene& s, const Course& c, const Mask& within) {
 
 FoundOrgan findAorta(const OrganScene& s) {
     const Course course{.name = "aorta and arteries",
-                        .x_low = -0.045,
-                        .x_usual = -0.012,
-                        .x_high = 0.022,
-                        .y_low = 0.018,
-                        .y_usual = 0.048,
-                        .y_high = 0.085,
-                        .least_m = 0.0045,
-                        .most_m = 0.020,
+                        .x = {-0.045, -0.012, 0.022},
+                        .y = {0.018, 0.048, 0.085},
+                        .min_radius_m = 0.0045,
+                        .max_radius_m = 0.020,
                         .above_hu = 25.0};
-    return follow(s, course, s.free);
+    return trackVessel(s, course, s.free);
 }
 
 FoundOrgan findCava(const OrganScene& s, const Mask& aorta) {
     // Behind the liver, the cava may have been labelled as liver.
     const Course course{.name = "vena cava and renal veins",
-                        .x_low = -0.008,
-                        .x_usual = 0.020,
-                        .x_high = 0.052,
-                        .y_low = 0.018,
-                        .y_usual = 0.055,
-                        .y_high = 0.105,
-                        .least_m = 0.003,
-                        .most_m = 0.018,
+                        .x = {-0.008, 0.020, 0.052},
+                        .y = {0.018, 0.055, 0.105},
+                        .min_radius_m = 0.003,
+                        .max_radius_m = 0.018,
                         .above_hu = 15.0};
-    const Mask within = without(either(s.free, s.in.liver), dilated(aorta, s.grid.spacing_m.x));
-    FoundOrgan cava = follow(s, course, within);
-    if (!cava.mask.voxels.empty()) cava.mask = both(cava.mask, s.free);
+    const Mask within = subtract(unite(s.free, s.in.liver), dilated(aorta, s.grid.spacing_m.x));
+    FoundOrgan cava = trackVessel(s, course, within);
+    if (!cava.mask.voxels.empty()) cava.mask = intersect(cava.mask, s.free);
     return cava;
 }
 

@@ -1,9 +1,9 @@
 #include "app/modeller/segmentation/judgement.h"
 
 #include <algorithm>
-#include <array>
 #include <functional>
 
+#include "app/modeller/import/import_map.h"
 #include "app/modeller/import/section.h"
 #include "app/modeller/segmentation/atlas.h"
 #include "app/modeller/segmentation/morphology.h"
@@ -25,14 +25,11 @@ struct Structure {
     bool in_liver = false;  // counted only inside the true liver
 };
 
-// Structures are matched by name if both tables have it, and by tissue if one table merges what the other
-// splits.
+// Most structures are matched by label name. Bone and the vessels in the liver are matched by tissue, because
+// one label table may merge labels that the other splits.
 std::vector<Structure> structures() {
     const auto named = [](const char* name) { return [name](const Label& l) { return l.name == name; }; };
     const auto isVessel = [](const Label& l) { return l.tissue == Tissue::vessel; };
-    const auto isBone = [](const Label& l) {
-        return l.tissue == Tissue::bone && l.name != "cartilage and discs";
-    };
     std::vector<Structure> all{{"bone", isBone},
                                {"vessels in the liver", isVessel, true},
                                {"portal vein in it", named("portal vein"), true},
@@ -45,47 +42,34 @@ std::vector<Structure> structures() {
     return all;
 }
 
-// Labels that a person drew or that are synthetic, not those added by an import's rules.
+// Returns true for labels that a person drew or that are synthetic, not for those that an import's rules
+// added.
 bool isTruth(const Label& l) {
     return l.provenance.starts_with("manual") || l.provenance.starts_with("synthetic");
 }
 
 Mask labelled(const Package& p, const std::function<bool(const Label&)>& holds) {
-    std::array<std::uint8_t, 256> in{};
-    for (const Label& l : p.label_table)
-        in[l.id] = holds(l);
-    Mask mask(p.labels.grid);
-    for (std::size_t i = 0; i < mask.voxels.size(); ++i)
-        mask.voxels[i] = in[p.labels.voxels[i]];
-    return mask;
+    return labelMask(p.labels, p.label_table, holds);
 }
 
 Mask insideBody(const Package& p) {
-    Mask mask(p.ct.grid);
-    for (std::size_t i = 0; i < mask.voxels.size(); ++i)
-        mask.voxels[i] = p.ct.voxels[i] != kOutside_hu;
-    return mask;
+    return maskWhere(p.ct.grid, [&](std::size_t i) { return p.ct.voxels[i] != kOutside_hu; });
 }
 
-// The truth's grid, cropped to the heights of the found package and of the whole liver.
-Grid heightsInQuestion(const Package& truth, const Mask& true_liver, const Package& found) {
+// Returns the truth's grid, cropped to the heights of the found package and of the whole liver.
+Grid comparedRegion(const Package& truth, const Mask& true_liver, const Package& found) {
     const Grid& g = truth.labels.grid;
     const auto clamped = [&](const Vec3& p) { return std::clamp(g.nearest(p).z, 0, g.dims.z - 1); };
     int low = clamped(found.labels.grid.origin_m),
         high = clamped(found.labels.grid.centre(found.labels.grid.dims - 1));
-    const std::size_t slice = std::size_t(g.dims.x) * std::size_t(g.dims.y);
-    for (std::size_t i = 0; i < true_liver.voxels.size(); ++i)
-        if (true_liver.voxels[i]) low = std::min(low, int(i / slice)), high = std::max(high, int(i / slice));
+    if (const VoxelBox liver = boundingBox(true_liver); !liver.empty())
+        low = std::min(low, liver.low.z), high = std::max(high, liver.high.z);
     return {{g.dims.x, g.dims.y, high - low + 1}, g.spacing_m, g.centre({0, 0, low})};
 }
 
 Mask onGrid(const Mask& mask, const Grid& grid) {
     Mask out(grid);
-    forEachSlab(grid.dims.z, [&](int z) {
-        for (int y = 0; y < grid.dims.y; ++y)
-            for (int x = 0; x < grid.dims.x; ++x)
-                out[{x, y, z}] = mask.nearestOr(grid.centre({x, y, z}), 0);
-    });
+    parallelVoxels(grid, [&](const Index3& i) { out[i] = mask.nearestOr(grid.centre(i), 0); });
     return out;
 }
 
@@ -97,20 +81,18 @@ Mask besidePaths(const Grid& grid, const std::vector<patient::PlannedPath>& path
             if (grid.contains(walk.voxel())) on[walk.voxel()] = 1;
     if (paths.empty()) return on;
     const FloatVolume distance = distanceTo(on);
-    for (std::size_t i = 0; i < on.voxels.size(); ++i)
-        on.voxels[i] = distance.voxels[i] <= kBesidePath_m;
-    return on;
+    return maskWhere(grid, [&](std::size_t i) { return distance.voxels[i] <= kBesidePath_m; });
 }
 
 }  // namespace
 
-std::vector<Judged> judge(const Package& truth, const Package& found,
-                          const std::vector<patient::PlannedPath>& paths) {
+std::vector<StructureAgreement> compareStructures(const Package& truth, const Package& found,
+                                                  const std::vector<patient::PlannedPath>& paths) {
     const Mask whole = wholeLiver(truth.labels, truth.label_table);
-    const Grid grid = heightsInQuestion(truth, whole, found);
+    const Grid grid = comparedRegion(truth, whole, found);
     const Mask beside = besidePaths(grid, paths), liver = onGrid(whole, grid);
     const bool full = patient::isFullySegmented(truth);
-    std::vector<Judged> all;
+    std::vector<StructureAgreement> all;
     if (full)
         all.push_back({"body", compare(onGrid(labelled(truth, [](const Label&) { return true; }), grid),
                                        onGrid(insideBody(found), grid), beside)});
@@ -122,9 +104,10 @@ std::vector<Judged> judge(const Package& truth, const Package& found,
                         [&](const Label& l) { return s.holds(l) && !isTruth(l); }))
             continue;
         Mask a = onGrid(labelled(truth, s.holds), grid), b = onGrid(labelled(found, s.holds), grid);
-        if (s.in_liver) a = both(a, liver), b = both(b, liver);
+        if (s.in_liver) a = intersect(a, liver), b = intersect(b, liver);
         // If the truth is not fully segmented, a structure without a true label is not counted as an error.
-        if (countOf(a) > 0 || (full && countOf(b) > 0)) all.push_back({s.name, compare(a, b, beside)});
+        if (countVoxels(a) > 0 || (full && countVoxels(b) > 0))
+            all.push_back({s.name, compare(a, b, beside)});
     }
     return all;
 }

@@ -9,14 +9,15 @@
 
 namespace stylet::modeller {
 
-struct Judged {
+struct StructureAgreement {
     std::string structure;
-    Agreement agreement;  // `there`: within 5 mm of a planned path
+    Agreement agreement;  // `mean_surface_near_m`: within 5 mm of a planned path
 };
 
 // Compares the structures that exist in the truth, on the truth's voxels at the heights of the found
 // package and of the whole liver. The liver includes tumours, cysts, vessels and ducts.
-std::vector<Judged> judge(const patient::Package& truth, const patient::Package& found,
-                          const std::vector<patient::PlannedPath>& paths);
+std::vector<StructureAgreement> compareStructures(const patient::Package& truth,
+                                                  const patient::Package& found,
+                                                  const std::vector<patient::PlannedPath>& paths);
 
 }  // namespace stylet::modeller

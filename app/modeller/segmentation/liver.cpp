@@ -17,27 +17,27 @@ namespace stylet::modeller {
 namespace {
 
 // Possible values of parenchyma in a CT with or without contrast medium.
-constexpr float kLeastLiver_hu = 20.0f, kMostLiver_hu = 220.0f;
+constexpr float kMinLiver_hu = 20.0f, kMaxLiver_hu = 220.0f;
 // No voxel of an organ is darker than this, even if half of it is another tissue at a border.
 constexpr float kOrganFloor_hu = 0.0f;
-constexpr float kMostlyOpen = 0.7f;  // share of a voxel of the first cut where organs can be
-// The prior's position uncertainty, and the probability that it is entirely wrong, because organs of
-// another patient may lie elsewhere.
+constexpr float kMostlyOpen = 0.7f;  // minimum share of a voxel of the first cut where organs can be
+// Organs of an atlas may lie elsewhere than those of this patient: uncertainty of their position, and
+// probability that the prior is entirely wrong.
 constexpr double kPriorBlur_m = 0.010;
 constexpr float kPriorDoubt = 0.15f;
 constexpr float kAnyLiver = 0.2f;  // prior probability of liver where nothing is known
 constexpr float kCore = 0.7f;      // minimum prior for voxels that show the liver's CT values
-// Without a prior: no organ except the liver is this thick.
+// Without a prior, the liver is found by its thickness: no other organ is this thick.
 constexpr double kThick_m = 0.018;
 // In a liver: the share of darker tissue (lesions) and of brighter tissue (vessels), and the maximum
 // difference.
 constexpr float kDark = 0.15f, kDarker_hu = 70.0f, kBright = 0.03f, kBrighter_hu = 100.0f;
-// Fat in the liver and the flow of contrast medium are uneven: part of the liver differs by more than
-// noise.
+// Fat in the liver and the flow of contrast medium are uneven. In a share kUneven of the liver, the spread is
+// kUnevenSigmas times that of noise.
 constexpr float kUneven = 0.25f, kUnevenSigmas = 2.0f;
 // First cut: limit of one voxel's evidence, and cost of separating two similar voxels.
-constexpr float kMostEvidence = 4.0f, kLink = 1.6f, kLeastLink = 0.1f;
-constexpr float kLeastSigma_hu = 5.0f;
+constexpr float kMaxEvidence = 4.0f, kLink = 1.6f, kMinLink = 0.1f;
+constexpr float kMinSigma_hu = 5.0f;
 // The liver, except at its edges, is thicker than twice the neck. The walls of stomach, colon and
 // gallbladder, which may look similar and touch it, are thinner.
 constexpr double kNeck_m = 0.006, kLiverEdge_m = 0.009;
@@ -47,19 +47,20 @@ constexpr float kNoiseSigmas = 2.5f, kLevelCore = 0.5f;
 constexpr double kCalm_m = 0.004, kLevel_m = 0.015, kLevelDepth_m = 0.006;
 // A full duodenum and the head of the pancreas are narrower than twice this.
 constexpr double kLump_m = 0.015;
-constexpr float kAlikeSigmas = 2.5f;
-// Tumours at the surface: maximum width, depth, minimum prior, and the share of their border that is liver.
+constexpr float kSimilarSigmas = 2.5f;
+// Tumours at the surface: minimum prior, maximum width, depth, and minimum share of their border that is
+// liver.
 constexpr float kPossible = 0.1f;
-constexpr double kBite_m = 0.050, kBiteDepth_m = 0.004, kBiteContact = 0.4, kLeastBite_ml = 1.0;
-constexpr int kMostBites = 8;
-constexpr double kLeastLiver_ml = 150.0;
+constexpr double kBite_m = 0.050, kBiteDepth_m = 0.004, kBiteContact = 0.4, kMinBite_ml = 1.0;
+constexpr int kMaxBites = 8;
+constexpr double kMinLiver_ml = 150.0;
 
 // Frequency of CT values, per HU.
 class Density {
   public:
     void add(float hu, float weight) { bins_[bin(hu)] += weight, total_ += weight; }
-    bool empty() const { return total_ < kFewest; }
-    void finish() {
+    bool empty() const { return total_ < kMinWeight; }
+    void normalise() {
         for (int pass = 0; pass < 2; ++pass) {
             auto smooth = bins_;
             for (std::size_t b = 1; b + 1 < bins_.size(); ++b)
@@ -70,7 +71,7 @@ class Density {
             b = b / (std::max(total_, 1.0f) * kBin_hu) + kRare;
     }
     // Removes a range: replaces it by the line between its ends, where that is lower.
-    void without(float low_hu, float high_hu) {
+    void interpolateAcross(float low_hu, float high_hu) {
         const std::size_t from = bin(low_hu), to = bin(high_hu);
         for (std::size_t b = from + 1; b < to; ++b) {
             const float t = float(b - from) / float(to - from);
@@ -78,20 +79,20 @@ class Density {
         }
     }
     void atLeastUniform() {
-        for (std::size_t b = bin(kLeastLiver_hu); b <= bin(kMostLiver_hu); ++b)
-            bins_[b] = std::max(bins_[b], 1.0f / (kMostLiver_hu - kLeastLiver_hu));
+        for (std::size_t b = bin(kMinLiver_hu); b <= bin(kMaxLiver_hu); ++b)
+            bins_[b] = std::max(bins_[b], 1.0f / (kMaxLiver_hu - kMinLiver_hu));
     }
     float operator()(float hu) const { return bins_[bin(hu)]; }
     float peak(float low_hu, float high_hu) const {
         const auto best = std::max_element(bins_.begin() + std::ptrdiff_t(bin(low_hu)),
                                            bins_.begin() + std::ptrdiff_t(bin(high_hu)));
-        return kLowest_hu + kBin_hu * (float(best - bins_.begin()) + 0.5f);
+        return kMin_hu + kBin_hu * (float(best - bins_.begin()) + 0.5f);
     }
 
   private:
-    static constexpr float kLowest_hu = -200.0f, kBin_hu = 4.0f, kRare = 1e-5f, kFewest = 200.0f;
+    static constexpr float kMin_hu = -200.0f, kBin_hu = 4.0f, kRare = 1e-5f, kMinWeight = 200.0f;
     static std::size_t bin(float hu) {
-        return std::size_t(std::clamp((hu - kLowest_hu) / kBin_hu, 0.0f, 149.0f));
+        return std::size_t(std::clamp((hu - kMin_hu) / kBin_hu, 0.0f, 149.0f));
     }
     std::array<float, 150> bins_{};
     float total_ = 0.0f;
@@ -105,12 +106,12 @@ struct Coarse {
     bool known = false;              // at least one atlas contributed
 };
 
-std::vector<FloatVolume> doubted(const AtlasPrior& prior, const Grid& grid, bool& known) {
+std::vector<FloatVolume> blendPrior(const AtlasPrior& prior, const Grid& grid, bool& known) {
     std::vector<FloatVolume> out(kOrgans, FloatVolume(grid, (1.0f - kAnyLiver) / float(kOrgans - 1)));
     out[std::size_t(Organ::liver)] = FloatVolume(grid, kAnyLiver);
     known = !prior.used.empty() && prior.probability.size() == kOrgans;
     if (!known) return out;
-    // Two boxes of this reach are about as wide as the blur.
+    // Two box means of this reach approximate the blur.
     const int reach = std::max(1, int(std::lround(0.85 * kPriorBlur_m / prior.grid.spacing_m.x)));
     const auto blurred = [&](const FloatVolume& v) { return boxMean(boxMean(v, reach), reach); };
     FloatVolume some = prior.known;
@@ -119,43 +120,38 @@ std::vector<FloatVolume> doubted(const AtlasPrior& prior, const Grid& grid, bool
     some = blurred(some);
     for (std::size_t organ = 0; organ < kOrgans; ++organ) {
         const FloatVolume p = blurred(prior.probability[organ]);
-        forEachSlab(grid.dims.z, [&](int z) {
-            for (int y = 0; y < grid.dims.y; ++y)
-                for (int x = 0; x < grid.dims.x; ++x) {
-                    const Vec3 at = grid.centre({x, y, z});
-                    const float share = valueAt(some, at, 0.0f);
-                    if (share < 0.01f) continue;
-                    float& o = out[organ][{x, y, z}];
-                    o = kPriorDoubt * o + (1.0f - kPriorDoubt) * valueAt(p, at, 0.0f) / share;
-                }
+        parallelVoxels(grid, [&](const Index3& i) {
+            const Vec3 at = grid.centre(i);
+            const float share = valueAt(some, at, 0.0f);
+            if (share < 0.01f) return;
+            float& o = out[organ][i];
+            o = kPriorDoubt * o + (1.0f - kPriorDoubt) * valueAt(p, at, 0.0f) / share;
         });
     }
     return out;
 }
 
-Coarse coarsened(const CtVolume& ct, const Mask& open, const AtlasPrior& prior, double spacing_m) {
+Coarse makeCoarse(const CtVolume& ct, const Mask& open, const AtlasPrior& prior, double spacing_m) {
     const double voxel_m = ct.grid.spacing_m.x;
     const Grid grid = coarseGrid(ct.grid, voxel_m * std::max(1.0, std::round(spacing_m / voxel_m)));
     Coarse c;
     c.hu = coarseMean(grid, ct.grid, [&](std::size_t i) { return float(ct.voxels[i]); });
     const FloatVolume share = coarseMean(grid, ct.grid, [&](std::size_t i) { return float(open.voxels[i]); });
-    c.organ = Mask(grid);
-    for (std::size_t i = 0; i < c.organ.voxels.size(); ++i)
-        c.organ.voxels[i] = share.voxels[i] > kMostlyOpen && c.hu.voxels[i] > kOrganFloor_hu;
-    c.prior = doubted(prior, grid, c.known);
+    c.organ = maskWhere(grid, [&](std::size_t i) {
+        return share.voxels[i] > kMostlyOpen && c.hu.voxels[i] > kOrganFloor_hu;
+    });
+    c.prior = blendPrior(prior, grid, c.known);
     return c;
 }
 
 // The voxels that show the liver's own CT values.
-Mask coreOf(const Coarse& c) {
-    Mask core = c.organ;
-    for (std::size_t i = 0; i < core.voxels.size(); ++i) {
-        const float hu = c.hu.voxels[i];
-        core.voxels[i] = core.voxels[i] && hu > kLeastLiver_hu && hu < kMostLiver_hu;
-    }
+Mask findCore(const Coarse& c) {
+    Mask core = maskWhere(c.hu.grid, [&](std::size_t i) {
+        return c.organ.voxels[i] && c.hu.voxels[i] > kMinLiver_hu && c.hu.voxels[i] < kMaxLiver_hu;
+    });
     if (!c.known) {
         core = eroded(core, kThick_m);
-        keepLargest(core);
+        keepLargestComponent(core);
         return core;
     }
     for (std::size_t i = 0; i < core.voxels.size(); ++i)
@@ -163,14 +159,15 @@ Mask coreOf(const Coarse& c) {
     return core;
 }
 
-// The peak and the spread around it, without the widening by tumours, vessels and other tissue in the core.
-std::optional<Parenchyma> parenchymaIn(const Coarse& c, const Mask& core) {
+// Finds the peak and the spread around it. Tumours, vessels and other tissue in the core do not widen the
+// spread.
+std::optional<Parenchyma> estimateParenchyma(const Coarse& c, const Mask& core) {
     Density density;
     for (std::size_t i = 0; i < core.voxels.size(); ++i)
         if (core.voxels[i]) density.add(c.hu.voxels[i], 1.0f);
     if (density.empty()) return std::nullopt;
-    density.finish();
-    Parenchyma p{density.peak(kLeastLiver_hu, kMostLiver_hu), 15.0f};
+    density.normalise();
+    Parenchyma p{density.peak(kMinLiver_hu, kMaxLiver_hu), 15.0f};
     for (int pass = 0; pass < 5; ++pass) {
         double n = 0.0, sum = 0.0, squares = 0.0;
         for (std::size_t i = 0; i < core.voxels.size(); ++i) {
@@ -180,16 +177,17 @@ std::optional<Parenchyma> parenchymaIn(const Coarse& c, const Mask& core) {
         }
         if (n < 2.0) break;
         // A normal distribution cut at two sigma has 0.88 of its spread.
-        p.sigma_hu = std::max(kLeastSigma_hu, float(std::sqrt(squares / n - sum * sum / n / n) / 0.88));
+        p.sigma_hu = std::max(kMinSigma_hu, float(std::sqrt(squares / n - sum * sum / n / n) / 0.88));
         p.mean_hu += float(sum / n);
     }
     return p;
 }
 
-// The distribution of CT values of each organ except the liver, in this patient. Where the prior is off,
-// the samples contain liver. Therefore liver values are removed: only the spleen may look exactly like
-// liver, and organs with walls and mixed contents slightly.
-std::vector<Density> densitiesOf(const Coarse& c, const Parenchyma& liver) {
+// Estimates the distribution of CT values of each organ except the liver, in this patient. Where the prior is
+// wrong, the samples contain liver. Liver values are therefore removed from every distribution except that of
+// the spleen, which may look exactly like liver. Stomach, bowel and pancreas have walls and mixed contents,
+// so every value keeps a small probability.
+std::vector<Density> estimateDensities(const Coarse& c, const Parenchyma& liver) {
     std::vector<Density> densities(kOrgans);
     Density all;
     for (std::size_t i = 0; i < c.organ.voxels.size(); ++i) {
@@ -199,29 +197,29 @@ std::vector<Density> densitiesOf(const Coarse& c, const Parenchyma& liver) {
         for (std::size_t organ = 0; organ < kOrgans; ++organ)
             if (const float p = c.prior[organ].voxels[i]; p > 0.5f) densities[organ].add(hu, p);
     }
-    const auto finish = [&](Density& d) {
-        d.finish();
-        d.without(liver.mean_hu - 2.5f * liver.sigma_hu, liver.mean_hu + 2.5f * liver.sigma_hu);
+    const auto normalise = [&](Density& d) {
+        d.normalise();
+        d.interpolateAcross(liver.mean_hu - 2.5f * liver.sigma_hu, liver.mean_hu + 2.5f * liver.sigma_hu);
     };
-    finish(all);
+    normalise(all);
     for (std::size_t o = 0; o < kOrgans; ++o) {
         Density& d = densities[o];
         const auto organ = Organ(o);
         if (d.empty())
             d = all;
         else if (organ == Organ::spleen)
-            d.finish();
+            d.normalise();
         else
-            finish(d);
+            normalise(d);
         if (organ == Organ::stomach || organ == Organ::bowel || organ == Organ::pancreas) d.atLeastUniform();
     }
     return densities;
 }
 
 // Log-odds of liver at each voxel, from prior and CT value by Bayes' theorem.
-FloatVolume evidence(const Coarse& c, const Parenchyma& liver) {
-    const std::vector<Density> densities = densitiesOf(c, liver);
-    const auto like_liver = [&](float hu) {
+FloatVolume computeEvidence(const Coarse& c, const Parenchyma& liver) {
+    const std::vector<Density> densities = estimateDensities(c, liver);
+    const auto liver_density = [&](float hu) {
         const float d = (hu - liver.mean_hu) / liver.sigma_hu;
         const float wide = d / kUnevenSigmas;
         float p = (1.0f - kDark - kBright) / (2.5066f * liver.sigma_hu) *
@@ -232,17 +230,14 @@ FloatVolume evidence(const Coarse& c, const Parenchyma& liver) {
         return p + 1e-6f;
     };
     FloatVolume log_odds(c.hu.grid);
-    forEachSlab(c.hu.grid.dims.z, [&](int z) {
-        const std::size_t begin = c.hu.grid.offset({0, 0, z}), end = begin + c.hu.grid.offset({0, 0, 1});
-        for (std::size_t i = begin; i < end; ++i) {
-            if (!c.organ.voxels[i]) continue;
-            const float hu = c.hu.voxels[i];
-            float other = 0.0f;
-            for (std::size_t organ = 0; organ < kOrgans; ++organ)
-                if (Organ(organ) != Organ::liver) other += c.prior[organ].voxels[i] * densities[organ](hu);
-            const float liver_too = c.prior[std::size_t(Organ::liver)].voxels[i] * like_liver(hu);
-            log_odds.voxels[i] = std::clamp(std::log(liver_too / other), -kMostEvidence, kMostEvidence);
-        }
+    parallelVoxels(c.hu.grid, [&](const Index3& i) {
+        if (!c.organ[i]) return;
+        const float hu = c.hu[i];
+        float other = 0.0f;
+        for (std::size_t organ = 0; organ < kOrgans; ++organ)
+            if (Organ(organ) != Organ::liver) other += c.prior[organ][i] * densities[organ](hu);
+        const float liver_too = c.prior[std::size_t(Organ::liver)][i] * liver_density(hu);
+        log_odds[i] = std::clamp(std::log(liver_too / other), -kMaxEvidence, kMaxEvidence);
     });
     return log_odds;
 }
@@ -251,9 +246,9 @@ FloatVolume evidence(const Coarse& c, const Parenchyma& liver) {
 // thin edges.
 void keepThickest(Mask& mask) {
     Mask thick = eroded(mask, kNeck_m);
-    keepLargest(thick);
-    mask = both(std::move(mask), dilated(thick, kLiverEdge_m));
-    keepLargest(mask);
+    keepLargestComponent(thick);
+    mask = intersect(std::move(mask), dilated(thick, kLiverEdge_m));
+    keepLargestComponent(mask);
 }
 
 Mask coarseCut(const Coarse& c, const Parenchyma& liver) {
@@ -261,57 +256,55 @@ Mask coarseCut(const Coarse& c, const Parenchyma& liver) {
     problem.state = Mask(c.hu.grid, std::uint8_t(CutState::background));
     for (std::size_t i = 0; i < c.organ.voxels.size(); ++i)
         if (c.organ.voxels[i]) problem.state.voxels[i] = std::uint8_t(CutState::free);
-    problem.preference = evidence(c, liver);
+    problem.preference = computeEvidence(c, liver);
     const float edge_hu = 2.0f * liver.sigma_hu;
     problem.link = [&](std::size_t i, std::size_t k) {
         const float d = (c.hu.voxels[i] - c.hu.voxels[k]) / edge_hu;
-        return kLink * std::max(kLeastLink, std::exp(-0.5f * d * d));
+        return kLink * std::max(kMinLink, std::exp(-0.5f * d * d));
     };
     return minimumCut(problem);
 }
 
-// Reduces noise and unevenness in `c` and `liver`. Pancreas and duodenum differ from liver by less than
-// both.
-void calm(Coarse& c, Parenchyma& liver, const Mask& first) {
+// Reduces noise and unevenness in `c` and `liver`, because pancreas and duodenum differ from liver by less
+// than either.
+void denoise(Coarse& c, Parenchyma& liver, const Mask& first) {
     const auto voxels = [&](double m) { return std::max(1, int(std::lround(m / c.hu.grid.spacing_m.x))); };
     Mask core = eroded(first, kLevelDepth_m);
     for (std::size_t i = 0; i < core.voxels.size(); ++i)
         core.voxels[i] = core.voxels[i] &&
                          (!c.known || c.prior[std::size_t(Organ::liver)].voxels[i] > kLevelCore) &&
                          std::abs(c.hu.voxels[i] - liver.mean_hu) < 2.0f * liver.sigma_hu;
-    c.hu = levelled(sigmaFiltered(c.hu, c.organ, kNoiseSigmas * liver.sigma_hu, voxels(kCalm_m)), core,
-                    liver.mean_hu, voxels(kLevel_m));
-    if (const std::optional<Parenchyma> calmer = parenchymaIn(c, core)) liver = *calmer;
+    c.hu = correctBias(sigmaFiltered(c.hu, c.organ, kNoiseSigmas * liver.sigma_hu, voxels(kCalm_m)), core,
+                       liver.mean_hu, voxels(kLevel_m));
+    if (const std::optional<Parenchyma> updated = estimateParenchyma(c, core)) liver = *updated;
 }
 
-// The liver, accurate to one or two voxels. Where a cut ran through an organ that looks like liver, that
-// organ is removed from the allowed region: from `c.organ`, and from `open` on the CT's grid.
-Mask roughLiver(Coarse& c, const Parenchyma& parenchyma, Mask& open) {
-    Coarse calmed = c;
+// Segments the liver, accurate to one or two voxels. Where a cut ran through another organ that looks like
+// liver, that organ is removed from the allowed region: from `c.organ`, and from `open` on the CT's grid.
+Mask segmentCoarse(Coarse& c, const Parenchyma& parenchyma, Mask& open) {
+    Coarse denoised = c;
     Parenchyma liver = parenchyma;
-    Mask cut = coarseCut(calmed, liver);
+    Mask cut = coarseCut(denoised, liver);
     keepThickest(cut);
-    calm(calmed, liver, cut);
-    cut = coarseCut(calmed, liver);
-    keepLargest(cut);
-    Mask alike = without(c.organ, cut);
-    for (std::size_t i = 0; i < alike.voxels.size(); ++i)
-        alike.voxels[i] =
-            alike.voxels[i] && std::abs(calmed.hu.voxels[i] - liver.mean_hu) < kAlikeSigmas * liver.sigma_hu;
-    const Mask lumps = endlessLumps(cut, alike, kLump_m);
-    cut = without(std::move(cut), lumps);
+    denoise(denoised, liver, cut);
+    cut = coarseCut(denoised, liver);
+    keepLargestComponent(cut);
+    Mask similar = subtract(c.organ, cut);
+    for (std::size_t i = 0; i < similar.voxels.size(); ++i)
+        similar.voxels[i] = similar.voxels[i] &&
+                            std::abs(denoised.hu.voxels[i] - liver.mean_hu) < kSimilarSigmas * liver.sigma_hu;
+    const Mask lumps = findLeakedLumps(cut, similar, kLump_m);
+    cut = subtract(std::move(cut), lumps);
     keepThickest(cut);
-    c.organ = without(std::move(c.organ), lumps);
-    forEachSlab(open.grid.dims.z, [&](int z) {
-        for (int y = 0; y < open.grid.dims.y; ++y)
-            for (int x = 0; x < open.grid.dims.x; ++x)
-                if (lumps.nearestOr(open.grid.centre({x, y, z}), 0)) open[{x, y, z}] = 0;
+    c.organ = subtract(std::move(c.organ), lumps);
+    parallelVoxels(open.grid, [&](const Index3& i) {
+        if (lumps.nearestOr(open.grid.centre(i), 0)) open[i] = 0;
     });
     return cut;
 }
 
-// Adds tumours at the surface, which appear as bites out of the liver's outline: darker, thick, possible
-// according to the prior, and mostly bordered by liver.
+// Adds tumours at the surface, which appear as bites out of the liver's outline. A bite is darker than liver,
+// thick enough, possible according to the prior, and mostly bordered by liver.
 void addBites(Mask& liver, const Coarse& c, const Parenchyma& parenchyma) {
     Mask bites = closed(liver, kBite_m);
     for (std::size_t i = 0; i < bites.voxels.size(); ++i) {
@@ -320,24 +313,21 @@ void addBites(Mask& liver, const Coarse& c, const Parenchyma& parenchyma) {
                           darker > 2.0f * parenchyma.sigma_hu && darker < kDarker_hu &&
                           c.prior[std::size_t(Organ::liver)].voxels[i] > kPossible;
     }
-    bites = both(bites, dilated(eroded(bites, kBiteDepth_m), 2.0 * kBiteDepth_m));
+    bites = intersect(bites, dilated(eroded(bites, kBiteDepth_m), 2.0 * kBiteDepth_m));
     const Mask before = liver;
-    for (int n = 0; n < kMostBites; ++n) {
+    for (int n = 0; n < kMaxBites; ++n) {
         Mask bite = bites;
-        keepLargest(bite);
-        if (volume_ml(bite) < kLeastBite_ml) return;
+        keepLargestComponent(bite);
+        if (volume_ml(bite) < kMinBite_ml) return;
         double border = 0.0, with_liver = 0.0;
         const Grid& g = bite.grid;
-        for (int z = 1; z + 1 < g.dims.z; ++z)
-            for (int y = 1; y + 1 < g.dims.y; ++y)
-                for (int x = 1; x + 1 < g.dims.x; ++x) {
-                    if (!bite[{x, y, z}]) continue;
-                    for (const Index3 step : {Index3{1, 0, 0}, Index3{0, 1, 0}, Index3{0, 0, 1}})
-                        for (const Index3& to : {Index3(x, y, z) + step, Index3(x, y, z) - step}) {
-                            border += !bite[to];
-                            with_liver += before[to] != 0;
-                        }
-                }
+        forEachVoxel(VoxelBox{Index3(1), g.dims - 2}, [&](const Index3& i) {
+            if (!bite[i]) return;
+            forEachNeighbour(g, i, Connectivity::faces, [&](std::size_t to) {
+                border += !bite.voxels[to];
+                with_liver += before.voxels[to] != 0;
+            });
+        });
         for (std::size_t i = 0; i < bite.voxels.size(); ++i) {
             if (!bite.voxels[i]) continue;
             bites.voxels[i] = 0;
@@ -350,25 +340,23 @@ void addBites(Mask& liver, const Coarse& c, const Parenchyma& parenchyma) {
 
 Liver findLiver(const CtVolume& ct, const Mask& body, const Mask& lungs, const Mask& bones,
                 const AtlasPrior& prior, const LiverSettings& settings) {
-    Mask open = body;
-    for (std::size_t i = 0; i < open.voxels.size(); ++i)
-        open.voxels[i] = body.voxels[i] && !lungs.voxels[i] && !bones.voxels[i];
+    Mask open = subtract(subtract(body, lungs), bones);
     Liver liver;
     liver.mask = Mask(ct.grid);
-    Coarse coarse = coarsened(ct, open, prior, settings.coarse_m);
+    Coarse coarse = makeCoarse(ct, open, prior, settings.coarse_m);
     if (!coarse.known) liver.notes.push_back("liver: no atlas, the largest thick organ was taken");
-    const std::optional<Parenchyma> parenchyma = parenchymaIn(coarse, coreOf(coarse));
+    const std::optional<Parenchyma> parenchyma = estimateParenchyma(coarse, findCore(coarse));
     if (!parenchyma) {
         liver.notes.push_back("no liver: nothing in the scan is like one where it should lie");
         return liver;
     }
     liver.mean_hu = double(parenchyma->mean_hu);
     liver.sigma_hu = double(parenchyma->sigma_hu);
-    Mask first = roughLiver(coarse, *parenchyma, open);
+    Mask first = segmentCoarse(coarse, *parenchyma, open);
     closeLiver(first, coarse.organ);
     addBites(first, coarse, *parenchyma);
     fillCavities(first);
-    if (volume_ml(first) < kLeastLiver_ml) {
+    if (volume_ml(first) < kMinLiver_ml) {
         liver.notes.push_back("no liver: what is like one is too small");
         return liver;
     }

@@ -12,7 +12,7 @@ struct Parenchyma {
     float mean_hu = 0.0f, sigma_hu = 0.0f;
 };
 
-// Adds the vessels between the liver's parts, where `open` allows, and fills its holes.
+// Adds the vessels between parts of the liver, where `open` allows it, and fills holes in the liver.
 void closeLiver(Mask& liver, const Mask& open);
 
 // `first` may be on any grid and must not be empty. Its border moves by at most `band_m`. `open`, on the

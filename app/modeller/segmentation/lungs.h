@@ -25,7 +25,7 @@ struct Lungs {
 // Computes the base of one lung.
 DomeMap lungBase(const Mask& lung, const Mask& body);
 
-// A lung outside the section gives an empty mask and a note. `body` as from bodyMask().
+// If a lung is outside the section, its mask is empty and a note says so. `body` is the result of bodyMask().
 Lungs findLungs(const CtVolume&, const Mask& body);
 
 }  // namespace stylet::modeller

@@ -10,8 +10,8 @@ namespace stylet::modeller {
 struct OrganScene {
     const OrganInput& in;
     Grid grid;
-    FloatVolume fine;              // HU, mean over about 3 mm: for bright structures with an edge
-    FloatVolume calm;              // the same over at least three voxels: for organs with a narrow range
+    FloatVolume fine_hu;           // HU, mean over about 3 mm: for bright structures with an edge
+    FloatVolume smooth_hu;         // the same over at least three voxels: for organs with a narrow range
     std::vector<Vec3> canal;       // the spinal canal's centre in each slice
     double parenchyma_hu = 110.0;  // HU of the liver, or the most frequent value of dense organs
     Mask free;                     // inside the fascia; not bone, lung, liver or an organ found so far
@@ -27,12 +27,12 @@ OrganScene makeScene(const OrganInput&);
 Mask inRange(const FloatVolume& hu, const Mask& within, double low_hu, double high_hu);
 
 // `core` and the voxels of `passable` within `reach_m` of it, across faces.
-Mask regrown(const Mask& core, const Mask& passable, double reach_m);
+Mask growWithin(const Mask& core, const Mask& passable, double reach_m);
 
 FoundOrgan findAorta(const OrganScene&);
 FoundOrgan findCava(const OrganScene&, const Mask& aorta);
 
-// "bowel gas", "stomach and oesophagus", "colon"
-std::vector<FoundOrgan> findHollow(const OrganScene&);
+// Finds "bowel gas", "stomach and oesophagus" and "colon".
+std::vector<FoundOrgan> findHollowOrgans(const OrganScene&);
 
 }  // namespace stylet::modeller

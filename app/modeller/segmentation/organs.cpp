@@ -5,18 +5,20 @@
 
 #include "app/modeller/segmentation/morphology.h"
 #include "app/modeller/segmentation/organ_scene.h"
+#include "base/parallel.h"
 
 namespace stylet::modeller {
 
 namespace {
 
-// 1 at `usual`, falling linearly to 0 at `low` and `high`.
-double plausible(double v, double low, double usual, double high) {
-    return std::clamp(v < usual ? (v - low) / (usual - low) : (high - v) / (high - usual), 0.0, 1.0);
+// 1 at `typical`, falling linearly to 0 at `low` and `high`.
+double plausible(double v, double low, double typical, double high) {
+    return std::clamp(v < typical ? (v - low) / (typical - low) : (high - v) / (high - typical), 0.0, 1.0);
 }
 
-// HU of the liver if at least 100 ml of it are known; otherwise the most frequent value denser than muscle.
-double parenchymaOf(const OrganInput& in, const FloatVolume& smooth) {
+// Returns the HU of the liver, if at least 100 ml of it are known. Otherwise returns the most frequent value
+// denser than muscle.
+double estimateParenchyma(const OrganInput& in, const FloatVolume& smooth) {
     constexpr int kLow = 70, kHigh = 160;
     std::vector<std::size_t> count(kHigh - kLow, 0);
     const bool known = volume_ml(in.liver) > 100.0;
@@ -25,12 +27,12 @@ double parenchymaOf(const OrganInput& in, const FloatVolume& smooth) {
         if (hu < kLow || hu >= kHigh || in.bones.all.voxels[i]) continue;
         if (known ? in.liver.voxels[i] : in.inside.voxels[i]) ++count[std::size_t(int(hu) - kLow)];
     }
-    std::size_t best = 0, most = 0;
+    std::size_t best = 0, highest = 0;
     for (std::size_t k = 2; k + 2 < count.size(); ++k) {
         const std::size_t sum = count[k - 2] + count[k - 1] + count[k] + count[k + 1] + count[k + 2];
-        if (sum > most) most = sum, best = k;
+        if (sum > highest) highest = sum, best = k;
     }
-    return most > 0 ? kLow + double(best) + 0.5 : 110.0;
+    return highest > 0 ? kLow + double(best) + 0.5 : 110.0;
 }
 
 FoundOrgan notFound(const std::string& name, const std::string& why) {
@@ -39,12 +41,12 @@ FoundOrgan notFound(const std::string& name, const std::string& why) {
 
 // Returns the piece with the highest `score`, or 0 if no score is positive.
 template <typename Score>
-int bestPiece(const Pieces& p, Score&& score) {
+int findBestPiece(const Components& p, Score&& score) {
     int best = 0;
-    double most = 0.0;
+    double highest = 0.0;
     for (int n = 1; n <= p.count(); ++n) {
         const double s = score(n);
-        if (s > most) most = s, best = n;
+        if (s > highest) highest = s, best = n;
     }
     return best;
 }
@@ -55,17 +57,14 @@ struct PieceMeasure {
     double volume_ml = 0.0;
 };
 
-std::vector<PieceMeasure> measuredPieces(const OrganScene& s, const Pieces& p) {
+std::vector<PieceMeasure> measurePieces(const OrganScene& s, const Components& p) {
     std::vector<PieceMeasure> out(p.size.size());
-    for (int z = 0; z < s.grid.dims.z; ++z)
-        for (int y = 0; y < s.grid.dims.y; ++y)
-            for (int x = 0; x < s.grid.dims.x; ++x) {
-                const Index3 i{x, y, z};
-                const auto n = std::size_t(p.number[i]);
-                if (n == 0) continue;
-                const Vec3 d = s.fromCanal(i);
-                out[n].middle += Vec3(d.x, d.y, s.grid.centre(i).z);
-            }
+    forEachVoxel(s.grid, [&](const Index3& i) {
+        const auto n = std::size_t(p.number[i]);
+        if (n == 0) return;
+        const Vec3 d = s.fromCanal(i);
+        out[n].middle += Vec3(d.x, d.y, s.grid.centre(i).z);
+    });
     for (std::size_t n = 1; n < out.size(); ++n) {
         out[n].middle /= double(p.size[n]);
         out[n].volume_ml = double(p.size[n]) * voxelVolume_ml(s.grid);
@@ -75,73 +74,73 @@ std::vector<PieceMeasure> measuredPieces(const OrganScene& s, const Pieces& p) {
 
 // --- Kidneys ---
 
-// Brighter than the liver, beside the spine, thicker than vessels.
+// Finds a kidney: brighter than the liver, beside the spine, thicker than vessels.
 FoundOrgan findKidney(const OrganScene& s, bool right) {
     const std::string name = right ? "right kidney" : "left kidney";
-    constexpr double kAbove_hu = 32.0, kMost_hu = 420.0, kVessel_m = 0.005, kEdge_m = 0.0025,
-                     kSinus_m = 0.005;
-    constexpr double kLeastCore_ml = 4.0, kUsual_ml = 150.0, kMost_ml = 450.0, kEdge_hu = 80.0, kPole = 0.1;
-    const Mask bright = inRange(s.fine, s.free_wide, s.parenchyma_hu + kAbove_hu, kMost_hu);
+    constexpr double kAbove_hu = 32.0, kMax_hu = 420.0, kVessel_m = 0.005, kEdge_m = 0.0025, kSinus_m = 0.005;
+    constexpr double kMinCore_ml = 4.0, kUsual_ml = 150.0, kMax_ml = 450.0, kEdge_hu = 80.0, kPole = 0.1;
+    const Mask bright = inRange(s.fine_hu, s.free_wide, s.parenchyma_hu + kAbove_hu, kMax_hu);
     const Mask core = eroded(bright, kVessel_m);
-    const Pieces p = piecesOf(core);
-    const std::vector<PieceMeasure> pieces = measuredPieces(s, p);
+    const Components p = findComponents(core);
+    const std::vector<PieceMeasure> pieces = measurePieces(s, p);
     const auto score = [&](int n) {
         const PieceMeasure& m = pieces[std::size_t(n)];
         const double aside = right ? m.middle.x : -m.middle.x;
-        if (m.volume_ml < kLeastCore_ml) return 0.0;
+        if (m.volume_ml < kMinCore_ml) return 0.0;
         return m.volume_ml * plausible(aside, 0.022, 0.060, 0.120) *
                plausible(m.middle.y, -0.035, 0.030, 0.085);
     };
-    const int best = bestPiece(p, score);
+    const int best = findBestPiece(p, score);
     if (best == 0)
         return notFound(name,
                         "nothing as bright beside the spine; no contrast medium, or not in the section");
     Mask poles(s.grid);  // dark pyramids may separate them; pieces that do not touch in the end are dropped
     for (int n = 1; n <= p.count(); ++n)
-        if (score(n) > kPole * score(best)) poles = either(poles, pieceOf(p, n));
-    Mask kidney = regrown(poles, bright, 1.3 * kVessel_m);
+        if (score(n) > kPole * score(best)) poles = unite(poles, componentMask(p, n));
+    Mask kidney = growWithin(poles, bright, 1.3 * kVessel_m);
     // Blur makes the rim half as bright. Pyramids and sinus are darker than cortex.
-    const Mask dense = inRange(s.fine, s.free_wide, kEdge_hu, kMost_hu);
-    kidney = regrown(kidney, dense, std::max(kEdge_m, s.grid.spacing_m.x));
-    kidney = both(closed(kidney, kSinus_m), s.free_wide);
+    const Mask dense = inRange(s.fine_hu, s.free_wide, kEdge_hu, kMax_hu);
+    kidney = growWithin(kidney, dense, std::max(kEdge_m, s.grid.spacing_m.x));
+    kidney = intersect(closed(kidney, kSinus_m), s.free_wide);
     fillCavities(kidney);
-    kidney = both(opened(kidney, 0.003), s.free_wide);
-    keepLargest(kidney);
+    kidney = intersect(opened(kidney, 0.003), s.free_wide);
+    keepLargestComponent(kidney);
     FoundOrgan out{name, kidney, 0.0, ""};
-    out.confidence = 0.5 + 0.5 * plausible(volume_ml(kidney), 20.0, kUsual_ml, kMost_ml);
+    out.confidence = 0.5 + 0.5 * plausible(volume_ml(kidney), 20.0, kUsual_ml, kMax_ml);
     return out;
 }
 
 // --- Spleen ---
 
-// As dense as the liver, at the left wall below the lung, homogeneous.
+// Finds the spleen: as dense as the liver, homogeneous, at the left wall below the lung.
 FoundOrgan findSpleen(const OrganScene& s) {
     constexpr double kLow_hu = -20.0, kHigh_hu = 30.0, kWide_hu = 45.0;  // relative to the liver's value
-    constexpr double kCore_m = 0.005, kLeastCore_ml = 8.0, kWall_m = 0.030;
+    constexpr double kCore_m = 0.005, kMinCore_ml = 8.0, kWall_m = 0.030;
     const double p_hu = s.parenchyma_hu;
-    const Mask core = eroded(inRange(s.calm, s.free_wide, p_hu + kLow_hu, p_hu + kHigh_hu), kCore_m);
-    const Pieces p = piecesOf(core);
-    const std::vector<PieceMeasure> pieces = measuredPieces(s, p);
+    const Mask core = eroded(inRange(s.smooth_hu, s.free_wide, p_hu + kLow_hu, p_hu + kHigh_hu), kCore_m);
+    const Components p = findComponents(core);
+    const std::vector<PieceMeasure> pieces = measurePieces(s, p);
     const FloatVolume to_wall = distanceTo(inverted(s.in.inside));
     std::vector<double> near(p.size.size(), 0.0);
     for (std::size_t i = 0; i < core.voxels.size(); ++i)
         if (core.voxels[i] && to_wall.voxels[i] < kWall_m)
             near[std::size_t(p.number.voxels[i])] += voxelVolume_ml(s.grid);
-    const int best = bestPiece(p, [&](int n) {
+    const int best = findBestPiece(p, [&](int n) {
         const PieceMeasure& m = pieces[std::size_t(n)];
-        if (m.volume_ml < kLeastCore_ml) return 0.0;
+        if (m.volume_ml < kMinCore_ml) return 0.0;
         return near[std::size_t(n)] * plausible(-m.middle.x, 0.025, 0.095, 0.190) *
                plausible(m.middle.y, -0.035, 0.040, 0.150);
     });
     if (best == 0) return notFound("spleen", "no organ as dense as the liver at the left wall");
-    Mask spleen = regrown(pieceOf(p, best), inRange(s.fine, s.free_wide, p_hu - kWide_hu, p_hu + kWide_hu),
-                          1.4 * kCore_m);
-    spleen = both(closed(spleen, 0.003), s.free_wide);
+    Mask spleen =
+        growWithin(componentMask(p, best), inRange(s.fine_hu, s.free_wide, p_hu - kWide_hu, p_hu + kWide_hu),
+                   1.4 * kCore_m);
+    spleen = intersect(closed(spleen, 0.003), s.free_wide);
     fillCavities(spleen);
-    spleen = both(opened(spleen, 0.003), s.free_wide);
-    keepLargest(spleen);
+    spleen = intersect(opened(spleen, 0.003), s.free_wide);
+    keepLargestComponent(spleen);
     FoundOrgan out{"spleen", spleen, 0.0, ""};
-    const bool liver = countOf(s.in.liver) > 0;
+    const bool liver = countVoxels(s.in.liver) > 0;
     out.confidence = (liver ? 1.0 : 0.6) * (0.4 + 0.5 * plausible(volume_ml(spleen), 30.0, 180.0, 900.0));
     return out;
 }
@@ -153,7 +152,7 @@ FoundOrgan findSpleen(const OrganScene& s) {
 Mask betweenLungs(const OrganScene& s) {
     const Grid& g = s.grid;
     Mask out(g);
-    forEachSlab(g.dims.z, [&](int z) {
+    parallelFor(processorCount(), g.dims.z, [&](int z) {
         int right_end = -1, left_end = g.dims.x;
         for (int y = 0; y < g.dims.y; ++y)
             for (int x = 0; x < g.dims.x; ++x) {
@@ -167,43 +166,42 @@ Mask betweenLungs(const OrganScene& s) {
     return out;
 }
 
-// Blood between the lungs, in front of the spine, above the diaphragm. Includes the vena cava only where it
-// opens into the atrium.
+// Finds the heart: blood between the lungs, in front of the spine, above the diaphragm. Includes the vena
+// cava only where it opens into the atrium.
 FoundOrgan findHeart(const OrganScene& s, const Mask& cava) {
-    constexpr double kBlood_hu = 14.0, kMost_hu = 450.0, kWall_hu = 65.0, kCore_m = 0.006, kReach_m = 0.016,
+    constexpr double kBlood_hu = 14.0, kMax_hu = 450.0, kWall_hu = 65.0, kCore_m = 0.006, kReach_m = 0.016,
                      kAtrium_m = 0.008;
-    constexpr double kBeforeCanal_m = 0.038, kLeastCore_ml = 2.0, kChamber = 0.1;
-    if (countOf(s.in.lungs.right) == 0 || countOf(s.in.lungs.left) == 0)
+    constexpr double kBeforeCanal_m = 0.038, kMinCore_ml = 2.0, kChamber = 0.1;
+    if (countVoxels(s.in.lungs.right) == 0 || countVoxels(s.in.lungs.left) == 0)
         return notFound("heart", "one lung is not in the section, so nothing lies between the two");
     Mask chest = betweenLungs(s);
-    for (int z = 0; z < s.grid.dims.z; ++z)
-        for (int y = 0; y < s.grid.dims.y; ++y)
-            for (int x = 0; x < s.grid.dims.x; ++x)
-                if (chest[{x, y, z}] && s.fromCanal({x, y, z}).y < kBeforeCanal_m) chest[{x, y, z}] = 0;
-    const Mask blood = inRange(s.fine, chest, s.parenchyma_hu + kBlood_hu, kMost_hu);
-    const Mask core = eroded(without(closed(blood, 0.004), cava), kCore_m);
-    const Pieces p = piecesOf(core);
-    const std::vector<PieceMeasure> pieces = measuredPieces(s, p);
+    forEachVoxel(s.grid, [&](const Index3& i) {
+        if (chest[i] && s.fromCanal(i).y < kBeforeCanal_m) chest[i] = 0;
+    });
+    const Mask blood = inRange(s.fine_hu, chest, s.parenchyma_hu + kBlood_hu, kMax_hu);
+    const Mask core = eroded(subtract(closed(blood, 0.004), cava), kCore_m);
+    const Components p = findComponents(core);
+    const std::vector<PieceMeasure> pieces = measurePieces(s, p);
     const double top_m = s.grid.centre(s.grid.dims - 1).z;
     const auto score = [&](int n) {
         const PieceMeasure& m = pieces[std::size_t(n)];
-        if (m.volume_ml < kLeastCore_ml) return 0.0;
+        if (m.volume_ml < kMinCore_ml) return 0.0;
         return m.volume_ml * plausible(m.middle.x, -0.110, -0.025, 0.060) *
                plausible(m.middle.y, 0.040, 0.100, 0.220) * (1.0 - std::min(1.0, (top_m - m.middle.z) / 0.5));
     };
-    const int best = bestPiece(p, score);
+    const int best = findBestPiece(p, score);
     if (best == 0) return notFound("heart", "no large pool of contrast medium between the lungs");
     Mask found(s.grid);  // the chambers may be separate
     for (int n = 1; n <= p.count(); ++n)
-        if (score(n) > kChamber * score(best)) found = either(found, pieceOf(p, n));
-    chest = without(chest, without(cava, dilated(found, kAtrium_m)));
-    Mask heart = regrown(found, inRange(s.fine, chest, kWall_hu, kMost_hu), kReach_m);
-    heart = both(closed(heart, 0.006), chest);
+        if (score(n) > kChamber * score(best)) found = unite(found, componentMask(p, n));
+    chest = subtract(chest, subtract(cava, dilated(found, kAtrium_m)));
+    Mask heart = growWithin(found, inRange(s.fine_hu, chest, kWall_hu, kMax_hu), kReach_m);
+    heart = intersect(closed(heart, 0.006), chest);
     fillCavities(heart);
-    heart = both(opened(heart, 0.004), chest);
-    keepLargest(heart);
+    heart = intersect(opened(heart, 0.004), chest);
+    keepLargestComponent(heart);
     FoundOrgan out{"heart", heart, 0.0, ""};
-    const bool liver = countOf(s.in.liver) > 0;
+    const bool liver = countVoxels(s.in.liver) > 0;
     out.confidence = (liver ? 1.0 : 0.5) * (0.5 + 0.3 * plausible(volume_ml(heart), 20.0, 350.0, 1200.0));
     if (!liver) out.note = "heart: its lower side is uncertain without the liver";
     return out;
@@ -211,14 +209,14 @@ FoundOrgan findHeart(const OrganScene& s, const Mask& cava) {
 
 // --- Gallbladder ---
 
-// A dark homogeneous pouch at the liver's lower side.
+// Finds the gallbladder: a dark homogeneous pouch at the liver's lower side.
 FoundOrgan findGallbladder(const OrganScene& s) {
     constexpr double kLow_hu = -15.0, kHigh_hu = 38.0, kCore_m = 0.0035, kRim_hu = 62.0, kContact_m = 0.006;
-    if (countOf(s.in.liver) == 0)
+    if (countVoxels(s.in.liver) == 0)
         return notFound("gallbladder", "it is looked for at the liver, which is not known");
-    const Mask core = eroded(inRange(s.calm, s.free, kLow_hu, kHigh_hu), kCore_m);
-    const Pieces p = piecesOf(core);
-    const std::vector<PieceMeasure> pieces = measuredPieces(s, p);
+    const Mask core = eroded(inRange(s.smooth_hu, s.free, kLow_hu, kHigh_hu), kCore_m);
+    const Components p = findComponents(core);
+    const std::vector<PieceMeasure> pieces = measurePieces(s, p);
     const Mask at_liver = dilated(s.in.liver, kContact_m + kCore_m), at_gas = dilated(s.in.lungs.gas, 0.008);
     std::vector<double> touch(p.size.size(), 0.0), gas = touch;
     for (std::size_t i = 0; i < core.voxels.size(); ++i) {
@@ -228,7 +226,7 @@ FoundOrgan findGallbladder(const OrganScene& s) {
         gas[n] += at_gas.voxels[i];
     }
     const auto contact = [&](int n) { return touch[std::size_t(n)] / double(p.size[std::size_t(n)]); };
-    const int best = bestPiece(p, [&](int n) {
+    const int best = findBestPiece(p, [&](int n) {
         const PieceMeasure& m = pieces[std::size_t(n)];
         if (m.volume_ml < 0.7 || m.volume_ml > 120.0 || m.middle.x < -0.01) return 0.0;
         if (m.middle.y < 0.03) return 0.0;  // fluid beside the spine belongs to a kidney
@@ -237,10 +235,11 @@ FoundOrgan findGallbladder(const OrganScene& s) {
     });
     if (best == 0)
         return notFound("gallbladder", "no dark pouch at the liver; removed, empty, or not in the section");
-    Mask bladder = regrown(pieceOf(p, best), inRange(s.fine, s.free, kLow_hu - 10.0, kRim_hu), 1.5 * kCore_m);
-    bladder = both(closed(bladder, 0.003), s.free);
+    Mask bladder = growWithin(componentMask(p, best), inRange(s.fine_hu, s.free, kLow_hu - 10.0, kRim_hu),
+                              1.5 * kCore_m);
+    bladder = intersect(closed(bladder, 0.003), s.free);
     bladder = opened(bladder, 0.0025);
-    keepLargest(bladder);
+    keepLargestComponent(bladder);
     FoundOrgan out{"gallbladder", bladder, 0.0, ""};
     out.confidence =
         0.3 + 0.4 * std::min(1.0, 2.0 * contact(best)) * plausible(volume_ml(bladder), 2.0, 30.0, 150.0);
@@ -251,12 +250,10 @@ FoundOrgan findGallbladder(const OrganScene& s) {
 
 OrganScene makeScene(const OrganInput& in) {
     const Grid& g = in.ct.grid;
-    OrganScene s{in, g, FloatVolume(g), {}, {}, 0.0, Mask(g), Mask(g)};
-    for (std::size_t i = 0; i < s.fine.voxels.size(); ++i)
-        s.fine.voxels[i] = float(in.ct.voxels[i]);
-    s.calm = boxMean(s.fine, 1);
-    if (g.spacing_m.x < 0.0015) s.fine = s.calm;
-    const VoxelBox box = boxOf(in.body);
+    OrganScene s{in, g, toFloat(in.ct), {}, {}, 0.0, Mask(g), Mask(g)};
+    s.smooth_hu = boxMean(s.fine_hu, 1);
+    if (g.spacing_m.x < 0.0015) s.fine_hu = s.smooth_hu;
+    const VoxelBox box = boundingBox(in.body);
     const Vec3 low = g.centre(box.low), high = g.centre(box.high);
     s.canal.assign(std::size_t(g.dims.z), Vec3(0.5 * (low.x + high.x), low.y + 0.06, 0.0));
     for (int z = 0; z < g.dims.z && !in.bones.canal_m.empty(); ++z) {
@@ -266,9 +263,9 @@ OrganScene makeScene(const OrganInput& in) {
                 return std::fabs(a.z - height_m) < std::fabs(b.z - height_m);
             });
     }
-    s.parenchyma_hu = parenchymaOf(in, s.calm);
-    constexpr double kOut_m = 0.020, kRim_m = 0.012;  // of the body: skin and its fat
-    const Mask near = both(dilated(in.inside, kOut_m), eroded(in.body, kRim_m));
+    s.parenchyma_hu = estimateParenchyma(in, s.smooth_hu);
+    constexpr double kOut_m = 0.020, kRim_m = 0.012;  // beyond the fascia; thickness of skin and its fat
+    const Mask near = intersect(dilated(in.inside, kOut_m), eroded(in.body, kRim_m));
     for (std::size_t i = 0; i < s.free.voxels.size(); ++i) {
         const bool known = in.bones.all.voxels[i] || in.bones.canal.voxels[i] ||
                            in.bones.cartilage.voxels[i] || in.lungs.right.voxels[i] ||
@@ -280,27 +277,26 @@ OrganScene makeScene(const OrganInput& in) {
 }
 
 Mask inRange(const FloatVolume& hu, const Mask& within, double low_hu, double high_hu) {
-    Mask m(hu.grid);
-    for (std::size_t i = 0; i < m.voxels.size(); ++i)
-        m.voxels[i] = within.voxels[i] && double(hu.voxels[i]) >= low_hu && double(hu.voxels[i]) <= high_hu;
-    return m;
+    return maskWhere(hu.grid, [&](std::size_t i) {
+        return within.voxels[i] && double(hu.voxels[i]) >= low_hu && double(hu.voxels[i]) <= high_hu;
+    });
 }
 
-Mask regrown(const Mask& core, const Mask& passable, double reach_m) {
+Mask growWithin(const Mask& core, const Mask& passable, double reach_m) {
     const int steps = std::max(1, int(std::lround(1.25 * reach_m / core.grid.spacing_m.x)));
-    return both(growSeeds(core, passable, steps), dilated(core, reach_m));
+    return intersect(growSeeds(core, passable, steps), dilated(core, reach_m));
 }
 
 std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
     OrganScene s = makeScene(in);
     std::vector<FoundOrgan> out;
-    const auto leave = [&](const Mask& taken) {
-        s.free = without(s.free, taken);
-        s.free_wide = without(s.free_wide, taken);
+    const auto removeFromFree = [&](const Mask& taken) {
+        s.free = subtract(s.free, taken);
+        s.free_wide = subtract(s.free_wide, taken);
     };
-    const auto take = [&](FoundOrgan organ) {
+    const auto addOrgan = [&](FoundOrgan organ) {
         if (organ.mask.voxels.empty()) organ.mask = Mask(s.grid);
-        leave(organ.mask);
+        removeFromFree(organ.mask);
         out.push_back(std::move(organ));
     };
     // Find the vessels first, so that no organ grows into them. Voxels that a kidney encloses belong to the
@@ -309,18 +305,18 @@ std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
     if (aorta.mask.voxels.empty()) aorta.mask = Mask(s.grid);
     FoundOrgan cava = findCava(s, aorta.mask);
     if (cava.mask.voxels.empty()) cava.mask = Mask(s.grid);
-    leave(aorta.mask);
-    take(findKidney(s, true));
-    take(findKidney(s, false));
-    take(findSpleen(s));
-    take(findHeart(s, cava.mask));
+    removeFromFree(aorta.mask);
+    addOrgan(findKidney(s, true));
+    addOrgan(findKidney(s, false));
+    addOrgan(findSpleen(s));
+    addOrgan(findHeart(s, cava.mask));
     for (const FoundOrgan& organ : out)
-        cava.mask = without(cava.mask, organ.mask);
-    take(std::move(aorta));
-    take(std::move(cava));
-    take(findGallbladder(s));
-    for (FoundOrgan& organ : findHollow(s))
-        take(std::move(organ));
+        cava.mask = subtract(cava.mask, organ.mask);
+    addOrgan(std::move(aorta));
+    addOrgan(std::move(cava));
+    addOrgan(findGallbladder(s));
+    for (FoundOrgan& organ : findHollowOrgans(s))
+        addOrgan(std::move(organ));
     return out;
 }
 

@@ -1,6 +1,6 @@
 // Finds the organs around the liver, each by its own rule: position, density and size. No rule is certain;
-// each reports its confidence. Values are relative to the liver's, for the portal venous phase: without
-// contrast medium, kidneys, heart and vessels are missed or wrong.
+// each reports its confidence. CT values are compared with the liver's and expected to be of the portal
+// venous phase. Without contrast medium, kidneys, heart and vessels are missed or wrong.
 #pragma once
 
 #include <string>

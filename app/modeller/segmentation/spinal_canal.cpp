@@ -6,6 +6,7 @@
 
 #include "app/modeller/segmentation/bone_voxels.h"
 #include "app/modeller/segmentation/morphology.h"
+#include "base/parallel.h"
 
 namespace stylet::modeller {
 
@@ -14,10 +15,10 @@ namespace {
 constexpr double kCanalReach_m = 0.016, kCanalRadius_m = 0.013;
 constexpr std::int16_t kCanalLow_hu = -60, kCanalHigh_hu = 100;
 
-// The share of 16 directions in the axial plane that hit bone within the canal's reach.
+// Returns the share of 16 directions in the axial plane that hit bone within the canal's reach.
 double canalScore(const Mask& bone, const Index3& at) {
     const Grid& g = bone.grid;
-    int met = 0;
+    int hits = 0;
     for (int k = 0; k < 16; ++k) {
         const double phi = k * std::numbers::pi / 8.0;
         for (double r = g.spacing_m.x; r <= kCanalReach_m; r += g.spacing_m.x) {
@@ -25,21 +26,21 @@ double canalScore(const Mask& bone, const Index3& at) {
                            at.y + int(std::lround(r * std::sin(phi) / g.spacing_m.y)), at.z};
             if (!g.contains(i)) break;
             if (bone[i]) {
-                ++met;
+                ++hits;
                 break;
             }
         }
     }
-    return met / 16.0;
+    return hits / 16.0;
 }
 
 // For each slice, the score of each column around the body's midline.
 struct CanalScores {
     int x0 = 0, y0 = 0, nx = 0, ny = 0;
-    std::vector<std::vector<float>> of;  // [z][(y - y0) * nx + x - x0]
+    std::vector<std::vector<float>> scores;  // [z][(y - y0) * nx + x - x0]
 };
 
-CanalScores scoreCanal(const CtVolume& ct, const Mask& bone, const VoxelBox& body) {
+CanalScores scoreSlices(const CtVolume& ct, const Mask& bone, const VoxelBox& body) {
     const Grid& g = ct.grid;
     const int middle = (body.low.x + body.high.x) / 2;
     const int half = int(0.06 / g.spacing_m.x);
@@ -48,13 +49,10 @@ CanalScores scoreCanal(const CtVolume& ct, const Mask& bone, const VoxelBox& bod
     s.nx = std::min(body.high.x, middle + half) - s.x0 + 1;
     s.y0 = body.low.y;
     s.ny = (body.high.y - body.low.y) * 6 / 10 + 1;
-    s.of.resize(std::size_t(g.dims.z));
-    FloatVolume smooth(g);
-    for (std::size_t i = 0; i < smooth.voxels.size(); ++i)
-        smooth.voxels[i] = float(ct.voxels[i]);
-    smooth = boxMean(smooth, 1);
-    forEachSlab(g.dims.z, [&](int z) {
-        std::vector<float>& slice = s.of[std::size_t(z)];
+    s.scores.resize(std::size_t(g.dims.z));
+    const FloatVolume smooth = boxMean(toFloat(ct), 1);
+    parallelFor(processorCount(), g.dims.z, [&](int z) {
+        std::vector<float>& slice = s.scores[std::size_t(z)];
         slice.assign(std::size_t(s.nx * s.ny), 0.0f);
         for (int y = 0; y < s.ny; ++y)
             for (int x = 0; x < s.nx; ++x) {
@@ -68,8 +66,8 @@ CanalScores scoreCanal(const CtVolume& ct, const Mask& bone, const VoxelBox& bod
     return s;
 }
 
-// The smooth line with the best scores from feet to head, by dynamic programming over slices with at most
-// one voxel of drift per slice.
+// Finds the line with the best scores from feet to head, by dynamic programming over slices. The line is
+// smooth: it drifts by at most one voxel per slice.
 std::vector<Index3> canalLine(const CanalScores& s, int slices) {
     const int nx = s.nx, ny = s.ny;
     std::vector<float> sum(std::size_t(nx * ny), 0.0f), last;
@@ -88,7 +86,7 @@ std::vector<Index3> canalLine(const CanalScores& s, int slices) {
                     const float value = last[std::size_t(yy * nx + xx)] - kDrift;
                     if (value > best) best = value, step = std::int8_t(k);
                 }
-                sum[at] = best + s.of[std::size_t(z)][at];
+                sum[at] = best + s.scores[std::size_t(z)][at];
                 from[std::size_t(z)][at] = step;
             }
     }
@@ -105,10 +103,10 @@ std::vector<Index3> canalLine(const CanalScores& s, int slices) {
     return line;
 }
 
-// The soft region around the line that is enclosed by bone, slice by slice. Appends its centre if there is
-// one.
-Mask canalAround(const CtVolume& ct, const Mask& bone, const std::vector<Index3>& line,
-                 std::vector<Vec3>& centres) {
+// Fills the soft region around the line that is enclosed by bone, slice by slice. In each slice with such a
+// region, its centre is appended to `centres`.
+Mask fillCanal(const CtVolume& ct, const Mask& bone, const std::vector<Index3>& line,
+               std::vector<Vec3>& centres) {
     const Grid& g = ct.grid;
     const int reach = int(kCanalRadius_m / g.spacing_m.x);
     Mask canal(g);
@@ -120,12 +118,12 @@ Mask canalAround(const CtVolume& ct, const Mask& bone, const std::vector<Index3>
                 const Index3 i = middle + Index3(dx, dy, 0);
                 if (dx * dx + dy * dy > reach * reach || !g.contains(i) || bone[i]) continue;
                 if (ct[i] < kCanalLow_hu - 60 || ct[i] > kBone_hu) continue;
-                // Visible from the centre, with no bone between.
+                // Accept the voxel only if no bone lies between it and the centre.
                 const int steps = std::max(std::abs(dx), std::abs(dy));
-                bool seen = true;
-                for (int k = 1; k < steps && seen; ++k)
-                    seen = !bone[middle + Index3(dx * k / steps, dy * k / steps, 0)];
-                if (!seen || canalScore(bone, i) < 0.65) continue;
+                bool visible = true;
+                for (int k = 1; k < steps && visible; ++k)
+                    visible = !bone[middle + Index3(dx * k / steps, dy * k / steps, 0)];
+                if (!visible || canalScore(bone, i) < 0.65) continue;
                 canal[i] = 1;
                 sum += g.centre(i);
                 count += 1.0;
@@ -136,7 +134,7 @@ Mask canalAround(const CtVolume& ct, const Mask& bone, const std::vector<Index3>
 }
 
 // Between the vertebral arches, extends the canal at its usual width.
-void joinCanal(const CtVolume& ct, const Mask& bone, const std::vector<Vec3>& centres, Mask& canal) {
+void bridgeCanalGaps(const CtVolume& ct, const Mask& bone, const std::vector<Vec3>& centres, Mask& canal) {
     constexpr double kAside_m = 0.0095, kDeep_m = 0.0075, kGap_m = 0.040;
     const Grid& g = ct.grid;
     for (std::size_t n = 0; n + 1 < centres.size(); ++n) {
@@ -146,14 +144,12 @@ void joinCanal(const CtVolume& ct, const Mask& bone, const std::vector<Vec3>& ce
         for (int z = first; z <= last; ++z) {
             const double share = last > first ? double(z - first) / double(last - first) : 0.0;
             const Vec3 middle = a + share * (b - a);
-            for (int y = 0; y < g.dims.y; ++y)
-                for (int x = 0; x < g.dims.x; ++x) {
-                    const Index3 i{x, y, z};
-                    const Vec3 d = g.centre(i) - middle;
-                    const double u = d.x / kAside_m, v = d.y / kDeep_m;
-                    if (u * u + v * v < 1.0 && !bone[i] && ct[i] > 2 * kCanalLow_hu && ct[i] < kBone_hu)
-                        canal[i] = 1;
-                }
+            forEachVoxel(VoxelBox{{0, 0, z}, {g.dims.x - 1, g.dims.y - 1, z}}, [&](const Index3& i) {
+                const Vec3 d = g.centre(i) - middle;
+                const double u = d.x / kAside_m, v = d.y / kDeep_m;
+                if (u * u + v * v < 1.0 && !bone[i] && ct[i] > 2 * kCanalLow_hu && ct[i] < kBone_hu)
+                    canal[i] = 1;
+            });
         }
     }
 }
@@ -162,10 +158,10 @@ void joinCanal(const CtVolume& ct, const Mask& bone, const std::vector<Vec3>& ce
 
 SpinalCanal findCanal(const CtVolume& ct, const Mask& shell, const VoxelBox& body) {
     const Mask tight = closed(shell, std::max(0.002, ct.grid.spacing_m.x));
-    const std::vector<Index3> line = canalLine(scoreCanal(ct, tight, body), ct.grid.dims.z);
+    const std::vector<Index3> line = canalLine(scoreSlices(ct, tight, body), ct.grid.dims.z);
     SpinalCanal canal;
-    canal.voxels = canalAround(ct, tight, line, canal.centres_m);
-    joinCanal(ct, shell, canal.centres_m, canal.voxels);
+    canal.voxels = fillCanal(ct, tight, line, canal.centres_m);
+    bridgeCanalGaps(ct, shell, canal.centres_m, canal.voxels);
     return canal;
 }
 

@@ -20,19 +20,19 @@ using nlohmann::json;
 
 namespace {
 
-constexpr std::size_t kMostBytes = 4 << 20, kMostNotes = 1000, kLongestNote = 64 << 10;
-constexpr double kMostSeconds = 1e7;
+constexpr std::size_t kMaxBytes = 4 << 20, kMaxNotes = 1000, kMaxNoteBytes = 64 << 10;
+constexpr double kMaxSeconds = 1e7;
 constexpr const char *kLabels = "labels.nii.gz", *kRecord = "stage.json";
 
 bool isControl(unsigned char c) {
     return c < 32 || c == 127;
 }
 // Removes control characters, because names of atlases come from files.
-std::string printable(std::string note) {
+std::string sanitiseNote(std::string note) {
     std::replace_if(note.begin(), note.end(), isControl, ' ');
-    return note.substr(0, kLongestNote);
+    return note.substr(0, kMaxNoteBytes);
 }
-bool isNote(const std::string& note) {
+bool isPrintable(const std::string& note) {
     return std::none_of(note.begin(), note.end(), isControl);
 }
 
@@ -50,7 +50,7 @@ std::uint64_t textDigest(const std::string& text) {
 
 }  // namespace
 
-std::uint64_t digestOf(const StageResult& result) {
+std::uint64_t resultDigest(const StageResult& result) {
     StateHash hash;
     hash.add(labelsDigest(result.labels));
     hash.add(std::string_view(result.text));
@@ -70,7 +70,7 @@ std::uint64_t fileDigest(const fs::path& file) {
 std::string writeStageFile(const StageFile& file) {
     std::vector<std::string> notes;
     for (const std::string& note : file.record.notes)
-        notes.push_back(printable(note));
+        notes.push_back(sanitiseNote(note));
     const json all{{"key", hexText(file.record.key)},          {"labels_digest", hexText(file.labels_digest)},
                    {"text_digest", hexText(file.text_digest)}, {"seconds", file.record.seconds},
                    {"corrected", file.record.corrected},       {"notes", notes}};
@@ -78,21 +78,21 @@ std::string writeStageFile(const StageFile& file) {
 }
 
 StageFile parseStageFile(const fs::path& file, const std::string& text) {
-    StageFile kept;
+    StageFile stored;
     try {
         Fields in = parseJson(file, text);
-        kept.record.key = in.hex("key");
-        kept.labels_digest = in.hex("labels_digest");
-        kept.text_digest = in.hex("text_digest");
-        kept.record.seconds = in.number("seconds", 0.0, kMostSeconds);
-        kept.record.corrected = in.flag("corrected");
-        kept.record.notes = in.texts("notes", kMostNotes, kLongestNote);
-        if (!std::all_of(kept.record.notes.begin(), kept.record.notes.end(), isNote))
+        stored.record.key = in.hex("key");
+        stored.labels_digest = in.hex("labels_digest");
+        stored.text_digest = in.hex("text_digest");
+        stored.record.seconds = in.number("seconds", 0.0, kMaxSeconds);
+        stored.record.corrected = in.flag("corrected");
+        stored.record.notes = in.texts("notes", kMaxNotes, kMaxNoteBytes);
+        if (!std::all_of(stored.record.notes.begin(), stored.record.notes.end(), isPrintable))
             in.refuse("notes", "control characters");
     } catch (const DataError&) {
         throw DataError(file, "file", "is damaged; remove it to compute the stage again");
     }
-    return kept;
+    return stored;
 }
 
 StageStore::StageStore(fs::path folder) : folder_(std::move(folder)) {
@@ -101,21 +101,21 @@ StageStore::StageStore(fs::path folder) : folder_(std::move(folder)) {
     if (error) throw ImportError(folder_.string() + ": cannot be made: " + error.message());
 }
 
-fs::path StageStore::folderOf(int number, std::string_view name) const {
+fs::path StageStore::stageFolder(int number, std::string_view name) const {
     return folder_ / ((number < 10 ? "0" : "") + std::to_string(number) + "-" + std::string(name));
 }
 
 std::optional<StageResult> StageStore::load(int number, std::string_view name, const Grid& grid,
                                             const std::string& text_name) const {
-    const fs::path folder = folderOf(number, name), record = folder / kRecord;
+    const fs::path folder = stageFolder(number, name), record = folder / kRecord;
     if (!fs::exists(record)) return {};
-    const StageFile kept = parseStageFile(record, readWholeFile(record, kMostBytes));
+    const StageFile stored = parseStageFile(record, readWholeFile(record, kMaxBytes));
     StageResult result;
-    result.record = kept.record;
+    result.record = stored.record;
     result.labels = patient::readNifti<std::uint8_t>(folder / kLabels);
-    if (!text_name.empty()) result.text = readWholeFile(folder / text_name, kMostBytes);
-    result.text_edited = textDigest(result.text) != kept.text_digest;
-    result.labels_edited = labelsDigest(result.labels) != kept.labels_digest;
+    if (!text_name.empty()) result.text = readWholeFile(folder / text_name, kMaxBytes);
+    result.text_edited = textDigest(result.text) != stored.text_digest;
+    result.labels_edited = labelsDigest(result.labels) != stored.labels_digest;
     if (result.labels_edited) result.record.corrected = true;
     if (result.labels.grid.dims != grid.dims) {  // other voxel size: recompute if not corrected by hand
         if (result.record.corrected)
@@ -130,23 +130,23 @@ std::optional<StageResult> StageStore::load(int number, std::string_view name, c
     return result;
 }
 
-void StageStore::keepCt(const CtVolume& ct) const {
+void StageStore::saveCt(const CtVolume& ct) const {
     patient::writeNifti(folder_ / "ct.nii.gz", ct);
 }
 
-void StageStore::keep(int number, std::string_view name, const StageResult& result, const CtVolume& ct,
+void StageStore::save(int number, std::string_view name, const StageResult& result, const CtVolume& ct,
                       const std::vector<patient::Label>& table, const std::string& text_name) const {
-    const fs::path folder = folderOf(number, name);
+    const fs::path folder = stageFolder(number, name);
     fs::create_directories(folder);
     fs::remove(folder / kRecord);
     patient::writeNifti(folder / kLabels, result.labels);
     writeWholeFile(folder / "labels.ctbl", patient::colourTable(table));
     if (!text_name.empty()) writeWholeFile(folder / text_name, result.text);
-    patient::Package film;
-    film.ct = ct;
-    film.labels = result.labels;
-    film.label_table = table;
-    writeSlices(film, folder);
+    patient::Package preview;
+    preview.ct = ct;
+    preview.labels = result.labels;
+    preview.label_table = table;
+    writeSlices(preview, folder);
     writeWholeFile(folder / kRecord,
                    writeStageFile({result.record, labelsDigest(result.labels), textDigest(result.text)}));
 }

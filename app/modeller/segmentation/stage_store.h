@@ -49,21 +49,22 @@ class StageStore {
 
     const std::filesystem::path& folder() const { return folder_; }
     // "07-liver".
-    std::filesystem::path folderOf(int number, std::string_view name) const;
+    std::filesystem::path stageFolder(int number, std::string_view name) const;
 
-    // Returns nothing if the stage is not finished. Labels that a person has changed since are marked
-    // `corrected`. Throws DataError if they are not on `grid` or if a file is damaged.
+    // Returns nothing if the stage is not finished. Also returns nothing for an unedited result on another
+    // grid. Labels that a person has changed since are marked `corrected`. Throws DataError if corrected
+    // labels are not on `grid` or if a file is damaged.
     std::optional<StageResult> load(int number, std::string_view name, const Grid& grid,
                                     const std::string& text_name) const;
-    void keepCt(const CtVolume&) const;
-    void keep(int number, std::string_view name, const StageResult&, const CtVolume&,
+    void saveCt(const CtVolume&) const;
+    void save(int number, std::string_view name, const StageResult&, const CtVolume&,
               const std::vector<patient::Label>& table, const std::string& text_name) const;
 
   private:
     std::filesystem::path folder_;
 };
 
-std::uint64_t digestOf(const StageResult&);
+std::uint64_t resultDigest(const StageResult&);
 
 // Digest of a file's bytes. Throws DataError if it cannot be read.
 std::uint64_t fileDigest(const std::filesystem::path&);

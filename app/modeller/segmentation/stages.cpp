@@ -1,8 +1,8 @@
 #include "app/modeller/segmentation/stages.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <array>
-#include <cstdio>
 
 #include "app/modeller/import/import_body.h"
 #include "app/modeller/import/import_map.h"
@@ -29,121 +29,106 @@ namespace {
 // Ids used only by stages, in addition to a package's labels.
 constexpr std::uint8_t kAirways = 253, kBody = 254;
 constexpr double kSkin_m = 0.002, kBlur_m = 0.002;
-constexpr std::size_t kLongestList = 1800;  // a package's provenance has at most 2000 characters
-constexpr double kAtlasSpacing_m = 0.0025;  // the prior's grid is coarser
+constexpr std::size_t kMaxAtlasListChars = 1800;  // a package's provenance has at most 2000 characters
+constexpr double kAtlasSpacing_m = 0.0025;        // of the default atlases; the prior's grid is coarser
 constexpr const char* kControlPoints = "control-points.txt";
 constexpr const char* kVirtualDucts = "these ducts are virtual: bile is painted into the CT";
 
-std::uint8_t idOf(const char* target) {
-    return findTarget(target)->id;
+// Labels the voxels as a target.
+void paintTarget(StageResult& r, const Mask& where, const char* target, bool over_all = true) {
+    paint(r.labels, where, targetId(target), over_all);
 }
 
-Mask maskOfId(const LabelVolume& labels, std::uint8_t id) {
-    Mask mask(labels.grid);
-    for (std::size_t i = 0; i < mask.voxels.size(); ++i)
-        mask.voxels[i] = labels.voxels[i] == id;
-    return mask;
+Mask liverMask(const BuildState& work) {
+    return labelMask(work.found.at("liver"), "liver");
 }
 
-std::vector<Vec3> centresOfSlices(const Mask& mask) {
+std::vector<Vec3> sliceCentroids(const Mask& mask) {
     const Grid& g = mask.grid;
     std::vector<Vec3> centres;
     for (int z = 0; z < g.dims.z; ++z) {
         Vec3 sum{0.0};
         double count = 0.0;
-        for (int y = 0; y < g.dims.y; ++y)
-            for (int x = 0; x < g.dims.x; ++x)
-                if (mask[{x, y, z}]) sum += g.centre({x, y, z}), count += 1.0;
+        forEachVoxel(VoxelBox{{0, 0, z}, {g.dims.x - 1, g.dims.y - 1, z}}, [&](const Index3& i) {
+            if (mask[i]) sum += g.centre(i), count += 1.0;
+        });
         if (count > 0.0) centres.push_back(sum / count);
     }
     return centres;
 }
 
 // Stage "body": the part of the scan that is neither air nor table, as found when the scan was read.
-void findBody(Work& work, StageResult& r) {
-    r.labels = LabelVolume(work.ct.grid);
+void findBody(BuildState& work, StageResult& r) {
     paint(r.labels, work.body, kBody, true);
 }
-void takeBody(Work& work, const StageResult& r) {
-    for (std::size_t i = 0; i < work.body.voxels.size(); ++i)
-        work.body.voxels[i] = r.labels.voxels[i] != 0;
+void restoreBody(BuildState& work, const StageResult& r) {
+    work.body = maskWhere(r.labels.grid, [&](std::size_t i) { return r.labels.voxels[i] != 0; });
 }
 
 // Stage "classes": the tissue values of this CT, and the labels that the thresholds alone would give.
-void findClasses(Work& work, StageResult& r) {
+void findClasses(BuildState& work, StageResult& r) {
     if (r.text.empty()) {
-        const TissueClasses c = classesOf(work.ct, work.body);
-        r.text = writeClasses(c, thresholdsOf(c));
-        if (c.blood.share == 0.0) r.record.notes.push_back("no contrast medium is to be seen");
+        const TissueClasses c = estimateTissueClasses(work.ct, work.body);
+        r.text = writeClasses(c, computeThresholds(c));
+        if (c.blood.share == 0.0) r.record.notes.push_back("no contrast medium is visible");
     }
     const patient::Thresholds t = parseClasses(r.text);
-    r.labels = LabelVolume(work.ct.grid);
-    const std::uint8_t skin = idOf("skin"), soft = idOf("muscle"), bone = idOf("bone");
+    const std::uint8_t skin = targetId("skin"), soft = targetId("muscle"), bone = targetId("bone");
     for (std::size_t i = 0; i < r.labels.voxels.size(); ++i) {
         const double hu = work.ct.voxels[i];
         if (!work.body.voxels[i] || hu < t.t0_hu) continue;
         r.labels.voxels[i] = hu < t.t1_hu ? skin : hu < t.t2_sensitive_hu ? soft : bone;
     }
 }
-void takeClasses(Work& work, const StageResult& r) {
+void restoreClasses(BuildState& work, const StageResult& r) {
     work.thresholds = parseClasses(r.text);
 }
 
-void findLungsStage(Work& work, StageResult& r) {
+void findLungsStage(BuildState& work, StageResult& r) {
     const Lungs lungs = findLungs(work.ct, work.body);
-    r.labels = LabelVolume(work.ct.grid);
-    paint(r.labels, lungs.gas, idOf("bowel gas"), true);
+    paintTarget(r, lungs.gas, "bowel gas");
     paint(r.labels, lungs.airways, kAirways, true);
-    paint(r.labels, lungs.right, idOf("right lung"), true);
-    paint(r.labels, lungs.left, idOf("left lung"), true);
+    paintTarget(r, lungs.right, "right lung");
+    paintTarget(r, lungs.left, "left lung");
     r.record.notes = lungs.notes;
 }
 
 // "right ribs: 6 (12 ml), 7 (14 ml)"
-std::string ribsOf(const Bones& bones, bool right) {
+std::string formatRibs(const Bones& bones, bool right) {
     std::string all;
     for (const Rib& rib : bones.ribs) {
         if (rib.right != right) continue;
-        char text[32];
-        std::snprintf(text, sizeof text, "%d (%.0f ml)", rib.number, rib.volume_ml);
-        all += (all.empty() ? (right ? "right ribs: " : "left ribs: ") : ", ") + std::string(text);
+        all += fmt::format("{}{} ({:.0f} ml)", all.empty() ? (right ? "right ribs: " : "left ribs: ") : ", ",
+                           rib.number, rib.volume_ml);
     }
     return all;
 }
 
-// Soft tissue next to a bone that blur lifts above the threshold. Without a label it would stop a needle.
-// Voxels surrounded by bright voxels are excluded, because they are missed bone.
-Mask blurredRim(const Work& work, const Mask& bones) {
+// Returns soft tissue next to a bone that is above the bone threshold because of blur. Without a label it
+// would stop a needle. Voxels surrounded by bright voxels are excluded, because they are missed bone.
+Mask blurredRim(const BuildState& work, const Mask& bones) {
     const double reach_m = std::max(kBlur_m, 1.01 * work.ct.grid.spacing_m.x);
-    Mask bright = bones;
-    for (std::size_t i = 0; i < bright.voxels.size(); ++i)
-        bright.voxels[i] =
-            bones.voxels[i] || (work.body.voxels[i] && work.ct.voxels[i] >= work.thresholds.t2_sensitive_hu);
-    const Mask rim = both(without(dilated(bones, reach_m), bones), bright);
-    return without(rim, eroded(closed(bright, reach_m), reach_m));
+    const Mask bright = maskWhere(bones.grid, [&](std::size_t i) {
+        return bones.voxels[i] ||
+               (work.body.voxels[i] && work.ct.voxels[i] >= work.thresholds.t2_sensitive_hu);
+    });
+    const Mask rim = intersect(subtract(dilated(bones, reach_m), bones), bright);
+    return subtract(rim, eroded(closed(bright, reach_m), reach_m));
 }
 
-void findBonesStage(Work& work, StageResult& r) {
+void findBonesStage(BuildState& work, StageResult& r) {
     const Bones bones = findBones(work.ct, work.body);
-    r.labels = LabelVolume(work.ct.grid);
-    paint(r.labels, bones.other, idOf("bone"), true);
-    paint(r.labels, bones.cartilage, idOf("cartilage and discs"), true);
-    paint(r.labels, bones.spine, idOf("spine"), true);
-    paint(r.labels, bones.canal, idOf("spinal canal"), true);
-    paint(r.labels, bones.sternum, idOf("sternum"), true);
-    paint(r.labels, bones.ribs_right, idOf("right ribs"), true);
-    paint(r.labels, bones.ribs_left, idOf("left ribs"), true);
-    paint(r.labels, blurredRim(work, bones.all), idOf("muscle"), false);
+    paintTarget(r, bones.other, "bone");
+    paintTarget(r, bones.cartilage, "cartilage and discs");
+    paintTarget(r, bones.spine, "spine");
+    paintTarget(r, bones.canal, "spinal canal");
+    paintTarget(r, bones.sternum, "sternum");
+    paintTarget(r, bones.ribs_right, "right ribs");
+    paintTarget(r, bones.ribs_left, "left ribs");
+    paintTarget(r, blurredRim(work, bones.all), "muscle", false);
     r.record.notes = bones.notes;
     for (const bool right : {true, false})
-        if (const std::string ribs = ribsOf(bones, right); !ribs.empty()) r.record.notes.push_back(ribs);
-}
-
-bool isBone(const Label& l) {
-    return l.tissue == patient::Tissue::bone && l.name != "cartilage and discs";
-}
-bool isLung(const Label& l) {
-    return l.name == "right lung" || l.name == "left lung";
+        if (const std::string ribs = formatRibs(bones, right); !ribs.empty()) r.record.notes.push_back(ribs);
 }
 
 bool isSolidOrgan(const Label& l) {
@@ -151,16 +136,17 @@ bool isSolidOrgan(const Label& l) {
            l.name == "gallbladder";
 }
 
-AtlasImage atlasImage(const patient::Package& package, const Work& work, const AtlasSettings& atlas) {
-    refuseItself(work.settings->name, atlasList({package.name}));
+AtlasImage atlasImage(const patient::Package& package, const BuildState& work, const AtlasSettings& atlas) {
+    checkNotOwnAtlas(work.settings->name, formatAtlasList({package.name}));
     if (voxelDigest(package.ct) == work.scan_voxels)
-        throw ImportError("atlas \"" + package.name +
-                          "\" has the very CT that is to be built from, which proves "
-                          "nothing: leave that atlas out");
+        throw ImportError(
+            "atlas \"" + package.name +
+            "\" has the CT that is to be segmented, so the result would prove nothing: leave out "
+            "that atlas");
     return {package, atlas};
 }
 
-std::vector<AtlasImage> atlasImages(const Work& work, const AtlasSettings& atlas) {
+std::vector<AtlasImage> atlasImages(const BuildState& work, const AtlasSettings& atlas) {
     const BuildSettings& settings = *work.settings;
     std::vector<AtlasImage> images;
     for (const std::filesystem::path& folder : settings.atlases)
@@ -168,9 +154,11 @@ std::vector<AtlasImage> atlasImages(const Work& work, const AtlasSettings& atlas
     std::vector<std::string> names;
     for (const AtlasImage& image : images)
         names.push_back(image.name);
-    if (atlasList(names).size() > kLongestList)
+    if (formatAtlasList(names).size() > kMaxAtlasListChars)
         throw ImportError(
-            "the atlases' names are longer than a provenance takes; name fewer, or shorter ones");
+            "the atlases' names do not fit into the package's provenance; pass fewer atlases, or shorten "
+            "their "
+            "names");
     if (!images.empty()) return images;
     for (const std::uint64_t seed : kAtlasSeeds) {
         patient::synth::SynthSettings synth;
@@ -190,32 +178,31 @@ void hashAtlases(StateHash& hash, const BuildSettings& settings) {
     hash.add(fileDigest(childProgram({}, "stylet-register")));
 }
 
-void findLiverStage(Work& work, StageResult& r) {
+void findLiverStage(BuildState& work, StageResult& r) {
     AtlasSettings atlas;
-    atlas.progress = [&](std::string_view name) { work.say(std::string(name)); };
-    const Mask lungs = maskOf(work.found.at("lungs"), isLung), bones = maskOf(work.found.at("bones"), isBone);
+    atlas.progress = [&](std::string_view name) { work.progress(std::string(name)); };
+    const Mask lungs = labelMask(work.found.at("lungs"), isLung),
+               bones = labelMask(work.found.at("bones"), isBone);
     const AtlasPrior prior = alignAtlases(work.ct, work.body, lungs, atlasImages(work, atlas), atlas);
     const Liver liver = findLiver(work.ct, work.body, lungs, bones, prior);
-    r.labels = LabelVolume(work.ct.grid);
-    paint(r.labels, liver.mask, idOf("liver"), true);
+    paintTarget(r, liver.mask, "liver");
     r.record.notes = liver.notes;
-    if (const std::string used = atlasList(prior.used); !used.empty()) r.record.notes.push_back(used);
+    if (const std::string used = formatAtlasList(prior.used); !used.empty()) r.record.notes.push_back(used);
 }
-void takeLiver(Work& work, const StageResult& r) {
+void restoreLiver(BuildState& work, const StageResult& r) {
     for (const std::string& note : r.record.notes)
         if (note.starts_with("atlases: ")) {
-            refuseItself(work.settings->name, note);
+            checkNotOwnAtlas(work.settings->name, note);
             work.atlas_provenance = "; " + note;
         }
 }
 
-void findVesselsStage(Work& work, StageResult& r) {
-    const Mask liver = maskOf(work.found.at("liver"), "liver");
+void findVesselsStage(BuildState& work, StageResult& r) {
+    const Mask liver = liverMask(work);
     const SplitVessels split = splitVessels(work.ct, liver, findVessels(work.ct, liver));
-    r.labels = LabelVolume(work.ct.grid);
-    paint(r.labels, split.cava, idOf("vena cava and renal veins"), true);
-    paint(r.labels, split.portal, idOf("portal vein"), true);
-    paint(r.labels, split.hepatic, idOf("hepatic veins"), true);
+    paintTarget(r, split.cava, "vena cava and renal veins");
+    paintTarget(r, split.portal, "portal vein");
+    paintTarget(r, split.hepatic, "hepatic veins");
     r.record.notes = split.notes;
 }
 
@@ -223,132 +210,122 @@ void hashVirtualDucts(StateHash& hash, const BuildSettings& settings) {
     hash.add(std::uint64_t(settings.virtual_ducts));
 }
 
-void findDuctsStage(Work& work, StageResult& r) {
+void findDuctsStage(BuildState& work, StageResult& r) {
     const LabelVolume& vessels = work.found.at("vessels");
-    const Mask liver = maskOf(work.found.at("liver"), "liver"), portal = maskOf(vessels, "portal vein");
-    const Mask all = maskOf(vessels, [](const Label& l) { return l.tissue == patient::Tissue::vessel; });
+    const Mask liver = liverMask(work), portal = labelMask(vessels, "portal vein");
+    const Mask all = labelMask(vessels, [](const Label& l) { return l.tissue == patient::Tissue::vessel; });
     const BuiltDucts ducts = buildDucts(work.ct, liver, portal, all, work.settings->virtual_ducts);
-    r.labels = LabelVolume(work.ct.grid);
-    paint(r.labels, ducts.mask, idOf("bile ducts"), true);
+    paintTarget(r, ducts.mask, "bile ducts");
     r.record.notes = {ducts.note};
     if (ducts.origin == DuctsOrigin::grown) r.record.notes.push_back(kVirtualDucts);
 }
 // Paints virtual ducts into the CT from their labels, so that a person's corrections are painted too.
-void takeDucts(Work& work, const StageResult& r) {
+void restoreDucts(BuildState& work, const StageResult& r) {
     work.virtual_ducts =
         std::find(r.record.notes.begin(), r.record.notes.end(), kVirtualDucts) != r.record.notes.end();
     if (!work.virtual_ducts) return;
     GrownDucts ducts;
-    ducts.mask = maskOf(r.labels, "bile ducts");
-    FloatVolume share(work.ct.grid);
-    for (std::size_t i = 0; i < share.voxels.size(); ++i)
-        share.voxels[i] = float(ducts.mask.voxels[i]);
-    ducts.coverage = boxMean(share, 1);
+    ducts.mask = labelMask(r.labels, "bile ducts");
+    ducts.coverage = boxMean(toFloat(ducts.mask), 1);
     work.painted_ct = work.ct;
-    paintBile(work.painted_ct, ducts, maskOf(work.found.at("liver"), "liver"), DuctSettings{}.bile_hu);
+    paintBile(work.painted_ct, ducts, liverMask(work), DuctSettings{}.bile_hu);
 }
 
 // Rebuilds the lungs from the label maps of earlier stages, which a person may have corrected.
-Lungs lungsOf(const Work& work) {
+Lungs lungsFromLabels(const BuildState& work) {
     const LabelVolume& found = work.found.at("lungs");
-    Lungs lungs{maskOf(found, "right lung"),
-                maskOf(found, "left lung"),
-                maskOfId(found, kAirways),
-                maskOf(found, "bowel gas"),
-                {},
-                {},
-                {}};
+    Lungs lungs;
+    lungs.right = labelMask(found, "right lung");
+    lungs.left = labelMask(found, "left lung");
+    lungs.airways = withLabel(found, kAirways);
+    lungs.gas = labelMask(found, "bowel gas");
     lungs.base_right = lungBase(lungs.right, work.body);
     lungs.base_left = lungBase(lungs.left, work.body);
     return lungs;
 }
-Bones bonesOf(const Work& work) {
+Bones bonesFromLabels(const BuildState& work) {
     const LabelVolume& found = work.found.at("bones");
     Bones bones;
-    bones.all = maskOf(found, isBone);
-    bones.spine = maskOf(found, "spine");
-    bones.ribs_right = maskOf(found, "right ribs");
-    bones.ribs_left = maskOf(found, "left ribs");
-    bones.sternum = maskOf(found, "sternum");
-    bones.canal = maskOf(found, "spinal canal");
-    bones.cartilage = maskOf(found, "cartilage and discs");
-    bones.canal_m = centresOfSlices(bones.canal);
+    bones.all = labelMask(found, isBone);
+    bones.spine = labelMask(found, "spine");
+    bones.ribs_right = labelMask(found, "right ribs");
+    bones.ribs_left = labelMask(found, "left ribs");
+    bones.sternum = labelMask(found, "sternum");
+    bones.canal = labelMask(found, "spinal canal");
+    bones.cartilage = labelMask(found, "cartilage and discs");
+    bones.canal_m = sliceCentroids(bones.canal);
     return bones;
 }
 
 // Lungs and liver: the only organs inside the fascia that are known before the organ stage.
-Mask lungsAndLiver(const Work& work) {
-    return either(maskOf(work.found.at("lungs"), isLung), maskOf(work.found.at("liver"), "liver"));
+Mask lungsAndLiver(const BuildState& work) {
+    return unite(labelMask(work.found.at("lungs"), isLung), liverMask(work));
 }
 
-void findOrgansStage(Work& work, StageResult& r) {
-    const Lungs lungs = lungsOf(work);
-    const Bones bones = bonesOf(work);
-    const Mask liver = maskOf(work.found.at("liver"), "liver"), known = lungsAndLiver(work);
+void findOrgansStage(BuildState& work, StageResult& r) {
+    const Lungs lungs = lungsFromLabels(work);
+    const Bones bones = bonesFromLabels(work);
+    const Mask liver = liverMask(work), known = lungsAndLiver(work);
     const FasciaInput first{work.ct, work.body, bones.all, known};
     const Mask inside = insideFascia(fitFascia(first), first);
-    r.labels = LabelVolume(work.ct.grid);
     for (const FoundOrgan& organ : findOrgans({work.ct, work.body, lungs, bones, liver, inside})) {
-        paint(r.labels, organ.mask, idOf(organ.name.c_str()), true);
-        char confidence[32];
-        std::snprintf(confidence, sizeof confidence, ": confidence %.2f", organ.confidence);
-        r.record.notes.push_back(organ.name + confidence + (organ.note.empty() ? "" : "; " + organ.note));
+        paintTarget(r, organ.mask, organ.name.c_str());
+        r.record.notes.push_back(fmt::format("{}: confidence {:.2f}{}{}", organ.name, organ.confidence,
+                                             organ.note.empty() ? "" : "; ", organ.note));
     }
 }
 
-void findFasciaStage(Work& work, StageResult& r) {
-    const Bones bones = bonesOf(work);
-    const Mask organs = either(lungsAndLiver(work), maskOf(work.found.at("organs"), isSolidOrgan));
+void findFasciaStage(BuildState& work, StageResult& r) {
+    const Bones bones = bonesFromLabels(work);
+    const Mask organs = unite(lungsAndLiver(work), labelMask(work.found.at("organs"), isSolidOrgan));
     const FasciaInput input{work.ct, work.body, bones.all, organs};
     if (r.text.empty()) r.text = writeFascia(fitFascia(input));
     const FasciaSpline fascia = parseFascia(kControlPoints, r.text);
-    r.labels = LabelVolume(work.ct.grid);
-    // Muscle, stomach and spleen overlap cartilage in HU. Inside the fascia there is no costal cartilage.
+    // Inside the fascia there is no costal cartilage, but muscle, stomach and spleen, which have similar HU.
     const Mask cartilage = costalCartilage(work.ct, work.body, insideFascia(fascia, input), bones);
-    paint(r.labels, without(cartilage, organs), idOf("cartilage and discs"), true);
-    paint(r.labels, fasciaVoxels(fascia, input), idOf("fascia"), true);
+    paintTarget(r, subtract(cartilage, organs), "cartilage and discs");
+    paintTarget(r, fasciaVoxels(fascia, input), "fascia");
 }
 
-void findSkin(Work& work, StageResult& r) {
-    r.labels = LabelVolume(work.ct.grid);
-    paint(r.labels, skinShell(work.body, work.scan, kSkin_m), idOf("skin"), true);
+void findSkin(BuildState& work, StageResult& r) {
+    paintTarget(r, skinShell(work.body, work.scan, kSkin_m), "skin");
 }
 
 std::vector<Stage> makeStages() {
     return {
-        {.name = "body", .find = findBody, .take = takeBody},
-        {.name = "classes", .text_name = "classes.json", .find = findClasses, .take = takeClasses},
-        {.name = "lungs", .gives = {"right lung", "left lung"}, .find = findLungsStage},
+        {.name = "body", .find = findBody, .restore = restoreBody},
+        {.name = "classes", .text_name = "classes.json", .find = findClasses, .restore = restoreClasses},
+        {.name = "lungs", .provides = {"right lung", "left lung"}, .find = findLungsStage},
         {.name = "bones",
-         .gives = {"right ribs", "left ribs", "spine", "spinal canal", "sternum", "bone",
-                   "cartilage and discs", "muscle"},
+         .provides = {"right ribs", "left ribs", "spine", "spinal canal", "sternum", "bone",
+                      "cartilage and discs", "muscle"},
          .find = findBonesStage},
         {.name = "liver",
-         .gives = {"liver"},
+         .provides = {"liver"},
          .find = findLiverStage,
-         .depends = hashAtlases,
-         .take = takeLiver},
-        {.name = "vessels", .gives = {"portal vein", "hepatic veins"}, .find = findVesselsStage},
+         .hash_inputs = hashAtlases,
+         .restore = restoreLiver},
+        {.name = "vessels", .provides = {"portal vein", "hepatic veins"}, .find = findVesselsStage},
         {.name = "ducts",
-         .gives = {"bile ducts"},
+         .provides = {"bile ducts"},
          .find = findDuctsStage,
-         .depends = hashVirtualDucts,
-         .take = takeDucts},
+         .hash_inputs = hashVirtualDucts,
+         .restore = restoreDucts},
         {.name = "organs",
-         .gives = {"right kidney", "left kidney", "spleen", "heart", "aorta and arteries",
-                   "vena cava and renal veins", "gallbladder", "stomach and oesophagus", "colon",
-                   "bowel gas"},
+         .provides = {"right kidney", "left kidney", "spleen", "heart", "aorta and arteries",
+                      "vena cava and renal veins", "gallbladder", "stomach and oesophagus", "colon",
+                      "bowel gas"},
          .over_all = false,
          .find = findOrgansStage},
         {.name = "fascia",
          .text_name = kControlPoints,
-         .gives = {"fascia", "cartilage and discs"},
+         .provides = {"fascia", "cartilage and discs"},
          .find = findFasciaStage},
-        {.name = "skin", .gives = {"skin"}, .over_all = false, .find = findSkin},
+        {.name = "skin", .provides = {"skin"}, .over_all = false, .find = findSkin},
     };
 }
 
-std::vector<Label> makeTable() {
+std::vector<Label> makeStageTable() {
     std::vector<Label> table = targetTable();
     const auto add = [&](std::uint8_t id, const char* name, std::array<std::uint8_t, 3> colour) {
         Label label;
@@ -376,7 +353,7 @@ const std::vector<Stage>& stages() {
 }
 
 const std::vector<Label>& stageTable() {
-    static const std::vector<Label> table = makeTable();
+    static const std::vector<Label> table = makeStageTable();
     return table;
 }
 

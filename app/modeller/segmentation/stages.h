@@ -16,7 +16,7 @@
 namespace stylet::modeller {
 
 // All volumes are on the grid of `ct`.
-struct Work {
+struct BuildState {
     const BuildSettings* settings = nullptr;
     Grid scan;                      // the scanner's own grid
     std::uint64_t scan_voxels = 0;  // digest of the scan's values
@@ -28,21 +28,22 @@ struct Work {
     std::string atlas_provenance;
     bool virtual_ducts = false;
     CtVolume painted_ct;  // with virtual ducts painted in; otherwise empty
-    std::function<void(const std::string&)> say = [](const std::string&) {};  // progress of a long stage
+    std::function<void(const std::string&)> progress = [](const std::string&) {};  // progress of a long stage
 };
 
 struct Stage {
     std::string_view name;
-    std::string_view text_name = "";      // name of the file that a person may edit; empty if there is none
-    std::vector<std::string> gives = {};  // names of the labels that it adds to the package
-    bool over_all = true;                 // overwrites earlier labels; false: only unlabelled voxels
-    // Fills labels and notes. `text` is empty, or edited by a person.
-    void (*find)(Work&, StageResult&);
+    std::string_view text_name = "";  // name of the file that a person may edit; empty if there is none
+    std::vector<std::string> provides = {};  // names of the labels that it adds to the package
+    bool over_all = true;                    // overwrites earlier labels; false: only unlabelled voxels
+    // Fills the labels, which are all 0 before the call, and the notes. `text` is empty unless a person
+    // edited it.
+    void (*find)(BuildState&, StageResult&);
     // Hashes the settings that affect the result. Throws DataError if a file named in them is
     // missing.
-    void (*depends)(StateHash&, const BuildSettings&) = nullptr;
-    // Copies further data of a new or reused result into `Work`; its labels are already in `found`.
-    void (*take)(Work&, const StageResult&) = nullptr;
+    void (*hash_inputs)(StateHash&, const BuildSettings&) = nullptr;
+    // Copies further data of a new or reused result into `BuildState`; its labels are already in `found`.
+    void (*restore)(BuildState&, const StageResult&) = nullptr;
 };
 
 // Digest of a scan's values, independent of their position.

@@ -24,8 +24,8 @@ struct TubeEvidence {
     // and texture differ between scales, and this percentile is what they reach by chance.
     FloatVolume line;
 
-    // Contrast in noise widths plus line response, each limited to 6: neither a bright blob nor a dim line
-    // is a vessel.
+    // Contrast in noise widths plus line response. Each is limited to 6, so that neither a bright blob nor a
+    // dim line scores as a vessel.
     float score(std::size_t voxel) const;
 };
 
@@ -35,6 +35,6 @@ TubeEvidence tubeEvidence(const CtVolume&, const Mask& liver, TubeKind, const st
 // The offsets of one 26-connected piece of a mask, in flood-fill order from its first voxel.
 using Piece = std::vector<std::size_t>;
 // Keeps the pieces for which `keep` returns true.
-Mask keepPieces(const Mask&, const std::function<bool(const Piece&)>& keep);
+Mask filterComponents(const Mask&, const std::function<bool(const Piece&)>& keep);
 
 }  // namespace stylet::modeller

@@ -5,16 +5,17 @@
 #include <cmath>
 #include <vector>
 
+#include "base/parallel.h"
 #include "base/transcendental.h"
 
 namespace stylet::modeller {
 
 namespace {
 
-// Sato et al. suggest 0.25: a tube may narrow or end along its axis, but hardly widens to a ball.
+// The value suggested by Sato et al. Along its axis, a tube may narrow or end, but hardly widens to a ball.
 constexpr float kAlpha = 0.25f;
-constexpr double kReach = 4.0;       // of a kernel, in sigmas; beyond it, values are below 1e-3 of the peak
-constexpr double kLeastSigma = 0.5;  // in voxels; below it, sampled kernels are not valid derivatives
+constexpr double kReach = 4.0;     // of a kernel, in sigmas; beyond it, values are below 1e-3 of the peak
+constexpr double kMinSigma = 0.5;  // in voxels; below it, sampled kernels are not valid derivatives
 
 using Kernel = std::vector<float>;  // odd length, the middle one at 0
 
@@ -49,7 +50,7 @@ void filterAxis(const FloatVolume& in, FloatVolume& out, int axis, const Kernel&
     const Index3 n = in.grid.dims;
     const int reach = int(kernel.size() / 2);
     const std::size_t row = std::size_t(n.x), slice = row * std::size_t(n.y);
-    forEachSlab(n.z, [&](int z) {
+    parallelFor(processorCount(), n.z, [&](int z) {
         std::vector<float> line(row + 2 * std::size_t(reach));
         for (int y = 0; y < n.y; ++y) {
             const std::size_t at = std::size_t(z) * slice + std::size_t(y) * row;
@@ -80,7 +81,7 @@ void filterAxis(const FloatVolume& in, FloatVolume& out, int axis, const Kernel&
 // Upper triangle: xx, yy, zz, xy, xz, yz.
 using Hessian = std::array<FloatVolume, 6>;
 
-Hessian hessianOf(const FloatVolume& image, const std::array<double, 3>& sigma) {
+Hessian computeHessian(const FloatVolume& image, const std::array<double, 3>& sigma) {
     Kernel k[3][3];
     for (int axis = 0; axis < 3; ++axis)
         for (int order = 0; order < 3; ++order)
@@ -106,7 +107,7 @@ Hessian hessianOf(const FloatVolume& image, const std::array<double, 3>& sigma) 
 }
 
 struct Eigenvalues {
-    float most, middle, least;
+    float largest, middle, smallest;
 };
 
 // Eigenvalues of a symmetric matrix in closed form: Smith, "Eigenvalues of a symmetric 3 x 3 matrix", Comm.
@@ -120,36 +121,22 @@ Eigenvalues eigenvalues(float xx, float yy, float zz, float xy, float xz, float 
     const float half = std::clamp(det / (2.0f * p * p * p), -1.0f, 1.0f);
     const float angle = std::acos(half) / 3.0f;
     constexpr float kThird = 2.0943951f;  // of a full turn
-    const float most = mean + 2.0f * p * std::cos(angle);
-    const float least = mean + 2.0f * p * std::cos(angle + kThird);
-    return {most, 3.0f * mean - most - least, least};
+    const float largest = mean + 2.0f * p * std::cos(angle);
+    const float smallest = mean + 2.0f * p * std::cos(angle + kThird);
+    return {largest, 3.0f * mean - largest - smallest, smallest};
 }
 
 float lineMeasure(const Eigenvalues& l) {
     if (l.middle >= 0.0f) return 0.0f;
-    const float along = l.most <= 0.0f ? l.most : -kAlpha * l.most;
+    const float along = l.largest <= 0.0f ? l.largest : -kAlpha * l.largest;
     return std::max(0.0f, along - l.middle);
 }
 
 }  // namespace
 
-VoxelBox boxAround(const Mask& mask, int margin) {
-    const VoxelBox box = boxOf(mask);
-    if (box.empty()) return {};
-    return {glm::max(box.low - margin, Index3(0)), glm::min(box.high + margin, mask.grid.dims - 1)};
-}
-
-Grid gridOf(const Grid& whole, const VoxelBox& box) {
-    return {box.high - box.low + 1, whole.spacing_m, whole.centre(box.low)};
-}
-
-Mask restored(const Mask& part, const VoxelBox& box, const Grid& whole) {
+Mask uncropped(const Mask& part, const VoxelBox& box, const Grid& whole) {
     Mask out(whole);
-    std::size_t o = 0;
-    for (int z = box.low.z; z <= box.high.z; ++z)
-        for (int y = box.low.y; y <= box.high.y; ++y)
-            for (int x = box.low.x; x <= box.high.x; ++x)
-                out[{x, y, z}] = part.voxels[o++];
+    paste(part, box.low, out);
     return out;
 }
 
@@ -157,8 +144,8 @@ FloatVolume tubeResponse(const FloatVolume& image, const Mask& within, double si
     const Grid& g = image.grid;
     std::array<double, 3> sigma;
     for (int axis = 0; axis < 3; ++axis)
-        sigma[std::size_t(axis)] = std::max(kLeastSigma, sigma_m / g.spacing_m[axis]);
-    const Hessian h = hessianOf(image, sigma);
+        sigma[std::size_t(axis)] = std::max(kMinSigma, sigma_m / g.spacing_m[axis]);
+    const Hessian h = computeHessian(image, sigma);
     // Derivatives are per voxel: one factor contains sigma^2 and the axes' spacings.
     const auto scale = [&](int i, int j) {
         return float(sigma[std::size_t(i)] * sigma[std::size_t(j)]) *
@@ -167,13 +154,10 @@ FloatVolume tubeResponse(const FloatVolume& image, const Mask& within, double si
     const float sxx = scale(0, 0), syy = scale(1, 1), szz = scale(2, 2);
     const float sxy = scale(0, 1), sxz = scale(0, 2), syz = scale(1, 2);
     FloatVolume response(g);
-    const std::size_t slice = std::size_t(g.dims.x) * std::size_t(g.dims.y);
-    forEachSlab(g.dims.z, [&](int z) {
-        for (std::size_t o = std::size_t(z) * slice; o < (std::size_t(z) + 1) * slice; ++o)
-            if (within.voxels[o])
-                response.voxels[o] = lineMeasure(eigenvalues(sxx * h[0].voxels[o], syy * h[1].voxels[o],
-                                                             szz * h[2].voxels[o], sxy * h[3].voxels[o],
-                                                             sxz * h[4].voxels[o], syz * h[5].voxels[o]));
+    parallelVoxels(g, [&](const Index3& i) {
+        if (within[i])
+            response[i] = lineMeasure(eigenvalues(sxx * h[0][i], syy * h[1][i], szz * h[2][i], sxy * h[3][i],
+                                                  sxz * h[4][i], syz * h[5][i]));
     });
     return response;
 }
@@ -181,7 +165,7 @@ FloatVolume tubeResponse(const FloatVolume& image, const Mask& within, double si
 FloatVolume gaussian(const FloatVolume& image, double sigma_m) {
     FloatVolume a(image.grid), b(image.grid);
     const auto kernel = [&](int axis) {
-        return gaussianKernel(std::max(kLeastSigma, sigma_m / image.grid.spacing_m[axis]), 0);
+        return gaussianKernel(std::max(kMinSigma, sigma_m / image.grid.spacing_m[axis]), 0);
     };
     filterAxis(image, a, 0, kernel(0));
     filterAxis(a, b, 1, kernel(1));

@@ -7,11 +7,8 @@
 
 namespace stylet::modeller {
 
-// The bounding box of the mask, enlarged by `margin` voxels on every side, within the grid.
-VoxelBox boxAround(const Mask&, int margin);
-Grid gridOf(const Grid& whole, const VoxelBox&);
 // Pastes `part` into the whole grid at the box; 0 elsewhere.
-Mask restored(const Mask& part, const VoxelBox&, const Grid& whole);
+Mask uncropped(const Mask& part, const VoxelBox&, const Grid& whole);
 
 enum class TubeKind { bright, dark };
 

@@ -8,10 +8,10 @@
 
 namespace stylet::modeller {
 
-// Uses a line filter and region growing: voxels that score like the inside of a bright tube and are
-// connected to a certain vessel, with thresholds in units of this liver's noise. The wall is where the
-// contrast is half of that in the vessel's own centre, which is less bright in narrow vessels. The liver's
-// mask may be a few millimetres off. Empty if no contrast medium is visible.
+// Uses a line filter and region growing. Keeps voxels that score like the inside of a bright tube and are
+// connected to a voxel that is certainly vessel. The thresholds are in units of this liver's noise. The wall
+// is where the contrast is half of that in the vessel's own centre, which is less bright in narrow vessels.
+// The liver's mask may be a few millimetres off. Empty if no contrast medium is visible.
 Mask findVessels(const CtVolume&, const Mask& liver);
 
 struct SplitVessels {

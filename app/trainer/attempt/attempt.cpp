@@ -1,5 +1,6 @@
 #include "app/trainer/attempt/attempt.h"
 
+#include <fmt/core.h>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -10,22 +11,21 @@
 #include "app/trainer/attempt/hand.h"
 #include "app/trainer/attempt/staging.h"
 #include "app/trainer/session/colocation.h"
-#include "base/format.h"
 #include "haptics/devices/clutch.h"
 
 namespace stylet::trainer {
 
 namespace {
 
-// Space outside the skin for placing a needle, if the device's workspace is not known.
+// Part of the workspace that is kept for motion outside the skin, if the device's workspace is not known.
 constexpr double kRoomOutside_m = 0.02;
 
 haptics::SimulationSettings simulationSettings(const patient::Patient& patient, const Scenario& scenario,
                                                std::uint64_t seed, double rate_hz) {
     haptics::SimulationSettings settings;
     settings.dt_s = std::round(1e9 / rate_hz) / 1e9;
-    settings.patient_from_device = deviceBeside(patient.grid());
-    settings.output.model_tangent_n_per_m = haptics::worstTangent(patient.package().tissues, settings.tools);
+    settings.patient_from_device = placeDeviceBeside(patient.grid());
+    settings.output.model_tangent_n_per_m = haptics::maxTangent(patient.package().tissues, settings.tools);
     settings.tools.first = scenario.tool;
     settings.breath = breathPlan(patient.package(), scenario.breath, seed);
     settings.scenario_digest = digest(scenario);
@@ -38,13 +38,9 @@ std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient,
                                              const haptics::Trace& hand, const MakeTouch& make) {
     bool presses = haptics::pressesOnSkin(settings.tools.first);
     for (const haptics::TraceCommand& c : hand.commands)
-        presses = presses || haptics::takesToolOnSkin(c.command);
+        presses = presses || haptics::selectsSkinTool(c.command);
     if (!presses) return std::nullopt;
     return make(patient);
-}
-
-std::string inMs(double t_s) {
-    return formatted("%.1f ms", 1e3 * t_s);
 }
 
 }  // namespace
@@ -74,7 +70,7 @@ Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
                     const MakeTouch& make_touch) {
     const haptics::SimulationSettings settings = simulationSettings(patient, scenario, seed, rate_hz);
     const double breath_s = patient::longestBreath_s(*settings.breath, settings.dt_s);
-    haptics::Trace hand = scriptHand(scenario, path, breath_s, settings, seed);
+    haptics::Trace hand = makeScriptedTrace(scenario, path, breath_s, settings, seed);
     std::optional<haptics::TouchMap> touch = touchMapFor(patient, settings, hand, make_touch);
     return {patient, settings, std::move(hand), std::move(touch)};
 }
@@ -86,10 +82,10 @@ Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenari
     haptics::SimulationSettings settings = simulationSettings(patient, scenario, config.seed, config.rate_hz);
     settings.profile = profile;
     if (const double longest_s = haptics::kMaxDelayTicks * settings.dt_s; profile.delay_s > longest_s)
-        throw std::runtime_error(std::string(profile.name) + " answers after " + inMs(profile.delay_s) +
-                                 ": more than the " + inMs(longest_s) +
-                                 " that are accounted for at this rate, and its force would not be stable. "
-                                 "Run it at a lower rate.");
+        throw EnvironmentError(
+            fmt::format("{} answers after {:.1f} ms. At this rate its force is stable only up to {:.1f} ms: "
+                        "choose a lower --rate-hz.",
+                        profile.name, 1e3 * profile.delay_s, 1e3 * longest_s));
     const Pose at_entry = needlePose(path.entry_m, glm::normalize(path.target_m - path.entry_m));
     const double half_way = 0.5 * (path.length_m - kRoomOutside_m) / path.length_m;
     const Vec3 middle_m = glm::mix(path.entry_m, path.target_m, half_way);
@@ -97,7 +93,7 @@ Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenari
     if (device.registration)
         placed = levelPatientFromDevice(*device.registration, stageFromPatient(patient, path), middle_m);
     else if (!std::isnan(profile.workspace_radius_m))
-        placed = haptics::placeAlong(profile, at_entry);
+        placed = haptics::alignWithPath(profile, at_entry);
     else
         placed.position_m = middle_m - placed.rotation * device.device_from_grip.position_m;
     return {patient, settings, {}, std::move(touch)};

@@ -19,20 +19,20 @@ struct Attempt {
     haptics::SimulationSettings simulation;
     haptics::Trace hand;                          // scripted input; empty: live input
     std::optional<haptics::TouchMap> touch;       // set if a tool of this attempt presses on the skin
-    std::vector<haptics::TickInput> beginning{};  // ticks of an earlier attempt, computed first
+    std::vector<haptics::TickInput> beginning{};  // recorded ticks of an earlier attempt; computed first
 
     // Duration of `beginning`.
     std::int64_t begun_ns() const noexcept;
     const haptics::TouchMap* touchMap() const noexcept { return touch ? &*touch : nullptr; }
 };
 
-haptics::TouchMap makeTouch(const patient::Patient&);  // computed, not cached
+haptics::TouchMap makeTouch(const patient::Patient&);  // Computes the touch map without a cache.
 
 // The patient's breathing signal with the scenario's breath settings applied.
 patient::BreathPlan breathPlan(const patient::Package&, const ScenarioBreath&, std::uint64_t seed);
 
-// An attempt with scripted input along `path`, the device beside the patient. The tick period is 1 /
-// `rate_hz`, rounded to whole nanoseconds.
+// Makes an attempt with scripted input along `path`. The device stands beside the patient. The tick period is
+// 1 / `rate_hz`, rounded to whole nanoseconds.
 Attempt makeAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
                     std::uint64_t seed, double rate_hz = 1000.0, const MakeTouch& = makeTouch);
 // The input device of a live attempt, once it is ready.
@@ -42,14 +42,13 @@ struct LiveDeviceFacts {
     std::optional<Registration> registration{};
 };
 
-// An attempt with live input: no trace, and every tool may be used. Uses the seed and the rate of the
+// Makes an attempt with live input: no trace, and every tool may be used. Uses the seed and the rate of the
 // configuration.
 // Device placement: with a `registration`, the patient lies level in the room. Otherwise, if the device's
 // workspace is known, the device's +z points out of the body along the path, and the path begins near that
 // end of the workspace. Otherwise the device stands beside the patient with the middle of the path at the
 // grip.
-// Throws std::runtime_error if the device's latency exceeds the controller's limit
-// (haptics::kMaxDelayTicks).
+// Throws EnvironmentError if the device's latency exceeds the controller's limit (haptics::kMaxDelayTicks).
 Attempt makeLiveAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
                         const AttemptConfig&, haptics::TouchMap, const LiveDeviceFacts&);
 

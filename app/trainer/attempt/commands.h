@@ -25,27 +25,27 @@ struct UserButtons {
 // Prints a message for the user.
 using Say = std::function<void(const std::string&)>;
 
-// Help texts: all typed commands; all assigned buttons. `names` names the buttons from bit 0 on.
-std::string describeWords();
+// Help texts: all typed commands; all assigned buttons. `names` are the button names, from bit 0 on.
+std::string describeCommands();
 std::string describe(const UserButtons&, std::span<const std::string_view> names = {});
 
 class UserCommands {
   public:
     UserCommands(const UserButtons& buttons, Say say) : buttons_(buttons), say_(std::move(say)) {}
-    // Session thread. Returns the commands of all complete lines in `typed` and of the newly pressed
-    // buttons (`pressed`, without the re-arm button), in that order. An incomplete line waits for its
-    // newline. Stops after the first command that changes the tool: later lines and buttons, including
-    // those in `held`, wait for the next call. `now` is the newest tick and must already reflect the last
-    // such command.
-    std::vector<haptics::Command> take(std::string_view typed, std::uint32_t pressed,
-                                       const haptics::TickOutput& now, std::uint32_t held = 0);
+    // Session thread. Returns the commands of all complete lines in `typed` and of the newly pressed buttons
+    // (`pressed`, without the re-arm button), in that order. An incomplete line waits for its newline. `held`
+    // are the buttons that are down. Stops after the first command that changes the tool: later lines and
+    // buttons wait for the next call. `now` is the newest tick and must already reflect the last such
+    // command.
+    std::vector<haptics::Command> update(std::string_view typed, std::uint32_t pressed,
+                                         const haptics::TickOutput& now, std::uint32_t held = 0);
     // A complete line is pending, so no more input need be read.
     bool hasLine() const { return waiting_.find('\n') != std::string::npos; }
 
   private:
     void add(const haptics::Command&, std::vector<haptics::Command>&);
     void addNext(const haptics::TickOutput&, std::vector<haptics::Command>&);
-    void takeLine(std::string_view line, const haptics::TickOutput&, std::vector<haptics::Command>&);
+    void parseLine(std::string_view line, const haptics::TickOutput&, std::vector<haptics::Command>&);
 
     UserButtons buttons_;
     Say say_;
@@ -64,7 +64,7 @@ constexpr bool changesTool(const haptics::Command& c) {
 
 // Result of a command as a message for the user, from the ticks before and after it. Empty if there is
 // nothing to report.
-std::string outcomeOf(const haptics::Command&, const haptics::TickOutput& before,
-                      const haptics::TickOutput& after);
+std::string describeOutcome(const haptics::Command&, const haptics::TickOutput& before,
+                            const haptics::TickOutput& after);
 
 }  // namespace stylet::trainer

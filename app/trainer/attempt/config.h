@@ -9,37 +9,41 @@
 
 #include "app/training/difficulty.h"
 #include "haptics/devices/devices.h"
+#include "haptics/haptics.h"
 
 namespace stylet::trainer {
 
-// Time limit for the runtime's last frame, or for opening a new headset session.
+// Time limit for the runtime to finish the last frame, or to open a new headset session.
 inline constexpr double kFramePatience_s = 15.0;
 
 struct AttemptConfig {
     // Patient and task.
     std::string scenario{};           // name in assets/scenarios, or a .toml file; empty: demo
     std::filesystem::path patient{};  // package; empty: the reference patient of `seed`
-    std::filesystem::path full{};     // fully segmented package of the same patient, to compare the force
+    std::filesystem::path full{};     // fully segmented package of the same patient, for comparing the force
     std::uint64_t seed = 1;
-    double spacing_mm = 1.0;  // voxel size of a generated reference patient
-    std::string path{};       // reference path (reference_path.h); empty: the patient's best
+    double spacing_mm = 1.0;             // voxel size of a generated reference patient
+    std::string path{};                  // reference path (reference_path.h); empty: the patient's best
+    int gauge = haptics::kDefaultGauge;  // needle gauge (assets/instruments/needles.toml)
+    // Outer diameter: that of the gauge, or the one recorded in the attempt to restart.
+    std::optional<double> needle_outer_m{};
     training::Difficulty difficulty = training::Difficulty::practice;
 
     // Results.
-    std::filesystem::path folder{};  // for summary, record and captured pictures
+    std::filesystem::path folder{};  // folder for summary, record and captured pictures
     std::string trainee{};           // pseudonym; not empty: the attempt is stored
     bool stats = false;              // count and print skipped work; costs a GPU some additions per ray
 
     // Time.
-    double rate_hz = 1000.0;  // of the haptics loop
+    double rate_hz = 1000.0;  // rate of the haptics loop
     bool fast = false;        // virtual clock
     // Frames per simulated second on the virtual clock. In real time the runtime sets the rate. 0: no
     // pictures.
     double fps = 0.0;
     double frame_patience_s = kFramePatience_s;
 
-    // Input. "scripted": the scenario's input. "replay": the trace. Otherwise live input from a device of
-    // that kind, from a controller or from the mouse in the window, until Ctrl-C or for `seconds`.
+    // Input. "scripted": the script of the scenario. "replay": the trace. Otherwise live input from a device
+    // of that kind, a controller, or the mouse in the window. Live input ends with Ctrl-C or after `seconds`.
     std::string device = "scripted";
     haptics::DeviceOptions device_options{};
     std::string hand = "right";  // or left: the controller that holds the tool
@@ -50,11 +54,12 @@ struct AttemptConfig {
     bool headless = false;  // use the bundled mock runtime unless XR_RUNTIME_JSON names another
     bool mirror = false;    // open a mirror window, or a window in place of a missing headset
     bool sound = false;
-    bool closed_look = false;  // closed skin; false: the anatomy beneath is visible
-    bool seated = false;       // seated mode: lower the room to the user's eye height
-    bool passthrough = false;  // show the real room behind the scene if the headset can
-    bool foveation = false;    // fewer rays away from the centre of the view
-    bool validation = false;   // Vulkan validation layer; its messages are counted
+    bool closed_look = false;           // closed skin; false: the anatomy beneath is visible
+    std::filesystem::path look_file{};  // look to draw; empty: closed or reveal of the assets
+    bool seated = false;                // seated mode: lower the room to the user's eye height
+    bool passthrough = false;           // show the real room behind the scene if the headset can
+    bool foveation = false;             // fewer rays away from the centre of the view
+    bool validation = false;            // Vulkan validation layer; its messages are counted
     // Frame-time budget [ms]; the resolution adapts to it. Absent: the runtime's frame rate on a GPU, no
     // budget on a processor.
     std::optional<double> budget_ms{};

@@ -18,9 +18,9 @@ constexpr std::int64_t kHandSample_ns = 1'000'000;
 constexpr std::size_t kMaxSamples = 3'600'000;
 constexpr double kTau = 6.283185307179586;
 
-// Distance covered at time t by a speed that rises from 0 to 1 within t = 0..1 along the minimum-jerk step
+// Distance covered by time t if the speed rises from 0 to 1 within t = 0..1, following the minimum-jerk step
 // 10t^3 - 15t^4 + 6t^5.
-double rampWay(double t) {
+double rampDistance(double t) {
     return t * t * t * t * (2.5 - 3.0 * t + t * t);
 }
 
@@ -39,9 +39,9 @@ struct Glide {
     double at(double t) const {
         const double stop = t - ramp_s - cruise_s;
         if (t <= 0.0) return 0.0;
-        if (t < ramp_s) return speed_m_s * ramp_s * rampWay(t / ramp_s);
+        if (t < ramp_s) return speed_m_s * ramp_s * rampDistance(t / ramp_s);
         if (stop <= 0.0) return speed_m_s * (0.5 * ramp_s + (t - ramp_s));
-        if (stop < ramp_s) return distance_m - speed_m_s * ramp_s * rampWay((ramp_s - stop) / ramp_s);
+        if (stop < ramp_s) return distance_m - speed_m_s * ramp_s * rampDistance((ramp_s - stop) / ramp_s);
         return distance_m;
     }
 };
@@ -59,7 +59,7 @@ struct Random {
 
 class Tremor {
   public:
-    // With all waves of all three axes at their crests the excursion equals the scenario's tremor.
+    // The excursion equals the scenario's tremor when all waves of all three axes are at their crests.
     Tremor(const Scenario& s, std::uint64_t seed) : amplitude_m_(s.tremor_m / (kWaves * std::sqrt(3.0))) {
         Random random{seed};
         for (auto& axis : waves_)
@@ -86,13 +86,13 @@ class Tremor {
     double amplitude_m_;
 };
 
-// Position of the tip relative to the path's entry and orientation of the tool relative to the path.
+// Position of the tip relative to the path's entry, and orientation of the tool relative to the path.
 struct Offset {
     Vec3 m{0.0};    // depth along the path, headward, frontward
     Vec3 rad{0.0};  // headward, frontward, about the shaft
 };
 
-// Generates the trace while the stages are played one after the other.
+// Generates the trace by playing the stages one after the other.
 class Script {
   public:
     Script(const Scenario& s, const patient::PlannedPath& path, const haptics::SimulationSettings& settings,
@@ -112,6 +112,38 @@ class Script {
         at_ = offsetOf(s.start);
     }
 
+    void play(const Stage& stage, double longest_breath_s) {
+        switch (stage.kind) {
+            case StageKind::wait:
+                return wait(stage.seconds);
+            case StageKind::move:
+                return move(stage.to, stage.speed_m_s);
+            case StageKind::hold:
+                command(CommandKind::holdBreath);
+                return wait(longest_breath_s + stage.seconds);
+            case StageKind::breathe:
+                return command(CommandKind::breathe);
+            case StageKind::changeTool:
+                return changeTool(stage.tool, stage.seconds);
+            case StageKind::park:
+                return command(CommandKind::park, 1);
+            case StageKind::lift:
+                return command(CommandKind::park, 0);
+            case StageKind::inject:
+                return inject(stage.injected_m3_per_s, stage.seconds);
+            case StageKind::pedal:
+                return command(stage.pedal_down ? training::kPedalDown : training::kPedalUp);
+            case StageKind::machine:
+                for (const training::KnobSetting& t : stage.turned)
+                    command(training::knobCommand(t.machine, t.knob, t.value));
+        }
+    }
+    Trace finish() {
+        add(at_);
+        return std::move(trace_);
+    }
+
+  private:
     void wait(double seconds) {
         const auto samples = std::int64_t(std::ceil(seconds * 1000.0));
         for (std::int64_t i = 0; i < samples; ++i)
@@ -132,7 +164,7 @@ class Script {
         at_.rad += turn;
     }
     // Switches the tool and turns the hand smoothly to the new tool's pose.
-    void take(haptics::Tool tool, double seconds) {
+    void changeTool(haptics::Tool tool, double seconds) {
         command(CommandKind::tool, std::uint32_t(tool));
         const haptics::Tool last = tool_;
         tool_ = tool;
@@ -152,14 +184,8 @@ class Script {
         wait(seconds);
         command(training::injectCommand(0.0));
     }
-    Trace take() {
-        add(at_);
-        return std::move(trace_);
-    }
-
-  private:
-    // Unit vector along the part of `v` across the path. Uses `otherwise` if `v` is nearly parallel to the
-    // path.
+    // Returns the unit vector along the component of `v` perpendicular to the path. If `v` is nearly parallel
+    // to the path, uses `otherwise` in its place.
     Vec3 across(const Vec3& v, const Vec3& otherwise) const {
         const Vec3 part = v - axis_ * glm::dot(v, axis_);
         const Vec3 other = otherwise - axis_ * glm::dot(otherwise, axis_);
@@ -173,7 +199,7 @@ class Script {
     Pose held(haptics::Tool tool, const Offset& at) const {
         const Vec3 tip = path_.entry_m + axis_ * at.m.x + headward_ * at.m.y + frontward_ * at.m.z +
                          tremor_.at(double(now_ns()) * 1e-9);
-        return heldLike(turned(tip, at.rad), tool, guide_);
+        return toolPoseFromNeedle(turned(tip, at.rad), tool, guide_);
     }
     Pose turned(const Vec3& tip, const Vec3& rad) const {
         if (rad == Vec3(0.0)) return needlePose(tip, axis_);
@@ -206,48 +232,15 @@ class Script {
 
 }  // namespace
 
-Trace scriptHand(const Scenario& s, const patient::PlannedPath& path, double longest_breath_s,
-                 const haptics::SimulationSettings& settings, std::uint64_t seed) {
+Trace makeScriptedTrace(const Scenario& s, const patient::PlannedPath& path, double longest_breath_s,
+                        const haptics::SimulationSettings& settings, std::uint64_t seed) {
     Script script(s, path, settings, seed);
     for (const Stage& stage : s.stages)
-        switch (stage.kind) {
-            case StageKind::wait:
-                script.wait(stage.seconds);
-                break;
-            case StageKind::move:
-                script.move(stage.to, stage.speed_m_s);
-                break;
-            case StageKind::hold:
-                script.command(CommandKind::holdBreath);
-                script.wait(longest_breath_s + stage.seconds);
-                break;
-            case StageKind::breathe:
-                script.command(CommandKind::breathe);
-                break;
-            case StageKind::take:
-                script.take(stage.tool, stage.seconds);
-                break;
-            case StageKind::park:
-                script.command(CommandKind::park, 1);
-                break;
-            case StageKind::lift:
-                script.command(CommandKind::park, 0);
-                break;
-            case StageKind::inject:
-                script.inject(stage.injected_m3_per_s, stage.seconds);
-                break;
-            case StageKind::pedal:
-                script.command(stage.pedal_down ? training::kPedalDown : training::kPedalUp);
-                break;
-            case StageKind::machine:
-                for (const training::Turned& t : stage.turned)
-                    script.command(training::turn(t.machine, t.knob, t.value));
-                break;
-        }
-    return script.take();
+        script.play(stage, longest_breath_s);
+    return script.finish();
 }
 
-Pose deviceBeside(const Grid& grid) {
+Pose placeDeviceBeside(const Grid& grid) {
     constexpr double kStandOff_m = 0.2;
     const Vec3 last = grid.centre(grid.dims - 1), middle = 0.5 * (grid.origin_m + last);
     // Columns: the device's x, y, z axes in the patient frame (toward feet, front, right).
@@ -255,7 +248,8 @@ Pose deviceBeside(const Grid& grid) {
     return {glm::quat_cast(axes), Vec3(last.x + kStandOff_m, middle.y, middle.z)};
 }
 
-Pose heldLike(const Pose& patient_from_needle, haptics::Tool tool, const haptics::GuideSettings& guide) {
+Pose toolPoseFromNeedle(const Pose& patient_from_needle, haptics::Tool tool,
+                        const haptics::GuideSettings& guide) {
     if (tool != haptics::Tool::probe) return patient_from_needle;
     const Pose& probe_from_guide = guide.probe_from_guide;
     const Vec3 in = probe_from_guide.direction({0, 0, -1});

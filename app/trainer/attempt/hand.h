@@ -14,15 +14,16 @@ namespace stylet::trainer {
 // frame.
 // Starts and stops follow the minimum-jerk step (Flash and Hogan 1985). Physiological tremor is the sum of
 // three sines per axis between the scenario's frequencies (8-12 Hz, about 0.1 mm: Elble and Koller 1990).
-haptics::Trace scriptHand(const Scenario&, const patient::PlannedPath&, double longest_breath_s,
-                          const haptics::SimulationSettings&, std::uint64_t seed);
+haptics::Trace makeScriptedTrace(const Scenario&, const patient::PlannedPath&, double longest_breath_s,
+                                 const haptics::SimulationSettings&, std::uint64_t seed);
 
-// patient_from_device of a device beside the patient's right flank, its +z toward the trainee, +y up.
-Pose deviceBeside(const Grid&);
+// patient_from_device of a device beside the patient's right flank. Its +z points toward the trainee, its +y
+// up.
+Pose placeDeviceBeside(const Grid&);
 
-// Pose of `tool` in the place of the given needle. It is the same pose, except for the probe: the probe's
-// guide line coincides with the needle, and its face is at the needle's tip.
-Pose heldLike(const Pose& patient_from_needle, haptics::Tool, const haptics::GuideSettings&);
+// Pose of `tool` when it replaces a needle with the given pose. The pose stays the same, except for the
+// probe: its guide line coincides with the needle, and its face is at the needle's tip.
+Pose toolPoseFromNeedle(const Pose& patient_from_needle, haptics::Tool, const haptics::GuideSettings&);
 
 // Needle pose with the tip at `tip_m`. The shaft points INTO the body along `axis` (unit vector).
 Pose needlePose(const Vec3& tip_m, const Vec3& axis);

@@ -1,12 +1,14 @@
 #include "app/trainer/attempt/reference_path.h"
 
-#include <cstdio>
+#include <fmt/core.h>
 #include <glm/geometric.hpp>
 
 #include "app/records/replay.h"
+#include "app/trainer/attempt/retry.h"
 #include "app/trainer/session/session.h"
+#include "app/trainer/stores/console.h"
 #include "app/trainer/stores/patient_source.h"
-#include "app/trainer/stores/whole_number.h"
+#include "base/text.h"
 
 namespace stylet::trainer {
 
@@ -16,15 +18,14 @@ namespace {
 
 constexpr const char* kOption = "--path";
 
-// Tick in which the recorded needle cut the target duct.
+// Returns the tick in which the recorded needle cut the target duct.
 haptics::TickOutput targetCut(const patient::Patient& patient, const std::filesystem::path& folder) {
-    const bool whole = std::filesystem::exists(folder / "record" / "record.json");
-    const records::Record record = records::loadRecord(whole ? folder / "record" : folder);
+    const records::Record record = records::loadRecord(recordFolder(folder));
     Session session(patient, record.info.path, {}, 0.0, nullptr, record.header.settings.dt_s);
     const records::ReplayResult again =
         records::replay(patient, record,
                         [&](const haptics::TickInput& input, const haptics::TickOutput& output,
-                            const haptics::NeedleEvents& events) { session.take(input, output, events); });
+                            const haptics::NeedleEvents& events) { session.update(input, output, events); });
     if (!again.equal())
         throw DataError(folder, kOption,
                         "replaying the attempt gives another result; it was recorded by another version");
@@ -33,7 +34,7 @@ haptics::TickOutput targetCut(const patient::Patient& patient, const std::filesy
     return *session.log().target_cut;
 }
 
-PlannedPath wayOf(const haptics::TickOutput& cut, const patient::Patient& patient) {
+PlannedPath needleTrack(const haptics::TickOutput& cut, const patient::Patient& patient) {
     const patient::MotionModel& motion = patient.package().motion;
     const Vec3 tip = cut.patient_from_needle.position_m,
                to_hub = cut.patient_from_needle.direction({0.0, 0.0, 1.0});
@@ -49,18 +50,16 @@ PlannedPath wayOf(const haptics::TickOutput& cut, const patient::Patient& patien
 
 PlannedPath referencePath(const patient::Patient& patient, const std::filesystem::path& patient_folder,
                           const std::string& asked, Made* made) {
-    if (const auto number = wholeNumberIn(asked.empty() ? "1" : asked)) {
+    if (const auto number = parseNumber<std::size_t>(asked.empty() ? "1" : asked)) {
         const std::vector<PlannedPath> paths = goodPaths(patient, patient_folder, patient::Surrogate{}, made);
         if (*number < 1 || *number > paths.size())
-            throw DataError(
-                patient_folder / "paths.json", kOption,
-                "there is no path " + asked + ": the patient has 1 to " + std::to_string(paths.size()));
+            throw DataError(patient_folder / "paths.json", kOption,
+                            fmt::format("there is no path {}: the patient has 1 to {}", asked, paths.size()));
         return paths[*number - 1];
     }
-    PlannedPath path = wayOf(targetCut(patient, asked), patient);
+    PlannedPath path = needleTrack(targetCut(patient, asked), patient);
     if (!ratePath(patient, {}, path))
-        std::fprintf(stderr, "stylet: the path of %s is not one that the planner would propose\n",
-                     asked.c_str());
+        printMessage(fmt::format("the path of {} is not one that the planner would propose", asked));
     return path;
 }
 

@@ -1,9 +1,10 @@
 #include "app/trainer/attempt/retry.h"
 
+#include <fmt/core.h>
 #include <bit>
 
 #include "app/records/replay.h"
-#include "app/trainer/stores/whole_number.h"
+#include "base/text.h"
 
 namespace stylet::trainer {
 
@@ -13,10 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path recordOf(const std::string& attempt, const fs::path& store) {
+fs::path findRecordFolder(const std::string& attempt, const fs::path& store) {
     if (attempt.empty()) throw DataError("@", "--from", "names no attempt");
-    for (const fs::path& folder : {fs::path(attempt) / "record", fs::path(attempt)})
-        if (fs::exists(folder / "record.json")) return folder;
+    if (const fs::path folder = recordFolder(attempt); fs::exists(folder / "record.json")) return folder;
     const fs::path kept = store / "attempts" / fs::path(attempt).filename() / "record";
     if (!fs::path(attempt).has_parent_path() && fs::exists(kept / "record.json")) return kept;
     throw DataError(attempt, "--from", "is neither an attempt folder nor an attempt id in " + store.string());
@@ -25,8 +25,8 @@ fs::path recordOf(const std::string& attempt, const fs::path& store) {
 std::string listOf(const std::vector<Bookmark>& marks) {
     std::string list;
     for (std::size_t i = 0; i < marks.size(); ++i)
-        list += (i > 0 ? ", " : "") + std::to_string(i + 1) +
-                (marks[i].text.empty() ? "" : " (" + marks[i].text + ")");
+        list += fmt::format("{}{}{}", i > 0 ? ", " : "", i + 1,
+                            marks[i].text.empty() ? "" : " (" + marks[i].text + ")");
     return list;
 }
 
@@ -39,22 +39,28 @@ std::size_t chosen(const std::vector<Bookmark>& marks, const std::string& wanted
     if (wanted.empty()) return marks.size() - 1;
     for (std::size_t i = 0; i < marks.size(); ++i)
         if (marks[i].text == wanted) return i;
-    if (const auto number = wholeNumberIn(wanted); number && *number >= 1 && *number <= marks.size())
+    if (const auto number = parseNumber<std::size_t>(wanted);
+        number && *number >= 1 && *number <= marks.size())
         return *number - 1;
     throw DataError(folder, "bookmark " + wanted, "not among: " + listOf(marks));
 }
 
 }  // namespace
 
+fs::path recordFolder(const fs::path& folder) {
+    return fs::exists(folder / "record" / "record.json") ? folder / "record" : folder;
+}
+
 Retry openRetry(const std::string& from, const fs::path& store) {
     const std::size_t at = from.rfind('@');
     const bool whole = at == std::string::npos || fs::exists(from);
     Retry retry;
-    retry.folder = recordOf(whole ? from : from.substr(0, at), store);
+    retry.folder = findRecordFolder(whole ? from : from.substr(0, at), store);
     retry.record = records::loadRecord(retry.folder);
     const std::vector<Bookmark>& marks = retry.record.info.bookmarks;
     std::size_t i = chosen(marks, whole ? "" : from.substr(at + 1), retry.folder);
-    // If the program was killed, the ticks of the last bookmarks may be missing.
+    // If the program was killed, the ticks of the last bookmarks may be missing. Use the last bookmark whose
+    // ticks are complete.
     while (whole && i > 0 && marks[i].tick > retry.record.inputs.size())
         --i;
     retry.number = i + 1;
@@ -75,14 +81,14 @@ void checkRetry(Retry& retry, const patient::Patient& patient) {
         records::replay(patient, retry.record,
                         [&](const haptics::TickInput&, const haptics::TickOutput& now,
                             const haptics::NeedleEvents&) { retry.left = now; });
-    if (result.differs_at)
+    if (result.first_mismatch)
         throw DataError(
-            retry.folder, "tick " + std::to_string(result.differs_at->ticks),
+            retry.folder, "tick " + std::to_string(result.first_mismatch->ticks),
             "replaying gives another result than recorded; use the program version that recorded it");
 }
 
-bool sameNumbers(const haptics::DeviceProfile& a, const haptics::DeviceProfile& b) {
-    // Unknown values are NaN, and equal to each other.
+bool haveSameForceLimits(const haptics::DeviceProfile& a, const haptics::DeviceProfile& b) {
+    // Unknown values are NaN. Two NaNs count as equal.
     const auto same = [](double x, double y) {
         return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y) || (x != x && y != y);
     };
@@ -94,7 +100,7 @@ bool sameNumbers(const haptics::DeviceProfile& a, const haptics::DeviceProfile& 
     return all;
 }
 
-void beginAs(Attempt& attempt, const Retry& retry, const MakeTouch& make_touch) {
+void startFromRecord(Attempt& attempt, const Retry& retry, const MakeTouch& make_touch) {
     const haptics::SimulationSettings& recorded = retry.record.header.settings;
     const Pose recorded_from_device =
         recorded.patient_from_device.inverse() * attempt.simulation.patient_from_device;
@@ -110,7 +116,7 @@ void beginAs(Attempt& attempt, const Retry& retry, const MakeTouch& make_touch) 
     bool presses = haptics::pressesOnSkin(recorded.tools.first);
     for (const haptics::TickInput& input : attempt.beginning)
         for (std::uint32_t i = 0; i < input.command_count; ++i)
-            presses = presses || haptics::takesToolOnSkin(input.commands[i]);
+            presses = presses || haptics::selectsSkinTool(input.commands[i]);
     if (presses) attempt.touch = make_touch(attempt.patient);
 }
 

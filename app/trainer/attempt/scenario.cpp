@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <set>
 #include <string_view>
 
 #include "app/installation.h"
 #include "base/fields.h"
 #include "base/hash.h"
+#include "base/text.h"
 #include "base/whole_file.h"
 #include "patient/patient.h"
 
@@ -40,16 +40,13 @@ Place readPlace(Fields& f) {
 }
 
 haptics::Tool readTool(Fields& f) {
-    const std::string name = f.nonEmptyText("tool");
-    for (int i = 0; i < haptics::kToolCount; ++i)
-        if (haptics::kToolNames[std::size_t(i)] == name) return haptics::Tool(i);
-    f.refuse("tool", "\"" + name + "\" must be one of finger, probe, scalpel, guide, needle");
+    return f.choice<haptics::Tool>("tool", haptics::kToolNames);
 }
 
-// Reads every knob that the stage names; at least one is required.
-std::vector<training::Turned> readKnobs(Fields& f, training::Machine machine) {
-    const std::span<const training::Knob> knobs = training::knobsOf(machine);
-    std::vector<training::Turned> turned;
+// Reads every knob that occurs in the stage. At least one is required.
+std::vector<training::KnobSetting> readKnobs(Fields& f, training::Machine machine) {
+    const std::span<const training::Knob> knobs = training::machineKnobs(machine);
+    std::vector<training::KnobSetting> turned;
     for (std::size_t i = 0; i < knobs.size(); ++i)
         if (f.has(knobs[i].name))
             turned.push_back({machine, i, f.number(knobs[i].name, knobs[i].low, knobs[i].high)});
@@ -64,7 +61,7 @@ Stage readStage(Fields& f) {
     if (kind == "inject") {
         stage.kind = StageKind::inject;
         stage.injected_m3_per_s =
-            f.number("ml_per_s", 0.0, training::kMostInjected_m3_per_s * kMlPerM3) / kMlPerM3;
+            f.number("ml_per_s", 0.0, training::kMaxInjectionRate_m3_per_s * kMlPerM3) / kMlPerM3;
         stage.seconds = f.numberOr("seconds", 0.0, kMaxSeconds, 0.0);
     } else if (kind == "pedal") {
         stage.kind = StageKind::pedal;
@@ -77,7 +74,7 @@ Stage readStage(Fields& f) {
         stage.to = readPlace(f);
         stage.speed_m_s = metres(f.number("speed_mm_s", 0.1, kMaxSpeed_mm_s));
     } else if (kind == "take") {
-        stage.kind = StageKind::take;
+        stage.kind = StageKind::changeTool;
         stage.tool = readTool(f);
         stage.seconds = f.number("seconds", 0.1, kMaxSeconds);
     } else if (kind == "breathe" || kind == "park" || kind == "lift") {
@@ -97,9 +94,7 @@ Stage readStage(Fields& f) {
 }
 
 bool isTissue(const std::string& name) {
-    for (int t = 0; t < patient::kTissueCount; ++t)
-        if (patient::tissueName(patient::Tissue(t)) == name) return true;
-    return false;
+    return findEnum<patient::Tissue>(patient::kTissueNames, name).has_value();
 }
 
 std::vector<std::string> readMoments(Fields& f) {
@@ -142,23 +137,10 @@ ScenarioBreath readBreath(Fields f) {
     return breath;
 }
 
-std::string scenariosIn(const std::filesystem::path& folder) {
-    std::set<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder))
-        if (entry.path().extension() == ".toml") names.insert(entry.path().stem().string());
-    std::string list;
-    for (const std::string& name : names)
-        list += (list.empty() ? "" : ", ") + name;
-    return list;
-}
-
 }  // namespace
 
 std::filesystem::path scenarioFile(const std::string& name) {
-    if (name.ends_with(".toml")) return name;
-    const std::filesystem::path folder = assetsFolder() / "scenarios", file = folder / (name + ".toml");
-    if (std::filesystem::exists(file)) return file;
-    throw DataError(folder, "scenario \"" + name + "\"", "not among: " + scenariosIn(folder));
+    return assetFile("scenario", name);
 }
 
 Scenario loadScenario(const std::filesystem::path& toml) {
@@ -207,7 +189,7 @@ std::uint64_t digest(const Scenario& s) {
     const auto addPlace = [&](const Place& p) {
         for (double v : {p.share, p.deeper_m, p.headward_m, p.frontward_m})
             hash.add(v);
-        // Without any rotation the hash is the same as before rotations existed.
+        // A place without rotation has the same hash as before rotations were added to the format.
         if (p.headward_rad == 0.0 && p.frontward_rad == 0.0 && p.roll_rad == 0.0) return;
         for (double v : {p.headward_rad, p.frontward_rad, p.roll_rad})
             hash.add(v);
@@ -235,7 +217,7 @@ std::uint64_t digest(const Scenario& s) {
         hash.add(std::uint64_t(stage.tool));
         if (stage.kind == StageKind::inject) hash.add(stage.injected_m3_per_s);
         if (stage.kind == StageKind::pedal) hash.add(std::uint64_t(stage.pedal_down));
-        for (const training::Turned& turned : stage.turned) {
+        for (const training::KnobSetting& turned : stage.turned) {
             hash.add(std::uint64_t(turned.machine) | std::uint64_t(turned.knob) << 8);
             hash.add(turned.value);
         }

@@ -1,4 +1,4 @@
-// Actions of a scripted trainee, without coordinates: places are given along the planned path, so a
+// Actions of a scripted trainee. Places are given relative to the planned path, not as coordinates, so a
 // scenario works for any patient. assets/scenarios/README.md lists the fields.
 #pragma once
 
@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "app/training/machines.h"
+#include "app/training/equipment.h"
 #include "haptics/tools/tool.h"
 #include "patient/motion/signal.h"
 
@@ -28,16 +28,16 @@ struct Place {
 };
 
 enum class StageKind : std::uint8_t {
-    wait,     // stay for `seconds`
-    move,     // along the path to `to`
-    hold,     // command a breath hold; wait for the longest breath plus `seconds`, so that it has begun
-    breathe,  // end the hold
-    take,     // change to another tool within `seconds`
-    park,     // leave the probe in its place
-    lift,     // take the parked probe off the skin
-    inject,   // inject contrast medium for `seconds`; 0: until the next such stage
-    pedal,    // press or release the X-ray pedal
-    machine   // set knobs of the C-arm or of the ultrasound machine
+    wait,        // stay for `seconds`
+    move,        // along the path to `to`
+    hold,        // command a hold; wait for the longest breath plus `seconds`, so that the hold has begun
+    breathe,     // end the hold
+    changeTool,  // change to another tool within `seconds`
+    park,        // leave the probe in its place
+    lift,        // take the parked probe off the skin
+    inject,      // inject contrast medium for `seconds`; 0: until the next inject stage
+    pedal,       // press or release the X-ray pedal
+    machine      // set knobs of the C-arm or of the ultrasound machine
 };
 
 struct Stage {
@@ -45,17 +45,18 @@ struct Stage {
     double seconds = 0.0;
     Place to;
     double speed_m_s = 0.0;                      // cruising speed; starts and stops are smooth
-    haptics::Tool tool = haptics::Tool::needle;  // for take
+    haptics::Tool tool = haptics::Tool::needle;  // for changeTool
     double injected_m3_per_s = 0.0;
     bool pedal_down = false;
-    std::vector<training::Turned> turned;  // for machine, in the order of the knobs
+    std::vector<training::KnobSetting> turned;  // for machine, in the order of the knobs
     friend bool operator==(const Stage&, const Stage&) = default;
 };
 
-// Breathing of the patient. Absent values come from the patient's package.
+// Breathing of the patient. Absent values are read from the patient's package.
 struct ScenarioBreath {
     std::optional<double> period_s, amplitude;
-    // Everything except rhythm, creep and seed, which come from the patient and the attempt.
+    // All breathing settings except three: the rhythm comes from the patient, the seed from the attempt, and
+    // the creep of a breath-hold from `creep_m`.
     patient::BreathPlan plan;
     double creep_m = 0.0;  // drift of the dome toward the head over plan.hold.creep_s
     std::filesystem::path recording;
@@ -66,11 +67,12 @@ struct Scenario {
     std::string name;
     haptics::Tool tool = haptics::Tool::needle;  // tool at the start
     Place start;
-    double ramp_s = 0.4;       // time from rest to cruising speed and back to rest
-    double tremor_m = 0.0001;  // largest excursion
+    double ramp_s = 0.4;       // time from rest to cruising speed, and the same from that to rest
+    double tremor_m = 0.0001;  // largest excursion of the tip
     double tremor_low_hz = 8.0, tremor_high_hz = 10.0;
     double approach_distance_m = 0.0;  // distance from the skin for the capture "approach"
-    std::vector<std::string> moments;  // "approach", "xray", "contrast", or the first entry into a tissue
+    // Names of capture points: "approach", "xray", "contrast", or a tissue (its first entry).
+    std::vector<std::string> moments;
     ScenarioBreath breath;
     std::vector<Stage> stages;
     friend bool operator==(const Scenario&, const Scenario&) = default;
@@ -79,13 +81,12 @@ struct Scenario {
 // Finds a scenario by its name in assets/scenarios, or as a file. Throws DataError that lists the
 // available names.
 std::filesystem::path scenarioFile(const std::string& name);
-// Throws DataError with file, field and reason. Also reads the breath recording that the scenario
-// names.
+// Throws DataError with file, field and reason. Also reads the breath recording if the scenario has one.
 Scenario loadScenario(const std::filesystem::path& toml);
 // Same from the file's text, without the recording. Errors name `file`.
 Scenario parseScenario(std::string_view toml, const std::filesystem::path& file);
 
-// Replaces the rhythm by a recording. Throws DataError.
+// Replaces the rhythm with a recording. Throws DataError.
 void breatheAsRecorded(ScenarioBreath&, const std::filesystem::path& csv);
 
 // 64-bit hash of the scenario.

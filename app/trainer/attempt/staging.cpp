@@ -12,7 +12,7 @@ namespace stylet::trainer {
 
 namespace {
 
-// From the operator's feet to the entry, along -z.
+// Distance along -z from the operator's feet to the entry.
 constexpr double kReach_m = 0.45;
 constexpr double kEyeDistance_m = 0.48;
 constexpr double kGazeAbove_m = 0.03;  // keeps the trunk, not the table, in the middle of the view
@@ -21,8 +21,8 @@ constexpr double kGazeAbove_m = 0.03;  // keeps the trunk, not the table, in the
 const Vec3 kLean = glm::normalize(Vec3{0.15, 0.80, 0.58});
 // Limits of the angle between the line of sight and the planned shaft: large enough to see the shaft's
 // length, small enough to see where it points.
-constexpr double kLeastSight_rad = 40.0 * std::numbers::pi / 180.0,
-                 kMostSight_rad = 75.0 * std::numbers::pi / 180.0;
+constexpr double kMinSight_rad = 40.0 * std::numbers::pi / 180.0,
+                 kMaxSight_rad = 75.0 * std::numbers::pi / 180.0;
 constexpr Vec3 kUp{0.0, 1.0, 0.0};
 
 // Lowest y of the body. Rows with only a few stray voxels do not count.
@@ -73,7 +73,7 @@ Pose stageFromHead(const Pose& stage_from_patient, const patient::PlannedPath& p
     const Vec3 outward = glm::normalize(entry - target);
     const double along = glm::dot(kLean, outward);
     const Vec3 beside = glm::normalize(kLean - along * outward);
-    const double sight_rad = std::clamp(std::acos(along), kLeastSight_rad, kMostSight_rad);
+    const double sight_rad = std::clamp(std::acos(along), kMinSight_rad, kMaxSight_rad);
     const Vec3 from_entry = std::cos(sight_rad) * outward + std::sin(sight_rad) * beside;
 
     const Vec3 gaze = glm::mix(entry, target, 0.3) + kGazeAbove_m * kUp +

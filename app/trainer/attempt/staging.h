@@ -1,5 +1,5 @@
-// Places of patient and operator in the room, and the head motion for the mock runtime. The operator stands
-// at the patient's right side.
+// Places patient and operator in the room, and generates the head motion for the mock runtime. The operator
+// stands at the patient's right side.
 #pragma once
 
 #include "patient/patient.h"
@@ -20,8 +20,8 @@ Pose stageFromPatient(const patient::Patient&, const patient::PlannedPath&);
 // Pose of upright eyes that look at a point of the stage.
 Pose stageFromEyes(const Vec3& eyes_m, const Vec3& gaze_m);
 
-// Head pose at `t_s`. The head leans over the entry, sees needle, flank and the inside of the liver, and
-// always sways a little.
+// Head pose at `t_s`. The head leans over the entry, so that needle, flank and the inside of the liver are in
+// view. It always sways a little.
 Pose stageFromHead(const Pose& stage_from_patient, const patient::PlannedPath&, double t_s);
 
 }  // namespace stylet::trainer

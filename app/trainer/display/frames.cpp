@@ -1,8 +1,8 @@
 #include "app/trainer/display/frames.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <cstdlib>
 #include <optional>
 #include <thread>
@@ -10,6 +10,7 @@
 
 #include "app/trainer/display/headset.h"
 #include "app/trainer/display/mock_stage.h"
+#include "app/trainer/stores/console.h"
 #include "app/trainer/view/first_picture.h"
 #include "app/trainer/view/scene.h"
 
@@ -19,8 +20,9 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr auto kLookAgain = std::chrono::seconds(1);  // interval of the search for a lost headset
-constexpr int kBlindFrames = 5;  // in a row without rendering: the user no longer sees the scene
-// A capture is retried for this many frames: a new session renders nothing in its first few.
+// Consecutive frames without rendering after which the user no longer sees the scene.
+constexpr int kBlindFrames = 5;
+// A capture is tried in this many frames, because a new session renders nothing in its first frames.
 constexpr int kMomentTries = 20;
 
 bool isLate(const xr::Session& session, const xr::Frame& frame) {
@@ -39,7 +41,7 @@ void addTo(render::RenderStats& sum, const render::RenderStats& one) {
     sum.still_frames += one.still_frames;
     sum.idle_tool_frames += one.idle_tool_frames;
     sum.culled_parts += one.culled_parts;
-    sum.kept_shadows += one.kept_shadows;
+    sum.reused_shadows += one.reused_shadows;
 }
 
 }  // namespace
@@ -47,24 +49,24 @@ void addTo(render::RenderStats& sum, const render::RenderStats& one) {
 struct FrameLoop::Impl {
     Impl(const patient::Patient& patient_in, const PictureSettings&, const patient::PlannedPath&);
     ~Impl();
-    // Returns true if there is a headset. Searches for a lost one at intervals.
+    // Returns true if there is a headset. If the headset is lost, searches for one at intervals.
     bool found();
     // Places the room in the space of a newly found headset.
     void settle();
     void passController(const Pose& room_from_stage);
     void lose(const std::string& why);
-    Seen upToDate(const Seen&, const std::string& moment);
-    haptics::TickOutput aheadTo(const xr::Frame&, const haptics::TickOutput&);
+    FrameState upToDate(const FrameState&, const std::string& moment);
+    haptics::TickOutput predictTick(const xr::Frame&, const haptics::TickOutput&);
     void takeNews();
-    void watchTheRoom(const Seen&, const std::string& moment);
-    void showMachines(render::RenderScene&, const Seen&, const patient::ContrastTable*,
-                      const render::ScreensSeen&, const std::string& moment);
+    void watchTheRoom(const FrameState&, const std::string& moment);
+    void showMachines(render::RenderScene&, const FrameState&, const patient::ContrastTable*,
+                      const render::VisibleScreens&, const std::string& moment);
     void help(training::Difficulty);
-    void showHints(HeadsetPanels&, const Seen&, const std::array<render::View, 2>&);
+    void showHints(HeadsetPanels&, const FrameState&, const std::array<render::View, 2>&);
     // Runs one frame. Returns true if it was rendered.
-    bool show(const Seen&, const patient::ContrastTable*, const std::string& moment);
-    // Returns true if no retry is needed. Sets `over` when the runtime wants the session to end.
-    bool tryFrame(const Seen&, const patient::ContrastTable*, const std::string& moment, bool& over);
+    bool show(const FrameState&, const patient::ContrastTable*, const std::string& moment);
+    // Returns false if the frame must be tried again. Sets `over` when the runtime asks to end the session.
+    bool tryFrame(const FrameState&, const patient::ContrastTable*, const std::string& moment, bool& over);
 
     const patient::Patient& patient;
     const PictureSettings settings;
@@ -75,14 +77,15 @@ struct FrameLoop::Impl {
     AlertWatch alerts;
     std::optional<GuidePanel> guide;  // only if the difficulty allows it
     const MockStage mock;
-    LiveSeen live;
+    LiveUpdates live;
     TipPredictor predictor;
     FrameTotals totals;
     Attention attention = Attention::absent;
     bool worn = true;
-    RoomPlace room;
-    std::uint64_t doubts_seen = 0, acts_before = 0;  // RoomPlace::doubts(), Seen::rearm_acts at last doubt
-    int undrawn = 0;                                 // frames in a row
+    RoomAlignment room;
+    std::uint64_t warnings_seen = 0,
+                  acts_before = 0;  // warningCount() and FrameState::rearm_acts at the last warning
+    int undrawn = 0;                // consecutive frames without rendering
     bool settled = false;
     std::string lost_because;
     SteadyClock::time_point look_again{};
@@ -96,7 +99,7 @@ FrameLoop::Impl::Impl(const patient::Patient& patient_in, const PictureSettings&
     : patient(patient_in),
       settings(settings_in),
       difficulty(settings.config.difficulty),
-      hints(training::hintsOf(difficulty)),
+      hints(training::makeHints(difficulty)),
       stage_entry_m(stageFromPatient(patient, path) * path.entry_m),
       scenes(patient, path, sceneLook(settings.config), settings.touch, settings.tick_s, hints),
       alerts(settings.tick_s),
@@ -121,9 +124,9 @@ bool FrameLoop::Impl::found() {
     try {
         headset = std::make_unique<Headset>(patient, settings);
         ++totals.headsets_found_again;
-        std::fprintf(stderr, "stylet: the headset is connected again\n");
-    } catch (const std::runtime_error& e) {  // from the runtime, or from a GPU that is not back yet
-        if (lost_because != e.what()) std::fprintf(stderr, "stylet: still no headset: %s\n", e.what());
+        printMessage("the headset is connected again");
+    } catch (const std::runtime_error& e) {  // from the runtime, or a GPU that is not available again yet
+        if (lost_because != e.what()) printMessage(fmt::format("still no headset: {}", e.what()));
         lost_because = e.what();
         if (!settings.config.fast) look_again = SteadyClock::now() + kLookAgain;
     }
@@ -134,7 +137,7 @@ void FrameLoop::Impl::settle() {
     settled = true;
     const std::string refused =
         room.begin(headset->session.facts().space, headset->session.spaceGeneration());
-    if (!refused.empty()) std::fprintf(stderr, "stylet: %s\n", refused.c_str());
+    if (!refused.empty()) printMessage(refused);
     if (!settings.controllers) return;
     settings.controllers->attach(
         [&session = headset->session,
@@ -154,18 +157,16 @@ void FrameLoop::Impl::passController(const Pose& room_from_stage) {
                                hand.thumbstick};
     if (hand.stage_from_grip && hand.stage_from_aim)
         seen.grip_from_aim = poseOf(*hand.stage_from_grip).inverse() * poseOf(*hand.stage_from_aim);
-    settings.controllers->see(seen);
-    if (const auto v = settings.controllers->takeVibration())
+    settings.controllers->publish(seen);
+    if (const auto v = settings.controllers->popVibration())
         headset->session.pulse(side, v->amplitude, v->duration_ns);
 }
 
 void FrameLoop::Impl::lose(const std::string& why) {
-    std::fprintf(stderr,
-                 "stylet: the headset was lost: %s; the attempt continues while the program looks for it\n",
-                 why.c_str());
+    printMessage("the headset was lost: " + why + "; the attempt continues while the program looks for it");
     lost_because = why;
     if (settings.controllers) settings.controllers->attach(nullptr);
-    // A user who had already looked away keeps the attempt paused.
+    // If the user had already looked away, the attempt stays paused.
     if (attention == Attention::focused) attention = Attention::absent;
     if (live.tell) live.tell(attention);
     worn = true;
@@ -177,13 +178,13 @@ void FrameLoop::Impl::lose(const std::string& why) {
     headset.reset();
 }
 
-// Replaces the state by a newer one, because xrBeginFrame may have blocked for long. A capture keeps its
-// state.
-Seen FrameLoop::Impl::upToDate(const Seen& seen, const std::string& moment) {
+// Replaces the state with a newer one, because xrBeginFrame may have blocked for a long time. A capture keeps
+// its state.
+FrameState FrameLoop::Impl::upToDate(const FrameState& seen, const std::string& moment) {
     if (!live.tips) return seen;
-    Seen now = seen;
+    FrameState now = seen;
     if (moment.empty()) live.refresh(now);
-    predictor.take(*live.tips);
+    predictor.add(*live.tips);
     while (const auto offset = predictor.measured()) {
         newest_offset = *offset;
         if (offset->frame < totals.times.size()) totals.times[offset->frame].tip = *offset;
@@ -191,23 +192,24 @@ Seen FrameLoop::Impl::upToDate(const Seen& seen, const std::string& moment) {
     return now;
 }
 
-// Predicts the tool pose at the display time. Requires a runtime whose time converts to the loop's clock.
-haptics::TickOutput FrameLoop::Impl::aheadTo(const xr::Frame& frame, const haptics::TickOutput& tick) {
+// Predicts the tool pose at the display time. Needs a runtime whose time can be converted to the loop's
+// clock.
+haptics::TickOutput FrameLoop::Impl::predictTick(const xr::Frame& frame, const haptics::TickOutput& tick) {
     const auto display_ns = headset->session.monotonic_ns(frame.predicted_display_time_ns);
     if (!live.tips || !display_ns) return tick;
     const haptics::TickOutput drawn = predictor.at(tick, *display_ns);
-    if (totals.times.size() < kMostFrameTimes) predictor.drew(totals.times.size(), *display_ns, drawn);
+    if (totals.times.size() < kMaxFrameTimes) predictor.drew(totals.times.size(), *display_ns, drawn);
     return drawn;
 }
 
-// Renders the equipment screens that someone can see. A capture renders and saves both.
-void FrameLoop::Impl::showMachines(render::RenderScene& scene, const Seen& seen,
-                                   const patient::ContrastTable* contrast, const render::ScreensSeen& screens,
-                                   const std::string& moment) {
-    const MachineMoment m =
-        momentOf(seen, scene, *headset->renderer, contrast, settings.guide, settings.tick_s);
+// Renders the equipment screens that are visible. A capture renders and saves both.
+void FrameLoop::Impl::showMachines(render::RenderScene& scene, const FrameState& seen,
+                                   const patient::ContrastTable* contrast,
+                                   const render::VisibleScreens& screens, const std::string& moment) {
+    const ImagingInput m =
+        makeImagingInput(seen, scene, *headset->renderer, contrast, settings.guide, settings.tick_s);
     const bool kept = !moment.empty();
-    MachinePictures& machines = *headset->machines;
+    EquipmentPictures& machines = *headset->machines;
     machines.show(m, {.ultrasound = kept || screens.ultrasound, .xray = kept || screens.xray});
     scene.ultrasound_screen = machines.ultrasoundScreen();
     scene.xray_screen = machines.xrayScreen();
@@ -218,40 +220,41 @@ void FrameLoop::Impl::showMachines(render::RenderScene& scene, const Seen& seen,
 void FrameLoop::Impl::help(training::Difficulty now) {
     if (now == difficulty) return;
     difficulty = now;
-    hints = training::hintsOf(now);
+    hints = training::makeHints(now);
     scenes.help(hints);
     guide.reset();
     if (hints.panel) guide.emplace(hints, settings.tick_s);
 }
 
-// Adds alerts and guide panel, as far as the difficulty allows. The notice is drawn later, on top.
-void FrameLoop::Impl::showHints(HeadsetPanels& panels, const Seen& seen,
+// Adds alerts and guide panel as the difficulty allows. The notice is drawn later, on top of them.
+void FrameLoop::Impl::showHints(HeadsetPanels& panels, const FrameState& seen,
                                 const std::array<render::View, 2>& views) {
-    if (hints.colours) panels.take(alerts.take(seen), views);
+    if (hints.colours) panels.placeAlert(alerts.update(seen), views);
     if (guide) {
-        const bool looked_at = panels.sees(stage_entry_m, headOf(views));
+        const bool looked_at = panels.sees(stage_entry_m, headPose(views));
         const std::uint64_t before = guide->revision();
-        guide->take(seen, looked_at);
+        guide->update(seen, looked_at);
         totals.panels_drawn += guide->revision() - before;
-        if (looked_at) panels.take(*guide);
+        if (looked_at) panels.placeGuide(*guide);
         totals.unseen_panels += !looked_at;
     }
 }
 
-bool FrameLoop::Impl::show(const Seen& given, const patient::ContrastTable* contrast,
+bool FrameLoop::Impl::show(const FrameState& given, const patient::ContrastTable* contrast,
                            const std::string& moment) {
     xr::Session& session = headset->session;
     xr::Frame frame = session.beginFrame();
-    const Seen seen = upToDate(given, moment);
+    const FrameState seen = upToDate(given, moment);
     help(seen.difficulty.value_or(settings.config.difficulty));
     const haptics::TickOutput& shown = seen.tick;
     const auto begin = SteadyClock::now();
     render::RenderStats drawn_stats;
     std::span<const xr::ShownPanel> shown_panels;
-    double machines_ms = 0.0;  // excluded from the budget: intermittent work must not change the resolution
+    // Excluded from the frame budget, so that intermittent work does not change the resolution.
+    double machines_ms = 0.0;
     ++totals.frames;
     room.advance(frame.predicted_display_time_ns);
-    if (frame.should_render) room.sitDown(frame.views[0].stage_from_eye.position[1]);
+    if (frame.should_render) room.setEyeHeight(frame.views[0].stage_from_eye.position[1]);
     const Pose& room_from_stage = room.roomFromStage();
     passController(room_from_stage);
     watchTheRoom(seen, moment);
@@ -260,40 +263,41 @@ bool FrameLoop::Impl::show(const Seen& given, const patient::ContrastTable* cont
         if (window && !headset->mirror) headset->mirror.emplace(*window, *headset->gpu, settings.tick_s);
         const render::StereoTarget target{frame.image, session.colourFormat(), session.width(),
                                           session.height(), frame.depth_image};
-        headset->keepToBudget(frame, settings.config.budget_ms);
-        Seen drawn = seen;
-        if (moment.empty()) drawn.tick = aheadTo(frame, shown);
-        render::RenderScene scene = scenes.sceneOf(drawn);
+        headset->adaptToBudget(frame, settings.config.budget_ms);
+        FrameState drawn = seen;
+        if (moment.empty()) drawn.tick = predictTick(frame, shown);
+        render::RenderScene scene = scenes.makeScene(drawn);
         scene.room.real = session.facts().blend_mode != "opaque";
         scene.room.shell = !scene.room.real;
         const auto machines_begin = SteadyClock::now();
-        const std::array<render::View, 2> expected = viewsOf(frame, room_from_stage);
-        if (settings.ears) settings.ears->place(headOf(expected));
-        const render::ScreensSeen screens = headset->renderer->screensSeen(scene, expected);
+        const std::array<render::View, 2> expected = eyeViews(frame, room_from_stage);
+        if (settings.listener_pose) settings.listener_pose->store(headPose(expected));
+        const render::VisibleScreens screens = headset->renderer->visibleScreens(scene, expected);
         const render::ScreenPlaces places = headset->renderer->screenPlaces(scene);
         showMachines(scene, seen, contrast, headset->mirror ? headset->mirror->screens(screens) : screens,
                      moment);
         HeadsetPanels& panels = headset->panelsFor(frame);
-        // In passthrough, a layer beneath would hide the real room.
-        panels.take(scene, places, scene.room.real ? render::ScreensSeen{} : screens);
+        // In passthrough, screens beneath the eye images would hide the real room.
+        panels.placeScreens(scene, places, scene.room.real ? render::VisibleScreens{} : screens);
         showHints(panels, seen, expected);
-        panels.take(room.doubt() != RoomDoubt::none ? noticeOf(room.doubt(), settings.rearm_act)
-                                                    : noticeOf(seen, attention, settings.rearm_act),
-                    headOf(expected));
+        panels.placeNotice(room.warning() != RoomWarning::none
+                               ? makeNotice(room.warning(), settings.rearm_act)
+                               : makeNotice(seen, attention, settings.rearm_act),
+                           headPose(expected));
         machines_ms = msSince(machines_begin);
         shown_panels = panels.shown(room_from_stage.inverse());
         session.lateUpdate(frame);
-        const std::array<render::View, 2> views = viewsOf(frame, room_from_stage);
+        const std::array<render::View, 2> views = eyeViews(frame, room_from_stage);
         drawn_stats = headset->renderer->draw(scene, views, target);
         addTo(totals.sum, drawn_stats);
         if (headset->mirror) headset->mirror->copyEye(target, views, places, scene.monitor_screen);
-        if (!moment.empty()) session.markMoment(moment);
+        if (!moment.empty()) session.markCapture(moment);
         ++totals.rendered;
         if (!totals.first) totals.first = firstPicture(*headset->gpu);
     }
     session.endFrame(frame, shown_panels);
     if (!frame.should_render && headset->mirror)
-        giveState(*window, {seen, settings.tick_s, {shown.tick}, std::nullopt, attention, true});
+        publishState(*window, {seen, settings.tick_s, {shown.tick}, std::nullopt, attention, true});
     if (frame.should_render) {
         const double took_ms = msSince(begin);
         if (headset->governor)
@@ -307,42 +311,42 @@ bool FrameLoop::Impl::show(const Seen& given, const patient::ContrastTable* cont
                              drawn_stats.layer_scale,
                              std::nullopt,
                              isLate(session, frame)};
-        if (totals.times.size() < kMostFrameTimes) totals.times.push_back(time);
+        if (totals.times.size() < kMaxFrameTimes) totals.times.push_back(time);
         if (headset->mirror)
-            headset->mirror->give(seen, *headset->machines, time, attention,
-                                  newest_offset ? std::optional(newest_offset->distance_m) : std::nullopt);
+            headset->mirror->publish(seen, *headset->machines, time, attention,
+                                     newest_offset ? std::optional(newest_offset->distance_m) : std::nullopt);
     }
     return frame.should_render;
 }
 
 void FrameLoop::Impl::takeNews() {
-    const xr::News news = headset->session.takeNews();
+    const xr::SessionEvents news = headset->session.popEvents();
     worn = news.worn.value_or(worn);
     for (const xr::SpaceChange& change : news.spaces)
         room.onChange(change.at_ns,
                       change.pose_valid ? std::optional(poseOf(change.previous_from_new)) : std::nullopt);
     for (int eye = 0; eye < 2; ++eye)
-        if (news.hidden_area_changed[std::size_t(eye)]) headset->hideWhatTheLensHides(eye);
+        if (news.hidden_area_changed[std::size_t(eye)]) headset->updateHiddenArea(eye);
 }
 
-// While the room is in doubt there is no force. Re-arming by the user confirms that the room is right.
-// Captures are skipped because they show the past.
-void FrameLoop::Impl::watchTheRoom(const Seen& seen, const std::string& moment) {
-    if (!moment.empty() || room.doubt() == RoomDoubt::none) return;
-    if (room.doubts() != doubts_seen) {
-        doubts_seen = room.doubts();
+// While there is a room warning, there is no force. The user confirms the room by re-arming. Captures are
+// ignored here, because they show the past.
+void FrameLoop::Impl::watchTheRoom(const FrameState& seen, const std::string& moment) {
+    if (!moment.empty() || room.warning() == RoomWarning::none) return;
+    if (room.warningCount() != warnings_seen) {
+        warnings_seen = room.warningCount();
         acts_before = seen.rearm_acts;
-        const Notice notice = noticeOf(room.doubt(), settings.rearm_act);
+        const Notice notice = makeNotice(room.warning(), settings.rearm_act);
         std::string text = notice.title + ":";
         for (const std::string& line : notice.lines)
             text += " " + line;
-        std::fprintf(stderr, "stylet: %s\n", text.c_str());
+        printMessage(text);
     } else if (seen.rearm_acts > acts_before) {
         room.confirm();
     }
 }
 
-bool FrameLoop::Impl::tryFrame(const Seen& seen, const patient::ContrastTable* contrast,
+bool FrameLoop::Impl::tryFrame(const FrameState& seen, const patient::ContrastTable* contrast,
                                const std::string& moment, bool& over) {
     const bool waits = !settings.config.fast;
     try {
@@ -374,32 +378,32 @@ bool FrameLoop::Impl::tryFrame(const Seen& seen, const patient::ContrastTable* c
 
 FrameLoop::FrameLoop(const patient::Patient& patient, const PictureSettings& settings,
                      const patient::PlannedPath& path) {
-    // Silence the loader: our own error message says the same.
+    // Silence the loader. Our own error message contains the same information.
     setenv("XR_LOADER_DEBUG", "none", 0);
     impl_ = std::make_unique<Impl>(patient, settings, path);
 }
 
 FrameLoop::~FrameLoop() = default;
 
-bool FrameLoop::frame(const Seen& seen, const patient::ContrastTable* contrast, const std::string& moment) {
+bool FrameLoop::frame(const FrameState& seen, const patient::ContrastTable* contrast,
+                      const std::string& moment) {
     Impl& loop = *impl_;
     const std::uint64_t rendered = loop.totals.rendered;
     if (!loop.found() && !loop.settings.config.fast)
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
     if (loop.window && !loop.headset)
-        giveState(*loop.window,
-                  {seen, loop.settings.tick_s, {seen.tick.tick}, std::nullopt, loop.attention, false});
+        publishState(*loop.window,
+                     {seen, loop.settings.tick_s, {seen.tick.tick}, std::nullopt, loop.attention, false});
     const int tries = moment.empty() ? 1 : kMomentTries;
     bool over = false;
     for (int tried = 0; tried < tries && loop.headset; ++tried)
         if (loop.tryFrame(seen, contrast, moment, over)) break;
     if (!moment.empty() && !over && loop.totals.rendered == rendered)
-        std::fprintf(stderr, "stylet: no picture of capture \"%s\": the runtime shows no frames\n",
-                     moment.c_str());
+        printMessage("no picture of capture \"" + moment + "\": the runtime shows no frames");
     return !over;
 }
 
-void FrameLoop::follow(LiveSeen live) {
+void FrameLoop::follow(LiveUpdates live) {
     impl_->live = std::move(live);
 }
 
@@ -409,7 +413,7 @@ void FrameLoop::mirrorTo(MirrorChannels& window) {
 
 Attention FrameLoop::attention() const {
     const Impl& loop = *impl_;
-    if (loop.room.doubt() != RoomDoubt::none && loop.attention == Attention::focused)
+    if (loop.room.warning() != RoomWarning::none && loop.attention == Attention::focused)
         return Attention::absent;
     return loop.attention;
 }

@@ -1,12 +1,13 @@
 #include "app/trainer/display/headset.h"
 
 #include <cmath>
-#include <cstdio>
 #include <thread>
+
+#include "app/trainer/stores/console.h"
 
 namespace stylet::trainer {
 
-render::GpuHooks hooksOf(xr::Session& session) {
+render::GpuHooks makeGpuHooks(xr::Session& session) {
     return {[&session](auto loader, auto info, auto out) {
                 return session.createVulkanInstance(loader, info, out);
             },
@@ -26,7 +27,7 @@ xr::Pose poseOf(const Pose& p) {
     return {{q.x, q.y, q.z, q.w}, {p.position_m.x, p.position_m.y, p.position_m.z}};
 }
 
-std::array<render::View, 2> viewsOf(const xr::Frame& frame, const Pose& room_from_stage) {
+std::array<render::View, 2> eyeViews(const xr::Frame& frame, const Pose& room_from_stage) {
     std::array<render::View, 2> views;
     for (std::size_t eye = 0; eye < 2; ++eye) {
         const xr::EyeView& from = frame.views[eye];
@@ -36,7 +37,7 @@ std::array<render::View, 2> viewsOf(const xr::Frame& frame, const Pose& room_fro
     return views;
 }
 
-Pose headOf(const std::array<render::View, 2>& views) {
+Pose headPose(const std::array<render::View, 2>& views) {
     return {views[0].stage_from_eye.rotation,
             0.5 * (views[0].stage_from_eye.position_m + views[1].stage_from_eye.position_m)};
 }
@@ -58,24 +59,24 @@ Headset::Headset(const patient::Patient& patient, const PictureSettings& setting
                                        settings.colocation->registration.key.space == "stationary",
                          .virtual_clock = settings.config.fast}),
       drawn(renderSettings(settings.config)) {
-    render::GpuSettings gpu_settings;
-    gpu_settings.validation = settings.config.validation;
-    gpu_settings.pipeline_cache = settings.pipeline_cache.string();
-    gpu = std::make_shared<render::Gpu>(gpu_settings, hooksOf(session));
-    session.keep(gpu);
+    gpu = std::make_shared<render::Gpu>(render::GpuSettings{.validation = settings.config.validation,
+                                                            .pipeline_cache = settings.pipeline_cache},
+                                        makeGpuHooks(session));
+    session.keepAlive(gpu);
     session.start(*gpu->instance(), *gpu->physicalDevice(), *gpu->device(), gpu->queueFamily());
     renderer.emplace(*gpu, drawn, settings.assets);
+    loadSceneLook(*renderer, settings.config);
     renderer->setPatient(patient);
     machines.emplace(*gpu, renderer->deformedPatient(), settings.assets);
     session.setDepthRange(drawn.near_m, drawn.far_m);
     for (const int eye : {0, 1})
-        hideWhatTheLensHides(eye);
+        updateHiddenArea(eye);
     for (const auto& notes : {session.notes(), renderer->notes()})
         for (const std::string& note : notes)
-            std::fprintf(stderr, "stylet: %s\n", note.c_str());
+            printMessage(note);
 }
 
-void Headset::hideWhatTheLensHides(int eye) {
+void Headset::updateHiddenArea(int eye) {
     const xr::HiddenArea area = session.hiddenArea(eye);
     std::vector<glm::vec2> tangents;
     for (const auto& [right, up] : area.tangents)
@@ -102,9 +103,9 @@ void Headset::waitUntilRunning(std::chrono::seconds patience) {
     }
 }
 
-void Headset::keepToBudget(const xr::Frame& frame, std::optional<double> budget_ms) {
+void Headset::adaptToBudget(const xr::Frame& frame, std::optional<double> budget_ms) {
     if (!governor) {
-        const double pace_ms = gpu->isProcessor() ? 0.0 : 1e-6 * double(frame.predicted_display_period_ns);
+        const double pace_ms = gpu->isSoftware() ? 0.0 : 1e-6 * double(frame.predicted_display_period_ns);
         const double wanted_ms = budget_ms.value_or(pace_ms);
         if (wanted_ms <= 0.0) return;
         governor.emplace(render::GovernorSettings{.budget_ms = wanted_ms});

@@ -15,7 +15,8 @@ namespace {
 
 constexpr const char* kScenario = "XRMOCK_SCENARIO";
 
-// Writes two minutes of stageFromHead() as a script for the mock runtime, 640 x 640 pixels per eye.
+// Writes two minutes of stageFromHead() as a head motion script for the mock runtime. Each eye has 640 x 640
+// pixels.
 void writeHeadScript(const std::filesystem::path& file, const Pose& stage_from_patient,
                      const patient::PlannedPath& path) {
     constexpr double kLength_s = 120.0, kKeyEvery_s = 0.25;
@@ -41,21 +42,21 @@ void writeHeadScript(const std::filesystem::path& file, const Pose& stage_from_p
 
 }  // namespace
 
-bool mockRuntimeChosen() {
+bool isMockRuntimeSelected() {
     for (const std::filesystem::path manifest : xr::runtimeSearchPath()) {
         if (std::error_code none; !std::filesystem::exists(manifest, none)) continue;
-        return std::filesystem::path(libraryNamedBy(manifest)).filename() == "libxrmock.so";
+        return std::filesystem::path(readLibraryPath(manifest)).filename() == "libxrmock.so";
     }
     return false;
 }
 
 MockStage::MockStage(const MockSettings& settings, const Pose& stage_from_patient,
                      const patient::PlannedPath& path) {
-    if (!mockRuntimeChosen()) return;
+    if (!isMockRuntimeSelected()) return;
     std::filesystem::path scenario = settings.scenario;
     if (scenario.empty() && !std::getenv(kScenario)) {
-        written_ = std::filesystem::temp_directory_path() /
-                   ("stylet-head-" + std::to_string(processNumber()) + ".json");
+        written_ =
+            std::filesystem::temp_directory_path() / ("stylet-head-" + std::to_string(processId()) + ".json");
         writeHeadScript(written_, stage_from_patient, path);
         scenario = written_;
     }

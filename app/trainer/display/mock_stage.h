@@ -10,16 +10,17 @@
 namespace stylet::trainer {
 
 // True if the loader would currently select the mock runtime.
-bool mockRuntimeChosen();
+bool isMockRuntimeSelected();
 
 struct MockSettings {
-    std::filesystem::path scenario;  // empty: $XRMOCK_SCENARIO, or else a head that leans over the path
+    // Head motion script; empty: $XRMOCK_SCENARIO or, if unset, a head that leans over the path.
+    std::filesystem::path scenario;
     bool virtual_clock = false;
     std::filesystem::path capture_dir;  // folder for captured pictures; empty: no captures
 };
 
-// Sets the environment variables of the mock runtime. Keep it alive as long as headset sessions may be
-// created. Does nothing for any other runtime.
+// Sets the environment variables of the mock runtime. Must exist as long as headset sessions may be created.
+// Does nothing for other runtimes.
 class MockStage {
   public:
     // Throws DataError if the script of the head motion cannot be written.

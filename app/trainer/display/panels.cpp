@@ -44,8 +44,8 @@ Pose NoticePlace::of(const Pose& stage_from_head) {
 HeadsetPanels::HeadsetPanels(xr::Session& session, const render::Gpu& gpu, double px_per_rad)
     : session_(&session), gpu_(&gpu), letter_rad_(letterAngle_rad(px_per_rad)) {}
 
-void HeadsetPanels::take(render::RenderScene& scene, const render::ScreenPlaces& places,
-                         const render::ScreensSeen& seen) {
+void HeadsetPanels::placeScreens(render::RenderScene& scene, const render::ScreenPlaces& places,
+                                 const render::VisibleScreens& seen) {
     placed_.clear();
     const std::array pictures{&scene.ultrasound_screen, &scene.xray_screen, &scene.monitor_screen};
     const std::array looked_at{seen.ultrasound, seen.xray, seen.monitor};
@@ -62,7 +62,7 @@ void HeadsetPanels::take(render::RenderScene& scene, const render::ScreenPlaces&
     }
 }
 
-void HeadsetPanels::take(const std::optional<Notice>& notice, const Pose& room_from_head) {
+void HeadsetPanels::placeNotice(const std::optional<Notice>& notice, const Pose& room_from_head) {
     if (!notice) return place_.forget();
     notice_.show(*notice);
     if (!notice_layer_) notice_layer_.emplace(*session_, *gpu_, NoticePanel::kWidth, NoticePanel::kHeight);
@@ -78,7 +78,7 @@ bool HeadsetPanels::sees(const Vec3& stage_entry_m, const Pose& room_from_head) 
            !covers(*guide_place_, room_from_head.position_m, stage_entry_m);
 }
 
-void HeadsetPanels::take(const GuidePanel& guide) {
+void HeadsetPanels::placeGuide(const GuidePanel& guide) {
     if (guide.revision() == 0) return;
     if (!guide_layer_) guide_layer_.emplace(*session_, *gpu_, GuidePanel::kWidth, GuidePanel::kHeight);
     if (!guide_layer_->show(guide.rgba().data(), guide.revision())) return;
@@ -86,9 +86,9 @@ void HeadsetPanels::take(const GuidePanel& guide) {
         {&*guide_layer_, guide_place_->stage_from_panel, guide_place_->width_m, guide_place_->height_m});
 }
 
-// Head-locked and as large as the views of both eyes together, so that the alert is at the border of the
-// view in every direction of gaze.
-void HeadsetPanels::take(const std::optional<Alert>& alert, const std::array<render::View, 2>& views) {
+// The alert is head-locked and as large as the views of both eyes together, so that it is at the edge of the
+// view in any gaze direction.
+void HeadsetPanels::placeAlert(const std::optional<Alert>& alert, const std::array<render::View, 2>& views) {
     if (!alert) return;
     alert_.show(*alert);
     if (!alert_layer_) alert_layer_.emplace(*session_, *gpu_, AlertPicture::kSize, AlertPicture::kSize);

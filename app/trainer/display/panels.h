@@ -1,6 +1,6 @@
-// Flat pictures in the headset, each in an OpenXR layer of its own. That is sharper than drawing them into
-// the eye images. The equipment screens lie beneath the eye images, which are transparent at the screens,
-// so a hand in front of a screen hides it. The notice is in front of everything. Frame thread.
+// Flat pictures in the headset. Each has its own OpenXR layer, which is sharper than drawing it into the eye
+// images. The equipment screens lie beneath the eye images, which are transparent where a screen is visible.
+// A hand in front of a screen therefore hides it. The notice is in front of everything. Frame thread.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ namespace stylet::trainer {
 // One picture in its own layer.
 class Panel {
   public:
-    // If the runtime refuses an image for it, the panel is never shown.
+    // If the runtime refuses to create an image for the panel, the panel is never shown.
     Panel(xr::Session&, const render::Gpu&, std::uint32_t width, std::uint32_t height);
     // Uploads the picture if its revision changed and an image is free. Returns true if the layer shows
     // this picture or an earlier one.
@@ -30,11 +30,11 @@ class Panel {
     xr::Session* session_;
     int id_;
     render::PictureUpload upload_;
-    std::uint64_t revision_ = 0;  // shown by the layer
+    std::uint64_t revision_ = 0;  // revision of the picture that the layer shows
 };
 
-// Place of the notice: in front of the eyes and facing them. It stays there until the user turns away from
-// it by more than kTurnedAway_rad.
+// Place of the notice: in front of the eyes and facing them. It stays there until the user turns away from it
+// by more than kTurnedAway_rad.
 class NoticePlace {
   public:
     static constexpr double kDistance_m = 1.0, kBelow_rad = 0.14, kTurnedAway_rad = 0.6;
@@ -50,15 +50,15 @@ class HeadsetPanels {
     HeadsetPanels(xr::Session&, const render::Gpu&, double px_per_rad);
 
     // Call first in a frame, before the scene is drawn. Starts a new list of panels and turns the visible
-    // equipment screens into layers. `seen`: see render::Renderer::screensSeen. Poses are in the room
+    // equipment screens into layers. `seen`: see render::Renderer::visibleScreens. Poses are in the room
     // frame.
-    void take(render::RenderScene&, const render::ScreenPlaces&, const render::ScreensSeen& seen);
-    void take(const std::optional<Notice>&, const Pose& room_from_head);
-    // True if the guide panel is in view and does not cover the entry. Only then is its picture uploaded.
-    // The first call chooses the place of the panel; it stays there as long as this headset exists.
+    void placeScreens(render::RenderScene&, const render::ScreenPlaces&, const render::VisibleScreens& seen);
+    void placeNotice(const std::optional<Notice>&, const Pose& room_from_head);
+    // Returns true if the guide panel is in view and does not cover the entry. Only then is its picture
+    // uploaded. The first call chooses the panel's place, which does not change while this headset exists.
     bool sees(const Vec3& stage_entry_m, const Pose& room_from_head);
-    void take(const GuidePanel&);
-    void take(const std::optional<Alert>&, const std::array<render::View, 2>&);
+    void placeGuide(const GuidePanel&);
+    void placeAlert(const std::optional<Alert>&, const std::array<render::View, 2>&);
     // Panels for xr::Session::endFrame. Valid until the next call.
     std::span<const xr::ShownPanel> shown(const Pose& stage_from_room);
 

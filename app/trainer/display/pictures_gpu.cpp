@@ -1,10 +1,12 @@
+#include <fmt/core.h>
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <memory>
 
 #include "app/trainer/display/frames.h"
-#include "app/trainer/view/machine_pictures.h"
+#include "app/trainer/stores/console.h"
+#include "app/trainer/view/equipment_pictures.h"
 #include "app/trainer/view/pictures.h"
 #include "app/trainer/view/scene.h"
 #include "app/trainer/window/mirror.h"
@@ -16,30 +18,23 @@ namespace {
 
 PictureTotals totalsOf(const FrameLoop& loop) {
     const FrameTotals from = loop.totals();
-    PictureTotals totals;
-    totals.frames = from.frames;
-    totals.rendered = from.rendered, totals.first = from.first;
-    totals.validation_messages = from.validation_messages;
-    totals.headsets_found_again = from.headsets_found_again;
-    totals.times = from.times;
-    totals.runtime = from.runtime;
-    totals.gpu = from.gpu;
+    PictureTotals totals = from;
     totals.skips = {
         {"still_frames", from.sum.still_frames},   {"idle_tool_frames", from.sum.idle_tool_frames},
-        {"culled_parts", from.sum.culled_parts},   {"kept_shadows", from.sum.kept_shadows},
+        {"culled_parts", from.sum.culled_parts},   {"kept_shadows", from.sum.reused_shadows},
         {"panels_drawn", from.panels_drawn},       {"unseen_panels", from.unseen_panels},
         {"unseen_screens", from.machines.unseen},  {"frozen_scans", from.machines.frozen},
         {"still_scans", from.machines.still_scans}};
     totals.scans = from.machines.scans, totals.xray_pictures = from.machines.xray_pictures;
     totals.ultrasound_ms = from.machines.ultrasound_ms, totals.xray_ms = from.machines.xray_ms;
-    if (from.sum.rays > 0)  // only if they were counted
+    if (from.sum.rays > 0)  // only if rays were counted
         totals.skips.insert(totals.skips.begin(), {{"skipped_bricks", from.sum.skipped_bricks},
                                                    {"terminated_rays", from.sum.terminated_rays},
                                                    {"depth_bounded_rays", from.sum.depth_bounded_rays}});
     return totals;
 }
 
-// The frame loop of a headset and, if wanted, its mirror window.
+// The frame loop of a headset and, if requested, its mirror window.
 class HeadsetDisplay final : public Display {
   public:
     HeadsetDisplay(const patient::Patient& patient, const PictureSettings& settings,
@@ -54,10 +49,11 @@ class HeadsetDisplay final : public Display {
             window_.emplace(patient, path, mirror);
             frames_.mirrorTo(window_->channels());
         } catch (const WindowError& e) {
-            std::fprintf(stderr, "stylet: no mirror window: %s\n", e.what());
+            printMessage(fmt::format("no mirror window: {}", e.what()));
         }
     }
-    bool frame(const Seen& seen, const patient::ContrastTable* contrast, const std::string& moment) override {
+    bool frame(const FrameState& seen, const patient::ContrastTable* contrast,
+               const std::string& moment) override {
         return frames_.frame(seen, contrast, moment);
     }
     PictureTotals totals() const override {
@@ -66,14 +62,14 @@ class HeadsetDisplay final : public Display {
         return both;
     }
     Attention attention() const override { return frames_.attention(); }
-    void follow(LiveSeen live) override { frames_.follow(std::move(live)); }
+    void follow(LiveUpdates live) override { frames_.follow(std::move(live)); }
 
   private:
     std::optional<Mirror> window_;  // outlives the frame loop, which writes to it
     FrameLoop frames_;
 };
 
-// Draws stereo pictures for a still head that leans over the entry.
+// Draws stereo pictures for a fixed head pose that leans over the entry.
 struct StillHead {
     StillHead(const patient::Patient& patient_in, const patient::PlannedPath& path_in,
               const std::filesystem::path& assets)
@@ -84,8 +80,8 @@ struct StillHead {
         renderer.setPatient(patient);
     }
 
-    // Views of both eyes of a head. Each eye sees a square around `middle`; `half` is the tangent of half
-    // its view angle.
+    // Returns the views of both eyes of a head. Each eye sees a square around `middle`. `half` is the tangent
+    // of half its view angle.
     std::array<render::View, 2> eyesOf(const Pose& head, const Vec3& middle, double half) const {
         std::array<render::View, 2> eyes;
         for (const int side : {0, 1}) {
@@ -99,7 +95,7 @@ struct StillHead {
         return eyes;
     }
 
-    std::array<render::View, 2> viewsOf(const StereoShot& shot) const {
+    std::array<render::View, 2> eyeViews(const StereoShot& shot) const {
         Pose head = stageFromHead(stage_from_patient, path, 0.0);
         const Vec3 entry = stage_from_patient * path.entry_m;
         if (shot.distance_m) {
@@ -117,7 +113,7 @@ struct StillHead {
         return eyesOf(head, middle, kRoom * 0.5 * std::max(size_m.x, size_m.z) / away);
     }
 
-    render::RenderScene sceneOf(const StereoShot& shot) const {
+    render::RenderScene makeScene(const StereoShot& shot) const {
         const patient::MotionModel& motion = patient.package().motion;
         render::RenderScene scene;
         scene.stage_from_patient = stage_from_patient;
@@ -125,10 +121,10 @@ struct StillHead {
         scene.breath = shot.breath;
         scene.patient_from_needle = shot.patient_from_needle;
         scene.tool = shot.tool;
-        scene.marks = marksOf(shot.wounds, scene.look, path);
-        // Remove the side toward the feet, so that the operator looks at the cut.
+        scene.marks = makeMarks(shot.wounds, scene.look, path);
+        // Cut away the side toward the feet, so that the operator looks at the cut surface.
         if (shot.section) scene.cuts = {{Vec3(0.0, 0.0, -1.0), -path.entry_m.z}};
-        furnish(scene, path);
+        addRoom(scene, path);
         for (const patient::PlannedPath& good : shot.paths)
             scene.paths.push_back({good.entry_m, good.target_m, good.quality});
         if (!shot.closed && shot.paths.empty())
@@ -141,20 +137,17 @@ struct StillHead {
     std::array<EyePicture, 2> draw(const StereoShot& shot) {
         std::array<EyePicture, 2> eyes;
         const std::array<render::Image, 2> images = renderer.drawToImages(
-            sceneOf(shot), viewsOf(shot), std::uint32_t(shot.pixels), std::uint32_t(shot.pixels));
-        for (std::size_t eye = 0; eye < 2; ++eye) {
-            eyes[eye] = {shot.pixels, shot.pixels, {}};
-            for (std::size_t i = 0; i < images[eye].rgba.size(); ++i)
-                if (i % 4 != 3) eyes[eye].rgb.push_back(images[eye].rgba[i]);
-        }
+            makeScene(shot), eyeViews(shot), std::uint32_t(shot.pixels), std::uint32_t(shot.pixels));
+        for (std::size_t eye = 0; eye < 2; ++eye)
+            eyes[eye] = {shot.pixels, shot.pixels, rgbOf(images[eye].rgba)};
         return eyes;
     }
 
-    // Viewpoint for a cut: from the feet, the operator's side and above.
+    // Direction of the viewpoint for a cut: from the feet, the operator's side and above.
     static constexpr Vec3 kFromTheFeet{0.22, 0.30, -0.50};
     static constexpr Vec3 kDoor_m{1.7, 1.75, 1.5}, kOverTable_m{-0.1, 1.05, -0.55};
     static constexpr double kRoom = 1.2;            // size of the picture relative to the patient
-    static constexpr double kCloseUpTangent = 0.7;  // of half the view angle
+    static constexpr double kCloseUpTangent = 0.7;  // tangent of half the view angle
     const patient::Patient& patient;
     const patient::PlannedPath path;
     render::Gpu gpu{render::GpuSettings{}};
@@ -162,26 +155,26 @@ struct StillHead {
     const Pose stage_from_patient;
 };
 
-// The equipment pictures without a room.
+// Draws the equipment pictures only, without a room.
 struct StillMachines {
     StillMachines(const patient::Patient& patient, const std::filesystem::path& assets)
         : deformed(gpu, patient), pictures(gpu, deformed, assets) {}
     render::Gpu gpu{render::GpuSettings{}};
     render::DeformedPatient deformed;
-    MachinePictures pictures;
+    EquipmentPictures pictures;
 };
 
-EyePicture rgbOf(const render::ScreenPicture& screen) {
-    EyePicture picture{screen.width, screen.height, {}};
-    for (int i = 0; i < 4 * screen.width * screen.height; ++i)
-        if (i % 4 != 3) picture.rgb.push_back(screen.rgba[i]);
-    return picture;
+EyePicture pictureOf(const render::ScreenPicture& screen) {
+    return {screen.width, screen.height,
+            rgbOf({screen.rgba, std::size_t(4) * std::size_t(screen.width) * std::size_t(screen.height)})};
 }
 
 }  // namespace
 
 std::unique_ptr<Display> openPictures(const patient::Patient& patient, const patient::PlannedPath& path,
                                       const PictureSettings& settings, std::string& why_not) {
+    // A wrong look file ends the program. It is a mistake in the command line, not a missing GPU.
+    if (!settings.config.look_file.empty()) render::loadLook(settings.config.look_file);
     try {
         auto display = std::make_unique<HeadsetDisplay>(patient, settings, path);
         if (settings.config.mirror) display->openMirror(patient, settings, path);
@@ -192,19 +185,19 @@ std::unique_ptr<Display> openPictures(const patient::Patient& patient, const pat
     }
 }
 
-std::optional<MachineView> openMachines(const patient::Patient& patient, const std::filesystem::path& assets,
-                                        std::string& why_not) {
+std::optional<EquipmentView> openEquipment(const patient::Patient& patient,
+                                           const std::filesystem::path& assets, std::string& why_not) {
     try {
         const auto machines = std::make_shared<StillMachines>(patient, assets);
-        return MachineView{[machines](const MachineMoment& m) {
-                               machines->pictures.show(m, {.ultrasound = true});
-                               return rgbOf(machines->pictures.ultrasoundScreen());
-                           },
-                           [machines](const MachineMoment& m) {
-                               machines->pictures.show(m, {.xray = true});
-                               return rgbOf(machines->pictures.xrayScreen());
-                           },
-                           machines->gpu.name()};
+        return EquipmentView{[machines](const ImagingInput& m) {
+                                 machines->pictures.show(m, {.ultrasound = true});
+                                 return pictureOf(machines->pictures.ultrasoundScreen());
+                             },
+                             [machines](const ImagingInput& m) {
+                                 machines->pictures.show(m, {.xray = true});
+                                 return pictureOf(machines->pictures.xrayScreen());
+                             },
+                             machines->gpu.name()};
     } catch (const std::runtime_error& e) {
         why_not = e.what();
         return std::nullopt;

@@ -26,8 +26,8 @@ std::optional<StereoView> openStereo(const patient::Patient&, const patient::Pla
     return std::nullopt;
 }
 
-std::optional<MachineView> openMachines(const patient::Patient&, const std::filesystem::path&,
-                                        std::string& why_not) {
+std::optional<EquipmentView> openEquipment(const patient::Patient&, const std::filesystem::path&,
+                                           std::string& why_not) {
     why_not = kWhyNot;
     return std::nullopt;
 }

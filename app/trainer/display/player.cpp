@@ -1,18 +1,19 @@
 #include "app/trainer/display/player.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <utility>
 
+#include "app/trainer/stores/console.h"
+
 namespace stylet::trainer {
 
-void Player::hear(std::string_view lines) {
-    for (std::size_t end; (end = lines.find('\n')) != std::string_view::npos; lines.remove_prefix(end + 1))
-        hearLine(lines.substr(0, end));
+void Player::execute(std::string lines) {
+    while (const std::optional<std::string> line = popLine(lines))
+        executeLine(*line);
 }
 
-void Player::hearLine(std::string_view line) {
+void Player::executeLine(std::string_view line) {
     const std::size_t blank = std::min(line.find(' '), line.size());
     const std::string_view word = line.substr(0, blank);
     if (word == "stop") state_.plays = false;
@@ -21,10 +22,9 @@ void Player::hearLine(std::string_view line) {
         if (state_.plays && state_.at_s >= state_.length_s) goTo(0.0);
     }
     if (blank == line.size()) return;
-    double value = 0.0;
-    const char* const last = line.data() + line.size();
-    const auto [end, error] = std::from_chars(line.data() + blank + 1, last, value);
-    if (error != std::errc() || end != last || !std::isfinite(value)) return;
+    const auto number = parseNumber<double>(line.substr(blank + 1));
+    if (!number || !std::isfinite(*number)) return;
+    const double value = *number;
     if (word == "skip") goTo(state_.at_s + value);
     if (word == "seek") goTo(value * state_.length_s);
     if (word == "speed" && value > 0.0) state_.speed = std::clamp(state_.speed * value, kSlowest, kFastest);
@@ -34,13 +34,13 @@ void Player::goTo(double at_s) {
     state_.at_s = std::clamp(at_s, 0.0, state_.length_s);
 }
 
-void Player::pass(double dt_s) {
+void Player::advance(double dt_s) {
     if (!state_.plays) return;
     goTo(state_.at_s + state_.speed * dt_s);
     state_.plays = state_.at_s < state_.length_s;
 }
 
-std::string PlayerStick::take(std::uint32_t buttons, const std::array<float, 2>& stick, double dt_s) {
+std::string PlayerStick::update(std::uint32_t buttons, const std::array<float, 2>& stick, double dt_s) {
     const std::uint32_t fresh = buttons & ~std::exchange(buttons_, buttons);
     std::string said;
     if (fresh & 1u) said += "toggle\n";

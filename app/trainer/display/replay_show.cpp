@@ -1,13 +1,14 @@
 #include "app/trainer/display/replay_show.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <memory>
 #include <utility>
 
 #include "app/installation.h"
 #include "app/trainer/display/player.h"
+#include "app/trainer/stores/console.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "app/trainer/view/pictures.h"
 
@@ -26,16 +27,16 @@ PictureSettings pictureSettings(const ShownReplay& shown, const std::filesystem:
     settings.guide = shown.guide;
     settings.config.mirror = !environment("DISPLAY").empty();
     settings.window = std::make_shared<WindowPort>();
-    settings.window->giveReplay();
+    settings.window->enableReplay();
     settings.controllers = std::make_shared<ControllerPort>();
     return settings;
 }
 
-Seen seenAt(const ShownReplay& shown, double tick) {
-    Seen seen = shown.timeline.at(tick);
+FrameState seenAt(const ShownReplay& shown, double tick) {
+    FrameState seen = shown.timeline.at(tick);
     if (!shown.ghost) return seen;
     const haptics::TickOutput& ghost = shown.ghost->at(tick).tick;
-    if (haptics::holdsNeedle(ghost.tool)) seen.ghost_needle = ghost.patient_from_needle;
+    if (haptics::isNeedleTool(ghost.tool)) seen.ghost_needle = ghost.patient_from_needle;
     return seen;
 }
 
@@ -46,34 +47,35 @@ std::unique_ptr<Display> openDisplay(const ShownReplay& shown, const PictureSett
         if (auto pictures = openPictures(shown.patient, shown.path, settings, no_headset)) return pictures;
     auto pictures = openDesktop(shown.patient, shown.path, settings, no_window);
     if (!pictures)
-        throw DataError("--show", "window", no_window + (no_headset.empty() ? "" : "; " + no_headset));
-    if (!no_headset.empty())
-        std::fprintf(stderr, "stylet: no headset: %s; using a window instead\n", no_headset.c_str());
+        throw EnvironmentError("--show needs a headset or a window: " + no_window +
+                               (no_headset.empty() ? "" : "; " + no_headset));
+    if (!no_headset.empty()) printMessage("no headset: " + no_headset + "; using a window instead");
     return pictures;
 }
 
 }  // namespace
 
-Timeline::Timeline(std::size_t ticks) : every_(std::max<std::size_t>(5, ticks / kMost + 1)) {}
+Timeline::Timeline(std::size_t ticks) : every_(std::max<std::size_t>(5, ticks / kMaxStates + 1)) {}
 
-const Seen& Timeline::at(double tick) const {
-    const auto after = std::upper_bound(seen_.begin(), seen_.end(), tick,
-                                        [](double t, const Seen& s) { return t < double(s.tick.tick); });
+const FrameState& Timeline::at(double tick) const {
+    const auto after = std::upper_bound(seen_.begin(), seen_.end(), tick, [](double t, const FrameState& s) {
+        return t < double(s.tick.tick);
+    });
     return after == seen_.begin() ? *after : *(after - 1);
 }
 
-void showReplay(const ShownReplay& shown, const std::vector<Moment>& moments,
+void showReplay(const ShownReplay& shown, const std::vector<Capture>& moments,
                 const std::filesystem::path& out) {
     const PictureSettings settings = pictureSettings(shown, out);
     const std::unique_ptr<Display> display = openDisplay(shown, settings);
-    for (const Moment& moment : moments)
+    for (const Capture& moment : moments)
         display->frame(moment.seen, nullptr, moment.name);
     Player player(double(shown.ticks) * shown.dt_s);
     if (shown.at_s) {
-        player.hear("seek " + std::to_string(*shown.at_s / player.state().length_s) + "\n");
+        player.execute("seek " + std::to_string(*shown.at_s / player.state().length_s) + "\n");
         display->frame(seenAt(shown, player.state().at_s / shown.dt_s), nullptr, "at");
     } else {
-        player.hear("toggle\n");
+        player.execute("toggle\n");
     }
     PlayerStick stick;
     auto last = SteadyClock::now();
@@ -82,16 +84,16 @@ void showReplay(const ShownReplay& shown, const std::vector<Moment>& moments,
         const auto now = SteadyClock::now();
         const double dt_s = std::chrono::duration<double>(now - last).count();
         last = now;
-        const ControllerPort::Frame hand = settings.controllers->seen();
-        player.hear(settings.window->typed() + stick.take(hand.buttons, hand.thumbstick, dt_s));
-        // Stop when the headset is taken off, so that its user misses nothing.
-        if (display->attention() == Attention::away) player.hear("stop\n");
-        player.pass(dt_s);
-        settings.window->tell(player.state());
+        const ControllerPort::Frame hand = settings.controllers->frame();
+        player.execute(settings.window->typed() + stick.update(hand.buttons, hand.thumbstick, dt_s));
+        // Stop when the headset is taken off, so that the user misses nothing.
+        if (display->attention() == Attention::away) player.execute("stop\n");
+        player.advance(dt_s);
+        settings.window->publish(player.state());
         goes_on = display->frame(seenAt(shown, player.state().at_s / shown.dt_s), nullptr, "");
     }
-    std::fprintf(stderr, "stylet: the replay ended at %.6f of %.6f s\n", player.state().at_s,
-                 player.state().length_s);
+    printMessage(
+        fmt::format("the replay ended at {:.6f} of {:.6f} s", player.state().at_s, player.state().length_s));
 }
 
 }  // namespace stylet::trainer

@@ -6,10 +6,10 @@
 namespace stylet::trainer {
 
 namespace {
-constexpr std::size_t kMostBytes = std::size_t(1) << 20;
+constexpr std::size_t kMaxBytes = std::size_t(1) << 20;
 }
 
-std::string libraryNamedBy(std::string_view manifest) {
+std::string readLibraryPath(std::string_view manifest) {
     const auto read = nlohmann::json::parse(manifest, nullptr, false);
     if (!read.is_object()) return {};
     const auto runtime = read.find("runtime");
@@ -19,12 +19,12 @@ std::string libraryNamedBy(std::string_view manifest) {
     return library->get<std::string>();
 }
 
-std::string libraryNamedBy(const std::filesystem::path& manifest) {
-    std::string text(kMostBytes, '\0');
+std::string readLibraryPath(const std::filesystem::path& manifest) {
+    std::string text(kMaxBytes, '\0');
     std::ifstream in(manifest, std::ios::binary);
     in.read(text.data(), std::streamsize(text.size()));
     text.resize(std::size_t(in.gcount()));
-    return libraryNamedBy(std::string_view(text));
+    return readLibraryPath(std::string_view(text));
 }
 
 }  // namespace stylet::trainer

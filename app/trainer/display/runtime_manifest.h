@@ -7,9 +7,9 @@
 
 namespace stylet::trainer {
 
-// Path of the library that the manifest names; empty if it names none or is not a manifest.
-std::string libraryNamedBy(std::string_view manifest);
+// Path of the library in the manifest. Empty if it contains none or is not a manifest.
+std::string readLibraryPath(std::string_view manifest);
 // Same for a file; also empty if the file cannot be read.
-std::string libraryNamedBy(const std::filesystem::path& manifest);
+std::string readLibraryPath(const std::filesystem::path& manifest);
 
 }  // namespace stylet::trainer

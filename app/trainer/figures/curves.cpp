@@ -10,7 +10,7 @@
 namespace stylet::trainer {
 
 int curves(const CurvesOptions& options) {
-    needFolder(options.out, "--out");
+    requireFolder(options.out, "--out");
     const patient::TissueDefaults table = patient::loadTissueDefaults(
         options.table.empty() ? assetsFolder() / "tissue" / "ptcd.toml" : options.table);
     report::drawTissueCurves(report::tissueCurves(table.tissues, {}), table.tissues,

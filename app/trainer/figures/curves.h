@@ -6,7 +6,7 @@
 namespace stylet::trainer {
 
 struct CurvesOptions {
-    std::filesystem::path table;  // TOML with [[tissue]] and [thresholds]; empty: the shipped one
+    std::filesystem::path table;  // TOML with [[tissue]] and [thresholds]; empty: the installed table
     std::filesystem::path out;
 };
 

@@ -1,5 +1,6 @@
 #include "app/trainer/figures/film.h"
 
+#include <fmt/core.h>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -11,7 +12,7 @@
 #include "app/trainer/attempt/attempt.h"
 #include "app/trainer/attempt/scenario.h"
 #include "app/trainer/figures/film_puncture.h"
-#include "app/trainer/stores/patient_source.h"
+#include "app/trainer/stores/console.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "app/trainer/view/pictures.h"
 
@@ -23,7 +24,7 @@ namespace {
 
 constexpr double kTick_s = 0.001;
 constexpr int kTicksASample = 20;
-constexpr double kBreathsAlone = 5.0;  // length of the film, in breaths, without a script
+constexpr double kBreathsAlone = 5.0;  // length of the film in breaths, if there is no script
 
 // Breathing plan, breath commands and duration of a film.
 struct Course {
@@ -32,8 +33,8 @@ struct Course {
     double seconds = 0.0, breath_s = 0.0;
 };
 
-Course courseOf(const patient::Patient& patient, const Scenario& scenario,
-                const std::optional<patient::PlannedPath>& path, std::uint64_t seed) {
+Course simulateCourse(const patient::Patient& patient, const Scenario& scenario,
+                      const std::optional<patient::PlannedPath>& path, std::uint64_t seed) {
     Course course{breathPlan(patient.package(), scenario.breath, seed), {}, 0.0, 0.0};
     course.breath_s = scenario.breath.recording.empty()
                           ? course.plan.rhythm.period_s
@@ -69,8 +70,8 @@ std::vector<BreathSample> breathe(const patient::Patient& patient, const Course&
     return samples;
 }
 
-// Picks the samples that the film shows.
-std::vector<BreathSample> framesOf(const std::vector<BreathSample>& samples, int frames, double seconds) {
+// Selects the samples that the film shows.
+std::vector<BreathSample> selectFrames(const std::vector<BreathSample>& samples, int frames, double seconds) {
     std::vector<BreathSample> shown;
     for (int i = 0; i < frames; ++i) {
         const double t_s = seconds * i / frames;
@@ -80,11 +81,9 @@ std::vector<BreathSample> framesOf(const std::vector<BreathSample>& samples, int
     return shown;
 }
 
-std::string captionOf(const BreathSample& s) {
-    std::array<char, 96> text{};
-    std::snprintf(text.data(), text.size(), "%.2f s   v %.2f   dome %.1f mm%s", s.t_s, s.breath.v,
-                  1e3 * s.dome_m, s.held ? "   held" : "");
-    return text.data();
+std::string makeCaption(const BreathSample& s) {
+    return fmt::format("{:.2f} s   v {:.2f}   dome {:.1f} mm{}", s.t_s, s.breath.v, 1e3 * s.dome_m,
+                       s.held ? "   held" : "");
 }
 
 void writeCoronal(const patient::Patient& patient, const std::vector<BreathSample>& shown, const Vec3& dome_m,
@@ -93,7 +92,7 @@ void writeCoronal(const patient::Patient& patient, const std::vector<BreathSampl
     std::vector<report::FilmFrame> frames;
     for (const BreathSample& s : shown) {
         frames.push_back(report::coronalFrame(patient, s.breath, exhaled.y, exhaled.z));
-        frames.back().caption = captionOf(s);
+        frames.back().caption = makeCaption(s);
     }
     report::writeFilm(frames, title + ", coronal; dashed: the dome at end-exhale", out, "coronal");
 }
@@ -104,24 +103,24 @@ void writeStereo(const patient::Patient& patient, const patient::PlannedPath& pa
     std::string why_not;
     const auto view = openStereo(patient, path, assetsFolder(), why_not);
     if (!view) {
-        std::fprintf(stderr, "stylet: no stereo view: %s\n", why_not.c_str());
+        printMessage("no stereo view: " + why_not);
         return;
     }
     std::vector<report::FilmFrame> frames;
     for (const BreathSample& s : shown) {
         std::array<EyePicture, 2> eyes = view->draw({.breath = s.breath});
-        frames.push_back(report::besideEachOther(filmFrame(std::move(eyes[0]), captionOf(s)),
-                                                 filmFrame(std::move(eyes[1]), {})));
+        frames.push_back(report::sideBySide(filmFrame(std::move(eyes[0]), makeCaption(s)),
+                                            filmFrame(std::move(eyes[1]), {})));
     }
     report::writeFilm(frames, title + ", left and right eye", options.out, "stereo");
-    writePuncture(makeAttempt(patient, scenario, path, options.seed), *view, options.frames, title,
+    writePuncture(makeAttempt(patient, scenario, path, options.source.seed), *view, options.frames, title,
                   options.out);
 }
 
 void printFollows(const std::vector<BreathSample>& samples) {
-    const report::DomeFollows f = report::domeFollows(samples);
+    const report::DomeRegression f = report::fitDomeMotion(samples);
     std::printf("  breathing: the dome travels %.1f mm, %.2f mm per v; r %.4f, beside the line %.2f mm\n",
-                1e3 * f.travel_m, 1e3 * f.per_v_m, f.correlation, 1e3 * f.off_line_m);
+                1e3 * f.travel_m, 1e3 * f.slope_m, f.correlation, 1e3 * f.residual_rms_m);
     if (f.held_from_m != f.held_to_m)
         std::printf("  held: the dome at %.1f to %.1f mm\n", 1e3 * f.held_from_m, 1e3 * f.held_to_m);
     std::printf("   t [s]       v   dome [mm]\n");
@@ -132,12 +131,13 @@ void printFollows(const std::vector<BreathSample>& samples) {
     }
 }
 
-// Returns nothing if the patient has no labels to plan on. The film then has no script and no stereo view.
+// Returns nothing if the patient has no labels for planning. The film then has no script and no stereo view.
 std::optional<patient::PlannedPath> pathOf(const patient::Patient& patient, const OpenedPatient& opened) {
     try {
         return bestPath(patient, opened.folder, patient::Surrogate{});
     } catch (const DataError& e) {
-        std::fprintf(stderr, "stylet: no path, so neither holds nor the stereo view: %s\n", e.what());
+        printMessage(
+            fmt::format("no planned path, so the film has no breath-holds and no stereo view: {}", e.what()));
         return std::nullopt;
     }
 }
@@ -145,18 +145,17 @@ std::optional<patient::PlannedPath> pathOf(const patient::Patient& patient, cons
 }  // namespace
 
 int film(const FilmOptions& options) {
-    needFolder(options.out, "--out");
+    requireFolder(options.out, "--out");
     Scenario scenario = loadScenario(scenarioFile(options.scenario));
     if (!options.recording.empty()) breatheAsRecorded(scenario.breath, options.recording);
-    const OpenedPatient opened = openPatient(
-        {options.patient, options.seed, 1e-3 * options.spacing_mm, cacheFolder(), assetsFolder()});
+    const OpenedPatient opened = openPatient(options.source);
     const patient::Patient patient(opened.package);
     const std::optional<patient::PlannedPath> path = pathOf(patient, opened);
-    const Course course = courseOf(patient, scenario, path, options.seed);
+    const Course course = simulateCourse(patient, scenario, path, options.source.seed);
     const Vec3 dome_m = report::domePoint(patient);
     const std::vector<BreathSample> samples = breathe(patient, course, dome_m);
     const std::vector<BreathSample> shown =
-        framesOf(samples, options.frames, options.seconds.value_or(course.breath_s));
+        selectFrames(samples, options.frames, options.seconds.value_or(course.breath_s));
 
     const std::string signal = scenario.breath.recording.empty()
                                    ? "signal v"

@@ -1,19 +1,18 @@
 // `stylet film`: writes the breathing of a scenario's patient as a table, a curve and a film.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 
+#include "app/trainer/stores/patient_source.h"
+
 namespace stylet::trainer {
 
 struct FilmOptions {
-    std::string scenario = "demo";    // name in assets/scenarios, or a .toml file
-    std::filesystem::path patient;    // empty: the reference patient of `seed`
-    std::uint64_t seed = 1;           // for patient and breath
-    double spacing_mm = 1.0;          // voxel size of a generated reference patient
-    std::filesystem::path recording;  // CSV of a marker track, replaces the scenario's rhythm
+    std::string scenario = "demo";  // name in assets/scenarios, or a .toml file
+    PatientOptions source;
+    std::filesystem::path recording;  // CSV of a marker's motion, which replaces the scenario's rhythm
     int frames = 24;
     std::optional<double> seconds;  // length of the film; absent: one breath
     bool stereo = true;             // also write stereo pictures, if there is a GPU

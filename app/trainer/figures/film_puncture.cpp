@@ -1,7 +1,7 @@
 #include "app/trainer/figures/film_puncture.h"
 
+#include <fmt/core.h>
 #include <algorithm>
-#include <cstdio>
 
 #include "app/report/film.h"
 #include "app/trainer/view/contacts.h"
@@ -36,19 +36,20 @@ std::vector<TickOutput> ticksOf(const Attempt& attempt) {
 }
 
 bool onWholeSkin(const TickOutput& out) {
-    return out.phase == Phase::held && out.tissue == patient::Tissue::air;
+    return out.phase == Phase::tenting && out.tissue == patient::Tissue::air;
 }
 
-// Returns the first tick after the puncture of the skin. Without a puncture (the needle passes an incision)
-// it returns the tick in which the skin is displaced most. Returns ticks.size() if nothing presses on the
-// skin.
+// Returns the first tick after the puncture of the skin. If there is no puncture (the needle passes through
+// an incision), returns the tick in which the skin is displaced most. Returns ticks.size() if nothing presses
+// on the skin.
 std::size_t middleOf(const Attempt& attempt, const std::vector<TickOutput>& ticks) {
     for (std::size_t i = 1; i < ticks.size(); ++i)
         if (onWholeSkin(ticks[i - 1]) && !onWholeSkin(ticks[i]) && ticks[i].phase != Phase::outside) return i;
     std::size_t most = ticks.size();
     double most_m = 0.0;
     for (std::size_t i = 0; i < ticks.size(); ++i)
-        for (const patient::ToolContact& c : contactsOf(ticks[i], attempt.patient, attempt.touchMap()).all())
+        for (const patient::ToolContact& c :
+             findContacts(ticks[i], attempt.patient, attempt.touchMap()).all())
             if (glm::length(c.begin_moved_m) > most_m) most = i, most_m = glm::length(c.begin_moved_m);
     return most;
 }
@@ -75,10 +76,9 @@ std::vector<Shown> framesAbout(const Attempt& attempt, const std::vector<TickOut
         const patient::DisplacementTable* table = press.shown(ticks[at]);
         const double moved_m =
             table ? glm::length(displacementAt(*table, ticks[at].patient_from_tool.position_m)) : 0.0;
-        char text[96];
-        std::snprintf(text, sizeof text, "%+.3f s   at the tip %.2f mm   %.2f N",
-                      (double(at) - double(cut)) * dt_s, 1e3 * moved_m, ticks[at].force_n);
-        shown.push_back({ticks[at], table ? std::optional(*table) : std::nullopt, text});
+        shown.push_back({ticks[at], table ? std::optional(*table) : std::nullopt,
+                         fmt::format("{:+.3f} s   at the tip {:.2f} mm   {:.2f} N",
+                                     (double(at) - double(cut)) * dt_s, 1e3 * moved_m, ticks[at].force_n)});
     }
     return shown;
 }
@@ -92,18 +92,18 @@ void writePuncture(const Attempt& attempt, const StereoView& view, int frames, c
     if (cut == ticks.size()) return;
     const std::vector<Shown> shown = framesAbout(attempt, ticks, cut, frames);
     std::array<std::vector<report::FilmFrame>, 2> looks;
-    // Render all pictures of one look first: each change of look reclassifies the volume.
+    // Render all pictures of one look before the next, because each change of look reclassifies the volume.
     for (const bool closed : {true, false})
         for (const Shown& s : shown) {
             StereoShot shot{.breath = s.tick.breath, .closed = closed, .distance_m = kAway_m};
-            if (haptics::holdsNeedle(s.tick.tool)) shot.patient_from_needle = s.tick.patient_from_needle;
+            if (haptics::isNeedleTool(s.tick.tool)) shot.patient_from_needle = s.tick.patient_from_needle;
             shot.tool = s.tool ? &*s.tool : nullptr;
             looks[closed ? 0 : 1].push_back(
                 filmFrame(std::move(view.draw(shot)[0]), closed ? s.caption : ""));
         }
     std::vector<report::FilmFrame> both;
     for (std::size_t i = 0; i < shown.size(); ++i)
-        both.push_back(report::besideEachOther(looks[0][i], looks[1][i]));
+        both.push_back(report::sideBySide(looks[0][i], looks[1][i]));
     report::writeFilm(both, title + ", the skin before and after its cut", out, "puncture");
 }
 

@@ -11,8 +11,7 @@
 #include "app/installation.h"
 #include "app/report/film.h"
 #include "app/trainer/attempt/hand.h"
-#include "app/trainer/session/machine_moment.h"
-#include "app/trainer/stores/patient_source.h"
+#include "app/trainer/session/imaging_input.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "app/trainer/view/contacts.h"
 #include "app/trainer/view/pictures.h"
@@ -22,7 +21,7 @@ namespace stylet::trainer {
 namespace {
 
 constexpr double kPressed_m = 0.008;  // depth to which the probe's face is pressed into the skin
-constexpr double kShort_m = 0.012;    // distance of the tip before the duct, for an advancing needle
+constexpr double kShort_m = 0.012;    // distance between tip and duct, for an advancing needle
 constexpr double kDeep_m = 0.060, kShallow_m = 0.030,
                  kDeepest_m = 0.100;  // depths along a scan line: of ribs; of ducts and vessels
 constexpr int kRolls = 24;
@@ -32,12 +31,12 @@ constexpr double kHalfFan_rad = std::numbers::pi / 6;
 // A probe pose on the skin whose picture contains a planned path.
 struct Placed {
     Pose patient_from_tool;  // stylus frame: +z out of the body
-    double touching = 0.0;   // share of the face
-    double blocked = 0.0;    // share of the scan lines that meet bone
-    double tubes = 0.0;      // share of the picture that is duct or vessel
+    double touching = 0.0;   // share of the probe's face that touches the skin
+    double blocked = 0.0;    // share of the scan lines that hit bone
+    double tubes = 0.0;      // share of the picture that shows a duct or vessel
 };
 
-// Tissue at a point of the reference CT; sufficient to find a window between ribs.
+// Tissue at a point of the reference CT. This is sufficient to find a window between ribs.
 patient::Tissue tissueInReference(const patient::Patient& patient, const Vec3& reference_m) {
     return patient.at(reference_m, patient::TrackFlags{true, false}).tissue;
 }
@@ -49,7 +48,7 @@ Placed place(const patient::Patient& patient, const haptics::TouchMap& touch,
     const Vec3 axis = glm::normalize(path.target_reference_m - path.entry_reference_m);
     const Pose rolled =
         needlePose(path.entry_reference_m, axis) * Pose{glm::angleAxis(roll_rad, Vec3(0, 0, 1)), Vec3(0.0)};
-    Placed placed{heldLike(rolled, haptics::Tool::probe, haptics::GuideSettings{})};
+    Placed placed{toolPoseFromNeedle(rolled, haptics::Tool::probe, haptics::GuideSettings{})};
     const haptics::ProbeSettings face;
     constexpr int kPoints = 17;
     const auto facePoint = [&](int i) {
@@ -83,8 +82,8 @@ Placed place(const patient::Patient& patient, const haptics::TouchMap& touch,
     return placed;
 }
 
-// Best placement over all paths and roll angles: most ducts and vessels seen between the ribs, or with
-// `across_ribs` most ribs.
+// Best placement over all paths and roll angles. It shows the most ducts and vessels between the ribs or,
+// with `across_ribs`, the most ribs.
 struct Found {
     Placed placed;
     const patient::PlannedPath* path = nullptr;
@@ -106,7 +105,7 @@ Found bestPlace(const patient::Patient& patient, const haptics::TouchMap& touch,
 // One picture: a parked probe with or without a needle.
 struct Shot {
     std::string caption;
-    MachineMoment moment;
+    ImagingInput moment;
     std::optional<patient::DisplacementTable> pressed;
     std::optional<patient::ContrastTable> contrast;
 };
@@ -119,8 +118,8 @@ struct Sheet {
     const patient::PlannedPath& path = *between.path;
     const Vec3 axis = glm::normalize(path.target_reference_m - path.entry_reference_m);
 
-    Shot shotOf(const std::string& caption, const std::optional<Pose>& patient_from_tool,
-                const std::optional<Pose>& patient_from_needle) const {
+    Shot makeShot(const std::string& caption, const std::optional<Pose>& patient_from_tool,
+                  const std::optional<Pose>& patient_from_needle) const {
         haptics::TickOutput tick;
         tick.breath = patient.package().motion.reference;
         tick.tool = patient_from_needle ? haptics::Tool::needle : haptics::Tool::probe;
@@ -129,7 +128,7 @@ struct Sheet {
             tick.probe_parked = true;
             tick.patient_from_probe = *patient_from_tool * haptics::kStylusFromProbe;
         }
-        Shot shot{caption, momentOf(tick, {}, 0.001), {}, {}};
+        Shot shot{caption, makeImagingInput(tick, {}, 0.001), {}, {}};
         if (!patient_from_tool) shot.moment.patient_from_probe.reset();
         shot.moment.guide_m.reset();
         ToolPress press(patient, &touch, 0.001);
@@ -138,7 +137,7 @@ struct Sheet {
         return shot;
     }
 
-    // Needle pose along the path, its tip `before_m` short of the target and offset by `beside_m`.
+    // Needle pose along the path. The tip is `before_m` short of the target and offset by `beside_m`.
     Pose needleAt(double before_m, const Vec3& beside_m) const {
         return needlePose(path.target_reference_m - before_m * axis + beside_m, axis);
     }
@@ -152,17 +151,17 @@ std::vector<Shot> Sheet::scans() const {
     const Pose& window = between.placed.patient_from_tool;
     const Pose across = bestPlace(patient, touch, paths, true).placed.patient_from_tool;
     const Vec3 elevation = window.direction({0.0, 1.0, 0.0});
-    // Crosses the image plane in one point, beside the target.
+    // The needle crosses the image plane at one point, beside the target.
     const Vec3 slanted = glm::normalize(0.35 * axis + elevation);
     std::vector<Shot> shots;
-    shots.push_back(shotOf("between the ribs: liver, portal branch and bile duct", window, {}));
-    shots.push_back(shotOf("the same, colour Doppler", window, {}));
+    shots.push_back(makeShot("between the ribs: liver, portal branch and bile duct", window, {}));
+    shots.push_back(makeShot("the same, colour Doppler", window, {}));
     shots.back().moment.machines.ultrasound.doppler = true;
-    shots.push_back(shotOf("across the ribs: their shadows", across, {}));
-    shots.push_back(shotOf("needle in the plane", window, needleAt(kShort_m, Vec3(0.0))));
-    shots.push_back(shotOf("needle beside the plane, 8 mm", window, needleAt(kShort_m, 0.008 * elevation)));
-    shots.push_back(shotOf("needle across the plane", window,
-                           needlePose(path.target_reference_m + 0.010 * slanted, slanted)));
+    shots.push_back(makeShot("across the ribs: their shadows", across, {}));
+    shots.push_back(makeShot("needle in the plane", window, needleAt(kShort_m, Vec3(0.0))));
+    shots.push_back(makeShot("needle beside the plane, 8 mm", window, needleAt(kShort_m, 0.008 * elevation)));
+    shots.push_back(makeShot("needle across the plane", window,
+                             needlePose(path.target_reference_m + 0.010 * slanted, slanted)));
     return shots;
 }
 
@@ -182,8 +181,8 @@ std::vector<Shot> Sheet::exposures() const {
     const Pose needle = needleAt(0.0, Vec3(0.0));
     std::vector<Shot> shots;
     const auto add = [&](const std::string& caption, const std::optional<Pose>& held) -> Shot& {
-        shots.push_back(shotOf(caption, {}, held));
-        MachineMoment& m = shots.back().moment;
+        shots.push_back(makeShot(caption, {}, held));
+        ImagingInput& m = shots.back().moment;
         m.patient_from_isocentre.position_m = isocentreFor(path);
         m.machines.xray.pedal = true;
         m.machines.xray.pulses = shots.size();
@@ -209,15 +208,14 @@ std::vector<Shot> Sheet::exposures() const {
 }  // namespace
 
 int imaging(const ImagingOptions& options) {
-    needFolder(options.out, "--out");
-    const OpenedPatient opened = openPatient(
-        {options.patient, options.seed, 1e-3 * options.spacing_mm, cacheFolder(), assetsFolder()});
+    requireFolder(options.out, "--out");
+    const OpenedPatient opened = openPatient(options.source);
     const patient::Patient patient(opened.package);
     const std::vector<patient::PlannedPath> paths =
         goodPaths(patient, opened.folder, opened.package.motion.reference);
     std::string why_not;
-    const auto machines = openMachines(patient, assetsFolder(), why_not);
-    if (!machines) throw DataError(opened.folder, "pictures", why_not);
+    const auto machines = openEquipment(patient, assetsFolder(), why_not);
+    if (!machines) throw EnvironmentError("no pictures can be drawn: " + why_not);
     const Sheet sheet{patient, std::span(paths).first(std::min(paths.size(), kPathsTried))};
     const auto write = [&](std::vector<Shot> shots, const auto& picture, const std::string& name) {
         std::vector<report::FilmFrame> frames;

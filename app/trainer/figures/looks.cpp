@@ -8,7 +8,6 @@
 #include "app/report/classes.h"
 #include "app/report/film.h"
 #include "app/trainer/attempt/hand.h"
-#include "app/trainer/stores/patient_source.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "app/trainer/view/pictures.h"
 
@@ -24,8 +23,8 @@ struct Named {
     StereoShot shot;
 };
 
-// Wounds of a wrong puncture: an incision, the needle's hole beside it, and the blood a vein loses in half
-// a minute.
+// Wounds of a wrong puncture: an incision, the needle's hole beside it, and the blood that a vein loses in
+// half a minute.
 std::vector<Wound> woundsAt(const patient::PlannedPath& path) {
     const Vec3 axis = glm::normalize(path.target_m - path.entry_m);
     const Vec3 along = glm::normalize(glm::cross(axis, {0.0, 1.0, 0.0}));
@@ -49,7 +48,7 @@ std::vector<patient::PlannedPath> spread(const std::vector<patient::PlannedPath>
     return few;
 }
 
-std::vector<Named> shotsOf(const std::vector<patient::PlannedPath>& paths) {
+std::vector<Named> makeShots(const std::vector<patient::PlannedPath>& paths) {
     const patient::PlannedPath& path = paths.front();
     const Vec3 axis = glm::normalize(path.target_m - path.entry_m);
     const Pose needle = needlePose(path.entry_m + kShown_m * axis, axis);
@@ -75,9 +74,8 @@ std::vector<Named> shotsOf(const std::vector<patient::PlannedPath>& paths) {
 }  // namespace
 
 int looks(const LooksOptions& options) {
-    needFolder(options.out, "--out");
-    const OpenedPatient opened = openPatient(
-        {options.patient, options.seed, 1e-3 * options.spacing_mm, cacheFolder(), assetsFolder()});
+    requireFolder(options.out, "--out");
+    const OpenedPatient opened = openPatient(options.source);
     const patient::Patient patient(opened.package);
     const std::vector<patient::PlannedPath> paths = goodPaths(patient, opened.folder, patient::Surrogate{});
     const patient::PlannedPath& path = paths.front();
@@ -86,13 +84,13 @@ int looks(const LooksOptions& options) {
                         options.out / "classes.png");
     std::string why_not;
     const auto view = openStereo(patient, path, assetsFolder(), why_not);
-    if (!view) throw DataError(opened.folder, "pictures", why_not);
+    if (!view) throw EnvironmentError("no pictures can be drawn: " + why_not);
     std::vector<report::FilmFrame> frames;
-    for (Named named : shotsOf(paths)) {
+    for (Named named : makeShots(paths)) {
         named.shot.pixels = options.pixels;
         std::array<EyePicture, 2> eyes = view->draw(named.shot);
-        frames.push_back(report::besideEachOther(filmFrame(std::move(eyes[0]), named.caption),
-                                                 filmFrame(std::move(eyes[1]), {})));
+        frames.push_back(report::sideBySide(filmFrame(std::move(eyes[0]), named.caption),
+                                            filmFrame(std::move(eyes[1]), {})));
     }
     report::writeFilm(frames, opened.package.name + ", left and right eye", options.out, "looks");
     std::printf("%s on %s\n", (options.out / "looks.png").c_str(), view->gpu.c_str());

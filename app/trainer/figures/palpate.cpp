@@ -1,21 +1,19 @@
 #include "app/trainer/figures/palpate.h"
 
 #include <cstdio>
-#include <thread>
 
 #include "app/installation.h"
 #include "app/report/palpation.h"
-#include "app/trainer/stores/patient_source.h"
 #include "app/trainer/stores/platform_linux.h"
+#include "base/parallel.h"
 
 namespace stylet::trainer {
 
 int palpate(const PalpateOptions& options) {
-    needFolder(options.out, "--out");
-    const OpenedPatient opened = openPatient(
-        {options.patient, options.seed, 1e-3 * options.spacing_mm, cacheFolder(), assetsFolder()});
+    requireFolder(options.out, "--out");
+    const OpenedPatient opened = openPatient(options.source);
     const patient::Patient patient(opened.package);
-    const int threads = int(std::max(1u, std::thread::hardware_concurrency()));
+    const int threads = processorCount();
     const patient::Skin skin = patient::makeSkin(patient, threads);
     const haptics::TouchMap touch = haptics::makeTouchMap(patient, skin, threads);
     report::PalpationSettings settings;

@@ -1,15 +1,14 @@
-// `stylet palpate`: stiffness of the right flank under a finger, as a picture and a table.
+// `stylet palpate`: measures the stiffness of the right flank under a finger; writes a picture and a table.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
+
+#include "app/trainer/stores/patient_source.h"
 
 namespace stylet::trainer {
 
 struct PalpateOptions {
-    std::filesystem::path patient;  // empty: the reference patient of `seed`
-    std::uint64_t seed = 1;
-    double spacing_mm = 1.0;
+    PatientOptions source;
     bool breathing = false;  // false: breath held at end-exhale
     std::filesystem::path out;
 };

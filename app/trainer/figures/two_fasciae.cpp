@@ -1,12 +1,12 @@
 #include "app/trainer/figures/two_fasciae.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "app/trainer/attempt/attempt.h"
 #include "app/trainer/loop/loops.h"
-#include "base/format.h"
 
 namespace stylet::trainer {
 
@@ -149,12 +149,13 @@ report::Comparison compareFasciae(const TwoFasciae& phantom, const FasciaRun& re
     c.first = reference.way_in;
     c.second = segmented.way_in;
     const double first_m = phantom.first_fascia_m, second_m = phantom.second_fascia_m;
-    c.remarks = {{first_m - 0.001, first_m + 0.004, "success: in step",
-                  formatted("the mask differs, the force by %.2f N",
-                            largestDifference_n(reference, segmented, first_m - 0.001, first_m + 0.004))},
-                 {second_m - 0.001, second_m + 0.004, "failure: out of step",
-                  formatted("dark voxels before it: up to %.2f N apart",
-                            largestDifference_n(reference, segmented, second_m - 0.001, second_m + 0.004))}};
+    c.remarks = {
+        {first_m - 0.001, first_m + 0.004, "success: in step",
+         fmt::format("the mask differs, the force by {:.2f} N",
+                     largestDifference_n(reference, segmented, first_m - 0.001, first_m + 0.004))},
+        {second_m - 0.001, second_m + 0.004, "failure: out of step",
+         fmt::format("dark voxels before it: up to {:.2f} N apart",
+                     largestDifference_n(reference, segmented, second_m - 0.001, second_m + 0.004))}};
     return c;
 }
 

@@ -12,26 +12,26 @@ namespace stylet::trainer {
 
 // Skin, soft tissue, fascia, soft tissue, fascia, liver from x = 0 inward. No breathing.
 struct TwoFasciae {
-    // Every tissue labelled, as by an expert.
+    // Every tissue is labelled, as by an expert.
     patient::Package reference;
-    // Only fasciae and liver are labelled; thresholds classify the rest. Behind the first fascia the mask
-    // is one voxel too thick, which nobody feels. In front of the second fascia a group of voxels is dark
-    // enough to be classified as air. There phase 1 starts from a different force, and the cut comes late.
+    // Only fasciae and liver are labelled; thresholds classify the rest. Behind the first fascia the mask is
+    // one voxel too thick, which cannot be felt. In front of the second fascia some voxels are dark enough to
+    // be classified as air. There, phase 1 starts from a different force, and the cut occurs late.
     patient::Package segmented;
     patient::PlannedPath path;
     double first_fascia_m = 0.0, second_fascia_m = 0.0;
 };
 TwoFasciae makeTwoFasciae(const patient::TissueTable&, const patient::Thresholds&);
 
-// One simulated attempt: the force over depth on the way in, and the cuts of the fasciae.
+// One simulated attempt: the force over depth during the advance, and the cuts of the fasciae.
 struct FasciaRun {
     std::vector<report::DepthForce> way_in;
     std::vector<report::DepthForce> cuts;
 };
 FasciaRun playFasciae(const patient::Package&, const patient::PlannedPath&, const Scenario&);
 
-// Largest force difference between two insertions within a depth range, compared at every depth of the
-// first.
+// Largest force difference between two insertions within a depth range. They are compared at every depth of
+// the first.
 double largestDifference_n(const FasciaRun&, const FasciaRun&, double begin_m, double end_m);
 
 report::Comparison compareFasciae(const TwoFasciae&, const FasciaRun& reference, const FasciaRun& segmented);

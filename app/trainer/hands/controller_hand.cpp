@@ -12,7 +12,8 @@ using haptics::TickOutput;
 
 namespace {
 
-// A 15 cm needle keeps the fist clear of the skin. The needle points along OpenXR's aim pose.
+// The tool's tip lies 15 cm in front of the fist, which keeps the fist clear of the skin. The tool points
+// along OpenXR's aim pose.
 constexpr Pose kAimFromTool{{1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, -0.15}};
 constexpr float kSqueezed = 0.5f;
 constexpr Vibration kTouch{0.25f, 15'000'000}, kCut{0.8f, 35'000'000};
@@ -26,45 +27,44 @@ bool touches(const TickOutput& tick) {
 // True if a border was punctured, other tissue was entered, or the scalpel began to cut.
 bool cutBetween(const TickOutput& a, const TickOutput& b) {
     if (b.incision_count > a.incision_count) return true;
-    if (!haptics::holdsNeedle(b.tool) || b.phase == Phase::outside || b.depth_m < a.depth_m) return false;
-    return (a.phase == Phase::held && b.phase != Phase::held) ||
+    if (!haptics::isNeedleTool(b.tool) || b.phase == Phase::outside || b.depth_m < a.depth_m) return false;
+    return (a.phase == Phase::tenting && b.phase != Phase::tenting) ||
            (a.phase != Phase::outside && a.tissue != b.tissue);
 }
 
 }  // namespace
 
 void ControllerPort::attach(GripAt grip_at) {
-    const std::scoped_lock lock(asked_, mutex_);
+    const std::scoped_lock lock(grip_mutex_, mutex_);
     grip_at_ = std::move(grip_at);
-    buttons_ = 0;
-    thumbstick_ = {0.0f, 0.0f};
+    frame_.buttons = 0;
+    frame_.thumbstick = {0.0f, 0.0f};
 }
 
-void ControllerPort::see(const Frame& frame) {
+void ControllerPort::publish(const Frame& frame) {
     const std::lock_guard lock(mutex_);
-    room_from_stage_ = frame.room_from_stage;
-    grip_from_aim_ = frame.grip_from_aim.value_or(grip_from_aim_);
-    buttons_ = frame.buttons;
-    thumbstick_ = frame.thumbstick;
+    const std::optional<Pose> last_aim = frame_.grip_from_aim;
+    frame_ = frame;
+    if (!frame_.grip_from_aim) frame_.grip_from_aim = last_aim;
 }
 
-ControllerPort::Frame ControllerPort::seen() {
+ControllerPort::Frame ControllerPort::frame() {
     const std::lock_guard lock(mutex_);
-    return {room_from_stage_, grip_from_aim_, buttons_, thumbstick_};
+    return frame_;
 }
 
-std::optional<Vibration> ControllerPort::takeVibration() {
+std::optional<Vibration> ControllerPort::popVibration() {
     const std::lock_guard lock(mutex_);
     return std::exchange(vibration_, std::nullopt);
 }
 
 std::optional<Pose> ControllerPort::toolAt(std::int64_t when_ns, std::uint32_t& buttons) {
-    const std::lock_guard asked(asked_);
+    const std::lock_guard asked(grip_mutex_);
     const std::optional<Pose> stage_from_grip = grip_at_ ? grip_at_(when_ns) : std::nullopt;
     if (!stage_from_grip) return std::nullopt;
     const std::lock_guard lock(mutex_);
-    buttons = buttons_;
-    return room_from_stage_ * *stage_from_grip * grip_from_aim_ * kAimFromTool;
+    buttons = frame_.buttons;
+    return frame_.room_from_stage * *stage_from_grip * frame_.grip_from_aim.value_or(Pose{}) * kAimFromTool;
 }
 
 void ControllerPort::vibrate(const Vibration& vibration) {
@@ -113,7 +113,7 @@ DeviceStage ControllerDriver::exchange(const Vec3&, DeviceState& state, std::str
     return DeviceStage::ready;
 }
 
-std::optional<Vibration> Vibrations::take(const TickOutput& newest) {
+std::optional<Vibration> Vibrations::update(const TickOutput& newest) {
     const std::optional<TickOutput> before = std::exchange(last_, newest);
     if (!before || before->tool != newest.tool) return std::nullopt;
     if (cutBetween(*before, newest)) return kCut;

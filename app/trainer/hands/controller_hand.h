@@ -1,5 +1,5 @@
-// A headset's controller as input device: it moves the tool and vibrates, but renders no force. The trainer
-// can thus be used with a headset alone.
+// A headset's controller as input device. It moves the tool and vibrates, but renders no force. With it, the
+// trainer needs only a headset.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ namespace stylet::trainer {
 
 inline constexpr const char* kControllers = "controllers";  // the name for `--device`
 
-enum class ControllerSide : int { left, right };  // the hand that holds the tool
+enum class ControllerSide : int { left, right };  // the hand that holds the controller with the tool
 // `hand`: "left" or "right".
 inline ControllerSide controllerSide(std::string_view hand) {
     return hand == "left" ? ControllerSide::left : ControllerSide::right;
@@ -27,8 +27,8 @@ struct Vibration {
     std::int64_t duration_ns = 0;
 };
 
-// Connects the frame thread, which owns the OpenXR session, to the device's thread. The session may be lost
-// and come back; meanwhile no controller is tracked.
+// Connects the frame thread, which owns the OpenXR session, with the device's thread. The session may be lost
+// and opened again. In between, no controller is tracked.
 class ControllerPort {
   public:
     // Grip pose in the runtime's space at a CLOCK_MONOTONIC time; nullopt while not tracked.
@@ -37,17 +37,18 @@ class ControllerPort {
     // Frame thread. Sets the function that toolAt() calls. Pass null before the OpenXR session is
     // destroyed: once attach() returns, no call is running or will follow.
     void attach(GripAt);
-    // Frame thread, once per frame: the drawn room, the controller's aim, the pressed buttons.
+    // Frame thread, once per frame: the pose of the drawn room, the controller's aim, and the pressed
+    // buttons.
     struct Frame {
         Pose room_from_stage;
         std::optional<Pose> grip_from_aim;  // absent: unchanged
         std::uint32_t buttons = 0;
         std::array<float, 2> thumbstick{0.0f, 0.0f};  // right, up in [-1, 1]
     };
-    void see(const Frame&);
-    // Frame thread. The frame last passed to see().
-    Frame seen();
-    std::optional<Vibration> takeVibration();
+    void publish(const Frame&);
+    // Frame thread. The frame last passed to publish().
+    Frame frame();
+    std::optional<Vibration> popVibration();
 
     // Device's thread. Tool pose in the drawn room: tip at the origin, +z toward the hand. nullopt while
     // not tracked.
@@ -56,12 +57,10 @@ class ControllerPort {
     void vibrate(const Vibration&);
 
   private:
-    std::mutex asked_;  // held during calls into the runtime, which may be slow
+    std::mutex grip_mutex_;  // held during calls into the runtime, which may be slow
     GripAt grip_at_;
     std::mutex mutex_;
-    Pose room_from_stage_, grip_from_aim_;
-    std::uint32_t buttons_ = 0;
-    std::array<float, 2> thumbstick_{0.0f, 0.0f};
+    Frame frame_;  // `grip_from_aim` is the newest one that was present
     std::optional<Vibration> vibration_;
 };
 
@@ -77,8 +76,8 @@ inline constexpr std::array<std::string_view, 5> kControllerButtons{
 
 haptics::DeviceProfile controllerProfile() noexcept;
 
-// Its device frame is the drawn room. After kLostAfter_ns without tracking the device reports absent. It is
-// ready again as soon as it is tracked.
+// The device frame is the drawn room. After kLostAfter_ns without tracking the device reports absent. It is
+// ready again as soon as the controller is tracked.
 class ControllerDriver final : public haptics::Driver {
   public:
     ControllerDriver(ControllerPort&, ControllerSide, const haptics::Clock&);
@@ -98,10 +97,10 @@ class ControllerDriver final : public haptics::Driver {
     std::int64_t tracked_ns_ = 0;
 };
 
-// Selects the ticks that vibrate the controller: first touch of the skin, and every cut. Session thread.
+// Selects the ticks at which the controller vibrates: first touch of the skin, and every cut. Session thread.
 class Vibrations {
   public:
-    std::optional<Vibration> take(const haptics::TickOutput& newest);
+    std::optional<Vibration> update(const haptics::TickOutput& newest);
 
   private:
     std::optional<haptics::TickOutput> last_;

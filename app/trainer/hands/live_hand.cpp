@@ -1,9 +1,11 @@
 #include "app/trainer/hands/live_hand.h"
 
-#include <cstdio>
+#include <fmt/core.h>
 
 #include "app/trainer/hands/controller_hand.h"
+#include "app/trainer/stores/console.h"
 #include "app/trainer/stores/platform_linux.h"
+#include "base/text.h"
 
 namespace stylet::trainer {
 
@@ -12,9 +14,8 @@ namespace {
 constexpr std::int64_t kLook_ns = 20'000'000;
 constexpr std::int64_t kLookAgain_ns = 250'000'000;  // while the device is absent
 
-// Discards the message: the loop's thread reports the same one.
-void takeRealTime() {
-    askForRealTime();
+void requestRealTimeSilently() {
+    requestRealTime();  // the loop's thread reports the same failure
 }
 
 }  // namespace
@@ -28,20 +29,36 @@ LiveDevice::LiveDevice(const std::string& kind, std::unique_ptr<haptics::Driver>
     : kind_(kind),
       clock_(clock),
       device_(std::move(driver), clock,
-              haptics::PolledSettings{.look_again_ns = kLookAgain_ns,
-                                      // Not for controllers: a real-time thread must not wait for the
-                                      // OpenXR runtime's locks.
-                                      .atThreadStart = kind == kControllers ? nullptr : takeRealTime}) {
+              haptics::PolledSettings{
+                  .absent_retry_ns = kLookAgain_ns,
+                  // Not for controllers: their thread waits for the OpenXR runtime's locks, and a real-time
+                  // thread must not wait.
+                  .atThreadStart = kind == kControllers ? nullptr : requestRealTimeSilently}) {
     device_.start();
+}
+
+std::unique_ptr<LiveDevice> openReadyDevice(const std::string& kind, const haptics::DeviceOptions& options,
+                                            const haptics::Clock& clock) {
+    auto live = std::make_unique<LiveDevice>(kind, options, clock);
+    if (!live->waitUntilReady(interrupted))
+        throw DataError(kind, "device", "stopped before the device was ready");
+    return live;
+}
+
+void checkTraceOption(const std::string& kind, const std::filesystem::path& trace) {
+    if (kind == kReplayDevice && trace.empty())
+        throw UsageError("--device replay needs --trace with the CSV file of the recorded input");
+    if (kind != kReplayDevice && !trace.empty())
+        throw UsageError("--trace: only with --device replay, not with " + kind);
 }
 
 bool LiveDevice::waitUntilReady(const std::function<bool()>& given_up) {
     while (device_.stage() != haptics::DeviceStage::ready) {
-        tellNews();
+        reportStateChanges();
         if (given_up()) return false;
         clock_.sleepUntil_ns(clock_.context, clock_.now_ns(clock_.context) + kLook_ns);
     }
-    tellNews();
+    reportStateChanges();
     return true;
 }
 
@@ -50,8 +67,8 @@ Pose LiveDevice::grip() {
 }
 
 UserButtons LiveDevice::buttons() const {
-    // The Falcon's third button is its clutch. Other devices have a clutch only if they sense no
-    // orientation: the first button.
+    // The Falcon's third button is its clutch. Among the other devices, only those that sense no orientation
+    // have a clutch: the first button.
     if (kind_ == "falcon") return {.rearm = 1u << 0, .next = 1u << 1, .breath = 1u << 3};
     if (kind_ == kControllers)
         return {.rearm = 1u << 0, .next = 1u << 1, .breath = 1u << 2, .pedal = 1u << 3, .inject = 1u << 4};
@@ -62,9 +79,7 @@ std::string LiveDevice::describeButtons() const {
     if (kind_ == kControllers)
         return describe(buttons(), kControllerButtons) +
                "; with bare hands, pinch thumb and index finger for the trigger, thumb and middle finger for "
-               "menu, "
-               "thumb and "
-               "ring finger for squeeze";
+               "menu, thumb and ring finger for squeeze";
     return describe(buttons());
 }
 
@@ -74,7 +89,7 @@ std::string LiveDevice::rearmAct() const {
 
 std::string LiveDevice::typed() {
     std::string text;
-    typing_ = typing_ && takeTyped(text);
+    typing_ = typing_ && readTyped(text);
     return text;
 }
 
@@ -87,19 +102,19 @@ haptics::HapticDevice& LiveDevice::aimed(const Pose& held) {
 }
 
 void LiveDevice::hold(const Pose& held) {
-    if (clutched_) clutched_->hold(held);
+    if (clutched_) clutched_->setTool(held);
 }
 
-void LiveDevice::tellNews() {
+void LiveDevice::reportStateChanges() {
     const haptics::DeviceReport report = device_.report();
-    std::string text = haptics::nameOf(report.stage);
+    std::string text(enumName(haptics::kDeviceStageNames, report.stage));
     if (!report.why.empty()) text += ": " + report.why;
     if (report.blocked_ns > 0) text += " (it has not answered for some time)";
     if (report.silences > 0)
-        text += " (the loop did not respond for 15 ms, " + std::to_string(report.silences) +
-                " times so far; the force is off)";
+        text += fmt::format(" (the loop did not respond for 15 ms, {} times so far; the force is off)",
+                            report.silences);
     if (text == told_) return;
-    std::fprintf(stderr, "stylet: %s: %s\n", kind_.c_str(), text.c_str());
+    printMessage(kind_ + ": " + text);
     told_ = text;
 }
 

@@ -1,7 +1,9 @@
 // Live input from a real device, in place of the script.
 #pragma once
 
+#include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -19,28 +21,28 @@ class LiveDevice {
     // Starts the device. Throws DataError if makeDriver() does. The clock is used on the device's
     // thread.
     LiveDevice(const std::string& kind, const haptics::DeviceOptions&, const haptics::Clock&);
-    // The same with a driver created by the caller. The caller must keep alive whatever the driver uses.
+    // Same with a driver created by the caller. Everything that the driver uses must outlive this object.
     LiveDevice(const std::string& kind, std::unique_ptr<haptics::Driver>, const haptics::Clock&);
     // Waits until the device is ready (plugged in, permitted, loaded, homed) and reports progress on
     // stderr. Returns false if `given_up` returns true first.
     bool waitUntilReady(const std::function<bool()>& given_up);
     // Reports changes of the device's state on stderr.
-    void tellNews();
-    // The device itself: poses of the grip, no clutch.
+    void reportStateChanges();
+    // The device without clutch, with grip poses.
     haptics::HapticDevice& bare() { return device_; }
     const haptics::DeviceProfile& profile() const { return device_.profile(); }
     // Current grip pose. Call only before the loop uses the device.
     Pose grip();
-    // The device for the loop. A device that senses no orientation gets the orientation of `held` and a
-    // clutch from here on (haptics/devices/clutch.h).
+    // The device for the loop. If the device senses no orientation, it gets the orientation of `held` and,
+    // from now on, a clutch (haptics/devices/clutch.h).
     haptics::HapticDevice& aimed(const Pose& held);
-    // Changes the tool pose of a clutched device (ClutchedDevice::hold). No effect on a device that senses
-    // orientation. One thread.
+    // Changes the tool pose of a device with a clutch (ClutchedDevice::hold). No effect on a device that
+    // senses orientation. Call from one thread only.
     void hold(const Pose& held);
     // Button mapping without the clutch button. The second function returns it as text. Call after aimed().
     UserButtons buttons() const;
     std::string describeButtons() const;
-    // What the user must do to re-arm, as text; includes the key, which works with any device.
+    // Describes how the user re-arms. Includes the key, which works with any device.
     std::string rearmAct() const;
     // Session thread. Text typed since the last call.
     std::string typed();
@@ -54,5 +56,11 @@ class LiveDevice {
     haptics::PolledDevice device_;
     std::optional<haptics::ClutchedDevice> clutched_;
 };
+
+// Opens a device and waits until it is ready. Throws DataError if the user ends the program before that.
+std::unique_ptr<LiveDevice> openReadyDevice(const std::string& kind, const haptics::DeviceOptions&,
+                                            const haptics::Clock&);
+// The replay device needs a trace file, and no other device may have one. Throws UsageError.
+void checkTraceOption(const std::string& kind, const std::filesystem::path& trace);
 
 }  // namespace stylet::trainer

@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kBeforeSkin_m = 0.03;
 constexpr double kTurn_rad_s = 1.5, kTurnRate_per_s = 12.0;
-// Longest time simulated in one exchange: after a suspension of the thread the tool must not jump.
-constexpr double kLongestStep_s = 0.02, kStep_s = 0.001;
+// Longest time simulated in one exchange, so that the tool does not jump after a suspension of the thread.
+constexpr double kMaxStep_s = 0.02, kStep_s = 0.001;
 
 Quat turnedBy(const Vec3& rad, const Quat& from) noexcept {
     const double angle = std::sqrt(glm::dot(rad, rad));
@@ -38,10 +38,10 @@ Pose mouseStart(const patient::PlannedPath& path) {
 }
 
 void SmoothPoint::step(const Vec3& wanted_m, double dt_s) noexcept {
-    Vec3 way_m = wanted_m - at_m;
-    const double length_m = std::sqrt(glm::dot(way_m, way_m)), most_m = 2.0 * kSpeed_m_s / kRate_per_s;
-    if (length_m > most_m) way_m *= most_m / length_m;
-    velocity_m_s += dt_s * kRate_per_s * (kRate_per_s * way_m - 2.0 * velocity_m_s);
+    Vec3 step_m = wanted_m - at_m;
+    const double length_m = std::sqrt(glm::dot(step_m, step_m)), most_m = 2.0 * kSpeed_m_s / kRate_per_s;
+    if (length_m > most_m) step_m *= most_m / length_m;
+    velocity_m_s += dt_s * kRate_per_s * (kRate_per_s * step_m - 2.0 * velocity_m_s);
     at_m += dt_s * velocity_m_s;
 }
 
@@ -54,26 +54,26 @@ MouseDriver::MouseDriver(WindowPort& port, const Pose& start, const haptics::Gui
       clock_(clock),
       point_{start.position_m, Vec3(0.0)},
       turned_(start.rotation),
-      held_(heldLike({}, port.inHand(), guide)) {}
+      held_(toolPoseFromNeedle({}, port.inHand(), guide)) {}
 
 DeviceStage MouseDriver::open(std::string&) {
     last_ns_ = clock_.now_ns(clock_.context);
     return DeviceStage::ready;
 }
 
-void MouseDriver::take(const MouseMove& move) noexcept {
+void MouseDriver::apply(const MouseMove& move) noexcept {
     if (move.home) wanted_ = start_;
     wanted_.rotation = turnedBy(move.turned_rad, wanted_.rotation);
     wanted_.rotation = turnedBy(wanted_.rotation * Vec3(0.0, 0.0, move.rolled_rad), wanted_.rotation);
     const Vec3 deeper = turned_ * Vec3(0.0, 0.0, -1.0);
     wanted_.position_m += move.moved_m + move.deeper_m * deeper;
-    const Vec3 way_m = wanted_.position_m - point_.at_m;
-    const double length_m = std::sqrt(glm::dot(way_m, way_m));
-    if (!move.home && length_m > kLead_m) wanted_.position_m = point_.at_m + way_m * (kLead_m / length_m);
+    const Vec3 step_m = wanted_.position_m - point_.at_m;
+    const double length_m = std::sqrt(glm::dot(step_m, step_m));
+    if (!move.home && length_m > kLead_m) wanted_.position_m = point_.at_m + step_m * (kLead_m / length_m);
 }
 
 void MouseDriver::step(double dt_s) noexcept {
-    if (port_.pressing_n() > kMostPress_n) {
+    if (port_.pressing_n() > kMaxPress_n) {
         const Vec3 deeper = turned_ * Vec3(0.0, 0.0, -1.0);
         const double further_m = glm::dot(wanted_.position_m - point_.at_m, deeper);
         if (further_m > 0.0) wanted_.position_m -= further_m * deeper;
@@ -86,14 +86,14 @@ void MouseDriver::step(double dt_s) noexcept {
             std::min(1.0 - std::exp(-kTurnRate_per_s * dt_s), kTurn_rad_s * dt_s / angle_rad);
         turned_ = glm::normalize(glm::slerp(turned_, wanted_.rotation, share));
     }
-    held_ = haptics::turnToward(held_, heldLike({}, port_.inHand(), guide_), dt_s);
+    held_ = haptics::moveToward(held_, toolPoseFromNeedle({}, port_.inHand(), guide_), dt_s);
 }
 
 DeviceStage MouseDriver::exchange(const Vec3&, DeviceState& state, std::string&) {
-    for (MouseMove move; port_.take(move);)
-        take(move);
+    for (MouseMove move; port_.popMove(move);)
+        apply(move);
     const std::int64_t now_ns = clock_.now_ns(clock_.context);
-    double left_s = std::clamp(double(now_ns - last_ns_) * 1e-9, 0.0, kLongestStep_s);
+    double left_s = std::clamp(double(now_ns - last_ns_) * 1e-9, 0.0, kMaxStep_s);
     last_ns_ = now_ns;
     for (; left_s > 0.0; left_s -= kStep_s)
         step(std::min(left_s, kStep_s));

@@ -1,5 +1,5 @@
-// Mouse and keyboard in place of a haptic device, for users without a device or headset. Moves the tool in
-// the window. There is no force output.
+// Mouse and keyboard in place of a haptic device, for users without a device or headset. They move the tool
+// in the window. There is no force output.
 #pragma once
 
 #include "app/trainer/hands/window_port.h"
@@ -27,7 +27,7 @@ struct SmoothPoint {
 };
 
 // Driver for mouse and keyboard. The device frame equals the patient frame. While the tool presses with more
-// than kMostPress_n, it moves no deeper. Without this limit a user, who feels no force, would push the tool
+// than kMaxPress_n, it moves no deeper. Without this limit a user, who feels no force, could push the tool
 // through the tissue.
 class MouseDriver final : public haptics::Driver {
   public:
@@ -38,12 +38,12 @@ class MouseDriver final : public haptics::Driver {
     haptics::DeviceStage exchange(const Vec3& force_n, haptics::DeviceState&, std::string& why) override;
     void close() noexcept override {}
 
-    static constexpr double kMostPress_n = 10.0;
+    static constexpr double kMaxPress_n = 10.0;
     // The tool follows a target position that the mouse moves. This is the largest distance between the two.
     static constexpr double kLead_m = 0.12;
 
   private:
-    void take(const MouseMove&) noexcept;
+    void apply(const MouseMove&) noexcept;
     void step(double dt_s) noexcept;
 
     WindowPort& port_;
@@ -53,8 +53,7 @@ class MouseDriver final : public haptics::Driver {
     haptics::DeviceProfile profile_ = mouseProfile();
     SmoothPoint point_;
     Quat turned_;  // current orientation
-    // needle_from_stylus. After a change of tool it turns gradually to the pose in which the new tool is
-    // held.
+    // needle_from_stylus of the tool. After a change of tool it turns gradually to the pose of the new tool.
     Pose held_;
     std::int64_t last_ns_ = 0;
 };

@@ -4,9 +4,9 @@
 
 namespace stylet::trainer {
 
-bool WindowPort::say(std::string_view text) noexcept {
+bool WindowPort::pushLine(std::string_view text) noexcept {
     Line line;
-    line.length = std::uint8_t(std::min(text.size(), kLongestLine));
+    line.length = std::uint8_t(std::min(text.size(), kMaxLineLength));
     std::copy_n(text.begin(), line.length, line.text.begin());
     return lines_.push(line);
 }
@@ -24,7 +24,7 @@ Playback WindowPort::playback() noexcept {
     return now;
 }
 
-void WindowPort::tell(haptics::Tool tool, double force_n) noexcept {
+void WindowPort::publish(haptics::Tool tool, double force_n) noexcept {
     tool_.store(tool, std::memory_order_relaxed);
     pressing_n_.store(force_n, std::memory_order_relaxed);
 }

@@ -1,5 +1,5 @@
-// Passes input from the window to the loops: commands as on the terminal, and motions of a tool that is
-// moved with mouse and keys.
+// Passes input from the window to the loops: commands, as typed on the terminal, and motions of a tool that
+// the user moves with mouse and keys.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace stylet::trainer {
 
-// Tool motion from one mouse event or key press, patient frame.
+// Tool motion from one mouse event or key press, in the patient frame.
 struct MouseMove {
     Vec3 moved_m{0.0};
     Vec3 turned_rad{0.0};     // about the tip
@@ -29,45 +29,44 @@ struct Playback {
     bool plays = false;
 };
 
-// Connects the window thread with the device thread and the session thread. Nobody ever waits. Shared: a
-// window whose display hangs may outlive the attempt.
+// Connects the window thread with the device thread and the session thread. No thread ever waits here.
+// Ownership is shared, because a window whose display hangs may outlive the attempt.
 class WindowPort {
   public:
-    static constexpr std::size_t kLongestLine = 200;  // bytes; longer lines are truncated
+    static constexpr std::size_t kMaxLineLength = 200;  // bytes; longer lines are truncated
 
-    // Call before the threads start. A user controls the tool, and the window has keys for the user's
-    // commands.
-    void giveWords() { takes_words_ = true; }
-    bool takesWords() const { return takes_words_; }
-    // Same, and the mouse moves the tool.
-    void giveHand() { has_hand_ = takes_words_ = true; }
-    bool hasHand() const { return has_hand_; }
-    // Call before the threads start. The window shows a replay instead of an attempt (player.h).
-    void giveReplay() { replays_ = true; }
+    // Call before the threads start. Enables the keys for the user's commands: a user controls the tool.
+    void enableCommands() { takes_words_ = true; }
+    bool acceptsCommands() const { return takes_words_; }
+    // Same, and lets the mouse move the tool.
+    void enableToolInput() { has_hand_ = takes_words_ = true; }
+    bool hasToolInput() const { return has_hand_; }
+    // Call before the threads start. The window then shows a replay instead of an attempt (player.h).
+    void enableReplay() { replays_ = true; }
     bool replays() const { return replays_; }
 
     // Window thread. Returns false if the ring is full.
-    bool say(std::string_view line) noexcept;
+    bool pushLine(std::string_view line) noexcept;
     bool move(const MouseMove& move) noexcept { return moves_.push(move); }
     Playback playback() noexcept;
 
-    // Session thread. Returns the lines that wait, each ending in a newline.
+    // Session thread. Returns the pending lines, each ending in a newline.
     std::string typed();
     // Session thread. Sets the tool in use and its contact force, as of the newest tick.
-    void tell(haptics::Tool tool, double force_n) noexcept;
+    void publish(haptics::Tool tool, double force_n) noexcept;
 
     // Player's thread.
-    void tell(const Playback& playback) noexcept { playback_.publish(playback); }
+    void publish(const Playback& playback) noexcept { playback_.publish(playback); }
 
     // Device thread.
-    bool take(MouseMove& move) noexcept { return moves_.pop(move); }
+    bool popMove(MouseMove& move) noexcept { return moves_.pop(move); }
     haptics::Tool inHand() const noexcept { return tool_.load(std::memory_order_relaxed); }
     double pressing_n() const noexcept { return pressing_n_.load(std::memory_order_relaxed); }
 
   private:
     struct Line {
         std::uint8_t length = 0;
-        std::array<char, kLongestLine> text{};
+        std::array<char, kMaxLineLength> text{};
     };
     Ring<Line> lines_{64};
     Ring<MouseMove> moves_{1024};

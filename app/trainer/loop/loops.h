@@ -20,7 +20,7 @@ namespace stylet::trainer {
 
 struct LoopTotals {
     haptics::LoopStats haptics;
-    double elapsed_s = 0.0;            // by the loop's clock
+    double elapsed_s = 0.0;            // measured with the loop's clock
     std::uint64_t flights_missed = 0;  // fault recordings dropped: the previous one was not consumed
     PictureTotals pictures;
     std::optional<NextAttempt> next;  // set if the instructor requested it
@@ -36,29 +36,29 @@ struct LiveHand {
     std::function<std::string()> typed;          // session thread, often: text typed since the last call
     std::function<void(haptics::Tool)> hold;     // session thread, often: the tool in use
     UserButtons buttons;
-    std::string rearm_act;                                   // how to re-arm, for example "Enter"
+    std::string rearm_act;                                   // how the user re-arms, for example "Enter"
     std::function<void(const haptics::TickOutput&)> felt{};  // session thread, often: the newest tick
 };
 
 // Optional parts of a real-time attempt.
 struct RealTimeOptions {
-    const LiveHand* live = nullptr;              // null: the attempt's scripted input
-    std::function<void(const Seen&)> heard{};    // session thread, often: the newest state, for sound
-    std::function<std::string()> console{};      // session thread, often: text an instructor has typed
+    const LiveHand* live = nullptr;                     // null: the attempt's scripted input
+    std::function<void(const FrameState&)> on_state{};  // session thread, often: the newest state, for sound
+    std::function<std::string()> console{};      // session thread, often: text that an instructor has typed
     double frame_patience_s = kFramePatience_s;  // see AttemptConfig
 };
 
-// Runs haptics, session and frames on their own threads; frames run at the runtime's rate. Captures have
-// priority over live frames, and all of them are drawn before the loop returns. `clock` must be steady.
-// With pictures the force follows the headset's focus: it starts when the headset gains focus and ends when
-// it loses focus. A live attempt ends when the runtime asks the program to end. A scripted one continues
-// without pictures.
+// Runs haptics, session and frames on their own threads. Frames run at the runtime's rate. Captures have
+// priority over live frames, and all of them are drawn before the function returns. `clock` must be steady.
+// With pictures, the force follows the headset's focus: it starts when the headset gains focus and ends when
+// the headset loses it. A live attempt ends when the runtime asks the program to end. A scripted attempt
+// continues without pictures.
 LoopTotals runRealTime(const Attempt&, Session&, std::unique_ptr<Display>, const haptics::Clock& clock,
                        const RealTimeOptions& = {});
 
-// Runs everything on one thread in virtual time and draws `fps` frames per simulated second in addition to
-// the captures. The inputs are the same every time: nobody wears a headset, so the focus is ignored. The
-// clock only times the steps.
+// Runs everything on one thread in virtual time. Draws `fps` frames per simulated second in addition to the
+// captures. The focus is ignored, so the inputs are the same in every run. `clock` only measures how long the
+// steps take.
 LoopTotals runFast(const Attempt&, Session&, std::unique_ptr<Display>, double fps,
                    const haptics::Clock& clock);
 

@@ -1,8 +1,8 @@
 // The command line of `stylet`. A training simulator, not a medical device.
-#include <CLI/CLI.hpp>
 #include <cmath>
-#include <cstdio>
-#include <exception>
+#include <functional>
+#include <memory>
+#include <utility>
 
 #include "app/program_linux.h"
 #include "app/records/commands.h"
@@ -19,12 +19,27 @@
 #include "app/trainer/setup/devices.h"
 #include "app/trainer/setup/doctor.h"
 #include "app/trainer/setup/register.h"
+#include "app/trainer/stores/console.h"
+#include "app/trainer/stores/patient_source.h"
 #include "app/trainer/stores/platform_linux.h"
 
+namespace stylet::trainer {
 namespace {
 
-// Files and addresses that some devices need.
-void addDeviceOptions(CLI::App& app, stylet::haptics::DeviceOptions& o) {
+using Work = std::function<int()>;
+
+// Adds a command with its own options. If the user chooses the command, `work` is set to it.
+template <typename Options>
+std::pair<CLI::App*, Options&> addCommand(CLI::App& app, Work& work, const char* name, const char* what,
+                                          int (*command)(const Options&)) {
+    const auto options = std::make_shared<Options>();
+    CLI::App* added = app.add_subcommand(name, what);
+    added->callback([=, &work] { work = [=] { return command(*options); }; });
+    return {added, *options};
+}
+
+// Adds the options for files and addresses that some devices need.
+void addDeviceOptions(CLI::App& app, haptics::DeviceOptions& o) {
     app.add_option("--device-model", o.model, "woodenhaptics: JSON file with the dimensions of the device.");
     app.add_option("--firmware", o.firmware, "falcon: firmware image to load into the device.");
     app.add_option("--calibration", o.calibration, "falcon: calibration file, newtons per count.");
@@ -43,7 +58,30 @@ CLI::Option* addDatabase(CLI::App& app, std::string& database) {
         ->envname("STYLET_DATABASE");
 }
 
-void addHand(CLI::App& run, stylet::trainer::RunOptions& o) {
+// Adds an option for a number with a default and inclusive limits.
+template <typename Number>
+void addNumber(CLI::App& app, const char* name, Number& value, std::pair<Number, Number> limits,
+               const char* what) {
+    app.add_option(name, value, what)->check(CLI::Range(limits.first, limits.second))->capture_default_str();
+}
+
+void addSeed(CLI::App& app, std::uint64_t& seed, const char* what) {
+    app.add_option("--seed", seed, what)
+        ->check([](const std::string& text) { return text.starts_with('-') ? text + " is negative" : ""; })
+        ->capture_default_str();
+}
+
+void addSpacing(CLI::App& app, double& spacing_mm) {
+    addNumber(app, "--spacing-mm", spacing_mm, {0.5, 5.0}, "Voxel size of a reference patient [mm].");
+}
+
+void addPatient(CLI::App& app, PatientOptions& o, const char* seed = "Seed of a reference patient.") {
+    app.add_option("--patient", o.folder, "Patient package (default: the reference patient of the seed).");
+    addSeed(app, o.seed, seed);
+    addSpacing(app, o.spacing_mm);
+}
+
+void addHand(CLI::App& run, RunOptions& o) {
     run.add_option("--device", o.config.device,
                    "Input: scripted, replay, controllers, mouse (in the mirror window, with its keys), or a "
                    "device listed by \"stylet devices\".")
@@ -58,7 +96,7 @@ void addHand(CLI::App& run, stylet::trainer::RunOptions& o) {
     addDeviceOptions(run, o.config.device_options);
 }
 
-void addView(CLI::App& run, stylet::trainer::AttemptConfig& config) {
+void addView(CLI::App& run, AttemptConfig& config) {
     run.add_flag(
         "--passthrough", config.passthrough,
         "Show the real room behind the patient and the equipment, if the headset supports passthrough.");
@@ -71,7 +109,7 @@ void addView(CLI::App& run, stylet::trainer::AttemptConfig& config) {
         ->check(CLI::Range(1.0, 1000.0));
 }
 
-void addMirrorAndSound(CLI::App& run, stylet::trainer::RunOptions& o) {
+void addMirrorAndSound(CLI::App& run, RunOptions& o) {
     CLI::Option* mirror = run.add_flag_callback(
         "--mirror", [&o] { o.mirror = true; },
         "Open a mirror window (default: when a display is available, without --headless and --fast).");
@@ -84,16 +122,22 @@ void addMirrorAndSound(CLI::App& run, stylet::trainer::RunOptions& o) {
     run.add_flag_callback("--mute", [&o] { o.sound = false; }, "Do not play sound.")->excludes(sound);
 }
 
-void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
-    CLI::App* run = app.add_subcommand(
-        "run", "Run an attempt with scripted input or a device. Writes pictures, a record and a summary.");
+void addRun(CLI::App& app, Work& work) {
+    const auto [run, o] =
+        addCommand(app, work, "run",
+                   "Run an attempt with scripted input or a device. Writes pictures, a record and a summary.",
+                   trainer::run);
     run->add_option("--scenario", o.config.scenario, "Scenario: a name in assets/scenarios, or a .toml file.")
         ->default_str("demo");
+    CLI::Option* gauge =
+        run->add_option("--gauge", o.config.gauge, "Gauge of the needle, of assets/instruments/needles.toml.")
+            ->capture_default_str();
     run->add_option(
            "--from", o.from,
            "Restart an earlier attempt (folder or id) at a bookmark (number or text; default: the last "
            "one).")
-        ->type_name("ATTEMPT[@BOOKMARK]");
+        ->type_name("ATTEMPT[@BOOKMARK]")
+        ->excludes(gauge);
     run->add_option("--patient", o.config.patient,
                     "Patient package (default: the reference patient of the seed).");
     run->add_option(
@@ -101,19 +145,13 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
            "Fully segmented package of the same CT. Its force is computed alongside and compared with "
            "the force the user feels.")
         ->type_name("DIR");
-    run->add_option("--seed", o.config.seed, "Seed of the reference patient and of the scripted input.")
-        ->check([](const std::string& text) { return text.starts_with('-') ? text + " is negative" : ""; })
-        ->capture_default_str();
-    run->add_option("--spacing-mm", o.config.spacing_mm, "Voxel size of a reference patient [mm].")
-        ->check(CLI::Range(0.5, 5.0))
-        ->capture_default_str();
+    addSeed(*run, o.config.seed, "Seed of the reference patient and of the scripted input.");
+    addSpacing(*run, o.config.spacing_mm);
     run->add_option("--path", o.config.path,
                     "Reference path: the patient's N-th best planned path (default 1), or an attempt folder "
                     "whose needle track is used instead.")
         ->type_name("N|DIR");
-    run->add_option("--rate-hz", o.config.rate_hz, "Rate of the haptics loop [Hz].")
-        ->check(CLI::Range(1000.0, 4000.0))
-        ->capture_default_str();
+    addNumber(*run, "--rate-hz", o.config.rate_hz, {1000.0, 4000.0}, "Rate of the haptics loop [Hz].");
     CLI::Option* out =
         run->add_option("--out", o.config.folder, "Folder for the summary, the pictures and the record.");
     CLI::Option* trainee =
@@ -125,7 +163,7 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
     run->add_option("--records", o.records, "Folder of the store (default: $XDG_DATA_HOME/stylet/records).")
         ->needs(trainee);
     addDatabase(*run, o.database);
-    run->parse_complete_callback([&o] {
+    run->parse_complete_callback([&o = o] {
         if (o.config.folder.empty() && o.config.trainee.empty())
             throw CLI::RequiredError("--out or --trainee");
     });
@@ -137,15 +175,12 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
         ->check(CLI::Range(0.0, 1000.0));
     run->add_option(
            "--look", o.look,
-           "How to show the patient: reveal (translucent, with ducts, vessels and ribs) or closed (skin).")
-        ->check(CLI::IsMember({"reveal", "closed"}))
+           "How to show the patient: reveal (translucent, with ducts, vessels and ribs), closed (skin), "
+           "another name in assets/looks, or a .toml file.")
         ->capture_default_str();
     addView(*run, o.config);
-    run->add_option(
-           "--patience", o.config.frame_patience_s,
-           "Time to wait for the OpenXR runtime's last frame [s] before the program ends without it.")
-        ->check(CLI::Range(0.1, 600.0))
-        ->capture_default_str();
+    addNumber(*run, "--patience", o.config.frame_patience_s, {0.1, 600.0},
+              "Time to wait for the OpenXR runtime's last frame [s] before the program ends without it.");
     addMirrorAndSound(*run, o);
     run->add_option(
            "--difficulty", o.difficulty,
@@ -156,11 +191,12 @@ void addRun(CLI::App& app, stylet::trainer::RunOptions& o) {
     run->add_flag("--validation", o.config.validation,
                   "Enable the Vulkan validation and synchronisation layers.");
     addHand(*run, o);
-    run->footer(stylet::trainer::describeWords() + stylet::trainer::describeInstructorWords());
+    run->footer(describeCommands() + describeInstructorCommands());
 }
 
-void addReplay(CLI::App& app, stylet::trainer::ReplayOptions& o) {
-    CLI::App* replay = app.add_subcommand("replay", "Replay a record and compare its state hashes.");
+void addReplay(CLI::App& app, Work& work) {
+    const auto [replay, o] =
+        addCommand(app, work, "replay", "Replay a record and compare its state hashes.", trainer::replay);
     replay->add_option("--save-hand", o.save_hand,
                        "Also write the recorded input as CSV, for --device replay.");
     replay->add_option("record", o.record, "Folder of the record.")->required();
@@ -182,19 +218,20 @@ void addReplay(CLI::App& app, stylet::trainer::ReplayOptions& o) {
         ->needs(show);
 }
 
-using RecordsCommand = int (*)(const stylet::records::RecordsOptions&);
-
-// `stylet records ...`; sets `chosen` to the selected command.
-void addRecords(CLI::App& app, stylet::records::RecordsOptions& o, RecordsCommand& chosen) {
-    namespace records = stylet::records;
+void addRecords(CLI::App& app, Work& work) {
     CLI::App* all = app.add_subcommand(
         "records", "List, check, export and delete the attempts stored by \"run --trainee\".");
     all->require_subcommand(1);
-    const auto add = [&](const char* name, const char* what, RecordsCommand command) {
+    const auto options = std::make_shared<records::RecordsOptions>();
+    records::RecordsOptions& o = *options;
+    const auto add = [&](const char* name, const char* what, int (*command)(const records::RecordsOptions&)) {
         CLI::App* one = all->add_subcommand(name, what);
         one->add_option("--records", o.store,
                         "Folder of the store (default: $XDG_DATA_HOME/stylet/records).");
-        one->callback([&chosen, command] { chosen = command; });
+        one->callback([=, &work] {
+            if (options->store.empty()) options->store = dataFolder() / "records";
+            work = [=] { return command(*options); };
+        });
         return one;
     };
     add("list", "Print one line for each attempt, oldest first.", records::listAttempts)
@@ -219,90 +256,69 @@ void addRecords(CLI::App& app, stylet::records::RecordsOptions& o, RecordsComman
         ->required();
 }
 
-void addCurves(CLI::App& app, stylet::trainer::CurvesOptions& o) {
-    CLI::App* curves = app.add_subcommand("curves", "Draw force curves of a tissue table.");
+void addCurves(CLI::App& app, Work& work) {
+    const auto [curves, o] =
+        addCommand(app, work, "curves", "Draw force curves of a tissue table.", trainer::curves);
     curves->add_option("--table", o.table,
                        "TOML file with [[tissue]] and [thresholds] (default: the shipped table).");
     curves->add_option("--out", o.out, "Folder for the pictures.")->required();
 }
 
-void addPalpate(CLI::App& app, stylet::trainer::PalpateOptions& o) {
-    CLI::App* palpate = app.add_subcommand(
-        "palpate", "Draw the force that a finger feels on the right flank: ribs and gaps.");
+void addPalpate(CLI::App& app, Work& work) {
+    const auto [palpate, o] =
+        addCommand(app, work, "palpate",
+                   "Draw the force that a finger feels on the right flank: ribs and gaps.", trainer::palpate);
     palpate->add_option("--out", o.out, "Folder for the picture and its values.")->required();
-    palpate->add_option("--patient", o.patient,
-                        "Patient package (default: the reference patient of the seed).");
-    palpate->add_option("--seed", o.seed, "Seed of a reference patient.")->capture_default_str();
-    palpate->add_option("--spacing-mm", o.spacing_mm, "Voxel size of a reference patient [mm].")
-        ->check(CLI::Range(0.5, 5.0))
-        ->capture_default_str();
+    addPatient(*palpate, o.source);
     palpate->add_flag("--breathing", o.breathing, "Let the patient breathe (default: breath-hold).");
 }
 
-void addFilm(CLI::App& app, stylet::trainer::FilmOptions& o) {
-    CLI::App* film = app.add_subcommand(
-        "film", "Draw a scenario's breathing: dome and signal curves, coronal and stereo film.");
+void addFilm(CLI::App& app, Work& work) {
+    const auto [film, o] = addCommand(
+        app, work, "film", "Draw a scenario's breathing: dome and signal curves, coronal and stereo film.",
+        trainer::film);
     film->add_option("--out", o.out, "Folder for the table, the curve and the pictures.")->required();
     film->add_option("--scenario", o.scenario, "Scenario: a name in assets/scenarios, or a .toml file.")
         ->capture_default_str();
-    film->add_option("--patient", o.patient, "Patient package (default: the reference patient of the seed).");
-    film->add_option("--seed", o.seed, "Seed of the reference patient and of its breathing.")
-        ->capture_default_str();
-    film->add_option("--spacing-mm", o.spacing_mm, "Voxel size of a reference patient [mm].")
-        ->check(CLI::Range(0.5, 5.0))
-        ->capture_default_str();
+    addPatient(*film, o.source, "Seed of the reference patient and of its breathing.");
     film->add_option("--recording", o.recording,
                      "CSV file of a marker's motion, used instead of the scenario's breathing.");
-    film->add_option("--frames", o.frames, "Number of film frames.")
-        ->check(CLI::Range(1, 120))
-        ->capture_default_str();
+    addNumber(*film, "--frames", o.frames, {1, 120}, "Number of film frames.");
     film->add_option("--seconds", o.seconds, "Length of the film [s] (default: one breath).")
         ->check(CLI::Range(0.1, 600.0));
     film->add_flag("!--no-stereo", o.stereo, "Draw coronal slices only.");
 }
 
-void addLooks(CLI::App& app, stylet::trainer::LooksOptions& o) {
-    CLI::App* looks = app.add_subcommand("looks", "Render a patient as a headset shows it, for both eyes.");
+void addLooks(CLI::App& app, Work& work) {
+    const auto [looks, o] = addCommand(
+        app, work, "looks", "Render a patient as a headset shows it, for both eyes.", trainer::looks);
     looks->add_option("--out", o.out, "Folder for the pictures.")->required();
-    looks->add_option("--patient", o.patient,
-                      "Patient package (default: the reference patient of the seed).");
-    looks->add_option("--seed", o.seed, "Seed of a reference patient.")->capture_default_str();
-    looks->add_option("--spacing-mm", o.spacing_mm, "Voxel size of a reference patient [mm].")
-        ->check(CLI::Range(0.5, 5.0))
-        ->capture_default_str();
-    looks->add_option("--pixels", o.pixels, "Width and height of an eye's picture, in pixels.")
-        ->check(CLI::Range(32, 4096))
-        ->capture_default_str();
+    addPatient(*looks, o.source);
+    addNumber(*looks, "--pixels", o.pixels, {32, 4096}, "Width and height of an eye's picture, in pixels.");
 }
 
-void addImaging(CLI::App& app, stylet::trainer::ImagingOptions& o) {
-    CLI::App* imaging = app.add_subcommand(
-        "imaging", "Draw ultrasound and X-ray pictures of a patient, with needle and contrast medium.");
+void addImaging(CLI::App& app, Work& work) {
+    const auto [imaging, o] =
+        addCommand(app, work, "imaging",
+                   "Draw ultrasound and X-ray pictures of a patient, with needle and contrast medium.",
+                   trainer::imaging);
     imaging->add_option("--out", o.out, "Folder for the pictures.")->required();
-    imaging->add_option("--patient", o.patient,
-                        "Patient package (default: the reference patient of the seed).");
-    imaging->add_option("--seed", o.seed, "Seed of a reference patient.")->capture_default_str();
-    imaging->add_option("--spacing-mm", o.spacing_mm, "Voxel size of a reference patient [mm].")
-        ->check(CLI::Range(0.5, 5.0))
-        ->capture_default_str();
+    addPatient(*imaging, o.source);
 }
 
-void addRegister(CLI::App& app, stylet::trainer::RegisterOptions& o) {
-    CLI::App* reg = app.add_subcommand(
-        "register",
-        "Measure where the haptic device stands in the headset's room, with a wizard in the headset.");
+void addRegister(CLI::App& app, Work& work) {
+    const auto [reg, o] = addCommand(
+        app, work, "register",
+        "Measure where the haptic device stands in the headset's room, with a wizard in the headset.",
+        registerDevice);
     reg->add_option("--device", o.device, "Device listed by \"stylet devices\", or replay.")->required();
     reg->add_option("--trace", o.trace, "With --device replay: CSV file of the recorded input.");
-    reg->add_option("--points", o.points, "Number of points to touch.")
-        ->check(CLI::Range(4, 34))
-        ->capture_default_str();
+    addNumber(*reg, "--points", o.points, {4, 34}, "Number of points to touch.");
     reg->add_flag("--in-motion", o.in_motion,
                   "Move both tips together through the whole workspace instead of touching points.");
     reg->add_flag("--redo", o.redo, "Register again without first checking an earlier registration.");
-    reg->add_option("--touches", o.touches,
-                    "Number of points to touch when checking an earlier registration.")
-        ->check(CLI::Range(1, 8))
-        ->capture_default_str();
+    addNumber(*reg, "--touches", o.touches, {1, 8},
+              "Number of points to touch when checking an earlier registration.");
     reg->add_option("--hand", o.hand, "Hand that holds the controller: left or right.")
         ->check(CLI::IsMember({"left", "right"}))
         ->capture_default_str();
@@ -316,13 +332,22 @@ void addRegister(CLI::App& app, stylet::trainer::RegisterOptions& o) {
 }
 
 struct DevicesOptions {
-    stylet::haptics::DeviceOptions options;
+    haptics::DeviceOptions options;
     bool json = false;
     std::filesystem::path calibrate;
 };
 
-void addDevices(CLI::App& app, DevicesOptions& o) {
-    CLI::App* devices = app.add_subcommand("devices", "List the haptic devices with their state and limits.");
+int listOrCalibrate(const DevicesOptions& o) {
+    if (o.calibrate.empty())
+        printResult("{}", describeDevices(o.options, o.json));
+    else
+        calibrateFalcon(o.options, o.calibrate);
+    return 0;
+}
+
+void addDevices(CLI::App& app, Work& work) {
+    const auto [devices, o] = addCommand(
+        app, work, "devices", "List the haptic devices with their state and limits.", listOrCalibrate);
     devices->add_flag("--json", o.json, "Print JSON.");
     devices->add_option(
         "--calibrate", o.calibrate,
@@ -330,28 +355,42 @@ void addDevices(CLI::App& app, DevicesOptions& o) {
     addDeviceOptions(*devices, o.options);
 }
 
-void addDoctor(CLI::App& app, stylet::trainer::DoctorOptions& o) {
-    CLI::App* doctor = app.add_subcommand(
-        "doctor",
-        "Check this computer for the trainer: list what is present, what is missing and how to fix it.");
+void addDoctor(CLI::App& app, Work& work) {
+    const auto [doctor, o] = addCommand(
+        app, work, "doctor",
+        "Check this computer for the trainer: list what is present, what is missing and how to fix it.",
+        trainer::doctor);
     doctor->add_flag("--json", o.json, "Print JSON.");
     doctor->add_option("--records", o.records, "Also read every record in this folder.");
     doctor
         ->add_option_function<double>(
             "--patience",
-            [&o](double seconds) { o.patience = std::chrono::milliseconds(std::llround(1e3 * seconds)); },
+            [&o = o](double seconds) { o.patience = std::chrono::milliseconds(std::llround(1e3 * seconds)); },
             "Time to wait for an answer of a runtime or driver [s] (default 5).")
         ->check(CLI::Range(0.1, 600.0));
     addDeviceOptions(*doctor, o.devices);
 }
 
-}  // namespace
+// Adds a hidden command for `stylet doctor`, which uses it to check a runtime or driver in a child process.
+void addProbe(CLI::App& app, Work& work) {
+    struct Probed {
+        std::string what;
+        int patience_ms = 0;
+    };
+    const auto o = std::make_shared<Probed>();
+    CLI::App* added = app.add_subcommand("probe", "")->group("");
+    added->add_option("what", o->what)->required();
+    added->add_option("patience", o->patience_ms)->required();
+    added->callback(
+        [=, &work] { work = [=] { return probe(o->what, std::chrono::milliseconds(o->patience_ms)); }; });
+}
 
-static int program(int argc, char** argv) {
+int runStylet(int argc, char** argv) {
     CLI::App app(
         "Stylet: a trainer for percutaneous transhepatic cholangio-drainage.\n"
-        "A training simulator, not a medical device.");
-    // Optional for the parser, so that an unknown word is reported rather than a missing command.
+        "A training simulator, not a medical device.",
+        "stylet");
+    // The parser accepts a missing command, so that it can report an unknown word instead.
     app.require_subcommand(0, 1);
     app.callback([&app] {
         if (app.get_subcommands().empty())
@@ -360,65 +399,16 @@ static int program(int argc, char** argv) {
                 "or doctor");
     });
     app.set_version_flag("--version", STYLET_VERSION);
-    stylet::trainer::RunOptions run_options;
-    stylet::trainer::ReplayOptions replay_options;
-    stylet::trainer::CurvesOptions curves_options;
-    addRun(app, run_options);
-    addReplay(app, replay_options);
-    addCurves(app, curves_options);
-    stylet::records::RecordsOptions records_options;
-    RecordsCommand records_command = nullptr;
-    addRecords(app, records_options, records_command);
-    stylet::trainer::PalpateOptions palpate_options;
-    addPalpate(app, palpate_options);
-    stylet::trainer::FilmOptions film_options;
-    addFilm(app, film_options);
-    stylet::trainer::LooksOptions looks_options;
-    addLooks(app, looks_options);
-    stylet::trainer::ImagingOptions imaging_options;
-    addImaging(app, imaging_options);
-    stylet::trainer::RegisterOptions register_options;
-    addRegister(app, register_options);
-    DevicesOptions devices_options;
-    addDevices(app, devices_options);
-    stylet::trainer::DoctorOptions doctor_options;
-    addDoctor(app, doctor_options);
-    std::string probed;  // only used by `stylet doctor`
-    int probe_ms = 0;
-    CLI::App* probe = app.add_subcommand("probe", "")->group("");
-    probe->add_option("what", probed)->required();
-    probe->add_option("patience", probe_ms)->required();
-    CLI11_PARSE(app, argc, argv);
-    try {
-        if (app.got_subcommand("run")) return stylet::trainer::run(run_options);
-        if (records_command) {
-            if (records_options.store.empty())
-                records_options.store = stylet::trainer::dataFolder() / "records";
-            return records_command(records_options);
-        }
-        if (app.got_subcommand("palpate")) return stylet::trainer::palpate(palpate_options);
-        if (app.got_subcommand("film")) return stylet::trainer::film(film_options);
-        if (app.got_subcommand("imaging")) return stylet::trainer::imaging(imaging_options);
-        if (app.got_subcommand("looks")) return stylet::trainer::looks(looks_options);
-        if (app.got_subcommand("curves")) return stylet::trainer::curves(curves_options);
-        if (app.got_subcommand("doctor")) return stylet::trainer::doctor(doctor_options);
-        if (app.got_subcommand("probe"))
-            return stylet::trainer::probe(probed, std::chrono::milliseconds(probe_ms));
-        if (app.got_subcommand("register")) return stylet::trainer::registerDevice(register_options);
-        if (app.got_subcommand("replay")) return stylet::trainer::replay(replay_options);
-        if (!devices_options.calibrate.empty()) {
-            stylet::trainer::calibrateFalcon(devices_options.options, devices_options.calibrate);
-            return 0;
-        }
-        std::fputs(stylet::trainer::describeDevices(devices_options.options, devices_options.json).c_str(),
-                   stdout);
-        return 0;
-    } catch (const std::exception& e) {
-        std::fprintf(stderr, "stylet: %s\n", e.what());
-        return 2;
-    }
+    Work work;
+    for (const auto add : {addRun, addReplay, addCurves, addRecords, addPalpate, addFilm, addLooks,
+                           addImaging, addRegister, addDevices, addDoctor, addProbe})
+        add(app, work);
+    return runProgram(app, argc, argv, [&] { return work(); });
 }
 
+}  // namespace
+}  // namespace stylet::trainer
+
 int main(int argc, char** argv) {
-    return stylet::runProgram("stylet", program, argc, argv);
+    return stylet::trainer::runStylet(argc, argv);
 }

@@ -1,10 +1,10 @@
 #include "app/trainer/program/results.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstdio>
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -13,7 +13,7 @@
 #include "app/report/curve.h"
 #include "app/report/slices.h"
 #include "app/trainer/session/flight.h"
-#include "base/format.h"
+#include "app/trainer/stores/console.h"
 #include "base/hex.h"
 #include "base/statistics.h"
 #include "base/whole_file.h"
@@ -29,15 +29,11 @@ namespace {
 constexpr double kGyCm2PerGyM2 = 1e4;
 constexpr double kDegPerRad = 57.29577951308232;
 
-const char* kindName(NeedleEventKind kind) {
-    return kind == NeedleEventKind::puncture ? "cut" : "entry";
-}
-
 json punctureJson(const patient::Patient& patient, const haptics::EventRecord& record) {
     const haptics::NeedleEvent& event = record.event;
     const patient::Label* label = patient.label(event.border.to_label);
     return {{"tissue", patient::tissueName(event.border.to)},
-            {"kind", kindName(event.kind)},
+            {"kind", event.kind == NeedleEventKind::puncture ? "cut" : "entry"},
             {"label", label ? label->name : ""},
             {"border_depth_m", event.border.depth_m},
             {"tenting_m", event.tenting_m},
@@ -71,8 +67,8 @@ json errorJson(const ForceError& error) {
             {"largest_depth_m", error.largest_depth_m}};
 }
 
-// Force on the partial segmentation compared with the force on the full one.
-json truthJson(const ForceTruthReading& truth) {
+// Compares the force on the partial segmentation with the force on the full one.
+json truthJson(const ForceComparisonReading& truth) {
     if (!truth.known) return "no full segmentation of this patient";
     return {{"felt", truth.felt_is_full ? "full" : "partial"},
             {"insertions", truth.insertions},
@@ -126,32 +122,17 @@ json scoreJson(const training::Score& score) {
                            {"unit", metric.unit},
                            {"value", std::isfinite(value) ? json(value) : json(nullptr)},
                            {"points", score.points[i]},
-                           {"most_points", score.most_points[i]}});
+                           {"most_points", score.max_points[i]}});
     }
     return {{"total", score.total}, {"metrics", metrics}};
 }
 
-const char* placeName(patient::ContrastPlace place) {
-    switch (place) {
-        case patient::ContrastPlace::none:
-            break;
-        case patient::ContrastPlace::duct:
-            return "duct";
-        case patient::ContrastPlace::liver:
-            return "liver";
-        case patient::ContrastPlace::vessel:
-            return "vessel";
-        case patient::ContrastPlace::elsewhere:
-            return "elsewhere";
-        case patient::ContrastPlace::outside:
-            return "outside";
-    }
-    return "none";
-}
+constexpr std::array<std::string_view, 6> kPlaceNames{"none",   "duct",      "liver",
+                                                      "vessel", "elsewhere", "outside"};
 
 json contrastJson(const patient::ContrastStatus& status) {
     const patient::ContrastVolumes& v = status.volumes;
-    return {{"last_place", placeName(status.place)},
+    return {{"last_place", enumName(kPlaceNames, status.place)},
             {"ducts_ml", v.ducts_m3 * kMlPerM3},
             {"liver_ml", v.liver_m3 * kMlPerM3},
             {"vessels_ml", v.vessels_m3 * kMlPerM3},
@@ -160,10 +141,10 @@ json contrastJson(const patient::ContrastStatus& status) {
             {"lost_ml", v.lost_m3 * kMlPerM3},
             {"duct_tree_ml", status.tree_m3 * kMlPerM3},
             {"front_m", status.front_m},
-            {"at_stop", status.at_stop}};
+            {"at_stop", status.at_blockage}};
 }
 
-// Median, first and 99th percentile.
+// Computes median, first and 99th percentile.
 json spreadOf(std::vector<double> values) {
     std::sort(values.begin(), values.end());
     const auto at = [&](double share) {
@@ -172,7 +153,8 @@ json spreadOf(std::vector<double> values) {
     return {{"p1", at(0.01)}, {"median", at(0.5)}, {"p99", at(0.99)}};
 }
 
-// Difference between the drawn tip and the true tip at the display time. `ahead_ms` > 0: ahead of the hand.
+// Difference between the drawn tip and the true tip at the display time. `ahead_ms` > 0: the drawn tip was
+// ahead of the hand.
 json visuoHapticJson(const std::vector<FrameTime>& times) {
     std::vector<double> lead_ms, offset_mm, offset_deg, ahead_ms;
     std::size_t late = 0;
@@ -198,11 +180,7 @@ json frameTimesJson(const std::vector<FrameTime>& times) {
         std::vector<double> values;
         for (const FrameTime& time : times)
             values.push_back(time.*part);
-        std::sort(values.begin(), values.end());
-        const auto at = [&](double share) {
-            return values.empty() ? 0.0 : values[lowerRank(values.size(), share)];
-        };
-        return json{{"median", at(0.5)}, {"p99", at(0.99)}};
+        return json{{"median", lowerQuantile(values, 0.5)}, {"p99", lowerQuantile(values, 0.99)}};
     };
     return {{"whole", spread(&FrameTime::frame_ms)},
             {"opaque", spread(&FrameTime::opaque_ms)},
@@ -214,7 +192,7 @@ json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, con
     json punctures = json::array(), moments = json::array(), skips = json::object();
     for (const haptics::EventRecord& record : log.punctures)
         punctures.push_back(punctureJson(patient, record));
-    for (const Moment& moment : log.moments)
+    for (const Capture& moment : log.moments)
         moments.push_back(
             {{"name", moment.name}, {"tick", moment.seen.tick.tick}, {"depth_m", moment.seen.tick.depth_m}});
     for (const auto& [name, count] : totals.pictures.skips)
@@ -266,14 +244,14 @@ std::vector<report::ForceMark> cutMarks(const SessionLog& log) {
     for (const haptics::EventRecord& record : log.punctures) {
         const haptics::NeedleEvent& event = record.event;
         if (event.kind != NeedleEventKind::puncture) continue;
-        const std::string name(patient::tissueName(event.border.to));
-        marks.push_back({name + formatted(" %.2f N", event.force_before_n),
-                         event.border.depth_m + event.tenting_m, event.force_before_n});
+        marks.push_back(
+            {fmt::format("{} {:.2f} N", patient::tissueName(event.border.to), event.force_before_n),
+             event.border.depth_m + event.tenting_m, event.force_before_n});
     }
     return marks;
 }
 
-// The tick shown in the slices: the target's puncture, else the deepest tick inside the body.
+// The tick shown in the slices: the puncture of the target or, without one, the deepest tick inside the body.
 const haptics::TickOutput* sliceTick(const SessionLog& log) {
     if (log.target_hit()) return &*log.target_cut;
     return log.deepest ? &*log.deepest : nullptr;
@@ -289,14 +267,13 @@ report::NeedlePicture needlePicture(const AttemptFacts& facts, const SessionLog&
     picture.breath = tick.breath;
     picture.title =
         log.target_hit() ? "The puncture of the bile duct" : "The deepest point: no target was hit";
-    picture.caption = facts.patient_name + "   |   " + facts.scenario + "   |   tip " +
-                      formatted("%.1f mm deep, ", tick.depth_m * 1000.0) +
-                      formatted("%.3f s", double(tick.tick) * facts.dt_s) +
-                      (tick.breath_held ? ", breath held" : ", breathing");
+    picture.caption = fmt::format("{}   |   {}   |   tip {:.1f} mm deep, {:.3f} s, {}", facts.patient_name,
+                                  facts.scenario, tick.depth_m * 1000.0, double(tick.tick) * facts.dt_s,
+                                  tick.breath_held ? "breath held" : "breathing");
     return picture;
 }
 
-// Writes the times of each frame, next to the record's ticks.
+// Writes the rendering times of each frame, with the tick that the frame shows.
 void writeFrameTimes(const std::vector<FrameTime>& times, const std::filesystem::path& file) {
     std::ostringstream stream;
     stream << "tick,frame_ms,opaque_ms,volume_ms,layer_scale,late,lead_ms,offset_mm,offset_deg,ahead_ms\n";
@@ -341,23 +318,21 @@ void printScore(const SessionLog& log) {
     constexpr std::size_t kShown = 4;
     constexpr double kWorthTelling = 0.5;  // smallest loss to print [points]
     const training::Score& score = log.score;
-    std::printf("  score %.1f of 100; %d of %d steps done, %u out of order\n", score.total,
+    printResult("  score {:.1f} of 100; {} of {} steps done, {} out of order\n", score.total,
                 std::popcount(log.progress.steps_done), training::kStepCount, log.progress.out_of_order);
     std::array<std::size_t, training::kMetricCount> order{};
     std::iota(order.begin(), order.end(), std::size_t(0));
-    const auto lost = [&](std::size_t i) { return score.most_points[i] - score.points[i]; };
+    const auto lost = [&](std::size_t i) { return score.max_points[i] - score.points[i]; };
     std::sort(order.begin(), order.end(),
               [&](std::size_t a, std::size_t b) { return lost(a) != lost(b) ? lost(a) > lost(b) : a < b; });
     for (std::size_t n = 0; n < kShown && lost(order[n]) >= kWorthTelling; ++n) {
         const training::Metric& metric = training::metricTable()[order[n]];
         const double value = score.values[order[n]];
-        std::printf("    %4.1f of %2.0f lost: %s, ", lost(order[n]), metric.weight,
-                    std::string(metric.name).c_str());
+        printResult("    {:4.1f} of {:2.0f} lost: {}, ", lost(order[n]), metric.weight, metric.name);
         if (std::isfinite(value))
-            std::printf("%.4g%s%s\n", value, metric.unit.empty() ? "" : " ",
-                        std::string(metric.unit).c_str());
+            printResult("{:.4g}{}{}\n", value, metric.unit.empty() ? "" : " ", metric.unit);
         else
-            std::printf("not achieved\n");
+            printResult("not achieved\n");
     }
 }
 
@@ -365,48 +340,48 @@ void printScore(const SessionLog& log) {
 
 void printResults(const AttemptFacts& facts, const SessionLog& log, const LoopTotals& totals,
                   const std::filesystem::path& folder, bool skips) {
-    std::printf("%s, scenario %s, seed %llu: target %s\n", facts.patient_name.c_str(), facts.scenario.c_str(),
-                static_cast<unsigned long long>(facts.seed), log.target_hit() ? "hit" : "missed");
+    printResult("{}, scenario {}, seed {}: target {}\n", facts.patient_name, facts.scenario, facts.seed,
+                log.target_hit() ? "hit" : "missed");
     for (const haptics::EventRecord& record : log.punctures) {
         const haptics::NeedleEvent& event = record.event;
         if (event.kind != NeedleEventKind::puncture) continue;
-        const std::string name(patient::tissueName(event.border.to));
-        std::printf("  %-7s cut at %6.2f mm, %.2f mm behind its border: %.2f N -> %.2f N\n", name.c_str(),
-                    (event.border.depth_m + event.tenting_m) * 1000.0, event.tenting_m * 1000.0,
-                    event.force_before_n, event.force_after_n);
+        printResult("  {:<7} cut at {:6.2f} mm, {:.2f} mm behind its border: {:.2f} N -> {:.2f} N\n",
+                    patient::tissueName(event.border.to), (event.border.depth_m + event.tenting_m) * 1000.0,
+                    event.tenting_m * 1000.0, event.force_before_n, event.force_after_n);
     }
     printScore(log);
     if (log.truth.all.ticks > 0)
-        std::printf(
-            "  partial against full segmentation: RMS %.3f N, largest %.2f N at %.1f mm, %.1f %% equal\n",
+        printResult(
+            "  partial against full segmentation: RMS {:.3f} N, largest {:.2f} N at {:.1f} mm, {:.1f} % "
+            "equal\n",
             log.truth.all.rms_n(), log.truth.all.largest_n, 1000.0 * log.truth.all.largest_depth_m,
             100.0 * double(log.truth.all.equal_ticks) / double(log.truth.all.ticks));
     if (log.machines_used) {
         const training::DoseLedger& dose = log.dose;
         const patient::ContrastVolumes& v = log.contrast.volumes;
-        std::printf("  X-rays %.1f s, %llu pulses, %.2f mGy at the reference point, %.3f Gy cm2\n",
-                    dose.fluoroscopy_s, static_cast<unsigned long long>(dose.pulses),
-                    dose.air_kerma_gy * 1000.0, dose.dose_area_gy_m2 * kGyCm2PerGyM2);
-        std::printf(
-            "  contrast medium %.1f ml: ducts %.1f, liver %.1f, vessels %.1f, elsewhere %.1f, washed out "
-            "%.1f, lost %.1f%s\n",
+        printResult("  X-rays {:.1f} s, {} pulses, {:.2f} mGy at the reference point, {:.3f} Gy cm2\n",
+                    dose.fluoroscopy_s, dose.pulses, dose.air_kerma_gy * 1000.0,
+                    dose.dose_area_gy_m2 * kGyCm2PerGyM2);
+        printResult(
+            "  contrast medium {:.1f} ml: ducts {:.1f}, liver {:.1f}, vessels {:.1f}, elsewhere {:.1f}, "
+            "washed "
+            "out {:.1f}, lost {:.1f}{}\n",
             dose.contrast_m3 * kMlPerM3, v.ducts_m3 * kMlPerM3, v.liver_m3 * kMlPerM3,
             v.vessels_m3 * kMlPerM3, v.pooled_m3 * kMlPerM3, v.washed_out_m3 * kMlPerM3, v.lost_m3 * kMlPerM3,
-            log.contrast.at_stop ? "; it stands at the obstruction" : "");
+            log.contrast.at_blockage ? "; it stands at the obstruction" : "");
     }
-    std::printf("  %llu ticks, %llu late, longest step %.1f us; %llu frames; state hash %s\n",
-                static_cast<unsigned long long>(totals.haptics.ticks),
-                static_cast<unsigned long long>(totals.haptics.late_ticks), totals.haptics.max_step_us,
-                static_cast<unsigned long long>(totals.pictures.frames), hexText(log.state_hash).c_str());
+    printResult("  {} ticks, {} late, longest step {:.1f} us; {} frames; state hash {}\n",
+                totals.haptics.ticks, totals.haptics.late_ticks, totals.haptics.max_step_us,
+                totals.pictures.frames, hexText(log.state_hash));
     const std::uint32_t faults = totals.haptics.faults | log.faults;
     for (const haptics::FaultText& fault : haptics::faultTexts())
-        if ((faults & fault.bit) != 0) std::printf("  fault %s: %s\n", fault.name, fault.text);
+        if ((faults & fault.bit) != 0) printResult("  fault {}: {}\n", fault.name, fault.text);
     if (const std::uint64_t lost = totals.flights_missed + log.more_flights)
-        std::printf("  %llu more faults without a recorded history\n", static_cast<unsigned long long>(lost));
+        printResult("  {} more faults without a recorded history\n", lost);
     if (skips)
         for (const auto& [name, count] : totals.pictures.skips)
-            std::printf("  skipped: %-20s %llu\n", name.c_str(), static_cast<unsigned long long>(count));
-    std::printf("  %s\n", (folder / "summary.json").c_str());
+            printResult("  skipped: {:<20} {}\n", name, count);
+    printResult("  {}\n", (folder / "summary.json").string());
 }
 
 }  // namespace stylet::trainer

@@ -1,4 +1,4 @@
-// Files of a finished attempt: summary.json, force-depth curve, slices.
+// Writes the files of a finished attempt: summary.json, force-depth curve, slices.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ struct AttemptFacts {
     patient::PlannedPath path;
     double dt_s = 0.001;
     std::string device;             // input: "scripted", "replay", or a device's name
-    std::string firmware_sha256{};  // of the firmware image loaded into the device, if any
+    std::string firmware_sha256{};  // hash of the firmware image loaded into the device, if any
     std::optional<Start> start{};   // absent for a replay
 };
 

@@ -1,6 +1,7 @@
 #include "app/trainer/program/run.h"
 
-#include <cstdio>
+#include <fmt/core.h>
+#include <cassert>
 #include <cstdlib>
 #include <glm/geometric.hpp>
 
@@ -11,14 +12,15 @@
 #include "app/trainer/attempt/scenario.h"
 #include "app/trainer/attempt/staging.h"
 #include "app/trainer/hands/live_hand.h"
+#include "app/trainer/hands/mounted_device.h"
 #include "app/trainer/hands/mouse_hand.h"
-#include "app/trainer/hands/tipped_device.h"
 #include "app/trainer/loop/force_feed.h"
 #include "app/trainer/loop/loops.h"
 #include "app/trainer/program/results.h"
-#include "app/trainer/session/keeper.h"
+#include "app/trainer/session/attempt_writer.h"
 #include "app/trainer/session/rest.h"
 #include "app/trainer/sound/sounds.h"
+#include "app/trainer/stores/console.h"
 #include "app/trainer/stores/patient_source.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "haptics/devices/replay.h"
@@ -32,12 +34,11 @@ constexpr const char* kDisplayVariable = "DISPLAY";
 constexpr const char* kSoundLogVariable = "ALSOFT_LOGLEVEL";
 constexpr const char* kScripted = "scripted";
 
-// Manifest of the mock runtime, in this program's build tree or installed with it.
+// Manifest of the bundled mock runtime, in this program's build tree or installation.
 std::filesystem::path bundledRuntime() {
     const std::filesystem::path prefix = programFolder().parent_path();
-    for (const std::filesystem::path& file :
-         {prefix / "lib" / "xrmock.json", prefix / "share" / "openxr" / "1" / "xrmock.json"})
-        if (std::filesystem::exists(file)) return file;
+    for (const char* file : {"lib/xrmock.json", "share/openxr/1/xrmock.json"})
+        if (std::filesystem::exists(prefix / file)) return prefix / file;
     return {};
 }
 
@@ -47,7 +48,7 @@ records::RecordInfo recordInfo(const AttemptFacts& facts, const Scenario& scenar
     info.patient_folder = facts.patient_folder;
     info.patient_name = facts.patient_name;
     info.scenario = facts.scenario;
-    info.moments = scenario.moments;
+    info.capture_points = scenario.moments;
     info.approach_distance_m = scenario.approach_distance_m;
     info.seed = facts.seed;
     info.gain = gain;
@@ -63,7 +64,7 @@ records::AttemptInfo attemptInfo(const AttemptConfig& config, const AttemptFacts
     info.device = facts.device;
     info.patient = facts.patient_name;
     info.scenario = facts.scenario;
-    info.difficulty = training::nameOf(config.difficulty);
+    info.difficulty = training::difficultyName(config.difficulty);
     info.program_version = STYLET_VERSION;
     info.patient_digest = header.package_digest;
     info.seed = facts.seed;
@@ -77,30 +78,25 @@ bool isLive(const AttemptConfig& config) {
     return config.device != kScripted && config.device != kReplayDevice;
 }
 
-// Checks that the options of the command line fit together, before anything is created.
+// Checks that the options of the command line are compatible with each other, before anything is created.
 void checkHand(const RunOptions& options) {
     const AttemptConfig& config = options.config;
-    const auto refuse = [&](const char* option, const std::string& reason) {
-        throw DataError(config.device, option, reason);
-    };
-    if (isLive(config) && config.fast) refuse("--fast", "a device runs in real time; remove --fast");
+    if (isLive(config) && config.fast)
+        throw UsageError("--fast: the device " + config.device + " runs in real time; remove --fast");
     if (!isLive(config) && config.seconds)
-        refuse("--seconds", "only for a device; a scripted or replayed attempt ends by itself");
-    if (config.device == kReplayDevice && config.trace.empty())
-        refuse("--trace", "missing; name the CSV file of the recorded input");
-    if (config.device != kReplayDevice && !config.trace.empty())
-        refuse("--trace", "only for --device replay");
+        throw UsageError("--seconds: only for a device; a scripted or replayed attempt ends by itself");
+    checkTraceOption(config.device, config.trace);
     if (config.device == kControllers) return;
     if (config.device == kMouse) {
-        if (options.mirror == false) refuse("--no-mirror", "mouse input needs the window");
-        if (config.headless) refuse("--headless", "mouse input needs a window");
+        if (options.mirror == false || config.headless)
+            throw UsageError("--device mouse needs the window; remove --no-mirror and --headless");
         return;
     }
     if (isLive(config)) haptics::makeDriver(config.device, config.device_options, monotonicClock());
 }
 
-// The scripted attempt, or the same attempt with the input of a trace. The scenario's commands stay, up to
-// the end of the trace.
+// Returns the scripted attempt. With the replay device, its input is the trace, and the scenario's commands
+// are kept up to the end of the trace. With `retry`, the attempt begins with the recorded ticks.
 Attempt withHand(const AttemptConfig& config, Attempt attempt, const Retry* retry, const MakeTouch& touch) {
     if (config.device == kReplayDevice) {
         attempt.hand.samples = haptics::loadTrace(config.trace).samples;
@@ -108,49 +104,43 @@ Attempt withHand(const AttemptConfig& config, Attempt attempt, const Retry* retr
         std::erase_if(attempt.hand.commands,
                       [end_ns](const haptics::TraceCommand& said) { return said.t_ns > end_ns; });
     }
-    if (retry) beginAs(attempt, *retry, touch);
+    if (retry) startFromRecord(attempt, *retry, touch);
     return attempt;
 }
 
-// Opens the user's device and waits until it is ready.
-std::unique_ptr<LiveDevice> readyDevice(const AttemptConfig& config, const haptics::Clock& clock) {
-    catchInterrupts();
-    auto live = std::make_unique<LiveDevice>(config.device, config.device_options, clock);
-    if (!live->waitUntilReady(interrupted))
-        throw DataError(config.device, "device", "stopped before the device was ready");
-    return live;
-}
-
-// Live input of an attempt: ports, device, and the pose in which a tool is held if the device senses no
+// Live input of an attempt: ports, device and tool pose. The pose is used if the device senses no
 // orientation.
 struct Live {
-    std::shared_ptr<ControllerPort> port;  // of a controller; outlives the device
+    std::shared_ptr<ControllerPort> port;  // set for a controller; outlives the device
     std::shared_ptr<WindowPort> window = std::make_shared<WindowPort>();  // also outlives the device
     std::unique_ptr<LiveDevice> device;
     haptics::HapticDevice* aimed = nullptr;    // the device as the loop uses it
     std::optional<Registration> registration;  // pose of `device` in the headset's room
-    std::optional<TippedDevice> tipped;        // wraps `aimed`: tip as found by the registration
-    std::optional<PlacedDevice> placed;        // wraps `aimed`: moved to the recorded device's pose
+    std::optional<MountedDevice> mounted;      // set by mount()
     Quat device_from_needle{};
     haptics::GuideSettings guide;
 
+    // Makes the loop use the device through this mount.
+    void mount(const Mount& mount) {
+        assert(!mounted);  // *aimed would be destroyed
+        aimed = &mounted.emplace(*aimed, mount);
+    }
     // Pose of `tool` in the device's axes, relative to a needle's tip.
-    Pose held(haptics::Tool tool) const { return heldLike({device_from_needle, {}}, tool, guide); }
+    Pose held(haptics::Tool tool) const { return toolPoseFromNeedle({device_from_needle, {}}, tool, guide); }
 };
 
-// Makes the attempt begin with the recorded ticks, and moves the device to the pose of the recorded one.
-// Only for devices without force output; liveAttempt() handles the others.
+// Makes the attempt begin with the recorded ticks, and converts the device's poses to the device frame of the
+// record. Only for devices without force output; liveAttempt() handles the others.
 void resume(Live& live, Attempt& attempt, const Retry* retry) {
     if (!retry) return;
     const Pose own = attempt.simulation.patient_from_device;
-    beginAs(attempt, *retry);
-    live.placed.emplace(*live.aimed, attempt.simulation.patient_from_device.inverse() * own);
-    live.aimed = &*live.placed;
+    startFromRecord(attempt, *retry);
+    live.mount({.recorded_from_device = attempt.simulation.patient_from_device.inverse() * own});
 }
 
 // Patient, scenario and reference path of an attempt. The patient refers to its package.
 struct Task {
-    // Checks the earlier attempt in `retry`, if not null, against the patient. `start` must outlive it.
+    // If `retry` is not null, checks that attempt against the patient. `start` must outlive this object.
     Task(const AttemptConfig&, Retry* retry, Start& start);
     Task(const Task&) = delete;
     Task& operator=(const Task&) = delete;
@@ -176,19 +166,19 @@ Task::Task(const AttemptConfig& config, Retry* retry, Start& start)
     : scenario(loadScenario(scenarioFile(config.scenario.empty() ? "demo" : config.scenario))),
       opened(timedPatient(config, start)),
       patient(opened.package),
-      other(otherSegmentation(patient, config.full)),
+      other(loadOtherSegmentation(patient, config.full)),
       path(retry ? retry->record.info.path
                  : referencePath(patient, opened.folder, config.path, &start.made)) {
     if (retry) checkRetry(*retry, patient);
     patient_digest = patient::digest(opened.package);
     start.patient = std::chrono::steady_clock::now();
     make_touch = [digest = patient_digest, &start](const patient::Patient& on) {
-        return keptTouchMap(on, digest, cacheFolder() / "derived", &start.made);
+        return loadOrMakeTouchMap(on, digest, cacheFolder() / "derived", &start.made);
     };
 }
 
-// Controllers are tracked in the room that is drawn, so they need no registration. They are available only
-// while the attempt runs, because only its pictures have an OpenXR session.
+// Controllers are tracked in the drawn room, so they need no registration. They are available only while the
+// attempt runs, because the OpenXR session belongs to its pictures.
 Attempt controllerAttempt(const AttemptConfig& config, const Task& task, Live& live,
                           const haptics::Clock& clock, const Retry* retry) {
     catchInterrupts();
@@ -208,15 +198,16 @@ Attempt controllerAttempt(const AttemptConfig& config, const Task& task, Live& l
 Attempt mouseAttempt(const AttemptConfig& config, const Task& task, Live& live, const haptics::Clock& clock,
                      const Retry* retry) {
     catchInterrupts();
-    live.window->giveHand();
-    live.window->tell(retry ? retry->left.tool : task.scenario.tool, 0.0);
+    live.window->enableToolInput();
+    live.window->publish(retry ? retry->left.tool : task.scenario.tool, 0.0);
     Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, config,
                                       task.make_touch(task.patient), {.profile = mouseProfile()});
     attempt.simulation.patient_from_device = {};
     const haptics::GuideSettings& guide = attempt.simulation.tools.guide;
-    const Pose start = retry && retry->left.tick > 0
-                           ? retry->left.patient_from_tool * heldLike({}, retry->left.tool, guide).inverse()
-                           : mouseStart(task.path);
+    const Pose start =
+        retry && retry->left.tick > 0
+            ? retry->left.patient_from_tool * toolPoseFromNeedle({}, retry->left.tool, guide).inverse()
+            : mouseStart(task.path);
     live.device = std::make_unique<LiveDevice>(
         kMouse, std::make_unique<MouseDriver>(*live.window, start, guide, clock), clock);
     live.aimed = &live.device->bare();
@@ -226,12 +217,13 @@ Attempt mouseAttempt(const AttemptConfig& config, const Task& task, Live& live, 
 
 Attempt liveAttempt(const AttemptConfig& config, const Task& task, Live& live, const haptics::Clock& clock,
                     const Retry* retry) {
-    live.window->giveWords();
+    live.window->enableCommands();
     if (config.device == kControllers) return controllerAttempt(config, task, live, clock, retry);
     if (config.device == kMouse) return mouseAttempt(config, task, live, clock, retry);
     haptics::TouchMap touch =
-        task.make_touch(task.patient);  // first, because a device that is ready may be moved
-    live.device = readyDevice(config, clock);
+        task.make_touch(task.patient);  // first, because the user may move a device that is ready
+    catchInterrupts();
+    live.device = openReadyDevice(config.device, config.device_options, clock);
     live.registration = newestRegistration(dataFolder() / "registrations", config.device,
                                            std::string(live.device->profile().name));
     Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, config, std::move(touch),
@@ -242,38 +234,37 @@ Attempt liveAttempt(const AttemptConfig& config, const Task& task, Live& live, c
     live.device_from_needle = settings.patient_from_device.inverse().rotation * needle.rotation;
     live.guide = settings.tools.guide;
     live.aimed = &live.device->aimed(live.held(retry ? retry->left.tool : task.scenario.tool));
-    if (live.registration && live.device->profile().senses_rotation) {
-        live.tipped.emplace(*live.aimed, live.registration->stylus_from_tip_m);
-        live.aimed = &*live.tipped;
-    }
+    if (live.registration && live.device->profile().senses_rotation)
+        live.mount({.stylus_from_tip_m = live.registration->stylus_from_tip_m});
     settings.profile = live.aimed->profile();
-    if (retry && !sameNumbers(settings.profile, retry->record.header.settings.profile))
+    if (retry && !haveSameForceLimits(settings.profile, retry->record.header.settings.profile))
         throw DataError(config.device, "--from",
                         "the attempt was made with another device, whose limits are part of it: use that "
                         "device, the mouse or controllers");
-    if (retry) beginAs(attempt, *retry);
+    if (retry) startFromRecord(attempt, *retry);
     return attempt;
 }
 
 training::Difficulty parseDifficulty(const std::string& name) {
     if (name.empty()) return training::Difficulty::practice;
-    if (const auto difficulty = training::difficultyNamed(name)) return *difficulty;
-    throw DataError(name, "--difficulty", "must be guided, practice or exam");
+    if (const auto difficulty = training::difficultyFromName(name)) return *difficulty;
+    throw UsageError("--difficulty " + name + ": must be guided, practice or exam");
 }
 
-// Sounds for the trainee, and vibration of a controller. Session thread.
-class Hearing {
+// Plays sounds for the trainee and lets a controller vibrate. Session thread.
+class SoundOutput {
   public:
-    Hearing(const AttemptConfig& config, const SoundPlaces& places, double tick_s, ControllerPort* port,
-            const std::shared_ptr<const Ears>& ears)
+    SoundOutput(const AttemptConfig& config, const SoundPlaces& places, double tick_s, ControllerPort* port,
+                const std::shared_ptr<const ListenerPose>& listener_pose)
         : cues_(places, config.difficulty, tick_s), port_(port) {
-        if (config.sound) sounds_.emplace(places.stage_from_operator, ears, Speaker::device, sayOnStderr);
+        if (config.sound)
+            sounds_.emplace(places.stage_from_operator, listener_pose, Speaker::device, printMessage);
     }
-    void take(const Seen& seen) {
-        const Heard& heard = cues_.take(seen);
-        if (sounds_) sounds_->hear(heard);
+    void update(const FrameState& seen) {
+        const SoundFrame& heard = cues_.update(seen);
+        if (sounds_) sounds_->submit(heard);
         if (port_)
-            if (const auto pulse = pulseOf(heard)) port_->vibrate(*pulse);
+            if (const auto pulse = alertPulse(heard)) port_->vibrate(*pulse);
     }
 
   private:
@@ -282,25 +273,23 @@ class Hearing {
     std::optional<Sounds> sounds_;
 };
 
-// Description for the user.
-std::string whereOf(const Retry& retry) {
-    char seconds[32];
-    std::snprintf(seconds, sizeof seconds, "%.1f s",
-                  double(retry.bookmark.tick) * retry.record.header.settings.dt_s);
-    return retry.folder.string() + " until bookmark " + std::to_string(retry.number) +
-           (retry.bookmark.text.empty() ? "" : " (" + retry.bookmark.text + ")") + " at " + seconds;
+// Describes the bookmark for the user.
+std::string describeBookmark(const Retry& retry) {
+    return fmt::format("{} until bookmark {}{} at {:.1f} s", retry.folder.string(), retry.number,
+                       retry.bookmark.text.empty() ? "" : " (" + retry.bookmark.text + ")",
+                       double(retry.bookmark.tick) * retry.record.header.settings.dt_s);
 }
 
 void printBookmarks(const std::vector<records::Bookmark>& marks, const std::string& attempt,
                     const std::string& scenario) {
     if (marks.empty()) return;
     const std::string own = scenario.ends_with(".toml") ? " --scenario " + scenario : "";
-    std::printf("  %zu bookmark%s; restart there: stylet run --from %s@%zu%s\n", marks.size(),
-                marks.size() == 1 ? "" : "s", attempt.c_str(), marks.size(), own.c_str());
+    printResult("  {} bookmark{}; restart there: stylet run --from {}@{}{}\n", marks.size(),
+                marks.size() == 1 ? "" : "s", attempt, marks.size(), own);
 }
 
-// The record contains only the scenario's name.
-std::string scenarioOf(const Retry& retry) {
+// The record contains only the name of the scenario. Finds its file.
+std::string findScenario(const Retry& retry) {
     const std::string& name = retry.record.info.scenario;
     if (std::filesystem::exists(assetsFolder() / "scenarios" / (name + ".toml"))) return name;
     throw DataError(retry.folder, "scenario \"" + name + "\"",
@@ -322,10 +311,9 @@ std::unique_ptr<Display> picturesFor(const Attempt& attempt, const patient::Plan
     settings.tick_s = attempt.simulation.dt_s;
     settings.guide = attempt.simulation.tools.guide;
     std::string why_not;
-    if (settings.window && settings.window->hasHand()) {
+    if (settings.window && settings.window->hasToolInput()) {
         auto pictures = openDesktop(attempt.patient, path, settings, why_not);
-        if (!pictures)
-            throw DataError(kMouse, "device", "mouse input needs a window, and there is none: " + why_not);
+        if (!pictures) throw EnvironmentError("--device mouse needs a window, and there is none: " + why_not);
         return pictures;
     }
     auto pictures = openPictures(attempt.patient, path, settings, why_not);
@@ -333,12 +321,11 @@ std::unique_ptr<Display> picturesFor(const Attempt& attempt, const patient::Plan
         std::string no_window;
         pictures = openDesktop(attempt.patient, path, settings, no_window);
         if (pictures)
-            sayOnStderr("no headset: " + why_not + "; using a window instead");
+            printMessage("no headset: " + why_not + "; using a window instead");
         else
             why_not += "; no window either: " + no_window;
     }
-    if (!pictures)
-        std::fprintf(stderr, "stylet: no pictures: %s; continuing without pictures\n", why_not.c_str());
+    if (!pictures) printMessage("no pictures: " + why_not + "; continuing without pictures");
     return pictures;
 }
 
@@ -352,26 +339,26 @@ struct Ended {
     std::optional<NextAttempt> next;  // requested by the instructor
 };
 
-// An attempt from its options to its results. Later members refer to earlier ones.
+// An attempt from its options to its results. Members refer only to members declared before them.
 struct AttemptRun {
     RunOptions options;  // `config` is complete once openStore() has returned
     Start start;
     const haptics::Clock clock = monotonicClock();
-    std::optional<Keeper> keeper;  // only for a trainee
+    std::optional<AttemptWriter> attempt_writer;  // only if a trainee is named
     std::optional<Retry> retry;
     std::optional<Task> task;
     Live live;
     std::optional<Attempt> attempt;
     AttemptFacts facts;
-    const std::shared_ptr<Ears> ears = std::make_shared<Ears>();
+    const std::shared_ptr<ListenerPose> listener_pose = std::make_shared<ListenerPose>();
     std::unique_ptr<Display> pictures;
     std::optional<records::RecordWriter> record;
-    std::optional<ForceTruth> truth;
+    std::optional<ForceComparison> truth;
     std::optional<Session> session;
-    std::optional<Hearing> hearing;
+    std::optional<SoundOutput> hearing;
 };
 
-// Opens the store and resolves the configuration.
+// Opens the store and completes the configuration.
 void openStore(AttemptRun& run) {
     RunOptions& options = run.options;
     AttemptConfig& config = options.config;
@@ -383,17 +370,21 @@ void openStore(AttemptRun& run) {
         return options.records.empty() ? dataFolder() / "records" : options.records;
     };
     if (config.trainee.empty()) {
-        needFolder(config.folder, "--out");
+        requireFolder(config.folder, "--out");
     } else {
         records::checkTrainee(config.trainee);
-        run.keeper.emplace(store_folder(), options.database, sayOnStderr);
-        if (options.difficulty.empty() && run.keeper->isNew(config.trainee)) {
-            options.difficulty = training::nameOf(training::Difficulty::guided);
-            sayOnStderr("the first run of " + config.trainee + " is guided; use --difficulty for another");
+        run.attempt_writer.emplace(store_folder(), options.database, printMessage);
+        if (options.difficulty.empty() && run.attempt_writer->isNew(config.trainee)) {
+            options.difficulty = training::difficultyName(training::Difficulty::guided);
+            printMessage("the first run of " + config.trainee + " is guided; use --difficulty for another");
         }
     }
     config.difficulty = parseDifficulty(options.difficulty);
     config.closed_look = options.look == "closed";
+    config.look_file = assetFile("look", options.look);
+    if (options.from.empty() && !config.needle_outer_m)
+        config.needle_outer_m =
+            haptics::loadGauge(assetsFolder() / "instruments" / "needles.toml", config.gauge).outer_m;
     config.fps = options.fps.value_or(config.fast ? 0.0 : 1.0);
     config.mirror =
         options.mirror.value_or(!config.headless && !config.fast && !environment(kDisplayVariable).empty());
@@ -402,12 +393,13 @@ void openStore(AttemptRun& run) {
     run.retry = openRetry(options.from, store_folder());
     const records::RecordInfo& recorded = run.retry->record.info;
     if (config.patient.empty()) config.patient = recorded.patient_folder;
-    if (config.scenario.empty()) config.scenario = scenarioOf(*run.retry);
+    if (config.scenario.empty()) config.scenario = findScenario(*run.retry);
     config.seed = recorded.seed;
     config.rate_hz = 1.0 / run.retry->record.header.settings.dt_s;
+    config.needle_outer_m = run.retry->record.header.settings.tools.needle.cut_reach_m;
 }
 
-// Opens patient and input. With a device, waits until it is ready.
+// Opens the patient and the input. Waits until a device is ready.
 void openInput(AttemptRun& run) {
     const AttemptConfig& config = run.options.config;
     Retry* const retry = run.retry ? &*run.retry : nullptr;
@@ -419,6 +411,7 @@ void openInput(AttemptRun& run) {
             config,
             makeAttempt(task.patient, task.scenario, task.path, config.seed, config.rate_hz, task.make_touch),
             retry, task.make_touch));
+    run.attempt->simulation.tools.needle.cut_reach_m = *config.needle_outer_m;
     run.facts = {task.opened.package.name,
                  task.opened.folder,
                  task.scenario.name,
@@ -440,7 +433,7 @@ std::unique_ptr<Display> openAttemptDisplay(const AttemptRun& run) {
         settings.colocation = {*live.registration, run.attempt->simulation.patient_from_device};
     settings.controllers = live.port;
     settings.window = live.window;
-    settings.ears = run.ears;
+    settings.listener_pose = run.listener_pose;
     return picturesFor(*run.attempt, run.task->path, std::move(settings));
 }
 
@@ -452,13 +445,14 @@ void openOutputs(AttemptRun& run) {
     const Live& live = run.live;
     const records::RecordHeader header{task.patient_digest, attempt.simulation};
     const double gain = haptics::outputGain(attempt.simulation.profile, attempt.simulation.output);
-    if (run.keeper)
-        config.folder = run.keeper->begin(attemptInfo(config, run.facts, header, gain, live.registration));
+    if (run.attempt_writer)
+        config.folder =
+            run.attempt_writer->begin(attemptInfo(config, run.facts, header, gain, live.registration));
     run.pictures = openAttemptDisplay(run);
     run.start.pictures = std::chrono::steady_clock::now();
     run.facts.start = run.start;
     if (live.port && !run.pictures)
-        throw DataError(kControllers, "device", "controllers need a headset, and none is available");
+        throw EnvironmentError("--device controllers needs a headset, and none is available");
     records::RecordInfo info = recordInfo(run.facts, task.scenario, gain);
     if (run.retry) {
         const std::vector<records::Bookmark>& marks = run.retry->record.info.bookmarks;
@@ -470,30 +464,29 @@ void openOutputs(AttemptRun& run) {
                             &*run.record, attempt.simulation.dt_s);
     session.setDifficulty(config.difficulty);
     if (run.retry) {
-        const std::string where = whereOf(*run.retry);
+        const std::string where = describeBookmark(*run.retry);
         session.note("retry", where);
-        sayOnStderr("restarting " + where +
-                    (live.device ? "; move the tool back to where it was left to resume the attempt" : "") +
-                    (live.device && live.device->profile().force_axes > 0
-                         ? "; then re-arm the force with " + live.device->rearmAct()
-                         : ""));
+        printMessage("restarting " + where +
+                     (live.device ? "; move the tool back to where it was left to resume the attempt" : "") +
+                     (live.device && live.device->profile().force_axes > 0
+                          ? "; then re-arm the force with " + live.device->rearmAct()
+                          : ""));
     }
     if (task.other) session.compareWith(run.truth.emplace(*task.other, attempt.simulation.tools.needle));
     run.hearing.emplace(config, soundPlaces(task.patient, task.path), attempt.simulation.dt_s,
-                        live.port.get(), run.ears);
+                        live.port.get(), run.listener_pose);
 }
 
 LoopTotals runLive(AttemptRun& run, RealTimeOptions options) {
     const Live& live = run.live;
     const std::optional<double> seconds = run.options.config.seconds;
     const UserButtons buttons = live.device->buttons();
-    sayOnStderr("you control the " +
-                std::string(haptics::kToolNames[std::size_t(run.attempt->simulation.tools.first)]) +
-                "; type \"help\" and press Enter for a list of commands; " + live.device->describeButtons() +
-                (seconds ? "" : "; press Ctrl-C to end"));
+    printMessage(fmt::format("you control the {}; type \"help\" and press Enter for a list of commands; {}{}",
+                             enumName(haptics::kToolNames, run.attempt->simulation.tools.first),
+                             live.device->describeButtons(), seconds ? "" : "; press Ctrl-C to end"));
     const LiveHand hand{*live.aimed,
                         [&](double elapsed_s) {
-                            live.device->tellNews();
+                            live.device->reportStateChanges();
                             return interrupted() || elapsed_s >= seconds.value_or(elapsed_s + 1.0);
                         },
                         [&] { return live.device->typed(); },
@@ -501,15 +494,16 @@ LoopTotals runLive(AttemptRun& run, RealTimeOptions options) {
                         buttons,
                         live.device->rearmAct(),
                         [&live, vibrations = Vibrations()](const haptics::TickOutput& newest) mutable {
-                            live.window->tell(newest.tool, glm::length(newest.tool_force.force_n));
+                            live.window->publish(newest.tool, glm::length(newest.tool_force.force_n));
                             if (!live.port) return;
-                            if (const auto felt = vibrations.take(newest)) live.port->vibrate(*felt);
+                            if (const auto felt = vibrations.update(newest)) live.port->vibrate(*felt);
                         }};
     run.session->setRearmButton(buttons.rearm);
     options.live = &hand;
     const LoopTotals totals =
         runRealTime(*run.attempt, *run.session, std::move(run.pictures), run.clock, options);
-    // If the frames hang in the runtime, a controller's thread may hang there too. It has no force to end.
+    // If the frames hang in the runtime, a controller's thread may hang there too. A controller renders no
+    // force that would have to be stopped.
     if (!totals.frames_stuck || !live.port) live.device->stop();
     return totals;
 }
@@ -519,35 +513,38 @@ LoopTotals play(AttemptRun& run) {
     const AttemptConfig& config = run.options.config;
     const Live& live = run.live;
     Session& session = *run.session;
-    // True if the user feels forces from a device, or holds controllers and therefore wears a headset.
+    // True if the user feels forces from a device or uses controllers. A user with controllers wears a
+    // headset.
     const bool strains = live.device && (live.port || live.device->profile().force_axes > 0);
-    RestWatch rest(strains && run.keeper ? run.keeper->sinceRest_s(config.trainee) : 0.0);
-    const auto heard = [&](const Seen& seen) {
-        run.hearing->take(seen);
+    RestWatch rest(strains && run.attempt_writer ? run.attempt_writer->sinceRest_s(config.trainee) : 0.0);
+    const auto heard = [&](const FrameState& seen) {
+        run.hearing->update(seen);
         if (!strains) return;
         const bool inside = seen.tick.phase != haptics::Phase::outside;
-        if (rest.pass(double(run.clock.now_ns(run.clock.context)) * 1e-9, !seen.held && !seen.paused,
-                      inside)) {
-            sayOnStderr(restAdvice(rest.atIt_s()));
-            session.note("rest", restAdvice(rest.atIt_s()));
+        if (rest.update(double(run.clock.now_ns(run.clock.context)) * 1e-9, !seen.held && !seen.paused,
+                        inside)) {
+            printMessage(restAdvice(rest.worked_s()));
+            session.note("rest", restAdvice(rest.worked_s()));
         }
         session.showRest(rest.shown());
     };
-    if (run.keeper) {
-        session.setWatcher(
-            [&run](const haptics::TickOutput& now, const SessionLog& log) { run.keeper->take(now, log); });
-        session.setNoteWatcher([&run](const SessionLog& log) { run.keeper->storeEvents(log); });
+    if (run.attempt_writer) {
+        session.setWatcher([&run](const haptics::TickOutput& now, const SessionLog& log) {
+            run.attempt_writer->update(now, log);
+        });
+        session.setNoteWatcher([&run](const SessionLog& log) { run.attempt_writer->storeEvents(log); });
     }
     if (!live.device && config.fast)
         return runFast(*run.attempt, session, std::move(run.pictures), config.fps, workClock());
-    const RealTimeOptions options{.heard = heard,
+    const RealTimeOptions options{.on_state = heard,
                                   .console = [&live] { return live.window->typed(); },
                                   .frame_patience_s = config.frame_patience_s};
     if (live.device) return runLive(run, options);
     return runRealTime(*run.attempt, session, std::move(run.pictures), run.clock, options);
 }
 
-// Writes the results and completes the attempt in the store. Exits if the runtime still has a frame.
+// Writes the results and completes the attempt in the store. Exits the program if the runtime has not
+// returned from a frame.
 Ended store(AttemptRun& run, const LoopTotals& totals) {
     RunOptions& options = run.options;
     const AttemptConfig& config = options.config;
@@ -555,29 +552,29 @@ Ended store(AttemptRun& run, const LoopTotals& totals) {
     const Session& session = *run.session;
     record.finish();
     if (record.lost())
-        std::fprintf(
-            stderr,
-            "stylet: the record ends at tick %llu: the ring buffer was full and the next tick was lost\n",
-            static_cast<unsigned long long>(record.lost()->first - 1));
+        printMessage(
+            fmt::format("the record ends at tick {}: the ring buffer was full and the next tick was lost",
+                        record.lost()->first - 1));
     writeResults(run.task->patient, run.facts, session.log(), totals, config.folder);
-    if (run.keeper)
-        std::printf("stored as attempt %s of %s\n", run.keeper->finish(session.log()).c_str(),
-                    config.trainee.c_str());
+    if (run.attempt_writer)
+        printResult("stored as attempt {} of {}\n", run.attempt_writer->finish(session.log()),
+                    config.trainee);
     printResults(run.facts, session.log(), totals, config.folder, config.stats);
     printBookmarks(record.bookmarks(),
-                   run.keeper ? config.folder.filename().string() : config.folder.string(), config.scenario);
-    if (run.keeper && run.keeper->send() > 0)
-        sayOnStderr(
+                   run.attempt_writer ? config.folder.filename().string() : config.folder.string(),
+                   config.scenario);
+    if (run.attempt_writer && run.attempt_writer->send() > 0)
+        printMessage(
             "some attempts are not at the training centre yet; the next run or \"stylet records sync\" sends "
             "them");
     if (totals.frames_stuck) {
-        sayOnStderr(
+        printMessage(
             "the OpenXR runtime does not release a frame; all is stored, and the program ends without "
             "waiting for it");
         std::fflush(nullptr);
         std::_Exit(0);
     }
-    if (session.difficulty()) options.difficulty = training::nameOf(*session.difficulty());
+    if (session.difficulty()) options.difficulty = training::difficultyName(*session.difficulty());
     return {options, config.folder, !record.bookmarks().empty(), totals.next};
 }
 
@@ -592,25 +589,26 @@ Ended runOne(const RunOptions& asked, SteadyTime begun) {
     return store(run, totals);
 }
 
-// Options of the next attempt. An invalid request is reported and ignored: a typing error of the instructor
-// must not end the program.
-RunOptions following(const Ended& last, const RunOptions& asked, int number) {
+// Options of the next attempt. An invalid request is reported and ignored, so that an instructor's typing
+// error does not end the program.
+RunOptions nextOptions(const Ended& last, const RunOptions& asked, int number) {
     RunOptions next = last.options;
     next.from.clear();
     next.config.folder = asked.config.folder;
     if (!asked.config.folder.empty()) next.config.folder += "-" + std::to_string(number);
     if (last.next->from_bookmark) {
-        if (!last.has_bookmark) sayOnStderr("instructor: no bookmark was set; restarting from the beginning");
-        if (last.has_bookmark) next.from = last.folder.string();
+        if (last.has_bookmark)
+            next.from = last.folder.string();
+        else
+            printMessage("instructor: no bookmark was set; restarting from the beginning");
         return next;
     }
-    if (last.next->difficulty)
-        next.difficulty = training::kDifficultyNames[std::size_t(*last.next->difficulty)];
+    if (last.next->difficulty) next.difficulty = training::difficultyName(*last.next->difficulty);
     const auto tried = [](const auto& change) {
         try {
             change();
         } catch (const std::exception& e) {
-            sayOnStderr("instructor: " + std::string(e.what()) + "; as before instead");
+            printMessage("instructor: " + std::string(e.what()) + "; keeping the earlier setting");
         }
     };
     if (last.next->scenario)
@@ -622,7 +620,7 @@ RunOptions following(const Ended& last, const RunOptions& asked, int number) {
         tried([&] {
             const std::filesystem::path folder = *last.next->patient;
             if (!std::filesystem::exists(folder / "patient.toml"))
-                throw DataError(folder, "patient.toml", "is not there");
+                throw DataError(folder, "patient.toml", "not found: this is no patient package");
             next.config.patient = folder, next.config.full.clear();
         });
     if (last.next->seed) next.config.seed = *last.next->seed;
@@ -637,13 +635,13 @@ RunOptions following(const Ended& last, const RunOptions& asked, int number) {
 int run(const RunOptions& asked) {
     Ended last = runOne(asked, asked.begun);
     for (int number = 2; last.next && !interrupted(); ++number) {
-        const RunOptions next = following(last, asked, number);
-        sayOnStderr("beginning the next attempt");
+        const RunOptions next = nextOptions(last, asked, number);
+        printMessage("beginning the next attempt");
         const SteadyTime begun = std::chrono::steady_clock::now();
         try {
             last = runOne(next, begun);
-        } catch (const DataError& e) {
-            sayOnStderr("instructor: " + std::string(e.what()) + "; as before instead");
+        } catch (const std::runtime_error& e) {
+            printMessage("instructor: " + std::string(e.what()) + "; keeping the earlier setting");
             RunOptions before = last.options;
             before.from.clear(), before.config.folder = next.config.folder;
             last = runOne(before, begun);

@@ -10,15 +10,15 @@
 namespace stylet::trainer {
 namespace {
 
-using training::Struck;
+using training::RiskStructure;
 
 constexpr report::Colour kStruck{0.80, 0.05, 0.05}, kReached{0.02, 0.50, 0.18};
-// Tint factors for the grey-green room: a dark red, and a green no brighter than the untinted room.
+// Tint factors for the grey-green room: a dark red, and a green no brighter than the room without a tint.
 constexpr Vec3 kStruckLight{1.50, 0.36, 0.32}, kReachedLight{0.50, 1.20, 0.62};
 constexpr double kDotOfStripe = 13.0 / 18.0;
 constexpr double kLetter_px = 24.0, kWordBaseline_px = 493.0, kPlateTop_px = 464.0;
 
-// 0 at the border of the clear middle, 1 at the border of the picture.
+// Returns 0 at the edge of the clear middle and 1 at the edge of the picture.
 double outward(int x, int y) {
     const double half = 0.5 * AlertPicture::kSize;
     const double u = std::fabs((x + 0.5 - half) / half), v = std::fabs((y + 0.5 - half) / half);
@@ -28,20 +28,20 @@ double outward(int x, int y) {
 }  // namespace
 
 std::string alertWord(const Alert& alert) {
-    if (alert.struck == Struck::nothing) return "TARGET REACHED";
-    std::string word = "STRUCK: " + std::string(training::struckName(alert.struck));
+    if (alert.struck == RiskStructure::nothing) return "TARGET REACHED";
+    std::string word = "STRUCK: " + std::string(training::riskStructureName(alert.struck));
     std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::toupper(c); });
     return word;
 }
 
 report::Colour alertColour(const Alert& alert) {
-    return alert.struck == Struck::nothing ? kReached : kStruck;
+    return alert.struck == RiskStructure::nothing ? kReached : kStruck;
 }
 
 void drawAlertPattern(report::Canvas& canvas, const Alert& alert, double width, double height,
                       double stripe_px) {
     constexpr report::Colour kLight{1.0, 1.0, 1.0, 0.35};
-    if (alert.struck != Struck::nothing) {
+    if (alert.struck != RiskStructure::nothing) {
         for (double sum = 0.0; sum < width + height; sum += 2.0 * stripe_px)
             canvas.line({sum + stripe_px, -stripe_px}, {sum - height - stripe_px, height + stripe_px},
                         stripe_px / std::sqrt(2.0), kLight);
@@ -53,25 +53,26 @@ void drawAlertPattern(report::Canvas& canvas, const Alert& alert, double width, 
             canvas.disc({x, y}, 0.55 * dot, kLight);
 }
 
-std::optional<Alert> AlertWatch::take(std::uint64_t tick, const training::Progress& now) {
+std::optional<Alert> AlertWatch::update(std::uint64_t tick, const training::Progress& now) {
     const double t_s = tick_s_ * double(tick);
-    if (now.striking != Struck::nothing) struck_ = now.striking, struck_s_ = t_s;
-    if (now.risk_hits > hits_ && now.striking == Struck::nothing)  // struck and left between two frames
-        struck_ = now.last_struck, struck_s_ = t_s;
+    if (now.current_risk != RiskStructure::nothing) struck_ = now.current_risk, struck_s_ = t_s;
+    if (now.risk_hits > hits_ &&
+        now.current_risk == RiskStructure::nothing)  // struck and left again between two frames
+        struck_ = now.last_risk, struck_s_ = t_s;
     hits_ = std::max(hits_, now.risk_hits);
     if (now.success && !reached_s_) reached_s_ = t_s;
-    if (struck_s_ && t_s >= *struck_s_ && t_s - *struck_s_ < kAlertLeast_s) return Alert{struck_};
+    if (struck_s_ && t_s >= *struck_s_ && t_s - *struck_s_ < kMinAlert_s) return Alert{struck_};
     if (reached_s_ && t_s >= *reached_s_ && t_s - *reached_s_ < kReached_s) return Alert{};
     return std::nullopt;
 }
 
-void GlowWatch::take(std::uint64_t tick, const training::Progress& progress) {
-    const std::optional<Alert> alert = alerts_.take(tick, progress);
+void GlowWatch::update(std::uint64_t tick, const training::Progress& progress) {
+    const std::optional<Alert> alert = alerts_.update(tick, progress);
     const auto follow = [&](float& level, bool lit) {
         level = std::clamp(level + float(lit ? tick_s_ / kGlowRise_s : -tick_s_ / kGlowFall_s), 0.0f, 1.0f);
     };
-    follow(now_.struck, alert && alert->struck != Struck::nothing);
-    follow(now_.reached, alert && alert->struck == Struck::nothing);
+    follow(now_.struck, alert && alert->struck != RiskStructure::nothing);
+    follow(now_.reached, alert && alert->struck == RiskStructure::nothing);
 }
 
 Vec3 shellLight(const Glow& glow) {

@@ -1,6 +1,6 @@
-// Alerts at the edge of the trainee's view, visible in any gaze direction. Red stripes and a word mean that
-// a risk structure is struck. Green dots and a word mean that the target was reached. Colour, pattern and
-// word carry the same message, so one of them is enough. The middle of the view stays free. Frame thread.
+// Alerts at the edge of the trainee's view, visible in any gaze direction. Red stripes and a word: the tool
+// strikes a risk structure. Green dots and a word: the target was reached. Colour, pattern and word carry the
+// same message, so one of them is enough. The middle of the view stays free. Frame thread.
 #pragma once
 
 #include <cstdint>
@@ -9,30 +9,30 @@
 #include <vector>
 
 #include "app/report/canvas.h"
-#include "app/trainer/session/seen.h"
+#include "app/trainer/session/frame_state.h"
 
 namespace stylet::trainer {
 
 struct Alert {
-    training::Struck struck = training::Struck::nothing;  // nothing: target reached
+    training::RiskStructure struck = training::RiskStructure::nothing;  // `nothing`: the target was reached
     friend bool operator==(const Alert&, const Alert&) = default;
 };
 
-// A strike alert lasts kAlertLeast_s beyond the last contact, so that a short strike is noticed too. The
+// A strike alert lasts kMinAlert_s beyond the last contact, so that a short strike is noticed too. The
 // target alert lasts kReached_s.
-inline constexpr double kAlertLeast_s = 0.5, kReached_s = 3.0;
+inline constexpr double kMinAlert_s = 0.5, kReached_s = 3.0;
 
 class AlertWatch {
   public:
     explicit AlertWatch(double tick_s) : tick_s_(tick_s) {}
     // Call in tick order. Returns the alert to show at this tick, or nothing.
-    std::optional<Alert> take(const Seen& seen) { return take(seen.tick.tick, seen.progress); }
-    std::optional<Alert> take(std::uint64_t tick, const training::Progress&);
+    std::optional<Alert> update(const FrameState& seen) { return update(seen.tick.tick, seen.progress); }
+    std::optional<Alert> update(std::uint64_t tick, const training::Progress&);
 
   private:
     double tick_s_;
     std::optional<double> struck_s_, reached_s_;  // last strike; first tick with the target reached
-    training::Struck struck_ = training::Struck::nothing;
+    training::RiskStructure struck_ = training::RiskStructure::nothing;
     std::uint32_t hits_ = 0;
 };
 
@@ -43,7 +43,7 @@ class GlowWatch {
   public:
     explicit GlowWatch(double tick_s) : tick_s_(tick_s), alerts_(tick_s) {}
     // Call for every tick, in order.
-    void take(std::uint64_t tick, const training::Progress&);
+    void update(std::uint64_t tick, const training::Progress&);
     const Glow& now() const { return now_; }
 
   private:

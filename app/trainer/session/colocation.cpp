@@ -9,7 +9,8 @@
 namespace stylet::trainer {
 
 Quat roomFromDeviceRotation(const Registration& registration) {
-    // A unit axis counts as vertical if its horizontal component is shorter than this: within 11.5 degrees.
+    // An axis counts as vertical if the horizontal component of its unit vector is shorter than this (within
+    // 11.5 degrees).
     constexpr double kLevel = 0.2;
     const Pose& stage_from_device = registration.stage_from_device;
     Vec3 to_operator = stage_from_device.direction({0.0, 0.0, 1.0});
@@ -32,19 +33,19 @@ Pose roomFromStage(const Colocation& c, const Pose& room_from_patient) {
     return room_from_patient * c.patient_from_device * c.registration.rigid().inverse();
 }
 
-RoomPlace::RoomPlace(std::optional<Colocation> colocation, const Pose& room_from_patient, bool seated)
+RoomAlignment::RoomAlignment(std::optional<Colocation> colocation, const Pose& room_from_patient, bool seated)
     : colocation_(std::move(colocation)), room_from_patient_(room_from_patient), seated_(seated) {}
 
-void RoomPlace::raise(RoomDoubt doubt) {
-    ++doubts_;
-    doubt_ = std::max(doubt_, doubt);
+void RoomAlignment::raise(RoomWarning warning) {
+    ++warning_count_;
+    warning_ = std::max(warning_, warning);
 }
 
-void RoomPlace::confirm() {
-    if (doubt_ != RoomDoubt::lost) doubt_ = RoomDoubt::none;
+void RoomAlignment::confirm() {
+    if (warning_ != RoomWarning::lost) warning_ = RoomWarning::none;
 }
 
-std::string RoomPlace::begin(const std::string& space, const std::string& generation) {
+std::string RoomAlignment::begin(const std::string& space, const std::string& generation) {
     changes_.clear();
     room_from_stage_ = {};
     seat_known_ = false;
@@ -54,25 +55,25 @@ std::string RoomPlace::begin(const std::string& space, const std::string& genera
     used_ = key.space == space && key.generation == generation;
     if (used_) {
         room_from_stage_ = trainer::roomFromStage(*colocation_, room_from_patient_);
-        if (generation.empty()) raise(RoomDoubt::unchecked);
+        if (generation.empty()) raise(RoomWarning::unchecked);
         return "";
     }
-    if (was_used) raise(RoomDoubt::lost);
+    if (was_used) raise(RoomWarning::lost);
     return "the " + key.device +
            " was registered in another room than this headset's: forces are not felt "
            "where they are seen; run \"stylet register\" again";
 }
 
-void RoomPlace::onChange(std::int64_t at_ns, const std::optional<Pose>& previous_from_new) {
+void RoomAlignment::onChange(std::int64_t at_ns, const std::optional<Pose>& previous_from_new) {
     changes_.push_back({at_ns, previous_from_new});
 }
 
-void RoomPlace::advance(std::int64_t display_ns) {
+void RoomAlignment::advance(std::int64_t display_ns) {
     while (!changes_.empty() && changes_.front().at_ns <= display_ns) {
         const Change change = changes_.front();
         changes_.erase(changes_.begin());
         if (!used_) continue;
-        raise(change.previous_from_new ? RoomDoubt::moved : RoomDoubt::lost);
+        raise(change.previous_from_new ? RoomWarning::moved : RoomWarning::lost);
         if (!change.previous_from_new) continue;
         Pose& stage_from_device = colocation_->registration.stage_from_device;
         stage_from_device = change.previous_from_new->inverse() * stage_from_device;
@@ -80,7 +81,7 @@ void RoomPlace::advance(std::int64_t display_ns) {
     }
 }
 
-void RoomPlace::sitDown(double eyes_m) {
+void RoomAlignment::setEyeHeight(double eyes_m) {
     if (!seated_ || used_ || seat_known_) return;
     seat_known_ = true;
     room_from_stage_.position_m.y = kEyes_m - eyes_m;

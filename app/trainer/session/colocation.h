@@ -1,5 +1,5 @@
 // Aligns the drawn room with a haptic device whose place has been registered (co-location). The patient lies
-// level, and the user sees a contact at the place where the device renders its force.
+// level, and the user sees a contact where the device renders its force.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,8 @@ struct Colocation {
     Pose patient_from_device;  // SimulationSettings::patient_from_device of the attempt
 };
 
-// Rotation of the device in the drawn room: it keeps its tilt and is turned about the vertical until its +z
-// faces the operator.
+// Rotation of the device in the drawn room. The device keeps its tilt and is turned about the vertical until
+// its +z faces the operator.
 Quat roomFromDeviceRotation(const Registration&);
 
 // Returns patient_from_device for a patient that lies level in the room. The point `middle_m` (patient frame)
@@ -29,7 +29,7 @@ Pose levelPatientFromDevice(const Registration&, const Pose& room_from_patient, 
 Pose roomFromStage(const Colocation&, const Pose& room_from_patient);
 
 // Why the felt position may differ from the seen position.
-enum class RoomDoubt : std::uint8_t {
+enum class RoomWarning : std::uint8_t {
     none,
     unchecked,  // the runtime cannot confirm that this is the registered space
     moved,      // the runtime's space moved, and the picture was moved with it
@@ -39,26 +39,26 @@ enum class RoomDoubt : std::uint8_t {
 // Frame thread. Tracks the pose of the OpenXR runtime's space in the drawn room (roomFromStage()), also when
 // the space changes or another headset is connected. Without a colocation the pose is the identity, unless
 // seated mode is on.
-class RoomPlace {
+class RoomAlignment {
   public:
-    RoomPlace(std::optional<Colocation>, const Pose& room_from_patient, bool seated);
+    RoomAlignment(std::optional<Colocation>, const Pose& room_from_patient, bool seated);
 
-    // Call when a headset was found. Returns a message for the user if the registration belongs to another
-    // space; it is then not used. Otherwise returns an empty string.
+    // Call when a headset has been found. Returns a message for the user if the registration belongs to
+    // another space; the registration is then not used. Otherwise returns an empty string.
     std::string begin(const std::string& space, const std::string& generation);
-    // The runtime's space changes at `at_ns` (runtime time). nullopt: the change is unknown.
+    // The runtime's space changes at `at_ns` (runtime time). nullopt: the new pose is unknown.
     void onChange(std::int64_t at_ns, const std::optional<Pose>& previous_from_new);
     // Applies the pending changes up to the display time.
     void advance(std::int64_t display_ns);
     // Eye height of a seated user above the floor. Only the first call after begin() counts.
-    void sitDown(double eyes_m);
+    void setEyeHeight(double eyes_m);
     const Pose& roomFromStage() const { return room_from_stage_; }
 
-    // While there is a doubt, no force is rendered. confirm() is called when the user accepts that felt and
-    // seen positions agree. It does not clear RoomDoubt::lost.
-    RoomDoubt doubt() const { return doubt_; }
-    // Number of doubts raised so far. When it increases, the user must be asked again.
-    std::uint64_t doubts() const { return doubts_; }
+    // While there is a warning, no force is rendered. The user calls confirm() to accept that felt and seen
+    // positions agree, which clears the warning. RoomWarning::lost cannot be confirmed.
+    RoomWarning warning() const { return warning_; }
+    // Number of warnings so far. When it increases, the user must confirm again.
+    std::uint64_t warningCount() const { return warning_count_; }
     void confirm();
 
     // Seated mode: height above the drawn floor at which the user's eyes are placed.
@@ -69,13 +69,13 @@ class RoomPlace {
         std::int64_t at_ns = 0;
         std::optional<Pose> previous_from_new;
     };
-    void raise(RoomDoubt);
+    void raise(RoomWarning);
 
     std::optional<Colocation> colocation_;
     Pose room_from_patient_, room_from_stage_;
     bool seated_, seat_known_ = false, used_ = false;
-    RoomDoubt doubt_ = RoomDoubt::none;
-    std::uint64_t doubts_ = 0;
+    RoomWarning warning_ = RoomWarning::none;
+    std::uint64_t warning_count_ = 0;
     std::vector<Change> changes_;
 };
 

@@ -6,19 +6,20 @@ namespace stylet::trainer {
 
 namespace {
 
-constexpr std::size_t kMostWaiting = 64;  // two seconds of a moving front; the frame thread is not reading
+// Two seconds of a moving front. If more lists wait, the frame thread is not reading.
+constexpr std::size_t kMaxWaiting = 64;
 
 }  // namespace
 
-void ContrastFeed::give(const patient::Contrast& contrast) {
+void ContrastFeed::publish(const patient::Contrast& contrast) {
     if (!contrast.begun() || !painter_.paint(contrast, changes_)) return;
     const std::lock_guard lock(mutex_);
     if (changes_.whole) waiting_.clear();  // a full picture replaces all pending changes
     waiting_.push_back(std::exchange(changes_, {}));
-    if (waiting_.size() > kMostWaiting) painter_.reset();
+    if (waiting_.size() > kMaxWaiting) painter_.reset();
 }
 
-bool ContrastFeed::take(patient::ContrastTable& table) {
+bool ContrastFeed::applyTo(patient::ContrastTable& table) {
     taken_.clear();
     {
         const std::lock_guard lock(mutex_);

@@ -14,11 +14,11 @@ class ContrastFeed {
   public:
     explicit ContrastFeed(const patient::ContrastTableSettings& settings = {}) : painter_(settings) {}
 
-    // Session thread. Call often if pictures are drawn; cheap if nothing visible has changed.
-    void give(const patient::Contrast&);
-    // Frame thread. Brings `table` up to date and returns true if it changed. The lock is held only to hand
-    // lists over, never while they are built or applied.
-    bool take(patient::ContrastTable& table);
+    // Session thread. Call often if pictures are drawn. It is cheap if nothing visible has changed.
+    void publish(const patient::Contrast&);
+    // Frame thread. Brings `table` up to date and returns true if it changed. The lock is held only while
+    // lists are exchanged, never while they are built or applied.
+    bool applyTo(patient::ContrastTable& table);
 
   private:
     patient::ContrastPainter painter_;             // session thread

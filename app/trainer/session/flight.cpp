@@ -1,6 +1,5 @@
 #include "app/trainer/session/flight.h"
 
-#include <array>
 #include <sstream>
 
 #include "base/whole_file.h"
@@ -11,8 +10,6 @@ namespace stylet::trainer {
 namespace {
 
 using haptics::TickRecord;
-
-constexpr std::array<const char*, 5> kStages{"waiting", "rising", "on", "fading", "off"};
 
 std::uint64_t faultTick(const std::vector<TickRecord>& flight) {
     std::uint32_t before = flight.front().output.faults;
@@ -29,13 +26,6 @@ void writeVector(std::ostream& stream, const Vec3& v) {
 
 }  // namespace
 
-std::string faultNames(std::uint32_t faults) {
-    std::string names;
-    for (const haptics::FaultText& fault : haptics::faultTexts())
-        if ((faults & fault.bit) != 0) names += (names.empty() ? "" : "+") + std::string(fault.name);
-    return names.empty() ? "none" : names;
-}
-
 void writeFlight(const std::vector<TickRecord>& flight, double dt_s, const std::filesystem::path& csv) {
     if (flight.empty()) return;
     const std::uint64_t zero = faultTick(flight);
@@ -49,8 +39,8 @@ void writeFlight(const std::vector<TickRecord>& flight, double dt_s, const std::
         const haptics::TickOutput& out = record.output;
         const haptics::DeviceState& device = record.input.device;
         stream << double(std::int64_t(out.tick - zero)) * dt_s << ',' << out.tick << ','
-               << kStages[std::size_t(out.stage)] << ',' << out.level << ',' << faultNames(out.faults) << ','
-               << faultNames(out.awaited) << ',' << device.flags << ',' << device.fresh << ','
+               << enumName(kForceStageNames, out.stage) << ',' << out.level << ',' << faultNames(out.faults)
+               << ',' << faultNames(out.awaited) << ',' << device.flags << ',' << device.fresh << ','
                << device.buttons << ',' << record.input.command_count;
         writeVector(stream, device.device_from_stylus.position_m);
         writeVector(stream, out.tool_force.force_n);

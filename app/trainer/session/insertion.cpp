@@ -9,7 +9,7 @@ namespace stylet::trainer {
 using haptics::NeedleEvent;
 using haptics::NeedleEventKind;
 
-void InsertionLog::take(const haptics::TickOutput& tick) {
+void InsertionLog::update(const haptics::TickOutput& tick) {
     if (tick.phase == haptics::Phase::outside) {
         open_ = false;
         on_skin_.clear();
@@ -25,7 +25,7 @@ void InsertionLog::take(const haptics::TickOutput& tick) {
         felt.back().force_n = std::max(felt.back().force_n, now.force_n);
 }
 
-void InsertionLog::take(const NeedleEvent& event) {
+void InsertionLog::update(const NeedleEvent& event) {
     const bool cut = event.kind == NeedleEventKind::puncture;
     if (!cut && event.kind != NeedleEventKind::entry && event.kind != NeedleEventKind::sideways) return;
     if (!open_) {
@@ -39,7 +39,7 @@ void InsertionLog::take(const NeedleEvent& event) {
     const patient::Label* label = patient_->label(border.to_label);
     std::string name = label ? label->name : std::string(patient::tissueName(border.to));
     if (!passed.empty() && passed.back().name == name) return;
-    if (passed.size() == kMostPassed) passed.erase(passed.begin());
+    if (passed.size() == kMaxPassed) passed.erase(passed.begin());
     passed.push_back(
         {border.depth_m, border.to, event.role, std::move(name), cut ? event.force_before_n : 0.0});
 }

@@ -1,5 +1,5 @@
-// The tissues that the needle has passed on its way in, and the force in each depth step. Derived from the
-// ticks; never felt or hashed.
+// The tissues that the needle has passed during an insertion, and the force in each depth step. Derived from
+// the ticks; never felt or hashed.
 #pragma once
 
 #include <string>
@@ -18,7 +18,7 @@ struct Passed {
     double cut_n = 0.0;  // puncture force; 0: entered without a cut
 };
 
-// One insertion, from the puncture of the skin to the next puncture of the skin.
+// One insertion: from one puncture of the skin to the next.
 struct Insertion {
     struct Felt {
         float depth_m = 0.0f, force_n = 0.0f;
@@ -31,15 +31,15 @@ struct Insertion {
 class InsertionLog {
   public:
     static constexpr double kStep_m = 0.0005, kDeepest_m = 0.25;
-    static constexpr std::size_t kMostPassed = 40;
+    static constexpr std::size_t kMaxPassed = 40;
 
-    // The patient must outlive it.
+    // The patient must outlive this object.
     explicit InsertionLog(const patient::Patient& patient) : patient_(&patient) {}
     // Call for every tick, in order.
-    void take(const haptics::TickOutput&);
-    // An event of the newest tick. A needle that is withdrawn and advanced again passes its borders a
+    void update(const haptics::TickOutput&);
+    // An event of the newest tick. If the needle is withdrawn and advanced again, it passes its borders a
     // second time.
-    void take(const haptics::NeedleEvent&);
+    void update(const haptics::NeedleEvent&);
     // The current or last insertion; empty before the first.
     const Insertion& insertion() const { return insertion_; }
 

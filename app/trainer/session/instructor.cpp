@@ -1,8 +1,10 @@
 #include "app/trainer/session/instructor.h"
 
+#include <fmt/core.h>
 #include <array>
 #include <charconv>
-#include <cstdio>
+
+#include "app/trainer/stores/console.h"
 
 namespace stylet::trainer {
 
@@ -27,11 +29,25 @@ constexpr std::array kInstructorWords{
 constexpr std::string_view kPause = "pause", kGoOn = "go on", kToggle = "pause or go on",
                            kBookmark = "bookmark", kComment = "comment", kBreathing = "breathing",
                            kDifficulty = "difficulty", kNew = "new", kRetry = "retry";
+constexpr std::pair<std::string_view, std::string_view> kOtherInstructions[]{
+    {"breathing D R", "breathe D times as deep and R times as fast from now on (0.5 to 2; R is optional)"},
+    {"difficulty D", "change the difficulty now: guided, practice or exam"},
+    {kPause, "pause the attempt, without force"},
+    {kGoOn, "resume the attempt"},
+    {kToggle, "pause if running, resume if paused"},
+    {"bookmark TEXT", "set a bookmark for \"stylet run --from\"; the text is optional"},
+    {"comment TEXT", "store a comment on the attempt"},
+    {"new attempt", "store this attempt and begin another; set beforehand:"},
+    {"new seed N", "  the reference patient and scripted input of this seed"},
+    {"new patient DIR", "  the patient in this folder"},
+    {"new scenario S", "  a scenario name or file"},
+    {"new difficulty D", "  guided, practice or exam"},
+    {kRetry, "store this attempt and restart it at its last bookmark"}};
 constexpr const char* kNoDifficulty = "a difficulty is guided, practice or exam";
-constexpr std::size_t kLongestInstruction = 512;  // longer incomplete input is passed on
+constexpr std::size_t kMaxInstructionLength = 512;  // longer incomplete input is passed on unparsed
 
-// Returns the text after `word` and blanks, or nothing if the line does not begin with `word`.
-std::optional<std::string_view> behind(std::string_view line, std::string_view word) {
+// Returns the text that follows `word` and blanks, or nothing if the line does not begin with `word`.
+std::optional<std::string_view> textAfter(std::string_view line, std::string_view word) {
     if (!line.starts_with(word)) return std::nullopt;
     line.remove_prefix(word.size());
     if (!line.empty() && line.front() != ' ') return std::nullopt;
@@ -46,7 +62,7 @@ std::optional<haptics::BreathingScale> scaleIn(std::string_view text) {
     for (double* value : {&scale.depth, &scale.rate}) {
         const auto [behind_it, error] = std::from_chars(at, end, *value);
         if (error != std::errc() ||
-            !(*value >= haptics::kLeastBreathing && *value <= haptics::kMostBreathing))
+            !(*value >= haptics::kMinBreathingScale && *value <= haptics::kMaxBreathingScale))
             return std::nullopt;
         for (at = behind_it; at != end && *at == ' ';)
             ++at;
@@ -57,43 +73,25 @@ std::optional<haptics::BreathingScale> scaleIn(std::string_view text) {
 
 }  // namespace
 
-std::string describeInstructorWords() {
+std::string describeInstructorCommands() {
     std::string text = "Instructor's commands, during any attempt in real time:\n";
-    const auto add = [&](std::string_view word, std::string_view what) {
-        text += "  " + std::string(word) + std::string(16 - word.size(), ' ') + std::string(what) + "\n";
-    };
     for (const InstructorWord& word : kInstructorWords)
-        add(word.word, word.what);
-    add("breathing D R", "breathe D times as deep and R times as fast from now on (0.5 to 2; R is optional)");
-    add("difficulty D", "change the difficulty now: guided, practice or exam");
-    add(kPause, "pause the attempt, without force");
-    add(kGoOn, "resume the attempt");
-    add(kToggle, "pause if running, resume if paused");
-    add("bookmark TEXT", "set a bookmark for \"stylet run --from\"; the text is optional");
-    add("comment TEXT", "store a comment on the attempt");
-    add("new attempt", "store this attempt and begin another; set beforehand:");
-    add("new seed N", "  the reference patient and scripted input of this seed");
-    add("new patient DIR", "  the patient in this folder");
-    add("new scenario S", "  a scenario name or file");
-    add("new difficulty D", "  guided, practice or exam");
-    add(kRetry, "store this attempt and restart it at its last bookmark");
+        text += helpLine(word.word, word.what);
+    for (const auto& [word, what] : kOtherInstructions)
+        text += helpLine(word, what);
     return text;
 }
 
-std::string Instructor::take(std::string_view typed) {
+std::string Instructor::processLines(std::string_view typed) {
     waiting_ += typed;
     std::string rest;
-    for (std::size_t end; (end = waiting_.find('\n')) != std::string::npos; waiting_.erase(0, end + 1)) {
-        std::string_view line(waiting_.data(), end);
-        while (!line.empty() && (line.back() == ' ' || line.back() == '\r'))
-            line.remove_suffix(1);
-        if (!takeLine(line)) rest.append(waiting_, 0, end + 1);
-    }
-    if (waiting_.size() > kLongestInstruction) rest += std::exchange(waiting_, {});
+    while (const std::optional<std::string> line = popLine(waiting_))
+        if (!parseLine(*line)) rest += *line + '\n';
+    if (waiting_.size() > kMaxInstructionLength) rest += std::exchange(waiting_, {});
     return rest;
 }
 
-bool Instructor::takeLine(std::string_view line) {
+bool Instructor::parseLine(std::string_view line) {
     for (const InstructorWord& word : kInstructorWords)
         if (line == word.word) return commands_.push_back(word.command), true;
     if (line == kPause || line == kGoOn || line == kToggle) {
@@ -102,8 +100,8 @@ bool Instructor::takeLine(std::string_view line) {
         paused_ = pause;
         return true;
     }
-    if (const auto text = behind(line, kDifficulty)) {
-        difficulty_ = training::difficultyNamed(*text);
+    if (const auto text = textAfter(line, kDifficulty)) {
+        difficulty_ = training::difficultyFromName(*text);
         if (difficulty_)
             notes_.push_back({"difficulty", std::string(*text)});
         else
@@ -114,8 +112,8 @@ bool Instructor::takeLine(std::string_view line) {
         next_.emplace().from_bookmark = true;
         return true;
     }
-    if (const auto wish = behind(line, kNew)) return takeNext(*wish);
-    if (const auto text = behind(line, kBreathing)) {
+    if (const auto wish = textAfter(line, kNew)) return parseNext(*wish);
+    if (const auto text = textAfter(line, kBreathing)) {
         if (const auto scale = scaleIn(*text))
             commands_.push_back(haptics::breathingCommand(*scale));
         else
@@ -123,7 +121,7 @@ bool Instructor::takeLine(std::string_view line) {
         return true;
     }
     for (const std::string_view kind : {kBookmark, kComment})
-        if (const auto text = behind(line, kind)) {
+        if (const auto text = textAfter(line, kind)) {
             notes_.push_back({std::string(kind), std::string(*text)});
             return true;
         }
@@ -131,28 +129,24 @@ bool Instructor::takeLine(std::string_view line) {
 }
 
 // Handles the text after "new".
-bool Instructor::takeNext(std::string_view wish) {
+bool Instructor::parseNext(std::string_view wish) {
     const auto wished = [&](std::string_view what) {
-        const auto text = behind(wish, what);
+        const auto text = textAfter(wish, what);
         return text && !text->empty() ? text : std::nullopt;
     };
     if (wish == "attempt") {
         next_ = wished_;
     } else if (const auto seed_text = wished("seed")) {
-        std::uint64_t seed = 0;
-        const char* const end = seed_text->data() + seed_text->size();
-        const auto [stop, error] = std::from_chars(seed_text->data(), end, seed);
-        if (error != std::errc() || stop != end)
-            refused_.push_back("\"new seed\" needs a whole number");
+        if (const auto number = parseNumber<std::uint64_t>(*seed_text))
+            wished_.seed = *number, wished_.patient.reset();
         else
-            wished_.seed = seed, wished_.patient.reset();
+            refused_.push_back("\"new seed\" needs a whole number");
     } else if (const auto folder = wished("patient")) {
         wished_.patient = *folder;
     } else if (const auto scenario = wished("scenario")) {
         wished_.scenario = *scenario;
     } else if (const auto name = wished("difficulty")) {
-        const auto difficulty = training::difficultyNamed(*name);
-        if (difficulty)
+        if (const auto difficulty = training::difficultyFromName(*name))
             wished_.difficulty = difficulty;
         else
             refused_.push_back(kNoDifficulty);
@@ -165,9 +159,7 @@ bool Instructor::takeNext(std::string_view wish) {
 std::string injectedName(const Command& command) {
     if (command.kind == CommandKind::breathing) {
         const haptics::BreathingScale scale = haptics::breathingScale(command);
-        std::array<char, 64> text{};
-        std::snprintf(text.data(), text.size(), "breathing %g %g", scale.depth, scale.rate);
-        return text.data();
+        return fmt::format("breathing {:g} {:g}", scale.depth, scale.rate);
     }
     for (const InstructorWord& word : kInstructorWords)
         if (word.command.kind == command.kind &&

@@ -1,5 +1,5 @@
-// Instructor commands during an attempt: injected events, pause, notes for the log. They are lines of text,
-// from any source.
+// Instructor commands during an attempt: injected events, pauses, notes for the log. They are lines of text
+// and can come from any source.
 #pragma once
 
 #include <cstdint>
@@ -14,9 +14,9 @@
 
 namespace stylet::trainer {
 
-// Settings of the next attempt that differ from this one.
+// Settings of the next attempt. Absent settings stay as they are.
 struct NextAttempt {
-    std::optional<std::uint64_t> seed;    // for the reference patient and the script
+    std::optional<std::uint64_t> seed;    // seed of the reference patient and of the script
     std::optional<std::string> patient;   // folder of the patient
     std::optional<std::string> scenario;  // name or file
     std::optional<training::Difficulty> difficulty;
@@ -24,32 +24,32 @@ struct NextAttempt {
 };
 
 // Help text: every instructor command.
-std::string describeInstructorWords();
+std::string describeInstructorCommands();
 
 // Session thread.
 class Instructor {
   public:
     // Handles all complete lines of `typed` that are instructor commands, at once and in order. Returns the
     // remaining lines.
-    std::string take(std::string_view typed);
+    std::string processLines(std::string_view typed);
 
-    std::vector<haptics::Command> takeCommands() { return std::exchange(commands_, {}); }
+    std::vector<haptics::Command> popCommands() { return std::exchange(commands_, {}); }
     // A note for the log: kind ("bookmark", "comment", "pause", "difficulty") and text.
     struct Note {
         std::string kind, text;
     };
-    std::vector<Note> takeNotes() { return std::exchange(notes_, {}); }
+    std::vector<Note> popNotes() { return std::exchange(notes_, {}); }
     // Messages about instructor commands that were rejected, with the reason.
-    std::vector<std::string> takeRefused() { return std::exchange(refused_, {}); }
+    std::vector<std::string> popRejected() { return std::exchange(refused_, {}); }
     bool paused() const { return paused_; }
-    // The difficulty set since the last call, if any.
-    std::optional<training::Difficulty> takeDifficulty() { return std::exchange(difficulty_, {}); }
+    // The difficulty that was set since the last call, if any.
+    std::optional<training::Difficulty> popDifficulty() { return std::exchange(difficulty_, {}); }
     // Set once the instructor has requested the end of this attempt and the next one.
     const std::optional<NextAttempt>& next() const { return next_; }
 
   private:
-    bool takeLine(std::string_view line);
-    bool takeNext(std::string_view wish);
+    bool parseLine(std::string_view line);
+    bool parseNext(std::string_view wish);
 
     std::string waiting_;  // incomplete line
     std::vector<haptics::Command> commands_;

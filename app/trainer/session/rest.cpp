@@ -5,7 +5,7 @@
 
 namespace stylet::trainer {
 
-double sinceRest_s(std::span<const AtWork> work, double now_s) {
+double sinceRest_s(std::span<const WorkPeriod> work, double now_s) {
     double sum_s = 0.0, begins_s = now_s;
     for (auto span = work.rbegin(); span != work.rend() && begins_s - span->end_s < kRest_s; ++span) {
         sum_s += std::max(0.0, std::min(span->end_s, begins_s) - span->begin_s);
@@ -14,24 +14,24 @@ double sinceRest_s(std::span<const AtWork> work, double now_s) {
     return sum_s;
 }
 
-bool RestWatch::pass(double now_s, bool works, bool inside) {
+bool RestWatch::update(double now_s, bool works, bool inside) {
     const double passed_s = begun_ ? std::max(0.0, now_s - last_s_) : 0.0;
     begun_ = true;
     last_s_ = now_s;
     if (works)
-        at_it_s_ += passed_s, idle_s_ = 0.0;
+        worked_s_ += passed_s, idle_s_ = 0.0;
     else
         idle_s_ += passed_s;
-    if (idle_s_ >= kRest_s) at_it_s_ = 0.0, told_ = false;
-    if (inside || now_s - told_s_ >= kRestShown_s) shown_ = false;
-    if (told_ || inside || at_it_s_ < kRestAfter_s) return false;
+    if (idle_s_ >= kRest_s) worked_s_ = 0.0, told_ = false;
+    if (inside || now_s - suggested_s_ >= kRestShown_s) shown_ = false;
+    if (told_ || inside || worked_s_ < kRestAfter_s) return false;
     told_ = shown_ = true;
-    told_s_ = now_s;
+    suggested_s_ = now_s;
     return true;
 }
 
-std::string restAdvice(double at_it_s) {
-    return "for " + std::to_string(std::lround(at_it_s / 60.0)) +
+std::string restAdvice(double worked_s) {
+    return "for " + std::to_string(std::lround(worked_s / 60.0)) +
            " minutes without a break: rest eyes and hand for a few minutes";
 }
 

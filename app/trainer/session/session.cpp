@@ -17,7 +17,9 @@ using haptics::TickRecord;
 
 namespace {
 
-constexpr std::size_t kRecentTicks = 4096;  // as many as the ring between the threads can hold
+// Ticks kept for events that arrive after them. As many as fit into the ring of ticks from the haptics
+// thread.
+constexpr std::size_t kRecentTicks = 4096;
 
 }  // namespace
 
@@ -37,17 +39,17 @@ Session::Session(const patient::Patient& patient, const patient::PlannedPath& pa
       glow_(dt_s) {}
 
 void Session::drain(haptics::LoopChannels& channels) {
-    // An event is passed on after its own tick and before the next one, however much waits. Everything
-    // computed from both is then reproducible.
+    // Handle each event after its own tick and before the next tick, even if many ticks are waiting. Results
+    // that depend on ticks and events are then the same in every run.
     TickRecord record;
     EventRecord event;
     while (channels.records.pop(record)) {
         while (channels.events.pop(event))
-            unsettled_.push_back(event);
-        take(record);
+            unmatched_.push_back(event);
+        update(record);
     }
     while (channels.events.pop(event))
-        take(event);
+        update(event);
     std::vector<TickRecord> flight;
     while (channels.flights.pop(flight))
         if (log_.flights.size() < kMaxFlights)
@@ -56,32 +58,28 @@ void Session::drain(haptics::LoopChannels& channels) {
             ++log_.more_flights;
 }
 
-void Session::forgetNews() {
+void Session::discardPending() {
     newly_pressed_ = new_faults_ = 0;
     taken_.clear();
     rearm_ = false;
 }
 
-bool Session::takeRearm() {
-    return std::exchange(rearm_, false);
-}
-
-// Tracks buttons, commands, re-arm acts and new faults.
+// Tracks buttons, commands, re-arm requests and new faults.
 void Session::watchUser(const TickRecord& record) {
     const TickOutput& now = record.output;
     const TickOutput before = recent_.empty() ? TickOutput{} : recent_.back();
     const std::uint32_t pressed = record.input.device.buttons;
-    // A button that is already down when the attempt begins was not pressed.
+    // A button that is already down at the first tick does not count as pressed.
     const std::uint32_t fresh = recent_.empty() ? 0 : pressed & ~pressed_;
     pressed_ = pressed;
     held_ = (record.input.device.flags & haptics::kDeviceReady) != 0 ? pressed : 0;
     newly_pressed_ |= fresh;
     if ((fresh & rearm_button_) != 0 && now.stage == haptics::ForceStage::off) rearm_ = true;
     rearm_acts_ += (fresh & rearm_button_) != 0;
-    for (std::uint32_t i = 0; i < record.input.command_count; ++i)
+    for (std::uint32_t i = 0; i < record.input.command_count; ++i) {
         rearm_acts_ += record.input.commands[i].kind == haptics::CommandKind::rearm;
-    for (std::uint32_t i = 0; i < record.input.command_count; ++i)
         taken_.push_back({record.input.commands[i], before, now});
+    }
     new_faults_ |= now.faults & ~before.faults;
     log_.awaited_ticks = now.awaited != 0 && now.awaited == log_.awaited ? log_.awaited_ticks + 1 : 0;
     log_.awaited = now.awaited;
@@ -116,10 +114,10 @@ void Session::watchForce(const TickRecord& record) {
     controller.sum_n2 += added_n * added_n;
 }
 
-void Session::take(const TickRecord& record) {
+void Session::update(const TickRecord& record) {
     const TickOutput& now = record.output;
-    settleEvents();
-    log_.state_hash = fold_.take(record.input, now);
+    matchEvents();
+    log_.state_hash = fold_.step(record.input, now);
     if (record_) record_->add(record.input, now.tick, log_.state_hash);
     ++log_.ticks;
     log_.last_tick = now.tick;
@@ -130,8 +128,8 @@ void Session::take(const TickRecord& record) {
     watchUser(record);
     watchInstructor(record);
     watchForce(record);
-    wounds_.take(now);
-    insertion_.take(now);
+    wounds_.update(now);
+    insertion_.update(now);
     log_.lateral_cut_m = now.lateral_cut_m;
     log_.peak_force_n = std::max(log_.peak_force_n, std::fabs(now.force_n));
     if (now.phase != haptics::Phase::outside) {
@@ -140,44 +138,44 @@ void Session::take(const TickRecord& record) {
     }
     recent_.push_back(now);
     if (recent_.size() > kRecentTicks) recent_.pop_front();
-    procedure_.take(now, fold_);
-    takeProgress();
-    glow_.take(now.tick, log_.progress);
+    procedure_.update(now, fold_);
+    updateProgress();
+    glow_.update(now.tick, log_.progress);
     if (truth_) {
-        truth_->take(now);
+        truth_->update(now);
         log_.truth = truth_->reading();
     }
-    if (haptics::holdsNeedle(now.tool) &&
+    if (haptics::isNeedleTool(now.tool) &&
         glm::dot(now.patient_from_needle.position_m - entry_m_, axis_) >= -approach_distance_m_)
         note("approach", now);
     watchXray(now);
-    settleEvents();
+    matchEvents();
     if (watcher_) watcher_(now, log_);
 }
 
 void Session::watchXray(const TickOutput& now) {
-    const training::XrayState& xray = fold_.machines().xray;
+    const training::XrayState& xray = fold_.equipment().xray;
     if (xray.pulses > 0) note("xray", now);
     if (pedal_ && !xray.pedal && fold_.contrast().begun()) note("contrast", now);
     pedal_ = xray.pedal;
 }
 
-void Session::take(const EventRecord& event) {
-    unsettled_.push_back(event);
-    settleEvents();
+void Session::update(const EventRecord& event) {
+    unmatched_.push_back(event);
+    matchEvents();
 }
 
-void Session::take(const haptics::TickInput& input, const haptics::TickOutput& output,
-                   const haptics::NeedleEvents& events) {
-    take(TickRecord{input, output});
+void Session::update(const haptics::TickInput& input, const haptics::TickOutput& output,
+                     const haptics::NeedleEvents& events) {
+    update(TickRecord{input, output});
     for (int i = 0; i < events.count; ++i)
-        take(haptics::EventRecord{output.tick, events.list[std::size_t(i)]});
+        update(haptics::EventRecord{output.tick, events.list[std::size_t(i)]});
 }
 
-void Session::settleEvents() {
-    while (!unsettled_.empty() && log_.ticks > 0 && unsettled_.front().tick <= log_.last_tick) {
-        const EventRecord event = unsettled_.front();
-        unsettled_.pop_front();
+void Session::matchEvents() {
+    while (!unmatched_.empty() && log_.ticks > 0 && unmatched_.front().tick <= log_.last_tick) {
+        const EventRecord event = unmatched_.front();
+        unmatched_.pop_front();
         const auto shown =
             std::lower_bound(recent_.begin(), recent_.end(), event.tick,
                              [](const TickOutput& o, std::uint64_t tick) { return o.tick < tick; });
@@ -187,30 +185,30 @@ void Session::settleEvents() {
 
 void Session::onEvent(const EventRecord& record, const TickOutput& shown) {
     const haptics::NeedleEvent& event = record.event;
-    wounds_.take(event);
-    insertion_.take(event);
+    wounds_.update(event);
+    insertion_.update(event);
     const bool cut = event.kind == NeedleEventKind::puncture;
     const bool target_cut =
         cut && event.border.to == haptics::Tissue::duct && !log_.target_cut && targetAtTip(shown);
-    procedure_.take(event, shown, target_cut);
-    takeProgress();
+    procedure_.update(event, shown, target_cut);
+    updateProgress();
     if (!cut && event.kind != NeedleEventKind::entry) return;
     log_.punctures.push_back(record);
-    // A cut happens between two ticks, so neither tick's force contains its peak.
+    // A cut happens between two ticks, so the force of neither tick contains the peak.
     log_.peak_force_n = std::max(log_.peak_force_n, std::fabs(event.force_before_n));
     note(std::string(patient::tissueName(event.border.to)), shown);
     if (target_cut) log_.target_cut = shown;
 }
 
-void Session::takeProgress() {
+void Session::updateProgress() {
     log_.progress = procedure_.progress();
     log_.score = procedure_.score();
-    for (training::SessionEvent& event : procedure_.takeEvents())
+    for (training::SessionEvent& event : procedure_.consumeEvents())
         log_.events.push_back(std::move(event));
 }
 
-Seen Session::seen(const TickOutput& tick) const {
-    Seen seen{tick, wounds_.wounds(), fold_.machines(), fold_.dose()};
+FrameState Session::frameState(const TickOutput& tick) const {
+    FrameState seen{tick, wounds_.wounds(), fold_.equipment(), fold_.dose()};
     seen.rearm_acts = rearm_acts_;
     seen.progress = log_.progress;
     seen.lights_out = lights_out_;
@@ -226,7 +224,7 @@ void Session::note(const std::string& moment, const TickOutput& shown) {
     const auto awaited = std::find(awaited_.begin(), awaited_.end(), moment);
     if (awaited == awaited_.end()) return;
     awaited_.erase(awaited);
-    log_.moments.push_back({moment, seen(shown)});
+    log_.moments.push_back({moment, frameState(shown)});
 }
 
 bool Session::targetAtTip(const TickOutput& shown) const {
@@ -235,8 +233,8 @@ bool Session::targetAtTip(const TickOutput& shown) const {
     return label && label->role == patient::Role::target;
 }
 
-std::vector<Moment> Session::newMoments() {
-    std::vector<Moment> fresh(log_.moments.begin() + std::ptrdiff_t(handed_out_), log_.moments.end());
+std::vector<Capture> Session::newCaptures() {
+    std::vector<Capture> fresh(log_.moments.begin() + std::ptrdiff_t(handed_out_), log_.moments.end());
     handed_out_ = log_.moments.size();
     return fresh;
 }

@@ -1,5 +1,5 @@
-// Observes every tick of an attempt, writes the record and finds the capture points. It never uses the GPU
-// or OpenXR, and outlives both.
+// Observes every tick of an attempt, writes the record and finds the capture points. It never uses the GPU or
+// OpenXR and continues to work if they fail.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 #include "app/records/record.h"
 #include "app/report/curve.h"
 #include "app/trainer/session/alert.h"
+#include "app/trainer/session/frame_state.h"
 #include "app/trainer/session/insertion.h"
-#include "app/trainer/session/seen.h"
 #include "app/training/attempt_fold.h"
 #include "app/training/procedure.h"
 #include "haptics/loop/loop.h"
@@ -22,23 +22,23 @@
 
 namespace stylet::trainer {
 
-// A capture point, with everything that a picture of it needs.
-struct Moment {
+// A capture point with the state that is needed to draw it.
+struct Capture {
     std::string name;
-    Seen seen;
+    FrameState seen;
 };
 
 // Force added by the passivity controller, over the ticks in contact.
 struct ControllerLog {
     std::uint64_t contact_ticks = 0;
-    std::uint64_t felt_ticks = 0;  // ticks with more than kFelt_n
+    std::uint64_t felt_ticks = 0;  // ticks in which the added force exceeds kFelt_n
     double peak_n = 0.0;
     double sum_n2 = 0.0;
 };
 inline constexpr double kFelt_n = 0.001;
 
-// A command, the tick that executed it and the tick before.
-struct Taken {
+// A command, the tick that executed it, and the tick before that.
+struct ExecutedCommand {
     haptics::Command command;
     haptics::TickOutput before, after;
 };
@@ -46,17 +46,17 @@ struct Taken {
 struct SessionLog {
     std::vector<report::ForceSample> curve;       // every tick inside the body
     std::vector<haptics::EventRecord> punctures;  // cuts and entries, in order
-    std::vector<Moment> moments;
+    std::vector<Capture> moments;
     // The first tick in which a duct was cut with the target's label at the tip.
     std::optional<haptics::TickOutput> target_cut;
     std::optional<haptics::TickOutput> deepest;  // deepest tick inside the body
     double peak_force_n = 0.0;
     double lateral_cut_m = 0.0;
-    std::uint64_t ticks = 0;  // received
+    std::uint64_t ticks = 0;  // ticks received
     std::uint64_t last_tick = 0;
     std::uint64_t state_hash = 0;
     std::uint32_t faults = 0;         // every bit ever seen
-    std::uint32_t awaited = 0;        // of the newest tick: what prevents the force from starting
+    std::uint32_t awaited = 0;        // bits of the newest tick: what prevents the force from starting
     std::uint64_t awaited_ticks = 0;  // number of ticks without a change of `awaited`
     ControllerLog controller;
     bool machines_used = false;  // X-ray, contrast medium or ultrasound was used
@@ -66,7 +66,7 @@ struct SessionLog {
     std::uint64_t more_flights = 0;                         // histories that were dropped
     training::Progress progress;                            // of the newest tick
     training::Score score;                                  // of the newest tick
-    ForceTruthReading truth;                                // of the newest tick
+    ForceComparisonReading truth;                           // of the newest tick
     std::vector<training::SessionEvent> events;             // in order
     bool target_hit() const { return target_cut.has_value(); }
 };
@@ -75,59 +75,58 @@ inline constexpr std::size_t kMaxFlights = 16;
 
 class Session {
   public:
-    // `moments`: see Scenario. `record` may be null (a replay records nothing). All must outlive the
-    // session.
+    // `moments`: see Scenario. `record` may be null (a replay records nothing). The arguments must outlive
+    // the session.
     Session(const patient::Patient&, const patient::PlannedPath&, const std::vector<std::string>& moments,
             double approach_distance_m, records::RecordWriter* record, double dt_s = 0.001);
 
-    // Call before the first tick. The meter receives every tick and must outlive the session.
-    void compareWith(ForceTruth& truth) { truth_ = &truth; }
+    // Call before the first tick. The comparison receives every tick and must outlive the session.
+    void compareWith(ForceComparison& truth) { truth_ = &truth; }
 
-    // Session thread. Processes everything that waits in the rings. Throws DataError if the record
-    // cannot be written.
+    // Session thread. Processes everything in the rings. Throws DataError if the record cannot be written.
     void drain(haptics::LoopChannels&);
     // Same for a single tick or event. An event may come before the record of its tick.
-    void take(const haptics::TickRecord&);
-    void take(const haptics::EventRecord&);
+    void update(const haptics::TickRecord&);
+    void update(const haptics::EventRecord&);
     // A recomputed tick with its events.
-    void take(const haptics::TickInput&, const haptics::TickOutput&, const haptics::NeedleEvents&);
+    void update(const haptics::TickInput&, const haptics::TickOutput&, const haptics::NeedleEvents&);
     // Called on the session thread after each tick. May throw, like drain().
     using Watcher = std::function<void(const haptics::TickOutput&, const SessionLog&)>;
     void setWatcher(Watcher watcher) { watcher_ = std::move(watcher); }
-    // Same after a note, which may come while no ticks run.
+    // Called after each note. A note may be added while no ticks run.
     void setNoteWatcher(std::function<void(const SessionLog&)> noted) { noted_ = std::move(noted); }
 
-    // The explicit act after a fault: returns true once for each press of the device's re-arm button while
-    // the force was off.
-    bool takeRearm();
-    // Bit of that button; default: bit 0.
+    // Returns true once for each press of the device's re-arm button while the force was off. After a fault,
+    // the force needs this explicit request.
+    bool popRearm() { return std::exchange(rearm_, false); }
+    // Bit of the re-arm button; default: bit 0.
     void setRearmButton(std::uint32_t button) { rearm_button_ = button; }
     // Adds a session event at the newest tick.
     void note(std::string kind, std::string text);
-    // Sets Seen::rest_due from now on.
+    // Sets FrameState::rest_due from now on.
     void showRest(bool due) { rest_due_ = due; }
     void setDifficulty(training::Difficulty difficulty) { difficulty_ = difficulty; }
     std::optional<training::Difficulty> difficulty() const { return difficulty_; }
-    // takePressed(), takeCommands() and takeFaults() return the buttons pressed, commands executed and
+    // popPressed(), popCommands() and popFaults() return the buttons pressed, commands executed and
     // faults raised since the last call. A fault that recurs after re-arming counts again.
-    std::uint32_t takePressed() { return std::exchange(newly_pressed_, 0); }
+    std::uint32_t popPressed() { return std::exchange(newly_pressed_, 0); }
     // Buttons down in the newest tick; none if the device is lost.
-    std::uint32_t held() const { return held_; }
-    std::vector<Taken> takeCommands() { return std::exchange(taken_, {}); }
-    std::uint32_t takeFaults() { return std::exchange(new_faults_, 0); }
-    // Discards pressed buttons, commands, faults and the re-arm act. Used after a recomputed beginning,
-    // which must not be reported as news.
-    void forgetNews();
+    std::uint32_t buttonsDown() const { return held_; }
+    std::vector<ExecutedCommand> popCommands() { return std::exchange(taken_, {}); }
+    std::uint32_t popFaults() { return std::exchange(new_faults_, 0); }
+    // Discards pressed buttons, commands, faults and the re-arm request. Used after a recomputed beginning,
+    // whose events must not be reported as new.
+    void discardPending();
     // The newest tick; null before the first.
     const haptics::TickOutput* newest() const { return recent_.empty() ? nullptr : &recent_.back(); }
     // State for frames: `tick` and the session's other state.
-    Seen seen(const haptics::TickOutput& tick) const;
+    FrameState frameState(const haptics::TickOutput& tick) const;
     // State at the newest tick. Session thread; trivially copyable, for frames.
-    const training::Machines& machines() const { return fold_.machines(); }
-    // Session thread. Frames get what they need of it through ContrastFeed (contrast_feed.h).
+    const training::Equipment& machines() const { return fold_.equipment(); }
+    // Session thread. Frames receive the contrast medium through ContrastFeed (contrast_feed.h).
     const patient::Contrast& contrast() const { return fold_.contrast(); }
     // Capture points found since the last call, each exactly once.
-    std::vector<Moment> newMoments();
+    std::vector<Capture> newCaptures();
     const SessionLog& log() const { return log_; }
 
   private:
@@ -135,9 +134,9 @@ class Session {
     void watchInstructor(const haptics::TickRecord&);
     void watchForce(const haptics::TickRecord&);
     void watchXray(const haptics::TickOutput&);
-    void settleEvents();
+    void matchEvents();
     void onEvent(const haptics::EventRecord&, const haptics::TickOutput&);
-    void takeProgress();
+    void updateProgress();
     void note(const std::string& moment, const haptics::TickOutput&);
     bool targetAtTip(const haptics::TickOutput&) const;
 
@@ -148,18 +147,18 @@ class Session {
     records::RecordWriter* record_;
     training::AttemptFold fold_;
     training::Procedure procedure_;
-    std::deque<haptics::TickOutput> recent_;  // for finding the tick of an event
-    std::deque<haptics::EventRecord> unsettled_;
+    std::deque<haptics::TickOutput> recent_;  // recent ticks, to find the tick of an event
+    std::deque<haptics::EventRecord> unmatched_;
     std::size_t handed_out_ = 0;
     std::uint32_t rearm_button_ = 1u << 0;
     std::uint32_t pressed_ = 0, newly_pressed_ = 0, held_ = 0, new_faults_ = 0;
     bool rearm_ = false, pedal_ = false, lights_out_ = false, rest_due_ = false;
     std::uint64_t rearm_acts_ = 0;
-    std::vector<Taken> taken_;
+    std::vector<ExecutedCommand> taken_;
     WoundLog wounds_;
     InsertionLog insertion_;
     GlowWatch glow_;
-    ForceTruth* truth_ = nullptr;
+    ForceComparison* truth_ = nullptr;
     std::optional<training::Difficulty> difficulty_;
     SessionLog log_;
     Watcher watcher_;

@@ -8,40 +8,41 @@ namespace stylet::trainer {
 
 namespace {
 
-constexpr double kNeedleHole_m = 0.00085;  // radius: a 17 G needle is 1.5 mm across, and the edge is torn
+constexpr double kTornEdge_m = 0.0001;  // torn edge of the hole around the needle
 constexpr double kSameHole_m = 0.002;
-constexpr std::size_t kMostHoles = 6;
-// Blood of a liver vein runs out along the shaft: a drop at once, then a pool that grows ever more slowly.
+constexpr std::size_t kMaxHoles = 6;
+// Blood from a liver vein runs out along the shaft: first a drop at once, then a pool that grows ever more
+// slowly.
 constexpr Vec3 kDown{0.0, -1.0, 0.0};  // for a patient who lies on the back
 constexpr double kFirstDrop_m = 0.003, kPoolGrowth_m = 0.0035, kLargestPool_m = 0.020;
 
 }  // namespace
 
-void WoundLog::take(const haptics::TickOutput& tick) {
+void WoundLog::update(const haptics::TickOutput& tick) {
     tick_ = tick.tick;
     if (tick.incision_count > 0) {
         incisions_.resize(std::size_t(tick.incision_count));
         incisions_.back() = tick.newest_incision;
     }
     // The skin is not open while the tip is still tenting it.
-    const bool on_skin = tick.phase == haptics::Phase::held && tick.tissue == patient::Tissue::air;
-    const bool inside = haptics::holdsNeedle(tick.tool) && tick.phase != haptics::Phase::outside && !on_skin;
+    const bool on_skin = tick.phase == haptics::Phase::tenting && tick.tissue == patient::Tissue::air;
+    const bool inside = haptics::isNeedleTool(tick.tool) && tick.phase != haptics::Phase::outside && !on_skin;
     if (inside && !inside_) {
         const auto same = [&](const Hole& h) {
             return glm::length(h.reference_m - tick.tip_reference_m) < kSameHole_m;
         };
         const auto found = std::find_if(holes_.begin(), holes_.end(), same);
         if (found != holes_.end()) {
-            std::rotate(found, found + 1, holes_.end());  // the last one is in use
+            std::rotate(found, found + 1, holes_.end());  // the last hole is the one in use
         } else {
-            if (holes_.size() == kMostHoles) holes_.erase(holes_.begin());
-            holes_.push_back({tick.tip_reference_m, false, 0});
+            if (holes_.size() == kMaxHoles) holes_.erase(holes_.begin());
+            holes_.push_back({tick.tip_reference_m, tick.needle_radius_m + kTornEdge_m, false, 0});
         }
     }
     inside_ = inside;
 }
 
-void WoundLog::take(const haptics::NeedleEvent& event) {
+void WoundLog::update(const haptics::NeedleEvent& event) {
     const bool opened = event.kind == haptics::NeedleEventKind::puncture ||
                         event.kind == haptics::NeedleEventKind::entry ||
                         event.kind == haptics::NeedleEventKind::sideways;
@@ -66,7 +67,7 @@ std::vector<Wound> WoundLog::wounds() const {
                            0.5 * length, along / length});
     }
     for (const Hole& hole : holes_)
-        all.push_back({WoundKind::puncture, hole.reference_m, kNeedleHole_m});
+        all.push_back({WoundKind::puncture, hole.reference_m, hole.radius_m});
     for (const Hole& hole : holes_) {
         if (!hole.bleeds) continue;
         const double since_s = dt_s_ * double(tick_ - hole.opened_tick);

@@ -1,5 +1,5 @@
-// Visible marks that the procedure leaves on the skin. Found by watching the ticks, for pictures only;
-// never felt or hashed.
+// Visible marks that the procedure leaves on the skin. Derived from the ticks, for pictures only; never felt
+// or hashed.
 #pragma once
 
 #include <cstdint>
@@ -11,12 +11,12 @@ namespace stylet::trainer {
 
 enum class WoundKind : std::uint8_t { incision, puncture, blood };
 
-// Moves with the tissue.
+// A mark. It moves with the tissue.
 struct Wound {
     WoundKind kind = WoundKind::puncture;
     Vec3 reference_m{0.0};
     double size_m = 0.0;        // radius; half the length of an incision
-    Vec3 along{0.0, 0.0, 1.0};  // direction of an incision, or in which blood runs
+    Vec3 along{0.0, 0.0, 1.0};  // direction of an incision, or in which the blood runs
 };
 
 // Session thread.
@@ -25,9 +25,9 @@ class WoundLog {
     explicit WoundLog(double dt_s) : dt_s_(dt_s) {}
 
     // Call for every tick, in order.
-    void take(const haptics::TickOutput&);
+    void update(const haptics::TickOutput&);
     // A needle event at the newest tick. If it opened a vessel, the newest needle hole in the skin bleeds.
-    void take(const haptics::NeedleEvent&);
+    void update(const haptics::NeedleEvent&);
     // The newest hole bleeds from now on. Returns false if there is no hole.
     bool bleed();
     // Wounds at the newest tick: incisions, then holes, then blood.
@@ -36,6 +36,7 @@ class WoundLog {
   private:
     struct Hole {
         Vec3 reference_m{0.0};
+        double radius_m = 0.0;
         bool bleeds = false;
         std::uint64_t opened_tick = 0;
     };

@@ -1,5 +1,5 @@
-// `stylet devices --calibrate FILE`: measures a Falcon's force in newtons with a kitchen scale and writes
-// the file that --calibration reads.
+// `stylet devices --calibrate FILE`: measures a Falcon's force in newtons with a kitchen scale. Writes the
+// calibration file that --calibration reads.
 #pragma once
 
 #include <filesystem>

@@ -1,9 +1,8 @@
 #include "app/trainer/setup/devices.h"
 
+#include <fmt/core.h>
 #include <cmath>
 #include <nlohmann/json.hpp>
-
-#include "base/format.h"
 
 namespace stylet::trainer {
 
@@ -44,21 +43,21 @@ json kindJson(const DeviceKind& kind, const std::vector<FoundDevice>& found, con
             {"what", kind.what},
             {"built", built},
             {"missing", built ? "" : kind.missing},
-            {"limits", built ? limitsJson(haptics::profileOfKind(kind.name, options)) : json(nullptr)},
+            {"limits", built ? limitsJson(haptics::deviceProfile(kind.name, options)) : json(nullptr)},
             {"found", list}};
 }
 
-std::string quantity(double value, double scale, const char* format) {
-    return std::isfinite(value) ? formatted(format, value * scale) : "";
+std::string quantity(double value, double scale, fmt::format_string<double> format) {
+    return std::isfinite(value) ? fmt::format(format, value * scale) : "";
 }
 
 std::string limitsText(const DeviceProfile& p) {
-    if (p.force_axes == 0) return "input only; " + quantity(p.workspace_radius_m, 1e3, "reach %.0f mm");
+    if (p.force_axes == 0) return "input only; " + quantity(p.workspace_radius_m, 1e3, "reach {:.0f} mm");
     std::string text;
     for (const std::string& part :
-         {quantity(p.force_peak_n, 1.0, "%.1f N"), quantity(p.stiffness_n_per_m, 1.0, "%.0f N/m"),
-          quantity(p.workspace_radius_m, 1e3, "radius %.0f mm"),
-          quantity(p.resolution_m, 1e6, "%.0f um a count"),
+         {quantity(p.force_peak_n, 1.0, "{:.1f} N"), quantity(p.stiffness_n_per_m, 1.0, "{:.0f} N/m"),
+          quantity(p.workspace_radius_m, 1e3, "radius {:.0f} mm"),
+          quantity(p.resolution_m, 1e6, "{:.0f} um a count"),
           std::string(p.senses_rotation ? "" : "no orientation"),
           std::string(p.force_calibrated ? "" : "force not calibrated")})
         if (!part.empty()) text += (text.empty() ? "" : ", ") + part;
@@ -77,7 +76,7 @@ std::string kindText(const DeviceKind& kind, const std::vector<FoundDevice>& fou
                 (device.problem.empty() ? "can be used" : device.problem) + "\n";
     }
     if (!any) text += "  not there\n";
-    return text + "  limits: " + limitsText(haptics::profileOfKind(kind.name, options)) + "\n";
+    return text + "  limits: " + limitsText(haptics::deviceProfile(kind.name, options)) + "\n";
 }
 
 }  // namespace

@@ -7,9 +7,9 @@
 
 namespace stylet::trainer {
 
-// As readable text or as JSON: {"devices": [{"name", "what", "built", "missing", "limits", "found":
-// [{"place", "what", "problem"}]}]}. Unknown limits are null. Throws DataError if a file in the
-// options is invalid.
+// Returns readable text, or JSON: {"devices": [{"name", "what", "built", "missing", "limits", "found":
+// [{"place", "what", "problem"}]}]}. Unknown limits are null. Throws DataError if a file in the options is
+// invalid.
 std::string describeDevices(const haptics::DeviceOptions&, bool json);
 
 }  // namespace stylet::trainer

@@ -1,5 +1,6 @@
 #include "app/trainer/setup/doctor.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -13,6 +14,7 @@
 #include "app/trainer/stores/platform_linux.h"
 #include "app/trainer/stores/registration_store.h"
 #include "base/child_process_linux.h"
+#include "base/text.h"
 
 namespace stylet::trainer {
 
@@ -21,27 +23,27 @@ using json = nlohmann::ordered_json;
 namespace {
 
 constexpr std::uintmax_t kLittleSpace = std::uintmax_t(2) << 30;  // space for a 1 mm patient and some records
-constexpr std::size_t kMostFiles = 10000;
-constexpr std::array<const char*, 3> kStates{"ok", "warning", "problem"};
+constexpr std::size_t kMaxFiles = 10000;
+constexpr std::array<std::string_view, 3> kStates{"ok", "warning", "problem"};
 
-json lineOf(const Finding& f) {
-    return {{"what", f.what}, {"state", kStates[std::size_t(f.state)]}, {"found", f.found}, {"todo", f.todo}};
+json findingJson(const Finding& f) {
+    return {{"what", f.what}, {"state", enumName(kStates, f.state)}, {"found", f.found}, {"todo", f.todo}};
 }
 
-// Returns a text field; empty if it is missing or has another type. A driver may print lines of its own,
-// even JSON.
+// Returns a text field. Returns an empty string if it is missing or has another type: a driver may print its
+// own lines, even JSON.
 std::string textIn(const json& line, const char* name) {
     const auto found = line.find(name);
     return found != line.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-Finding findingOf(const json& line) {
-    const auto at = std::find(kStates.begin(), kStates.end(), textIn(line, "state"));
-    return {textIn(line, "what"), FindingState(std::min<std::ptrdiff_t>(at - kStates.begin(), 2)),
+Finding parseFinding(const json& line) {
+    return {textIn(line, "what"),
+            findEnum<FindingState>(kStates, textIn(line, "state")).value_or(FindingState::problem),
             textIn(line, "found"), textIn(line, "todo")};
 }
 
-// Lines that end in a line feed: a line that the child did not finish is dropped.
+// Returns the lines that end in a line feed. A line that the child did not finish is dropped.
 std::vector<std::string> completeLines(const std::string& text) {
     std::vector<std::string> lines;
     for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1)
@@ -49,32 +51,31 @@ std::vector<std::string> completeLines(const std::string& text) {
     return lines;
 }
 
-// Runs the check `what` in a child process and adds its findings. Adds a problem if the child hung or
-// crashed.
-void askChild(const std::string& what, const std::string& who, const DoctorOptions& options,
-              std::vector<Finding>& findings) {
+// Runs the check `what` in a child process and adds its findings. If the child hung or crashed, adds a
+// problem.
+void runProbeProcess(const std::string& what, const std::string& who, const DoctorOptions& options,
+                     std::vector<Finding>& findings) {
     const ChildOutcome outcome =
-        runProgram(thisProgram(), {"probe", what, std::to_string(options.patience.count())},
-                   {.patience = options.patience});
-    const std::string step = takeProbeLines(completeLines(outcome.text), findings);
-    std::array<char, 32> limit{};
-    std::snprintf(limit.data(), limit.size(), "%.3g s", double(options.patience.count()) * 1e-3);
+        runProgram(programFile(), {"probe", what, std::to_string(options.patience.count())},
+                   {.timeout = options.patience});
+    const std::string step = parseProbeLines(completeLines(outcome.text), findings);
     if (!outcome.started)
         findings.push_back({what, FindingState::problem, "no process could be started to check " + who,
                             "close other programs and try again"});
     else if (!outcome.in_time)
         findings.push_back({what + " hangs", FindingState::problem,
-                            who + " did not answer within " + limit.data() + ", in: " + step,
+                            fmt::format("{} did not answer within {:.3g} s, in: {}", who,
+                                        double(options.patience.count()) * 1e-3, step),
                             "restart " + who + "; if that does not help, restart the computer"});
     else if (!step.empty())
-        findings.push_back({what + " crashes", FindingState::problem,
-                            who + " ended the program" +
-                                (outcome.signal ? " with signal " + std::to_string(*outcome.signal) : "") +
-                                ", in: " + step,
-                            "reinstall " + who + " or install another version"});
+        findings.push_back(
+            {what + " crashes", FindingState::problem,
+             fmt::format("{} ended the program{}, in: {}", who,
+                         outcome.signal ? fmt::format(" with signal {}", *outcome.signal) : "", step),
+             "reinstall " + who + " or install another version"});
 }
 
-void lookAtDevices(const haptics::DeviceOptions& options, std::vector<Finding>& findings) {
+void checkDevices(const haptics::DeviceOptions& options, std::vector<Finding>& findings) {
     const std::vector<haptics::FoundDevice> devices = haptics::findDevices(options);
     for (const haptics::FoundDevice& device : devices)
         findings.push_back({"haptic device",
@@ -87,13 +88,13 @@ void lookAtDevices(const haptics::DeviceOptions& options, std::vector<Finding>& 
              "with --device controllers"});
 }
 
-void lookAtRealTime(std::vector<Finding>& findings) {
+void checkRealTime(std::vector<Finding>& findings) {
     const RealTimeLimits limits = realTimeLimits();
     const auto add = [&](const char* what, const std::string& refused, const char* right) {
-        const bool granted = refused.empty();
-        findings.push_back({what, granted ? FindingState::ok : FindingState::warning,
-                            granted ? "granted" : "refused: " + refused + ": ticks may be late",
-                            granted ? "" : howToAllow({right})});
+        findings.push_back(
+            warnUnless(refused.empty(), what,
+                       refused.empty() ? "granted" : "refused: " + refused + ": ticks may be late",
+                       describeHowToAllow({right})));
     };
     add("real-time priority", limits.priority_refused, kPriorityRight);
     add("locked memory", limits.memory_refused, kMemoryRight);
@@ -101,11 +102,11 @@ void lookAtRealTime(std::vector<Finding>& findings) {
     if (governor.empty()) return;  // not available on this computer
     const bool slow = governor == "powersave" || governor == "conservative";
     findings.push_back(
-        {"processor's governor", slow ? FindingState::warning : FindingState::ok, governor,
-         slow ? "choose \"performance\" while training: cpupower frequency-set -g performance" : ""});
+        warnUnless(!slow, "processor's governor", governor,
+                   "choose \"performance\" while training: cpupower frequency-set -g performance"));
 }
 
-void lookAtRules(std::vector<Finding>& findings) {
+void checkUdevRules(std::vector<Finding>& findings) {
     std::string missing;
     for (const char* rules : {"70-stylet-hidraw.rules", "70-stylet-usb.rules"}) {
         bool there = false;
@@ -115,28 +116,27 @@ void lookAtRules(std::vector<Finding>& findings) {
                 there = true;
         if (!there) missing += (missing.empty() ? "" : " and ") + std::string(rules);
     }
-    findings.push_back({"udev rules", missing.empty() ? FindingState::ok : FindingState::warning,
-                        missing.empty() ? "installed" : missing + " not installed: devices may need root",
-                        missing.empty() ? ""
-                                        : "copy packaging/udev/*.rules to /etc/udev/rules.d and plug the "
-                                          "device in again"});
+    findings.push_back(
+        warnUnless(missing.empty(), "udev rules",
+                   missing.empty() ? "installed" : missing + " not installed: devices may need root",
+                   "copy packaging/udev/*.rules to /etc/udev/rules.d and plug the device in again"));
 }
 
-void lookAtFolder(const char* what, const std::filesystem::path& folder, std::vector<Finding>& findings) {
+void checkFolder(const char* what, const std::filesystem::path& folder, std::vector<Finding>& findings) {
     const FolderState state = folderState(folder);
-    std::array<char, 48> space{};
-    std::snprintf(space.data(), space.size(), ", %.1f GB free", double(state.free_bytes) * 1e-9);
+    const std::string space =
+        fmt::format("{}, {:.1f} GB free", folder.string(), double(state.free_bytes) * 1e-9);
     if (!state.refused.empty())
         findings.push_back({what, FindingState::problem, folder.string() + ": " + state.refused,
                             "make it writable for you, or set its XDG_ variable to another folder"});
     else if (state.free_bytes < kLittleSpace)
-        findings.push_back({what, FindingState::warning, folder.string() + space.data(),
+        findings.push_back({what, FindingState::warning, space,
                             "free disk space: a patient and a day's records need two gigabytes"});
     else
-        findings.push_back({what, FindingState::ok, folder.string() + space.data()});
+        findings.push_back({what, FindingState::ok, space});
 }
 
-void lookAtAssets(std::vector<Finding>& findings) {
+void checkAssets(std::vector<Finding>& findings) {
     try {
         findings.push_back({"assets", FindingState::ok, assetsFolder().string()});
     } catch (const std::exception& e) {
@@ -144,7 +144,7 @@ void lookAtAssets(std::vector<Finding>& findings) {
     }
 }
 
-// Reads each file accepted by `chosen`. Adds one finding for all readable files and one for each unreadable
+// Reads each file that `chosen` accepts. Adds one finding for all readable files, and one for each unreadable
 // file.
 template <typename Chosen, typename Read>
 void readAll(const char* what, const std::filesystem::path& folder, const char* todo, const Chosen& chosen,
@@ -153,7 +153,7 @@ void readAll(const char* what, const std::filesystem::path& folder, const char* 
     std::error_code error;
     auto entry = std::filesystem::recursive_directory_iterator(
         folder, std::filesystem::directory_options::skip_permission_denied, error);
-    for (; !error && entry != std::filesystem::recursive_directory_iterator() && files < kMostFiles;
+    for (; !error && entry != std::filesystem::recursive_directory_iterator() && files < kMaxFiles;
          entry.increment(error)) {
         if (!chosen(entry->path())) continue;
         ++files;
@@ -168,7 +168,7 @@ void readAll(const char* what, const std::filesystem::path& folder, const char* 
         {what, FindingState::ok, std::to_string(files - bad) + " in " + folder.string() + " can be read"});
 }
 
-void lookAtRecords(const std::filesystem::path& folder, std::vector<Finding>& findings) {
+void checkRecords(const std::filesystem::path& folder, std::vector<Finding>& findings) {
     if (folder.empty()) return;
     if (std::error_code none; !std::filesystem::is_directory(folder, none)) {
         findings.push_back({"records", FindingState::problem, folder.string() + " is not a folder",
@@ -181,7 +181,7 @@ void lookAtRecords(const std::filesystem::path& folder, std::vector<Finding>& fi
         [](const auto& path) { records::loadRecord(path.parent_path()); }, findings);
 }
 
-void lookAtRegistrations(std::vector<Finding>& findings) {
+void checkRegistrations(std::vector<Finding>& findings) {
     const std::filesystem::path folder = dataFolder() / "registrations";
     if (std::error_code none; !std::filesystem::is_directory(folder, none)) {
         findings.push_back({"registration", FindingState::warning,
@@ -195,20 +195,21 @@ void lookAtRegistrations(std::vector<Finding>& findings) {
         [](const auto& path) { loadRegistration(path); }, findings);
 }
 
-void lookAtDisplay(std::vector<Finding>& findings) {
+void checkDisplay(std::vector<Finding>& findings) {
     const std::string x = environment("DISPLAY"), wayland = environment("WAYLAND_DISPLAY");
     const bool any = !x.empty() || !wayland.empty();
-    findings.push_back({"window", any ? FindingState::ok : FindingState::warning,
-                        any ? "on display " + (wayland.empty() ? x : wayland)
-                            : "neither DISPLAY nor WAYLAND_DISPLAY is set: no window for the instructor",
-                        any ? "" : "start it from a desktop session"});
+    findings.push_back(
+        warnUnless(any, "window",
+                   any ? "on display " + (wayland.empty() ? x : wayland)
+                       : "neither DISPLAY nor WAYLAND_DISPLAY is set: no window for the instructor",
+                   "start it from a desktop session"));
 }
 
 }  // namespace
 
 std::vector<Finding> examine(const DoctorOptions& options) noexcept {
     std::vector<Finding> findings;
-    // An exception becomes a finding.
+    // Runs a check. An exception becomes a finding.
     const auto look = [&](const char* what, const auto& at) {
         try {
             at();
@@ -216,21 +217,21 @@ std::vector<Finding> examine(const DoctorOptions& options) noexcept {
             findings.push_back({what, FindingState::problem, e.what(), ""});
         }
     };
-    look("runtime", [&] { askChild("runtime", "the OpenXR runtime", options, findings); });
-    look("graphics", [&] { askChild("vulkan", "the graphics driver", options, findings); });
-    look("haptic device", [&] { lookAtDevices(options.devices, findings); });
-    look("udev rules", [&] { lookAtRules(findings); });
-    look("real-time priority", [&] { lookAtRealTime(findings); });
-    look("assets", [&] { lookAtAssets(findings); });
-    look("cache", [&] { lookAtFolder("cache", cacheFolder(), findings); });
-    look("data", [&] { lookAtFolder("data", dataFolder(), findings); });
-    look("records", [&] { lookAtRecords(options.records, findings); });
-    look("registration", [&] { lookAtRegistrations(findings); });
-    look("window", [&] { lookAtDisplay(findings); });
+    look("runtime", [&] { runProbeProcess("runtime", "the OpenXR runtime", options, findings); });
+    look("graphics", [&] { runProbeProcess("vulkan", "the graphics driver", options, findings); });
+    look("haptic device", [&] { checkDevices(options.devices, findings); });
+    look("udev rules", [&] { checkUdevRules(findings); });
+    look("real-time priority", [&] { checkRealTime(findings); });
+    look("assets", [&] { checkAssets(findings); });
+    look("cache", [&] { checkFolder("cache", cacheFolder(), findings); });
+    look("data", [&] { checkFolder("data", dataFolder(), findings); });
+    look("records", [&] { checkRecords(options.records, findings); });
+    look("registration", [&] { checkRegistrations(findings); });
+    look("window", [&] { checkDisplay(findings); });
     return findings;
 }
 
-std::string takeProbeLines(const std::vector<std::string>& lines, std::vector<Finding>& findings) {
+std::string parseProbeLines(const std::vector<std::string>& lines, std::vector<Finding>& findings) {
     std::string step = "starting";
     for (const std::string& text : lines) {
         const json line = json::parse(text, nullptr, false);
@@ -238,7 +239,7 @@ std::string takeProbeLines(const std::vector<std::string>& lines, std::vector<Fi
         if (line.contains("about"))
             step = textIn(line, "about");
         else if (line.contains("state"))
-            findings.push_back(findingOf(line));
+            findings.push_back(parseFinding(line));
     }
     return step;
 }
@@ -247,11 +248,9 @@ std::string describeFindings(const std::vector<Finding>& findings, bool as_json)
     json list = json::array();
     std::string text;
     for (const Finding& f : findings) {
-        list.push_back(lineOf(f));
-        std::array<char, 48> head{};
-        std::snprintf(head.data(), head.size(), "%-8s %-22s ", kStates[std::size_t(f.state)], f.what.c_str());
-        text += head.data() + f.found + "\n";
-        if (!f.todo.empty()) text += std::string(9, ' ') + "-> " + f.todo + "\n";
+        list.push_back(findingJson(f));
+        text += fmt::format("{:<8} {:<22} {}\n", enumName(kStates, f.state), f.what, f.found);
+        if (!f.todo.empty()) text += fmt::format("{:9}-> {}\n", "", f.todo);
     }
     return as_json ? json{{"findings", list}}.dump(2, ' ', false, json::error_handler_t::replace) + "\n"
                    : text;
@@ -271,10 +270,10 @@ int probe(const std::string& what, std::chrono::milliseconds patience) {
         std::fflush(stdout);
     };
     const ProbeReport report{[&](const std::string& step) { say({{"about", step}}); },
-                             [&](const Finding& finding) { say(lineOf(finding)); }};
+                             [&](const Finding& finding) { say(findingJson(finding)); }};
     if (what == "runtime") probeRuntime(report, patience);
     if (what == "vulkan") probeVulkan(report);
-    report.about("");  // completed
+    report.about("");  // all steps completed
     return 0;
 }
 

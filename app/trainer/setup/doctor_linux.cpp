@@ -14,11 +14,6 @@
 
 namespace stylet::trainer {
 
-std::filesystem::path thisProgram() {
-    std::error_code error;
-    return std::filesystem::read_symlink("/proc/self/exe", error);
-}
-
 RealTimeLimits realTimeLimits() {
     RealTimeLimits limits;
     std::thread([&] {
@@ -37,7 +32,7 @@ RealTimeLimits realTimeLimits() {
 FolderState folderState(const std::filesystem::path& folder) {
     FolderState state;
     try {
-        needFolder(folder, "folder");
+        requireFolder(folder, "folder");
         state.free_bytes = std::filesystem::space(folder).available;
         const std::filesystem::path file = folder / (".doctor-" + std::to_string(getpid()));
         writeWholeFile(file, "x");

@@ -7,15 +7,13 @@
 
 namespace stylet::trainer {
 
-std::filesystem::path thisProgram();
-
-// Real-time rights that the system refuses. The calling thread's own priority is unchanged.
+// Real-time rights that the system refuses. The check does not change the calling thread's own priority.
 struct RealTimeLimits {
     std::string priority_refused, memory_refused;  // reason; empty: granted
 };
 RealTimeLimits realTimeLimits();
 
-// Free space for this user, and why no file can be created there (empty: it can).
+// Free space for this user, and the reason why no file can be created (empty: files can be created).
 struct FolderState {
     std::uintmax_t free_bytes = 0;
     std::string refused;

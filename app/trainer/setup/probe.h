@@ -13,9 +13,9 @@ struct ProbeReport {
     std::function<void(const Finding&)> found;
 };
 
-// Checks the loader, the runtime, the headset, its graphics device and, as far as possible, a session. An
-// exception ends in a finding. Stops waiting for a session that does not begin or become visible within a
-// fraction of `patience`.
+// Checks the loader, the runtime, the headset, its graphics device and, as far as possible, a session.
+// Converts an exception to a finding. Waits for the session to begin and to become visible, each for at most
+// a fraction of `patience`.
 void probeRuntime(const ProbeReport&, std::chrono::milliseconds patience);
 // Checks the graphics card without an OpenXR runtime.
 void probeVulkan(const ProbeReport&);

@@ -1,10 +1,10 @@
 #include "app/trainer/setup/probe.h"
 
-#include <array>
-#include <cstdio>
+#include <fmt/core.h>
 #include <filesystem>
 #include <thread>
 
+#include "app/trainer/display/headset.h"
 #include "app/trainer/display/runtime_manifest.h"
 #include "render/render.h"
 #include "xr/xr.h"
@@ -29,15 +29,15 @@ Finding gpuFinding(const render::Gpu& gpu) {
         gpu.physicalDevice()
             .getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties>();
     const auto& driver = chain.get<vk::PhysicalDeviceDriverProperties>();
-    const std::string text = gpu.name() + "; driver " + std::string(driver.driverName.data()) + " " +
-                             std::string(driver.driverInfo.data());
-    if (gpu.isProcessor())
+    const std::string text =
+        fmt::format("{}; driver {} {}", gpu.name(), driver.driverName.data(), driver.driverInfo.data());
+    if (gpu.isSoftware())
         return {"graphics", FindingState::warning, text + ": Vulkan in software",
                 "a frame takes tenths of a second: install the Vulkan driver of the graphics card"};
     return {"graphics", FindingState::ok, text};
 }
 
-// Draws black frames: a user who wears the headset sees nothing strange during the check.
+// Draws black frames, so that a user who wears the headset sees nothing strange during the check.
 class Curtain {
   public:
     explicit Curtain(const render::Gpu& gpu, VkFormat format)
@@ -97,7 +97,7 @@ bool findRuntime(const ProbeReport& report) {
         return refuse("none found; looked at " + listed(places),
                       "start the headset's runtime once, or set XR_RUNTIME_JSON to its manifest; without it "
                       "the trainer has no headset");
-    const std::string name = libraryNamedBy(manifest);
+    const std::string name = readLibraryPath(manifest);
     if (name.empty())
         return refuse(manifest.string() + " is not a runtime manifest: runtime.library_path is missing",
                       "reinstall the runtime, or set XR_RUNTIME_JSON to a valid manifest");
@@ -116,7 +116,7 @@ struct Reached {
     bool bound = false;
 };
 
-// Runs frames until the session has the focus and a controller is bound, or until the time is over.
+// Runs frames until the session has the focus and a controller is bound, or until the time is up.
 Reached runFrames(xr::Session& session, Curtain& curtain, const ProbeReport& report,
                   std::chrono::milliseconds patience) {
     const auto within = [&](double share) {
@@ -154,42 +154,32 @@ void reportSession(const xr::Session& session, const Reached& reached, const Pro
         report.found({"session", FindingState::problem, "the runtime does not start it",
                       "switch the headset on, put it on, and check the runtime's messages"});
     }
-    std::array<char, 96> view{};
-    std::snprintf(view.data(), view.size(), "%u x %u an eye, ", facts.width, facts.height);
-    std::array<char, 48> rate{};
-    std::snprintf(rate.data(), rate.size(), facts.refresh_hz > 0.0 ? "%.0f Hz" : "refresh rate not reported",
-                  facts.refresh_hz);
     const bool slow = facts.refresh_hz > 0.0 && facts.refresh_hz < kComfortable_hz;
-    report.found({"display", slow ? FindingState::warning : FindingState::ok,
-                  std::string(view.data()) + rate.data() + ", blending " + facts.blend_mode,
-                  slow ? "90 Hz are easier on the eyes: choose them in the runtime's settings" : ""});
-    const bool floor = facts.space != "local";
+    const std::string rate =
+        facts.refresh_hz > 0.0 ? fmt::format("{:.0f} Hz", facts.refresh_hz) : "refresh rate not reported";
+    report.found(warnUnless(
+        !slow, "display",
+        fmt::format("{} x {} an eye, {}, blending {}", facts.width, facts.height, rate, facts.blend_mode),
+        "90 Hz are easier on the eyes: choose them in the runtime's settings"));
     report.found(
-        {"space", floor ? FindingState::ok : FindingState::warning, facts.space,
-         floor ? "" : "the runtime reports no floor: set up its room, or the table's height is estimated"});
-    const std::string left = facts.profiles[0].empty() ? "nothing" : facts.profiles[0];
-    const std::string right = facts.profiles[1].empty() ? "nothing" : facts.profiles[1];
-    report.found(
-        {"controllers", reached.bound ? FindingState::ok : FindingState::warning,
-         "left " + left + ", right " + right,
-         reached.bound ? "" : "switch a controller on: it registers the device and can be the input"});
+        warnUnless(facts.space != "local", "space", facts.space,
+                   "the runtime reports no floor: set up its room, or the table's height is estimated"));
+    const auto profile = [&](int hand) {
+        return facts.profiles[hand].empty() ? "nothing" : facts.profiles[hand];
+    };
+    report.found(warnUnless(reached.bound, "controllers",
+                            fmt::format("left {}, right {}", profile(0), profile(1)),
+                            "switch a controller on: it registers the device and can be the input"));
 }
 
-void askHeadset(xr::Session& session, std::optional<render::Gpu>& gpu, const ProbeReport& report,
-                std::chrono::milliseconds patience) {
+void checkHeadset(xr::Session& session, std::optional<render::Gpu>& gpu, const ProbeReport& report,
+                  std::chrono::milliseconds patience) {
     const xr::RuntimeFacts& facts = session.facts();
     report.found({"runtime answers", FindingState::ok, facts.runtime_name + " " + facts.runtime_version});
     report.found({"headset", FindingState::ok, facts.system_name});
     report.found({"extensions", FindingState::ok, listed(facts.extensions)});
     report.about("its graphics device");
-    gpu.emplace(render::GpuSettings{},
-                render::GpuHooks{[&](auto loader, auto info, auto out) {
-                                     return session.createVulkanInstance(loader, info, out);
-                                 },
-                                 [&](VkInstance vulkan) { return session.vulkanPhysicalDevice(vulkan); },
-                                 [&](auto loader, auto device, auto info, auto out) {
-                                     return session.createVulkanDevice(loader, device, info, out);
-                                 }});
+    gpu.emplace(render::GpuSettings{}, makeGpuHooks(session));
     Finding drawn_by = gpuFinding(*gpu);
     drawn_by.what = "graphics of the headset";
     report.found(drawn_by);
@@ -206,12 +196,12 @@ void askHeadset(xr::Session& session, std::optional<render::Gpu>& gpu, const Pro
             {"runtime refuses", FindingState::warning, note, "nothing to do: the trainer does not need it"});
 }
 
-void askRuntime(const ProbeReport& report, std::chrono::milliseconds patience) {
+void checkRuntime(const ProbeReport& report, std::chrono::milliseconds patience) {
     report.about("loading it and querying its headset");
     std::optional<render::Gpu> gpu;  // outlives the session
     xr::Session session("Stylet doctor");
     try {
-        askHeadset(session, gpu, report, patience);
+        checkHeadset(session, gpu, report, patience);
     } catch (const std::exception& e) {
         report.found({"headset refuses", FindingState::problem, e.what(),
                       "restart the headset's runtime and check its messages"});
@@ -224,7 +214,7 @@ void askRuntime(const ProbeReport& report, std::chrono::milliseconds patience) {
 void probeRuntime(const ProbeReport& report, std::chrono::milliseconds patience) {
     try {
         report.about("reading its manifest");
-        if (findRuntime(report)) askRuntime(report, patience);
+        if (findRuntime(report)) checkRuntime(report, patience);
     } catch (const std::exception& e) {
         report.found({"headset", FindingState::problem, e.what(),
                       "connect the headset, start its runtime and check its messages"});

@@ -4,7 +4,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <cstdio>
 #include <ctime>
 #include <memory>
 #include <mutex>
@@ -15,6 +14,7 @@
 #include "app/trainer/hands/live_hand.h"
 #include "app/trainer/setup/register_card.h"
 #include "app/trainer/setup/register_view.h"
+#include "app/trainer/stores/console.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "haptics/devices/replay.h"
 
@@ -23,8 +23,8 @@ namespace stylet::trainer {
 using xr::registration::Cube;
 using xr::registration::Fit;
 using xr::registration::Rigid;
-using xr::registration::Stored;
-using xr::registration::Timed;
+using xr::registration::StoredRegistration;
+using xr::registration::TimedPose;
 using xr::registration::Vec3;
 using xr::registration::Wizard;
 using xr::registration::WizardInput;
@@ -37,12 +37,12 @@ namespace {
 constexpr std::int64_t kRegisterSample_ns = 4'000'000, kLinger_ns = 1'500'000'000;
 constexpr double kCubeOfReach = 0.55;  // a cube's corner is sqrt(3) half edges from its centre
 constexpr double kSmallestHalf_m = 0.015, kHalf_m = 0.04;
-constexpr std::uint32_t kPress = 1u << 0, kBack = 1u << 1;  // the device's own buttons
+constexpr std::uint32_t kPress = 1u << 0, kBack = 1u << 1;  // buttons of the device itself
 
-Rigid rigidOf(const Pose& p) {
+Rigid toRigid(const Pose& p) {
     return {p.rotation, p.position_m};
 }
-Pose poseOf(const Rigid& r) {
+Pose toPose(const Rigid& r) {
     return {r.rotation, r.position_m};
 }
 
@@ -56,12 +56,12 @@ struct RegisterHand {
     }
 };
 
-// Samples device and controller at the same instants. Has its own thread, because frames take too long.
+// Samples device and controller at the same times. Uses its own thread, because frames take too long.
 class Sampler {
   public:
-    struct Taken {
-        std::vector<Timed> device, tracked;
-        std::uint32_t pressed = 0;  // buttons of the device that went down
+    struct Samples {
+        std::vector<TimedPose> device, tracked;
+        std::uint32_t pressed = 0;  // buttons of the device that were newly pressed
         double now_s = 0.0;
     };
     Sampler(haptics::HapticDevice& device, const RegisterView& view, const haptics::Clock& clock)
@@ -75,10 +75,11 @@ class Sampler {
     Sampler(const Sampler&) = delete;
     Sampler& operator=(const Sampler&) = delete;
 
-    // Samples since the last call. The poses of a bare hand are too inaccurate and are dropped.
-    Taken take(bool bare) {
+    // Returns the samples since the last call. With a `bare` hand, drops the tracked poses, because they are
+    // too inaccurate.
+    Samples popSamples(bool bare) {
         const std::lock_guard lock(mutex_);
-        Taken taken = std::exchange(new_, {});
+        Samples taken = std::exchange(new_, {});
         if (bare) taken.tracked.clear();
         taken.now_s = seconds(clock_.now_ns(clock_.context));
         return taken;
@@ -96,13 +97,13 @@ class Sampler {
             {
                 const std::lock_guard lock(mutex_);
                 if ((state.flags & haptics::kDeviceReady) != 0) {
-                    new_.device.push_back({seconds(now_ns), rigidOf(state.device_from_stylus)});
+                    new_.device.push_back({seconds(now_ns), toRigid(state.device_from_stylus)});
                     new_.pressed |= state.buttons & ~buttons;
                     buttons = state.buttons;
                 }
-                if (grip) new_.tracked.push_back({seconds(now_ns), rigidOf(*grip)});
+                if (grip) new_.tracked.push_back({seconds(now_ns), toRigid(*grip)});
             }
-            // After a delay the next sample is due now: missed samples are not made up for.
+            // After a delay the next sample is due immediately. Missed samples are not repeated.
             due_ns = std::max(due_ns + kRegisterSample_ns, now_ns);
             clock_.sleepUntil_ns(clock_.context, due_ns);
         }
@@ -113,78 +114,61 @@ class Sampler {
     const haptics::Clock clock_;
     const std::int64_t begin_ns_;
     std::mutex mutex_;
-    Taken new_;
+    Samples new_;
     std::atomic<bool> stop_{false};
     std::thread thread_;
 };
 
-void say(const std::string& text) {
-    std::fprintf(stderr, "stylet: %s\n", text.c_str());
-}
-
-// Prints the changes of the card's text, for a user who does not wear the headset.
+// Prints changes of the card's text on the console, for a user who does not wear the headset.
 class Console {
   public:
-    void tell(const WizardText& text) {
-        if (text.title != title_ || text.what != what_) say(text.title + ": " + text.what);
-        if (text.awaited != awaited_ && !text.awaited.empty()) say("  " + text.awaited);
-        if (text.note != note_ && !text.note.empty()) say("  " + text.note);
-        title_ = text.title, what_ = text.what, awaited_ = text.awaited, note_ = text.note;
+    void print(const WizardText& text) {
+        if (text.title != title_ || text.what != what_) printMessage(text.title + ": " + text.what);
+        if (text.next_action != awaited_ && !text.next_action.empty()) printMessage("  " + text.next_action);
+        if (text.note != note_ && !text.note.empty()) printMessage("  " + text.note);
+        title_ = text.title, what_ = text.what, awaited_ = text.next_action, note_ = text.note;
     }
 
   private:
     std::string title_, what_, awaited_, note_;
 };
 
-// Returns true if the button went down since the last call.
+// Returns true if the button was pressed since the last call.
 struct Edge {
-    bool before = true;  // a button already down at the start was not pressed
+    bool before = true;  // a button that is down at the start does not count as pressed
     bool operator()(bool now) { return now && !std::exchange(before, now) ? true : (before = now, false); }
 };
 
-// Typed commands: Enter continues, "back" undoes the last step.
-struct Typing {
+// Typed commands: Enter continues, and "back" undoes the last step.
+struct TypedInput {
     std::string rest;
     bool open = true;
     void read(bool& press, bool& back) {
-        if (open) open = takeTyped(rest);
-        for (std::size_t end = rest.find('\n'); end != std::string::npos; end = rest.find('\n')) {
-            const std::string line = rest.substr(0, end);
-            rest.erase(0, end + 1);
-            press |= line.empty();
-            back |= line == "back";
-            if (!line.empty() && line != "back")
-                say("  Press Enter to continue, type \"back\" and Enter to undo the last one, press Ctrl-C "
+        if (open) open = readTyped(rest);
+        while (const std::optional<std::string> line = popLine(rest)) {
+            press |= line->empty();
+            back |= *line == "back";
+            if (!line->empty() && *line != "back")
+                printMessage(
+                    "  Press Enter to continue, type \"back\" and Enter to undo the last one, press Ctrl-C "
                     "to end");
         }
     }
 };
 
 void check(const RegisterOptions& o) {
-    const auto refuse = [&](const char* option, const std::string& reason) {
-        throw DataError(o.device.empty() ? "register" : o.device, option, reason);
-    };
-    if (o.device == kReplayDevice && o.trace.empty())
-        refuse("--trace", "missing; name the CSV file of the recorded input");
-    if (o.device != kReplayDevice && !o.trace.empty()) refuse("--trace", "only for --device replay");
+    checkTraceOption(o.device, o.trace);
     if (!o.grip_from_tip_mm.empty() && o.grip_from_tip_mm.size() != 3)
-        refuse("--tip-mm", "must be three numbers: x y z in the controller's grip frame");
+        throw UsageError("--tip-mm: must be three numbers: x y z in the controller's grip frame");
     if (o.device != kReplayDevice) haptics::makeDriver(o.device, o.device_options, monotonicClock());
 }
 
 RegisterHand registerHand(const RegisterOptions& options, const haptics::Clock& clock) {
-    RegisterHand hand;
-    if (options.device == kReplayDevice) {
-        hand.trace = haptics::loadTrace(options.trace);
-        return hand;
-    }
-    hand.live = std::make_unique<LiveDevice>(options.device, options.device_options, clock);
-    if (!hand.live->waitUntilReady(interrupted))
-        throw DataError(options.device, "device", "stopped before the device was ready");
-    return hand;
+    if (options.device == kReplayDevice) return {{}, haptics::loadTrace(options.trace), {}};
+    return {openReadyDevice(options.device, options.device_options, clock), {}, {}};
 }
 
-std::string nowAsDate() {
+std::string utcTimestamp() {
     const std::time_t now = std::time(nullptr);
     std::tm utc{};
     gmtime_r(&now, &utc);
@@ -193,8 +177,9 @@ std::string nowAsDate() {
     return text.data();
 }
 
-// Estimated needle pose: from the controller until there is a result, then from the device.
-std::optional<Pose> needleOf(const Wizard& wizard, const Sampler::Taken& taken) {
+// Estimates the needle pose. Uses the controller until there is a registration result, and the device after
+// that.
+std::optional<Pose> estimateNeedle(const Wizard& wizard, const Sampler::Samples& taken) {
     if (wizard.fit()) {
         if (taken.device.empty()) return std::nullopt;
         const Rigid& stylus = taken.device.back().pose;
@@ -203,12 +188,12 @@ std::optional<Pose> needleOf(const Wizard& wizard, const Sampler::Taken& taken) 
     }
     const auto tip_m = wizard.gripFromTip_m();
     if (!tip_m || taken.tracked.empty()) return std::nullopt;
-    Pose needle = poseOf(taken.tracked.back().pose);
+    Pose needle = toPose(taken.tracked.back().pose);
     needle.position_m = needle * *tip_m;
     return needle;
 }
 
-struct Registering {
+struct RegistrationRun {
     const RegisterOptions& options;
     haptics::HapticDevice& device;
     RegisterView& view;
@@ -222,47 +207,47 @@ struct Registering {
     std::filesystem::path file() const {
         return options.out.empty() ? registrationFile(registrationsFolder(), key) : options.out;
     }
-    bool keep(const Fit&) const;
-    void linger(RegisterCard&, const WizardText&) const;
+    bool save(const Fit&) const;
+    void showResult(RegisterCard&, const WizardText&) const;
 };
 
-bool Registering::keep(const Fit& fit) const {
-    const Registration registration = registrationOf(fit, settings.cube, key, nowAsDate());
+bool RegistrationRun::save(const Fit& fit) const {
+    const Registration registration = makeRegistration(fit, settings.cube, key, utcTimestamp());
     saveRegistration(registration, file());
-    std::printf(
-        "Saved: %s\n%d points, %d left out; FRE %.2f mm; expected error %.2f mm, %.2f at worst; scale "
-        "%.4f, clock offset %.1f ms\n",
-        file().c_str(), registration.points, registration.rejected, 1e3 * registration.fre_m,
+    printResult(
+        "Saved: {}\n{} points, {} left out; FRE {:.2f} mm; expected error {:.2f} mm, {:.2f} at worst; scale "
+        "{:.4f}, clock offset {:.1f} ms\n",
+        file().string(), registration.points, registration.rejected, 1e3 * registration.fre_m,
         1e3 * registration.tre_mean_m, 1e3 * registration.tre_worst_m, registration.scale,
         1e3 * registration.latency_s);
     return true;
 }
 
-void Registering::linger(RegisterCard& card, const WizardText& text) const {
+void RegistrationRun::showResult(RegisterCard& card, const WizardText& text) const {
     card.show(text, {});
     const std::int64_t until_ns = clock.now_ns(clock.context) + kLinger_ns;
     while (clock.now_ns(clock.context) < until_ns && !interrupted())
         if (view.frame({card.rgba().data(), card.revision()}).over) return;
 }
 
-bool Registering::run() {
+bool RegistrationRun::run() {
     Wizard wizard(settings);
     RegisterCard card;
     Console console;
-    Typing typing;
+    TypedInput typing;
     Edge select, menu;
     Sampler sampler(device, view, clock);
-    RegisterAnswer answer;
+    RegisterInput answer;
     std::optional<Pose> needle;
     while (!interrupted()) {
         if (each_frame) each_frame();
-        const Sampler::Taken taken = sampler.take(answer.bare);
+        const Sampler::Samples taken = sampler.popSamples(answer.bare);
         WizardInput input{taken.now_s, taken.device, taken.tracked};
         input.press = select(answer.select) || (taken.pressed & kPress) != 0;
         input.back = menu(answer.menu) || (taken.pressed & kBack) != 0;
         typing.read(input.press, input.back);
         if (answer.space_moved) {
-            say("the runtime moved the room: starting from the beginning");
+            printMessage("the runtime moved the room: starting from the beginning");
             key.generation = view.generation(), key.space = view.space();
             settings.earlier.reset();
             wizard = Wizard(settings);
@@ -270,22 +255,22 @@ bool Registering::run() {
         wizard.step(input);
         WizardText text = wizard.text();
         if (answer.bare)
-            text.note = "A bare hand is not accurate enough: use a controller.", text.warns = true;
-        console.tell(text);
+            text.note = "A bare hand is not accurate enough: use a controller.", text.is_warning = true;
+        console.print(text);
         card.show(text, wizard.sketch());
         if (wizard.stage() == WizardStage::accepted) {
-            const bool done = wizard.fit() ? keep(*wizard.fit()) : true;
-            linger(card, text);
+            const bool done = wizard.fit() ? save(*wizard.fit()) : true;
+            showResult(card, text);
             return done;
         }
-        if (const auto now = needleOf(wizard, taken)) needle = now;
+        if (const auto now = estimateNeedle(wizard, taken)) needle = now;
         answer = view.frame({card.rgba().data(), card.revision(), needle});
         if (answer.over) {
-            say("the runtime ended the session: nothing was saved");
+            printMessage("the runtime ended the session: nothing was saved");
             return false;
         }
     }
-    say("cancelled: nothing was saved");
+    printMessage("cancelled: nothing was saved");
     return false;
 }
 
@@ -295,22 +280,22 @@ std::filesystem::path registrationsFolder() {
     return dataFolder() / "registrations";
 }
 
-RegistrationKey keyOf(const std::string& kind, const haptics::DeviceProfile& profile,
-                      const std::string& space, const std::string& generation) {
+RegistrationKey makeRegistrationKey(const std::string& kind, const haptics::DeviceProfile& profile,
+                                    const std::string& space, const std::string& generation) {
     return {kind, profile.name, space, generation};
 }
 
-Cube cubeOf(const haptics::DeviceProfile& profile, const Vec3& grip_m) {
+Cube workingCube(const haptics::DeviceProfile& profile, const Vec3& grip_m) {
     if (std::isnan(profile.workspace_radius_m)) return {grip_m, kHalf_m};
     return {profile.workspace_centre_m,
             std::clamp(kCubeOfReach * profile.workspace_radius_m, kSmallestHalf_m, kHalf_m)};
 }
 
-Registration registrationOf(const Fit& fit, const Cube& cube, const RegistrationKey& key,
-                            const std::string& date) {
+Registration makeRegistration(const Fit& fit, const Cube& cube, const RegistrationKey& key,
+                              const std::string& date) {
     Registration r;
     r.key = key;
-    r.stage_from_device = poseOf(fit.stage_from_device);
+    r.stage_from_device = toPose(fit.stage_from_device);
     r.scale = fit.scale;
     r.stylus_from_tip_m = fit.stylus_from_tip_m;
     r.grip_from_tip_m = fit.grip_from_tip_m;
@@ -318,14 +303,14 @@ Registration registrationOf(const Fit& fit, const Cube& cube, const Registration
     r.fre_m = fit.fre_m;
     r.tre_mean_m = fit.tre.mean_m, r.tre_worst_m = fit.tre.worst_m;
     r.centre_m = cube.centre_m;
-    r.points = fit.kept, r.rejected = fit.rejected;
+    r.points = fit.inliers, r.rejected = fit.rejected;
     r.date = date;
     return r;
 }
 
-Stored storedOf(const Registration& r) {
-    Stored stored;
-    stored.stage_from_device = rigidOf(r.stage_from_device);
+StoredRegistration toStored(const Registration& r) {
+    StoredRegistration stored;
+    stored.stage_from_device = toRigid(r.stage_from_device);
     stored.scale = r.scale;
     stored.stylus_from_tip_m = r.stylus_from_tip_m;
     stored.grip_from_tip_m = r.grip_from_tip_m;
@@ -343,11 +328,11 @@ int registerDevice(const RegisterOptions& options) {
     auto view = openRegisterView(
         {assetsFolder(), cacheFolder() / "pipelines.bin", options.hand == "left" ? 0 : 1, options.validation},
         why_not);
-    if (!view) throw DataError("register", "headset", why_not);
+    if (!view) throw EnvironmentError("registering a device needs a headset: " + why_not);
     if (!hand.live) hand.replay.emplace(hand.trace, clock.now_ns(clock.context));
 
     const bool done = registerWith(options, hand.device(), *view, clock, [&hand] {
-        if (hand.live) hand.live->tellNews();
+        if (hand.live) hand.live->reportStateChanges();
     });
     if (hand.live) hand.live->stop();
     return done ? 0 : 1;
@@ -356,29 +341,30 @@ int registerDevice(const RegisterOptions& options) {
 bool registerWith(const RegisterOptions& options, haptics::HapticDevice& device, RegisterView& view,
                   const haptics::Clock& clock, const std::function<void()>& each_frame) {
     // Some runtimes report the generation of their space only once the session runs.
-    for (RegisterAnswer first; !first.seen && !interrupted();)
+    for (RegisterInput first; !first.seen && !interrupted();)
         if (first = view.frame({}); first.over)
-            throw DataError("register", "headset", "the runtime ended the session");
+            throw EnvironmentError("the OpenXR runtime ended the session before the registration began");
     const haptics::DeviceProfile& profile = device.profile();
-    Registering registering{options,    device,
-                            view,       clock,
-                            each_frame, keyOf(options.device, profile, view.space(), view.generation()),
-                            {}};
+    RegistrationRun registering{
+        options, device,     view,
+        clock,   each_frame, makeRegistrationKey(options.device, profile, view.space(), view.generation()),
+        {}};
     WizardSettings& settings = registering.settings;
     settings.points = options.points;
     settings.in_motion = options.in_motion;
     settings.touches = options.touches;
     settings.senses_rotation = profile.senses_rotation;
-    settings.cube = cubeOf(profile, device.read(clock.now_ns(clock.context)).device_from_stylus.position_m);
+    settings.cube =
+        workingCube(profile, device.read(clock.now_ns(clock.context)).device_from_stylus.position_m);
     if (!options.grip_from_tip_mm.empty())
         settings.grip_from_tip_m = 1e-3 * Vec3(options.grip_from_tip_mm[0], options.grip_from_tip_mm[1],
                                                options.grip_from_tip_mm[2]);
     if (!options.redo && std::filesystem::exists(registering.file())) {
         try {
             const Registration earlier = loadRegistration(registering.file());
-            if (earlier.key == registering.key) settings.earlier = storedOf(earlier);
+            if (earlier.key == registering.key) settings.earlier = toStored(earlier);
         } catch (const DataError& e) {
-            say(std::string(e.what()) + ": it will be replaced");
+            printMessage(std::string(e.what()) + ": it will be replaced");
         }
     }
     return registering.run();

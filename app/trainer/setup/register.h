@@ -21,16 +21,17 @@ struct RegisterOptions {
     std::filesystem::path trace;  // CSV file for "replay"
     int points = 8;               // number of points to touch
     bool in_motion = false;
-    bool redo = false;           // do not check first whether an earlier registration is still valid
+    bool redo = false;           // skip the check whether an earlier registration is still valid
     int touches = 1;             // points to touch for that check
     std::string hand = "right";  // hand that holds the controller
-    std::vector<double> grip_from_tip_mm{};  // x, y, z if the controller's tip is known, else empty
-    std::filesystem::path out{};             // default: where `stylet run` looks for it
+    // Tip in the controller's grip frame: x, y, z if known, else empty.
+    std::vector<double> grip_from_tip_mm{};
+    std::filesystem::path out{};  // output file; default: the place where `stylet run` looks for it
     bool validation = false;
 };
 
 // Returns the exit status: 0 if a registration was stored or an earlier one is still valid, else 1. Throws
-// DataError, std::runtime_error.
+// UsageError, DataError, EnvironmentError.
 int registerDevice(const RegisterOptions&);
 
 // Same for a device that is ready and an open view. `clock` is used on two threads. `each_frame` is called
@@ -40,15 +41,15 @@ bool registerWith(const RegisterOptions&, haptics::HapticDevice&, RegisterView&,
 
 // Folder of the stored registrations.
 std::filesystem::path registrationsFolder();
-RegistrationKey keyOf(const std::string& kind, const haptics::DeviceProfile&, const std::string& space,
-                      const std::string& generation);
-// Cube in which the points lie: 80 mm wide, or smaller if the device reaches less. Centred at `grip_m` if
-// the workspace is unknown.
-xr::registration::Cube cubeOf(const haptics::DeviceProfile&, const Vec3& grip_m);
-// registrationOf() converts a fit to its stored form. storedOf() returns the part needed to check whether
-// the registration is still valid.
-Registration registrationOf(const xr::registration::Fit&, const xr::registration::Cube&,
-                            const RegistrationKey&, const std::string& date);
-xr::registration::Stored storedOf(const Registration&);
+RegistrationKey makeRegistrationKey(const std::string& kind, const haptics::DeviceProfile&,
+                                    const std::string& space, const std::string& generation);
+// Cube that contains the points. It is 80 mm wide, or smaller if the device has less reach. If the workspace
+// is unknown, its centre is `grip_m`.
+xr::registration::Cube workingCube(const haptics::DeviceProfile&, const Vec3& grip_m);
+// makeRegistration() converts a fit to its stored form. toStored() returns the part that is needed to check
+// whether the registration is still valid.
+Registration makeRegistration(const xr::registration::Fit&, const xr::registration::Cube&,
+                              const RegistrationKey&, const std::string& date);
+xr::registration::StoredRegistration toStored(const Registration&);
 
 }  // namespace stylet::trainer

@@ -1,9 +1,8 @@
 #include "app/trainer/setup/register_card.h"
 
+#include <fmt/core.h>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "app/trainer/view/notice.h"
 
@@ -24,7 +23,7 @@ constexpr double kMargin_px = 36.0, kTitle_px = 48.0, kPitch_px = 44.0;
 constexpr double kSpaceLeft_px = 760.0, kSpaceMiddle_px = 912.0, kSpaceTop_px = 250.0, kHalf_px = 92.0;
 
 // Projects a point of the cube into the picture. The cube is seen from the user's seat, slightly from above
-// and from the right: near points are lower and further to the left.
+// and from the right, so near points are lower and further to the left.
 Point placed(const WizardSketch& sketch, const Vec3& p_m) {
     const Vec3 way = (p_m - sketch.cube.centre_m) / sketch.cube.half_m;
     const Vec3 at(std::clamp(way.x, -1.5, 1.5), std::clamp(way.y, -1.5, 1.5), std::clamp(way.z, -1.5, 1.5));
@@ -32,14 +31,11 @@ Point placed(const WizardSketch& sketch, const Vec3& p_m) {
             kSpaceTop_px - kHalf_px * (at.y - 0.36 * at.z)};
 }
 
-// Everything that the picture depends on, in pixels.
+// Everything on which the picture depends. Positions are in pixels.
 std::string fingerprint(const WizardText& t, const WizardSketch& sketch) {
-    std::string all = t.title + '\n' + t.what + '\n' + t.awaited + '\n' + t.note + (t.warns ? '!' : ' ');
-    const auto add = [&all](double a, double b) {
-        std::array<char, 48> text{};
-        std::snprintf(text.data(), text.size(), "%.0f,%.0f;", a, b);
-        all += text.data();
-    };
+    std::string all =
+        t.title + '\n' + t.what + '\n' + t.next_action + '\n' + t.note + (t.is_warning ? '!' : ' ');
+    const auto add = [&all](double a, double b) { all += fmt::format("{:.0f},{:.0f};", a, b); };
     add(1000.0 * t.progress, 500.0 * t.recording);
     if (!sketch.shown) return all;
     const auto addPoint = [&](const Vec3& p_m) { add(placed(sketch, p_m).x, placed(sketch, p_m).y); };
@@ -79,9 +75,9 @@ void RegisterCard::write(const WizardText& text) {
     };
     paragraph(text.what, kText, false);
     y += 0.3 * kPitch_px;
-    if (!text.note.empty()) paragraph(text.note, text.warns ? kWarning : kQuiet, false);
+    if (!text.note.empty()) paragraph(text.note, text.is_warning ? kWarning : kQuiet, false);
     const double bottom = kHeight - kMargin_px;
-    canvas_.text({kMargin_px, bottom}, text.awaited, {.size = kLetter_px, .colour = kTip, .bold = true});
+    canvas_.text({kMargin_px, bottom}, text.next_action, {.size = kLetter_px, .colour = kTip, .bold = true});
     if (text.recording <= 0.0) return;
     const double left = kSpaceLeft_px, width = kWidth - kMargin_px - left, top = bottom - 20.0;
     canvas_.rectangle(left, top, width, 18.0, kRail);

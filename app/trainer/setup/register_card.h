@@ -1,5 +1,5 @@
-// Picture of the registration wizard, shown in front of the eyes: instructions, progress, and a sketch of
-// the space with its points.
+// Picture of the registration wizard, shown in front of the user's eyes: instructions, progress, and a sketch
+// of the workspace with its points.
 #pragma once
 
 #include <cstdint>

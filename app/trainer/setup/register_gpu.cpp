@@ -20,20 +20,19 @@ constexpr double kRaised_rad = 0.35;
 struct RegisterRoom {
     explicit RegisterRoom(const RegisterViewSettings& settings)
         : side(settings.side), session("Stylet", {.stationary = true}) {
-        render::GpuSettings gpu_settings;
-        gpu_settings.validation = settings.validation;
-        gpu_settings.pipeline_cache = settings.pipeline_cache.string();
-        gpu = std::make_shared<render::Gpu>(gpu_settings, hooksOf(session));
-        session.keep(gpu);
+        gpu = std::make_shared<render::Gpu>(
+            render::GpuSettings{.validation = settings.validation, .pipeline_cache = settings.pipeline_cache},
+            makeGpuHooks(session));
+        session.keepAlive(gpu);
         session.start(*gpu->instance(), *gpu->physicalDevice(), *gpu->device(), gpu->queueFamily());
         renderer.emplace(*gpu, render::RenderSettings{}, settings.assets);
         card.emplace(session, *gpu, RegisterCard::kWidth, RegisterCard::kHeight);
         ready_by = std::chrono::steady_clock::now() + kStartPatience;
     }
 
-    RegisterAnswer frame(const RegisterShown& shown);
-    void draw(const RegisterShown&, xr::Frame&);
-    void readHand(RegisterAnswer&) const;
+    RegisterInput frame(const RegisterFrame& shown);
+    void draw(const RegisterFrame&, xr::Frame&);
+    void readHand(RegisterInput&) const;
 
     const int side;
     std::shared_ptr<render::Gpu> gpu;  // must outlive the session, which keeps a reference
@@ -45,8 +44,8 @@ struct RegisterRoom {
     std::chrono::steady_clock::time_point ready_by;
 };
 
-void RegisterRoom::readHand(RegisterAnswer& answer) const {
-    for (const int hand : {0, 1}) {  // the other hand may press as well
+void RegisterRoom::readHand(RegisterInput& answer) const {
+    for (const int hand : {0, 1}) {  // the buttons of the other hand count as well
         const xr::Hand read = session.hand(hand);
         answer.select |= read.active && read.select;
         answer.menu |= read.active && read.menu;
@@ -54,13 +53,14 @@ void RegisterRoom::readHand(RegisterAnswer& answer) const {
     }
 }
 
-void RegisterRoom::draw(const RegisterShown& shown, xr::Frame& frame) {
+void RegisterRoom::draw(const RegisterFrame& shown, xr::Frame& frame) {
     render::RenderScene scene;
     scene.table = false;
-    scene.room.shell = !gpu->isProcessor();               // on a processor it would starve the device thread
+    // On a processor, drawing the room would take CPU time from the device thread.
+    scene.room.shell = !gpu->isSoftware();
     scene.patient_from_needle = shown.stage_from_needle;  // no patient: the patient frame is the stage frame
     session.lateUpdate(frame);
-    const std::array<render::View, 2> views = viewsOf(frame, {});
+    const std::array<render::View, 2> views = eyeViews(frame, {});
     renderer->draw(
         scene, views,
         {frame.image, session.colourFormat(), session.width(), session.height(), frame.depth_image});
@@ -69,8 +69,8 @@ void RegisterRoom::draw(const RegisterShown& shown, xr::Frame& frame) {
     const double breadth = std::tan(double(eye.angle_right)) - std::tan(double(eye.angle_left));
     xr::ShownPanel panel;
     panel.id = card->id();
-    // Above the hands, not in front of them.
-    Pose raised = headOf(views);
+    // Place the card above the hands, so that it does not hide them.
+    Pose raised = headPose(views);
     raised.rotation = raised.rotation * glm::angleAxis(kRaised_rad, Vec3(1.0, 0.0, 0.0));
     panel.stage_from_panel = poseOf(place.of(raised));
     panel.width_m = RegisterCard::kWidth / RegisterCard::kLetter_px * NoticePlace::kDistance_m *
@@ -79,18 +79,18 @@ void RegisterRoom::draw(const RegisterShown& shown, xr::Frame& frame) {
     session.endFrame(frame, {&panel, 1});
 }
 
-RegisterAnswer RegisterRoom::frame(const RegisterShown& shown) {
-    RegisterAnswer answer;
+RegisterInput RegisterRoom::frame(const RegisterFrame& shown) {
+    RegisterInput answer;
     const xr::SessionPhase phase = session.poll();
     if (phase == xr::SessionPhase::lossPending)
-        throw std::runtime_error("the headset was lost: the OpenXR runtime ended the session");
+        throw EnvironmentError("the headset was lost: the OpenXR runtime ended the session");
     answer.over = phase == xr::SessionPhase::exiting;
-    answer.space_moved = !session.takeNews().spaces.empty();
+    answer.space_moved = !session.popEvents().spaces.empty();
     if (answer.over) return answer;
     if (!session.running()) {
         if (!was_running && std::chrono::steady_clock::now() > ready_by)
-            throw std::runtime_error("the runtime \"" + session.runtimeName() +
-                                     "\" did not become ready: is the headset switched on?");
+            throw EnvironmentError("the runtime \"" + session.runtimeName() +
+                                   "\" did not become ready: is the headset switched on?");
         std::this_thread::sleep_for(kNap);
         return answer;
     }
@@ -108,10 +108,10 @@ RegisterAnswer RegisterRoom::frame(const RegisterShown& shown) {
 }  // namespace
 
 std::optional<RegisterView> openRegisterView(const RegisterViewSettings& settings, std::string& why_not) {
-    setenv("XR_LOADER_DEBUG", "none", 0);  // our own error replaces the loader's messages
+    setenv("XR_LOADER_DEBUG", "none", 0);  // our own error message replaces the loader's messages
     try {
         const auto room = std::make_shared<RegisterRoom>(settings);
-        return RegisterView{[room](const RegisterShown& shown) { return room->frame(shown); },
+        return RegisterView{[room](const RegisterFrame& shown) { return room->frame(shown); },
                             [room](std::int64_t when_ns) -> std::optional<Pose> {
                                 const auto grip = room->session.gripAt(room->side, when_ns);
                                 if (!grip) return std::nullopt;

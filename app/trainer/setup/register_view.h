@@ -1,5 +1,5 @@
-// The headset as `stylet register` uses it: one flat picture in front of the eyes, a controller and its
-// buttons. The build selects the implementation (register_gpu.cpp or register_none.cpp).
+// The headset as `stylet register` uses it: one flat picture in front of the eyes, and a controller with its
+// buttons. The build selects the implementation (register_gpu.cpp or setup_none.cpp).
 #pragma once
 
 #include <cstdint>
@@ -13,24 +13,24 @@
 namespace stylet::trainer {
 
 // Content of one frame.
-struct RegisterShown {
-    const std::uint8_t* rgba = nullptr;  // RegisterCard's, rows from the top
+struct RegisterFrame {
+    const std::uint8_t* rgba = nullptr;  // picture of RegisterCard, rows from the top
     std::uint64_t revision = 0;
     std::optional<Pose> stage_from_needle{};  // needle to draw: tip at the origin, hub at +z
 };
 
-struct RegisterAnswer {
-    bool over = false;  // the runtime wants the program to end
-    bool seen = false;  // frames are being shown
+struct RegisterInput {
+    bool over = false;  // the runtime asks the program to end
+    bool seen = false;  // frames are being displayed
     bool select = false, menu = false;
-    bool bare = false;         // bare hand without a controller: too inaccurate
-    bool space_moved = false;  // since the last frame
+    bool bare = false;         // a bare hand is tracked instead of a controller: too inaccurate
+    bool space_moved = false;  // the runtime's space has moved since the last frame
 };
 
 struct RegisterView {
-    // Frame thread. Waits for the runtime's frame timing. Throws std::runtime_error if the GPU or the
+    // Frame thread. Waits for the runtime's frame timing. Throws EnvironmentError if the GPU or the
     // runtime is lost.
-    std::function<RegisterAnswer(const RegisterShown&)> frame;
+    std::function<RegisterInput(const RegisterFrame&)> frame;
     // Any thread, as long as this object exists. Grip pose of the controller at `when_ns`
     // (CLOCK_MONOTONIC).
     std::function<std::optional<Pose>(std::int64_t when_ns)> gripAt;

@@ -10,7 +10,7 @@ namespace {
 using Handler = void (*)(const char* file, int line, const char* function, int error, const char* format,
                          ...);
 
-void sayNothing(const char*, int, const char*, int, const char*, ...) {}
+void ignoreIoError(const char*, int, const char*, int, const char*, ...) {}
 
 }  // namespace
 
@@ -21,7 +21,7 @@ void quietAlsa() {
     int (*set)(Handler) = nullptr;
     static_assert(sizeof set == sizeof found);
     std::memcpy(&set, &found, sizeof set);
-    set(sayNothing);
+    set(ignoreIoError);
 }
 
 }  // namespace stylet::trainer

@@ -1,10 +1,9 @@
-// Silences ALSA, which prints a dozen lines about a missing device.
+// Silences ALSA, which otherwise prints a dozen lines if a device is missing.
 #pragma once
 
 namespace stylet::trainer {
 
-// Installs an empty error handler in ALSA, if it is installed. Relevant errors are reported in our own
-// words.
+// Installs an empty error handler, if ALSA is installed. The trainer reports the relevant errors itself.
 void quietAlsa();
 
 }  // namespace stylet::trainer

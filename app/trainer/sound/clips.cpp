@@ -39,7 +39,7 @@ Samples highPassed(const Samples& in, double hz) {
     return low;
 }
 
-// Crossfades the last `seconds` over the first ones at constant power, so that noise loops without a seam.
+// Crossfades the last `seconds` with the first ones at constant power, so that noise loops without a seam.
 Samples looped(const Samples& in, double seconds) {
     const std::size_t over = countOf(seconds), rest = in.size() - over;
     Samples out(in.begin(), in.begin() + std::ptrdiff_t(rest));
@@ -83,7 +83,7 @@ Samples finished(Samples out, bool loop) {
     return out;
 }
 
-// Harmonics of a mains transformer. Whole periods, so that the clip loops.
+// Harmonics of a mains transformer. Contains whole periods only, so that the clip loops.
 Samples buzz() {
     Samples out(countOf(1.0));
     for (std::size_t i = 0; i < out.size(); ++i) {
@@ -98,6 +98,12 @@ Samples alarm() {
     Samples out(countOf(0.6));
     addBeep(out, 0.0, 0.16, 932.0);
     addBeep(out, 0.18, 0.34, 698.0);
+    return out;
+}
+
+Samples beep() {
+    Samples out(countOf(0.12));
+    addBeep(out, 0.0, 0.11, 880.0);
     return out;
 }
 
@@ -133,37 +139,22 @@ Samples chime() {
     return out;
 }
 
-Samples made(Sound sound) {
-    switch (sound) {
-        case Sound::room:
-            return looped(lowPassed(lowPassed(noise(5.0, 3), 420.0), 260.0), 1.0);
-        case Sound::breath:
-            return looped(highPassed(lowPassed(noise(3.0, 7), 1100.0), 420.0), 0.5);
-        case Sound::buzz:
-            return buzz();
-        case Sound::alarm:
-            return alarm();
-        case Sound::beep: {
-            Samples out(countOf(0.12));
-            addBeep(out, 0.0, 0.11, 880.0);
-            return out;
-        }
-        case Sound::click:
-            return click();
-        case Sound::cut:
-            return cut();
-        case Sound::tick:
-            return tick();
-        case Sound::chime:
-            break;
-    }
-    return chime();
-}
+// Indexed by Sound.
+constexpr std::array<Samples (*)(), kSoundCount> kMakers{
+    [] { return looped(lowPassed(lowPassed(noise(5.0, 3), 420.0), 260.0), 1.0); },
+    [] { return looped(highPassed(lowPassed(noise(3.0, 7), 1100.0), 420.0), 0.5); },
+    buzz,
+    alarm,
+    beep,
+    click,
+    cut,
+    tick,
+    chime};
 
 }  // namespace
 
-std::vector<float> clipOf(Sound sound) {
-    return finished(made(sound), loops(sound));
+std::vector<float> makeClip(Sound sound) {
+    return finished(kMakers[std::size_t(sound)](), loops(sound));
 }
 
 }  // namespace stylet::trainer

@@ -15,14 +15,14 @@ namespace {
 
 constexpr std::array<float, kSoundCount> kGains{0.03f, 0.10f, 0.07f, 0.20f, 0.08f,
                                                 0.15f, 0.09f, 0.15f, 0.13f};
-// Positions relative to the table's centre on the floor, in stage axes, as render/room places the objects.
-// The patient's head is at -x.
+// Positions in stage axes relative to the centre of the table, on the floor. render/room places the objects
+// at the same positions. The patient's head is at -x.
 constexpr Vec3 kMonitor_m{-1.38, 1.58, -0.42}, kVent_m{0.5, 2.7, -1.1};
 constexpr double kMouthBeyondScan_m = 0.28, kMouthAboveTable_m = 0.16;
 constexpr double kTubeBelowEntry_m = 0.55;
 
 constexpr double kFlowEvery_s = 0.02;
-constexpr double kFullFlow_per_s = 0.8;              // of v: peak rate of a quiet breath at 15 per minute
+constexpr double kFullFlow_per_s = 0.8;  // peak rate of v in a quiet breath at 15 breaths per minute
 constexpr float kInPitch = 1.15f, kOutPitch = 0.9f;  // pitch of inhaling and exhaling
 // The tube is off if it has not pulsed for this long. The slowest pulse rate is 3 per second.
 constexpr double kPulsing_s = 0.4;
@@ -43,9 +43,9 @@ bool cuts(const TickOutput& before, const TickOutput& now) {
 }
 
 bool yields(const TickOutput& before, const TickOutput& now) {
-    if (!haptics::holdsNeedle(now.tool) || now.tool != before.tool) return false;
+    if (!haptics::isNeedleTool(now.tool) || now.tool != before.tool) return false;
     if (now.phase == haptics::Phase::outside) return false;
-    return before.phase == haptics::Phase::held &&
+    return before.phase == haptics::Phase::tenting &&
            (now.phase == haptics::Phase::pass || now.tissue != before.tissue);
 }
 
@@ -72,15 +72,15 @@ float loudestGain(Sound sound) noexcept {
     return kGains[std::size_t(sound)];
 }
 
-std::optional<Vibration> pulseOf(const Heard& heard) {
-    if ((heard.begun & bitOf(Sound::alarm)) != 0) return kAlarmPulse;
-    if ((heard.begun & bitOf(Sound::chime)) != 0) return kChimePulse;
-    if ((heard.begun & bitOf(Sound::click)) != 0) return kClickPulse;
+std::optional<Vibration> alertPulse(const SoundFrame& heard) {
+    if ((heard.begun & soundBit(Sound::alarm)) != 0) return kAlarmPulse;
+    if ((heard.begun & soundBit(Sound::chime)) != 0) return kChimePulse;
+    if ((heard.begun & soundBit(Sound::click)) != 0) return kClickPulse;
     return std::nullopt;
 }
 
 Cues::Cues(const SoundPlaces& places, training::Difficulty difficulty, double tick_s)
-    : places_(places), hints_(training::hintsOf(difficulty)), tick_s_(tick_s) {
+    : places_(places), hints_(training::makeHints(difficulty)), tick_s_(tick_s) {
     for (int i = 0; i < kSoundCount; ++i)
         heard_.voices[std::size_t(i)].stage_m = places.entry_m;
     heard_[Sound::room] = {loudestGain(Sound::room), 1.0f, places.vent_m};
@@ -89,7 +89,7 @@ Cues::Cues(const SoundPlaces& places, training::Difficulty difficulty, double ti
 }
 
 void Cues::begin(Sound sound, const Vec3& stage_m) {
-    heard_.begun |= bitOf(sound);
+    heard_.begun |= soundBit(sound);
     heard_[sound].gain = loudestGain(sound);
     heard_[sound].stage_m = stage_m;
 }
@@ -107,9 +107,10 @@ void Cues::breathe(const TickOutput& now) {
 }
 
 // Plays the sounds that duplicate the colour alerts.
-void Cues::tell(const training::Progress& now, double t_s) {
-    const bool struck = now.striking != training::Struck::nothing;
-    const bool hit = now.risk_hits > last_->progress.risk_hits;  // however short
+void Cues::playAlerts(const training::Progress& now, double t_s) {
+    const bool struck = now.current_risk != training::RiskStructure::nothing;
+    // True also for a strike that was shorter than the interval between calls.
+    const bool hit = now.risk_hits > last_->progress.risk_hits;
     if ((struck && t_s - alarm_s_ >= kAlarmEvery_s) || hit) {
         alarm_s_ = t_s;
         begin(Sound::alarm, places_.monitor_m);
@@ -117,9 +118,9 @@ void Cues::tell(const training::Progress& now, double t_s) {
     if (now.success && !last_->progress.success) begin(Sound::chime, places_.entry_m);
 }
 
-const Heard& Cues::take(const Seen& seen) {
+const SoundFrame& Cues::update(const FrameState& seen) {
     heard_.begun = 0;
-    if (seen.difficulty) hints_ = training::hintsOf(*seen.difficulty);
+    if (seen.difficulty) hints_ = training::makeHints(*seen.difficulty);
     const TickOutput& now = seen.tick;
     const double t_s = tick_s_ * double(now.tick);
     if (!last_ || seen.held || now.tick <= last_->tick.tick) {
@@ -145,7 +146,7 @@ const Heard& Cues::take(const Seen& seen) {
     if (now.needle_in_guide && !before.needle_in_guide) begin(Sound::click, tip);
     if (cuts(before, now)) begin(Sound::cut, tip);
     if (yields(before, now)) begin(Sound::tick, tip);
-    if (hints_.cues) tell(seen.progress, t_s);
+    if (hints_.cues) playAlerts(seen.progress, t_s);
     last_ = seen;
     return heard_;
 }

@@ -10,7 +10,7 @@ namespace stylet::trainer {
 namespace {
 
 using SteadyClock = std::chrono::steady_clock;
-constexpr auto kEvery = std::chrono::milliseconds(20);  // update interval of loops and listener pose
+constexpr auto kEvery = std::chrono::milliseconds(20);  // update interval of loops and of the listener's pose
 constexpr auto kPatience = std::chrono::seconds(1);
 
 double since_s(SteadyClock::time_point begin) {
@@ -19,26 +19,26 @@ double since_s(SteadyClock::time_point begin) {
 
 }  // namespace
 
-// Shared by both threads, because the sound thread may hang in the device forever.
+// Shared by both threads. The sound thread may hang in the device forever, so this data may outlive Sounds.
 struct Sounds::Shared {
     mutable std::mutex mutex;
     std::condition_variable news;
-    Heard heard;
+    SoundFrame heard;
     bool ended = false, gone = false;  // the attempt has ended; the device is lost
     std::optional<SteadyClock::time_point> since;
     SoundTotals totals;
     double late_sum_s = 0.0;
     std::promise<void> left;
 
-    void run(const Pose& stage_from_operator, const std::shared_ptr<const Ears>& ears, const Opened& open,
-             const Say& say);
-    bool takeNext(Heard&, std::optional<SteadyClock::time_point>&);
-    void played(const Heard&, const std::optional<SteadyClock::time_point>& since);
+    void run(const Pose& stage_from_operator, const std::shared_ptr<const ListenerPose>& listener_pose,
+             const Opened& open, const Say& say);
+    bool parseNext(SoundFrame&, std::optional<SteadyClock::time_point>&);
+    void played(const SoundFrame&, const std::optional<SteadyClock::time_point>& since);
     void silent();
 };
 
 // Waits for the next sounds. Returns false at the end.
-bool Sounds::Shared::takeNext(Heard& next, std::optional<SteadyClock::time_point>& asked) {
+bool Sounds::Shared::parseNext(SoundFrame& next, std::optional<SteadyClock::time_point>& asked) {
     std::unique_lock lock(mutex);
     news.wait_for(lock, kEvery, [&] { return ended || heard.begun != 0; });
     next = heard;
@@ -47,7 +47,7 @@ bool Sounds::Shared::takeNext(Heard& next, std::optional<SteadyClock::time_point
     return !ended;
 }
 
-void Sounds::Shared::played(const Heard& now, const std::optional<SteadyClock::time_point>& asked) {
+void Sounds::Shared::played(const SoundFrame& now, const std::optional<SteadyClock::time_point>& asked) {
     if (now.begun == 0 || !asked) return;
     const double late_s = since_s(*asked);
     const std::lock_guard lock(mutex);
@@ -63,8 +63,9 @@ void Sounds::Shared::silent() {
     totals.device.clear();
 }
 
-void Sounds::Shared::run(const Pose& stage_from_operator, const std::shared_ptr<const Ears>& ears,
-                         const Opened& open, const Say& say) {
+void Sounds::Shared::run(const Pose& stage_from_operator,
+                         const std::shared_ptr<const ListenerPose>& listener_pose, const Opened& open,
+                         const Say& say) {
     try {
         Speaker speaker = open();
         {
@@ -72,10 +73,10 @@ void Sounds::Shared::run(const Pose& stage_from_operator, const std::shared_ptr<
             totals.device = speaker.name();
             totals.device_late_s = speaker.latency_s();
         }
-        Heard now;
+        SoundFrame now;
         std::optional<SteadyClock::time_point> asked;
-        while (takeNext(now, asked)) {
-            const std::optional<Pose> head = ears ? ears->placed() : std::nullopt;
+        while (parseNext(now, asked)) {
+            const std::optional<Pose> head = listener_pose ? listener_pose->load() : std::nullopt;
             speaker.listen(head.value_or(stage_from_operator));
             speaker.play(now);
             played(now, asked);
@@ -90,11 +91,12 @@ void Sounds::Shared::run(const Pose& stage_from_operator, const std::shared_ptr<
     }
 }
 
-Sounds::Sounds(const Pose& stage_from_operator, std::shared_ptr<const Ears> ears, Opened open, Say say)
+Sounds::Sounds(const Pose& stage_from_operator, std::shared_ptr<const ListenerPose> listener_pose,
+               Opened open, Say say)
     : shared_(std::make_shared<Shared>()) {
-    std::thread([shared = shared_, stage_from_operator, ears = std::move(ears), open = std::move(open),
-                 say = std::move(say)] {
-        shared->run(stage_from_operator, ears, open, say);
+    std::thread([shared = shared_, stage_from_operator, listener_pose = std::move(listener_pose),
+                 open = std::move(open), say = std::move(say)] {
+        shared->run(stage_from_operator, listener_pose, open, say);
         shared->left.set_value();
     }).detach();
 }
@@ -108,7 +110,7 @@ Sounds::~Sounds() {
     shared_->left.get_future().wait_for(kPatience);
 }
 
-void Sounds::hear(const Heard& heard) {
+void Sounds::submit(const SoundFrame& heard) {
     {
         const std::lock_guard lock(shared_->mutex);
         if (shared_->gone) return;

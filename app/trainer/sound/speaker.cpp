@@ -17,7 +17,7 @@ namespace {
 // Mixing periods per second. The device's queue has three of them.
 constexpr ALCint kMixed_hz = 100;
 constexpr const char* kNoOutput = "No Output";  // OpenAL Soft's dummy device
-constexpr int kAtOnce = 2;                      // instances of a sound that restarts before it has ended
+constexpr int kAtOnce = 2;                      // how many instances of one sound may play at the same time
 // A silent loop is stopped after this many calls of play(). Mixing has faded it out by then.
 constexpr int kSilentPlays = 12;
 
@@ -90,7 +90,7 @@ void Speaker::Impl::makeSources() {
     for (int i = 0; i < kSoundCount; ++i) {
         const std::size_t at = std::size_t(i);
         std::vector<std::int16_t> samples;
-        for (const float s : clipOf(Sound(i)))
+        for (const float s : makeClip(Sound(i)))
             samples.push_back(std::int16_t(s * 32767.0f));
         alBufferData(buffers[at], AL_FORMAT_MONO16, samples.data(),
                      ALsizei(samples.size() * sizeof(samples[0])), kClipRate_hz);
@@ -126,12 +126,12 @@ Speaker::~Speaker() = default;
 Speaker::Speaker(Speaker&&) noexcept = default;
 Speaker& Speaker::operator=(Speaker&&) noexcept = default;
 
-void Speaker::play(const Heard& heard) {
+void Speaker::play(const SoundFrame& heard) {
     impl_->current();
     for (int i = 0; i < kSoundCount; ++i) {
         const std::size_t at = std::size_t(i);
         const Voice& voice = heard.voices[at];
-        const bool begins = (heard.begun & bitOf(Sound(i))) != 0;
+        const bool begins = (heard.begun & soundBit(Sound(i))) != 0;
         if (!loops(Sound(i)) && !begins) continue;
         ALuint source = impl_->sources[at][0];
         if (begins && !loops(Sound(i))) {

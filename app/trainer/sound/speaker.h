@@ -1,33 +1,33 @@
-// 3D sound output through OpenAL Soft. One thread at a time.
+// 3D sound output through OpenAL Soft. Use from one thread at a time.
 #pragma once
 
 #include <memory>
 #include <span>
-#include <stdexcept>
 #include <string>
 
 #include "app/trainer/sound/cues.h"
+#include "base/errors.h"
 
 namespace stylet::trainer {
 
-struct SoundError : std::runtime_error {
-    using std::runtime_error::runtime_error;
+struct SoundError : EnvironmentError {
+    using EnvironmentError::EnvironmentError;
 };
 
 class Speaker {
   public:
     // Opens the system's default device. Throws SoundError if there is none or it does not work.
     static Speaker device();
-    // Opens a device without hardware (ALC_SOFT_loopback): two channels at kClipRate_hz. render() returns
+    // Opens a device without hardware (ALC_SOFT_loopback) with two channels at kClipRate_hz. render() returns
     // its output.
     static Speaker loopback();
     ~Speaker();
     Speaker(Speaker&&) noexcept;
     Speaker& operator=(Speaker&&) noexcept;
 
-    void play(const Heard&);
+    void play(const SoundFrame&);
     void listen(const Pose& stage_from_head);
-    // False once the device was unplugged or its sound server ended.
+    // Returns false once the device is unplugged or its sound server has ended.
     bool connected() const;
     // Latency from mixing to the listener, as reported by the device; 0 if unknown.
     double latency_s() const;

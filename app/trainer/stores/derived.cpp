@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <tuple>
 
+#include "app/trainer/stores/console.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "base/cache_file.h"
 #include "base/hash.h"
@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::array<char, 8> kMagic{'s', 't', 'y', 'l', 'k', 'e', 'p', 't'};
-constexpr std::uint64_t kMostBytes = std::uint64_t(1) << 30;
+constexpr std::uint64_t kMaxBytes = std::uint64_t(1) << 30;
 
 struct Head {
     std::array<char, 8> magic = kMagic;
@@ -34,9 +34,9 @@ std::uint64_t hashOf(std::span<const std::byte> bytes) {
     return hash.value();
 }
 
-// Evicts the least recently used files beyond the limits, but never `fresh`. Other programs may do the same
-// at the same time, so a missing file is not an error.
-void forgetOldest(const fs::path& fresh, const DerivedLimits& limits) {
+// Evicts the least recently used files until the limits are met, but never `fresh`. Other programs may do the
+// same at the same time, so a missing file is not an error.
+void evictOldest(const fs::path& fresh, const DerivedLimits& limits) {
     struct Kept {
         fs::file_time_type used;
         std::uintmax_t bytes;
@@ -72,7 +72,7 @@ struct TouchHead {
 
 }  // namespace
 
-std::optional<haptics::TouchMap> touchMapIn(std::span<const std::byte> bytes) {
+std::optional<haptics::TouchMap> parseTouchMap(std::span<const std::byte> bytes) {
     TouchHead head;
     if (bytes.size() < sizeof head) return std::nullopt;
     std::memcpy(&head, bytes.data(), sizeof head);
@@ -80,7 +80,7 @@ std::optional<haptics::TouchMap> touchMapIn(std::span<const std::byte> bytes) {
     haptics::TouchMap map;
     std::uint64_t floats = 3;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (head.dims[axis] < 1 || head.dims[axis] > kMaxVoxelsASide) return std::nullopt;
+        if (head.dims[axis] < 1 || head.dims[axis] > kMaxVoxelsPerSide) return std::nullopt;
         if (!(head.spacing_m[axis] > 0.0) || !std::isfinite(head.spacing_m[axis]) ||
             !std::isfinite(head.origin_m[axis]))
             return std::nullopt;
@@ -112,7 +112,7 @@ std::vector<std::byte> bytesOf(const haptics::TouchMap& map) {
 }
 
 std::optional<std::uint64_t> derivedKey(std::initializer_list<std::uint64_t> parts) {
-    const std::uint64_t build = buildMark();
+    const std::uint64_t build = buildId();
     if (build == 0) return std::nullopt;
     StateHash hash;
     hash.add(build);
@@ -122,21 +122,21 @@ std::optional<std::uint64_t> derivedKey(std::initializer_list<std::uint64_t> par
 }
 
 std::optional<std::vector<std::byte>> loadDerived(const fs::path& file, std::uint64_t key) {
-    sweepLeftovers(file.parent_path());
-    // Take the size from the open stream: another program may replace the file meanwhile.
+    removeStaleTemporaryFiles(file.parent_path());
+    // Use the size of the open stream, because another program may replace the file in the meantime.
     std::ifstream in(file, std::ios::binary | std::ios::ate);
     if (!in) return std::nullopt;
     const auto size = std::uintmax_t(std::max<std::streamoff>(0, in.tellg()));
     in.seekg(0);
     const auto damaged = [&]() -> std::optional<std::vector<std::byte>> {
-        std::fprintf(stderr, "stylet: %s is damaged; rebuilding it\n", file.c_str());
+        printMessage(file.string() + " is damaged; rebuilding it");
         return std::nullopt;
     };
     Head head;
     if (size < sizeof head || !in.read(reinterpret_cast<char*>(&head), sizeof head) || head.magic != kMagic)
         return damaged();
     if (head.key != key) return std::nullopt;
-    if (head.size > kMostBytes || size != sizeof head + head.size) return damaged();
+    if (head.size > kMaxBytes || size != sizeof head + head.size) return damaged();
     std::vector<std::byte> bytes(head.size);
     if (!in.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(bytes.size())) ||
         hashOf(bytes) != head.hash)
@@ -148,22 +148,22 @@ std::optional<std::vector<std::byte>> loadDerived(const fs::path& file, std::uin
 
 void saveDerived(const fs::path& file, std::uint64_t key, std::span<const std::byte> bytes,
                  const DerivedLimits& limits) {
-    if (bytes.size() > kMostBytes) return;
+    if (bytes.size() > kMaxBytes) return;
     try {
         const Head head{kMagic, key, bytes.size(), hashOf(bytes)};
         writeCacheFile(file, {std::as_bytes(std::span(&head, 1)), bytes});
-        forgetOldest(file, limits);
+        evictOldest(file, limits);
     } catch (const std::exception& e) {
-        std::fprintf(stderr, "stylet: not cached for the next start: %s\n", e.what());
+        printMessage(fmt::format("not cached for the next start: {}", e.what()));
     }
 }
 
-haptics::TouchMap keptTouchMap(const patient::Patient& patient, std::uint64_t patient_digest,
-                               const fs::path& folder, Made* made) {
+haptics::TouchMap loadOrMakeTouchMap(const patient::Patient& patient, std::uint64_t patient_digest,
+                                     const fs::path& folder, Made* made) {
     const std::optional<std::uint64_t> key = derivedKey({patient_digest});
     const fs::path file = folder / ("touch-" + hexText(patient_digest));
     if (const auto bytes = key ? loadDerived(file, *key) : std::nullopt)
-        if (std::optional<haptics::TouchMap> map = touchMapIn(*bytes)) return std::move(*map);
+        if (std::optional<haptics::TouchMap> map = parseTouchMap(*bytes)) return std::move(*map);
     haptics::TouchMap map = haptics::makeTouchMap(patient);
     if (key) saveDerived(file, *key, bytesOf(map));
     if (made) ++made->touch_maps;

@@ -1,6 +1,6 @@
-// Cache for derived data that is slow to compute and the same at every start. It saves time and never
-// changes a result. Each file stores a key of all its inputs, including this build of the program, and a
-// hash of its bytes. A damaged file, or one with another key, is rebuilt. Several programs may share the
+// Cache for derived data that is slow to compute and always the same for the same inputs. It saves time and
+// never changes a result. Each file stores a hash of its bytes and a key of all its inputs, including this
+// build of the program. A file that is damaged or has another key is rebuilt. Several programs may share the
 // folder.
 #pragma once
 
@@ -25,26 +25,26 @@ struct DerivedLimits {
     std::uintmax_t bytes = std::uintmax_t(256) << 20;  // six touch maps of 1 mm
 };
 
-// Returns nothing if the file is missing, damaged or has another key. Reports damage on stderr. A file that
-// is found counts as used now.
+// Returns nothing if the file is missing, damaged or has another key. Reports damage on stderr. Marks a valid
+// file as used now.
 std::optional<std::vector<std::byte>> loadDerived(const std::filesystem::path& file, std::uint64_t key);
-// Writes the file atomically and reports disk errors on stderr. The new file is not evicted, whatever its
-// size.
+// Writes the file atomically. Reports disk errors on stderr. The new file is never evicted, even if it
+// exceeds the limits.
 void saveDerived(const std::filesystem::path& file, std::uint64_t key, std::span<const std::byte> bytes,
                  const DerivedLimits& = {});
 
-// Hash of `parts` and this build of the program. Returns nothing if the build cannot be identified; then
-// nothing is cached.
+// Hash of `parts` and this build of the program. Returns nothing if the build cannot be identified; in that
+// case nothing is cached.
 std::optional<std::uint64_t> derivedKey(std::initializer_list<std::uint64_t> parts);
 
-// Returns haptics::makeTouchMap(patient), from the cache in `folder` if possible. Counts a computed map in
-// `made`.
+// Returns haptics::makeTouchMap(patient), from the cache in `folder` if possible. If it is computed, counts
+// it in `made`.
 using MakeTouch = std::function<haptics::TouchMap(const patient::Patient&)>;
-haptics::TouchMap keptTouchMap(const patient::Patient&, std::uint64_t patient_digest,
-                               const std::filesystem::path& folder, Made* made = nullptr);
+haptics::TouchMap loadOrMakeTouchMap(const patient::Patient&, std::uint64_t patient_digest,
+                                     const std::filesystem::path& folder, Made* made = nullptr);
 
-// Serialisation of a touch map. touchMapIn() returns nothing for invalid bytes.
-std::optional<haptics::TouchMap> touchMapIn(std::span<const std::byte>);
+// Serialisation of a touch map. parseTouchMap() returns nothing for invalid bytes.
+std::optional<haptics::TouchMap> parseTouchMap(std::span<const std::byte>);
 std::vector<std::byte> bytesOf(const haptics::TouchMap&);
 
 }  // namespace stylet::trainer

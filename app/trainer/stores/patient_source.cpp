@@ -1,5 +1,6 @@
 #include "app/trainer/stores/patient_source.h"
 
+#include <fmt/core.h>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -9,6 +10,8 @@
 #include <random>
 #include <string>
 
+#include "app/installation.h"
+#include "app/trainer/stores/console.h"
 #include "app/trainer/stores/derived.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "base/cache_file.h"
@@ -22,12 +25,10 @@ using patient::PlannedPath;
 
 namespace {
 
-// Progress on stderr. On a terminal it counts up in one line; in a log it stays one short line.
+// Reports progress on stderr. On a terminal it counts up in one line. In a log it prints one short line only.
 class Progress {
   public:
-    explicit Progress(std::string what) : what_(std::move(what)) {
-        std::fprintf(stderr, "stylet: %s\n", what_.c_str());
-    }
+    explicit Progress(std::string what) : what_(std::move(what)) { printMessage(what_); }
     ~Progress() {
         if (terminal_ && percent_ >= 0) std::fputs("\r\033[K", stderr);
     }
@@ -43,7 +44,7 @@ class Progress {
 
   private:
     std::string what_;
-    bool terminal_ = stderrIsWatched();
+    bool terminal_ = stderrIsTerminal();
     int percent_ = -1;
 };
 
@@ -55,22 +56,23 @@ patient::synth::SynthSettings referenceSettings(const PatientRequest& request) {
     return settings;
 }
 
-// Fingerprint of the generator's output for the seed: the digest of a coarse patient. Takes 0.3 s.
+// Fingerprint of the generator's output for the seed: the digest of a coarse patient. The computation takes
+// 0.3 s.
 std::uint64_t markOf(const PatientRequest& request) {
     patient::synth::SynthSettings coarse = referenceSettings(request);
     coarse.spacing_m = 0.005;
     return patient::digest(patient::synth::makeReferencePatient(coarse));
 }
 
-constexpr std::size_t kMostTableBytes = 1 << 20;
+constexpr std::size_t kMaxTableBytes = 1 << 20;
 
-// The same fingerprint, cached by an earlier start.
+// The same fingerprint, read from the cache if an earlier start has stored it.
 class KeptMark {
   public:
     explicit KeptMark(const PatientRequest& request)
         : file_(request.cache / "derived" / ("mark-seed" + std::to_string(request.seed))) {
         StateHash table;
-        table.add(std::string_view(readWholeFile(request.assets / "tissue" / "ptcd.toml", kMostTableBytes)));
+        table.add(std::string_view(readWholeFile(request.assets / "tissue" / "ptcd.toml", kMaxTableBytes)));
         key_ = derivedKey({request.seed, table.value()});
         const auto bytes = key_ ? loadDerived(file_, *key_) : std::nullopt;
         known_ = bytes && bytes->size() == sizeof mark_;
@@ -92,18 +94,16 @@ class KeptMark {
     std::uint64_t mark_ = 0;
 };
 
-// The folder's name contains the fingerprint. After a change of the generator or the force table no stale
-// patient is used.
+// The folder's name contains the fingerprint, so a change of the generator or the force table never leads to
+// an outdated patient.
 std::filesystem::path referenceFolder(const PatientRequest& request, std::uint64_t mark) {
-    char name[96];
-    std::snprintf(name, sizeof name, "reference-seed%llu-%gmm-%08x",
-                  static_cast<unsigned long long>(request.seed), request.spacing_m * 1000.0,
-                  static_cast<unsigned>(mark >> 32));
-    return request.cache / "patients" / name;
+    return request.cache / "patients" /
+           fmt::format("reference-seed{}-{:g}mm-{:08x}", request.seed, request.spacing_m * 1000.0,
+                       mark >> 32);
 }
 
-// Deletes unfinished folders of runs that were killed. Recent ones are kept, because another run may be
-// writing them now.
+// Deletes unfinished folders of runs that were killed. Recent ones stay, because another run may still be
+// writing them.
 void clearLeftovers(const std::filesystem::path& folder) {
     constexpr std::chrono::hours kAbandoned{1};
     const std::string name = folder.filename().string();
@@ -123,8 +123,8 @@ void makeReference(const PatientRequest& request, const std::filesystem::path& f
                       folder.string() + " (once)");
     patient::synth::SynthSettings settings = referenceSettings(request);
     settings.progress = [&](std::string_view stage, double fraction) { progress.show(stage, fraction); };
-    // Another run may have made the same patient in the meantime and may be reading it. The first one
-    // stays.
+    // Another run may have generated the same patient in the meantime and may be reading it. In that case the
+    // existing folder stays.
     const std::filesystem::path fresh = folder.string() + "." + std::to_string(std::random_device{}());
     patient::savePackage(patient::synth::makeReferencePatient(settings), fresh);
     std::error_code taken;
@@ -139,8 +139,8 @@ bool canBeRead(const std::filesystem::path& folder) {
     return !error;
 }
 
-// The digest already identifies the patient. The end points are checked too, because the file may be
-// written by hand.
+// Checks the end points of a path. The digest already identifies the patient, but the file may have been
+// edited by hand.
 bool fits(const patient::Patient& patient, const PlannedPath& path, const patient::Surrogate& breath) {
     const patient::Package& package = patient.package();
     if (!(path.breath == breath) || glm::length(path.target_m - path.entry_m) < 0.001) return false;
@@ -151,7 +151,7 @@ bool fits(const patient::Patient& patient, const PlannedPath& path, const patien
            glm::length(target - path.target_m) < 0.001;
 }
 
-// Why stored paths cannot be used, or null.
+// Returns why stored paths cannot be used, or null if they can.
 const char* staleBecause(const patient::Patient& patient, const patient::StoredPaths& stored,
                          const patient::Surrogate& breath) {
     if (stored.patient_digest != patient::digest(patient.package())) return "was planned on another patient";
@@ -168,9 +168,9 @@ std::vector<PlannedPath> storedPaths(const patient::Patient& patient, const std:
         patient::StoredPaths stored = patient::loadPaths(file);
         const char* stale = staleBecause(patient, stored, breath);
         if (!stale) return std::move(stored.paths);
-        std::fprintf(stderr, "stylet: %s %s; planning again\n", file.c_str(), stale);
+        printMessage(fmt::format("{} {}; planning again", file.string(), stale));
     } catch (const DataError& e) {
-        std::fprintf(stderr, "stylet: %s; planning again\n", e.what());
+        printMessage(fmt::format("{}; planning again", e.what()));
     }
     return {};
 }
@@ -183,30 +183,32 @@ std::vector<PlannedPath> plan(const patient::Patient& patient, const std::filesy
     patient::PlanResult result =
         planPaths(patient, settings, [&](double fraction) { progress.show("planning paths", fraction); });
     if (result.paths.empty())
-        throw DataError(file, "paths",
-                        "the planner found none: of " + std::to_string(result.candidates) + " candidates " +
-                            std::to_string(result.rejected_blocked) + " are blocked, " +
-                            std::to_string(result.rejected_long) + " too long, " +
-                            std::to_string(result.rejected_quality) + " too poor");
-    // Other programs may be planning for the same patient or reading the file, so write a new file and
-    // rename it.
+        throw DataError(
+            file, "paths",
+            fmt::format("the planner found none: of {} candidates {} are blocked, {} too long, {} "
+                        "too poor",
+                        result.candidates, result.rejected_blocked, result.rejected_long,
+                        result.rejected_quality));
+    // Write a new file and rename it, because other programs may be planning for the same patient or reading
+    // the file.
     const std::filesystem::path fresh = file.string() + "." + std::to_string(std::random_device{}());
     try {
-        sweepLeftovers(file.parent_path(), file.filename().string());
+        removeStaleTemporaryFiles(file.parent_path(), file.filename().string());
         patient::savePaths({patient::digest(patient.package()), patient::kPlannerVersion, result.paths},
                            fresh);
         std::filesystem::rename(fresh, file);
     } catch (const std::exception& e) {
         std::error_code ignored;
         std::filesystem::remove(fresh, ignored);
-        std::fprintf(stderr, "stylet: the paths were not cached: %s\n", e.what());
+        printMessage(fmt::format("the paths were not cached: {}", e.what()));
     }
     return std::move(result.paths);
 }
 
 }  // namespace
 
-std::optional<patient::Package> keptPackage(const std::filesystem::path& folder, const LoadPackage& load) {
+std::optional<patient::Package> loadCachedPackage(const std::filesystem::path& folder,
+                                                  const LoadPackage& load) {
     if (!std::filesystem::exists(folder)) return std::nullopt;
     std::error_code error;
     std::string said;
@@ -215,8 +217,8 @@ std::optional<patient::Package> keptPackage(const std::filesystem::path& folder,
         return load(folder);
     } catch (const DataError& e) {
         said = e.what();
-        // Another program may just be replacing it with a valid one. Move it aside first, so that no other
-        // program uses the folder that is checked.
+        // Another program may be replacing it with a valid one. Before checking the folder, move it aside, so
+        // that no other program uses it.
         if (!canBeRead(folder)) {
             if (std::filesystem::exists(folder)) throw;
             return std::nullopt;
@@ -225,16 +227,18 @@ std::optional<patient::Package> keptPackage(const std::filesystem::path& folder,
         if (error && std::filesystem::exists(folder)) throw;
     }
     if (error) return std::nullopt;
-    // Otherwise clearLeftovers() of another program might delete it as abandoned.
+    // Set the time to now. Otherwise clearLeftovers() of another program might delete the folder as
+    // abandoned.
     std::filesystem::last_write_time(aside, std::filesystem::file_time_type::clock::now(), error);
     try {
         patient::Package sound = load(aside);
         std::filesystem::rename(aside, folder, error);
-        if (error) std::filesystem::remove_all(aside, error);  // there is another one by now
+        // If the rename failed, another program has created a package in the meantime.
+        if (error) std::filesystem::remove_all(aside, error);
         return sound;
     } catch (const DataError&) {
-        // The folder is part of the cache and can be made again from its seed: nothing is lost.
-        std::fprintf(stderr, "stylet: %s; rebuilding the patient\n", said.c_str());
+        // The folder is part of the cache and can be generated again from its seed, so nothing is lost.
+        printMessage(said + "; rebuilding the patient");
         std::filesystem::remove_all(aside, error);
         return std::nullopt;
     }
@@ -249,16 +253,21 @@ OpenedPatient openPatient(const PatientRequest& request) {
     const KeptMark mark(request);
     made.marks = mark.isMade();
     const std::filesystem::path folder = referenceFolder(request, mark.value());
-    if (std::optional<patient::Package> kept = keptPackage(folder)) {
+    if (std::optional<patient::Package> kept = loadCachedPackage(folder)) {
         mark.keep();
         return {folder, std::move(*kept), made};
     }
-    needFolder(folder.parent_path(), "the patients' cache (XDG_CACHE_HOME)");
+    requireFolder(folder.parent_path(), "the patients' cache (XDG_CACHE_HOME)");
     clearLeftovers(folder);
     makeReference(request, folder);
     mark.keep();
     ++made.patients;
     return {folder, patient::loadPackage(folder), made};
+}
+
+OpenedPatient openPatient(const PatientOptions& options) {
+    return openPatient(
+        {options.folder, options.seed, 1e-3 * options.spacing_mm, cacheFolder(), assetsFolder()});
 }
 
 std::vector<PlannedPath> goodPaths(const patient::Patient& patient, const std::filesystem::path& folder,

@@ -27,7 +27,7 @@ constexpr const char* kLimits = "/etc/security/limits.d/stylet.conf";           
 constexpr const char* kOwnLimits = "/etc/security/limits.d/90-own-stylet.conf";  // without the package
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
 
-std::atomic<int> was_interrupted{0};  // also read by threads other than the interrupted one
+std::atomic<int> was_interrupted{0};  // also read by threads that did not receive the signal
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler may store it");
 
 template <clockid_t kClock>
@@ -49,7 +49,7 @@ std::uint64_t pageFaults(void*) noexcept {
     return std::uint64_t(usage.ru_minflt) + std::uint64_t(usage.ru_majflt);
 }
 
-// Touches more stack than the loop's calls need. If memory cannot be locked, these pages are at least
+// Touches more stack than the loop's calls need. If memory cannot be locked, these pages are at least already
 // mapped.
 void touchStack() noexcept {
     constexpr std::size_t kStack = 256 * 1024, kPage = 4096;
@@ -68,7 +68,7 @@ haptics::Clock workClock() noexcept {
     return {nullptr, now<CLOCK_THREAD_CPUTIME_ID>, nullptr, nullptr};
 }
 
-std::string howToAllow(const std::vector<std::string>& rights) {
+std::string describeHowToAllow(const std::vector<std::string>& rights) {
     const std::string user = environment("USER");
     if (std::error_code none; std::filesystem::exists(kLimits, none))
         return "run \"sudo adduser " + (user.empty() ? "USER" : user) + " stylet\" (" + kLimits +
@@ -80,7 +80,7 @@ std::string howToAllow(const std::vector<std::string>& rights) {
            " and log in again";
 }
 
-std::string askForRealTime() {
+std::string requestRealTime() {
     touchStack();
     std::string refused;
     std::vector<std::string> rights;
@@ -90,26 +90,27 @@ std::string askForRealTime() {
         refused = std::string("real-time priority (") + std::strerror(error) + ")";
         rights.push_back(kPriorityRight);
     }
-    // The loop only touches memory that is mapped now. Later allocations belong to other threads and stay
-    // pageable.
+    // Lock only the memory that is mapped now. The loop touches no other memory. Later allocations belong to
+    // other threads and stay pageable.
     if (mlockall(MCL_CURRENT) != 0) {
         refused +=
             std::string(refused.empty() ? "" : " and ") + "locked memory (" + std::strerror(errno) + ")";
         rights.push_back(kMemoryRight);
     }
     if (refused.empty()) return {};
-    return "no " + refused + ": the haptics loop may be late; " + howToAllow(rights);
+    return "no " + refused + ": the haptics loop may be late; " + describeHowToAllow(rights);
 }
 
 void catchInterrupts() noexcept {
     struct sigaction action{};
     action.sa_handler = [](int) { was_interrupted = 1; };
     action.sa_flags = int(SA_RESETHAND | SA_RESTART);
-    // A device keeps its last force when its program dies, and also when it is only stopped (SIGTSTP).
+    // A device continues to output its last force if its program ends, and also if it is only stopped
+    // (SIGTSTP).
     for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP})
         sigaction(signal, &action, nullptr);
-    // A closed pipe, or a terminal that belongs to another process, is an error of the call and does not
-    // end the program.
+    // A closed pipe, or a terminal that belongs to another process, must only make the call fail and not end
+    // the program.
     for (const int signal : {SIGPIPE, SIGTTIN, SIGTTOU})
         std::signal(signal, SIG_IGN);
 }
@@ -118,7 +119,7 @@ bool interrupted() noexcept {
     return was_interrupted != 0;
 }
 
-bool takeTyped(std::string& text) {
+bool readTyped(std::string& text) {
     pollfd in{STDIN_FILENO, POLLIN, 0};
     if (poll(&in, 1, 0) <= 0) return true;
     std::array<char, 4096> bytes{};
@@ -128,11 +129,11 @@ bool takeTyped(std::string& text) {
     return true;
 }
 
-bool stderrIsWatched() noexcept {
+bool stderrIsTerminal() noexcept {
     return isatty(STDERR_FILENO) != 0;
 }
 
-void needFolder(const std::filesystem::path& folder, const std::string& what) {
+void requireFolder(const std::filesystem::path& folder, const std::string& what) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (error) throw DataError(folder, what, "cannot be made: " + error.message());
@@ -151,7 +152,7 @@ void setEnvironment(const char* name, const std::string& value) {
 
 namespace {
 
-// The first object is the program itself.
+// Finds the build id in the first object, which is the program itself.
 int findBuildId(dl_phdr_info* object, std::size_t, void* mark) noexcept {
     for (int i = 0; i < object->dlpi_phnum; ++i) {
         const ElfW(Phdr) & segment = object->dlpi_phdr[i];
@@ -178,20 +179,20 @@ int findBuildId(dl_phdr_info* object, std::size_t, void* mark) noexcept {
 
 }  // namespace
 
-std::uint64_t buildMark() noexcept {
+std::uint64_t buildId() noexcept {
     std::uint64_t mark = 0;
     dl_iterate_phdr(findBuildId, &mark);
     return mark;
 }
 
-std::uint64_t processNumber() noexcept {
+std::uint64_t processId() noexcept {
     return std::uint64_t(getpid());
 }
 
 namespace {
 
-// The folder that the variable names, or the one in the home directory, or a temporary folder that is lost
-// at the next boot.
+// Returns the folder from the environment variable, else the folder in the home directory, else a temporary
+// folder that is lost at the next boot.
 std::filesystem::path userFolder(const char* variable, const char* in_home) {
     const std::string set = environment(variable);
     if (!set.empty()) return std::filesystem::path(set) / "stylet";

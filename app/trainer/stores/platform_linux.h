@@ -12,45 +12,46 @@ namespace stylet::trainer {
 
 // CLOCK_MONOTONIC with absolute sleeps.
 haptics::Clock monotonicClock() noexcept;
-// CPU time of the calling thread: measures work independently of other load. It cannot sleep.
+// CPU time of the calling thread, to measure work independently of other load. This clock cannot sleep.
 haptics::Clock workClock() noexcept;
 
-// SCHED_FIFO priority. Below the kernel's threaded interrupts (50), which deliver a device's packets.
+// SCHED_FIFO priority. It is lower than that of the kernel's threaded interrupts (50), which deliver a
+// device's packets.
 inline constexpr int kRealTimePriority = 49;
-// Limits that allow real-time scheduling and locked memory, as in packaging/debian/stylet. howToAllow()
-// tells the user how to get them.
+// Limits that permit real-time scheduling and locked memory, as in packaging/debian/stylet.
+// describeHowToAllow() explains how to get them.
 inline constexpr const char* kPriorityRight = "rtprio 49";
 inline constexpr const char* kMemoryRight = "memlock unlimited";
-std::string howToAllow(const std::vector<std::string>& rights);
+std::string describeHowToAllow(const std::vector<std::string>& rights);
 
-// Requests SCHED_FIFO for the calling thread and locks the memory of the process. Returns an empty string,
-// or one line that says what was refused and how to allow it.
-std::string askForRealTime();
+// Requests SCHED_FIFO for the calling thread and locks the memory of the process. Returns an empty string, or
+// one line: what was refused, and how to allow it.
+std::string requestRealTime();
 
-// From now on Ctrl-C, Ctrl-\, Ctrl-Z, a hangup and SIGTERM only request the program to end. A second signal
-// of the same kind has its default effect. interrupted() tells whether the end was requested.
+// After this call, Ctrl-C, Ctrl-\, Ctrl-Z, a hangup and SIGTERM only request the program to end. A second
+// signal of the same kind has its default effect. interrupted() returns true once the end was requested.
 void catchInterrupts() noexcept;
 bool interrupted() noexcept;
 
-// Appends what was typed since the last call, at most 4 KiB, without waiting. Returns false once stdin has
+// Appends the text typed since the last call, at most 4 KiB, without waiting. Returns false once stdin has
 // ended.
-bool takeTyped(std::string& text);
+bool readTyped(std::string& text);
 
 // True if stderr is a terminal.
-bool stderrIsWatched() noexcept;
+bool stderrIsTerminal() noexcept;
 
 // Creates the folder if needed and checks that it is writable. Throws DataError with the folder,
 // its purpose `what` and the reason.
-void needFolder(const std::filesystem::path& folder, const std::string& what);
+void requireFolder(const std::filesystem::path& folder, const std::string& what);
 
 // Value of an environment variable; empty if unset.
 std::string environment(const char* name);
 void setEnvironment(const char* name, const std::string& value);
 
 // Identifies this build of the program: hash of the linker's build id. 0 if there is none.
-std::uint64_t buildMark() noexcept;
+std::uint64_t buildId() noexcept;
 // Process id: unique among the running processes.
-std::uint64_t processNumber() noexcept;
+std::uint64_t processId() noexcept;
 
 // $XDG_CACHE_HOME/stylet, or ~/.cache/stylet.
 std::filesystem::path cacheFolder();

@@ -1,8 +1,7 @@
 #include "app/trainer/stores/registration_store.h"
 
-#include <array>
+#include <fmt/core.h>
 #include <cmath>
-#include <cstdio>
 #include <glm/gtc/quaternion.hpp>
 #include <nlohmann/json.hpp>
 
@@ -19,8 +18,8 @@ using json = nlohmann::ordered_json;
 namespace {
 
 constexpr int kVersion = 1;
-constexpr std::size_t kMostBytes = 64 * 1024;
-constexpr std::size_t kMostTextBytes = 200;
+constexpr std::size_t kMaxBytes = 64 * 1024;
+constexpr std::size_t kMaxTextBytes = 200;
 constexpr double kFarthest_m = 100.0, kUnitTolerance = 1e-6;
 
 json listOf(const Vec3& v) {
@@ -28,8 +27,8 @@ json listOf(const Vec3& v) {
 }
 
 Pose poseFrom(Fields pose) {
-    constexpr double kMost = 1.0 + kUnitTolerance;
-    const auto q = pose.numbers<4>("rotation_wxyz", -kMost, kMost);
+    constexpr double kMaxComponent = 1.0 + kUnitTolerance;
+    const auto q = pose.numbers<4>("rotation_wxyz", -kMaxComponent, kMaxComponent);
     const Quat rotation(q[0], q[1], q[2], q[3]);
     if (std::fabs(glm::length(rotation) - 1.0) > kUnitTolerance)
         pose.refuse("rotation_wxyz", "must be a unit quaternion");
@@ -39,8 +38,8 @@ Pose poseFrom(Fields pose) {
 }
 
 RegistrationKey keyFrom(Fields key) {
-    RegistrationKey result{key.nonEmptyText("device", kMostTextBytes), key.text("unit", kMostTextBytes),
-                           key.nonEmptyText("space", kMostTextBytes), key.text("generation", kMostTextBytes)};
+    RegistrationKey result{key.nonEmptyText("device", kMaxTextBytes), key.text("unit", kMaxTextBytes),
+                           key.nonEmptyText("space", kMaxTextBytes), key.text("generation", kMaxTextBytes)};
     key.finish();
     return result;
 }
@@ -60,7 +59,7 @@ Registration registrationFrom(Fields r) {
     result.centre_m = r.vector("centre_m", -kFarthest_m, kFarthest_m);
     result.points = int(r.integer("points", 3, 1'000'000));
     result.rejected = int(r.integer("rejected", 0, 1'000'000));
-    result.date = r.text("date", kMostTextBytes);
+    result.date = r.text("date", kMaxTextBytes);
     r.finish();
     return result;
 }
@@ -68,7 +67,7 @@ Registration registrationFrom(Fields r) {
 // A name that is valid on any file system. The hash distinguishes names that were truncated or had
 // characters replaced.
 std::string fileName(const RegistrationKey& key) {
-    constexpr std::size_t kMostName = 100;
+    constexpr std::size_t kMaxNameLength = 100;
     StateHash hash;
     std::string name;
     for (const std::string* part : {&key.device, &key.unit, &key.space, &key.generation}) {
@@ -79,10 +78,7 @@ std::string fileName(const RegistrationKey& key) {
         }
         name += '-';
     }
-    std::array<char, 24> digits{};
-    std::snprintf(digits.data(), digits.size(), "%08llx.json",
-                  static_cast<unsigned long long>(hash.value() & 0xffffffffu));
-    return name.substr(0, kMostName) + digits.data();
+    return name.substr(0, kMaxNameLength) + fmt::format("{:08x}.json", hash.value() & 0xffffffffu);
 }
 
 }  // namespace
@@ -92,7 +88,7 @@ Registration parseRegistration(std::string_view text, const std::filesystem::pat
 }
 
 Registration loadRegistration(const std::filesystem::path& file) {
-    return parseRegistration(readWholeFile(file, kMostBytes), file);
+    return parseRegistration(readWholeFile(file, kMaxBytes), file);
 }
 
 std::string registrationText(const Registration& r) {
@@ -154,7 +150,7 @@ std::optional<Registration> findRegistration(const std::filesystem::path& folder
     std::error_code error;
     if (!std::filesystem::exists(file, error)) return std::nullopt;
     Registration found = loadRegistration(file);
-    if (!(found.key == key)) throw DataError(file, "key", "is of another device or room");
+    if (!(found.key == key)) throw DataError(file, "key", "belongs to another device or room");
     return found;
 }
 

@@ -11,12 +11,12 @@ using haptics::TickOutput;
 using haptics::Tool;
 using patient::ToolContact;
 
-// Contact ids, the same from tick to tick.
+// Contact ids. A contact has the same id in every tick.
 constexpr int kNeedleId = 0, kBladeId = 1, kFingerId = 2, kProbeId = 3, kParkedId = 8, kColumns = 5;
 static_assert(kParkedId + kColumns <= patient::kMaxContacts && kProbeId + kColumns <= kParkedId);
 
-constexpr double kNeedle_m = 0.004, kMostSideways_m = 0.005, kMostPressed_m = 0.020;
-constexpr double kSkinShare = 0.5;  // the skin around the shaft moves by this share of the tip's drag
+constexpr double kNeedle_m = 0.004, kMaxSideways_m = 0.005, kMaxPressed_m = 0.020;
+constexpr double kSkinShare = 0.5;  // the skin around the shaft moves by this fraction of the tip's drag
 constexpr double kColumnStep_m = 0.012;
 
 void addContact(ToolContacts& contacts, const ToolContact& c) {
@@ -30,19 +30,19 @@ void addBall(ToolContacts& contacts, int id, const Vec3& tool_m, const Vec3& mov
 }
 
 // Before the puncture the skin moves with the tip. After it the needle drags the tissue along its shaft: by
-// the full amount at the tip, by a share of it at the skin.
+// the full amount at the tip, by kSkinShare of it at the skin.
 void addNeedle(ToolContacts& contacts, const TickOutput& out, const patient::Patient& patient) {
     if (out.phase == haptics::Phase::outside) return;
     const Vec3 inward = -out.patient_from_needle.direction(Vec3(0.0, 0.0, 1.0));
     const Vec3 tip_m = out.patient_from_needle.position_m;
     const Vec3 axial_m = out.extension_m * inward;
-    if (out.phase == haptics::Phase::held && out.tissue == patient::Tissue::air)
+    if (out.phase == haptics::Phase::tenting && out.tissue == patient::Tissue::air)
         return addBall(contacts, kNeedleId, tip_m, axial_m, kNeedle_m);
     Vec3 sideways_m =
         tip_m - patient::deformedFromReference(patient.package().motion, out.breath, out.tip_reference_m);
     sideways_m -= glm::dot(sideways_m, inward) * inward;
     const double off_m = glm::length(sideways_m);
-    if (off_m > kMostSideways_m) sideways_m *= kMostSideways_m / off_m;
+    if (off_m > kMaxSideways_m) sideways_m *= kMaxSideways_m / off_m;
     const Vec3 moved_m = axial_m + sideways_m, skin_moved_m = kSkinShare * axial_m;
     const Vec3 entry_m = tip_m - out.depth_m * inward;
     addContact(contacts, {kNeedleId, entry_m, tip_m - moved_m, skin_moved_m, moved_m, kNeedle_m});
@@ -56,7 +56,7 @@ Vec3 skinMovedBy(const Vec3& point_m, const TickOutput& out, const patient::Pati
     const haptics::TouchPoint at = haptics::touchAt(touch, reference_m);
     const double slope = glm::length(at.level_slope);
     if (!(at.level_m < 0.0) || !(slope > 0.0)) return Vec3(0.0);
-    return -std::min(-at.level_m / slope, kMostPressed_m) / slope * at.level_slope;
+    return -std::min(-at.level_m / slope, kMaxPressed_m) / slope * at.level_slope;
 }
 
 // Adds a capsule between each pair of neighbouring sample points of the probe's face.
@@ -80,11 +80,11 @@ void addProbe(ToolContacts& contacts, int id, const Pose& patient_from_tool, con
 
 }  // namespace
 
-ToolContacts contactsOf(const TickOutput& out, const patient::Patient& patient,
-                        const haptics::TouchMap* touch) {
+ToolContacts findContacts(const TickOutput& out, const patient::Patient& patient,
+                          const haptics::TouchMap* touch) {
     ToolContacts contacts;
     const Vec3 tip_m = out.patient_from_tool.position_m;
-    if (haptics::holdsNeedle(out.tool)) addNeedle(contacts, out, patient);
+    if (haptics::isNeedleTool(out.tool)) addNeedle(contacts, out, patient);
     if (out.tool == Tool::scalpel && glm::length(out.tool_force.force_n) > 0.0)
         addBall(contacts, kBladeId, tip_m,
                 -out.tool_force.force_n / haptics::ScalpelSettings{}.stiffness_n_per_m, kNeedle_m);
@@ -106,11 +106,11 @@ ToolPress::ToolPress(const patient::Patient& patient, const haptics::TouchMap* t
     : patient_(&patient), touch_(touch), tick_s_(tick_s), displacement_(patient) {}
 
 const patient::DisplacementTable* ToolPress::shown(const TickOutput& out) {
-    // A capture may be shown after a later tick.
+    // A capture may be shown after a later tick. In that case, use a long time step.
     const bool onward = tick_ && out.tick >= *tick_;
     const double dt_s = onward ? double(out.tick - *tick_) * tick_s_ : 1.0;
     tick_ = out.tick;
-    const ToolContacts contacts = contactsOf(out, *patient_, touch_);
+    const ToolContacts contacts = findContacts(out, *patient_, touch_);
     return displacement_.update(contacts.all(), out.breath, dt_s) ? &displacement_.table() : nullptr;
 }
 

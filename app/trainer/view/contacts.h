@@ -16,11 +16,11 @@ struct ToolContacts {
     std::span<const patient::ToolContact> all() const { return {list.data(), std::size_t(count)}; }
 };
 
-// The needle drags the tissue along its shaft: the tissue at the proxy moves to the tip. Finger, probe and
-// scalpel displace the skin. Without a touch map only needle and scalpel make contacts.
-ToolContacts contactsOf(const haptics::TickOutput&, const patient::Patient&, const haptics::TouchMap*);
+// Finds the contacts. The needle drags the tissue along its shaft: the tissue at the proxy moves to the tip.
+// Finger, probe and scalpel displace the skin. Without a touch map, only needle and scalpel have contacts.
+ToolContacts findContacts(const haptics::TickOutput&, const patient::Patient&, const haptics::TouchMap*);
 
-// Computes the displacement that the tools cause in the picture, from one shown tick to the next. Frame
+// Computes the tissue displacement by tools that a picture shows, from one shown tick to the next. Frame
 // thread.
 class ToolPress {
   public:

@@ -8,7 +8,7 @@ namespace stylet::trainer {
 
 inline FirstPicture firstPicture(const render::Gpu& gpu) {
     const render::PipelineWork work = gpu.pipelineWork();
-    return {std::chrono::steady_clock::now(), work.made, work.made_ms, work.kept_bytes};
+    return {std::chrono::steady_clock::now(), work.made, work.creation_ms, work.loaded_bytes};
 }
 
 }  // namespace stylet::trainer

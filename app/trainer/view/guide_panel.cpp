@@ -1,5 +1,6 @@
 #include "app/trainer/view/guide_panel.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,7 +9,6 @@
 
 #include "app/trainer/attempt/staging.h"
 #include "app/trainer/view/notice.h"
-#include "base/format.h"
 
 namespace stylet::trainer {
 
@@ -21,51 +21,40 @@ constexpr report::Colour kPanelGlass{0.05, 0.07, 0.09}, kPanelText{0.93, 0.95, 0
     kPanelQuiet{0.62, 0.69, 0.73}, kDone{0.35, 0.80, 0.95}, kNext{1.0, 0.80, 0.30}, kRisk{1.0, 0.45, 0.38},
     kPanelGrid{0.20, 0.25, 0.29};
 constexpr double kLeft = 30.0, kRight = GuidePanel::kWidth - 30.0, kNumber_px = 40.0;
-constexpr double kEasy_px = 16.0;                       // letters of this size do not need the flat layout
-constexpr double kFlat_px = 560.0;                      // below this height numbers stand beside their names
-constexpr double kLeastFull_n = 3.0, kScale_px = 62.0;  // least full scale of the force; axis label width
+constexpr double kEasy_px = 16.0;   // from this letter size on, the flat layout is not needed
+constexpr double kFlat_px = 560.0;  // below this height, numbers are beside their names
+constexpr double kMinFull_n = 3.0, kScale_px = 62.0;  // smallest full scale of the force; axis label width
 constexpr double kRow_px = GuidePanel::kLetter_px + 4.0, kBetweenNames_px = 14.0;
-constexpr int kMostNameRows = 3;
-constexpr double kDepthStep_m = 0.020, kLeastDepth_m = 0.040, kBeyondTip_m = 0.004;
+constexpr int kMaxNameRows = 3;
+constexpr double kDepthStep_m = 0.020, kMinDepth_m = 0.040, kBeyondTip_m = 0.004;
 constexpr double kInView_rad = 0.95;  // half the field of view; no lens shows more
 // From the path's entry to the panel's lower left corner: beyond the table, toward the feet.
 constexpr Vec3 kCornerFromEntry_m{0.16, -0.04, -0.42};
 constexpr int kPlaceRounds = 12;
-// Upper limit of the panel's width. With few pixels its letters stay smaller than they should be, so that
-// the panel does not fill the room.
-constexpr double kMostWidth_m = 1.2;
+// Upper limit of the panel's width, so that it does not fill the room. On a display with few pixels, the
+// letters are then smaller than they should be.
+constexpr double kMaxWidth_m = 1.2;
 constexpr double kBreathMoves_v = 0.002;
 
-std::string clockOf(double s) {
+std::string formatClock(double s) {
     const long whole = std::lround(std::floor(std::max(0.0, s)));
-    return formatted("%ld:%02ld", whole / 60, whole % 60);
+    return fmt::format("{}:{:02}", whole / 60, whole % 60);
 }
 
 // Colour of a tissue's band on the dark glass. The name beside it carries the same information.
-report::Colour bandOf(patient::Tissue tissue) {
-    using patient::Tissue;
-    switch (tissue) {
-        case Tissue::air:
-            return {0.20, 0.34, 0.42};
-        case Tissue::skin:
-            return {0.52, 0.36, 0.27};
-        case Tissue::soft:
-            return {0.40, 0.36, 0.17};
-        case Tissue::bone:
-            return {0.52, 0.51, 0.48};
-        case Tissue::fascia:
-            return {0.42, 0.36, 0.62};
-        case Tissue::liver:
-            return {0.42, 0.20, 0.17};
-        case Tissue::vessel:
-            return {0.16, 0.29, 0.60};
-        case Tissue::duct:
-            return {0.16, 0.46, 0.20};
-    }
-    return kPanelGrid;
+report::Colour bandColour(patient::Tissue tissue) {
+    constexpr std::array<report::Colour, patient::kTissueCount> kBands{{{0.20, 0.34, 0.42},
+                                                                        {0.52, 0.36, 0.27},
+                                                                        {0.40, 0.36, 0.17},
+                                                                        {0.52, 0.51, 0.48},
+                                                                        {0.42, 0.36, 0.62},
+                                                                        {0.42, 0.20, 0.17},
+                                                                        {0.16, 0.29, 0.60},
+                                                                        {0.16, 0.46, 0.20}}};
+    return kBands[std::size_t(tissue)];
 }
 
-double deepestOf(const Insertion& insertion) {
+double maxDepth_m(const Insertion& insertion) {
     return insertion.felt.empty() ? 0.0 : double(insertion.felt.back().depth_m);
 }
 
@@ -75,24 +64,16 @@ bool isDone(const Progress& progress, int step) {
 
 }  // namespace
 
-std::string_view hintOf(Step step) noexcept {
-    switch (step) {
-        case Step::findGap:
-            return "With a finger, feel for the gap between two ribs at the marked entry.";
-        case Step::findDuct:
-            return "Put the probe there and turn it until the target duct stands on the guide's line.";
-        case Step::incise:
-            return "Open the skin at the entry with the scalpel, a few millimetres.";
-        case Step::guide:
-            return "Lay the needle into the probe's guide: it snaps in with a click.";
-        case Step::advance:
-            return "Have the breath held, and advance under ultrasound until the duct gives way.";
-        case Step::contrast:
-            return "Inject a little contrast medium and look at the ducts under X-rays.";
-        case Step::done:
-            break;
-    }
-    return "All steps are done.";
+std::string_view stepHint(Step step) noexcept {
+    constexpr std::array<std::string_view, training::kStepCount + 1> kHints{
+        "With a finger, feel for the gap between two ribs at the marked entry.",
+        "Put the probe there and turn it until the target duct stands on the guide's line.",
+        "Open the skin at the entry with the scalpel, a few millimetres.",
+        "Lay the needle into the probe's guide: it snaps in with a click.",
+        "Have the breath held, and advance under ultrasound until the duct gives way.",
+        "Inject a little contrast medium and look at the ducts under X-rays.",
+        "All steps are done."};
+    return enumName(kHints, step);
 }
 
 GuidePanel::GuidePanel(const training::Hints& hints, double tick_s, int width_px, int height_px)
@@ -102,7 +83,7 @@ GuidePanel::GuidePanel(const training::Hints& hints, double tick_s, int width_px
 
 std::pair<int, int> GuidePanel::sizeIn(int width_px, int height_px) {
     const double flat =
-        std::clamp(double(kWidth) * height_px / std::max(1, width_px), double(kLeastHeight), double(kHeight));
+        std::clamp(double(kWidth) * height_px / std::max(1, width_px), double(kMinHeight), double(kHeight));
     const double tall = kLetter_px * height_px / kHeight >= kEasy_px ? double(kHeight) : flat;
     const double scale = std::min(double(width_px) / kWidth, height_px / tall);
     return {std::max(1, int(scale * kWidth)), std::max(1, int(scale * tall))};
@@ -116,9 +97,10 @@ void GuidePanel::resize(int width_px, int height_px) {
     drawn_s_ = -kCurve_s;
 }
 
-void GuidePanel::take(const Seen& seen, bool looked_at) {
+void GuidePanel::update(const FrameState& seen, bool looked_at) {
     const double t_s = tick_s_ * double(seen.tick.tick);
-    // An earlier tick (a capture shown late, or a replay that goes back) does not change the curve.
+    // An earlier tick adds no sample to the curve (a capture shown late). A tick before the whole curve
+    // clears it (a replay that goes back).
     if (!curve_.empty() && t_s < curve_.front().t_s) curve_.clear();
     if (curve_.empty() || t_s - curve_.back().t_s >= 0.5 * kEvery_s) {
         const double moved_v = seen.tick.breath.v - breath_v_;
@@ -146,17 +128,16 @@ void GuidePanel::number(double x, double y, const char* name, const std::string&
                   {.size = flat ? kLetter_px + 2.0 : kNumber_px, .colour = kPanelText, .bold = true});
 }
 
-// Draws a square per step, filled when the step is done, so that the shape carries the information, not
-// only the colour.
+// Draws a square per step. It is filled when the step is done, so that the shape carries the information as
+// well as the colour.
 void GuidePanel::drawSteps(const Progress& progress) {
     constexpr double kBox = 26.0, kPitch = 40.0;
     for (int step = 0; step < training::kStepCount; ++step) {
         const double x = kRight - kPitch * (training::kStepCount - step) + kPitch - kBox, y = 24.0;
         const bool next = progress.step == Step(step);
         canvas_->rectangle(x, y, kBox, kBox, next ? kNext : kPanelQuiet);
-        if (!isDone(progress, step))
-            canvas_->rectangle(x + 3.0, y + 3.0, kBox - 6.0, kBox - 6.0, kPanelGlass);
-        if (isDone(progress, step)) canvas_->rectangle(x + 3.0, y + 3.0, kBox - 6.0, kBox - 6.0, kDone);
+        canvas_->rectangle(x + 3.0, y + 3.0, kBox - 6.0, kBox - 6.0,
+                           isDone(progress, step) ? kDone : kPanelGlass);
     }
 }
 
@@ -164,7 +145,7 @@ void GuidePanel::drawForceScale(double top, double bottom, double full_n) {
     for (const double n : {0.0, full_n}) {
         const double y = n == 0.0 ? bottom : top;
         canvas_->line({kLeft + kScale_px, y}, {kRight, y}, 1.5, kPanelGrid);
-        canvas_->text({kLeft + kScale_px - 10.0, y + 9.0}, formatted("%.0f N", n),
+        canvas_->text({kLeft + kScale_px - 10.0, y + 9.0}, fmt::format("{:.0f} N", n),
                       {.size = kLetter_px, .colour = kPanelQuiet, .align = report::Align::right});
     }
 }
@@ -173,7 +154,7 @@ void GuidePanel::drawCurve(double top, double bottom) {
     canvas_->text({kLeft, top + kLetter_px}, "Force over the last 10 s",
                   {.size = kLetter_px, .colour = kPanelQuiet});
     top += kRow_px + 14.0;
-    double full_n = kLeastFull_n;
+    double full_n = kMinFull_n;
     for (const Sample& s : curve_)
         full_n = std::max(full_n, std::ceil(std::fabs(s.force_n)));
     drawForceScale(top, bottom, full_n);
@@ -186,12 +167,13 @@ void GuidePanel::drawCurve(double top, double bottom) {
     if (line_.size() > 1) canvas_->polyline(line_, 3.0, kPanelText);
 }
 
-// Draws the name and depth of each tissue at a pole at its border. The deepest have priority if space is
-// short.
+// Draws the name and depth of each tissue at a pole on its border. If space is short, the deepest tissues
+// have priority.
 void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom, double full_m) {
     const double left = kLeft + kScale_px;
     const int rows = int((bottom - top) / kRow_px);
-    std::array<std::vector<std::pair<double, double>>, kMostNameRows> taken;  // from the lowest row up
+    std::array<std::vector<std::pair<double, double>>, kMaxNameRows>
+        taken;  // occupied intervals per row, lowest row first
     const auto isFree = [&](int row, double from, double to) {
         return std::none_of(taken[std::size_t(row)].begin(), taken[std::size_t(row)].end(),
                             [&](const auto& t) { return from < t.second && to > t.first; });
@@ -199,7 +181,7 @@ void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom
     for (auto passed = insertion.passed.rbegin(); passed != insertion.passed.rend(); ++passed) {
         const bool risk = passed->role == patient::Role::risk;
         const std::string name =
-            (risk ? "! " : "") + passed->name + formatted(" %.0f", 1e3 * passed->depth_m);
+            fmt::format("{}{} {:.0f}", risk ? "! " : "", passed->name, 1e3 * passed->depth_m);
         const report::TextStyle style{.size = kLetter_px, .colour = risk ? kRisk : kPanelText, .bold = risk};
         const double pole = left + (kRight - left) * passed->depth_m / full_m;
         const double width = canvas_->textWidth(name, style);
@@ -221,23 +203,23 @@ void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom
     }
 }
 
-// Draws force over depth for the insertion, on bands for the tissues with their names above. Risk
+// Draws force over depth for the insertion. The tissues are coloured bands with their names above. Risk
 // structures are striped.
-void GuidePanel::drawInsertion(const Seen& seen, double top, double bottom) {
+void GuidePanel::drawInsertion(const FrameState& seen, double top, double bottom) {
     const Insertion& insertion = seen.insertion;
     const bool inside = seen.tick.phase != haptics::Phase::outside;
-    double deepest_m = std::max(kLeastDepth_m, insertion.passed.back().depth_m), full_n = kLeastFull_n;
+    double deepest_m = std::max(kMinDepth_m, insertion.passed.back().depth_m), full_n = kMinFull_n;
     for (const Insertion::Felt& felt : insertion.felt) {
         deepest_m = std::max(deepest_m, double(felt.depth_m));
         full_n = std::max(full_n, std::ceil(double(felt.force_n)));
     }
     const double full_m = kDepthStep_m * std::ceil((deepest_m + kBeyondTip_m) / kDepthStep_m);
-    canvas_->text({kLeft, top + kLetter_px},
-                  std::string("Force over depth, 0 to ") + formatted("%.0f mm", 1e3 * full_m) +
-                      (inside ? "" : ", the last time"),
-                  {.size = kLetter_px, .colour = kPanelQuiet});
+    canvas_->text(
+        {kLeft, top + kLetter_px},
+        fmt::format("Force over depth, 0 to {:.0f} mm{}", 1e3 * full_m, inside ? "" : ", the last time"),
+        {.size = kLetter_px, .colour = kPanelQuiet});
     top += kRow_px + 6.0;
-    const int rows = std::clamp(int((bottom - top) / 2.0 / kRow_px), 1, kMostNameRows);
+    const int rows = std::clamp(int((bottom - top) / 2.0 / kRow_px), 1, kMaxNameRows);
     const double plot = top + rows * kRow_px + 4.0;
     drawNames(insertion, top, plot, full_m);
 
@@ -245,10 +227,11 @@ void GuidePanel::drawInsertion(const Seen& seen, double top, double bottom) {
     const auto x = [&](double depth_m) { return left + (kRight - left) * depth_m / full_m; };
     for (std::size_t i = 0; i < insertion.passed.size(); ++i) {
         const Passed& passed = insertion.passed[i];
-        const double end_m = i + 1 < insertion.passed.size() ? insertion.passed[i + 1].depth_m
-                                                             : std::max(deepestOf(insertion), passed.depth_m);
+        const double end_m = i + 1 < insertion.passed.size()
+                                 ? insertion.passed[i + 1].depth_m
+                                 : std::max(maxDepth_m(insertion), passed.depth_m);
         const double from = x(passed.depth_m), width = std::max(2.0, x(end_m) - from);
-        canvas_->rectangle(from, plot, width, bottom - plot, bandOf(passed.tissue));
+        canvas_->rectangle(from, plot, width, bottom - plot, bandColour(passed.tissue));
         if (passed.role != patient::Role::risk) continue;
         canvas_->clip(from, plot, width, bottom - plot);
         for (double at = from - (bottom - plot); at < from + width; at += 12.0)
@@ -263,20 +246,19 @@ void GuidePanel::drawInsertion(const Seen& seen, double top, double bottom) {
     if (inside) canvas_->line({x(seen.tick.depth_m), plot}, {x(seen.tick.depth_m), bottom}, 3.0, kNext);
 }
 
-void GuidePanel::draw(const Seen& seen) {
+void GuidePanel::draw(const FrameState& seen) {
     const Progress& progress = seen.progress;
     const haptics::TickOutput& tick = seen.tick;
     const bool inside = tick.phase != haptics::Phase::outside;
     canvas_->rectangle(0.0, 0.0, kWidth, height_, kPanelGlass);
     const bool finished = progress.step == Step::done;
-    canvas_->text({kLeft, 48.0},
-                  finished ? "Done"
-                           : "Step " + std::to_string(int(progress.step) + 1) + " of " +
-                                 std::to_string(training::kStepCount),
-                  {.size = 34.0, .colour = kNext, .bold = true});
+    canvas_->text(
+        {kLeft, 48.0},
+        finished ? "Done" : fmt::format("Step {} of {}", int(progress.step) + 1, training::kStepCount),
+        {.size = 34.0, .colour = kNext, .bold = true});
     drawSteps(progress);
     const report::TextStyle words{.size = 28.0, .colour = kPanelText};
-    const std::string said{hints_.next_step ? hintOf(progress.step) : training::stepName(progress.step)};
+    const std::string said{hints_.next_step ? stepHint(progress.step) : training::stepName(progress.step)};
     double y = 88.0;
     for (const std::string& line : wrapped(*canvas_, said, words, kRight - kLeft))
         canvas_->text({kLeft, y}, line, words), y += 34.0;
@@ -284,24 +266,24 @@ void GuidePanel::draw(const Seen& seen) {
     const bool flat = height_ < kFlat_px;
     const double columns[3] = {kLeft, flat ? 284.0 : 268.0, 496.0};
     y = hints_.next_step ? 164.0 : 130.0;  // a hint may have two lines
-    number(columns[0], y, "Depth", inside ? formatted("%.1f mm", 1e3 * tick.depth_m) : "outside");
-    number(columns[1], y, "Force", formatted("%.2f N", std::fabs(tick.force_n)));
+    number(columns[0], y, "Depth", inside ? fmt::format("{:.1f} mm", 1e3 * tick.depth_m) : "outside");
+    number(columns[1], y, "Force", fmt::format("{:.2f} N", std::fabs(tick.force_n)));
     number(columns[2], y, "Tissue", inside ? std::string(patient::tissueName(tick.tissue)) : "air");
     y += flat ? 38.0 : 84.0;
-    number(columns[0], y, flat ? "Off" : "Off the path", formatted("%.1f mm", 1e3 * progress.off_path_m));
-    number(columns[1], y, "Angle", formatted("%.1f\u00b0", progress.off_angle_rad * 57.29577951308232));
+    number(columns[0], y, flat ? "Off" : "Off the path", fmt::format("{:.1f} mm", 1e3 * progress.off_path_m));
+    number(columns[1], y, "Angle", fmt::format("{:.1f}\u00b0", progress.off_angle_rad * 57.29577951308232));
     number(columns[2], y, flat ? "Target" : "To the target",
-           formatted("%.0f mm", 1e3 * progress.to_target_m));
+           fmt::format("{:.0f} mm", 1e3 * progress.to_target_m));
     y += flat ? 12.0 : 58.0;
     const double last = height_ - 24.0, bottom = last - 44.0;
-    if (haptics::holdsNeedle(tick.tool) && !seen.insertion.passed.empty())
+    if (haptics::isNeedleTool(tick.tool) && !seen.insertion.passed.empty())
         drawInsertion(seen, y, bottom);
     else
         drawCurve(y, bottom);
     const report::TextStyle foot{.size = 30.0, .colour = kPanelText, .bold = true};
-    canvas_->text({columns[0], last}, clockOf(progress.elapsed_s), foot);
+    canvas_->text({columns[0], last}, formatClock(progress.elapsed_s), foot);
     canvas_->text({columns[1] - 70.0, last}, "Breath " + std::string(breath_), foot);
-    canvas_->text({columns[2], last}, "Score " + formatted("%.0f", progress.total), foot);
+    canvas_->text({columns[2], last}, "Score " + fmt::format("{:.0f}", progress.total), foot);
     canvas_->pixels(rgba_);
     ++revision_;
 }
@@ -310,11 +292,11 @@ PanelPlace guidePlace(const Vec3& stage_entry_m, const Vec3& stage_eyes_m, doubl
     const Vec3 corner = stage_entry_m + kCornerFromEntry_m;
     PanelPlace place;
     Vec3 middle = corner;
-    // Iterate: the panel's width depends on the distance of its centre, which moves away as the panel
-    // grows.
+    // Iterate: the panel's width depends on the distance of its centre, and a wider panel has its centre
+    // further away.
     for (int i = 0; i < kPlaceRounds; ++i) {
-        place.width_m = std::min(kMostWidth_m, GuidePanel::kWidth / GuidePanel::kLetter_px *
-                                                   glm::length(middle - stage_eyes_m) * std::tan(letter_rad));
+        place.width_m = std::min(kMaxWidth_m, GuidePanel::kWidth / GuidePanel::kLetter_px *
+                                                  glm::length(middle - stage_eyes_m) * std::tan(letter_rad));
         place.height_m = place.width_m * GuidePanel::kHeight / GuidePanel::kWidth;
         middle = corner + Vec3(0.5 * place.width_m, 0.5 * place.height_m, 0.0);
     }

@@ -1,6 +1,6 @@
-// The guide panel beside the patient. It shows step and hint, depth, force, tissue, breath, distance from
-// the reference path, time, score, and the tissues that this insertion passed, with their depths. One
-// thread.
+// The guide panel beside the patient. It shows step and hint, depth, force, tissue, breath, distance from the
+// reference path, time and score. It also shows the tissues that this insertion has passed, with their
+// depths. One thread.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "app/report/canvas.h"
-#include "app/trainer/session/seen.h"
+#include "app/trainer/session/frame_state.h"
 #include "app/training/difficulty.h"
 
 namespace stylet::trainer {
@@ -20,29 +20,29 @@ namespace stylet::trainer {
 class GuidePanel {
   public:
     static constexpr int kWidth = 720, kHeight = 700;
-    static constexpr int kLeastHeight = 440;    // flat layout of the same width
+    static constexpr int kMinHeight = 440;      // height of the flat layout, which has the same width
     static constexpr double kLetter_px = 26.0;  // em of the smallest font
     static constexpr double kEvery_s = 0.1;     // shortest time between redraws
     static constexpr double kCurve_s = 10.0;
 
-    // Size in pixels; any width. Use sizeIn() for a panel that fits a given area.
+    // Panel size in pixels; any width. To fit a given area, use sizeIn().
     GuidePanel(const training::Hints&, double tick_s, int width_px = kWidth, int height_px = kHeight);
-    // Largest panel that fits, possibly in the flat layout.
+    // Returns the size of the largest panel that fits, possibly in the flat layout.
     static std::pair<int, int> sizeIn(int width_px, int height_px);
     // Changes the size. The recorded curve is kept.
     void resize(int width_px, int height_px);
     // Records the force curve. Redraws only if `looked_at`, and at most every kEvery_s.
-    void take(const Seen&, bool looked_at);
+    void update(const FrameState&, bool looked_at);
     const std::vector<std::uint8_t>& rgba() const { return rgba_; }
     std::uint64_t revision() const { return revision_; }  // number of redraws
     void savePng(const std::filesystem::path& file) const { canvas_->savePng(file); }
 
   private:
-    void draw(const Seen&);
+    void draw(const FrameState&);
     void drawSteps(const training::Progress&);
     // `top` and `bottom` are heights in layout pixels.
     void drawCurve(double top, double bottom);
-    void drawInsertion(const Seen&, double top, double bottom);
+    void drawInsertion(const FrameState&, double top, double bottom);
     void drawNames(const Insertion&, double top, double bottom, double full_m);
     void drawForceScale(double top, double bottom, double full_n);
     void number(double x, double y, const char* name, const std::string& value);
@@ -63,10 +63,10 @@ class GuidePanel {
 };
 
 // One-sentence instruction for a step.
-std::string_view hintOf(training::Step) noexcept;
+std::string_view stepHint(training::Step) noexcept;
 
-// Placement of the panel: beyond the table, toward the feet, facing the operator. It is as wide as legible
-// letters need, up to a limit.
+// Placement of the panel: beyond the table, toward the feet, facing the operator. It is wide enough for
+// legible letters, up to a limit.
 struct PanelPlace {
     Pose stage_from_panel;  // panel centre; the front faces +z
     double width_m = 0.0, height_m = 0.0;

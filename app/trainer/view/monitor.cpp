@@ -18,7 +18,7 @@ constexpr report::Colour kMonitorGlass{0.015, 0.03, 0.04}, kMonitorGrid{0.10, 0.
 
 BreathMonitor::BreathMonitor() : canvas_(kWidth, kHeight, kMonitorGlass) {}
 
-void BreathMonitor::take(double t_s, const patient::Surrogate& breath, bool held) {
+void BreathMonitor::update(double t_s, const patient::Surrogate& breath, bool held) {
     if (!samples_.empty() && t_s < samples_.front().t_s) samples_.clear();
     if (!samples_.empty()) {
         const double since_s = t_s - samples_.back().t_s;
@@ -33,7 +33,7 @@ void BreathMonitor::take(double t_s, const patient::Surrogate& breath, bool held
     draw();
 }
 
-// Mean rate between the first and the last inhalation on the screen; 0: too few.
+// Mean rate between the first and the last inhalation on the screen; 0 if there are too few.
 double BreathMonitor::ratePerMinute() const {
     double first_s = 0.0, last_s = 0.0;
     int breaths = 0;

@@ -15,9 +15,9 @@ class BreathMonitor {
     static constexpr int kWidth = 384, kHeight = 288;
 
     BreathMonitor();
-    // Adds the breath signal at `t_s`. A time before everything on the screen clears the trace. Redraws
-    // about ten times per second, and when a breath hold begins or ends.
-    void take(double t_s, const patient::Surrogate&, bool held);
+    // Adds the breath signal at `t_s`. A time before the oldest sample on the screen clears the trace.
+    // Redraws about ten times per second, and when a breath hold begins or ends.
+    void update(double t_s, const patient::Surrogate&, bool held);
 
     const std::vector<std::uint8_t>& rgba() const { return rgba_; }
     std::uint64_t revision() const { return revision_; }  // changes with every redraw
@@ -30,7 +30,7 @@ class BreathMonitor {
     void draw();
 
     report::Canvas canvas_;
-    std::vector<Sample> samples_;  // of the last kWindow_s, oldest first
+    std::vector<Sample> samples_;  // samples of the last kWindow_s, oldest first
     std::vector<std::uint8_t> rgba_;
     std::vector<report::Point> line_;
     std::uint64_t revision_ = 0;

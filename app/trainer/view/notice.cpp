@@ -10,7 +10,7 @@ constexpr report::Colour kNoticeGlass{0.05, 0.07, 0.09}, kFrame{0.95, 0.72, 0.20
     kNoticeText{0.93, 0.95, 0.96};
 constexpr double kMargin_px = 30.0, kTitle_px = 46.0, kPitch_px = 42.0;
 
-// Text of the first fault that keeps the force off. A line has room for only one.
+// Text of the first fault that keeps the force off. A line has space for only one.
 std::string textOf(std::uint32_t bits) {
     for (const haptics::FaultText& fault : haptics::faultTexts())
         if ((bits & fault.bit & ~std::uint32_t(haptics::kFaultRingFull)) != 0) return fault.text;
@@ -36,16 +36,16 @@ std::vector<std::string> wrapped(report::Canvas& canvas, const std::string& text
     return lines;
 }
 
-std::optional<Notice> noticeOf(const Seen& seen, Attention attention, const std::string& rearm_act) {
+std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, const std::string& rearm_act) {
     if (attention == Attention::away)
         return Notice{"Paused", {"The force is off and the simulation is paused."}};
     if (seen.paused) return Notice{"Paused", {"The instructor has paused the attempt and will resume it."}};
-    if (seen.held && seen.to_return_m >= haptics::kNotThere_m)
+    if (seen.held && seen.return_distance_m >= haptics::kDeviceNotReady_m)
         return Notice{"Paused", {"The tool is not tracked: move it to where the headset sees it."}};
-    if (seen.held && seen.to_return_m > 0.0)
+    if (seen.held && seen.return_distance_m > 0.0)
         return Notice{"Paused",
                       {"Move the tool back to where you left it: " +
-                       std::to_string(std::max(1L, std::lround(1e3 * seen.to_return_m))) + " mm."}};
+                       std::to_string(std::max(1L, std::lround(1e3 * seen.return_distance_m))) + " mm."}};
     const haptics::ForceStage stage = seen.tick.stage;
     const bool off = stage == haptics::ForceStage::off || stage == haptics::ForceStage::fading;
     if (seen.rest_due && (rearm_act.empty() || !off))
@@ -57,16 +57,16 @@ std::optional<Notice> noticeOf(const Seen& seen, Attention attention, const std:
     return Notice{"The force is off", {why + ".", "To resume: " + rearm_act + "."}};
 }
 
-Notice noticeOf(RoomDoubt doubt, const std::string& rearm_act) {
-    if (doubt == RoomDoubt::lost)
+Notice makeNotice(RoomWarning warning, const std::string& rearm_act) {
+    if (warning == RoomWarning::lost)
         return {"The room has moved", {"The force is off.", "Register the device again: stylet register."}};
-    return {doubt == RoomDoubt::moved ? "The room has moved" : "Before you begin",
+    return {warning == RoomWarning::moved ? "The room has moved" : "Before you begin",
             {"The force is off. Is the tool where you feel it? Then: " + rearm_act +
              ". If not: stylet register."}};
 }
 
 double letterAngle_rad(double px_per_rad) {
-    return std::max(kLeastText_rad, kLeastText_px / px_per_rad);
+    return std::max(kMinText_rad, kMinText_px / px_per_rad);
 }
 
 NoticePanel::NoticePanel() : canvas_(kWidth, kHeight, kNoticeGlass) {}

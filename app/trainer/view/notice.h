@@ -17,15 +17,16 @@ struct Notice {
     friend bool operator==(const Notice&, const Notice&) = default;
 };
 
-// Returns nothing if there is nothing to report. `rearm_act`: see LiveHand; empty: nobody can re-arm.
-std::optional<Notice> noticeOf(const Seen&, Attention, const std::string& rearm_act);
+// Returns nothing if there is nothing to report. `rearm_act`: see LiveHand; empty: the attempt has no user
+// who could re-arm.
+std::optional<Notice> makeNotice(const FrameState&, Attention, const std::string& rearm_act);
 
-// Notice for a registration doubt other than RoomDoubt::none.
-Notice noticeOf(RoomDoubt, const std::string& rearm_act);
+// Notice for a warning other than RoomWarning::none.
+Notice makeNotice(RoomWarning, const std::string& rearm_act);
 
-// Minimum size of readable text: one em is at least kLeastText_rad, and at least kLeastText_px on the
+// Minimum size of readable text: one em is at least kMinText_rad, and at least kMinText_px on the
 // display.
-inline constexpr double kLeastText_rad = 0.4 * 3.14159265358979 / 180.0, kLeastText_px = 20.0;
+inline constexpr double kMinText_rad = 0.4 * 3.14159265358979 / 180.0, kMinText_px = 20.0;
 double letterAngle_rad(double px_per_rad);
 
 // Breaks text at spaces into lines of at most `width_px`. A longer word gets a line of its own.

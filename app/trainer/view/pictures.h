@@ -1,5 +1,5 @@
-// Interface to the frame loop, which may be absent. The build selects the implementation (pictures_gpu.cpp
-// or pictures_none.cpp). At run time openPictures() also fails if no OpenXR runtime answers.
+// Interface to the frame loop, which may be missing. The build selects the implementation (pictures_gpu.cpp
+// or pictures_none.cpp). openPictures() also fails at run time if there is no OpenXR runtime.
 #pragma once
 
 #include <array>
@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,9 +19,9 @@
 #include "app/trainer/hands/controller_hand.h"
 #include "app/trainer/hands/window_port.h"
 #include "app/trainer/session/colocation.h"
-#include "app/trainer/session/machine_moment.h"
-#include "app/trainer/session/seen.h"
-#include "app/trainer/sound/ears.h"
+#include "app/trainer/session/frame_state.h"
+#include "app/trainer/session/imaging_input.h"
+#include "app/trainer/sound/listener_pose.h"
 #include "app/trainer/stores/start.h"
 #include "app/trainer/view/prediction.h"
 #include "base/rings.h"
@@ -30,35 +31,35 @@
 
 namespace stylet::trainer {
 
-inline constexpr std::size_t kMostFrameTimes = 1u << 20;  // 3 hours at 90 Hz
+inline constexpr std::size_t kMaxFrameTimes = 1u << 20;  // 3 hours at 90 Hz
 
 struct PictureSettings {
     AttemptConfig config{};
     std::filesystem::path assets{};
     std::filesystem::path pipeline_cache{};  // compiled shaders of earlier runs; empty: none
-    // Of the attempt.
+    // Data of the attempt.
     const haptics::TouchMap* touch = nullptr;  // skin that finger and probe visibly press
     double tick_s = 0.001;                     // period of the shown ticks
-    haptics::GuideSettings guide{};            // on the probe; its line is drawn in the ultrasound picture
-    // Of the input device.
-    std::string rearm_act{};                 // see LiveHand; empty: nobody can re-arm
+    haptics::GuideSettings guide{};  // guide on the probe; its line is drawn in the ultrasound picture
+    // Data of the input device.
+    std::string rearm_act{};                 // see LiveHand; empty: the attempt has no user who could re-arm
     std::optional<Colocation> colocation{};  // place of a registered device in the room
     // Connections to other threads. Shared: a frame thread that hangs may outlive the attempt.
     std::shared_ptr<ControllerPort> controllers{};  // receives the state of the controller with the tool
     std::shared_ptr<WindowPort> window{};           // receives commands and motions from the window
-    std::shared_ptr<Ears> ears{};                   // receives the head pose every frame
-    // Only for the mock runtime: as MockSettings::scenario.
+    std::shared_ptr<ListenerPose> listener_pose{};  // receives the head pose every frame
+    // Only for the mock runtime: see MockSettings::scenario.
     std::filesystem::path head_script{};
 };
 
 // Timing of one frame, and the error of its predicted tip at the display time (prediction.h).
 struct FrameTime {
     std::uint64_t tick = 0;  // the tick that is shown
-    double frame_ms = 0.0;   // from the views to the submitted picture
+    double frame_ms = 0.0;   // from locating the eyes to submitting the picture
     double opaque_ms = 0.0, volume_ms = 0.0;
     double layer_scale = 0.0;
     std::optional<TipOffset> tip{};
-    // Submitted after its display time, so the tip was predicted for a time before the user saw it.
+    // Submitted after its display time. The tip was then predicted for a time before the user saw it.
     bool late = false;
 };
 
@@ -67,10 +68,10 @@ struct PictureTotals {
     std::uint64_t headsets_found_again = 0;  // after a loss
     std::uint64_t scans = 0, xray_pictures = 0;
     double ultrasound_ms = 0.0, xray_ms = 0.0;  // sums of wall time
-    std::vector<FrameTime> times;               // of the first kMostFrameTimes frames
+    std::vector<FrameTime> times;               // frame times of the first kMaxFrameTimes frames
     std::optional<FirstPicture> first;
     std::string runtime, gpu;
-    std::vector<std::pair<std::string, std::uint64_t>> skips;  // counters of skipped work
+    std::vector<std::pair<std::string, std::uint64_t>> skips;  // counters of skipped work, with their names
 };
 
 // Whether the user is looking.
@@ -79,16 +80,16 @@ enum class Attention : std::uint8_t {
     focused,  // the session has the focus and the headset is worn
     away      // the session has lost the focus or the headset was taken off: the attempt is paused
 };
-// Next state while there is a session.
+// Next state, for a frame with a session.
 constexpr Attention attentionAfter(Attention before, bool focused) {
     if (focused) return Attention::focused;
     return before == Attention::absent ? Attention::absent : Attention::away;
 }
 
-// Used by a frame to update its state after it has begun, because beginning a frame may wait for a while.
-struct LiveSeen {
+// Lets a frame update its state after it has begun, because beginning a frame may block for a while.
+struct LiveUpdates {
     Ring<haptics::TipSample>* tips = nullptr;
-    std::function<void(Seen&)> refresh;
+    std::function<void(FrameState&)> refresh;
     std::function<void(Attention)> tell;  // called immediately, before anything slow
 };
 
@@ -100,32 +101,39 @@ class Display {
     Display(const Display&) = delete;
     Display& operator=(const Display&) = delete;
 
-    // Draws one frame. Returns false when the runtime or the user asks to end. If `moment` is not empty, the
-    // frame is also saved under that name. `contrast` is null until contrast medium is injected. Throws
+    // Draws one frame. If `moment` is not empty, also saves the frame under that name. Returns false when the
+    // runtime or the user asks to end. `contrast` is null until contrast medium is injected. Throws
     // std::runtime_error if the GPU or the runtime is lost.
-    virtual bool frame(const Seen&, const patient::ContrastTable* contrast, const std::string& moment) = 0;
+    virtual bool frame(const FrameState&, const patient::ContrastTable* contrast,
+                       const std::string& moment) = 0;
     virtual PictureTotals totals() const = 0;
-    // As of the last frame. A window always counts as focused.
+    // State as of the last frame. A window always counts as focused.
     virtual Attention attention() const { return Attention::focused; }
-    // Call before the first frame: from then on a headset updates every frame except captures through
-    // LiveSeen. Otherwise frames show exactly what they are given.
-    virtual void follow(LiveSeen) {}
-    // Why frame() returned false.
+    // Call before the first frame. A headset then updates the state of every frame except captures through
+    // LiveUpdates. Without this call, frames show exactly the state that is passed in.
+    virtual void follow(LiveUpdates) {}
+    // Reason why frame() returned false.
     virtual const char* endReason() const { return "the OpenXR runtime ended the session"; }
 };
 
-// Opens a headset. Returns null if that is not possible. `why_not` is then one line: what was looked for,
-// where, and what was missing.
+// Opens a headset. Returns null if that is not possible. `why_not` is then one line that says what was looked
+// for, where, and what was missing.
 std::unique_ptr<Display> openPictures(const patient::Patient&, const patient::PlannedPath&,
                                       const PictureSettings&, std::string& why_not);
 
-// Same without a headset: opens a window instead, if a display answers. frame() returns false once the
+// Same without a headset: opens a window instead, if a display is available. frame() returns false once the
 // window is closed.
 std::unique_ptr<Display> openDesktop(const patient::Patient&, const patient::PlannedPath&,
                                      const PictureSettings&, std::string& why_not);
 
-// Stereo pictures rendered without a headset or an OpenXR runtime, for films and sheets. Use from one
-// thread only.
+// Drops the alpha channel.
+inline std::vector<std::uint8_t> rgbOf(std::span<const std::uint8_t> rgba) {
+    std::vector<std::uint8_t> rgb;
+    rgb.reserve(rgba.size() / 4 * 3);
+    for (std::size_t i = 0; i + 4 <= rgba.size(); i += 4)
+        rgb.insert(rgb.end(), &rgba[i], &rgba[i] + 3);
+    return rgb;
+}
 struct EyePicture {
     int width = 0, height = 0;
     std::vector<std::uint8_t> rgb;  // packed triples, rows from the top
@@ -145,6 +153,8 @@ struct StereoShot {
     std::optional<Pose> patient_from_needle{};
     const patient::DisplacementTable* tool = nullptr;  // tissue displacement by a tool; null: none
 };
+// Renders stereo pictures without a headset or an OpenXR runtime, for films and contact sheets. Use from one
+// thread only.
 struct StereoView {
     std::function<std::array<EyePicture, 2>(const StereoShot&)> draw;
     std::string gpu;
@@ -153,11 +163,11 @@ std::optional<StereoView> openStereo(const patient::Patient&, const patient::Pla
                                      const std::filesystem::path& assets, std::string& why_not);
 
 // Screens of the ultrasound machine and the C-arm.
-struct MachineView {
-    std::function<EyePicture(const MachineMoment&)> ultrasound, xray;
+struct EquipmentView {
+    std::function<EyePicture(const ImagingInput&)> ultrasound, xray;
     std::string gpu;
 };
-std::optional<MachineView> openMachines(const patient::Patient&, const std::filesystem::path& assets,
-                                        std::string& why_not);
+std::optional<EquipmentView> openEquipment(const patient::Patient&, const std::filesystem::path& assets,
+                                           std::string& why_not);
 
 }  // namespace stylet::trainer

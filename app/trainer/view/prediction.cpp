@@ -13,21 +13,22 @@ using haptics::TipSample;
 
 namespace {
 
-// Sampling is not perfectly regular: a small tolerance keeps the window's last sample.
+// Sampling is not perfectly regular. A small tolerance keeps the last sample of the window.
 constexpr double kWindowSlack = 1.05;
-constexpr std::size_t kFewest = 2;  // samples for a velocity if a slow device has fewer in the window
+// Least number of samples for a velocity. If the window has fewer, older samples are used.
+constexpr std::size_t kFewest = 2;
 // After a longer gap in the samples (a pause, a full ring) the true pose is unknown.
 constexpr double kGap_s = 0.050;
-// Below this speed an offset gives no time. The speed is measured over kSpeedOver_s.
+// Below this speed an offset is not converted to a time. The speed is measured over kSpeedOver_s.
 constexpr double kMoves_m_s = 0.005, kSpeedOver_s = 0.015;
-// A drawn tick that is further from the newest one is a capture of the past.
+// If the drawn tick is older than the newest one by more than this, it is a capture of the past.
 constexpr std::uint64_t kSameTicks = 100;
 
 double secondsFrom(std::int64_t from_ns, std::int64_t to_ns) {
     return 1e-9 * double(to_ns - from_ns);
 }
 
-// Rotation vector: along the axis, its length is the angle.
+// Rotation vector: it points along the axis, and its length is the angle.
 Vec3 rotationVector(Quat q) {
     if (q.w < 0.0) q = -q;
     const Vec3 v(q.x, q.y, q.z);
@@ -45,25 +46,25 @@ Vec3 atMost(const Vec3& v, double most) {
     return length > most ? v * (most / length) : v;
 }
 
-bool sameThing(const TipSample& a, const TipSample& b) {
+bool isSameTool(const TipSample& a, const TipSample& b) {
     return a.tool == b.tool && a.parked == b.parked;
 }
 
 }  // namespace
 
-void TipPredictor::take(Ring<TipSample>& ring) {
+void TipPredictor::add(Ring<TipSample>& ring) {
     for (TipSample sample; ring.pop(sample);)
-        take(sample);
+        add(sample);
 }
 
-void TipPredictor::take(const TipSample& sample) {
+void TipPredictor::add(const TipSample& sample) {
     if (any_) measure(newest_, sample);
     newest_ = sample;
     any_ = true;
     if (sample.fresh || count_ == 0) history_[count_++ % kHistory] = sample;
 }
 
-// Least-squares fit over the window, relative to the newest sample.
+// Fits the velocity by least squares over the window, relative to the newest sample.
 TipPredictor::Motion TipPredictor::motion() const {
     const TipSample& last = recent(0);
     double n = 0.0, sum_t = 0.0, sum_tt = 0.0;
@@ -73,7 +74,7 @@ TipPredictor::Motion TipPredictor::motion() const {
         const double t = secondsFrom(last.t_ns, s.t_ns);
         const bool in_window = -t <= kWindowSlack * settings_.window_s;
         const bool needed = back < kFewest && -t < settings_.stale_s;
-        if ((!in_window && !needed) || !sameThing(s, last)) break;
+        if ((!in_window && !needed) || !isSameTool(s, last)) break;
         const Vec3 d = s.patient_from_tip.position_m - last.patient_from_tip.position_m;
         const Vec3 r =
             rotationVector(s.patient_from_tip.rotation * glm::conjugate(last.patient_from_tip.rotation));
@@ -88,12 +89,12 @@ TipPredictor::Motion TipPredictor::motion() const {
             (n * probe_t - sum_t * probe) / spread};
 }
 
-// Measured over a time in which one encoder count does not matter.
+// Velocity measured over kSpeedOver_s, a time in which the error of one encoder count does not matter.
 Vec3 TipPredictor::velocityBefore(const TipSample& after) const {
     for (std::size_t back = 0; back < std::min(count_, kHistory); ++back) {
         const TipSample& s = recent(back);
         const double t_s = secondsFrom(s.t_ns, after.t_ns);
-        if (!sameThing(s, after)) break;
+        if (!isSameTool(s, after)) break;
         if (t_s >= kSpeedOver_s)
             return (after.patient_from_tip.position_m - s.patient_from_tip.position_m) / t_s;
     }
@@ -107,17 +108,17 @@ TickOutput TipPredictor::at(const TickOutput& newest, std::int64_t display_ns) c
     const bool known = newest.tick <= newest_.tick && newest_.tick - newest.tick <= kSameTicks &&
                        newest.tool == last.tool && newest.probe_parked == last.parked;
     const double lead_s = secondsFrom(last.t_ns, display_ns);
-    const double lasting_s = std::min(lead_s, std::max(0.0, 2.0 * settings_.most_lead_s - lead_s));
+    const double lasting_s = std::min(lead_s, std::max(0.0, 2.0 * settings_.max_lead_s - lead_s));
     if (!known || lasting_s <= 0.0) return drawn;
     drawn.breath.v += lasting_s * drawn.breath.rate_per_s;
     if (secondsFrom(last.t_ns, newest_.t_ns) > settings_.stale_s) return drawn;
 
     const Motion m = motion();
-    const Vec3 way_m = atMost(lasting_s * m.tip_m_s, settings_.most_way_m);
+    const Vec3 travel_m = atMost(lasting_s * m.tip_m_s, settings_.max_travel_m);
     const Pose ahead{
-        turnedBy(atMost(lasting_s * m.turn_rad_s, settings_.most_turn_rad), last.patient_from_tip.rotation),
-        last.patient_from_tip.position_m + way_m};
-    if (haptics::holdsNeedle(newest.tool)) {
+        turnedBy(atMost(lasting_s * m.turn_rad_s, settings_.max_turn_rad), last.patient_from_tip.rotation),
+        last.patient_from_tip.position_m + travel_m};
+    if (haptics::isNeedleTool(newest.tool)) {
         const Vec3 inward = -ahead.direction(Vec3(0.0, 0.0, 1.0));
         if (newest.phase != haptics::Phase::outside)
             drawn.depth_m += glm::dot(ahead.position_m - newest.patient_from_needle.position_m, inward);
@@ -127,20 +128,20 @@ TickOutput TipPredictor::at(const TickOutput& newest, std::int64_t display_ns) c
     }
     if (newest.probe_parked)
         drawn.patient_from_probe.position_m =
-            last.probe_m + atMost(lasting_s * m.probe_m_s, settings_.most_way_m);
+            last.probe_m + atMost(lasting_s * m.probe_m_s, settings_.max_travel_m);
     return drawn;
 }
 
 void TipPredictor::drew(std::uint64_t frame, std::int64_t display_ns, const TickOutput& drawn) {
     if (!any_) return;
-    if (pending_count_ == kMostPending) {
+    if (pending_count_ == kMaxPending) {
         std::move(pending_.begin() + 1, pending_.end(), pending_.begin());
         --pending_count_;
     }
-    pending_[pending_count_++] = {frame, display_ns, newest_.t_ns, drawn.tool, tipOf(drawn)};
+    pending_[pending_count_++] = {frame, display_ns, newest_.t_ns, drawn.tool, activeToolPose(drawn)};
 }
 
-// Measures all drawn ticks whose display time lies between two samples of the true pose.
+// Measures the error of all drawn ticks whose display time lies between two samples of the true pose.
 void TipPredictor::measure(const TipSample& before, const TipSample& after) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < pending_count_; ++i) {
@@ -151,7 +152,7 @@ void TipPredictor::measure(const TipSample& before, const TipSample& after) {
         }
         // Nothing to compare: the true pose is unknown, or the tool has changed.
         const double between_s = secondsFrom(before.t_ns, after.t_ns);
-        if (d.display_ns < before.t_ns || d.tool != after.tool || !sameThing(before, after) ||
+        if (d.display_ns < before.t_ns || d.tool != after.tool || !isSameTool(before, after) ||
             between_s > kGap_s)
             continue;
         const double share = between_s > 0.0 ? secondsFrom(before.t_ns, d.display_ns) / between_s : 1.0;
@@ -164,7 +165,7 @@ void TipPredictor::measure(const TipSample& before, const TipSample& after) {
                          std::nullopt};
         const double speed2 = glm::dot(velocity_m_s, velocity_m_s);
         if (speed2 > kMoves_m_s * kMoves_m_s) offset.ahead_s = glm::dot(off_m, velocity_m_s) / speed2;
-        if (measured_count_ < kMostPending) measured_[measured_count_++] = offset;
+        if (measured_count_ < kMaxPending) measured_[measured_count_++] = offset;
     }
     pending_count_ = kept;
 }

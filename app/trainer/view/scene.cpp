@@ -10,21 +10,17 @@ namespace {
 constexpr double kGhostShaft_m = 0.15;
 constexpr double kField_m = 0.085;  // radius of the disinfected skin
 
-render::MarkKind kindOf(WoundKind kind) {
-    switch (kind) {
-        case WoundKind::incision:
-            return render::MarkKind::incision;
-        case WoundKind::puncture:
-            return render::MarkKind::puncture;
-        case WoundKind::blood:
-            break;
-    }
-    return render::MarkKind::blood;
-}
+// Indexed by WoundKind.
+constexpr std::array kWoundMarks{render::MarkKind::incision, render::MarkKind::puncture,
+                                 render::MarkKind::blood};
 
 }  // namespace
 
-void furnish(render::RenderScene& scene, const patient::PlannedPath& path, const training::XrayState& xray) {
+void loadSceneLook(render::Renderer& renderer, const AttemptConfig& config) {
+    if (!config.look_file.empty()) renderer.setLook(sceneLook(config), render::loadLook(config.look_file));
+}
+
+void addRoom(render::RenderScene& scene, const patient::PlannedPath& path, const training::XrayState& xray) {
     scene.room = render::wholeRoom();
     if (xray.pulses > 0)
         scene.room.c_arm = render::CArm{xray.rotation_rad, xray.angulation_rad, isocentreFor(path)};
@@ -33,7 +29,8 @@ void furnish(render::RenderScene& scene, const patient::PlannedPath& path, const
 }
 
 void showTools(render::RenderScene& scene, const haptics::TickOutput& tick) {
-    if (haptics::holdsNeedle(tick.tool)) scene.patient_from_needle = tick.patient_from_needle;
+    if (haptics::isNeedleTool(tick.tool)) scene.patient_from_needle = tick.patient_from_needle;
+    scene.needle_radius_m = tick.needle_radius_m;
     if (tick.tool == haptics::Tool::finger) scene.patient_from_finger = tick.patient_from_tool;
     if (tick.tool == haptics::Tool::scalpel) scene.patient_from_scalpel = tick.patient_from_tool;
     if (tick.tool == haptics::Tool::probe) scene.patient_from_probe = tick.patient_from_tool;
@@ -47,13 +44,13 @@ void showMonitor(render::RenderScene& scene, const BreathMonitor& monitor) {
                                 monitor.revision()};
 }
 
-std::vector<render::Mark> marksOf(const std::vector<Wound>& wounds, render::Look look,
-                                  const patient::PlannedPath& path) {
+std::vector<render::Mark> makeMarks(const std::vector<Wound>& wounds, render::Look look,
+                                    const patient::PlannedPath& path) {
     std::vector<render::Mark> marks;
     if (look == render::Look::closed)
         marks.push_back({render::MarkKind::iodine, path.entry_reference_m, kField_m, {0.0, 0.0, 1.0}});
     for (const Wound& wound : wounds)
-        marks.push_back({kindOf(wound.kind), wound.reference_m, wound.size_m, wound.along});
+        marks.push_back({kWoundMarks[std::size_t(wound.kind)], wound.reference_m, wound.size_m, wound.along});
     return marks;
 }
 
@@ -67,17 +64,17 @@ SceneMaker::SceneMaker(const patient::Patient& patient, const patient::PlannedPa
       hints_(hints),
       press_(patient, touch, tick_s) {}
 
-render::RenderScene SceneMaker::sceneOf(const Seen& seen) {
+render::RenderScene SceneMaker::makeScene(const FrameState& seen) {
     const haptics::TickOutput& shown = seen.tick;
-    monitor_.take(tick_s_ * double(shown.tick), shown.breath, shown.breath_held);
+    monitor_.update(tick_s_ * double(shown.tick), shown.breath, shown.breath_held);
     render::RenderScene scene;
     scene.stage_from_patient = stage_from_patient_;
     scene.stage_from_patient.position_m = stage_from_patient_ * shown.patient_moved_m;
     scene.breath = shown.breath;
     scene.look = look_;
-    scene.marks = marksOf(seen.wounds, scene.look, path_);
+    scene.marks = makeMarks(seen.wounds, scene.look, path_);
     scene.tool = press_.shown(shown);
-    furnish(scene, path_, seen.machines.xray);
+    addRoom(scene, path_, seen.machines.xray);
     scene.room.lamp = !seen.lights_out;
     if (hints_.colours) scene.room.shell_light = shellLight(seen.glow);
     showTools(scene, shown);
@@ -92,10 +89,10 @@ render::RenderScene SceneMaker::sceneOf(const Seen& seen) {
     return scene;
 }
 
-MachineMoment momentOf(const Seen& seen, const render::RenderScene& scene, const render::Renderer& renderer,
-                       const patient::ContrastTable* contrast, const haptics::GuideSettings& guide,
-                       double tick_s) {
-    MachineMoment m = momentOf(seen.tick, guide, tick_s);
+ImagingInput makeImagingInput(const FrameState& seen, const render::RenderScene& scene,
+                              const render::Renderer& renderer, const patient::ContrastTable* contrast,
+                              const haptics::GuideSettings& guide, double tick_s) {
+    ImagingInput m = makeImagingInput(seen.tick, guide, tick_s);
     m.tool = scene.tool;
     m.contrast = contrast;
     m.patient_from_isocentre = renderer.patientFromIsocentre(scene);

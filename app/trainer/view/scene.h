@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "app/trainer/attempt/config.h"
-#include "app/trainer/session/machine_moment.h"
-#include "app/trainer/session/seen.h"
+#include "app/trainer/session/frame_state.h"
+#include "app/trainer/session/imaging_input.h"
 #include "app/trainer/session/wounds.h"
 #include "app/trainer/view/contacts.h"
 #include "app/trainer/view/monitor.h"
@@ -18,18 +18,21 @@ inline render::Look sceneLook(const AttemptConfig& config) {
     return config.closed_look ? render::Look::closed : render::Look::reveal;
 }
 
-// Adds to the scene the room and the field around the planned entry point. With the closed look and before
-// the first incision, also adds the drape. From the first X-ray pulse on, also adds the C-arm, centred on the
-// target.
-void furnish(render::RenderScene&, const patient::PlannedPath&, const training::XrayState& = {});
+// If the configuration names a look file, loads it in place of the configured look. Throws DataError.
+void loadSceneLook(render::Renderer&, const AttemptConfig&);
+
+// Adds to the scene the room and the disinfected field around the planned entry point. The closed look also
+// gets the drape, unless the scene has cut planes. From the first X-ray pulse on, also adds the C-arm,
+// centred on the target.
+void addRoom(render::RenderScene&, const patient::PlannedPath&, const training::XrayState& = {});
 
 // Adds the tool in use and the parked probe.
 void showTools(render::RenderScene&, const haptics::TickOutput&);
 
 void showMonitor(render::RenderScene&, const BreathMonitor&);
 
-// Marks of the wounds and, with closed skin, of the disinfected field around the planned entry.
-std::vector<render::Mark> marksOf(const std::vector<Wound>&, render::Look, const patient::PlannedPath&);
+// Marks of the wounds. With closed skin, also the mark of the disinfected field around the planned entry.
+std::vector<render::Mark> makeMarks(const std::vector<Wound>&, render::Look, const patient::PlannedPath&);
 
 // Builds the scene of room and patient for a tick. Use from one thread only.
 class SceneMaker {
@@ -38,12 +41,12 @@ class SceneMaker {
     // selects whether the reference path is shown and whether the room light shows alerts.
     SceneMaker(const patient::Patient&, const patient::PlannedPath&, render::Look, const haptics::TouchMap*,
                double tick_s, const training::Hints& hints);
-    // Sets the hints of another difficulty.
+    // Changes the hints to those of another difficulty.
     void help(const training::Hints& hints) { hints_ = hints; }
     // Returns the scene for a state of the attempt. It includes the screen of the breath monitor, but not the
     // screens of ultrasound and X-ray. The scene refers to data of this object and is valid until the next
     // call.
-    render::RenderScene sceneOf(const Seen&);
+    render::RenderScene makeScene(const FrameState&);
     const Pose& stageFromPatient() const { return stage_from_patient_; }
 
   private:
@@ -57,8 +60,9 @@ class SceneMaker {
     BreathMonitor monitor_;
 };
 
-// Input of the equipment pictures for a scene. `contrast`: see MachineMoment.
-MachineMoment momentOf(const Seen&, const render::RenderScene&, const render::Renderer&,
-                       const patient::ContrastTable* contrast, const haptics::GuideSettings&, double tick_s);
+// Input of the equipment pictures for a scene. `contrast`: see ImagingInput.
+ImagingInput makeImagingInput(const FrameState&, const render::RenderScene&, const render::Renderer&,
+                              const patient::ContrastTable* contrast, const haptics::GuideSettings&,
+                              double tick_s);
 
 }  // namespace stylet::trainer

@@ -1,5 +1,5 @@
-// A window with keyboard and mouse input. At most one per process; use from one thread only. Only its
-// implementation calls the window system, apart from Vulkan.
+// A window with keyboard and mouse input. At most one per process; use from one thread only. Apart from
+// Vulkan, only the implementation of this class calls the window system.
 #pragma once
 
 #include <cstdint>
@@ -37,18 +37,18 @@ struct KeyPress {
 struct Drag {
     double right = 0.0, up = 0.0;       // as fractions of the window's height
     double from_x = 0.0, from_y = 0.0;  // start of the drag, in pixels of the picture
-    bool pans = false;                  // right button or Shift: pan; else turn
+    bool pans = false;                  // true: pan (right button or Shift); false: turn
     bool begins = false;                // the button was just pressed: no motion yet
 };
 
 // Events since the last call.
-struct WindowNews {
-    std::uint32_t width = 0, height = 0;  // of the picture, in pixels; 0: the window is not visible
+struct WindowEvents {
+    std::uint32_t width = 0, height = 0;  // size of the picture in pixels; 0: the window is not visible
     std::vector<KeyPress> keys;
     std::vector<Drag> drags;
     double wheel = 0.0;                 // > 0: away from the user
-    bool exposed = false;               // it must be redrawn
-    bool closed = false, lost = false;  // closed by the user; the display is gone
+    bool exposed = false;               // the content must be redrawn
+    bool closed = false, lost = false;  // closed by the user; display lost
 };
 
 class AppWindow {
@@ -63,11 +63,11 @@ class AppWindow {
     VkSurfaceKHR makeSurface(VkInstance);  // throws WindowError
     void setTitle(const std::string&);
     // Waits at most `patience_s` for an event.
-    WindowNews poll(double patience_s);
+    WindowEvents poll(double patience_s);
 
   private:
     struct Impl;
-    Impl* impl_;  // leaked if the display is lost: nothing of a dead connection may be touched
+    Impl* impl_;  // leaked if the display is lost, because objects of a dead connection must not be used
 };
 
 }  // namespace stylet::trainer

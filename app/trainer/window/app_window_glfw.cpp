@@ -24,15 +24,15 @@ std::string reason() {
     return text ? text : "no reason given";
 }
 
-// By default Xlib ends the program when the display is lost.
-int sayNothing(::Display*) {
+// Error handler. By default Xlib ends the program when the display is lost.
+int ignoreIoError(::Display*) {
     return 0;
 }
 void displayLost(::Display*, void* lost) {
     static_cast<std::atomic<bool>*>(lost)->store(true);
 }
-// A request that the display refuses must not end the program either.
-int passOver(::Display*, XErrorEvent*) {
+// Error handler. A request that the display refuses must not end the program either.
+int ignoreXError(::Display*, XErrorEvent*) {
     return 0;
 }
 
@@ -51,7 +51,7 @@ std::string utf8(unsigned code) {
 struct AppWindow::Impl {
     GLFWwindow* window = nullptr;
     std::atomic<bool> lost{false};
-    WindowNews news;
+    WindowEvents events;
     double x = 0.0, y = 0.0, pixels = 1.0;  // pointer in window units; pixels of the picture per unit
     double from_x = 0.0, from_y = 0.0;
     int held = -1;  // pressed mouse button, or -1
@@ -78,15 +78,15 @@ void AppWindow::Impl::key(int key, int modifiers, bool repeats) {
     if (key >= GLFW_KEY_F1 && key <= GLFW_KEY_F12) pressed = char(kKeyF1 + key - GLFW_KEY_F1);
     for (const auto& [glfw, ours] : kOthers)
         if (key == glfw) pressed = ours;
-    if (pressed != 0) news.keys.push_back({pressed, (modifiers & GLFW_MOD_SHIFT) != 0, {}, repeats});
+    if (pressed != 0) events.keys.push_back({pressed, (modifiers & GLFW_MOD_SHIFT) != 0, {}, repeats});
 }
 
 void AppWindow::Impl::moved(double to_x, double to_y) {
     int height = 1;
     glfwGetWindowSize(window, nullptr, &height);
     if (held >= 0 && height > 0)
-        news.drags.push_back({(to_x - x) / height, (y - to_y) / height, from_x, from_y,
-                              shift || held == GLFW_MOUSE_BUTTON_RIGHT, false});
+        events.drags.push_back({(to_x - x) / height, (y - to_y) / height, from_x, from_y,
+                                shift || held == GLFW_MOUSE_BUTTON_RIGHT, false});
     x = to_x, y = to_y;
 }
 
@@ -96,7 +96,7 @@ void AppWindow::Impl::listen() {
         if (action != GLFW_RELEASE) of(w).key(key, modifiers, action == GLFW_REPEAT);
     });
     glfwSetCharCallback(window, [](GLFWwindow* w, unsigned code) {
-        of(w).news.keys.push_back({0, false, utf8(code), false});
+        of(w).events.keys.push_back({0, false, utf8(code), false});
     });
     glfwSetMouseButtonCallback(window, [](GLFWwindow* w, int button, int action, int modifiers) {
         Impl& me = of(w);
@@ -105,13 +105,13 @@ void AppWindow::Impl::listen() {
         me.shift = modifiers & GLFW_MOD_SHIFT;
         me.from_x = me.x * me.pixels, me.from_y = me.y * me.pixels;
         if (action == GLFW_PRESS)
-            me.news.drags.push_back(
+            me.events.drags.push_back(
                 {0.0, 0.0, me.from_x, me.from_y, me.shift || button == GLFW_MOUSE_BUTTON_RIGHT, true});
     });
     glfwSetCursorPosCallback(window,
                              [](GLFWwindow* w, double to_x, double to_y) { of(w).moved(to_x, to_y); });
-    glfwSetScrollCallback(window, [](GLFWwindow* w, double, double steps) { of(w).news.wheel += steps; });
-    glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) { of(w).news.exposed = true; });
+    glfwSetScrollCallback(window, [](GLFWwindow* w, double, double steps) { of(w).events.wheel += steps; });
+    glfwSetWindowRefreshCallback(window, [](GLFWwindow* w) { of(w).events.exposed = true; });
 }
 
 AppWindow::AppWindow(const std::string& title, int width, int height) : impl_(new Impl) {
@@ -119,7 +119,7 @@ AppWindow::AppWindow(const std::string& title, int width, int height) : impl_(ne
         delete impl_;
         throw WindowError("no display: " + reason());
     }
-    XSetIOErrorHandler(sayNothing);
+    XSetIOErrorHandler(ignoreIoError);
     XSetIOErrorExitHandler(glfwGetX11Display(), displayLost, &impl_->lost);
     glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
     glfwWindowHint(GLFW_FOCUS_ON_SHOW, GLFW_FALSE);
@@ -130,7 +130,8 @@ AppWindow::AppWindow(const std::string& title, int width, int height) : impl_(ne
         delete impl_;
         throw WindowError("no window: " + why);
     }
-    XSetErrorHandler(passOver);  // after the window, because GLFW sets Xlib's own handler while creating it
+    // Set this after creating the window, because GLFW sets Xlib's own handler while creating it.
+    XSetErrorHandler(ignoreXError);
     glfwSetWindowSizeLimits(impl_->window, 320, 200, GLFW_DONT_CARE, GLFW_DONT_CARE);
     impl_->listen();
 }
@@ -159,20 +160,20 @@ void AppWindow::setTitle(const std::string& title) {
     if (!impl_->lost) glfwSetWindowTitle(impl_->window, title.c_str());
 }
 
-WindowNews AppWindow::poll(double patience_s) {
+WindowEvents AppWindow::poll(double patience_s) {
     if (!impl_->lost) glfwWaitEventsTimeout(patience_s);
-    WindowNews news = std::exchange(impl_->news, {});
-    news.lost = impl_->lost;
-    if (news.lost) return news;
+    WindowEvents events = std::exchange(impl_->events, {});
+    events.lost = impl_->lost;
+    if (events.lost) return events;
     int width = 0, height = 0, across = 0;
     glfwGetFramebufferSize(impl_->window, &width, &height);
     glfwGetWindowSize(impl_->window, &across, nullptr);
     if (across > 0) impl_->pixels = double(width) / across;
     if (glfwGetWindowAttrib(impl_->window, GLFW_ICONIFIED)) width = height = 0;
-    news.width = std::uint32_t(std::max(0, width)), news.height = std::uint32_t(std::max(0, height));
-    news.closed = glfwWindowShouldClose(impl_->window);
-    news.lost = impl_->lost;
-    return news;
+    events.width = std::uint32_t(std::max(0, width)), events.height = std::uint32_t(std::max(0, height));
+    events.closed = glfwWindowShouldClose(impl_->window);
+    events.lost = impl_->lost;
+    return events;
 }
 
 }  // namespace stylet::trainer

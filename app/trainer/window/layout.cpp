@@ -5,8 +5,8 @@
 namespace stylet::trainer {
 namespace {
 
-constexpr int kRoomForKeys = 320;                     // a lower window shows no keys
-constexpr int kLeastWidth = 300, kLeastHeight = 160;  // of an overview; a smaller window shows only the eye
+constexpr int kRoomForKeys = 320;                 // a window with less height shows no key help
+constexpr int kMinWidth = 300, kMinHeight = 160;  // of an overview; a smaller window shows only the eye
 
 Pane pane(WindowView shows, const Rect& all) {
     return {shows,
@@ -50,36 +50,12 @@ void placeHigh(std::vector<Pane>& panes, WindowView eye, const Rect& all, const 
 
 }  // namespace
 
-const char* nameOf(WindowView view) {
-    switch (view) {
-        case WindowView::leftEye:
-            return "left eye";
-        case WindowView::rightEye:
-            return "right eye";
-        case WindowView::camera:
-            return "free camera";
-        case WindowView::ultrasound:
-            return "ultrasound";
-        case WindowView::xray:
-            return "X-ray";
-        case WindowView::metrics:
-            return "metrics";
-        case WindowView::slices:
-            return "slices";
-        case WindowView::guide:
-            return "guide";
-        case WindowView::overview:
-            break;
-    }
-    return "overview";
-}
-
-Layout layoutOf(WindowView view, WindowView eye, int width, int height, const LayoutSettings& settings) {
+Layout computeLayout(WindowView view, WindowView eye, int width, int height, const LayoutSettings& settings) {
     Layout layout;
-    const int keys = height >= kRoomForKeys ? kKeys + (settings.key_rows - 1) * kMoreKeys : 0;
+    const int keys = height >= kRoomForKeys ? kKeys + (settings.key_rows - 1) * kKeyRowHeight : 0;
     layout.keys = {0, height - keys, width, keys};
     const Rect all{kGap, kGap, std::max(1, width - 2 * kGap), std::max(1, height - keys - 2 * kGap)};
-    const bool roomy = all.width >= kLeastWidth && all.height >= kLeastHeight;
+    const bool roomy = all.width >= kMinWidth && all.height >= kMinHeight;
     if (view != WindowView::overview || !roomy)
         layout.panes.push_back(pane(view == WindowView::overview ? eye : view, all));
     else if (5 * all.width >= 4 * all.height)

@@ -1,12 +1,15 @@
 // Layout of the window. Pixels, origin at the top left.
 #pragma once
 
-#include <string>
+#include <array>
+#include <string_view>
 #include <vector>
+
+#include "base/text.h"
 
 namespace stylet::trainer {
 
-// In the order of their number keys, starting at 1.
+// In the order of the number keys, which start at 1.
 enum class WindowView : unsigned char {
     leftEye,
     rightEye,
@@ -19,7 +22,11 @@ enum class WindowView : unsigned char {
     guide
 };
 inline constexpr int kWindowViews = 9;
-const char* nameOf(WindowView);
+inline constexpr std::array<std::string_view, kWindowViews> kWindowViewNames{
+    "left eye", "right eye", "free camera", "ultrasound", "X-ray", "metrics", "overview", "slices", "guide"};
+constexpr std::string_view nameOf(WindowView view) {
+    return enumName(kWindowViewNames, view);
+}
 
 struct Rect {
     int x = 0, y = 0, width = 0, height = 0;
@@ -34,7 +41,7 @@ struct Pane {
 };
 struct Layout {
     std::vector<Pane> panes;
-    Rect keys;  // rows with the key help; height 0 if there is no room
+    Rect keys;  // rows for the key help; height 0 if there is no space
 };
 
 struct LayoutSettings {
@@ -43,10 +50,10 @@ struct LayoutSettings {
     bool guide = false;   // show the guide in the overview, in place of the metrics
 };
 
-inline constexpr int kCaption = 26, kKeys = 30, kMoreKeys = 22, kGap = 8;
+inline constexpr int kCaption = 26, kKeys = 30, kKeyRowHeight = 22, kGap = 8;
 
-// `eye`: the view that shows in the overview what the trainee sees.
-Layout layoutOf(WindowView, WindowView eye, int width, int height, const LayoutSettings& = {});
+// `eye`: the view for the overview's large pane, which shows what the trainee sees.
+Layout computeLayout(WindowView, WindowView eye, int width, int height, const LayoutSettings& = {});
 
 // Largest centred rectangle with the picture's aspect ratio. Empty for an empty picture.
 Rect fitted(const Rect& area, int width, int height);

@@ -13,12 +13,12 @@ class Metrics {
   public:
     static constexpr double kWindow_s = 10.0;  // time span of the curves
 
-    void take(const FrameSample&);
-    // Fills a canvas of that size. If `told` is false, leaves out what an exam withholds.
-    void draw(report::Canvas&, int width, int height, const StateGiven&, bool told = true) const;
+    void add(const FrameSample&);
+    // Fills a canvas of that size. Without `show_hidden`, omits everything that an exam hides.
+    void draw(report::Canvas&, int width, int height, const StateUpdate&, bool show_hidden = true) const;
 
   private:
-    std::deque<FrameSample> samples_;  // of the last kWindow_s, in order
+    std::deque<FrameSample> samples_;  // samples of the last kWindow_s, in order
 };
 
 }  // namespace stylet::trainer

@@ -1,14 +1,15 @@
 #include "app/trainer/window/mirror.h"
 
+#include <fmt/core.h>
 #include <atomic>
 #include <chrono>
-#include <cstdio>
 #include <future>
 #include <memory>
 #include <thread>
 
+#include "app/trainer/stores/console.h"
 #include "app/trainer/window/app_window.h"
-#include "app/trainer/window/window_show.h"
+#include "app/trainer/window/window_content.h"
 
 namespace stylet::trainer {
 namespace {
@@ -18,11 +19,12 @@ using SteadyClock = std::chrono::steady_clock;
 
 constexpr auto kOpenPatience = 5s, kClosePatience = 1s;
 constexpr double kPoll_s = 1.0 / 60.0;
-// With a software renderer, presenting takes processor time from drawing, so present less often.
+// A software renderer needs the processor for drawing and for presenting, so pictures are presented less
+// often.
 constexpr auto kPresentEvery = 0ms, kProcessorEvery = 100ms;
 
-// Guards calls into the window system, which may never return. During such a call the owner may leave the
-// thread behind. If the call then returns, the thread sleeps forever.
+// Guards calls into the window system, which may never return. During such a call the owner may abandon the
+// thread. If the call returns after that, the thread sleeps forever.
 class Gate {
   public:
     template <typename Call>
@@ -34,8 +36,8 @@ class Gate {
         } const back{*this};
         return call();
     }
-    // Called by the owner. Returns true if the thread is in such a call; it will then never use the attempt
-    // again.
+    // Called by the owner. Returns true if the thread is in such a call. The thread is then abandoned and
+    // never uses the attempt again.
     bool leave() {
         Where expected = Where::outside;
         return where_.compare_exchange_strong(expected, Where::left);
@@ -53,7 +55,7 @@ class Gate {
 };
 
 // Deleter for objects whose destructors call the window system.
-struct GoneOutside {
+struct GateDeleter {
     Gate* gate = nullptr;
     template <typename T>
     void operator()(T* thing) const {
@@ -61,7 +63,7 @@ struct GoneOutside {
     }
 };
 template <typename T>
-using Outside = std::unique_ptr<T, GoneOutside>;
+using Outside = std::unique_ptr<T, GateDeleter>;
 
 }  // namespace
 
@@ -80,7 +82,7 @@ struct Mirror::Impl {
     Gate gate;
     std::atomic<bool> stop{false};
     std::atomic<std::uint64_t> shown{0}, messages{0};
-    std::promise<std::string> opened;  // empty, or why the window did not open
+    std::promise<std::string> opened;  // empty, or the reason why the window did not open
     bool told = false;                 // `opened` was set: the window is open
     std::promise<void> done;
     std::thread thread;
@@ -92,8 +94,7 @@ void Mirror::Impl::run() {
         show();
     } catch (const std::exception& e) {
         if (told)
-            std::fprintf(stderr, "stylet: the window was lost: %s; the attempt continues without it\n",
-                         e.what());
+            printMessage(fmt::format("the window was lost: {}; the attempt continues without it", e.what()));
         else
             opened.set_value(e.what());
     }
@@ -104,29 +105,27 @@ void Mirror::Impl::run() {
 void Mirror::Impl::show() {
     const Outside<AppWindow> window(
         gate.outside([&] { return new AppWindow("Stylet", settings.width, settings.height); }), {&gate});
-    render::GpuSettings gpu_settings;
-    gpu_settings.validation = settings.pictures.config.validation;
-    gpu_settings.pipeline_cache = settings.pipeline_cache.string();
-    gpu_settings.instance_extensions = gate.outside([&] { return window->instanceExtensions(); });
-    gpu_settings.device_extensions = {VK_KHR_SWAPCHAIN_EXTENSION_NAME};
-    render::Gpu gpu(gpu_settings);
+    render::Gpu gpu({.validation = settings.pictures.config.validation,
+                     .pipeline_cache = settings.pipeline_cache,
+                     .instance_extensions = gate.outside([&] { return window->instanceExtensions(); }),
+                     .device_extensions = {VK_KHR_SWAPCHAIN_EXTENSION_NAME}});
     const Outside<render::Presenter> presenter(
         gate.outside([&] { return new render::Presenter(gpu, window->makeSurface(*gpu.instance())); }),
         {&gate});
-    WindowShow shows(patient, path, settings, channels, gpu, *presenter);
+    WindowContent shows(patient, path, settings, channels, gpu, *presenter);
     channels.open.store(true);
     told = true;
     opened.set_value("");
-    const auto every = gpu.isProcessor() ? kProcessorEvery : kPresentEvery;
+    const auto every = gpu.isSoftware() ? kProcessorEvery : kPresentEvery;
     auto next = SteadyClock::now();
     std::string title;
-    bool waiting = false;  // the display has not taken the last picture; nothing else is drawn meanwhile
+    bool waiting = false;  // the display has not accepted the last picture yet; until then nothing is drawn
     while (!stop.load()) {
-        const WindowNews news = gate.outside([&] { return window->poll(kPoll_s); });
-        if (news.lost) throw WindowError("its display is gone");
-        if (news.closed) break;
-        const bool same = shows.hear(news);
-        if (!news.exposed && SteadyClock::now() < next) continue;
+        const WindowEvents events = gate.outside([&] { return window->poll(kPoll_s); });
+        if (events.lost) throw WindowError("its display is gone");
+        if (events.closed) break;
+        const bool same = shows.handleEvents(events);
+        if (!events.exposed && SteadyClock::now() < next) continue;
         if (!(waiting && same) && !shows.update()) continue;
         if (const std::string now = shows.title(); now != title)
             gate.outside([&] { window->setTitle(title = now); });
@@ -144,7 +143,7 @@ Mirror::Mirror(const patient::Patient& patient, const patient::PlannedPath& path
     impl_->thread = std::thread([impl = impl_.get()] { impl->run(); });
     if (opened.wait_for(kOpenPatience) != std::future_status::ready && impl_->gate.leave()) {
         impl_->thread.detach();
-        impl_.release();  // still used by the thread that was left behind
+        impl_.release();  // still used by the abandoned thread
         throw WindowError("no window: the display does not answer");
     }
     const std::string why_not = opened.get();

@@ -5,19 +5,19 @@
 
 #include <filesystem>
 #include <memory>
-#include <stdexcept>
 #include <string>
 
 #include "app/trainer/view/pictures.h"
 #include "app/trainer/window/mirror_channels.h"
+#include "base/errors.h"
 #include "patient/planning/planning.h"
 
 namespace stylet::trainer {
 
-// There is no display, or it cannot show pictures. what() is one sentence.
-class WindowError : public std::runtime_error {
+// There is no display, or the display cannot show pictures. what() is one sentence.
+class WindowError : public EnvironmentError {
   public:
-    using std::runtime_error::runtime_error;
+    using EnvironmentError::EnvironmentError;
 };
 
 struct MirrorSettings {
@@ -31,8 +31,8 @@ class Mirror {
   public:
     // Opens the window. All arguments must outlive the Mirror. Throws WindowError.
     Mirror(const patient::Patient&, const patient::PlannedPath&, const MirrorSettings&);
-    // Closes the window and waits for its thread to finish. If the thread waits for a display that does not
-    // answer, the destructor gives up after one second and leaves the thread behind.
+    // Closes the window and waits for its thread to finish. If the display does not answer for one second,
+    // abandons the thread.
     ~Mirror();
     Mirror(const Mirror&) = delete;
     Mirror& operator=(const Mirror&) = delete;

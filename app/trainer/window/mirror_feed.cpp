@@ -12,10 +12,10 @@ std::int64_t now_ns() {
 
 }  // namespace
 
-void giveScreen(Latest<ScreenGiven>& channel, const render::ScreenPicture& screen, bool up_to_date,
-                std::uint64_t maker) {
+void publishScreen(Latest<ScreenUpdate>& channel, const render::ScreenPicture& screen, bool up_to_date,
+                   std::uint64_t maker) {
     if (screen.width == 0 || !screen.rgba || !up_to_date) return;
-    ScreenGiven& draft = channel.draft();
+    ScreenUpdate& draft = channel.draft();
     draft.shown_ns = now_ns();
     if (draft.revision != screen.revision || draft.maker != maker) {
         draft.maker = maker, draft.revision = screen.revision;
@@ -26,7 +26,7 @@ void giveScreen(Latest<ScreenGiven>& channel, const render::ScreenPicture& scree
     channel.publish();
 }
 
-void giveState(MirrorChannels& channels, StateGiven state) {
+void publishState(MirrorChannels& channels, StateUpdate state) {
     const haptics::TickOutput& tick = state.seen.tick;
     const FrameSample sample{state.tick_s * double(tick.tick), state.time.frame_ms, tick.force_n,
                              tick.depth_m,
@@ -39,36 +39,36 @@ void giveState(MirrorChannels& channels, StateGiven state) {
 MirrorFeed::MirrorFeed(MirrorChannels& channels, const render::Gpu& gpu, double tick_s)
     : channels_(&channels), tap_(gpu), tick_s_(tick_s), maker_(++channels.makers) {}
 
-render::ScreensSeen MirrorFeed::screens(const render::ScreensSeen& seen) {
-    channels_->wants.read(wants_);
-    if (!channels_->open.load()) wants_ = {};
+render::VisibleScreens MirrorFeed::screens(const render::VisibleScreens& seen) {
+    channels_->requests.read(requests_);
+    if (!channels_->open.load()) requests_ = {};
     made_ = seen;
-    made_.ultrasound |= wants_.ultrasound, made_.xray |= wants_.xray;
+    made_.ultrasound |= requests_.ultrasound, made_.xray |= requests_.xray;
     return made_;
 }
 
 void MirrorFeed::copyEye(const render::StereoTarget& target, const std::array<render::View, 2>& views,
                          const render::ScreenPlaces& screens, const render::ScreenPicture& monitor) {
-    if (wants_.eye < 0 || now_ns() < copied_ns_ + wants_.every_ns) return;
-    copied_[copies_ % copied_.size()] = {wants_.eye, views[std::size_t(wants_.eye)], screens};
-    giveScreen(channels_->monitor, monitor, true, maker_);
-    if (!tap_.submitCopy(target, wants_.eye, wants_.most_pixels, copies_)) return;
+    if (requests_.eye < 0 || now_ns() < copied_ns_ + requests_.every_ns) return;
+    copied_[copies_ % copied_.size()] = {requests_.eye, views[std::size_t(requests_.eye)], screens};
+    publishScreen(channels_->monitor, monitor, true, maker_);
+    if (!tap_.submitCopy(target, requests_.eye, requests_.max_pixels, copies_)) return;
     ++copies_;
     copied_ns_ = now_ns();
 }
 
-void MirrorFeed::give(const Seen& seen, const MachinePictures& machines, const FrameTime& time,
-                      Attention attention, std::optional<double> hand_offset_m) {
+void MirrorFeed::publish(const FrameState& seen, const EquipmentPictures& machines, const FrameTime& time,
+                         Attention attention, std::optional<double> hand_offset_m) {
     if (!channels_->open.load()) return;
-    EyeGiven& eye = channels_->eye.draft();
+    EyeUpdate& eye = channels_->eye.draft();
     if (const auto number = tap_.read(eye.image)) {
         const Copied& copied = copied_[*number % copied_.size()];
         eye.eye = copied.eye, eye.view = copied.view, eye.screens = copied.screens;
         channels_->eye.publish();
     }
-    giveScreen(channels_->ultrasound, machines.ultrasoundScreen(), made_.ultrasound, maker_);
-    giveScreen(channels_->xray, machines.xrayScreen(), made_.xray, maker_);
-    giveState(*channels_, {seen, tick_s_, time, hand_offset_m, attention, true});
+    publishScreen(channels_->ultrasound, machines.ultrasoundScreen(), made_.ultrasound, maker_);
+    publishScreen(channels_->xray, machines.xrayScreen(), made_.xray, maker_);
+    publishState(*channels_, {seen, tick_s_, time, hand_offset_m, attention, true});
 }
 
 }  // namespace stylet::trainer

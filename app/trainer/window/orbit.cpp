@@ -25,7 +25,7 @@ Pose stageFromCamera(const Orbit& o) {
 void turn(Orbit& o, double right, double up) {
     o.azimuth_rad = std::remainder(o.azimuth_rad - std::numbers::pi * right, 2.0 * std::numbers::pi);
     o.elevation_rad =
-        std::clamp(o.elevation_rad - std::numbers::pi * up, kLeastElevation_rad, kMostElevation_rad);
+        std::clamp(o.elevation_rad - std::numbers::pi * up, kMinElevation_rad, kMaxElevation_rad);
 }
 
 void pan(Orbit& o, double right, double up) {
@@ -34,10 +34,10 @@ void pan(Orbit& o, double right, double up) {
 }
 
 void zoom(Orbit& o, double steps) {
-    o.distance_m = std::clamp(o.distance_m * std::pow(kZoomStep, -steps), kLeastDistance_m, kMostDistance_m);
+    o.distance_m = std::clamp(o.distance_m * std::pow(kZoomStep, -steps), kMinDistance_m, kMaxDistance_m);
 }
 
-render::View viewOf(const Orbit& o, double aspect) {
+render::View orbitView(const Orbit& o, double aspect) {
     const float up = float(kOrbitHalfHeight_rad);
     const float right = float(std::atan(aspect * std::tan(kOrbitHalfHeight_rad)));
     return {stageFromCamera(o), -right, right, up, -up};

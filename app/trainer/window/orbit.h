@@ -1,4 +1,4 @@
-// The free camera, which turns about a point of the room.
+// The free camera. It turns about a point of the room.
 #pragma once
 
 #include "render/scene/scene.h"
@@ -13,16 +13,16 @@ struct Orbit {
     friend bool operator==(const Orbit&, const Orbit&) = default;
 };
 
-inline constexpr double kLeastElevation_rad = -0.3, kMostElevation_rad = 1.5;
-inline constexpr double kLeastDistance_m = 0.15, kMostDistance_m = 3.5;
+inline constexpr double kMinElevation_rad = -0.3, kMaxElevation_rad = 1.5;
+inline constexpr double kMinDistance_m = 0.15, kMaxDistance_m = 3.5;
 inline constexpr double kOrbitHalfHeight_rad = 0.42;  // half of the vertical field of view
 
 // Applies a drag, in fractions of the picture's height. The scene follows the pointer.
 void turn(Orbit&, double right, double up);
 void pan(Orbit&, double right, double up);
-// `steps` of the wheel, > 0: closer.
+// `steps`: steps of the wheel; > 0: closer.
 void zoom(Orbit&, double steps);
 // `aspect`: width over height of the picture.
-render::View viewOf(const Orbit&, double aspect);
+render::View orbitView(const Orbit&, double aspect);
 
 }  // namespace stylet::trainer

@@ -6,16 +6,17 @@
 namespace stylet::trainer {
 namespace {
 
-// A screen as seen by the eye. In the screen's frame the ray through (x, y, -1) starts at origin_m. Its
-// direction is x * across + y * up + ahead.
+// A screen as seen by the eye. In the screen's frame, the ray through (x, y, -1) starts at origin_m and has
+// the direction x * across + y * up + ahead.
 struct Glass {
-    Vec3 origin_m, across, up;  // eye in the screen's frame: position and axes
+    Vec3 origin_m, across, up;  // position and axes of the eye, in the screen's frame
     Vec3 ahead;
     double width_m = 0.0, height_m = 0.0;
     const render::Image* picture = nullptr;
 };
 
-Glass glassOf(const render::ScreenPlace& place, const Pose& stage_from_eye, const render::Image& picture) {
+Glass projectScreen(const render::ScreenPlace& place, const Pose& stage_from_eye,
+                    const render::Image& picture) {
     const Pose screen_from_eye = place.stage_from_screen.inverse() * stage_from_eye;
     return {screen_from_eye.position_m,
             screen_from_eye.direction({1.0, 0.0, 0.0}),
@@ -26,7 +27,7 @@ Glass glassOf(const render::ScreenPlace& place, const Pose& stage_from_eye, cons
             &picture};
 }
 
-// Pixel where the ray meets the screen from its front, or null.
+// Returns the pixel at which the ray meets the screen's front, or null.
 const std::uint8_t* hit(const Glass& glass, double x, double y) {
     const Vec3 ray = x * glass.across + y * glass.up + glass.ahead;
     if (glass.origin_m.z <= 0.0 || ray.z >= 0.0) return nullptr;
@@ -40,12 +41,12 @@ const std::uint8_t* hit(const Glass& glass, double x, double y) {
 
 }  // namespace
 
-void showBeneath(EyeGiven& eye, const std::array<const render::Image*, 3>& screens) {
+void showBeneath(EyeUpdate& eye, const std::array<const render::Image*, 3>& screens) {
     std::array<Glass, 3> glasses;
     std::size_t count = 0;
     for (std::size_t i = 0; i < screens.size(); ++i)
         if (screens[i] && screens[i]->width > 0 && eye.screens[i].width_m > 0.0)
-            glasses[count++] = glassOf(eye.screens[i], eye.view.stage_from_eye, *screens[i]);
+            glasses[count++] = projectScreen(eye.screens[i], eye.view.stage_from_eye, *screens[i]);
     if (count == 0) return;
     const double left = std::tan(eye.view.angle_left), right = std::tan(eye.view.angle_right),
                  up = std::tan(eye.view.angle_up), down = std::tan(eye.view.angle_down);

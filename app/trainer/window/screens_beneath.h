@@ -8,6 +8,6 @@
 namespace stylet::trainer {
 
 // Fills in the transparent parts of the eye image. A screen that is null or empty is skipped.
-void showBeneath(EyeGiven&, const std::array<const render::Image*, 3>& screens);
+void showBeneath(EyeUpdate&, const std::array<const render::Image*, 3>& screens);
 
 }  // namespace stylet::trainer

@@ -13,10 +13,10 @@ using report::Colour;
 
 namespace {
 
-constexpr double kShown_m = 0.13;     // shorter edge of a slice
-constexpr double kMostBeside = 0.25;  // largest offset of the tip from the middle, as a fraction of kShown_m
+constexpr double kShown_m = 0.13;    // shorter edge of a slice
+constexpr double kMaxBeside = 0.25;  // largest offset of the tip from the middle, as a fraction of kShown_m
 constexpr double kShaft_m = 0.15;
-constexpr int kCoarse = 2;  // window pixels per sample
+constexpr int kCoarse = 2;  // window pixels per slice sample
 constexpr Colour kDark{0.05, 0.06, 0.07}, kWhite{0.94, 0.95, 0.96}, kTool{0.35, 0.90, 1.0},
     kCross{1.0, 0.85, 0.35};
 
@@ -25,7 +25,7 @@ struct Way {
     Vec3 right, down;
     const char *left_letter, *right_letter, *top_letter, *bottom_letter;
 };
-// As radiologists view them: from the feet, from the front, from the left.
+// Viewing directions as in radiology: from the feet, from the front, from the left.
 const std::array<Way, 3> kWays{{{"axial", {-1, 0, 0}, {0, -1, 0}, "R", "L", "A", "P"},
                                 {"coronal", {-1, 0, 0}, {0, 0, -1}, "R", "L", "H", "F"},
                                 {"sagittal", {0, -1, 0}, {0, 0, -1}, "A", "P", "H", "F"}}};
@@ -40,7 +40,7 @@ report::Point SliceView::Cell::pixelOf(const Vec3& p_m) const {
 
 void SliceView::place(int width, int height, const Vec3& tip_m) {
     const Vec3 away_m = middle_m_ ? glm::abs(tip_m - *middle_m_) : Vec3(kShown_m);
-    if (std::max({away_m.x, away_m.y, away_m.z}) > kMostBeside * kShown_m) middle_m_ = tip_m;
+    if (std::max({away_m.x, away_m.y, away_m.z}) > kMaxBeside * kShown_m) middle_m_ = tip_m;
     const int each = std::max(kCoarse, (width - 2) / 3);
     for (int i = 0; i < 3; ++i) {
         const Way& way = kWays[std::size_t(i)];
@@ -65,9 +65,9 @@ void SliceView::drawTool(report::Canvas& canvas, const Cell& cell, const Pose& p
     canvas.circle(tip, 4.5, 1.5, kTool);
 }
 
-void SliceView::draw(report::Canvas& canvas, int width, int height, const Seen& seen) {
+void SliceView::draw(report::Canvas& canvas, int width, int height, const FrameState& seen) {
     canvas.rectangle(0, 0, width, height, kDark);
-    const Pose& tool = tipOf(seen.tick);
+    const Pose& tool = activeToolPose(seen.tick);
     place(width, height, tool.position_m);
     std::array<std::size_t, 256> labels{};
     for (std::size_t i = 0; i < cells_.size(); ++i) {

@@ -7,7 +7,7 @@
 
 #include "app/report/canvas.h"
 #include "app/report/slices.h"
-#include "app/trainer/session/seen.h"
+#include "app/trainer/session/frame_state.h"
 #include "app/trainer/window/layout.h"
 
 namespace stylet::trainer {
@@ -15,13 +15,13 @@ namespace stylet::trainer {
 // Use from one thread only.
 class SliceView {
   public:
-    // The patient must outlive it.
+    // The patient must outlive this object.
     explicit SliceView(const patient::Patient& patient) : patient_(&patient) {}
 
     // Fills a canvas of that size.
-    void draw(report::Canvas&, int width, int height, const Seen&);
+    void draw(report::Canvas&, int width, int height, const FrameState&);
 
-    // Directions and scale of the slice at a pixel of the last drawing, patient frame.
+    // Directions and scale of the slice at a pixel of the last drawing, in the patient frame.
     struct Spot {
         Vec3 right{0.0}, down{0.0};
         double m_per_pixel = 0.0;
@@ -39,7 +39,7 @@ class SliceView {
     void drawTool(report::Canvas&, const Cell&, const Pose& patient_from_tool) const;
 
     const patient::Patient* patient_;
-    std::optional<Vec3> middle_m_;  // follows the tip only when it gets too far away
+    std::optional<Vec3> middle_m_;  // centre of the slices; moves only when the tip gets too far away from it
     std::array<Cell, 3> cells_{};
 };
 

@@ -10,7 +10,7 @@ struct KeyWord {
     char key;
     const char *name, *what, *word;
 };
-// Keys of the trainee's commands, which an assistant may also use.
+// Keys for the trainee's commands. An assistant may use them too.
 constexpr std::array kWordKeys{
     KeyWord{'f', "F", "finger", "finger"},         KeyWord{'p', "P", "probe", "probe"},
     KeyWord{'k', "K", "park it", "park"},          KeyWord{'l', "L", "lift it", "lift"},
@@ -38,7 +38,7 @@ constexpr std::array kFunctionKeys{FunctionKey{kSay, "command", nullptr},
                                    FunctionKey{kFreeze, "freeze the view", nullptr},
                                    FunctionKey{kDifficulty, "difficulty", nullptr}};
 
-// Number of pictures on their way that may not show the effect of a key yet.
+// Number of setState() calls to ignore after a key press, because they may still report the state before it.
 constexpr int kOlder = 5;
 
 // Removes the last UTF-8 character.
@@ -56,14 +56,14 @@ void WindowKeys::press(const KeyPress& press) {
     if (typing_) return pressTyping(press);
     if (press.repeats) return;  // a key sends its command only once
     if (press.key >= kKeyF1 && press.key <= kKeyF12) pressInstructor(1 + press.key - kKeyF1);
-    if (!port_->takesWords()) return;
+    if (!port_->acceptsCommands()) return;
     for (const KeyWord& key : kWordKeys)
-        if (press.key == key.key) port_->say(key.word);
-    if (press.key == 'x') port_->say((pedal_ = !pedal_) ? "pedal" : "release");
-    if (press.key == 'i') port_->say((injects_ = !injects_) ? "inject" : "stop");
+        if (press.key == key.key) port_->pushLine(key.word);
+    if (press.key == 'x') port_->pushLine((pedal_ = !pedal_) ? "pedal" : "release");
+    if (press.key == 'i') port_->pushLine((injects_ = !injects_) ? "inject" : "stop");
 }
 
-void WindowKeys::know(bool paused, bool lights_out, std::optional<training::Difficulty> difficulty) {
+void WindowKeys::setState(bool paused, bool lights_out, std::optional<training::Difficulty> difficulty) {
     if (older_ > 0) {
         --older_;
         return;
@@ -74,50 +74,52 @@ void WindowKeys::know(bool paused, bool lights_out, std::optional<training::Diff
 
 void WindowKeys::pressPlayer(const KeyPress& press) {
     const bool finer = press.shift;
-    if (press.key == ' ' && !press.repeats) port_->say("toggle");
-    if (press.key == kKeyLeft) port_->say(finer ? "skip -0.1" : "skip -1");
-    if (press.key == kKeyRight) port_->say(finer ? "skip 0.1" : "skip 1");
-    if (press.key == kKeyHome) port_->say("seek 0");
-    if (press.key == kKeyEnd) port_->say("seek 1");
-    if (press.key == kKeyPageUp) port_->say("speed 2");
-    if (press.key == kKeyPageDown) port_->say("speed 0.5");
+    if (press.key == ' ' && !press.repeats) port_->pushLine("toggle");
+    if (press.key == kKeyLeft) port_->pushLine(finer ? "skip -0.1" : "skip -1");
+    if (press.key == kKeyRight) port_->pushLine(finer ? "skip 0.1" : "skip 1");
+    if (press.key == kKeyHome) port_->pushLine("seek 0");
+    if (press.key == kKeyEnd) port_->pushLine("seek 1");
+    if (press.key == kKeyPageUp) port_->pushLine("speed 2");
+    if (press.key == kKeyPageDown) port_->pushLine("speed 0.5");
 }
 
 void WindowKeys::pressTyping(const KeyPress& press) {
-    if (text_.size() + press.text.size() < WindowPort::kLongestLine - 16) text_ += press.text;
+    if (text_.size() + press.text.size() < WindowPort::kMaxLineLength - 16) text_ += press.text;
     if (press.key == kKeyBackspace) dropLetter(text_);
-    if (press.key == kKeyEnter && !text_.empty()) port_->say(says_ ? text_ : "comment " + text_);
+    if (press.key == kKeyEnter && !text_.empty())
+        port_->pushLine(typing_command_ ? text_ : "comment " + text_);
     if (press.key == kKeyEnter || press.key == kKeyEscape) typing_ = false;
 }
 
 void WindowKeys::pressInstructor(int function_key) {
     for (const FunctionKey& key : kFunctionKeys)
-        if (key.number == function_key && key.word) port_->say(key.word);
+        if (key.number == function_key && key.word) port_->pushLine(key.word);
     if (function_key == kLights) {
-        port_->say((dark_ = !dark_) ? "lights out" : "lights on");
+        port_->pushLine((dark_ = !dark_) ? "lights out" : "lights on");
         older_ = kOlder;
     }
     if (function_key == kPause) {
-        port_->say("pause or go on");
+        port_->pushLine("pause or go on");
         paused_ = !paused_;
         older_ = kOlder;
     }
     if (function_key == kDifficulty) {
         difficulty_ = training::Difficulty((int(difficulty_) + 1) % int(training::kDifficultyNames.size()));
-        port_->say("difficulty " + std::string(training::kDifficultyNames[std::size_t(difficulty_)]));
+        port_->pushLine("difficulty " + std::string(training::kDifficultyNames[std::size_t(difficulty_)]));
         older_ = kOlder;
     }
     if (function_key == kFreeze) frozen_ = !frozen_;
     if (function_key == kComment || function_key == kSay) {
-        typing_ = true, says_ = function_key == kSay;
+        typing_ = true, typing_command_ = function_key == kSay;
         text_.clear();
     }
 }
 
 std::string WindowKeys::state() const {
     if (typing_)
-        return (says_ ? "command: " : "comment: ") + text_ +
-               (says_ ? "\u2502  (Enter sends, Escape cancels)" : "\u2502  (Enter stores, Escape cancels)");
+        return (typing_command_ ? "command: " : "comment: ") + text_ +
+               (typing_command_ ? "\u2502  (Enter sends, Escape cancels)"
+                                : "\u2502  (Enter stores, Escape cancels)");
     if (paused_) return "PAUSED \u2013 F10 resumes";
     if (frozen_) return "FROZEN VIEW \u2013 F11 returns to live";
     return {};
@@ -136,12 +138,12 @@ std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows() const {
     rows[0].push_back({"Instructor", ""});
     for (const FunctionKey& key : kFunctionKeys)
         rows[0].push_back({"F" + std::to_string(key.number), key.what});
-    if (!port_->takesWords()) return rows;
+    if (!port_->acceptsCommands()) return rows;
     std::vector<Help> tools;
     for (const KeyWord& key : kWordKeys)
         tools.push_back({key.name, key.what});
     tools.push_back({"X", "X-rays"}), tools.push_back({"I", "inject"});
-    if (port_->hasHand())
+    if (port_->hasToolInput())
         rows.push_back({{"drag, arrows", "move"},
                         {"wheel, Page Down and Up", "in and out"},
                         {"with Shift", "turn, finer steps"},

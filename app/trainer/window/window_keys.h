@@ -1,4 +1,5 @@
-// Maps the keys of the window to commands for the loops, and provides the key help. Window thread.
+// Translates the keys of the window into command lines for the trainer's loops (window_port.h), and provides
+// the key help. All calls are from the window thread.
 #pragma once
 
 #include <memory>
@@ -18,19 +19,20 @@ class WindowKeys {
     explicit WindowKeys(std::shared_ptr<WindowPort> port) : port_(std::move(port)) {}
 
     void press(const KeyPress&);
-    // Sets the state that the loops report, whoever has changed it.
-    void know(bool paused, bool lights_out, std::optional<training::Difficulty>);
-    // True while a comment or a command is typed. All keys then belong to the text.
-    bool types() const { return typing_; }
+    // Sets the state that the loops report. Inputs other than this window may have changed it.
+    void setState(bool paused, bool lights_out, std::optional<training::Difficulty>);
+    // True while the user types a comment or a command. All keys then belong to that text.
+    bool isTyping() const { return typing_; }
     // True while the view is frozen. The attempt continues.
-    bool freezes() const { return frozen_; }
+    bool isFrozen() const { return frozen_; }
 
     struct Help {
         std::string key, what;
     };
     // Rows of the key help; empty without a port.
     std::vector<std::vector<Help>> rows() const;
-    // Status text: the typed text, paused or frozen. Empty if there is nothing to report.
+    // Status text: the typed text, or that the attempt is paused or the view frozen. Empty if there is
+    // nothing to report.
     std::string state() const;
 
   private:
@@ -41,10 +43,13 @@ class WindowKeys {
 
     bool typing_ = false, frozen_ = false, paused_ = false, dark_ = false;
     training::Difficulty difficulty_ = training::Difficulty::practice;
-    int older_ = 0;      // number of next pictures that may not show the last key's effect
-    bool says_ = false;  // the typed text is a command, not a comment
+    // This many of the next pictures may have been drawn before the last key press took effect, so their
+    // state is ignored.
+    int older_ = 0;
+    bool typing_command_ = false;  // the typed text is a command, not a comment
     std::string text_;
-    bool pedal_ = false, injects_ = false;  // as last requested here; pictures show it later
+    // What this window requested last. Pictures show it only some time later.
+    bool pedal_ = false, injects_ = false;
 };
 
 }  // namespace stylet::trainer

@@ -39,14 +39,13 @@ class BridgeDriver final : public Driver {
     void close() noexcept override;
 
   private:
-    DeviceStage connect(std::string& why);
     DeviceStage greet(std::string& why);
     DeviceStage fail(std::string& why, const std::string& reason);
-    DeviceStage refused(std::string& why);
+    DeviceStage sendFailed(std::string& why);
     bool receive(std::string& why);
-    bool sound(std::string& why);
+    bool checkLink(std::string& why);
 
-    std::int64_t now() const noexcept { return clock_.now_ns(clock_.context); }
+    std::int64_t now() const noexcept { return clock_.now(); }
 
     Clock clock_;
     BridgeSettings settings_;

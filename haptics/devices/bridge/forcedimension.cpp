@@ -87,7 +87,7 @@ class ForceDimension final : public Sdk {
         return false;
     }
 
-    // Paced by the bus, up to 4 kHz.
+    // The bus sets the pace, up to 4 kHz.
     bool tick() {
         Vec3 p(0.0);
         double rows[3][3] = {};

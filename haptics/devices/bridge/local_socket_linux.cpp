@@ -5,6 +5,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <fmt/core.h>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -23,34 +24,40 @@ bool trusted(int socket) noexcept {
 
 }  // namespace
 
-LocalSocket::Connected LocalSocket::connect(const std::string& path, std::string& why) {
-    close();
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    if (path.size() >= sizeof address.sun_path) {
-        why = path + ": too long for a socket's path";
-        return Connected::failed;
-    }
-    std::memcpy(address.sun_path, path.c_str(), path.size());
-
-    socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (socket_ < 0) {
-        why = std::string("no socket: ") + std::strerror(errno);
-        return Connected::failed;
-    }
-    if (::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
-        const int error = errno;
-        close();
-        why = path + ": " + std::strerror(error);
-        return error == ENOENT || error == ECONNREFUSED ? Connected::nobodyListens : Connected::failed;
-    }
-    if (trusted(socket_)) return Connected::yes;
-    close();
-    why = path + ": another user listens there";
-    return Connected::failed;
+Descriptor::~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
 }
 
-bool LocalSocket::sendWhole(std::span<const std::uint8_t> bytes) noexcept {
+bool makeAddress(const std::string& path, sockaddr_un& address, std::string& why) {
+    address = {};
+    address.sun_family = AF_UNIX;
+    if (path.copy(address.sun_path, sizeof address.sun_path - 1) == path.size()) return true;
+    why = path + ": too long for a socket's path: choose a shorter one";
+    return false;
+}
+
+DeviceStage LocalSocket::connect(const std::string& path, std::string& why) {
+    close();
+    sockaddr_un address;
+    if (!makeAddress(path, address, why)) return DeviceStage::failed;
+    socket_ = Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+    if (socket_ < 0) {
+        why = fmt::format("a socket cannot be created: {}", std::strerror(errno));
+        return DeviceStage::failed;
+    }
+    if (::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+        const bool absent = errno == ENOENT || errno == ECONNREFUSED;
+        why = absent ? "no bridge listens on " + path : path + ": " + std::strerror(errno);
+        close();
+        return absent ? DeviceStage::absent : DeviceStage::failed;
+    }
+    if (trusted(socket_)) return DeviceStage::opening;
+    close();
+    why = path + ": another user listens there";
+    return DeviceStage::failed;
+}
+
+bool LocalSocket::sendAll(std::span<const std::uint8_t> bytes) noexcept {
     const ssize_t sent = ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     return sent == ssize_t(bytes.size());
 }
@@ -63,7 +70,7 @@ LocalSocket::Received LocalSocket::receive(std::span<std::uint8_t> into, std::sp
     while (count < 0 && errno == EINTR);
     got = into.first(std::size_t(count > 0 ? count : 0));
     if (count > 0) return Received::bytes;
-    if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return Received::nothingYet;
+    if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return Received::noData;
     why = count == 0 ? "" : std::strerror(errno);
     return Received::ended;
 }
@@ -74,14 +81,9 @@ void LocalSocket::waitReadable(std::int64_t for_ns) const noexcept {
     ppoll(&wait, 1, &limit, nullptr);
 }
 
-void LocalSocket::close() noexcept {
-    if (socket_ >= 0) ::close(socket_);
-    socket_ = -1;
-}
-
 std::string userSocketFolder() {
     const char* folder = std::getenv("XDG_RUNTIME_DIR");
-    return folder ? folder : "/run/user/" + std::to_string(geteuid());
+    return folder ? folder : fmt::format("/run/user/{}", geteuid());
 }
 
 }  // namespace stylet::haptics

@@ -1,7 +1,7 @@
 // A bridge to 3D Systems' Touch, Touch X and Premium through OpenHaptics' HD API. Compiled only if that SDK
 // is installed. Facts from public use of the API: the transform is column-major in millimetres, force is in
-// newtons, HD_NOMINAL_MAX_STIFFNESS is in N/mm, and warm motors and exceeded limits arrive as errors of a
-// frame.
+// newtons, HD_NOMINAL_MAX_STIFFNESS is in N/mm, and warm motors and exceeded limits are reported as errors of
+// a frame.
 // Unproven without hardware: that the stylus lies along +z of its transform, whose origin is the gimbal's
 // centre; and what the device does with its last force when this process is killed (keep the device's own
 // limits on).
@@ -21,13 +21,13 @@ constexpr double kMetres = 1e-3;
 
 // True for errors that the SDK reports while it limits the forces itself. Every other error means a lost
 // device.
-bool passes(HDerror error) {
+bool limitsForce(HDerror error) {
     return error == HD_WARM_MOTORS || error == HD_EXCEEDED_MAX_FORCE ||
            error == HD_EXCEEDED_MAX_FORCE_IMPULSE || error == HD_EXCEEDED_MAX_VELOCITY ||
            error == HD_FORCE_ERROR;
 }
 
-Pose poseOf(const std::array<HDdouble, 16>& t) {
+Pose toPose(const std::array<HDdouble, 16>& t) {
     const glm::dmat3 rotation(t[0], t[1], t[2], t[4], t[5], t[6], t[8], t[9], t[10]);
     return {glm::normalize(glm::quat_cast(rotation)), Vec3(t[12], t[13], t[14]) * kMetres};
 }
@@ -59,7 +59,8 @@ class OpenHaptics final : public Sdk {
 
     void stop() noexcept override {
         if (running_) {
-            // The last frame that the servo runs is zero, and it has run when this call returns.
+            // Make the servo's last frame a zero force. The synchronous call returns after that frame has
+            // run.
             hdUnschedule(tick_);
             hdScheduleSynchronous(&OpenHaptics::zero, this, HD_MAX_SCHEDULER_PRIORITY);
             hdStopScheduler();
@@ -119,18 +120,18 @@ class OpenHaptics final : public Sdk {
         HDint buttons = 0;
         hdGetDoublev(HD_CURRENT_TRANSFORM, transform.data());
         hdGetIntegerv(HD_CURRENT_BUTTONS, &buttons);
-        MotorStage motors = holding_back_ ? MotorStage::off : MotorStage::on;
+        MotorStage motors = force_limited_ ? MotorStage::off : MotorStage::on;
         if (hdCheckCalibration() != HD_CALIBRATION_OK) motors = MotorStage::needsHoming;
         Vec3 force_n =
-            servo_->tick({monotonic_ns(), poseOf(transform), std::uint32_t(buttons), motors, true}, peak_n_);
+            servo_->tick({monotonic_ns(), toPose(transform), std::uint32_t(buttons), motors, true}, peak_n_);
         if (motors == MotorStage::needsHoming) force_n = Vec3(0.0);
         const std::array<HDdouble, 3> force{force_n.x, force_n.y, force_n.z};
         hdSetDoublev(HD_CURRENT_FORCE, force.data());
         hdEndFrame(handle_);
 
         const HDErrorInfo error = hdGetError();
-        holding_back_ = HD_DEVICE_ERROR(error) && passes(error.errorCode);
-        if (!HD_DEVICE_ERROR(error) || holding_back_) return HD_CALLBACK_CONTINUE;
+        force_limited_ = HD_DEVICE_ERROR(error) && limitsForce(error.errorCode);
+        if (!HD_DEVICE_ERROR(error) || force_limited_) return HD_CALLBACK_CONTINUE;
         servo_->fail(hdGetErrorString(error.errorCode));
         return HD_CALLBACK_DONE;
     }
@@ -139,7 +140,7 @@ class OpenHaptics final : public Sdk {
     HDSchedulerHandle tick_ = 0;
     Servo* servo_ = nullptr;
     double peak_n_ = 0.0;
-    bool running_ = false, holding_back_ = false;
+    bool running_ = false, force_limited_ = false;
 };
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/text.h"
+
 namespace stylet::haptics::bridge {
 
 namespace {
@@ -95,9 +97,6 @@ class Reader {
     std::size_t at_ = 0;
 };
 
-bool finite(const Vec3& v) noexcept {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 bool within(double value, double low, double high) noexcept {
     return value >= low && value <= high;
 }
@@ -109,52 +108,48 @@ bool withinOrUnknown(double value, double high) noexcept {
 constexpr std::size_t kHelloBytes = 4, kCapabilitiesBytes = 240, kForceBytes = 32, kStateBytes = 80;
 
 LinkFault expect(const Frame& frame, FrameType type, std::size_t bytes) noexcept {
-    if (frame.type != type) return LinkFault::unasked;
+    if (frame.type != type) return LinkFault::unexpected;
     return frame.payload.size() == bytes ? LinkFault::none : LinkFault::size;
 }
 
 bool possible(const DeviceProfile& p) noexcept {
-    return within(p.force_peak_n, 0.0, kMostForce_n) && withinOrUnknown(p.force_continuous_n, kMostForce_n) &&
+    return within(p.force_peak_n, 0.0, kMaxForce_n) && withinOrUnknown(p.force_continuous_n, kMaxForce_n) &&
            within(p.stiffness_n_per_m, 1.0, 1e5) && within(p.rate_hz, 100.0, 20'000.0) &&
            withinOrUnknown(p.mass_kg, 10.0) && withinOrUnknown(p.damping_n_s_per_m, 1000.0) &&
-           withinOrUnknown(p.friction_n, kMostForce_n) && withinOrUnknown(p.resolution_m, 0.01) &&
-           finite(p.workspace_centre_m) && glm::length(p.workspace_centre_m) <= kFarthest_m &&
+           withinOrUnknown(p.friction_n, kMaxForce_n) && withinOrUnknown(p.resolution_m, 0.01) &&
+           isFinite(p.workspace_centre_m) && glm::length(p.workspace_centre_m) <= kFarthest_m &&
            withinOrUnknown(p.workspace_radius_m, kFarthest_m) && p.force_axes <= 3 && p.torque_axes <= 3;
 }
+
+// The first doubles of a capabilities frame, in the order of the frame.
+constexpr double DeviceProfile::* kReals[] = {
+    &DeviceProfile::force_peak_n,      &DeviceProfile::force_continuous_n,
+    &DeviceProfile::stiffness_n_per_m, &DeviceProfile::rate_hz,
+    &DeviceProfile::mass_kg,           &DeviceProfile::damping_n_s_per_m,
+    &DeviceProfile::friction_n,        &DeviceProfile::resolution_m};
 
 enum CapabilityFlag : std::uint8_t { kSensesRotation = 1, kHasDeadMan = 2, kForceCalibrated = 4 };
 enum StateFlag : std::uint16_t { kHandOn = 1, kWatchdog = 2 };
 
 }  // namespace
 
-const char* describe(LinkFault fault) noexcept {
-    switch (fault) {
-        case LinkFault::none:
-            return "nothing wrong";
-        case LinkFault::magic:
-            return "a frame does not begin with STBG";
-        case LinkFault::version:
-            return "another version of the protocol";
-        case LinkFault::size:
-            return "a frame of the wrong length";
-        case LinkFault::checksum:
-            return "a frame with a wrong checksum";
-        case LinkFault::type:
-            return "a frame of unknown type";
-        case LinkFault::value:
-            return "a value that is not finite or cannot be";
-        case LinkFault::unasked:
-            return "a frame out of turn";
-        case LinkFault::clock:
-            return "a sample's time went back or is in the future";
-        case LinkFault::silent:
-            return "nothing from the bridge for 15 ms";
-        case LinkFault::frozen:
-            return "no new sample from the device for 15 ms";
-        case LinkFault::bye:
-            return "the bridge closed";
-    }
-    return "unknown";
+std::string_view describe(LinkFault fault) noexcept {
+    // In the order of LinkFault.
+    static constexpr std::array<std::string_view, 12> kTexts{
+        "nothing wrong",
+        "a frame does not begin with STBG",
+        "another version of the protocol",
+        "a frame of the wrong length",
+        "a frame with a wrong checksum",
+        "a frame of unknown type",
+        "a value that is not finite or out of range",
+        "an unexpected frame",
+        "a sample's time went back or is in the future",
+        "nothing from the bridge for 15 ms",
+        "no new sample from the device for 15 ms",
+        "the bridge closed",
+    };
+    return enumName(kTexts, fault);
 }
 
 LinkFault readFrame(std::span<const std::uint8_t> bytes, Frame& frame) noexcept {
@@ -169,7 +164,7 @@ LinkFault readFrame(std::span<const std::uint8_t> bytes, Frame& frame) noexcept 
     const auto payload = header.integer<std::uint16_t>();
     const auto sequence = header.integer<std::uint32_t>();
     if (version != kVersion) return LinkFault::version;
-    if (payload > kMostPayloadBytes) return LinkFault::size;
+    if (payload > kMaxPayloadBytes) return LinkFault::size;
     const std::size_t whole = kHeaderBytes + payload + kChecksumBytes;
     if (bytes.size() < whole) return LinkFault::none;
 
@@ -206,14 +201,8 @@ LinkFault parse(const Frame& frame, Capabilities& capabilities) noexcept {
     p.senses_rotation = flags & kSensesRotation;
     p.has_dead_man = flags & kHasDeadMan;
     p.force_calibrated = flags & kForceCalibrated;
-    p.force_peak_n = in.real();
-    p.force_continuous_n = in.real();
-    p.stiffness_n_per_m = in.real();
-    p.rate_hz = in.real();
-    p.mass_kg = in.real();
-    p.damping_n_s_per_m = in.real();
-    p.friction_n = in.real();
-    p.resolution_m = in.real();
+    for (const auto member : kReals)
+        p.*member = in.real();
     p.workspace_centre_m = in.vector();
     p.workspace_radius_m = in.real();
     const bool name = in.text(capabilities.name), source = in.text(capabilities.source);
@@ -228,7 +217,7 @@ LinkFault parse(const Frame& frame, Force& force) noexcept {
     force.sent_ns = in.integer<std::int64_t>();
     force.force_n = in.vector();
     const bool good =
-        force.sent_ns >= 0 && finite(force.force_n) && glm::length(force.force_n) <= kMostForce_n;
+        force.sent_ns >= 0 && isFinite(force.force_n) && glm::length(force.force_n) <= kMaxForce_n;
     return good ? LinkFault::none : LinkFault::value;
 }
 
@@ -252,14 +241,14 @@ LinkFault parse(const Frame& frame, State& state) noexcept {
     const double norm = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
     if (motors > std::uint16_t(MotorStage::off) || flags > 3 || reserved || state.sampled_ns < 0)
         return LinkFault::value;
-    if (!finite(p) || glm::length(p) > kFarthest_m || !within(norm, 0.999, 1.001)) return LinkFault::value;
+    if (!isFinite(p) || glm::length(p) > kFarthest_m || !within(norm, 0.999, 1.001)) return LinkFault::value;
     state.motors = MotorStage(motors);
     q = Quat(q.w / norm, q.x / norm, q.y / norm, q.z / norm);
     return LinkFault::none;
 }
 
 LinkFault parse(const Frame& frame, Bye& bye) noexcept {
-    if (frame.type != FrameType::bye) return LinkFault::unasked;
+    if (frame.type != FrameType::bye) return LinkFault::unexpected;
     if (frame.payload.size() >= bye.reason.size()) return LinkFault::size;
     bye = {};
     for (std::size_t i = 0; i < frame.payload.size(); ++i) {
@@ -287,14 +276,8 @@ FrameBytes encode(std::uint32_t sequence, const Capabilities& capabilities) noex
     out.integer(std::uint8_t((p.senses_rotation ? kSensesRotation : 0) | (p.has_dead_man ? kHasDeadMan : 0) |
                              (p.force_calibrated ? kForceCalibrated : 0)));
     out.integer(std::uint32_t(0));
-    out.real(p.force_peak_n);
-    out.real(p.force_continuous_n);
-    out.real(p.stiffness_n_per_m);
-    out.real(p.rate_hz);
-    out.real(p.mass_kg);
-    out.real(p.damping_n_s_per_m);
-    out.real(p.friction_n);
-    out.real(p.resolution_m);
+    for (const auto member : kReals)
+        out.real(p.*member);
     out.vector(p.workspace_centre_m);
     out.real(p.workspace_radius_m);
     out.text(capabilities.name);
@@ -323,18 +306,19 @@ FrameBytes encode(std::uint32_t sequence, const State& state) noexcept {
     return out.finish();
 }
 
-FrameBytes encode(std::uint32_t sequence, const Bye& bye) noexcept {
+FrameBytes encodeBye(std::uint32_t sequence, std::string_view reason) noexcept {
+    Bye bye;
+    putText(bye.reason, reason);
     Writer out(FrameType::bye, sequence);
     out.text({bye.reason.data(), std::strlen(bye.reason.data())});
     return out.finish();
 }
 
-void putText(std::span<char> field, const char* text) noexcept {
-    std::size_t i = 0;
-    for (; text[i] != 0 && i + 1 < field.size(); ++i)
-        field[i] = text[i] < ' ' || text[i] > '~' ? '?' : text[i];
-    for (; i < field.size(); ++i)
-        field[i] = 0;
+void putText(std::span<char> field, std::string_view text) noexcept {
+    for (std::size_t i = 0; i < field.size(); ++i) {
+        const char c = i < text.size() && i + 1 < field.size() ? text[i] : '\0';
+        field[i] = c != 0 && (c < ' ' || c > '~') ? '?' : c;
+    }
 }
 
 }  // namespace stylet::haptics::bridge

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
+#include <string_view>
 
 #include "haptics/tools/device.h"
 
@@ -14,16 +14,16 @@ namespace stylet::haptics::bridge {
 
 inline constexpr std::uint8_t kVersion = 1;
 inline constexpr std::size_t kHeaderBytes = 12, kChecksumBytes = 4;
-inline constexpr std::size_t kMostPayloadBytes = 240;
-inline constexpr std::size_t kMostFrameBytes = kHeaderBytes + kMostPayloadBytes + kChecksumBytes;
+inline constexpr std::size_t kMaxPayloadBytes = 240;
+inline constexpr std::size_t kMaxFrameBytes = kHeaderBytes + kMaxPayloadBytes + kChecksumBytes;
 
-// kSilent_ns: after this much silence from either side there is no force, which leaves 5 ms of 20 for zero
-// to reach the motors. kAhead_ns: how far the other side's clock (the same CLOCK_MONOTONIC) may be ahead of
-// ours.
-inline constexpr std::int64_t kSilent_ns = 15'000'000;
-inline constexpr std::int64_t kAhead_ns = 1'000'000;
-// Values that no desktop device reaches. Anything beyond is rejected.
-inline constexpr double kFarthest_m = 2.0, kMostForce_n = 100.0;
+// kSilenceTimeout_ns: after this much silence from either side the force is removed. That leaves 5 of the
+// allowed 20 ms for the zero to reach the motors. kMaxClockLead_ns: how far the other side's clock (the same
+// CLOCK_MONOTONIC) may be ahead of ours.
+inline constexpr std::int64_t kSilenceTimeout_ns = 15'000'000;
+inline constexpr std::int64_t kMaxClockLead_ns = 1'000'000;
+// Limits that no desktop device reaches. Larger values are rejected.
+inline constexpr double kFarthest_m = 2.0, kMaxForce_n = 100.0;
 
 enum class FrameType : std::uint8_t { hello = 1, capabilities = 2, force = 3, state = 4, bye = 5 };
 
@@ -64,8 +64,8 @@ struct Bye {
     std::array<char, 201> reason{};  // printable ASCII, ended by a zero
 };
 
-// Faults of a frame or of the other side. magic to type come from readFrame(), value and unasked mostly from
-// the parse functions, the rest from Link.
+// Faults of a frame or of the other side. magic to type come from readFrame(), value and unexpected mostly
+// from the parse functions, the rest from Link.
 enum class LinkFault : std::uint8_t {
     none,
     magic,
@@ -73,14 +73,14 @@ enum class LinkFault : std::uint8_t {
     size,
     checksum,
     type,
-    value,    // a field that is not finite or out of range
-    unasked,  // an unexpected frame, or an answer to a force never sent
-    clock,    // a sample from the future, or older than the one before
-    silent,   // nothing for 15 ms
-    frozen,   // frames, but no new sample for 15 ms
-    bye,      // the bridge closed, with a reason
+    value,       // a field that is not finite or out of range
+    unexpected,  // an unexpected frame, or an answer to a force never sent
+    clock,       // a sample from the future, or older than the one before
+    silent,      // nothing for 15 ms
+    frozen,      // frames, but no new sample for 15 ms
+    bye,         // the bridge closed, with a reason
 };
-const char* describe(LinkFault) noexcept;
+std::string_view describe(LinkFault) noexcept;
 
 struct Frame {
     FrameType type = FrameType::bye;
@@ -92,7 +92,7 @@ struct Frame {
 // Reads one frame at the start of `bytes`. A fault is final: a stream with one wrong byte is not trusted.
 LinkFault readFrame(std::span<const std::uint8_t> bytes, Frame&) noexcept;
 
-// Each rejects values that are not finite or out of range, and payloads of the wrong length.
+// Each parse function rejects values that are not finite or out of range, and payloads of the wrong length.
 LinkFault parse(const Frame&, Hello&) noexcept;
 LinkFault parse(const Frame&, Capabilities&) noexcept;
 LinkFault parse(const Frame&, Force&) noexcept;
@@ -101,7 +101,7 @@ LinkFault parse(const Frame&, Bye&) noexcept;
 
 // A complete frame with its own buffer.
 struct FrameBytes {
-    std::array<std::uint8_t, kMostFrameBytes> bytes{};
+    std::array<std::uint8_t, kMaxFrameBytes> bytes{};
     std::size_t size = 0;
     std::span<const std::uint8_t> span() const noexcept { return {bytes.data(), size}; }
 };
@@ -109,9 +109,9 @@ FrameBytes encode(std::uint32_t sequence, const Hello&) noexcept;
 FrameBytes encode(std::uint32_t sequence, const Capabilities&) noexcept;
 FrameBytes encode(std::uint32_t sequence, const Force&) noexcept;
 FrameBytes encode(std::uint32_t sequence, const State&) noexcept;
-FrameBytes encode(std::uint32_t sequence, const Bye&) noexcept;
+FrameBytes encodeBye(std::uint32_t sequence, std::string_view reason) noexcept;
 
 // Copies a text into a fixed field, truncated to fit. Characters other than printable ASCII become '?'.
-void putText(std::span<char> field, const char* text) noexcept;
+void putText(std::span<char> field, std::string_view text) noexcept;
 
 }  // namespace stylet::haptics::bridge

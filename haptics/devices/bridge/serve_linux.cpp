@@ -26,36 +26,10 @@ std::int64_t monotonic_ns() noexcept {
 
 namespace {
 
-class Descriptor {
-  public:
-    explicit Descriptor(int fd = -1) : fd_(fd) {}
-    Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-    Descriptor& operator=(Descriptor&& other) noexcept {
-        std::swap(fd_, other.fd_);
-        return *this;
-    }
-    ~Descriptor() {
-        if (fd_ >= 0) ::close(fd_);
-    }
-    operator int() const noexcept { return fd_; }
-
-  private:
-    int fd_;
-};
-
-std::string failure(const std::string& what) {
-    return what + ": " + std::strerror(errno);
-}
-
 // Listens on `path` for this user only. Replaces a socket that nobody listens on.
 Descriptor listenOn(const std::string& path, std::string& why) {
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    if (path.size() >= sizeof address.sun_path) {
-        why = path + ": too long for a socket's path";
-        return Descriptor();
-    }
-    std::memcpy(address.sun_path, path.c_str(), path.size());
+    sockaddr_un address;
+    if (!makeAddress(path, address, why)) return Descriptor();
     const auto* generic = reinterpret_cast<const sockaddr*>(&address);
 
     const Descriptor probe(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
@@ -63,7 +37,7 @@ Descriptor listenOn(const std::string& path, std::string& why) {
         why = path + ": another bridge listens there";
         return Descriptor();
     }
-    // A plain file also refuses the connection, but belongs to someone.
+    // A plain file also refuses the connection, but it must not be deleted.
     struct stat there{};
     if (errno == ECONNREFUSED && ::lstat(path.c_str(), &there) == 0 && S_ISSOCK(there.st_mode))
         ::unlink(path.c_str());
@@ -71,7 +45,7 @@ Descriptor listenOn(const std::string& path, std::string& why) {
     Descriptor listener(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
     const mode_t mask = ::umask(0077);
     const bool bound = ::bind(listener, generic, sizeof address) == 0 && ::listen(listener, 4) == 0;
-    if (!bound) why = failure(path);
+    if (!bound) why = path + ": " + std::strerror(errno);
     ::umask(mask);
     return bound ? std::move(listener) : Descriptor();
 }
@@ -86,7 +60,7 @@ class Server {
             pollfd waits[2] = {{listener_, POLLIN, 0}, {client_, POLLIN, 0}};
             if (::poll(waits, session_ ? 2 : 1, 20) <= 0) continue;
             if (waits[0].revents) accept();
-            if (session_ && waits[1].revents && !converse()) hangUp();
+            if (session_ && waits[1].revents && !readAndReply()) hangUp();
         }
         if (!session_) return;
         const char* why = servo_.failure();
@@ -111,7 +85,7 @@ class Server {
 
     // One read per turn, so that a flooding trainer cannot keep run() from seeing `stop` or a device
     // failure.
-    bool converse() {
+    bool readAndReply() {
         std::uint8_t bytes[4096];
         const ssize_t got = ::recv(client_, bytes, sizeof bytes, 0);
         if (got < 0) return errno == EINTR || errno == EAGAIN || errno == EWOULDBLOCK;

@@ -1,4 +1,4 @@
-// Runs a bridge as a program: socket, clock, main().
+// The program of a bridge, which connects a vendor's SDK to the trainer: socket, clock, main().
 #pragma once
 
 #include <atomic>
@@ -23,8 +23,8 @@ class Sdk {
     virtual void stop() noexcept = 0;
 };
 
-// Opens the SDK and serves one Stylet after another until `stop` or until the device is lost. Returns the
-// reason if it failed, else an empty string.
+// Opens the SDK and serves one trainer process after another until `stop` or until the device is lost.
+// Returns the reason if it failed, else an empty string.
 std::string serve(Sdk&, const std::string& socket_path, const std::atomic<bool>& stop);
 
 // main() of a bridge: NAME [--socket PATH]. Runs until SIGINT, SIGTERM or SIGHUP.

@@ -2,23 +2,31 @@
 
 namespace stylet::haptics::bridge {
 
+namespace {
+
+void append(std::vector<std::uint8_t>& out, const FrameBytes& frame) {
+    out.insert(out.end(), frame.span().begin(), frame.span().end());
+}
+
+}  // namespace
+
 Vec3 Servo::tick(const Sample& sample, double force_peak_n) noexcept {
     Command newest;
     commands_.read(newest);
     const std::int64_t age_ns = sample.sampled_ns - newest.force.sent_ns;
-    const Vec3& asked_n = newest.force.force_n;
-    const bool none = asked_n.x == 0.0 && asked_n.y == 0.0 && asked_n.z == 0.0;
-    if (!newest.live || age_ns > kSilent_ns || age_ns < -kAhead_ns)
+    const Vec3& commanded_n = newest.force.force_n;
+    const bool none = commanded_n == Vec3(0.0);
+    if (!newest.live || age_ns > kSilenceTimeout_ns || age_ns < -kMaxClockLead_ns)
         tripped_ = true;
     else if (none)
         tripped_ = false;
     samples_.publish({sample, tripped_, true});
     if (tripped_ || none) return Vec3(0.0);
-    const double size_n = glm::length(asked_n);
-    return size_n > force_peak_n ? asked_n * (force_peak_n / size_n) : asked_n;
+    const double size_n = glm::length(commanded_n);
+    return size_n > force_peak_n ? commanded_n * (force_peak_n / size_n) : commanded_n;
 }
 
-bool Servo::newest(Sample& sample, bool& watchdog) noexcept {
+bool Servo::readSample(Sample& sample, bool& watchdog) noexcept {
     Published published;
     samples_.read(published);
     sample = published.sample;
@@ -27,26 +35,23 @@ bool Servo::newest(Sample& sample, bool& watchdog) noexcept {
 }
 
 bool Session::receive(std::span<const std::uint8_t> bytes, std::vector<std::uint8_t>& out) {
-    held_.insert(held_.end(), bytes.begin(), bytes.end());
+    buffered_.insert(buffered_.end(), bytes.begin(), bytes.end());
     std::size_t at = 0;
     while (true) {
         Frame frame;
-        const LinkFault fault = readFrame(std::span(held_).subspan(at), frame);
+        const LinkFault fault = readFrame(std::span(buffered_).subspan(at), frame);
         if (fault != LinkFault::none) return refuse(fault, out);
         if (frame.bytes == 0) break;
         if (!handle(frame, out)) return false;
         at += frame.bytes;
     }
-    held_.erase(held_.begin(), held_.begin() + std::ptrdiff_t(at));
+    buffered_.erase(buffered_.begin(), buffered_.begin() + std::ptrdiff_t(at));
     return true;
 }
 
 bool Session::handle(const Frame& frame, std::vector<std::uint8_t>& out) {
-    const auto append = [&out](const FrameBytes& bytes) {
-        out.insert(out.end(), bytes.span().begin(), bytes.span().end());
-    };
-    if (std::int32_t(frame.sequence - seen_) <= 0) return true;  // duplicate
-    seen_ = frame.sequence;
+    if (std::int32_t(frame.sequence - last_sequence_) <= 0) return true;  // duplicate
+    last_sequence_ = frame.sequence;
     if (frame.type == FrameType::bye) return false;
     if (!greeted_) {
         Hello hello;
@@ -54,7 +59,7 @@ bool Session::handle(const Frame& frame, std::vector<std::uint8_t>& out) {
         if (kVersion < hello.lowest_version || kVersion > hello.highest_version)
             return refuse(LinkFault::version, out);
         greeted_ = true;
-        append(encode(++sent_, capabilities_));
+        append(out, encode(++sent_, capabilities_));
         return true;
     }
     Force force;
@@ -62,17 +67,14 @@ bool Session::handle(const Frame& frame, std::vector<std::uint8_t>& out) {
     servo_.command(force);
     Sample sample;
     bool watchdog = true;
-    if (!servo_.newest(sample, watchdog)) return true;
-    append(encode(++sent_, State{frame.sequence, sample.sampled_ns, sample.device_from_stylus, sample.buttons,
-                                 sample.motors, sample.hand_on, watchdog}));
+    if (!servo_.readSample(sample, watchdog)) return true;
+    append(out, encode(++sent_, State{frame.sequence, sample.sampled_ns, sample.device_from_stylus,
+                                      sample.buttons, sample.motors, sample.hand_on, watchdog}));
     return true;
 }
 
-void Session::end(const char* reason, std::vector<std::uint8_t>& out) {
-    Bye bye;
-    putText(bye.reason, reason);
-    const FrameBytes bytes = encode(++sent_, bye);
-    out.insert(out.end(), bytes.span().begin(), bytes.span().end());
+void Session::end(std::string_view reason, std::vector<std::uint8_t>& out) {
+    append(out, encodeBye(++sent_, reason));
 }
 
 bool Session::refuse(LinkFault fault, std::vector<std::uint8_t>& out) {

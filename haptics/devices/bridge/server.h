@@ -1,6 +1,6 @@
-// The bridge's side, for a program around a closed SDK. The SDK's servo thread calls Servo::tick(). serve()
-// (serve_linux.h) talks to Stylet on a separate thread, so that neither a slow socket nor a crashed trainer
-// can leave a force on the device.
+// The bridge's side of the protocol, for a program that wraps a closed SDK. The SDK's servo thread calls
+// Servo::tick(). serve() (serve_linux.h) talks to Stylet on a separate thread, so that neither a slow socket
+// nor a crashed trainer can leave a force on the device.
 #pragma once
 
 #include <atomic>
@@ -33,7 +33,7 @@ class Servo {
     // Server's thread.
     void command(const Force& force) noexcept { commands_.publish({force, true}); }
     void release() noexcept { commands_.publish({}); }  // Stylet has disconnected: zero force now
-    bool newest(Sample&, bool& watchdog) noexcept;      // false if there is no sample yet
+    bool readSample(Sample&, bool& watchdog) noexcept;  // false if there is no sample yet
     const char* failure() const noexcept { return failure_.load(); }
 
   private:
@@ -55,11 +55,11 @@ class Servo {
 class Session {
   public:
     Session(const Capabilities& capabilities, Servo& servo) : capabilities_(capabilities), servo_(servo) {}
-    // Processes received bytes and appends the answers to `out`. Returns false to hang up after sending
-    // `out`.
+    // Processes received bytes and appends the answers to `out`. Returns false if the caller must send `out`
+    // and hang up.
     bool receive(std::span<const std::uint8_t>, std::vector<std::uint8_t>& out);
     // Appends a bye frame.
-    void end(const char* reason, std::vector<std::uint8_t>& out);
+    void end(std::string_view reason, std::vector<std::uint8_t>& out);
 
   private:
     bool handle(const Frame&, std::vector<std::uint8_t>& out);
@@ -67,8 +67,8 @@ class Session {
 
     const Capabilities& capabilities_;
     Servo& servo_;
-    std::vector<std::uint8_t> held_;
-    std::uint32_t sent_ = 0, seen_ = 0;
+    std::vector<std::uint8_t> buffered_;
+    std::uint32_t sent_ = 0, last_sequence_ = 0;
     bool greeted_ = false;
 };
 

@@ -1,11 +1,12 @@
 #include "haptics/devices/falcon/calibrate.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "base/errors.h"
 #include "haptics/output/output.h"
-#include "patient/patient.h"
 
 namespace stylet::haptics::falcon {
 
@@ -15,8 +16,8 @@ constexpr double kForces_n[] = {1.0, 2.0, 3.0};
 constexpr double kRise_n_per_s = 1.0;
 constexpr double kDt_s = 0.001;
 constexpr double kNewtonsPerGram = 9.80665e-3;  // standard gravity
-constexpr int kMostTries = 5;                   // per axis
-constexpr double kLongestStart_s = 10.0;        // of the force, whose start ramp takes 1.5 s
+constexpr int kMaxTries = 5;                    // per axis
+constexpr double kStartTimeout_s = 10.0;        // for the force to start; its ramp takes 1.5 s
 
 struct Axis {
     int index;
@@ -35,17 +36,17 @@ struct Faulted {
     std::string text;
 };
 
-std::string textOf(std::uint32_t bits) {
+std::string faultMessage(std::uint32_t bits) {
     for (const FaultText& fault : faultTexts())
         if ((bits & fault.bit) != 0) return fault.text;
-    return "the force does not begin";
+    return "the force does not start";
 }
 
 // Presses along one axis at a time, at 1 kHz, until the user answers.
 class Press {
   public:
-    Press(HapticDevice& device, const Clock& clock, const CalibrationTalk& talk)
-        : device_(device), clock_(clock), talk_(talk), next_ns_(clock.now_ns(clock.context)) {
+    Press(HapticDevice& device, const Clock& clock, const CalibrationPrompts& prompts)
+        : device_(device), clock_(clock), prompts_(prompts), next_ns_(clock.now()) {
         settings_.model_force_n = device.profile().force_peak_n;
         // The force is constant, not a spring, so it has no tangent and the gain is one.
         settings_.model_tangent_n_per_m = 1.0;
@@ -56,83 +57,83 @@ class Press {
 
     // Ramps the force to `force_n`, asks the question, and holds the force until there is an answer. Throws
     // Faulted.
-    double ask(const Axis& axis, double force_n, const std::string& question) {
-        while (std::fabs(force_n - held_n_) > 1e-9)
-            tick(axis,
-                 held_n_ + std::clamp(force_n - held_n_, -kRise_n_per_s * kDt_s, kRise_n_per_s * kDt_s));
+    double promptAtForce(const Axis& axis, double force_n, const std::string& question) {
+        while (std::fabs(force_n - commanded_n_) > 1e-9)
+            tick(axis, commanded_n_ +
+                           std::clamp(force_n - commanded_n_, -kRise_n_per_s * kDt_s, kRise_n_per_s * kDt_s));
         for (double waited_s = 0.0; force_n != 0.0 && output_.safety.stage != ForceStage::on;
              waited_s += kDt_s) {
-            if (waited_s > kLongestStart_s) throw Faulted{textOf(output_.safety.awaited)};
+            if (waited_s > kStartTimeout_s) throw Faulted{faultMessage(output_.safety.awaited)};
             tick(axis, force_n);
         }
-        talk_.say(question);
+        prompts_.print(question);
         for (;;) {
             tick(axis, force_n);
-            if (const auto answer = talk_.heard()) return *answer;
+            if (const auto answer = prompts_.readNumber()) return *answer;
         }
     }
     // Stops requesting force.
     void release() {
-        held_n_ = 0.0;
+        commanded_n_ = 0.0;
         device_.send(Vec3(0.0));
     }
     double sent_n(const Axis& axis) const { return axis.down * output_.sent_n[axis.index]; }
 
   private:
     void tick(const Axis& axis, double force_n) {
-        held_n_ = force_n;
+        commanded_n_ = force_n;
         const DeviceState state = device_.read(t_ns_);
         if (state.fresh != 0) tip_m_ = state.device_from_stylus.position_m;
         OutputTick tick;
         tick.grip_m = tip_m_;
-        tick.unmet = checkDevice(output_.safety, device_.profile(), state, kDt_s);
+        tick.fault_bits = checkDevice(output_.safety, device_.profile(), state, kDt_s);
         tick.tool.force_n[axis.index] = axis.down * force_n;
         tick.tool.event = true;  // a constant force stores no energy, so there is none to account for
         device_.send(stepOutput(output_, settings_, device_.profile(), 1.0, tick, kDt_s));
-        refuse(axis, force_n);
+        throwOnFault(axis, force_n);
         t_ns_ += 1'000'000;
-        // A late tick is not made up: a burst of ticks would look like a silent device.
-        next_ns_ = std::max(next_ns_, clock_.now_ns(clock_.context)) + 1'000'000;
-        clock_.sleepUntil_ns(clock_.context, next_ns_);
+        // Do not catch up after a late tick: during a burst of ticks the device would appear silent.
+        next_ns_ = std::max(next_ns_, clock_.now()) + 1'000'000;
+        clock_.sleepUntil(next_ns_);
     }
-    void refuse(const Axis& axis, double force_n) {
-        if (talk_.stop()) throw DataError("calibration", axis.name, "stopped");
+    void throwOnFault(const Axis& axis, double force_n) {
+        if (prompts_.stop()) throw DataError("calibration", axis.name, "stopped");
         if (output_.safety.faults == 0) return;
-        const std::string text = textOf(output_.safety.faults);
+        const std::string text = faultMessage(output_.safety.faults);
         rearm(output_.safety);  // takes effect once the force is zero
         if (force_n != 0.0) throw Faulted{text};
     }
 
     HapticDevice& device_;
     Clock clock_;
-    const CalibrationTalk& talk_;
+    const CalibrationPrompts& prompts_;
     OutputSettings settings_;
     OutputState output_;
     Vec3 tip_m_{0.0};
-    double held_n_ = 0.0;
+    double commanded_n_ = 0.0;
     std::int64_t t_ns_ = 0, next_ns_;
 };
 
 double measure(Press& press, const Axis& axis) {
-    const double rest_g =
-        press.ask(axis, 0.0,
-                  std::string(axis.pose) +
-                      ", and raise a scale until the grip rests on it in the middle of its reach. How many "
-                      "grams?");
+    const double rest_g = press.promptAtForce(
+        axis, 0.0,
+        fmt::format("{}. Raise a scale until the grip rests on it in the middle of its reach. How many grams "
+                    "does it show?",
+                    axis.pose));
     std::vector<CalibrationReading> readings;
     for (const double force_n : kForces_n) {
-        const double grams = press.ask(axis, force_n, "And now, how many grams?");
+        const double grams = press.promptAtForce(axis, force_n, "How many grams does the scale show now?");
         readings.push_back({press.sent_n(axis), (grams - rest_g) * kNewtonsPerGram});
     }
-    press.ask(axis, 0.0, "The force is off. Type any number to continue.");
+    press.promptAtForce(axis, 0.0, "The force is off. Type any number to continue.");
     return fitCalibration(readings, axis.name);
 }
 
 }  // namespace
 
-Calibration calibrate(HapticDevice& device, const Clock& clock, const CalibrationTalk& talk) {
+Calibration calibrate(HapticDevice& device, const Clock& clock, const CalibrationPrompts& prompts) {
     Calibration calibration;
-    Press press(device, clock, talk);
+    Press press(device, clock, prompts);
     for (const Axis& axis : kAxes)
         for (int tries = 1;; ++tries) {
             try {
@@ -140,8 +141,9 @@ Calibration calibrate(HapticDevice& device, const Clock& clock, const Calibratio
                 break;
             } catch (const Faulted& fault) {
                 press.release();
-                if (tries == kMostTries) throw DataError("calibration", axis.name, fault.text);
-                talk.say("The force is off: " + fault.text + ". This axis once more.");
+                if (tries == kMaxTries)
+                    throw EnvironmentError(fmt::format("calibration: {}: {}", axis.name, fault.text));
+                prompts.print(fmt::format("The force is off: {}. This axis once more.", fault.text));
             }
         }
     calibration.measured = true;

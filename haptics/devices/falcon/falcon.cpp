@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <utility>
 
+#include "base/text.h"
 #include "haptics/devices/profiles.h"
 
 namespace stylet::haptics::falcon {
@@ -12,41 +12,41 @@ namespace stylet::haptics::falcon {
 namespace {
 
 constexpr double kCountsPerNewtonMetre = 10'000.0;
-constexpr double kMostCounts = 4095.0;
+constexpr double kMaxCounts = 4095.0;
 
 // About 0.6 s. The public driver polls a thousand times.
-constexpr int kMostProbes = 60;
-constexpr int kMostLoads = 10;
+constexpr int kMaxProbes = 60;
+constexpr int kMaxLoads = 10;
 constexpr int kTransferWait_ms = 3;
 constexpr std::int64_t kReply_ns = 4'000'000, kProbe_ns = 10'000'000;
-// One garbled reply must not count as homing: the zero position would be wrong and the forces wild.
+// One garbled reply must not count as homing: the zero position and all forces would be wrong.
 constexpr int kHomedReplies = 10;
-// A garbled count may look valid. A hand is assumed to continue its motion within this tolerance: 600 m/s^2,
-// six times what the motors plus a blow of the hand can cause, and 1 ms of doubt about when the count was
-// read.
-constexpr double kMostSwervePerMs = 40.0;
-constexpr double kMostStraightOn_ms = 5.0;
+// A garbled count may look valid. A hand is assumed to continue its motion within this tolerance. It allows
+// 600 m/s^2, six times what the motors and a blow of the hand can cause. isPlausibleMotion() also allows for
+// 1 ms of uncertainty in the time at which the count was read.
+constexpr double kMaxDeviationPerMs = 40.0;
+constexpr double kMaxExtrapolation_ms = 5.0;
 
 }  // namespace
 
-DeviceProfile profileOf(const Calibration& calibration) noexcept {
+DeviceProfile makeProfile(const Calibration& calibration) noexcept {
     DeviceProfile profile = *findProfile("falcon");
     profile.force_calibrated = calibration.measured;
     profile.workspace_centre_m = {0.0, 0.0, 0.1225};  // centre of the usable 75 to 170 mm
     return profile;
 }
 
-std::array<std::int16_t, 3> motorsFor(const Vec3& force_n, const Vec3& grip_m,
-                                      const Calibration& calibration) noexcept {
+std::array<std::int16_t, 3> computeMotorCounts(const Vec3& force_n, const Vec3& grip_m,
+                                               const Calibration& calibration) noexcept {
     if (!isFinite(force_n)) return {};
     const double length = std::sqrt(glm::dot(force_n, force_n));
     const double most_n = findProfile("falcon")->force_peak_n;
     const Vec3 wanted = length > most_n ? force_n * (most_n / length) : force_n;
-    const auto torques_n_m = torquesFor(wanted / calibration.measured_per_asked, grip_m);
+    const auto torques_n_m = computeTorques(wanted / calibration.measured_per_asked, grip_m);
     if (!torques_n_m || !isFinite(*torques_n_m)) return {};
     Vec3 counts = -kCountsPerNewtonMetre * *torques_n_m;
     const double most = std::max({std::fabs(counts.x), std::fabs(counts.y), std::fabs(counts.z)});
-    if (most > kMostCounts) counts *= kMostCounts / most;
+    if (most > kMaxCounts) counts *= kMaxCounts / most;
     return {std::int16_t(std::lround(counts.x)), std::int16_t(std::lround(counts.y)),
             std::int16_t(std::lround(counts.z))};
 }
@@ -55,7 +55,7 @@ FalconDriver::FalconDriver(std::unique_ptr<FtdiBus> bus, const Clock& clock, Set
     : bus_(std::move(bus)),
       clock_(clock),
       settings_(std::move(settings)),
-      profile_(profileOf(settings_.calibration)),
+      profile_(makeProfile(settings_.calibration)),
       loader_(*bus_, clock) {}
 
 FalconDriver::~FalconDriver() {
@@ -69,14 +69,14 @@ DeviceStage FalconDriver::open(std::string& why) {
     open_ = true;
     step_ = Step::probe;
     probes_ = 0;
-    homed_ = behind_ = jumping_ = false;
+    homed_ = reply_pending_ = jumping_ = false;
     homed_replies_ = 0;
     reader_.clear();
     const BusResult purged = bus_->control(kFtdiReset, kPurgeReceived, why);
     if (purged == BusResult::ok && bus_->control(kFtdiReset, kPurgeToSend, why) == BusResult::ok &&
         setNormalMode(*bus_, why) == BusResult::ok)
         return DeviceStage::opening;
-    if (why.empty()) why = "its chip could not be set";
+    if (why.empty()) why = "the Falcon's FTDI chip could not be configured";
     return DeviceStage::failed;
 }
 
@@ -112,19 +112,22 @@ void FalconDriver::close() noexcept {
 // Running firmware answers an empty command. Without firmware the chip sends only its status.
 DeviceStage FalconDriver::probe(std::string& why) {
     std::optional<Reply> reply;
-    if (talk({}, now() + kProbe_ns, reply, why) == BusResult::lost) return lose(why);
+    if (sendAndReceive({}, now() + kProbe_ns, reply, why) == BusResult::lost) return reportLost(why);
     if (reply) {
         step_ = Step::run;
         loads_ = 0;
-        heard_ns_ = now();
+        last_reply_ns_ = now();
         trouble_ = Trouble::none;
         return DeviceStage::needsHoming;
     }
-    if (++probes_ < kMostProbes) return DeviceStage::opening;
+    if (++probes_ < kMaxProbes) return DeviceStage::opening;
     if (settings_.firmware.image.empty()) {
-        why = "it has no firmware, which is lost at power-off: pass the vendor's file with --firmware";
-    } else if (loads_ >= kMostLoads) {
-        why = "its firmware could not be loaded in ten tries: unplug it, check its power supply, plug it in";
+        why =
+            "the Falcon has no firmware, which is lost at power-off: pass the vendor's file with --firmware";
+    } else if (loads_ >= kMaxLoads) {
+        why =
+            "the Falcon's firmware could not be loaded in ten tries: unplug it, check its power supply, plug "
+            "it in";
     } else {
         step_ = Step::load;
         loader_.begin();
@@ -134,8 +137,8 @@ DeviceStage FalconDriver::probe(std::string& why) {
 
 DeviceStage FalconDriver::load(std::string& why) {
     switch (loader_.step(settings_.firmware.image, why)) {
-        case FirmwareLoader::Outcome::going:
-            why = "loading its firmware";
+        case FirmwareLoader::Outcome::inProgress:
+            why = "loading the Falcon's firmware";
             return DeviceStage::needsFirmware;
         case FirmwareLoader::Outcome::done:
             step_ = Step::probe;
@@ -143,42 +146,43 @@ DeviceStage FalconDriver::load(std::string& why) {
             ++loads_;
             return DeviceStage::opening;
         case FirmwareLoader::Outcome::failed:
-            // PolledDevice closes and reopens the device, which helps.
+            // PolledDevice closes and reopens the device, which often helps.
             ++loads_;
-            why = "loading its firmware: " + why;
+            why = "the Falcon's firmware could not be loaded: " + why;
             return DeviceStage::failed;
         case FirmwareLoader::Outcome::lost:
             break;
     }
-    return lose(why);
+    return reportLost(why);
 }
 
 DeviceStage FalconDriver::run(const Vec3& force_n, DeviceState& state, std::string& why) {
     const std::int64_t begin_ns = now();
-    if (heard_ns_ > begin_ns) heard_ns_ = begin_ns - kReplyDeadline_ns;  // the clock was set back
+    if (last_reply_ns_ > begin_ns) last_reply_ns_ = begin_ns - kReplyDeadline_ns;  // the clock was set back
     Command command{.leds = homed_ ? kLedGreen : kLedRed};
-    if (homed_ && begin_ns - heard_ns_ < kReplyDeadline_ns)
-        command.motors = motorsFor(force_n, grip_m_, settings_.calibration);
+    if (homed_ && begin_ns - last_reply_ns_ < kReplyDeadline_ns)
+        command.motors = computeMotorCounts(force_n, grip_m_, settings_.calibration);
 
     std::optional<Reply> reply;
     const std::uint64_t refused = reader_.refused();
-    if (talk(command, begin_ns + kReply_ns, reply, why) == BusResult::lost) return lose(why);
+    if (sendAndReceive(command, begin_ns + kReply_ns, reply, why) == BusResult::lost) return reportLost(why);
     if (reply) {
-        if (take(*reply, now(), state)) heard_ns_ = now();
+        if (processReply(*reply, now(), state)) last_reply_ns_ = now();
     } else {
-        note(reader_.refused() != refused ? Trouble::garbled : Trouble::silent);
+        recordTrouble(reader_.refused() != refused ? Trouble::garbled : Trouble::silent);
     }
-    if (now() - heard_ns_ > kGiveUp_ns) return giveUp(why);
+    if (now() - last_reply_ns_ > kGiveUp_ns) return giveUp(why);
     if (homed_) return DeviceStage::ready;
     why = "pull its grip all the way out, then push it all the way in";
     return DeviceStage::needsHoming;
 }
 
 // Sends one command and waits until `until_ns` for the newest reply.
-BusResult FalconDriver::talk(const Command& command, std::int64_t until_ns, std::optional<Reply>& reply,
-                             std::string& why) {
-    if (behind_) {
-        // Otherwise the late reply would be taken for the next one, and so on for all that follow.
+BusResult FalconDriver::sendAndReceive(const Command& command, std::int64_t until_ns,
+                                       std::optional<Reply>& reply, std::string& why) {
+    if (reply_pending_) {
+        // Otherwise the late reply would be matched with this command, and every later reply with the command
+        // after its own.
         reader_.clear();
         if (bus_->control(kFtdiReset, kPurgeReceived, why) == BusResult::lost) return BusResult::lost;
     }
@@ -190,27 +194,27 @@ BusResult FalconDriver::talk(const Command& command, std::int64_t until_ns, std:
         reply = reader_.push(got.span());
         if (now() >= until_ns) break;
     }
-    behind_ = !reply;
+    reply_pending_ = !reply;
     return result;
 }
 
 // Returns false if the reply is implausible. There is no position until all three encoders have found their
 // zero.
-bool FalconDriver::take(const Reply& reply, std::int64_t now_ns, DeviceState& state) noexcept {
+bool FalconDriver::processReply(const Reply& reply, std::int64_t now_ns, DeviceState& state) noexcept {
     if (reply.homed != kHomedAll) {
         homed_ = false;
         homed_replies_ = 0;
         trouble_ = Trouble::none;
         return true;
     }
-    const double elapsed_ms = double(now_ns - heard_ns_) * 1e-6;
-    if (homed_replies_ > 0 && !follows(reply.encoders, elapsed_ms)) {
-        note(Trouble::jumped);
+    const double elapsed_ms = double(now_ns - last_reply_ns_) * 1e-6;
+    if (homed_replies_ > 0 && !isPlausibleMotion(reply.encoders, elapsed_ms)) {
+        recordTrouble(Trouble::jumped);
         return false;
     }
     const auto grip = gripFromAngles(anglesFromCounts(reply.encoders), grip_m_);
     if (!grip) {
-        note(Trouble::impossible);
+        recordTrouble(Trouble::impossible);
         return false;
     }
     homed_replies_ = std::min(homed_replies_ + 1, kHomedReplies);
@@ -218,7 +222,7 @@ bool FalconDriver::take(const Reply& reply, std::int64_t now_ns, DeviceState& st
     trouble_ = Trouble::none;
     for (int i = 0; i < 3; ++i) {
         const auto leg = std::size_t(i);
-        const bool steady = homed_replies_ > 1 && elapsed_ms > 0.2 && elapsed_ms < kMostStraightOn_ms;
+        const bool steady = homed_replies_ > 1 && elapsed_ms > 0.2 && elapsed_ms < kMaxExtrapolation_ms;
         rates_[i] = steady ? (reply.encoders[leg] - counts_[leg]) / elapsed_ms : 0.0;
     }
     counts_ = reply.encoders;
@@ -232,46 +236,37 @@ bool FalconDriver::take(const Reply& reply, std::int64_t now_ns, DeviceState& st
 
 // True if a hand can have moved there. A jump does not become valid as time passes. Only after silence is a
 // larger motion allowed, because the hand then had that long to move.
-bool FalconDriver::follows(const Counts& counts, double elapsed_ms) noexcept {
+bool FalconDriver::isPlausibleMotion(const Counts& counts, double elapsed_ms) noexcept {
     if (!jumping_) silence_ms_ = std::max(1.0, elapsed_ms);
     jumping_ = false;
     for (int i = 0; i < 3; ++i) {
         const auto leg = std::size_t(i);
-        const double expected = counts_[leg] + rates_[i] * std::min(elapsed_ms, kMostStraightOn_ms);
-        const double doubt = kMostSwervePerMs * silence_ms_ + std::fabs(rates_[i]);
+        const double expected = counts_[leg] + rates_[i] * std::min(elapsed_ms, kMaxExtrapolation_ms);
+        const double doubt = kMaxDeviationPerMs * silence_ms_ + std::fabs(rates_[i]);
         jumping_ = jumping_ || std::fabs(counts[leg] - expected) > doubt;
     }
     return !jumping_;
 }
 
-// Keeps the first problem since the last valid reply. Silence may be replaced, since it can be a
-// consequence.
-void FalconDriver::note(Trouble trouble) noexcept {
+// Keeps the first problem since the last valid reply. Silence is replaced by a later problem, because silence
+// can be its consequence.
+void FalconDriver::recordTrouble(Trouble trouble) noexcept {
     if (trouble_ == Trouble::none || trouble_ == Trouble::silent) trouble_ = trouble;
 }
 
-DeviceStage FalconDriver::lose(std::string& why) {
+DeviceStage FalconDriver::reportLost(std::string& why) {
     loads_ = 0;
-    if (why.empty()) why = "the connection was lost";
+    if (why.empty()) why = "the connection to the Falcon was lost: plug it in again";
     return DeviceStage::failed;
 }
 
 DeviceStage FalconDriver::giveUp(std::string& why) const {
-    switch (trouble_) {
-        case Trouble::none:
-        case Trouble::silent:
-            why = "it stopped answering";
-            break;
-        case Trouble::garbled:
-            why = "its answers are garbled";
-            break;
-        case Trouble::jumped:
-            why = "its encoders jumped faster than any hand";
-            break;
-        case Trouble::impossible:
-            why = "its encoders report an impossible pose";
-            break;
-    }
+    static constexpr std::array<std::string_view, 5> kTexts{
+        // in the order of Trouble
+        "the Falcon stopped answering", "the Falcon stopped answering", "the Falcon's replies are garbled",
+        "the Falcon's encoders jumped faster than any hand",
+        "the Falcon's encoders report an impossible pose"};
+    why = enumName(kTexts, trouble_);
     return DeviceStage::failed;
 }
 

@@ -1,9 +1,9 @@
 // The Novint Falcon: three motors and three encoders behind an FTDI chip. It senses no orientation; clutch.h
 // supplies one. See README.md for firmware, homing and calibration.
 //
-// Facts from libnifalcon (BSD), listed in the headers of its parts: falcon_kinematics.h, falcon_packet.h,
-// falcon_firmware.h, ftdi_bus.h. It is not known what the device does when the host stops sending, so zero
-// is sent on every exit.
+// The facts are from libnifalcon (BSD) and are listed in the headers of the parts: falcon_kinematics.h,
+// falcon_packet.h, falcon_firmware.h, ftdi_bus.h. It is not known what the device does when the host stops
+// sending, so zero is sent on every exit.
 #pragma once
 
 #include <array>
@@ -23,15 +23,17 @@ namespace stylet::haptics::falcon {
 
 struct Settings {
     Firmware firmware{};        // used if the device has no firmware loaded
-    Calibration calibration{};  // by default uncalibrated, and the profile says so
+    Calibration calibration{};  // default: uncalibrated, and marked so in the profile
 };
 
-DeviceProfile profileOf(const Calibration&) noexcept;
+DeviceProfile makeProfile(const Calibration&) noexcept;
 
-// Motor commands for a force at a grip position: 10,000 counts per N m of thigh torque (libnifalcon,
-// undocumented), divided by the calibration. Limited to the profile's peak force and to 4095 counts by
-// scaling all three, so that the direction is kept. Zero if the pose is unreachable.
-std::array<std::int16_t, 3> motorsFor(const Vec3& force_n, const Vec3& grip_m, const Calibration&) noexcept;
+// Motor commands for a force at a grip position: 10,000 counts per N m of torque at the thigh (the
+// driven link of a leg; number from libnifalcon, undocumented). The force is first divided by the
+// calibration. The counts are limited to the profile's peak force and to 4095 counts by scaling all three, so
+// that the direction is kept. Zero if the pose is unreachable.
+std::array<std::int16_t, 3> computeMotorCounts(const Vec3& force_n, const Vec3& grip_m,
+                                               const Calibration&) noexcept;
 
 // Without a valid reply for this long the force is zero, because the grip's position is unknown.
 inline constexpr std::int64_t kReplyDeadline_ns = 6'000'000;
@@ -60,13 +62,13 @@ class FalconDriver final : public Driver {
     DeviceStage probe(std::string& why);
     DeviceStage load(std::string& why);
     DeviceStage run(const Vec3& force_n, DeviceState&, std::string& why);
-    BusResult talk(const Command&, std::int64_t until_ns, std::optional<Reply>&, std::string& why);
-    bool take(const Reply&, std::int64_t now_ns, DeviceState&) noexcept;
-    bool follows(const Counts&, double elapsed_ms) noexcept;
-    void note(Trouble) noexcept;
-    DeviceStage lose(std::string& why);
+    BusResult sendAndReceive(const Command&, std::int64_t until_ns, std::optional<Reply>&, std::string& why);
+    bool processReply(const Reply&, std::int64_t now_ns, DeviceState&) noexcept;
+    bool isPlausibleMotion(const Counts&, double elapsed_ms) noexcept;
+    void recordTrouble(Trouble) noexcept;
+    DeviceStage reportLost(std::string& why);
     DeviceStage giveUp(std::string& why) const;
-    std::int64_t now() const noexcept { return clock_.now_ns(clock_.context); }
+    std::int64_t now() const noexcept { return clock_.now(); }
 
     std::unique_ptr<FtdiBus> bus_;
     Clock clock_;
@@ -81,10 +83,10 @@ class FalconDriver final : public Driver {
     bool homed_ = false;
     int homed_replies_ = 0;
     Trouble trouble_ = Trouble::none;
-    bool jumping_ = false;       // the last reply was too far from the last valid one
-    bool behind_ = false;        // a reply may still be in transit
-    std::int64_t heard_ns_ = 0;  // time of the last valid reply
-    double silence_ms_ = 1.0;    // silence before the current reply; frozen while replies jump
+    bool jumping_ = false;            // the last reply was too far from the last valid one
+    bool reply_pending_ = false;      // a reply may still be in transit
+    std::int64_t last_reply_ns_ = 0;  // time of the last valid reply
+    double silence_ms_ = 1.0;         // silence before the current reply; not updated while jumping_
     Counts counts_{};
     Vec3 rates_{0.0};  // counts per ms
     Vec3 grip_m_ = kCentre_m;

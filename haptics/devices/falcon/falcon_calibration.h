@@ -19,7 +19,7 @@ struct Calibration {
 
 // One reading along one axis: the force commanded with gains of one, and the force on the scale.
 struct CalibrationReading {
-    double asked_n = 0.0, measured_n = 0.0;
+    double commanded_n = 0.0, measured_n = 0.0;
 };
 
 // Least-squares line through the origin. Throws DataError (naming `axis`) for fewer than two

@@ -12,14 +12,14 @@ namespace stylet::haptics::falcon {
 
 namespace {
 
-constexpr std::size_t kMostFirmwareBytes = 64 * 1024;
+constexpr std::size_t kMaxFirmwareBytes = 64 * 1024;
 constexpr std::size_t kChunkBytes = 62;  // 62 as in the source's code; its comments say 58 and 128
-constexpr int kMostGreetings = 100;
+constexpr int kMaxGreetings = 100;
 constexpr int kLoaderWait_ms = 20;  // longer than the chip's 16 ms between answers
 constexpr std::int64_t kGreeting_ns = 50'000'000, kEcho_ns = 80'000'000;
 
 constexpr std::uint8_t kGreeting[] = {0x0A, 0x43, 0x0D};
-constexpr std::uint8_t kGreeted[] = {0x0A, 0x44, 0x2C, 0x0D};  // macOS puts a zero before it
+constexpr std::uint8_t kGreetingReply[] = {0x0A, 0x44, 0x2C, 0x0D};  // macOS puts a zero before it
 constexpr std::uint8_t kBeginLoad[] = {0x41};
 
 struct Setting {
@@ -34,8 +34,8 @@ BusResult set(FtdiBus& bus, std::initializer_list<Setting> settings, std::string
     return BusResult::ok;
 }
 
-FirmwareLoader::Outcome outcomeOf(BusResult result, std::string& why, const char* what) {
-    if (result == BusResult::ok) return FirmwareLoader::Outcome::going;
+FirmwareLoader::Outcome toOutcome(BusResult result, std::string& why, const char* what) {
+    if (result == BusResult::ok) return FirmwareLoader::Outcome::inProgress;
     if (result == BusResult::lost) return FirmwareLoader::Outcome::lost;
     if (why.empty()) why = what;
     return FirmwareLoader::Outcome::failed;
@@ -44,11 +44,11 @@ FirmwareLoader::Outcome outcomeOf(BusResult result, std::string& why, const char
 }  // namespace
 
 Firmware loadFirmwareFile(const std::filesystem::path& file) {
-    const std::string bytes = readWholeFile(file, kMostFirmwareBytes);
+    const std::string bytes = readWholeFile(file, kMaxFirmwareBytes);
     if (bytes.empty()) throw DataError(file, "firmware", "empty");
     Firmware firmware;
     firmware.image.assign(bytes.begin(), bytes.end());
-    firmware.sha256 = sha256Of(firmware.image);
+    firmware.sha256 = computeSha256(firmware.image);
     return firmware;
 }
 
@@ -78,7 +78,7 @@ FirmwareLoader::Outcome FirmwareLoader::step(const std::vector<std::uint8_t>& im
     return Outcome::failed;
 }
 
-// 9600 baud and a latency of 16 ms, "otherwise firmware checks tend to fail".
+// Uses 9600 baud and a latency of 16 ms; libnifalcon warns that "otherwise firmware checks tend to fail".
 FirmwareLoader::Outcome FirmwareLoader::greet(std::string& why) {
     BusResult result = set(*bus_,
                            {{kFtdiReset, kPurgeReceived},
@@ -92,10 +92,10 @@ FirmwareLoader::Outcome FirmwareLoader::greet(std::string& why) {
                             {kFtdiModem, 0x0101}},
                            why);
     if (result == BusResult::ok) result = bus_->write(kGreeting, kLoaderWait_ms, why);
-    if (result == BusResult::ok) result = expect(kGreeted, kGreeting_ns, why);
+    if (result == BusResult::ok) result = expect(kGreetingReply, kGreeting_ns, why);
     if (result == BusResult::ok) part_ = Part::rate;
-    if (result == BusResult::late && ++greetings_ < kMostGreetings) return Outcome::going;
-    return outcomeOf(result, why, "its loader does not answer");
+    if (result == BusResult::late && ++greetings_ < kMaxGreetings) return Outcome::inProgress;
+    return toOutcome(result, why, "the Falcon's firmware loader does not answer");
 }
 
 FirmwareLoader::Outcome FirmwareLoader::changeRate(std::string& why) {
@@ -103,7 +103,7 @@ FirmwareLoader::Outcome FirmwareLoader::changeRate(std::string& why) {
     if (result == BusResult::ok) result = bus_->write(kBeginLoad, kLoaderWait_ms, why);
     if (result == BusResult::ok) result = expect(kBeginLoad, kEcho_ns, why);
     if (result == BusResult::ok) part_ = Part::image;
-    return outcomeOf(result, why, "its loader did not accept the faster rate");
+    return toOutcome(result, why, "the Falcon's firmware loader did not accept the faster rate");
 }
 
 // The echo serves as checksum. Without an answer the chip still sends its status, so only a deadline ends
@@ -113,20 +113,22 @@ FirmwareLoader::Outcome FirmwareLoader::sendChunk(const std::vector<std::uint8_t
     const std::span<const std::uint8_t> chunk(image.data() + sent_, count);
     BusResult result = bus_->write(chunk, kLoaderWait_ms, why);
     if (result == BusResult::ok) result = expect(chunk, kEcho_ns, why);
-    if (result != BusResult::ok) return outcomeOf(result, why, "a piece of its firmware came back wrong");
+    if (result != BusResult::ok)
+        return toOutcome(result, why, "the Falcon did not echo a piece of its firmware correctly");
     sent_ += count;
-    if (sent_ < image.size()) return Outcome::going;
+    if (sent_ < image.size()) return Outcome::inProgress;
     result = setNormalMode(*bus_, why);
-    return result == BusResult::ok ? Outcome::done : outcomeOf(result, why, "its chip could not be set");
+    return result == BusResult::ok ? Outcome::done
+                                   : toOutcome(result, why, "the Falcon's FTDI chip could not be configured");
 }
 
 // Returns ok if `bytes` arrive as one contiguous sequence within the time.
 BusResult FirmwareLoader::expect(std::span<const std::uint8_t> bytes, std::int64_t within_ns,
                                  std::string& why) {
-    const std::int64_t begin_ns = clock_.now_ns(clock_.context);
+    const std::int64_t begin_ns = clock_.now();
     std::vector<std::uint8_t> seen;
     // The number of turns is limited too, because the clock may be set back meanwhile.
-    for (int turn = 0; turn < 100 && clock_.now_ns(clock_.context) - begin_ns < within_ns; ++turn) {
+    for (int turn = 0; turn < 100 && clock_.now() - begin_ns < within_ns; ++turn) {
         BusBytes got;
         const BusResult result = bus_->read(got, kLoaderWait_ms, why);
         if (result == BusResult::lost) return result;

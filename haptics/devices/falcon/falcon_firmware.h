@@ -30,7 +30,7 @@ BusResult setNormalMode(FtdiBus&, std::string& why);
 // ms.
 class FirmwareLoader {
   public:
-    enum class Outcome : std::uint8_t { going, done, failed, lost };
+    enum class Outcome : std::uint8_t { inProgress, done, failed, lost };
 
     FirmwareLoader(FtdiBus& bus, const Clock& clock) : bus_(&bus), clock_(clock) {}
     void begin() noexcept;

@@ -41,6 +41,6 @@ std::optional<glm::dmat3> jacobianAt(const Vec3& grip_m) noexcept;
 std::optional<Vec3> gripFromAngles(const Angles&, const Vec3& near_m) noexcept;
 
 // Thigh torques, N m, that produce `force_n` at the grip. Virtual work: torque = (d grip / d angles)^T f.
-std::optional<Vec3> torquesFor(const Vec3& force_n, const Vec3& grip_m) noexcept;
+std::optional<Vec3> computeTorques(const Vec3& force_n, const Vec3& grip_m) noexcept;
 
 }  // namespace stylet::haptics::falcon

@@ -2,9 +2,9 @@
 
 #include <libusb.h>
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 
 #include "haptics/devices/permission_linux.h"
 
@@ -47,16 +47,14 @@ bool isFalcon(libusb_device* device) {
     return libusb_get_device_descriptor(device, &d) == 0 && d.idVendor == kVendor && d.idProduct == kProduct;
 }
 
-UsbPlace placeOf(libusb_device* device) {
+UsbPlace usbPlace(libusb_device* device) {
     std::array<std::uint8_t, 8> ports{};
     const int depth = libusb_get_port_numbers(device, ports.data(), int(ports.size()));
     const int bus = libusb_get_bus_number(device);
-    UsbPlace place{.port = std::to_string(bus), .node = {}};
+    UsbPlace place{.port = fmt::format("{}", bus), .node = {}};
     for (int i = 0; i < depth; ++i)
-        place.port += (i == 0 ? '-' : '.') + std::to_string(ports[std::size_t(i)]);
-    std::array<char, 32> node{};
-    std::snprintf(node.data(), node.size(), "/dev/bus/usb/%03d/%03d", bus, libusb_get_device_address(device));
-    place.node = node.data();
+        place.port += fmt::format("{}{}", i == 0 ? '-' : '.', ports[std::size_t(i)]);
+    place.node = fmt::format("/dev/bus/usb/{:03}/{:03}", bus, libusb_get_device_address(device));
     return place;
 }
 
@@ -64,13 +62,13 @@ UsbPlace placeOf(libusb_device* device) {
 std::string reason(const char* what, int error, const std::string& node = {}) {
     if (!node.empty() && error == LIBUSB_ERROR_ACCESS) return accessProblem(node, EACCES);
     if (!node.empty() && error == LIBUSB_ERROR_BUSY) return accessProblem(node, EBUSY);
-    return std::string(what) + ": " + libusb_error_name(error);
+    return fmt::format("{}: {}", what, libusb_error_name(error));
 }
 
-BusResult resultOf(const char* what, int error, std::string& why) {
+BusResult toBusResult(const char* what, int error, std::string& why) {
     if (error == 0) return BusResult::ok;
     if (error == LIBUSB_ERROR_TIMEOUT) return BusResult::late;
-    why = error == LIBUSB_ERROR_NO_DEVICE ? "it was unplugged" : reason(what, error);
+    why = error == LIBUSB_ERROR_NO_DEVICE ? "the Falcon was unplugged" : reason(what, error);
     return BusResult::lost;
 }
 
@@ -83,26 +81,26 @@ class UsbBus final : public FtdiBus {
 
     DeviceStage open(std::string& why) override {
         close();
-        if (context_.error != 0) return fail("libusb", context_.error, why);
+        if (context_.error != 0) return fail("libusb does not start", context_.error, why);
         const DeviceList list(context_.usb);
-        if (list.count < 0) return fail("looking for it", int(list.count), why);
+        if (list.count < 0) return fail("the USB devices cannot be listed", int(list.count), why);
         libusb_device** const end = list.devices + list.count;
         libusb_device** const found = std::find_if(list.devices, end, [&](libusb_device* d) {
-            return isFalcon(d) && (port_.empty() || placeOf(d).port == port_);
+            return isFalcon(d) && (port_.empty() || usbPlace(d).port == port_);
         });
         if (found == end) {
             why = "no Falcon (USB 0403:cb48) is plugged in";
             return DeviceStage::absent;
         }
-        const std::string node = placeOf(*found).node;
+        const std::string node = usbPlace(*found).node;
         if (const int error = libusb_open(*found, &handle_); error != 0)
-            return fail("opening it", error, why, node);
+            return fail("the Falcon cannot be opened", error, why, node);
         // Ignore the result: it is not supported everywhere, and no kernel driver claims this product.
         libusb_set_auto_detach_kernel_driver(handle_, 1);
         if (const int error = libusb_claim_interface(handle_, 0); error != 0) {
             libusb_close(handle_);
             handle_ = nullptr;
-            return fail("claiming it", error, why, node);
+            return fail("the Falcon cannot be claimed", error, why, node);
         }
         return DeviceStage::opening;
     }
@@ -111,7 +109,7 @@ class UsbBus final : public FtdiBus {
         if (!handle_) return closed(why);
         const int sent = libusb_control_transfer(handle_, LIBUSB_REQUEST_TYPE_VENDOR, request, value, 0,
                                                  nullptr, 0, kControlWait_ms);
-        return resultOf("setting its chip", std::min(sent, 0), why);
+        return toBusResult("the Falcon's FTDI chip cannot be configured", std::min(sent, 0), why);
     }
 
     BusResult write(std::span<const std::uint8_t> bytes, int wait_ms, std::string& why) override {
@@ -123,7 +121,7 @@ class UsbBus final : public FtdiBus {
         int sent = 0;
         const int error =
             libusb_bulk_transfer(handle_, kOut, buffer.data(), int(bytes.size()), &sent, unsigned(wait_ms));
-        const BusResult result = resultOf("writing to it", error, why);
+        const BusResult result = toBusResult("the Falcon accepts no data", error, why);
         return result == BusResult::ok && sent != int(bytes.size()) ? BusResult::late : result;
     }
 
@@ -139,7 +137,7 @@ class UsbBus final : public FtdiBus {
             got.count = std::size_t(count - kStatusBytes);
             std::copy_n(buffer.begin() + kStatusBytes, got.count, got.bytes.begin());
         }
-        return resultOf("reading from it", error, why);
+        return toBusResult("the Falcon cannot be read", error, why);
     }
 
     void close() noexcept override {
@@ -155,7 +153,7 @@ class UsbBus final : public FtdiBus {
         return DeviceStage::failed;
     }
     static BusResult closed(std::string& why) {
-        why = "it is not open";
+        why = "the Falcon is not open";
         return BusResult::lost;
     }
 
@@ -176,7 +174,7 @@ std::vector<UsbPlace> findFalcons() {
     if (context.error != 0) return places;
     const DeviceList list(context.usb);
     for (std::ptrdiff_t i = 0; i < list.count; ++i)
-        if (isFalcon(list.devices[i])) places.push_back(placeOf(list.devices[i]));
+        if (isFalcon(list.devices[i])) places.push_back(usbPlace(list.devices[i]));
     return places;
 }
 

@@ -46,7 +46,7 @@ enum FtdiRequest : std::uint8_t {
     kFtdiFlow = 2,     // 0: off
     kFtdiBaud = 3,     // the divisor
     kFtdiLine = 4,     // 8: eight bits, no parity, one stop bit
-    kFtdiLatency = 9,  // latency timer, ms until it sends what it has
+    kFtdiLatency = 9,  // latency timer, ms until the chip sends a partial packet
 };
 inline constexpr std::uint16_t kPurgeReceived = 1, kPurgeToSend = 2;
 

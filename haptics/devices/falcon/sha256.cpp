@@ -50,7 +50,7 @@ void addBlock(State& h, const std::uint8_t* block) {
 
 }  // namespace
 
-std::string sha256Of(std::span<const std::uint8_t> data) {
+std::string computeSha256(std::span<const std::uint8_t> data) {
     // Section 5.1.1: a one bit, zeros, the length in bits.
     std::vector<std::uint8_t> padded(data.begin(), data.end());
     padded.push_back(0x80);

@@ -8,6 +8,6 @@
 namespace stylet::haptics {
 
 // 64 lower-case hexadecimal digits.
-std::string sha256Of(std::span<const std::uint8_t>);
+std::string computeSha256(std::span<const std::uint8_t>);
 
 }  // namespace stylet::haptics

@@ -1,5 +1,6 @@
 #include "haptics/devices/inverse3/inverse3.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -21,21 +22,17 @@ using asio::ip::tcp;
 
 namespace {
 
-constexpr std::size_t kMostVersionBytes = 16 * 1024;
-constexpr std::int64_t kFarewell_ns = 10'000'000;
+constexpr std::size_t kMaxVersionBytes = 16 * 1024;
+constexpr std::int64_t kCloseTimeout_ns = 10'000'000;
 // Limit per call. A service answers each command once; 1 MiB is more than a thousand answers.
-constexpr std::size_t kMostAtOnce_bytes = 1024 * 1024;
-constexpr int kMostHandlers = 1000;
-
-std::int64_t nowOn(const Clock& clock) noexcept {
-    return clock.now_ns(clock.context);
-}
+constexpr std::size_t kMaxBytesPerCall = 1024 * 1024;
+constexpr int kMaxHandlers = 1000;
 
 // Runs pending operations until `done`. Returns false if the time is up first.
 template <typename Done>
 bool runUntil(asio::io_context& io, const Clock& clock, std::int64_t deadline_ns, const Done& done) {
     while (!done()) {
-        const std::int64_t left_ns = deadline_ns - nowOn(clock);
+        const std::int64_t left_ns = deadline_ns - clock.now();
         if (left_ns <= 0) return false;
         io.restart();
         io.run_one_for(std::chrono::nanoseconds(left_ns));
@@ -54,9 +51,9 @@ beast::error_code await(asio::io_context& io, const Clock& clock, std::int64_t d
 }
 
 // Runs the handlers that are ready, up to a limit, because a flood of pings would never end.
-void runSome(asio::io_context& io) {
+void runReadyHandlers(asio::io_context& io) {
     io.restart();
-    for (int i = 0; i < kMostHandlers && io.poll_one() > 0;)
+    for (int i = 0; i < kMaxHandlers && io.poll_one() > 0;)
         ++i;
 }
 
@@ -64,12 +61,12 @@ void runSome(asio::io_context& io) {
 std::string get(asio::io_context& io, const Clock& clock, const tcp::endpoint& endpoint, const char* target,
                 std::int64_t deadline_ns) {
     beast::tcp_stream stream(io);
-    beast::flat_buffer buffer(kMostVersionBytes);
+    beast::flat_buffer buffer(kMaxVersionBytes);
     http::request<http::empty_body> request(http::verb::get, target, 11);
     request.set(http::field::host, "localhost");
     request.keep_alive(false);
     http::response_parser<http::string_body> parser;
-    parser.body_limit(kMostVersionBytes);
+    parser.body_limit(kMaxVersionBytes);
     parser.header_limit(4096);
     if (await(io, clock, deadline_ns, [&](auto done) { stream.async_connect(endpoint, done); }) ||
         await(io, clock, deadline_ns, [&](auto done) { http::async_write(stream, request, done); }) ||
@@ -78,7 +75,7 @@ std::string get(asio::io_context& io, const Clock& clock, const tcp::endpoint& e
         // Pending operations refer to objects that are about to be destroyed.
         beast::error_code ignored;
         stream.socket().close(ignored);
-        runSome(io);
+        runReadyHandlers(io);
         return {};
     }
     return parser.get().body();
@@ -93,12 +90,13 @@ struct Inverse3Driver::Connection {
     Clock clock;
     asio::io_context io{1};
     websocket::stream<beast::tcp_stream> socket{io};
-    beast::flat_buffer incoming{inverse3::kMostBytes};
+    beast::flat_buffer incoming{inverse3::kMaxMessageBytes};
     std::string outgoing;
     bool writing = false, arrived = false;
     beast::error_code error;
     bool waiting = false;
-    std::int64_t asked_ns = 0;  // the oldest command since the last answer, while waiting for one
+    std::int64_t awaiting_since_ns =
+        0;  // send time of the first command after the last answer, while `waiting`
     inverse3::Spelling spelling = inverse3::Spelling::vector;
     inverse3::Update newest;
 
@@ -112,8 +110,8 @@ struct Inverse3Driver::Connection {
     }
     // Skipped while the last write is still pending: only the newest force matters.
     void send(const std::string& device_id, const Vec3& force_n) {
-        const std::int64_t now_ns = nowOn(clock);
-        if (!std::exchange(waiting, true)) asked_ns = now_ns;
+        const std::int64_t now_ns = clock.now();
+        if (!std::exchange(waiting, true)) awaiting_since_ns = now_ns;
         if (writing) return;
         inverse3::writeForce(outgoing, device_id, force_n, spelling);
         writing = true;
@@ -124,24 +122,24 @@ struct Inverse3Driver::Connection {
         });
     }
     bool waitForMessage(std::int64_t deadline_ns) {
-        runSome(io);
+        runReadyHandlers(io);
         runUntil(io, clock, deadline_ns, [this] { return arrived || error; });
         return arrived && !error;
     }
     // Processes all messages that have arrived; the newest counts. Returns false if one was invalid.
-    bool takeAll(bool& any, std::string& why) {
+    bool parsePending(bool& any, std::string& why) {
         std::size_t bytes = 0;
         for (; waitForMessage(0); any = true) {
             bytes += incoming.size();
-            if (bytes > kMostAtOnce_bytes) {
-                why = "one too many at once: a flood";
+            if (bytes > kMaxBytesPerCall) {
+                why = "too many messages at once";
                 return false;
             }
-            if (!take(why)) return false;
+            if (!parseMessage(why)) return false;
         }
         return true;
     }
-    bool take(std::string& why) {
+    bool parseMessage(std::string& why) {
         const auto bytes = incoming.cdata();
         const std::string_view text(static_cast<const char*>(bytes.data()), bytes.size());
         auto update = socket.got_text() ? inverse3::parseUpdate(text, why) : std::nullopt;
@@ -177,18 +175,19 @@ Inverse3Driver::~Inverse3Driver() {
 
 DeviceStage Inverse3Driver::open(std::string& why) {
     close();
-    const std::int64_t deadline_ns = nowOn(clock_) + settings_.greeting_ns;
+    const std::int64_t deadline_ns = clock_.now() + settings_.greeting_ns;
     const bool given = !settings_.address.empty();
     DeviceStage stage = connect(given ? settings_.address : "127.0.0.1", deadline_ns, why);
     if (stage == DeviceStage::absent && !given) stage = connect("::1", deadline_ns, why);
-    return stage == DeviceStage::opening ? takeInventory(deadline_ns, why) : stage;
+    return stage == DeviceStage::opening ? readInventory(deadline_ns, why) : stage;
 }
 
 DeviceStage Inverse3Driver::connect(const std::string& address, std::int64_t deadline_ns, std::string& why) {
     beast::error_code error;
     const auto host = asio::ip::make_address(address, error);
     // The peer can move a trainee's hand, so remote machines are refused.
-    if (error || !host.is_loopback()) return fail(why, address + " is no address of this machine itself");
+    if (error || !host.is_loopback())
+        return fail(why, address + " is not an address of this machine: use 127.0.0.1 or ::1");
     const tcp::endpoint endpoint(host, settings_.port);
 
     connection_ = std::make_unique<Connection>(clock_);
@@ -196,41 +195,38 @@ DeviceStage Inverse3Driver::connect(const std::string& address, std::int64_t dea
     auto& stream = beast::get_lowest_layer(c.socket);
     error = await(c.io, clock_, deadline_ns, [&](auto done) { stream.async_connect(endpoint, done); });
     if (error) {
-        fail(why, "Haply's service does not answer on port " + std::to_string(settings_.port) + ": " +
-                      error.message());
+        fail(why,
+             fmt::format("Haply's service does not answer on port {}: {}", settings_.port, error.message()));
         return DeviceStage::absent;
     }
     stream.socket().set_option(tcp::no_delay(true), error);
-    c.socket.read_message_max(inverse3::kMostBytes);
+    c.socket.read_message_max(inverse3::kMaxMessageBytes);
     error = await(c.io, clock_, deadline_ns,
                   [&](auto done) { c.socket.async_handshake("localhost", "/", done); });
-    if (error) return fail(why, "what answers is no WebSocket: " + error.message());
+    if (error) return fail(why, "the service does not speak WebSocket: " + error.message());
     c.socket.text(true);
     c.read();
     return DeviceStage::opening;
 }
 
-DeviceStage Inverse3Driver::takeInventory(std::int64_t deadline_ns, std::string& why) {
+DeviceStage Inverse3Driver::readInventory(std::int64_t deadline_ns, std::string& why) {
     Connection& c = *connection_;
     if (!c.waitForMessage(deadline_ns))
         return fail(why, c.error ? c.lost() : "the service sends no inventory");
-    if (std::string what; !c.take(what)) return fail(why, "the service's inventory: " + what);
+    if (std::string what; !c.parseMessage(what)) return fail(why, "the service's inventory: " + what);
     if (!c.newest.present) {
-        fail(why, "Haply's service runs, no Inverse3 is plugged in");
+        fail(why, "Haply's service runs, but no Inverse3 is plugged in");
         return DeviceStage::absent;
     }
     if (known_ && c.newest.device_id != device_id_)
         return fail(why, "another Inverse3 answers: " + c.newest.device_id);
-    using Wanted = Inverse3Settings::Spelling;
-    if (settings_.spelling == Wanted::byVersion) {
+    std::optional<inverse3::Spelling> spelling = settings_.spelling;
+    if (!spelling) {
         const auto endpoint = beast::get_lowest_layer(c.socket).socket().remote_endpoint();
-        const auto spelling = inverse3::spellingOf(get(c.io, clock_, endpoint, "/version", deadline_ns));
-        c.spelling =
-            spelling.value_or(c.newest.has_session ? inverse3::Spelling::vector : inverse3::Spelling::values);
-    } else {
-        c.spelling =
-            settings_.spelling == Wanted::vector ? inverse3::Spelling::vector : inverse3::Spelling::values;
+        spelling = inverse3::parseSpelling(get(c.io, clock_, endpoint, "/version", deadline_ns));
     }
+    c.spelling =
+        spelling.value_or(c.newest.has_session ? inverse3::Spelling::vector : inverse3::Spelling::values);
     if (!known_) {
         device_id_ = c.newest.device_id;
         has_grip_ = profile_.senses_rotation = c.newest.grip_present;
@@ -241,29 +237,28 @@ DeviceStage Inverse3Driver::takeInventory(std::int64_t deadline_ns, std::string&
 
 DeviceStage Inverse3Driver::exchange(const Vec3& force_n, DeviceState& state, std::string& why) {
     Connection& c = *connection_;
-    const std::int64_t began_ns = nowOn(clock_);
+    const std::int64_t began_ns = clock_.now();
     // Read late answers first, so that none is mistaken for the answer to this force.
     bool any = false;
     std::string what;
-    bool good = c.takeAll(any, what);
+    bool good = c.parsePending(any, what);
     if (good) {
         c.send(device_id_, force_n);
-        c.waitForMessage(std::min(began_ns + settings_.answer_ns, c.asked_ns + settings_.silent_ns));
-        good = c.takeAll(any, what);
+        c.waitForMessage(std::min(began_ns + settings_.answer_ns, c.awaiting_since_ns + settings_.silent_ns));
+        good = c.parsePending(any, what);
     }
     if (!good) return fail(why, "a message of the service: " + what);
     if (c.error) return fail(why, c.lost());
     state.fresh = any;
-    if (c.waiting && nowOn(clock_) - c.asked_ns >= settings_.silent_ns)
-        return fail(
-            why, "nothing from the service for " + std::to_string(settings_.silent_ns / 1'000'000) + " ms");
+    if (c.waiting && clock_.now() - c.awaiting_since_ns >= settings_.silent_ns)
+        return fail(why, fmt::format("nothing from the service for {} ms", settings_.silent_ns / 1'000'000));
     if (!c.newest.present || c.newest.device_id != device_id_) return fail(why, "the Inverse3 was unplugged");
-    return judge(c.newest, state, why);
+    return evaluate(c.newest, state, why);
 }
 
 // Evaluates the newest message.
-DeviceStage Inverse3Driver::judge(const inverse3::Update& update, DeviceState& state,
-                                  std::string& why) const {
+DeviceStage Inverse3Driver::evaluate(const inverse3::Update& update, DeviceState& state,
+                                     std::string& why) const {
     state.device_from_stylus = inverse3::stylusPose(update);
     state.buttons = update.buttons;
     state.flags = kDeviceHandOn;
@@ -290,7 +285,7 @@ void Inverse3Driver::close() noexcept {
     if (!connection_) return;
     try {
         Connection& c = *connection_;
-        const std::int64_t deadline_ns = nowOn(clock_) + kFarewell_ns;
+        const std::int64_t deadline_ns = clock_.now() + kCloseTimeout_ns;
         if (c.socket.is_open() && !c.error && !device_id_.empty()) {
             const auto written = [&] { return !c.writing || c.error; };
             if (runUntil(c.io, clock_, deadline_ns, written) && !c.error) {
@@ -301,7 +296,7 @@ void Inverse3Driver::close() noexcept {
             beast::get_lowest_layer(c.socket).socket().shutdown(tcp::socket::shutdown_send, ignored);
         }
     } catch (...) {
-        // Out of memory while closing: the end of the socket is enough for the service.
+        // Out of memory while closing. It is enough that the service sees the socket close.
     }
     connection_.reset();
 }

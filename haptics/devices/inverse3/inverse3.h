@@ -1,6 +1,6 @@
 // Haply's Inverse3 with a VerseGrip, through Haply's service on this machine: a WebSocket with JSON
 // messages, one state per command. Facts as in inverse3_messages.h. A command lasts for one tick of the
-// service, which goes idle when commands stop. That acts as its dead-man; its timeout is undocumented.
+// service, which goes idle when commands stop. That acts as a dead-man switch; its timeout is undocumented.
 #pragma once
 
 #include <memory>
@@ -13,14 +13,16 @@
 namespace stylet::haptics {
 
 namespace inverse3 {
+enum class Spelling;
 struct Update;
-}
+}  // namespace inverse3
 
 struct Inverse3Settings {
     std::string address = {};  // loopback address; empty: 127.0.0.1, then ::1
     unsigned short port = 10001;
-    enum class Spelling { byVersion, vector, values } spelling = Spelling::byVersion;
-    // Haply publishes no figure. Unset: the weakest device's, until the user has read the data sheet.
+    std::optional<inverse3::Spelling> spelling = {};  // unset: derived from the service's version
+    // Force limit from the device's data sheet; Haply publishes none. Unset: that of the weakest known
+    // device.
     std::optional<double> force_peak_n = {};
     std::int64_t answer_ns = 4'000'000;     // how long an exchange waits for its answer
     std::int64_t silent_ns = 15'000'000;    // without an answer for this long the connection is lost
@@ -40,8 +42,8 @@ class Inverse3Driver final : public Driver {
   private:
     struct Connection;
     DeviceStage connect(const std::string& address, std::int64_t deadline_ns, std::string& why);
-    DeviceStage takeInventory(std::int64_t deadline_ns, std::string& why);
-    DeviceStage judge(const inverse3::Update&, DeviceState&, std::string& why) const;
+    DeviceStage readInventory(std::int64_t deadline_ns, std::string& why);
+    DeviceStage evaluate(const inverse3::Update&, DeviceState&, std::string& why) const;
     DeviceStage fail(std::string& why, const std::string& reason);
 
     Clock clock_;

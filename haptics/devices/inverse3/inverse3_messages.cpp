@@ -12,7 +12,7 @@ namespace {
 using Json = nlohmann::json;
 
 // Checks the nesting depth before anything is built.
-bool shallow(std::string_view text) {
+bool isWithinMaxNesting(std::string_view text) {
     int depth = 0;
     bool quoted = false;
     for (std::size_t i = 0; i < text.size(); ++i) {
@@ -23,7 +23,7 @@ bool shallow(std::string_view text) {
         } else if (c == '"') {
             quoted = true;
         } else if (c == '{' || c == '[') {
-            if (++depth > kDeepest) return false;
+            if (++depth > kMaxNesting) return false;
         } else if (c == '}' || c == ']') {
             --depth;
         }
@@ -33,7 +33,7 @@ bool shallow(std::string_view text) {
 
 // Returns null for a document that is not JSON within the limits.
 Json parse(std::string_view text) {
-    if (text.size() > kMostBytes || !shallow(text)) return {};
+    if (text.size() > kMaxMessageBytes || !isWithinMaxNesting(text)) return {};
     Json document = Json::parse(text, nullptr, false);
     return document.is_discarded() ? Json() : document;
 }
@@ -66,13 +66,13 @@ bool readRotation(const Json& object, Quat& q) {
     return true;
 }
 
-bool flag(const Json& object, const char* name, bool otherwise) {
+bool readFlag(const Json& object, const char* name, bool otherwise) {
     const Json& value = member(object, name);
     return value.is_boolean() ? value.get<bool>() : otherwise;
 }
 
 // True if the id can safely be sent back inside quotes.
-bool plain(const std::string& id) {
+bool isSafeId(const std::string& id) {
     for (const char c : id)
         if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-' && c != '_' && c != '.' && c != ':')
             return false;
@@ -83,20 +83,20 @@ std::uint32_t readButtons(const Json& state) {
     static constexpr std::array<std::array<const char*, 2>, 4> kNames{
         {{"a", "button_0"}, {"b", "button_1"}, {"c", "button_2"}, {"d", "button_3"}}};
     const Json& buttons = member(state, "buttons");
-    std::uint32_t bits = flag(state, "button", false) ? 1u : 0u;
+    std::uint32_t bits = readFlag(state, "button", false) ? 1u : 0u;
     for (std::size_t i = 0; i < kNames.size(); ++i)
         for (const char* name : kNames[i])
-            if (flag(buttons, name, false)) bits |= 1u << i;
+            if (readFlag(buttons, name, false)) bits |= 1u << i;
     return bits;
 }
 
 // Sets `device` to the list's first element, or to null if the list is missing or empty. Returns false if it
 // is no list of devices.
-bool firstOf(const Json& document, const char* list, const Json*& device) {
+bool findFirst(const Json& document, const char* list, const Json*& device) {
     const Json& devices = member(document, list);
     device = nullptr;
     if (devices.is_null()) return true;
-    if (!devices.is_array() || devices.size() > kMostDevices) return false;
+    if (!devices.is_array() || devices.size() > kMaxDevices) return false;
     if (devices.empty()) return true;
     device = &devices.front();
     return device->is_object();
@@ -106,14 +106,14 @@ bool readCursor(const Json& device, Update& update, std::string& why) {
     const Json& id = member(device, "device_id");
     const Json& status = member(device, "status");
     why = "inverse3: device_id";
-    if (!id.is_string() || !plain(id.get_ref<const std::string&>())) return false;
+    if (!id.is_string() || !isSafeId(id.get_ref<const std::string&>())) return false;
     update.device_id = id.get<std::string>();
     why = "inverse3: state.cursor_position";
     if (!readVector(member(member(device, "state"), "cursor_position"), update.cursor_m)) return false;
     if (glm::length(update.cursor_m) > kFarthest_m) return false;
-    update.calibrated = flag(status, "calibrated", true);
-    update.ready = flag(status, "ready", true) && flag(status, "started", true);
-    update.powered = flag(status, "power_supply", true);
+    update.calibrated = readFlag(status, "calibrated", true);
+    update.ready = readFlag(status, "ready", true) && readFlag(status, "started", true);
+    update.powered = readFlag(status, "power_supply", true);
     update.present = true;
     return true;
 }
@@ -122,7 +122,7 @@ bool readGrip(const Json& document, Update& update, std::string& why) {
     for (const char* list : {"wireless_verse_grip", "verse_grip", "custom_verse_grip"}) {
         const Json* grip = nullptr;
         why = list;
-        if (!firstOf(document, list, grip)) return false;
+        if (!findFirst(document, list, grip)) return false;
         if (grip == nullptr) continue;
         why += ": state.orientation";
         const Json& state = member(*grip, "state");
@@ -145,13 +145,13 @@ void appendNumber(std::string& text, double value) {
 std::optional<Update> parseUpdate(std::string_view text, std::string& why) {
     const Json document = parse(text);
     if (!document.is_object()) {
-        why = "no JSON within the bounds";
+        why = "not JSON within the limits";
         return {};
     }
     Update update;
     const Json* device = nullptr;
     why = "inverse3";
-    if (!firstOf(document, "inverse3", device)) return {};
+    if (!findFirst(document, "inverse3", device)) return {};
     if (device != nullptr && !readCursor(*device, update, why)) return {};
     if (!readGrip(document, update, why)) return {};
     update.has_session = !member(document, "session_id").is_null();
@@ -159,7 +159,7 @@ std::optional<Update> parseUpdate(std::string_view text, std::string& why) {
     return update;
 }
 
-std::optional<Spelling> spellingOf(std::string_view version_document) {
+std::optional<Spelling> parseSpelling(std::string_view version_document) {
     const Json document = parse(version_document);
     const Json& data = member(document, "data");
     const Json& version = member(data.is_object() ? data : document, "project_version");

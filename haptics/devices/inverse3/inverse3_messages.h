@@ -16,9 +16,9 @@
 namespace stylet::haptics::inverse3 {
 
 // Limits. A message beyond them is rejected.
-inline constexpr std::size_t kMostBytes = 256 * 1024;
-inline constexpr int kDeepest = 16;
-inline constexpr std::size_t kMostDevices = 16;
+inline constexpr std::size_t kMaxMessageBytes = 256 * 1024;
+inline constexpr int kMaxNesting = 16;
+inline constexpr std::size_t kMaxDevices = 16;
 inline constexpr double kFarthest_m = 2.0;
 
 // Name of the argument of set_cursor_force: `vector` since 3.5, `values` before.
@@ -45,7 +45,7 @@ struct Update {
 std::optional<Update> parseUpdate(std::string_view text, std::string& why);
 
 // The spelling that a service with this /version document expects. Empty if the document names no version.
-std::optional<Spelling> spellingOf(std::string_view version_document);
+std::optional<Spelling> parseSpelling(std::string_view version_document);
 
 // Writes one command to `text`: the cursor force, N, given in the device frame and written in Haply's frame.
 // `device_id` must be one that parseUpdate() accepted.

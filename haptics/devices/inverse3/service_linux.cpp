@@ -1,6 +1,5 @@
 #include "haptics/devices/inverse3/service_linux.h"
 
-#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -17,36 +16,33 @@ std::string realPath(const std::string& path) {
     return error ? path : real.string();
 }
 
+std::string readTable(const char* file) {
+    std::ostringstream text;
+    text << std::ifstream(file).rdbuf();
+    return text.str();
+}
+
 }  // namespace
 
 // Line format: number, local address and port in hexadecimal, remote ones, state; 0A is LISTEN (proc(5)).
-bool listensOn(std::uint16_t port, std::string_view table) {
+bool hasListener(std::uint16_t port, std::string_view table) {
     std::istringstream lines{std::string(table)};
     for (std::string line; std::getline(lines, line);) {
-        std::array<char, 48> local{}, remote{};
-        unsigned state = 0, local_port = 0;
-        if (std::sscanf(line.c_str(), "%*s %47s %47s %x", local.data(), remote.data(), &state) != 3) continue;
-        const std::string address = local.data();
-        const std::size_t colon = address.rfind(':');
-        if (colon == std::string::npos || std::sscanf(address.c_str() + colon + 1, "%x", &local_port) != 1)
-            continue;
-        if (state == 0x0A && local_port == port) return true;
+        unsigned local_port = 0, state = 0;
+        if (std::sscanf(line.c_str(), "%*s %*[0-9A-Fa-f]:%x %*s %x", &local_port, &state) == 2 &&
+            state == 0x0A && local_port == port)
+            return true;
     }
     return false;
 }
 
-bool listensOn(std::uint16_t port) {
-    for (const char* file : {"/proc/net/tcp", "/proc/net/tcp6"}) {
-        std::ostringstream text;
-        text << std::ifstream(file).rdbuf();
-        if (listensOn(port, text.str())) return true;
-    }
-    return false;
+bool hasListener(std::uint16_t port) {
+    return hasListener(port, readTable("/proc/net/tcp")) || hasListener(port, readTable("/proc/net/tcp6"));
 }
 
 // Line format: number, references, protocol, flags, type, state, inode, path. Flag 0x10000 marks a listener
-// (__SO_ACCEPTCON). The path is as its program gave it, possibly relative to that program's folder.
-bool listensOn(const std::string& socket, std::string_view table) {
+// (__SO_ACCEPTCON). The path is the one that the program bound, possibly relative to that program's folder.
+bool hasListener(const std::string& socket, std::string_view table) {
     const auto nameOf = [](const std::string& path) { return path.substr(path.rfind('/') + 1); };
     const std::string asked = realPath(socket);
     std::istringstream lines{std::string(table)};
@@ -64,10 +60,8 @@ bool listensOn(const std::string& socket, std::string_view table) {
     return false;
 }
 
-bool listensOn(const std::string& socket) {
-    std::ostringstream text;
-    text << std::ifstream("/proc/net/unix").rdbuf();
-    return listensOn(socket, text.str());
+bool hasListener(const std::string& socket) {
+    return hasListener(socket, readTable("/proc/net/unix"));
 }
 
 }  // namespace stylet::haptics

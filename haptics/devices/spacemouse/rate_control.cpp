@@ -16,7 +16,7 @@ double rateShare(double axis, const RateSettings& settings) noexcept {
 void stepRate(Pose& pose, const std::array<double, 6>& axes, const RateSettings& settings,
               double dt_s) noexcept {
     if (!(dt_s > 0.0)) return;
-    const double step_s = std::min(dt_s, settings.longest_step_s);
+    const double step_s = std::min(dt_s, settings.max_step_s);
     const auto share = [&](std::size_t axis) { return rateShare(axes[axis], settings); };
 
     const Vec3 moved_m = settings.speed_m_s * step_s * Vec3{share(0), share(1), share(2)};

@@ -6,11 +6,11 @@ namespace stylet::haptics {
 
 namespace {
 
-constexpr std::size_t kLargestCapReport = 64;
-constexpr int kMostCapReports = 64;
-constexpr int kMostMalformed = 20;
-constexpr double kFromTheEnd_m = 0.005;  // where the needle starts
-// A deflected cap reports at least every 16 ms (wireless). After this much silence it counts as lost.
+constexpr std::size_t kMaxCapReportBytes = 64;
+constexpr int kMaxCapReports = 64;
+constexpr int kMaxMalformed = 20;
+constexpr double kStartMargin_m = 0.005;  // distance of the needle's start from the end of the reach
+// A deflected cap reports at least every 16 ms (wireless). After this much silence it is treated as released.
 constexpr std::int64_t kCapSilent_ns = 150'000'000;
 
 // From the cap's frame (x right, y toward the user, z down) to the device's (x right, y up, z toward the
@@ -21,7 +21,7 @@ std::array<double, 6> inDeviceFrame(const std::array<int, 6>& a) noexcept {
 
 }  // namespace
 
-bool isCap(const HidEntry& entry) {
+bool isSpaceMouseEntry(const HidEntry& entry) {
     return isSpaceMouse(entry.vendor, entry.product, entry.usage_page, entry.usage);
 }
 
@@ -35,11 +35,11 @@ SpaceMouse::SpaceMouse(const Clock& clock, const RateSettings& rate)
     : clock_(clock),
       rate_(rate),
       profile_(spaceMouseProfile(rate)),
-      device_from_stylus_{.position_m = {0.0, 0.0, rate.reach_m - kFromTheEnd_m}} {}
+      device_from_stylus_{.position_m = {0.0, 0.0, rate.reach_m - kStartMargin_m}} {}
 
 DeviceStage SpaceMouse::open(std::string& why) {
     const std::vector<HidEntry> entries = listHid();
-    const auto cap = std::find_if(entries.begin(), entries.end(), isCap);
+    const auto cap = std::find_if(entries.begin(), entries.end(), isSpaceMouseEntry);
     if (cap == entries.end()) {
         why = "no SpaceMouse is plugged in";
         return DeviceStage::absent;
@@ -47,16 +47,16 @@ DeviceStage SpaceMouse::open(std::string& why) {
     if (!port_.open(cap->path, why)) return DeviceStage::failed;
     input_ = {};
     malformed_ = 0;
-    last_ns_ = heard_ns_ = clock_.now_ns(clock_.context);
+    last_ns_ = last_report_ns_ = clock_.now();
     return DeviceStage::ready;
 }
 
 DeviceStage SpaceMouse::exchange(const Vec3&, DeviceState& state, std::string& why) {
-    if (!takeWaiting(why)) return DeviceStage::failed;
-    const std::int64_t now_ns = clock_.now_ns(clock_.context);
-    if (!input_.atRest() && (now_ns - heard_ns_ > kCapSilent_ns || now_ns < heard_ns_)) {
+    if (!readPending(why)) return DeviceStage::failed;
+    const std::int64_t now_ns = clock_.now();
+    if (!input_.atRest() && (now_ns - last_report_ns_ > kCapSilent_ns || now_ns < last_report_ns_)) {
         input_.axes = {};
-        why = "it stopped sending with its cap pushed; treated as released";
+        why = "the SpaceMouse stopped sending while its cap was pushed: treated as released";
     }
     stepRate(device_from_stylus_, inDeviceFrame(input_.axes), rate_, double(now_ns - last_ns_) * 1e-9);
     last_ns_ = now_ns;
@@ -66,17 +66,18 @@ DeviceStage SpaceMouse::exchange(const Vec3&, DeviceState& state, std::string& w
     return DeviceStage::ready;
 }
 
-bool SpaceMouse::takeWaiting(std::string& why) {
-    std::array<unsigned char, kLargestCapReport> bytes;
-    for (int i = 0; i < kMostCapReports; ++i) {
+bool SpaceMouse::readPending(std::string& why) {
+    std::array<unsigned char, kMaxCapReportBytes> bytes;
+    for (int i = 0; i < kMaxCapReports; ++i) {
         const int count = port_.read(bytes, 0, why);
         if (count < 0) return false;
         if (count == 0) return true;
-        if (takeSpaceMouseReport({bytes.data(), std::size_t(count)}, input_) != SpaceMouseReport::malformed) {
+        if (parseSpaceMouseReport({bytes.data(), std::size_t(count)}, input_) !=
+            SpaceMouseReport::malformed) {
             malformed_ = 0;
-            heard_ns_ = clock_.now_ns(clock_.context);
-        } else if (++malformed_ >= kMostMalformed) {
-            why = "its reports are not those of a SpaceMouse";
+            last_report_ns_ = clock_.now();
+        } else if (++malformed_ >= kMaxMalformed) {
+            why = "its reports are not those of a SpaceMouse: unplug it and plug it in again";
             return false;
         }
     }

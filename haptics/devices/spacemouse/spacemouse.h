@@ -10,7 +10,7 @@
 
 namespace stylet::haptics {
 
-bool isCap(const HidEntry&);  // true for a SpaceMouse
+bool isSpaceMouseEntry(const HidEntry&);  // true for a SpaceMouse
 DeviceProfile spaceMouseProfile(const RateSettings& = {}) noexcept;
 
 class SpaceMouse final : public Driver {
@@ -24,7 +24,7 @@ class SpaceMouse final : public Driver {
     void close() noexcept override { port_.close(); }
 
   private:
-    bool takeWaiting(std::string& why);
+    bool readPending(std::string& why);
 
     Clock clock_;
     RateSettings rate_;
@@ -33,7 +33,7 @@ class SpaceMouse final : public Driver {
     SpaceMouseInput input_;
     // Starts at the end toward the user, outside the patient. Keeps its value while the device is away.
     Pose device_from_stylus_;
-    std::int64_t last_ns_ = 0, heard_ns_ = 0;
+    std::int64_t last_ns_ = 0, last_report_ns_ = 0;
     int malformed_ = 0;  // consecutive
 };
 

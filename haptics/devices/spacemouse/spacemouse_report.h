@@ -16,7 +16,7 @@ struct SpaceMouseInput {
     // x right, y toward the user, z down, then right-handed rotations about them; logical units.
     std::array<int, 6> axes{};
     std::uint32_t buttons = 0;
-    int battery_percent = -1;  // unknown
+    int battery_percent = -1;  // -1: unknown
 
     bool atRest() const noexcept { return axes == std::array<int, 6>{}; }
 };
@@ -26,7 +26,7 @@ enum class SpaceMouseReport : std::uint8_t {
     other,      // buttons or battery updated, or a report that is not used
     malformed,  // invalid; nothing was changed
 };
-SpaceMouseReport takeSpaceMouseReport(std::span<const unsigned char> bytes, SpaceMouseInput&) noexcept;
+SpaceMouseReport parseSpaceMouseReport(std::span<const unsigned char> bytes, SpaceMouseInput&) noexcept;
 
 // Decides by USB ids and, if the descriptor could be read, by usage page and usage (else 0, 0). Mice and
 // keyboards of the same makers are excluded.

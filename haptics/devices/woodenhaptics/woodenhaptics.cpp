@@ -1,5 +1,6 @@
 #include "haptics/devices/woodenhaptics/woodenhaptics.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -10,18 +11,18 @@ namespace stylet::haptics {
 namespace {
 
 constexpr std::uint16_t kMbedVendor = 0x1234, kMbedProduct = 0x0006;
-constexpr std::size_t kLargestBoardReport = 65;
+constexpr std::size_t kMaxBoardReportBytes = 65;
 
 // The board answers each command with a report. One that takes longer than this counts as missed.
 constexpr int kReplyWait_ms = 5;
-constexpr int kMissedZero = 3;   // 15 ms: currents go to zero
-constexpr int kMissedLost = 50;  // 250 ms
-constexpr int kMostBoardReports = 64;
+constexpr int kMissesUntilZero = 3;   // 15 ms: currents go to zero
+constexpr int kMissesUntilLost = 50;  // 250 ms
+constexpr int kMaxBoardReports = 64;
 constexpr int kZerosAtEnd = 3;
 
 // If a body seems to turn further than this between two reports, its encoder or the report is wrong.
-constexpr double kMostTurn_rad = 0.2;
-constexpr double kMostWristTurn_rad = 1.0;
+constexpr double kMaxTurn_rad = 0.2;
+constexpr double kMaxWristTurn_rad = 1.0;
 
 constexpr const char* kParkAndPress =
     "park the arm in its calibration pose and press the button on its board";
@@ -52,20 +53,20 @@ bool isWoodenBoard(const HidEntry& entry) noexcept {
     return entry.vendor == kMbedVendor && entry.product == kMbedProduct;
 }
 
-DeviceProfile profileOf(const WoodenModel& model) noexcept {
+DeviceProfile makeProfile(const WoodenModel& model) noexcept {
     DeviceProfile p;
     p.name = model.name.c_str();
     p.source = "the device's model file; its mechanics (mass, damping, friction) are unknown";
     p.force_peak_n = model.force_peak_n;
     p.stiffness_n_per_m = model.stiffness_n_per_m;
     p.senses_rotation = model.hasWrist();
-    // For one count with the upper arm vertical and the forearm level, the middle of these arms' workspaces.
+    // Resolution with the upper arm vertical and the forearm level, in the middle of these arms' workspaces.
     p.resolution_m = armResolution_m(model, {0.0, 0.0, 0.5 * std::numbers::pi});
     p.workspace_radius_m = model.workspace_radius_m;
     return p;
 }
 
-WoodenHaptics::WoodenHaptics(const WoodenModel& model) : model_(model), profile_(profileOf(model_)) {}
+WoodenHaptics::WoodenHaptics(const WoodenModel& model) : model_(model), profile_(makeProfile(model_)) {}
 
 DeviceStage WoodenHaptics::open(std::string& why) {
     std::vector<HidEntry> boards = listHid();
@@ -82,7 +83,7 @@ DeviceStage WoodenHaptics::open(std::string& why) {
     homing_ = Homing::clearButton;
     homing_tries_ = missed_ = 0;
     WoodenReport old;
-    if (hear(old, why) == Heard::lost) return DeviceStage::failed;
+    if (readReport(old, why) == ReadResult::lost) return DeviceStage::failed;
     missed_ = 0;
     return DeviceStage::opening;
 }
@@ -93,70 +94,72 @@ void WoodenHaptics::close() noexcept {
     std::string ignored;
     WoodenReport report;
     for (int i = 0; i < kZerosAtEnd; ++i)
-        if (!port_.write(encodeWoodenCurrents({0, 0, 0}), ignored) || hear(report, ignored) == Heard::lost)
+        if (!port_.write(encodeWoodenCurrents({0, 0, 0}), ignored) ||
+            readReport(report, ignored) == ReadResult::lost)
             break;
     port_.close();
 }
 
 DeviceStage WoodenHaptics::exchange(const Vec3& force_n, DeviceState& state, std::string& why) {
-    if (!port_.write(commandFor(force_n), why)) return DeviceStage::failed;
+    if (!port_.write(makeCommand(force_n), why)) return DeviceStage::failed;
     WoodenReport report;
-    switch (hear(report, why)) {
-        case Heard::lost:
+    switch (readReport(report, why)) {
+        case ReadResult::lost:
             return DeviceStage::failed;
-        case Heard::nothing:
-            return missed(why);
-        case Heard::report:
+        case ReadResult::nothing:
+            return handleMissed(why);
+        case ReadResult::report:
             break;
     }
-    return take(report, state, why);
+    return processReport(report, state, why);
 }
 
-WoodenCommand WoodenHaptics::commandFor(const Vec3& force_n) const noexcept {
+WoodenCommand WoodenHaptics::makeCommand(const Vec3& force_n) const noexcept {
     if (homing_ == Homing::calibrate || homing_ == Homing::clearButton) {
         // Before the first report there are no encoder values to set.
         return homing_tries_ > 0 ? encodeWoodenCalibration(set_encoders_) : encodeWoodenCurrents({0, 0, 0});
     }
     // If the arm's pose is unknown, so is the effect of a current.
-    if (homing_ != Homing::done || missed_ >= kMissedZero) return encodeWoodenCurrents({0, 0, 0});
+    if (homing_ != Homing::done || missed_ >= kMissesUntilZero) return encodeWoodenCurrents({0, 0, 0});
     const Vec3 base_n = glm::conjugate(kDeviceFromBase) * force_n;
     const Vec3 motor_a = armCurrents(model_, armAngles_rad(model_, counts_), base_n).motor_a;
     return encodeWoodenCurrents({milliamps(motor_a.x), milliamps(motor_a.y), milliamps(motor_a.z)});
 }
 
 // Reads the newest waiting report. The board sends nothing more until it receives a command.
-WoodenHaptics::Heard WoodenHaptics::hear(WoodenReport& report, std::string& why) {
-    std::array<unsigned char, kLargestBoardReport> bytes;
-    Heard heard = Heard::nothing;
+WoodenHaptics::ReadResult WoodenHaptics::readReport(WoodenReport& report, std::string& why) {
+    std::array<unsigned char, kMaxBoardReportBytes> bytes;
+    ReadResult result = ReadResult::nothing;
     garbled_ = false;
-    for (int i = 0; i < kMostBoardReports; ++i) {
+    for (int i = 0; i < kMaxBoardReports; ++i) {
         const int count = port_.read(bytes, i == 0 ? kReplyWait_ms : 0, why);
-        if (count < 0) return Heard::lost;
+        if (count < 0) return ReadResult::lost;
         if (count == 0) break;
         const auto decoded = decodeWoodenReport({bytes.data(), std::size_t(count)});
         garbled_ = !decoded;
         if (!decoded) continue;
         report = *decoded;
-        heard = Heard::report;
+        result = ReadResult::report;
     }
-    return heard;
+    return result;
 }
 
-DeviceStage WoodenHaptics::missed(std::string& why) {
+DeviceStage WoodenHaptics::handleMissed(std::string& why) {
     const char* const what = garbled_ ? "its reports cannot be right" : "it gives no reports";
-    if (++missed_ >= kMissedLost) {
-        why = std::string("the board stays connected, but ") + what;
+    if (++missed_ >= kMissesUntilLost) {
+        why = fmt::format("the board stays connected, but {}: unplug it and plug it in again", what);
         return DeviceStage::failed;
     }
     const bool homed = homing_ == Homing::done;
-    if (missed_ >= kMissedZero)
+    if (missed_ >= kMissesUntilZero)
         why = what;
     else if (!homed)
         why = kParkAndPress;
     return homed ? DeviceStage::ready : DeviceStage::needsHoming;
 }
 
-DeviceStage WoodenHaptics::take(const WoodenReport& with_button, DeviceState& state, std::string& why) {
+DeviceStage WoodenHaptics::processReport(const WoodenReport& with_button, DeviceState& state,
+                                         std::string& why) {
     bool pressed = false;
     const WoodenReport report = withoutButton(with_button, pressed);
     if (homing_ != Homing::done) return home(report, why);
@@ -166,9 +169,9 @@ DeviceStage WoodenHaptics::take(const WoodenReport& with_button, DeviceState& st
         homing_tries_ = 0;
         return home(report, why);
     }
-    if (!follow(report)) {
+    if (!addMotion(report)) {
         garbled_ = true;
-        return missed(why);
+        return handleMissed(why);
     }
     missed_ = 0;
     const Vec3 angles_rad = armAngles_rad(model_, counts_);
@@ -183,13 +186,13 @@ DeviceStage WoodenHaptics::take(const WoodenReport& with_button, DeviceState& st
 DeviceStage WoodenHaptics::home(const WoodenReport& report, std::string& why) {
     missed_ = 0;
     why = kParkAndPress;
-    const bool settling = homing_ == Homing::clearButton || homing_ == Homing::calibrate;
-    if (settling && homing_tries_ > 0 && report.info == 0 && near(report.encoders, set_encoders_)) {
+    const bool setting_encoders = homing_ == Homing::clearButton || homing_ == Homing::calibrate;
+    if (setting_encoders && homing_tries_ > 0 && report.info == 0 && near(report.encoders, set_encoders_)) {
         const bool homed = homing_ == Homing::calibrate;
         homing_ = homed ? Homing::done : Homing::awaitButton;
         homing_tries_ = 0;
         if (homed) {
-            startAt(report);
+            resetCounts(report);
             why.clear();
             return DeviceStage::ready;
         }
@@ -199,7 +202,7 @@ DeviceStage WoodenHaptics::home(const WoodenReport& report, std::string& why) {
         homing_ = Homing::calibrate;
         set_encoders_ = model_.calibration_counts;
         homing_tries_ = 1;
-    } else if (settling) {
+    } else if (setting_encoders) {
         if (homing_ == Homing::clearButton) set_encoders_ = report.encoders;
         if (++homing_tries_ > kHomingTries) {
             why = "the board does not accept its calibration";
@@ -209,24 +212,24 @@ DeviceStage WoodenHaptics::home(const WoodenReport& report, std::string& why) {
     return DeviceStage::needsHoming;
 }
 
-void WoodenHaptics::startAt(const WoodenReport& report) noexcept {
+void WoodenHaptics::resetCounts(const WoodenReport& report) noexcept {
     raw_ = report.encoders;
     std::copy(raw_.begin(), raw_.end(), counts_.begin());
 }
 
 // Adds the encoder motion since the last report, unwrapping the 16-bit counters. Returns false if it is
 // implausible.
-bool WoodenHaptics::follow(const WoodenReport& report) noexcept {
+bool WoodenHaptics::addMotion(const WoodenReport& report) noexcept {
     ArmCounts turned{};
     for (std::size_t i = 0; i < 6; ++i)
         turned[i] = std::int16_t(std::uint16_t(report.encoders[i]) - std::uint16_t(raw_[i]));
     const Vec3 turned_rad = armAngles_rad(model_, turned);
     for (int i = 0; i < 3; ++i)
-        if (std::fabs(turned_rad[i]) > kMostTurn_rad) return false;
+        if (std::fabs(turned_rad[i]) > kMaxTurn_rad) return false;
     for (std::size_t i = 3; i < 6 && model_.hasWrist(); ++i) {
         // Counts per turn are indexed by body, counts by encoder, and the two run in opposite order.
         const double turns = turned[i] / model_.counts_per_turn[8 - i];
-        if (std::fabs(turns) * 2.0 * std::numbers::pi > kMostWristTurn_rad) return false;
+        if (std::fabs(turns) * 2.0 * std::numbers::pi > kMaxWristTurn_rad) return false;
     }
     raw_ = report.encoders;
     for (std::size_t i = 0; i < 6; ++i)

@@ -13,7 +13,7 @@ namespace stylet::haptics {
 // Compares the ids that mbed gives any board of this kind. A match may be a different product.
 bool isWoodenBoard(const HidEntry&) noexcept;
 
-DeviceProfile profileOf(const WoodenModel&) noexcept;  // its name is valid as long as the model
+DeviceProfile makeProfile(const WoodenModel&) noexcept;  // its name points into the model
 
 class WoodenHaptics final : public Driver {
   public:
@@ -28,14 +28,14 @@ class WoodenHaptics final : public Driver {
     void close() noexcept override;
 
   private:
-    enum class Heard { report, nothing, lost };
-    Heard hear(WoodenReport&, std::string& why);
-    WoodenCommand commandFor(const Vec3& force_n) const noexcept;
-    DeviceStage missed(std::string& why);
-    DeviceStage take(const WoodenReport&, DeviceState&, std::string& why);
+    enum class ReadResult { report, nothing, lost };
+    ReadResult readReport(WoodenReport&, std::string& why);
+    WoodenCommand makeCommand(const Vec3& force_n) const noexcept;
+    DeviceStage handleMissed(std::string& why);
+    DeviceStage processReport(const WoodenReport&, DeviceState&, std::string& why);
     DeviceStage home(const WoodenReport&, std::string& why);
-    bool follow(const WoodenReport&) noexcept;
-    void startAt(const WoodenReport&) noexcept;
+    bool addMotion(const WoodenReport&) noexcept;
+    void resetCounts(const WoodenReport&) noexcept;
 
     WoodenModel model_;
     DeviceProfile profile_;
@@ -49,7 +49,7 @@ class WoodenHaptics final : public Driver {
     std::array<std::int16_t, 6> raw_{};           // of the last accepted report
     ArmCounts counts_{};                          // unwrapped
     int missed_ = 0;                              // consecutive exchanges without a plausible report
-    bool garbled_ = false;                        // the last of them had an implausible report
+    bool garbled_ = false;                        // the last missed exchange had an implausible report
 };
 
 }  // namespace stylet::haptics

@@ -26,8 +26,8 @@ double bodyRadPerCount(const WoodenModel& m, int body) noexcept {
 
 // Share of the force's current that fits within the limit in addition to the holding current.
 double shareThatFits(double hold_a, double force_a) noexcept {
-    if (std::fabs(hold_a + force_a) <= kMostCurrent_a) return 1.0;
-    const double room_a = (force_a > 0.0 ? kMostCurrent_a : -kMostCurrent_a) - hold_a;
+    if (std::fabs(hold_a + force_a) <= kMaxCurrent_a) return 1.0;
+    const double room_a = (force_a > 0.0 ? kMaxCurrent_a : -kMaxCurrent_a) - hold_a;
     return std::clamp(room_a / force_a, 0.0, 1.0);
 }
 
@@ -80,13 +80,13 @@ ArmCurrents armCurrents(const WoodenModel& m, const Vec3& angles_rad, const Vec3
     double share = 1.0;
     for (int i = 0; i < 3; ++i) {
         const double a_per_n_m = ratio(m, i) / m.torque_constant_n_m_per_a[std::size_t(i)];
-        hold_a[i] = std::clamp(hold_torque[i] * a_per_n_m, -kMostCurrent_a, kMostCurrent_a);
+        hold_a[i] = std::clamp(hold_torque[i] * a_per_n_m, -kMaxCurrent_a, kMaxCurrent_a);
         force_a[i] = force_torque[i] * a_per_n_m;
         share = std::min(share, shareThatFits(hold_a[i], force_a[i]));
     }
     ArmCurrents currents{hold_a + share * force_a, share < 1.0};
     for (int i = 0; i < 3; ++i)
-        currents.motor_a[i] = std::clamp(currents.motor_a[i], -kMostCurrent_a, kMostCurrent_a);
+        currents.motor_a[i] = std::clamp(currents.motor_a[i], -kMaxCurrent_a, kMaxCurrent_a);
     return currents;
 }
 

@@ -4,8 +4,8 @@
 // of a potential.
 //
 // Base frame: +z up along the first axis, +x out toward the user, +y to the user's right. Angles: a about
-// +z; b of the upper arm from the vertical; c of the forearm from straight down, absolute (a parallelogram
-// drives it).
+// +z; b of the upper arm from the vertical; c of the forearm from straight down. c does not depend on b,
+// because a parallelogram drives the forearm.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ namespace stylet::haptics {
 
 using ArmCounts = std::array<int, 6>;  // encoders a..f
 
-inline constexpr double kMostCurrent_a = 2.0;  // the amplifiers' continuous limit
+inline constexpr double kMaxCurrent_a = 2.0;  // the amplifiers' continuous limit
 
 Vec3 armAngles_rad(const WoodenModel&, const ArmCounts&) noexcept;
 // Position of the tip, base frame, from the workspace's origin.
@@ -30,14 +30,14 @@ glm::dmat3 armJacobian(const WoodenModel&, const Vec3& angles_rad) noexcept;
 // wrist.
 Quat armRotation(const WoodenModel&, const Vec3& angles_rad, const ArmCounts&) noexcept;
 
-// Torques on the bodies that hold the arm against its own weight, N m.
+// The torques, one per body, that hold the arm against its own weight, N m.
 Vec3 armGravityTorque_n_m(const WoodenModel&, const Vec3& angles_rad) noexcept;
 
 struct ArmCurrents {
     Vec3 motor_a{0.0};
     bool limited = false;  // the force was scaled down; its direction is kept
 };
-// Currents for a force on the user's hand, base frame. Never more than kMostCurrent_a in any motor. The
+// Currents for a force on the user's hand, base frame. Never more than kMaxCurrent_a in any motor. The
 // arm's weight is compensated first; the rest goes to the force. A non-finite force counts as zero.
 ArmCurrents armCurrents(const WoodenModel&, const Vec3& angles_rad, const Vec3& force_n) noexcept;
 

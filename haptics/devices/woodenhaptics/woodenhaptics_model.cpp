@@ -1,5 +1,7 @@
 #include "haptics/devices/woodenhaptics/woodenhaptics_model.h"
 
+#include <fmt/core.h>
+#include <algorithm>
 #include <cmath>
 
 #include "base/fields.h"
@@ -39,11 +41,12 @@ std::array<bool, 3> readFlags(Fields& in, const std::string& stem, const char* b
 }
 
 void refuseRepeated(const Fields& in) {
-    for (const std::string& key : in.repeated())
-        in.refuse(key, key == "enc_and_body_aligned_d"
-                           ? "given twice: the maker's library writes enc_and_body_aligned_e so; rename the "
-                             "second one"
-                           : "given twice");
+    for (const std::string& key : in.duplicateKeys())
+        in.refuse(key,
+                  key == "enc_and_body_aligned_d"
+                      ? "given twice: the maker's library writes this key instead of enc_and_body_aligned_e; "
+                        "rename the second one"
+                      : "given twice");
 }
 
 void readEncoders(Fields& in, WoodenModel& m) {
@@ -52,7 +55,7 @@ void readEncoders(Fields& in, WoodenModel& m) {
     const auto fitted = std::count_if(wrist.begin(), wrist.end(), [](double n) { return n > 0.0; });
     if (fitted != 0 && fitted != 3)
         in.refuse("cpr_encoder_d",
-                  "a wrist has three encoders or none; this one has " + std::to_string(fitted));
+                  fmt::format("a wrist has three encoders or none; this one has {}", fitted));
     for (std::size_t i = 0; i < 3; ++i) {
         if (fitted == 3 && wrist[i] < 16.0)
             in.refuse(std::string("cpr_encoder_") + "def"[i], "not within 16 and 1000000");

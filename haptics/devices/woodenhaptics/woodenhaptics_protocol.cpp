@@ -15,7 +15,7 @@ std::int16_t wordAt(std::span<const unsigned char> bytes, std::size_t word) noex
     return std::int16_t(std::uint16_t(bytes[2 * word] | bytes[2 * word + 1] << 8));
 }
 
-WoodenCommand commandOf(const std::array<std::int16_t, 7>& words) noexcept {
+WoodenCommand packCommand(const std::array<std::int16_t, 7>& words) noexcept {
     WoodenCommand bytes{};
     for (std::size_t i = 0; i < words.size(); ++i) {
         const auto word = std::uint16_t(words[i]);
@@ -37,16 +37,16 @@ std::optional<WoodenReport> decodeWoodenReport(std::span<const unsigned char> by
 }
 
 WoodenCommand encodeWoodenCurrents(const std::array<std::int16_t, 3>& ma) noexcept {
-    return commandOf({ma[0], ma[1], ma[2], kCommandCurrents, 0, 0, 0});
+    return packCommand({ma[0], ma[1], ma[2], kCommandCurrents, 0, 0, 0});
 }
 
 WoodenCommand encodeWoodenCalibration(const std::array<std::int16_t, 6>& e) noexcept {
-    return commandOf({e[3], e[4], e[5], kCommandSetEncoders, e[0], e[1], e[2]});
+    return packCommand({e[3], e[4], e[5], kCommandSetEncoders, e[0], e[1], e[2]});
 }
 
 std::int16_t milliamps(double current_a) noexcept {
     if (!std::isfinite(current_a)) return 0;
-    return std::int16_t(std::lround(1000.0 * std::clamp(current_a, -kMostCurrent_a, kMostCurrent_a)));
+    return std::int16_t(std::lround(1000.0 * std::clamp(current_a, -kMaxCurrent_a, kMaxCurrent_a)));
 }
 
 }  // namespace stylet::haptics

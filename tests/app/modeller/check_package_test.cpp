@@ -2,14 +2,15 @@
 // simulated are refused.
 #include "app/modeller/check/check_package.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
 
+#include "app/modeller/image/voxel_tools.h"
 #include "patient/synth/labels.h"
-#include "patient/synth/synth.h"
-#include "tests/support/phantom.h"
+#include "tests/app/modeller/reference_patient.h"
 
 namespace stylet::modeller {
 namespace {
@@ -18,40 +19,34 @@ using patient::Package;
 using patient::Tissue;
 using patient::synth::Id;
 
-const Package& good() {
-    static const Package package = [] {
-        patient::synth::SynthSettings s;
-        s.seed = 1;
-        s.spacing_m = 0.003;
-        s.defaults = test::tissueDefaults();
-        return patient::synth::makeReferencePatient(s);
-    }();
+const Package& referencePatient() {
+    static const Package package = test::referencePatient(1, 0.003);
     return package;
 }
 
-std::string allOf(const std::vector<Finding>& findings) {
+std::string formatAll(const std::vector<Finding>& findings) {
     std::string all;
     for (const Finding& f : findings)
-        all += lineOf(f) + "\n";
+        all += formatFinding(f) + "\n";
     return all;
 }
 
-// Applies `spoil` to the good patient without motion, to save time. Expects a finding about `what` that is
-// refused or not.
-template <typename Spoil>
-void expectFound(Spoil spoil, const std::string& what, bool refused) {
-    Package p = good();
+// Applies `corrupt` to the good patient, which has no motion here to save time. Expects a finding about
+// `what` with this value of `refused`.
+template <typename Corrupt>
+void expectFound(Corrupt corrupt, const std::string& what, bool refused) {
+    Package p = referencePatient();
     p.motion = {};
-    spoil(p);
+    corrupt(p);
     const std::vector<Finding> findings = checkPackage(p);
     const auto found = std::find_if(findings.begin(), findings.end(),
                                     [&](const Finding& f) { return f.what == what && f.refused == refused; });
     EXPECT_NE(found, findings.end()) << "wanted " << what << ", refused " << refused << ", got\n"
-                                     << allOf(findings);
-    EXPECT_EQ(anyRefused(findings), refused) << allOf(findings);
+                                     << formatAll(findings);
+    EXPECT_EQ(anyRefused(findings), refused) << formatAll(findings);
     for (const Finding& f : findings) {
-        EXPECT_FALSE(f.value.empty() || f.expected.empty() || f.reason.empty()) << lineOf(f);
-        EXPECT_EQ(lineOf(f).find('\n'), std::string::npos);
+        EXPECT_FALSE(f.value.empty() || f.expected.empty() || f.reason.empty()) << formatFinding(f);
+        EXPECT_THAT(formatFinding(f), testing::Not(testing::HasSubstr("\n")));
     }
 }
 
@@ -59,33 +54,24 @@ void expectFound(Spoil spoil, const std::string& what, bool refused) {
 auto relabel(std::initializer_list<Id> from, Id to) {
     return [set = patient::synth::anyOf(from), to](Package& p) {
         for (std::uint8_t& id : p.labels.voxels)
-            if (patient::synth::holds(set, id)) id = std::uint8_t(to);
+            if (patient::synth::contains(set, id)) id = std::uint8_t(to);
     };
 }
 
 auto shiftValues(std::initializer_list<Id> ids, int hu) {
     return [set = patient::synth::anyOf(ids), hu](Package& p) {
         for (std::size_t i = 0; i < p.ct.voxels.size(); ++i)
-            if (patient::synth::holds(set, p.labels.voxels[i]))
+            if (patient::synth::contains(set, p.labels.voxels[i]))
                 p.ct.voxels[i] = std::int16_t(p.ct.voxels[i] + hu);
     };
 }
 
-// Crops `low` voxels at the start and `high` voxels at the end of each axis.
+// Crops `low` voxels at the start of each axis and `high` voxels at its end.
 auto crop(Index3 low, Index3 high) {
     return [low, high](Package& p) {
-        const Grid old = p.ct.grid;
-        const Grid g{old.dims - low - high, old.spacing_m, old.centre(low)};
-        CtVolume ct(g);
-        LabelVolume labels(g);
-        for (int z = 0; z < g.dims.z; ++z)
-            for (int y = 0; y < g.dims.y; ++y)
-                for (int x = 0; x < g.dims.x; ++x) {
-                    ct[{x, y, z}] = p.ct[low + Index3{x, y, z}];
-                    labels[{x, y, z}] = p.labels[low + Index3{x, y, z}];
-                }
-        p.ct = std::move(ct);
-        p.labels = std::move(labels);
+        const VoxelBox box{low, p.ct.grid.dims - 1 - high};
+        p.ct = cropped(p.ct, box);
+        p.labels = cropped(p.labels, box);
     };
 }
 
@@ -94,39 +80,33 @@ auto mirror(int axis) {
     return [axis](Package& p) {
         const Package old = p;
         const Grid& g = p.ct.grid;
-        for (int z = 0; z < g.dims.z; ++z)
-            for (int y = 0; y < g.dims.y; ++y)
-                for (int x = 0; x < g.dims.x; ++x) {
-                    Index3 from{x, y, z};
-                    from[axis] = g.dims[axis] - 1 - from[axis];
-                    p.ct[{x, y, z}] = old.ct[from];
-                    p.labels[{x, y, z}] = old.labels[from];
-                }
+        forEachVoxel(g, [&](const Index3& i) {
+            Index3 from = i;
+            from[axis] = g.dims[axis] - 1 - from[axis];
+            p.ct[i] = old.ct[from];
+            p.labels[i] = old.labels[from];
+        });
     };
 }
 
 // Lowest and highest slice of the liver.
 std::pair<int, int> liverHeights() {
-    const Grid& g = good().labels.grid;
-    int low = g.dims.z, high = -1;
-    for (std::size_t i = 0; i < good().labels.voxels.size(); ++i)
-        if (good().labels.voxels[i] == std::uint8_t(Id::liver)) {
-            const int z = int(i / (std::size_t(g.dims.x) * std::size_t(g.dims.y)));
-            low = std::min(low, z), high = std::max(high, z);
-        }
-    return {low, high};
+    const LabelVolume& labels = referencePatient().labels;
+    const VoxelBox box = boundingBox(
+        maskWhere(labels.grid, [&](std::size_t i) { return labels.voxels[i] == std::uint8_t(Id::liver); }));
+    return {box.low.z, box.high.z};
 }
 
-TEST(CheckPackage, APlausiblePatientIsNotRefused) {
-    const std::vector<Finding> findings = checkPackage(good());
-    EXPECT_FALSE(anyRefused(findings)) << allOf(findings);
-    for (const Finding& f : findings)  // 3 mm is coarse
-        EXPECT_EQ(f.what.rfind("voxel size in ", 0), 0u) << lineOf(f);
-    EXPECT_EQ(allOf(checkPackage(good(), 1)), allOf(findings));
+TEST(CheckPackage, PlausiblePatientPasses) {
+    const std::vector<Finding> findings = checkPackage(referencePatient());
+    EXPECT_FALSE(anyRefused(findings)) << formatAll(findings);
+    for (const Finding& f : findings)  // voxels of 3 mm are coarse
+        EXPECT_EQ(f.what.rfind("voxel size in ", 0), 0u) << formatFinding(f);
+    EXPECT_EQ(formatAll(checkPackage(referencePatient(), 1)), formatAll(findings));
 }
 
 // HZ-TEACH-08
-TEST(CheckPackage, WhatAPunctureNeedsMustBeThere) {
+TEST(CheckPackage, MissingStructuresAreReported) {
     expectFound(relabel({Id::skin}, Id::fat), "skin", true);
     expectFound(relabel({Id::liver, Id::tumour}, Id::spleen), "liver", true);
     expectFound(relabel({Id::fascia}, Id::muscle), "fascia", true);
@@ -137,37 +117,36 @@ TEST(CheckPackage, WhatAPunctureNeedsMustBeThere) {
     expectFound([](Package& p) { p = {}; }, "image", true);
 }
 
-TEST(CheckPackage, AnOpenFasciaIsRefused) {
+TEST(CheckPackage, OpenFasciaIsRefused) {
     // An opening of 30 mm in the right flank, at the height of the liver.
     const auto [low, high] = liverHeights();
     const double middle_z = 0.5 * (low + high);
     expectFound(
         [&](Package& p) {
             const Grid& g = p.labels.grid;
-            for (int z = int(middle_z) - 5; z <= int(middle_z) + 5; ++z)
-                for (int y = g.dims.y / 2 - 5; y <= g.dims.y / 2 + 5; ++y)
-                    for (int x = g.dims.x / 2; x < g.dims.x; ++x)
-                        if (p.labels[{x, y, z}] == std::uint8_t(Id::fascia))
-                            p.labels[{x, y, z}] = std::uint8_t(Id::muscle);
+            const VoxelBox opening{{g.dims.x / 2, g.dims.y / 2 - 5, int(middle_z) - 5},
+                                   {g.dims.x - 1, g.dims.y / 2 + 5, int(middle_z) + 5}};
+            forEachVoxel(opening, [&](const Index3& i) {
+                if (p.labels[i] == std::uint8_t(Id::fascia)) p.labels[i] = std::uint8_t(Id::muscle);
+            });
         },
         "fascia", true);
 }
 
 // No needle reaches the liver from the far side of the spine, so a hole there is only reported.
-TEST(CheckPackage, AHoleThatNoNeedleReachesIsOnlyNoted) {
+TEST(CheckPackage, UnreachableFasciaHoleIsOnlyAWarning) {
     expectFound(
         [](Package& p) {
             const Grid& g = p.labels.grid;
-            const int z = g.dims.z - 2;
-            for (int x = 0; x < g.dims.x / 4; ++x)
-                for (int y = 0; y < g.dims.y; ++y)
-                    if (p.labels[{x, y, z}] == std::uint8_t(Id::fascia))
-                        p.labels[{x, y, z}] = std::uint8_t(Id::muscle);
+            const VoxelBox hole{{0, 0, g.dims.z - 2}, {g.dims.x / 4 - 1, g.dims.y - 1, g.dims.z - 2}};
+            forEachVoxel(hole, [&](const Index3& i) {
+                if (p.labels[i] == std::uint8_t(Id::fascia)) p.labels[i] = std::uint8_t(Id::muscle);
+            });
         },
         "fascia", false);
 }
 
-TEST(CheckPackage, LabelsAndTissuesMustBeKnown) {
+TEST(CheckPackage, UnknownLabelsAndBadTissueParametersAreReported) {
     expectFound([](Package& p) { p.labels.voxels[p.labels.voxels.size() / 2] = 200; }, "label 200", true);
     const auto row = [](Tissue t) { return std::size_t(t); };
     expectFound([&](Package& p) { p.tissues[row(Tissue::liver)].stiffness_n_per_m = 0.0; },
@@ -183,7 +162,7 @@ TEST(CheckPackage, LabelsAndTissuesMustBeKnown) {
                 "threshold of bone past the fascia", false);
 }
 
-TEST(CheckPackage, ValuesMustBeOfTheirTissue) {
+TEST(CheckPackage, HuOutsideTheTissueRangeIsRefused) {
     expectFound(shiftValues({Id::liver, Id::tumour}, 300), "mean of liver", true);
     expectFound(shiftValues({Id::liver, Id::tumour}, -250), "mean of liver", true);
     expectFound(shiftValues({Id::ribsRight, Id::ribsLeft, Id::spine, Id::sternum, Id::cartilage}, 2000),
@@ -191,7 +170,7 @@ TEST(CheckPackage, ValuesMustBeOfTheirTissue) {
     expectFound(shiftValues({Id::lungRight, Id::lungLeft}, 700), "mean of lungs", true);
 }
 
-TEST(CheckPackage, TheLiversVolumeIsAnAdults) {
+TEST(CheckPackage, LiverVolumeOutsideTheAdultRangeIsRefused) {
     const auto scale = [](double factor) {
         return [factor](Package& p) {
             for (Grid* g : {&p.ct.grid, &p.labels.grid})
@@ -209,20 +188,21 @@ TEST(CheckPackage, TheLiversVolumeIsAnAdults) {
 }
 
 // HZ-TEACH-08
-TEST(CheckPackage, ACropThroughTheLiverOrTheBodyIsRefused) {
+TEST(CheckPackage, CroppedLiverOrBodyIsRefused) {
     const auto [low, high] = liverHeights();
-    const int above = good().ct.grid.dims.z - 1 - high;
+    const int above = referencePatient().ct.grid.dims.z - 1 - high;
     expectFound(crop({0, 0, low + 12}, {0, 0, 0}), "liver in the lowest slice", true);
     expectFound(crop({0, 0, 0}, {0, 0, above + 12}), "liver in the highest slice", true);
     expectFound(crop({0, 0, low + 1}, {0, 0, 0}), "liver in the lowest slice", false);
-    expectFound(crop({0, 0, 0}, {good().ct.grid.dims.x / 4, 0, 0}), "liver at the image's sides", true);
+    expectFound(crop({0, 0, 0}, {referencePatient().ct.grid.dims.x / 4, 0, 0}), "liver at the image's sides",
+                true);
     // The right flank extends 6 mm beyond the scan.
     int flank = 0;
-    const Grid& g = good().ct.grid;
-    for (std::size_t i = 0; i < good().labels.voxels.size(); ++i)
-        if (good().labels.voxels[i] != 0) flank = std::max(flank, int(i % std::size_t(g.dims.x)));
+    const Grid& g = referencePatient().ct.grid;
+    for (std::size_t i = 0; i < referencePatient().labels.voxels.size(); ++i)
+        if (referencePatient().labels.voxels[i] != 0) flank = std::max(flank, int(i % std::size_t(g.dims.x)));
     expectFound(crop({0, 0, 0}, {g.dims.x - flank + 1, 0, 0}), "body at the image's right side", false);
-    // Body up to all four sides of the image.
+    // The body reaches all four sides of the image.
     expectFound(
         [](Package& p) {
             for (std::size_t i = 0; i < p.labels.voxels.size(); ++i)
@@ -239,10 +219,10 @@ TEST(CheckPackage, MirroredPatientsAreRefused) {
 }
 
 // HZ-TEACH-08
-TEST(CheckPackage, AMotionThatFoldsIsRefused) {
+TEST(CheckPackage, FoldingMotionIsRefused) {
     expectFound(
         [](Package& p) {
-            p.motion = good().motion;
+            p.motion = referencePatient().motion;
             for (auto* field : {&p.motion.wall, &p.motion.slide})
                 for (patient::MotionCoefficients& c : *field)
                     for (int d = 0; d < 3; ++d)
@@ -251,34 +231,33 @@ TEST(CheckPackage, AMotionThatFoldsIsRefused) {
         "motion", true);
     expectFound(
         [](Package& p) {
-            p.motion = good().motion;
+            p.motion = referencePatient().motion;
             p.motion.slide.pop_back();
         },
         "motion", true);
     expectFound([](Package&) {}, "motion", false);
 }
 
-TEST(CheckPackage, DuctsOutOfReachAreNoted) {
+TEST(CheckPackage, UnreachableDuctsAreAWarning) {
     // One short duct at the far end of the left lobe.
     expectFound(
         [](Package& p) {
             relabel({Id::ducts}, Id::liver)(p);
             const Grid& g = p.labels.grid;
             Index3 leftmost{g.dims};
-            for (int z = 0; z < g.dims.z; ++z)
-                for (int y = 0; y < g.dims.y; ++y)
-                    for (int x = 0; x < leftmost.x; ++x)
-                        if (p.labels[{x, y, z}] == std::uint8_t(Id::liver)) leftmost = {x, y, z};
+            forEachVoxel(g, [&](const Index3& i) {
+                if (i.x < leftmost.x && p.labels[i] == std::uint8_t(Id::liver)) leftmost = i;
+            });
             for (int x = 0; x < 4; ++x)
                 p.labels[leftmost + Index3{x, 0, 0}] = std::uint8_t(Id::ducts);
         },
         "planned paths", false);
 }
 
-TEST(CheckPackage, ALineSaysWhatWhyAndWhatToExpect) {
-    EXPECT_EQ(lineOf({true, "liver volume", "245 ml", "600 to 3500 ml", "adults"}),
+TEST(CheckPackage, FindingIsFormattedOnOneLine) {
+    EXPECT_EQ(formatFinding({true, "liver volume", "245 ml", "600 to 3500 ml", "adults"}),
               "REFUSED  liver volume: 245 ml, expected 600 to 3500 ml (adults)");
-    EXPECT_EQ(lineOf({false, "motion", "none", "a model", "no breath"}),
+    EXPECT_EQ(formatFinding({false, "motion", "none", "a model", "no breath"}),
               "look     motion: none, expected a model (no breath)");
 }
 

@@ -14,7 +14,7 @@ struct ChestSettings {
     int phases = 8;
 };
 
-inline double breathOf(int phase, int phases) {
+inline double breathingState(int phase, int phases) {
     const double s = std::sin(3.14159265358979323846 * phase / phases);
     return s * s;
 }
@@ -29,23 +29,20 @@ inline modeller::Phase chestPhase(const ChestSettings& s, int phase) {
     g.dims = Index3(int(0.18 / s.spacing_m), int(0.18 / s.spacing_m), int(0.12 / s.spacing_m));
     g.origin_m = -0.5 * s.spacing_m * Vec3(g.dims - 1);
     out.hu = modeller::FloatVolume(g);
-    const double down_m = s.travel_m * breathOf(phase, s.phases);
-    for (int z = 0; z < g.dims.z; ++z)
-        for (int y = 0; y < g.dims.y; ++y)
-            for (int x = 0; x < g.dims.x; ++x) {
-                const Vec3 p = g.centre({x, y, z});
-                const double r_m = std::hypot(p.x, p.y), tissue_z_m = p.z + down_m;
-                const double dome_z_m = 0.010 - 4.0 * r_m * r_m;
-                const double texture =
-                    std::sin(260.0 * p.x) * std::sin(240.0 * p.y + 1.0) * std::sin(250.0 * tissue_z_m);
-                const double edge = std::clamp((tissue_z_m - dome_z_m) / s.spacing_m + 0.5, 0.0, 1.0);
-                double hu = (1.0 - edge) * (60.0 + 30.0 * texture) +
-                            edge * (-800.0 + 120.0 * texture + 4000.0 * down_m * -1.0);
-                if (r_m > 0.068) hu = 20.0 + 20.0 * std::sin(300.0 * p.z) * std::sin(200.0 * p.x);
-                if (std::fabs(r_m - 0.075) < 0.004 && std::fabs(std::remainder(p.z, 0.020)) < 0.005)
-                    hu = 700.0;
-                out.hu[{x, y, z}] = float(hu);
-            }
+    const double down_m = s.travel_m * breathingState(phase, s.phases);
+    forEachVoxel(g, [&](const Index3& i) {
+        const Vec3 p = g.centre(i);
+        const double r_m = std::hypot(p.x, p.y), tissue_z_m = p.z + down_m;
+        const double dome_z_m = 0.010 - 4.0 * r_m * r_m;
+        const double texture =
+            std::sin(260.0 * p.x) * std::sin(240.0 * p.y + 1.0) * std::sin(250.0 * tissue_z_m);
+        const double edge = std::clamp((tissue_z_m - dome_z_m) / s.spacing_m + 0.5, 0.0, 1.0);
+        double hu = (1.0 - edge) * (60.0 + 30.0 * texture) +
+                    edge * (-800.0 + 120.0 * texture + 4000.0 * down_m * -1.0);
+        if (r_m > 0.068) hu = 20.0 + 20.0 * std::sin(300.0 * p.z) * std::sin(200.0 * p.x);
+        if (std::fabs(r_m - 0.075) < 0.004 && std::fabs(std::remainder(p.z, 0.020)) < 0.005) hu = 700.0;
+        out.hu[i] = float(hu);
+    });
     return out;
 }
 

@@ -1,4 +1,4 @@
-#include "dicom_bytes.h"
+#include "tests/app/modeller/dicom_bytes.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -20,7 +20,7 @@ struct DicomSlice {
     double slope = 1.0, intercept = 0.0;
     std::string series = "1.2.3.4", modality = "CT", instance = "1.2.3.4.1", description;
     std::string sop_class = "1.2.840.10008.5.1.4.1.1.2";  // CT image
-    std::string syntax = "1.2.840.10008.1.2.1";           // in the header: explicit, little endian
+    std::string syntax = "1.2.840.10008.1.2.1";           // named in the header: explicit VR, little endian
     bool run_length = false;                              // pixels are encoded as kRunLength
     int frames = 1;
     std::set<std::uint32_t> without;  // tags to leave out, such as 0x00200032

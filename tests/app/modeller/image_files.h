@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "app/modeller/image/import_image.h"
-#include "dicom_bytes.h"
+#include "tests/app/modeller/dicom_bytes.h"
+#include "tests/support/refused.h"
 
 namespace stylet::test {
 
@@ -19,21 +20,16 @@ inline modeller::ReaderLimits reader() {
 }
 
 // Error message of the reader, or empty if it accepts the image.
-inline std::string refusal(const std::filesystem::path& path, modeller::ImageKind kind,
-                           const modeller::ReaderLimits& limits, const std::string& series = {}) {
-    try {
-        modeller::readImage(path, kind, limits, series);
-    } catch (const modeller::ImportError& e) {
-        return e.what();
-    }
-    return "";
+inline std::string readError(const std::filesystem::path& path, modeller::ImageKind kind,
+                             const modeller::ReaderLimits& limits, const std::string& series = {}) {
+    return errorText<modeller::ImportError>([&] { modeller::readImage(path, kind, limits, series); });
 }
-inline std::string refusal(const std::filesystem::path& path) {
-    return refusal(path, modeller::ImageKind::ct, reader());
+inline std::string readError(const std::filesystem::path& path) {
+    return readError(path, modeller::ImageKind::ct, reader());
 }
 
 // A stack of `count` slices, 2.5 mm apart. Each stored value encodes its column, row and slice.
-inline std::vector<DicomSlice> stack(int count) {
+inline std::vector<DicomSlice> makeStack(int count) {
     std::vector<DicomSlice> slices;
     for (int k = 0; k < count; ++k) {
         DicomSlice s;

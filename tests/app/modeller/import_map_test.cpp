@@ -1,12 +1,14 @@
 #include "app/modeller/import/import_map.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <set>
 #include <stdexcept>
 
-#include "app/modeller/image/import_image.h"
+#include "base/errors.h"
+#include "tests/support/refused.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::modeller {
@@ -15,15 +17,10 @@ namespace {
 std::string mapRefusal(const std::string& text) {
     test::TempFolder temp;
     std::ofstream(temp / "map.csv") << text;
-    try {
-        loadLabelMap(temp / "map.csv");
-    } catch (const std::runtime_error& e) {
-        return e.what();
-    }
-    return "";
+    return test::errorText<DataError>([&] { loadLabelMap(temp / "map.csv"); });
 }
 
-TEST(ImportMap, TargetsHaveIdsInOrderAndNamesOnce) {
+TEST(ImportMap, TargetIdsAreConsecutiveAndNamesUnique) {
     std::set<std::string> names;
     int id = 0;
     for (const patient::Label& l : targetTable()) {
@@ -42,24 +39,24 @@ TEST(ImportMap, ReadsIdsCommentsAndKeys) {
     EXPECT_EQ(map.source, "Clinic");
     EXPECT_EQ(map.licence, "CC0");
     ASSERT_EQ(map.target_of.size(), 2u);
-    EXPECT_EQ(map.target_of.at(1), findTarget("liver")->id);
+    EXPECT_EQ(map.target_of.at(1), targetId("liver"));
     EXPECT_EQ(map.target_of.at(513), 0);
 }
 
-TEST(ImportMap, RefusesByLine) {
-    EXPECT_NE(mapRefusal("source_id,tissue\n1,liver\n2,lever\n").find("line 3: there is no target \"lever\""),
-              std::string::npos);
-    EXPECT_NE(mapRefusal("source_id,tissue\n1,liver\n1,bone\n").find("line 3: source_id 1 is mapped twice"),
-              std::string::npos);
-    EXPECT_NE(mapRefusal("source_id,tissue\n-4,liver\n").find("line 2"), std::string::npos);
-    EXPECT_NE(mapRefusal("source_id,tissue\n1e3,liver\n").find("not a whole number"), std::string::npos);
-    EXPECT_NE(mapRefusal("source_id,tissue\nliver\n").find("two fields"), std::string::npos);
-    EXPECT_NE(mapRefusal("1,liver\n").find("the first line must be"), std::string::npos);
-    EXPECT_NE(mapRefusal("source_id,tissue\n1," + std::string(1000, 'x')).find("line 2: too long"),
-              std::string::npos);
-    EXPECT_NE(mapRefusal(std::string((1 << 20) + 1, '#')).find("map.csv: file: larger than 1048576 bytes"),
-              std::string::npos);
-    EXPECT_NE(mapRefusal("").find("maps nothing"), std::string::npos);
+TEST(ImportMap, ErrorsNameTheLine) {
+    EXPECT_THAT(mapRefusal("source_id,tissue\n1,liver\n2,lever\n"),
+                testing::HasSubstr("line 3: there is no target \"lever\""));
+    EXPECT_THAT(mapRefusal("source_id,tissue\n1,liver\n1,bone\n"),
+                testing::HasSubstr("line 3: source_id 1 is mapped twice"));
+    EXPECT_THAT(mapRefusal("source_id,tissue\n-4,liver\n"), testing::HasSubstr("line 2"));
+    EXPECT_THAT(mapRefusal("source_id,tissue\n1e3,liver\n"), testing::HasSubstr("not a whole number"));
+    EXPECT_THAT(mapRefusal("source_id,tissue\nliver\n"), testing::HasSubstr("two fields"));
+    EXPECT_THAT(mapRefusal("1,liver\n"), testing::HasSubstr("the first line must be"));
+    EXPECT_THAT(mapRefusal("source_id,tissue\n1," + std::string(1000, 'x')),
+                testing::HasSubstr("line 2: too long"));
+    EXPECT_THAT(mapRefusal(std::string((1 << 20) + 1, '#')),
+                testing::HasSubstr("map.csv: file: larger than 1048576 bytes"));
+    EXPECT_THAT(mapRefusal(""), testing::HasSubstr("maps nothing"));
 }
 
 }  // namespace

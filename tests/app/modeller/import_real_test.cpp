@@ -10,7 +10,7 @@
 #include "app/modeller/import/import.h"
 #include "app/report/palpation.h"
 #include "patient/patient.h"
-#include "tests/app/modeller/target_id.h"
+#include "tests/app/modeller/outside.h"
 #include "tests/app/trainer/command.h"
 #include "tests/patient/blood_facts.h"
 #include "tests/support/temp_folder.h"
@@ -19,7 +19,6 @@ namespace stylet::modeller {
 namespace {
 
 namespace fs = std::filesystem;
-using test::idOf;
 
 // Writes the label map that a user would write for this data set, from the names supplied with it. Its
 // label codes are not stored here.
@@ -59,14 +58,14 @@ class ImportReal : public testing::Test {
     static void SetUpTestSuite() {
         const char* data = std::getenv("STYLET_DATA");
         if (!data) {
-            why_not_ = "STYLET_DATA is not set: it names the folder that holds 3dircadb01_p01/";
+            skip_reason_ = "STYLET_DATA is not set: it names the folder that holds 3dircadb01_p01/";
             return;
         }
         const fs::path folder = fs::path(data) / "3dircadb01_p01";
         const fs::path archive = folder / "PATIENT_DICOM_p01.tar.gz";
         for (const fs::path& file : {archive, folder / "seg.nii.gz", folder / "labels.csv"})
             if (!fs::exists(file)) {
-                why_not_ = "STYLET_DATA is set, but there is no " + file.string();
+                skip_reason_ = "STYLET_DATA is set, but there is no " + file.string();
                 return;
             }
         const test::TempFolder temp, map;
@@ -82,7 +81,7 @@ class ImportReal : public testing::Test {
         s.spacing_m = 0.0015;
         s.defaults = patient::loadTissueDefaults(assets / "tissue/ptcd.toml");
         s.reader.program = fs::path(std::getenv("STYLET_BIN")) / "stylet-image-reader";
-        imported_ = new Imported(importPatient(s));
+        imported_ = new ImportResult(importPatient(s));
         command_ = new test::Command;
         patient::savePackage(imported_->package, *command_ / "patient");
     }
@@ -91,7 +90,7 @@ class ImportReal : public testing::Test {
         delete imported_;
     }
     void SetUp() override {
-        if (!why_not_.empty()) GTEST_SKIP() << why_not_;
+        if (!skip_reason_.empty()) GTEST_SKIP() << skip_reason_;
         ASSERT_NE(imported_, nullptr);
     }
     // Runs the demo on this patient as a user does.
@@ -100,12 +99,12 @@ class ImportReal : public testing::Test {
                              (*command_ / "patient").string() + "' " + options);
     }
 
-    static inline std::string why_not_;
-    static inline Imported* imported_ = nullptr;
+    static inline std::string skip_reason_;
+    static inline ImportResult* imported_ = nullptr;
     static inline test::Command* command_ = nullptr;
 };
 
-TEST_F(ImportReal, RibsAreBumpsUnderTheFinger) {
+TEST_F(ImportReal, RibsArePalpable) {
     const patient::Patient patient(imported_->package);
     const patient::Skin skin = makeSkin(patient, 2);
     const haptics::TouchMap touch = haptics::makeTouchMap(patient, skin, 2);
@@ -120,7 +119,7 @@ TEST_F(ImportReal, RibsAreBumpsUnderTheFinger) {
 }
 
 // A clinical fascia with seven ribs on each side must neither tear nor fold, even at 25 mm of travel.
-TEST_F(ImportReal, ItsCavitySlidesWithoutGapOrFold) {
+TEST_F(ImportReal, CavitySlidesWithoutGapOrFold) {
     const patient::Package& p = imported_->package;
     for (const double dome_m : {0.015, 0.020, 0.025}) {
         SCOPED_TRACE(dome_m);
@@ -132,13 +131,13 @@ TEST_F(ImportReal, ItsCavitySlidesWithoutGapOrFold) {
         EXPECT_LT(error.worst_gap_m, 0.0005);
         EXPECT_LT(error.worst_overlap_m, 0.0005);
         EXPECT_GT(error.mean_slip_m, 0.5 * dome_m);
-        EXPECT_GT(patient::leastJacobian(m, 3.0), 0.0);
+        EXPECT_GT(patient::minJacobian(m, 3.0), 0.0);
     }
 }
 
-// From the expert to the reckless trainee, as on the reference patients
+// The trainees rank from the expert to the reckless one, as on the reference patients
 // (tests/app/trainer/attempt/trainees_test.cpp).
-TEST_F(ImportReal, TheSixTraineesRankAsTheyAreNamed) {
+TEST_F(ImportReal, SimulatedTraineesRankInOrder) {
     double last = 101.0;
     for (const std::string name : {"procedure", "trainee-good", "trainee-hesitant", "trainee-sloppy",
                                    "trainee-careless", "trainee-reckless"}) {
@@ -159,12 +158,12 @@ TEST_F(ImportReal, TheSixTraineesRankAsTheyAreNamed) {
     }
 }
 
-TEST_F(ImportReal, ItsBloodGoesTheWayItShould) {
+TEST_F(ImportReal, BloodFlowsInAnatomicalDirections) {
     const patient::Patient patient(imported_->package);
-    test::expectBloodToGoItsWay(patient);
+    test::expectBloodFlowDirections(patient);
 }
 
-TEST_F(ImportReal, VolumesAreThePublishedOnes) {
+TEST_F(ImportReal, VolumesMatchPublishedValues) {
     // These three values come from the published description of the data.
     std::map<int, double> ml;
     for (const SourceLabel& s : imported_->sources)
@@ -172,10 +171,11 @@ TEST_F(ImportReal, VolumesAreThePublishedOnes) {
     EXPECT_NEAR(ml[449], 1349.0, 1.0);
     EXPECT_NEAR(ml[465], 11.7, 0.1);
     EXPECT_NEAR(ml[481], 17.4, 0.1);
-    // The liver in the package: the original liver minus the ducts and the part taken by the fascia.
+    // The volume of the liver in the package is that of the original liver, minus the ducts and the part that
+    // became fascia.
     double liver = 0.0, ducts = 0.0;
     for (std::uint8_t id : imported_->package.labels.voxels)
-        liver += id == idOf("liver"), ducts += id == idOf("bile ducts");
+        liver += id == targetId("liver"), ducts += id == targetId("bile ducts");
     const double voxel_ml = 0.15 * 0.15 * 0.15;
     EXPECT_NEAR((liver + ducts) * voxel_ml, 1349.0, 15.0);
     EXPECT_GT(ducts * voxel_ml, 8.0);
@@ -183,34 +183,28 @@ TEST_F(ImportReal, VolumesAreThePublishedOnes) {
 }
 
 // HZ-TEACH-03
-TEST_F(ImportReal, TheLiverLiesOnTheRightAndTheSpleenOnTheLeft) {
+TEST_F(ImportReal, LiverIsOnTheRightAndSpleenOnTheLeft) {
     const auto& v = imported_->package.labels;
     double liver = 0.0, liver_count = 0.0, spleen = 0.0, spleen_count = 0.0;
-    for (int z = 0; z < v.grid.dims.z; ++z)
-        for (int y = 0; y < v.grid.dims.y; ++y)
-            for (int x = 0; x < v.grid.dims.x; ++x) {
-                const std::uint8_t id = v[{x, y, z}];
-                if (id == idOf("liver")) liver += x, liver_count += 1.0;
-                if (id == idOf("spleen")) spleen += x, spleen_count += 1.0;
-            }
+    forEachVoxel(v.grid, [&](const Index3& i) {
+        const std::uint8_t id = v[i];
+        if (id == targetId("liver")) liver += i.x, liver_count += 1.0;
+        if (id == targetId("spleen")) spleen += i.x, spleen_count += 1.0;
+    });
     EXPECT_GT(liver / liver_count, spleen / spleen_count + 50.0);
 }
 
-TEST_F(ImportReal, TheFasciaSeparates) {
+TEST_F(ImportReal, FasciaEnclosesLiverAndDucts) {
     const auto& v = imported_->package.labels;
-    Mask seeds(v.grid), open(v.grid);
-    for (std::size_t i = 0; i < open.voxels.size(); ++i)
-        open.voxels[i] = v.voxels[i] != idOf("fascia");
-    for (int z = 0; z < seeds.grid.dims.z; ++z)
-        seeds[{0, 0, z}] = seeds[{v.grid.dims.x - 1, 0, z}] = 1;
-    const Mask outside = floodFrom(seeds, open);
+    const Mask outside = test::outsideOf(v, targetId("fascia"));
     std::size_t leaked = 0;
     for (std::size_t i = 0; i < outside.voxels.size(); ++i)
-        leaked += outside.voxels[i] && (v.voxels[i] == idOf("liver") || v.voxels[i] == idOf("bile ducts"));
+        leaked +=
+            outside.voxels[i] && (v.voxels[i] == targetId("liver") || v.voxels[i] == targetId("bile ducts"));
     EXPECT_EQ(leaked, 0u);
 }
 
-TEST_F(ImportReal, ThePlannerFindsPathsInEndExhale) {
+TEST_F(ImportReal, PlannerFindsPathsInEndExhale) {
     const patient::Patient patient(imported_->package);
     const patient::PlanResult plan = patient::planPaths(patient, {});
     std::size_t good = 0;
@@ -219,7 +213,7 @@ TEST_F(ImportReal, ThePlannerFindsPathsInEndExhale) {
     EXPECT_GE(good, 20u);
 }
 
-TEST_F(ImportReal, TheDemoHitsADuct) {
+TEST_F(ImportReal, DemoHitsADuct) {
     const test::Outcome outcome = demo("");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_TRUE(outcome.summary.at("target_hit").get<bool>()) << outcome.out;
@@ -227,7 +221,7 @@ TEST_F(ImportReal, TheDemoHitsADuct) {
 }
 
 #ifdef STYLET_GPU
-TEST_F(ImportReal, EveryMomentOfTheDemoHasItsPictures) {
+TEST_F(ImportReal, DemoWritesPicturesOfEveryCapturePoint) {
     const test::Outcome outcome = demo("--fps 0.01");  // only the pictures of the capture points
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_TRUE(outcome.summary.at("target_hit").get<bool>()) << outcome.out;

@@ -1,26 +1,22 @@
 // Runs the program on a coarse reference patient.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
 #include "patient/patient.h"
-#include "tests/support/temp_folder.h"
+#include "tests/app/modeller/run_model.h"
 
 namespace stylet::modeller {
 namespace {
 
-int model(const std::string& arguments) {
-    const char* bin = std::getenv("STYLET_BIN");
-    const std::string program = std::string(bin ? bin : ".") + "/stylet-model ";
-    return std::system((program + arguments + " > /dev/null 2>&1").c_str());
+int runModel(const std::string& arguments) {
+    return test::runModel(arguments).status;
 }
 
-TEST(MotionCommand, FitsATemplateOfItsAmplitudesInTheBreathOfTheCt) {
+TEST(MotionCommand, TemplateUsesGivenAmplitudesAndReferencePhase) {
     const test::TempFolder folder;
     const std::string made = (folder / "made").string(), moved = (folder / "moved").string();
-    ASSERT_EQ(model("synth --seed 2 --spacing-mm 4 --out " + made), 0);
-    ASSERT_EQ(model("motion --template --package " + made + " --dome-mm 20 --reference-phase inhale --out " +
-                    moved),
+    ASSERT_EQ(runModel("synth --seed 2 --spacing-mm 4 --out " + made), 0);
+    ASSERT_EQ(runModel("motion --template --package " + made +
+                       " --dome-mm 20 --reference-phase inhale --out " + moved),
               0);
     const patient::Package before = patient::loadPackage(made), after = patient::loadPackage(moved);
     EXPECT_EQ(before.reference_phase, "exhale");
@@ -32,26 +28,25 @@ TEST(MotionCommand, FitsATemplateOfItsAmplitudesInTheBreathOfTheCt) {
     // end-exhale.
     Vec3 middle(0.0);
     std::size_t count = 0;
-    for (int z = 0; z < after.labels.grid.dims.z; ++z)
-        for (int y = 0; y < after.labels.grid.dims.y; ++y)
-            for (int x = 0; x < after.labels.grid.dims.x; ++x)
-                for (const patient::Label& label : after.label_table)
-                    if (label.id == after.labels[{x, y, z}] && label.tissue == patient::Tissue::liver)
-                        middle += after.labels.grid.centre({x, y, z}), ++count;
+    forEachVoxel(after.labels.grid, [&](const Index3& i) {
+        for (const patient::Label& label : after.label_table)
+            if (label.id == after.labels[i] && label.tissue == patient::Tissue::liver)
+                middle += after.labels.grid.centre(i), ++count;
+    });
     ASSERT_GT(count, 1000u);
     middle /= double(count);
     EXPECT_NEAR(deformedFromReference(after.motion, {1.0, 0.0}, middle).z, middle.z, 1e-12);
     EXPECT_NEAR(deformedFromReference(after.motion, {0.0, 0.0}, middle).z - middle.z, 0.020, 0.004);
 }
 
-TEST(MotionCommand, RefusesWhatItCannotMove) {
+TEST(MotionCommand, InvalidArgumentsAreRefused) {
     const test::TempFolder folder;
     const std::string out = (folder / "out").string();
-    EXPECT_NE(model("motion --out " + out), 0);
-    EXPECT_NE(model("motion --template --out " + out), 0);
-    EXPECT_NE(model("motion --template --package /no/such --out " + out), 0);
-    EXPECT_NE(model("motion --template --phases /tmp --package /no/such --out " + out), 0);
-    EXPECT_NE(model("motion --template --package /no/such --dome-mm 400 --out " + out), 0);
+    EXPECT_NE(runModel("motion --out " + out), 0);
+    EXPECT_NE(runModel("motion --template --out " + out), 0);
+    EXPECT_NE(runModel("motion --template --package /no/such --out " + out), 0);
+    EXPECT_NE(runModel("motion --template --phases /tmp --package /no/such --out " + out), 0);
+    EXPECT_NE(runModel("motion --template --package /no/such --dome-mm 400 --out " + out), 0);
     EXPECT_FALSE(std::filesystem::exists(out));
 }
 

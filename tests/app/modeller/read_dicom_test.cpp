@@ -1,12 +1,14 @@
 // Reads DICOM folders with the real reader program. Accepted images have every voxel in its place. All
 // others are refused with one sentence.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 
-#include "image_files.h"
+#include "tests/app/modeller/image_files.h"
+#include "tests/app/modeller/run_model.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::modeller {
@@ -14,21 +16,21 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::DicomSlice;
+using test::makeStack;
 using test::reader;
-using test::refusal;
-using test::stack;
+using test::readError;
 using test::TempFolder;
 using test::writeStack;
 
 // HZ-TEACH-03
-TEST(ReadDicom, DicomKeepsEveryVoxelInItsPlace) {
+TEST(ReadDicom, VoxelPositionsArePreserved) {
     TempFolder temp;
     // Three orientations: axial, axial prone, and sagittal with columns running downwards.
     const std::array<double, 6> orientations[] = {
         {1, 0, 0, 0, 1, 0}, {-1, 0, 0, 0, -1, 0}, {0, 1, 0, 0, 0, -1}};
     for (const auto& o : orientations) {
         const Vec3 row(o[0], o[1], o[2]), column(o[3], o[4], o[5]), normal = glm::cross(row, column);
-        std::vector<DicomSlice> slices = stack(5);
+        std::vector<DicomSlice> slices = makeStack(5);
         for (int k = 0; k < 5; ++k) {
             DicomSlice& s = slices[std::size_t(k)];
             const Vec3 p = Vec3(-30, 12, 100) + 2.5 * k * normal;
@@ -65,21 +67,21 @@ auto all(Change change) {
 // Expects one sentence that starts with the folder, is short enough for a log line, and contains `words`.
 void expectSentence(const std::string& why, const fs::path& folder, const char* words) {
     EXPECT_EQ(why.rfind(folder.string() + ": ", 0), 0u) << why;
-    EXPECT_NE(why.find(words), std::string::npos) << "wanted: " << words << "\ngot: " << why;
-    EXPECT_EQ(why.find('\n'), std::string::npos) << why;
+    EXPECT_THAT(why, testing::HasSubstr(words));
+    EXPECT_THAT(why, testing::Not(testing::HasSubstr("\n")));
     EXPECT_LT(why.size(), folder.string().size() + 600) << why;
 }
 
-template <typename Spoil>
-void expectStackRefused(Spoil spoil, const char* words) {
+template <typename Corrupt>
+void expectStackRefused(Corrupt corrupt, const char* words) {
     TempFolder temp;
-    std::vector<DicomSlice> slices = stack(6);
-    spoil(slices);
+    std::vector<DicomSlice> slices = makeStack(6);
+    corrupt(slices);
     writeStack(temp / "ct", slices);
-    expectSentence(refusal(temp / "ct"), temp / "ct", words);
+    expectSentence(readError(temp / "ct"), temp / "ct", words);
 }
 
-TEST(ReadDicom, AMissingSliceIsNamed) {
+TEST(ReadDicom, MissingSlicesAreRefused) {
     expectStackRefused(
         [](auto& s) { s.erase(s.begin() + 3); },
         "ImagePositionPatient (0020,0032): slices are missing between slice898 and slice897: a gap "
@@ -88,7 +90,7 @@ TEST(ReadDicom, AMissingSliceIsNamed) {
                        "the slice spacing is uneven: 3.1 mm between");
 }
 
-TEST(ReadDicom, ADoubleSliceIsNamed) {
+TEST(ReadDicom, DuplicateSlicesAreRefused) {
     expectStackRefused([](auto& s) { s.push_back(s[2]); }, "lie in the same place; remove one of them");
     expectStackRefused(
         [](auto& s) {
@@ -98,7 +100,7 @@ TEST(ReadDicom, ADoubleSliceIsNamed) {
         "several phases or reconstructions; put one into a folder of its own");
 }
 
-TEST(ReadDicom, ATiltedGantryIsRefusedWithItsAngle) {
+TEST(ReadDicom, TiltedGantryIsRefusedWithItsAngle) {
     // The gantry is tilted by 15 degrees. The table still moves along z.
     expectStackRefused(
         [](auto& s) {
@@ -114,7 +116,7 @@ TEST(ReadDicom, ATiltedGantryIsRefusedWithItsAngle) {
         "sheared by 21.8 degrees");
 }
 
-TEST(ReadDicom, AnglesThatAreNotUprightAreRefused) {
+TEST(ReadDicom, ObliqueOrientationsAreRefused) {
     expectStackRefused(
         [](auto& s) { s[4].orientation = {0, 1, 0, 0, 0, -1}; },
         "ImageOrientationPatient (0020,0037): lie at different angles; put the axial slices alone");
@@ -122,17 +124,17 @@ TEST(ReadDicom, AnglesThatAreNotUprightAreRefused) {
                        "tilted by more than 5 degrees (20 degrees)");
 }
 
-TEST(ReadDicom, OneSliceIsNoVolume) {
+TEST(ReadDicom, FewerThanThreeSlicesAreRefused) {
     expectStackRefused([](auto& s) { s.resize(1); }, "only 1 slice; a volume needs three");
     expectStackRefused([](auto& s) { s.resize(2); }, "only 2 slices; a volume needs three");
 }
 
-TEST(ReadDicom, AnotherModalityIsRefused) {
+TEST(ReadDicom, OtherModalitiesAreRefused) {
     expectStackRefused(all([](DicomSlice& s) { s.modality = "MR"; }),
                        "Modality (0008,0060): modality MR, not CT");
 }
 
-TEST(ReadDicom, WhatIsMissingIsNamed) {
+TEST(ReadDicom, MissingTagsAreNamed) {
     const auto without = [](std::uint32_t tag) {
         return all([tag](DicomSlice& s) { s.without.insert(tag); });
     };
@@ -141,7 +143,7 @@ TEST(ReadDicom, WhatIsMissingIsNamed) {
     expectStackRefused(without(0x00280030), "PixelSpacing (0028,0030): is missing");
 }
 
-TEST(ReadDicom, AbsurdNumbersAreNamed) {
+TEST(ReadDicom, OutOfRangeValuesAreNamed) {
     for (const double slope : {0.0, -1.0, 1e9, 1e-9, double(NAN)})
         expectStackRefused(all([slope](DicomSlice& s) { s.slope = slope; }), "RescaleSlope (0028,1053): ");
     for (const double intercept : {1e6, -1e9, double(INFINITY)})
@@ -167,9 +169,10 @@ TEST(ReadDicom, AbsurdNumbersAreNamed) {
 }
 
 // A study as a hospital delivers it: a scout, two phases and a dose report.
-TEST(ReadDicom, SeveralSeriesAreListedAndOneIsChosen) {
+TEST(ReadDicom, MultipleSeriesAreListedAndOneCanBeSelected) {
     TempFolder temp;
-    std::vector<DicomSlice> portal = stack(5), arterial = stack(4), scout = stack(1), report = stack(1);
+    std::vector<DicomSlice> portal = makeStack(5), arterial = makeStack(4), scout = makeStack(1),
+                            report = makeStack(1);
     for (DicomSlice& s : portal)
         s.series = "1.2.3.77", s.description = "Abdomen portal venous", s.intercept = 7.0;
     for (DicomSlice& s : arterial)
@@ -182,7 +185,7 @@ TEST(ReadDicom, SeveralSeriesAreListedAndOneIsChosen) {
     writeStack(temp / "ct" / "scout", scout);
     writeStack(temp / "ct" / "report", report);
 
-    const std::string why = refusal(temp / "ct");
+    const std::string why = readError(temp / "ct");
     expectSentence(why, temp / "ct",
                    "holds 3 series; choose one with --series UID, or put it into a folder of its own: "
                    "1.2.3.77 (CT, 5 slices, \"Abdomen portal "
@@ -192,29 +195,29 @@ TEST(ReadDicom, SeveralSeriesAreListedAndOneIsChosen) {
     EXPECT_EQ(ct.grid.dims, Index3(4, 3, 5));
     EXPECT_EQ(*std::min_element(ct.voxels.begin(), ct.voxels.end()), 7);
     EXPECT_EQ(readImage(temp / "ct", ImageKind::ct, reader(), "1.2.3.55").grid.dims.z, 4);
-    const auto chosen = [&](const char* uid) { return refusal(temp / "ct", ImageKind::ct, reader(), uid); };
+    const auto chosen = [&](const char* uid) { return readError(temp / "ct", ImageKind::ct, reader(), uid); };
     expectSentence(chosen("1.2.3.99"), temp / "ct", "holds no series \"1.2.3.99\"; it holds 1.2.3.77 (CT");
     expectSentence(chosen("1.2.3.11"), temp / "ct", "ImagePositionPatient (0020,0032): is missing");
 }
 
 // Even a long list of series must fit into the sentence that the parent process quotes.
-TEST(ReadDicom, ManySeriesAreCutShort) {
+TEST(ReadDicom, LongSeriesListIsTruncated) {
     TempFolder temp;
     for (int i = 0; i < 30; ++i) {
-        std::vector<DicomSlice> one = stack(1);
+        std::vector<DicomSlice> one = makeStack(1);
         one[0].series =
             "1.2.840.113619.2.55.3.2831868886.135.1258106417.8888888888." + std::to_string(10 + i);
         one[0].description = std::string(60, 'x');
         writeStack(temp / "ct" / std::to_string(i), one);
     }
-    const std::string why = refusal(temp / "ct");
-    EXPECT_NE(why.find("holds 30 series"), std::string::npos) << why;
+    const std::string why = readError(temp / "ct");
+    EXPECT_THAT(why, testing::HasSubstr("holds 30 series"));
     EXPECT_EQ(why.substr(why.size() - 11), "and 24 more") << why;
 }
 
 TEST(ReadDicom, RunLengthCompressionIsRead) {
     TempFolder temp;
-    std::vector<DicomSlice> slices = stack(4);
+    std::vector<DicomSlice> slices = makeStack(4);
     for (DicomSlice& s : slices)
         s.run_length = true, s.syntax = test::kRunLength;
     writeStack(temp / "ct", slices);
@@ -229,66 +232,64 @@ TEST(ReadDicom, RunLengthCompressionIsRead) {
     std::vector<char> cut = test::dicomBytes(slices[2]);
     cut.resize(cut.size() - 24);
     test::writeFile(temp / "ct" / "slice898", cut);
-    expectSentence(refusal(temp / "ct"), temp / "ct", "slice898: its ");
+    expectSentence(readError(temp / "ct"), temp / "ct", "slice898: its ");
 }
 
-TEST(ReadDicom, CompressionThatIsNotReadIsNamed) {
+TEST(ReadDicom, UnsupportedCompressionIsNamed) {
     TempFolder temp;
-    std::vector<DicomSlice> slices = stack(4);
+    std::vector<DicomSlice> slices = makeStack(4);
     for (DicomSlice& s : slices)
         s.run_length = true, s.syntax = "1.2.840.10008.1.2.4.102";  // MPEG-4
     writeStack(temp / "ct", slices);
     expectSentence(
-        refusal(temp / "ct"), temp / "ct",
+        readError(temp / "ct"), temp / "ct",
         "(TransferSyntaxUID (0002,0010) is 1.2.840.10008.1.2.4.102); export it again, uncompressed");
 }
 
-// Runs the commands: they print one line with the reason and create neither a patient nor stages.
-TEST(ReadDicom, ARefusedScanLeavesNothingBehind) {
+// Runs the commands. They print one line with the reason and create neither a patient nor stages.
+TEST(ReadDicom, RefusedScanLeavesNoFiles) {
     TempFolder temp;
-    std::vector<DicomSlice> gap = stack(6);
+    std::vector<DicomSlice> gap = makeStack(6);
     gap.erase(gap.begin() + 2);
     writeStack(temp / "gap", gap);
-    writeStack(temp / "lifted", stack(6));  // its values begin at 0
+    writeStack(temp / "lifted", makeStack(6));  // its values start at 0
     std::ofstream(temp / "map.csv") << "source_id,tissue\n1,liver\n";
-    const auto said = [&](const std::string& command, const char* ct) {
-        const std::string line = "'" + std::string(std::getenv("STYLET_BIN")) + "/stylet-model' " + command +
-                                 " --ct '" + (temp / ct).string() + "' --out '" + (temp / "out").string() +
-                                 "' 2>'" + (temp / "err").string() + "'";
-        EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 2) << line;
+    const auto errorOutput = [&](const std::string& command, const char* ct) {
+        const test::ModelRun run = test::runModel(command + " --ct '" + (temp / ct).string() + "' --out '" +
+                                                  (temp / "out").string() + "'");
+        EXPECT_EQ(run.status, 2) << command;
         EXPECT_FALSE(fs::exists(temp / "out"));
         EXPECT_FALSE(fs::exists(temp / "out-stages"));
-        std::ifstream err(temp / "err");
-        return std::string(std::istreambuf_iterator<char>(err), {});
+        return run.err;
     };
     const std::string import = "import --labels '" + (temp / "labels.nii").string() + "' --map '" +
                                (temp / "map.csv").string() + "'";
     for (const std::string& command : {std::string("build"), import}) {
-        EXPECT_NE(said(command, "gap").find("slices are missing between"), std::string::npos);
-        EXPECT_NE(said(command, "lifted").find("voxels: the lowest value is 0, but air or lung shows below"),
-                  std::string::npos);
-        EXPECT_NE(said(command + " --series 1.2.3.9", "gap").find("holds no series \"1.2.3.9\""),
-                  std::string::npos);
+        EXPECT_THAT(errorOutput(command, "gap"), testing::HasSubstr("slices are missing between"));
+        EXPECT_THAT(errorOutput(command, "lifted"),
+                    testing::HasSubstr("voxels: the lowest value is 0, but air or lung shows below"));
+        EXPECT_THAT(errorOutput(command + " --series 1.2.3.9", "gap"),
+                    testing::HasSubstr("holds no series \"1.2.3.9\""));
     }
 }
 
 TEST(ReadDicom, EmptyAndForeignFoldersAreRefused) {
     TempFolder temp;
     fs::create_directories(temp / "ct");
-    EXPECT_NE(refusal(temp / "ct").find("no DICOM slice among its 0 files"), std::string::npos);
+    EXPECT_THAT(readError(temp / "ct"), testing::HasSubstr("no DICOM slice among its 0 files"));
     std::ofstream(temp / "ct" / "notes.txt") << "nothing medical";
-    EXPECT_NE(refusal(temp / "ct").find("no DICOM slice among its 1 files"), std::string::npos);
-    EXPECT_NE(refusal(temp / "nowhere").find("no such file"), std::string::npos);
+    EXPECT_THAT(readError(temp / "ct"), testing::HasSubstr("no DICOM slice among its 1 files"));
+    EXPECT_THAT(readError(temp / "nowhere"), testing::HasSubstr("no such file"));
 }
 
 // HZ-RECORD-14
-TEST(ReadDicom, HostileDicomEndsInASentence) {
-    const std::vector<char> good = test::dicomBytes(stack(1)[0]);
+TEST(ReadDicom, HostileFilesAreRefusedWithAMessage) {
+    const std::vector<char> good = test::dicomBytes(makeStack(1)[0]);
     std::uint32_t seed = 12345;
     const auto random = [&] { return seed = seed * 1664525u + 1013904223u; };
     for (int round = 0; round < 24; ++round) {
         TempFolder temp;
-        writeStack(temp / "ct", stack(4));
+        writeStack(temp / "ct", makeStack(4));
         std::vector<char> bad = good;
         if (round < 8) {
             bad.resize(132 + (good.size() - 133) * std::size_t(round) / 8);  // truncated

@@ -1,11 +1,12 @@
 // Reads NIfTI files with the real reader program.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 
-#include "image_files.h"
+#include "tests/app/modeller/image_files.h"
 #include "tests/support/nifti_bytes.h"
 #include "tests/support/temp_folder.h"
 
@@ -14,13 +15,13 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::reader;
-using test::refusal;
+using test::readError;
 using test::TempFolder;
 
 // HZ-TEACH-03
-TEST(ReadNifti, NiftiIsReadWhereItLies) {
+TEST(ReadNifti, VoxelPositionsArePreserved) {
     TempFolder temp;
-    test::writeBytes(temp / "ct.nii", test::goodNifti());
+    test::writeBytes(temp / "ct.nii", test::validNifti());
     const CtVolume ct = readImage(temp / "ct.nii", ImageKind::ct, reader());
     EXPECT_EQ(ct.grid.dims, Index3(3, 4, 5));
     EXPECT_LT(glm::length(ct.grid.origin_m - Vec3(-0.010, 0.020, 0.030)), 1e-7);
@@ -28,7 +29,7 @@ TEST(ReadNifti, NiftiIsReadWhereItLies) {
     for (int i = 0; i < 60; ++i)
         EXPECT_EQ(ct.voxels[std::size_t(i)], i);
 
-    test::Bytes mirrored = test::goodNifti();  // x stored from right to left
+    test::Bytes mirrored = test::validNifti();  // x stored from right to left
     test::put(mirrored, 280, -1.0f), test::put(mirrored, 292, 10.0f);
     test::writeBytes(temp / "mirrored.nii", mirrored);
     const CtVolume flipped = readImage(temp / "mirrored.nii", ImageKind::ct, reader());
@@ -36,23 +37,23 @@ TEST(ReadNifti, NiftiIsReadWhereItLies) {
     EXPECT_EQ(flipped.nearestOr({0.008, 0.020, 0.030}, -1), 2);
 }
 
-// Error message for a good file after `spoil`. Expects that it is one line and names the file.
-template <typename Spoil>
-std::string spoiled(Spoil spoil, ImageKind kind = ImageKind::ct) {
+// Error message for a good file after `corrupt`. Expects that it is one line and names the file.
+template <typename Corrupt>
+std::string readCorrupted(Corrupt corrupt, ImageKind kind = ImageKind::ct) {
     TempFolder temp;
-    test::Bytes bytes = test::goodNifti();
-    spoil(bytes);
+    test::Bytes bytes = test::validNifti();
+    corrupt(bytes);
     test::writeBytes(temp / "image.nii", bytes);
-    const std::string why = refusal(temp / "image.nii", kind, reader());
-    EXPECT_NE(why.find("image.nii: "), std::string::npos) << why;
-    EXPECT_EQ(why.find('\n'), std::string::npos) << why;
+    const std::string why = readError(temp / "image.nii", kind, reader());
+    EXPECT_THAT(why, testing::HasSubstr("image.nii: "));
+    EXPECT_THAT(why, testing::Not(testing::HasSubstr("\n")));
     return why;
 }
 
-template <typename Spoil>
-void expectNiftiRefused(Spoil spoil, const char* words, ImageKind kind = ImageKind::ct) {
-    const std::string why = spoiled(spoil, kind);
-    EXPECT_NE(why.find(words), std::string::npos) << "wanted: " << words << "\ngot: " << why;
+template <typename Corrupt>
+void expectNiftiRefused(Corrupt corrupt, const char* words, ImageKind kind = ImageKind::ct) {
+    const std::string why = readCorrupted(corrupt, kind);
+    EXPECT_THAT(why, testing::HasSubstr(words));
 }
 
 // Stores the good file's voxels as floats.
@@ -63,7 +64,7 @@ void makeReal(test::Bytes& b, float first) {
         test::put(b, 352 + 4 * i, i == 0 ? first : float(i));
 }
 
-TEST(ReadNifti, WhatIsNoNiftiFileIsNamed) {
+TEST(ReadNifti, NonNiftiFilesAreRefused) {
     expectNiftiRefused([](auto& b) { b.resize(300); }, "not a NIfTI file: too short");
     expectNiftiRefused([](auto& b) { test::put(b, 0, std::int32_t(77)); }, "sizeof_hdr: not a NIfTI file");
     expectNiftiRefused([](auto& b) { test::put(b, 0, std::int32_t(540)); },
@@ -75,7 +76,7 @@ TEST(ReadNifti, WhatIsNoNiftiFileIsNamed) {
                        "one DICOM file; name the folder of its series");
 }
 
-TEST(ReadNifti, AbsurdSizesAreNamed) {
+TEST(ReadNifti, InvalidSizesAreRefused) {
     expectNiftiRefused([](auto& b) { test::put(b, 42, std::int16_t(32000)); },
                        "dim: a size of 32000 along axis 1");
     expectNiftiRefused([](auto& b) { test::put(b, 44, std::int16_t(-3)); }, "dim: a size of -3 along axis 2");
@@ -99,7 +100,7 @@ TEST(ReadNifti, AbsurdSizesAreNamed) {
     expectNiftiRefused([](auto& b) { test::put(b, 108, -8.0f); }, "vox_offset: -8 is impossible");
 }
 
-TEST(ReadNifti, PlacesThatCannotBeAreNamed) {
+TEST(ReadNifti, InvalidOrientationsAreRefused) {
     expectNiftiRefused([](auto& b) { test::put(b, 254, std::int16_t(0)); },
                        "qform_code and sform_code: are both 0, so left and right are unknown");
     // Rotated by 20 degrees about z, once as a matrix and once as a quaternion.
@@ -118,7 +119,7 @@ TEST(ReadNifti, PlacesThatCannotBeAreNamed) {
     expectNiftiRefused([&](auto& b) { std::memcpy(b.data() + 280, flat, sizeof flat); }, "srow: is no map");
 }
 
-TEST(ReadNifti, ValuesThatAreNoHuAreNamed) {
+TEST(ReadNifti, InvalidVoxelValuesAreRefused) {
     expectNiftiRefused([](auto& b) { makeReal(b, float(NAN)); }, "voxels: some are not numbers; write -1024");
     expectNiftiRefused([](auto& b) { makeReal(b, float(INFINITY)); }, "voxels: some are not numbers");
     for (const float slope : {-1.0f, 1e9f, 1e-9f, float(NAN)})
@@ -129,26 +130,26 @@ TEST(ReadNifti, ValuesThatAreNoHuAreNamed) {
     expectNiftiRefused([](auto& b) { makeReal(b, 0.5f); }, "a label of 0.5", ImageKind::labels);
 }
 
-TEST(ReadNifti, FilesThatAreCutShortOrDamagedAreRefused) {
+TEST(ReadNifti, TruncatedOrDamagedFilesAreRefused) {
     expectNiftiRefused([](auto& b) { b.resize(380); }, "voxels: cut short or damaged");
     TempFolder temp;
     const std::string plain = (temp / "image.nii").string();
-    test::writeBytes(plain, test::goodNifti());
+    test::writeBytes(plain, test::validNifti());
     ASSERT_EQ(std::system(("gzip -k '" + plain + "'").c_str()), 0);
     const test::Bytes whole = test::fileBytes(temp / "image.nii.gz");
-    EXPECT_EQ(refusal(temp / "image.nii.gz", ImageKind::ct, reader()), "");
+    EXPECT_EQ(readError(temp / "image.nii.gz", ImageKind::ct, reader()), "");
     for (const std::size_t size :
          {std::size_t(5), std::size_t(40), whole.size() / 2, whole.size() - 9, whole.size() - 3}) {
         test::Bytes cut = whole;
         cut.resize(size);
         test::writeBytes(temp / "cut.nii.gz", cut);
-        const std::string why = refusal(temp / "cut.nii.gz", ImageKind::ct, reader());
-        EXPECT_NE(why.find("cut.nii.gz: "), std::string::npos) << size << " " << why;
+        const std::string why = readError(temp / "cut.nii.gz", ImageKind::ct, reader());
+        EXPECT_THAT(why, testing::HasSubstr("cut.nii.gz: ")) << size;
     }
     test::Bytes wrong = whole;
     wrong[whole.size() - 6] ^= std::byte{1};  // the checksum
     test::writeBytes(temp / "wrong.nii.gz", wrong);
-    EXPECT_NE(refusal(temp / "wrong.nii.gz", ImageKind::ct, reader()).find("damaged"), std::string::npos);
+    EXPECT_THAT(readError(temp / "wrong.nii.gz", ImageKind::ct, reader()), testing::HasSubstr("damaged"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "torso.h"
+#include "tests/app/modeller/torso.h"
 
 #include <cmath>
 
@@ -23,7 +23,7 @@ bool inPortal(const Vec3& p) {
     return false;
 }
 
-// Rings of bone in the body wall, every 26 mm.
+// Returns true inside the ribs: rings of bone in the body wall, every 26 mm.
 bool inRib(const Vec3& p, double inward_m) {
     const double off = std::fmod(p.z + 0.013, 0.026) - 0.013;
     return std::hypot(off, inward_m - 0.030) < 0.005;
@@ -35,30 +35,29 @@ Torso makeTorso() {
     const Grid grid{{150, 116, 64}, {0.002, 0.002, 0.003}, {-0.150, -0.115, 0.0}};
     Torso t{CtVolume(grid), Volume<std::int16_t>(grid), {}};
     std::uint32_t seed = 1;
-    for (int z = 0; z < grid.dims.z; ++z)
-        for (int y = 0; y < grid.dims.y; ++y)
-            for (int x = 0; x < grid.dims.x; ++x) {
-                const Vec3 p = grid.centre({x, y, z});
-                const double r = std::hypot(p.x / kHalfWidth_m, p.y / kHalfDepth_m);
-                const double inward_m = (1.0 - r) * std::hypot(p.x, p.y) / std::max(r, 1e-6);
-                seed = seed * 1664525u + 1013904223u;
-                const int noise = int(seed >> 28) - 8;
-                int hu = -1000, id = 0;
-                if (r < 1.0) {
-                    id = 1;
-                    hu = inward_m < 0.022 ? -100 : inward_m < 0.038 ? 55 : 30;
-                    if (inRib(p, inward_m)) hu = 450, id = 65;
-                    const Vec3 l = (p - kLiver_m) / kLiverAxes_m;
-                    if (glm::dot(l, l) < 1.0) hu = 110, id = 7;
-                    if (inPortal(p)) hu = 160, id = 465;
-                } else if (std::fabs(p.y + 0.105) < 0.002 && std::fabs(p.x) < 0.12) {
-                    hu = 200;  // the table
-                }
-                t.ct[{x, y, z}] = std::int16_t(hu + (hu > -500 ? noise : 0));
-                t.labels[{x, y, z}] = std::int16_t(id);
-            }
-    const auto id = [](const char* name) { return modeller::findTarget(name)->id; };
-    t.map.target_of = {{1, 0}, {7, id("liver")}, {65, id("bone")}, {465, id("portal vein")}};
+    forEachVoxel(grid, [&](const Index3& i) {
+        const Vec3 p = grid.centre(i);
+        const double r = std::hypot(p.x / kHalfWidth_m, p.y / kHalfDepth_m);
+        const double inward_m = (1.0 - r) * std::hypot(p.x, p.y) / std::max(r, 1e-6);
+        seed = seed * 1664525u + 1013904223u;
+        const int noise = int(seed >> 28) - 8;
+        int hu = -1000, id = 0;
+        if (r < 1.0) {
+            id = 1;
+            hu = inward_m < 0.022 ? -100 : inward_m < 0.038 ? 55 : 30;
+            if (inRib(p, inward_m)) hu = 450, id = 65;
+            const Vec3 l = (p - kLiver_m) / kLiverAxes_m;
+            if (glm::dot(l, l) < 1.0) hu = 110, id = 7;
+            if (inPortal(p)) hu = 160, id = 465;
+        } else if (std::fabs(p.y + 0.105) < 0.002 && std::fabs(p.x) < 0.12) {
+            hu = 200;  // the table
+        }
+        t.ct[i] = std::int16_t(hu + (hu > -500 ? noise : 0));
+        t.labels[i] = std::int16_t(id);
+    });
+    using modeller::targetId;
+    t.map.target_of = {
+        {1, 0}, {7, targetId("liver")}, {65, targetId("bone")}, {465, targetId("portal vein")}};
     t.map.source = "phantom";
     t.map.licence = "CC0";
     return t;

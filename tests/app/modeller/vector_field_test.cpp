@@ -12,12 +12,9 @@ Grid cubeAboutOrigin(int n) {
 }
 
 template <typename At>
-VectorField fieldOf(const Grid& grid, const At& at) {
+VectorField makeField(const Grid& grid, const At& at) {
     VectorField field(grid);
-    for (int z = 0; z < grid.dims.z; ++z)
-        for (int y = 0; y < grid.dims.y; ++y)
-            for (int x = 0; x < grid.dims.x; ++x)
-                field[{x, y, z}] = glm::vec3(at(grid.centre({x, y, z})));
+    forEachVoxel(grid, [&](const Index3& i) { field[i] = glm::vec3(at(grid.centre(i))); });
     return field;
 }
 
@@ -27,18 +24,19 @@ double bump(const Vec3& p) {
     return r2 < 1.0 ? (1.0 - r2) * (1.0 - r2) : 0.0;
 }
 
-TEST(VectorField, TheExponentialOfAConstantIsItself) {
+TEST(VectorField, ExponentialOfAConstantIsTheConstant) {
     const VectorField u =
-        exponential(fieldOf(cubeAboutOrigin(12), [](const Vec3&) { return Vec3(0.001, -0.002, 0.003); }));
+        exponential(makeField(cubeAboutOrigin(12), [](const Vec3&) { return Vec3(0.001, -0.002, 0.003); }));
     for (const glm::vec3& v : u.voxels) {
         ASSERT_NEAR(v.x, 0.001f, 1e-8f);
         ASSERT_NEAR(v.z, 0.003f, 1e-8f);
     }
 }
 
-TEST(VectorField, TheExponentialOfALinearFieldGrowsByE) {
+TEST(VectorField, ExponentialOfALinearFieldMatchesClosedForm) {
     const double rate = 0.2;
-    const VectorField u = exponential(fieldOf(cubeAboutOrigin(31), [&](const Vec3& p) { return rate * p; }));
+    const VectorField u =
+        exponential(makeField(cubeAboutOrigin(31), [&](const Vec3& p) { return rate * p; }));
     for (const Index3& i : {Index3(15, 15, 15), Index3(10, 18, 15), Index3(20, 12, 8)}) {
         const Vec3 p = u.grid.centre(i);
         // exponential() scales the field by 1/64 and squares six times: (1 + rate/64)^64. This is less than
@@ -48,30 +46,28 @@ TEST(VectorField, TheExponentialOfALinearFieldGrowsByE) {
     }
 }
 
-TEST(VectorField, TheLogarithmUndoesTheExponential) {
-    const VectorField v = fieldOf(cubeAboutOrigin(31), [](const Vec3& p) {
+TEST(VectorField, LogarithmInvertsTheExponential) {
+    const VectorField v = makeField(cubeAboutOrigin(31), [](const Vec3& p) {
         return bump(p) * Vec3(0.004 + 0.1 * p.y, -0.2 * p.x, -0.009);
     });
     double error_m = 1.0;
     const VectorField back = logarithm(exponential(v), error_m);
     EXPECT_LT(error_m, 1e-4);
-    double worst_m = 0.0, most_m = 0.0;
+    double worst_m = 0.0, max_m = 0.0;
     for (std::size_t i = 0; i < v.voxels.size(); ++i) {
         const Vec3 off(back.voxels[i] - v.voxels[i]);
         worst_m = std::max(worst_m, std::sqrt(off.x * off.x + off.y * off.y + off.z * off.z));
-        most_m = std::max(most_m, std::fabs(double(v.voxels[i].z)));
+        max_m = std::max(max_m, std::fabs(double(v.voxels[i].z)));
     }
-    EXPECT_GT(most_m, 0.008);
+    EXPECT_GT(max_m, 0.008);
     EXPECT_LT(worst_m, 4e-4);  // from linear interpolation between voxels of 2 mm
 }
 
-TEST(VectorField, WarpingReadsWhereTheTissueWent) {
+TEST(VectorField, WarpSamplesAtTheDisplacedPosition) {
     FloatVolume ramp(cubeAboutOrigin(20));
-    for (int z = 0; z < 20; ++z)
-        for (int y = 0; y < 20; ++y)
-            for (int x = 0; x < 20; ++x)
-                ramp[{x, y, z}] = float(10 * z + x);
-    const VectorField shift = fieldOf(cubeAboutOrigin(20), [](const Vec3&) { return Vec3(0.0, 0.0, 0.003); });
+    forEachVoxel(ramp.grid, [&](const Index3& i) { ramp[i] = float(10 * i.z + i.x); });
+    const VectorField shift =
+        makeField(cubeAboutOrigin(20), [](const Vec3&) { return Vec3(0.0, 0.0, 0.003); });
     const FloatVolume moved = warped(ramp, shift, -1000.0f);
     EXPECT_NEAR((moved[{4, 5, 6}]), 10.0f * 7.5f + 4.0f, 1e-3f);
     EXPECT_EQ((moved[{4, 5, 19}]), -1000.0f);

@@ -9,7 +9,7 @@ Grid grid(int x, int y, int z) {
     return {{x, y, z}, {0.001, 0.0015, 0.002}, Vec3(0.0)};
 }
 
-TEST(VoxelTools, DistanceIsTheNearestVoxels) {
+TEST(VoxelTools, DistanceMatchesBruteForce) {
     Mask mask(grid(13, 11, 9));
     std::uint32_t seed = 7;
     std::vector<Index3> set;
@@ -20,40 +20,36 @@ TEST(VoxelTools, DistanceIsTheNearestVoxels) {
         set.push_back(i);
     }
     const FloatVolume d = distanceTo(mask);
-    for (int z = 0; z < 9; ++z)
-        for (int y = 0; y < 11; ++y)
-            for (int x = 0; x < 13; ++x) {
-                double best = 1e9;
-                for (const Index3& s : set)
-                    best = std::min(best, glm::length(mask.grid.centre(s) - mask.grid.centre({x, y, z})));
-                EXPECT_NEAR((d[{x, y, z}]), best, 1e-6);
-            }
+    forEachVoxel(mask.grid, [&](const Index3& i) {
+        double best = 1e9;
+        for (const Index3& s : set)
+            best = std::min(best, glm::length(mask.grid.centre(s) - mask.grid.centre(i)));
+        EXPECT_NEAR(d[i], best, 1e-6);
+    });
     EXPECT_GT(distanceTo(Mask(grid(3, 3, 3))).voxels[0], 100.0f);
 }
 
-TEST(VoxelTools, LargestComponentAndFlood) {
+TEST(VoxelTools, KeepsLargestComponentAndFloodFills) {
     Mask mask(grid(10, 4, 4));
     for (int x : {0, 1, 5, 6, 7})
         mask[{x, 2, 2}] = 1;
     mask[{8, 3, 2}] = 1;  // touches the larger component at an edge only
     Mask largest = mask;
-    EXPECT_EQ(keepLargest(largest), 3u);
+    EXPECT_EQ(keepLargestComponent(largest), 3u);
     EXPECT_EQ((largest[{6, 2, 2}]), 1);
     EXPECT_EQ((largest[{8, 3, 2}]), 0);
     EXPECT_EQ((largest[{0, 2, 2}]), 0);
     Mask seed(mask.grid);
     seed[{1, 2, 2}] = 1;
-    const Mask reached = floodFrom(seed, mask);
+    const Mask reached = floodFill(seed, mask);
     EXPECT_EQ((reached[{0, 2, 2}]), 1);
     EXPECT_EQ((reached[{5, 2, 2}]), 0);
 }
 
-TEST(VoxelTools, HolesAreFilledInTheirSlice) {
+TEST(VoxelTools, HolesAreFilledPerSlice) {
     Mask mask(grid(7, 7, 3));
-    for (int z = 0; z < 3; ++z)
-        for (int y = 1; y < 6; ++y)
-            for (int x = 1; x < 6; ++x)
-                mask[{x, y, z}] = x == 1 || y == 1 || x == 5 || y == 5;
+    forEachVoxel(VoxelBox{{1, 1, 0}, {5, 5, 2}},
+                 [&](const Index3& i) { mask[i] = i.x == 1 || i.y == 1 || i.x == 5 || i.y == 5; });
     mask[{1, 3, 1}] = 0;  // slice 1 is open
     fillHolesPerSlice(mask);
     EXPECT_EQ((mask[{3, 3, 0}]), 1);
@@ -61,18 +57,16 @@ TEST(VoxelTools, HolesAreFilledInTheirSlice) {
     EXPECT_EQ((mask[{0, 0, 0}]), 0);
 }
 
-TEST(VoxelTools, BoxMeanIsTheMean) {
+TEST(VoxelTools, BoxMeanMatchesBruteForce) {
     FloatVolume v(grid(6, 5, 4));
     for (std::size_t i = 0; i < v.voxels.size(); ++i)
         v.voxels[i] = float(i * i % 37);
     const FloatVolume mean = boxMean(v, 1);
     for (const Index3& at : {Index3{2, 2, 2}, Index3{0, 0, 0}, Index3{5, 2, 3}}) {
         double sum = 0.0, count = 0.0;
-        for (int dz = -1; dz <= 1; ++dz)
-            for (int dy = -1; dy <= 1; ++dy)
-                for (int dx = -1; dx <= 1; ++dx)
-                    if (v.grid.contains(at + Index3{dx, dy, dz}))
-                        sum += v[at + Index3{dx, dy, dz}], count += 1.0;
+        forEachVoxel(VoxelBox{at - 1, at + 1}, [&](const Index3& i) {
+            if (v.grid.contains(i)) sum += v[i], count += 1.0;
+        });
         EXPECT_NEAR(mean[at], sum / count, 1e-4);
     }
 }

@@ -22,7 +22,7 @@ using std::chrono::steady_clock;
 using test::someResult;
 using namespace std::chrono_literals;
 
-constexpr auto kPatience = 120s;
+constexpr auto kTimeout = 120s;
 
 // Stores an attempt with two files. One needs several parts to send, the other is empty.
 std::string someAttempt(Store& store, const std::string& trainee = "T-01") {
@@ -33,9 +33,9 @@ std::string someAttempt(Store& store, const std::string& trainee = "T-01") {
     std::string big(2'500'000, '\0');
     for (std::size_t i = 0; i < big.size(); ++i)
         big[i] = char(i * i >> 7);
-    std::filesystem::create_directories(store.folderOf(id) / "record");
-    std::ofstream(store.folderOf(id) / "record" / "samples.bin", std::ios::binary) << big;
-    std::ofstream(store.folderOf(id) / "empty.txt");
+    std::filesystem::create_directories(store.attemptFolder(id) / "record");
+    std::ofstream(store.attemptFolder(id) / "record" / "samples.bin", std::ios::binary) << big;
+    std::ofstream(store.attemptFolder(id) / "empty.txt");
     // Text as a terminal may deliver it: not UTF-8, with a NUL.
     store.add(id, {{1, "tool", "finger"}, {700, "comment", std::string("caf\xe9 \0 \\ '", 10)}});
     store.finish(id, someResult());
@@ -46,9 +46,9 @@ class OutboxTest : public ::testing::Test {
   protected:
     static void SetUpTestSuite() { postgres_ = new test::Postgres; }
     static void TearDownTestSuite() { delete postgres_; }
-    void SetUp() override { ask("DROP SCHEMA IF EXISTS stylet CASCADE"); }
+    void SetUp() override { query("DROP SCHEMA IF EXISTS stylet CASCADE"); }
 
-    static pqxx::result ask(const std::string& sql) {
+    static pqxx::result query(const std::string& sql) {
         pqxx::connection connection(postgres_->url());
         pqxx::work work(connection);
         const pqxx::result rows = work.exec(sql);
@@ -56,11 +56,11 @@ class OutboxTest : public ::testing::Test {
         return rows;
     }
     static std::int64_t count(const std::string& table) {
-        return ask("SELECT count(*) FROM stylet." + table)[0][0].as<std::int64_t>();
+        return query("SELECT count(*) FROM stylet." + table)[0][0].as<std::int64_t>();
     }
     template <typename Condition>
-    static bool comesTrue(const Condition& condition) {
-        for (const auto end = steady_clock::now() + kPatience; steady_clock::now() < end;) {
+    static bool waitUntilTrue(const Condition& condition) {
+        for (const auto end = steady_clock::now() + kTimeout; steady_clock::now() < end;) {
             if (condition()) return true;
             std::this_thread::sleep_for(20ms);
         }
@@ -72,7 +72,7 @@ class OutboxTest : public ::testing::Test {
     Store store_{folder_ / "s"};
 };
 
-TEST_F(OutboxTest, SendsAllOfAnAttempt) {
+TEST_F(OutboxTest, SendsAttemptCompletely) {
     const std::string id = someAttempt(store_);
     const SendReport report = sendOutbox(store_, postgres_->url());
     EXPECT_EQ(report.error, "");
@@ -80,7 +80,7 @@ TEST_F(OutboxTest, SendsAllOfAnAttempt) {
     EXPECT_EQ(report.left, 0u);
     EXPECT_TRUE(store_.outbox().empty());
 
-    const pqxx::result attempt = ask("SELECT * FROM stylet.attempt");
+    const pqxx::result attempt = query("SELECT * FROM stylet.attempt");
     ASSERT_EQ(attempt.size(), 1u);
     EXPECT_EQ(attempt[0]["id"].as<std::string>(), id);
     EXPECT_EQ(attempt[0]["trainee"].as<std::string>(), "T-01");
@@ -89,16 +89,16 @@ TEST_F(OutboxTest, SendsAllOfAnAttempt) {
     EXPECT_EQ(attempt[0]["registration_rms_m"].as<double>(), 0.0011);
     EXPECT_EQ(attempt[0]["total"].as<double>(), 87.5);
     EXPECT_EQ(attempt[0]["ticks"].as<std::int64_t>(), 12345);
-    EXPECT_EQ(ask("SELECT to_char(started_utc AT TIME ZONE 'utc', 'YYYY-MM-DD\"T\"HH24:MI:SS.MS\"Z\"') FROM "
-                  "stylet.attempt")[0][0]
+    EXPECT_EQ(query("SELECT to_char(started_utc AT TIME ZONE 'utc', 'YYYY-MM-DD\"T\"HH24:MI:SS.MS\"Z\"') "
+                    "FROM stylet.attempt")[0][0]
                   .as<std::string>(),
               store_.attempt(id).started_utc);
-    const pqxx::result metrics = ask("SELECT value::text, points FROM stylet.metric ORDER BY place");
+    const pqxx::result metrics = query("SELECT value::text, points FROM stylet.metric ORDER BY place");
     ASSERT_EQ(metrics.size(), 2u);
     EXPECT_EQ(metrics[0][0].as<std::string>(), "Infinity");
     EXPECT_EQ(metrics[0][1].as<double>(), 10.0);
     EXPECT_EQ(metrics[1][0].as<std::string>(), "NaN");
-    const pqxx::result events = ask("SELECT tick, kind, text FROM stylet.event ORDER BY place");
+    const pqxx::result events = query("SELECT tick, kind, text FROM stylet.event ORDER BY place");
     ASSERT_EQ(events.size(), 2u);
     EXPECT_EQ(events[1][0].as<int>(), 700);
     EXPECT_EQ(events[1][2].as<std::string>(), "caf\xef\xbf\xbd  \\ '") << "what is no text is marked";
@@ -108,16 +108,16 @@ TEST_F(OutboxTest, SendsAllOfAnAttempt) {
     std::string content;
     for (const pqxx::row& part : work.exec("SELECT content FROM stylet.file_part ORDER BY path, part"))
         content += pqxx::binarystring(part[0]).str();
-    std::ifstream stored(store_.folderOf(id) / "record" / "samples.bin", std::ios::binary);
+    std::ifstream stored(store_.attemptFolder(id) / "record" / "samples.bin", std::ios::binary);
     EXPECT_TRUE(content == std::string(std::istreambuf_iterator<char>(stored), {}));
     EXPECT_EQ(count("file"), 2);
 }
 
 // HZ-RECORD-09
-TEST_F(OutboxTest, WhatIsSentTwiceIsThereOnce) {
+TEST_F(OutboxTest, SendingTwiceStoresOnce) {
     const std::string id = someAttempt(store_);
     ASSERT_EQ(sendOutbox(store_, postgres_->url()).sent, 1u);
-    // The state after a kill between the centre's acknowledgement and the local one.
+    // The state of a program that was killed after the centre acknowledged, before it updated its own outbox.
     SQLite::Database(store_.folder() / "store.sqlite", SQLite::OPEN_READWRITE)
         .exec("INSERT INTO outbox (kind, what) SELECT 'attempt', id FROM attempt");
     const SendReport again = sendOutbox(store_, postgres_->url());
@@ -138,31 +138,31 @@ TEST_F(OutboxTest, DeletionReachesTheCentre) {
     const SendReport report = sendOutbox(store_, postgres_->url());
     EXPECT_EQ(report.erased, 1u);
     EXPECT_EQ(report.left, 0u);
-    EXPECT_EQ(ask("SELECT id FROM stylet.attempt")[0][0].as<std::string>(), kept);
+    EXPECT_EQ(query("SELECT id FROM stylet.attempt")[0][0].as<std::string>(), kept);
     for (const char* table : {"attempt", "metric", "event", "file", "file_part"})
-        EXPECT_EQ(ask("SELECT count(*) FROM stylet." + std::string(table) + " WHERE " +
-                      (std::string(table) == "attempt" ? "id" : "attempt") + " <> '" + kept + "'")[0][0]
+        EXPECT_EQ(query("SELECT count(*) FROM stylet." + std::string(table) + " WHERE " +
+                        (std::string(table) == "attempt" ? "id" : "attempt") + " <> '" + kept + "'")[0][0]
                       .as<int>(),
                   0)
             << table;
 }
 
-TEST_F(OutboxTest, AFileThatChangedStaysWithItsReasonAndKeepsNobodyElseWaiting) {
+TEST_F(OutboxTest, ChangedFileStaysQueuedAndDoesNotBlockOthers) {
     const std::string bad = someAttempt(store_), good = someAttempt(store_);
-    std::ofstream(store_.folderOf(bad) / "empty.txt") << "not any more";
+    std::ofstream(store_.attemptFolder(bad) / "empty.txt") << "not any more";
     const SendReport report = sendOutbox(store_, postgres_->url());
     EXPECT_EQ(report.sent, 1u);
     EXPECT_EQ(report.left, 1u);
     EXPECT_NE(report.error.find("empty.txt"), std::string::npos) << report.error;
     ASSERT_EQ(store_.outbox().size(), 1u);
-    EXPECT_EQ(store_.outbox()[0].what, bad);
+    EXPECT_EQ(store_.outbox()[0].attempt_id, bad);
     EXPECT_EQ(store_.outbox()[0].tries, 1u);
-    EXPECT_EQ(ask("SELECT id FROM stylet.attempt")[0][0].as<std::string>(), good);
+    EXPECT_EQ(query("SELECT id FROM stylet.attempt")[0][0].as<std::string>(), good);
     EXPECT_EQ(count("attempt"), 1) << "nothing of the other";
 }
 
 // HZ-RECORD-09
-TEST_F(OutboxTest, ADatabaseThatIsGoneCostsNothing) {
+TEST_F(OutboxTest, UnreachableDatabaseLosesNothing) {
     someAttempt(store_);
     postgres_->stop();
     const SendReport gone = sendOutbox(store_, postgres_->url());
@@ -183,18 +183,19 @@ TEST_F(OutboxTest, ADatabaseThatIsGoneCostsNothing) {
 }
 
 // HZ-RECORD-03
-TEST_F(OutboxTest, OneSenderAtATime) {
+TEST_F(OutboxTest, OnlyOneSenderRunsAtATime) {
     someAttempt(store_);
-    const auto other = FileLock::tryTake(store_.folder() / ".sending");
+    const auto other = FileLock::tryLock(store_.folder() / ".sending");
     ASSERT_TRUE(other);
     const SendReport report = sendOutbox(store_, postgres_->url());
     EXPECT_EQ(report.left, 1u);
     EXPECT_NE(report.error.find("another process"), std::string::npos);
 }
 
-TEST_F(OutboxTest, RefusesACentreThatIsTooNew) {
+TEST_F(OutboxTest, RefusesNewerCentreSchema) {
     someAttempt(store_);
-    ask("CREATE SCHEMA stylet; CREATE TABLE stylet.schema_version (version integer); INSERT INTO "
+    query(
+        "CREATE SCHEMA stylet; CREATE TABLE stylet.schema_version (version integer); INSERT INTO "
         "stylet.schema_version VALUES (99)");
     EXPECT_NE(sendOutbox(store_, postgres_->url()).error.find("99 is newer"), std::string::npos);
     EXPECT_EQ(store_.outbox().size(), 1u);
@@ -202,7 +203,7 @@ TEST_F(OutboxTest, RefusesACentreThatIsTooNew) {
 
 // Attempts are stored and sent while the server repeatedly stops and restarts.
 // HZ-RECORD-09
-TEST_F(OutboxTest, ARestartInTheMiddleLosesNothing) {
+TEST_F(OutboxTest, ServerRestartsLoseNothing) {
     std::atomic<int> stored = 0, restarts = 0;
     {
         BackgroundSender sender(store_.folder(), postgres_->url(), [](const std::string&) {});
@@ -219,13 +220,13 @@ TEST_F(OutboxTest, ARestartInTheMiddleLosesNothing) {
             }
         });
         for (; restarts < 4; ++restarts) {
-            EXPECT_TRUE(comesTrue([&] { return stored >= 4 * restarts + 2; }));
+            EXPECT_TRUE(waitUntilTrue([&] { return stored >= 4 * restarts + 2; }));
             postgres_->stop();
             postgres_->start();
         }
         trainee.request_stop();
         trainee.join();
-        EXPECT_TRUE(comesTrue([&] { return sender.drain(kPatience) == 0 && store_.outbox().empty(); }));
+        EXPECT_TRUE(waitUntilTrue([&] { return sender.drain(kTimeout) == 0 && store_.outbox().empty(); }));
     }
     EXPECT_GT(stored, 4);
     EXPECT_EQ(count("attempt"), stored);
@@ -233,9 +234,9 @@ TEST_F(OutboxTest, ARestartInTheMiddleLosesNothing) {
     EXPECT_EQ(count("file_part"), 3 * stored);
 }
 
-// Another session locks the table: the sender blocks in the database, and nothing else is delayed.
+// Another session locks the table. The sender blocks in the database, but storing attempts is not delayed.
 // HZ-RECORD-09
-TEST_F(OutboxTest, ASlowDatabaseIsNeverInTheWay) {
+TEST_F(OutboxTest, BlockedDatabaseDoesNotDelayStorage) {
     someAttempt(store_);
     ASSERT_EQ(sendOutbox(store_, postgres_->url()).sent, 1u);
     someAttempt(store_);
@@ -246,7 +247,7 @@ TEST_F(OutboxTest, ASlowDatabaseIsNeverInTheWay) {
         BackgroundSender sender(store_.folder(), postgres_->url(), [](const std::string&) {});
         (void)sender.drain(0ms);  // send now
         pqxx::connection watcher(postgres_->url());
-        ASSERT_TRUE(comesTrue([&] {
+        ASSERT_TRUE(waitUntilTrue([&] {
             pqxx::work work(watcher);
             return work.exec("SELECT 1 FROM pg_stat_activity WHERE wait_event_type = 'Lock'").size() == 1;
         })) << "the sender waits";
@@ -260,21 +261,21 @@ TEST_F(OutboxTest, ASlowDatabaseIsNeverInTheWay) {
     EXPECT_EQ(count("attempt"), 7);
 }
 
-TEST_F(OutboxTest, WhoEndsWaitsForWhatHeJustMade) {
+TEST_F(OutboxTest, DrainWaitsForNewAttempts) {
     BackgroundSender sender(store_.folder(), postgres_->url(), [](const std::string&) {});
-    EXPECT_EQ(sender.drain(kPatience), 0u);
+    EXPECT_EQ(sender.drain(kTimeout), 0u);
     someAttempt(store_);
-    EXPECT_EQ(sender.drain(kPatience), 0u);
+    EXPECT_EQ(sender.drain(kTimeout), 0u);
     EXPECT_EQ(count("attempt"), 1);
     postgres_->stop();
     someAttempt(store_);
     const auto before = steady_clock::now();
-    EXPECT_EQ(sender.drain(kPatience), 1u);
-    EXPECT_LT(steady_clock::now() - before, kPatience) << "a refusal is an answer";
+    EXPECT_EQ(sender.drain(kTimeout), 1u);
+    EXPECT_LT(steady_clock::now() - before, kTimeout) << "a refusal is an answer";
     postgres_->start();
 }
 
-TEST_F(OutboxTest, TheBackgroundSaysAnErrorOnceAndTriesAgain) {
+TEST_F(OutboxTest, BackgroundSenderReportsAnErrorOnceAndRetries) {
     postgres_->stop();
     std::mutex mutex;
     std::vector<std::string> said;
@@ -287,10 +288,10 @@ TEST_F(OutboxTest, TheBackgroundSaysAnErrorOnceAndTriesAgain) {
             said.push_back(text);
         });
         someAttempt(store_);
-        EXPECT_EQ(sender.drain(kPatience), 1u);
-        EXPECT_EQ(sender.drain(kPatience), 1u);  // the same error again
+        EXPECT_EQ(sender.drain(kTimeout), 1u);
+        EXPECT_EQ(sender.drain(kTimeout), 1u);  // the same error again
         postgres_->start();
-        EXPECT_TRUE(comesTrue([&] { return store_.outbox().empty(); }));
+        EXPECT_TRUE(waitUntilTrue([&] { return store_.outbox().empty(); }));
     }
     ASSERT_EQ(said.size(), 1u);
     EXPECT_NE(said[0].find("the training centre: "), std::string::npos);

@@ -28,7 +28,7 @@ namespace stylet::records {
 namespace {
 
 // HZ-RECORD-01
-TEST(Disk, ARecordIsForcedToItAsItBeginsOnceASecondAndAsItEnds) {
+TEST(Disk, RecordIsSyncedAtBeginEverySecondAndAtEnd) {
     const test::TempFolder temp;
     folder_syncs = file_syncs = 0;
     RecordWriter writer(temp / "record", {}, {});
@@ -42,7 +42,7 @@ TEST(Disk, ARecordIsForcedToItAsItBeginsOnceASecondAndAsItEnds) {
     EXPECT_EQ(folder_syncs, 4);
 }
 
-TEST(Disk, AFileIsEmptiedAndHoldsWhatIsWritten) {
+TEST(Disk, ExistingFileIsTruncatedAndWritten) {
     const test::TempFolder temp;
     const unsigned char bytes[] = {1, 2, 3};
     DiskFile(temp / "file").write(bytes);
@@ -51,7 +51,7 @@ TEST(Disk, AFileIsEmptiedAndHoldsWhatIsWritten) {
     EXPECT_EQ(std::filesystem::file_size(temp / "file"), 0u);
 }
 
-TEST(Disk, WhatCannotBeOpenedIsRefused) {
+TEST(Disk, UnopenableFilesAreRefused) {
     EXPECT_THROW(DiskFile("/nonexistent/file"), DataError);
     EXPECT_THROW(syncFolder("/nonexistent"), DataError);
 }

@@ -36,23 +36,23 @@ constexpr int kKills = 40;
 #else
 constexpr int kKills = 200;
 #endif
-constexpr int kKillsAStore = 10;
+constexpr int kKillsPerStore = 10;
 
 // What the store acknowledged to the writer for one attempt.
-struct Promised {
+struct Acknowledged {
     std::uint64_t kept = 0, events = 0;
     std::optional<std::uint64_t> done;
 };
 
 struct Writer {
-    std::map<std::string, Promised> promised;
+    std::map<std::string, Acknowledged> acknowledgements;
     std::string refused;
     int status = 0;
 };
 
 // Puts the temporary folder in memory, which is faster. SIGKILL does not affect the kernel's page cache, so
 // the test needs no real disk.
-void keepInMemory() {
+void useMemoryTempFolder() {
     if (access("/dev/shm", W_OK) == 0) setenv("TMPDIR", "/dev/shm", 0);
 }
 
@@ -81,25 +81,25 @@ Writer runWriter(const path& store, std::optional<Kill> end, const std::string& 
         _exit(127);
     }
     close(ends[1]);
-    std::string said;
+    std::string output;
     std::array<char, 4096> part{};
-    const auto hear = [&] {
+    const auto readOutput = [&] {
         const ssize_t n = read(ends[0], part.data(), part.size());
-        if (n > 0) said.append(part.data(), std::size_t(n));
+        if (n > 0) output.append(part.data(), std::size_t(n));
         return n > 0;
     };
     if (end) {
-        while (std::count(said.begin(), said.end(), '\n') < end->lines && hear()) {
+        while (std::count(output.begin(), output.end(), '\n') < end->lines && readOutput()) {
         }
         std::this_thread::sleep_for(std::chrono::microseconds(end->us));
         kill(child, SIGKILL);
     }
-    while (hear()) {
+    while (readOutput()) {
     }
     Writer writer;
     waitpid(child, &writer.status, 0);
     close(ends[0]);
-    std::istringstream lines(said);
+    std::istringstream lines(output);
     for (std::string line, what, id; std::getline(lines, line);) {
         std::istringstream words(line);
         std::uint64_t count = 0;
@@ -108,24 +108,24 @@ Writer runWriter(const path& store, std::optional<Kill> end, const std::string& 
             writer.refused = line;
             continue;
         }
-        Promised& promised = writer.promised[id];
-        if (what == "kept") promised.kept = count;
-        if (what == "event") promised.events = count;
-        if (what == "done") promised.done = count;
+        Acknowledged& acknowledgements = writer.acknowledgements[id];
+        if (what == "kept") acknowledgements.kept = count;
+        if (what == "event") acknowledgements.events = count;
+        if (what == "done") acknowledgements.done = count;
     }
     return writer;
 }
 
 struct Counts {
-    int done = 0, cut = 0, unsaid = 0, torn = 0;
+    int done = 0, cut = 0, unreported = 0, torn = 0;
 };
 
 // Compares every attempt in the store with what was acknowledged.
-void check(const Store& store, const std::map<std::string, Promised>& promised, Counts& counts) {
+void check(const Store& store, const std::map<std::string, Acknowledged>& acknowledgements, Counts& counts) {
     std::map<std::string, StoredAttempt> stored;
     for (StoredAttempt& attempt : store.attempts())
         stored[attempt.id] = std::move(attempt);
-    for (const auto& [id, promise] : promised) {
+    for (const auto& [id, promise] : acknowledgements) {
         ASSERT_TRUE(stored.contains(id)) << id << " was begun";
         const StoredAttempt& attempt = stored[id];
         ASSERT_NE(attempt.state, AttemptState::running);
@@ -136,7 +136,7 @@ void check(const Store& store, const std::map<std::string, Promised>& promised, 
         }
         (attempt.state == AttemptState::done ? counts.done : counts.cut) += 1;
         if (attempt.state == AttemptState::done && !promise.done)
-            ++counts.unsaid;  // killed before it could report this
+            ++counts.unreported;  // killed before it could report this
         ASSERT_GE(attempt.events.size(), promise.events);
         for (std::size_t i = 0; i < attempt.events.size(); ++i)
             ASSERT_EQ(attempt.events[i].text, test::textAt((i + 1) * 400));
@@ -163,32 +163,32 @@ void check(const Store& store, const std::map<std::string, Promised>& promised, 
 }
 
 // HZ-RECORD-01
-TEST(Kill, NothingAcknowledgedIsLostAndTheRestIsReported) {
-    keepInMemory();
+TEST(Kill, AcknowledgedDataSurvivesAndRecoveryIsReported) {
+    useMemoryTempFolder();
     std::mt19937_64 random(test::seed());
     Counts counts;
     int reported = 0;
     for (int kills = 0; kills < kKills;) {
         const test::TempFolder temp;
-        std::map<std::string, Promised> promised;
-        for (int i = 0; i < kKillsAStore; ++i, ++kills) {
-            // From before the store is opened until after several attempts.
+        std::map<std::string, Acknowledged> acknowledgements;
+        for (int i = 0; i < kKillsPerStore; ++i, ++kills) {
+            // The kill comes at any time from before the store is opened until after several attempts.
             const Kill end{std::uniform_int_distribution<int>(0, 40)(random),
                            std::uniform_int_distribution<int>(0, 8000)(random)};
             Writer writer = runWriter(temp / "s", end);
             ASSERT_TRUE(WIFSIGNALED(writer.status)) << "the writer ended by itself: " << writer.refused;
-            promised.merge(writer.promised);
+            acknowledgements.merge(writer.acknowledgements);
             const Store store(temp / "s");
             reported += int(store.recovered().size());
-            for (const Recovered& cut : store.recovered())
-                for (const CutFile& file : cut.files)
-                    counts.torn += file.cut_bytes > 0;
+            for (const RecoveredAttempt& cut : store.recovered())
+                for (const TruncatedFile& file : cut.files)
+                    counts.torn += file.truncated_bytes > 0;
         }
-        check(Store(temp / "s"), promised, counts);
+        check(Store(temp / "s"), acknowledgements, counts);
         if (HasFatalFailure()) return;
     }
     std::printf("%d kills: %d attempts whole (%d of them not yet said so), %d cut short, %d torn files\n",
-                kKills, counts.done, counts.unsaid, counts.cut, counts.torn);
+                kKills, counts.done, counts.unreported, counts.cut, counts.torn);
     EXPECT_GT(counts.cut, kKills / 10);
     EXPECT_GT(counts.done, kKills / 10);
     EXPECT_GE(reported, counts.cut) << "each of them was reported";
@@ -196,19 +196,20 @@ TEST(Kill, NothingAcknowledgedIsLostAndTheRestIsReported) {
 
 // A file size limit stands in for a full disk: first the records reach it, then the index.
 // HZ-RECORD-02
-TEST(DiskFull, IsSaidAndCostsNothingStoredBefore) {
+TEST(DiskFull, IsReportedAndLosesNoStoredData) {
     for (const std::uint64_t room : {0, 4000, 30000, 70000, 150000}) {
         const test::TempFolder temp;
         Counts counts;
-        std::map<std::string, Promised> promised = runWriter(temp / "s", Kill{60, 0}).promised;
+        std::map<std::string, Acknowledged> acknowledgements =
+            runWriter(temp / "s", Kill{60, 0}).acknowledgements;
         const Writer full = runWriter(temp / "s", std::nullopt, std::to_string(room));
         EXPECT_EQ(WEXITSTATUS(full.status), 3) << room;
         EXPECT_NE(full.refused.find((temp / "s").string()), std::string::npos)
             << "names the file: " << full.refused;
         const Store store(temp / "s");
-        for (const auto& [id, promise] : full.promised)
-            if (promise.done) promised[id] = promise;
-        check(store, promised, counts);
+        for (const auto& [id, promise] : full.acknowledgements)
+            if (promise.done) acknowledgements[id] = promise;
+        check(store, acknowledgements, counts);
         if (HasFatalFailure()) return;
     }
 }
@@ -220,7 +221,7 @@ struct Mounted {
 
 // Uses a real disk (tmpfs) if the tester may mount one.
 // HZ-RECORD-02
-TEST(DiskFull, OfARealDisk) {
+TEST(DiskFull, RealFullDiskLosesNoAcknowledgedData) {
     const test::TempFolder temp;
     std::filesystem::create_directory(temp / "disk");
     if (mount("tmpfs", (temp / "disk").c_str(), "tmpfs", 0, "size=4m") != 0) {
@@ -234,15 +235,15 @@ TEST(DiskFull, OfARealDisk) {
     EXPECT_EQ(WEXITSTATUS(full.status), 3);
     EXPECT_NE(full.refused.find("disk"), std::string::npos) << full.refused;
     {
-        // There is room again, as after a user deleted other files.
-        std::map<std::string, Promised> acknowledged;
-        for (const auto& [id, promise] : full.promised)
+        // Now there is free space again, as if a user had deleted other files.
+        std::map<std::string, Acknowledged> acknowledged;
+        for (const auto& [id, promise] : full.acknowledgements)
             if (promise.done) acknowledged[id] = promise;
         EXPECT_GT(acknowledged.size(), 0u);
         {
             Store full_still(temp / "disk" / "s");
             EXPECT_GE(full_still.attempts().size(), acknowledged.size()) << "reading needs no room";
-            for (const std::string& line : full_still.news())
+            for (const std::string& line : full_still.openingMessages())
                 std::printf("while full: %s\n", line.c_str());
         }
         EXPECT_EQ(mount("tmpfs", (temp / "disk").c_str(), "tmpfs", MS_REMOUNT, "size=6m"), 0);
@@ -252,7 +253,7 @@ TEST(DiskFull, OfARealDisk) {
 }
 
 // HZ-RECORD-02
-TEST(DiskFull, DeletingMakesRoom) {
+TEST(DiskFull, DeletingFreesSpace) {
     const test::TempFolder temp;
     std::filesystem::create_directory(temp / "disk");
     if (mount("tmpfs", (temp / "disk").c_str(), "tmpfs", 0, "size=4m") != 0) {

@@ -6,6 +6,8 @@
 #include <fstream>
 #include <random>
 
+#include "tests/support/file_text.h"
+#include "tests/support/refused.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::records {
@@ -43,7 +45,7 @@ RecordInfo someRecordInfo() {
     info.patient_folder = "/somewhere/patient";
     info.patient_name = "someone";
     info.scenario = "demo";
-    info.moments = {"approach", "duct"};
+    info.capture_points = {"approach", "duct"};
     info.approach_distance_m = 0.02;
     info.seed = 42;
     info.gain = 0.25;
@@ -86,6 +88,11 @@ void addTo(RecordWriter& writer, const TickInput& input, const TickOutput& outpu
     writer.add(input, output.tick, output.state_hash);
 }
 
+void addTicks(RecordWriter& writer, std::uint64_t begin, std::uint64_t end) {
+    for (std::uint64_t i = begin; i < end; ++i)
+        addTo(writer, someInput(i), outputOf(i));
+}
+
 void expectSameBits(const TickInput& a, const TickInput& b) {
     const auto bits = [](double v) { return std::bit_cast<std::uint64_t>(v); };
     const auto &p = a.device.device_from_stylus, &q = b.device.device_from_stylus;
@@ -97,10 +104,8 @@ void expectSameBits(const TickInput& a, const TickInput& b) {
     EXPECT_EQ(a.device.fresh, b.device.fresh);
     EXPECT_EQ(a.device.flags, b.device.flags);
     for (int k = 0; k < 3; ++k)
-        EXPECT_EQ(std::bit_cast<std::uint64_t>(a.device.grip_at_m[k]),
-                  std::bit_cast<std::uint64_t>(b.device.grip_at_m[k]));
-    EXPECT_EQ(std::bit_cast<std::uint64_t>(a.device.force_share),
-              std::bit_cast<std::uint64_t>(b.device.force_share));
+        EXPECT_EQ(bits(a.device.grip_at_m[k]), bits(b.device.grip_at_m[k]));
+    EXPECT_EQ(bits(a.device.force_share), bits(b.device.force_share));
     ASSERT_EQ(a.command_count, b.command_count);
     for (std::uint32_t c = 0; c < a.command_count; ++c) {
         EXPECT_EQ(a.commands[c].kind, b.commands[c].kind);
@@ -112,32 +117,15 @@ class RecordFile : public testing::Test {
   protected:
     void SetUp() override {
         RecordWriter writer(folder_, someHeader(), someRecordInfo());
-        for (std::uint64_t i = 0; i < kRecordTicks; ++i)
-            addTo(writer, someInput(i), outputOf(i));
+        addTicks(writer, 0, kRecordTicks);
         writer.finish();
-        std::ifstream stream(inputs_, std::ios::binary);
-        bytes_.assign(std::istreambuf_iterator<char>(stream), {});
-    }
-    void rewrite(const std::string& bytes) const {
-        std::ofstream(inputs_, std::ios::binary | std::ios::trunc)
-            .write(bytes.data(), std::streamsize(bytes.size()));
-    }
-    void expectRefused(const std::string& bytes, const std::string& field) const {
-        rewrite(bytes);
-        try {
-            (void)loadRecord(folder_);
-            FAIL() << "was not refused";
-        } catch (const DataError& e) {
-            EXPECT_NE(std::string(e.what()).find("inputs.bin: " + field), std::string::npos) << e.what();
-        }
     }
 
     test::TempFolder temp_;
     path folder_ = temp_ / "record", inputs_ = folder_ / "inputs.bin";
-    std::string bytes_;
 };
 
-TEST_F(RecordFile, GivesBackEveryBit) {
+TEST_F(RecordFile, RestoresEveryBit) {
     const Record record = loadRecord(folder_);
     EXPECT_EQ(record.torn_bytes, 0u);
     EXPECT_EQ(record.header.package_digest, someHeader().package_digest);
@@ -159,22 +147,21 @@ TEST_F(RecordFile, GivesBackEveryBit) {
     EXPECT_EQ(record.info.end->tick, kRecordTicks);
     EXPECT_EQ(record.info.end->state_hash, outputOf(kRecordTicks - 1).state_hash);
     EXPECT_EQ(record.info.patient_folder, someRecordInfo().patient_folder);
-    EXPECT_EQ(record.info.moments, someRecordInfo().moments);
+    EXPECT_EQ(record.info.capture_points, someRecordInfo().capture_points);
     EXPECT_EQ(record.info.path.target_m, someRecordInfo().path.target_m);
     EXPECT_EQ(record.info.gain, 0.25);
 }
 
-TEST_F(RecordFile, IsWholeUpToTheLastFrameBeforeItIsFinished) {
+TEST_F(RecordFile, UnfinishedRecordIsCompleteUpToTheLastFrame) {
     RecordWriter writer(folder_, someHeader(), someRecordInfo());
-    for (std::uint64_t i = 0; i < kFrameTicks + 3; ++i)
-        addTo(writer, someInput(i), outputOf(i));
+    addTicks(writer, 0, kFrameTicks + 3);
     const Record record = loadRecord(folder_);  // as after a crash: finish() was not called
     EXPECT_EQ(record.inputs.size(), kFrameTicks);
     EXPECT_EQ(record.torn_bytes, 0u);
     EXPECT_FALSE(record.info.end);
 }
 
-TEST_F(RecordFile, TheLargestTickThereCanBeIsAWholeFrame) {
+TEST_F(RecordFile, LargestPossibleTickFitsInAFrame) {
     TickInput largest = someInput(0);
     largest.device.flags |= haptics::kDeviceClutch;
     largest.command_count = haptics::kMaxCommandsPerTick;
@@ -187,13 +174,11 @@ TEST_F(RecordFile, TheLargestTickThereCanBeIsAWholeFrame) {
     EXPECT_EQ(record.inputs[0].command_count, haptics::kMaxCommandsPerTick);
 }
 
-TEST_F(RecordFile, ALostTickEndsItBeforeTheGap) {
+TEST_F(RecordFile, LostTicksEndTheRecordBeforeTheGap) {
     constexpr std::uint64_t kWhole = kFrameTicks + 3;
     RecordWriter writer(folder_, someHeader(), someRecordInfo());
-    for (std::uint64_t i = 0; i < kWhole; ++i)
-        addTo(writer, someInput(i), outputOf(i));
-    for (std::uint64_t i = kWhole + 5; i < kRecordTicks; ++i)
-        addTo(writer, someInput(i), outputOf(i));
+    addTicks(writer, 0, kWhole);
+    addTicks(writer, kWhole + 5, kRecordTicks);
     writer.finish();
     const Record record = loadRecord(folder_);
     ASSERT_EQ(record.inputs.size(), kWhole);
@@ -208,12 +193,12 @@ TEST_F(RecordFile, ALostTickEndsItBeforeTheGap) {
     EXPECT_EQ(record.info.lost->last, kWhole + 5);
 }
 
-TEST_F(RecordFile, LosesNothingWhenNoTickIsMissing) {
+TEST_F(RecordFile, ReportsNoLostTicksWhenNoneIsMissing) {
     EXPECT_FALSE(loadRecord(folder_).info.lost);
 }
 
 // HZ-RECORD-03
-TEST_F(RecordFile, NeverStandsWithItsInfoBesideTheInputsOfAnother) {
+TEST_F(RecordFile, RecordJsonIsRemovedBeforeInputsAreReplaced) {
     std::filesystem::remove(inputs_);
     std::filesystem::create_directory(inputs_);  // cannot be opened for writing, not even by root
     EXPECT_THROW(RecordWriter(folder_, someHeader(), someRecordInfo()), DataError);
@@ -221,89 +206,21 @@ TEST_F(RecordFile, NeverStandsWithItsInfoBesideTheInputsOfAnother) {
 }
 
 // HZ-RECORD-02
-TEST_F(RecordFile, AFullDiskIsSaidToBeFull) {
+TEST_F(RecordFile, FullDiskIsReported) {
     std::filesystem::remove(inputs_);
     std::filesystem::create_symlink("/dev/full", inputs_);
-    try {
-        const RecordWriter writer(folder_, someHeader(), someRecordInfo());
-        FAIL() << "was not refused";
-    } catch (const DataError& e) {
-        EXPECT_NE(std::string(e.what()).find("inputs.bin"), std::string::npos) << e.what();
-    }
+    test::expectRefused([&] { RecordWriter(folder_, someHeader(), someRecordInfo()); }, "inputs.bin", "file");
 }
 
-TEST_F(RecordFile, KeepsAFolderWhoseNameIsNoUtf8) {
+TEST_F(RecordFile, InvalidUtf8FolderNameIsReplaced) {
     RecordInfo info = someRecordInfo();
     info.patient_folder = "/some\xffwhere";
     RecordWriter(folder_, someHeader(), info).finish();
     EXPECT_EQ(loadRecord(folder_).info.patient_folder, "/some\xef\xbf\xbdwhere");  // U+FFFD
 }
 
-// HZ-RECORD-01
-TEST_F(RecordFile, CutsATornTailAtTheLastWholeFrame) {
-    rewrite(bytes_.substr(0, bytes_.size() - 1));
-    const Record record = loadRecord(folder_);
-    EXPECT_EQ(record.inputs.size(), 2 * kFrameTicks);
-    EXPECT_GT(record.torn_bytes, 0u);
-}
-
-TEST_F(RecordFile, CutsExtraBytes) {
-    rewrite(bytes_ + "more");
-    const Record record = loadRecord(folder_);
-    EXPECT_EQ(record.inputs.size(), kRecordTicks);
-    EXPECT_EQ(record.torn_bytes, 4u);
-}
-
-// HZ-RECORD-01
-TEST_F(RecordFile, LoadsOrRefusesEveryTruncation) {
-    for (std::size_t size = 0; size < bytes_.size(); size += size < 800 ? 1 : 997) {
-        rewrite(bytes_.substr(0, size));
-        try {
-            const Record record = loadRecord(folder_);
-            EXPECT_EQ(record.inputs.size() % kFrameTicks, 0u);
-        } catch (const DataError&) {
-            EXPECT_LT(size, 800u) << "only the header may be refused";
-        }
-    }
-}
-
-// HZ-RECORD-07
-TEST_F(RecordFile, NeverTakesAFlippedByteForATick) {
-    for (std::size_t at = 0; at < bytes_.size(); at += at < 800 ? 1 : 499) {
-        std::string bytes = bytes_;
-        bytes[at] = char(bytes[at] ^ 0x10);
-        rewrite(bytes);
-        try {
-            const Record record = loadRecord(folder_);
-            EXPECT_GT(record.torn_bytes, 0u) << "byte " << at;
-            EXPECT_LT(record.inputs.size(), kRecordTicks);
-        } catch (const DataError&) {
-            EXPECT_LT(at, 800u);
-        }
-    }
-}
-
-TEST_F(RecordFile, RefusesAnotherKindOfFile) {
-    std::string bytes = bytes_;
-    bytes[0] = 'X';
-    expectRefused(bytes, "magic");
-}
-
-// HZ-RECORD-06
-TEST_F(RecordFile, RefusesAnotherVersion) {
-    std::string bytes = bytes_;
-    bytes[8] = char(kRecordVersion + 1);
-    expectRefused(bytes, "version");
-}
-
-TEST_F(RecordFile, RefusesAnAbsurdHeaderSize) {
-    std::string bytes = bytes_;
-    bytes.replace(12, 4, "\xff\xff\xff\xff");
-    expectRefused(bytes, "header");
-}
-
 // A frame with a correct checksum and an invalid command. The complete frames before it remain valid.
-TEST_F(RecordFile, StopsAtACommandThatNobodyKnows) {
+TEST_F(RecordFile, ReadingStopsAtAnUnknownCommand) {
     for (const std::uint32_t kind : {std::uint32_t(haptics::kLastCommandKind) + 1, 0x7fffffffu, ~0u}) {
         RecordWriter writer(folder_, someHeader(), someRecordInfo());
         for (std::uint64_t i = 0; i < 2 * kFrameTicks; ++i) {
@@ -321,7 +238,7 @@ TEST_F(RecordFile, StopsAtACommandThatNobodyKnows) {
     }
 }
 
-TEST_F(RecordFile, KeepsTheMachinesCommands) {
+TEST_F(RecordFile, PreservesEquipmentCommands) {
     RecordWriter writer(folder_, someHeader(), someRecordInfo());
     TickInput input = someInput(0);
     using haptics::CommandKind;
@@ -338,16 +255,6 @@ TEST_F(RecordFile, KeepsTheMachinesCommands) {
     expectSameBits(record.inputs[0], input);
 }
 
-TEST_F(RecordFile, StopsAtAnAbsurdFrame) {
-    const std::size_t first_frame = bytes_.find("FRAM");
-    for (const std::size_t field : {4u, 8u}) {  // tick count, body size
-        std::string bytes = bytes_;
-        bytes.replace(first_frame + field, 4, "\xff\xff\xff\xff");
-        rewrite(bytes);
-        EXPECT_TRUE(loadRecord(folder_).inputs.empty());
-    }
-}
-
 TEST_F(RecordFile, RefusesBadJsonWithItsReason) {
     for (const char* text : {"", "{", "[]", "{\"format_version\": 99}", "{\"format_version\": \"1\"}"}) {
         std::ofstream(folder_ / "record.json", std::ios::trunc) << text;
@@ -355,9 +262,8 @@ TEST_F(RecordFile, RefusesBadJsonWithItsReason) {
     }
 }
 
-TEST_F(RecordFile, KeepsBookmarksAndRefusesBadOnes) {
-    std::ifstream stream(folder_ / "record.json");
-    const std::string rest = std::string(std::istreambuf_iterator<char>(stream), {}).substr(1);
+TEST_F(RecordFile, ParsesBookmarksAndRefusesInvalidOnes) {
+    const std::string rest = test::readText(folder_ / "record.json").substr(1);
     const auto parsed = [&](const std::string& bookmarks) {
         return parseInfo("{\"bookmarks\": " + bookmarks + "," + rest, "record.json").bookmarks;
     };
@@ -369,11 +275,11 @@ TEST_F(RecordFile, KeepsBookmarksAndRefusesBadOnes) {
     ASSERT_EQ(two.size(), 2u);
     EXPECT_EQ(two[0].text, "skin");
     std::string many = mark("1", "");
-    for (std::size_t i = 0; i < kMostBookmarks; ++i)
+    for (std::size_t i = 0; i < kMaxBookmarks; ++i)
         many += "," + mark("1", "");
     for (const std::string& bad :
          {std::string("7"), "[" + mark("4", "") + "," + mark("3", "") + "]", "[" + mark("\"x\"", "") + "]",
-          std::string("[{\"tick\": 4}]"), "[" + mark("1", std::string(3 * kLongestBookmark + 1, 'x')) + "]",
+          std::string("[{\"tick\": 4}]"), "[" + mark("1", std::string(3 * kMaxBookmarkBytes + 1, 'x')) + "]",
           "[" + many + "]"})
         EXPECT_THROW(parsed(bad), DataError) << bad.substr(0, 80);
 }

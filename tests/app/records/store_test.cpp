@@ -14,12 +14,15 @@
 #include "app/records/record.h"
 #include "app/records/schema.h"
 #include "tests/app/records/some_result.h"
+#include "tests/support/file_text.h"
+#include "tests/support/refused.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::records {
 namespace {
 
 using std::filesystem::path;
+using test::readText;
 using test::someResult;
 
 AttemptInfo someAttemptInfo(const std::string& trainee = "T-01") {
@@ -31,36 +34,22 @@ AttemptInfo someAttemptInfo(const std::string& trainee = "T-01") {
     return info;
 }
 
-std::string complaintOf(const auto& act) {
-    try {
-        act();
-    } catch (const DataError& e) {
-        return e.what();
-    }
-    return "";
-}
-
-std::string bytesOf(const path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
 // Writes a recording of `ticks` ticks into an attempt's folder without finishing it, as a killed program
 // leaves it.
-void recordInto(const path& folder, std::uint64_t ticks) {
+void writeUnfinishedRecord(const path& folder, std::uint64_t ticks) {
     RecordWriter writer(folder / "record", {}, {});
     for (std::uint64_t tick = 1; tick <= ticks; ++tick)
         writer.add({}, tick, tick);
 }
 
 // HZ-RECORD-04
-TEST(Store, GivesBackWhatWasStored) {
+TEST(Store, RestoresStoredAttempts) {
     const test::TempFolder temp;
     std::string id, second;
     {
         Store store(temp / "s");
         id = store.begin(someAttemptInfo());
-        EXPECT_TRUE(std::filesystem::is_directory(store.folderOf(id)));
+        EXPECT_TRUE(std::filesystem::is_directory(store.attemptFolder(id)));
         store.add(id, {{1, "tool", "finger"}, {700, "cut", "skin"}});
         store.add(id, {{900, "comment", "l\xc3\xa4uft; \"gut\"\n"}});
         EXPECT_EQ(store.attempt(id).state, AttemptState::running);
@@ -95,33 +84,34 @@ TEST(Store, GivesBackWhatWasStored) {
     ASSERT_EQ(found.result->metrics.size(), 2u);
     EXPECT_TRUE(std::isinf(found.result->metrics[0].value));
     EXPECT_TRUE(std::isnan(found.result->metrics[1].value));
-    EXPECT_EQ(found.result->metrics[1].most_points, 8.0);
+    EXPECT_EQ(found.result->metrics[1].max_points, 8.0);
     EXPECT_TRUE(std::filesystem::is_empty(found.folder)) << "no trace of the writer's lock";
 }
 
 // HZ-RECORD-04, HZ-RECORD-10
-TEST(Store, TakesPseudonymsOnly) {
+TEST(Store, AcceptsPseudonymsOnly) {
     const test::TempFolder temp;
     Store store(temp / "s");
     for (const std::string& bad : {std::string(), std::string("Ann Example"), std::string("../x"),
                                    std::string("a\nb"), std::string(65, 'a'), std::string("\xc3\xa4")})
-        EXPECT_NE(complaintOf([&] { store.begin(someAttemptInfo(bad)); }), "") << bad;
-    EXPECT_NE(complaintOf([&] { checkTrainee("Ann Example"); }).find("pseudonym"), std::string::npos);
+        EXPECT_NE(test::errorText([&] { store.begin(someAttemptInfo(bad)); }), "") << bad;
+    EXPECT_NE(test::errorText([&] { checkTrainee("Ann Example"); }).find("pseudonym"), std::string::npos);
     EXPECT_TRUE(store.attempts().empty());
     EXPECT_NO_THROW(checkTrainee(std::string(64, 'z')));
     EXPECT_NO_THROW(checkTrainee("S-3_b.2"));
 }
 
 // HZ-RECORD-01
-TEST(Store, RecoversWhatItsWriterLeft) {
+TEST(Store, RecoversAttemptsOfAKilledWriter) {
     const test::TempFolder temp;
     std::string torn, early;
     {
         Store store(temp / "s");
         torn = store.begin(someAttemptInfo());
         store.add(torn, {{5, "tool", "probe"}});
-        recordInto(store.folderOf(torn), 3 * kFrameTicks);
-        std::ofstream(store.folderOf(torn) / "record" / "inputs.bin", std::ios::app) << "FRAM half a frame";
+        writeUnfinishedRecord(store.attemptFolder(torn), 3 * kFrameTicks);
+        std::ofstream(store.attemptFolder(torn) / "record" / "inputs.bin", std::ios::app)
+            << "FRAM half a frame";
         early = store.begin(someAttemptInfo());
     }
     const Store store(temp / "s");
@@ -132,7 +122,7 @@ TEST(Store, RecoversWhatItsWriterLeft) {
               "attempt " + early + " was cut short: nothing was recorded yet");
     EXPECT_EQ(store.attempt(torn).state, AttemptState::cut_short);
     EXPECT_EQ(store.attempt(torn).events.size(), 1u);
-    const Record record = loadRecord(store.folderOf(torn) / "record");
+    const Record record = loadRecord(store.attemptFolder(torn) / "record");
     EXPECT_EQ(record.inputs.size(), 3 * kFrameTicks);
     EXPECT_EQ(record.torn_bytes, 0u);
     EXPECT_TRUE(Store(temp / "s").recovered().empty()) << "only once";
@@ -145,15 +135,17 @@ TEST(Store, AnAttemptBeingWrittenIsNotRecovered) {
     const std::string id = writer.begin(someAttemptInfo());
     Store other(temp / "s");
     EXPECT_TRUE(other.recovered().empty());
-    EXPECT_NE(complaintOf([&] { other.finish(id, {}); }).find("not being written here"), std::string::npos);
-    EXPECT_NE(complaintOf([&] { other.eraseTrainee("T-01"); }).find("is being written"), std::string::npos);
+    EXPECT_NE(test::errorText([&] { other.finish(id, {}); }).find("not being written here"),
+              std::string::npos);
+    EXPECT_NE(test::errorText([&] { other.eraseTrainee("T-01"); }).find("is being written"),
+              std::string::npos);
     writer.finish(id, someResult());
     EXPECT_EQ(other.attempt(id).state, AttemptState::done);
-    EXPECT_NE(complaintOf([&] { writer.finish(id, {}); }), "") << "once";
+    EXPECT_NE(test::errorText([&] { writer.finish(id, {}); }), "") << "once";
 }
 
 // HZ-RECORD-08
-TEST(Store, AnAcknowledgedAttemptIsForgottenOnRequestAndReally) {
+TEST(Store, ErasedTraineeLeavesNoBytesOnDisk) {
     const test::TempFolder temp;
     Store store(temp / "s");
     const std::string kept = store.begin(someAttemptInfo("T-02"));
@@ -161,7 +153,7 @@ TEST(Store, AnAcknowledgedAttemptIsForgottenOnRequestAndReally) {
     for (int i = 0; i < 3; ++i) {
         const std::string id = store.begin(someAttemptInfo("Zebra-77"));
         store.add(id, {{1, "comment", "remarkable words"}});
-        recordInto(store.folderOf(id), 10);
+        writeUnfinishedRecord(store.attemptFolder(id), 10);
         store.finish(id, someResult());
     }
     EXPECT_EQ(store.eraseTrainee("Zebra-77"), 3u);
@@ -171,7 +163,7 @@ TEST(Store, AnAcknowledgedAttemptIsForgottenOnRequestAndReally) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(temp / "s")) {
         if (!entry.is_regular_file()) continue;
         ++files;
-        const std::string bytes = bytesOf(entry.path());
+        const std::string bytes = readText(entry.path());
         EXPECT_EQ(bytes.find("Zebra-77"), std::string::npos) << entry.path();
         EXPECT_EQ(bytes.find("remarkable"), std::string::npos) << entry.path();
     }
@@ -180,7 +172,7 @@ TEST(Store, AnAcknowledgedAttemptIsForgottenOnRequestAndReally) {
 }
 
 // HZ-RECORD-08
-TEST(Store, ADeletionThatWasKilledIsCompleted) {
+TEST(Store, InterruptedDeletionIsCompleted) {
     const test::TempFolder temp;
     std::string id;
     {
@@ -191,12 +183,12 @@ TEST(Store, ADeletionThatWasKilledIsCompleted) {
         bare.exec("INSERT INTO doomed SELECT id FROM attempt; DELETE FROM attempt");
     }
     const Store store(temp / "s");
-    EXPECT_FALSE(std::filesystem::exists(store.folderOf(id)));
+    EXPECT_FALSE(std::filesystem::exists(store.attemptFolder(id)));
     EXPECT_TRUE(store.unknownFolders().empty());
 }
 
 // HZ-RECORD-08
-TEST(Store, ADeletionIsKnownUntilTheLogIsEmpty) {
+TEST(Store, DeletionIsRetriedUntilTheLogIsEmpty) {
     const test::TempFolder temp;
     const path file = temp / "s" / "store.sqlite";
     {
@@ -205,66 +197,67 @@ TEST(Store, ADeletionIsKnownUntilTheLogIsEmpty) {
         SQLite::Database reader(file.string(), SQLite::OPEN_READWRITE);
         SQLite::Statement rows(reader, "SELECT * FROM attempt");
         ASSERT_TRUE(rows.executeStep());  // the open statement keeps a read transaction
-        EXPECT_NE(complaintOf([&] { store.eraseTrainee("Zebra-77"); }).find("another process is reading"),
+        EXPECT_NE(test::errorText([&] { store.eraseTrainee("Zebra-77"); }).find("another process is reading"),
                   std::string::npos);
         EXPECT_TRUE(store.attempts().empty());
     }
     const Store store(temp / "s");
-    EXPECT_TRUE(store.news().empty());
+    EXPECT_TRUE(store.openingMessages().empty());
     for (const auto& entry : std::filesystem::directory_iterator(temp / "s"))
         if (entry.is_regular_file()) {
-            EXPECT_EQ(bytesOf(entry.path()).find("Zebra-77"), std::string::npos) << entry.path();
+            EXPECT_EQ(readText(entry.path()).find("Zebra-77"), std::string::npos) << entry.path();
         }
     EXPECT_EQ(SQLite::Database(file.string()).execAndGet("SELECT count(*) FROM doomed").getInt(), 0);
 }
 
-TEST(Store, OneThatCannotBeRecoveredLeavesTheOthersTheStore) {
+TEST(Store, UnrecoverableAttemptDoesNotBlockOthers) {
     const test::TempFolder temp;
     std::string bad, good;
     {
         Store store(temp / "s");
         bad = store.begin(someAttemptInfo());
         good = store.begin(someAttemptInfo("T-02"));
-        std::filesystem::create_directories(store.folderOf(bad) / "record" / "inputs.bin");  // a folder
+        std::filesystem::create_directories(store.attemptFolder(bad) / "record" / "inputs.bin");  // a folder
     }
     Store store(temp / "s");
     ASSERT_EQ(store.recovered().size(), 1u);
     EXPECT_EQ(store.recovered()[0].id, good);
-    ASSERT_EQ(store.news().size(), 2u);
-    EXPECT_NE(store.news()[1].find(bad + " was cut short and cannot be recovered"), std::string::npos);
+    ASSERT_EQ(store.openingMessages().size(), 2u);
+    EXPECT_NE(store.openingMessages()[1].find(bad + " was cut short and cannot be recovered"),
+              std::string::npos);
     EXPECT_EQ(store.attempt(bad).state, AttemptState::running);
     EXPECT_EQ(store.eraseTrainee("T-01"), 1u);
     EXPECT_EQ(store.attempts().size(), 1u);
 }
 
 // HZ-RECORD-03
-TEST(Store, NobodyWaitsForEventsWhileAnotherProcessWrites) {
+TEST(Store, TryAddFailsWhileAnotherProcessWrites) {
     const test::TempFolder temp;
     Store store(temp / "s");
     const std::string id = store.begin(someAttemptInfo());
     {
         SQLite::Database other((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE);
         const SQLite::Transaction writes(other, SQLite::TransactionBehavior::IMMEDIATE);
-        EXPECT_FALSE(store.addAtOnce(id, {{1, "tool", "finger"}}));
+        EXPECT_FALSE(store.tryAdd(id, {{1, "tool", "finger"}}));
     }
-    EXPECT_TRUE(store.addAtOnce(id, {{1, "tool", "finger"}}));
+    EXPECT_TRUE(store.tryAdd(id, {{1, "tool", "finger"}}));
     EXPECT_EQ(store.attempt(id).events.size(), 1u);
 }
 
-TEST(Store, AnAbandonedAttemptLeavesNothing) {
+TEST(Store, AbandonedAttemptIsRemoved) {
     const test::TempFolder temp;
     Store store(temp / "s");
     const std::string id = store.begin(someAttemptInfo());
-    recordInto(store.folderOf(id), 1);
+    writeUnfinishedRecord(store.attemptFolder(id), 1);
     store.abandon(id);
     EXPECT_TRUE(store.attempts().empty());
     EXPECT_TRUE(store.outbox().empty());
-    EXPECT_FALSE(std::filesystem::exists(store.folderOf(id)));
-    EXPECT_NE(complaintOf([&] { store.finish(id, {}); }).find("not being written"), std::string::npos);
+    EXPECT_FALSE(std::filesystem::exists(store.attemptFolder(id)));
+    EXPECT_NE(test::errorText([&] { store.finish(id, {}); }).find("not being written"), std::string::npos);
 }
 
 // HZ-RECORD-08
-TEST(Store, KeepsItsHandsOffFoldersItDoesNotKnow) {
+TEST(Store, UnknownFoldersAreNotModified) {
     const test::TempFolder temp;
     std::filesystem::create_directories(temp / "s" / "attempts" / "whose");
     std::ofstream(temp / "s" / "attempts" / "whose" / "thesis.txt") << "precious";
@@ -316,25 +309,25 @@ TEST(Store, OpensEveryOlderSchema) {
 }
 
 // HZ-RECORD-07
-TEST(Store, NamesAFlippedByte) {
+TEST(Store, ReportsFlippedBytes) {
     const test::TempFolder temp;
     Store store(temp / "s");
     const std::string id = store.begin(someAttemptInfo());
-    recordInto(store.folderOf(id), 3 * kFrameTicks);
-    std::ofstream(store.folderOf(id) / "summary.json") << "{}";
+    writeUnfinishedRecord(store.attemptFolder(id), 3 * kFrameTicks);
+    std::ofstream(store.attemptFolder(id) / "summary.json") << "{}";
     store.add(id, {{5, "comment", "well done"}});
     store.finish(id, someResult());
     ASSERT_EQ(store.files(id).size(), 3u);
     EXPECT_EQ(store.files(id)[1].file, "record/record.json");
     EXPECT_TRUE(store.damage().empty());
 
-    const path inputs = store.folderOf(id) / "record" / "inputs.bin";
-    std::string bytes = bytesOf(inputs);
+    const path inputs = store.attemptFolder(id) / "record" / "inputs.bin";
+    std::string bytes = readText(inputs);
     const auto half = bytes.size() / 2;
     bytes[half] ^= 1;
     std::ofstream(inputs, std::ios::binary) << bytes;
-    std::filesystem::remove(store.folderOf(id) / "summary.json");
-    std::ofstream(store.folderOf(id) / "record" / "record.json", std::ios::app) << " ";
+    std::filesystem::remove(store.attemptFolder(id) / "summary.json");
+    std::ofstream(store.attemptFolder(id) / "record" / "record.json", std::ios::app) << " ";
     SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
         .exec("UPDATE event SET text = 'well dona'");
     std::vector<std::string> damage = store.damage();
@@ -345,14 +338,14 @@ TEST(Store, NamesAFlippedByte) {
     EXPECT_NE(damage[2].find("summary.json: is gone"), std::string::npos);
     EXPECT_NE(damage[3].find("store.sqlite: the checksum of attempt " + id), std::string::npos);
 
-    std::filesystem::create_directory(store.folderOf(id) / "summary.json");
+    std::filesystem::create_directory(store.attemptFolder(id) / "summary.json");
     damage = store.damage();
     ASSERT_EQ(damage.size(), 4u) << "what cannot be read hides nothing else";
     EXPECT_NE(damage[2].find("summary.json: cannot be checked"), std::string::npos);
 }
 
 // HZ-RECORD-11
-TEST(Export, NoTextIsTakenForAFormula) {
+TEST(Export, FormulaTextsAreEscaped) {
     const test::TempFolder temp;
     Store store(temp / "s");
     const std::string id = store.begin(someAttemptInfo());
@@ -361,15 +354,15 @@ TEST(Export, NoTextIsTakenForAFormula) {
     result.metrics[0].value = -std::numeric_limits<double>::infinity();
     store.finish(id, result);
     exportAttempts(store, "", temp / "taken");
-    const std::string events = bytesOf(temp / "taken" / "events.csv");
+    const std::string events = readText(temp / "taken" / "events.csv");
     EXPECT_NE(events.find(",\"'=HYPERLINK(\"\"x\"\")\"\r\n"), std::string::npos) << events;
     EXPECT_NE(events.find(",'-1+1\r\n"), std::string::npos) << events;
     EXPECT_NE(events.find(",-1.5\r\n"), std::string::npos) << events;
-    EXPECT_NE(bytesOf(temp / "taken" / "metrics.csv").find(",-inf,"), std::string::npos)
+    EXPECT_NE(readText(temp / "taken" / "metrics.csv").find(",-inf,"), std::string::npos)
         << "a number stays one";
 }
 
-TEST(Store, QueuesWhatTheCentreIsToKnow) {
+TEST(Store, QueuesAttemptsAndDeletionsForTheCentre) {
     const test::TempFolder temp;
     std::string done, cut;
     {
@@ -382,24 +375,24 @@ TEST(Store, QueuesWhatTheCentreIsToKnow) {
     Store store(temp / "s");
     std::vector<OutboxEntry> entries = store.outbox();
     ASSERT_EQ(entries.size(), 2u);
-    EXPECT_EQ(entries[0].what, done);
-    EXPECT_EQ(entries[1].what, cut);
-    store.notTold(entries[0], "no route");
-    store.notTold(entries[0], "no way");
+    EXPECT_EQ(entries[0].attempt_id, done);
+    EXPECT_EQ(entries[1].attempt_id, cut);
+    store.markFailed(entries[0], "no route");
+    store.markFailed(entries[0], "no way");
     EXPECT_EQ(store.outbox()[0].tries, 2u);
     EXPECT_EQ(store.outbox()[0].error, "no way");
-    store.told(entries[0]);
+    store.markSent(entries[0]);
     ASSERT_EQ(store.outbox().size(), 1u);
     store.eraseTrainee("T-01");
     entries = store.outbox();
     ASSERT_EQ(entries.size(), 2u) << "never told of the second, which may be on its way";
     EXPECT_EQ(entries[0].kind, OutboxEntry::Kind::erase);
-    EXPECT_EQ(entries[0].what, done);
-    EXPECT_EQ(entries[1].what, cut);
+    EXPECT_EQ(entries[0].attempt_id, done);
+    EXPECT_EQ(entries[1].attempt_id, cut);
 }
 
 // HZ-RECORD-06
-TEST(Store, RefusesWhatIsNoStoreOrTooNew) {
+TEST(Store, RefusesOtherDatabasesAndNewerSchemas) {
     const test::TempFolder temp;
     for (const char* name : {"text", "other", "newer"})
         std::filesystem::create_directories(temp / name);
@@ -416,24 +409,24 @@ TEST(Store, RefusesWhatIsNoStoreOrTooNew) {
     }
     SQLite::Database((temp / "odd" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
         .exec("PRAGMA user_version = -1");
-    EXPECT_NE(complaintOf([&] { Store(temp / "odd"); }).find("below 0"), std::string::npos);
-    EXPECT_NE(complaintOf([&] { Store(temp / "text"); }).find("database"), std::string::npos);
-    const std::string others = bytesOf(temp / "other" / "store.sqlite");
-    EXPECT_NE(complaintOf([&] { Store(temp / "other"); }).find("not a Stylet store"), std::string::npos);
-    EXPECT_EQ(bytesOf(temp / "other" / "store.sqlite"), others) << "untouched";
-    EXPECT_NE(complaintOf([&] { Store(temp / "newer"); }).find("999 is newer"), std::string::npos);
-    EXPECT_NE(complaintOf([&] { Store("/proc/nothing"); }), "");
-    EXPECT_NE(complaintOf([&] { Store(temp / "fresh").attempt("nobody"); }).find("there is none"),
+    EXPECT_NE(test::errorText([&] { Store(temp / "odd"); }).find("below 0"), std::string::npos);
+    EXPECT_NE(test::errorText([&] { Store(temp / "text"); }).find("database"), std::string::npos);
+    const std::string others = readText(temp / "other" / "store.sqlite");
+    EXPECT_NE(test::errorText([&] { Store(temp / "other"); }).find("not a Stylet store"), std::string::npos);
+    EXPECT_EQ(readText(temp / "other" / "store.sqlite"), others) << "untouched";
+    EXPECT_NE(test::errorText([&] { Store(temp / "newer"); }).find("999 is newer"), std::string::npos);
+    EXPECT_NE(test::errorText([&] { Store("/proc/nothing"); }), "");
+    EXPECT_NE(test::errorText([&] { Store(temp / "fresh").attempt("nobody"); }).find("there is none"),
               std::string::npos);
 }
 
 // HZ-RECORD-05
-TEST(Store, AClockThatWasSetBackChangesNoOrder) {
+TEST(Store, ClockSetBackDoesNotChangeTheOrder) {
     const test::TempFolder temp;
     Store store(temp / "s");
     const std::string first = store.begin(someAttemptInfo());
     store.finish(first, someResult());
-    // As if the clock had been ahead until 2999.
+    // Simulates a clock that had been set to the year 2999.
     SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
         .exec("UPDATE attempt SET started_utc = '2999-01-01T00:00:00.000Z'");
     std::vector<std::string> ids{first};
@@ -448,7 +441,7 @@ TEST(Store, AClockThatWasSetBackChangesNoOrder) {
 }
 
 // HZ-RECORD-08
-TEST(Store, NoRowNamesAFolderBesideTheStores) {
+TEST(Store, ForgedIdsCannotDeleteOtherFolders) {
     const test::TempFolder temp;
     std::filesystem::create_directories(temp / "precious");
     for (const std::string& id :
@@ -467,42 +460,19 @@ TEST(Store, NoRowNamesAFolderBesideTheStores) {
             forged.bind(1, id);
             forged.exec();
             EXPECT_EQ(store.eraseTrainee("T-01"), 1u) << id;
-            // The state after an erase of T-03 that was interrupted.
+            // The state after an interrupted deletion of T-03.
             SQLite::Statement doomed(other, "INSERT INTO doomed (folder) VALUES (?), (?)");
             doomed.bind(1, id);
             doomed.bind(2, erased);
             doomed.exec();
         }
         const Store store(temp / "s");
-        EXPECT_FALSE(std::filesystem::exists(store.folderOf(erased))) << id;
+        EXPECT_FALSE(std::filesystem::exists(store.attemptFolder(erased))) << id;
         EXPECT_TRUE(store.attempts("T-01").empty()) << id;
         EXPECT_TRUE(std::filesystem::is_directory(temp / "precious")) << id;
-        EXPECT_TRUE(std::filesystem::is_directory(store.folderOf(kept))) << id;
+        EXPECT_TRUE(std::filesystem::is_directory(store.attemptFolder(kept))) << id;
         EXPECT_EQ(store.attempt(kept).info.trainee, "T-02") << id;
     }
-}
-
-TEST(Frames, TheWholePartEndsBeforeTheFirstFrameThatIsNot) {
-    const test::TempFolder temp;
-    recordInto(temp / "a", 4 * kFrameTicks);
-    const path file = temp / "a" / "record" / "inputs.bin";
-    const std::string bytes = bytesOf(file);
-    const WholePart all = wholePart(file);
-    EXPECT_EQ(all.frames, 4u);
-    EXPECT_EQ(all.ticks, 4 * kFrameTicks);
-    EXPECT_FALSE(all.torn());
-    for (const std::size_t cut : {std::size_t(0), std::size_t(20), bytes.size() / 2, bytes.size() - 1}) {
-        std::ofstream(file, std::ios::binary).write(bytes.data(), std::streamsize(cut));
-        const WholePart part = wholePart(file);
-        EXPECT_LE(part.bytes, cut);
-        EXPECT_EQ(part.torn(), cut > 0) << cut;
-        EXPECT_EQ(part.bytes == 0, cut <= 20) << cut;
-    }
-    std::string flipped = bytes;
-    flipped[bytes.size() - 40] ^= 1;
-    std::ofstream(file, std::ios::binary) << flipped;
-    EXPECT_EQ(wholePart(file).frames, 3u);
-    EXPECT_THROW(wholePart(temp / "nothing"), DataError);
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ void refuseSummary(const std::string& text, const std::string& field) {
     expectRefused([&] { parseSummary(text, "summary.json"); }, "summary.json", field);
 }
 
-TEST(AttemptFiles, CurveRows) {
+TEST(AttemptFiles, CurveRowsAreParsed) {
     const std::vector<CourseRow> rows =
         parseCurve(kHead + "9,0.009,0.001,0.5,held,skin,1\n10,0.010,-2e-3,-0.25,pass,liver,0", "c");
     ASSERT_EQ(rows.size(), 2u);
@@ -32,24 +32,24 @@ TEST(AttemptFiles, CurveRows) {
     EXPECT_DOUBLE_EQ(rows[1].force_n, -0.25);
     EXPECT_TRUE(std::isnan(rows[1].clearance_m));
     EXPECT_TRUE(parseCurve(kHead, "c").empty());
-    EXPECT_TRUE(parseCurve("", "c").empty());
 }
 
 TEST(AttemptFiles, BadCurvesAreRefused) {
-    refuseCurve("tick,time_s\n", "header");
-    refuseCurve(kHead + "9,x,0,0,held,skin,1\n", "row 2, time_s");
-    refuseCurve(kHead + "9,0.009,nan,0,held,skin,1\n", "row 2, depth_m");
-    refuseCurve(kHead + "9,0.009,0,inf,held,skin,1\n", "row 2, force_n");
-    refuseCurve(kHead + "9,0.009,0,1e999,held,skin,1\n", "row 2, force_n");
-    refuseCurve(kHead + "9,0.009,0,1,held,spleen,1\n", "row 2, tissue");
-    refuseCurve(kHead + "9,0.009,0,1,held,skin,2\n", "row 2, breath_held");
-    refuseCurve(kHead + "9,0.009,0,1,held,skin,1,5\n", "row 2, breath_held");
-    refuseCurve(kHead + "9,0.009,0,1,held,skin\n", "row 2, breath_held");
-    refuseCurve(kHead + "9,0.009,0,1,held,skin,1\n8,0.008,0,1,held,skin,1\n", "row 3, time_s");
-    refuseCurve(kHead + "\n", "row 2, time_s");
+    refuseCurve("tick,time_s\n", "line 1");
+    refuseCurve(kHead + "9,x,0,0,held,skin,1\n", "line 2: time_s");
+    refuseCurve(kHead + "9,0.009,nan,0,held,skin,1\n", "line 2: depth_m");
+    refuseCurve(kHead + "9,0.009,0,inf,held,skin,1\n", "line 2: force_n");
+    refuseCurve(kHead + "9,0.009,0,1e999,held,skin,1\n", "line 2: force_n");
+    refuseCurve(kHead + "9,0.009,0,1,held,spleen,1\n", "line 2: tissue");
+    refuseCurve(kHead + "9,0.009,0,1,held,skin,2\n", "line 2: breath_held");
+    refuseCurve(kHead + "9,0.009,0,1,held,skin,1,5\n", "line 2: 8 fields, not 7");
+    refuseCurve(kHead + "9,0.009,0,1,held,skin\n", "line 2: 6 fields, not 7");
+    refuseCurve(kHead + "9,0.009,0,1,held,skin,1\n8,0.008,0,1,held,skin,1\n", "line 3: time_s");
+    refuseCurve("", "line 1");
+    refuseCurve(kHead + "\n", "line 2: 1 fields, not 7");
 }
 
-TEST(AttemptFiles, SummaryWithScore) {
+TEST(AttemptFiles, SummaryWithScoreIsParsed) {
     const Summary s = parseSummary(
         R"({"patient": "p", "seed": 3, "target_hit": true, "haptics": {"ticks": 12},
             "punctures": [{"tissue": "duct", "kind": "cut", "tick": 5, "force_before_n": 1.2}],

@@ -13,7 +13,7 @@
 
 namespace stylet::test {
 
-inline haptics::Tissue madeUpTissue(double depth_m) {
+inline haptics::Tissue testTissueAt(double depth_m) {
     using haptics::Tissue;
     return depth_m < 0.002   ? Tissue::skin
            : depth_m < 0.033 ? Tissue::soft
@@ -23,7 +23,7 @@ inline haptics::Tissue madeUpTissue(double depth_m) {
 }
 
 // The tools change one after the other at the start. Later the needle moves in along a line and out again.
-inline records::Sample madeUpSample(std::uint64_t tick, std::uint64_t ticks) {
+inline records::Sample makeTestSample(std::uint64_t tick, std::uint64_t ticks) {
     records::Sample s;
     const double share = double(tick) / double(ticks);
     s.tick = tick;
@@ -31,7 +31,7 @@ inline records::Sample madeUpSample(std::uint64_t tick, std::uint64_t ticks) {
     const double way = std::max(0.0, 1.0 - std::fabs(share - 0.7) / 0.25);
     s.depth_m = 0.074 * way;
     s.phase = way > 0.0 ? haptics::Phase::pass : haptics::Phase::outside;
-    s.tissue = way > 0.0 ? madeUpTissue(s.depth_m) : haptics::Tissue::air;
+    s.tissue = way > 0.0 ? testTissueAt(s.depth_m) : haptics::Tissue::air;
     s.force_n = way > 0.0 ? (share <= 0.7 ? 1.0 : -0.6) * (0.7 + 0.2 * std::sin(900.0 * s.depth_m)) : 0.0;
     s.tip_m = {0.1 - s.depth_m, 0.002 * std::sin(40.0 * share), 0.0};
     s.axis = {-1.0, 0.0, 0.0};
@@ -43,11 +43,11 @@ inline records::Sample madeUpSample(std::uint64_t tick, std::uint64_t ticks) {
     return s;
 }
 
-inline void fillAttemptFolder(const std::filesystem::path& folder, std::uint64_t ticks) {
+inline void writeAttemptFolder(const std::filesystem::path& folder, std::uint64_t ticks) {
     std::filesystem::create_directories(folder / "record");
     records::SampleWriter writer(folder / "record", {});
     for (std::uint64_t tick = 1; tick <= ticks; ++tick)
-        writer.add(madeUpSample(tick, ticks));
+        writer.add(makeTestSample(tick, ticks));
     writer.finish();
     nlohmann::json summary = {{"patient", "reference patient, seed 7"},
                               {"scenario", "procedure"},

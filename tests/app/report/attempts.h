@@ -8,12 +8,12 @@
 
 namespace stylet::test {
 
-// Text that must stay plain text in every output.
+// Text with markup that must appear as plain text in every output.
 inline const std::string kHostile =
     "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&\xFF\x01";
 
-inline records::StoredAttempt madeUpAttempt(const std::string& id, const std::string& trainee, double total,
-                                            bool hit) {
+inline records::StoredAttempt makeTestAttempt(const std::string& id, const std::string& trainee, double total,
+                                              bool hit) {
     records::StoredAttempt a;
     a.id = id;
     a.info.trainee = trainee;
@@ -44,17 +44,17 @@ inline records::StoredAttempt madeUpAttempt(const std::string& id, const std::st
 }
 
 // Six trainees with four to six attempts each. They improve at different rates.
-inline std::vector<records::StoredAttempt> madeUpCohort() {
+inline std::vector<records::StoredAttempt> makeTestCohort() {
     std::vector<records::StoredAttempt> all;
     for (int trainee = 0; trainee < 6; ++trainee)
         for (int n = 0; n < 4 + trainee % 3; ++n) {
             const double total =
                 std::min(96.0, 31.0 + 7.5 * trainee + (6.0 + trainee) * n - (n == 2 ? 9.0 : 0.0));
-            all.push_back(madeUpAttempt("t" + std::to_string(trainee) + "-" + std::to_string(n),
-                                        "trainee-" + std::string(1, char('A' + trainee)), total,
-                                        total > 45.0));
+            all.push_back(makeTestAttempt("t" + std::to_string(trainee) + "-" + std::to_string(n),
+                                          "trainee-" + std::string(1, char('A' + trainee)), total,
+                                          total > 45.0));
         }
-    all.push_back(madeUpAttempt("short", "trainee-B", 0.0, false));
+    all.push_back(makeTestAttempt("short", "trainee-B", 0.0, false));
     all.back().state = records::AttemptState::cut_short;
     all.back().result.reset();
     return all;

@@ -14,7 +14,8 @@ namespace {
 
 using patient::Tissue;
 
-// The dome position is linear in v plus a lag proportional to the rate: an ellipse.
+// Dome positions that are linear in v, plus a lag proportional to its rate. Plotted over v they form an
+// ellipse.
 std::vector<BreathSample> ellipse(double lag_m_s) {
     std::vector<BreathSample> samples;
     for (int i = 0; i < 360; ++i) {
@@ -28,30 +29,29 @@ std::vector<BreathSample> ellipse(double lag_m_s) {
     return samples;
 }
 
-TEST(DomeFollows, IsTheLineThroughTheSamples) {
-    const DomeFollows straight = domeFollows(ellipse(0.0));
+TEST(DomeRegression, FitsALineThroughTheSamples) {
+    const DomeRegression straight = fitDomeMotion(ellipse(0.0));
     EXPECT_NEAR(straight.correlation, 1.0, 1e-12);
-    EXPECT_NEAR(straight.per_v_m, 0.015, 1e-12);
+    EXPECT_NEAR(straight.slope_m, 0.015, 1e-12);
     EXPECT_NEAR(straight.travel_m, 0.015, 1e-12);
-    EXPECT_NEAR(straight.off_line_m, 0.0, 1e-9);
+    EXPECT_NEAR(straight.residual_rms_m, 0.0, 1e-9);
     // v and its rate are uncorrelated over a cycle. The line is unchanged, and the RMS of the residual is
     // lag / sqrt 2.
-    const DomeFollows lagging = domeFollows(ellipse(0.001));
-    EXPECT_NEAR(lagging.per_v_m, 0.015, 1e-12);
-    EXPECT_NEAR(lagging.off_line_m, 0.001 / std::sqrt(2.0), 1e-9);
+    const DomeRegression lagging = fitDomeMotion(ellipse(0.001));
+    EXPECT_NEAR(lagging.slope_m, 0.015, 1e-12);
+    EXPECT_NEAR(lagging.residual_rms_m, 0.001 / std::sqrt(2.0), 1e-9);
     EXPECT_NEAR(lagging.correlation, 1.0 / std::hypot(1.0, 0.001 / 0.0075), 1e-9);
 }
 
-TEST(DomeFollows, LeavesOutWhatIsHeld) {
+TEST(DomeRegression, ExcludesBreathHoldSamples) {
     std::vector<BreathSample> samples = ellipse(0.0);
-    for (const double dome_m : {-0.001, -0.004}) {
+    for (const double dome_m : {-0.001, -0.004})
         samples.push_back({4.0, {}, true, dome_m});
-    }
-    const DomeFollows follows = domeFollows(samples);
-    EXPECT_NEAR(follows.per_v_m, 0.015, 1e-12);
+    const DomeRegression follows = fitDomeMotion(samples);
+    EXPECT_NEAR(follows.slope_m, 0.015, 1e-12);
     EXPECT_EQ(follows.held_from_m, -0.004);
     EXPECT_EQ(follows.held_to_m, -0.001);
-    EXPECT_EQ(domeFollows({}).correlation, 0.0);
+    EXPECT_EQ(fitDomeMotion({}).correlation, 0.0);
 }
 
 // A block of liver that moves by `travel_m` along z.
@@ -61,7 +61,7 @@ patient::Package movingBlock(double travel_m) {
     return package;
 }
 
-TEST(DomePoint, IsTheTopOfTheLiverAndFallsWithTheBreath) {
+TEST(DomePoint, IsTheTopOfTheLiverAndMovesWithTheBreath) {
     const patient::Package package = movingBlock(-0.012);
     const patient::Patient patient(package);
     const Vec3 dome = domePoint(patient);
@@ -78,11 +78,9 @@ TEST(DomePoint, WithoutALiverIsTheTopOfTheTissueBelowTheLung) {
     std::fill(package.labels.voxels.begin(), package.labels.voxels.end(), std::uint8_t(0));
     const Grid& grid = package.ct.grid;
     const int border = grid.dims.z / 2;
-    Index3 i;
-    for (i.z = border; i.z < grid.dims.z; ++i.z)
-        for (i.y = 0; i.y < grid.dims.y; ++i.y)
-            for (i.x = 0; i.x < grid.dims.x; ++i.x)
-                package.ct[i] = -850;
+    forEachVoxel(grid, [&](const Index3& i) {
+        if (i.z >= border) package.ct[i] = -850;
+    });
     const patient::Patient patient(package);
     EXPECT_EQ(domePoint(patient).z, grid.centre({0, 0, border - 1}).z);
     EXPECT_NEAR(domeBelowExhale_m(patient, {1.0, 0.0}, domePoint(patient)), 0.012, 1e-6);
@@ -108,7 +106,7 @@ TEST(CoronalFrame, MovesWithTheBreath) {
     EXPECT_GT(grey(moved, below), 60);
 }
 
-TEST(SheetColumns, LeaveNoColumnEmptyAndFillTheSheet) {
+TEST(SheetColumns, SheetHasScreenProportionsAndFewEmptyPlaces) {
     EXPECT_EQ(sheetColumns(24, 600, 480), 6);
     EXPECT_EQ(sheetColumns(1, 600, 480), 1);
     for (int frames = 1; frames <= 120; ++frames) {

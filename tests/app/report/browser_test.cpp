@@ -8,6 +8,7 @@
 
 #include "app/report/attempt_page.h"
 #include "app/report/group_pages.h"
+#include "base/whole_file.h"
 #include "tests/app/report/attempt_folder.h"
 #include "tests/support/browser.h"
 #include "tests/support/temp_folder.h"
@@ -23,18 +24,18 @@ class Pages : public testing::Test {
     static void SetUpTestSuite() {
         folder_ = new stylet::test::TempFolder;
         const std::filesystem::path attempt = *folder_ / "attempt";
-        stylet::test::fillAttemptFolder(attempt, 60000);
-        const auto cohort = stylet::test::madeUpCohort();
+        stylet::test::writeAttemptFolder(attempt, 60000);
+        const auto cohort = stylet::test::makeTestCohort();
         auto stored = cohort[8];
         stored.folder = attempt;
         AttemptContext context;
         context.cohort = cohort;
-        writeText(attemptReport(readAttempt(stored), context).html, *folder_ / "attempt.html");
+        stylet::writeWholeFile(*folder_ / "attempt.html", attemptReport(readAttempt(stored), context).html);
         std::vector<stylet::records::StoredAttempt> own;
         for (const auto& a : cohort)
             if (a.info.trainee == "trainee-F") own.push_back(a);
-        writeText(traineeReport("trainee-F", own, cohort).html, *folder_ / "trainee.html");
-        writeText(cohortReport("Scenario procedure", cohort).html, *folder_ / "cohort.html");
+        stylet::writeWholeFile(*folder_ / "trainee.html", traineeReport("trainee-F", own, cohort).html);
+        stylet::writeWholeFile(*folder_ / "cohort.html", cohortReport("Scenario procedure", cohort).html);
         browser_ = new Browser;
     }
     static void TearDownTestSuite() {
@@ -43,7 +44,7 @@ class Pages : public testing::Test {
     }
 
     // Saves a screenshot if STYLET_SHOTS names a folder.
-    static void keep(const std::string& name) {
+    static void saveScreenshot(const std::string& name) {
         if (const char* shots = std::getenv("STYLET_SHOTS"))
             browser_->screenshot(std::filesystem::path(shots) / (name + ".png"));
     }
@@ -56,11 +57,11 @@ Browser* Pages::browser_ = nullptr;
 
 constexpr const char* kPages[] = {"attempt", "trainee", "cohort"};
 
-TEST_F(Pages, DrawWithoutComplaintOrNetwork) {
+TEST_F(Pages, DrawWithoutErrorsOrNetwork) {
     for (const std::string page : kPages)
         for (const int width : {1280, 400}) {
             browser_->open(*folder_ / (page + ".html"), width, 900);
-            keep(page + "-" + std::to_string(width));
+            saveScreenshot(page + "-" + std::to_string(width));
             EXPECT_EQ(browser_->complaints(), std::vector<std::string>{}) << page;
             for (const std::string& address : browser_->requests())
                 EXPECT_TRUE(address.starts_with("file://") || address.starts_with("data:")) << address;
@@ -80,7 +81,7 @@ TEST_F(Pages, DrawWithoutComplaintOrNetwork) {
         }
 }
 
-TEST_F(Pages, TellTheirNames) {
+TEST_F(Pages, ElementsHaveAccessibleNames) {
     for (const std::string page : kPages) {
         browser_->open(*folder_ / (page + ".html"), 1280, 900);
         std::multiset<std::string> roles;
@@ -101,7 +102,7 @@ TEST_F(Pages, TellTheirNames) {
     }
 }
 
-TEST_F(Pages, AreReachedByKeyboard) {
+TEST_F(Pages, AreUsableByKeyboard) {
     constexpr int kTab = 9, kEnter = 13, kDown = 40;
     browser_->open(*folder_ / "cohort.html", 1280, 900);
     browser_->press("Tab", kTab);
@@ -148,16 +149,16 @@ TEST_F(Pages, SortInfinityAboveAllNumbers) {
                 {{"a", "2"}, {"b", "∞"}, {"c", "–"}, {"d", "10"}},
                 {false, true},
                 true});
-    writeText(page.html(), *folder_ / "sorted.html");
+    stylet::writeWholeFile(*folder_ / "sorted.html", page.html());
     browser_->open(*folder_ / "sorted.html", 1280, 900);
     const char* order =
-        "document.querySelectorAll('th button')[1].click();"
-        "Array.from(document.querySelectorAll('tbody th')).map(cell => cell.textContent).join('')";
+        "document.querySelectorAll('th button')[1].click();Array.from(document.querySelectorAll('tbody "
+        "th')).map(cell => cell.textContent).join('')";
     EXPECT_EQ(browser_->evaluate(order), "cadb");
     EXPECT_EQ(browser_->evaluate(order), "bdac");
 }
 
-TEST_F(Pages, TellTheSameWithoutScripts) {
+TEST_F(Pages, TablesWorkWithoutScripts) {
     browser_->open(*folder_ / "attempt.html", 1280, 900, false);
     std::set<std::string> names;
     for (const Browser::Accessible& a : browser_->accessibles())

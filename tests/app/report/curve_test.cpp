@@ -14,8 +14,8 @@ using haptics::Phase;
 using patient::Tissue;
 
 std::vector<ForceSample> someCurve() {
-    return {{7801, 0.0, 0.0, Phase::held, Tissue::air, true},
-            {7802, 0.0004, 0.25, Phase::held, Tissue::air, true},
+    return {{7801, 0.0, 0.0, Phase::tenting, Tissue::air, true},
+            {7802, 0.0004, 0.25, Phase::tenting, Tissue::air, true},
             {7803, 0.0009, 0.7, Phase::pass, Tissue::skin, true},
             {7804, 0.0005, -0.125, Phase::pass, Tissue::skin, false}};
 }
@@ -24,7 +24,7 @@ std::size_t sizeOf(const std::filesystem::path& file) {
     return std::filesystem::exists(file) ? std::size_t(std::filesystem::file_size(file)) : 0;
 }
 
-TEST(Curve, CsvHoldsEveryTick) {
+TEST(Curve, CsvContainsEveryTick) {
     const test::TempFolder folder;
     writeCurveCsv(someCurve(), 0.001, folder / "curve.csv");
     std::ifstream stream(folder / "curve.csv");
@@ -37,12 +37,12 @@ TEST(Curve, CsvHoldsEveryTick) {
               "7804,7.804,0.0005000,-0.125000,pass,skin,0\n");
 }
 
-TEST(Curve, AFolderThatIsNotThereIsRefused) {
+TEST(Curve, MissingFolderIsRefused) {
     EXPECT_THROW(writeCurveCsv(someCurve(), 0.001, "/nonexistent/curve.csv"), DataError);
     EXPECT_THROW(drawCurve(someCurve(), {}, "title", "/nonexistent/curve.png"), DataError);
 }
 
-TEST(Curve, DrawsTheCurveItsMarksAndAlsoNothing) {
+TEST(Curve, DrawsCurveWithMarksAndEmptyCurve) {
     const test::TempFolder folder;
     drawCurve(someCurve(), {}, "title", folder / "plain.png");
     drawCurve(someCurve(), {{"skin 0.70 N", 0.0009, 0.7}}, "title", folder / "marked.png");

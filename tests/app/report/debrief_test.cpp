@@ -24,20 +24,20 @@ bool has(const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
 }
 
-AttemptFiles madeUp(const TempFolder& folder, std::uint64_t ticks) {
-    stylet::test::fillAttemptFolder(folder.path(), ticks);
-    auto stored = stylet::test::madeUpAttempt("t1", "trainee-A", 71.0, true);
+AttemptFiles makeAttemptFiles(const TempFolder& folder, std::uint64_t ticks) {
+    stylet::test::writeAttemptFolder(folder.path(), ticks);
+    auto stored = stylet::test::makeTestAttempt("t1", "trainee-A", 71.0, true);
     stored.folder = folder.path();
     stored.result->ticks = ticks;
     return readAttempt(stored);
 }
 
-TEST(Debrief, ReadsSamplesAndSaysWhatItCouldNot) {
+TEST(Debrief, ReadsSamplesAndReportsUnreadableFiles) {
     const TempFolder folder;
-    AttemptFiles a = madeUp(folder, 5000);
-    ASSERT_TRUE(a.sampled);
+    AttemptFiles a = makeAttemptFiles(folder, 5000);
+    ASSERT_TRUE(a.has_samples);
     ASSERT_EQ(a.course.size(), 5000u);
-    EXPECT_TRUE(a.complaints.empty());
+    EXPECT_TRUE(a.warnings.empty());
     EXPECT_EQ(a.course[100].tool, stylet::haptics::Tool::finger);
     EXPECT_FALSE(a.course[100].in_body);
     EXPECT_NEAR(a.course[3499].depth_m, 0.074, 1e-6);
@@ -48,7 +48,7 @@ TEST(Debrief, ReadsSamplesAndSaysWhatItCouldNot) {
     a = readAttempt(a.stored);
     EXPECT_LT(a.course.size(), 5000u);
     EXPECT_GE(a.course.size(), 4000u);
-    ASSERT_EQ(a.complaints.size(), 1u);
+    ASSERT_EQ(a.warnings.size(), 1u);
     std::ofstream(folder / "record/samples.bin") << "nonsense";
     std::ofstream(folder / "duct_left.png") << "no picture";
     a = readAttempt(a.stored);
@@ -60,11 +60,11 @@ TEST(Debrief, ReadsSamplesAndSaysWhatItCouldNot) {
 }
 
 // HZ-TEACH-20
-TEST(Debrief, AttemptPageTellsWhatHappened) {
+TEST(Debrief, AttemptPageShowsScoreEventsAndCourse) {
     const TempFolder folder;
-    const AttemptFiles a = madeUp(folder, 20000);
+    const AttemptFiles a = makeAttemptFiles(folder, 20000);
     AttemptContext context;
-    context.cohort = stylet::test::madeUpCohort();
+    context.cohort = stylet::test::makeTestCohort();
     const AttemptReport report = attemptReport(a, context);
     for (const char* text :
          {"71.0 of 100", "Force over depth", "Timeline", "Score", "Stills", "Facts", "duct, left eye",
@@ -98,9 +98,9 @@ TEST(Debrief, AttemptPageTellsWhatHappened) {
     EXPECT_NEAR(most_n, peak_n, 1e-4);
 }
 
-TEST(Debrief, ForceFigureSplitsTheWay) {
+TEST(Debrief, ForceFigureSeparatesInsertionAndWithdrawal) {
     const TempFolder folder;
-    const AttemptFiles a = madeUp(folder, 20000);
+    const AttemptFiles a = makeAttemptFiles(folder, 20000);
     const DescribedFigure f = forceFigure(a, {{"expert", {{0.0, 0.1}, {80.0, 0.2}}}});
     ASSERT_EQ(f.figure.series.size(), 3u);
     EXPECT_TRUE(std::all_of(f.figure.series[0].points.begin(), f.figure.series[0].points.end(),
@@ -113,7 +113,8 @@ TEST(Debrief, ForceFigureSplitsTheWay) {
         bands.push_back(band.text);
     EXPECT_EQ(bands, (std::vector<std::string>{"skin", "soft", "fascia", "liver", "duct"}));
     EXPECT_NEAR(f.figure.bands[2].from, 33.0, 0.1);
-    // The table contains the same curves. At 40 mm: the way in, the way out, and the expert.
+    // The table contains the same curves. Its row at 40 mm has insertion, withdrawal and the expert's
+    // insertion.
     const auto row =
         std::find_if(f.data.rows.begin(), f.data.rows.end(), [](const auto& r) { return r[0] == "40"; });
     ASSERT_NE(row, f.data.rows.end());
@@ -123,9 +124,9 @@ TEST(Debrief, ForceFigureSplitsTheWay) {
     EXPECT_EQ((*row)[3], "0.15");
 }
 
-TEST(Debrief, EarlierTriesStandApart) {
+TEST(Debrief, EarlierInsertionsAreASeparateSeries) {
     const TempFolder folder;
-    AttemptFiles a = madeUp(folder, 20000);
+    AttemptFiles a = makeAttemptFiles(folder, 20000);
     // A first insertion to 20 mm, well before the main one.
     for (std::size_t i = 1000; i < 3000; ++i) {
         a.course[i].in_body = true;
@@ -146,7 +147,7 @@ TEST(Debrief, EarlierTriesStandApart) {
     EXPECT_TRUE(forceFigure(a, {}).figure.marks.empty());
 }
 
-TEST(Debrief, ReferenceCurveIsTheExactSolversFromTheSkin) {
+TEST(Debrief, ReferenceCurveIsExactAndStartsAtTheSkin) {
     const stylet::patient::Package package = stylet::test::makeSlabs(
         {{Tissue::skin, 0.002}, {Tissue::soft, 0.010}, {Tissue::fascia, 0.002}, {Tissue::liver, 0.030}},
         0.0005);
@@ -168,7 +169,7 @@ TEST(Debrief, ReferenceCurveIsTheExactSolversFromTheSkin) {
     EXPECT_TRUE(exactCurve(patient, path).points.empty());
 }
 
-TEST(Debrief, SlicesShowTheWayOfTheTip) {
+TEST(Debrief, SlicesShowTheTipsTrack) {
     const stylet::patient::Package package =
         stylet::test::makeSlabs({{Tissue::skin, 0.002}, {Tissue::liver, 0.030}}, 0.001);
     const stylet::patient::Patient patient(package);
@@ -183,8 +184,8 @@ TEST(Debrief, SlicesShowTheWayOfTheTip) {
     EXPECT_EQ(with.png[1], 'P');
 }
 
-TEST(Debrief, StandsAmongACohort) {
-    const auto cohort = stylet::test::madeUpCohort();
+TEST(Debrief, MetricTableShowsCohortPercentiles) {
+    const auto cohort = stylet::test::makeTestCohort();
     const Table table = metricTable(*cohort[0].result, cohort);
     EXPECT_EQ(table.rows.back()[0], "Total");
     EXPECT_EQ(table.rows.back()[6], "2");  // Lowest of 30. A tie counts half: 0.5 / 30 is 2 %.
@@ -193,7 +194,7 @@ TEST(Debrief, StandsAmongACohort) {
 }
 
 TEST(Debrief, CohortRanksByMedian) {
-    const auto cohort = stylet::test::madeUpCohort();
+    const auto cohort = stylet::test::makeTestCohort();
     const GroupReport report = cohortReport("Scenario procedure", cohort);
     EXPECT_LT(report.html.find(">trainee-F</th><td"), report.html.find(">trainee-A</th><td"));
     EXPECT_EQ(report.attempts.rows.size(), cohort.size());
@@ -203,7 +204,7 @@ TEST(Debrief, CohortRanksByMedian) {
 
 // HZ-RECORD-04
 TEST(Debrief, TraineePageHasEveryAttempt) {
-    const auto cohort = stylet::test::madeUpCohort();
+    const auto cohort = stylet::test::makeTestCohort();
     std::vector<stylet::records::StoredAttempt> own;
     for (const auto& attempt : cohort)
         if (attempt.info.trainee == "trainee-B") own.push_back(attempt);
@@ -219,13 +220,13 @@ TEST(Debrief, TraineePageHasEveryAttempt) {
     EXPECT_TRUE(has(traineeReport("x", {own.back()}, cohort).html, "1 attempts, 0 of them finished"));
 }
 
-TEST(Debrief, AFolderSaysItsTickAndItsPatient) {
+TEST(Debrief, FolderProvidesTickLengthAndPatient) {
     const TempFolder folder;
-    stylet::test::fillAttemptFolder(folder.path(), 1000);
+    stylet::test::writeAttemptFolder(folder.path(), 1000);
     {
         stylet::records::SampleWriter writer(folder / "record", {77, 0.00025});
         for (std::uint64_t tick = 1; tick <= 1000; ++tick)
-            writer.add(stylet::test::madeUpSample(tick, 1000));
+            writer.add(stylet::test::makeTestSample(tick, 1000));
         writer.finish();
     }
     const AttemptFiles a = readFolder(folder.path());
@@ -235,9 +236,9 @@ TEST(Debrief, AFolderSaysItsTickAndItsPatient) {
     EXPECT_TRUE(has(timelineFigure(a).description, "in the body for 0.1 s"));
 }
 
-TEST(Debrief, LeavesNothingOfAnEarlierReport) {
+TEST(Debrief, RemovesStaleFilesOfAnEarlierReport) {
     const TempFolder folder;
-    stylet::test::fillAttemptFolder(folder / "attempt", 1000);
+    stylet::test::writeAttemptFolder(folder / "attempt", 1000);
     ReportOptions o;
     o.attempt = (folder / "attempt").string();
     o.out = folder / "out";
@@ -253,7 +254,7 @@ TEST(Debrief, LeavesNothingOfAnEarlierReport) {
     stylet::test::expectRefused([&] { reportAttempt(o); }, folder.path().filename().string(), "patient");
 }
 
-TEST(Debrief, SaysWhatItFoundCutShort) {
+TEST(Debrief, ReportsRecoveredAttempts) {
     const TempFolder folder;
     std::string id;
     {
@@ -270,7 +271,7 @@ TEST(Debrief, SaysWhatItFoundCutShort) {
         has(testing::internal::GetCapturedStderr(), "stylet-report: attempt " + id + " was cut short"));
 }
 
-// A report of ten minutes: users wait for it and send it by mail, so time and size matter.
+// A report on an attempt of ten minutes. Users wait for it and send it by mail, so its time and size matter.
 TEST(Debrief, TenMinutesAreReportedInSeconds) {
     const TempFolder folder;
 #ifdef STYLET_SANITIZED
@@ -278,8 +279,8 @@ TEST(Debrief, TenMinutesAreReportedInSeconds) {
 #else
     constexpr std::uint64_t kTicks = 600000;
 #endif
-    stylet::test::fillAttemptFolder(folder.path(), kTicks);
-    auto stored = stylet::test::madeUpAttempt("t1", "trainee-A", 71.0, true);
+    stylet::test::writeAttemptFolder(folder.path(), kTicks);
+    auto stored = stylet::test::makeTestAttempt("t1", "trainee-A", 71.0, true);
     stored.folder = folder.path();
     const std::clock_t begun = std::clock();
     const AttemptFiles files = readAttempt(stored);

@@ -31,7 +31,7 @@ class ForceCurves : public testing::Test {
     std::vector<TissueCurve> curves_ = tissueCurves(table_, {});
 };
 
-TEST_F(ForceCurves, CutWhereTheClosedFormsSay) {
+TEST_F(ForceCurves, PunctureMatchesClosedForm) {
     ASSERT_EQ(curves_.size(), std::size_t(patient::kTissueCount - 1));
     const std::pair<Tissue, double> cuts[] = {{Tissue::skin, 0.7 / 800.0},
                                               {Tissue::fascia, 1.8 / 1000.0},
@@ -59,12 +59,12 @@ TEST_F(ForceCurves, EndInFrictionInAndOut) {
 TEST_F(ForceCurves, LieBetweenTheBoundsOfEquation1) {
     const TissueCurve& c = curveInto(curves_, Tissue::fascia);
     for (const double d : {0.0004, 0.0009, 0.0015}) {
-        EXPECT_LT(at(c.least_a1, d), at(c.in, d));
-        EXPECT_LT(at(c.in, d), at(c.most_a1, d));
+        EXPECT_LT(at(c.min_a1, d), at(c.in, d));
+        EXPECT_LT(at(c.in, d), at(c.max_a1, d));
     }
 }
 
-TEST_F(ForceCurves, AreDrawn) {
+TEST_F(ForceCurves, AreDrawnAsPng) {
     const test::TempFolder folder;
     drawTissueCurves(curves_, table_, folder / "tissues.png");
     EXPECT_GT(std::filesystem::file_size(folder / "tissues.png"), 20000u);

@@ -51,7 +51,7 @@ TEST(Page, AnyBytesBecomeText) {
     EXPECT_EQ(escaped("<a href=\"x\">'&'</a>"), "&lt;a href=&quot;x&quot;&gt;&#39;&amp;&#39;&lt;/a&gt;");
 }
 
-TEST(Page, NumbersForReaders) {
+TEST(Page, NumbersAreFormatted) {
     EXPECT_EQ(fixed(1.005, 1), "1.0");
     EXPECT_EQ(fixed(-0.001, 2), "0.00");
     EXPECT_EQ(fixed(-0.5, 1), "-0.5");
@@ -82,7 +82,7 @@ TEST(Page, TextNeverBecomesMarkup) {
     figure.lines = {{0.5, kHostile}};
     figure.marks = {{0.5, 0.5, kHostile}};
     figure.choices = {{kHostile, {kHostile}, figure.series}};
-    page.figure(figure, kHostile, kHostile, table);
+    page.figure({figure, kHostile, kHostile, table});
     page.picture({{1, 2, 3}, "image/png", 1, 1, kHostile, kHostile});
     page.stills({{{1, 2, 3}, "image/png", 1, 1, kHostile, kHostile}});
     const std::string html = page.html();
@@ -90,13 +90,13 @@ TEST(Page, TextNeverBecomesMarkup) {
     EXPECT_EQ(html.find("<img src=x"), std::string::npos);
     EXPECT_EQ(html.find('\x01'), std::string::npos);
     EXPECT_EQ(html.find('\xFF'), std::string::npos);
-    // The figure's numbers, chart.js and page.js, and no other script.
+    // Three script elements: the figure's numbers, chart.js and page.js.
     EXPECT_EQ(occurrences(html, "<script"), 3u);
     EXPECT_EQ(occurrences(html, "</script>"), 3u);
     EXPECT_EQ(occurrences(html, "<img "), 2u);
 }
 
-TEST(Page, FigureKeepsItsNumbersAndTexts) {
+TEST(Page, FigureJsonContainsNumbersAndTexts) {
     Figure figure;
     figure.x = {"depth [mm]", 0.0};
     figure.series = {{kHostile, kBlue, {{1.0, 2.5}, {1.23456789, kGap}, {3e-7, INFINITY}}}};
@@ -110,9 +110,9 @@ TEST(Page, FigureKeepsItsNumbersAndTexts) {
               R"([{"colour":"#007a5a","high":null,"low":0.1,"lower":0.2,"median":0.3,"upper":0.4,"x":1}])");
 }
 
-TEST(Page, NamesTheScriptsThatMayRun) {
+TEST(Page, SecurityPolicyListsScriptHashes) {
     Page page("t", "l");
-    page.figure({}, "d", "c", {});
+    page.figure({{}, "d", "c", {}});
     const std::string html = page.html();
     EXPECT_NE(html.find("default-src 'none'"), std::string::npos);
     EXPECT_EQ(html.find("unsafe"), std::string::npos);
@@ -125,14 +125,14 @@ TEST(Page, NamesTheScriptsThatMayRun) {
     EXPECT_EQ(html.find("@import"), std::string::npos);
 }
 
-TEST(Page, ThinnedCurveKeepsItsPeaksAndGaps) {
+TEST(Page, DownsampledCurvePreservesPeaksAndGaps) {
     std::vector<FigurePoint> points;
     for (int i = 0; i < 100000; ++i)
         points.push_back({double(i), std::sin(i * 1e-3)});
     points[31415].y = 99.0;
     points[27182].y = -99.0;
     points[50000].y = kGap;
-    const std::vector<FigurePoint> kept = thinned(points, 500);
+    const std::vector<FigurePoint> kept = downsample(points, 500);
     EXPECT_LE(kept.size(), 2501u);
     bool peak = false, dip = false, gap = false;
     for (std::size_t i = 0; i < kept.size(); ++i) {
@@ -142,16 +142,16 @@ TEST(Page, ThinnedCurveKeepsItsPeaksAndGaps) {
     EXPECT_TRUE(peak && dip && gap);
     EXPECT_EQ(kept.front().x, 0.0);
     EXPECT_EQ(kept.back().x, 99999.0);
-    EXPECT_EQ(thinned({points.begin(), points.begin() + 10}, 500).size(), 10u);
-    EXPECT_TRUE(thinned({}, 5).empty());
+    EXPECT_EQ(downsample({points.begin(), points.begin() + 10}, 500).size(), 10u);
+    EXPECT_TRUE(downsample({}, 5).empty());
 }
 
-TEST(Page, TablesForSpreadsheets) {
+TEST(Page, CsvTablesAreSafeForSpreadsheets) {
     const stylet::test::TempFolder folder;
     const Table table{
         "", {"name", "value [mm]"}, {{"=1+2", "-1.5"}, {"a,\"b\"", "2"}, {"@x", "3"}}, {false, true}};
     writeCsv(table, folder / "t.csv");
-    EXPECT_EQ(stylet::test::textOf(folder / "t.csv"),
+    EXPECT_EQ(stylet::test::readText(folder / "t.csv"),
               "name,value [mm]\n'=1+2,-1.5\n\"a,\"\"b\"\"\",2\n'@x,3\n");
     stylet::test::expectRefused([&] { writeCsv(table, folder / "no" / "t.csv"); }, "t.csv", "file");
 }

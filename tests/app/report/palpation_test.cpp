@@ -34,7 +34,7 @@ const Flank& flank() {
     return shared;
 }
 
-TEST(Palpation, RibsAreBumpsAndGapsYield) {
+TEST(Palpation, RibsAreStifferThanGaps) {
     for (const bool breathing : {false, true}) {
         const PalpationMap map = flank().palpated(0.004, breathing);
         EXPECT_GT(map.columns, 20);
@@ -42,7 +42,7 @@ TEST(Palpation, RibsAreBumpsAndGapsYield) {
         EXPECT_GE(map.pearson, 0.7) << breathing;
         EXPECT_GE(map.ribOverGap(), 3.0) << breathing;
         EXPECT_GE(map.rib_over_gap_everywhere, 2.0) << breathing;
-        // A stiffness range that a hand can distinguish without discomfort.
+        // The range of stiffness in which a hand distinguishes rib and gap without discomfort.
         EXPECT_GT(map.gap_n_per_m, 20.0);
         EXPECT_LT(map.rib_n_per_m, 1000.0);
     }

@@ -1,10 +1,9 @@
 // Runs the programs as users do: make an attempt, then report it.
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 
@@ -13,9 +12,9 @@
 namespace {
 
 namespace fs = std::filesystem;
-using stylet::test::textOf;
+using stylet::test::readText;
 
-struct Reported {
+struct ProgramResult {
     int status = -1;
     std::string out, err;
 };
@@ -25,57 +24,56 @@ class ReportRun : public testing::Test {
   protected:
     static void SetUpTestSuite() { command_ = new stylet::test::Command; }
     static void TearDownTestSuite() { delete command_; }
-    Reported report(const std::string& arguments) {
+    ProgramResult report(const std::string& arguments) {
         const fs::path out = folder_ / "out", err = folder_ / "err";
         const int status = std::system(("'" + std::string(std::getenv("STYLET_BIN")) + "/stylet-report' " +
                                         arguments + " >'" + out.string() + "' 2>'" + err.string() + "'")
                                            .c_str());
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, textOf(out), textOf(err)};
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readText(out), readText(err)};
     }
     stylet::test::TempFolder folder_;
     static inline stylet::test::Command* command_ = nullptr;
 };
 
-TEST_F(ReportRun, OfAnAttemptsFolder) {
+TEST_F(ReportRun, ReportsAnAttemptFolder) {
     ASSERT_EQ(command_->run("run --fast --scenario demo --spacing-mm 3 --seed 4").status, 0);
-    const Reported r =
+    const ProgramResult r =
         report("attempt '" + command_->out().string() + "' --out '" + (folder_ / "r").string() + "'");
     ASSERT_EQ(r.status, 0) << r.err;
     EXPECT_EQ(r.out, (folder_ / "r/attempt.html").string() + "\n");
-    const std::string html = textOf(folder_ / "r/attempt.html");
+    const std::string html = readText(folder_ / "r/attempt.html");
     EXPECT_NE(html.find("reference path, exact"), std::string::npos);
     EXPECT_NE(html.find("data:image/png;base64,"), std::string::npos);
     EXPECT_EQ(html.find("What could not be read"), std::string::npos);
-    EXPECT_GT(textOf(folder_ / "r/course.csv").size(), 10000u);
+    EXPECT_GT(readText(folder_ / "r/course.csv").size(), 10000u);
     EXPECT_FALSE(fs::exists(folder_ / "r/xapi.json"));  // no trainee was given
     // Four ticks per millisecond, on another patient.
     const fs::path first = command_->out();
     const stylet::test::Outcome fast =
         command_->run("run --fast --scenario demo --spacing-mm 3 --seed 5 --rate-hz 4000");
     ASSERT_EQ(fast.status, 0) << fast.err;
-    const Reported quick =
+    const ProgramResult quick =
         report("attempt '" + command_->out().string() + "' --out '" + (folder_ / "q").string() + "'");
     ASSERT_EQ(quick.status, 0) << quick.err;
     const auto tenths = std::llround(fast.summary["haptics"]["ticks"].get<double>() / 400.0);
-    std::array<char, 48> clock{};
-    std::snprintf(clock.data(), clock.size(), "<b>%lld:%02lld.%lld</b>", tenths / 600, tenths / 10 % 60,
-                  tenths % 10);
-    EXPECT_NE(textOf(folder_ / "q/attempt.html").find(clock.data()), std::string::npos) << clock.data();
-    const auto record = nlohmann::json::parse(textOf(command_->out() / "record/record.json"));
-    const Reported other =
+    const std::string clock = fmt::format("<b>{}:{:02}.{}</b>", tenths / 600, tenths / 10 % 60, tenths % 10);
+    EXPECT_NE(readText(folder_ / "q/attempt.html").find(clock), std::string::npos) << clock;
+    const auto record = nlohmann::json::parse(readText(command_->out() / "record/record.json"));
+    const ProgramResult other =
         report("attempt '" + first.string() + "' --patient '" +
                record["patient"]["folder"].get<std::string>() + "' --out '" + (folder_ / "o").string() + "'");
     EXPECT_EQ(other.status, 2);
     EXPECT_NE(other.err.find("is not the one that the attempt was made on"), std::string::npos) << other.err;
     // An attempt may be its own reference.
-    const Reported both = report("attempt '" + command_->out().string() + "' --reference '" +
-                                 command_->out().string() + "' --out '" + (folder_ / "b").string() + "'");
+    const ProgramResult both =
+        report("attempt '" + command_->out().string() + "' --reference '" + command_->out().string() +
+               "' --out '" + (folder_ / "b").string() + "'");
     ASSERT_EQ(both.status, 0) << both.err;
-    EXPECT_NE(textOf(folder_ / "b/attempt.html").find("attempt " + command_->out().filename().string()),
+    EXPECT_NE(readText(folder_ / "b/attempt.html").find("attempt " + command_->out().filename().string()),
               std::string::npos);
 }
 
-TEST_F(ReportRun, OfWhatTheStoreKeeps) {
+TEST_F(ReportRun, ReportsAttemptsOfAStore) {
     const std::string store = "--records '" + (folder_ / "store").string() + "'";
     std::string id;
     for (const char* trainee : {"pilot-7", "pilot-7", "pilot-8"}) {
@@ -90,34 +88,34 @@ TEST_F(ReportRun, OfWhatTheStoreKeeps) {
     const auto to = [&](const char* name) {
         return " " + store + " --out '" + (folder_ / name).string() + "'";
     };
-    Reported r = report("attempt " + id + to("a"));
+    ProgramResult r = report("attempt " + id + to("a"));
     ASSERT_EQ(r.status, 0) << r.err;
-    const std::string attempt = textOf(folder_ / "a/attempt.html");
+    const std::string attempt = readText(folder_ / "a/attempt.html");
     for (const char* text : {"Attempt of pilot-8", "reference path, exact", "the track of its tip", " of 100",
                              "Percentile by points"})
         EXPECT_NE(attempt.find(text), std::string::npos) << text;
     EXPECT_EQ(attempt.find("What could not be read"), std::string::npos);
-    EXPECT_NE(textOf(folder_ / "a/metrics.csv").find("Total,"), std::string::npos);
-    const auto statements = nlohmann::json::parse(textOf(folder_ / "a/xapi.json"));
+    EXPECT_NE(readText(folder_ / "a/metrics.csv").find("Total,"), std::string::npos);
+    const auto statements = nlohmann::json::parse(readText(folder_ / "a/xapi.json"));
     EXPECT_EQ(statements.size(), 4u);
     r = report("trainee pilot-7" + to("t"));
     ASSERT_EQ(r.status, 0) << r.err;
-    EXPECT_NE(textOf(folder_ / "t/trainee.html").find("2 attempts, 2 of them finished"), std::string::npos);
+    EXPECT_NE(readText(folder_ / "t/trainee.html").find("2 attempts, 2 of them finished"), std::string::npos);
     r = report("cohort --scenario demo" + to("c"));
     ASSERT_EQ(r.status, 0) << r.err;
-    EXPECT_NE(textOf(folder_ / "c/cohort.html").find("3 attempts of 2 trainees"), std::string::npos);
+    EXPECT_NE(readText(folder_ / "c/cohort.html").find("3 attempts of 2 trainees"), std::string::npos);
     r = report("attempt no-such-attempt" + to("n"));
     EXPECT_EQ(r.status, 2);
 }
 
-TEST_F(ReportRun, BadQuestionsAreNamed) {
+TEST_F(ReportRun, InvalidArgumentsAreReported) {
     const std::string out = " --out '" + (folder_ / "r").string() + "'";
-    Reported r = report("attempt '" + folder_.path().string() + "'" + out);
+    ProgramResult r = report("attempt '" + folder_.path().string() + "'" + out);
     EXPECT_EQ(r.status, 2);
     EXPECT_NE(r.err.find("holds neither summary.json nor record/record.json"), std::string::npos) << r.err;
     r = report("cohort --records '" + folder_.path().string() + "'" + out);
     EXPECT_EQ(r.status, 2);
-    EXPECT_NE(r.err.find("store.sqlite: not found"), std::string::npos) << r.err;
+    EXPECT_NE(r.err.find("store: does not exist"), std::string::npos) << r.err;
     r = report("trainee 'Jane Doe'" + out);
     EXPECT_EQ(r.status, 2);
     EXPECT_GE(report("nonsense").status, 100);

@@ -23,7 +23,7 @@ NeedlePicture needleAt(const Vec3& tip_m, const Vec3& axis) {
     return needle;
 }
 
-TEST(SlicePlanes, HoldTheNeedleOrStandAcrossIt) {
+TEST(SlicePlanes, ContainTheNeedleOrArePerpendicularToIt) {
     // Axes from the right flank, as in planned paths, and along z and y. Along z the "near axial" plane
     // cannot be axial.
     for (const Vec3& axis : {Vec3(-0.8, 0.3, 0.2), Vec3(-1, 0, 0), Vec3(0, 0, -1), Vec3(0, -1, 0)}) {
@@ -42,9 +42,9 @@ TEST(SlicePlanes, HoldTheNeedleOrStandAcrossIt) {
 }
 
 // HZ-TEACH-04
-TEST(SlicePlanes, AreTurnedAsRadiologistsRead) {
+TEST(SlicePlanes, HaveRadiologicalOrientation) {
     const auto planes = slicePlanes(needleAt({0, 0, 0}, {-1, 0, 0}));
-    EXPECT_LT(glm::length(planes[0].right - Vec3(-1, 0, 0)), 1e-9);  // patient's right on the left
+    EXPECT_LT(glm::length(planes[0].right - Vec3(-1, 0, 0)), 1e-9);  // the patient's right is on the left
     EXPECT_LT(glm::length(planes[0].down - Vec3(0, -1, 0)), 1e-9);   // front on top
     EXPECT_LT(glm::length(planes[1].down - Vec3(0, 0, -1)), 1e-9);   // head on top
     // Viewed along the needle from the right flank, the patient's front is on the right.

@@ -15,7 +15,7 @@ namespace {
 
 using namespace stylet::report;
 using nlohmann::json;
-using stylet::test::madeUpAttempt;
+using stylet::test::makeTestAttempt;
 
 bool isIri(const json& j) {
     static const std::regex iri("[a-z][a-z0-9+.-]*://[^\\s<>\"{}|\\\\^`]+");
@@ -77,7 +77,8 @@ void expectStatement(const json& s) {
                "statement");
     EXPECT_TRUE(isUuid(s.at("id"))) << s.at("id");
     const json& actor = s.at("actor");
-    expectOnly(actor, {"objectType", "name", "account"}, "actor");  // one inverse functional identifier
+    // `account` is the only inverse functional identifier.
+    expectOnly(actor, {"objectType", "name", "account"}, "actor");
     EXPECT_EQ(actor.at("objectType"), "Agent");
     expectOnly(actor.at("account"), {"homePage", "name"}, "account");
     EXPECT_TRUE(isIri(actor.at("account").at("homePage")));
@@ -119,9 +120,9 @@ json exported(const std::vector<stylet::records::StoredAttempt>& attempts,
     return json::parse(xapiStatements(attempts, {home}));
 }
 
-TEST(Xapi, EveryStatementKeepsTheRules) {
-    std::vector<stylet::records::StoredAttempt> attempts = stylet::test::madeUpCohort();
-    auto hostile = madeUpAttempt(stylet::test::kHostile, stylet::test::kHostile, NAN, true);
+TEST(Xapi, EveryStatementConformsToXapi) {
+    std::vector<stylet::records::StoredAttempt> attempts = stylet::test::makeTestCohort();
+    auto hostile = makeTestAttempt(stylet::test::kHostile, stylet::test::kHostile, NAN, true);
     hostile.info.scenario = hostile.info.device = hostile.info.difficulty = hostile.info.program_version =
         stylet::test::kHostile;
     hostile.started_utc = "yesterday";
@@ -138,8 +139,8 @@ TEST(Xapi, EveryStatementKeepsTheRules) {
     EXPECT_EQ(ids.size(), statements.size());
 }
 
-TEST(Xapi, AnAttemptBeginsEndsAndIsJudged) {
-    const json passed = exported({madeUpAttempt("a", "t", 80.0, true)});
+TEST(Xapi, AttemptIsInitializedCompletedAndGraded) {
+    const json passed = exported({makeTestAttempt("a", "t", 80.0, true)});
     EXPECT_EQ(verbsOf(passed),
               (std::vector<std::string>{"initialized", "completed", "passed", "terminated"}));
     EXPECT_EQ(passed[2].at("result").at("score").at("scaled"), 0.8);
@@ -147,13 +148,13 @@ TEST(Xapi, AnAttemptBeginsEndsAndIsJudged) {
     EXPECT_EQ(passed[3].at("result").at("duration"), "PT1M3.25S");
     EXPECT_EQ(passed[0].at("timestamp"), "2026-11-20T23:59:30.500Z");
     EXPECT_EQ(passed[3].at("timestamp"), "2026-11-21T00:00:33.750Z");
-    EXPECT_EQ(verbsOf(exported({madeUpAttempt("a", "t", 80.0, false)}))[2], "failed");
-    EXPECT_EQ(verbsOf(exported({madeUpAttempt("a", "t", kPassMark - 0.1, true)}))[2], "failed");
-    EXPECT_EQ(verbsOf(exported({madeUpAttempt("a", "t", kPassMark, true)}))[2], "passed");
+    EXPECT_EQ(verbsOf(exported({makeTestAttempt("a", "t", 80.0, false)}))[2], "failed");
+    EXPECT_EQ(verbsOf(exported({makeTestAttempt("a", "t", kPassMark - 0.1, true)}))[2], "failed");
+    EXPECT_EQ(verbsOf(exported({makeTestAttempt("a", "t", kPassMark, true)}))[2], "passed");
 }
 
-TEST(Xapi, WhatDidNotEndIsNotCompleted) {
-    auto attempt = madeUpAttempt("a", "t", 80.0, true);
+TEST(Xapi, UnfinishedAttemptIsTerminatedNotCompleted) {
+    auto attempt = makeTestAttempt("a", "t", 80.0, true);
     attempt.result.reset();
     attempt.state = stylet::records::AttemptState::cut_short;
     const json cut = exported({attempt});
@@ -166,8 +167,8 @@ TEST(Xapi, WhatDidNotEndIsNotCompleted) {
     EXPECT_EQ(exported({attempt}), json::array());
 }
 
-TEST(Xapi, SameAttemptSameStatements) {
-    const auto a = madeUpAttempt("a", "t", 80.0, true), b = madeUpAttempt("b", "t", 80.0, true);
+TEST(Xapi, StatementsAreReproducible) {
+    const auto a = makeTestAttempt("a", "t", 80.0, true), b = makeTestAttempt("b", "t", 80.0, true);
     EXPECT_EQ(exported({a}), exported({a}));
     EXPECT_NE(exported({a})[0].at("id"), exported({b})[0].at("id"));
     EXPECT_NE(exported({a})[0].at("context").at("registration"),
@@ -176,12 +177,12 @@ TEST(Xapi, SameAttemptSameStatements) {
 }
 
 // HZ-RECORD-10
-TEST(Xapi, NamesNobody) {
-    const std::string text = xapiStatements({madeUpAttempt("a", "t", 80.0, true)}, {});
+TEST(Xapi, PatientIsNotNamed) {
+    const std::string text = xapiStatements({makeTestAttempt("a", "t", 80.0, true)}, {});
     EXPECT_EQ(text.find("reference patient"), std::string::npos);
 }
 
-TEST(Xapi, Durations) {
+TEST(Xapi, DurationsAreIso8601) {
     EXPECT_EQ(isoDuration(0.0), "PT0S");
     EXPECT_EQ(isoDuration(0.006), "PT0.01S");
     EXPECT_EQ(isoDuration(59.999), "PT1M");
@@ -191,7 +192,7 @@ TEST(Xapi, Durations) {
     EXPECT_EQ(isoDuration(-1.0), "PT0S");
 }
 
-TEST(Xapi, RefusesAHomeThatIsNoAddress) {
+TEST(Xapi, RefusesInvalidHomeAddress) {
     for (const char* home :
          {"", "stylet", "ftp://a", "https://", "https:///x", "https://a b", "https://a/", "https://a\"b"})
         stylet::test::expectRefused([&] { xapiStatements({}, {home}); }, "xAPI", "home");

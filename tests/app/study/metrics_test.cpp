@@ -26,11 +26,17 @@ struct Measured {
     const Pair pair;
     const PreparedPair prepared;
     Steering steering;
-    const Steered* steered;
+    const SteeringResult* steered;
     PathResult result;
 };
 
-TEST(StudyMetrics, OneSegmentationTwiceIsOneForce) {
+PathResult measurePair(const Pair& pair) {
+    const PreparedPair prepared(pair);
+    Steering steering(prepared, {});
+    return measure(*steering.steer(test::slabPath()));
+}
+
+TEST(StudyMetrics, EqualSegmentationsGiveEqualForces) {
     for (const FoundLabels labels : {FoundLabels::partial, FoundLabels::all}) {
         const PathResult r = Measured(0.020, 0.020, {}, labels).result;
         EXPECT_EQ(r.sampled.rmse_n, 0.0);
@@ -42,14 +48,14 @@ TEST(StudyMetrics, OneSegmentationTwiceIsOneForce) {
         EXPECT_EQ(r.borders.hausdorff_m, 0.0);
         EXPECT_EQ(r.borders.missed + r.borders.invented, 0);
         EXPECT_EQ(r.samples, 1000u);
-        EXPECT_NEAR(r.way_m, 0.063, 1e-12);  // from the skin's surface
+        EXPECT_NEAR(r.travel_m, 0.063, 1e-12);  // from the skin's surface
     }
 }
 
-// The partial patient's fascia is 1 mm too deep, so its tenting and its puncture come 1 mm later. After the
-// full patient's puncture, its 0.9 N compare with 2.5 N in the partial patient. Before it, 2.5 N compare
-// with f(0.8 mm).
-TEST(StudyMetrics, AFasciaTooDeepInClosedForm) {
+// The partial patient's fascia is 1 mm too deep, so its tenting and its puncture come 1 mm later. Just after
+// the full patient's puncture the forces are 0.9 N (full) and 2.5 N (partial). Just before it they are 2.5 N
+// (full) and f(0.8 mm) (partial).
+TEST(StudyMetrics, DisplacedFasciaMatchesClosedForm) {
     const PathResult r = Measured(0.020, 0.021).result;
     EXPECT_NEAR(r.exact.max_n, 1.6, 1e-9);
     EXPECT_NEAR(r.exact.max_at_m, 0.0228 - 0.00025, 1e-9);
@@ -61,7 +67,7 @@ TEST(StudyMetrics, AFasciaTooDeepInClosedForm) {
     EXPECT_FALSE(r.meets_bone);
     EXPECT_NEAR(r.event_m[at(Tissue::fascia)], 0.001, 1e-12);
     EXPECT_EQ(r.event_m[at(Tissue::duct)], 0.0);
-    EXPECT_NEAR(r.by_tissue[at(Tissue::fascia)].mean_m, 0.0005, 1e-12);  // 1, 0, 0 and 1 mm
+    EXPECT_NEAR(r.by_tissue[at(Tissue::fascia)].mean_m, 0.0005, 1e-12);  // mean of 1, 0, 0 and 1 mm
     EXPECT_NEAR(r.by_tissue[at(Tissue::fascia)].hausdorff_m, 0.001, 1e-12);
     EXPECT_NEAR(r.by_tissue[at(Tissue::liver)].mean_m, 0.0005, 1e-12);
     EXPECT_EQ(r.by_tissue[at(Tissue::skin)].mean_m, 0.0);
@@ -71,13 +77,13 @@ TEST(StudyMetrics, AFasciaTooDeepInClosedForm) {
     EXPECT_EQ(r.cause.model, Model::full);
     EXPECT_EQ(r.cause.tissue, Tissue::fascia);
     EXPECT_EQ(r.cause.kind, haptics::NeedleEventKind::border);
-    EXPECT_NEAR(r.cause.apart_m, 0.001, 1e-12);
+    EXPECT_NEAR(r.cause.offset_m, 0.001, 1e-12);
     // All of the error lies within 2 mm of an event.
     EXPECT_EQ(r.max_outside_n, 0.0);
     EXPECT_GT(measure(*Measured(0.020, 0.021).steered, {0.0001}).max_outside_n, 1.0);
 }
 
-TEST(StudyMetrics, ManySamplesComeToTheClosedForm) {
+TEST(StudyMetrics, ManySamplesConvergeToClosedForm) {
     SteeringSettings fine;
     fine.samples = 2'000'000;
     const PathResult r = Measured(0.020, 0.0235, fine).result;
@@ -97,19 +103,17 @@ TEST(StudyMetrics, ManySamplesComeToTheClosedForm) {
     EXPECT_NEAR(r.position_n2[6] + r.position_n2[7] + r.position_n2[8], all, 0.05 * all);
 }
 
-TEST(StudyMetrics, BoneWhereThereIsNoneStopsTheNeedle) {
+TEST(StudyMetrics, FalseBoneStopsTheNeedle) {
     Pair pair = test::slabPair(0.020, 0.020);
     const Index3 place = pair.found.ct.grid.nearest({0.0402, 0.0, 0.0});
     pair.found.labels[place] = 0;
     pair.found.ct[place] = 900;
-    const PreparedPair prepared(pair);
-    Steering steering(prepared, {});
-    const PathResult r = measure(*steering.steer(test::slabPath()));
+    const PathResult r = measurePair(pair);
     EXPECT_TRUE(r.meets_bone);
     EXPECT_NEAR(r.sampled.max_n, 22.0 - 0.5, 1e-9);  // at the target, in the full patient's duct
     EXPECT_EQ(r.cause.tissue, Tissue::bone);
     EXPECT_EQ(r.cause.model, Model::partial);
-    EXPECT_TRUE(std::isnan(r.cause.apart_m));
+    EXPECT_TRUE(std::isnan(r.cause.offset_m));
     EXPECT_EQ(r.by_tissue[at(Tissue::bone)].invented, 1);
     EXPECT_EQ(r.by_tissue[at(Tissue::duct)].missed, 0);  // the border exists; the needle does not reach it
     EXPECT_FALSE(r.same_order);
@@ -117,13 +121,11 @@ TEST(StudyMetrics, BoneWhereThereIsNoneStopsTheNeedle) {
 
 // In the built patient, the skin is labelled as soft tissue. The needle punctures soft tissue directly from
 // the air.
-TEST(StudyMetrics, AMissedSkinChangesTheOrderButNotInside) {
+TEST(StudyMetrics, MissedSkinChangesTheOrderOnlyAtTheSkin) {
     Pair pair = test::slabPair(0.020, 0.020, FoundLabels::all);
     for (std::uint8_t& id : pair.found.labels.voxels)
         if (id == std::uint8_t(Tissue::skin)) id = std::uint8_t(Tissue::soft);
-    const PreparedPair prepared(pair);
-    Steering steering(prepared, {});
-    const PathResult r = measure(*steering.steer(test::slabPath()));
+    const PathResult r = measurePair(pair);
     EXPECT_EQ(r.by_tissue[at(Tissue::skin)].missed, 1);
     EXPECT_FALSE(r.same_order);
     EXPECT_TRUE(r.same_order_inside);
@@ -131,7 +133,7 @@ TEST(StudyMetrics, AMissedSkinChangesTheOrderButNotInside) {
 
 // Muscle below fat has another label but the same tissue. The breathing needle reports an event there, and
 // the order of the tissues is unchanged.
-TEST(StudyMetrics, ALabelIsNoTissueInTheOrder) {
+TEST(StudyMetrics, LabelChangeWithinATissueKeepsTheOrder) {
     Pair pair = test::slabPair(0.020, 0.020);
     constexpr std::uint8_t kMuscle = 20;
     patient::Label muscle = pair.reference.label_table[at(Tissue::soft) - 1];
@@ -148,18 +150,16 @@ TEST(StudyMetrics, ALabelIsNoTissueInTheOrder) {
     SteeringSettings breathing;
     breathing.breathing = true;
     Steering steering(prepared, breathing);
-    const Steered& s = *steering.steer(test::slabPath());
+    const SteeringResult& s = *steering.steer(test::slabPath());
     EXPECT_GT(s.full.force->events.size(), s.partial.force->events.size());
     EXPECT_TRUE(measure(s).same_order);
 }
 
-TEST(StudyMetrics, AMissedDuctIsMissed) {
+TEST(StudyMetrics, MissedDuctIsReportedAsMissed) {
     Pair pair = test::slabPair(0.020, 0.020);
     for (std::uint8_t& id : pair.found.labels.voxels)
         if (id == std::uint8_t(Tissue::duct)) id = std::uint8_t(Tissue::liver);
-    const PreparedPair prepared(pair);
-    Steering steering(prepared, {});
-    const PathResult r = measure(*steering.steer(test::slabPath()));
+    const PathResult r = measurePair(pair);
     EXPECT_EQ(r.by_tissue[at(Tissue::duct)].missed, 1);
     EXPECT_FALSE(r.same_order_inside);
     EXPECT_EQ(r.borders.missed, 1);
@@ -170,18 +170,15 @@ TEST(StudyMetrics, AMissedDuctIsMissed) {
     EXPECT_NEAR(r.sampled.max_n, 0.4, 1e-9);  // 0.9 in the liver, 0.5 in the duct
 }
 
-// A vessel 5 mm below the capsule. The full patient has no vessel at all, or only one far behind the
-// target.
-TEST(StudyMetrics, AVesselBehindTheTargetIsNoPartner) {
+// A vessel 5 mm below the capsule. The full patient has no vessel at all, or only one far behind the target.
+TEST(StudyMetrics, VesselBehindTheTargetIsNotMatched) {
     Pair pair = test::slabPair(0.020, 0.020);
     const Grid& grid = pair.found.ct.grid;
     pair.found.labels[grid.nearest({0.0262, 0.0, 0.0})] = std::uint8_t(Tissue::vessel);
     for (const double behind_m : {0.0, 0.0702}) {
         if (behind_m > 0.0)
             pair.reference.labels[grid.nearest({behind_m, 0.0, 0.0})] = std::uint8_t(Tissue::vessel);
-        const PreparedPair prepared(pair);
-        Steering steering(prepared, {});
-        const PathResult r = measure(*steering.steer(test::slabPath()));
+        const PathResult r = measurePair(pair);
         EXPECT_EQ(r.by_tissue[at(Tissue::vessel)].invented, 1);
         EXPECT_EQ(r.by_tissue[at(Tissue::vessel)].missed, 0);
         EXPECT_TRUE(std::isnan(r.by_tissue[at(Tissue::vessel)].mean_m));
@@ -189,9 +186,9 @@ TEST(StudyMetrics, AVesselBehindTheTargetIsNoPartner) {
     }
 }
 
-// The needle continues behind the target to find late borders. A border that both patients reach only there
-// is not an error.
-TEST(StudyMetrics, AVesselBehindTheTargetInBothIsNoEvent) {
+// The needle continues behind the target to find borders that come late. A border that both patients reach
+// only behind the target is not an error.
+TEST(StudyMetrics, VesselBehindTheTargetInBothIsNoError) {
     Pair pair = test::slabPair(0.020, 0.020);
     const Grid& grid = pair.found.ct.grid;
     const double target_m = test::slabPath().target_reference_m.x;
@@ -199,7 +196,7 @@ TEST(StudyMetrics, AVesselBehindTheTargetInBothIsNoEvent) {
     pair.found.labels[grid.nearest({target_m + 0.0060, 0.0, 0.0})] = std::uint8_t(Tissue::vessel);
     const PreparedPair prepared(pair);
     Steering steering(prepared, {});
-    const Steered& steered = *steering.steer(test::slabPath());
+    const SteeringResult& steered = *steering.steer(test::slabPath());
     const auto isVessel = [](const haptics::ExactEvent& e) { return e.tissue == Tissue::vessel; };
     ASSERT_TRUE(std::ranges::any_of(steered.full.force->events, isVessel));
     ASSERT_TRUE(std::ranges::any_of(steered.partial.force->events, isVessel));
@@ -207,14 +204,12 @@ TEST(StudyMetrics, AVesselBehindTheTargetInBothIsNoEvent) {
 }
 
 // A duct that begins 1 mm behind the target is late, not missed.
-TEST(StudyMetrics, ADuctBehindTheTargetIsLate) {
+TEST(StudyMetrics, DuctBehindTheTargetIsLateNotMissed) {
     Pair pair = test::slabPair(0.020, 0.020);
     const Grid& grid = pair.found.ct.grid;
     for (int i = 0; i < 6; ++i)  // from 61 to 64 mm: the duct now starts behind the target
         pair.found.labels[grid.nearest({0.06125 + 0.0005 * i, 0.0, 0.0})] = std::uint8_t(Tissue::liver);
-    const PreparedPair prepared(pair);
-    Steering steering(prepared, {});
-    const PathResult r = measure(*steering.steer(test::slabPath()));
+    const PathResult r = measurePair(pair);
     EXPECT_EQ(r.by_tissue[at(Tissue::duct)].missed, 0);
     EXPECT_NEAR(r.by_tissue[at(Tissue::duct)].mean_m, 0.003, 1e-9);
     EXPECT_NEAR(r.event_m[at(Tissue::duct)], 0.003, 1e-9);

@@ -40,7 +40,7 @@ TEST_F(StudyFileOnDisk, ListsPairsRelativeToItself) {
 
 TEST_F(StudyFileOnDisk, IsRefusedWithFieldAndReason) {
     const std::string pair = "[[pair]]\nreference = 'a'\nfound = 'b'\n";
-    expectRefusedAs("", "pair: a study needs one");
+    expectRefusedAs("", "pair: a study needs at least one");
     expectRefusedAs("pair = 3", "pair");
     expectRefusedAs("pair = [3]", "pair[0]: not a table");
     expectRefusedAs("pear = 1\n" + pair, "pear: unknown key");
@@ -51,7 +51,7 @@ TEST_F(StudyFileOnDisk, IsRefusedWithFieldAndReason) {
     expectRefusedAs(pair + "name = '../x'", "pair[0].name");
     expectRefusedAs(pair + "name = '..'", "pair[0].name");
     expectRefusedAs(pair + "name = 'summary.json'", "pair[0].name");
-    expectRefusedAs(pair + pair, "pair[1].name: \"a\" is there already");
+    expectRefusedAs(pair + pair, "pair[1].name: \"a\" is the name of an earlier pair");
     expectRefusedAs("[[pair]\n", "line 1");
     expectRefusedAs("pair = " + std::string(100'000, '['), "line 1");
     expectRefusedAs("[[pair]]\nreference = '/'\nfound = 'b'", "pair[0].name");
@@ -63,12 +63,12 @@ TEST_F(StudyFileOnDisk, IsRefusedWithFieldAndReason) {
     test::expectRefused([] { readStudyFile("/nowhere/study.toml"); }, "study.toml", "file");
 }
 
-TEST(StudyPair, LiesOnTheReferencesVoxelsUnderOneTable) {
+TEST(StudyPair, FoundPackageIsMovedToTheReferenceGrid) {
     const patient::Package& truth = test::seededTruth();
     patient::TissueTable own = truth.tissues;
     own[std::size_t(patient::Tissue::fascia)].cut_force_n = 3.0;
     const patient::Package found = test::movedAndCut(truth);
-    const Pair pair = makePair(test::kMadeFiles, truth, found, FoundLabels::all, &own);
+    const Pair pair = makePair(test::kTestFiles, truth, found, FoundLabels::all, &own);
     EXPECT_EQ(pair.found.ct.grid, truth.ct.grid);
     EXPECT_EQ(pair.found.labels.grid, truth.ct.grid);
     EXPECT_EQ(pair.found.tissues, own);
@@ -78,27 +78,27 @@ TEST(StudyPair, LiesOnTheReferencesVoxelsUnderOneTable) {
     EXPECT_EQ(pair.found.labels[inside], truth.labels[inside + Index3(0, 0, 1)]);
     EXPECT_EQ(pair.found.ct.voxels.front(), -1024);
     // For the partial segmentation, thresholds are applied to the original CT.
-    EXPECT_EQ(makePair(test::kMadeFiles, truth, found, FoundLabels::partial).found.ct.voxels,
+    EXPECT_EQ(makePair(test::kTestFiles, truth, found, FoundLabels::partial).found.ct.voxels,
               truth.ct.voxels);
     EXPECT_GT(pair.reference_share, 0.9);
 }
 
 // HZ-TEACH-11
-TEST(StudyPair, OfTwoCtsIsRefused) {
+TEST(StudyPair, DifferentCtsAreRefused) {
     const patient::Package truth = test::slabs(0.02);
     patient::Package found = truth;
-    test::callBuilt(found);
+    test::markAsBuilt(found);
     const auto expectRefusedAs = [&](const std::string& field) {
-        test::expectRefused([&] { makePair(test::kMadeFiles, truth, found, FoundLabels::partial); },
+        test::expectRefused([&] { makePair(test::kTestFiles, truth, found, FoundLabels::partial); },
                             "built/ct.nii.gz", field);
     };
-    makePair(test::kMadeFiles, truth, found, FoundLabels::partial);
+    makePair(test::kTestFiles, truth, found, FoundLabels::partial);
     found.ct.voxels[found.ct.voxels.size() / 2] += 1;
     expectRefusedAs(
         "voxels: 0.0 % of its voxels in the body are not those of truth/ct.nii.gz: build it from that file, "
         "not from another CT or cut");
     found.ct.voxels[found.ct.voxels.size() / 2] = -1024;  // masked to the body
-    makePair(test::kMadeFiles, truth, found, FoundLabels::partial);
+    makePair(test::kTestFiles, truth, found, FoundLabels::partial);
     found.ct.grid.origin_m.x += 0.0001;
     expectRefusedAs("origin");
     found.ct.grid = truth.ct.grid;
@@ -110,22 +110,23 @@ TEST(StudyPair, OfTwoCtsIsRefused) {
 }
 
 // HZ-TEACH-11
-TEST(StudyPair, OfLabelsThatWereNotMadeApartIsRefused) {
+TEST(StudyPair, DependentLabelsAreRefused) {
     const patient::Package truth = test::slabs(0.02);
     const auto expectRefusedAs = [&](const patient::Package& found, const std::string& field) {
-        test::expectRefused([&] { makePair(test::kMadeFiles, truth, found, FoundLabels::partial); },
+        test::expectRefused([&] { makePair(test::kTestFiles, truth, found, FoundLabels::partial); },
                             "built/patient.toml", field);
     };
-    expectRefusedAs(truth, "label.skin.provenance: \"phantom\" is that of the reference's skin");
+    expectRefusedAs(truth,
+                    "label.skin.provenance: \"phantom\" is also the provenance of the reference's skin");
     patient::Package found = truth;
-    test::callBuilt(found);
+    test::markAsBuilt(found);
     patient::Package named = truth;
     named.name = "reference patient, seed 1";
     found.provenance = "built; atlases: \"reference patient, seed 10\", \"reference patient, seed 2\"";
-    makePair(test::kMadeFiles, named, found, FoundLabels::partial);
+    makePair(test::kTestFiles, named, found, FoundLabels::partial);
     found.provenance += ", \"reference patient, seed 1\"; virtual bile ducts added";
-    test::expectRefused([&] { makePair(test::kMadeFiles, named, found, FoundLabels::partial); },
-                        "built/patient.toml", "provenance: reference patient, seed 1 is among the atlases");
+    test::expectRefused([&] { makePair(test::kTestFiles, named, found, FoundLabels::partial); },
+                        "built/patient.toml", "provenance: reference patient, seed 1 was one of its atlases");
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
-// Pairs with known differences: slabs with a displaced fascia, and a reference patient with displaced
-// labels.
+// Pairs with known differences: slabs with a displaced fascia, and a reference patient with displaced labels.
 #pragma once
 
 #include "app/study/study.h"
@@ -8,10 +7,10 @@
 
 namespace stylet::test {
 
-inline const study::PairFiles kMadeFiles{"made", "truth", "built"};
+inline const study::PairFiles kTestFiles{"made", "truth", "built"};
 
-// Skin, soft tissue, fascia, liver and duct in voxels of 0.5 mm. The duct starts at 61 mm for every depth
-// of the fascia.
+// Skin, soft tissue, fascia, liver and duct in voxels of 0.5 mm. The fascia begins at `fascia_m`. The duct
+// always begins at 61 mm.
 inline patient::Package slabs(double fascia_m) {
     using enum patient::Tissue;
     return makeSlabs({{skin, 0.002},
@@ -23,7 +22,7 @@ inline patient::Package slabs(double fascia_m) {
                      0.0005);
 }
 
-inline void callBuilt(patient::Package& package) {
+inline void markAsBuilt(patient::Package& package) {
     for (patient::Label& label : package.label_table)
         label.provenance = "automatic: " + label.name;
     package.name = "built";
@@ -34,8 +33,8 @@ inline study::Pair slabPair(double full_fascia_m, double partial_fascia_m,
                             study::FoundLabels labels = study::FoundLabels::partial) {
     patient::Package full = slabs(full_fascia_m), partial = slabs(partial_fascia_m);
     partial.ct = full.ct;
-    callBuilt(partial);
-    return study::makePair(kMadeFiles, full, partial, labels);
+    markAsBuilt(partial);
+    return study::makePair(kTestFiles, full, partial, labels);
 }
 
 // A path perpendicular to the slabs, from the first skin voxel to the centre of the duct.
@@ -70,21 +69,18 @@ inline patient::Package movedAndCut(const patient::Package& truth) {
     part.origin_m = whole.centre(corner);
     found.ct = CtVolume(part);
     found.labels = LabelVolume(part);
-    for (int z = 0; z < part.dims.z; ++z)
-        for (int y = 0; y < part.dims.y; ++y)
-            for (int x = 0; x < part.dims.x; ++x) {
-                const Index3 i{x, y, z};
-                found.ct[i] = std::max(truth.ct[i + corner], std::int16_t(-1024));
-                if (found.ct[i] < -600) found.ct[i] = -1024;
-                found.labels[i] = truth.labels[i + corner + Index3(0, 0, 1)];
-            }
-    callBuilt(found);
+    forEachVoxel(part, [&](const Index3& i) {
+        found.ct[i] = std::max(truth.ct[i + corner], std::int16_t(-1024));
+        if (found.ct[i] < -600) found.ct[i] = -1024;
+        found.labels[i] = truth.labels[i + corner + Index3(0, 0, 1)];
+    });
+    markAsBuilt(found);
     return found;
 }
 
 inline const study::Pair& seededPair() {
     static const study::Pair pair =
-        study::makePair(kMadeFiles, seededTruth(), movedAndCut(seededTruth()), study::FoundLabels::partial);
+        study::makePair(kTestFiles, seededTruth(), movedAndCut(seededTruth()), study::FoundLabels::partial);
     return pair;
 }
 

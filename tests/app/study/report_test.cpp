@@ -9,7 +9,7 @@
 #include "app/study/commands.h"
 #include "app/study/paths_picture.h"
 #include "app/study/report_figures.h"
-#include "tests/app/study/made_study.h"
+#include "tests/app/study/study_on_disk.h"
 #include "tests/support/file_text.h"
 #include "tests/support/refused.h"
 
@@ -17,14 +17,14 @@ namespace stylet::study {
 namespace {
 
 namespace fs = std::filesystem;
-using test::textOf;
+using test::readText;
 
 class StudyReport : public testing::Test {
   protected:
     static void SetUpTestSuite() {
         folder_ = new test::TempFolder;
-        test::makeStudy(folder_->path());
-        test::StudyOptionsOf o(folder_->path());
+        test::writeStudy(folder_->path());
+        test::TestStudyOptions o(folder_->path());
         runStudy(o);
     }
     static void TearDownTestSuite() { delete folder_; }
@@ -34,10 +34,10 @@ class StudyReport : public testing::Test {
 };
 test::TempFolder* StudyReport::folder_ = nullptr;
 
-TEST_F(StudyReport, SaysWhatTheRunFound) {
+TEST_F(StudyReport, PageShowsTheResultsOfTheRun) {
     const ReportedStudy study = readStudy(out());
     ASSERT_EQ(study.pairs.size(), 2u);
-    const auto summary = nlohmann::json::parse(textOf(out() / "summary.json"));
+    const auto summary = nlohmann::json::parse(readText(out() / "summary.json"));
     EXPECT_EQ(study.all.paths, summary["all"]["paths"].get<std::size_t>());
     EXPECT_EQ(study.all.rmse_n.median, summary["all"]["rmse_n"]["median"].get<double>());
     EXPECT_EQ(study.without_bone.max_n.mean, summary["all_without_bone"]["max_n"]["mean"].get<double>());
@@ -57,10 +57,10 @@ TEST_F(StudyReport, SaysWhatTheRunFound) {
     EXPECT_NE(html.find(countText(study.all.paths)), std::string::npos);
     EXPECT_EQ(html.find(">nan"), std::string::npos);
     EXPECT_EQ(writeReport(out()), out() / "report.html");
-    EXPECT_EQ(textOf(out() / "report.html"), html);
+    EXPECT_EQ(readText(out() / "report.html"), html);
 }
 
-void summariseAnew(ReportedStudy& study) {
+void recomputeSummaries(ReportedStudy& study) {
     std::vector<PathResult> all;
     const auto clear = [](std::vector<PathResult> results) {
         std::erase_if(results, [](const PathResult& r) { return r.meets_bone; });
@@ -75,13 +75,13 @@ void summariseAnew(ReportedStudy& study) {
     study.without_bone = clear(all);
 }
 
-void expectSays(const std::string& html, const std::vector<std::string>& texts, bool says) {
+void expectTexts(const std::string& html, const std::vector<std::string>& texts, bool says) {
     for (const std::string& text : texts)
         EXPECT_EQ(html.find(text) != std::string::npos, says) << text;
 }
 
 // The page's statements on bone, skin, order and force follow the numbers and quote them.
-TEST_F(StudyReport, ItsReasonsFollowTheNumbers) {
+TEST_F(StudyReport, ExplanationsFollowTheNumbers) {
     ReportedStudy study = readStudy(out());
     for (ReportedPair& p : study.pairs) {
         ASSERT_EQ(p.clearance.size(), p.results.size());
@@ -99,7 +99,7 @@ TEST_F(StudyReport, ItsReasonsFollowTheNumbers) {
             r.event_m[std::size_t(patient::Tissue::fascia)] = 0.00125;
         }
     }
-    summariseAnew(study);
+    recomputeSummaries(study);
     const std::vector<std::string> of_bone{" N without bone",
                                            "C3 below 0.1",
                                            "probably the threshold is too low",
@@ -107,19 +107,19 @@ TEST_F(StudyReport, ItsReasonsFollowTheNumbers) {
                                            "on paths that meet no bone",
                                            "RMSE, mean of the paths that meet no bone"};
     const std::vector<std::string> of_skin{"(missed on ", "rim of partial volume",
-                                           "that excuse does not hold"};
+                                           "that argument does not apply"};
     std::string html = studyPage(study);
-    expectSays(html, of_bone, false);
-    expectSays(html, of_skin, false);
-    expectSays(html,
-               {"0 (0.0 %)", "skin voxels 2.5 mm apart", "to every voxel of the ducts", "22.0 N at once",
-                "fascia held at its border (100 % of the paths)", "1.25 mm off on average",
-                "100 % of these paths come to 80 % or more of these 1.8 N",
-                "100.0 % of the paths are above it: this contradicts the paper"},
-               true);
+    expectTexts(html, of_bone, false);
+    expectTexts(html, of_skin, false);
+    expectTexts(html,
+                {"0 (0.0 %)", "skin voxels 2.5 mm apart", "to every voxel of the ducts", "22.0 N at once",
+                 "fascia held at its border (100 % of the paths)", "1.25 mm off on average",
+                 "100 % of these paths come to 80 % or more of these 1.8 N",
+                 "100.0 % of the paths are above it: this contradicts the paper"},
+                true);
 
-    // Every fourth path runs close to a rib, and bone stops half of these. Every other path misses the
-    // skin.
+    // Every fourth path runs close to a rib, and bone stops half of these. On every second path
+    // the border of the skin is missed.
     ReportedPair& one = study.pairs[0];
     ASSERT_GE(one.results.size(), 8u);
     one.results.resize(8), one.clearance.resize(8);
@@ -135,11 +135,11 @@ TEST_F(StudyReport, ItsReasonsFollowTheNumbers) {
     one.results[0].sampled.rmse_n = 8.6, one.results[0].sampled.max_n = 21.5;
     one.results[0].max_outside_n = 21.5;
     study.run.settings.steering.breathing = true;
-    summariseAnew(study);
+    recomputeSummaries(study);
     html = studyPage(study);
-    expectSays(html, of_bone, true);
-    expectSays(html, of_skin, true);
-    expectSays(
+    expectTexts(html, of_bone, true);
+    expectTexts(html, of_skin, true);
+    expectTexts(
         html,
         {"1 (12.5 %)",
          "100 % of the paths that meet bone have C3 below 0.1, and 50 % of all paths with C3 below 0.1",
@@ -148,13 +148,13 @@ TEST_F(StudyReport, ItsReasonsFollowTheNumbers) {
          "(missed on 50 %)", "0.000 ± 0.000 N (largest 0.00) on paths", "to 22.0 N at most",
          "Outliers among the paths that meet no bone"},
         true);
-    // A threshold that is not lower is not reported as a cause.
+    // A bone threshold that is not lower than the reference's is not reported as a cause.
     one.facts.found.thresholds.t2_sensitive_hu = 210;
-    expectSays(studyPage(study), {"probably the threshold"}, false);
+    expectTexts(studyPage(study), {"probably the threshold"}, false);
 }
 
 // HZ-RECORD-11
-TEST_F(StudyReport, TextOfOthersIsNoMarkup) {
+TEST_F(StudyReport, HostileTextIsEscaped) {
     const std::string hostile = "</script><script>alert(1)</script><img src=x>\xFF";
     ReportedStudy study = readStudy(out());
     ReportedPair& pair = study.pairs[0];
@@ -173,7 +173,7 @@ TEST_F(StudyReport, TextOfOthersIsNoMarkup) {
     EXPECT_NE(html.find("its reference has labels in 30 % of the body"), std::string::npos);
 }
 
-TEST_F(StudyReport, SaysThatThereIsNothing) {
+TEST_F(StudyReport, PageReportsMissingPaths) {
     ReportedStudy study = readStudy(out());
     for (ReportedPair& pair : study.pairs) {
         pair.results.clear();
@@ -191,12 +191,12 @@ TEST_F(StudyReport, SaysThatThereIsNothing) {
     EXPECT_NE(studyPage(half).find("1 without a path"), std::string::npos);
 }
 
-TEST_F(StudyReport, NamesWhatIsMissing) {
+TEST_F(StudyReport, MissingFilesAreReported) {
     const test::TempFolder temp;
     const fs::path copy = temp / "out";
     fs::copy(out(), copy, fs::copy_options::recursive);
     const auto refused = [&](const fs::path& file, const std::string& text, const std::string& field) {
-        const std::string before = textOf(copy / file);
+        const std::string before = readText(copy / file);
         text.empty() ? void(fs::remove(copy / file)) : void(std::ofstream(copy / file) << text);
         test::expectRefused([&] { readStudy(copy); }, file.string(), field);
         std::ofstream(copy / file) << before;
@@ -216,7 +216,7 @@ TEST_F(StudyReport, NamesWhatIsMissing) {
     refused("one/pair.json", "{", "json");
     refused("one/pair.json", R"({"format": "stylet study pair 1"})", "reference");
     refused("one/pair.json",
-            std::regex_replace(textOf(copy / "one/pair.json"), std::regex("\"labels\""), "\"other\""),
+            std::regex_replace(readText(copy / "one/pair.json"), std::regex("\"labels\""), "\"other\""),
             "reference.labels");
     refused("one/plan.json", "", "file");
     refused("one/plan.json", R"({"format": "stylet study plan 1", "skin_spacing_mm": 0})",
@@ -226,9 +226,9 @@ TEST_F(StudyReport, NamesWhatIsMissing) {
 }
 
 // An interrupted run is resumed. A completed study is run again from the start.
-TEST_F(StudyReport, UnfinishedRunsGoOn) {
-    const test::StudyOptionsOf o(folder_->path());
-    const std::string summary = textOf(out() / "summary.json"), paths = textOf(out() / "one/paths.csv");
+TEST_F(StudyReport, UnfinishedRunsResume) {
+    const test::TestStudyOptions o(folder_->path());
+    const std::string summary = readText(out() / "summary.json"), paths = readText(out() / "one/paths.csv");
     const fs::path lost = out() / "one/blocks/000000.results", stays = out() / "two/blocks/000000.results";
     const auto past = fs::file_time_type::clock::now() - std::chrono::hours(1);
     fs::last_write_time(stays, past);
@@ -238,26 +238,26 @@ TEST_F(StudyReport, UnfinishedRunsGoOn) {
     runStudy(o);
     EXPECT_TRUE(fs::exists(lost));
     EXPECT_EQ(fs::last_write_time(stays), before);
-    EXPECT_EQ(textOf(out() / "summary.json"), summary);
-    EXPECT_EQ(textOf(out() / "one/paths.csv"), paths);
+    EXPECT_EQ(readText(out() / "summary.json"), summary);
+    EXPECT_EQ(readText(out() / "one/paths.csv"), paths);
     runStudy(o);
     EXPECT_NE(fs::last_write_time(stays), before);
-    EXPECT_EQ(textOf(out() / "summary.json"), summary);
+    EXPECT_EQ(readText(out() / "summary.json"), summary);
 }
 
-TEST_F(StudyReport, BoxesHoldTheMiddleHalf) {
+TEST_F(StudyReport, BoxesSpanTheQuartiles) {
     const ReportedStudy study = readStudy(out());
     const Plot plot = boxPlot(study, {"RMSE, N",
                                       3,
                                       1.0,
                                       [](const Summary& s) -> const Spread& { return s.rmse_n; },
                                       [](const PathResult& r) { return r.sampled.rmse_n; },
-                                      {kNoticedForce_n}});
+                                      {kNoticeableForce_n}});
     ASSERT_EQ(plot.figure.boxes.size(), 3u);
     EXPECT_EQ(plot.figure.x.names, (std::vector<std::string>{"all", "one", "two"}));
     EXPECT_EQ(plot.figure.boxes[1].median, study.pairs[0].summary.rmse_n.median);
     EXPECT_EQ(plot.figure.boxes[2].high, study.pairs[1].summary.rmse_n.upper_whisker);
-    EXPECT_EQ(plot.figure.lines.at(0).y, kNoticedForce_n);
+    EXPECT_EQ(plot.figure.lines.at(0).y, kNoticeableForce_n);
     EXPECT_EQ(plot.figure.lines.at(0).text, "just noticeable: 0.145 N");
     EXPECT_EQ(plot.numbers.rows.size(), 3u);
     std::size_t drawn = 0, outliers = 0;
@@ -270,7 +270,7 @@ TEST_F(StudyReport, BoxesHoldTheMiddleHalf) {
     EXPECT_EQ(drawn + plot.beyond, outliers);
 }
 
-TEST(StudyReportWords, CountsAndShares) {
+TEST(StudyReportTexts, CountsAndShares) {
     EXPECT_EQ(countText(0), "0");
     EXPECT_EQ(countText(999), "999");
     EXPECT_EQ(countText(31222), "31,222");

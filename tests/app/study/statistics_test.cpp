@@ -11,7 +11,7 @@ using patient::Tissue;
 
 TEST(StudyStatistics, SpreadOfKnownValues) {
     // 1 to 11 and one outlier.
-    const Spread s = spreadOf({7, 3, 100, 1, 2, 4, 5, 6, 8, 9, 10, 11, kNone});
+    const Spread s = computeSpread({7, 3, 100, 1, 2, 4, 5, 6, 8, 9, 10, 11, kNone});
     EXPECT_EQ(s.count, 12u);
     EXPECT_NEAR(s.mean, 166.0 / 12.0, 1e-12);
     EXPECT_EQ(s.median, 6.5);
@@ -19,20 +19,20 @@ TEST(StudyStatistics, SpreadOfKnownValues) {
     EXPECT_EQ(s.upper_quartile, 9.25);
     EXPECT_EQ(s.lower_whisker, 1.0);
     EXPECT_EQ(s.upper_whisker, 11.0);
-    EXPECT_EQ(s.least, 1.0);
-    EXPECT_EQ(s.most, 100.0);
+    EXPECT_EQ(s.min, 1.0);
+    EXPECT_EQ(s.max, 100.0);
     EXPECT_NEAR(s.sigma, 27.319, 0.001);
     EXPECT_NEAR(s.outlier_limit, s.mean + 2.7 * s.sigma, 1e-12);
     EXPECT_NEAR(s.outlier_share, 1.0 / 12.0, 1e-12);
     EXPECT_NEAR(s.above_whisker_share, 1.0 / 12.0, 1e-12);
     // Beyond the whisker but within 2.7 sigma.
-    EXPECT_EQ(spreadOf({1, 2, 2, 2, 3, 6}).outlier_share, 0.0);
-    EXPECT_NEAR(spreadOf({1, 2, 2, 2, 3, 6}).above_whisker_share, 1.0 / 6.0, 1e-12);
-    EXPECT_EQ(spreadOf({1, 2, 3}).above_whisker_share, 0.0);
-    EXPECT_EQ(spreadOf({2.0}).sigma, 0.0);
-    EXPECT_EQ(spreadOf({2.0}).outlier_share, 0.0);
-    EXPECT_TRUE(std::isnan(spreadOf({kNone}).mean));
-    EXPECT_EQ(spreadOf({}).count, 0u);
+    EXPECT_EQ(computeSpread({1, 2, 2, 2, 3, 6}).outlier_share, 0.0);
+    EXPECT_NEAR(computeSpread({1, 2, 2, 2, 3, 6}).above_whisker_share, 1.0 / 6.0, 1e-12);
+    EXPECT_EQ(computeSpread({1, 2, 3}).above_whisker_share, 0.0);
+    EXPECT_EQ(computeSpread({2.0}).sigma, 0.0);
+    EXPECT_EQ(computeSpread({2.0}).outlier_share, 0.0);
+    EXPECT_TRUE(std::isnan(computeSpread({kNone}).mean));
+    EXPECT_EQ(computeSpread({}).count, 0u);
 }
 
 PathResult path(double rmse_n, double max_n, Tissue cause) {
@@ -77,7 +77,7 @@ TEST(StudyStatistics, SummaryOfManyPaths) {
     ASSERT_EQ(s.causes.size(), 2u);
     EXPECT_EQ(s.causes[0].cause.tissue, Tissue::fascia);
     EXPECT_EQ(s.causes[0].paths, 199u);
-    EXPECT_EQ(s.causes[0].cause.apart_m, 0.001);
+    EXPECT_EQ(s.causes[0].cause.offset_m, 0.001);
     ASSERT_EQ(s.outlier_causes.size(), 1u);
     EXPECT_EQ(s.outlier_causes[0].cause.tissue, Tissue::duct);
     const TissueSummary& duct = s.tissues[std::size_t(Tissue::duct)];
@@ -88,8 +88,8 @@ TEST(StudyStatistics, SummaryOfManyPaths) {
     EXPECT_EQ(summarise("none", {}).paths, 0u);
 
     const std::vector<Summary> patients{s, s};
-    EXPECT_NEAR(cohortOf(patients).rmse_n.mean, s.rmse_n.mean, 1e-12);
-    EXPECT_EQ(cohortOf(patients).rmse_n.sigma, 0.0);
+    EXPECT_NEAR(computeCohort(patients).rmse_n.mean, s.rmse_n.mean, 1e-12);
+    EXPECT_EQ(computeCohort(patients).rmse_n.sigma, 0.0);
 }
 
 }  // namespace

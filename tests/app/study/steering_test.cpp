@@ -17,31 +17,31 @@ bool nearAnEvent(const std::vector<ExactEvent>& events, double depth_m) {
                        [&](const ExactEvent& e) { return std::fabs(e.depth_m - depth_m) < 1e-9; });
 }
 
-bool meetsBone(const Felt& felt) {
+bool meetsBone(const PatientForces& felt) {
     return std::any_of(felt.segments->begin(), felt.segments->end(),
                        [](const haptics::Segment& s) { return s.tissue == patient::Tissue::bone; });
 }
 
-struct Compared {
+struct NeedleComparison {
     std::size_t walks = 0, unlike = 0;  // `unlike`: walks with a sample that is more than 1 nN off
     std::size_t samples = 0, unequal = 0;
 };
 
-// Compares the study's samples with the simulated needle on every `nth` path. Skips samples so close to an
-// event that rounding decides on which side of it they are.
-Compared compareWithNeedle(const Vec3& offset_m, std::size_t nth) {
+// Compares the study's samples with the simulated needle on every `nth` path. Skips samples next to an event,
+// because rounding decides on which side of the event they lie.
+NeedleComparison compareWithNeedle(const Vec3& offset_m, std::size_t nth) {
     const PreparedPair pair(test::seededPair());
     Steering steering(pair, {});
-    Compared out;
+    NeedleComparison out;
     for (std::size_t p = 0; p < test::seededPaths().size(); p += nth) {
         patient::PlannedPath path = test::seededPaths()[p];
         for (Vec3* end_m : {&path.entry_m, &path.target_m, &path.entry_reference_m, &path.target_reference_m})
             *end_m += offset_m;
-        const Steered& s = *steering.steer(path);
+        const SteeringResult& s = *steering.steer(path);
         const Vec3 axis = glm::normalize(path.target_m - path.entry_m);
         for (const auto& [felt, patient] :
              {std::pair(&s.full, &pair.full), std::pair(&s.partial, &pair.partial)}) {
-            if (meetsBone(*felt)) continue;  // the study sets the maximum force at once
+            if (meetsBone(*felt)) continue;  // at bone, the study applies the maximum force at once
             haptics::NeedleState needle;
             haptics::NeedleEvents events;
             const auto stepTo = [&](double depth_m) {
@@ -66,28 +66,29 @@ Compared compareWithNeedle(const Vec3& offset_m, std::size_t nth) {
     return out;
 }
 
-TEST(StudySteering, IsTheNeedlesOwnWalk) {
-    const Compared c = compareWithNeedle({0.00031, 0.00017, 0.00023}, 7);
+TEST(StudySteering, MatchesTheSampledNeedle) {
+    const NeedleComparison c = compareWithNeedle({0.00031, 0.00017, 0.00023}, 7);
     EXPECT_GT(c.walks, 40u);
     EXPECT_EQ(c.unlike, 0u);
-    EXPECT_LT(double(c.unequal), 0.2 * double(c.samples));  // rounding in the last bits of rising forces
+    // The unequal samples differ only in their last bits, and only where the force rises.
+    EXPECT_LT(double(c.unequal), 0.2 * double(c.samples));
 }
 
 // A path between voxel centres runs through voxel corners. At a corner, rounding decides which voxel the
 // simulated needle enters.
-TEST(StudySteering, IsTheNeedlesOwnWalkButForCorners) {
-    const Compared c = compareWithNeedle({}, 3);
+TEST(StudySteering, MatchesTheSampledNeedleExceptAtVoxelCorners) {
+    const NeedleComparison c = compareWithNeedle({}, 3);
     EXPECT_LT(double(c.unlike), 0.08 * double(c.walks));
 }
 
-TEST(StudySteering, SamplesLieCloseAndBetweenTouchAndTarget) {
+TEST(StudySteering, SamplesAreDenseBetweenContactAndTarget) {
     const PreparedPair pair(test::seededPair());
     for (const int samples : {100, 1000}) {
         SteeringSettings settings;
         settings.samples = samples;
         Steering steering(pair, settings);
         for (std::size_t p = 0; p < test::seededPaths().size(); p += 20) {
-            const Steered& s = *steering.steer(test::seededPaths()[p]);
+            const SteeringResult& s = *steering.steer(test::seededPaths()[p]);
             EXPECT_GE(s.full.samples_n.size(), std::size_t(samples));
             EXPECT_EQ(s.full.samples_n.size(), s.partial.samples_n.size());
             EXPECT_LE(s.step_m, settings.max_spacing_m);
@@ -102,9 +103,9 @@ TEST(StudySteering, SamplesLieCloseAndBetweenTouchAndTarget) {
     }
 }
 
-// Without motion in the patient, the breathing needle gives the same forces. With motion, the forces
-// differ.
-TEST(StudySteering, BreathesWhereAsked) {
+// With the setting `breathing`, a patient without motion gives the same forces as without the setting. A
+// patient with motion gives other forces.
+TEST(StudySteering, BreathesOnlyWhenRequested) {
     SteeringSettings still, breathing;
     breathing.breathing = true;
     Pair held = test::seededPair();
@@ -114,24 +115,24 @@ TEST(StudySteering, BreathesWhereAsked) {
     bool differs = false;
     for (std::size_t p = 0; p < test::seededPaths().size(); p += 60) {
         patient::PlannedPath path = test::seededPaths()[p];
-        const Steered& a = *without.steer(path);
+        const SteeringResult& a = *without.steer(path);
         if (meetsBone(a.full) || meetsBone(a.partial)) continue;
-        const Steered& b = *with.steer(path);
+        const SteeringResult& b = *with.steer(path);
         ASSERT_EQ(a.full.samples_n.size(), b.full.samples_n.size());
         EXPECT_TRUE(b.full.force->pieces.empty());
         EXPECT_GT(b.full.force->events.size(), 3u);
         std::size_t unlike = 0;
         for (std::size_t i = 0; i < a.full.samples_n.size(); ++i)
             unlike += std::fabs(a.full.samples_n[i] - b.full.samples_n[i]) > 1e-9;
-        EXPECT_LE(unlike, 3u);  // next to a puncture
-        const Steered& c = *moved.steer(path);
+        EXPECT_LE(unlike, 3u);  // samples next to a puncture
+        const SteeringResult& c = *moved.steer(path);
         for (std::size_t i = 0; i < c.full.samples_n.size(); ++i)
             differs = differs || std::fabs(c.full.samples_n[i] - b.full.samples_n[i]) > 0.05;
     }
     EXPECT_TRUE(differs);
 }
 
-TEST(StudySteering, APathThroughAirIsNone) {
+TEST(StudySteering, PathThroughAirHasNoResult) {
     const PreparedPair pair(test::seededPair());
     Steering steering(pair, {});
     patient::PlannedPath path = test::seededPaths().front();

@@ -7,15 +7,15 @@
 #include <regex>
 #include <sstream>
 
-#include "tests/app/study/made_study.h"
+#include "tests/app/study/study_on_disk.h"
 #include "tests/support/browser.h"
 #include "tests/support/file_text.h"
 
 namespace {
 
 namespace fs = std::filesystem;
+using stylet::test::readText;
 using stylet::test::TempFolder;
-using stylet::test::textOf;
 
 const std::string kProgram = std::string(std::getenv("STYLET_BIN")) + "/stylet-study";
 
@@ -28,14 +28,14 @@ class StudyRun : public testing::Test {
   protected:
     static void SetUpTestSuite() {
         folder_ = new TempFolder;
-        stylet::test::makeStudy(folder_->path());
+        stylet::test::writeStudy(folder_->path());
     }
     static void TearDownTestSuite() { delete folder_; }
 
     static Outcome shell(const std::string& line) {
         const fs::path text = *folder_ / "text";
         const int status = std::system(("( " + line + " ) >'" + text.string() + "' 2>&1").c_str());
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, textOf(text)};
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readText(text)};
     }
     // Plans from every skin voxel, which gives at least two blocks of paths per pair.
     static std::string command(const std::string& verb, const std::string& out,
@@ -43,7 +43,7 @@ class StudyRun : public testing::Test {
         return "'" + kProgram + "' " + verb + " '" + (*folder_ / "study.toml").string() + "' --out '" +
                (*folder_ / out).string() + "' --threads 1 " + more;
     }
-    // Runs the whole study once, uninterrupted and in one process, into "alone".
+    // Runs the whole study once into "alone": in one process and without interruption.
     static void needAlone() {
         if (fs::exists(*folder_ / "alone/report.html")) return;
         const Outcome all = shell(command("all", "alone"));
@@ -61,11 +61,11 @@ const char* const kFiles[] = {"one/paths.json", "one/plan.csv",  "one/plan.json"
 void expectSameFiles(const fs::path& a, const fs::path& b) {
     for (const char* file : kFiles) {
         ASSERT_TRUE(fs::exists(a / file)) << file;
-        EXPECT_TRUE(textOf(a / file) == textOf(b / file)) << file;
+        EXPECT_TRUE(readText(a / file) == readText(b / file)) << file;
     }
 }
 
-TEST_F(StudyRun, PageDrawsWithoutComplaintOrNetwork) {
+TEST_F(StudyRun, PageDrawsWithoutErrorsOrNetwork) {
     ASSERT_NO_FATAL_FAILURE(needAlone());
     stylet::test::Browser browser;
     for (const int width : {1280, 400}) {
@@ -89,13 +89,13 @@ TEST_F(StudyRun, PageDrawsWithoutComplaintOrNetwork) {
 }
 
 // `stylet-study report` rebuilds the same report.html from the files on disk.
-TEST_F(StudyRun, ReportIsMadeAnewFromDisk) {
+TEST_F(StudyRun, ReportIsRebuiltFromDisk) {
     ASSERT_NO_FATAL_FAILURE(needAlone());
-    const std::string before = textOf(*folder_ / "alone/report.html");
+    const std::string before = readText(*folder_ / "alone/report.html");
     fs::remove(*folder_ / "alone/report.html");
     const Outcome report = shell("'" + kProgram + "' report '" + (*folder_ / "alone").string() + "'");
     ASSERT_EQ(report.status, 0) << report.text;
-    EXPECT_TRUE(textOf(*folder_ / "alone/report.html") == before);
+    EXPECT_TRUE(readText(*folder_ / "alone/report.html") == before);
     const Outcome none = shell("'" + kProgram + "' report '" + (*folder_ / "nowhere").string() + "'");
     EXPECT_EQ(none.status, 2);
     EXPECT_NE(none.text.find("summary.json: file: cannot be read: plan and run the study first"),
@@ -116,7 +116,7 @@ TEST_F(StudyRun, LinksNeitherDeviceNorSqlNorGpu) {
     const Outcome needed = shell("readelf -d '" + kProgram + "' | grep NEEDED");
     ASSERT_EQ(needed.status, 0);
     static const std::regex expected(
-        "\\[lib(cairo|mpi|tomlplusplus|stdc\\+\\+|m|gcc_s|c|z|pthread)\\.so|\\[ld-linux");
+        "\\[lib(cairo|fmt|mpi|tomlplusplus|stdc\\+\\+|m|gcc_s|c|z|pthread)\\.so|\\[ld-linux");
     std::istringstream lines(needed.text);
     for (std::string line; std::getline(lines, line);)
         EXPECT_TRUE(std::regex_search(line, expected)) << line;
@@ -134,7 +134,7 @@ std::string ranks(int count, const std::string& line) {
            std::to_string(count) + " " + line;
 }
 
-TEST_F(StudyRun, RanksComeToTheSameBytes) {
+TEST_F(StudyRun, AnyNumberOfRanksGivesTheSameFiles) {
     ASSERT_NO_FATAL_FAILURE(needAlone());
     for (const int count : {1, 2, 4}) {
         const std::string out = "ranks-" + std::to_string(count);
@@ -145,7 +145,7 @@ TEST_F(StudyRun, RanksComeToTheSameBytes) {
 }
 
 // HZ-RECORD-13
-TEST_F(StudyRun, ALostRankLeavesWhatIsFinished) {
+TEST_F(StudyRun, RunResumesAfterALostRank) {
     ASSERT_NO_FATAL_FAILURE(needAlone());
     // The second of four ranks blocks while it writes its first block into a pipe without a reader. It is
     // killed once the first rank has written a block.
@@ -157,7 +157,7 @@ TEST_F(StudyRun, ALostRankLeavesWhatIsFinished) {
         4, "sh -c 'if [ \"$OMPI_COMM_WORLD_RANK\" = 1 ]; then (while [ ! -e \"" + block.string() +
                "\" ]; do sleep 0.01; done; kill -9 $$) & fi; exec \"$@\"' sh " + command("all", "lost")));
     EXPECT_NE(lost.status, 0);
-    EXPECT_NE(lost.text.find("the same command resumes from there"), std::string::npos) << lost.text;
+    EXPECT_NE(lost.text.find("the same command resumes the study"), std::string::npos) << lost.text;
     ASSERT_FALSE(fs::exists(out / "summary.json"));
     ASSERT_TRUE(fs::exists(block));
     fs::remove(pipe);
@@ -169,7 +169,7 @@ TEST_F(StudyRun, ALostRankLeavesWhatIsFinished) {
     expectSameFiles(*folder_ / "alone", out);
 }
 
-TEST_F(StudyRun, ARankThatFailsEndsAll) {
+TEST_F(StudyRun, FailingRankAbortsAllRanks) {
     std::ofstream(*folder_ / "bad.toml")
         << "[[pair]]\nname = 'one'\nreference = 'truth'\nfound = 'built'\n"
            "[[pair]]\nname = 'gone'\nreference = 'truth'\nfound = 'nowhere'\n";

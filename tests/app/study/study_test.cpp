@@ -14,7 +14,7 @@
 namespace stylet::study {
 namespace {
 
-using test::textOf;
+using test::readText;
 
 // Compares bit for bit, so that NaN equals NaN.
 bool same(const ForceError& a, const ForceError& b) {
@@ -32,7 +32,7 @@ void expectSame(const std::vector<PathResult>& a, const std::vector<PathResult>&
     }
 }
 
-TEST(Study, PlansTheSameWithAndWithoutSkips) {
+TEST(Study, SkippingDoesNotChangeThePlan) {
     PlanRequest request;
     const PairPlan quick = planPair(test::seededPair(), request);
     request.skip = false;
@@ -49,7 +49,7 @@ TEST(Study, PlansTheSameWithAndWithoutSkips) {
     EXPECT_GT(quick.result.skipped, near * 8 / 10);
 }
 
-TEST(Study, HowBlocksAreSpreadDoesNotMatter) {
+TEST(Study, ResultsDoNotDependOnThreadsOrBlocks) {
     const PreparedPair pair(test::seededPair());
     const std::span paths(test::seededPaths());
     ASSERT_GT(paths.size(), kBlock / 2);
@@ -69,7 +69,7 @@ TEST(Study, HowBlocksAreSpreadDoesNotMatter) {
 
 // Labels that are 2.5 mm (one voxel) too low give the published result: most forces are identical, and the
 // others are shifted at the fascia.
-TEST(Study, MovedLabelsPutForcesOutOfStep) {
+TEST(Study, DisplacedLabelsCauseForceErrors) {
     const PreparedPair pair(test::seededPair());
     const Summary s = summarise("moved", runPaths(pair, test::seededPaths(), {}));
     EXPECT_GT(s.equal_share.median, 0.7);
@@ -80,7 +80,7 @@ TEST(Study, MovedLabelsPutForcesOutOfStep) {
     EXPECT_LT(s.mean_distance_m.median, 0.005);
 }
 
-TEST(Study, WorstBreathsAreRatedOnRequest) {
+TEST(Study, WorstQualityIsRatedOnRequest) {
     PlanRequest request;
     request.skin_spacing_m = 0.020;
     request.breaths = 5;
@@ -98,11 +98,11 @@ TEST(Study, WorstBreathsAreRatedOnRequest) {
 }
 
 std::size_t lines(const std::filesystem::path& file) {
-    const std::string text = textOf(file);
+    const std::string text = readText(file);
     return std::size_t(std::count(text.begin(), text.end(), '\n'));
 }
 
-TEST(Study, CommandsLeaveTables) {
+TEST(Study, CommandsWriteTables) {
     const test::TempFolder temp;
     patient::savePackage(test::seededTruth(), temp / "truth");
     patient::savePackage(test::movedAndCut(test::seededTruth()), temp / "built");
@@ -112,37 +112,38 @@ TEST(Study, CommandsLeaveTables) {
     o.plan.skin_spacing_m = 0.010;
     o.sampled_paths = 2;
     runPlan(o);
-    const std::string planned = textOf(temp / "out/one/paths.json");
+    const std::string planned = readText(temp / "out/one/paths.json");
     const std::size_t paths = patient::loadPaths(temp / "out/one/paths.json").paths.size();
     ASSERT_GT(paths, 10u);
     EXPECT_EQ(lines(temp / "out/one/plan.csv"), paths + 1);
     o.plan.skin_spacing_m = 0.020;  // existing paths are reused
     runStudy(o);
-    EXPECT_EQ(textOf(temp / "out/one/paths.json"), planned);
+    EXPECT_EQ(readText(temp / "out/one/paths.json"), planned);
     EXPECT_EQ(lines(temp / "out/one/paths.csv"), paths + 1);
-    o.plan_is_asked = true;  // unless the user sets the plan explicitly
+    o.plan_is_explicit = true;  // unless the user sets the plan explicitly
     runStudy(o);
     EXPECT_LT(lines(temp / "out/one/paths.csv"), paths / 2);
     o.plan.skin_spacing_m = 0.010;
     runStudy(o);
-    EXPECT_EQ(textOf(temp / "out/one/paths.json"), planned);
+    EXPECT_EQ(readText(temp / "out/one/paths.json"), planned);
     EXPECT_GE(lines(temp / "out/one/samples.csv"), 2001u);
-    const auto plan = nlohmann::json::parse(textOf(temp / "out/one/plan.json"));
+    const auto plan = nlohmann::json::parse(readText(temp / "out/one/plan.json"));
     std::size_t counted = 0;
     for (const auto& bin : plan["quality"])
         counted += bin.get<std::size_t>();
     EXPECT_EQ(counted, paths);
-    const auto summary = nlohmann::json::parse(textOf(temp / "out/summary.json"));
+    const auto summary = nlohmann::json::parse(readText(temp / "out/summary.json"));
     EXPECT_EQ(summary["all"]["paths"].get<std::size_t>(), paths);
     EXPECT_EQ(summary["patients"][0]["name"], "one");
     EXPECT_EQ(summary["settings"]["found_labels"], "partial");
     EXPECT_GT(summary["patients"][0]["equal_share"]["mean"].get<double>(), 0.5);
 
-    const std::string before = textOf(temp / "out/one/paths.csv"), all = textOf(temp / "out/summary.json");
+    const std::string before = readText(temp / "out/one/paths.csv"),
+                      all = readText(temp / "out/summary.json");
     o.run.threads = 1;
     runStudy(o);
-    EXPECT_EQ(textOf(temp / "out/one/paths.csv"), before);
-    EXPECT_EQ(textOf(temp / "out/summary.json"), all);
+    EXPECT_EQ(readText(temp / "out/one/paths.csv"), before);
+    EXPECT_EQ(readText(temp / "out/summary.json"), all);
 }
 
 }  // namespace

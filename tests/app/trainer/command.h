@@ -1,6 +1,7 @@
 // Runs the program `stylet` as a user does.
 #pragma once
 
+#include <signal.h>
 #include <sys/wait.h>
 
 #include <cstdlib>
@@ -20,11 +21,18 @@ struct Outcome {
     nlohmann::json summary;  // summary.json in the --out folder; null if there is none
 };
 
-// Temporary folder in which the program runs: its data, its output and, unless shared, its cache.
+// Sends a signal to the program whose process id is in the file `number` (Command::runInto). Does nothing if
+// the program has not started yet.
+inline void signalProgram(const std::filesystem::path& number, int signal = SIGINT) {
+    if (const int process = std::atoi(readText(number).c_str()); process > 0) kill(process, signal);
+}
+
+// Temporary folder in which the program runs. It contains the program's data, its output and, unless shared,
+// its cache.
 class Command {
   public:
-    // shared: the folder named by STYLET_TEST_CACHE, if set. packaging/test starts with an empty one, so that
-    // every reference patient is made and planned once per run of the tests.
+    // shared: the folder from STYLET_TEST_CACHE, if set. packaging/test starts with an empty one, so every
+    // reference patient is generated and planned once per run of the tests.
     enum class Cache { shared, own };
 
     Command() : Command(Cache::shared) {}
@@ -34,18 +42,19 @@ class Command {
         variables_["XDG_DATA_HOME"] = (folder_ / "data").string();
     }
 
-    // `arguments` as in a shell. Adds "--out" with a new folder; `out()` returns it after the run.
+    // `arguments` as in a shell. Adds "--out" with a new folder, which `out()` returns after the run.
     Outcome run(const std::string& arguments) {
         return runInto(folder_ / ("out" + std::to_string(++runs_)), arguments);
     }
-    // Writes the program's process id to the file `number`, if given, so that the caller can signal it.
+    // Writes the program's process id to the file `number`, if given, so that the caller can send it a
+    // signal.
     Outcome runInto(const std::filesystem::path& out, const std::string& arguments,
                     const std::filesystem::path& number = {}) {
         out_ = out;
         Outcome outcome = runBare(arguments + " --out '" + out_.string() + "'",
                                   number.empty() ? "" : "echo $$ >'" + number.string() + "'; exec env ");
         if (std::filesystem::exists(out_ / "summary.json"))
-            outcome.summary = nlohmann::json::parse(textOf(out_ / "summary.json"));
+            outcome.summary = nlohmann::json::parse(readText(out_ / "summary.json"));
         return outcome;
     }
     // Runs the program without adding "--out". `before` is placed before the variables in the shell line.
@@ -57,7 +66,7 @@ class Command {
         line += "'" + std::string(std::getenv("STYLET_BIN")) + "/stylet' " + arguments + " >'" +
                 std_out.string() + "' 2>'" + std_err.string() + "'";
         const int status = std::system(line.c_str());
-        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, textOf(std_out), textOf(std_err), {}};
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, readText(std_out), readText(std_err), {}};
     }
     const std::filesystem::path& out() const { return out_; }
     void set(const std::string& variable, const std::string& value) { variables_[variable] = value; }

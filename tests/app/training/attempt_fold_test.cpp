@@ -15,7 +15,7 @@ using haptics::TickOutput;
 using test::kDt_s;
 
 // Ticks with the needle's tip in the duct of the phantom.
-class Folded : public testing::Test {
+class AttemptFoldTest : public testing::Test {
   protected:
     std::uint64_t tick(AttemptFold& fold, std::initializer_list<Command> commands = {}) {
         TickInput input;
@@ -23,7 +23,7 @@ class Folded : public testing::Test {
             input.commands[input.command_count++] = c;
         output_.tick += 1;
         output_.state_hash = 0x1234'5678ull * output_.tick;
-        return fold.take(input, output_);
+        return fold.step(input, output_);
     }
     void SetUp() override {
         output_.phase = haptics::Phase::pass;
@@ -34,7 +34,7 @@ class Folded : public testing::Test {
     TickOutput output_;
 };
 
-TEST_F(Folded, IsTheSimulationsHashUntilAMachineIsUsed) {
+TEST_F(AttemptFoldTest, EqualsTheSimulationHashUntilEquipmentIsUsed) {
     AttemptFold fold(patient_, kDt_s);
     EXPECT_EQ(tick(fold), output_.state_hash);
     EXPECT_EQ(tick(fold, {{CommandKind::holdBreath, 0}, {CommandKind::marker, 7}}), output_.state_hash);
@@ -44,7 +44,7 @@ TEST_F(Folded, IsTheSimulationsHashUntilAMachineIsUsed) {
     EXPECT_NE(tick(fold), output_.state_hash);
 }
 
-TEST_F(Folded, ContrastAndDoseFollowTheCommandsTickByTick) {
+TEST_F(AttemptFoldTest, ContrastAndDoseFollowTheCommandsTickByTick) {
     AttemptFold fold(patient_, kDt_s);
     tick(fold, {kPedalDown, injectCommand(2e-6)});
     for (int i = 1; i < 1000; ++i)
@@ -56,17 +56,17 @@ TEST_F(Folded, ContrastAndDoseFollowTheCommandsTickByTick) {
     EXPECT_NEAR(fold.dose().contrast_m3, 2e-6, 1e-12);
     EXPECT_NEAR(fold.dose().fluoroscopy_s, 1.0, 1e-9);
     EXPECT_EQ(fold.contrast().status().place, patient::ContrastPlace::duct);
-    EXPECT_EQ(fold.machines().xray.pulses, fold.dose().pulses);
+    EXPECT_EQ(fold.equipment().xray.pulses, fold.dose().pulses);
 }
 
-TEST_F(Folded, AnInjectionOutsideTheBodyIsLost) {
+TEST_F(AttemptFoldTest, AnInjectionOutsideTheBodyIsLost) {
     AttemptFold fold(patient_, kDt_s);
     output_.phase = haptics::Phase::outside;
     tick(fold, {injectCommand(2e-6)});
     EXPECT_NEAR(fold.contrast().volumes().lost_m3, 2e-9, 1e-15);
 }
 
-TEST_F(Folded, EveryCommandAndWhenItCameIsInTheHash) {
+TEST_F(AttemptFoldTest, HashCoversEveryCommandAndItsTick) {
     const auto play = [&](const Command& command, int at) {
         AttemptFold fold(patient_, kDt_s);
         output_.tick = 0;
@@ -80,8 +80,9 @@ TEST_F(Folded, EveryCommandAndWhenItCameIsInTheHash) {
     EXPECT_NE(play(injectCommand(1e-6), 11), first);
     EXPECT_NE(play(injectCommand(1.001e-6), 10), first);
     EXPECT_NE(play(kPedalDown, 10), play(kPedalDown, 11));
-    EXPECT_NE(play(turn(XrayKnob::rotation, 1.0), 10), play(turn(XrayKnob::rotation, 1.1), 10));
-    EXPECT_NE(play(turn(UltrasoundKnob::gain, 1.0), 10), play(turn(UltrasoundKnob::gain, 1.5), 10));
+    EXPECT_NE(play(knobCommand(XrayKnob::rotation, 1.0), 10), play(knobCommand(XrayKnob::rotation, 1.1), 10));
+    EXPECT_NE(play(knobCommand(UltrasoundKnob::gain, 1.0), 10),
+              play(knobCommand(UltrasoundKnob::gain, 1.5), 10));
 }
 
 }  // namespace

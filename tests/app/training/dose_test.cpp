@@ -59,7 +59,7 @@ TEST(Dose, TappingThePedalGivesNoMorePulses) {
     EXPECT_GE(dose.ledger().pulses, 9u);
 }
 
-TEST(Dose, AFasterRateIsNotWaitedFor) {
+TEST(Dose, FasterRateAppliesAtOnce) {
     Dose dose({}, kDt_s);
     XrayState xray;
     xray.pedal = true;
@@ -103,7 +103,7 @@ TEST(Dose, AQuarterOfTheFieldIsAQuarterOfTheProduct) {
     EXPECT_NEAR(products[1] / products[0], 0.25, 1e-12);
 }
 
-TEST(Dose, NoRateIsFasterThanTheTicks) {
+TEST(Dose, PulseRateIsLimitedToTheTickRate) {
     Dose dose({}, kDt_s);
     XrayState xray;
     xray.pedal = true;

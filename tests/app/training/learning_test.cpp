@@ -18,7 +18,7 @@ TEST(Cusum, LimitsAsInTheTextbook) {
     EXPECT_NEAR(limits.upper_h, 2.7095, 5e-5);
 }
 
-TEST(Cusum, OneErrorRateMovesOneLimitMost) {
+TEST(Cusum, ErrorRatesMoveTheirLimits) {
     const CusumLimits strict = cusumLimits({0.1, 0.2, 0.01, 0.2}), even = cusumLimits({0.1, 0.2, 0.1, 0.1});
     EXPECT_GT(strict.upper_h, even.upper_h);
     EXPECT_LT(strict.lower_h, even.lower_h);
@@ -40,7 +40,7 @@ TEST(Cusum, FailuresClimbAndSuccessesDescendToAVerdict) {
     EXPECT_TRUE(cusum({}, settings).empty());
 }
 
-TEST(LearningCurve, FindsTheLawThatMadeTheTotals) {
+TEST(LearningCurve, RecoversTheGeneratingParameters) {
     LearningCurve law;
     law.plateau = 92.0, law.gain = 50.0, law.rate = 6.0;
     std::vector<double> totals;
@@ -54,7 +54,7 @@ TEST(LearningCurve, FindsTheLawThatMadeTheTotals) {
     EXPECT_NEAR(fit->rms, 0.5, 0.05);
 }
 
-TEST(LearningCurve, NeedsFourThatDiffer) {
+TEST(LearningCurve, NeedsFourDifferentTotals) {
     EXPECT_FALSE(learningCurve(std::vector<double>{10, 20, 30}));
     EXPECT_FALSE(learningCurve(std::vector<double>{50, 50, 50, 50, 50}));
     EXPECT_FALSE(learningCurve(std::vector<double>{50, 60, std::nan(""), 70, 80}));
@@ -65,12 +65,12 @@ TEST(LearningCurve, NeedsFourThatDiffer) {
 
 TEST(Percentile, TiesCountHalf) {
     const std::vector<double> cohort{40, 60, 60, 80};
-    EXPECT_DOUBLE_EQ(*percentileIn(cohort, 30), 0.0);
-    EXPECT_DOUBLE_EQ(*percentileIn(cohort, 60), 0.5);
-    EXPECT_DOUBLE_EQ(*percentileIn(cohort, 70), 0.75);
-    EXPECT_DOUBLE_EQ(*percentileIn(cohort, 90), 1.0);
-    EXPECT_FALSE(percentileIn({}, 50));
-    EXPECT_FALSE(percentileIn(cohort, std::numeric_limits<double>::quiet_NaN()));
+    EXPECT_DOUBLE_EQ(*percentileRank(cohort, 30), 0.0);
+    EXPECT_DOUBLE_EQ(*percentileRank(cohort, 60), 0.5);
+    EXPECT_DOUBLE_EQ(*percentileRank(cohort, 70), 0.75);
+    EXPECT_DOUBLE_EQ(*percentileRank(cohort, 90), 1.0);
+    EXPECT_FALSE(percentileRank({}, 50));
+    EXPECT_FALSE(percentileRank(cohort, std::numeric_limits<double>::quiet_NaN()));
 }
 
 }  // namespace

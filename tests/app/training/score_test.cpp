@@ -11,8 +11,9 @@
 #include <sstream>
 #include <string>
 
-#include "app/training/progress.h"
+#include "app/training/metrics.h"
 #include "tests/app/trainer/assets.h"
+#include "tests/app/training/wall.h"
 #include "tests/support/constants.h"
 #include "tests/support/seed.h"
 
@@ -30,18 +31,18 @@ MetricValues allAt(double Metric::* end) {
     return values;
 }
 
-TEST(Score, TheBestOfAllIsOneHundredAndTheWorstNothing) {
-    EXPECT_EQ(scoreOf(allAt(&Metric::best)).total, 100.0);
-    EXPECT_EQ(scoreOf(allAt(&Metric::worst)).total, 0.0);
+TEST(Score, BestValuesScoreOneHundredAndWorstZero) {
+    EXPECT_EQ(computeScore(allAt(&Metric::best)).total, 100.0);
+    EXPECT_EQ(computeScore(allAt(&Metric::worst)).total, 0.0);
 }
 
 // HZ-TEACH-01
-TEST(Score, HalfWayEarnsHalfAndThePartsAddUp) {
+TEST(Score, HalfwayValueEarnsHalfAndPointsAddUp) {
     MetricValues values = allAt(&Metric::best);
     const std::size_t i = std::size_t(MetricId::targeting);
     const Metric& m = metricTable()[i];
     values[i] = 0.5 * (m.best + m.worst);
-    const Score score = scoreOf(values);
+    const Score score = computeScore(values);
     EXPECT_DOUBLE_EQ(score.points[i], 0.5 * m.weight);
     EXPECT_DOUBLE_EQ(score.total, 100.0 - 0.5 * m.weight);
     double sum = 0.0;
@@ -50,16 +51,16 @@ TEST(Score, HalfWayEarnsHalfAndThePartsAddUp) {
     EXPECT_EQ(score.total, sum);
 }
 
-TEST(Score, HarmlessIdlenessIsNotPaid) {
+TEST(Score, IdleTraineeEarnsNoPoints) {
     MetricValues values = allAt(&Metric::best);
     values[std::size_t(MetricId::procedure)] = 0.0;
-    EXPECT_EQ(scoreOf(values).total, 0.0);
+    EXPECT_EQ(computeScore(values).total, 0.0);
     values[std::size_t(MetricId::procedure)] = 50.0;
-    EXPECT_NEAR(scoreOf(values).total, 50.0 - 0.5 * 0.5 * 8.0, 1e-12);
+    EXPECT_NEAR(computeScore(values).total, 50.0 - 0.5 * 0.5 * 8.0, 1e-12);
 }
 
-// Starts from random attempts. Making any metric worse by any amount, or not a number, never raises the
-// total. The points of each metric stay between 0 and its weight.
+// Starts from random attempts. Replacing a metric by any worse value, or by NaN, never raises the total. The
+// points of each metric stay between 0 and its weight.
 // HZ-TEACH-01
 TEST(Score, WorseningAnyMetricNeverRaisesTheTotal) {
     std::mt19937_64 random(test::seed());
@@ -73,7 +74,7 @@ TEST(Score, WorseningAnyMetricNeverRaisesTheTotal) {
             if (one(random) < 0.02)
                 values[i] = one(random) < 0.5 ? kNaN : m.best + (m.worst - m.best) * 1e300;
         }
-        const Score before = scoreOf(values);
+        const Score before = computeScore(values);
         ASSERT_TRUE(before.total >= 0.0 && before.total <= 100.0) << before.total;
         for (std::size_t i = 0; i < kMetricCount; ++i) {
             const Metric& m = metricTable()[i];
@@ -84,7 +85,7 @@ TEST(Score, WorseningAnyMetricNeverRaisesTheTotal) {
                   std::nextafter(values[i], towards_worst * kInf), towards_worst * kInf, kNaN}) {
                 MetricValues worsened = values;
                 worsened[i] = worse;
-                const double total = scoreOf(worsened).total;
+                const double total = computeScore(worsened).total;
                 ASSERT_LE(total, before.total) << m.id << ": " << values[i] << " -> " << worse;
                 lowered += total < before.total;
                 // Conversely, a better value never lowers the total.
@@ -92,7 +93,7 @@ TEST(Score, WorseningAnyMetricNeverRaisesTheTotal) {
                 MetricValues bettered = values;
                 bettered[i] = values[i] - (worse - values[i]);
                 if (!std::isfinite(bettered[i])) continue;
-                ASSERT_GE(scoreOf(bettered).total, before.total) << m.id;
+                ASSERT_GE(computeScore(bettered).total, before.total) << m.id;
             }
         }
     }
@@ -104,8 +105,29 @@ TEST(Score, EveryMetricCounts) {
     for (std::size_t i = 0; i < kMetricCount; ++i) {
         MetricValues values = allAt(&Metric::best);
         values[i] = metricTable()[i].worst;
-        EXPECT_LT(scoreOf(values).total, 100.0 - 0.9) << metricTable()[i].id;
+        EXPECT_LT(computeScore(values).total, 100.0 - 0.9) << metricTable()[i].id;
     }
+}
+
+// Value of one metric after a number of equal ticks.
+double valueAfter(MetricId id, const haptics::TickOutput& now, int ticks) {
+    static const patient::Package package = test::wallWithVessel();
+    static const patient::Patient patient(package);
+    const AttemptFold fold(patient, test::kDt_s);
+    Metrics metrics(test::wallPath(), std::nullopt, test::kDt_s);
+    for (int i = 0; i < ticks; ++i)
+        metrics.update(now, {}, fold);
+    return metrics.values()[std::size_t(id)];
+}
+
+TEST(Metric, TimesCountTicksAndPeaksKeepTheLargest) {
+    haptics::TickOutput now;
+    EXPECT_EQ(valueAfter(MetricId::probeTime, now, 1000), 0.0);
+    now.tool = haptics::Tool::probe, now.probe_touching_share = 0.5;
+    EXPECT_NEAR(valueAfter(MetricId::probeTime, now, 1000), 1.0, 1e-9);
+    now.force_n = -2.0, now.lateral_cut_m = 0.003;
+    EXPECT_EQ(valueAfter(MetricId::peakForce, now, 2), 2.0);
+    EXPECT_EQ(valueAfter(MetricId::lateralCut, now, 2), 3.0);
 }
 
 std::string numberText(double value) {
@@ -114,9 +136,9 @@ std::string numberText(double value) {
     return text;
 }
 
-// The table in metrics.md of the guide has one line per metric.
+// The table in the guide's metrics.md has one line per metric.
 // HZ-TEACH-01
-TEST(Score, TheDocumentedTableIsTheOneThatCounts) {
+TEST(Score, GuideTableMatchesTheMetricTable) {
     std::ifstream page(test::assets().parent_path() / "packaging" / "guide" / "metrics.md");
     ASSERT_TRUE(page);
     std::vector<std::string> rows;
@@ -136,7 +158,7 @@ TEST(Score, TheDocumentedTableIsTheOneThatCounts) {
 }
 
 // The event kinds in the row `kind` of the guide's table.
-TEST(Progress, TheDocumentedEventsAreThoseThereAre) {
+TEST(Progress, GuideListsAllEventKinds) {
     std::ifstream page(test::assets().parent_path() / "packaging" / "guide" / "records.md");
     ASSERT_TRUE(page);
     std::string row;

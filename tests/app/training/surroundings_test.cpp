@@ -11,18 +11,18 @@ namespace stylet::training {
 namespace {
 
 // Borders at whole millimetres: the vessel from 32 to 36 mm, the duct from 50 mm.
-TEST(Surroundings, DistancesGoToTheBorderAndOuterAirIsNoRisk) {
+TEST(Surroundings, DistancesReachTheBorderAndIgnoreOuterAir) {
     const patient::Package package = test::wallWithVessel();
     const patient::Patient patient(package);
     const Surroundings around(patient, test::wallPath());
-    EXPECT_NEAR(around.toRisk_m({0.0205, 0.0005, 0.0005}), 0.0115, 1e-6);
-    EXPECT_NEAR(around.toRisk_m({0.0305, 0.0005, 0.0005}), 0.0015, 1e-6);
-    EXPECT_EQ(around.toRisk_m({0.0345, 0.0005, 0.0005}), 0.0);
-    EXPECT_NEAR(around.toRisk_m({0.0395, 0.0005, 0.0005}), 0.0035, 1e-6);
-    EXPECT_GT(around.toRisk_m({0.0005, 0.0005, 0.0005}), 0.030) << "outer air";
-    EXPECT_NEAR(around.toDuct_m({0.0405, 0.0005, 0.0005}), 0.0095, 1e-6);
-    EXPECT_TRUE(std::isinf(around.toRisk_m({5.0, 0.0, 0.0})));
-    EXPECT_FALSE(around.ductAlong()) << "a slab runs no way";
+    EXPECT_NEAR(around.distanceToRisk_m({0.0205, 0.0005, 0.0005}), 0.0115, 1e-6);
+    EXPECT_NEAR(around.distanceToRisk_m({0.0305, 0.0005, 0.0005}), 0.0015, 1e-6);
+    EXPECT_EQ(around.distanceToRisk_m({0.0345, 0.0005, 0.0005}), 0.0);
+    EXPECT_NEAR(around.distanceToRisk_m({0.0395, 0.0005, 0.0005}), 0.0035, 1e-6);
+    EXPECT_GT(around.distanceToRisk_m({0.0005, 0.0005, 0.0005}), 0.030) << "outer air";
+    EXPECT_NEAR(around.distanceToDuct_m({0.0405, 0.0005, 0.0005}), 0.0095, 1e-6);
+    EXPECT_TRUE(std::isinf(around.distanceToRisk_m({5.0, 0.0, 0.0})));
+    EXPECT_FALSE(around.ductAxis()) << "a slab runs no way";
 }
 
 TEST(Surroundings, GasInTheBodyIsARisk) {
@@ -37,12 +37,12 @@ TEST(Surroundings, GasInTheBodyIsARisk) {
     paint(0.010, 0.012);
     const patient::Patient patient(package);
     const Surroundings around(patient, test::wallPath());
-    EXPECT_EQ(around.toRisk_m({0.0105, 0.0005, 0.0005}), 0.0);
-    EXPECT_NEAR(around.toRisk_m({0.0055, 0.0005, 0.0005}), 0.0045, 1e-6);
+    EXPECT_EQ(around.distanceToRisk_m({0.0105, 0.0005, 0.0005}), 0.0);
+    EXPECT_NEAR(around.distanceToRisk_m({0.0055, 0.0005, 0.0005}), 0.0045, 1e-6);
 }
 
 // A duct of 4 mm along y replaces the duct slab.
-TEST(Surroundings, TheDuctRunsAlongItsTube) {
+TEST(Surroundings, DuctAxisFollowsTheTube) {
     patient::Package package = test::wallWithVessel();
     LabelVolume& labels = package.labels;
     Index3 i;
@@ -53,8 +53,8 @@ TEST(Surroundings, TheDuctRunsAlongItsTube) {
                     labels[i] = test::kLiverLabel;
     const patient::Patient patient(package);
     const Surroundings around(patient, test::wallPath());
-    ASSERT_TRUE(around.ductAlong());
-    EXPECT_GT(std::fabs(around.ductAlong()->y), 0.99);
+    ASSERT_TRUE(around.ductAxis());
+    EXPECT_GT(std::fabs(around.ductAxis()->y), 0.99);
 }
 
 }  // namespace

@@ -4,22 +4,23 @@
 #include <chrono>
 #include <cmath>
 #include <condition_variable>
-#include <cstdio>
 #include <cstdlib>
 #include <mutex>
 #include <optional>
 #include <random>
 #include <thread>
 
+#include <fmt/core.h>
+
 #include "app/records/replay.h"
 #include "app/trainer/attempt/retry.h"
 #include "app/trainer/loop/loops.h"
 #include "app/trainer/program/results.h"
-#include "app/trainer/session/force_truth.h"
-#include "app/trainer/session/keeper.h"
+#include "app/trainer/session/attempt_writer.h"
+#include "app/trainer/session/force_comparison.h"
 #include "base/hash.h"
 #include "patient/synth/synth.h"
-#include "tests/bench/soak/soak_senses.h"
+#include "tests/bench/soak/soak_output.h"
 
 namespace stylet::soak {
 
@@ -35,10 +36,10 @@ constexpr std::array kScenarios{
     "five-tools", "procedure", "trainee-reckless", "trainee-careless", "cholangiography",
     "wrong-tip",  "demo",      "demo-breathing"};
 constexpr std::int64_t kMs = 1'000'000;
-constexpr double kLeap_m = 0.6;  // between two ticks: no hand moves that fast
+constexpr double kTeleport_m = 0.6;  // between two ticks: no hand moves that fast
 constexpr const char* kTrainee = "soak";
-constexpr int kSendAgain = 20;
-constexpr const char* kNowhere = "host=/nowhere";  // a training centre that does not answer
+constexpr int kMaxSendRetries = 20;
+constexpr const char* kUnreachable = "host=/nowhere";  // a training centre that does not answer
 
 fs::path assets() {
     const char* const folder = std::getenv("STYLET_ASSETS");
@@ -46,12 +47,12 @@ fs::path assets() {
     return folder;
 }
 
-struct Bed {
-    explicit Bed(const Settings& settings)
+struct SoakInput {
+    explicit SoakInput(const Settings& settings)
         : seed(settings.seed),
           spacing_m(settings.spacing_m),
           breath(settings.breath),
-          package(made(settings)) {
+          package(makePackage(settings)) {
         std::vector<patient::PlannedPath> paths = planPaths(patient, {}).paths;
         if (paths.empty()) throw DataError("the reference patient", "paths", "none");
         path = paths.front();
@@ -67,7 +68,7 @@ struct Bed {
         scenario.stages.back().seconds += double(plan.recording_v.size()) * plan.recording_dt_s;
         return scenario;
     }
-    static patient::Package made(const Settings& settings) {
+    static patient::Package makePackage(const Settings& settings) {
         patient::synth::SynthSettings synth;
         synth.seed = settings.seed;
         synth.spacing_m = settings.spacing_m;
@@ -81,27 +82,27 @@ struct Bed {
     const patient::Patient patient{package};
     const std::uint64_t digest = patient::digest(package);
     const haptics::TouchMap touch = haptics::makeTouchMap(patient);
-    const std::optional<OtherSegmentation> other = otherSegmentation(patient, {});
+    const std::optional<OtherSegmentation> other = loadOtherSegmentation(patient, {});
     patient::PlannedPath path;
     std::vector<Scenario> scenarios;
 };
 
-// Caches the last bed: a second soak with the same settings does not build the patient again.
-const Bed& bedOf(const Settings& settings) {
-    static std::unique_ptr<Bed> last;
+// Caches the last input, so that a second soak with the same settings does not build the patient again.
+const SoakInput& cachedInput(const Settings& settings) {
+    static std::unique_ptr<SoakInput> last;
     if (!last || last->seed != settings.seed || last->spacing_m != settings.spacing_m ||
         last->breath != settings.breath)
-        last = std::make_unique<Bed>(settings);
+        last = std::make_unique<SoakInput>(settings);
     return *last;
 }
 
 // The threads that Leak::thread leaks. The destructor ends them, so that the soak can report.
-struct Sleepers {
+struct LeakedThreads {
     std::mutex mutex;
     std::condition_variable wake;
     bool over = false;
     std::vector<std::thread> threads;
-    ~Sleepers() {
+    ~LeakedThreads() {
         {
             const std::lock_guard lock(mutex);
             over = true;
@@ -120,84 +121,85 @@ struct Sleepers {
 
 class Soak {
   public:
-    explicit Soak(const Settings& settings) : settings_(settings), bed_(bedOf(settings)) {}
+    explicit Soak(const Settings& settings) : settings_(settings), input_(cachedInput(settings)) {}
     Result run();
 
   private:
     // How to run an attempt, and which equipment and services the trainee has.
-    struct Manner {
+    struct AttemptOptions {
         std::uint64_t seed = 0;
         const Retry* again = nullptr;  // retry from this bookmark
         bool seen = false;             // with a headset
         bool reachable = true;         // the training centre answers
         bool reported = false;
     };
-    struct Made {
+    struct AttemptOutcome {
         fs::path folder;
         std::uint64_t hash = 0;
         std::size_t bookmarks = 0;
     };
     std::uint64_t round(std::uint64_t number, Latency* latency);
     std::uint64_t attempts(const Scenario&, std::uint64_t number, std::size_t i, Latency* latency);
-    Made make(const Scenario&, const Manner&, Latency* latency);
-    records::RecordInfo recordInfo(const Scenario&, const Manner&, double gain) const;
-    records::AttemptInfo attemptInfo(const Scenario&, const Manner&, double gain) const;
-    void unsettle(Attempt&, std::uint64_t seed) const;
-    void watch(const haptics::TickOutput&, Session&, Senses&);
-    void judge(const Attempt&, const Scenario&, const SessionLog&, const LoopTotals&);
-    void insane(const std::string& why);
-    void send(Keeper&, bool reachable);
+    AttemptOutcome runAttempt(const Scenario&, const AttemptOptions&, Latency* latency);
+    records::RecordInfo recordInfo(const Scenario&, const AttemptOptions&, double gain) const;
+    records::AttemptInfo attemptInfo(const Scenario&, const AttemptOptions&, double gain) const;
+    void addDisturbances(Attempt&, std::uint64_t seed) const;
+    void onTick(const haptics::TickOutput&, Session&, UserOutput&);
+    void checkAttempt(const Attempt&, const Scenario&, const SessionLog&, const LoopTotals&);
+    void implausible(const std::string& why);
+    void send(AttemptWriter&, bool reachable);
     void checkStored(const fs::path& folder, std::uint64_t hash);
     void leak();
-    void hold(int threads);
+    void recordResources(int threads);
 
     const Settings settings_;
-    const Bed& bed_;
+    const SoakInput& input_;
     Result result_;
     Latency* latency_ = nullptr;
     double last_tick_us_ = 0.0;
-    bool pause_ = true;  // skip the next latency sample: it is not a tick's
+    bool pause_ = true;  // skip the next latency sample, which includes more than a tick
     haptics::TickOutput before_;
     std::uint64_t leaked_ = 0;
     std::vector<std::unique_ptr<std::array<char, 4096>>> memory_;
     std::vector<int> descriptors_;
-    Sleepers sleepers_;
+    LeakedThreads leaked_threads_;
 };
 
-// Adds what no script contains: a leap of the device, faults with re-arming, and the instructor's commands.
-void Soak::unsettle(Attempt& attempt, std::uint64_t seed) const {
+// Adds events that no script contains: a jump of the device, faults with re-arming, and the instructor's
+// commands.
+void Soak::addDisturbances(Attempt& attempt, std::uint64_t seed) const {
     std::mt19937_64 random(seed);
     std::vector<haptics::TraceSample>& hand = attempt.hand.samples;
     std::vector<haptics::TraceCommand>& commands = attempt.hand.commands;
     const std::int64_t end_ns = hand.back().t_ns;
     const auto someTime = [&] { return std::int64_t(random() % std::uint64_t(end_ns / kMs)) * kMs; };
-    const auto give = [&](std::int64_t t_ns, const haptics::Command& command) {
+    const auto insertCommand = [&](std::int64_t t_ns, const haptics::Command& command) {
         if (t_ns > end_ns) return;
         const auto later = [](std::int64_t t, const haptics::TraceCommand& c) { return t < c.t_ns; };
         commands.insert(std::upper_bound(commands.begin(), commands.end(), t_ns, later), {t_ns, command});
     };
-    const auto say = [&](std::int64_t t_ns, haptics::CommandKind kind, std::uint32_t value = 0) {
-        give(t_ns, {kind, value});
+    const auto schedule = [&](std::int64_t t_ns, haptics::CommandKind kind, std::uint32_t value = 0) {
+        insertCommand(t_ns, {kind, value});
     };
     using enum haptics::CommandKind;
     for (const haptics::CommandKind kind : {cough, sigh, move, bleed})
-        say(someTime(), kind);
+        schedule(someTime(), kind);
     const std::int64_t dark_ns = someTime();
-    say(dark_ns, lights, 0), say(dark_ns + 700 * kMs, lights, 1);
-    give(someTime(), haptics::breathingCommand({0.5 + double(random() % 100) / 100.0, 1.2}));
-    say(someTime(), marker, 3);
+    schedule(dark_ns, lights, 0), schedule(dark_ns + 700 * kMs, lights, 1);
+    insertCommand(someTime(), haptics::breathingCommand({0.5 + double(random() % 100) / 100.0, 1.2}));
+    schedule(someTime(), marker, 3);
     // A fault removes the force. Every second attempt has no faults, so that it can succeed.
     if (seed % 2 == 0) {
         const std::int64_t failed_ns = someTime();
-        say(failed_ns, fault), say(failed_ns + 600 * kMs, rearm);
+        schedule(failed_ns, fault), schedule(failed_ns + 600 * kMs, rearm);
         const std::size_t at = random() % hand.size();
-        hand[at].device_from_stylus.position_m.x += kLeap_m;
-        say(hand[at].t_ns + 500 * kMs, rearm), say(hand[at].t_ns + 2500 * kMs, rearm);
+        hand[at].device_from_stylus.position_m.x += kTeleport_m;
+        schedule(hand[at].t_ns + 500 * kMs, rearm), schedule(hand[at].t_ns + 2500 * kMs, rearm);
     }
 }
 
 // Called after each tick, when the session has processed it.
-void Soak::watch(const haptics::TickOutput& now, Session& session, Senses& senses) {
+void Soak::onTick(const haptics::TickOutput& now, Session& session, UserOutput& senses) {
     if (settings_.leak == Leak::time)
         for (std::uint64_t i = 0; i < 5'000 * leaked_ * leaked_ * leaked_ * leaked_; ++i)
             asm volatile("");
@@ -217,29 +219,30 @@ void Soak::watch(const haptics::TickOutput& now, Session& session, Senses& sense
         pause_ = true;  // the bookmark was written to disk
     }
     if (senses.wants(now)) {
-        senses.hear(session.seen(now));
+        senses.playSounds(session.frameState(now));
         pause_ = true;
     }
     if (latency_) last_tick_us_ = threadTime_us();
 }
 
-void Soak::insane(const std::string& why) {
+void Soak::implausible(const std::string& why) {
     Counts& c = result_.counts;
-    if (c.insane.size() < 20) c.insane.push_back("attempt " + std::to_string(c.attempts) + ": " + why);
+    if (c.implausible.size() < 20)
+        c.implausible.push_back("attempt " + std::to_string(c.attempts) + ": " + why);
 }
 
-void Soak::judge(const Attempt& attempt, const Scenario& scenario, const SessionLog& log,
-                 const LoopTotals& totals) {
+void Soak::checkAttempt(const Attempt& attempt, const Scenario& scenario, const SessionLog& log,
+                        const LoopTotals& totals) {
     Counts& c = result_.counts;
-    if (!(log.score.total >= 0.0 && log.score.total <= 100.0)) insane("a score outside of 0 to 100");
-    if (!(log.peak_force_n >= 0.0 && log.peak_force_n < 100.0)) insane("a force that cannot be");
+    if (!(log.score.total >= 0.0 && log.score.total <= 100.0)) implausible("a score outside of 0 to 100");
+    if (!(log.peak_force_n >= 0.0 && log.peak_force_n < 100.0)) implausible("a force that cannot be");
     if (log.ticks != attempt.beginning.size() + totals.haptics.ticks || log.last_tick + 1 < log.ticks)
-        insane("ticks were lost");
-    if (totals.flights_missed > 0) insane("a fault without its history");
-    if (log.dose.contrast_m3 < 0.0 || !(log.dose.air_kerma_gy >= 0.0)) insane("a dose below zero");
+        implausible("ticks were lost");
+    if (totals.flights_missed > 0) implausible("a fault without its history");
+    if (log.dose.contrast_m3 < 0.0 || !(log.dose.air_kerma_gy >= 0.0)) implausible("a dose below zero");
     for (const report::ForceSample& sample : log.curve)
         if (!std::isfinite(sample.force_n) || !std::isfinite(sample.depth_m)) {
-            insane("a number that is none on the force curve");
+            implausible("a number that is none on the force curve");
             break;
         }
     ++c.attempts;
@@ -258,8 +261,8 @@ void Soak::judge(const Attempt& attempt, const Scenario& scenario, const Session
 // Replays the stored record as `stylet replay` does, and compares the hashes.
 void Soak::checkStored(const fs::path& folder, std::uint64_t hash) {
     const records::Record record = records::loadRecord(folder / "record");
-    const records::ReplayResult again = records::replay(bed_.patient, record, nullptr);
-    if (!again.equal() || again.state_hash != hash) insane("its record replays to another hash");
+    const records::ReplayResult again = records::replay(input_.patient, record, nullptr);
+    if (!again.equal() || again.state_hash != hash) implausible("its record replays to another hash");
     ++result_.counts.replayed;
 }
 
@@ -275,112 +278,116 @@ void Soak::leak() {
                 memory_.push_back(std::make_unique<std::array<char, 4096>>());
             return;
         case Leak::descriptor:
-            descriptors_.push_back(openNothing());
+            descriptors_.push_back(leakDescriptor());
             return;
         case Leak::region:
-            mapNothing();
+            leakRegions();
             return;
         case Leak::thread:
-            sleepers_.add();
+            leaked_threads_.add();
             return;
     }
 }
 
-records::RecordInfo Soak::recordInfo(const Scenario& scenario, const Manner& manner, double gain) const {
+records::RecordInfo Soak::recordInfo(const Scenario& scenario, const AttemptOptions& options,
+                                     double gain) const {
     records::RecordInfo info;
-    info.program_version = STYLET_VERSION, info.patient_name = bed_.package.name;
-    info.scenario = scenario.name, info.seed = manner.seed, info.gain = gain, info.path = bed_.path;
-    if (manner.again) {
-        const std::vector<records::Bookmark>& marks = manner.again->record.info.bookmarks;
-        info.bookmarks.assign(marks.begin(), marks.begin() + std::ptrdiff_t(manner.again->number));
+    info.program_version = STYLET_VERSION, info.patient_name = input_.package.name;
+    info.scenario = scenario.name, info.seed = options.seed, info.gain = gain, info.path = input_.path;
+    if (options.again) {
+        const std::vector<records::Bookmark>& marks = options.again->record.info.bookmarks;
+        info.bookmarks.assign(marks.begin(), marks.begin() + std::ptrdiff_t(options.again->number));
     }
     return info;
 }
 
-records::AttemptInfo Soak::attemptInfo(const Scenario& scenario, const Manner& manner, double gain) const {
+records::AttemptInfo Soak::attemptInfo(const Scenario& scenario, const AttemptOptions& options,
+                                       double gain) const {
     records::AttemptInfo info;
-    info.trainee = kTrainee, info.device = "scripted", info.patient = bed_.package.name;
+    info.trainee = kTrainee, info.device = "scripted", info.patient = input_.package.name;
     info.scenario = scenario.name, info.program_version = STYLET_VERSION;
-    info.difficulty = training::kDifficultyNames[manner.seed % 3];
-    info.patient_digest = bed_.digest, info.seed = manner.seed, info.device_gain = gain;
+    info.difficulty = training::kDifficultyNames[options.seed % 3];
+    info.patient_digest = input_.digest, info.seed = options.seed, info.device_gain = gain;
     return info;
 }
 
 // Sends to the training centre. If it is unreachable, unsent data is no error.
-void Soak::send(Keeper& keeper, bool reachable) {
+void Soak::send(AttemptWriter& attempt_writer, bool reachable) {
     if (settings_.centre.empty()) return;
-    std::size_t left = keeper.send();
-    for (int again = 0; reachable && left > 0 && again < kSendAgain; ++again)
-        left = keeper.send();  // a busy machine can need several sends
+    std::size_t left = attempt_writer.send();
+    for (int again = 0; reachable && left > 0 && again < kMaxSendRetries; ++again)
+        left = attempt_writer.send();  // a busy machine can need several sends
     result_.counts.sent += left == 0, result_.counts.unsent += left > 0;
-    if (reachable && left > 0) insane("the training centre did not get it");
+    if (reachable && left > 0) implausible("the training centre did not get it");
 }
 
 // Assembles and runs an attempt as run.cpp does.
-Soak::Made Soak::make(const Scenario& scenario, const Manner& manner, Latency* latency) {
-    const MakeTouch touch = [&](const patient::Patient&) { return bed_.touch; };
-    Attempt attempt = makeAttempt(bed_.patient, scenario, bed_.path, manner.seed, 1000.0, touch);
-    unsettle(attempt, manner.seed + (manner.again ? 2 : 0));
-    if (manner.again) beginAs(attempt, *manner.again, touch);
+Soak::AttemptOutcome Soak::runAttempt(const Scenario& scenario, const AttemptOptions& options,
+                                      Latency* latency) {
+    const MakeTouch touch = [&](const patient::Patient&) { return input_.touch; };
+    Attempt attempt = makeAttempt(input_.patient, scenario, input_.path, options.seed, 1000.0, touch);
+    addDisturbances(attempt, options.seed + (options.again ? 2 : 0));
+    if (options.again) startFromRecord(attempt, *options.again, touch);
     result_.counts.commands += attempt.hand.commands.size();
     const double gain = haptics::outputGain(attempt.simulation.profile, attempt.simulation.output);
-    const auto said = [this](const std::string&) { ++result_.counts.said; };
-    Keeper keeper(settings_.folder,
-                  settings_.centre.empty() || manner.reachable ? settings_.centre : kNowhere, said);
-    const fs::path folder = keeper.begin(attemptInfo(scenario, manner, gain));
-    const auto difficulty = training::Difficulty(manner.seed % 3);
-    Senses senses({attempt, bed_.path, difficulty, folder, manner.seen ? settings_.fps : 0.0, said},
-                  result_.counts);
-    records::RecordWriter writer(folder / "record", {bed_.digest, attempt.simulation},
-                                 recordInfo(scenario, manner, gain));
-    Session session(bed_.patient, bed_.path, scenario.moments, scenario.approach_distance_m, &writer);
+    const auto logged = [this](const std::string&) { ++result_.counts.logged; };
+    AttemptWriter attempt_writer(
+        settings_.folder, settings_.centre.empty() || options.reachable ? settings_.centre : kUnreachable,
+        logged);
+    const fs::path folder = attempt_writer.begin(attemptInfo(scenario, options, gain));
+    const auto difficulty = training::Difficulty(options.seed % 3);
+    UserOutput senses({attempt, input_.path, difficulty, folder, options.seen ? settings_.fps : 0.0, logged},
+                      result_.counts);
+    records::RecordWriter writer(folder / "record", {input_.digest, attempt.simulation},
+                                 recordInfo(scenario, options, gain));
+    Session session(input_.patient, input_.path, scenario.moments, scenario.approach_distance_m, &writer);
     session.setDifficulty(difficulty);
-    if (manner.again) session.note("retry", "bookmark " + std::to_string(manner.again->number));
-    std::optional<ForceTruth> truth;
-    if (bed_.other) session.compareWith(truth.emplace(*bed_.other, attempt.simulation.tools.needle));
+    if (options.again) session.note("retry", "bookmark " + std::to_string(options.again->number));
+    std::optional<ForceComparison> truth;
+    if (input_.other) session.compareWith(truth.emplace(*input_.other, attempt.simulation.tools.needle));
     before_ = {};
     pause_ = true;
     latency_ = latency;
     session.setWatcher([&](const haptics::TickOutput& now, const SessionLog& log) {
-        keeper.take(now, log);
-        watch(now, session, senses);
+        attempt_writer.update(now, log);
+        onTick(now, session, senses);
     });
-    session.setNoteWatcher([&](const SessionLog& log) { keeper.storeEvents(log); });
+    session.setNoteWatcher([&](const SessionLog& log) { attempt_writer.storeEvents(log); });
     const LoopTotals totals =
         runFast(attempt, session, senses.display([this] { pause_ = true; }), senses.fps(), {});
     writer.finish();
-    judge(attempt, scenario, session.log(), totals);
+    checkAttempt(attempt, scenario, session.log(), totals);
     const std::uint64_t hash = session.log().state_hash;
-    if (manner.reported) {
-        const AttemptFacts facts{bed_.package.name, {},        scenario.name, manner.seed,
-                                 "virtual",         bed_.path, 0.001,         "soak"};
-        writeResults(bed_.patient, facts, session.log(), totals, folder);
+    if (options.reported) {
+        const AttemptFacts facts{input_.package.name, {},          scenario.name, options.seed,
+                                 "virtual",           input_.path, 0.001,         "soak"};
+        writeResults(input_.patient, facts, session.log(), totals, folder);
         checkStored(folder, hash);
     }
-    keeper.finish(session.log());
-    send(keeper, manner.reachable);
+    attempt_writer.finish(session.log());
+    send(attempt_writer, options.reachable);
     return {folder, hash, writer.bookmarks().size()};
 }
 
 // Runs one attempt of a round, and perhaps retries it from a bookmark. Then erases the trainee's data.
 std::uint64_t Soak::attempts(const Scenario& scenario, std::uint64_t number, std::size_t i,
                              Latency* latency) {
-    const std::size_t count = std::min(settings_.scenarios, bed_.scenarios.size());
+    const std::size_t count = std::min(settings_.scenarios, input_.scenarios.size());
     const auto turn = [&](std::size_t which) { return which < count && (number + which) % count == i; };
-    Manner manner;
-    manner.seed = settings_.seed + 1000 * number + i + number;
-    manner.seen = settings_.pictures && turn(0);
-    manner.reported = turn(1);
-    manner.reachable = !turn(1);
-    const Made made = make(scenario, manner, latency);
+    AttemptOptions options;
+    options.seed = settings_.seed + 1000 * number + i + number;
+    options.seen = settings_.pictures && turn(0);
+    options.reported = turn(1);
+    options.reachable = !turn(1);
+    const AttemptOutcome made = runAttempt(scenario, options, latency);
     StateHash hash;
     hash.add(made.hash);
     if (turn(2) && made.bookmarks > 0) {
         Retry again = openRetry(made.folder.string() + "@" + std::to_string((made.bookmarks + 1) / 2),
                                 settings_.folder);
-        checkRetry(again, bed_.patient);
-        manner.again = &again, manner.seen = manner.reported = false, manner.reachable = true;
-        hash.add(make(scenario, manner, nullptr).hash);
+        checkRetry(again, input_.patient);
+        options.again = &again, options.seen = options.reported = false, options.reachable = true;
+        hash.add(runAttempt(scenario, options, nullptr).hash);
         ++result_.counts.retries;
     }
     result_.counts.stored += records::Store(settings_.folder).eraseTrainee(kTrainee);
@@ -391,29 +398,29 @@ std::uint64_t Soak::attempts(const Scenario& scenario, std::uint64_t number, std
 
 std::uint64_t Soak::round(std::uint64_t number, Latency* latency) {
     StateHash hash;
-    for (std::size_t i = 0; i < std::min(settings_.scenarios, bed_.scenarios.size()); ++i)
-        hash.add(attempts(bed_.scenarios[i], number, i, latency));
+    for (std::size_t i = 0; i < std::min(settings_.scenarios, input_.scenarios.size()); ++i)
+        hash.add(attempts(input_.scenarios[i], number, i, latency));
     return hash.value();
 }
 
 // Records the resources in use after a round.
-void Soak::hold(int threads) {
-    result_.held.push_back(heldNow(threads, settings_.patience));
-    result_.held.back().headsets = result_.counts.headsets;
+void Soak::recordResources(int threads) {
+    result_.resources.push_back(measureResources(threads, settings_.timeout));
+    result_.resources.back().headsets = result_.counts.headsets;
 }
 
 Result Soak::run() {
-    steadyHeap();
-    prepareSenses(settings_.folder, bed_.patient, bed_.path);
+    limitHeapArenas();
+    prepareUserOutput(settings_.folder, input_.patient, input_.path);
     const SteadyClock::time_point begin = SteadyClock::now();
     // The first round warms everything up. Its tick count determines the number of rounds.
     std::uint64_t first_hash = round(0, nullptr);
     const std::uint64_t ticks = result_.counts.ticks;
     result_.rounds = std::max<std::size_t>(3, std::size_t((settings_.ticks + ticks - 1) / ticks));
     result_.compared = std::max<std::size_t>(1, result_.rounds / 10);
-    result_.hashes.reserve(result_.rounds), result_.held.reserve(result_.rounds);
-    result_.counts.insane.reserve(32);
-    result_.hashes.push_back(first_hash), hold(0);
+    result_.hashes.reserve(result_.rounds), result_.resources.reserve(result_.rounds);
+    result_.counts.implausible.reserve(32);
+    result_.hashes.push_back(first_hash), recordResources(0);
     StateHash all;
     all.add(first_hash);
     // The first round is the warm-up. The rounds from the second on are repeated at the end.
@@ -425,16 +432,14 @@ Result Soak::run() {
         const std::size_t number = late ? i - (result_.rounds - repeats) + 1 : i;
         const std::uint64_t hash = round(number, early ? &result_.first : late ? &result_.last : nullptr);
         all.add(hash);
-        result_.hashes.push_back(hash), hold(result_.held.front().threads);
+        result_.hashes.push_back(hash), recordResources(result_.resources.front().threads);
         if (i % std::max<std::size_t>(1, result_.rounds / 20) == 0) {
-            char line[160];
-            std::snprintf(line, sizeof line,
-                          "round %zu of %zu, %.3g ticks, %.0f s, heap %.2f MB, resident %.1f MB", i + 1,
-                          result_.rounds, double(result_.counts.ticks),
-                          std::chrono::duration<double>(SteadyClock::now() - begin).count(),
-                          1e-6 * double(result_.held.back().heap_bytes),
-                          1e-6 * double(result_.held.back().resident_bytes));
-            settings_.say(line);
+            settings_.log(
+                fmt::format("round {} of {}, {:.3g} ticks, {:.0f} s, heap {:.2f} MB, resident {:.1f} MB",
+                            i + 1, result_.rounds, double(result_.counts.ticks),
+                            std::chrono::duration<double>(SteadyClock::now() - begin).count(),
+                            1e-6 * double(result_.resources.back().heap_bytes),
+                            1e-6 * double(result_.resources.back().resident_bytes)));
         }
     }
     result_.state_hash = all.value();

@@ -26,16 +26,16 @@ int main(int argc, char** argv) {
     CLI11_PARSE(app, argc, argv);
     settings.ticks = std::uint64_t(ticks);
     settings.spacing_m = 1e-3 * spacing_mm;
-    settings.say = [](const std::string& line) { std::printf("%s\n", line.c_str()), std::fflush(stdout); };
+    settings.log = [](const std::string& line) { std::printf("%s\n", line.c_str()), std::fflush(stdout); };
     try {
         const test::TempFolder folder;
         settings.folder = folder.path();
         std::optional<test::Postgres> postgres;
         if (centre) settings.centre = postgres.emplace().url();
         const soak::Result result = soak::soak(settings);
-        std::fputs(soak::reportOf(result).c_str(), stdout);
+        std::fputs(soak::formatReport(result).c_str(), stdout);
         if (!out.empty()) soak::writeJson(result, settings, out);
-        const std::vector<std::string> bad = soak::complaintsOf(result, settings);
+        const std::vector<std::string> bad = soak::findFailures(result, settings);
         for (const std::string& line : bad)
             std::printf("  FAILED: %s\n", line.c_str());
         return bad.empty() ? 0 : 1;

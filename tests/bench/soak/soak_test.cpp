@@ -42,12 +42,12 @@ Soaked soaked(Leak leak, std::size_t scenarios, bool everything = false) {
     settings.ticks = 1;  // three rounds
     settings.spacing_m = 0.005;
     settings.folder = folder.path();
-    settings.most_slower = 3.0;  // the machine may be busy with other work
+    settings.max_slowdown = 3.0;  // the machine may be busy with other work
     settings.leak = leak;
-    if (leak == Leak::thread) settings.patience = std::chrono::milliseconds(100);
+    if (leak == Leak::thread) settings.timeout = std::chrono::milliseconds(100);
     settings.scenarios = scenarios;
     Soaked s{soak(settings), ""};
-    for (const std::string& line : complaintsOf(s.result, settings))
+    for (const std::string& line : findFailures(s.result, settings))
         s.complaints += line + "\n";
     return s;
 }
@@ -62,14 +62,14 @@ bool onlySlower(const Soaked& s) {
 }
 
 // The soak also checks that repeated rounds end in the same hashes.
-TEST(Soak, NothingGrowsWithEverythingOn) {
+TEST(Soak, NoResourceGrowsWithAllFeatures) {
     if (records::hasCentre() && !test::Postgres::isInstalled()) GTEST_SKIP() << "no PostgreSQL";
     try {
         Soaked all = soaked(Leak::none, 3, true);
         // If the machine gets busy, ticks are slower for a while. With a leak they are slower in every run.
         for (int again = 0; again < 3 && onlySlower(all); ++again)
             all = soaked(Leak::none, 3, true);
-        EXPECT_EQ(all.complaints, "") << reportOf(all.result);
+        EXPECT_EQ(all.complaints, "") << formatReport(all.result);
         EXPECT_GT(all.result.counts.ticks, 300'000u);
     } catch (const DataError& e) {
         if (std::string(e.what()) != "--pictures: headset: there is none") throw;
@@ -84,7 +84,7 @@ INSTANTIATE_TEST_SUITE_P(
                     std::pair(Leak::thread, "threads"), std::pair(Leak::region, "regions"),
                     std::pair(Leak::time, "quantile"), std::pair(Leak::state, "another hash")));
 
-TEST_P(LeakySoak, Fails) {
+TEST_P(LeakySoak, IsDetected) {
     const auto [leak, word] = GetParam();
     EXPECT_NE(soaked(leak, 1).complaints.find(word), std::string::npos) << word;
 }

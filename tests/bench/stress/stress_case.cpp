@@ -94,21 +94,21 @@ double step01(double t) {
 // The hand's target depth at t_s, in metres along the axis from the skin. Negative before the skin.
 double wantedDepth(const StressCase& c, double t_s) {
     constexpr double kBefore_m = 0.004;
-    const double way_m = c.depth_m + kBefore_m;
+    const double travel_m = c.depth_m + kBefore_m;
     // The peak speed of a minimum-jerk step is 1.875 times its average speed.
-    const double duration_s = std::min(1.875 * way_m / c.speed_m_s, kRest_s - c.begin_s);
+    const double duration_s = std::min(1.875 * travel_m / c.speed_m_s, kRest_s - c.begin_s);
     const double share = (std::min(t_s, kRest_s) - c.begin_s) / duration_s;
     const double t = std::clamp(share, 0.0, 1.0);
-    double depth_m = way_m * step01(share);
+    double depth_m = travel_m * step01(share);
     switch (c.pattern) {
         case Pattern::push:
             break;
         case Pattern::pullBack:  // retreats by a third of the travel on the way in
-            depth_m -= way_m / 3.0 * step01(4.0 * t - 1.5) * step01(4.0 - 4.0 * t);
+            depth_m -= travel_m / 3.0 * step01(4.0 * t - 1.5) * step01(4.0 - 4.0 * t);
             break;
         case Pattern::inSteps:
-            depth_m =
-                way_m / 4.0 * (std::floor(4.0 * t) + (t < 1.0 ? step01(4.0 * t - std::floor(4.0 * t)) : 0.0));
+            depth_m = travel_m / 4.0 *
+                      (std::floor(4.0 * t) + (t < 1.0 ? step01(4.0 * t - std::floor(4.0 * t)) : 0.0));
             break;
         case Pattern::trembling:  // 9 Hz tremor of 1 mm, fading in and out
             depth_m += 0.001 * step01(5.0 * t) * step01(5.0 - 5.0 * t) *
@@ -148,10 +148,10 @@ std::vector<StressCase> latinHypercube(int count, std::uint64_t seed) {
         c.rate_hz = kRates_hz[rate.of(i, kRates_hz.size())];
         c.delay_s = delay.in(i, 0.0, 0.002);
         c.jitter_s = jitter.in(i, 0.0, 0.4) / c.rate_hz;
-        c.resolution_m = knownOr(c.device->resolution_m, 30e-6) * resolution.logIn(i, 0.25, 2.0);
-        c.mass_kg = knownOr(c.device->mass_kg, mass.logIn(i, 0.045, 0.2));
+        c.resolution_m = valueOrDefault(c.device->resolution_m, 30e-6) * resolution.logIn(i, 0.25, 2.0);
+        c.mass_kg = valueOrDefault(c.device->mass_kg, mass.logIn(i, 0.045, 0.2));
         c.damping_n_s_per_m = damping.logIn(i, 0.005, 0.1);
-        c.friction_n = knownOr(c.device->friction_n, 0.05) * std::max(0.0, friction.in(i, -0.5, 1.0));
+        c.friction_n = valueOrDefault(c.device->friction_n, 0.05) * std::max(0.0, friction.in(i, -0.5, 1.0));
         c.breath_amplitude = std::max(0.0, breath.in(i, -0.4, 1.3));
         c.breath_period_s = period.in(i, 3.0, 6.5);
         c.pattern = Pattern(pattern.of(i, 4));
@@ -174,9 +174,9 @@ Tissues::Tissues() {
         package.motion = test::makeShift(kTravel_m);
         patients_.emplace_back(package);
     }
-    // Use the needle's tangent alone. The gain is then stiffer than in a session, where the pads' tangents
+    // Use the needle's tangent alone. The gain is then higher than in a session, where the pads' tangents
     // lower it by a sixth.
-    output_.model_tangent_n_per_m = worstTangent(packages_.front().tissues, NeedleSettings{});
+    output_.model_tangent_n_per_m = maxTangent(packages_.front().tissues, NeedleSettings{});
 }
 
 std::size_t Tissues::count() {
@@ -187,8 +187,8 @@ const char* Tissues::name(std::size_t i) {
     return sequences()[i].name;
 }
 
-Staged stage(const StressCase& c, const Tissues& tissues, bool controller) {
-    Staged s;
+CaseInput prepareCase(const StressCase& c, const Tissues& tissues, bool controller) {
+    CaseInput s;
     s.axis = {std::cos(c.tilt_rad), 0.0, std::sin(c.tilt_rad)};
     s.wanted = wantedTrace(c, s.axis);
     s.profile = *c.device;
@@ -207,12 +207,12 @@ Staged stage(const StressCase& c, const Tissues& tissues, bool controller) {
     s.settings.breath = patient::BreathPlan{.rhythm = {c.breath_period_s, c.breath_amplitude}};
     s.settings.output.controller_share = controller ? 1.0 : 0.0;
 
-    s.body = simulatedBody(s.profile, c.hand == HandKind::firm ? kFirmHand : kLightHand);
+    s.body = makeSimulatedBody(s.profile, c.hand == HandKind::firm ? kFirmHand : kLightHand);
     s.body.delay_s = c.delay_s;
     s.body.jitter_s = c.jitter_s;
     s.body.seed = c.seed;
     if (c.hand == HandKind::none) {
-        s.body.let_go_s = kRest_s;
+        s.body.release_s = kRest_s;
         const double friction_n =
             tissues.at(c.tissues).package().tissues[std::size_t(Tissue::liver)].friction_n;
         s.body.weight_n = s.axis * (c.weight_share * friction_n * outputGain(s.profile, s.settings.output));

@@ -13,7 +13,7 @@ namespace stylet::stress {
 
 enum class HandKind { none, light, firm };  // none: a light hand lets go after the approach
 enum class Pattern { push, pullBack, inSteps, trembling };
-// Half of the cases run at 1 kHz and a third at 2 kHz, because the number of ticks is what takes time.
+// Half of the cases run at 1 kHz and a third at 2 kHz, because the run time grows with the number of ticks.
 inline constexpr std::array kRates_hz{1000, 1000, 1000, 2000, 2000, 4000};
 inline constexpr double kMeanRate_hz = 11000.0 / 6.0;
 inline constexpr double kCase_s = 5.0, kRest_s = 3.2;  // from kRest_s on the hand tries to be still
@@ -52,13 +52,13 @@ class Tissues {
 };
 
 // The inputs of one run of a case.
-struct Staged {
+struct CaseInput {
     haptics::Trace wanted;
     haptics::DeviceProfile profile;
     test::SimulatedBody body;
     haptics::SimulationSettings settings;
     Vec3 axis{0.0};  // of the needle, into the body
 };
-Staged stage(const StressCase&, const Tissues&, bool controller);
+CaseInput prepareCase(const StressCase&, const Tissues&, bool controller);
 
 }  // namespace stylet::stress

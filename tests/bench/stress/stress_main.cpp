@@ -54,9 +54,9 @@ Options parse(int argc, char** argv) {
     return o;
 }
 
-std::vector<Judged> judge(const Tissues& tissues, const std::vector<StressCase>& cases, bool controller,
-                          const Options& o) {
-    std::vector<Judged> judged;
+std::vector<JudgedCase> judge(const Tissues& tissues, const std::vector<StressCase>& cases, bool controller,
+                              const Options& o) {
+    std::vector<JudgedCase> judged;
     for (const StressCase& c : cases)
         judged.push_back({c, {}});
     parallelFor(o.threads, cases.size(),
@@ -71,7 +71,7 @@ int run(const Options& o) {
     std::vector<StressCase> some;
     for (std::size_t i = 0; i < cases.size(); i += std::size_t(o.off_every))
         some.push_back(cases[i]);
-    const std::vector<Judged> on = judge(tissues, cases, true, o), off = judge(tissues, some, false, o);
+    const std::vector<JudgedCase> on = judge(tissues, cases, true, o), off = judge(tissues, some, false, o);
     const std::vector<StillHand> still = stillHands(tissues);
     printTable(off, on, still);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();

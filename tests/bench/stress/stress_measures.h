@@ -11,19 +11,19 @@
 namespace stylet::stress {
 
 // Limits, each with its reason.
-inline constexpr double kStep_n = 0.145;  // noticeable force: the study's threshold
-// A fingertip feels 10 to 30 um at 20 to 50 Hz. The limit adds 2.5 encoder counts of amplitude, 5 from peak
-// to peak: an edge is lost at each reversal, and estimating a speed needs two more counts. Oscillations of up
-// to 2.4 counts were observed whose size did not depend on the controller's gain (weak bare devices without
-// friction, 0.02 N). Only the device's own friction can end an oscillation within the encoder's resolution
-// (K <= 2 f_c / Delta).
+inline constexpr double kStep_n = 0.145;  // smallest noticeable force (model.md, section 9)
+// Limit of an oscillation's amplitude: kCycle_m plus kCycle_counts encoder counts. A fingertip feels 10 to 30
+// um at 20 to 50 Hz. The counts are added because the controller cannot see an oscillation that small: the
+// encoder loses an edge at each reversal, and estimating a speed needs two more counts. On weak bare devices
+// without friction (0.02 N) there were oscillations of up to 2.4 counts. Their size did not depend on the
+// controller's gain. Only the device's own friction can end such an oscillation. With stiffness K, Coulomb
+// friction f_c and encoder count Delta, it does so if K <= 2 f_c / Delta.
 inline constexpr double kCycle_m = 20e-6, kCycle_counts = 2.5;
-// An oscillation is fed if it gains more energy than the device's own damping and friction take, by more than
-// this share of its energy per second. Otherwise it decays, even if slowly.
+// The loop feeds an oscillation if it adds more energy than the device's own damping and friction dissipate,
+// and if it adds more per second than this share of the oscillation's energy. Less does not count.
 inline constexpr double kFed_per_s = 0.2;
-inline constexpr double kCycle_hz = 5.0;  // slower motion is the hand's own sway
-inline constexpr double kCycleWindow_s =
-    1.0;  // the end of a case, a second or more after the hand came to rest
+inline constexpr double kCycle_hz = 5.0;       // slower motion is the hand's own sway
+inline constexpr double kCycleWindow_s = 1.0;  // the last second of a case; the hand rests from kRest_s on
 
 // A sustained oscillation.
 struct Cycle {
@@ -33,14 +33,15 @@ struct Cycle {
 // Analyses an evenly sampled position. Removes motion slower than kCycle_hz first.
 Cycle findCycle(const std::vector<double>& position_m, double dt_s, double wide_m = kCycle_m);
 
-// Finds energy that the loop creates. Balance = work of the motor on the body, relative to the tissue, plus
-// the rise of the model's stored energy as the device renders it, minus the energy lost in the device's own
-// damping and friction: the inequality of model, section 4, summed. In a passive system it never rises.
-// `rise_j` is the largest rise above any earlier value, so earlier losses cannot hide it.
+// Finds energy that the loop creates. The balance adds up the terms of the passivity condition
+// (packaging/guide/model.md, section 4): the motor's work on the body, relative to the tissue, plus the rise
+// of the model's stored energy (times the output gain), minus the energy that the device's own damping and
+// friction dissipate. In a passive system it never rises. `rise_j` is the largest rise above any earlier
+// value, so earlier losses cannot hide it.
 class EnergyBalance {
   public:
-    void add(double motor_work_j, double stored_rise_j, double lost_j) {
-        balance_j_ += motor_work_j + stored_rise_j - lost_j;
+    void add(double motor_work_j, double stored_rise_j, double dissipated_j) {
+        balance_j_ += motor_work_j + stored_rise_j - dissipated_j;
         lowest_j_ = balance_j_ < lowest_j_ ? balance_j_ : lowest_j_;
         rise_j_ = balance_j_ - lowest_j_ > rise_j_ ? balance_j_ - lowest_j_ : rise_j_;
     }
@@ -57,13 +58,15 @@ struct CaseResult {
     bool not_finite = false;
     double rise_j = 0.0, rise_limit_j = 0.0;
     Cycle cycle;
-    // Fed by sampling, delay and encoder: the motor does more work than the model's force would on the same
-    // path. A body that rings on its own is not a limit cycle. A window with an event is not judged, because
-    // a cut or a slip makes the tip jump.
+    // cycle_is_fed: sampling, delay and encoder make the motor do more work than the model's force would do
+    // on the same path, and by more than the device dissipates and kFed_per_s allows. A device that only
+    // rings, and is not fed, does not fail. cycle_judged: false for a window with an event, because a cut or
+    // a slip makes the tip jump.
     bool cycle_is_fed = false, cycle_judged = true;
-    double step_n = 0.0;  // the largest change of force beyond the model's springs without an event
-    double bare_ratio = 0.0,
-           held_ratio = 0.0;  // worst tangent over 2 b/T, b = physical damping, without and with the hand
+    double step_n = 0.0;  // largest change of force without an event, minus what the springs explain
+    // Steepest stiffness divided by 2 b / T (damping b, tick T), without and with the hand's damping. A ratio
+    // above 1 is beyond the stability bound.
+    double bare_ratio = 0.0, held_ratio = 0.0;
 
     bool energyFails() const { return rise_j > rise_limit_j; }
     bool cycles() const { return cycle.lasts && cycle_is_fed && cycle_judged; }

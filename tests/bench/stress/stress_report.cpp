@@ -34,8 +34,8 @@ void add(Tally& t, const CaseResult& r) {
     t.worst_rise_j = std::max(t.worst_rise_j, r.rise_j);
     t.worst_rise_over_limit = std::max(t.worst_rise_over_limit, r.rise_j / r.rise_limit_j);
     t.worst_step_n = std::max(t.worst_step_n, r.step_n);
-    t.most_bare_ratio = std::max(t.most_bare_ratio, r.bare_ratio);
-    t.most_held_ratio = std::max(t.most_held_ratio, r.held_ratio);
+    t.max_bare_ratio = std::max(t.max_bare_ratio, r.bare_ratio);
+    t.max_held_ratio = std::max(t.max_held_ratio, r.held_ratio);
     t.active_bare += r.bare_ratio > 1.0;
     t.active_held += r.held_ratio > 1.0;
     if (!r.cycles()) return;
@@ -69,13 +69,13 @@ Json toJson(const Tally& t) {
             {"faulted", t.faulted},
             {"without_force", t.idle},
             {"cycle_not_judged", t.unjudged},
-            {"worst_tangent_over_bound_bare", t.most_bare_ratio},
-            {"worst_tangent_over_bound_held", t.most_held_ratio},
+            {"worst_tangent_over_bound_bare", t.max_bare_ratio},
+            {"worst_tangent_over_bound_held", t.max_held_ratio},
             {"above_bound_bare", t.active_bare},
             {"above_bound_held", t.active_held}};
 }
 
-Json toJson(const Judged& j) {
+Json toJson(const JudgedCase& j) {
     const StressCase& c = j.what;
     const CaseResult& r = j.result;
     return {{"device", c.device->name},
@@ -103,12 +103,12 @@ Json toJson(const Judged& j) {
             {"faults", r.faults}};
 }
 
-Json columnOf(const std::vector<Judged>& cases) {
+Json toColumnJson(const std::vector<JudgedCase>& cases) {
     Json column{{"all", toJson(tally(cases))}};
     for (const HandKind hand : {HandKind::none, HandKind::light, HandKind::firm})
         column[nameOf(hand)] = toJson(tally(cases, hand));
     Json failures = Json::array();
-    for (const Judged& j : cases)
+    for (const JudgedCase& j : cases)
         if (j.result.fails()) failures.push_back(toJson(j));
     column["failures"] = failures;
     return column;
@@ -116,21 +116,21 @@ Json columnOf(const std::vector<Judged>& cases) {
 
 }  // namespace
 
-Tally tally(const std::vector<Judged>& cases) {
+Tally tally(const std::vector<JudgedCase>& cases) {
     Tally t;
-    for (const Judged& j : cases)
+    for (const JudgedCase& j : cases)
         add(t, j.result);
     return t;
 }
 
-Tally tally(const std::vector<Judged>& cases, HandKind hand) {
+Tally tally(const std::vector<JudgedCase>& cases, HandKind hand) {
     Tally t;
-    for (const Judged& j : cases)
+    for (const JudgedCase& j : cases)
         if (j.what.hand == hand) add(t, j.result);
     return t;
 }
 
-void printTable(const std::vector<Judged>& off, const std::vector<Judged>& on,
+void printTable(const std::vector<JudgedCase>& off, const std::vector<JudgedCase>& on,
                 const std::vector<StillHand>& still) {
     std::printf(
         "controller    cases failed    nan energy  rise[uJ] /limit cycles amp[um]        Hz  steps "
@@ -144,7 +144,7 @@ void printTable(const std::vector<Judged>& off, const std::vector<Judged>& on,
     std::printf(
         "worst tangent over 2b/T, b physical: bare up to %.0f, above 1 in %d of %d cases; with the hand "
         "up to %.2f, above 1 in %d\n",
-        t.most_bare_ratio, t.active_bare, t.cases, t.most_held_ratio, t.active_held);
+        t.max_bare_ratio, t.active_bare, t.cases, t.max_held_ratio, t.active_held);
     std::printf(
         "%d of %d cases had no force at rest, %d an event in the window for limit cycles; %.3g ticks with "
         "the controller on, %.3g off\n",
@@ -158,12 +158,12 @@ void printTable(const std::vector<Judged>& off, const std::vector<Judged>& on,
             s.fails() ? "  FAILS" : "");
 }
 
-void printFailures(const std::vector<Judged>& cases, int most) {
-    for (const Judged& j : cases)
-        if (j.result.fails() && most-- > 0) std::printf("  %s\n", toJson(j).dump().c_str());
+void printFailures(const std::vector<JudgedCase>& cases, int max_count) {
+    for (const JudgedCase& j : cases)
+        if (j.result.fails() && max_count-- > 0) std::printf("  %s\n", toJson(j).dump().c_str());
 }
 
-void writeJson(const std::vector<Judged>& off, const std::vector<Judged>& on,
+void writeJson(const std::vector<JudgedCase>& off, const std::vector<JudgedCase>& on,
                const std::vector<StillHand>& still, const std::string& path) {
     Json hands = Json::array();
     for (const StillHand& s : still)
@@ -175,7 +175,7 @@ void writeJson(const std::vector<Judged>& off, const std::vector<Judged>& on,
                          {"apart_n", s.apart_n},
                          {"fails", s.fails()}});
     std::ofstream file(path);
-    file << Json{{"off", columnOf(off)}, {"on", columnOf(on)}, {"still_hand", hands}}.dump(1) << '\n';
+    file << Json{{"off", toColumnJson(off)}, {"on", toColumnJson(on)}, {"still_hand", hands}}.dump(1) << '\n';
     if (!file.flush()) throw std::runtime_error(path + ": cannot be written");
 }
 

@@ -18,7 +18,7 @@ double length(const Vec3& v) {
 }
 
 // State at the end of a tick.
-struct Moment {
+struct TickState {
     TickOutput out;
     BodyState body;
     Vec3 tissue_m{0.0};  // displacement of the tissue by breathing
@@ -33,10 +33,11 @@ Vec3 tissueAt(const patient::Patient& patient, const patient::Surrogate& breath)
 }
 
 // Increase of the energy [J] stored in the model's springs since the previous tick. It is computed from
-// force, depth and lateral energy (Eqs. 1 and 7), without the model's own energy account. At an event, or
-// when the phase or the tissue changes, the springs are different ones. The function then returns the work
-// against the mean force.
-double storedRise(const Moment& a, const Moment& b, const patient::TissueTable& table, const Vec3& moved_m) {
+// force, depth and lateral energy (Eqs. 1 and 7), without the model's own energy account. At an event, and
+// when the phase or the tissue changes, the two ticks have different springs. The function then returns the
+// work against the mean force.
+double storedRise(const TickState& a, const TickState& b, const patient::TissueTable& table,
+                  const Vec3& moved_m) {
     const TickOutput &o = a.out, &n = b.out;
     if (n.tool_force.event || o.phase != n.phase || o.tissue != n.tissue)
         return -0.5 * glm::dot(o.tool_force.force_n + n.tool_force.force_n, moved_m);
@@ -50,7 +51,7 @@ double storedRise(const Moment& a, const Moment& b, const patient::TissueTable& 
 
 class Judge {
   public:
-    Judge(const StressCase& c, const Staged& staged, const Tissues& tissues, double gain)
+    Judge(const StressCase& c, const CaseInput& staged, const Tissues& tissues, double gain)
         : case_(c),
           staged_(staged),
           patient_(tissues.at(c.tissues)),
@@ -60,10 +61,10 @@ class Judge {
         result_.held_ratio = ratio(c.damping_n_s_per_m + staged.body.hand.damping_n_s_per_m);
     }
 
-    void take(const Simulation& simulation, const TickOutput& out, const BodyState& body, bool resting,
-              bool last_window) {
-        Moment now{out, body, tissueAt(patient_, out.breath), gain_ * simulation.state().output.safety.level,
-                   0.0};
+    void addTick(const Simulation& simulation, const TickOutput& out, const BodyState& body, bool resting,
+                 bool last_window) {
+        TickState now{out, body, tissueAt(patient_, out.breath),
+                      gain_ * simulation.state().output.safety.level, 0.0};
         const NeedleState& needle = simulation.state().tools.needle;
         now.lateral_j = 0.5 * staged_.settings.tools.needle.lateral_stiffness_n_per_m *
                         glm::dot(needle.lateral_m, needle.lateral_m);
@@ -77,7 +78,7 @@ class Judge {
             forced_ticks_ += length(out.sent_device_n) > 1e-3;
         }
         if (last_window) {
-            if (track_m_.empty()) fed_before_j_ = fed_j_, lost_before_j_ = body.lost_j;
+            if (track_m_.empty()) fed_before_j_ = fed_j_, lost_before_j_ = body.dissipated_j;
             events_ += out.tool_force.event;
             // Extrapolate the position to the tick's nominal time. Otherwise timing jitter would make a
             // moving body seem to shake.
@@ -94,14 +95,14 @@ class Judge {
         // The allowed rise is a bound that does not grow with time: the energy that no controller can
         // observe because of one tick, one encoder count and the delay.
         const double lag_s = case_.delay_s + (1.0 + case_.jitter_s * case_.rate_hz) / case_.rate_hz;
-        result_.rise_limit_j = 2.0 * most_n_ * case_.resolution_m +
+        result_.rise_limit_j = 2.0 * max_n_ * case_.resolution_m +
                                tangent_n_per_m_ * fastest_m_s_ * fastest_m_s_ * lag_s * lag_s + 20e-6;
         result_.forced_share = rest_ticks_ > 0 ? double(forced_ticks_) / double(rest_ticks_) : 0.0;
         result_.cycle =
             findCycle(track_m_, 1.0 / case_.rate_hz, kCycle_m + kCycle_counts * case_.resolution_m);
         const double swing_j = 0.5 * tangent_n_per_m_ * result_.cycle.amplitude_m * result_.cycle.amplitude_m;
-        const double fed_j = fed_j_ - fed_before_j_, lost_j = last_.body.lost_j - lost_before_j_;
-        result_.cycle_is_fed = fed_j > lost_j && fed_j > kFed_per_s * kCycleWindow_s * swing_j;
+        const double fed_j = fed_j_ - fed_before_j_, dissipated_j = last_.body.dissipated_j - lost_before_j_;
+        result_.cycle_is_fed = fed_j > dissipated_j && fed_j > kFed_per_s * kCycleWindow_s * swing_j;
         result_.cycle_judged = events_ == 0;
         return result_;
     }
@@ -110,7 +111,7 @@ class Judge {
     double ratio(double damping_n_s_per_m) const {
         return tangent_n_per_m_ / (2.0 * damping_n_s_per_m * case_.rate_hz);
     }
-    void compare(const Moment& now) {
+    void compare(const TickState& now) {
         const Vec3 moved_m = now.body.position_m - last_.body.position_m;
         const Vec3 tissue_m = now.tissue_m - last_.tissue_m;
         const double dt_s = 1.0 / case_.rate_hz;
@@ -123,7 +124,7 @@ class Judge {
             last_.scale * storedRise(last_, now, patient_.package().tissues, read_m - tissue_m);
         const Vec3 mean_n = 0.5 * (last_.out.tool_force.force_n + now.out.tool_force.force_n);
         fed_j_ += work_j - last_.scale * glm::dot(mean_n, read_m - tissue_m);
-        balance_.add(work_j, stored_j, now.body.lost_j - last_.body.lost_j);
+        balance_.add(work_j, stored_j, now.body.dissipated_j - last_.body.dissipated_j);
 
         // After an event the force falls over as many ticks as the rate limit requires. Force steps are not
         // judged during these ticks.
@@ -139,29 +140,29 @@ class Judge {
             const double spring_n = tangent_n_per_m_ * length(read_m - tissue_m);
             result_.step_n = std::max(result_.step_n, step_n - spring_n);
         }
-        most_n_ = std::max(most_n_, length(now.out.sent_device_n));
+        max_n_ = std::max(max_n_, length(now.out.sent_device_n));
         fastest_m_s_ = std::max(fastest_m_s_, length(moved_m - tissue_m) / dt_s);
     }
 
     const StressCase& case_;
-    const Staged& staged_;
+    const CaseInput& staged_;
     const patient::Patient& patient_;
     double gain_ = 1.0, tangent_n_per_m_ = 0.0;
     CaseResult result_;
     EnergyBalance balance_;
-    Moment last_;
+    TickState last_;
     bool has_last_ = false;
     int falling_ticks_ = 0, events_ = 0;
     std::uint64_t rest_ticks_ = 0, forced_ticks_ = 0;
     std::vector<double> track_m_;
     double fed_j_ = 0.0, fed_before_j_ = 0.0, lost_before_j_ = 0.0;
-    double most_n_ = 0.0, fastest_m_s_ = 0.0;
+    double max_n_ = 0.0, fastest_m_s_ = 0.0;
 };
 
 }  // namespace
 
 CaseResult runCase(const StressCase& c, const Tissues& tissues, bool controller, double seconds) {
-    const Staged staged = stage(c, tissues, controller);
+    const CaseInput staged = prepareCase(c, tissues, controller);
     Simulation simulation(tissues.at(c.tissues), staged.settings);
     SimulatedDevice device(staged.wanted, staged.profile, staged.body);
     Judge judge(c, staged, tissues, simulation.gain());
@@ -175,7 +176,7 @@ CaseResult runCase(const StressCase& c, const Tissues& tissues, bool controller,
         const BodyState body = device.body();
         simulation.step(input, out, events);
         device.send(out.sent_device_n);
-        judge.take(simulation, out, body, t_s >= kRest_s, t_s >= seconds - kCycleWindow_s);
+        judge.addTick(simulation, out, body, t_s >= kRest_s, t_s >= seconds - kCycleWindow_s);
     }
     return judge.result();
 }
@@ -183,9 +184,10 @@ CaseResult runCase(const StressCase& c, const Tissues& tissues, bool controller,
 namespace {
 
 // Returns the force along the needle [N] at each tick of a whole number of breaths.
-std::vector<double> feelBreath(const StressCase& c, const Tissues& tissues, bool rigid, bool controller) {
+std::vector<double> recordBreathForces(const StressCase& c, const Tissues& tissues, bool rigid,
+                                       bool controller) {
     constexpr double kBreaths_s = 8.0;
-    const Staged staged = stage(c, tissues, controller);
+    const CaseInput staged = prepareCase(c, tissues, controller);
     Simulation simulation(tissues.at(c.tissues), staged.settings);
     SimulatedDevice yielding(staged.wanted, staged.profile, staged.body);
     ReplayDevice stiff(staged.wanted, 0, staged.profile);
@@ -231,8 +233,8 @@ std::vector<StillHand> stillHands(const Tissues& tissues) {
                 c.speed_m_s = 0.040;
                 c.tilt_rad = 0.6;
                 StillHand& hand = hands.emplace_back(StillHand{device, rate_hz, rigid});
-                const std::vector<double> on = feelBreath(c, tissues, rigid, true),
-                                          off = feelBreath(c, tissues, rigid, false);
+                const std::vector<double> on = recordBreathForces(c, tissues, rigid, true),
+                                          off = recordBreathForces(c, tissues, rigid, false);
                 hand.on_n = span(on);
                 hand.off_n = span(off);
                 for (std::size_t i = 0; i < on.size(); ++i)

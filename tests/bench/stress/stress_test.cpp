@@ -11,7 +11,7 @@
 namespace stylet::stress {
 namespace {
 
-TEST(LatinHypercube, FillsEveryPartOfEveryColumnOnce) {
+TEST(LatinHypercube, SamplesEveryIntervalOfEveryColumnOnce) {
     const int count = 90;
     const std::vector<StressCase> cases = latinHypercube(count, 7);
     ASSERT_EQ(cases.size(), std::size_t(count));
@@ -53,7 +53,7 @@ std::vector<double> sampled(const At& at) {
     return x;
 }
 
-TEST(FindCycle, TellsAmplitudeAndFrequency) {
+TEST(FindCycle, FindsAmplitudeAndFrequency) {
     const auto hum = [](double t) { return 0.0001 * std::sin(2.0 * 3.14159265 * 40.0 * t); };
     // The oscillation is superimposed on breathing and on a drifting hand.
     const Cycle cycle =
@@ -64,7 +64,7 @@ TEST(FindCycle, TellsAmplitudeAndFrequency) {
     EXPECT_TRUE(findCycle(sampled([&](double t) { return hum(t) * std::exp(2.0 * t); }), 0.001).lasts);
 }
 
-TEST(FindCycle, LeavesRestAndWhatDiesAwayAlone) {
+TEST(FindCycle, IgnoresRestAndDecayingOscillations) {
     const auto hum = [](double t) { return 0.0001 * std::sin(2.0 * 3.14159265 * 40.0 * t); };
     EXPECT_FALSE(findCycle(sampled([](double) { return 0.03; }), 0.001).lasts);
     EXPECT_FALSE(findCycle(sampled([](double t) { return 0.010 * std::sin(1.5 * t); }), 0.001).lasts);
@@ -73,7 +73,7 @@ TEST(FindCycle, LeavesRestAndWhatDiesAwayAlone) {
     EXPECT_FALSE(findCycle({}, 0.001).lasts);
 }
 
-TEST(EnergyBalance, NoReserveHidesWhatIsMade) {
+TEST(EnergyBalance, EarlierLossesDoNotHideEnergyGain) {
     EnergyBalance balance;
     balance.add(-1.0, 0.4, 0.0);  // friction dissipated 0.6 J of the hand's work
     EXPECT_EQ(balance.rise_j(), 0.0);
@@ -86,7 +86,7 @@ TEST(EnergyBalance, NoReserveHidesWhatIsMade) {
 
 // Runs a case in which the user lets go of the device in soft tissue, at 1 kHz, without the controller.
 // Stability condition of Colgate and Schenkel: b > K T/2.
-CaseResult letGo(double damping_n_s_per_m) {
+CaseResult runReleasedCase(double damping_n_s_per_m) {
     static const Tissues tissues;
     StressCase c;
     c.device = haptics::findProfile("paper");
@@ -104,8 +104,8 @@ CaseResult letGo(double damping_n_s_per_m) {
 }
 
 // HZ-FORCE-09
-TEST(RunCase, FailsWhereTheBoundIsBrokenAndPassesWhereItIsKept) {
-    const CaseResult bad = letGo(0.01), good = letGo(5.0);
+TEST(RunCase, FailsAboveTheStabilityBoundAndPassesBelow) {
+    const CaseResult bad = runReleasedCase(0.01), good = runReleasedCase(5.0);
     EXPECT_GT(bad.bare_ratio, 1.0);
     EXPECT_TRUE(bad.fails());
     EXPECT_TRUE(bad.cycles()) << bad.cycle.amplitude_m;
@@ -115,7 +115,7 @@ TEST(RunCase, FailsWhereTheBoundIsBrokenAndPassesWhereItIsKept) {
     EXPECT_EQ(bad.ticks, 5000u);
 }
 
-TEST(Tally, CountsByHand) {
+TEST(Tally, MatchesHandCountedCases) {
     StressCase bare, held;
     bare.hand = HandKind::none;
     held.hand = HandKind::firm;
@@ -128,7 +128,7 @@ TEST(Tally, CountsByHand) {
     CaseResult ringing = bad;
     ringing.rise_j = 0.5;
     ringing.cycle_is_fed = false;
-    const std::vector<Judged> cases{{bare, bad}, {bare, ringing}, {held, CaseResult{}}};
+    const std::vector<JudgedCase> cases{{bare, bad}, {bare, ringing}, {held, CaseResult{}}};
     EXPECT_EQ(tally(cases).cases, 3);
     EXPECT_EQ(tally(cases).failed, 1);
     EXPECT_EQ(tally(cases).active_bare, 2);

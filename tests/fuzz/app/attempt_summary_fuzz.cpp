@@ -1,13 +1,7 @@
-#include <cstddef>
-#include <cstdint>
-
 #include "app/report/attempt_files.h"
+#include "tests/fuzz/parser_target.h"
 
 // HZ-RECORD-14
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    try {
-        (void)stylet::report::parseSummary({reinterpret_cast<const char*>(data), size}, "fuzz.json");
-    } catch (const stylet::DataError&) {
-    }
-    return 0;
+void fuzz::parse(std::string_view input) {
+    (void)stylet::report::parseSummary(input, "fuzz.json");
 }

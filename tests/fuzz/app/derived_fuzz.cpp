@@ -12,9 +12,9 @@
 #include "app/trainer/stores/derived.h"
 #include "tests/fuzz/scratch_file.h"
 
-// Only the unmodified cache file may be accepted. The input describes damage to that file as pairs of
-// bytes: an offset and a value to add to the byte there. An odd last byte truncates the file at that
-// offset. Messages about damage are hidden.
+// Only the unmodified cache file may be accepted. The input describes damage to that file as pairs of bytes:
+// an offset and a value to add to the byte there. If one byte is left over, it is the new length of the file.
+// Messages about damage are hidden.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::trainer;

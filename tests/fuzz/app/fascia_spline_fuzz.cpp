@@ -4,10 +4,10 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "app/modeller/image/import_image.h"
 #include "app/modeller/segmentation/fascia_spline.h"
+#include "base/errors.h"
 
-// The result is a surface with a valid radius everywhere or an ImportError. An accepted surface survives a
+// The result is a surface with a valid radius everywhere or a DataError. An accepted surface survives a
 // write and parse round trip.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -18,7 +18,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             for (const double h : {-20.0, s.h_begin_m, 20.0})
                 if (!(s.radiusAt(phi, h) > 0.0009 && s.radiusAt(phi, h) < 1.001)) std::abort();
         if (parseFascia("again.txt", writeFascia(s)).control_m.size() != s.control_m.size()) std::abort();
-    } catch (const ImportError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

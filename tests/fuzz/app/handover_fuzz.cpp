@@ -15,12 +15,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::filesystem::path file = fuzz::scratchFile("handover", data, size);
     for (const ImageKind kind : {ImageKind::ct, ImageKind::labels}) {
         try {
-            if (takeImage(file, "fuzz.nii", kind).voxels.size() * 2 > size) std::abort();
+            if (readImageFile(file, "fuzz.nii", kind).voxels.size() * 2 > size) std::abort();
         } catch (const ImportError&) {
         }
     }
     try {
-        for (const glm::vec3& v : takeField(file).voxels)
+        for (const glm::vec3& v : readFieldFile(file).voxels)
             if (!(std::fabs(v.x) + std::fabs(v.y) + std::fabs(v.z) < 31.0f)) std::abort();
     } catch (const ImportError&) {
     }

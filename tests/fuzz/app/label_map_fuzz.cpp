@@ -3,10 +3,10 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "app/modeller/image/import_image.h"
 #include "app/modeller/import/import_map.h"
+#include "base/errors.h"
 
-// The result is a label map or an ImportError. An accepted map maps int16 ids to existing targets.
+// The result is a label map or a DataError. An accepted map maps int16 ids to existing targets.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::modeller;
@@ -15,7 +15,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         if (map.target_of.empty()) std::abort();
         for (const auto& [id, target] : map.target_of)
             if (id < 0 || id > 32767 || target > targetTable().size()) std::abort();
-    } catch (const ImportError&) {
+    } catch (const stylet::DataError&) {
     }
     return 0;
 }

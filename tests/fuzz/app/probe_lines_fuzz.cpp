@@ -19,7 +19,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             lines.back() += char(data[i]);
     }
     std::vector<Finding> findings;
-    takeProbeLines(lines, findings);
+    parseProbeLines(lines, findings);
     if (describeFindings(findings, true).empty()) std::abort();
     describeFindings(findings, false);
     return 0;

@@ -7,6 +7,6 @@
 // The result is a library name or nothing.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    stylet::trainer::libraryNamedBy(std::string_view(reinterpret_cast<const char*>(data), size));
+    stylet::trainer::readLibraryPath(std::string_view(reinterpret_cast<const char*>(data), size));
     return 0;
 }

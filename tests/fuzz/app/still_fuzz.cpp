@@ -12,7 +12,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     using namespace stylet;
     const std::filesystem::path file = fuzz::scratchFile("fuzz.png", data, size);
     try {
-        const report::Picture small = report::still(file, 16);
+        const report::Picture small = report::loadStill(file, 16);
         if (small.width > 16 || small.bytes.empty()) std::abort();
     } catch (const stylet::DataError&) {
     }

@@ -17,12 +17,12 @@ namespace {
 using namespace stylet;
 
 // A store with one finished attempt, and a second connection to its database.
-struct Kept {
+struct StoredAttemptFixture {
     records::Store store{fuzz::scratchFolder() / "store"};
     std::string id;
     SQLite::Database raw;
 
-    Kept()
+    StoredAttemptFixture()
         : id(store.begin({"t1", "d", "p", "s", "exam", "0.1"})),
           raw((store.folder() / "store.sqlite").string(), SQLite::OPEN_READWRITE) {
         store.add(id, {{1, "cut", "liver"}});
@@ -41,11 +41,11 @@ constexpr const char* kMetric = "UPDATE metric SET id = ?, name = ?";
 
 }  // namespace
 
-// Lines of the input are written to the columns of the store. They are read, or rejected with a DataError.
-// An attempt's folder always lies directly in the attempts folder.
+// Writes the lines of the input to the columns of the store. The store then reads them or rejects them with a
+// DataError. An attempt's folder always lies directly in the attempts folder.
 // HZ-RECORD-08, HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    static Kept kept;
+    static StoredAttemptFixture kept;
     std::vector<std::string> texts(1);
     for (std::size_t i = 0; i < size; ++i) {
         if (data[i] == '\n' && texts.size() < kTexts)

@@ -6,7 +6,7 @@
 #include <iterator>
 #include <vector>
 
-#include "app/study/kept.h"
+#include "app/study/result_blocks.h"
 #include "tests/fuzz/scratch_file.h"
 
 // Only the unmodified file may be accepted as a block of results. The input describes damage to that file
@@ -15,10 +15,10 @@
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::study;
-    static const KeptBlocks kept(fuzz::scratchFolder(), 42, 3);
+    static const ResultBlocks kept(fuzz::scratchFolder(), 42, 3);
     static const std::filesystem::path file = fuzz::scratchFolder() / "000000.results";
     static const std::vector<std::uint8_t> whole = [] {
-        kept.keep(0, std::vector<PathResult>(3));
+        kept.write(0, std::vector<PathResult>(3));
         std::ifstream in(file, std::ios::binary);
         return std::vector<std::uint8_t>(std::istreambuf_iterator<char>(in), {});
     }();

@@ -8,7 +8,7 @@
 namespace {
 
 template <typename Read>
-void readOrRefused(Read read, const std::filesystem::path& file) {
+void readOrReject(Read read, const std::filesystem::path& file) {
     try {
         (void)read(file);
     } catch (const stylet::DataError&) {
@@ -17,14 +17,15 @@ void readOrRefused(Read read, const std::filesystem::path& file) {
 
 }  // namespace
 
-// The result is the facts of a pair, a plan or a run, or a DataError. A pair's facts can be written again.
+// The result is the facts of a pair, a plan or a run, or a DataError. The accepted facts of a pair can be
+// written again.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet::study;
     const std::filesystem::path file = fuzz::scratchFile("facts.json", data, size);
-    readOrRefused(readPlanFacts, file);
-    readOrRefused(readRunFacts, file);
-    readOrRefused(
+    readOrReject(readPlanFacts, file);
+    readOrReject(readRunFacts, file);
+    readOrReject(
         [](const auto& f) {
             writeFacts(f, readFacts(f));
             return 0;

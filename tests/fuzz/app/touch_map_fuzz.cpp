@@ -12,7 +12,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     using namespace stylet;
     const auto bytes = std::as_bytes(std::span(data, size));
-    const auto map = trainer::touchMapIn(bytes);
+    const auto map = trainer::parseTouchMap(bytes);
     if (!map) return 0;
     if (map->nodes.size() != 3 * map->grid.voxelCount()) std::abort();
     if (!std::ranges::all_of(map->nodes, [](float v) { return std::isfinite(v); })) std::abort();

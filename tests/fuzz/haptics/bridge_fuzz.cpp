@@ -14,7 +14,7 @@ namespace {
 using namespace stylet::haptics;
 using namespace stylet::haptics::bridge;
 
-// Corrects the checksums, so that the fuzzer also reaches the code behind them.
+// Corrects the checksums, so that the fuzzer also reaches the code that runs after the checksum test.
 std::vector<std::uint8_t> sealed(std::span<const std::uint8_t> bytes) {
     std::vector<std::uint8_t> out(bytes.begin(), bytes.end());
     for (std::size_t at = 0; at + kHeaderBytes + kChecksumBytes <= out.size();) {
@@ -43,8 +43,7 @@ void checkVector(const stylet::Vec3& v, double most) {
           glm::length(v) <= most * (1 + 1e-12));
 }
 
-// Feeds the bytes to a link as if a bridge had sent them. Every state must be valid, and the first fault
-// must
+// Feeds the bytes to a link as if a bridge had sent them. Every state must be valid, and the first fault must
 // persist.
 void attackLink(std::span<const std::uint8_t> bytes) {
     Link link;
@@ -52,14 +51,14 @@ void attackLink(std::span<const std::uint8_t> bytes) {
     std::int64_t now_ns = 1'000'000'000;
     for (std::size_t at = 0; at < bytes.size(); at += 64) {
         link.receive(bytes.subspan(at, std::min<std::size_t>(64, bytes.size() - at)), now_ns);
-        if (link.introduced()) link.force(stylet::Vec3(0.0), now_ns);
-        link.watch(now_ns);
+        if (link.hasCapabilities()) link.force(stylet::Vec3(0.0), now_ns);
+        link.checkTimeout(now_ns);
         const LinkFault fault = link.fault();
         State state;
-        if (link.take(state)) {
+        if (link.readState(state)) {
             checkVector(state.device_from_stylus.position_m, kFarthest_m);
             check(std::fabs(glm::length(state.device_from_stylus.rotation) - 1.0) < 1e-9);
-            check(link.introduced());
+            check(link.hasCapabilities());
         }
         if (fault != LinkFault::none) {
             link.receive(bytes, now_ns);

@@ -60,8 +60,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     falcon::FirmwareLoader loader(bus, {nullptr, [](void*) noexcept { return now_ns; }, nullptr});
     loader.begin();
     std::string why;
-    auto outcome = falcon::FirmwareLoader::Outcome::going;
-    for (int steps = 0; outcome == falcon::FirmwareLoader::Outcome::going; ++steps) {
+    auto outcome = falcon::FirmwareLoader::Outcome::inProgress;
+    for (int steps = 0; outcome == falcon::FirmwareLoader::Outcome::inProgress; ++steps) {
         if (steps > 200) std::abort();
         outcome = loader.step(image, why);
     }

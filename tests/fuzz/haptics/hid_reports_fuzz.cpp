@@ -12,9 +12,9 @@ using namespace stylet::haptics;
 namespace {
 
 // A rejected report changes nothing. Axis values stay within four times full scale.
-void takeAsSpaceMouse(std::span<const unsigned char> report, SpaceMouseInput& input) {
+void checkSpaceMouseReport(std::span<const unsigned char> report, SpaceMouseInput& input) {
     const SpaceMouseInput before = input;
-    const SpaceMouseReport taken = takeSpaceMouseReport(report, input);
+    const SpaceMouseReport taken = parseSpaceMouseReport(report, input);
     const bool same = input.axes == before.axes && input.buttons == before.buttons &&
                       input.battery_percent == before.battery_percent;
     if (taken == SpaceMouseReport::malformed && !same) std::abort();
@@ -24,8 +24,8 @@ void takeAsSpaceMouse(std::span<const unsigned char> report, SpaceMouseInput& in
     if (input.battery_percent > 100) std::abort();
 }
 
-// The encoder counts of an accepted report are encoded unchanged when sent back as a calibration.
-void takeAsWooden(std::span<const unsigned char> bytes) {
+// An accepted report contains encoder counts. A calibration made from them must encode the same counts.
+void checkWoodenReport(std::span<const unsigned char> bytes) {
     const auto report = decodeWoodenReport(bytes);
     if (report.has_value() != (bytes.size() == kWoodenReportBytes)) std::abort();
     if (!report) return;
@@ -43,8 +43,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     SpaceMouseInput input;
     while (!left.empty()) {
         const std::size_t count = std::min<std::size_t>(left[0] % 65, left.size() - 1);
-        takeAsSpaceMouse(left.subspan(1, count), input);
-        takeAsWooden(left.subspan(1, count));
+        checkSpaceMouseReport(left.subspan(1, count), input);
+        checkWoodenReport(left.subspan(1, count));
         left = left.subspan(1 + count);
     }
     return 0;

@@ -28,6 +28,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                 std::abort();
         }
     }
-    inverse3::spellingOf(text);
+    inverse3::parseSpelling(text);
     return 0;
 }

@@ -31,7 +31,7 @@ struct Run {
     bool hears(const char* bytes) {
         std::string heard;
         for (int i = 0; i < 1'000'000 && heard.find(bytes) == std::string::npos; ++i) {
-            if (mock_fuzz::poll(instance) == XR_ERROR_INSTANCE_LOST) return true;  // was requested
+            if (mock_fuzz::poll(instance) == XR_ERROR_INSTANCE_LOST) return true;  // as requested
             char buffer[4096];
             const ssize_t count = recv(socket, buffer, sizeof buffer, MSG_DONTWAIT);
             if (count == 0) return false;
@@ -46,7 +46,7 @@ struct Run {
 
 }  // namespace
 
-// Whatever bytes a control client sends, the runtime answers the request that follows.
+// Whatever bytes a control client sends, the runtime still answers the next valid request.
 // HZ-RECORD-14
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     Run run;

@@ -6,9 +6,12 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <cstddef>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 #include "xr/mock/scenario/loader_interface.h"
@@ -70,6 +73,27 @@ inline XrResult poll(XrInstance instance) {
     XrEventDataBuffer event{};
     event.type = XR_TYPE_EVENT_DATA_BUFFER;
     return reinterpret_cast<PFN_xrPollEvent>(function(instance, "xrPollEvent"))(instance, &event);
+}
+
+// Starts the runtime with the scenario and polls four times. Aborts unless the runtime accepts the scenario
+// or fails xrCreateInstance with XR_ERROR_RUNTIME_FAILURE.
+inline void play(const std::filesystem::path& scenario) {
+    setenv("XRMOCK_SCENARIO", scenario.c_str(), 1);
+    XrInstance instance = XR_NULL_HANDLE;
+    const XrResult result = createInstance(&instance);
+    if (result == XR_ERROR_RUNTIME_FAILURE) return;
+    if (result != XR_SUCCESS) std::abort();
+    for (int i = 0; i < 4; ++i) {
+        const XrResult polled = poll(instance);
+        // A scenario may make xrPollEvent fail, but the only success codes are these two.
+        if (polled > 0 && polled != XR_EVENT_UNAVAILABLE) std::abort();
+    }
+    destroyInstance(instance);
+}
+
+inline void writeBytes(const std::filesystem::path& file, const std::uint8_t* data, std::size_t size) {
+    std::ofstream(file, std::ios::binary)
+        .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
 }
 
 inline std::filesystem::path scratchFile(const char* name) {

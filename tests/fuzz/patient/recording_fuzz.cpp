@@ -21,7 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     BreathPlan plan;
     plan.recording_v = recorded.v;
     plan.recording_dt_s = recorded.dt_s;
-    if (!isPlayable(plan) || !(recorded.period_s > 0.0) || !std::isfinite(recorded.travel_m)) std::abort();
+    if (!isValidPlan(plan) || !(recorded.period_s > 0.0) || !std::isfinite(recorded.travel_m)) std::abort();
     BreathingState state;
     for (int tick = 0; tick < 2000; ++tick) {
         if (tick % 700 == 300) commandHold(state, !state.hold_wanted);

@@ -1,15 +1,8 @@
-#include <cstddef>
-#include <cstdint>
-
-#include "patient/package/package.h"
 #include "render/volume/look.h"
+#include "tests/fuzz/parser_target.h"
 
 // The result is a look or a DataError.
 // HZ-RECORD-14
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    try {
-        stylet::render::parseLook("fuzz.toml", {reinterpret_cast<const char*>(data), size});
-    } catch (const stylet::DataError&) {
-    }
-    return 0;
+void fuzz::parse(std::string_view input) {
+    stylet::render::parseLook("fuzz.toml", input);
 }

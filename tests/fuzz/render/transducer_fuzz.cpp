@@ -1,15 +1,8 @@
-#include <cstddef>
-#include <cstdint>
-
-#include "patient/package/package.h"
 #include "render/ultrasound/transducer.h"
+#include "tests/fuzz/parser_target.h"
 
 // The result is a transducer or a DataError.
 // HZ-RECORD-14
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    try {
-        stylet::render::parseTransducer("fuzz.toml", {reinterpret_cast<const char*>(data), size});
-    } catch (const stylet::DataError&) {
-    }
-    return 0;
+void fuzz::parse(std::string_view input) {
+    stylet::render::parseTransducer("fuzz.toml", input);
 }

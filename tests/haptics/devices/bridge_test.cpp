@@ -81,27 +81,27 @@ TEST_F(BridgeDriverTest, WithoutABridgeTheDeviceIsAbsent) {
     EXPECT_EQ(long_path.open(why), DeviceStage::failed);
 }
 
-TEST_F(BridgeDriverTest, ReadsTheEmulatorAndPressesOnIt) {
+TEST_F(BridgeDriverTest, ReadsEmulatorStateAndSendsForce) {
     BridgeServer server(path, timed({}));
     BridgeDriver driver(time.clock(), {.socket_path = path});
     EXPECT_EQ(pressUntilItFails(driver, 50), "did not fail");
     EXPECT_TRUE(ready);
-    EXPECT_EQ(server.asked_n(), 1.0);
+    EXPECT_EQ(server.commanded_n(), 1.0);
     EXPECT_STREQ(driver.profile().name, "emulated Touch");
     EXPECT_STREQ(driver.profile().source, "emulator");
     EXPECT_EQ(state.device_from_stylus.position_m, Vec3(0.0, 0.0, 0.1));
     EXPECT_EQ(state.flags, kDeviceReady | kDeviceHandOn);
     driver.close();
-    EXPECT_TRUE(test::waitUntil([&] { return server.byed(); }));
+    EXPECT_TRUE(test::waitUntil([&] { return server.receivedBye(); }));
     EXPECT_EQ(server.motor_n(), 0.0);
 }
 
-TEST_F(BridgeDriverTest, EveryFaultIsAFailureWithItsName) {
+TEST_F(BridgeDriverTest, EveryFaultFailsWithItsReason) {
     const std::pair<BridgeFault, const char*> cases[] = {
         {BridgeFault::drop, "nothing from the bridge for 15 ms"},
         {BridgeFault::stall, "nothing from the bridge for 15 ms"},
-        {BridgeFault::hangUp, "the bridge is gone"},
-        {BridgeFault::notFinite, "a value that is not finite or cannot be"},
+        {BridgeFault::disconnect, "the bridge is gone"},
+        {BridgeFault::notFinite, "a value that is not finite or out of range"},
         {BridgeFault::future, "a sample's time went back or is in the future"},
         {BridgeFault::past, "a sample's time went back or is in the future"},
         {BridgeFault::frozen, "no new sample from the device for 15 ms"},
@@ -120,10 +120,10 @@ TEST_F(BridgeDriverTest, EveryFaultIsAFailureWithItsName) {
     }
 }
 
-// Driver time from the first faulty answer to the failure. Only the driver's own waits count.
-TEST_F(BridgeDriverTest, AFaultIsKnownWithin20Ms) {
+// Measures the driver's time from the first faulty answer to the failure. Only the driver's own waits count.
+TEST_F(BridgeDriverTest, FaultIsDetectedWithin20Ms) {
     for (const BridgeFault fault :
-         {BridgeFault::drop, BridgeFault::stall, BridgeFault::hangUp, BridgeFault::corrupt}) {
+         {BridgeFault::drop, BridgeFault::stall, BridgeFault::disconnect, BridgeFault::corrupt}) {
         std::int64_t longest_ns = 0;
         for (std::uint32_t run = 0; run < 7; ++run) {
             BridgeServer server(path, timed({.fault = fault,
@@ -162,7 +162,7 @@ TEST_F(BridgeDriverTest, BeforeTheFirstAnswerThereIsNoPose) {
 
 // Sends one valid frame repeatedly, as fast as possible, until the other side hangs up.
 void floodOnce(int listener) {
-    const int client = ::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC);
+    const Descriptor client(::accept4(listener, nullptr, nullptr, SOCK_CLOEXEC));
     bridge::Capabilities capabilities;
     bridge::putText(capabilities.name, "a flood");
     const bridge::FrameBytes frame = encode(1, capabilities);
@@ -171,31 +171,29 @@ void floodOnce(int listener) {
         many.insert(many.end(), frame.span().begin(), frame.span().end());
     while (::send(client, many.data(), many.size(), MSG_NOSIGNAL) == ssize_t(many.size())) {
     }
-    ::close(client);
 }
 
 // The flood never ends and the driver's clock stands still, so no timeout can end it. The driver must end
 // it.
-TEST_F(BridgeDriverTest, AFloodIsAFailureAndHoldsNobodyUp) {
-    const int listener = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    sockaddr_un address{.sun_family = AF_UNIX, .sun_path = {}};
-    ASSERT_LT(path.copy(address.sun_path, sizeof address.sun_path - 1), sizeof address.sun_path - 1);
+TEST_F(BridgeDriverTest, FloodFailsWithoutBlocking) {
+    const Descriptor listener(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    sockaddr_un address;
+    std::string why;
+    ASSERT_TRUE(makeAddress(path, address, why)) << why;
     ASSERT_EQ(::bind(listener, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
     ASSERT_EQ(::listen(listener, 1), 0);
     const std::int64_t wall_ns = test::monotonicNow_ns();
     std::thread flood([&] { floodOnce(listener); });
-    std::string why;
     {
         BridgeDriver driver(time.clock(), {.socket_path = path});
         why = pressUntilItFails(driver, 1);
     }
     flood.join();
-    ::close(listener);
-    EXPECT_EQ(why, "a flood from the bridge: more than can be answers");
+    EXPECT_EQ(why, "the bridge sent more data than its answers can be: restart it");
     RecordProperty("wall_us", int((test::monotonicNow_ns() - wall_ns) / 1000));
 }
 
-TEST_F(BridgeDriverTest, AnotherDeviceIsNotTakenForTheFirst) {
+TEST_F(BridgeDriverTest, DifferentDeviceIsRefusedOnReconnect) {
     BridgeDriver driver(time.clock(), {.socket_path = path});
     std::string why;
     {
@@ -240,9 +238,9 @@ class Process {
 
 PolledSettings impatient() {
     PolledSettings settings;
-    settings.look_again_ns = 5 * kMs;
+    settings.absent_retry_ns = 5 * kMs;
     settings.backoff_first_ns = 20 * kMs;
-    settings.backoff_most_ns = 80 * kMs;
+    settings.backoff_max_ns = 80 * kMs;
     return settings;
 }
 
@@ -255,11 +253,11 @@ class KilledBridgeTest : public testing::Test {
             std::make_unique<BridgeDriver>(time.clock(), BridgeSettings{.socket_path = path}), time.clock(),
             impatient());
     }
-    // Runs the device's thread until the loop's next tick. The clock must not advance while the process
-    // starts.
+    // Polls the device in place of its thread. Sleeps while the bridge process starts, because the clock must
+    // not advance meanwhile.
     void poll(PolledDevice& device) {
         device.poll();
-        if (device.stage() == DeviceStage::absent) test::nap(1);
+        if (device.stage() == DeviceStage::absent) test::sleepMs(1);
     }
 
     test::TempFolder folder;
@@ -268,7 +266,7 @@ class KilledBridgeTest : public testing::Test {
 };
 
 // HZ-FORCE-14
-TEST_F(KilledBridgeTest, KilledInTheMiddleOfAFrameTheForceIsGoneWithin20Ms) {
+TEST_F(KilledBridgeTest, BridgeKilledMidFrameEndsInZeroForceWithin20Ms) {
     for (const char* answers : {"20", "60"}) {
         const auto device = make();
         Process bridge({STYLET_BRIDGE_EMULATOR, path, answers, "0"});
@@ -297,7 +295,8 @@ TEST_F(KilledBridgeTest, KilledInTheMiddleOfAFrameTheForceIsGoneWithin20Ms) {
     }
 }
 
-// Runs the loop on the test's thread. The device's thread runs between two ticks.
+// Clock of a loop on the test's thread. `between` is called between two ticks, in place of the device's
+// thread.
 struct LoopWorld {
     SteppedClock& time;
     std::function<void()> between;
@@ -311,10 +310,10 @@ struct LoopWorld {
     }
 };
 
-// The same with the needle in tissue and the haptic loop running. The force must be zero 20 ticks after the
-// device's last answer, with a named fault.
+// The test above with the needle in tissue and the haptic loop running. The force must be zero 20 ticks after
+// the device's last answer, with a named fault.
 // HZ-FORCE-07
-TEST_F(KilledBridgeTest, KilledUnderALoadTheLoopsForceIsZeroWithin20Ticks) {
+TEST_F(KilledBridgeTest, BridgeKilledUnderLoadEndsInZeroForceWithin20Ticks) {
     using enum Tissue;
     const patient::Package package = test::makeSlabs({{skin, 0.002}, {soft, 0.060}}, 0.001);
     const patient::Patient patient(package);
@@ -362,7 +361,7 @@ TEST_F(KilledBridgeTest, KilledUnderALoadTheLoopsForceIsZeroWithin20Ticks) {
     EXPECT_NE(faults & (kFaultDeviceLost | kFaultStaleInput), 0u);
 }
 
-// A bridge in a process of its own, on the machine's clock. serve() and the driver share that clock.
+// A bridge in a separate process, on the machine's clock. serve() and the driver share that clock.
 class BridgeProcessTest : public testing::Test {
   protected:
     void SetUp() override { state.flags = 0; }
@@ -390,7 +389,7 @@ class BridgeProcessTest : public testing::Test {
 };
 
 // Real time: the device's own thread reconnects to a bridge that was killed and restarted.
-TEST_F(BridgeProcessTest, ComesBackWithTheBridgeAfterBackingOff) {
+TEST_F(BridgeProcessTest, ReconnectsAfterBackOffWhenTheBridgeReturns) {
     const auto device = start();
     auto bridge =
         std::make_unique<Process>(std::vector<std::string>{STYLET_BRIDGE_SIMULATED, "--socket", path});
@@ -414,7 +413,7 @@ TEST_F(BridgeProcessTest, ComesBackWithTheBridgeAfterBackingOff) {
 }
 
 // Real time: a stopped process keeps its socket open but sends nothing.
-TEST_F(BridgeProcessTest, AStoppedBridgeIsSilentAndComesBackWhenItRunsOn) {
+TEST_F(BridgeProcessTest, ReconnectsWhenASuspendedBridgeContinues) {
     Process bridge({STYLET_BRIDGE_SIMULATED, "--socket", path});
     const auto device = start();
     const std::string silent = "nothing from the bridge for 15 ms";

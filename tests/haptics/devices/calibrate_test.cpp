@@ -9,13 +9,14 @@
 
 #include "haptics/devices/falcon/falcon.h"
 #include "patient/patient.h"
+#include "tests/support/stepped_clock.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::haptics::falcon {
 namespace {
 
 // A Falcon with a wrong force scale, on a weighing scale that a person reads to the gram.
-class OnAScale final : public HapticDevice {
+class ScaleDevice final : public HapticDevice {
   public:
     const DeviceProfile& profile() const noexcept override { return profile_; }
     DeviceState read(std::int64_t) noexcept STYLET_NONBLOCKING override {
@@ -40,29 +41,29 @@ class OnAScale final : public HapticDevice {
     std::int64_t reads = 0, lost_after = 1LL << 60, found_after = 1LL << 60;
 
   private:
-    DeviceProfile profile_ = profileOf({});
+    DeviceProfile profile_ = makeProfile({});
 };
 
 struct Calibrating : testing::Test {
-    OnAScale device;
-    std::int64_t now_ns = 0, asked_ns = 0;
+    ScaleDevice device;
+    test::SteppedClock time;
+    std::int64_t asked_ns = 0;
     std::vector<std::string> said;
     bool stopped = false;
-    Clock clock{this, [](void* c) noexcept { return static_cast<Calibrating*>(c)->now_ns; },
-                [](void* c, std::int64_t t) noexcept { static_cast<Calibrating*>(c)->now_ns = t; }};
-    CalibrationTalk talk{[this](const std::string& text) {
-                             said.push_back(text);
-                             asked_ns = now_ns;
-                         },
-                         [this]() -> std::optional<double> {
-                             if (now_ns - asked_ns < 3'000'000'000) return std::nullopt;
-                             return device.grams();
-                         },
-                         [this] { return stopped; }};
+    Clock clock = time.clock();
+    CalibrationPrompts prompts{[this](const std::string& text) {
+                                   said.push_back(text);
+                                   asked_ns = time.now_ns;
+                               },
+                               [this]() -> std::optional<double> {
+                                   if (time.now_ns - asked_ns < 3'000'000'000) return std::nullopt;
+                                   return device.grams();
+                               },
+                               [this] { return stopped; }};
     std::string refusal() {
         try {
-            calibrate(device, clock, talk);
-        } catch (const DataError& e) {
+            calibrate(device, clock, prompts);
+        } catch (const std::runtime_error& e) {
             return e.what();
         }
         return "";
@@ -70,9 +71,9 @@ struct Calibrating : testing::Test {
 };
 
 // HZ-FORCE-22
-TEST_F(Calibrating, FindsTheGainsOfAllAxesGently) {
+TEST_F(Calibrating, FindsTheGainsOfAllAxesWithASlowRamp) {
     device.gains = {2.0, 0.6, 1.5};
-    const Calibration calibration = calibrate(device, clock, talk);
+    const Calibration calibration = calibrate(device, clock, prompts);
     EXPECT_TRUE(calibration.measured);
     EXPECT_NEAR(calibration.measured_per_asked.x, 2.0, 0.005);
     EXPECT_NEAR(calibration.measured_per_asked.y, 0.6, 0.005);
@@ -82,8 +83,8 @@ TEST_F(Calibrating, FindsTheGainsOfAllAxesGently) {
     EXPECT_EQ(device.sent_n, Vec3(0.0));
     EXPECT_EQ(said.size(), 15u);
     // With the calibration, the motor commands produce the requested force.
-    const auto plain = motorsFor({0.0, 0.0, 3.0}, kCentre_m, {}),
-               mended = motorsFor({0.0, 0.0, 3.0}, kCentre_m, calibration);
+    const auto plain = computeMotorCounts({0.0, 0.0, 3.0}, kCentre_m, {}),
+               mended = computeMotorCounts({0.0, 0.0, 3.0}, kCentre_m, calibration);
     EXPECT_NEAR(double(plain[0]) / mended[0], 1.5, 0.02);
 }
 
@@ -100,11 +101,11 @@ TEST_F(Calibrating, EndsInZeroForceWithAReasonWhenTheDeviceIsLostOrTheUserStops)
     EXPECT_EQ(device.sent_n, Vec3(0.0));
 }
 
-TEST_F(Calibrating, AFaultCostsTheAxisItComesIn) {
+TEST_F(Calibrating, FaultRestartsOnlyTheCurrentAxis) {
     device.gains = {2.0, 0.6, 1.5};
     device.lost_after = 25'000;  // while the second axis is pushing
     device.found_after = 25'100;
-    const Calibration calibration = calibrate(device, clock, talk);
+    const Calibration calibration = calibrate(device, clock, prompts);
     EXPECT_NEAR(calibration.measured_per_asked.x, 2.0, 0.005);
     EXPECT_NEAR(calibration.measured_per_asked.y, 0.6, 0.005);
     EXPECT_NEAR(calibration.measured_per_asked.z, 1.5, 0.005);
@@ -114,15 +115,15 @@ TEST_F(Calibrating, AFaultCostsTheAxisItComesIn) {
     EXPECT_LE(device.most_rise_n, 0.005);
 }
 
-TEST_F(Calibrating, AFaultWhileNothingIsAskedOfItCostsNothing) {
+TEST_F(Calibrating, FaultWithoutRequestedForceHasNoConsequence) {
     device.lost_after = 1'000;
     device.found_after = 1'500;
-    EXPECT_TRUE(calibrate(device, clock, talk).measured);
+    EXPECT_TRUE(calibrate(device, clock, prompts).measured);
     EXPECT_EQ(said.size(), 15u);
 }
 
 // HZ-RECORD-13
-TEST(CalibrationFile, IsReplacedInOneStepAndTriedBefore) {
+TEST(CalibrationFile, IsReplacedAtomicallyAndCheckedInAdvance) {
     const test::TempFolder folder;
     const std::filesystem::path file = folder / "falcon.toml";
     checkCalibrationFile(file);
@@ -140,7 +141,7 @@ TEST(CalibrationFile, IsReplacedInOneStepAndTriedBefore) {
     EXPECT_THROW(checkCalibrationFile(folder.path()), DataError) << "a folder";
 }
 
-TEST(CalibrationFile, LeavesWhatIsTheUsersAndNothingOfItsOwn) {
+TEST(CalibrationFile, KeepsUserFilesAndLeavesNoTemporaryFile) {
     const test::TempFolder folder;
     const std::filesystem::path file = folder / "falcon.toml", users = folder / "falcon.toml.new";
     const auto files = [&] { return std::distance(std::filesystem::directory_iterator(folder.path()), {}); };
@@ -159,7 +160,7 @@ TEST(CalibrationFile, LeavesWhatIsTheUsersAndNothingOfItsOwn) {
 }
 
 // HZ-FORCE-22
-TEST_F(Calibrating, ReadingsThatCannotBeAreRefused) {
+TEST_F(Calibrating, ImplausibleReadingsAreRefused) {
     device.gains = {1.0, 0.0, 1.0};
     EXPECT_THAT(refusal(), testing::HasSubstr("y"));
 }

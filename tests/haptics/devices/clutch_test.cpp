@@ -68,7 +68,7 @@ struct Clutched : testing::Test {
     DeviceState last;
 };
 
-TEST_F(Clutched, UntouchedItIsTheGripMillimetreForMillimetre) {
+TEST_F(Clutched, WithoutClutchingTipFollowsGripUnscaled) {
     grip.state.device_from_stylus.position_m = {0.01, 0.02, 0.12};
     read();
     moveTo({0.0, -0.01, 0.10}, 0);
@@ -79,7 +79,7 @@ TEST_F(Clutched, UntouchedItIsTheGripMillimetreForMillimetre) {
 }
 
 // A 90 mm path on a device with 80 mm of travel. The second stroke continues where the first ended.
-TEST_F(Clutched, TwoStrokesMakeAPathLongerThanTheDevice) {
+TEST_F(Clutched, TwoStrokesExtendThePathBeyondTheWorkspace) {
     const Vec3 near(0.0, 0.0, 0.1575), far(0.0, 0.0, 0.0900);
     grip.state.device_from_stylus.position_m = near;
     read();
@@ -95,7 +95,7 @@ TEST_F(Clutched, TwoStrokesMakeAPathLongerThanTheDevice) {
 }
 
 // HZ-FORCE-20
-TEST_F(Clutched, NoForceWhileItIsHeldAndASlowReturn) {
+TEST_F(Clutched, ForceIsZeroWhilePressedAndRampsUpOnRelease) {
     for (int i = 0; i < 250; ++i)
         read();
     EXPECT_EQ(last.share(), 1.0);
@@ -106,7 +106,7 @@ TEST_F(Clutched, NoForceWhileItIsHeldAndASlowReturn) {
         EXPECT_NEAR(read().share(), i / 200.0, 1e-9);
 }
 
-TEST_F(Clutched, LostAndFoundTheNeedleIsWhereItWas) {
+TEST_F(Clutched, NeedleKeepsItsPositionAfterReconnection) {
     grip.state.device_from_stylus.position_m = {0.0, 0.0, 0.13};
     read();
     moveTo({0.0, 0.0, 0.10}, 0);
@@ -123,7 +123,7 @@ TEST_F(Clutched, LostAndFoundTheNeedleIsWhereItWas) {
 }
 
 // With the clutch, the needle can be moved anywhere, but the grip cannot. Reach and wall apply to the grip.
-TEST_F(Clutched, ReachAndWallAreTheGripsWhereverTheNeedleIs) {
+TEST_F(Clutched, ReachCheckAndWallUseTheGripPosition) {
     const Vec3 near(0.0, 0.0, 0.155), far(0.0, 0.0, 0.09);
     grip.state.device_from_stylus.position_m = near;
     read();
@@ -159,11 +159,11 @@ TEST_F(Clutched, ReachAndWallAreTheGripsWhereverTheNeedleIs) {
 
 // A probe is held differently from a needle. The tool turns slowly in the hand, about the position of the
 // needle's tip, and the grip continues as before.
-TEST_F(Clutched, AnotherToolIsTurnedToSlowly) {
+TEST_F(Clutched, NewToolPoseIsApproachedGradually) {
     read();
     const Vec3 before = tip();
     const Pose wanted{{0.6, 0.0, 0.8, 0.0}, {0.03, 0.0, -0.01}};  // 106 degrees
-    device.hold(wanted);
+    device.setTool(wanted);
     Pose last_pose = last.device_from_stylus;
     for (int i = 0; i < 2000; ++i) {
         const Pose now = read().device_from_stylus;
@@ -177,23 +177,23 @@ TEST_F(Clutched, AnotherToolIsTurnedToSlowly) {
     EXPECT_NEAR(glm::length(tip() - (before + wanted.position_m)), 0.0, 1e-15);
     moveTo(before + Vec3(0.0, 0.0, -0.02), 0);
     EXPECT_NEAR(glm::length(tip() - (before + wanted.position_m + Vec3(0.0, 0.0, -0.02))), 0.0, 1e-12);
-    device.hold(Pose{});
+    device.setTool(Pose{});
     for (int i = 0; i < 2000; ++i)
         read();
     EXPECT_EQ(last.device_from_stylus.rotation, Quat(1.0, 0.0, 0.0, 0.0));
 }
 
-TEST_F(Clutched, IsTheDeviceThatItIs) {
+TEST_F(Clutched, ForwardsTheInnerDeviceProfile) {
     EXPECT_EQ(device.profile().force_peak_n, 8.0);
     EXPECT_EQ(device.profile().workspace_radius_m, 0.04);
 }
 
-// No wall force before the needle reaches the skin.
-TEST(Placement, LeavesTheWallAndRoomBeforeIt) {
+// There must be no wall force before the needle reaches the skin.
+TEST(Placement, EntryLeavesRoomInFrontOfTheWall) {
     for (const double radius_m : {0.03, 0.08, 0.2, 0.4}) {
         DeviceProfile profile = *findProfile("falcon");
         profile.workspace_radius_m = radius_m;
-        const Pose device_from_patient = placeAlong(profile, Pose{}).inverse();
+        const Pose device_from_patient = alignWithPath(profile, Pose{}).inverse();
         EXPECT_EQ(workspaceWall(profile, device_from_patient * Vec3(0.0, 0.0, 0.01)).energy_j, 0.0);
         EXPECT_GT(workspaceWall(profile, device_from_patient * Vec3(0.0, 0.0, 0.012)).energy_j, 0.0);
     }
@@ -208,7 +208,7 @@ TEST(Placement, PutsTheEntryAtTheNearEndAndThePathThroughTheMiddle) {
         const Vec3 across = glm::normalize(glm::cross(axis, Vec3(0.3, 0.5, 0.7)));
         const Pose at_entry{glm::quat_cast(glm::dmat3(across, glm::cross(axis, across), axis)),
                             random.jitter3(0.3)};
-        const Pose patient_from_device = placeAlong(profile, at_entry);
+        const Pose patient_from_device = alignWithPath(profile, at_entry);
         EXPECT_NEAR(glm::length(patient_from_device.rotation), 1.0, 1e-12);
         const Pose device_from_patient = patient_from_device.inverse();
         // Pushing toward the device's base moves the needle in.

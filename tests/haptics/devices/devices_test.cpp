@@ -37,13 +37,13 @@ TEST_F(Devices, EveryKindHasANameATextAndLimits) {
     for (const DeviceKind& kind : deviceKinds()) {
         ASSERT_EQ(kind.missing, nullptr) << kind.name << " is not in this build";
         EXPECT_NE(std::string(kind.what), "");
-        const DeviceProfile profile = profileOfKind(kind.name, {});
+        const DeviceProfile profile = deviceProfile(kind.name, {});
         EXPECT_NE(std::string(profile.source), "") << kind.name;
         EXPECT_GE(profile.force_axes, 0);
     }
 }
 
-TEST_F(Devices, ListsWhatIsPluggedInAndWhatStandsInTheWay) {
+TEST_F(Devices, ListsPluggedInDevicesAndTheirProblems) {
     EXPECT_TRUE(found("woodenhaptics").empty());
     EXPECT_TRUE(found("spacemouse").empty());
     const test::WoodenHapticsEmulator board;
@@ -61,15 +61,15 @@ TEST_F(Devices, ListsWhatIsPluggedInAndWhatStandsInTheWay) {
     EXPECT_EQ(found("woodenhaptics", {.model = folder_ / "arm.json"}).front().problem, "");
 }
 
-TEST_F(Devices, TheModelsFileGivesItsLimits) {
-    EXPECT_TRUE(std::isnan(profileOfKind("woodenhaptics", {}).force_peak_n));
-    const DeviceProfile profile = profileOfKind("woodenhaptics", {.model = folder_ / "arm.json"});
+TEST_F(Devices, ModelFileSetsTheForceLimits) {
+    EXPECT_TRUE(std::isnan(deviceProfile("woodenhaptics", {}).force_peak_n));
+    const DeviceProfile profile = deviceProfile("woodenhaptics", {.model = folder_ / "arm.json"});
     EXPECT_EQ(profile.force_peak_n, 5.0);
     EXPECT_EQ(profile.workspace_radius_m, 0.1);
     EXPECT_GT(profile.resolution_m, 1e-5);
 }
 
-TEST_F(Devices, MakesADriverOrSaysWhatIsMissing) {
+TEST_F(Devices, MakesADriverOrReportsTheMissingPart) {
     EXPECT_NE(makeDriver("spacemouse", {}, clock_), nullptr);
     EXPECT_NE(makeDriver("woodenhaptics", {.model = folder_ / "arm.json"}, clock_), nullptr);
     test::expectRefused([&] { makeDriver("woodenhaptics", {}, clock_); }, "woodenhaptics", "--device-model");

@@ -18,7 +18,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// The message of the DataError, or an empty string if none is thrown.
+// Returns the message of the DataError, or an empty string if none is thrown.
 template <typename Call>
 std::string refusal(const Call& call) {
     try {
@@ -39,11 +39,11 @@ struct FalconFiles : testing::Test {
 };
 
 std::string hashOf(const std::string& text) {
-    return sha256Of(std::vector<std::uint8_t>(text.begin(), text.end()));
+    return computeSha256(std::vector<std::uint8_t>(text.begin(), text.end()));
 }
 
 // The examples of FIPS 180-4, and lengths around the block size.
-TEST(Sha256, IsTheStandards) {
+TEST(Sha256, MatchesStandardTestVectors) {
     EXPECT_EQ(hashOf(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
     EXPECT_EQ(hashOf("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
     EXPECT_EQ(hashOf("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
@@ -52,7 +52,7 @@ TEST(Sha256, IsTheStandards) {
               "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
-TEST_F(FalconFiles, AFirmwareImageIsReadAndNamedByItsHash) {
+TEST_F(FalconFiles, FirmwareImageIsLoadedAndIdentifiedByItsHash) {
     const Firmware firmware = loadFirmwareFile(write("abc"));
     EXPECT_EQ(firmware.image, (std::vector<std::uint8_t>{'a', 'b', 'c'}));
     EXPECT_EQ(firmware.sha256, hashOf("abc"));
@@ -64,7 +64,7 @@ TEST_F(FalconFiles, AFirmwareImageIsReadAndNamedByItsHash) {
     EXPECT_NE(refusal([&] { loadFirmwareFile(folder.path()); }), "");
 }
 
-TEST_F(FalconFiles, ACalibrationSurvivesTheDisk) {
+TEST_F(FalconFiles, CalibrationRoundTripsThroughAFile) {
     const Calibration saved{.measured_per_asked = {0.5, 0.625, 1.0 / 3.0},
                             .measured = true,
                             .how = "kitchen scale \"A\", 2 readings"};
@@ -106,7 +106,7 @@ TEST_F(FalconFiles, ABadCalibrationIsRefusedByFieldAndReason) {
                 HasSubstr("400"));
 }
 
-TEST(FalconCalibration, IsTheLineThroughTheReadings) {
+TEST(FalconCalibration, FitsALineThroughTheReadings) {
     EXPECT_DOUBLE_EQ(fitCalibration(std::vector<CalibrationReading>{{1.0, 2.0}, {2.0, 4.0}}, "z"), 2.0);
     EXPECT_NEAR(fitCalibration(std::vector<CalibrationReading>{{1.0, 0.52}, {2.0, 0.98}, {-1.0, -0.5}}, "z"),
                 0.4967, 1e-4);

@@ -56,8 +56,8 @@ TEST(FalconKinematics, AnEncoderCountIsThePublishedAngle) {
     EXPECT_NEAR(2.0 * std::numbers::pi / (radiansFromCounts(1) - radiansFromCounts(0)), 9881.0, 1.0);
 }
 
-// Each leg's shin is a point on a circle. Thigh end, elbow stubs and sideways shin must form a closed
-// chain.
+// In each leg the thigh, the elbow stubs and the sideways shin must form a closed chain: the remaining
+// distance is the shin's length, 102.5 mm.
 TEST(FalconKinematics, TheLegsCloseAtEveryPose) {
     Poses poses;
     for (int i = 0; i < 2000; ++i) {
@@ -74,7 +74,7 @@ TEST(FalconKinematics, TheLegsCloseAtEveryPose) {
     }
 }
 
-TEST(FalconKinematics, TheJacobianIsThatOfCentralDifferences) {
+TEST(FalconKinematics, JacobianMatchesCentralDifferences) {
     Poses poses;
     double worst = 0.0;
     for (int i = 0; i < 2000; ++i) {
@@ -87,7 +87,7 @@ TEST(FalconKinematics, TheJacobianIsThatOfCentralDifferences) {
 
 // The public driver squares the sine of the shin's angle in the z term. Its force points several degrees
 // off, so the test above would detect the mistake.
-TEST(FalconKinematics, TheSquaredSineOfThePublicDriverTurnsTheForce) {
+TEST(FalconKinematics, SquaredSineOfThePublicDriverRotatesTheForce) {
     Poses poses;
     std::vector<double> turned_deg;
     for (int i = 0; i < 2000; ++i) {
@@ -113,7 +113,7 @@ TEST(FalconKinematics, TheSquaredSineOfThePublicDriverTurnsTheForce) {
     EXPECT_NEAR(turned_deg[1900], 12.0, 2.0);
 }
 
-TEST(FalconKinematics, ForwardFindsEveryPoseFromTheCentre) {
+TEST(FalconKinematics, ForwardKinematicsConvergesFromTheCentre) {
     Poses poses;
     double worst_m = 0.0;
     for (int i = 0; i < 2000; ++i) {
@@ -125,7 +125,7 @@ TEST(FalconKinematics, ForwardFindsEveryPoseFromTheCentre) {
     EXPECT_LT(worst_m, 1e-9);
 }
 
-TEST(FalconKinematics, ForwardSaysWhereItFails) {
+TEST(FalconKinematics, ForwardKinematicsReportsUnreachablePoses) {
     const Angles good = anglesAt(kCentre_m).value();
     EXPECT_FALSE(gripFromAngles(good + Vec3(2.0, -2.0, 0.0), kCentre_m));
     EXPECT_FALSE(gripFromAngles(Vec3(std::nan("")), kCentre_m));
@@ -133,7 +133,7 @@ TEST(FalconKinematics, ForwardSaysWhereItFails) {
     EXPECT_TRUE(gripFromAngles(good, {9.0, 0.0, 0.0}));
     EXPECT_FALSE(anglesAt({0.3, 0.0, 0.1}));
     EXPECT_FALSE(anglesAt({0.0, 0.0, 0.3}));
-    EXPECT_FALSE(torquesFor({0.0, 0.0, 1.0}, {0.0, 0.0, 0.3}));
+    EXPECT_FALSE(computeTorques({0.0, 0.0, 1.0}, {0.0, 0.0, 0.3}));
 }
 
 TEST(FalconKinematics, OneCountIsThePublishedDistance) {
@@ -149,12 +149,12 @@ TEST(FalconKinematics, OneCountIsThePublishedDistance) {
 
 // Virtual work: for any small motion, the motors' work equals the work done on the grip.
 // HZ-FORCE-10
-TEST(FalconKinematics, TorquesDoTheWorkOfTheForce) {
+TEST(FalconKinematics, TorquesAndForceDoEqualVirtualWork) {
     Poses poses;
     for (int i = 0; i < 500; ++i) {
         const Vec3 p = poses.next(), force(poses.next() * 100.0), d = poses.next() * 1e-6;
         const Vec3 turned = *anglesAt(p + d) - *anglesAt(p - d);
-        EXPECT_NEAR(glm::dot(torquesFor(force, p).value(), turned), glm::dot(force, 2.0 * d),
+        EXPECT_NEAR(glm::dot(computeTorques(force, p).value(), turned), glm::dot(force, 2.0 * d),
                     1e-7 * glm::length(force) * glm::length(d));
     }
 }
@@ -163,7 +163,7 @@ TEST(FalconKinematics, TorquesDoTheWorkOfTheForce) {
 // axis.
 TEST(FalconKinematics, FullCommandIsThePublishedForce) {
     const auto fullForce = [](const Vec3& direction) {
-        const Vec3 t = torquesFor(direction, kCentre_m).value();
+        const Vec3 t = computeTorques(direction, kCentre_m).value();
         return 0.4095 / std::max({std::fabs(t.x), std::fabs(t.y), std::fabs(t.z)});
     };
     EXPECT_NEAR(fullForce({0.0, 0.0, 1.0}), 16.9, 0.1);

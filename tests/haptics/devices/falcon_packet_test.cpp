@@ -52,7 +52,7 @@ TEST(FalconPacket, RepliesAreReadAsDocumented) {
     EXPECT_EQ(decode(flags)->buttons, kButtonRight | kButtonCentre);
 }
 
-TEST(FalconPacket, MotorAndEncoderAreOneCode) {
+TEST(FalconPacket, MotorAndEncoderValuesShareOneEncoding) {
     for (int n = -32768; n <= 32767; n += 7) {
         const auto i = std::int16_t(n);
         EXPECT_EQ(decode(encode({.motors = {i, std::int16_t(~i), 5}}))->encoders,
@@ -60,7 +60,7 @@ TEST(FalconPacket, MotorAndEncoderAreOneCode) {
     }
 }
 
-TEST(FalconPacket, WhatTheFirmwareCannotSendIsRefused) {
+TEST(FalconPacket, ImpossibleRepliesAreRefused) {
     const Packet good = bytes("<JFKPAAAAPPPPAA>");
     ASSERT_TRUE(decode(good));
     for (std::size_t i = 0; i < kPacketBytes; ++i) {
@@ -74,7 +74,7 @@ TEST(FalconPacket, WhatTheFirmwareCannotSendIsRefused) {
     }
 }
 
-TEST(FalconPacket, TheReaderFindsItsPlaceAgain) {
+TEST(FalconPacket, ReaderResynchronises) {
     PacketReader reader;
     EXPECT_FALSE(reader.push(stream("AAAA>PPPA")));  // the tail of a packet
     EXPECT_EQ(reader.refused(), 9u);
@@ -94,7 +94,7 @@ TEST(FalconPacket, TheReaderFindsItsPlaceAgain) {
     EXPECT_FALSE(reader.push(stream("AAAAAAAAAAAA>")));
 }
 
-TEST(FalconPacket, NoiseIsHarmlessAndHealsWithTheNextPacket) {
+TEST(FalconPacket, ReaderRecoversFromNoiseWithTheNextPacket) {
     patient::synth::Random random(7, 0);
     const char alphabet[] = "<>ABCP\xff\x01";
     PacketReader reader;

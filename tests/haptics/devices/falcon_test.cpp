@@ -18,7 +18,7 @@ using test::FalconWorld;
 using test::kMs;
 using testing::HasSubstr;
 
-std::vector<std::uint8_t> someImage() {
+std::vector<std::uint8_t> makeFirmwareImage() {
     patient::synth::Random random(3, 0);
     std::vector<std::uint8_t> image(7914);
     for (std::uint8_t& byte : image)
@@ -26,7 +26,8 @@ std::vector<std::uint8_t> someImage() {
     return image;
 }
 
-// Force at the grip for given motor counts, from virtual work and the closed form only.
+// Returns the force at the grip for given motor counts, computed only from virtual work and the closed-form
+// inverse kinematics.
 Vec3 forceOf(const std::array<int, 3>& motors, const Vec3& grip_m) {
     constexpr double h = 1e-6;
     Vec3 force(0.0);
@@ -49,7 +50,7 @@ std::array<int, 3> countsAt(const Vec3& grip_m) {
 }
 
 // HZ-FORCE-11
-TEST(Falcon, NeedsHomingThenIsReadyAndPushesWhatItIsTold) {
+TEST(Falcon, BecomesReadyAfterHomingAndAppliesTheForce) {
     FalconWorld w;
     w.runFor(50 * kMs);
     EXPECT_EQ(w.device.stage(), DeviceStage::needsHoming);
@@ -60,7 +61,7 @@ TEST(Falcon, NeedsHomingThenIsReadyAndPushesWhatItIsTold) {
     EXPECT_EQ(w.pushed_ns, 0);
 
     const Vec3 grip{0.01, -0.02, 0.12};
-    w.falcon.holdAt(countsAt(grip));
+    w.falcon.moveTo(countsAt(grip));
     w.falcon.press(kButtonCentre);
     w.falcon.home();
     w.runFor(50 * kMs);
@@ -78,7 +79,7 @@ TEST(Falcon, NeedsHomingThenIsReadyAndPushesWhatItIsTold) {
     EXPECT_EQ(w.fault(), "");
 }
 
-TEST(Falcon, KeepsPace) {
+TEST(Falcon, ExchangesPacketsAtTheDeviceRate) {
     FalconWorld w;
     w.bringUp();
     const int before = w.falcon.packets;
@@ -87,14 +88,14 @@ TEST(Falcon, KeepsPace) {
 }
 
 // HZ-FORCE-14
-TEST(Falcon, EveryWayOutEndsInZero) {
+TEST(Falcon, EveryExitSendsZeroForce) {
     {
         FalconWorld w;
         w.bringUp();
-        ASSERT_TRUE(w.falcon.pushes());
+        ASSERT_TRUE(w.falcon.hasMotorForce());
         w.device.stop();
         w.pass(kMs);
-        EXPECT_FALSE(w.falcon.pushes());
+        EXPECT_FALSE(w.falcon.hasMotorForce());
         EXPECT_EQ(w.falcon.bad_packets, 0);
         EXPECT_FALSE(w.ready);
     }
@@ -109,17 +110,17 @@ TEST(Falcon, EveryWayOutEndsInZero) {
     w.falcon.home();
     for (int i = 0; i < 50; ++i)
         driver->exchange({0.0, 0.0, 3.0}, state, why);
-    ASSERT_TRUE(w.falcon.pushes());
+    ASSERT_TRUE(w.falcon.hasMotorForce());
     delete driver;
-    EXPECT_FALSE(w.falcon.pushes());
+    EXPECT_FALSE(w.falcon.hasMotorForce());
 }
 
 // HZ-FORCE-06
-TEST(Falcon, ALoopThatStandsMeansZeroWithin20Ms) {
+TEST(Falcon, StalledLoopEndsInZeroForceWithin20Ms) {
     FalconWorld w;
     w.bringUp();
-    ASSERT_TRUE(w.falcon.pushes());
-    w.loop_stands = true;
+    ASSERT_TRUE(w.falcon.hasMotorForce());
+    w.loop_stalled = true;
     const std::int64_t begin_ns = w.now_ns;
     w.runFor(100 * kMs);
     EXPECT_LE(w.pushed_ns - begin_ns, 20 * kMs);
@@ -135,7 +136,7 @@ struct Injection {
 
 // Lasting faults must end in zero force within 20 ms of the last good reply and name a cause. After the
 // fault ends, the device must recover.
-TEST(Falcon, FaultsThatStayEndInZeroForceAndAreNamedAndHeal) {
+TEST(Falcon, PersistentFaultsEndInZeroForceAreReportedAndRecover) {
     const auto corrupt = [](int byte, int mask) {
         return [=](FalconWorld& w) {
             w.falcon.faults.xor_count = 1 << 30;
@@ -152,10 +153,10 @@ TEST(Falcon, FaultsThatStayEndInZeroForceAndAreNamedAndHeal) {
         {"first byte", corrupt(0, 0x02), nothing, "garbled"},
         {"letter", corrupt(5, 0x80), nothing, "garbled"},
         {"end", corrupt(15, 0x01), nothing, "garbled"},
-        {"jump", [](FalconWorld& w) { w.falcon.holdAt({0, -516, -516}); },
-         [](FalconWorld& w) { w.falcon.holdAt({-516, -516, -516}); }, "jumped"},
-        {"impossible", [](FalconWorld& w) { w.falcon.holdAt({-516, -516, 32000}); },
-         [](FalconWorld& w) { w.falcon.holdAt({-516, -516, -516}); }, "jumped"},
+        {"jump", [](FalconWorld& w) { w.falcon.moveTo({0, -516, -516}); },
+         [](FalconWorld& w) { w.falcon.moveTo({-516, -516, -516}); }, "jumped"},
+        {"impossible", [](FalconWorld& w) { w.falcon.moveTo({-516, -516, 32000}); },
+         [](FalconWorld& w) { w.falcon.moveTo({-516, -516, -516}); }, "jumped"},
         {"unhomed", [](FalconWorld& w) { w.falcon.unhome(); }, [](FalconWorld& w) { w.falcon.home(); },
          "pull its grip"},
         {"power lost", [](FalconWorld& w) { w.falcon.powerCycle(); },
@@ -165,13 +166,13 @@ TEST(Falcon, FaultsThatStayEndInZeroForceAndAreNamedAndHeal) {
         SCOPED_TRACE(injection.name);
         FalconWorld w;
         w.bringUp();
-        ASSERT_TRUE(w.falcon.pushes());
+        ASSERT_TRUE(w.falcon.hasMotorForce());
         ASSERT_EQ(w.fault(), "");
         const std::int64_t begin_ns = w.now_ns;
         injection.begin(w);
         w.runFor(20 * kMs);
         EXPECT_LE(w.pushed_ns - begin_ns, 18 * kMs);
-        EXPECT_FALSE(w.falcon.pushes());
+        EXPECT_FALSE(w.falcon.hasMotorForce());
         w.runFor(10 * kMs);
         EXPECT_NE(w.fault(), "");
         w.runFor(250 * kMs);
@@ -183,10 +184,10 @@ TEST(Falcon, FaultsThatStayEndInZeroForceAndAreNamedAndHeal) {
         w.falcon.home();
         w.runFor(1500 * kMs);
         EXPECT_EQ(w.device.stage(), DeviceStage::ready);
-        EXPECT_FALSE(w.falcon.pushes());  // only the user re-arms
+        EXPECT_FALSE(w.falcon.hasMotorForce());  // only the user re-arms
         w.arm();
         w.runFor(50 * kMs);
-        EXPECT_TRUE(w.falcon.pushes());
+        EXPECT_TRUE(w.falcon.hasMotorForce());
         EXPECT_EQ(w.fault(), "");
     }
 }
@@ -194,7 +195,7 @@ TEST(Falcon, FaultsThatStayEndInZeroForceAndAreNamedAndHeal) {
 // An unplugged device cannot be sent a zero force. The loop must still report the fault by name within 20
 // ms.
 // HZ-FORCE-07
-TEST(Falcon, UnpluggedInTheMiddleOfAWriteItIsNamedAndComesBack) {
+TEST(Falcon, UnpluggingDuringAWriteIsReportedAndRecovers) {
     for (int bytes = 0; bytes <= 16; ++bytes) {
         SCOPED_TRACE(bytes);
         FalconWorld w;
@@ -213,7 +214,7 @@ TEST(Falcon, UnpluggedInTheMiddleOfAWriteItIsNamedAndComesBack) {
     }
 }
 
-TEST(Falcon, ADeafPipeIsGivenUpAndZeroComesFirstWhenItHearsAgain) {
+TEST(Falcon, BlockedPipeEndsInZeroForceWhenItRecovers) {
     FalconWorld w;
     w.bringUp();
     w.falcon.faults.deaf = true;
@@ -221,11 +222,11 @@ TEST(Falcon, ADeafPipeIsGivenUpAndZeroComesFirstWhenItHearsAgain) {
     EXPECT_EQ(w.fault(), "stale-input");
     w.falcon.faults.deaf = false;
     w.runFor(5 * kMs);
-    EXPECT_FALSE(w.falcon.pushes());
+    EXPECT_FALSE(w.falcon.hasMotorForce());
 }
 
 // One lost or changed reply must cause nothing that a user could feel.
-TEST(Falcon, OneBadReplyIsRiddenThrough) {
+TEST(Falcon, SingleBadReplyIsTolerated) {
     const std::function<void(FalconWorld&)> blips[] = {
         [](FalconWorld& w) { w.falcon.faults.drop = 1; },
         [](FalconWorld& w) { w.falcon.faults.repeat = 1; },
@@ -246,20 +247,20 @@ TEST(Falcon, OneBadReplyIsRiddenThrough) {
             w.runFor(20 * kMs);
             EXPECT_TRUE(w.armed()) << w.fault();
             EXPECT_EQ(w.grip_m, grip);
-            EXPECT_TRUE(w.falcon.pushes());
+            EXPECT_TRUE(w.falcon.hasMotorForce());
         }
         EXPECT_EQ(w.device.report().failures, 0u);
     }
 }
 
-// After one late reply, the following replies must not stay one behind.
+// After one late reply, the following replies must not stay one exchange behind.
 TEST(Falcon, LateRepliesDoNotPileUp) {
     FalconWorld w;
     w.bringUp();
     w.falcon.faults.late = 1;
     w.runFor(20 * kMs);
     const Vec3 moved{0.0003, 0.0002, 0.1103};
-    w.falcon.holdAt(countsAt(moved));
+    w.falcon.moveTo(countsAt(moved));
     w.runFor(3 * kMs);
     EXPECT_NEAR(glm::length(w.grip_m - moved), 0.0, 50e-6);
 }
@@ -282,7 +283,7 @@ TEST(Falcon, AGarbledFlagDoesNotHomeIt) {
 }
 
 // HZ-FORCE-15
-TEST(Falcon, AClockThatJumpsStopsNothingForLong) {
+TEST(Falcon, ClockJumpRecoversQuickly) {
     for (const std::int64_t jump_ns : {3'600'000 * kMs, -3'600'000 * kMs, 50 * kMs, -50 * kMs}) {
         SCOPED_TRACE(jump_ns);
         FalconWorld w;
@@ -290,22 +291,22 @@ TEST(Falcon, AClockThatJumpsStopsNothingForLong) {
         w.clock_error_ns += jump_ns;
         w.runFor(30 * kMs);
         EXPECT_TRUE(w.armed()) << w.fault() << w.why();
-        EXPECT_TRUE(w.falcon.pushes());
+        EXPECT_TRUE(w.falcon.hasMotorForce());
         EXPECT_EQ(w.device.report().failures, 0u);
     }
 }
 
 // Faster than the safety limit, which the driver does not enforce: 40 mm back and forth, twelve times per
 // second, up to 1.5 m/s and 11 g.
-TEST(Falcon, AFastHandIsNoFaultOfTheDriver) {
+TEST(Falcon, FastHandMotionIsNotADriverFault) {
     FalconWorld w;
-    w.falcon.holdAt(countsAt({0.0, 0.0, 0.12}));
+    w.falcon.moveTo(countsAt({0.0, 0.0, 0.12}));
     w.bringUp();
     double worst_m = 0.0;
     for (int i = 0; i < 2000; ++i) {
         const double x_m = 0.02 * std::sin(0.075 * i);
         const Vec3 grip(x_m, 0.3 * x_m, 0.12);
-        w.falcon.holdAt(countsAt(grip));
+        w.falcon.moveTo(countsAt(grip));
         w.runFor(kMs);
         worst_m = std::max(worst_m, glm::length(w.grip_m - grip));
         ASSERT_EQ(w.safety.faults & ~std::uint32_t(kFaultOverSpeed), 0u) << w.fault() << i;
@@ -324,55 +325,36 @@ constexpr int kInjections = 4'000;
 // Faults of every kind, at any time, for any duration. No wrong pose is ever reported. After 20 ms of a
 // lasting fault the force is zero and the loop names the fault. After the fault the device recovers.
 // HZ-FORCE-21
-TEST(Falcon, AnyFaultAtAnyMomentEndsInZeroForceAndHeals) {
+TEST(Falcon, RandomFaultsEndInZeroForceAndRecover) {
     patient::synth::Random random(5, 0);
     const Vec3 grip{0.005, -0.01, 0.115};
     FalconWorld w;
-    w.falcon.holdAt(countsAt(grip));
+    w.falcon.moveTo(countsAt(grip));
     w.bringUp();
+    auto& faults = w.falcon.faults;
+    const std::function<void(int count)> begin[] = {
+        [&](int) { faults.silent = true; },
+        [&](int) { faults.mute = true; },
+        [&](int count) { faults.drop = count; },
+        [&](int count) { faults.repeat = count; },
+        [&](int count) { faults.cut = count; },
+        [&](int count) { faults.late = count; },
+        [&](int) { faults.deaf = true; },
+        [&](int count) {
+            faults.xor_count = count;
+            faults.xor_byte = int(random.uniform(0.0, 16.0));
+            faults.xor_mask = std::uint8_t(1 + random.uniform(0.0, 255.0));
+        },
+        [&](int count) { faults.unplug_after_bytes = count; },
+        [&](int) { w.clock_error_ns = std::int64_t(random.uniform(-1e12, 1e12)); },
+        [&](int) { w.falcon.unhome(); },
+    };
     std::array<int, 11> stood{};
     for (int i = 0; i < kInjections; ++i) {
         const int kind = int(random.uniform(0.0, 11.0));
         const auto length_ns = std::int64_t(random.uniform(0.0, 60.0) * 1e6);
-        auto& faults = w.falcon.faults;
         const int count = 1 + int(random.uniform(0.0, 60.0));
-        switch (kind) {
-            case 0:
-                faults.silent = true;
-                break;
-            case 1:
-                faults.mute = true;
-                break;
-            case 2:
-                faults.drop = count;
-                break;
-            case 3:
-                faults.repeat = count;
-                break;
-            case 4:
-                faults.cut = count;
-                break;
-            case 5:
-                faults.late = count;
-                break;
-            case 6:
-                faults.deaf = true;
-                break;
-            case 7:
-                faults.xor_count = count;
-                faults.xor_byte = int(random.uniform(0.0, 16.0));
-                faults.xor_mask = std::uint8_t(1 + random.uniform(0.0, 255.0));
-                break;
-            case 8:
-                faults.unplug_after_bytes = count;
-                break;
-            case 9:
-                w.clock_error_ns = std::int64_t(random.uniform(-1e12, 1e12));
-                break;
-            case 10:
-                w.falcon.unhome();
-                break;
-        }
+        begin[kind](count);
         const std::int64_t begin_ns = w.now_ns;
         w.runFor(length_ns);
         // Faults counted in replies last at least as many milliseconds. A garbled byte may be one that no
@@ -397,22 +379,22 @@ TEST(Falcon, AnyFaultAtAnyMomentEndsInZeroForceAndHeals) {
         w.arm();
         w.runFor(std::int64_t(random.uniform(15.0, 30.0) * 1e6));
         ASSERT_EQ(w.fault(), "") << "kind " << kind << " of " << i << ": " << w.why();
-        ASSERT_TRUE(w.falcon.pushes());
+        ASSERT_TRUE(w.falcon.hasMotorForce());
         ASSERT_LT(glm::length(w.grip_m - grip), 50e-6) << "kind " << kind << " of " << i;
     }
     for (const std::size_t kind : {0u, 1u, 2u, 4u, 10u})
         EXPECT_GT(stood[kind], kInjections / 50) << kind;
 }
 
-TEST(Falcon, FirmwareIsLoadedWhereThereIsNone) {
-    FalconWorld w(false, {.firmware = {someImage(), ""}});
+TEST(Falcon, FirmwareIsLoadedIfMissing) {
+    FalconWorld w(false, {.firmware = {makeFirmwareImage(), ""}});
     while (w.device.stage() != DeviceStage::needsFirmware && w.now_ns < 5000 * kMs)
         w.runFor(10 * kMs);
     w.runFor(10 * kMs);
-    EXPECT_EQ(w.why(), "loading its firmware");
+    EXPECT_EQ(w.why(), "loading the Falcon's firmware");
     w.runFor(5000 * kMs);
     EXPECT_TRUE(w.falcon.hasFirmware());
-    EXPECT_EQ(w.falcon.image(), someImage());
+    EXPECT_EQ(w.falcon.image(), makeFirmwareImage());
     EXPECT_EQ(w.device.stage(), DeviceStage::needsHoming);
     EXPECT_EQ(w.device.report().failures, 0u);
     w.falcon.home();
@@ -421,14 +403,14 @@ TEST(Falcon, FirmwareIsLoadedWhereThereIsNone) {
     EXPECT_EQ(w.pushed_ns, 0);
 }
 
-TEST(Falcon, LoadingSurvivesItsUsualFailures) {
+TEST(Falcon, FirmwareLoadingRetriesCommonFailures) {
     const std::function<void(FalconWorld&)> failures[] = {
         [](FalconWorld& w) { w.falcon.faults.wrong_echoes = 1; },
         [](FalconWorld& w) { w.falcon.faults.no_echoes = 1; },
         [](FalconWorld& w) { w.falcon.faults.never_greets = true; },
     };
     for (const auto& fail : failures) {
-        FalconWorld w(false, {.firmware = {someImage(), ""}});
+        FalconWorld w(false, {.firmware = {makeFirmwareImage(), ""}});
         fail(w);
         w.runFor(3000 * kMs);
         w.falcon.faults = {};
@@ -437,8 +419,8 @@ TEST(Falcon, LoadingSurvivesItsUsualFailures) {
     }
 }
 
-TEST(Falcon, LoadingThatNeverWorksEndsInAWordToTheUser) {
-    FalconWorld w(false, {.firmware = {someImage(), ""}});
+TEST(Falcon, PersistentLoadingFailureIsReported) {
+    FalconWorld w(false, {.firmware = {makeFirmwareImage(), ""}});
     w.falcon.image_bytes = 9999;  // accepts the image but does not run it
     w.runFor(120'000 * kMs);
     EXPECT_EQ(w.device.stage(), DeviceStage::needsFirmware);
@@ -453,7 +435,7 @@ TEST(Falcon, LoadingThatNeverWorksEndsInAWordToTheUser) {
     EXPECT_EQ(w.device.stage(), DeviceStage::needsHoming);
 }
 
-TEST(Falcon, WithoutFirmwareAndWithoutAFileItSaysSo) {
+TEST(Falcon, MissingFirmwareFileIsReported) {
     FalconWorld w(false);
     w.runFor(2000 * kMs);
     EXPECT_EQ(w.device.stage(), DeviceStage::needsFirmware);
@@ -464,13 +446,13 @@ TEST(Falcon, WithoutFirmwareAndWithoutAFileItSaysSo) {
     EXPECT_EQ(w.device.stage(), DeviceStage::needsHoming);
 }
 
-TEST(FalconMotors, AreLimitedAsAWholeAndGoTheRightWay) {
+TEST(FalconMotors, AreScaledTogetherAndKeepTheDirection) {
     patient::synth::Random random(11, 0);
     int limited = 0;
     for (int i = 0; i < 2000; ++i) {
         const Vec3 grip{random.uniform(-0.04, 0.04), random.uniform(-0.04, 0.04), random.uniform(0.08, 0.16)};
         const Vec3 force = random.jitter3(30.0);
-        const auto motors = motorsFor(force, grip, {});
+        const auto motors = computeMotorCounts(force, grip, {});
         const std::array<int, 3> counts{motors[0], motors[1], motors[2]};
         int most = 0;
         for (const int count : counts)
@@ -493,23 +475,23 @@ TEST(FalconMotors, FollowTheCalibration) {
     const auto counts = [](const std::array<std::int16_t, 3>& m) {
         return std::array<int, 3>{m[0], m[1], m[2]};
     };
-    const Vec3 made = forceOf(counts(motorsFor({2.0, 2.0, 2.0}, kCentre_m, twice)), kCentre_m);
+    const Vec3 made = forceOf(counts(computeMotorCounts({2.0, 2.0, 2.0}, kCentre_m, twice)), kCentre_m);
     EXPECT_NEAR(made.x, 1.0, 0.01);
     EXPECT_NEAR(made.y, 2.0, 0.01);
     EXPECT_NEAR(made.z, 4.0, 0.01);
-    EXPECT_TRUE(profileOf(twice).force_calibrated);
-    EXPECT_FALSE(profileOf({}).force_calibrated);
-    EXPECT_EQ(profileOf({}).force_peak_n, 8.0);
+    EXPECT_TRUE(makeProfile(twice).force_calibrated);
+    EXPECT_FALSE(makeProfile({}).force_calibrated);
+    EXPECT_EQ(makeProfile({}).force_peak_n, 8.0);
 }
 
-TEST(FalconMotors, AreZeroForWhatCannotBe) {
+TEST(FalconMotors, AreZeroForInvalidInput) {
     const std::array<std::int16_t, 3> zero{};
     const double inf = std::numeric_limits<double>::infinity();
-    EXPECT_EQ(motorsFor({std::nan(""), 0.0, 0.0}, kCentre_m, {}), zero);
-    EXPECT_EQ(motorsFor({0.0, inf, 0.0}, kCentre_m, {}), zero);
-    EXPECT_EQ(motorsFor({0.0, 0.0, 1.0}, {0.0, 0.0, 0.5}, {}), zero);
-    EXPECT_EQ(motorsFor({0.0, 0.0, 1.0}, {std::nan(""), 0.0, 0.1}, {}), zero);
-    EXPECT_EQ(motorsFor(Vec3(0.0), kCentre_m, {}), zero);
+    EXPECT_EQ(computeMotorCounts({std::nan(""), 0.0, 0.0}, kCentre_m, {}), zero);
+    EXPECT_EQ(computeMotorCounts({0.0, inf, 0.0}, kCentre_m, {}), zero);
+    EXPECT_EQ(computeMotorCounts({0.0, 0.0, 1.0}, {0.0, 0.0, 0.5}, {}), zero);
+    EXPECT_EQ(computeMotorCounts({0.0, 0.0, 1.0}, {std::nan(""), 0.0, 0.1}, {}), zero);
+    EXPECT_EQ(computeMotorCounts(Vec3(0.0), kCentre_m, {}), zero);
 }
 
 }  // namespace

@@ -31,8 +31,8 @@ struct FalconUsb : testing::Test {
     }
     PolledDevice device(Settings settings = {}) {
         PolledSettings polled;
-        polled.look_again_ns = polled.backoff_first_ns = 50 * kMs;
-        polled.backoff_most_ns = 100 * kMs;
+        polled.absent_retry_ns = polled.backoff_first_ns = 50 * kMs;
+        polled.backoff_max_ns = 100 * kMs;
         return {std::make_unique<FalconDriver>(usbBus(), time.clock(), std::move(settings)), time.clock(),
                 polled};
     }
@@ -55,7 +55,7 @@ struct FalconUsb : testing::Test {
     test::SteppedClock time;
 };
 
-TEST_F(FalconUsb, IsFoundByItsNumbers) {
+TEST_F(FalconUsb, IsFoundByVendorAndProductId) {
     test::FalconTestbed bed(true);
     EXPECT_TRUE(findFalcons().empty());
     bed.plugIn();
@@ -68,7 +68,7 @@ TEST_F(FalconUsb, IsFoundByItsNumbers) {
     EXPECT_THAT(why, HasSubstr("no Falcon"));
 }
 
-TEST_F(FalconUsb, IsAmongTheDevicesThatAUserCanName) {
+TEST_F(FalconUsb, IsListedAmongTheDevices) {
     test::FalconTestbed bed(true);
     bed.plugIn();
     const auto problem = [](const DeviceOptions& options) {
@@ -78,7 +78,7 @@ TEST_F(FalconUsb, IsAmongTheDevicesThatAUserCanName) {
     };
     EXPECT_THAT(problem({}), HasSubstr("--firmware"));
     EXPECT_EQ(problem({.firmware = "image.bin"}), "");
-    EXPECT_EQ(profileOfKind("falcon", {}).force_peak_n, 8.0);
+    EXPECT_EQ(deviceProfile("falcon", {}).force_peak_n, 8.0);
     std::string why;
     const auto driver = makeDriver("falcon", {}, time.clock());
     EXPECT_EQ(driver->open(why), DeviceStage::opening) << why;
@@ -86,7 +86,7 @@ TEST_F(FalconUsb, IsAmongTheDevicesThatAUserCanName) {
     EXPECT_THROW(makeDriver("falcon", {.calibration = "/nonexistent"}, time.clock()), DataError);
 }
 
-TEST_F(FalconUsb, HomesPushesAndEndsInZero) {
+TEST_F(FalconUsb, HomesAppliesForceAndClosesWithZero) {
     test::FalconTestbed bed(true);
     bed.plugIn();
     PolledDevice falcon = device();
@@ -99,18 +99,18 @@ TEST_F(FalconUsb, HomesPushesAndEndsInZero) {
     })) << falcon.report().why;
     EXPECT_NEAR(grip.z, 0.11, 1e-4);
     ASSERT_TRUE(loop(falcon, {0.0, 0.0, -2.0}, [&](const DeviceState&) {
-        return bed.with([](FalconEmulator& f) { return f.pushes(); });
+        return bed.with([](FalconEmulator& f) { return f.hasMotorForce(); });
     }));
-    const auto expected = motorsFor({0.0, 0.0, -2.0}, grip, {});
+    const auto expected = computeMotorCounts({0.0, 0.0, -2.0}, grip, {});
     bed.with([&](FalconEmulator& f) {
         EXPECT_EQ(f.motors(), (std::array<int, 3>{expected[0], expected[1], expected[2]}));
         EXPECT_EQ(f.bad_packets, 0);
     });
     falcon.stop();
-    bed.with([](FalconEmulator& f) { EXPECT_FALSE(f.pushes()); });
+    bed.with([](FalconEmulator& f) { EXPECT_FALSE(f.hasMotorForce()); });
 }
 
-TEST_F(FalconUsb, FirmwareGoesThroughTheCable) {
+TEST_F(FalconUsb, FirmwareIsLoadedOverUsb) {
     test::FalconTestbed bed(false);
     bed.with([](FalconEmulator& f) { f.image_bytes = 1000; });
     bed.plugIn();
@@ -118,14 +118,14 @@ TEST_F(FalconUsb, FirmwareGoesThroughTheCable) {
     for (std::size_t i = 0; i < image.size(); ++i)
         image[i] = std::uint8_t(i * 7 + i / 256);
     PolledDevice falcon = device({.firmware = {image, ""}});
-    time.look_ns = kMs;  // nothing answers: each look at the clock advances it
+    time.read_cost_ns = kMs;  // nothing answers: each read of the clock advances it
     ASSERT_TRUE(reaches(falcon, DeviceStage::needsFirmware)) << falcon.report().why;
-    time.look_ns = 0;
+    time.read_cost_ns = 0;
     ASSERT_TRUE(reaches(falcon, DeviceStage::needsHoming)) << falcon.report().why;
     bed.with([&](FalconEmulator& f) { EXPECT_EQ(f.image(), image); });
 }
 
-TEST_F(FalconUsb, FaultsOnTheCableEndInZeroAreNamedAndHeal) {
+TEST_F(FalconUsb, UsbFaultsEndInZeroForceAreReportedAndRecover) {
     struct CableFault {
         const char* name;
         std::function<void(FalconEmulator&)> begin;
@@ -143,7 +143,7 @@ TEST_F(FalconUsb, FaultsOnTheCableEndInZeroAreNamedAndHeal) {
              f.faults.xor_mask = 0x80;
          },
          "garbled", true},
-        {"jump", [](FalconEmulator& f) { f.holdAt({30000, -516, -516}); }, "its encoders", true},
+        {"jump", [](FalconEmulator& f) { f.moveTo({30000, -516, -516}); }, "encoders", true},
         {"unplugged", [](FalconEmulator& f) { f.faults.unplug_after_bytes = 7; }, "unplugged", false},
     };
     test::FalconTestbed bed(true);
@@ -155,18 +155,18 @@ TEST_F(FalconUsb, FaultsOnTheCableEndInZeroAreNamedAndHeal) {
         bed.with([](FalconEmulator& f) { f.home(); });
         ASSERT_TRUE(reaches(falcon, DeviceStage::ready)) << falcon.report().why;
         ASSERT_TRUE(loop(falcon, {0.0, 0.0, -2.0}, [&](const DeviceState&) {
-            return bed.with([](FalconEmulator& f) { return f.pushes(); });
+            return bed.with([](FalconEmulator& f) { return f.hasMotorForce(); });
         }));
         bed.with(injection.begin);
-        time.look_ns = kMs;  // each look at the clock advances it
+        time.read_cost_ns = kMs;  // each read of the clock advances it
         std::string why;
         bool zero = false;
         ASSERT_TRUE(loop(falcon, {0.0, 0.0, -2.0}, [&](const DeviceState&) {
-            zero = zero || bed.with([](FalconEmulator& f) { return !f.pushes(); });
+            zero = zero || bed.with([](FalconEmulator& f) { return !f.hasMotorForce(); });
             why = falcon.report().why;
             return falcon.stage() == DeviceStage::failed;
         }));
-        time.look_ns = 0;
+        time.read_cost_ns = 0;
         EXPECT_THAT(why, HasSubstr(injection.cause));
         EXPECT_FALSE(isReady(falcon.read(0)));
         if (injection.hears) {
@@ -179,7 +179,7 @@ TEST_F(FalconUsb, FaultsOnTheCableEndInZeroAreNamedAndHeal) {
     }
 }
 
-TEST_F(FalconUsb, ComesBackWhenPluggedInAgain) {
+TEST_F(FalconUsb, ReconnectsWhenPluggedInAgain) {
     test::FalconTestbed bed(true);
     PolledDevice falcon = device();
     ASSERT_TRUE(loop(falcon, Vec3(0.0), [&](const DeviceState&) { return falcon.report().opens > 0; }));

@@ -55,14 +55,14 @@ struct FalconWorld {
         if (state.fresh != 0) grip_m = state.device_from_stylus.position_m;
         ready = (state.flags & haptics::kDeviceReady) != 0;
         buttons = state.buttons;
-        const std::uint32_t unmet = haptics::checkDevice(safety, device.profile(), state, 1e-3);
-        haptics::stepSafety(safety, unmet, glm::length(force_n), 0.0, 1e-3);
-        if (!loop_stands) device.send(safety.level * force_n);
+        const std::uint32_t fault_bits = haptics::checkDevice(safety, device.profile(), state, 1e-3);
+        haptics::stepSafety(safety, fault_bits, glm::length(force_n), 0.0, 1e-3);
+        if (!loop_stalled) device.send(safety.level * force_n);
     }
     void pass(std::int64_t span_ns) {
         for (const std::int64_t end_ns = now_ns + span_ns; now_ns < end_ns;) {
             now_ns = std::min(end_ns, (now_ns / kMs + 1) * kMs);
-            if (falcon.pushes()) pushed_ns = now_ns;
+            if (falcon.hasMotorForce()) pushed_ns = now_ns;
             if (now_ns % kMs == 0) tick();
         }
     }
@@ -106,7 +106,7 @@ struct FalconWorld {
     // State of the loop.
     Vec3 force_n{0.0, 0.0, -2.0}, grip_m{0.0};
     haptics::SafetyState safety;
-    bool ready = false, loop_stands = false;
+    bool ready = false, loop_stalled = false;
     std::uint32_t buttons = 0;
     haptics::PolledDevice device;  // last, because it must be destroyed first
 };

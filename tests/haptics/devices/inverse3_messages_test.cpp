@@ -88,7 +88,7 @@ TEST(Inverse3Messages, TheForceIsWrittenInHaplysFrame) {
     }
 }
 
-TEST(Inverse3Messages, AServiceWithoutADeviceSaysSo) {
+TEST(Inverse3Messages, MessageWithoutADeviceIsValid) {
     std::string why;
     for (const char* text : {"{}", R"({"inverse3":[]})", R"({"inverse3":null,"verse_grip":[]})"}) {
         const auto update = parseUpdate(text, why);
@@ -118,8 +118,8 @@ TEST(Inverse3Messages, EachBadFieldIsNamed) {
     EXPECT_EQ(refusal(many + "]}"), "inverse3");
 }
 
-TEST(Inverse3Messages, WhatIsNoJsonWithinTheBoundsIsRefused) {
-    const char* why = "no JSON within the bounds";
+TEST(Inverse3Messages, InvalidOrOversizedJsonIsRefused) {
+    const char* why = "not JSON within the limits";
     for (const std::string& text : {std::string(), std::string("7"), std::string("[]"), kNewer + "x",
                                     kNewer.substr(0, kNewer.size() - 1), replaced(kNewer, "-0.12", "NaN"),
                                     replaced(kNewer, "-0.12", "1e999"), std::string(100'000, '['),
@@ -133,14 +133,14 @@ TEST(Inverse3Messages, WhatIsNoJsonWithinTheBoundsIsRefused) {
 }
 
 TEST(Inverse3Messages, TheVersionDecidesTheSpelling) {
-    EXPECT_EQ(spellingOf(R"({"project_version":"3.5.0.0"})"), Spelling::vector);
-    EXPECT_EQ(spellingOf(R"({"ok":true,"data":{"project_version":"3.12.1"}})"), Spelling::vector);
-    EXPECT_EQ(spellingOf(R"({"project_version":"4.0.0"})"), Spelling::vector);
-    EXPECT_EQ(spellingOf(R"({"project_version":"3.1.1.0"})"), Spelling::values);
-    EXPECT_EQ(spellingOf(R"({"project_version":"3.4"})"), Spelling::values);
+    EXPECT_EQ(parseSpelling(R"({"project_version":"3.5.0.0"})"), Spelling::vector);
+    EXPECT_EQ(parseSpelling(R"({"ok":true,"data":{"project_version":"3.12.1"}})"), Spelling::vector);
+    EXPECT_EQ(parseSpelling(R"({"project_version":"4.0.0"})"), Spelling::vector);
+    EXPECT_EQ(parseSpelling(R"({"project_version":"3.1.1.0"})"), Spelling::values);
+    EXPECT_EQ(parseSpelling(R"({"project_version":"3.4"})"), Spelling::values);
     for (const char* text : {"", "3.5", "{}", R"({"project_version":3.5})", R"({"project_version":"3"})",
                              R"({"project_version":"x.5"})", R"({"project_version":"99999999999.1"})"})
-        EXPECT_FALSE(spellingOf(text)) << text;
+        EXPECT_FALSE(parseSpelling(text)) << text;
 }
 
 TEST(Inverse3Messages, WritesTheCommandByteForByte) {

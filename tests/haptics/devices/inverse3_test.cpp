@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "haptics/devices/inverse3/inverse3_messages.h"
 #include "haptics/devices/polled.h"
 #include "tests/support/constants.h"
 #include "tests/support/inverse3_emulator.h"
@@ -68,7 +69,7 @@ class Inverse3DriverTest : public testing::Test {
     std::string last_why;
 };
 
-TEST_F(Inverse3DriverTest, BothSpellingsByVersion) {
+TEST_F(Inverse3DriverTest, SpellingFollowsTheServiceVersion) {
     struct Spelling {
         const char* version;
         bool data_envelope;
@@ -93,18 +94,18 @@ TEST_F(Inverse3DriverTest, BothSpellingsByVersion) {
 TEST_F(Inverse3DriverTest, ASpellingCanBeSet) {
     Inverse3Emulator emulator(timed({.version = "3.5.0.0"}));
     Inverse3Settings settings = at(emulator);
-    settings.spelling = Inverse3Settings::Spelling::values;
+    settings.spelling = inverse3::Spelling::values;
     Inverse3Driver driver(time.clock(), settings);
     press(driver, 3);
     EXPECT_NE(emulator.complaint().find("values"), std::string::npos);
 }
 
-TEST_F(Inverse3DriverTest, OnlyThisMachineIsAsked) {
+TEST_F(Inverse3DriverTest, OnlyLoopbackAddressesAreAccepted) {
     for (const char* address : {"192.168.1.7", "0.0.0.0", "::", "8.8.8.8", "localhost", "not an address"}) {
         Inverse3Driver driver(time.clock(), {.address = address});
         std::string why;
         EXPECT_EQ(driver.open(why), DeviceStage::failed);
-        EXPECT_EQ(why, std::string(address) + " is no address of this machine itself");
+        EXPECT_EQ(why, std::string(address) + " is not an address of this machine: use 127.0.0.1 or ::1");
     }
 }
 
@@ -127,7 +128,7 @@ TEST_F(Inverse3DriverTest, WithoutAServiceOrADeviceItIsAbsent) {
     Inverse3Emulator empty(timed({.device = false}));
     Inverse3Driver driver(time.clock(), at(empty));
     EXPECT_EQ(driver.open(why), DeviceStage::absent);
-    EXPECT_EQ(why, "Haply's service runs, no Inverse3 is plugged in");
+    EXPECT_EQ(why, "Haply's service runs, but no Inverse3 is plugged in");
 }
 
 TEST_F(Inverse3DriverTest, WithoutAGripItSensesNoRotation) {
@@ -138,18 +139,18 @@ TEST_F(Inverse3DriverTest, WithoutAGripItSensesNoRotation) {
     EXPECT_EQ(stage, DeviceStage::ready);
 }
 
-TEST_F(Inverse3DriverTest, EveryFaultIsAFailureWithItsName) {
+TEST_F(Inverse3DriverTest, EveryFaultFailsWithItsReason) {
     const std::string json = "a message of the service: ";
     const std::pair<Inverse3Fault, std::string> cases[] = {
         {Inverse3Fault::drop, "nothing from the service for 15 ms"},
         {Inverse3Fault::stall, "nothing from the service for 15 ms"},
         {Inverse3Fault::cut, "the service is gone"},
         {Inverse3Fault::close, "the service closed the connection"},
-        {Inverse3Fault::brokenJson, json + "no JSON within the bounds"},
-        {Inverse3Fault::flipped, json + "no JSON within the bounds"},
-        {Inverse3Fault::notFinite, json + "no JSON within the bounds"},
-        {Inverse3Fault::huge, json + "no JSON within the bounds"},
-        {Inverse3Fault::deep, json + "no JSON within the bounds"},
+        {Inverse3Fault::brokenJson, json + "not JSON within the limits"},
+        {Inverse3Fault::flipped, json + "not JSON within the limits"},
+        {Inverse3Fault::notFinite, json + "not JSON within the limits"},
+        {Inverse3Fault::huge, json + "not JSON within the limits"},
+        {Inverse3Fault::deep, json + "not JSON within the limits"},
         {Inverse3Fault::farAway, json + "inverse3: state.cursor_position"},
         {Inverse3Fault::wrongType, json + "inverse3: state.cursor_position"},
         {Inverse3Fault::noPosition, json + "inverse3: state.cursor_position"},
@@ -159,7 +160,7 @@ TEST_F(Inverse3DriverTest, EveryFaultIsAFailureWithItsName) {
         {Inverse3Fault::masked, "the service is gone"},
         {Inverse3Fault::unplugged, "the Inverse3 was unplugged"},
         {Inverse3Fault::otherDevice, "the Inverse3 was unplugged"},
-        {Inverse3Fault::flood, json + "one too many at once: a flood"},
+        {Inverse3Fault::flood, json + "too many messages at once"},
     };
     for (const auto& [fault, name] : cases) {
         Inverse3Emulator emulator(timed({.fault = fault, .from_answer = 15}));
@@ -172,7 +173,7 @@ TEST_F(Inverse3DriverTest, EveryFaultIsAFailureWithItsName) {
     }
 }
 
-TEST_F(Inverse3DriverTest, WhatIsNoFaultIsSurvived) {
+TEST_F(Inverse3DriverTest, HarmlessDisturbancesAreTolerated) {
     for (const Inverse3Fault fault :
          {Inverse3Fault::duplicate, Inverse3Fault::pings, Inverse3Fault::fragments}) {
         Inverse3Emulator emulator(timed({.fault = fault, .from_answer = 5}));
@@ -191,12 +192,12 @@ TEST_F(Inverse3DriverTest, WhatIsNoFaultIsSurvived) {
     }
 }
 
-TEST_F(Inverse3DriverTest, WhatTheUserCanMendHoldsTheForceBack) {
+TEST_F(Inverse3DriverTest, UserFixableProblemsKeepTheForceZero) {
     const std::pair<Inverse3Fault, const char*> cases[] = {
         {Inverse3Fault::uncalibrated,
          "calibrate the Inverse3: hold its grip in the holder until the light is steady"},
         {Inverse3Fault::noPower, "the Inverse3 has no power supply"},
-        {Inverse3Fault::gripGone, "the VerseGrip is gone"},
+        {Inverse3Fault::gripMissing, "the VerseGrip is gone"},
     };
     for (const auto& [fault, why] : cases) {
         Inverse3Emulator emulator(timed({.fault = fault, .from_answer = 10}));
@@ -210,9 +211,9 @@ TEST_F(Inverse3DriverTest, WhatTheUserCanMendHoldsTheForceBack) {
     }
 }
 
-// Driver time from the first faulty answer to the failure. Only the driver's own waits count.
+// Measures the driver's time from the first faulty answer to the failure. Only the driver's own waits count.
 // HZ-FORCE-07
-TEST_F(Inverse3DriverTest, AFaultIsKnownWithin20Ms) {
+TEST_F(Inverse3DriverTest, FaultIsDetectedWithin20Ms) {
     for (const Inverse3Fault fault :
          {Inverse3Fault::drop, Inverse3Fault::stall, Inverse3Fault::cut, Inverse3Fault::big}) {
         Inverse3Emulator emulator(timed({.fault = fault, .from_answer = 15}));
@@ -227,9 +228,9 @@ TEST_F(Inverse3DriverTest, AFaultIsKnownWithin20Ms) {
     }
 }
 
-TEST_F(Inverse3DriverTest, ComesBackAfterTheServiceWasCutOff) {
+TEST_F(Inverse3DriverTest, ReconnectsAfterTheServiceWasInterrupted) {
     PolledSettings settings;
-    settings.look_again_ns = settings.backoff_first_ns = 10 * kMs;
+    settings.absent_retry_ns = settings.backoff_first_ns = 10 * kMs;
     Inverse3Emulator emulator(timed({.fault = Inverse3Fault::cut, .from_answer = 30, .answers = 2}));
     PolledDevice device(std::make_unique<Inverse3Driver>(time.clock(), at(emulator)), time.clock(), settings);
     bool ready = false, lost = false, back = false;

@@ -20,7 +20,7 @@ TEST(Permission, EveryRefusalNamesTheNodeAndItsRemedy) {
         EXPECT_NE(accessProblem("/dev/hidraw7", error).find("/dev/hidraw7"), std::string::npos) << error;
 }
 
-TEST(Permission, ANodeIsTriedWithoutOpeningIt) {
+TEST(Permission, NodeIsCheckedWithoutOpeningIt) {
     const test::TempFolder folder;
     const std::string node = folder / "node";
     EXPECT_NE(accessProblem(node).find("is gone"), std::string::npos);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tests/support/constants.h"
+#include "tests/support/stepped_clock.h"
 #include "tests/support/wait_until.h"
 #include "tests/support/wall_clock.h"
 
@@ -19,18 +20,6 @@ namespace stylet::haptics {
 namespace {
 
 using test::kMs;
-
-// Time advances only when a thread sleeps or the test advances it.
-struct VirtualTime {
-    std::atomic<std::int64_t> now_ns{1'000'000'000};
-    Clock clock() {
-        return {this, [](void* c) noexcept { return static_cast<VirtualTime*>(c)->now_ns.load(); },
-                [](void* c, std::int64_t t) noexcept {
-                    auto& now = static_cast<VirtualTime*>(c)->now_ns;
-                    now.store(std::max(now.load(), t));
-                }};
-    }
-};
 
 // Behaviour of the scripted device. By default it is ready at once and stays in place.
 struct Script {
@@ -65,7 +54,7 @@ class ScriptedDriver final : public Driver {
 
 struct Polled : testing::Test {
     Script script;
-    VirtualTime time;
+    test::SteppedClock time;
     PolledDevice device{std::make_unique<ScriptedDriver>(script), time.clock()};
 
     // Polls whenever due for `span_ns`, and sends `force_n` before each exchange.
@@ -82,7 +71,7 @@ struct Polled : testing::Test {
 
 const Vec3 kPush{1.0, -2.0, 0.5};
 
-TEST_F(Polled, SaysNothingBeforeTheFirstPoll) {
+TEST_F(Polled, ReportsAbsentBeforeTheFirstPoll) {
     EXPECT_EQ(device.stage(), DeviceStage::absent);
     const DeviceState state = read();
     EXPECT_EQ(state.fresh, 0u);
@@ -113,13 +102,13 @@ TEST_F(Polled, ExchangesOnceAPeriodAndPassesForceAndPose) {
     EXPECT_EQ(read().device_from_stylus.position_m, Vec3(0.1, 0.2, 0.3));
 }
 
-TEST_F(Polled, KeepsToTheRateOfTheDevice) {
+TEST_F(Polled, ExchangesAtTheDeviceRate) {
     script.profile.rate_hz = 250.0;
     pollFor(100 * kMs);
     EXPECT_NEAR(double(script.forces.size()), 25.0, 1.0);
 }
 
-TEST_F(Polled, AnAbsentDeviceIsLookedForAgain) {
+TEST_F(Polled, AbsentDeviceIsSearchedForAgain) {
     bool plugged = false;
     script.open = [&](std::string& why) {
         why = "none of 0403:cb48";
@@ -136,7 +125,7 @@ TEST_F(Polled, AnAbsentDeviceIsLookedForAgain) {
     EXPECT_TRUE(ready());
 }
 
-TEST_F(Polled, FailuresBackOffAndAreForgottenOnceItHasBeenSound) {
+TEST_F(Polled, BackOffGrowsWithFailuresAndResetsAfterStableOperation) {
     std::vector<std::int64_t> tries;
     script.open = [&](std::string& why) {
         tries.push_back(time.now_ns);
@@ -152,8 +141,8 @@ TEST_F(Polled, FailuresBackOffAndAreForgottenOnceItHasBeenSound) {
     EXPECT_EQ(device.report().failures, 8u);
     EXPECT_EQ(device.report().why, "no permission");
 
-    // Lost soon after it was ready: the longest wait stays. Working for two seconds: back to the shortest
-    // wait.
+    // If the device is lost soon after it became ready, the wait stays at its maximum. After two seconds of
+    // operation the wait returns to its minimum.
     script.open = [&](std::string&) { return DeviceStage::ready; };
     script.exchange = [&](const Vec3&, DeviceState&, std::string& why) {
         why = "gone";
@@ -203,7 +192,7 @@ TEST_F(Polled, UnpluggedItLosesItsFlagsAndKeepsItsPose) {
     EXPECT_EQ(script.forces.back(), kPush);
 }
 
-TEST_F(Polled, ForceFlowsAtNoStageButReady) {
+TEST_F(Polled, ForceIsSentOnlyWhenReady) {
     DeviceStage stage = DeviceStage::needsFirmware;
     script.open = [&](std::string&) { return DeviceStage::opening; };
     script.exchange = [&](const Vec3&, DeviceState& state, std::string& why) {
@@ -232,7 +221,7 @@ TEST_F(Polled, ForceFlowsAtNoStageButReady) {
 }
 
 // HZ-FORCE-06
-TEST_F(Polled, ASilentLoopMeansZeroForceAndIsTold) {
+TEST_F(Polled, SilentLoopEndsInZeroForceAndIsReported) {
     pollFor(50 * kMs, &kPush);
     script.forces.clear();
     pollFor(19 * kMs);  // no force is sent
@@ -250,14 +239,14 @@ TEST_F(Polled, ASilentLoopMeansZeroForceAndIsTold) {
     EXPECT_TRUE(ready());
 }
 
-TEST_F(Polled, ADeviceNobodyHasSpokenToYetIsReady) {
+TEST_F(Polled, DeviceIsReadyBeforeTheFirstForce) {
     pollFor(500 * kMs);
     EXPECT_TRUE(ready());
     EXPECT_EQ(device.report().silences, 0u);
 }
 
 // HZ-FORCE-03
-TEST_F(Polled, WhatIsNotFiniteIsZero) {
+TEST_F(Polled, NonFiniteForceIsSentAsZero) {
     const double bad[] = {std::nan(""), std::numeric_limits<double>::infinity()};
     for (const double value : bad) {
         const Vec3 force{0.0, value, 0.0};
@@ -266,13 +255,13 @@ TEST_F(Polled, WhatIsNotFiniteIsZero) {
     }
 }
 
-TEST_F(Polled, WhatADriverThrowsIsAFailureWithAReason) {
+TEST_F(Polled, DriverExceptionIsAFailureWithAReason) {
     const std::function<DeviceStage()> throws[] = {
         []() -> DeviceStage { throw std::runtime_error("bus said no"); },
         []() -> DeviceStage { throw std::bad_alloc(); },
         []() -> DeviceStage { throw 7; },
     };
-    const char* reasons[] = {"bus said no", "bad_alloc", "no exception"};
+    const char* reasons[] = {"bus said no", "bad_alloc", "is no exception"};
     for (int i = 0; i < 3; ++i) {
         script.exchange = [&](const Vec3&, DeviceState&, std::string&) { return throws[i](); };
         script.open = [](std::string&) { return DeviceStage::ready; };
@@ -293,7 +282,7 @@ TEST_F(Polled, WhatADriverThrowsIsAFailureWithAReason) {
 }
 
 // HZ-FORCE-15
-TEST_F(Polled, AClockThatJumpsMakesForceZeroAndHoldsNothingUp) {
+TEST_F(Polled, ClockJumpZeroesTheForceWithoutDelay) {
     pollFor(50 * kMs, &kPush);
     for (const std::int64_t jump_ns : {3600'000 * kMs, -3600'000 * kMs, -50 * kMs}) {
         time.now_ns += jump_ns;
@@ -314,10 +303,10 @@ TEST_F(Polled, AClockThatJumpsMakesForceZeroAndHoldsNothingUp) {
     EXPECT_EQ(device.stage(), DeviceStage::ready);
 }
 
-TEST_F(Polled, TheProfileIsFixedWhenFirstReadyAndAnotherIsRefused) {
+TEST_F(Polled, ProfileIsFixedWhenFirstReadyAndChangesAreRefused) {
     script.profile.force_peak_n = kUnknown;
     script.open = [&](std::string&) {
-        script.profile.force_peak_n = 3.3;  // as a bridge learns the peak from its peer
+        script.profile.force_peak_n = 3.3;  // as if learned from a bridge
         return DeviceStage::ready;
     };
     EXPECT_EQ(device.profile().force_peak_n, 8.0);
@@ -339,7 +328,7 @@ TEST_F(Polled, TheProfileIsFixedWhenFirstReadyAndAnotherIsRefused) {
 
 TEST_F(Polled, EveryStageHasAName) {
     for (int i = 0; i <= int(DeviceStage::failed); ++i)
-        EXPECT_STRNE(nameOf(DeviceStage(i)), "unknown");
+        EXPECT_NE(enumName(kDeviceStageNames, DeviceStage(i)), "?");
 }
 
 // With real threads, on the machine's clock.
@@ -378,13 +367,13 @@ TEST(PolledThread, PassesWholeStatesAndForcesBetweenThreads) {
     EXPECT_TRUE(test::waitUntil([&] { return device.stage() == DeviceStage::ready; }));
 }
 
-TEST(PolledThread, ABlockedDriverHoldsUpNobodyButItself) {
+TEST(PolledThread, BlockedDriverDoesNotBlockTheLoop) {
     std::atomic<bool> blocks{false}, blocked{false};
     Script script;
     script.exchange = [&](const Vec3&, DeviceState& state, std::string&) {
         while (blocks) {
             blocked = true;
-            test::nap(1);
+            test::sleepMs(1);
         }
         blocked = false;
         state.fresh = 1;
@@ -401,7 +390,7 @@ TEST(PolledThread, ABlockedDriverHoldsUpNobodyButItself) {
     // These calls return while the driver is inside its own call: they do not wait for it.
     for (int i = 0; i < 1000; ++i) {
         const std::int64_t began_ns = test::wallNow_ns();
-        EXPECT_EQ(device.read(0).fresh, 0u);  // the loop's watchdog counts this
+        EXPECT_EQ(device.read(0).fresh, 0u);  // the loop's stale-input check counts this
         device.send(kPush);
         worst_ns = std::max(worst_ns, test::wallNow_ns() - began_ns);
     }
@@ -413,11 +402,11 @@ TEST(PolledThread, ABlockedDriverHoldsUpNobodyButItself) {
     EXPECT_TRUE(test::waitUntil([&] { return device.report().blocked_ns == 0; }));
 }
 
-TEST(PolledThread, StopIsHeardWhileItWaitsForADevice) {
+TEST(PolledThread, StopTakesEffectWhileWaitingForADevice) {
     Script script;
     script.open = [](std::string&) { return DeviceStage::absent; };
     PolledSettings settings;
-    settings.look_again_ns = 3600'000 * kMs;
+    settings.absent_retry_ns = 3600'000 * kMs;
     PolledDevice device(std::make_unique<ScriptedDriver>(script), test::kWallClock, settings);
     device.start();
     ASSERT_TRUE(test::waitUntil([&] { return device.report().opens > 0; }));

@@ -12,7 +12,7 @@
 namespace stylet::haptics {
 namespace {
 
-TEST(DeviceProfiles, AreTheSharedTable) {
+TEST(DeviceProfiles, MatchTheSharedTable) {
     struct Known {
         const char* name;
         double force_n, stiffness_n_per_m;
@@ -31,7 +31,7 @@ TEST(DeviceProfiles, AreTheSharedTable) {
     EXPECT_EQ(findProfile("no such device"), nullptr);
 }
 
-TEST(DeviceProfiles, AreCitedAndPossible) {
+TEST(DeviceProfiles, AreCitedAndPlausible) {
     std::set<std::string> names;
     const auto unknownOr = [](double value, double low, double high) {
         return std::isnan(value) || (value > low && value < high);

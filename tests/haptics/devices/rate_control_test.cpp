@@ -57,7 +57,7 @@ TEST(RateControl, StaysWithinReach) {
     EXPECT_LT(glm::length(pose.position_m), settings.reach_m);
 }
 
-TEST(RateControl, AClockThatJumpsMovesNothingFar) {
+TEST(RateControl, ClockJumpCausesNoLargeMotion) {
     const RateSettings settings;
     Pose pose;
     const Axes full{350.0, 0.0, 0.0, 350.0, 0.0, 0.0};

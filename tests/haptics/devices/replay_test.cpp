@@ -42,7 +42,7 @@ Trace randomTrace(int count) {
     return trace;
 }
 
-TEST(ReplayDevice, AFileReplaysTheVeryPosesThatWereRecorded) {
+TEST(ReplayDevice, FileReplaysTheRecordedPosesBitForBit) {
     const test::TempFolder folder;
     const Trace recorded = randomTrace(500);
     saveTrace(recorded, folder.path() / "hand.csv");

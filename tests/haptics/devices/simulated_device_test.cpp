@@ -15,11 +15,7 @@ namespace {
 
 using namespace test;
 
-Trace resting() {
-    Trace trace;
-    trace.samples = {{0, {}, 0}};
-    return trace;
-}
+const Trace kResting{.samples = {{0, {}, 0}}, .commands = {}};
 
 // Calls `force(tick, position)` and `visit(tick)` after each read.
 template <typename Force, typename Visit>
@@ -33,40 +29,36 @@ void run(SimulatedDevice& device, int ticks, const Force& force, const Visit& vi
 const auto kNothing = [](int) {};
 
 TEST(SimulatedDevice, AFreeBodyFollowsNewton) {
-    const Trace trace = resting();
-    SimulatedDevice device(trace, {}, {.mass_kg = 0.2, .damping_n_s_per_m = 0.0});
+    SimulatedDevice device(kResting, {}, {.mass_kg = 0.2, .damping_n_s_per_m = 0.0});
     run(device, 1000, [](int, const Vec3&) { return Vec3(0.0, 0.1, 0.0); }, kNothing);
     EXPECT_NEAR(device.body().velocity_m_per_s.y, 0.5, 1e-12);
     EXPECT_NEAR(device.body().position_m.y, 0.25, 1e-12);
     EXPECT_NEAR(device.body().motor_work_j, 0.5 * 0.2 * 0.25, 1e-12);
     EXPECT_NEAR(device.body().motor_impulse_n_s.y, 0.1, 1e-12);
-    EXPECT_EQ(device.body().lost_j, 0.0);
+    EXPECT_EQ(device.body().dissipated_j, 0.0);
 }
 
-TEST(SimulatedDevice, DampingTakesTheSpeedAway) {
-    const Trace trace = resting();
-    SimulatedDevice device(trace, {},
+TEST(SimulatedDevice, DampingDissipatesKineticEnergy) {
+    SimulatedDevice device(kResting, {},
                            {.mass_kg = 0.1, .damping_n_s_per_m = 0.5, .velocity_m_per_s = {0.2, 0.0, 0.0}});
     run(device, 300, [](int, const Vec3&) { return Vec3(0.0); }, kNothing);
     EXPECT_NEAR(device.body().velocity_m_per_s.x, 0.2 * std::exp(-0.5 / 0.1 * 0.3), 1e-7);
     const double v = device.body().velocity_m_per_s.x;
-    EXPECT_NEAR(device.body().lost_j, 0.5 * 0.1 * (0.04 - v * v), 1e-12);
+    EXPECT_NEAR(device.body().dissipated_j, 0.5 * 0.1 * (0.04 - v * v), 1e-12);
 }
 
 TEST(SimulatedDevice, FrictionStopsItAndHoldsIt) {
-    const Trace trace = resting();
     SimulatedDevice device(
-        trace, {},
+        kResting, {},
         {.mass_kg = 0.1, .damping_n_s_per_m = 0.0, .friction_n = 0.25, .velocity_m_per_s = {0.1, 0.0, 0.0}});
     run(device, 100, [](int i, const Vec3&) { return Vec3(i > 60 ? 0.24 : 0.0, 0.0, 0.0); }, kNothing);
     EXPECT_EQ(device.body().velocity_m_per_s.x, 0.0);  // at rest after 40 ms, and 0.24 N do not move it
     EXPECT_NEAR(device.body().position_m.x, 0.1 * 0.01 / (2.0 * 0.25), 5e-6);
-    EXPECT_NEAR(device.body().lost_j, 0.5 * 0.1 * 0.01, 1e-9);
+    EXPECT_NEAR(device.body().dissipated_j, 0.5 * 0.1 * 0.01, 1e-9);
 }
 
 TEST(SimulatedDevice, TheHandYieldsLikeItsSpringAndDamper) {
-    const Trace trace = resting();
-    SimulatedDevice device(trace, {}, {.mass_kg = 0.05, .damping_n_s_per_m = 0.0, .hand = kFirmHand});
+    SimulatedDevice device(kResting, {}, {.mass_kg = 0.05, .damping_n_s_per_m = 0.0, .hand = kFirmHand});
     const double mass = 0.25, decay = 0.5 * 10.0 / mass, omega = std::sqrt(500.0 / mass - decay * decay);
     double worst = 0.0;
     run(
@@ -80,7 +72,7 @@ TEST(SimulatedDevice, TheHandYieldsLikeItsSpringAndDamper) {
     EXPECT_LT(worst, 1e-7);
 }
 
-TEST(SimulatedDevice, TheHandGoesWhereItWantsToBe) {
+TEST(SimulatedDevice, HandReachesItsTarget) {
     Trace trace;
     trace.samples = {{0, {}, 0},
                      {1000 * kTick_ns, {{}, {0.02, 0.0, 0.0}}, 0},
@@ -92,17 +84,15 @@ TEST(SimulatedDevice, TheHandGoesWhereItWantsToBe) {
     EXPECT_NEAR(device.body().position_m.x, 0.02, 2e-5);
 }
 
-TEST(SimulatedDevice, AHandThatLetsGoLeavesTheDeviceAlone) {
-    const Trace trace = resting();
-    SimulatedDevice device(trace, {},
-                           {.mass_kg = 0.05, .damping_n_s_per_m = 0.0, .hand = kFirmHand, .let_go_s = 0.5});
+TEST(SimulatedDevice, ReleasedHandExertsNoForce) {
+    SimulatedDevice device(kResting, {},
+                           {.mass_kg = 0.05, .damping_n_s_per_m = 0.0, .hand = kFirmHand, .release_s = 0.5});
     run(device, 600, [](int, const Vec3&) { return Vec3(-1.0, 0.0, 0.0); }, kNothing);
     EXPECT_NEAR(device.body().velocity_m_per_s.x, -1.0 / 0.05 * 0.1, 1e-3);  // from rest, for 0.1 s
 }
 
 TEST(SimulatedDevice, EncodersReadWholeCounts) {
-    const Trace trace = resting();
-    SimulatedDevice device(trace, {},
+    SimulatedDevice device(kResting, {},
                            {.mass_kg = 0.1, .resolution_m = 5e-5, .velocity_m_per_s = {0.013, -0.007, 0.0}});
     run(
         device, 500, [](int, const Vec3&) { return Vec3(0.0); },
@@ -118,8 +108,7 @@ TEST(SimulatedDevice, EncodersReadWholeCounts) {
 }
 
 TEST(SimulatedDevice, AForceActsAfterItsDelay) {
-    const Trace trace = resting();
-    SimulatedDevice device(trace, {}, {.mass_kg = 0.1, .damping_n_s_per_m = 0.0, .delay_s = 0.0035});
+    SimulatedDevice device(kResting, {}, {.mass_kg = 0.1, .damping_n_s_per_m = 0.0, .delay_s = 0.0035});
     // 1 N sent at tick 10 only. It acts from 13.5 to 14.5 ms.
     run(device, 13, [](int i, const Vec3&) { return Vec3(i == 10 ? 1.0 : 0.0, 0.0, 0.0); }, kNothing);
     EXPECT_EQ(device.body().velocity_m_per_s.x, 0.0);
@@ -130,14 +119,13 @@ TEST(SimulatedDevice, AForceActsAfterItsDelay) {
     EXPECT_NEAR(device.body().velocity_m_per_s.x, 1e-3 / 0.1, 1e-8);
 }
 
-TEST(SimulatedDevice, JitterIsBoundedAndTheSameAgain) {
-    const Trace trace = resting();
+TEST(SimulatedDevice, JitterIsBoundedAndReproducible) {
     const SimulatedBody body{.mass_kg = 0.1,
                              .damping_n_s_per_m = 0.0,
                              .jitter_s = 0.0004,
                              .velocity_m_per_s = {1.0, 0.0, 0.0},
                              .seed = 4};
-    SimulatedDevice device(trace, {}, body), again(trace, {}, body);
+    SimulatedDevice device(kResting, {}, body), again(kResting, {}, body);
     double earliest = 1.0, latest = 0.0, first = 0.0;
     for (int i = 0; i < 2000; ++i) {
         const double x = device.read(i * kTick_ns).device_from_stylus.position_m.x;
@@ -151,9 +139,8 @@ TEST(SimulatedDevice, JitterIsBoundedAndTheSameAgain) {
     EXPECT_LE(latest - earliest, 0.0004);
 }
 
-TEST(SimulatedDevice, SendsBeyondItsMemoryActEarlyNotNever) {
-    const Trace trace = resting();
-    SimulatedDevice device(trace, {}, {.mass_kg = 0.1, .damping_n_s_per_m = 0.0, .delay_s = 1.0});
+TEST(SimulatedDevice, ForcesBeyondTheDelayBufferActEarly) {
+    SimulatedDevice device(kResting, {}, {.mass_kg = 0.1, .damping_n_s_per_m = 0.0, .delay_s = 1.0});
     run(device, 500, [](int, const Vec3&) { return Vec3(1.0, 0.0, 0.0); }, kNothing);
     EXPECT_NEAR(device.body().motor_impulse_n_s.x, 0.5 - 1e-3 * SimulatedDevice::kMaxWaiting, 2e-3);
 }
@@ -173,8 +160,7 @@ INSTANTIATE_TEST_SUITE_P(Walls, SampledWall,
 TEST_P(SampledWall, GrowsOrDecaysAsTheSampledDataTheorySays) {
     const Wall wall = GetParam();
     const double mass = 0.2;
-    const Trace trace = resting();
-    SimulatedDevice device(trace, {},
+    SimulatedDevice device(kResting, {},
                            {.mass_kg = mass,
                             .damping_n_s_per_m = wall.damping_n_s_per_m,
                             .delay_s = wall.delay_s,
@@ -196,14 +182,14 @@ TEST_P(SampledWall, GrowsOrDecaysAsTheSampledDataTheorySays) {
     EXPECT_EQ(growth > 0.0, told > 0.0);
 }
 
-TEST(SimulatedDevice, WhatIsUnknownIsTakenForTheWorst) {
-    const SimulatedBody body = simulatedBody(*findProfile("omega.3"), kLightHand);
+TEST(SimulatedDevice, UnknownPropertiesUseTheWorstCase) {
+    const SimulatedBody body = makeSimulatedBody(*findProfile("omega.3"), kLightHand);
     EXPECT_EQ(body.mass_kg, 0.045);
     EXPECT_EQ(body.damping_n_s_per_m, 0.005);
     EXPECT_EQ(body.friction_n, 0.0);
     EXPECT_EQ(body.resolution_m, 55e-6);
     EXPECT_EQ(body.hand.stiffness_n_per_m, 100.0);
-    EXPECT_EQ(simulatedBody(*findProfile("touch-x"), kNoHand).resolution_m, 23e-6);
+    EXPECT_EQ(makeSimulatedBody(*findProfile("touch-x"), kNoHand).resolution_m, 23e-6);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "tests/support/constants.h"
 #include "tests/support/spacemouse_emulator.h"
+#include "tests/support/stepped_clock.h"
 
 namespace stylet::haptics {
 namespace {
@@ -22,9 +23,8 @@ class SpaceMouseDriver : public testing::Test {
     void SetUp() override {
         if (!test::underUmockdev()) GTEST_SKIP() << "not run under umockdev";
     }
-    static std::int64_t nowOf(void* test) noexcept { return static_cast<SpaceMouseDriver*>(test)->now_ns_; }
     DeviceStage exchange(Driver& driver, std::int64_t after_ns = kMs) {
-        now_ns_ += after_ns;
+        time_.now_ns += after_ns;
         state_.fresh = 0;
         why_.clear();
         return driver.exchange(Vec3{0.0}, state_, why_);
@@ -32,14 +32,14 @@ class SpaceMouseDriver : public testing::Test {
     Vec3 start() const { return {0.0, 0.0, rate_.reach_m - 0.005}; }
     const Vec3& position() const { return state_.device_from_stylus.position_m; }
 
-    const Clock clock_{this, nowOf, nullptr};
+    test::SteppedClock time_;
+    const Clock clock_ = time_.clock();
     const RateSettings rate_;
-    std::int64_t now_ns_ = 5'000'000'000;
     DeviceState state_;
     std::string why_;
 };
 
-TEST_F(SpaceMouseDriver, IsAbsentWithoutOneAndLeavesTheMakersMiceAlone) {
+TEST_F(SpaceMouseDriver, IsAbsentWithoutOneAndIgnoresOrdinaryMice) {
     const test::HidNode cad_mouse({0x256f, 0xc650, "3Dconnexion", "CadMouse", {0x05, 0x01, 0x09, 0x02}});
     SpaceMouse driver(clock_);
     EXPECT_EQ(driver.open(why_), DeviceStage::absent);
@@ -70,7 +70,7 @@ TEST_F(SpaceMouseDriver, OldAndNewMoveTheNeedleAlike) {
     EXPECT_NEAR(poses[0].position_m.x, poses[1].position_m.x, 0.012 * rate_.speed_m_s);
 }
 
-TEST_F(SpaceMouseDriver, RestsWhenTheCapRestsAndHearsItsButtons) {
+TEST_F(SpaceMouseDriver, StopsWithTheCapAndReportsButtons) {
     SpaceMouseEmulator cap(Age::recent, kReadHere);
     SpaceMouse driver(clock_);
     ASSERT_EQ(driver.open(why_), DeviceStage::ready);
@@ -90,7 +90,7 @@ TEST_F(SpaceMouseDriver, RestsWhenTheCapRestsAndHearsItsButtons) {
     EXPECT_EQ(state_.buttons, 2u);
 }
 
-TEST_F(SpaceMouseDriver, SilentWithItsCapPushedItIsTakenAsLetGo) {
+TEST_F(SpaceMouseDriver, SilenceWithDeflectedCapCountsAsRelease) {
     SpaceMouseEmulator cap(Age::recent, kReadHere);
     SpaceMouse driver(clock_);
     ASSERT_EQ(driver.open(why_), DeviceStage::ready);
@@ -104,7 +104,7 @@ TEST_F(SpaceMouseDriver, SilentWithItsCapPushedItIsTakenAsLetGo) {
     EXPECT_NE(said.find("stopped sending"), std::string::npos);
 }
 
-TEST_F(SpaceMouseDriver, AClockThatJumpsMovesNothingFar) {
+TEST_F(SpaceMouseDriver, ClockJumpCausesNoLargeMotion) {
     SpaceMouseEmulator cap(Age::recent, kReadHere);
     SpaceMouse driver(clock_);
     ASSERT_EQ(driver.open(why_), DeviceStage::ready);
@@ -134,7 +134,7 @@ TEST_F(SpaceMouseDriver, ReportsOfAnotherDeviceEndTheConnection) {
     EXPECT_EQ(position(), start());
 }
 
-TEST_F(SpaceMouseDriver, UnpluggedItFailsAndComesBackWhereItWas) {
+TEST_F(SpaceMouseDriver, UnpluggingFailsAndReconnectionKeepsThePose) {
     SpaceMouse driver(clock_);
     {
         SpaceMouseEmulator cap(Age::recent, kReadHere);
@@ -150,7 +150,7 @@ TEST_F(SpaceMouseDriver, UnpluggedItFailsAndComesBackWhereItWas) {
     const Vec3 there = position();
     SpaceMouseEmulator again(Age::old, kReadHere);
     ASSERT_EQ(driver.open(why_), DeviceStage::ready) << why_;
-    now_ns_ += 60'000 * kMs;
+    time_.now_ns += 60'000 * kMs;
     exchange(driver);
     EXPECT_EQ(position(), there);
 }

@@ -1,7 +1,7 @@
 // Reads packaging/udev as udev does (man 7 udev) and compares it with the drivers' device lists.
 #include <gtest/gtest.h>
 
-#include <cstdio>
+#include <fmt/core.h>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -47,12 +47,10 @@ bool oneOf(const std::string& list, const std::string& value) {
 }
 
 std::string hex(unsigned number) {
-    char text[8];
-    std::snprintf(text, sizeof text, "%04x", number);
-    return text;
+    return fmt::format("{:04x}", number);
 }
 
-// Whether the rules give the user access to a USB device with these ids.
+// True if the rules give the user access to a USB device with these ids.
 bool allows(const std::vector<Rule>& rules, const std::string& attribute, unsigned vendor, unsigned product) {
     for (const Rule& rule : rules) {
         bool tags = false, matches = true, numbered = false;
@@ -93,7 +91,7 @@ TEST(UdevRules, AreReadableAndSortedBeforeTheSeatsRules) {
     EXPECT_EQ(files, 2);
 }
 
-TEST(UdevRules, LetTheUserAtExactlyTheDevicesThatAreDriven) {
+TEST(UdevRules, GrantAccessToExactlyTheSupportedDevices) {
     const std::vector<Rule> hidraw = rulesIn(folder() / "70-stylet-hidraw.rules");
     const std::vector<Rule> usb = rulesIn(folder() / "70-stylet-usb.rules");
     EXPECT_TRUE(allows(hidraw, "ATTRS", 0x1234, 0x0006));

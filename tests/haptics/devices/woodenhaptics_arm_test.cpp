@@ -23,7 +23,7 @@ WoodenModel armWithWrist() {
     return m;
 }
 
-Vec3 anyAngles(std::mt19937& random) {
+Vec3 randomAngles(std::mt19937& random) {
     std::uniform_real_distribution<double> side(-1.2, 1.2), up(-0.6, 1.0), out(0.4, 2.4);
     return {side(random), up(random), out(random)};
 }
@@ -60,7 +60,7 @@ TEST(WoodenArm, TheJacobianIsThePositionsDerivative) {
     std::mt19937 random(5);
     constexpr double kStep = 1e-6;
     for (int i = 0; i < 2000; ++i) {
-        const Vec3 t = anyAngles(random);
+        const Vec3 t = randomAngles(random);
         const glm::dmat3 jacobian = armJacobian(m, t);
         for (int axis = 0; axis < 3; ++axis) {
             Vec3 more = t, less = t;
@@ -84,7 +84,7 @@ TEST(WoodenArm, GravityTorqueIsThePotentialsDerivative) {
     std::mt19937 random(6);
     constexpr double kStep = 1e-6;
     for (int i = 0; i < 500; ++i) {
-        const Vec3 t = anyAngles(random);
+        const Vec3 t = randomAngles(random);
         const Vec3 torque = armGravityTorque_n_m(m, t);
         for (int axis = 0; axis < 3; ++axis) {
             Vec3 more = t, less = t;
@@ -112,7 +112,7 @@ Vec3 forceOf(const WoodenModel& m, const Vec3& t, const Vec3& motor_a) {
 }
 
 // HZ-FORCE-10
-TEST(WoodenArm, CurrentsMakeTheForceThatWasAskedFor) {
+TEST(WoodenArm, CurrentsProduceTheCommandedForce) {
     const WoodenModel m = arm();
     std::mt19937 random(7);
     std::uniform_real_distribution<double> newtons(-1.5, 1.5);
@@ -142,7 +142,7 @@ TEST(WoodenArm, ALimitedForceKeepsItsDirection) {
         const Vec3 force{newtons(random), newtons(random), newtons(random)};
         const ArmCurrents currents = armCurrents(m, t, force);
         for (int axis = 0; axis < 3; ++axis)
-            ASSERT_LE(std::fabs(currents.motor_a[axis]), kMostCurrent_a);
+            ASSERT_LE(std::fabs(currents.motor_a[axis]), kMaxCurrent_a);
         if (!currents.limited) continue;
         ++limited;
         const Vec3 made = forceOf(m, t, currents.motor_a);
@@ -155,7 +155,7 @@ TEST(WoodenArm, ALimitedForceKeepsItsDirection) {
 }
 
 // HZ-FORCE-03
-TEST(WoodenArm, AForceThatIsNoNumberIsNone) {
+TEST(WoodenArm, NonFiniteForceCountsAsZero) {
     const WoodenModel m = arm();
     const Vec3 t{0.1, 0.2, 1.4};
     for (const double bad : {double(NAN), double(INFINITY), -double(INFINITY)})
@@ -183,7 +183,7 @@ TEST(WoodenArm, TheWristTurnsTheStylus) {
     expectNear(along(level, {0, 0, 0, 0, 256, -256}), {0.0, 1.0, 0.0});
 }
 
-TEST(WoodenArm, OneCountAtTheTip) {
+TEST(WoodenArm, ResolutionMatchesOneEncoderCount) {
     const WoodenModel m = arm();
     const Vec3 t{0.0, 0.1, 1.5};
     double sum = 0.0;

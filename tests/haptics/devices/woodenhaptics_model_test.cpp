@@ -48,7 +48,7 @@ TEST(WoodenModel, NamesTheFieldThatIsBad) {
     refuses(woodenJson("g_constant", "[9.81]"), "g_constant");
 }
 
-TEST(WoodenModel, RefusesWhatIsNoModel) {
+TEST(WoodenModel, RefusesInvalidFiles) {
     refuses("", "json");
     refuses("{", "json");
     refuses("[1, 2]", "json");
@@ -60,14 +60,16 @@ TEST(WoodenModel, RefusesWhatIsNoModel) {
 }
 
 // The manufacturer's library writes the fifth value under the fourth's name.
-TEST(WoodenModel, SaysHowTheLibrarysOwnSlipIsMended) {
+TEST(WoodenModel, ExplainsTheLibrarysDuplicateKey) {
     std::string text = woodenJson();
     const std::size_t at = text.find("enc_and_body_aligned_e");
     text.replace(at, 22, "enc_and_body_aligned_d");
-    refuses(text, "enc_and_body_aligned_d: given twice: the maker's library writes enc_and_body_aligned_e");
+    refuses(text,
+            "enc_and_body_aligned_d: given twice: the maker's library writes this key instead of "
+            "enc_and_body_aligned_e");
 }
 
-TEST(WoodenModel, NamesAFileThatIsNotThereOrTooLarge) {
+TEST(WoodenModel, ReportsMissingAndOversizedFiles) {
     expectRefused([] { loadWoodenModel("/nonexistent/arm.json"); }, "/nonexistent/arm.json", "file");
     expectRefused([] { loadWoodenModel("/dev/zero"); }, "/dev/zero", "file");
 }

@@ -39,9 +39,11 @@ NOT_RUN = {
     "records.md": 0,
     "formats.md": 0,
 }
-LONGEST_PAGE = 150  # lines; reference chapters may be longer
+LONGEST_PAGE = 150  # lines; reference chapters may be longer, and the recipes of developer.md
+LONGEST_RECIPES = 380
 CHAPTERS = {"model.md", "metrics.md", "records.md", "formats.md"}
-LONGEST_BLOCK_S = 300
+LONGEST_BLOCK_S = 600
+RECIPES = [2, 3, 3, 1, 1, 5]  # files that each recipe of developer.md may touch
 
 
 class Wrong(Exception):
@@ -158,6 +160,15 @@ def check_citation(source):
         raise Wrong(f"CITATION.cff: another version than the project's, {version}")
 
 
+def check_recipes(text, copy):
+    """Each recipe is a commit in its copy of the sources. Checks the number of files that it changes or adds."""
+    log = subprocess.run(["git", "log", "--reverse", "--name-only", "--format=%x00"], cwd=copy, capture_output=True, text=True, check=True)
+    files = [len(commit.split()) for commit in log.stdout.split("\0")[2:]]  # without the commit of all sources
+    headings = [int(n) for n in re.findall(r"^### \d+\. .*: (\d+) files?$", text, re.M)]
+    if not files == headings == RECIPES:
+        raise Wrong(f"developer.md: the recipes touch {files} files, their headings say {headings}, and RECIPES says {RECIPES}")
+
+
 def check_refusals(folder):
     """Checks that wrong pages are detected."""
     shell = Shell(folder, dict(os.environ), "")
@@ -192,8 +203,9 @@ def place_for(page, temp, source, build):
     folder = temp / page
     (folder / "build").mkdir(parents=True)
     (folder / "home").mkdir()
-    for name in ("app", "assets", "packaging", "xr"):
-        (folder / name).symlink_to(source / name)
+    for name in source.iterdir():
+        if name.name not in ("build", ".git"):
+            (folder / name.name).symlink_to(name)
     for name in ("release", "mock"):
         (folder / "build" / name).symlink_to(build)
     return folder
@@ -206,7 +218,7 @@ def main():
     temp = pathlib.Path(tempfile.mkdtemp(prefix="stylet-guide-"))
     began, failed = time.monotonic(), []
     # No OpenXR runtime except the one that a block selects. One shared cache, because making a patient takes seconds.
-    bare = {k: v for k, v in os.environ.items() if not re.match("STYLET_|XDG_|XR_|XRMOCK_|LC_|LANG|WAYLAND_DISPLAY", k)}
+    bare = {k: v for k, v in os.environ.items() if not re.match("STYLET_|GIT_|XDG_|XR_|XRMOCK_|LC_|LANG|WAYLAND_DISPLAY", k)}
     bare |= {"PATH": f"{build}/bin:{os.environ['PATH']}", "XDG_CACHE_HOME": str(temp / "cache")}
 
     def test(page):
@@ -215,10 +227,13 @@ def main():
         shell = Shell(folder, bare | {"HOME": str(folder / "home"), "PWD": str(folder)}, str(build / "lib" / "xrmock.json"))
         try:
             check_links(guide, page, text)
-            if page not in CHAPTERS and len(text.splitlines()) > LONGEST_PAGE:
-                raise Wrong(f"{page}: more than {LONGEST_PAGE} lines")
+            longest = LONGEST_RECIPES if page == "developer.md" else LONGEST_PAGE
+            if page not in CHAPTERS and len(text.splitlines()) > longest:
+                raise Wrong(f"{page}: more than {longest} lines")
             left_out = run_page(page, text, shell, lines.append)
             lines += [f"not run: {one}" for one in left_out]
+            if page == "developer.md":
+                check_recipes(text, folder / "recipes")
             if len(left_out) != NOT_RUN[page]:
                 raise Wrong(f"{page}: {len(left_out)} blocks are not run, and NOT_RUN says {NOT_RUN[page]}")
         except Wrong as wrong:
@@ -239,7 +254,7 @@ def main():
         with Display() as display, concurrent.futures.ThreadPoolExecutor(2) as pool:
             bare["DISPLAY"] = display
             # The longest page first. The second one makes the patient that the others load from the cache.
-            pages.sort(key=lambda p: ["researcher.md", "trainee.md", "instructor.md", p].index(p))
+            pages.sort(key=lambda p: ["researcher.md", "trainee.md", "developer.md", "instructor.md", p].index(p))
             list(pool.map(test, pages))
         if not failed and not sys.argv[3:]:
             different = reference.differences(guide, temp, source)

@@ -63,7 +63,7 @@ def written(pages, source):
     export = next((instructor / "backup/attempts").iterdir())
     yield "records.md", "`attempt.json`", fields(json.loads((export / "attempt.json").read_text()))
     yield "records.md", "`force-depth.csv`", columns(attempt / "force-depth.csv")
-    yield "records.md", "`frames.csv`", columns(pages / "developer.md/mine/record/frames.csv")
+    yield "records.md", "`frames.csv`", columns(pages / "developer.md/recipes/build/straight/record/frames.csv")
     yield "records.md", "`course.csv`", columns(trainee / "debrief/course.csv")
 
     yield "formats.md", "`hand.csv`", columns(research / "hand.csv")
@@ -91,7 +91,7 @@ def unknown_options(guide, source, programs):
     known = "".join(helps([str(programs / p)]) for p in ("stylet", "stylet-model", "stylet-report", "stylet-study"))
     for script in ("packaging/run", "packaging/test", "packaging/build", "packaging/bench", "packaging/deb", "xr/mock/python/xrmock.py"):
         known += (source / script).read_text()
-    others = {"--gtest_brief", "--gtest_list_tests", "--install", "--preset", "--build", "--target", "--test-dir"}
+    others = {"--gtest_brief", "--gtest_list_tests", "--install", "--gtest_filter", "--preset", "--build", "--target", "--test-dir"}
     found = []
     for page in sorted(guide.glob("*.md")):
         for option in sorted(set(re.findall(r"(?<![\w-])--[a-z][\w-]*", page.read_text())) - others):

@@ -21,7 +21,7 @@ std::vector<std::size_t> painted(LabelVolume& labels, const std::vector<Stroke>&
     return voxels;
 }
 
-TEST(DuctBranches, OneTubeIsOneBranchOfItsDiameter) {
+TEST(DuctBranches, TubeIsOneBranchWithItsDiameter) {
     LabelVolume labels;
     const auto voxels = painted(labels, {{{40, 40, 10}, {40, 40, 70}, 2.5, 2.5}});
     // Branches start at the tube's widest place, which may lie anywhere. There are at most two, one in each
@@ -33,7 +33,7 @@ TEST(DuctBranches, OneTubeIsOneBranchOfItsDiameter) {
         EXPECT_NEAR(b.diameter_mm, 5.0, 0.5);
 }
 
-TEST(DuctBranches, AForkHasThree) {
+TEST(DuctBranches, ForkHasThreeBranches) {
     LabelVolume labels;
     const Vec3 fork{40, 40, 40};
     const auto voxels = painted(

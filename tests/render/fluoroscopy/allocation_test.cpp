@@ -23,7 +23,7 @@ TEST(FluoroscopyAllocation, PicturesAllocateNothing) {
     settings.pixels = 48;
     FluoroscopyInput input;
     std::vector<XrayShape> shapes;
-    addNeedle({}, true, shapes);
+    addNeedle({}, kNeedleRadius_m, true, shapes);
     const patient::ContrastTable contrast{
         {Index3(4), package.ct.grid.spacing_m, package.ct.grid.centre({20, 20, 20})},
         std::vector<float>(64, 50.0f),
@@ -45,7 +45,7 @@ TEST(FluoroscopyAllocation, PicturesAllocateNothing) {
     const std::size_t held = mallinfo2().uordblks;
     pictures(35);
     EXPECT_EQ(test::allocations() - before, 0u);
-    // The driver must not keep memory either. It once kept 0.7 MB per picture (rays.comp).
+    // The driver must not leak memory either. It once leaked 0.7 MB per picture (see rays.comp).
     EXPECT_LT(mallinfo2().uordblks, held + (1u << 20));
 }
 

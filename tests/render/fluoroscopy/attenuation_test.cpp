@@ -7,7 +7,7 @@
 namespace stylet::render {
 namespace {
 
-double valueOf(const AttenuationVolume& v, std::size_t i) {
+double attenuationAt(const AttenuationVolume& v, std::size_t i) {
     return double(glm::unpackHalf1x16(v.half[i]));
 }
 
@@ -29,26 +29,26 @@ TEST(Attenuation, IsRelativeToWater) {
     EXPECT_NEAR(relativeAttenuation(-800.0), 0.2, 1e-12);
 }
 
-TEST(Attenuation, KeepsTheVoxelsWhereTheyAreLarger) {
+TEST(Attenuation, KeepsVoxelsThatAreLargerThanRequested) {
     const CtVolume ct = noisyCt({9, 7, 5}, Vec3(0.002));
-    const AttenuationVolume v = attenuationOf(ct, 0.001, 2);
+    const AttenuationVolume v = computeAttenuation(ct, 0.001, 2);
     EXPECT_EQ(v.grid, ct.grid);
     for (std::size_t i = 0; i < ct.voxels.size(); ++i)
-        ASSERT_NEAR(valueOf(v, i), relativeAttenuation(ct.voxels[i]), 1e-3);
+        ASSERT_NEAR(attenuationAt(v, i), relativeAttenuation(ct.voxels[i]), 1e-3);
 }
 
-// For any reduction ratio, the box and its total attenuation stay the same.
-TEST(Attenuation, LosesNothingByReduction) {
+// At any resampling ratio, the box and its total attenuation stay the same.
+TEST(Attenuation, ResamplingPreservesTheTotal) {
     const CtVolume ct = noisyCt({41, 37, 30}, {0.0007, 0.0009, 0.0016});
     double whole = 0.0;
     for (const std::int16_t hu : ct.voxels)
         whole += relativeAttenuation(hu);
     whole *= ct.grid.spacing_m.x * ct.grid.spacing_m.y * ct.grid.spacing_m.z;
     for (const double voxel_m : {0.001, 0.0017, 0.0031, 1.0}) {
-        const AttenuationVolume v = attenuationOf(ct, voxel_m, 3);
+        const AttenuationVolume v = computeAttenuation(ct, voxel_m, 3);
         double sum = 0.0;
         for (std::size_t i = 0; i < v.half.size(); ++i)
-            sum += valueOf(v, i);
+            sum += attenuationAt(v, i);
         EXPECT_NEAR(sum * v.grid.spacing_m.x * v.grid.spacing_m.y * v.grid.spacing_m.z, whole, 5e-4 * whole);
         for (int axis = 0; axis < 3; ++axis) {
             EXPECT_NEAR(v.grid.dims[axis] * v.grid.spacing_m[axis],
@@ -62,9 +62,9 @@ TEST(Attenuation, LosesNothingByReduction) {
 TEST(Cells, AreOccupiedAsFarAsTheMarginReaches) {
     CtVolume ct({Index3(80), Vec3(0.001), Vec3(0.0)}, std::int16_t(-1000));
     ct[{40, 41, 42}] = 0;
-    const AttenuationVolume v = attenuationOf(ct, 0.001, 1);
+    const AttenuationVolume v = computeAttenuation(ct, 0.001, 1);
     for (const double margin_m : {0.0, 0.010}) {
-        const CellGrid cells = cellsOf(v, 0.008, margin_m);
+        const CellGrid cells = makeCellGrid(v, 0.008, margin_m);
         EXPECT_EQ(cells.grid.dims, Index3(10));
         std::size_t occupied = 0;
         for (std::size_t n = 0; n < cells.occupied.size(); ++n) {

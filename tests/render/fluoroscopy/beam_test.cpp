@@ -11,8 +11,8 @@ void expectNear(const Vec3& a, const Vec3& b) {
     EXPECT_LT(glm::length(a - b), 1e-12) << a.x << " " << a.y << " " << a.z;
 }
 
-TEST(Beam, StandsBelowTheTableAtZero) {
-    const Beam beam = beamOf({}, Pose{{1, 0, 0, 0}, {0.1, 0.2, 0.3}});
+TEST(Beam, SourceIsBelowTheTableAtZeroAngles) {
+    const Beam beam = makeBeam({}, Pose{{1, 0, 0, 0}, {0.1, 0.2, 0.3}});
     expectNear(beam.source_m, {0.1, 0.2 - 0.720, 0.3});
     expectNear(beam.detector_m, {0.1, 0.2 + 0.380, 0.3});
     expectNear(beam.right, {-1, 0, 0});
@@ -21,22 +21,22 @@ TEST(Beam, StandsBelowTheTableAtZero) {
     expectNear(pixelAt(beam, 0, 0, 2, 0.3), {0.1 + 0.075, 0.2 + 0.380, 0.3 + 0.075});
 }
 
-TEST(Beam, TurnsAsTheCArmOfTheRoomDoes) {
+TEST(Beam, RotatesLikeTheCArmOfTheRoom) {
     const double quarter = std::numbers::pi / 2;
-    const Beam left = beamOf({.orbital_rad = quarter}, {});
+    const Beam left = makeBeam({.orbital_rad = quarter}, {});
     expectNear(left.detector_m, {-0.380, 0, 0});  // the patient's left
     expectNear(left.down, {0, 0, -1});
-    const Beam head = beamOf({.angulation_rad = quarter}, {});
+    const Beam head = makeBeam({.angulation_rad = quarter}, {});
     expectNear(head.detector_m, {0, 0, 0.380});
     expectNear(head.right, {-1, 0, 0});
-    // The angulation rotates the arc after the orbital angle has moved it.
+    // The orbital rotation is applied first, then the angulation.
     const double a = 0.4, o = 0.3;
-    const Beam both = beamOf({.orbital_rad = o, .angulation_rad = a}, {});
+    const Beam both = makeBeam({.orbital_rad = o, .angulation_rad = a}, {});
     expectNear(both.detector_m,
                0.380 * Vec3(-std::sin(o), std::cos(o) * std::cos(a), std::cos(o) * std::sin(a)));
 }
 
-TEST(Collimation, HasTheAreaThatIsOpen) {
+TEST(Collimation, OpenAreaIsExact) {
     EXPECT_DOUBLE_EQ(openArea_m2({}, 0.3), 0.09);
     EXPECT_DOUBLE_EQ(openArea_m2({.left_m = 1, .right_m = 1, .up_m = 1, .down_m = 1}, 0.3), 0.09);
     EXPECT_NEAR(openArea_m2({.left_m = 0.02, .right_m = 0.05, .up_m = 0.03, .down_m = 0.01}, 0.3),

@@ -12,6 +12,7 @@
 #include "patient/contrast/contrast.h"
 #include "patient/synth/synth.h"
 #include "tests/render/fluoroscopy/ray_reference.h"
+#include "tests/render/gpu_fixture.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
 #include "tests/support/constants.h"
@@ -72,12 +73,7 @@ struct Stage {
     }
 };
 
-class FluoroscopyTest : public testing::Test {
-  protected:
-    void SetUp() override {
-        if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
-    }
-};
+class FluoroscopyTest : public test::GpuFixture<> {};
 
 // From air to water over `depth_m` >= 0, with an edge two voxels wide, as a scanner records it.
 double softEdge(double depth_m, double voxel_m) {
@@ -125,7 +121,7 @@ TEST_F(FluoroscopyTest, SlabInAirIsExact) {
     }
 }
 
-TEST_F(FluoroscopyTest, SphereHasItsChords) {
+TEST_F(FluoroscopyTest, SphereMatchesChordLengths) {
     constexpr double kRadius_m = 0.06;
     Stage stage(test::makeXrayPhantom(
         Vec3(0.063), 0.001, [](const Vec3& p) { return softEdge(kRadius_m - glm::length(p), 0.001); }));
@@ -147,7 +143,7 @@ TEST_F(FluoroscopyTest, SphereHasItsChords) {
 }
 
 // A wedge whose thickness grows linearly along x.
-TEST_F(FluoroscopyTest, WedgeRisesEvenly) {
+TEST_F(FluoroscopyTest, WedgeRisesLinearly) {
     Stage stage(test::makeXrayPhantom({0.13, 0.06, 0.04}, 0.002, [](const Vec3& p) {
         return std::min(softEdge(0.3 * p.x - p.y, 0.002), softEdge(p.y + 0.05, 0.002));
     }));
@@ -166,7 +162,7 @@ TEST_F(FluoroscopyTest, WedgeRisesEvenly) {
 }
 
 // A cube of contrast medium in air appears, fades, moves and disappears.
-TEST_F(FluoroscopyTest, ContrastIsWhereItsTableSays) {
+TEST_F(FluoroscopyTest, ContrastFollowsItsTable) {
     Stage stage(makeAir());
     stage.settings.pixels = 65;
     const auto cubeAt = [](const Index3& low, float added, std::uint64_t revision) {
@@ -185,17 +181,17 @@ TEST_F(FluoroscopyTest, ContrastIsWhereItsTableSays) {
     patient::ContrastTable table = cubeAt({7, 7, 7}, 60.0f, 1);
     stage.input.contrast = &table;
     EXPECT_NEAR(middle(), 1.2, 3e-3);
-    EXPECT_EQ(stage.stats.kept_contrast, 0);
+    EXPECT_EQ(stage.stats.unchanged_contrast, 0);
     EXPECT_NEAR(middle(), 1.2, 3e-3);
-    EXPECT_EQ(stage.stats.kept_contrast, 1);
+    EXPECT_EQ(stage.stats.unchanged_contrast, 1);
     // Coarser voxels spread the contrast medium but keep its total.
-    const auto sumOf = [](const std::vector<double>& paths) {
+    const auto sumPaths = [](const std::vector<double>& paths) {
         return std::accumulate(paths.begin(), paths.end(), 0.0);
     };
     stage.settings.pixels = 256;
-    const double fine = sumOf(stage.paths());
+    const double fine = sumPaths(stage.paths());
     stage.settings.voxel_m = 0.0125;
-    EXPECT_NEAR(sumOf(stage.paths()), fine, 0.005 * fine);
+    EXPECT_NEAR(sumPaths(stage.paths()), fine, 0.005 * fine);
     stage.settings.pixels = 65;
     EXPECT_LT(middle(), 1.0);
     stage.settings.voxel_m = 0.005;
@@ -210,9 +206,9 @@ TEST_F(FluoroscopyTest, ContrastIsWhereItsTableSays) {
             down += moved[i] * (double(i / 65) - 32.0);
     EXPECT_GT(right, 5.0 * sum);
     EXPECT_GT(down, 5.0 * sum);
-    stage.settings.skips.kept_contrast = false;
+    stage.settings.skips.unchanged_contrast = false;
     EXPECT_EQ(stage.paths(), moved);
-    EXPECT_EQ(stage.stats.kept_contrast, 0);
+    EXPECT_EQ(stage.stats.unchanged_contrast, 0);
     stage.input.contrast = nullptr;
     for (const double path : stage.paths())
         ASSERT_EQ(path, 0.0);
@@ -221,44 +217,47 @@ TEST_F(FluoroscopyTest, ContrastIsWhereItsTableSays) {
     EXPECT_EQ(middle(), 0.0);
 }
 
-TEST_F(FluoroscopyTest, ShapesHaveTheirChords) {
+TEST_F(FluoroscopyTest, ShapesMatchChordLengths) {
     Stage stage(makeAir());
     stage.settings.pixels = 65;  // odd, so that one pixel is in the centre
     const std::size_t middle = 32 * 65 + 32;
-    const auto pathOf = [&](const std::vector<XrayShape>& shapes) {
+    const auto measurePath = [&](const std::vector<XrayShape>& shapes) {
         stage.input.shapes = shapes;
         return stage.paths()[middle];
     };
     constexpr double r = 0.00075, mu = kSteelPerM;
     // Perpendicular to the ray, at 30 degrees, along it with round and with flat ends, a tube, a chain.
-    EXPECT_NEAR(pathOf({{.begin_m = {-0.1, 0, 0}, .end_m = {0.1, 0, 0}, .radius_m = r}}), mu * 2 * r,
+    EXPECT_NEAR(measurePath({{.begin_m = {-0.1, 0, 0}, .end_m = {0.1, 0, 0}, .radius_m = r}}), mu * 2 * r,
                 1e-3 * mu * 2 * r);
     const Vec3 slanted(0.05, 0.05 * std::sqrt(3.0), 0.0);
-    EXPECT_NEAR(pathOf({{.begin_m = -slanted, .end_m = slanted, .radius_m = r}}), mu * 4 * r,
+    EXPECT_NEAR(measurePath({{.begin_m = -slanted, .end_m = slanted, .radius_m = r}}), mu * 4 * r,
                 1e-3 * mu * 4 * r);
-    EXPECT_NEAR(pathOf({{.begin_m = {0, -0.02, 0}, .end_m = {0, 0.03, 0}, .radius_m = r}}),
+    EXPECT_NEAR(measurePath({{.begin_m = {0, -0.02, 0}, .end_m = {0, 0.03, 0}, .radius_m = r}}),
                 mu * (0.05 + 2 * r), 1e-4 * mu);
-    EXPECT_NEAR(pathOf({{.begin_m = {0, -0.02, 0}, .end_m = {0, 0.03, 0}, .radius_m = r, .round = false}}),
-                mu * 0.05, 1e-4 * mu);
-    EXPECT_NEAR(pathOf({{.begin_m = {-0.1, 0, 0}, .end_m = {0.1, 0, 0}, .radius_m = r, .bore_m = 0.4 * r}}),
-                mu * 1.2 * r, 2e-3 * mu * 1.2 * r);
-    EXPECT_NEAR(pathOf({{.begin_m = {0, 0, 0}, .end_m = {0, 0, 0}, .radius_m = 0.004}}), mu * 0.008,
+    EXPECT_NEAR(
+        measurePath({{.begin_m = {0, -0.02, 0}, .end_m = {0, 0.03, 0}, .radius_m = r, .round = false}}),
+        mu * 0.05, 1e-4 * mu);
+    EXPECT_NEAR(
+        measurePath({{.begin_m = {-0.1, 0, 0}, .end_m = {0.1, 0, 0}, .radius_m = r, .bore_m = 0.4 * r}}),
+        mu * 1.2 * r, 2e-3 * mu * 1.2 * r);
+    EXPECT_NEAR(measurePath({{.begin_m = {0, 0, 0}, .end_m = {0, 0, 0}, .radius_m = 0.004}}), mu * 0.008,
                 1e-3 * mu * 0.008);
-    EXPECT_NEAR(pathOf({{.begin_m = {-0.1, 0, 0}, .end_m = {0, 0, 0}, .radius_m = r},
-                        {.begin_m = {0, 0, 0}, .end_m = {0.1, 0, 0}, .radius_m = r, .chained = true}}),
+    EXPECT_NEAR(measurePath({{.begin_m = {-0.1, 0, 0}, .end_m = {0, 0, 0}, .radius_m = r},
+                             {.begin_m = {0, 0, 0}, .end_m = {0.1, 0, 0}, .radius_m = r, .chained = true}}),
                 mu * 2 * r, 1e-3 * mu * 2 * r);
     // Beside the ray, behind the detector, and before the source.
-    EXPECT_EQ(pathOf({{.begin_m = {-0.1, 0, 0.001}, .end_m = {0.1, 0, 0.001}, .radius_m = r}}), 0.0);
-    EXPECT_EQ(pathOf({{.begin_m = {-0.1, 0.5, 0}, .end_m = {0.1, 0.5, 0}, .radius_m = r}}), 0.0);
-    EXPECT_EQ(pathOf({{.begin_m = {-0.1, -0.8, 0}, .end_m = {0.1, -0.8, 0}, .radius_m = r}}), 0.0);
+    EXPECT_EQ(measurePath({{.begin_m = {-0.1, 0, 0.001}, .end_m = {0.1, 0, 0.001}, .radius_m = r}}), 0.0);
+    EXPECT_EQ(measurePath({{.begin_m = {-0.1, 0.5, 0}, .end_m = {0.1, 0.5, 0}, .radius_m = r}}), 0.0);
+    EXPECT_EQ(measurePath({{.begin_m = {-0.1, -0.8, 0}, .end_m = {0.1, -0.8, 0}, .radius_m = r}}), 0.0);
 }
 
 // Compares every pixel of a slanted needle with samples along the ray.
 // HZ-TEACH-05
-TEST_F(FluoroscopyTest, NeedleIsWhereItIs) {
+TEST_F(FluoroscopyTest, NeedleProjectsToItsPosition) {
     Stage stage(makeAir());
     std::vector<XrayShape> shapes;
-    addNeedle({glm::angleAxis(1.1, glm::normalize(Vec3(0.3, 1.0, 0.2))), {0.01, 0.02, -0.01}}, false, shapes);
+    addNeedle({glm::angleAxis(1.1, glm::normalize(Vec3(0.3, 1.0, 0.2))), {0.01, 0.02, -0.01}},
+              kNeedleRadius_m, false, shapes);
     stage.input.shapes = shapes;
     const std::vector<double> paths = stage.paths();
     double sum = 0.0;
@@ -358,11 +357,11 @@ TEST_F(FluoroscopyPatientTest, AgreesWithExactRaySums) {
 }
 
 // HZ-TEACH-15
-TEST_F(FluoroscopyPatientTest, AgreesWithFineSumsThroughBreathToolAndContrast) {
+TEST_F(FluoroscopyPatientTest, AgreesWithFineSumsWithBreathToolAndContrast) {
     Stage stage(package());
     stage.input = overLiver();
     stage.settings.pixels = 48;
-    stage.settings.block = 1;  // disabled because pixels are far apart here
+    stage.settings.block = 1;  // no sharing, because pixels are far apart here
     stage.settings.beyond_ends_m = 0.1;
     const patient::ContrastTable contrast = duct();
     stage.input.contrast = &contrast;
@@ -382,7 +381,8 @@ TEST_F(FluoroscopyPatientTest, AgreesWithFineSumsThroughBreathToolAndContrast) {
         });
     };
     const std::vector<double> paths = stage.paths();
-    EXPECT_EQ(stage.stats.still_pictures + stage.stats.idle_tool_pictures + stage.stats.kept_contrast, 0);
+    EXPECT_EQ(stage.stats.still_pictures + stage.stats.idle_tool_pictures + stage.stats.unchanged_contrast,
+              0);
     EXPECT_GE(test::zncc(fine(breath, &pressed(), &contrast), paths), 0.9999);
     // Each effect must be visible: leaving it out must change the picture.
     const double without_breath =
@@ -412,10 +412,10 @@ TEST_F(FluoroscopyPatientTest, SkipsChangeTheWorkButNotThePicture) {
     };
     const XrayPicture all = pictureWith({.between_pulses = false});
     EXPECT_GT(all.stats.collimated_rays, 0u);
-    EXPECT_GT(all.stats.empty_stretches, 0u);
+    EXPECT_GT(all.stats.empty_segments, 0u);
     EXPECT_EQ(all.stats.still_pictures, 1);
     EXPECT_EQ(all.stats.idle_tool_pictures, 1);
-    EXPECT_EQ(all.stats.kept_contrast, 1);
+    EXPECT_EQ(all.stats.unchanged_contrast, 1);
     const auto differ = [&](const XrayPicture& other) {
         int most = 0;
         for (std::size_t i = 0; i < all.greys.size(); ++i)
@@ -428,7 +428,7 @@ TEST_F(FluoroscopyPatientTest, SkipsChangeTheWorkButNotThePicture) {
     EXPECT_GT(no_collimation.stats.samples, all.stats.samples);
     const XrayPicture no_cells = pictureWith({.between_pulses = false, .empty_cells = false});
     EXPECT_EQ(differ(no_cells), 0);
-    EXPECT_EQ(no_cells.stats.empty_stretches, 0u);
+    EXPECT_EQ(no_cells.stats.empty_segments, 0u);
     EXPECT_GT(no_cells.stats.samples, all.stats.samples);
     stage.deformed.breathe(stage.package.motion.reference, false);
     const XrayPicture no_still = pictureWith({.between_pulses = false});
@@ -438,15 +438,15 @@ TEST_F(FluoroscopyPatientTest, SkipsChangeTheWorkButNotThePicture) {
     const XrayPicture no_idle = pictureWith({.between_pulses = false, .idle_tool = false});
     EXPECT_EQ(differ(no_idle), 0);
     EXPECT_EQ(no_idle.stats.idle_tool_pictures, 0);
-    // The picture of a pulse is made only once.
+    // The picture of a pulse is computed only once.
     const XrayPicture kept = pictureWith({});
-    EXPECT_EQ(kept.stats.pulses_kept, 1);
+    EXPECT_EQ(kept.stats.reused_pulses, 1);
     EXPECT_EQ(differ(kept), 0);
     EXPECT_FALSE(kept.stats.live);
     EXPECT_EQ(kept.stats.exposure.dose_area_gy_m2, 0.0);
 }
 
-TEST_F(FluoroscopyPatientTest, EmptyCellsAreEmptyThroughBreathToolAndContrast) {
+TEST_F(FluoroscopyPatientTest, EmptyCellsStayEmptyWithBreathToolAndContrast) {
     Stage stage(package());
     stage.input = overLiver();
     const patient::ContrastTable contrast = duct();
@@ -457,19 +457,19 @@ TEST_F(FluoroscopyPatientTest, EmptyCellsAreEmptyThroughBreathToolAndContrast) {
         stage.input.arm = arm;
         stage.settings.skips.empty_cells = true;
         const std::vector<double> with = stage.paths();
-        EXPECT_GT(stage.stats.empty_stretches, 0u);
+        EXPECT_GT(stage.stats.empty_segments, 0u);
         stage.settings.skips.empty_cells = false;
         EXPECT_EQ(with, stage.paths());
     }
 }
 
-TEST_F(FluoroscopyPatientTest, TheLastPictureStaysWhenThePedalIsUp) {
+TEST_F(FluoroscopyPatientTest, LastImageIsHeldWhenThePedalIsUp) {
     Stage stage(package());
     stage.input = overLiver();
     stage.input.pedal = false;
     stage.settings.pulse_rate_hz = 10.0;
     FluoroscopyStats stats = stage.fluoroscopy.image(stage.input, stage.settings);
-    EXPECT_FALSE(stats.held);
+    EXPECT_FALSE(stats.last_image_held);
     EXPECT_FALSE(stats.reason.empty());
     EXPECT_EQ(stage.fluoroscopy.picture().width, 64);
     stage.input.pedal = true;
@@ -486,7 +486,7 @@ TEST_F(FluoroscopyPatientTest, TheLastPictureStaysWhenThePedalIsUp) {
     stage.input.time_s = 0.75;
     stage.settings.pixels = 32;
     stats = stage.fluoroscopy.image(stage.input, stage.settings);
-    EXPECT_TRUE(stats.held);
+    EXPECT_TRUE(stats.last_image_held);
     EXPECT_FALSE(stats.live);
     EXPECT_EQ(stats.pedal_up, 1);
     EXPECT_EQ(stats.pulse, 3);
@@ -499,15 +499,16 @@ TEST_F(FluoroscopyPatientTest, TheLastPictureStaysWhenThePedalIsUp) {
     EXPECT_NE(stage.greys(), shown);
 }
 
-TEST_F(FluoroscopyTest, NoiseIsThatOfTheQuanta) {
+TEST_F(FluoroscopyTest, NoiseMatchesQuantumStatistics) {
     Stage stage(test::makeXrayPhantom({0.16, 0.1, 0.16}, 0.004, [](const Vec3&) { return 0.0; }));
-    stage.settings.evened = 0.0;
+    stage.settings.flattening = 0.0;
     stage.settings.pixels = 128;
     for (const double dose : {10e-9, 40e-9}) {
         stage.settings.dose.detector_kerma_gy = dose;
         stage.paths();
         const double quanta = stage.stats.exposure.quanta_per_pixel * stage.stats.exposure.transmission;
-        EXPECT_NEAR(quanta, dose * kPhotonsPerM2Gy * kDetected * 0.3 * 0.3 / (128.0 * 128.0), 1e-6 * quanta);
+        EXPECT_NEAR(quanta, dose * kPhotonsPerM2Gy * kDetectedShare * 0.3 * 0.3 / (128.0 * 128.0),
+                    1e-6 * quanta);
         // grey = s^g / (1 + s^g), so s = (grey / (1 - grey))^(1/g): quanta relative to mid-grey.
         const std::vector<std::uint8_t> greys = stage.greys();
         double sum = 0.0, squares = 0.0;
@@ -527,7 +528,7 @@ TEST_F(FluoroscopyTest, NoiseIsThatOfTheQuanta) {
 }
 
 // The meter uses the middle of the open field, for any number of pixels.
-TEST_F(FluoroscopyTest, TheMiddleOfTheOpenFieldIsMetered) {
+TEST_F(FluoroscopyTest, ExposureMetersTheMiddleOfTheOpenField) {
     Stage stage(test::makeXrayPhantom({0.16, 0.1, 0.16}, 0.004,
                                       [](const Vec3& p) { return p.x > 0.0 ? 0.0 : -500.0; }));
     const double thick = std::exp(-kMuWater * 0.2), thin = std::exp(-kMuWater * 0.1);
@@ -546,7 +547,7 @@ TEST_F(FluoroscopyTest, TheMiddleOfTheOpenFieldIsMetered) {
     }
 }
 
-TEST_F(FluoroscopyTest, NoiseIsAFunctionOfThePulse) {
+TEST_F(FluoroscopyTest, NoiseDependsOnPulseAndSeedOnly) {
     Stage stage(test::makeXrayPhantom({0.16, 0.05, 0.16}, 0.004, [](const Vec3&) { return 0.0; }));
     const auto greysAt = [&](double time_s, std::uint32_t seed) {
         stage.input.time_s = time_s;
@@ -563,12 +564,12 @@ TEST_F(FluoroscopyTest, NoiseIsAFunctionOfThePulse) {
 }
 
 // HZ-TEACH-04
-TEST_F(FluoroscopyTest, DenseIsDarkAndTheLeftIsOnTheRight) {
+TEST_F(FluoroscopyTest, DenseIsDarkAndPatientLeftIsOnTheRight) {
     // Lead toward the patient's left and head.
     Stage stage(test::makeXrayPhantom({0.12, 0.05, 0.12}, 0.004, [](const Vec3& p) {
         return p.x < -0.03 && p.x > -0.06 && p.z > 0.03 && p.z < 0.06 ? 3000.0 : 0.0;
     }));
-    stage.settings.evened = 0.0;
+    stage.settings.flattening = 0.0;
     stage.settings.electronic_quanta = 0.0;
     stage.paths();
     const auto greyAt = [&](double right_m, double up_m) {  // at the isocentre
@@ -584,7 +585,7 @@ TEST_F(FluoroscopyTest, DenseIsDarkAndTheLeftIsOnTheRight) {
 }
 
 // HZ-TEACH-21
-TEST_F(FluoroscopyTest, BadInputIsABlackPictureWithAReason) {
+TEST_F(FluoroscopyTest, InvalidInputGivesABlackPictureWithAReason) {
     Stage stage(test::makeXrayPhantom(Vec3(0.05), 0.005, [](const Vec3&) { return 0.0; }));
     const auto expectBlack = [&](const FluoroscopyInput& input, const FluoroscopySettings& settings) {
         const FluoroscopyStats stats = stage.fluoroscopy.image(input, settings);
@@ -634,7 +635,7 @@ TEST_F(FluoroscopyTest, BadInputIsABlackPictureWithAReason) {
     withSettings([](auto& s) { s.voxel_m = 1e300; });
     withSettings([](auto& s) { s.beyond_ends_m = 1e9; });
     withSettings([](auto& s) { s.detector_m = -0.3; });
-    withSettings([](auto& s) { s.stretch_m = -1.0; });
+    withSettings([](auto& s) { s.segment_m = -1.0; });
     withSettings([](auto& s) { s.pulse_rate_hz = 0.0; });
     withSettings([](auto& s) { s.block = 3; });
     // Valid settings work again.
@@ -643,7 +644,7 @@ TEST_F(FluoroscopyTest, BadInputIsABlackPictureWithAReason) {
 }
 
 // A source beside the patient, a patient beside the beam, and a single pixel all give valid pictures.
-TEST_F(FluoroscopyTest, OddBeamsArePictures) {
+TEST_F(FluoroscopyTest, UnusualBeamsGiveValidPictures) {
     Stage stage(test::makeXrayPhantom(Vec3(0.05), 0.005, [](const Vec3&) { return 0.0; }));
     stage.input.patient_from_isocentre.position_m = {0.4, 0.0, 0.0};
     for (const double path : stage.paths())

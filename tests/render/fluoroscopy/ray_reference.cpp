@@ -4,26 +4,27 @@
 #include <cmath>
 
 #include "patient/displacement/tool_displacement.h"
-#include "tests/support/phantom.h"
+#include "tests/render/phantoms.h"
 
 namespace stylet::test {
 namespace {
 
 constexpr double kMuWater = 19.3;
 
-double muOf(std::int16_t hu) {
+double attenuationFromHu(std::int16_t hu) {
     return hu < -970 ? 0.0 : kMuWater * (1.0 + hu / 1000.0);
 }
 
 struct Box {
     Vec3 low, high;
 };
-Box boxOf(const Grid& grid, double beyond_ends_m) {
+Box patientBox(const Grid& grid, double beyond_ends_m) {
     const Vec3 half = 0.5 * grid.spacing_m + Vec3(0.0, 0.0, beyond_ends_m);
     return {grid.origin_m - half, grid.centre(grid.dims - 1) + half};
 }
 
-// Shares of the line between which it lies in the box. Returns false if it misses the box.
+// Computes the shares of the line, 0 to 1, at which it enters and leaves the box. Returns false if it misses
+// the box.
 bool clip(const XrayLine& line, const Box& box, double& begin, double& end) {
     begin = 0.0, end = 1.0;
     const Vec3 way = line.pixel_m - line.source_m;
@@ -39,7 +40,7 @@ bool clip(const XrayLine& line, const Box& box, double& begin, double& end) {
     return end > begin;
 }
 
-double linearAt(const patient::ContrastTable& table, const Vec3& p) {
+double sampleTrilinear(const patient::ContrastTable& table, const Vec3& p) {
     const Vec3 at = table.grid.toVoxels(p);
     const Index3 low(glm::floor(at));
     const Vec3 f = at - Vec3(low);
@@ -71,7 +72,7 @@ XrayLine xrayLine(const render::FluoroscopyInput& input, int column, int row, in
 
 double exactPath(const CtVolume& ct, const XrayLine& line) {
     double begin = 0.0, end = 1.0;
-    if (!clip(line, boxOf(ct.grid, 0.0), begin, end)) return 0.0;
+    if (!clip(line, patientBox(ct.grid, 0.0), begin, end)) return 0.0;
     const Vec3 way = line.pixel_m - line.source_m;
     std::vector<double> crossings{begin, end};
     for (int axis = 0; axis < 3; ++axis) {
@@ -86,7 +87,7 @@ double exactPath(const CtVolume& ct, const XrayLine& line) {
     double sum = 0.0;
     for (std::size_t i = 1; i < crossings.size(); ++i) {
         const Vec3 middle = line.source_m + 0.5 * (crossings[i - 1] + crossings[i]) * way;
-        sum += (crossings[i] - crossings[i - 1]) * muOf(ct.nearestOr(middle, -1000));
+        sum += (crossings[i] - crossings[i - 1]) * attenuationFromHu(ct.nearestOr(middle, -1000));
     }
     return sum * glm::length(way);
 }
@@ -94,7 +95,7 @@ double exactPath(const CtVolume& ct, const XrayLine& line) {
 double finePath(const XrayPatient& patient, const XrayLine& line) {
     const CtVolume& ct = patient.package->ct;
     double begin = 0.0, end = 1.0;
-    if (!clip(line, boxOf(ct.grid, patient.beyond_ends_m), begin, end)) return 0.0;
+    if (!clip(line, patientBox(ct.grid, patient.beyond_ends_m), begin, end)) return 0.0;
     const Vec3 way = line.pixel_m - line.source_m;
     const double length_m = (end - begin) * glm::length(way);
     const int steps = int(std::ceil(length_m / patient.step_m));
@@ -103,8 +104,8 @@ double finePath(const XrayPatient& patient, const XrayLine& line) {
         Vec3 p = line.source_m + (begin + (end - begin) * (i + 0.5) / steps) * way;
         if (patient.tool) p -= displacementAt(*patient.tool, p);
         p = referenceFromDeformed(patient.package->motion, patient.breath, p);
-        sum += muOf(ct[glm::clamp(ct.grid.nearest(p), Index3(0), ct.grid.dims - 1)]);
-        if (patient.contrast) sum += linearAt(*patient.contrast, p);
+        sum += attenuationFromHu(ct[glm::clamp(ct.grid.nearest(p), Index3(0), ct.grid.dims - 1)]);
+        if (patient.contrast) sum += sampleTrilinear(*patient.contrast, p);
     }
     return sum * length_m / steps;
 }
@@ -132,27 +133,14 @@ double pathPsnr(const std::vector<double>& reference, const std::vector<double>&
 
 patient::Package makeXrayPhantom(const Vec3& half_m, double spacing_m,
                                  const std::function<double(const Vec3&)>& hu) {
-    Grid grid;
-    grid.spacing_m = Vec3(spacing_m);
-    grid.dims = Index3(glm::ceil(2.0 * half_m / spacing_m - 1e-6));
-    grid.origin_m = -0.5 * spacing_m * Vec3(grid.dims - 1);
-    patient::Package package;
-    package.name = "X-ray phantom";
-    package.licence = "CC0-1.0";
-    package.provenance = "tests/render/fluoroscopy/ray_reference.cpp";
-    package.tissues = tissueDefaults().tissues;
-    package.elasticity = tissueDefaults().elasticity;
-    package.thresholds = tissueDefaults().thresholds;
-    package.ct = CtVolume(grid);
-    package.labels = LabelVolume(grid);
-    for (std::size_t n = 0; n < package.ct.voxels.size(); ++n) {
-        const Index3 i(int(n) % grid.dims.x, int(n) / grid.dims.x % grid.dims.y,
-                       int(n) / (grid.dims.x * grid.dims.y));
+    patient::Package package = emptyPackage(half_m, spacing_m);
+    const Grid& grid = package.ct.grid;
+    forEachVoxel(grid, [&](const Index3& i) {
         double sum = 0.0;
         for (int k = 0; k < 64; ++k)
             sum += hu(grid.centre(i) + spacing_m * (Vec3(k % 4, k / 4 % 4, k / 16) - 1.5) / 4.0);
-        package.ct.voxels[n] = std::int16_t(std::lround(sum / 64.0));
-    }
+        package.ct[i] = std::int16_t(std::lround(sum / 64.0));
+    });
     return package;
 }
 
@@ -165,9 +153,7 @@ patient::Package finerCt(const patient::Package& coarse) {
     patient::Package fine = coarse;
     fine.ct = CtVolume(grid);
     fine.labels = LabelVolume(grid);
-    for (std::size_t n = 0; n < fine.ct.voxels.size(); ++n) {
-        const Index3 i(int(n) % grid.dims.x, int(n) / grid.dims.x % grid.dims.y,
-                       int(n) / (grid.dims.x * grid.dims.y));
+    forEachVoxel(grid, [&](const Index3& i) {
         const Index3 low = (i - 1) / 2, last = from.grid.dims - 1;  // i - 1 = -1 rounds to 0
         double sum = 0.0;
         for (int k = 0; k < 8; ++k) {
@@ -179,8 +165,8 @@ patient::Package finerCt(const patient::Package& coarse) {
             }
             if (weight > 0.0) sum += weight * double(from[glm::min(low + corner, last)]);
         }
-        fine.ct.voxels[n] = std::int16_t(std::lround(sum));
-    }
+        fine.ct[i] = std::int16_t(std::lround(sum));
+    });
     return fine;
 }
 

@@ -1,6 +1,6 @@
-// Naive X-ray projection in double precision, as a reference for the GPU's. Writes out the geometry, reads
-// exact or finely sampled voxels, and evaluates the motion at every sample. Shares only data with
-// render/fluoroscopy.
+// Naive X-ray projection in double precision, as a reference for the GPU's. Computes the geometry with plain
+// trigonometry, reads exact or finely sampled voxels, and evaluates the motion at every sample. Shares only
+// data with render/fluoroscopy.
 #pragma once
 
 #include <functional>

@@ -77,7 +77,7 @@ TEST_F(DrapeTest, BreathesWithTheSkinBelowIt) {
 }
 
 // Patients that are tiny or fill their box still get a finite cloth.
-TEST_F(DrapeTest, AnyPatientGetsAFiniteCloth) {
+TEST_F(DrapeTest, EveryPatientGetsAFiniteDrape) {
     for (const auto& odd : {test::makeBall(patient::Tissue::liver, 0.02, 0.01, 0.004),
                             test::makeBlock(patient::Tissue::liver, Vec3(0.1, 0.1, 0.1), 0.005)}) {
         const patient::Patient shown(odd);

@@ -20,10 +20,10 @@ glm::vec3 direction(int i, int count) {
     return {r * std::cos(angle), z, r * std::sin(angle)};
 }
 
-TEST(Environment, TheOctahedronTakesEveryDirectionThereAndBack) {
+TEST(Environment, OctahedralMappingRoundTrips) {
     for (int i = 0; i < 500; ++i) {
         const glm::vec3 d = direction(i, 500);
-        EXPECT_NEAR(glm::length(directionOf(octahedral(d)) - d), 0.0f, 1e-5f);
+        EXPECT_NEAR(glm::length(directionFromOctahedral(octahedralFromDirection(d)) - d), 0.0f, 1e-5f);
     }
 }
 
@@ -33,12 +33,12 @@ glm::vec3 gathered(const glm::vec3& normal) {
     constexpr int kCount = 40000;
     for (int i = 0; i < kCount; ++i) {
         const glm::vec3 d = direction(i, kCount);
-        sum += std::max(glm::dot(d, normal), 0.0f) * roomRadiance(kGathered_m, d);
+        sum += std::max(glm::dot(d, normal), 0.0f) * roomRadiance(kGatherPoint, d);
     }
     return 4.0f / kCount * sum;
 }
 
-TEST(Environment, NineCoefficientsHoldTheIrradiance) {
+TEST(Environment, NineCoefficientsReproduceTheIrradiance) {
     const Environment made = makeEnvironment();
     for (int i = 0; i < 30; ++i) {
         const glm::vec3 n = direction(i, 30), exact = gathered(n), held = irradianceAt(made.irradiance, n);
@@ -46,11 +46,11 @@ TEST(Environment, NineCoefficientsHoldTheIrradiance) {
     }
 }
 
-// The volume's two colours (kSkyColour and kGroundColour in lighting.glsl) are this light from straight
+// The volume's two colours (kSkyColour and kGroundColour in frame_shared.h) are this light from straight
 // above and from straight below.
-TEST(Environment, TheVolumesDomeIsTheRoomsLight) {
+TEST(Environment, VolumeAmbientLightMatchesTheRoom) {
     const Environment made = makeEnvironment();
-    const glm::vec3 sky(0.36f, 0.44f, 0.47f), ground(0.11f, 0.12f, 0.12f);
+    const glm::vec3 sky = gpu::kSkyColour, ground = gpu::kGroundColour;
     const glm::vec3 above = irradianceAt(made.irradiance, {0, 1, 0}),
                     below = irradianceAt(made.irradiance, {0, -1, 0});
     for (int c = 0; c < 3; ++c) {
@@ -59,7 +59,7 @@ TEST(Environment, TheVolumesDomeIsTheRoomsLight) {
     }
 }
 
-TEST(Environment, ARougherMapIsSmootherAndAsBright) {
+TEST(Environment, RougherLevelsAreSmootherAndEquallyBright) {
     const Environment made = makeEnvironment();
     constexpr std::size_t kLayer = std::size_t(Environment::kSize) * Environment::kSize;
     float brightest_before = 1e9f;
@@ -73,7 +73,7 @@ TEST(Environment, ARougherMapIsSmootherAndAsBright) {
     }
 }
 
-TEST(PathColour, GetsLighterWithQualitySoThatItNeedsNoRedAndGreen) {
+TEST(PathColour, LightnessRisesWithQuality) {
     float before = -1.0f;
     for (int i = 0; i <= 20; ++i) {
         const glm::vec3 c = pathColour(i / 20.0);
@@ -85,22 +85,22 @@ TEST(PathColour, GetsLighterWithQualitySoThatItNeedsNoRedAndGreen) {
     EXPECT_EQ(pathColour(7.0), pathColour(1.0));
 }
 
-TEST(Placement, ALampsLinksMeetAtTheElbow) {
+TEST(Placement, LampArmLinksMeetAtTheElbow) {
     const glm::dvec2 from(0.3, -0.2), to(1.1, 0.4);
-    const glm::dvec2 elbow = elbowOf(from, to, 0.9, 0.7);
+    const glm::dvec2 elbow = findElbow(from, to, 0.9, 0.7);
     EXPECT_NEAR(glm::length(elbow - from), 0.9, 1e-12);
     EXPECT_NEAR(glm::length(elbow - to), 0.7, 1e-12);
-    const glm::dvec2 far = elbowOf({0, 0}, {5, 0}, 0.9, 0.7);
+    const glm::dvec2 far = findElbow({0, 0}, {5, 0}, 0.9, 0.7);
     EXPECT_NEAR(far.x, 0.9, 1e-6);
     EXPECT_NEAR(far.y, 0.0, 1e-6);
 }
 
 // Source 0.72 m below the isocentre, detector 0.38 m above it.
-TEST(Placement, TheCArmTurnsAboutItsIsocentre) {
+TEST(Placement, CArmRotatesAboutItsIsocentre) {
     RenderScene scene;
     const double half = std::sqrt(0.5);
     scene.stage_from_patient = {{half, 0.0, -half, 0.0}, {0.0, 1.0, -0.5}};
-    const Placement placed = placementOf(scene, nullptr);
+    const Placement placed = computePlacement(scene, nullptr);
     const CArmPoses rest = cArmPoses(scene, {}, placed);
     const Vec3 isocentre = rest.stage_from_arc * Vec3(0.0);
     const auto toward = [&](const CArm& arm) {

@@ -11,6 +11,7 @@
 
 #include "patient/package/package.h"
 #include "tests/render/pictures.h"
+#include "tests/render/refusal.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::render {
@@ -64,27 +65,16 @@ std::vector<unsigned char> triangleBytes(std::uint16_t last_index = 2, float fir
 
 class MeshFile : public testing::Test {
   protected:
-    static std::string replaced(std::string text, const std::string& from, const std::string& to) {
-        const std::size_t at = text.find(from);
-        EXPECT_NE(at, std::string::npos) << from;
-        return at == std::string::npos ? text : text.replace(at, from.size(), to);
-    }
     static std::string triangle(const std::vector<unsigned char>& bytes = triangleBytes()) {
-        return replaced(kTriangle, "URI", "data:application/octet-stream;base64," + base64(bytes));
+        return test::replaced(kTriangle, "URI", "data:application/octet-stream;base64," + base64(bytes));
     }
     Mesh load(const std::string& text) {
         const auto file = folder_ / "mesh.gltf";
         std::ofstream(file, std::ios::binary) << text;
         return loadMesh(file);
     }
-    // The message of the error, or empty if the file was accepted.
     std::string refusal(const std::string& text) {
-        try {
-            load(text);
-        } catch (const DataError& e) {
-            return e.what();
-        }
-        return "";
+        return test::errorText([&] { load(text); });
     }
     test::TempFolder folder_;
 };
@@ -115,63 +105,65 @@ TEST_F(MeshFile, ReadsATriangleThroughItsNode) {
 }
 
 TEST_F(MeshFile, TextureCoordinatesAndColoursMayBeAbsent) {
-    const Mesh mesh = load(replaced(triangle(), R"(,"TEXCOORD_0":3,"COLOR_0":4)", ""));
+    const Mesh mesh = load(test::replaced(triangle(), R"(,"TEXCOORD_0":3,"COLOR_0":4)", ""));
     ASSERT_EQ(mesh.vertices.size(), 3u);
     EXPECT_EQ(mesh.vertices[1].uv, glm::vec2(0.0f));
     EXPECT_EQ(mesh.vertices[0].open, 1.0f);
 }
 
 // HZ-RECORD-14
-TEST_F(MeshFile, RefusesEveryLie) {
+TEST_F(MeshFile, InvalidFilesAreRejected) {
     const std::string good = triangle();
     EXPECT_EQ(refusal(good), "");
-    struct Lie {
+    struct InvalidMesh {
         const char *from, *to, *said;
     };
-    for (const Lie& lie : {
-             Lie{R"("count":3,"type":"VEC3"},)", R"("count":4,"type":"VEC3"},)", "reaches past its view"},
-             Lie{R"("count":3,"type":"VEC3"},)", R"("count":4000000000,"type":"VEC3"},)", "count"},
-             Lie{R"("count":3,"type":"VEC3"},)", R"("count":0,"type":"VEC3"},)", "count"},
-             Lie{R"("byteOffset":72,"byteLength":6)", R"("byteOffset":72,"byteLength":60)",
-                 "past the buffer"},
-             Lie{R"("byteOffset":36,)", R"("byteOffset":18446744073709551600,)", ""},
-             Lie{R"("byteOffset":0,"byteLength":36)", R"("byteOffset":0,"byteLength":36,"byteStride":4)",
-                 "stride"},
-             Lie{R"("byteOffset":0,"byteLength":36)", R"("byteOffset":0,"byteLength":36,"byteStride":100000)",
-                 ""},
-             Lie{R"("POSITION":0)", R"("POSITION":7)", "no such accessor"},
-             Lie{R"("POSITION":0)", R"("POSITION":2)", "wrong type"},
-             Lie{R"("POSITION":0,)", "", "POSITION: missing"},
-             Lie{R"("indices":2)", R"("indices":-1)", "indices"},
-             Lie{R"("mode":4)", R"("mode":1)", "only triangles"},
-             Lie{R"("bufferView":1)", R"("bufferView":9)", "no such buffer view"},
-             Lie{R"("buffer":0,"byteOffset":36)", R"("buffer":3,"byteOffset":36)", ""},
-             Lie{R"("componentType":5123)", R"("componentType":5121)", "16 nor 32"},
-             Lie{R"("componentType":5126)", R"("componentType":1)", ""},
-             Lie{R"("nodes":[0])", R"("nodes":[5])", "no such node"},
-             Lie{R"("mesh":0,)", R"("mesh":3,)", "no such mesh"},
-             Lie{R"("mesh":0,)", R"("mesh":0,"children":[0],)", "reached twice"},
-             Lie{R"("nodes":[0])", R"("nodes":[0,0])", "reached twice"},
-             Lie{R"("translation":[1,2,3])", R"("translation":[1,2])", "wrong length"},
-             Lie{R"("scenes":[{"nodes":[0]}])", R"("scenes":[])", ""},
-             Lie{R"("material":0)", R"("material":2)", "no such material"},
-             Lie{R"("TEXCOORD_0":3)", R"("TEXCOORD_0":0)", "TEXCOORD_0: of the wrong type"},
-             Lie{R"("TEXCOORD_0":3)", R"("TEXCOORD_0":31)", "no such accessor"},
-             Lie{R"("count":3,"type":"VEC2")", R"("count":2,"type":"VEC2")", "not one for each"},
-             Lie{R"("count":3,"type":"VEC2")", R"("count":4,"type":"VEC2")", "reaches past its view"},
-             Lie{R"("COLOR_0":4)", R"("COLOR_0":1)", "COLOR_0: of the wrong type"},
-             Lie{R"("componentType":5121)", R"("componentType":5123)", "COLOR_0"},
-             Lie{R"("count":3,"type":"VEC4")", R"("count":1,"type":"VEC4")", "not one for each"},
-             Lie{R"("byteOffset":104,"byteLength":12)", R"("byteOffset":104,"byteLength":13)",
-                 "past the buffer"},
-             Lie{R"("metallicFactor":0.5)", R"("metallicFactor":-0.5)", "metallicFactor"},
-             Lie{R"("roughnessFactor":0.75)", R"("roughnessFactor":1e40)", "roughnessFactor"},
-             Lie{R"("emissiveFactor":[0.5,0.25,0])", R"("emissiveFactor":[0.5,0.25,7])", "emissiveFactor"},
-             Lie{R"("baseColorFactor":[1,0.5,0.25,1])", R"("baseColorFactor":[1,-1,0.25,1])",
-                 "baseColorFactor"},
-             Lie{R"("version":"2.0")", R"("ver":"2.0")", ""},
+    for (const InvalidMesh& lie : {
+             InvalidMesh{R"("count":3,"type":"VEC3"},)", R"("count":4,"type":"VEC3"},)",
+                         "reaches past its view"},
+             InvalidMesh{R"("count":3,"type":"VEC3"},)", R"("count":4000000000,"type":"VEC3"},)", "count"},
+             InvalidMesh{R"("count":3,"type":"VEC3"},)", R"("count":0,"type":"VEC3"},)", "count"},
+             InvalidMesh{R"("byteOffset":72,"byteLength":6)", R"("byteOffset":72,"byteLength":60)",
+                         "past the buffer"},
+             InvalidMesh{R"("byteOffset":36,)", R"("byteOffset":18446744073709551600,)", ""},
+             InvalidMesh{R"("byteOffset":0,"byteLength":36)",
+                         R"("byteOffset":0,"byteLength":36,"byteStride":4)", "stride"},
+             InvalidMesh{R"("byteOffset":0,"byteLength":36)",
+                         R"("byteOffset":0,"byteLength":36,"byteStride":100000)", ""},
+             InvalidMesh{R"("POSITION":0)", R"("POSITION":7)", "no such accessor"},
+             InvalidMesh{R"("POSITION":0)", R"("POSITION":2)", "wrong type"},
+             InvalidMesh{R"("POSITION":0,)", "", "POSITION: missing"},
+             InvalidMesh{R"("indices":2)", R"("indices":-1)", "indices"},
+             InvalidMesh{R"("mode":4)", R"("mode":1)", "only triangles"},
+             InvalidMesh{R"("bufferView":1)", R"("bufferView":9)", "no such buffer view"},
+             InvalidMesh{R"("buffer":0,"byteOffset":36)", R"("buffer":3,"byteOffset":36)", ""},
+             InvalidMesh{R"("componentType":5123)", R"("componentType":5121)", "16 nor 32"},
+             InvalidMesh{R"("componentType":5126)", R"("componentType":1)", ""},
+             InvalidMesh{R"("nodes":[0])", R"("nodes":[5])", "no such node"},
+             InvalidMesh{R"("mesh":0,)", R"("mesh":3,)", "no such mesh"},
+             InvalidMesh{R"("mesh":0,)", R"("mesh":0,"children":[0],)", "reached twice"},
+             InvalidMesh{R"("nodes":[0])", R"("nodes":[0,0])", "reached twice"},
+             InvalidMesh{R"("translation":[1,2,3])", R"("translation":[1,2])", "wrong length"},
+             InvalidMesh{R"("scenes":[{"nodes":[0]}])", R"("scenes":[])", ""},
+             InvalidMesh{R"("material":0)", R"("material":2)", "no such material"},
+             InvalidMesh{R"("TEXCOORD_0":3)", R"("TEXCOORD_0":0)", "TEXCOORD_0: of the wrong type"},
+             InvalidMesh{R"("TEXCOORD_0":3)", R"("TEXCOORD_0":31)", "no such accessor"},
+             InvalidMesh{R"("count":3,"type":"VEC2")", R"("count":2,"type":"VEC2")", "not one for each"},
+             InvalidMesh{R"("count":3,"type":"VEC2")", R"("count":4,"type":"VEC2")", "reaches past its view"},
+             InvalidMesh{R"("COLOR_0":4)", R"("COLOR_0":1)", "COLOR_0: of the wrong type"},
+             InvalidMesh{R"("componentType":5121)", R"("componentType":5123)", "COLOR_0"},
+             InvalidMesh{R"("count":3,"type":"VEC4")", R"("count":1,"type":"VEC4")", "not one for each"},
+             InvalidMesh{R"("byteOffset":104,"byteLength":12)", R"("byteOffset":104,"byteLength":13)",
+                         "past the buffer"},
+             InvalidMesh{R"("metallicFactor":0.5)", R"("metallicFactor":-0.5)", "metallicFactor"},
+             InvalidMesh{R"("roughnessFactor":0.75)", R"("roughnessFactor":1e40)", "roughnessFactor"},
+             InvalidMesh{R"("emissiveFactor":[0.5,0.25,0])", R"("emissiveFactor":[0.5,0.25,7])",
+                         "emissiveFactor"},
+             InvalidMesh{R"("baseColorFactor":[1,0.5,0.25,1])", R"("baseColorFactor":[1,-1,0.25,1])",
+                         "baseColorFactor"},
+             InvalidMesh{R"("version":"2.0")", R"("ver":"2.0")", ""},
          }) {
-        const std::string said = refusal(replaced(good, lie.from, lie.to));
+        const std::string said = refusal(test::replaced(good, lie.from, lie.to));
         EXPECT_FALSE(said.empty()) << lie.to;
         EXPECT_NE(said.find(lie.said), std::string::npos) << lie.to << " -> " << said;
         EXPECT_NE(said.find("mesh.gltf"), std::string::npos) << said;
@@ -179,23 +171,23 @@ TEST_F(MeshFile, RefusesEveryLie) {
     EXPECT_NE(refusal(triangle(triangleBytes(3))).find("names vertex 3 of 3"), std::string::npos);
     EXPECT_NE(refusal(triangle(triangleBytes(2, std::nanf("")))).find("not finite"), std::string::npos);
     EXPECT_NE(refusal(triangle(triangleBytes(2, 0.0f, INFINITY))).find("TEXCOORD_0"), std::string::npos);
-    EXPECT_NE(refusal(replaced(kTriangle, "URI", "data:application/octet-stream;base64,AAAA")), "");
+    EXPECT_NE(refusal(test::replaced(kTriangle, "URI", "data:application/octet-stream;base64,AAAA")), "");
     EXPECT_NE(refusal(""), "");
     EXPECT_NE(refusal("{"), "");
     EXPECT_THROW(loadMesh(folder_ / "absent.glb"), DataError);
 }
 
 // HZ-RECORD-14
-TEST_F(MeshFile, NothingOutsideTheFileIsRead) {
+TEST_F(MeshFile, ExternalBuffersAreNotRead) {
     std::ofstream(folder_ / "beside.bin", std::ios::binary)
         .write(reinterpret_cast<const char*>(triangleBytes().data()), 116);
     for (const std::string& uri : {std::string("beside.bin"), std::string("../beside.bin"),
                                    (folder_ / "beside.bin").string(), std::string("/etc/hostname")})
-        EXPECT_NE(refusal(replaced(kTriangle, "URI", uri)), "") << uri;
+        EXPECT_NE(refusal(test::replaced(kTriangle, "URI", uri)), "") << uri;
 }
 
 // A truncated or damaged file is either read or rejected with a DataError.
-TEST_F(MeshFile, ShippedFilesCutOrDamagedAreReadOrRefused) {
+TEST_F(MeshFile, DamagedShippedFilesAreReadOrRejected) {
     const std::string good = readAll(test::assetsFolder() / "instruments" / "needle.glb");
     std::mt19937 random(11);
     int refused = 0;
@@ -216,7 +208,7 @@ TEST_F(MeshFile, ShippedFilesCutOrDamagedAreReadOrRefused) {
     EXPECT_GT(refused, 100);
 }
 
-TEST(Assets, TheNeedleIsA17GNeedleOf150mm) {
+TEST(Assets, NeedleIs17GAnd150mmLong) {
     const Mesh mesh = loadMesh(test::assetsFolder() / "instruments" / "needle.glb");
     float lowest = 1.0f, widest = 0.0f;
     glm::vec3 tip(1.0f);

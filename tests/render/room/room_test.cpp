@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "render/room/placement.h"
+#include "tests/render/gpu_fixture.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
 
@@ -13,11 +14,8 @@ namespace {
 
 constexpr std::uint32_t kRoomPictureSize = 192;
 
-class RoomTest : public testing::Test {
+class RoomTest : public test::GpuFixture<> {
   protected:
-    void SetUp() override {
-        if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
-    }
     static RenderScene wholeRoom() {
         RenderScene scene;
         scene.look = Look::closed;
@@ -35,12 +33,9 @@ class RoomTest : public testing::Test {
         test::stereo(test::lookAt(Vec3(0.0, 1.62, 0.1), Vec3(-0.2, 1.05, -0.7), 0.6f), 0.063);
 };
 
-TEST_F(RoomTest, WhatNoEyeSeesIsSkippedAndDoesNotShow) {
-    const patient::Package package = test::makeTrunk(0.004);
-    const patient::Patient patient(package);
-    Gpu gpu({.validation = true});
-    Renderer renderer(gpu, {}, test::assetsFolder());
-    renderer.setPatient(patient);
+TEST_F(RoomTest, CullingUnseenPartsDoesNotChangeThePicture) {
+    test::PatientRenderer shown(test::makeTrunk(0.004));
+    Renderer& renderer = shown.renderer;
     const RenderScene scene = wholeRoom();
     RenderStats with, without;
     const auto culled = renderer.drawToImages(scene, eyes, kRoomPictureSize, kRoomPictureSize, &with);
@@ -52,17 +47,13 @@ TEST_F(RoomTest, WhatNoEyeSeesIsSkippedAndDoesNotShow) {
     EXPECT_EQ(without.culled_parts, 0u);
     for (std::size_t eye = 0; eye < 2; ++eye)
         EXPECT_GE(test::psnr(culled[eye], all[eye]), 60.0);
-    EXPECT_EQ(gpu.validationMessages(), 0u);
 }
 
 // The shell light affects only walls and floor: no pixel of the patient, the table or the held tool. With
 // the default shell light the picture is bit-identical.
-TEST_F(RoomTest, TheShellsLightLeavesPatientAndToolsAlone) {
-    const patient::Package package = test::makeTrunk(0.004);
-    const patient::Patient patient(package);
-    Gpu gpu({.validation = true});
-    Renderer renderer(gpu, {}, test::assetsFolder());
-    renderer.setPatient(patient);
+TEST_F(RoomTest, ShellLightDoesNotAffectPatientAndTools) {
+    test::PatientRenderer shown(test::makeTrunk(0.004));
+    Renderer& renderer = shown.renderer;
     RenderScene scene = wholeRoom();
     const auto plain = renderer.drawToImages(scene, eyes, kRoomPictureSize, kRoomPictureSize);
     scene.room.shell_light = {1.5, 0.36, 0.32};
@@ -87,26 +78,22 @@ TEST_F(RoomTest, TheShellsLightLeavesPatientAndToolsAlone) {
         EXPECT_GT(redder, int(kRoomPictureSize * kRoomPictureSize / 5));
         EXPECT_GT(same, int(kRoomPictureSize * kRoomPictureSize / 5));
     }
-    EXPECT_EQ(gpu.validationMessages(), 0u);
 }
 
-TEST_F(RoomTest, TheShadowMapStaysUntilSomethingInItMoves) {
-    const patient::Package package = test::makeTrunk(0.004);
-    const patient::Patient patient(package);
-    Gpu gpu({.validation = true});
-    Renderer renderer(gpu, {}, test::assetsFolder());
-    renderer.setPatient(patient);
+TEST_F(RoomTest, ShadowMapIsReusedUntilACasterMoves) {
+    test::PatientRenderer shown(test::makeTrunk(0.004));
+    Renderer& renderer = shown.renderer;
     RenderScene scene = wholeRoom();
     RenderStats stats;
     renderer.drawToImages(scene, eyes, 64, 64, &stats);
-    EXPECT_EQ(stats.kept_shadows, 0u);
+    EXPECT_EQ(stats.reused_shadows, 0u);
     const auto kept = renderer.drawToImages(scene, eyes, 64, 64, &stats);
-    EXPECT_EQ(stats.kept_shadows, 1u);
+    EXPECT_EQ(stats.reused_shadows, 1u);
     RenderSettings settings;
     settings.skips.still_shadows = false;
     renderer.setSettings(settings);
     const auto anew = renderer.drawToImages(scene, eyes, 64, 64, &stats);
-    EXPECT_EQ(stats.kept_shadows, 0u);
+    EXPECT_EQ(stats.reused_shadows, 0u);
     EXPECT_GE(test::psnr(kept[0], anew[0]), 60.0);
     renderer.setSettings({});
     // The head moves and a path is removed. Neither casts a shadow.
@@ -114,11 +101,10 @@ TEST_F(RoomTest, TheShadowMapStaysUntilSomethingInItMoves) {
     renderer.drawToImages(scene,
                           test::stereo(test::lookAt(Vec3(1.0, 1.6, 0.4), Vec3(0, 1, -0.6), 0.5f), 0.063), 64,
                           64, &stats);
-    EXPECT_EQ(stats.kept_shadows, 1u);
+    EXPECT_EQ(stats.reused_shadows, 1u);
     scene.patient_from_needle->position_m.y += 0.001;
     renderer.drawToImages(scene, eyes, 64, 64, &stats);
-    EXPECT_EQ(stats.kept_shadows, 0u);
-    EXPECT_EQ(gpu.validationMessages(), 0u);
+    EXPECT_EQ(stats.reused_shadows, 0u);
 }
 
 double luminanceAt(const Image& image, const View& view, const Vec3& stage) {
@@ -141,18 +127,15 @@ double luminanceAt(const Image& image, const View& view, const Vec3& stage) {
 }
 
 // The finger is above the table. Its shadow lies where the line from the lamp through it meets the pad.
-TEST_F(RoomTest, AShadowLiesWhereTheLampSaysAndNowhereElse) {
-    const patient::Package package = test::makeBall(patient::Tissue::liver, 0.03, 0.01, 0.002);
-    const patient::Patient patient(package);
-    Gpu gpu({});
-    Renderer renderer(gpu, {}, test::assetsFolder());
-    renderer.setPatient(patient);
+TEST_F(RoomTest, ShadowFallsOnlyOppositeTheLamp) {
+    test::PatientRenderer shown(test::makeBall(patient::Tissue::liver, 0.03, 0.01, 0.002), {}, false);
+    Renderer& renderer = shown.renderer;
     RenderScene scene;
     scene.look = Look::closed;
     scene.stage_from_patient.position_m = {0.0, 1.06, 0.0};
     scene.room.lamp = true;
     scene.field_m = Vec3(0.0, 0.0, 0.20);
-    const Vec3 lamp = placementOf(scene, nullptr).lamp.stage_m;
+    const Vec3 lamp = computePlacement(scene, nullptr).lamp.stage_m;
     const double pad = 1.06 - 0.03;
     // The centre of the hand's wrist, 0.17 m behind the fingertip.
     const Vec3 wrist = Vec3(0.02, 1.06 + 0.15, 0.20);
@@ -169,12 +152,12 @@ TEST_F(RoomTest, AShadowLiesWhereTheLampSaysAndNowhereElse) {
     EXPECT_NEAR(share(shadow + Vec3(0.17, 0.0, 0.0)), 1.0, 0.05);
 }
 
-TEST_F(RoomTest, AScreenShowsWhatItIsGivenUntilThatChanges) {
+TEST_F(RoomTest, ScreenShowsItsPictureUntilTheRevisionChanges) {
     Gpu gpu({.validation = true});
     Renderer renderer(gpu, {}, test::assetsFolder());
     RenderScene scene;
     scene.room.xray_monitor = true;
-    const Placement placed = placementOf(scene, nullptr);
+    const Placement placed = computePlacement(scene, nullptr);
     const Vec3 screen = placed.stage_from_room * Vec3(-0.92, 1.58, 0.62);
     const auto near = test::stereo(test::lookAt(screen + Vec3(0.9, 0.0, -0.3), screen, 0.25f), 0.0);
     const auto green = [&] {
@@ -187,23 +170,23 @@ TEST_F(RoomTest, AScreenShowsWhatItIsGivenUntilThatChanges) {
     for (std::size_t i = 1; i < rgba.size(); i += 4)
         rgba[i] = 230;
     scene.xray_screen = {300, 200, rgba.data(), 1};
-    const std::size_t shown = green();
-    EXPECT_GT(shown, kRoomPictureSize * kRoomPictureSize / 8u);
+    const std::size_t green_pixels = green();
+    EXPECT_GT(green_pixels, kRoomPictureSize * kRoomPictureSize / 8u);
     std::fill(rgba.begin(), rgba.end(), std::uint8_t(0));
-    EXPECT_EQ(green(), shown) << "uploaded again without a new revision";
+    EXPECT_EQ(green(), green_pixels) << "uploaded again without a new revision";
     scene.xray_screen.revision = 2;
     EXPECT_EQ(green(), 0u);
     EXPECT_EQ(gpu.validationMessages(), 0u);
 }
 
-// The renderer decides visibility before it makes a screen's picture. A screen reported as not visible must
-// not appear in any picture.
-TEST_F(RoomTest, AScreenIsSeenFromWhereItsPictureShows) {
+// The renderer decides which screens are visible before their pictures are drawn. A screen reported as not
+// visible must not appear in any picture.
+TEST_F(RoomTest, VisibleScreensMatchTheRenderedPicture) {
     Gpu gpu({});
     Renderer renderer(gpu, {}, test::assetsFolder());
     RenderScene scene;
     scene.room.xray_monitor = true;
-    const Vec3 screen = placementOf(scene, nullptr).stage_from_room * Vec3(-0.92, 1.58, 0.62);
+    const Vec3 screen = computePlacement(scene, nullptr).stage_from_room * Vec3(-0.92, 1.58, 0.62);
     const std::vector<std::uint8_t> white(64 * 48 * 4, 255);
     int seen_by = 0, hidden_from = 0;
     for (int i = 0; i < 16; ++i) {
@@ -214,7 +197,7 @@ TEST_F(RoomTest, AScreenIsSeenFromWhereItsPictureShows) {
         const auto dark = renderer.drawToImages(scene, views, 96, 96);
         scene.xray_screen = {64, 48, white.data(), 1};
         const auto bright = renderer.drawToImages(scene, views, 96, 96);
-        const ScreensSeen seen = renderer.screensSeen(scene, views);
+        const VisibleScreens seen = renderer.visibleScreens(scene, views);
         EXPECT_FALSE(seen.ultrasound || seen.monitor) << "they are not in the room";
         const bool shows = dark[0].rgba != bright[0].rgba || dark[1].rgba != bright[1].rgba;
         EXPECT_TRUE(seen.xray || !shows) << i;
@@ -223,10 +206,10 @@ TEST_F(RoomTest, AScreenIsSeenFromWhereItsPictureShows) {
     EXPECT_GT(seen_by, 3);
     EXPECT_GT(hidden_from, 3);
     scene.room.xray_monitor = false;
-    EXPECT_FALSE(
-        renderer
-            .screensSeen(scene, test::stereo(test::lookAt(screen + Vec3(0.9, 0.0, -0.3), screen, 0.25f), 0.0))
-            .xray);
+    EXPECT_FALSE(renderer
+                     .visibleScreens(
+                         scene, test::stereo(test::lookAt(screen + Vec3(0.9, 0.0, -0.3), screen, 0.25f), 0.0))
+                     .xray);
 }
 
 }  // namespace

@@ -19,26 +19,27 @@ TEST(AcousticVoxels, PackAndUnpackAgree) {
         v.border = k % 5 != 0;
         v.near = 0.02 + 0.85 * (k % 17) / 17.0;
         v.normal = glm::normalize(Vec3(std::sin(k * 1.1), std::cos(k * 0.7), std::sin(k * 0.37 + 1.0)));
-        v.vary = (k % 15 - 7) / 7.0;
+        v.variation = (k % 15 - 7) / 7.0;
         const AcousticVoxel u = unpack(pack(v));
         EXPECT_EQ(u.tissue, v.tissue);
         EXPECT_EQ(u.other, v.border ? v.other : u.other);
         EXPECT_EQ(u.border, v.border);
-        EXPECT_NEAR(u.vary, v.vary, 1e-9);
+        EXPECT_NEAR(u.variation, v.variation, 1e-9);
         if (!v.border) continue;
         EXPECT_NEAR(u.near, v.near, 0.5 * double(gpu::kNearRange) / 63.0 + 1e-9);
         EXPECT_GT(glm::dot(u.normal, v.normal), std::cos(0.065));
     }
 }
 
-double borderOf(const test::EncodedPatient& patient, const Vec3& p) {
+double distanceToBorder(const test::EncodedPatient& patient, const Vec3& p) {
     const Index3 cell = patient.grid.nearest(p);
     const AcousticVoxel v = unpack(patient.voxels[patient.grid.offset(cell)]);
     if (!v.border) return 1e9;
     return (v.near - glm::dot(v.normal, patient.grid.toVoxels(p) - Vec3(cell))) * patient.grid.spacing_m.x;
 }
 
-// A ball: distance of the planes from its surface, and angle of their normals to the radius.
+// For a ball: checks the distance of the planes from its surface, and the angle of their normals to the
+// radius.
 TEST(AcousticVoxels, PlanesFollowASurfaceWithoutSteps) {
     const double radius = 0.015, spacing = 0.001;
     const Vec3 centre(0.0003, -0.0002, 0.0204);
@@ -58,7 +59,7 @@ TEST(AcousticVoxels, PlanesFollowASurfaceWithoutSteps) {
         ASSERT_TRUE(v.border);
         const bool liver = test::soundTable().acoustics[std::size_t(v.tissue)].name == "liver";
         turned += 1.0 - glm::dot(v.normal, liver ? out : -out);
-        const double off = borderOf(encoded, p);
+        const double off = distanceToBorder(encoded, p);
         squares += off * off;
         worst_m = std::max(worst_m, std::fabs(off));
         ++count;
@@ -69,19 +70,19 @@ TEST(AcousticVoxels, PlanesFollowASurfaceWithoutSteps) {
     EXPECT_LT(turned / count, 1.0 - std::cos(0.12));
 }
 
-TEST(AcousticVoxels, AFlatBorderIsWhereItIs) {
+TEST(AcousticVoxels, FlatBorderIsLocatedExactly) {
     const patient::Package package = test::soundLayers({{"fat", 0.010}, {"muscle", 0.010}}, 0.020, 0.001);
     const patient::Patient patient(package);
     const test::EncodedPatient encoded = test::encode(patient, test::soundTable());
     for (double x = -0.020; x < 0.020; x += 0.0013) {
-        EXPECT_NEAR(borderOf(encoded, Vec3(x, 0.0, 0.0097)), 0.0003, 0.00005);
-        EXPECT_NEAR(borderOf(encoded, Vec3(x, 0.0, 0.0103)), 0.0003, 0.00005);
+        EXPECT_NEAR(distanceToBorder(encoded, Vec3(x, 0.0, 0.0097)), 0.0003, 0.00005);
+        EXPECT_NEAR(distanceToBorder(encoded, Vec3(x, 0.0, 0.0103)), 0.0003, 0.00005);
     }
-    EXPECT_EQ(borderOf(encoded, Vec3(0.0, 0.0, 0.005)), 1e9);
+    EXPECT_EQ(distanceToBorder(encoded, Vec3(0.0, 0.0, 0.005)), 1e9);
 }
 
 // A membrane one voxel thick keeps its tissue, although a single plane cannot represent it.
-TEST(AcousticVoxels, AMembraneStays) {
+TEST(AcousticVoxels, ThinMembraneIsPreserved) {
     const patient::Package package =
         test::soundLayers({{"fat", 0.010}, {"fascia", 0.001}, {"muscle", 0.010}}, 0.020, 0.001);
     const patient::Patient patient(package);

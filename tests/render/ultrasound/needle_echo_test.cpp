@@ -20,7 +20,7 @@ NeedleEcho middleLine(const Pose& needle, double share = 0.0) {
     return needleEcho(probe, scanLine(probe, share), 0.0005, needle, {}, 0.9);
 }
 
-TEST(NeedleEchoes, AreBrightAtARightAngleAndHalfAtTheLobesEdge) {
+TEST(NeedleEchoes, AreBrightestAtARightAngleAndHalfAtTheLobeEdge) {
     const NeedleEcho right = middleLine(across(0.0));
     EXPECT_NEAR(right.depth_m, 0.060, 1e-6);
     EXPECT_NEAR(right.amplitude, 0.9, 0.01);
@@ -31,7 +31,7 @@ TEST(NeedleEchoes, AreBrightAtARightAngleAndHalfAtTheLobesEdge) {
 }
 
 // HZ-TEACH-05
-TEST(NeedleEchoes, AreSeenOnlyWithinTheBeamsThickness) {
+TEST(NeedleEchoes, AreVisibleOnlyWithinTheBeamThickness) {
     const double sigma = beamThickness_m(Transducer{}, 0.060) / kWidthsPerSigma;
     const double full = middleLine(across(0.0)).amplitude;
     EXPECT_NEAR(middleLine(across(0.0, sigma)).amplitude / full, std::exp(-0.5), 0.01);
@@ -47,7 +47,7 @@ TEST(NeedleEchoes, EndAtTheTip) {
 }
 
 // A shaft perpendicular to the picture's plane appears as a dot.
-TEST(NeedleEchoes, AShaftThroughThePlaneIsADot) {
+TEST(NeedleEchoes, ShaftThroughThePlaneIsADot) {
     const Pose through{glm::angleAxis(-M_PI / 2, Vec3(1, 0, 0)), Vec3(0.0, -0.050, 0.060)};
     EXPECT_NEAR(glm::length(through.direction({0, 0, 1}) - Vec3(0, 1, 0)), 0.0, 1e-9);
     const NeedleEcho hit = middleLine(through);
@@ -56,16 +56,15 @@ TEST(NeedleEchoes, AShaftThroughThePlaneIsADot) {
     EXPECT_EQ(middleLine(through, 0.1).amplitude, 0.0);  // 6 mm beside it
 }
 
-TEST(NeedleEchoes, ANeedleAlongTheBeamOrBehindTheFaceIsNoTrouble) {
+TEST(NeedleEchoes, NeedleAlongTheBeamOrBehindTheFaceIsHandled) {
     const Pose along{glm::angleAxis(M_PI, Vec3(1, 0, 0)), Vec3(0.0, 0.0, 0.060)};
     EXPECT_TRUE(std::isfinite(middleLine(along).amplitude));
     const Pose behind{{1, 0, 0, 0}, Vec3(0.0, 0.0, -0.300)};
     EXPECT_EQ(middleLine(behind).amplitude, 0.0);
 }
 
-// A quarter of the aperture, 6 mm, to each side of the tip, the shadow changes from half to none and to
-// full.
-TEST(NeedleEchoes, TheShadowsEdgeIsAsSoftAsTheApertureIsWide) {
+// The shadow is half at the tip. It becomes none and full a quarter of the aperture (6 mm) to either side.
+TEST(NeedleEchoes, ShadowEdgeWidthMatchesTheAperture) {
     Transducer flat;
     flat.shape = TransducerShape::linear;
     flat.width_m = 0.060;

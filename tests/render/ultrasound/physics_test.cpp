@@ -10,12 +10,12 @@ namespace stylet::render {
 namespace {
 
 using test::Scan;
-using test::Scanned;
+using test::ScanMethod;
 
-class Physics : public testing::TestWithParam<Scanned> {
+class Physics : public testing::TestWithParam<ScanMethod> {
   protected:
     void SetUp() override {
-        if (GetParam() == Scanned::reference) return;
+        if (GetParam() == ScanMethod::reference) return;
         if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
     }
     Scan scan(const patient::Package& package, const AcousticTable& table, const UltrasoundInput& input,
@@ -24,14 +24,14 @@ class Physics : public testing::TestWithParam<Scanned> {
     }
 };
 
-// Tests that would take the reference a minute.
+// Tests that only run on the GPU, because the reference would need a minute.
 class PhysicsOnGpu : public Physics {};
-INSTANTIATE_TEST_SUITE_P(By, PhysicsOnGpu, testing::Values(Scanned::serial, Scanned::prefix_sums),
-                         [](const auto& of) { return test::nameOf(of.param); });
+INSTANTIATE_TEST_SUITE_P(By, PhysicsOnGpu, testing::Values(ScanMethod::serial, ScanMethod::prefix_sums),
+                         [](const auto& of) { return test::scanMethodName(of.param); });
 
 INSTANTIATE_TEST_SUITE_P(By, Physics,
-                         testing::Values(Scanned::reference, Scanned::serial, Scanned::prefix_sums),
-                         [](const auto& of) { return test::nameOf(of.param); });
+                         testing::Values(ScanMethod::reference, ScanMethod::serial, ScanMethod::prefix_sums),
+                         [](const auto& of) { return test::scanMethodName(of.param); });
 
 UltrasoundSettings few(int samples) {
     UltrasoundSettings s;
@@ -45,8 +45,8 @@ UltrasoundSettings few(int samples) {
 struct Peak {
     double value = 0.0, at_m = 0.0;
 };
-// Peak of the middle line: its height, and the centre of gravity of the values above half of it.
-Peak peakOf(const Scan& s, double from_m) {
+// Peak of the middle line: its height, and as its position the centroid of the values above half of it.
+Peak findPeak(const Scan& s, double from_m) {
     Peak peak;
     const int line = s.lines / 2;
     for (int j = int(from_m / s.bin_m); j < s.bins; ++j)
@@ -61,7 +61,7 @@ Peak peakOf(const Scan& s, double from_m) {
     return peak;
 }
 
-// tanh of the pulse's sum is (Z2 - Z1)/(Z2 + Z1), for any sampling and any position of the border.
+// The echo is tanh(jump) = (Z2 - Z1)/(Z2 + Z1), for any sampling and any position of the border.
 TEST_P(Physics, InterfacesReflectTheirContrastAtAnySampling) {
     const AcousticTable table = test::mirrorTable();
     const struct {
@@ -74,13 +74,13 @@ TEST_P(Physics, InterfacesReflectTheirContrastAtAnySampling) {
         for (const int samples : {160, 256, 512, 1024})
             for (const double z_m : {0.0020, 0.00213, 0.0031}) {
                 const Scan s = scan(package, table, test::probeAt(z_m), few(samples), test::flatProbe());
-                EXPECT_NEAR(20.0 * std::log10(peakOf(s, 0.004).value), border.db, 0.5)
+                EXPECT_NEAR(20.0 * std::log10(findPeak(s, 0.004).value), border.db, 0.5)
                     << border.from << " to " << border.to << ", " << samples << " samples, face at " << z_m;
             }
     }
 }
 
-TEST_P(Physics, PlanesLieWhereSoundSaysSo) {
+TEST_P(Physics, PlanesAppearAtTheTimeOfFlightDepth) {
     const AcousticTable table = test::mirrorTable();
     const patient::Package package =
         test::soundLayers({{"fat", 0.020}, {"muscle", 0.016}, {"bile", 0.030}}, 0.070, 0.001);
@@ -88,16 +88,16 @@ TEST_P(Physics, PlanesLieWhereSoundSaysSo) {
         for (const double z_m : {0.0020, 0.00237, 0.0031}) {
             const Scan s = scan(package, table, test::probeAt(z_m), few(samples), test::flatProbe());
             const double fat = 1540.0 * (0.020 - z_m) / 1450.0, both = fat + 1540.0 * 0.016 / 1580.0;
-            EXPECT_NEAR(peakOf(s, 0.030).at_m, both, 0.0001) << samples;
+            EXPECT_NEAR(findPeak(s, 0.030).at_m, both, 0.0001) << samples;
             // The first border, without the second.
             Scan first = s;
             for (int j = int(0.030 / s.bin_m); j < s.bins; ++j)
                 first.envelope[std::size_t(s.lines / 2) * std::size_t(s.bins) + std::size_t(j)] = 0.0;
-            EXPECT_NEAR(peakOf(first, 0.004).at_m, fat, 0.0001) << samples;
+            EXPECT_NEAR(findPeak(first, 0.004).at_m, fat, 0.0001) << samples;
         }
 }
 
-// An oblique border reflects less: (d . n).
+// An oblique border reflects less, by the factor (d . n).
 TEST_P(Physics, ASlantedBorderIsFainter) {
     const AcousticTable table = test::mirrorTable();
     const double slope = std::tan(M_PI / 6);
@@ -121,8 +121,8 @@ TEST_P(Physics, ASlantedBorderIsFainter) {
     EXPECT_GT(sum, 0.6 * expected);  // the beam's width spreads the rest
 }
 
-// Rayleigh's ratio, and the strength given in the table.
-TEST_P(Physics, SpeckleIsRayleighs) {
+// Checks Rayleigh's ratio of mean to standard deviation, and the strength given in the table.
+TEST_P(Physics, SpeckleIsRayleighDistributed) {
     AcousticTable table = test::soundTable();
     for (Acoustic& a : table.acoustics)
         a.attenuation_db_per_m_mhz = 0.0;
@@ -147,7 +147,7 @@ TEST_P(Physics, SpeckleIsRayleighs) {
 }
 
 // Speckle does not depend on the sampling.
-TEST_P(PhysicsOnGpu, SpeckleIsAsStrongAtAnySampling) {
+TEST_P(PhysicsOnGpu, SpeckleStrengthIsIndependentOfSampling) {
     AcousticTable table = test::soundTable();
     for (Acoustic& a : table.acoustics)
         a.attenuation_db_per_m_mhz = 0.0;
@@ -163,7 +163,7 @@ TEST_P(PhysicsOnGpu, SpeckleIsAsStrongAtAnySampling) {
     }
 }
 
-TEST_P(Physics, ASlabDarkensAsItAttenuates) {
+TEST_P(Physics, SlabEchoDecaysWithAttenuation) {
     const AcousticTable table = test::soundTable();
     const patient::Package package =
         test::soundBlock(Vec3(0.125, 0.012, 0.0), 0.170, 0.004, [](const Vec3&) { return "liver"; });
@@ -178,13 +178,13 @@ TEST_P(Physics, ASlabDarkensAsItAttenuates) {
         ++n, sx += x, sy += y, sxx += x * x, sxy += x * y;
     }
     const double slope_db_per_m = (n * sxy - sx * sy) / (n * sxx - sx * sx);
-    // Per drawn metre, both ways. The machine compensates 0.55 of it.
+    // Per drawn metre, both ways. The machine compensates 55 dB/(m MHz).
     const double lost = 2.0 * 3.5 * 70.0 * 1550.0 / 1540.0, given = 2.0 * 3.5 * 55.0;
     EXPECT_NEAR(slope_db_per_m - given, -lost, 0.02 * lost);
 }
 
 // 8 mm of rib at 3.5 MHz: attenuation and two borders, both ways.
-TEST_P(Physics, ARibsShadow) {
+TEST_P(Physics, RibCastsAShadow) {
     AcousticTable table = test::soundTable();
     for (Acoustic& a : table.acoustics)
         if (a.name == "liver") a.attenuation_db_per_m_mhz = 0.0;
@@ -215,7 +215,7 @@ TEST_P(Physics, GasHidesWhatIsBehindIt) {
 
 // Ducts are dark. Tissue behind them is brighter, because they attenuate less. A lesion is as dark as its
 // scatter.
-TEST_P(Physics, DuctsAndLesionsStandOut) {
+TEST_P(Physics, DuctsAndLesionsAreDistinguishable) {
     AcousticTable table = test::soundTable();
     const auto block = [&](const char* what) {
         return test::soundBlock(Vec3(0.030, 0.012, 0.0), 0.090, 0.001, [what](const Vec3& p) {
@@ -238,7 +238,7 @@ TEST_P(Physics, DuctsAndLesionsStandOut) {
     EXPECT_NEAR(db(lesion.rms(0.42, 0.58, 0.021, 0.031) / lesion.rms(0.05, 0.20, 0.021, 0.031)), -6.5, 1.5);
 }
 
-TEST_P(Physics, ANeedleIsSeenOnlyWithinTheBeam) {
+TEST_P(Physics, NeedleIsVisibleOnlyWithinTheBeam) {
     const AcousticTable table = test::soundTable();
     const patient::Package package =
         test::soundBlock(Vec3(0.030, 0.012, 0.0), 0.070, 0.002, [](const Vec3&) { return "liver"; });
@@ -271,7 +271,7 @@ TEST_P(Physics, ANeedleIsSeenOnlyWithinTheBeam) {
 }
 
 // The face is flat but the pressed skin is not. Gaps in between count as gel, not air.
-TEST_P(PhysicsOnGpu, AnUnevenSkinUnderTheFaceHidesNoLine) {
+TEST_P(PhysicsOnGpu, UnevenSkinUnderTheFaceHidesNoLine) {
     const patient::Package package =
         test::soundBlock(Vec3(0.030, 0.012, 0.0), 0.070, 0.001, [](const Vec3& p) {
             return p.z < 0.001 + 0.0008 * std::sin(700.0 * p.x + 500.0 * p.y) ? "air" : "liver";

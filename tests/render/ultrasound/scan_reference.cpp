@@ -71,7 +71,7 @@ struct Scanner {
     }
     Point pointAt(const Vec3& reference, const Vec3& direction) const;
     std::vector<NeedleEcho> needleEchoes() const;  // one for each line
-    std::vector<Complex> lineOf(const ScanLine&, const NeedleEcho&) const;
+    std::vector<Complex> makeLine(const ScanLine&, const NeedleEcho&) const;
     void addPlane(const ScanLine&, std::size_t plane, std::vector<Complex>& bins, double* needle_at,
                   double* needle_left, double needle_m) const;
 };
@@ -83,7 +83,7 @@ Point Scanner::pointAt(const Vec3& reference, const Vec3& direction) const {
     voxel.tissue = table.air;
     if (patient.grid.contains(cell)) voxel = unpack(patient.voxels[patient.grid.offset(cell)]);
     point.tissue = voxel.tissue;
-    double vary = voxel.vary, to_border_m = 1e9;
+    double variation = voxel.variation, to_border_m = 1e9;
     if (voxel.border) {
         const double to_border =
             voxel.near - glm::dot(voxel.normal, patient.grid.toVoxels(reference) - Vec3(cell));
@@ -93,12 +93,12 @@ Point Scanner::pointAt(const Vec3& reference, const Vec3& direction) const {
         to_border_m = std::fabs(to_border) / glm::length(normal);
         if (to_border < 0.0) {
             point.tissue = voxel.other;
-            vary = 0.0;
+            variation = 0.0;
         }
     }
     const Acoustic& a = table.acoustics[std::size_t(point.tissue)];
-    point.ln_impedance = std::log(a.impedance_rayl) + std::log1p(a.impedance_by_hu) * vary;
-    point.scatter = amplitude(a.scatter_db + a.scatter_by_hu_db * vary);
+    point.ln_impedance = std::log(a.impedance_rayl) + std::log1p(a.impedance_by_hu) * variation;
+    point.scatter = amplitude(a.scatter_db + a.scatter_by_hu_db * variation);
     if (a.wall_db && to_border_m < a.wall_m) point.scatter = amplitude(*a.wall_db);
     point.noise = noiseAt(reference);
     return point;
@@ -181,7 +181,7 @@ std::vector<NeedleEcho> Scanner::needleEchoes() const {
     return echoes;
 }
 
-std::vector<Complex> Scanner::lineOf(const ScanLine& line, const NeedleEcho& needle) const {
+std::vector<Complex> Scanner::makeLine(const ScanLine& line, const NeedleEcho& needle) const {
     const std::size_t n = std::size_t(settings.samples);
     double at = 1e6, left = 0.0;
     std::vector<Complex> raw(n), bins(n);
@@ -224,7 +224,7 @@ ReferenceScan referenceScan(const EncodedPatient& patient, const AcousticTable& 
     const std::vector<NeedleEcho> needles = scanner.needleEchoes();
     for (int l = 0; l < settings.lines; ++l)
         field.push_back(
-            scanner.lineOf(scanLine(probe, 2.0 * l / (settings.lines - 1) - 1.0), needles[std::size_t(l)]));
+            scanner.makeLine(scanLine(probe, 2.0 * l / (settings.lines - 1) - 1.0), needles[std::size_t(l)]));
     ReferenceScan scan{settings.lines, settings.samples, scanner.plan.bin_m, {}};
     for (int l = 0; l < scan.lines; ++l)
         for (int j = 0; j < scan.bins; ++j) {

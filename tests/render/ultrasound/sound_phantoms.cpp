@@ -15,7 +15,7 @@ AcousticTable soundTable() {
     AcousticTable table = loadAcoustics(assetsFolder() / "ultrasound" / "tissues.toml");
     table.rules.clear();
     for (std::size_t i = 0; i < table.acoustics.size(); ++i)
-        table.rules.push_back({std::nullopt, table.acoustics[i].name, int(i)});
+        table.rules.push_back({{std::nullopt, table.acoustics[i].name}, int(i)});
     // Longer names first, so that "visceral fat" matches before "fat".
     std::sort(table.rules.begin(), table.rules.end(), [](const AcousticRule& a, const AcousticRule& b) {
         return a.name.size() != b.name.size() ? a.name.size() > b.name.size() : a.acoustic < b.acoustic;
@@ -56,15 +56,12 @@ patient::Package soundBlock(const Vec3& half_m, double depth_m, double spacing_m
     }
     package.ct = CtVolume(grid, 40);
     package.labels = LabelVolume(grid);
-    for (int z = 0; z < grid.dims.z; ++z)
-        for (int y = 0; y < grid.dims.y; ++y)
-            for (int x = 0; x < grid.dims.x; ++x) {
-                const Index3 i(x, y, z);
-                const std::string name = grid.centre(i).z < 0.0 ? "air" : tissueAt(grid.centre(i));
-                const auto found = std::find_if(package.label_table.begin(), package.label_table.end(),
-                                                [&](const patient::Label& l) { return l.name == name; });
-                package.labels[i] = found->id;
-            }
+    forEachVoxel(grid, [&](const Index3& i) {
+        const std::string name = grid.centre(i).z < 0.0 ? "air" : tissueAt(grid.centre(i));
+        const auto found = std::find_if(package.label_table.begin(), package.label_table.end(),
+                                        [&](const patient::Label& l) { return l.name == name; });
+        package.labels[i] = found->id;
+    });
     return package;
 }
 
@@ -78,8 +75,8 @@ patient::Package soundLayers(const std::vector<std::pair<std::string, double>>& 
     });
 }
 
-std::string nameOf(Scanned by) {
-    return by == Scanned::reference ? "reference" : by == Scanned::serial ? "serial" : "prefix_sums";
+std::string scanMethodName(ScanMethod by) {
+    return by == ScanMethod::reference ? "reference" : by == ScanMethod::serial ? "serial" : "prefix_sums";
 }
 
 double Scan::rms(double from_share, double to_share, double from_m, double to_m) const {
@@ -92,11 +89,11 @@ double Scan::rms(double from_share, double to_share, double from_m, double to_m)
     return std::sqrt(squares / count);
 }
 
-Scan scan(Scanned by, const patient::Package& package, const AcousticTable& table,
+Scan scan(ScanMethod by, const patient::Package& package, const AcousticTable& table,
           const UltrasoundInput& input, UltrasoundSettings settings, const Transducer& probe) {
     const patient::Patient patient(package);
     settings.noise_db = -400.0;
-    if (by == Scanned::reference) {
+    if (by == ScanMethod::reference) {
         const ReferenceScan s = referenceScan(
             encode(patient, table), table, [](const Vec3& p) { return p; }, input, settings, probe);
         return {s.lines, s.bins, s.bin_m, s.envelope};
@@ -104,7 +101,7 @@ Scan scan(Scanned by, const patient::Package& package, const AcousticTable& tabl
     const Gpu gpu({.validation = true});
     DeformedPatient still(gpu, patient);
     Ultrasound machine(gpu, still, table);
-    settings.path = by == Scanned::serial ? ScanPath::serial : ScanPath::prefix_sums;
+    settings.path = by == ScanMethod::serial ? ScanPath::serial : ScanPath::prefix_sums;
     machine.image(input, settings, probe);
     const auto e = machine.envelope();
     if (gpu.validationMessages() > 0) throw std::runtime_error("validation messages");

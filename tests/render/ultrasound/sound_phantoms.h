@@ -25,8 +25,8 @@ patient::Package soundBlock(const Vec3& half_m, double depth_m, double spacing_m
 patient::Package soundLayers(const std::vector<std::pair<std::string, double>>& layers_m, double depth_m,
                              double spacing_m);
 
-enum class Scanned { reference, serial, prefix_sums };
-std::string nameOf(Scanned);
+enum class ScanMethod { reference, serial, prefix_sums };
+std::string scanMethodName(ScanMethod);
 
 // Line by line, amplitude before compression.
 struct Scan {
@@ -40,8 +40,8 @@ struct Scan {
     double rms(double from_share, double to_share, double from_m, double to_m) const;
 };
 
-Scan scan(Scanned by, const patient::Package&, const render::AcousticTable&, const render::UltrasoundInput&,
-          render::UltrasoundSettings, const render::Transducer&);
+Scan scan(ScanMethod by, const patient::Package&, const render::AcousticTable&,
+          const render::UltrasoundInput&, render::UltrasoundSettings, const render::Transducer&);
 
 // A probe whose face is at z, centred on the z axis, with +z into the block.
 render::UltrasoundInput probeAt(double z_m);

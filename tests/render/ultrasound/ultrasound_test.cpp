@@ -77,9 +77,9 @@ class UltrasoundTest : public testing::Test {
     Transducer probe;
 };
 
-// Every line has contact, with breathing and a needle. The only difference left is that of float and half
-// precision.
-TEST_F(UltrasoundTest, IsTheReferencesPicture) {
+// Every line has contact, with breathing and a needle. The only remaining difference is that of float and
+// half precision.
+TEST_F(UltrasoundTest, MatchesTheReferencePicture) {
     settings.gel_m = 0.0;
     probe.half_angle_rad = 0.2;
     breathe(0.7);
@@ -107,7 +107,7 @@ TEST_F(UltrasoundTest, IsTheReferencesPicture) {
     }
 }
 
-TEST_F(UltrasoundTest, BothWaysToMakeLinesAgree) {
+TEST_F(UltrasoundTest, SerialAndPrefixSumPathsAgree) {
     breathe(0.5);
     settings.path = ScanPath::serial;
     machine->image(atTheFlank(), settings, probe);
@@ -117,7 +117,7 @@ TEST_F(UltrasoundTest, BothWaysToMakeLinesAgree) {
     EXPECT_GT(psnr(serial, pixels()), 45.0);
 }
 
-TEST_F(UltrasoundTest, TheStillPatientsSkipIsFreeOfError) {
+TEST_F(UltrasoundTest, StillPatientSkipDoesNotChangeThePicture) {
     breathe(0.6);
     machine->image(atTheFlank(), settings, probe);
     breathe(0.0);
@@ -132,7 +132,7 @@ TEST_F(UltrasoundTest, TheStillPatientsSkipIsFreeOfError) {
     EXPECT_GT(without.look_ups, 1000u);
 }
 
-TEST_F(UltrasoundTest, LinesInAirAreNotMarchedAndShowTheProbesOwnRings) {
+TEST_F(UltrasoundTest, LinesInAirAreSkippedAndShowReverberation) {
     const UltrasoundStats with = machine->image(atTheFlank(0.002), settings, probe);
     const auto a = pixels();
     EXPECT_GT(with.contact, 0.1);
@@ -151,7 +151,7 @@ TEST_F(UltrasoundTest, LinesInAirAreNotMarchedAndShowTheProbesOwnRings) {
     EXPECT_GT(without.samples, with.samples);
 }
 
-TEST_F(UltrasoundTest, PressingHarderShowsMore) {
+TEST_F(UltrasoundTest, PressingHarderIncreasesContact) {
     double before = 0.0;
     for (const double press : {0.001, 0.004, 0.012}) {
         const double contact = machine->image(atTheFlank(press), settings, probe).contact;
@@ -161,7 +161,7 @@ TEST_F(UltrasoundTest, PressingHarderShowsMore) {
     EXPECT_GT(before, 0.95);
 }
 
-TEST_F(UltrasoundTest, WhatCannotBeScannedIsBlackAndSaysWhy) {
+TEST_F(UltrasoundTest, InvalidScansAreBlackWithAReason) {
     const auto reason = [&](const UltrasoundInput& input, const UltrasoundSettings& s) {
         const UltrasoundStats stats = machine->image(input, s, probe);
         EXPECT_TRUE(black());
@@ -216,7 +216,7 @@ TEST_F(UltrasoundTest, WhatCannotBeScannedIsBlackAndSaysWhy) {
     EXPECT_FALSE(black());
 }
 
-TEST_F(UltrasoundTest, AFrozenPictureStaysAndTakesGains) {
+TEST_F(UltrasoundTest, FrozenPictureAcceptsNewGains) {
     machine->image(atTheFlank(), settings, probe);
     const auto scanned = pixels();
     settings.freeze = true;
@@ -362,13 +362,13 @@ TEST_F(DopplerTest, TowardTheProbeIsRedAwayIsBlue) {
     EXPECT_GT(colours().blue, 150);
 }
 
-TEST_F(DopplerTest, FasterThanNyquistWrapsRound) {
+TEST_F(DopplerTest, FlowAboveNyquistIsAliased) {
     flowAt(-0.4);
     EXPECT_EQ(colours().red, 0);
     EXPECT_GT(colours().blue, 150);
 }
 
-TEST_F(DopplerTest, TheWallFilterTakesTheSlow) {
+TEST_F(DopplerTest, WallFilterRemovesSlowFlow) {
     flowAt(-0.005);
     EXPECT_EQ(colours().red + colours().blue, 0);
     settings.doppler->wall_filter_m_per_s = 0.0;
@@ -376,7 +376,7 @@ TEST_F(DopplerTest, TheWallFilterTakesTheSlow) {
     EXPECT_GT(colours().red, 50);
 }
 
-TEST_F(DopplerTest, NothingFlowsWhereNoVesselIs) {
+TEST_F(DopplerTest, NoFlowGivesNoColour) {
     machine->setFlow(nullptr);
     settings.doppler = DopplerBox{};
     machine->image(atTheFlank(), settings, probe);

@@ -12,27 +12,25 @@
 namespace stylet::render {
 namespace {
 
-TEST(Bricks, DistanceIsTheChessboardDistance) {
+TEST(Bricks, DistanceIsTheChebyshevDistance) {
     BrickGrid grid(Index3(13, 9, 11) * kBrickVoxels);
     std::mt19937 random(7);
     for (int i = 0; i < 6; ++i)
         grid.occupied[random() % grid.occupied.size()] = 1;
     const auto distance = leapDistances(grid);
-    for (int z = 0; z < grid.dims.z; ++z)
-        for (int y = 0; y < grid.dims.y; ++y)
-            for (int x = 0; x < grid.dims.x; ++x) {
-                int nearest = 1000;
-                for (int c = 0; c < grid.dims.z; ++c)
-                    for (int b = 0; b < grid.dims.y; ++b)
-                        for (int a = 0; a < grid.dims.x; ++a)
-                            if (grid.occupied[grid.offset(a, b, c)])
-                                nearest = std::min(
-                                    nearest, std::max({std::abs(a - x), std::abs(b - y), std::abs(c - z)}));
-                ASSERT_EQ(int(distance[grid.offset(x, y, z)]), nearest) << x << " " << y << " " << z;
-            }
+    forEachVoxel({grid.dims}, [&](const Index3& here) {
+        int nearest = 1000;
+        forEachVoxel({grid.dims}, [&](const Index3& i) {
+            const Index3 apart = glm::abs(i - here);
+            if (grid.occupied[grid.offset(i.x, i.y, i.z)])
+                nearest = std::min(nearest, std::max({apart.x, apart.y, apart.z}));
+        });
+        ASSERT_EQ(int(distance[grid.offset(here.x, here.y, here.z)]), nearest)
+            << here.x << " " << here.y << " " << here.z;
+    });
 }
 
-TEST(Bricks, AVoxelOnABrickEdgeIsSeenFromBothSides) {
+TEST(Bricks, VoxelOnABrickEdgeOccupiesBothBricks) {
     const Index3 voxels(32, 24, 24);
     BrickGrid grid(voxels);
     std::vector<std::byte> plane(std::size_t(voxels.x) * std::size_t(voxels.y) * 4, std::byte{0});
@@ -44,23 +42,23 @@ TEST(Bricks, AVoxelOnABrickEdgeIsSeenFromBothSides) {
 }
 
 // During breathing, no visible point may lie in a brick that rays skip.
-TEST(Bricks, SeenThroughTheBreathNothingVisibleIsLeaptOver) {
+TEST(Bricks, NoVisiblePointIsSkippedDuringBreathing) {
     const patient::Package package = test::makeTrunk(0.002);
     const patient::Patient patient(package);
-    const Palette palette = resolve(loadLook(test::assetsFolder() / "looks" / "reveal.toml"), patient);
+    const Palette palette = makePalette(loadLook(test::assetsFolder() / "looks" / "reveal.toml"), patient);
     const Index3 dims = package.ct.grid.dims;
     std::vector<std::byte> rgba(package.ct.grid.voxelCount() * 4);
     classifyPlanes(patient, palette, 0, dims.z, rgba.data(), 2);
     BrickGrid reference(dims);
     markOccupied(reference, dims, 0, dims.z, rgba.data());
-    DeformMaker maker(package.motion, {}, &patient);
-    BreathedBricks bricks(reference);
+    DeformTableBuilder maker(package.motion, {}, &patient);
+    BreathingBricks bricks(reference);
     Workers workers(2);
     for (const double v : {0.3, 1.0}) {
         const patient::Surrogate breath{v, 0.0};
-        maker.make(breath, workers);
-        bricks.see(package.ct.grid, maker.tables(), maker.reach_m(), workers);
-        const BrickGrid& deformed = bricks.seen();
+        maker.compute(breath, workers);
+        bricks.update(package.ct.grid, maker.tables(), maker.reach_m(), workers);
+        const BrickGrid& deformed = bricks.occupancy();
         std::mt19937 random(3);
         std::uniform_real_distribution<double> any(0.0, 1.0);
         int visible = 0;

@@ -14,12 +14,12 @@ using render::Gpu;
 constexpr std::uint32_t kShader[] =
 #include "tests/render/volume/deform_points.inc"
     ;
-constexpr std::uint32_t kGroup = 64;
+constexpr int kGroup = 64;
 constexpr auto kImage = vk::DescriptorType::eCombinedImageSampler;
 constexpr std::array kBindings{kImage, kImage, vk::DescriptorType::eStorageBuffer, kImage};
 
 struct Push {
-    render::DeformedPatient::ToImage deformation, tool;
+    render::ToImage deformation, tool;
     std::uint32_t count = 0;
 };
 
@@ -30,8 +30,8 @@ std::vector<Vec3> referenceOnGpu(const Gpu& gpu, render::DeformedPatient& patien
     std::vector<glm::vec4> points;
     for (const Vec3& p : deformed_m)
         points.emplace_back(glm::vec3(p), 0.0f);
-    render::Buffer list(gpu, points.size() * sizeof points[0], vk::BufferUsageFlagBits::eStorageBuffer);
-    list.write(points.data(), points.size() * sizeof points[0]);
+    const render::Buffer list =
+        render::makeFilledBuffer(gpu, points, vk::BufferUsageFlagBits::eStorageBuffer);
     const vk::raii::Sampler sampler =
         render::makeSampler(gpu, vk::Filter::eLinear, vk::SamplerAddressMode::eClampToEdge);
     constexpr auto kCompute = vk::ShaderStageFlagBits::eCompute;
@@ -46,10 +46,9 @@ std::vector<Vec3> referenceOnGpu(const Gpu& gpu, render::DeformedPatient& patien
     render::submitAndWait(gpu, [&](const vk::raii::CommandBuffer& commands) {
         patient.recordUploads(commands);
         commands.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline);
-        commands.bindDescriptorSets(vk::PipelineBindPoint::eCompute, descriptors.layout(), 0,
-                                    descriptors.set(), {});
+        descriptors.use(commands, vk::PipelineBindPoint::eCompute);
         commands.pushConstants<Push>(descriptors.layout(), kCompute, 0, push);
-        commands.dispatch((push.count + kGroup - 1) / kGroup, 1, 1);
+        commands.dispatch(render::groupCount(int(push.count), kGroup), 1, 1);
     });
     std::memcpy(points.data(), list.mapped, points.size() * sizeof points[0]);
     std::vector<Vec3> found;

@@ -13,9 +13,9 @@ using namespace render;
 
 namespace {
 
-std::vector<std::byte> classifiedOf(const patient::Patient& patient, const LookStyle& look) {
+std::vector<std::byte> classify(const patient::Patient& patient, const LookStyle& look) {
     std::vector<std::byte> rgba(patient.grid().voxelCount() * 4);
-    classifyPlanes(patient, resolve(look, patient), 0, patient.grid().dims.z, rgba.data(), 2);
+    classifyPlanes(patient, makePalette(look, patient), 0, patient.grid().dims.z, rgba.data(), 2);
     return rgba;
 }
 
@@ -27,7 +27,7 @@ float onScreen(float linear) {
 }  // namespace
 
 MarchCase::MarchCase(const patient::Patient& patient, const LookStyle& style)
-    : MarchCase(patient.grid(), classifiedOf(patient, style), style) {}
+    : MarchCase(patient.grid(), classify(patient, style), style) {}
 
 MarchCase::MarchCase(const Grid& its_grid, std::vector<std::byte> texels, const LookStyle& style)
     : look(style), grid(its_grid), rgba(std::move(texels)), bricks(grid.dims), volume(grid.dims) {

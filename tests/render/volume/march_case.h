@@ -16,7 +16,7 @@ struct MarchCase {
     render::MarchVolume volume;
 
     MarchCase(const patient::Patient&, const render::LookStyle&);
-    // From given texels.
+    // Uses these texels instead of classifying a patient.
     MarchCase(const Grid&, std::vector<std::byte> rgba, const render::LookStyle&);
 
     // Uniforms for a patient whose own frame is the stage's frame.

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "tests/render/gpu_fixture.h"
 #include "tests/render/phantoms.h"
 #include "tests/render/pictures.h"
 
@@ -23,12 +24,7 @@ void PrintTo(const Case& c, std::ostream* out) {
     *out << c.name;
 }
 
-class MarchPathTest : public testing::TestWithParam<Case> {
-  protected:
-    void SetUp() override {
-        if (const auto why = test::noGpuReason(); !why.empty()) GTEST_SKIP() << why;
-    }
-};
+class MarchPathTest : public test::GpuFixture<testing::TestWithParam<Case>> {};
 
 struct MarchPathPicture {
     std::array<Image, 2> eyes;
@@ -36,7 +32,7 @@ struct MarchPathPicture {
     RenderStats stats;
 };
 
-RenderScene sceneOf(const Case& c) {
+RenderScene makeScene(const Case& c) {
     RenderScene scene;
     scene.look = c.look;
     scene.breath.v = c.v;
@@ -52,16 +48,13 @@ RenderScene sceneOf(const Case& c) {
     return scene;
 }
 
-TEST_P(MarchPathTest, BothMakeTheSamePicture) {
+TEST_P(MarchPathTest, GpuAndProcessorDrawTheSamePicture) {
     const Case& c = GetParam();
-    const patient::Package package = test::makeTrunk(0.003);
-    const patient::Patient patient(package);
-    Gpu gpu({.validation = true});
-    Renderer renderer(gpu, {}, test::assetsFolder());
-    renderer.setPatient(patient);
-    patient::ToolDisplacement tool(patient);
+    test::PatientRenderer shown(test::makeTrunk(0.003));
+    Renderer& renderer = shown.renderer;
+    patient::ToolDisplacement tool(shown.patient);
     const patient::ToolContact contact = test::contactAt({0.125, 0.05, 0.0}, {-0.008, 0.0, 0.0}, 0.012);
-    RenderScene scene = sceneOf(c);
+    RenderScene scene = makeScene(c);
     if (c.pressed && tool.update({&contact, 1}, scene.breath, 0.011)) scene.tool = &tool.table();
     ASSERT_EQ(scene.tool != nullptr, c.pressed);
     const auto eyes = test::stereo(test::lookAt(Vec3(0.35, 1.35, 0.35), Vec3(0, 1, 0), 0.35f), 0.063);
@@ -89,7 +82,6 @@ TEST_P(MarchPathTest, BothMakeTheSamePicture) {
     const auto near = [](std::uint64_t a, std::uint64_t b, const char* what) {
         EXPECT_NEAR(double(a), double(b), 0.005 * double(a) + 2.0) << what;
     };
-    EXPECT_EQ(gpu.validationMessages(), 0u);
     near(by_gpu.stats.rays, by_processor.stats.rays, "rays");
     near(by_gpu.stats.samples, by_processor.stats.samples, "samples");
     near(by_gpu.stats.skipped_bricks, by_processor.stats.skipped_bricks, "leaps");

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "base/parallel.h"
+#include "render/volume/march_shared.h"
 
 namespace stylet::test {
 namespace {
@@ -14,12 +15,8 @@ using glm::dvec3;
 using glm::dvec4;
 using namespace render;
 
-// Minimum share of the pixel that a voxel must contribute to get gradient lighting. It is part of the
-// look's definition, so the reference uses it too.
-constexpr double kWeakShare = 0.06;
-constexpr double kSurfaceSlope = 0.15;
-
-const dvec3 kKey(1.0, 0.965, 0.91), kSky(0.36, 0.44, 0.47), kGround(0.11, 0.12, 0.12);
+// Thresholds and light are part of the look's definition, so the reference uses those of the march.
+const dvec3 kKey(gpu::kKeyColour), kSky(gpu::kSkyColour), kGround(gpu::kGroundColour);
 
 // Stored colour at a point between voxels, 0 to 1. Transparent outside the volume.
 dvec4 storedAt(const MarchCase& c, const dvec3& v) {
@@ -60,7 +57,7 @@ dvec3 ambient(double up) {
 }
 
 dvec3 flatLight(const gpu::FrameUniforms& frame) {
-    return ambient(0.0) + 0.45 * kKey * double(frame.key_patient.w);
+    return ambient(0.0) + double(gpu::kWeakKey) * kKey * double(frame.key_patient.w);
 }
 
 dvec3 litLight(const MarchCase& c, const gpu::FrameUniforms& frame, const dvec3& albedo, const dvec3& v,
@@ -69,7 +66,7 @@ dvec3 litLight(const MarchCase& c, const gpu::FrameUniforms& frame, const dvec3&
     const double steepness = glm::length(slope);
     dvec3 n = -slope / std::max(steepness, 1e-6);
     const double facing = glm::dot(n, to_eye);
-    if (facing < -0.4)
+    if (facing < double(gpu::kTurnedAway))
         n = -n;
     else if (facing < 0.0)
         n = glm::normalize(n - facing * to_eye);
@@ -81,10 +78,11 @@ dvec3 litLight(const MarchCase& c, const gpu::FrameUniforms& frame, const dvec3&
                          std::pow(std::max(glm::dot(n, half), 0.0), double(c.look.specular_power)) *
                          std::max(nl, 0.0);
     const double rim = double(c.look.rim) * std::pow(1.0 - std::max(glm::dot(n, to_eye), 0.0), 3.0);
-    const dvec3 grazing = glm::mix(dvec3(c.look.grazing_tint), dvec3(1.0), smooth(0.0, 0.6, lit));
+    const dvec3 grazing =
+        glm::mix(dvec3(c.look.grazing_tint), dvec3(1.0), smooth(0.0, double(gpu::kGrazingLight), lit));
     const dvec3 full = albedo * (ambient(glm::dot(n, dvec3(frame.up_patient))) + key * lit * grazing) +
                        key * shine + kSky * rim;
-    return glm::mix(albedo * flatLight(frame), full, smooth(0.0, kSurfaceSlope, steepness));
+    return glm::mix(albedo * flatLight(frame), full, smooth(0.0, double(gpu::kSurface), steepness));
 }
 
 dvec4 finished(const ReferenceRay& ray) {
@@ -127,7 +125,7 @@ ReferenceRay referenceRay(const MarchCase& c, const gpu::FrameUniforms& frame, i
         const dvec3 root = dvec3(stored) / std::max(stored.a, 1e-4), albedo = root * root;
         const double sigma_per_m = stored.a * stored.a * full_per_m;
         const double weight = clear * -std::expm1(-sigma_per_m * step * metres);
-        const bool lit = clear * std::min(sigma_per_m * finest_m, 1.0) > kWeakShare;
+        const bool lit = clear * std::min(sigma_per_m * finest_m, 1.0) > double(gpu::kWeak);
         ray.light += weight * (lit ? litLight(c, frame, albedo, v, to_eye) : albedo * flatLight(frame));
         clear -= weight;
         if (ray.depth_m == 0.0 && clear < 0.5) ray.depth_m = t;

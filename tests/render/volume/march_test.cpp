@@ -31,11 +31,9 @@ MarchCase cube(int voxels, const LookStyle& look, const std::function<int(const 
     grid.dims = Index3(voxels);
     grid.origin_m = Vec3(-0.0005 * (voxels - 1));
     std::vector<std::byte> rgba(grid.voxelCount() * 4);
-    Index3 i;
-    for (i.z = 0; i.z < voxels; ++i.z)
-        for (i.y = 0; i.y < voxels; ++i.y)
-            for (i.x = 0; i.x < voxels; ++i.x)
-                std::fill_n(rgba.begin() + std::ptrdiff_t(4 * grid.offset(i)), 4, std::byte(stored(i)));
+    forEachVoxel(grid, [&](const Index3& i) {
+        std::fill_n(rgba.begin() + std::ptrdiff_t(4 * grid.offset(i)), 4, std::byte(stored(i)));
+    });
     return MarchCase(grid, std::move(rgba), look);
 }
 
@@ -55,7 +53,7 @@ double opacityAt(const MarchCase& c, double half_m, double x_m, double y_m) {
 // Extinction = a^2 * full. Between the last voxel's centre and its face the stored opacity a falls to half.
 constexpr double kFace_m = 0.001 * (1.0 - 0.125) / 3.0;
 
-TEST(MarchReference, SlabIsBeersLaw) {
+TEST(MarchReference, SlabFollowsBeersLaw) {
     const MarchCase slab = cube(32, plainLook(40.0), [](const auto&) { return 255; });
     const double path_m = 0.031 + 2.0 * kFace_m;
     EXPECT_NEAR(opacityAt(slab, 0.02, 0.003, 0.002), 1.0 - std::exp(-40.0 * path_m), 1e-4);
@@ -63,7 +61,7 @@ TEST(MarchReference, SlabIsBeersLaw) {
     EXPECT_NEAR(opacityAt(half, 0.02, 0.003, 0.002), 1.0 - std::exp(-0.16 * 40.0 * path_m), 1e-4);
 }
 
-TEST(MarchReference, WedgeGrowsAsTheSquareOfWhatIsStored) {
+TEST(MarchReference, WedgeExtinctionIsTheSquareOfTheStoredOpacity) {
     const MarchCase wedge = cube(48, plainLook(60.0), [](const auto& i) { return 5 * i.x; });
     const double path_m = 0.047 + 2.0 * kFace_m;
     for (const double x_m : {-0.02, -0.0101, 0.0, 0.0037, 0.0163}) {
@@ -74,7 +72,7 @@ TEST(MarchReference, WedgeGrowsAsTheSquareOfWhatIsStored) {
     }
 }
 
-TEST(MarchReference, SphereIsItsChords) {
+TEST(MarchReference, SphereMatchesChordLengths) {
     const double radius_m = 0.040;
     const MarchCase ball = cube(96, plainLook(15.0), [&](const Index3& i) {
         const double r_m = 0.001 * glm::length(Vec3(i) - 47.5);
@@ -86,14 +84,14 @@ TEST(MarchReference, SphereIsItsChords) {
     }
 }
 
-TEST(March, SlabIsBeersLaw) {
+TEST(March, SlabFollowsBeersLaw) {
     Workers workers(1);
     const MarchCase slab = cube(32, plainLook(40.0), [](const auto&) { return 255; });
     for (const MarchPath path : {MarchPath::widest, MarchPath::portable}) {
         const auto layer =
             test::marchLayer(slab, workers, slab.frame(fromAfar(0.02), 16, 16, 0.25f), {.path = path});
         const double path_m = 0.031 + 2.0 * kFace_m;
-        // Half of a first step may be missing or excessive. Half-precision floats have eleven bits.
+        // The path may be wrong by half a step at its start. Half-precision floats have eleven bits.
         EXPECT_NEAR(double(layer.colour[8 * 16 + 8].a), 1.0 - std::exp(-40.0 * path_m), 0.004);
         EXPECT_EQ(layer.colour[0].a, 0.0f);
     }
@@ -145,7 +143,7 @@ TEST_P(MarchTest, AgreesWithTheReference) {
     }
 }
 
-TEST_P(MarchTest, IsTheSamePictureOnEveryPathAndAnyThreads) {
+TEST_P(MarchTest, PictureIsIndependentOfPathAndThreads) {
     const auto [look, v] = GetParam();
     const Trunk trunk;
     const MarchCase c = trunk.in(look);
@@ -166,12 +164,12 @@ TEST_P(MarchTest, SkipsChangeTheWorkButNotThePicture) {
     const Trunk trunk;
     MarchCase c = trunk.in(look);
     Workers workers(2);
-    DeformMaker maker(trunk.package.motion, {}, nullptr);
+    DeformTableBuilder maker(trunk.package.motion, {}, nullptr);
     if (v != 0.0) {
-        maker.make({.v = v}, workers);
-        BreathedBricks bricks(c.bricks);
-        bricks.see(c.grid, maker.tables(), maker.reach_m(), workers);
-        c.brick_distance = leapDistances(bricks.seen());
+        maker.compute({.v = v}, workers);
+        BreathingBricks bricks(c.bricks);
+        bricks.update(c.grid, maker.tables(), maker.reach_m(), workers);
+        c.brick_distance = leapDistances(bricks.occupancy());
     }
     const auto frame = c.frame(trunk.eyes, kMarchPictureSize, kMarchPictureSize, 2.0f);
     // A plane across the body, 0.55 m in front of the eyes.
@@ -204,7 +202,7 @@ INSTANTIATE_TEST_SUITE_P(BothLooksStillAndBreathing, MarchTest,
                          testing::Combine(testing::Values(Look::closed, Look::reveal),
                                           testing::Values(0.0, 0.8)));
 
-TEST(Workers, DoEveryJobOnceRoundAfterRound) {
+TEST(Workers, RunEveryJobExactlyOnce) {
     for (const int threads : {1, 2, 5}) {
         Workers workers(threads);
         EXPECT_EQ(workers.threads(), threads);

@@ -1,4 +1,4 @@
-// A Vulkan layer between the loader and the real driver. It makes a device fail on purpose. It reads these
+// A Vulkan layer between the loader and the real driver that makes a device fail on purpose. It reads these
 // environment variables when an instance is created:
 //   STYLET_FAULT_LOST_AFTER   number of submissions that succeed; later ones return VK_ERROR_DEVICE_LOST
 //   STYLET_FAULT_MEMORY       bytes; a larger allocation returns VK_ERROR_OUT_OF_DEVICE_MEMORY
@@ -23,7 +23,7 @@ struct Faults {
 };
 
 // Functions of the next layer or driver in the chain. They are looked up when the instance or device is
-// created. A later look-up through the loader would return this layer's own functions.
+// created, because a later look-up through the loader would return this layer's own functions.
 struct Next {
     PFN_vkGetInstanceProcAddr instance_proc = nullptr;
     PFN_vkGetDeviceProcAddr device_proc = nullptr;
@@ -39,7 +39,7 @@ Faults faults;
 std::atomic<std::int64_t> submitted{0};
 std::map<void*, Next> instances, devices;
 
-void* tableOf(const void* handle) {
+void* dispatchKey(const void* handle) {
     void* table = nullptr;
     std::memcpy(&table, handle, sizeof table);
     return table;
@@ -50,13 +50,13 @@ std::uint64_t number(const char* name, std::uint64_t otherwise) {
     return text ? std::strtoull(text, nullptr, 10) : otherwise;
 }
 
-Next nextOf(const std::map<void*, Next>& known, const void* handle) {
+Next findNext(const std::map<void*, Next>& known, const void* handle) {
     const std::lock_guard lock(guard);
-    return known.at(tableOf(handle));
+    return known.at(dispatchKey(handle));
 }
 
 template <typename Info, typename Link>
-Link* linkOf(const Info* info, VkStructureType type) {
+Link* findLink(const Info* info, VkStructureType type) {
     auto* link = static_cast<Link*>(const_cast<void*>(info->pNext));
     while (link && !(link->sType == type && link->function == VK_LAYER_LINK_INFO))
         link = static_cast<Link*>(const_cast<void*>(link->pNext));
@@ -65,7 +65,7 @@ Link* linkOf(const Info* info, VkStructureType type) {
 
 VKAPI_ATTR VkResult VKAPI_CALL createInstance(const VkInstanceCreateInfo* info,
                                               const VkAllocationCallbacks* memory, VkInstance* out) {
-    auto* link = linkOf<VkInstanceCreateInfo, VkLayerInstanceCreateInfo>(
+    auto* link = findLink<VkInstanceCreateInfo, VkLayerInstanceCreateInfo>(
         info, VK_STRUCTURE_TYPE_LOADER_INSTANCE_CREATE_INFO);
     if (!link) return VK_ERROR_INITIALIZATION_FAILED;
     const PFN_vkGetInstanceProcAddr next = link->u.pLayerInfo->pfnNextGetInstanceProcAddr;
@@ -75,7 +75,7 @@ VKAPI_ATTR VkResult VKAPI_CALL createInstance(const VkInstanceCreateInfo* info,
     if (result != VK_SUCCESS) return result;
     const std::lock_guard lock(guard);
     const auto find = [&](const char* name) { return next(*out, name); };
-    instances[tableOf(*out)] = {
+    instances[dispatchKey(*out)] = {
         .instance_proc = next,
         .instance = *out,
         .properties =
@@ -91,18 +91,18 @@ VKAPI_ATTR VkResult VKAPI_CALL createInstance(const VkInstanceCreateInfo* info,
 
 VKAPI_ATTR VkResult VKAPI_CALL createDevice(VkPhysicalDevice gpu, const VkDeviceCreateInfo* info,
                                             const VkAllocationCallbacks* memory, VkDevice* out) {
-    auto* link = linkOf<VkDeviceCreateInfo, VkLayerDeviceCreateInfo>(
+    auto* link = findLink<VkDeviceCreateInfo, VkLayerDeviceCreateInfo>(
         info, VK_STRUCTURE_TYPE_LOADER_DEVICE_CREATE_INFO);
     if (!link) return VK_ERROR_INITIALIZATION_FAILED;
     const PFN_vkGetInstanceProcAddr next = link->u.pLayerInfo->pfnNextGetInstanceProcAddr;
     const PFN_vkGetDeviceProcAddr next_device = link->u.pLayerInfo->pfnNextGetDeviceProcAddr;
     link->u.pLayerInfo = link->u.pLayerInfo->pNext;
-    const VkInstance instance = nextOf(instances, gpu).instance;
+    const VkInstance instance = findNext(instances, gpu).instance;
     const auto create = reinterpret_cast<PFN_vkCreateDevice>(next(instance, "vkCreateDevice"));
     const VkResult result = create(gpu, info, memory, out);
     if (result != VK_SUCCESS) return result;
     const std::lock_guard lock(guard);
-    devices[tableOf(*out)] = {
+    devices[dispatchKey(*out)] = {
         .instance_proc = next,
         .device_proc = next_device,
         .instance = instance,
@@ -117,26 +117,26 @@ void limit(VkPhysicalDeviceProperties& properties) {
 }
 
 VKAPI_ATTR void VKAPI_CALL getProperties(VkPhysicalDevice gpu, VkPhysicalDeviceProperties* out) {
-    nextOf(instances, gpu).properties(gpu, out);
+    findNext(instances, gpu).properties(gpu, out);
     limit(*out);
 }
 
 VKAPI_ATTR void VKAPI_CALL getProperties2(VkPhysicalDevice gpu, VkPhysicalDeviceProperties2* out) {
-    nextOf(instances, gpu).properties2(gpu, out);
+    findNext(instances, gpu).properties2(gpu, out);
     limit(out->properties);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL allocateMemory(VkDevice device, const VkMemoryAllocateInfo* info,
                                               const VkAllocationCallbacks* memory, VkDeviceMemory* out) {
     if (info->allocationSize > faults.memory) return VK_ERROR_OUT_OF_DEVICE_MEMORY;
-    return nextOf(devices, device).allocate(device, info, memory, out);
+    return findNext(devices, device).allocate(device, info, memory, out);
 }
 
 VKAPI_ATTR VkResult VKAPI_CALL queueSubmit2(VkQueue queue, std::uint32_t count, const VkSubmitInfo2* infos,
                                             VkFence fence) {
     const std::int64_t before = submitted++;
     if (faults.lost_after >= 0 && before >= faults.lost_after) return VK_ERROR_DEVICE_LOST;
-    return nextOf(devices, queue).submit(queue, count, infos, fence);
+    return findNext(devices, queue).submit(queue, count, infos, fence);
 }
 
 PFN_vkVoidFunction own(const char* name);
@@ -144,7 +144,7 @@ PFN_vkVoidFunction own(const char* name);
 VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL deviceProc(VkDevice device, const char* name) {
     if (const PFN_vkVoidFunction mine = own(name)) return mine;
     const std::lock_guard lock(guard);
-    const auto found = devices.find(tableOf(device));
+    const auto found = devices.find(dispatchKey(device));
     return found == devices.end() ? nullptr : found->second.device_proc(device, name);
 }
 
@@ -152,7 +152,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instanceProc(VkInstance instance, const
     if (const PFN_vkVoidFunction mine = own(name)) return mine;
     if (!instance) return nullptr;
     const std::lock_guard lock(guard);
-    const auto found = instances.find(tableOf(instance));
+    const auto found = instances.find(dispatchKey(instance));
     return found == instances.end() ? nullptr : found->second.instance_proc(instance, name);
 }
 

@@ -59,10 +59,10 @@ TEST_F(Actions, AttachingFreezesTheSets) {
     const XrActionSet set = actionSet("set"), loose = actionSet("loose");
     const XrAction press = action(set, "press", XR_ACTION_TYPE_BOOLEAN_INPUT);
     const XrAction stray = action(loose, "stray", XR_ACTION_TYPE_BOOLEAN_INPUT);
-    auto profile = structOf<XrInteractionProfileState>(XR_TYPE_INTERACTION_PROFILE_STATE);
+    auto profile = makeStruct<XrInteractionProfileState>(XR_TYPE_INTERACTION_PROFILE_STATE);
     EXPECT_EQ(xrGetCurrentInteractionProfile(session_, path("/user/hand/left"), &profile),
               XR_ERROR_ACTIONSET_NOT_ATTACHED);
-    auto state = structOf<XrActionStateBoolean>(XR_TYPE_ACTION_STATE_BOOLEAN);
+    auto state = makeStruct<XrActionStateBoolean>(XR_TYPE_ACTION_STATE_BOOLEAN);
     auto info = of(press);
     EXPECT_EQ(xrGetActionStateBoolean(session_, &info, &state), XR_ERROR_ACTIONSET_NOT_ATTACHED);
     EXPECT_EQ(attach({}), XR_ERROR_VALIDATION_FAILURE);
@@ -90,7 +90,7 @@ constexpr char kPresses[] = R"({"version": 1, "refresh_hz": 100, "controllers": 
     "right": {"poses": [{"t_s": 0, "position": [1, 1, 0]}, {"t_s": 2, "position": [1, 3, 0]}],
               "values": [{"t_s": 1.15, "select/click": 1, "menu/click": 1}]}}})";
 
-TEST_F(Actions, StatesFollowTheScript) {
+TEST_F(Actions, StatesFollowTheScenario) {
     setScript(kPresses);
     startFocused();
     const XrPath left = path("/user/hand/left"), right = path("/user/hand/right");
@@ -105,7 +105,7 @@ TEST_F(Actions, StatesFollowTheScript) {
     ASSERT_EQ(attach({set}), XR_SUCCESS);
     ASSERT_EQ(sync({set}), XR_SUCCESS);
     EXPECT_TRUE(poll(XR_TYPE_EVENT_DATA_INTERACTION_PROFILE_CHANGED).has_value());
-    auto profile = structOf<XrInteractionProfileState>(XR_TYPE_INTERACTION_PROFILE_STATE);
+    auto profile = makeStruct<XrInteractionProfileState>(XR_TYPE_INTERACTION_PROFILE_STATE);
     ASSERT_EQ(xrGetCurrentInteractionProfile(session_, left, &profile), XR_SUCCESS);
     EXPECT_EQ(profile.interactionProfile, path(kSimple));
 
@@ -144,10 +144,10 @@ TEST_F(Actions, WrongTypesAndPathsAreRefused) {
     const XrActionSet set = actionSet("set");
     const XrAction press = action(set, "press", XR_ACTION_TYPE_BOOLEAN_INPUT, {path("/user/hand/left")});
     ASSERT_EQ(attach({set}), XR_SUCCESS);
-    auto wrong = structOf<XrActionStateFloat>(XR_TYPE_ACTION_STATE_FLOAT);
+    auto wrong = makeStruct<XrActionStateFloat>(XR_TYPE_ACTION_STATE_FLOAT);
     auto info = of(press);
     EXPECT_EQ(xrGetActionStateFloat(session_, &info, &wrong), XR_ERROR_ACTION_TYPE_MISMATCH);
-    auto state = structOf<XrActionStateBoolean>(XR_TYPE_ACTION_STATE_BOOLEAN);
+    auto state = makeStruct<XrActionStateBoolean>(XR_TYPE_ACTION_STATE_BOOLEAN);
     info = of(press, path("/user/hand/right"));
     EXPECT_EQ(xrGetActionStateBoolean(session_, &info, &state), XR_ERROR_PATH_UNSUPPORTED);
     info = of(press, 4711);
@@ -159,7 +159,7 @@ TEST_F(Actions, WrongTypesAndPathsAreRefused) {
     EXPECT_EQ(xrCreateActionSpace(session_, &space_info, &space), XR_ERROR_ACTION_TYPE_MISMATCH);
 }
 
-TEST_F(Actions, TheHigherPriorityHasTheSource) {
+TEST_F(Actions, TheHigherPrioritySetReceivesTheSource) {
     setScript(kPresses);
     startFocused();
     const XrActionSet low = actionSet("low", 1), high = actionSet("high", 2);
@@ -192,11 +192,11 @@ TEST_F(Actions, HandsAreLocatedWhileTheyAreActive) {
         XR_TYPE_ACTION_SPACE_CREATE_INFO, nullptr, grip, right, {{0, 0, 0, 1}, {0, 0, -0.1F}}};
     XrSpace space = XR_NULL_HANDLE;
     ASSERT_EQ(xrCreateActionSpace(session_, &info, &space), XR_SUCCESS);
-    auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
+    auto location = makeStruct<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
     ASSERT_EQ(xrLocateSpace(space, stage_, 1'000'000'000, &location), XR_SUCCESS);
     EXPECT_EQ(location.locationFlags, 0U);
     ASSERT_EQ(sync({set}), XR_SUCCESS);
-    auto pose = structOf<XrActionStatePose>(XR_TYPE_ACTION_STATE_POSE);
+    auto pose = makeStruct<XrActionStatePose>(XR_TYPE_ACTION_STATE_POSE);
     const auto get = of(grip, right);
     ASSERT_EQ(xrGetActionStatePose(session_, &get, &pose), XR_SUCCESS);
     EXPECT_TRUE(pose.isActive);
@@ -276,7 +276,7 @@ TEST_F(Actions, AttachedActionsOutliveTheirHandles) {
     ASSERT_EQ(xrCreateActionSpace(session_, &info, &space), XR_SUCCESS);
     ASSERT_EQ(xrDestroyActionSet(set), XR_SUCCESS);
     EXPECT_EQ(xrDestroyAction(grip), XR_ERROR_HANDLE_INVALID);
-    auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
+    auto location = makeStruct<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
     ASSERT_EQ(xrLocateSpace(space, stage_, 1, &location), XR_SUCCESS);
     EXPECT_EQ(location.locationFlags, 15U);
 }
@@ -286,11 +286,10 @@ TEST_F(Actions, ProfilesOfExtensionsNeedTheExtension) {
     constexpr char kFocus3[] = "/interaction_profiles/htc/vive_focus3_controller";
     for (const bool enabled : {false, true}) {
         extensions_ = {"XR_KHR_vulkan_enable2"};
-        if (enabled) {
+        if (enabled)
             for (const char* each : {"XR_EXT_hp_mixed_reality_controller", "XR_EXT_palm_pose",
                                      "XR_HTC_vive_focus3_controller_interaction"})
                 extensions_.push_back(each);
-        }
         start();
         const XrActionSet set = actionSet("set");
         const XrAction press = action(set, "press", XR_ACTION_TYPE_BOOLEAN_INPUT);
@@ -307,13 +306,12 @@ TEST_F(Actions, ProfilesOfExtensionsNeedTheExtension) {
         EXPECT_EQ(suggest("/interaction_profiles/samsung/odyssey_controller",
                           {{press, "/user/hand/left/input/menu/click"}}),
                   XR_ERROR_PATH_UNSUPPORTED);
-        ASSERT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
-        instance_ = XR_NULL_HANDLE;
+        destroyInstance();
     }
 }
 
 // XR_EXT_palm_pose: +x through the palm as in the grip pose, -z along the straight index finger.
-TEST_F(Actions, ThePalmPoseTurnsTheGrip) {
+TEST_F(Actions, ThePalmPoseIsARotatedGripPose) {
     startFocused();
     const XrActionSet set = actionSet("set");
     const XrAction palm = action(set, "palm", XR_ACTION_TYPE_POSE_INPUT);
@@ -327,7 +325,7 @@ TEST_F(Actions, ThePalmPoseTurnsTheGrip) {
     EXPECT_NEAR(ahead.position.z - at_rest.position.z, 0, 1e-6);
 }
 
-TEST_F(Actions, TheTreadmillIsNoSubactionPath) {
+TEST_F(Actions, TheTreadmillIsNotASubactionPath) {
     start();
     const XrActionSet set = actionSet("set");
     XrAction result = XR_NULL_HANDLE;
@@ -355,7 +353,7 @@ struct PrioritiesInfo {
 };
 #endif
 
-TEST_F(Actions, PrioritiesHoldForOneSynchronisation) {
+TEST_F(Actions, PriorityOverridesLastForOneSync) {
     startFocused();
     const XrActionSet low = actionSet("low", 1), high = actionSet("high", 2);
     const XrAction low_select = action(low, "low_select", XR_ACTION_TYPE_BOOLEAN_INPUT);

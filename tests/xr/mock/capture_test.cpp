@@ -15,41 +15,22 @@ class Capture : public PictureTest {
     // Fills the left half of each layer with one colour and the right half with another.
     void drawHalves(const Swapchain& swapchain, const std::vector<std::array<Rgba, 2>>& layers) {
         std::vector<Rgba> texels;
-        for (const auto& halves : layers) {
+        for (const auto& halves : layers)
             for (std::uint32_t i = 0; i < swapchain.width * swapchain.height; ++i)
                 texels.push_back(halves[i % swapchain.width < swapchain.width / 2 ? 0 : 1]);
-        }
         draw(swapchain, texels);
-    }
-
-    // Submits these two sub-images, each for one eye.
-    void submit(const XrSwapchainSubImage& left, const XrSwapchainSubImage& right) {
-        auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
-        ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
-        ASSERT_EQ(beginFrame(), XR_SUCCESS);
-        const std::array<XrView, 2> eyes = locateViews(stage_, state.predictedDisplayTime);
-        const std::array<XrCompositionLayerProjectionView, 2> views{
-            XrCompositionLayerProjectionView{XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW, nullptr, eyes[0].pose,
-                                             eyes[0].fov, left},
-            XrCompositionLayerProjectionView{XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW, nullptr, eyes[1].pose,
-                                             eyes[1].fov, right}};
-        const XrCompositionLayerProjection layer{
-            XR_TYPE_COMPOSITION_LAYER_PROJECTION, nullptr, 0, stage_, 2, views.data()};
-        ASSERT_EQ(endFrame(state.predictedDisplayTime,
-                           {reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layer)}),
-                  XR_SUCCESS);
     }
 };
 
 constexpr Rgba kA{10, 20, 30, 255}, kB{200, 100, 50, 0}, kC{1, 2, 3, 4}, kD{250, 251, 252, 253};
 constexpr Rgb kRgbA{10, 20, 30}, kRgbB{200, 100, 50}, kRgbC{1, 2, 3}, kRgbD{250, 251, 252};
 
-TEST_F(Capture, WritesBothLayersAsTheyAre) {
+TEST_F(Capture, WritesBothLayersUnchanged) {
     const Swapchain swapchain = createSwapchain(swapchainInfo());
     for (int i = 0; i < 5; ++i) {  // covers every image of the swapchain, some of them twice
         drawHalves(swapchain, {{kA, kB}, {kC, kD}});
         label("capture:skin");
-        submit({swapchain.handle, {{0, 0}, {64, 48}}, 0}, {swapchain.handle, {{0, 0}, {64, 48}}, 1});
+        projectionFrame({swapchain.handle, {{0, 0}, {64, 48}}, 0}, {swapchain.handle, {{0, 0}, {64, 48}}, 1});
         const Picture left = readPicture(file("skin_left.png"));
         const Picture right = readPicture(file("skin_right.png"));
         ASSERT_EQ(left.width, 64);
@@ -71,7 +52,7 @@ TEST_F(Capture, HonoursTheRectangle) {
     const Swapchain swapchain = createSwapchain(info);
     drawHalves(swapchain, {{kA, kB}});
     label("capture:rect");
-    submit({swapchain.handle, {{30, 7}, {4, 9}}, 0}, {swapchain.handle, {{63, 47}, {1, 1}}, 0});
+    projectionFrame({swapchain.handle, {{30, 7}, {4, 9}}, 0}, {swapchain.handle, {{63, 47}, {1, 1}}, 0});
     const Picture left = readPicture(file("rect_left.png"));
     ASSERT_EQ(left.width, 4);
     ASSERT_EQ(left.height, 9);
@@ -82,27 +63,27 @@ TEST_F(Capture, HonoursTheRectangle) {
     EXPECT_EQ(right.at(0, 0), kRgbB);
 }
 
-TEST_F(Capture, PutsBlueWhereItBelongs) {
+TEST_F(Capture, WritesTheChannelsInRgbOrder) {
     XrSwapchainCreateInfo info = swapchainInfo();
     info.format = VK_FORMAT_B8G8R8A8_SRGB;
     const Swapchain swapchain = createSwapchain(info);
     drawHalves(swapchain, {{kA, kB}, {kC, kD}});
     label("capture:bgr");
-    submit({swapchain.handle, {{0, 0}, {64, 48}}, 0}, {swapchain.handle, {{0, 0}, {64, 48}}, 1});
+    projectionFrame({swapchain.handle, {{0, 0}, {64, 48}}, 0}, {swapchain.handle, {{0, 0}, {64, 48}}, 1});
     EXPECT_EQ(readPicture(file("bgr_left.png")).at(0, 0), (Rgb{30, 20, 10}));
 }
 
-TEST_F(Capture, TakesTheNextFrameWithALayerAndOnlyThat) {
+TEST_F(Capture, CapturesOnlyTheNextFrameWithALayer) {
     const Swapchain swapchain = createSwapchain(swapchainInfo());
     const XrSwapchainSubImage whole{swapchain.handle, {{0, 0}, {64, 48}}, 0};
     label("capture:later");
     frame();
     EXPECT_FALSE(std::filesystem::exists(file("later_left.png")));
     drawHalves(swapchain, {{kA, kA}, {kA, kA}});
-    submit(whole, whole);
+    projectionFrame(whole, whole);
     EXPECT_EQ(readPicture(file("later_left.png")).at(5, 5), kRgbA);
     drawHalves(swapchain, {{kB, kB}, {kB, kB}});
-    submit(whole, whole);
+    projectionFrame(whole, whole);
     EXPECT_EQ(readPicture(file("later_left.png")).at(5, 5), kRgbA);
 }
 
@@ -112,21 +93,21 @@ TEST_F(Capture, RefusesNamesThatLeaveTheFolder) {
     drawHalves(swapchain, {{kA, kA}, {kA, kA}});
     for (const char* name : {"capture:../out", "capture:", "capture:.hidden", "capture:a b", "other:x"}) {
         label(name);
-        submit(whole, whole);
+        projectionFrame(whole, whole);
     }
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(file("")), {}), 0);
 }
 
-TEST_F(Capture, ThatCannotBeWrittenFailsNoFrame) {
+TEST_F(Capture, AWriteErrorDoesNotFailTheFrame) {
     const Swapchain swapchain = createSwapchain(swapchainInfo());
     const XrSwapchainSubImage whole{swapchain.handle, {{0, 0}, {64, 48}}, 0};
     drawHalves(swapchain, {{kA, kA}, {kA, kA}});
     std::filesystem::create_directory(file("taken_left.png"));  // this name cannot be written
     label("capture:taken");
-    submit(whole, whole);
+    projectionFrame(whole, whole);
     EXPECT_TRUE(std::filesystem::is_directory(file("taken_left.png")));
     label("capture:free");
-    submit(whole, whole);
+    projectionFrame(whole, whole);
     EXPECT_EQ(readPicture(file("free_left.png")).at(0, 0), kRgbA);
 }
 
@@ -135,14 +116,13 @@ TEST_F(Capture, CountsFramesAtTheEnd) {
     drawHalves(swapchain, {{kA, kA}, {kA, kA}});
     label("capture:one");
     const XrSwapchainSubImage whole{swapchain.handle, {{0, 0}, {64, 48}}, 0};
-    submit(whole, whole);
+    projectionFrame(whole, whole);
     ASSERT_EQ(waitFrame(), XR_SUCCESS);
     ASSERT_EQ(beginFrame(), XR_SUCCESS);
     ASSERT_EQ(waitFrame(), XR_SUCCESS);
     ASSERT_EQ(beginFrame(), XR_FRAME_DISCARDED);
     vkDeviceWaitIdle(vk_device_);
-    ASSERT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
-    instance_ = XR_NULL_HANDLE;
+    destroyInstance();
     std::stringstream text;
     text << std::ifstream(file("frames.json")).rdbuf();
     EXPECT_NE(text.str().find("\"submitted\": 4,"), std::string::npos) << text.str();

@@ -15,7 +15,7 @@ if command -v ccache > /dev/null; then
     export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_BASEDIR=$folder CCACHE_NOHASHDIR=1
 fi
 echo '{ "version": 1, "exit_after_frames": 30 }' > scenario.json
-mkfifo open_input  # hello_xr leaves when its input ends
+mkfifo open_input  # hello_xr quits when its input ends
 exec 3<> open_input
 
 example=$(awk '/^    /{ found = 1; print; next } found { exit }' xr/mock/README.md)

@@ -1,5 +1,5 @@
-// Compares the eyes' pictures with closed forms, then with the double-precision reference. Vulkan's
-// validation and synchronization layers check every composition (client.cpp).
+// Compares the eyes' pictures with computed positions and colours, then with the double-precision reference.
+// Vulkan's validation layer, with synchronization checks, observes every composition (client.cpp).
 #include <cmath>
 #include <numbers>
 
@@ -20,7 +20,7 @@ Rgb rgb(const Rgba& c) {
 
 class Composition : public PictureTest {
   protected:
-    // A turned head away from the origin. A pixel is 0.01 in tangents.
+    // The head is turned and away from the origin. One pixel is 0.01 in the tangent of the view angle.
     void begin(const std::string& more = "") {
         setScript(R"({ "version": 2, "eyes": { "ipd_m": 0.06, "recommended_size": [200, 200],
             "left_fov_rad": [-0.7853981634, 0.7853981634, 0.7853981634, -0.7853981634],
@@ -47,7 +47,7 @@ class Composition : public PictureTest {
         for (const char* name : {"seen_left.png", "seen_right.png"})
             std::filesystem::remove(file(name));
         label("capture:seen");
-        frame({reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layers)...});
+        frame({header(layers)...});
         return {readPicture(file("seen_left.png")), readPicture(file("seen_right.png"))};
     }
     // Tangents of a pixel's ray.
@@ -96,7 +96,7 @@ TEST_F(Composition, AQuadCoversExactlyItsPixelsInEachEye) {
     EXPECT_EQ(eyes[1].at(78, 90), kBlack);
 }
 
-TEST_F(Composition, AQuadIsUprightAndSeenFromItsFrontOnly) {
+TEST_F(Composition, AQuadIsUprightAndVisibleOnlyFromItsFront) {
     begin();
     const Swapchain corners = picture(2, 2, {kRed, kGreen, kBlue, kWhite});
     XrCompositionLayerQuad shown = quad(corners, {0, 0, -2}, {2, 2});
@@ -111,7 +111,7 @@ TEST_F(Composition, AQuadIsUprightAndSeenFromItsFrontOnly) {
     expectCovered(seen(shown)[0], kBlack, [](int, int) { return false; });
 }
 
-TEST_F(Composition, LayersArePaintedInTheirOrderNotByDistance) {
+TEST_F(Composition, LayersArePaintedInSubmissionOrder) {
     begin();
     const auto near = quad(solid(kGreen), {0, 0, -1}, {1, 1}), far = quad(solid(kRed), {0, 0, -2}, {0.4F, 4});
     EXPECT_EQ(seen(near, far)[0].at(100, 100), rgb(kRed));
@@ -130,7 +130,7 @@ TEST_F(Composition, AnEyeSeesItsLayers) {
     EXPECT_EQ(eyes[1].at(100, 100), rgb(kBlue));
 }
 
-TEST_F(Composition, AlphaIsArithmeticInLinearLight) {
+TEST_F(Composition, AlphaIsBlendedInLinearLight) {
     begin();
     const Rgba below{40, 120, 200, 255}, above{200, 90, 30, 128};
     const auto under = quad(solid(below), {0, 0, -2}, {4, 4});
@@ -146,7 +146,7 @@ TEST_F(Composition, AlphaIsArithmeticInLinearLight) {
     };
     constexpr double kAlpha = 128 / 255.0;
     expectNear(seen(under, over)[0].at(100, 100), rgb(above));
-    over.layerFlags = XR_COMPOSITION_LAYER_UNPREMULTIPLIED_ALPHA_BIT;  // without blending, so alpha is one
+    over.layerFlags = XR_COMPOSITION_LAYER_UNPREMULTIPLIED_ALPHA_BIT;  // blending is off: opaque
     expectNear(seen(under, over)[0].at(100, 100), rgb(above));
     over.layerFlags = XR_COMPOSITION_LAYER_BLEND_TEXTURE_SOURCE_ALPHA_BIT;
     expectNear(seen(under, over)[0].at(100, 100), expected(1, kAlpha));
@@ -165,10 +165,9 @@ TEST_F(Composition, ALinearFormatHoldsLinearLight) {
 TEST_F(Composition, NothingBleedsInFromOutsideTheSubImageOrItsSlice) {
     begin();
     std::vector<Rgba> texels(2 * 16 * 16, kRed);
-    for (std::size_t y = 5; y < 9; ++y) {
+    for (std::size_t y = 5; y < 9; ++y)
         for (std::size_t x = 3; x < 10; ++x)
             texels[256 + y * 16 + x] = kGreen;
-    }
     XrCompositionLayerQuad shown = quad(picture(16, 16, texels), {0.11F, 0.19F, -2}, {1, 0.5F});
     shown.subImage.imageArrayIndex = 1;
     shown.subImage.imageRect = {{3, 5}, {7, 4}};
@@ -179,7 +178,7 @@ TEST_F(Composition, NothingBleedsInFromOutsideTheSubImageOrItsSlice) {
     expectCovered(seen(shown)[0], kBlack, [](int, int) { return false; });
 }
 
-TEST_F(Composition, AnEndlessCylinderIsSeenByDirection) {
+TEST_F(Composition, AnInfiniteCylinderDependsOnDirectionOnly) {
     begin();
     for (const float radius : {0.0F, std::numeric_limits<float>::infinity()}) {
         for (const Picture& eye : seen(cylinder(solid(kGreen), radius, 60 * kDegree, 2))) {
@@ -202,7 +201,7 @@ TEST_F(Composition, ACylinderHasItsAngleRadiusAndTexture) {
         const double eye_x = eye == 0 ? -0.03 : 0.03;
         const Picture& picture = eyes[static_cast<std::size_t>(eye)];
         for (int x = 0; x < kSize; ++x) {
-            // |eye + t (tan, -1)| = 0.5, seen from inside.
+            // Solve |eye + t (tan, -1)| = 0.5 for the larger t: the cylinder is seen from inside.
             const double a = 1 + across(x) * across(x), b = eye_x * across(x);
             const double t = (-b + std::sqrt(b * b - a * (eye_x * eye_x - 0.25))) / a;
             const double angle = std::atan2(eye_x + t * across(x), t),
@@ -224,7 +223,7 @@ TEST_F(Composition, ACylinderHasItsAngleRadiusAndTexture) {
     }
 }
 
-TEST_F(Composition, ACylinderIsSeenFromInsideOnly) {
+TEST_F(Composition, ACylinderIsVisibleOnlyFromInside) {
     begin();
     auto layer = cylinder(solid(kBlue), 1, 90 * kDegree, 1);
     layer.pose.position = {0, 0, -5};
@@ -235,7 +234,7 @@ TEST_F(Composition, ACylinderIsSeenFromInsideOnly) {
     expectCovered(seen(layer)[0], kBlack, [](int, int) { return false; });
 }
 
-// Every 8-bit value next to many others, and random alpha that must not matter.
+// Texels in which each 8-bit value has many different neighbours. Alpha is random and must have no effect.
 std::vector<Rgba> noise(std::size_t count) {
     std::vector<Rgba> texels(count);
     std::uint32_t state = 1;
@@ -254,7 +253,7 @@ TEST_F(Composition, ALayerSubmittedAsTheEyeSeesItIsReproducedExactly) {
     const Swapchain swapchain = picture(320, 240, texels);
     for (const auto type : {XR_REFERENCE_SPACE_TYPE_LOCAL, XR_REFERENCE_SPACE_TYPE_STAGE}) {
         const XrSpace space = createSpace(type, {turned(1, {0, 0.6F, 0.8F}), {1, -2, 3}});
-        auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+        auto state = makeStruct<XrFrameState>(XR_TYPE_FRAME_STATE);
         ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
         ASSERT_EQ(beginFrame(), XR_SUCCESS);
         const auto eyes = locateViews(space, state.predictedDisplayTime);
@@ -265,9 +264,7 @@ TEST_F(Composition, ALayerSubmittedAsTheEyeSeesItIsReproducedExactly) {
         const XrCompositionLayerProjection layer{
             XR_TYPE_COMPOSITION_LAYER_PROJECTION, nullptr, 0, space, 2, views.data()};
         label("capture:same");
-        ASSERT_EQ(endFrame(state.predictedDisplayTime,
-                           {reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layer)}),
-                  XR_SUCCESS);
+        ASSERT_EQ(endFrame(state.predictedDisplayTime, {header(layer)}), XR_SUCCESS);
         for (std::size_t eye = 0; eye < 2; ++eye) {
             Picture submitted{320, 240, {}};
             for (std::size_t i = 0; i < 320 * 240; ++i)
@@ -278,7 +275,7 @@ TEST_F(Composition, ALayerSubmittedAsTheEyeSeesItIsReproducedExactly) {
     }
 }
 
-TEST_F(Composition, AProjectionLayerIsTurnedAndNotMoved) {
+TEST_F(Composition, AProjectionLayerIsReprojectedByRotationOnly) {
     begin();
     std::vector<Rgba> halves;
     for (int i = 0; i < kSize * kSize; ++i)
@@ -305,14 +302,14 @@ TEST_F(Composition, AProjectionLayerIsTurnedAndNotMoved) {
     }
 }
 
-TEST_F(Composition, ALayerFollowsAHandAndGoesWithIt) {
+TEST_F(Composition, ALayerFollowsAHandAndDisappearsWithIt) {
     begin(R"(, "controllers": { "left": { "poses": [ { "t_s": 0, "position": [0.3, 1.6, -2.2] } ] } })");
-    auto set_info = structOf<XrActionSetCreateInfo>(XR_TYPE_ACTION_SET_CREATE_INFO);
+    auto set_info = makeStruct<XrActionSetCreateInfo>(XR_TYPE_ACTION_SET_CREATE_INFO);
     std::snprintf(set_info.actionSetName, sizeof set_info.actionSetName, "hands");
     std::snprintf(set_info.localizedActionSetName, sizeof set_info.localizedActionSetName, "Hands");
     XrActionSet set = XR_NULL_HANDLE;
     ASSERT_EQ(xrCreateActionSet(instance_, &set_info, &set), XR_SUCCESS);
-    auto action_info = structOf<XrActionCreateInfo>(XR_TYPE_ACTION_CREATE_INFO);
+    auto action_info = makeStruct<XrActionCreateInfo>(XR_TYPE_ACTION_CREATE_INFO);
     action_info.actionType = XR_ACTION_TYPE_POSE_INPUT;
     std::snprintf(action_info.actionName, sizeof action_info.actionName, "grip");
     std::snprintf(action_info.localizedActionName, sizeof action_info.localizedActionName, "Grip");
@@ -345,21 +342,21 @@ TEST_F(Composition, ALayerFollowsAHandAndGoesWithIt) {
     EXPECT_EQ(in_hand.pixels, seen(fixed)[0].pixels);
 }
 
-TEST_F(Composition, ADroppedFrameIsNotSeen) {
+TEST_F(Composition, ADroppedFrameIsNotShown) {
     begin(R"(, "events": [ { "frame": 5, "frames": { "dropped": true } } ])");
     const auto red = quad(solid(kRed), {0, 0, -2}, {1, 1}), green = quad(solid(kGreen), {0, 0, -2}, {1, 1});
     frame();  // frame 4
     EXPECT_TRUE(seen(red)[0].pixels.empty());
-    frame({reinterpret_cast<const XrCompositionLayerBaseHeader*>(&green)});
+    frame({header(green)});
     EXPECT_EQ(readPicture(file("seen_left.png")).at(100, 100), rgb(kGreen));
 }
 
-TEST_F(Composition, LeavesTheImagesAsTheyAre) {
+TEST_F(Composition, LeavesTheSwapchainImagesUnchanged) {
     begin();
     const std::vector<Rgba> texels = noise(64 * 48);
     const Swapchain swapchain = picture(64, 48, texels);
     seen(quad(swapchain, {0, 0, -2}, {1, 1}));
-    EXPECT_EQ(texelsOf(swapchain, swapchain.images[0], 1), texels);
+    EXPECT_EQ(readTexels(swapchain, swapchain.images[0], 1), texels);
 }
 
 TEST_F(Composition, AgreesWithADoublePrecisionReference) {
@@ -419,7 +416,7 @@ TEST_F(Composition, AgreesWithADoublePrecisionReference) {
     for (std::size_t eye = 0; eye < 2; ++eye) {
         const Difference off = compare(eyes[eye], reference(eye == 0 ? -0.03F : 0.03F));
         RecordProperty(eye == 0 ? "left_psnr_db" : "right_psnr_db", std::to_string(off.psnr_db));
-        // Single precision may put a ray that meets an edge on the other side of it.
+        // At an edge, single precision may move a ray to the other side.
         EXPECT_LT(off.share_over_one, 2e-4) << "eye " << eye;
         EXPECT_GT(off.psnr_db, 55) << "eye " << eye;
     }

@@ -11,7 +11,7 @@ namespace {
 
 class Conformance : public MockTest {};
 
-// --- Vulkan functions as passed by the application, with a counter for uses of the queue
+// --- Vulkan functions passed by the application, which count the uses of the queue ---
 
 int queue_uses = 0;
 PFN_vkVoidFunction real(VkDevice device, const char* name) {
@@ -41,7 +41,7 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL hookedDeviceProcAddr(VkDevice device, c
     if (wanted == "vkDeviceWaitIdle") return reinterpret_cast<PFN_vkVoidFunction>(countedDeviceWait);
     return real(device, name);
 }
-bool compute_only = false;  // pretend that every queue of the GPU is compute-only
+bool compute_only = false;  // true: report every queue of the GPU as compute-only
 VKAPI_ATTR void VKAPI_CALL computeFamily(VkPhysicalDevice, std::uint32_t* count,
                                          VkQueueFamilyProperties* families) {
     *count = 1;
@@ -60,12 +60,13 @@ class QueueUse : public Conformance {
     void startHooked() {
         start();
         auto requirements =
-            structOf<XrGraphicsRequirementsVulkanKHR>(XR_TYPE_GRAPHICS_REQUIREMENTS_VULKAN2_KHR);
+            makeStruct<XrGraphicsRequirementsVulkanKHR>(XR_TYPE_GRAPHICS_REQUIREMENTS_VULKAN2_KHR);
         load<PFN_xrGetVulkanGraphicsRequirements2KHR>(instance_, "xrGetVulkanGraphicsRequirements2KHR")(
             instance_, system_, &requirements);
         VkInstanceCreateInfo vk_instance_info{};
         vk_instance_info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
-        auto instance_info = structOf<XrVulkanInstanceCreateInfoKHR>(XR_TYPE_VULKAN_INSTANCE_CREATE_INFO_KHR);
+        auto instance_info =
+            makeStruct<XrVulkanInstanceCreateInfoKHR>(XR_TYPE_VULKAN_INSTANCE_CREATE_INFO_KHR);
         instance_info.systemId = system_;
         instance_info.pfnGetInstanceProcAddr = hookedInstanceProcAddr;
         instance_info.vulkanCreateInfo = &vk_instance_info;
@@ -85,7 +86,7 @@ class QueueUse : public Conformance {
         vk_device_info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
         vk_device_info.queueCreateInfoCount = 1;
         vk_device_info.pQueueCreateInfos = &queue_info;
-        auto device_info = structOf<XrVulkanDeviceCreateInfoKHR>(XR_TYPE_VULKAN_DEVICE_CREATE_INFO_KHR);
+        auto device_info = makeStruct<XrVulkanDeviceCreateInfoKHR>(XR_TYPE_VULKAN_DEVICE_CREATE_INFO_KHR);
         device_info.systemId = system_;
         device_info.pfnGetInstanceProcAddr = hookedInstanceProcAddr;
         device_info.vulkanPhysicalDevice = vk_physical_device_;
@@ -106,7 +107,7 @@ class QueueUse : public Conformance {
 
 // XR_KHR_vulkan_enable2, "Concurrency": the runtime may use the queue only in xrBeginFrame, xrEndFrame,
 // xrAcquireSwapchainImage and xrReleaseSwapchainImage.
-TEST_F(QueueUse, IsWhereTheApplicationExpectsIt) {
+TEST_F(QueueUse, HappensOnlyInCallsThatMayUseTheQueue) {
     startHooked();
     const XrGraphicsBindingVulkan2KHR graphics = binding();
     Swapchain swapchain;
@@ -147,8 +148,7 @@ TEST_F(QueueUse, TheQueueHasGraphics) {
     EXPECT_EQ(trySession(&graphics, &session_), XR_SUCCESS);
 }
 
-// --- xrGetInstanceProcAddr
-// ----------------------------------------------------------------------------------------
+// --- xrGetInstanceProcAddr ---
 
 constexpr const char* kEveryName[] = {
 #define MOCK_TEST_NAME(function, ...) "xr" #function,
@@ -170,7 +170,7 @@ TEST_F(Conformance, FunctionsAreFoundOnlyWhereTheyMayBeCalled) {
         EXPECT_EQ(look_up(XR_NULL_HANDLE, name, &function), XR_ERROR_HANDLE_INVALID) << name;
         EXPECT_EQ(function, nullptr) << name;
         const bool there = !isExtension(name) || std::strstr(name, "Vulkan") != nullptr;
-        if (there && isExtension(name)) continue;  // either of the Vulkan extensions
+        if (there && isExtension(name)) continue;  // the name may belong to either Vulkan extension
         function = garbage;
         EXPECT_EQ(look_up(instance_, name, &function), there ? XR_SUCCESS : XR_ERROR_FUNCTION_UNSUPPORTED)
             << name;
@@ -191,8 +191,7 @@ TEST_F(Conformance, FunctionsAreFoundOnlyWhereTheyMayBeCalled) {
     EXPECT_EQ(look_up(instance_, "xrGetSystem", nullptr), XR_ERROR_VALIDATION_FAILURE);
 }
 
-// --- session states
-// -----------------------------------------------------------------------------------------------
+// --- Session states ---
 
 // OpenXR 1.0, "Session Lifecycle": the allowed transitions.
 bool mayFollow(XrSessionState from, XrSessionState to) {
@@ -210,8 +209,8 @@ bool mayFollow(XrSessionState from, XrSessionState to) {
     return to == XR_SESSION_STATE_LOSS_PENDING || kAllowed.contains({from, to});
 }
 
-// For any scenario, at any time: no state is skipped, and no state that needs the application is entered
-// without it.
+// The target state changes often and at random. No state may be skipped, and a state that requires a call by
+// the application is entered only after that call.
 TEST_F(Conformance, StatesFollowOneAnother) {
     std::mt19937 random(11);
     constexpr const char* kTargets[] = {"focused", "visible", "synchronized", "stopped"};

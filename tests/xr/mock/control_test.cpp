@@ -18,14 +18,19 @@ namespace {
 
 using nlohmann::json;
 
+sockaddr_un addressOf(const std::string& path) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(address.sun_path, sizeof address.sun_path - 1);
+    return address;
+}
+
 // A client of the control channel.
 class Wire {
   public:
     explicit Wire(const std::string& path) : socket_(::socket(AF_UNIX, SOCK_STREAM, 0)) {
-        sockaddr_un address{};
-        address.sun_family = AF_UNIX;
-        path.copy(address.sun_path, sizeof address.sun_path - 1);
-        EXPECT_EQ(::connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+        const sockaddr_un address = addressOf(path);
+        EXPECT_EQ(::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
         const timeval patience{60, 0};
         ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
     }
@@ -50,7 +55,7 @@ class Wire {
         in_.erase(0, end + 1);
         return reply;
     }
-    json ask(const std::string& request) {
+    json requestReply(const std::string& request) {
         send(request + "\n");
         return receive();
     }
@@ -72,13 +77,20 @@ class Control : public MockTest {
         MockTest::TearDown();
         EXPECT_FALSE(std::filesystem::exists(socket_));
     }
+    // A new socket, bound to the control socket's path.
+    int boundSocket() {
+        const int bound = ::socket(AF_UNIX, SOCK_STREAM, 0);
+        const sockaddr_un address = addressOf(socket_);
+        EXPECT_EQ(::bind(bound, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+        return bound;
+    }
     // Simulates an application: runs frames and polls events until stopFrames().
     void startFrames() {
         startFocused();
         application_ = std::thread([this] {
             while (!stop_ && waitFrame() >= 0) {
                 if (beginFrame() < 0 || endFrame(1'000'000'000) < 0) break;
-                auto event = structOf<XrEventDataBuffer>(XR_TYPE_EVENT_DATA_BUFFER);
+                auto event = makeStruct<XrEventDataBuffer>(XR_TYPE_EVENT_DATA_BUFFER);
                 while (xrPollEvent(instance_, &event) == XR_SUCCESS) {
                     XrEventDataReferenceSpaceChangePending change;
                     std::memcpy(&change, &event, sizeof change);
@@ -111,10 +123,10 @@ class Control : public MockTest {
     std::thread application_;
 };
 
-TEST_F(Control, TellsStateAndAppliesFragmentsNow) {
+TEST_F(Control, ReportsStateAndAppliesFragmentsImmediately) {
     startFrames();
     Wire wire(socket_);
-    json reply = wire.ask(R"({"id": 7, "get": "state"})");
+    json reply = wire.requestReply(R"({"id": 7, "get": "state"})");
     EXPECT_EQ(reply["id"], 7);
     EXPECT_EQ(reply["ok"], true);
     EXPECT_EQ(reply["session_state"], "focused");
@@ -122,11 +134,11 @@ TEST_F(Control, TellsStateAndAppliesFragmentsNow) {
     EXPECT_NEAR(reply["head"][1].get<double>(), 1.6, 1e-9);
     EXPECT_EQ(reply["statistics"]["refusals"], 0);
 
-    EXPECT_EQ(
-        wire.ask(R"({"apply": {"head": [{"position": [1, 2, 3]}], "events": [{"recenter": {}}]}})")["ok"],
-        true);
-    EXPECT_EQ(wire.ask(R"({"wait": {"frame": 20}})")["ok"], true);
-    reply = wire.ask(R"({"id": "x", "get": "state"})");
+    EXPECT_EQ(wire.requestReply(
+                  R"({"apply": {"head": [{"position": [1, 2, 3]}], "events": [{"recenter": {}}]}})")["ok"],
+              true);
+    EXPECT_EQ(wire.requestReply(R"({"wait": {"frame": 20}})")["ok"], true);
+    reply = wire.requestReply(R"({"id": "x", "get": "state"})");
     EXPECT_EQ(reply["id"], "x");
     EXPECT_EQ(reply["head"][0], 1.0);
     EXPECT_EQ(reply["local"][2], 3.0);
@@ -137,10 +149,10 @@ TEST_F(Control, TellsStateAndAppliesFragmentsNow) {
 TEST_F(Control, MovesTheHeadFromWhereItIs) {
     startFrames();
     Wire wire(socket_);
-    wire.ask(R"({"pause": true})");
-    const double t_s = wire.ask(R"({"step": 1})")["t_s"];
-    wire.ask(R"({"apply": {"head": [{"t_s": 1, "position": [9, 1.6, 0]}]}})");
-    const json later = wire.ask(R"({"step": 45})");
+    wire.requestReply(R"({"pause": true})");
+    const double t_s = wire.requestReply(R"({"step": 1})")["t_s"];
+    wire.requestReply(R"({"apply": {"head": [{"t_s": 1, "position": [9, 1.6, 0]}]}})");
+    const json later = wire.requestReply(R"({"step": 45})");
     EXPECT_NEAR(later["t_s"].get<double>(), t_s + 0.5, 1e-6);
     EXPECT_NEAR(later["head"][0].get<double>(), 4.5, 1e-6);
 }
@@ -148,17 +160,18 @@ TEST_F(Control, MovesTheHeadFromWhereItIs) {
 TEST_F(Control, FramesWaitForSteps) {
     startFrames();
     Wire wire(socket_);
-    wire.ask(R"({"pause": true})");
-    const std::uint64_t first = wire.ask(R"({"step": 1})")["frame"];
-    EXPECT_EQ(wire.ask(R"({"step": 10})")["frame"], first + 10);
+    wire.requestReply(R"({"pause": true})");
+    const std::uint64_t first = wire.requestReply(R"({"step": 1})")["frame"];
+    EXPECT_EQ(wire.requestReply(R"({"step": 10})")["frame"], first + 10);
     std::this_thread::sleep_for(std::chrono::milliseconds(30));
-    EXPECT_EQ(wire.ask(R"({"get": "state"})")["frame"], first + 10);
-    EXPECT_EQ(wire.ask(R"({"get": "state"})")["paused"], true);
-    wire.ask(R"({"pause": false})");
-    EXPECT_GE(wire.ask("{\"wait\": {\"frame\": " + std::to_string(first + 30) + "}}")["frame"], first + 30);
+    EXPECT_EQ(wire.requestReply(R"({"get": "state"})")["frame"], first + 10);
+    EXPECT_EQ(wire.requestReply(R"({"get": "state"})")["paused"], true);
+    wire.requestReply(R"({"pause": false})");
+    EXPECT_GE(wire.requestReply("{\"wait\": {\"frame\": " + std::to_string(first + 30) + "}}")["frame"],
+              first + 30);
 }
 
-TEST_F(Control, SaysWhatIsWrong) {
+TEST_F(Control, ReportsInvalidRequests) {
     startFrames();
     Wire wire(socket_);
     const std::pair<const char*, const char*> cases[] = {
@@ -179,15 +192,15 @@ TEST_F(Control, SaysWhatIsWrong) {
         {"[]", "request: document: an object expected"},
     };
     for (const auto& [request, error] : cases) {
-        const json reply = wire.ask(request);
+        const json reply = wire.requestReply(request);
         EXPECT_EQ(reply["ok"], false) << request;
         EXPECT_EQ(reply["error"], error) << request;
     }
-    EXPECT_EQ(wire.ask("{\"id\": \"\xff\"}")["ok"], false);
-    EXPECT_EQ(wire.ask(R"({"get": "state"})")["ok"], true);
+    EXPECT_EQ(wire.requestReply("{\"id\": \"\xff\"}")["ok"], false);
+    EXPECT_EQ(wire.requestReply(R"({"get": "state"})")["ok"], true);
 }
 
-TEST_F(Control, HostileClientsHoldNobodyUp) {
+TEST_F(Control, HostileClientsDoNotBlockTheApplication) {
     startFrames();
     const std::string flood(4096, '{');
     Wire silent(socket_), endless(socket_), asking(socket_), honest(socket_);
@@ -199,37 +212,34 @@ TEST_F(Control, HostileClientsHoldNobodyUp) {
             ::usleep(i % 100 == 0 ? 1000 : 0), asking.send("{\"get\": \"state\"}\n");
     });
     for (int i = 0; i < 50; ++i)
-        EXPECT_EQ(honest.ask(R"({"get": "state"})")["ok"], true);
+        EXPECT_EQ(honest.requestReply(R"({"get": "state"})")["ok"], true);
     attack.join();
     EXPECT_TRUE(endless.receive().is_object());  // the reason for closing the connection
     EXPECT_TRUE(endless.receive().is_null());
-    const std::uint64_t frame = honest.ask(R"({"get": "state"})")["frame"];
-    EXPECT_GT(honest.ask("{\"wait\": {\"frame\": " + std::to_string(frame + 20) + "}}")["frame"], frame);
+    const std::uint64_t frame = honest.requestReply(R"({"get": "state"})")["frame"];
+    EXPECT_GT(honest.requestReply("{\"wait\": {\"frame\": " + std::to_string(frame + 20) + "}}")["frame"],
+              frame);
 }
 
-TEST_F(Control, GivesAPictureOfTheNextFrame) {
+TEST_F(Control, SendsAPictureOfTheNextFrame) {
     startFrames();
     Wire wire(socket_);
-    const json reply = wire.ask(R"({"picture": {"eye": "right"}})");
+    const json reply = wire.requestReply(R"({"picture": {"eye": "right"}})");
     ASSERT_EQ(reply["ok"], true) << reply;
     EXPECT_TRUE(reply["png"].get<std::string>().starts_with("iVBORw0KGgo"));  // signature of PNG
 }
 
-TEST_F(Control, GivesNoPictureOfAFrameThatIsNotShown) {
+TEST_F(Control, SendsNoPictureOfAnInvisibleFrame) {
     setScript(R"({"version": 2, "events": [{"frame": 1, "frames": {"dropped": true, "count": 1000}}]})");
     startFrames();
     Wire wire(socket_);
-    const json reply = wire.ask(R"({"picture": {"eye": "left"}})");
+    const json reply = wire.requestReply(R"({"picture": {"eye": "left"}})");
     ASSERT_EQ(reply["ok"], true) << reply;
     EXPECT_GT(reply["frame"].get<int>(), 1000);
 }
 
-TEST_F(Control, ASocketThatIsInUseIsLeftAlone) {
-    const int live = ::socket(AF_UNIX, SOCK_STREAM, 0);
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    socket_.copy(address.sun_path, sizeof address.sun_path - 1);
-    ASSERT_EQ(::bind(live, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+TEST_F(Control, ASocketInUseIsNotReplaced) {
+    const int live = boundSocket();
     ASSERT_EQ(::listen(live, 8), 0);
     EXPECT_EQ(tryInstance(), XR_ERROR_RUNTIME_FAILURE);
     EXPECT_TRUE(std::filesystem::exists(socket_));
@@ -238,23 +248,19 @@ TEST_F(Control, ASocketThatIsInUseIsLeftAlone) {
 }
 
 TEST_F(Control, ASocketOfAKilledRunIsReplaced) {
-    const int dead = ::socket(AF_UNIX, SOCK_STREAM, 0);
-    sockaddr_un address{};
-    address.sun_family = AF_UNIX;
-    socket_.copy(address.sun_path, sizeof address.sun_path - 1);
-    ASSERT_EQ(::bind(dead, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    const int dead = boundSocket();
     ::close(dead);
     ASSERT_TRUE(std::filesystem::exists(socket_));
     EXPECT_EQ(tryInstance(), XR_SUCCESS);
 }
 
-TEST_F(Control, WhoHasHungUpIsNotWaitedFor) {
+TEST_F(Control, DisconnectedClientsAreNotWaitedFor) {
     startFrames();
     for (int i = 0; i < 300; ++i)
         Wire(socket_).send("{\"wait\": {\"frame\": 1000000000}}\n");
     Wire wire(socket_);
-    const std::uint64_t frame = wire.ask(R"({"get": "state"})")["frame"];
-    const json reply = wire.ask("{\"wait\": {\"frame\": " + std::to_string(frame + 5) + "}}");
+    const std::uint64_t frame = wire.requestReply(R"({"get": "state"})")["frame"];
+    const json reply = wire.requestReply("{\"wait\": {\"frame\": " + std::to_string(frame + 5) + "}}");
     EXPECT_EQ(reply["ok"], true) << reply;
 }
 
@@ -262,13 +268,13 @@ TEST_F(Control, APauseMissesNoRefreshes) {
     setVariable("XRMOCK_CLOCK", "real");
     startFrames();
     Wire wire(socket_);
-    wire.ask(R"({"pause": true})");
-    const std::uint64_t missed = wire.ask(R"({"step": 1})")["statistics"]["missed"];
+    wire.requestReply(R"({"pause": true})");
+    const std::uint64_t missed = wire.requestReply(R"({"step": 1})")["statistics"]["missed"];
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    EXPECT_EQ(wire.ask(R"({"step": 1})")["statistics"]["missed"], missed);
+    EXPECT_EQ(wire.requestReply(R"({"step": 1})")["statistics"]["missed"], missed);
 }
 
-TEST_F(Control, ThePythonClientAsAModule) {
+TEST_F(Control, ThePythonClientWorksAsAModule) {
     startFrames();
     std::ofstream(file("script.py")) << R"(
 import sys, xrmock
@@ -297,7 +303,7 @@ with xrmock.Client(sys.argv[1], connect_within_s=60, timeout_s=60) as mock:
               0);
 }
 
-TEST_F(Control, ThePythonClientDoesItAll) {
+TEST_F(Control, ThePythonClientSupportsEveryCommand) {
     startFrames();
     EXPECT_EQ(python("state"), 0);
     EXPECT_EQ(python("recenter"), 0);

@@ -21,7 +21,7 @@ class Devices : public Actions {
     }
 };
 
-TEST_F(Devices, ComeGoAndChange) {
+TEST_F(Devices, ConnectDisconnectAndChangeProfile) {
     setScript(R"({"version": 2, "refresh_hz": 100, "controllers": {
         "left": {"profile": [{"t_s": 0, "profile": "/interaction_profiles/khr/simple_controller"},
                              {"t_s": 1.5, "profile": null},
@@ -107,7 +107,7 @@ TEST_F(Devices, HeadAndGamepadHaveValuesOfTheirOwn) {
 
 // lastChangeTime is the time of the change at the device, not the time of the xrSyncActions that reported
 // it.
-TEST_F(Devices, ChangesHaveTheirTime) {
+TEST_F(Devices, ChangesCarryTheirTime) {
     setScript(R"({"version": 2, "refresh_hz": 100, "controllers": {"left": {"values": [
         {"t_s": 1.104, "select/click": true}, {"t_s": 1.106, "select/click": true},
         {"t_s": 1.206, "select/click": false}, {"t_s": 1.207, "select/click": true}]}}})");
@@ -128,8 +128,8 @@ TEST_F(Devices, ChangesHaveTheirTime) {
     EXPECT_EQ(boolean(press).lastChangeTime, 1'104'000'000);
 }
 
-// Priorities apply per source and hand, also if a set is active for one hand only.
-TEST_F(Devices, ASetActiveOnOneHandTakesThatHandsSource) {
+// Priorities apply to each source of each hand separately, even if a set is active for one hand only.
+TEST_F(Devices, ASetActiveOnOneHandReceivesOnlyItsSource) {
     startFocused();
     const XrPath left = path(kLeft), right = path(kRight);
     const XrActionSet high = actionSet("high", 3), low = actionSet("low", 2);
@@ -182,20 +182,20 @@ TEST_F(Devices, RecordedPosesMoveTheHand) {
     const XrSpace space = actionSpace(grip),
                   tip = actionSpace(grip, XR_NULL_PATH, {{0, 0, 0, 1}, {0, 0, -1}});
     EXPECT_FLOAT_EQ(locate(space, kSecond / 4).pose.position.x, 0.25F);
-    auto velocity = structOf<XrSpaceVelocity>(XR_TYPE_SPACE_VELOCITY);
-    auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
+    auto velocity = makeStruct<XrSpaceVelocity>(XR_TYPE_SPACE_VELOCITY);
+    auto location = makeStruct<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
     location.next = &velocity;
     ASSERT_EQ(xrLocateSpace(space, stage_, kSecond / 2, &location), XR_SUCCESS);
     EXPECT_NEAR(velocity.linearVelocity.x, 1, 1e-6);
     ASSERT_EQ(xrLocateSpace(tip, stage_, kSecond * 3 / 2, &location), XR_SUCCESS);
     EXPECT_NEAR(velocity.angularVelocity.y, 1.570796, 1e-5);
-    // A point 1 m along -z, turned by 45 degrees. Its velocity is the cross product of angular velocity and
-    // lever.
+    // A point 1 m along -z of a hand turned by 45 degrees. Its velocity is the cross product of angular
+    // velocity and lever arm.
     EXPECT_NEAR(velocity.linearVelocity.x, -1.570796 * std::sqrt(0.5), 1e-5);
     EXPECT_NEAR(velocity.linearVelocity.z, 1.570796 * std::sqrt(0.5), 1e-5);
 }
 
-TEST_F(Devices, BadOnesAreRefused) {
+TEST_F(Devices, InvalidDescriptionsAreRefused) {
     const auto refusal = [&](const std::string& text) {
         setScript(R"({"version": 2, )" + text + "}");
         testing::internal::CaptureStderr();
@@ -267,7 +267,7 @@ TEST_F(Devices, VibrationsAreRecordedPerOutput) {
     const XrTime before = frame().predictedDisplayTime;
     apply(buzz, XR_NULL_PATH, 2 * kSecond, 0.25F);          // both hands
     apply(other, XR_NULL_PATH, XR_MIN_HAPTIC_DURATION, 7);  // interrupts the left one
-    stop(buzz, left);                                       // no longer playing there
+    stop(buzz, left);                                       // no effect: it no longer plays on the left
     stop(other, XR_NULL_PATH);
     apply(buzz, left, kSecond, 0.5F);
     frame();
@@ -299,7 +299,7 @@ TEST_F(Devices, VibrationsAreRecordedPerOutput) {
 }
 
 // Damaged devices and hands are either rejected or accepted. Accepted ones must be usable.
-TEST_F(Devices, SurviveDamage) {
+TEST_F(Devices, DamagedDescriptionsDoNotCrash) {
     std::string joints;
     for (int i = 0; i < XR_HAND_JOINT_COUNT_EXT; ++i)
         joints += (i == 0 ? "[" : ",[") + std::to_string(i) + ",0,0,0,0,0,1,0.01]";
@@ -317,11 +317,10 @@ TEST_F(Devices, SurviveDamage) {
         std::string damaged = whole;
         for (unsigned edits = random() % 3; edits > 0; --edits) {
             const std::size_t at = random() % damaged.size();
-            if (random() % 2 == 0) {
+            if (random() % 2 == 0)
                 damaged[at] = static_cast<char>(random() % 96 + 32);
-            } else {
+            else
                 damaged.insert(at, damaged.substr(random() % damaged.size(), random() % 16));
-            }
         }
         setScript(damaged);
         const XrResult result = tryInstance();

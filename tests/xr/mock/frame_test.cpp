@@ -10,18 +10,13 @@
 namespace mock_test {
 namespace {
 
-// Stops at 3 s and continues at 3.2 s. On the wall clock these times count from xrCreateInstance, and a
-// slow machine needs some of them to begin the session.
-constexpr char kStopAndGo[] = R"({"version": 1, "refresh_hz": 100, "session": [
+// The session stops at 3 s and continues at 3.2 s. On the wall clock these times count from xrCreateInstance.
+// They are so late that a slow machine can begin the session before the stop.
+constexpr char kStopThenFocus[] = R"({"version": 1, "refresh_hz": 100, "session": [
     {"t_s": 3, "state": "stopped"}, {"t_s": 3.2, "state": "focused"}]})";
 
 class Frames : public MockTest {
   protected:
-    XrResult begin() {
-        const XrSessionBeginInfo info{XR_TYPE_SESSION_BEGIN_INFO, nullptr,
-                                      XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO};
-        return xrBeginSession(session_, &info);
-    }
     bool reaches(XrSessionState state) {
         const auto found = states();
         return std::find(found.begin(), found.end(), state) != found.end();
@@ -39,13 +34,13 @@ class Frames : public MockTest {
         ASSERT_EQ(xrEndSession(session_), XR_SUCCESS);
         for (int polls = 0; polls < 600'000 && !reaches(XR_SESSION_STATE_READY); ++polls)
             std::this_thread::sleep_for(std::chrono::microseconds(100));
-        ASSERT_EQ(begin(), XR_SUCCESS);
+        ASSERT_EQ(beginSession(), XR_SUCCESS);
     }
 };
 
 TEST_F(Frames, NullInfosAreEnough) {
     startRunning();
-    auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+    auto state = makeStruct<XrFrameState>(XR_TYPE_FRAME_STATE);
     ASSERT_EQ(xrWaitFrame(session_, nullptr, &state), XR_SUCCESS);
     ASSERT_EQ(xrBeginFrame(session_, nullptr), XR_SUCCESS);
     ASSERT_EQ(endFrame(state.predictedDisplayTime), XR_SUCCESS);
@@ -62,8 +57,8 @@ TEST_F(Frames, NullInfosAreEnough) {
 
 TEST_F(Frames, ArePipelined) {
     startRunning();
-    auto first = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
-    auto second = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+    auto first = makeStruct<XrFrameState>(XR_TYPE_FRAME_STATE);
+    auto second = makeStruct<XrFrameState>(XR_TYPE_FRAME_STATE);
     ASSERT_EQ(waitFrame(&first), XR_SUCCESS);
     ASSERT_EQ(beginFrame(), XR_SUCCESS);
     ASSERT_EQ(waitFrame(&second), XR_SUCCESS);  // before the first frame ends
@@ -75,7 +70,7 @@ TEST_F(Frames, ArePipelined) {
 
 TEST_F(Frames, AFailedEndLeavesTheFrameToBeDiscarded) {
     startRunning();
-    auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+    auto state = makeStruct<XrFrameState>(XR_TYPE_FRAME_STATE);
     ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
     ASSERT_EQ(beginFrame(), XR_SUCCESS);
     EXPECT_EQ(endFrame(0), XR_ERROR_TIME_INVALID);
@@ -84,25 +79,21 @@ TEST_F(Frames, AFailedEndLeavesTheFrameToBeDiscarded) {
     EXPECT_EQ(endFrame(state.predictedDisplayTime), XR_SUCCESS);
 }
 
-TEST_F(Frames, DisplayTimesGrowOverTheRunsOfASession) {
+TEST_F(Frames, DisplayTimesIncreaseAcrossRuns) {
     for (const char* clock : {"virtual", "real"}) {
         setVariable("XRMOCK_CLOCK", clock);
-        setScript(kStopAndGo);
+        setScript(kStopThenFocus);
         startRunning();
         const XrTime last = runUntilStopping();
         restart();
         EXPECT_GT(frame().predictedDisplayTime, last) << clock;
         EXPECT_EQ(beginFrame(), XR_ERROR_CALL_ORDER_INVALID);
-        ASSERT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
-        vkDestroyDevice(vk_device_, nullptr);
-        vk_device_ = VK_NULL_HANDLE;
-        destroyVulkanInstance();
+        destroyAll();
     }
-    instance_ = XR_NULL_HANDLE;
 }
 
-TEST_F(Frames, ARunBeginsWithoutTheFramesOfTheOneBefore) {
-    setScript(kStopAndGo);
+TEST_F(Frames, ANewRunStartsWithoutPendingFrames) {
+    setScript(kStopThenFocus);
     startRunning();
     runUntilStopping();
     ASSERT_EQ(waitFrame(), XR_SUCCESS);  // this frame is neither begun nor ended
@@ -118,7 +109,7 @@ TEST_F(Frames, ARunBeginsWithoutTheFramesOfTheOneBefore) {
     frame();
 }
 
-TEST_F(Frames, ASleepingThreadLeavesWithTheSession) {
+TEST_F(Frames, ASleepingWaitReturnsWhenTheSessionEnds) {
     setVariable("XRMOCK_CLOCK", "real");
     setScript(R"({"version": 2, "refresh_hz": 1, "events": [{"frame": 1, "frames": {"late": 120}}]})");
     startRunning();
@@ -134,7 +125,7 @@ TEST_F(Frames, ASleepingThreadLeavesWithTheSession) {
     EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(60));
 }
 
-TEST_F(Frames, GoOnWhileOtherThreadsCall) {
+TEST_F(Frames, ContinueWhileOtherThreadsCall) {
     startFocused();
     std::atomic<bool> done = false;
     std::atomic<std::uint64_t> calls = 0;
@@ -142,7 +133,7 @@ TEST_F(Frames, GoOnWhileOtherThreadsCall) {
     std::vector<std::thread> others;
     for (int i = 0; i < 3; ++i) {
         others.emplace_back([&] {
-            auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
+            auto location = makeStruct<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
             XrPath atom;
             while (!done) {
                 EXPECT_EQ(xrLocateSpace(view, stage_, 1, &location), XR_SUCCESS);

@@ -21,7 +21,7 @@ struct Outcome {
     std::string output;
 };
 
-std::string freshFolder() {
+std::string makeFolder() {
     std::string folder = (std::filesystem::temp_directory_path() / "hello_xr.XXXXXX").string();
     return mkdtemp(folder.data()) == nullptr ? std::string() : folder;
 }
@@ -29,7 +29,7 @@ std::string freshFolder() {
 // Runs `body` in a separate process and captures its output. Its stdin stays open, because hello_xr quits
 // when its input ends.
 template <class Body>
-Outcome runApart(const std::string& folder, Body body) {
+Outcome runInChildProcess(const std::string& folder, Body body) {
     int input[2];
     if (pipe(input) != 0) return {};
     const std::string log = folder + "/log.txt";
@@ -53,17 +53,16 @@ Outcome runApart(const std::string& folder, Body body) {
 }
 
 Outcome runHelloXr(const std::string& folder, const char* graphics) {
-    return runApart(folder,
-                    [&] { execlp("timeout", "timeout", "120", "hello_xr", "-g", graphics, nullptr); });
+    return runInChildProcess(
+        folder, [&] { execlp("timeout", "timeout", "120", "hello_xr", "-g", graphics, nullptr); });
 }
 
 class HelloXr : public testing::Test {
   protected:
     void SetUp() override {
-        if (std::system("command -v hello_xr > /dev/null") != 0) {
+        if (std::system("command -v hello_xr > /dev/null") != 0)
             GTEST_SKIP() << "hello_xr (package libopenxr-utils) is not installed";
-        }
-        folder_ = freshFolder();
+        folder_ = makeFolder();
         ASSERT_FALSE(folder_.empty());
         std::ofstream(folder_ + "/scenario.json") << R"({"version": 1, "exit_after_frames": 300})";
         setenv("XRMOCK_SCENARIO", (folder_ + "/scenario.json").c_str(), 1);
@@ -77,7 +76,7 @@ class HelloXr : public testing::Test {
         if (!folder_.empty()) std::filesystem::remove_all(folder_);
     }
     // The application reaches the focused state, submits 300 frames and exits on its own.
-    void expectAWholeLife(const Outcome& outcome) {
+    void expectCompleteRun(const Outcome& outcome) {
         EXPECT_EQ(outcome.exit_status, 0) << outcome.output;
         EXPECT_NE(outcome.output.find("VISIBLE->XR_SESSION_STATE_FOCUSED"), std::string::npos)
             << outcome.output;
@@ -99,14 +98,14 @@ class HelloXr : public testing::Test {
     std::string folder_;
 };
 
-TEST_F(HelloXr, RunsThreeHundredFramesAndLeaves) {
+TEST_F(HelloXr, RunsThreeHundredFramesAndExits) {
     for (const char* graphics : {"Vulkan2", "Vulkan"}) {
         SCOPED_TRACE(graphics);
-        expectAWholeLife(runHelloXr(folder_, graphics));
+        expectCompleteRun(runHelloXr(folder_, graphics));
     }
 }
 
-TEST_F(HelloXr, PleasesCoreValidation) {
+TEST_F(HelloXr, PassesCoreValidation) {
     enableCoreValidation();
     for (const char* graphics : {"Vulkan2", "Vulkan"}) {
         SCOPED_TRACE(graphics);
@@ -115,15 +114,15 @@ TEST_F(HelloXr, PleasesCoreValidation) {
             GTEST_SKIP()
                 << "the core_validation layer (package openxr-layer-corevalidation) is not installed";
         }
-        expectAWholeLife(outcome);
+        expectCompleteRun(outcome);
         EXPECT_EQ(outcome.output.find("VUID"), std::string::npos) << outcome.output;
     }
 }
 
 // Checks that the validation layer, which found no errors above, reports a real violation.
-TEST_F(HelloXr, CoreValidationSeesAViolation) {
+TEST_F(HelloXr, CoreValidationDetectsAViolation) {
     enableCoreValidation();
-    const Outcome outcome = runApart(folder_, [] {
+    const Outcome outcome = runInChildProcess(folder_, [] {
         XrInstanceCreateInfo info{};
         info.type = XR_TYPE_INSTANCE_CREATE_INFO;
         std::strcpy(info.applicationInfo.applicationName, "violator");
@@ -136,22 +135,20 @@ TEST_F(HelloXr, CoreValidationSeesAViolation) {
         std::fflush(nullptr);
         _exit(result == XR_ERROR_VALIDATION_FAILURE ? 0 : 1);
     });
-    if (!coreValidationRan(outcome)) {
+    if (!coreValidationRan(outcome))
         GTEST_SKIP() << "the core_validation layer (package openxr-layer-corevalidation) is not installed";
-    }
     EXPECT_EQ(outcome.exit_status, 0) << outcome.output;
     EXPECT_NE(outcome.output.find("VUID-XrSystemGetInfo-type-type"), std::string::npos) << outcome.output;
 }
 
-TEST_F(HelloXr, PleasesVulkanValidation) {
+TEST_F(HelloXr, PassesVulkanValidation) {
     setenv("VK_INSTANCE_LAYERS", "VK_LAYER_KHRONOS_validation", 1);
     for (const char* graphics : {"Vulkan2", "Vulkan"}) {
         SCOPED_TRACE(graphics);
         const Outcome outcome = runHelloXr(folder_, graphics);
-        if (outcome.output.find("VK_LAYER_KHRONOS_validation") == std::string::npos) {
+        if (outcome.output.find("VK_LAYER_KHRONOS_validation") == std::string::npos)
             GTEST_SKIP() << "the Vulkan validation layer (package vulkan-validationlayers) is not installed";
-        }
-        expectAWholeLife(outcome);
+        expectCompleteRun(outcome);
         EXPECT_EQ(outcome.output.find("Validation Error"), std::string::npos) << outcome.output;
         EXPECT_EQ(outcome.output.find("VUID"), std::string::npos) << outcome.output;
     }

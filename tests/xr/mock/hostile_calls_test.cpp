@@ -13,19 +13,19 @@ class HostileCalls : public MockTest {
   protected:
     void startAll() {
         startVulkan();
-        surroundings_.instance = instance_;
-        surroundings_.system = system_;
-        surroundings_.binding = binding();
+        shared_objects_.instance = instance_;
+        shared_objects_.system = system_;
+        shared_objects_.binding = binding();
     }
-    Surroundings surroundings_;
+    SharedObjects shared_objects_;
 };
 
 TEST_F(HostileCalls, GetListedResults) {
     startAll();
     for (unsigned seed = 0; seed < 10; ++seed) {
-        Hostile hostile(surroundings_, seed);
+        HostileCaller hostile(shared_objects_, seed);
         for (int i = 0; i < 6000 && !HasFailure(); ++i) {
-            if (i % 4 == 0) hostile.behave();
+            if (i % 4 == 0) hostile.callSensibly();
             hostile.callAny();
         }
     }
@@ -62,9 +62,9 @@ TEST_F(HostileCalls, GetListedResultsWhateverHappens) {
         events + "]}");
     setVariable("XRMOCK_LOG", file("log.jsonl").string());
     startAll();
-    Hostile hostile(surroundings_, 8);
+    HostileCaller hostile(shared_objects_, 8);
     for (int i = 0; i < 16'000 && !HasFailure(); ++i) {
-        if (i % 4 == 0) hostile.behave();
+        if (i % 4 == 0) hostile.callSensibly();
         hostile.callAny();
     }
 }
@@ -75,14 +75,12 @@ TEST_F(HostileCalls, GetListedResultsFromEightThreads) {
     for (unsigned i = 0; i < 8; ++i) {
         threads.emplace_back([this, i] {
             const bool frames = i == 0;
-            Hostile hostile(surroundings_, 100 + i, frames);
-            for (int call = 0; call < 10'000; ++call) {
-                if (frames && call % 2 == 0) {
-                    hostile.behave();
-                } else {
+            HostileCaller hostile(shared_objects_, 100 + i, frames);
+            for (int call = 0; call < 10'000; ++call)
+                if (frames && call % 2 == 0)
+                    hostile.callSensibly();
+                else
                     hostile.callAny();
-                }
-            }
         });
     }
     for (std::thread& thread : threads)

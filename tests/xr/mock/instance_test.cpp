@@ -11,14 +11,13 @@ namespace {
 
 class Instance : public MockTest {};
 
-TEST_F(Instance, ComesAndGoesManyTimes) {
+TEST_F(Instance, CanBeCreatedAndDestroyedRepeatedly) {
     for (int i = 0; i < 20; ++i) {
         start();
-        auto properties = structOf<XrInstanceProperties>(XR_TYPE_INSTANCE_PROPERTIES);
+        auto properties = makeStruct<XrInstanceProperties>(XR_TYPE_INSTANCE_PROPERTIES);
         ASSERT_EQ(xrGetInstanceProperties(instance_, &properties), XR_SUCCESS);
         EXPECT_STREQ(properties.runtimeName, "XR Mock");
-        ASSERT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
-        instance_ = XR_NULL_HANDLE;
+        destroyInstance();
     }
 }
 
@@ -29,14 +28,14 @@ TEST_F(Instance, OffersWholeExtensionsOnly) {
 }
 
 TEST_F(Instance, RefusesAnApplicationWithoutName) {
-    auto info = structOf<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
+    auto info = makeStruct<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
     info.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 0, 0);
     EXPECT_EQ(xrCreateInstance(&info, &instance_), XR_ERROR_NAME_INVALID);
     EXPECT_EQ(instance_, static_cast<XrInstance>(XR_NULL_HANDLE));
 }
 
 TEST_F(Instance, RefusesANewerApi) {
-    auto info = structOf<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
+    auto info = makeStruct<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
     std::strcpy(info.applicationInfo.applicationName, "newer");
     info.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 1, 0);
     EXPECT_EQ(xrCreateInstance(&info, &instance_), XR_ERROR_API_VERSION_UNSUPPORTED);
@@ -44,7 +43,7 @@ TEST_F(Instance, RefusesANewerApi) {
 }
 
 TEST_F(Instance, ExtensionFunctionsNeedTheirExtension) {
-    auto info = structOf<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
+    auto info = makeStruct<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
     std::strcpy(info.applicationInfo.applicationName, "bare");
     info.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 0, 0);
     ASSERT_EQ(xrCreateInstance(&info, &instance_), XR_SUCCESS);
@@ -76,7 +75,7 @@ TEST_F(Instance, NamesResultsAndStructures) {
     EXPECT_STREQ(structure, "XR_UNKNOWN_STRUCTURE_TYPE_77777777");
 }
 
-TEST_F(Instance, KnowsTheNamesOfTheHeaders) {
+TEST_F(Instance, NamesMatchTheHeaders) {
     start();
     char text[XR_MAX_RESULT_STRING_SIZE];
 #define EXPECT_RESULT_NAME(name, value)                             \
@@ -137,7 +136,7 @@ TEST_F(Instance, DescribesOneStereoSystem) {
     EXPECT_EQ(xrGetSystem(instance_, &get_info, &other), XR_ERROR_FORM_FACTOR_UNSUPPORTED);
     get_info.formFactor = static_cast<XrFormFactor>(99);
     EXPECT_EQ(xrGetSystem(instance_, &get_info, &other), XR_ERROR_FORM_FACTOR_UNSUPPORTED);
-    auto properties = structOf<XrSystemProperties>(XR_TYPE_SYSTEM_PROPERTIES);
+    auto properties = makeStruct<XrSystemProperties>(XR_TYPE_SYSTEM_PROPERTIES);
     EXPECT_EQ(xrGetSystemProperties(instance_, system_ + 1, &properties), XR_ERROR_SYSTEM_INVALID);
     ASSERT_EQ(xrGetSystemProperties(instance_, system_, &properties), XR_SUCCESS);
     EXPECT_GE(properties.graphicsProperties.maxLayerCount,
@@ -171,13 +170,13 @@ TEST_F(Instance, DescribesOneStereoSystem) {
 
 TEST_F(Instance, ChecksStructureTypes) {
     start();
-    auto event = structOf<XrEventDataBuffer>(XR_TYPE_FRAME_STATE);
+    auto event = makeStruct<XrEventDataBuffer>(XR_TYPE_FRAME_STATE);
     EXPECT_EQ(xrPollEvent(instance_, &event), XR_ERROR_VALIDATION_FAILURE);
     event.type = XR_TYPE_EVENT_DATA_BUFFER;
     EXPECT_EQ(xrPollEvent(instance_, &event), XR_EVENT_UNAVAILABLE);
 }
 
-TEST_F(Instance, KnowsDeadAndForeignHandles) {
+TEST_F(Instance, RefusesDeadAndForeignHandles) {
     startSession();
     XrSpace space = createSpace(XR_REFERENCE_SPACE_TYPE_LOCAL);
     ASSERT_EQ(xrDestroySpace(space), XR_SUCCESS);

@@ -21,19 +21,8 @@ class ExtensionLayers : public MockTest {
         depth_ = createSwapchain(info);
         cycle(depth_.handle);
     }
-    XrSwapchainSubImage subImage(const Swapchain& swapchain) const {
-        return {swapchain.handle, {{0, 0}, {64, 48}}, 0};
-    }
     XrResult submit(const void* layer) {
-        auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
-        EXPECT_EQ(waitFrame(&state), XR_SUCCESS);
-        EXPECT_EQ(beginFrame(), XR_SUCCESS);
-        const XrResult result =
-            endFrame(state.predictedDisplayTime, {static_cast<const XrCompositionLayerBaseHeader*>(layer)});
-        if (result != XR_SUCCESS) {
-            EXPECT_EQ(endFrame(state.predictedDisplayTime), XR_SUCCESS);
-        }
-        return result;
+        return tryFrame({static_cast<const XrCompositionLayerBaseHeader*>(layer)});
     }
     XrCompositionLayerCylinderKHR cylinder() const {
         return {XR_TYPE_COMPOSITION_LAYER_CYLINDER_KHR,
@@ -41,7 +30,7 @@ class ExtensionLayers : public MockTest {
                 0,
                 stage_,
                 XR_EYE_VISIBILITY_BOTH,
-                subImage(swapchain_),
+                whole(swapchain_),
                 kIdentity,
                 1,
                 1,
@@ -55,11 +44,8 @@ class ExtensionLayers : public MockTest {
         return submit(&layer);
     }
     XrResult submitDepth(XrCompositionLayerDepthInfoKHR depth) {
-        const XrCompositionLayerProjectionView view{XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW,
-                                                    &depth,
-                                                    kIdentity,
-                                                    {-1, 1, 1, -1},
-                                                    subImage(swapchain_)};
+        const XrCompositionLayerProjectionView view{
+            XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW, &depth, kIdentity, {-1, 1, 1, -1}, whole(swapchain_)};
         const std::array views{view, view};
         const XrCompositionLayerProjection layer{
             XR_TYPE_COMPOSITION_LAYER_PROJECTION, nullptr, 0, stage_, 2, views.data()};
@@ -112,7 +98,7 @@ TEST_F(ExtensionLayers, NeedTheirExtension) {
 TEST_F(ExtensionLayers, DepthIsChecked) {
     begin();
     XrCompositionLayerDepthInfoKHR depth{
-        XR_TYPE_COMPOSITION_LAYER_DEPTH_INFO_KHR, nullptr, subImage(depth_), 0, 1, 0.1F, 100};
+        XR_TYPE_COMPOSITION_LAYER_DEPTH_INFO_KHR, nullptr, whole(depth_), 0, 1, 0.1F, 100};
     const XrCompositionLayerDepthInfoKHR good = depth;
     EXPECT_EQ(submitDepth(depth), XR_SUCCESS);
     for (const auto& [near_z, far_z] : {std::pair{100.0F, 0.1F}, {0.1F, kInfinity}, {kInfinity, 0.0F}}) {

@@ -1,4 +1,4 @@
-// XRMOCK_LOG: its contents, that it is reproducible byte by byte, and its cost.
+// XRMOCK_LOG: the contents of the log, its byte-by-byte reproducibility, and its cost.
 #include <chrono>
 #include <fstream>
 #include <iterator>
@@ -27,42 +27,8 @@ class Log : public MockTest {
         const Swapchain swapchain = createSwapchain(info);
         for (int i = 0; i < 10; ++i)
             projectionFrame(swapchain);
-        vkDeviceWaitIdle(vk_device_);
-        EXPECT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
-        instance_ = XR_NULL_HANDLE;
-        vkDestroyDevice(vk_device_, nullptr);
-        vk_device_ = VK_NULL_HANDLE;
-        destroyVulkanInstance();
+        destroyAll();
         return text(name);
-    }
-    void projectionFrame(const Swapchain& swapchain) {
-        auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
-        ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
-        ASSERT_EQ(beginFrame(), XR_SUCCESS);
-        std::array views{structOf<XrView>(XR_TYPE_VIEW), structOf<XrView>(XR_TYPE_VIEW)};
-        const XrViewLocateInfo locate{XR_TYPE_VIEW_LOCATE_INFO, nullptr,
-                                      XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO, state.predictedDisplayTime,
-                                      stage_};
-        auto view_state = structOf<XrViewState>(XR_TYPE_VIEW_STATE);
-        std::uint32_t count = 0;
-        if (xrLocateViews(session_, &locate, &view_state, 2, &count, views.data()) != XR_SUCCESS) {
-            for (XrView& view : views)
-                view = {XR_TYPE_VIEW, nullptr, kIdentity, {-0.5F, 0.5F, 0.5F, -0.5F}};
-        }
-        cycle(swapchain.handle);
-        std::array<XrCompositionLayerProjectionView, 2> eyes{};
-        for (std::uint32_t eye = 0; eye < 2; ++eye) {
-            eyes[eye] = {XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW,
-                         nullptr,
-                         views[eye].pose,
-                         views[eye].fov,
-                         {swapchain.handle, {{0, 0}, {64, 48}}, eye}};
-        }
-        const XrCompositionLayerProjection layer{
-            XR_TYPE_COMPOSITION_LAYER_PROJECTION, nullptr, 0, stage_, 2, eyes.data()};
-        ASSERT_EQ(endFrame(state.predictedDisplayTime,
-                           {reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layer)}),
-                  XR_SUCCESS);
     }
     std::string text(const std::string& name) {
         std::ifstream in(file(name), std::ios::binary);
@@ -77,7 +43,7 @@ class Log : public MockTest {
     }
 };
 
-TEST_F(Log, TellsCallsAndFrames) {
+TEST_F(Log, WritesCallsAndFrames) {
     int frames = 0, ends = 0, refused = 0, rendered = 0;
     std::int64_t time = 0;
     for (const json& line : lines(play("log.jsonl"))) {
@@ -112,12 +78,10 @@ TEST_F(Log, TextsOfAnyBytesAreLogged) {
     XrPath path = XR_NULL_PATH;
     EXPECT_EQ(xrStringToPath(instance_, "/\"na\xc3\xafve\\", &path), XR_ERROR_PATH_FORMAT_INVALID);
     EXPECT_EQ(xrStringToPath(instance_, "/\xff\n", &path), XR_ERROR_PATH_FORMAT_INVALID);
-    EXPECT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
-    instance_ = XR_NULL_HANDLE;
+    destroyInstance();
     std::vector<std::string> texts;
-    for (const json& line : lines(text("log.jsonl"))) {
+    for (const json& line : lines(text("log.jsonl")))
         if (line["call"] == "xrStringToPath") texts.push_back(line["args"][1]);
-    }
     const std::vector<std::string> expected{"/\"na\xc3\xafve\\", "/\xef\xbf\xbd\n"};
     EXPECT_EQ(texts, expected);
 }
@@ -128,7 +92,7 @@ TEST_F(Log, TwoRunsGiveTheSameBytes) {
     EXPECT_EQ(first, play("second.jsonl"));
 }
 
-TEST_F(Log, AnotherInstanceGoesOnInTheSameFile) {
+TEST_F(Log, ALaterInstanceAppendsToTheSameFile) {
     const std::string first = play("log.jsonl");
     const std::string both = play("log.jsonl");
     EXPECT_TRUE(both.starts_with(first));

@@ -91,7 +91,7 @@ TEST_F(Negotiation, AgreesWithLoadersOfOneDotZeroAndOneDotOne) {
     EXPECT_EQ(request_.runtimeInterfaceVersion, 1U);
 }
 
-TEST_F(Negotiation, RefusesStrangers) {
+TEST_F(Negotiation, RefusesInvalidLoaders) {
     const auto good_loader = loader_;
     const auto good_request = request_;
     EXPECT_EQ(negotiate_(nullptr, &request_), XR_ERROR_INITIALIZATION_FAILED);
@@ -111,7 +111,7 @@ TEST_F(Negotiation, RefusesStrangers) {
     EXPECT_EQ(negotiate_(&loader_, &request_), XR_SUCCESS);
 }
 
-TEST_F(Negotiation, InstancesAreApart) {
+TEST_F(Negotiation, InstancesAreIndependent) {
     ASSERT_EQ(negotiate_(&loader_, &request_), XR_SUCCESS);
     const auto function = [&](XrInstance instance, const char* name) {
         PFN_xrVoidFunction found = nullptr;
@@ -161,7 +161,7 @@ TEST_F(Negotiation, InstancesAreApart) {
     EXPECT_EQ(destroy(other), XR_SUCCESS);
 }
 
-TEST_F(Negotiation, EveryCoreFunctionIsThere) {
+TEST_F(Negotiation, EveryCoreFunctionIsAvailable) {
     ASSERT_EQ(negotiate_(&loader_, &request_), XR_SUCCESS);
     PFN_xrVoidFunction function = nullptr;
     EXPECT_EQ(request_.getInstanceProcAddr(XR_NULL_HANDLE, "xrDestroyInstance", &function),
@@ -234,7 +234,7 @@ TEST_F(Negotiation, EveryCoreFunctionIsThere) {
         EXPECT_EQ(request_.getInstanceProcAddr(instance, name, &function), XR_SUCCESS) << name;
         EXPECT_NE(function, nullptr) << name;
     }
-    // Without a loader, a 1.1 client reaches the runtime, and a process can have two instances.
+    // No loader refuses a 1.1 client or a second instance here, so the runtime itself must decide.
     info.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 1, 0);
     XrInstance other = XR_NULL_HANDLE;
     EXPECT_EQ(create(&info, &other), XR_ERROR_API_VERSION_UNSUPPORTED);

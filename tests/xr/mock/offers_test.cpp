@@ -1,5 +1,5 @@
-// Features that depend on scenario and environment: blend modes, spaces, formats, extensions. Also calls
-// that take time.
+// Features that depend on scenario and environment: blend modes, spaces, formats, extensions. Also tests
+// stalled calls.
 #include <chrono>
 #include <fstream>
 
@@ -41,7 +41,7 @@ TEST_F(Offers, BlendModesAreThoseOfTheScenario) {
               XR_SUCCESS);
     EXPECT_EQ(count, 2u);
     EXPECT_EQ(modes[0], XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND);
-    auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+    auto state = makeStruct<XrFrameState>(XR_TYPE_FRAME_STATE);
     ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
     ASSERT_EQ(beginFrame(), XR_SUCCESS);
     XrFrameEndInfo info{XR_TYPE_FRAME_END_INFO,
@@ -55,7 +55,7 @@ TEST_F(Offers, BlendModesAreThoseOfTheScenario) {
     EXPECT_EQ(xrEndFrame(session_, &info), XR_SUCCESS);
 }
 
-TEST_F(Offers, AStationarySpaceIsOfOneGenerationUntilItIsLost) {
+TEST_F(Offers, AStationarySpaceKeepsItsGenerationUntilItIsLost) {
     setScript(R"({"version": 2, "offers": {"spaces": ["stage", "stationary"]}, "events": [
         {"frame": 6, "recenter": {"space": "stage"}},
         {"frame": 8, "recenter": {"space": "stationary", "pose": {"position": [1, 0, 0]}}}]})");
@@ -76,7 +76,7 @@ TEST_F(Offers, AStationarySpaceIsOfOneGenerationUntilItIsLost) {
         EXPECT_FLOAT_EQ(change.poseInPreviousSpace.position.x, 1.0f);
     }
     EXPECT_EQ(told, 1);
-    auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
+    auto location = makeStruct<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
     const XrSpace stage = createSpace(XR_REFERENCE_SPACE_TYPE_STAGE);
     ASSERT_EQ(xrLocateSpace(space, stage, frame().predictedDisplayTime, &location), XR_SUCCESS);
     EXPECT_NE(location.locationFlags, 0u);
@@ -115,8 +115,8 @@ TEST_F(Offers, ExtensionsMayBeWithheldOrRefused) {
     const auto offers = [](const char* name) {
         std::uint32_t count = 0;
         EXPECT_EQ(xrEnumerateInstanceExtensionProperties(nullptr, 0, &count, nullptr), XR_SUCCESS);
-        std::vector<XrExtensionProperties> all(count,
-                                               structOf<XrExtensionProperties>(XR_TYPE_EXTENSION_PROPERTIES));
+        std::vector<XrExtensionProperties> all(
+            count, makeStruct<XrExtensionProperties>(XR_TYPE_EXTENSION_PROPERTIES));
         EXPECT_EQ(xrEnumerateInstanceExtensionProperties(nullptr, count, &count, all.data()), XR_SUCCESS);
         return std::any_of(all.begin(), all.end(),
                            [&](const auto& each) { return std::string(each.extensionName) == name; });
@@ -131,7 +131,7 @@ TEST_F(Offers, ExtensionsMayBeWithheldOrRefused) {
     EXPECT_EQ(tryInstance(), XR_ERROR_EXTENSION_NOT_PRESENT);
 }
 
-TEST_F(Offers, ARefusalOfTimeZeroMeetsTheFirstCalls) {
+TEST_F(Offers, ARefusalAtTimeZeroAppliesToTheFirstCalls) {
     setScript(R"({"version": 2, "events": [
         {"t_s": 0, "refuse": {"call": "xrGetSystem", "result": "XR_ERROR_FORM_FACTOR_UNAVAILABLE"}}]})");
     ASSERT_EQ(tryInstance(), XR_SUCCESS);
@@ -141,20 +141,20 @@ TEST_F(Offers, ARefusalOfTimeZeroMeetsTheFirstCalls) {
     EXPECT_EQ(xrGetSystem(instance_, &info, &system), XR_SUCCESS);
 }
 
-TEST_F(Offers, AStalledCallTakesItsTime) {
+TEST_F(Offers, AStalledCallIsDelayed) {
     setScript(
         R"({"version": 2, "events": [{"frame": 2, "stall": {"call": "xrLocateViews", "for_s": 0.2, "nth": 2}}]})");
     startFocused();
-    const auto secondsOf = [&] {
+    const auto measureSeconds = [&] {
         const auto begin = std::chrono::steady_clock::now();
         locateViews(stage_, frame().predictedDisplayTime);
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     };
-    secondsOf();
-    EXPECT_GE(secondsOf(), 0.2);
+    measureSeconds();
+    EXPECT_GE(measureSeconds(), 0.2);
 }
 
-TEST_F(Offers, WhatIsNotKnownIsRefused) {
+TEST_F(Offers, UnknownValuesAreRefused) {
     const std::pair<const char*, const char*> kBad[] = {
         {R"("offers": {"blend_modes": []})", "offers.blend_modes: at least one mode expected"},
         {R"("offers": {"blend_modes": ["glass"]})", "offers.blend_modes[0]"},

@@ -83,7 +83,7 @@ class RandomCalls : public MockTest {
             kIdentity,
             {1, 1}};
         quad.subImage.imageRect.extent.width = static_cast<std::int32_t>(random());
-        endFrame(1, {reinterpret_cast<const XrCompositionLayerBaseHeader*>(&quad)});
+        endFrame(1, {header(quad)});
     }
     void restartIfStopped(std::mt19937& random) {
         if (random() % 8 == 0) xrRequestExitSession(session_);
@@ -99,7 +99,7 @@ class RandomCalls : public MockTest {
         }
     }
     void locate(std::mt19937& random) {
-        auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
+        auto location = makeStruct<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
         const XrSpace base = random() % 4 == 0 ? handleFrom<XrSpace>(random) : stage_;
         xrLocateSpace(spaces_.empty() ? stage_ : spaces_.back(), base, static_cast<XrTime>(random()) - 1000,
                       &location);
@@ -119,7 +119,7 @@ class RandomCalls : public MockTest {
     std::vector<XrSpace> spaces_;
 };
 
-TEST_F(RandomCalls, LeaveTheRuntimeSound) {
+TEST_F(RandomCalls, LeaveTheRuntimeConsistent) {
     startVulkan();
     createAll();
     std::mt19937 random(1);
@@ -140,7 +140,7 @@ TEST_F(RandomCalls, FromManyThreads) {
                                                       XR_REFERENCE_SPACE_TYPE_VIEW, kIdentity};
                 XrSpace space = XR_NULL_HANDLE;
                 if (xrCreateReferenceSpace(session_, &info, &space) == XR_SUCCESS) own.push_back(space);
-                auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
+                auto location = makeStruct<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
                 if (xrLocateSpace(own[random() % own.size()], stage_, 1, &location) == XR_SUCCESS) ++located;
                 XrPath atom = XR_NULL_PATH;
                 xrStringToPath(instance_, ("/t" + std::to_string(random() % 100)).c_str(), &atom);

@@ -20,7 +20,7 @@ class Report : public MockTest {
         EXPECT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
         stderr_ = testing::internal::GetCapturedStderr();
         instance_ = XR_NULL_HANDLE;
-        // A process numbers its reports.
+        // The reports of a process are numbered, so the file's name is not known.
         for (const auto& entry : std::filesystem::directory_iterator(file(""))) {
             if (entry.path().extension() == ".xml") xml_ = read(entry.path());
             if (entry.path().extension() == ".txt") text_ = read(entry.path());
@@ -31,31 +31,10 @@ class Report : public MockTest {
         std::ifstream in(path);
         return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
     }
-    void projectionFrame(const Swapchain& swapchain, float aside_m = 0) {
-        auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
-        ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
-        ASSERT_EQ(beginFrame(), XR_SUCCESS);
-        const std::array<XrView, 2> views = locateViews(stage_, state.predictedDisplayTime);
-        cycle(swapchain.handle);
-        std::array<XrCompositionLayerProjectionView, 2> eyes{};
-        for (std::uint32_t eye = 0; eye < 2; ++eye) {
-            eyes[eye] = {XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW,
-                         nullptr,
-                         views[eye].pose,
-                         views[eye].fov,
-                         {swapchain.handle, {{0, 0}, {64, 48}}, eye}};
-            eyes[eye].pose.position.x += aside_m;
-        }
-        const XrCompositionLayerProjection layer{
-            XR_TYPE_COMPOSITION_LAYER_PROJECTION, nullptr, 0, stage_, 2, eyes.data()};
-        ASSERT_EQ(endFrame(state.predictedDisplayTime,
-                           {reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layer)}),
-                  XR_SUCCESS);
-    }
     std::string stderr_, xml_, text_;
 };
 
-TEST_F(Report, WhatIsMetIsOk) {
+TEST_F(Report, MetAssertionsAreOk) {
     assertions(R"({"frames_at_least": 5}, {"refusals_at_most": 0}, {"discarded_at_most": 0},
         {"missed_at_most": 0}, {"every_frame_has": "projection", "frames": [4, 100]},
         {"views_within": {"position_m": 1e-6, "angle_rad": 1e-5}}, {"format": 43},
@@ -73,7 +52,7 @@ TEST_F(Report, WhatIsMetIsOk) {
         << xml_;
 }
 
-TEST_F(Report, EveryDemandThatIsNotMetFailsWithItsReason) {
+TEST_F(Report, EveryFailedAssertionGivesItsReason) {
     assertions(R"({"frames_at_least": 500}, {"refusals_at_most": 0}, {"discarded_at_most": 0},
         {"missed_at_most": 0}, {"every_frame_has": "depth"},
         {"name": "eyes <as> located", "views_within": {"position_m": 0.01, "angle_rad": 0.01}},
@@ -108,28 +87,20 @@ TEST_F(Report, EveryDemandThatIsNotMetFailsWithItsReason) {
 
 // A frame may be waited for before the previous one ends. The report uses the shouldRender value that the
 // frame had then, not the session's current state.
-TEST_F(Report, FramesThatWereNotToBeRenderedAreNotLookedAt) {
+TEST_F(Report, FramesThatShouldNotRenderAreNotChecked) {
     assertions(R"({"every_frame_has": "quad"})");
     startRunning();
     const Swapchain swapchain = createSwapchain(swapchainInfo());
     cycle(swapchain.handle);
-    const XrCompositionLayerQuad quad{XR_TYPE_COMPOSITION_LAYER_QUAD,
-                                      nullptr,
-                                      0,
-                                      stage_,
-                                      XR_EYE_VISIBILITY_BOTH,
-                                      {swapchain.handle, {{0, 0}, {64, 48}}, 0},
-                                      {{0, 0, 0, 1}, {0, 1.6F, -5}},
-                                      {0.1F, 0.1F}};
-    auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+    const XrCompositionLayerQuad quad = quadLayer(stage_, swapchain, kAhead, {0.1F, 0.1F});
+    auto state = makeStruct<XrFrameState>(XR_TYPE_FRAME_STATE);
     ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
     for (int i = 0; i < 6; ++i) {
-        auto next = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+        auto next = makeStruct<XrFrameState>(XR_TYPE_FRAME_STATE);
         ASSERT_EQ(beginFrame(), XR_SUCCESS);
         ASSERT_EQ(waitFrame(&next), XR_SUCCESS);
         std::vector<const XrCompositionLayerBaseHeader*> layers;
-        if (state.shouldRender)
-            layers.push_back(reinterpret_cast<const XrCompositionLayerBaseHeader*>(&quad));
+        if (state.shouldRender) layers.push_back(header(quad));
         ASSERT_EQ(endFrame(state.predictedDisplayTime, layers), XR_SUCCESS);
         state = next;
     }
@@ -138,34 +109,26 @@ TEST_F(Report, FramesThatWereNotToBeRenderedAreNotLookedAt) {
     EXPECT_NE(text.find("ok      every_frame_has (1)"), std::string::npos) << text;
 }
 
-TEST_F(Report, APixelOfAComposedEyeIsLookedAt) {
-    // These images were never drawn to. Outside the quad the eye sees black.
+TEST_F(Report, PixelsOfAComposedEyeAreChecked) {
+    // The quad's image was never drawn to. Outside the quad the eye sees black.
     assertions(R"({"pixel": {"frame": 4, "eye": "right", "at": [0.01, 0.01], "rgb": [0, 0, 0]}},
                   {"pixel": {"frame": 4, "eye": "right", "at": [0.01, 0.01], "rgb": [9, 0, 0], "tolerance": 8}})");
     startFocused();
     const Swapchain swapchain = createSwapchain(swapchainInfo());
     cycle(swapchain.handle);
-    const XrCompositionLayerQuad quad{XR_TYPE_COMPOSITION_LAYER_QUAD,
-                                      nullptr,
-                                      0,
-                                      stage_,
-                                      XR_EYE_VISIBILITY_BOTH,
-                                      {swapchain.handle, {{0, 0}, {64, 48}}, 0},
-                                      {{0, 0, 0, 1}, {0, 1.6F, -5}},
-                                      {0.1F, 0.1F}};
-    frame({reinterpret_cast<const XrCompositionLayerBaseHeader*>(&quad)});
+    const XrCompositionLayerQuad quad = quadLayer(stage_, swapchain, kAhead, {0.1F, 0.1F});
+    frame({header(quad)});
     const std::string text = finish();
     EXPECT_NE(text.find("ok      pixel (1)"), std::string::npos) << text;
     EXPECT_NE(text.find("FAILED  pixel (2): frame 4: the pixel is 0, 0, 0"), std::string::npos) << text;
 }
 
-TEST_F(Report, AReportThatCannotBeWrittenIsMissed) {
+TEST_F(Report, AReportThatCannotBeWrittenIsAnError) {
     assertions(R"({"frames_at_least": 0})");
     setVariable("XRMOCK_REPORT", file("nowhere/report").string());
     ASSERT_EQ(tryInstance(), XR_SUCCESS);
     testing::internal::CaptureStderr();
-    EXPECT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
-    instance_ = XR_NULL_HANDLE;
+    destroyInstance();
     const std::string said = testing::internal::GetCapturedStderr();
     EXPECT_NE(said.find("nowhere/report"), std::string::npos) << said;
     EXPECT_NE(said.find("cannot be written"), std::string::npos) << said;

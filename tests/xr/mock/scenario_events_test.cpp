@@ -1,4 +1,4 @@
-// Every event of a scenario, as an application sees it.
+// The effect of every scenario event on an application.
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -29,17 +29,12 @@ class ScenarioEvents : public MockTest {
         std::memcpy(&event, &*buffer, sizeof event);
         return event;
     }
-    XrSpaceLocation locate(XrSpace space, XrSpace base, XrTime time) {
-        auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
-        EXPECT_EQ(xrLocateSpace(space, base, time, &location), XR_SUCCESS);
-        return location;
-    }
     XrResult locateResult(XrTime time) {
-        auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
+        auto location = makeStruct<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
         return xrLocateSpace(stage_, stage_, time, &location);
     }
     XrResult pollResult() {
-        auto event = structOf<XrEventDataBuffer>(XR_TYPE_EVENT_DATA_BUFFER);
+        auto event = makeStruct<XrEventDataBuffer>(XR_TYPE_EVENT_DATA_BUFFER);
         return xrPollEvent(instance_, &event);
     }
     // Runs frames up to this frame number and returns its state.
@@ -54,7 +49,7 @@ class ScenarioEvents : public MockTest {
     int frames_ = 3;  // number of frames that startFocused() has run
 };
 
-TEST_F(ScenarioEvents, FocusIsLostAndComesBack) {
+TEST_F(ScenarioEvents, FocusIsLostAndRegained) {
     focusWith(R"({"frame": 5, "session": "visible"}, {"frame": 7, "session": "focused"})");
     frameNumber(6);
     EXPECT_EQ(states(), std::vector{XR_SESSION_STATE_VISIBLE});
@@ -77,8 +72,9 @@ TEST_F(ScenarioEvents, TheUserTakesTheHeadsetOff) {
     setScript(R"({"version": 2, "events": [{"frame": 4, "user_presence": false},
                                            {"frame": 5, "user_presence": true}]})");
     start();
-    auto presence = structOf<XrSystemUserPresencePropertiesEXT>(XR_TYPE_SYSTEM_USER_PRESENCE_PROPERTIES_EXT);
-    auto properties = structOf<XrSystemProperties>(XR_TYPE_SYSTEM_PROPERTIES);
+    auto presence =
+        makeStruct<XrSystemUserPresencePropertiesEXT>(XR_TYPE_SYSTEM_USER_PRESENCE_PROPERTIES_EXT);
+    auto properties = makeStruct<XrSystemProperties>(XR_TYPE_SYSTEM_PROPERTIES);
     properties.next = &presence;
     ASSERT_EQ(xrGetSystemProperties(instance_, system_, &properties), XR_SUCCESS);
     EXPECT_TRUE(presence.supportsUserPresence);
@@ -129,8 +125,8 @@ TEST_F(ScenarioEvents, NothingMovesWhenASpaceIsRecentred) {
     const auto event =
         next<XrEventDataReferenceSpaceChangePending>(XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING);
     ASSERT_TRUE(event);
-    auto velocity = structOf<XrSpaceVelocity>(XR_TYPE_SPACE_VELOCITY);
-    auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
+    auto velocity = makeStruct<XrSpaceVelocity>(XR_TYPE_SPACE_VELOCITY);
+    auto location = makeStruct<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
     location.next = &velocity;
     ASSERT_EQ(xrLocateSpace(stage_, local, event->changeTime, &location), XR_SUCCESS);
     EXPECT_EQ(location.pose.position.x, -1);
@@ -166,7 +162,7 @@ TEST_F(ScenarioEvents, TheRefreshRateChanges) {
     EXPECT_EQ(event->toDisplayRefreshRate, 60);
 }
 
-TEST_F(ScenarioEvents, RatesThatAScenarioChangesToAreOffered) {
+TEST_F(ScenarioEvents, RatesOfEventsAreOffered) {
     focusWith(R"({"frame": 400, "refresh_hz": 72})");
     const auto enumerate =
         load<PFN_xrEnumerateDisplayRefreshRatesFB>(instance_, "xrEnumerateDisplayRefreshRatesFB");
@@ -231,7 +227,7 @@ TEST_F(ScenarioEvents, TheSessionIsPendingLossAndThenLost) {
         result = endFrame(state.predictedDisplayTime);
     }
     EXPECT_EQ(result, XR_ERROR_SESSION_LOST);
-    EXPECT_EQ(frames, 3);  // plus the first one: 0.05 s at 90 Hz
+    EXPECT_EQ(frames, 3);  // plus the frame before the loop: four frames in 0.05 s at 90 Hz
     EXPECT_EQ(locateResult(state.predictedDisplayTime), XR_ERROR_SESSION_LOST);
     EXPECT_EQ(xrRequestExitSession(session_), XR_ERROR_SESSION_LOST);
     EXPECT_EQ(xrDestroySession(session_), XR_SUCCESS);
@@ -309,18 +305,10 @@ TEST_F(ScenarioEvents, APictureIsCaptured) {
     focusWith(R"({"frame": 5, "capture": "point"})");
     const Swapchain swapchain = createSwapchain(swapchainInfo());
     cycle(swapchain.handle);
-    const XrCompositionLayerQuad quad{XR_TYPE_COMPOSITION_LAYER_QUAD,
-                                      nullptr,
-                                      0,
-                                      stage_,
-                                      XR_EYE_VISIBILITY_BOTH,
-                                      {swapchain.handle, {{0, 0}, {64, 48}}, 0},
-                                      {{0, 0, 0, 1}, {0, 1.6F, -5}},
-                                      {1, 1}};
-    const auto* layer = reinterpret_cast<const XrCompositionLayerBaseHeader*>(&quad);
-    frame({layer});
+    const XrCompositionLayerQuad quad = quadLayer(stage_, swapchain, kAhead, {1, 1});
+    frame({header(quad)});
     EXPECT_FALSE(std::filesystem::exists(file("point_left.png")));
-    frame({layer});
+    frame({header(quad)});
     EXPECT_TRUE(std::filesystem::exists(file("point_left.png")));
     EXPECT_TRUE(std::filesystem::exists(file("point_right.png")));
 }
@@ -352,7 +340,7 @@ TEST_F(ScenarioEvents, AHeadsetIsFoundBesideTheLibraryOrByPath) {
         "tracking_extent_m": [2, 4], "lens": {"radius": 1}})";
     setScript(R"({"version": 2, "headset": "./mine.json"})");
     startRunning();
-    auto properties = structOf<XrSystemProperties>(XR_TYPE_SYSTEM_PROPERTIES);
+    auto properties = makeStruct<XrSystemProperties>(XR_TYPE_SYSTEM_PROPERTIES);
     ASSERT_EQ(xrGetSystemProperties(instance_, system_, &properties), XR_SUCCESS);
     EXPECT_STREQ(properties.systemName, "Mine");
     XrExtent2Df bounds{};
@@ -360,8 +348,8 @@ TEST_F(ScenarioEvents, AHeadsetIsFoundBesideTheLibraryOrByPath) {
     EXPECT_EQ(bounds.height, 4);
     const XrViewLocateInfo info{XR_TYPE_VIEW_LOCATE_INFO, nullptr, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO,
                                 1'000'000'000, stage_};
-    auto view_state = structOf<XrViewState>(XR_TYPE_VIEW_STATE);
-    std::array views{structOf<XrView>(XR_TYPE_VIEW), structOf<XrView>(XR_TYPE_VIEW)};
+    auto view_state = makeStruct<XrViewState>(XR_TYPE_VIEW_STATE);
+    std::array views{makeStruct<XrView>(XR_TYPE_VIEW), makeStruct<XrView>(XR_TYPE_VIEW)};
     std::uint32_t count = 0;
     ASSERT_EQ(xrLocateViews(session_, &info, &view_state, 2, &count, views.data()), XR_SUCCESS);
     EXPECT_FLOAT_EQ(views[0].fov.angleLeft, static_cast<float>(-50 * M_PI / 180));
@@ -370,19 +358,18 @@ TEST_F(ScenarioEvents, AHeadsetIsFoundBesideTheLibraryOrByPath) {
     EXPECT_FLOAT_EQ(views[1].pose.position.x - views[0].pose.position.x, 0.07F);
 }
 
-TEST_F(ScenarioEvents, EveryHeadsetThatComesAlongIsSound) {
+TEST_F(ScenarioEvents, EveryBuiltInHeadsetIsValid) {
     for (const char* name : {"simple", "meta_quest_3", "meta_quest_pro", "pico_4", "valve_index"}) {
         setScript(std::string(R"({"version": 2, "headset": ")") + name + "\"}");
         start();
-        std::array views{structOf<XrViewConfigurationView>(XR_TYPE_VIEW_CONFIGURATION_VIEW),
-                         structOf<XrViewConfigurationView>(XR_TYPE_VIEW_CONFIGURATION_VIEW)};
+        std::array views{makeStruct<XrViewConfigurationView>(XR_TYPE_VIEW_CONFIGURATION_VIEW),
+                         makeStruct<XrViewConfigurationView>(XR_TYPE_VIEW_CONFIGURATION_VIEW)};
         std::uint32_t count = 0;
         ASSERT_EQ(xrEnumerateViewConfigurationViews(
                       instance_, system_, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO, 2, &count, views.data()),
                   XR_SUCCESS);
         EXPECT_GE(views[0].recommendedImageRectWidth, 640U) << name;
-        ASSERT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
-        instance_ = XR_NULL_HANDLE;
+        destroyInstance();
     }
 }
 

@@ -22,7 +22,7 @@ class Scenario : public MockTest {
     }
 };
 
-TEST_F(Scenario, TellsFieldAndReason) {
+TEST_F(Scenario, ErrorsNameFieldAndReason) {
     EXPECT_EQ(refusal("{}"), "document: version is missing");
     EXPECT_EQ(refusal("[]"), "document: an object expected");
     EXPECT_EQ(refusal(R"({"version": 3})"), "version: a number from 1 to 2 expected");
@@ -65,7 +65,7 @@ TEST_F(Scenario, AMissingFileAndABadClockAreRefused) {
 }
 
 // Damaged scenarios are either rejected or accepted.
-TEST_F(Scenario, SurvivesDamage) {
+TEST_F(Scenario, DamagedFilesDoNotCrash) {
     const std::string whole =
         R"({"version":1,"refresh_hz":90,"eyes":{"ipd_m":0.06,"recommended_size":[64,64]},"head":[{"t_s":0,)"
         R"("position":[0,1,2],"orientation":[0,0,0,1]}],"controllers":{"left":{"poses":[{"t_s":0,"position":)"

@@ -13,18 +13,13 @@ using States = std::vector<XrSessionState>;
 
 class Session : public MockTest {
   protected:
-    XrResult begin() {
-        const XrSessionBeginInfo info{XR_TYPE_SESSION_BEGIN_INFO, nullptr,
-                                      XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO};
-        return xrBeginSession(session_, &info);
-    }
 };
 
 TEST_F(Session, NeedsAValidGraphicsBinding) {
     start();
     XrSession session;
     EXPECT_EQ(trySession(nullptr, &session), XR_ERROR_GRAPHICS_DEVICE_INVALID);
-    auto graphics = structOf<XrGraphicsBindingVulkan2KHR>(XR_TYPE_GRAPHICS_BINDING_VULKAN2_KHR);
+    auto graphics = makeStruct<XrGraphicsBindingVulkan2KHR>(XR_TYPE_GRAPHICS_BINDING_VULKAN2_KHR);
     EXPECT_EQ(trySession(&graphics, &session), XR_ERROR_GRAPHICS_REQUIREMENTS_CALL_MISSING);
     xrDestroyInstance(instance_);
     startVulkan();
@@ -40,14 +35,14 @@ TEST_F(Session, NeedsAValidGraphicsBinding) {
     EXPECT_EQ(trySession(&graphics, &session), XR_ERROR_LIMIT_REACHED);
 }
 
-TEST_F(Session, WalksThroughItsWholeLife) {
+TEST_F(Session, PassesThroughAllStates) {
     startSession();
     EXPECT_EQ(states(), (States{XR_SESSION_STATE_IDLE, XR_SESSION_STATE_READY}));
     EXPECT_EQ(waitFrame(), XR_ERROR_SESSION_NOT_RUNNING);
     EXPECT_EQ(xrEndSession(session_), XR_ERROR_SESSION_NOT_RUNNING);
     EXPECT_EQ(xrRequestExitSession(session_), XR_ERROR_SESSION_NOT_RUNNING);
-    ASSERT_EQ(begin(), XR_SUCCESS);
-    EXPECT_EQ(begin(), XR_ERROR_SESSION_RUNNING);
+    ASSERT_EQ(beginSession(), XR_SUCCESS);
+    EXPECT_EQ(beginSession(), XR_ERROR_SESSION_RUNNING);
     EXPECT_EQ(states(), States{});
     EXPECT_FALSE(frame().shouldRender);
     EXPECT_EQ(states(), States{XR_SESSION_STATE_SYNCHRONIZED});
@@ -62,7 +57,7 @@ TEST_F(Session, WalksThroughItsWholeLife) {
     EXPECT_FALSE(frame().shouldRender);
     ASSERT_EQ(xrEndSession(session_), XR_SUCCESS);
     EXPECT_EQ(states(), (States{XR_SESSION_STATE_IDLE, XR_SESSION_STATE_EXITING}));
-    EXPECT_EQ(begin(), XR_ERROR_SESSION_NOT_READY);
+    EXPECT_EQ(beginSession(), XR_ERROR_SESSION_NOT_READY);
 }
 
 TEST_F(Session, RefusesOtherViewConfigurations) {
@@ -73,14 +68,14 @@ TEST_F(Session, RefusesOtherViewConfigurations) {
     EXPECT_EQ(xrBeginSession(session_, &info), XR_ERROR_VALIDATION_FAILURE);
 }
 
-TEST_F(Session, LeavesEvenBeforeTheFirstFrame) {
+TEST_F(Session, CanExitBeforeTheFirstFrame) {
     startRunning();
     states();
     ASSERT_EQ(xrRequestExitSession(session_), XR_SUCCESS);
     EXPECT_EQ(states(), (States{XR_SESSION_STATE_SYNCHRONIZED, XR_SESSION_STATE_STOPPING}));
 }
 
-TEST_F(Session, FollowsItsScript) {
+TEST_F(Session, FollowsTheScenario) {
     setScript(
         R"({"version": 1, "session": [{"t_s": 1.2, "state": "visible"}, {"t_s": 1.4, "state": "focused"},
                   {"t_s": 1.6, "state": "stopped"}, {"t_s": 3, "state": "focused"}]})");
@@ -102,11 +97,11 @@ TEST_F(Session, FollowsItsScript) {
     for (int polls = 0; later.empty() && polls < 200; ++polls)
         later = states();
     EXPECT_EQ(later, States{XR_SESSION_STATE_READY});
-    EXPECT_EQ(begin(), XR_SUCCESS);
+    EXPECT_EQ(beginSession(), XR_SUCCESS);
     EXPECT_GE(frame().predictedDisplayTime, 3'000'000'000);
 }
 
-TEST_F(Session, ExitsAfterAsManyFramesAsTheScriptSays) {
+TEST_F(Session, ExitsAfterTheScriptedNumberOfFrames) {
     setScript(R"({"version": 1, "exit_after_frames": 5})");
     startRunning();
     states();
@@ -117,7 +112,7 @@ TEST_F(Session, ExitsAfterAsManyFramesAsTheScriptSays) {
     EXPECT_EQ(states().back(), XR_SESSION_STATE_STOPPING);
 }
 
-TEST_F(Session, TellsThatEventsWereLost) {
+TEST_F(Session, ReportsLostEvents) {
     std::string scenario = R"({"version": 1, "session": [{"t_s": 0, "state": "focused"})";
     for (int i = 0; i < 100; ++i) {
         scenario += ", {\"t_s\": " + std::to_string(1.1 + i * 0.02) + ", \"state\": \"" +
@@ -131,7 +126,7 @@ TEST_F(Session, TellsThatEventsWereLost) {
     EXPECT_FALSE(poll(XR_TYPE_EVENT_DATA_EVENTS_LOST).has_value());
 }
 
-TEST_F(Session, FramesGoInOrder) {
+TEST_F(Session, FrameCallsMustBeInOrder) {
     startRunning();
     EXPECT_EQ(beginFrame(), XR_ERROR_CALL_ORDER_INVALID);
     EXPECT_EQ(endFrame(1), XR_ERROR_CALL_ORDER_INVALID);
@@ -139,7 +134,7 @@ TEST_F(Session, FramesGoInOrder) {
     EXPECT_EQ(endFrame(1), XR_ERROR_CALL_ORDER_INVALID);
     ASSERT_EQ(beginFrame(), XR_SUCCESS);
     EXPECT_EQ(beginFrame(), XR_ERROR_CALL_ORDER_INVALID);
-    auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+    auto state = makeStruct<XrFrameState>(XR_TYPE_FRAME_STATE);
     ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
     EXPECT_EQ(beginFrame(), XR_FRAME_DISCARDED);
     EXPECT_EQ(endFrame(0), XR_ERROR_TIME_INVALID);
@@ -196,7 +191,7 @@ TEST_F(Session, ASecondWaitBlocksUntilTheFrameIsBegun) {
     EXPECT_TRUE(second_returned);
 }
 
-TEST_F(Session, AWaitingThreadLeavesWithTheSession) {
+TEST_F(Session, AWaitingThreadReturnsWhenTheSessionEnds) {
     startRunning();
     ASSERT_EQ(waitFrame(), XR_SUCCESS);
     std::atomic<int> number = 0;

@@ -6,7 +6,8 @@
 namespace mock_test {
 namespace {
 
-// Half a turn about y within two seconds while walking 2 m forward. Starts a quarter turn to the left.
+// From 1 s to 3 s the head moves 2 m along -z and makes half a turn about y. At the start it looks to the
+// left (a quarter turn).
 constexpr char kWalk[] = R"({"version": 1, "refresh_hz": 100,
     "eyes": {"ipd_m": 0.06, "left_fov_rad": [-0.8, 0.7, 0.6, -0.5], "right_fov_rad": [-0.7, 0.8, 0.6, -0.5]},
     "head": [{"t_s": 1, "position": [1, 1.5, 0], "orientation": [0, 0.70710678, 0, 0.70710678]},
@@ -14,12 +15,6 @@ constexpr char kWalk[] = R"({"version": 1, "refresh_hz": 100,
 
 class Space : public MockTest {
   protected:
-    XrSpaceLocation locate(XrSpace space, XrSpace base, XrTime time, XrSpaceVelocity* velocity = nullptr) {
-        auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
-        location.next = velocity;
-        EXPECT_EQ(xrLocateSpace(space, base, time, &location), XR_SUCCESS);
-        return location;
-    }
     bool offers(XrReferenceSpaceType type) {
         std::uint32_t count = 0;
         EXPECT_EQ(xrEnumerateReferenceSpaces(session_, 0, &count, nullptr), XR_SUCCESS);
@@ -35,7 +30,7 @@ class Space : public MockTest {
     }
 };
 
-TEST_F(Space, TheHeadFollowsItsScript) {
+TEST_F(Space, TheHeadFollowsTheScenario) {
     setScript(kWalk);
     startSession();
     const XrSpace view = createSpace(XR_REFERENCE_SPACE_TYPE_VIEW);
@@ -44,7 +39,7 @@ TEST_F(Space, TheHeadFollowsItsScript) {
     EXPECT_EQ(head.locationFlags, 15U);
     expectNear(head.pose.position, 1, 1.5F, 0);
     EXPECT_NEAR(head.pose.orientation.y, quarter, 1e-6F);
-    head = locate(view, stage_, 2'000'000'000);  // halfway along the shorter arc: half a turn about y
+    head = locate(view, stage_, 2'000'000'000);  // halfway: it looks along the stage's +z
     expectNear(head.pose.position, 1, 1.5F, -1);
     EXPECT_NEAR(std::abs(head.pose.orientation.y), 1, 1e-6F);
     head = locate(view, stage_, 9'000'000'000);
@@ -64,11 +59,11 @@ TEST_F(Space, TransformsCancel) {
     expectNear(locate(ahead, ahead, 1).pose.position, 0, 0, 0);
 }
 
-TEST_F(Space, VelocitiesAreThoseOfTheScript) {
+TEST_F(Space, VelocitiesFollowTheScenario) {
     setScript(kWalk);
     startSession();
     const XrSpace view = createSpace(XR_REFERENCE_SPACE_TYPE_VIEW);
-    auto velocity = structOf<XrSpaceVelocity>(XR_TYPE_SPACE_VELOCITY);
+    auto velocity = makeStruct<XrSpaceVelocity>(XR_TYPE_SPACE_VELOCITY);
     locate(view, stage_, 2'000'000'000, &velocity);
     EXPECT_EQ(velocity.velocityFlags, 3U);
     EXPECT_NEAR(velocity.linearVelocity.z, -1, 1e-3F);
@@ -77,13 +72,13 @@ TEST_F(Space, VelocitiesAreThoseOfTheScript) {
     EXPECT_NEAR(velocity.linearVelocity.z, 0, 1e-6F);
 }
 
-TEST_F(Space, EyesSitBesideTheHead) {
+TEST_F(Space, EyesAreOffsetFromTheHead) {
     setScript(kWalk);
     startSession();
-    auto state = structOf<XrViewState>(XR_TYPE_VIEW_STATE);
+    auto state = makeStruct<XrViewState>(XR_TYPE_VIEW_STATE);
     XrViewLocateInfo info{XR_TYPE_VIEW_LOCATE_INFO, nullptr, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO,
                           1'000'000'000, stage_};
-    std::array<XrView, 2> views{structOf<XrView>(XR_TYPE_VIEW), structOf<XrView>(XR_TYPE_VIEW)};
+    std::array<XrView, 2> views{makeStruct<XrView>(XR_TYPE_VIEW), makeStruct<XrView>(XR_TYPE_VIEW)};
     std::uint32_t count = 0;
     EXPECT_EQ(xrLocateViews(session_, &info, &state, 0, &count, nullptr), XR_ERROR_VALIDATION_FAILURE);
     const XrSessionBeginInfo begin_info{XR_TYPE_SESSION_BEGIN_INFO, nullptr, info.viewConfigurationType};
@@ -126,7 +121,7 @@ TEST_F(Space, RefusesBadPosesTypesAndTimes) {
     EXPECT_EQ(xrCreateReferenceSpace(session_, &info, &space), XR_ERROR_REFERENCE_SPACE_UNSUPPORTED);
     info.referenceSpaceType = static_cast<XrReferenceSpaceType>(12345);
     EXPECT_EQ(xrCreateReferenceSpace(session_, &info, &space), XR_ERROR_REFERENCE_SPACE_UNSUPPORTED);
-    auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
+    auto location = makeStruct<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
     EXPECT_EQ(xrLocateSpace(stage_, stage_, 0, &location), XR_ERROR_TIME_INVALID);
     EXPECT_EQ(xrLocateSpace(stage_, XR_NULL_HANDLE, 1, &location), XR_ERROR_HANDLE_INVALID);
 }

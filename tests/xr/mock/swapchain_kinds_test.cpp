@@ -1,5 +1,5 @@
-// Swapchains with several samples per pixel or more than 8 bits per channel. Compositions show them
-// resolved and encoded.
+// Swapchains with several samples per pixel or more than 8 bits per channel. The composed picture shows the
+// resolved samples, encoded as 8-bit sRGB.
 #include "tests/xr/mock/client/pictures.h"
 
 namespace mock_test {
@@ -58,25 +58,6 @@ class SwapchainKinds : public PictureTest {
         vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, VK_PIPELINE_STAGE_ALL_COMMANDS_BIT,
                              0, 0, nullptr, 0, nullptr, 1, &barrier);
     }
-    void submitBothEyes(const Swapchain& swapchain) {
-        auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
-        ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
-        ASSERT_EQ(beginFrame(), XR_SUCCESS);
-        const std::array<XrView, 2> eyes = locateViews(stage_, state.predictedDisplayTime);
-        std::array<XrCompositionLayerProjectionView, 2> views{};
-        for (std::uint32_t eye = 0; eye < 2; ++eye) {
-            views[eye] = {XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW,
-                          nullptr,
-                          eyes[eye].pose,
-                          eyes[eye].fov,
-                          {swapchain.handle, {{0, 0}, {64, 48}}, eye}};
-        }
-        const XrCompositionLayerProjection layer{
-            XR_TYPE_COMPOSITION_LAYER_PROJECTION, nullptr, 0, stage_, 2, views.data()};
-        ASSERT_EQ(endFrame(state.predictedDisplayTime,
-                           {reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layer)}),
-                  XR_SUCCESS);
-    }
     VkCommandPool pool_ = VK_NULL_HANDLE;
 };
 
@@ -89,9 +70,7 @@ TEST_F(SwapchainKinds, EveryFormatMayBeMultisampled) {
               XR_SUCCESS);
     EXPECT_EQ(views[0].recommendedSwapchainSampleCount, 1U);
     ASSERT_EQ(views[0].maxSwapchainSampleCount, 4U);
-    ASSERT_EQ(xrEnumerateSwapchainFormats(session_, 0, &count, nullptr), XR_SUCCESS);
-    std::vector<std::int64_t> formats(count);
-    ASSERT_EQ(xrEnumerateSwapchainFormats(session_, count, &count, formats.data()), XR_SUCCESS);
+    const std::vector<std::int64_t> formats = swapchainFormats();
     for (const std::int64_t format : formats) {
         XrSwapchainCreateInfo info = swapchainInfo();
         info.format = format;
@@ -111,7 +90,7 @@ TEST_F(SwapchainKinds, HalfFloatsAreLinear) {
     const Swapchain swapchain = createSwapchain(info);
     fill(swapchain, {{{0.2140411F, 1.5F, 0, 1}}, {{0, 0, 1, 1}}});  // 127.5 in sRGB is 0.2140411 linear
     label("capture:half");
-    submitBothEyes(swapchain);
+    projectionFrame(whole(swapchain), whole(swapchain, 1));
     const Picture left = readPicture(file("half_left.png"));
     ASSERT_EQ(left.width, 64);
     EXPECT_NEAR(left.at(3, 3)[0], 127.5, 1);
@@ -125,7 +104,7 @@ TEST_F(SwapchainKinds, SamplesAreShownResolved) {
     const Swapchain swapchain = createSwapchain(info);
     fill(swapchain, {{{1, 0, 0, 1}}, {{0, 1, 1, 1}}});
     label("capture:samples");
-    submitBothEyes(swapchain);
+    projectionFrame(whole(swapchain), whole(swapchain, 1));
     const Picture left = readPicture(file("samples_left.png"));
     const Picture right = readPicture(file("samples_right.png"));
     ASSERT_EQ(left.width, 64);

@@ -28,24 +28,19 @@ class SwapchainRules : public MockTest {
 
 TEST_F(SwapchainRules, PrefersSrgbAndHasDepth) {
     startSession();
-    std::uint32_t count = 0;
-    ASSERT_EQ(xrEnumerateSwapchainFormats(session_, 0, &count, nullptr), XR_SUCCESS);
-    std::vector<std::int64_t> formats(count);
-    ASSERT_EQ(xrEnumerateSwapchainFormats(session_, count, &count, formats.data()), XR_SUCCESS);
+    const std::vector<std::int64_t> formats = swapchainFormats();
     ASSERT_FALSE(formats.empty());
     EXPECT_EQ(formats[0], VK_FORMAT_R8G8B8A8_SRGB);
     for (const std::int64_t format : formats) {
         XrSwapchainCreateInfo info = swapchainInfo();
         info.format = format;
-        if (isDepth(format)) {
-            info.usageFlags = XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT;
-        }
+        if (isDepth(format)) info.usageFlags = XR_SWAPCHAIN_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT;
         cycle(createSwapchain(info).handle);
     }
     EXPECT_NE(std::find(formats.begin(), formats.end(), VK_FORMAT_D32_SFLOAT), formats.end());
 }
 
-TEST_F(SwapchainRules, RefusesWhatItHasNot) {
+TEST_F(SwapchainRules, RefusesUnsupportedSettings) {
     startSession();
     const XrSwapchainCreateInfo good = swapchainInfo();
     ASSERT_EQ(create(good), XR_SUCCESS);
@@ -88,13 +83,10 @@ TEST_F(SwapchainRules, RefusesWhatItHasNot) {
     EXPECT_EQ(create(bad), XR_SUCCESS);
 }
 
-// Every combination that an application might request, with each image acquired twice.
-TEST_F(SwapchainRules, EveryFormatHasItsUses) {
+// Tests every combination of format and usage, and acquires each image twice.
+TEST_F(SwapchainRules, EveryFormatListsItsUsages) {
     startSession();
-    std::uint32_t count = 0;
-    ASSERT_EQ(xrEnumerateSwapchainFormats(session_, 0, &count, nullptr), XR_SUCCESS);
-    std::vector<std::int64_t> formats(count);
-    ASSERT_EQ(xrEnumerateSwapchainFormats(session_, count, &count, formats.data()), XR_SUCCESS);
+    const std::vector<std::int64_t> formats = swapchainFormats();
     constexpr XrSwapchainUsageFlags kColourUses[] = {
         XR_SWAPCHAIN_USAGE_SAMPLED_BIT, XR_SWAPCHAIN_USAGE_TRANSFER_SRC_BIT,
         XR_SWAPCHAIN_USAGE_TRANSFER_DST_BIT, XR_SWAPCHAIN_USAGE_MUTABLE_FORMAT_BIT,
@@ -121,12 +113,12 @@ TEST_F(SwapchainRules, EveryFormatHasItsUses) {
     }
 }
 
-TEST_F(SwapchainRules, ImagesAreEnumeratedWithCare) {
+TEST_F(SwapchainRules, ImageEnumerationIsValidated) {
     startSession();
     const XrSwapchain swapchain = createSwapchain(swapchainInfo()).handle;
     std::uint32_t count = 0;
     std::vector<XrSwapchainImageVulkan2KHR> images(
-        4, structOf<XrSwapchainImageVulkan2KHR>(XR_TYPE_SWAPCHAIN_IMAGE_VULKAN2_KHR));
+        4, makeStruct<XrSwapchainImageVulkan2KHR>(XR_TYPE_SWAPCHAIN_IMAGE_VULKAN2_KHR));
     auto* base = reinterpret_cast<XrSwapchainImageBaseHeader*>(images.data());
     EXPECT_EQ(xrEnumerateSwapchainImages(swapchain, 1, &count, base), XR_ERROR_SIZE_INSUFFICIENT);
     EXPECT_EQ(count, 3U);
@@ -144,7 +136,7 @@ TEST_F(SwapchainRules, ImagesAreEnumeratedWithCare) {
     EXPECT_EQ(images[0].image, first);  // unchanged for the swapchain's lifetime
 }
 
-TEST_F(SwapchainRules, ImagesGoRoundInOrder) {
+TEST_F(SwapchainRules, ImagesAreAcquiredInTurn) {
     startSession();
     const Swapchain swapchain = createSwapchain(swapchainInfo());
     ASSERT_EQ(swapchain.images.size(), 3U);
@@ -180,32 +172,18 @@ class Layers : public MockTest {
         startFocused();
         swapchain_ = createSwapchain(swapchainInfo());
         for (std::uint32_t eye = 0; eye < 2; ++eye) {
-            views_[eye] = {
-                XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW, nullptr, kIdentity, {-1, 1, 1, -1}, subImage(eye)};
+            views_[eye] = {XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW,
+                           nullptr,
+                           kIdentity,
+                           {-1, 1, 1, -1},
+                           whole(swapchain_, eye)};
         }
         projection_ = {XR_TYPE_COMPOSITION_LAYER_PROJECTION, nullptr, 0, stage_, 2, views_.data()};
-        quad_ = {XR_TYPE_COMPOSITION_LAYER_QUAD, nullptr,     0,         stage_,
-                 XR_EYE_VISIBILITY_BOTH,         subImage(0), kIdentity, {1, 1}};
+        quad_ = {XR_TYPE_COMPOSITION_LAYER_QUAD, nullptr,           0,         stage_,
+                 XR_EYE_VISIBILITY_BOTH,         whole(swapchain_), kIdentity, {1, 1}};
     }
-    XrSwapchainSubImage subImage(std::uint32_t layer) const {
-        return {swapchain_.handle, {{0, 0}, {64, 48}}, layer};
-    }
-    // Begins a frame and submits the layers. Then ends the frame without layers, because a rejected
-    // xrEndFrame leaves it begun.
-    XrResult submit(const std::vector<const XrCompositionLayerBaseHeader*>& layers) {
-        auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
-        EXPECT_EQ(waitFrame(&state), XR_SUCCESS);
-        EXPECT_EQ(beginFrame(), XR_SUCCESS);
-        const XrResult result = endFrame(state.predictedDisplayTime, layers);
-        if (result != XR_SUCCESS) {
-            EXPECT_EQ(endFrame(state.predictedDisplayTime), XR_SUCCESS);
-        }
-        return result;
-    }
-    XrResult submitProjection() {
-        return submit({reinterpret_cast<XrCompositionLayerBaseHeader*>(&projection_)});
-    }
-    XrResult submitQuad() { return submit({reinterpret_cast<XrCompositionLayerBaseHeader*>(&quad_)}); }
+    XrResult submitProjection() { return tryFrame({header(projection_)}); }
+    XrResult submitQuad() { return tryFrame({header(quad_)}); }
 
     Swapchain swapchain_;
     std::array<XrCompositionLayerProjectionView, 2> views_{};
@@ -224,10 +202,10 @@ TEST_F(Layers, NeedAReleasedImage) {
 
 TEST_F(Layers, AreCheckedOneByOne) {
     cycle(swapchain_.handle);
-    const auto* quad = reinterpret_cast<XrCompositionLayerBaseHeader*>(&quad_);
-    EXPECT_EQ(submit(std::vector(16, quad)), XR_SUCCESS);
-    EXPECT_EQ(submit(std::vector(17, quad)), XR_ERROR_LAYER_LIMIT_EXCEEDED);
-    EXPECT_EQ(submit({nullptr}), XR_ERROR_LAYER_INVALID);
+    const auto* quad = header(quad_);
+    EXPECT_EQ(tryFrame(std::vector(16, quad)), XR_SUCCESS);
+    EXPECT_EQ(tryFrame(std::vector(17, quad)), XR_ERROR_LAYER_LIMIT_EXCEEDED);
+    EXPECT_EQ(tryFrame({nullptr}), XR_ERROR_LAYER_INVALID);
     quad_.type = XR_TYPE_COMPOSITION_LAYER_CUBE_KHR;
     EXPECT_EQ(submitQuad(), XR_ERROR_LAYER_INVALID);
     quad_.type = XR_TYPE_COMPOSITION_LAYER_QUAD;
@@ -251,10 +229,10 @@ TEST_F(Layers, ProjectionViewsAreChecked) {
     views_[1].pose = kIdentity;
     views_[1].subImage.imageArrayIndex = 2;
     EXPECT_EQ(submitProjection(), XR_ERROR_VALIDATION_FAILURE);
-    views_[1].subImage = subImage(1);
+    views_[1].subImage = whole(swapchain_, 1);
     views_[1].subImage.swapchain = XR_NULL_HANDLE;
     EXPECT_EQ(submitProjection(), XR_ERROR_HANDLE_INVALID);
-    views_[1].subImage = subImage(1);
+    views_[1].subImage = whole(swapchain_, 1);
     const XrRect2Di bad_rects[] = {{{-1, 0}, {10, 10}}, {{0, 0}, {65, 48}},
                                    {{1, 0}, {64, 48}},  {{0, 0}, {-1, 10}},
                                    {{0, 0}, {10, -1}},  {{2147483647, 0}, {2147483647, 1}}};
@@ -262,7 +240,7 @@ TEST_F(Layers, ProjectionViewsAreChecked) {
         views_[1].subImage.imageRect = rect;
         EXPECT_EQ(submitProjection(), XR_ERROR_SWAPCHAIN_RECT_INVALID);
     }
-    views_[1].subImage = subImage(1);
+    views_[1].subImage = whole(swapchain_, 1);
     EXPECT_EQ(submitProjection(), XR_SUCCESS);
 }
 
@@ -273,8 +251,8 @@ TEST_F(Layers, ImagesWithEveryUseAreComposed) {
                        XR_SWAPCHAIN_USAGE_MUTABLE_FORMAT_BIT;
     swapchain_ = createSwapchain(info);
     cycle(swapchain_.handle);
-    views_[0].subImage = subImage(0);
-    views_[1].subImage = subImage(1);
+    views_[0].subImage = whole(swapchain_);
+    views_[1].subImage = whole(swapchain_, 1);
     const XrDebugUtilsLabelEXT label{XR_TYPE_DEBUG_UTILS_LABEL_EXT, nullptr, "capture:uses"};
     ASSERT_EQ(load<PFN_xrSessionInsertDebugUtilsLabelEXT>(instance_, "xrSessionInsertDebugUtilsLabelEXT")(
                   session_, &label),
@@ -285,7 +263,7 @@ TEST_F(Layers, ImagesWithEveryUseAreComposed) {
 }
 
 TEST_F(Layers, BlendModesAreChecked) {
-    auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+    auto state = makeStruct<XrFrameState>(XR_TYPE_FRAME_STATE);
     ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
     ASSERT_EQ(beginFrame(), XR_SUCCESS);
     XrFrameEndInfo info{XR_TYPE_FRAME_END_INFO,

@@ -80,12 +80,12 @@ TEST_F(Time, OutOfRangeIsRefused) {
     EXPECT_EQ(to_timespec_(instance_, 1, nullptr), XR_ERROR_VALIDATION_FAILURE);
 }
 
-// At the extreme time values nothing may overflow.
+// Nothing may overflow, even at the extreme time values.
 TEST_F(Time, SpacesAreLocatedAtEveryTime) {
     startSession();
     const XrSpace view = createSpace(XR_REFERENCE_SPACE_TYPE_VIEW);
-    auto velocity = structOf<XrSpaceVelocity>(XR_TYPE_SPACE_VELOCITY);
-    auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
+    auto velocity = makeStruct<XrSpaceVelocity>(XR_TYPE_SPACE_VELOCITY);
+    auto location = makeStruct<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
     location.next = &velocity;
     for (const XrTime time : {XrTime{1}, XrTime{1} << 40, std::numeric_limits<XrTime>::max()}) {
         EXPECT_EQ(xrLocateSpace(view, stage_, time, &location), XR_SUCCESS);

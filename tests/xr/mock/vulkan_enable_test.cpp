@@ -22,9 +22,9 @@ class VulkanEnable : public MockTest {
         names.pop_back();
         return names;
     }
-    void askRequirements() {
+    void requestRequirements() {
         auto requirements =
-            structOf<XrGraphicsRequirementsVulkanKHR>(XR_TYPE_GRAPHICS_REQUIREMENTS_VULKAN_KHR);
+            makeStruct<XrGraphicsRequirementsVulkanKHR>(XR_TYPE_GRAPHICS_REQUIREMENTS_VULKAN_KHR);
         const auto function =
             load<PFN_xrGetVulkanGraphicsRequirementsKHR>(instance_, "xrGetVulkanGraphicsRequirementsKHR");
         ASSERT_EQ(function(instance_, system_, &requirements), XR_SUCCESS);
@@ -38,7 +38,7 @@ class VulkanEnable : public MockTest {
         info.sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO;
         ASSERT_EQ(vkCreateInstance(&info, nullptr, &vk_instance_), VK_SUCCESS);
     }
-    XrResult askDevice(VkInstance instance) {
+    XrResult requestDevice(VkInstance instance) {
         return load<PFN_xrGetVulkanGraphicsDeviceKHR>(instance_, "xrGetVulkanGraphicsDeviceKHR")(
             instance_, system_, instance, &vk_physical_device_);
     }
@@ -59,21 +59,21 @@ class VulkanEnable : public MockTest {
 TEST_F(VulkanEnable, AnApplicationBringsItsOwnVulkan) {
     extensions_ = {XR_KHR_VULKAN_ENABLE_EXTENSION_NAME};
     start();
-    askRequirements();
+    requestRequirements();
     EXPECT_EQ(extensionNames<PFN_xrGetVulkanInstanceExtensionsKHR>("xrGetVulkanInstanceExtensionsKHR"), "");
     EXPECT_EQ(extensionNames<PFN_xrGetVulkanDeviceExtensionsKHR>("xrGetVulkanDeviceExtensionsKHR"), "");
     createVulkanInstance();
-    EXPECT_EQ(askDevice(VK_NULL_HANDLE), XR_ERROR_VALIDATION_FAILURE);
-    ASSERT_EQ(askDevice(vk_instance_), XR_SUCCESS);
+    EXPECT_EQ(requestDevice(VK_NULL_HANDLE), XR_ERROR_VALIDATION_FAILURE);
+    ASSERT_EQ(requestDevice(vk_instance_), XR_SUCCESS);
     const VkPhysicalDevice chosen = vk_physical_device_;
-    ASSERT_EQ(askDevice(vk_instance_), XR_SUCCESS);
+    ASSERT_EQ(requestDevice(vk_instance_), XR_SUCCESS);
     EXPECT_EQ(vk_physical_device_, chosen);
     createVulkanDevice();
     const XrGraphicsBindingVulkanKHR graphics = binding();
     for (int i = 0; i < 3; ++i) {
         ASSERT_EQ(trySession(&graphics, &session_), XR_SUCCESS);
         cycle(createSwapchain(swapchainInfo()).handle);
-        // Vulkan 1.0 cannot give an sRGB image a usage that only its linear views support.
+        // In Vulkan 1.0 an sRGB image cannot have a usage that only its linear views support.
         XrSwapchainCreateInfo info = swapchainInfo();
         info.usageFlags |= XR_SWAPCHAIN_USAGE_UNORDERED_ACCESS_BIT;
         VkFormatProperties format;
@@ -86,15 +86,15 @@ TEST_F(VulkanEnable, AnApplicationBringsItsOwnVulkan) {
     }
 }
 
-TEST_F(VulkanEnable, TheDeviceMustHaveBeenAskedFor) {
+TEST_F(VulkanEnable, TheGraphicsDeviceMustBeQueriedFirst) {
     extensions_ = {XR_KHR_VULKAN_ENABLE_EXTENSION_NAME};
     start();
     createVulkanInstance();
-    ASSERT_EQ(askDevice(vk_instance_), XR_SUCCESS);
+    ASSERT_EQ(requestDevice(vk_instance_), XR_SUCCESS);
     createVulkanDevice();
     XrGraphicsBindingVulkanKHR graphics = binding();
     EXPECT_EQ(trySession(&graphics, &session_), XR_ERROR_GRAPHICS_REQUIREMENTS_CALL_MISSING);
-    askRequirements();
+    requestRequirements();
     graphics.instance = reinterpret_cast<VkInstance>(0x1234);
     EXPECT_EQ(trySession(&graphics, &session_), XR_ERROR_GRAPHICS_DEVICE_INVALID);
     graphics = binding();
@@ -114,7 +114,7 @@ TEST_F(VulkanEnable, TheDeviceMustHaveBeenAskedFor) {
     ASSERT_EQ(trySession(&graphics, &session_), XR_SUCCESS);
 }
 
-TEST_F(VulkanEnable, TheSecondExtensionWantsWhatItMade) {
+TEST_F(VulkanEnable, TheSecondExtensionRequiresItsOwnObjects) {
     extensions_ = {XR_KHR_VULKAN_ENABLE2_EXTENSION_NAME};
     startVulkan();
     const VkDevice made_here = vk_device_;
@@ -127,11 +127,11 @@ TEST_F(VulkanEnable, TheSecondExtensionWantsWhatItMade) {
     EXPECT_EQ(trySession(&graphics, &session_), XR_SUCCESS);
 }
 
-TEST_F(VulkanEnable, AStrangeDeviceIsNoHandle) {
+TEST_F(VulkanEnable, AnUnknownDeviceIsRefused) {
     startVulkan();
     VkDeviceCreateInfo vulkan_info{};
     vulkan_info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
-    auto info = structOf<XrVulkanDeviceCreateInfoKHR>(XR_TYPE_VULKAN_DEVICE_CREATE_INFO_KHR);
+    auto info = makeStruct<XrVulkanDeviceCreateInfoKHR>(XR_TYPE_VULKAN_DEVICE_CREATE_INFO_KHR);
     info.systemId = system_;
     info.pfnGetInstanceProcAddr = vkGetInstanceProcAddr;
     info.vulkanCreateInfo = &vulkan_info;
@@ -149,8 +149,8 @@ TEST_F(VulkanEnable, AStrangeDeviceIsNoHandle) {
 namespace reused {
 
 const auto kGpu = reinterpret_cast<VkPhysicalDevice>(0x77);
-std::uintptr_t instances = 0;           // number created so far, and the newest handle
-VkInstance asked_for_device = nullptr;  // instance whose vkCreateDevice was looked up last
+std::uintptr_t instances = 0;           // number created so far; also the newest handle
+VkInstance device_requested = nullptr;  // instance whose vkCreateDevice was looked up last
 
 VkResult createInstance(const VkInstanceCreateInfo*, const VkAllocationCallbacks*, VkInstance* out) {
     *out = reinterpret_cast<VkInstance>(++instances);
@@ -173,23 +173,23 @@ PFN_vkVoidFunction lookUp(VkInstance instance, const char* name) {
     if (function == "vkEnumeratePhysicalDevices")
         return reinterpret_cast<PFN_vkVoidFunction>(enumerateDevices);
     if (function == "vkGetPhysicalDeviceProperties") return reinterpret_cast<PFN_vkVoidFunction>(properties);
-    asked_for_device = instance;
+    device_requested = instance;
     return reinterpret_cast<PFN_vkVoidFunction>(createDevice);
 }
 
 }  // namespace reused
 
-TEST_F(VulkanEnable, ADestroyedInstanceIsNotAskedForTheDevice) {
+TEST_F(VulkanEnable, ADestroyedInstanceIsNotUsedForTheDevice) {
     start();
     const VkInstanceCreateInfo vulkan_info{};
-    auto info = structOf<XrVulkanInstanceCreateInfoKHR>(XR_TYPE_VULKAN_INSTANCE_CREATE_INFO_KHR);
+    auto info = makeStruct<XrVulkanInstanceCreateInfoKHR>(XR_TYPE_VULKAN_INSTANCE_CREATE_INFO_KHR);
     info.systemId = system_;
     info.pfnGetInstanceProcAddr = reused::lookUp;
     info.vulkanCreateInfo = &vulkan_info;
-    auto get_info = structOf<XrVulkanGraphicsDeviceGetInfoKHR>(XR_TYPE_VULKAN_GRAPHICS_DEVICE_GET_INFO_KHR);
+    auto get_info = makeStruct<XrVulkanGraphicsDeviceGetInfoKHR>(XR_TYPE_VULKAN_GRAPHICS_DEVICE_GET_INFO_KHR);
     get_info.systemId = system_;
     const VkDeviceCreateInfo device_info{};
-    auto make = structOf<XrVulkanDeviceCreateInfoKHR>(XR_TYPE_VULKAN_DEVICE_CREATE_INFO_KHR);
+    auto make = makeStruct<XrVulkanDeviceCreateInfoKHR>(XR_TYPE_VULKAN_DEVICE_CREATE_INFO_KHR);
     make.systemId = system_;
     make.pfnGetInstanceProcAddr = reused::lookUp;
     make.vulkanCreateInfo = &device_info;
@@ -206,7 +206,7 @@ TEST_F(VulkanEnable, ADestroyedInstanceIsNotAskedForTheDevice) {
                                                                                           &device, &result),
                   XR_SUCCESS);
         EXPECT_EQ(result, VK_ERROR_INITIALIZATION_FAILED);
-        EXPECT_EQ(reused::asked_for_device, get_info.vulkanInstance);
+        EXPECT_EQ(reused::device_requested, get_info.vulkanInstance);
     }
 }
 
@@ -214,7 +214,7 @@ TEST_F(VulkanEnable, ADestroyedInstanceIsNotAskedForTheDevice) {
 TEST_F(VulkanEnable, BothExtensionsWorkTogether) {
     startVulkan();  // Vulkan instance and device from XR_KHR_vulkan_enable2
     const VkPhysicalDevice chosen = vk_physical_device_;
-    ASSERT_EQ(askDevice(vk_instance_), XR_SUCCESS);
+    ASSERT_EQ(requestDevice(vk_instance_), XR_SUCCESS);
     EXPECT_EQ(vk_physical_device_, chosen);
     const XrGraphicsBindingVulkanKHR graphics = binding();
     EXPECT_EQ(trySession(&graphics, &session_), XR_SUCCESS);

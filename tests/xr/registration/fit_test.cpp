@@ -13,31 +13,32 @@ namespace {
 using study::Case;
 using study::makePoints;
 using study::makeTruth;
+using study::Method;
 using study::Random;
 using study::Truth;
-using study::Way;
 using testing::HasSubstr;
 
-const Case kHard{.way = Way::held, .points = 20, .noise_m = 0.0, .gimbal_m = 0.003, .scale_error = 0.005};
+const Case kHard{
+    .method = Method::held, .points = 20, .noise_m = 0.0, .gimbal_m = 0.003, .scale_error = 0.005};
 
-FitSettings knowing(const Truth& truth) {
+FitSettings knownTipSettings(const Truth& truth) {
     FitSettings settings;
     settings.tip_guess_m = truth.grip_from_tip_m;
     return settings;
 }
 
 // Settings whose priors have no effect.
-FitSettings free(const Truth& truth) {
-    FitSettings settings = knowing(truth);
+FitSettings allFreeSettings(const Truth& truth) {
+    FitSettings settings = knownTipSettings(truth);
     settings.noise_m = 1e-6;
     settings.scale_sd = 1.0, settings.gimbal_sd_m = 1.0;
     return settings;
 }
 
-TEST(Fit, ScaleAndGimbalComeBackWithThePlace) {
+TEST(Fit, ScaleGimbalAndPoseAreRecovered) {
     Random random(1);
     const Truth truth = makeTruth(kHard, random);
-    const auto fit = fitPairs(makePoints(kHard, truth, random), free(truth));
+    const auto fit = fitPairs(makePoints(kHard, truth, random), allFreeSettings(truth));
     ASSERT_TRUE(fit) << fit.why_not;
     EXPECT_LT(angleBetween(fit->stage_from_device.rotation, truth.stage_from_device.rotation), 1e-5);
     EXPECT_LT(glm::distance(fit->stage_from_device.position_m, truth.stage_from_device.position_m), 1e-5);
@@ -47,8 +48,8 @@ TEST(Fit, ScaleAndGimbalComeBackWithThePlace) {
     EXPECT_LT(fit->fre_m, 1e-6);
 }
 
-// With no prior for the controller's tip, forty poses with rotation determine it too.
-TEST(Fit, TheTipIsFoundFromThePointsAlone) {
+// Enough poses with rotation also determine the controller's tip. Its prior of 1 m has practically no effect.
+TEST(Fit, TheTipIsEstimatedFromThePointsAlone) {
     Case many = kHard;
     many.points = 34;
     Random random(2);
@@ -56,7 +57,7 @@ TEST(Fit, TheTipIsFoundFromThePointsAlone) {
     std::vector<Pair> pairs = makePoints(many, truth, random);
     const std::vector<Pair> more = makePoints(many, truth, random);
     pairs.insert(pairs.end(), more.begin(), more.end());
-    FitSettings settings = free(truth);
+    FitSettings settings = allFreeSettings(truth);
     settings.tip = true;
     settings.tip_guess_m = Vec3(0.0);
     settings.tip_sd_m = 1.0;
@@ -64,11 +65,11 @@ TEST(Fit, TheTipIsFoundFromThePointsAlone) {
     ASSERT_TRUE(fit) << fit.why_not;
     EXPECT_LT(glm::distance(fit->grip_from_tip_m, truth.grip_from_tip_m), 1e-5);
     EXPECT_LT(glm::distance(fit->stylus_from_tip_m, truth.stylus_from_tip_m), 1e-5);
-    EXPECT_GT(fit->turned_rad, 0.5);
+    EXPECT_GT(fit->max_rotation_rad, 0.5);
 }
 
 // A clock error that remains in the pairs is found from the velocities.
-TEST(Fit, WhatIsLeftOfTheOffsetIsFoundFromTheVelocities) {
+TEST(Fit, TheRemainingLatencyIsEstimatedFromVelocities) {
     Case c = kHard;
     Random random(3);
     const Truth truth = makeTruth(c, random);
@@ -77,7 +78,7 @@ TEST(Fit, WhatIsLeftOfTheOffsetIsFoundFromTheVelocities) {
         pair.tip_m_per_s = 0.1 * random.direction();
         pair.device_from_stylus.position_m += 0.012 * pair.tip_m_per_s;  // read 12 ms late
     }
-    FitSettings settings = free(truth);
+    FitSettings settings = allFreeSettings(truth);
     settings.latency = true, settings.latency_sd_s = 1.0;
     const auto fit = fitPairs(pairs, settings);
     ASSERT_TRUE(fit) << fit.why_not;
@@ -86,7 +87,7 @@ TEST(Fit, WhatIsLeftOfTheOffsetIsFoundFromTheVelocities) {
 }
 
 // HZ-TEACH-06
-TEST(Fit, WrongPointsAreLeftOutByName) {
+TEST(Fit, OutliersAreRejectedIndividually) {
     Random random(4);
     Case c = kHard;
     c.points = 12, c.noise_m = 0.0005;
@@ -95,36 +96,36 @@ TEST(Fit, WrongPointsAreLeftOutByName) {
     pairs[2].stage_from_grip.position_m += Vec3(0.02, 0.0, 0.0);
     pairs[7].stage_from_grip.position_m += Vec3(0.0, -0.05, 0.05);
     pairs[11].stage_from_grip.position_m += Vec3(0.0, 0.0, 2.0);
-    const auto fit = fitPairs(pairs, knowing(truth));
+    const auto fit = fitPairs(pairs, knownTipSettings(truth));
     ASSERT_TRUE(fit) << fit.why_not;
     EXPECT_EQ(fit->rejected, 3);
     for (std::size_t i = 0; i < pairs.size(); ++i)
         EXPECT_EQ(fit->used[i], i != 2 && i != 7 && i != 11) << i;
-    for (const Vec3& place : spreadPlaces(Cube{}, 8))
+    for (const Vec3& place : chooseTouchPlaces(Cube{}, 8))
         EXPECT_LT(glm::distance(fit->inStage({{}, place}), truth.inStage({{}, place})), 0.003);
 }
 
-// If the points are the only unknowns, the predicted error equals Fitzpatrick's.
-TEST(Fit, ItsPredictionIsTheTheorysWhereNothingElseIsFound) {
+// If only the pose is estimated and only the points are noisy, the predicted error equals Fitzpatrick's.
+TEST(Fit, ThePredictionMatchesTheoryForAPureRigidFit) {
     Random random(5);
-    const Case c{.way = Way::plain, .points = 8};
+    const Case c{.method = Method::plain, .points = 8};
     const Truth truth = makeTruth(c, random);
-    FitSettings settings = knowing(truth);
+    FitSettings settings = knownTipSettings(truth);
     settings.scale = settings.gimbal = false;
     settings.noise_pairs = 1e9;  // the noise is known
     const auto fit = fitPairs(makePoints(c, truth, random), settings);
     ASSERT_TRUE(fit) << fit.why_not;
-    const CubeError theory = expectedTreIn(Cube{}, spreadPlaces(Cube{}, 8), std::sqrt(3.0) * 0.001);
+    const CubeError theory = expectedTreInCube(Cube{}, chooseTouchPlaces(Cube{}, 8), std::sqrt(3.0) * 0.001);
     EXPECT_NEAR(fit->tre.mean_m, theory.mean_m, 1e-3 * theory.mean_m);
     EXPECT_NEAR(fit->tre.worst_m, theory.worst_m, 1e-3 * theory.worst_m);
 }
 
-// A controller strapped to the handle and never pivoted. The tip is unobservable, and the fit must report
-// that.
+// The controller is strapped to the handle and was never pivoted. Its tip is then unobservable, and the fit
+// must predict a large error.
 // HZ-TEACH-06
-TEST(Fit, WhatCannotBeToldIsNotClaimed) {
+TEST(Fit, UndeterminedUnknownsKeepTheirPriorUncertainty) {
     Random random(6);
-    const Case c{.way = Way::held, .points = 34, .noise_m = 0.0005};
+    const Case c{.method = Method::held, .points = 34, .noise_m = 0.0005};
     Truth truth = makeTruth(c, random);
     const Quat mount = random.turn(3.0);
     std::vector<Pair> pairs = makePoints(c, truth, random);
@@ -138,15 +139,15 @@ TEST(Fit, WhatCannotBeToldIsNotClaimed) {
     ASSERT_TRUE(fit) << fit.why_not;
     EXPECT_GT(fit->gimbal_sd_m, 0.9 * std::sqrt(3.0) * settings.gimbal_sd_m) << "no more than the prior";
     EXPECT_GT(fit->tre.mean_m, 0.004);
-    EXPECT_FALSE(judge(*fit).accept);
+    EXPECT_FALSE(evaluateFit(*fit).accept);
 }
 
-TEST(Fit, WhatTellsNothingIsRefusedInASentence) {
+TEST(Fit, DegenerateInputIsRefusedWithAReason) {
     Random random(7);
     const Truth truth = makeTruth(kHard, random);
     const std::vector<Pair> good = makePoints(kHard, truth, random);
     const auto why = [&](const std::vector<Pair>& pairs) {
-        const auto fit = fitPairs(pairs, knowing(truth));
+        const auto fit = fitPairs(pairs, knownTipSettings(truth));
         EXPECT_FALSE(fit);
         return fit.why_not;
     };
@@ -164,34 +165,34 @@ TEST(Fit, WhatTellsNothingIsRefusedInASentence) {
     EXPECT_THAT(why(broken), HasSubstr("not a number"));
     for (Pair& pair : nonsense)
         pair.stage_from_grip.position_m = random.inCube(1.0);
-    const auto fit = fitPairs(nonsense, knowing(truth));
-    EXPECT_TRUE(!fit || !judge(*fit).accept);
-    FitSettings vague = knowing(truth);
+    const auto fit = fitPairs(nonsense, knownTipSettings(truth));
+    EXPECT_TRUE(!fit || !evaluateFit(*fit).accept);
+    FitSettings vague = knownTipSettings(truth);
     vague.tip = true;
     EXPECT_THAT(fitPairs({good.begin(), good.begin() + 8}, vague).why_not, HasSubstr("too few"));
 }
 
 // The controller reports the same pose for all points, while the device moves.
 // HZ-TEACH-06
-TEST(Fit, AControllerThatStandsStillIsNoRegistration) {
+TEST(Fit, AMotionlessControllerIsRefused) {
     Random random(8);
     const Truth truth = makeTruth(kHard, random);
     std::vector<Pair> pairs = makePoints(kHard, truth, random);
     for (Pair& pair : pairs)
         pair.stage_from_grip = pairs[0].stage_from_grip;
-    EXPECT_FALSE(fitPairs(pairs, knowing(truth)));
+    EXPECT_FALSE(fitPairs(pairs, knownTipSettings(truth)));
 }
 
-TEST(Judge, EachReasonHasItsSentence) {
+TEST(EvaluateFit, EveryReasonHasItsOwnMessage) {
     Fit good;
-    good.kept = 8, good.fre_m = 0.001, good.tre = {0.0008, 0.0015};
-    EXPECT_TRUE(judge(good).accept);
-    EXPECT_THAT(judge(good).why, HasSubstr("about 0.8 mm"));
+    good.inliers = 8, good.fre_m = 0.001, good.tre = {0.0008, 0.0015};
+    EXPECT_TRUE(evaluateFit(good).accept);
+    EXPECT_THAT(evaluateFit(good).why, HasSubstr("about 0.8 mm"));
     const auto refuse = [&](auto change, const std::string& words) {
         Fit bad = good;
         change(bad);
-        EXPECT_FALSE(judge(bad).accept);
-        EXPECT_THAT(judge(bad).why, HasSubstr(words));
+        EXPECT_FALSE(evaluateFit(bad).accept);
+        EXPECT_THAT(evaluateFit(bad).why, HasSubstr(words));
     };
     refuse([](Fit& f) { f.rejected = 6; }, "43 % of the points");
     refuse([](Fit& f) { f.fre_m = 0.006; }, "miss one another by 6.0 mm");

@@ -11,10 +11,10 @@ using study::Random;
 
 const Vec3 kTip{0.01, -0.03, -0.11}, kPivot{0.2, 1.0, -0.4};
 
-std::vector<Rigid> turnedAbout(Random& random, int count, double most_rad, double noise_m) {
+std::vector<Rigid> turnedAbout(Random& random, int count, double max_rad, double noise_m) {
     std::vector<Rigid> poses;
     for (int i = 0; i < count; ++i) {
-        const Quat turn = random.turn(most_rad);
+        const Quat turn = random.turn(max_rad);
         poses.push_back({turn, kPivot - turn * kTip + noise_m * random.normal3()});
     }
     return poses;
@@ -26,11 +26,11 @@ TEST(Pivot, TheTipIsFoundExactlyWithoutNoise) {
     ASSERT_TRUE(pivot) << pivot.why_not;
     EXPECT_LT(glm::distance(pivot->grip_from_tip_m, kTip), 1e-12);
     EXPECT_LT(glm::distance(pivot->stage_from_pivot_m, kPivot), 1e-12);
-    EXPECT_GT(pivot->turned_rad, 0.7);
+    EXPECT_GT(pivot->max_rotation_rad, 0.7);
 }
 
 // With noise, the error matches the calibration's own estimate. Tracker jumps have no effect.
-TEST(Pivot, ItSaysHowWellItKnows) {
+TEST(Pivot, TheUncertaintyMatchesTheError) {
     double squares = 0.0, said = 0.0;
     constexpr int kTrials = 200;
     for (int trial = 0; trial < kTrials; ++trial) {
@@ -49,7 +49,7 @@ TEST(Pivot, ItSaysHowWellItKnows) {
     EXPECT_GT(std::sqrt(squares), 0.4 * std::sqrt(said));
 }
 
-TEST(Pivot, TooLittleTurningIsRefused) {
+TEST(Pivot, TooLittleRotationIsRefused) {
     Random random(1);
     const auto refuse = [](const std::vector<Rigid>& poses, const std::string& words) {
         const auto pivot = calibratePivot(poses);

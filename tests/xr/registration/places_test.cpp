@@ -7,9 +7,9 @@
 namespace stylet::xr::registration {
 namespace {
 
-TEST(Places, AreApartAndInTheCube) {
+TEST(Places, AreSeparatedAndInsideTheCube) {
     const Cube cube{{0.1, 0.2, 0.3}, 0.04};
-    const std::vector<Vec3> places = spreadPlaces(cube, 100);
+    const std::vector<Vec3> places = chooseTouchPlaces(cube, 100);
     EXPECT_EQ(places.size(), 34u);
     for (std::size_t i = 0; i < places.size(); ++i) {
         const Vec3 off = glm::abs(places[i] - cube.centre_m);
@@ -26,14 +26,14 @@ TEST(Places, AreApartAndInTheCube) {
 
 TEST(Places, HaveNames) {
     const Cube cube;
-    EXPECT_EQ(nameOfPlace(cube, {-0.04, -0.04, -0.04}), "far left, low");
-    EXPECT_EQ(nameOfPlace(cube, {0.04, 0.04, 0.04}), "near right, high");
-    EXPECT_EQ(nameOfPlace(cube, {0.0, 0.04, 0.0}), "high");
-    EXPECT_EQ(nameOfPlace(cube, {0.0, 0.0, 0.0}), "the middle");
+    EXPECT_EQ(describePlace(cube, {-0.04, -0.04, -0.04}), "far left, low");
+    EXPECT_EQ(describePlace(cube, {0.04, 0.04, 0.04}), "near right, high");
+    EXPECT_EQ(describePlace(cube, {0.0, 0.04, 0.0}), "high");
+    EXPECT_EQ(describePlace(cube, {0.0, 0.0, 0.0}), "the middle");
 }
 
-TEST(Places, TheNextIsOneThatWasNotTouched) {
-    const std::vector<Vec3> places = spreadPlaces(Cube{}, 8);
+TEST(Places, TheNextPlaceWasNotTouchedBefore) {
+    const std::vector<Vec3> places = chooseTouchPlaces(Cube{}, 8);
     EXPECT_EQ(nextPlace(places, {}, 0.02), places[0]);
     const std::vector<Vec3> at_the_first = {places[0] + Vec3(0.01, 0, 0)};
     EXPECT_EQ(nextPlace(places, at_the_first, 0.02), places[1]);

@@ -1,4 +1,5 @@
-// Closed forms: a known motion is recovered, and the error at a target matches Fitzpatrick's formula.
+// Tests with known results: a known transform is recovered, and the error at a target matches Fitzpatrick's
+// formula.
 #include "xr/registration/rigid.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +13,7 @@ namespace {
 
 using study::Random;
 
-const std::vector<Vec3> kCorners = spreadPlaces(Cube{}, 8);
+const std::vector<Vec3> kCorners = chooseTouchPlaces(Cube{}, 8);
 
 std::vector<Vec3> moved(const Rigid& a_from_b, double scale, const std::vector<Vec3>& points) {
     std::vector<Vec3> result;
@@ -21,7 +22,7 @@ std::vector<Vec3> moved(const Rigid& a_from_b, double scale, const std::vector<V
     return result;
 }
 
-TEST(Rigid, AKnownMotionAndScaleComeBack) {
+TEST(Rigid, AKnownTransformAndScaleAreRecovered) {
     Random random(1);
     for (int i = 0; i < 50; ++i) {
         const Rigid truth{random.turn(3.1), random.inCube(2.0)};
@@ -35,7 +36,7 @@ TEST(Rigid, AKnownMotionAndScaleComeBack) {
     }
 }
 
-// Points in a plane still determine a motion. The result is never a mirror image.
+// Points in a plane still determine a rigid transform. The result must never be a mirror image.
 TEST(Rigid, PointsInAPlaneAreNotMirrored) {
     const std::vector<Vec3> square = {{0, 0, 0}, {0.1, 0, 0}, {0.1, 0.1, 0}, {0, 0.1, 0}};
     const Rigid truth{glm::angleAxis(2.0, glm::normalize(Vec3(1, 2, 3))), Vec3(0.1, 0.2, 0.3)};
@@ -45,7 +46,7 @@ TEST(Rigid, PointsInAPlaneAreNotMirrored) {
     EXPECT_EQ(fit->scale, 1.0);
 }
 
-TEST(Rigid, WhatTellsNothingIsRefusedInASentence) {
+TEST(Rigid, DegenerateInputIsRefusedWithAReason) {
     const auto refuse = [](std::vector<Vec3> a, std::vector<Vec3> b, const std::string& words) {
         const auto fit = fitRigid(a, b, true);
         EXPECT_FALSE(fit);
@@ -66,10 +67,10 @@ TEST(Rigid, WhatTellsNothingIsRefusedInASentence) {
 }
 
 // Eight corners of a cube: about every axis, f^2 is twice the squared half edge, and so is d^2 at a corner.
-TEST(Rigid, TheErrorAtATargetIsFitzpatricks) {
+TEST(Rigid, TheTargetErrorMatchesFitzpatricksFormula) {
     EXPECT_NEAR(expectedTre_m(kCorners, 0.001, Vec3(0.0)), 0.001 / std::sqrt(8.0), 1e-12);
     EXPECT_NEAR(expectedTre_m(kCorners, 0.001, kCorners[0]), 0.001 * std::sqrt(2.0 / 8.0), 1e-12);
-    const CubeError in = expectedTreIn(Cube{}, kCorners, 0.001);
+    const CubeError in = expectedTreInCube(Cube{}, kCorners, 0.001);
     EXPECT_NEAR(in.mean_m, 0.001 * std::sqrt((1.0 + 1.0 / 3.0) / 8.0), 1e-12);
     EXPECT_NEAR(in.worst_m, 0.0005, 1e-12);
     EXPECT_NEAR(expectedFre_m(8, 0.001), 0.001 * std::sqrt(0.75), 1e-15);
@@ -77,8 +78,8 @@ TEST(Rigid, TheErrorAtATargetIsFitzpatricks) {
               std::numeric_limits<double>::infinity());
 }
 
-// The mean over the cube follows from the points, also for an irregular set of points.
-TEST(Rigid, TheMeanOverTheCubeIsThatOfItsPoints) {
+// Also for irregular points, the closed form of the mean over the cube matches an average over samples.
+TEST(Rigid, TheMeanOverTheCubeMatchesSampledPoints) {
     Random random(5);
     std::vector<Vec3> points;
     for (int i = 0; i < 6; ++i)
@@ -91,7 +92,7 @@ TEST(Rigid, TheMeanOverTheCubeIsThatOfItsPoints) {
         squares += tre_m * tre_m / kMany;
         worst = std::max(worst, tre_m);
     }
-    const CubeError in = expectedTreIn(cube, points, 0.001);
+    const CubeError in = expectedTreInCube(cube, points, 0.001);
     EXPECT_NEAR(in.mean_m, std::sqrt(squares), 0.01 * in.mean_m);
     EXPECT_GE(in.worst_m, worst);
     EXPECT_LT(in.worst_m, 1.1 * worst);

@@ -13,7 +13,7 @@ constexpr int kTrials = 60, kMotionTrials = 4;
 constexpr int kTrials = 1500, kMotionTrials = 25;
 #endif
 
-TEST(Study, TheErrorIsTheTheorysWithinATenth) {
+TEST(Study, TheErrorMatchesTheoryWithinTenPercent) {
     for (const int points : {4, 6, 8, 12, 20})
         for (const double noise_m : {0.0002, 0.0005, 0.001, 0.002})
             for (const bool random_places : {false, true}) {
@@ -26,32 +26,32 @@ TEST(Study, TheErrorIsTheTheorysWithinATenth) {
             }
 }
 
-TEST(Study, EightPointsAtAMillimetre) {
+TEST(Study, EightPointsWithMillimetreNoise) {
     const Errors e = run({.points = 8, .noise_m = 0.001}, kTrials, 1);
     EXPECT_LE(e.mean_m, 0.0008);
     EXPECT_LE(e.p999_m, 0.002);
 }
 
-TEST(Study, EverythingWrongAtOnce) {
-    Case hard{.way = Way::held,
+TEST(Study, AllErrorSourcesCombined) {
+    Case hard{.method = Method::held,
               .points = 8,
               .gimbal_m = 0.003,
               .scale_error = 0.005,
-              .late_s = 0.02,
+              .delay_s = 0.02,
               .outliers = 0.1};
     const Errors held = run(hard, kTrials, 1);
     EXPECT_LE(held.mean_m, 0.0018);
     EXPECT_LE(held.mean_accepted_m, held.mean_m);
     EXPECT_GE(held.accepted, 0.9);
     EXPECT_NEAR(held.rms_m, held.expected_rms_m, 0.25 * held.expected_rms_m) << "what it says of itself";
-    hard.way = Way::motion;
-    for (const double memory_s : {0.0, 0.3}) {
-        hard.memory_s = memory_s;
+    hard.method = Method::motion;
+    for (const double correlation_time_s : {0.0, 0.3}) {
+        hard.correlation_time_s = correlation_time_s;
         const Errors motion = run(hard, kMotionTrials, 1);
-        EXPECT_LE(motion.mean_m, memory_s > 0.0 ? 0.0012 : 0.0005);
+        EXPECT_LE(motion.mean_m, correlation_time_s > 0.0 ? 0.0012 : 0.0005);
         EXPECT_EQ(motion.refused, 0);
         EXPECT_NEAR(motion.accepted, 1.0, 1e-9);
-        EXPECT_LE(motion.late_error_s, memory_s > 0.0 ? 0.008 : 0.002);
+        EXPECT_LE(motion.delay_error_s, correlation_time_s > 0.0 ? 0.008 : 0.002);
         EXPECT_NEAR(motion.rms_m, motion.expected_rms_m, 0.3 * motion.expected_rms_m);
     }
 }

@@ -1,4 +1,4 @@
-// Users who follow the wizard's instructions, and some who do not.
+// Simulated users follow the wizard's instructions; some of them do not.
 #include "xr/registration/wizard.h"
 
 #include <gmock/gmock.h>
@@ -23,28 +23,29 @@ class User {
     explicit User(const WizardSettings& settings, double noise_m = 0.0003)
         : wizard(settings), noise_m_(noise_m) {
         truth = study::makeTruth({.gimbal_m = 0.002, .scale_error = 0.003}, random);
+        if (settings.grip_from_tip_m) truth.grip_from_tip_m = *settings.grip_from_tip_m;
     }
 
     void tick(bool press = false, bool back = false) {
         now_s += kTick_s;
-        const std::vector<Timed> device = {{now_s, device_at}};
+        const std::vector<TimedPose> device = {{now_s, device_at}};
         Rigid grip{turn, truth.inStage(device_at) - turn * truth.grip_from_tip_m};
         grip.position_m += slip_m + noise_m_ * random.normal3();
-        const std::vector<Timed> tracked = {{now_s, grip}};
-        wizard.step({now_s, device_ready ? Stream(device) : Stream(), seen ? Stream(tracked) : Stream(),
-                     press, back});
+        const std::vector<TimedPose> tracked = {{now_s, grip}};
+        wizard.step({now_s, device_ready ? PoseStream(device) : PoseStream(),
+                     seen ? PoseStream(tracked) : PoseStream(), press, back});
     }
     void press() { tick(true), tick(); }
     void wait(double seconds) {
         for (double t_s = 0.0; t_s < seconds; t_s += kTick_s)
             tick();
     }
-    void turnAbout(double seconds, double most_rad = 0.6) {
+    void turnAbout(double seconds, double max_rad = 0.6) {
         const double begin_s = now_s;
         while (now_s - begin_s < seconds && wizard.stage() == WizardStage::tip) {
             const double t_s = now_s - begin_s;
-            turn = glm::angleAxis(most_rad * std::sin(2.1 * t_s), Vec3(1, 0, 0)) *
-                   glm::angleAxis(most_rad * std::sin(3.3 * t_s), Vec3(0, 0, 1));
+            turn = glm::angleAxis(max_rad * std::sin(2.1 * t_s), Vec3(1, 0, 0)) *
+                   glm::angleAxis(max_rad * std::sin(3.3 * t_s), Vec3(0, 0, 1));
             tick();
         }
     }
@@ -62,7 +63,7 @@ class User {
         for (int i = 0; i < points && wizard.stage() == WizardStage::places; ++i)
             touch(*wizard.nextPlace_m());
     }
-    // Moves throughout the cube and turns.
+    // Moves the tips through the whole cube and rotates the controller.
     void sweep(double seconds) {
         const double begin_s = now_s;
         while (now_s - begin_s < seconds && wizard.stage() == WizardStage::sweep) {
@@ -75,7 +76,7 @@ class User {
     }
     double worst_m() const {
         double worst = 0.0;
-        for (const Vec3& place : spreadPlaces(Cube{}, 8))
+        for (const Vec3& place : chooseTouchPlaces(Cube{}, 8))
             worst = std::max(worst,
                              glm::distance(wizard.fit()->inStage({{}, place}), truth.inStage({{}, place})));
         return worst;
@@ -98,7 +99,7 @@ TEST(Wizard, LeadsThroughTipAndPointsToARegistration) {
     User user({});
     user.tick();
     EXPECT_EQ(user.wizard.stage(), WizardStage::start);
-    EXPECT_THAT(user.wizard.text().awaited, HasSubstr("to begin"));
+    EXPECT_THAT(user.wizard.text().next_action, HasSubstr("to begin"));
     user.press();
     ASSERT_EQ(user.wizard.stage(), WizardStage::tip);
     user.findTip();
@@ -108,7 +109,7 @@ TEST(Wizard, LeadsThroughTipAndPointsToARegistration) {
     EXPECT_THAT(user.wizard.text().what, HasSubstr("ringed place, far left, low"));
     double before = 0.0;
     for (int i = 0; i < 8; ++i) {
-        EXPECT_EQ(user.wizard.taken(), std::size_t(i));
+        EXPECT_EQ(user.wizard.touchedCount(), std::size_t(i));
         EXPECT_GT(user.wizard.text().progress, before);
         before = user.wizard.text().progress;
         user.touch(*user.wizard.nextPlace_m());
@@ -122,10 +123,8 @@ TEST(Wizard, LeadsThroughTipAndPointsToARegistration) {
     EXPECT_EQ(user.wizard.text().progress, 1.0);
 }
 
-TEST(Wizard, InMotionTheBarFillsAsTheSpaceDoes) {
-    WizardSettings settings;
-    settings.in_motion = true;
-    User user(settings);
+TEST(Wizard, SweepProgressFollowsTheCoveredSpace) {
+    User user({.in_motion = true});
     user.tick();
     user.press();
     user.findTip();
@@ -141,11 +140,8 @@ TEST(Wizard, InMotionTheBarFillsAsTheSpaceDoes) {
     EXPECT_LT(user.worst_m(), 0.001);
 }
 
-TEST(Wizard, AKnownTipIsNotAskedFor) {
-    WizardSettings settings;
-    settings.grip_from_tip_m = Vec3(0.0, 0.0, -0.1);
-    User user(settings);
-    user.truth.grip_from_tip_m = *settings.grip_from_tip_m;
+TEST(Wizard, AKnownTipSkipsTheTipCalibration) {
+    User user({.grip_from_tip_m = Vec3(0.0, 0.0, -0.1)});
     user.tick();
     user.press();
     ASSERT_EQ(user.wizard.stage(), WizardStage::places);
@@ -154,12 +150,12 @@ TEST(Wizard, AKnownTipIsNotAskedFor) {
     EXPECT_TRUE(user.wizard.verdict().accept) << user.wizard.verdict().why;
 }
 
-TEST(Wizard, SaysWhatIsMissingAndWaits) {
+TEST(Wizard, ReportsMissingStreamsAndWaits) {
     User user({});
     user.device_ready = false;
     user.wait(0.5);
     EXPECT_THAT(user.wizard.text().note, HasSubstr("device is not ready"));
-    EXPECT_TRUE(user.wizard.text().warns);
+    EXPECT_TRUE(user.wizard.text().is_warning);
     user.press();
     EXPECT_EQ(user.wizard.stage(), WizardStage::start) << "nothing begins without it";
     user.device_ready = true, user.seen = false;
@@ -170,25 +166,22 @@ TEST(Wizard, SaysWhatIsMissingAndWaits) {
     EXPECT_EQ(user.wizard.text().note, "");
 }
 
-TEST(Wizard, APointThatMovedOrWasThereBeforeIsNotTaken) {
-    WizardSettings settings;
-    settings.grip_from_tip_m = Vec3(0.0, 0.0, -0.1);
-    User user(settings);
-    user.truth.grip_from_tip_m = *settings.grip_from_tip_m;
+TEST(Wizard, MovingOrRepeatedPointsAreNotRecorded) {
+    User user({.grip_from_tip_m = Vec3(0.0, 0.0, -0.1)});
     user.tick();
     user.press();
     user.tick(true);
     user.wait(0.2);
-    EXPECT_THAT(user.wizard.text().awaited, HasSubstr("Hold still"));
+    EXPECT_THAT(user.wizard.text().next_action, HasSubstr("Hold still"));
     user.device_at.position_m.x += 0.02;
     user.wait(0.5);
     EXPECT_THAT(user.wizard.text().note, HasSubstr("moved by 1"));
-    EXPECT_EQ(user.wizard.taken(), 0u);
+    EXPECT_EQ(user.wizard.touchedCount(), 0u);
     user.touch({0.0, 0.0, 0.0});
-    EXPECT_EQ(user.wizard.taken(), 1u);
+    EXPECT_EQ(user.wizard.touchedCount(), 1u);
     user.touch({0.003, 0.0, 0.0});
     EXPECT_THAT(user.wizard.text().note, HasSubstr("touched before"));
-    EXPECT_EQ(user.wizard.taken(), 1u);
+    EXPECT_EQ(user.wizard.touchedCount(), 1u);
     user.seen = false;
     user.touch({0.03, 0.03, 0.0});
     EXPECT_THAT(user.wizard.text().note, HasSubstr("controller was not seen"));
@@ -197,12 +190,12 @@ TEST(Wizard, APointThatMovedOrWasThereBeforeIsNotTaken) {
     EXPECT_THAT(user.wizard.text().note, HasSubstr("device was not ready"));
     user.device_ready = true;
     user.tick(false, true);
-    EXPECT_EQ(user.wizard.taken(), 0u) << "the last one is taken back";
+    EXPECT_EQ(user.wizard.touchedCount(), 0u) << "the last one is taken back";
 }
 
 // The tip slips while it is turned. The wizard warns, and the user succeeds in a second attempt.
 // HZ-TEACH-06
-TEST(Wizard, ATipThatSlipsIsFoundOut) {
+TEST(Wizard, ASlippingTipIsDetected) {
     User user({});
     user.tick();
     user.press();
@@ -215,14 +208,14 @@ TEST(Wizard, ATipThatSlipsIsFoundOut) {
         user.tick();
     }
     EXPECT_EQ(user.wizard.stage(), WizardStage::tip);
-    EXPECT_TRUE(user.wizard.text().warns) << user.wizard.text().note;
+    EXPECT_TRUE(user.wizard.text().is_warning) << user.wizard.text().note;
     user.slip_m = Vec3(0.0);
     user.findTip();
     EXPECT_EQ(user.wizard.stage(), WizardStage::places) << user.wizard.text().note;
 }
 
 // HZ-TEACH-06
-TEST(Wizard, ABadResultIsDoneAgain) {
+TEST(Wizard, ABadResultRestartsTheRegistration) {
     User user({});
     user.tick();
     user.press();
@@ -238,7 +231,7 @@ TEST(Wizard, ABadResultIsDoneAgain) {
     user.slip_m = Vec3(0.0);
     user.press();
     EXPECT_EQ(user.wizard.stage(), WizardStage::start);
-    EXPECT_EQ(user.wizard.taken(), 0u);
+    EXPECT_EQ(user.wizard.touchedCount(), 0u);
     user.press();
     user.findTip();
     user.touchAll(8);
@@ -247,14 +240,14 @@ TEST(Wizard, ABadResultIsDoneAgain) {
     EXPECT_EQ(user.wizard.stage(), WizardStage::start) << "menu does it again even so";
 }
 
-// An earlier registration: one touch shows whether it still holds. If not, the full procedure follows.
-TEST(Wizard, AsksWhetherAnEarlierOneHolds) {
+// One touch shows whether an earlier registration is still valid. If it is not, the full procedure follows.
+TEST(Wizard, VerifiesAnEarlierRegistration) {
     for (const bool moved : {false, true}) {
         WizardSettings settings;
         User first(settings);
         const Truth& truth = first.truth;
-        settings.earlier = Stored{truth.stage_from_device, truth.scale, truth.stylus_from_tip_m,
-                                  truth.grip_from_tip_m,   0.001,       0.001};
+        settings.earlier = StoredRegistration{truth.stage_from_device, truth.scale, truth.stylus_from_tip_m,
+                                              truth.grip_from_tip_m,   0.001,       0.001};
         User user(settings);
         if (moved) user.truth.stage_from_device.position_m.x += 0.03;
         user.tick();
@@ -264,13 +257,13 @@ TEST(Wizard, AsksWhetherAnEarlierOneHolds) {
         EXPECT_EQ(user.wizard.text().title, "Point 1 of 1");
         user.touch(*user.wizard.nextPlace_m());
         ASSERT_EQ(user.wizard.stage(), WizardStage::result);
-        EXPECT_TRUE(user.wizard.asksAboutEarlier());
+        EXPECT_TRUE(user.wizard.verifiesEarlier());
         EXPECT_EQ(user.wizard.verdict().accept, !moved) << user.wizard.verdict().why;
         EXPECT_EQ(user.wizard.text().title, moved ? "It has moved" : "It holds");
-        EXPECT_LE(user.wizard.text().awaited.size(), 50u) << "one line of the card";
+        EXPECT_LE(user.wizard.text().next_action.size(), 50u) << "one line of the card";
         user.press();
         EXPECT_EQ(user.wizard.stage(), moved ? WizardStage::start : WizardStage::accepted);
-        EXPECT_EQ(user.wizard.asksAboutEarlier(), !moved);
+        EXPECT_EQ(user.wizard.verifiesEarlier(), !moved);
         if (!moved) continue;
         user.press();
         user.findTip();
@@ -281,14 +274,11 @@ TEST(Wizard, AsksWhetherAnEarlierOneHolds) {
     }
 }
 
-TEST(Wizard, DrawsWhereToGoAndWhatIsDone) {
-    WizardSettings settings;
-    settings.grip_from_tip_m = Vec3(0.0, 0.0, -0.1);
-    User user(settings);
-    user.truth.grip_from_tip_m = *settings.grip_from_tip_m;
+TEST(Wizard, TheSketchShowsDoneAndRemainingPlaces) {
+    User user({.grip_from_tip_m = Vec3(0.0, 0.0, -0.1)});
     user.tick();
     EXPECT_FALSE(user.wizard.sketch().shown);
-    EXPECT_EQ(user.wizard.gripFromTip_m(), settings.grip_from_tip_m);
+    EXPECT_EQ(user.wizard.gripFromTip_m(), user.truth.grip_from_tip_m);
     user.press();
     const WizardSketch before = user.wizard.sketch();
     EXPECT_TRUE(before.shown);
@@ -303,7 +293,7 @@ TEST(Wizard, DrawsWhereToGoAndWhatIsDone) {
 }
 
 // Every state has its own text, with lines that fit the panel.
-TEST(Wizard, EveryStateHasItsWords) {
+TEST(Wizard, EveryStageHasText) {
     std::set<std::string> titles;
     const auto look = [&](const Wizard& wizard) {
         const WizardText text = wizard.text();
@@ -311,14 +301,12 @@ TEST(Wizard, EveryStateHasItsWords) {
         EXPECT_FALSE(text.title.empty());
         EXPECT_FALSE(text.what.empty());
         EXPECT_LT(text.what.size() + text.note.size(), 320u);
-        EXPECT_LE(text.awaited.size(), 50u) << "one line of the card";
+        EXPECT_LE(text.next_action.size(), 50u) << "one line of the card";
         EXPECT_GE(text.progress, 0.0);
         EXPECT_LE(text.progress, 1.0);
     };
     for (const bool in_motion : {false, true}) {
-        WizardSettings settings;
-        settings.in_motion = in_motion;
-        User user(settings);
+        User user({.in_motion = in_motion});
         user.tick(), look(user.wizard);
         user.press(), look(user.wizard);
         user.findTip(), look(user.wizard);

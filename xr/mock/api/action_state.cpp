@@ -13,22 +13,27 @@ namespace xrmock {
 
 namespace {
 
-// Common part of the xrGetActionState* functions. The caller has checked `state`.
-ActionValue actionValue(Call& call, XrSession handle, const XrActionStateGetInfo* info, XrActionType type) {
+// Common part of the xrGetActionState* functions: checks the arguments and returns the action's value.
+template <class State>
+ActionValue readState(Call& call, XrSession handle, const XrActionStateGetInfo* info, const State* state,
+                      XrStructureType state_type, XrActionType action_type) {
     const Session& session = call.live<Session>(handle);
+    requireStruct(state, state_type);
     requireStruct(info, XR_TYPE_ACTION_STATE_GET_INFO);
     const Action& action = call.live<Action>(info->action);
     requireSubaction(session.instance, action, info->subactionPath);
-    require(action.action_type == type, XR_ERROR_ACTION_TYPE_MISMATCH, "the action is of another type");
+    require(action.action_type == action_type, XR_ERROR_ACTION_TYPE_MISMATCH,
+            "the action is of another type");
     const ActionValue& value = attachedAction(session.input, action).values.at(info->subactionPath);
     return session.progress.running ? value : ActionValue{};
 }
 
 template <class State>
-void fillState(const ActionValue& value, State& state) {
+XrResult writeState(const ActionValue& value, State& state) {
     state.changedSinceLastSync = value.changed;
     state.lastChangeTime = value.last_change_ns;
     state.isActive = value.active;
+    return XR_SUCCESS;
 }
 
 // Returns whether any action of the set was created with the subaction path.
@@ -39,7 +44,7 @@ bool hasSubaction(const InputState& input, std::uint64_t set, XrPath path) {
 }
 
 // XR_EXT_active_action_set_priority.
-Priorities prioritiesOf(Call& call, const Session& session, const XrActionsSyncInfo& info) {
+Priorities readPriorities(Call& call, const Session& session, const XrActionsSyncInfo& info) {
     Priorities priorities;
     const auto* given =
         findInChain<XrActiveActionSetPrioritiesEXT>(info.next, XR_TYPE_ACTIVE_ACTION_SET_PRIORITIES_EXT);
@@ -47,13 +52,13 @@ Priorities prioritiesOf(Call& call, const Session& session, const XrActionsSyncI
         !session.instance.extensions.contains(XR_EXT_ACTIVE_ACTION_SET_PRIORITY_EXTENSION_NAME)) {
         return priorities;
     }
-    require(given->actionSetPriorityCount == 0 || given->actionSetPriorities != nullptr,
-            XR_ERROR_VALIDATION_FAILURE, "actionSetPriorities is null");
+    requireValid(given->actionSetPriorityCount == 0 || given->actionSetPriorities != nullptr,
+                 "actionSetPriorities is null");
     for (std::uint32_t i = 0; i < given->actionSetPriorityCount; ++i) {
         const XrActiveActionSetPriorityEXT& each = given->actionSetPriorities[i];
         const std::uint64_t set = call.live<ActionSet>(each.actionSet).handle;
-        require(priorities.emplace(set, each.priorityOverride).second, XR_ERROR_VALIDATION_FAILURE,
-                "an action set has two priorities");
+        requireValid(priorities.emplace(set, each.priorityOverride).second,
+                     "an action set has two priorities");
     }
     return priorities;
 }
@@ -69,10 +74,10 @@ const AttachedAction& hapticAction(Call& call, const Session& session, const XrH
 
 // Calls visit(user, component) for each output that the action drives on the subaction path.
 template <class Visit>
-void eachOutput(const Session& session, const AttachedAction& action, XrPath subaction_path, Visit visit) {
+void forEachOutput(const Session& session, const AttachedAction& action, XrPath subaction_path, Visit visit) {
     for (const Binding& binding : action.bindings) {
         const bool meant = subaction_path == XR_NULL_PATH || subaction_path == binding.user_path;
-        if (meant && isLive(session.input, binding)) visit(binding.user, binding.components.front());
+        if (meant && isBindingActive(session.input, binding)) visit(binding.user, binding.components.front());
     }
 }
 
@@ -80,39 +85,32 @@ void eachOutput(const Session& session, const AttachedAction& action, XrPath sub
 
 XrResult getActionStateBoolean(Call& call, XrSession session, const XrActionStateGetInfo* info,
                                XrActionStateBoolean* state) {
-    call.live<Session>(session);
-    requireStruct(state, XR_TYPE_ACTION_STATE_BOOLEAN);
-    const ActionValue value = actionValue(call, session, info, XR_ACTION_TYPE_BOOLEAN_INPUT);
+    const ActionValue value =
+        readState(call, session, info, state, XR_TYPE_ACTION_STATE_BOOLEAN, XR_ACTION_TYPE_BOOLEAN_INPUT);
     state->currentState = value.x != 0;
-    fillState(value, *state);
-    return XR_SUCCESS;
+    return writeState(value, *state);
 }
 
 XrResult getActionStateFloat(Call& call, XrSession session, const XrActionStateGetInfo* info,
                              XrActionStateFloat* state) {
-    call.live<Session>(session);
-    requireStruct(state, XR_TYPE_ACTION_STATE_FLOAT);
-    const ActionValue value = actionValue(call, session, info, XR_ACTION_TYPE_FLOAT_INPUT);
+    const ActionValue value =
+        readState(call, session, info, state, XR_TYPE_ACTION_STATE_FLOAT, XR_ACTION_TYPE_FLOAT_INPUT);
     state->currentState = static_cast<float>(value.x);
-    fillState(value, *state);
-    return XR_SUCCESS;
+    return writeState(value, *state);
 }
 
 XrResult getActionStateVector2f(Call& call, XrSession session, const XrActionStateGetInfo* info,
                                 XrActionStateVector2f* state) {
-    call.live<Session>(session);
-    requireStruct(state, XR_TYPE_ACTION_STATE_VECTOR2F);
-    const ActionValue value = actionValue(call, session, info, XR_ACTION_TYPE_VECTOR2F_INPUT);
+    const ActionValue value =
+        readState(call, session, info, state, XR_TYPE_ACTION_STATE_VECTOR2F, XR_ACTION_TYPE_VECTOR2F_INPUT);
     state->currentState = {static_cast<float>(value.x), static_cast<float>(value.y)};
-    fillState(value, *state);
-    return XR_SUCCESS;
+    return writeState(value, *state);
 }
 
 XrResult getActionStatePose(Call& call, XrSession session, const XrActionStateGetInfo* info,
                             XrActionStatePose* state) {
-    call.live<Session>(session);
-    requireStruct(state, XR_TYPE_ACTION_STATE_POSE);
-    state->isActive = actionValue(call, session, info, XR_ACTION_TYPE_POSE_INPUT).active;
+    state->isActive =
+        readState(call, session, info, state, XR_TYPE_ACTION_STATE_POSE, XR_ACTION_TYPE_POSE_INPUT).active;
     return XR_SUCCESS;
 }
 
@@ -120,10 +118,10 @@ XrResult syncActions(Call& call, XrSession handle, const XrActionsSyncInfo* info
     Session& session = call.live<Session>(handle);
     requireStruct(info, XR_TYPE_ACTIONS_SYNC_INFO);
     const std::int64_t now_ns = session.instance.clock.now(call.now_ns);
-    direct(session.instance, now_ns);
-    call.live<Session>(handle);  // events may have lost it
-    require(info->countActiveActionSets == 0 || info->activeActionSets != nullptr,
-            XR_ERROR_VALIDATION_FAILURE, "activeActionSets is null");
+    applyDueEvents(session.instance, now_ns);
+    call.live<Session>(handle);  // throws if an event has caused its loss
+    requireValid(info->countActiveActionSets == 0 || info->activeActionSets != nullptr,
+                 "activeActionSets is null");
     std::vector<ActiveSet> active;
     for (std::uint32_t i = 0; i < info->countActiveActionSets; ++i) {
         const XrActiveActionSet& each = info->activeActionSets[i];
@@ -137,18 +135,16 @@ XrResult syncActions(Call& call, XrSession handle, const XrActionsSyncInfo* info
         }
         active.push_back({set.handle, each.subactionPath});
     }
-    const Priorities priorities = prioritiesOf(call, session, *info);
+    const Priorities priorities = readPriorities(call, session, *info);
     if (session.progress.state != XR_SESSION_STATE_FOCUSED) {
         releaseInput(session.input);
         stopAllPulses(session.haptics, now_ns);
         return XR_SESSION_NOT_FOCUSED;
     }
-    const Sources sources = sourcesOf(session);
+    const Sources sources = makeSources(session);
     if (updateProfiles(session.input, sources, now_ns)) {
-        session.instance.events.push(
-            XrEventDataInteractionProfileChanged{XR_TYPE_EVENT_DATA_INTERACTION_PROFILE_CHANGED, nullptr,
-                                                 handle},
-            handle);
+        session.instance.events.push(XrEventDataInteractionProfileChanged{
+            XR_TYPE_EVENT_DATA_INTERACTION_PROFILE_CHANGED, nullptr, handle});
     }
     syncInput(session.input, sources, active, priorities, now_ns);
     return XR_SUCCESS;
@@ -160,18 +156,18 @@ XrResult applyHapticFeedback(Call& call, XrSession handle, const XrHapticActionI
     const AttachedAction& action = hapticAction(call, session, info);
     requireStruct(feedback, XR_TYPE_HAPTIC_VIBRATION);
     const auto& vibration = *reinterpret_cast<const XrHapticVibration*>(feedback);
-    require(std::isfinite(vibration.amplitude) && std::isfinite(vibration.frequency),
-            XR_ERROR_VALIDATION_FAILURE, "amplitude or frequency is not a number");
+    requireValid(std::isfinite(vibration.amplitude) && std::isfinite(vibration.frequency),
+                 "amplitude or frequency is not a number");
     if (session.progress.state != XR_SESSION_STATE_FOCUSED) return XR_SESSION_NOT_FOCUSED;
     ++session.instance.statistics.haptic_pulses;
     HapticPulse pulse;
-    pulse.action = numberOf(info->action);
+    pulse.action = handleValue(info->action);
     pulse.action_name = action.name;
     pulse.start_ns = session.instance.clock.now(call.now_ns);
-    pulse.end_ns = pulse.start_ns + std::max<std::int64_t>(vibration.duration, kShortestPulseNs);
+    pulse.end_ns = pulse.start_ns + std::max<std::int64_t>(vibration.duration, kMinPulseNs);
     pulse.frequency_hz = std::max(double{vibration.frequency}, 0.0);
     pulse.amplitude = std::clamp(double{vibration.amplitude}, 0.0, 1.0);
-    eachOutput(session, action, info->subactionPath, [&](User user, const std::string& output) {
+    forEachOutput(session, action, info->subactionPath, [&](User user, const std::string& output) {
         pulse.user = user;
         pulse.output = output;
         startPulse(session.haptics, pulse);
@@ -184,8 +180,8 @@ XrResult stopHapticFeedback(Call& call, XrSession handle, const XrHapticActionIn
     const AttachedAction& action = hapticAction(call, session, info);
     if (session.progress.state != XR_SESSION_STATE_FOCUSED) return XR_SESSION_NOT_FOCUSED;
     const std::int64_t now_ns = session.instance.clock.now(call.now_ns);
-    eachOutput(session, action, info->subactionPath, [&](User user, const std::string& output) {
-        stopPulses(session.haptics, numberOf(info->action), user, output, now_ns);
+    forEachOutput(session, action, info->subactionPath, [&](User user, const std::string& output) {
+        stopPulses(session.haptics, handleValue(info->action), user, output, now_ns);
     });
     return XR_SUCCESS;
 }

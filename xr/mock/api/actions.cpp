@@ -36,12 +36,12 @@ void checkUnique(const Object& parent, const char* name, const char* localized_n
 }
 
 void requireSubactionPath(const Instance& instance, XrPath path) {
-    const auto user = userOf(pathString(instance, path));
+    const auto user = findUser(pathString(instance, path));
     require(user && *user != User::treadmill, XR_ERROR_PATH_UNSUPPORTED, "not a subaction path");
 }
 
 // All suggested bindings of an action, for every profile.
-std::vector<Binding> bindingsOf(Instance& instance, const Action& action) {
+std::vector<Binding> collectBindings(Instance& instance, const Action& action) {
     std::vector<Binding> bindings;
     for (const auto& [profile_path, suggestions] : instance.suggestions) {
         const Profile& profile = *findProfile(profile_path);
@@ -55,7 +55,7 @@ std::vector<Binding> bindingsOf(Instance& instance, const Action& action) {
                 continue;
             }
             auto components = componentsFor(profile, path, action.action_type);
-            // The type cannot be converted: no error, but no binding either.
+            // No component of this path fits the action's type. This is no error; there is just no binding.
             if (components.empty()) continue;
             bindings.push_back({&profile, path.user, suggested.path, user_path, std::move(components)});
         }
@@ -80,7 +80,7 @@ void attach(Session& session, const std::vector<ActionSet*>& sets) {
             attached.values[XR_NULL_PATH] = {};
             for (const XrPath path : action.subaction_paths)
                 attached.values[path] = {};
-            attached.bindings = bindingsOf(instance, action);
+            attached.bindings = collectBindings(instance, action);
         }
     }
     input.attached = true;
@@ -92,34 +92,28 @@ void attach(Session& session, const std::vector<ActionSet*>& sets) {
 XrResult createActionSet(Call& call, XrInstance handle, const XrActionSetCreateInfo* info, XrActionSet* out) {
     Instance& instance = call.live<Instance>(handle);
     requireStruct(info, XR_TYPE_ACTION_SET_CREATE_INFO);
-    require(out != nullptr, XR_ERROR_VALIDATION_FAILURE, "actionSet is null");
+    requireValid(out != nullptr, "actionSet is null");
     checkNames(info->actionSetName, info->localizedActionSetName);
     checkUnique<ActionSet>(instance, info->actionSetName, info->localizedActionSetName);
     auto set = std::make_unique<ActionSet>(instance);
     set->name = info->actionSetName;
     set->localized_name = info->localizedActionSetName;
     set->priority = info->priority;
-    *out = handleOf<XrActionSet>(call.create(std::move(set), &instance));
-    return XR_SUCCESS;
-}
-
-XrResult destroyActionSet(Call& call, XrActionSet handle) {
-    runtime().handles.destroy(call.evenLost<ActionSet>(handle));
+    *out = toHandle<XrActionSet>(call.create(std::move(set), &instance));
     return XR_SUCCESS;
 }
 
 XrResult createAction(Call& call, XrActionSet handle, const XrActionCreateInfo* info, XrAction* out) {
     ActionSet& set = call.live<ActionSet>(handle);
     requireStruct(info, XR_TYPE_ACTION_CREATE_INFO);
-    require(out != nullptr, XR_ERROR_VALIDATION_FAILURE, "action is null");
+    requireValid(out != nullptr, "action is null");
     require(!set.attached, XR_ERROR_ACTIONSETS_ALREADY_ATTACHED, "the set is attached and cannot change");
     checkNames(info->actionName, info->localizedActionName);
-    require(
+    requireValid(
         (info->actionType >= XR_ACTION_TYPE_BOOLEAN_INPUT && info->actionType <= XR_ACTION_TYPE_POSE_INPUT) ||
             info->actionType == XR_ACTION_TYPE_VIBRATION_OUTPUT,
-        XR_ERROR_VALIDATION_FAILURE, "actionType is no known value");
-    require(info->countSubactionPaths == 0 || info->subactionPaths != nullptr, XR_ERROR_VALIDATION_FAILURE,
-            "subactionPaths is null");
+        "actionType is no known value");
+    requireValid(info->countSubactionPaths == 0 || info->subactionPaths != nullptr, "subactionPaths is null");
     std::set<XrPath> seen;
     for (std::uint32_t i = 0; i < info->countSubactionPaths; ++i) {
         requireSubactionPath(set.instance, info->subactionPaths[i]);
@@ -132,12 +126,7 @@ XrResult createAction(Call& call, XrActionSet handle, const XrActionCreateInfo* 
     action->localized_name = info->localizedActionName;
     action->action_type = info->actionType;
     action->subaction_paths.assign(info->subactionPaths, info->subactionPaths + info->countSubactionPaths);
-    *out = handleOf<XrAction>(call.create(std::move(action), &set));
-    return XR_SUCCESS;
-}
-
-XrResult destroyAction(Call& call, XrAction handle) {
-    runtime().handles.destroy(call.evenLost<Action>(handle));
+    *out = toHandle<XrAction>(call.create(std::move(action), &set));
     return XR_SUCCESS;
 }
 
@@ -145,8 +134,8 @@ XrResult suggestInteractionProfileBindings(Call& call, XrInstance handle,
                                            const XrInteractionProfileSuggestedBinding* info) {
     Instance& instance = call.live<Instance>(handle);
     requireStruct(info, XR_TYPE_INTERACTION_PROFILE_SUGGESTED_BINDING);
-    require(info->countSuggestedBindings > 0 && info->suggestedBindings != nullptr,
-            XR_ERROR_VALIDATION_FAILURE, "there are no suggested bindings");
+    requireValid(info->countSuggestedBindings > 0 && info->suggestedBindings != nullptr,
+                 "there are no suggested bindings");
     const std::string& profile_path = pathString(instance, info->interactionProfile);
     const Profile* profile = findProfile(profile_path, instance.extensions);
     require(profile != nullptr, XR_ERROR_PATH_UNSUPPORTED,
@@ -157,8 +146,7 @@ XrResult suggestInteractionProfileBindings(Call& call, XrInstance handle,
         const Action& action = call.live<Action>(suggested.action);
         require(!action.set.attached, XR_ERROR_ACTIONSETS_ALREADY_ATTACHED,
                 "the action's set is attached already");
-        require(&action.set.instance == &instance, XR_ERROR_VALIDATION_FAILURE,
-                "an action is of another instance");
+        requireValid(&action.set.instance == &instance, "an action is of another instance");
         const auto path = splitBindingPath(pathString(instance, suggested.binding));
         require(path && hasComponent(*profile, *path, instance.extensions), XR_ERROR_PATH_UNSUPPORTED,
                 "the profile has no such binding path");
@@ -171,13 +159,11 @@ XrResult suggestInteractionProfileBindings(Call& call, XrInstance handle,
 XrResult attachSessionActionSets(Call& call, XrSession handle, const XrSessionActionSetsAttachInfo* info) {
     Session& session = call.live<Session>(handle);
     requireStruct(info, XR_TYPE_SESSION_ACTION_SETS_ATTACH_INFO);
-    require(info->countActionSets > 0 && info->actionSets != nullptr, XR_ERROR_VALIDATION_FAILURE,
-            "there are no action sets");
+    requireValid(info->countActionSets > 0 && info->actionSets != nullptr, "there are no action sets");
     std::vector<ActionSet*> sets;
     for (std::uint32_t i = 0; i < info->countActionSets; ++i) {
         sets.push_back(&call.live<ActionSet>(info->actionSets[i]));
-        require(&sets.back()->instance == &session.instance, XR_ERROR_VALIDATION_FAILURE,
-                "an action set is of another instance");
+        requireValid(&sets.back()->instance == &session.instance, "an action set is of another instance");
     }
     require(!session.input.attached, XR_ERROR_ACTIONSETS_ALREADY_ATTACHED, "action sets are attached once");
     attach(session, sets);
@@ -188,7 +174,7 @@ XrResult getCurrentInteractionProfile(Call& call, XrSession handle, XrPath path,
                                       XrInteractionProfileState* state) {
     const Session& session = call.live<Session>(handle);
     requireStruct(state, XR_TYPE_INTERACTION_PROFILE_STATE);
-    const auto user = userOf(pathString(session.instance, path));
+    const auto user = findUser(pathString(session.instance, path));
     require(user.has_value(), XR_ERROR_PATH_UNSUPPORTED, "not a top level user path");
     require(session.input.attached, XR_ERROR_ACTIONSET_NOT_ATTACHED, "no action sets are attached");
     const Profile* profile = session.input.profiles[static_cast<std::size_t>(*user)];
@@ -205,7 +191,7 @@ XrResult enumerateBoundSourcesForAction(Call& call, XrSession handle,
     const AttachedAction& action = attachedAction(session.input, call.live<Action>(info->action));
     std::vector<XrPath> bound;
     for (const Binding& binding : action.bindings) {
-        if (isLive(session.input, binding) &&
+        if (isBindingActive(session.input, binding) &&
             std::find(bound.begin(), bound.end(), binding.source) == bound.end()) {
             bound.push_back(binding.source);
         }
@@ -218,8 +204,8 @@ XrResult getInputSourceLocalizedName(Call& call, XrSession handle,
                                      std::uint32_t* count, char* buffer) {
     const Session& session = call.live<Session>(handle);
     requireStruct(info, XR_TYPE_INPUT_SOURCE_LOCALIZED_NAME_GET_INFO);
-    require(info->whichComponents != 0 && (info->whichComponents & ~kAllNameComponents) == 0,
-            XR_ERROR_VALIDATION_FAILURE, "whichComponents is empty or has unknown bits");
+    requireValid(info->whichComponents != 0 && (info->whichComponents & ~kAllNameComponents) == 0,
+                 "whichComponents is empty or has unknown bits");
     const std::string& source = pathString(session.instance, info->sourcePath);
     require(session.input.attached, XR_ERROR_ACTIONSET_NOT_ATTACHED, "no action sets are attached");
     const auto path = splitBindingPath(source);

@@ -1,5 +1,5 @@
-// The OpenXR functions. Each validates all arguments and handles and returns the specified result. The work
-// itself is in other files, which trust their input. All run under the lock of their Call.
+// The OpenXR functions. Each validates all arguments and handles and returns the specified result. Other
+// files do the work and trust their input. All functions run under the lock of their Call.
 #pragma once
 
 #include "scenario/openxr_later.h"
@@ -77,8 +77,8 @@ XrResult getVulkanGraphicsDevice2(Call&, XrInstance, const XrVulkanGraphicsDevic
 XrResult getVulkanGraphicsRequirements(Call&, XrInstance, XrSystemId, XrGraphicsRequirementsVulkanKHR*);
 
 // XR_KHR_vulkan_enable
-XrResult getVulkanInstanceExtensions(Call&, XrInstance, XrSystemId, std::uint32_t, std::uint32_t*, char*);
-XrResult getVulkanDeviceExtensions(Call&, XrInstance, XrSystemId, std::uint32_t, std::uint32_t*, char*);
+// getVulkanExtensions serves both xrGetVulkan...ExtensionsKHR: the runtime requires no Vulkan extensions.
+XrResult getVulkanExtensions(Call&, XrInstance, XrSystemId, std::uint32_t, std::uint32_t*, char*);
 XrResult getVulkanGraphicsDevice(Call&, XrInstance, XrSystemId, VkInstance, VkPhysicalDevice*);
 
 // XR_KHR_convert_timespec_time
@@ -101,7 +101,6 @@ XrResult getStationaryReferenceSpaceGenerationId(Call&, XrSession,
 XrResult getReferenceSpaceBoundsRect(Call&, XrSession, XrReferenceSpaceType, XrExtent2Df*);
 XrResult createActionSpace(Call&, XrSession, const XrActionSpaceCreateInfo*, XrSpace*);
 XrResult locateSpace(Call&, XrSpace, XrSpace, XrTime, XrSpaceLocation*);
-XrResult destroySpace(Call&, XrSpace);
 XrResult locateViews(Call&, XrSession, const XrViewLocateInfo*, XrViewState*, std::uint32_t, std::uint32_t*,
                      XrView*);
 
@@ -112,7 +111,6 @@ XrResult getVisibilityMask(Call&, XrSession, XrViewConfigurationType, std::uint3
 // Swapchains
 XrResult enumerateSwapchainFormats(Call&, XrSession, std::uint32_t, std::uint32_t*, std::int64_t*);
 XrResult createSwapchain(Call&, XrSession, const XrSwapchainCreateInfo*, XrSwapchain*);
-XrResult destroySwapchain(Call&, XrSwapchain);
 XrResult enumerateSwapchainImages(Call&, XrSwapchain, std::uint32_t, std::uint32_t*,
                                   XrSwapchainImageBaseHeader*);
 XrResult acquireSwapchainImage(Call&, XrSwapchain, const XrSwapchainImageAcquireInfo*, std::uint32_t*);
@@ -126,9 +124,7 @@ XrResult endFrame(Call&, XrSession, const XrFrameEndInfo*);
 
 // Actions
 XrResult createActionSet(Call&, XrInstance, const XrActionSetCreateInfo*, XrActionSet*);
-XrResult destroyActionSet(Call&, XrActionSet);
 XrResult createAction(Call&, XrActionSet, const XrActionCreateInfo*, XrAction*);
-XrResult destroyAction(Call&, XrAction);
 XrResult suggestInteractionProfileBindings(Call&, XrInstance, const XrInteractionProfileSuggestedBinding*);
 XrResult attachSessionActionSets(Call&, XrSession, const XrSessionActionSetsAttachInfo*);
 XrResult getCurrentInteractionProfile(Call&, XrSession, XrPath, XrInteractionProfileState*);
@@ -158,7 +154,6 @@ XrResult setInputDeviceLocation(Call&, XrSession, XrPath, XrPath, XrSpace, XrPos
 
 // XR_EXT_hand_tracking
 XrResult createHandTracker(Call&, XrSession, const XrHandTrackerCreateInfoEXT*, XrHandTrackerEXT*);
-XrResult destroyHandTracker(Call&, XrHandTrackerEXT);
 XrResult locateHandJoints(Call&, XrHandTrackerEXT, const XrHandJointsLocateInfoEXT*,
                           XrHandJointLocationsEXT*);
 
@@ -166,7 +161,6 @@ XrResult locateHandJoints(Call&, XrHandTrackerEXT, const XrHandJointsLocateInfoE
 XrResult setDebugUtilsObjectName(Call&, XrInstance, const XrDebugUtilsObjectNameInfoEXT*);
 XrResult createDebugUtilsMessenger(Call&, XrInstance, const XrDebugUtilsMessengerCreateInfoEXT*,
                                    XrDebugUtilsMessengerEXT*);
-XrResult destroyDebugUtilsMessenger(Call&, XrDebugUtilsMessengerEXT);
 XrResult submitDebugUtilsMessage(Call&, XrInstance, XrDebugUtilsMessageSeverityFlagsEXT,
                                  XrDebugUtilsMessageTypeFlagsEXT,
                                  const XrDebugUtilsMessengerCallbackDataEXT*);

@@ -12,7 +12,7 @@ namespace xrmock {
 namespace {
 
 User requireUser(const Instance& instance, XrPath path) {
-    const auto user = userOf(pathString(instance, path));
+    const auto user = findUser(pathString(instance, path));
     require(user.has_value(), XR_ERROR_PATH_UNSUPPORTED, "not a top level user path");
     return *user;
 }
@@ -42,8 +42,9 @@ XrResult setNumber(Call& call, XrSession handle, XrPath top_level_path, XrPath s
     const User user = requireUser(session.instance, top_level_path);
     const std::string component = requireSource(session.instance, user, source_path);
     requireValue(user, component);
-    require(std::isfinite(value), XR_ERROR_VALIDATION_FAILURE, "state is not a number");
-    setValue(session.automation.take(user), component, value, session.instance.clock.now(call.now_ns));
+    requireValid(std::isfinite(value), "state is not a number");
+    setValue(session.automation.acquireDevice(user), component, value,
+             session.instance.clock.now(call.now_ns));
     return XR_SUCCESS;
 }
 
@@ -57,9 +58,9 @@ XrResult setInputDeviceActive(Call& call, XrSession handle, XrPath profile_path,
     require(known != nullptr, XR_ERROR_PATH_UNSUPPORTED,
             "not an interaction profile of OpenXR 1.0 or an enabled extension");
     const User user = requireUser(session.instance, top_level_path);
-    require(!componentsOf(*known, user).empty(), XR_ERROR_PATH_UNSUPPORTED,
+    require(!findComponents(*known, user).empty(), XR_ERROR_PATH_UNSUPPORTED,
             "the interaction profile is not for this top level path");
-    AutomatedDevice& device = session.automation.take(user);
+    AutomatedDevice& device = session.automation.acquireDevice(user);
     device.active = active != XR_FALSE;
     device.profile = profile;
     return XR_SUCCESS;
@@ -81,9 +82,8 @@ XrResult setInputDeviceStateVector2f(Call& call, XrSession handle, XrPath top_le
     const User user = requireUser(session.instance, top_level_path);
     const std::string parent = requireSource(session.instance, user, source_path);
     requireValue(user, parent + "/x");
-    require(std::isfinite(state.x) && std::isfinite(state.y), XR_ERROR_VALIDATION_FAILURE,
-            "state is not a pair of numbers");
-    AutomatedDevice& device = session.automation.take(user);
+    requireValid(std::isfinite(state.x) && std::isfinite(state.y), "state is not a pair of numbers");
+    AutomatedDevice& device = session.automation.acquireDevice(user);
     const std::int64_t now_ns = session.instance.clock.now(call.now_ns);
     setValue(device, parent + "/x", double{state.x}, now_ns);
     setValue(device, parent + "/y", double{state.y}, now_ns);
@@ -99,10 +99,10 @@ XrResult setInputDeviceLocation(Call& call, XrSession handle, XrPath top_level_p
                              component == "input/palm_ext/pose"),
             XR_ERROR_PATH_UNSUPPORTED, "only the poses of a hand can be set");
     const Space& space = call.live<Space>(space_handle);
-    require(&space.session == &session, XR_ERROR_VALIDATION_FAILURE, "the space is of another session");
+    requireValid(&space.session == &session, "the space is of another session");
     require(isValid(pose), XR_ERROR_POSE_INVALID, "pose is not a pose");
     const auto stage_from_space = stageFromSpace(space, session.instance.clock.now(call.now_ns));
-    AutomatedDevice& device = session.automation.take(user);
+    AutomatedDevice& device = session.automation.acquireDevice(user);
     // Ignore the location if the space cannot be located.
     if (stage_from_space) device.stage_from_sources[component] = *stage_from_space * fromXr(pose);
     return XR_SUCCESS;

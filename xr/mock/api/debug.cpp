@@ -12,7 +12,7 @@ namespace {
 
 const char* checkLabel(const XrDebugUtilsLabelEXT* label) {
     requireStruct(label, XR_TYPE_DEBUG_UTILS_LABEL_EXT);
-    require(label->labelName != nullptr, XR_ERROR_VALIDATION_FAILURE, "labelName is null");
+    requireValid(label->labelName != nullptr, "labelName is null");
     return label->labelName;
 }
 
@@ -30,9 +30,9 @@ std::string textOrEmpty(const char* text) {
 XrResult setDebugUtilsObjectName(Call& call, XrInstance handle, const XrDebugUtilsObjectNameInfoEXT* info) {
     const Instance& instance = call.live<Instance>(handle);
     requireStruct(info, XR_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT);
-    require(info->objectType != XR_OBJECT_TYPE_UNKNOWN, XR_ERROR_VALIDATION_FAILURE, "objectType is unknown");
+    requireValid(info->objectType != XR_OBJECT_TYPE_UNKNOWN, "objectType is unknown");
     Object* object = runtime().handles.find(info->objectHandle);
-    require(object != nullptr && object->type == info->objectType && instanceOf(object) == &instance,
+    require(object != nullptr && object->type == info->objectType && findInstance(object) == &instance,
             XR_ERROR_HANDLE_INVALID, "objectHandle is no live handle of its type and instance");
     object->debug_name = textOrEmpty(info->objectName);
     return XR_SUCCESS;
@@ -43,18 +43,13 @@ XrResult createDebugUtilsMessenger(Call& call, XrInstance handle,
                                    XrDebugUtilsMessengerEXT* out) {
     Instance& instance = call.live<Instance>(handle);
     requireStruct(info, XR_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT);
-    require(out != nullptr, XR_ERROR_VALIDATION_FAILURE, "messenger is null");
+    requireValid(out != nullptr, "messenger is null");
     checkMessenger(*info);
     instance.listeners.reserve(instance.listeners.size() + 1);
     const Messenger& messenger = call.create(std::make_unique<Messenger>(instance), &instance);
     instance.listeners.push_back(
         {messenger.handle, info->messageSeverities, info->messageTypes, info->userCallback, info->userData});
-    *out = handleOf<XrDebugUtilsMessengerEXT>(messenger);
-    return XR_SUCCESS;
-}
-
-XrResult destroyDebugUtilsMessenger(Call& call, XrDebugUtilsMessengerEXT handle) {
-    runtime().handles.destroy(call.evenLost<Messenger>(handle));
+    *out = toHandle<XrDebugUtilsMessengerEXT>(messenger);
     return XR_SUCCESS;
 }
 
@@ -63,28 +58,20 @@ XrResult submitDebugUtilsMessage(Call& call, XrInstance handle, XrDebugUtilsMess
                                  const XrDebugUtilsMessengerCallbackDataEXT* data) {
     const Instance& instance = call.live<Instance>(handle);
     requireStruct(data, XR_TYPE_DEBUG_UTILS_MESSENGER_CALLBACK_DATA_EXT);
-    require(std::has_single_bit(severity) && (severity & ~kAllSeverities) == 0, XR_ERROR_VALIDATION_FAILURE,
-            "messageSeverity is not one known bit");
-    require(types != 0 && (types & ~kAllTypes) == 0, XR_ERROR_VALIDATION_FAILURE,
-            "messageTypes is empty or has unknown bits");
-    require(data->objectCount == 0 || data->objects != nullptr, XR_ERROR_VALIDATION_FAILURE,
-            "objects is null");
-    Message message{severity,
-                    types,
-                    textOrEmpty(data->messageId),
-                    textOrEmpty(data->functionName),
-                    textOrEmpty(data->message),
-                    {},
-                    {}};
+    requireValid(std::has_single_bit(severity) && (severity & ~kAllSeverities) == 0,
+                 "messageSeverity is not one known bit");
+    requireValid(types != 0 && (types & ~kAllTypes) == 0, "messageTypes is empty or has unknown bits");
+    requireValid(data->objectCount == 0 || data->objects != nullptr, "objects is null");
+    Message message{severity, types, textOrEmpty(data->messageId), textOrEmpty(data->functionName),
+                    textOrEmpty(data->message)};
     for (std::uint32_t i = 0; i < data->objectCount; ++i) {
         const XrDebugUtilsObjectNameInfoEXT& given = data->objects[i];
-        require(given.objectType != XR_OBJECT_TYPE_UNKNOWN, XR_ERROR_VALIDATION_FAILURE,
-                "the type of an object is unknown");
+        requireValid(given.objectType != XR_OBJECT_TYPE_UNKNOWN, "the type of an object is unknown");
         const Object* object = runtime().handles.find(given.objectHandle);
         const bool known = object != nullptr && object->type == given.objectType;
         message.objects.push_back({given.objectType, given.objectHandle,
                                    known ? object->debug_name : textOrEmpty(given.objectName)});
-        if (known && message.labels.empty()) message.labels = labelsOf(*object);
+        if (known && message.labels.empty()) message.labels = sessionLabels(*object);
     }
     post(call, instance, std::move(message));
     return XR_SUCCESS;

@@ -16,7 +16,7 @@ XrResult enumerateDisplayRefreshRates(Call& call, XrSession handle, std::uint32_
 
 XrResult getDisplayRefreshRate(Call& call, XrSession handle, float* rate) {
     const Session& session = call.live<Session>(handle);
-    require(rate != nullptr, XR_ERROR_VALIDATION_FAILURE, "displayRefreshRate is null");
+    requireValid(rate != nullptr, "displayRefreshRate is null");
     *rate = static_cast<float>(session.instance.scenario.refresh_hz);
     return XR_SUCCESS;
 }

@@ -18,58 +18,58 @@ Session& runningSession(Call& call, XrSession handle) {
     return session;
 }
 
-// Identifies one run of a session, for a call that waits without the lock. Meanwhile another thread may
-// end, lose or destroy the session.
+// Identifies one run of a session. A waiting call releases the lock; meanwhile the run may end, and the
+// session may be lost or destroyed.
 struct Run {
     std::uint64_t session;
     std::uint64_t run;
 };
 
 // Returns the session, or null if the run is over.
-Session* goingOn(const Run& run) {
+Session* findRunning(const Run& run) {
     auto* session = static_cast<Session*>(runtime().handles.find(run.session));
-    const bool goes_on = session != nullptr && session->progress.running && session->run == run.run &&
-                         session->loss != Loss::lost && session->instance.conditions.loss != Loss::lost;
-    return goes_on ? session : nullptr;
+    const bool is_running = session != nullptr && session->progress.running && session->run == run.run &&
+                            session->loss != Loss::lost && session->instance.conditions.loss != Loss::lost;
+    return is_running ? session : nullptr;
 }
 
-Session& sameRun(Call& call, XrSession handle, const Run& run) {
+Session& requireSameRun(Call& call, XrSession handle, const Run& run) {
     Session& session = runningSession(call, handle);
     require(session.run == run.run, XR_ERROR_SESSION_NOT_RUNNING, "the session was ended meanwhile");
     return session;
 }
 
 // xrWaitFrame blocks until the previous frame has begun.
-void waitForTurn(Call& call, const Run& run) {
+void waitForPreviousFrame(Call& call, const Run& run) {
     runtime().changed.wait(call.lock, [&] {
-        const Session* session = goingOn(run);
+        const Session* session = findRunning(run);
         return session == nullptr || (!session->frames.waiting && !session->frames.waited);
     });
 }
 
-// Waits for a step while a control client has paused the run. Refreshes that pass meanwhile do not count as
-// missed: pacing restarts.
+// Waits for a step while a control client has paused the run. Pacing restarts afterwards, so that refreshes
+// during the pause do not count as missed.
 void waitForStep(Call& call, const Run& run) {
     // Poll, because the control thread does not notify `changed`.
-    constexpr std::chrono::milliseconds kLookAgain{5};
-    for (Session* session = goingOn(run); session != nullptr; session = goingOn(run)) {
+    constexpr std::chrono::milliseconds kPollInterval{5};
+    for (Session* session = findRunning(run); session != nullptr; session = findRunning(run)) {
         Instance& instance = session->instance;
         const std::int64_t now_ns = instance.clock.now(monotonicNs());
-        direct(instance, now_ns);
-        if (mayGoOn(instance, now_ns)) return;
+        applyDueEvents(instance, now_ns);
+        if (mayProceed(instance, now_ns)) return;
         session->frames.paced = false;
-        runtime().changed.wait_for(call.lock, kLookAgain);
+        runtime().changed.wait_for(call.lock, kPollInterval);
     }
 }
 
 void sleepUntil(Call& call, const Run& run, std::int64_t wake_ns) {
     const std::chrono::steady_clock::time_point wake{std::chrono::nanoseconds(wake_ns)};
-    runtime().changed.wait_until(call.lock, wake, [&] { return goingOn(run) == nullptr; });
+    runtime().changed.wait_until(call.lock, wake, [&] { return findRunning(run) == nullptr; });
 }
 
 void requireEnvironmentBlendMode(const Scenario& scenario, XrEnvironmentBlendMode mode) {
-    require(mode >= XR_ENVIRONMENT_BLEND_MODE_OPAQUE && mode <= XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND,
-            XR_ERROR_VALIDATION_FAILURE, "environmentBlendMode is no known value");
+    requireValid(mode >= XR_ENVIRONMENT_BLEND_MODE_OPAQUE && mode <= XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND,
+                 "environmentBlendMode is no known value");
     const auto& offered = scenario.offers.blend_modes;
     require(std::find(offered.begin(), offered.end(), mode) != offered.end(),
             XR_ERROR_ENVIRONMENT_BLEND_MODE_UNSUPPORTED, "the headset does not have this blend mode");
@@ -82,39 +82,40 @@ XrResult waitFrame(Call& call, XrSession handle, const XrFrameWaitInfo* info, Xr
     if (info != nullptr) requireStruct(info, XR_TYPE_FRAME_WAIT_INFO);
     requireStruct(state, XR_TYPE_FRAME_STATE);
     const Run run{session->handle, session->run};
-    waitForTurn(call, run);
-    session = &sameRun(call, handle, run);
+    waitForPreviousFrame(call, run);
+    session = &requireSameRun(call, handle, run);
 
     session->frames.waiting = true;
     if (session->instance.control) waitForStep(call, run);
-    session = &sameRun(call, handle, run);
+    session = &requireSameRun(call, handle, run);
 
     Instance& instance = session->instance;
     ++instance.conditions.frames_waited;
-    direct(instance, instance.clock.now(monotonicNs()));
+    applyDueEvents(instance, instance.clock.now(monotonicNs()));
     session = &runningSession(call, handle);
-    const FrameFate fate = takeFate(instance);
+    const FrameOverride frame_override = popFrameOverride(instance);
     const std::int64_t period_ns = refreshPeriodNs(instance.scenario);
     const FramePlan plan =
-        planFrame(session->frames, instance.clock, monotonicNs(), period_ns, fate.late_refreshes);
+        planFrame(session->frames, instance.clock, monotonicNs(), period_ns, frame_override.late_refreshes);
     if (!instance.clock.is_virtual) sleepUntil(call, run, plan.wake_ns);
-    session = &sameRun(call, handle, run);
+    session = &requireSameRun(call, handle, run);
 
     session->frames.waiting = false;
     session->frames.waited = true;
     session->frames.paced = true;
     session->frames.last_display_ns = plan.display_ns;
     session->instance.statistics.missed += plan.missed;
-    session->frames.fate = fate;
+    session->frames.frame_override = frame_override;
     if (session->instance.clock.is_virtual) session->instance.clock.virtual_now_ns = plan.display_ns;
-    direct(session->instance, session->instance.clock.now(monotonicNs()));
+    applyDueEvents(session->instance, session->instance.clock.now(monotonicNs()));
     session = &runningSession(call, handle);
     state->predictedDisplayTime = plan.display_ns;
     state->predictedDisplayPeriod = period_ns;
     const XrSessionState session_state = session->progress.state;
-    session->frames.fate.should_render = fate.should_render && (session_state == XR_SESSION_STATE_VISIBLE ||
-                                                                session_state == XR_SESSION_STATE_FOCUSED);
-    state->shouldRender = session->frames.fate.should_render;
+    session->frames.frame_override.should_render =
+        frame_override.should_render &&
+        (session_state == XR_SESSION_STATE_VISIBLE || session_state == XR_SESSION_STATE_FOCUSED);
+    state->shouldRender = session->frames.frame_override.should_render;
     return XR_SUCCESS;
 }
 
@@ -122,9 +123,9 @@ XrResult beginFrame(Call& call, XrSession handle, const XrFrameBeginInfo* info) 
     Session& session = runningSession(call, handle);
     if (info != nullptr) requireStruct(info, XR_TYPE_FRAME_BEGIN_INFO);
     require(session.frames.waited, XR_ERROR_CALL_ORDER_INVALID, "no frame was waited for");
-    const bool discarded = session.frames.begun || session.frames.fate.discarded;
+    const bool discarded = session.frames.begun || session.frames.frame_override.discarded;
     if (discarded) ++session.instance.statistics.discarded;
-    session.frames.begun_fate = session.frames.fate;
+    session.frames.begun_override = session.frames.frame_override;
     session.frames.waited = false;
     session.frames.begun = true;
     runtime().changed.notify_all();

@@ -25,12 +25,11 @@ namespace xrmock {
 
 namespace {
 
-constexpr std::uint32_t kMaxViewSize = 4096;  // [px]; a headset that recommends more raises it
+constexpr std::uint32_t kMaxViewSize = 4096;  // [px]; raised if the headset recommends more
 
-void setUp(Instance& instance, std::int64_t now_ns) {
-    if (const char* file = std::getenv("XRMOCK_SCENARIO"); file != nullptr && *file != '\0') {
+void configure(Instance& instance, std::int64_t now_ns) {
+    if (const char* file = std::getenv("XRMOCK_SCENARIO"); file != nullptr && *file != '\0')
         instance.scenario = loadScenario(file);
-    }
     instance.conditions.local = {{0, yawOnly(poseAt(instance.scenario.head, 0))}};
     if (const char* clock = std::getenv("XRMOCK_CLOCK"); clock != nullptr && *clock != '\0') {
         const std::string_view name = clock;
@@ -41,7 +40,7 @@ void setUp(Instance& instance, std::int64_t now_ns) {
         instance.clock.is_virtual = name == "virtual";
     }
     if (!instance.clock.is_virtual) instance.clock.origin_ns = now_ns;
-    refuseFromTheStart(instance, instance.clock.now(now_ns));
+    applyInitialRefusals(instance, instance.clock.now(now_ns));
     openLog();
     openControl(instance);
     instance.created_ns = now_ns;
@@ -68,11 +67,11 @@ bool isWithheld(const std::string& name) {
 }
 
 void enableExtensions(const XrInstanceCreateInfo& info, Instance& instance) {
-    require(info.enabledExtensionCount == 0 || info.enabledExtensionNames != nullptr,
-            XR_ERROR_VALIDATION_FAILURE, "enabledExtensionNames is null");
+    requireValid(info.enabledExtensionCount == 0 || info.enabledExtensionNames != nullptr,
+                 "enabledExtensionNames is null");
     for (std::uint32_t i = 0; i < info.enabledExtensionCount; ++i) {
         const char* name = info.enabledExtensionNames[i];
-        require(name != nullptr, XR_ERROR_VALIDATION_FAILURE, "an extension name is null");
+        requireValid(name != nullptr, "an extension name is null");
         const bool known =
             std::any_of(std::begin(kExtensions), std::end(kExtensions), [&](const ExtensionEntry& each) {
                 return std::strcmp(each.name, name) == 0 && !isWithheld(name) &&
@@ -83,17 +82,21 @@ void enableExtensions(const XrInstanceCreateInfo& info, Instance& instance) {
     }
 }
 
-// Reports to the messenger chained to xrCreateInstance. The instance does not exist yet, so the message
-// refers to no object.
-void tellCreator(Call& call, const Instance& unborn, const std::string& reason) {
+// Reports to the messenger in the next chain of xrCreateInstance. The instance does not exist yet, so the
+// message refers to no object.
+void reportToCreator(Call& call, const Instance& unborn, const std::string& reason) {
     post(call, unborn,
-         {XR_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
-          XR_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
-          "xrmock",
-          call.function,
-          reason,
-          {},
-          {}});
+         {XR_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT, XR_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT,
+          "xrmock", call.function, reason});
+}
+
+// `buffer` has room for 64 bytes.
+XrResult writeName(Call& call, XrInstance handle, const std::string& name, char* buffer) {
+    static_assert(XR_MAX_RESULT_STRING_SIZE == XR_MAX_STRUCTURE_NAME_SIZE);
+    call.live<Instance>(handle);
+    requireValid(buffer != nullptr, "buffer is null");
+    std::snprintf(buffer, XR_MAX_RESULT_STRING_SIZE, "%s", name.c_str());
+    return XR_SUCCESS;
 }
 
 }  // namespace
@@ -129,8 +132,8 @@ XrResult enumerateInstanceExtensionProperties(Call&, const char* layer, std::uin
 
 XrResult createInstance(Call& call, const XrInstanceCreateInfo* info, XrInstance* out) {
     requireStruct(info, XR_TYPE_INSTANCE_CREATE_INFO);
-    require(out != nullptr, XR_ERROR_VALIDATION_FAILURE, "instance is null");
-    require(info->createFlags == 0, XR_ERROR_VALIDATION_FAILURE, "createFlags must be 0");
+    requireValid(out != nullptr, "instance is null");
+    requireValid(info->createFlags == 0, "createFlags must be 0");
     auto instance = std::make_unique<Instance>();
     enableExtensions(*info, *instance);
     const auto* messenger = findInChain<XrDebugUtilsMessengerCreateInfoEXT>(
@@ -142,26 +145,26 @@ XrResult createInstance(Call& call, const XrInstanceCreateInfo* info, XrInstance
     }
     try {
         checkApplication(info->applicationInfo);
-        setUp(*instance, call.now_ns);
+        configure(*instance, call.now_ns);
     } catch (const Refused& refused) {
-        tellCreator(call, *instance, refused.reason);
+        reportToCreator(call, *instance, refused.reason);
         throw;
     } catch (const std::runtime_error& error) {  // the message is one line with file and reason
         std::fprintf(stderr, "xrmock: %s\n", error.what());
-        tellCreator(call, *instance, error.what());
+        reportToCreator(call, *instance, error.what());
         throw;
     }
     instance->application = info->applicationInfo.applicationName;
     runtime().reported.push_back(instance.get());
     reportAtExit();
-    *out = handleOf<XrInstance>(call.create(std::move(instance), nullptr));
+    *out = toHandle<XrInstance>(call.create(std::move(instance), nullptr));
     return XR_SUCCESS;
 }
 
 XrResult destroyInstance(Call& call, XrInstance handle) {
-    Instance& instance = call.evenLost<Instance>(handle);
+    Instance& instance = call.liveOrLost<Instance>(handle);
     if (!instance.capture_folder.empty()) writeStatistics(instance);
-    report(instance);
+    writeReport(instance);
     const Statistics& counts = instance.statistics;
     post(call, instance,
          {XR_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT,
@@ -170,8 +173,7 @@ XrResult destroyInstance(Call& call, XrInstance handle) {
           call.function,
           "frames: " + std::to_string(counts.submitted) + " submitted, " + std::to_string(counts.discarded) +
               " discarded, " + std::to_string(counts.missed) + " refreshes missed",
-          {{instance.type, instance.handle, instance.debug_name}},
-          {}});
+          {{instance.type, instance.handle, instance.debug_name}}});
     runtime().handles.destroy(instance);
     runtime().changed.notify_all();
     return XR_SUCCESS;
@@ -188,39 +190,32 @@ XrResult getInstanceProperties(Call& call, XrInstance handle, XrInstanceProperti
 XrResult pollEvent(Call& call, XrInstance handle, XrEventDataBuffer* event) {
     Instance& instance = call.live<Instance>(handle);
     requireStruct(event, XR_TYPE_EVENT_DATA_BUFFER);
-    direct(instance, instance.clock.now(call.now_ns));
-    call.live<Instance>(handle);  // events may have lost it
+    applyDueEvents(instance, instance.clock.now(call.now_ns));
+    call.live<Instance>(handle);  // throws if an event has caused its loss
     if (instance.events.pop(*event)) return XR_SUCCESS;
     bool idle = instance.conditions.loss == Loss::pending;
-    for (Object* child : instance.children) {
-        if (child->type != XR_OBJECT_TYPE_SESSION) continue;
-        auto& session = static_cast<Session&>(*child);
-        idle = idle || session.progress.state == XR_SESSION_STATE_IDLE;
-        advance(session, instance.clock.now(call.now_ns), false);
+    if (Session* session = findSession(instance)) {
+        idle = idle || session->progress.state == XR_SESSION_STATE_IDLE;
+        advance(*session, instance.clock.now(call.now_ns), false);
     }
-    // Without frames, virtual time would stop, and a stopped session would never restart.
+    // Frames advance the virtual time. Advance it here while there are none: otherwise a stopped session
+    // would never restart.
     if (idle && instance.clock.is_virtual)
         instance.clock.virtual_now_ns += refreshPeriodNs(instance.scenario);
     return instance.events.pop(*event) ? XR_SUCCESS : XR_EVENT_UNAVAILABLE;
 }
 
 XrResult resultToString(Call& call, XrInstance handle, XrResult value, char* buffer) {
-    call.live<Instance>(handle);
-    require(buffer != nullptr, XR_ERROR_VALIDATION_FAILURE, "buffer is null");
-    std::snprintf(buffer, XR_MAX_RESULT_STRING_SIZE, "%s", resultName(value).c_str());
-    return XR_SUCCESS;
+    return writeName(call, handle, resultName(value), buffer);
 }
 
 XrResult structureTypeToString(Call& call, XrInstance handle, XrStructureType value, char* buffer) {
-    call.live<Instance>(handle);
-    require(buffer != nullptr, XR_ERROR_VALIDATION_FAILURE, "buffer is null");
-    std::snprintf(buffer, XR_MAX_STRUCTURE_NAME_SIZE, "%s", structureTypeName(value).c_str());
-    return XR_SUCCESS;
+    return writeName(call, handle, structureTypeName(value), buffer);
 }
 
 XrResult stringToPath(Call& call, XrInstance handle, const char* string, XrPath* path) {
     Instance& instance = call.live<Instance>(handle);
-    require(string != nullptr && path != nullptr, XR_ERROR_VALIDATION_FAILURE, "an argument is null");
+    requireValid(string != nullptr && path != nullptr, "an argument is null");
     require(isWellFormedPath({string, strnlen(string, XR_MAX_PATH_LENGTH)}), XR_ERROR_PATH_FORMAT_INVALID,
             "the path is not well formed");
     *path = instance.paths.fromString(string);
@@ -236,7 +231,7 @@ XrResult pathToString(Call& call, XrInstance handle, XrPath path, std::uint32_t 
 XrResult getSystem(Call& call, XrInstance handle, const XrSystemGetInfo* info, XrSystemId* system) {
     call.live<Instance>(handle);
     requireStruct(info, XR_TYPE_SYSTEM_GET_INFO);
-    require(system != nullptr, XR_ERROR_VALIDATION_FAILURE, "systemId is null");
+    requireValid(system != nullptr, "systemId is null");
     require(info->formFactor == XR_FORM_FACTOR_HEAD_MOUNTED_DISPLAY, XR_ERROR_FORM_FACTOR_UNSUPPORTED,
             "only a head-mounted display is offered");
     *system = kSystemId;
@@ -253,18 +248,14 @@ XrResult getSystemProperties(Call& call, XrInstance handle, XrSystemId system,
     copyText(instance.scenario.system_name.c_str(), properties->systemName);
     properties->graphicsProperties = {kMaxImageSize, kMaxImageSize, kMaxLayers};
     properties->trackingProperties = {XR_TRUE, XR_TRUE};
-    auto* presence =
-        const_cast<XrSystemUserPresencePropertiesEXT*>(findInChain<XrSystemUserPresencePropertiesEXT>(
-            properties->next, XR_TYPE_SYSTEM_USER_PRESENCE_PROPERTIES_EXT));
-    if (presence != nullptr && instance.extensions.contains(XR_EXT_USER_PRESENCE_EXTENSION_NAME)) {
+    auto* presence = findOutput<XrSystemUserPresencePropertiesEXT>(
+        properties->next, XR_TYPE_SYSTEM_USER_PRESENCE_PROPERTIES_EXT);
+    if (presence != nullptr && instance.extensions.contains(XR_EXT_USER_PRESENCE_EXTENSION_NAME))
         presence->supportsUserPresence = XR_TRUE;
-    }
-    auto* hands =
-        const_cast<XrSystemHandTrackingPropertiesEXT*>(findInChain<XrSystemHandTrackingPropertiesEXT>(
-            properties->next, XR_TYPE_SYSTEM_HAND_TRACKING_PROPERTIES_EXT));
-    if (hands != nullptr && instance.extensions.contains(XR_EXT_HAND_TRACKING_EXTENSION_NAME)) {
-        hands->supportsHandTracking = instance.scenario.hand_tracking ? XR_TRUE : XR_FALSE;
-    }
+    auto* hands = findOutput<XrSystemHandTrackingPropertiesEXT>(properties->next,
+                                                                XR_TYPE_SYSTEM_HAND_TRACKING_PROPERTIES_EXT);
+    if (hands != nullptr && instance.extensions.contains(XR_EXT_HAND_TRACKING_EXTENSION_NAME))
+        hands->supportsHandTracking = instance.scenario.hand_tracking;
     return XR_SUCCESS;
 }
 
@@ -290,7 +281,7 @@ XrResult getViewConfigurationProperties(Call& call, XrInstance handle, XrSystemI
                                         XrViewConfigurationProperties* properties) {
     call.live<Instance>(handle);
     requireSystem(system);
-    // Also for unknown values: conformance suites before 2025 accept no other result here.
+    // This result is also used for unknown values: conformance suites before 2025 accept no other.
     require(views == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO, XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED,
             "only primary stereo is offered");
     requireStruct(properties, XR_TYPE_VIEW_CONFIGURATION_PROPERTIES);

@@ -12,10 +12,10 @@ XrResult getVisibilityMask(Call& call, XrSession handle, XrViewConfigurationType
     const Session& session = call.live<Session>(handle);
     requireViewConfiguration(configuration);
     const Scenario& scenario = session.instance.scenario;
-    require(view < scenario.lens.size(), XR_ERROR_VALIDATION_FAILURE, "there is no view of this index");
-    require(type >= XR_VISIBILITY_MASK_TYPE_HIDDEN_TRIANGLE_MESH_KHR &&
-                type <= XR_VISIBILITY_MASK_TYPE_LINE_LOOP_KHR,
-            XR_ERROR_VALIDATION_FAILURE, "visibilityMaskType is no known value");
+    requireValid(view < scenario.lens.size(), "there is no view of this index");
+    requireValid(type >= XR_VISIBILITY_MASK_TYPE_HIDDEN_TRIANGLE_MESH_KHR &&
+                     type <= XR_VISIBILITY_MASK_TYPE_LINE_LOOP_KHR,
+                 "visibilityMaskType is no known value");
     requireStruct(out, XR_TYPE_VISIBILITY_MASK_KHR);
     const MaskMesh mesh = maskMesh(visibilityMask(scenario.lens[view], scenario.eye_fov[view]), type);
     out->vertexCountOutput = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -24,8 +24,7 @@ XrResult getVisibilityMask(Call& call, XrSession handle, XrViewConfigurationType
     require(
         out->vertexCapacityInput >= mesh.vertices.size() && out->indexCapacityInput >= mesh.indices.size(),
         XR_ERROR_SIZE_INSUFFICIENT, "a buffer is too small");
-    require(out->vertices != nullptr && out->indices != nullptr, XR_ERROR_VALIDATION_FAILURE,
-            "a buffer is null");
+    requireValid(out->vertices != nullptr && out->indices != nullptr, "a buffer is null");
     std::copy(mesh.vertices.begin(), mesh.vertices.end(), out->vertices);
     std::copy(mesh.indices.begin(), mesh.indices.end(), out->indices);
     return XR_SUCCESS;

@@ -13,9 +13,8 @@ namespace {
 SessionTarget currentTarget(const Session& session, std::int64_t now_ns) {
     const Scenario& scenario = session.instance.scenario;
     if (session.exit_requested) return SessionTarget::exiting;
-    if (scenario.exit_after_frames && session.frames_submitted >= *scenario.exit_after_frames) {
+    if (scenario.exit_after_frames && session.frames_submitted >= *scenario.exit_after_frames)
         return SessionTarget::exiting;
-    }
     return targetAt(scenario.session, session.instance.clock.scenarioSeconds(now_ns));
 }
 
@@ -28,7 +27,7 @@ const XrGraphicsBindingVulkanKHR& checkBinding(const Instance& instance, const X
     require(findInChain<XrGraphicsBindingVulkanKHR>(binding->next, XR_TYPE_GRAPHICS_BINDING_VULKAN_KHR) ==
                 nullptr,
             XR_ERROR_GRAPHICS_DEVICE_INVALID, "a session has one graphics binding");
-    require(instance.graphics_requirements_asked, XR_ERROR_GRAPHICS_REQUIREMENTS_CALL_MISSING,
+    require(instance.graphics_requirements_queried, XR_ERROR_GRAPHICS_REQUIREMENTS_CALL_MISSING,
             "xrGetVulkanGraphicsRequirements2KHR was not called");
     require(binding->device != VK_NULL_HANDLE, XR_ERROR_GRAPHICS_DEVICE_INVALID, "the VkDevice is null");
     return *binding;
@@ -55,10 +54,9 @@ const VulkanInstance& checkVulkanInstance(const Instance& instance,
 
 void enter(Session& session, XrSessionState state, std::int64_t now_ns) {
     session.progress.state = state;
-    const auto handle = handleOf<XrSession>(session);
+    const auto handle = toHandle<XrSession>(session);
     session.instance.events.push(XrEventDataSessionStateChanged{XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED,
-                                                                nullptr, handle, state, now_ns},
-                                 handle);
+                                                                nullptr, handle, state, now_ns});
     observeState(session, state);
     if (state != XR_SESSION_STATE_FOCUSED) stopAllPulses(session.haptics, now_ns);
     if (state == XR_SESSION_STATE_STOPPING) releaseInput(session.input);
@@ -68,7 +66,7 @@ void advance(Session& session, std::int64_t now_ns, bool frame_ended) {
     if (session.loss != Loss::none) return;
     bool may_rise = frame_ended;
     while (const auto next = nextState(session.progress, currentTarget(session, now_ns))) {
-        if (isRise(session.progress.state, *next) &&
+        if (isUpwardStep(session.progress.state, *next) &&
             currentTarget(session, now_ns) > SessionTarget::stopped) {
             if (!may_rise) return;
             may_rise = false;
@@ -80,24 +78,21 @@ void advance(Session& session, std::int64_t now_ns, bool frame_ended) {
 XrResult createSession(Call& call, XrInstance handle, const XrSessionCreateInfo* info, XrSession* out) {
     Instance& instance = call.live<Instance>(handle);
     requireStruct(info, XR_TYPE_SESSION_CREATE_INFO);
-    require(out != nullptr, XR_ERROR_VALIDATION_FAILURE, "session is null");
-    require(info->createFlags == 0, XR_ERROR_VALIDATION_FAILURE, "createFlags must be 0");
+    requireValid(out != nullptr, "session is null");
+    requireValid(info->createFlags == 0, "createFlags must be 0");
     requireSystem(info->systemId);
     const XrGraphicsBindingVulkanKHR& binding = checkBinding(instance, *info);
     const VulkanInstance& vulkan = checkVulkanInstance(instance, binding);
-    for (const Object* child : instance.children) {
-        require(child->type != XR_OBJECT_TYPE_SESSION, XR_ERROR_LIMIT_REACHED,
-                "an instance has one session at a time");
-    }
-    Session& session =
-        call.create(std::make_unique<Session>(instance, VulkanDevice(vulkan, binding)), &instance);
+    require(findSession(instance) == nullptr, XR_ERROR_LIMIT_REACHED,
+            "an instance has one session at a time");
+    Session& session = call.create(std::make_unique<Session>(instance, vulkan, binding), &instance);
     advance(session, instance.clock.now(call.now_ns), false);
-    *out = handleOf<XrSession>(session);
+    *out = toHandle<XrSession>(session);
     return XR_SUCCESS;
 }
 
 XrResult destroySession(Call& call, XrSession handle) {
-    runtime().handles.destroy(call.evenLost<Session>(handle));
+    runtime().handles.destroy(call.liveOrLost<Session>(handle));
     runtime().changed.notify_all();
     return XR_SUCCESS;
 }

@@ -17,22 +17,16 @@ std::vector<XrReferenceSpaceType> referenceSpaces(const Instance& instance) {
     const Offers& offers = instance.scenario.offers;
     std::vector<XrReferenceSpaceType> types{XR_REFERENCE_SPACE_TYPE_VIEW, XR_REFERENCE_SPACE_TYPE_LOCAL};
     if (offers.stage) types.push_back(XR_REFERENCE_SPACE_TYPE_STAGE);
-    if (offers.local_floor && instance.extensions.contains(XR_EXT_LOCAL_FLOOR_EXTENSION_NAME)) {
+    if (offers.local_floor && instance.extensions.contains(XR_EXT_LOCAL_FLOOR_EXTENSION_NAME))
         types.push_back(XR_REFERENCE_SPACE_TYPE_LOCAL_FLOOR_EXT);
-    }
-    if (offers.stationary && instance.extensions.contains(XR_EXT_STATIONARY_REFERENCE_SPACE_EXTENSION_NAME)) {
+    if (offers.stationary && instance.extensions.contains(XR_EXT_STATIONARY_REFERENCE_SPACE_EXTENSION_NAME))
         types.push_back(XR_REFERENCE_SPACE_TYPE_STATIONARY_EXT);
-    }
     return types;
 }
 
 bool offersReferenceSpace(const Instance& instance, XrReferenceSpaceType type) {
     const auto offered = referenceSpaces(instance);
     return std::find(offered.begin(), offered.end(), type) != offered.end();
-}
-
-XrVector3f vectorOf(const Vec3& v) {
-    return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
 }
 
 }  // namespace
@@ -47,30 +41,28 @@ XrResult createReferenceSpace(Call& call, XrSession handle, const XrReferenceSpa
                               XrSpace* out) {
     Session& session = call.live<Session>(handle);
     requireStruct(info, XR_TYPE_REFERENCE_SPACE_CREATE_INFO);
-    require(out != nullptr, XR_ERROR_VALIDATION_FAILURE, "space is null");
+    requireValid(out != nullptr, "space is null");
     require(offersReferenceSpace(session.instance, info->referenceSpaceType),
             XR_ERROR_REFERENCE_SPACE_UNSUPPORTED, "the session has no such reference space");
     require(isValid(info->poseInReferenceSpace), XR_ERROR_POSE_INVALID, "poseInReferenceSpace is not a pose");
     auto space = std::make_unique<Space>(session);
     space->reference = info->referenceSpaceType;
     space->origin_from_space = fromXr(info->poseInReferenceSpace);
-    *out = handleOf<XrSpace>(call.create(std::move(space), &session));
+    *out = toHandle<XrSpace>(call.create(std::move(space), &session));
     return XR_SUCCESS;
 }
 
 XrResult getReferenceSpaceBoundsRect(Call& call, XrSession handle, XrReferenceSpaceType type,
                                      XrExtent2Df* bounds) {
     const Session& session = call.live<Session>(handle);
-    require(bounds != nullptr, XR_ERROR_VALIDATION_FAILURE, "bounds is null");
+    requireValid(bounds != nullptr, "bounds is null");
     // Rejects types of extensions that are not enabled, unknown types, and types that the scenario does not
     // offer.
-    require(offersReferenceSpace(session.instance, type), XR_ERROR_VALIDATION_FAILURE,
-            "the session has no such reference space");
+    requireValid(offersReferenceSpace(session.instance, type), "the session has no such reference space");
     *bounds = {0, 0};
     const auto& size_m = session.instance.scenario.stage_bounds_m;
-    if (type != XR_REFERENCE_SPACE_TYPE_STAGE || size_m[0] <= 0 || size_m[1] <= 0) {
+    if (type != XR_REFERENCE_SPACE_TYPE_STAGE || size_m[0] <= 0 || size_m[1] <= 0)
         return XR_SPACE_BOUNDS_UNAVAILABLE;
-    }
     *bounds = {static_cast<float>(size_m[0]), static_cast<float>(size_m[1])};
     return XR_SUCCESS;
 }
@@ -94,10 +86,9 @@ XrResult getStationaryReferenceSpaceGenerationId(Call& call, XrSession handle,
 XrResult createActionSpace(Call& call, XrSession handle, const XrActionSpaceCreateInfo* info, XrSpace* out) {
     Session& session = call.live<Session>(handle);
     requireStruct(info, XR_TYPE_ACTION_SPACE_CREATE_INFO);
-    require(out != nullptr, XR_ERROR_VALIDATION_FAILURE, "space is null");
+    requireValid(out != nullptr, "space is null");
     const Action& action = call.live<Action>(info->action);
-    require(&action.set.instance == &session.instance, XR_ERROR_VALIDATION_FAILURE,
-            "the action is of another instance");
+    requireValid(&action.set.instance == &session.instance, "the action is of another instance");
     require(action.action_type == XR_ACTION_TYPE_POSE_INPUT, XR_ERROR_ACTION_TYPE_MISMATCH,
             "only a pose action has a space");
     requireSubaction(session.instance, action, info->subactionPath);
@@ -106,7 +97,7 @@ XrResult createActionSpace(Call& call, XrSession handle, const XrActionSpaceCrea
     space->action = action.handle;
     space->subaction_path = info->subactionPath;
     space->origin_from_space = fromXr(info->poseInActionSpace);
-    *out = handleOf<XrSpace>(call.create(std::move(space), &session));
+    *out = toHandle<XrSpace>(call.create(std::move(space), &session));
     return XR_SUCCESS;
 }
 
@@ -116,25 +107,16 @@ XrResult locateSpace(Call& call, XrSpace space_handle, XrSpace base_handle, XrTi
     const Space& base = call.live<Space>(base_handle);
     requireStruct(location, XR_TYPE_SPACE_LOCATION);
     requireTime(time);
-    require(&space.session == &base.session, XR_ERROR_VALIDATION_FAILURE,
-            "the spaces are of different sessions");
-    auto* velocity =
-        const_cast<XrSpaceVelocity*>(findInChain<XrSpaceVelocity>(location->next, XR_TYPE_SPACE_VELOCITY));
+    requireValid(&space.session == &base.session, "the spaces are of different sessions");
+    auto* velocity = findOutput<XrSpaceVelocity>(location->next, XR_TYPE_SPACE_VELOCITY);
     const std::optional<Pose> base_from_space = baseFromSpace(base, space, time);
     location->locationFlags = base_from_space ? kLocated : 0;
     location->pose = toXr(base_from_space.value_or(Pose{}));
     if (velocity == nullptr) return XR_SUCCESS;
     const std::optional<Velocity> motion = velocityInBase(base, space, time);
-    velocity->velocityFlags = motion
-                                  ? XR_SPACE_VELOCITY_LINEAR_VALID_BIT | XR_SPACE_VELOCITY_ANGULAR_VALID_BIT
-                                  : XrSpaceVelocityFlags{0};
-    velocity->linearVelocity = vectorOf(motion ? motion->linear_m_per_s : Vec3{});
-    velocity->angularVelocity = vectorOf(motion ? motion->angular_rad_per_s : Vec3{});
-    return XR_SUCCESS;
-}
-
-XrResult destroySpace(Call& call, XrSpace handle) {
-    runtime().handles.destroy(call.evenLost<Space>(handle));
+    velocity->velocityFlags = motion ? kMoving : 0;
+    velocity->linearVelocity = toXr(motion ? motion->linear_m_per_s : Vec3{});
+    velocity->angularVelocity = toXr(motion ? motion->angular_rad_per_s : Vec3{});
     return XR_SUCCESS;
 }
 
@@ -144,11 +126,10 @@ XrResult locateViews(Call& call, XrSession handle, const XrViewLocateInfo* info,
     requireStruct(info, XR_TYPE_VIEW_LOCATE_INFO);
     requireStruct(state, XR_TYPE_VIEW_STATE);
     requireViewConfiguration(info->viewConfigurationType);
-    require(session.run > 0, XR_ERROR_VALIDATION_FAILURE,
-            "xrBeginSession was not given this view configuration");
+    requireValid(session.run > 0, "xrBeginSession was not given this view configuration");
     requireTime(info->displayTime);
     const Space& base = call.live<Space>(info->space);
-    require(&base.session == &session, XR_ERROR_VALIDATION_FAILURE, "the space is of another session");
+    requireValid(&base.session == &session, "the space is of another session");
     std::optional<Pose> stage_from_base = stageFromSpace(base, info->displayTime);
     if (!session.instance.conditions.head_tracked) stage_from_base.reset();
     state->viewStateFlags =

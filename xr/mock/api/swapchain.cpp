@@ -42,16 +42,15 @@ std::vector<VkFormat> offeredFormats(const Session& session) {
 }
 
 void checkSwapchainInfo(const Session& session, const XrSwapchainCreateInfo& info) {
-    require((info.createFlags & ~kCreateFlags) == 0 && (info.usageFlags & ~kUsageFlags) == 0,
-            XR_ERROR_VALIDATION_FAILURE, "createFlags or usageFlags has unknown bits");
-    require(info.width > 0 && info.height > 0 && info.width <= kMaxImageSize && info.height <= kMaxImageSize,
-            XR_ERROR_VALIDATION_FAILURE, "the size is zero or beyond the system's maximum");
-    require(info.sampleCount > 0 && info.arraySize > 0 && info.mipCount > 0, XR_ERROR_VALIDATION_FAILURE,
-            "sampleCount, arraySize and mipCount must be at least 1");
-    require(info.mipCount <= maxMips(info.width, info.height), XR_ERROR_VALIDATION_FAILURE,
-            "more mip levels than the size has");
-    require(info.faceCount == 1 || info.faceCount == 6, XR_ERROR_VALIDATION_FAILURE,
-            "faceCount must be 1 or 6");
+    requireValid((info.createFlags & ~kCreateFlags) == 0 && (info.usageFlags & ~kUsageFlags) == 0,
+                 "createFlags or usageFlags has unknown bits");
+    requireValid(
+        info.width > 0 && info.height > 0 && info.width <= kMaxImageSize && info.height <= kMaxImageSize,
+        "the size is zero or beyond the system's maximum");
+    requireValid(info.sampleCount > 0 && info.arraySize > 0 && info.mipCount > 0,
+                 "sampleCount, arraySize and mipCount must be at least 1");
+    requireValid(info.mipCount <= maxMips(info.width, info.height), "more mip levels than the size has");
+    requireValid(info.faceCount == 1 || info.faceCount == 6, "faceCount must be 1 or 6");
     const std::vector<VkFormat> formats = offeredFormats(session);
     const bool offered = std::any_of(formats.begin(), formats.end(),
                                      [&](VkFormat format) { return std::int64_t{format} == info.format; });
@@ -78,20 +77,15 @@ XrResult enumerateSwapchainFormats(Call& call, XrSession handle, std::uint32_t c
 XrResult createSwapchain(Call& call, XrSession handle, const XrSwapchainCreateInfo* info, XrSwapchain* out) {
     Session& session = call.live<Session>(handle);
     requireStruct(info, XR_TYPE_SWAPCHAIN_CREATE_INFO);
-    require(out != nullptr, XR_ERROR_VALIDATION_FAILURE, "swapchain is null");
+    requireValid(out != nullptr, "swapchain is null");
     checkSwapchainInfo(session, *info);
     const bool is_static = (info->createFlags & XR_SWAPCHAIN_CREATE_STATIC_IMAGE_BIT) != 0;
     const std::uint32_t count = is_static ? 1 : kImages;
-    auto swapchain = std::make_unique<Swapchain>(session, SwapchainImages(session.device, *info, count));
+    auto swapchain = std::make_unique<Swapchain>(session, *info, count);
     swapchain->is_static = is_static;
     for (std::uint32_t i = 0; i < count; ++i)
         swapchain->free_images.push_back(i);
-    *out = handleOf<XrSwapchain>(call.create(std::move(swapchain), &session));
-    return XR_SUCCESS;
-}
-
-XrResult destroySwapchain(Call& call, XrSwapchain handle) {
-    runtime().handles.destroy(call.evenLost<Swapchain>(handle));
+    *out = toHandle<XrSwapchain>(call.create(std::move(swapchain), &session));
     return XR_SUCCESS;
 }
 
@@ -102,17 +96,17 @@ XrResult enumerateSwapchainImages(Call& call, XrSwapchain handle, std::uint32_t 
     checkElements(capacity, vulkan_images, swapchain.images.images.size(),
                   XR_TYPE_SWAPCHAIN_IMAGE_VULKAN2_KHR);
     return twoCall(capacity, count, vulkan_images, swapchain.images.images,
-                   [](VkImage image, XrSwapchainImageVulkanKHR& out) { out.image = image; });
+                   [](const DeviceImage& each, XrSwapchainImageVulkanKHR& out) { out.image = each.image; });
 }
 
 XrResult acquireSwapchainImage(Call& call, XrSwapchain handle, const XrSwapchainImageAcquireInfo* info,
                                std::uint32_t* index) {
     Swapchain& swapchain = call.live<Swapchain>(handle);
     if (info != nullptr) requireStruct(info, XR_TYPE_SWAPCHAIN_IMAGE_ACQUIRE_INFO);
-    require(index != nullptr, XR_ERROR_VALIDATION_FAILURE, "index is null");
+    requireValid(index != nullptr, "index is null");
     require(!swapchain.free_images.empty(), XR_ERROR_CALL_ORDER_INVALID,
             swapchain.is_static ? "a static image is acquired once" : "all images are acquired");
-    bringToRest(swapchain.session.device, swapchain.images);
+    transitionToRestingLayout(swapchain.session.device, swapchain.images);
     *index = swapchain.free_images.front();
     swapchain.acquired.push_back(*index);
     swapchain.free_images.pop_front();
@@ -124,7 +118,7 @@ XrResult waitSwapchainImage(Call& call, XrSwapchain handle, const XrSwapchainIma
     requireStruct(info, XR_TYPE_SWAPCHAIN_IMAGE_WAIT_INFO);
     require(!swapchain.acquired.empty() && !swapchain.oldest_waited, XR_ERROR_CALL_ORDER_INVALID,
             "no image is acquired, or the oldest was waited for already");
-    swapchain.oldest_waited = true;  // no wait: xrEndFrame has finished reading images when it returns
+    swapchain.oldest_waited = true;  // nothing to wait for: xrEndFrame reads images only until it returns
     return XR_SUCCESS;
 }
 

@@ -18,14 +18,13 @@ struct Name {
     char text[kSize];
 };
 
-// The handle that a call refers to: its first argument, if that is a handle.
+// Returns the handle on which a call acts: its first argument, or 0 if that is not a handle.
 template <class First, class... Rest>
-std::uint64_t subjectOf(First first, Rest...) {
-    if constexpr (std::is_pointer_v<First> && !std::is_const_v<std::remove_pointer_t<First>>) {
-        return numberOf(first);
-    } else {
+std::uint64_t findSubject(First first, Rest...) {
+    if constexpr (std::is_pointer_v<First> && !std::is_const_v<std::remove_pointer_t<First>>)
+        return handleValue(first);
+    else
         return 0;
-    }
 }
 
 template <Name kName, auto kFunction>
@@ -33,7 +32,7 @@ struct Entry;
 template <Name kName, class... Arguments, XrResult (*kFunction)(Call&, Arguments...)>
 struct Entry<kName, kFunction> {
     static XRAPI_ATTR XrResult XRAPI_CALL call(Arguments... arguments) noexcept {
-        const std::uint64_t subject = subjectOf(arguments...);
+        const std::uint64_t subject = findSubject(arguments...);
         return guard(
             kName.text,
             [&](Call& context) {
@@ -45,7 +44,7 @@ struct Entry<kName, kFunction> {
                 Log* const log = runtime().log.get();
                 if (log == nullptr) return;
                 beginCallLine(*log, context, result, subject);
-                (describe(*log, XR_SUCCEEDED(result), arguments), ...);
+                (describeArgument(*log, XR_SUCCEEDED(result), arguments), ...);
                 endCallLine(*log, context);
             });
     }
@@ -60,6 +59,13 @@ struct Row {
 template <Name kName, auto kFunction>
 Row row(const char* extension = nullptr) {
     return {kName.text, extension, reinterpret_cast<PFN_xrVoidFunction>(&Entry<kName, kFunction>::call)};
+}
+
+// Implements most xrDestroy functions.
+template <class T, class Handle>
+XrResult destroy(Call& call, Handle handle) {
+    runtime().handles.destroy(call.liveOrLost<T>(handle));
+    return XR_SUCCESS;
 }
 
 constexpr const char* kVulkan = XR_KHR_VULKAN_ENABLE_EXTENSION_NAME;
@@ -100,11 +106,11 @@ const Row kRows[] = {
     row<"xrGetReferenceSpaceBoundsRect", getReferenceSpaceBoundsRect>(),
     row<"xrCreateActionSpace", createActionSpace>(),
     row<"xrLocateSpace", locateSpace>(),
-    row<"xrDestroySpace", destroySpace>(),
+    row<"xrDestroySpace", destroy<Space, XrSpace>>(),
     row<"xrLocateViews", locateViews>(),
     row<"xrEnumerateSwapchainFormats", enumerateSwapchainFormats>(),
     row<"xrCreateSwapchain", createSwapchain>(),
-    row<"xrDestroySwapchain", destroySwapchain>(),
+    row<"xrDestroySwapchain", destroy<Swapchain, XrSwapchain>>(),
     row<"xrEnumerateSwapchainImages", enumerateSwapchainImages>(),
     row<"xrAcquireSwapchainImage", acquireSwapchainImage>(),
     row<"xrWaitSwapchainImage", waitSwapchainImage>(),
@@ -113,9 +119,9 @@ const Row kRows[] = {
     row<"xrBeginFrame", beginFrame>(),
     row<"xrEndFrame", endFrame>(),
     row<"xrCreateActionSet", createActionSet>(),
-    row<"xrDestroyActionSet", destroyActionSet>(),
+    row<"xrDestroyActionSet", destroy<ActionSet, XrActionSet>>(),
     row<"xrCreateAction", createAction>(),
-    row<"xrDestroyAction", destroyAction>(),
+    row<"xrDestroyAction", destroy<Action, XrAction>>(),
     row<"xrSuggestInteractionProfileBindings", suggestInteractionProfileBindings>(),
     row<"xrAttachSessionActionSets", attachSessionActionSets>(),
     row<"xrGetCurrentInteractionProfile", getCurrentInteractionProfile>(),
@@ -128,8 +134,8 @@ const Row kRows[] = {
     row<"xrGetInputSourceLocalizedName", getInputSourceLocalizedName>(),
     row<"xrApplyHapticFeedback", applyHapticFeedback>(),
     row<"xrStopHapticFeedback", stopHapticFeedback>(),
-    row<"xrGetVulkanInstanceExtensionsKHR", getVulkanInstanceExtensions>(kVulkan),
-    row<"xrGetVulkanDeviceExtensionsKHR", getVulkanDeviceExtensions>(kVulkan),
+    row<"xrGetVulkanInstanceExtensionsKHR", getVulkanExtensions>(kVulkan),
+    row<"xrGetVulkanDeviceExtensionsKHR", getVulkanExtensions>(kVulkan),
     row<"xrGetVulkanGraphicsDeviceKHR", getVulkanGraphicsDevice>(kVulkan),
     row<"xrGetVulkanGraphicsRequirementsKHR", getVulkanGraphicsRequirements>(kVulkan),
     row<"xrCreateVulkanInstanceKHR", createVulkanInstance>(kVulkan2),
@@ -149,11 +155,11 @@ const Row kRows[] = {
     row<"xrSetInputDeviceStateVector2fEXT", setInputDeviceStateVector2f>(kAutomation),
     row<"xrSetInputDeviceLocationEXT", setInputDeviceLocation>(kAutomation),
     row<"xrCreateHandTrackerEXT", createHandTracker>(kHands),
-    row<"xrDestroyHandTrackerEXT", destroyHandTracker>(kHands),
+    row<"xrDestroyHandTrackerEXT", destroy<HandTracker, XrHandTrackerEXT>>(kHands),
     row<"xrLocateHandJointsEXT", locateHandJoints>(kHands),
     row<"xrSetDebugUtilsObjectNameEXT", setDebugUtilsObjectName>(kDebug),
     row<"xrCreateDebugUtilsMessengerEXT", createDebugUtilsMessenger>(kDebug),
-    row<"xrDestroyDebugUtilsMessengerEXT", destroyDebugUtilsMessenger>(kDebug),
+    row<"xrDestroyDebugUtilsMessengerEXT", destroy<Messenger, XrDebugUtilsMessengerEXT>>(kDebug),
     row<"xrSubmitDebugUtilsMessageEXT", submitDebugUtilsMessage>(kDebug),
     row<"xrSessionBeginDebugUtilsLabelRegionEXT", sessionBeginDebugUtilsLabelRegion>(kDebug),
     row<"xrSessionEndDebugUtilsLabelRegionEXT", sessionEndDebugUtilsLabelRegion>(kDebug),
@@ -169,11 +175,11 @@ bool needsNoInstance(const char* name) {
 }
 
 XrResult lookUp(Call& call, XrInstance handle, const char* name, PFN_xrVoidFunction* function) {
-    require(function != nullptr, XR_ERROR_VALIDATION_FAILURE, "function is null");
+    requireValid(function != nullptr, "function is null");
     *function = nullptr;
-    require(name != nullptr, XR_ERROR_VALIDATION_FAILURE, "name is null");
+    requireValid(name != nullptr, "name is null");
     if (handle == XR_NULL_HANDLE && !needsNoInstance(name)) return XR_ERROR_HANDLE_INVALID;
-    const Instance* instance = handle == XR_NULL_HANDLE ? nullptr : &call.evenLost<Instance>(handle);
+    const Instance* instance = handle == XR_NULL_HANDLE ? nullptr : &call.liveOrLost<Instance>(handle);
     for (const Row& each : kRows) {
         if (std::strcmp(each.name, name) != 0) continue;
         if (each.extension != nullptr && !instance->extensions.contains(each.extension)) break;

@@ -22,9 +22,8 @@ std::int64_t monotonicOrigin(const Instance& instance) {
 
 XrResult convertTimespecTimeToTime(Call& call, XrInstance handle, const timespec* given, XrTime* time) {
     const Instance& instance = call.live<Instance>(handle);
-    require(given != nullptr && time != nullptr, XR_ERROR_VALIDATION_FAILURE, "an argument is null");
-    require(given->tv_nsec >= 0 && given->tv_nsec < kPerSecond, XR_ERROR_VALIDATION_FAILURE,
-            "tv_nsec is not below a second");
+    requireValid(given != nullptr && time != nullptr, "an argument is null");
+    requireValid(given->tv_nsec >= 0 && given->tv_nsec < kPerSecond, "tv_nsec is not below a second");
     constexpr std::int64_t kMaxSeconds = std::numeric_limits<std::int64_t>::max() / kPerSecond - 1;
     require(given->tv_sec >= 0 && given->tv_sec <= kMaxSeconds, XR_ERROR_TIME_INVALID,
             "the time is before or beyond every XrTime");
@@ -36,7 +35,7 @@ XrResult convertTimespecTimeToTime(Call& call, XrInstance handle, const timespec
 
 XrResult convertTimeToTimespecTime(Call& call, XrInstance handle, XrTime time, timespec* out) {
     const Instance& instance = call.live<Instance>(handle);
-    require(out != nullptr, XR_ERROR_VALIDATION_FAILURE, "timespecTime is null");
+    requireValid(out != nullptr, "timespecTime is null");
     requireTime(time);
     const std::int64_t origin_ns = monotonicOrigin(instance);
     require(time <= std::numeric_limits<std::int64_t>::max() - origin_ns, XR_ERROR_TIME_INVALID,

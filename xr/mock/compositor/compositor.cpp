@@ -15,9 +15,7 @@ template <std::size_t kCount>
 ShaderModule shaderModule(const VulkanDevice& device, const std::uint32_t (&words)[kCount]) {
     const VkShaderModuleCreateInfo info{VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO, nullptr, 0, sizeof words,
                                         words};
-    VkShaderModule module = VK_NULL_HANDLE;
-    check(device.vkCreateShaderModule(device.device, &info, nullptr, &module), "vkCreateShaderModule");
-    return {device, module};
+    return {device, device.vkCreateShaderModule, info, "vkCreateShaderModule"};
 }
 
 DescriptorSetLayout makeSetLayout(const VulkanDevice& device) {
@@ -25,19 +23,14 @@ DescriptorSetLayout makeSetLayout(const VulkanDevice& device) {
                                                VK_SHADER_STAGE_FRAGMENT_BIT, nullptr};
     const VkDescriptorSetLayoutCreateInfo info{VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO, nullptr,
                                                0, 1, &binding};
-    VkDescriptorSetLayout layout = VK_NULL_HANDLE;
-    check(device.vkCreateDescriptorSetLayout(device.device, &info, nullptr, &layout),
-          "vkCreateDescriptorSetLayout");
-    return {device, layout};
+    return {device, device.vkCreateDescriptorSetLayout, info, "vkCreateDescriptorSetLayout"};
 }
 
 DescriptorPool makePool(const VulkanDevice& device) {
     const VkDescriptorPoolSize size{VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE, kMaxLayers};
     const VkDescriptorPoolCreateInfo info{
         VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO, nullptr, 0, kMaxLayers, 1, &size};
-    VkDescriptorPool pool = VK_NULL_HANDLE;
-    check(device.vkCreateDescriptorPool(device.device, &info, nullptr, &pool), "vkCreateDescriptorPool");
-    return {device, pool};
+    return {device, device.vkCreateDescriptorPool, info, "vkCreateDescriptorPool"};
 }
 
 PipelineLayout makePipelineLayout(const VulkanDevice& device, const DescriptorSetLayout& set_layout) {
@@ -48,12 +41,10 @@ PipelineLayout makePipelineLayout(const VulkanDevice& device, const DescriptorSe
     info.pSetLayouts = set_layout.address();
     info.pushConstantRangeCount = 1;
     info.pPushConstantRanges = &constants;
-    VkPipelineLayout layout = VK_NULL_HANDLE;
-    check(device.vkCreatePipelineLayout(device.device, &info, nullptr, &layout), "vkCreatePipelineLayout");
-    return {device, layout};
+    return {device, device.vkCreatePipelineLayout, info, "vkCreatePipelineLayout"};
 }
 
-// Clears to transparent black; the final layout is for copying.
+// The pass clears the image to transparent black and leaves it in the layout for copying.
 RenderPass makeRenderPass(const VulkanDevice& device) {
     VkAttachmentDescription colour{};
     colour.format = kLinearFormat;
@@ -69,7 +60,7 @@ RenderPass makeRenderPass(const VulkanDevice& device) {
     subpass.pipelineBindPoint = VK_PIPELINE_BIND_POINT_GRAPHICS;
     subpass.colorAttachmentCount = 1;
     subpass.pColorAttachments = &reference;
-    // No dependency on earlier compositions: the host has waited for them.
+    // Needs no dependency on earlier compositions, because the host has waited for them.
     const VkSubpassDependency to_copy{0,
                                       VK_SUBPASS_EXTERNAL,
                                       VK_PIPELINE_STAGE_COLOR_ATTACHMENT_OUTPUT_BIT,
@@ -85,9 +76,7 @@ RenderPass makeRenderPass(const VulkanDevice& device) {
     info.pSubpasses = &subpass;
     info.dependencyCount = 1;
     info.pDependencies = &to_copy;
-    VkRenderPass pass = VK_NULL_HANDLE;
-    check(device.vkCreateRenderPass(device.device, &info, nullptr, &pass), "vkCreateRenderPass");
-    return {device, pass};
+    return {device, device.vkCreateRenderPass, info, "vkCreateRenderPass"};
 }
 
 // The pipelines differ only in the shader's kLayerType.
@@ -118,7 +107,7 @@ Pipeline makePipeline(const VulkanDevice& device, const PipelineLayout& layout, 
     VkPipelineMultisampleStateCreateInfo samples{};
     samples.sType = VK_STRUCTURE_TYPE_PIPELINE_MULTISAMPLE_STATE_CREATE_INFO;
     samples.rasterizationSamples = VK_SAMPLE_COUNT_1_BIT;
-    // "Composition Layer Blending": layer + painted * (1 - layer.a), for alpha too.
+    // OpenXR, "Composition Layer Blending": layer + painted * (1 - layer.a). Alpha is blended the same way.
     const VkPipelineColorBlendAttachmentState over{VK_TRUE,
                                                    VK_BLEND_FACTOR_ONE,
                                                    VK_BLEND_FACTOR_ONE_MINUS_SRC_ALPHA,
@@ -158,7 +147,7 @@ Pipeline makePipeline(const VulkanDevice& device, const PipelineLayout& layout, 
 struct Sampled {
     const SwapchainImages* images;
     std::uint32_t index;
-    TargetImage resolved;  // resolved copy of a multisampled image, sampled instead of it
+    DeviceImage resolved;  // resolved copy of a multisampled image, sampled instead of it
     ImageView view;
 
     bool isMultisampled() const { return images->samples > 1; }
@@ -166,29 +155,43 @@ struct Sampled {
 
 Sampled makeSampled(const VulkanDevice& device, const SwapchainImages& images, std::uint32_t index) {
     Sampled sampled{&images, index, {}, {}};
-    VkImage image = images.images[index];
+    VkImage image = images.images[index].image;
     if (sampled.isMultisampled()) {
         sampled.resolved =
-            TargetImage(device, images.format, {images.width, images.height},
-                        VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_SAMPLED_BIT, images.layers);
+            makeTarget(device, images.format, {images.width, images.height},
+                       VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_SAMPLED_BIT, images.layers);
         image = sampled.resolved.image;
     }
     sampled.view = arrayView(device, image, images.format, VK_IMAGE_USAGE_SAMPLED_BIT);
     return sampled;
 }
 
-// Records the layout transitions of the images for reading, or `back` to the application's layout.
-void recordTurns(const VulkanDevice& device, VkCommandBuffer commands, const std::vector<Sampled>& sampled,
-                 bool back) {
+// How commands use an image. A barrier leads from one use to the next.
+struct Use {
+    VkPipelineStageFlags stage;
+    VkAccessFlags access;
+    VkImageLayout layout;
+};
+constexpr Use kUndefined{VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, 0, VK_IMAGE_LAYOUT_UNDEFINED};
+constexpr Use kCopyTarget{VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+                          VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL};
+constexpr Use kCopySource{VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT,
+                          VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL};
+constexpr Use kSampled{VK_PIPELINE_STAGE_FRAGMENT_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT,
+                       VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+
+// Records the layout transitions of the images for reading. If `back` is set, records the reverse ones.
+void recordLayoutChanges(const VulkanDevice& device, VkCommandBuffer commands,
+                         const std::vector<Sampled>& sampled, bool back) {
     std::vector<VkImageMemoryBarrier> barriers;
     for (const Sampled& each : sampled) {
-        const bool is_copied = each.isMultisampled();
-        VkImageMemoryBarrier barrier = imageBarrier(*each.images, each.index);
+        const Use& use = each.isMultisampled() ? kCopySource : kSampled;
+        VkImageMemoryBarrier barrier =
+            imageBarrier(each.images->images[each.index].image, imageAspect(each.images->format));
         barrier.srcAccessMask = VK_ACCESS_MEMORY_WRITE_BIT;
-        barrier.dstAccessMask = is_copied ? VK_ACCESS_TRANSFER_READ_BIT : VK_ACCESS_SHADER_READ_BIT;
+        barrier.dstAccessMask = use.access;
         barrier.oldLayout = each.images->restingLayout();
-        barrier.newLayout =
-            is_copied ? VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL : VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
+        barrier.newLayout = use.layout;
         if (back) {
             barrier.srcAccessMask = 0;
             barrier.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT;
@@ -197,42 +200,30 @@ void recordTurns(const VulkanDevice& device, VkCommandBuffer commands, const std
         barriers.push_back(barrier);
     }
     const VkPipelineStageFlags application = VK_PIPELINE_STAGE_ALL_COMMANDS_BIT;
-    const VkPipelineStageFlags compositor =
-        VK_PIPELINE_STAGE_FRAGMENT_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
+    const VkPipelineStageFlags compositor = kSampled.stage | kCopySource.stage;
     device.vkCmdPipelineBarrier(commands, back ? compositor : application, back ? application : compositor, 0,
                                 0, nullptr, 0, nullptr, static_cast<std::uint32_t>(barriers.size()),
                                 barriers.data());
 }
 
-VkImageMemoryBarrier colourBarrier(VkImage image) {
-    VkImageMemoryBarrier barrier{};
-    barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER;
-    barrier.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-    barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-    barrier.image = image;
-    barrier.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS};
-    return barrier;
+void recordTransition(const VulkanDevice& device, VkCommandBuffer commands, VkImage image, const Use& from,
+                      const Use& to) {
+    VkImageMemoryBarrier barrier = imageBarrier(image, VK_IMAGE_ASPECT_COLOR_BIT);
+    barrier.srcAccessMask = from.access;
+    barrier.dstAccessMask = to.access;
+    barrier.oldLayout = from.layout;
+    barrier.newLayout = to.layout;
+    device.vkCmdPipelineBarrier(commands, from.stage, to.stage, 0, 0, nullptr, 0, nullptr, 1, &barrier);
 }
 
 void recordResolve(const VulkanDevice& device, VkCommandBuffer commands, const Sampled& sampled) {
     const SwapchainImages& images = *sampled.images;
-    VkImageMemoryBarrier barrier = colourBarrier(sampled.resolved.image);
-    barrier.dstAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT;
-    barrier.oldLayout = VK_IMAGE_LAYOUT_UNDEFINED;
-    barrier.newLayout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
-    device.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT,
-                                0, 0, nullptr, 0, nullptr, 1, &barrier);
+    recordTransition(device, commands, sampled.resolved.image, kUndefined, kCopyTarget);
     const VkImageSubresourceLayers all{VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, images.layers};
     const VkImageResolve region{all, {0, 0, 0}, all, {0, 0, 0}, {images.width, images.height, 1}};
-    device.vkCmdResolveImage(commands, images.images[sampled.index], VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                             sampled.resolved.image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &region);
-    barrier.srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT;
-    barrier.dstAccessMask = VK_ACCESS_SHADER_READ_BIT;
-    barrier.oldLayout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
-    barrier.newLayout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
-    device.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT,
-                                VK_PIPELINE_STAGE_FRAGMENT_SHADER_BIT, 0, 0, nullptr, 0, nullptr, 1,
-                                &barrier);
+    device.vkCmdResolveImage(commands, images.images[sampled.index].image, kCopySource.layout,
+                             sampled.resolved.image, kCopyTarget.layout, 1, &region);
+    recordTransition(device, commands, sampled.resolved.image, kCopyTarget, kSampled);
 }
 
 }  // namespace
@@ -248,10 +239,10 @@ void Compositor::prepare(const VulkanDevice& device) {
 void Compositor::prepareTargets(const VulkanDevice& device, VkExtent2D size) {
     if (targets_.size.width == size.width && targets_.size.height == size.height) return;
     targets_ = {};
-    targets_.linear = TargetImage(device, kLinearFormat, size,
-                                  VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT);
-    targets_.encoded = TargetImage(device, kEncodedFormat, size,
-                                   VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT);
+    targets_.linear = makeTarget(device, kLinearFormat, size,
+                                 VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT);
+    targets_.encoded = makeTarget(device, kEncodedFormat, size,
+                                  VK_IMAGE_USAGE_TRANSFER_DST_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT);
     targets_.linear_view =
         arrayView(device, targets_.linear.image, kLinearFormat, VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT);
     VkFramebufferCreateInfo info{};
@@ -262,9 +253,7 @@ void Compositor::prepareTargets(const VulkanDevice& device, VkExtent2D size) {
     info.width = size.width;
     info.height = size.height;
     info.layers = 1;
-    VkFramebuffer framebuffer = VK_NULL_HANDLE;
-    check(device.vkCreateFramebuffer(device.device, &info, nullptr, &framebuffer), "vkCreateFramebuffer");
-    targets_.framebuffer = Framebuffer(device, framebuffer);
+    targets_.framebuffer = Framebuffer(device, device.vkCreateFramebuffer, info, "vkCreateFramebuffer");
     targets_.readback = ReadbackBuffer(device, VkDeviceSize{size.width} * size.height * 4);
     targets_.size = size;
 }
@@ -321,12 +310,7 @@ void Compositor::drawLayers(const VulkanDevice& device, VkCommandBuffer commands
 }
 
 void Compositor::readBack(const VulkanDevice& device, VkCommandBuffer commands) const {
-    VkImageMemoryBarrier encoded = colourBarrier(targets_.encoded.image);
-    encoded.dstAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT;
-    encoded.oldLayout = VK_IMAGE_LAYOUT_UNDEFINED;
-    encoded.newLayout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
-    device.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT,
-                                0, 0, nullptr, 0, nullptr, 1, &encoded);
+    recordTransition(device, commands, targets_.encoded.image, kUndefined, kCopyTarget);
     const VkImageSubresourceLayers whole{VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
     const VkOffset3D end{static_cast<std::int32_t>(targets_.size.width),
                          static_cast<std::int32_t>(targets_.size.height), 1};
@@ -334,12 +318,7 @@ void Compositor::readBack(const VulkanDevice& device, VkCommandBuffer commands) 
     device.vkCmdBlitImage(commands, targets_.linear.image, VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
                           targets_.encoded.image, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &encode,
                           VK_FILTER_NEAREST);
-    encoded.srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT;
-    encoded.dstAccessMask = VK_ACCESS_TRANSFER_READ_BIT;
-    encoded.oldLayout = VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL;
-    encoded.newLayout = VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL;
-    device.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_TRANSFER_BIT, 0,
-                                0, nullptr, 0, nullptr, 1, &encoded);
+    recordTransition(device, commands, targets_.encoded.image, kCopyTarget, kCopySource);
     VkBufferImageCopy region{};
     region.imageSubresource = whole;
     region.imageExtent = {targets_.size.width, targets_.size.height, 1};
@@ -369,12 +348,11 @@ Picture Compositor::paint(VulkanDevice& device, const std::vector<Paint>& layers
         sets.push_back(descriptorSet(device, known->view));
     }
     device.submitAndWait([&](VkCommandBuffer commands) {
-        if (!sampled.empty()) recordTurns(device, commands, sampled, false);
-        for (const Sampled& each : sampled) {
+        if (!sampled.empty()) recordLayoutChanges(device, commands, sampled, false);
+        for (const Sampled& each : sampled)
             if (each.isMultisampled()) recordResolve(device, commands, each);
-        }
         drawLayers(device, commands, layers, sets);
-        if (!sampled.empty()) recordTurns(device, commands, sampled, true);
+        if (!sampled.empty()) recordLayoutChanges(device, commands, sampled, true);
         readBack(device, commands);
     });
     return {size.width, size.height, targets_.readback.bytes(device)};

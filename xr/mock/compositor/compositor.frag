@@ -20,16 +20,16 @@ layout(push_constant) uniform Constants {
 };
 layout(location = 0) out vec4 colour;
 
-// A footprint up to this size [texels] counts as a one-to-one view.
+// A footprint up to this size [texels] is treated as one texel.
 const float kOneTexel = 1.01;
-const float kMostSamples = 8.0;  // per axis
+const float kMaxSamples = 8.0;  // per axis
 // A sample closer to a texel's centre than this [texels] is not blended with the neighbours. Hardware
 // filtering also has only 8 bits of precision within a texel.
 const float kCentre = 1.0 / 512.0;
 
 // Intersects the ray through a point of the image with the layer's surface. `at` is in sub-image
 // coordinates: (0, 0) top left, (1, 1) bottom right. Returns false if there is no intersection.
-bool meet(vec2 pixel, out vec2 at) {
+bool intersect(vec2 pixel, out vec2 at) {
     const vec2 t = pixel / vec2(picture_size);
     const vec3 ray = vec3(mix(eye_tangents.x, eye_tangents.y, t.x), mix(eye_tangents.z, eye_tangents.w, t.y), -1.0);
     const vec3 d = vec3(dot(layer_from_eye[0].xyz, ray), dot(layer_from_eye[1].xyz, ray),
@@ -42,15 +42,15 @@ bool meet(vec2 pixel, out vec2 at) {
         return true;
     }
     if (kLayerType == kQuad) {
-        if (origin.z <= 0.0 || d.z >= 0.0) return false;  // seen from behind, or facing away
+        if (origin.z <= 0.0 || d.z >= 0.0) return false;  // the eye is behind the quad, or the ray points away
         const vec2 p = origin.xy - d.xy * (origin.z / d.z);
         at = vec2(0.5 + p.x / shape.x, 0.5 - p.y / shape.y);
         return true;
     }
-    // The inside of the cylinder is visible where the ray leaves it.
+    // Only the inside is visible: use the point where the ray leaves the cylinder.
     const float flat2 = dot(d.xz, d.xz);
     if (flat2 <= 0.0) return false;
-    vec3 p = d / sqrt(flat2);  // radius 1, seen from the axis
+    vec3 p = d / sqrt(flat2);  // infinite cylinder: as radius 1, seen from the axis
     if (shape.z > 0.0) {
         const float along = dot(origin.xz, d.xz);
         const float inside = along * along - flat2 * (dot(origin.xz, origin.xz) - shape.z * shape.z);
@@ -81,17 +81,17 @@ vec4 bilinear(vec2 at) {
 
 void main() {
     vec2 at, right, below;
-    if (!meet(gl_FragCoord.xy, at) || !all(greaterThanEqual(at, vec2(0.0))) || !all(lessThanEqual(at, vec2(1.0))))
+    if (!intersect(gl_FragCoord.xy, at) || !all(greaterThanEqual(at, vec2(0.0))) || !all(lessThanEqual(at, vec2(1.0))))
         discard;
     const bool has_footprint =
-        meet(gl_FragCoord.xy + vec2(1.0, 0.0), right) && meet(gl_FragCoord.xy + vec2(0.0, 1.0), below);
+        intersect(gl_FragCoord.xy + vec2(1.0, 0.0), right) && intersect(gl_FragCoord.xy + vec2(0.0, 1.0), below);
     const vec2 dx = right - at, dy = below - at;
     const float texels = max(length(dx * vec2(rect.zw)), length(dy * vec2(rect.zw)));
     if (!has_footprint || texels <= kOneTexel) {
         colour = bilinear(at);
         return;
     }
-    const float n = min(ceil(texels), kMostSamples);
+    const float n = min(ceil(texels), kMaxSamples);
     const float spread = 1.0 - 1.0 / texels;  // each sample already covers one texel
     colour = vec4(0.0);
     for (float j = 0.5; j < n; ++j)

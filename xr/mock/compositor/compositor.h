@@ -23,7 +23,7 @@ struct Picture {
 struct PaintConstants {
     std::array<std::array<float, 4>, 3> layer_from_eye;  // rows: rotation, then the eye's position (m)
     std::array<float, 4> eye_tangents;                   // left, right, up, down
-    // Projection: tangents as above; quad: width, height; cylinder: see shapeOf() in composition.cpp.
+    // Projection: tangents as above; quad: width, height; cylinder: see layerShape() in composition.cpp.
     std::array<float, 4> shape;
     std::array<std::int32_t, 4> rect;  // offset and extent of the sub-image, pixels
     std::array<std::int32_t, 2> picture_size;
@@ -54,7 +54,7 @@ class Compositor {
   private:
     struct Targets {
         VkExtent2D size{0, 0};
-        TargetImage linear, encoded;
+        DeviceImage linear, encoded;
         ImageView linear_view;
         Framebuffer framebuffer;
         ReadbackBuffer readback;

@@ -19,5 +19,8 @@ struct Refused {
 inline void require(bool fulfilled, XrResult otherwise, const char* reason) {
     if (!fulfilled) refuse(otherwise, reason);
 }
+inline void requireValid(bool fulfilled, const char* reason) {
+    require(fulfilled, XR_ERROR_VALIDATION_FAILURE, reason);
+}
 
 }  // namespace xrmock

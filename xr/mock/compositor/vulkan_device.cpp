@@ -22,12 +22,10 @@ Function instanceFunction(const VulkanInstance& vulkan, const char* name) {
 }  // namespace
 
 void check(VkResult result, const char* function) {
-    if (result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_OUT_OF_DEVICE_MEMORY) {
+    if (result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_OUT_OF_DEVICE_MEMORY)
         refuse(XR_ERROR_OUT_OF_MEMORY, std::string(function) + " is out of memory");
-    }
-    if (result != VK_SUCCESS) {
+    if (result != VK_SUCCESS)
         refuse(XR_ERROR_RUNTIME_FAILURE, std::string(function) + " returned " + std::to_string(result));
-    }
 }
 
 VkPhysicalDevice choosePhysicalDevice(const VulkanInstance& vulkan) {
@@ -57,7 +55,7 @@ VkPhysicalDevice choosePhysicalDevice(const VulkanInstance& vulkan) {
     return best == devices.end() ? VK_NULL_HANDLE : *best;
 }
 
-PFN_vkGetInstanceProcAddr loaderInUse() {
+PFN_vkGetInstanceProcAddr findVulkanLoader() {
     constexpr const char* kName = "vkGetInstanceProcAddr";
     void* found = dlsym(RTLD_DEFAULT, kName);
     if (found == nullptr) {
@@ -120,23 +118,6 @@ VulkanDevice::VulkanDevice(const VulkanInstance& vulkan, const XrGraphicsBinding
     check(vkCreateFence(device, &fence_info, nullptr, &fence), "vkCreateFence");
 }
 
-VulkanDevice::VulkanDevice(VulkanDevice&& other) noexcept
-    :
-#define XRMOCK_COPY(name) name(other.name),
-      XRMOCK_VULKAN_FUNCTIONS(XRMOCK_COPY)
-#undef XRMOCK_COPY
-          vkGetPhysicalDeviceFormatProperties(other.vkGetPhysicalDeviceFormatProperties),
-      vkGetPhysicalDeviceImageFormatProperties(other.vkGetPhysicalDeviceImageFormatProperties),
-      physical_device(other.physical_device),
-      device(std::exchange(other.device, VK_NULL_HANDLE)),
-      queue(other.queue),
-      pool(other.pool),
-      commands(other.commands),
-      fence(other.fence),
-      memory(other.memory),
-      api_version(other.api_version) {
-}
-
 VulkanDevice::~VulkanDevice() {
     if (device == VK_NULL_HANDLE) return;
     vkDestroyFence(device, fence, nullptr);
@@ -163,9 +144,8 @@ void VulkanDevice::finishCommands() {
 }
 
 std::uint32_t VulkanDevice::memoryType(std::uint32_t allowed, VkMemoryPropertyFlags wanted) const {
-    for (std::uint32_t i = 0; i < memory.memoryTypeCount; ++i) {
+    for (std::uint32_t i = 0; i < memory.memoryTypeCount; ++i)
         if ((allowed >> i & 1) != 0 && (memory.memoryTypes[i].propertyFlags & wanted) == wanted) return i;
-    }
     refuse(XR_ERROR_RUNTIME_FAILURE, "the GPU has no memory of the kind a swapchain needs");
 }
 
@@ -192,10 +172,10 @@ std::vector<VkFormat> swapchainFormats(const VulkanDevice& device) {
 }
 
 bool isDepthFormat(VkFormat format) {
-    return (aspectOf(format) & VK_IMAGE_ASPECT_DEPTH_BIT) != 0;
+    return (imageAspect(format) & VK_IMAGE_ASPECT_DEPTH_BIT) != 0;
 }
 
-VkImageAspectFlags aspectOf(VkFormat format) {
+VkImageAspectFlags imageAspect(VkFormat format) {
     switch (format) {
         case VK_FORMAT_D32_SFLOAT:
         case VK_FORMAT_D16_UNORM:
@@ -206,140 +186,6 @@ VkImageAspectFlags aspectOf(VkFormat format) {
         default:
             return VK_IMAGE_ASPECT_COLOR_BIT;
     }
-}
-
-namespace {
-
-VkImageCreateInfo imageInfo(const VulkanDevice& device, const XrSwapchainCreateInfo& info) {
-    VkImageCreateInfo image{};
-    image.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
-    image.imageType = VK_IMAGE_TYPE_2D;
-    image.format = static_cast<VkFormat>(info.format);
-    image.extent = {info.width, info.height, 1};
-    image.mipLevels = info.mipCount;
-    image.arrayLayers = info.arraySize;
-    image.samples = static_cast<VkSampleCountFlagBits>(info.sampleCount);
-    image.tiling = VK_IMAGE_TILING_OPTIMAL;
-    image.initialLayout = VK_IMAGE_LAYOUT_UNDEFINED;
-    // Add the usages that the compositor needs (sampling and copying). Between frames an image rests in an
-    // attachment layout (see restingLayout()), which requires the matching attachment usage.
-    image.usage = isDepthFormat(image.format)
-                      ? VK_IMAGE_USAGE_DEPTH_STENCIL_ATTACHMENT_BIT
-                      : VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_SAMPLED_BIT;
-    image.usage |= VK_IMAGE_USAGE_TRANSFER_SRC_BIT;
-    const auto use = [&](XrSwapchainUsageFlags asked, VkImageUsageFlags usage) {
-        if ((info.usageFlags & asked) != 0) image.usage |= usage;
-    };
-    use(XR_SWAPCHAIN_USAGE_UNORDERED_ACCESS_BIT, VK_IMAGE_USAGE_STORAGE_BIT);
-    use(XR_SWAPCHAIN_USAGE_TRANSFER_DST_BIT, VK_IMAGE_USAGE_TRANSFER_DST_BIT);
-    use(XR_SWAPCHAIN_USAGE_SAMPLED_BIT, VK_IMAGE_USAGE_SAMPLED_BIT);
-    if ((info.usageFlags & XR_SWAPCHAIN_USAGE_MUTABLE_FORMAT_BIT) != 0) {
-        image.flags |= VK_IMAGE_CREATE_MUTABLE_FORMAT_BIT;
-    }
-    if ((info.usageFlags & XR_SWAPCHAIN_USAGE_UNORDERED_ACCESS_BIT) != 0 && device.hasExtendedUsage() &&
-        !device.formatSupports(image.format, VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT)) {
-        // The image's own format cannot be used for storage images; sRGB formats are typical. A view of the
-        // image in a linear format may support them. The two flags allow such a view.
-        image.flags |= VK_IMAGE_CREATE_MUTABLE_FORMAT_BIT | VK_IMAGE_CREATE_EXTENDED_USAGE_BIT;
-    }
-    return image;
-}
-
-}  // namespace
-
-SwapchainImages::SwapchainImages(const VulkanDevice& owner, const XrSwapchainCreateInfo& info)
-    : device(&owner),
-      format(static_cast<VkFormat>(info.format)),
-      width(info.width),
-      height(info.height),
-      layers(info.arraySize),
-      mips(info.mipCount),
-      samples(info.sampleCount) {}
-
-SwapchainImages::SwapchainImages(const VulkanDevice& owner, const XrSwapchainCreateInfo& info,
-                                 std::uint32_t count)
-    : SwapchainImages(owner, info) {
-    // The delegated constructor has completed. If the code below throws, the destructor therefore runs.
-    const VkImageCreateInfo image_info = imageInfo(owner, info);
-    VkImageFormatProperties limits;
-    const VkResult supported = device->vkGetPhysicalDeviceImageFormatProperties(
-        device->physical_device, format, image_info.imageType, image_info.tiling, image_info.usage,
-        image_info.flags, &limits);
-    require(supported == VK_SUCCESS && info.width <= limits.maxExtent.width &&
-                info.height <= limits.maxExtent.height && info.mipCount <= limits.maxMipLevels &&
-                info.arraySize <= limits.maxArrayLayers && (limits.sampleCounts & info.sampleCount) != 0,
-            XR_ERROR_FEATURE_UNSUPPORTED, "the GPU has no images of this size, format and usage");
-    images.reserve(count);
-    memories.reserve(count);
-    for (std::uint32_t i = 0; i < count; ++i) {
-        VkImage image = VK_NULL_HANDLE;
-        check(device->vkCreateImage(device->device, &image_info, nullptr, &image), "vkCreateImage");
-        images.push_back(image);
-        VkMemoryRequirements needs;
-        device->vkGetImageMemoryRequirements(device->device, image, &needs);
-        const VkMemoryAllocateInfo memory_info{
-            VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, nullptr, needs.size,
-            device->memoryType(needs.memoryTypeBits, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT)};
-        VkDeviceMemory memory = VK_NULL_HANDLE;
-        check(device->vkAllocateMemory(device->device, &memory_info, nullptr, &memory), "vkAllocateMemory");
-        memories.push_back(memory);
-        check(device->vkBindImageMemory(device->device, image, memory, 0), "vkBindImageMemory");
-    }
-    at_rest.assign(count, false);
-}
-
-SwapchainImages::SwapchainImages(SwapchainImages&& other) noexcept
-    : device(other.device),
-      format(other.format),
-      width(other.width),
-      height(other.height),
-      layers(other.layers),
-      mips(other.mips),
-      samples(other.samples),
-      images(std::exchange(other.images, {})),
-      memories(std::exchange(other.memories, {})),
-      at_rest(std::move(other.at_rest)) {}
-
-SwapchainImages::~SwapchainImages() {
-    for (VkImage image : images)
-        device->vkDestroyImage(device->device, image, nullptr);
-    for (VkDeviceMemory memory : memories)
-        device->vkFreeMemory(device->device, memory, nullptr);
-}
-
-VkImageLayout SwapchainImages::restingLayout() const {
-    return isDepthFormat(format) ? VK_IMAGE_LAYOUT_DEPTH_STENCIL_ATTACHMENT_OPTIMAL
-                                 : VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
-}
-
-VkImageMemoryBarrier imageBarrier(const SwapchainImages& swapchain, std::uint32_t index) {
-    VkImageMemoryBarrier barrier{};
-    barrier.sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER;
-    barrier.srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-    barrier.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
-    barrier.image = swapchain.images[index];
-    barrier.subresourceRange = {aspectOf(swapchain.format), 0, VK_REMAINING_MIP_LEVELS, 0,
-                                VK_REMAINING_ARRAY_LAYERS};
-    return barrier;
-}
-
-void bringToRest(VulkanDevice& device, SwapchainImages& swapchain) {
-    std::vector<VkImageMemoryBarrier> barriers;
-    for (std::uint32_t i = 0; i < swapchain.images.size(); ++i) {
-        if (swapchain.at_rest[i]) continue;
-        VkImageMemoryBarrier barrier = imageBarrier(swapchain, i);
-        barrier.oldLayout = VK_IMAGE_LAYOUT_UNDEFINED;
-        barrier.newLayout = swapchain.restingLayout();
-        barrier.dstAccessMask = VK_ACCESS_MEMORY_READ_BIT | VK_ACCESS_MEMORY_WRITE_BIT;
-        barriers.push_back(barrier);
-    }
-    if (barriers.empty()) return;
-    device.submitAndWait([&](VkCommandBuffer commands) {
-        device.vkCmdPipelineBarrier(commands, VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT,
-                                    VK_PIPELINE_STAGE_ALL_COMMANDS_BIT, 0, 0, nullptr, 0, nullptr,
-                                    static_cast<std::uint32_t>(barriers.size()), barriers.data());
-    });
-    swapchain.at_rest.assign(swapchain.images.size(), true);
 }
 
 }  // namespace xrmock

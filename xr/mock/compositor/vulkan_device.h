@@ -1,5 +1,5 @@
 // Vulkan as used by the runtime. Every function is loaded through the application's vkGetInstanceProcAddr;
-// nothing is linked.
+// the runtime does not link to Vulkan.
 #pragma once
 
 #include <cstdint>
@@ -16,13 +16,13 @@ struct VulkanInstance {
     PFN_vkGetInstanceProcAddr getInstanceProcAddr;
     std::uint32_t api_version = VK_API_VERSION_1_0;     // requested API version, if known
     VkPhysicalDevice physical_device = VK_NULL_HANDLE;  // chosen by xrGetVulkanGraphicsDevice(2)KHR
-    bool made_here = true;                              // created through XR_KHR_vulkan_enable2
+    bool created_by_runtime = true;                     // created through XR_KHR_vulkan_enable2
     std::vector<VkDevice> devices{};                    // devices created through it
 };
 
 // Returns vkGetInstanceProcAddr of the Vulkan loader in this process, because XR_KHR_vulkan_enable does not
 // pass one. Null if there is none.
-PFN_vkGetInstanceProcAddr loaderInUse();
+PFN_vkGetInstanceProcAddr findVulkanLoader();
 
 // Chooses the GPU: discrete before integrated before others. Null if there is none.
 VkPhysicalDevice choosePhysicalDevice(const VulkanInstance& vulkan);
@@ -90,8 +90,8 @@ struct VulkanDevice {
     VulkanDevice() = default;
     // Throws Refused on failure.
     VulkanDevice(const VulkanInstance& vulkan, const XrGraphicsBindingVulkanKHR& binding);
-    VulkanDevice(VulkanDevice&& other) noexcept;
-    VulkanDevice& operator=(VulkanDevice&&) = delete;
+    VulkanDevice(const VulkanDevice&) = delete;
+    VulkanDevice& operator=(const VulkanDevice&) = delete;
     ~VulkanDevice();
 
     // Records and submits commands, and waits for the GPU. During the OpenXR call the runtime may use the
@@ -104,7 +104,7 @@ struct VulkanDevice {
     }
     std::uint32_t memoryType(std::uint32_t allowed, VkMemoryPropertyFlags wanted) const;
     bool formatSupports(VkFormat format, VkFormatFeatureFlags features) const;
-    // True if images may have usages that only a view in another format supports (Vulkan 1.1).
+    // True if an image may have a usage that only views in other formats support (Vulkan 1.1).
     bool hasExtendedUsage() const { return api_version >= VK_API_VERSION_1_1; }
 
 #define XRMOCK_DECLARE(name) PFN_##name name = nullptr;
@@ -120,7 +120,7 @@ struct VulkanDevice {
     VkCommandBuffer commands = VK_NULL_HANDLE;
     VkFence fence = VK_NULL_HANDLE;
     VkPhysicalDeviceMemoryProperties memory{};
-    std::uint32_t api_version = VK_API_VERSION_1_0;  // the lower version of instance and GPU
+    std::uint32_t api_version = VK_API_VERSION_1_0;  // the lower of the instance's and the GPU's version
 
   private:
     void beginCommands();
@@ -135,32 +135,6 @@ constexpr std::uint32_t kMaxSampleCount = 4;  // of a swapchain image; every GPU
 // Supported swapchain formats, preferred first.
 std::vector<VkFormat> swapchainFormats(const VulkanDevice& device);
 bool isDepthFormat(VkFormat format);
-VkImageAspectFlags aspectOf(VkFormat format);
-
-// The images of a swapchain, each with its memory.
-struct SwapchainImages {
-    SwapchainImages(const VulkanDevice& device, const XrSwapchainCreateInfo& info, std::uint32_t count);
-    SwapchainImages(SwapchainImages&& other) noexcept;
-    SwapchainImages& operator=(SwapchainImages&&) = delete;
-    ~SwapchainImages();
-
-    // The layout in which the application acquires and releases an image.
-    VkImageLayout restingLayout() const;
-
-    const VulkanDevice* device;
-    VkFormat format;
-    std::uint32_t width, height, layers, mips, samples;
-    std::vector<VkImage> images;
-    std::vector<VkDeviceMemory> memories;
-    std::vector<bool> at_rest;  // false: contents and layout are still undefined
-
-  private:
-    SwapchainImages(const VulkanDevice& device, const XrSwapchainCreateInfo& info);
-};
-
-// Transitions every image that is not yet at rest to the resting layout.
-void bringToRest(VulkanDevice& device, SwapchainImages& swapchain);
-
-VkImageMemoryBarrier imageBarrier(const SwapchainImages& swapchain, std::uint32_t index);
+VkImageAspectFlags imageAspect(VkFormat format);
 
 }  // namespace xrmock

@@ -26,12 +26,11 @@ constexpr std::size_t kMaxQueued = 256;             // requests per client; then
 constexpr std::size_t kMaxQueuedBytes = 16U << 20;  // requests of all clients; then reading pauses
 constexpr std::size_t kMaxReplyBytes = 256U << 20;  // unread replies of a client; then it is disconnected
 
-sockaddr_un addressOf(const std::string& path) {
+sockaddr_un makeAddress(const std::string& path) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
-    if (path.size() >= sizeof address.sun_path) {
+    if (path.size() >= sizeof address.sun_path)
         throw std::runtime_error("XRMOCK_CONTROL: " + path + ": longer than 107 bytes");
-    }
     path.copy(address.sun_path, path.size());
     return address;
 }
@@ -42,7 +41,7 @@ int openSocket() {
     return socket;
 }
 
-// Removes a socket left by a killed run: nobody listens on it.
+// Removes the socket file of a killed run, recognised because no process listens on it.
 void removeStale(const std::string& path, const sockaddr_un& address) {
     struct stat status{};
     if (::lstat(path.c_str(), &status) != 0 || !S_ISSOCK(status.st_mode)) return;
@@ -54,7 +53,7 @@ void removeStale(const std::string& path, const sockaddr_un& address) {
 }
 
 int listenAt(const std::string& path) {
-    const sockaddr_un address = addressOf(path);
+    const sockaddr_un address = makeAddress(path);
     removeStale(path, address);
     const int socket = openSocket();
     const bool bound = ::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
@@ -91,7 +90,7 @@ Control::~Control() {
     ::unlink(path_.c_str());
 }
 
-std::vector<Control::Request> Control::takeRequests() {
+std::vector<Control::Request> Control::popRequests() {
     if (!has_requests_.exchange(false)) return {};
     const std::lock_guard guard(mutex_);
     for (auto& [id, client] : clients_)
@@ -110,7 +109,7 @@ void Control::reply(std::uint64_t id, const std::string& line) {
     client.out += '\n';
     if (client.out.size() > kMaxReplyBytes) {
         client.out.clear();
-        client.leaving = true;
+        client.closing = true;
     }
     wake();
 }
@@ -122,7 +121,7 @@ bool Control::isConnected(std::uint64_t client) {
 
 void Control::wake() {
     const std::uint64_t one = 1;
-    // Failure means full: the thread is already awake.
+    // A failed write means that the counter is full: the thread is already awake.
     [[maybe_unused]] const auto written = ::write(waker_, &one, sizeof one);
 }
 
@@ -134,7 +133,7 @@ void Control::run() {
             const std::lock_guard guard(mutex_);
             if (clients_.size() >= kMaxClients) watched[1].events = 0;
             for (const auto& [id, client] : clients_) {
-                const bool hears = !client.deaf && !client.leaving && client.queued < kMaxQueued &&
+                const bool hears = !client.read_closed && !client.closing && client.queued < kMaxQueued &&
                                    request_bytes_ < kMaxQueuedBytes;
                 const int events = (hears ? POLLIN : 0) | (client.out.empty() ? 0 : POLLOUT);
                 watched.push_back({client.socket, static_cast<short>(events), 0});
@@ -152,14 +151,14 @@ void Control::run() {
             if ((ready & POLLIN) != 0) receive(ids[i], client);
             if ((ready & (POLLERR | POLLHUP)) != 0 && (ready & POLLIN) == 0) {
                 client.out.clear();
-                client.leaving = true;
+                client.closing = true;
             }
             send(client);
             queueLines(ids[i], client);
         }
         std::erase_if(clients_, [](const auto& entry) {
             const Client& client = entry.second;
-            const bool goes = client.leaving && client.out.empty();
+            const bool goes = client.closing && client.out.empty();
             if (goes) ::close(client.socket);
             return goes;
         });
@@ -180,9 +179,9 @@ void Control::receive(std::uint64_t id, Client& client) {
     if (client.in.size() > kMaxMessageBytes && client.in.find('\n') == std::string::npos) {
         client.out += "{\"error\":\"a request is larger than 1 MiB\"}\n";
         client.in.clear();
-        client.leaving = true;
+        client.closing = true;
     }
-    if (ended) client.deaf = true;
+    if (ended) client.read_closed = true;
 }
 
 // Queues complete lines as requests, up to the limits.
@@ -208,7 +207,7 @@ void Control::send(Client& client) {
         if (count < 0) {
             if (errno != EAGAIN && errno != EINTR) {
                 client.out.clear();
-                client.leaving = true;
+                client.closing = true;
             }
             return;
         }

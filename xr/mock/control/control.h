@@ -29,9 +29,9 @@ class Control {
     Control& operator=(const Control&) = delete;
 
     // Any thread. Costs one atomic exchange if there are no requests.
-    std::vector<Request> takeRequests();
-    // Any thread. `line` has no line break. The reply is dropped if the client has disconnected or leaves
-    // too much unread.
+    std::vector<Request> popRequests();
+    // Any thread. `line` has no line break. The reply is dropped if the client has disconnected or has too
+    // many unread replies.
     void reply(std::uint64_t client, const std::string& line);
     // Any thread. False once the client has hung up.
     bool isConnected(std::uint64_t client);
@@ -41,9 +41,9 @@ class Control {
     struct Client {
         int socket = -1;
         std::string in, out;
-        std::size_t queued = 0;  // requests not yet returned by takeRequests()
-        bool deaf = false;       // the client has stopped sending, but may still read
-        bool leaving = false;    // disconnected once `out` is sent
+        std::size_t queued = 0;    // requests not yet returned by popRequests()
+        bool read_closed = false;  // the client has stopped sending, but may still read
+        bool closing = false;      // disconnected once `out` is sent
     };
 
     void run();

@@ -18,10 +18,10 @@ namespace xrmock {
 struct FramesAtLeast {
     std::uint64_t count;
 };
-enum class Counted { discarded, missed, refusals };
+enum class Counter { discarded, missed, refusals };
 struct CountAtMost {
-    Counted counted;
-    std::uint64_t most;
+    Counter counter;
+    std::uint64_t max_count;
 };
 enum class Part { projection, quad, cylinder, depth };
 struct EveryFrameHas {
@@ -38,7 +38,7 @@ struct DepthRange {
     // Allowed range of the near and the far distance of every view's depth.
     std::array<double, 2> near_m, far_m;
 };
-// Haptic pulses that a session remembers.
+// Maximum number of haptic pulses that a session stores.
 inline constexpr std::size_t kMaxPulses = 4096;
 struct PulseWithin {
     std::optional<User> user;
@@ -54,20 +54,20 @@ struct PixelIs {
     double tolerance;
 };
 struct StatesReached {
-    std::vector<XrSessionState> states;  // in this order; other states may come between
+    std::vector<XrSessionState> states;  // reached in this order; other states may come between them
 };
 
-template <class Demand>
-inline constexpr bool kLooksAtEveryFrame =
-    std::is_same_v<Demand, EveryFrameHas> || std::is_same_v<Demand, ViewsWithin> ||
-    std::is_same_v<Demand, FormatIs> || std::is_same_v<Demand, DepthRange>;
+template <class Requirement>
+inline constexpr bool kChecksEveryFrame =
+    std::is_same_v<Requirement, EveryFrameHas> || std::is_same_v<Requirement, ViewsWithin> ||
+    std::is_same_v<Requirement, FormatIs> || std::is_same_v<Requirement, DepthRange>;
 
 struct Assertion {
     std::string name;
     std::uint64_t first_frame = 1, last_frame = std::numeric_limits<std::uint64_t>::max();
     std::variant<FramesAtLeast, CountAtMost, EveryFrameHas, ViewsWithin, FormatIs, DepthRange, PulseWithin,
                  PixelIs, StatesReached>
-        demand;
+        requirement;
     // Result so far:
     std::uint64_t checked = 0;  // frames checked; for StatesReached: states reached
     std::string failure;        // reason of the first failure

@@ -1,6 +1,6 @@
 // Input state that a test sets through the functions of XR_EXT_conformance_automation. After the test's first
-// call to one of them, the buttons and axes of the scenario's devices are ignored: only values set by the
-// test are reported. Poses that the test has not set still come from the scenario.
+// call to one of them, the buttons and axes of the scenario's devices are ignored. Poses that the test has
+// not set still come from the scenario.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ struct Automation {
     bool in_control = false;
     std::array<AutomatedDevice, kUserCount> devices;
 
-    AutomatedDevice& take(User user) {
+    AutomatedDevice& acquireDevice(User user) {
         in_control = true;
         return devices[static_cast<std::size_t>(user)];
     }

@@ -1,4 +1,4 @@
-// Current state of the simulated runtime: set by the director, obeyed by the API calls.
+// Current state of the simulated runtime. The director sets it; the API calls read it.
 #pragma once
 
 #include <cstdint>
@@ -9,25 +9,25 @@
 
 namespace xrmock {
 
-// Pending: the loss is announced (XrEventDataInstanceLossPending, or the success code
-// XR_SESSION_LOSS_PENDING). Lost: every call but destruction is refused.
+// Pending: the loss has been announced (XrEventDataInstanceLossPending, or the success code
+// XR_SESSION_LOSS_PENDING). Lost: every call except destruction is refused.
 enum class Loss { none, pending, lost };
 
 // Scripted treatment of one frame.
-struct FrameFate {
+struct FrameOverride {
     std::uint32_t late_refreshes = 0;  // number of refreshes that xrWaitFrame skips, as after a stall
     bool should_render = true;         // false: XrFrameState::shouldRender is false in every session state
     bool discarded = false;            // xrBeginFrame returns XR_FRAME_DISCARDED
     bool dropped = false;              // xrEndFrame accepts the frame, but it is never shown
 };
 
-struct FrameFates {
-    FrameFate fate;
+struct FrameOverrides {
+    FrameOverride frame_override;
     std::uint64_t count = 1;  // applies to the next `count` waited frames
 };
 
-// Pose of a reference space's origin from a time (XrTime) on. It is expressed in the room frame: the frame
-// of the scenario's poses, which is STAGE at the start.
+// Pose of a reference space's origin from a time (XrTime) on, in the room frame. The room frame is the frame
+// of the scenario's poses; it equals STAGE at the start.
 struct OriginKey {
     std::int64_t from_ns;
     Pose room_from_origin;
@@ -51,7 +51,7 @@ struct Conditions {
     std::uint32_t mask_revision = 0;  // increases with each change of the visibility mask
     bool user_present = true;         // XR_EXT_user_presence
     bool head_tracked = true;         // false: views have no valid pose
-    std::vector<FrameFates> fates;
+    std::vector<FrameOverrides> frame_overrides;
     std::uint64_t frames_waited = 0;  // over all sessions: number of the latest waited frame, starting at 1
 };
 

@@ -10,7 +10,7 @@ namespace xrmock {
 namespace {
 
 // Removes the first line from `text`, with its line break, and returns it.
-std::string_view takeLine(std::string_view& text) {
+std::string_view popLine(std::string_view& text) {
     std::string_view line = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(line.size() + 1, text.size()));
     if (line.ends_with('\r')) line.remove_suffix(1);
@@ -41,13 +41,13 @@ void readCsv(const Field& field, const std::string& folder, const std::string& h
         field.fail(name + " line " + std::to_string(line_number) + ": " + reason);
     };
     std::string_view rest = text;
-    if (takeLine(rest) != heading) fail("the heading is not the one expected");
+    if (popLine(rest) != heading) fail("the heading is not the one expected");
     std::vector<double> numbers(static_cast<std::size_t>(std::count(heading.begin(), heading.end(), ',')) +
                                 1);
     double previous_s = -1;
     while (!rest.empty()) {
         if (++line_number > kMaxElements) fail("too many lines");
-        if (!readNumbers(takeLine(rest), numbers)) fail("as many numbers as the heading has names expected");
+        if (!readNumbers(popLine(rest), numbers)) fail("as many numbers as the heading has names expected");
         if (numbers[0] < 0 || numbers[0] <= previous_s) fail("later than the line before expected");
         previous_s = numbers[0];
         row(numbers, fail);

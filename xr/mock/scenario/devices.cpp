@@ -9,7 +9,7 @@ namespace {
 constexpr std::string_view kUserPaths[kUserCount] = {"/user/hand/left", "/user/hand/right", "/user/head",
                                                      "/user/gamepad", "/user/treadmill"};
 
-// The keys around a time, and the fraction of the way from the first to the second, 0 to 1.
+// The keys before and after a time, and the position of the time between them, 0 to 1.
 template <class Key>
 struct Span {
     const Key& from;
@@ -31,7 +31,7 @@ std::string_view userPath(User user) {
     return kUserPaths[static_cast<std::size_t>(user)];
 }
 
-std::optional<User> userOf(std::string_view path) {
+std::optional<User> findUser(std::string_view path) {
     const auto found = std::find(std::begin(kUserPaths), std::end(kUserPaths), path);
     if (found == std::end(kUserPaths)) return std::nullopt;
     return static_cast<User>(found - std::begin(kUserPaths));
@@ -46,7 +46,7 @@ std::array<Device, kUserCount> restingDevices() {
     return devices;
 }
 
-void takeUp(std::array<Device, kUserCount>& devices, const std::string& profile, double from_s) {
+void switchProfile(std::array<Device, kUserCount>& devices, const std::string& profile, double from_s) {
     for (std::size_t hand = 0; hand < kHandCount; ++hand) {
         auto& profiles = devices[hand].profiles;
         if (textAt(profiles, from_s).empty()) continue;

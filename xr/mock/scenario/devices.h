@@ -1,4 +1,4 @@
-// Scripted devices over time: what the user holds and wears, and the positions of the fingers.
+// Scripted devices over time: the devices that the user holds and wears, and the tracked hands.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ constexpr std::size_t kUserCount = 5;
 constexpr std::size_t kHandCount = 2;
 
 std::string_view userPath(User user);  // "/user/hand/left"
-std::optional<User> userOf(std::string_view path);
+std::optional<User> findUser(std::string_view path);
 constexpr bool isHand(User user) {
     return static_cast<std::size_t>(user) < kHandCount;
 }
@@ -61,9 +61,9 @@ struct TrackedHand {
 
 // Two simple controllers at rest in front of the user.
 std::array<Device, kUserCount> restingDevices();
-// From `from_s` until the next key, every hand that holds a controller holds `profile` instead; empty:
-// nothing.
-void takeUp(std::array<Device, kUserCount>& devices, const std::string& profile, double from_s);
+// From `from_s` until the next key, every hand that holds a controller holds `profile` instead. An empty
+// `profile` means nothing.
+void switchProfile(std::array<Device, kUserCount>& devices, const std::string& profile, double from_s);
 
 // Interpolates linearly. Straight fingers if there are no keys.
 Curls curlsAt(const std::vector<CurlKey>& keys, double t_s);

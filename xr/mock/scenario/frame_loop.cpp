@@ -12,8 +12,8 @@ FramePlan planFrame(const FrameLoop& loop, const Clock& clock, std::int64_t now_
     }
     // All numbers below count display refreshes since clock.origin_ns. `next` is the refresh after the last
     // one used. `reachable` is the first refresh that this frame can still reach. A paced application
-    // normally has one full period from the return of xrWaitFrame to the refresh. If the application is late
-    // by less than one period, its frame starts at once and still aims at `next`, as with real compositors.
+    // normally has one full period from the return of xrWaitFrame to the refresh. If it is late by less than
+    // one period, its frame starts at once and still targets `next`, as with real compositors.
     const std::int64_t reachable = (now_ns - clock.origin_ns) / period_ns + (loop.paced ? 1 : 2);
     const std::int64_t next = (loop.last_display_ns - clock.origin_ns) / period_ns + 1;
     const std::int64_t refresh = (next > reachable ? next : reachable) + late_refreshes;

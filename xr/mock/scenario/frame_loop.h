@@ -33,8 +33,8 @@ struct FrameLoop {
     bool begun = false;                // a frame was begun but not yet ended
     bool paced = false;                // a frame was waited for since xrBeginSession
     std::int64_t last_display_ns = 0;  // increases over all runs of a session
-    FrameFate fate;                    // of the frame that was waited for
-    FrameFate begun_fate;              // of the frame that was begun
+    FrameOverride frame_override;      // of the frame that was waited for
+    FrameOverride begun_override;      // of the frame that was begun
 };
 
 constexpr std::int64_t kVirtualStartNs = 1'000'000'000;

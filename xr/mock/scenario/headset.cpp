@@ -14,12 +14,11 @@ namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 
-// The folder beside the library, both in a build tree and installed.
+// The folder of the headset files. It is beside the library, both in the build tree and installed.
 std::filesystem::path headsetFolder() {
     Dl_info library{};
-    if (dladdr(reinterpret_cast<const void*>(&loadHeadset), &library) == 0 || library.dli_fname == nullptr) {
+    if (dladdr(reinterpret_cast<const void*>(&loadHeadset), &library) == 0 || library.dli_fname == nullptr)
         return "headsets";
-    }
     return std::filesystem::path(library.dli_fname).parent_path() / "headsets";
 }
 
@@ -56,9 +55,8 @@ void readEyes(const Field& field, Scenario& scenario) {
     if (field.has("left_fov_rad")) scenario.eye_fov[0] = parseFov(field.at("left_fov_rad"), 1);
     if (field.has("right_fov_rad")) scenario.eye_fov[1] = parseFov(field.at("right_fov_rad"), 1);
     if (field.has("lens")) scenario.lens = parseLens(field.at("lens"));
-    if (field.has("pictures_through_lens")) {
+    if (field.has("pictures_through_lens"))
         scenario.pictures_through_lens = field.at("pictures_through_lens").boolean();
-    }
 }
 
 void loadHeadset(const std::string& name_or_file, Scenario& scenario) {
@@ -66,13 +64,13 @@ void loadHeadset(const std::string& name_or_file, Scenario& scenario) {
     const std::string file = is_file ? name_or_file : (headsetFolder() / (name_or_file + ".json")).string();
     const nlohmann::json document = parseJson(readTextFile(file), file);
     const Field root{document, file, ""};
-    root.objectOf({"version", "name", "source", "recommended_size", "left_fov_deg", "right_fov_deg", "ipd_m",
-                   "eye_turn_deg", "refresh_rates_hz", "refresh_hz", "tracking_extent_m", "lens"});
+    root.requireObject({"version", "name", "source", "recommended_size", "left_fov_deg", "right_fov_deg",
+                        "ipd_m", "eye_turn_deg", "refresh_rates_hz", "refresh_hz", "tracking_extent_m",
+                        "lens"});
     root.required("version").integer(1, 1);
     scenario.system_name = root.required("name").text();
-    if (scenario.system_name.empty() || scenario.system_name.size() >= XR_MAX_SYSTEM_NAME_SIZE) {
+    if (scenario.system_name.empty() || scenario.system_name.size() >= XR_MAX_SYSTEM_NAME_SIZE)
         root.at("name").fail("1 to 255 bytes expected");
-    }
     if (root.has("source")) root.at("source").text();
     readEyes(root, scenario);
     if (root.has("left_fov_deg")) {
@@ -80,9 +78,8 @@ void loadHeadset(const std::string& name_or_file, Scenario& scenario) {
         scenario.eye_fov = {left, {-left.angleRight, -left.angleLeft, left.angleUp, left.angleDown}};
     }
     if (root.has("right_fov_deg")) scenario.eye_fov[1] = parseFov(root.at("right_fov_deg"), kRadPerDeg);
-    if (root.has("eye_turn_deg")) {
+    if (root.has("eye_turn_deg"))
         scenario.eye_turn_rad = root.at("eye_turn_deg").number(-45, 45) * kRadPerDeg;
-    }
     if (root.has("refresh_rates_hz")) readRefreshRates(root.at("refresh_rates_hz"), scenario);
     scenario.refresh_hz = scenario.refresh_rates_hz.back();
     if (root.has("refresh_hz")) {
@@ -92,9 +89,8 @@ void loadHeadset(const std::string& name_or_file, Scenario& scenario) {
             root.at("refresh_hz").fail("one of refresh_rates_hz expected");
         }
     }
-    if (root.has("tracking_extent_m")) {
+    if (root.has("tracking_extent_m"))
         scenario.stage_bounds_m = root.at("tracking_extent_m").numbers<2>(0.1, 1000);
-    }
 }
 
 }  // namespace xrmock

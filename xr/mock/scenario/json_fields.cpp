@@ -22,9 +22,8 @@ json parseJson(const std::string& text, const std::string& source) {
         if (depth > kMaxDepth) throw FieldError(source + ": document: nested too deeply");
         if (event == json::parse_event_t::object_start) names.emplace_back();
         if (event == json::parse_event_t::object_end) names.pop_back();
-        if (event == json::parse_event_t::key && !names.back().insert(value.get<std::string>()).second) {
+        if (event == json::parse_event_t::key && !names.back().insert(value.get<std::string>()).second)
             throw FieldError(source + ": " + value.get<std::string>() + ": there twice");
-        }
         return true;
     };
     try {
@@ -36,12 +35,10 @@ json parseJson(const std::string& text, const std::string& source) {
 
 std::string readTextFile(const std::string& file_name) {
     std::error_code unreadable;
-    if (!std::filesystem::is_regular_file(file_name, unreadable)) {
+    if (!std::filesystem::is_regular_file(file_name, unreadable))
         throw FieldError(file_name + ": document: cannot be read");
-    }
-    if (std::filesystem::file_size(file_name, unreadable) > kMaxFileBytes) {
+    if (std::filesystem::file_size(file_name, unreadable) > kMaxFileBytes)
         throw FieldError(file_name + ": document: larger than 64 MiB");
-    }
     std::ifstream file(file_name, std::ios::binary);
     std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
     if (!file || text.empty()) throw FieldError(file_name + ": document: cannot be read");
@@ -65,20 +62,32 @@ Field Field::required(const char* key) const {
     return at(key);
 }
 
-void Field::object() const {
+void Field::requireObject() const {
     if (!value.is_object()) fail("an object expected");
 }
 
-void Field::objectOf(std::initializer_list<const char*> keys) const {
-    object();
-    for (const auto& [key, unused] : value.items()) {
+void Field::requireObject(std::initializer_list<const char*> keys) const {
+    requireObject();
+    for (const auto& [key, unused] : value.items())
         if (std::find(keys.begin(), keys.end(), key) == keys.end()) at(key).fail("unknown field");
-    }
 }
 
-std::size_t Field::arraySize(std::size_t most) const {
+std::string Field::onlyKey(std::initializer_list<const char*> others, std::span<const char* const> kinds,
+                           const std::string& noun) const {
+    std::string kind;
+    for (const auto& [key, unused] : value.items()) {
+        if (std::find(others.begin(), others.end(), key) != others.end()) continue;
+        if (std::find(kinds.begin(), kinds.end(), key) == kinds.end()) at(key).fail("unknown field");
+        if (!kind.empty()) fail("one " + noun + " at a time expected, not " + kind + " and " + key);
+        kind = key;
+    }
+    if (kind.empty()) fail("an " + noun + " expected");
+    return kind;
+}
+
+std::size_t Field::arraySize(std::size_t max_size) const {
     if (!value.is_array()) fail("an array expected");
-    if (value.size() > most) fail("at most " + std::to_string(most) + " elements expected");
+    if (value.size() > max_size) fail("at most " + std::to_string(max_size) + " elements expected");
     return value.size();
 }
 

@@ -1,11 +1,12 @@
 // Strict JSON reader for scenarios, headsets and control messages. Refuses unknown fields, wrong types,
-// numbers out of range and absurd sizes. The error names the source, the path of the field and the reason.
+// numbers out of range and excessive sizes. The error names the source, the path of the field and the reason.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -39,15 +40,19 @@ struct Field {
     std::string name;
 
     [[noreturn]] void fail(const std::string& reason) const;
-    // The member must exist: check with has(), or use required().
+    // The member must exist: check it with has(), or call required().
     Field at(const std::string& key) const;
     Field at(std::size_t index) const;
     bool has(const char* key) const { return value.contains(key); }
     Field required(const char* key) const;
 
-    void objectOf(std::initializer_list<const char*> keys) const;
-    void object() const;
-    std::size_t arraySize(std::size_t most = kMaxElements) const;
+    void requireObject(std::initializer_list<const char*> keys) const;
+    void requireObject() const;
+    // Returns the object's only key that is not in `others`. It must be one of `kinds`. Error messages call
+    // such a key `noun`.
+    std::string onlyKey(std::initializer_list<const char*> others, std::span<const char* const> kinds,
+                        const std::string& noun) const;
+    std::size_t arraySize(std::size_t max_size = kMaxElements) const;
     double number(double low, double high) const;
     std::uint64_t integer(std::uint64_t low, std::uint64_t high) const;
     bool boolean() const;

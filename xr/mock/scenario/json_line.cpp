@@ -10,11 +10,10 @@ JsonLine& JsonLine::text(std::string_view value) {
     separate();
     const bool is_plain = std::all_of(value.begin(), value.end(),
                                       [](char c) { return c >= ' ' && c < '\x7f' && c != '"' && c != '\\'; });
-    if (is_plain) {
+    if (is_plain)
         text_.append("\"").append(value).append("\"");
-    } else {  // invalid UTF-8 in names is replaced
+    else  // invalid UTF-8 in names is replaced
         text_ += nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-    }
     return *this;
 }
 

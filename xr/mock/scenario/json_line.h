@@ -3,10 +3,10 @@
 
 #include <charconv>
 #include <cmath>
-#include <concepts>
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 #include "scenario/pose.h"
 
@@ -32,26 +32,16 @@ class JsonLine {
         return *this;
     }
     JsonLine& text(std::string_view value);
-    template <std::integral Number>
+    // The shortest text that reads back to the same value.
+    template <class Number>
     JsonLine& number(Number value) {
         separate();
-        char buffer[24];
-        text_.append(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
-        return *this;
-    }
-    JsonLine& number(double value) {  // shortest text that reads back to the same value
-        separate();
-        if (!std::isfinite(value)) {
-            text_ += std::isnan(value) ? "\"nan\"" : value > 0 ? "\"inf\"" : "\"-inf\"";
-            return *this;
+        if constexpr (std::is_floating_point_v<Number>) {
+            if (!std::isfinite(value)) {
+                text_ += std::isnan(value) ? "\"nan\"" : value > 0 ? "\"inf\"" : "\"-inf\"";
+                return *this;
+            }
         }
-        char buffer[32];
-        text_.append(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
-        return *this;
-    }
-    JsonLine& number(float value) {
-        if (!std::isfinite(value)) return number(static_cast<double>(value));
-        separate();
         char buffer[32];
         text_.append(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
         return *this;
@@ -72,6 +62,28 @@ class JsonLine {
         return *this;
     }
     JsonLine& pose(const Pose& pose);  // [x, y, z, qx, qy, qz, qw]
+    // Members of an object: names and values in turn. Enumerators are written as numbers.
+    template <class Value, class... More>
+    JsonLine& fields(std::string_view name, const Value& value, const More&... more) {
+        key(name);
+        if constexpr (std::is_same_v<Value, bool>) {
+            boolean(value);
+        } else if constexpr (std::is_same_v<Value, Pose>) {
+            pose(value);
+        } else if constexpr (std::is_convertible_v<const Value&, std::string_view>) {
+            text(value);
+        } else if constexpr (std::is_enum_v<Value>) {
+            number(static_cast<std::int64_t>(value));
+        } else {
+            number(value);
+        }
+        if constexpr (sizeof...(more) > 0) fields(more...);
+        return *this;
+    }
+    template <class... Fields>
+    JsonLine& object(const Fields&... names_and_values) {
+        return open('{').fields(names_and_values...).close('}');
+    }
 
     const std::string& str() const { return text_; }
     void clear() {

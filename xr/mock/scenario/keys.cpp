@@ -43,11 +43,11 @@ const std::string& textAt(const std::vector<TextKey>& keys, double t_s) {
     return next == keys.begin() ? kNone : (next - 1)->text;
 }
 
-void holdFrom(std::vector<PoseKey>& keys, double t_s) {
+void freezeFrom(std::vector<PoseKey>& keys, double t_s) {
     if (keys.empty()) return;
-    const PoseKey held{t_s, poseAt(keys, t_s)};
-    forgetFrom(keys, t_s);
-    keys.push_back(held);
+    const PoseKey frozen{t_s, poseAt(keys, t_s)};
+    eraseFrom(keys, t_s);
+    keys.push_back(frozen);
 }
 
 }  // namespace xrmock

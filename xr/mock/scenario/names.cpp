@@ -45,9 +45,8 @@ std::string sessionStateName(XrSessionState state) {
 }
 
 std::optional<XrSessionState> sessionStateNamed(std::string_view name) {
-    for (std::size_t i = 0; i < std::size(kStateNames); ++i) {
+    for (std::size_t i = 0; i < std::size(kStateNames); ++i)
         if (kStateNames[i] == name) return static_cast<XrSessionState>(i);
-    }
     return std::nullopt;
 }
 

@@ -46,9 +46,8 @@ Pose inverse(const Pose& a_from_b) {
 
 Pose interpolate(const Pose& from, const Pose& to, double fraction) {
     Pose result;
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < 3; ++i)
         result.position[i] = from.position[i] + (to.position[i] - from.position[i]) * fraction;
-    }
     double cosine = 0;
     for (int i = 0; i < 4; ++i)
         cosine += from.orientation[i] * to.orientation[i];
@@ -61,9 +60,8 @@ Pose interpolate(const Pose& from, const Pose& to, double fraction) {
         weight_from = std::sin(weight_from * angle) / std::sin(angle);
         weight_to = std::sin(weight_to * angle) / std::sin(angle);
     }
-    for (int i = 0; i < 4; ++i) {
+    for (int i = 0; i < 4; ++i)
         result.orientation[i] = weight_from * from.orientation[i] + sign * weight_to * to.orientation[i];
-    }
     result.orientation = normalized(result.orientation);
     return result;
 }
@@ -72,7 +70,7 @@ Pose yawOnly(const Pose& pose) {
     const double y = pose.orientation[1];
     const double w = pose.orientation[3];
     const double length = std::sqrt(y * y + w * w);
-    if (length < 1e-9) return {{0, 1, 0, 0}, pose.position};  // upside down: use half a turn
+    if (length < 1e-9) return {{0, 1, 0, 0}, pose.position};  // upside down, so the yaw is undefined
     return {{0, y / length, 0, w / length}, pose.position};
 }
 
@@ -100,10 +98,13 @@ Pose fromXr(const XrPosef& pose) {
 
 XrPosef toXr(const Pose& pose) {
     const auto& q = pose.orientation;
-    const auto& p = pose.position;
     return {{static_cast<float>(q[0]), static_cast<float>(q[1]), static_cast<float>(q[2]),
              static_cast<float>(q[3])},
-            {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])}};
+            toXr(pose.position)};
+}
+
+XrVector3f toXr(const Vec3& v) {
+    return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
 }
 
 }  // namespace xrmock

@@ -27,5 +27,6 @@ Vec3 rotationBetween(const Pose& from, const Pose& to);
 bool isValid(const XrPosef& pose);
 Pose fromXr(const XrPosef& pose);
 XrPosef toXr(const Pose& pose);
+XrVector3f toXr(const Vec3& v);
 
 }  // namespace xrmock

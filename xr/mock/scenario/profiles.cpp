@@ -73,7 +73,7 @@ constexpr char kNeo3Right[] =
     "input/a/click input/a/touch input/b/click input/b/touch input/menu/click " PICO_BOTH;
 constexpr const auto& kPico4Left = kNeo3Left;
 constexpr char kPico4Right[] = "input/a/click input/a/touch input/b/click input/b/touch " PICO_BOTH;
-// Of the components that these controllers add to the Touch controller, only the force inputs are included.
+// These controllers add components to the Touch controller. Only the force inputs are included here.
 #define TOUCH_PRO_BOTH                                                                              \
     "input/thumbrest/touch input/thumbrest/force input/thumbstick/touch " TRIGGERS THUMBSTICK POSES \
     " output/haptic"
@@ -101,53 +101,47 @@ constexpr char kTouchPlusRight[] = RIGHT_BUTTONS TOUCH_PLUS_BOTH;
 #undef FOCUS3_BOTH
 #undef HP_BOTH
 
-constexpr User kLeft = User::left_hand;
-constexpr User kRight = User::right_hand;
-
-constexpr ProfileDevice kSimpleDevices[] = {{kLeft, kSimple}, {kRight, kSimple}};
-constexpr ProfileDevice kDaydreamDevices[] = {{kLeft, kDaydream}, {kRight, kDaydream}};
-constexpr ProfileDevice kViveDevices[] = {{kLeft, kVive}, {kRight, kVive}};
-constexpr ProfileDevice kViveProDevices[] = {{User::head, kVivePro}};
-constexpr ProfileDevice kMotionDevices[] = {{kLeft, kMotion}, {kRight, kMotion}};
-constexpr ProfileDevice kXboxDevices[] = {{User::gamepad, kXbox}};
-constexpr ProfileDevice kGoDevices[] = {{kLeft, kGo}, {kRight, kGo}};
-constexpr ProfileDevice kTouchDevices[] = {{kLeft, kTouchLeft}, {kRight, kTouchRight}};
-constexpr ProfileDevice kIndexDevices[] = {{kLeft, kIndex}, {kRight, kIndex}};
-
-constexpr ProfileDevice kCosmosDevices[] = {{kLeft, kCosmosLeft}, {kRight, kCosmosRight}};
-constexpr ProfileDevice kFocus3Devices[] = {{kLeft, kFocus3Left}, {kRight, kFocus3Right}};
-constexpr ProfileDevice kHpDevices[] = {{kLeft, kHpLeft}, {kRight, kHpRight}};
-
-constexpr ProfileDevice kNeo3Devices[] = {{kLeft, kNeo3Left}, {kRight, kNeo3Right}};
-constexpr ProfileDevice kPico4Devices[] = {{kLeft, kPico4Left}, {kRight, kPico4Right}};
-constexpr ProfileDevice kTouchProDevices[] = {{kLeft, kTouchProLeft}, {kRight, kTouchProRight}};
-constexpr ProfileDevice kTouchPlusDevices[] = {{kLeft, kTouchPlusLeft}, {kRight, kTouchPlusRight}};
-
 constexpr Profile kProfiles[] = {
-    {"/interaction_profiles/khr/simple_controller", "Simple Controller", kSimpleDevices},
-    {"/interaction_profiles/google/daydream_controller", "Daydream Controller", kDaydreamDevices},
-    {"/interaction_profiles/htc/vive_controller", "Vive Controller", kViveDevices},
-    {"/interaction_profiles/htc/vive_pro", "Vive Pro Headset", kViveProDevices},
-    {"/interaction_profiles/microsoft/motion_controller", "Motion Controller", kMotionDevices},
-    {"/interaction_profiles/microsoft/xbox_controller", "Xbox Controller", kXboxDevices},
-    {"/interaction_profiles/oculus/go_controller", "Go Controller", kGoDevices},
-    {"/interaction_profiles/oculus/touch_controller", "Touch Controller", kTouchDevices},
-    {"/interaction_profiles/valve/index_controller", "Index Controller", kIndexDevices},
-    {"/interaction_profiles/hp/mixed_reality_controller", "HP Mixed Reality Controller", kHpDevices,
+    {"/interaction_profiles/khr/simple_controller", "Simple Controller", {kSimple, kSimple}},
+    {"/interaction_profiles/google/daydream_controller", "Daydream Controller", {kDaydream, kDaydream}},
+    {"/interaction_profiles/htc/vive_controller", "Vive Controller", {kVive, kVive}},
+    {"/interaction_profiles/htc/vive_pro", "Vive Pro Headset", {"", "", kVivePro}},
+    {"/interaction_profiles/microsoft/motion_controller", "Motion Controller", {kMotion, kMotion}},
+    {"/interaction_profiles/microsoft/xbox_controller", "Xbox Controller", {"", "", "", kXbox}},
+    {"/interaction_profiles/oculus/go_controller", "Go Controller", {kGo, kGo}},
+    {"/interaction_profiles/oculus/touch_controller", "Touch Controller", {kTouchLeft, kTouchRight}},
+    {"/interaction_profiles/valve/index_controller", "Index Controller", {kIndex, kIndex}},
+    {"/interaction_profiles/hp/mixed_reality_controller",
+     "HP Mixed Reality Controller",
+     {kHpLeft, kHpRight},
      XR_EXT_HP_MIXED_REALITY_CONTROLLER_EXTENSION_NAME},
-    {"/interaction_profiles/htc/vive_cosmos_controller", "Vive Cosmos Controller", kCosmosDevices,
+    {"/interaction_profiles/htc/vive_cosmos_controller",
+     "Vive Cosmos Controller",
+     {kCosmosLeft, kCosmosRight},
      XR_HTC_VIVE_COSMOS_CONTROLLER_INTERACTION_EXTENSION_NAME},
-    {"/interaction_profiles/htc/vive_focus3_controller", "Vive Focus 3 Controller", kFocus3Devices,
+    {"/interaction_profiles/htc/vive_focus3_controller",
+     "Vive Focus 3 Controller",
+     {kFocus3Left, kFocus3Right},
      XR_HTC_VIVE_FOCUS3_CONTROLLER_INTERACTION_EXTENSION_NAME},
-    {"/interaction_profiles/bytedance/pico_neo3_controller", "PICO Neo3 Controller", kNeo3Devices,
+    {"/interaction_profiles/bytedance/pico_neo3_controller",
+     "PICO Neo3 Controller",
+     {kNeo3Left, kNeo3Right},
      XR_BD_CONTROLLER_INTERACTION_EXTENSION_NAME},
-    {"/interaction_profiles/bytedance/pico4_controller", "PICO 4 Controller", kPico4Devices,
+    {"/interaction_profiles/bytedance/pico4_controller",
+     "PICO 4 Controller",
+     {kPico4Left, kPico4Right},
      XR_BD_CONTROLLER_INTERACTION_EXTENSION_NAME},
-    {"/interaction_profiles/facebook/touch_controller_pro", "Touch Pro Controller", kTouchProDevices,
+    {"/interaction_profiles/facebook/touch_controller_pro",
+     "Touch Pro Controller",
+     {kTouchProLeft, kTouchProRight},
      XR_FB_TOUCH_CONTROLLER_PRO_EXTENSION_NAME},
-    {"/interaction_profiles/meta/touch_controller_plus", "Touch Plus Controller", kTouchPlusDevices,
+    {"/interaction_profiles/meta/touch_controller_plus",
+     "Touch Plus Controller",
+     {kTouchPlusLeft, kTouchPlusRight},
      XR_META_TOUCH_CONTROLLER_PLUS_EXTENSION_NAME},
-    {"/interaction_profiles/samsung/odyssey_controller", "Odyssey Controller", kMotionDevices,
+    {"/interaction_profiles/samsung/odyssey_controller",
+     "Odyssey Controller",
+     {kMotion, kMotion},
      XR_EXT_SAMSUNG_ODYSSEY_CONTROLLER_EXTENSION_NAME},
 };
 
@@ -181,27 +175,22 @@ const Profile* findProfile(std::string_view path, const Extensions& extensions) 
     return usable ? profile : nullptr;
 }
 
-std::string_view componentsOf(const Profile& profile, User user) {
-    for (const ProfileDevice& device : profile.devices) {
-        if (user == device.user) return device.components;
-    }
-    return {};
+std::string_view findComponents(const Profile& profile, User user) {
+    return profile.components[static_cast<std::size_t>(user)];
 }
 
 bool isValueOfAnyProfile(User user, std::string_view component) {
     if (!component.starts_with("input/") || component.ends_with("/pose")) return false;
     return std::any_of(std::begin(kProfiles), std::end(kProfiles), [&](const Profile& profile) {
-        return listHas(componentsOf(profile, user), component);
+        return listHas(findComponents(profile, user), component);
     });
 }
 
 std::optional<BindingPath> splitBindingPath(std::string_view path) {
     // "/user/gamepad/..." has two levels before the component, "/user/hand/left/..." three.
-    for (std::size_t end = path.find('/', 1); end != std::string_view::npos; end = path.find('/', end + 1)) {
-        if (const auto user = userOf(path.substr(0, end))) {
+    for (std::size_t end = path.find('/', 1); end != std::string_view::npos; end = path.find('/', end + 1))
+        if (const auto user = findUser(path.substr(0, end)))
             return BindingPath{*user, std::string(path.substr(end + 1))};
-        }
-    }
     return std::nullopt;
 }
 
@@ -213,20 +202,19 @@ bool hasComponent(const Profile& profile, const BindingPath& binding, const Exte
     const std::string below = binding.component + "/";
     // "input" alone is the parent of every component but not a valid binding.
     return binding.component.find('/') != std::string::npos &&
-           anyComponent(componentsOf(profile, binding.user), [&](std::string_view each) {
+           anyComponent(findComponents(profile, binding.user), [&](std::string_view each) {
                return each == binding.component || each.starts_with(below);
            });
 }
 
 std::vector<std::string> componentsFor(const Profile& profile, const BindingPath& binding,
                                        XrActionType type) {
-    const std::string_view list = componentsOf(profile, binding.user);
+    const std::string_view list = findComponents(profile, binding.user);
     const std::string& given = binding.component;
     const auto ends = [&](const char* suffix) { return given.ends_with(suffix); };
     const auto firstBelow = [&](std::initializer_list<const char*> suffixes) -> std::vector<std::string> {
-        for (const char* suffix : suffixes) {
+        for (const char* suffix : suffixes)
             if (listHas(list, given + suffix)) return {given + suffix};
-        }
         return {};
     };
     const bool exact = listHas(list, given);

@@ -1,10 +1,10 @@
-// The interaction profiles of OpenXR 1.0 and of extensions, and the components each of them has.
+// The interaction profiles of OpenXR 1.0 and of extensions, with their components.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <set>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,14 +15,11 @@ namespace xrmock {
 
 constexpr std::uint32_t kMaxImageSize = 8192;  // either side of a swapchain image, pixels
 
-struct ProfileDevice {
-    User user;
-    std::string_view components;  // "input/select/click ..." separated by spaces
-};
 struct Profile {
     const char* path;
     const char* title;
-    std::span<const ProfileDevice> devices;
+    // By User: "input/select/click ..." separated by spaces. Empty for users without such a device.
+    std::array<std::string_view, kUserCount> components;
     const char* extension = nullptr;  // required extension; null: core
 };
 using Extensions = std::set<std::string, std::less<>>;  // enabled extensions
@@ -34,7 +31,7 @@ const Profile* findProfile(std::string_view path, const Extensions& extensions);
 
 // Components of the profile for this user path, separated by spaces. Empty if the profile does not support
 // the user path.
-std::string_view componentsOf(const Profile& profile, User user);
+std::string_view findComponents(const Profile& profile, User user);
 // Returns whether any profile has this component with a value for this user path. Poses and outputs have no
 // value.
 bool isValueOfAnyProfile(User user, std::string_view component);

@@ -10,18 +10,18 @@ namespace xrmock {
 
 namespace {
 
-void readSession(const Field& field, const Reading& reading, Scenario& scenario) {
+void readSession(const Field& field, const ReadContext& context, Scenario& scenario) {
     std::vector<TargetKey> keys;
     double t_s = -1;
     for (std::size_t i = 0; i < field.arraySize(); ++i) {
         const Field key = field.at(i);
-        key.objectOf({"t_s", "state"});
-        t_s = keyTime(key, t_s, reading);
+        key.requireObject({"t_s", "state"});
+        t_s = keyTime(key, t_s, context);
         keys.push_back({t_s, parseTarget(key.required("state"))});
     }
     if (keys.empty()) return;
-    if (!reading.is_message && keys.front().t_s > 0) keys.insert(keys.begin(), {0, SessionTarget::focused});
-    splice(scenario.session, std::move(keys), reading);
+    if (!context.is_message && keys.front().t_s > 0) keys.insert(keys.begin(), {0, SessionTarget::focused});
+    splice(scenario.session, std::move(keys), context);
 }
 
 Offers parseOffers(const Field& field) {
@@ -29,7 +29,7 @@ Offers parseOffers(const Field& field) {
                                                  XR_ENVIRONMENT_BLEND_MODE_ADDITIVE,
                                                  XR_ENVIRONMENT_BLEND_MODE_ALPHA_BLEND};
     constexpr std::size_t kMost = 64;
-    field.objectOf({"blend_modes", "spaces", "formats"});
+    field.requireObject({"blend_modes", "spaces", "formats"});
     Offers offers;
     if (field.has("blend_modes")) {
         const Field modes = field.at("blend_modes");
@@ -56,31 +56,29 @@ Offers parseOffers(const Field& field) {
 
 // Refuses fields that version 1 does not have.
 void refuseNewFields(const Field& root) {
-    for (const char* key : {"headset", "events", "assertions", "hands", "offers"}) {
+    for (const char* key : {"headset", "events", "assertions", "hands", "offers"})
         if (root.has(key)) root.at(key).fail("only version 2 has this field");
-    }
 }
 
 }  // namespace
 
-void offerRefreshRate(Scenario& scenario, double hz) {
+void addRefreshRate(Scenario& scenario, double hz) {
     auto& rates = scenario.refresh_rates_hz;
     const auto place = std::lower_bound(rates.begin(), rates.end(), hz);
     if (place == rates.end() || *place != hz) rates.insert(place, hz);
 }
 
-void readTimelines(const Field& root, const Reading& reading, Scenario& scenario) {
-    if (root.has("head")) splice(scenario.head, parsePoses(root.at("head"), reading), reading);
-    if (root.has("controllers")) readControllers(root.at("controllers"), reading, scenario);
-    if (root.has("hands")) readHands(root.at("hands"), reading, scenario);
-    if (root.has("session")) readSession(root.at("session"), reading, scenario);
+void readTimelines(const Field& root, const ReadContext& context, Scenario& scenario) {
+    if (root.has("head")) splice(scenario.head, parsePoses(root.at("head"), context), context);
+    if (root.has("controllers")) readControllers(root.at("controllers"), context, scenario);
+    if (root.has("hands")) readHands(root.at("hands"), context, scenario);
+    if (root.has("session")) readSession(root.at("session"), context, scenario);
     if (root.has("events")) {
-        std::vector<Event> events = parseEvents(root.at("events"), reading);
+        std::vector<Event> events = parseEvents(root.at("events"), context);
         for (const Event& event : events) {
-            // A display can only change to a rate that it offers.
-            if (const auto* change = std::get_if<RefreshRateChange>(&event.action)) {
-                offerRefreshRate(scenario, change->hz);
-            }
+            // A display can change only to a rate that it offers, so offer the event's rate.
+            if (const auto* change = std::get_if<RefreshRateChange>(&event.action))
+                addRefreshRate(scenario, change->hz);
         }
         scenario.events.insert(scenario.events.end(), events.begin(), events.end());
     }
@@ -89,32 +87,31 @@ void readTimelines(const Field& root, const Reading& reading, Scenario& scenario
 Scenario parseScenario(const std::string& text, const std::string& file_name) {
     const nlohmann::json document = parseJson(text, file_name);
     const Field root{document, file_name, ""};
-    root.objectOf({"version", "headset", "refresh_hz", "exit_after_frames", "eyes", "stage_bounds_m", "head",
-                   "controllers", "hands", "session", "events", "assertions", "offers"});
+    root.requireObject({"version", "headset", "refresh_hz", "exit_after_frames", "eyes", "stage_bounds_m",
+                        "head", "controllers", "hands", "session", "events", "assertions", "offers"});
     if (root.required("version").integer(1, 2) == 1) refuseNewFields(root);
-    const Reading reading{false, 0, std::filesystem::path(file_name).parent_path().string()};
+    const ReadContext context{false, 0, std::filesystem::path(file_name).parent_path().string()};
     Scenario scenario;
     if (root.has("headset")) {
         const std::string headset = root.at("headset").text();
         const bool beside = headset.find('/') != std::string::npos && !headset.starts_with('/');
-        loadHeadset(beside ? reading.folder + "/" + headset : headset, scenario);
+        loadHeadset(beside ? context.folder + "/" + headset : headset, scenario);
     }
     if (root.has("refresh_hz")) {
         scenario.refresh_hz = root.at("refresh_hz").number(1, 1000);
         if (!root.has("headset")) scenario.refresh_rates_hz.clear();
-        offerRefreshRate(scenario, scenario.refresh_hz);
+        addRefreshRate(scenario, scenario.refresh_hz);
     }
-    if (root.has("exit_after_frames")) {
+    if (root.has("exit_after_frames"))
         scenario.exit_after_frames = root.at("exit_after_frames").integer(1, 1'000'000'000);
-    }
     if (root.has("eyes")) {
-        root.at("eyes").objectOf(
+        root.at("eyes").requireObject(
             {"ipd_m", "recommended_size", "left_fov_rad", "right_fov_rad", "lens", "pictures_through_lens"});
         readEyes(root.at("eyes"), scenario);
     }
     if (root.has("offers")) scenario.offers = parseOffers(root.at("offers"));
     if (root.has("stage_bounds_m")) scenario.stage_bounds_m = root.at("stage_bounds_m").numbers<2>(0.1, 1000);
-    readTimelines(root, reading, scenario);
+    readTimelines(root, context, scenario);
     if (root.has("assertions")) scenario.assertions = parseAssertions(root.at("assertions"));
     return scenario;
 }

@@ -40,7 +40,7 @@ struct Scenario {
     std::vector<PoseKey> head{{0, {{0, 0, 0, 1}, {0, 1.6, 0}}}};
     std::array<Device, kUserCount> devices = restingDevices();
     std::array<TrackedHand, kHandCount> hands;
-    bool hand_tracking = true;  // reported by the system as supported
+    bool hand_tracking = true;  // whether the system reports hand tracking as supported
 
     // The runtime.
     Offers offers;
@@ -54,9 +54,9 @@ Scenario parseScenario(const std::string& text, const std::string& file_name);  
 Scenario loadScenario(const std::string& file_name);                            // throws FieldError
 
 // Adds the rate to those that the headset offers.
-void offerRefreshRate(Scenario& scenario, double hz);
+void addRefreshRate(Scenario& scenario, double hz);
 
 // Reads the fields that are allowed in both scenarios and control messages: the user and the runtime.
-void readTimelines(const Field& root, const Reading& reading, Scenario& scenario);  // throws FieldError
+void readTimelines(const Field& root, const ReadContext& context, Scenario& scenario);  // throws FieldError
 
 }  // namespace xrmock

@@ -12,21 +12,20 @@ namespace xrmock {
 namespace {
 
 constexpr char kCapturePrefix[] = "capture:";
-constexpr std::size_t kMostCaptureName = 128;
+constexpr std::size_t kMaxCaptureName = 128;
 
 constexpr double kMaxDelay_s = 3600;
 constexpr std::size_t kMaxEvents = 10'000;
 
 Recentring parseRecentring(const Field& field) {
-    field.objectOf({"space", "pose", "pose_valid", "delay_s"});
+    field.requireObject({"space", "pose", "pose_valid", "delay_s"});
     Recentring recentring;
     constexpr XrReferenceSpaceType kSpaces[] = {XR_REFERENCE_SPACE_TYPE_LOCAL, XR_REFERENCE_SPACE_TYPE_STAGE,
                                                 XR_REFERENCE_SPACE_TYPE_STATIONARY_EXT};
-    if (field.has("space")) {
+    if (field.has("space"))
         recentring.space = kSpaces[field.at("space").oneOf({"local", "stage", "stationary"})];
-    }
     if (field.has("pose")) {
-        field.at("pose").objectOf({"position", "orientation"});
+        field.at("pose").requireObject({"position", "orientation"});
         recentring.room_from_origin = parsePose(field.at("pose"));
     }
     if (field.has("pose_valid")) recentring.pose_valid = field.at("pose_valid").boolean();
@@ -35,7 +34,7 @@ Recentring parseRecentring(const Field& field) {
 }
 
 MaskChange parseMaskChange(const Field& field) {
-    field.objectOf({"lens"});
+    field.requireObject({"lens"});
     if (!field.has("lens")) return {};
     return {parseLens(field.at("lens"))};
 }
@@ -44,28 +43,32 @@ ProfileChange parseProfileChange(const Field& field) {
     const std::string profile = field.text();
     const Profile* found = findProfile(profile);
     if (found == nullptr) field.fail("not an interaction profile");
-    if (componentsOf(*found, User::left_hand).empty()) field.fail("not a profile of hands");
+    if (findComponents(*found, User::left_hand).empty()) field.fail("not a profile of hands");
     return {profile};
 }
 
 SessionLoss parseSessionLoss(const Field& field) {
-    field.objectOf({"lost_after_s"});
+    field.requireObject({"lost_after_s"});
     if (!field.has("lost_after_s")) return {};
     return {field.at("lost_after_s").number(0, kMaxDelay_s)};
 }
 
 InstanceLoss parseInstanceLoss(const Field& field) {
-    field.objectOf({"lost_after_s"});
+    field.requireObject({"lost_after_s"});
     return {field.has("lost_after_s") ? field.at("lost_after_s").number(0, kMaxDelay_s) : 0};
 }
 
-Refusal parseRefusal(const Field& field) {
-    field.objectOf({"call", "result", "nth", "times", "for_s"});
-    Refusal refusal;
-    refusal.function = field.required("call").text();
-    if (!isRefusable(refusal.function)) {
+std::string parseFunction(const Field& field) {
+    const std::string function = field.required("call").text();
+    if (!isRefusable(function))
         field.at("call").fail("a function that the runtime offers to an instance expected");
-    }
+    return function;
+}
+
+Refusal parseRefusal(const Field& field) {
+    field.requireObject({"call", "result", "nth", "times", "for_s"});
+    Refusal refusal;
+    refusal.function = parseFunction(field);
     const std::string result = field.required("result").text();
     const std::optional<XrResult> named = resultNamed(result);
     if (!named || (XR_SUCCEEDED(*named) && *named != XR_TIMEOUT_EXPIRED))
@@ -82,28 +85,25 @@ Refusal parseRefusal(const Field& field) {
 
 Stall parseStall(const Field& field) {
     constexpr double kMaxStall_s = 10;
-    field.objectOf({"call", "for_s", "nth"});
+    field.requireObject({"call", "for_s", "nth"});
     Stall stall;
-    stall.function = field.required("call").text();
-    if (!isRefusable(stall.function)) {
-        field.at("call").fail("a function that the runtime offers to an instance expected");
-    }
+    stall.function = parseFunction(field);
     stall.for_s = field.required("for_s").number(0, kMaxStall_s);
     if (field.has("nth")) stall.nth = field.at("nth").integer(1, 1'000'000'000);
     return stall;
 }
 
-FrameFates parseFrameFates(const Field& field) {
-    field.objectOf({"late", "not_rendered", "discarded", "dropped", "count"});
-    FrameFates fates;
-    if (field.has("late")) {
-        fates.fate.late_refreshes = static_cast<std::uint32_t>(field.at("late").integer(0, 10'000));
-    }
-    if (field.has("not_rendered")) fates.fate.should_render = !field.at("not_rendered").boolean();
-    if (field.has("discarded")) fates.fate.discarded = field.at("discarded").boolean();
-    if (field.has("dropped")) fates.fate.dropped = field.at("dropped").boolean();
-    if (field.has("count")) fates.count = field.at("count").integer(1, 1'000'000'000);
-    return fates;
+FrameOverrides parseFrameOverrides(const Field& field) {
+    field.requireObject({"late", "not_rendered", "discarded", "dropped", "count"});
+    FrameOverrides frame_overrides;
+    FrameOverride& each = frame_overrides.frame_override;
+    if (field.has("late"))
+        each.late_refreshes = static_cast<std::uint32_t>(field.at("late").integer(0, 10'000));
+    if (field.has("not_rendered")) each.should_render = !field.at("not_rendered").boolean();
+    if (field.has("discarded")) each.discarded = field.at("discarded").boolean();
+    if (field.has("dropped")) each.dropped = field.at("dropped").boolean();
+    if (field.has("count")) frame_overrides.count = field.at("count").integer(1, 1'000'000'000);
+    return frame_overrides;
 }
 
 CaptureRequest parseCapture(const Field& field) {
@@ -129,31 +129,21 @@ void parseAction(const Field& field, const std::string& kind, Event& event) {
     if (kind == "instance_loss") event.action = parseInstanceLoss(field);
     if (kind == "refuse") event.action = parseRefusal(field);
     if (kind == "stall") event.action = parseStall(field);
-    if (kind == "frames") event.action = parseFrameFates(field);
+    if (kind == "frames") event.action = parseFrameOverrides(field);
     if (kind == "session") event.action = TargetChange{parseTarget(field)};
     if (kind == "capture") event.action = parseCapture(field);
 }
 
-Event parseEvent(const Field& field, const Reading& reading) {
-    field.object();
+Event parseEvent(const Field& field, const ReadContext& context) {
+    field.requireObject();
     Event event;
-    std::string kind;
-    for (const auto& [key, unused] : field.value.items()) {
-        if (key == "t_s" || key == "frame") continue;
-        if (std::find(std::begin(kActions), std::end(kActions), key) == std::end(kActions)) {
-            field.at(key).fail("unknown field");
-        }
-        if (!kind.empty()) field.fail("one event at a time expected, not " + kind + " and " + key);
-        kind = key;
-    }
-    if (kind.empty()) field.fail("an event expected");
+    const std::string kind = field.onlyKey({"t_s", "frame"}, kActions, "event");
     if (field.has("t_s") && field.has("frame")) field.fail("either t_s or frame expected");
-    if (field.has("frame")) {
+    if (field.has("frame"))
         event.frame = field.at("frame").integer(1, 1'000'000'000);
-    } else if (field.has("t_s") || !reading.is_message) {
+    else if (field.has("t_s") || !context.is_message)
         event.t_s = field.required("t_s").number(0, kMaxNumber);
-    }
-    event.t_s += reading.now_s;
+    event.t_s += context.now_s;
     parseAction(field.at(kind), kind, event);
     return event;
 }
@@ -175,9 +165,8 @@ bool isConvex(const LensOutline& outline) {
     for (std::size_t i = 0; i < outline.size(); ++i) {
         const auto &a = outline[i], &b = outline[(i + 1) % outline.size()];
         twice_area += a[0] * b[1] - a[1] * b[0];
-        for (const auto& c : outline) {
+        for (const auto& c : outline)
             if ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) < -1e-12) return false;
-        }
     }
     return twice_area > 0;
 }
@@ -187,7 +176,7 @@ bool isConvex(const LensOutline& outline) {
 std::array<LensOutline, 2> parseLens(const Field& field) {
     constexpr double kMaxTangent = 100;
     constexpr std::size_t kMaxCorners = 256, kCircleCorners = 32;
-    field.objectOf({"outline", "radius", "centre"});
+    field.requireObject({"outline", "radius", "centre"});
     if (field.has("outline") == field.has("radius")) field.fail("either outline or radius expected");
     LensOutline left;
     if (field.has("outline")) {
@@ -211,10 +200,10 @@ std::array<LensOutline, 2> parseLens(const Field& field) {
     return {left, right};
 }
 
-std::vector<Event> parseEvents(const Field& field, const Reading& reading) {
+std::vector<Event> parseEvents(const Field& field, const ReadContext& context) {
     std::vector<Event> events;
     for (std::size_t i = 0; i < field.arraySize(kMaxEvents); ++i)
-        events.push_back(parseEvent(field.at(i), reading));
+        events.push_back(parseEvent(field.at(i), context));
     return events;
 }
 
@@ -225,7 +214,7 @@ std::string captureName(const std::string& label) {
         return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
                c == '-' || c == '.';
     });
-    return plain && name.size() <= kMostCaptureName && !name.starts_with('.') ? name : std::string();
+    return plain && name.size() <= kMaxCaptureName && !name.starts_with('.') ? name : std::string();
 }
 
 }  // namespace xrmock

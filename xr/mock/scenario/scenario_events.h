@@ -68,16 +68,17 @@ struct Event {
     std::optional<std::uint64_t> frame;  // due when this frame is waited for, starting at 1; otherwise
     double t_s = 0;                      // due from this time on
     std::variant<Recentring, MaskChange, ProfileChange, RefreshRateChange, PresenceChange, HeadTracking,
-                 SessionLoss, InstanceLoss, Refusal, Stall, FrameFates, TargetChange, CaptureRequest>
+                 SessionLoss, InstanceLoss, Refusal, Stall, FrameOverrides, TargetChange, CaptureRequest>
         action;
 };
 
-std::vector<Event> parseEvents(const Field& field, const Reading& reading);  // throws FieldError
+std::vector<Event> parseEvents(const Field& field, const ReadContext& context);  // throws FieldError
 SessionTarget parseTarget(const Field& field);
-// The name after "capture:". Empty if the label has no such prefix or the name is no plain file name.
+// Returns the name after "capture:". Empty if the label has no such prefix, or if the name is not a plain
+// file name.
 std::string captureName(const std::string& label);
-// { "outline": [[x, y], ...] } or { "radius": r, "centre": [x, y] }, of the left eye; the right one mirrors
-// it.
+// Reads { "outline": [[x, y], ...] } or { "radius": r, "centre": [x, y] }. This is the lens of the left eye;
+// the right lens is its mirror image.
 std::array<LensOutline, 2> parseLens(const Field& field);
 
 }  // namespace xrmock

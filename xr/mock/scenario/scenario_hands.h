@@ -8,7 +8,7 @@ namespace xrmock {
 
 // A scenario describes all devices: a hand that it omits holds nothing. A control message replaces only the
 // future keys of the fields it names. Both throw FieldError.
-void readControllers(const Field& field, const Reading& reading, Scenario& scenario);
-void readHands(const Field& field, const Reading& reading, Scenario& scenario);
+void readControllers(const Field& field, const ReadContext& context, Scenario& scenario);
+void readHands(const Field& field, const ReadContext& context, Scenario& scenario);
 
 }  // namespace xrmock

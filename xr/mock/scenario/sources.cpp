@@ -74,9 +74,8 @@ Pose stageFromSource(const Sources& sources, User user, std::string_view compone
         return stage_from_grip;
     };
     if (const auto grip = set.find("input/grip/pose"); grip != set.end()) return fromGrip(grip->second);
-    if (const auto aim = set.find("input/aim/pose"); aim != set.end()) {
+    if (const auto aim = set.find("input/aim/pose"); aim != set.end())
         return fromGrip(aim->second * inverse(device.grip_from_aim));
-    }
     if (device.grips.empty()) return {};
     return fromGrip(poseAt(device.grips, sources.clock.scenarioSeconds(time_ns)));
 }

@@ -1,4 +1,5 @@
-// Input values of the devices at a time: from the scenario, or from the test once it has taken control.
+// Input values of the devices at a time. They come from the scenario, or from a test that has taken control
+// through XR_EXT_conformance_automation.
 #pragma once
 
 #include <cstdint>
@@ -32,8 +33,8 @@ SourceValue inputAt(const Sources& sources, User user, std::string_view componen
 // Pose of a hand's "input/grip/pose" or other pose component, whether or not a device is connected.
 Pose stageFromSource(const Sources& sources, User user, std::string_view component, std::int64_t time_ns);
 
-constexpr double kPressed = 0.5;   // an analogue value counts as pressed from here
-constexpr double kReleased = 0.4;  // and as released below this
+constexpr double kPressed = 0.5;   // an analogue value is pressed from here on
+constexpr double kReleased = 0.4;  // and released below this
 
 bool isButton(std::string_view component);
 

@@ -18,12 +18,12 @@ bool normalise(std::array<double, 4>& q) {
 
 }  // namespace
 
-double keyTime(const Field& key, double previous_s, const Reading& reading) {
-    if (reading.is_message && !key.has("t_s")) {
-        if (previous_s >= reading.now_s) key.required("t_s");
-        return reading.now_s;
+double keyTime(const Field& key, double previous_s, const ReadContext& context) {
+    if (context.is_message && !key.has("t_s")) {
+        if (previous_s >= context.now_s) key.required("t_s");
+        return context.now_s;
     }
-    const double t_s = reading.now_s + key.required("t_s").number(0, kMaxNumber);
+    const double t_s = context.now_s + key.required("t_s").number(0, kMaxNumber);
     if (t_s <= previous_s) key.at("t_s").fail("later than the key before expected");
     return t_s;
 }
@@ -37,27 +37,27 @@ Pose parsePose(const Field& field) {
     return pose;
 }
 
-Pose poseOf(const double* numbers, const CsvFailure& fail) {
+Pose makePose(const double* numbers, const CsvFailure& fail) {
     Pose pose{{numbers[3], numbers[4], numbers[5], numbers[6]}, {numbers[0], numbers[1], numbers[2]}};
     if (!normalise(pose.orientation)) fail("a unit quaternion x y z w expected");
     return pose;
 }
 
-std::vector<PoseKey> parsePoses(const Field& field, const Reading& reading) {
+std::vector<PoseKey> parsePoses(const Field& field, const ReadContext& context) {
     std::vector<PoseKey> keys;
     if (field.value.is_object()) {
-        field.objectOf({"csv"});
-        readCsv(field.required("csv"), reading.folder, "t_s,x,y,z,qx,qy,qz,qw",
+        field.requireObject({"csv"});
+        readCsv(field.required("csv"), context.folder, "t_s,x,y,z,qx,qy,qz,qw",
                 [&](const std::vector<double>& numbers, const CsvFailure& fail) {
-                    keys.push_back({reading.now_s + numbers[0], poseOf(&numbers[1], fail)});
+                    keys.push_back({context.now_s + numbers[0], makePose(&numbers[1], fail)});
                 });
         return keys;
     }
     double t_s = -1;
     for (std::size_t i = 0; i < field.arraySize(); ++i) {
         const Field key = field.at(i);
-        key.objectOf({"t_s", "position", "orientation"});
-        t_s = keyTime(key, t_s, reading);
+        key.requireObject({"t_s", "position", "orientation"});
+        t_s = keyTime(key, t_s, context);
         keys.push_back({t_s, parsePose(key)});
     }
     if (keys.empty()) field.fail("at least one key expected");
@@ -71,23 +71,22 @@ double parseButton(const Field& field) {
 
 SessionTarget targetAt(const std::vector<TargetKey>& keys, double t_s) {
     SessionTarget target = keys.front().target;
-    for (const TargetKey& key : keys) {
+    for (const TargetKey& key : keys)
         if (key.t_s <= t_s) target = key.target;
-    }
     return target;
 }
 
-void splice(std::vector<PoseKey>& keys, std::vector<PoseKey> read, const Reading& reading) {
-    constexpr double kKept_s = 10;  // past kept, in case a client sends poses for hours
-    if (!reading.is_message) keys.clear();
-    if (keys.size() > 1 && keys[1].t_s < reading.now_s - kKept_s) {
+void splice(std::vector<PoseKey>& keys, std::vector<PoseKey> read, const ReadContext& context) {
+    constexpr double kKept_s = 10;  // older keys are removed, because a client may send poses for hours
+    if (!context.is_message) keys.clear();
+    if (keys.size() > 1 && keys[1].t_s < context.now_s - kKept_s) {
         const auto kept = std::find_if(keys.begin() + 1, keys.end(), [&](const PoseKey& key) {
-            return key.t_s >= reading.now_s - kKept_s;
+            return key.t_s >= context.now_s - kKept_s;
         });
         keys.erase(keys.begin(), kept - 1);
     }
-    holdFrom(keys, reading.now_s);
-    forgetFrom(keys, read.front().t_s);  // removes the key added by holdFrom() if the first new key is now
+    freezeFrom(keys, context.now_s);
+    eraseFrom(keys, read.front().t_s);  // removes the key added by freezeFrom() if the first new key is now
     keys.insert(keys.end(), read.begin(), read.end());
 }
 

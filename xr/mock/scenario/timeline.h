@@ -1,4 +1,4 @@
-// Reads timelines: those of a scenario for the whole run, and those of a control message from now on.
+// Reads timelines. Those of a scenario cover the whole run; those of a control message start now.
 #pragma once
 
 #include <string>
@@ -20,20 +20,20 @@ struct TargetKey {
 
 // Context in which a document is read. Times of a scenario are absolute; times of a control message count
 // from now. File names are resolved against `folder`.
-struct Reading {
+struct ReadContext {
     bool is_message = false;
     double now_s = 0;
     std::string folder;
 };
 
-// Reads the t_s of a key, which must be greater than the previous one. A control message may omit t_s of
-// the first key: it is now.
-double keyTime(const Field& key, double previous_s, const Reading& reading);
+// Reads the t_s of a key, which must be greater than the previous one. A control message may omit the t_s of
+// its first key, which is then the current time.
+double keyTime(const Field& key, double previous_s, const ReadContext& context);
 // Reads a list of { "t_s", "position", "orientation" }, or { "csv": FILE } with the heading
 // t_s,x,y,z,qx,qy,qz,qw and one line per key. Throws FieldError.
-std::vector<PoseKey> parsePoses(const Field& field, const Reading& reading);
-Pose parsePose(const Field& field);                          // { "position", "orientation" }
-Pose poseOf(const double* numbers, const CsvFailure& fail);  // x y z, then the quaternion x y z w
+std::vector<PoseKey> parsePoses(const Field& field, const ReadContext& context);
+Pose parsePose(const Field& field);                            // { "position", "orientation" }
+Pose makePose(const double* numbers, const CsvFailure& fail);  // x y z, then the quaternion x y z w
 double parseButton(const Field& field);
 
 SessionTarget targetAt(const std::vector<TargetKey>& keys, double t_s);
@@ -41,13 +41,13 @@ SessionTarget targetAt(const std::vector<TargetKey>& keys, double t_s);
 // Replaces a timeline by newly read keys. The keys of a control message replace only the existing keys from
 // their first time on.
 template <class Key>
-void splice(std::vector<Key>& keys, std::vector<Key> read, const Reading& reading) {
-    if (!reading.is_message) keys.clear();
+void splice(std::vector<Key>& keys, std::vector<Key> read, const ReadContext& context) {
+    if (!context.is_message) keys.clear();
     if (read.empty()) return;
-    forgetFrom(keys, read.front().t_s);
+    eraseFrom(keys, read.front().t_s);
     keys.insert(keys.end(), read.begin(), read.end());
 }
 // The same for poses. With a control message, motion continues from the current pose.
-void splice(std::vector<PoseKey>& keys, std::vector<PoseKey> read, const Reading& reading);
+void splice(std::vector<PoseKey>& keys, std::vector<PoseKey> read, const ReadContext& context);
 
 }  // namespace xrmock

@@ -13,9 +13,9 @@ struct Session;
 struct SubmittedFrame;
 
 // Checks a frame. Assertions about frames skip frames with shouldRender false.
-void assertFrame(Call& call, Session& session, const SubmittedFrame& frame);
-void assertState(Instance& instance, XrSessionState state);
+void checkFrameAssertions(Call& call, Session& session, const SubmittedFrame& frame);
+void checkStateAssertions(Instance& instance, XrSessionState state);
 // Call at the end. Returns the reason why the assertion failed, or "" if it holds.
-std::string verdict(const Assertion& assertion, const Instance& instance);
+std::string evaluateAssertion(const Assertion& assertion, const Instance& instance);
 
 }  // namespace xrmock

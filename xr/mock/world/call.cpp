@@ -53,7 +53,7 @@ XrResult run(Call& call, const Invocation& invocation) {
 
 }  // namespace
 
-XrResult guarded(const char* function, const Invocation& invocation) noexcept {
+XrResult runGuarded(const char* function, const Invocation& invocation) noexcept {
     try {
         Call call(function);
         const XrResult result = run(call, invocation);

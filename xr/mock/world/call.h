@@ -17,23 +17,27 @@ namespace xrmock {
 
 template <class Struct>
 void requireStruct(const Struct* given, XrStructureType type) {
-    require(given != nullptr, XR_ERROR_VALIDATION_FAILURE, "a required structure is null");
-    require(given->type == type, XR_ERROR_VALIDATION_FAILURE, "a structure has the wrong type");
+    requireValid(given != nullptr, "a required structure is null");
+    requireValid(given->type == type, "a structure has the wrong type");
 }
 
 // The structure of this type in a next chain, or null.
 template <class Struct>
 const Struct* findInChain(const void* next, XrStructureType type) {
-    for (auto* link = static_cast<const XrBaseInStructure*>(next); link != nullptr; link = link->next) {
+    for (auto* link = static_cast<const XrBaseInStructure*>(next); link != nullptr; link = link->next)
         if (link->type == type) return reinterpret_cast<const Struct*>(link);
-    }
     return nullptr;
+}
+// The same for a structure that the call fills.
+template <class Struct>
+Struct* findOutput(void* next, XrStructureType type) {
+    return const_cast<Struct*>(findInChain<Struct>(next, type));
 }
 
 // Global state of the library, shared by all instances. Guarded by `mutex`.
 struct Runtime {
     std::mutex mutex;
-    std::condition_variable changed;  // a frame was begun; a session was stopped, lost or destroyed
+    std::condition_variable changed;  // notified when a frame begins or a session ends or is lost
     HandleTable handles;
     std::unique_ptr<Log> log;   // null if logging is off
     std::size_t instances = 0;  // number of live instances, including one being created
@@ -54,14 +58,14 @@ class Call {
     // or session is lost.
     template <class T, class Handle>
     T& live(Handle handle) {
-        T& found = evenLost<T>(handle);
+        T& found = liveOrLost<T>(handle);
         requireNotLost(found);
         return found;
     }
     // Like live(), but also works after a loss. For destruction and function look-up.
     template <class T, class Handle>
-    T& evenLost(Handle handle) {
-        Object* found = runtime().handles.find(numberOf(handle));
+    T& liveOrLost(Handle handle) {
+        Object* found = runtime().handles.find(handleValue(handle));
         require(found != nullptr && found->type == T::kType, XR_ERROR_HANDLE_INVALID,
                 "a handle is not a live handle of its type");
         if (subject == 0) subject = found->handle;
@@ -70,7 +74,7 @@ class Call {
     // Runs `work` without the lock, because it may take long or call back into OpenXR. Objects looked up
     // before may be destroyed afterwards.
     template <class Work>
-    auto unlocked(Work work) {
+    auto runUnlocked(Work work) {
         lock.unlock();
         auto result = work();
         lock.lock();
@@ -102,7 +106,7 @@ struct Invocation {
 };
 // Runs the body, converts any exception to a result, calls `finish`, and then delivers the messages without
 // the lock.
-XrResult guarded(const char* function, const Invocation& invocation) noexcept;
+XrResult runGuarded(const char* function, const Invocation& invocation) noexcept;
 }  // namespace detail
 
 // `body(call)` returns the result. `finish(call, result)` runs afterwards under the same lock.
@@ -110,7 +114,7 @@ template <class Body, class Finish>
 XrResult guard(const char* function, Body body, Finish finish) noexcept {
     std::pair<Body&, Finish&> given{body, finish};
     using Given = decltype(given);
-    return detail::guarded(
+    return detail::runGuarded(
         function,
         {&given, [](Call& call, void* it) { return static_cast<Given*>(it)->first(call); },
          [](Call& call, XrResult result, void* it) { static_cast<Given*>(it)->second(call, result); }});

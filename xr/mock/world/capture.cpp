@@ -28,16 +28,16 @@ void captureEyes(Call& call, Session& session, const SubmittedFrame& frame) {
 std::string eyePng(Call& call, Session& session, const SubmittedFrame& frame, std::size_t eye) {
     const std::int64_t start_ns = monotonicNs();
     const Picture picture = composeEye(session, frame, eye);
-    std::ostringstream told;
-    told << "composed the " << (eye == 0 ? "left" : "right") << " eye: " << picture.width << " x "
+    std::ostringstream text;
+    text << "composed the " << (eye == 0 ? "left" : "right") << " eye: " << picture.width << " x "
          << picture.height << ", " << frame.layers.size() << " layers, "
          << static_cast<double>(monotonicNs() - start_ns) * 1e-6 << " ms";
-    tell(call, told.str());
+    reportPerformance(call, text.str());
     return encodePng(picture.width, picture.height, picture.rgba);
 }
 
 void captureIfDue(Call& call, Session& session, const SubmittedFrame& frame) {
-    if (session.capture_name.empty() || frame.layers.empty() || session.frames.begun_fate.dropped) return;
+    if (session.capture_name.empty() || frame.layers.empty() || session.frames.begun_override.dropped) return;
     try {
         captureEyes(call, session, frame);
     } catch (const Refused& refused) {

@@ -40,7 +40,7 @@ bool isSeenBy(const SubmittedLayer& layer, std::size_t eye) {
            layer.eyes == (eye == 0 ? XR_EYE_VISIBILITY_LEFT : XR_EYE_VISIBILITY_RIGHT);
 }
 
-std::array<float, 4> shapeOf(const SubmittedLayer& layer, std::size_t eye) {
+std::array<float, 4> layerShape(const SubmittedLayer& layer, std::size_t eye) {
     switch (layer.type) {
         case LayerType::projection:
             return tangents(layer.views[eye].fov);
@@ -75,7 +75,7 @@ std::optional<PaintConstants> paintConstants(const SubmittedLayer& layer, const 
     PaintConstants constants{};
     constants.layer_from_eye = rows(layer_from_eye);
     constants.eye_tangents = tangents(eye.fov);
-    constants.shape = shapeOf(layer, eye.index);
+    constants.shape = layerShape(layer, eye.index);
     constants.rect = {image.rect.offset.x, image.rect.offset.y, image.rect.extent.width,
                       image.rect.extent.height};
     constants.picture_size = {static_cast<std::int32_t>(picture.width),
@@ -83,21 +83,20 @@ std::optional<PaintConstants> paintConstants(const SubmittedLayer& layer, const 
     constants.array_index = static_cast<std::int32_t>(image.array_index);
     if ((layer.flags & XR_COMPOSITION_LAYER_BLEND_TEXTURE_SOURCE_ALPHA_BIT) != 0) {
         constants.blending = kBlendAlpha;
-        if ((layer.flags & XR_COMPOSITION_LAYER_UNPREMULTIPLIED_ALPHA_BIT) != 0) {
+        if ((layer.flags & XR_COMPOSITION_LAYER_UNPREMULTIPLIED_ALPHA_BIT) != 0)
             constants.blending |= kMultiplyAlpha;
-        }
     }
     return constants;
 }
 
-VkExtent2D extentOf(const XrRect2Di& rect) {
+VkExtent2D toExtent(const XrRect2Di& rect) {
     return {static_cast<std::uint32_t>(rect.extent.width), static_cast<std::uint32_t>(rect.extent.height)};
 }
 
 VkExtent2D pictureSize(const Scenario& scenario, const SubmittedFrame& frame, std::size_t eye) {
     for (const SubmittedLayer& layer : frame.layers) {
         if (layer.type != LayerType::projection) continue;
-        const VkExtent2D extent = extentOf(layer.views[eye].image.rect);
+        const VkExtent2D extent = toExtent(layer.views[eye].image.rect);
         if (extent.width > 0 && extent.height > 0) return extent;
     }
     return {scenario.width, scenario.height};

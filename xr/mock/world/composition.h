@@ -1,4 +1,4 @@
-// Composes the image that an eye sees of a frame: intersects the eye's rays with each layer and paints the
+// Composes the image of a frame as an eye sees it: intersects the eye's rays with each layer and paints the
 // layers.
 #pragma once
 

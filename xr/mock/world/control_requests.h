@@ -17,7 +17,7 @@ struct Session;
 struct SubmittedFrame;
 
 // A pending reply: sent when its condition is met.
-struct Promise {
+struct PendingReply {
     std::uint64_t client = 0;
     std::string id;  // the request's id as JSON; empty if it had none
     std::optional<std::uint64_t> frame;
@@ -38,9 +38,9 @@ void openControl(Instance& instance);
 // Handles the requests received since the last call and sends the pending replies whose condition is met.
 void serveControl(Instance& instance, std::int64_t now_ns);
 // Returns whether the waited frame may proceed. Uses up one step if the run is paused.
-bool mayGoOn(Instance& instance, std::int64_t now_ns);
+bool mayProceed(Instance& instance, std::int64_t now_ns);
 // Sends the images that clients requested. Called inside xrEndFrame.
-void servePictures(Call& call, Session& session, const SubmittedFrame& frame);
+void sendPictures(Call& call, Session& session, const SubmittedFrame& frame);
 
 // Handles one request without a socket; used by the fuzzer. Returns the reply, or "" if it is pending.
 std::string serveRequest(Instance& instance, std::uint64_t client, const std::string& line,

@@ -8,13 +8,13 @@
 
 namespace xrmock {
 
-const Instance* instanceOf(const Object* object) {
+Instance* findInstance(Object* object) {
     while (object != nullptr && object->parent != nullptr)
         object = object->parent;
-    return static_cast<const Instance*>(object);
+    return static_cast<Instance*>(object);
 }
 
-std::vector<std::string> labelsOf(const Object& object) {
+std::vector<std::string> sessionLabels(const Object& object) {
     if (object.type != XR_OBJECT_TYPE_SESSION) return {};
     const std::vector<Label>& labels = static_cast<const Session&>(object).labels;
     std::vector<std::string> newest_first;
@@ -30,9 +30,8 @@ void post(Call& call, const Instance& instance, Message message) {
         // The messenger chained to xrCreateInstance receives messages only during xrCreateInstance and
         // xrDestroyInstance.
         if (listener.messenger == 0 && !at_either_end) continue;
-        if ((listener.severities & message.severity) != 0 && (listener.types & message.type) != 0) {
+        if ((listener.severities & message.severity) != 0 && (listener.types & message.type) != 0)
             call.deliveries.push_back({listener.callback, listener.user_data, message});
-        }
     }
 }
 
@@ -40,8 +39,8 @@ namespace {
 
 void postAboutSubject(Call& call, XrDebugUtilsMessageSeverityFlagsEXT severity,
                       XrDebugUtilsMessageTypeFlagsEXT type, const char* id, const std::string& text) {
-    const Object* subject = runtime().handles.find(call.subject);
-    const Instance* instance = instanceOf(subject);
+    Object* subject = runtime().handles.find(call.subject);
+    const Instance* instance = findInstance(subject);
     if (instance == nullptr || instance->listeners.empty()) return;
     const Object* labelled = subject;
     while (labelled->type != XR_OBJECT_TYPE_SESSION && labelled->parent != nullptr)
@@ -53,7 +52,7 @@ void postAboutSubject(Call& call, XrDebugUtilsMessageSeverityFlagsEXT severity,
           call.function,
           text,
           {{subject->type, subject->handle, subject->debug_name}},
-          labelsOf(*labelled)});
+          sessionLabels(*labelled)});
 }
 
 }  // namespace
@@ -68,7 +67,7 @@ void warn(Call& call, const std::string& text) {
                      XR_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT, "xrmock", text);
 }
 
-void tell(Call& call, const std::string& text) {
+void reportPerformance(Call& call, const std::string& text) {
     postAboutSubject(call, XR_DEBUG_UTILS_MESSAGE_SEVERITY_INFO_BIT_EXT,
                      XR_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT, "xrmock", text);
 }
@@ -82,9 +81,8 @@ void deliver(std::vector<Delivery>& deliveries) {
                                object.name.empty() ? nullptr : object.name.c_str()});
         }
         std::vector<XrDebugUtilsLabelEXT> labels;
-        for (const std::string& label : message.labels) {
+        for (const std::string& label : message.labels)
             labels.push_back({XR_TYPE_DEBUG_UTILS_LABEL_EXT, nullptr, label.c_str()});
-        }
         const XrDebugUtilsMessengerCallbackDataEXT data{XR_TYPE_DEBUG_UTILS_MESSENGER_CALLBACK_DATA_EXT,
                                                         nullptr,
                                                         message.id.c_str(),

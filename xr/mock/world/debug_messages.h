@@ -25,8 +25,8 @@ struct Message {
     std::string id;
     std::string function;
     std::string text;
-    std::vector<NamedObject> objects;
-    std::vector<std::string> labels;  // labels of the message's session, newest first
+    std::vector<NamedObject> objects{};
+    std::vector<std::string> labels{};  // labels of the message's session, newest first
 };
 
 // A message queued for one messenger. It is delivered without the lock, so that the callback may call
@@ -42,10 +42,10 @@ void post(Call& call, const Instance& instance, Message message);
 // Reports why a call is refused. No effect if the call named no live object.
 void reportRefusal(Call& call, XrResult result, const std::string& reason);
 void warn(Call& call, const std::string& text);
-void tell(Call& call, const std::string& text);  // as a performance message
+void reportPerformance(Call& call, const std::string& text);  // as a performance message
 void deliver(std::vector<Delivery>& deliveries);
 
-const Instance* instanceOf(const Object* object);
-std::vector<std::string> labelsOf(const Object& object);
+Instance* findInstance(Object* object);  // null for null
+std::vector<std::string> sessionLabels(const Object& object);
 
 }  // namespace xrmock

@@ -14,14 +14,7 @@ std::int64_t nanoseconds(double seconds) {
     return std::llround(seconds * 1e9);
 }
 
-template <class Visit>
-void eachSession(Instance& instance, Visit visit) {
-    for (Object* child : instance.children) {
-        if (child->type == XR_OBJECT_TYPE_SESSION) visit(static_cast<Session&>(*child));
-    }
-}
-
-// The upright pose at the head; for STAGE and the stationary space on the floor below it.
+// The upright pose at the head. For STAGE and the stationary space, the pose on the floor below the head.
 Pose originAtHead(const Instance& instance, XrReferenceSpaceType space, std::int64_t time_ns) {
     Pose origin = yawOnly(stageFromHead(instance, time_ns));
     if (space != XR_REFERENCE_SPACE_TYPE_LOCAL) origin.position[1] = 0;
@@ -30,14 +23,13 @@ Pose originAtHead(const Instance& instance, XrReferenceSpaceType space, std::int
 
 void announceRecentring(Instance& instance, XrReferenceSpaceType space, std::int64_t change_ns, bool valid,
                         const Pose& room_from_before, const Pose& room_from_after) {
-    eachSession(instance, [&](Session& session) {
-        const auto handle = handleOf<XrSession>(session);
-        const Pose before_from_after = valid ? inverse(room_from_before) * room_from_after : Pose{};
-        instance.events.push(
-            XrEventDataReferenceSpaceChangePending{XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING, nullptr,
-                                                   handle, space, change_ns, valid, toXr(before_from_after)},
-            handle);
-    });
+    const Session* session = findSession(instance);
+    if (session == nullptr) return;
+    const auto handle = toHandle<XrSession>(*session);
+    const Pose before_from_after = valid ? inverse(room_from_before) * room_from_after : Pose{};
+    instance.events.push(
+        XrEventDataReferenceSpaceChangePending{XR_TYPE_EVENT_DATA_REFERENCE_SPACE_CHANGE_PENDING, nullptr,
+                                               handle, space, change_ns, valid, toXr(before_from_after)});
 }
 
 void apply(Instance& instance, std::int64_t now_ns, const Recentring& recentring) {
@@ -69,20 +61,17 @@ void apply(Instance& instance, std::int64_t now_ns, const Recentring& recentring
 void apply(Instance& instance, std::int64_t, const MaskChange& change) {
     if (change.lens) instance.scenario.lens = *change.lens;
     ++instance.conditions.mask_revision;
-    if (!instance.extensions.contains(XR_KHR_VISIBILITY_MASK_EXTENSION_NAME)) return;
-    eachSession(instance, [&](Session& session) {
-        const auto handle = handleOf<XrSession>(session);
-        for (std::uint32_t view = 0; view < 2; ++view) {
-            instance.events.push(
-                XrEventDataVisibilityMaskChangedKHR{XR_TYPE_EVENT_DATA_VISIBILITY_MASK_CHANGED_KHR, nullptr,
-                                                    handle, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO, view},
-                handle);
-        }
-    });
+    const Session* session = findSession(instance);
+    if (session == nullptr || !instance.extensions.contains(XR_KHR_VISIBILITY_MASK_EXTENSION_NAME)) return;
+    const auto handle = toHandle<XrSession>(*session);
+    for (std::uint32_t view = 0; view < 2; ++view)
+        instance.events.push(
+            XrEventDataVisibilityMaskChangedKHR{XR_TYPE_EVENT_DATA_VISIBILITY_MASK_CHANGED_KHR, nullptr,
+                                                handle, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO, view});
 }
 
 void apply(Instance& instance, std::int64_t now_ns, const ProfileChange& change) {
-    takeUp(instance.scenario.devices, change.profile, instance.clock.scenarioSeconds(now_ns));
+    switchProfile(instance.scenario.devices, change.profile, instance.clock.scenarioSeconds(now_ns));
 }
 
 void apply(Instance& instance, std::int64_t, const RefreshRateChange& change) {
@@ -92,9 +81,8 @@ void apply(Instance& instance, std::int64_t, const RefreshRateChange& change) {
 void apply(Instance& instance, std::int64_t, const PresenceChange& change) {
     if (instance.conditions.user_present == change.present) return;
     instance.conditions.user_present = change.present;
-    eachSession(instance, [](Session& session) {
-        if (session.progress.running) announcePresence(session);
-    });
+    Session* session = findSession(instance);
+    if (session != nullptr && session->progress.running) announcePresence(*session);
 }
 
 void apply(Instance& instance, std::int64_t, const HeadTracking& change) {
@@ -102,12 +90,11 @@ void apply(Instance& instance, std::int64_t, const HeadTracking& change) {
 }
 
 void apply(Instance& instance, std::int64_t now_ns, const SessionLoss& loss) {
-    eachSession(instance, [&](Session& session) {
-        if (session.loss != Loss::none) return;
-        if (loss.lost_after_s) session.lost_at_ns = now_ns + nanoseconds(*loss.lost_after_s);
-        session.loss = session.lost_at_ns == now_ns ? Loss::lost : Loss::pending;
-        if (session.loss == Loss::pending) enter(session, XR_SESSION_STATE_LOSS_PENDING, now_ns);
-    });
+    Session* session = findSession(instance);
+    if (session == nullptr || session->loss != Loss::none) return;
+    if (loss.lost_after_s) session->lost_at_ns = now_ns + nanoseconds(*loss.lost_after_s);
+    session->loss = session->lost_at_ns == now_ns ? Loss::lost : Loss::pending;
+    if (session->loss == Loss::pending) enter(*session, XR_SESSION_STATE_LOSS_PENDING, now_ns);
     runtime().changed.notify_all();
 }
 
@@ -127,8 +114,8 @@ void apply(Instance& instance, std::int64_t, const Stall& stall) {
     instance.stalls.push_back(stall);
 }
 
-void apply(Instance& instance, std::int64_t, const FrameFates& fates) {
-    instance.conditions.fates.push_back(fates);
+void apply(Instance& instance, std::int64_t, const FrameOverrides& frame_overrides) {
+    instance.conditions.frame_overrides.push_back(frame_overrides);
 }
 
 void apply(Instance& instance, std::int64_t now_ns, const TargetChange& change) {
@@ -140,29 +127,25 @@ void apply(Instance& instance, std::int64_t now_ns, const TargetChange& change) 
 }
 
 void apply(Instance& instance, std::int64_t, const CaptureRequest& request) {
-    if (instance.capture_folder.empty()) return;
-    eachSession(instance, [&](Session& session) { session.capture_name = request.name; });
+    Session* session = findSession(instance);
+    if (session != nullptr && !instance.capture_folder.empty()) session->capture_name = request.name;
 }
 
 // Completes pending losses whose time has come.
 void completeLosses(Instance& instance, std::int64_t now_ns) {
     Conditions& conditions = instance.conditions;
-    bool lost = false;
-    eachSession(instance, [&](Session& session) {
-        if (session.loss != Loss::pending || !session.lost_at_ns || now_ns < *session.lost_at_ns) return;
-        session.loss = Loss::lost;
-        lost = true;
-    });
-    if (conditions.loss == Loss::pending && now_ns >= conditions.lost_at_ns) {
-        conditions.loss = Loss::lost;
-        lost = true;
-    }
-    if (lost) runtime().changed.notify_all();
+    Session* session = findSession(instance);
+    const bool session_lost = session != nullptr && session->loss == Loss::pending && session->lost_at_ns &&
+                              now_ns >= *session->lost_at_ns;
+    const bool instance_lost = conditions.loss == Loss::pending && now_ns >= conditions.lost_at_ns;
+    if (session_lost) session->loss = Loss::lost;
+    if (instance_lost) conditions.loss = Loss::lost;
+    if (session_lost || instance_lost) runtime().changed.notify_all();
 }
 
 }  // namespace
 
-void direct(Instance& instance, std::int64_t now_ns) {
+void applyDueEvents(Instance& instance, std::int64_t now_ns) {
     serveControl(instance, now_ns);
     completeLosses(instance, now_ns);
     std::vector<Event>& events = instance.scenario.events;
@@ -187,7 +170,7 @@ void direct(Instance& instance, std::int64_t now_ns) {
         std::visit([&](const auto& action) { apply(instance, now_ns, action); }, event.action);
 }
 
-void refuseFromTheStart(Instance& instance, std::int64_t now_ns) {
+void applyInitialRefusals(Instance& instance, std::int64_t now_ns) {
     std::erase_if(instance.scenario.events, [&](const Event& event) {
         const auto* refusal = std::get_if<Refusal>(&event.action);
         if (refusal == nullptr || event.frame || event.t_s > 0) return false;
@@ -196,27 +179,26 @@ void refuseFromTheStart(Instance& instance, std::int64_t now_ns) {
     });
 }
 
-FrameFate takeFate(Instance& instance) {
-    FrameFate taken;
-    auto& fates = instance.conditions.fates;
-    for (FrameFates& each : fates) {
+FrameOverride popFrameOverride(Instance& instance) {
+    FrameOverride taken;
+    auto& frame_overrides = instance.conditions.frame_overrides;
+    for (FrameOverrides& each : frame_overrides) {
         --each.count;
-        taken.late_refreshes += each.fate.late_refreshes;
-        taken.should_render = taken.should_render && each.fate.should_render;
-        taken.discarded = taken.discarded || each.fate.discarded;
-        taken.dropped = taken.dropped || each.fate.dropped;
+        taken.late_refreshes += each.frame_override.late_refreshes;
+        taken.should_render = taken.should_render && each.frame_override.should_render;
+        taken.discarded = taken.discarded || each.frame_override.discarded;
+        taken.dropped = taken.dropped || each.frame_override.dropped;
     }
-    std::erase_if(fates, [](const FrameFates& each) { return each.count == 0; });
+    std::erase_if(frame_overrides, [](const FrameOverrides& each) { return each.count == 0; });
     return taken;
 }
 
 void announcePresence(Session& session) {
     Instance& instance = session.instance;
     if (!instance.extensions.contains(XR_EXT_USER_PRESENCE_EXTENSION_NAME)) return;
-    const auto handle = handleOf<XrSession>(session);
-    instance.events.push(XrEventDataUserPresenceChangedEXT{XR_TYPE_EVENT_DATA_USER_PRESENCE_CHANGED_EXT,
-                                                           nullptr, handle, instance.conditions.user_present},
-                         handle);
+    const auto handle = toHandle<XrSession>(session);
+    instance.events.push(XrEventDataUserPresenceChangedEXT{
+        XR_TYPE_EVENT_DATA_USER_PRESENCE_CHANGED_EXT, nullptr, handle, instance.conditions.user_present});
 }
 
 void changeRefreshRate(Instance& instance, double hz) {

@@ -10,14 +10,14 @@ namespace xrmock {
 // Applies the events that are due at this time or at the latest frame. Called by xrPollEvent, xrWaitFrame
 // and xrSyncActions, so that runs on the virtual clock are reproducible. The instance or its session may be
 // lost afterwards.
-void direct(Instance& instance, std::int64_t now_ns);
+void applyDueEvents(Instance& instance, std::int64_t now_ns);
 
-// Applies the refusals of time 0 at instance creation, so that calls before the first frame can meet them
-// too.
-void refuseFromTheStart(Instance& instance, std::int64_t now_ns);
+// Applies the refusals of time 0 at instance creation, so that they also affect calls before the first
+// frame.
+void applyInitialRefusals(Instance& instance, std::int64_t now_ns);
 
 // Returns the scripted treatment of the frame being waited for, and consumes it.
-FrameFate takeFate(Instance& instance);
+FrameOverride popFrameOverride(Instance& instance);
 
 // XR_EXT_user_presence: sends the event when a session begins and at every change.
 void announcePresence(Session& session);

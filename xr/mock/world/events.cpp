@@ -6,9 +6,9 @@ namespace {
 constexpr std::size_t kCapacity = 64;
 }
 
-void EventQueue::push(const Entry& entry) {
+void EventQueue::append(const Entry& entry) {
     if (entries_.size() >= kCapacity || lost_ > 0) {
-        ++lost_;  // until the queue is empty later events are lost too, to keep the order
+        ++lost_;  // later events are lost too until the queue is empty: this keeps the order
         return;
     }
     entries_.push_back(entry);
@@ -27,7 +27,7 @@ bool EventQueue::pop(XrEventDataBuffer& out) {
     return true;
 }
 
-void EventQueue::forget(XrSession session) {
+void EventQueue::dropEvents(XrSession session) {
     std::erase_if(entries_, [&](const Entry& entry) { return entry.session == session; });
 }
 

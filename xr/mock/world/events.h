@@ -11,24 +11,25 @@ namespace xrmock {
 class EventQueue {
   public:
     template <class Event>
-    void push(const Event& event, XrSession session = XR_NULL_HANDLE) {
+    void push(const Event& event) {
         static_assert(sizeof(Event) <= sizeof(XrEventDataBuffer));
-        Entry entry{{}, session};
+        Entry entry{{}, XR_NULL_HANDLE};
+        if constexpr (requires { event.session; }) entry.session = event.session;
         std::memcpy(&entry.data, &event, sizeof event);
-        push(entry);
+        append(entry);
     }
     // Returns false if the queue is empty. After an overflow, XrEventDataEventsLost comes in the place of
     // the lost events.
     bool pop(XrEventDataBuffer& out);
     // Drops the events of a destroyed session.
-    void forget(XrSession session);
+    void dropEvents(XrSession session);
 
   private:
     struct Entry {
         XrEventDataBuffer data;
-        XrSession session;
+        XrSession session;  // null: an event of the instance
     };
-    void push(const Entry& entry);
+    void append(const Entry& entry);
     std::deque<Entry> entries_;
     unsigned lost_ = 0;
 };

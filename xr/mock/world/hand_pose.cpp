@@ -125,21 +125,21 @@ void placeFinger(const Finger& finger, double curl, Joints& palm_from_joints) {
     }
 }
 
-// Finger curls from the controller's values: the index finger follows the trigger, the thumb its controls,
-// the other fingers the squeeze.
+// Computes finger curls from the controller's values. The index finger follows the trigger or select
+// button, the thumb the thumb controls, and the other fingers the squeeze.
 Curls curlsOnControls(const Sources& sources, User user, std::int64_t time_ns) {
-    const auto most = [&](std::initializer_list<const char*> components) {
+    const auto largest = [&](std::initializer_list<const char*> components) {
         double value = 0;
         for (const char* component : components)
             value = std::max(value, inputAt(sources, user, component, time_ns).value);
         return value;
     };
-    const double index = most({"input/trigger/value", "input/trigger/click", "input/select/click"});
-    const double handle = most({"input/squeeze/value", "input/squeeze/click", "input/squeeze/force"});
-    const double thumb = most({"input/thumbstick/touch", "input/thumbstick/click", "input/trackpad/touch",
-                               "input/trackpad/click", "input/thumbrest/touch", "input/menu/click",
-                               "input/a/touch", "input/a/click", "input/b/touch", "input/b/click",
-                               "input/x/touch", "input/x/click", "input/y/touch", "input/y/click"});
+    const double index = largest({"input/trigger/value", "input/trigger/click", "input/select/click"});
+    const double handle = largest({"input/squeeze/value", "input/squeeze/click", "input/squeeze/force"});
+    const double thumb = largest({"input/thumbstick/touch", "input/thumbstick/click", "input/trackpad/touch",
+                                  "input/trackpad/click", "input/thumbrest/touch", "input/menu/click",
+                                  "input/a/touch", "input/a/click", "input/b/touch", "input/b/click",
+                                  "input/x/touch", "input/x/click", "input/y/touch", "input/y/click"});
     return {thumb, index, handle, handle, handle};
 }
 
@@ -171,10 +171,10 @@ std::optional<Joints> stageFromJoints(const Sources& sources, bool is_left, std:
     const TrackedHand& hand = sources.scenario.hands[static_cast<std::size_t>(user)];
     const double t_s = sources.clock.scenarioSeconds(time_ns);
     const bool held = !profileAt(sources, user, time_ns).empty();
-    const bool told = !hand.tracked.empty() && hand.tracked.front().t_s <= t_s;
-    const bool seen =
-        told ? valueAt(hand.tracked, t_s) > 0 : held || !hand.joints.empty() || !hand.palms.empty();
-    if (!seen) return std::nullopt;
+    const bool scripted = !hand.tracked.empty() && hand.tracked.front().t_s <= t_s;
+    const bool visible =
+        scripted ? valueAt(hand.tracked, t_s) > 0 : held || !hand.joints.empty() || !hand.palms.empty();
+    if (!visible) return std::nullopt;
     if (!hand.joints.empty()) return jointsAt(hand.joints, t_s);
     const Curls curls =
         hand.curls.empty() && held ? curlsOnControls(sources, user, time_ns) : curlsAt(hand.curls, t_s);

@@ -1,4 +1,5 @@
-// Hand joints (XR_EXT_hand_tracking): recorded, or of a built-in hand of average size with curling fingers.
+// Hand joints (XR_EXT_hand_tracking). They are recorded, or computed for a hand of average size with curling
+// fingers.
 #pragma once
 
 #include <cstdint>

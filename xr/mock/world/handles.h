@@ -44,21 +44,19 @@ class HandleTable {
 
 // OpenXR handles are pointers on 64-bit machines and integers elsewhere.
 template <class Handle>
-std::uint64_t numberOf(Handle handle) {
-    if constexpr (std::is_pointer_v<Handle>) {
+std::uint64_t handleValue(Handle handle) {
+    if constexpr (std::is_pointer_v<Handle>)
         return reinterpret_cast<std::uintptr_t>(handle);
-    } else {
+    else
         return handle;
-    }
 }
 
 template <class Handle>
-Handle handleOf(const Object& object) {
-    if constexpr (std::is_pointer_v<Handle>) {
+Handle toHandle(const Object& object) {
+    if constexpr (std::is_pointer_v<Handle>)
         return reinterpret_cast<Handle>(static_cast<std::uintptr_t>(object.handle));
-    } else {
+    else
         return object.handle;
-    }
 }
 
 }  // namespace xrmock

@@ -7,10 +7,9 @@ namespace xrmock {
 namespace {
 
 template <class Chosen>
-void cutPulses(Haptics& haptics, std::int64_t now_ns, Chosen chosen) {
-    for (HapticPulse& pulse : haptics.pulses) {
+void endPulses(Haptics& haptics, std::int64_t now_ns, Chosen chosen) {
+    for (HapticPulse& pulse : haptics.pulses)
         if (pulse.end_ns > now_ns && chosen(pulse)) pulse.end_ns = now_ns;
-    }
 }
 
 }  // namespace
@@ -24,13 +23,13 @@ void startPulse(Haptics& haptics, HapticPulse pulse) {
 
 void stopPulses(Haptics& haptics, std::uint64_t action, User user, std::string_view output,
                 std::int64_t now_ns) {
-    cutPulses(haptics, now_ns, [&](const HapticPulse& pulse) {
+    endPulses(haptics, now_ns, [&](const HapticPulse& pulse) {
         return pulse.user == user && pulse.output == output && (action == 0 || action == pulse.action);
     });
 }
 
 void stopAllPulses(Haptics& haptics, std::int64_t now_ns) {
-    cutPulses(haptics, now_ns, [](const HapticPulse&) { return true; });
+    endPulses(haptics, now_ns, [](const HapticPulse&) { return true; });
 }
 
 }  // namespace xrmock

@@ -1,4 +1,4 @@
-// Haptic pulses: what plays on which output, and a history for the log.
+// Haptic pulses that play on each output, with a history for the log and the assertions.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ struct Haptics {
     std::deque<HapticPulse> pulses;  // newest last; at most kMaxPulses are kept
     std::uint64_t started = 0;
 };
-constexpr std::int64_t kShortestPulseNs = 10'000'000;  // used for XR_MIN_HAPTIC_DURATION
+constexpr std::int64_t kMinPulseNs = 10'000'000;  // used for XR_MIN_HAPTIC_DURATION
 
 // Starts a pulse at pulse.start_ns. A pulse still playing on the same output ends there.
 void startPulse(Haptics& haptics, HapticPulse pulse);

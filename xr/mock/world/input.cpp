@@ -7,10 +7,10 @@ namespace xrmock {
 
 namespace {
 
-// A physical control: "input/trigger" includes all its components.
+// A physical control, such as "input/trigger", with all its components.
 using PhysicalControl = std::pair<User, std::string>;
 
-PhysicalControl controlOf(const Binding& binding, const std::string& component) {
+PhysicalControl physicalControl(const Binding& binding, const std::string& component) {
     return {binding.user, component.substr(0, component.rfind('/'))};
 }
 
@@ -27,9 +27,10 @@ std::map<PhysicalControl, std::uint32_t> highestPriorities(const InputState& inp
     for (const auto& [handle, action] : input.actions) {
         const std::uint32_t priority = priorities.at(action.set);
         for (const Binding& binding : action.bindings) {
-            if (!isLive(input, binding) || !isSetActive(active, action.set, binding.user_path)) continue;
+            if (!isBindingActive(input, binding) || !isSetActive(active, action.set, binding.user_path))
+                continue;
             for (const std::string& component : binding.components) {
-                std::uint32_t& entry = highest[controlOf(binding, component)];
+                std::uint32_t& entry = highest[physicalControl(binding, component)];
                 entry = std::max(entry, priority);
             }
         }
@@ -41,18 +42,17 @@ std::map<PhysicalControl, std::uint32_t> highestPriorities(const InputState& inp
 bool isPressed(InputState& input, User user, const std::string& component, double value) {
     const auto key = std::make_pair(user, component);
     const bool pressed = value >= (input.pressed.contains(key) ? kReleased : kPressed);
-    if (pressed) {
+    if (pressed)
         input.pressed.insert(key);
-    } else {
+    else
         input.pressed.erase(key);
-    }
     return pressed;
 }
 
 // Combines several sources of one action: any press, the largest deflection, the longest vector.
 // `last_change_ns` becomes that of the latest change.
-void mix(ActionValue& value, InputState& input, const Binding& binding, XrActionType type,
-         const Sources& sources, std::int64_t now_ns) {
+void combineSource(ActionValue& value, InputState& input, const Binding& binding, XrActionType type,
+                   const Sources& sources, std::int64_t now_ns) {
     value.active = true;
     const auto read = [&](std::size_t i) {
         const SourceValue source = inputAt(sources, binding.user, binding.components[i], now_ns);
@@ -71,24 +71,23 @@ void mix(ActionValue& value, InputState& input, const Binding& binding, XrAction
     }
 }
 
-// Sets `changed` and `last_change_ns` of the new value. On entry `last_change_ns` is when its sources last
-// changed.
+// Sets `changed` and `last_change_ns` of the new value. On entry, `last_change_ns` is the time of the latest
+// change of its sources.
 void compare(const ActionValue& before, ActionValue& now_value, std::int64_t now_ns) {
     if (!before.active) {
         if (now_value.last_change_ns == 0) now_value.last_change_ns = now_ns;
         return;
     }
     now_value.changed = now_value.x != before.x || now_value.y != before.y;
-    if (!now_value.changed) {
+    if (!now_value.changed)
         now_value.last_change_ns = before.last_change_ns;
-    } else if (now_value.last_change_ns <= before.last_change_ns) {
-        now_value.last_change_ns = now_ns;  // the set of contributing sources changed, not a source
-    }
+    else if (now_value.last_change_ns <= before.last_change_ns)
+        now_value.last_change_ns = now_ns;  // other sources contribute now; none has changed
 }
 
 }  // namespace
 
-bool isLive(const InputState& input, const Binding& binding) {
+bool isBindingActive(const InputState& input, const Binding& binding) {
     return input.profiles[static_cast<std::size_t>(binding.user)] == binding.profile;
 }
 
@@ -110,10 +109,10 @@ void syncInput(InputState& input, const Sources& sources, const std::vector<Acti
     for (auto& [handle, action] : input.actions) {
         const std::uint32_t priority = priorities.at(action.set);
         const auto contributes = [&](const Binding& binding, XrPath subaction_path) {
-            return isLive(input, binding) &&
+            return isBindingActive(input, binding) &&
                    (subaction_path == XR_NULL_PATH || subaction_path == binding.user_path) &&
                    isSetActive(active, action.set, binding.user_path) &&
-                   highest.at(controlOf(binding, binding.components.front())) <= priority;
+                   highest.at(physicalControl(binding, binding.components.front())) <= priority;
         };
         for (auto& [subaction_path, value] : action.values) {
             ActionValue next;
@@ -121,7 +120,7 @@ void syncInput(InputState& input, const Sources& sources, const std::vector<Acti
             for (const Binding& binding : action.bindings) {
                 if (!contributes(binding, subaction_path)) continue;
                 if (action.type != XR_ACTION_TYPE_POSE_INPUT) {
-                    mix(next, input, binding, action.type, sources, now_ns);
+                    combineSource(next, input, binding, action.type, sources, now_ns);
                 } else if (!next.active && next.followed.value_or(binding.user) == binding.user) {
                     next.active = true;
                     next.followed = binding.user;

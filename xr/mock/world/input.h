@@ -65,7 +65,7 @@ struct ActiveSet {
     XrPath subaction_path;  // XR_NULL_PATH: all
 };
 
-bool isLive(const InputState& input, const Binding& binding);
+bool isBindingActive(const InputState& input, const Binding& binding);
 
 // Updates the current profiles. Returns true if any changed.
 bool updateProfiles(InputState& input, const Sources& sources, std::int64_t now_ns);

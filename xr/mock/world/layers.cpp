@@ -14,7 +14,7 @@ constexpr XrCompositionLayerFlags kLayerFlags = XR_COMPOSITION_LAYER_CORRECT_CHR
                                                 XR_COMPOSITION_LAYER_UNPREMULTIPLIED_ALPHA_BIT;
 
 void requireFinite(float value, const char* reason) {
-    require(std::isfinite(value), XR_ERROR_VALIDATION_FAILURE, reason);
+    requireValid(std::isfinite(value), reason);
 }
 
 SubmittedImage checkSubImage(Call& call, const Session& session, const XrSwapchainSubImage& sub_image) {
@@ -22,10 +22,10 @@ SubmittedImage checkSubImage(Call& call, const Session& session, const XrSwapcha
     require(&swapchain.session == &session, XR_ERROR_LAYER_INVALID, "the swapchain is of another session");
     require(swapchain.last_released.has_value(), XR_ERROR_LAYER_INVALID,
             "no image of the swapchain was released yet");
-    require(sub_image.imageArrayIndex < swapchain.images.layers, XR_ERROR_VALIDATION_FAILURE,
-            "imageArrayIndex is beyond the swapchain's array");
+    requireValid(sub_image.imageArrayIndex < swapchain.images.layers,
+                 "imageArrayIndex is beyond the swapchain's array");
     const XrRect2Di& rect = sub_image.imageRect;
-    // An empty rectangle is useless, but no error.
+    // An empty rectangle is useless, but it is not an error.
     const auto inside = [](std::int64_t offset, std::int64_t extent, std::int64_t size) {
         return offset >= 0 && extent >= 0 && offset + extent <= size;
     };
@@ -37,8 +37,7 @@ SubmittedImage checkSubImage(Call& call, const Session& session, const XrSwapcha
 
 SubmittedLayer checkHeader(Call& call, const Session& session, const XrCompositionLayerBaseHeader& header,
                            LayerType type, XrTime display_time) {
-    require((header.layerFlags & ~kLayerFlags) == 0, XR_ERROR_VALIDATION_FAILURE,
-            "layerFlags has unknown bits");
+    requireValid((header.layerFlags & ~kLayerFlags) == 0, "layerFlags has unknown bits");
     const Space& space = call.live<Space>(header.space);
     require(&space.session == &session, XR_ERROR_LAYER_INVALID, "the layer's space is of another session");
     SubmittedLayer layer;
@@ -49,22 +48,21 @@ SubmittedLayer checkHeader(Call& call, const Session& session, const XrCompositi
     return layer;
 }
 
-// XR_KHR_composition_layer_depth requires near and far planes greater than zero, but its conformance test
-// submits zero.
+// Accepts near and far planes at zero: XR_KHR_composition_layer_depth forbids them, but its conformance test
+// submits them.
 SubmittedDepth checkDepth(Call& call, const Session& session, const XrCompositionLayerDepthInfoKHR& depth) {
-    require(depth.minDepth >= 0 && depth.minDepth < depth.maxDepth && depth.maxDepth <= 1,
-            XR_ERROR_VALIDATION_FAILURE, "0 <= minDepth < maxDepth <= 1 does not hold");
-    require(depth.nearZ >= 0 && depth.farZ >= 0 && depth.nearZ != depth.farZ, XR_ERROR_VALIDATION_FAILURE,
-            "nearZ and farZ must be two distances");
+    requireValid(depth.minDepth >= 0 && depth.minDepth < depth.maxDepth && depth.maxDepth <= 1,
+                 "0 <= minDepth < maxDepth <= 1 does not hold");
+    requireValid(depth.nearZ >= 0 && depth.farZ >= 0 && depth.nearZ != depth.farZ,
+                 "nearZ and farZ must be two distances");
     return {checkSubImage(call, session, depth.subImage), depth.minDepth, depth.maxDepth, depth.nearZ,
             depth.farZ};
 }
 
 void checkProjection(Call& call, const Session& session, const XrCompositionLayerProjection& projection,
                      SubmittedLayer& layer) {
-    require(projection.viewCount == layer.views.size(), XR_ERROR_VALIDATION_FAILURE,
-            "a projection layer has two views");
-    require(projection.views != nullptr, XR_ERROR_VALIDATION_FAILURE, "views is null");
+    requireValid(projection.viewCount == layer.views.size(), "a projection layer has two views");
+    requireValid(projection.views != nullptr, "views is null");
     const bool with_depth =
         session.instance.extensions.contains(XR_KHR_COMPOSITION_LAYER_DEPTH_EXTENSION_NAME);
     for (std::size_t i = 0; i < layer.views.size(); ++i) {
@@ -87,9 +85,9 @@ void checkProjection(Call& call, const Session& session, const XrCompositionLaye
 
 template <class Surface>  // XrCompositionLayerQuad or XrCompositionLayerCylinderKHR
 void checkSurface(Call& call, const Session& session, const Surface& surface, SubmittedLayer& layer) {
-    require(
+    requireValid(
         surface.eyeVisibility >= XR_EYE_VISIBILITY_BOTH && surface.eyeVisibility <= XR_EYE_VISIBILITY_RIGHT,
-        XR_ERROR_VALIDATION_FAILURE, "eyeVisibility is no known value");
+        "eyeVisibility is no known value");
     require(isValid(surface.pose), XR_ERROR_POSE_INVALID,
             "the layer's pose is not a unit quaternion and a finite point");
     layer.eyes = surface.eyeVisibility;
@@ -108,11 +106,11 @@ void checkQuad(Call& call, const Session& session, const XrCompositionLayerQuad&
 void checkCylinder(Call& call, const Session& session, const XrCompositionLayerCylinderKHR& cylinder,
                    SubmittedLayer& layer) {
     checkSurface(call, session, cylinder, layer);
-    require(cylinder.radius >= 0, XR_ERROR_VALIDATION_FAILURE, "the radius is negative");
-    require(cylinder.centralAngle >= 0 && cylinder.centralAngle < 2 * std::numbers::pi_v<float>,
-            XR_ERROR_VALIDATION_FAILURE, "centralAngle is not from 0 to less than a full turn");
-    require(cylinder.aspectRatio > 0 && std::isfinite(cylinder.aspectRatio), XR_ERROR_VALIDATION_FAILURE,
-            "aspectRatio is not greater than zero");
+    requireValid(cylinder.radius >= 0, "the radius is negative");
+    requireValid(cylinder.centralAngle >= 0 && cylinder.centralAngle < 2 * std::numbers::pi_v<float>,
+                 "centralAngle is not from 0 to less than a full turn");
+    requireValid(cylinder.aspectRatio > 0 && std::isfinite(cylinder.aspectRatio),
+                 "aspectRatio is not greater than zero");
     layer.cylinder_radius_m = cylinder.radius;
     layer.cylinder_angle_rad = cylinder.centralAngle;
     layer.cylinder_aspect_ratio = cylinder.aspectRatio;
@@ -147,7 +145,7 @@ SubmittedLayer checkLayer(Call& call, const Session& session, const XrCompositio
 SubmittedFrame checkFrame(Call& call, Session& session, const XrFrameEndInfo& info) {
     require(info.layerCount <= kMaxLayers, XR_ERROR_LAYER_LIMIT_EXCEEDED,
             "more layers than the system takes");
-    require(info.layerCount == 0 || info.layers != nullptr, XR_ERROR_VALIDATION_FAILURE, "layers is null");
+    requireValid(info.layerCount == 0 || info.layers != nullptr, "layers is null");
     SubmittedFrame frame{session.frames_submitted + 1, info.displayTime, info.environmentBlendMode, {}};
     frame.layers.reserve(info.layerCount);
     for (std::uint32_t i = 0; i < info.layerCount; ++i) {

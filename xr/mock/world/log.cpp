@@ -17,35 +17,20 @@ namespace {
 constexpr std::size_t kBufferBytes = 1U << 16;
 constexpr std::size_t kMaxLoggedText = 256;
 
-void writePose(Log& log, const XrPosef& pose) {
-    log.line.pose(fromXr(pose));
-}
-
-void numbersOf(JsonLine& line, std::initializer_list<double> values) {
+void writeNumbers(JsonLine& line, std::initializer_list<double> values) {
     line.open('[');
     for (const double value : values)
         line.number(value);
     line.close(']');
 }
 
-const char* layerName(LayerType type) {
-    switch (type) {
-        case LayerType::projection:
-            return "projection";
-        case LayerType::quad:
-            return "quad";
-        case LayerType::cylinder:
-            return "cylinder";
-    }
-    return "other";
-}
+constexpr const char* kLayerNames[] = {"projection", "quad", "cylinder"};  // by LayerType
 
 void logImage(Log& log, const SubmittedImage& image) {
     const XrRect2Di& rect = image.rect;
     log.line.key("image").open('{');
-    log.line.key("swapchain").text(log.nameOf("swapchain", image.swapchain->handle));
-    log.line.key("index").number(image.image).key("array_index").number(image.array_index);
-    log.line.key("format").number(static_cast<std::int64_t>(image.swapchain->images.format));
+    log.line.fields("swapchain", log.nameOf("swapchain", image.swapchain->handle), "index", image.image,
+                    "array_index", image.array_index, "format", image.swapchain->images.format);
     log.line.key("rect").open('[').number(rect.offset.x).number(rect.offset.y);
     log.line.number(rect.extent.width).number(rect.extent.height).close(']').close('}');
 }
@@ -58,20 +43,16 @@ void logView(Log& log, const SubmittedView& view) {
     if (view.depth) {
         log.line.key("depth").open('{');
         logImage(log, view.depth->image);
-        log.line.key("range")
-            .open('[')
-            .number(view.depth->min_depth)
-            .number(view.depth->max_depth)
-            .close(']');
-        log.line.key("near_z_m").number(view.depth->near_z_m).key("far_z_m").number(view.depth->far_z_m);
-        log.line.close('}');
+        log.line.key("range").open('[').number(view.depth->min_depth).number(view.depth->max_depth);
+        log.line.close(']');
+        log.line.fields("near_z_m", view.depth->near_z_m, "far_z_m", view.depth->far_z_m).close('}');
     }
     log.line.close('}');
 }
 
 void logLayer(Log& log, const SubmittedLayer& layer) {
-    log.line.open('{').key("type").text(layerName(layer.type)).key("flags").number(layer.flags);
-    log.line.key("space").text(log.nameOf("space", layer.space->handle));
+    log.line.open('{').fields("type", kLayerNames[static_cast<std::size_t>(layer.type)], "flags", layer.flags,
+                              "space", log.nameOf("space", layer.space->handle));
     if (layer.type == LayerType::projection) {
         log.line.key("views").open('[');
         for (const SubmittedView& view : layer.views)
@@ -79,14 +60,13 @@ void logLayer(Log& log, const SubmittedLayer& layer) {
         log.line.close(']').close('}');
         return;
     }
-    log.line.key("eyes").number(static_cast<int>(layer.eyes)).key("pose").pose(layer.space_from_layer);
+    log.line.fields("eyes", layer.eyes, "pose", layer.space_from_layer);
     if (layer.type == LayerType::quad) {
         log.line.key("size_m").open('[').number(layer.quad_size_m.width).number(layer.quad_size_m.height);
         log.line.close(']');
     } else {
-        log.line.key("radius_m").number(layer.cylinder_radius_m);
-        log.line.key("angle_rad").number(layer.cylinder_angle_rad);
-        log.line.key("aspect_ratio").number(layer.cylinder_aspect_ratio);
+        log.line.fields("radius_m", layer.cylinder_radius_m, "angle_rad", layer.cylinder_angle_rad,
+                        "aspect_ratio", layer.cylinder_aspect_ratio);
     }
     logImage(log, layer.image);
     log.line.close('}');
@@ -94,10 +74,10 @@ void logLayer(Log& log, const SubmittedLayer& layer) {
 
 // Logs the action and the subaction path (null: all) of a successful call.
 void describeAction(Log& log, XrAction action, XrPath path) {
-    const auto& described = static_cast<const Action&>(*runtime().handles.find(numberOf(action)));
+    const auto& described = static_cast<const Action&>(*runtime().handles.find(handleValue(action)));
     const std::string* text = described.set.instance.paths.toString(path);
     log.line.key("action");
-    describe(log, true, action);
+    describe(log, action);
     log.line.key("path");
     text == nullptr ? log.line.null() : log.line.text(*text);
 }
@@ -144,14 +124,13 @@ void openLog() {
 }
 
 void beginCallLine(Log& log, const Call& call, XrResult result, std::uint64_t subject) {
-    const Instance* instance = instanceOf(runtime().handles.find(subject));
+    const Instance* instance = findInstance(runtime().handles.find(subject));
     if (instance != nullptr) log.last_time_ns = instance->clock.now(call.now_ns);
     log.line.clear();
-    log.line.open('{').key("call").text(call.function).key("result").text(resultName(result));
-    log.line.key("time").number(log.last_time_ns).key("thread").number(log.threadNumber());
-    if (instance != nullptr && !instance->clock.is_virtual) {
+    log.line.open('{').fields("call", call.function, "result", resultName(result), "time", log.last_time_ns,
+                              "thread", log.threadNumber());
+    if (instance != nullptr && !instance->clock.is_virtual)
         log.line.key("took_ns").number(monotonicNs() - call.now_ns);
-    }
     log.line.key("args").open('[');
 }
 
@@ -165,11 +144,10 @@ void endCallLine(Log& log, const Call& call) {
 
 void logFrame(Log& log, const Session& session, const SubmittedFrame& frame) {
     log.line.clear();
-    log.line.open('{').key("frame").number(frame.number);
-    log.line.key("session").text(log.nameOf("session", session.handle));
-    log.line.key("display_time").number(frame.display_time);
-    log.line.key("blend_mode").number(static_cast<std::int64_t>(frame.blend_mode));
-    log.line.key("dropped").boolean(session.frames.begun_fate.dropped).key("layers").open('[');
+    log.line.open('{').fields("frame", frame.number, "session", log.nameOf("session", session.handle),
+                              "display_time", frame.display_time, "blend_mode", frame.blend_mode, "dropped",
+                              session.frames.begun_override.dropped);
+    log.line.key("layers").open('[');
     for (const SubmittedLayer& layer : frame.layers)
         logLayer(log, layer);
     log.line.close(']').key("haptic_pulses").open('[');
@@ -177,140 +155,114 @@ void logFrame(Log& log, const Session& session, const SubmittedFrame& frame) {
     for (const HapticPulse& pulse : session.haptics.pulses) {
         if (pulse.number <= written) continue;
         written = pulse.number;
-        log.line.open('{').key("action").text(pulse.action_name).key("user").text(userPath(pulse.user));
-        log.line.key("start").number(pulse.start_ns).key("end").number(pulse.end_ns);
-        log.line.key("amplitude").number(pulse.amplitude).key("frequency_hz").number(pulse.frequency_hz);
-        log.line.close('}');
+        log.line.object("action", pulse.action_name, "user", userPath(pulse.user), "start", pulse.start_ns,
+                        "end", pulse.end_ns, "amplitude", pulse.amplitude, "frequency_hz",
+                        pulse.frequency_hz);
     }
     log.line.close(']').close('}');
     log.write(log.line);
 }
 
-void describe(Log& log, bool, const char* text) {
+void describeText(Log& log, const char* text) {
     if (text != nullptr) log.line.text({text, strnlen(text, kMaxLoggedText)});
 }
 
-void describe(Log& log, bool succeeded, const XrInstanceCreateInfo* info) {
-    if (!succeeded) return;
+void describe(Log& log, const XrInstanceCreateInfo& info) {
     log.line.open('{')
-        .key("application")
-        .text(info->applicationInfo.applicationName)
+        .fields("application", info.applicationInfo.applicationName)
         .key("extensions")
         .open('[');
-    for (std::uint32_t i = 0; i < info->enabledExtensionCount; ++i)
-        log.line.text(info->enabledExtensionNames[i]);
+    for (std::uint32_t i = 0; i < info.enabledExtensionCount; ++i)
+        log.line.text(info.enabledExtensionNames[i]);
     log.line.close(']').close('}');
 }
 
-void describe(Log& log, bool succeeded, const XrSessionBeginInfo* info) {
-    if (succeeded) log.line.number(static_cast<int>(info->primaryViewConfigurationType));
+void describe(Log& log, const XrSessionBeginInfo& info) {
+    log.line.number(static_cast<int>(info.primaryViewConfigurationType));
 }
 
-void describe(Log& log, bool succeeded, const XrReferenceSpaceCreateInfo* info) {
-    if (!succeeded) return;
-    log.line.open('{').key("type").number(static_cast<std::int64_t>(info->referenceSpaceType)).key("pose");
-    writePose(log, info->poseInReferenceSpace);
-    log.line.close('}');
+void describe(Log& log, const XrReferenceSpaceCreateInfo& info) {
+    log.line.object("type", info.referenceSpaceType, "pose", fromXr(info.poseInReferenceSpace));
 }
 
-void describe(Log& log, bool succeeded, const XrActionSpaceCreateInfo* info) {
-    if (!succeeded) return;
+void describe(Log& log, const XrActionSpaceCreateInfo& info) {
     log.line.open('{');
-    describeAction(log, info->action, info->subactionPath);
-    log.line.key("pose");
-    writePose(log, info->poseInActionSpace);
-    log.line.close('}');
+    describeAction(log, info.action, info.subactionPath);
+    log.line.fields("pose", fromXr(info.poseInActionSpace)).close('}');
 }
 
-void describe(Log& log, bool succeeded, const XrViewLocateInfo* info) {
-    if (!succeeded) return;
+void describe(Log& log, const XrViewLocateInfo& info) {
     log.line.open('{').key("space");
-    describe(log, true, info->space);
-    log.line.key("display_time").number(info->displayTime).close('}');
+    describe(log, info.space);
+    log.line.key("display_time").number(info.displayTime).close('}');
 }
 
-void describe(Log& log, bool succeeded, XrSpaceLocation* location) {
-    if (!succeeded) return;
-    log.line.open('{').key("flags").number(location->locationFlags).key("pose");
-    writePose(log, location->pose);
+void describe(Log& log, const XrSpaceLocation& location) {
+    log.line.object("flags", location.locationFlags, "pose", fromXr(location.pose));
+}
+
+void describe(Log& log, const XrSwapchainCreateInfo& info) {
+    log.line.open('{').key("format").number(info.format).key("size");
+    writeNumbers(log.line, {double(info.width), double(info.height)});
+    log.line.fields("array_size", info.arraySize, "samples", info.sampleCount, "usage", info.usageFlags);
     log.line.close('}');
 }
 
-void describe(Log& log, bool succeeded, const XrSwapchainCreateInfo* info) {
-    if (!succeeded) return;
-    log.line.open('{').key("format").number(info->format).key("size");
-    numbersOf(log.line, {double(info->width), double(info->height)});
-    log.line.key("array_size").number(info->arraySize).key("samples").number(info->sampleCount);
-    log.line.key("usage").number(info->usageFlags).close('}');
+void describe(Log& log, const XrFrameState& state) {
+    log.line.object("display_time", state.predictedDisplayTime, "should_render",
+                    state.shouldRender != XR_FALSE);
 }
 
-void describe(Log& log, bool succeeded, XrFrameState* state) {
-    if (!succeeded) return;
-    log.line.open('{').key("display_time").number(state->predictedDisplayTime).key("should_render");
-    log.line.boolean(state->shouldRender).close('}');
+void describe(Log& log, const XrFrameEndInfo& info) {
+    log.line.object("display_time", info.displayTime, "layers", info.layerCount);
 }
 
-void describe(Log& log, bool succeeded, const XrFrameEndInfo* info) {
-    if (!succeeded) return;
-    log.line.open('{').key("display_time").number(info->displayTime);
-    log.line.key("layers").number(info->layerCount).close('}');
+void describe(Log& log, const XrActionSetCreateInfo& info) {
+    log.line.text(info.actionSetName);
 }
 
-void describe(Log& log, bool succeeded, const XrActionSetCreateInfo* info) {
-    if (succeeded) log.line.text(info->actionSetName);
+void describe(Log& log, const XrActionCreateInfo& info) {
+    log.line.text(info.actionName);
 }
 
-void describe(Log& log, bool succeeded, const XrActionCreateInfo* info) {
-    if (succeeded) log.line.text(info->actionName);
-}
-
-void describe(Log& log, bool succeeded, const XrActionStateGetInfo* info) {
-    if (!succeeded) return;
+void describe(Log& log, const XrActionStateGetInfo& info) {
     log.line.open('{');
-    describeAction(log, info->action, info->subactionPath);
+    describeAction(log, info.action, info.subactionPath);
     log.line.close('}');
 }
 
-void describe(Log& log, bool succeeded, XrActionStateBoolean* state) {
-    if (!succeeded) return;
-    log.line.open('{').key("active").boolean(state->isActive).key("state").boolean(state->currentState);
+void describe(Log& log, const XrActionStateBoolean& state) {
+    log.line.object("active", state.isActive != XR_FALSE, "state", state.currentState != XR_FALSE);
+}
+
+void describe(Log& log, const XrActionStateFloat& state) {
+    log.line.object("active", state.isActive != XR_FALSE, "state", state.currentState);
+}
+
+void describe(Log& log, const XrActionStateVector2f& state) {
+    log.line.open('{').key("active").boolean(state.isActive).key("state");
+    writeNumbers(log.line, {state.currentState.x, state.currentState.y});
     log.line.close('}');
 }
 
-void describe(Log& log, bool succeeded, XrActionStateFloat* state) {
-    if (!succeeded) return;
-    log.line.open('{').key("active").boolean(state->isActive).key("state").number(state->currentState);
-    log.line.close('}');
-}
-
-void describe(Log& log, bool succeeded, XrActionStateVector2f* state) {
-    if (!succeeded) return;
-    log.line.open('{').key("active").boolean(state->isActive).key("state");
-    numbersOf(log.line, {state->currentState.x, state->currentState.y});
-    log.line.close('}');
-}
-
-void describe(Log& log, bool succeeded, const XrHapticActionInfo* info) {
-    if (!succeeded) return;
+void describe(Log& log, const XrHapticActionInfo& info) {
     log.line.open('{');
-    describeAction(log, info->action, info->subactionPath);
+    describeAction(log, info.action, info.subactionPath);
     log.line.close('}');
 }
 
-void describe(Log& log, bool succeeded, const XrHapticBaseHeader* feedback) {
-    if (!succeeded) return;
-    const auto& vibration = *reinterpret_cast<const XrHapticVibration*>(feedback);
-    log.line.open('{').key("duration_ns").number(vibration.duration);
-    log.line.key("frequency_hz").number(vibration.frequency);
-    log.line.key("amplitude").number(vibration.amplitude).close('}');
+void describe(Log& log, const XrHapticBaseHeader& feedback) {
+    const auto& vibration = reinterpret_cast<const XrHapticVibration&>(feedback);
+    log.line.object("duration_ns", vibration.duration, "frequency_hz", vibration.frequency, "amplitude",
+                    vibration.amplitude);
 }
 
-void describe(Log& log, bool succeeded, XrEventDataBuffer* event) {
-    if (!succeeded || event->type == XR_TYPE_EVENT_DATA_BUFFER) return;
-    log.line.open('{').key("type").text(structureTypeName(event->type));
-    if (event->type == XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED) {
+void describe(Log& log, const XrEventDataBuffer& event) {
+    if (event.type == XR_TYPE_EVENT_DATA_BUFFER) return;
+    log.line.open('{').key("type").text(structureTypeName(event.type));
+    if (event.type == XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED) {
         XrEventDataSessionStateChanged changed;
-        std::memcpy(&changed, event, sizeof changed);
+        std::memcpy(&changed, &event, sizeof changed);
         log.line.key("state").text(sessionStateName(changed.state));
     }
     log.line.close('}');

@@ -31,7 +31,7 @@ class Log {
     void flush();
     const std::string& fileName() const { return file_name_; }
 
-    std::map<std::uint64_t, std::uint64_t> pulses;  // last pulse written, per session
+    std::map<std::uint64_t, std::uint64_t> pulses;  // number of the last pulse written, per session
     std::int64_t last_time_ns = 0;                  // time logged for calls without a live instance
     JsonLine line;                                  // the line being written
 
@@ -57,42 +57,30 @@ void endCallLine(Log& log, const Call& call);
 // Writes a frame, with the haptic pulses that started since the last frame.
 void logFrame(Log& log, const Session& session, const SubmittedFrame& frame);
 
-// Appends one argument of a call to the line. Arguments of other types are omitted. Structures are read
-// only from calls that succeeded, because then they are valid.
-template <class Argument>
-void describe(Log& log, bool, const Argument& argument) {
-    if constexpr (std::is_enum_v<Argument>) {
-        log.line.number(static_cast<std::int64_t>(argument));
-    } else if constexpr (std::is_arithmetic_v<Argument>) {
-        log.line.number(argument);
-    }
-}
-void describe(Log& log, bool succeeded, const char* text);
-void describe(Log& log, bool succeeded, const XrInstanceCreateInfo* info);
-void describe(Log& log, bool succeeded, const XrSessionBeginInfo* info);
-void describe(Log& log, bool succeeded, const XrReferenceSpaceCreateInfo* info);
-void describe(Log& log, bool succeeded, const XrActionSpaceCreateInfo* info);
-void describe(Log& log, bool succeeded, const XrViewLocateInfo* info);
-void describe(Log& log, bool succeeded, XrSpaceLocation* location);
-void describe(Log& log, bool succeeded, const XrSwapchainCreateInfo* info);
-void describe(Log& log, bool succeeded, XrFrameState* state);
-void describe(Log& log, bool succeeded, const XrFrameEndInfo* info);
-void describe(Log& log, bool succeeded, const XrActionSetCreateInfo* info);
-void describe(Log& log, bool succeeded, const XrActionCreateInfo* info);
-void describe(Log& log, bool succeeded, const XrActionStateGetInfo* info);
-void describe(Log& log, bool succeeded, XrActionStateBoolean* state);
-void describe(Log& log, bool succeeded, XrActionStateFloat* state);
-void describe(Log& log, bool succeeded, XrActionStateVector2f* state);
-void describe(Log& log, bool succeeded, const XrHapticActionInfo* info);
-void describe(Log& log, bool succeeded, const XrHapticBaseHeader* feedback);
-void describe(Log& log, bool succeeded, XrEventDataBuffer* event);
+// Appends a structure or a handle to the line.
+void describe(Log& log, const XrInstanceCreateInfo& info);
+void describe(Log& log, const XrSessionBeginInfo& info);
+void describe(Log& log, const XrReferenceSpaceCreateInfo& info);
+void describe(Log& log, const XrActionSpaceCreateInfo& info);
+void describe(Log& log, const XrViewLocateInfo& info);
+void describe(Log& log, const XrSpaceLocation& location);
+void describe(Log& log, const XrSwapchainCreateInfo& info);
+void describe(Log& log, const XrFrameState& state);
+void describe(Log& log, const XrFrameEndInfo& info);
+void describe(Log& log, const XrActionSetCreateInfo& info);
+void describe(Log& log, const XrActionCreateInfo& info);
+void describe(Log& log, const XrActionStateGetInfo& info);
+void describe(Log& log, const XrActionStateBoolean& state);
+void describe(Log& log, const XrActionStateFloat& state);
+void describe(Log& log, const XrActionStateVector2f& state);
+void describe(Log& log, const XrHapticActionInfo& info);
+void describe(Log& log, const XrHapticBaseHeader& feedback);
+void describe(Log& log, const XrEventDataBuffer& event);
+void describeText(Log& log, const char* text);
 
-#define XRMOCK_DESCRIBE_HANDLE(Type, kind)                                                          \
-    inline void describe(Log& log, bool, Type handle) {                                             \
-        log.line.text(log.nameOf(kind, reinterpret_cast<std::uintptr_t>(handle)));                  \
-    }                                                                                               \
-    inline void describe(Log& log, bool succeeded, Type* created) {                                 \
-        if (succeeded) log.line.text(log.nameOf(kind, reinterpret_cast<std::uintptr_t>(*created))); \
+#define XRMOCK_DESCRIBE_HANDLE(Type, kind)                                         \
+    inline void describe(Log& log, Type handle) {                                  \
+        log.line.text(log.nameOf(kind, reinterpret_cast<std::uintptr_t>(handle))); \
     }
 XRMOCK_DESCRIBE_HANDLE(XrInstance, "instance")
 XRMOCK_DESCRIBE_HANDLE(XrSession, "session")
@@ -103,5 +91,22 @@ XRMOCK_DESCRIBE_HANDLE(XrAction, "action")
 XRMOCK_DESCRIBE_HANDLE(XrDebugUtilsMessengerEXT, "messenger")
 XRMOCK_DESCRIBE_HANDLE(XrHandTrackerEXT, "hand tracker")
 #undef XRMOCK_DESCRIBE_HANDLE
+
+// Appends one argument of a call to the line. Arguments of other types are omitted. Structures and created
+// handles are read only from calls that succeeded, because then they are valid.
+template <class Argument>
+void describeArgument(Log& log, bool succeeded, Argument argument) {
+    if constexpr (std::is_enum_v<Argument>) {
+        log.line.number(static_cast<std::int64_t>(argument));
+    } else if constexpr (std::is_arithmetic_v<Argument>) {
+        log.line.number(argument);
+    } else if constexpr (std::is_same_v<Argument, const char*>) {
+        describeText(log, argument);
+    } else if constexpr (requires { describe(log, argument); }) {
+        describe(log, argument);
+    } else if constexpr (requires { describe(log, *argument); }) {
+        if (succeeded) describe(log, *argument);
+    }
+}
 
 }  // namespace xrmock

@@ -56,7 +56,7 @@ struct Instance : Object {
     std::vector<Stall> stalls;
     std::unique_ptr<Control> control;  // null without XRMOCK_CONTROL
     Lockstep lockstep;
-    std::vector<Promise> promises;
+    std::vector<PendingReply> pending_replies;
     Clock clock;
     std::int64_t created_ns = 0;  // CLOCK_MONOTONIC
     std::string capture_folder;   // empty: captures are off
@@ -65,7 +65,7 @@ struct Instance : Object {
     // By interaction profile path.
     std::map<std::string, std::vector<SuggestedBinding>, std::less<>> suggestions;
     std::vector<Listener> listeners;
-    bool graphics_requirements_asked = false;
+    bool graphics_requirements_queried = false;
     std::vector<VulkanInstance> vulkan_instances;
     Statistics statistics;
     std::string first_refusal;
@@ -88,9 +88,9 @@ struct Label {
 
 struct Session : Object {
     static constexpr XrObjectType kType = XR_OBJECT_TYPE_SESSION;
-    explicit Session(Instance& owner, VulkanDevice gpu_device)
-        : Object(kType), instance(owner), device(std::move(gpu_device)) {}
-    ~Session() override { instance.events.forget(handleOf<XrSession>(*this)); }
+    Session(Instance& owner, const VulkanInstance& vulkan, const XrGraphicsBindingVulkanKHR& binding)
+        : Object(kType), instance(owner), device(vulkan, binding) {}
+    ~Session() override { instance.events.dropEvents(toHandle<XrSession>(*this)); }
 
     Instance& instance;
     VulkanDevice device;
@@ -116,7 +116,7 @@ struct ActionSet : Object {
     Instance& instance;
     std::string name, localized_name;
     std::uint32_t priority = 0;
-    bool attached = false;  // attached to a session at some time, therefore immutable
+    bool attached = false;  // was attached to a session and is therefore immutable
 };
 
 struct Action : Object {
@@ -140,15 +140,15 @@ struct Space : Object {
 
 struct HandTracker : Object {
     static constexpr XrObjectType kType = XR_OBJECT_TYPE_HAND_TRACKER_EXT;
-    explicit HandTracker(Session& owner, bool left) : Object(kType), session(owner), is_left(left) {}
+    HandTracker(Session& owner, bool left) : Object(kType), session(owner), is_left(left) {}
     Session& session;
     bool is_left;
 };
 
 struct Swapchain : Object {
     static constexpr XrObjectType kType = XR_OBJECT_TYPE_SWAPCHAIN;
-    explicit Swapchain(Session& owner, SwapchainImages gpu_images)
-        : Object(kType), session(owner), images(std::move(gpu_images)) {}
+    Swapchain(Session& owner, const XrSwapchainCreateInfo& info, std::uint32_t count)
+        : Object(kType), session(owner), images(owner.device, info, count) {}
 
     Session& session;
     SwapchainImages images;
@@ -159,15 +159,22 @@ struct Swapchain : Object {
     std::optional<std::uint32_t> last_released;
 };
 
-inline Sources sourcesOf(const Session& session) {
+// The session of an instance, or null: an instance has at most one.
+inline Session* findSession(const Instance& instance) {
+    for (Object* child : instance.children)
+        if (child->type == Session::kType) return static_cast<Session*>(child);
+    return nullptr;
+}
+
+inline Sources makeSources(const Session& session) {
     return {session.instance.scenario, session.automation, session.instance.clock};
 }
 
 // Enters the state and sends the state-changed event.
 void enter(Session& session, XrSessionState state, std::int64_t now_ns);
 
-// Advances the session state towards its target. Takes at most one step up (isRise), and only at the end of
-// a frame.
+// Advances the session state towards its target. An upward step (isUpwardStep) is made only at the end of a
+// frame, and at most one.
 void advance(Session& session, std::int64_t now_ns, bool frame_ended);
 
 }  // namespace xrmock

@@ -10,22 +10,20 @@
 namespace xrmock {
 
 void observeState(Session& session, XrSessionState state) {
-    assertState(session.instance, state);
+    checkStateAssertions(session.instance, state);
 }
 
 void observeFrame(Call& call, Session& session, const SubmittedFrame& frame) {
     if (runtime().log) logFrame(*runtime().log, session, frame);
-    assertFrame(call, session, frame);
-    if (!session.frames.begun_fate.dropped) servePictures(call, session, frame);
+    checkFrameAssertions(call, session, frame);
+    if (!session.frames.begun_override.dropped) sendPictures(call, session, frame);
 }
 
 void observeRefusal(const Call& call, XrResult result, const std::string& reason) {
     if (result == XR_ERROR_SESSION_LOST || result == XR_ERROR_INSTANCE_LOST) return;
-    Object* subject = runtime().handles.find(call.subject);
-    if (subject == nullptr) return;
-    Instance& instance = *const_cast<Instance*>(instanceOf(subject));
-    if (instance.statistics.refusals++ > 0) return;
-    instance.first_refusal = std::string(call.function) + ": " + resultName(result) + ": " + reason;
+    Instance* instance = findInstance(runtime().handles.find(call.subject));
+    if (instance == nullptr || instance->statistics.refusals++ > 0) return;
+    instance->first_refusal = std::string(call.function) + ": " + resultName(result) + ": " + reason;
 }
 
 }  // namespace xrmock

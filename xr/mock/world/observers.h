@@ -1,5 +1,5 @@
-// Notifies the observers of the application's actions: the log, the assertions and the waits of control
-// clients.
+// Notifies the observers of the application's calls: the log, the assertions and the `wait` requests of
+// control clients.
 #pragma once
 
 #include <cstdint>

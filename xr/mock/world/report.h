@@ -7,7 +7,7 @@ namespace xrmock {
 struct Instance;
 
 // Call when the instance is destroyed.
-void report(const Instance& instance);
+void writeReport(const Instance& instance);
 // Registers an exit handler. It reports the instances that are still alive, flushes the log and removes the
 // control sockets.
 void reportAtExit();

@@ -12,8 +12,8 @@ std::optional<XrSessionState> nextState(const SessionProgress& progress, Session
             if (!leaving) return XR_SESSION_STATE_READY;
             return std::nullopt;
         case XR_SESSION_STATE_READY:
-            // Only a synchronized session can be stopped, so a session that exits early passes through
-            // SYNCHRONIZED.
+            // Only a synchronized session can be stopped. A session that exits early therefore passes
+            // through SYNCHRONIZED.
             if (progress.running && (progress.frame_ended || leaving)) return XR_SESSION_STATE_SYNCHRONIZED;
             return std::nullopt;
         case XR_SESSION_STATE_SYNCHRONIZED:
@@ -35,7 +35,7 @@ std::optional<XrSessionState> nextState(const SessionProgress& progress, Session
     }
 }
 
-bool isRise(XrSessionState from, XrSessionState to) {
+bool isUpwardStep(XrSessionState from, XrSessionState to) {
     return from >= XR_SESSION_STATE_READY && from < XR_SESSION_STATE_FOCUSED && to == from + 1;
 }
 

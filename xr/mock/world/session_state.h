@@ -20,6 +20,6 @@ std::optional<XrSessionState> nextState(const SessionProgress& progress, Session
 
 // Returns whether the step leads to a higher state. At most one such step is taken per frame, so that the
 // application sees every state.
-bool isRise(XrSessionState from, XrSessionState to);
+bool isUpwardStep(XrSessionState from, XrSessionState to);
 
 }  // namespace xrmock

@@ -33,7 +33,7 @@ std::array<Pose, 2> stageFromEyes(const Instance& instance, std::int64_t time_ns
 
 namespace {
 
-// Pose of the space at `time_ns`, with the origins of the reference spaces as at `origins_ns`.
+// Pose of the space at `time_ns`. The origins of the reference spaces are those at `origins_ns`.
 std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns, std::int64_t origins_ns) {
     const Instance& instance = space.session.instance;
     switch (int{space.reference}) {
@@ -50,7 +50,7 @@ std::optional<Pose> stageFromSpace(const Space& space, std::int64_t time_ns, std
         default:
             break;
     }
-    const auto stage_from_action = stageFromAction(space.session.input, sourcesOf(space.session),
+    const auto stage_from_action = stageFromAction(space.session.input, makeSources(space.session),
                                                    space.action, space.subaction_path, time_ns);
     if (!stage_from_action) return std::nullopt;
     return *stage_from_action * space.origin_from_space;
@@ -74,20 +74,23 @@ std::optional<Pose> baseFromSpace(const Space& base, const Space& space, std::in
     return baseFromSpace(base, space, time_ns, time_ns);
 }
 
+Velocity centralDifference(const Pose& before, const Pose& after) {
+    constexpr double kPerSecond = 1e9 / (2.0 * kStepNs);
+    Velocity velocity{{}, rotationBetween(before, after)};
+    for (std::size_t i = 0; i < 3; ++i) {
+        velocity.linear_m_per_s[i] = (after.position[i] - before.position[i]) * kPerSecond;
+        velocity.angular_rad_per_s[i] *= kPerSecond;
+    }
+    return velocity;
+}
+
 // Uses fixed origins, because recentring is not motion.
 std::optional<Velocity> velocityInBase(const Space& base, const Space& space, std::int64_t time_ns) {
-    constexpr std::int64_t kStepNs = 500'000;  // central difference over 1 ms
-    constexpr double kPerSecond = 1e9 / (2.0 * kStepNs);
     time_ns = std::min(time_ns, std::numeric_limits<std::int64_t>::max() - kStepNs);
     const std::optional<Pose> before = baseFromSpace(base, space, time_ns - kStepNs, time_ns);
     const std::optional<Pose> after = baseFromSpace(base, space, time_ns + kStepNs, time_ns);
     if (!before || !after) return std::nullopt;
-    Velocity velocity{{}, rotationBetween(*before, *after)};
-    for (std::size_t i = 0; i < 3; ++i) {
-        velocity.linear_m_per_s[i] = (after->position[i] - before->position[i]) * kPerSecond;
-        velocity.angular_rad_per_s[i] *= kPerSecond;
-    }
-    return velocity;
+    return centralDifference(*before, *after);
 }
 
 }  // namespace xrmock

@@ -39,11 +39,11 @@ struct SubmittedLayer {
     LayerType type = LayerType::projection;
     XrCompositionLayerFlags flags = 0;
     const Space* space = nullptr;
-    std::optional<Pose> stage_from_space;  // at the display time; nullopt: it cannot be located or shown
+    std::optional<Pose> stage_from_space;  // at the display time; nullopt: cannot be located, layer not shown
 
     std::array<SubmittedView, 2> views;  // projection: left, right
 
-    // Quad and cylinder only. The size fields below belong to the type in their name.
+    // Quad and cylinder only. A field named after one of the types belongs to this type only.
     XrEyeVisibility eyes = XR_EYE_VISIBILITY_BOTH;
     SubmittedImage image;
     Pose space_from_layer;

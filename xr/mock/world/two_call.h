@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <iterator>
+#include <span>
 #include <string>
 
 #include "world/call.h"
@@ -14,11 +15,11 @@ namespace xrmock {
 template <class Values, class Element, class Write>
 XrResult twoCall(std::uint32_t capacity, std::uint32_t* count, Element* elements, const Values& values,
                  Write write) {
-    require(count != nullptr, XR_ERROR_VALIDATION_FAILURE, "the count output is null");
+    requireValid(count != nullptr, "the count output is null");
     *count = static_cast<std::uint32_t>(std::size(values));
     if (capacity == 0) return XR_SUCCESS;
     require(capacity >= *count, XR_ERROR_SIZE_INSUFFICIENT, "the buffer is too small");
-    require(elements != nullptr, XR_ERROR_VALIDATION_FAILURE, "the buffer is null");
+    requireValid(elements != nullptr, "the buffer is null");
     for (const auto& value : values)
         write(value, *elements++);
     return XR_SUCCESS;
@@ -33,14 +34,7 @@ XrResult twoCall(std::uint32_t capacity, std::uint32_t* count, Element* elements
 // The count of a string includes the terminating null.
 inline XrResult twoCallString(std::uint32_t capacity, std::uint32_t* count, char* buffer,
                               const std::string& text) {
-    require(count != nullptr, XR_ERROR_VALIDATION_FAILURE, "the count output is null");
-    *count = static_cast<std::uint32_t>(text.size() + 1);
-    if (capacity == 0) return XR_SUCCESS;
-    require(capacity >= *count, XR_ERROR_SIZE_INSUFFICIENT, "the buffer is too small");
-    require(buffer != nullptr, XR_ERROR_VALIDATION_FAILURE, "the buffer is null");
-    text.copy(buffer, text.size());
-    buffer[text.size()] = '\0';
-    return XR_SUCCESS;
+    return twoCall(capacity, count, buffer, std::span(text.c_str(), text.size() + 1));
 }
 
 }  // namespace xrmock

@@ -27,9 +27,8 @@ void copyText(const char* text, char (&out)[kSize]) {
 template <class Element>
 void checkElements(std::uint32_t capacity, const Element* elements, std::size_t count, XrStructureType type) {
     if (elements == nullptr || capacity < count) return;  // nothing will be written
-    for (std::size_t i = 0; i < count; ++i) {
-        require(elements[i].type == type, XR_ERROR_VALIDATION_FAILURE, "an element has the wrong type");
-    }
+    for (std::size_t i = 0; i < count; ++i)
+        requireValid(elements[i].type == type, "an element has the wrong type");
 }
 
 inline void requireSystem(XrSystemId system) {
@@ -38,9 +37,9 @@ inline void requireSystem(XrSystemId system) {
 
 // Enumeration values of extensions that are not offered count as invalid.
 inline void requireViewConfiguration(XrViewConfigurationType type) {
-    require(
+    requireValid(
         type == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_MONO || type == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO,
-        XR_ERROR_VALIDATION_FAILURE, "the view configuration type is no known value");
+        "the view configuration type is no known value");
     require(type == XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO, XR_ERROR_VIEW_CONFIGURATION_TYPE_UNSUPPORTED,
             "only primary stereo is offered");
 }
@@ -80,11 +79,11 @@ inline const AttachedAction& attachedAction(const InputState& input, const Actio
 }
 
 inline void checkMessenger(const XrDebugUtilsMessengerCreateInfoEXT& info) {
-    require(info.messageSeverities != 0 && (info.messageSeverities & ~kAllSeverities) == 0,
-            XR_ERROR_VALIDATION_FAILURE, "messageSeverities is empty or has unknown bits");
-    require(info.messageTypes != 0 && (info.messageTypes & ~kAllTypes) == 0, XR_ERROR_VALIDATION_FAILURE,
-            "messageTypes is empty or has unknown bits");
-    require(info.userCallback != nullptr, XR_ERROR_VALIDATION_FAILURE, "userCallback is null");
+    requireValid(info.messageSeverities != 0 && (info.messageSeverities & ~kAllSeverities) == 0,
+                 "messageSeverities is empty or has unknown bits");
+    requireValid(info.messageTypes != 0 && (info.messageTypes & ~kAllTypes) == 0,
+                 "messageTypes is empty or has unknown bits");
+    requireValid(info.userCallback != nullptr, "userCallback is null");
 }
 
 inline std::int64_t refreshPeriodNs(const Scenario& scenario) {

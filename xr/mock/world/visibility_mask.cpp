@@ -20,7 +20,7 @@ double twiceArea(const Polygon& polygon) {
     return sum;
 }
 
-// Clips a convex polygon to the left (side 1) or right (side -1) of a line.
+// Returns the part of a convex polygon to the left (side 1) or right (side -1) of a line.
 Polygon cutPolygon(const Polygon& polygon, const Corner& from, const Corner& to, double side) {
     Polygon part;
     for (std::size_t i = 0; i < polygon.size(); ++i) {

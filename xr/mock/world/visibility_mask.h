@@ -13,8 +13,8 @@ namespace xrmock {
 
 using Corner = std::array<double, 2>;  // on the plane one metre in front of the eye, x right, y up
 
-// The field of view divided into convex pieces, counter-clockwise. All are empty if the lens has no
-// outline; the mask is then unavailable.
+// The field of view, divided into convex counter-clockwise pieces. If the lens has no outline, there are no
+// pieces, and the mask is unavailable.
 struct VisibilityMask {
     std::vector<Corner> visible;              // also the line loop
     std::vector<std::vector<Corner>> hidden;  // without gaps or overlaps

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "tests/app/modeller/segmentation/made_tubes.h"
+#include "tests/app/modeller/segmentation/liver_phantom.h"
 
 namespace stylet::modeller {
 namespace {
@@ -14,7 +14,7 @@ using test::box;
 
 const Grid kBoxGrid{Index3(40), Vec3(0.002), Vec3(0.0)};
 
-TEST(Accuracy, TheSameIsPerfect) {
+TEST(Accuracy, IdenticalMasksAgreePerfectly) {
     const Mask a = box(kBoxGrid, Index3(10), Index3(19));
     const Agreement same = compare(a, a);
     EXPECT_EQ(same.dice, 1.0);
@@ -23,7 +23,7 @@ TEST(Accuracy, TheSameIsPerfect) {
     EXPECT_NEAR(same.truth_ml, 8.0, 1e-9);
 }
 
-TEST(Accuracy, AShiftByTwoVoxels) {
+TEST(Accuracy, ShiftedBoxHasKnownDiceAndHausdorff) {
     const Agreement shifted =
         compare(box(kBoxGrid, Index3(10), Index3(19)), box(kBoxGrid, {12, 10, 10}, {21, 19, 19}));
     EXPECT_NEAR(shifted.dice, 0.8, 1e-12);
@@ -34,7 +34,7 @@ TEST(Accuracy, AShiftByTwoVoxels) {
 
 // Every surface voxel of the inner box is 3 voxels from the outer box's surface. The corners of the outer
 // box are 3 sqrt(3) voxels from the inner box.
-TEST(Accuracy, ABoxInABox) {
+TEST(Accuracy, NestedBoxesHaveKnownDiceAndHausdorff) {
     const Agreement nested =
         compare(box(kBoxGrid, Index3(8), Index3(27)), box(kBoxGrid, Index3(11), Index3(24)));
     EXPECT_NEAR(nested.dice, 2.0 * 14 * 14 * 14 / (20.0 * 20 * 20 + 14.0 * 14 * 14), 1e-12);
@@ -42,15 +42,16 @@ TEST(Accuracy, ABoxInABox) {
     EXPECT_GE(nested.mean_surface_m, 0.006 - 1e-8);
 }
 
-// The mean over the moved face only: each of its voxels is two voxels from the other box's face.
-TEST(Accuracy, AMeanOfItsOwnWhereItIsAskedFor) {
+// The region of the first comparison contains the moved face only. Each of its voxels is two voxels from the
+// other box's face.
+TEST(Accuracy, RegionHasItsOwnMeanSurfaceDistance) {
     const Mask a = box(kBoxGrid, Index3(10), Index3(19)), b = box(kBoxGrid, Index3(10), {21, 19, 19});
-    EXPECT_NEAR(compare(a, b, box(kBoxGrid, {19, 13, 13}, {21, 16, 16})).mean_surface_there_m, 0.004, 1e-8);
-    EXPECT_EQ(compare(a, b, box(kBoxGrid, {10, 13, 13}, {11, 16, 16})).mean_surface_there_m, 0.0);
-    EXPECT_TRUE(std::isnan(compare(a, b, box(kBoxGrid, Index3(30), Index3(32))).mean_surface_there_m));
+    EXPECT_NEAR(compare(a, b, box(kBoxGrid, {19, 13, 13}, {21, 16, 16})).mean_surface_near_m, 0.004, 1e-8);
+    EXPECT_EQ(compare(a, b, box(kBoxGrid, {10, 13, 13}, {11, 16, 16})).mean_surface_near_m, 0.0);
+    EXPECT_TRUE(std::isnan(compare(a, b, box(kBoxGrid, Index3(30), Index3(32))).mean_surface_near_m));
 }
 
-TEST(Accuracy, NothingFoundIsInfinitelyFar) {
+TEST(Accuracy, EmptyMaskHasInfiniteDistance) {
     const Agreement none = compare(box(kBoxGrid, Index3(10), Index3(19)), Mask(kBoxGrid));
     EXPECT_EQ(none.dice, 0.0);
     EXPECT_TRUE(std::isinf(none.mean_surface_m));

@@ -11,14 +11,12 @@ namespace {
 using patient::Label;
 using patient::synth::Id;
 
-TEST(WholeLiver, HoldsTheVesselsInsideButNotTheTrunks) {
+TEST(WholeLiver, IncludesVesselsInsideButNotTheTrunks) {
     LabelVolume labels({Index3(40, 30, 30), Vec3(0.002), Vec3(0.0)});
-    for (int z = 0; z < 30; ++z)
-        for (int y = 0; y < 30; ++y)
-            for (int x = 0; x < 40; ++x) {
-                labels[{x, y, z}] = x < 20 ? 1 : 0;
-                if (std::abs(y - 15) < 2 && std::abs(z - 15) < 2) labels[{x, y, z}] = 2;
-            }
+    forEachVoxel(labels.grid, [&](const Index3& i) {
+        labels[i] = i.x < 20 ? 1 : 0;
+        if (std::abs(i.y - 15) < 2 && std::abs(i.z - 15) < 2) labels[i] = 2;
+    });
     std::vector<Label> table(2);
     table[0].id = 1, table[0].name = "liver";
     table[1].id = 2, table[1].name = "portal vein";
@@ -27,7 +25,7 @@ TEST(WholeLiver, HoldsTheVesselsInsideButNotTheTrunks) {
     EXPECT_FALSE((whole[{21, 15, 15}]) || (whole[{30, 15, 15}]));
 }
 
-TEST(Atlas, KnowsTheOrgansOfAReferencePatient) {
+TEST(Atlas, ContainsTheOrgansOfAReferencePatient) {
     const patient::Package& torso = test::seededTorso();
     const AtlasImage atlas(torso, {});
     const auto millilitres = [&](Organ organ) {
@@ -40,12 +38,12 @@ TEST(Atlas, KnowsTheOrgansOfAReferencePatient) {
     for (const Organ organ : {Organ::gallbladder, Organ::heart, Organ::kidneys, Organ::stomach, Organ::bowel,
                               Organ::pancreas, Organ::blood, Organ::wall})
         EXPECT_GT(millilitres(organ), 10.0) << int(organ);
-    // The lowest feature value is the one for outside the body.
+    // Voxels outside the body have the lowest feature value.
     EXPECT_NEAR(atlas.feature.grid.spacing_m.x, 0.004, 1e-9);
     EXPECT_LT(*std::min_element(atlas.feature.voxels.begin(), atlas.feature.voxels.end()), -290.0f);
 }
 
-TEST(Atlas, WithoutAnyNothingIsKnown) {
+TEST(Atlas, NoAtlasesGiveAnUnknownPrior) {
     const patient::Package& torso = test::seededTorso();
     const AtlasPrior prior = alignAtlases(torso.ct, test::seededBody(), {}, {}, {});
     EXPECT_TRUE(prior.used.empty());
@@ -64,19 +62,19 @@ TEST(Atlas, NeedsTheRegistrationProgram) {
 
 // Names are compared as a whole: seed 1 differs from seed 11.
 // HZ-TEACH-10
-TEST(Atlas, APatientIsNotItsOwn) {
-    const std::string listed = "built; " + atlasList({"reference patient, seed 11", "A"}) + "; more";
+TEST(Atlas, OwnPatientIsRefused) {
+    const std::string listed = "built; " + formatAtlasList({"reference patient, seed 11", "A"}) + "; more";
     EXPECT_EQ(listed, "built; atlases: \"reference patient, seed 11\", \"A\"; more");
-    EXPECT_EQ(atlasList({}), "");
+    EXPECT_EQ(formatAtlasList({}), "");
     for (const char* other : {"reference patient, seed 1", "seed 11", "B", "built"})
-        EXPECT_NO_THROW(refuseItself(other, listed)) << other;
+        EXPECT_NO_THROW(checkNotOwnAtlas(other, listed)) << other;
     for (const char* same : {"reference patient, seed 11", "A"})
-        EXPECT_THROW(refuseItself(same, listed), ImportError) << same;
+        EXPECT_THROW(checkNotOwnAtlas(same, listed), ImportError) << same;
 }
 
 // Seeds 1 to 8 are used for tuning, seeds 31 to 33 for reported results.
 // HZ-TEACH-10
-TEST(Atlas, NoSeedThatIsTunedOnOrReportedStandsIn) {
+TEST(Atlas, DefaultSeedsAreNotUsedForTuningOrReports) {
     for (const std::uint64_t seed : kAtlasSeeds)
         EXPECT_GT(seed, 100u);
 }

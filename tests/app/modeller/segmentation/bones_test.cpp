@@ -16,17 +16,15 @@ using patient::synth::Id;
 // marrow as dark as fat.
 CtVolume shaftAndKidney() {
     CtVolume ct({Index3(80, 80, 40), Vec3(0.001), Vec3(0.0)}, 55);
-    for (int z = 0; z < 40; ++z)
-        for (int y = 0; y < 80; ++y)
-            for (int x = 0; x < 80; ++x) {
-                const double r = std::hypot(x - 60, y - 65);
-                if (r < 7.0) ct[{x, y, z}] = r < 4.5 ? -40 : 700;
-                if (std::hypot(x - 20, y - 30, z - 20) < 12.0) ct[{x, y, z}] = 240;
-            }
+    forEachVoxel(ct.grid, [&](const Index3& i) {
+        const double r = std::hypot(i.x - 60, i.y - 65);
+        if (r < 7.0) ct[i] = r < 4.5 ? -40 : 700;
+        if (std::hypot(i.x - 20, i.y - 30, i.z - 20) < 12.0) ct[i] = 240;
+    });
     return ct;
 }
 
-TEST(Bones, CortexIsFilledAndAKidneyIsNone) {
+TEST(Bones, CortexIsFilledAndKidneyIsExcluded) {
     const CtVolume ct = shaftAndKidney();
     const Bones b = findBones(ct, Mask(ct.grid, 1));
     EXPECT_FALSE((b.all[{20, 30, 20}]));
@@ -35,32 +33,29 @@ TEST(Bones, CortexIsFilledAndAKidneyIsNone) {
     EXPECT_NEAR(volume_ml(b.all), 3.14159 * 49.0 * 40.0 * 1e-3, 0.5);
 }
 
-TEST(Bones, NothingBrightIsNoBone) {
+TEST(Bones, DarkScanHasNoBones) {
     const CtVolume ct({Index3(30), Vec3(0.002), Vec3(0.0)}, 50);
     const Bones b = findBones(ct, Mask(ct.grid, 1));
-    EXPECT_EQ(countOf(b.all), 0u);
+    EXPECT_EQ(countVoxels(b.all), 0u);
     EXPECT_TRUE(b.ribs.empty());
-    EXPECT_EQ(b.notes.size(), 3u);  // no canal, no rib on either side
+    EXPECT_EQ(b.notes.size(), 3u);  // notes: no canal, no left ribs, no right ribs
     EXPECT_EQ(findBones(ct, Mask(ct.grid)).notes.size(), 1u);
 }
 
 // A rod along x in front: bone, then cartilage, then muscle again. A second rod is cartilage only.
-TEST(Bones, CartilageGoesOnWhereARibEnds) {
+TEST(Bones, CartilageContinuesTheRib) {
     CtVolume ct({Index3(90, 60, 50), Vec3(0.001), Vec3(0.0)}, 55);
     Bones b;
     for (Mask* m : {&b.all, &b.spine, &b.ribs_right, &b.ribs_left, &b.sternum})
         *m = Mask(ct.grid);
     Mask cartilage(ct.grid);
-    for (int z = 0; z < 50; ++z)
-        for (int y = 0; y < 60; ++y)
-            for (int x = 10; x < 80; ++x) {
-                const Index3 i{x, y, z};
-                if (std::hypot(y - 45, z - 15) < 5.0 && x < 70) {
-                    ct[i] = x < 40 ? 600 : 100;
-                    (x < 40 ? b.ribs_right : cartilage)[i] = 1;
-                }
-                if (std::hypot(y - 45, z - 35) < 5.0) ct[i] = 100;
-            }
+    forEachVoxel(VoxelBox{{10, 0, 0}, {79, 59, 49}}, [&](const Index3& i) {
+        if (std::hypot(i.y - 45, i.z - 15) < 5.0 && i.x < 70) {
+            ct[i] = i.x < 40 ? 600 : 100;
+            (i.x < 40 ? b.ribs_right : cartilage)[i] = 1;
+        }
+        if (std::hypot(i.y - 45, i.z - 35) < 5.0) ct[i] = 100;
+    });
     b.all = b.ribs_right;
     const Mask found = costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b);
     EXPECT_GT(compare(cartilage, found).dice, 0.85);
@@ -68,16 +63,16 @@ TEST(Bones, CartilageGoesOnWhereARibEnds) {
     ct.grid.spacing_m = Vec3(0.0015);
     for (Mask* m : {&b.all, &b.spine, &b.ribs_right, &b.ribs_left, &b.sternum})
         m->grid = ct.grid;
-    EXPECT_EQ(countOf(costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b)), 0u);
+    EXPECT_EQ(countVoxels(costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b)), 0u);
 }
 
-TEST(Bones, OfAReferencePatient) {
+TEST(Bones, MatchReferencePatient) {
     const Bones b = findBones(test::seededTorso().ct, test::seededBody());
-    EXPECT_GT(test::diceOf({Id::spine, Id::ribsRight, Id::ribsLeft, Id::sternum}, b.all), 0.80);
-    EXPECT_GT(test::diceOf({Id::spine}, b.spine), 0.82);
-    EXPECT_GT(test::diceOf({Id::spinalCanal}, b.canal), 0.80);
-    EXPECT_GT(test::diceOf({Id::sternum}, b.sternum), 0.70);
-    EXPECT_EQ(countOf(b.other), 0u);
+    EXPECT_GT(test::diceWithTruth({Id::spine, Id::ribsRight, Id::ribsLeft, Id::sternum}, b.all), 0.80);
+    EXPECT_GT(test::diceWithTruth({Id::spine}, b.spine), 0.82);
+    EXPECT_GT(test::diceWithTruth({Id::spinalCanal}, b.canal), 0.80);
+    EXPECT_GT(test::diceWithTruth({Id::sternum}, b.sternum), 0.70);
+    EXPECT_EQ(countVoxels(b.other), 0u);
     std::set<int> right, left;
     for (const Rib& rib : b.ribs) {
         (rib.right ? right : left).insert(rib.number);

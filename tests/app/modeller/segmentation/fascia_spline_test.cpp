@@ -8,7 +8,9 @@
 #include "app/modeller/image/import_image.h"
 #include "app/modeller/segmentation/bones.h"
 #include "app/modeller/segmentation/lungs.h"
+#include "base/errors.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"
+#include "tests/support/refused.h"
 
 namespace stylet::modeller {
 namespace {
@@ -25,22 +27,17 @@ FasciaSpline tube(double radius_m) {
 }
 
 std::string fasciaRefusal(const std::string& text) {
-    try {
-        parseFascia("f.txt", text);
-    } catch (const ImportError& e) {
-        return e.what();
-    }
-    return "";
+    return test::errorText<DataError>([&] { parseFascia("f.txt", text); });
 }
 
-TEST(FasciaSpline, EqualControlsAreACylinder) {
+TEST(FasciaSpline, EqualControlPointsGiveACylinder) {
     const FasciaSpline s = tube(0.1);
     for (const double phi : {-7.0, -0.1, 0.0, 1.0, 6.4})
         for (const double h : {-1.0, -0.03, 0.0, 0.029, 1.0})
             EXPECT_NEAR(s.radiusAt(phi, h), 0.1, 1e-12);
 }
 
-TEST(FasciaSpline, IsPeriodicAndSmoothWhereItCloses) {
+TEST(FasciaSpline, IsPeriodicAndSmoothAtTheSeam) {
     FasciaSpline s = tube(0.1);
     for (std::size_t i = 0; i < s.control_m.size(); ++i)
         s.control_m[i] += 0.01 * std::sin(0.7 * double(i));
@@ -52,7 +49,7 @@ TEST(FasciaSpline, IsPeriodicAndSmoothWhereItCloses) {
 }
 
 // Control points on a straight row give a straight line, because the basis reproduces linear functions.
-TEST(FasciaSpline, KeepsACone) {
+TEST(FasciaSpline, ReproducesACone) {
     FasciaSpline s = tube(0.1);
     for (int row = 0; row < s.levels; ++row)
         for (int k = 0; k < s.around; ++k)
@@ -60,7 +57,7 @@ TEST(FasciaSpline, KeepsACone) {
     EXPECT_NEAR(s.radiusAt(2.0, s.h_begin_m + 1.5 * s.h_step_m), 0.05 + 0.004 * 2.5, 1e-12);
 }
 
-TEST(FasciaSpline, TextComesBackToAHundredthOfAMillimetre) {
+TEST(FasciaSpline, TextRoundTripKeepsAHundredthOfAMillimetre) {
     FasciaSpline s = tube(0.1);
     s.control_m[17] = 0.12345;
     const FasciaSpline back = parseFascia("fascia.txt", writeFascia(s));
@@ -95,15 +92,14 @@ TEST(FasciaSpline, BadTextIsRefusedByLineAndField) {
     EXPECT_NE(fasciaRefusal(std::string(1000, '\xff')), "");
 }
 
-// A flood fill over voxel faces from the axis must not get past the fascia. The voxels of the ribs are not
-// counted.
+// A flood fill across voxel faces from the axis must not pass the fascia.
 TEST(FasciaSpline, SeparatesInReferencePatient) {
     const CtVolume& ct = test::seededTorso().ct;
     const Mask& body = test::seededBody();
     const Bones bones = findBones(ct, body);
     const Lungs lungs = findLungs(ct, body);
-    Mask organs = either(lungs.right, lungs.left);
-    organs = either(organs, test::seededTruth({Id::liver, Id::portal, Id::hepaticVeins, Id::ducts}));
+    Mask organs = unite(lungs.right, lungs.left);
+    organs = unite(organs, test::seededTruth({Id::liver, Id::portal, Id::hepaticVeins, Id::ducts}));
     const FasciaInput in{ct, body, bones.all, organs};
     const FasciaSpline s = fitFascia(in);
     const Mask inside = insideFascia(s, in), surface = fasciaVoxels(s, in);
@@ -112,9 +108,9 @@ TEST(FasciaSpline, SeparatesInReferencePatient) {
     const Index3 axis = g.nearest({s.axis_m.x, s.axis_m.y, g.centre(g.dims / 2).z});
     for (int x = -8; x <= 8; ++x)
         seed[axis + Index3(x, 0, 0)] = inside[axis + Index3(x, 0, 0)];
-    const Mask reached = floodFrom(seed, open);
-    EXPECT_GT(countOf(reached), countOf(inside) / 2);
-    EXPECT_EQ(countOf(without(reached, inside)), 0u);
+    const Mask reached = floodFill(seed, open);
+    EXPECT_GT(countVoxels(reached), countVoxels(inside) / 2);
+    EXPECT_EQ(countVoxels(subtract(reached, inside)), 0u);
     const Agreement a = compare(test::seededTruth({Id::fascia}), surface);
     EXPECT_LT(a.mean_surface_m, 0.0035);
     for (std::size_t i = 0; i < surface.voxels.size(); ++i)

@@ -17,39 +17,34 @@ using patient::synth::Id;
 constexpr double kLiverRadius_m = 0.050;
 const Vec3 kLiverMiddle(0.09, 0.09, 0.075);
 
+void paintBall(CtVolume& ct, const Vec3& middle, double radius_m, std::int16_t hu) {
+    forEachVoxel(ct.grid, [&](const Index3& i) {
+        if (glm::length(ct.grid.centre(i) - middle) < radius_m) ct[i] = hu;
+    });
+}
+
 CtVolume fatWithALiver() {
     CtVolume ct({Index3(60, 60, 50), Vec3(0.003), Vec3(0.0)}, -100);
-    for (int z = 0; z < 50; ++z)
-        for (int y = 0; y < 60; ++y)
-            for (int x = 0; x < 60; ++x)
-                if (glm::length(ct.grid.centre({x, y, z}) - kLiverMiddle) < kLiverRadius_m)
-                    ct[{x, y, z}] = 110;
+    paintBall(ct, kLiverMiddle, kLiverRadius_m, 110);
     return ct;
 }
 
-void paintBall(CtVolume& ct, const Vec3& middle, double radius_m, std::int16_t hu) {
-    for (int z = 0; z < ct.grid.dims.z; ++z)
-        for (int y = 0; y < ct.grid.dims.y; ++y)
-            for (int x = 0; x < ct.grid.dims.x; ++x)
-                if (glm::length(ct.grid.centre({x, y, z}) - middle) < radius_m) ct[{x, y, z}] = hu;
-}
-
-Liver found(const CtVolume& ct, const AtlasPrior& prior = {}) {
+Liver segment(const CtVolume& ct, const AtlasPrior& prior = {}) {
     const Mask all(ct.grid, 1), none(ct.grid);
     return findLiver(ct, all, none, none, prior);
 }
 
-TEST(Liver, WithoutAnAtlasIsTheLargestThickOrgan) {
+TEST(Liver, WithoutAtlasTheLargestThickOrganIsUsed) {
     const CtVolume ct = fatWithALiver();
-    const Liver liver = found(ct);
+    const Liver liver = segment(ct);
     EXPECT_NEAR(liver.mean_hu, 110.0, 3.0);
     EXPECT_NEAR(volume_ml(liver.mask), 523.6, 25.0);
     ASSERT_EQ(liver.notes.size(), 1u);
 }
 
-TEST(Liver, HoldsItsVesselsAndTumoursButNotWhatHangsOnIt) {
+TEST(Liver, IncludesVesselsAndTumoursButNotAttachedOrgans) {
     CtVolume ct = fatWithALiver();
-    const double whole_ml = volume_ml(found(ct).mask);
+    const double whole_ml = volume_ml(segment(ct).mask);
     paintBall(ct, kLiverMiddle + Vec3(0.015, 0, 0), 0.009, 60);    // a tumour inside
     paintBall(ct, kLiverMiddle + Vec3(0, 0, -0.020), 0.005, 190);  // a vessel
     paintBall(ct, kLiverMiddle + Vec3(-0.036, 0, 0), 0.014, 65);   // at the surface, clipped to it
@@ -58,25 +53,25 @@ TEST(Liver, HoldsItsVesselsAndTumoursButNotWhatHangsOnIt) {
     const CtVolume round = fatWithALiver();
     for (std::size_t i = 0; i < ct.voxels.size(); ++i)
         if (round.voxels[i] == -100 && ct.voxels[i] == 65) ct.voxels[i] = -100;
-    const Liver liver = found(ct);
+    const Liver liver = segment(ct);
     EXPECT_NEAR(volume_ml(liver.mask), whole_ml, 0.03 * whole_ml);
     for (const Vec3& at : {Vec3(0.015, 0, 0), Vec3(0, 0, -0.020), Vec3(-0.036, 0, 0)})
         EXPECT_EQ(liver.mask.nearestOr(kLiverMiddle + at, 0), 1) << at.x;
     EXPECT_EQ(liver.mask.nearestOr(kLiverMiddle + Vec3(0, 0.072, 0), 0), 0);
 }
 
-TEST(Liver, ThatIsNotThereIsSaid) {
+TEST(Liver, MissingLiverIsReported) {
     CtVolume ct = fatWithALiver();
     std::fill(ct.voxels.begin(), ct.voxels.end(), std::int16_t{-100});
-    Liver liver = found(ct);
-    EXPECT_EQ(countOf(liver.mask), 0u);
+    Liver liver = segment(ct);
+    EXPECT_EQ(countVoxels(liver.mask), 0u);
     EXPECT_EQ(liver.notes.back(), "no liver: nothing in the scan is like one where it should lie");
     paintBall(ct, kLiverMiddle, 0.026, 110);
-    liver = found(ct);
-    EXPECT_EQ(countOf(liver.mask), 0u);
+    liver = segment(ct);
+    EXPECT_EQ(countVoxels(liver.mask), 0u);
 }
 
-TEST(LiverBorder, MovesToWhereTheTwoSidesMeet) {
+TEST(LiverBorder, MovesToTheEdge) {
     const CtVolume ct = fatWithALiver();
     const Mask open(ct.grid, 1);
     for (const double off_m : {-0.005, 0.005}) {
@@ -91,19 +86,19 @@ TEST(LiverBorder, MovesToWhereTheTwoSidesMeet) {
     }
 }
 
-TEST(LiverNeighbours, NoiseIsAveragedAndEdgesStay) {
+TEST(LiverNeighbours, SigmaFilterAveragesNoiseAndKeepsEdges) {
     const Mask all({Index3(12, 12, 12), Vec3(0.003), Vec3(0.0)}, 1);
     FloatVolume image(all.grid);
     for (std::size_t i = 0; i < image.voxels.size(); ++i)
         image.voxels[i] = (i % 12 < 6 ? 50.0f : 115.0f) + ((i * 7919 % 13) < 6 ? 8.0f : -8.0f);
-    const FloatVolume calm = sigmaFiltered(image, all, 25.0f, 1);
+    const FloatVolume filtered = sigmaFiltered(image, all, 25.0f, 1);
     for (int z = 1; z < 11; ++z)
         for (int x = 1; x < 11; ++x)
-            EXPECT_NEAR((calm[{x, 6, z}]), x < 6 ? 50.0f : 115.0f, 6.5f);
+            EXPECT_NEAR((filtered[{x, 6, z}]), x < 6 ? 50.0f : 115.0f, 6.5f);
     EXPECT_EQ(sigmaFiltered(image, Mask(all.grid), 25.0f, 1).voxels, image.voxels);
 }
 
-TEST(LiverNeighbours, ALobeThatIsBrighterIsLevelled) {
+TEST(LiverNeighbours, BrighterLobeIsBiasCorrected) {
     const Grid grid{Index3(40, 10, 10), Vec3(0.003), Vec3(0.0)};
     FloatVolume hu(grid);
     Mask core(grid);
@@ -111,7 +106,7 @@ TEST(LiverNeighbours, ALobeThatIsBrighterIsLevelled) {
         hu.voxels[i] = i % 40 < 12 ? 125.0f : 115.0f;
         core.voxels[i] = i % 40 < 28;
     }
-    const FloatVolume level = levelled(hu, core, 115.0f, 2);
+    const FloatVolume level = correctBias(hu, core, 115.0f, 2);
     EXPECT_NEAR((level[{3, 5, 5}]), 115.0f, 0.5f);
     EXPECT_NEAR((level[{22, 5, 5}]), 115.0f, 0.5f);
     EXPECT_NEAR((level[{38, 5, 5}]), 115.0f, 0.1f);
@@ -119,47 +114,38 @@ TEST(LiverNeighbours, ALobeThatIsBrighterIsLevelled) {
 
 // A ball with a lobe and an equally thick lump (24 mm). The lump continues into similar tissue outside the
 // liver.
-TEST(LiverNeighbours, ALumpThatEndsInWhatIsAlikeIsNoLobe) {
-    Mask liver({Index3(70, 60, 50), Vec3(0.003), Vec3(0.0)}), alike = liver;
-    for (int z = 0; z < 50; ++z)
-        for (int y = 0; y < 60; ++y)
-            for (int x = 0; x < 70; ++x) {
-                const Vec3 from = liver.grid.centre({x, y, z}) - kLiverMiddle;
-                const bool lump = std::hypot(from.y, from.z) < 0.012 && from.x > 0.0;
-                const bool lobe = std::hypot(from.x, from.z) < 0.012 && from.y > 0.0;
-                liver[{x, y, z}] = glm::length(from) < kLiverRadius_m || (lump && from.x < 0.070) ||
-                                   (lobe && from.y < 0.075);
-                alike[{x, y, z}] = lump && from.x >= 0.070;
-            }
-    const Mask lumps = endlessLumps(liver, alike, 0.015);
+TEST(LiverNeighbours, LumpBorderingSimilarTissueIsALeak) {
+    Mask liver({Index3(70, 60, 50), Vec3(0.003), Vec3(0.0)}), similar = liver;
+    forEachVoxel(liver.grid, [&](const Index3& i) {
+        const Vec3 from = liver.grid.centre(i) - kLiverMiddle;
+        const bool lump = std::hypot(from.y, from.z) < 0.012 && from.x > 0.0;
+        const bool lobe = std::hypot(from.x, from.z) < 0.012 && from.y > 0.0;
+        liver[i] = glm::length(from) < kLiverRadius_m || (lump && from.x < 0.070) || (lobe && from.y < 0.075);
+        similar[i] = lump && from.x >= 0.070;
+    });
+    const Mask lumps = findLeakedLumps(liver, similar, 0.015);
     EXPECT_EQ(lumps.nearestOr(kLiverMiddle + Vec3(0.062, 0, 0), 0), 1);
     EXPECT_EQ(lumps.nearestOr(kLiverMiddle + Vec3(0.045, 0, 0), 0), 0);
     EXPECT_EQ(lumps.nearestOr(kLiverMiddle + Vec3(0, 0.062, 0), 0), 0);
-    EXPECT_EQ(countOf(endlessLumps(liver, Mask(liver.grid), 0.015)), 0u);
+    EXPECT_EQ(countVoxels(findLeakedLumps(liver, Mask(liver.grid), 0.015)), 0u);
 }
 
 // Organ positions of another seed: a prior without registration.
-AtlasPrior priorOf(const AtlasImage& atlas) {
+AtlasPrior makePrior(const AtlasImage& atlas) {
     AtlasPrior prior;
     prior.grid = atlas.feature.grid;
     prior.known = FloatVolume(prior.grid, 1.0f);
     prior.probability.assign(kOrgans, FloatVolume(prior.grid));
     prior.used = {atlas.name};
-    for (int z = 0; z < prior.grid.dims.z; ++z)
-        for (int y = 0; y < prior.grid.dims.y; ++y)
-            for (int x = 0; x < prior.grid.dims.x; ++x) {
-                const std::uint8_t organ = atlas.organ.nearestOr(prior.grid.centre({x, y, z}), 0);
-                prior.probability[organ][{x, y, z}] = 1.0f;
-            }
+    forEachVoxel(prior.grid, [&](const Index3& i) {
+        const std::uint8_t organ = atlas.organ.nearestOr(prior.grid.centre(i), 0);
+        prior.probability[organ][i] = 1.0f;
+    });
     return prior;
 }
 
-TEST(Liver, OfAReferencePatient) {
-    patient::synth::SynthSettings other;
-    other.seed = 2;
-    other.spacing_m = 0.0025;
-    other.defaults = test::tissueDefaults();
-    const AtlasPrior prior = priorOf(AtlasImage(patient::synth::makeReferencePatient(other), {}));
+TEST(Liver, MatchesReferencePatient) {
+    const AtlasPrior prior = makePrior(AtlasImage(test::referencePatient(2, 0.0025), {}));
     const patient::Package& torso = test::seededTorso();
     const Mask lungs = test::seededTruth({Id::lungRight, Id::lungLeft});
     const Mask bones = test::seededTruth({Id::ribsRight, Id::ribsLeft, Id::spine, Id::sternum});

@@ -17,22 +17,19 @@ CtVolume block() {
 }
 
 void fill(CtVolume& ct, const Index3& low, const Index3& high, std::int16_t hu) {
-    for (int z = low.z; z <= high.z; ++z)
-        for (int y = low.y; y <= high.y; ++y)
-            for (int x = low.x; x <= high.x; ++x)
-                ct[{x, y, z}] = hu;
+    forEachVoxel(VoxelBox{low, high}, [&](const Index3& i) { ct[i] = hu; });
 }
 
-Lungs lungsOf(const CtVolume& ct) {
+Lungs segmentLungs(const CtVolume& ct) {
     return findLungs(ct, Mask(ct.grid, 1));
 }
 
-TEST(Lungs, AreSplitWhereTheyTouch) {
+TEST(Lungs, TouchingLungsAreSeparated) {
     CtVolume ct = block();
     fill(ct, {10, 10, 20}, {46, 50, 59}, -850);
     fill(ct, {54, 10, 20}, {90, 50, 59}, -850);
     fill(ct, {47, 40, 30}, {53, 42, 50}, -850);  // the anterior junction
-    const Lungs l = lungsOf(ct);
+    const Lungs l = segmentLungs(ct);
     EXPECT_TRUE(l.notes.empty());
     EXPECT_NEAR(volume_ml(l.left), volume_ml(l.right), 0.02 * volume_ml(l.right));
     EXPECT_TRUE((l.right[{70, 30, 40}]));
@@ -42,55 +39,55 @@ TEST(Lungs, AreSplitWhereTheyTouch) {
     EXPECT_TRUE(std::isnan(l.base_right.at(30, 30)));
 }
 
-TEST(Lungs, GasBelowAThinDiaphragmIsNoLung) {
+TEST(Lungs, GasBelowAThinDiaphragmIsExcluded) {
     CtVolume ct = block();
     fill(ct, {54, 10, 30}, {90, 50, 59}, -850);
     fill(ct, {10, 10, 30}, {46, 50, 59}, -850);
     fill(ct, {20, 20, 10}, {40, 40, 29}, -1000);  // a stomach that touches the left lung
-    const Lungs l = lungsOf(ct);
+    const Lungs l = segmentLungs(ct);
     EXPECT_FALSE((l.left[{30, 30, 20}]));
     EXPECT_TRUE((l.gas[{30, 30, 20}]));
-    EXPECT_EQ(countOf(l.airways), 0u);
+    EXPECT_EQ(countVoxels(l.airways), 0u);
     EXPECT_NEAR(volume_ml(l.left), volume_ml(l.right), 0.03 * volume_ml(l.right));
 }
 
-TEST(Lungs, VesselsAreFilledAndTheTracheaIsNoLung) {
+TEST(Lungs, VesselsAreFilledAndTheTracheaIsExcluded) {
     CtVolume ct = block();
     fill(ct, {10, 10, 20}, {44, 50, 59}, -850);
     fill(ct, {56, 10, 20}, {90, 50, 59}, -850);
     fill(ct, {70, 29, 20}, {71, 30, 59}, 60);
     fill(ct, {47, 27, 30}, {53, 33, 59}, -1000);
-    const Lungs l = lungsOf(ct);
+    const Lungs l = segmentLungs(ct);
     EXPECT_TRUE((l.right[{70, 29, 40}]));
     EXPECT_TRUE((l.airways[{50, 30, 45}]));
     EXPECT_FALSE((l.left[{50, 30, 45}]) || (l.right[{50, 30, 45}]));
 }
 
 // The scanner measures too high a value for air. The gas is recognised by its uniformity.
-TEST(Lungs, GasThatReadsHighIsNoLung) {
+TEST(Lungs, BrightGasIsExcluded) {
     CtVolume ct = block();
     fill(ct, {60, 10, 20}, {90, 50, 59}, -850);
     fill(ct, {10, 10, 10}, {44, 50, 50}, -945);
-    const Lungs l = lungsOf(ct);
+    const Lungs l = segmentLungs(ct);
     EXPECT_TRUE((l.gas[{27, 30, 30}]));
-    EXPECT_EQ(countOf(l.left), 0u);
+    EXPECT_EQ(countVoxels(l.left), 0u);
     EXPECT_TRUE((l.right[{75, 30, 40}]));
 }
 
-TEST(Lungs, WhatIsMissingIsSaid) {
+TEST(Lungs, MissingLungsAreReported) {
     CtVolume ct = block();
-    EXPECT_EQ(lungsOf(ct).notes, std::vector<std::string>{"no lung in the section"});
+    EXPECT_EQ(segmentLungs(ct).notes, std::vector<std::string>{"no lung in the section"});
     fill(ct, {60, 10, 20}, {90, 50, 59}, -850);
-    const Lungs l = lungsOf(ct);
+    const Lungs l = segmentLungs(ct);
     EXPECT_EQ(l.notes, std::vector<std::string>{"only the right lung was found"});
-    EXPECT_EQ(countOf(l.left), 0u);
+    EXPECT_EQ(countVoxels(l.left), 0u);
 }
 
-TEST(Lungs, OfAReferencePatient) {
+TEST(Lungs, MatchReferencePatient) {
     const Lungs l = findLungs(test::seededTorso().ct, test::seededBody());
-    EXPECT_GT(test::diceOf({Id::lungRight}, l.right), 0.98);
-    EXPECT_GT(test::diceOf({Id::lungLeft}, l.left), 0.98);
-    EXPECT_GT(test::diceOf({Id::gas}, l.gas), 0.97);
+    EXPECT_GT(test::diceWithTruth({Id::lungRight}, l.right), 0.98);
+    EXPECT_GT(test::diceWithTruth({Id::lungLeft}, l.left), 0.98);
+    EXPECT_GT(test::diceWithTruth({Id::gas}, l.gas), 0.97);
 }
 
 }  // namespace

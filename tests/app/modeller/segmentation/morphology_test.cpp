@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/app/modeller/segmentation/made_tubes.h"
+#include "tests/app/modeller/segmentation/liver_phantom.h"
 
 namespace stylet::modeller {
 namespace {
@@ -10,48 +10,48 @@ namespace {
 using test::box;
 using test::cube;
 
-TEST(Morphology, AVoxelGrowsToABall) {
+TEST(Morphology, VoxelDilatesToABall) {
     const Mask m = box(cube(21), Index3(10), Index3(10));
-    EXPECT_EQ(countOf(dilated(m, 0.001)), 7u);
-    EXPECT_EQ(countOf(dilated(m, 0.002)), 33u);
-    EXPECT_EQ(countOf(eroded(dilated(m, 0.003), 0.003)), 1u);
+    EXPECT_EQ(countVoxels(dilated(m, 0.001)), 7u);
+    EXPECT_EQ(countVoxels(dilated(m, 0.002)), 33u);
+    EXPECT_EQ(countVoxels(eroded(dilated(m, 0.003), 0.003)), 1u);
 }
 
-TEST(Morphology, TheBorderDoesNotErode) {
+TEST(Morphology, GridBorderDoesNotErode) {
     const Mask m = box(cube(10), Index3(0), Index3(9, 9, 4));
-    EXPECT_EQ(countOf(eroded(m, 0.001)), 400u);
+    EXPECT_EQ(countVoxels(eroded(m, 0.001)), 400u);
     EXPECT_EQ(closed(m, 0.003).voxels, m.voxels);
 }
 
-TEST(Morphology, OpeningCutsABridgeAndClosingMendsAGap) {
+TEST(Morphology, OpeningRemovesABridgeAndClosingFillsAGap) {
     const Grid g = cube(30);
-    const Mask blocks = either(box(g, {2, 2, 2}, {12, 12, 12}), box(g, {16, 2, 2}, {26, 12, 12}));
-    const Mask joined = either(blocks, box(g, {13, 7, 7}, {15, 7, 7}));
-    EXPECT_EQ(piecesOf(joined).count(), 1);
-    EXPECT_EQ(piecesOf(opened(joined, 0.002)).count(), 2);
-    EXPECT_EQ(piecesOf(closed(blocks, 0.003)).count(), 1);
+    const Mask blocks = unite(box(g, {2, 2, 2}, {12, 12, 12}), box(g, {16, 2, 2}, {26, 12, 12}));
+    const Mask joined = unite(blocks, box(g, {13, 7, 7}, {15, 7, 7}));
+    EXPECT_EQ(findComponents(joined).count(), 1);
+    EXPECT_EQ(findComponents(opened(joined, 0.002)).count(), 2);
+    EXPECT_EQ(findComponents(closed(blocks, 0.003)).count(), 1);
 }
 
-TEST(Morphology, CornersTouchWhereFacesDoNot) {
+TEST(Morphology, CornerConnectivityJoinsDiagonalVoxels) {
     const Grid g = cube(5);
-    const Mask m = either(box(g, Index3(1), Index3(1)), box(g, Index3(2), Index3(2)));
-    EXPECT_EQ(piecesOf(m, Touch::faces).count(), 2);
-    EXPECT_EQ(piecesOf(m, Touch::corners).count(), 1);
+    const Mask m = unite(box(g, Index3(1), Index3(1)), box(g, Index3(2), Index3(2)));
+    EXPECT_EQ(findComponents(m, Connectivity::faces).count(), 2);
+    EXPECT_EQ(findComponents(m, Connectivity::corners).count(), 1);
 }
 
-TEST(Morphology, SmallPiecesGoAndCavitiesFill) {
+TEST(Morphology, SmallComponentsAreRemovedAndCavitiesFilled) {
     const Grid g = cube(20);
     Mask m = box(g, Index3(2), Index3(12));
     m[{7, 7, 7}] = 0;
     m[{17, 17, 17}] = 1;
-    dropSmall(m, 0.002);
-    EXPECT_EQ(countOf(m), 11u * 11u * 11u - 1u);
+    removeSmallComponents(m, 0.002);
+    EXPECT_EQ(countVoxels(m), 11u * 11u * 11u - 1u);
     fillCavities(m);
-    EXPECT_EQ(countOf(m), 11u * 11u * 11u);
+    EXPECT_EQ(countVoxels(m), 11u * 11u * 11u);
     EXPECT_NEAR(volume_ml(m), 1.331, 1e-9);
 }
 
-TEST(Morphology, TheNearerSeedTakesAVoxelWithinItsSteps) {
+TEST(Morphology, VoxelGetsTheNearestSeedWithinTheSteps) {
     const Grid g{Index3(11, 1, 1), Vec3(0.001), Vec3(0.0)};
     const Mask all(g, 1);
     LabelVolume seeds(g);
@@ -62,11 +62,11 @@ TEST(Morphology, TheNearerSeedTakesAVoxelWithinItsSteps) {
     EXPECT_EQ(growSeeds(seeds, all, 1).voxels, (std::vector<std::uint8_t>{1, 1, 0, 0, 0, 0, 0, 2, 2, 2, 0}));
 }
 
-TEST(Morphology, NothingStaysNothing) {
+TEST(Morphology, EmptyMaskStaysEmpty) {
     const Mask none(cube(4));
-    EXPECT_EQ(countOf(closed(none, 0.002)), 0u);
-    EXPECT_TRUE(boxOf(none).empty());
-    EXPECT_EQ(piecesOf(none).largest(), 0);
+    EXPECT_EQ(countVoxels(closed(none, 0.002)), 0u);
+    EXPECT_TRUE(boundingBox(none).empty());
+    EXPECT_EQ(findComponents(none).largest(), 0);
 }
 
 }  // namespace

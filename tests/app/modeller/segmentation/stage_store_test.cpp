@@ -1,13 +1,16 @@
 // Stored results of the build stages, and a user's changes to them.
 #include "app/modeller/segmentation/stage_store.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 
 #include "app/modeller/image/child_process_linux.h"
 #include "app/modeller/import/import_map.h"
+#include "base/errors.h"
 #include "patient/package/nifti.h"
+#include "tests/support/refused.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::modeller {
@@ -22,9 +25,9 @@ struct StageStoreTest : testing::Test {
         result.labels[{3, 4, 5}] = 18;
         result.text = "r 12\n";
         result.record = {0xfedcba9876543210u, 1.5, false, {"a note", "another"}};
-        store.keep(7, "liver", result, CtVolume(kStageGrid), targetTable(), "points.txt");
+        store.save(7, "liver", result, CtVolume(kStageGrid), targetTable(), "points.txt");
     }
-    fs::path folder() const { return store.folderOf(7, "liver"); }
+    fs::path folder() const { return store.stageFolder(7, "liver"); }
     std::optional<StageResult> load() const { return store.load(7, "liver", kStageGrid, "points.txt"); }
 
     test::TempFolder temp;
@@ -32,7 +35,7 @@ struct StageStoreTest : testing::Test {
     StageResult result{.labels = LabelVolume(kStageGrid), .text = {}, .record = {}};
 };
 
-TEST_F(StageStoreTest, ComesBackAsItWas) {
+TEST_F(StageStoreTest, StageSurvivesARoundTrip) {
     const auto again = load();
     ASSERT_TRUE(again);
     EXPECT_EQ(again->labels.voxels, result.labels.voxels);
@@ -43,19 +46,19 @@ TEST_F(StageStoreTest, ComesBackAsItWas) {
     EXPECT_EQ(again->record.seconds, 1.5);
     EXPECT_FALSE(again->record.corrected);
     EXPECT_EQ(again->record.notes, result.record.notes);
-    EXPECT_EQ(digestOf(*again), digestOf(result));
+    EXPECT_EQ(resultDigest(*again), resultDigest(result));
     for (const char* file : {"labels.ctbl", "axial.png", "axial-labels.png", "coronal.png", "sagittal.png"})
         EXPECT_TRUE(fs::exists(folder() / file)) << file;
     EXPECT_EQ(folder().filename(), "07-liver");
 }
 
-TEST_F(StageStoreTest, WithoutItsRecordItIsNotFinished) {
+TEST_F(StageStoreTest, StageWithoutRecordIsUnfinished) {
     fs::remove(folder() / "stage.json");
     EXPECT_FALSE(load());
     EXPECT_FALSE(store.load(8, "vessels", kStageGrid, ""));
 }
 
-TEST_F(StageStoreTest, LabelsThatAPersonChangedAreHis) {
+TEST_F(StageStoreTest, EditedLabelsAreMarkedCorrected) {
     LabelVolume edited = result.labels;
     edited[{1, 1, 1}] = 18;
     patient::writeNifti(folder() / "labels.nii.gz", edited);
@@ -66,7 +69,7 @@ TEST_F(StageStoreTest, LabelsThatAPersonChangedAreHis) {
     EXPECT_EQ(again->labels.voxels, edited.voxels);
 }
 
-TEST_F(StageStoreTest, AnEditedTextIsNoticed) {
+TEST_F(StageStoreTest, EditedTextIsDetected) {
     std::ofstream(folder() / "points.txt") << "r 13\n";
     const auto again = load();
     ASSERT_TRUE(again);
@@ -75,7 +78,7 @@ TEST_F(StageStoreTest, AnEditedTextIsNoticed) {
 }
 
 // HZ-TEACH-07
-TEST_F(StageStoreTest, OnAnotherGridOnlyAPersonsTextIsLeft) {
+TEST_F(StageStoreTest, OnAnotherGridOnlyEditedTextIsKept) {
     const Grid finer{kStageGrid.dims * 2, kStageGrid.spacing_m * 0.5, kStageGrid.origin_m};
     EXPECT_FALSE(store.load(7, "liver", finer, "points.txt"));
     std::ofstream(folder() / "points.txt") << "r 13\n";
@@ -86,15 +89,8 @@ TEST_F(StageStoreTest, OnAnotherGridOnlyAPersonsTextIsLeft) {
 }
 
 // HZ-RECORD-07
-TEST_F(StageStoreTest, DamageIsNamed) {
-    const auto why = [&] {
-        try {
-            load();
-        } catch (const DataError& e) {
-            return std::string(e.what());
-        }
-        return std::string("nothing");
-    };
+TEST_F(StageStoreTest, DamagedFilesAreNamed) {
+    const auto why = [&] { return test::errorText<DataError>([&] { load(); }); };
     std::vector<std::string> damaged{"", "{", "[]", R"({"key": "xyz"})", R"({"key": 1})"};
     StageFile odd;
     odd.record.seconds = -1.0;
@@ -106,11 +102,11 @@ TEST_F(StageStoreTest, DamageIsNamed) {
     damaged.push_back(minus.replace(minus.find("[]"), 2, "[\"a \\u001b[31m note\"]"));
     for (const std::string& text : damaged) {
         std::ofstream(folder() / "stage.json") << text;
-        EXPECT_NE(why().find("stage.json: file: is damaged"), std::string::npos) << text << ": " << why();
+        EXPECT_THAT(why(), testing::HasSubstr("stage.json: file: is damaged")) << text;
     }
-    store.keep(7, "liver", result, CtVolume(kStageGrid), targetTable(), "points.txt");
+    store.save(7, "liver", result, CtVolume(kStageGrid), targetTable(), "points.txt");
     patient::writeNifti(folder() / "labels.nii.gz", LabelVolume({{2, 2, 2}, Vec3(0.002), {}}));
-    EXPECT_NE(why().find("labels.nii.gz: dim:"), std::string::npos) << why();
+    EXPECT_THAT(why(), testing::HasSubstr("labels.nii.gz: dim:"));
 }
 
 // A note may quote names from files. Control characters and invalid UTF-8 in it must not damage the record.
@@ -123,7 +119,7 @@ TEST_F(StageStoreTest, NotesAreKeptOnOneLine) {
     EXPECT_EQ(again.record.notes[0], "atlases: \"A B [31m\"");
 }
 
-TEST_F(StageStoreTest, AFileInTheFoldersPlaceIsRefused) {
+TEST_F(StageStoreTest, FileInPlaceOfTheFolderIsRefused) {
     std::ofstream(temp.path() / "file") << "x";
     EXPECT_THROW(StageStore(temp.path() / "file" / "below"), ImportError);
 }

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "made_tubes.h"
+#include "tests/app/modeller/segmentation/liver_phantom.h"
 
 namespace stylet::modeller {
 namespace {
@@ -13,27 +13,24 @@ constexpr int kSide = 41;
 const Vec3 kTubeMiddle(0.020);
 constexpr double kContrast = 100.0;
 
-// Image of a bright shape. `distance` returns the distance of a point from its axis, plane or centre.
-// Voxels at the border get the share of them that lies within `radius_m`.
+// Image of a bright shape. `distance` returns the distance of a point from its axis, plane or centre. A voxel
+// at the border gets the share of its volume that lies within `radius_m`.
 template <typename Distance>
-FloatVolume painted(double radius_m, const Distance& distance) {
+FloatVolume paintVolume(double radius_m, const Distance& distance) {
     FloatVolume v(cube(kSide));
-    std::size_t o = 0;
-    for (int z = 0; z < kSide; ++z)
-        for (int y = 0; y < kSide; ++y)
-            for (int x = 0; x < kSide; ++x, ++o)
-                v.voxels[o] =
-                    float(kContrast *
-                          test::covered(distance(v.grid.centre({x, y, z}) - kTubeMiddle), radius_m, 0.001));
+    forEachVoxel(v.grid, [&](const Index3& i) {
+        v[i] =
+            float(kContrast * test::coveredShare(distance(v.grid.centre(i) - kTubeMiddle), radius_m, 0.001));
+    });
     return v;
 }
 
 FloatVolume cylinder(double radius_m, const Vec3& direction) {
     const Vec3 d = glm::normalize(direction);
-    return painted(radius_m, [&](const Vec3& p) { return glm::length(p - glm::dot(p, d) * d); });
+    return paintVolume(radius_m, [&](const Vec3& p) { return glm::length(p - glm::dot(p, d) * d); });
 }
 
-float inTheMiddle(const FloatVolume& image, double sigma_m, TubeKind kind = TubeKind::bright) {
+float responseAtCentre(const FloatVolume& image, double sigma_m, TubeKind kind = TubeKind::bright) {
     Mask within(image.grid);
     within[Index3(kSide / 2)] = 1;
     return tubeResponse(image, within, sigma_m, kind)[Index3(kSide / 2)];
@@ -44,13 +41,13 @@ double closedForm(double radius_m, double sigma_m) {
     return kContrast * q * std::exp(-q);
 }
 
-TEST(Tubes, ACylinderAnswersAsInClosedForm) {
+TEST(Tubes, CylinderResponseMatchesClosedForm) {
     constexpr double kRadius_m = 0.003;
     const FloatVolume image = cylinder(kRadius_m, {0, 0, 1});
     float best = 0.0f;
     double best_sigma_m = 0.0;
     for (double sigma_m = 0.0011; sigma_m < 0.0045; sigma_m += 0.0002) {
-        const float r = inTheMiddle(image, sigma_m);
+        const float r = responseAtCentre(image, sigma_m);
         EXPECT_NEAR(r, closedForm(kRadius_m, sigma_m), 2.0) << sigma_m;
         if (r > best) best = r, best_sigma_m = sigma_m;
     }
@@ -58,40 +55,41 @@ TEST(Tubes, ACylinderAnswersAsInClosedForm) {
     EXPECT_NEAR(best, kContrast / std::exp(1.0), 1.5);
 }
 
-TEST(Tubes, EveryDirectionAnswersAlike) {
+TEST(Tubes, ResponseIsRotationInvariant) {
     constexpr double kRadius_m = 0.0025, kSigma_m = kRadius_m / 1.41421356;
     for (const Vec3& direction :
          {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 0), Vec3(0, 1, -1), Vec3(1, 1, 1), Vec3(1, -2, 3)})
-        EXPECT_NEAR(inTheMiddle(cylinder(kRadius_m, direction), kSigma_m), kContrast / std::exp(1.0), 2.0);
+        EXPECT_NEAR(responseAtCentre(cylinder(kRadius_m, direction), kSigma_m), kContrast / std::exp(1.0),
+                    2.0);
 }
 
-TEST(Tubes, PlatesAndBallsDoNotAnswer) {
+TEST(Tubes, PlatesAndBallsGiveNoResponse) {
     const FloatVolume plate =
-        painted(0.003, [](const Vec3& p) { return std::abs(p.x + p.y) / std::sqrt(2.0); });
-    const FloatVolume ball = painted(0.004, [](const Vec3& p) { return glm::length(p); });
+        paintVolume(0.003, [](const Vec3& p) { return std::abs(p.x + p.y) / std::sqrt(2.0); });
+    const FloatVolume ball = paintVolume(0.004, [](const Vec3& p) { return glm::length(p); });
     for (const double sigma_m : {0.0015, 0.002, 0.003}) {
-        EXPECT_LT(inTheMiddle(plate, sigma_m), 0.5f);
-        EXPECT_LT(inTheMiddle(ball, sigma_m), 0.5f);
+        EXPECT_LT(responseAtCentre(plate, sigma_m), 0.5f);
+        EXPECT_LT(responseAtCentre(ball, sigma_m), 0.5f);
     }
 }
 
-TEST(Tubes, DarkIsBrightTurnedOver) {
+TEST(Tubes, DarkResponseIsTheNegatedBrightResponse) {
     FloatVolume image = cylinder(0.003, {0, 1, 1});
-    const float bright = inTheMiddle(image, 0.002);
-    EXPECT_EQ(inTheMiddle(image, 0.002, TubeKind::dark), 0.0f);
+    const float bright = responseAtCentre(image, 0.002);
+    EXPECT_EQ(responseAtCentre(image, 0.002, TubeKind::dark), 0.0f);
     for (float& v : image.voxels)
         v = 40.0f - v;
-    EXPECT_NEAR(inTheMiddle(image, 0.002, TubeKind::dark), bright, 1e-3f);
-    EXPECT_EQ(inTheMiddle(image, 0.002), 0.0f);
+    EXPECT_NEAR(responseAtCentre(image, 0.002, TubeKind::dark), bright, 1e-3f);
+    EXPECT_EQ(responseAtCentre(image, 0.002), 0.0f);
 }
 
-TEST(Tubes, AConstantStaysAndShowsNothing) {
+TEST(Tubes, ConstantImageGivesNoResponse) {
     const FloatVolume flat(cube(kSide), 70.0f);
     EXPECT_NEAR(gaussian(flat, 0.002)[Index3(0)], 70.0f, 1e-3f);
-    EXPECT_NEAR(inTheMiddle(flat, 0.001), 0.0f, 1e-3f);
+    EXPECT_NEAR(responseAtCentre(flat, 0.001), 0.0f, 1e-3f);
 }
 
-TEST(Tubes, ABoxIsCutOutAndPutBack) {
+TEST(Tubes, CropAndUncropRoundTrip) {
     Mask mask(cube(12));
     EXPECT_TRUE(boxAround(mask, 3).empty());
     mask[{1, 5, 9}] = mask[{4, 5, 10}] = 1;
@@ -102,7 +100,7 @@ TEST(Tubes, ABoxIsCutOutAndPutBack) {
     EXPECT_EQ(part.grid.dims, Index3(7, 5, 5));
     EXPECT_EQ((part[{1, 2, 2}]), 1);
     EXPECT_NEAR(part.grid.origin_m.z, 0.007, 1e-12);
-    EXPECT_EQ(restored(part, box, mask.grid).voxels, mask.voxels);
+    EXPECT_EQ(uncropped(part, box, mask.grid).voxels, mask.voxels);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "app/modeller/segmentation/vessels.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,8 +9,8 @@
 #include "app/modeller/segmentation/accuracy.h"
 #include "app/modeller/segmentation/morphology.h"
 #include "app/modeller/segmentation/tubes.h"
-#include "made_tubes.h"
-#include "torso_from_seed.h"
+#include "tests/app/modeller/segmentation/liver_phantom.h"
+#include "tests/app/modeller/segmentation/torso_from_seed.h"
 
 namespace stylet::modeller {
 namespace {
@@ -19,7 +20,7 @@ using patient::synth::Id;
 // A liver with two vessel trees that touch. A hepatic vein leaves the vena cava at the back. A portal branch
 // leaves the portal trunk at the front. Where the vein and the branch meet, they run side by side.
 struct TwoTrees {
-    test::MadeLiver liver{64};
+    test::LiverPhantom liver{64};
     Mask portal, hepatic;
 
     TwoTrees() {
@@ -27,14 +28,14 @@ struct TwoTrees {
         hepatic = liver.tube({0.032, 0.012, 0.051}, {0.032, 0.050, 0.034}, 0.0025, 160.0);
         const Mask trunk = liver.tube({0.014, 0.040, 0.020}, {0.014, 0.030, 0.032}, 0.005, 160.0);
         const Mask branch = liver.tube({0.014, 0.034, 0.028}, {0.050, 0.033, 0.0365}, 0.0022, 160.0);
-        portal = either(trunk, branch);
+        portal = unite(trunk, branch);
     }
 };
 
 TEST(Vessels, TubesAreFoundAndBlobsAreNot) {
-    test::MadeLiver liver(56);
+    test::LiverPhantom liver(56);
     Mask truth = liver.tube({0.010, 0.012, 0.012}, {0.046, 0.044, 0.040}, 0.002, 165.0);
-    truth = either(truth, liver.tube({0.028, 0.028, 0.026}, {0.028, 0.046, 0.012}, 0.0015, 165.0));
+    truth = unite(truth, liver.tube({0.028, 0.028, 0.026}, {0.028, 0.046, 0.012}, 0.0015, 165.0));
     liver.tube({0.016, 0.038, 0.040}, {0.0161, 0.038, 0.040}, 0.006, 60.0);  // a tumour
     const Mask found = findVessels(liver.ct, liver.mask);
     EXPECT_GT(compare(truth, found).dice, 0.75);
@@ -47,12 +48,12 @@ TEST(Vessels, TubesAreFoundAndBlobsAreNot) {
 // Blood in the portal trunk is brighter in the CT than blood in most other vessels. findVessels() must place
 // the wall of each vessel where the CT value is halfway between the liver and that vessel's own blood. One
 // common threshold would make bright vessels too wide and dim vessels too narrow.
-TEST(Vessels, BrightAndDimOnesHaveTheirOwnWidths) {
-    test::MadeLiver liver(72);
+TEST(Vessels, BrightAndDimVesselsKeepTheirWidths) {
+    test::LiverPhantom liver(72);
     const Mask bright = liver.tube({0.018, 0.018, 0.008}, {0.018, 0.022, 0.064}, 0.004, 222.0);
     Mask dim = liver.tube({0.052, 0.052, 0.008}, {0.052, 0.048, 0.064}, 0.003, 160.0);
-    dim = either(dim, liver.tube({0.054, 0.016, 0.008}, {0.048, 0.020, 0.064}, 0.003, 160.0));
-    dim = either(dim, liver.tube({0.016, 0.054, 0.008}, {0.020, 0.050, 0.064}, 0.003, 160.0));
+    dim = unite(dim, liver.tube({0.054, 0.016, 0.008}, {0.048, 0.020, 0.064}, 0.003, 160.0));
+    dim = unite(dim, liver.tube({0.016, 0.054, 0.008}, {0.020, 0.050, 0.064}, 0.003, 160.0));
     FloatVolume sharp(liver.ct.grid);
     std::copy(liver.ct.voxels.begin(), liver.ct.voxels.end(), sharp.voxels.begin());
     const FloatVolume blurred = gaussian(sharp, 0.0009);
@@ -60,80 +61,80 @@ TEST(Vessels, BrightAndDimOnesHaveTheirOwnWidths) {
         liver.ct.voxels[i] = std::int16_t(std::lround(blurred.voxels[i]));
     const Mask found = findVessels(liver.ct, liver.mask);
     for (const Mask& truth : {bright, dim}) {
-        const double true_ml = volume_ml(both(truth, liver.mask));
-        const double found_ml = volume_ml(both(found, dilated(truth, 0.004)));
+        const double true_ml = volume_ml(intersect(truth, liver.mask));
+        const double found_ml = volume_ml(intersect(found, dilated(truth, 0.004)));
 
         EXPECT_NEAR(found_ml, true_ml, 0.12 * true_ml);
     }
 }
 
-TEST(Vessels, WithoutContrastOrLiverThereAreNone) {
-    const test::MadeLiver liver(40);
+TEST(Vessels, WithoutContrastOrLiverNoVesselsAreFound) {
+    const test::LiverPhantom liver(40);
     const Mask found = findVessels(liver.ct, liver.mask);
-    EXPECT_EQ(countOf(found), 0u);
-    EXPECT_EQ(countOf(findVessels(liver.ct, Mask(liver.ct.grid))), 0u);
+    EXPECT_EQ(countVoxels(found), 0u);
+    EXPECT_EQ(countVoxels(findVessels(liver.ct, Mask(liver.ct.grid))), 0u);
     const SplitVessels split = splitVessels(liver.ct, liver.mask, found);
-    EXPECT_EQ(countOf(split.portal) + countOf(split.hepatic), 0u);
+    EXPECT_EQ(countVoxels(split.portal) + countVoxels(split.hepatic), 0u);
     ASSERT_EQ(split.notes.size(), 1u);
-    EXPECT_NE(split.notes[0].find("contrast"), std::string::npos);
+    EXPECT_THAT(split.notes[0], testing::HasSubstr("contrast"));
 }
 
-TEST(Vessels, TouchingTreesAreParted) {
+TEST(Vessels, TouchingTreesAreSeparated) {
     const TwoTrees t;
-    const Mask vessels = both(either(t.portal, t.hepatic), t.liver.mask);
+    const Mask vessels = intersect(unite(t.portal, t.hepatic), t.liver.mask);
     const SplitVessels split = splitVessels(t.liver.ct, t.liver.mask, vessels);
-    EXPECT_GT(countOf(split.cava), 0u);
-    EXPECT_EQ(countOf(split.portal) + countOf(split.hepatic), countOf(vessels));
-    EXPECT_EQ(countOf(both(split.portal, split.hepatic)), 0u);
-    EXPECT_GT(compare(both(without(t.portal, t.hepatic), t.liver.mask), split.portal).dice, 0.85);
-    EXPECT_GT(compare(both(without(t.hepatic, t.portal), t.liver.mask), split.hepatic).dice, 0.80);
+    EXPECT_GT(countVoxels(split.cava), 0u);
+    EXPECT_EQ(countVoxels(split.portal) + countVoxels(split.hepatic), countVoxels(vessels));
+    EXPECT_EQ(countVoxels(intersect(split.portal, split.hepatic)), 0u);
+    EXPECT_GT(compare(intersect(subtract(t.portal, t.hepatic), t.liver.mask), split.portal).dice, 0.85);
+    EXPECT_GT(compare(intersect(subtract(t.hepatic, t.portal), t.liver.mask), split.hepatic).dice, 0.80);
 }
 
 // The portal trunk forks into two branches, and it touches the vena cava at this fork. The liver mask ends
 // before the fork, so nothing inside the liver connects the two branches. In addition, the end of a hepatic
 // vein touches one of the branches. Both branches must still be labelled as portal vein.
-TEST(Vessels, ATrunkAgainstTheCavaIsStillOne) {
-    test::MadeLiver liver(72);
+TEST(Vessels, PortalTrunkTouchingTheCavaIsFound) {
+    test::LiverPhantom liver(72);
     const Mask cava = liver.tube({0.036, 0.014, 0.008}, {0.036, 0.014, 0.070}, 0.008, 160.0);
     const Mask trunk = liver.tube({0.036, 0.028, 0.020}, {0.036, 0.026, 0.036}, 0.0045, 160.0);
     const Mask left = liver.tube({0.036, 0.027, 0.034}, {0.018, 0.032, 0.034}, 0.004, 160.0);
     const Mask right = liver.tube({0.036, 0.027, 0.034}, {0.062, 0.032, 0.034}, 0.0048, 160.0);
     const Mask leaf = liver.tube({0.018, 0.032, 0.034}, {0.014, 0.052, 0.030}, 0.0022, 160.0);
     const Mask stem = liver.tube({0.036, 0.014, 0.060}, {0.014, 0.042, 0.052}, 0.0025, 160.0);
-    const Mask vein = either(stem, liver.tube({0.014, 0.042, 0.052}, {0.014, 0.054, 0.034}, 0.0022, 160.0));
-    const Mask within = without(liver.mask, dilated(either(trunk, cava), 0.003));
-    const Mask portal = both(either(either(left, right), leaf), within);
-    const Mask hepatic = without(both(vein, within), portal);
+    const Mask vein = unite(stem, liver.tube({0.014, 0.042, 0.052}, {0.014, 0.054, 0.034}, 0.0022, 160.0));
+    const Mask within = subtract(liver.mask, dilated(unite(trunk, cava), 0.003));
+    const Mask portal = intersect(unite(unite(left, right), leaf), within);
+    const Mask hepatic = subtract(intersect(vein, within), portal);
 
-    const SplitVessels split = splitVessels(liver.ct, within, either(portal, hepatic));
+    const SplitVessels split = splitVessels(liver.ct, within, unite(portal, hepatic));
     EXPECT_GT(compare(portal, split.portal).dice, 0.90);
     EXPECT_GT(compare(hepatic, split.hepatic).dice, 0.85);
     // Below the fork, at most the rim of the trunk may be labelled as vena cava.
-    const Mask below = without(trunk, dilated(either(left, right), 0.002));
-    EXPECT_LT(double(countOf(both(below, split.cava))), 0.2 * double(countOf(below)));
+    const Mask below = subtract(trunk, dilated(unite(left, right), 0.002));
+    EXPECT_LT(double(countVoxels(intersect(below, split.cava))), 0.2 * double(countVoxels(below)));
 }
 
-TEST(Vessels, WithoutCavaTheWidestStemBegins) {
-    test::MadeLiver liver(56);
+TEST(Vessels, WithoutCavaTheWidestVesselIsTheSeed) {
+    test::LiverPhantom liver(56);
     const Mask vessels =
-        both(liver.tube({0.020, 0.028, 0.010}, {0.020, 0.028, 0.046}, 0.002, 165.0), liver.mask);
+        intersect(liver.tube({0.020, 0.028, 0.010}, {0.020, 0.028, 0.046}, 0.002, 165.0), liver.mask);
     const SplitVessels split = splitVessels(liver.ct, liver.mask, vessels);
-    EXPECT_EQ(countOf(split.portal) + countOf(split.hepatic), countOf(vessels));
+    EXPECT_EQ(countVoxels(split.portal) + countVoxels(split.hepatic), countVoxels(vessels));
     EXPECT_FALSE(split.notes.empty());
 }
 
-TEST(Vessels, OfAReferencePatient) {
+TEST(Vessels, MatchReferencePatient) {
     const CtVolume& ct = test::seededTorso().ct;
     const Mask inside = test::seededTruth({Id::liver, Id::ducts, Id::tumour});
     const Mask truth = test::seededTruth({Id::portal, Id::hepaticVeins});
-    const Mask liver = either(inside, both(truth, closed(inside, 0.006)));
+    const Mask liver = unite(inside, intersect(truth, closed(inside, 0.006)));
     const Mask vessels = findVessels(ct, liver);
-    EXPECT_GT(compare(both(truth, liver), vessels).dice, 0.55);
+    EXPECT_GT(compare(intersect(truth, liver), vessels).dice, 0.55);
     const SplitVessels split = splitVessels(ct, liver, vessels);
-    const Mask portal = both(test::seededTruth({Id::portal}), vessels);
-    const Mask hepatic = both(test::seededTruth({Id::hepaticVeins}), vessels);
-    EXPECT_GT(double(countOf(both(portal, split.portal))), 0.6 * double(countOf(portal)));
-    EXPECT_GT(double(countOf(both(hepatic, split.hepatic))), 0.6 * double(countOf(hepatic)));
+    const Mask portal = intersect(test::seededTruth({Id::portal}), vessels);
+    const Mask hepatic = intersect(test::seededTruth({Id::hepaticVeins}), vessels);
+    EXPECT_GT(double(countVoxels(intersect(portal, split.portal))), 0.6 * double(countVoxels(portal)));
+    EXPECT_GT(double(countVoxels(intersect(hepatic, split.hepatic))), 0.6 * double(countVoxels(hepatic)));
 }
 
 }  // namespace

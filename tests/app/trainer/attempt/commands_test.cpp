@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "app/training/machines.h"
+#include "app/training/equipment.h"
 
 namespace stylet::trainer {
 namespace {
@@ -21,16 +21,16 @@ MATCHER_P2(Asks, kind, value, "") {
     return arg.kind == kind && arg.value == std::uint32_t(value);
 }
 
-struct Spoken : testing::Test {
-    std::vector<haptics::Command> typed(std::string_view text) { return user.take(text, 0, now); }
-    std::vector<haptics::Command> pressed(std::uint32_t buttons) { return user.take("", buttons, now); }
+struct UserCommandsTest : testing::Test {
+    std::vector<haptics::Command> typed(std::string_view text) { return user.update(text, 0, now); }
+    std::vector<haptics::Command> pressed(std::uint32_t buttons) { return user.update("", buttons, now); }
     std::vector<std::string> said;
     UserCommands user{{.rearm = 1, .next = 2, .breath = 8},
                       [this](const std::string& text) { said.push_back(text); }};
     TickOutput now;
 };
 
-TEST_F(Spoken, EachWordIsACommandOnceItsLineHasEnded) {
+TEST_F(UserCommandsTest, CompleteLinesBecomeCommands) {
     EXPECT_THAT(typed("finger\n"), ElementsAre(Asks(CommandKind::tool, Tool::finger)));
     EXPECT_THAT(typed("probe\n"), ElementsAre(Asks(CommandKind::tool, Tool::probe)));
     EXPECT_THAT(typed("scalpel\n"), ElementsAre(Asks(CommandKind::tool, Tool::scalpel)));
@@ -46,7 +46,7 @@ TEST_F(Spoken, EachWordIsACommandOnceItsLineHasEnded) {
     EXPECT_THAT(said, IsEmpty());
 }
 
-TEST_F(Spoken, OneChangeOfTheToolWaitsForTheOther) {
+TEST_F(UserCommandsTest, ToolChangesAreSentOneAtATime) {
     EXPECT_THAT(typed("hold\nfinger\nrearm\nprobe\nsca"),
                 ElementsAre(Asks(CommandKind::holdBreath, 0), Asks(CommandKind::tool, Tool::finger)));
     EXPECT_TRUE(user.hasLine());
@@ -59,7 +59,7 @@ TEST_F(Spoken, OneChangeOfTheToolWaitsForTheOther) {
         << "buttons wait too";
 }
 
-TEST_F(Spoken, TwoStepsAreTwoTools) {
+TEST_F(UserCommandsTest, NextTwiceSelectsTheSecondTool) {
     now.tool = Tool::scalpel;
     EXPECT_THAT(typed("next\nnext\n"), ElementsAre(Asks(CommandKind::tool, Tool::guide)));
     now.tool = Tool::guide;
@@ -67,11 +67,11 @@ TEST_F(Spoken, TwoStepsAreTwoTools) {
     EXPECT_THAT(typed(""), IsEmpty());
 }
 
-TEST_F(Spoken, WhatIsNoWordIsSaidAndDoesNothing) {
+TEST_F(UserCommandsTest, UnknownCommandsAreReportedAndIgnored) {
     EXPECT_THAT(typed("needles\n"), IsEmpty());
     ASSERT_EQ(said.size(), 1u);
     EXPECT_THAT(said[0], HasSubstr("\"needles\""));
-    // An endless line is limited in length.
+    // An endless line does not use unlimited memory.
     for (int i = 0; i < 1000; ++i)
         EXPECT_THAT(typed(std::string(1000, 'x')), IsEmpty());
     EXPECT_THAT(typed("\npark\n"), ElementsAre(Asks(CommandKind::park, 1)));
@@ -79,7 +79,7 @@ TEST_F(Spoken, WhatIsNoWordIsSaidAndDoesNothing) {
     EXPECT_LT(said[1].size(), 200u);
 }
 
-TEST_F(Spoken, MachinesTakeAWordAndANumber) {
+TEST_F(UserCommandsTest, EquipmentCommandsNeedANumber) {
     EXPECT_THAT(
         typed("pedal\nrelease\nstop\n"),
         ElementsAre(Asks(CommandKind::pedal, 1), Asks(CommandKind::pedal, 0), Asks(CommandKind::inject, 0)));
@@ -88,16 +88,16 @@ TEST_F(Spoken, MachinesTakeAWordAndANumber) {
                             Asks(CommandKind::inject, 20000)));
     EXPECT_THAT(said, IsEmpty());
     for (const training::Machine machine : {training::Machine::xray, training::Machine::ultrasound})
-        for (std::size_t i = 0; i < training::knobsOf(machine).size(); ++i) {
-            const training::Knob& knob = training::knobsOf(machine)[i];
+        for (std::size_t i = 0; i < training::machineKnobs(machine).size(); ++i) {
+            const training::Knob& knob = training::machineKnobs(machine)[i];
             const std::vector<haptics::Command> asked =
                 typed(std::string(knob.word) + " " + std::to_string(knob.high) + "\n");
             ASSERT_EQ(asked.size(), 1u) << knob.word;
-            EXPECT_NEAR(training::turnedBy(asked[0])->value, knob.high, 1e-9) << knob.word;
-            EXPECT_EQ(training::turnedBy(asked[0])->machine, machine);
-            EXPECT_THAT(outcomeOf(asked[0], now, now), HasSubstr(std::string(knob.word) + " "));
+            EXPECT_NEAR(training::decodeKnobCommand(asked[0])->value, knob.high, 1e-9) << knob.word;
+            EXPECT_EQ(training::decodeKnobCommand(asked[0])->machine, machine);
+            EXPECT_THAT(describeOutcome(asked[0], now, now), HasSubstr(std::string(knob.word) + " "));
         }
-    EXPECT_EQ(outcomeOf({CommandKind::inject, 1500}, now, now), "contrast medium, 1.5 ml/s");
+    EXPECT_EQ(describeOutcome({CommandKind::inject, 1500}, now, now), "contrast medium, 1.5 ml/s");
     EXPECT_THAT(said, IsEmpty());
     EXPECT_THAT(typed("inject 21\ninject -1\ninject nan\ninject 1x\nrotate\nrotate 400\ngain +\nturn 3\n"),
                 IsEmpty());
@@ -107,14 +107,14 @@ TEST_F(Spoken, MachinesTakeAWordAndANumber) {
     EXPECT_THAT(said[7], HasSubstr("is not a command"));
 }
 
-TEST_F(Spoken, HelpNamesEveryTool) {
+TEST_F(UserCommandsTest, HelpNamesEveryTool) {
     EXPECT_THAT(typed("help\n"), IsEmpty());
     ASSERT_EQ(said.size(), 1u);
     for (const std::string_view tool : haptics::kToolNames)
         EXPECT_THAT(said[0], HasSubstr("  " + std::string(tool) + " "));
 }
 
-TEST_F(Spoken, TheNextButtonWalksThroughTheProcedure) {
+TEST_F(UserCommandsTest, NextButtonSelectsTheToolsInOrder) {
     now.tool = Tool::finger;
     EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::tool, Tool::probe)));
     now.tool = Tool::probe;
@@ -130,14 +130,14 @@ TEST_F(Spoken, TheNextButtonWalksThroughTheProcedure) {
     EXPECT_THAT(pressed(1 | 4), IsEmpty()) << "re-arming is the session's, the rest nobody's";
 }
 
-TEST_F(Spoken, TheBreathButtonTakesTurnsWithTheWords) {
+TEST_F(UserCommandsTest, BreathButtonTogglesTheBreathHold) {
     EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::holdBreath, 0)));
     EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::breathe, 0)));
     typed("hold\n");
     EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::breathe, 0)));
 }
 
-TEST_F(Spoken, APatientWhoGaveUpIsAskedAgain) {
+TEST_F(UserCommandsTest, BreathButtonAsksAgainAfterThePatientGaveUp) {
     EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::holdBreath, 0)));
     EXPECT_THAT(pressed(0), IsEmpty());
     now.breath_held = true;
@@ -146,42 +146,43 @@ TEST_F(Spoken, APatientWhoGaveUpIsAskedAgain) {
     EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::holdBreath, 0)));
 }
 
-TEST(Outcome, SaysWhatCameOfIt) {
+TEST(Outcome, DescribesTheResultOfACommand) {
     TickOutput before, after;
     const haptics::Command scalpel{CommandKind::tool, std::uint32_t(Tool::scalpel)};
     const haptics::Command park{CommandKind::park, 1}, lift{CommandKind::park, 0};
     before.tool = after.tool = Tool::needle;
-    EXPECT_EQ(outcomeOf(scalpel, before, after),
+    EXPECT_EQ(describeOutcome(scalpel, before, after),
               "the needle stays in hand: it is in the body; withdraw it first");
     after.tool = Tool::scalpel;
-    EXPECT_EQ(outcomeOf(scalpel, before, after), "the scalpel is in hand");
-    EXPECT_EQ(outcomeOf(scalpel, after, after), "the scalpel is in hand already");
-    EXPECT_EQ(outcomeOf(park, before, after), "no probe is in hand");
-    EXPECT_EQ(outcomeOf(lift, before, after), "no probe is parked");
+    EXPECT_EQ(describeOutcome(scalpel, before, after), "the scalpel is in hand");
+    EXPECT_EQ(describeOutcome(scalpel, after, after), "the scalpel is in hand already");
+    EXPECT_EQ(describeOutcome(park, before, after), "no probe is in hand");
+    EXPECT_EQ(describeOutcome(lift, before, after), "no probe is parked");
     before.tool = after.tool = Tool::probe;
-    EXPECT_THAT(outcomeOf(park, before, after), HasSubstr("not parked"));
+    EXPECT_THAT(describeOutcome(park, before, after), HasSubstr("not parked"));
     after.probe_parked = true;
-    EXPECT_EQ(outcomeOf(park, before, after), "the probe stays where it is");
-    EXPECT_THAT(outcomeOf(lift, after, after), HasSubstr("its rail guides a needle"));
-    EXPECT_EQ(outcomeOf(lift, after, before), "the probe is lifted off");
-    EXPECT_THAT(outcomeOf({CommandKind::tool, std::uint32_t(Tool::probe)}, after, after), HasSubstr("lift"));
-    EXPECT_EQ(outcomeOf({CommandKind::marker, 1}, before, after), "");
+    EXPECT_EQ(describeOutcome(park, before, after), "the probe stays where it is");
+    EXPECT_THAT(describeOutcome(lift, after, after), HasSubstr("its rail guides a needle"));
+    EXPECT_EQ(describeOutcome(lift, after, before), "the probe is lifted off");
+    EXPECT_THAT(describeOutcome({CommandKind::tool, std::uint32_t(Tool::probe)}, after, after),
+                HasSubstr("lift"));
+    EXPECT_EQ(describeOutcome({CommandKind::marker, 1}, before, after), "");
     before.stage = haptics::ForceStage::off;
-    EXPECT_THAT(outcomeOf({CommandKind::rearm, 0}, before, after), HasSubstr("re-armed"));
+    EXPECT_THAT(describeOutcome({CommandKind::rearm, 0}, before, after), HasSubstr("re-armed"));
     before.stage = haptics::ForceStage::on;
-    EXPECT_THAT(outcomeOf({CommandKind::rearm, 0}, before, after), HasSubstr("no fault"));
+    EXPECT_THAT(describeOutcome({CommandKind::rearm, 0}, before, after), HasSubstr("no fault"));
 }
 
-// The pedal stays pressed as long as its button, even if the tool changes meanwhile.
-TEST_F(Spoken, PedalAndInjectionLastAsLongAsTheirButtonsAreHeld) {
+// The pedal stays pressed as long as its button is pressed, even if the tool changes in the meantime.
+TEST_F(UserCommandsTest, PedalAndInjectionFollowTheirButtons) {
     UserCommands feet{{.rearm = 1, .next = 2, .pedal = 4, .inject = 8}, {}};
-    EXPECT_THAT(feet.take("", 0, now, 4), ElementsAre(Asks(CommandKind::pedal, 1)));
-    EXPECT_THAT(feet.take("", 0, now, 4 | 1), IsEmpty());
-    EXPECT_THAT(feet.take("finger\n", 0, now, 4 | 8), ElementsAre(Asks(CommandKind::tool, Tool::finger)));
-    EXPECT_THAT(feet.take("", 0, now, 4 | 8), ElementsAre(Asks(CommandKind::inject, 1000)));
-    EXPECT_THAT(feet.take("", 0, now, 0),
+    EXPECT_THAT(feet.update("", 0, now, 4), ElementsAre(Asks(CommandKind::pedal, 1)));
+    EXPECT_THAT(feet.update("", 0, now, 4 | 1), IsEmpty());
+    EXPECT_THAT(feet.update("finger\n", 0, now, 4 | 8), ElementsAre(Asks(CommandKind::tool, Tool::finger)));
+    EXPECT_THAT(feet.update("", 0, now, 4 | 8), ElementsAre(Asks(CommandKind::inject, 1000)));
+    EXPECT_THAT(feet.update("", 0, now, 0),
                 ElementsAre(Asks(CommandKind::pedal, 0), Asks(CommandKind::inject, 0)));
-    EXPECT_THAT(user.take("", 0, now, ~0u), IsEmpty()) << "where no button is left for it";
+    EXPECT_THAT(user.update("", 0, now, ~0u), IsEmpty()) << "where no button is left for it";
 }
 
 TEST(Buttons, AreCountedFromOneForAPerson) {

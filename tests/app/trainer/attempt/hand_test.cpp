@@ -14,7 +14,7 @@ namespace {
 struct Walk {
     patient::PlannedPath path;
     double breath_s = 4.0;
-    Pose patient_from_device = deviceBeside({{100, 80, 60}, Vec3(0.004), Vec3(-0.2, -0.1, 1.0)});
+    Pose patient_from_device = placeDeviceBeside({{100, 80, 60}, Vec3(0.004), Vec3(-0.2, -0.1, 1.0)});
 
     Walk() {
         path.entry_m = {0.15, 0.05, 1.10};
@@ -25,7 +25,7 @@ struct Walk {
     haptics::Trace hand(const Scenario& s, std::uint64_t seed = 1) const {
         haptics::SimulationSettings settings;
         settings.patient_from_device = patient_from_device;
-        return scriptHand(s, path, breath_s, settings, seed);
+        return makeScriptedTrace(s, path, breath_s, settings, seed);
     }
     double depthAt(const haptics::TraceSample& sample) const {
         return glm::dot((patient_from_device * sample.device_from_stylus).position_m - path.entry_m, axis());
@@ -113,7 +113,7 @@ TEST(Hand, TheDemoStaysOffTheSkinUntilTheHoldHasSurelyBegun) {
     EXPECT_LT(trace.samples.back().t_ns, std::int64_t(40e9));
 }
 
-TEST(Hand, GoesBesideThePathTowardHeadAndFront) {
+TEST(Hand, OffsetsPointTowardHeadAndFront) {
     const Walk walk;
     Scenario s = straightIn();
     s.stages[0].to = {0.0, -0.020, 0.006, 0.002};
@@ -126,8 +126,8 @@ TEST(Hand, GoesBesideThePathTowardHeadAndFront) {
     EXPECT_GT(moved.y, 0.0);
 }
 
-// The tool leans at its tip and rolls about its shaft, smoothly during the move. The tip moves as without
-// them.
+// During the move, the tool smoothly leans about its tip and rolls about its shaft. This does not change the
+// motion of the tip.
 TEST(Hand, LeansAndRollsTheToolAsItMoves) {
     const Walk walk;
     Scenario s = straightIn(), straight = straightIn();
@@ -152,14 +152,14 @@ TEST(Hand, LeansAndRollsTheToolAsItMoves) {
     const Vec3 headward = glm::normalize(Vec3(0, 0, 1) - walk.axis() * walk.axis().z);
     EXPECT_NEAR(glm::dot(into, headward) / along, std::tan(0.2), 1e-9);
     EXPECT_NEAR(std::sqrt(1.0 / (along * along) - 1.0), std::hypot(std::tan(0.2), std::tan(0.1)), 1e-9);
-    // The roll, compared with a needle that only leans.
+    // Compare the roll with that of a needle that only leans.
     s.stages[0].to.roll_rad = 0.0;
     const Pose leant = needle(walk.hand(s).samples.back()), rolled = needle(trace.samples.back());
     EXPECT_NEAR(glm::dot(leant.direction({1, 0, 0}), rolled.direction({1, 0, 0})), std::cos(0.5), 1e-9);
     EXPECT_NEAR(glm::dot(leant.direction({0, 0, 1}), rolled.direction({0, 0, 1})), 1.0, 1e-12);
 }
 
-// Uses the guide: the probe is parked with its rail on the path, and the needle then follows the rail.
+// With the guide: the probe is parked with its rail on the path, and the needle then follows the rail.
 TEST(Hand, HoldsTheProbeSoThatItsGuideIsOnThePath) {
     const Walk walk;
     Scenario s = straightIn();
@@ -167,7 +167,7 @@ TEST(Hand, HoldsTheProbeSoThatItsGuideIsOnThePath) {
     Stage wait, park, take;
     wait.seconds = 0.01;
     park.kind = StageKind::park;
-    take.kind = StageKind::take;
+    take.kind = StageKind::changeTool;
     take.tool = haptics::Tool::guide;
     take.seconds = 0.5;
     s.stages = {wait, park, take};
@@ -178,7 +178,7 @@ TEST(Hand, HoldsTheProbeSoThatItsGuideIsOnThePath) {
 
     const Pose patient_from_probe =
         walk.patient_from_device * trace.samples.front().device_from_stylus * haptics::kStylusFromProbe;
-    EXPECT_GT(glm::dot(patient_from_probe.direction({0, 0, 1}), walk.axis()), 0.9);  // 25 degrees off
+    EXPECT_GT(glm::dot(patient_from_probe.direction({0, 0, 1}), walk.axis()), 0.9);  // tilted by 25 degrees
     const Pose rail = patient_from_probe * haptics::GuideSettings{}.probe_from_guide;
     EXPECT_LT(glm::length(glm::cross(rail.position_m - walk.path.entry_m, walk.axis())), 1e-12);
     EXPECT_LT(glm::length(rail.direction({0, 0, 1}) + walk.axis()), 1e-12);
@@ -224,7 +224,7 @@ TEST(Hand, TremorComesFromTheSeedAndStaysSmall) {
 
 TEST(Hand, TheDeviceStandsOutsideTheGridWithItsYUp) {
     const Grid grid{{100, 80, 60}, Vec3(0.004), Vec3(-0.2, -0.1, 1.0)};
-    const Pose patient_from_device = deviceBeside(grid);
+    const Pose patient_from_device = placeDeviceBeside(grid);
     EXPECT_FALSE(grid.contains(grid.nearest(patient_from_device.position_m)));
     EXPECT_LT(glm::length(patient_from_device.direction({0, 1, 0}) - Vec3(0, 1, 0)), 1e-12);
     EXPECT_LT(glm::length(patient_from_device.direction({0, 0, 1}) - Vec3(1, 0, 0)), 1e-12);

@@ -1,4 +1,4 @@
-// Tests the choice of the path against which an attempt is scored.
+// Tests the selection of the reference path, against which an attempt is scored.
 #include "app/trainer/attempt/reference_path.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ class ReferencePath : public testing::Test {
         writer.finish();
         return folder;
     }
-    // Error message of referencePath(), or empty if it accepts the path.
+    // Returns the error message of referencePath(), or an empty string if it accepts the path.
     std::string refusal(const patient::Patient& patient, const std::string& asked) {
         try {
             referencePath(patient, folder_.path(), asked);
@@ -46,7 +46,7 @@ class ReferencePath : public testing::Test {
     const patient::Patient patient_{package_};
 };
 
-TEST_F(ReferencePath, IsTheWayOfAnExpertsNeedle) {
+TEST_F(ReferencePath, CanBeAnExpertsNeedleTrack) {
     const patient::PlannedPath path =
         referencePath(patient_, folder_.path(), attempt(patient_, "demo", 0.006));
     EXPECT_NEAR(path.entry_m.x, 0.0, 0.001);
@@ -57,13 +57,13 @@ TEST_F(ReferencePath, IsTheWayOfAnExpertsNeedle) {
     EXPECT_EQ(path.breath, patient::Surrogate{});
 }
 
-TEST_F(ReferencePath, OfAnAttemptThatMissedThereIsNone) {
+TEST_F(ReferencePath, RefusesAnAttemptThatMissedTheTarget) {
     const std::string missed = attempt(patient_, "wrong-tip", 0.0);
     EXPECT_NE(refusal(patient_, missed).find("did not reach"), std::string::npos);
 }
 
 // HZ-TEACH-07
-TEST_F(ReferencePath, OfAnotherPatientThereIsNone) {
+TEST_F(ReferencePath, RefusesAnAttemptOnAnotherPatient) {
     const std::string his = attempt(patient_, "demo", 0.0);
     patient::Package other = package_;
     other.signal.period_s = 4.0;
@@ -71,7 +71,7 @@ TEST_F(ReferencePath, OfAnotherPatientThereIsNone) {
     EXPECT_NE(refusal(patient_, folder_ / "nowhere").find("nowhere"), std::string::npos);
 }
 
-TEST_F(ReferencePath, IsOneOfThePatientsByItsPlace) {
+TEST_F(ReferencePath, SelectsAPlannedPathByNumber) {
     patient::StoredPaths stored{
         patient::digest(package_), patient::kPlannerVersion, {test::ductPath(), test::ductPath()}};
     stored.paths[1].entry_m.y = stored.paths[1].entry_reference_m.y = 0.004;

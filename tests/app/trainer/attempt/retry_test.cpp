@@ -23,12 +23,11 @@ records::RecordInfo onTheDuct() {
 
 class FromABookmark : public testing::Test {
   protected:
-    // Plays an attempt with three bookmarks: in the fat, deep in the liver with the force on, and at the
-    // end.
+    // Runs an attempt with three bookmarks: in the fat, deep in the liver with the force on, and at the end.
     void SetUp() override {
         const Attempt attempt = makeAttempt(patient_, scenario_, test::ductPath(), 3);
         records::RecordWriter writer(first(), {patient::digest(package_), attempt.simulation}, info_);
-        Session session = sessionOf(&writer);
+        Session session = makeSession(&writer);
         session.setWatcher([&](const haptics::TickOutput& now, const SessionLog& log) {
             if (writer.bookmarks().empty() && now.depth_m > 0.010) session.note("bookmark", "fat");
             if (writer.bookmarks().size() == 1 && now.depth_m > 0.045) session.note("bookmark", "");
@@ -41,7 +40,7 @@ class FromABookmark : public testing::Test {
         ASSERT_EQ(writer.bookmarks().size(), 3u);
     }
     std::filesystem::path first() const { return folder_ / "first" / "record"; }
-    Session sessionOf(records::RecordWriter* writer) {
+    Session makeSession(records::RecordWriter* writer) {
         return Session(patient_, test::ductPath(), scenario_.moments, scenario_.approach_distance_m, writer);
     }
     Retry retryAt(const std::string& bookmark) {
@@ -49,12 +48,12 @@ class FromABookmark : public testing::Test {
         checkRetry(retry, patient_);
         return retry;
     }
-    // Continues with the scripted input of `seed` on the virtual clock.
+    // Continues from the bookmark with the scripted input of `seed`, on the virtual clock.
     SessionLog goOn(const Retry& retry, std::uint64_t seed) {
         Attempt attempt = makeAttempt(patient_, scenario_, test::ductPath(), seed);
-        beginAs(attempt, retry);
+        startFromRecord(attempt, retry);
         records::RecordWriter writer(second(), {patient::digest(package_), attempt.simulation}, info_);
-        Session session = sessionOf(&writer);
+        Session session = makeSession(&writer);
         runFast(attempt, session, nullptr, 0.0, {});
         writer.finish();
         return session.log();
@@ -70,7 +69,7 @@ class FromABookmark : public testing::Test {
     std::uint64_t last_ = 0;
 };
 
-TEST_F(FromABookmark, TheSameHandEndsAsIfThereHadBeenNoEnd) {
+TEST_F(FromABookmark, SameInputEndsInTheSameState) {
     for (const char* bookmark : {"@1", "@2", "@the end", ""}) {
         const SessionLog again = goOn(retryAt(bookmark), 3);
         EXPECT_EQ(again.state_hash, log_.state_hash) << bookmark;
@@ -80,7 +79,7 @@ TEST_F(FromABookmark, TheSameHandEndsAsIfThereHadBeenNoEnd) {
     }
 }
 
-TEST_F(FromABookmark, AnotherHandGoesOnFromTheVeryInputs) {
+TEST_F(FromABookmark, OtherInputContinuesFromTheRecordedInputs) {
     const Retry retry = retryAt("@2");
     EXPECT_GT(retry.left.depth_m, 0.044);
     const SessionLog again = goOn(retry, 4);
@@ -94,7 +93,7 @@ TEST_F(FromABookmark, AnotherHandGoesOnFromTheVeryInputs) {
             << i;
 }
 
-// A device that has only a position.
+// A device that senses only its position.
 class Placed final : public haptics::HapticDevice {
   public:
     explicit Placed(const Retry& retry) : left_(retry.record.inputs[retry.bookmark.tick - 1].device) {
@@ -121,18 +120,19 @@ class Placed final : public haptics::HapticDevice {
   private:
     haptics::DeviceState left_;
     haptics::DeviceProfile profile_;
-    Vec3 drawn_back_m_{0.0};  // withdrawn by the tissue's stretch, so that the force starts at zero
+    // The device is withdrawn by the tissue's stretch, so that the force starts at zero.
+    Vec3 drawn_back_m_{0.0};
 };
 
 // HZ-FORCE-23
-TEST_F(FromABookmark, AHandOfFleshIsWaitedForAndTheForceRisesAtRest) {
+TEST_F(FromABookmark, LiveInputResumesAtTheOldPoseWithRisingForce) {
     const Retry retry = retryAt("@2");
     ASSERT_NE(retry.left.phase, Phase::outside);
     ASSERT_EQ(retry.left.level, 1.0);
     Attempt attempt = makeLiveAttempt(patient_, scenario_, test::ductPath(), {.seed = 3}, {}, {});
-    beginAs(attempt, retry);
+    startFromRecord(attempt, retry);
     records::RecordWriter writer(second(), {patient::digest(package_), attempt.simulation}, info_);
-    Session session = sessionOf(&writer);
+    Session session = makeSession(&writer);
     Placed device(retry);
     double level = 1.0, steepest = 0.0;
     std::uint64_t stood_at = 0;
@@ -145,7 +145,7 @@ TEST_F(FromABookmark, AHandOfFleshIsWaitedForAndTheForceRisesAtRest) {
     std::string words;
     const LiveHand hand{device,
                         [&](double) {
-                            if (!back && device.reads > 50) {  // none of them made a tick
+                            if (!back && device.reads > 50) {  // no tick was computed
                                 stood_at = session.log().last_tick;
                                 EXPECT_EQ(level, 0.0);
                                 words = "rearm\n";
@@ -159,13 +159,13 @@ TEST_F(FromABookmark, AHandOfFleshIsWaitedForAndTheForceRisesAtRest) {
                         {},
                         "Enter"};
     std::uint64_t first_seen = 0;
-    const auto heard = [&](const Seen& seen) {
+    const auto heard = [&](const FrameState& seen) {
         if (first_seen == 0) first_seen = seen.tick.tick;
         if (!back) {
             EXPECT_TRUE(seen.held);
         }
     };
-    runRealTime(attempt, session, nullptr, monotonicClock(), {.live = &hand, .heard = heard});
+    runRealTime(attempt, session, nullptr, monotonicClock(), {.live = &hand, .on_state = heard});
     writer.finish();
     EXPECT_GT(level, 0.5) << "the force did not come back";
     EXPECT_EQ(stood_at, first_seen) << "ticks went on without the hand";
@@ -174,7 +174,7 @@ TEST_F(FromABookmark, AHandOfFleshIsWaitedForAndTheForceRisesAtRest) {
     EXPECT_TRUE(records::replay(patient_, records::loadRecord(second()), {}).equal());
 }
 
-TEST_F(FromABookmark, WhatCannotBeIsRefused) {
+TEST_F(FromABookmark, InvalidRequestsAreRefused) {
     const auto refused = [&](const std::string& from, const std::string& file, const std::string& field) {
         test::expectRefused([&] { openRetry((folder_ / from).string(), folder_ / "store"); }, file, field);
     };
@@ -194,7 +194,7 @@ TEST_F(FromABookmark, WhatCannotBeIsRefused) {
     test::expectRefused([&] { checkRetry(torn, stranger); }, "", "digest");
 }
 
-TEST_F(FromABookmark, AnAttemptIsFoundByItsFolderItsRecordsOrItsId) {
+TEST_F(FromABookmark, AttemptIsFoundByFolderRecordOrId) {
     const std::filesystem::path kept = folder_ / "store" / "attempts" / "20260101T000000-abc" / "record";
     std::filesystem::create_directories(kept.parent_path());
     std::filesystem::copy(first(), kept);
@@ -203,11 +203,11 @@ TEST_F(FromABookmark, AnAttemptIsFoundByItsFolderItsRecordsOrItsId) {
     EXPECT_EQ(openRetry((folder_ / "first").string(), {}).number, 3u);
 }
 
-// A bookmark must be on disk at once, because the power may fail right after it.
-TEST(Bookmarks, AreInTheRecordAtOnce) {
+// A bookmark must be on disk immediately, because the power may fail right after it.
+TEST(Bookmarks, AreWrittenToTheRecordImmediately) {
     const test::TempFolder folder;
     records::RecordWriter writer(folder / "record", {}, onTheDuct());
-    std::string letters = "x";  // followed by letters of two bytes each
+    std::string letters = "x";  // an odd offset: letters of two bytes each follow
     for (int i = 0; i < 1000; ++i)
         letters += "\u00e4";
     for (int i = 0; i < 3; ++i)
@@ -215,9 +215,9 @@ TEST(Bookmarks, AreInTheRecordAtOnce) {
     const records::Record record = records::loadRecord(folder / "record");
     ASSERT_EQ(record.info.bookmarks.size(), 3u);
     EXPECT_FALSE(record.info.end);
-    EXPECT_EQ(record.info.bookmarks[1].text, letters.substr(0, records::kLongestBookmark - 1));
+    EXPECT_EQ(record.info.bookmarks[1].text, letters.substr(0, records::kMaxBookmarkBytes - 1));
     EXPECT_EQ(record.info.bookmarks[2].tick, 2u);
-    // Killed before any tick was on disk.
+    // State after a kill before any tick was on disk.
     EXPECT_EQ(openRetry((folder / "record").string(), {}).number, 1u);
     test::expectRefused([&] { openRetry((folder / "record").string() + "@3", {}); }, "record", "bookmark 3");
 }

@@ -83,7 +83,7 @@ class ScenarioFile : public testing::Test {
         std::ofstream(file_, std::ios::trunc) << text;
         return loadScenario(file_);
     }
-    // Replaces `from` by `to` in the good file. Expects that the file is refused because of `field`.
+    // Replaces `from` with `to` in the valid file. Expects that the file is rejected because of `field`.
     void expectRefused(const std::string& from, const std::string& to, const std::string& field) const {
         std::string text = kGood;
         text.replace(text.find(from), from.size(), to);
@@ -121,7 +121,7 @@ TEST_F(ScenarioFile, ReadsEveryFieldInMetres) {
     EXPECT_DOUBLE_EQ(s.stages[1].to.share, 1.0);
     EXPECT_DOUBLE_EQ(s.stages[1].to.deeper_m, 0.001);
     EXPECT_DOUBLE_EQ(s.stages[1].speed_m_s, 0.013);
-    EXPECT_EQ(s.stages[2].kind, StageKind::take);
+    EXPECT_EQ(s.stages[2].kind, StageKind::changeTool);
     EXPECT_EQ(s.stages[2].tool, haptics::Tool::probe);
     EXPECT_DOUBLE_EQ(s.stages[2].seconds, 0.8);
     EXPECT_DOUBLE_EQ(s.stages[3].to.headward_m, 0.005);
@@ -138,11 +138,11 @@ TEST_F(ScenarioFile, ReadsEveryFieldInMetres) {
     EXPECT_TRUE(s.stages[7].pedal_down);
     EXPECT_EQ(s.stages[8].kind, StageKind::machine);
     using training::Machine;
-    EXPECT_EQ(s.stages[8].turned, (std::vector<training::Turned>{
+    EXPECT_EQ(s.stages[8].turned, (std::vector<training::KnobSetting>{
                                       {Machine::xray, std::size_t(training::XrayKnob::rotation), -30.0},
                                       {Machine::xray, std::size_t(training::XrayKnob::field), 200.0}}));
     EXPECT_EQ(s.stages[9].turned,
-              (std::vector<training::Turned>{
+              (std::vector<training::KnobSetting>{
                   {Machine::ultrasound, std::size_t(training::UltrasoundKnob::depth), 120.0}}));
 }
 

@@ -34,7 +34,7 @@ SessionLog playedWithSeed(const patient::Patient& patient, const patient::Planne
 std::string lostBy(const SessionLog& log) {
     std::string text;
     for (std::size_t i = 0; i < training::kMetricCount; ++i)
-        if (const double lost = log.score.most_points[i] - log.score.points[i]; lost >= 0.5)
+        if (const double lost = log.score.max_points[i] - log.score.points[i]; lost >= 0.5)
             text +=
                 " " + std::string(training::metricTable()[i].id) + " -" + std::to_string(lost).substr(0, 4);
     return text;
@@ -55,8 +55,8 @@ struct OpenPath {
     SessionLog expert;  // the expert's attempt on this path
 };
 
-// Finds the best path on which a rib does not hide the duct from the expert's probe. A script cannot turn
-// the probe further, as a person would. A rib hides the duct on about one path in fifty.
+// Finds the best path on which no rib hides the duct from the expert's probe. Unlike a person, a script
+// cannot turn the probe further. A rib hides the duct on about one path in fifty.
 OpenPath openTo(const patient::Patient& patient, const Scenario& expert,
                 const std::vector<patient::PlannedPath>& paths, std::uint64_t seed) {
     OpenPath open;
@@ -68,7 +68,7 @@ OpenPath openTo(const patient::Patient& patient, const Scenario& expert,
 }
 
 // HZ-TEACH-01
-TEST(Trainees, RankAsTheyAreNamedOnPatientsDrawnNow) {
+TEST(Trainees, RankByErrorOnRandomPatients) {
     std::mt19937_64 random(test::seed());
     for (int n = 0; n < seedsToDraw(); ++n) {
         const std::uint64_t seed = 1 + random() % 1'000'000;
@@ -105,9 +105,9 @@ TEST(Trainees, RankAsTheyAreNamedOnPatientsDrawnNow) {
     }
 }
 
-// The score is computed from the recorded data only. A replay gives the same score bit for bit.
+// The score is computed from the recorded data only, so a replay gives the same score bit for bit.
 // HZ-TEACH-01
-TEST(Trainees, AReplayIsScoredTheSame) {
+TEST(Trainees, ReplayGivesTheSameScore) {
     const test::TempFolder folder;
     const patient::Package package = test::ductPhantom();
     const patient::Patient patient(package);
@@ -125,7 +125,7 @@ TEST(Trainees, AReplayIsScoredTheSame) {
 
     Session again(patient, test::ductPath(), {}, 0.0, nullptr);
     const auto watch = [&](const haptics::TickInput& input, const haptics::TickOutput& output,
-                           const haptics::NeedleEvents& events) { again.take(input, output, events); };
+                           const haptics::NeedleEvents& events) { again.update(input, output, events); };
     EXPECT_TRUE(records::replay(patient, records::loadRecord(folder / "record"), watch).equal());
     EXPECT_EQ(again.log().score.values, log.score.values);
     EXPECT_EQ(again.log().score.total, log.score.total);

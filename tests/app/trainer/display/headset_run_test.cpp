@@ -1,5 +1,5 @@
-// Runs `stylet run` on a runtime that loses the headset, ends the session or hangs, and with a validation
-// layer.
+// Runs `stylet run` on a runtime that loses the headset, ends the session or hangs. Also runs it with a
+// validation layer.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -39,7 +39,7 @@ class HeadsetRun : public testing::Test {
         return command_.run("run --headless --spacing-mm 2.5 --scenario '" + scenario.string() + "' " +
                             arguments);
     }
-    // The same attempt without images, on the virtual clock.
+    // The outcome of the same attempt without images, on the virtual clock.
     static const Outcome& withoutPictures() {
         static const Outcome outcome = run("--fast --fps 0");
         return outcome;
@@ -64,10 +64,10 @@ class HeadsetRun : public testing::Test {
     static inline Command command_;
 };
 
-// Each headset is lost at its sixth frame, including those found again. Ticks, session and record are
-// unaffected.
+// Every headset is lost at its sixth frame, including those that are found again. This does not affect ticks,
+// session and record.
 // HZ-RECORD-12
-TEST_F(HeadsetRun, LosingTheHeadsetAgainAndAgainCostsTheAttemptNothing) {
+TEST_F(HeadsetRun, RepeatedHeadsetLossDoesNotChangeTheAttempt) {
     useScenario(R"("events": [{"frame": 6, "session_loss": {"lost_after_s": 0}}])");
     const Outcome outcome = run("--fast --fps 4");
     expectTheAttemptWithoutPictures(outcome);
@@ -75,14 +75,14 @@ TEST_F(HeadsetRun, LosingTheHeadsetAgainAndAgainCostsTheAttemptNothing) {
     EXPECT_GE(outcome.summary.at("headsets_found_again").get<int>(), 2);
 }
 
-TEST_F(HeadsetRun, ARuntimeThatEndsTheSessionLeavesAScriptedAttemptItsEnd) {
+TEST_F(HeadsetRun, ScriptedAttemptContinuesAfterTheSessionEnds) {
     useScenario(R"("exit_after_frames": 6)");
     const Outcome outcome = run("--fast --fps 4");
     expectTheAttemptWithoutPictures(outcome);
     EXPECT_NE(outcome.err.find("ended the session"), std::string::npos) << outcome.err;
 }
 
-// Runs in real time while `acts` controls the runtime.
+// Runs the program in real time while `acts` controls the runtime.
 class HeadsetRunRealTime : public HeadsetRun {
   protected:
     template <typename Acts>
@@ -95,7 +95,7 @@ class HeadsetRunRealTime : public HeadsetRun {
         auto running = std::async(std::launch::async, [&] { return run(arguments, scenario); });
         try {
             test::MockControl mock(socket);
-            mock.ask({{"wait", {{"session_state", "focused"}}}});
+            mock.sendRequest({{"wait", {{"session_state", "focused"}}}});
             acts(mock);
             problem_ = "";
         } catch (const std::exception& e) {
@@ -103,30 +103,31 @@ class HeadsetRunRealTime : public HeadsetRun {
         }
         return running.get();
     }
-    static inline std::string problem_;  // of the control client in the newest run; empty when there was none
+    // Error of the control client in the newest run; empty if there was none.
+    static inline std::string problem_;
     static bool hasPrinted(const std::string& words) {
-        return test::textOf(command_ / "stderr").find(words) != std::string::npos;
+        return test::readText(command_ / "stderr").find(words) != std::string::npos;
     }
 };
 
-// Needs real time: only there does the force follow the focus of the headset.
-TEST_F(HeadsetRunRealTime, AnAttemptWaitsForWhoLooksAwayAndItsTimeStandsStill) {
+// Needs real time: only then does the force follow the focus of the headset.
+TEST_F(HeadsetRunRealTime, LossOfFocusPausesTheAttempt) {
     const double pause_s = 1.5;
     const std::filesystem::path still = test::writeStillScenario(command_ / "still.toml", 4.0);
     const double script = ticksOf(run("--fast --fps 0", still));
-    // A stall of the machine may last until the script has ended. Then there was no pause to look at.
+    // A stall of the machine may last until the script has ended. In that case there was no pause; try again.
     Outcome outcome;
     bool paused = false;
     for (int tries = 0; tries < 10 && !(paused && problem_.empty()); ++tries) {
         outcome = runWatched(
             [&](test::MockControl& mock) {
-                const int shown = mock.ask({{"get", "state"}}).at("frame").get<int>();
-                mock.ask({{"wait", {{"frame", shown + 3}}}});  // the attempt has seen the focus
-                mock.ask({{"apply", {{"events", json::array({{{"session", "visible"}}})}}}});
+                const int shown = mock.sendRequest({{"get", "state"}}).at("frame").get<int>();
+                mock.sendRequest({{"wait", {{"frame", shown + 3}}}});  // now the attempt has seen the focus
+                mock.sendRequest({{"apply", {{"events", json::array({{{"session", "visible"}}})}}}});
                 paused = test::waitUntil([] { return hasPrinted("another program has the focus"); },
                                          std::chrono::seconds(6));
                 std::this_thread::sleep_for(std::chrono::duration<double>(pause_s));
-                mock.ask({{"apply", {{"events", json::array({{{"session", "focused"}}})}}}});
+                mock.sendRequest({{"apply", {{"events", json::array({{{"session", "focused"}}})}}}});
             },
             "", still);
         ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -142,11 +143,11 @@ TEST_F(HeadsetRunRealTime, AnAttemptWaitsForWhoLooksAwayAndItsTimeStandsStill) {
     expectTheSameAgain(outcome);
 }
 
-// Needs real time: only there do the frames have their own thread, which can block in the runtime.
-TEST_F(HeadsetRunRealTime, ARuntimeThatNeverAnswersAgainKeepsNothing) {
+// Needs real time: only then do the frames have their own thread, which can block in the runtime.
+TEST_F(HeadsetRunRealTime, HangingRuntimeDoesNotBlockTheProgram) {
     const std::filesystem::path still = test::writeStillScenario(command_ / "still.toml", 2.5);
-    const Outcome outcome =
-        runWatched([](test::MockControl& mock) { mock.ask({{"pause", true}}); }, "--patience 1", still);
+    const Outcome outcome = runWatched([](test::MockControl& mock) { mock.sendRequest({{"pause", true}}); },
+                                       "--patience 1", still);
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(problem_, "");
     EXPECT_NE(outcome.err.find("does not release a frame; all is stored"), std::string::npos) << outcome.err;
@@ -165,7 +166,7 @@ TEST_F(HeadsetRun, TheValidationLayerOfOpenXrIsSilent) {
     if (layers.find("core_validation") == std::string::npos)
         GTEST_SKIP() << "openxr-layer-corevalidation is not installed";
     const std::filesystem::path scenario = command_ / "unmarked.toml";
-    std::ofstream(scenario) << std::regex_replace(test::textOf(test::testScenario("short")),
+    std::ofstream(scenario) << std::regex_replace(test::readText(test::testScenario("short")),
                                                   std::regex("moments = \\[[^\\]]*\\]"), "moments = []");
     useScenario("");
     command_.set("XR_ENABLE_API_LAYERS", "XR_APILAYER_LUNARG_core_validation");
@@ -175,8 +176,8 @@ TEST_F(HeadsetRun, TheValidationLayerOfOpenXrIsSilent) {
         command_.run("run --headless --fast --fps 4 --spacing-mm 2.5 --scenario '" + scenario.string() + "'");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_GT(outcome.summary.at("frames").get<int>(), 5);
-    EXPECT_EQ(test::textOf(command_ / "validation.txt").find("VUID"), std::string::npos)
-        << test::textOf(command_ / "validation.txt");
+    EXPECT_EQ(test::readText(command_ / "validation.txt").find("VUID"), std::string::npos)
+        << test::readText(command_ / "validation.txt");
 }
 
 }  // namespace

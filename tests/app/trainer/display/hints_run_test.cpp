@@ -1,4 +1,5 @@
-// Hints in the headset at each difficulty: compares the mock runtime's images of the same capture point.
+// Tests the hints in the headset at each difficulty, by comparing the mock runtime's images of the same
+// capture point.
 #include <gtest/gtest.h>
 #include <stb/stb_image.h>
 
@@ -13,7 +14,7 @@ namespace stylet::trainer {
 namespace {
 
 constexpr int kHintsPixels = 512;
-// Looks at the entry, with the panel on the right.
+// The head looks at the entry; the panel is on the right.
 const std::string kHintsHead = R"({"version": 2, "eyes": {"recommended_size": [512, 512]},
     "head": [{"t_s": 0, "position": [0.12, 1.45, 0.0], "orientation": [-0.36, -0.06, 0, 0.93]}]})";
 
@@ -33,7 +34,7 @@ class HintsRun : public testing::Test {
         seen.folder = command_.out();
         return seen;
     }
-    // Share of pixels in these columns and rows of the left eye that differ clearly.
+    // Fraction of pixels in these columns and rows of the left eye that differ clearly.
     static double difference(const Seen& a, const Seen& b, const std::string& moment, int x0, int x1, int y0,
                              int y1) {
         std::array<std::unique_ptr<stbi_uc, void (*)(void*)>, 2> pictures{
@@ -71,14 +72,14 @@ TEST_F(HintsRun, AnExamShowsNothingButTheRoom) {
     EXPECT_GT(guided.skip("panels_drawn"), 0.0);
     EXPECT_EQ(exam.skip("panels_drawn"), 0.0);
     EXPECT_EQ(exam.skip("unseen_panels"), 0.0) << "there is none";
-    // The panel is in the upper right corner. The rest of the border shows the room.
+    // The panel is in the upper right corner. The rest of the border shows only the room.
     EXPECT_GT(difference(guided, exam, "approach", 340, 512, 0, 120), 0.5);
     EXPECT_LT(difference(guided, exam, "approach", 0, 180, 300, 512), 0.01);
     // The reference path is drawn at the guided level only.
     const double ghost = difference(guided, practice, "approach", 120, 290, 140, 320);
     EXPECT_GT(ghost, 0.0003);
     EXPECT_LT(ghost, 0.1) << "a thin line";
-    // The target is reached: the border shows an alert, and the middle of the image stays free.
+    // When the target is reached, the border shows an alert, and the middle of the image stays free.
     EXPECT_GT(difference(practice, exam, "duct", 0, 512, 0, 20), 0.8);
     EXPECT_LT(difference(practice, exam, "duct", 130, 320, 160, 400), 0.02);
 }

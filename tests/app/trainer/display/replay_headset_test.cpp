@@ -1,4 +1,5 @@
-// Shows a record in a headset. The controller's stick scrubs it, and each tick looks as in the attempt.
+// Shows a record in a headset. The controller's stick scrubs it, and each tick looks the same as in the
+// attempt.
 #include <gtest/gtest.h>
 #include <stb/stb_image.h>
 
@@ -16,10 +17,12 @@ namespace {
 using test::Outcome;
 
 constexpr int kReplayPixels = 320;
-// Looks at the entry. Times are in frames because the machine may be busy.
+// The head looks at the point of entry on the skin. The scenario counts frames, not seconds, because the
+// machine may be busy.
 const std::string kReplayHead = R"({"version": 2, "eyes": {"recommended_size": [320, 320]},
     "head": [{"t_s": 0, "position": [0.12, 1.45, 0.0], "orientation": [-0.36, -0.06, 0, 0.93]}])";
-// The stick is always pushed slightly to the right. For sixteen frames the controller has a stick.
+// The stick is always pushed slightly to the right. But only from frame 16 to 32 does the mock present a
+// controller that has a stick, so the replay scrubs only then.
 const std::string kScrubs = kReplayHead + R"(, "exit_after_frames": 42,
     "controllers": {"right": {
         "poses": [{"t_s": 0, "position": [0.3, 1.0, -0.3], "orientation": [0, 0, 0, 1]}],
@@ -29,7 +32,7 @@ const std::string kScrubs = kReplayHead + R"(, "exit_after_frames": 42,
                {"frame": 38, "capture": "there"}]})";
 const std::string kLooks = kReplayHead + R"(, "exit_after_frames": 24})";
 
-// PSNR of the image centres, which contain neither the guide panel nor an alert.
+// PSNR of the image centres. They contain neither the guide panel nor an alert.
 double psnrOfMiddles_db(const std::filesystem::path& a, const std::filesystem::path& b) {
     std::unique_ptr<stbi_uc, void (*)(void*)> pictures[2]{{nullptr, stbi_image_free},
                                                           {nullptr, stbi_image_free}};

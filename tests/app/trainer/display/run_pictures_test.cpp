@@ -1,4 +1,5 @@
-// Complete runs with images: OpenXR loader, mock runtime and Vulkan, on a small patient with a fast breath.
+// Complete runs with images, through the OpenXR loader, the mock runtime and Vulkan. The patient is small and
+// breathes fast.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,8 +25,8 @@ class RunWithPictures : public testing::Test {
   protected:
     static void SetUpTestSuite() {
         command_ = new Command(Command::Cache::own);
-        // The program creates the patient. Its breath is then set to one second, so that a breath-hold is
-        // reached sooner.
+        // The program creates the patient. The test then sets the breathing period to one second, so that a
+        // breath-hold is reached sooner.
         command_->run("run --fast --spacing-mm 2.5 --scenario '" + test::testScenario("short").string() +
                       "'");
         const std::filesystem::path made =
@@ -53,13 +54,13 @@ class RunWithPictures : public testing::Test {
         command_->set("XRMOCK_SCENARIO", (*command_ / "eyes.json").string());
     }
     void TearDown() override { command_->unset("XRMOCK_SCENARIO"); }
-    // An empty image is far smaller than `least_bytes`.
-    static void expectPicturesOfEveryMoment(std::uintmax_t least_bytes = 20000) {
+    // An image without content is far smaller than `min_bytes`.
+    static void expectPicturesOfEveryMoment(std::uintmax_t min_bytes = 20000) {
         for (const std::string& moment : kMoments)
             for (const char* eye : {"_left.png", "_right.png"}) {
                 const std::filesystem::path file = command_->out() / (moment + eye);
                 ASSERT_TRUE(std::filesystem::exists(file)) << file;
-                EXPECT_GT(std::filesystem::file_size(file), least_bytes) << file;
+                EXPECT_GT(std::filesystem::file_size(file), min_bytes) << file;
             }
     }
 
@@ -69,7 +70,7 @@ class RunWithPictures : public testing::Test {
 };
 
 // HZ-TEACH-14
-TEST_F(RunWithPictures, FramesPerSecondNeverEnterTheHash) {
+TEST_F(RunWithPictures, FrameRateDoesNotChangeTheHash) {
     ASSERT_EQ(without_->status, 0) << without_->err;
     EXPECT_TRUE(without_->summary.at("target_hit").get<bool>());
     EXPECT_EQ(without_->summary.at("frames"), 0);
@@ -92,8 +93,18 @@ TEST_F(RunWithPictures, FramesPerSecondNeverEnterTheHash) {
     EXPECT_EQ(starts[1].at("pipelines"), starts[0].at("pipelines"));
 }
 
-// Both attempts run in one process. The times of the first do not count for the second.
-TEST_F(RunWithPictures, TheNextAttemptHasAStartOfItsOwn) {
+// Both attempts run in one process. The second attempt has its own start-up times.
+TEST_F(RunWithPictures, ABadLookFileEndsTheProgram) {
+    std::ofstream(*command_ / "bad.toml") << "name = \"bad\"\n";
+    for (const char* look : {"bad.toml", "missing.toml"}) {
+        const Outcome outcome =
+            command_->run(run_ + " --fast --fps 1 --look '" + (*command_ / look).string() + "'");
+        EXPECT_EQ(outcome.status, 2) << outcome.err;
+        EXPECT_NE(outcome.err.find(look), std::string::npos) << outcome.err;
+    }
+}
+
+TEST_F(RunWithPictures, EachAttemptHasItsOwnStartTimes) {
     const std::filesystem::path out = *command_ / "next";
     const Outcome both =
         command_->runBare("run --headless --device controllers --seconds 0.5 --patient '" +
@@ -101,7 +112,7 @@ TEST_F(RunWithPictures, TheNextAttemptHasAStartOfItsOwn) {
                           "printf 'new attempt\\n' | ");
     ASSERT_EQ(both.status, 0) << both.err;
     const auto startOf = [](const std::filesystem::path& folder) {
-        return json::parse(test::textOf(folder / "summary.json")).at("start");
+        return json::parse(test::readText(folder / "summary.json")).at("start");
     };
     const json first = startOf(out), second = startOf(out.string() + "-2");
     EXPECT_GT(first.at("asked_s"), 0.0);
@@ -114,9 +125,9 @@ TEST_F(RunWithPictures, TheNextAttemptHasAStartOfItsOwn) {
 
 class RunWithPicturesRealTime : public RunWithPictures {};
 
-// Needs real time: frames that take longer than ticks must still capture every capture point, and the held
-// tool is predicted to the display time.
-TEST_F(RunWithPicturesRealTime, EveryMomentIsCaughtAndTheRecordReplaysToItsHash) {
+// Needs real time: no capture point may be lost if frames take longer than ticks. The position of the tool
+// must be predicted to the display time.
+TEST_F(RunWithPicturesRealTime, EveryCaptureIsSavedAndTheRecordReplaysToItsHash) {
     useEyes(320);
     const Outcome outcome = command_->run(run_ + " --stats");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -124,12 +135,16 @@ TEST_F(RunWithPicturesRealTime, EveryMomentIsCaughtAndTheRecordReplaysToItsHash)
     EXPECT_EQ(outcome.summary.at("haptics").at("faults"), 0);
     EXPECT_GE(outcome.summary.at("frames").get<std::size_t>(), kMoments.size());
     EXPECT_GT(outcome.summary.at("skips").at("skipped_bricks").get<std::uint64_t>(), 0u);
-    // The held tool was drawn at its predicted position at the display time. The error depends on the
-    // machine and is only reported. prediction_test.cpp checks its bounds in virtual time.
+    // The tool was drawn at its predicted position at the display time. The prediction error depends on the
+    // machine, so it is only reported. prediction_test.cpp checks its bounds in virtual time. On a machine
+    // that stalls, every frame may be too late to be measured.
     const auto& offset = outcome.summary.at("visuo_haptic");
-    EXPECT_GT(offset.at("frames").get<std::size_t>(), 0u);
-    EXPECT_LE(offset.at("late_frames").get<std::size_t>(), outcome.summary.at("frames").get<std::size_t>());
-    RecordProperty("offset_median_um", int(1e3 * offset.at("offset_mm").at("median").get<double>()));
+    const auto measured = offset.at("frames").get<std::size_t>(),
+               late = offset.at("late_frames").get<std::size_t>();
+    EXPECT_GT(measured + late, 0u);
+    EXPECT_LE(late, outcome.summary.at("frames").get<std::size_t>());
+    if (measured > 0)
+        RecordProperty("offset_median_um", int(1e3 * offset.at("offset_mm").at("median").get<double>()));
     EXPECT_NE(outcome.out.find("skipped_bricks"), std::string::npos);
     expectPicturesOfEveryMoment(5000);
     const Outcome replay = command_->run("replay '" + command_->out().string() + "' --fast");
@@ -137,7 +152,7 @@ TEST_F(RunWithPicturesRealTime, EveryMomentIsCaughtAndTheRecordReplaysToItsHash)
     EXPECT_EQ(hashOf(replay), hashOf(outcome));
 }
 
-TEST_F(RunWithPictures, ImagingMakesASheetOfEachMachine) {
+TEST_F(RunWithPictures, ImagingWritesOneSheetPerMachine) {
     const Outcome outcome = command_->run("imaging --patient '" + (*command_ / "quick").string() + "'");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(outcome.err.find("no ultrasound"), std::string::npos) << outcome.err;
@@ -153,8 +168,8 @@ struct FrameRow {
     double frame_ms = 0.0, volume_ms = 0.0, layer_scale = 0.0;
 };
 
-std::vector<FrameRow> frameRowsOf(const std::filesystem::path& csv) {
-    std::istringstream text(test::textOf(csv));
+std::vector<FrameRow> readFrameRows(const std::filesystem::path& csv) {
+    std::istringstream text(test::readText(csv));
     std::string line;
     std::getline(text, line);
     EXPECT_EQ(line,
@@ -172,7 +187,7 @@ std::vector<FrameRow> frameRowsOf(const std::filesystem::path& csv) {
     return rows;
 }
 
-double medianOf(const std::vector<FrameRow>& rows, const std::function<double(const FrameRow&)>& of) {
+double median(const std::vector<FrameRow>& rows, const std::function<double(const FrameRow&)>& of) {
     std::vector<double> values;
     for (const FrameRow& row : rows)
         values.push_back(of(row));
@@ -181,15 +196,15 @@ double medianOf(const std::vector<FrameRow>& rows, const std::function<double(co
     return *middle;
 }
 
-// The budget lies between the frame time without and with the patient, so that the resolution must drop.
+// The budget lies between the frame times without and with the patient, so that the resolution must drop.
 // Frame times depend on the load of the machine, so the budget may have to be measured again.
-TEST_F(RunWithPictures, FrameTimesStandBesideTheRecordAndTheResolutionKeepsToABudget) {
+TEST_F(RunWithPictures, FrameTimesAreRecordedAndResolutionMeetsTheBudget) {
     const std::string closed = run_ + " --fast --fps 4 --look closed";
     double full_scale = 0.0, least_scale = 1e9;
     for (int tries = 0; tries < 3 && !(least_scale < 0.9 * full_scale); ++tries) {
         const Outcome free = command_->run(closed);
         ASSERT_EQ(free.status, 0) << free.err;
-        const std::vector<FrameRow> rows = frameRowsOf(command_->out() / "record" / "frames.csv");
+        const std::vector<FrameRow> rows = readFrameRows(command_->out() / "record" / "frames.csv");
         const auto frames =
             free.summary.at("frames").get<std::size_t>();  // the first few frames are not drawn
         EXPECT_LE(rows.size(), frames);
@@ -198,21 +213,21 @@ TEST_F(RunWithPictures, FrameTimesStandBesideTheRecordAndTheResolutionKeepsToABu
         for (const FrameRow& row : rows)
             EXPECT_EQ(row.layer_scale, full_scale) << "nobody asked for a budget";
         EXPECT_GT(free.summary.at("frame_ms").at("whole").at("median").get<double>(), 0.0);
-        const double volume_ms = medianOf(rows, [](const FrameRow& r) { return r.volume_ms; });
-        const double rest_ms = medianOf(rows, [](const FrameRow& r) { return r.frame_ms - r.volume_ms; });
+        const double volume_ms = median(rows, [](const FrameRow& r) { return r.volume_ms; });
+        const double rest_ms = median(rows, [](const FrameRow& r) { return r.frame_ms - r.volume_ms; });
         const double budget_ms = std::min(1000.0, rest_ms / 0.85 + 0.25 * volume_ms);
 
         const Outcome kept = command_->run(closed + " --budget-ms " + std::to_string(budget_ms));
         ASSERT_EQ(kept.status, 0) << kept.err;
         EXPECT_EQ(hashOf(kept), hashOf(*without_));
-        for (const FrameRow& row : frameRowsOf(command_->out() / "record" / "frames.csv"))
+        for (const FrameRow& row : readFrameRows(command_->out() / "record" / "frames.csv"))
             least_scale = std::min(least_scale, row.layer_scale);
     }
     EXPECT_LT(least_scale, 0.9 * full_scale);
 }
 
 // HZ-TEACH-14, HZ-RECORD-12
-TEST_F(RunWithPictures, ADeviceThatIsLostCostsThePicturesAndNothingElse) {
+TEST_F(RunWithPictures, LostGpuEndsOnlyThePictures) {
     command_->set("VK_LAYER_PATH", STYLET_FAULTS_FOLDER);
     command_->set("VK_INSTANCE_LAYERS", "VK_LAYER_STYLET_faults");
     command_->set("STYLET_FAULT_LOST_AFTER", "24");

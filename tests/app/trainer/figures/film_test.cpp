@@ -1,4 +1,5 @@
 // Runs `stylet film` as a user does, on a small patient.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,6 +18,8 @@
 namespace stylet::trainer {
 namespace {
 
+using testing::HasSubstr;
+
 #ifdef STYLET_PICTURES
 constexpr bool kHasPictures = true;
 #else
@@ -31,7 +34,7 @@ struct Row {
 };
 
 std::vector<Row> rowsOf(const std::filesystem::path& csv) {
-    std::istringstream text(test::textOf(csv));
+    std::istringstream text(test::readText(csv));
     std::string line;
     std::getline(text, line);
     EXPECT_EQ(line, "time_s,v,rate_per_s,creep_v,held,dome_mm");
@@ -49,7 +52,7 @@ std::vector<Row> rowsOf(const std::filesystem::path& csv) {
 
 // Size in the header of a PNG.
 std::array<std::uint32_t, 2> sizeOf(const std::filesystem::path& png) {
-    const std::string bytes = test::textOf(png);
+    const std::string bytes = test::readText(png);
     if (bytes.size() < 24 || bytes.substr(1, 3) != "PNG") return {0, 0};
     const auto number = [&](std::size_t at) {
         std::uint32_t n = 0;
@@ -94,13 +97,13 @@ TEST_F(Film, TheTableFollowsTheRecording) {
         const double v = (1.0 - f) * marker.v[low] + f * marker.v[(low + 1) % marker.v.size()];
         ASSERT_NEAR(r.v, v, 0.02) << r.t_s;
         ASSERT_EQ(r.held, 0.0);
-        // Hysteresis adds up to 2 mm to 15 mm per unit of v.
+        // Hysteresis adds up to 2 mm to the 15 mm per unit of v.
         ASSERT_NEAR(r.dome_mm, 15.0 * r.v, 2.0) << r.t_s;
         most_v = std::max(most_v, r.v), most_mm = std::max(most_mm, r.dome_mm);
     }
     EXPECT_GT(most_v, 0.95);
     EXPECT_GT(most_mm, 13.0);
-    EXPECT_NE(recorded_->out.find("the dome travels"), std::string::npos) << recorded_->out;
+    EXPECT_THAT(recorded_->out, HasSubstr("the dome travels"));
 }
 
 TEST_F(Film, EveryPictureIsThereAndTheSheetHoldsThemAll) {
@@ -110,26 +113,26 @@ TEST_F(Film, EveryPictureIsThereAndTheSheetHoldsThemAll) {
     EXPECT_EQ(sizeOf(out_ / "coronal-005.png"), frame);
     EXPECT_FALSE(std::filesystem::exists(out_ / "coronal-006.png"));
     EXPECT_FALSE(std::filesystem::exists(out_ / "stereo.png"));
-    // Three columns, two rows, not scaled down.
+    // The sheet has three columns and two rows, and its pictures are not scaled down.
     EXPECT_EQ(sheet[0] / frame[0], 3u);
     EXPECT_EQ(sheet[1] / frame[1], 2u);
     // The patient has moved.
-    EXPECT_NE(test::textOf(out_ / "coronal-000.png"), test::textOf(out_ / "coronal-003.png"));
+    EXPECT_NE(test::readText(out_ / "coronal-000.png"), test::readText(out_ / "coronal-003.png"));
 }
 
-TEST_F(Film, TheEyesSeeItToo) {
+TEST_F(Film, WritesStereoPictures) {
     const Outcome outcome = command_->run(film() + " --frames 2 --seconds 4");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const std::filesystem::path& out = command_->out();
     if (!kHasPictures) {
-        EXPECT_NE(outcome.err.find("no stereo view"), std::string::npos) << outcome.err;
+        EXPECT_THAT(outcome.err, HasSubstr("no stereo view"));
         EXPECT_TRUE(std::filesystem::exists(out / "coronal.png"));
         return;
     }
     const auto frame = sizeOf(out / "stereo-000.png");
     EXPECT_EQ(frame[0], 1280u);
     EXPECT_GE(frame[1], 640u);
-    EXPECT_NE(test::textOf(out / "stereo-000.png"), test::textOf(out / "stereo-001.png"));
+    EXPECT_NE(test::readText(out / "stereo-000.png"), test::readText(out / "stereo-001.png"));
 }
 
 TEST_F(Film, LooksShowEveryViewOfThePatient) {
@@ -137,8 +140,8 @@ TEST_F(Film, LooksShowEveryViewOfThePatient) {
     const std::filesystem::path& out = command_->out();
     EXPECT_GT(sizeOf(out / "classes.png")[0], 1000u) << outcome.err;
     if (!kHasPictures) {
-        EXPECT_EQ(outcome.status, 2);
-        EXPECT_NE(outcome.err.find("pictures"), std::string::npos) << outcome.err;
+        EXPECT_EQ(outcome.status, 3);
+        EXPECT_THAT(outcome.err, HasSubstr("no pictures can be drawn"));
         return;
     }
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -146,33 +149,33 @@ TEST_F(Film, LooksShowEveryViewOfThePatient) {
     for (int i = 0; i < 8; ++i) {
         const std::filesystem::path file = out / ("looks-00" + std::to_string(i) + ".png");
         EXPECT_EQ(sizeOf(file)[0], 2u * 96u);
-        seen.push_back(test::textOf(file));
+        seen.push_back(test::readText(file));
         EXPECT_EQ(std::count(seen.begin(), seen.end(), seen.back()), 1) << i;
     }
 }
 
-TEST_F(Film, AHoldStillsTheDome) {
+TEST_F(Film, BreathHoldStopsTheDome) {
     const Outcome held = command_->run(film() + " --no-stereo --frames 1");
     ASSERT_EQ(held.status, 0) << held.err;
     int ticks_held = 0;
     for (const Row& r : rowsOf(command_->out() / "breath.csv"))
         if (r.held != 0.0) {
             ++ticks_held;
-            ASSERT_NEAR(r.dome_mm, 0.0, 1e-6) << r.t_s;  // at end-exhale
+            ASSERT_NEAR(r.dome_mm, 0.0, 1e-6) << r.t_s;  // the breath is held at end-exhale
         }
     EXPECT_GT(ticks_held, 500);
-    EXPECT_NE(held.out.find("held"), std::string::npos);
+    EXPECT_THAT(held.out, HasSubstr("held"));
 }
 
-TEST_F(Film, RefusesWhatItCannotShow) {
+TEST_F(Film, RefusesInvalidOptions) {
     EXPECT_NE(command_->run(film() + " --frames 0").status, 0);
     const Outcome missing = command_->run(film() + " --recording /no/such.csv");
     EXPECT_EQ(missing.status, 2);
-    EXPECT_NE(missing.err.find("/no/such.csv"), std::string::npos) << missing.err;
+    EXPECT_THAT(missing.err, HasSubstr("/no/such.csv"));
 }
 
-// Uses every ninth of the available recordings. They do not have a travel of 15 mm, but the dome must
-// follow each one.
+// Uses every ninth of the available recordings. Their travel is not 15 mm, but the dome must follow each of
+// them.
 TEST_F(Film, TheDomeFollowsRealRecordings) {
     const char* data = std::getenv("STYLET_DATA");
     if (!data) GTEST_SKIP() << "STYLET_DATA is not set: it names the folder that holds breathing/";

@@ -1,11 +1,13 @@
 // Tests a controller as the input device without a runtime: requests, loss and recovery of tracking, and
 // vibration.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <glm/gtc/quaternion.hpp>
 #include <string>
 
 #include "app/trainer/hands/controller_hand.h"
+#include "tests/support/stepped_clock.h"
 
 namespace stylet::trainer {
 namespace {
@@ -17,19 +19,11 @@ using haptics::TickOutput;
 using haptics::Tool;
 using patient::Tissue;
 
-struct TestClock {
-    std::int64_t now_ns = 1'000'000'000;
-    haptics::Clock clock() {
-        return {this, [](void* c) noexcept { return static_cast<TestClock*>(c)->now_ns; },
-                [](void*, std::int64_t) noexcept {}};
-    }
-};
-
 Pose heldTurned(double x_m) {
     return {glm::angleAxis(0.5, Vec3(0.0, 1.0, 0.0)), Vec3(x_m, 1.0, -0.4)};
 }
 
-TEST(ControllerPort, PointsTheNeedleWhereTheControllerPoints) {
+TEST(ControllerPort, NeedleFollowsTheControllersAim) {
     ControllerPort port;
     std::uint32_t buttons = 0;
     EXPECT_FALSE(port.toolAt(0, buttons));
@@ -40,28 +34,28 @@ TEST(ControllerPort, PointsTheNeedleWhereTheControllerPoints) {
     });
     const Pose room{glm::angleAxis(1.0, Vec3(0.0, 1.0, 0.0)), Vec3(0.5, 0.2, 0.0)};
     const Pose grip_from_aim{glm::angleAxis(-0.7, Vec3(1.0, 0.0, 0.0)), Vec3(0.0, 0.01, -0.02)};
-    port.see({room, grip_from_aim, controllerButtons({true, false, 0.9f})});
+    port.publish({room, grip_from_aim, controllerButtons({true, false, 0.9f})});
     const auto tool = port.toolAt(77, buttons);
     ASSERT_TRUE(tool);
     EXPECT_EQ(asked_ns, 77);
     EXPECT_EQ(buttons, 0b101u);
     const Pose aim = room * heldTurned(0.1) * grip_from_aim;
-    // The tip is ahead of the controller, the hub toward the hand.
+    // The tip is in front of the controller, and the hub points to the hand.
     EXPECT_NEAR(glm::length(tool->position_m - aim * Vec3(0.0, 0.0, -0.15)), 0.0, 1e-12);
     EXPECT_NEAR(glm::length(tool->direction({0.0, 0.0, 1.0}) - aim.direction({0.0, 0.0, 1.0})), 0.0, 1e-12);
     // A frame without an aim pose keeps the previous one.
-    port.see({room, std::nullopt, 0});
+    port.publish({room, std::nullopt, 0});
     EXPECT_NEAR(glm::length(port.toolAt(78, buttons)->position_m - tool->position_m), 0.0, 1e-12);
     EXPECT_EQ(buttons, 0u);
 }
 
 TEST(ControllerDriver, IsLostWithTheSessionAndComesBackWithIt) {
-    TestClock time;
+    test::SteppedClock time;
     ControllerPort port;
     ControllerDriver driver(port, ControllerSide::left, time.clock());
     std::string why;
     EXPECT_EQ(driver.open(why), DeviceStage::absent);
-    EXPECT_NE(why.find("left hand"), std::string::npos);
+    EXPECT_THAT(why, testing::HasSubstr("left hand"));
     double x_m = 0.0;
     bool tracked = true;
     const auto grip = [&](std::int64_t) { return tracked ? std::optional(heldTurned(x_m)) : std::nullopt; };
@@ -73,7 +67,7 @@ TEST(ControllerDriver, IsLostWithTheSessionAndComesBackWithIt) {
     EXPECT_EQ(state.fresh, 1u);
     const Vec3 before_m = state.device_from_stylus.position_m;
 
-    // A short loss of tracking: the last pose, marked as not fresh.
+    // A short loss of tracking: the device reports the last pose, marked as not fresh.
     tracked = false;
     time.now_ns += ControllerDriver::kLostAfter_ns;
     state.fresh = 0;
@@ -101,26 +95,26 @@ TickOutput needleAt(Phase phase, Tissue tissue, double depth_m) {
     return tick;
 }
 
-TEST(Vibrations, SayTouchAndEveryCutOnce) {
+TEST(Vibrations, PulseOnceForTouchAndEveryCut) {
     Vibrations vibrations;
     const auto strength = [&](const TickOutput& tick) {
-        const auto v = vibrations.take(tick);
+        const auto v = vibrations.update(tick);
         return v ? v->amplitude : 0.0f;
     };
     EXPECT_EQ(strength(needleAt(Phase::outside, Tissue::air, 0.0)), 0.0f);
-    const float touch = strength(needleAt(Phase::held, Tissue::air, 0.001));
+    const float touch = strength(needleAt(Phase::tenting, Tissue::air, 0.001));
     EXPECT_GT(touch, 0.0f);
-    EXPECT_EQ(strength(needleAt(Phase::held, Tissue::air, 0.002)), 0.0f);
+    EXPECT_EQ(strength(needleAt(Phase::tenting, Tissue::air, 0.002)), 0.0f);
     const float cut = strength(needleAt(Phase::pass, Tissue::skin, 0.003));
     EXPECT_GT(cut, touch);
     EXPECT_EQ(strength(needleAt(Phase::pass, Tissue::skin, 0.004)), 0.0f);
     EXPECT_EQ(strength(needleAt(Phase::pass, Tissue::soft, 0.005)), cut);
-    EXPECT_EQ(strength(needleAt(Phase::held, Tissue::soft, 0.006)), 0.0f);
+    EXPECT_EQ(strength(needleAt(Phase::tenting, Tissue::soft, 0.006)), 0.0f);
     EXPECT_EQ(strength(needleAt(Phase::pass, Tissue::fascia, 0.007)), cut);
-    // No puncture is felt while the needle is withdrawn.
+    // No vibration for a border that is passed while the needle is withdrawn.
     EXPECT_EQ(strength(needleAt(Phase::pass, Tissue::soft, 0.005)), 0.0f);
     EXPECT_EQ(strength(needleAt(Phase::outside, Tissue::air, 0.0)), 0.0f);
-    // A change of tool does not vibrate. The tool's first contact does.
+    // A change of tool does not vibrate, but the new tool's first contact does.
     TickOutput finger;
     finger.tool = Tool::finger;
     EXPECT_EQ(strength(finger), 0.0f);

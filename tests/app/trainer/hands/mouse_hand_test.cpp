@@ -1,5 +1,5 @@
-// Tests the mouse as the input device: smooth and limited motion, and complete command lines from the
-// window.
+// Tests the mouse as the input device: smooth and limited motion. Also tests that command lines from the
+// window arrive complete.
 #include "app/trainer/hands/mouse_hand.h"
 
 #include <algorithm>
@@ -8,17 +8,12 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/stepped_clock.h"
+
 namespace stylet::trainer {
 namespace {
 
 using haptics::DeviceState;
-
-struct Time {
-    std::int64_t now = 1'000'000'000;
-    haptics::Clock clock() {
-        return {this, [](void* t) noexcept { return static_cast<Time*>(t)->now; }};
-    }
-};
 
 const Pose kStart{{1.0, 0.0, 0.0, 0.0}, {0.10, 0.02, -0.03}};
 
@@ -28,7 +23,7 @@ class MouseHand : public testing::Test {
     Pose after(int ticks, std::int64_t tick_ns = 1'000'000) {
         DeviceState state;
         for (int i = 0; i < ticks; ++i) {
-            time_.now += tick_ns;
+            time_.now_ns += tick_ns;
             EXPECT_EQ(driver_.exchange(Vec3(0.0), state, why_), haptics::DeviceStage::ready);
             EXPECT_EQ(state.fresh, 1u);
             const Vec3 at = state.device_from_stylus.position_m;
@@ -42,7 +37,7 @@ class MouseHand : public testing::Test {
         }
         return state.device_from_stylus;
     }
-    Time time_;
+    test::SteppedClock time_;
     WindowPort port_;
     MouseDriver driver_{port_, kStart, {}, time_.clock()};
     std::string why_;
@@ -51,7 +46,7 @@ class MouseHand : public testing::Test {
     double fastest_ = 0.0, hardest_ = 0.0;
 };
 
-TEST_F(MouseHand, AStepOfTheMouseBecomesASmoothWayAsLongAsIt) {
+TEST_F(MouseHand, MouseStepBecomesASmoothMoveOfTheSameLength) {
     after(10);
     port_.move({.moved_m = {0.0, 0.05, 0.0}});
     const Pose there = after(2000);
@@ -62,7 +57,7 @@ TEST_F(MouseHand, AStepOfTheMouseBecomesASmoothWayAsLongAsIt) {
     EXPECT_LE(hardest_, 2.001 * SmoothPoint::kSpeed_m_s * SmoothPoint::kRate_per_s);
 }
 
-TEST_F(MouseHand, WithinItsSpeedItAnswersAsACriticallyDampedSpring) {
+TEST_F(MouseHand, RespondsAsACriticallyDampedSpring) {
     after(1);
     port_.move({.moved_m = {0.004, 0.0, 0.0}});
     // The next tick applies the move: x(t) = 1 - (1 + wt) exp(-wt).
@@ -73,7 +68,7 @@ TEST_F(MouseHand, WithinItsSpeedItAnswersAsACriticallyDampedSpring) {
     }
 }
 
-TEST_F(MouseHand, DeeperIsAlongTheToolHoweverItIsTurned) {
+TEST_F(MouseHand, DeeperMovesAlongTheTool) {
     after(1);
     port_.move({.turned_rad = {0.0, 0.5, 0.0}});
     const Pose turned = after(3000);
@@ -89,7 +84,7 @@ TEST_F(MouseHand, DeeperIsAlongTheToolHoweverItIsTurned) {
 }
 
 // Rolling does not change the tool's direction.
-TEST_F(MouseHand, RolledItTurnsAboutItsOwnLine) {
+TEST_F(MouseHand, RollTurnsAboutTheShaft) {
     after(1);
     port_.move({.turned_rad = {0.4, -0.3, 0.0}});
     const Pose turned = after(3000);
@@ -101,9 +96,9 @@ TEST_F(MouseHand, RolledItTurnsAboutItsOwnLine) {
     EXPECT_NEAR(glm::length(x - Vec3(std::cos(0.6), std::sin(0.6), 0.0)), 0.0, 1e-6);
 }
 
-TEST_F(MouseHand, PressedHardItGoesNoDeeperButOut) {
+TEST_F(MouseHand, PressLimitStopsAdvanceButNotWithdrawal) {
     after(1);
-    port_.tell(haptics::Tool::finger, MouseDriver::kMostPress_n + 1.0);
+    port_.publish(haptics::Tool::finger, MouseDriver::kMaxPress_n + 1.0);
     port_.move({.deeper_m = 0.03});
     EXPECT_NEAR(glm::length(after(1000).position_m - kStart.position_m), 0.0, 1e-9);
     port_.move({.deeper_m = -0.01});
@@ -111,7 +106,7 @@ TEST_F(MouseHand, PressedHardItGoesNoDeeperButOut) {
 }
 
 // A thread that was not scheduled for a second must not cause a jump.
-TEST_F(MouseHand, ALateTurnIsNoLeap) {
+TEST_F(MouseHand, DelayedRotationDoesNotJump) {
     after(5);
     port_.move({.moved_m = {0.05, 0.0, 0.0}});
     const Vec3 before = at_;
@@ -121,12 +116,12 @@ TEST_F(MouseHand, ALateTurnIsNoLeap) {
 TEST(WindowPortTest, LinesArriveWholeAndInOrderAndTooManyAreRefused) {
     WindowPort port;
     EXPECT_EQ(port.typed(), "");
-    EXPECT_TRUE(port.say("probe"));
-    EXPECT_TRUE(port.say(std::string(300, 'x')));
-    EXPECT_TRUE(port.say(""));
-    EXPECT_EQ(port.typed(), "probe\n" + std::string(WindowPort::kLongestLine, 'x') + "\n\n");
+    EXPECT_TRUE(port.pushLine("probe"));
+    EXPECT_TRUE(port.pushLine(std::string(300, 'x')));
+    EXPECT_TRUE(port.pushLine(""));
+    EXPECT_EQ(port.typed(), "probe\n" + std::string(WindowPort::kMaxLineLength, 'x') + "\n\n");
     int taken = 0;
-    while (port.say("next"))
+    while (port.pushLine("next"))
         ++taken;
     EXPECT_EQ(taken, 64);
 }

@@ -20,7 +20,7 @@ using testing::IsEmpty;
 constexpr double kDt_s = 0.001;
 
 struct Feed : testing::Test {
-    // Feeds `count` identical ticks.
+    // Runs `count` identical ticks.
     void ticks(int count, std::uint32_t faults, std::uint32_t awaited, std::uint32_t buttons = 0) {
         for (int i = 0; i < count; ++i) {
             haptics::TickRecord record;
@@ -29,9 +29,9 @@ struct Feed : testing::Test {
             record.output.faults = faults;
             record.output.awaited = awaited;
             record.output.stage = faults != 0 ? ForceStage::off : ForceStage::on;
-            session.take(record);
+            session.update(record);
         }
-        feed.pass(true, session, ring);
+        feed.update(true, session, ring);
     }
     std::vector<std::uint32_t> asked() {
         std::vector<std::uint32_t> kinds;
@@ -52,7 +52,7 @@ struct Feed : testing::Test {
     std::uint64_t tick_ = 0;
 };
 
-TEST_F(Feed, AFaultIsToldOnceAndAgainAfterRearming) {
+TEST_F(Feed, FaultIsReportedOnceAndAgainAfterRearming) {
     ticks(10, 0, 0);
     EXPECT_THAT(heard(), IsEmpty());
     ticks(10, haptics::kFaultHandOff, 0);
@@ -60,23 +60,23 @@ TEST_F(Feed, AFaultIsToldOnceAndAgainAfterRearming) {
     ticks(10, haptics::kFaultHandOff, 0);
     EXPECT_THAT(heard(), IsEmpty());
     ticks(10, haptics::kFaultHandOff | haptics::kFaultStaleInput, 0);
-    EXPECT_THAT(heard(), ElementsAre(HasSubstr("nothing new")));
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("no new data")));
     ticks(10, 0, 0);  // re-armed
     ticks(10, haptics::kFaultHandOff, 0);
     EXPECT_THAT(heard(), ElementsAre(HasSubstr("no hand holds the device")));
 }
 
-TEST_F(Feed, AFaultBetweenTwoLooksIsTold) {
+TEST_F(Feed, FaultBetweenTwoUpdatesIsReported) {
     for (const std::uint32_t faults : {0u, std::uint32_t(haptics::kFaultOverSpeed), 0u}) {
         haptics::TickRecord record;
         record.output.faults = faults;
-        session.take(record);
+        session.update(record);
     }
-    feed.pass(true, session, ring);
+    feed.update(true, session, ring);
     EXPECT_THAT(heard(), ElementsAre(HasSubstr("faster than 1 m/s")));
 }
 
-TEST_F(Feed, WhatTheForceWaitsForIsToldWhenItLasts) {
+TEST_F(Feed, LongWaitForForceIsReported) {
     ticks(900, 0, haptics::kWaitsForSmallForce);
     EXPECT_THAT(heard(), IsEmpty());
     ticks(200, 0, haptics::kWaitsForSmallForce);
@@ -84,7 +84,7 @@ TEST_F(Feed, WhatTheForceWaitsForIsToldWhenItLasts) {
     ticks(5000, 0, haptics::kWaitsForSmallForce);
     EXPECT_THAT(heard(), IsEmpty());
     ticks(1100, 0, haptics::kFaultHandOff | haptics::kFaultStaleInput);
-    EXPECT_THAT(heard(), ElementsAre(testing::AllOf(HasSubstr("no hand"), HasSubstr("nothing new"))));
+    EXPECT_THAT(heard(), ElementsAre(testing::AllOf(HasSubstr("no hand"), HasSubstr("no new data"))));
     ticks(1, 0, 0);
     ticks(1100, 0, haptics::kWaitsForSmallForce);
     EXPECT_EQ(heard().size(), 1u);
@@ -94,7 +94,7 @@ TEST_F(Feed, WhatTheForceWaitsForIsToldWhenItLasts) {
 TEST_F(Feed, TheRearmingButtonCountsWhileTheForceIsOff) {
     ticks(1, 0, 0);
     ticks(5, 0, 0, 1);
-    ticks(5, haptics::kFaultHandOff, 0, 1);  // pressed all the time
+    ticks(5, haptics::kFaultHandOff, 0, 1);  // the button stays pressed
     EXPECT_THAT(asked(), IsEmpty());
     ticks(5, haptics::kFaultHandOff, 0, 0);
     ticks(5, haptics::kFaultHandOff, 0, 1);
@@ -115,21 +115,21 @@ struct LiveFeed : Feed {
     ForceFeed feed_of_live{true, kDt_s, &live, [this](const std::string& text) { said.push_back(text); }};
 };
 
-TEST_F(LiveFeed, WordsWaitForRoomInTheRing) {
+TEST_F(LiveFeed, CommandsWaitForSpaceInTheRing) {
     typed = "hold\nbreathe\nhold\nbreathe\nhold\nbreathe\nnonsense\n";
-    feed_of_live.pass(true, session, ring);
+    feed_of_live.update(true, session, ring);
     EXPECT_THAT(asked(), IsEmpty()) << "before the first tick nothing is known";
     ticks(1, 0, 0);
-    feed_of_live.pass(true, session, ring);
+    feed_of_live.update(true, session, ring);
     EXPECT_EQ(asked().size(), 4u);
-    feed_of_live.pass(true, session, ring);
+    feed_of_live.update(true, session, ring);
     EXPECT_EQ(asked().size(), 2u);
     EXPECT_THAT(heard(), ElementsAre(HasSubstr("nonsense")));
     EXPECT_THAT(held, ElementsAre(haptics::Tool::needle, haptics::Tool::needle));
 }
 
 // If tracking is lost while the pedal's button is pressed, the pedal is released.
-TEST_F(LiveFeed, ADeviceThatIsLostHoldsNoButton) {
+TEST_F(LiveFeed, LostDeviceReportsNoButtons) {
     LiveHand hand = live;
     hand.buttons = {.pedal = 8};
     ForceFeed feet{true, kDt_s, &hand, {}};
@@ -139,8 +139,8 @@ TEST_F(LiveFeed, ADeviceThatIsLostHoldsNoButton) {
         record.input.device.buttons = 8;
         record.input.device.flags = flags;
         record.output.tick = ++tick;
-        session.take(record);
-        feet.pass(true, session, ring);
+        session.update(record);
+        feet.update(true, session, ring);
         haptics::Command said_now;
         ASSERT_TRUE(ring.pop(said_now));
         EXPECT_EQ(said_now.kind, CommandKind::pedal);
@@ -149,7 +149,7 @@ TEST_F(LiveFeed, ADeviceThatIsLostHoldsNoButton) {
     }
 }
 
-// Replaces the haptics loop: every tick pops the commands in the ring and applies changes of the tool.
+// Replaces the haptics loop. Every tick pops the commands in the ring and applies changes of the tool.
 struct ToolFeed : LiveFeed {
     // Returns the number of commands popped.
     std::uint32_t tick() {
@@ -160,56 +160,56 @@ struct ToolFeed : LiveFeed {
         }
         record.output.tick = ++ticked;
         record.output.tool = tool;
-        session.take(record);
+        session.update(record);
         return record.input.command_count;
     }
     haptics::Tool tool = haptics::Tool::needle;
     std::uint64_t ticked = 0;
 };
 
-TEST_F(ToolFeed, EachChangeOfTheToolIsAnsweredByItself) {
+TEST_F(ToolFeed, EachToolChangeIsReportedSeparately) {
     typed = "finger\nnext\nscalpel\n";
     tick();
     for (int i = 0; i < 6; ++i) {
-        feed_of_live.pass(true, session, ring);
+        feed_of_live.update(true, session, ring);
         EXPECT_LE(tick(), 1u);
     }
-    feed_of_live.pass(true, session, ring);
+    feed_of_live.update(true, session, ring);
     EXPECT_THAT(heard(),
                 ElementsAre("the finger is in hand", "the probe is in hand", "the scalpel is in hand"));
 }
 
-TEST_F(ToolFeed, ATickWithoutTheCommandSettlesNothing) {
+TEST_F(ToolFeed, TickWithoutTheCommandDoesNotCompleteIt) {
     typed = "finger\nscalpel\n";
     tick();
-    feed_of_live.pass(true, session, ring);
+    feed_of_live.update(true, session, ring);
     ticks(3, 0, 0);  // ticks that began before the command arrived
-    feed_of_live.pass(true, session, ring);
+    feed_of_live.update(true, session, ring);
     EXPECT_EQ(tick(), 1u);
-    feed_of_live.pass(true, session, ring);
-    feed_of_live.pass(true, session, ring);
+    feed_of_live.update(true, session, ring);
+    feed_of_live.update(true, session, ring);
     EXPECT_EQ(tick(), 1u);
 }
 
-TEST_F(ToolFeed, ALostRecordOfAChangeIsNotWaitedForForever) {
+TEST_F(ToolFeed, LostRecordOfAToolChangeTimesOut) {
     typed = "finger\nscalpel\n";
     tick();
-    feed_of_live.pass(true, session, ring);
+    feed_of_live.update(true, session, ring);
     EXPECT_EQ(asked().size(), 1u);
     for (int i = 0; i < 1000; ++i)
         tick();
-    feed_of_live.pass(true, session, ring);
+    feed_of_live.update(true, session, ring);
     EXPECT_EQ(asked().size(), 1u);
 }
 
-TEST_F(ToolFeed, NoMoreIsReadThanIsUsed) {
+TEST_F(ToolFeed, InputIsNotReadAheadOfUse) {
     tick();
     std::string many;
     while (many.size() < 20'000)
         many += "finger\n";
     for (int i = 0; i < 4; ++i) {
         typed = many;
-        feed_of_live.pass(true, session, ring);
+        feed_of_live.update(true, session, ring);
         EXPECT_EQ(typed.empty(), i < 2) << "one for the user, one that waits";
     }
 }

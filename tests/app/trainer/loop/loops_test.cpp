@@ -50,11 +50,11 @@ TEST(FastLoop, HitsTheDuctWithTheClosedFormsOfTheModel) {
     EXPECT_NEAR(fascia->border.depth_m, 0.020, 1e-4);
 }
 
-TEST(FastLoop, NotesEveryMomentOnceAndInOrder) {
+TEST(FastLoop, FindsEveryCaptureOnceAndInOrder) {
     const test::Played played = playFast(ductPhantom(), shortScenario(), 1);
     std::vector<std::string> names;
     std::uint64_t last = 0;
-    for (const Moment& m : played.log.moments) {
+    for (const Capture& m : played.log.moments) {
         names.push_back(m.name);
         EXPECT_GE(m.seen.tick.tick, last);
         last = m.seen.tick.tick;
@@ -89,12 +89,12 @@ TEST(FastLoop, SeedTableAndScenarioEachChangeTheHash) {
     EXPECT_NE(playFast(package, other_scenario, 7).log.state_hash, first);
 }
 
-// Threads of runRealTime() that use its clock: haptics, session and frames.
+// Number of threads that use the clock of runRealTime(): haptics, session and frames.
 constexpr std::size_t kLoopThreads = 3;
 
 class RecordedLoop : public testing::Test {
   protected:
-    // Runs the scenario for at most `longest_ns` of its script.
+    // Plays at most the first `longest_ns` of the scenario's script.
     void play(const haptics::Clock& clock, std::int64_t longest_ns = 3'600'000'000'000) {
         const Scenario scenario = shortScenario();
         Attempt attempt = makeAttempt(patient_, scenario, ductPath(), 3);
@@ -117,8 +117,8 @@ class RecordedLoop : public testing::Test {
     SessionLog log_;
 };
 
-// Returns true if memory can be locked and no sanitizer uses its own shadow memory.
-bool pagesStay() {
+// Returns true if memory can be locked. Always false with a sanitizer, which uses its own shadow memory.
+bool canLockPages() {
 #ifdef STYLET_SANITIZED
     return false;
 #else
@@ -144,28 +144,28 @@ TEST_F(RecordedLoop, ReplaysToItsHashUntilOneBitOfItsInputsChanges) {
     const records::ReplayResult other = records::replay(patient_, record, {});
     EXPECT_FALSE(other.equal());
     EXPECT_NE(other.state_hash, log_.state_hash);
-    ASSERT_TRUE(other.differs_at);
+    ASSERT_TRUE(other.first_mismatch);
     // The difference is found in the frame that contains the changed tick.
-    EXPECT_EQ(other.differs_at->ticks / records::kFrameTicks,
+    EXPECT_EQ(other.first_mismatch->ticks / records::kFrameTicks,
               record.inputs.size() / 2 / records::kFrameTicks + 1);
 }
 
-// Needs real time: with the machine's own scheduler, the loop's thread must not cause page faults once it
-// is warm.
+// Needs real time: with the machine's own scheduler, the loop's thread must not cause page faults after its
+// warm-up.
 class RecordedLoopRealTime : public RecordedLoop {};
 
-TEST_F(RecordedLoopRealTime, ALoopThatIsWarmTouchesNoNewPage) {
+TEST_F(RecordedLoopRealTime, WarmLoopHasNoPageFaults) {
     play(monotonicClock(), 3'000'000'000);
     EXPECT_GT(log_.ticks, 500u + 400u) << "half a second is the warm-up";
     EXPECT_GE(totals_.elapsed_s, 0.001 * double(log_.ticks - 1)) << "never faster than its rate";
-    if (pagesStay()) {
+    if (canLockPages()) {
         EXPECT_EQ(totals_.haptics.page_faults, 0u);
     }
     EXPECT_TRUE(records::replay(patient_, records::loadRecord(folder_ / "record"), {}).equal());
     RecordProperty("late_ticks", std::to_string(totals_.haptics.late_ticks));
 }
 
-// More commands than the ring and a tick can hold, then one at the very end.
+// More commands than the ring and a tick can contain, then one more at the very end.
 Attempt commandedAttempt(const patient::Patient& patient) {
     Attempt attempt = makeAttempt(patient, shortScenario(), ductPath(), 3);
     const std::int64_t end_ns = attempt.hand.samples.back().t_ns;
@@ -199,14 +199,14 @@ std::vector<std::uint32_t> everyCommand() {
     return values;
 }
 
-TEST(FastLoop, HandsEveryCommandOverTheLastToo) {
+TEST(FastLoop, SendsEveryCommandIncludingTheLast) {
     EXPECT_EQ(commandsRecorded([](const Attempt& attempt, Session& session) {
                   runFast(attempt, session, nullptr, 0.0, {});
               }),
               everyCommand());
 }
 
-TEST(RealTimeLoop, HandsEveryCommandOverTheLastToo) {
+TEST(RealTimeLoop, SendsEveryCommandIncludingTheLast) {
     EXPECT_EQ(commandsRecorded([](const Attempt& attempt, Session& session) {
                   test::VirtualClock clock(kLoopThreads);
                   runRealTime(attempt, session, nullptr, clock.clock());
@@ -214,18 +214,19 @@ TEST(RealTimeLoop, HandsEveryCommandOverTheLastToo) {
               everyCommand());
 }
 
-TEST(RealTimeLoop, AnErrorOfThePicturesEndsItAndComesOut) {
+TEST(RealTimeLoop, DisplayErrorEndsTheLoopAndIsRethrown) {
     const patient::Package package = ductPhantom();
     const patient::Patient patient(package);
     const Attempt attempt = makeAttempt(patient, shortScenario(), ductPath(), 3);
     Session session(patient, ductPath(), {}, 0.0, nullptr);
     test::VirtualClock clock(kLoopThreads);
-    // The frame advances the clock only after every thread has started. Otherwise a thread that is stopped
-    // before it starts would leave the clock waiting for it.
-    auto broken = std::make_unique<test::ScriptedDisplay>([&clock](const Seen&, const std::string&) -> bool {
-        clock.sleepUntil_ns(clock.now_ns() + 11'000'000);
-        throw std::logic_error("not of the GPU");
-    });
+    // The frame advances the clock only after every thread has started. Otherwise the clock would wait
+    // forever for a thread that is stopped before it starts.
+    auto broken =
+        std::make_unique<test::ScriptedDisplay>([&clock](const FrameState&, const std::string&) -> bool {
+            clock.sleepUntil_ns(clock.now_ns() + 11'000'000);
+            throw std::logic_error("not of the GPU");
+        });
     EXPECT_THROW(runRealTime(attempt, session, std::move(broken), clock.clock()), std::logic_error);
     EXPECT_LT(session.log().last_tick, 500u) << "went on to the hand's end";
 }
@@ -237,27 +238,28 @@ struct WatchedFrame {
 };
 std::unique_ptr<Display> watching(test::VirtualClock& clock, std::vector<WatchedFrame>& frames,
                                   std::size_t& tips) {
-    const auto live = std::make_shared<LiveSeen>();
+    const auto live = std::make_shared<LiveUpdates>();
     auto display = std::make_unique<test::ScriptedDisplay>([live, &clock, &frames, &tips](
-                                                               const Seen& given, const std::string& moment) {
+                                                               const FrameState& given,
+                                                               const std::string& moment) {
         clock.sleepUntil_ns(clock.now_ns() + 11'000'000);
-        Seen seen = given;
+        FrameState seen = given;
         live->refresh(seen);
         for (haptics::TipSample tip; live->tips->pop(tip);)
             ++tips;
-        const bool on_skin = seen.tick.phase == haptics::Phase::held && seen.tick.tissue == Tissue::air;
-        // The last tick is shown repeatedly until the frames end.
+        const bool on_skin = seen.tick.phase == haptics::Phase::tenting && seen.tick.tissue == Tissue::air;
+        // At the end, several frames show the last tick.
         const bool is_new = frames.empty() || seen.tick.tick != frames.back().tick;
         if (moment.empty() && is_new)
             frames.push_back({given.tick.tick, seen.tick.tick,
                               seen.tick.phase != haptics::Phase::outside && !on_skin, !seen.wounds.empty()});
         return true;
     });
-    display->followed = [live](LiveSeen from) { *live = std::move(from); };
+    display->followed = [live](LiveUpdates from) { *live = std::move(from); };
     return display;
 }
 
-// Also checks the hole in the skin, which another thread finds.
+// Also checks the hole in the skin, which the session thread finds.
 TEST(RealTimeLoop, ACutIsShownWithTheFirstFrameAfterIt) {
     const patient::Package package = ductPhantom();
     const patient::Patient patient(package);
@@ -283,9 +285,9 @@ TEST(RealTimeLoop, ACutIsShownWithTheFirstFrameAfterIt) {
     EXPECT_GT(double(tips), 0.9 * double(totals.haptics.ticks));
 }
 
-// Console commands: a new difficulty is visible at once, and "new attempt" ends this attempt.
+// Console commands: a new difficulty is visible immediately, and "new attempt" ends this attempt.
 // HZ-TEACH-12
-TEST(RealTimeLoop, DoesWhatTheInstructorSays) {
+TEST(RealTimeLoop, ExecutesInstructorCommands) {
     const patient::Package package = ductPhantom();
     const patient::Patient patient(package);
     const Attempt attempt = makeAttempt(patient, shortScenario(), ductPath(), 3);
@@ -294,13 +296,13 @@ TEST(RealTimeLoop, DoesWhatTheInstructorSays) {
     std::string words = "difficulty exam\n";
     bool exam = false;
     test::VirtualClock clock(kLoopThreads);
-    const auto heard = [&](const Seen& seen) {
+    const auto heard = [&](const FrameState& seen) {
         exam = exam || seen.difficulty == training::Difficulty::exam;
         if (exam) words = "new seed 7\nnew attempt\n";
     };
     const auto console = [&] { return session.newest() ? std::exchange(words, {}) : std::string(); };
     const LoopTotals totals =
-        runRealTime(attempt, session, nullptr, clock.clock(), {.heard = heard, .console = console});
+        runRealTime(attempt, session, nullptr, clock.clock(), {.on_state = heard, .console = console});
     EXPECT_TRUE(exam);
     ASSERT_TRUE(totals.next);
     EXPECT_EQ(totals.next->seed, 7u);

@@ -1,7 +1,8 @@
-// The procedure with two controllers of a headset: the trainee waits for the effect of each action before the
-// next one. The whole procedure runs in virtual time, and its first steps through the program in real time.
+// The procedure with two controllers of a headset. The trainee waits for the effect of each action before the
+// next one. The whole procedure runs in virtual time, and its first steps also run through the program in
+// real time.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
 
 #include <algorithm>
 #include <array>
@@ -26,6 +27,8 @@
 #include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/program/kept_attempt.h"
 #include "tests/support/mock_control.h"
+#include "tests/support/program_output.h"
+#include "tests/support/wait_until.h"
 
 namespace stylet::trainer {
 namespace {
@@ -45,13 +48,13 @@ json keyOf(const Pose& p, double t_s) {
             {"orientation", {q.x, q.y, q.z, q.w}}};
 }
 
-// A position relative to the planned path: depth from the skin, and offset to the front.
+// A position relative to the planned path: depth from the skin, offset to the front, and roll.
 struct PathPlace {
     double deeper_m = 0.0, front_m = 0.0, roll_rad = 0.0;
 };
 constexpr PathPlace kOutside{-0.030, 0.0, 0.0};
 
-// Computes the grip pose that puts a tool at a position of the path.
+// Computes the grip pose that puts a tool at a position relative to the path.
 class PathAim {
   public:
     PathAim(const Pose& stage_from_patient, const patient::PlannedPath& path)
@@ -66,7 +69,7 @@ class PathAim {
         const Vec3 tip_m = path_.entry_m + place.deeper_m * axis_ + place.front_m * front_;
         Pose needle = needlePose(tip_m, axis_);
         needle.rotation = needle.rotation * glm::angleAxis(place.roll_rad, Vec3(0.0, 0.0, 1.0));
-        const Pose tip = stage_from_patient_ * heldLike(needle, tool, haptics::GuideSettings{});
+        const Pose tip = stage_from_patient_ * toolPoseFromNeedle(needle, tool, haptics::GuideSettings{});
         return tip * Pose{{1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, kAimFromTip_m}};
     }
 
@@ -76,7 +79,7 @@ class PathAim {
     Vec3 axis_, front_;
 };
 
-// A motion that starts and ends at rest, with a speed of at most `speed_m_s`.
+// A motion that starts and ends at rest and is never faster than `speed_m_s`.
 struct GripMotion {
     Pose from, to;
     double seconds;
@@ -98,39 +101,26 @@ struct GripMotion {
 class Trainee {
   public:
     Trainee(const test::Command& command, const std::string& control, const records::RecordInfo& planned)
-        : said_(command / "stderr"),
+        : output_(command / "stderr"),
           aim_(stageFromPatient(patient::Patient(patient::loadPackage(planned.patient_folder)), planned.path),
                planned.path),
           mock_(control, 240s),
           store_(test::storeOf(command)) {
         goTo(aim_.grip(tool_, place_));
-        if (!hears("controllers: ready", 300s)) throw std::runtime_error(test::textOf(said_));
+        output_.require("controllers: ready", 300s);
         attempt_ = test::newestAttempt(command).filename().string();
     }
 
-    // Waits until the program prints `words`. Searches after the previous match only.
-    bool hears(const std::string& words, std::chrono::seconds patience = kTraineePatience) {
-        return until(
-            [&] {
-                const std::string all = test::textOf(said_);
-                const std::size_t found = all.find(words, heard_);
-                if (found == std::string::npos) return false;
-                heard_ = found + words.size();
-                return true;
-            },
-            patience);
-    }
-    void mustHear(const std::string& words) {
-        if (!hears(words)) throw std::runtime_error("never said: " + words + "\n" + test::textOf(said_));
-    }
+    void waitForOutput(const std::string& words) { output_.require(words); }
     // Waits until the attempt's log contains this event `times` times.
     bool sees(const std::string& kind, const std::string& text,
               std::chrono::seconds patience = kTraineePatience, int times = 1) {
-        return until([&] { return test::countOf(store_.attempt(attempt_), kind, text) >= times; }, patience);
+        return test::waitUntil([&] { return test::countOf(store_.attempt(attempt_), kind, text) >= times; },
+                               patience, 50);
     }
-    void mustSee(const std::string& kind, const std::string& text, int times = 1) {
+    void waitForEvent(const std::string& kind, const std::string& text, int times = 1) {
         if (!sees(kind, text, kTraineePatience, times))
-            throw std::runtime_error("never happened: " + text + "\n" + test::textOf(said_));
+            throw std::runtime_error("never happened: " + text + "\n" + output_.text());
     }
     void hold(const char* hand, const std::string& key, double value) {
         apply(hand, {{"values", json::array({{{key, value}}})}});
@@ -141,28 +131,23 @@ class Trainee {
             apply("right", {{"values", json::array({{{key, click ? json(down) : json(double(down))}}})}});
         };
         set(true);
-        mustHear(until_said);
+        waitForOutput(until_said);
         set(false);
-        // Waits until frames have seen the release.
-        const int frame = mock_.ask({{"get", "state"}}).at("frame").get<int>();
-        mock_.ask({{"wait", {{"frame", frame + 3}}}});
+        // Wait until frames have processed the release.
+        const int frame = mock_.sendRequest({{"get", "state"}}).at("frame").get<int>();
+        mock_.sendRequest({{"wait", {{"frame", frame + 3}}}});
     }
-    // Moves with `speed_m_s` in the middle of the motion.
+    // Moves with up to `speed_m_s`.
     void goTo(const PathPlace& place, double speed_m_s = 0.04) {
         place_ = place;
         goTo(aim_.grip(tool_, place_), speed_m_s);
     }
 
   private:
-    static bool until(const std::function<bool()>& done, std::chrono::seconds patience) {
-        for (const auto begin = std::chrono::steady_clock::now(); !done(); std::this_thread::sleep_for(50ms))
-            if (std::chrono::steady_clock::now() > begin + patience) return false;
-        return true;
-    }
     void apply(const char* hand, const json& what) {
-        mock_.ask({{"apply", {{"controllers", {{hand, what}}}}}});
+        mock_.sendRequest({{"apply", {{"controllers", {{hand, what}}}}}});
     }
-    // Starts and ends at rest. Waits for the end.
+    // Moves from rest to rest and waits for the end of the motion.
     void goTo(const Pose& to, double speed_m_s = 0.04) {
         const GripMotion motion(at_.value_or(to), to, speed_m_s);
         json keys = json::array();
@@ -175,7 +160,7 @@ class Trainee {
         at_ = to;
     }
 
-    std::filesystem::path said_;
+    test::ProgramOutput output_;
     PathAim aim_;
     test::MockControl mock_;
     records::Store store_;
@@ -183,10 +168,10 @@ class Trainee {
     Tool tool_ = Tool::finger;
     PathPlace place_ = kOutside;
     std::optional<Pose> at_;
-    std::size_t heard_ = 0;
 };
 
-// The same user in virtual time: each tick reads the controller's driver, then the session runs at once.
+// The same user in virtual time. Each tick reads the controller's driver, and the session runs right after
+// it.
 class VirtualTrainee {
   public:
     VirtualTrainee(const patient::Patient& patient, const Scenario& scenario,
@@ -215,19 +200,13 @@ class VirtualTrainee {
             },
             patience_s);
     }
-    void mustSee(const std::string& kind, const std::string& text, int times = 1) {
+    void waitForEvent(const std::string& kind, const std::string& text, int times = 1) {
         if (!sees(kind, text, 60.0, times))
             throw std::runtime_error("never happened: " + text + "\n" + said_);
     }
-    void mustHear(const std::string& words) {
-        const bool heard = until(
-            [&] {
-                const std::size_t found = said_.find(words, heard_);
-                if (found != std::string::npos) heard_ = found + words.size();
-                return found != std::string::npos;
-            },
-            60.0);
-        if (!heard) throw std::runtime_error("never said: " + words + "\n" + said_);
+    void waitForOutput(const std::string& words) {
+        if (!until([&] { return output_.contains(words); }, 60.0))
+            throw std::runtime_error("never printed: " + words + "\n" + said_);
     }
     void hold(const char*, const std::string& key, double value) {
         (key == "trigger/value" ? other_.select : other_squeezes_) = value > 0.5;
@@ -236,7 +215,7 @@ class VirtualTrainee {
     void press(const std::string& key, const std::string& until_said) {
         const bool next = key == "b/click";
         next ? void(tool_keys_.menu = true) : void(tool_keys_.squeeze = 1.0f);
-        mustHear(until_said);
+        waitForOutput(until_said);
         tool_keys_ = {};
         wait(0.1);
     }
@@ -286,10 +265,10 @@ class VirtualTrainee {
         return attempt;
     }
     void tick() {
-        port_.see({Pose{}, std::nullopt, controllerButtons(tool_keys_, other_)});
+        port_.publish({Pose{}, std::nullopt, controllerButtons(tool_keys_, other_)});
         haptics::loopTick(simulation_, device_, channels_, stats_, now_ns_);
         session_.drain(channels_);
-        force_->pass(true, session_, channels_.commands);
+        force_->update(true, session_, channels_.commands);
         if (const haptics::TickOutput* now = session_.newest()) {
             double& most_n = felt_n_[std::size_t(now->tool)];
             most_n = std::max(most_n, glm::length(now->tool_force.force_n));
@@ -332,14 +311,14 @@ class VirtualTrainee {
     std::optional<ForceFeed> force_;
     std::array<double, haptics::kToolCount> felt_n_{};
     std::string said_;
-    std::size_t heard_ = 0;
+    test::ProgramOutput output_{[this] { return said_; }};
 };
 
 constexpr const char *kNext = "b/click", *kBreath = "squeeze/value";
 
 void palpate(VirtualTrainee& hand) {
     hand.goTo({0.005});
-    hand.mustSee("step", "find the space between the ribs");
+    hand.waitForEvent("step", "find the space between the ribs");
     hand.goTo(kOutside, 0.08);
 }
 
@@ -347,9 +326,9 @@ void findTheDuct(VirtualTrainee& hand) {
     hand.press(kNext, "the probe is in hand");
     hand.turnTo(Tool::probe);
     hand.press(kBreath, "asked for a breath-hold");
-    hand.mustSee("breath", "held");
+    hand.waitForEvent("breath", "held");
     hand.goTo({0.002, 0.0, glm::radians(-35.0)});
-    hand.mustSee("step", "find the duct");
+    hand.waitForEvent("step", "find the duct");
     hand.press(kNext, "the scalpel is in hand");  // parks the probe
     hand.goTo(kOutside, 0.08);
 }
@@ -358,7 +337,7 @@ void incise(VirtualTrainee& hand) {
     hand.turnTo(Tool::scalpel);
     hand.goTo({0.005, -0.002});
     hand.goTo({0.005, 0.002}, 0.01);
-    hand.mustSee("step", "open the skin");
+    hand.waitForEvent("step", "open the skin");
     hand.goTo(kOutside, 0.08);
     hand.press(kBreath, "the patient may breathe");
 }
@@ -366,37 +345,37 @@ void incise(VirtualTrainee& hand) {
 void puncture(VirtualTrainee& hand) {
     hand.press(kNext, "the guide is in hand");
     hand.turnTo(Tool::guide);
-    hand.mustSee("step", "snap the needle into the guide");
-    hand.goTo({kOutside.deeper_m, 0.003});  // the force of the guide's rail acts here
+    hand.waitForEvent("step", "snap the needle into the guide");
+    hand.goTo({kOutside.deeper_m, 0.003});  // the guide's rail exerts a force here
     hand.goTo(kOutside);
     hand.press(kNext, "the needle is in hand");
     hand.turnTo(Tool::needle);
     hand.press(kBreath, "asked for a breath-hold");
-    hand.mustSee("breath", "held", 2);
+    hand.waitForEvent("breath", "held", 2);
     hand.goTo({0.7 * hand.length_m()}, 0.02);
     double deeper_m = 0.001;
     hand.goTo({hand.length_m() + deeper_m}, 0.012);
     while (!hand.sees("step", "advance to the duct", 3.0) && deeper_m < 0.004)
         hand.goTo({hand.length_m() + (deeper_m += 0.001)}, 0.012);
-    hand.mustSee("step", "advance to the duct");
+    hand.waitForEvent("step", "advance to the duct");
 }
 
-// Uses the other controller: pedal and syringe.
+// Uses the other controller for pedal and injection.
 void showTheDucts(VirtualTrainee& hand) {
     hand.hold("left", "trigger/value", 1.0);
-    hand.mustHear("X-rays");
+    hand.waitForOutput("X-rays");
     hand.hold("left", "squeeze/value", 1.0);
-    hand.mustHear("contrast medium, 1 ml/s");
-    hand.mustSee("step", "show the ducts with contrast");
+    hand.waitForOutput("contrast medium, 1 ml/s");
+    hand.waitForEvent("step", "show the ducts with contrast");
     hand.hold("left", "squeeze/value", 0.0);
-    hand.mustHear("no more contrast medium");
+    hand.waitForOutput("no more contrast medium");
     hand.hold("left", "trigger/value", 0.0);
-    hand.mustHear("no more X-rays");
+    hand.waitForOutput("no more X-rays");
     hand.goTo(kOutside);
     hand.press(kBreath, "the patient may breathe");
 }
 
-TEST(ControllersVirtual, FromPalpationToDuctsFullOfContrast) {
+TEST(ControllersVirtual, WholeProcedure) {
     test::Command command;
     ASSERT_EQ(command.run("run --fast --spacing-mm 3 --seed 4 --scenario procedure").status, 0);
     const records::RecordInfo planned = records::loadRecord(command.out() / "record").info;
@@ -418,10 +397,10 @@ TEST(ControllersVirtual, FromPalpationToDuctsFullOfContrast) {
     EXPECT_GT(log.score.total, 50.0);
 }
 
-// Needs real time: only there do the program, the runtime and a user with two controllers run at the same
+// Needs real time: only then do the program, the runtime and a user with two controllers run at the same
 // time.
 // HZ-TEACH-20
-TEST(ControllersRunRealTime, WhatTheControllersDoIsStoredReplayedAndReported) {
+TEST(ControllersRunRealTime, AttemptIsStoredReplayedAndReported) {
     test::Command command;
     const std::string kPatient = " --spacing-mm 3 --seed 4 --scenario procedure ";
     ASSERT_EQ(command.run("run --fast" + kPatient).status, 0);
@@ -447,31 +426,31 @@ TEST(ControllersRunRealTime, WhatTheControllersDoIsStoredReplayedAndReported) {
             if (hand.sees("step", "find the space between the ribs", 2s)) break;
             hand.goTo(kOutside, 0.2);
         }
-        hand.mustSee("step", "find the space between the ribs");
+        hand.waitForEvent("step", "find the space between the ribs");
         hand.press(kNext, "the probe is in hand");
         hand.press(kBreath, "asked for a breath-hold");
         hand.hold("left", "trigger/value", 1.0);
-        hand.mustHear("X-rays");
+        hand.waitForOutput("X-rays");
         hand.hold("left", "squeeze/value", 1.0);
-        hand.mustHear("contrast medium, 1 ml/s");
+        hand.waitForOutput("contrast medium, 1 ml/s");
         hand.hold("left", "squeeze/value", 0.0);
-        hand.mustHear("no more contrast medium");
+        hand.waitForOutput("no more contrast medium");
         hand.hold("left", "trigger/value", 0.0);
-        hand.mustHear("no more X-rays");
+        hand.waitForOutput("no more X-rays");
     } catch (const std::exception& e) {
         ADD_FAILURE() << e.what();
     }
-    if (const int process = std::atoi(test::textOf(number).c_str()); process > 0) kill(process, SIGINT);
+    test::signalProgram(number);
     const Outcome outcome = run.get();
     command.unset("XRMOCK_SCENARIO");
     command.unset("XRMOCK_CONTROL");
 
-    const test::KeptAttempt kept = test::storedReplayedReported(command, outcome, "hands-1");
+    const test::KeptAttempt kept = test::checkStoredAttempt(command, outcome, "hands-1");
     EXPECT_EQ(kept.stored.info.device, "controllers");
-    EXPECT_NE(kept.page.find("controllers"), std::string::npos);
+    EXPECT_THAT(kept.page, testing::HasSubstr("controllers"));
     EXPECT_EQ(kept.summary.at("steps").at("out_of_order"), 0);
     EXPECT_GT(kept.felt_n[std::size_t(Tool::finger)], 0.02);
-    EXPECT_NE(outcome.err.find("the other hand's trigger is the X-ray pedal"), std::string::npos);
+    EXPECT_THAT(outcome.err, testing::HasSubstr("the other hand's trigger is the X-ray pedal"));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // Runs `stylet devices` and `stylet run --device` as a user does, with emulated devices.
 #include <fcntl.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/stat.h>
@@ -22,6 +23,7 @@
 #include "tests/haptics/devices/wooden_json.h"
 #include "tests/support/bridge_emulator.h"
 #include "tests/support/inverse3_emulator.h"
+#include "tests/support/program_output.h"
 #include "tests/support/spacemouse_emulator.h"
 #include "tests/support/wait_until.h"
 #include "tests/support/woodenhaptics_emulator.h"
@@ -34,14 +36,15 @@ namespace {
 
 using nlohmann::json;
 using test::Command;
-using test::nap;
 using test::Outcome;
+using test::sleepMs;
 using test::SpaceMouseEmulator;
 using test::WoodenHapticsEmulator;
+using testing::HasSubstr;
 
 const std::string kDeviceRun = "run --headless --fps 0 --spacing-mm 2.5 --scenario ";
 
-// Runs a function in a second thread while in scope.
+// Runs a function in a second thread during its own lifetime.
 class Meanwhile {
   public:
     explicit Meanwhile(const std::function<void(const std::atomic<bool>&)>& body)
@@ -56,31 +59,28 @@ class Meanwhile {
     std::thread thread_;
 };
 
-// Pushes the cap away from the user, at most once in 8 ms. Returns after the driver has read `reports`
+// Pushes the cap away from the user, at most once every 8 ms. Returns after the driver has read `reports`
 // reports, so the push lasts at least `reports` times 8 ms on any machine.
 void pushAway(SpaceMouseEmulator& cap, int reports, const std::atomic<bool>& over) {
     while (!over.load() && reports > 0) {
         reports -= int(cap.push({0, -350, 0, 0, 0, 0}));
-        nap(8);
+        sleepMs(8);
     }
 }
 
-// Returns true once the attempt that writes to `out` has recorded some ticks.
+// Returns true once the attempt that writes into `out` has recorded some ticks.
 bool hasTicked(const std::filesystem::path& out) {
     std::error_code none;
     const auto bytes = std::filesystem::file_size(out / "record" / "inputs.bin", none);
     return !none && bytes > 1000;
 }
 
-// Needs real time: the whole program drives an emulated device at its real rate. The last force sent must
-// be zero.
+// Needs real time: the whole program drives an emulated device at its real rate. The last force that is sent
+// must be zero.
 class DeviceRunRealTime : public testing::Test {
   protected:
     // Sends Ctrl-C.
-    static void interrupt() {
-        if (const int process = std::atoi(test::textOf(*command_ / "number").c_str()); process > 0)
-            kill(process, SIGINT);
-    }
+    static void interrupt() { test::signalProgram(*command_ / "number"); }
     static void SetUpTestSuite() {
         command_ = new Command;
         std::ofstream(*command_ / "arm.json") << test::woodenJson();
@@ -97,7 +97,7 @@ class DeviceRunRealTime : public testing::Test {
         const std::string line = "'" + std::string(std::getenv("STYLET_BIN")) + "/stylet' " + arguments +
                                  " >'" + file.string() + "'";
         EXPECT_EQ(std::system(line.c_str()), 0) << line;
-        return test::textOf(file);
+        return test::readText(file);
     }
     static inline Command* command_ = nullptr;
 };
@@ -105,8 +105,7 @@ class DeviceRunRealTime : public testing::Test {
 TEST_F(DeviceRunRealTime, DevicesAreListedForPeopleAndPrograms) {
     const SpaceMouseEmulator cap(SpaceMouseEmulator::Age::old);
     const std::string text = output("devices");
-    EXPECT_NE(text.find("  " + cap.path() + ": SpaceNavigator (046d:c626): can be used\n"), std::string::npos)
-        << text;
+    EXPECT_THAT(text, HasSubstr("  " + cap.path() + ": SpaceNavigator (046d:c626): can be used\n"));
     const json list = json::parse(output("devices --json")).at("devices");
     bool seen = false;
     for (const json& kind : list) {
@@ -128,14 +127,14 @@ TEST_F(DeviceRunRealTime, ASpaceMouseMovesTheNeedleAndTheRecordReplays) {
     {
         const Meanwhile hand([&](const std::atomic<bool>& over) {
             while (!over.load() && !hasTicked(out))
-                nap(8);
+                sleepMs(8);
             pushAway(cap, 190, over);
             interrupt();
         });
         live = command_->runInto(out, run("--device spacemouse --seconds 240"), *command_ / "number");
     }
     ASSERT_EQ(live.status, 0) << live.err;
-    EXPECT_NE(live.err.find("stylet: spacemouse: ready"), std::string::npos) << live.err;
+    EXPECT_THAT(live.err, HasSubstr("stylet: spacemouse: ready"));
     EXPECT_EQ(live.summary.at("device"), "spacemouse");
 
     const std::filesystem::path record = out / "record", csv = *command_ / "hand.csv";
@@ -167,32 +166,27 @@ TEST_F(DeviceRunRealTime, ASpaceMouseMovesTheNeedleAndTheRecordReplays) {
 }
 
 #ifdef STYLET_TEST_WINDOW
-// A user without headset and terminal: the cap moves the tool, and the window's keys replace all commands.
-TEST_F(DeviceRunRealTime, ASpaceMouseAtTheWindowHasAKeyForEveryWord) {
+// A user without headset and terminal: the cap moves the tool, and the window has a key for every command.
+TEST_F(DeviceRunRealTime, WindowHasAKeyForEveryCommand) {
     const std::filesystem::path out = *command_ / "window", said = *command_ / "stderr";
     SpaceMouseEmulator cap(SpaceMouseEmulator::Age::recent);
     const test::XDisplay display(1500, 950);
     command_->set("XR_RUNTIME_JSON", "/nonexistent.json");
     std::filesystem::remove(said);
-    std::string never;  // the first text that was not printed
+    std::string never;  // the first expected text that was not printed
     Outcome live;
     {
         const Meanwhile keys([&](const std::atomic<bool>& over) {
-            std::size_t heard = 0;
+            test::ProgramOutput output(said);
             const auto hears = [&](const std::string& words) {
-                for (int i = 0; i < 10000 && !over.load(); ++i, nap(20)) {
-                    const std::string all = test::textOf(said);
-                    const std::size_t found = all.find(words, heard);
-                    if (found == std::string::npos) continue;
-                    heard = found + words.size();
-                    return true;
-                }
+                for (int i = 0; i < 10000 && !over.load(); ++i, sleepMs(20))
+                    if (output.contains(words)) return true;
                 never += (never.empty() ? "" : "; ") + words;
                 return false;
             };
             const bool begun = hears("using a window instead") && hears("you control the ");
             while (begun && !over.load() && (display.title().empty() || !hasTicked(out)))
-                nap(20);
+                sleepMs(20);
             for (const auto& [key, words] : {std::pair{"h", "asked for a breath-hold"},
                                              {"b", "the patient may breathe"},
                                              {"x", "X-rays"},
@@ -227,29 +221,30 @@ TEST_F(DeviceRunRealTime, AWoodenHapticsIsWaitedForUntilItIsHomed) {
     std::filesystem::remove(told);
     Outcome live;
     {
-        // Presses the button when the program asks for homing. Repeats this if a stall lost the board.
+        // Presses the button when the program asks for homing. Presses again if the program lost the board
+        // because of a stall.
         const Meanwhile user([&](const std::atomic<bool>& over) {
             while (!over.load()) {
-                const std::string said = test::textOf(told);
+                const std::string said = test::readText(told);
                 const std::size_t asked = said.rfind("needs homing"), ready = said.rfind("ready");
                 if (asked != std::string::npos && (ready == std::string::npos || ready < asked)) {
                     board.pressButton();
                     for (int i = 0; i < 50 && !over.load(); ++i)
-                        nap(10);
+                        sleepMs(10);
                 }
-                nap(10);
+                sleepMs(10);
             }
         });
         live = command_->run(run("--seconds 1 --device woodenhaptics --device-model '" +
                                  (*command_ / "arm.json").string() + "'"));
     }
     ASSERT_EQ(live.status, 0) << live.err;
-    EXPECT_NE(live.err.find("needs homing: park the arm"), std::string::npos) << live.err;
-    EXPECT_NE(live.err.find("woodenhaptics: ready"), std::string::npos) << live.err;
+    EXPECT_THAT(live.err, HasSubstr("needs homing: park the arm"));
+    EXPECT_THAT(live.err, HasSubstr("woodenhaptics: ready"));
     EXPECT_EQ(live.summary.at("device"), "woodenhaptics");
     EXPECT_GE(live.summary.at("haptics").at("ticks").get<double>(), 1000.0);
-    EXPECT_TRUE(test::waitUntil([&] { return board.seen().motor_ma == std::array<int, 3>{}; }))
-        << "zero is the last it was told";
+    EXPECT_TRUE(test::waitUntil([&] { return board.commandLog().motor_ma == std::array<int, 3>{}; }))
+        << "the last force sent must be zero";
 }
 
 // Sends commands through a pipe that is the program's stdin.
@@ -257,7 +252,7 @@ class Words {
   public:
     explicit Words(std::filesystem::path pipe) : pipe_(std::move(pipe)) {
         ::mkfifo(pipe_.c_str(), 0600);
-        ::signal(SIGPIPE, SIG_IGN);  // the program may end first
+        ::signal(SIGPIPE, SIG_IGN);  // the program may end before the user
     }
     ~Words() {
         if (end_ >= 0) ::close(end_);
@@ -269,7 +264,7 @@ class Words {
     void say(const std::string& word) {
         const std::string line = word + "\n";
         EXPECT_EQ(::write(end_, line.c_str(), line.size()), ssize_t(line.size()));
-        nap(60);
+        sleepMs(60);
     }
 
   private:
@@ -277,32 +272,28 @@ class Words {
     int end_ = -1;
 };
 
-// A user of the emulated bridge: types commands and moves along the path. The path's entry is at out = 0;
-// positive values lie outside the body.
+// A user of the emulated bridge, who types commands and moves along the path. The path's entry is at out = 0.
+// Positive values are outside the body.
 class DeviceUser {
   public:
     DeviceUser(test::BridgeServer& bridge, std::filesystem::path pipe, std::filesystem::path record,
-               std::filesystem::path told)
-        : bridge_(bridge), words_(std::move(pipe)), record_(std::move(record)), told_(std::move(told)) {
-        std::filesystem::remove(told_);
+               const std::filesystem::path& told)
+        : bridge_(bridge), words_(std::move(pipe)), record_(std::move(record)), output_(told) {
+        std::filesystem::remove(told);
     }
     // Waits until the attempt runs.
     void begin() {
         words_.begin();
         while (!over() && !hasTicked(record_.parent_path()))
-            nap(10);
+            sleepMs(10);
     }
     void say(const std::string& word) { words_.say(word); }
-    // Repeats `act` until the program prints `words`. A program short of CPU time can miss a button press.
+    // Repeats `act` until the program prints `words`, because a program short of CPU time can miss a button
+    // press.
     void until(const std::string& words, const std::function<void()>& act) {
         while (!over()) {
             act();
-            for (int i = 0; i < 100; ++i, nap(20)) {
-                const std::size_t found = test::textOf(told_).find(words, heard_);
-                if (found == std::string::npos) continue;
-                heard_ = found + words.size();
-                return;
-            }
+            if (output_.waitFor(words, std::chrono::seconds(2))) return;
         }
     }
     void press(std::uint32_t button) {
@@ -311,12 +302,12 @@ class DeviceUser {
         bridge_.hold(out_m_);
         stay();
     }
-    // Moves at about 60 mm/s. Even a stall of 15 ms must not cause an over-speed fault.
+    // Moves at about 60 mm/s, so that even a stall of 15 ms causes no over-speed fault.
     void move(double to_mm) {
         const double step_m = to_mm * 1e-3 > out_m_ ? 0.0002 : -0.0002;
         while (!over() && std::fabs(out_m_ - to_mm * 1e-3) > 0.00015) {
             bridge_.hold(out_m_ += step_m);
-            nap(3);
+            sleepMs(3);
         }
         stay();
     }
@@ -324,29 +315,29 @@ class DeviceUser {
     void end() { over_.store(true); }
 
   private:
-    // Waits 60 ms and until the device has answered 50 more requests, but at most about 5 s.
+    // Waits 60 ms, and then until the device has answered 50 more requests, but at most about 5 s.
     void stay() const {
         const std::uint64_t from = bridge_.answered();
-        nap(60);
+        sleepMs(60);
         for (int i = 0; i < 500 && bridge_.answered() < from + 50; ++i)
-            nap(10);
+            sleepMs(10);
     }
 
     test::BridgeServer& bridge_;
     Words words_;
-    std::filesystem::path record_, told_;
-    std::size_t heard_ = 0;
+    std::filesystem::path record_;
+    test::ProgramOutput output_;
     double out_m_ = 0.008;
     std::atomic<bool> over_{false};
 };
 
-// The user changes between five tools on one device by commands and by buttons. The record contains the
+// The user changes between five tools on one device, by commands and by buttons. The record contains the
 // changes.
-TEST_F(DeviceRunRealTime, EveryToolIsTakenUpByWordOrButton) {
+TEST_F(DeviceRunRealTime, EveryToolIsSelectedByCommandOrButton) {
     const std::string socket = (*command_ / "tools.sock").string();
     const std::filesystem::path out = *command_ / "tools", pipe = *command_ / "words";
-    // Places the path as haptics/devices/clutch.h does: 11 mm in front of the soft wall. The wall is a
-    // tenth of the radius thick.
+    // Places the path as haptics/devices/clutch.h does: 11 mm in front of the soft wall. The wall's thickness
+    // is a tenth of the radius.
     test::BridgeServer bridge(socket,
                               {.position_m = {0.0, 0.0, 0.1 + 0.09 - 0.011}, .workspace_radius_m = 0.1});
     bridge.hold(0.008);
@@ -377,15 +368,15 @@ TEST_F(DeviceRunRealTime, EveryToolIsTakenUpByWordOrButton) {
             });
             user.until("the patient may breathe", [&] { user.press(4); });
             user.say("scissors");
-            // Breathing brings the force through zero now and then, and a stall of the machine can switch
-            // it off.
+            // Breathing sometimes brings the force to zero, and a stall of the machine can switch it off.
+            // Repeat until the last force is above the limit.
             for (int i = 0; i < 10'000 && !user.over() && ended_n <= 0.02; ++i) {
                 if (i % 100 == 99) {
                     user.say("rearm");
                     user.move(i % 200 == 99 ? -24 : -25);
                 }
-                nap(10);
-                ended_n = bridge.asked_n();
+                sleepMs(10);
+                ended_n = bridge.commanded_n();
             }
             interrupt();
         });
@@ -406,8 +397,9 @@ TEST_F(DeviceRunRealTime, EveryToolIsTakenUpByWordOrButton) {
         ASSERT_NE(found, std::string::npos) << words << " is missing, or out of order, in:\n" << live.err;
         at = found;
     }
-    EXPECT_GT(ended_n.load(), 0.02) << "it ends while the needle is felt; it told:\n" << live.err;
-    EXPECT_TRUE(test::waitUntil([&] { return bridge.asked_n() == 0.0; })) << "zero is the last it was told";
+    EXPECT_GT(ended_n.load(), 0.02) << "the run must end while the needle is felt. Output:\n" << live.err;
+    EXPECT_TRUE(test::waitUntil([&] { return bridge.commanded_n() == 0.0; }))
+        << "the last force sent must be zero";
 
     const records::Record record = records::loadRecord(out / "record");
     const patient::Package package = patient::loadPackage(record.info.patient_folder);
@@ -425,30 +417,31 @@ TEST_F(DeviceRunRealTime, EveryToolIsTakenUpByWordOrButton) {
         EXPECT_GT(felt_n[tool], 0.05) << haptics::kToolNames[std::size_t(tool)];
 }
 
-// The device reports no workspace radius and its origin is far from the hand: the path starts at the hand.
-// The hand moves out of the body (+z, to the patient's right), comes back and punctures the skin.
-TEST_F(DeviceRunRealTime, ThePathIsWhereTheHandIsWhenTheReachIsUnknown) {
+// The device reports no workspace radius, and its origin is far from the hand, so the path starts at the
+// hand. The hand moves out of the body (+z, to the patient's right), comes back and punctures the skin.
+TEST_F(DeviceRunRealTime, PathStartsAtTheGripWhenTheWorkspaceIsUnknown) {
     const std::string socket = (*command_ / "bridge.sock").string();
     const test::BridgeServer bridge(socket, {.position_m = {0.5, -0.4, 0.6},
                                              .stroke_m = -0.1,
                                              .period_s = 2.0,
                                              .workspace_radius_m = std::nan("")});
-    // Repeats the run if a stall made the hand jump through the skin between two samples, which is a
-    // teleport.
+    // Repeat the run if the hand jumped through the skin between two samples because of a stall. Such a jump
+    // is a teleport, not a puncture.
     Outcome live;
     for (int tries = 0; tries < 10 && (tries == 0 || live.summary.at("punctures").empty()); ++tries) {
         live = command_->run(run("--device bridge --socket '" + socket + "' --seconds 3"));
         ASSERT_EQ(live.status, 0) << live.err;
     }
     ASSERT_EQ(live.status, 0) << live.err;
-    EXPECT_NE(live.err.find("stylet: bridge: ready"), std::string::npos) << live.err;
+    EXPECT_THAT(live.err, HasSubstr("stylet: bridge: ready"));
     EXPECT_EQ(live.summary.at("device"), "bridge");
     EXPECT_FALSE(live.summary.at("punctures").empty());
-    EXPECT_TRUE(test::waitUntil([&] { return bridge.asked_n() == 0.0; })) << "zero is the last it was told";
+    EXPECT_TRUE(test::waitUntil([&] { return bridge.commanded_n() == 0.0; }))
+        << "the last force sent must be zero";
 }
 
-// Uses the emulated Haply service: the device is listed with its port and moved by the user. The last force
-// sent is zero.
+// Uses the emulated Haply service. The device is listed with its port, and the user moves it. The last force
+// that is sent is zero.
 TEST_F(DeviceRunRealTime, AnInverse3IsListedAndPunctures) {
     test::Inverse3Emulator service({});
     const std::string port = " --port " + std::to_string(service.port());
@@ -460,7 +453,7 @@ TEST_F(DeviceRunRealTime, AnInverse3IsListedAndPunctures) {
     ASSERT_EQ(kind->at("found").size(), 1u);
     EXPECT_EQ(kind->at("found").at(0).at("place"), "localhost:" + std::to_string(service.port()));
     EXPECT_EQ(kind->at("found").at(0).at("problem"), "");
-    EXPECT_NE(output("devices" + port).find("inverse3: Haply Inverse3"), std::string::npos);
+    EXPECT_THAT(output("devices" + port), HasSubstr("inverse3: Haply Inverse3"));
 
     const std::filesystem::path out = *command_ / "inverse3", pipe = *command_ / "inverse3-words";
     Words words(pipe);
@@ -470,14 +463,14 @@ TEST_F(DeviceRunRealTime, AnInverse3IsListedAndPunctures) {
         const Meanwhile hand([&](const std::atomic<bool>& over) {
             words.begin();
             while (!over.load() && !std::filesystem::exists(out / "record"))
-                nap(10);
-            // The path starts at the hand. The tool moves out of the body and in again while the force
-            // ramps up. Repeats this if a stall switched the force off.
+                sleepMs(10);
+            // The path starts at the hand. The tool moves out of the body and in again while the force ramps
+            // up. Repeat this if a stall switched the force off.
             double out_m = 0.0;
             const auto move = [&](double to_m) {
                 while (!over.load() && std::fabs(out_m - to_m) > 5e-4) {
                     service.hold(out_m += to_m > out_m ? 5e-4 : -5e-4);
-                    nap(2);
+                    sleepMs(2);
                     const auto force_n = service.force_n();
                     most_n.store(std::max(most_n.load(), std::hypot(force_n[0], force_n[1], force_n[2])));
                 }
@@ -485,7 +478,7 @@ TEST_F(DeviceRunRealTime, AnInverse3IsListedAndPunctures) {
             do {
                 move(0.08);
                 words.say("rearm");
-                nap(200);
+                sleepMs(200);
                 move(0.0);
             } while (!over.load() && most_n <= 0.05);
             move(0.08);
@@ -510,15 +503,14 @@ TEST_F(DeviceRunRealTime, ABridgeIsListedWhileItListens) {
     const std::string socket = (*command_ / "listed.sock").string();
     {
         const test::BridgeServer bridge(socket, {});
-        EXPECT_NE(
-            output("devices --socket '" + socket + "'").find(socket + ": a bridge's socket: can be used"),
-            std::string::npos);
+        EXPECT_THAT(output("devices --socket '" + socket + "'"),
+                    HasSubstr(socket + ": a bridge's socket: can be used"));
     }
-    EXPECT_NE(output("devices --socket '" + socket + "'").find("no program listens"), std::string::npos);
+    EXPECT_THAT(output("devices --socket '" + socket + "'"), HasSubstr("no program listens"));
 }
 
 // HZ-FORCE-07
-TEST_F(DeviceRunRealTime, UnpluggedMidRunItIsAFaultWithAName) {
+TEST_F(DeviceRunRealTime, UnpluggedDeviceIsANamedFault) {
     const std::filesystem::path out = *command_ / "unplugged", told = *command_ / "stderr";
     std::filesystem::remove(told);
     Outcome live;
@@ -527,35 +519,35 @@ TEST_F(DeviceRunRealTime, UnpluggedMidRunItIsAFaultWithAName) {
         const Meanwhile hand([&](const std::atomic<bool>& over) {
             cap.push({0, 0, 0, 0, 0, 0});
             while (!over.load() && !hasTicked(out))
-                nap(10);
+                sleepMs(10);
             cap.unplug();
-            while (!over.load() && test::textOf(told).find("/dev/hidraw") == std::string::npos)
-                nap(10);
-            // The loop detects the loss in its next tick. Waits until more ticks are written.
+            while (!over.load() && test::readText(told).find("/dev/hidraw") == std::string::npos)
+                sleepMs(10);
+            // The loop detects the loss in its next tick. Wait until more ticks are written.
             std::error_code none;
             const std::filesystem::path inputs = out / "record" / "inputs.bin";
             const auto bytes = std::filesystem::file_size(inputs, none);
             while (!over.load() && std::filesystem::file_size(inputs, none) == bytes)
-                nap(10);
+                sleepMs(10);
             interrupt();
         });
         live = command_->runInto(out, run("--device spacemouse --seconds 240"), *command_ / "number");
     }
     ASSERT_EQ(live.status, 0) << live.err;
-    EXPECT_NE(live.err.find("/dev/hidraw"), std::string::npos) << live.err;
+    EXPECT_THAT(live.err, HasSubstr("/dev/hidraw"));
     EXPECT_NE(live.summary.at("haptics").at("faults"), 0);
 }
 
-TEST_F(DeviceRunRealTime, WhatDoesNotGoTogetherIsRefusedBeforeAnythingIsMade) {
+TEST_F(DeviceRunRealTime, ConflictingOptionsAreRefusedBeforeAnyOutput) {
     Command command;
-    const auto expectRefused = [&](const std::string& arguments, const std::string& words) {
+    const auto expectRefused = [&](const std::string& arguments, const std::string& words, int status = 100) {
         const Outcome outcome = command.run(arguments);
-        EXPECT_EQ(outcome.status, 2) << arguments;
-        EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+        EXPECT_EQ(outcome.status, status) << arguments;
+        EXPECT_THAT(outcome.err, HasSubstr(words));
         EXPECT_FALSE(std::filesystem::exists(command.out()));
     };
-    expectRefused("run --device joystick", "not among: ");
-    expectRefused("run --device woodenhaptics", "--device-model");
+    expectRefused("run --device joystick", "not among: ", 2);
+    expectRefused("run --device woodenhaptics", "--device-model", 2);
     expectRefused("run --device spacemouse --fast", "real time");
     expectRefused("run --device replay", "--trace");
     expectRefused("run --trace hand.csv", "--trace");

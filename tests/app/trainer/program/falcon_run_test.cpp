@@ -1,4 +1,5 @@
 // Runs `stylet run --device falcon` and its calibration as a user does, with an emulated Falcon.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <signal.h>
@@ -22,9 +23,10 @@ namespace stylet::trainer {
 namespace {
 
 using test::FalconEmulator;
-using test::nap;
+using test::sleepMs;
+using testing::HasSubstr;
 
-// Homes the device repeatedly while in scope.
+// Homes the device repeatedly during its own lifetime.
 class Hand {
   public:
     explicit Hand(test::FalconTestbed& bed)
@@ -46,9 +48,9 @@ class Hand {
     std::thread thread_;
 };
 
-// Moves the device during an attempt that writes to `out`. Waits until the record begins, then moves along
-// the path into the body while the force ramps up, stops there, and moves out again. A busy machine causes
-// faults of the emulated device, so each pass is short and starts by re-arming.
+// Moves the device during an attempt that writes to `out`. Waits until the record begins. Then moves along
+// the path into the body while the force ramps up, stops there, and moves out again. On a busy machine the
+// emulated device has faults, so each pass is short and starts by re-arming.
 class Work {
   public:
     Work(test::FalconTestbed& bed, const std::filesystem::path& out)
@@ -60,7 +62,7 @@ class Work {
     Work(const Work&) = delete;
     Work& operator=(const Work&) = delete;
     bool pushed() const { return pushed_.load(); }
-    // Completed passes into the body and out again in which the motors produced a force.
+    // Completed passes (into the body and out again) in which the motors produced a force.
     int passes() const { return passes_.load(); }
 
   private:
@@ -68,7 +70,7 @@ class Work {
         hold(outside_m_);
         while (!over_.load() && !std::filesystem::exists(out_ / "record")) {
             bed_->with([](FalconEmulator& f) { f.home(); });
-            nap(20);
+            sleepMs(20);
         }
         while (!over_.load()) {
             bed_->with([](FalconEmulator& f) { f.press(1); });
@@ -91,8 +93,8 @@ class Work {
     }
     void stay(int ms) {
         for (int passed = 0; passed < ms && !over_.load(); passed += 5) {
-            if (bed_->with([](FalconEmulator& f) { return f.pushes(); })) pushed_.store(true);
-            nap(5);
+            if (bed_->with([](FalconEmulator& f) { return f.hasMotorForce(); })) pushed_.store(true);
+            sleepMs(5);
         }
     }
     void hold(double z_m) {
@@ -100,13 +102,13 @@ class Work {
         std::array<int, 3> counts{};
         for (int i = 0; i < 3; ++i)
             counts[std::size_t(i)] = int(std::lround(haptics::falcon::countsFromRadians(angles[i])));
-        bed_->with([&](FalconEmulator& f) { f.holdAt(counts); });
+        bed_->with([&](FalconEmulator& f) { f.moveTo(counts); });
     }
 
-    // The path's entry lies 15 mm inside the near end of the workspace (clutch.h). This position is 3 mm
-    // outside the skin.
-    const double outside_m_ = haptics::falcon::profileOf({}).workspace_centre_m.z +
-                              haptics::falcon::profileOf({}).workspace_radius_m - 0.012;
+    // Position 3 mm outside the skin. The path's entry lies 15 mm inside the near end of the workspace
+    // (clutch.h).
+    const double outside_m_ = haptics::falcon::makeProfile({}).workspace_centre_m.z +
+                              haptics::falcon::makeProfile({}).workspace_radius_m - 0.012;
     test::FalconTestbed* bed_;
     std::filesystem::path out_;
     std::atomic<bool> over_{false}, pushed_{false};
@@ -114,7 +116,7 @@ class Work {
     std::thread thread_;
 };
 
-// Needs real time: whatever ends the program, including a terminal's signals, the last command to the
+// Needs real time. Whatever ends the program, including signals from a terminal, the last command to the
 // motors is zero.
 struct FalconRunRealTime : testing::Test {
     void SetUp() override {
@@ -126,7 +128,7 @@ struct FalconRunRealTime : testing::Test {
                (command / "image").string() + "' --scenario '" + test::testScenario("short").string() + "' " +
                rest;
     }
-    // Runs an attempt into `out`. It ends with `signal` once `seen` returns true, or by itself after
+    // Runs an attempt into `out`. Sends `signal` once `seen` returns true; otherwise the attempt ends after
     // `seconds`.
     test::Outcome runUntil(const std::function<bool()>& seen, const std::filesystem::path& out, int signal,
                            int seconds) {
@@ -138,9 +140,8 @@ struct FalconRunRealTime : testing::Test {
             over.store(true);
         });
         while (!over.load() && !seen())
-            nap(10);
-        if (const int process = std::atoi(test::textOf(number).c_str()); process > 0 && !over.load())
-            kill(process, signal);
+            sleepMs(10);
+        if (!over.load()) test::signalProgram(number, signal);
         program.join();
         return live;
     }
@@ -158,12 +159,12 @@ TEST_F(FalconRunRealTime, PushesTheHandEndsInZeroAndItsRecordReplays) {
         EXPECT_TRUE(work.pushed()) << live.err;
     }
     ASSERT_EQ(live.status, 0) << live.err;
-    EXPECT_NE(live.err.find("falcon: ready"), std::string::npos) << live.err;
+    EXPECT_THAT(live.err, HasSubstr("falcon: ready"));
     EXPECT_EQ(live.summary.at("device"), "falcon");
     EXPECT_EQ(live.summary.at("firmware_sha256"),
               "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
     EXPECT_FALSE(live.summary.at("punctures").empty());
-    bed.with([](FalconEmulator& f) { EXPECT_FALSE(f.pushes()); });
+    bed.with([](FalconEmulator& f) { EXPECT_FALSE(f.hasMotorForce()); });
     const test::Outcome again = command.run("replay '" + (out / "record").string() + "' --fast");
     ASSERT_EQ(again.status, 0) << again.out << again.err;
     EXPECT_EQ(again.summary.at("state_hash"), live.summary.at("state_hash"));
@@ -175,7 +176,7 @@ constexpr int kSignals[] = {SIGTERM};
 constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP};
 #endif
 
-// Any signal from a terminal: the motors are set to zero before the program ends.
+// For any signal from a terminal, the motors are set to zero before the program ends.
 // HZ-FORCE-14
 TEST_F(FalconRunRealTime, ASignalWhileItPushesEndsInZero) {
     test::FalconTestbed bed(true);
@@ -190,12 +191,12 @@ TEST_F(FalconRunRealTime, ASignalWhileItPushesEndsInZero) {
             EXPECT_TRUE(work.pushed());
         }
         EXPECT_EQ(live.status, 0) << live.err;
-        bed.with([](FalconEmulator& f) { EXPECT_FALSE(f.pushes()); });
+        bed.with([](FalconEmulator& f) { EXPECT_FALSE(f.hasMotorForce()); });
         EXPECT_LT(live.summary.at("haptics").at("ticks").get<double>(), 240'000.0) << live.err;
     }
 }
 
-TEST_F(FalconRunRealTime, ACalibrationThatIsBrokenOffSaysSoAndLetsGo) {
+TEST_F(FalconRunRealTime, CancelledCalibrationReleasesTheForce) {
     test::FalconTestbed bed(true);
     bed.plugIn();
     const std::string file = (command / "falcon.toml").string(), words = (command / "words").string();
@@ -207,14 +208,14 @@ TEST_F(FalconRunRealTime, ACalibrationThatIsBrokenOffSaysSoAndLetsGo) {
     for (int tries = 0; tries < 40 && said.find("stopped") == std::string::npos; ++tries) {
         const Hand hand(bed);
         status = std::system(line.c_str());
-        said = test::textOf(words);
+        said = test::readText(words);
     }
     EXPECT_EQ(WEXITSTATUS(status), 2) << said;
-    EXPECT_NE(said.find("Leave the Falcon upright"), std::string::npos) << said;
-    EXPECT_NE(said.find("Enter a number"), std::string::npos) << said;
-    EXPECT_NE(said.find("stopped"), std::string::npos) << said;
+    EXPECT_THAT(said, HasSubstr("Leave the Falcon upright"));
+    EXPECT_THAT(said, HasSubstr("Enter a number"));
+    EXPECT_THAT(said, HasSubstr("stopped"));
     EXPECT_FALSE(std::filesystem::exists(file));
-    bed.with([](FalconEmulator& f) { EXPECT_FALSE(f.pushes()); });
+    bed.with([](FalconEmulator& f) { EXPECT_FALSE(f.hasMotorForce()); });
 }
 
 }  // namespace

@@ -54,11 +54,11 @@ void report(Command& command, KeptAttempt& kept) {
                              kept.stored.id + " --records '" + storeOf(command).string() + "' --out '" +
                              out.string() + "' >/dev/null";
     EXPECT_EQ(std::system(line.c_str()), 0) << line;
-    kept.page = textOf(out / "attempt.html");
+    kept.page = readText(out / "attempt.html");
     for (const std::string& text : {"Attempt of " + kept.stored.info.trainee, std::string(" of 100")})
         EXPECT_NE(kept.page.find(text), std::string::npos) << text;
     EXPECT_EQ(kept.page.find("What could not be read"), std::string::npos);
-    EXPECT_NE(textOf(out / "metrics.csv").find("Total,"), std::string::npos);
+    EXPECT_NE(readText(out / "metrics.csv").find("Total,"), std::string::npos);
 }
 
 }  // namespace
@@ -69,7 +69,7 @@ fs::path storeOf(const Command& command) {
 
 fs::path newestAttempt(const Command& command) {
     std::error_code none;
-    fs::path newest;  // The largest path is the newest, because an attempt's id starts with its time.
+    fs::path newest;  // the largest path is the newest, because an attempt's id starts with its time
     for (const auto& attempt : fs::directory_iterator(storeOf(command) / "attempts", none))
         newest = std::max(newest, attempt.path());
     return newest;
@@ -81,7 +81,7 @@ int countOf(const records::StoredAttempt& attempt, const std::string& kind, cons
         [&](const records::EventRow& event) { return event.kind == kind && event.text == text; }));
 }
 
-KeptAttempt storedReplayedReported(Command& command, const Outcome& run, const std::string& trainee) {
+KeptAttempt checkStoredAttempt(Command& command, const Outcome& run, const std::string& trainee) {
     const records::Store store(storeOf(command));
     KeptAttempt kept;
     kept.stored = store.attempt(idIn(run, trainee));
@@ -89,7 +89,7 @@ KeptAttempt storedReplayedReported(Command& command, const Outcome& run, const s
     EXPECT_EQ(kept.stored.info.trainee, trainee);
     EXPECT_EQ(kept.stored.state, records::AttemptState::done);
     if (!kept.stored.result) throw std::runtime_error(kept.stored.id + " has no result");
-    kept.summary = nlohmann::json::parse(textOf(kept.stored.folder / "summary.json"));
+    kept.summary = nlohmann::json::parse(readText(kept.stored.folder / "summary.json"));
     EXPECT_NEAR(kept.summary.at("score").at("total").get<double>(), kept.stored.result->total, 1e-9);
     replayAgain(command, kept);
     report(command, kept);

@@ -1,4 +1,4 @@
-// Checks for the end of a whole procedure with any input: the attempt is stored, replayed and reported.
+// Checks after a whole procedure, with any input: the attempt is stored, replayed and reported.
 #pragma once
 
 #include <array>
@@ -10,9 +10,9 @@
 
 namespace stylet::test {
 
-// Attempt store of runs that have --trainee and no --records.
+// Attempt store of runs with --trainee and without --records.
 std::filesystem::path storeOf(const Command&);
-// Folder of the attempt that is running or ran last. Empty if there is none.
+// Folder of the attempt that is running or, if none is, of the last one. Empty if there is none.
 std::filesystem::path newestAttempt(const Command&);
 
 // Number of events with this kind and text.
@@ -21,7 +21,7 @@ int countOf(const records::StoredAttempt&, const std::string& kind, const std::s
 struct KeptAttempt {
     records::StoredAttempt stored;
     nlohmann::json summary;
-    std::array<double, haptics::kToolCount> felt_n{};  // largest force of each tool
+    std::array<double, haptics::kToolCount> felt_n{};  // largest force per tool
     // Number of commands of each CommandKind.
     std::array<int, std::size_t(haptics::kLastCommandKind) + 1> commanded{};
     std::string page;  // written by stylet-report
@@ -30,7 +30,7 @@ struct KeptAttempt {
 // Finds the attempt that a run with --trainee reported as stored. Expects that it is done, that its record
 // replays to the same state hash and the same samples, and that its report page lists no unreadable data.
 // Throws std::runtime_error if there is no such attempt. Every other problem is a test failure.
-KeptAttempt storedReplayedReported(Command&, const Outcome&, const std::string& trainee);
+KeptAttempt checkStoredAttempt(Command&, const Outcome&, const std::string& trainee);
 
 // Expects all steps in the right order, a force from each tool, and a target hit.
 void expectWholeProcedure(const KeptAttempt&);

@@ -11,11 +11,11 @@ using test::Outcome;
 
 const std::string kProcedureRun = "run --fast --spacing-mm 3 --seed 4 --scenario procedure --trainee ";
 
-// The scenario provides the commands and the trace provides the motion. Together they repeat the attempt.
-TEST(ProcedureRun, ByAHapticTrace) {
+// The scenario provides the commands, and the trace provides the motion. Together they reproduce the attempt.
+TEST(ProcedureRun, WholeProcedureFromAHapticTrace) {
     test::Command command;
     const Outcome scripted = command.runBare(kProcedureRun + "script");
-    const KeptAttempt first = test::storedReplayedReported(command, scripted, "script");
+    const KeptAttempt first = test::checkStoredAttempt(command, scripted, "script");
     test::expectWholeProcedure(first);
     EXPECT_GT(first.stored.result->total, 85.0);
 
@@ -25,7 +25,7 @@ TEST(ProcedureRun, ByAHapticTrace) {
     ASSERT_EQ(saved.status, 0) << saved.err;
     const Outcome traced =
         command.runBare(kProcedureRun + "hand --device replay --trace '" + hand.string() + "'");
-    const KeptAttempt second = test::storedReplayedReported(command, traced, "hand");
+    const KeptAttempt second = test::checkStoredAttempt(command, traced, "hand");
     test::expectWholeProcedure(second);
     EXPECT_EQ(second.stored.info.device, "replay");
     EXPECT_EQ(second.summary.at("state_hash"), first.summary.at("state_hash"));

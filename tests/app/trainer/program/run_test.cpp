@@ -1,6 +1,7 @@
 // Runs `stylet run` and `stylet replay` as a user does, on small reference patients.
 #include "app/trainer/program/run.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -18,6 +19,7 @@ namespace {
 using nlohmann::json;
 using test::Command;
 using test::Outcome;
+using testing::HasSubstr;
 
 const std::string kSmall = " --spacing-mm 2.5";
 
@@ -30,10 +32,10 @@ std::filesystem::path onlyPatientIn(const std::filesystem::path& cache) {
 }
 
 #ifdef STYLET_SANITIZED
-constexpr double kLeastRate_hz = 20.0;
+constexpr double kMinRate_hz = 20.0;
 constexpr int kNewPatients = 1;
 #else
-constexpr double kLeastRate_hz = 900.0;
+constexpr double kMinRate_hz = 900.0;
 constexpr int kNewPatients = 3;
 #endif
 
@@ -41,7 +43,7 @@ std::size_t lines(const std::string& text) {
     return std::size_t(std::count(text.begin(), text.end(), '\n'));
 }
 
-// One patient for the whole suite, because creating it takes most of the time.
+// All tests share one patient, because creating it takes most of the time.
 class Run : public testing::Test {
   protected:
     static void SetUpTestSuite() {
@@ -59,7 +61,7 @@ class Run : public testing::Test {
     static inline std::filesystem::path demo_folder_;
 };
 
-TEST_F(Run, TheDemoHitsTheDuctAndLeavesItsFolder) {
+TEST_F(Run, DemoHitsTheDuctAndWritesItsFolder) {
     ASSERT_EQ(demo_->status, 0) << demo_->err;
     EXPECT_TRUE(demo_->summary.at("target_hit").get<bool>()) << demo_->out;
     for (const char* file :
@@ -93,13 +95,13 @@ TEST_F(Run, TheSummaryHoldsEveryField) {
 }
 
 // In an ordinary puncture, the passivity controller stays far below the 0.145 N that people notice.
-TEST_F(Run, TheControllerIsNotFeltInTheDemo) {
+TEST_F(Run, PassivityControllerIsNotFeltInTheDemo) {
     const json& controller = demo_->summary.at("haptics").at("controller");
     EXPECT_GT(controller.at("contact_ticks").get<int>(), 5000);
-    EXPECT_GT(controller.at("peak_n").get<double>(), 0.0);  // it is active
+    EXPECT_GT(controller.at("peak_n").get<double>(), 0.0);  // the controller is active
     EXPECT_LT(controller.at("peak_n").get<double>(), 0.02);
     EXPECT_LT(controller.at("rms_n").get<double>(), 0.002);
-    EXPECT_LT(controller.at("felt_share").get<double>(), 0.1);  // share of ticks with more than 1 mN
+    EXPECT_LT(controller.at("felt_share").get<double>(), 0.1);  // fraction of ticks with more than 1 mN
 }
 
 TEST_F(Run, TheSameCommandEndsInTheSameHash) {
@@ -118,12 +120,13 @@ TEST_F(Run, ItsRecordReplaysToItsHash) {
     EXPECT_EQ(hashOf(replay), hashOf(*demo_));
     EXPECT_EQ(replay.summary.at("punctures"), demo_->summary.at("punctures"));
     EXPECT_EQ(replay.summary.at("force_truth"), demo_->summary.at("force_truth"));
-    EXPECT_EQ(test::textOf(command_->out() / "force-depth.csv"),
-              test::textOf(demo_folder_ / "force-depth.csv"));
+    EXPECT_EQ(test::readText(command_->out() / "force-depth.csv"),
+              test::readText(demo_folder_ / "force-depth.csv"));
 }
 
-// The reference patient is fully segmented. The error compares it with thresholds for everything except
-// fascia, liver, vessels and ducts. Most of the insertion has no error.
+// The reference patient is fully segmented. The test compares its force with the force on a partial
+// segmentation, in which thresholds replace all labels except fascia, liver, vessels and ducts. Most of the
+// insertion has no error.
 TEST_F(Run, TheForceOverThePartialSegmentationIsCompared) {
     const json& truth = demo_->summary.at("force_truth");
     EXPECT_EQ(truth.at("felt"), "full");
@@ -135,11 +138,11 @@ TEST_F(Run, TheForceOverThePartialSegmentationIsCompared) {
     EXPECT_LT(all.at("rms_n").get<double>(), all.at("largest_n").get<double>());
 }
 
-TEST_F(Run, GoesOnFromABookmarkToTheSameHash) {
+TEST_F(Run, RestartFromABookmarkEndsInTheSameHash) {
     const std::filesystem::path begun = *command_ / "begun";
     std::filesystem::create_directories(begun);
     std::filesystem::copy(demo_folder_ / "record", begun / "record");
-    json info = json::parse(test::textOf(begun / "record" / "record.json"));
+    json info = json::parse(test::readText(begun / "record" / "record.json"));
     info["bookmarks"] =
         json::array({{{"tick", 9'000}, {"text", "before the skin"}}, {{"tick", 15'000}, {"text", ""}}});
     std::ofstream(begun / "record" / "record.json") << info;
@@ -147,11 +150,33 @@ TEST_F(Run, GoesOnFromABookmarkToTheSameHash) {
         command_->run("run --headless --fast --from '" + begun.string() + "@before the skin'" + kSmall);
     ASSERT_EQ(again.status, 0) << again.err;
     EXPECT_EQ(hashOf(again), hashOf(*demo_));
-    EXPECT_NE(again.err.find("until bookmark 1 (before the skin) at 9.0 s"), std::string::npos) << again.err;
-    EXPECT_NE(again.out.find("1 bookmark; restart there: stylet run --from"), std::string::npos) << again.out;
+    EXPECT_THAT(again.err, HasSubstr("until bookmark 1 (before the skin) at 9.0 s"));
+    EXPECT_THAT(again.out, HasSubstr("1 bookmark; restart there: stylet run --from"));
     const Outcome none = command_->run("run --headless --fast --from '" + demo_folder_.string() + "'");
     EXPECT_EQ(none.status, 2);
-    EXPECT_NE(none.err.find("bookmarks: the attempt has none"), std::string::npos) << none.err;
+    EXPECT_THAT(none.err, HasSubstr("bookmarks: the attempt has none"));
+}
+
+TEST_F(Run, AThinNeedleReplaysToItsHash) {
+    const std::string run = "run --headless --fast --scenario demo" + kSmall;
+    const Outcome thin = command_->run(run + " --gauge 22");
+    ASSERT_EQ(thin.status, 0) << thin.err;
+    EXPECT_NE(hashOf(thin), hashOf(*demo_));
+    const Outcome replay = command_->run("replay '" + command_->out().string() + "' --fast");
+    EXPECT_EQ(replay.status, 0) << replay.out;
+    EXPECT_EQ(hashOf(replay), hashOf(thin));
+    EXPECT_EQ(hashOf(command_->run(run + " --gauge 17")), hashOf(*demo_));
+    const Outcome none = command_->run(run + " --gauge 33");
+    EXPECT_EQ(none.status, 2);
+    EXPECT_NE(none.err.find("gauge 33: not among: 17, "), std::string::npos) << none.err;
+    const Outcome retry = command_->run("run --fast --from '" + demo_folder_.string() + "' --gauge 22");
+    EXPECT_GE(retry.status, 100) << "the record has its needle";
+}
+
+TEST_F(Run, AnUnknownLookIsRefused) {
+    const Outcome none = command_->run("run --headless --fast --look x-ray" + kSmall);
+    EXPECT_EQ(none.status, 2);
+    EXPECT_NE(none.err.find("look \"x-ray\": not among: closed, "), std::string::npos) << none.err;
 }
 
 // Without a GPU: checks the flow of contrast medium and the patient's dose.
@@ -171,7 +196,7 @@ TEST_F(Run, CholangiographyFillsTheDuctsAndKeepsItsLedger) {
                 12.9, 0.01);
     EXPECT_GT(contrast.at("ducts_ml").get<double>(), 8.0);
     EXPECT_TRUE(contrast.at("at_stop").get<bool>()) << "at the tumour";
-    EXPECT_NE(shown.out.find("stands at the obstruction"), std::string::npos) << shown.out;
+    EXPECT_THAT(shown.out, HasSubstr("stands at the obstruction"));
     const std::filesystem::path folder = command_->out();
     const Outcome replay = command_->run("replay '" + folder.string() + "' --fast");
     EXPECT_EQ(replay.status, 0) << replay.out;
@@ -192,11 +217,11 @@ TEST_F(Run, AWrongTipStainsTheLiver) {
     EXPECT_GT(contrast.at("washed_out_ml").get<double>(), 0.02) << "it fades";
 }
 
-// The demo with a recorded breath, and its replay without the recording.
+// Runs the demo with a recorded breath. Replays it without the recording.
 TEST_F(Run, ARecordedBreathReplaysToItsHash) {
     const auto demoBreathing = [&](const std::string& name, const std::filesystem::path& recording) {
         const std::filesystem::path file = *command_ / (name + ".toml");
-        std::ofstream(file) << test::textOf(test::assets() / "scenarios" / "demo.toml")
+        std::ofstream(file) << test::readText(test::assets() / "scenarios" / "demo.toml")
                             << "\n[breath]\nrecording = \"" << recording.string() << "\"\n";
         return command_->run("run --headless --fast --scenario '" + file.string() + "'" + kSmall);
     };
@@ -238,17 +263,17 @@ TEST_F(Run, OneBitOfOneTableValueChangesTheHashAndRefusesTheRecord) {
     const Outcome replay =
         command_->run("replay '" + demo_folder_.string() + "' --fast --patient '" + other.string() + "'");
     EXPECT_EQ(replay.status, 2);
-    EXPECT_NE(replay.err.find("digest"), std::string::npos) << replay.err;
+    EXPECT_THAT(replay.err, HasSubstr("digest"));
 }
 
 // HZ-TEACH-13
-TEST_F(Run, ATornRecordIsReplayedAsFarAsItGoesAndSaidToBeTorn) {
+TEST_F(Run, TruncatedRecordIsReplayedToItsEndAndReported) {
     const std::filesystem::path torn = *command_ / "torn";
     std::filesystem::copy(demo_folder_ / "record", torn);
     std::filesystem::resize_file(torn / "inputs.bin", std::filesystem::file_size(torn / "inputs.bin") - 1000);
     const Outcome replay = command_->run("replay '" + torn.string() + "' --fast");
     EXPECT_EQ(replay.status, 1) << "the recorded end was not reached";
-    EXPECT_NE(replay.err.find("after its last complete frame"), std::string::npos) << replay.err;
+    EXPECT_THAT(replay.err, HasSubstr("after its last complete frame"));
 }
 
 // HZ-TEACH-17
@@ -265,9 +290,9 @@ TEST_F(Run, WithoutAHoldHitOrMissIsRecorded) {
 TEST(RunRealTime, TheTicksFollowTheWallClock) {
     Command command;
     const std::filesystem::path still = test::writeStillScenario(command / "still.toml", 1.2);
-    // A stall of the machine spoils one run but not all of them.
+    // A stall of the machine affects one run, but not all of them.
     double best_rate_hz = 0.0;
-    for (int attempt = 0; attempt < 20 && best_rate_hz < kLeastRate_hz; ++attempt) {
+    for (int attempt = 0; attempt < 20 && best_rate_hz < kMinRate_hz; ++attempt) {
         const Outcome outcome =
             command.run("run --headless --fps 0 --scenario '" + still.string() + "'" + kSmall);
         ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -279,11 +304,11 @@ TEST(RunRealTime, TheTicksFollowTheWallClock) {
         best_rate_hz = std::max(best_rate_hz, haptics.at("rate_hz").get<double>());
     }
     RecordProperty("rate_hz", std::to_string(best_rate_hz));
-    EXPECT_GT(best_rate_hz, kLeastRate_hz);
+    EXPECT_GT(best_rate_hz, kMinRate_hz);
 }
 
 // HZ-TEACH-07
-TEST_F(Run, StoredPathsOfAnotherTablePatientOrPlannerArePlannedAnew) {
+TEST_F(Run, OutdatedStoredPathsArePlannedAgain) {
     const std::filesystem::path copy = *command_ / "copy";
     std::filesystem::copy(onlyPatientIn(*command_ / "cache"), copy, std::filesystem::copy_options::recursive);
     const std::string again = "run --headless --fast --patient '" + copy.string() + "'";
@@ -294,7 +319,7 @@ TEST_F(Run, StoredPathsOfAnotherTablePatientOrPlannerArePlannedAnew) {
     const auto expectPlannedAnew = [&](const std::string& reason) {
         const Outcome outcome = command_->run(again);
         EXPECT_EQ(outcome.status, 0) << outcome.err;
-        EXPECT_NE(outcome.err.find(reason + "; planning again\n"), std::string::npos) << outcome.err;
+        EXPECT_THAT(outcome.err, HasSubstr(reason + "; planning again\n"));
         EXPECT_EQ(hashOf(outcome), hashOf(*demo_));
         const patient::StoredPaths kept = patient::loadPaths(copy / "paths.json");
         EXPECT_EQ(kept.patient_digest, good.patient_digest);
@@ -311,7 +336,7 @@ TEST_F(Run, StoredPathsOfAnotherTablePatientOrPlannerArePlannedAnew) {
     expectPlannedAnew("format: not stylet paths 2");
 }
 
-TEST_F(Run, WithoutARuntimeItSaysSoInOneLineAndGoesOn) {
+TEST_F(Run, MissingRuntimeIsReportedInOneLine) {
     Command command;
     command.set("XDG_CACHE_HOME", (*command_ / "cache").string());
     command.set("XR_RUNTIME_JSON", "/nonexistent/runtime.json");
@@ -320,7 +345,7 @@ TEST_F(Run, WithoutARuntimeItSaysSoInOneLineAndGoesOn) {
     EXPECT_EQ(outcome.summary.at("frames"), 0);
     EXPECT_EQ(hashOf(outcome), hashOf(*demo_));
     EXPECT_EQ(lines(outcome.err), 1u) << outcome.err;
-    EXPECT_NE(outcome.err.find("continuing without pictures"), std::string::npos) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("continuing without pictures"));
 }
 
 TEST_F(Run, ABadScenarioIsRefusedInOneLine) {
@@ -329,7 +354,7 @@ TEST_F(Run, ABadScenarioIsRefusedInOneLine) {
     const Outcome outcome = command_->run("run --fast --scenario '" + bad.string() + "'");
     EXPECT_EQ(outcome.status, 2);
     EXPECT_EQ(lines(outcome.err), 1u) << outcome.err;
-    EXPECT_NE(outcome.err.find("bad.toml: moments: "), std::string::npos) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("bad.toml: moments: "));
 }
 
 TEST_F(Run, AFolderThatCannotBeMadeIsNamedBeforeAnythingElse) {
@@ -339,9 +364,9 @@ TEST_F(Run, AFolderThatCannotBeMadeIsNamedBeforeAnythingElse) {
     const auto expectNamed = [&](const Outcome& outcome, const std::string& what) {
         EXPECT_EQ(outcome.status, 2);
         EXPECT_EQ(lines(outcome.err), 1u) << outcome.err;
-        EXPECT_NE(outcome.err.find(file.string()), std::string::npos) << outcome.err;
-        EXPECT_NE(outcome.err.find(what), std::string::npos) << outcome.err;
-        EXPECT_NE(outcome.err.find("cannot be made: Not a directory"), std::string::npos) << outcome.err;
+        EXPECT_THAT(outcome.err, HasSubstr(file.string()));
+        EXPECT_THAT(outcome.err, HasSubstr(what));
+        EXPECT_THAT(outcome.err, HasSubstr("cannot be made: Not a directory"));
     };
     expectNamed(command.runInto(file, "run --fast"), "--out");
     EXPECT_FALSE(std::filesystem::exists(command / "cache")) << "a patient was made for nothing";
@@ -352,12 +377,12 @@ TEST_F(Run, AFolderThatCannotBeMadeIsNamedBeforeAnythingElse) {
     expectNamed(command.run("run --fast"), "cache");
 }
 
-TEST_F(Run, SlipsOnTheCommandLineAreNamed) {
+TEST_F(Run, CommandLineMistakesAreNamed) {
     const auto expectRefused = [&](const std::string& arguments, const std::vector<std::string>& words) {
         const Outcome outcome = command_->run(arguments);
         EXPECT_NE(outcome.status, 0) << arguments;
         for (const std::string& word : words)
-            EXPECT_NE(outcome.err.find(word), std::string::npos) << arguments << ": " << outcome.err;
+            EXPECT_THAT(outcome.err, HasSubstr(word)) << arguments << ": " << outcome.err;
     };
     expectRefused("run --fast --seed -1", {"--seed", "-1"});
     expectRefused("run --fast --seed 1.5", {"--seed", "1.5"});
@@ -366,7 +391,7 @@ TEST_F(Run, SlipsOnTheCommandLineAreNamed) {
     expectRefused("bogus", {"bogus"});
 }
 
-TEST_F(Run, NewPatientsAreAllHit) {
+TEST_F(Run, HitsTheTargetInNewPatients) {
     std::mt19937_64 random(test::seed());
     for (int i = 0; i < kNewPatients; ++i) {
         const auto seed = std::uint32_t(random());

@@ -1,6 +1,6 @@
-// Behaviour does not change by accident: every scenario ends in the state that state_hashes.csv lists, on the
-// same patients with the same planned paths. A change that is meant replaces the rows that the failures
-// print.
+// Detects unintended changes of behaviour: every scenario ends in the state listed in state_hashes.csv, on
+// the same patients with the same planned paths. After an intended change, replace the rows with those that
+// the failures print.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -61,7 +61,7 @@ TEST(StateHashes, EveryScenarioEndsInItsListedState) {
             EXPECT_TRUE(listed.contains(entry.path().stem().string())) << entry.path() << " has no row";
         }
 
-    // The packages that these attempts were made on, and their plans, to the last byte.
+    // Hash of the packages on which these attempts ran, and of their planned paths, to the last byte.
     StateHash hash;
     std::set<fs::path> folders;
     for (const auto& entry : fs::directory_iterator(command / "cache/stylet/patients"))
@@ -70,7 +70,7 @@ TEST(StateHashes, EveryScenarioEndsInItsListedState) {
     for (const fs::path& folder : folders) {
         hash.add(patient::digest(patient::loadPackage(folder)));
         for (const char* file : {"patient.toml", "paths.json"})
-            hash.add(std::string_view(test::textOf(folder / file)));
+            hash.add(std::string_view(test::readText(folder / file)));
     }
     EXPECT_EQ(hash.value(), 0xf873c2687a5856bau) << "the new value: 0x" << std::hex << hash.value() << "u";
 }

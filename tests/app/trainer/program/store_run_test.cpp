@@ -1,4 +1,5 @@
-// A trainee's attempts from the command line: stored, listed, shown, exported, deleted, and killed.
+// A trainee's attempts from the command line: store, list, show, export, delete, and kill during an attempt.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -26,11 +27,13 @@ using records::Store;
 using records::StoredAttempt;
 using test::Command;
 using test::Outcome;
+using testing::HasSubstr;
+using testing::Not;
 using namespace std::chrono_literals;
 
 const std::string kStoreRun = "run --headless --fast --spacing-mm 2.5 --scenario demo --trainee ";
 
-constexpr int kKills = 12, kMostKills = 100;  // continues until a kill has cut an attempt short
+constexpr int kKills = 12, kMaxKills = 100;  // the test continues until a kill has cut an attempt short
 
 class StoreRun : public testing::Test {
   protected:
@@ -59,7 +62,7 @@ class StoreRun : public testing::Test {
         while (sampleFiles() == before && outcome.wait_for(1ms) != std::future_status::ready) {
         }
         if (outcome.wait_for(std::chrono::duration<double>(seconds)) != std::future_status::ready)
-            kill(std::stoi(test::textOf(number)), SIGKILL);
+            kill(std::stoi(test::readText(number)), SIGKILL);
         return outcome.get();
     }
     static std::size_t sampleFiles() {
@@ -81,7 +84,7 @@ TEST_F(StoreRun, KeepsInputsSamplesEventsAndScore) {
     const Store store(folder());
     ASSERT_EQ(store.attempts("T-01").size(), 1u);
     const StoredAttempt attempt = store.attempts("T-01")[0];
-    EXPECT_NE(first_->out.find("stored as attempt " + attempt.id + " of T-01"), std::string::npos);
+    EXPECT_THAT(first_->out, HasSubstr("stored as attempt " + attempt.id + " of T-01"));
     EXPECT_EQ(attempt.state, AttemptState::done);
     EXPECT_EQ(attempt.info.scenario, "demo");
     EXPECT_EQ(attempt.info.device, "scripted");
@@ -116,20 +119,19 @@ TEST_F(StoreRun, KeepsInputsSamplesEventsAndScore) {
 }
 
 // HZ-TEACH-13
-TEST_F(StoreRun, TheStoredAttemptReplaysAndTheKeepingChangesNothing) {
+TEST_F(StoreRun, StoredAttemptReplaysToTheUnstoredHash) {
     const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
     const Outcome again = command_->run("replay --fast '" + (attempt.folder / "record").string() + "'");
     EXPECT_EQ(again.status, 0) << again.err;
-    EXPECT_NE(again.out.find(std::to_string(attempt.result->ticks) + " stored samples, each as recomputed"),
-              std::string::npos)
-        << again.out;
-    const auto summary = nlohmann::json::parse(test::textOf(attempt.folder / "summary.json"));
+    EXPECT_THAT(again.out,
+                HasSubstr(std::to_string(attempt.result->ticks) + " stored samples, each as recomputed"));
+    const auto summary = nlohmann::json::parse(test::readText(attempt.folder / "summary.json"));
     EXPECT_EQ(again.summary.at("state_hash"), summary.at("state_hash"));
     const Outcome bare = command_->run("run --headless --fast --spacing-mm 2.5 --scenario demo");
     EXPECT_EQ(bare.summary.at("state_hash"), summary.at("state_hash"));
 }
 
-// The file is valid, but one sample does not follow from the inputs.
+// The file is valid, but one sample does not result from the inputs.
 // HZ-RECORD-07
 TEST_F(StoreRun, AForgedSampleIsNamed) {
     const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
@@ -143,7 +145,7 @@ TEST_F(StoreRun, AForgedSampleIsNamed) {
     writer.finish();
     const Outcome again = command_->run("replay --fast '" + forged.string() + "'");
     EXPECT_EQ(again.status, 1);
-    EXPECT_NE(again.out.find("its stored samples differ from tick 10000"), std::string::npos) << again.out;
+    EXPECT_THAT(again.out, HasSubstr("its stored samples differ from tick 10000"));
 }
 
 // HZ-RECORD-04
@@ -151,33 +153,33 @@ TEST_F(StoreRun, IsListedShownCheckedAndRead) {
     const std::string id = Store(folder()).attempts("T-01").at(0).id;
     const Outcome list = records("list");
     EXPECT_EQ(list.status, 0);
-    EXPECT_NE(list.out.find(id), std::string::npos);
+    EXPECT_THAT(list.out, HasSubstr(id));
     EXPECT_EQ(records("list --trainee nobody").out, "0 attempts\n");
     const Outcome shown = records("show " + id);
-    EXPECT_NE(shown.out.find("attempt " + id + " of T-01, done"), std::string::npos);
-    EXPECT_NE(shown.out.find("Peak force"), std::string::npos);
+    EXPECT_THAT(shown.out, HasSubstr("attempt " + id + " of T-01, done"));
+    EXPECT_THAT(shown.out, HasSubstr("Peak force"));
     EXPECT_EQ(records("show nobody").status, 2);
     const Outcome checked = records("recover");
     EXPECT_EQ(checked.status, 0);
-    EXPECT_NE(checked.out.find("0 damaged"), std::string::npos);
+    EXPECT_THAT(checked.out, HasSubstr("0 damaged"));
     EXPECT_EQ(records("list --records /nonexistent").status, 2);
 
-    // The Python example implements the documented file format only.
+    // The Python example is based on the documented file format only.
     const std::filesystem::path said = *command_ / "python";
     const std::filesystem::path example =
         test::assets().parent_path() / "app" / "records" / "examples" / "read_attempt.py";
     const std::string line =
         "python3 '" + example.string() + "' '" + folder().string() + "' " + id + " >'" + said.string() + "'";
     EXPECT_EQ(std::system(line.c_str()), 0);
-    const std::string text = test::textOf(said);
+    const std::string text = test::readText(said);
     const records::Samples samples = records::loadSamples(folder() / "attempts" / id / "record");
     double peak_n = 0.0;
     for (const records::Sample& sample : samples.samples)
         peak_n = std::max(peak_n, std::fabs(sample.force_n));
     std::array<char, 64> expected{};
     std::snprintf(expected.data(), expected.size(), "peak force %.3f N", peak_n);
-    EXPECT_NE(text.find(expected.data()), std::string::npos) << text;
-    EXPECT_NE(text.find("cut: duct"), std::string::npos);
+    EXPECT_THAT(text, HasSubstr(expected.data()));
+    EXPECT_THAT(text, HasSubstr("cut: duct"));
 }
 
 TEST_F(StoreRun, IsExportedWithItsChecksumsAndDeleted) {
@@ -185,81 +187,80 @@ TEST_F(StoreRun, IsExportedWithItsChecksumsAndDeleted) {
     const std::filesystem::path taken = *command_ / "taken";
     const Outcome exported = records("export --trainee Zebra-77 '" + taken.string() + "'");
     EXPECT_EQ(exported.status, 0) << exported.err;
-    EXPECT_NE(exported.out.find("1 attempt in"), std::string::npos);
+    EXPECT_THAT(exported.out, HasSubstr("1 attempt in"));
     const std::string id = Store(folder()).attempts("Zebra-77").at(0).id;
-    const auto told = nlohmann::json::parse(test::textOf(taken / "attempts" / id / "attempt.json"));
+    const auto told = nlohmann::json::parse(test::readText(taken / "attempts" / id / "attempt.json"));
     EXPECT_EQ(told.at("trainee"), "Zebra-77");
     EXPECT_GT(told.at("metrics").size(), 10u);
     EXPECT_EQ(records::loadSamples(taken / "attempts" / id / "record").torn_bytes, 0u);
-    const std::string sums = test::textOf(taken / "checksums.csv");
+    const std::string sums = test::readText(taken / "checksums.csv");
     for (const char* name :
          {"attempts.csv", "metrics.csv", "events.csv", "record/samples.bin", "summary.json"})
-        EXPECT_NE(sums.find(name), std::string::npos) << name;
-    EXPECT_NE(test::textOf(taken / "attempts.csv").find(id + ",Zebra-77,"), std::string::npos);
-    EXPECT_EQ(test::textOf(taken / "attempts.csv").find("T-01"), std::string::npos) << "nobody else's";
+        EXPECT_THAT(sums, HasSubstr(name)) << name;
+    EXPECT_THAT(test::readText(taken / "attempts.csv"), HasSubstr(id + ",Zebra-77,"));
+    EXPECT_THAT(test::readText(taken / "attempts.csv"), Not(HasSubstr("T-01"))) << "nobody else's";
     EXPECT_EQ(records("export '" + taken.string() + "'").status, 2) << "not empty";
 
     EXPECT_EQ(records("delete --trainee Zebra-77").status, 0);
     EXPECT_FALSE(std::filesystem::exists(folder() / "attempts" / id));
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder()))
         if (entry.is_regular_file()) {
-            EXPECT_EQ(test::textOf(entry.path()).find("Zebra-77"), std::string::npos) << entry.path();
+            EXPECT_THAT(test::readText(entry.path()), Not(HasSubstr("Zebra-77"))) << entry.path();
         }
 }
 
-TEST_F(StoreRun, RefusesWhatDoesNotGoTogether) {
+TEST_F(StoreRun, RefusesConflictingOptions) {
     const Outcome name = command_->runBare(kStoreRun + "'Ann Example'");
     EXPECT_EQ(name.status, 2);
-    EXPECT_NE(name.err.find("pseudonym"), std::string::npos);
+    EXPECT_THAT(name.err, HasSubstr("pseudonym"));
     EXPECT_GE(command_->runBare("run --fast --headless").status, 100) << "neither --out nor --trainee";
     EXPECT_GE(command_->runBare(kStoreRun + "T-01 --out /tmp/x").status, 100);
     EXPECT_GE(command_->runBare("run --fast --out /tmp/x --records /tmp/y").status, 100);
     EXPECT_GE(records("").status, 100);
-    EXPECT_GE(records("sync").status, 100) << "to where?";
+    EXPECT_GE(records("sync").status, 100) << "no database is named";
 }
 
-TEST_F(StoreRun, AnAttemptThatNeverStartedIsNotKept) {
+TEST_F(StoreRun, AttemptWithoutTicksIsNotStored) {
     const Outcome none =
         command_->runBare("run --spacing-mm 2.5 --no-mirror --mute --device controllers --trainee T-11",
                           "XR_RUNTIME_JSON=/nonexistent.json ");
-    EXPECT_EQ(none.status, 2) << none.err;
-    EXPECT_NE(none.err.find("controllers need a headset, and none is available"), std::string::npos)
-        << none.err;
+    EXPECT_EQ(none.status, 3) << none.err;
+    EXPECT_THAT(none.err, HasSubstr("--device controllers needs a headset, and none is available"));
     const Store store(folder());
     EXPECT_TRUE(store.attempts("T-11").empty());
     EXPECT_TRUE(store.recovered().empty());
     EXPECT_TRUE(store.unknownFolders().empty());
 }
 
-// State after a kill shortly after the file was created.
-TEST_F(StoreRun, SamplesThatEndInTheirHeaderAreSaidAndTheRestIsReplayed) {
+// The state after a kill shortly after the file was created.
+TEST_F(StoreRun, TruncatedSamplesAreReportedAndTheRecordIsReplayed) {
     const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
     const std::filesystem::path cut = *command_ / "headless";
     std::filesystem::copy(attempt.folder / "record", cut);
     std::filesystem::resize_file(cut / "samples.bin", 10);
     const std::string line = "replay --fast '" + cut.string() + "'";
     EXPECT_EQ(command_->run(line).status, 2) << "of an attempt that ended it is damage";
-    auto info = nlohmann::json::parse(test::textOf(cut / "record.json"));
+    auto info = nlohmann::json::parse(test::readText(cut / "record.json"));
     info.erase("final_tick"), info.erase("state_hash");
     std::ofstream(cut / "record.json") << info;
     const Outcome again = command_->run(line);
     EXPECT_EQ(again.status, 0) << again.err;
-    EXPECT_NE(again.err.find("no stored samples to compare with"), std::string::npos) << again.err;
+    EXPECT_THAT(again.err, HasSubstr("no stored samples to compare with"));
 }
 
-// Kills the whole program: every other time at any point between start and end, otherwise during the
+// Kills the whole program. Every other kill happens at any time between start and end, the others during the
 // attempt.
 // HZ-RECORD-01
-TEST_F(StoreRun, KilledItLeavesWholeFramesOrNothing) {
+TEST_F(StoreRun, KilledRunLeavesOnlyWholeFrames) {
     std::mt19937_64 random(test::seed());
     std::size_t acknowledged = Store(folder()).attempts("T-09").size(), cut = 0;
-    for (int i = 0; i < kKills || (cut == 0 && i < kMostKills); ++i) {
+    for (int i = 0; i < kKills || (cut == 0 && i < kMaxKills); ++i) {
         const double share = std::uniform_real_distribution<double>(0.0, 1.0)(random);
         const Outcome killed = i % 2 == 0 ? killedAfter(share * whole_s_) : killedInItsAttempt(0.05 * share);
         const bool said = killed.out.find("stored as attempt") != std::string::npos;
         acknowledged += said;
         const Store store(folder());
-        for (const records::Recovered& found : store.recovered()) {
+        for (const records::RecoveredAttempt& found : store.recovered()) {
             ++cut;
             const StoredAttempt attempt = store.attempt(found.id);
             EXPECT_EQ(attempt.state, AttemptState::cut_short);

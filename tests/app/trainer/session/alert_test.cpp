@@ -8,10 +8,10 @@
 namespace stylet::trainer {
 namespace {
 
-using training::Struck;
+using training::RiskStructure;
 
-Seen seenAt(double t_s) {
-    Seen seen;
+FrameState seenAt(double t_s) {
+    FrameState seen;
     seen.tick.tick = std::uint64_t(t_s * 1000.0 + 0.5);
     return seen;
 }
@@ -20,31 +20,31 @@ std::uint8_t alphaAt(const AlertPicture& picture, int x, int y) {
     return picture.rgba()[4 * std::size_t(y * AlertPicture::kSize + x) + 3];
 }
 
-TEST(AlertWatch, SaysWhatIsStruckForAsLongAndAMomentLonger) {
+TEST(AlertWatch, StrikeAlertOutlastsTheContact) {
     AlertWatch watch(0.001);
-    EXPECT_FALSE(watch.take(seenAt(0.9)));
-    Seen struck = seenAt(1.0);
-    struck.progress.striking = Struck::vessel;
-    EXPECT_EQ(watch.take(struck), Alert{Struck::vessel});
-    EXPECT_EQ(watch.take(seenAt(1.0 + 0.9 * kAlertLeast_s)), Alert{Struck::vessel});
-    EXPECT_FALSE(watch.take(seenAt(1.0 + 1.1 * kAlertLeast_s)));
+    EXPECT_FALSE(watch.update(seenAt(0.9)));
+    FrameState struck = seenAt(1.0);
+    struck.progress.current_risk = RiskStructure::vessel;
+    EXPECT_EQ(watch.update(struck), Alert{RiskStructure::vessel});
+    EXPECT_EQ(watch.update(seenAt(1.0 + 0.9 * kMinAlert_s)), Alert{RiskStructure::vessel});
+    EXPECT_FALSE(watch.update(seenAt(1.0 + 1.1 * kMinAlert_s)));
 }
 
 // HZ-TEACH-17
-TEST(AlertWatch, TheTargetIsReachedOnceAndAStrikeGoesBeforeIt) {
+TEST(AlertWatch, TargetAlertComesOnceAndAfterStrikes) {
     AlertWatch watch(0.001);
-    Seen reached = seenAt(2.0);
+    FrameState reached = seenAt(2.0);
     reached.progress.success = true;
-    EXPECT_EQ(watch.take(reached), Alert{});
-    reached.tick.tick += 10, reached.progress.striking = Struck::lung;
-    EXPECT_EQ(watch.take(reached), Alert{Struck::lung});
-    reached.progress.striking = Struck::nothing;
+    EXPECT_EQ(watch.update(reached), Alert{});
+    reached.tick.tick += 10, reached.progress.current_risk = RiskStructure::lung;
+    EXPECT_EQ(watch.update(reached), Alert{RiskStructure::lung});
+    reached.progress.current_risk = RiskStructure::nothing;
     reached.tick.tick = std::uint64_t(1000 * (2.0 + kReached_s));
-    EXPECT_FALSE(watch.take(reached));
+    EXPECT_FALSE(watch.update(reached));
 }
 
-// The red room light fades in and out, however often the needle strikes something. A change takes at least
-// a third of a second, and there are at most three flashes per second.
+// The red room light fades in and out, no matter how often the needle strikes something. A change takes at
+// least a third of a second, so there are at most three flashes per second.
 // HZ-USER-01
 TEST(GlowWatch, TheRoomNeverFlashes) {
     constexpr double kTick_s = 0.001;
@@ -54,8 +54,9 @@ TEST(GlowWatch, TheRoomNeverFlashes) {
     int turns = 0;
     bool rises = false;
     for (std::uint64_t tick = 0; tick < 20'000; ++tick) {
-        progress.striking = tick % 700 < 3 ? Struck::vessel : Struck::nothing;  // a trembling needle
-        watch.take(tick, progress);
+        // A trembling needle strikes repeatedly.
+        progress.current_risk = tick % 700 < 3 ? RiskStructure::vessel : RiskStructure::nothing;
+        watch.update(tick, progress);
         const double now = double(watch.now().struck);
         most = std::max(most, std::fabs(now - before));
         if (now != before && (now > before) != rises) rises = now > before, ++turns;
@@ -66,21 +67,21 @@ TEST(GlowWatch, TheRoomNeverFlashes) {
     EXPECT_LE(turns, 2 * 3 * 20) << "three flashes a second are too many";
 }
 
-TEST(GlowWatch, IsRedWhileStruckGreenWhenReachedAndNothingOtherwise) {
+TEST(GlowWatch, IsRedForAStrikeAndGreenAtTheTarget) {
     GlowWatch watch(0.001);
     training::Progress progress;
     std::uint64_t tick = 0;
     const auto pass = [&](double s) {
         for (int i = 0; i < int(1000 * s); ++i)
-            watch.take(++tick, progress);
+            watch.update(++tick, progress);
         return shellLight(watch.now());
     };
     EXPECT_EQ(pass(0.5), Vec3(1.0));
-    progress.striking = Struck::bone;
+    progress.current_risk = RiskStructure::bone;
     const Vec3 red = pass(1.0);
     EXPECT_GT(red.x, 2.0 * red.y);
     EXPECT_GT(red.x, 2.0 * red.z);
-    progress.striking = Struck::nothing;
+    progress.current_risk = RiskStructure::nothing;
     EXPECT_EQ(pass(2.0), Vec3(1.0));
     progress.success = true;
     const Vec3 green = pass(1.0);
@@ -89,9 +90,9 @@ TEST(GlowWatch, IsRedWhileStruckGreenWhenReachedAndNothingOtherwise) {
     EXPECT_EQ(pass(5.0), Vec3(1.0));
 }
 
-TEST(AlertPicture, TheMiddleIsFreeAndTheBorderIsNot) {
+TEST(AlertPicture, CoversOnlyTheBorder) {
     AlertPicture picture;
-    picture.show({Struck::vessel});
+    picture.show({RiskStructure::vessel});
     const int middle = AlertPicture::kSize / 2, edge = 3;
     for (const int offset : {-120, -60, 0, 60, 120}) {
         EXPECT_EQ(alphaAt(picture, middle + offset, middle), 0);
@@ -101,7 +102,7 @@ TEST(AlertPicture, TheMiddleIsFreeAndTheBorderIsNot) {
     }
 }
 
-// Number of changes between light and dark along a column of the border's pattern.
+// Counts the changes between light and dark along a column of the border's pattern.
 int changesDown(const AlertPicture& picture) {
     constexpr int kColumn = 13;
     const auto bright = [&](int y) {
@@ -119,7 +120,7 @@ int changesDown(const AlertPicture& picture) {
 // Stripes and dots distinguish the alerts for users who cannot see the colours.
 TEST(AlertPicture, PatternsDifferWithoutTheirColours) {
     AlertPicture struck, reached;
-    struck.show({Struck::bone});
+    struck.show({RiskStructure::bone});
     reached.show({});
     EXPECT_NEAR(changesDown(struck), 2 * AlertPicture::kSize / 36, 2);
     EXPECT_NEAR(changesDown(reached), 2 * AlertPicture::kSize / 26, 2);
@@ -127,21 +128,21 @@ TEST(AlertPicture, PatternsDifferWithoutTheirColours) {
 
 // A strike shorter than a frame is still shown and named.
 // HZ-TEACH-17
-TEST(AlertWatch, AStrikeBetweenTwoFramesIsNamed) {
+TEST(AlertWatch, StrikeBetweenTwoFramesIsReported) {
     AlertWatch watch(0.001);
-    EXPECT_FALSE(watch.take(seenAt(0.9)));
-    Seen passed = seenAt(1.0);
+    EXPECT_FALSE(watch.update(seenAt(0.9)));
+    FrameState passed = seenAt(1.0);
     passed.progress.risk_hits = 1;
-    passed.progress.last_struck = Struck::lung;
-    EXPECT_EQ(watch.take(passed), Alert{Struck::lung});
+    passed.progress.last_risk = RiskStructure::lung;
+    EXPECT_EQ(watch.update(passed), Alert{RiskStructure::lung});
 }
 
-TEST(AlertPicture, IsDrawnOnceForEach) {
+TEST(AlertPicture, RedrawsOnlyWhenTheAlertChanges) {
     AlertPicture picture;
     for (int i = 0; i < 5; ++i)
-        picture.show({Struck::vessel});
+        picture.show({RiskStructure::vessel});
     EXPECT_EQ(picture.revision(), 1u);
-    picture.show({Struck::bone});
+    picture.show({RiskStructure::bone});
     EXPECT_EQ(picture.revision(), 2u);
 }
 

@@ -5,9 +5,10 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/trainer/hands/tipped_device.h"
+#include "app/trainer/hands/mounted_device.h"
 #include "patient/package/package.h"
 #include "tests/support/temp_folder.h"
 
@@ -33,7 +34,7 @@ Pose standingTurned(double yaw_rad, double tilt_rad) {
 }
 
 // HZ-TEACH-05
-TEST(Colocation, WhatIsFeltIsSeenThereAndThePatientLiesLevel) {
+TEST(Colocation, FeltAndSeenPointsCoincideOnALevelPatient) {
     for (const double yaw : {-3.0, -1.2, 0.0, 0.7, 2.5})
         for (const double tilt : {0.0, 0.1}) {
             SCOPED_TRACE(testing::Message() << yaw << " " << tilt);
@@ -42,7 +43,7 @@ TEST(Colocation, WhatIsFeltIsSeenThereAndThePatientLiesLevel) {
             const Pose patient_from_device = levelPatientFromDevice(registration, kRoomFromPatient, middle);
             EXPECT_NEAR(glm::distance(patient_from_device * registration.centre_m, middle), 0.0, 1e-12);
             const Pose room_from_stage = roomFromStage({registration, patient_from_device}, kRoomFromPatient);
-            // The vertical stays exact in spite of the tilt.
+            // The vertical stays exact although the device is tilted.
             EXPECT_NEAR(glm::distance(room_from_stage.direction(kUp), kUp), 0.0, 1e-12);
             for (const Vec3& p_device : {Vec3(0.0), Vec3(0.04, 0.0, 0.0), Vec3(-0.03, 0.02, 0.04)}) {
                 const Vec3 felt = room_from_stage * (registration.stage_from_device * p_device);
@@ -55,7 +56,7 @@ TEST(Colocation, WhatIsFeltIsSeenThereAndThePatientLiesLevel) {
         }
 }
 
-TEST(Colocation, ADeviceThatLiesOnItsBackIsPlacedToo) {
+TEST(Colocation, DeviceOnItsBackIsPlaced) {
     const Registration up =
         deviceAt({glm::angleAxis(-1.5707963267948966, Vec3(1.0, 0.0, 0.0)), {0.0, 1.0, 0.0}});
     EXPECT_NEAR(glm::distance(up.stage_from_device.direction({0, 0, 1}), kUp), 0.0, 1e-12);
@@ -64,7 +65,7 @@ TEST(Colocation, ADeviceThatLiesOnItsBackIsPlacedToo) {
     EXPECT_NEAR(glm::distance(room_from_stage.direction(kUp), kUp), 0.0, 1e-12);
 }
 
-TEST(Colocation, AnErrorOfScaleIsHalvedByTheMiddle) {
+TEST(Colocation, ScaleErrorVanishesAtTheCentre) {
     Registration r = deviceAt(standingTurned(0.4, 0.05));
     r.scale = 1.005;
     const Pose room_from_stage =
@@ -79,79 +80,80 @@ TEST(Colocation, AnErrorOfScaleIsHalvedByTheMiddle) {
 }
 
 // HZ-FORCE-13
-TEST(RoomPlace, FollowsAMoveAndAsks) {
+TEST(RoomAlignment, FollowsAMoveAndWarns) {
     const Registration r = deviceAt(standingTurned(0.4, 0.0));
     const Colocation c{r, levelPatientFromDevice(r, kRoomFromPatient, {})};
-    RoomPlace place(c, kRoomFromPatient, false);
+    RoomAlignment place(c, kRoomFromPatient, false);
     EXPECT_EQ(place.begin("stage", ""), "");
-    EXPECT_EQ(place.doubt(), RoomDoubt::unchecked) << "a stage may have been set up anew since";
+    EXPECT_EQ(place.warning(), RoomWarning::unchecked) << "a stage may have been set up anew since";
     place.confirm();
-    EXPECT_EQ(place.doubt(), RoomDoubt::none);
+    EXPECT_EQ(place.warning(), RoomWarning::none);
     const Pose before = place.roomFromStage();
     const Pose previous_from_new{glm::angleAxis(0.8, kUp), {0.5, 0.0, -0.2}};
     place.onChange(200, previous_from_new);
     place.advance(150);
     EXPECT_EQ(place.roomFromStage().position_m, before.position_m);
-    EXPECT_EQ(place.doubt(), RoomDoubt::none);
-    const std::uint64_t doubts = place.doubts();
+    EXPECT_EQ(place.warning(), RoomWarning::none);
+    const std::uint64_t warningCount = place.warningCount();
     place.advance(200);
-    EXPECT_EQ(place.doubt(), RoomDoubt::moved);
-    EXPECT_EQ(place.doubts(), doubts + 1);
+    EXPECT_EQ(place.warning(), RoomWarning::moved);
+    EXPECT_EQ(place.warningCount(), warningCount + 1);
     const Vec3 p_new(0.3, 1.1, 0.2);
     const Pose after = place.roomFromStage();
     EXPECT_NEAR(glm::distance(after * p_new, before * (previous_from_new * p_new)), 0.0, 1e-12);
 
-    // The next headset starts in the moved space and needs a new confirmation.
+    // The next headset starts in the moved space and needs a new confirmation by the user.
     place.confirm();
     EXPECT_EQ(place.begin("stage", ""), "");
-    EXPECT_EQ(place.doubt(), RoomDoubt::unchecked);
+    EXPECT_EQ(place.warning(), RoomWarning::unchecked);
     EXPECT_NEAR(glm::distance(place.roomFromStage() * p_new, after * p_new), 0.0, 1e-12);
 }
 
-TEST(RoomPlace, WhatNobodyKnowsNobodyCanConfirm) {
+TEST(RoomAlignment, UnknownMoveCannotBeConfirmed) {
     const Registration r = deviceAt(standingTurned(0.4, 0.0));
-    RoomPlace place(Colocation{r, {}}, kRoomFromPatient, false);
+    RoomAlignment place(Colocation{r, {}}, kRoomFromPatient, false);
     EXPECT_EQ(place.begin("stage", ""), "");
     place.confirm();
     place.onChange(300, {});
     place.advance(300);
     place.confirm();
-    EXPECT_EQ(place.doubt(), RoomDoubt::lost);
+    EXPECT_EQ(place.warning(), RoomWarning::lost);
     place.begin("stage", "");
     place.confirm();
-    EXPECT_EQ(place.doubt(), RoomDoubt::lost) << "not by another headset either";
+    EXPECT_EQ(place.warning(), RoomWarning::lost) << "not by another headset either";
 }
 
-TEST(RoomPlace, AnotherSpaceThanTheRegisteredOneIsSaidAndNotUsed) {
+TEST(RoomAlignment, RegistrationOfAnotherSpaceIsReportedAndIgnored) {
     Registration r = deviceAt(standingTurned(0.4, 0.0));
     r.key.space = "stationary", r.key.generation = "7";
-    RoomPlace never(Colocation{r, {}}, kRoomFromPatient, false);
-    EXPECT_NE(never.begin("stationary", "8").find("register"), std::string::npos);
+    RoomAlignment never(Colocation{r, {}}, kRoomFromPatient, false);
+    EXPECT_THAT(never.begin("stationary", "8"), testing::HasSubstr("register"));
     EXPECT_EQ(never.roomFromStage().position_m, Vec3(0.0));
     never.onChange(0, {});
     never.advance(10);
-    EXPECT_EQ(never.doubt(), RoomDoubt::none) << "nothing is used that could be wrong";
+    EXPECT_EQ(never.warning(), RoomWarning::none) << "nothing is used that could be wrong";
 
-    RoomPlace until_now(Colocation{r, {}}, kRoomFromPatient, false);
+    RoomAlignment until_now(Colocation{r, {}}, kRoomFromPatient, false);
     EXPECT_EQ(until_now.begin("stationary", "7"), "");
-    EXPECT_EQ(until_now.doubt(), RoomDoubt::none) << "the generation says that it is the same";
+    EXPECT_EQ(until_now.warning(), RoomWarning::none) << "the same generation is the same space";
     EXPECT_NE(until_now.begin("stationary", "8"), "");
-    EXPECT_EQ(until_now.doubt(), RoomDoubt::lost);
+    EXPECT_EQ(until_now.warning(), RoomWarning::lost);
 }
 
-TEST(RoomPlace, WhoSitsHasTheRoomBroughtDownOnce) {
-    RoomPlace place({}, kRoomFromPatient, true);
+TEST(RoomAlignment, SeatedModeLowersTheRoomOnce) {
+    RoomAlignment place({}, kRoomFromPatient, true);
     EXPECT_EQ(place.begin("stage", ""), "");
-    EXPECT_EQ(place.doubt(), RoomDoubt::none);
-    place.sitDown(1.18);
-    EXPECT_NEAR(place.roomFromStage().position_m.y, RoomPlace::kEyes_m - 1.18, 1e-12);
-    place.sitDown(1.25);
-    EXPECT_NEAR(place.roomFromStage().position_m.y, RoomPlace::kEyes_m - 1.18, 1e-12) << "it does not bob";
+    EXPECT_EQ(place.warning(), RoomWarning::none);
+    place.setEyeHeight(1.18);
+    EXPECT_NEAR(place.roomFromStage().position_m.y, RoomAlignment::kEyes_m - 1.18, 1e-12);
+    place.setEyeHeight(1.25);
+    EXPECT_NEAR(place.roomFromStage().position_m.y, RoomAlignment::kEyes_m - 1.18, 1e-12)
+        << "the room must not follow the eyes";
 }
 
-// The tip is where the registration says, however the handle is rotated.
+// The reported tip is at its registered position, no matter how the handle is rotated.
 // HZ-TEACH-05
-TEST(TippedDevice, ReportsItsTip) {
+TEST(MountedDevice, ReportsItsTip) {
     struct Handle final : haptics::HapticDevice {
         haptics::DeviceProfile p;
         haptics::DeviceState state;
@@ -162,7 +164,7 @@ TEST(TippedDevice, ReportsItsTip) {
     } handle;
     Registration r = deviceAt(standingTurned(0.4, 0.05));
     r.stylus_from_tip_m = {0.003, -0.004, 0.01};
-    TippedDevice device(handle, r.stylus_from_tip_m);
+    MountedDevice device(handle, {.stylus_from_tip_m = r.stylus_from_tip_m});
     for (const double turn : {0.0, 0.5, 2.0}) {
         handle.state.device_from_stylus = {glm::angleAxis(turn, Vec3(0.6, 0.0, 0.8)), {0.02, 0.01, -0.03}};
         const Pose seen = device.read(0).device_from_stylus;
@@ -172,6 +174,11 @@ TEST(TippedDevice, ReportsItsTip) {
     }
     device.send({1.0, 2.0, 3.0});
     EXPECT_EQ(handle.sent, Vec3(1.0, 2.0, 3.0));
+    const Pose recorded_from_device{{0.0, 0.0, 1.0, 0.0}, {0.1, -0.2, 0.3}};
+    MountedDevice moved(handle, {.recorded_from_device = recorded_from_device});
+    const Pose expected = recorded_from_device * handle.state.device_from_stylus;
+    EXPECT_EQ(moved.read(0).device_from_stylus.position_m, expected.position_m);
+    EXPECT_EQ(moved.read(0).device_from_stylus.rotation, expected.rotation);
 }
 
 TEST(RegistrationStore, TheNewestOfADeviceIsFound) {
@@ -191,7 +198,7 @@ TEST(RegistrationStore, TheNewestOfADeviceIsFound) {
     EXPECT_FALSE(newestRegistration(folder.path(), "falcon", "another"));
     std::ofstream(folder / "torn.json") << "{";
     EXPECT_TRUE(newestRegistration(folder.path(), "falcon", "Novint Falcon"))
-        << "a bad file is in nobody's way";
+        << "a damaged file must not hide others";
     EXPECT_THROW(newestRegistration(folder.path(), "falcon", "another"), DataError);
 }
 

@@ -41,7 +41,7 @@ TEST(FiveTools, PalpateParkInciseSnapInAndPuncture) {
     }
     EXPECT_EQ(log.lateral_cut_m, 0.0);  // the guide's rail absorbs the tremor
 
-    // A replay of the record gives the same hash and a force from each tool.
+    // A replay of the record gives the same hash. Each tool has produced a force.
     const records::Record record = records::loadRecord(folder / "record");
     std::set<Tool> felt;
     bool parked = false, guided = false;

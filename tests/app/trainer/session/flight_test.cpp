@@ -37,7 +37,7 @@ SessionLog play(const patient::Patient& patient, const Attempt& attempt) {
     return session.log();
 }
 
-TEST(Flight, TheButtonRearmsAndEveryFaultIsAFlight) {
+TEST(Flight, ButtonRearmsAndEveryFaultIsRecorded) {
     const patient::Package package = ductPhantom();
     const patient::Patient patient(package);
     const SessionLog once = play(patient, leapingAttempt(patient, 4.0, {1.0, 3.0}, {}));
@@ -50,7 +50,7 @@ TEST(Flight, TheButtonRearmsAndEveryFaultIsAFlight) {
     EXPECT_TRUE(never.flights.empty());
 }
 
-// One fault causes the next: a lost device soon gives stale input too.
+// One fault can cause the next: a lost device soon also gives stale input.
 TEST(Flight, TimeZeroIsTheFirstFault) {
     std::vector<haptics::TickRecord> flight(10);
     for (std::size_t i = 0; i < flight.size(); ++i) {
@@ -67,7 +67,7 @@ TEST(Flight, TimeZeroIsTheFirstFault) {
     EXPECT_EQ(line.substr(0, line.find(',')), "0");
 }
 
-TEST(Flight, TheFileTellsTheFaultTickByTick) {
+TEST(Flight, FileListsEveryTickOfTheFault) {
     const patient::Package package = ductPhantom();
     const patient::Patient patient(package);
     const SessionLog log = play(patient, leapingAttempt(patient, 3.0, {2.5}, {}));
@@ -97,14 +97,14 @@ TEST(Flight, BitsHaveNames) {
 
 // The headset is put on, taken off and put on again.
 // HZ-FORCE-12
-TEST(Focus, TheForceComesAndGoesWithItAndTheAttemptWaits) {
+TEST(Focus, ForceFollowsFocusAndTheAttemptPauses) {
     const patient::Package package = ductPhantom();
     const patient::Patient patient(package);
     const Attempt attempt = leapingAttempt(patient, 2.5, {}, {});
     std::uint64_t shown_tick = 0, worn_since = 0, stood_at = 0;
     int frames_off = 0, stood_still = 0;
     const haptics::Clock clock = monotonicClock();
-    auto headset = std::make_unique<test::ScriptedDisplay>([&](const Seen& seen, const std::string&) {
+    auto headset = std::make_unique<test::ScriptedDisplay>([&](const FrameState& seen, const std::string&) {
         shown_tick = seen.tick.tick;
         if (worn_since == 0 && shown_tick > 300) worn_since = shown_tick;
         clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + 5'000'000);
@@ -131,7 +131,7 @@ TEST(Focus, TheForceComesAndGoesWithItAndTheAttemptWaits) {
     }
     EXPECT_EQ(log.flights.front().back().output.stage, haptics::ForceStage::off);
     EXPECT_EQ(log.flights.front().back().output.sent_device_n, Vec3(0.0));
-    // The headset is off for 60 frames of 5 ms. The first of them pass while the force ramps down.
+    // The headset is off for 60 frames of 5 ms. During the first of them the force still ramps down.
     EXPECT_GT(stood_still, 40);
     EXPECT_EQ(log.ticks, log.last_tick) << "no tick is missing from the record";
 }

@@ -14,21 +14,21 @@ using haptics::NeedleEventKind;
 using haptics::Phase;
 using patient::Tissue;
 
-class Inserted : public testing::Test {
+class InsertionLogTest : public testing::Test {
   protected:
     void tick(double depth_m, double force_n, Phase phase = Phase::pass) {
         haptics::TickOutput tick;
         tick.tick = ++ticks_;
         tick.phase = phase;
         tick.depth_m = depth_m, tick.force_n = force_n;
-        log_.take(tick);
+        log_.update(tick);
     }
     void passes(Tissue tissue, double depth_m, double cut_n, std::uint8_t label = 0) {
         haptics::NeedleEvent event;
         event.kind = cut_n > 0.0 ? NeedleEventKind::puncture : NeedleEventKind::entry;
         event.border.to = tissue, event.border.to_label = label;
         event.border.depth_m = depth_m, event.force_before_n = cut_n;
-        log_.take(event);
+        log_.update(event);
     }
     std::vector<std::string> names() const {
         std::vector<std::string> names;
@@ -44,9 +44,9 @@ class Inserted : public testing::Test {
     std::uint64_t ticks_ = 0;
 };
 
-TEST_F(Inserted, TissuesStandInTheOrderAndDepthInWhichTheyWerePassed) {
-    tick(0.001, 0.8, Phase::held);
-    tick(0.003, 1.4, Phase::held);
+TEST_F(InsertionLogTest, ListsTissuesInOrderOfDepth) {
+    tick(0.001, 0.8, Phase::tenting);
+    tick(0.003, 1.4, Phase::tenting);
     EXPECT_TRUE(log_.insertion().passed.empty()) << "the skin holds";
     passes(Tissue::skin, 0.0, 1.5);
     tick(0.0035, 0.2);
@@ -59,15 +59,15 @@ TEST_F(Inserted, TissuesStandInTheOrderAndDepthInWhichTheyWerePassed) {
     EXPECT_FLOAT_EQ(log_.insertion().felt.front().force_n, 0.8f) << "what was felt before the skin gave way";
 }
 
-TEST_F(Inserted, ABorderThatOnlyHoldsIsNotPassed) {
+TEST_F(InsertionLogTest, TentedBorderIsNotListed) {
     tick(0.001, 0.5);
     haptics::NeedleEvent met;
     met.kind = NeedleEventKind::border, met.border.to = Tissue::fascia;
-    log_.take(met);
+    log_.update(met);
     EXPECT_TRUE(log_.insertion().passed.empty());
 }
 
-TEST_F(Inserted, DrawnBackAndAdvancedAgainItIsTheNewWayThatCounts) {
+TEST_F(InsertionLogTest, SecondAdvanceReplacesTheFirst) {
     tick(0.001, 0.5);
     passes(Tissue::skin, 0.0, 1.0), passes(Tissue::soft, 0.002, 0.0), passes(Tissue::vessel, 0.030, 0.4);
     tick(0.031, 0.5), tick(0.010, -0.3);
@@ -77,12 +77,12 @@ TEST_F(Inserted, DrawnBackAndAdvancedAgainItIsTheNewWayThatCounts) {
     EXPECT_FLOAT_EQ(log_.insertion().felt.back().depth_m, 0.031f) << "the deepest stays the deepest";
 }
 
-TEST_F(Inserted, TheLastInsertionStaysUntilTheSkinGivesWayAgain) {
+TEST_F(InsertionLogTest, LastInsertionStaysUntilTheNextSkinPuncture) {
     tick(0.001, 0.5);
     passes(Tissue::skin, 0.0, 1.0), passes(Tissue::soft, 0.002, 0.0);
     tick(0.0, 0.0, Phase::outside);
     EXPECT_EQ(names().size(), 2u);
-    tick(0.002, 0.5, Phase::held);
+    tick(0.002, 0.5, Phase::tenting);
     EXPECT_EQ(names().size(), 2u) << "touched, not entered";
     passes(Tissue::skin, 0.0, 1.1);
     EXPECT_EQ(names(), (Names{"skin"}));
@@ -90,7 +90,7 @@ TEST_F(Inserted, TheLastInsertionStaysUntilTheSkinGivesWayAgain) {
     EXPECT_FLOAT_EQ(log_.insertion().felt[0].depth_m, 0.002f);
 }
 
-TEST_F(Inserted, WhatIsKeptIsBounded) {
+TEST_F(InsertionLogTest, SizeIsBounded) {
     tick(0.0001, 0.1);
     for (int i = 0; i < 500; ++i) {
         passes(i % 2 ? Tissue::soft : Tissue::vessel, 1e-4 * i, 0.1);
@@ -98,18 +98,18 @@ TEST_F(Inserted, WhatIsKeptIsBounded) {
             tick(1e-4 * i + 1e-6 * j, 0.5);
     }
     tick(10.0, 1.0);
-    EXPECT_LE(log_.insertion().passed.size(), InsertionLog::kMostPassed);
+    EXPECT_LE(log_.insertion().passed.size(), InsertionLog::kMaxPassed);
     EXPECT_LE(double(log_.insertion().felt.size()), InsertionLog::kDeepest_m / InsertionLog::kStep_m + 1.0);
     EXPECT_LT(log_.insertion().felt.back().depth_m, 0.06f) << "a depth beyond belief is not kept";
 }
 
 // A whole attempt on layers with known borders.
-TEST(Insertion, OfAnAttemptOnLayersHasTheirBorders) {
+TEST(Insertion, FindsTheBordersOfALayeredPhantom) {
     const patient::Package package = test::ductPhantom();
     const test::Played played = test::playFast(package, test::shortScenario(), 1);
     ASSERT_FALSE(played.log.moments.empty());
     const Insertion* last = nullptr;
-    for (const Moment& moment : played.log.moments)
+    for (const Capture& moment : played.log.moments)
         if (!moment.seen.insertion.passed.empty()) last = &moment.seen.insertion;
     ASSERT_NE(last, nullptr);
     for (const Passed& passed : last->passed) {

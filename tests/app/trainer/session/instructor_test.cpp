@@ -7,26 +7,26 @@ namespace {
 
 using haptics::CommandKind;
 
-TEST(Instructor, TakesHisLinesAndLeavesTheOthers) {
+TEST(Instructor, ReturnsLinesThatAreNotInstructorCommands) {
     Instructor instructor;
-    EXPECT_EQ(instructor.take("probe\ncough\nne"), "probe\n");
-    EXPECT_EQ(instructor.take("xt\nlights out\r\nlights\ncoughs\n"), "next\nlights\ncoughs\n");
-    const std::vector<haptics::Command> commands = instructor.takeCommands();
+    EXPECT_EQ(instructor.processLines("probe\ncough\nne"), "probe\n");
+    EXPECT_EQ(instructor.processLines("xt\nlights out\r\nlights\ncoughs\n"), "next\nlights\ncoughs\n");
+    const std::vector<haptics::Command> commands = instructor.popCommands();
     ASSERT_EQ(commands.size(), 2u);
     EXPECT_EQ(commands[0].kind, CommandKind::cough);
     EXPECT_EQ(commands[1].kind, CommandKind::lights);
     EXPECT_EQ(commands[1].value, 0u);
     EXPECT_EQ(injectedName(commands[1]), "lights out");
-    EXPECT_TRUE(instructor.takeCommands().empty());
+    EXPECT_TRUE(instructor.popCommands().empty());
 }
 
-TEST(Instructor, PausesAndNotesOnceEach) {
+TEST(Instructor, ReportsEachPauseAndNoteOnce) {
     Instructor instructor;
-    EXPECT_EQ(instructor.take("pause\npause\n"), "");
+    EXPECT_EQ(instructor.processLines("pause\npause\n"), "");
     EXPECT_TRUE(instructor.paused());
-    EXPECT_EQ(instructor.take("go on\nbookmark\ncomment  too steep \nbookmarks\n"), "bookmarks\n");
+    EXPECT_EQ(instructor.processLines("go on\nbookmark\ncomment  too steep \nbookmarks\n"), "bookmarks\n");
     EXPECT_FALSE(instructor.paused());
-    const std::vector<Instructor::Note> notes = instructor.takeNotes();
+    const std::vector<Instructor::Note> notes = instructor.popNotes();
     ASSERT_EQ(notes.size(), 4u);
     EXPECT_EQ(notes[0].text, "paused");
     EXPECT_EQ(notes[1].text, "goes on");
@@ -38,40 +38,40 @@ TEST(Instructor, PausesAndNotesOnceEach) {
 
 TEST(Instructor, ScalesTheBreathByOneNumberOrTwo) {
     Instructor instructor;
-    EXPECT_EQ(instructor.take("breathing 1.3\nbreathing  0.7  1.9 \n"), "");
-    const std::vector<haptics::Command> commands = instructor.takeCommands();
+    EXPECT_EQ(instructor.processLines("breathing 1.3\nbreathing  0.7  1.9 \n"), "");
+    const std::vector<haptics::Command> commands = instructor.popCommands();
     ASSERT_EQ(commands.size(), 2u);
     EXPECT_EQ(haptics::breathingScale(commands[0]), (haptics::BreathingScale{1.3, 1.0}));
     EXPECT_EQ(haptics::breathingScale(commands[1]), (haptics::BreathingScale{0.7, 1.9}));
     EXPECT_EQ(injectedName(commands[1]), "breathing 0.7 1.9");
-    EXPECT_EQ(
-        instructor.take("breathing\nbreathing 3\nbreathing 1 x\nbreathing 1 1 1\nbreathing nan\nbreathe\n"),
-        "breathe\n");
-    EXPECT_TRUE(instructor.takeCommands().empty());
-    EXPECT_EQ(instructor.takeRefused().size(), 5u);
-    EXPECT_TRUE(instructor.takeRefused().empty());
+    EXPECT_EQ(instructor.processLines(
+                  "breathing\nbreathing 3\nbreathing 1 x\nbreathing 1 1 1\nbreathing nan\nbreathe\n"),
+              "breathe\n");
+    EXPECT_TRUE(instructor.popCommands().empty());
+    EXPECT_EQ(instructor.popRejected().size(), 5u);
+    EXPECT_TRUE(instructor.popRejected().empty());
 }
 
 // HZ-TEACH-12
 TEST(Instructor, SetsTheDifficultyAtOnce) {
     Instructor instructor;
-    EXPECT_EQ(instructor.take("difficulty exam\n"), "");
-    EXPECT_EQ(instructor.takeDifficulty(), training::Difficulty::exam);
-    EXPECT_FALSE(instructor.takeDifficulty());
-    ASSERT_EQ(instructor.takeNotes().size(), 1u);
-    EXPECT_EQ(instructor.take("difficulty\ndifficulty hard\n"), "");
-    EXPECT_FALSE(instructor.takeDifficulty());
-    EXPECT_EQ(instructor.takeRefused().size(), 2u);
+    EXPECT_EQ(instructor.processLines("difficulty exam\n"), "");
+    EXPECT_EQ(instructor.popDifficulty(), training::Difficulty::exam);
+    EXPECT_FALSE(instructor.popDifficulty());
+    ASSERT_EQ(instructor.popNotes().size(), 1u);
+    EXPECT_EQ(instructor.processLines("difficulty\ndifficulty hard\n"), "");
+    EXPECT_FALSE(instructor.popDifficulty());
+    EXPECT_EQ(instructor.popRejected().size(), 2u);
 }
 
-TEST(Instructor, SaysWhatTheNextAttemptBeginsWith) {
+TEST(Instructor, CollectsSettingsOfTheNextAttempt) {
     Instructor instructor;
-    EXPECT_EQ(
-        instructor.take("new patient /patients/a b\nnew scenario procedure\nnew difficulty guided\nnext\n"),
-        "next\n")
+    EXPECT_EQ(instructor.processLines(
+                  "new patient /patients/a b\nnew scenario procedure\nnew difficulty guided\nnext\n"),
+              "next\n")
         << "next is the trainee's: the next tool";
     EXPECT_FALSE(instructor.next());
-    instructor.take("new attempt\n");
+    instructor.processLines("new attempt\n");
     ASSERT_TRUE(instructor.next());
     EXPECT_EQ(instructor.next()->patient, "/patients/a b");
     EXPECT_EQ(instructor.next()->scenario, "procedure");
@@ -80,26 +80,27 @@ TEST(Instructor, SaysWhatTheNextAttemptBeginsWith) {
     EXPECT_FALSE(instructor.next()->from_bookmark);
 }
 
-TEST(Instructor, ASeedIsAnotherPatientAndNonsenseIsRefused) {
+TEST(Instructor, SeedReplacesThePatientAndInvalidInputIsRefused) {
     Instructor instructor;
-    instructor.take("new patient /a\nnew seed 7\nnew\nnew seed x\nnew seed\nnew difficulty\nnew tool\n");
-    EXPECT_EQ(instructor.takeRefused().size(), 5u);
-    instructor.take("new attempt\n");
+    instructor.processLines(
+        "new patient /a\nnew seed 7\nnew\nnew seed x\nnew seed\nnew difficulty\nnew tool\n");
+    EXPECT_EQ(instructor.popRejected().size(), 5u);
+    instructor.processLines("new attempt\n");
     EXPECT_EQ(instructor.next()->seed, 7u);
     EXPECT_FALSE(instructor.next()->patient);
     Instructor again;
-    again.take("retry\n");
+    again.processLines("retry\n");
     ASSERT_TRUE(again.next());
     EXPECT_TRUE(again.next()->from_bookmark);
 }
 
-TEST(Instructor, KeepsNoEndlessLine) {
+TEST(Instructor, LongIncompleteLineIsReturned) {
     Instructor instructor;
     const std::string much(4000, 'x');
-    EXPECT_EQ(instructor.take(much), much);
+    EXPECT_EQ(instructor.processLines(much), much);
 }
 
-TEST(Instructor, EveryInjectedKindHasItsName) {
+TEST(Instructor, EveryInjectedEventHasAName) {
     for (const CommandKind kind :
          {CommandKind::cough, CommandKind::sigh, CommandKind::move, CommandKind::fault, CommandKind::bleed,
           CommandKind::lights, CommandKind::breathing})

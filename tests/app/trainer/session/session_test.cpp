@@ -30,56 +30,57 @@ EventRecord eventInto(Tissue tissue, NeedleEventKind kind, std::uint64_t tick) {
     return record;
 }
 
-class Watched : public testing::Test {
+class SessionLogTest : public testing::Test {
   protected:
     patient::Package package_ = test::ductPhantom();
     patient::Patient patient_{package_};
     Session session_{patient_, test::ductPath(), {"approach", "duct"}, 0.005, nullptr};
 };
 
-TEST_F(Watched, ApproachIsTheFirstTickWithinItsDistanceOfTheSkin) {
-    session_.take(recordAt(1, -0.0060));
-    EXPECT_TRUE(session_.newMoments().empty());
-    session_.take(recordAt(2, -0.0049));
-    session_.take(recordAt(3, -0.0040));
-    const std::vector<Moment> moments = session_.newMoments();
+TEST_F(SessionLogTest, ApproachIsTheFirstTickWithinItsDistanceOfTheSkin) {
+    session_.update(recordAt(1, -0.0060));
+    EXPECT_TRUE(session_.newCaptures().empty());
+    session_.update(recordAt(2, -0.0049));
+    session_.update(recordAt(3, -0.0040));
+    const std::vector<Capture> moments = session_.newCaptures();
     ASSERT_EQ(moments.size(), 1u);
     EXPECT_EQ(moments[0].name, "approach");
     EXPECT_EQ(moments[0].seen.tick.tick, 2u);
-    EXPECT_TRUE(session_.newMoments().empty());
+    EXPECT_TRUE(session_.newCaptures().empty());
 }
 
-TEST_F(Watched, AnEventFindsItsOwnTickWhicheverComesFirst) {
-    session_.take(recordAt(1, -0.0060));
-    session_.take(eventInto(Tissue::duct, NeedleEventKind::puncture, 2));
-    EXPECT_TRUE(session_.newMoments().empty()) << "its tick has not come yet";
-    session_.take(recordAt(2, 0.0520));
-    session_.take(recordAt(3, 0.0530));
-    for (const Moment& m : session_.newMoments())
+TEST_F(SessionLogTest, EventIsMatchedToItsTickInAnyOrder) {
+    session_.update(recordAt(1, -0.0060));
+    session_.update(eventInto(Tissue::duct, NeedleEventKind::puncture, 2));
+    EXPECT_TRUE(session_.newCaptures().empty()) << "its tick has not come yet";
+    session_.update(recordAt(2, 0.0520));
+    session_.update(recordAt(3, 0.0530));
+    for (const Capture& m : session_.newCaptures())
         EXPECT_EQ(m.seen.tick.tick, 2u) << m.name;
     ASSERT_EQ(session_.log().moments.size(), 2u);
     EXPECT_TRUE(session_.log().target_hit());
 }
 
 // HZ-TEACH-17
-TEST_F(Watched, TheTargetNeedsACutAndItsLabelAtTheTip) {
-    session_.take(recordAt(1, 0.0300));
-    session_.take(eventInto(Tissue::duct, NeedleEventKind::puncture, 1));  // event: duct, tip: in the liver
+TEST_F(SessionLogTest, TargetHitNeedsACutAndTheTargetLabelAtTheTip) {
+    session_.update(recordAt(1, 0.0300));
+    // The event is in the duct, but the tip is in the liver.
+    session_.update(eventInto(Tissue::duct, NeedleEventKind::puncture, 1));
     EXPECT_FALSE(session_.log().target_hit());
-    session_.take(recordAt(2, 0.0520));
-    session_.take(eventInto(Tissue::duct, NeedleEventKind::sideways, 2));
-    session_.take(eventInto(Tissue::duct, NeedleEventKind::border, 2));
-    session_.take(eventInto(Tissue::liver, NeedleEventKind::puncture, 2));
+    session_.update(recordAt(2, 0.0520));
+    session_.update(eventInto(Tissue::duct, NeedleEventKind::sideways, 2));
+    session_.update(eventInto(Tissue::duct, NeedleEventKind::border, 2));
+    session_.update(eventInto(Tissue::liver, NeedleEventKind::puncture, 2));
     EXPECT_FALSE(session_.log().target_hit());
-    session_.take(eventInto(Tissue::duct, NeedleEventKind::puncture, 2));
+    session_.update(eventInto(Tissue::duct, NeedleEventKind::puncture, 2));
     EXPECT_TRUE(session_.log().target_hit());
     EXPECT_EQ(session_.log().punctures.size(), 3u) << "cuts and entries only";
 }
 
-TEST_F(Watched, KeepsThePeakOfEitherSignAndTheCurveInsideTheBody) {
-    session_.take(recordAt(1, -0.010, 0.0));
-    session_.take(recordAt(2, 0.010, 1.5));
-    session_.take(recordAt(3, 0.012, -2.5));
+TEST_F(SessionLogTest, RecordsThePeakOfEitherSignAndTheCurveInsideTheBody) {
+    session_.update(recordAt(1, -0.010, 0.0));
+    session_.update(recordAt(2, 0.010, 1.5));
+    session_.update(recordAt(3, 0.012, -2.5));
     EXPECT_DOUBLE_EQ(session_.log().peak_force_n, 2.5);
     ASSERT_EQ(session_.log().curve.size(), 2u);
     EXPECT_EQ(session_.log().curve[0].tick, 2u);

@@ -13,7 +13,7 @@ using haptics::TickOutput;
 
 class WoundsTest : public testing::Test {
   protected:
-    // Steps `times` ticks with the needle at this point of the tissue.
+    // Runs `times` ticks with the needle at this point of the tissue.
     void tick(Phase phase, const Vec3& tip = {}, int times = 1,
               patient::Tissue tissue = patient::Tissue::soft) {
         for (int i = 0; i < times; ++i) {
@@ -22,14 +22,15 @@ class WoundsTest : public testing::Test {
             now.phase = phase;
             now.tissue = tissue;
             now.tip_reference_m = tip;
-            log_.take(now);
+            now.needle_radius_m = needle_radius_m_;
+            log_.update(now);
         }
     }
     void cut(patient::Tissue into) {
         haptics::NeedleEvent event;
         event.kind = NeedleEventKind::puncture;
         event.border.to = into;
-        log_.take(event);
+        log_.update(event);
     }
     std::vector<Wound> of(WoundKind kind) const {
         std::vector<Wound> found = log_.wounds();
@@ -38,37 +39,49 @@ class WoundsTest : public testing::Test {
     }
 
     WoundLog log_{0.001};
+    double needle_radius_m_ = 0.00075;
     std::uint64_t tick_ = 0;
 };
 
-TEST_F(WoundsTest, AreWhereTheNeedleWentInAndOncePerHole) {
+TEST_F(WoundsTest, OneHolePerEntryPoint) {
     tick(Phase::outside);
     EXPECT_FALSE(log_.bleed()) << "of what?";
     EXPECT_TRUE(log_.wounds().empty());
-    tick(Phase::held, Vec3(0.1, 0, 0));
+    tick(Phase::tenting, Vec3(0.1, 0, 0));
     tick(Phase::pass, Vec3(0.05, 0, 0), 50);
     tick(Phase::outside);
-    tick(Phase::held, Vec3(0.1005, 0, 0));  // the same hole again
+    tick(Phase::tenting, Vec3(0.1005, 0, 0));  // the same hole again
     tick(Phase::outside);
     ASSERT_EQ(of(WoundKind::puncture).size(), 1u);
     EXPECT_EQ(of(WoundKind::puncture)[0].reference_m, Vec3(0.1, 0, 0));
-    tick(Phase::held, Vec3(0.12, 0, 0));
+    tick(Phase::tenting, Vec3(0.12, 0, 0));
     EXPECT_EQ(of(WoundKind::puncture).size(), 2u);
     EXPECT_TRUE(of(WoundKind::blood).empty());
 }
 
-TEST_F(WoundsTest, SkinThatIsOnlyPressedStaysWhole) {
-    tick(Phase::held, Vec3(0.1, 0, 0), 100, patient::Tissue::air);
+TEST_F(WoundsTest, AThinNeedleLeavesASmallHole) {
+    tick(Phase::pass, Vec3(0.1, 0, 0));
+    tick(Phase::outside);
+    needle_radius_m_ = 0.00036;
+    tick(Phase::pass, Vec3(0.12, 0, 0));
+    const std::vector<Wound> holes = of(WoundKind::puncture);
+    ASSERT_EQ(holes.size(), 2u);
+    EXPECT_DOUBLE_EQ(holes[0].size_m, 0.00085);
+    EXPECT_DOUBLE_EQ(holes[1].size_m, 0.00046);
+}
+
+TEST_F(WoundsTest, PressedSkinHasNoHole) {
+    tick(Phase::tenting, Vec3(0.1, 0, 0), 100, patient::Tissue::air);
     tick(Phase::outside);
     EXPECT_TRUE(log_.wounds().empty());
-    tick(Phase::held, Vec3(0.1, 0, 0), 10, patient::Tissue::air);
-    tick(Phase::held, Vec3(0.1, 0, 0), 10, patient::Tissue::skin);  // tenting at the next border
+    tick(Phase::tenting, Vec3(0.1, 0, 0), 10, patient::Tissue::air);
+    tick(Phase::tenting, Vec3(0.1, 0, 0), 10, patient::Tissue::skin);  // tenting at the next border
     EXPECT_EQ(of(WoundKind::puncture).size(), 1u);
     EXPECT_TRUE(log_.bleed());
     EXPECT_EQ(of(WoundKind::blood).size(), 1u);
 }
 
-TEST_F(WoundsTest, TheOldestOfManyHolesGivesWay) {
+TEST_F(WoundsTest, OldestHoleIsDroppedFirst) {
     for (int i = 0; i < 9; ++i) {
         tick(Phase::pass, Vec3(0.01 * i, 0, 0));
         tick(Phase::outside);
@@ -81,10 +94,10 @@ TEST_F(WoundsTest, TheOldestOfManyHolesGivesWay) {
     EXPECT_EQ(of(WoundKind::blood).at(0).reference_m, Vec3(0.05, 0, 0));
 }
 
-TEST_F(WoundsTest, AVesselBleedsFromTheHoleInUseEverMoreSlowly) {
-    tick(Phase::held, Vec3(0.1, 0, 0));
+TEST_F(WoundsTest, VesselCutBleedsFromTheNewestHoleWithDecreasingRate) {
+    tick(Phase::tenting, Vec3(0.1, 0, 0));
     tick(Phase::outside);
-    tick(Phase::held, Vec3(0.12, 0, 0));
+    tick(Phase::tenting, Vec3(0.12, 0, 0));
     cut(patient::Tissue::liver);
     EXPECT_TRUE(of(WoundKind::blood).empty());
     cut(patient::Tissue::vessel);
@@ -99,7 +112,7 @@ TEST_F(WoundsTest, AVesselBleedsFromTheHoleInUseEverMoreSlowly) {
     EXPECT_GT(second, begin);
     EXPECT_GT(third, second);
     EXPECT_LT(third - second, second - begin);
-    cut(patient::Tissue::vessel);  // it already bleeds
+    cut(patient::Tissue::vessel);  // the hole already bleeds
     EXPECT_GE(radiusAfter(1), third);
     EXPECT_LE(radiusAfter(200000), 0.0201);
 }
@@ -111,7 +124,7 @@ TEST_F(WoundsTest, AnIncisionGrowsUntilTheNextBegins) {
         now.tick = tick_++;
         now.incision_count = count;
         now.newest_incision = {Vec3(0.0, 0.1 * count, 0.0), Vec3(x, 0.1 * count, 0.0)};
-        log_.take(now);
+        log_.update(now);
     };
     cutTo(1, 0.0);
     EXPECT_TRUE(of(WoundKind::incision).empty()) << "a point is not a cut yet";

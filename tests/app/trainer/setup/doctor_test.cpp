@@ -1,4 +1,5 @@
 // Runs `stylet doctor` as a user does: with the mock runtime and with faulty runtimes.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <unistd.h>
@@ -11,6 +12,7 @@ namespace stylet::trainer {
 namespace {
 
 using nlohmann::json;
+using testing::HasSubstr;
 
 class Doctor : public testing::Test {
   protected:
@@ -52,7 +54,7 @@ class Doctor : public testing::Test {
         }
         EXPECT_EQ(status_, problem ? 1 : 0);
     }
-    // The first finding about `what`.
+    // Returns the first finding about `what`.
     json about(const std::string& what) const {
         for (const json& finding : findings_)
             if (finding.at("what") == what) return finding;
@@ -61,22 +63,22 @@ class Doctor : public testing::Test {
     void expectAbout(const std::string& what, const std::string& state, const std::string& found) const {
         const json finding = about(what);
         EXPECT_EQ(finding.at("state"), state) << what << ": " << finding;
-        EXPECT_NE(finding.at("found").get<std::string>().find(found), std::string::npos) << finding;
+        EXPECT_THAT(finding.at("found").get<std::string>(), HasSubstr(found)) << finding;
     }
 
     test::Command command_;
-    std::string patience_ = "--patience 60 ";  // long, for a busy machine
+    std::string patience_ = "--patience 60 ";  // long, because the machine may be busy
     int status_ = -1;
     std::string err_;
     json findings_;
 };
 
-TEST_F(Doctor, WithoutARuntimeSaysWhereItLooked) {
+TEST_F(Doctor, MissingRuntimeListsTheSearchedPlaces) {
     examine();
     EXPECT_EQ(status_, 1);
     expectAbout("runtime", "problem", (command_ / "config").string() + "/openxr/1/active_runtime.json");
     expectAbout("runtime", "problem", (command_ / "etc").string());
-    EXPECT_NE(about("runtime").at("todo").get<std::string>().find("XR_RUNTIME_JSON"), std::string::npos);
+    EXPECT_THAT(about("runtime").at("todo").get<std::string>(), HasSubstr("XR_RUNTIME_JSON"));
     for (const char* what : {"udev rules", "real-time priority", "locked memory", "assets", "cache", "data",
                              "registration", "window"})
         EXPECT_NE(about(what).at("state"), "absent") << what;
@@ -119,7 +121,7 @@ TEST_F(Doctor, AWholeRuntimeIsDescribed) {
 }
 
 TEST_F(Doctor, WithoutControllersOrFocusItWarns) {
-    patience_ = "--patience 12 ";  // much of it is spent waiting for the focus
+    patience_ = "--patience 12 ";  // much of this time is spent waiting for the focus
     useMock({{"version", 2},
              {"controllers", json::object()},
              {"session", {{{"t_s", 0}, {"state", "visible"}}}},
@@ -145,7 +147,7 @@ TEST_F(Doctor, ARuntimeThatRefusesASessionIsAProblem) {
     expectAbout("headset refuses", "problem", "xrCreateSession");
 }
 
-TEST_F(Doctor, ARuntimeThatHangsIsLeftBehind) {
+TEST_F(Doctor, HangingRuntimeTimesOut) {
     useBadRuntime("hang");
     patience_.clear();
     const auto began = std::chrono::steady_clock::now();
@@ -158,7 +160,7 @@ TEST_F(Doctor, ARuntimeThatHangsIsLeftBehind) {
     EXPECT_NE(about("cache").at("state"), "absent");  // the other checks still run
 }
 
-TEST_F(Doctor, ARuntimeThatCrashesIsAProblemAndNoCrash) {
+TEST_F(Doctor, RuntimeCrashIsReported) {
     useBadRuntime("crash");
     examine();
     EXPECT_EQ(status_, 1);
@@ -200,19 +202,16 @@ TEST_F(Doctor, RefusedRealTimeIsAWarningWithTheLineThatAllowsIt) {
     expectAbout("real-time priority", "warning", "refused");
     expectAbout("locked memory", "warning", "refused");
     const bool installed = std::filesystem::exists("/etc/security/limits.d/stylet.conf");
-    EXPECT_NE(about("locked memory")
-                  .at("todo")
-                  .get<std::string>()
-                  .find(installed ? "sudo adduser" : "memlock unlimited"),
-              std::string::npos);
+    EXPECT_THAT(about("locked memory").at("todo").get<std::string>(),
+                HasSubstr(installed ? "sudo adduser" : "memlock unlimited"));
 }
 
 TEST(DoctorForPeople, IsReadableAndSaysWhatToDo) {
     test::Command command;
     command.set("XDG_CONFIG_HOME", (command / "config").string());
     const test::Outcome outcome = command.runBare("doctor");
-    EXPECT_NE(outcome.out.find("problem  runtime"), std::string::npos) << outcome.out;
-    EXPECT_NE(outcome.out.find("-> "), std::string::npos);
+    EXPECT_THAT(outcome.out, HasSubstr("problem  runtime"));
+    EXPECT_THAT(outcome.out, HasSubstr("-> "));
     EXPECT_EQ(outcome.status, 1);
 }
 

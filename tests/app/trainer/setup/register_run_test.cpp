@@ -1,6 +1,6 @@
-// Runs `stylet register` as a user does: with an emulated device behind its socket and the mock runtime's
+// Runs `stylet register` as a user does, with an emulated device behind its socket and the mock runtime's
 // controller, whose tip is on the device's tip. Compares the stored registration with the true pose of the
-// device. Also does the same in virtual time.
+// device. Repeats this in virtual time.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -18,6 +18,8 @@
 #include "tests/support/bridge_emulator.h"
 #include "tests/support/decimal_comma.h"
 #include "tests/support/mock_control.h"
+#include "tests/support/nap.h"
+#include "tests/support/program_output.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::trainer {
@@ -31,7 +33,7 @@ using testing::HasSubstr;
 
 constexpr std::chrono::milliseconds kRegisterPatience = std::chrono::seconds(60);
 
-// Pose of the emulated device, and the grip of the controller on it.
+// Pose of the emulated device, and the tip's position in the grip frame of the controller on it.
 struct DevicePlace {
     Pose stage_from_device{glm::angleAxis(0.6, glm::normalize(Vec3(0.2, 1.0, 0.1))), {0.15, 0.95, -0.45}};
     Vec3 grip_from_tip_m{0.005, -0.03, -0.11};
@@ -56,69 +58,50 @@ Quat swung(double t_s, double size) {
            glm::angleAxis(size * std::sin(3.3 * t_s), Vec3(0, 0, 1));
 }
 
-// Moves both hands and reads the program's output.
+// A user who moves both devices and reads the program's output.
 class RegisterUser {
   public:
-    RegisterUser(const std::string& control, std::filesystem::path said, test::BridgeServer& device,
+    RegisterUser(const std::string& control, const std::filesystem::path& said, test::BridgeServer& device,
                  const DevicePlace& place_in)
-        : place(place_in), mock_(control), said_(std::move(said)), device_(device) {
+        : place(place_in), output(said), mock_(control), device_(device) {
         rest(kStart_m);
     }
 
-    // Waits until the program prints `words`. Searches after the previous match only. Returns false on a
-    // timeout.
-    bool hear(const std::string& words, std::chrono::milliseconds patience = kRegisterPatience) {
-        const auto deadline = std::chrono::steady_clock::now() + patience;
-        while (std::chrono::steady_clock::now() < deadline) {
-            const std::string all = test::textOf(said_);
-            const std::size_t found = all.find(words, heard_);
-            if (found != std::string::npos) {
-                heard_ = found + words.size();
-                return true;
-            }
-            nap(20);
-        }
-        return false;
-    }
-    void mustHear(const std::string& words) {
-        if (!hear(words)) throw std::runtime_error("never said: " + words + "\n" + test::textOf(said_));
-    }
-    // Holds the button until the program prints `until`. Retries, because the press may come too early.
+    // Holds the button until the program prints `until`. Tries again, because the first press may come too
+    // early.
     void press(const std::string& until, const std::string& button = "select/click") {
         for (int tries = 0; tries < 3; ++tries) {
             value(button, true);
-            const bool heard = hear(until, std::chrono::seconds(20));
+            const bool heard = output.waitFor(until, std::chrono::seconds(20));
             value(button, false);
-            nap(250);
+            test::sleepMs(250);
             if (heard) return;
         }
-        mustHear(until);
+        output.require(until);
     }
     void rest(const Vec3& tip_m, const Quat& turn = {1, 0, 0, 0}, const Quat& stylus = {1, 0, 0, 0}) {
         device_.follow([=](std::int64_t) { return stylusAt(tip_m, stylus); });
         apply({{"poses", json::array({jsonOf(place.gripOf(tip_m, turn))})}});
-        nap(150);
+        test::sleepMs(150);
     }
-    void apply(const json& right) { mock_.ask({{"apply", {{"controllers", {{"right", right}}}}}}); }
+    void apply(const json& right) { mock_.sendRequest({{"apply", {{"controllers", {{"right", right}}}}}}); }
     MockControl& mock() { return mock_; }
-    static void nap(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
 
     static constexpr Vec3 kStart_m{0.0, 0.0, 0.1};  // centre of the emulated workspace
     DevicePlace place;
+    test::ProgramOutput output;
 
   private:
     void value(const std::string& button, bool down) { apply({{"values", json::array({{{button, down}}})}}); }
 
     MockControl mock_;
-    std::filesystem::path said_;
     test::BridgeServer& device_;
-    std::size_t heard_ = 0;
 };
 
-// Compares the stored registration with the truth at points of the whole cube.
+// Compares the stored registration with the truth, at points of the whole cube.
 void expectRight(const Registration& kept, const DevicePlace& place) {
     double squares = 0.0, worst_m = 0.0;
-    for (const Vec3& p : xr::registration::spreadPlaces({RegisterUser::kStart_m, 0.04}, 34)) {
+    for (const Vec3& p : xr::registration::chooseTouchPlaces({RegisterUser::kStart_m, 0.04}, 34)) {
         const double off_m = glm::distance(kept.inStage({{}, p}), place.stage_from_device * p);
         squares += off_m * off_m / 34.0;
         worst_m = std::max(worst_m, off_m);
@@ -144,7 +127,7 @@ class RegisterRunRealTime : public testing::Test {
     }
     std::string control() const { return (command_ / "control").string(); }
 
-    // Runs the program. `acts` controls the user.
+    // Runs the program while `acts` controls the user.
     template <typename Acts>
     Outcome run(const std::string& arguments, const DevicePlace& place, const Acts& acts) {
         const std::string socket = (command_ / "bridge.sock").string();
@@ -167,7 +150,7 @@ class RegisterRunRealTime : public testing::Test {
         hands.join();
         return outcome;
     }
-    void giveUp(int signal = SIGINT) { kill(std::atoi(test::textOf(command_ / "number").c_str()), signal); }
+    void giveUp(int signal = SIGINT) { test::signalProgram(command_ / "number", signal); }
 
     static void touch(RegisterUser& user, const std::vector<Vec3>& places) {
         for (std::size_t i = 0; i < places.size(); ++i) {
@@ -181,10 +164,10 @@ class RegisterRunRealTime : public testing::Test {
     Command command_;
 };
 
-// Needs real time: only there do the program, the runtime and the device's service run at the same time.
-TEST_F(RegisterRunRealTime, PointsAreTouchedAndTheDeviceIsWhereItStands) {
+// Needs real time: only then do the program, the runtime and the device's service run at the same time.
+TEST_F(RegisterRunRealTime, TouchedPointsGiveTheDevicePose) {
 #ifdef STYLET_ROUGH
-    // Uses a locale with a decimal comma: it must not affect the stored numbers.
+    // Use a locale with a decimal comma. It must not affect the stored numbers.
     const auto country = test::decimalComma(command_ / "locales", STYLET_ROUGH);
     ASSERT_FALSE(country.empty()) << "localedef knows no de_DE: the package locales is missing";
     for (const auto& [name, value] : country)
@@ -195,9 +178,9 @@ TEST_F(RegisterRunRealTime, PointsAreTouchedAndTheDeviceIsWhereItStands) {
     const std::string known_tip = "--points 4 --tip-mm " + std::to_string(tip_mm.x) + " " +
                                   std::to_string(tip_mm.y) + " " + std::to_string(tip_mm.z);
     const Outcome outcome = run(known_tip, place, [&](RegisterUser& user) {
-        user.mustHear("to begin");
+        user.output.require("to begin");
         user.press("Point 1 of 4");
-        touch(user, xr::registration::spreadPlaces({RegisterUser::kStart_m, 0.04}, 4));
+        touch(user, xr::registration::chooseTouchPlaces({RegisterUser::kStart_m, 0.04}, 4));
         user.press("Done");
     });
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -210,7 +193,7 @@ TEST_F(RegisterRunRealTime, PointsAreTouchedAndTheDeviceIsWhereItStands) {
     EXPECT_NEAR(kept.scale, 1.0, 0.002);
 }
 
-// Virtual time that advances only when the test says so. One other thread sleeps on it.
+// Virtual time that advances only when the test advances it. One other thread sleeps on it.
 class SteppedTime {
   public:
     haptics::Clock clock() {
@@ -221,7 +204,7 @@ class SteppedTime {
         const std::lock_guard lock(mutex_);
         return now_ns_;
     }
-    // Advances the time step by step, from each wake-up of the other thread to the next.
+    // Advances the time in steps, from each wake-up of the other thread to the next.
     void pass(std::int64_t duration_ns) {
         std::unique_lock lock(mutex_);
         const std::int64_t end_ns = now_ns_ + duration_ns;
@@ -232,7 +215,7 @@ class SteppedTime {
         }
         waitForSleeper(lock);
     }
-    // From now on the other thread's sleeps return at once, so that it can end.
+    // After this call the other thread's sleeps return immediately, so that it can end.
     void release() {
         const std::lock_guard lock(mutex_);
         released_ = true;
@@ -259,7 +242,7 @@ class SteppedTime {
     bool released_ = false;
 };
 
-// Motion of the user's hands from `begin_s` on, as functions of the time since then.
+// Motion of the user's hands from `begin_s` on, as functions of the time since `begin_s`.
 struct RegisterAct {
     double begin_s = 0.0;
     bool press = false;  // presses the trigger at the start
@@ -274,7 +257,7 @@ class RegisterVirtual : public testing::Test {
         bool stored = false;
         std::string out, err;
     };
-    // The device's poses lag behind the controller's by this time.
+    // The device's poses are delayed by this time relative to the controller's.
     static constexpr double kDeviceLag_s = 0.015;
 
     class Device : public haptics::HapticDevice {
@@ -315,7 +298,7 @@ class RegisterVirtual : public testing::Test {
         act(0.5, false, RegisterUser::kStart_m);
         act(0.5, true, RegisterUser::kStart_m);
     }
-    // The tip rests while the controller turns about it.
+    // The tip rests while the controller turns about it, so that the program can find the tip.
     void findTip() {
         act(
             8.0, true, [](double) { return RegisterUser::kStart_m; },
@@ -341,17 +324,17 @@ class RegisterVirtual : public testing::Test {
             [](double t_s) { return swung(t_s, 0.5); },
             [](double t_s) { return glm::angleAxis(0.4 * std::sin(0.9 * t_s), Vec3(0, 1, 0)); });
     }
-    // The program waits for 1.5 s after the last press.
+    // Presses the trigger. The program waits for 1.5 s after the last press.
     void press() { act(3.0, true, RegisterUser::kStart_m); }
 
-    // Plays all acts, then the runtime ends the session. The last act is not recorded.
+    // Plays all acts, after which the runtime ends the session. The last act is not recorded.
     Played play(const DevicePlace& place) {
         SteppedTime time;
         begun_s_ = 1e-9 * double(time.now());
         Device device(*this);
         RegisterView view;
-        view.frame = [&](const RegisterShown& shown) {
-            RegisterAnswer answer;
+        view.frame = [&](const RegisterFrame& shown) {
+            RegisterInput answer;
             answer.seen = true;
             if (shown.rgba == nullptr) return answer;
             time.pass(11'000'000);
@@ -377,7 +360,7 @@ class RegisterVirtual : public testing::Test {
         played.err = testing::internal::GetCapturedStderr();
         return played;
     }
-    // The act at that time, and the time since it began.
+    // Returns the act at that time, and the time since it began.
     std::pair<const RegisterAct&, double> actAt(double now_s) const {
         const double t_s = now_s - begun_s_;
         const RegisterAct* found = &acts_.front();
@@ -392,11 +375,11 @@ class RegisterVirtual : public testing::Test {
     double begun_s_ = 0.0, end_s_ = 0.0;
 };
 
-TEST_F(RegisterVirtual, PointsAreTouchedAndTheDeviceIsWhereItStands) {
+TEST_F(RegisterVirtual, TouchedPointsGiveTheDevicePose) {
     const DevicePlace place;
     begin();
     findTip();
-    touch(xr::registration::spreadPlaces({RegisterUser::kStart_m, 0.04}, 8));
+    touch(xr::registration::chooseTouchPlaces({RegisterUser::kStart_m, 0.04}, 8));
     press();
     const Played first = play(place);
     ASSERT_TRUE(first.stored) << first.err;
@@ -411,7 +394,7 @@ TEST_F(RegisterVirtual, PointsAreTouchedAndTheDeviceIsWhereItStands) {
     EXPECT_EQ(kept.key.space, "stage");
     EXPECT_NEAR(kept.scale, 1.0, 0.002);
 
-    // The next day: one touch confirms the registration. Then somebody pushes the table.
+    // On the next day, one touch confirms the registration. Then somebody pushes the table.
     begin();
     touch({RegisterUser::kStart_m + Vec3(0.02, 0.01, -0.01)});
     press();
@@ -428,10 +411,10 @@ TEST_F(RegisterVirtual, PointsAreTouchedAndTheDeviceIsWhereItStands) {
     EXPECT_FALSE(moved.stored);
     EXPECT_THAT(moved.err, HasSubstr("It has moved: The device has moved by about 3"));
     EXPECT_THAT(moved.err, HasSubstr("register again"));
-    EXPECT_EQ(loadRegistration(options_.out).date, kept.date) << "given up, nothing is changed";
+    EXPECT_EQ(loadRegistration(options_.out).date, kept.date) << "a cancelled registration changes nothing";
 }
 
-TEST_F(RegisterVirtual, InMotionTheClocksAreCompared) {
+TEST_F(RegisterVirtual, MotionModeMeasuresTheClockOffset) {
     options_.in_motion = true;
     const DevicePlace place;
     begin();
@@ -448,23 +431,23 @@ TEST_F(RegisterVirtual, InMotionTheClocksAreCompared) {
     EXPECT_NEAR(std::fabs(kept.latency_s), kDeviceLag_s, 0.003);
 }
 
-TEST_F(RegisterRunRealTime, WhatIsMissingIsSaid) {
-    EXPECT_EQ(command_.run("register").status, 106) << "--device is required";
+TEST_F(RegisterRunRealTime, MissingPartsAreReported) {
+    EXPECT_EQ(command_.run("register").status, 100) << "--device is required";
     EXPECT_THAT(command_.run("register --device joystick").err, HasSubstr("not among"));
     EXPECT_THAT(command_.run("register --device replay").err, HasSubstr("--trace"));
     std::ofstream(command_ / "hand.csv") << "t_ns,x_m,y_m,z_m,qw,qx,qy,qz,buttons\n0,0,0,0,1,0,0,0,0\n";
     const std::string replay = "register --device replay --trace '" + (command_ / "hand.csv").string() + "'";
     command_.set("XR_RUNTIME_JSON", (command_ / "nowhere.json").string());
     const Outcome alone = command_.run(replay);
-    EXPECT_EQ(alone.status, 2);
-    EXPECT_THAT(alone.err, HasSubstr("stylet: register: headset: "));
+    EXPECT_EQ(alone.status, 3);
+    EXPECT_THAT(alone.err, HasSubstr("stylet: registering a device needs a headset: "));
     EXPECT_FALSE(std::filesystem::exists(command_.out()));
 }
 
-TEST_F(RegisterRunRealTime, ATerminationInTheMiddleKeepsNothing) {
+TEST_F(RegisterRunRealTime, TerminationSavesNothing) {
     for (const bool further : {false, true}) {
         const Outcome outcome = run("", {}, [&](RegisterUser& user) {
-            user.mustHear("to begin");
+            user.output.require("to begin");
             if (further) user.press("Press the trigger, then turn");
             giveUp(SIGTERM);
         });
@@ -474,17 +457,18 @@ TEST_F(RegisterRunRealTime, ATerminationInTheMiddleKeepsNothing) {
 }
 
 // HZ-FORCE-13
-TEST_F(RegisterRunRealTime, AMovedRoomBeginsAnewAndALostHeadsetKeepsNothing) {
+TEST_F(RegisterRunRealTime, MovedSpaceRestartsAndLostHeadsetSavesNothing) {
     const Outcome outcome = run("", {}, [&](RegisterUser& user) {
-        user.mustHear("to begin");
+        user.output.require("to begin");
         user.press("Press the trigger, then turn");
-        user.mock().ask({{"apply", {{"events", json::array({{{"recenter", {{"space", "stage"}}}}})}}}});
-        user.mustHear("the runtime moved the room: starting from the beginning");
-        user.mustHear("to begin");
-        user.mock().ask(
+        user.mock().sendRequest(
+            {{"apply", {{"events", json::array({{{"recenter", {{"space", "stage"}}}}})}}}});
+        user.output.require("the runtime moved the room: starting from the beginning");
+        user.output.require("to begin");
+        user.mock().sendRequest(
             {{"apply", {{"events", json::array({{{"session_loss", {{"lost_after_s", 0.5}}}}})}}}});
     });
-    EXPECT_EQ(outcome.status, 2) << outcome.err;
+    EXPECT_EQ(outcome.status, 3) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("the headset was lost"));
     EXPECT_FALSE(std::filesystem::exists(command_ / "kept.json"));
 }

@@ -17,7 +17,7 @@ double largestStep(const std::vector<float>& clip) {
 
 TEST(Clips, ArePeakedAndFinite) {
     for (int i = 0; i < kSoundCount; ++i) {
-        const std::vector<float> clip = clipOf(Sound(i));
+        const std::vector<float> clip = makeClip(Sound(i));
         float most = 0.0f;
         for (const float s : clip) {
             ASSERT_TRUE(std::isfinite(s)) << "sound " << i;
@@ -29,21 +29,21 @@ TEST(Clips, ArePeakedAndFinite) {
 }
 
 TEST(Clips, AreTheSameEveryTime) {
-    EXPECT_EQ(clipOf(Sound::room), clipOf(Sound::room));
-    EXPECT_EQ(clipOf(Sound::cut), clipOf(Sound::cut));
+    EXPECT_EQ(makeClip(Sound::room), makeClip(Sound::room));
+    EXPECT_EQ(makeClip(Sound::cut), makeClip(Sound::cut));
 }
 
-// A step at the loop's seam larger than any step inside the clip is audible as a click.
+// A step at the loop's seam is audible as a click if it is larger than every step inside the clip.
 TEST(Clips, LoopsHaveNoSeam) {
     for (int i = 0; i < kLoopCount; ++i) {
-        const std::vector<float> clip = clipOf(Sound(i));
+        const std::vector<float> clip = makeClip(Sound(i));
         EXPECT_LE(std::fabs(double(clip.front()) - double(clip.back())), largestStep(clip)) << "sound " << i;
     }
 }
 
 TEST(Clips, OthersBeginAndEndAtRest) {
     for (int i = kLoopCount; i < kSoundCount; ++i) {
-        const std::vector<float> clip = clipOf(Sound(i));
+        const std::vector<float> clip = makeClip(Sound(i));
         EXPECT_LT(std::fabs(clip.front()), 0.02f) << "sound " << i;
         EXPECT_LT(std::fabs(clip.back()), 0.02f) << "sound " << i;
     }

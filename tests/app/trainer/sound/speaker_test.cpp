@@ -1,4 +1,4 @@
-// Tests the audible result: the samples that OpenAL renders into its loopback device.
+// Tests the audible output: the samples that OpenAL renders into its loopback device.
 #include "app/trainer/sound/speaker.h"
 
 #include <gtest/gtest.h>
@@ -55,14 +55,14 @@ class Loopback : public testing::Test {
     }
     void begin(Sound sound, float gain, const Vec3& at) {
         heard_[sound] = {gain, 1.0f, at};
-        heard_.begun |= bitOf(sound);
+        heard_.begun |= soundBit(sound);
     }
 
     Speaker speaker_ = Speaker::loopback();
-    Heard heard_;  // listener at the origin, looking along -z
+    SoundFrame heard_;  // listener at the origin, looking along -z
 };
 
-TEST_F(Loopback, NothingIsHeardOfNothing) {
+TEST_F(Loopback, SilenceWithoutSounds) {
     const Stereo silence = render(0.2);
     EXPECT_EQ(rms(silence, 0) + rms(silence, 1), 0.0);
 }
@@ -92,12 +92,12 @@ TEST_F(Loopback, TheBuzzOnlyWhileItIsOn) {
     EXPECT_EQ(rms(render(0.2), 0), 0.0);
 }
 
-TEST_F(Loopback, EarsTellLeftFromRight) {
+TEST_F(Loopback, SourcesArePannedLeftAndRight) {
     begin(Sound::chime, 0.5f, {-1.5, 0.0, -0.5});
     const Stereo left = render(0.3);
     EXPECT_GT(rms(left, 0), 2.0 * rms(left, 1));
     render(2.0);
-    // The same place, heard after the listener has turned around.
+    // The same source position, heard after the listener has turned around.
     speaker_.listen({Quat(0.0, 0.0, 1.0, 0.0), {}});
     begin(Sound::chime, 0.5f, {-1.5, 0.0, 0.5});
     const Stereo turned = render(0.3);
@@ -112,16 +112,16 @@ TEST_F(Loopback, FartherIsQuieter) {
     EXPECT_NEAR(rms(render(0.3), 0) / near, 0.25, 0.05);
 }
 
-// Every sound at its largest gain, at the listener's position, for as long as the longest clip.
+// Plays every sound at its largest gain, at the listener's position, for as long as the longest clip.
 // HZ-USER-03
-TEST_F(Loopback, EverythingAtOnceClipsNothing) {
+TEST_F(Loopback, AllSoundsTogetherDoNotClip) {
     const Pose here{Quat(1.0, 0.0, 0.0, 0.0), {}};
-    Heard loudest;
+    SoundFrame loudest;
     float sum = 0.0f;
     for (int i = 0; i < kSoundCount; ++i) {
         loudest.voices[std::size_t(i)] = {loudestGain(Sound(i)), 1.0f, here.position_m};
         sum += loudestGain(Sound(i));
-        loudest.begun |= bitOf(Sound(i));
+        loudest.begun |= soundBit(Sound(i));
     }
     EXPECT_LE(sum, 1.0f);
     heard_ = loudest;
@@ -131,8 +131,8 @@ TEST_F(Loopback, EverythingAtOnceClipsNothing) {
     }
 }
 
-// A cue is audible in the block that is mixed next.
-TEST_F(Loopback, ACueIsInTheNextBlock) {
+// A cue is audible in the next block that is mixed.
+TEST_F(Loopback, CueStartsInTheNextBlock) {
     render(0.1);
     begin(Sound::click, 0.5f, {0.0, 0.0, -1.0});
     const Stereo block = render(kStep_s);
@@ -154,30 +154,30 @@ struct Lines {
     }
 };
 
-TEST(Sounds, WithoutADeviceOneLineAndSilence) {
+TEST(Sounds, MissingDeviceIsReportedOnce) {
     Lines lines;
     auto told = lines.first.get_future();
     {
         Sounds sounds({}, nullptr, []() -> Speaker { throw SoundError("no device"); }, lines.say());
         told.wait();
-        Heard heard;
-        heard.begun = bitOf(Sound::beep);
+        SoundFrame heard;
+        heard.begun = soundBit(Sound::beep);
         for (int i = 0; i < 100; ++i)
-            sounds.hear(heard);
+            sounds.submit(heard);
         EXPECT_EQ(sounds.totals().begun, 0u);
     }
     EXPECT_EQ(lines.said,
               std::vector<std::string>{"no sound: no device; the attempt continues without sound"});
 }
 
-TEST(Sounds, WhatBeginsIsPlayedOnce) {
+TEST(Sounds, StartedSoundIsPlayedOnce) {
     Sounds sounds({}, nullptr, Speaker::loopback, [](const std::string& text) { ADD_FAILURE() << text; });
-    Heard heard;
+    SoundFrame heard;
     for (std::uint64_t i = 1; i <= 5; ++i) {
-        heard.begun = bitOf(Sound::click);
-        sounds.hear(heard);
+        heard.begun = soundBit(Sound::click);
+        sounds.submit(heard);
         heard.begun = 0;
-        sounds.hear(heard);  // must not cancel the click
+        sounds.submit(heard);  // must not cancel the click
         while (sounds.totals().begun < i)
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
@@ -185,8 +185,8 @@ TEST(Sounds, WhatBeginsIsPlayedOnce) {
     EXPECT_FALSE(sounds.totals().device.empty());
 }
 
-// OpenAL Soft's driver that writes to a file, on a full disk: the device fails during playback, like one
-// that is unplugged.
+// Uses OpenAL Soft's driver that writes to a file, on a full disk. The device then fails during playback,
+// like a device that is unplugged.
 TEST(SoundsDeathTest, ADeviceThatIsLostEndsTheSoundOnly) {
     const std::filesystem::path conf = std::filesystem::path(testing::TempDir()) / "lost-device.conf";
     std::ofstream(conf) << "drivers = wave\n[wave]\nfile = /dev/full\n";
@@ -198,11 +198,11 @@ TEST(SoundsDeathTest, ADeviceThatIsLostEndsTheSoundOnly) {
             Lines lines;
             auto told = lines.first.get_future();
             Sounds sounds({}, nullptr, Speaker::device, lines.say());
-            Heard heard;
+            SoundFrame heard;
             heard[Sound::room].gain = 0.1f;
             while (told.wait_for(std::chrono::milliseconds(5)) != std::future_status::ready)
-                sounds.hear(heard);
-            sounds.hear(heard);
+                sounds.submit(heard);
+            sounds.submit(heard);
             const std::lock_guard lock(lines.mutex);
             std::fprintf(stderr, "%s\n", lines.said.at(0).c_str());
             std::_Exit(sounds.totals().device.empty() ? 0 : 1);

@@ -29,7 +29,7 @@ class Derived : public testing::Test {
     const std::vector<std::byte> bytes_{std::byte{1}, std::byte{2}, std::byte{3}};
 };
 
-TEST_F(Derived, ComesBackUnderItsKeyAlone) {
+TEST_F(Derived, IsLoadedOnlyWithItsKey) {
     EXPECT_FALSE(loadDerived(file_, 7));
     saveDerived(file_, 7, bytes_);
     EXPECT_EQ(loadDerived(file_, 7), bytes_);
@@ -58,7 +58,7 @@ TEST_F(Derived, NoByteOfADamagedFileIsUsed) {
     EXPECT_FALSE(loadDerived(file_, 7));
 }
 
-TEST_F(Derived, TheOldestGo) {
+TEST_F(Derived, OldestFilesAreEvicted) {
     const auto named = [&](std::size_t i) { return file_.parent_path() / std::to_string(i); };
     const auto now = fs::file_time_type::clock::now();
     const std::size_t most = DerivedLimits().files;
@@ -74,7 +74,7 @@ TEST_F(Derived, TheOldestGo) {
     EXPECT_TRUE(fs::exists(file_));
 }
 
-TEST_F(Derived, SoDoThoseBeyondTheBytes) {
+TEST_F(Derived, SizeLimitEvictsFiles) {
     const auto named = [&](std::size_t i) { return file_.parent_path() / std::to_string(i); };
     saveDerived(named(0), 0, bytes_);
     const std::uintmax_t one = fs::file_size(named(0));
@@ -91,8 +91,9 @@ TEST_F(Derived, SoDoThoseBeyondTheBytes) {
     EXPECT_FALSE(fs::exists(named(4)));
 }
 
-// A killed program leaves a partial file. Another program may be writing one now.
-TEST_F(Derived, AbandonedWritingIsSweptAtTheNextStart) {
+// A killed program leaves a partial file. A recent partial file may still be being written by another
+// program.
+TEST_F(Derived, UnfinishedFilesAreRemovedAtTheNextStart) {
     const auto left = [&](const std::string& name, int minutes) {
         const fs::path file = file_.parent_path() / name;
         std::ofstream(file) << "half";
@@ -108,13 +109,13 @@ TEST_F(Derived, AbandonedWritingIsSweptAtTheNextStart) {
     EXPECT_TRUE(fs::exists(other));
 }
 
-TEST_F(Derived, WhatCannotBeKeptIsNoError) {
+TEST_F(Derived, UnwritableCacheIsNoError) {
     std::ofstream(folder_ / "derived") << "a file in the folder's place";
     saveDerived(file_, 7, bytes_);
     EXPECT_FALSE(loadDerived(file_, 7));
 }
 
-TEST_F(Derived, AKeyTellsPartsAndOrder) {
+TEST_F(Derived, KeyDependsOnPartsAndOrder) {
     ASSERT_TRUE(derivedKey({1, 2})) << "the linker left no build id";
     EXPECT_EQ(derivedKey({1, 2}), derivedKey({1, 2}));
     EXPECT_NE(derivedKey({1, 2}), derivedKey({2, 1}));
@@ -130,7 +131,7 @@ TEST_F(Derived, ATouchMapIsTheSameEveryTime) {
         return map.grid == expected.grid && map.nodes == expected.nodes;
     };
     Made made;
-    const auto kept = [&] { return keptTouchMap(patient, digest, folder_ / "derived", &made); };
+    const auto kept = [&] { return loadOrMakeTouchMap(patient, digest, folder_ / "derived", &made); };
     EXPECT_TRUE(same(kept()));
     EXPECT_EQ(made.touch_maps, 1u);
     const auto only = [&] { return fs::directory_iterator(folder_ / "derived")->path(); };
@@ -145,20 +146,20 @@ TEST_F(Derived, ATouchMapIsTheSameEveryTime) {
     EXPECT_EQ(fs::file_size(only()), whole);
 }
 
-TEST(TouchMap, ComesBackFromItsBytesAlone) {
+TEST(TouchMap, SurvivesSerialisation) {
     haptics::TouchMap map;
     map.grid.dims = {2, 3, 4};
     map.grid.spacing_m = {0.001, 0.002, 0.003};
     map.nodes.assign(3 * 2 * 3 * 4, 0.5F);
     const std::vector<std::byte> bytes = bytesOf(map);
-    const auto again = touchMapIn(bytes);
+    const auto again = parseTouchMap(bytes);
     ASSERT_TRUE(again);
     EXPECT_EQ(again->nodes, map.nodes);
     EXPECT_TRUE(again->grid == map.grid);
     for (std::size_t left = 0; left < bytes.size(); ++left)
-        EXPECT_FALSE(touchMapIn(std::span(bytes).first(left))) << left;
+        EXPECT_FALSE(parseTouchMap(std::span(bytes).first(left))) << left;
     map.nodes[7] = std::numeric_limits<float>::quiet_NaN();
-    EXPECT_FALSE(touchMapIn(bytesOf(map)));
+    EXPECT_FALSE(parseTouchMap(bytesOf(map)));
 }
 
 }  // namespace

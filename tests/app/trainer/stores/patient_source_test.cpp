@@ -1,4 +1,4 @@
-// The patients in the user's cache. Several programs may read and rebuild them at the same time.
+// Patients in the user's cache. Several programs may read and rebuild them at the same time.
 #include "app/trainer/stores/patient_source.h"
 
 #include <gtest/gtest.h>
@@ -13,9 +13,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class KeptPackage : public testing::Test {
+class CachedPackageTest : public testing::Test {
   protected:
-    KeptPackage() { patient::savePackage(package_, kept_); }
+    CachedPackageTest() { patient::savePackage(package_, kept_); }
     void damage() const { fs::resize_file(kept_ / "ct.nii.gz", fs::file_size(kept_ / "ct.nii.gz") / 2); }
     std::size_t entries() const {
         return std::size_t(std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator()));
@@ -26,21 +26,21 @@ class KeptPackage : public testing::Test {
     const fs::path kept_ = folder_ / "kept";
 };
 
-TEST_F(KeptPackage, IsThereOrAbsentOrDamagedAndGone) {
-    const auto found = keptPackage(kept_);
+TEST_F(CachedPackageTest, DamagedPackageIsRemoved) {
+    const auto found = loadCachedPackage(kept_);
     ASSERT_TRUE(found);
     EXPECT_EQ(patient::digest(*found), digest_);
-    EXPECT_FALSE(keptPackage(folder_ / "none"));
+    EXPECT_FALSE(loadCachedPackage(folder_ / "none"));
     damage();
-    EXPECT_FALSE(keptPackage(kept_));
+    EXPECT_FALSE(loadCachedPackage(kept_));
     EXPECT_EQ(entries(), 0u);
 }
 
 // Another program has found the same damage and replaced the package before this one could remove it.
-TEST_F(KeptPackage, ASoundOneOfAnotherProgramStays) {
+TEST_F(CachedPackageTest, ValidPackageOfAnotherProgramStays) {
     damage();
     int loads = 0;
-    const auto found = keptPackage(kept_, [&](const fs::path& folder) {
+    const auto found = loadCachedPackage(kept_, [&](const fs::path& folder) {
         if (++loads > 1) return patient::loadPackage(folder);
         try {
             return patient::loadPackage(folder);
@@ -57,8 +57,8 @@ TEST_F(KeptPackage, ASoundOneOfAnotherProgramStays) {
 }
 
 // Another program has removed the damaged package and is rebuilding it.
-TEST_F(KeptPackage, OneThatIsGoneMeanwhileIsNone) {
-    EXPECT_FALSE(keptPackage(kept_, [&](const fs::path& folder) -> patient::Package {
+TEST_F(CachedPackageTest, ConcurrentRemovalIsReportedAsMissing) {
+    EXPECT_FALSE(loadCachedPackage(kept_, [&](const fs::path& folder) -> patient::Package {
         fs::remove_all(folder);
         return patient::loadPackage(folder);
     }));
@@ -66,9 +66,9 @@ TEST_F(KeptPackage, OneThatIsGoneMeanwhileIsNone) {
 }
 
 // Another program replaced the package while this one checked the old one.
-TEST_F(KeptPackage, OneThatCameMeanwhileIsTaken) {
+TEST_F(CachedPackageTest, ConcurrentCreationIsUsed) {
     int loads = 0;
-    const auto found = keptPackage(kept_, [&](const fs::path& folder) -> patient::Package {
+    const auto found = loadCachedPackage(kept_, [&](const fs::path& folder) -> patient::Package {
         if (++loads == 1) throw DataError(folder, "file", "read while it was replaced");
         patient::savePackage(package_, kept_);
         return patient::loadPackage(folder);
@@ -78,11 +78,11 @@ TEST_F(KeptPackage, OneThatCameMeanwhileIsTaken) {
     EXPECT_EQ(entries(), 1u);
 }
 
-// A file that cannot be opened is not evidence of damage.
-TEST_F(KeptPackage, WhatCannotBeReadIsNotTakenForDamaged) {
+// A file that cannot be opened does not prove that the package is damaged.
+TEST_F(CachedPackageTest, UnreadablePackageIsNotTreatedAsDamaged) {
     fs::remove(kept_ / "labels.nii.gz");
     fs::create_symlink(folder_ / "a disk that is not there", kept_ / "labels.nii.gz");
-    EXPECT_THROW(keptPackage(kept_), DataError);
+    EXPECT_THROW(loadCachedPackage(kept_), DataError);
     EXPECT_TRUE(fs::exists(kept_ / "ct.nii.gz"));
     EXPECT_EQ(entries(), 1u);
 }

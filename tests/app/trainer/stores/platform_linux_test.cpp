@@ -44,16 +44,16 @@ struct Typing : testing::Test {
     int stdin_ = -1, in_ = -1;
 };
 
-TEST_F(Typing, IsTakenABitAtATimeUntilItsEnd) {
+TEST_F(Typing, IsReadInPartsUntilTheEnd) {
     std::string text;
-    EXPECT_TRUE(takeTyped(text));
+    EXPECT_TRUE(readTyped(text));
     EXPECT_EQ(text, "");
     const std::size_t size = fill();
     ASSERT_GT(size, 20'000u);
-    EXPECT_TRUE(takeTyped(text));
+    EXPECT_TRUE(readTyped(text));
     EXPECT_LE(text.size(), 4096u) << "who types without end must not keep the caller";
     end();
-    while (takeTyped(text)) {
+    while (readTyped(text)) {
     }
     EXPECT_EQ(text.size(), size);
 }

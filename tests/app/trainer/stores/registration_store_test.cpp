@@ -1,4 +1,4 @@
-// A stored registration is read back bit for bit. Every other file is refused with file, field and reason.
+// A stored registration is read back bit for bit. Every invalid file is rejected with file, field and reason.
 #include "app/trainer/stores/registration_store.h"
 
 #include <gmock/gmock.h>
@@ -35,7 +35,7 @@ Registration sample() {
     return r;
 }
 
-TEST(RegistrationStore, ComesBackToTheBitUnderItsKey) {
+TEST(RegistrationStore, RoundTripIsExact) {
     const test::TempFolder folder;
     const Registration r = sample();
     const std::filesystem::path file = registrationFile(folder / "new" / "folder", r.key);
@@ -69,7 +69,7 @@ TEST(RegistrationStore, AnotherSpaceOrDeviceIsAnotherFile) {
     other([](RegistrationKey& k) { k.unit = "Novint_Falcon"; });  // the same file name after escaping
     other([](RegistrationKey& k) { k.device = "bridge"; });
     other([](RegistrationKey& k) { k.unit = std::string(150, '/') + "../../etc"; });
-    // A file copied to another registration's name is refused.
+    // A file that was copied to the name of another registration is rejected.
     RegistrationKey stage = r.key;
     stage.space = "stage";
     std::filesystem::copy_file(registrationFile(folder.path(), r.key),
@@ -126,7 +126,7 @@ TEST(RegistrationStore, BadFilesAreRefusedByFieldAndReason) {
     expectRefused([&] { parseRegistration(whole + "x", "r.json"); }, "r.json", "json");
 }
 
-TEST(RegistrationStore, WhatCannotBeReadOrWrittenIsSaid) {
+TEST(RegistrationStore, ReadAndWriteErrorsAreReported) {
     const test::TempFolder folder;
     expectRefused([&] { loadRegistration(folder / "none.json"); }, "none.json", "file");
     std::ofstream(folder / "huge.json") << std::string(70'000, ' ');
@@ -144,29 +144,29 @@ TEST(RegistrationStore, WhatCannotBeReadOrWrittenIsSaid) {
     EXPECT_FALSE(std::filesystem::exists(folder / "bad.json"));
 }
 
-TEST(Register, TheCubeIsWhatTheDeviceReaches) {
+TEST(Register, CubeFitsTheDeviceWorkspace) {
     haptics::DeviceProfile profile;
     profile.workspace_centre_m = {0.0, 0.0, 0.1};
     profile.workspace_radius_m = 0.08;
-    EXPECT_EQ(cubeOf(profile, {1, 1, 1}).centre_m, profile.workspace_centre_m);
-    EXPECT_EQ(cubeOf(profile, {1, 1, 1}).half_m, 0.04);
+    EXPECT_EQ(workingCube(profile, {1, 1, 1}).centre_m, profile.workspace_centre_m);
+    EXPECT_EQ(workingCube(profile, {1, 1, 1}).half_m, 0.04);
     profile.workspace_radius_m = 0.04;
-    EXPECT_LT(std::sqrt(3.0) * cubeOf(profile, {1, 1, 1}).half_m, 0.04) << "the corners too";
+    EXPECT_LT(std::sqrt(3.0) * workingCube(profile, {1, 1, 1}).half_m, 0.04) << "the corners too";
     profile.workspace_radius_m = std::nan("");
-    EXPECT_EQ(cubeOf(profile, {1, 1, 1}).centre_m, Vec3(1, 1, 1));
+    EXPECT_EQ(workingCube(profile, {1, 1, 1}).centre_m, Vec3(1, 1, 1));
 }
 
 // HZ-TEACH-06
-TEST(Register, WhatIsStoredAnswersWhetherItHolds) {
+TEST(Register, StoredRegistrationCanBeChecked) {
     const Registration r = sample();
-    const xr::registration::Stored stored = storedOf(r);
+    const xr::registration::StoredRegistration stored = toStored(r);
     const xr::registration::Rigid stylus{glm::angleAxis(0.4, Vec3(0, 1, 0)), {0.01, 0.02, 0.03}};
     const Vec3 tip_m = r.inStage({stylus.rotation, stylus.position_m});
     xr::registration::Pair touch{stylus, {{}, tip_m - r.grip_from_tip_m}, {}};
-    EXPECT_TRUE(judgeDrift(stored, {&touch, 1}).holds);
-    EXPECT_LT(judgeDrift(stored, {&touch, 1}).moved_m, 1e-12);
+    EXPECT_TRUE(checkDrift(stored, {&touch, 1}).valid);
+    EXPECT_LT(checkDrift(stored, {&touch, 1}).moved_m, 1e-12);
     touch.stage_from_grip.position_m.x += 0.02;
-    EXPECT_FALSE(judgeDrift(stored, {&touch, 1}).holds);
+    EXPECT_FALSE(checkDrift(stored, {&touch, 1}).valid);
 }
 
 }  // namespace

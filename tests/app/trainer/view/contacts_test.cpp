@@ -1,5 +1,5 @@
 // Contacts for drawing, computed from ticks: a dimple before the skin is punctured, its relaxation, and
-// tenting as the needle is withdrawn.
+// tenting while the needle is withdrawn.
 #include "app/trainer/view/contacts.h"
 
 #include <gtest/gtest.h>
@@ -19,11 +19,11 @@ TickOutput tickWith(const Pose& patient_from_tool, haptics::Tool tool) {
     return out;
 }
 
-TEST(Contacts, OutsideNothingPresses) {
+TEST(Contacts, NoContactOutsideTheBody) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
     EXPECT_EQ(
-        contactsOf(tickWith({test::kAlongX, {-0.001, 0.0, 0.0}}, haptics::Tool::needle), patient, nullptr)
+        findContacts(tickWith({test::kAlongX, {-0.001, 0.0, 0.0}}, haptics::Tool::needle), patient, nullptr)
             .count,
         0);
 }
@@ -34,13 +34,13 @@ TEST(Contacts, TheSkinFollowsTheTipUntilItIsCutAndTheShaftAfterThat) {
     const patient::Patient patient(package);
     haptics::Simulation simulation(patient, {});
     const haptics::Trace trace = test::scriptedTrace();
-    double deepest_before_m = 0.0, most_out_m = 0.0;
+    double deepest_before_m = 0.0, min_begin_x_m = 0.0;
     bool cut = false;
     for (int i = 0; i < test::kScriptedTicks; ++i) {
         TickOutput out;
         haptics::NeedleEvents events;
         simulation.step(test::scriptedInput(trace, i), out, events);
-        const ToolContacts contacts = contactsOf(out, patient, nullptr);
+        const ToolContacts contacts = findContacts(out, patient, nullptr);
         if (contacts.count == 0) continue;
         const patient::ToolContact& c = contacts.list[0];
         const double tip_x = out.patient_from_needle.position_m.x;
@@ -48,7 +48,7 @@ TEST(Contacts, TheSkinFollowsTheTipUntilItIsCutAndTheShaftAfterThat) {
         EXPECT_NEAR(c.end_m.x + c.end_moved_m.x, tip_x, 1e-9);
         // The contact begins where the needle entered the skin.
         EXPECT_NEAR(c.begin_m.x, 0.0, 2e-4);
-        if (out.phase == haptics::Phase::held && out.tissue == patient::Tissue::air) {
+        if (out.phase == haptics::Phase::tenting && out.tissue == patient::Tissue::air) {
             EXPECT_FALSE(cut);
             EXPECT_EQ(c.begin_moved_m, c.end_moved_m);
             deepest_before_m = std::max(deepest_before_m, c.begin_moved_m.x);
@@ -56,20 +56,20 @@ TEST(Contacts, TheSkinFollowsTheTipUntilItIsCutAndTheShaftAfterThat) {
             cut = true;
             EXPECT_LE(std::fabs(c.begin_moved_m.x), 0.00095);
         }
-        most_out_m = std::min(most_out_m, c.begin_moved_m.x);
+        min_begin_x_m = std::min(min_begin_x_m, c.begin_moved_m.x);
     }
     EXPECT_TRUE(cut);
     EXPECT_NEAR(deepest_before_m, 0.000875, 2e-5);  // 0.7 N at 0.8 N/mm
-    EXPECT_LT(most_out_m, -0.0003);                 // tents as the needle is withdrawn
+    EXPECT_LT(min_begin_x_m, -0.0003);              // the skin tents while the needle is withdrawn
 }
 
-TEST(Contacts, TheFingerTakesTheSkinToItsPad) {
+TEST(Contacts, FingerDisplacesTheSkinToItsPad) {
     const patient::Package package =
         test::makeSlabs({{patient::Tissue::skin, 0.002}, {patient::Tissue::soft, 0.028}}, 0.001);
     const patient::Patient patient(package);
     const haptics::TouchMap touch = haptics::makeTouchMap(patient);
     const auto pressed = [&](double x) {
-        return contactsOf(tickWith({test::kAlongX, {x, 0.0, 0.0}}, haptics::Tool::finger), patient, &touch);
+        return findContacts(tickWith({test::kAlongX, {x, 0.0, 0.0}}, haptics::Tool::finger), patient, &touch);
     };
     EXPECT_EQ(pressed(-0.002).count, 0);
     const ToolContacts contacts = pressed(0.005);
@@ -77,7 +77,7 @@ TEST(Contacts, TheFingerTakesTheSkinToItsPad) {
     EXPECT_NEAR(contacts.list[0].begin_m.x, 0.0, 5e-4);
     EXPECT_NEAR(contacts.list[0].begin_m.x + contacts.list[0].begin_moved_m.x, 0.005, 1e-9);
     EXPECT_EQ(
-        contactsOf(tickWith({test::kAlongX, {0.005, 0.0, 0.0}}, haptics::Tool::finger), patient, nullptr)
+        findContacts(tickWith({test::kAlongX, {0.005, 0.0, 0.0}}, haptics::Tool::finger), patient, nullptr)
             .count,
         0);
 }
@@ -91,7 +91,7 @@ TEST(Contacts, TheParkedProbePressesBesideTheNeedle) {
     TickOutput out = tickWith({test::kAlongX, {-0.010, 0.0, 0.0}}, haptics::Tool::needle);
     out.probe_parked = true;
     out.patient_from_probe = Pose{test::kAlongX, {0.004, 0.0, 0.0}} * haptics::kStylusFromProbe;
-    const ToolContacts contacts = contactsOf(out, patient, &touch);
+    const ToolContacts contacts = findContacts(out, patient, &touch);
     ASSERT_GE(contacts.count, 2);
     double middle_m = 0.0, least_m = 1.0;
     for (const patient::ToolContact& c : contacts.all()) {
@@ -102,13 +102,13 @@ TEST(Contacts, TheParkedProbePressesBesideTheNeedle) {
     EXPECT_LT(least_m, 0.003);
 }
 
-TEST(Contacts, AreRelaxedByTheTicksThatPass) {
+TEST(Contacts, RelaxOverTicks) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
     ToolPress press(patient, nullptr, 0.001);
     TickOutput out = tickWith({test::kAlongX, {0.0008, 0.0, 0.0}}, haptics::Tool::needle);
     EXPECT_EQ(press.shown(out), nullptr);
-    out.phase = haptics::Phase::held;
+    out.phase = haptics::Phase::tenting;
     out.extension_m = out.depth_m = 0.0008;
     const auto depth = [&] {
         const patient::DisplacementTable* table = press.shown(out);

@@ -13,61 +13,61 @@ namespace {
 
 using training::Difficulty;
 
-Seen feltAt(double t_s, double force_n = 0.5) {
-    Seen seen;
+FrameState feltAt(double t_s, double force_n = 0.5) {
+    FrameState seen;
     seen.tick.tick = std::uint64_t(t_s * 1000.0 + 0.5);
     seen.tick.force_n = force_n;
     return seen;
 }
 
-TEST(GuidePanel, IsDrawnTenTimesASecondWhileSomebodyLooks) {
-    GuidePanel panel(training::hintsOf(Difficulty::guided), 0.001);
+TEST(GuidePanel, RedrawsTenTimesASecondWhileVisible) {
+    GuidePanel panel(training::makeHints(Difficulty::guided), 0.001);
     for (double t_s = 0.0; t_s < 2.0; t_s += 0.011)
-        panel.take(feltAt(t_s), true);
+        panel.update(feltAt(t_s), true);
     EXPECT_LE(panel.revision(), 20u);
     EXPECT_GE(panel.revision(), 17u);
     const std::uint64_t before = panel.revision();
     for (double t_s = 2.0; t_s < 4.0; t_s += 0.011)
-        panel.take(feltAt(t_s), false);
+        panel.update(feltAt(t_s), false);
     EXPECT_EQ(panel.revision(), before) << "nobody looked";
 }
 
-TEST(GuidePanel, ShowsWhatWasFeltWhileNobodyLooked) {
-    GuidePanel felt(training::hintsOf(Difficulty::guided), 0.001),
-        flat(training::hintsOf(Difficulty::guided), 0.001);
+TEST(GuidePanel, RecordsForceWhileHidden) {
+    GuidePanel felt(training::makeHints(Difficulty::guided), 0.001),
+        flat(training::makeHints(Difficulty::guided), 0.001);
     for (double t_s = 0.0; t_s < 5.0; t_s += 0.05) {
-        felt.take(feltAt(t_s, 1.0 + std::sin(t_s)), false);
-        flat.take(feltAt(t_s), false);
+        felt.update(feltAt(t_s, 1.0 + std::sin(t_s)), false);
+        flat.update(feltAt(t_s), false);
     }
-    felt.take(feltAt(5.1), true), flat.take(feltAt(5.1), true);
+    felt.update(feltAt(5.1), true), flat.update(feltAt(5.1), true);
     EXPECT_NE(felt.rgba(), flat.rgba());
 }
 
-// When a replay goes back, the readings are those of that time, and the curve ends there.
+// When a replay goes back, the panel shows the readings of that time, and the curve ends there.
 TEST(GuidePanel, GoesBackWithAReplay) {
-    GuidePanel there(training::hintsOf(Difficulty::guided), 0.001),
-        back(training::hintsOf(Difficulty::guided), 0.001);
+    GuidePanel there(training::makeHints(Difficulty::guided), 0.001),
+        back(training::makeHints(Difficulty::guided), 0.001);
     for (double t_s = 0.0; t_s < 8.0; t_s += 0.05) {
-        back.take(feltAt(t_s, 1.0 + std::sin(t_s)), true);
-        if (t_s < 4.01) there.take(feltAt(t_s, 1.0 + std::sin(t_s)), false);
+        back.update(feltAt(t_s, 1.0 + std::sin(t_s)), true);
+        if (t_s < 4.01) there.update(feltAt(t_s, 1.0 + std::sin(t_s)), false);
     }
     const std::vector<std::uint8_t> end = back.rgba();
-    there.take(feltAt(4.0, 2.0), true), back.take(feltAt(4.0, 2.0), true);
+    there.update(feltAt(4.0, 2.0), true), back.update(feltAt(4.0, 2.0), true);
     EXPECT_EQ(back.rgba(), there.rgba());
-    back.take(feltAt(8.0, 2.0), true);
+    back.update(feltAt(8.0, 2.0), true);
     EXPECT_NE(back.rgba(), there.rgba());
 }
 
 // HZ-TEACH-12
-TEST(GuidePanel, OnlyTheGuidedAreToldWhatToDo) {
-    GuidePanel guided(training::hintsOf(Difficulty::guided), 0.001),
-        practice(training::hintsOf(Difficulty::practice), 0.001);
-    guided.take(feltAt(0.1), true), practice.take(feltAt(0.1), true);
+TEST(GuidePanel, HintsAppearOnlyAtGuidedDifficulty) {
+    GuidePanel guided(training::makeHints(Difficulty::guided), 0.001),
+        practice(training::makeHints(Difficulty::practice), 0.001);
+    guided.update(feltAt(0.1), true), practice.update(feltAt(0.1), true);
     EXPECT_NE(guided.rgba(), practice.rgba());
 }
 
-Seen inserted(std::vector<Passed> passed) {
-    Seen seen = feltAt(1.0);
+FrameState inserted(std::vector<Passed> passed) {
+    FrameState seen = feltAt(1.0);
     seen.tick.tool = haptics::Tool::needle;
     seen.tick.phase = haptics::Phase::pass, seen.tick.depth_m = 0.05;
     seen.insertion.passed = std::move(passed);
@@ -92,8 +92,8 @@ TEST(GuidePanel, ShowsWhichTissuesWerePassedHowDeep) {
         pictures.clear();
         for (const std::vector<Passed>& way : ways) {
             const auto [fits_x, fits_y] = GuidePanel::sizeIn(width, height);
-            GuidePanel panel(training::hintsOf(Difficulty::guided), 0.001, fits_x, fits_y);
-            panel.take(inserted(way), true);
+            GuidePanel panel(training::makeHints(Difficulty::guided), 0.001, fits_x, fits_y);
+            panel.update(inserted(way), true);
             pictures.push_back(panel.rgba());
         }
         for (std::size_t i = 0; i < pictures.size(); ++i)
@@ -103,7 +103,7 @@ TEST(GuidePanel, ShowsWhichTissuesWerePassedHowDeep) {
     }
 }
 
-TEST(GuidePanel, FitsWhereItIsPutAndKeepsWhatWasFelt) {
+TEST(GuidePanel, ResizeKeepsTheForceCurve) {
     for (const auto& [width, height] : {std::pair{1400, 700}, {360, 220}, {200, 900}, {1, 1}}) {
         const auto [fits_x, fits_y] = GuidePanel::sizeIn(width, height);
         EXPECT_LE(fits_x, width);
@@ -111,12 +111,12 @@ TEST(GuidePanel, FitsWhereItIsPutAndKeepsWhatWasFelt) {
         EXPECT_GT(std::min(fits_x, fits_y), 0);
         EXPECT_TRUE(fits_x > 0.97 * width - 1.0 || fits_y > 0.97 * height - 1.0) << width << " x " << height;
     }
-    GuidePanel kept(training::hintsOf(Difficulty::practice), 0.001),
-        lost(training::hintsOf(Difficulty::practice), 0.001);
+    GuidePanel kept(training::makeHints(Difficulty::practice), 0.001),
+        lost(training::makeHints(Difficulty::practice), 0.001);
     for (double t_s = 0.0; t_s < 3.0; t_s += 0.05)
-        kept.take(feltAt(t_s, 1.0 + std::sin(t_s)), false);
+        kept.update(feltAt(t_s, 1.0 + std::sin(t_s)), false);
     kept.resize(500, 480), lost.resize(500, 480);
-    kept.take(feltAt(3.0), true), lost.take(feltAt(3.0), true);
+    kept.update(feltAt(3.0), true), lost.update(feltAt(3.0), true);
     EXPECT_EQ(kept.rgba().size(), std::size_t(4 * 500 * 480));
     EXPECT_NE(kept.rgba(), lost.rgba());
 }
@@ -124,7 +124,7 @@ TEST(GuidePanel, FitsWhereItIsPutAndKeepsWhatWasFelt) {
 TEST(GuidePanel, EveryStepHasItsOwnHint) {
     for (int a = 0; a <= training::kStepCount; ++a)
         for (int b = 0; b < a; ++b)
-            EXPECT_NE(hintOf(training::Step(a)), hintOf(training::Step(b)));
+            EXPECT_NE(stepHint(training::Step(a)), stepHint(training::Step(b)));
 }
 
 constexpr Vec3 kEntry{0.0, 1.05, -0.45}, kEyes{0.05, 1.5, -0.1};
@@ -135,12 +135,12 @@ TEST(GuidePlace, LettersAreLargeEnough) {
         const PanelPlace place = guidePlace(kEntry, kEyes, letter_rad);
         const double em_m = place.width_m * GuidePanel::kLetter_px / GuidePanel::kWidth;
         const double seen_rad = std::atan(em_m / glm::length(place.stage_from_panel.position_m - kEyes));
-        EXPECT_GE(seen_rad, 0.98 * kLeastText_rad);
-        EXPECT_GE(seen_rad * px_per_rad, 0.98 * kLeastText_px);
+        EXPECT_GE(seen_rad, 0.98 * kMinText_rad);
+        EXPECT_GE(seen_rad * px_per_rad, 0.98 * kMinText_px);
     }
 }
 
-TEST(GuidePlace, StaysInTheRoomHoweverFewThePixels) {
+TEST(GuidePlace, StaysInTheRoomAtLowResolution) {
     for (const double px_per_rad : {100.0, 256.0, 320.0}) {
         const PanelPlace place = guidePlace(kEntry, kEyes, letterAngle_rad(px_per_rad));
         EXPECT_LE(place.width_m, 1.2);
@@ -148,8 +148,8 @@ TEST(GuidePlace, StaysInTheRoomHoweverFewThePixels) {
     }
 }
 
-TEST(GuidePlace, NeverHidesWhereThePunctureIs) {
-    const PanelPlace place = guidePlace(kEntry, kEyes, kLeastText_rad);
+TEST(GuidePlace, NeverCoversThePuncture) {
+    const PanelPlace place = guidePlace(kEntry, kEyes, kMinText_rad);
     for (double x = -0.5; x <= 0.5; x += 0.1)
         for (double y = 1.2; y <= 1.9; y += 0.1)
             for (double z = -0.4; z <= 0.5; z += 0.1)
@@ -159,8 +159,8 @@ TEST(GuidePlace, NeverHidesWhereThePunctureIs) {
     EXPECT_TRUE(covers(place, middle + 0.5 * (middle - kEntry), kEntry));
 }
 
-TEST(GuidePlace, IsSeenFromTheFrontOnly) {
-    const PanelPlace place = guidePlace(kEntry, kEyes, kLeastText_rad);
+TEST(GuidePlace, IsVisibleFromTheFrontOnly) {
+    const PanelPlace place = guidePlace(kEntry, kEyes, kMinText_rad);
     const Vec3 middle = place.stage_from_panel.position_m;
     EXPECT_TRUE(inView(place, stageFromEyes(kEyes, middle)));
     EXPECT_FALSE(inView(place, stageFromEyes(kEyes, kEyes + (kEyes - middle)))) << "turned away";

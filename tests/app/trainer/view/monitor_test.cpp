@@ -27,7 +27,7 @@ TEST(BreathMonitor, DrawsTenTimesASecondAndOnlyThen) {
     BreathMonitor monitor;
     EXPECT_EQ(monitor.revision(), 0u);
     for (int i = 0; i < 1000; ++i)
-        monitor.take(i * 0.001, breathAt(i * 0.001, 15.0), false);
+        monitor.update(i * 0.001, breathAt(i * 0.001, 15.0), false);
     EXPECT_EQ(monitor.revision(), 10u);
     EXPECT_EQ(monitor.rgba().size(), std::size_t(BreathMonitor::kWidth) * BreathMonitor::kHeight * 4);
 }
@@ -36,32 +36,32 @@ TEST(BreathMonitor, TheTraceFillsTheWindowAndTheNumberIsTheRate) {
     BreathMonitor slow, fast;
     double t_s = 0.0;
     for (; t_s < 4.0; t_s += 0.05)
-        slow.take(t_s, breathAt(t_s, 12.0), false);
+        slow.update(t_s, breathAt(t_s, 12.0), false);
     const std::size_t quarter = bright(slow, 0, 280);
     for (; t_s < 30.0; t_s += 0.05)
-        slow.take(t_s, breathAt(t_s, 12.0), false), fast.take(t_s, breathAt(t_s, 12.0), false);
+        slow.update(t_s, breathAt(t_s, 12.0), false), fast.update(t_s, breathAt(t_s, 12.0), false);
     EXPECT_GT(bright(slow, 0, 280), 2 * quarter);
     EXPECT_EQ(slow.rgba(), fast.rgba()) << "only the last seconds count";
     const auto before = slow.rgba();
-    slow.take(t_s, breathAt(t_s, 12.0), true);
+    slow.update(t_s, breathAt(t_s, 12.0), true);
     EXPECT_NE(slow.rgba(), before) << "a hold is told";
 }
 
-TEST(BreathMonitor, AMomentShownLateLeavesTheTraceAsItIs) {
+TEST(BreathMonitor, LateCaptureLeavesTheTraceUnchanged) {
     BreathMonitor monitor;
     for (double t_s = 0.0; t_s < 10.0; t_s += 0.1)
-        monitor.take(t_s, breathAt(t_s, 12.0), false);
+        monitor.update(t_s, breathAt(t_s, 12.0), false);
     const auto before = monitor.rgba();
-    monitor.take(9.5, breathAt(9.5, 12.0), true);
+    monitor.update(9.5, breathAt(9.5, 12.0), true);
     EXPECT_EQ(monitor.rgba(), before);
 }
 
-TEST(BreathMonitor, BeginsAnewWhenTimeGoesBack) {
+TEST(BreathMonitor, ClearsWhenTimeGoesBack) {
     BreathMonitor monitor;
     for (double t_s = 100.0; t_s < 110.0; t_s += 0.1)
-        monitor.take(t_s, breathAt(t_s, 12.0), false);
+        monitor.update(t_s, breathAt(t_s, 12.0), false);
     const std::size_t full = bright(monitor, 0, 280);
-    monitor.take(1.0, breathAt(1.0, 12.0), false);
+    monitor.update(1.0, breathAt(1.0, 12.0), false);
     EXPECT_LT(bright(monitor, 0, 280), full);
 }
 

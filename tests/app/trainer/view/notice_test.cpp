@@ -3,12 +3,15 @@
 #include <cmath>
 #include <numbers>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace stylet::trainer {
 namespace {
 
-// Checks the size of the notice text and its panel in several headsets. The font size (one em) must be at
+using testing::HasSubstr;
+
+// Checks the size of the notice text and of its panel in several headsets. One em of the font must span at
 // least 0.4 degrees and 20 pixels. The panel must be less than 50 degrees wide, so that it does not fill the
 // view.
 TEST(Notice, CanBeReadInEveryHeadset) {
@@ -33,35 +36,35 @@ TEST(Notice, CanBeReadInEveryHeadset) {
     }
 }
 
-TEST(Notice, SaysWhyTheAttemptDoesNotGoOn) {
-    Seen seen;
+TEST(Notice, ExplainsWhyTheAttemptIsPaused) {
+    FrameState seen;
     seen.tick.stage = haptics::ForceStage::on;
-    EXPECT_FALSE(noticeOf(seen, Attention::focused, "press Enter"));
-    EXPECT_FALSE(noticeOf(seen, Attention::absent, "press Enter"));
-    EXPECT_EQ(noticeOf(seen, Attention::away, "")->title, "Paused");
-    seen.held = true, seen.to_return_m = 0.0123;
-    EXPECT_NE(noticeOf(seen, Attention::focused, "")->lines[0].find("12 mm"), std::string::npos);
-    seen.to_return_m = haptics::kNotThere_m;
-    EXPECT_NE(noticeOf(seen, Attention::focused, "")->lines[0].find("not tracked"), std::string::npos);
+    EXPECT_FALSE(makeNotice(seen, Attention::focused, "press Enter"));
+    EXPECT_FALSE(makeNotice(seen, Attention::absent, "press Enter"));
+    EXPECT_EQ(makeNotice(seen, Attention::away, "")->title, "Paused");
+    seen.held = true, seen.return_distance_m = 0.0123;
+    EXPECT_THAT(makeNotice(seen, Attention::focused, "")->lines[0], HasSubstr("12 mm"));
+    seen.return_distance_m = haptics::kDeviceNotReady_m;
+    EXPECT_THAT(makeNotice(seen, Attention::focused, "")->lines[0], HasSubstr("not tracked"));
     seen.held = false;
     seen.tick.stage = haptics::ForceStage::off;
     seen.tick.faults = haptics::kFaultOverSpeed;
-    EXPECT_FALSE(noticeOf(seen, Attention::focused, "")) << "a script cannot re-arm";
-    const Notice fault = *noticeOf(seen, Attention::focused, "press Enter");
-    EXPECT_NE(fault.lines[0].find("1 m/s"), std::string::npos) << fault.lines[0];
-    EXPECT_NE(fault.lines[1].find("press Enter"), std::string::npos);
-    EXPECT_NE(noticeOf(RoomDoubt::lost, "press Enter").lines[1].find("stylet register"), std::string::npos);
-    EXPECT_NE(noticeOf(RoomDoubt::moved, "press Enter").lines[0].find("press Enter"), std::string::npos);
+    EXPECT_FALSE(makeNotice(seen, Attention::focused, "")) << "a script cannot re-arm";
+    const Notice fault = *makeNotice(seen, Attention::focused, "press Enter");
+    EXPECT_THAT(fault.lines[0], HasSubstr("1 m/s"));
+    EXPECT_THAT(fault.lines[1], HasSubstr("press Enter"));
+    EXPECT_THAT(makeNotice(RoomWarning::lost, "press Enter").lines[1], HasSubstr("stylet register"));
+    EXPECT_THAT(makeNotice(RoomWarning::moved, "press Enter").lines[0], HasSubstr("press Enter"));
 }
 
 // The longest notices fit the panel: no bright pixels touch its lower edge.
 TEST(Notice, FitsItsPanel) {
     NoticePanel panel;
     for (const haptics::FaultText& fault : haptics::faultTexts()) {
-        Seen seen;
+        FrameState seen;
         seen.tick.stage = haptics::ForceStage::off;
         seen.tick.faults = fault.bit;
-        const auto notice = noticeOf(seen, Attention::focused, "the device's first button, or Enter here,");
+        const auto notice = makeNotice(seen, Attention::focused, "the device's first button, or Enter here,");
         if (fault.bit == haptics::kFaultRingFull) continue;
         panel.show(*notice);
         for (std::size_t y = NoticePanel::kHeight - 12; y < NoticePanel::kHeight; ++y)
@@ -69,9 +72,9 @@ TEST(Notice, FitsItsPanel) {
                 ASSERT_LT(panel.rgba()[4 * (y * NoticePanel::kWidth + x)], 60) << fault.name;
     }
     const std::uint64_t revision = panel.revision();
-    panel.show(noticeOf(RoomDoubt::lost, ""));
+    panel.show(makeNotice(RoomWarning::lost, ""));
     EXPECT_EQ(panel.revision(), revision + 1);
-    panel.show(noticeOf(RoomDoubt::lost, ""));
+    panel.show(makeNotice(RoomWarning::lost, ""));
     EXPECT_EQ(panel.revision(), revision + 1) << "drawn only when it is another one";
 }
 

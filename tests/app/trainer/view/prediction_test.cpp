@@ -31,14 +31,14 @@ TickOutput tickAt(int tick, const Pose& pose, Tool tool = Tool::needle) {
     TickOutput out;
     out.tick = std::uint64_t(tick);
     out.tool = tool;
-    (haptics::holdsNeedle(tool) ? out.patient_from_needle : out.patient_from_tool) = pose;
+    (haptics::isNeedleTool(tool) ? out.patient_from_needle : out.patient_from_tool) = pose;
     return out;
 }
 
 // Feeds one tick of moving() per millisecond, from 1 to `last`.
 void feed(TipPredictor& p, int last) {
     for (int i = 1; i <= last; ++i)
-        p.take(sampleAt(i, moving(1e-3 * i)));
+        p.add(sampleAt(i, moving(1e-3 * i)));
 }
 
 void expectPose(const Pose& a, const Pose& b, double m, double rad) {
@@ -57,7 +57,7 @@ TEST(Prediction, OfAConstantMotionIsExact) {
     }
 }
 
-TEST(Prediction, WithoutAWindowOrAStreamItIsDrawnAsItIs) {
+TEST(Prediction, NoWindowOrSamplesMeansNoPrediction) {
     TipPredictor none({.window_s = 0.0}), empty;
     feed(none, 50);
     const TickOutput tick = tickAt(50, moving(0.050));
@@ -66,17 +66,17 @@ TEST(Prediction, WithoutAWindowOrAStreamItIsDrawnAsItIs) {
               tick.patient_from_needle.position_m);
 }
 
-// Prediction changes poses only. Events and forces are those of the tick.
-TEST(Prediction, OnlyPlacesAreTakenAhead) {
+// Prediction changes poses only. Events and forces stay those of the tick.
+TEST(Prediction, PredictsOnlyPoses) {
     TipPredictor p;
     feed(p, 100);
     TickOutput tick = tickAt(100, moving(0.100));
-    tick.phase = haptics::Phase::held;
+    tick.phase = haptics::Phase::tenting;
     tick.force_n = 2.4;
     tick.depth_m = 0.010;
     tick.breath = {0.5, 0.8, 0.0};
     const TickOutput drawn = p.at(tick, 120 * kMs_ns);
-    EXPECT_EQ(drawn.phase, haptics::Phase::held);
+    EXPECT_EQ(drawn.phase, haptics::Phase::tenting);
     EXPECT_EQ(drawn.force_n, 2.4);
     EXPECT_EQ(drawn.tick, 100u);
     EXPECT_NEAR(drawn.breath.v, 0.5 + 0.020 * 0.8, 1e-12);
@@ -88,13 +88,13 @@ TEST(Prediction, OnlyPlacesAreTakenAhead) {
     EXPECT_EQ(drawn.patient_from_tool.position_m, tick.patient_from_tool.position_m);
 }
 
-TEST(Prediction, OtherToolsAndAParkedProbeToo) {
+TEST(Prediction, PredictsOtherToolsAndAParkedProbe) {
     TipPredictor p;
     for (int i = 1; i <= 60; ++i) {
         TipSample s = sampleAt(i, moving(1e-3 * i), true, Tool::finger);
         s.parked = true;
         s.probe_m = {0.0, 0.0, 0.02e-3 * i};
-        p.take(s);
+        p.add(s);
     }
     TickOutput tick = tickAt(60, moving(0.060), Tool::finger);
     tick.probe_parked = true;
@@ -105,20 +105,20 @@ TEST(Prediction, OtherToolsAndAParkedProbeToo) {
 }
 
 // HZ-TEACH-05
-TEST(Prediction, IsBoundedInWayTurnAndLead) {
+TEST(Prediction, LimitsTravelRotationAndLead) {
     const PredictionSettings settings;
     const auto fast = [](double t_s) {
         return Pose{glm::angleAxis(40.0 * t_s, Vec3(0.0, 0.0, 1.0)), Vec3(0.9 * t_s, 0.0, 0.0)};
     };
     TipPredictor p;
     for (int i = 1; i <= 60; ++i)
-        p.take(sampleAt(i, fast(1e-3 * i)));
+        p.add(sampleAt(i, fast(1e-3 * i)));
     const TickOutput tick = tickAt(60, fast(0.060));
     const TickOutput drawn = p.at(tick, 100 * kMs_ns);
-    EXPECT_NEAR(drawn.patient_from_needle.position_m.x - 0.9 * 0.060, settings.most_way_m, 1e-9);
+    EXPECT_NEAR(drawn.patient_from_needle.position_m.x - 0.9 * 0.060, settings.max_travel_m, 1e-9);
     const Quat turn = drawn.patient_from_needle.rotation * glm::conjugate(tick.patient_from_needle.rotation);
-    EXPECT_NEAR(2.0 * std::acos(turn.w), settings.most_turn_rad, 1e-9);
-    // After the stream ends, the prediction returns to the last position without a jump.
+    EXPECT_NEAR(2.0 * std::acos(turn.w), settings.max_turn_rad, 1e-9);
+    // After the last sample, the prediction returns to the last position without a jump.
     const auto way = [&](int lead_ms) {
         return p.at(tick, (60 + lead_ms) * kMs_ns).patient_from_needle.position_m.x - 0.054;
     };
@@ -126,35 +126,35 @@ TEST(Prediction, IsBoundedInWayTurnAndLead) {
     EXPECT_NEAR(way(90), 0.9 * 0.010, 1e-9);
     EXPECT_EQ(way(100), 0.0);
     EXPECT_EQ(way(5000), 0.0);
-    EXPECT_EQ(way(-10), 0.0);  // already displayed
+    EXPECT_EQ(way(-10), 0.0);  // this time has already been displayed
 }
 
 // HZ-TEACH-05
-TEST(Prediction, AStaleStreamIsNotTakenAhead) {
+TEST(Prediction, StaleSamplesAreNotPredicted) {
     TipPredictor p;
     feed(p, 100);
     for (int i = 101; i <= 115; ++i)
-        p.take(sampleAt(i, moving(0.100), false));
+        p.add(sampleAt(i, moving(0.100), false));
     EXPECT_GT(p.at(tickAt(115, moving(0.100)), 126 * kMs_ns).patient_from_needle.position_m.x, 0.0101);
     for (int i = 116; i <= 125; ++i)
-        p.take(sampleAt(i, moving(0.100), false));
+        p.add(sampleAt(i, moving(0.100), false));
     const TickOutput tick = tickAt(125, moving(0.100));
     EXPECT_EQ(p.at(tick, 136 * kMs_ns).patient_from_needle.position_m, tick.patient_from_needle.position_m);
 }
 
-// A device at 200 Hz, read at 1 kHz.
-TEST(Prediction, ASlowDeviceIsTakenFromItsOwnSamples) {
+// A device with 200 samples per second, read at 1 kHz.
+TEST(Prediction, SlowDeviceUsesItsOwnSampleRate) {
     TipPredictor p({.window_s = 0.004});
     for (int i = 0; i <= 100; ++i)
-        p.take(sampleAt(i, moving(1e-3 * (i - i % 5)), i % 5 == 0));
+        p.add(sampleAt(i, moving(1e-3 * (i - i % 5)), i % 5 == 0));
     const TickOutput drawn = p.at(tickAt(100, moving(0.100)), 120 * kMs_ns);
     expectPose(drawn.patient_from_needle, moving(0.120), 1e-9, 1e-6);
 }
 
-TEST(Prediction, AChangeOfToolsIsNoMotion) {
+TEST(Prediction, ToolChangeIsNotMotion) {
     TipPredictor p;
     feed(p, 100);
-    p.take(sampleAt(101, {Quat(1.0, 0.0, 0.0, 0.0), Vec3(0.5)}, true, Tool::finger));
+    p.add(sampleAt(101, {Quat(1.0, 0.0, 0.0, 0.0), Vec3(0.5)}, true, Tool::finger));
     const TickOutput tick = tickAt(101, {Quat(1.0, 0.0, 0.0, 0.0), Vec3(0.5)}, Tool::finger);
     EXPECT_EQ(p.at(tick, 121 * kMs_ns).patient_from_tool.position_m, Vec3(0.5));
     // The tick before the change is drawn without prediction.
@@ -163,7 +163,7 @@ TEST(Prediction, AChangeOfToolsIsNoMotion) {
               before.patient_from_needle.position_m);
 }
 
-TEST(Prediction, AMomentOfThePastStaysAsItWas) {
+TEST(Prediction, PastCaptureIsUnchanged) {
     TipPredictor p;
     feed(p, 500);
     const TickOutput past = tickAt(100, moving(0.100)), unknown = tickAt(501, moving(0.501));
@@ -176,11 +176,11 @@ TEST(Offset, IsMeasuredAgainstWhereTheTipWasAtTheDisplayTime) {
     TipPredictor p;
     feed(p, 100);
     const TickOutput tick = tickAt(100, moving(0.100));
-    p.drew(7, 120 * kMs_ns + kMs_ns / 2, tick);  // without prediction: 20.5 ms behind
+    p.drew(7, 120 * kMs_ns + kMs_ns / 2, tick);  // drawn without prediction, so 20.5 ms behind
     p.drew(8, 120 * kMs_ns + kMs_ns / 2, p.at(tick, 120 * kMs_ns + kMs_ns / 2));
     EXPECT_FALSE(p.measured());
     for (int i = 101; i <= 121; ++i)
-        p.take(sampleAt(i, moving(1e-3 * i)));
+        p.add(sampleAt(i, moving(1e-3 * i)));
     const auto late = p.measured(), ahead = p.measured();
     ASSERT_TRUE(late && ahead);
     EXPECT_FALSE(p.measured());
@@ -194,36 +194,36 @@ TEST(Offset, IsMeasuredAgainstWhereTheTipWasAtTheDisplayTime) {
     EXPECT_NEAR(ahead->distance_m, 0.0, 1e-9);
 }
 
-TEST(Offset, IsNotGivenWhereThereIsNoTruth) {
+TEST(Offset, IsAbsentWithoutATruePose) {
     TipPredictor p;
     feed(p, 100);
     const TickOutput tick = tickAt(100, moving(0.100));
     p.drew(1, 110 * kMs_ns, tick);
-    p.take(sampleAt(400, moving(0.400)));  // after a pause
+    p.add(sampleAt(400, moving(0.400)));  // after a pause
     EXPECT_FALSE(p.measured());
     p.drew(2, 405 * kMs_ns, tickAt(400, moving(0.400)));
-    p.take(sampleAt(406, moving(0.406), true, Tool::scalpel));
+    p.add(sampleAt(406, moving(0.406), true, Tool::scalpel));
     EXPECT_FALSE(p.measured());
-    // At rest there is a distance but no time.
+    // At rest there is a distance but no time difference.
     TipPredictor still;
     for (int i = 1; i <= 40; ++i)
-        still.take(sampleAt(i, moving(0.0)));
+        still.add(sampleAt(i, moving(0.0)));
     still.drew(3, 41 * kMs_ns, tickAt(40, moving(0.0)));
-    still.take(sampleAt(42, moving(0.0)));
+    still.add(sampleAt(42, moving(0.0)));
     const auto offset = still.measured();
     ASSERT_TRUE(offset);
     EXPECT_EQ(offset->distance_m, 0.0);
     EXPECT_FALSE(offset->ahead_s);
 }
 
-TEST(Offset, TheOldestIsForgottenWhenNobodyEverTellsTheTruth) {
+TEST(Offset, OldestPendingFrameIsDropped) {
     TipPredictor p;
     feed(p, 10);
-    for (std::uint64_t i = 0; i < TipPredictor::kMostPending + 3; ++i)
+    for (std::uint64_t i = 0; i < TipPredictor::kMaxPending + 3; ++i)
         p.drew(i, 20 * kMs_ns, tickAt(10, moving(0.010)));
     for (int i = 11; i <= 21; ++i)
-        p.take(sampleAt(i, moving(1e-3 * i)));
-    for (std::uint64_t i = 3; i < TipPredictor::kMostPending + 3; ++i) {
+        p.add(sampleAt(i, moving(1e-3 * i)));
+    for (std::uint64_t i = 3; i < TipPredictor::kMaxPending + 3; ++i) {
         const auto offset = p.measured();
         ASSERT_TRUE(offset);
         EXPECT_EQ(offset->frame, i);

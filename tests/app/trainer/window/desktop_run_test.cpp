@@ -1,4 +1,4 @@
-// The whole procedure in a window with mouse and keys only, as a user without headset and device does it.
+// The whole procedure in a window with mouse and keys only, as done by a user without headset and device.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -31,10 +32,10 @@ using namespace std::chrono_literals;
 using haptics::Tool;
 using test::Outcome;
 
-// Motion per key press. One step of the wheel is a millimetre.
+// Tool motion per key press. One step of the wheel is a millimetre.
 constexpr double kKeyStep_m = 0.002, kKeyStep_rad = 0.035;
 
-// Position of a tool in key presses from its start.
+// Position of a tool relative to its start, in key presses.
 struct KeySteps {
     double right = 0.0, up = 0.0, deeper = 0.0, rolled = 0.0;  // rolled: with Q
 };
@@ -67,18 +68,18 @@ class KeyFrame {
         const Pose needle{
             start_.rotation * roll,
             start_.position_m + kKeyStep_m * (patient_from_keys_ * Vec3(at.right, at.up, at.deeper))};
-        return heldLike(needle, tool, guide_);
+        return toolPoseFromNeedle(needle, tool, guide_);
     }
     KeySteps stepsAt(const Pose& patient_from_tool, Tool tool) const {
-        const Pose needle = patient_from_tool * heldLike({}, tool, guide_).inverse();
+        const Pose needle = patient_from_tool * toolPoseFromNeedle({}, tool, guide_).inverse();
         const Vec3 steps =
             glm::inverse(patient_from_keys_) * (needle.position_m - start_.position_m) / kKeyStep_m;
         const Quat roll = glm::conjugate(start_.rotation) * needle.rotation;
         return {steps.x, steps.y, steps.z, 2.0 * std::atan(roll.z / roll.w) / kKeyStep_rad};
     }
-    // Places the probe at the path's entry, `deeper` steps in, with its guide along the path. Chooses the
-    // middle of the widest range of rolls in which the program's own rule sees the target duct at this
-    // breath. Empty if there is none.
+    // Places the probe at the path's entry, `deeper` key presses in, with its guide along the path. Finds the
+    // range of rolls in which the program's own rule sees the target duct at this breath. Returns the middle
+    // of the widest range, or nothing if there is none.
     std::optional<KeySteps> probeOnDuct(const patient::Surrogate& breath, double deeper) const;
     const patient::PlannedPath& path() const { return path_; }
 
@@ -92,8 +93,8 @@ class KeyFrame {
 };
 
 std::optional<KeySteps> KeyFrame::probeOnDuct(const patient::Surrogate& breath, double deeper) const {
-    constexpr int kMostRolled = 45;
-    constexpr double kLook_s = 0.5;  // long enough for the step to count as done
+    constexpr int kMaxRolled = 45;
+    constexpr double kLook_s = 0.5;  // long enough for the program to count the step as done
     const training::Procedure procedure(patient_, path_, kLook_s);
     const training::AttemptFold fold(patient_, kLook_s);
     const auto sees = [&](int rolled) {
@@ -103,12 +104,12 @@ std::optional<KeySteps> KeyFrame::probeOnDuct(const patient::Surrogate& breath, 
         tick.probe_touching_share = 1.0;
         tick.patient_from_tool = patientFromTool({.deeper = deeper, .rolled = double(rolled)}, Tool::probe);
         tick.breath = breath;
-        watching.take(tick, fold);
+        watching.update(tick, fold);
         return (watching.progress().steps_done & 1u << unsigned(training::Step::findDuct)) != 0;
     };
     std::optional<KeySteps> middle;
     int widest = 0, width = 0;
-    for (int rolled = -kMostRolled; rolled <= kMostRolled; ++rolled) {
+    for (int rolled = -kMaxRolled; rolled <= kMaxRolled; ++rolled) {
         width = sees(rolled) ? width + 1 : 0;
         if (width <= widest) continue;
         widest = width;
@@ -117,7 +118,7 @@ std::optional<KeySteps> KeyFrame::probeOnDuct(const patient::Surrogate& breath, 
     return middle;
 }
 
-// Needs real time: X events at a real window move every tool and carry every command of a whole procedure.
+// Needs real time: X events at a real window move every tool and send every command of a whole procedure.
 class DesktopRunRealTime : public testing::Test {
   protected:
     static void SetUpTestSuite() { command_ = new test::Command; }
@@ -133,7 +134,7 @@ class DesktopRunRealTime : public testing::Test {
         return true;
     }
     // Everything that the program has printed on stderr.
-    std::string printed() const { return test::textOf(*command_ / "stderr"); }
+    std::string printed() const { return test::readText(*command_ / "stderr"); }
     bool says(const std::string& text) const {
         return until([&] { return printed().find(text) != std::string::npos; });
     }
@@ -145,7 +146,7 @@ class DesktopRunRealTime : public testing::Test {
     }
     std::filesystem::path record() const { return test::newestAttempt(*command_) / "record"; }
 
-    // Reads the newest frame of samples that the attempt has stored. False while there is none.
+    // Reads the newest frame of stored samples of the attempt. Returns false if there is none yet.
     bool readSamples() {
         std::error_code none;
         const std::uintmax_t bytes = std::filesystem::file_size(record() / "samples.bin", none);
@@ -222,9 +223,9 @@ class DesktopRunRealTime : public testing::Test {
     std::uintmax_t samples_bytes_ = 0;
 };
 
-// X events of a real window arrive in their own order and at their own pace. The test does not depend on
-// the speed of the machine.
-TEST_F(DesktopRunRealTime, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
+// The order and the timing of X events of a real window vary. The test does not depend on the speed of the
+// machine.
+TEST_F(DesktopRunRealTime, WholeProcedureWithMouseAndKeys) {
     start("--device mouse --scenario procedure --path 2 --trainee mouse-1");
     ASSERT_TRUE(says("you control the ")) << printed();
     ASSERT_TRUE(until([&] { return !display_.title().empty(); }));
@@ -232,8 +233,8 @@ TEST_F(DesktopRunRealTime, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
     keys_.emplace(records::loadRecord(record()));
     ASSERT_TRUE(isNear(stepsNow(), {})) << where();
 
-    ASSERT_TRUE(bring(Tool::finger, {.deeper = 16})) << where();  // to the skin, then along it by mouse
-    for (int tries = 0; tries < 12; ++tries) {                    // no effect before the first picture
+    ASSERT_TRUE(bring(Tool::finger, {.deeper = 16})) << where();  // to the skin, then along the skin by mouse
+    for (int tries = 0; tries < 12; ++tries) {  // a drag has no effect before the first picture
         display_.drag(500, 260, 520, 260);
         if (until([&] { return readSamples() && stepsNow().right > 1.0; }, 5s)) break;
     }
@@ -276,7 +277,7 @@ TEST_F(DesktopRunRealTime, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
     ASSERT_TRUE(happensBy(beside_and_in, "step", "snap the needle into the guide")) << where();
     display_.key("n");
     ASSERT_TRUE(says("the needle is in hand")) << printed();
-    ASSERT_TRUE(bring(Tool::needle, {.deeper = 15})) << where();  // to the skin, further with the wheel
+    ASSERT_TRUE(bring(Tool::needle, {.deeper = 15})) << where();  // to the skin, then further with the wheel
     const double target_mm = 30.0 + 1e3 * keys_->path().length_m + 1.0;
     const auto wheel = [&] {
         const int missing = int(std::ceil(target_mm - 1e3 * kKeyStep_m * stepsNow().deeper));
@@ -294,7 +295,7 @@ TEST_F(DesktopRunRealTime, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
     display_.key("x");
     EXPECT_TRUE(says("no more X-rays")) << printed();
 
-    // The instructor at the same window: commands go into the record, comments into the log.
+    // The instructor uses the same window: commands go into the record, comments into the log.
     display_.key("F7");
     EXPECT_TRUE(says("instructor: lights out")) << printed();
     display_.key("F8");
@@ -315,23 +316,22 @@ TEST_F(DesktopRunRealTime, FromPalpationToDuctsFullOfContrastByMouseAndKeys) {
         EXPECT_TRUE(happens("injected", name)) << printed();
     }
     display_.close();
-    const test::KeptAttempt kept = test::storedReplayedReported(*command_, outcome_.get(), "mouse-1");
+    const test::KeptAttempt kept = test::checkStoredAttempt(*command_, outcome_.get(), "mouse-1");
     test::expectWholeProcedure(kept);
     EXPECT_EQ(kept.stored.info.device, "mouse");
     EXPECT_GT(kept.stored.result->total, 50.0);
     for (const haptics::CommandKind kind : {haptics::CommandKind::cough, haptics::CommandKind::bleed,
                                             haptics::CommandKind::move, haptics::CommandKind::fault})
         EXPECT_EQ(kept.commanded[std::size_t(kind)], 1) << int(kind);
-    EXPECT_NE(kept.page.find("too fast"), std::string::npos) << "the instructor's comment is on the page";
+    EXPECT_THAT(kept.page, testing::HasSubstr("too fast")) << "the instructor's comment is on the page";
 }
 
-TEST_F(DesktopRunRealTime, WithoutADisplayThereIsNoMouse) {
+TEST_F(DesktopRunRealTime, MouseNeedsADisplay) {
     display_.kill();
     start("--device mouse --trainee mouse-2 --scenario '" + test::testScenario("short").string() + "'");
     const Outcome outcome = outcome_.get();
-    EXPECT_EQ(outcome.status, 2);
-    EXPECT_NE(outcome.err.find("mouse input needs a window, and there is none"), std::string::npos)
-        << outcome.err;
+    EXPECT_EQ(outcome.status, 3);
+    EXPECT_THAT(outcome.err, testing::HasSubstr("--device mouse needs a window, and there is none"));
 }
 
 }  // namespace

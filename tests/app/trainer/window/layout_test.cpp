@@ -25,7 +25,7 @@ TEST(Layout, APictureFitsInTheMiddleAndIsNeverStretched) {
 
 TEST(Layout, OneViewHasTheWindowToItself) {
     for (int view = 0; view < int(WindowView::overview); ++view) {
-        const Layout layout = layoutOf(WindowView(view), WindowView::leftEye, 1280, 720);
+        const Layout layout = computeLayout(WindowView(view), WindowView::leftEye, 1280, 720);
         ASSERT_EQ(layout.panes.size(), 1u);
         EXPECT_EQ(layout.panes[0].shows, WindowView(view));
         EXPECT_EQ(layout.panes[0].area, (Rect{8, 34, 1264, 648}));
@@ -36,7 +36,7 @@ TEST(Layout, OneViewHasTheWindowToItself) {
 TEST(Layout, TheOverviewShowsFourThingsSideBySideInEveryWindow) {
     for (const auto& [width, height] :
          {std::pair{1280, 720}, {3840, 2160}, {640, 480}, {600, 1000}, {320, 200}}) {
-        const Layout layout = layoutOf(WindowView::overview, WindowView::camera, width, height);
+        const Layout layout = computeLayout(WindowView::overview, WindowView::camera, width, height);
         ASSERT_EQ(layout.panes.size(), 4u);
         EXPECT_EQ(layout.panes[0].shows, WindowView::camera);
         std::vector<Rect> all;
@@ -55,10 +55,10 @@ TEST(Layout, TheOverviewShowsFourThingsSideBySideInEveryWindow) {
 
 TEST(Layout, SlicesStandBelowTheLargePictureAndKeysHaveTheRowsTheyNeed) {
     const LayoutSettings settings{.key_rows = 3, .slices = true};
-    const Layout layout = layoutOf(WindowView::overview, WindowView::leftEye, 1440, 900, settings);
+    const Layout layout = computeLayout(WindowView::overview, WindowView::leftEye, 1440, 900, settings);
     ASSERT_EQ(layout.panes.size(), 5u);
     EXPECT_EQ(layout.panes.back().shows, WindowView::slices);
-    EXPECT_EQ(layout.keys.height, kKeys + 2 * kMoreKeys);
+    EXPECT_EQ(layout.keys.height, kKeys + 2 * kKeyRowHeight);
     std::vector<Rect> all{layout.keys};
     for (const Pane& pane : layout.panes) {
         EXPECT_TRUE(within(pane.area, 1440, 900)) << nameOf(pane.shows);
@@ -72,8 +72,8 @@ TEST(Layout, SlicesStandBelowTheLargePictureAndKeysHaveTheRowsTheyNeed) {
 
 TEST(Layout, TheGuideStandsWhereTheMetricsWouldBe) {
     for (const auto& [width, height] : {std::pair{1440, 900}, {1100, 700}, {600, 1000}}) {
-        const Layout layout = layoutOf(WindowView::overview, WindowView::leftEye, width, height,
-                                       {.slices = true, .guide = true});
+        const Layout layout = computeLayout(WindowView::overview, WindowView::leftEye, width, height,
+                                            {.slices = true, .guide = true});
         std::vector<Rect> all{layout.keys};
         int guides = 0;
         for (const Pane& pane : layout.panes) {
@@ -89,9 +89,9 @@ TEST(Layout, TheGuideStandsWhereTheMetricsWouldBe) {
     }
 }
 
-TEST(Layout, AWindowTooSmallForFourThingsShowsTheEye) {
+TEST(Layout, SmallWindowShowsOnlyTheEye) {
     for (const auto& [width, height] : {std::pair{200, 400}, {400, 100}, {1, 1}}) {
-        const Layout layout = layoutOf(WindowView::overview, WindowView::rightEye, width, height);
+        const Layout layout = computeLayout(WindowView::overview, WindowView::rightEye, width, height);
         ASSERT_EQ(layout.panes.size(), 1u);
         EXPECT_EQ(layout.panes[0].shows, WindowView::rightEye);
         EXPECT_GT(layout.panes[0].area.width, 0);

@@ -1,4 +1,4 @@
-// The window on an X server without a screen, beside a headset from the mock runtime.
+// The instructor's window on an X server without a screen, beside a headset of the mock runtime.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -12,6 +12,7 @@
 #include <thread>
 #include <utility>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stb/stb_image.h>
 
@@ -21,6 +22,7 @@
 #include "app/trainer/window/mirror.h"
 #include "tests/app/trainer/phantom_attempt.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/wait_until.h"
 #include "tests/support/x_display.h"
 
 namespace stylet::trainer {
@@ -33,19 +35,17 @@ using test::Screenshot;
 
 constexpr int kWidth = 900, kHeight = 600, kEyePixels = 192;
 
-Seen outside() {
-    Seen seen;
+FrameState outside() {
+    FrameState seen;
     seen.tick.patient_from_needle.position_m = {-0.01, 0.0, 0.0};
     return seen;
 }
 
-bool until(const std::function<bool()>& done, std::chrono::seconds most = 120s) {
-    for (const auto begin = SteadyClock::now(); !done(); std::this_thread::sleep_for(10ms))
-        if (SteadyClock::now() > begin + most) return false;
-    return true;
+bool until(const std::function<bool()>& done) {
+    return test::waitUntil(done, 120s, 10);
 }
 
-// Means of boxes in a grid over `part` of a picture. They survive scaling.
+// Mean values of boxes in a grid over `part` of a picture. They hardly change if the picture is scaled.
 std::vector<double> boxes(const std::uint8_t* rgb, int stride, const Rect& part, int count) {
     std::vector<double> means;
     for (int j = 0; j < count; ++j)
@@ -75,12 +75,12 @@ double spread(const std::vector<double>& values) {
     return *most - *least;
 }
 
-Rect paneOf(WindowView view, int width = kWidth, int height = kHeight) {
-    return layoutOf(view, WindowView::leftEye, width, height).panes[0].area;
+Rect findPane(WindowView view, int width = kWidth, int height = kHeight) {
+    return computeLayout(view, WindowView::leftEye, width, height).panes[0].area;
 }
 // Area of an eye's picture.
 Rect eyeIn(WindowView view, int width = kWidth, int height = kHeight) {
-    return fitted(paneOf(view, width, height), kEyePixels, kEyePixels);
+    return fitted(findPane(view, width, height), kEyePixels, kEyePixels);
 }
 
 class MirrorTest : public testing::Test {
@@ -145,7 +145,7 @@ class MirrorTest : public testing::Test {
     const patient::PlannedPath path_ = test::ductPath();
     test::TempFolder folder_;
     MirrorSettings settings_;
-    Seen seen_ = outside();
+    FrameState seen_ = outside();
     std::optional<Mirror> mirror_;
     std::optional<FrameLoop> frames_;
 };
@@ -178,7 +178,7 @@ TEST_F(MirrorTest, ItShowsTheEyeThatTheHeadsetShows) {
     EXPECT_EQ(mirror_->validationMessages(), 0u);
 }
 
-TEST_F(MirrorTest, KeysTurnItsPagesAndTheTitleSaysWhichIsOpen) {
+TEST_F(MirrorTest, KeysSelectViewsAndTheTitleNamesThem) {
     open();
     const char* const names[] = {"left eye", "right eye", "free camera", "ultrasound",
                                  "X-ray",    "metrics",   "overview",    "slices"};
@@ -198,15 +198,15 @@ TEST_F(MirrorTest, KeysTurnItsPagesAndTheTitleSaysWhichIsOpen) {
     EXPECT_TRUE(reads("right eye"));
 }
 
-// The trainee's alerts also appear in the window: a strike is shown around the eye's picture, which stays
-// unchanged. A key opens the guide. An exam shows neither.
-TEST_F(MirrorTest, WhatTheTraineeIsToldStandsRoundHisPicture) {
+// The trainee's alerts also appear in the window. A strike is shown around the eye's picture, which stays
+// unchanged. A key opens the guide. In an exam, neither is shown.
+TEST_F(MirrorTest, AlertSurroundsTheTraineesView) {
     settings_.pictures.config.difficulty = training::Difficulty::practice;
     open();
     putOn();
     display_->key("1");
     show(6, "seen");
-    const Rect pane = paneOf(WindowView::leftEye);
+    const Rect pane = findPane(WindowView::leftEye);
     const int edge = std::min(pane.width, pane.height) / 28;
     const Rect above{pane.x, pane.y, pane.width, edge},
         inside = fitted({pane.x + edge, pane.y + edge, pane.width - 2 * edge, pane.height - 2 * edge},
@@ -228,7 +228,7 @@ TEST_F(MirrorTest, WhatTheTraineeIsToldStandsRoundHisPicture) {
         return 3.0 * sum / double(means.size());
     };
     EXPECT_LT(mean(0), 60.0) << "nothing is struck";
-    seen_.progress.striking = training::Struck::vessel;
+    seen_.progress.current_risk = training::RiskStructure::vessel;
     EXPECT_TRUE(showUntil([&] { return mean(0) > mean(1) + 60.0 && mean(0) > mean(2) + 60.0; }));
     EXPECT_GT(psnrOfGreys_db(shown(inside), left), 34.0) << "the picture stays free";
     const Screenshot struck = display_->shot();
@@ -240,7 +240,7 @@ TEST_F(MirrorTest, WhatTheTraineeIsToldStandsRoundHisPicture) {
         changes += light(x) != light(x - 1);
     }
     EXPECT_GT(changes, above.width / 24) << "stripes";
-    seen_.progress.striking = training::Struck::nothing, seen_.progress.success = true;
+    seen_.progress.current_risk = training::RiskStructure::nothing, seen_.progress.success = true;
     seen_.tick.tick += 1000;
     EXPECT_TRUE(showUntil([&] { return mean(1) > mean(0) + 40.0 && mean(1) > mean(2) + 40.0; }));
     seen_.tick.tick += 10'000;
@@ -248,7 +248,7 @@ TEST_F(MirrorTest, WhatTheTraineeIsToldStandsRoundHisPicture) {
 
     display_->key("9");
     ASSERT_TRUE(until([&] { return display_->title() == "Stylet \u2013 guide"; })) << display_->title();
-    const Rect guide = paneOf(WindowView::guide);
+    const Rect guide = findPane(WindowView::guide);
     EXPECT_TRUE(showUntil([&] { return spread(shown(guide)) > 60.0; }));
     EXPECT_EQ(mirror_->validationMessages(), 0u);
 }
@@ -258,11 +258,11 @@ TEST_F(MirrorTest, TheFreeCameraTurnsWithTheMouse) {
     putOn();
     show(4);
     display_->key("3");
-    const Rect pane = paneOf(WindowView::camera);
+    const Rect pane = findPane(WindowView::camera);
     ASSERT_TRUE(showUntil([&] { return spread(shown(pane)) > 50.0; }));
     show(2);
     std::vector<double> before = shown(pane);
-    double still_db = 0.0;  // between two pictures that the window presented one after the other
+    double still_db = 0.0;  // similarity of two pictures that the window presented one after the other
     EXPECT_TRUE(until([&] {
         const std::uint64_t presented = mirror_->shown();
         if (!until([&] { return show(1), mirror_->shown() > presented + 1; })) return false;
@@ -277,7 +277,7 @@ TEST_F(MirrorTest, TheFreeCameraTurnsWithTheMouse) {
     EXPECT_EQ(mirror_->validationMessages(), 0u);
 }
 
-TEST_F(MirrorTest, ItIsClosedAndTheFramesGoOn) {
+TEST_F(MirrorTest, ClosingTheWindowDoesNotStopFrames) {
     open();
     putOn();
     show(4);
@@ -290,21 +290,21 @@ TEST_F(MirrorTest, ItIsClosedAndTheFramesGoOn) {
     EXPECT_EQ(frames_->totals().validation_messages, 0u);
 }
 
-TEST_F(MirrorTest, WithoutADisplayThereIsASentence) {
+TEST_F(MirrorTest, MissingDisplayIsReported) {
     display_.reset();
     try {
         open();
         FAIL() << "a window opened";
     } catch (const WindowError& e) {
-        EXPECT_NE(std::string(e.what()).find("no display"), std::string::npos) << e.what();
+        EXPECT_THAT(std::string(e.what()), testing::HasSubstr("no display")) << e.what();
     }
 }
 
-// Needs real time: a display that stops answering must not slow the frames.
+// Needs real time: a display that stops answering must not delay the frames.
 using MirrorRealTime = MirrorTest;
 
-// Must be the last test: after its display stopped answering, a process opens no other window.
-TEST_F(MirrorRealTime, AWindowThatIsStuckHoldsNoFrameBack) {
+// Must be the last test, because a process opens no other window after its display has stopped answering.
+TEST_F(MirrorRealTime, StuckWindowDelaysNoFrame) {
     open();
     putOn();
     show(10);
@@ -325,8 +325,8 @@ TEST_F(MirrorRealTime, AWindowThatIsStuckHoldsNoFrameBack) {
     const std::uint64_t rendered = frames_->totals().rendered;
     int frames = 0;
     double stuck_ms = 0.0;
-    // Five consecutive frames are as fast as before. A frame that waits for the display would be among
-    // them. Repeats this if the machine itself stalled.
+    // Five consecutive frames must be as fast as before. If a frame waited for the display, it would be among
+    // them. Repeat if the machine itself stalled.
     EXPECT_TRUE(until([&] {
         frames += 5;
         stuck_ms = slowest(5);
@@ -338,7 +338,7 @@ TEST_F(MirrorRealTime, AWindowThatIsStuckHoldsNoFrameBack) {
     EXPECT_EQ(frames_->totals().rendered, rendered + std::uint64_t(frames));
     EXPECT_LE(mirror_->shown(), before + 3) << "the window was not stuck";
     // The window resumes.
-    display_->go();
+    display_->resume();
     const std::uint64_t after = mirror_->shown();
     EXPECT_TRUE(showUntil([&] { return mirror_->shown() > after + 3; }));
     display_->stop();
@@ -350,7 +350,7 @@ TEST_F(MirrorRealTime, AWindowThatIsStuckHoldsNoFrameBack) {
     EXPECT_LT(SteadyClock::now() - begin, 60s);
     RecordProperty("end_beside_a_stuck_window_ms",
                    std::to_string((SteadyClock::now() - begin) / std::chrono::milliseconds(1)));
-    display_->go();
+    display_->resume();
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Shows a record in the window: its capture points look as in the attempt, and it scrubs back and forth.
+// Shows a record in the window and scrubs back and forth. Its capture points look the same as in the attempt.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -12,6 +12,7 @@
 
 #include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/command.h"
+#include "tests/support/wait_until.h"
 #include "tests/support/x_display.h"
 
 namespace stylet::trainer {
@@ -55,11 +56,9 @@ double psnrOfShots_db(const Screenshot& a, const Screenshot& b) {
 class ReplayShow : public testing::Test {
   protected:
     bool until(const std::function<bool()>& done, std::chrono::seconds most = 300s) const {
-        for (const auto begin = std::chrono::steady_clock::now(); !done(); std::this_thread::sleep_for(50ms))
-            if (std::chrono::steady_clock::now() > begin + most) return false;
-        return true;
+        return test::waitUntil(done, most, 50);
     }
-    // Waits for two equal consecutive pictures. On a busy machine they may be outdated.
+    // Waits for two equal consecutive pictures. On a busy machine even these may be outdated.
     Screenshot still() const {
         Screenshot shot = display_.shot();
         until([&] {
@@ -71,12 +70,12 @@ class ReplayShow : public testing::Test {
         });
         return shot;
     }
-    // Shows the end of the attempt, its start, and its end again. The start must differ, and the end must
-    // be the same.
+    // Shows the end of the attempt, its start, and its end again. The start must look different, and the end
+    // the same.
     bool scrubsThereAndBack() const {
-        display_.key("End");  // the needle is outside again or deep inside
+        display_.key("End");  // at the end the needle is outside again or deep inside
         const Screenshot end = still();
-        display_.key("space");  // plays from the start and stops there
+        display_.key("space");  // play from the start and stop immediately
         display_.key("space");
         display_.key("Home");
         if (!until([&] { return psnrOfShots_db(display_.shot(), end) < 45.0; }, 20s)) return false;
@@ -90,7 +89,7 @@ class ReplayShow : public testing::Test {
 };
 
 // HZ-TEACH-13
-TEST_F(ReplayShow, ShowsWhatWasSeenAndScrubsThereAndBack) {
+TEST_F(ReplayShow, ShowsTheAttemptAndScrubsInBothDirections) {
     command_.set("XR_RUNTIME_JSON", "/nowhere/runtime.json");
     const std::filesystem::path live = command_ / "live", again = command_ / "again";
     const Outcome attempt = command_.runInto(live, "run --fast --fps 1 --spacing-mm 3 --mirror --scenario '" +
@@ -105,7 +104,7 @@ TEST_F(ReplayShow, ShowsWhatWasSeenAndScrubsThereAndBack) {
     ASSERT_TRUE(
         until([&] { return !display_.title().empty() || shown.wait_for(0s) == std::future_status::ready; }));
     ASSERT_TRUE(until([&] { return std::filesystem::exists(again / "duct_view.png"); }));
-    bool scrubs = false;  // retries if a picture was older than its key
+    bool scrubs = false;  // tries again if a picture was older than its key press
     for (int tries = 0; tries < 6 && !scrubs; ++tries)
         scrubs = scrubsThereAndBack();
     EXPECT_TRUE(scrubs);

@@ -11,10 +11,9 @@ constexpr std::uint32_t kBeneathPixels = 100;
 
 // Returns an eye at the origin that looks along -z. Its field of view is 45 degrees to each side, and its
 // picture is opaque grey. A screen 2 m wide and 1 m high stands 2 m in front of the eye. In the picture it
-// covers half of the width and a quarter of the height. `facing`: the front of the screen is turned to the
-// eye.
-EyeGiven eyeBefore(bool facing) {
-    EyeGiven eye;
+// covers half of the width and a quarter of the height. `facing`: the front of the screen faces the eye.
+EyeUpdate eyeBefore(bool facing) {
+    EyeUpdate eye;
     eye.image = {kBeneathPixels, kBeneathPixels,
                  std::vector<std::uint8_t>(4 * kBeneathPixels * kBeneathPixels, 50)};
     for (std::size_t i = 0; i < kBeneathPixels * kBeneathPixels; ++i)
@@ -26,20 +25,20 @@ EyeGiven eyeBefore(bool facing) {
     return eye;
 }
 
-void clear(EyeGiven& eye) {
+void clear(EyeUpdate& eye) {
     std::fill(eye.image.rgba.begin(), eye.image.rgba.end(), std::uint8_t(0));
 }
 
 // Four pixels: red, green; blue, white.
 const render::Image kScreen{2, 2, {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 255, 255, 255, 255, 255}};
 
-std::array<int, 3> colourAt(const EyeGiven& eye, int x, int y) {
+std::array<int, 3> colourAt(const EyeUpdate& eye, int x, int y) {
     const std::uint8_t* p = &eye.image.rgba[std::size_t(4 * (y * int(kBeneathPixels) + x))];
     return {p[0], p[1], p[2]};
 }
 
-TEST(ScreensBeneath, TheScreenStandsWhereTheEyeSeesItAndNowhereElse) {
-    EyeGiven eye = eyeBefore(true);
+TEST(ScreensBeneath, ScreenIsDrawnOnlyWhereTheEyeSeesIt) {
+    EyeUpdate eye = eyeBefore(true);
     clear(eye);
     showBeneath(eye, {&kScreen, nullptr, nullptr});
     EXPECT_EQ(colourAt(eye, 26, 39), (std::array{255, 0, 0}));
@@ -50,11 +49,11 @@ TEST(ScreensBeneath, TheScreenStandsWhereTheEyeSeesItAndNowhereElse) {
         EXPECT_EQ(colourAt(eye, x, y), (std::array{0, 0, 0})) << x << ", " << y;
 }
 
-TEST(ScreensBeneath, WhatIsDrawnOverItStaysAndABackIsNoScreen) {
-    EyeGiven drawn = eyeBefore(true);
+TEST(ScreensBeneath, OpaquePixelsStayAndBackFacesAreSkipped) {
+    EyeUpdate drawn = eyeBefore(true);
     showBeneath(drawn, {&kScreen, nullptr, nullptr});
     EXPECT_EQ(colourAt(drawn, 50, 50), (std::array{50, 50, 50}));
-    EyeGiven behind = eyeBefore(false);
+    EyeUpdate behind = eyeBefore(false);
     clear(behind);
     showBeneath(behind, {&kScreen, nullptr, nullptr});
     EXPECT_EQ(colourAt(behind, 30, 45), (std::array{0, 0, 0}));

@@ -13,18 +13,18 @@ KeyPress function(int number) {
     return press;
 }
 
-// Starts from the attempt's current difficulty, whoever set it, and cycles.
+// The key starts from the attempt's current difficulty, no matter who set it, and cycles through all levels.
 TEST(WindowKeys, F12SetsTheNextDifficulty) {
     const auto port = std::make_shared<WindowPort>();
     WindowKeys keys(port);
-    keys.know(false, false, Difficulty::exam);
+    keys.setState(false, false, Difficulty::exam);
     keys.press(function(12));
-    keys.know(false, false, Difficulty::exam);  // a state from before the key press
+    keys.setState(false, false, Difficulty::exam);  // a state from before the key press
     keys.press(function(12));
     keys.press(function(12));
     EXPECT_EQ(port->typed(), "difficulty guided\ndifficulty practice\ndifficulty exam\n");
     for (int i = 0; i < 10; ++i)
-        keys.know(false, false, Difficulty::practice);
+        keys.setState(false, false, Difficulty::practice);
     keys.press(function(12));
     EXPECT_EQ(port->typed(), "difficulty exam\n");
 }
@@ -40,11 +40,11 @@ KeyPress key(char which) {
     return press;
 }
 
-TEST(WindowKeys, F1SaysAnyWordAndF9AComment) {
+TEST(WindowKeys, F1EntersACommandAndF9AComment) {
     const auto port = std::make_shared<WindowPort>();
     WindowKeys keys(port);
     keys.press(function(1));
-    EXPECT_TRUE(keys.types());
+    EXPECT_TRUE(keys.isTyping());
     keys.press(typed("new seed 7"));
     EXPECT_NE(keys.state().find("command: new seed 7"), std::string::npos);
     keys.press(key(kKeyEnter));

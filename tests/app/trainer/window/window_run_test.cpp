@@ -1,5 +1,5 @@
 // Runs `stylet run` with a window as a user does, on an X server without a screen. Most tests use a virtual
-// clock, where a slow machine only draws later.
+// clock, so a slow machine only takes longer.
 #include <algorithm>
 #include <chrono>
 #include <fstream>
@@ -19,7 +19,7 @@ using namespace std::chrono_literals;
 using test::Outcome;
 
 // A scenario with all capture points and a hit within two seconds. The patient breathes fast, so that the
-// breath-hold comes soon.
+// breath-hold begins soon.
 constexpr const char* kTwoSeconds = R"(name = "two seconds"
 description = "The short scenario with a fast breath and a faster hand."
 moments = ["approach", "skin", "fascia", "liver", "duct"]
@@ -81,10 +81,10 @@ class WindowRun : public testing::Test {
 };
 
 // HZ-RECORD-12
-TEST_F(WindowRun, ADisplayThatGoesAwayTakesTheMirrorAndNothingElse) {
+TEST_F(WindowRun, LostDisplayEndsOnlyTheMirror) {
     Outcome outcome;
     bool lost = false;
-    // Retries if the attempt ended before the window was shown or before the loss was noticed.
+    // Try again if the attempt ended before the window was shown or before the loss was noticed.
     for (int tries = 0; tries < 20 && !lost; ++tries) {
         display_.emplace(1400, 900);
         start("--fast --fps 4 --headless --mirror --validation");
@@ -100,12 +100,12 @@ TEST_F(WindowRun, ADisplayThatGoesAwayTakesTheMirrorAndNothingElse) {
         EXPECT_TRUE(std::filesystem::exists(command_->out() / eye)) << eye;
 }
 
-// Needs real time: only there does a window open by itself, if a display is available and no headset is
-// found. Checks the captured pictures only: on a slow machine the attempt may end before the window shows
-// one.
+// If a display is available and no headset is found, the program opens a window by itself, but only in real
+// time. So this test cannot use a virtual clock. It checks only the captured pictures: on a slow machine the
+// attempt may end before the window shows one.
 using WindowRunRealTime = WindowRun;
 
-TEST_F(WindowRunRealTime, WithoutAHeadsetTheWindowTakesItsPlace) {
+TEST_F(WindowRunRealTime, WindowReplacesAMissingHeadset) {
     command_->set("XR_RUNTIME_JSON", "/nowhere/runtime.json");
     start("--validation");
     const Outcome outcome = outcome_.get();
@@ -117,7 +117,7 @@ TEST_F(WindowRunRealTime, WithoutAHeadsetTheWindowTakesItsPlace) {
         EXPECT_GT(std::filesystem::file_size(command_->out() / (moment + "_view.png")), 20000u) << moment;
 }
 
-TEST_F(WindowRun, TheWindowInAHeadsetsPlaceShowsTheRoom) {
+TEST_F(WindowRun, WindowWithoutHeadsetShowsTheRoom) {
     command_->set("XR_RUNTIME_JSON", "/nowhere/runtime.json");
     start("--fast --fps 4 --mirror --validation");
     EXPECT_TRUE(shown());
@@ -128,7 +128,7 @@ TEST_F(WindowRun, TheWindowInAHeadsetsPlaceShowsTheRoom) {
     EXPECT_EQ(outcome.err.find("validation"), std::string::npos) << outcome.err;
 }
 
-TEST_F(WindowRun, WithNeitherThereIsOneSentenceAndNoPicture) {
+TEST_F(WindowRun, MissingHeadsetAndDisplayAreReportedInOneLine) {
     display_->kill();
     command_->set("XR_RUNTIME_JSON", "/nowhere/runtime.json");
     start("--fast --fps 4 --mirror");

@@ -8,14 +8,14 @@ namespace {
 const Vec3 kRight(1.0, 0.0, 0.0), kUp(0.0, 1.0, 0.0), kToUser(0.0, 0.0, 1.0);
 
 // HZ-FORCE-10
-TEST(ForceDimensionFrame, EachAxisByItsName) {
+TEST(ForceDimensionFrame, AxesMapToBridgeFrame) {
     EXPECT_EQ(bridgeFromDhd({1.0, 0.0, 0.0}), kToUser);
     EXPECT_EQ(bridgeFromDhd({0.0, 1.0, 0.0}), kRight);
     EXPECT_EQ(bridgeFromDhd({0.0, 0.0, 1.0}), kUp);
     EXPECT_EQ(dhdFromBridge(bridgeFromDhd({1.0, 2.0, 3.0})), Vec3(1.0, 2.0, 3.0));
 }
 
-TEST(ForceDimensionFrame, TheWristTurnsTheStylusAsItTurnsItself) {
+TEST(ForceDimensionFrame, WristRotationRotatesStylus) {
     const double none[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     const Pose level = stylusFromDhd({0.01, 0.02, 0.03}, none);
     EXPECT_EQ(level.position_m, Vec3(0.02, 0.03, 0.01));

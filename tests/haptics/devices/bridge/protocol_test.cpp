@@ -98,9 +98,7 @@ TEST(BridgeProtocol, EncodesTheGoldenBytes) {
     EXPECT_EQ(bytesOf(encode(2, Force{1'000'000'000, {0.5, -0.25, 2.5}})), kForce);
     EXPECT_EQ(bytesOf(encode(2, goldenState())), kState);
     EXPECT_EQ(bytesOf(encode(1, goldenCapabilities())), kCapabilities);
-    Bye bye;
-    putText(bye.reason, "unplugged");
-    EXPECT_EQ(bytesOf(encode(7, bye)), kBye);
+    EXPECT_EQ(bytesOf(encodeBye(7, "unplugged")), kBye);
 }
 
 TEST(BridgeProtocol, DecodesTheGoldenBytes) {
@@ -136,14 +134,14 @@ TEST(BridgeProtocol, DecodesTheGoldenBytes) {
 }
 
 // HZ-FORCE-21
-TEST(BridgeProtocol, EveryFlippedBitIsNoticed) {
+TEST(BridgeProtocol, EveryFlippedBitIsDetected) {
     for (const Bytes& golden : {kHello, kForce, kState, kCapabilities, kBye}) {
         for (std::size_t bit = 0; bit < 8 * golden.size(); ++bit) {
             Bytes bytes = golden;
             bytes[bit / 8] ^= std::uint8_t(1u << bit % 8);
             Frame frame;
             const LinkFault fault = readFrame(bytes, frame);
-            // A longer length makes the reader wait for more bytes. In a conversation they arrive and fail
+            // A longer length makes the reader wait for more bytes. On a real connection they arrive and fail
             // the checksum.
             const bool longer =
                 fault == LinkFault::none && frame.bytes == 0 && (bit / 8 == 6 || bit / 8 == 7);
@@ -184,7 +182,7 @@ TEST(BridgeProtocol, BadHeadersAreRefused) {
 
 TEST(BridgeProtocol, AMessageOfAnotherTypeOrLengthIsRefused) {
     State state;
-    EXPECT_EQ(decode(kForce, state), LinkFault::unasked);
+    EXPECT_EQ(decode(kForce, state), LinkFault::unexpected);
     Frame frame;
     ASSERT_EQ(readFrame(kState, frame), LinkFault::none);
     frame.payload = frame.payload.first(79);
@@ -192,7 +190,7 @@ TEST(BridgeProtocol, AMessageOfAnotherTypeOrLengthIsRefused) {
 }
 
 // HZ-FORCE-21
-TEST(BridgeProtocol, ValuesThatCannotBeAreRefused) {
+TEST(BridgeProtocol, OutOfRangeValuesAreRefused) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     constexpr double inf = std::numeric_limits<double>::infinity();
     State state;
@@ -221,7 +219,7 @@ TEST(BridgeProtocol, ValuesThatCannotBeAreRefused) {
     EXPECT_EQ(decode(with(kBye, 3, '\x1b'), bye), LinkFault::value);
 }
 
-TEST(BridgeProtocol, ANearUnitQuaternionIsMadeOne) {
+TEST(BridgeProtocol, NearUnitQuaternionIsNormalised) {
     State state;
     ASSERT_EQ(decode(with(kState, 40, 0.5004), state), LinkFault::none);
     EXPECT_NEAR(glm::length(state.device_from_stylus.rotation), 1.0, 1e-15);

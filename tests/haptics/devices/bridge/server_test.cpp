@@ -29,17 +29,22 @@ struct ServoRun {
         return servo.tick({now_ns, {}, 0, MotorStage::on, true}, 3.3);
     }
     void command(const Vec3& force_n) { servo.command({now_ns, force_n}); }
+    // A force of zero, after which other forces are applied.
+    void arm() {
+        command(Vec3(0.0));
+        tick();
+    }
     bool watchdog() {
         Sample sample;
         bool tripped = false;
-        EXPECT_TRUE(servo.newest(sample, tripped));
+        EXPECT_TRUE(servo.readSample(sample, tripped));
         return tripped;
     }
     Servo servo;
     std::int64_t now_ns = 1'000'000'000;
 };
 
-TEST(BridgeServo, HoldsZeroUntilAZeroHasCome) {
+TEST(BridgeServo, AppliesZeroUntilAZeroCommandArrives) {
     ServoRun run;
     EXPECT_EQ(run.tick(), Vec3(0.0));
     run.command({0.0, 0.0, 1.0});
@@ -53,10 +58,9 @@ TEST(BridgeServo, HoldsZeroUntilAZeroHasCome) {
 }
 
 // HZ-FORCE-06
-TEST(BridgeServo, FifteenMillisecondsOfSilenceTakeTheForce) {
+TEST(BridgeServo, FifteenMillisecondsOfSilenceRemoveTheForce) {
     ServoRun run;
-    run.command({0.0, 0.0, 0.0});
-    run.tick();
+    run.arm();
     run.command({1.0, 0.0, 0.0});
     for (int i = 1; i <= 15; ++i)
         EXPECT_EQ(run.tick(), Vec3(1.0, 0.0, 0.0)) << i;
@@ -67,33 +71,29 @@ TEST(BridgeServo, FifteenMillisecondsOfSilenceTakeTheForce) {
 }
 
 // HZ-FORCE-15
-TEST(BridgeServo, AForceFromTheFutureOrALongPastIsNone) {
+TEST(BridgeServo, ForceWithImplausibleTimestampIsIgnored) {
     ServoRun run;
-    run.command({0.0, 0.0, 0.0});
-    run.tick();
+    run.arm();
     run.servo.command({run.now_ns + 1'000 * kTick_ns, {1.0, 0.0, 0.0}});
     EXPECT_EQ(run.tick(), Vec3(0.0));
-    run.command({0.0, 0.0, 0.0});
-    run.tick();
+    run.arm();
     run.servo.command({run.now_ns - 30 * kTick_ns, {1.0, 0.0, 0.0}});
     EXPECT_EQ(run.tick(), Vec3(0.0));
 }
 
 // HZ-FORCE-01
-TEST(BridgeServo, TheDevicesPeakIsKeptWithTheDirection) {
+TEST(BridgeServo, ForceIsClampedToDevicePeakKeepingDirection) {
     ServoRun run;
-    run.command({0.0, 0.0, 0.0});
-    run.tick();
+    run.arm();
     run.command({30.0, 40.0, 0.0});
     const Vec3 sent_n = run.tick();
     EXPECT_NEAR(sent_n.x, 3.3 * 0.6, 1e-12);
     EXPECT_NEAR(sent_n.y, 3.3 * 0.8, 1e-12);
 }
 
-TEST(BridgeServo, AReleaseIsZeroInTheNextTick) {
+TEST(BridgeServo, ReleaseAppliesZeroInTheNextTick) {
     ServoRun run;
-    run.command({0.0, 0.0, 0.0});
-    run.tick();
+    run.arm();
     run.command({1.0, 0.0, 0.0});
     run.tick();
     run.servo.release();
@@ -143,10 +143,8 @@ TEST(BridgeSession, GreetsAndAnswersEachForceWithTheNewestSample) {
 }
 
 TEST(BridgeSession, RefusesWithAReason) {
-    FrameBytes newer = encode(1, Hello{2, 3});
-    EXPECT_EQ(Conversation().lastWords(newer.span()), describe(LinkFault::version));
-    FrameBytes early = encode(1, Force{});
-    EXPECT_EQ(Conversation().lastWords(early.span()), describe(LinkFault::unasked));
+    EXPECT_EQ(Conversation().lastWords(encode(1, Hello{2, 3}).span()), describe(LinkFault::version));
+    EXPECT_EQ(Conversation().lastWords(encode(1, Force{}).span()), describe(LinkFault::unexpected));
     FrameBytes flipped = encode(1, Hello{});
     flipped.bytes[9] ^= 1;
     EXPECT_EQ(Conversation().lastWords(flipped.span()), describe(LinkFault::checksum));
@@ -160,7 +158,7 @@ TEST(BridgeSession, RefusesWithAReason) {
     EXPECT_FALSE(talk.on);
 }
 
-TEST(BridgeSession, TakesFramesInPiecesAndIgnoresRepeats) {
+TEST(BridgeSession, AcceptsFramesInPiecesAndIgnoresDuplicates) {
     Conversation talk;
     talk.servo.tick({7, {}, 0, MotorStage::on, true}, 3.3);
     std::vector<std::uint8_t> in;
@@ -215,7 +213,7 @@ class BridgeServe : public testing::Test {
     std::thread thread;
 };
 
-TEST_F(BridgeServe, TheDriverReadsWhatTheSdkReads) {
+TEST_F(BridgeServe, DriverReceivesSdkState) {
     BridgeDriver driver(time.clock(), {.socket_path = path});
     ASSERT_EQ(driver.open(reason), DeviceStage::opening) << reason;
     EXPECT_STREQ(driver.profile().name, "simulated Touch");
@@ -228,12 +226,12 @@ TEST_F(BridgeServe, TheDriverReadsWhatTheSdkReads) {
 }
 
 // HZ-FORCE-14
-TEST_F(BridgeServe, AClosedTrainerAndASilentOneEndInZeroForce) {
+TEST_F(BridgeServe, ClosedOrSilentTrainerEndsInZeroForce) {
     BridgeDriver driver(time.clock(), {.socket_path = path});
     ASSERT_EQ(driver.open(reason), DeviceStage::opening) << reason;
     press(driver);
     driver.close();
-    // Time stands still, so the farewell message ends the force, not the watchdog.
+    // Time stands still, so the bye frame ends the force, not the watchdog.
     EXPECT_TRUE(test::waitUntil([this] { return sdk.tick(time.now_ns) && sdk.motor_n() == 0.0; }));
 
     ASSERT_TRUE(test::waitUntil([&] { return driver.open(reason) == DeviceStage::opening; })) << reason;
@@ -242,13 +240,13 @@ TEST_F(BridgeServe, AClosedTrainerAndASilentOneEndInZeroForce) {
     for (int i = 0; i < 100; ++i)
         tick();
     EXPECT_EQ(sdk.motor_n(), 0.0);
-    EXPECT_EQ(sdk.last_force_ns() - spoke_ns, kSilent_ns);
+    EXPECT_EQ(sdk.last_force_ns() - spoke_ns, kSilenceTimeout_ns);
     EXPECT_EQ(exchange(driver, {0.0, 0.0, 1.0}), DeviceStage::opening);
     EXPECT_EQ(reason, "the bridge's watchdog cut the force");
     EXPECT_EQ(state.flags, kDeviceHandOn);
 }
 
-TEST_F(BridgeServe, AnUnpluggedDeviceIsNamed) {
+TEST_F(BridgeServe, UnpluggedDeviceIsReported) {
     BridgeDriver driver(time.clock(), {.socket_path = path});
     ASSERT_EQ(driver.open(reason), DeviceStage::opening) << reason;
     press(driver);
@@ -261,7 +259,7 @@ TEST_F(BridgeServe, AnUnpluggedDeviceIsNamed) {
     EXPECT_EQ(driver.open(reason), DeviceStage::absent);
 }
 
-TEST_F(BridgeServe, OneTrainerAtATime) {
+TEST_F(BridgeServe, SecondTrainerIsRefused) {
     BridgeDriver first(time.clock(), {.socket_path = path}), second(time.clock(), {.socket_path = path});
     ASSERT_EQ(first.open(reason), DeviceStage::opening) << reason;
     EXPECT_EQ(second.open(reason), DeviceStage::failed);
@@ -269,7 +267,7 @@ TEST_F(BridgeServe, OneTrainerAtATime) {
     press(first);
 }
 
-TEST_F(BridgeServe, OneBridgeAtATimeAndADeadOnesSocketIsReplaced) {
+TEST_F(BridgeServe, SecondBridgeIsRefusedAndStaleSocketIsReplaced) {
     std::atomic<bool> never{true};
     test::SimulatedSdk other;
     EXPECT_EQ(serve(other, path, never), path + ": another bridge listens there");
@@ -279,12 +277,10 @@ TEST_F(BridgeServe, OneBridgeAtATimeAndADeadOnesSocketIsReplaced) {
     const std::string left = folder / "left.sock";
     {
         // The socket file of a dead process remains in the file system.
-        sockaddr_un address{};
-        address.sun_family = AF_UNIX;
-        std::snprintf(address.sun_path, sizeof address.sun_path, "%s", left.c_str());
-        const int dead = ::socket(AF_UNIX, SOCK_STREAM, 0);
+        sockaddr_un address;
+        ASSERT_TRUE(makeAddress(left, address, reason)) << reason;
+        const Descriptor dead(::socket(AF_UNIX, SOCK_STREAM, 0));
         ASSERT_EQ(::bind(dead, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-        ::close(dead);
     }
     EXPECT_EQ(serve(other, left, never), "");
     std::ofstream(folder / "file.sock") << "not a socket";
@@ -292,7 +288,7 @@ TEST_F(BridgeServe, OneBridgeAtATimeAndADeadOnesSocketIsReplaced) {
     EXPECT_TRUE(std::filesystem::exists(folder / "file.sock"));
 }
 
-TEST_F(BridgeServe, AMissingDeviceIsNamed) {
+TEST_F(BridgeServe, MissingDeviceIsReported) {
     finish();
     sdk.missing.store(true);
     EXPECT_EQ(serve(sdk, path, stop), "no device is plugged in");

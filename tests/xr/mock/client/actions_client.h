@@ -16,7 +16,7 @@ class Actions : public MockTest {
   protected:
     XrResult tryActionSet(const char* name, const char* localized, XrActionSet* set,
                           std::uint32_t priority = 0) {
-        auto info = structOf<XrActionSetCreateInfo>(XR_TYPE_ACTION_SET_CREATE_INFO);
+        auto info = makeStruct<XrActionSetCreateInfo>(XR_TYPE_ACTION_SET_CREATE_INFO);
         std::strcpy(info.actionSetName, name);
         std::strcpy(info.localizedActionSetName, localized);
         info.priority = priority;
@@ -29,7 +29,7 @@ class Actions : public MockTest {
     }
     XrResult tryAction(XrActionSet set, const char* name, const char* localized, XrActionType type,
                        const std::vector<XrPath>& subactions, XrAction* action) {
-        auto info = structOf<XrActionCreateInfo>(XR_TYPE_ACTION_CREATE_INFO);
+        auto info = makeStruct<XrActionCreateInfo>(XR_TYPE_ACTION_CREATE_INFO);
         std::strcpy(info.actionName, name);
         std::strcpy(info.localizedActionName, localized);
         info.actionType = type;
@@ -73,20 +73,20 @@ class Actions : public MockTest {
         return {XR_TYPE_ACTION_STATE_GET_INFO, nullptr, action, subaction};
     }
     XrActionStateVector2f vector(XrAction action, XrPath subaction = XR_NULL_PATH) {
-        auto state = structOf<XrActionStateVector2f>(XR_TYPE_ACTION_STATE_VECTOR2F);
+        auto state = makeStruct<XrActionStateVector2f>(XR_TYPE_ACTION_STATE_VECTOR2F);
         const auto info = of(action, subaction);
         EXPECT_EQ(xrGetActionStateVector2f(session_, &info, &state), XR_SUCCESS);
         return state;
     }
     bool poseActive(XrAction action, XrPath subaction = XR_NULL_PATH) {
-        auto state = structOf<XrActionStatePose>(XR_TYPE_ACTION_STATE_POSE);
+        auto state = makeStruct<XrActionStatePose>(XR_TYPE_ACTION_STATE_POSE);
         const auto info = of(action, subaction);
         EXPECT_EQ(xrGetActionStatePose(session_, &info, &state), XR_SUCCESS);
         return state.isActive == XR_TRUE;
     }
     // The current interaction profile, or empty if there is none.
     std::string profile(const char* user_path) {
-        auto state = structOf<XrInteractionProfileState>(XR_TYPE_INTERACTION_PROFILE_STATE);
+        auto state = makeStruct<XrInteractionProfileState>(XR_TYPE_INTERACTION_PROFILE_STATE);
         EXPECT_EQ(xrGetCurrentInteractionProfile(session_, path(user_path), &state), XR_SUCCESS);
         if (state.interactionProfile == XR_NULL_PATH) return {};
         char text[XR_MAX_PATH_LENGTH];
@@ -103,18 +103,16 @@ class Actions : public MockTest {
         return space;
     }
     XrSpaceLocation locate(XrSpace space, XrTime time = 1'000'000'000) {
-        auto location = structOf<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
-        EXPECT_EQ(xrLocateSpace(space, stage_, time, &location), XR_SUCCESS);
-        return location;
+        return MockTest::locate(space, stage_, time);
     }
     XrActionStateBoolean boolean(XrAction action, XrPath subaction = XR_NULL_PATH) {
-        auto state = structOf<XrActionStateBoolean>(XR_TYPE_ACTION_STATE_BOOLEAN);
+        auto state = makeStruct<XrActionStateBoolean>(XR_TYPE_ACTION_STATE_BOOLEAN);
         const auto info = of(action, subaction);
         EXPECT_EQ(xrGetActionStateBoolean(session_, &info, &state), XR_SUCCESS);
         return state;
     }
     XrActionStateFloat number(XrAction action, XrPath subaction = XR_NULL_PATH) {
-        auto state = structOf<XrActionStateFloat>(XR_TYPE_ACTION_STATE_FLOAT);
+        auto state = makeStruct<XrActionStateFloat>(XR_TYPE_ACTION_STATE_FLOAT);
         const auto info = of(action, subaction);
         EXPECT_EQ(xrGetActionStateFloat(session_, &info, &state), XR_SUCCESS);
         return state;

@@ -95,16 +95,19 @@ void MockTest::SetUp() {
 }
 
 void MockTest::TearDown() {
-    if (vk_device_ != VK_NULL_HANDLE) vkDeviceWaitIdle(vk_device_);
-    if (instance_ != XR_NULL_HANDLE) {
-        EXPECT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
-    }
-    if (vk_device_ != VK_NULL_HANDLE) vkDestroyDevice(vk_device_, nullptr);
-    destroyVulkanInstance();
+    destroyAll();
     for (const std::string& name : variables_)
         unsetenv(name.c_str());
     for (const std::string& message : vk_messages_)
         ADD_FAILURE() << message;
+}
+
+void MockTest::destroyAll() {
+    if (vk_device_ != VK_NULL_HANDLE) vkDeviceWaitIdle(vk_device_);
+    if (instance_ != XR_NULL_HANDLE) destroyInstance();
+    if (vk_device_ != VK_NULL_HANDLE) vkDestroyDevice(vk_device_, nullptr);
+    vk_device_ = VK_NULL_HANDLE;
+    destroyVulkanInstance();
 }
 
 void MockTest::destroyVulkanInstance() {
@@ -132,13 +135,18 @@ XrResult MockTest::tryInstance(const void* next) {
     std::vector<const char*> extensions;
     for (const std::string& name : names)
         extensions.push_back(name.c_str());
-    auto info = structOf<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
+    auto info = makeStruct<XrInstanceCreateInfo>(XR_TYPE_INSTANCE_CREATE_INFO);
     info.next = next;
     std::strcpy(info.applicationInfo.applicationName, "mock test");
     info.applicationInfo.apiVersion = XR_MAKE_VERSION(1, 0, 0);
     info.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());
     info.enabledExtensionNames = extensions.data();
     return xrCreateInstance(&info, &instance_);
+}
+
+void MockTest::destroyInstance() {
+    EXPECT_EQ(xrDestroyInstance(instance_), XR_SUCCESS);
+    instance_ = XR_NULL_HANDLE;
 }
 
 void MockTest::start() {
@@ -149,7 +157,8 @@ void MockTest::start() {
 
 void MockTest::startVulkan() {
     start();
-    auto requirements = structOf<XrGraphicsRequirementsVulkanKHR>(XR_TYPE_GRAPHICS_REQUIREMENTS_VULKAN2_KHR);
+    auto requirements =
+        makeStruct<XrGraphicsRequirementsVulkanKHR>(XR_TYPE_GRAPHICS_REQUIREMENTS_VULKAN2_KHR);
     ASSERT_EQ(load<PFN_xrGetVulkanGraphicsRequirements2KHR>(instance_, "xrGetVulkanGraphicsRequirements2KHR")(
                   instance_, system_, &requirements),
               XR_SUCCESS);
@@ -173,7 +182,8 @@ void MockTest::startVulkan() {
         instance_info.enabledExtensionCount = 1;
         instance_info.ppEnabledExtensionNames = &debug;
     }
-    auto xr_instance_info = structOf<XrVulkanInstanceCreateInfoKHR>(XR_TYPE_VULKAN_INSTANCE_CREATE_INFO_KHR);
+    auto xr_instance_info =
+        makeStruct<XrVulkanInstanceCreateInfoKHR>(XR_TYPE_VULKAN_INSTANCE_CREATE_INFO_KHR);
     xr_instance_info.systemId = system_;
     xr_instance_info.pfnGetInstanceProcAddr = vkGetInstanceProcAddr;
     xr_instance_info.vulkanCreateInfo = &instance_info;
@@ -211,7 +221,7 @@ void MockTest::startVulkan() {
     device_info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
     device_info.queueCreateInfoCount = 1;
     device_info.pQueueCreateInfos = &queue_info;
-    auto xr_device_info = structOf<XrVulkanDeviceCreateInfoKHR>(XR_TYPE_VULKAN_DEVICE_CREATE_INFO_KHR);
+    auto xr_device_info = makeStruct<XrVulkanDeviceCreateInfoKHR>(XR_TYPE_VULKAN_DEVICE_CREATE_INFO_KHR);
     xr_device_info.systemId = system_;
     xr_device_info.pfnGetInstanceProcAddr = vkGetInstanceProcAddr;
     xr_device_info.vulkanPhysicalDevice = vk_physical_device_;
@@ -247,9 +257,12 @@ void MockTest::startSession() {
 
 void MockTest::startRunning() {
     startSession();
-    const XrSessionBeginInfo info{XR_TYPE_SESSION_BEGIN_INFO, nullptr,
-                                  XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO};
-    ASSERT_EQ(xrBeginSession(session_, &info), XR_SUCCESS);
+    ASSERT_EQ(beginSession(), XR_SUCCESS);
+}
+
+XrResult MockTest::beginSession() {
+    const XrSessionBeginInfo info{XR_TYPE_SESSION_BEGIN_INFO, nullptr, kStereo};
+    return xrBeginSession(session_, &info);
 }
 
 void MockTest::startFocused() {
@@ -260,7 +273,7 @@ void MockTest::startFocused() {
 }
 
 std::optional<XrEventDataBuffer> MockTest::poll(XrStructureType type) {
-    auto event = structOf<XrEventDataBuffer>(XR_TYPE_EVENT_DATA_BUFFER);
+    auto event = makeStruct<XrEventDataBuffer>(XR_TYPE_EVENT_DATA_BUFFER);
     while (xrPollEvent(instance_, &event) == XR_SUCCESS) {
         if (event.type == type) return event;
         event.type = XR_TYPE_EVENT_DATA_BUFFER;
@@ -281,7 +294,7 @@ std::vector<XrSessionState> MockTest::states() {
 }
 
 XrResult MockTest::waitFrame(XrFrameState* state) {
-    auto unused = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+    auto unused = makeStruct<XrFrameState>(XR_TYPE_FRAME_STATE);
     const XrFrameWaitInfo info{XR_TYPE_FRAME_WAIT_INFO, nullptr};
     return xrWaitFrame(session_, &info, state == nullptr ? &unused : state);
 }
@@ -302,25 +315,90 @@ XrResult MockTest::endFrame(XrTime time, const std::vector<const XrCompositionLa
 }
 
 XrFrameState MockTest::frame(const std::vector<const XrCompositionLayerBaseHeader*>& layers) {
-    auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
+    auto state = makeStruct<XrFrameState>(XR_TYPE_FRAME_STATE);
     EXPECT_EQ(waitFrame(&state), XR_SUCCESS);
     EXPECT_EQ(beginFrame(), XR_SUCCESS);
     EXPECT_EQ(endFrame(state.predictedDisplayTime, layers), XR_SUCCESS);
     return state;
 }
 
-std::array<XrView, 2> MockTest::locateViews(XrSpace space, XrTime time) {
-    const XrViewLocateInfo info{XR_TYPE_VIEW_LOCATE_INFO, nullptr, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO,
-                                time, space};
-    auto state = structOf<XrViewState>(XR_TYPE_VIEW_STATE);
-    std::array<XrView, 2> views{structOf<XrView>(XR_TYPE_VIEW), structOf<XrView>(XR_TYPE_VIEW)};
+XrResult MockTest::tryFrame(const std::vector<const XrCompositionLayerBaseHeader*>& layers) {
+    auto state = makeStruct<XrFrameState>(XR_TYPE_FRAME_STATE);
+    EXPECT_EQ(waitFrame(&state), XR_SUCCESS);
+    EXPECT_EQ(beginFrame(), XR_SUCCESS);
+    const XrResult result = endFrame(state.predictedDisplayTime, layers);
+    if (result != XR_SUCCESS) {
+        EXPECT_EQ(endFrame(state.predictedDisplayTime), XR_SUCCESS);
+    }
+    return result;
+}
+
+void MockTest::projectionFrame(const XrSwapchainSubImage& left, const XrSwapchainSubImage& right,
+                               float aside_m) {
+    auto state = makeStruct<XrFrameState>(XR_TYPE_FRAME_STATE);
+    ASSERT_EQ(waitFrame(&state), XR_SUCCESS);
+    ASSERT_EQ(beginFrame(), XR_SUCCESS);
+    std::array<XrView, 2> located;
+    located.fill({XR_TYPE_VIEW, nullptr, kIdentity, {-0.5F, 0.5F, 0.5F, -0.5F}});
+    tryLocateViews(stage_, state.predictedDisplayTime, located);
+    std::array<XrCompositionLayerProjectionView, 2> views;
+    for (std::size_t eye = 0; eye < 2; ++eye) {
+        located[eye].pose.position.x += aside_m;
+        views[eye] = {XR_TYPE_COMPOSITION_LAYER_PROJECTION_VIEW, nullptr, located[eye].pose, located[eye].fov,
+                      eye == 0 ? left : right};
+    }
+    const XrCompositionLayerProjection layer{
+        XR_TYPE_COMPOSITION_LAYER_PROJECTION, nullptr, 0, stage_, 2, views.data()};
+    ASSERT_EQ(endFrame(state.predictedDisplayTime, {header(layer)}), XR_SUCCESS);
+}
+
+void MockTest::projectionFrame(const Swapchain& swapchain, float aside_m) {
+    cycle(swapchain.handle);
+    projectionFrame(whole(swapchain, 0), whole(swapchain, 1), aside_m);
+}
+
+XrResult MockTest::tryLocateViews(XrSpace space, XrTime time, std::array<XrView, 2>& views) {
+    const XrViewLocateInfo info{XR_TYPE_VIEW_LOCATE_INFO, nullptr, kStereo, time, space};
+    auto state = makeStruct<XrViewState>(XR_TYPE_VIEW_STATE);
     std::uint32_t count = 0;
-    EXPECT_EQ(xrLocateViews(session_, &info, &state, 2, &count, views.data()), XR_SUCCESS);
+    return xrLocateViews(session_, &info, &state, 2, &count, views.data());
+}
+
+std::array<XrView, 2> MockTest::locateViews(XrSpace space, XrTime time) {
+    std::array<XrView, 2> views{makeStruct<XrView>(XR_TYPE_VIEW), makeStruct<XrView>(XR_TYPE_VIEW)};
+    EXPECT_EQ(tryLocateViews(space, time, views), XR_SUCCESS);
     return views;
 }
 
+XrSpaceLocation MockTest::locate(XrSpace space, XrSpace base, XrTime time, XrSpaceVelocity* velocity) {
+    auto location = makeStruct<XrSpaceLocation>(XR_TYPE_SPACE_LOCATION);
+    location.next = velocity;
+    EXPECT_EQ(xrLocateSpace(space, base, time, &location), XR_SUCCESS);
+    return location;
+}
+
+std::vector<std::int64_t> MockTest::swapchainFormats() {
+    std::uint32_t count = 0;
+    EXPECT_EQ(xrEnumerateSwapchainFormats(session_, 0, &count, nullptr), XR_SUCCESS);
+    std::vector<std::int64_t> formats(count);
+    EXPECT_EQ(xrEnumerateSwapchainFormats(session_, count, &count, formats.data()), XR_SUCCESS);
+    return formats;
+}
+
+XrSwapchainSubImage whole(const Swapchain& swapchain, std::uint32_t layer) {
+    return {swapchain.handle,
+            {{0, 0}, {static_cast<int>(swapchain.width), static_cast<int>(swapchain.height)}},
+            layer};
+}
+
+XrCompositionLayerQuad quadLayer(XrSpace space, const Swapchain& swapchain, XrPosef pose,
+                                 XrExtent2Df size_m) {
+    return {XR_TYPE_COMPOSITION_LAYER_QUAD, nullptr,          0,    space,
+            XR_EYE_VISIBILITY_BOTH,         whole(swapchain), pose, size_m};
+}
+
 XrSwapchainCreateInfo MockTest::swapchainInfo() const {
-    auto info = structOf<XrSwapchainCreateInfo>(XR_TYPE_SWAPCHAIN_CREATE_INFO);
+    auto info = makeStruct<XrSwapchainCreateInfo>(XR_TYPE_SWAPCHAIN_CREATE_INFO);
     info.usageFlags = XR_SWAPCHAIN_USAGE_COLOR_ATTACHMENT_BIT | XR_SWAPCHAIN_USAGE_TRANSFER_DST_BIT;
     info.format = VK_FORMAT_R8G8B8A8_SRGB;
     info.sampleCount = 1;
@@ -338,7 +416,7 @@ Swapchain MockTest::createSwapchain(const XrSwapchainCreateInfo& info) {
     std::uint32_t count = 0;
     EXPECT_EQ(xrEnumerateSwapchainImages(swapchain.handle, 0, &count, nullptr), XR_SUCCESS);
     std::vector<XrSwapchainImageVulkan2KHR> images(
-        count, structOf<XrSwapchainImageVulkan2KHR>(XR_TYPE_SWAPCHAIN_IMAGE_VULKAN2_KHR));
+        count, makeStruct<XrSwapchainImageVulkan2KHR>(XR_TYPE_SWAPCHAIN_IMAGE_VULKAN2_KHR));
     EXPECT_EQ(xrEnumerateSwapchainImages(swapchain.handle, count, &count,
                                          reinterpret_cast<XrSwapchainImageBaseHeader*>(images.data())),
               XR_SUCCESS);

@@ -35,17 +35,18 @@ Function load(XrInstance instance, const char* name) {
 
 // A structure with its type set and everything else zero.
 template <class Struct>
-Struct structOf(XrStructureType type) {
+Struct makeStruct(XrStructureType type) {
     Struct result{};
     result.type = type;
     return result;
 }
 
-// The runtime's own entry point. It bypasses the loader, which checks its arguments less than a runtime
-// must.
+// The runtime's own entry point. Calls through it bypass the loader, which checks arguments less strictly
+// than a runtime must.
 PFN_xrGetInstanceProcAddr runtimeEntry();
 
 constexpr XrPosef kIdentity{{0, 0, 0, 1}, {0, 0, 0}};
+constexpr XrPosef kAhead{{0, 0, 0, 1}, {0, 1.6F, -5}};  // in front of the resting head
 constexpr auto kStereo = XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO;
 
 // The extensions that the runtime and the loader offer together.
@@ -56,9 +57,17 @@ struct Swapchain {
     std::vector<VkImage> images;
     std::uint32_t width = 0, height = 0;
 };
+// The whole area of a layer of a swapchain's images.
+XrSwapchainSubImage whole(const Swapchain& swapchain, std::uint32_t layer = 0);
+XrCompositionLayerQuad quadLayer(XrSpace space, const Swapchain& swapchain, XrPosef pose, XrExtent2Df size_m);
 
-// Each test has an empty folder, an environment that it sets before start(), and at most one instance and
-// session. TearDown destroys everything, and Vulkan must not have reported any message.
+template <class Layer>
+const XrCompositionLayerBaseHeader* header(const Layer& layer) {
+    return reinterpret_cast<const XrCompositionLayerBaseHeader*>(&layer);
+}
+
+// Each test has an empty folder and at most one instance and session. It sets its environment before start().
+// TearDown destroys everything and checks that Vulkan has reported no message.
 class MockTest : public testing::Test {
   protected:
     void SetUp() override;
@@ -69,11 +78,14 @@ class MockTest : public testing::Test {
     std::filesystem::path file(const std::string& name) const { return folder_ / name; }
 
     XrResult tryInstance(const void* next = nullptr);  // xrCreateInstance
-    void start();                                      // creates instance and system
-    void startVulkan();                                // also Vulkan instance, device and queue
+    void destroyInstance();
+    void start();        // creates instance and system
+    void startVulkan();  // also Vulkan instance, device and queue
     void destroyVulkanInstance();
+    void destroyAll();    // OpenXR and Vulkan
     void startSession();  // also a session with a STAGE space
     void startRunning();  // also calls xrBeginSession
+    XrResult beginSession();
     void startFocused();  // also runs frames until FOCUSED
 
     // The next queued event of the given type. Skips others.
@@ -85,8 +97,20 @@ class MockTest : public testing::Test {
     XrResult waitFrame(XrFrameState* state = nullptr);
     XrResult beginFrame();
     XrResult endFrame(XrTime time, const std::vector<const XrCompositionLayerBaseHeader*>& layers = {});
+    // Runs a frame with these layers and returns the result of xrEndFrame. If that is an error, ends the
+    // frame without layers, because a rejected xrEndFrame leaves it begun.
+    XrResult tryFrame(const std::vector<const XrCompositionLayerBaseHeader*>& layers);
+    // Runs a frame with a projection layer that shows a sub-image to each eye. Its views are the located
+    // views, moved along x by `aside_m`. If xrLocateViews is refused, they start at the origin.
+    void projectionFrame(const XrSwapchainSubImage& left, const XrSwapchainSubImage& right,
+                         float aside_m = 0);
+    // The same with the first two array layers of an image, which is first acquired and released.
+    void projectionFrame(const Swapchain& swapchain, float aside_m = 0);
 
+    XrResult tryLocateViews(XrSpace space, XrTime time, std::array<XrView, 2>& views);
     std::array<XrView, 2> locateViews(XrSpace space, XrTime time);  // left, right
+    XrSpaceLocation locate(XrSpace space, XrSpace base, XrTime time, XrSpaceVelocity* velocity = nullptr);
+    std::vector<std::int64_t> swapchainFormats();
 
     XrSwapchainCreateInfo swapchainInfo() const;
     Swapchain createSwapchain(const XrSwapchainCreateInfo& info);

@@ -81,18 +81,17 @@ const VkDeviceCreateInfo kVulkanDeviceInfo{
 
 }  // namespace
 
-// --- values
-// ---------------------------------------------------------------------------------------------------
+// --- Values ---
 
 template <class T>
-T* Hostile::newElements(std::size_t count) {
+T* HostileCaller::newElements(std::size_t count) {
     std::byte* block = memory_[next_memory_++ % kBlocks].get();
     auto* elements = reinterpret_cast<T*>(block);
     std::uninitialized_value_construct_n(elements, std::min(count, kBlockBytes / sizeof(T)));
     return elements;
 }
 
-const void* Hostile::chain() {
+const void* HostileCaller::chain() {
     if (!once(6)) return nullptr;
     auto* link = reinterpret_cast<XrBaseOutStructure*>(newElements<std::byte>(kBlockBytes));
     link->type = kTags[below(std::size(kTags))];
@@ -101,7 +100,7 @@ const void* Hostile::chain() {
     return link;
 }
 
-const char* Hostile::text() {
+const char* HostileCaller::text() {
     static const std::string long_path = "/" + std::string(300, 'a');
     return pick<const char*>({"/user/hand/left", "/user/hand/right", "/user/gamepad", "/a/b",
                               "/interaction_profiles/khr/simple_controller",
@@ -111,7 +110,7 @@ const char* Hostile::text() {
 }
 
 template <Handle H>
-H Hostile::handle() {
+H HostileCaller::handle() {
     std::vector<void*>& own = handles_[typeid(H)];
     if constexpr (VulkanHandle<H>) {
         return own.empty() || once(8) ? nullptr : static_cast<H>(own.front());
@@ -137,7 +136,7 @@ H Hostile::handle() {
 }
 
 template <class T>
-T Hostile::make() {
+T HostileCaller::make() {
     if constexpr (Handle<T>) {
         return handle<T>();
     } else if constexpr (std::is_same_v<T, const char*>) {
@@ -152,10 +151,9 @@ T Hostile::make() {
         using Element = std::remove_cv_t<std::remove_pointer_t<T>>;
         if (once(12)) return nullptr;
         Element* elements = newElements<Element>(kElements);
-        if constexpr (std::is_const_v<std::remove_pointer_t<T>> || kTagOf<Element> != XR_TYPE_UNKNOWN) {
+        if constexpr (std::is_const_v<std::remove_pointer_t<T>> || kTagOf<Element> != XR_TYPE_UNKNOWN)
             for (std::size_t i = 0; i < 3; ++i)
                 fill(elements[i]);
-        }
         return elements;
     } else {
         T value{};
@@ -165,7 +163,7 @@ T Hostile::make() {
 }
 
 template <class T>
-void Hostile::fill(T& value) {
+void HostileCaller::fill(T& value) {
     if constexpr (std::is_enum_v<T>) {
         value = static_cast<T>(pick({0, 1, 2, 3, 4, 5, 100, 1000054000, 0x7ffffffe}));
     } else if constexpr (std::is_same_v<T, std::uint64_t>) {  // flags, system, path, version
@@ -198,7 +196,7 @@ void Hostile::fill(T& value) {
 }
 
 template <class T>
-void Hostile::fillMembers(T& value) {
+void HostileCaller::fillMembers(T& value) {
     eachMember(value, [&](std::string_view name, auto& member) {
         using Member = std::remove_reference_t<decltype(member)>;
         if constexpr (std::is_same_v<Member, XrStructureType>) {
@@ -211,33 +209,32 @@ void Hostile::fillMembers(T& value) {
     });
 }
 
-// --- sensible values
-// ----------------------------------------------------------------------------------------------------
+// --- Sensible values ---
 
-void Hostile::adjust(XrPosef& pose) {
-    mostly(pose, kIdentity);
+void HostileCaller::adjust(XrPosef& pose) {
+    usuallySet(pose, kIdentity);
 }
 
-void Hostile::adjust(XrSwapchainSubImage& image) {
-    mostly(image.imageRect, {{0, 0}, {16, 16}});
-    mostly(image.imageArrayIndex, 0);
+void HostileCaller::adjust(XrSwapchainSubImage& image) {
+    usuallySet(image.imageRect, {{0, 0}, {16, 16}});
+    usuallySet(image.imageArrayIndex, 0);
 }
 
-void Hostile::adjust(XrSessionCreateInfo& info) {
-    mostly(info.createFlags, 0);
-    mostly(info.systemId, shared_.system);
+void HostileCaller::adjust(XrSessionCreateInfo& info) {
+    usuallySet(info.createFlags, 0);
+    usuallySet(info.systemId, shared_.system);
     if (!once(6)) info.next = &shared_.binding;
 }
 
-void Hostile::adjust(XrSessionBeginInfo& info) {
-    mostly(info.primaryViewConfigurationType, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO);
+void HostileCaller::adjust(XrSessionBeginInfo& info) {
+    usuallySet(info.primaryViewConfigurationType, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO);
 }
 
-void Hostile::adjust(XrReferenceSpaceCreateInfo& info) {
-    mostly(info.referenceSpaceType, XR_REFERENCE_SPACE_TYPE_LOCAL);
+void HostileCaller::adjust(XrReferenceSpaceCreateInfo& info) {
+    usuallySet(info.referenceSpaceType, XR_REFERENCE_SPACE_TYPE_LOCAL);
 }
 
-void Hostile::adjust(XrSwapchainCreateInfo& info) {
+void HostileCaller::adjust(XrSwapchainCreateInfo& info) {
     constexpr std::uint32_t kHuge = std::numeric_limits<std::uint32_t>::max();
     const std::int64_t format = pick<std::int64_t>({VK_FORMAT_R8G8B8A8_SRGB, VK_FORMAT_D32_SFLOAT, 0, -1});
     info = {info.type, info.next, 0, XR_SWAPCHAIN_USAGE_SAMPLED_BIT, VK_FORMAT_R8G8B8A8_SRGB, 1, 16, 16,
@@ -264,9 +261,9 @@ void Hostile::adjust(XrSwapchainCreateInfo& info) {
     }
 }
 
-void Hostile::adjust(XrFrameEndInfo& info) {
-    mostly(info.displayTime, 1'500'000'000);
-    mostly(info.environmentBlendMode, XR_ENVIRONMENT_BLEND_MODE_OPAQUE);
+void HostileCaller::adjust(XrFrameEndInfo& info) {
+    usuallySet(info.displayTime, 1'500'000'000);
+    usuallySet(info.environmentBlendMode, XR_ENVIRONMENT_BLEND_MODE_OPAQUE);
     auto** layers = newElements<const XrCompositionLayerBaseHeader*>(kElements);
     const auto place = [&]<class Layer>(const Layer* layer) {
         return reinterpret_cast<const XrCompositionLayerBaseHeader*>(layer);
@@ -292,66 +289,65 @@ void Hostile::adjust(XrFrameEndInfo& info) {
     if (once(16)) info.layerCount = std::numeric_limits<std::uint32_t>::max(), info.layers = nullptr;
 }
 
-void Hostile::adjust(XrViewLocateInfo& info) {
-    mostly(info.viewConfigurationType, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO);
+void HostileCaller::adjust(XrViewLocateInfo& info) {
+    usuallySet(info.viewConfigurationType, XR_VIEW_CONFIGURATION_TYPE_PRIMARY_STEREO);
 }
 
-void Hostile::adjust(XrActionCreateInfo& info) {
+void HostileCaller::adjust(XrActionCreateInfo& info) {
     info.actionType =
         pick({XR_ACTION_TYPE_BOOLEAN_INPUT, XR_ACTION_TYPE_FLOAT_INPUT, XR_ACTION_TYPE_VECTOR2F_INPUT,
               XR_ACTION_TYPE_POSE_INPUT, XR_ACTION_TYPE_VIBRATION_OUTPUT, XR_ACTION_TYPE_MAX_ENUM});
     auto* hands = newElements<XrPath>(2);
     hands[0] = paths_[0], hands[1] = paths_[1];
-    mostly(info.subactionPaths, hands);
-    mostly(info.countSubactionPaths, below(3));
+    usuallySet(info.subactionPaths, hands);
+    usuallySet(info.countSubactionPaths, below(3));
 }
 
-void Hostile::adjust(XrInteractionProfileSuggestedBinding& info) {
-    mostly(info.interactionProfile, paths_[2]);
-    mostly(info.countSuggestedBindings, 1 + below(3));
+void HostileCaller::adjust(XrInteractionProfileSuggestedBinding& info) {
+    usuallySet(info.interactionProfile, paths_[2]);
+    usuallySet(info.countSuggestedBindings, 1 + below(3));
 }
 
-void Hostile::adjust(XrVulkanInstanceCreateInfoKHR& info) {
-    mostly(info.createFlags, 0);
+void HostileCaller::adjust(XrVulkanInstanceCreateInfoKHR& info) {
+    usuallySet(info.createFlags, 0);
     info.vulkanAllocator = nullptr;
     info.vulkanCreateInfo = once(3) ? nullptr : &kVulkanInstanceInfo;
     info.pfnGetInstanceProcAddr = once(3) ? nullptr : vkGetInstanceProcAddr;
 }
 
-void Hostile::adjust(XrVulkanDeviceCreateInfoKHR& info) {
-    mostly(info.createFlags, 0);
+void HostileCaller::adjust(XrVulkanDeviceCreateInfoKHR& info) {
+    usuallySet(info.createFlags, 0);
     info.vulkanAllocator = nullptr;
     info.vulkanCreateInfo = once(3) ? nullptr : &kVulkanDeviceInfo;
     info.pfnGetInstanceProcAddr = once(3) ? nullptr : vkGetInstanceProcAddr;
 }
 
-void Hostile::adjust(XrDebugUtilsMessengerCreateInfoEXT& info) {
+void HostileCaller::adjust(XrDebugUtilsMessengerCreateInfoEXT& info) {
     info.userCallback = once(4) ? nullptr : ignoreMessage;
     info.messageSeverities =
         pick<XrFlags64>({XR_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT, 0, ~XrFlags64{0}});
-    mostly(info.messageTypes, XR_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT);
+    usuallySet(info.messageTypes, XR_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT);
 }
 
-// --- calls
-// ----------------------------------------------------------------------------------------------------
+// --- Calls ---
 
-struct Hostile::Row {
+struct HostileCaller::Row {
     const char* name;
-    void (*call)(Hostile&, PFN_xrVoidFunction);
+    void (*call)(HostileCaller&, PFN_xrVoidFunction);
 };
 
 template <class... Arguments>
-void Hostile::call(const char* name, XrResult(XRAPI_PTR* function)(Arguments...), Family family,
-                   std::initializer_list<XrResult> more) {
+void HostileCaller::call(const char* name, XrResult(XRAPI_PTR* function)(Arguments...), Family family,
+                         std::initializer_list<XrResult> more) {
     const std::tuple<Arguments...> arguments{make<Arguments>()...};
     const XrResult result = std::apply(function, arguments);
     EXPECT_TRUE(isListed(result, family, more)) << name << " returned " << result;
     if (XR_SUCCEEDED(result)) std::apply([&](auto... each) { (keepOutput(each), ...); }, arguments);
-    follow(name, result);
+    trackResult(name, result);
 }
 
 template <class T>
-void Hostile::keepOutput(T argument) {
+void HostileCaller::keepOutput(T argument) {
     if constexpr (std::is_same_v<T, VkInstance*>) {
         if (argument != nullptr && *argument != VK_NULL_HANDLE) vkDestroyInstance(*argument, nullptr);
     } else if constexpr (std::is_same_v<T, VkDevice*>) {
@@ -366,8 +362,8 @@ void Hostile::keepOutput(T argument) {
     }
 }
 
-// Records whether a frame is waited for. If so, another xrWaitFrame would block.
-void Hostile::follow(std::string_view name, XrResult result) {
+// Records whether a waited frame has not begun yet. Another xrWaitFrame would then block.
+void HostileCaller::trackResult(std::string_view name, XrResult result) {
     if (name == "xrWaitFrame" && XR_SUCCEEDED(result)) shared_.waited = true;
     if (name == "xrBeginFrame" && (XR_SUCCEEDED(result) || result == XR_ERROR_CALL_ORDER_INVALID))
         shared_.waited = false;
@@ -375,11 +371,11 @@ void Hostile::follow(std::string_view name, XrResult result) {
         shared_.waited = false;
 }
 
-Hostile::Hostile(Surroundings& surroundings, unsigned seed, bool waits_for_frames)
+HostileCaller::HostileCaller(SharedObjects& surroundings, unsigned seed, bool waits_for_frames)
     : shared_(surroundings), random_(seed), waits_for_frames_(waits_for_frames) {
     static const Row kRows[] = {
 #define MOCK_TEST_ROW(function, family, ...)                                                     \
-    {"xr" #function, [](Hostile& hostile, PFN_xrVoidFunction entry) {                            \
+    {"xr" #function, [](HostileCaller& hostile, PFN_xrVoidFunction entry) {                      \
          hostile.call("xr" #function, reinterpret_cast<PFN_xr##function>(entry), Family::family, \
                       {__VA_ARGS__});                                                            \
      }},
@@ -389,9 +385,7 @@ Hostile::Hostile(Surroundings& surroundings, unsigned seed, bool waits_for_frame
     const PFN_xrGetInstanceProcAddr look_up = runtimeEntry();
     for (const Row& row : kRows) {
         PFN_xrVoidFunction entry = nullptr;
-        if (look_up(shared_.instance, row.name, &entry) == XR_SUCCESS) {
-            functions_.emplace_back(&row, entry);
-        }
+        if (look_up(shared_.instance, row.name, &entry) == XR_SUCCESS) functions_.emplace_back(&row, entry);
     }
     for (std::size_t i = 0; i < kBlocks; ++i)
         memory_.push_back(std::make_unique<std::byte[]>(kBlockBytes));
@@ -407,7 +401,7 @@ Hostile::Hostile(Surroundings& surroundings, unsigned seed, bool waits_for_frame
 }
 
 template <Handle H>
-void Hostile::trim(std::size_t most, XrResult(XRAPI_PTR* destroy)(H)) {
+void HostileCaller::destroySurplus(std::size_t most, XrResult(XRAPI_PTR* destroy)(H)) {
     std::vector<void*>& own = handles_[typeid(H)];
     if (own.size() <= most) return;
     const XrResult result = destroy(static_cast<H>(own.front()));
@@ -415,29 +409,29 @@ void Hostile::trim(std::size_t most, XrResult(XRAPI_PTR* destroy)(H)) {
     own.erase(own.begin());
 }
 
-void Hostile::callAny() {
+void HostileCaller::callAny() {
     const auto& [row, entry] = functions_[below(static_cast<std::uint32_t>(functions_.size()))];
     const std::string_view name = row->name;
     if (name == "xrWaitFrame" && (!waits_for_frames_ || shared_.waited)) return;
-    // These calls destroy what others need, or take long.
+    // These calls destroy objects that other calls need, or take long.
     const bool rare = name.starts_with("xrDestroy") || name == "xrRequestExitSession" ||
                       name == "xrCreateVulkanInstanceKHR" || name == "xrCreateVulkanDeviceKHR";
     if (rare && !once(10)) return;
     row->call(*this, entry);
-    trim<XrSwapchain>(12, xrDestroySwapchain);
-    trim<XrSpace>(30, xrDestroySpace);
-    trim<XrActionSet>(12, xrDestroyActionSet);
-    trim<XrAction>(40, xrDestroyAction);
+    destroySurplus<XrSwapchain>(12, xrDestroySwapchain);
+    destroySurplus<XrSpace>(30, xrDestroySpace);
+    destroySurplus<XrActionSet>(12, xrDestroyActionSet);
+    destroySurplus<XrAction>(40, xrDestroyAction);
 }
 
-// Gives a session spaces, a swapchain and bound actions.
-void Hostile::furnish(XrSession session) {
+// Creates a space and attaches an action set to the session.
+void HostileCaller::createObjects(XrSession session) {
     const auto keep = [this]<class H>(H handle) { handles_[typeid(H)].push_back(handle); };
     XrSpace space = XR_NULL_HANDLE;
     const XrReferenceSpaceCreateInfo space_info{XR_TYPE_REFERENCE_SPACE_CREATE_INFO, nullptr,
                                                 XR_REFERENCE_SPACE_TYPE_LOCAL, kIdentity};
     if (xrCreateReferenceSpace(session, &space_info, &space) == XR_SUCCESS) keep(space);
-    auto set_info = structOf<XrActionSetCreateInfo>(XR_TYPE_ACTION_SET_CREATE_INFO);
+    auto set_info = makeStruct<XrActionSetCreateInfo>(XR_TYPE_ACTION_SET_CREATE_INFO);
     const std::string name = "set" + std::to_string(random_());
     std::strcpy(set_info.actionSetName, name.c_str());
     std::strcpy(set_info.localizedActionSetName, name.c_str());
@@ -447,7 +441,7 @@ void Hostile::furnish(XrSession session) {
     for (const XrActionType type :
          {XR_ACTION_TYPE_BOOLEAN_INPUT, XR_ACTION_TYPE_FLOAT_INPUT, XR_ACTION_TYPE_VECTOR2F_INPUT,
           XR_ACTION_TYPE_POSE_INPUT, XR_ACTION_TYPE_VIBRATION_OUTPUT}) {
-        auto info = structOf<XrActionCreateInfo>(XR_TYPE_ACTION_CREATE_INFO);
+        auto info = makeStruct<XrActionCreateInfo>(XR_TYPE_ACTION_CREATE_INFO);
         std::strcpy(info.actionName, ("a" + std::to_string(type)).c_str());
         std::strcpy(info.localizedActionName, info.actionName);
         info.actionType = type;
@@ -460,8 +454,8 @@ void Hostile::furnish(XrSession session) {
     xrAttachSessionActionSets(session, &attach);
 }
 
-void Hostile::behave() {
-    auto event = structOf<XrEventDataBuffer>(XR_TYPE_EVENT_DATA_BUFFER);
+void HostileCaller::callSensibly() {
+    auto event = makeStruct<XrEventDataBuffer>(XR_TYPE_EVENT_DATA_BUFFER);
     while (xrPollEvent(shared_.instance, &event) == XR_SUCCESS) {
         if (event.type == XR_TYPE_EVENT_DATA_SESSION_STATE_CHANGED) {
             XrEventDataSessionStateChanged changed;
@@ -481,11 +475,11 @@ void Hostile::behave() {
     if (xrCreateSession(shared_.instance, &info, &session) == XR_SUCCESS) {
         shared_.session = session;
         shared_.waited = false;
-        furnish(session);
+        createObjects(session);
     }
-    auto state = structOf<XrFrameState>(XR_TYPE_FRAME_STATE);
-    if (!shared_.waited) follow("xrWaitFrame", xrWaitFrame(shared_.session, nullptr, &state));
-    follow("xrBeginFrame", xrBeginFrame(shared_.session, nullptr));
+    auto state = makeStruct<XrFrameState>(XR_TYPE_FRAME_STATE);
+    if (!shared_.waited) trackResult("xrWaitFrame", xrWaitFrame(shared_.session, nullptr, &state));
+    trackResult("xrBeginFrame", xrBeginFrame(shared_.session, nullptr));
     const XrFrameEndInfo end{XR_TYPE_FRAME_END_INFO,           nullptr, state.predictedDisplayTime,
                              XR_ENVIRONMENT_BLEND_MODE_OPAQUE, 0,       nullptr};
     xrEndFrame(shared_.session, &end);

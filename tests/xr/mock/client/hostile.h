@@ -1,6 +1,6 @@
-// Calls with arguments that no sensible program passes. They are generated from the types of a function's
-// parameters and, by reflection, of the members of structures. Promised memory exists: a buffer has the
-// size of its capacity, and a pointer is null or points to its type. Everything else is odd.
+// Makes calls with arguments that no sensible program passes. The arguments are generated from the types of a
+// function's parameters and, by reflection, of structure members. Memory is valid: a buffer has the size of
+// its capacity, and a pointer is null or points to an object of its type. All other values are arbitrary.
 #pragma once
 
 #include <atomic>
@@ -33,34 +33,34 @@ inline constexpr XrStructureType kTagOf = XR_TYPE_UNKNOWN;
 XR_LIST_STRUCTURE_TYPES(MOCK_TEST_TAG)
 #undef MOCK_TEST_TAG
 
-// Objects shared by all threads: those of a working session, and the most recent session.
-struct Surroundings {
+// Objects shared by all threads: those needed to create a session, and the most recent session.
+struct SharedObjects {
     XrInstance instance;
     XrSystemId system;
     XrGraphicsBindingVulkan2KHR binding;
     std::atomic<XrSession> session{XR_NULL_HANDLE};
-    std::atomic<bool> waited{false};  // a frame is waited for but not begun: xrWaitFrame would block
+    std::atomic<bool> waited{false};  // a waited frame has not begun: xrWaitFrame would block
 };
 
-class Hostile {
+class HostileCaller {
   public:
     // With several threads, only one waits for frames.
-    Hostile(Surroundings& surroundings, unsigned seed, bool waits_for_frames = true);
+    HostileCaller(SharedObjects& surroundings, unsigned seed, bool waits_for_frames = true);
 
     // Calls a random function with hostile arguments. A result that the specification does not list is a
     // failure.
     void callAny();
     // Does what a sensible program does next: reacts to events, runs a frame, or creates a session if there
     // is none.
-    void behave();
+    void callSensibly();
 
   private:
-    void furnish(XrSession session);
+    void createObjects(XrSession session);
     struct Row;
     template <class... Arguments>
     void call(const char* name, XrResult(XRAPI_PTR* function)(Arguments...), Family family,
               std::initializer_list<XrResult> more);
-    void follow(std::string_view name, XrResult result);
+    void trackResult(std::string_view name, XrResult result);
     template <class T>
     T make();
     template <class T>
@@ -68,8 +68,8 @@ class Hostile {
     template <class T>
     void fillMembers(T& value);
 
-    // Called after a structure was filled at random. Mostly restores sensible values, so that calls get
-    // further.
+    // Called after a structure was filled at random. Usually restores sensible values, so that calls pass the
+    // first checks.
     template <class T>
     void adjust(T&) {}
     void adjust(XrPosef& pose);
@@ -93,7 +93,7 @@ class Hostile {
         return values.begin()[below(static_cast<std::uint32_t>(values.size()))];
     }
     template <class T>
-    void mostly(T& value, std::type_identity_t<T> sensible) {
+    void usuallySet(T& value, std::type_identity_t<T> sensible) {
         if (!once(6)) value = sensible;
     }
     template <class T>
@@ -105,9 +105,9 @@ class Hostile {
     template <class T>
     void keepOutput(T argument);
     template <Handle H>
-    void trim(std::size_t most, XrResult(XRAPI_PTR* destroy)(H));
+    void destroySurplus(std::size_t most, XrResult(XRAPI_PTR* destroy)(H));
 
-    Surroundings& shared_;
+    SharedObjects& shared_;
     std::mt19937 random_;
     bool waits_for_frames_;
     std::vector<std::pair<const Row*, PFN_xrVoidFunction>> functions_;

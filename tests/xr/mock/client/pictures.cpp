@@ -21,18 +21,6 @@ Picture readPicture(const std::filesystem::path& path) {
     return picture;
 }
 
-XrSwapchainSubImage whole(const Swapchain& swapchain, std::uint32_t layer) {
-    return {swapchain.handle,
-            {{0, 0}, {static_cast<int>(swapchain.width), static_cast<int>(swapchain.height)}},
-            layer};
-}
-
-XrCompositionLayerQuad quadLayer(XrSpace space, const Swapchain& swapchain, XrPosef pose,
-                                 XrExtent2Df size_m) {
-    return {XR_TYPE_COMPOSITION_LAYER_QUAD, nullptr,          0,    space,
-            XR_EYE_VISIBILITY_BOTH,         whole(swapchain), pose, size_m};
-}
-
 XrCompositionLayerCylinderKHR cylinderLayer(XrSpace space, const Swapchain& swapchain, float radius_m,
                                             float angle_rad, float aspect_ratio) {
     return {XR_TYPE_COMPOSITION_LAYER_CYLINDER_KHR,
@@ -104,8 +92,8 @@ void PictureTest::submitCommands(Record record) {
     ASSERT_EQ(vkQueueSubmit(vk_queue_, 1, &submit, VK_NULL_HANDLE), VK_SUCCESS);
 }
 
-// Changes the image's layout for the copy and back. The runtime provides images in COLOR_ATTACHMENT_OPTIMAL
-// and expects them back in it.
+// Changes the image's layout for a copy, and back. The runtime provides images in COLOR_ATTACHMENT_OPTIMAL
+// and expects them in this layout when they are released.
 void PictureTest::move(VkCommandBuffer commands, VkImage image, VkImageLayout from, VkImageLayout to) {
     const bool back = to == VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL;
     VkImageMemoryBarrier barrier{};
@@ -183,7 +171,7 @@ void PictureTest::draw(const Swapchain& swapchain, const std::vector<Rgba>& texe
     ASSERT_EQ(xrReleaseSwapchainImage(swapchain.handle, nullptr), XR_SUCCESS);
 }
 
-std::vector<Rgba> PictureTest::texelsOf(const Swapchain& swapchain, VkImage image, std::uint32_t layers) {
+std::vector<Rgba> PictureTest::readTexels(const Swapchain& swapchain, VkImage image, std::uint32_t layers) {
     std::vector<Rgba> texels(std::size_t{swapchain.width} * swapchain.height * layers);
     makeStaging(texels.size() * sizeof(Rgba));
     submitCommands([&](VkCommandBuffer commands) {

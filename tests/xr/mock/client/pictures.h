@@ -16,9 +16,6 @@ struct Picture {
 
 Picture readPicture(const std::filesystem::path& path);  // empty if the file does not exist
 
-// The whole area of a layer of a swapchain's images.
-XrSwapchainSubImage whole(const Swapchain& swapchain, std::uint32_t layer = 0);
-XrCompositionLayerQuad quadLayer(XrSpace space, const Swapchain& swapchain, XrPosef pose, XrExtent2Df size_m);
 XrCompositionLayerCylinderKHR cylinderLayer(XrSpace space, const Swapchain& swapchain, float radius_m,
                                             float angle_rad, float aspect_ratio);
 XrQuaternionf turned(double angle_rad, XrVector3f unit_axis);
@@ -29,14 +26,14 @@ class PictureTest : public MockTest {
   protected:
     void TearDown() override;
 
-    // A swapchain filled with these texels. It has as many layers as they fill.
+    // A swapchain filled with these texels. Their number determines the number of array layers.
     Swapchain picture(std::uint32_t width, std::uint32_t height, const std::vector<Rgba>& texels,
                       VkFormat format = VK_FORMAT_R8G8B8A8_SRGB);
-    // Acquires an image, copies the texels into it unchanged, layer by layer, and releases it. Does not
-    // wait for the GPU.
+    // Acquires an image, copies the texels unchanged into its layers, and releases it. Does not wait for the
+    // GPU.
     void draw(const Swapchain& swapchain, const std::vector<Rgba>& texels);
     // Reads back the unchanged texels of an image that was drawn before.
-    std::vector<Rgba> texelsOf(const Swapchain& swapchain, VkImage image, std::uint32_t layers);
+    std::vector<Rgba> readTexels(const Swapchain& swapchain, VkImage image, std::uint32_t layers);
     void label(const char* name);
 
   private:

@@ -43,8 +43,9 @@ Ray rayThrough(const XrPosef& stage_from_eye, const XrFovf& fov, double u, doubl
 
 using Point = std::array<double, 2>;
 
-// Where the ray meets the layer, in shares of the sub-image from its top left corner. May lie outside it.
-std::optional<Point> meet(const ReferenceLayer& layer, const Ray& ray) {
+// Returns where the ray meets the layer's surface: (0, 0) is the top left corner of the sub-image, (1, 1) the
+// bottom right. The point may lie outside the sub-image.
+std::optional<Point> intersect(const ReferenceLayer& layer, const Ray& ray) {
     const XrVector3f& p = layer.stage_from_layer.position;
     const Vec3 from{ray.origin[0] - p.x, ray.origin[1] - p.y, ray.origin[2] - p.z};
     const Vec3 d = rotate(layer.stage_from_layer.orientation, ray.direction, -1);
@@ -84,10 +85,9 @@ Colour texel(const ReferenceLayer& layer, int x, int y) {
     Colour colour{linearFromSrgb(stored[0] / 255.0), linearFromSrgb(stored[1] / 255.0),
                   linearFromSrgb(stored[2] / 255.0), stored[3] / 255.0};
     if ((layer.flags & XR_COMPOSITION_LAYER_BLEND_TEXTURE_SOURCE_ALPHA_BIT) == 0) colour[3] = 1;
-    if ((layer.flags & XR_COMPOSITION_LAYER_UNPREMULTIPLIED_ALPHA_BIT) != 0) {
+    if ((layer.flags & XR_COMPOSITION_LAYER_UNPREMULTIPLIED_ALPHA_BIT) != 0)
         for (std::size_t i = 0; i < 3; ++i)
             colour[i] *= colour[3];
-    }
     return colour;
 }
 
@@ -105,7 +105,7 @@ void addBilinear(const ReferenceLayer& layer, const Point& at, double weight, Co
     }
 }
 
-// Mean over the pixel's footprint. Uses one sample per texel and side, at most 8.
+// Mean over the pixel's footprint. Takes one sample per texel along each side, at most 8.
 Colour sample(const ReferenceLayer& layer, const Point& at, const std::optional<Point>& right,
               const std::optional<Point>& below) {
     Colour colour{};
@@ -147,10 +147,10 @@ Picture composeReference(const std::vector<ReferenceLayer>& layers, const XrPose
             };
             Colour painted{};
             for (const ReferenceLayer& layer : layers) {
-                const auto at = meet(layer, ray(x + 0.5, y + 0.5));
+                const auto at = intersect(layer, ray(x + 0.5, y + 0.5));
                 if (!at || !((*at)[0] >= 0 && (*at)[0] <= 1 && (*at)[1] >= 0 && (*at)[1] <= 1)) continue;
-                const Colour colour = sample(layer, *at, meet(layer, ray(x + 1.5, y + 0.5)),
-                                             meet(layer, ray(x + 0.5, y + 1.5)));
+                const Colour colour = sample(layer, *at, intersect(layer, ray(x + 1.5, y + 0.5)),
+                                             intersect(layer, ray(x + 0.5, y + 1.5)));
                 for (std::size_t k = 0; k < 4; ++k)
                     painted[k] = colour[k] + painted[k] * (1 - colour[3]);
             }

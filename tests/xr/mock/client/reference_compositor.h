@@ -1,5 +1,5 @@
-// A reference compositor in double precision on the CPU. It traces rays that start in the stage, unlike the
-// GPU's implementation. The GPU's pictures are compared with it.
+// A reference compositor in double precision on the CPU. Unlike the GPU's implementation, it traces rays in
+// the stage frame. The tests compare the GPU's pictures with its pictures.
 #pragma once
 
 #include <vector>

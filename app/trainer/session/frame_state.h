@@ -1,0 +1,46 @@
+// State of an attempt at one tick, as frames show it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "app/trainer/session/force_comparison.h"
+#include "app/trainer/session/insertion.h"
+#include "app/trainer/session/wounds.h"
+#include "app/training/difficulty.h"
+#include "app/training/dose.h"
+#include "app/training/equipment.h"
+#include "app/training/progress.h"
+#include "haptics/loop/simulation.h"
+
+namespace stylet::trainer {
+
+// Strength of the room light's alerts, 0 to 1. `struck`: a risk structure is struck. `reached`: the target is
+// reached. The light never flashes (alert.h).
+struct Glow {
+    float struck = 0.0f, reached = 0.0f;
+};
+
+struct FrameState {
+    haptics::TickOutput tick;
+    std::vector<Wound> wounds;
+    training::Equipment machines;
+    training::DoseLedger dose;
+    // See haptics::LoopChannels. `held`: the ticks are paused. `return_distance_m`: distance of the tool from
+    // the place where the ticks stopped.
+    bool held = false;
+    double return_distance_m = 0.0;
+    std::uint64_t rearm_acts = 0;  // number of re-arm requests so far
+    training::Progress progress{};
+    bool lights_out = false;
+    bool paused = false;  // the instructor has paused the attempt
+    Glow glow{};
+    Insertion insertion{};               // tissues that the needle has passed in this insertion
+    std::optional<Pose> ghost_needle{};  // needle of an expert's attempt, in a replay
+    ForceComparisonReading truth{};
+    std::optional<training::Difficulty> difficulty{};  // current difficulty, if known
+    bool rest_due = false;                             // show the rest notice (rest.h)
+};
+
+}  // namespace stylet::trainer

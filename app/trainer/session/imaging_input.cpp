@@ -1,0 +1,34 @@
+#include "app/trainer/session/imaging_input.h"
+
+namespace stylet::trainer {
+namespace {
+
+constexpr double kGuideBelow_m = 0.120;   // length of the guide line below the mouth of the guide
+constexpr double kTowardHilum_m = 0.035;  // offset from the target toward the patient's left
+
+}  // namespace
+
+Vec3 isocentreFor(const patient::PlannedPath& path) {
+    return path.target_reference_m - Vec3(kTowardHilum_m, 0.0, 0.0);
+}
+
+ImagingInput makeImagingInput(const haptics::TickOutput& tick, const haptics::GuideSettings& guide,
+                              double tick_s) {
+    ImagingInput m;
+    m.time_s = tick_s * double(tick.tick);
+    m.breath = tick.breath;
+    m.needle_radius_m = tick.needle_radius_m;
+    if (tick.tool == haptics::Tool::probe)
+        m.patient_from_probe = tick.patient_from_tool * haptics::kStylusFromProbe;
+    if (tick.probe_parked) {
+        m.patient_from_probe = tick.patient_from_probe;
+        const Pose rail = tick.patient_from_probe * guide.probe_from_guide;
+        m.guide_m = {rail.position_m, rail * Vec3(0.0, 0.0, -kGuideBelow_m)};
+    }
+    if (haptics::isNeedleTool(tick.tool)) m.patient_from_needle = tick.patient_from_needle;
+    if (tick.tool == haptics::Tool::scalpel) m.patient_from_scalpel = tick.patient_from_tool;
+    if (tick.tool == haptics::Tool::finger) m.patient_from_finger = tick.patient_from_tool;
+    return m;
+}
+
+}  // namespace stylet::trainer

@@ -1,0 +1,40 @@
+// Input of the ultrasound and X-ray pictures at one instant: poses, contrast medium and equipment settings.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "app/training/dose.h"
+#include "app/training/equipment.h"
+#include "haptics/haptics.h"
+#include "patient/contrast/contrast.h"
+#include "patient/displacement/tool_displacement.h"
+#include "patient/planning/planning.h"
+
+namespace stylet::trainer {
+
+// Poses are in the patient frame and refer to the deformed anatomy.
+struct ImagingInput {
+    double time_s = 0.0;
+    patient::Surrogate breath;
+    const patient::DisplacementTable* tool = nullptr;  // tissue displacement by tools; null: none
+    std::optional<Pose> patient_from_probe;            // probe frame: +z into the body
+    // Same convention as RenderScene: the origin is the contact point, and +z points to the hand.
+    std::optional<Pose> patient_from_needle, patient_from_scalpel, patient_from_finger;
+    double needle_radius_m = 0.00075;
+    std::optional<std::array<Vec3, 2>> guide_m;        // line on which the guide keeps the needle
+    const patient::ContrastTable* contrast = nullptr;  // null: none injected
+    Pose patient_from_isocentre;                       // pose of the C-arm's isocentre
+    training::Equipment machines;
+    training::DoseLedger dose;
+};
+
+// Fills in all values that a tick contains. Tool displacement, contrast medium, isocentre, equipment state
+// and dose keep their defaults.
+ImagingInput makeImagingInput(const haptics::TickOutput&, const haptics::GuideSettings&, double tick_s);
+
+// Isocentre of the C-arm, chosen so that one picture shows the target and the hilum and little outside the
+// patient.
+Vec3 isocentreFor(const patient::PlannedPath&);
+
+}  // namespace stylet::trainer

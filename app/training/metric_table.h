@@ -1,0 +1,167 @@
+// The list of metrics, model.md section 9; the guide's metrics.md has the same table. To add one: add an id
+// and a row here, its row in metrics.md, and a test. A metric that needs more state than its own previous
+// value is computed in metrics.cpp.
+//
+// Based on Johnson et al., Br. J. Radiol. 2012 (doi 10.1259/bjr/47436030). They found which metrics of a
+// simulated liver biopsy distinguish experts from trainees.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "app/training/attempt_fold.h"
+#include "app/training/progress.h"
+
+namespace stylet::training {
+
+// The reference path at the current breath. In the breathing state of its plan it equals the planned line.
+struct CurrentPath {
+    Vec3 entry_m{0.0}, target_m{0.0};
+    Vec3 axis{0.0, 0.0, 1.0};  // unit, into the body
+};
+
+// Quantities derived from one tick.
+struct TickFacts {
+    CurrentPath path;
+    bool inside = false;  // needle in the body
+    bool in_target = false;
+    double clearance_m = 0.0, to_duct_m = 0.0;  // while `inside` (surroundings.h)
+    RiskStructure current_risk = RiskStructure::nothing;
+    double off_path_m = 0.0, off_angle_rad = 0.0, to_target_m = 0.0;
+};
+
+struct MetricTick {
+    const haptics::TickOutput& now;
+    const TickFacts& facts;
+    const AttemptFold& attempt;
+    double dt_s;
+};
+
+// In the table's order. Append, never insert: records store metrics by id, but tests and reports rely on
+// the order.
+enum class MetricId : std::uint8_t {
+    procedure,
+    outOfOrder,
+    targeting,
+    noGoTouches,
+    noGoTime,
+    needleInBeam,
+    probeTime,
+    sessionTime,
+    skinContacts,
+    needlePath,
+    entryOff,
+    angleOff,
+    vesselHits,
+    boneHits,
+    lungHits,
+    organHits,
+    nearMisses,
+    clearance,
+    ductAngle,
+    breathAtCapsule,
+    movedBreathing,
+    lateralCut,
+    fluoroscopy,
+    dose,
+    contrast,
+    contrastAstray,
+    peakForce,
+    count,
+};
+inline constexpr std::size_t kMetricCount = std::size_t(MetricId::count);
+
+struct Metric {
+    std::string_view id;    // id in records and files
+    std::string_view name;  // readable name
+    std::string_view unit;  // of value, best and worst; "" for counts
+    std::string_view what;
+    std::string_view source;
+    double weight = 0.0;  // the sum over all metrics is 100
+    double best = 0.0, worst = 0.0;
+    // Returns the value after a tick from the value before it. Before the first tick it is 0. Null:
+    // metrics.cpp computes the metric.
+    double (*fold)(double so_far, const MetricTick&) noexcept = nullptr;
+};
+
+inline constexpr std::string_view kJohnson = "Johnson 2012", kModel = "model.md 9",
+                                  kMastmeyer = "Mastmeyer 2017", kOurs = "ours";
+
+// The weights were fixed before any attempt was scored. Johnson's metrics have 54 points in total: the
+// smaller the p-value with which a metric distinguished experts from trainees, the more points it has.
+// Targeting has the most points because it is the purpose of the needle. The remaining points go to the
+// procedure, to harm and to effort, with effort last.
+inline constexpr std::array<Metric, kMetricCount> kMetricTable{{
+    {"procedure", "Procedure done", "%", "half for the target duct cut, a tenth for each other step", kModel,
+     8, 100, 0},
+    {"out_of_order", "Steps out of order", "", "steps done before one that comes earlier", kModel, 4, 0, 3},
+    {"targeting", "Targeting", "mm", "nearest that the tip came to the target in its duct", kJohnson, 10, 3,
+     20},
+    {"no_go_touches", "No-go areas touched", "", "times the needle came into a risk structure", kJohnson, 8,
+     0, 3},
+    {"no_go_time", "Time in no-go areas", "s", "with the needle in one", kJohnson, 9, 0, 5,
+     [](double so_far, const MetricTick& tick) noexcept {
+         return so_far + (tick.facts.current_risk != RiskStructure::nothing ? tick.dt_s : 0.0);
+     }},
+    {"needle_in_beam", "Needle in the beam", "%", "of its length in the body, mean over the way", kJohnson, 4,
+     80, 0},
+    {"probe_time", "Probe time", "s", "with the probe in hand on the skin", kJohnson, 5, 30, 180,
+     [](double so_far, const MetricTick& tick) noexcept {
+         const bool scans = tick.now.tool == haptics::Tool::probe && tick.now.probe_touching_share > 0.0;
+         return so_far + (scans ? tick.dt_s : 0.0);
+     }},
+    {"session_time", "Session time", "s", "from the first tick", kJohnson, 5, 120, 600},
+    {"skin_contacts", "Skin contacts", "", "times a tool came onto the skin", kJohnson, 9, 5, 20},
+    {"needle_path", "Needle path", "path lengths",
+     "way of the tip in the body over the reference path's length", kJohnson, 4, 2.5, 8},
+    {"entry_off", "Entry off", "mm", "from the reference path's entry", kModel, 3, 3, 15},
+    {"angle_off", "Angle off", "deg", "to the reference path, mean over the way", kModel, 3, 3, 20},
+    {"vessel_hits", "Vessels hit", "", "blood vessels entered", kModel, 3, 0, 2},
+    {"bone_hits", "Bones hit", "", "times the needle met bone", kModel, 2, 0, 3},
+    {"lung_hits", "Lung or gas hit", "", "times the needle came into air in the body", kModel, 3, 0, 2},
+    {"organ_hits", "Other organs hit", "", "other risk structures entered", kModel, 2, 0, 2},
+    {"near_misses", "Near misses", "",
+     "closer than 2 mm, more than 10 mm before the duct; each graded 0 to 1, struck 1", kModel, 2, 0, 3},
+    {"clearance", "Least clearance", "mm", "to a risk structure, more than 10 mm before the duct", kMastmeyer,
+     3, 3, 0},
+    {"duct_angle", "Angle to the duct", "deg", "between needle and duct as it is cut: the wire must turn",
+     kMastmeyer, 1, 60, 90},
+    {"breath_at_capsule", "Breath at the capsule", "", "off the planned phase as the liver is entered",
+     kModel, 2, 0.1, 0.6},
+    {"moved_breathing", "Moved while breathing", "mm", "way of the tip in the body with the breath not held",
+     kModel, 3, 5, 80},
+    {"lateral_cut", "Cut sideways", "mm", "by the needle, across its shaft", kModel, 1, 0.5, 10,
+     [](double so_far, const MetricTick& tick) noexcept {
+         return std::max(so_far, 1e3 * tick.now.lateral_cut_m);
+     }},
+    {"fluoroscopy", "Fluoroscopy", "s", "pedal down", kModel, 1, 30, 300,
+     [](double, const MetricTick& tick) noexcept { return tick.attempt.dose().fluoroscopy_s; }},
+    {"dose", "Dose-area product", "Gy cm2", "median of the procedure at worst", "Schmitz 2019", 1, 2, 21.6,
+     [](double, const MetricTick& tick) noexcept { return 1e4 * tick.attempt.dose().dose_area_gy_m2; }},
+    {"contrast", "Contrast medium", "ml", "injected", kModel, 1, 20, 60,
+     [](double, const MetricTick& tick) noexcept { return 1e6 * tick.attempt.dose().contrast_m3; }},
+    {"contrast_astray", "Contrast astray", "ml", "not in the ducts", kOurs, 1, 0.5, 10,
+     [](double so_far, const MetricTick& tick) noexcept {
+         if (!tick.attempt.begun()) return so_far;
+         return 1e6 *
+                std::max(0.0, tick.attempt.dose().contrast_m3 - tick.attempt.contrast().volumes().ducts_m3);
+     }},
+    {"peak_force", "Peak force", "N", "of the model, along the needle", kModel, 2, 5, 15,
+     [](double so_far, const MetricTick& tick) noexcept {
+         return std::max(so_far, std::fabs(tick.now.force_n));
+     }},
+}};
+
+constexpr double weightSum() {
+    double sum = 0.0;
+    for (const Metric& m : kMetricTable)
+        sum += m.weight;
+    return sum;
+}
+static_assert(weightSum() == 100.0);
+
+}  // namespace stylet::training

@@ -17,6 +17,7 @@
 #include "haptics/loop/toolbox.h"            // the active tool and tool changes
 #include "haptics/tools/device.h"            // haptic device interface: capabilities and state
 #include "haptics/output/safety.h"           // safety checks, force ramps, named faults
+#include "haptics/output/stored_energy.h"    // the springs return no more than the hand has put in
 #include "haptics/output/passivity.h"        // passivity observer and controller
 #include "haptics/output/output.h"           // the one output stage: rate, gain, ramp, passivity, clamp
 #include "haptics/loop/simulation.h"         // one tick of the hashed state

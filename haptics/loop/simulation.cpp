@@ -65,28 +65,38 @@ Simulation::Simulation(const patient::Patient& patient, const SimulationSettings
     patient::hashPlan(state_.hash, breath_);
 }
 
+struct Simulation::PoseUpdate {
+    std::uint32_t fault_bits = 0;  // bits that forbid force
+    bool reseated = false;
+    std::optional<NeedleEvent> drawn_out;
+};
+
 void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& events) noexcept {
     OutputTick tick;
     const bool tool_changed = applyCommands(input, tick.fault_bits);
     stepBreath();
     patient::stepInterruption(state_.interruption, breath_, settings_.dt_s);
     const Vec3 startle_m = stepStartle();
-    bool teleported = false;
-    tick.fault_bits |= updatePose(input.device, teleported);
+    const Surrogate breath = currentBreath();
+    const PoseUpdate pose = updatePose(input.device, breath);
+    tick.fault_bits |= pose.fault_bits;
     const bool refused = (tick.fault_bits & kPoseFaults) != 0;
     tick.grip_m = refused ? state_.output.grip_m : input.device.grip_m();
     tick.share = refused ? state_.output.share : input.device.share();
 
-    const Surrogate breath = currentBreath();
     ToolForce force;
+    const Vec3 last_tip_m = state_.tools.patient_from_tool.position_m;
     events.count = events.dropped = 0;
     if (state_.has_pose)
         force = stepTools(state_.tools, settings_.tools, touch(), {*patient_, breath},
                           state_.patient_from_stylus, events);
-    force.event = force.event || tool_changed || teleported;
+    if (pose.drawn_out) events.add(*pose.drawn_out);
+    force.event = force.event || tool_changed || pose.reseated;
     const Pose device_from_patient = settings_.patient_from_device.inverse();
-    tick.tool = force;
-    tick.tool.force_n = device_from_patient.direction(force.force_n);
+    const Vec3 moved_m = state_.tools.patient_from_tool.position_m - last_tip_m;
+    const ToolForce bounded = boundByStoredEnergy(state_.stored, force, moved_m);
+    tick.tool = settings_.output.controller_share > 0.0 ? bounded : force;
+    tick.tool.force_n = device_from_patient.direction(tick.tool.force_n);
     tick.tool.tissue_moved_m = device_from_patient.direction(force.tissue_moved_m + startle_m);
     stepOutput(state_.output, settings_.output, settings_.profile, gain_, tick, settings_.dt_s);
 
@@ -175,21 +185,38 @@ Vec3 Simulation::stepStartle() noexcept {
     return state_.patient_moved_m - before_m;
 }
 
-// Returns the fault bits that forbid force.
-std::uint32_t Simulation::updatePose(const DeviceState& device, bool& teleported) noexcept {
-    const std::uint32_t fault_bits =
-        checkDevice(state_.output.safety, settings_.profile, device, settings_.dt_s);
-    if ((fault_bits & kPoseFaults) != 0) return fault_bits;
-    // Faster than any intended motion: the device teleported, so the tool is not swept through the patient.
-    if (state_.has_pose && state_.output.safety.speed_m_s > kOverSpeed_m_s) {
-        teleported = handleTeleport(state_.tools);
-        if (!teleported) return fault_bits;
+Simulation::PoseUpdate Simulation::updatePose(const DeviceState& device, const Surrogate& breath) noexcept {
+    PoseUpdate update;
+    update.fault_bits = checkDevice(state_.output.safety, settings_.profile, device, settings_.dt_s);
+    if ((update.fault_bits & kPoseFaults) == 0) followDevice(device, breath, update);
+    if (state_.left_needle) update.fault_bits |= kFaultAwayFromNeedle;
+    return update;
+}
+
+// Moves the tool to the device's pose. A leap does not sweep it through the patient.
+void Simulation::followDevice(const DeviceState& device, const Surrogate& breath,
+                              PoseUpdate& update) noexcept {
+    const Pose reported{unit(device.device_from_stylus.rotation), device.device_from_stylus.position_m};
+    Pose stylus = settings_.patient_from_device * reported;
+    stylus.position_m -= state_.patient_moved_m;
+    const double max_speed_m_s = state_.left_needle ? kSlowEnough_m_s : kOverSpeed_m_s;
+    const bool leapt = state_.has_pose && state_.output.safety.speed_m_s > max_speed_m_s;
+    Following following =
+        state_.has_pose ? findFollowing(state_.tools, stylus.position_m, leapt) : Following::follows;
+    if (following == Following::stays) {
+        state_.left_needle = true;
+        const bool outside = !leapt && isInOpenAir({*patient_, breath}, stylus.position_m);
+        state_.outside_s = outside ? state_.outside_s + settings_.dt_s : 0.0;
+        if (state_.outside_s < kDrawnOut_s) return;
+        update.drawn_out = drawOutNeedle(state_.tools.needle);
+        following = Following::reseats;
     }
-    const Pose stylus{unit(device.device_from_stylus.rotation), device.device_from_stylus.position_m};
-    state_.patient_from_stylus = settings_.patient_from_device * stylus;
-    state_.patient_from_stylus.position_m -= state_.patient_moved_m;
+    if (following == Following::reseats) resetContact(state_.tools);
+    update.reseated = following == Following::reseats;
+    state_.left_needle = false;
+    state_.outside_s = 0.0;
+    state_.patient_from_stylus = stylus;
     state_.has_pose = true;
-    return fault_bits;
 }
 
 void Simulation::hashTick(const TickInput& input) noexcept {
@@ -203,10 +230,12 @@ void Simulation::hashTick(const TickInput& input) noexcept {
     hash.add(state_.tick);
     patient::hashBreathing(hash, state_.breathing);
     hashTools(hash, state_.tools);
+    hashStoredEnergy(hash, state_.stored);
     hashOutput(hash, state_.output);
     hash.add(state_.patient_from_stylus, std::uint64_t(state_.has_pose));
     // Optional state is hashed only when active.
     if (state_.move_ticks > 0) hash.add(state_.move_ticks);
+    if (state_.left_needle) hash.add(state_.outside_s);
     if (!(state_.breathing_scale == BreathingScale{}))
         hash.add(state_.breathing_scale.depth, state_.breathing_scale.rate);
     if (state_.interruption.ticks > 0)

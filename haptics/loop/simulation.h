@@ -14,6 +14,7 @@
 #include "base/hash.h"
 #include "haptics/loop/toolbox.h"
 #include "haptics/output/output.h"
+#include "haptics/output/stored_energy.h"
 #include "haptics/tools/device.h"
 #include "patient/motion/interruption.h"
 
@@ -71,6 +72,10 @@ constexpr bool selectsSkinTool(const Command& c) noexcept {
 }
 inline constexpr int kMaxCommandsPerTick = 8;
 
+// A device that leapt away from the needle in the body and then stays outside the body this long has drawn
+// the needle out. A glitch of a tracker is shorter.
+inline constexpr double kDrawnOut_s = 0.5;
+
 struct TickInput {
     DeviceState device;
     std::uint32_t command_count = 0;
@@ -104,11 +109,16 @@ struct SimulationState {
     patient::Interruption interruption;
     BreathingScale breathing_scale;  // as last commanded
     ToolState tools;
+    StoredEnergy stored;
     OutputState output;
-    // The last accepted pose. Implausible poses are refused, and so is a teleport while the needle is in the
+    // The last accepted pose. Implausible poses are refused, and so is a leap while the needle is in the
     // body.
     Pose patient_from_stylus;
-    bool has_pose = false;         // there has been an accepted pose
+    bool has_pose = false;  // there has been an accepted pose
+    // The device leapt away from the needle in the body. The needle keeps its pose until the device is back
+    // (kRejoin_m) or has been outside the body for kDrawnOut_s.
+    bool left_needle = false;
+    double outside_s = 0.0;        // for how long it has been outside the body since
     std::uint64_t move_ticks = 0;  // since the startle began; 0: the patient lies still
     Vec3 patient_moved_m{0.0};     // displacement from the initial position
     StateHash hash;                // running hash of every tick so far
@@ -119,7 +129,7 @@ struct TickOutput {
     std::uint64_t tick = 0;
     Tool tool = Tool::needle;       // the active tool
     bool tool_awaits_exit = true;   // it gives no force until it has been outside the body
-    std::uint32_t tool_resets = 0;  // number of tool changes and teleports so far
+    std::uint32_t tool_resets = 0;  // number of tool changes and leaps so far
     Pose patient_from_tool;         // stylus pose; tip at the origin, +z toward the hand
     ToolForce tool_force;           // of the model, patient frame
     Pose patient_from_needle;  // On the rail while snapped in. The last pose while another tool is active.
@@ -171,7 +181,9 @@ class Simulation {
     void stepBreath() noexcept;
     Vec3 stepStartle() noexcept;
     patient::Surrogate currentBreath() const noexcept;
-    std::uint32_t updatePose(const DeviceState&, bool& teleported) noexcept;
+    struct PoseUpdate;
+    PoseUpdate updatePose(const DeviceState&, const patient::Surrogate& breath) noexcept;
+    void followDevice(const DeviceState&, const patient::Surrogate& breath, PoseUpdate&) noexcept;
     void hashTick(const TickInput&) noexcept;
     void fillOutput(const ToolForce&, const patient::Surrogate& breath, TickOutput&) const noexcept;
 

@@ -13,30 +13,21 @@ BreathingSkin breathingSkin(const TouchTools& touch, const BreathingPatient& now
     return {*touch.map, now.motion(), now.breath};
 }
 
-// True if the active tool touches nothing. Gas in the body is labelled; the air outside is not.
+// True if the active tool touches nothing.
 bool isOutside(const ToolState& s, const ToolSettings& settings, const TouchTools* touch,
                const BreathingPatient& now) noexcept {
     const Pose& tool = s.patient_from_tool;
-    const Vec3 reference_m = patient::referenceFromDeformed(now.motion(), now.breath, tool.position_m);
-    const patient::TissueSample x = now.patient.at(reference_m, {});
-    if (x.tissue != Tissue::air || x.label != 0) return false;
+    if (!isInOpenAir(now, tool.position_m)) return false;
     if (isNeedleTool(s.active_tool) || !touch) return true;
-    if (s.active_tool == Tool::scalpel) return touchAt(*touch->map, reference_m).level_m >= 0.0;
+    if (s.active_tool == Tool::scalpel) {
+        const Vec3 reference_m = patient::referenceFromDeformed(now.motion(), now.breath, tool.position_m);
+        return touchAt(*touch->map, reference_m).level_m >= 0.0;
+    }
     PadState pad;
     const bool finger = s.active_tool == Tool::finger;
     return stepPad(pad, finger ? touch->finger_pad : touch->probe_pad,
                    finger ? settings.finger.pad : settings.probe.pad, breathingSkin(*touch, now), tool)
                .touching == 0;
-}
-
-// Clears all contact state: the tool gives force again once it has been outside the body.
-void resetContact(ToolState& s) noexcept {
-    s.finger = {};
-    s.handheld_probe = {};
-    s.scalpel = {};
-    s.needle.primed = false;
-    s.awaits_exit = true;
-    ++s.reset_count;
 }
 
 // Moves the parked probe with breathing. Returns its displacement.
@@ -120,10 +111,25 @@ bool selectTool(ToolState& s, Tool tool) noexcept {
     return true;
 }
 
-bool handleTeleport(ToolState& s) noexcept {
-    if (s.needle.phase != Phase::outside) return false;
-    resetContact(s);
-    return true;
+Following findFollowing(const ToolState& s, const Vec3& tip_m, bool leapt) noexcept {
+    if (s.needle.phase == Phase::outside) return leapt ? Following::reseats : Following::follows;
+    const bool near = glm::distance(tip_m, s.patient_from_tool.position_m) <= kRejoin_m;
+    return leapt || !near ? Following::stays : Following::follows;
+}
+
+bool isInOpenAir(const BreathingPatient& now, const Vec3& tip_m) noexcept {
+    const Vec3 reference_m = patient::referenceFromDeformed(now.motion(), now.breath, tip_m);
+    const patient::TissueSample x = now.patient.at(reference_m, {});
+    return x.tissue == Tissue::air && x.label == 0;  // gas in the body is labelled
+}
+
+void resetContact(ToolState& s) noexcept {
+    s.finger = {};
+    s.handheld_probe = {};
+    s.scalpel = {};
+    s.needle.primed = false;
+    s.awaits_exit = true;
+    ++s.reset_count;
 }
 
 bool parkProbe(ToolState& s, const TouchTools* touch, const BreathingPatient& now, bool park) noexcept {

@@ -84,9 +84,9 @@ void visitToolCounts(Settings& s, const Visit& visit) {
 
 struct ToolState {
     Tool active_tool = Tool::needle;
-    // After the start, a tool change or a teleport: no force until the tool has been outside the body.
+    // After the start, a tool change or a leap: no force until the tool has been outside the body.
     bool awaits_exit = true;
-    // Number of times that a tool change or teleport set `awaits_exit`. Only reported in TickOutput, not
+    // Number of times that a tool change or leap set `awaits_exit`. Only reported in TickOutput, not
     // hashed.
     std::uint32_t reset_count = 0;
     Pose patient_from_tool;
@@ -110,9 +110,23 @@ bool selectTool(ToolState&, Tool) noexcept STYLET_NONBLOCKING;
 // With `park`, parks the hand-held probe where it is; the hand is then empty. Otherwise removes a parked
 // probe from the skin, unless its rail guides a needle in the body. Returns false if nothing changed.
 bool parkProbe(ToolState&, const TouchTools*, const BreathingPatient&, bool park) noexcept STYLET_NONBLOCKING;
-// The device teleported: re-seat the tool without sweeping it, as if it had just been selected there.
-// Returns false if the needle is in the body, where that is impossible.
-bool handleTeleport(ToolState&) noexcept STYLET_NONBLOCKING;
+// A needle in the body follows the device again once it is back within this distance of the pose that the
+// needle kept.
+inline constexpr double kRejoin_m = 0.003;
+// How the active tool follows the device's new pose.
+enum class Following : std::uint8_t {
+    follows,
+    reseats,  // a leap outside the body: the tool is there now, without having been swept
+    stays     // a leap while the needle is in the body: the needle keeps its pose
+};
+// `leapt`: the device moved faster than any intended motion. A longer step than kRejoin_m after a silence of
+// the device is a leap too, for a needle in the body.
+Following findFollowing(const ToolState&, const Vec3& tip_m, bool leapt) noexcept STYLET_NONBLOCKING;
+// True if `tip_m` is in the air outside the body.
+bool isInOpenAir(const BreathingPatient&, const Vec3& tip_m) noexcept STYLET_NONBLOCKING;
+// Clears all contact state: the tool gives force again once it has been outside the body, as if it had just
+// been selected.
+void resetContact(ToolState&) noexcept STYLET_NONBLOCKING;
 // One tick of the active tool, patient frame. Without `touch` only the needle is felt.
 ToolForce stepTools(ToolState&, const ToolSettings&, const TouchTools* touch, const BreathingPatient&,
                     const Pose& patient_from_stylus, NeedleEvents&) noexcept STYLET_NONBLOCKING;

@@ -18,8 +18,8 @@ struct OutputSettings {
     double rate_limit_n_per_s = 2000.0;
     double model_force_n = 22.0;            // F_model: largest force of the model (bone)
     double model_tangent_n_per_m = 4000.0;  // K_tangent: see maxTangent()
-    // Share of the passivity controller's force that is applied. 0 disables it, for stress tests that show
-    // its effect.
+    // Share of the passivity controller's force that is applied. 0 disables it and the bound by the stored
+    // energy, for stress tests that show their effect.
     double controller_share = 1.0;
 };
 

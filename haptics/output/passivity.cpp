@@ -22,7 +22,9 @@ Vec3 recordMotion(PassivityState& s, const Vec3& moved_m) noexcept {
             continue;
         }
         const std::int32_t sense = moved_m[k] > 0.0 ? 1 : -1;
-        if (sense == -s.sense[i]) counts_m[k] = 0.0;
+        const bool in_last_tick = s.still[i] == 0;
+        if (sense == -s.sense[i] && !(in_last_tick && s.steady[i])) counts_m[k] = 0.0;
+        s.steady[i] = in_last_tick && sense == s.sense[i];
         s.sense[i] = sense;
         s.reported_motion_m[k] = counts_m[k];
         s.spread[i] = s.still[i] + 1;
@@ -99,11 +101,12 @@ void observe(PassivityState& s, const Motion& m, int delay_ticks) noexcept {
     const Vec3 moved_m = recordMotion(s, m.tip_moved_m);
     const Work work = computeWork(s, m, moved_m, delay_ticks);
     const SentForce& force = actingForce(s, delay_ticks);
-    // At an event the springs are replaced. A rise of S (a softer tissue under the same force) or a fall of
-    // S (a puncture) is not the hand's work. The hand's work is that against the model's mean force.
+    // At an event the springs are replaced. A fall of S (a puncture) is no work of the hand, so the hand's
+    // work against the model's mean force counts instead. A rise counts (stored_energy.h allows none).
     const Vec3 mean_n = 0.5 * (s.model_n + m.model_n);
-    const double stored_j = m.event ? -glm::dot(mean_n, moved_m - m.tissue_moved_m)
-                                    : m.energy_j - s.energy_j + glm::dot(mean_n, m.tip_moved_m - moved_m);
+    const double change_j = m.energy_j - s.energy_j;
+    const double stored_j = m.event ? std::max(change_j, -glm::dot(mean_n, moved_m - m.tissue_moved_m))
+                                    : change_j + glm::dot(mean_n, m.tip_moved_m - moved_m);
     const double wall_j = m.wall_energy_j - s.wall_energy_j;
     const double given_j = force.scale * stored_j - work.springs_j - std::max(0.0, work.bunched_j) +
                            force.wall_scale * wall_j - work.wall_j;
@@ -134,7 +137,8 @@ void hashPassivity(StateHash& hash, const PassivityState& s) noexcept {
     hash.add(s.model_n, s.energy_j, s.wall_energy_j, s.excess_energy_j);
     hash.add(sent.controller_n, s.reported_motion_m);
     for (std::size_t i = 0; i < 3; ++i)
-        hash.add(std::uint64_t(s.spread[i]) | std::uint64_t(s.still[i]) << 32, std::uint64_t(s.sense[i] + 1));
+        hash.add(std::uint64_t(s.spread[i]) | std::uint64_t(s.still[i]) << 32,
+                 std::uint64_t(s.sense[i] + 1) | std::uint64_t(s.steady[i]) << 2);
 }
 
 }  // namespace stylet::haptics

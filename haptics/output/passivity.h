@@ -14,7 +14,8 @@
 // error is 1/n of that of the same motion in one tick. The controller's force is spread over the n ticks
 // until the next count is due. Without this the error would be overestimated n times, and the controller
 // would kick. The first count after a change of direction is the same encoder edge crossed again and counts
-// as no motion.
+// as no motion, unless the tip moved in the other direction in each of the last two ticks: then the encoder
+// is fine enough to show the turn.
 #pragma once
 
 #include <array>
@@ -62,6 +63,7 @@ struct PassivityState {
     Vec3 reported_motion_m{0.0};
     std::array<std::uint32_t, 3> spread{1, 1, 1}, still{};
     std::array<std::int32_t, 3> sense{};  // direction of the last count
+    std::array<bool, 3> steady{};         // the last two ticks had counts in the same direction
 };
 
 // All functions: haptics thread, noexcept, no allocation, called in this order in each tick.

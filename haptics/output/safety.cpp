@@ -8,7 +8,7 @@ namespace stylet::haptics {
 
 namespace {
 
-constexpr std::array<FaultText, 12> kTexts{{
+constexpr std::array<FaultText, 13> kTexts{{
     {kFaultBadForce, "bad-force",
      "a force model computed a value that is not a number: report this as a bug"},
     {kFaultStaleInput, "stale-input", "the device sent no new data for 20 ms"},
@@ -22,6 +22,8 @@ constexpr std::array<FaultText, 12> kTexts{{
     {kWaitsForSmallForce, "in-contact", "the tool touches the patient: draw it back"},
     {kWaitsOffWall, "at-wall", "the grip is at the end of its reach: move it inward"},
     {kFaultInjected, "injected", "the instructor simulated a device failure"},
+    {kFaultAwayFromNeedle, "away-from-needle",
+     "the device jumped away from the needle in the body: bring it back, or draw it out"},
 }};
 
 // No hand is farther from its device than this. A pose beyond it means a device fault.

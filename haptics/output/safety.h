@@ -27,6 +27,8 @@ enum Fault : std::uint32_t {
     kWaitsOffWall = 1u << 10,
     // A fault, set by CommandKind::fault.
     kFaultInjected = 1u << 11,
+    // The device leapt away from the needle in the body (simulation.h). Set until it is back or outside.
+    kFaultAwayFromNeedle = 1u << 12,
 };
 struct FaultText {
     Fault bit;

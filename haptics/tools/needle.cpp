@@ -50,12 +50,11 @@ bool isStraightPath(const NeedleState& s, const Vec3& step_m) noexcept {
 }
 
 // Visits every voxel from the current channel point to `to_reference_m`, each with its share of `travel_m`.
-void walk(NeedleState& s, SectionSolver& solver, const Patient& patient, const Vec3& to_reference_m,
+void walk(NeedleState& s, SectionSolver& solver, const Grid& grid, const Vec3& to_reference_m,
           double travel_m, Direction direction) noexcept {
     const Vec3 from = s.channel_reference_m;
-    for (VoxelWalk w(patient.grid(), from, to_reference_m); !w.done(); w.next()) {
-        const TissueSample x = patient.at(w.voxel(), s.track);
-        solver.run(x, from + w.begin() * (to_reference_m - from), (w.end() - w.begin()) * travel_m,
+    for (VoxelWalk w(grid, from, to_reference_m); !w.done(); w.next()) {
+        solver.run(w.voxel(), from + w.begin() * (to_reference_m - from), (w.end() - w.begin()) * travel_m,
                    direction);
     }
     s.channel_reference_m = to_reference_m;
@@ -94,7 +93,7 @@ void walkAcrossSides(NeedleState& s, SectionSolver& solver, const Course& course
         if (begin > 0.0)
             jump(begin,
                  s.channel_side == patient::Side::inside ? patient::Side::outside : patient::Side::inside);
-        walk(s, solver, course.patient, anchor_m + course.reference(s, pointAt(end)),
+        walk(s, solver, course.patient.grid(), anchor_m + course.reference(s, pointAt(end)),
              travel_m * (end - begin), direction);
     });
 }
@@ -104,7 +103,7 @@ void walk(NeedleState& s, SectionSolver& solver, Course& course, const Vec3& to_
     const Vec3 step_m = to_m - course.at_m;
     if (isStraightPath(s, step_m)) {
         const Vec3 to_reference_m = s.channel_reference_m + s.channel_motion.reference_from_deformed * step_m;
-        walk(s, solver, course.patient, to_reference_m, travel_m, direction);
+        walk(s, solver, course.patient.grid(), to_reference_m, travel_m, direction);
     } else {
         walkAcrossSides(s, solver, course, to_m, travel_m, direction);
     }
@@ -191,6 +190,16 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Breat
                    0.5 * settings.lateral_stiffness_n_per_m * glm::dot(s.lateral_m, s.lateral_m);
     out.event = solver.hasLeft() || hasForceStep(events);
     return out;
+}
+
+NeedleEvent drawOutNeedle(NeedleState& s) noexcept {
+    NeedleEvent event{.kind = NeedleEventKind::withdrawn,
+                      .border = {s.channel_reference_m, s.tissue, Tissue::air, 0, s.depth_m},
+                      .force_before_n = s.force_n};
+    endTrack(s);
+    s.force_n = 0.0;
+    s.lateral_m = Vec3(0.0);
+    return event;
 }
 
 Vec3 needleForce(const NeedleState& s, const NeedleSettings& settings, const Vec3& axis) noexcept {

@@ -52,6 +52,8 @@ struct TentingBorder {
 struct CutBorder {
     Vec3 reference_m{0.0};
     Tissue to = Tissue::air;
+    // The far side of a skin fold that the needle passed through. It is open for a needle that is drawn back.
+    bool from_behind = false;
 };
 
 struct NeedleState {
@@ -140,6 +142,9 @@ struct NeedleShaft {
 // plus the lateral spring's.
 ToolForce stepNeedle(NeedleState&, const NeedleSettings&, const BreathingPatient&, const NeedleShaft&,
                      NeedleEvents&, const Incisions& incisions = {}) noexcept STYLET_NONBLOCKING;
+// Haptics thread. Ends the track of a needle in the body without moving it through the tissue. Returns the
+// event to report.
+NeedleEvent drawOutNeedle(NeedleState&) noexcept STYLET_NONBLOCKING;
 // Force on the needle, patient frame: -force * axis - lateral spring.
 Vec3 needleForce(const NeedleState&, const NeedleSettings&, const Vec3& axis) noexcept STYLET_NONBLOCKING;
 // Energy of the axial springs. In phase `pass` it is k e^2 / 2. While tenting it is that energy, frozen,

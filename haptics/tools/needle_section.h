@@ -23,6 +23,19 @@ inline constexpr double kSamePlace_m = 1e-9;
 // Air within this depth of the track's start is outside the body.
 inline constexpr double kSurface_m = 1e-6;
 
+// The needle is outside the body. Its cut borders remain.
+inline void endTrack(NeedleState& s) noexcept {
+    s.phase = Phase::outside;
+    s.tissue = Tissue::air;
+    s.label = 0;
+    s.extension_m = 0.0;
+    s.depth_m = 0.0;
+    s.track = {};
+    s.past_skin_depth_m = s.past_fascia_depth_m = 0.0;
+    s.queued_count = 0;
+    s.bone_over_tenting = false;
+}
+
 // Appends to a list of fixed size. A full list loses its oldest entry.
 template <typename T, std::size_t N>
 void pushBack(std::array<T, N>& list, int& count, const std::type_identity_t<T>& entry) noexcept {
@@ -41,29 +54,26 @@ class SectionSolver {
                   NeedleEvents& events, const Incisions& incisions) noexcept
         : s_(state), settings_(settings), patient_(patient), events_(events), incisions_(incisions) {}
 
-    // Haptics thread. Enters the voxel `sample` at `at_reference_m` and moves `travel_m` along the axis
-    // inside it.
-    void run(const TissueSample& sample, const Vec3& at_reference_m, double travel_m,
-             Direction direction) noexcept {
+    // Haptics thread. Enters `voxel` at `at_reference_m` and moves `travel_m` along the axis inside it.
+    void run(const Index3& voxel, const Vec3& at_reference_m, double travel_m, Direction direction) noexcept {
+        // A withdrawal enters tissue that the needle met before it set the flags.
+        if (direction == Direction::withdraw) clearFlags(kSamePlace_m);
+        const TissueSample sample = patient_.at(voxel, s_.track);
         if (s_.phase == Phase::outside && sample.tissue == Tissue::air) return;
         if (direction != Direction::withdraw) {
             setFlags(sample);
-            // The needle left through a corner of slanted skin before it reached anything behind it.
-            if (sample.tissue == Tissue::air && !s_.track.past_skin) {
-                report(NeedleEventKind::withdrawn, borderTo(sample, at_reference_m), force(), 0.0);
-                return endTrack();
-            }
+            if (sample.tissue == Tissue::air && !s_.track.past_skin) return leaveFold(sample, at_reference_m);
         }
         arrive(sample, at_reference_m, direction);
         if (s_.phase == Phase::outside) return;
         if (travel_m > 0.0) advance(travel_m);
         if (travel_m < 0.0) withdraw(travel_m);
-        clearFlags();
+        clearFlags(-kSamePlace_m);
         const bool outside = s_.tissue == Tissue::air && (s_.depth_m <= kSurface_m || !s_.track.past_skin);
         if (direction != Direction::advance && s_.phase == Phase::pass && outside) {
             report(NeedleEventKind::withdrawn,
                    Border{at_reference_m, Tissue::skin, Tissue::air, 0, s_.depth_m}, 0.0, 0.0);
-            endTrack();
+            leaveTrack();
         }
     }
 
@@ -107,7 +117,7 @@ class SectionSolver {
 
         const Border border = borderTo(x, at_reference_m);
         if (direction == Direction::advance || s_.phase == Phase::outside) {
-            reachBorder(border);
+            reachBorder(border, direction == Direction::withdraw);
         } else if (direction == Direction::sideways) {
             enter(border, force(), NeedleEventKind::sideways);
         } else {
@@ -166,20 +176,21 @@ class SectionSolver {
         return s_.queued_count > 0 ? s_.queued[std::size_t(s_.queued_count - 1)] : s_.tenting.border;
     }
 
-    bool isCut(const Border& border) const noexcept {
+    bool isCut(const Border& border, bool from_behind = false) const noexcept {
         const double reach2 = settings_.cut_reach_m * settings_.cut_reach_m;
         for (int i = 0; i < s_.cut_count; ++i) {
             const CutBorder& c = s_.cut[std::size_t(i)];
             const Vec3 d = c.reference_m - border.reference_m;
-            if (c.to == border.to && glm::dot(d, d) <= reach2) return true;
+            if (c.to == border.to && c.from_behind == from_behind && glm::dot(d, d) <= reach2) return true;
         }
         return false;
     }
 
-    bool willTent(const Border& border, double force_n) const noexcept {
+    bool willTent(const Border& border, double force_n, bool from_behind = false) const noexcept {
         const TissueRow& b = row(border.to);
         if (isRigid(b)) return true;
-        return border.from != border.to && resists(b, force_n) && !isCut(border) && !isIncised(border);
+        return border.from != border.to && resists(b, force_n) && !isCut(border, from_behind) &&
+               !isIncised(border);
     }
 
     // The body's surface is skin, or another tissue where the voxels at the surface contain no skin.
@@ -189,9 +200,9 @@ class SectionSolver {
                isOpen(incisions_, border.reference_m, settings_.cut_reach_m);
     }
 
-    void reachBorder(const Border& border) noexcept {
+    void reachBorder(const Border& border, bool from_behind = false) noexcept {
         const double f = force();
-        if (willTent(border, f)) {
+        if (willTent(border, f, from_behind)) {
             startTenting(border, f);
         } else {
             enter(border, f, NeedleEventKind::entry);
@@ -225,7 +236,8 @@ class SectionSolver {
     // The needle was withdrawn from a tenting border: the tip is in the tissue in front of it, with the force
     // it had there.
     void abandonTenting() noexcept {
-        if (s_.tissue == Tissue::air && !s_.bone_over_tenting && s_.depth_m <= kSurface_m) return endTrack();
+        if (s_.tissue == Tissue::air && !s_.bone_over_tenting && s_.depth_m <= kSurface_m)
+            return leaveTrack();
         has_left_ = true;
         s_.bone_over_tenting = false;
         s_.phase = Phase::pass;
@@ -275,11 +287,11 @@ class SectionSolver {
         pushBack(s_.queued, s_.queued_count, border);
     }
 
-    void storeCut(const Border& border) noexcept {
-        if (border.from == border.to || border.to == Tissue::air || isCut(border)) return;
+    void storeCut(const Border& border, bool from_behind = false) noexcept {
+        if (border.from == border.to || border.to == Tissue::air || isCut(border, from_behind)) return;
         if (s_.cut_count == kMaxCutBorders) report(NeedleEventKind::overflow, border, 0.0, 0.0);
-        pushBack(s_.cut, s_.cut_count, {border.reference_m, border.to});
-        s_.cuts.add(border.reference_m, std::uint64_t(border.to));
+        pushBack(s_.cut, s_.cut_count, {border.reference_m, border.to, from_behind});
+        s_.cuts.add(border.reference_m, std::uint64_t(border.to) | std::uint64_t(from_behind) << 8);
     }
 
     // ---- Motion ----
@@ -352,22 +364,23 @@ class SectionSolver {
         s_.track = after;
     }
 
-    void clearFlags() noexcept {
-        if (s_.depth_m < s_.past_skin_depth_m - kSamePlace_m) s_.track.past_skin = false;
-        if (s_.depth_m < s_.past_fascia_depth_m - kSamePlace_m) s_.track.past_fascia = false;
+    // Undoes the flags that were set deeper than the tip's depth minus `tolerance_m`.
+    void clearFlags(double tolerance_m) noexcept {
+        if (s_.depth_m < s_.past_skin_depth_m + tolerance_m) s_.track.past_skin = false;
+        if (s_.depth_m < s_.past_fascia_depth_m + tolerance_m) s_.track.past_fascia = false;
     }
 
-    void endTrack() noexcept {
+    // The needle has passed through a fold or a corner of skin and is in the air behind it.
+    void leaveFold(const TissueSample& air, const Vec3& at_reference_m) noexcept {
+        const Border border = borderTo(air, at_reference_m);
+        report(NeedleEventKind::withdrawn, border, force(), 0.0);
+        storeCut({at_reference_m, air.tissue, border.from, 0, s_.depth_m}, true);
+        leaveTrack();
+    }
+
+    void leaveTrack() noexcept {
         has_left_ = true;
-        s_.phase = Phase::outside;
-        s_.tissue = Tissue::air;
-        s_.label = 0;
-        s_.extension_m = 0.0;
-        s_.depth_m = 0.0;
-        s_.track = {};
-        s_.past_skin_depth_m = s_.past_fascia_depth_m = 0.0;
-        s_.queued_count = 0;
-        s_.bone_over_tenting = false;
+        endTrack(s_);
     }
 
     void report(NeedleEventKind kind, const Border& border, double before_n, double after_n) noexcept {

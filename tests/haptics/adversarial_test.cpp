@@ -49,7 +49,7 @@ struct CheckedBench : test::SimulationBench {
     }
 };
 
-TEST(Adversarial, Teleports) {
+TEST(Adversarial, Leaps) {
     const patient::Package package = test::scriptedPackage();
     CheckedBench fed(package);
     fed.settle();

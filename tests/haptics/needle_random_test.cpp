@@ -174,5 +174,64 @@ TEST(NeedleRandom, RandomMotionKeepsTheForceFiniteAndBounded) {
     }
 }
 
+// Skin first, then random layers without air and skin.
+test::Layers randomTorso(Random& random) {
+    constexpr Tissue kInside[] = {Tissue::soft,   Tissue::fascia, Tissue::liver,
+                                  Tissue::vessel, Tissue::duct,   Tissue::soft};
+    test::Layers layers{{Tissue::skin, 0.0001 * (1 + below(random, 30))}};
+    for (int i = 0; i < 10; ++i)
+        layers.push_back({kInside[below(random, 6)], 0.0001 * (1 + below(random, 40))});
+    return layers;
+}
+
+// The same CT without the labels of skin and soft tissue. Behind the first fascia or liver, soft tissue has
+// values that would be bone in front of it.
+patient::Package withoutSkinAndSoft(patient::Package package) {
+    bool past_fascia = false;
+    for (int i = 0; i < package.labels.grid.dims.x; ++i) {
+        const Tissue tissue = Tissue(package.labels[{i, 0, 0}]);
+        past_fascia = past_fascia || tissue == Tissue::fascia || tissue == Tissue::liver;
+        if (tissue != Tissue::skin && tissue != Tissue::soft) continue;
+        for (std::size_t row = std::size_t(i); row < package.labels.voxels.size();
+             row += std::size_t(package.labels.grid.dims.x)) {
+            package.ct.voxels[row] = tissue == Tissue::skin ? -300 : past_fascia ? 250 : 60;
+            package.labels.voxels[row] = 0;
+        }
+    }
+    return package;
+}
+
+// The needle moves back and forth across borders whose tissue the thresholds find with the track's flags. The
+// force is bit-identical to that of the labelled patient.
+TEST(NeedleRandom, ThresholdsGiveTheForceOfTheLabelsInAnyMotion) {
+    int reversals = 0, left = 0;
+    for (std::uint64_t seed = 1; seed <= 500; ++seed) {
+        SCOPED_TRACE(seed);
+        Random random(seed);
+        patient::Package labelled = test::makeColumn(randomTorso(random));
+        if (seed % 2 == 0) labelled.tissues = randomTable(random);
+        const patient::Package partial = withoutSkinAndSoft(labelled);
+        const patient::Patient full_patient(labelled), partial_patient(partial);
+        Hand full(full_patient), thresholds(partial_patient);
+        double x_m = -0.001, goal_m = x_m;
+        for (int i = 0; i < 3000; ++i) {
+            if (x_m == goal_m) {  // a voxel border, or anywhere
+                goal_m = uniform(random, -0.002, 0.020);
+                if (below(random, 2) == 0) goal_m = 0.0001 * std::round(goal_m / 0.0001);
+                ++reversals;
+            }
+            const double step_m = uniform(random, 0.0, 0.0004);
+            x_m = goal_m > x_m ? std::min(goal_m, x_m + step_m) : std::max(goal_m, x_m - step_m);
+            full.to(x_m), thresholds.to(x_m);
+            ASSERT_EQ(full.force(), thresholds.force()) << i;
+            ASSERT_EQ(full.state.tissue, thresholds.state.tissue) << i;
+            ASSERT_EQ(full.events.size(), thresholds.events.size()) << i;
+            left += full.state.phase == Phase::outside;
+        }
+    }
+    EXPECT_GT(reversals, 5000);
+    EXPECT_GT(left, 1000);
+}
+
 }  // namespace
 }  // namespace stylet::haptics

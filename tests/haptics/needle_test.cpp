@@ -228,6 +228,45 @@ TEST(Needle, LeavingThroughASkinCornerEndsOutside) {
     EXPECT_EQ(out.force_after_n, 0.0);
 }
 
+// A needle that has passed through a fold of skin slides in it on the way out.
+TEST(Needle, SkinFoldMetFromBehindIsOpen) {
+    for (const double fold_m : {0.0004, 0.001, 0.004}) {
+        const double body_m = fold_m + 0.003;
+        Puncture p({{skin, fold_m}, {air, 0.003}, {skin, 0.002}, {soft, 0.02}});
+        p.hand.sweep(body_m + 0.010);
+        p.hand.sweep(fold_m + 0.001);
+        ASSERT_EQ(p.hand.state.phase, Phase::outside);
+        p.hand.events.clear();
+        const double l_max = 0.7 / 800.0;
+        for (const double share : {0.1, 0.5, 1.0}) {
+            const double travel_m = share * std::min(fold_m, 2.0 * l_max) - 1e-6;
+            p.hand.sweep(fold_m - travel_m);
+            EXPECT_EQ(p.hand.state.phase, Phase::pass);
+            EXPECT_NEAR(p.hand.force(), -std::min(0.7, 800.0 * travel_m), 1e-9);
+        }
+        p.hand.sweep(-0.005);
+        EXPECT_EQ(p.hand.state.phase, Phase::outside);
+        EXPECT_EQ(p.hand.force(), 0.0);
+        EXPECT_TRUE(p.hand.eventsOf(NeedleEventKind::border).empty());
+        EXPECT_EQ(p.hand.eventsOf(NeedleEventKind::withdrawn).size(), 1u);
+    }
+}
+
+// The hole in a fold opens it from behind only, and only there.
+TEST(Needle, SkinFoldElsewhereTents) {
+    Puncture p({{skin, 0.004}, {air, 0.003}, {skin, 0.002}, {soft, 0.02}});
+    p.hand.sweep(0.006);
+    ASSERT_EQ(p.hand.state.phase, Phase::outside);
+    p.hand.to({0.006, 0.0023, 0.0002});
+    p.hand.events.clear();
+    p.hand.sweep(0.0039);
+    EXPECT_EQ(p.hand.eventsOf(NeedleEventKind::border).size(), 1u);
+    // A fold 0.5 mm in front of the body: the body's skin tents.
+    Puncture near({{skin, 0.004}, {air, 0.0005}, {skin, 0.002}, {soft, 0.02}});
+    near.hand.sweep(0.010);
+    EXPECT_EQ(near.hand.eventsOf(NeedleEventKind::puncture).size(), 2u);
+}
+
 TEST(Needle, BoneIsNeverCut) {
     Puncture p({{skin, 0.002}, {soft, 0.01}, {bone, 0.002}, {soft, 0.05}});
     p.hand.sweep(0.012 + 0.003);  // past the far side of the bone voxels

@@ -50,7 +50,7 @@ TEST(Safety, EveryBitHasANameAndAText) {
         EXPECT_TRUE(names.insert(t.name).second);
         EXPECT_GT(std::strlen(t.text), 10u);
     }
-    EXPECT_EQ(bits, 2u * kFaultInjected - 1u);
+    EXPECT_EQ(bits, 2u * kFaultAwayFromNeedle - 1u);
 }
 
 // HZ-FORCE-02

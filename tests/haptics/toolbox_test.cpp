@@ -169,7 +169,7 @@ TEST(Toolbox, NeedleSelectedElsewhereCrossesNoTissue) {
 
 // For one tick the device reports a wrong position, which is within its reach and behind the patient.
 // HZ-FORCE-05
-TEST(Toolbox, TeleportOutsideCrossesNoTissue) {
+TEST(Toolbox, LeapOutsideCrossesNoTissue) {
     ToolBench b;
     b.to(-0.005);
     for (const double x_m : {0.060, -0.005}) {
@@ -187,18 +187,105 @@ TEST(Toolbox, TeleportOutsideCrossesNoTissue) {
     EXPECT_EQ(b.out.phase, Phase::tenting);
 }
 
+// A needle in fat, 8 mm behind the skin, with the force on.
+struct LeapBench : ToolBench {
+    LeapBench() {
+        for (int i = 0; i < 2000; ++i)
+            to(-0.005);
+        sweep(0.010);
+        EXPECT_EQ(out.stage, ForceStage::on);
+        EXPECT_GT(sentForce(), 0.1);
+        depth_m = out.depth_m;
+    }
+    double sentForce() const { return glm::length(out.sent_device_n); }
+    // The device is at `tip_m` for `ticks`. The needle must not move, and the force must end and stay off,
+    // even if the user re-arms it again and again.
+    void expectLeft(const Vec3& tip_m, int ticks = 3000) {
+        for (int i = 0; i < ticks; ++i) {
+            if (i % 100 == 99) command(CommandKind::rearm);
+            to(tip_m);
+            ASSERT_EQ(events.count, 0) << i;
+            ASSERT_EQ(out.depth_m, depth_m) << i;
+            ASSERT_EQ(out.lateral_cut_m, 0.0) << i;
+            ASSERT_TRUE(simulation.state().left_needle) << i;
+            ASSERT_TRUE(i < 20 || sentForce() == 0.0) << i;
+        }
+    }
+    void expectForceAfterRearming() {
+        command(CommandKind::rearm);
+        for (int i = 0; i < 2000; ++i)
+            tick();
+        EXPECT_EQ(out.stage, ForceStage::on);
+    }
+    double depth_m = 0.0;
+};
+
 // HZ-FORCE-05
-TEST(Toolbox, TeleportOfANeedleInTheBodyIsRejected) {
-    ToolBench b;
-    b.to(-0.005);
+TEST(Toolbox, NeedleInTheBodyIsNotSweptAlongALeapEvenIfTheDeviceStaysThere) {
+    for (const Vec3& there :
+         {Vec3{0.050, 0.0003, 0.0002}, Vec3{0.010, 0.0370, 0.0002}, Vec3{0.0131, 0.0003, 0.0002}}) {
+        LeapBench b;
+        b.expectLeft(there);
+        // It comes closer slowly, but not close enough.
+        const Vec3 kept{0.010, 0.0003, 0.0002};
+        for (double share = 1.0; share * glm::distance(there, kept) > kRejoin_m + 1e-6; share -= 0.001)
+            b.expectLeft(kept + share * (there - kept), 1);
+        // Back at the needle, it moves it again, and the force returns on request.
+        b.to(kept), b.to(kept);
+        EXPECT_NEAR(b.out.depth_m, b.depth_m, 1e-12);
+        b.expectForceAfterRearming();
+        b.sweep(0.011);
+        EXPECT_NEAR(b.out.depth_m, b.depth_m + 0.001, 1e-9);
+    }
+}
+
+// A silent device that comes back elsewhere has a low mean speed. HZ-FORCE-05
+TEST(Toolbox, LongStepAfterASilenceIsALeap) {
+    LeapBench b;
+    b.input.device.fresh = 0;
+    for (int i = 0; i < 1000; ++i)
+        b.tick();
+    b.input.device.fresh = 1;
+    b.expectLeft({0.050, 0.0003, 0.0002});
+}
+
+// Passing the needle at speed does not pick it up. HZ-FORCE-05
+TEST(Toolbox, LeftNeedleIsNotPickedUpAtSpeed) {
+    LeapBench b;
+    b.expectLeft({0.050, 0.0003, 0.0002}, 100);
+    for (double x_m = 0.050; x_m > -0.004; x_m -= 0.0005)
+        b.expectLeft({x_m, 0.0003, 0.0002}, 1);
+}
+
+// HZ-FORCE-05
+TEST(Toolbox, NeedleIsDrawnOutByADeviceThatStaysOutsideAfterALeap) {
+    LeapBench b;
+    b.expectLeft({-0.030, 0.0003, 0.0002}, int(kDrawnOut_s / 0.001) - 1);
+    b.expectLeft({0.050, 0.0003, 0.0002}, 1);  // the time outside counts only in one piece
+    b.expectLeft({-0.030, 0.0003, 0.0002}, int(kDrawnOut_s / 0.001));
+    b.tick();
+    ASSERT_EQ(b.events.count, 1);
+    EXPECT_EQ(b.events.list[0].kind, NeedleEventKind::withdrawn);
+    EXPECT_EQ(b.out.phase, Phase::outside);
+    EXPECT_EQ(b.out.depth_m, 0.0);
+    b.expectForceAfterRearming();
+    b.sweep(0.0005);
+    EXPECT_EQ(b.out.phase, Phase::pass);  // through its own hole
     b.sweep(0.010);
-    const double force_n = b.out.force_n, depth_m = b.out.depth_m;
-    b.to(0.050);
-    EXPECT_EQ(b.events.count, 0);
-    EXPECT_EQ(b.out.depth_m, depth_m);
-    b.to(0.010), b.to(0.010);
-    EXPECT_EQ(b.out.depth_m, depth_m);
-    EXPECT_NEAR(b.out.force_n, force_n, 1e-9);
+    EXPECT_NEAR(b.out.force_n, 0.7, 1e-9);
+}
+
+// HZ-FORCE-05
+TEST(Toolbox, GlitchOfOneTickLeavesTheNeedleWhereItIs) {
+    LeapBench b;
+    const double force_n = b.out.force_n;
+    for (const double x_m : {0.050, -0.030}) {
+        b.to(x_m);
+        EXPECT_EQ(b.events.count, 0);
+        b.to(0.010), b.to(0.010);
+        EXPECT_EQ(b.out.depth_m, b.depth_m);
+        EXPECT_NEAR(b.out.force_n, force_n, 1e-9);
+    }
 }
 
 // HZ-FORCE-05

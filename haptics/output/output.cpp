@@ -92,8 +92,12 @@ Vec3 stepOutput(OutputState& s, const OutputSettings& settings, const DeviceProf
     const Vec3 at_full = clampLength(scale * modelled + wall.force_n, peak_n, s.limited);
     // The check at the start must see contact even while the clutch is pressed.
     const Vec3 unclutched = gain * modelled + wall.force_n;
-    stepSafety(s.safety, tick.fault_bits | (finite ? 0u : std::uint32_t(kFaultBadForce)),
-               glm::length(unclutched), glm::length(wall.force_n), dt_s);
+    const std::uint32_t fault_bits = tick.fault_bits | (finite ? 0u : std::uint32_t(kFaultBadForce));
+    if (profile.force_axes > 0) {
+        stepSafety(s.safety, fault_bits, glm::length(unclutched), glm::length(wall.force_n), dt_s);
+    } else {
+        reportWithoutForce(s.safety, fault_bits);
+    }
     const double level = s.safety.level;
 
     Motion motion = computeMotion(s, tick, modelled, finite);

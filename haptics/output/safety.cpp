@@ -126,6 +126,11 @@ void stepSafety(SafetyState& s, std::uint32_t fault_bits, double force_n, double
     }
 }
 
+void reportWithoutForce(SafetyState& s, std::uint32_t fault_bits) noexcept {
+    s.faults |= fault_bits & kFaultBadForce;
+    s.awaited = fault_bits & kFaultAwayFromNeedle;
+}
+
 void rearm(SafetyState& s) noexcept {
     if (s.stage != ForceStage::off) return;
     s.stage = ForceStage::waiting;

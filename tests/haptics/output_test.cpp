@@ -242,5 +242,24 @@ TEST(Output, PressedClutchDoesNotHideContactAtTheStart) {
     EXPECT_EQ(stepOutput(state, plain(), {}, 1.0, tick, kDt_s), Vec3(0.0));
 }
 
+// A mouse cannot lose a force: whatever happens, there is nothing to re-arm and nothing to wait for, except a
+// needle that it left behind.
+TEST(Output, InputOnlyDeviceHasNoForceToLose) {
+    const DeviceProfile mouse = inputOnlyProfile("mouse", "input only");
+    for (const FaultText& fault : faultTexts()) {
+        OutputState state;
+        OutputTick tick;
+        for (int i = 0; i < 3000; ++i) {
+            tick.tool.force_n = {i < 2000 ? 0.0 : -5.0, 0.0, 0.0};
+            tick.fault_bits = i >= 2500 && i < 2600 ? fault.bit : 0u;
+            EXPECT_EQ(stepOutput(state, plain(), mouse, 0.0, tick, kDt_s), Vec3(0.0));
+            ASSERT_EQ(state.safety.stage, ForceStage::waiting) << fault.name;
+            const bool left_behind = fault.bit == kFaultAwayFromNeedle && tick.fault_bits != 0;
+            ASSERT_EQ(state.safety.awaited, left_behind ? kFaultAwayFromNeedle : 0u) << fault.name;
+        }
+        EXPECT_EQ(state.safety.faults, fault.bit == kFaultBadForce ? fault.bit : 0u) << fault.name;
+    }
+}
+
 }  // namespace
 }  // namespace stylet::haptics

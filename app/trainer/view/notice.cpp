@@ -38,7 +38,9 @@ std::vector<std::string> wrapped(report::Canvas& canvas, const std::string& text
 
 std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, const std::string& rearm_act) {
     if (attention == Attention::away)
-        return Notice{"Paused", {"The force is off and the simulation is paused."}};
+        return Notice{
+            "Paused",
+            {"The simulation is paused while you do not wear the headset or another program has the focus."}};
     if (seen.paused) return Notice{"Paused", {"The instructor has paused the attempt and will resume it."}};
     if (seen.held && seen.return_distance_m >= haptics::kDeviceNotReady_m)
         return Notice{"Paused", {"The tool is not tracked: move it to where the headset sees it."}};
@@ -46,6 +48,9 @@ std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, co
         return Notice{"Paused",
                       {"Move the tool back to where you left it: " +
                        std::to_string(std::max(1L, std::lround(1e3 * seen.return_distance_m))) + " mm."}};
+    if ((seen.tick.awaited & haptics::kFaultAwayFromNeedle) != 0)
+        return Notice{"The tool has jumped",
+                      {"The needle is still in the patient: move the tool back to it, or draw it out."}};
     const haptics::ForceStage stage = seen.tick.stage;
     const bool off = stage == haptics::ForceStage::off || stage == haptics::ForceStage::fading;
     if (seen.rest_due && (rearm_act.empty() || !off))

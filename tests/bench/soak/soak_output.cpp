@@ -63,6 +63,9 @@ void prepareUserOutput(const fs::path& folder, const patient::Patient& patient,
     writeText(folder / "sound.conf", "drivers = wave\n[wave]\nfile = /dev/null\n");
     setenv("ALSOFT_CONF", (folder / "sound.conf").c_str(), 1);
     setenv("ALSOFT_LOGLEVEL", "0", 0);
+#ifdef STYLET_SOAK_PICTURES
+    keepDriverLoaded();
+#endif
 }
 
 struct UserOutput::Impl {

@@ -18,6 +18,10 @@ namespace stylet::soak {
 void prepareUserOutput(const std::filesystem::path& folder, const patient::Patient&,
                        const patient::PlannedPath&);
 
+// Keeps the Vulkan driver loaded until the process ends. Mesa's lavapipe does not free its memory for
+// executable code when it is unloaded: 10 MB of addresses, 0.07 MB of them resident, per headset.
+void keepDriverLoaded();
+
 class UserOutput {
   public:
     struct Context {

@@ -53,6 +53,8 @@ TEST(Notice, ExplainsWhyTheAttemptIsPaused) {
     const Notice fault = *makeNotice(seen, Attention::focused, "press Enter");
     EXPECT_THAT(fault.lines[0], HasSubstr("1 m/s"));
     EXPECT_THAT(fault.lines[1], HasSubstr("press Enter"));
+    seen.tick.awaited = haptics::kFaultAwayFromNeedle;
+    EXPECT_THAT(makeNotice(seen, Attention::focused, "")->lines[0], HasSubstr("move the tool back"));
     EXPECT_THAT(makeNotice(RoomWarning::lost, "press Enter").lines[1], HasSubstr("stylet register"));
     EXPECT_THAT(makeNotice(RoomWarning::moved, "press Enter").lines[0], HasSubstr("press Enter"));
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -91,8 +92,8 @@ void checkIndependentLabels(const PairFiles& files, const Package& reference, co
                 throw DataError(files.found / "patient.toml", "label." + theirs.name + ".provenance",
                                 "\"" + theirs.provenance + "\" is also the provenance of the reference's " +
                                     own.name + ": make the two segmentations independently of each other");
-    if (found.provenance.find('"' + reference.name + '"') != std::string::npos)
-        throw DataError(files.found / "patient.toml", "provenance",
+    if (std::find(found.atlases.begin(), found.atlases.end(), reference.name) != found.atlases.end())
+        throw DataError(files.found / "patient.toml", "atlases",
                         reference.name + " was one of its atlases: build it again with other atlases");
 }
 

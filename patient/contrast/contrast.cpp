@@ -23,10 +23,6 @@ bool isDuct(const Label& label) {
     return label.tissue == Tissue::duct && label.role == Role::target;
 }
 
-bool isBowel(const Label& label) {
-    return label.name.find("bowel") != std::string::npos || label.name.find("duodenum") != std::string::npos;
-}
-
 LabelSet ductLabels(const Patient& patient) {
     LabelSet set{};
     for (const Label& label : patient.package().label_table)
@@ -34,20 +30,21 @@ LabelSet ductLabels(const Patient& patient) {
     return set;
 }
 
-// Finds the blockage of the tree and its openings into the bowel.
+// Finds the blockage of the tree and its outlets into the bowel.
 void findBlockageAndOutlets(const Patient& patient, DuctTree& tree) {
     const std::vector<double> wall_m = wallDistance_m(tree.piece);
-    // A tumour or a closed duct.
     const auto blocks = [](const Label& l) {
-        return l.name.find("tumour") != std::string::npos || (l.tissue == Tissue::duct && !isDuct(l));
+        const bool closed_duct = l.tissue == Tissue::duct && !isDuct(l);
+        return l.blocks_contrast || closed_duct;
     };
+    const auto drains = [](const Label& l) { return l.drains_ducts; };
     double best = -1.0;
     bool blocked = false;
     for (std::size_t m = 0; m < tree.piece.size(); ++m) {
         const Index3 voxel = tree.piece.voxel(m);
         const bool at_block = touches(patient, voxel, blocks);
         blocked = blocked || at_block;
-        if (touches(patient, voxel, isBowel)) tree.outlets.push_back(m);
+        if (touches(patient, voxel, drains)) tree.outlets.push_back(m);
         // Any contact with a blockage counts more than any width.
         const double score = wall_m[m] + (at_block ? 1.0 : 0.0);
         if (score > best) best = score, tree.blockage = m;
@@ -134,7 +131,7 @@ Tissue stainTissue(const Patient& patient, const Index3& voxel) noexcept {
         at.tissue == Tissue::air)
         return at.tissue;
     const Label* label = patient.label(at.label);
-    if (label && isBowel(*label)) return Tissue::air;
+    if (label && label->drains_ducts) return Tissue::air;
     return Tissue::soft;
 }
 
@@ -172,8 +169,7 @@ void Contrast::inject(const Vec3& tip_m, bool inside, double amount_m3) {
     const TissueSample at = patient_->at(voxel, {true, true});
     const Label* label = patient_->label(at.label);
     if (label && isDuct(*label)) return injectIntoDuct(tip_m, voxel, amount_m3);
-    if (at.tissue == Tissue::vessel && label)
-        return injectIntoVessel(tip_m, voxel, bloodKind(*label), amount_m3);
+    if (at.tissue == Tissue::vessel && label) return injectIntoVessel(tip_m, voxel, label->blood, amount_m3);
     const bool liver = at.tissue == Tissue::liver;
     status_.place = liver ? ContrastPlace::liver : ContrastPlace::elsewhere;
     const Tissue kind = stainTissue(*patient_, voxel);

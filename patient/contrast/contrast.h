@@ -8,7 +8,7 @@
 // heart.
 //   duct       Fills in order of distance along the tree from the tip, behind a front that mixing widens.
 //              Some bile stays at the walls. A blocked tree fills up, then leaks into the parenchyma at
-//              the tip. A tree that opens into the bowel drains there.
+//              the tip. A tree that touches the bowel drains there.
 //   liver      Fills the extracellular space of a ball around the tip; fades slowly.
 //   vessel     Carried along by the blood and diluted exponentially.
 //   elsewhere  Stays as a pool. Outside the body it is lost.

@@ -184,7 +184,7 @@ void orient(const Patient& patient, VesselTree& tree) {
     } else if (tree.kind == BloodKind::hepatic) {
         root = findCrossSection(tree, [&](std::size_t m) {
             return touches(patient, tree.piece.voxel(m),
-                           [](const Label& l) { return bloodKind(l) == BloodKind::cava; });
+                           [](const Label& l) { return l.blood == BloodKind::cava; });
         });
         toward_root.assign(tree.piece.size(), true);
     } else if (tree.kind == BloodKind::cava || tree.kind == BloodKind::artery) {
@@ -255,17 +255,6 @@ bool touches(const Patient& patient, const Index3& voxel, const std::function<bo
     return found;
 }
 
-BloodKind bloodKind(const Label& label) {
-    if (label.tissue != Tissue::vessel) return BloodKind::none;
-    const auto nameContains = [&](const char* word) { return label.name.find(word) != std::string::npos; };
-    if (nameContains("heart")) return BloodKind::none;
-    if (nameContains("portal")) return BloodKind::portal;
-    if (nameContains("hepatic vein")) return BloodKind::hepatic;
-    if (nameContains("cava")) return BloodKind::cava;
-    if (nameContains("aorta") || nameContains("arter")) return BloodKind::artery;
-    return BloodKind::other;
-}
-
 VesselTree makeVesselTree(const Patient& patient, BloodKind kind, VoxelPiece piece,
                           const VesselFlowSettings& settings) {
     VesselTree tree;
@@ -310,12 +299,12 @@ Vec3 VesselFlow::meanAt_m_per_s(const Vec3& reference_m) const noexcept {
 VesselFlow makeVesselFlow(const Patient& patient, const VesselFlowSettings& settings, int threads) {
     LabelSet wanted{};
     for (const Label& label : patient.package().label_table)
-        wanted[label.id] = bloodKind(label) != BloodKind::none;
+        wanted[label.id] = label.blood != BloodKind::none;
     std::vector<VoxelPiece> pieces = connectedPieces(patient.package().labels, wanted);
     std::vector<VesselTree> trees(pieces.size());
     parallelFor(threads, pieces.size(), [&](std::size_t i) {
         const Label* label = patient.label(patient.package().labels[pieces[i].voxel(0)]);
-        trees[i] = makeVesselTree(patient, bloodKind(*label), std::move(pieces[i]), settings);
+        trees[i] = makeVesselTree(patient, label->blood, std::move(pieces[i]), settings);
     });
     VesselFlow flow;
     flow.scale_m_per_s =

@@ -17,13 +17,6 @@
 
 namespace stylet::patient {
 
-// other: a vessel of unknown type. Its blood flows from the widest place to the thin ends.
-enum class BloodKind : std::uint8_t { none, portal, hepatic, cava, artery, other };
-inline constexpr int kBloodKindCount = 6;
-
-// Found by tissue and name of the label. Imported patients use the same names as the reference patient.
-BloodKind bloodKind(const Label&);
-
 struct VesselFlowSettings {
     // Mean over the lumen and the heart beat at the widest place of the tree, by kind.
     std::array<double, kBloodKindCount> trunk_m_per_s{0.0, 0.18, 0.20, 0.25, 0.30, 0.15};

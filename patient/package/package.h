@@ -1,5 +1,5 @@
 // The patient package: a folder whose images open in 3D Slicer.
-//   patient.toml    tissue table, thresholds, label table with provenance, breath, licence
+//   patient.toml    tissue table, thresholds, label table with roles, breath, licence
 //   ct.nii.gz       int16 HU        labels.nii.gz  uint8 with labels.ctbl
 //   motion.nii.gz   breathing motion (optional; see motion_io.h)
 //   paths.json      bookmarked reference paths (optional; see planning.h)
@@ -17,7 +17,8 @@ namespace stylet::patient {
 struct Package {
     std::string name;  // "reference patient, seed 1"
     std::string licence;
-    std::string provenance;  // origin of the package, one line
+    std::string provenance;            // origin of the package, one line
+    std::vector<std::string> atlases;  // names of the packages whose labels were used to find these
     CtVolume ct;
     LabelVolume labels;  // same grid
     std::vector<Label> label_table;
@@ -47,7 +48,8 @@ void savePackage(const Package&, const std::filesystem::path& folder);
 // Contents of labels.ctbl, 3D Slicer's colour table: id, name, red, green, blue, alpha.
 std::string colourTable(const std::vector<Label>&);
 
-// 64-bit hash of everything that forces depend on: table, thresholds, labels, CT, breathing.
+// 64-bit hash of everything that an attempt's state depends on: table, thresholds, labels with their roles,
+// CT, breathing. Names, colours and provenance are not part of it.
 std::uint64_t digest(const Package&);
 
 // A package with tables for fast look-up. Keeps a reference to the package, which must outlive it.

@@ -71,9 +71,11 @@ void readTissues(Fields& root, TissueTable& table, ElasticityTable& elasticity) 
 }
 
 constexpr double kPackageReach_m = 10.0;
-constexpr const char* kPackageFormat = "stylet patient 3";
+constexpr const char* kPackageFormat = "stylet patient 4";
 constexpr const char* kEllipticalFormat = "stylet patient 1";
 constexpr const char* kFormatWithoutElasticity = "stylet patient 2";
+constexpr const char* kFormatWithoutRoles = "stylet patient 3";
+constexpr std::size_t kMaxAtlases = 1000, kMaxAtlasNameBytes = 200;
 
 Label readLabel(Fields& in) {
     Label label;
@@ -82,6 +84,12 @@ Label readLabel(Fields& in) {
     label.tissue = in.choice<Tissue>("tissue", kTissueNames);
     label.role = in.choice<Role>("role", kRoleNames);
     label.abdominal = in.flag("abdominal");
+    label.blood = in.choice<BloodKind>("blood", kBloodNames);
+    label.structure = in.choice<Structure>("structure", kStructureNames);
+    label.blocks_contrast = in.flag("blocks_contrast");
+    label.drains_ducts = in.flag("drains_ducts");
+    if (const auto conflict = findRoleConflict(label))
+        in.refuse(conflict->field, std::string(conflict->reason));
     label.provenance = in.text("provenance", 1000);
     const std::vector<std::int64_t> colour = in.integers("colour", 0, 255, 3);
     if (colour.size() != 3) in.refuse("colour", "not 3 integers");
@@ -143,7 +151,7 @@ std::string numberText(double value) {
     return text.find_first_of(".enN") == std::string::npos ? text + ".0" : text;
 }
 
-std::string quoted(std::string_view text) {
+std::string tomlText(std::string_view text) {
     std::string out = "\"";
     for (const char c : text) {
         if (c == '"' || c == '\\') {
@@ -163,10 +171,16 @@ class TomlWriter {
     void put(std::string_view key, double value) { entry(key, numberText(value)); }
     void put(std::string_view key, bool value) { entry(key, value ? "true" : "false"); }
     void put(std::string_view key, int value) { entry(key, std::to_string(value)); }
-    void put(std::string_view key, std::string_view value) { entry(key, quoted(value)); }
+    void put(std::string_view key, std::string_view value) { entry(key, tomlText(value)); }
     void put(std::string_view key, const char* value) { put(key, std::string_view(value)); }
     void put(std::string_view key, const Vec3& v) {
         entry(key, fmt::format("[{}, {}, {}]", numberText(v.x), numberText(v.y), numberText(v.z)));
+    }
+    void put(std::string_view key, const std::vector<std::string>& values) {
+        std::string list;
+        for (const std::string& value : values)
+            list += (list.empty() ? "" : ", ") + tomlText(value);
+        entry(key, "[" + list + "]");
     }
     void entry(std::string_view key, std::string_view value) {
         text_.append(key).append(" = ").append(value).append("\n");
@@ -203,6 +217,10 @@ void writeLabels(TomlWriter& out, const Package& p) {
         out.put("tissue", tissueName(label.tissue));
         out.put("role", roleName(label.role));
         out.put("abdominal", label.abdominal);
+        out.put("blood", bloodName(label.blood));
+        out.put("structure", structureName(label.structure));
+        out.put("blocks_contrast", label.blocks_contrast);
+        out.put("drains_ducts", label.drains_ducts);
         out.entry("colour", fmt::format("[{}, {}, {}]", label.colour[0], label.colour[1], label.colour[2]));
         out.put("provenance", label.provenance);
     }
@@ -237,11 +255,16 @@ Package parsePackageToml(const std::filesystem::path& file, std::string_view tex
         root.refuse("format", "an older format with elliptical breathing: make or import the patient again");
     if (format == kFormatWithoutElasticity)
         root.refuse("format", "an older patient, whose tissues have no elasticity: make or import it again");
+    if (format == kFormatWithoutRoles)
+        root.refuse("format",
+                    "an older patient, whose labels have no roles (blood, structure, ...): make, import or "
+                    "build it again");
     if (format != kPackageFormat) root.refuse("format", fmt::format("not \"{}\"", kPackageFormat));
     Package p;
     p.name = root.text("name", 200);
     p.licence = root.text("licence", 2000);
     p.provenance = root.text("provenance", 2000);
+    p.atlases = root.texts("atlases", kMaxAtlases, kMaxAtlasNameBytes);
     p.reference_phase = root.text("reference_phase", 40);
     p.ct.grid = p.labels.grid = readGrid(root.child("grid"));
     p.thresholds = readThresholds(root.child("thresholds"));
@@ -263,6 +286,7 @@ std::string packageToml(const Package& p) {
     out.put("name", p.name);
     out.put("licence", p.licence);
     out.put("provenance", p.provenance);
+    out.put("atlases", p.atlases);
     out.put("reference_phase", p.reference_phase);
     out.line("\n# Exact; the volumes' own headers hold single precision.\n[grid]");
     out.put("spacing_m", p.ct.grid.spacing_m);

@@ -262,7 +262,9 @@ class Checker {
 
 bool isReferencePatient(const Package& package) {
     const std::vector<Label>& table = labelTable();
-    const auto same = [](const Label& a, const Label& b) { return a.id == b.id && a.name == b.name; };
+    const auto same = [](const Label& a, const Label& b) {
+        return a.id == b.id && a.tissue == b.tissue && a.blood == b.blood && a.structure == b.structure;
+    };
     return std::equal(package.label_table.begin(), package.label_table.end(), table.begin(), table.end(),
                       same);
 }

@@ -1,6 +1,7 @@
 #include "patient/synth/labels.h"
 
 #include <array>
+#include <utility>
 
 #include "patient/synth/synth.h"
 
@@ -46,14 +47,54 @@ constexpr std::array<CtRow, kIdCount> kCt{{
 
 Label row(Id id, std::string name, Tissue tissue, Role role, bool abdominal,
           std::array<std::uint8_t, 3> colour) {
-    return {std::uint8_t(id), std::move(name), tissue, role, abdominal, colour, "synthetic"};
+    Label label;
+    label.id = std::uint8_t(id), label.name = std::move(name);
+    label.tissue = tissue, label.role = role, label.abdominal = abdominal;
+    label.colour = colour, label.provenance = "synthetic";
+    return label;
+}
+
+constexpr std::pair<Id, BloodKind> kBlood[] = {{Id::aorta, BloodKind::artery},
+                                               {Id::cava, BloodKind::cava},
+                                               {Id::portal, BloodKind::portal},
+                                               {Id::hepaticVeins, BloodKind::hepatic}};
+constexpr std::pair<Id, Structure> kStructures[] = {{Id::fat, Structure::fat},
+                                                    {Id::muscle, Structure::muscle},
+                                                    {Id::visceralFat, Structure::visceral_fat},
+                                                    {Id::cartilage, Structure::cartilage},
+                                                    {Id::spine, Structure::spine},
+                                                    {Id::spinalCanal, Structure::spinal_canal},
+                                                    {Id::lungRight, Structure::lung},
+                                                    {Id::lungLeft, Structure::lung},
+                                                    {Id::diaphragm, Structure::diaphragm},
+                                                    {Id::heart, Structure::heart},
+                                                    {Id::gallbladder, Structure::gallbladder},
+                                                    {Id::tumour, Structure::tumour},
+                                                    {Id::spleen, Structure::spleen},
+                                                    {Id::pancreas, Structure::pancreas},
+                                                    {Id::kidneyRight, Structure::kidney},
+                                                    {Id::kidneyLeft, Structure::kidney},
+                                                    {Id::stomach, Structure::stomach},
+                                                    {Id::colon, Structure::colon},
+                                                    {Id::bowel, Structure::small_bowel},
+                                                    {Id::gas, Structure::gas}};
+
+// The common duct ends at the tumour. Without it, it would drain into the bowel.
+void addRoles(std::vector<Label>& table) {
+    const auto of = [&](Id id) -> Label& { return table[std::size_t(id) - 1]; };
+    for (const auto& [id, blood] : kBlood)
+        of(id).blood = blood;
+    for (const auto& [id, structure] : kStructures)
+        of(id).structure = structure;
+    of(Id::tumour).blocks_contrast = true;
+    of(Id::bowel).drains_ducts = of(Id::gas).drains_ducts = true;
 }
 
 std::vector<Label> makeTable() {
     using enum Id;
     constexpr Role pass = Role::pass, risk = Role::risk;
     constexpr Tissue soft = Tissue::soft, bone = Tissue::bone, vessel = Tissue::vessel;
-    return {
+    std::vector<Label> table{
         row(skin, "skin", Tissue::skin, pass, false, {214, 164, 132}),
         row(fat, "fat of the body wall", soft, pass, false, {236, 214, 130}),
         row(muscle, "muscle", soft, pass, false, {170, 76, 64}),
@@ -86,6 +127,8 @@ std::vector<Label> makeTable() {
         row(bowel, "small bowel", soft, risk, true, {230, 170, 140}),
         row(gas, "bowel gas", Tissue::air, risk, true, {40, 40, 60}),
     };
+    addRoles(table);
+    return table;
 }
 
 }  // namespace

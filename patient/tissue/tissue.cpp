@@ -17,6 +17,27 @@ Tissue classifyCt(double ct_hu, const Thresholds& t, TrackFlags flags) noexcept 
 
 }  // namespace
 
+std::optional<RoleConflict> findRoleConflict(const Label& l) noexcept {
+    const bool heart = l.structure == Structure::heart;
+    if (heart && l.tissue != Tissue::vessel)
+        return RoleConflict{"structure", "the heart, but the tissue is not \"vessel\""};
+    if ((l.structure == Structure::lung || l.structure == Structure::gas) && l.tissue != Tissue::air)
+        return RoleConflict{"structure", "lung or gas, but the tissue is not \"air\""};
+    if (l.blood != BloodKind::none && l.tissue != Tissue::vessel)
+        return RoleConflict{"blood", "flows, but the tissue is not \"vessel\""};
+    if (l.blood != BloodKind::none && heart)
+        return RoleConflict{"blood", "flows in the heart, whose chambers have no flow: use \"none\""};
+    if (l.blood == BloodKind::none && l.tissue == Tissue::vessel && !heart)
+        return RoleConflict{"blood", "\"none\" in a vessel that is not the heart: use \"other\" if unknown"};
+    if (l.blocks_contrast && l.tissue == Tissue::duct && l.role == Role::target)
+        return RoleConflict{"blocks_contrast", "true for a duct that is a target, in which medium flows"};
+    if (l.drains_ducts && l.tissue != Tissue::soft && l.tissue != Tissue::air)
+        return RoleConflict{"drains_ducts", "true, but the tissue is neither \"soft\" nor \"air\""};
+    if (l.drains_ducts && l.blocks_contrast)
+        return RoleConflict{"drains_ducts", "true for a label that blocks contrast medium"};
+    return std::nullopt;
+}
+
 Patient::Patient(const Package& package) : package_(&package) {
     for (const Label& label : package.label_table)
         palette_[label.id] = &label;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -56,16 +57,70 @@ struct Thresholds {
     friend bool operator==(const Thresholds&, const Thresholds&) = default;
 };
 
-// One entry of a package's label table; id 0 is "unsegmented" and has no entry.
+// The blood in a vessel, which decides where it flows. other: a vessel of unknown type; its blood flows from
+// the widest place to the thin ends. none: no vessel, or the heart, whose chambers have no flow.
+enum class BloodKind : std::uint8_t { none, portal, hepatic, cava, artery, other };
+inline constexpr std::array<std::string_view, 6> kBloodNames{"none",      "portal", "hepatic_vein",
+                                                             "vena_cava", "artery", "other"};
+inline constexpr int kBloodKindCount = int(kBloodNames.size());
+constexpr std::string_view bloodName(BloodKind b) noexcept {
+    return enumName(kBloodNames, b);
+}
+
+// The body part that a label shows, where its tissue alone does not say. Looks, ultrasound and the package
+// check select labels by it; forces and contrast medium do not depend on it.
+enum class Structure : std::uint8_t {
+    other,
+    fat,
+    visceral_fat,
+    muscle,
+    diaphragm,
+    cartilage,
+    spine,
+    spinal_canal,
+    lung,
+    gas,
+    heart,
+    gallbladder,
+    tumour,
+    spleen,
+    kidney,
+    pancreas,
+    stomach,
+    colon,
+    small_bowel
+};
+inline constexpr std::array<std::string_view, 19> kStructureNames{
+    "other",        "fat",      "visceral_fat", "muscle", "diaphragm",   "cartilage", "spine",
+    "spinal_canal", "lung",     "gas",          "heart",  "gallbladder", "tumour",    "spleen",
+    "kidney",       "pancreas", "stomach",      "colon",  "small_bowel"};
+constexpr std::string_view structureName(Structure s) noexcept {
+    return enumName(kStructureNames, s);
+}
+
+// One entry of a package's label table; id 0 is "unsegmented" and has no entry. Code decides by these roles,
+// never by the name or the provenance, which are for people.
 struct Label {
     std::uint8_t id = 0;
     std::string name;  // "right kidney"
     Tissue tissue = Tissue::soft;
     Role role = Role::pass;
     bool abdominal = false;  // a needle that enters it has passed skin and fascia
+    BloodKind blood = BloodKind::none;
+    Structure structure = Structure::other;
+    // Contrast medium in the ducts stops where they touch it (a tumour), or drains into it (the bowel).
+    bool blocks_contrast = false;
+    bool drains_ducts = false;
     std::array<std::uint8_t, 3> colour{128, 128, 128};
     std::string provenance;  // "synthetic", "manual 3D-IRCADb-01", "threshold", "virtual"
 };
+
+// Why the roles of a label contradict each other: the name of the field, and the reason.
+struct RoleConflict {
+    std::string_view field, reason;
+};
+// Returns nothing if the roles are consistent.
+std::optional<RoleConflict> findRoleConflict(const Label&) noexcept;
 
 // Flags of the needle's track; reset on withdrawal.
 struct TrackFlags {

@@ -49,9 +49,9 @@ int readAcousticName(Fields& t, const AcousticTable& table) {
 
 AcousticRule readAcousticRule(Fields& t, const AcousticTable& table) {
     AcousticRule rule;
-    if (t.has("tissue")) rule.tissue = t.choice<patient::Tissue>("tissue", patient::kTissueNames);
-    if (t.has("name")) rule.name = t.nonEmptyText("name");
-    if (!rule.tissue && rule.name.empty()) t.refuse("name", "a rule needs a tissue or a name");
+    readLabelRule(t, rule);
+    if (!rule.tissue && !rule.blood && !rule.structure)
+        t.refuse("tissue", "a rule needs a tissue, a blood or a structure");
     rule.acoustic = readAcousticName(t, table);
     return rule;
 }

@@ -49,6 +49,7 @@ patient::Package downsample(const patient::Package& package, int factor) {
             if (label.tissue == tissue) thin.push_back(label.id);
     patient::Package out;
     out.name = package.name, out.licence = package.licence, out.provenance = package.provenance;
+    out.atlases = package.atlases;
     out.tissues = package.tissues, out.elasticity = package.elasticity, out.thresholds = package.thresholds;
     out.label_table = package.label_table, out.motion = package.motion;
     out.ct = CtVolume(grid);

@@ -52,8 +52,7 @@ std::vector<HuPoint> readCurve(Fields& root) {
 
 LookRule readLookRule(Fields& in) {
     LookRule rule;
-    if (in.has("tissue")) rule.tissue = in.choice<patient::Tissue>("tissue", patient::kTissueNames);
-    rule.name = in.textOr("name", "");
+    readLabelRule(in, rule);
     if (in.has("extinction_per_mm"))
         rule.extinction_per_m = kPerMm * in.number("extinction_per_mm", 0.0, 1000.0);
     if (in.has("shell_per_mm")) rule.shell_per_m = kPerMm * in.number("shell_per_mm", 0.0, 1000.0);

@@ -16,12 +16,13 @@ inline patient::Package liverBlock(double length_m, double spacing_m) {
 
 // Adds a label to the table and returns its id.
 inline std::uint8_t addLabel(patient::Package& package, const std::string& name, patient::Tissue tissue,
-                             patient::Role role) {
+                             patient::Role role, patient::BloodKind blood = patient::BloodKind::none) {
     patient::Label label = package.label_table.back();
     label.id = std::uint8_t(kFirstOwnLabel + package.label_table.size());
     label.name = name;
     label.tissue = tissue;
     label.role = role;
+    label.blood = blood;
     package.label_table.push_back(label);
     return label.id;
 }

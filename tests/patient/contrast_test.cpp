@@ -148,7 +148,8 @@ TEST(ContrastInADuct, StopsAtAStrictureThenLeaksIntoTheParenchyma) {
 
 TEST(ContrastInADuct, DrainsWhereTheTreeOpensIntoTheBowel) {
     Package package = straightDuct();
-    const std::uint8_t bowel = addLabel(package, "small bowel", Tissue::soft, Role::risk);
+    const std::uint8_t bowel = addLabel(package, "hollow organ", Tissue::soft, Role::risk);
+    package.label_table.back().drains_ducts = true;
     carve(package, bowel, tubeAlongX(0.070, 0.080, 0.010));
     const Patient patient(package);
     Contrast contrast(patient, sharp());
@@ -157,6 +158,36 @@ TEST(ContrastInADuct, DrainsWhereTheTreeOpensIntoTheBowel) {
     EXPECT_NEAR(contrast.volumes().pooled_m3, 1.0 * kMl - contrast.volumes().ducts_m3, 1e-12);
     EXPECT_EQ(contrast.volumes().liver_m3, 0.0);
     EXPECT_FALSE(contrast.status().at_blockage);
+}
+
+// Only the role counts: without it, an organ named like the bowel drains nothing.
+TEST(ContrastInADuct, DoesNotDrainIntoAnOrganWithoutThatRole) {
+    Package package = straightDuct();
+    carve(package, addLabel(package, "small bowel", Tissue::soft, Role::risk),
+          tubeAlongX(0.070, 0.080, 0.010));
+    const Patient patient(package);
+    Contrast contrast(patient, sharp());
+    inject(contrast, kTip, 0.2, 5.0);
+    EXPECT_EQ(contrast.volumes().pooled_m3, 0.0);
+    EXPECT_GT(contrast.volumes().liver_m3, 0.0) << "full, so it leaks";
+}
+
+// A blocked tree does not drain, even if it also touches the bowel.
+TEST(ContrastInADuct, IsBlockedByALabelWithThatRole) {
+    Package package = straightDuct();
+    const std::uint8_t bowel = addLabel(package, "one", Tissue::soft, Role::risk);
+    package.label_table.back().drains_ducts = true;
+    carve(package, bowel, tubeAlongX(0.070, 0.080, 0.010));
+    const std::uint8_t mass = addLabel(package, "two", Tissue::liver, Role::pass);
+    carve(package, mass, tubeAlongX(0.040, 0.050, 0.0045, 0.006));
+    for (const bool blocks : {false, true}) {
+        package.label_table.back().blocks_contrast = blocks;
+        const Patient patient(package);
+        Contrast contrast(patient, sharp());
+        inject(contrast, kTip, 0.2, 5.0);
+        EXPECT_EQ(contrast.volumes().pooled_m3 > 0.0, !blocks);
+        EXPECT_EQ(contrast.status().at_blockage, blocks);
+    }
 }
 
 TEST(ContrastInADuct, EarlierMediumStaysWhenTheTipMoves) {

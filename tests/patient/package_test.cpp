@@ -27,6 +27,11 @@ Package fullPackage() {
     Package p =
         test::makeSlabs({{Tissue::skin, 0.0021}, {Tissue::liver, 0.0077}, {Tissue::duct, 0.0035}}, 0.0007);
     p.name = "slabs \"of\" a \\ test\tünder\n\x01";
+    p.atlases = {"reference patient, seed 11", "a \"name\", \\ and\n\x01"};
+    Label& soft = p.label_table[1];
+    soft.structure = Structure::small_bowel, soft.drains_ducts = true;
+    Label& liver = p.label_table[4];
+    liver.structure = Structure::tumour, liver.blocks_contrast = true;
     p.reference_phase = "v=0.35";
     p.motion = test::makeTurningBall(0.05, 0.3, 0.011);
     p.motion.grid.spacing_m.x = 0.011 + 1e-9;  // not representable in single precision either
@@ -41,7 +46,9 @@ Package fullPackage() {
 bool sameTable(const std::vector<Label>& a, const std::vector<Label>& b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Label& x, const Label& y) {
         return x.id == y.id && x.name == y.name && x.tissue == y.tissue && x.role == y.role &&
-               x.abdominal == y.abdominal && x.colour == y.colour && x.provenance == y.provenance;
+               x.abdominal == y.abdominal && x.blood == y.blood && x.structure == y.structure &&
+               x.blocks_contrast == y.blocks_contrast && x.drains_ducts == y.drains_ducts &&
+               x.colour == y.colour && x.provenance == y.provenance;
     });
 }
 
@@ -78,6 +85,7 @@ TEST_F(SavedPackage, RoundTripsUnchanged) {
     EXPECT_EQ(back.name, p.name);
     EXPECT_EQ(back.licence, p.licence);
     EXPECT_EQ(back.provenance, p.provenance);
+    EXPECT_EQ(back.atlases, p.atlases);
     EXPECT_EQ(back.reference_phase, p.reference_phase);
     EXPECT_EQ(back.ct.grid, p.ct.grid);
     EXPECT_EQ(back.labels.grid, p.labels.grid);
@@ -143,7 +151,7 @@ TEST_F(SavedPackage, UnknownKeysAreNamed) {
 }
 
 TEST_F(SavedPackage, BadValuesAreNamed) {
-    expectRefusedWith("stylet patient 3", "stylet patient 4", "format");
+    expectRefusedWith("stylet patient 4", "stylet patient 5", "format: not");
     expectRefusedWith("v=0.35", "v=nan", "reference_phase");
     expectRefusedWith("v=0.35", "v=-1", "reference_phase");
     expectRefusedWith("v=0.35", "v=0.3 ", "reference_phase");
@@ -184,9 +192,53 @@ TEST_F(SavedPackage, BadBreathingIsNamed) {
 }
 
 TEST_F(SavedPackage, OlderFormatsAreRejectedWithAReason) {
-    expectRefusedWith("stylet patient 3", "stylet patient 2",
+    expectRefusedWith("stylet patient 4", "stylet patient 3",
+                      "format: an older patient, whose labels have no roles (blood, structure, ...): make, "
+                      "import or build it again");
+    expectRefusedWith("stylet patient 4", "stylet patient 2",
                       "format: an older patient, whose tissues have no elasticity");
-    expectRefusedWith("stylet patient 3", "stylet patient 1", "format: an older format");
+    expectRefusedWith("stylet patient 4", "stylet patient 1", "format: an older format");
+}
+
+TEST_F(SavedPackage, BadRolesAreNamed) {
+    expectRefusedWith("blood = \"other\"", "blood = \"blue\"", "label[5].blood");
+    expectRefusedWith("blood = \"other\"", "blood = \"Portal\"", "label[5].blood");
+    expectRefusedWith("blood = \"other\"", "blood = \"\"", "label[5].blood");
+    expectRefusedWith("blood = \"other\"", "blood = 1", "label[5].blood");
+    expectRefusedWith("blood = \"other\"\n", "", "label[5].blood: missing");
+    expectRefusedWith("structure = \"tumour\"", "structure = \"tumor\"", "label[4].structure");
+    expectRefusedWith("structure = \"tumour\"\n", "", "label[4].structure: missing");
+    expectRefusedWith("blocks_contrast = true", "blocks_contrast = \"true\"", "label[4].blocks_contrast");
+    expectRefusedWith("blocks_contrast = true\n", "", "label[4].blocks_contrast: missing");
+    expectRefusedWith("drains_ducts = true", "drains_ducts = 1", "label[1].drains_ducts");
+    expectRefusedWith("drains_ducts = true\n", "", "label[1].drains_ducts: missing");
+    expectRefusedWith("atlases = [", "atlases = [3, ", "atlases");
+    expectRefusedWith("atlases = [", "atlas = [", "atlases: missing");
+    expectRefusedWith("atlases = [", "atlases = [\"" + std::string(300, 'x') + "\", ", "atlases");
+}
+
+// Each case passes the checks of its single fields.
+TEST_F(SavedPackage, ContradictoryRolesAreNamed) {
+    expectRefusedWith("blood = \"other\"", "blood = \"none\"", "label[5].blood: \"none\" in a vessel");
+    expectRefusedWith("blood = \"none\"", "blood = \"portal\"", "label[0].blood: flows, but the tissue");
+    expectRefusedWith("blood = \"other\"\nstructure = \"other\"", "blood = \"other\"\nstructure = \"heart\"",
+                      "label[5].blood: flows in the heart");
+    expectRefusedWith("structure = \"tumour\"", "structure = \"heart\"", "label[4].structure: the heart");
+    expectRefusedWith("structure = \"tumour\"", "structure = \"lung\"", "label[4].structure: lung or gas");
+    expectRefusedWith("structure = \"small_bowel\"", "structure = \"gas\"",
+                      "label[1].structure: lung or gas");
+    expectRefusedWith("blocks_contrast = true\ndrains_ducts = false",
+                      "blocks_contrast = false\ndrains_ducts = true", "label[4].drains_ducts: true, but");
+    expectRefusedWith("blocks_contrast = false\ndrains_ducts = true",
+                      "blocks_contrast = true\ndrains_ducts = true",
+                      "label[1].drains_ducts: true for a label that blocks");
+    Package p = fullPackage();
+    p.label_table.back().blocks_contrast = true;
+    expectRefused([&] { savePackage(p, temp_ / "never"); }, "patient.toml",
+                  "label[6].blocks_contrast: true for a duct that is a target");
+    p.label_table.back().role = Role::pass;
+    savePackage(p, temp_ / "closed");
+    EXPECT_TRUE(loadPackage(temp_ / "closed").label_table.back().blocks_contrast);
 }
 
 // Damages motion.nii.gz in several ways. The loader's error must name the reason.
@@ -318,6 +370,10 @@ TEST(Digest, CoversEverythingThatForcesDependOn) {
     with([](Package& p) { p.label_table[0].abdominal = true; });
     with([](Package& p) { p.label_table.pop_back(); });
     with([](Package& p) { p.labels.voxels.back() = 1; });
+    with([](Package& p) { p.label_table[5].blood = BloodKind::portal; });
+    with([](Package& p) { p.label_table[5].structure = Structure::heart; });
+    with([](Package& p) { p.label_table[4].blocks_contrast = false; });
+    with([](Package& p) { p.label_table[1].drains_ducts = false; });
     with([](Package& p) { p.ct.voxels[3] = 1; });
     with([](Package& p) { p.ct.grid.origin_m.x += 1e-9; });
     with([](Package& p) { p.motion.wall[700].a1_m[0] += 1e-9f; });
@@ -333,7 +389,8 @@ TEST(Digest, CoversEverythingThatForcesDependOn) {
 TEST(Digest, IgnoresNamesAndOrder) {
     const Package good = fullPackage();
     Package p = good;
-    p.name = "x", p.licence = "y", p.label_table[2].name = "z", p.label_table[2].colour = {1, 2, 3};
+    p.name = "x", p.licence = "y", p.atlases.clear(), p.label_table[2].name = "z",
+    p.label_table[2].colour = {1, 2, 3};
     std::reverse(p.label_table.begin(), p.label_table.end());
     EXPECT_EQ(digest(p), digest(good));
 }

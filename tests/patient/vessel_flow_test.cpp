@@ -13,27 +13,12 @@ using test::addLabel;
 using test::carve;
 using test::liverBlock;
 
-TEST(BloodKind, IsReadFromTissueAndName) {
-    Label label;
-    label.tissue = Tissue::vessel;
-    for (const auto& [name, kind] :
-         {std::pair{"portal vein", BloodKind::portal}, std::pair{"hepatic veins", BloodKind::hepatic},
-          std::pair{"vena cava and renal veins", BloodKind::cava},
-          std::pair{"aorta and arteries", BloodKind::artery}, std::pair{"heart", BloodKind::none},
-          std::pair{"vessel", BloodKind::other}}) {
-        label.name = name;
-        EXPECT_EQ(bloodKind(label), kind) << name;
-    }
-    label.tissue = Tissue::soft;
-    label.name = "portal vein";
-    EXPECT_EQ(bloodKind(label), BloodKind::none);
-}
-
 // A trunk along +x, in voxels of 1 mm. It runs through soft tissue, enters the liver at 40 mm and splits into
 // two branches at 58 mm.
 Package portalPhantom() {
     Package package = test::makeSlabs({{Tissue::soft, 0.040}, {Tissue::liver, 0.050}}, 0.001);
-    const std::uint8_t portal = addLabel(package, "portal vein", Tissue::vessel, Role::risk);
+    const std::uint8_t portal =
+        addLabel(package, "portal vein", Tissue::vessel, Role::risk, BloodKind::portal);
     carve(package, portal, [](double x, double y, double z) {
         const bool trunk = x > 0.005 && x < 0.060 && y * y + z * z < 0.004 * 0.004;
         const bool branches = std::abs(x - 0.058) < 0.0025 && std::abs(z) < 0.0025 && std::abs(y) < 0.017;
@@ -80,9 +65,12 @@ TEST(VesselFlow, IsParabolicAcrossTheLumenAndSlowerInThinBranches) {
 
 TEST(VesselFlow, LeavesTheLiverThroughTheHepaticVeinsTowardTheCava) {
     Package package = liverBlock(0.080, 0.001);
-    const std::uint8_t vein = addLabel(package, "hepatic veins", Tissue::vessel, Role::risk);
-    const std::uint8_t cava = addLabel(package, "vena cava and renal veins", Tissue::vessel, Role::risk);
-    const std::uint8_t aorta = addLabel(package, "aorta and arteries", Tissue::vessel, Role::risk);
+    const std::uint8_t vein =
+        addLabel(package, "hepatic veins", Tissue::vessel, Role::risk, BloodKind::hepatic);
+    const std::uint8_t cava =
+        addLabel(package, "vena cava and renal veins", Tissue::vessel, Role::risk, BloodKind::cava);
+    const std::uint8_t aorta =
+        addLabel(package, "aorta and arteries", Tissue::vessel, Role::risk, BloodKind::artery);
     carve(package, vein, test::tubeAlongX(0.010, 0.060, 0.0026));
     carve(package, cava,
           [](double x, double y, double) { return std::abs(x - 0.064) < 0.004 && std::abs(y) < 0.004; });

@@ -31,6 +31,7 @@ const std::vector<Label>& tissueLabels() {
             label.role = tissueDefaults().tissues[std::size_t(t)].role;
             label.abdominal =
                 Tissue(t) == Tissue::liver || Tissue(t) == Tissue::vessel || Tissue(t) == Tissue::duct;
+            if (Tissue(t) == Tissue::vessel) label.blood = patient::BloodKind::other;
             label.colour = {std::uint8_t(30 * t), std::uint8_t(255 - 30 * t), 128};
             label.provenance = "phantom";
             list.push_back(label);

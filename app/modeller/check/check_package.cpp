@@ -78,8 +78,12 @@ struct PackageStatistics {
     Sum sum(Tissue t) const {
         return sum([t](const Label& l) { return l.tissue == t; });
     }
-    Sum named(std::string_view name) const {
-        return sum([name](const Label& l) { return l.name == name; });
+    // The lungs' labels whose centre lies on one side of the body's middle.
+    Sum lung(bool on_right) const {
+        const double middle_m = body_centre_sum.x / body_voxels;
+        return sum([&](const Label& l) {
+            return isLung(l) && (centre_sum[l.id].x / voxels[l.id] > middle_m) == on_right;
+        });
     }
 };
 
@@ -180,7 +184,7 @@ void checkStructures(const PackageStatistics& m, Findings& f) {
                   "without a liver there is nothing to puncture");
     expectPresent(refused, "fascia", m.sum(Tissue::fascia).voxels,
                   "it is felt, and other thresholds apply behind it");
-    const double right = m.named("right lung").voxels, left = m.named("left lung").voxels;
+    const double right = m.lung(true).voxels, left = m.lung(false).voxels;
     if (right + left == 0.0) {
         expectPresent(refused, "lungs", 0.0,
                       "they lie in the way of a puncture between the ribs, and are its risk");
@@ -226,8 +230,9 @@ void checkPositions(const PackageStatistics& m, Findings& f) {
     if (lungs.voxels > 0.0)
         f.expect(refused, "lungs above the liver", 1e3 * (lungs.centre().z - liver.z), "mm",
                  {0.0, kUnbounded}, "the image is upside down");
-    const PackageStatistics::Sum spine =
-        m.sum([](const Label& l) { return l.name == "spine" || l.name == "spinal canal"; });
+    const PackageStatistics::Sum spine = m.sum([](const Label& l) {
+        return l.structure == patient::Structure::spine || l.structure == patient::Structure::spinal_canal;
+    });
     if (spine.voxels > 0.0)
         f.expect(refused, "liver in front of the spine", 1e3 * (liver.y - spine.centre().y), "mm",
                  {0.0, kUnbounded}, "front and back are exchanged");

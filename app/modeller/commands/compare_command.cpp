@@ -48,7 +48,7 @@ void printForces(const CompareOptions& o, Package truth, Package found,
 
 void runCompare(const CompareOptions& o) {
     Package truth = patient::loadPackage(o.truth), found = patient::loadPackage(o.found);
-    checkNotOwnAtlas(truth.name, found.provenance);
+    checkNotOwnAtlas(truth.name, found.atlases);
     const std::vector<patient::PlannedPath> paths = planTruth(truth, o.max_paths);
     printResult("{:<26} {:>6} {:>9} {:>9} {:>9} {:>9} {:>10} {:>10}\n", "structure", "Dice", "mean mm",
                 "HD95 mm", "HD mm", "paths mm", "truth ml", "found ml");

@@ -57,11 +57,11 @@ std::uint8_t targetId(const std::string& name) {
 }
 
 bool isLung(const Label& l) {
-    return l.name == "right lung" || l.name == "left lung";
+    return l.structure == patient::Structure::lung;
 }
 
 bool isBone(const Label& l) {
-    return l.tissue == Tissue::bone && l.name != "cartilage and discs";
+    return l.tissue == Tissue::bone && l.structure != patient::Structure::cartilage;
 }
 
 void fillLabelTable(patient::Package& p, const std::function<std::string(const Label&)>& provenance) {
@@ -107,7 +107,11 @@ const std::vector<Label>& targetTable() {
         std::vector<Label> t = patient::synth::labelTable();
         const auto add = [&](const char* name, Tissue tissue, Role role, bool abdominal,
                              std::array<std::uint8_t, 3> colour) {
-            t.push_back({std::uint8_t(t.back().id + 1), name, tissue, role, abdominal, colour, ""});
+            Label label;
+            label.id = std::uint8_t(t.back().id + 1), label.name = name;
+            label.tissue = tissue, label.role = role, label.abdominal = abdominal;
+            label.colour = colour;
+            t.push_back(label);
         };
         add("bone", Tissue::bone, Role::risk, false, {241, 230, 205});
         add("cyst", Tissue::liver, Role::pass, true, {120, 150, 170});

@@ -12,15 +12,15 @@
 
 namespace stylet::modeller {
 
-// The labels that an import may use: the reference patient's, with their names and ids, followed by labels
-// that occur only in hospital segmentations ("bone" as one mask, "cyst").
+// The labels that an import may use: the reference patient's, with their names, ids and roles, followed by
+// labels that occur only in hospital segmentations ("bone" as one mask, "cyst").
 const std::vector<patient::Label>& targetTable();
 // Returns null if there is no such target.
 const patient::Label* findTarget(const std::string& name);
 // The id of a target, which must exist.
 std::uint8_t targetId(const std::string& name);
 
-// For labels of targetTable() or of a reference patient.
+// By the label's roles, so for labels of any package.
 bool isLung(const patient::Label&);
 bool isBone(const patient::Label&);  // without cartilage
 

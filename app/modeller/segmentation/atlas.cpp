@@ -10,8 +10,10 @@
 
 namespace stylet::modeller {
 
+using patient::BloodKind;
 using patient::Label;
 using patient::Package;
+using patient::Tissue;
 
 namespace {
 
@@ -28,36 +30,66 @@ constexpr int kSimilarityReach = 3;
 // distance.
 constexpr double kVesselReach_m = 0.006;
 
-bool isTreeLabel(const std::string& name) {
-    return name == "portal vein" || name == "hepatic veins" || name == "bile ducts" || name == "tumour";
+// Labels that belong to the liver only where they are inside it.
+bool isTreeLabel(const Label& l) {
+    return l.tissue == Tissue::duct || l.blood == BloodKind::portal || l.blood == BloodKind::hepatic ||
+           l.structure == patient::Structure::tumour;
 }
 
-Organ organFromLabel(const std::string& name) {
-    static const std::vector<std::pair<const char*, Organ>> table = {
-        {"liver", Organ::liver},
-        {"cyst", Organ::liver},
-        {"gallbladder", Organ::gallbladder},
-        {"spleen", Organ::spleen},
-        {"heart", Organ::heart},
-        {"right kidney", Organ::kidneys},
-        {"left kidney", Organ::kidneys},
-        {"stomach and oesophagus", Organ::stomach},
-        {"colon", Organ::bowel},
-        {"small bowel", Organ::bowel},
-        {"bowel gas", Organ::bowel},
-        {"pancreas", Organ::pancreas},
-        {"portal vein", Organ::blood},
-        {"aorta and arteries", Organ::blood},
-        {"vena cava and renal veins", Organ::blood},
-        {"right lung", Organ::lungs},
-        {"left lung", Organ::lungs},
-    };
-    for (const char* wall : {"skin", "fat of the body wall", "muscle", "fascia", "right ribs", "left ribs",
-                             "cartilage and discs", "spine", "spinal canal", "sternum", "bone"})
-        if (name == wall) return Organ::wall;
-    for (const auto& [label, organ] : table)
-        if (name == label) return organ;
+Organ organFromTissue(const Label& l) {
+    switch (l.tissue) {
+        case Tissue::liver:
+            return Organ::liver;
+        case Tissue::skin:
+        case Tissue::fascia:
+        case Tissue::bone:
+            return Organ::wall;
+        case Tissue::vessel:
+            return l.blood == BloodKind::hepatic || l.blood == BloodKind::other ? Organ::elsewhere
+                                                                                : Organ::blood;
+        case Tissue::air:
+        case Tissue::soft:
+        case Tissue::duct:
+            break;
+    }
     return Organ::elsewhere;
+}
+
+Organ organFromLabel(const Label& l) {
+    using enum patient::Structure;
+    switch (l.structure) {
+        case fat:
+        case muscle:
+        case cartilage:
+        case spine:
+        case spinal_canal:
+            return Organ::wall;
+        case lung:
+            return Organ::lungs;
+        case heart:
+            return Organ::heart;
+        case gallbladder:
+            return Organ::gallbladder;
+        case spleen:
+            return Organ::spleen;
+        case kidney:
+            return Organ::kidneys;
+        case pancreas:
+            return Organ::pancreas;
+        case stomach:
+            return Organ::stomach;
+        case colon:
+        case small_bowel:
+        case gas:
+            return Organ::bowel;
+        case visceral_fat:
+        case diaphragm:
+        case tumour:
+            return Organ::elsewhere;
+        case other:
+            break;
+    }
+    return organFromTissue(l);
 }
 
 // The body of an atlas: the largest component that is not air, with its holes filled.
@@ -130,7 +162,7 @@ void addVote(const FloatVolume& target, const AtlasImage& atlas, const VectorFie
 Mask wholeLiver(const LabelVolume& labels, const std::vector<Label>& table) {
     std::array<std::uint8_t, 256> kind{};  // 0: other, 1: liver, 2: vessel, duct or tumour
     for (const Label& l : table)
-        kind[l.id] = organFromLabel(l.name) == Organ::liver ? 1 : isTreeLabel(l.name) ? 2 : 0;
+        kind[l.id] = organFromLabel(l) == Organ::liver ? 1 : isTreeLabel(l) ? 2 : 0;
     FloatVolume liver(labels.grid), other(labels.grid);
     for (std::size_t i = 0; i < labels.voxels.size(); ++i) {
         liver.voxels[i] = kind[labels.voxels[i]] == 1;
@@ -151,17 +183,17 @@ std::string formatAtlasList(const std::vector<std::string>& names) {
     return list;
 }
 
-void checkNotOwnAtlas(const std::string& name, const std::string& listed) {
-    if (listed.find("\"" + name + "\"") != std::string::npos)
+void checkNotOwnAtlas(const std::string& name, const std::vector<std::string>& atlases) {
+    if (std::find(atlases.begin(), atlases.end(), name) != atlases.end())
         throw ImportError("\"" + name + "\" is among the atlases of its own patient, which proves nothing (" +
-                          listed +
+                          formatAtlasList(atlases) +
                           "): leave that atlas out, or give the patient another name if it is not the same");
 }
 
 AtlasImage::AtlasImage(const Package& package, const AtlasSettings& settings) : name(package.name) {
     std::array<Organ, 256> organ_of{};
     for (const Label& l : package.label_table)
-        organ_of[l.id] = organFromLabel(l.name);
+        organ_of[l.id] = organFromLabel(l);
     const auto organAt = [&](std::size_t i) { return organ_of[package.labels.voxels[i]]; };
     feature = featureImage(
         package.ct, findBody(package.ct), [&](std::size_t i) { return organAt(i) == Organ::lungs; },

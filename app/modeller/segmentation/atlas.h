@@ -66,9 +66,9 @@ class AtlasImage {
 
 // Returns `atlases: "A", "B"`, the list of atlases in a provenance text. Empty if there are none.
 std::string formatAtlasList(const std::vector<std::string>& names);
-// Throws ImportError if `listed`, made by formatAtlasList(), contains `name`. If a build uses the patient as
-// its own atlas, the result says nothing about accuracy.
-void checkNotOwnAtlas(const std::string& name, const std::string& listed);
+// Throws ImportError if `name` is among the names of the atlases. If a build uses the patient as its own
+// atlas, the result says nothing about accuracy.
+void checkNotOwnAtlas(const std::string& name, const std::vector<std::string>& atlases);
 
 // Computes the fused prior for a target. `lungs` may be empty; then voxels below -400 HU count as lung.
 // Without atlases, `known` is 0 everywhere. Throws ImportError if a registration fails.

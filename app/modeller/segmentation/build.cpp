@@ -10,6 +10,7 @@
 #include "app/installation.h"
 #include "app/modeller/import/import.h"
 #include "app/modeller/import/section.h"
+#include "app/modeller/segmentation/atlas.h"
 #include "app/modeller/segmentation/lungs.h"
 #include "app/modeller/segmentation/stage_store.h"
 #include "app/modeller/segmentation/stages.h"
@@ -24,7 +25,6 @@ using patient::Package;
 
 namespace {
 
-constexpr const char* kCorrected = "corrected by hand";
 constexpr double kAboveLiver_m = 0.060, kBelowLiver_m = 0.060;
 // For a long scan: room for a liver 26 cm high, and the margin around it.
 constexpr double kMaxHeight_m = 0.45, kBelowDome_m = 0.33, kAboveDome_m = 0.10, kPreviewSpacing_m = 0.004;
@@ -77,12 +77,6 @@ void checkCorrected(const fs::path& file, const Stage& stage, const LabelVolume&
     }
 }
 
-// Returns true if a person corrected the labels. An edited text does not count; the stage makes new labels
-// from it.
-bool isHandCorrected(const StageRecord& record) {
-    return std::find(record.notes.begin(), record.notes.end(), kCorrected) != record.notes.end();
-}
-
 // Runs one stage, or reuses the result of an earlier run or a person's correction.
 StageReport runStage(BuildState& work, const StageStore& store, int number, const Stage& stage,
                      std::uint64_t& chain) {
@@ -91,7 +85,7 @@ StageReport runStage(BuildState& work, const StageStore& store, int number, cons
     StageReport report;
     report.name = stage.name;
     std::optional<StageResult> result = store.load(number, stage.name, work.ct.grid, text_name);
-    if (result && result->text_edited && (result->labels_edited || isHandCorrected(result->record)))
+    if (result && result->text_edited && (result->labels_edited || result->record.labels_replaced))
         throw ImportError((store.stageFolder(number, stage.name)).string() + ": both its labels and " +
                           text_name +
                           " were edited by hand; remove the stage's folder, or undo the one or the other");
@@ -214,8 +208,10 @@ Package makePackage(const BuildState& work) {
     fillLabelTable(p, [&](const Label& l) { return labelProvenance(l, work); });
     p.name = settings.name;
     p.licence = settings.licence;
-    p.provenance = "built by stylet-model from a CT alone" + work.atlas_provenance +
-                   std::string(work.virtual_ducts ? "; virtual bile ducts added" : "");
+    p.provenance = "built by stylet-model from a CT alone" +
+                   (work.atlases.empty() ? "" : "; " + formatAtlasList(work.atlases)) +
+                   (work.virtual_ducts ? "; virtual bile ducts added" : "");
+    p.atlases = work.atlases;
     p.thresholds = work.thresholds;
     p.tissues = settings.defaults.tissues;
     p.elasticity = settings.defaults.elasticity;
@@ -307,7 +303,8 @@ void correctStage(const fs::path& folder, const std::string& name, const fs::pat
     std::vector<std::string> notes;
     checkCorrected(labels, stage, result.labels, notes);
     result.record.corrected = true;
-    if (!isHandCorrected(result.record)) result.record.notes.push_back(kCorrected);
+    if (!result.record.labels_replaced) result.record.notes.push_back("corrected by hand");
+    result.record.labels_replaced = true;
     store.save(number, name, result, ct, stageTable(), std::string(stage.text_name));
 }
 

@@ -20,7 +20,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr std::size_t kMaxBytes = 4 << 20, kMaxNotes = 1000, kMaxNoteBytes = 64 << 10;
+constexpr std::size_t kMaxBytes = 4 << 20, kMaxNotes = 1000, kMaxNoteBytes = 64 << 10, kMaxAtlases = 1000;
 constexpr double kMaxSeconds = 1e7;
 constexpr const char *kLabels = "labels.nii.gz", *kRecord = "stage.json";
 
@@ -71,9 +71,15 @@ std::string writeStageFile(const StageFile& file) {
     std::vector<std::string> notes;
     for (const std::string& note : file.record.notes)
         notes.push_back(sanitiseNote(note));
-    const json all{{"key", hexText(file.record.key)},          {"labels_digest", hexText(file.labels_digest)},
-                   {"text_digest", hexText(file.text_digest)}, {"seconds", file.record.seconds},
-                   {"corrected", file.record.corrected},       {"notes", notes}};
+    const json all{{"key", hexText(file.record.key)},
+                   {"labels_digest", hexText(file.labels_digest)},
+                   {"text_digest", hexText(file.text_digest)},
+                   {"seconds", file.record.seconds},
+                   {"corrected", file.record.corrected},
+                   {"labels_replaced", file.record.labels_replaced},
+                   {"atlases", file.record.atlases},
+                   {"virtual_ducts", file.record.virtual_ducts},
+                   {"notes", notes}};
     return all.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
 }
 
@@ -86,11 +92,18 @@ StageFile parseStageFile(const fs::path& file, const std::string& text) {
         stored.text_digest = in.hex("text_digest");
         stored.record.seconds = in.number("seconds", 0.0, kMaxSeconds);
         stored.record.corrected = in.flag("corrected");
+        stored.record.labels_replaced = in.flag("labels_replaced");
+        if (stored.record.labels_replaced && !stored.record.corrected)
+            in.refuse("labels_replaced", "true, but `corrected` is false");
+        stored.record.atlases = in.texts("atlases", kMaxAtlases);
+        stored.record.virtual_ducts = in.flag("virtual_ducts");
         stored.record.notes = in.texts("notes", kMaxNotes, kMaxNoteBytes);
         if (!std::all_of(stored.record.notes.begin(), stored.record.notes.end(), isPrintable))
             in.refuse("notes", "control characters");
+        in.finish();
     } catch (const DataError&) {
-        throw DataError(file, "file", "is damaged; remove it to compute the stage again");
+        throw DataError(file, "file",
+                        "is damaged, or from an older version; remove it to compute the stage again");
     }
     return stored;
 }

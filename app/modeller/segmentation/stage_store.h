@@ -2,7 +2,8 @@
 //   ct.nii.gz              the CT on the working grid
 //   NN-NAME/labels.nii.gz  the stage's labels, with labels.ctbl; 3D Slicer shows them over the CT
 //   NN-NAME/axial.png ...  the same as pictures
-//   NN-NAME/stage.json     key, digest, seconds, notes; written last: a stage without it is not finished
+//   NN-NAME/stage.json     key, digests, results that are no labels, notes; written last: a stage without it
+//   is not finished
 // A stage may write further files, such as a text file that can be edited.
 #pragma once
 
@@ -20,8 +21,11 @@ namespace stylet::modeller {
 struct StageRecord {
     std::uint64_t key = 0;  // digest of everything that the stage depends on
     double seconds = 0.0;
-    bool corrected = false;  // by a person: remains valid whatever its key
-    std::vector<std::string> notes;
+    bool corrected = false;                 // by a person: remains valid whatever its key
+    std::vector<std::string> notes = {};    // for people; no stage reads them
+    bool labels_replaced = false;           // `corrected` by labels passed to correctStage()
+    std::vector<std::string> atlases = {};  // stage "liver": names of the atlases used
+    bool virtual_ducts = false;             // stage "ducts": they are grown, not seen in the CT
 };
 
 // Result of a stage. `text` is the editable file beside the labels; empty if the stage has none.

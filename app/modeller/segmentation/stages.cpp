@@ -32,7 +32,6 @@ constexpr double kSkin_m = 0.002, kBlur_m = 0.002;
 constexpr std::size_t kMaxAtlasListChars = 1800;  // a package's provenance has at most 2000 characters
 constexpr double kAtlasSpacing_m = 0.0025;        // of the default atlases; the prior's grid is coarser
 constexpr const char* kControlPoints = "control-points.txt";
-constexpr const char* kVirtualDucts = "these ducts are virtual: bile is painted into the CT";
 
 // Labels the voxels as a target.
 void paintTarget(StageResult& r, const Mask& where, const char* target, bool over_all = true) {
@@ -137,7 +136,7 @@ bool isSolidOrgan(const Label& l) {
 }
 
 AtlasImage atlasImage(const patient::Package& package, const BuildState& work, const AtlasSettings& atlas) {
-    checkNotOwnAtlas(work.settings->name, formatAtlasList({package.name}));
+    checkNotOwnAtlas(work.settings->name, {package.name});
     if (voxelDigest(package.ct) == work.scan_voxels)
         throw ImportError(
             "atlas \"" + package.name +
@@ -187,14 +186,12 @@ void findLiverStage(BuildState& work, StageResult& r) {
     const Liver liver = findLiver(work.ct, work.body, lungs, bones, prior);
     paintTarget(r, liver.mask, "liver");
     r.record.notes = liver.notes;
-    if (const std::string used = formatAtlasList(prior.used); !used.empty()) r.record.notes.push_back(used);
+    r.record.atlases = prior.used;
+    if (!prior.used.empty()) r.record.notes.push_back(formatAtlasList(prior.used));
 }
 void restoreLiver(BuildState& work, const StageResult& r) {
-    for (const std::string& note : r.record.notes)
-        if (note.starts_with("atlases: ")) {
-            checkNotOwnAtlas(work.settings->name, note);
-            work.atlas_provenance = "; " + note;
-        }
+    checkNotOwnAtlas(work.settings->name, r.record.atlases);
+    work.atlases = r.record.atlases;
 }
 
 void findVesselsStage(BuildState& work, StageResult& r) {
@@ -217,12 +214,13 @@ void findDuctsStage(BuildState& work, StageResult& r) {
     const BuiltDucts ducts = buildDucts(work.ct, liver, portal, all, work.settings->virtual_ducts);
     paintTarget(r, ducts.mask, "bile ducts");
     r.record.notes = {ducts.note};
-    if (ducts.origin == DuctsOrigin::grown) r.record.notes.push_back(kVirtualDucts);
+    r.record.virtual_ducts = ducts.origin == DuctsOrigin::grown;
+    if (r.record.virtual_ducts)
+        r.record.notes.push_back("these ducts are virtual: bile is painted into the CT");
 }
 // Paints virtual ducts into the CT from their labels, so that a person's corrections are painted too.
 void restoreDucts(BuildState& work, const StageResult& r) {
-    work.virtual_ducts =
-        std::find(r.record.notes.begin(), r.record.notes.end(), kVirtualDucts) != r.record.notes.end();
+    work.virtual_ducts = r.record.virtual_ducts;
     if (!work.virtual_ducts) return;
     GrownDucts ducts;
     ducts.mask = labelMask(r.labels, "bile ducts");

@@ -25,7 +25,7 @@ struct BuildState {
     patient::Thresholds thresholds;
     std::map<std::string, LabelVolume> found;  // labels, by stage name
     std::map<std::string, bool> corrected;     // corrected by a person, by stage name
-    std::string atlas_provenance;
+    std::vector<std::string> atlases;          // names of those that found the liver
     bool virtual_ducts = false;
     CtVolume painted_ct;  // with virtual ducts painted in; otherwise empty
     std::function<void(const std::string&)> progress = [](const std::string&) {};  // progress of a long stage

@@ -31,6 +31,16 @@ TEST(ImportMap, TargetIdsAreConsecutiveAndNamesUnique) {
         EXPECT_NE(findTarget(name), nullptr) << name;
 }
 
+// An import and a build copy the targets' roles into the package.
+TEST(ImportMap, TargetsHaveConsistentRoles) {
+    for (const patient::Label& l : targetTable())
+        EXPECT_FALSE(patient::findRoleConflict(l)) << l.name << ": " << patient::findRoleConflict(l)->reason;
+    EXPECT_EQ(findTarget("portal vein")->blood, patient::BloodKind::portal);
+    EXPECT_EQ(findTarget("heart")->structure, patient::Structure::heart);
+    EXPECT_TRUE(findTarget("tumour")->blocks_contrast);
+    EXPECT_TRUE(findTarget("small bowel")->drains_ducts);
+}
+
 TEST(ImportMap, ReadsIdsCommentsAndKeys) {
     test::TempFolder temp;
     std::ofstream(temp / "map.csv") << "# source: Clinic\r\n# licence: CC0\r\n# other\r\n\r\n"

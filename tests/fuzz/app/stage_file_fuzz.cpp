@@ -13,6 +13,9 @@ void fuzz::parse(std::string_view input) {
         if (note.find('\033') != std::string::npos) std::abort();
     const StageFile again = parseStageFile("again.json", writeStageFile(file));
     if (again.record.key != file.record.key || again.record.notes != file.record.notes ||
+        again.record.atlases != file.record.atlases ||
+        again.record.virtual_ducts != file.record.virtual_ducts ||
+        again.record.labels_replaced != file.record.labels_replaced ||
         again.labels_digest != file.labels_digest || again.record.seconds != file.record.seconds)
         std::abort();
 }

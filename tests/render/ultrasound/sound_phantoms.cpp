@@ -11,15 +11,22 @@ namespace stylet::test {
 
 using namespace render;
 
+namespace {
+
+// The label of each row of the table has its own structure: the row's number, not a name.
+patient::Structure numbered(std::size_t row) {
+    return patient::Structure(row);
+}
+
+}  // namespace
+
 AcousticTable soundTable() {
     AcousticTable table = loadAcoustics(assetsFolder() / "ultrasound" / "tissues.toml");
     table.rules.clear();
-    for (std::size_t i = 0; i < table.acoustics.size(); ++i)
-        table.rules.push_back({{std::nullopt, table.acoustics[i].name}, int(i)});
-    // Longer names first, so that "visceral fat" matches before "fat".
-    std::sort(table.rules.begin(), table.rules.end(), [](const AcousticRule& a, const AcousticRule& b) {
-        return a.name.size() != b.name.size() ? a.name.size() > b.name.size() : a.acoustic < b.acoustic;
-    });
+    for (std::size_t i = 0; i < table.acoustics.size(); ++i) {
+        AcousticRule& rule = table.rules.emplace_back();
+        rule.structure = numbered(i), rule.acoustic = int(i);
+    }
     for (Acoustic& a : table.acoustics)
         a.hu_span = 0.0;
     return table;
@@ -52,6 +59,7 @@ patient::Package soundBlock(const Vec3& half_m, double depth_m, double spacing_m
         patient::Label label;
         label.id = std::uint8_t(i + 1);
         label.name = table.acoustics[i].name;
+        label.structure = numbered(i);
         package.label_table.push_back(label);
     }
     package.ct = CtVolume(grid, 40);

@@ -61,7 +61,7 @@ TEST_F(LookFile, FirstMatchingRuleWins) {
     const Palette palette =
         makePalette(load(std::string(kSurface) + kCurve +
                          "[[rule]]\ntissue = \"bone\"\nextinction_per_mm = 8\ncolour = \"#00ff00\"\n"
-                         "[[rule]]\nname = \"o\"\nextinction_per_mm = 2\ncolour = \"#0000ff\"\n"
+                         "[[rule]]\ntissue = \"soft\"\nextinction_per_mm = 2\ncolour = \"#0000ff\"\n"
                          "[[rule]]\ntissue = \"liver\"\ncolour = \"#00ff00\"\n"),
                     patient);
     const auto id = [](patient::Tissue t) { return std::uint8_t(t); };  // labels of the phantoms
@@ -80,6 +80,9 @@ TEST_F(LookFile, RejectsInvalidLooks) {
         {{"", "hu"},
          {good + "[[hu]]\nhu = 50\nextinction_per_mm = 1\ncolour = \"#ffffff\"\n", "not ascending"},
          {good + "[[rule]]\ntissue = \"stone\"\n", "rule[0].tissue"},
+         {good + "[[rule]]\nblood = \"blue\"\n", "rule[0].blood"},
+         {good + "[[rule]]\nstructure = \"Lung\"\n", "rule[0].structure"},
+         {good + "[[rule]]\nname = \"lung\"\n", "rule[0].name: labels are not selected by name"},
          {good + "[[rule]]\ncolour = \"red\"\n", "rule[0].colour"},
          {good + "[[rule]]\nextinction_per_mm = -1\n", "extinction_per_mm"},
          {good + "[[rule]]\nextinction_per_mm = nan\n", "extinction_per_mm"},

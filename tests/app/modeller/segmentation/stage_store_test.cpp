@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <fstream>
 
 #include "app/modeller/image/child_process_linux.h"
@@ -25,6 +26,8 @@ struct StageStoreTest : testing::Test {
         result.labels[{3, 4, 5}] = 18;
         result.text = "r 12\n";
         result.record = {0xfedcba9876543210u, 1.5, false, {"a note", "another"}};
+        result.record.atlases = {"reference patient, seed 11", "A\n\", \"B"};
+        result.record.virtual_ducts = true;
         store.save(7, "liver", result, CtVolume(kStageGrid), targetTable(), "points.txt");
     }
     fs::path folder() const { return store.stageFolder(7, "liver"); }
@@ -46,6 +49,9 @@ TEST_F(StageStoreTest, StageSurvivesARoundTrip) {
     EXPECT_EQ(again->record.seconds, 1.5);
     EXPECT_FALSE(again->record.corrected);
     EXPECT_EQ(again->record.notes, result.record.notes);
+    EXPECT_EQ(again->record.atlases, result.record.atlases);
+    EXPECT_TRUE(again->record.virtual_ducts);
+    EXPECT_FALSE(again->record.labels_replaced);
     EXPECT_EQ(resultDigest(*again), resultDigest(result));
     for (const char* file : {"labels.ctbl", "axial.png", "axial-labels.png", "coronal.png", "sagittal.png"})
         EXPECT_TRUE(fs::exists(folder() / file)) << file;
@@ -99,7 +105,18 @@ TEST_F(StageStoreTest, DamagedFilesAreNamed) {
     std::string minus = writeStageFile(odd);
     damaged.push_back(minus.replace(minus.find("\"0000"), 3, "\"-0"));
     minus = writeStageFile(odd);
-    damaged.push_back(minus.replace(minus.find("[]"), 2, "[\"a \\u001b[31m note\"]"));
+    const std::string notes = "\"notes\": []";
+    damaged.push_back(minus.replace(minus.find(notes), notes.size(), "\"notes\": [\"a \\u001b[31m note\"]"));
+    for (const auto& [from, to] :
+         {std::pair{"\"virtual_ducts\": false", "\"virtual_ducts\": \"no\""},
+          std::pair{"\"virtual_ducts\"", "\"virtual_tubes\""},
+          std::pair{"\"labels_replaced\": false", "\"labels_replaced\": true"},
+          std::pair{"\"atlases\": []", "\"atlases\": \"A\""},
+          std::pair{"\"atlases\": []", "\"atlases\": [1]"}, std::pair{"\"atlases\": [],", ""},
+          std::pair{"\"atlases\"", "\"colour\": 1, \"atlases\""}}) {
+        minus = writeStageFile(odd);
+        damaged.push_back(minus.replace(minus.find(from), std::strlen(from), to));
+    }
     for (const std::string& text : damaged) {
         std::ofstream(folder() / "stage.json") << text;
         EXPECT_THAT(why(), testing::HasSubstr("stage.json: file: is damaged")) << text;
@@ -117,6 +134,16 @@ TEST_F(StageStoreTest, NotesAreKeptOnOneLine) {
     const StageFile again = parseStageFile("stage.json", writeStageFile(file));
     ASSERT_EQ(again.record.notes.size(), 2u);
     EXPECT_EQ(again.record.notes[0], "atlases: \"A B [31m\"");
+}
+
+// Notes are for people: texts that earlier versions parsed change nothing.
+TEST_F(StageStoreTest, NotesCarryNoResults) {
+    StageFile file;
+    file.record.notes = {"atlases: \"A\"", "these ducts are virtual: bile is painted into the CT",
+                         "corrected by hand"};
+    const StageFile again = parseStageFile("stage.json", writeStageFile(file));
+    EXPECT_TRUE(again.record.atlases.empty());
+    EXPECT_FALSE(again.record.virtual_ducts || again.record.labels_replaced || again.record.corrected);
 }
 
 TEST_F(StageStoreTest, FileInPlaceOfTheFolderIsRefused) {

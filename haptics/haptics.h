@@ -6,7 +6,6 @@
 #include "haptics/tools/tool.h"              // the five tools, and the result of a tick
 #include "haptics/tools/incision.h"          // incisions made by the scalpel
 #include "haptics/tools/needle.h"            // the needle: state, step, force
-#include "haptics/tools/gauge.h"             // needles by gauge
 #include "haptics/tools/exact.h"             // the same force in closed form along straight paths: oracle and study
 #include "haptics/tools/guide.h"             // the rail that guides the needle along one line
 #include "haptics/tools/touch.h"             // compliance of the layers under the skin
@@ -14,6 +13,7 @@
 #include "haptics/tools/finger.h"            // the palpating finger
 #include "haptics/tools/probe.h"             // the ultrasound probe, hand-held or parked
 #include "haptics/tools/scalpel.h"           // the scalpel, which opens incisions
+#include "haptics/tools/instrument.h"        // instruments: dimensions, material and force settings from files
 #include "haptics/loop/toolbox.h"            // the active tool and tool changes
 #include "haptics/tools/device.h"            // haptic device interface: capabilities and state
 #include "haptics/output/safety.h"           // safety checks, force ramps, named faults

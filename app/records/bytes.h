@@ -11,6 +11,7 @@ namespace stylet::records {
 class ByteWriter {
   public:
     explicit ByteWriter(std::vector<unsigned char>& to) : to_(&to) {}
+    void u8(std::uint8_t v) { put(v, 1); }
     void u32(std::uint32_t v) { put(v, 4); }
     void u64(std::uint64_t v) { put(v, 8); }
     void f32(float v) { u32(std::bit_cast<std::uint32_t>(v)); }
@@ -35,6 +36,7 @@ void eachPoseNumber(AnyPose& p, const Visit& visit) {
 class ByteReader {
   public:
     explicit ByteReader(std::span<const unsigned char> from) : from_(from) {}
+    std::uint8_t u8() { return static_cast<std::uint8_t>(readBytes(1)); }
     std::uint32_t u32() { return static_cast<std::uint32_t>(readBytes(4)); }
     std::uint64_t u64() { return readBytes(8); }
     float f32() { return std::bit_cast<float>(u32()); }

@@ -1,6 +1,8 @@
 #include "app/records/record.h"
 
+#include <fmt/core.h>
 #include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <type_traits>
 
@@ -102,6 +104,52 @@ bool readBreath(ByteReader& source, std::optional<patient::BreathPlan>& breath) 
     return source.ok() && patient::isValidPlan(*breath);
 }
 
+// Name and title are short; a longer one is damaged.
+constexpr std::uint32_t kMaxNeedleTextBytes = 256;
+
+void writeText(ByteWriter& sink, const std::string& text) {
+    sink.u32(static_cast<std::uint32_t>(text.size()));
+    for (const char c : text)
+        sink.u8(static_cast<unsigned char>(c));
+}
+
+// Returns false if the text is longer than kMaxNeedleTextBytes.
+bool readText(ByteReader& source, std::string& text) {
+    const std::uint32_t size = source.u32();
+    if (size > kMaxNeedleTextBytes) return false;
+    text.clear();
+    for (std::uint32_t i = 0; i < size; ++i)
+        text.push_back(static_cast<char>(source.u8()));
+    return source.ok();
+}
+
+void writeNeedle(ByteWriter& sink, const RecordHeader& header) {
+    const haptics::Instrument& needle = header.needle;
+    writeText(sink, needle.name);
+    writeText(sink, needle.title);
+    sink.u32(static_cast<std::uint32_t>(needle.gauge));
+    sink.u32(static_cast<std::uint32_t>(needle.shape.tip));
+    sink.u32(needle.shape.has_stylet);
+    visitShapeNumbers(needle.shape, [&](double v) { sink.f64(v); });
+    sink.u64(needleDigest(header));
+}
+
+// Reason why the header's needle is not one that this version wrote, or an empty string.
+std::string readNeedle(ByteReader& source, RecordHeader& header) {
+    haptics::Instrument& needle = header.needle;
+    needle = {};
+    if (!readText(source, needle.name) || !readText(source, needle.title)) return "its name does not end";
+    needle.gauge = static_cast<int>(source.u32());
+    const std::uint32_t tip = source.u32();
+    if (!haptics::isNeedleTip(tip)) return "its tip is unknown";
+    needle.shape.tip = static_cast<NeedleTip>(tip);
+    needle.shape.has_stylet = source.u32() != 0;
+    visitShapeNumbers(needle.shape, [&](double& v) { v = source.f64(); });
+    if (const std::string why = haptics::shapeError(needle.shape); !why.empty()) return why;
+    needle.force = header.settings.tools.needle;
+    return source.u64() == needleDigest(header) ? "" : "its numbers do not match its digest";
+}
+
 std::vector<unsigned char> encodeHeader(const RecordHeader& header) {
     std::vector<unsigned char> body;
     ByteWriter sink(body);
@@ -112,6 +160,7 @@ std::vector<unsigned char> encodeHeader(const RecordHeader& header) {
     haptics::visitToolCounts(header.settings.tools, [&](int v) { sink.u32(static_cast<std::uint32_t>(v)); });
     eachSettingsNumber(header.settings, [&](double v) { sink.f64(v); });
     eachPoseNumber(header.settings.patient_from_device, [&](double v) { sink.f64(v); });
+    writeNeedle(sink, header);
     writeBreath(sink, header.settings.breath);
     return encodeFileHeader(kInputsFile, body);
 }
@@ -130,6 +179,8 @@ std::size_t decodeHeader(std::span<const unsigned char> bytes, const std::filesy
                              [&](int& v) { v = static_cast<int>(std::min(body.u32(), kMaxPadPoints)); });
     eachSettingsNumber(header.settings, [&](double& v) { v = body.f64(); });
     eachPoseNumber(header.settings.patient_from_device, [&](double& v) { v = body.f64(); });
+    if (const std::string why = readNeedle(body, header); !why.empty())
+        throw DataError(file, "header: needle", why);
     const bool breathes = readBreath(body, header.settings.breath);
     header.settings.profile.name = "as recorded";
     header.settings.profile.source = "record";
@@ -165,6 +216,7 @@ json infoJson(const RecordInfo& info) {
     j["program_version"] = info.program_version;
     j["patient"] = {{"folder", info.patient_folder.string()}, {"name", info.patient_name}};
     j["scenario"] = info.scenario;
+    j["needle"] = info.needle;
     j["moments"] = info.capture_points;
     j["approach_distance_m"] = info.approach_distance_m;
     j["seed"] = info.seed;
@@ -245,6 +297,12 @@ std::filesystem::path createEmptyFolder(const std::filesystem::path& folder) {
 
 }  // namespace
 
+std::uint64_t needleDigest(const RecordHeader& header) {
+    haptics::Instrument needle = header.needle;
+    needle.force = header.settings.tools.needle;
+    return haptics::digest(needle);
+}
+
 RecordWriter::RecordWriter(const std::filesystem::path& folder, const RecordHeader& header,
                            const RecordInfo& info)
     : folder_(createEmptyFolder(folder)), info_(info), inputs_(folder_ / "inputs.bin", encodeHeader(header)) {
@@ -297,15 +355,26 @@ void parseInputs(std::span<const unsigned char> bytes, const std::filesystem::pa
     record.torn_bytes = bytes.size() - position;
 }
 
+RecordHeader loadHeader(const std::filesystem::path& folder) {
+    RecordHeader header;
+    decodeHeader(readAll(folder / "inputs.bin"), folder / "inputs.bin", header);
+    return header;
+}
+
 RecordInfo parseInfo(std::string_view text, const std::filesystem::path& file) {
     Fields in = parseJson(file, text);
-    in.integer("format_version", kRecordVersion, kRecordVersion);
+    if (const auto version = in.integer("format_version", 0, std::numeric_limits<std::uint32_t>::max());
+        version != kRecordVersion)
+        in.refuse("format_version",
+                  fmt::format("{}; this program reads only version {}, so use the program version that recorded it",
+                              version, kRecordVersion));
     RecordInfo info;
     Fields patient = in.child("patient");
     info.program_version = in.text("program_version");
     info.patient_folder = patient.text("folder");
     info.patient_name = patient.text("name");
     info.scenario = in.text("scenario");
+    info.needle = in.text("needle");
     info.capture_points = in.texts("moments", kMaxCapturePoints);
     info.approach_distance_m = in.number("approach_distance_m");
     info.seed = in.count("seed");

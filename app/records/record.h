@@ -18,14 +18,18 @@
 
 namespace stylet::records {
 
-inline constexpr std::uint32_t kRecordVersion = 8;
+inline constexpr std::uint32_t kRecordVersion = 9;
 
 // What a recomputation needs besides the patient and the ticks. The name and source of
 // the device profile are not stored.
 struct RecordHeader {
     std::uint64_t package_digest = 0;
     haptics::SimulationSettings settings;
+    // The attempt's needle. Its force is not stored here, but as `settings.tools.needle`.
+    haptics::Instrument needle;
 };
+// The digest of the header's needle with the force of its settings, as the record stores it.
+std::uint64_t needleDigest(const RecordHeader&);
 
 struct RecordEnd {
     std::uint64_t tick = 0;
@@ -49,6 +53,7 @@ struct RecordInfo {
     std::filesystem::path patient_folder;
     std::string patient_name;
     std::string scenario;
+    std::string needle;  // name of the instrument, for people
     std::vector<std::string> capture_points;
     double approach_distance_m = 0.0;
     std::uint64_t seed = 0;
@@ -103,6 +108,9 @@ struct Record {
 
 // Throws DataError for a bad header, version or record.json. Ignores a torn tail behind the last whole frame.
 Record loadRecord(const std::filesystem::path& folder);
+
+// Loads only the header. Throws DataError.
+RecordHeader loadHeader(const std::filesystem::path& folder);
 
 // Parse the contents of a record's two files. `file` is used in error messages.
 void parseInputs(std::span<const unsigned char> bytes, const std::filesystem::path& file, Record&);

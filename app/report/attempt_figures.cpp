@@ -189,12 +189,13 @@ std::optional<std::size_t> keyRow(const AttemptFiles& a) {
 
 // The needle's depth counts from the surface of the skin, but a planned path begins at the centre of a skin
 // voxel. So the path is extended backwards into the air, and depth counts from where it enters the skin.
-ReferenceCurve exactCurve(const patient::Patient& patient, const patient::PlannedPath& path) {
+ReferenceCurve exactCurve(const patient::Patient& patient, const patient::PlannedPath& path,
+                          const haptics::NeedleSettings& needle) {
     const Vec3 path_m = path.target_reference_m - path.entry_reference_m;
     ReferenceCurve curve{"reference path, exact", {}};
     if (glm::length(path_m) == 0.0) return curve;
     const patient::TissueMap map(patient);
-    haptics::ExactSolver solver(map, haptics::NeedleSettings{});
+    haptics::ExactSolver solver(map, needle);
     const Vec3 before_m = path.entry_reference_m - kLead_m * glm::normalize(path_m);
     const haptics::ExactForce& force = solver.solve(before_m, path.target_reference_m);
     if (force.events.empty()) return curve;

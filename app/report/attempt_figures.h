@@ -18,7 +18,9 @@ struct ReferenceCurve {
     std::vector<FigurePoint> points;  // mm, N
 };
 // The exact force along the path through the patient at rest, border by border (haptics/tools/exact.h).
-ReferenceCurve exactCurve(const patient::Patient&, const patient::PlannedPath&);
+// `needle`: force settings of the attempt's needle.
+ReferenceCurve exactCurve(const patient::Patient&, const patient::PlannedPath&,
+                          const haptics::NeedleSettings& needle);
 // The insertion of another attempt.
 ReferenceCurve insertionCurve(const AttemptFiles&);
 

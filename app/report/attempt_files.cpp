@@ -214,6 +214,10 @@ AttemptFiles readAttempt(const records::StoredAttempt& stored) {
             files.record = records::parseInfo(readWholeFile(record, kMaxFileBytes), record);
     });
     tryRead(files.warnings, [&] {
+        if (fs::exists(record.parent_path() / "inputs.bin"))
+            files.needle = records::loadHeader(record.parent_path()).settings.tools.needle;
+    });
+    tryRead(files.warnings, [&] {
         if (!fs::exists(summary)) return;
         files.summary = parseSummary(readWholeFile(summary, kMaxFileBytes), summary);
         files.has_summary = true;

@@ -64,6 +64,7 @@ struct AttemptFiles {
     Summary summary;
     bool has_summary = false;  // false: an attempt that was cut short has no summary
     std::optional<records::RecordInfo> record;
+    std::optional<haptics::NeedleSettings> needle;  // force settings, from the record
     std::vector<CourseRow> course;  // every tick if sampled, else only the ticks inside the body
     bool has_samples = false;
     std::vector<std::string> warnings;  // files that could not be read, and why

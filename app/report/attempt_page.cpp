@@ -310,8 +310,8 @@ AttemptReport attemptReport(const AttemptFiles& a, const AttemptContext& context
     page.headlines(makeHeadlines(a));
 
     std::vector<ReferenceCurve> references = context.references;
-    if (context.patient && a.record && references.empty())
-        references.push_back(exactCurve(*context.patient, a.record->path));
+    if (context.patient && a.record && a.needle && references.empty())
+        references.push_back(exactCurve(*context.patient, a.record->path, *a.needle));
     page.section("Force over depth");
     page.figure(forceFigure(a, references));
     addList(page, punctureTable(a));

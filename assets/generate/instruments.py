@@ -7,58 +7,64 @@ from gltf import write
 from shade import shade
 
 
-def needle():
-    """17 G puncture needle of 150 mm with its stylet inserted. The tip is at the origin; +z points along the shaft
-    toward the hub. The program scales the shaft's node to the gauge in use."""
-    radius, length, bevel = 0.00075, 0.150, math.radians(22.0)
-    sides = 20
-    steel = Part("steel", (208, 212, 216), 1.0, 0.22)
-    # A plane cut at the bevel's angle. Its point would lie on the rim of the shaft. The first millimetre is moved
-    # toward the axis, so that the visible point is where the forces act.
-    def cut(angle):
-        return (radius - radius * math.cos(angle)) / math.tan(bevel)
+def ground_tip(node, facets):
+    """A tip of radius 1 and length 1 with its point at the origin. `facets` 0: one plane cut, else a pyramid. Affine
+    scaling gives any diameter and bevel."""
+    sides = 24
+    wall, ground = Part("steel", (208, 212, 216), 1.0, 0.22), Part("bevel", (232, 234, 236), 1.0, 0.12)
     low, high, rim = [], [], []
     for i in range(sides):
         angle = 2 * math.pi * i / sides
-        n = (math.cos(angle), math.sin(angle), 0.0)
-        x, y = radius * n[0], radius * n[1]
-        closing = math.sqrt(min(1.0, cut(angle) / (1.5 * radius)))
-        rim.append((x * closing, y * closing, cut(angle)))
-        low.append(steel.vertex(rim[-1], n))
-        high.append(steel.vertex((x, y, 0.012), n))
+        x, y, closing = math.cos(angle), math.sin(angle), 1.0
+        if facets:
+            z = max(math.cos(angle - 2 * math.pi * k / facets) for k in range(facets))
+        else:
+            # The point of a plane cut would lie on the rim of the shaft. The first part is moved toward the axis, so
+            # that the visible point is where the forces act.
+            z = 0.5 * (1.0 - x)
+            closing = math.sqrt(min(1.0, z / 0.3))
+        rim.append((x * closing, y * closing, z))
+        low.append(wall.vertex(rim[-1], (x, y, 0.0)))
+        high.append(wall.vertex((x, y, 1.0), (x, y, 0.0)))
     for i in range(sides):
         j = (i + 1) % sides
-        steel.quad(low[i], low[j], high[j], high[i])
-    ground = Part("bevel", (232, 234, 236), 1.0, 0.12)
-    middle = tuple(sum(p[k] for p in rim) / sides for k in range(3))
+        wall.quad(low[i], low[j], high[j], high[i])
+    middle = (0.0, 0.0, 0.0) if facets else tuple(sum(p[k] for p in rim) / sides for k in range(3))
     for i in range(sides):
         ground.polygon([middle, rim[(i + 1) % sides], rim[i]])
-    steel.lathe([[(radius, 0.012), (radius, length - 0.002)]], sides, axis=2)
-    # A mark every 10 mm, every fifth one double.
-    marks = Part("marks", (30, 32, 36), 0.0, 0.6)
-    for k in range(3, 15):
-        for z in (0.010 * k - 0.001, 0.010 * k + 0.001) if k % 5 == 0 else (0.010 * k,):
-            marks.lathe([[(radius * 1.04, z - 0.0005), (radius * 1.04, z + 0.0005)]], sides, axis=2)
+    return {node: [wall, ground]}
+
+
+def needle():
+    """Parts of any needle with its stylet inserted. Shaft, tips and mark have radius 1 and length 1; the program scales
+    them to the needle's dimensions and puts the hub at the end of the shaft. +z points toward the hub."""
+    sides = 20
+    steel = Part("steel", (208, 212, 216), 1.0, 0.22)
+    steel.lathe([[(1.0, 0.0), (1.0, 1.0)]], sides, axis=2)
+    mark = Part("marks", (30, 32, 36), 0.0, 0.6)
+    mark.lathe([[(1.04, -0.5), (1.04, 0.5)]], sides, axis=2)
     hub = Part("hub", (226, 74, 60), 0.0, 0.28)
-    hub.lathe([[(0.0, length - 0.004), (0.0016, length - 0.004)],
-               [(0.0016, length - 0.004), (0.0022, length), (0.0033, length + 0.006), (0.0036, length + 0.014)],
-               [(0.0036, length + 0.014), (0.0052, length + 0.0142)],
-               [(0.0052, length + 0.0142), (0.0056, length + 0.0147), (0.0056, length + 0.0185),
-                (0.0052, length + 0.019)],
-               [(0.0052, length + 0.019), (0.0, length + 0.019)]], 28, axis=2)
+    hub.lathe([[(0.0, -0.004), (0.0016, -0.004)],
+               [(0.0016, -0.004), (0.0022, 0.0), (0.0033, 0.006), (0.0036, 0.014)],
+               [(0.0036, 0.014), (0.0052, 0.0142)],
+               [(0.0052, 0.0142), (0.0056, 0.0147), (0.0056, 0.0185),
+                (0.0052, 0.019)],
+               [(0.0052, 0.019), (0.0, 0.019)]], 28, axis=2)
     for k in range(10):
         first = len(hub.positions)
-        hub.box((0.0050, -0.0006, length + 0.0145), (0.0060, 0.0006, length + 0.0188), 0.0003, blocks=False)
+        hub.box((0.0050, -0.0006, 0.0145), (0.0060, 0.0006, 0.0188), 0.0003, blocks=False)
         hub.place(36.0 * k, 2, first=first)
     stylet = Part("stylet", (206, 52, 44), 0.0, 0.3)
-    stylet.lathe([[(0.0030, length + 0.018), (0.0030, length + 0.0215)],
-                  [(0.0030, length + 0.0215), (0.0058, length + 0.0225)],
-                  [(0.0058, length + 0.0225), (0.0062, length + 0.0235), (0.0060, length + 0.0285),
-                   (0.0048, length + 0.0305), (0.0, length + 0.0312)]], 28, axis=2)
-    stylet.box((0.0045, -0.0012, length + 0.0228), (0.0080, 0.0012, length + 0.0270), 0.0005, blocks=False)
+    stylet.lathe([[(0.0030, 0.018), (0.0030, 0.0215)],
+                  [(0.0030, 0.0215), (0.0058, 0.0225)],
+                  [(0.0058, 0.0225), (0.0062, 0.0235), (0.0060, 0.0285),
+                   (0.0048, 0.0305), (0.0, 0.0312)]], 28, axis=2)
+    stylet.box((0.0045, -0.0012, 0.0228), (0.0080, 0.0012, 0.0270), 0.0005, blocks=False)
     wings = Part("wings", (232, 96, 82), 0.0, 0.32)
-    wings.box((-0.0130, -0.0010, length + 0.0045), (0.0130, 0.0010, length + 0.0125), 0.0009, 2, blocks=False)
-    write("instruments", "needle", {"needle": [steel, ground, marks], "hub": [hub, stylet, wings]})
+    wings.box((-0.0130, -0.0010, 0.0045), (0.0130, 0.0010, 0.0125), 0.0009, 2, blocks=False)
+    write("instruments", "needle", {"shaft": [steel], "mark": [mark], **ground_tip("tip_chiba", 0),
+                                    **ground_tip("tip_trocar", 3), **ground_tip("tip_diamond", 4),
+                                    "hub": [hub, stylet, wings]})
 
 
 def probe():

@@ -252,7 +252,6 @@ void Simulation::fillOutput(const ToolForce& force, const Surrogate& breath, Tic
     out.patient_from_tool = tools.patient_from_tool;
     out.tool_force = force;
     out.patient_from_needle = tools.patient_from_needle;
-    out.needle_radius_m = 0.5 * settings_.tools.needle.cut_reach_m;
     out.needle_in_guide = tools.guide.snapped;
     out.probe_parked = tools.probe.parked;
     out.patient_from_probe = tools.probe.patient_from_probe;

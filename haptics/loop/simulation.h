@@ -133,7 +133,6 @@ struct TickOutput {
     Pose patient_from_tool;         // stylus pose; tip at the origin, +z toward the hand
     ToolForce tool_force;           // of the model, patient frame
     Pose patient_from_needle;  // On the rail while snapped in. The last pose while another tool is active.
-    double needle_radius_m = 0.00075;
     bool needle_in_guide = false;
     bool probe_parked = false;
     Pose patient_from_probe;  // of the parked probe

@@ -165,6 +165,13 @@ ToolForce stepTools(ToolState& s, const ToolSettings& settings, const TouchTools
     return touch ? stepOnSkin(s, settings, *touch, now, events) : ToolForce{};
 }
 
+void equip(ToolSettings& tools, const Instrument& instrument) noexcept {
+    if (const auto* needle = std::get_if<NeedleSettings>(&instrument.force)) tools.needle = *needle;
+    if (const auto* scalpel = std::get_if<ScalpelSettings>(&instrument.force)) tools.scalpel = *scalpel;
+    if (const auto* probe = std::get_if<ProbeSettings>(&instrument.force)) tools.probe = *probe;
+    if (const auto* finger = std::get_if<FingerSettings>(&instrument.force)) tools.finger = *finger;
+}
+
 bool arePadsValid(const ToolSettings& s) noexcept {
     const auto fits = [](int n) { return n >= 1 && n <= kMaxPadPoints; };
     return fits(s.finger.points) && fits(s.probe.columns) && fits(s.probe.rows) &&

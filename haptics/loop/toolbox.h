@@ -5,6 +5,7 @@
 #include "base/hash.h"
 #include "haptics/tools/finger.h"
 #include "haptics/tools/guide.h"
+#include "haptics/tools/instrument.h"
 #include "haptics/tools/needle.h"
 #include "haptics/tools/probe.h"
 #include "haptics/tools/scalpel.h"
@@ -20,6 +21,10 @@ struct ToolSettings {
     ProbeSettings probe;
     ScalpelSettings scalpel;
 };
+
+// Sets the tool of the instrument's kind to the instrument's settings. An instrument that is data only changes
+// nothing.
+void equip(ToolSettings&, const Instrument&) noexcept;
 
 constexpr bool isNeedleTool(Tool tool) noexcept {
     return tool == Tool::guide || tool == Tool::needle;
@@ -57,11 +62,12 @@ struct ParkedProbe {
 // visitToolCounts() visits the counts.
 template <typename Settings, typename Visit>
 void visitToolNumbers(Settings& s, const Visit& visit) {
-    static_assert(sizeof s.needle == 5 * sizeof(double) && sizeof s.guide == (7 + 6) * sizeof(double) &&
+    static_assert(sizeof s.needle == 6 * sizeof(double) && sizeof s.guide == (7 + 6) * sizeof(double) &&
                       sizeof s.finger == (1 + 5) * sizeof(double) &&
                       sizeof s.probe == (1 + 6) * sizeof(double) && sizeof s.scalpel == 8 * sizeof(double),
                   "a new setting needs a place here and a new kRecordVersion");
-    visit(s.needle.a1_share), visit(s.needle.cut_reach_m), visit(s.needle.max_force_n);
+    visit(s.needle.a1_share), visit(s.needle.cut_reach_m), visit(s.needle.friction_scale);
+    visit(s.needle.max_force_n);
     visit(s.needle.lateral_stiffness_n_per_m), visit(s.needle.lateral_force_n);
     auto& rail = s.guide.probe_from_guide;
     visit(rail.rotation.w), visit(rail.rotation.x), visit(rail.rotation.y), visit(rail.rotation.z);

@@ -76,11 +76,12 @@ struct PathSolver {
     void passUntil(double to_m) {
         const TissueRow& t = row(tissue);
         const Phase phase = isOutside(next - 1) ? Phase::outside : Phase::pass;
-        if (t.stiffness_n_per_m > 0.0 && f_n < t.friction_n) {
+        const double friction_n = frictionLimit(t, settings.friction_scale);
+        if (t.stiffness_n_per_m > 0.0 && f_n < friction_n) {
             const double begin_m = x_m;
-            const double full_m = begin_m + (t.friction_n - f_n) / t.stiffness_n_per_m;
+            const double full_m = begin_m + (friction_n - f_n) / t.stiffness_n_per_m;
             piece(std::min(to_m, full_m), t.stiffness_n_per_m, 0.0, phase);
-            f_n = full_m <= to_m ? t.friction_n : f_n + t.stiffness_n_per_m * (x_m - begin_m);
+            f_n = full_m <= to_m ? friction_n : f_n + t.stiffness_n_per_m * (x_m - begin_m);
         }
         piece(to_m, 0.0, 0.0, phase);
     }
@@ -165,7 +166,7 @@ struct PathSolver {
 
     void enter(std::size_t j, NeedleEventKind kind) {
         const double before_n = f_n;
-        f_n = clampToFriction(row(j), f_n);
+        f_n = clampToFriction(row(j), f_n, settings.friction_scale);
         const bool cut = kind == NeedleEventKind::puncture || !resists(row(j), before_n);
         if (cut && !sameTissueAsBefore(j) && segments[j].tissue != Tissue::air && !isCut(j))
             cuts.push_back(segments[j]);

@@ -19,9 +19,12 @@ using patient::Tissue;
 
 struct NeedleSettings {
     double a1_share = 0.5;  // a1 = share * k_B, in [0, 1] (Eq. 1)
-    // A border within this distance of a punctured border of the same kind does not tent. Equals the needle's
-    // outer diameter (gauge.h; 17 G).
+    // A border within this distance of a punctured border of the same kind does not tent. By default the
+    // needle's outer diameter (instrument.h; 17 G).
     double cut_reach_m = 0.0015;
+    // Friction relative to the force table, whose needle is the paper's of 17 G. By default the ratio of the
+    // outer diameters, because friction is proportional to the wetted surface.
+    double friction_scale = 1.0;
     double max_force_n = 22.0;  // limit of the force against bone
     double lateral_stiffness_n_per_m = 150.0;
     double lateral_force_n = 0.5;  // lateral force above which the channel is cut sideways

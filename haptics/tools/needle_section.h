@@ -230,7 +230,10 @@ class SectionSolver {
         s_.phase = Phase::pass;
         s_.tissue = tissue;
         s_.label = label;
-        s_.extension_m = b.stiffness_n_per_m > 0.0 ? clampToFriction(b, force_n) / b.stiffness_n_per_m : 0.0;
+        s_.extension_m =
+            b.stiffness_n_per_m > 0.0
+                ? clampToFriction(b, force_n, settings_.friction_scale) / b.stiffness_n_per_m
+                : 0.0;
     }
 
     // The needle was withdrawn from a tenting border: the tip is in the tissue in front of it, with the force
@@ -351,7 +354,7 @@ class SectionSolver {
         const TissueRow& t = row(s_.tissue);
         s_.depth_m += travel_m;
         if (t.stiffness_n_per_m <= 0.0) return;
-        const double l_max = t.friction_n / t.stiffness_n_per_m;
+        const double l_max = frictionLimit(t, settings_.friction_scale) / t.stiffness_n_per_m;
         s_.extension_m = std::clamp(s_.extension_m + travel_m, -l_max, l_max);
     }
 

@@ -24,10 +24,16 @@ inline bool resists(const patient::TissueRow& row, double force_n) noexcept {
     return row.stiffness_n_per_m > 0.0 && row.cut_force_n > force_n + kCutTolerance_n;
 }
 
+// R, the friction of a tissue on a needle with this scale (NeedleSettings::friction_scale).
+inline double frictionLimit(const patient::TissueRow& row, double friction_scale) noexcept {
+    return row.friction_n * friction_scale;
+}
+
 // Force just after entering a tissue: clamped to [-R, R], its friction. Zero for a tissue without
 // stiffness.
-inline double clampToFriction(const patient::TissueRow& row, double force_n) noexcept {
-    return row.stiffness_n_per_m > 0.0 ? std::clamp(force_n, -row.friction_n, row.friction_n) : 0.0;
+inline double clampToFriction(const patient::TissueRow& row, double force_n, double friction_scale) noexcept {
+    const double most_n = frictionLimit(row, friction_scale);
+    return row.stiffness_n_per_m > 0.0 ? std::clamp(force_n, -most_n, most_n) : 0.0;
 }
 
 // f(d) = a2 d^2 + a1 d + a0, where d is the depth of the tip behind the border, 0 <= d <= cut_depth_m.

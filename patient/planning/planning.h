@@ -8,6 +8,7 @@
 #include <functional>
 #include <vector>
 
+#include "base/needle_shape.h"
 #include "patient/package/package.h"
 
 namespace stylet::patient {
@@ -17,6 +18,9 @@ struct PlanSettings {
     double skin_spacing_m = 0.008;    // spacing of the skin voxels to try; 0: all
     double target_spacing_m = 0.004;  // minimum distance between targets on the centre line; 0: all
     double max_length_m = 0.090;      // for C2
+    // Length of the needle, which lies in free air before the tip touches the skin. Stored paths are planned
+    // for the default needle.
+    double needle_length_m = NeedleShape().length_m;
     double min_quality = 0.4;
     // C3 ignores risk structures on the last stretch of this length before the duct's wall. C1 does not.
     double near_target_m = 0.010;

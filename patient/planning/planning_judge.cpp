@@ -3,9 +3,8 @@
 namespace stylet::patient {
 namespace {
 
-constexpr double kNeedle_m = 0.150;  // length of the needle outside the skin that must lie in free air
 constexpr double kSideOffset_m = 1e-5;
-constexpr double kHandBehind_m = 0.190;  // distance of the hand from the skin before the tip touches it
+constexpr double kHandBehindHub_m = 0.040;
 constexpr double kHandAboveTable_m = 0.030;
 constexpr double kSkinRoughness_m = 0.003;  // an oblique line may cross skin voxels up to this far
 
@@ -88,7 +87,7 @@ bool PathEvaluator::isFreeBeside(const PlannedPath& path, const Vec3& direction)
 // Checks that the path crosses the skin once: outside the skin the needle lies in air, and the hand stays
 // above the table.
 bool PathEvaluator::isFreeOutside(const PlannedPath& path, const Vec3& direction) {
-    const double hand_m = path.entry_m.y - kHandBehind_m * direction.y;
+    const double hand_m = path.entry_m.y - (settings_.needle_length_m + kHandBehindHub_m) * direction.y;
     if (hand_m < region_.back_m + kHandAboveTable_m) return false;
     bool free = true, in_air = false;
     const auto visit = [&](const VoxelPath::Visit& voxel, double begin_m, double) {
@@ -97,7 +96,7 @@ bool PathEvaluator::isFreeOutside(const PlannedPath& path, const Vec3& direction
         free = air || (!in_air && begin_m < kSkinRoughness_m);
         return free;
     };
-    walker_.walk(path.entry_m, -direction, kNeedle_m, visit);
+    walker_.walk(path.entry_m, -direction, settings_.needle_length_m, visit);
     return free;
 }
 

@@ -4,7 +4,6 @@ namespace stylet::render {
 namespace {
 
 // Dimensions as in assets/generate/instruments.py and hand.py.
-constexpr double kNeedleLength_m = 0.150, kBoreShare = 0.55 / 0.75;  // of the radius, 17 G
 constexpr double kHubRadius_m = 0.0045, kHubLength_m = 0.019;
 // Piezoceramic, matching layers and backing under the lens, as one material.
 constexpr double kTransducerPerM = 150.0;
@@ -18,11 +17,16 @@ void add(const Pose& pose, const Vec3& begin, const Vec3& end, XrayShape shape, 
 
 }  // namespace
 
-void addNeedle(const Pose& pose, double radius_m, bool stylet_in, std::vector<XrayShape>& shapes) {
-    add(pose, {0, 0, 0}, {0, 0, kNeedleLength_m},
-        {.radius_m = radius_m, .bore_m = stylet_in ? 0.0 : kBoreShare * radius_m, .round = stylet_in},
+void addNeedle(const Pose& pose, const NeedleShape& needle, bool stylet_in, std::vector<XrayShape>& shapes) {
+    const bool solid = needle.inner_m == 0.0 || (needle.has_stylet && stylet_in);
+    // The round end of a solid shaft stands for the ground tip and ends at the tip.
+    add(pose, {0, 0, solid ? needle.radius_m() : 0.0}, {0, 0, needle.length_m},
+        {.radius_m = needle.radius_m(),
+         .bore_m = solid ? 0.0 : 0.5 * needle.inner_m,
+         .per_m = needle.attenuation_per_m,
+         .round = solid},
         shapes);
-    add(pose, {0, 0, kNeedleLength_m}, {0, 0, kNeedleLength_m + kHubLength_m},
+    add(pose, {0, 0, needle.length_m}, {0, 0, needle.length_m + kHubLength_m},
         {.radius_m = kHubRadius_m, .bore_m = 0.002, .per_m = kPlasticPerM, .round = false}, shapes);
 }
 

@@ -29,8 +29,8 @@ struct XrayShape {
 inline constexpr int kMaxXrayShapes = gpu::kMaxShapes;  // only the first ones are used
 
 // Append a tool to `shapes`. The tools are those of assets/instruments: contact end at the origin, handle
-// toward +z.
-void addNeedle(const Pose& patient_from_needle, double radius_m, bool stylet_in,
+// toward +z. Without its stylet a needle has an open bore.
+void addNeedle(const Pose& patient_from_needle, const NeedleShape&, bool stylet_in,
                std::vector<XrayShape>& shapes);
 void addProbe(const Pose& patient_from_probe, std::vector<XrayShape>& shapes);
 void addScalpel(const Pose& patient_from_scalpel, std::vector<XrayShape>& shapes);

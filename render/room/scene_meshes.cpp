@@ -17,6 +17,8 @@ constexpr int kTubeSides = 12;
 constexpr double kPathRadius_m = 0.0006, kPathOutside_m = 0.045;
 constexpr double kEntryRadius_m = 0.004, kEntryThickness_m = 0.0012;
 constexpr glm::vec3 kReferenceColour{0.05f, 0.75f, 0.95f};
+constexpr double kMark_m = 0.001;  // length of a mark on the needle
+constexpr int kMaxMarks = 64;
 constexpr double kStandHeight_m = 1.07;  // height of the isocentre above the floor in c_arm.glb
 constexpr float kFarAway_m = 1e3f;       // sort distance of the shell, which is drawn last
 
@@ -188,7 +190,11 @@ SceneMeshes::SceneMeshes(const Gpu& gpu, const std::filesystem::path& assets) {
                                    {&Models::lit_floor, "", "lit_floor", ""},
                                    {&Models::doors, "rooms/built_in.glb", "doors", ""},
                                    {&Models::built_in, "", "built_in", ""},
-                                   {&Models::needle, "instruments/needle.glb", "needle", ""},
+                                   {&Models::shaft, "instruments/needle.glb", "shaft", ""},
+                                   {&Models::mark, "", "mark", ""},
+                                   {&Models::tip_chiba, "", "tip_chiba", ""},
+                                   {&Models::tip_trocar, "", "tip_trocar", ""},
+                                   {&Models::tip_diamond, "", "tip_diamond", ""},
                                    {&Models::hub, "", "hub", ""},
                                    {&Models::probe, "instruments/probe.glb", "probe", ""},
                                    {&Models::scalpel, "instruments/scalpel.glb", "scalpel", ""},
@@ -228,19 +234,44 @@ void SceneMeshes::addTable(const RenderScene& scene, const Placement& placed) {
     contacts_.emplace_back(0.0f, -0.94f, 0.28f, 0.42f);
 }
 
-void SceneMeshes::addTools(const RenderScene& scene) {
-    const auto tool = [&](const Model& model, const std::optional<Pose>& patient_from_tool, bool thin,
-                          double width = 1.0) {
-        if (!patient_from_tool) return;
-        const glm::dmat4 stage_from_tool = toMatrix(scene.stage_from_patient * *patient_from_tool);
-        add(model, scaled(stage_from_tool, Vec3(width, width, 1.0)), true);
-        if (thin) draws_.back().push.material.w = gpu::kThin;
+// Shaft, tip and mark have radius 1 and length 1 (assets/generate/instruments.py).
+void SceneMeshes::addNeedle(const RenderScene& scene) {
+    if (!scene.patient_from_needle) return;
+    const NeedleShape& needle = scene.needle;
+    const Pose stage_from_needle = scene.stage_from_patient * *scene.patient_from_needle;
+    const auto part = [&](const Model& model, double at_m, const Vec3& size) {
+        const Pose needle_from_part{Quat(1.0, 0.0, 0.0, 0.0), Vec3(0.0, 0.0, at_m)};
+        add(model, scaled(toMatrix(stage_from_needle * needle_from_part), size), true);
+        draws_.back().push.material.w = gpu::kThin;
     };
-    tool(models_.needle, scene.patient_from_needle, true, scene.needle_radius_m / kNeedleRadius_m);
-    tool(models_.hub, scene.patient_from_needle, true);
-    tool(models_.probe, scene.patient_from_probe, false);
-    tool(models_.scalpel, scene.patient_from_scalpel, false);
-    tool(models_.hand, scene.patient_from_finger, false);
+    const double radius_m = needle.radius_m(), tip_m = needle.tipLength_m();
+    const Model& tip = needle.tip == NeedleTip::chiba    ? models_.tip_chiba
+                       : needle.tip == NeedleTip::trocar ? models_.tip_trocar
+                                                         : models_.tip_diamond;
+    part(tip, 0.0, {radius_m, radius_m, tip_m});
+    part(models_.shaft, tip_m, {radius_m, radius_m, needle.length_m - tip_m});
+    part(models_.hub, needle.length_m, Vec3(1.0));
+    if (needle.mark_step_m <= 0.0) return;
+    // Every fifth mark, counted from the tip, is double.
+    const auto mark = [&](double at_m) { part(models_.mark, at_m, {radius_m, radius_m, kMark_m}); };
+    for (int i = 0; i < kMaxMarks; ++i) {
+        const double at_m = needle.first_mark_m + i * needle.mark_step_m;
+        if (at_m > needle.length_m - kMark_m) break;
+        if (std::lround(at_m / needle.mark_step_m) % 5 == 0)
+            mark(at_m - kMark_m), mark(at_m + kMark_m);
+        else
+            mark(at_m);
+    }
+}
+
+void SceneMeshes::addTools(const RenderScene& scene) {
+    const auto tool = [&](const Model& model, const std::optional<Pose>& patient_from_tool) {
+        if (patient_from_tool) add(model, toMatrix(scene.stage_from_patient * *patient_from_tool), true);
+    };
+    addNeedle(scene);
+    tool(models_.probe, scene.patient_from_probe);
+    tool(models_.scalpel, scene.patient_from_scalpel);
+    tool(models_.hand, scene.patient_from_finger);
 }
 
 void SceneMeshes::addPaths(const RenderScene& scene) {

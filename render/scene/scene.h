@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/needle_shape.h"
 #include "patient/displacement/tool_displacement.h"
 #include "patient/patient.h"
 #include "render/scene/frame_shared.h"
@@ -99,8 +100,6 @@ struct ShownPath {
     double quality = 1.0;              // 0 to 1
 };
 
-inline constexpr double kNeedleRadius_m = 0.00075;  // 17 G, as in assets/instruments/needle.glb
-
 struct RenderScene {
     Pose stage_from_patient;
     patient::Surrogate breath;
@@ -112,7 +111,7 @@ struct RenderScene {
     // tool presses.
     const patient::DisplacementTable* tool = nullptr;
     std::optional<Pose> patient_from_needle;
-    double needle_radius_m = kNeedleRadius_m;
+    NeedleShape needle;
     std::optional<std::array<Vec3, 2>> reference_path_m;  // entry and target, patient frame, deformed
     std::vector<ShownPath> paths;
     std::optional<Pose> patient_from_probe,

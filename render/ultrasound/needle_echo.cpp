@@ -8,9 +8,7 @@
 namespace stylet::render {
 namespace {
 
-// Echo that a brushed shaft and the edge of its tip scatter in all directions. Chosen so that a shaft at 45
-// degrees stays visible.
-constexpr double kRoughShaft = 0.02, kTip = 0.06, kTipReach_m = 0.0015;
+constexpr double kTipReach_m = 0.0015;  // distance from the tip at which the echo of its edge fades
 // A needle of 1.5 mm halfway to the focus lets three quarters of a beam of 6 mm pass, in each direction.
 constexpr double kMaxShadow = 0.47;
 constexpr std::size_t kMaxNeedleLines = 1024;
@@ -43,7 +41,7 @@ Meeting nearest(const ScanLine& line, const Vec3& tip, const Vec3& axis, double 
 NeedleEcho needleEcho(const Transducer& probe, const ScanLine& line, double pitch_m,
                       const Pose& probe_from_needle, const NeedleShape& needle, double reflectivity) {
     const Vec3 tip = probe_from_needle.position_m, axis = probe_from_needle.direction({0, 0, 1});
-    const double width = needle.radius_m + 0.5 * pitch_m;
+    const double width = needle.radius_m() + 0.5 * pitch_m;
     Meeting m;
     m.along_line_m = std::max(tip.z, 0.0);
     for (int i = 0; i < 3; ++i) {  // iterate, because the beam's thickness depends on the depth
@@ -55,8 +53,8 @@ NeedleEcho needleEcho(const Transducer& probe, const ScanLine& line, double pitc
     const double off = std::asin(std::min(std::fabs(glm::dot(line.direction, axis)), 1.0));
     const double half_widths = off / (0.5 * kNeedleLobe_rad);
     const double glint = std::exp2(-half_widths * half_widths);
-    const double tip_glow = kTip * std::exp(-m.along_needle_m / kTipReach_m);
-    return {m.along_line_m, reflectivity * weight * std::min(glint + kRoughShaft + tip_glow, 1.0),
+    const double tip_glow = needle.tip_echo * std::exp(-m.along_needle_m / kTipReach_m);
+    return {m.along_line_m, reflectivity * weight * std::min(glint + needle.shaft_echo + tip_glow, 1.0),
             kMaxShadow * weight};
 }
 

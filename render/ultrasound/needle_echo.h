@@ -8,10 +8,6 @@
 
 namespace stylet::render {
 
-struct NeedleShape {
-    double radius_m = kNeedleRadius_m, length_m = 0.200;
-};
-
 // The echo is bright where the beam meets the shaft at nearly a right angle, and only within the beam's
 // thickness.
 struct NeedleEcho {

@@ -41,8 +41,9 @@ void applyMark(inout Surface s, MarkUniforms mark, vec3 p, vec3 normal) {
         s.albedo = mix(s.albedo, kWound, 1.0 - smoothstep(kWoundFrom_m, kWoundTo_m, away));
     } else if (kind == kPuncture) {
         const float reach = length(d);
+        // The hole's edge is blurred about its radius, the needle's.
         s.albedo = mix(s.albedo, kFlesh, 0.6 * (1.0 - smoothstep(size, 2.5 * size, reach)));
-        s.albedo = mix(s.albedo, kWound, 1.0 - smoothstep(0.5 * size, size, reach));
+        s.albedo = mix(s.albedo, kWound, 1.0 - smoothstep(0.75 * size, 1.25 * size, reach));
     } else if (kind == kBlood) {
         // Blood runs down: the pool is longer below the hole than above it.
         const float below = dot(d, along);

@@ -59,7 +59,7 @@ void NaiveNeedle::slide(double travel_m) {
         e_m_ = 0.0;
         return;
     }
-    const double most_m = t.friction_n / t.stiffness_n_per_m;
+    const double most_m = t.friction_n * settings_.friction_scale / t.stiffness_n_per_m;
     e_m_ = std::clamp(e_m_ + travel_m, -most_m, most_m);
 }
 
@@ -69,7 +69,9 @@ void NaiveNeedle::enter(const Border& border, double force_n, bool cut) {
     tissue_ = border.to;
     e_m_ = 0.0;
     if (t.stiffness_n_per_m > 0.0)
-        e_m_ = std::clamp(force_n, -t.friction_n, t.friction_n) / t.stiffness_n_per_m;
+        e_m_ = std::clamp(force_n, -t.friction_n * settings_.friction_scale,
+                          t.friction_n * settings_.friction_scale) /
+               t.stiffness_n_per_m;
     if (cut && border.to != Tissue::air) cuts_.push_back(border);
     events_m_.push_back(x_m_);
 }

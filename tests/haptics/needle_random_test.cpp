@@ -28,7 +28,8 @@ struct Coverage {
 
 // Checks one puncture against Eq. 1 and the threshold from the table. `held` is the event at which its border
 // began to tent.
-void expectClosedForm(const patient::TissueTable& table, const NeedleEvent& held, const NeedleEvent& cut) {
+void expectClosedForm(const patient::TissueTable& table, double friction_scale, const NeedleEvent& held,
+                      const NeedleEvent& cut) {
     ASSERT_EQ(held.kind, NeedleEventKind::border);
     ASSERT_EQ(held.border.to, cut.border.to);
     ASSERT_EQ(held.border.reference_m, cut.border.reference_m);
@@ -38,7 +39,7 @@ void expectClosedForm(const patient::TissueTable& table, const NeedleEvent& held
     // position.
     ASSERT_NEAR(cut.tenting_m - held.tenting_m, behind_m, 1e-9);
     ASSERT_NEAR(cut.force_before_n, row.cut_force_n, 1e-9);
-    ASSERT_NEAR(cut.force_after_n, std::min(row.cut_force_n, row.friction_n), 1e-9);
+    ASSERT_NEAR(cut.force_after_n, std::min(row.cut_force_n, friction_scale * row.friction_n), 1e-9);
 }
 
 // Moves one needle along a straight path in steps of random length and compares every sample with the exact
@@ -50,7 +51,10 @@ void compare(const patient::Patient& patient, const Vec3& entry, const Vec3& end
     Hand hand(patient);
     hand.axis = way / length_m;
     hand.settings.a1_share = uniform(random, 0.0, 1.0);
-    hand.settings.cut_reach_m = 0.00153;  // not a multiple of the layer thickness
+    // A needle of 17 G or 22 G; the cut reach is not a multiple of the layer thickness.
+    const bool thin = below(random, 2) == 0;
+    hand.settings.cut_reach_m = thin ? 0.00073 : 0.00153;
+    hand.settings.friction_scale = thin ? 0.48 : 1.0;
     const patient::TissueMap map(patient);
     ExactSolver solver(map, hand.settings);
     const ExactForce& exact = solver.solve(entry, end);
@@ -81,7 +85,7 @@ void compare(const patient::Patient& patient, const Vec3& entry, const Vec3& end
         ASSERT_NEAR(a.force_after_n, b.force_after_n, 1e-9);
         if (a.kind == NeedleEventKind::border) held = a;
         if (a.kind == NeedleEventKind::puncture) {
-            ASSERT_NO_FATAL_FAILURE(expectClosedForm(patient.package().tissues, held, a)) << "event " << i;
+            ASSERT_NO_FATAL_FAILURE(expectClosedForm(patient.package().tissues, hand.settings.friction_scale, held, a)) << "event " << i;
         }
         coverage.punctures += a.kind == NeedleEventKind::puncture;
         coverage.withdrawn += a.kind == NeedleEventKind::withdrawn;

@@ -29,7 +29,7 @@ TEST(Tenting, BoneIsAPlainSpring) {
 TEST(Tenting, AirHasNeitherTentingNorFriction) {
     const patient::TissueRow air{};
     EXPECT_FALSE(resists(air, -1.0));
-    EXPECT_EQ(clampToFriction(air, 2.0), 0.0);
+    EXPECT_EQ(clampToFriction(air, 2.0, 1.0), 0.0);
 }
 
 TEST(Tenting, FrictionEqualToTheThresholdDoesNotTent) {

@@ -133,7 +133,7 @@ TEST(Toolbox, EverySettingIsHashed) {
     });
     s.first = Tool::probe;
     hashes.insert(hashOf(s));
-    EXPECT_EQ(settings, 5u + 13u + 5u + 1u + 6u + 2u + 8u);
+    EXPECT_EQ(settings, 6u + 13u + 5u + 1u + 6u + 2u + 8u);
     EXPECT_EQ(hashes.size(), settings + 2);
 }
 

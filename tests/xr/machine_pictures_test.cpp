@@ -188,7 +188,7 @@ TEST(ImagingInput, IsConvertedFromATick) {
     tick.tick = 1500;
     tick.tool = haptics::Tool::probe;
     tick.patient_from_tool = Pose{{1.0, 0.0, 0.0, 0.0}, Vec3(0.1, 0.0, 0.0)};
-    ImagingInput m = makeImagingInput(tick, {}, 0.001);
+    ImagingInput m = makeImagingInput(tick, {}, {}, 0.001);
     EXPECT_DOUBLE_EQ(m.time_s, 1.5);
     ASSERT_TRUE(m.patient_from_probe);
     EXPECT_NEAR(glm::length(m.patient_from_probe->direction({0, 0, 1}) - Vec3(0, 0, -1)), 0.0, 1e-12)
@@ -197,11 +197,18 @@ TEST(ImagingInput, IsConvertedFromATick) {
     tick.tool = haptics::Tool::needle;
     tick.probe_parked = true;
     tick.patient_from_probe = *m.patient_from_probe;
-    m = makeImagingInput(tick, {}, 0.001);
+    m = makeImagingInput(tick, {}, {}, 0.001);
     ASSERT_TRUE(m.patient_from_needle && m.guide_m);
     for (const Vec3& p : *m.guide_m)
         EXPECT_NEAR((m.patient_from_probe->inverse() * p).y, 0.0, 1e-12) << "in the plane of the picture";
-    EXPECT_GT((m.patient_from_probe->inverse() * (*m.guide_m)[1]).z, 0.08);
+    // The line ends where the tip is with the hub at the rail's upper end.
+    const haptics::GuideSettings guide;
+    EXPECT_NEAR(glm::length((*m.guide_m)[1] - (*m.guide_m)[0]), NeedleShape().length_m - guide.length_m, 1e-12);
+    NeedleShape longer;
+    longer.length_m = 0.200;
+    m = makeImagingInput(tick, longer, guide, 0.001);
+    EXPECT_NEAR(glm::length((*m.guide_m)[1] - (*m.guide_m)[0]), 0.140, 1e-12);
+    EXPECT_EQ(m.needle, longer);
 }
 
 }  // namespace

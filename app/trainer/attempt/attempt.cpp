@@ -49,6 +49,15 @@ std::int64_t Attempt::begun_ns() const noexcept {
     return std::int64_t(beginning.size()) * std::llround(simulation.dt_s * 1e9);
 }
 
+void equip(Attempt& attempt, const haptics::ToolSettings& tools) {
+    haptics::SimulationSettings& settings = attempt.simulation;
+    const haptics::Tool first = settings.tools.first;
+    settings.tools = tools;
+    settings.tools.first = first;
+    settings.output.model_tangent_n_per_m =
+        haptics::maxTangent(attempt.patient.package().tissues, settings.tools);
+}
+
 haptics::TouchMap makeTouch(const patient::Patient& patient) {
     return haptics::makeTouchMap(patient);
 }

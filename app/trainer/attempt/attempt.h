@@ -26,6 +26,10 @@ struct Attempt {
     const haptics::TouchMap* touchMap() const noexcept { return touch ? &*touch : nullptr; }
 };
 
+// Gives a new attempt the force settings of its instruments. Call it before the first tick. An attempt that
+// begins with a record has the recorded settings instead.
+void equip(Attempt&, const haptics::ToolSettings&);
+
 haptics::TouchMap makeTouch(const patient::Patient&);  // Computes the touch map without a cache.
 
 // The patient's breathing signal with the scenario's breath settings applied.

@@ -24,9 +24,10 @@ struct AttemptConfig {
     std::uint64_t seed = 1;
     double spacing_mm = 1.0;             // voxel size of a generated reference patient
     std::string path{};                  // reference path (reference_path.h); empty: the patient's best
-    int gauge = haptics::kDefaultGauge;  // needle gauge (assets/instruments/needles.toml)
-    // Outer diameter: that of the gauge, or the one recorded in the attempt to restart.
-    std::optional<double> needle_outer_m{};
+    std::string needle_name{};  // name in assets/instruments, or a .toml file; empty: the scenario's
+    // The instruments as loaded, once the scenario is known. With a record to restart, those of the record.
+    haptics::Instrument needle{};
+    haptics::ToolSettings tools{};
     training::Difficulty difficulty = training::Difficulty::practice;
 
     // Results.

@@ -165,6 +165,7 @@ Scenario parseScenario(std::string_view text, const std::filesystem::path& file)
     s.moments = readMoments(top);
     s.approach_distance_m = metres(top.number("approach_distance_mm", 0.0, kMaxDistance_mm));
     if (top.has("tool")) s.tool = readTool(top);
+    if (top.has("needle")) s.needle = top.nonEmptyText("needle");
     if (top.has("breath")) s.breath = readBreath(top.child("breath"));
     Fields start = top.child("start");
     s.start = readPlace(start);
@@ -222,6 +223,8 @@ std::uint64_t digest(const Scenario& s) {
             hash.add(turned.value);
         }
     }
+    // A scenario without a needle has the same hash as before needles were added to the format.
+    if (!s.needle.empty()) hash.add(std::string_view(s.needle));
     return hash.value();
 }
 

@@ -66,6 +66,7 @@ struct ScenarioBreath {
 struct Scenario {
     std::string name;
     haptics::Tool tool = haptics::Tool::needle;  // tool at the start
+    std::string needle;  // name in assets/instruments, or a .toml file; empty: the default needle
     Place start;
     double ramp_s = 0.4;       // time from rest to cruising speed, and the same from that to rest
     double tremor_m = 0.0001;  // largest excursion of the tip

@@ -101,12 +101,12 @@ FrameLoop::Impl::Impl(const patient::Patient& patient_in, const PictureSettings&
       difficulty(settings.config.difficulty),
       hints(training::makeHints(difficulty)),
       stage_entry_m(stageFromPatient(patient, path) * path.entry_m),
-      scenes(patient, path, sceneLook(settings.config), settings.touch, settings.tick_s, hints),
-      alerts(settings.tick_s),
+      scenes(patient, path, sceneLook(settings.config), settings.press, hints),
+      alerts(settings.press.tick_s),
       mock({settings.head_script, settings.config.fast, settings.config.folder}, scenes.stageFromPatient(),
            path),
       room(settings.colocation, scenes.stageFromPatient(), settings.config.seated) {
-    if (hints.panel) guide.emplace(hints, settings.tick_s);
+    if (hints.panel) guide.emplace(hints, settings.press.tick_s);
     headset = std::make_unique<Headset>(patient, settings);
     totals.runtime = headset->session.runtimeName();
     totals.gpu = headset->gpu->name();
@@ -207,7 +207,7 @@ void FrameLoop::Impl::showMachines(render::RenderScene& scene, const FrameState&
                                    const patient::ContrastTable* contrast,
                                    const render::VisibleScreens& screens, const std::string& moment) {
     const ImagingInput m =
-        makeImagingInput(seen, scene, *headset->renderer, contrast, settings.guide, settings.tick_s);
+        makeImagingInput(seen, scene, *headset->renderer, contrast, settings.press.tools.guide, settings.press.tick_s);
     const bool kept = !moment.empty();
     EquipmentPictures& machines = *headset->machines;
     machines.show(m, {.ultrasound = kept || screens.ultrasound, .xray = kept || screens.xray});
@@ -223,7 +223,7 @@ void FrameLoop::Impl::help(training::Difficulty now) {
     hints = training::makeHints(now);
     scenes.help(hints);
     guide.reset();
-    if (hints.panel) guide.emplace(hints, settings.tick_s);
+    if (hints.panel) guide.emplace(hints, settings.press.tick_s);
 }
 
 // Adds alerts and guide panel as the difficulty allows. The notice is drawn later, on top of them.
@@ -260,7 +260,7 @@ bool FrameLoop::Impl::show(const FrameState& given, const patient::ContrastTable
     watchTheRoom(seen, moment);
     undrawn = frame.should_render ? 0 : undrawn + 1;
     if (frame.should_render) {
-        if (window && !headset->mirror) headset->mirror.emplace(*window, *headset->gpu, settings.tick_s);
+        if (window && !headset->mirror) headset->mirror.emplace(*window, *headset->gpu, settings.press.tick_s);
         const render::StereoTarget target{frame.image, session.colourFormat(), session.width(),
                                           session.height(), frame.depth_image};
         headset->adaptToBudget(frame, settings.config.budget_ms);
@@ -297,7 +297,7 @@ bool FrameLoop::Impl::show(const FrameState& given, const patient::ContrastTable
     }
     session.endFrame(frame, shown_panels);
     if (!frame.should_render && headset->mirror)
-        publishState(*window, {seen, settings.tick_s, {shown.tick}, std::nullopt, attention, true});
+        publishState(*window, {seen, settings.press.tick_s, {shown.tick}, std::nullopt, attention, true});
     if (frame.should_render) {
         const double took_ms = msSince(begin);
         if (headset->governor)
@@ -393,7 +393,7 @@ bool FrameLoop::frame(const FrameState& seen, const patient::ContrastTable* cont
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
     if (loop.window && !loop.headset)
         publishState(*loop.window,
-                     {seen, loop.settings.tick_s, {seen.tick.tick}, std::nullopt, loop.attention, false});
+                     {seen, loop.settings.press.tick_s, {seen.tick.tick}, std::nullopt, loop.attention, false});
     const int tries = moment.empty() ? 1 : kMomentTries;
     bool over = false;
     for (int tried = 0; tried < tries && loop.headset; ++tried)

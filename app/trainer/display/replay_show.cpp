@@ -22,9 +22,7 @@ PictureSettings pictureSettings(const ShownReplay& shown, const std::filesystem:
     settings.assets = assetsFolder();
     settings.pipeline_cache = cacheFolder() / "pipelines.bin";
     settings.config.folder = out;
-    settings.touch = shown.touch;
-    settings.tick_s = shown.dt_s;
-    settings.guide = shown.guide;
+    settings.press = shown.press;
     settings.config.mirror = !environment("DISPLAY").empty();
     settings.window = std::make_shared<WindowPort>();
     settings.window->enableReplay();
@@ -35,8 +33,9 @@ PictureSettings pictureSettings(const ShownReplay& shown, const std::filesystem:
 FrameState seenAt(const ShownReplay& shown, double tick) {
     FrameState seen = shown.timeline.at(tick);
     if (!shown.ghost) return seen;
-    const haptics::TickOutput& ghost = shown.ghost->at(tick).tick;
-    if (haptics::isNeedleTool(ghost.tool)) seen.ghost_needle = ghost.patient_from_needle;
+    const FrameState& ghost = shown.ghost->at(tick);
+    if (haptics::isNeedleTool(ghost.tick.tool))
+        seen.ghost_needle = {ghost.tick.patient_from_needle, ghost.needle.length_m};
     return seen;
 }
 
@@ -70,10 +69,10 @@ void showReplay(const ShownReplay& shown, const std::vector<Capture>& moments,
     const std::unique_ptr<Display> display = openDisplay(shown, settings);
     for (const Capture& moment : moments)
         display->frame(moment.seen, nullptr, moment.name);
-    Player player(double(shown.ticks) * shown.dt_s);
+    Player player(double(shown.ticks) * shown.press.tick_s);
     if (shown.at_s) {
         player.execute("seek " + std::to_string(*shown.at_s / player.state().length_s) + "\n");
-        display->frame(seenAt(shown, player.state().at_s / shown.dt_s), nullptr, "at");
+        display->frame(seenAt(shown, player.state().at_s / shown.press.tick_s), nullptr, "at");
     } else {
         player.execute("toggle\n");
     }
@@ -90,7 +89,7 @@ void showReplay(const ShownReplay& shown, const std::vector<Capture>& moments,
         if (display->attention() == Attention::away) player.execute("stop\n");
         player.advance(dt_s);
         settings.window->publish(player.state());
-        goes_on = display->frame(seenAt(shown, player.state().at_s / shown.dt_s), nullptr, "");
+        goes_on = display->frame(seenAt(shown, player.state().at_s / shown.press.tick_s), nullptr, "");
     }
     printMessage(
         fmt::format("the replay ended at {:.6f} of {:.6f} s", player.state().at_s, player.state().length_s));

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/trainer/session/session.h"
+#include "app/trainer/view/contacts.h"
 
 namespace stylet::trainer {
 
@@ -37,10 +38,8 @@ struct ShownReplay {
     const patient::PlannedPath& path;
     const Timeline& timeline;
     const Timeline* ghost = nullptr;  // another attempt on the same patient, whose needle is also shown
-    double dt_s = 0.001;
     std::size_t ticks = 0;
-    const haptics::TouchMap* touch = nullptr;
-    haptics::GuideSettings guide{};
+    PressInput press{};
     bool window = false;           // use a window even if there is a headset
     std::optional<double> at_s{};  // start position; the replay is then paused
 };

@@ -49,7 +49,7 @@ std::size_t middleOf(const Attempt& attempt, const std::vector<TickOutput>& tick
     double most_m = 0.0;
     for (std::size_t i = 0; i < ticks.size(); ++i)
         for (const patient::ToolContact& c :
-             findContacts(ticks[i], attempt.patient, attempt.touchMap()).all())
+             findContacts(ticks[i], attempt.patient, {attempt.touchMap(), attempt.simulation.tools}).all())
             if (glm::length(c.begin_moved_m) > most_m) most = i, most_m = glm::length(c.begin_moved_m);
     return most;
 }
@@ -66,7 +66,7 @@ std::vector<Shown> framesAbout(const Attempt& attempt, const std::vector<TickOut
     const auto ticksIn = [&](double s) { return std::size_t(s / dt_s); };
     const std::size_t begin = cut - std::min(cut, ticksIn(kBefore_s));
     const std::size_t end = std::min(ticks.size() - 1, cut + ticksIn(kAfter_s));
-    ToolPress press(attempt.patient, attempt.touchMap(), dt_s);
+    ToolPress press(attempt.patient, {attempt.touchMap(), attempt.simulation.tools, dt_s});
     std::vector<Shown> shown;
     std::size_t followed = begin;
     for (int i = 0; i < frames; ++i) {

@@ -128,10 +128,10 @@ struct Sheet {
             tick.probe_parked = true;
             tick.patient_from_probe = *patient_from_tool * haptics::kStylusFromProbe;
         }
-        Shot shot{caption, makeImagingInput(tick, {}, 0.001), {}, {}};
+        Shot shot{caption, makeImagingInput(tick, {}, {}, 0.001), {}, {}};
         if (!patient_from_tool) shot.moment.patient_from_probe.reset();
         shot.moment.guide_m.reset();
-        ToolPress press(patient, &touch, 0.001);
+        ToolPress press(patient, {.touch = &touch});
         for (int i = 0; i < 8; ++i)
             if (const patient::DisplacementTable* table = press.shown(tick)) shot.pressed = *table;
         return shot;

@@ -6,6 +6,7 @@
 
 #include "app/program_linux.h"
 #include "app/records/commands.h"
+#include "app/installation.h"
 #include "app/trainer/attempt/commands.h"
 #include "app/trainer/figures/curves.h"
 #include "app/trainer/figures/film.h"
@@ -129,15 +130,17 @@ void addRun(CLI::App& app, Work& work) {
                    trainer::run);
     run->add_option("--scenario", o.config.scenario, "Scenario: a name in assets/scenarios, or a .toml file.")
         ->default_str("demo");
-    CLI::Option* gauge =
-        run->add_option("--gauge", o.config.gauge, "Gauge of the needle, of assets/instruments/needles.toml.")
-            ->capture_default_str();
+    CLI::Option* needle =
+        run->add_option("--needle", o.config.needle_name,
+                        "Needle: a name listed by \"stylet instruments\", or a .toml file (default: the "
+                        "scenario's, else needle-17g).")
+            ->type_name("NAME");
     run->add_option(
            "--from", o.from,
            "Restart an earlier attempt (folder or id) at a bookmark (number or text; default: the last "
            "one).")
         ->type_name("ATTEMPT[@BOOKMARK]")
-        ->excludes(gauge);
+        ->excludes(needle);
     run->add_option("--patient", o.config.patient,
                     "Patient package (default: the reference patient of the seed).");
     run->add_option(
@@ -192,6 +195,18 @@ void addRun(CLI::App& app, Work& work) {
                   "Enable the Vulkan validation and synchronisation layers.");
     addHand(*run, o);
     run->footer(describeCommands() + describeInstructorCommands());
+}
+
+int listInstruments() {
+    for (const haptics::Instrument& one : haptics::loadInstruments(assetsFolder() / "instruments"))
+        printResult("{}\n", haptics::describe(one));
+    return 0;
+}
+
+void addInstruments(CLI::App& app, Work& work) {
+    CLI::App* list =
+        app.add_subcommand("instruments", "List the instruments of assets/instruments and their main numbers.");
+    list->callback([&work] { work = listInstruments; });
 }
 
 void addReplay(CLI::App& app, Work& work) {
@@ -395,12 +410,12 @@ int runStylet(int argc, char** argv) {
     app.callback([&app] {
         if (app.get_subcommands().empty())
             throw CLI::RequiredError(
-                "A command: run, replay, records, curves, palpate, film, looks, imaging, register, devices "
-                "or doctor");
+                "A command: run, replay, records, curves, palpate, film, looks, imaging, register, devices, "
+                "instruments or doctor");
     });
     app.set_version_flag("--version", STYLET_VERSION);
     Work work;
-    for (const auto add : {addRun, addReplay, addCurves, addRecords, addPalpate, addFilm, addLooks,
+    for (const auto add : {addRun, addReplay, addInstruments, addCurves, addRecords, addPalpate, addFilm, addLooks,
                            addImaging, addRegister, addDevices, addDoctor, addProbe})
         add(app, work);
     return runProgram(app, argc, argv, [&] { return work(); });

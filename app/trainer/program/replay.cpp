@@ -110,8 +110,10 @@ records::ReplayResult recompute(const patient::Patient& patient, const records::
 
 Session makeSession(const patient::Patient& patient, const records::Record& record) {
     const records::RecordInfo& info = record.info;
-    return Session(patient, info.path, info.capture_points, info.approach_distance_m, nullptr,
-                   record.header.settings.dt_s);
+    Session session(patient, info.path, info.capture_points, info.approach_distance_m, nullptr,
+                    record.header.settings.dt_s);
+    session.setNeedle(record.header.needle.shape);
+    return session;
 }
 
 void show(const ReplayOptions& options, const patient::Patient& patient, const records::Record& record,
@@ -128,10 +130,8 @@ void show(const ReplayOptions& options, const patient::Patient& patient, const r
         loadOrMakeTouchMap(patient, record.header.package_digest, cacheFolder() / "derived");
     ShownReplay shown{patient, record.info.path, timeline};
     shown.ghost = ghost ? &*ghost : nullptr;
-    shown.dt_s = record.header.settings.dt_s;
     shown.ticks = record.inputs.size();
-    shown.touch = &touch;
-    shown.guide = record.header.settings.tools.guide;
+    shown.press = {&touch, record.header.settings.tools, record.header.settings.dt_s};
     shown.window = options.window;
     shown.at_s = options.at_s;
     catchInterrupts();

@@ -307,9 +307,7 @@ std::unique_ptr<Display> picturesFor(const Attempt& attempt, const patient::Plan
     }
     settings.assets = assetsFolder();
     settings.pipeline_cache = cacheFolder() / "pipelines.bin";
-    settings.touch = attempt.touchMap();
-    settings.tick_s = attempt.simulation.dt_s;
-    settings.guide = attempt.simulation.tools.guide;
+    settings.press = {attempt.touchMap(), attempt.simulation.tools, attempt.simulation.dt_s};
     std::string why_not;
     if (settings.window && settings.window->hasToolInput()) {
         auto pictures = openDesktop(attempt.patient, path, settings, why_not);
@@ -382,9 +380,6 @@ void openStore(AttemptRun& run) {
     config.difficulty = parseDifficulty(options.difficulty);
     config.closed_look = options.look == "closed";
     config.look_file = assetFile("look", options.look);
-    if (options.from.empty() && !config.needle_outer_m)
-        config.needle_outer_m =
-            haptics::loadGauge(assetsFolder() / "instruments" / "needles.toml", config.gauge).outer_m;
     config.fps = options.fps.value_or(config.fast ? 0.0 : 1.0);
     config.mirror =
         options.mirror.value_or(!config.headless && !config.fast && !environment(kDisplayVariable).empty());
@@ -396,14 +391,30 @@ void openStore(AttemptRun& run) {
     if (config.scenario.empty()) config.scenario = findScenario(*run.retry);
     config.seed = recorded.seed;
     config.rate_hz = 1.0 / run.retry->record.header.settings.dt_s;
-    config.needle_outer_m = run.retry->record.header.settings.tools.needle.cut_reach_m;
+    config.needle = run.retry->record.header.needle;
+    config.tools = run.retry->record.header.settings.tools;
+}
+
+// Loads the needle of the command line or of the scenario, and the other tools.
+void loadInstruments(AttemptConfig& config, const Scenario& scenario) {
+    std::string name = config.needle_name.empty() ? scenario.needle : config.needle_name;
+    if (name.empty()) name = haptics::kDefaultNeedle;
+    const std::filesystem::path file = assetFile("instrument", name);
+    config.needle = haptics::loadInstrument(file);
+    if (config.needle.kind != haptics::InstrumentKind::needle)
+        throw DataError(file, "kind", "is no needle; \"stylet instruments\" lists the needles");
+    config.tools = {};
+    haptics::equip(config.tools, config.needle);
+    for (const char* other : {"finger", "probe-convex", "scalpel"})
+        haptics::equip(config.tools, haptics::loadInstrument(assetFile("instrument", other)));
 }
 
 // Opens the patient and the input. Waits until a device is ready.
 void openInput(AttemptRun& run) {
-    const AttemptConfig& config = run.options.config;
+    AttemptConfig& config = run.options.config;
     Retry* const retry = run.retry ? &*run.retry : nullptr;
     const Task& task = run.task.emplace(config, retry, run.start);
+    if (!retry) loadInstruments(config, task.scenario);
     if (isLive(config))
         run.attempt.emplace(liveAttempt(config, task, run.live, run.clock, retry));
     else
@@ -411,7 +422,7 @@ void openInput(AttemptRun& run) {
             config,
             makeAttempt(task.patient, task.scenario, task.path, config.seed, config.rate_hz, task.make_touch),
             retry, task.make_touch));
-    run.attempt->simulation.tools.needle.cut_reach_m = *config.needle_outer_m;
+    if (!retry) equip(*run.attempt, config.tools);
     run.facts = {task.opened.package.name,
                  task.opened.folder,
                  task.scenario.name,
@@ -443,7 +454,7 @@ void openOutputs(AttemptRun& run) {
     const Task& task = *run.task;
     const Attempt& attempt = *run.attempt;
     const Live& live = run.live;
-    const records::RecordHeader header{task.patient_digest, attempt.simulation};
+    const records::RecordHeader header{task.patient_digest, attempt.simulation, config.needle};
     const double gain = haptics::outputGain(attempt.simulation.profile, attempt.simulation.output);
     if (run.attempt_writer)
         config.folder =
@@ -454,6 +465,7 @@ void openOutputs(AttemptRun& run) {
     if (live.port && !run.pictures)
         throw EnvironmentError("--device controllers needs a headset, and none is available");
     records::RecordInfo info = recordInfo(run.facts, task.scenario, gain);
+    info.needle = config.needle.name;
     if (run.retry) {
         const std::vector<records::Bookmark>& marks = run.retry->record.info.bookmarks;
         info.bookmarks.assign(marks.begin(), marks.begin() + std::ptrdiff_t(run.retry->number));
@@ -463,6 +475,7 @@ void openOutputs(AttemptRun& run) {
         run.session.emplace(task.patient, task.path, task.scenario.moments, task.scenario.approach_distance_m,
                             &*run.record, attempt.simulation.dt_s);
     session.setDifficulty(config.difficulty);
+    session.setNeedle(config.needle.shape);
     if (run.retry) {
         const std::string where = describeBookmark(*run.retry);
         session.note("retry", where);

@@ -22,8 +22,15 @@ struct Glow {
     float struck = 0.0f, reached = 0.0f;
 };
 
+// Needle of an expert's attempt.
+struct GhostNeedle {
+    Pose patient_from_needle;
+    double length_m = 0.0;
+};
+
 struct FrameState {
     haptics::TickOutput tick;
+    NeedleShape needle;  // of the attempt
     std::vector<Wound> wounds;
     training::Equipment machines;
     training::DoseLedger dose;
@@ -37,7 +44,7 @@ struct FrameState {
     bool paused = false;  // the instructor has paused the attempt
     Glow glow{};
     Insertion insertion{};               // tissues that the needle has passed in this insertion
-    std::optional<Pose> ghost_needle{};  // needle of an expert's attempt, in a replay
+    std::optional<GhostNeedle> ghost_needle{};  // in a replay
     ForceComparisonReading truth{};
     std::optional<training::Difficulty> difficulty{};  // current difficulty, if known
     bool rest_due = false;                             // show the rest notice (rest.h)

@@ -1,9 +1,10 @@
 #include "app/trainer/session/imaging_input.h"
 
+#include <algorithm>
+
 namespace stylet::trainer {
 namespace {
 
-constexpr double kGuideBelow_m = 0.120;   // length of the guide line below the mouth of the guide
 constexpr double kTowardHilum_m = 0.035;  // offset from the target toward the patient's left
 
 }  // namespace
@@ -12,18 +13,20 @@ Vec3 isocentreFor(const patient::PlannedPath& path) {
     return path.target_reference_m - Vec3(kTowardHilum_m, 0.0, 0.0);
 }
 
-ImagingInput makeImagingInput(const haptics::TickOutput& tick, const haptics::GuideSettings& guide,
-                              double tick_s) {
+ImagingInput makeImagingInput(const haptics::TickOutput& tick, const NeedleShape& needle,
+                              const haptics::GuideSettings& guide, double tick_s) {
     ImagingInput m;
     m.time_s = tick_s * double(tick.tick);
     m.breath = tick.breath;
-    m.needle_radius_m = tick.needle_radius_m;
+    m.needle = needle;
     if (tick.tool == haptics::Tool::probe)
         m.patient_from_probe = tick.patient_from_tool * haptics::kStylusFromProbe;
     if (tick.probe_parked) {
         m.patient_from_probe = tick.patient_from_probe;
+        // The needle reaches this far below the mouth of the guide, when its hub is at the rail's upper end.
+        const double reach_m = std::max(0.0, needle.length_m - guide.length_m);
         const Pose rail = tick.patient_from_probe * guide.probe_from_guide;
-        m.guide_m = {rail.position_m, rail * Vec3(0.0, 0.0, -kGuideBelow_m)};
+        m.guide_m = {rail.position_m, rail * Vec3(0.0, 0.0, -reach_m)};
     }
     if (haptics::isNeedleTool(tick.tool)) m.patient_from_needle = tick.patient_from_needle;
     if (tick.tool == haptics::Tool::scalpel) m.patient_from_scalpel = tick.patient_from_tool;

@@ -21,7 +21,7 @@ struct ImagingInput {
     std::optional<Pose> patient_from_probe;            // probe frame: +z into the body
     // Same convention as RenderScene: the origin is the contact point, and +z points to the hand.
     std::optional<Pose> patient_from_needle, patient_from_scalpel, patient_from_finger;
-    double needle_radius_m = 0.00075;
+    NeedleShape needle;
     std::optional<std::array<Vec3, 2>> guide_m;        // line on which the guide keeps the needle
     const patient::ContrastTable* contrast = nullptr;  // null: none injected
     Pose patient_from_isocentre;                       // pose of the C-arm's isocentre
@@ -31,7 +31,8 @@ struct ImagingInput {
 
 // Fills in all values that a tick contains. Tool displacement, contrast medium, isocentre, equipment state
 // and dose keep their defaults.
-ImagingInput makeImagingInput(const haptics::TickOutput&, const haptics::GuideSettings&, double tick_s);
+ImagingInput makeImagingInput(const haptics::TickOutput&, const NeedleShape&, const haptics::GuideSettings&,
+                              double tick_s);
 
 // Isocentre of the C-arm, chosen so that one picture shows the target and the hilum and little outside the
 // patient.

@@ -208,7 +208,7 @@ void Session::updateProgress() {
 }
 
 FrameState Session::frameState(const TickOutput& tick) const {
-    FrameState seen{tick, wounds_.wounds(), fold_.equipment(), fold_.dose()};
+    FrameState seen{tick, needle_, wounds_.wounds(), fold_.equipment(), fold_.dose()};
     seen.rearm_acts = rearm_acts_;
     seen.progress = log_.progress;
     seen.lights_out = lights_out_;

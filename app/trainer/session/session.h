@@ -83,6 +83,12 @@ class Session {
     // Call before the first tick. The comparison receives every tick and must outlive the session.
     void compareWith(ForceComparison& truth) { truth_ = &truth; }
 
+    // Call before the first tick. The needle of holes and pictures; default: that of NeedleShape.
+    void setNeedle(const NeedleShape& needle) {
+        needle_ = needle;
+        wounds_.setNeedleRadius(needle.radius_m());
+    }
+
     // Session thread. Processes everything in the rings. Throws DataError if the record cannot be written.
     void drain(haptics::LoopChannels&);
     // Same for a single tick or event. An event may come before the record of its tick.
@@ -156,6 +162,7 @@ class Session {
     std::uint64_t rearm_acts_ = 0;
     std::vector<ExecutedCommand> taken_;
     WoundLog wounds_;
+    NeedleShape needle_;
     InsertionLog insertion_;
     GlowWatch glow_;
     ForceComparison* truth_ = nullptr;

@@ -8,7 +8,6 @@ namespace stylet::trainer {
 
 namespace {
 
-constexpr double kTornEdge_m = 0.0001;  // torn edge of the hole around the needle
 constexpr double kSameHole_m = 0.002;
 constexpr std::size_t kMaxHoles = 6;
 // Blood from a liver vein runs out along the shaft: first a drop at once, then a pool that grows ever more
@@ -36,7 +35,7 @@ void WoundLog::update(const haptics::TickOutput& tick) {
             std::rotate(found, found + 1, holes_.end());  // the last hole is the one in use
         } else {
             if (holes_.size() == kMaxHoles) holes_.erase(holes_.begin());
-            holes_.push_back({tick.tip_reference_m, tick.needle_radius_m + kTornEdge_m, false, 0});
+            holes_.push_back({tick.tip_reference_m, needle_radius_m_, false, 0});
         }
     }
     inside_ = inside;

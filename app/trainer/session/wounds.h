@@ -23,6 +23,8 @@ struct Wound {
 class WoundLog {
   public:
     explicit WoundLog(double dt_s) : dt_s_(dt_s) {}
+    // Radius of the holes that the needle makes from now on.
+    void setNeedleRadius(double radius_m) { needle_radius_m_ = radius_m; }
 
     // Call for every tick, in order.
     void update(const haptics::TickOutput&);
@@ -41,6 +43,7 @@ class WoundLog {
         std::uint64_t opened_tick = 0;
     };
     double dt_s_;
+    double needle_radius_m_ = NeedleShape().radius_m();
     std::uint64_t tick_ = 0;
     bool inside_ = false;
     std::vector<haptics::Incision> incisions_;

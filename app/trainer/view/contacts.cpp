@@ -61,15 +61,15 @@ Vec3 skinMovedBy(const Vec3& point_m, const TickOutput& out, const patient::Pati
 
 // Adds a capsule between each pair of neighbouring sample points of the probe's face.
 void addProbe(ToolContacts& contacts, int id, const Pose& patient_from_tool, const TickOutput& out,
-              const patient::Patient& patient, const haptics::TouchMap& touch) {
-    const haptics::ProbeSettings face;
+              const patient::Patient& patient, const PressInput& input) {
+    const haptics::ProbeSettings& face = input.tools.probe;
     std::array<Vec3, kColumns> at_m, moved_m;
     for (int i = 0; i < kColumns; ++i) {
         const double x = (i - kColumns / 2) * kColumnStep_m;
         const double back = face.curvature_m - std::sqrt(face.curvature_m * face.curvature_m - x * x);
         const auto column = std::size_t(i);
         at_m[column] = patient_from_tool * Vec3(x, 0.0, back);
-        moved_m[column] = skinMovedBy(at_m[column], out, patient, touch);
+        moved_m[column] = skinMovedBy(at_m[column], out, patient, *input.touch);
     }
     for (std::size_t i = 0; i + 1 < std::size_t(kColumns); ++i) {
         const Vec3 &a = moved_m[i], &b = moved_m[i + 1];
@@ -81,36 +81,36 @@ void addProbe(ToolContacts& contacts, int id, const Pose& patient_from_tool, con
 }  // namespace
 
 ToolContacts findContacts(const TickOutput& out, const patient::Patient& patient,
-                          const haptics::TouchMap* touch) {
+                          const PressInput& input) {
     ToolContacts contacts;
     const Vec3 tip_m = out.patient_from_tool.position_m;
     if (haptics::isNeedleTool(out.tool)) addNeedle(contacts, out, patient);
     if (out.tool == Tool::scalpel && glm::length(out.tool_force.force_n) > 0.0)
         addBall(contacts, kBladeId, tip_m,
-                -out.tool_force.force_n / haptics::ScalpelSettings{}.stiffness_n_per_m, kNeedle_m);
-    if (!touch) return contacts;
+                -out.tool_force.force_n / input.tools.scalpel.stiffness_n_per_m, kNeedle_m);
+    if (!input.touch) return contacts;
     if (out.tool == Tool::finger) {
-        const Vec3 moved_m = skinMovedBy(tip_m, out, patient, *touch);
+        const Vec3 moved_m = skinMovedBy(tip_m, out, patient, *input.touch);
         if (moved_m != Vec3(0.0))
-            addBall(contacts, kFingerId, tip_m, moved_m, haptics::FingerSettings{}.radius_m);
+            addBall(contacts, kFingerId, tip_m, moved_m, input.tools.finger.radius_m);
     }
     if (out.tool == Tool::probe && !out.probe_parked)
-        addProbe(contacts, kProbeId, out.patient_from_tool, out, patient, *touch);
+        addProbe(contacts, kProbeId, out.patient_from_tool, out, patient, input);
     if (out.probe_parked)
         addProbe(contacts, kParkedId, out.patient_from_probe * haptics::kStylusFromProbe.inverse(), out,
-                 patient, *touch);
+                 patient, input);
     return contacts;
 }
 
-ToolPress::ToolPress(const patient::Patient& patient, const haptics::TouchMap* touch, double tick_s)
-    : patient_(&patient), touch_(touch), tick_s_(tick_s), displacement_(patient) {}
+ToolPress::ToolPress(const patient::Patient& patient, const PressInput& input)
+    : patient_(&patient), input_(input), displacement_(patient) {}
 
 const patient::DisplacementTable* ToolPress::shown(const TickOutput& out) {
     // A capture may be shown after a later tick. In that case, use a long time step.
     const bool onward = tick_ && out.tick >= *tick_;
-    const double dt_s = onward ? double(out.tick - *tick_) * tick_s_ : 1.0;
+    const double dt_s = onward ? double(out.tick - *tick_) * input_.tick_s : 1.0;
     tick_ = out.tick;
-    const ToolContacts contacts = findContacts(out, *patient_, touch_);
+    const ToolContacts contacts = findContacts(out, *patient_, input_);
     return displacement_.update(contacts.all(), out.breath, dt_s) ? &displacement_.table() : nullptr;
 }
 

@@ -105,7 +105,7 @@ void EquipmentPictures::scan(const ImagingInput& m) {
     render::UltrasoundInput input;
     input.patient_from_probe = m.patient_from_probe;
     input.patient_from_needle = m.patient_from_needle;
-    input.needle.radius_m = m.needle_radius_m;
+    input.needle = m.needle;
     input.guide_m = m.guide_m;
     input.time_s = m.time_s;
     input.number = scanned_;
@@ -141,7 +141,7 @@ void EquipmentPictures::expose(const ImagingInput& m) {
         if (pulse_.breath != m.breath || pulse_.tool != m.tool) pose(pulse_);
         shapes_.clear();
         if (pulse_.patient_from_needle)
-            render::addNeedle(*pulse_.patient_from_needle, pulse_.needle_radius_m, true, shapes_);
+            render::addNeedle(*pulse_.patient_from_needle, pulse_.needle, true, shapes_);
         if (pulse_.patient_from_probe)
             render::addProbe(*pulse_.patient_from_probe * haptics::kStylusFromProbe.inverse(), shapes_);
         if (pulse_.patient_from_scalpel) render::addScalpel(*pulse_.patient_from_scalpel, shapes_);

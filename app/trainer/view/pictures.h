@@ -23,6 +23,7 @@
 #include "app/trainer/session/imaging_input.h"
 #include "app/trainer/sound/listener_pose.h"
 #include "app/trainer/stores/start.h"
+#include "app/trainer/view/contacts.h"
 #include "app/trainer/view/prediction.h"
 #include "base/rings.h"
 #include "haptics/haptics.h"
@@ -38,9 +39,7 @@ struct PictureSettings {
     std::filesystem::path assets{};
     std::filesystem::path pipeline_cache{};  // compiled shaders of earlier runs; empty: none
     // Data of the attempt.
-    const haptics::TouchMap* touch = nullptr;  // skin that finger and probe visibly press
-    double tick_s = 0.001;                     // period of the shown ticks
-    haptics::GuideSettings guide{};  // guide on the probe; its line is drawn in the ultrasound picture
+    PressInput press{};
     // Data of the input device.
     std::string rearm_act{};                 // see LiveHand; empty: the attempt has no user who could re-arm
     std::optional<Colocation> colocation{};  // place of a registered device in the room

@@ -7,7 +7,6 @@ namespace stylet::trainer {
 
 namespace {
 
-constexpr double kGhostShaft_m = 0.15;
 constexpr double kField_m = 0.085;  // radius of the disinfected skin
 
 // Indexed by WoundKind.
@@ -28,9 +27,10 @@ void addRoom(render::RenderScene& scene, const patient::PlannedPath& path, const
     scene.drape = scene.look == render::Look::closed && scene.cuts.empty();
 }
 
-void showTools(render::RenderScene& scene, const haptics::TickOutput& tick) {
+void showTools(render::RenderScene& scene, const FrameState& seen) {
+    const haptics::TickOutput& tick = seen.tick;
     if (haptics::isNeedleTool(tick.tool)) scene.patient_from_needle = tick.patient_from_needle;
-    scene.needle_radius_m = tick.needle_radius_m;
+    scene.needle = seen.needle;
     if (tick.tool == haptics::Tool::finger) scene.patient_from_finger = tick.patient_from_tool;
     if (tick.tool == haptics::Tool::scalpel) scene.patient_from_scalpel = tick.patient_from_tool;
     if (tick.tool == haptics::Tool::probe) scene.patient_from_probe = tick.patient_from_tool;
@@ -55,14 +55,14 @@ std::vector<render::Mark> makeMarks(const std::vector<Wound>& wounds, render::Lo
 }
 
 SceneMaker::SceneMaker(const patient::Patient& patient, const patient::PlannedPath& path, render::Look look,
-                       const haptics::TouchMap* touch, double tick_s, const training::Hints& hints)
+                       const PressInput& press, const training::Hints& hints)
     : patient_(&patient),
       path_(path),
       stage_from_patient_(trainer::stageFromPatient(patient, path)),
       look_(look),
-      tick_s_(tick_s),
+      tick_s_(press.tick_s),
       hints_(hints),
-      press_(patient, touch, tick_s) {}
+      press_(patient, press) {}
 
 render::RenderScene SceneMaker::makeScene(const FrameState& seen) {
     const haptics::TickOutput& shown = seen.tick;
@@ -77,11 +77,11 @@ render::RenderScene SceneMaker::makeScene(const FrameState& seen) {
     addRoom(scene, path_, seen.machines.xray);
     scene.room.lamp = !seen.lights_out;
     if (hints_.colours) scene.room.shell_light = shellLight(seen.glow);
-    showTools(scene, shown);
+    showTools(scene, seen);
     showMonitor(scene, monitor_);
-    if (seen.ghost_needle)
-        scene.paths.push_back(
-            {*seen.ghost_needle * Vec3(0.0, 0.0, kGhostShaft_m), seen.ghost_needle->position_m, 1.0});
+    if (const auto& ghost = seen.ghost_needle)
+        scene.paths.push_back({ghost->patient_from_needle * Vec3(0.0, 0.0, ghost->length_m),
+                               ghost->patient_from_needle.position_m, 1.0});
     if (!hints_.ghost) return scene;
     const patient::MotionModel& model = patient_->package().motion;
     scene.reference_path_m = {patient::deformedFromReference(model, shown.breath, path_.entry_reference_m),
@@ -92,7 +92,7 @@ render::RenderScene SceneMaker::makeScene(const FrameState& seen) {
 ImagingInput makeImagingInput(const FrameState& seen, const render::RenderScene& scene,
                               const render::Renderer& renderer, const patient::ContrastTable* contrast,
                               const haptics::GuideSettings& guide, double tick_s) {
-    ImagingInput m = makeImagingInput(seen.tick, guide, tick_s);
+    ImagingInput m = makeImagingInput(seen.tick, seen.needle, guide, tick_s);
     m.tool = scene.tool;
     m.contrast = contrast;
     m.patient_from_isocentre = renderer.patientFromIsocentre(scene);

@@ -27,7 +27,7 @@ void loadSceneLook(render::Renderer&, const AttemptConfig&);
 void addRoom(render::RenderScene&, const patient::PlannedPath&, const training::XrayState& = {});
 
 // Adds the tool in use and the parked probe.
-void showTools(render::RenderScene&, const haptics::TickOutput&);
+void showTools(render::RenderScene&, const FrameState&);
 
 void showMonitor(render::RenderScene&, const BreathMonitor&);
 
@@ -37,10 +37,10 @@ std::vector<render::Mark> makeMarks(const std::vector<Wound>&, render::Look, con
 // Builds the scene of room and patient for a tick. Use from one thread only.
 class SceneMaker {
   public:
-    // The patient and the touch map must outlive this object. `tick_s` is the loop's tick period. `hints`
-    // selects whether the reference path is shown and whether the room light shows alerts.
-    SceneMaker(const patient::Patient&, const patient::PlannedPath&, render::Look, const haptics::TouchMap*,
-               double tick_s, const training::Hints& hints);
+    // The patient and the touch map must outlive this object. `hints` selects whether the reference path is
+    // shown and whether the room light shows alerts.
+    SceneMaker(const patient::Patient&, const patient::PlannedPath&, render::Look, const PressInput&,
+               const training::Hints& hints);
     // Changes the hints to those of another difficulty.
     void help(const training::Hints& hints) { hints_ = hints; }
     // Returns the scene for a state of the attempt. It includes the screen of the breath monitor, but not the

@@ -33,7 +33,7 @@ CameraView::CameraView(render::Gpu& gpu, const patient::Patient& patient, const 
                        const PictureSettings& settings, const training::Hints& hints)
     : gpu_(&gpu),
       path_(path),
-      scenes_(patient, path, sceneLook(settings.config), settings.touch, settings.tick_s, hints),
+      scenes_(patient, path, sceneLook(settings.config), settings.press, hints),
       renderer_(gpu, {}, settings.assets),
       governor_(render::GovernorSettings{.budget_ms = gpu.isSoftware() ? kProcessorBudget_ms : kBudget_ms,
                                          .patience = 5}) {

@@ -66,7 +66,7 @@ Desktop::Desktop(const patient::Patient& patient, const patient::PlannedPath& pa
 void Desktop::showMachines(render::RenderScene& scene, const FrameState& seen,
                            const patient::ContrastTable* contrast, const render::VisibleScreens& screens) {
     made = screens;
-    machines.show(makeImagingInput(seen, scene, camera.renderer(), contrast, settings.guide, settings.tick_s),
+    machines.show(makeImagingInput(seen, scene, camera.renderer(), contrast, settings.press.tools.guide, settings.press.tick_s),
                   made);
     scene.ultrasound_screen = machines.ultrasoundScreen();
     scene.xray_screen = machines.xrayScreen();
@@ -116,7 +116,7 @@ void Desktop::publish(const FrameState& seen, const FrameTime& time) {
     publishScreen(channels.ultrasound, machines.ultrasoundScreen(), made.ultrasound, 1);
     publishScreen(channels.xray, machines.xrayScreen(), made.xray, 1);
     publishState(channels, {.seen = seen,
-                            .tick_s = settings.tick_s,
+                            .tick_s = settings.press.tick_s,
                             .time = time,
                             .attention = Attention::focused,
                             .headset = false});

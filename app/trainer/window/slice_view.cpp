@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kShown_m = 0.13;    // shorter edge of a slice
 constexpr double kMaxBeside = 0.25;  // largest offset of the tip from the middle, as a fraction of kShown_m
-constexpr double kShaft_m = 0.15;
+constexpr double kHandle_m = 0.15;  // of a tool without a shaft
 constexpr int kCoarse = 2;  // window pixels per slice sample
 constexpr Colour kDark{0.05, 0.06, 0.07}, kWhite{0.94, 0.95, 0.96}, kTool{0.35, 0.90, 1.0},
     kCross{1.0, 0.85, 0.35};
@@ -53,9 +53,10 @@ void SliceView::place(int width, int height, const Vec3& tip_m) {
     }
 }
 
-void SliceView::drawTool(report::Canvas& canvas, const Cell& cell, const Pose& patient_from_tool) const {
+void SliceView::drawTool(report::Canvas& canvas, const Cell& cell, const Pose& patient_from_tool,
+                         double length_m) const {
     const report::Point tip = cell.pixelOf(patient_from_tool.position_m),
-                        hub = cell.pixelOf(patient_from_tool * Vec3(0.0, 0.0, kShaft_m));
+                        hub = cell.pixelOf(patient_from_tool * Vec3(0.0, 0.0, length_m));
     const Rect& r = cell.rect;
     const Colour thin = kCross.faded(0.35);
     canvas.line({double(r.x), tip.y}, {double(r.x + r.width), tip.y}, 1.0, thin);
@@ -68,6 +69,7 @@ void SliceView::drawTool(report::Canvas& canvas, const Cell& cell, const Pose& p
 void SliceView::draw(report::Canvas& canvas, int width, int height, const FrameState& seen) {
     canvas.rectangle(0, 0, width, height, kDark);
     const Pose& tool = activeToolPose(seen.tick);
+    const double length_m = haptics::isNeedleTool(seen.tick.tool) ? seen.needle.length_m : kHandle_m;
     place(width, height, tool.position_m);
     std::array<std::size_t, 256> labels{};
     for (std::size_t i = 0; i < cells_.size(); ++i) {
@@ -78,7 +80,7 @@ void SliceView::draw(report::Canvas& canvas, int width, int height, const FrameS
         canvas.image(r.x, r.y, across, down,
                      report::samplePlane(*patient_, seen.tick.breath, cell.plane, across, down, labels),
                      double(r.width) / across);
-        drawTool(canvas, cell, tool);
+        drawTool(canvas, cell, tool, length_m);
         const Way& way = kWays[i];
         const auto text = [&](double x, double y, const char* words, report::Align align, bool bold) {
             canvas.text({x, y}, words, {12, kWhite, align, bold, kDark.faded(0.7)});

@@ -36,7 +36,7 @@ class SliceView {
         report::Point pixelOf(const Vec3& p_m) const;
     };
     void place(int width, int height, const Vec3& tip_m);
-    void drawTool(report::Canvas&, const Cell&, const Pose& patient_from_tool) const;
+    void drawTool(report::Canvas&, const Cell&, const Pose& patient_from_tool, double length_m) const;
 
     const patient::Patient* patient_;
     std::optional<Vec3> middle_m_;  // centre of the slices; moves only when the tip gets too far away from it

@@ -48,7 +48,7 @@ WindowContent::WindowContent(const patient::Patient& patient, const patient::Pla
       gpu_(&gpu),
       presenter_(&presenter),
       slices_(patient),
-      alerts_(settings.pictures.tick_s),
+      alerts_(settings.pictures.press.tick_s),
       keys_(settings.pictures.window) {}
 
 bool WindowContent::offered(WindowView view) const {
@@ -298,10 +298,10 @@ void WindowContent::help(training::Difficulty difficulty) {
 void WindowContent::updateHints(const FrameState& seen) {
     const bool back = isReplay() && seen.tick.tick < tick_;
     tick_ = seen.tick.tick;
-    if (back) metrics_ = {}, alerts_ = AlertWatch(settings_.pictures.tick_s);
+    if (back) metrics_ = {}, alerts_ = AlertWatch(settings_.pictures.press.tick_s);
     if (hints_.colours) alert_ = alerts_.update(seen);
     if (hints_.panel) {
-        if (!guide_) guide_.emplace(hints_, settings_.pictures.tick_s), guide_shown_ = 0;
+        if (!guide_) guide_.emplace(hints_, settings_.pictures.press.tick_s), guide_shown_ = 0;
         const Pane* pane = findPane(WindowView::guide);
         if (pane) {
             const auto [width, height] = GuidePanel::sizeIn(pane->area.width, pane->area.height);

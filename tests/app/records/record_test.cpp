@@ -28,6 +28,13 @@ RecordHeader someHeader() {
     header.settings.tools.first = haptics::Tool::probe;
     header.settings.tools.needle.max_force_n = 19.5;
     header.settings.tools.guide.release_n = 4.25;
+    header.needle.name = "chiba-22g";
+    header.needle.title = "a thin needle";
+    header.needle.gauge = 22;
+    header.needle.shape.outer_m = 0.00072, header.needle.shape.inner_m = 0.00041;
+    header.needle.shape.tip = NeedleTip::trocar;
+    header.needle.shape.has_stylet = false;
+    header.settings.tools.needle.friction_scale = 0.48;
     header.settings.profile.force_peak_n = 8.5;
     patient::BreathPlan& breath = header.settings.breath.emplace();
     breath.rhythm = {5.5, 0.9};
@@ -45,6 +52,7 @@ RecordInfo someRecordInfo() {
     info.patient_folder = "/somewhere/patient";
     info.patient_name = "someone";
     info.scenario = "demo";
+    info.needle = "chiba-22g";
     info.capture_points = {"approach", "duct"};
     info.approach_distance_m = 0.02;
     info.seed = 42;
@@ -135,6 +143,15 @@ TEST_F(RecordFile, RestoresEveryBit) {
     EXPECT_EQ(record.header.settings.tools.first, haptics::Tool::probe);
     EXPECT_EQ(record.header.settings.tools.needle.max_force_n, 19.5);
     EXPECT_EQ(record.header.settings.tools.guide.release_n, 4.25);
+    EXPECT_EQ(record.header.settings.tools.needle.friction_scale, 0.48);
+    EXPECT_EQ(record.header.needle.name, "chiba-22g");
+    EXPECT_EQ(record.header.needle.title, "a thin needle");
+    EXPECT_EQ(record.header.needle.gauge, 22);
+    EXPECT_EQ(record.header.needle.shape, someHeader().needle.shape);
+    EXPECT_EQ(needleDigest(record.header), needleDigest(someHeader()));
+    EXPECT_EQ(std::get<haptics::NeedleSettings>(record.header.needle.force).max_force_n, 19.5);
+    EXPECT_EQ(needleDigest(loadHeader(folder_)), needleDigest(someHeader()));
+    EXPECT_EQ(record.info.needle, "chiba-22g");
     EXPECT_EQ(record.header.settings.profile.force_peak_n, 8.5);
     EXPECT_EQ(record.header.settings.breath, someHeader().settings.breath);
     ASSERT_EQ(record.inputs.size(), kRecordTicks);
@@ -150,6 +167,53 @@ TEST_F(RecordFile, RestoresEveryBit) {
     EXPECT_EQ(record.info.capture_points, someRecordInfo().capture_points);
     EXPECT_EQ(record.info.path.target_m, someRecordInfo().path.target_m);
     EXPECT_EQ(record.info.gain, 0.25);
+}
+
+// A damaged needle is refused even if the header's checksum was computed again.
+TEST_F(RecordFile, AnotherNeedleInTheHeaderIsRefused) {
+    constexpr FileKind kKind{{'S', 'T', 'Y', 'L', 'R', 'E', 'C', '\n'}, kRecordVersion, "a Stylet record"};
+    const std::vector<unsigned char> good = readAll(inputs_);
+    const ParsedHeader head = parseFileHeader(good, inputs_, kKind);
+    const std::string body(head.body.begin(), head.body.end());
+    const auto refusal = [&](const std::string& changed) {
+        std::vector<unsigned char> bytes =
+            encodeFileHeader(kKind, {reinterpret_cast<const unsigned char*>(changed.data()), changed.size()});
+        Record record;
+        return test::errorText([&] { parseInputs(bytes, inputs_, record); });
+    };
+    EXPECT_EQ(refusal(body), "");
+    const std::size_t name = body.find("chiba-22g");
+    ASSERT_NE(name, std::string::npos);
+    std::string other = body;
+    other[name + 6] = '3';
+    EXPECT_NE(refusal(other).find("needle: its numbers do not match its digest"), std::string::npos);
+    other = body;
+    other[name - 1] = '\x7f';  // the length of its name, 2 GB
+    EXPECT_NE(refusal(other).find("needle: its name does not end"), std::string::npos);
+    const std::size_t tip = name + 9 + 4 + std::string("a thin needle").size() + 4;
+    other = body;
+    other[tip] = 3;
+    EXPECT_NE(refusal(other).find("needle: its tip is unknown"), std::string::npos);
+    other = body;
+    for (std::size_t i = 0; i < 8; ++i)
+        other[tip + 8 + i] = '\xff';  // its outer diameter: NaN
+    EXPECT_NE(refusal(other).find("needle: its outer diameter is out of range"), std::string::npos);
+    EXPECT_NE(refusal(body.substr(0, tip)), "");
+}
+
+TEST_F(RecordFile, AnOlderVersionIsRefusedWithAdvice) {
+    std::string json = test::readText(folder_ / "record.json");
+    const std::string now = "\"format_version\": " + std::to_string(kRecordVersion);
+    ASSERT_NE(json.find(now), std::string::npos);
+    json.replace(json.find(now), now.size(), "\"format_version\": 8");
+    const std::string text = test::errorText([&] { parseInfo(json, "record.json"); });
+    EXPECT_NE(text.find("record.json: format_version: 8; this program reads only version"), std::string::npos) << text;
+    EXPECT_NE(text.find("use the program version that recorded it"), std::string::npos);
+    std::vector<unsigned char> bytes = readAll(inputs_);
+    bytes[8] = 8;
+    Record record;
+    EXPECT_NE(test::errorText([&] { parseInputs(bytes, inputs_, record); }).find("use the program version that recorded it"),
+              std::string::npos);
 }
 
 TEST_F(RecordFile, UnfinishedRecordIsCompleteUpToTheLastFrame) {

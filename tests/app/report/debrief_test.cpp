@@ -155,7 +155,7 @@ TEST(Debrief, ReferenceCurveIsExactAndStartsAtTheSkin) {
     stylet::patient::PlannedPath path;
     path.entry_reference_m = {0.00025, 0.0, 0.0};  // centre of the first skin voxel
     path.target_reference_m = {0.030, 0.0, 0.0};
-    const ReferenceCurve curve = exactCurve(patient, path);
+    const ReferenceCurve curve = exactCurve(patient, path, {});
     ASSERT_FALSE(curve.points.empty());
     EXPECT_NEAR(curve.points.front().x, 0.0, 1e-6);
     EXPECT_NEAR(curve.points.back().x, 30.0, 1e-6);
@@ -165,8 +165,13 @@ TEST(Debrief, ReferenceCurveIsExactAndStartsAtTheSkin) {
     EXPECT_NEAR(peak->y, patient.row(Tissue::fascia).cut_force_n, 1e-6);
     EXPECT_GT(peak->x, 12.0);
     EXPECT_LT(peak->x, 14.5);
+    // A thinner needle meets less friction: the force at the target is that of the liver, scaled.
+    stylet::haptics::NeedleSettings thin;
+    thin.friction_scale = 0.48;
+    EXPECT_NEAR(curve.points.back().y, patient.row(Tissue::liver).friction_n, 1e-9);
+    EXPECT_NEAR(exactCurve(patient, path, thin).points.back().y, 0.48 * patient.row(Tissue::liver).friction_n, 1e-9);
     path.target_reference_m = path.entry_reference_m;
-    EXPECT_TRUE(exactCurve(patient, path).points.empty());
+    EXPECT_TRUE(exactCurve(patient, path, {}).points.empty());
 }
 
 TEST(Debrief, SlicesShowTheTipsTrack) {

@@ -23,7 +23,7 @@ TEST(FluoroscopyAllocation, PicturesAllocateNothing) {
     settings.pixels = 48;
     FluoroscopyInput input;
     std::vector<XrayShape> shapes;
-    addNeedle({}, kNeedleRadius_m, true, shapes);
+    addNeedle({}, NeedleShape(), true, shapes);
     const patient::ContrastTable contrast{
         {Index3(4), package.ct.grid.spacing_m, package.ct.grid.centre({20, 20, 20})},
         std::vector<float>(64, 50.0f),

@@ -201,7 +201,7 @@ std::vector<Complex> Scanner::makeLine(const ScanLine& line, const NeedleEcho& n
         double echo = std::exp(-0.5 * behind * behind / (plan.bin_m * plan.bin_m));
         if (behind > 0.0)
             echo += double(gpu::kComet) * std::exp(-behind / double(gpu::kComet_m)) *
-                    (0.5 + 0.5 * std::cos(2.0 * M_PI * behind / (2.0 * input.needle.radius_m)));
+                    (0.5 + 0.5 * std::cos(2.0 * M_PI * behind / input.needle.outer_m));
         bins[j] += needle.amplitude * left * echo;
     }
     return bins;

@@ -7,6 +7,7 @@
 
 #include "patient/patient.h"
 #include "tests/app/trainer/assets.h"
+#include "tests/support/refused.h"
 #include "tests/support/temp_folder.h"
 
 namespace stylet::trainer {
@@ -221,6 +222,17 @@ TEST_F(ScenarioFile, DigestCoversContentNotLayout) {
         turned.replace(turned.find(from), from.size(), to);
         EXPECT_NE(digest(load(turned)), first) << to;
     }
+}
+
+TEST_F(ScenarioFile, NamesItsNeedle) {
+    const std::string text = kGood;
+    EXPECT_EQ(load(text).needle, "");
+    const Scenario s = load("needle = \"chiba-22g\"\n" + text);
+    EXPECT_EQ(s.needle, "chiba-22g");
+    EXPECT_NE(digest(s), digest(load(text)));
+    EXPECT_NE(digest(s), digest(load("needle = \"chiba-21g\"\n" + text)));
+    for (const char* bad : {"needle = \"\"\n", "needle = 22\n", "needle = [\"chiba-22g\"]\n"})
+        EXPECT_NE(test::errorText([&] { load(bad + text); }).find("needle"), std::string::npos) << bad;
 }
 
 TEST_F(ScenarioFile, BringsItsRecordingAlong) {

@@ -6,8 +6,10 @@
 
 #include <bit>
 #include <cstdio>
+#include <fstream>
 #include <random>
 
+#include "app/records/record.h"
 #include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/command.h"
 #include "tests/app/trainer/marker.h"
@@ -159,18 +161,54 @@ TEST_F(Run, RestartFromABookmarkEndsInTheSameHash) {
 
 TEST_F(Run, AThinNeedleReplaysToItsHash) {
     const std::string run = "run --headless --fast --scenario demo" + kSmall;
-    const Outcome thin = command_->run(run + " --gauge 22");
+    const Outcome thin = command_->run(run + " --needle chiba-22g");
     ASSERT_EQ(thin.status, 0) << thin.err;
     EXPECT_NE(hashOf(thin), hashOf(*demo_));
     const Outcome replay = command_->run("replay '" + command_->out().string() + "' --fast");
     EXPECT_EQ(replay.status, 0) << replay.out;
     EXPECT_EQ(hashOf(replay), hashOf(thin));
-    EXPECT_EQ(hashOf(command_->run(run + " --gauge 17")), hashOf(*demo_));
-    const Outcome none = command_->run(run + " --gauge 33");
+    EXPECT_EQ(hashOf(command_->run(run + " --needle needle-17g")), hashOf(*demo_));
+    const Outcome none = command_->run(run + " --needle chiba-33g");
     EXPECT_EQ(none.status, 2);
-    EXPECT_NE(none.err.find("gauge 33: not among: 17, "), std::string::npos) << none.err;
-    const Outcome retry = command_->run("run --fast --from '" + demo_folder_.string() + "' --gauge 22");
+    EXPECT_NE(none.err.find("instrument \"chiba-33g\": not among: chiba-21g, "), std::string::npos) << none.err;
+    for (const char* other : {"scalpel", "drain"}) {
+        const Outcome wrong = command_->run(run + " --needle " + other);
+        EXPECT_EQ(wrong.status, 2);
+        EXPECT_NE(wrong.err.find("kind: is no needle"), std::string::npos) << wrong.err;
+    }
+    const Outcome retry = command_->run("run --fast --from '" + demo_folder_.string() + "' --needle chiba-22g");
     EXPECT_GE(retry.status, 100) << "the record has its needle";
+}
+
+// The record keeps the needle's own file values: a replay does not read the file again.
+TEST_F(Run, TheScenarioOrTheCommandLineChoosesTheNeedle) {
+    const test::TempFolder temp;
+    std::string text = test::readText(test::assets() / "scenarios" / "demo.toml");
+    const std::filesystem::path own = temp / "own.toml", needle = temp / "my-needle.toml";
+    std::string mine = test::readText(test::assets() / "instruments" / "chiba-21g.toml");
+    mine.replace(mine.find("21 G Chiba needle"), 17, "my own needle");
+    std::ofstream(needle) << mine;
+    std::ofstream(own) << "needle = \"" + needle.string() + "\"\n" + text;
+    const std::string run = "run --headless --fast --scenario '" + own.string() + "'" + kSmall;
+    const Outcome by_scenario = command_->run(run);
+    ASSERT_EQ(by_scenario.status, 0) << by_scenario.err;
+    const records::Record record = records::loadRecord(command_->out() / "record");
+    EXPECT_EQ(record.info.needle, "my-needle");
+    EXPECT_EQ(record.header.needle.title, "my own needle");
+    EXPECT_DOUBLE_EQ(record.header.needle.shape.outer_m, 0.00082);
+    EXPECT_DOUBLE_EQ(record.header.settings.tools.needle.friction_scale, 0.82 / 1.5);
+    std::filesystem::remove(needle);
+    EXPECT_EQ(hashOf(command_->run("replay '" + command_->out().string() + "' --fast")), hashOf(by_scenario));
+    EXPECT_EQ(command_->run(run).status, 2) << "its needle has gone";
+    ASSERT_EQ(command_->run(run + " --needle trocar-18g").status, 0) << "the command line comes first";
+    EXPECT_EQ(records::loadRecord(command_->out() / "record").header.needle.name, "trocar-18g");
+}
+
+TEST_F(Run, InstrumentsAreListed) {
+    const Outcome list = command_->runBare("instruments");
+    ASSERT_EQ(list.status, 0) << list.err;
+    EXPECT_THAT(list.out, HasSubstr("needle-17g     17 G PTCD needle: 17 G, 1.5 mm x 150 mm, chiba tip of 3.7 mm"));
+    EXPECT_THAT(list.out, HasSubstr("drain          8.5 F biliary drain: 2.83 mm x 400 mm, no tool yet"));
 }
 
 TEST_F(Run, AnUnknownLookIsRefused) {

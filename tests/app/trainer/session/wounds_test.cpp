@@ -22,7 +22,6 @@ class WoundsTest : public testing::Test {
             now.phase = phase;
             now.tissue = tissue;
             now.tip_reference_m = tip;
-            now.needle_radius_m = needle_radius_m_;
             log_.update(now);
         }
     }
@@ -39,7 +38,6 @@ class WoundsTest : public testing::Test {
     }
 
     WoundLog log_{0.001};
-    double needle_radius_m_ = 0.00075;
     std::uint64_t tick_ = 0;
 };
 
@@ -62,12 +60,12 @@ TEST_F(WoundsTest, OneHolePerEntryPoint) {
 TEST_F(WoundsTest, AThinNeedleLeavesASmallHole) {
     tick(Phase::pass, Vec3(0.1, 0, 0));
     tick(Phase::outside);
-    needle_radius_m_ = 0.00036;
+    log_.setNeedleRadius(0.00036);
     tick(Phase::pass, Vec3(0.12, 0, 0));
     const std::vector<Wound> holes = of(WoundKind::puncture);
     ASSERT_EQ(holes.size(), 2u);
-    EXPECT_DOUBLE_EQ(holes[0].size_m, 0.00085);
-    EXPECT_DOUBLE_EQ(holes[1].size_m, 0.00046);
+    EXPECT_DOUBLE_EQ(holes[0].size_m, 0.00075);
+    EXPECT_DOUBLE_EQ(holes[1].size_m, 0.00036);
 }
 
 TEST_F(WoundsTest, PressedSkinHasNoHole) {

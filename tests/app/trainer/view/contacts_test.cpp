@@ -23,7 +23,7 @@ TEST(Contacts, NoContactOutsideTheBody) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
     EXPECT_EQ(
-        findContacts(tickWith({test::kAlongX, {-0.001, 0.0, 0.0}}, haptics::Tool::needle), patient, nullptr)
+        findContacts(tickWith({test::kAlongX, {-0.001, 0.0, 0.0}}, haptics::Tool::needle), patient, {})
             .count,
         0);
 }
@@ -40,7 +40,7 @@ TEST(Contacts, TheSkinFollowsTheTipUntilItIsCutAndTheShaftAfterThat) {
         TickOutput out;
         haptics::NeedleEvents events;
         simulation.step(test::scriptedInput(trace, i), out, events);
-        const ToolContacts contacts = findContacts(out, patient, nullptr);
+        const ToolContacts contacts = findContacts(out, patient, {});
         if (contacts.count == 0) continue;
         const patient::ToolContact& c = contacts.list[0];
         const double tip_x = out.patient_from_needle.position_m.x;
@@ -69,7 +69,7 @@ TEST(Contacts, FingerDisplacesTheSkinToItsPad) {
     const patient::Patient patient(package);
     const haptics::TouchMap touch = haptics::makeTouchMap(patient);
     const auto pressed = [&](double x) {
-        return findContacts(tickWith({test::kAlongX, {x, 0.0, 0.0}}, haptics::Tool::finger), patient, &touch);
+        return findContacts(tickWith({test::kAlongX, {x, 0.0, 0.0}}, haptics::Tool::finger), patient, {&touch});
     };
     EXPECT_EQ(pressed(-0.002).count, 0);
     const ToolContacts contacts = pressed(0.005);
@@ -77,7 +77,7 @@ TEST(Contacts, FingerDisplacesTheSkinToItsPad) {
     EXPECT_NEAR(contacts.list[0].begin_m.x, 0.0, 5e-4);
     EXPECT_NEAR(contacts.list[0].begin_m.x + contacts.list[0].begin_moved_m.x, 0.005, 1e-9);
     EXPECT_EQ(
-        findContacts(tickWith({test::kAlongX, {0.005, 0.0, 0.0}}, haptics::Tool::finger), patient, nullptr)
+        findContacts(tickWith({test::kAlongX, {0.005, 0.0, 0.0}}, haptics::Tool::finger), patient, {})
             .count,
         0);
 }
@@ -91,7 +91,7 @@ TEST(Contacts, TheParkedProbePressesBesideTheNeedle) {
     TickOutput out = tickWith({test::kAlongX, {-0.010, 0.0, 0.0}}, haptics::Tool::needle);
     out.probe_parked = true;
     out.patient_from_probe = Pose{test::kAlongX, {0.004, 0.0, 0.0}} * haptics::kStylusFromProbe;
-    const ToolContacts contacts = findContacts(out, patient, &touch);
+    const ToolContacts contacts = findContacts(out, patient, {&touch});
     ASSERT_GE(contacts.count, 2);
     double middle_m = 0.0, least_m = 1.0;
     for (const patient::ToolContact& c : contacts.all()) {
@@ -105,7 +105,7 @@ TEST(Contacts, TheParkedProbePressesBesideTheNeedle) {
 TEST(Contacts, RelaxOverTicks) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
-    ToolPress press(patient, nullptr, 0.001);
+    ToolPress press(patient, {});
     TickOutput out = tickWith({test::kAlongX, {0.0008, 0.0, 0.0}}, haptics::Tool::needle);
     EXPECT_EQ(press.shown(out), nullptr);
     out.phase = haptics::Phase::tenting;

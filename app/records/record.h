@@ -26,7 +26,7 @@ struct RecordHeader {
     std::uint64_t package_digest = 0;
     haptics::SimulationSettings settings;
     // The attempt's needle. Its force is not stored here, but as `settings.tools.needle`.
-    haptics::Instrument needle;
+    haptics::Instrument needle{};
 };
 // The digest of the header's needle with the force of its settings, as the record stores it.
 std::uint64_t needleDigest(const RecordHeader&);

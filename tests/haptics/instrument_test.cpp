@@ -87,8 +87,8 @@ TEST(Instruments, AllShippedFilesAreReadAndDescribed) {
             EXPECT_NE(line.find(std::to_string(one.gauge) + " G"), std::string::npos);
         }
     }
-    for (const char* name : {"chiba-21g", "chiba-22g", "dilator", "drain", "finger", "guide-wire", "needle-17g",
-                             "probe-convex", "probe-linear", "scalpel", "trocar-18g"})
+    for (const char* name : {"chiba-21g", "chiba-22g", "dilator", "drain", "finger", "guide-wire",
+                             "needle-17g", "probe-convex", "probe-linear", "scalpel", "trocar-18g"})
         EXPECT_TRUE(names.contains(name)) << name;
 }
 
@@ -109,9 +109,9 @@ TEST(Instruments, ForceFollowsTheDiameterUnlessTheFileSaysOtherwise) {
     EXPECT_DOUBLE_EQ(thin.friction_scale, 0.72 / 1.5);
     EXPECT_DOUBLE_EQ(thin.cut_reach_m, 0.00072);
     EXPECT_EQ(thin.a1_share, NeedleSettings().a1_share);
-    const Instrument own = parseInstrument(
-        "a.toml", replaced(shippedText("chiba-22g"), "[force]\n",
-                                 "[force]\ncut_reach_mm = 1.1\nfriction_scale = 0.9\n"));
+    const Instrument own =
+        parseInstrument("a.toml", replaced(shippedText("chiba-22g"), "[force]\n",
+                                           "[force]\ncut_reach_mm = 1.1\nfriction_scale = 0.9\n"));
     EXPECT_DOUBLE_EQ(needleForce(own).cut_reach_m, 0.0011);
     EXPECT_DOUBLE_EQ(needleForce(own).friction_scale, 0.9);
     EXPECT_EQ(own.shape, shipped("chiba-22g").shape);
@@ -136,9 +136,10 @@ TEST(Instruments, TheDocumentedTableIsTheFiles) {
         if (one.kind != InstrumentKind::needle) continue;
         const NeedleShape& s = one.shape;
         std::ostringstream row;
-        row << "| `" << one.name << "` | " << one.gauge << " G | " << 1e3 * s.outer_m << " | " << 1e3 * s.inner_m
-            << " | " << 1e3 * s.length_m << " | " << enumName(kNeedleTipNames, s.tip) << " | "
-            << needleForce(one).friction_scale << " | " << needleForce(one).lateral_stiffness_n_per_m << " |\n";
+        row << "| `" << one.name << "` | " << one.gauge << " G | " << 1e3 * s.outer_m << " | "
+            << 1e3 * s.inner_m << " | " << 1e3 * s.length_m << " | " << enumName(kNeedleTipNames, s.tip)
+            << " | " << needleForce(one).friction_scale << " | " << needleForce(one).lateral_stiffness_n_per_m
+            << " |\n";
         expected += row.str();
     }
     EXPECT_EQ(rows, expected);
@@ -185,8 +186,9 @@ TEST(Instruments, WrongFilesAreRefused) {
 TEST(Instruments, ATipLongerThanTheNeedleIsRefused) {
     const std::string blunt = replaced(shippedText("needle-17g"), "length_mm = 150.0", "length_mm = 10.0");
     EXPECT_NO_THROW(parseInstrument("a.toml", blunt));
-    EXPECT_NE(test::errorText([&] { parseInstrument("a.toml", replaced(blunt, "bevel_deg = 22.0", "bevel_deg = 5.0")); })
-                  .find("longer than the needle"),
+    EXPECT_NE(test::errorText([&] {
+                  parseInstrument("a.toml", replaced(blunt, "bevel_deg = 22.0", "bevel_deg = 5.0"));
+              }).find("longer than the needle"),
               std::string::npos);
 }
 
@@ -232,7 +234,8 @@ TEST(Instruments, TheForceDiffersByGaugeAsTheClosedFormSays) {
     const double scale = 0.72 / 1.5;
     const ExactForce thick = forceOf(package, needleForce(shipped("needle-17g"))),
                      thin = forceOf(package, needleForce(shipped("chiba-22g")));
-    for (const double depth_m : {0.018 - 0.003, 0.055}) {  // after a long way in soft tissue, and in the liver
+    for (const double depth_m :
+         {0.018 - 0.003, 0.055}) {  // after a long way in soft tissue, and in the liver
         EXPECT_GT(thick.at(depth_m), 0.0);
         EXPECT_NEAR(thin.at(depth_m), scale * thick.at(depth_m), 1e-12) << depth_m;
     }

@@ -85,7 +85,9 @@ void compare(const patient::Patient& patient, const Vec3& entry, const Vec3& end
         ASSERT_NEAR(a.force_after_n, b.force_after_n, 1e-9);
         if (a.kind == NeedleEventKind::border) held = a;
         if (a.kind == NeedleEventKind::puncture) {
-            ASSERT_NO_FATAL_FAILURE(expectClosedForm(patient.package().tissues, hand.settings.friction_scale, held, a)) << "event " << i;
+            ASSERT_NO_FATAL_FAILURE(
+                expectClosedForm(patient.package().tissues, hand.settings.friction_scale, held, a))
+                << "event " << i;
         }
         coverage.punctures += a.kind == NeedleEventKind::puncture;
         coverage.withdrawn += a.kind == NeedleEventKind::withdrawn;

@@ -203,7 +203,8 @@ TEST(ImagingInput, IsConvertedFromATick) {
         EXPECT_NEAR((m.patient_from_probe->inverse() * p).y, 0.0, 1e-12) << "in the plane of the picture";
     // The line ends where the tip is with the hub at the rail's upper end.
     const haptics::GuideSettings guide;
-    EXPECT_NEAR(glm::length((*m.guide_m)[1] - (*m.guide_m)[0]), NeedleShape().length_m - guide.length_m, 1e-12);
+    EXPECT_NEAR(glm::length((*m.guide_m)[1] - (*m.guide_m)[0]), NeedleShape().length_m - guide.length_m,
+                1e-12);
     NeedleShape longer;
     longer.length_m = 0.200;
     m = makeImagingInput(tick, longer, guide, 0.001);

@@ -23,7 +23,8 @@ constexpr std::uint32_t kPixels = 512;
 class NeedlePictures : public test::GpuFixture<testing::TestWithParam<const char*>> {
   protected:
     const NeedleShape needle_ =
-        haptics::loadInstrument(test::assetsFolder() / "instruments" / (std::string(GetParam()) + ".toml")).shape;
+        haptics::loadInstrument(test::assetsFolder() / "instruments" / (std::string(GetParam()) + ".toml"))
+            .shape;
 };
 INSTANTIATE_TEST_SUITE_P(Of, NeedlePictures, testing::Values("needle-17g", "trocar-18g", "chiba-22g"),
                          [](const auto& of) {
@@ -66,10 +67,11 @@ TEST_P(NeedlePictures, EyeView) {
     EXPECT_LT(pixel_m, 0.00007);
 }
 
-// A pixel is dark if and only if its ray meets the shaft. Rays at many distances from a slanted axis bound the
-// radius closely.
+// A pixel is dark if and only if its ray meets the shaft. Rays at many distances from a slanted axis bound
+// the radius closely.
 TEST_P(NeedlePictures, Xray) {
-    const patient::Package package = test::makeXrayPhantom(Vec3(0.05), 0.005, [](const Vec3&) { return -1000.0; });
+    const patient::Package package =
+        test::makeXrayPhantom(Vec3(0.05), 0.005, [](const Vec3&) { return -1000.0; });
     const patient::Patient patient(package);
     render::Gpu gpu({.validation = true});
     render::DeformedPatient deformed(gpu, patient);
@@ -151,8 +153,8 @@ TEST_P(NeedlePictures, Ultrasound) {
     EXPECT_NEAR(first_m, 0.0, needle_.radius_m() + 2.0 * pitch_m);
 }
 
-// A needle that enters the skin leaves a hole of its own size, centred where the tip entered. The hole's edge is
-// where its brightness rises most steeply.
+// A needle that enters the skin leaves a hole of its own size, centred where the tip entered. The hole's edge
+// is where its brightness rises most steeply.
 TEST_P(NeedlePictures, Wound) {
     constexpr double kAway_m = 0.20, kSkin_m = 0.020;
     constexpr float kHalf = 0.02f;
@@ -188,7 +190,8 @@ TEST_P(NeedlePictures, Wound) {
                      y = (0.5 * kPixels - double(i / kPixels) - 0.5) * pixel_m;
         const double d = std::max(0.0, 1.0 - brightness(with, i) / std::max(1.0, brightness(without, i)));
         sum += d, sum_x += d * x, sum_y += d * y;
-        const auto bin = std::size_t(std::hypot(x - tick.tip_reference_m.x, y - tick.tip_reference_m.y) / kBin_m);
+        const auto bin =
+            std::size_t(std::hypot(x - tick.tip_reference_m.x, y - tick.tip_reference_m.y) / kBin_m);
         if (bin < dark.size()) dark[bin] += d, ++count[bin];
     }
     ASSERT_GT(sum, 0.0);

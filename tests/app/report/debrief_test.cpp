@@ -169,7 +169,8 @@ TEST(Debrief, ReferenceCurveIsExactAndStartsAtTheSkin) {
     stylet::haptics::NeedleSettings thin;
     thin.friction_scale = 0.48;
     EXPECT_NEAR(curve.points.back().y, patient.row(Tissue::liver).friction_n, 1e-9);
-    EXPECT_NEAR(exactCurve(patient, path, thin).points.back().y, 0.48 * patient.row(Tissue::liver).friction_n, 1e-9);
+    EXPECT_NEAR(exactCurve(patient, path, thin).points.back().y, 0.48 * patient.row(Tissue::liver).friction_n,
+                1e-9);
     path.target_reference_m = path.entry_reference_m;
     EXPECT_TRUE(exactCurve(patient, path, {}).points.empty());
 }

@@ -256,8 +256,8 @@ TEST_F(FluoroscopyTest, ShapesMatchChordLengths) {
 TEST_F(FluoroscopyTest, NeedleProjectsToItsPosition) {
     Stage stage(makeAir());
     std::vector<XrayShape> shapes;
-    addNeedle({glm::angleAxis(1.1, glm::normalize(Vec3(0.3, 1.0, 0.2))), {0.01, 0.02, -0.01}},
-              NeedleShape(), false, shapes);
+    addNeedle({glm::angleAxis(1.1, glm::normalize(Vec3(0.3, 1.0, 0.2))), {0.01, 0.02, -0.01}}, NeedleShape(),
+              false, shapes);
     stage.input.shapes = shapes;
     const std::vector<double> paths = stage.paths();
     double sum = 0.0;

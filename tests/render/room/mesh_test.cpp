@@ -208,8 +208,8 @@ TEST_F(MeshFile, DamagedShippedFilesAreReadOrRejected) {
     EXPECT_GT(refused, 100);
 }
 
-// The renderer scales these parts to a needle. They have radius 1 and length 1, and a tip has its point at the
-// origin.
+// The renderer scales these parts to a needle. They have radius 1 and length 1, and a tip has its point at
+// the origin.
 TEST(Assets, PartsOfTheNeedleAreOfUnitSize) {
     const Mesh mesh = loadMesh(test::assetsFolder() / "instruments" / "needle.glb");
     for (const char* node : {"shaft", "tip_chiba", "tip_trocar", "tip_diamond"}) {

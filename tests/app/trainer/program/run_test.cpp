@@ -170,13 +170,15 @@ TEST_F(Run, AThinNeedleReplaysToItsHash) {
     EXPECT_EQ(hashOf(command_->run(run + " --needle needle-17g")), hashOf(*demo_));
     const Outcome none = command_->run(run + " --needle chiba-33g");
     EXPECT_EQ(none.status, 2);
-    EXPECT_NE(none.err.find("instrument \"chiba-33g\": not among: chiba-21g, "), std::string::npos) << none.err;
+    EXPECT_NE(none.err.find("instrument \"chiba-33g\": not among: chiba-21g, "), std::string::npos)
+        << none.err;
     for (const char* other : {"scalpel", "drain"}) {
         const Outcome wrong = command_->run(run + " --needle " + other);
         EXPECT_EQ(wrong.status, 2);
         EXPECT_NE(wrong.err.find("kind: is no needle"), std::string::npos) << wrong.err;
     }
-    const Outcome retry = command_->run("run --fast --from '" + demo_folder_.string() + "' --needle chiba-22g");
+    const Outcome retry =
+        command_->run("run --fast --from '" + demo_folder_.string() + "' --needle chiba-22g");
     EXPECT_GE(retry.status, 100) << "the record has its needle";
 }
 
@@ -207,7 +209,8 @@ TEST_F(Run, TheScenarioOrTheCommandLineChoosesTheNeedle) {
 TEST_F(Run, InstrumentsAreListed) {
     const Outcome list = command_->runBare("instruments");
     ASSERT_EQ(list.status, 0) << list.err;
-    EXPECT_THAT(list.out, HasSubstr("needle-17g     17 G PTCD needle: 17 G, 1.5 mm x 150 mm, chiba tip of 3.7 mm"));
+    EXPECT_THAT(list.out,
+                HasSubstr("needle-17g     17 G PTCD needle: 17 G, 1.5 mm x 150 mm, chiba tip of 3.7 mm"));
     EXPECT_THAT(list.out, HasSubstr("drain          8.5 F biliary drain: 2.83 mm x 400 mm, no tool yet"));
 }
 

@@ -23,8 +23,7 @@ TEST(Contacts, NoContactOutsideTheBody) {
     const patient::Package package = test::scriptedPackage();
     const patient::Patient patient(package);
     EXPECT_EQ(
-        findContacts(tickWith({test::kAlongX, {-0.001, 0.0, 0.0}}, haptics::Tool::needle), patient, {})
-            .count,
+        findContacts(tickWith({test::kAlongX, {-0.001, 0.0, 0.0}}, haptics::Tool::needle), patient, {}).count,
         0);
 }
 
@@ -69,7 +68,8 @@ TEST(Contacts, FingerDisplacesTheSkinToItsPad) {
     const patient::Patient patient(package);
     const haptics::TouchMap touch = haptics::makeTouchMap(patient);
     const auto pressed = [&](double x) {
-        return findContacts(tickWith({test::kAlongX, {x, 0.0, 0.0}}, haptics::Tool::finger), patient, {&touch});
+        return findContacts(tickWith({test::kAlongX, {x, 0.0, 0.0}}, haptics::Tool::finger), patient,
+                            {&touch});
     };
     EXPECT_EQ(pressed(-0.002).count, 0);
     const ToolContacts contacts = pressed(0.005);
@@ -77,8 +77,7 @@ TEST(Contacts, FingerDisplacesTheSkinToItsPad) {
     EXPECT_NEAR(contacts.list[0].begin_m.x, 0.0, 5e-4);
     EXPECT_NEAR(contacts.list[0].begin_m.x + contacts.list[0].begin_moved_m.x, 0.005, 1e-9);
     EXPECT_EQ(
-        findContacts(tickWith({test::kAlongX, {0.005, 0.0, 0.0}}, haptics::Tool::finger), patient, {})
-            .count,
+        findContacts(tickWith({test::kAlongX, {0.005, 0.0, 0.0}}, haptics::Tool::finger), patient, {}).count,
         0);
 }
 

@@ -196,7 +196,8 @@ MARCH_FN void applyMark(Surface& skin, const PlacedMark& mark, Float4 p, Float4 
     } else if (mark.kind == gpu::kPuncture) {
         const float reach = length3(d);
         skin.albedo = mixed(skin.albedo, kFlesh, 0.6f * (1.0f - smoothstep(size, 2.5f * size, reach)));
-        skin.albedo = mixed(skin.albedo, kWound, 1.0f - smoothstep(0.5f * size, size, reach));
+        skin.albedo =
+            mixed(skin.albedo, kWound, 1.0f - smoothstep(0.75f * size, 1.25f * size, reach));
     } else if (mark.kind == gpu::kBlood) {
         const float below = dot3(d, along);
         const float reach = length3(d - along * (std::max(below, 0.0f) * kBloodRun)) * wavering(p, kBloodWaver_m);

@@ -1,5 +1,6 @@
-// Dimensions and material of a needle. Every picture, the wound and the record use these numbers. They are read
-// from assets/instruments (haptics/tools/instrument.h). Needle frame: tip at the origin, +z toward the hub.
+// Dimensions and material of a needle. Every picture, the wound and the record use these numbers. They are
+// read from assets/instruments (haptics/tools/instrument.h). Needle frame: tip at the origin, +z toward the
+// hub.
 #pragma once
 
 #include <cmath>
@@ -7,8 +8,8 @@
 
 namespace stylet {
 
-// `chiba`: one plane cut at the bevel's angle to the axis. `trocar`: three facets, `diamond`: four facets, each
-// at the bevel's angle to the axis.
+// `chiba`: one plane cut at the bevel's angle to the axis. `trocar`: three facets, `diamond`: four facets,
+// each at the bevel's angle to the axis.
 enum class NeedleTip : std::uint8_t { chiba, trocar, diamond };
 
 // The default is the 17 G needle of the force model's paper, assets/instruments/needle-17g.toml.

@@ -365,9 +365,10 @@ RecordInfo parseInfo(std::string_view text, const std::filesystem::path& file) {
     Fields in = parseJson(file, text);
     if (const auto version = in.integer("format_version", 0, std::numeric_limits<std::uint32_t>::max());
         version != kRecordVersion)
-        in.refuse("format_version",
-                  fmt::format("{}; this program reads only version {}, so use the program version that recorded it",
-                              version, kRecordVersion));
+        in.refuse(
+            "format_version",
+            fmt::format("{}; this program reads only version {}, so use the program version that recorded it",
+                        version, kRecordVersion));
     RecordInfo info;
     Fields patient = in.child("patient");
     info.program_version = in.text("program_version");

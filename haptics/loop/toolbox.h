@@ -22,8 +22,8 @@ struct ToolSettings {
     ScalpelSettings scalpel;
 };
 
-// Sets the tool of the instrument's kind to the instrument's settings. An instrument that is data only changes
-// nothing.
+// Sets the tool of the instrument's kind to the instrument's settings. An instrument that is data only
+// changes nothing.
 void equip(ToolSettings&, const Instrument&) noexcept;
 
 constexpr bool isNeedleTool(Tool tool) noexcept {

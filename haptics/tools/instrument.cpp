@@ -178,15 +178,21 @@ Instrument parseInstrument(const std::filesystem::path& toml, std::string_view t
             one.shape = readShape(top, true);
             one.force = readNeedleForce(top.child("force"), one.shape);
             break;
-        case InstrumentKind::scalpel: one.force = readScalpel(top.child("force")); break;
+        case InstrumentKind::scalpel:
+            one.force = readScalpel(top.child("force"));
+            break;
         case InstrumentKind::probe:
             one.transducer = top.nonEmptyText("transducer", kMaxTitleBytes);
             one.force = readProbe(top);
             break;
-        case InstrumentKind::finger: one.force = readFinger(top); break;
+        case InstrumentKind::finger:
+            one.force = readFinger(top);
+            break;
         case InstrumentKind::guideWire:
         case InstrumentKind::dilator:
-        case InstrumentKind::drain: one.shape = readShape(top, false); break;
+        case InstrumentKind::drain:
+            one.shape = readShape(top, false);
+            break;
     }
     top.finish();
     return one;
@@ -208,7 +214,8 @@ std::string shapeError(const NeedleShape& s) {
     if (!(s.inner_m >= 0.0 && s.inner_m < s.outer_m)) return "its inner diameter is not below the outer one";
     if (!within(s.length_m, kLength_mm, 1e-3)) return "its length is out of range";
     if (!within(s.bevel_rad, kBevel_deg, kRadPerDeg)) return "its bevel is out of range";
-    if (s.mark_step_m != 0.0 && !(within(s.mark_step_m, kMark_mm, 1e-3) && within(s.first_mark_m, kMark_mm, 1e-3)))
+    if (s.mark_step_m != 0.0 &&
+        !(within(s.mark_step_m, kMark_mm, 1e-3) && within(s.first_mark_m, kMark_mm, 1e-3)))
         return "its marks are out of range";
     if (!within(s.shaft_echo, kEcho) || !within(s.tip_echo, kEcho)) return "its echo is out of range";
     if (!within(s.attenuation_per_m, kAttenuation_per_m)) return "its attenuation is out of range";
@@ -232,10 +239,12 @@ std::string describe(const Instrument& one) {
     std::string line = fmt::format("{:<14} {}", one.name, one.title);
     const NeedleShape& s = one.shape;
     if (one.kind == InstrumentKind::needle)
-        line += fmt::format(": {} G, {:.3g} mm x {:.3g} mm, {} tip of {:.1f} mm", one.gauge, s.outer_m * kMmPerM,
-                            s.length_m * kMmPerM, enumName(kNeedleTipNames, s.tip), s.tipLength_m() * kMmPerM);
+        line +=
+            fmt::format(": {} G, {:.3g} mm x {:.3g} mm, {} tip of {:.1f} mm", one.gauge, s.outer_m * kMmPerM,
+                        s.length_m * kMmPerM, enumName(kNeedleTipNames, s.tip), s.tipLength_m() * kMmPerM);
     else if (std::holds_alternative<std::monostate>(one.force))
-        line += fmt::format(": {:.3g} mm x {:.3g} mm, no tool yet", s.outer_m * kMmPerM, s.length_m * kMmPerM);
+        line +=
+            fmt::format(": {:.3g} mm x {:.3g} mm, no tool yet", s.outer_m * kMmPerM, s.length_m * kMmPerM);
     return line;
 }
 

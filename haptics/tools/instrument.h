@@ -1,5 +1,5 @@
-// Instruments: one file each in assets/instruments, whose README.md documents the fields. An instrument is the
-// only source of a tool's dimensions, material and force settings.
+// Instruments: one file each in assets/instruments, whose README.md documents the fields. An instrument is
+// the only source of a tool's dimensions, material and force settings.
 #pragma once
 
 #include <array>

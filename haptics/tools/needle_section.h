@@ -230,10 +230,9 @@ class SectionSolver {
         s_.phase = Phase::pass;
         s_.tissue = tissue;
         s_.label = label;
-        s_.extension_m =
-            b.stiffness_n_per_m > 0.0
-                ? clampToFriction(b, force_n, settings_.friction_scale) / b.stiffness_n_per_m
-                : 0.0;
+        s_.extension_m = b.stiffness_n_per_m > 0.0
+                             ? clampToFriction(b, force_n, settings_.friction_scale) / b.stiffness_n_per_m
+                             : 0.0;
     }
 
     // The needle was withdrawn from a tenting border: the tip is in the tissue in front of it, with the force

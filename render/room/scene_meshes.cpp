@@ -239,9 +239,9 @@ void SceneMeshes::addNeedle(const RenderScene& scene) {
     if (!scene.patient_from_needle) return;
     const NeedleShape& needle = scene.needle;
     const Pose stage_from_needle = scene.stage_from_patient * *scene.patient_from_needle;
-    const auto part = [&](const Model& model, double at_m, const Vec3& size) {
+    const auto part = [&](const Model& model, double at_m, const Vec3& size, bool casts = true) {
         const Pose needle_from_part{Quat(1.0, 0.0, 0.0, 0.0), Vec3(0.0, 0.0, at_m)};
-        add(model, scaled(toMatrix(stage_from_needle * needle_from_part), size), true);
+        add(model, scaled(toMatrix(stage_from_needle * needle_from_part), size), casts);
         draws_.back().push.material.w = gpu::kThin;
     };
     const double radius_m = needle.radius_m(), tip_m = needle.tipLength_m();
@@ -252,8 +252,8 @@ void SceneMeshes::addNeedle(const RenderScene& scene) {
     part(models_.shaft, tip_m, {radius_m, radius_m, needle.length_m - tip_m});
     part(models_.hub, needle.length_m, Vec3(1.0));
     if (needle.mark_step_m <= 0.0) return;
-    // Every fifth mark, counted from the tip, is double.
-    const auto mark = [&](double at_m) { part(models_.mark, at_m, {radius_m, radius_m, kMark_m}); };
+    // Every fifth mark, counted from the tip, is double. A mark's shadow is that of the shaft.
+    const auto mark = [&](double at_m) { part(models_.mark, at_m, {radius_m, radius_m, kMark_m}, false); };
     for (int i = 0; i < kMaxMarks; ++i) {
         const double at_m = needle.first_mark_m + i * needle.mark_step_m;
         if (at_m > needle.length_m - kMark_m) break;

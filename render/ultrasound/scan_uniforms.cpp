@@ -118,8 +118,7 @@ void fillLines(const ScanSetup& setup, const Contact& contact, gpu::LineUniforms
     }
     spreadShadows(probe, {echoes.data(), contact.lines.size()});
     for (std::size_t l = 0; l < contact.lines.size(); ++l)
-        out[l].needle = {echoes[l].depth_m, echoes[l].amplitude, echoes[l].shadow,
-                         input.needle.outer_m};
+        out[l].needle = {echoes[l].depth_m, echoes[l].amplitude, echoes[l].shadow, input.needle.outer_m};
 }
 
 void fillDepths(const ScanPlan& plan, gpu::DepthUniforms* out) {

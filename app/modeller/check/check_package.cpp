@@ -29,8 +29,8 @@ constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 // Sampling for checkFascia(), which tests straight lines from the skin to the liver. Entry points on the skin
 // are kEntrySpacing_m apart, target points in the liver kTargetSpacing_m. Lines longer than a needle
-// (NeedleShape's default) are skipped. This gives about 250,000 lines, enough to detect a hole of 3 x 3 mm in the
-// fascia.
+// (NeedleShape's default) are skipped. This gives about 250,000 lines, enough to detect a hole of 3 x 3 mm in
+// the fascia.
 constexpr double kEntrySpacing_m = 0.012, kTargetSpacing_m = 0.020;
 
 struct Range {
@@ -345,7 +345,8 @@ void checkFascia(const PackageStatistics& m, Findings& f) {
     parallelFor(processorCount(), int(entries.size()), [&](int e) {
         const Index3 entry = entries[std::size_t(e)];
         for (const Index3& target : targets) {
-            if (glm::length(Vec3(target - entry) * p.labels.grid.spacing_m) > NeedleShape().length_m) continue;
+            if (glm::length(Vec3(target - entry) * p.labels.grid.spacing_m) > NeedleShape().length_m)
+                continue;
             ++tried[std::size_t(e)];
             through[std::size_t(e)] += missesFascia(m, entry, target);
         }

@@ -22,8 +22,8 @@ struct AttemptConfig {
     std::filesystem::path patient{};  // package; empty: the reference patient of `seed`
     std::filesystem::path full{};     // fully segmented package of the same patient, for comparing the force
     std::uint64_t seed = 1;
-    double spacing_mm = 1.0;             // voxel size of a generated reference patient
-    std::string path{};                  // reference path (reference_path.h); empty: the patient's best
+    double spacing_mm = 1.0;    // voxel size of a generated reference patient
+    std::string path{};         // reference path (reference_path.h); empty: the patient's best
     std::string needle_name{};  // name in assets/instruments, or a .toml file; empty: the scenario's
     // The instruments as loaded, once the scenario is known. With a record to restart, those of the record.
     haptics::Instrument needle{};

@@ -206,8 +206,8 @@ haptics::TickOutput FrameLoop::Impl::predictTick(const xr::Frame& frame, const h
 void FrameLoop::Impl::showMachines(render::RenderScene& scene, const FrameState& seen,
                                    const patient::ContrastTable* contrast,
                                    const render::VisibleScreens& screens, const std::string& moment) {
-    const ImagingInput m =
-        makeImagingInput(seen, scene, *headset->renderer, contrast, settings.press.tools.guide, settings.press.tick_s);
+    const ImagingInput m = makeImagingInput(seen, scene, *headset->renderer, contrast,
+                                            settings.press.tools.guide, settings.press.tick_s);
     const bool kept = !moment.empty();
     EquipmentPictures& machines = *headset->machines;
     machines.show(m, {.ultrasound = kept || screens.ultrasound, .xray = kept || screens.xray});
@@ -260,7 +260,8 @@ bool FrameLoop::Impl::show(const FrameState& given, const patient::ContrastTable
     watchTheRoom(seen, moment);
     undrawn = frame.should_render ? 0 : undrawn + 1;
     if (frame.should_render) {
-        if (window && !headset->mirror) headset->mirror.emplace(*window, *headset->gpu, settings.press.tick_s);
+        if (window && !headset->mirror)
+            headset->mirror.emplace(*window, *headset->gpu, settings.press.tick_s);
         const render::StereoTarget target{frame.image, session.colourFormat(), session.width(),
                                           session.height(), frame.depth_image};
         headset->adaptToBudget(frame, settings.config.budget_ms);
@@ -392,8 +393,9 @@ bool FrameLoop::frame(const FrameState& seen, const patient::ContrastTable* cont
     if (!loop.found() && !loop.settings.config.fast)
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
     if (loop.window && !loop.headset)
-        publishState(*loop.window,
-                     {seen, loop.settings.press.tick_s, {seen.tick.tick}, std::nullopt, loop.attention, false});
+        publishState(
+            *loop.window,
+            {seen, loop.settings.press.tick_s, {seen.tick.tick}, std::nullopt, loop.attention, false});
     const int tries = moment.empty() ? 1 : kMomentTries;
     bool over = false;
     for (int tried = 0; tried < tries && loop.headset; ++tried)

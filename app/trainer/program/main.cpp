@@ -4,9 +4,9 @@
 #include <memory>
 #include <utility>
 
+#include "app/installation.h"
 #include "app/program_linux.h"
 #include "app/records/commands.h"
-#include "app/installation.h"
 #include "app/trainer/attempt/commands.h"
 #include "app/trainer/figures/curves.h"
 #include "app/trainer/figures/film.h"
@@ -204,8 +204,8 @@ int listInstruments() {
 }
 
 void addInstruments(CLI::App& app, Work& work) {
-    CLI::App* list =
-        app.add_subcommand("instruments", "List the instruments of assets/instruments and their main numbers.");
+    CLI::App* list = app.add_subcommand("instruments",
+                                        "List the instruments of assets/instruments and their main numbers.");
     list->callback([&work] { work = listInstruments; });
 }
 
@@ -415,8 +415,8 @@ int runStylet(int argc, char** argv) {
     });
     app.set_version_flag("--version", STYLET_VERSION);
     Work work;
-    for (const auto add : {addRun, addReplay, addInstruments, addCurves, addRecords, addPalpate, addFilm, addLooks,
-                           addImaging, addRegister, addDevices, addDoctor, addProbe})
+    for (const auto add : {addRun, addReplay, addInstruments, addCurves, addRecords, addPalpate, addFilm,
+                           addLooks, addImaging, addRegister, addDevices, addDoctor, addProbe})
         add(app, work);
     return runProgram(app, argc, argv, [&] { return work(); });
 }

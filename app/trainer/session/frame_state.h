@@ -43,7 +43,7 @@ struct FrameState {
     bool lights_out = false;
     bool paused = false;  // the instructor has paused the attempt
     Glow glow{};
-    Insertion insertion{};               // tissues that the needle has passed in this insertion
+    Insertion insertion{};                      // tissues that the needle has passed in this insertion
     std::optional<GhostNeedle> ghost_needle{};  // in a replay
     ForceComparisonReading truth{};
     std::optional<training::Difficulty> difficulty{};  // current difficulty, if known

@@ -80,19 +80,17 @@ void addProbe(ToolContacts& contacts, int id, const Pose& patient_from_tool, con
 
 }  // namespace
 
-ToolContacts findContacts(const TickOutput& out, const patient::Patient& patient,
-                          const PressInput& input) {
+ToolContacts findContacts(const TickOutput& out, const patient::Patient& patient, const PressInput& input) {
     ToolContacts contacts;
     const Vec3 tip_m = out.patient_from_tool.position_m;
     if (haptics::isNeedleTool(out.tool)) addNeedle(contacts, out, patient);
     if (out.tool == Tool::scalpel && glm::length(out.tool_force.force_n) > 0.0)
-        addBall(contacts, kBladeId, tip_m,
-                -out.tool_force.force_n / input.tools.scalpel.stiffness_n_per_m, kNeedle_m);
+        addBall(contacts, kBladeId, tip_m, -out.tool_force.force_n / input.tools.scalpel.stiffness_n_per_m,
+                kNeedle_m);
     if (!input.touch) return contacts;
     if (out.tool == Tool::finger) {
         const Vec3 moved_m = skinMovedBy(tip_m, out, patient, *input.touch);
-        if (moved_m != Vec3(0.0))
-            addBall(contacts, kFingerId, tip_m, moved_m, input.tools.finger.radius_m);
+        if (moved_m != Vec3(0.0)) addBall(contacts, kFingerId, tip_m, moved_m, input.tools.finger.radius_m);
     }
     if (out.tool == Tool::probe && !out.probe_parked)
         addProbe(contacts, kProbeId, out.patient_from_tool, out, patient, input);

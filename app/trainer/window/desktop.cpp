@@ -66,7 +66,8 @@ Desktop::Desktop(const patient::Patient& patient, const patient::PlannedPath& pa
 void Desktop::showMachines(render::RenderScene& scene, const FrameState& seen,
                            const patient::ContrastTable* contrast, const render::VisibleScreens& screens) {
     made = screens;
-    machines.show(makeImagingInput(seen, scene, camera.renderer(), contrast, settings.press.tools.guide, settings.press.tick_s),
+    machines.show(makeImagingInput(seen, scene, camera.renderer(), contrast, settings.press.tools.guide,
+                                   settings.press.tick_s),
                   made);
     scene.ultrasound_screen = machines.ultrasoundScreen();
     scene.xray_screen = machines.xrayScreen();

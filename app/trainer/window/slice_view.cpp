@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kShown_m = 0.13;    // shorter edge of a slice
 constexpr double kMaxBeside = 0.25;  // largest offset of the tip from the middle, as a fraction of kShown_m
-constexpr double kHandle_m = 0.15;  // of a tool without a shaft
-constexpr int kCoarse = 2;  // window pixels per slice sample
+constexpr double kHandle_m = 0.15;   // of a tool without a shaft
+constexpr int kCoarse = 2;           // window pixels per slice sample
 constexpr Colour kDark{0.05, 0.06, 0.07}, kWhite{0.94, 0.95, 0.96}, kTool{0.35, 0.90, 1.0},
     kCross{1.0, 0.85, 0.35};
 

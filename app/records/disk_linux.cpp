@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -13,6 +14,10 @@
 namespace stylet::records {
 
 namespace {
+
+namespace fs = std::filesystem;
+
+constexpr mode_t kFileMode = 0600, kFolderMode = 0700, kOthers = 0077;
 
 [[noreturn]] void throwErrno(const std::filesystem::path& path, const char* field = "file") {
     throw DataError(path, field, std::strerror(errno));
@@ -29,11 +34,62 @@ void syncPath(const std::filesystem::path& path, int flags, int (*sync)(int), co
     if (error != 0 && error != EINVAL) throwErrno(path, field);
 }
 
+// Withdraws the access of group and others. Returns true if there was any. An entry that another process has
+// removed meanwhile counts as private.
+bool makePrivate(const fs::path& path) {
+    struct stat now{};
+    if (lstat(path.c_str(), &now) != 0) {
+        if (errno == ENOENT) return false;
+        throwErrno(path, "permissions");
+    }
+    const bool ours = S_ISREG(now.st_mode) || S_ISDIR(now.st_mode);
+    if (!ours || (now.st_mode & kOthers) == 0) return false;
+    if (chmod(path.c_str(), now.st_mode & 07777u & ~kOthers) != 0 && errno != ENOENT)
+        throwErrno(path, "permissions");
+    return true;
+}
+
 }  // namespace
 
+void makeNewFilesPrivate() {
+    umask(kOthers);
+}
+
+void createPrivateFolders(const fs::path& folder) {
+    const fs::path parent = folder.parent_path();
+    if (folder.empty() || fs::is_directory(folder)) return;
+    if (parent != folder) createPrivateFolders(parent);
+    if (mkdir(folder.c_str(), kFolderMode) != 0 && !fs::is_directory(folder)) throwErrno(folder, "folder");
+}
+
+void createPrivateFile(const fs::path& file) {
+    const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kFileMode);
+    if (descriptor >= 0)
+        close(descriptor);
+    else if (errno != EEXIST)
+        throwErrno(file);
+}
+
+std::size_t makeTreePrivate(const fs::path& folder) {
+    // The folder first: from then on nobody else reaches what is in it.
+    std::size_t changed = makePrivate(folder);
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(folder, error))
+        changed += entry.is_directory() && !entry.is_symlink() ? makeTreePrivate(entry.path())
+                                                               : std::size_t(makePrivate(entry.path()));
+    // Another process may have removed the folder meanwhile.
+    if (error && error != std::errc::no_such_file_or_directory)
+        throw DataError(folder, "permissions", error.message());
+    return changed;
+}
+
 DiskFile::DiskFile(const std::filesystem::path& file)
-    : file_(file), descriptor_(open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644)) {
+    : file_(file), descriptor_(open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kFileMode)) {
     if (descriptor_ < 0) throwErrno(file_);
+    // A file that was there before has its old mode. A pipe or device is left alone.
+    struct stat now{};
+    if (fstat(descriptor_, &now) == 0 && S_ISREG(now.st_mode) && (now.st_mode & kOthers) != 0)
+        fchmod(descriptor_, kFileMode);
 }
 
 DiskFile::~DiskFile() {
@@ -61,7 +117,7 @@ FileLock::~FileLock() {
 }
 
 std::optional<FileLock> FileLock::tryLock(const std::filesystem::path& file) {
-    const int descriptor = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    const int descriptor = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kFileMode);
     if (descriptor < 0) throwErrno(file);
     FileLock lock(descriptor);
     if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return lock;

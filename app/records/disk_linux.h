@@ -1,6 +1,8 @@
-// Files and folders whose contents survive a power loss, because they are written through to the disk.
+// Files and folders that only their owner can read, and whose contents survive a power loss because they are
+// written through to the disk. All operating-system calls for records are here and in socket_linux.h.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -8,8 +10,22 @@
 
 namespace stylet::records {
 
-// A new file; an existing one is truncated. Written bytes are in the file at once, and on the disk after
-// sync(). Throws DataError if the disk refuses.
+// Attempts are personal data: files get mode 0600 and folders 0700, whatever the process's umask allows.
+
+// From now on, files and folders that any part of this process creates are private. Call it before there are
+// threads.
+void makeNewFilesPrivate();
+// Creates the folder and its missing parents, private. An existing folder stays as it is.
+void createPrivateFolders(const std::filesystem::path& folder);
+// Creates an empty private file if there is none. Never opens an existing one: closing it would release the
+// locks that SQLite has on it.
+void createPrivateFile(const std::filesystem::path& file);
+// Withdraws the access of group and others from the folder and everything in it, and returns the number of
+// entries changed. Does not follow symbolic links.
+std::size_t makeTreePrivate(const std::filesystem::path& folder);
+
+// A new private file; an existing one is truncated and made private. Written bytes are in the file at once,
+// and on the disk after sync(). Throws DataError if the disk refuses.
 class DiskFile {
   public:
     explicit DiskFile(const std::filesystem::path& file);

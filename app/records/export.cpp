@@ -43,14 +43,14 @@ std::string unchanged(std::string text) {
 }
 
 void copyFiles(const Store& store, const StoredAttempt& attempt, const fs::path& to, ExportResult& exported) {
-    fs::create_directories(to);
+    createPrivateFolders(to);
     for (const StoredFile& stored : store.files(attempt.id)) {
         const fs::path from = attempt.folder / stored.file;
         if (!fs::exists(from)) {
             exported.damage.push_back(from.string() + ": is gone");
             continue;
         }
-        fs::create_directories((to / stored.file).parent_path());
+        createPrivateFolders((to / stored.file).parent_path());
         fs::copy_file(from, to / stored.file);
         if (computeChecksum(to, stored.file) != stored)
             exported.damage.push_back(from.string() + ": its checksum does not match");
@@ -135,8 +135,9 @@ ordered_json attemptJson(const StoredAttempt& a, ordered_json (*number)(double),
 
 ExportResult exportAttempts(const Store& store, const std::string& trainee, const fs::path& folder) {
     try {
-        fs::create_directories(folder);
+        createPrivateFolders(folder);
         if (!fs::is_empty(folder)) throw DataError(folder, "folder", "is not empty");
+        makeTreePrivate(folder);  // it may have been there before
         ExportResult exported;
         std::vector<StoredAttempt> attempts = store.attempts(trainee);
         for (const StoredAttempt& attempt : attempts)
@@ -146,6 +147,7 @@ ExportResult exportAttempts(const Store& store, const std::string& trainee, cons
             copyFiles(store, attempt, folder / "attempts" / attempt.id, exported);
         writeTables(attempts, folder);
         writeChecksums(folder);
+        makeTreePrivate(folder);
         exported.attempts = attempts.size();
         return exported;
     } catch (const fs::filesystem_error& e) {

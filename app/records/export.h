@@ -17,7 +17,7 @@ struct ExportResult {
     std::vector<std::string> damage;    // files that differ from what was stored; exported as they are
 };
 
-// Writes into `folder`, which must be empty or is created:
+// Writes into `folder`, which must be empty or is created, and makes all of it private:
 //   attempts.csv, metrics.csv, events.csv   one line each, keyed by the attempt's id (columns: README.md)
 //   attempts/ID/                            the attempt's files, and attempt.json with all its rows
 //   checksums.csv                           path, bytes, crc32 of every file of this export

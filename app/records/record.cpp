@@ -288,7 +288,7 @@ void writeInfo(const RecordInfo& info, const std::filesystem::path& folder) {
 // cannot leave it beside new inputs.
 std::filesystem::path createEmptyFolder(const std::filesystem::path& folder) {
     const std::filesystem::path place = std::filesystem::absolute(folder);
-    std::filesystem::create_directories(place);
+    createPrivateFolders(place);
     std::filesystem::remove(place / "record.json");
     syncFolder(place);
     syncFolder(place.parent_path());

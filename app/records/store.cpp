@@ -130,15 +130,23 @@ class ShortBusyTimeout {
 }  // namespace
 
 void checkTrainee(const std::string& trainee) {
-    const auto refuse = [&](const std::string& reason) { throw DataError(trainee, "trainee", reason); };
+    const auto refuse = [&](const std::string& reason) {
+        std::string printable = trainee;  // a control character would reach the user's terminal
+        std::replace_if(
+            printable.begin(), printable.end(),
+            [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, '?');
+        throw DataError(printable, "trainee", reason);
+    };
     if (trainee.empty()) refuse("is empty: a pseudonym is needed");
     if (trainee.size() > kMaxTraineeLength) refuse("is longer than 64 letters");
-    const auto fits = [](char c) {
-        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '.' ||
-               c == '_' || c == '-';
+    const auto plain = [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
     };
+    const auto fits = [&](char c) { return plain(c) || c == '.' || c == '_' || c == '-'; };
     if (!std::all_of(trainee.begin(), trainee.end(), fits))
         refuse("is a pseudonym of letters, digits, '.', '_' and '-', not a name");
+    if (!plain(trainee.front()) || !plain(trainee.back()))
+        refuse("must begin and end with a letter or digit");
 }
 
 // Turns any error into a DataError that names the store's file.
@@ -157,7 +165,7 @@ auto Store::translateErrors(Act act) const {
 
 Store::Store(const fs::path& folder) : folder_(fs::absolute(folder)), file_(folder_ / "store.sqlite") {
     translateErrors([&] {
-        fs::create_directories(folder_ / "attempts");
+        createPrivateFolders(folder_ / "attempts");
         // Even reading creates files beside the database. If that fails, SQLite's error does not name the
         // cause.
         checkWritable(folder_);
@@ -172,6 +180,12 @@ Store::Store(const fs::path& folder) : folder_(fs::absolute(folder)), file_(fold
                                     ", and is tried again at the next opening: " + e.what());
         }
     };
+    tryStep("others may be able to read these records", [&] {
+        if (const std::size_t count = makeTreePrivate(fs::canonical(folder_)))
+            tightened_ = fmt::format(
+                "{} was open to others: withdrew the access of group and others ({} files and folders)",
+                folder_.string(), count);
+    });
     tryStep("a deletion is not complete", [&] { deleteMarked(); });
     tryStep("the search for interrupted attempts did not finish", [&] { recover(); });
 }
@@ -190,6 +204,7 @@ bool Store::withReserve(const Act& act) {
 }
 
 void Store::open() {
+    createPrivateFile(file_);  // SQLite gives its log files the mode of the database
     database_ = std::make_unique<SQLite::Database>(
         file_.string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE, kBusyTimeout_ms);
     {
@@ -208,6 +223,7 @@ Store::Store(Store&&) noexcept = default;
 
 std::vector<std::string> Store::openingMessages() const {
     std::vector<std::string> lines;
+    if (!tightened_.empty()) lines.push_back(tightened_);
     for (const RecoveredAttempt& cut : recovered_)
         lines.push_back(describe(cut));
     lines.insert(lines.end(), failed_steps_.begin(), failed_steps_.end());
@@ -328,7 +344,7 @@ std::vector<fs::path> Store::unknownFolders() const {
 }
 
 FileLock Store::makeFolder(const std::string& id) const {
-    fs::create_directory(attemptFolder(id));
+    createPrivateFolders(attemptFolder(id));
     auto lock = FileLock::tryLock(attemptFolder(id) / kLockFile);
     if (!lock) throw DataError(attemptFolder(id), "lock", "held by another process");
     syncFolder(attemptFolder(id));
@@ -414,6 +430,7 @@ void Store::abandon(const std::string& id) {
 void Store::finish(const std::string& id, const AttemptResult& result) {
     checkOpen(id);
     translateErrors([&] {
+        makeTreePrivate(attemptFolder(id));  // also what other writers put there
         syncTree(attemptFolder(id));
         SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
         execute(*database_,
@@ -530,7 +547,6 @@ void Store::markFailed(const OutboxEntry& entry, const std::string& why) {
 }
 
 std::size_t Store::eraseTrainee(const std::string& trainee) {
-    checkTrainee(trainee);
     return translateErrors([&] {
         std::size_t count = 0;
         withReserve([&] { count = markForDeletion(trainee); });  // deleting also needs some free space

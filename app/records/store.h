@@ -105,15 +105,17 @@ struct OutboxEntry {
 // "attempt ID was cut short: record/inputs.bin keeps 1250 ticks, 312 torn bytes cut off"
 std::string describe(const RecoveredAttempt&);
 
-// Accepts letters, digits, '.', '_' and '-', 1 to 64 of them. Throws DataError with the reason.
+// Accepts 1 to 64 letters, digits, '.', '_' and '-', of which the first and the last are a letter or digit.
+// So a pseudonym is no option, no hidden file and no folder such as "..". Throws DataError with the reason.
 void checkTrainee(const std::string& trainee);
 
 // Used by the session thread or a command-line tool. Several processes may open one store. Every function
 // throws DataError if the disk refuses. The store then does not contain the refused data.
 class Store {
   public:
-    // Creates the store if there is none, migrates an older schema, and recovers attempts that were cut
-    // short. Refuses a folder that is not a store, and a store made by a newer program.
+    // Creates the store if there is none, migrates an older schema, withdraws the access of group and others
+    // from everything in it, and recovers attempts that were cut short. Refuses a folder that is not a store,
+    // and a store made by a newer program.
     explicit Store(const std::filesystem::path& folder);
     ~Store();
     Store(Store&&) noexcept;
@@ -123,8 +125,8 @@ class Store {
     // The attempts recovered when this store was opened, oldest first. Later openings list them only as cut
     // short.
     const std::vector<RecoveredAttempt>& recovered() const { return recovered_; }
-    // One line per recovered attempt, and per step that failed when opening. The next opening retries such
-    // steps.
+    // One line if permissions were withdrawn, one per recovered attempt, and one per step that failed when
+    // opening. The next opening retries such steps.
     std::vector<std::string> openingMessages() const;
     // Folders under attempts/ that are not in the index. They are never modified.
     std::vector<std::filesystem::path> unknownFolders() const;
@@ -154,7 +156,8 @@ class Store {
 
     // Deletes the rows and folders of all attempts of a trainee from the disk and returns their number.
     // Throws while one of them is being written. Also queues the deletion for the centre. If an error occurs
-    // after that, the next opening completes the deletion.
+    // after that, the next opening completes the deletion. Accepts any text, because an older store may
+    // contain a pseudonym that is refused today.
     std::size_t eraseTrainee(const std::string& trainee);
 
     // The queued entries, oldest first. An entry is queued in the same transaction as the change that it
@@ -191,6 +194,7 @@ class Store {
     std::map<std::string, FileLock> open_;  // attempts this store writes
     std::vector<RecoveredAttempt> recovered_;
     std::vector<std::string> failed_steps_;
+    std::string tightened_;  // what the opening did about permissions; empty: nothing
 };
 
 }  // namespace stylet::records

@@ -2,9 +2,11 @@
 #include <cstdio>
 
 #include "app/program_linux.h"
+#include "app/records/disk_linux.h"
 #include "app/report/commands.h"
 
 int main(int argc, char** argv) {
+    stylet::records::makeNewFilesPrivate();
     CLI::App app(
         "Writes Stylet's debriefs: each is one self-contained HTML page that needs no network, with CSV "
         "tables.\n"

@@ -7,6 +7,7 @@
 #include "app/installation.h"
 #include "app/program_linux.h"
 #include "app/records/commands.h"
+#include "app/records/disk_linux.h"
 #include "app/trainer/attempt/commands.h"
 #include "app/trainer/figures/curves.h"
 #include "app/trainer/figures/film.h"
@@ -425,5 +426,6 @@ int runStylet(int argc, char** argv) {
 }  // namespace stylet::trainer
 
 int main(int argc, char** argv) {
+    stylet::records::makeNewFilesPrivate();
     return stylet::trainer::runStylet(argc, argv);
 }

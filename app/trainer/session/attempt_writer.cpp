@@ -70,7 +70,7 @@ double AttemptWriter::sinceRest_s(const std::string& trainee) const {
 
 void AttemptWriter::update(const haptics::TickOutput& now, const SessionLog& log) {
     if (!samples_) {
-        std::filesystem::create_directories(store_.attemptFolder(id_) / "record");
+        records::createPrivateFolders(store_.attemptFolder(id_) / "record");
         samples_.emplace(store_.attemptFolder(id_) / "record", header_);
     }
     samples_->add(records::makeSample(now, log.progress.clearance_m));

@@ -13,6 +13,7 @@
 #include "app/records/frames.h"
 #include "app/records/record.h"
 #include "app/records/schema.h"
+#include "tests/app/records/privacy.h"
 #include "tests/app/records/some_result.h"
 #include "tests/support/file_text.h"
 #include "tests/support/refused.h"
@@ -99,6 +100,126 @@ TEST(Store, AcceptsPseudonymsOnly) {
     EXPECT_TRUE(store.attempts().empty());
     EXPECT_NO_THROW(checkTrainee(std::string(64, 'z')));
     EXPECT_NO_THROW(checkTrainee("S-3_b.2"));
+}
+
+// A pseudonym that is a folder, a hidden file, an option, or looks like another one.
+// HZ-RECORD-10
+TEST(Store, PseudonymsThatAreNotPlainAreRefused) {
+    const std::vector<std::string> bad{".",
+                                       "..",
+                                       "...",
+                                       ".hidden",
+                                       "T-1.",
+                                       "T-1 ",
+                                       " T-1",
+                                       "-rf",
+                                       "--out",
+                                       "T-1-",
+                                       "_",
+                                       "a/b",
+                                       "a\\b",
+                                       "/",
+                                       "~",
+                                       "*",
+                                       "\t",
+                                       "T\x1b[31m",
+                                       "T\x7f",
+                                       std::string("T\0-1", 4),
+                                       "\xe2\x80\xa4\xe2\x80\xa4",  // two one dot leaders
+                                       "\xef\xbc\x8e\xef\xbc\x8e",  // two fullwidth full stops
+                                       "\xd0\xa2-1",                // a Cyrillic letter
+                                       "T\xe2\x80\x8b-1",           // a space of no width
+                                       "\xc0\xae\xc0\xae"};         // dots in overlong UTF-8
+    for (const std::string& one : bad) {
+        const std::string text = test::errorText([&] { checkTrainee(one); });
+        EXPECT_NE(text.find(": trainee: "), std::string::npos) << one;
+        EXPECT_EQ(text.find('\x1b'), std::string::npos) << "would reach the terminal";
+    }
+    EXPECT_NE(test::errorText([] { checkTrainee(".."); }).find("must begin and end with a letter or digit"),
+              std::string::npos);
+    for (const char* good : {"a", "7", "a..b", "T-1", "pilot_7"})
+        EXPECT_NO_THROW(checkTrainee(good)) << good;
+}
+
+// HZ-RECORD-08, HZ-RECORD-10
+TEST(Store, ErasesAPseudonymThatIsRefusedToday) {
+    const test::TempFolder temp;
+    std::string id;
+    {
+        Store store(temp / "s");
+        id = store.begin(someAttemptInfo());
+        store.finish(id, someResult());
+        store.finish(store.begin(someAttemptInfo("T-02")), someResult());
+    }
+    SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
+        .exec("UPDATE attempt SET trainee = '..' WHERE trainee = 'T-01'");
+    Store store(temp / "s");
+    EXPECT_EQ(store.eraseTrainee(".."), 1u);
+    EXPECT_FALSE(std::filesystem::exists(store.attemptFolder(id)));
+    EXPECT_EQ(store.attempts().size(), 1u);
+}
+
+// HZ-RECORD-10
+TEST(Store, EverythingItWritesIsPrivateWhateverTheUmask) {
+    const test::TempFolder temp;
+    const test::PermissiveUmask permissive;
+    Store store(temp / "new" / "s");
+    const std::string id = store.begin(someAttemptInfo());
+    writeUnfinishedRecord(store.attemptFolder(id), 10);
+    const auto sending = FileLock::tryLock(store.folder() / ".sending");
+    for (const char* name : {"store.sqlite", "store.sqlite-wal", "store.sqlite-shm", ".reserve"})
+        EXPECT_TRUE(std::filesystem::exists(store.folder() / name)) << name;
+    EXPECT_TRUE(std::filesystem::exists(store.attemptFolder(id) / ".writing"));
+    EXPECT_EQ(test::openEntries(temp / "new"), "");
+    std::ofstream(store.attemptFolder(id) / "picture.png") << "from another writer";
+    EXPECT_EQ(test::openEntries(store.folder()), "picture.png 666; ");
+    store.finish(id, someResult());
+    EXPECT_EQ(test::openEntries(store.folder()), "");
+    store.eraseTrainee("nobody");
+    EXPECT_EQ(test::openEntries(store.folder()), "") << "also after a new log";
+
+    std::filesystem::create_directories(temp / "there");
+    EXPECT_EQ(test::openEntries(temp / "there"), "there 777; ");
+    exportAttempts(store, "", temp / "there");
+    EXPECT_EQ(test::openEntries(temp / "there"), "");
+}
+
+// HZ-RECORD-10
+TEST(Store, AStoreThatIsOpenToOthersIsClosedAndSaysSo) {
+    const test::TempFolder temp;
+    const test::PermissiveUmask permissive;
+    std::string id;
+    {
+        Store store(temp / "s");
+        EXPECT_TRUE(store.openingMessages().empty());
+        id = store.begin(someAttemptInfo());
+        writeUnfinishedRecord(store.attemptFolder(id), 10);
+        store.finish(id, someResult());
+    }
+    std::filesystem::permissions(temp / "s", std::filesystem::perms(0755));
+    std::filesystem::permissions(temp / "s" / "store.sqlite", std::filesystem::perms(0644));
+    std::filesystem::permissions(temp / "s" / "attempts" / id / "record" / "record.json",
+                                 std::filesystem::perms(0640));
+    {
+        const Store store(temp / "s");
+        ASSERT_EQ(store.openingMessages().size(), 1u);
+        EXPECT_NE(store.openingMessages()[0].find("withdrew the access of group and others"),
+                  std::string::npos);
+        EXPECT_EQ(test::openEntries(temp / "s"), "");
+        EXPECT_EQ(store.attempt(id).state, AttemptState::done);
+    }
+    EXPECT_TRUE(Store(temp / "s").openingMessages().empty()) << "only once";
+}
+
+// HZ-RECORD-10
+TEST(Store, AFolderThatIsNoStoreKeepsItsPermissions) {
+    const test::TempFolder temp;
+    const test::PermissiveUmask permissive;
+    std::filesystem::create_directories(temp / "other" / "attempts");
+    SQLite::Database((temp / "other" / "store.sqlite").string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE)
+        .exec("CREATE TABLE song (name TEXT)");
+    EXPECT_THROW(Store(temp / "other"), DataError);
+    EXPECT_EQ(test::openEntries(temp / "other").substr(0, 9), "other 777");
 }
 
 // HZ-RECORD-01
@@ -217,7 +338,7 @@ TEST(Store, UnrecoverableAttemptDoesNotBlockOthers) {
         Store store(temp / "s");
         bad = store.begin(someAttemptInfo());
         good = store.begin(someAttemptInfo("T-02"));
-        std::filesystem::create_directories(store.attemptFolder(bad) / "record" / "inputs.bin");  // a folder
+        createPrivateFolders(store.attemptFolder(bad) / "record" / "inputs.bin");  // a folder
     }
     Store store(temp / "s");
     ASSERT_EQ(store.recovered().size(), 1u);

@@ -95,6 +95,7 @@ std::string describe(const RecoveredAttempt& recovered) {
         text += fmt::format(" keeps {} ticks", file.ticks);
         if (file.truncated_bytes > 0) text += fmt::format(", {} torn bytes cut off", file.truncated_bytes);
     }
+    if (!recovered.unreadable.empty()) text += "; its record cannot be read: " + recovered.unreadable;
     return text;
 }
 

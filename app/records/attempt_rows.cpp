@@ -86,6 +86,29 @@ StoredAttempt readAttemptRow(SQLite::Database& database, SQLite::Statement& r, c
     return attempt;
 }
 
+StoredAttempt makeStoredAttempt(const Record& record, const fs::path& folder) {
+    const RecordInfo& info = record.info;
+    StoredAttempt attempt;
+    attempt.id = info.id;
+    attempt.info = {info.trainee,
+                    info.device,
+                    info.patient_name,
+                    info.scenario,
+                    info.difficulty,
+                    info.program_version,
+                    record.header.package_digest,
+                    info.seed,
+                    record.header.settings.dt_s,
+                    info.gain,
+                    info.registration_rms_m};
+    attempt.started_utc = info.started_utc;
+    attempt.state = info.result ? AttemptState::done : AttemptState::cut_short;
+    attempt.result = info.result;
+    attempt.events = info.events;
+    attempt.folder = folder;
+    return attempt;
+}
+
 std::uint32_t computeRowsChecksum(const StoredAttempt& a) {
     std::string text;
     const auto add = [&](const std::string& part) { text += std::to_string(part.size()) + ':' + part; };

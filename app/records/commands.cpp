@@ -18,7 +18,8 @@ const char* plural(std::size_t count) {
 }  // namespace
 
 Store openExistingStore(const std::filesystem::path& folder, const char* program) {
-    if (!std::filesystem::exists(folder / "store.sqlite"))
+    // The index alone may be lost: the store fills it again.
+    if (!std::filesystem::exists(folder / "store.sqlite") && !std::filesystem::exists(folder / "attempts"))
         throw DataError(folder, "store", "does not exist; \"stylet run --trainee ID\" creates it");
     Store store(folder);
     for (const std::string& line : store.openingMessages())

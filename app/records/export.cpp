@@ -2,12 +2,14 @@
 
 #include <fmt/core.h>
 
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app/records/record.h"
 #include "base/csv.h"
 #include "base/hex.h"
+#include "base/text.h"
 #include "base/whole_file.h"
 #include "patient/package/package.h"
 
@@ -17,6 +19,9 @@ using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 namespace {
+
+// In the order of haptics::Phase.
+constexpr std::array<std::string_view, 3> kPhaseNames{"outside", "held", "pass"};
 
 std::string numberText(double v) {
     return fmt::format("{:.17g}", v);
@@ -131,6 +136,30 @@ ordered_json attemptJson(const StoredAttempt& a, ordered_json (*number)(double),
     j["metrics"] = metrics;
     j["events"] = events;
     return j;
+}
+
+void exportSummary(const RecordInfo& info, const ordered_json& performance, const fs::path& file) {
+    ordered_json j{{"patient", info.patient_name},
+                   {"scenario", info.scenario},
+                   {"seed", info.seed},
+                   {"clock", info.clock},
+                   {"device", info.device},
+                   {"firmware_sha256", info.firmware_sha256},
+                   {"path", {{"length_m", info.path.length_m}, {"quality", info.path.quality}}}};
+    j.update(resultJson(info.result.value()));
+    if (!j.contains("force_truth")) j["force_truth"] = "no full segmentation of this patient";
+    j.update(performance);
+    j["state_hash"] = hexText(info.end.value().state_hash);
+    writeWholeFile(file, j.dump(2, ' ', false, ordered_json::error_handler_t::replace) + '\n');
+}
+
+void exportCurve(const std::vector<ForceSample>& curve, double dt_s, const fs::path& file) {
+    std::string text = "tick,time_s,depth_m,force_n,phase,tissue,breath_held\n";
+    for (const ForceSample& s : curve)
+        text += fmt::format("{},{:.3f},{:.7f},{:.6f},{},{},{:d}\n", s.tick, double(s.tick) * dt_s, s.depth_m,
+                            s.force_n, enumName(kPhaseNames, s.phase), patient::tissueName(s.tissue),
+                            s.breath_held);
+    writeWholeFile(file, text);
 }
 
 ExportResult exportAttempts(const Store& store, const std::string& trainee, const fs::path& folder) {

@@ -1,4 +1,5 @@
-// Exports attempts as plain files with checksums, for the trainee or for a study.
+// The only writer of exports: a record as summary.json and force-depth.csv, and attempts of a store as plain
+// files with checksums, for the trainee or for a study.
 #pragma once
 
 #include <cstddef>
@@ -7,9 +8,20 @@
 #include <string>
 #include <vector>
 
+#include "app/records/samples.h"
 #include "app/records/store.h"
 
 namespace stylet::records {
+
+// Everything that is written here is for other programs and for people. No program of Stylet reads it back:
+// record.h and samples.h do that from the record.
+
+// summary.json: the record's facts and result. `performance` is added: how the program ran. Throws DataError.
+void exportSummary(const RecordInfo& with_result, const nlohmann::ordered_json& performance,
+                   const std::filesystem::path& file);
+
+// force-depth.csv: columns tick, time_s, depth_m, force_n, phase, tissue, breath_held. Throws DataError.
+void exportCurve(const std::vector<ForceSample>&, double dt_s, const std::filesystem::path& file);
 
 struct ExportResult {
     std::size_t attempts = 0;

@@ -1,8 +1,9 @@
 #include "app/records/record.h"
 
 #include <fmt/core.h>
+
 #include <algorithm>
-#include <limits>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <type_traits>
 
@@ -14,13 +15,14 @@
 namespace stylet::records {
 
 using haptics::TickInput;
-using nlohmann::json;
+using json = nlohmann::ordered_json;
 
 namespace {
 
 constexpr FileKind kInputsFile{{'S', 'T', 'Y', 'L', 'R', 'E', 'C', '\n'}, kRecordVersion, "a Stylet record"};
 constexpr std::size_t kMaxCapturePoints = 1000, kMaxInfoBytes = 1 << 30;
-constexpr std::uint32_t kMaxPadPoints = 1 << 10;  // more than any touch pad has
+constexpr std::size_t kBeginningBytes = (1u << 20) + 64;  // a prologue, and the largest header
+constexpr std::uint32_t kMaxPadPoints = 1 << 10;          // more than any touch pad has
 
 // Visits every value of a tick in a fixed order, for writing and reading. Calls `number` for a double and
 // `word` for a 32-bit integer.
@@ -214,6 +216,14 @@ json infoJson(const RecordInfo& info) {
     json j;
     j["format_version"] = kRecordVersion;
     j["program_version"] = info.program_version;
+    j["id"] = info.id;
+    j["trainee"] = info.trainee;
+    j["started_utc"] = info.started_utc;
+    j["device"] = info.device;
+    j["firmware_sha256"] = info.firmware_sha256;
+    j["clock"] = info.clock;
+    j["difficulty"] = info.difficulty;
+    if (info.registration_rms_m) j["registration_rms_m"] = *info.registration_rms_m;
     j["patient"] = {{"folder", info.patient_folder.string()}, {"name", info.patient_name}};
     j["scenario"] = info.scenario;
     j["needle"] = info.needle;
@@ -232,11 +242,13 @@ json infoJson(const RecordInfo& info) {
                  {"quality", p.quality}};
     for (const Bookmark& mark : info.bookmarks)
         j["bookmarks"].push_back({{"tick", mark.tick}, {"text", mark.text}});
+    j["events"] = eventsJson(info.events);
     if (info.end) {
         j["final_tick"] = info.end->tick;
         j["state_hash"] = hexText(info.end->state_hash);
     }
     if (info.lost) j["lost_ticks"] = {{"first", info.lost->first}, {"last", info.lost->last}};
+    if (info.result) j["result"] = resultJson(*info.result);
     return j;
 }
 
@@ -248,11 +260,21 @@ std::string truncated(const std::string& text) {
     return text.substr(0, size);
 }
 
+void checkVersion(Fields& in) {
+    constexpr std::int64_t kAnyVersion = 1 << 30;
+    const std::int64_t version = in.integer("format_version", 0, kAnyVersion);
+    if (version != kRecordVersion)
+        in.refuse("format_version",
+                  fmt::format("{} is not {}: the record was written by {} program version", version,
+                              kRecordVersion, version < kRecordVersion ? "an older" : "a newer"));
+}
+
 std::vector<Bookmark> parseBookmarks(Fields& in) {
     std::vector<Bookmark> marks;
     for (Fields& one : in.childrenOrNone("bookmarks", kMaxBookmarks)) {
         // An invalid byte is replaced by three.
         marks.push_back({one.count("tick"), one.text("text", 3 * kMaxBookmarkBytes)});
+        one.finish();
         if (marks.size() > 1 && marks.back().tick < marks[marks.size() - 2].tick)
             one.refuse("tick", "before that of the previous bookmark");
     }
@@ -268,6 +290,7 @@ patient::PlannedPath parsePath(Fields in) {
     path.breath = {in.number("breath_v"), in.number("breath_rate_per_s")};
     path.length_m = in.number("length_m");
     path.quality = in.number("quality");
+    in.finish();
     return path;
 }
 
@@ -282,6 +305,20 @@ void writeInfo(const RecordInfo& info, const std::filesystem::path& folder) {
     }
     std::filesystem::rename(part, file);
     syncFolder(folder);
+}
+
+RecordInfo readInfo(const std::filesystem::path& folder) {
+    return parseInfo(readWholeFile(folder / "record.json", kMaxInfoBytes), folder / "record.json");
+}
+
+// The bytes of the header, and some of what follows.
+std::vector<unsigned char> readBeginning(const std::filesystem::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) throw DataError(file, "file", "cannot be read");
+    std::vector<unsigned char> bytes(kBeginningBytes);
+    stream.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(bytes.size()));
+    bytes.resize(std::size_t(stream.gcount()));
+    return bytes;
 }
 
 // Creates the folder and removes an earlier record from it. record.json is removed first, so that a crash
@@ -308,6 +345,7 @@ RecordWriter::RecordWriter(const std::filesystem::path& folder, const RecordHead
     : folder_(createEmptyFolder(folder)), info_(info), inputs_(folder_ / "inputs.bin", encodeHeader(header)) {
     info_.end.reset();
     info_.lost.reset();
+    info_.result.reset();
     writeInfo(info_, folder_);
 }
 
@@ -338,12 +376,28 @@ void RecordWriter::writeFrame() {
     frame_.clear();
 }
 
-void RecordWriter::finish() {
-    if (ended_) return;
+void RecordWriter::addEvents(const std::vector<EventRow>& events) {
+    if (events.empty()) return;
+    info_.events.insert(info_.events.end(), events.begin(), events.end());
+    writeInfo(info_, folder_);
+}
+
+void RecordWriter::endInputs() {
     ended_ = true;
     if (frame_count_ > 0) writeFrame();
     inputs_.sync();
     info_.end = last_;
+}
+
+void RecordWriter::finish() {
+    if (ended_) return;
+    endInputs();
+    writeInfo(info_, folder_);
+}
+
+void RecordWriter::finish(const AttemptResult& result) {
+    if (!ended_) endInputs();
+    info_.result = result;
     writeInfo(info_, folder_);
 }
 
@@ -355,25 +409,23 @@ void parseInputs(std::span<const unsigned char> bytes, const std::filesystem::pa
     record.torn_bytes = bytes.size() - position;
 }
 
-RecordHeader loadHeader(const std::filesystem::path& folder) {
-    RecordHeader header;
-    decodeHeader(readAll(folder / "inputs.bin"), folder / "inputs.bin", header);
-    return header;
-}
-
 RecordInfo parseInfo(std::string_view text, const std::filesystem::path& file) {
     Fields in = parseJson(file, text);
-    if (const auto version = in.integer("format_version", 0, std::numeric_limits<std::uint32_t>::max());
-        version != kRecordVersion)
-        in.refuse(
-            "format_version",
-            fmt::format("{}; this program reads only version {}, so use the program version that recorded it",
-                        version, kRecordVersion));
+    checkVersion(in);
     RecordInfo info;
-    Fields patient = in.child("patient");
     info.program_version = in.text("program_version");
+    info.id = in.text("id");
+    info.trainee = in.text("trainee");
+    info.started_utc = in.text("started_utc");
+    info.device = in.text("device");
+    info.firmware_sha256 = in.text("firmware_sha256");
+    info.clock = in.text("clock");
+    info.difficulty = in.text("difficulty");
+    if (in.has("registration_rms_m")) info.registration_rms_m = in.number("registration_rms_m", 0.0);
+    Fields patient = in.child("patient");
     info.patient_folder = patient.text("folder");
     info.patient_name = patient.text("name");
+    patient.finish();
     info.scenario = in.text("scenario");
     info.needle = in.text("needle");
     info.capture_points = in.texts("moments", kMaxCapturePoints);
@@ -382,18 +434,35 @@ RecordInfo parseInfo(std::string_view text, const std::filesystem::path& file) {
     info.gain = in.number("gain");
     info.path = parsePath(in.child("path"));
     info.bookmarks = parseBookmarks(in);
+    info.events = parseEvents(in, "events");
     if (in.has("state_hash")) info.end = RecordEnd{in.count("final_tick"), in.hex("state_hash")};
     if (in.has("lost_ticks")) {
         Fields lost = in.child("lost_ticks");
         info.lost = LostTicks{lost.count("first"), lost.count("last")};
+        lost.finish();
     }
+    if (in.has("result")) info.result = parseResult(in.child("result"));
+    in.finish();
     return info;
 }
 
+std::filesystem::path recordFolder(const std::filesystem::path& folder) {
+    return std::filesystem::exists(folder / "record" / "record.json") ? folder / "record" : folder;
+}
+
 Record loadRecord(const std::filesystem::path& folder) {
+    const std::filesystem::path place = recordFolder(folder);
     Record record;
-    record.info = parseInfo(readWholeFile(folder / "record.json", kMaxInfoBytes), folder / "record.json");
-    parseInputs(readAll(folder / "inputs.bin"), folder / "inputs.bin", record);
+    record.info = readInfo(place);
+    parseInputs(readAll(place / "inputs.bin"), place / "inputs.bin", record);
+    return record;
+}
+
+Record loadRecordHead(const std::filesystem::path& folder) {
+    const std::filesystem::path place = recordFolder(folder);
+    Record record;
+    record.info = readInfo(place);
+    decodeHeader(readBeginning(place / "inputs.bin"), place / "inputs.bin", record.header);
     return record;
 }
 

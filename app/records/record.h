@@ -1,7 +1,10 @@
-// The record of an attempt: every simulation input, bit for bit, so that the attempt can be recomputed.
-//   inputs.bin    header, then frames of ticks, each with a checksum and the state hash at its end
-//   record.json   human-readable: patient, scenario, seed, gain, path, and how the attempt ended
-// inputs.bin is little-endian. README.md documents its layout byte by byte.
+// The record of an attempt is the only source of everything that programs read about it:
+//   inputs.bin    every simulation input, bit for bit, so that the attempt can be recomputed: header, then
+//                 frames of ticks, each with a checksum and the state hash at its end
+//   record.json   who, on which patient, with what; events and bookmarks; the result once it has ended
+//   samples.bin   the state of every tick (samples.h)
+// inputs.bin is little-endian. README.md documents its layout byte by byte. All other files of an attempt are
+// exports (export.h) or pictures.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +16,7 @@
 #include <vector>
 
 #include "app/records/frames.h"
+#include "app/records/result.h"
 #include "haptics/loop/simulation.h"
 #include "patient/planning/planning.h"
 
@@ -48,8 +52,15 @@ struct Bookmark {
 };
 inline constexpr std::size_t kMaxBookmarks = 1000, kMaxBookmarkBytes = 512;
 
+// The contents of record.json.
 struct RecordInfo {
+    std::string id, trainee, started_utc;  // empty outside a store
     std::string program_version;
+    std::string device;           // "scripted", "replay", or a device's name
+    std::string firmware_sha256;  // of the firmware image loaded into the device; empty: none
+    std::string clock;            // "real time" or "virtual"
+    std::string difficulty;
+    std::optional<double> registration_rms_m;  // for a device registered in the headset's room
     std::filesystem::path patient_folder;
     std::string patient_name;
     std::string scenario;
@@ -59,9 +70,11 @@ struct RecordInfo {
     std::uint64_t seed = 0;
     double gain = 1.0;
     patient::PlannedPath path;
-    std::vector<Bookmark> bookmarks;  // by tick
-    std::optional<RecordEnd> end;     // absent: the attempt was interrupted
-    std::optional<LostTicks> lost;    // the record ends before these ticks; the attempt continued
+    std::vector<Bookmark> bookmarks;      // by tick
+    std::vector<EventRow> events;         // in the order of adding
+    std::optional<RecordEnd> end;         // absent: the attempt was interrupted
+    std::optional<LostTicks> lost;        // the record ends before these ticks; the attempt continued
+    std::optional<AttemptResult> result;  // absent: the attempt was cut short
 };
 
 // Appends frames as ticks arrive. After a crash the file is complete up to the last frame, after a power
@@ -74,12 +87,15 @@ class RecordWriter {
     void add(const haptics::TickInput&, std::uint64_t tick, std::uint64_t state_hash);
     // Writes the bookmark to record.json at once. Bookmarks beyond kMaxBookmarks are dropped.
     void bookmark(Bookmark);
+    // Writes the events to record.json at once. Accepts events of ticks that were lost.
+    void addEvents(const std::vector<EventRow>&);
     // Writes the current frame, and the end into record.json. Returns when both are on the disk.
     void finish();
-    const std::optional<LostTicks>& lost() const { return info_.lost; }
-    const std::vector<Bookmark>& bookmarks() const { return info_.bookmarks; }
+    void finish(const AttemptResult&);  // the same, with the result
+    const RecordInfo& info() const { return info_; }
 
   private:
+    void endInputs();
     void writeFrame();
 
     std::filesystem::path folder_;
@@ -106,11 +122,14 @@ struct Record {
     std::uint64_t torn_bytes = 0;         // bytes behind the last whole frame; ignored
 };
 
-// Throws DataError for a bad header, version or record.json. Ignores a torn tail behind the last whole frame.
-Record loadRecord(const std::filesystem::path& folder);
+// The folder of the record in an attempt's folder, or `folder` itself if it contains no other record.
+std::filesystem::path recordFolder(const std::filesystem::path& folder);
 
-// Loads only the header. Throws DataError.
-RecordHeader loadHeader(const std::filesystem::path& folder);
+// `folder`: of the attempt or of its record. Throws DataError for a bad header, version or record.json.
+// Ignores a torn tail behind the last whole frame.
+Record loadRecord(const std::filesystem::path& folder);
+// The same without the ticks: `inputs` and `checkpoints` are empty. Reads little, however long the attempt.
+Record loadRecordHead(const std::filesystem::path& folder);
 
 // Parse the contents of a record's two files. `file` is used in error messages.
 void parseInputs(std::span<const unsigned char> bytes, const std::filesystem::path& file, Record&);

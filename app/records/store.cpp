@@ -24,8 +24,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kBusyTimeout_ms = 10000;  // longest wait for another process that writes
-constexpr int kShortBusyTimeout_ms = 50;
+constexpr int kBusyTimeout_ms = 10000;        // longest wait for another process that writes
 constexpr const char* kReserve = ".reserve";  // deleted to make room when the disk is full
 constexpr std::size_t kReserveBytes = 1 << 20;
 constexpr std::size_t kMaxTraineeLength = 64;
@@ -68,6 +67,10 @@ bool isEmptyAttemptFolder(const fs::path& folder) {
     return true;
 }
 
+fs::path recordFile(const fs::path& attempt_folder) {
+    return attempt_folder / "record" / "record.json";
+}
+
 bool isCausedBy(const SQLite::Exception& e, int code) {
     return (e.getErrorCode() & 0xff) == code;  // without the bits of the extended code
 }
@@ -107,21 +110,6 @@ class RelaxedSync {
     ~RelaxedSync() { database_.tryExec("PRAGMA synchronous = FULL"); }
     RelaxedSync(const RelaxedSync&) = delete;
     RelaxedSync& operator=(const RelaxedSync&) = delete;
-
-  private:
-    SQLite::Database& database_;
-};
-
-// Scope in which a database write waits at most kShortBusyTimeout_ms for locks of other processes, instead of
-// kBusyTimeout_ms.
-class ShortBusyTimeout {
-  public:
-    explicit ShortBusyTimeout(SQLite::Database& database) : database_(database) {
-        database_.setBusyTimeout(kShortBusyTimeout_ms);
-    }
-    ~ShortBusyTimeout() { sqlite3_busy_timeout(database_.getHandle(), kBusyTimeout_ms); }
-    ShortBusyTimeout(const ShortBusyTimeout&) = delete;
-    ShortBusyTimeout& operator=(const ShortBusyTimeout&) = delete;
 
   private:
     SQLite::Database& database_;
@@ -311,23 +299,75 @@ void Store::recover() {
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
     for (const fs::path& folder : unknownFolders())
         if (isEmptyAttemptFolder(folder)) fs::remove_all(folder);
+    indexUnknownFolders();
     change.commit();
 }
 
-// Marks a running attempt as cut short if its writer has ended. Holds the database's write lock throughout.
-// begin() and finish() hold the same lock while they change an attempt's state and its lock file.
+// Brings the index up to date with a running attempt whose writer has ended. Holds the database's write lock
+// throughout. begin() and finish() hold the same lock while they change an attempt's state and its lock file.
 void Store::recoverAttempt(const std::string& id) {
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
     if (selectTexts(*database_, "SELECT id FROM attempt WHERE state = 'running' AND id = ?", id).empty() ||
         isBeingWritten(id))
         return;
-    RecoveredAttempt found{id, truncateTornTails(attemptFolder(id))};
-    fs::remove(attemptFolder(id) / kLockFile);
-    if (fs::exists(attemptFolder(id))) syncTree(attemptFolder(id));
-    execute(*database_, "UPDATE attempt SET state = 'cut_short' WHERE id = ?", id);
-    finalizeAttempt(id);
+    recoverLocked(id);
     change.commit();
-    recovered_.push_back(std::move(found));
+}
+
+StoredAttempt Store::loadOwnRecord(const std::string& id) const {
+    const fs::path folder = attemptFolder(id);
+    StoredAttempt attempt = makeStoredAttempt(loadRecordHead(folder / "record"), folder);
+    if (attempt.id != id) throw DataError(recordFile(folder), "id", "\"" + attempt.id + "\" is not " + id);
+    try {
+        checkTrainee(attempt.info.trainee);
+    } catch (const DataError& e) {
+        throw DataError(recordFile(folder), "trainee", e.what());
+    }
+    return attempt;
+}
+
+void Store::recoverLocked(const std::string& id) {
+    const fs::path folder = attemptFolder(id);
+    RecoveredAttempt found{id, truncateTornTails(folder)};
+    fs::remove(folder / kLockFile);
+    if (fs::exists(folder)) syncTree(folder);
+    bool done = false;
+    try {
+        if (fs::exists(recordFile(folder))) {
+            const StoredAttempt attempt = loadOwnRecord(id);
+            indexRecord(attempt);
+            done = attempt.result.has_value();
+        }
+    } catch (const DataError& e) {
+        found.unreadable = e.what();
+    }
+    if (!done) {
+        execute(*database_, "UPDATE attempt SET state = 'cut_short' WHERE id = ?", id);
+        recovered_.push_back(std::move(found));
+    }
+    finalizeAttempt(id);
+}
+
+// Adds attempts that the index lacks, because it was lost or damaged or their folder was copied here. A
+// folder without a readable record of that id is left alone.
+void Store::indexUnknownFolders() {
+    for (const fs::path& folder : unknownFolders())
+        if (fs::is_directory(folder)) indexUnknownFolder(folder);
+}
+
+void Store::indexUnknownFolder(const fs::path& folder) {
+    const std::string id = folder.filename().string();
+    if (isBeingWritten(id) ||
+        !selectTexts(*database_, "SELECT folder FROM doomed WHERE folder = ?", id).empty())
+        return;
+    StoredAttempt attempt;
+    try {
+        attempt = loadOwnRecord(id);
+    } catch (const DataError&) {
+        return;
+    }
+    insertRunning(id, attempt.started_utc, attempt.info);
+    recoverLocked(id);
 }
 
 std::vector<fs::path> Store::unknownFolders() const {
@@ -352,19 +392,52 @@ FileLock Store::makeFolder(const std::string& id) const {
     return std::move(*lock);
 }
 
+void Store::insertRunning(const std::string& id, const std::string& started_utc, const AttemptInfo& info) {
+    execute(*database_,
+            "INSERT INTO attempt (id, trainee, started_utc, state, device, patient, patient_digest, "
+            "scenario, difficulty, program_version, seed, dt_s, device_gain, registration_rms_m) "
+            "VALUES (?, ?, ?, 'running', ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            id, info.trainee, started_utc, info.device, info.patient, hexText(info.patient_digest),
+            info.scenario, info.difficulty, info.program_version, std::to_string(info.seed), info.dt_s,
+            info.device_gain, info.registration_rms_m.value_or(std::nan("")));
+}
+
+// Replaces the rows of an attempt by the facts of its record. Its files' checksums follow separately.
+void Store::indexRecord(const StoredAttempt& attempt) {
+    const AttemptInfo& info = attempt.info;
+    execute(*database_,
+            "UPDATE attempt SET trainee = ?, started_utc = ?, state = ?, device = ?, patient = ?, "
+            "patient_digest = ?, scenario = ?, difficulty = ?, program_version = ?, seed = ?, dt_s = ?, "
+            "device_gain = ?, registration_rms_m = ? WHERE id = ?",
+            info.trainee, attempt.started_utc, std::string(stateName(attempt.state)), info.device,
+            info.patient, hexText(info.patient_digest), info.scenario, info.difficulty, info.program_version,
+            std::to_string(info.seed), info.dt_s, info.device_gain,
+            info.registration_rms_m.value_or(std::nan("")), attempt.id);
+    std::int64_t place = 0;
+    SQLite::Statement event(*database_,
+                            "INSERT INTO event (attempt, place, tick, kind, text) SELECT number, ?, ?, ?, ? "
+                            "FROM attempt WHERE id = ?");
+    for (const EventRow& e : attempt.events)
+        run(event, place++, std::int64_t(e.tick), e.kind, e.text, attempt.id);
+    if (!attempt.result) return;
+    execute(*database_, "UPDATE attempt SET target_hit = ?, total = ?, ticks = ? WHERE id = ?",
+            int(attempt.result->target_hit), attempt.result->total, std::int64_t(attempt.result->ticks),
+            attempt.id);
+    place = 0;
+    SQLite::Statement metric(*database_,
+                             "INSERT INTO metric (attempt, place, id, name, unit, value, points, "
+                             "most_points) SELECT number, ?, ?, ?, ?, ?, ?, ? FROM attempt WHERE id = ?");
+    for (const MetricRow& m : attempt.result->metrics)
+        run(metric, place++, m.id, m.name, m.unit, m.value, m.points, m.max_points, attempt.id);
+}
+
 std::string Store::begin(const AttemptInfo& info) {
     checkTrainee(info.trainee);
     return translateErrors([&] {
         const Now now = utcNow();
         const std::string id = newId(now.compact);
         SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-        execute(*database_,
-                "INSERT INTO attempt (id, trainee, started_utc, state, device, patient, patient_digest, "
-                "scenario, difficulty, program_version, seed, dt_s, device_gain, registration_rms_m) "
-                "VALUES (?, ?, ?, 'running', ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                id, info.trainee, now.full, info.device, info.patient, hexText(info.patient_digest),
-                info.scenario, info.difficulty, info.program_version, std::to_string(info.seed), info.dt_s,
-                info.device_gain, info.registration_rms_m.value_or(std::nan("")));
+        insertRunning(id, now.full, info);
         FileLock lock = makeFolder(id);
         try {
             change.commit();
@@ -382,37 +455,6 @@ void Store::checkOpen(const std::string& id) const {
     if (!open_.contains(id)) throw DataError(attemptFolder(id), "attempt", "is not being written here");
 }
 
-void Store::add(const std::string& id, const std::vector<EventRow>& events) {
-    checkOpen(id);
-    translateErrors([&] { insertEvents(id, events); });
-}
-
-void Store::insertEvents(const std::string& id, const std::vector<EventRow>& events) {
-    if (events.empty()) return;
-    const RelaxedSync relaxed_sync(*database_);  // finish() syncs to the disk
-    SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-    SQLite::Statement row(*database_,
-                          "INSERT INTO event (attempt, place, tick, kind, text) SELECT number, (SELECT "
-                          "count(*) FROM event WHERE attempt = number), ?, ?, ? FROM attempt WHERE id = ?");
-    for (const EventRow& event : events)
-        run(row, std::int64_t(event.tick), event.kind, event.text, id);
-    change.commit();
-}
-
-bool Store::tryAdd(const std::string& id, const std::vector<EventRow>& events) {
-    checkOpen(id);
-    return translateErrors([&] {
-        const ShortBusyTimeout short_timeout(*database_);
-        try {
-            insertEvents(id, events);
-            return true;
-        } catch (const SQLite::Exception& e) {
-            if (isCausedBy(e, SQLITE_BUSY)) return false;
-            throw;
-        }
-    });
-}
-
 void Store::abandon(const std::string& id) {
     checkOpen(id);
     translateErrors([&] {
@@ -427,24 +469,20 @@ void Store::abandon(const std::string& id) {
     });
 }
 
-void Store::finish(const std::string& id, const AttemptResult& result) {
+void Store::finish(const std::string& id) {
     checkOpen(id);
     translateErrors([&] {
-        makeTreePrivate(attemptFolder(id));  // also what other writers put there
-        syncTree(attemptFolder(id));
+        const fs::path folder = attemptFolder(id);
+        const StoredAttempt attempt = loadOwnRecord(id);
+        if (!attempt.result)
+            throw DataError(recordFile(folder), "result", "is missing: the attempt has not ended");
+        makeTreePrivate(folder);  // also what other writers put there
+        syncTree(folder);
         SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-        execute(*database_,
-                "UPDATE attempt SET state = 'done', target_hit = ?, total = ?, ticks = ? WHERE id = ?",
-                int(result.target_hit), result.total, std::int64_t(result.ticks), id);
-        SQLite::Statement row(*database_,
-                              "INSERT INTO metric (attempt, place, id, name, unit, value, points, "
-                              "most_points) SELECT number, ?, ?, ?, ?, ?, ?, ? FROM attempt WHERE id = ?");
-        std::int64_t place = 0;
-        for (const MetricRow& m : result.metrics)
-            run(row, place++, m.id, m.name, m.unit, m.value, m.points, m.max_points, id);
+        indexRecord(attempt);
         finalizeAttempt(id);
         change.commit();
-        fs::remove(attemptFolder(id) / kLockFile);
+        fs::remove(folder / kLockFile);
         open_.erase(id);
     });
 }
@@ -558,12 +596,14 @@ std::size_t Store::eraseTrainee(const std::string& trainee) {
 
 std::size_t Store::markForDeletion(const std::string& trainee) {
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-    const std::vector<std::string> ids =
-        selectTexts(*database_, "SELECT id FROM attempt WHERE trainee = ?", trainee);
-    for (const std::string& id : ids) {
+    indexUnknownFolders();  // a damaged index must not hide an attempt from its deletion
+    std::size_t count = 0;
+    for (const std::string& id :
+         selectTexts(*database_, "SELECT id FROM attempt WHERE trainee = ?", trainee)) {
         // The row is damaged: its id names no folder of this store. It is only deleted with the other rows
         // below.
         if (!isAttemptId(id)) continue;
+        ++count;
         if (isBeingWritten(id)) throw DataError(attemptFolder(id), "attempt", "is being written");
         execute(*database_, "INSERT INTO doomed (folder) VALUES (?)", id);
         execute(*database_, "DELETE FROM outbox WHERE kind = 'attempt' AND what = ?", id);
@@ -573,7 +613,7 @@ std::size_t Store::markForDeletion(const std::string& trainee) {
     }
     execute(*database_, "DELETE FROM attempt WHERE trainee = ?", trainee);
     change.commit();
-    return ids.size();
+    return count;
 }
 
 // Best effort: without enough free space the store works without a reserve.

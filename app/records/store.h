@@ -1,7 +1,9 @@
 // The store: every attempt of a training site, stored on its local disk first. It has one SQLite file as
 // index and one folder per attempt:
 //   store.sqlite          attempts, metrics, events (WAL); the guide's records.md has the schema
-//   attempts/ID/          the files that `stylet run --out` writes: summary.json, pictures, record/
+//   attempts/ID/          the files that `stylet run --out` writes: record/, pictures, exports
+// An attempt's record is the truth. The index repeats facts of it, for lists and for the training centre: it
+// is filled from the record by finish() and by recovery, and opening a store adds attempts that it lacks.
 // Data that finish() has acknowledged survives a crash and a power failure. When the store is opened, it
 // recovers attempts whose writer ended without finish(): it cuts their files at the last whole frame, marks
 // them "cut short", and reports this.
@@ -19,6 +21,7 @@
 #include <vector>
 
 #include "app/records/disk_linux.h"
+#include "app/records/record.h"
 
 namespace SQLite {
 class Database;
@@ -34,28 +37,11 @@ struct AttemptInfo {
     std::optional<double> registration_rms_m{};  // for a device registered in the headset's room
 };
 
-// `value` is in the unit `unit`. `points` is at most `max_points`.
-struct MetricRow {
-    std::string id, name, unit;
-    double value = 0.0, points = 0.0, max_points = 0.0;
-};
-
-// kind: one of training::kEventKinds (app/training/progress.h).
-struct EventRow {
-    std::uint64_t tick = 0;
-    std::string kind, text;
-};
-
-struct AttemptResult {
-    bool target_hit = false;
-    double total = 0.0;  // score, 0 to 100
-    std::uint64_t ticks = 0;
-    std::vector<MetricRow> metrics;
-};
-
 enum class AttemptState { running, done, cut_short };
 std::string_view stateName(AttemptState);  // "running", "done", "cut_short"
 
+// The facts of an attempt's record that the index has too. A list of attempts comes from the index and has,
+// of the result, only target_hit, total, ticks and metrics.
 struct StoredAttempt {
     std::string id;
     AttemptInfo info;
@@ -65,6 +51,10 @@ struct StoredAttempt {
     std::vector<EventRow> events;         // in the order of adding
     std::filesystem::path folder;
 };
+
+// Converts a record, as loadRecordHead() returns it. `folder`: of the attempt. An attempt with a result is
+// done, any other was cut short.
+StoredAttempt makeStoredAttempt(const Record&, const std::filesystem::path& folder);
 
 // A repaired file of an attempt that was cut short, relative to the attempt's folder.
 struct TruncatedFile {
@@ -77,6 +67,7 @@ struct TruncatedFile {
 struct RecoveredAttempt {
     std::string id;
     std::vector<TruncatedFile> files;
+    std::string unreadable{};  // why its record cannot be read; empty: it can, or there is none yet
 };
 
 // A file of a finished attempt, relative to the attempt's folder.
@@ -128,21 +119,19 @@ class Store {
     // One line if permissions were withdrawn, one per recovered attempt, and one per step that failed when
     // opening. The next opening retries such steps.
     std::vector<std::string> openingMessages() const;
-    // Folders under attempts/ that are not in the index. They are never modified.
+    // Folders under attempts/ that are not in the index, because they have no readable record of that id.
+    // They are never modified.
     std::vector<std::filesystem::path> unknownFolders() const;
 
     // Begins an attempt, creates its folder and returns its id. Only this store may write the attempt, until
-    // finish() or the end of the process.
+    // finish() or the end of the process. The caller writes its record, with this id, into folder/record.
     std::string begin(const AttemptInfo&);
     std::filesystem::path attemptFolder(const std::string& id) const;
-    // Adds events. They survive a crash from now on, and a power failure after finish().
-    void add(const std::string& id, const std::vector<EventRow>&);
-    // Like add(), but does not wait: returns false and adds nothing while another process is writing.
-    bool tryAdd(const std::string& id, const std::vector<EventRow>&);
     // Removes an attempt that never reached a tick, as if it had not begun.
     void abandon(const std::string& id);
-    // Returns when the rows and every file of the folder are on the disk.
-    void finish(const std::string& id, const AttemptResult&);
+    // Fills the index from the attempt's record, which must have this id and a result. Returns when the rows
+    // and every file of the folder are on the disk.
+    void finish(const std::string& id);
 
     // Oldest first. Empty trainee: all.
     std::vector<StoredAttempt> attempts(const std::string& trainee = "") const;
@@ -181,7 +170,12 @@ class Store {
     FileLock makeFolder(const std::string& id) const;
     bool isBeingWritten(const std::string& id) const;
     void finalizeAttempt(const std::string& id);
-    void insertEvents(const std::string& id, const std::vector<EventRow>&);
+    void insertRunning(const std::string& id, const std::string& started_utc, const AttemptInfo&);
+    StoredAttempt loadOwnRecord(const std::string& id) const;
+    void indexRecord(const StoredAttempt&);
+    void recoverLocked(const std::string& id);
+    void indexUnknownFolders();
+    void indexUnknownFolder(const std::filesystem::path&);
     StoredAttempt readAttempt(const std::string& id) const;
     template <typename Act>
     auto translateErrors(Act) const;

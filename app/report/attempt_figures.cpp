@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <set>
+#include <span>
 #include <tuple>
 
 #include "app/report/bands.h"
@@ -132,16 +133,20 @@ const EventStyle& eventStyle(const std::string& kind) {
     return kEventStyles.back();
 }
 
-double timelineEnd_s(const AttemptFiles& a) {
+// Empty for an attempt that was cut short.
+std::span<const records::PunctureRow> listPunctures(const LoadedAttempt& a) {
+    return a.result() ? std::span(a.result()->punctures) : std::span<const records::PunctureRow>();
+}
+
+double timelineEnd_s(const LoadedAttempt& a) {
     double end_s = a.course.empty() ? 0.0 : a.course.back().t_s;
     if (a.stored.result) end_s = std::max(end_s, double(a.stored.result->ticks) * a.stored.info.dt_s);
-    end_s = std::max(end_s, double(a.summary.ticks) * a.stored.info.dt_s);
     for (const records::EventRow& event : a.stored.events)
         end_s = std::max(end_s, double(event.tick) * a.stored.info.dt_s);
     return std::max(end_s, 1.0);
 }
 
-FigureChoice timeSeries(const AttemptFiles& a, const std::string& name, const std::string& axis,
+FigureChoice timeSeries(const LoadedAttempt& a, const std::string& name, const std::string& axis,
                         Colour colour, double (*value)(const CourseRow&)) {
     std::vector<FigurePoint> points;
     points.reserve(a.course.size());
@@ -174,9 +179,9 @@ std::optional<std::size_t> deepestRow(const std::vector<CourseRow>& rows) {
     return deepest;
 }
 
-std::optional<std::size_t> keyRow(const AttemptFiles& a) {
-    if (a.summary.target_hit)
-        for (auto p = a.summary.punctures.rbegin(); p != a.summary.punctures.rend(); ++p) {
+std::optional<std::size_t> keyRow(const LoadedAttempt& a) {
+    if (a.result() && a.result()->target_hit)
+        for (auto p = a.result()->punctures.rbegin(); p != a.result()->punctures.rend(); ++p) {
             if (p->tissue != "duct" || p->kind != "cut") continue;
             const double t_s = double(p->tick) * a.stored.info.dt_s;
             const auto row =
@@ -213,7 +218,7 @@ ReferenceCurve exactCurve(const patient::Patient& patient, const patient::Planne
     return curve;
 }
 
-ReferenceCurve insertionCurve(const AttemptFiles& expert) {
+ReferenceCurve insertionCurve(const LoadedAttempt& expert) {
     const std::optional<std::size_t> deepest = deepestRow(expert.course);
     ReferenceCurve curve{"attempt " + expert.stored.id, {}};
     const double tick_s = expert.stored.info.dt_s;
@@ -224,7 +229,7 @@ ReferenceCurve insertionCurve(const AttemptFiles& expert) {
     return curve;
 }
 
-DescribedFigure forceFigure(const AttemptFiles& a, const std::vector<ReferenceCurve>& references) {
+DescribedFigure forceFigure(const LoadedAttempt& a, const std::vector<ReferenceCurve>& references) {
     DescribedFigure f;
     const std::optional<std::size_t> deepest = deepestRow(a.course);
     const double tick_s = a.stored.info.dt_s;
@@ -262,7 +267,7 @@ DescribedFigure forceFigure(const AttemptFiles& a, const std::vector<ReferenceCu
     }
     if (!earlier.points.empty()) f.figure.series.push_back(earlier);
     const double from_s = deepest ? a.course[begin].t_s - tick_s : 0.0;
-    for (const PunctureRow& p : a.summary.punctures)
+    for (const records::PunctureRow& p : listPunctures(a))
         if (p.kind == "cut" && double(p.tick) * tick_s >= from_s)
             f.figure.marks.push_back({kMmPerM * (p.border_depth_m + p.tenting_m), p.force_before_n,
                                       p.label + " " + fixed(p.force_before_n, 2) + " N"});
@@ -284,42 +289,28 @@ DescribedFigure forceFigure(const AttemptFiles& a, const std::vector<ReferenceCu
     return f;
 }
 
-std::vector<records::EventRow> listEvents(const AttemptFiles& a) {
-    if (!a.stored.events.empty()) return a.stored.events;
-    std::vector<records::EventRow> events;
-    for (const CaptureRow& moment : a.summary.captures)
-        events.push_back({moment.tick, "moment", moment.name});
-    for (const PunctureRow& p : a.summary.punctures)
-        if (p.kind == "cut")
-            events.push_back({p.tick, "cut", p.label + " at " + fixed(p.force_before_n, 2) + " N"});
-    std::sort(events.begin(), events.end(), [](const records::EventRow& x, const records::EventRow& y) {
-        return std::tie(x.tick, x.kind, x.text) < std::tie(y.tick, y.kind, y.text);
-    });
-    return events;
-}
-
-Table eventTable(const AttemptFiles& a) {
+Table eventTable(const LoadedAttempt& a) {
     Table table{"What happened, in order", {"Time [s]", "Kind", "What"}, {}, {true, false, false}, true};
-    for (const records::EventRow& event : listEvents(a))
+    for (const records::EventRow& event : a.stored.events)
         table.rows.push_back({fixed(double(event.tick) * a.stored.info.dt_s, 2),
                               event.kind == "near_miss" ? "near miss" : event.kind, event.text});
     return table;
 }
 
-Table punctureTable(const AttemptFiles& a) {
+Table punctureTable(const LoadedAttempt& a) {
     Table table{"Borders that the needle met",
                 {"Into", "Tissue", "How", "Time [s]", "Depth of the border [mm]", "Pushed ahead [mm]",
                  "Force before [N]", "Force after [N]"},
                 {},
                 {false, false, false, true, true, true, true, true}};
-    for (const PunctureRow& p : a.summary.punctures)
+    for (const records::PunctureRow& p : listPunctures(a))
         table.rows.push_back({p.label, p.tissue, p.kind, fixed(double(p.tick) * a.stored.info.dt_s, 2),
                               fixed(kMmPerM * p.border_depth_m, 1), fixed(kMmPerM * p.tenting_m, 1),
                               fixed(p.force_before_n, 2), fixed(p.force_after_n, 2)});
     return table;
 }
 
-DescribedFigure timelineFigure(const AttemptFiles& a) {
+DescribedFigure timelineFigure(const LoadedAttempt& a) {
     DescribedFigure f;
     const double tick_s = a.stored.info.dt_s, end_s = timelineEnd_s(a);
     f.figure.x = {"time [s]", 0.0, end_s};
@@ -333,8 +324,7 @@ DescribedFigure timelineFigure(const AttemptFiles& a) {
     std::string tools;
     for (const CourseRow& row : a.course) {
         held += row.breath_held, inside += row.in_body;
-        if (a.has_samples && seen.insert(row.tool).second)
-            tools += (tools.empty() ? "" : ", ") + std::string(toolName(row));
+        if (seen.insert(row.tool).second) tools += (tools.empty() ? "" : ", ") + std::string(toolName(row));
     }
     bool left_out = false;
     // Adds a span for each run of rows with the same text. Rows with an empty text get no span.
@@ -347,8 +337,7 @@ DescribedFigure timelineFigure(const AttemptFiles& a) {
             f.data.rows.push_back({kLanes[lane], fixed(from_s, 2), fixed(to_s, 2), shown});
         });
     };
-    if (a.has_samples)
-        addSpans(laneTool, toolName, [](const CourseRow& r) { return kToolColours[std::size_t(r.tool)]; });
+    addSpans(laneTool, toolName, [](const CourseRow& r) { return kToolColours[std::size_t(r.tool)]; });
     addSpans(
         laneBreath, [](const CourseRow& r) { return std::string_view(r.breath_held ? "held" : ""); },
         [](const CourseRow&) { return kHeldColour; });
@@ -358,7 +347,7 @@ DescribedFigure timelineFigure(const AttemptFiles& a) {
     addSpans(
         laneFaults, [](const CourseRow& r) { return std::string_view(r.faults != 0 ? "no force" : ""); },
         [](const CourseRow&) { return kFaultColour; });
-    for (const records::EventRow& event : listEvents(a)) {
+    for (const records::EventRow& event : a.stored.events) {
         const EventStyle& style = eventStyle(event.kind);
         auto series = std::find_if(f.figure.series.begin(), f.figure.series.end(),
                                    [&](const FigureSeries& s) { return s.name == style.name; });
@@ -373,16 +362,13 @@ DescribedFigure timelineFigure(const AttemptFiles& a) {
     f.description = "Timeline of " + fixed(end_s, 1) + " s. " +
                     (tools.empty() ? "" : "Tools in hand: " + tools + ". ") +
                     "The needle was in the body for " + fixed(double(inside) * tick_s, 1) +
-                    " s; the breath was held for " + fixed(double(held) * tick_s, 1) +
-                    (a.has_samples ? " s." : " s of the time in the body.");
-    f.caption = a.has_samples ? "Bars: time intervals. Points: events."
-                              : "Bars: time intervals while the needle was in the body; this attempt has no "
-                                "samples of the other ticks. Points: events.";
+                    " s; the breath was held for " + fixed(double(held) * tick_s, 1) + " s.";
+    f.caption = "Bars: time intervals. Points: events.";
     if (left_out) f.caption += " Intervals too short to see are left out.";
     return f;
 }
 
-DescribedFigure courseFigure(const AttemptFiles& a) {
+DescribedFigure courseFigure(const LoadedAttempt& a) {
     DescribedFigure f;
     f.figure.x = {"time [s]", 0.0, timelineEnd_s(a)};
     f.figure.low = true;

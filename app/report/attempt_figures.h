@@ -22,22 +22,20 @@ struct ReferenceCurve {
 ReferenceCurve exactCurve(const patient::Patient&, const patient::PlannedPath&,
                           const haptics::NeedleSettings& needle);
 // The insertion of another attempt.
-ReferenceCurve insertionCurve(const AttemptFiles&);
+ReferenceCurve insertionCurve(const LoadedAttempt&);
 
-DescribedFigure forceFigure(const AttemptFiles&, const std::vector<ReferenceCurve>&);
+DescribedFigure forceFigure(const LoadedAttempt&, const std::vector<ReferenceCurve>&);
 // Tools, breath, tissue at the tip and faults as spans; events as points.
-DescribedFigure timelineFigure(const AttemptFiles&);
+DescribedFigure timelineFigure(const LoadedAttempt&);
 // Depth, force, clearance and breath over time; the reader selects one.
-DescribedFigure courseFigure(const AttemptFiles&);
+DescribedFigure courseFigure(const LoadedAttempt&);
 
 // Index into `course` of the deepest needle position; none if the needle was never in the body.
 std::optional<std::size_t> deepestRow(const std::vector<CourseRow>&);
 // The row at which the target duct was cut, else the deepest row.
-std::optional<std::size_t> keyRow(const AttemptFiles&);
+std::optional<std::size_t> keyRow(const LoadedAttempt&);
 
-// The store's events. For a folder outside a store, the events in its summary.
-std::vector<records::EventRow> listEvents(const AttemptFiles&);
-Table eventTable(const AttemptFiles&);
-Table punctureTable(const AttemptFiles&);
+Table eventTable(const LoadedAttempt&);
+Table punctureTable(const LoadedAttempt&);
 
 }  // namespace stylet::report

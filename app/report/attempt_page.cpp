@@ -9,6 +9,7 @@
 #include "app/report/slices.h"
 #include "app/training/learning.h"
 #include "app/training/score.h"
+#include "base/hex.h"
 #include "base/statistics.h"
 #include "base/text.h"
 
@@ -33,22 +34,20 @@ std::string stateText(AttemptState state) {
     return std::string(enumName(kStateTexts, state));
 }
 
-double seconds(const AttemptFiles& a) {
+double seconds(const LoadedAttempt& a) {
     const double dt_s = a.stored.info.dt_s;
-    if (a.stored.result) return double(a.stored.result->ticks) * dt_s;
-    if (a.summary.ticks > 0) return double(a.summary.ticks) * dt_s;
+    if (a.result()) return double(a.result()->ticks) * dt_s;
     return a.course.empty() ? 0.0 : a.course.back().t_s;
 }
 
-std::vector<Headline> makeHeadlines(const AttemptFiles& a) {
+std::vector<Headline> makeHeadlines(const LoadedAttempt& a) {
     std::vector<Headline> all;
-    if (a.stored.result) all.push_back({fixed(a.stored.result->total, 1) + " of 100", "score"});
-    if (a.has_summary || a.stored.result) {
-        const bool hit = a.stored.result ? a.stored.result->target_hit : a.summary.target_hit;
-        all.push_back({hit ? "Yes" : "No", "bile duct hit"});
+    if (a.result()) {
+        all.push_back({fixed(a.result()->total, 1) + " of 100", "score"});
+        all.push_back({a.result()->target_hit ? "Yes" : "No", "bile duct hit"});
     }
     all.push_back({clockText(seconds(a)), "minutes and seconds"});
-    double peak_n = a.summary.peak_force_n;
+    double peak_n = a.result() ? a.result()->peak_force_n : 0.0;
     for (const CourseRow& row : a.course)
         peak_n = std::max(peak_n, row.force_n);
     all.push_back({fixed(peak_n, 2) + " N", "largest axial force"});
@@ -62,9 +61,8 @@ std::vector<Headline> makeHeadlines(const AttemptFiles& a) {
     return all;
 }
 
-std::vector<Fact> makeFacts(const AttemptFiles& a) {
+std::vector<Fact> makeFacts(const LoadedAttempt& a) {
     const records::AttemptInfo& info = a.stored.info;
-    const Summary& s = a.summary;
     std::vector<Fact> facts;
     const auto add = [&](const char* name, const std::string& value) {
         if (!value.empty()) facts.push_back({name, value});
@@ -76,31 +74,38 @@ std::vector<Fact> makeFacts(const AttemptFiles& a) {
     add("Patient", info.patient);
     add("Scenario", info.scenario);
     add("Difficulty", info.difficulty);
-    add("Device", info.device + (s.clock.empty() ? "" : " (" + s.clock + ")"));
+    add("Device", info.device + (a.record.clock.empty() ? "" : " (" + a.record.clock + ")"));
     add("Seed", std::to_string(info.seed));
     add("Program", info.program_version.empty() ? "" : "stylet " + info.program_version);
     add("Force gain of the device", fixed(info.device_gain, 3));
     add("Registration error", info.registration_rms_m
                                   ? fixed(kMmPerM * *info.registration_rms_m, 2) + " mm (root mean square)"
                                   : "");
-    if (a.record)
-        add("Reference path",
-            fixed(kMmPerM * a.record->path.length_m, 1) + " mm, quality " + fixed(a.record->path.quality, 2));
-    if (a.has_summary) {
-        add("X-rays", fixed(s.fluoroscopy_s, 1) + " s, " + fixed(1e3 * s.air_kerma_gy, 2) +
+    const patient::PlannedPath& path = a.record.path;
+    add("Reference path", fixed(kMmPerM * path.length_m, 1) + " mm, quality " + fixed(path.quality, 2));
+    if (a.result()) {
+        const records::AttemptResult& r = *a.result();
+        add("X-rays", fixed(r.dose.fluoroscopy_s, 1) + " s, " + fixed(1e3 * r.dose.air_kerma_gy, 2) +
                           " mGy at the reference point");
-        add("Contrast medium", fixed(s.contrast_ml, 1) + " ml");
-        add("Cut sideways", fixed(kMmPerM * s.lateral_cut_m, 1) + " mm");
-        add("Faults", s.fault_names);
-        add("Ticks", std::to_string(s.ticks) + ", " + std::to_string(s.late_ticks) + " late");
-        add("State hash", s.state_hash);
+        add("Contrast medium", fixed(r.dose.contrast_ml, 1) + " ml");
+        add("Cut sideways", fixed(kMmPerM * r.lateral_cut_m, 1) + " mm");
+        add("Faults", r.haptics.fault_names);
+        add("Ticks", std::to_string(r.haptics.ticks) + ", " + std::to_string(r.haptics.late_ticks) + " late");
     }
+    if (a.record.end) add("State hash", hexText(a.record.end->state_hash));
     return facts;
 }
 
-std::vector<Vec3> needleTrail(const AttemptFiles& a) {
+// A page is the same wherever the attempt's folder is, so it names files relative to that folder.
+std::string relativeToAttempt(std::string text, const std::filesystem::path& folder) {
+    const std::string prefix = (folder / "").string();
+    for (std::size_t at = 0; (at = text.find(prefix, at)) != text.npos;)
+        text.erase(at, prefix.size());
+    return text;
+}
+
+std::vector<Vec3> needleTrail(const LoadedAttempt& a) {
     std::vector<Vec3> trail;
-    if (!a.has_samples) return trail;
     std::size_t inside = 0;
     for (const CourseRow& row : a.course)
         inside += row.in_body;
@@ -112,17 +117,17 @@ std::vector<Vec3> needleTrail(const AttemptFiles& a) {
 }
 
 // Slices at the given row, with the needle and its track.
-Picture slicePicture(const AttemptFiles& a, const CourseRow& row, const patient::Patient& patient) {
+Picture slicePicture(const LoadedAttempt& a, const CourseRow& row, const patient::Patient& patient) {
     NeedlePicture needle;
     needle.tip_m = row.tip_m;
     needle.axis = row.axis;
     needle.depth_m = row.depth_m;
     needle.breath = {row.breath_v, 0.0};
-    needle.target_m = a.record ? a.record->path.target_m : row.tip_m;
+    needle.target_m = a.record.path.target_m;
     needle.trail_m = needleTrail(a);
-    if (a.record) needle.reference_m = {a.record->path.entry_m, a.record->path.target_m};
-    needle.title =
-        a.summary.target_hit ? "The puncture of the bile duct" : "The deepest point: no target was hit";
+    needle.reference_m = {a.record.path.entry_m, a.record.path.target_m};
+    needle.title = a.result() && a.result()->target_hit ? "The puncture of the bile duct"
+                                                        : "The deepest point: no target was hit";
     needle.caption = "tip " + fixed(kMmPerM * row.depth_m, 1) + " mm deep, " + fixed(row.t_s, 2) +
                      " s, breath " + (row.breath_held ? "held" : "free");
     const SliceSheet sheet = sliceSheet(patient, needle);
@@ -136,24 +141,11 @@ Picture slicePicture(const AttemptFiles& a, const CourseRow& row, const patient:
     return picture;
 }
 
-void addSlices(Page& page, const AttemptFiles& a, const AttemptContext& context) {
+void addSlices(Page& page, const LoadedAttempt& a, const AttemptContext& context) {
     page.section("Needle in the patient");
     const std::optional<std::size_t> row = keyRow(a);
-    const std::filesystem::path drawn = a.stored.folder / "slices.png";
-    if (row && a.has_samples && context.patient) {
+    if (row && context.patient) {
         page.picture(slicePicture(a, a.course[*row], *context.patient));
-    } else if (std::filesystem::exists(drawn)) {
-        try {
-            Picture picture = loadPng(drawn);
-            picture.alt =
-                "Three slices through the CT at the needle's tip, with the needle: two along it, near axial "
-                "and near coronal, one across it.";
-            picture.caption =
-                "The needle in the patient on three slices, as drawn at the end of the attempt.";
-            page.picture(picture);
-        } catch (const DataError& e) {
-            page.paragraph(e.what());
-        }
     } else {
         page.paragraph(row ? "The patient of this attempt was not found, so there are no slices."
                            : "The needle did not enter the body.");
@@ -175,7 +167,7 @@ class Extremes {
 };
 
 // Each row summarises several ticks: the values at the first tick, and the extremes over all of them.
-Table courseTable(const AttemptFiles& a) {
+Table courseTable(const LoadedAttempt& a) {
     Table table;
     table.head = {"time_s",      "ticks",        "tool",         "depth_mm",
                   "force_n",     "sent_n",       "breath_v",     "breath_held",
@@ -196,14 +188,13 @@ Table courseTable(const AttemptFiles& a) {
             sent_n.add(r.sent_n), clearance_mm.add(kMmPerM * r.clearance_m);
         }
         const CourseRow& r = a.course[i];
-        table.rows.push_back({fixed(r.t_s, 5), std::to_string(end - i),
-                              a.has_samples ? std::string(haptics::kToolNames[std::size_t(r.tool)]) : "",
-                              r.in_body ? fixed(kMmPerM * r.depth_m, 3) : "",
-                              r.in_body ? fixed(r.force_n, 4) : "", csv(r.sent_n, 4), csv(r.breath_v, 4),
-                              r.breath_held ? "1" : "0",
-                              r.in_body ? std::string(patient::tissueName(r.tissue)) : "",
-                              csv(kMmPerM * r.clearance_m, 2), depth_mm.low(3), depth_mm.high(3),
-                              force_n.low(4), force_n.high(4), sent_n.high(4), clearance_mm.low(2)});
+        table.rows.push_back(
+            {fixed(r.t_s, 5), std::to_string(end - i), std::string(haptics::kToolNames[std::size_t(r.tool)]),
+             r.in_body ? fixed(kMmPerM * r.depth_m, 3) : "", r.in_body ? fixed(r.force_n, 4) : "",
+             csv(r.sent_n, 4), csv(r.breath_v, 4), r.breath_held ? "1" : "0",
+             r.in_body ? std::string(patient::tissueName(r.tissue)) : "", csv(kMmPerM * r.clearance_m, 2),
+             depth_mm.low(3), depth_mm.high(3), force_n.low(4), force_n.high(4), sent_n.high(4),
+             clearance_mm.low(2)});
     }
     return table;
 }
@@ -230,7 +221,7 @@ Table meaningTable(const records::AttemptResult& result) {
     return table;
 }
 
-void addScore(Page& page, const AttemptFiles& a, const AttemptContext& context, AttemptReport& report) {
+void addScore(Page& page, const LoadedAttempt& a, const AttemptContext& context, AttemptReport& report) {
     page.section("Score");
     if (!a.stored.result || a.stored.result->metrics.empty()) {
         page.paragraph(a.stored.state == AttemptState::done ? "This attempt was not scored."
@@ -299,7 +290,7 @@ Table metricTable(const records::AttemptResult& result, const std::vector<Stored
     return table;
 }
 
-AttemptReport attemptReport(const AttemptFiles& a, const AttemptContext& context) {
+AttemptReport attemptReport(const LoadedAttempt& a, const AttemptContext& context) {
     AttemptReport report;
     const records::AttemptInfo& info = a.stored.info;
     Page page(info.trainee.empty() ? "Attempt " + a.stored.id : "Attempt of " + info.trainee,
@@ -310,8 +301,8 @@ AttemptReport attemptReport(const AttemptFiles& a, const AttemptContext& context
     page.headlines(makeHeadlines(a));
 
     std::vector<ReferenceCurve> references = context.references;
-    if (context.patient && a.record && a.needle && references.empty())
-        references.push_back(exactCurve(*context.patient, a.record->path, *a.needle));
+    if (context.patient && references.empty())
+        references.push_back(exactCurve(*context.patient, a.record.path, a.needle));
     page.section("Force over depth");
     page.figure(forceFigure(a, references));
     addList(page, punctureTable(a));
@@ -342,7 +333,7 @@ AttemptReport attemptReport(const AttemptFiles& a, const AttemptContext& context
     if (!warnings.empty()) {
         page.section("What could not be read");
         for (const std::string& warning : warnings)
-            page.paragraph(warning);
+            page.paragraph(relativeToAttempt(warning, a.stored.folder));
     }
     report.html = page.html();
     return report;

@@ -22,7 +22,7 @@ struct AttemptReport {
     Table metrics, events, course;  // for CSV
 };
 
-AttemptReport attemptReport(const AttemptFiles&, const AttemptContext&);
+AttemptReport attemptReport(const LoadedAttempt&, const AttemptContext&);
 
 // A row per metric: value, points, and this attempt's rank among the finished attempts of the cohort.
 Table metricTable(const records::AttemptResult&, const std::vector<records::StoredAttempt>& cohort);

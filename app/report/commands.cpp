@@ -45,8 +45,9 @@ void removeStale(const fs::path& folder, std::initializer_list<const char*> name
     }
 }
 
-AttemptFiles openAttempt(const std::string& what, const ReportOptions& o) {
-    return fs::is_directory(what) ? readFolder(what) : readAttempt(openStore(o).attempt(what));
+// Folder of an attempt that the user names by its folder or by its id in the store.
+fs::path attemptFolder(const std::string& what, const ReportOptions& o) {
+    return fs::is_directory(what) ? fs::path(what) : openStore(o).attempt(what).folder;
 }
 
 struct OpenPatient {
@@ -55,22 +56,16 @@ struct OpenPatient {
 };
 
 // Opens the attempt's patient, if it is still in its folder and unchanged.
-std::unique_ptr<OpenPatient> openPatient(AttemptFiles& a, const fs::path& named) {
-    const fs::path folder = !named.empty() ? named : a.record ? a.record->patient_folder : fs::path();
-    if (!named.empty() && !a.record)
-        throw DataError(named, "patient", "cannot be used: the attempt has no record that names its path");
-    if (folder.empty() || !a.record) return nullptr;
+std::unique_ptr<OpenPatient> openPatient(LoadedAttempt& a, const fs::path& named) {
+    const fs::path folder = named.empty() ? a.record.patient_folder : named;
     try {
-        if (a.stored.info.patient_digest == 0)
-            throw DataError(folder, "patient", "cannot be identified: the attempt's record is incomplete");
         patient::Package package = patient::loadPackage(folder);
         if (patient::digest(package) != a.stored.info.patient_digest)
             throw DataError(folder, "patient", "is not the one that the attempt was made on");
         return std::unique_ptr<OpenPatient>(new OpenPatient{std::move(package)});
     } catch (const DataError& e) {
         if (!named.empty()) throw;
-        a.warnings.emplace_back(std::string(e.what()) +
-                                " (no reference curve, and slices as drawn at the time)");
+        a.warnings.emplace_back(std::string(e.what()) + " (no reference curve and no slices)");
         return nullptr;
     }
 }
@@ -95,19 +90,13 @@ fs::path writeGroup(const ReportOptions& o, const char* page, const GroupReport&
 }  // namespace
 
 fs::path reportAttempt(const ReportOptions& o) {
-    AttemptFiles attempt;
+    LoadedAttempt attempt = loadAttempt(attemptFolder(o.attempt, o));
     AttemptContext context;
-    if (fs::is_directory(o.attempt)) {
-        attempt = readFolder(o.attempt);
-    } else {
-        const records::Store store = openStore(o);
-        attempt = readAttempt(store.attempt(o.attempt));
-        context.cohort = filterByScenario(store.attempts(), attempt.stored.info.scenario);
-    }
+    if (o.cohort) context.cohort = filterByScenario(openStore(o).attempts(), attempt.stored.info.scenario);
     const std::unique_ptr<OpenPatient> patient = openPatient(attempt, o.patient);
     if (patient) context.patient = &patient->ready;
     if (!o.reference.empty()) {
-        const AttemptFiles reference = openAttempt(o.reference, o);
+        const LoadedAttempt reference = loadAttempt(attemptFolder(o.reference, o));
         if (reference.course.empty()) throw DataError(o.reference, "reference", "has no curve");
         context.references.push_back(insertionCurve(reference));
     }

@@ -13,6 +13,7 @@ struct ReportOptions {
     std::filesystem::path out;
     std::string attempt, reference;  // id or folder
     std::filesystem::path patient;
+    bool cohort = false;  // compare the attempt with those of the store
     std::string trainee, scenario;
     XapiSettings xapi;
 };

@@ -22,9 +22,6 @@ constexpr int kCurveWidth = 1280, kCurveHeight = 720;
 constexpr double kCurveLeft = 88, kCurveRight = 32, kCurveTop = 108, kCurveBottom = 76;
 constexpr Colour kIn{0.75, 0.16, 0.14}, kOut{0.20, 0.38, 0.62};
 
-// In the order of haptics::Phase.
-constexpr std::array<std::string_view, 3> kCurvePhases{"outside", "held", "pass"};
-
 // Maps data coordinates to pixels.
 struct Axes {
     double depth_low_mm, depth_high_mm, force_low_n, force_high_n;
@@ -146,15 +143,6 @@ void drawCurveLegend(Canvas& canvas) {
 }
 
 }  // namespace
-
-void writeCurveCsv(const std::vector<ForceSample>& curve, double dt_s, const std::filesystem::path& file) {
-    std::string text = "tick,time_s,depth_m,force_n,phase,tissue,breath_held\n";
-    for (const ForceSample& s : curve)
-        text += fmt::format("{},{:.3f},{:.7f},{:.6f},{},{},{:d}\n", s.tick, double(s.tick) * dt_s, s.depth_m,
-                            s.force_n, enumName(kCurvePhases, s.phase), patient::tissueName(s.tissue),
-                            s.breath_held);
-    writeWholeFile(file, text);
-}
 
 void drawCurve(const std::vector<ForceSample>& curve, const std::vector<ForceMark>& marks,
                const std::string& title, const std::filesystem::path& png) {

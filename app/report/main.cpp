@@ -32,6 +32,8 @@ int main(int argc, char** argv) {
     attempt->add_option(
         "--reference", o.reference,
         "Another attempt (id or folder), for example an expert's, whose needle track is drawn beside.");
+    attempt->add_flag("--cohort", o.cohort,
+                      "Compare with the store's finished attempts at the same scenario.");
     attempt->add_option("--patient", o.patient, "Patient package, if it has moved.");
     common(attempt);
     CLI::App* trainee = app.add_subcommand("trainee", "Write a page of one trainee over time: trainee.html.");

@@ -116,15 +116,6 @@ Picture loadStill(const fs::path& png, int max_width) {
     return picture;
 }
 
-Picture loadPng(const fs::path& png) {
-    Picture picture;
-    picture.bytes = readImageFile(png);
-    const Size size = pngSize(picture.bytes, png);
-    picture.type = "image/png";
-    picture.width = size.width, picture.height = size.height;
-    return picture;
-}
-
 Stills loadStills(const fs::path& folder, std::size_t most, int max_width) {
     std::vector<fs::path> files;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {

@@ -11,9 +11,6 @@ namespace stylet::report {
 // Converts a PNG to JPEG, at most `max_width` pixels wide. Throws DataError.
 Picture loadStill(const std::filesystem::path& png, int max_width);
 
-// Returns the PNG unchanged, with the size read from its header. Throws DataError.
-Picture loadPng(const std::filesystem::path& png);
-
 struct Stills {
     std::vector<Picture> pictures;
     std::size_t left_out = 0;           // number of pictures beyond `most`

@@ -35,22 +35,23 @@ void writeAttempt(records::Store& store, std::uint64_t ticks) {
     info.scenario = "kill";
     const std::string id = store.begin(info);
     report("begun " + id);
-    records::RecordWriter record(store.attemptFolder(id) / "record", {}, {});
+    records::RecordInfo recorded;
+    recorded.id = id, recorded.trainee = info.trainee, recorded.scenario = info.scenario;
+    records::RecordWriter record(store.attemptFolder(id) / "record", {}, recorded);
     records::SampleWriter samples(store.attemptFolder(id) / "record", {});
     std::uint64_t events = 0;
     for (std::uint64_t tick = 1; tick <= ticks; ++tick) {
         record.add(test::inputAt(tick), tick, test::hashAt(tick));
         samples.add(test::sampleAt(tick));
         if (tick % 400 == 0) {
-            store.add(id, {{tick, "comment", test::textAt(tick)}});
+            record.addEvents({{tick, "comment", test::textAt(tick)}});
             report(fmt::format("event {} {}", id, ++events));
         }
         if (tick % records::kFrameTicks == 0) report(fmt::format("kept {} {}", id, tick));
     }
-    record.finish();
     samples.finish();
-    records::AttemptResult result{true, 50.0, ticks, {{"ticks", "ticks", "", double(ticks), 1.0, 2.0}}};
-    store.finish(id, result);
+    record.finish({true, 50.0, ticks, {{"ticks", "ticks", "", double(ticks), 1.0, 2.0}}});
+    store.finish(id);
     report(fmt::format("done {} {}", id, ticks));
 }
 

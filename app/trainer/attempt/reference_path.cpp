@@ -20,7 +20,7 @@ constexpr const char* kOption = "--path";
 
 // Returns the tick in which the recorded needle cut the target duct.
 haptics::TickOutput targetCut(const patient::Patient& patient, const std::filesystem::path& folder) {
-    const records::Record record = records::loadRecord(recordFolder(folder));
+    const records::Record record = records::loadRecord(folder);
     Session session(patient, record.info.path, {}, 0.0, nullptr, record.header.settings.dt_s);
     const records::ReplayResult again =
         records::replay(patient, record,

@@ -16,7 +16,8 @@ namespace fs = std::filesystem;
 
 fs::path findRecordFolder(const std::string& attempt, const fs::path& store) {
     if (attempt.empty()) throw DataError("@", "--from", "names no attempt");
-    if (const fs::path folder = recordFolder(attempt); fs::exists(folder / "record.json")) return folder;
+    if (const fs::path folder = records::recordFolder(attempt); fs::exists(folder / "record.json"))
+        return folder;
     const fs::path kept = store / "attempts" / fs::path(attempt).filename() / "record";
     if (!fs::path(attempt).has_parent_path() && fs::exists(kept / "record.json")) return kept;
     throw DataError(attempt, "--from", "is neither an attempt folder nor an attempt id in " + store.string());
@@ -46,10 +47,6 @@ std::size_t chosen(const std::vector<Bookmark>& marks, const std::string& wanted
 }
 
 }  // namespace
-
-fs::path recordFolder(const fs::path& folder) {
-    return fs::exists(folder / "record" / "record.json") ? folder / "record" : folder;
-}
 
 Retry openRetry(const std::string& from, const fs::path& store) {
     const std::size_t at = from.rfind('@');

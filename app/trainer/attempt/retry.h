@@ -10,9 +10,6 @@
 
 namespace stylet::trainer {
 
-// Folder of the record in an attempt's folder, or `folder` itself if it contains no other record.
-std::filesystem::path recordFolder(const std::filesystem::path& folder);
-
 struct Retry {
     std::filesystem::path folder;  // folder of the record
     records::Record record;        // up to the bookmark

@@ -120,7 +120,7 @@ void show(const ReplayOptions& options, const patient::Patient& patient, const r
           const Timeline& timeline, const std::vector<Capture>& moments) {
     std::optional<Timeline> ghost;
     if (!options.ghost.empty()) {
-        const records::Record other = records::loadRecord(recordFolder(options.ghost));
+        const records::Record other = records::loadRecord(options.ghost);
         ghost.emplace(other.inputs.size());
         Session session = makeSession(patient, other);
         recompute(patient, other, session, &*ghost);
@@ -142,7 +142,7 @@ void show(const ReplayOptions& options, const patient::Patient& patient, const r
 
 int replay(const ReplayOptions& options) {
     requireFolder(options.out, "--out");
-    const std::filesystem::path record_folder = recordFolder(options.record);
+    const std::filesystem::path record_folder = records::recordFolder(options.record);
     const records::Record record = records::loadRecord(record_folder);
     StoredSamples stored(record_folder, !record.info.end);
     reportDamage(record);
@@ -178,7 +178,11 @@ int replay(const ReplayOptions& options) {
     const AttemptFacts facts{
         info.patient_name,           folder,  info.scenario, info.seed, "replay", info.path,
         record.header.settings.dt_s, "record"};
-    writeResults(patient, facts, session.log(), totals, options.out);
+    records::RecordInfo replayed = info;
+    replayed.device = "record", replayed.clock = "replay", replayed.firmware_sha256.clear();
+    replayed.end = records::RecordEnd{result.ticks, result.state_hash};
+    replayed.result = makeResult(patient, session.log(), totals);
+    writeResults({patient, facts, replayed}, session.log(), totals, options.out);
     reportOutcome(record, result);
     if (options.show && !timeline.empty()) show(options, patient, record, timeline, session.newCaptures());
     return stored.report() && result.equal() ? 0 : 1;

@@ -10,6 +10,8 @@
 #include <numeric>
 #include <sstream>
 
+#include "app/records/disk_linux.h"
+#include "app/records/export.h"
 #include "app/report/curve.h"
 #include "app/report/slices.h"
 #include "app/trainer/session/flight.h"
@@ -29,51 +31,30 @@ namespace {
 constexpr double kGyCm2PerGyM2 = 1e4;
 constexpr double kDegPerRad = 57.29577951308232;
 
-json punctureJson(const patient::Patient& patient, const haptics::EventRecord& record) {
+records::PunctureRow punctureRow(const patient::Patient& patient, const haptics::EventRecord& record) {
     const haptics::NeedleEvent& event = record.event;
     const patient::Label* label = patient.label(event.border.to_label);
-    return {{"tissue", patient::tissueName(event.border.to)},
-            {"kind", event.kind == NeedleEventKind::puncture ? "cut" : "entry"},
-            {"label", label ? label->name : ""},
-            {"border_depth_m", event.border.depth_m},
-            {"tenting_m", event.tenting_m},
-            {"force_before_n", event.force_before_n},
-            {"force_after_n", event.force_after_n},
-            {"tick", record.tick}};
+    return {std::string(patient::tissueName(event.border.to)),
+            event.kind == NeedleEventKind::puncture ? "cut" : "entry",
+            label ? label->name : "",
+            record.tick,
+            event.border.depth_m,
+            event.tenting_m,
+            event.force_before_n,
+            event.force_after_n};
 }
 
-json controllerJson(const ControllerLog& c) {
-    const double ticks = std::max(1.0, double(c.contact_ticks));
-    return {{"contact_ticks", c.contact_ticks},
-            {"felt_share", double(c.felt_ticks) / ticks},
-            {"peak_n", c.peak_n},
-            {"rms_n", std::sqrt(c.sum_n2 / ticks)}};
-}
-
-json doseJson(const training::DoseLedger& dose) {
-    return {{"fluoroscopy_s", dose.fluoroscopy_s},
-            {"pulses", dose.pulses},
-            {"air_kerma_gy", dose.air_kerma_gy},
-            {"dose_area_gy_m2", dose.dose_area_gy_m2},
-            {"contrast_ml", dose.contrast_m3 * kMlPerM3}};
-}
-
-json errorJson(const ForceError& error) {
+records::ForceErrorResult forceErrorResult(const ForceError& error) {
     const double ticks = std::max(1.0, double(error.ticks));
-    return {{"ticks", error.ticks},
-            {"equal_share", double(error.equal_ticks) / ticks},
-            {"rms_n", error.rms_n()},
-            {"largest_n", error.largest_n},
-            {"largest_depth_m", error.largest_depth_m}};
+    return {error.ticks, double(error.equal_ticks) / ticks, error.rms_n(), error.largest_n,
+            error.largest_depth_m};
 }
 
 // Compares the force on the partial segmentation with the force on the full one.
-json truthJson(const ForceComparisonReading& truth) {
-    if (!truth.known) return "no full segmentation of this patient";
-    return {{"felt", truth.felt_is_full ? "full" : "partial"},
-            {"insertions", truth.insertions},
-            {"last_insertion", errorJson(truth.insertion)},
-            {"all_insertions", errorJson(truth.all)}};
+std::optional<records::ForceTruthResult> forceTruthResult(const ForceComparisonReading& truth) {
+    if (!truth.known) return std::nullopt;
+    return records::ForceTruthResult{truth.felt_is_full ? "full" : "partial", truth.insertions,
+                                     forceErrorResult(truth.insertion), forceErrorResult(truth.all)};
 }
 
 json firstPictureJson(const std::optional<Start>& start, const PictureTotals& pictures) {
@@ -104,44 +85,59 @@ json startJson(const std::optional<Start>& start, const PictureTotals& pictures)
     return parts;
 }
 
-json stepsJson(const training::Progress& progress) {
-    json done = json::array();
+records::StepsResult stepsResult(const training::Progress& progress) {
+    records::StepsResult steps{{}, training::kStepCount, progress.out_of_order};
     for (int s = 0; s < training::kStepCount; ++s)
-        if ((progress.steps_done & 1u << s) != 0) done.push_back(training::stepName(training::Step(s)));
-    return {{"done", done}, {"of", training::kStepCount}, {"out_of_order", progress.out_of_order}};
+        if ((progress.steps_done & 1u << s) != 0)
+            steps.done.emplace_back(training::stepName(training::Step(s)));
+    return steps;
 }
 
-// A metric that was not achieved is NaN and becomes null.
-json scoreJson(const training::Score& score) {
-    json metrics = json::array();
+// A metric that was not achieved is NaN.
+std::vector<records::MetricRow> metricRows(const training::Score& score) {
+    std::vector<records::MetricRow> rows;
     for (std::size_t i = 0; i < training::kMetricCount; ++i) {
         const training::Metric& metric = training::metricTable()[i];
-        const double value = score.values[i];
-        metrics.push_back({{"id", metric.id},
-                           {"name", metric.name},
-                           {"unit", metric.unit},
-                           {"value", std::isfinite(value) ? json(value) : json(nullptr)},
-                           {"points", score.points[i]},
-                           {"most_points", score.max_points[i]}});
+        rows.push_back({std::string(metric.id), std::string(metric.name), std::string(metric.unit),
+                        score.values[i], score.points[i], score.max_points[i]});
     }
-    return {{"total", score.total}, {"metrics", metrics}};
+    return rows;
 }
 
 constexpr std::array<std::string_view, 6> kPlaceNames{"none",   "duct",      "liver",
                                                       "vessel", "elsewhere", "outside"};
 
-json contrastJson(const patient::ContrastStatus& status) {
+records::ContrastResult contrastResult(const patient::ContrastStatus& status) {
     const patient::ContrastVolumes& v = status.volumes;
-    return {{"last_place", enumName(kPlaceNames, status.place)},
-            {"ducts_ml", v.ducts_m3 * kMlPerM3},
-            {"liver_ml", v.liver_m3 * kMlPerM3},
-            {"vessels_ml", v.vessels_m3 * kMlPerM3},
-            {"pooled_ml", v.pooled_m3 * kMlPerM3},
-            {"washed_out_ml", v.washed_out_m3 * kMlPerM3},
-            {"lost_ml", v.lost_m3 * kMlPerM3},
-            {"duct_tree_ml", status.tree_m3 * kMlPerM3},
-            {"front_m", status.front_m},
-            {"at_stop", status.at_blockage}};
+    return {std::string(enumName(kPlaceNames, status.place)),
+            v.ducts_m3 * kMlPerM3,
+            v.liver_m3 * kMlPerM3,
+            v.vessels_m3 * kMlPerM3,
+            v.pooled_m3 * kMlPerM3,
+            v.washed_out_m3 * kMlPerM3,
+            v.lost_m3 * kMlPerM3,
+            status.tree_m3 * kMlPerM3,
+            status.front_m,
+            status.at_blockage};
+}
+
+records::HapticsResult hapticsResult(const SessionLog& log, const LoopTotals& totals) {
+    const haptics::LoopStats& loop = totals.haptics;
+    records::HapticsResult result;
+    result.rate_hz = totals.elapsed_s > 0.0 ? double(loop.ticks) / totals.elapsed_s : 0.0;
+    result.ticks = loop.ticks, result.max_step_us = loop.max_step_us;
+    result.late_ticks = loop.late_ticks, result.page_faults = loop.page_faults;
+    result.faults = loop.faults | log.faults;
+    result.fault_names = faultNames(loop.faults | log.faults);
+    result.flights = log.flights.size();
+    result.flights_lost = totals.flights_missed + log.more_flights;
+    const ControllerLog& c = log.controller;
+    const double contact = std::max(1.0, double(c.contact_ticks));
+    result.contact_ticks = c.contact_ticks;
+    result.felt_share = double(c.felt_ticks) / contact;
+    result.peak_n = c.peak_n;
+    result.rms_n = std::sqrt(c.sum_n2 / contact);
+    return result;
 }
 
 // Computes median, first and 99th percentile.
@@ -187,56 +183,21 @@ json frameTimesJson(const std::vector<FrameTime>& times) {
             {"volume", spread(&FrameTime::volume_ms)}};
 }
 
-json summaryJson(const patient::Patient& patient, const AttemptFacts& facts, const SessionLog& log,
-                 const LoopTotals& totals) {
-    json punctures = json::array(), moments = json::array(), skips = json::object();
-    for (const haptics::EventRecord& record : log.punctures)
-        punctures.push_back(punctureJson(patient, record));
-    for (const Capture& moment : log.moments)
-        moments.push_back(
-            {{"name", moment.name}, {"tick", moment.seen.tick.tick}, {"depth_m", moment.seen.tick.depth_m}});
-    for (const auto& [name, count] : totals.pictures.skips)
+// How the program performed: facts about the computer, not about the attempt.
+json performanceJson(const std::optional<Start>& start, const PictureTotals& pictures) {
+    json skips = json::object();
+    for (const auto& [name, count] : pictures.skips)
         skips[name] = count;
-    const haptics::LoopStats& haptics = totals.haptics;
-    return {{"patient", facts.patient_name},
-            {"scenario", facts.scenario},
-            {"seed", facts.seed},
-            {"clock", facts.clock},
-            {"device", facts.device},
-            {"firmware_sha256", facts.firmware_sha256},
-            {"target_hit", log.target_hit()},
-            {"score", scoreJson(log.score)},
-            {"steps", stepsJson(log.progress)},
-            {"path", {{"length_m", facts.path.length_m}, {"quality", facts.path.quality}}},
-            {"moments", moments},
-            {"punctures", punctures},
-            {"peak_force_n", log.peak_force_n},
-            {"lateral_cut_m", log.lateral_cut_m},
-            {"force_truth", truthJson(log.truth)},
-            {"dose", doseJson(log.dose)},
-            {"contrast", contrastJson(log.contrast)},
-            {"haptics",
-             {{"ticks", haptics.ticks},
-              {"rate_hz", totals.elapsed_s > 0.0 ? double(haptics.ticks) / totals.elapsed_s : 0.0},
-              {"late_ticks", haptics.late_ticks},
-              {"page_faults", haptics.page_faults},
-              {"faults", haptics.faults | log.faults},
-              {"fault_names", faultNames(haptics.faults | log.faults)},
-              {"flights", log.flights.size()},
-              {"flights_lost", totals.flights_missed + log.more_flights},
-              {"controller", controllerJson(log.controller)},
-              {"max_step_us", haptics.max_step_us}}},
-            {"first_picture_s", firstPictureJson(facts.start, totals.pictures)},
-            {"start", startJson(facts.start, totals.pictures)},
-            {"frames", totals.pictures.frames},
-            {"frame_ms", frameTimesJson(totals.pictures.times)},
-            {"visuo_haptic", visuoHapticJson(totals.pictures.times)},
-            {"validation_messages", totals.pictures.validation_messages},
-            {"headsets_found_again", totals.pictures.headsets_found_again},
-            {"ultrasound", {{"scans", totals.pictures.scans}, {"all_ms", totals.pictures.ultrasound_ms}}},
-            {"xray", {{"pictures", totals.pictures.xray_pictures}, {"all_ms", totals.pictures.xray_ms}}},
-            {"skips", skips},
-            {"state_hash", hexText(log.state_hash)}};
+    return {{"first_picture_s", firstPictureJson(start, pictures)},
+            {"start", startJson(start, pictures)},
+            {"frames", pictures.frames},
+            {"frame_ms", frameTimesJson(pictures.times)},
+            {"visuo_haptic", visuoHapticJson(pictures.times)},
+            {"validation_messages", pictures.validation_messages},
+            {"headsets_found_again", pictures.headsets_found_again},
+            {"ultrasound", {{"scans", pictures.scans}, {"all_ms", pictures.ultrasound_ms}}},
+            {"xray", {{"pictures", pictures.xray_pictures}, {"all_ms", pictures.xray_ms}}},
+            {"skips", skips}};
 }
 
 std::vector<report::ForceMark> cutMarks(const SessionLog& log) {
@@ -293,22 +254,40 @@ void writeFrameTimes(const std::vector<FrameTime>& times, const std::filesystem:
 
 }  // namespace
 
-void writeResults(const patient::Patient& patient, const AttemptFacts& facts, const SessionLog& log,
-                  const LoopTotals& totals, const std::filesystem::path& folder) {
-    std::filesystem::create_directories(folder);
-    report::writeCurveCsv(log.curve, facts.dt_s, folder / "force-depth.csv");
+records::AttemptResult makeResult(const patient::Patient& patient, const SessionLog& log,
+                                  const LoopTotals& totals) {
+    records::AttemptResult result{log.target_hit(), log.score.total, log.ticks, metricRows(log.score)};
+    result.steps = stepsResult(log.progress);
+    for (const Capture& capture : log.moments)
+        result.captures.push_back({capture.name, capture.seen.tick.tick, capture.seen.tick.depth_m});
+    for (const haptics::EventRecord& record : log.punctures)
+        result.punctures.push_back(punctureRow(patient, record));
+    result.peak_force_n = log.peak_force_n;
+    result.lateral_cut_m = log.lateral_cut_m;
+    result.force_truth = forceTruthResult(log.truth);
+    result.dose = {log.dose.fluoroscopy_s, log.dose.pulses, log.dose.air_kerma_gy, log.dose.dose_area_gy_m2,
+                   log.dose.contrast_m3 * kMlPerM3};
+    result.contrast = contrastResult(log.contrast);
+    result.haptics = hapticsResult(log, totals);
+    return result;
+}
+
+void writeResults(const Results& results, const SessionLog& log, const LoopTotals& totals,
+                  const std::filesystem::path& folder) {
+    const AttemptFacts& facts = results.facts;
+    records::createPrivateFolders(folder);
+    records::exportCurve(log.curve, facts.dt_s, folder / "force-depth.csv");
     report::drawCurve(log.curve, cutMarks(log),
                       "Force over depth: " + facts.patient_name + ", " + facts.scenario,
                       folder / "force-depth.png");
     if (const haptics::TickOutput* tick = sliceTick(log))
-        report::drawSlices(patient, needlePicture(facts, log, *tick), folder / "slices.png");
+        report::drawSlices(results.patient, needlePicture(facts, log, *tick), folder / "slices.png");
     for (std::size_t i = 0; i < log.flights.size(); ++i)
         writeFlight(log.flights[i], facts.dt_s, folder / ("flight-" + std::to_string(i + 1) + ".csv"));
     if (!totals.pictures.times.empty() && std::filesystem::is_directory(folder / "record"))
         writeFrameTimes(totals.pictures.times, folder / "record" / "frames.csv");
-    writeWholeFile(
-        folder / "summary.json",
-        summaryJson(patient, facts, log, totals).dump(2, ' ', false, json::error_handler_t::replace) + '\n');
+    records::exportSummary(results.record, performanceJson(facts.start, totals.pictures),
+                           folder / "summary.json");
 }
 
 namespace {

@@ -1,4 +1,4 @@
-// Writes the files of a finished attempt: summary.json, force-depth curve, slices.
+// The result of an attempt, and the files that are written beside its record when it ends.
 #pragma once
 
 #include <cstdint>
@@ -25,10 +25,18 @@ struct AttemptFacts {
     std::optional<Start> start{};   // absent for a replay
 };
 
-// Writes summary.json, force-depth.csv, force-depth.png and, if the needle entered the body, slices.png.
-// Throws DataError.
-void writeResults(const patient::Patient&, const AttemptFacts&, const SessionLog&, const LoopTotals&,
-                  const std::filesystem::path& folder);
+// The result of an attempt, for its record.
+records::AttemptResult makeResult(const patient::Patient&, const SessionLog&, const LoopTotals&);
+
+struct Results {
+    const patient::Patient& patient;
+    const AttemptFacts& facts;
+    const records::RecordInfo& record;  // with its result
+};
+
+// Exports the record as summary.json and force-depth.csv. Draws force-depth.png and, if the needle entered
+// the body, slices.png. Throws DataError.
+void writeResults(const Results&, const SessionLog&, const LoopTotals&, const std::filesystem::path& folder);
 
 // Prints a short summary for the user.
 void printResults(const AttemptFacts&, const SessionLog&, const LoopTotals&,

@@ -19,6 +19,7 @@
 #include "app/trainer/program/results.h"
 #include "app/trainer/session/attempt_writer.h"
 #include "app/trainer/session/rest.h"
+#include "app/trainer/session/session_recorder.h"
 #include "app/trainer/sound/sounds.h"
 #include "app/trainer/stores/console.h"
 #include "app/trainer/stores/patient_source.h"
@@ -42,8 +43,13 @@ std::filesystem::path bundledRuntime() {
     return {};
 }
 
-records::RecordInfo recordInfo(const AttemptFacts& facts, const Scenario& scenario, double gain) {
+records::RecordInfo recordInfo(const AttemptConfig& config, const AttemptFacts& facts,
+                               const Scenario& scenario, double gain) {
     records::RecordInfo info;
+    info.device = facts.device;
+    info.firmware_sha256 = facts.firmware_sha256;
+    info.clock = facts.clock;
+    info.difficulty = training::difficultyName(config.difficulty);
     info.program_version = STYLET_VERSION;
     info.patient_folder = facts.patient_folder;
     info.patient_name = facts.patient_name;
@@ -351,6 +357,7 @@ struct AttemptRun {
     const std::shared_ptr<ListenerPose> listener_pose = std::make_shared<ListenerPose>();
     std::unique_ptr<Display> pictures;
     std::optional<records::RecordWriter> record;
+    std::optional<SessionRecorder> recorder;
     std::optional<ForceComparison> truth;
     std::optional<Session> session;
     std::optional<SoundOutput> hearing;
@@ -456,21 +463,27 @@ void openOutputs(AttemptRun& run) {
     const Live& live = run.live;
     const records::RecordHeader header{task.patient_digest, attempt.simulation, config.needle};
     const double gain = haptics::outputGain(attempt.simulation.profile, attempt.simulation.output);
-    if (run.attempt_writer)
-        config.folder =
+    records::RecordInfo info = recordInfo(config, run.facts, task.scenario, gain);
+    if (live.registration) info.registration_rms_m = live.registration->fre_m;
+    if (run.attempt_writer) {
+        const records::StoredAttempt begun =
             run.attempt_writer->begin(attemptInfo(config, run.facts, header, gain, live.registration));
+        config.folder = begun.folder;
+        info.id = begun.id, info.trainee = begun.info.trainee, info.started_utc = begun.started_utc;
+    }
     run.pictures = openAttemptDisplay(run);
     run.start.pictures = std::chrono::steady_clock::now();
     run.facts.start = run.start;
     if (live.port && !run.pictures)
         throw EnvironmentError("--device controllers needs a headset, and none is available");
-    records::RecordInfo info = recordInfo(run.facts, task.scenario, gain);
     info.needle = config.needle.name;
     if (run.retry) {
         const std::vector<records::Bookmark>& marks = run.retry->record.info.bookmarks;
         info.bookmarks.assign(marks.begin(), marks.begin() + std::ptrdiff_t(run.retry->number));
     }
     run.record.emplace(config.folder / "record", header, info);
+    run.recorder.emplace(config.folder / "record",
+                         records::SamplesHeader{task.patient_digest, attempt.simulation.dt_s}, *run.record);
     Session& session =
         run.session.emplace(task.patient, task.path, task.scenario.moments, task.scenario.approach_distance_m,
                             &*run.record, attempt.simulation.dt_s);
@@ -541,12 +554,11 @@ LoopTotals play(AttemptRun& run) {
         }
         session.showRest(rest.shown());
     };
-    if (run.attempt_writer) {
-        session.setWatcher([&run](const haptics::TickOutput& now, const SessionLog& log) {
-            run.attempt_writer->update(now, log);
-        });
-        session.setNoteWatcher([&run](const SessionLog& log) { run.attempt_writer->storeEvents(log); });
-    }
+    session.setWatcher([&run](const haptics::TickOutput& now, const SessionLog& log) {
+        run.recorder->update(now, log);
+        if (run.attempt_writer) run.attempt_writer->keep();
+    });
+    session.setNoteWatcher([&run](const SessionLog& log) { run.recorder->writeEvents(log); });
     if (!live.device && config.fast)
         return runFast(*run.attempt, session, std::move(run.pictures), config.fps, workClock());
     const RealTimeOptions options{.on_state = heard,
@@ -561,19 +573,18 @@ LoopTotals play(AttemptRun& run) {
 Ended store(AttemptRun& run, const LoopTotals& totals) {
     RunOptions& options = run.options;
     const AttemptConfig& config = options.config;
-    records::RecordWriter& record = *run.record;
     const Session& session = *run.session;
-    record.finish();
-    if (record.lost())
+    run.recorder->finish(session.log(), makeResult(run.task->patient, session.log(), totals));
+    const records::RecordInfo& record = run.record->info();
+    if (record.lost)
         printMessage(
             fmt::format("the record ends at tick {}: the ring buffer was full and the next tick was lost",
-                        record.lost()->first - 1));
-    writeResults(run.task->patient, run.facts, session.log(), totals, config.folder);
+                        record.lost->first - 1));
+    writeResults({run.task->patient, run.facts, record}, session.log(), totals, config.folder);
     if (run.attempt_writer)
-        printResult("stored as attempt {} of {}\n", run.attempt_writer->finish(session.log()),
-                    config.trainee);
+        printResult("stored as attempt {} of {}\n", run.attempt_writer->finish(), config.trainee);
     printResults(run.facts, session.log(), totals, config.folder, config.stats);
-    printBookmarks(record.bookmarks(),
+    printBookmarks(record.bookmarks,
                    run.attempt_writer ? config.folder.filename().string() : config.folder.string(),
                    config.scenario);
     if (run.attempt_writer && run.attempt_writer->send() > 0)
@@ -588,7 +599,7 @@ Ended store(AttemptRun& run, const LoopTotals& totals) {
         std::_Exit(0);
     }
     if (session.difficulty()) options.difficulty = training::difficultyName(*session.difficulty());
-    return {options, config.folder, !record.bookmarks().empty(), totals.next};
+    return {options, config.folder, !record.bookmarks.empty(), totals.next};
 }
 
 Ended runOne(const RunOptions& asked, SteadyTime begun) {

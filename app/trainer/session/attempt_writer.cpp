@@ -9,16 +9,6 @@ namespace stylet::trainer {
 
 namespace {
 
-records::AttemptResult makeResult(const SessionLog& log) {
-    records::AttemptResult result{log.target_hit(), log.score.total, log.ticks, {}};
-    const auto table = training::metricTable();
-    for (std::size_t i = 0; i < table.size(); ++i)
-        result.metrics.push_back({std::string(table[i].id), std::string(table[i].name),
-                                  std::string(table[i].unit), log.score.values[i], log.score.points[i],
-                                  log.score.max_points[i]});
-    return result;
-}
-
 // Converts "2026-11-21T20:15:00.123Z" to seconds since 1970. Returns nothing for other text.
 std::optional<double> secondsOf(const std::string& utc) {
     int year = 0, month = 0, day = 0, hour = 0, minute = 0;
@@ -43,7 +33,7 @@ AttemptWriter::AttemptWriter(const std::filesystem::path& store, const std::stri
 }
 
 AttemptWriter::~AttemptWriter() {
-    if (id_.empty() || samples_ || finished_) return;
+    if (id_.empty() || begun_ || finished_) return;
     try {
         store_.abandon(id_);
     } catch (const std::exception&) {
@@ -51,10 +41,9 @@ AttemptWriter::~AttemptWriter() {
     }
 }
 
-std::filesystem::path AttemptWriter::begin(const records::AttemptInfo& info) {
+records::StoredAttempt AttemptWriter::begin(const records::AttemptInfo& info) {
     id_ = store_.begin(info);
-    header_ = {info.patient_digest, info.dt_s};
-    return store_.attemptFolder(id_);
+    return store_.attempt(id_);
 }
 
 double AttemptWriter::sinceRest_s(const std::string& trainee) const {
@@ -68,31 +57,8 @@ double AttemptWriter::sinceRest_s(const std::string& trainee) const {
     return trainer::sinceRest_s(work, std::chrono::duration<double>(now).count());
 }
 
-void AttemptWriter::update(const haptics::TickOutput& now, const SessionLog& log) {
-    if (!samples_) {
-        records::createPrivateFolders(store_.attemptFolder(id_) / "record");
-        samples_.emplace(store_.attemptFolder(id_) / "record", header_);
-    }
-    samples_->add(records::makeSample(now, log.progress.clearance_m));
-    if (++unstored_ticks_ >= records::kFrameTicks) storeEvents(log);
-}
-
-void AttemptWriter::storeEvents(const SessionLog& log, bool at_once) {
-    std::vector<records::EventRow> fresh;
-    for (std::size_t i = stored_events_; i < log.events.size(); ++i)
-        fresh.push_back({log.events[i].tick, log.events[i].kind, log.events[i].text});
-    unstored_ticks_ = 0;
-    if (!at_once)
-        store_.add(id_, fresh);
-    else if (!store_.tryAdd(id_, fresh))
-        return;  // retried with the next events
-    stored_events_ += fresh.size();
-}
-
-const std::string& AttemptWriter::finish(const SessionLog& log) {
-    if (samples_) samples_->finish();
-    storeEvents(log, false);
-    store_.finish(id_, makeResult(log));
+const std::string& AttemptWriter::finish() {
+    store_.finish(id_);
     finished_ = true;
     return id_;
 }

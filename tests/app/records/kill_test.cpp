@@ -20,6 +20,7 @@
 #include "app/records/samples.h"
 #include "app/records/store.h"
 #include "patient/package/package.h"
+#include "tests/app/records/some_result.h"
 #include "tests/support/attempt_writer.h"
 #include "tests/support/seed.h"
 #include "tests/support/temp_folder.h"
@@ -268,7 +269,7 @@ TEST(DiskFull, DeletingFreesSpace) {
     EXPECT_TRUE(store.damage().empty());
     AttemptInfo info;
     info.trainee = "T-02";
-    store.finish(store.begin(info), {});
+    test::finish(store, store.begin(info), {});
     EXPECT_EQ(Store(temp / "disk" / "s").attempts().size(), 1u);
 }
 

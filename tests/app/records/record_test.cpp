@@ -4,8 +4,10 @@
 
 #include <bit>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <random>
 
+#include "tests/app/records/some_result.h"
 #include "tests/support/file_text.h"
 #include "tests/support/refused.h"
 #include "tests/support/temp_folder.h"
@@ -150,7 +152,7 @@ TEST_F(RecordFile, RestoresEveryBit) {
     EXPECT_EQ(record.header.needle.shape, someHeader().needle.shape);
     EXPECT_EQ(needleDigest(record.header), needleDigest(someHeader()));
     EXPECT_EQ(std::get<haptics::NeedleSettings>(record.header.needle.force).max_force_n, 19.5);
-    EXPECT_EQ(needleDigest(loadHeader(folder_)), needleDigest(someHeader()));
+    EXPECT_EQ(needleDigest(loadRecordHead(folder_).header), needleDigest(someHeader()));
     EXPECT_EQ(record.info.needle, "chiba-22g");
     EXPECT_EQ(record.header.settings.profile.force_peak_n, 8.5);
     EXPECT_EQ(record.header.settings.breath, someHeader().settings.breath);
@@ -349,6 +351,81 @@ TEST_F(RecordFile, ParsesBookmarksAndRefusesInvalidOnes) {
           std::string("[{\"tick\": 4}]"), "[" + mark("1", std::string(3 * kMaxBookmarkBytes + 1, 'x')) + "]",
           "[" + many + "]"})
         EXPECT_THROW(parsed(bad), DataError) << bad.substr(0, 80);
+}
+
+// HZ-RECORD-04
+TEST_F(RecordFile, RestoresFactsEventsAndResult) {
+    RecordInfo info = someRecordInfo();
+    info.id = "an-id", info.trainee = "T-01", info.started_utc = "2026-11-21T20:15:00.123Z";
+    info.device = "falcon", info.firmware_sha256 = "ab", info.clock = "real time", info.difficulty = "exam";
+    info.registration_rms_m = 0.0011;
+    {
+        RecordWriter writer(folder_, someHeader(), info);
+        addTicks(writer, 0, 10);
+        writer.addEvents({{3, "tool", "finger"}});
+        EXPECT_EQ(loadRecordHead(folder_).info.events.size(), 1u) << "at once";
+        EXPECT_FALSE(loadRecordHead(folder_).info.result);
+        addTicks(writer, 20, 30);  // ticks were lost, so the inputs end here
+        writer.addEvents({{25, "comment", "after the gap"}});
+        writer.finish(test::someResult());
+    }
+    const Record record = loadRecordHead(temp_.path());
+    EXPECT_TRUE(record.inputs.empty());
+    EXPECT_EQ(record.header.package_digest, someHeader().package_digest);
+    EXPECT_EQ(record.info.id, "an-id");
+    EXPECT_EQ(record.info.trainee, "T-01");
+    EXPECT_EQ(record.info.started_utc, info.started_utc);
+    EXPECT_EQ(record.info.device, "falcon");
+    EXPECT_EQ(record.info.firmware_sha256, "ab");
+    EXPECT_EQ(record.info.clock, "real time");
+    EXPECT_EQ(record.info.difficulty, "exam");
+    EXPECT_EQ(record.info.registration_rms_m, 0.0011);
+    ASSERT_EQ(record.info.events.size(), 2u);
+    EXPECT_EQ(record.info.events[1].text, "after the gap");
+    EXPECT_EQ(record.info.end.value().tick, 10u);
+    EXPECT_EQ(record.info.lost.value().first, 11u);
+    EXPECT_EQ(record.info.result.value().total, 87.5);
+}
+
+// HZ-RECORD-06
+TEST_F(RecordFile, OtherVersionsAreRefusedWithTheReason) {
+    auto json = nlohmann::json::parse(test::readText(folder_ / "record.json"));
+    for (const auto& [version, whose] : {std::pair{int(kRecordVersion) - 1, "an older"}, {100, "a newer"}}) {
+        json["format_version"] = version;
+        const std::string text = test::errorText([&] { parseInfo(json.dump(), folder_ / "record.json"); });
+        EXPECT_NE(text.find("record.json: format_version: " + std::to_string(version)), std::string::npos);
+        EXPECT_NE(text.find(std::string("by ") + whose + " program version"), std::string::npos) << text;
+    }
+    std::string bytes = test::readText(inputs_);
+    bytes[8] = char(kRecordVersion - 1);
+    std::ofstream(inputs_, std::ios::binary) << bytes;
+    EXPECT_NE(test::errorText([&] { loadRecordHead(folder_); })
+                  .find("inputs.bin: version: 8 is not 9: the file "
+                        "was written by an older program version"),
+              std::string::npos);
+}
+
+// Removes, replaces and adds each field of the document in turn.
+TEST_F(RecordFile, EachFieldOfTheDocumentIsNeededAndChecked) {
+    const auto json = nlohmann::json::parse(test::readText(folder_ / "record.json"));
+    const auto refusal = [&](const nlohmann::json& changed) {
+        return test::errorText([&] { parseInfo(changed.dump(), "record.json"); });
+    };
+    EXPECT_EQ(refusal(json), "");
+    for (const auto& [key, value] : json.items()) {
+        auto changed = json;
+        changed[key] = value.is_object() ? nlohmann::json(1) : nlohmann::json::object();
+        EXPECT_NE(refusal(changed).find("record.json: " + key), std::string::npos) << key;
+        changed = json;
+        changed.erase(key);
+        if (key == "state_hash") continue;  // without it, the attempt was interrupted: final_tick is unknown
+        EXPECT_NE(refusal(changed).find("record.json: " + key), std::string::npos) << key;
+    }
+    for (const char* key : {"result", "lost_ticks", "unheard_of"}) {
+        auto changed = json;
+        changed[key] = 7;
+        EXPECT_NE(refusal(changed).find(std::string("record.json: ") + key), std::string::npos) << key;
+    }
 }
 
 TEST(Record, RefusesAMissingFolder) {

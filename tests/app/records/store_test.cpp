@@ -25,6 +25,7 @@ namespace {
 using std::filesystem::path;
 using test::readText;
 using test::someResult;
+using test::writeUnfinishedRecord;
 
 AttemptInfo someAttemptInfo(const std::string& trainee = "T-01") {
     AttemptInfo info{trainee, "falcon", "reference patient, seed 1", "demo", "practice", "1.2.3"};
@@ -35,14 +36,6 @@ AttemptInfo someAttemptInfo(const std::string& trainee = "T-01") {
     return info;
 }
 
-// Writes a recording of `ticks` ticks into an attempt's folder without finishing it, as a killed program
-// leaves it.
-void writeUnfinishedRecord(const path& folder, std::uint64_t ticks) {
-    RecordWriter writer(folder / "record", {}, {});
-    for (std::uint64_t tick = 1; tick <= ticks; ++tick)
-        writer.add({}, tick, tick);
-}
-
 // HZ-RECORD-04
 TEST(Store, RestoresStoredAttempts) {
     const test::TempFolder temp;
@@ -51,13 +44,13 @@ TEST(Store, RestoresStoredAttempts) {
         Store store(temp / "s");
         id = store.begin(someAttemptInfo());
         EXPECT_TRUE(std::filesystem::is_directory(store.attemptFolder(id)));
-        store.add(id, {{1, "tool", "finger"}, {700, "cut", "skin"}});
-        store.add(id, {{900, "comment", "l\xc3\xa4uft; \"gut\"\n"}});
         EXPECT_EQ(store.attempt(id).state, AttemptState::running);
         EXPECT_FALSE(store.attempt(id).result);
         second = store.begin(someAttemptInfo("T-02"));
-        store.finish(id, someResult());
-        store.finish(second, {});
+        test::finish(
+            store, id, someResult(),
+            {{1, "tool", "finger"}, {700, "cut", "skin"}, {900, "comment", "l\xc3\xa4uft; \"gut\"\n"}});
+        test::finish(store, second, {});
     }
     const Store store(temp / "s");
     EXPECT_TRUE(store.recovered().empty());
@@ -86,7 +79,7 @@ TEST(Store, RestoresStoredAttempts) {
     EXPECT_TRUE(std::isinf(found.result->metrics[0].value));
     EXPECT_TRUE(std::isnan(found.result->metrics[1].value));
     EXPECT_EQ(found.result->metrics[1].max_points, 8.0);
-    EXPECT_TRUE(std::filesystem::is_empty(found.folder)) << "no trace of the writer's lock";
+    EXPECT_FALSE(std::filesystem::exists(found.folder / ".writing")) << "no trace of the writer's lock";
 }
 
 // HZ-RECORD-04, HZ-RECORD-10
@@ -148,8 +141,8 @@ TEST(Store, ErasesAPseudonymThatIsRefusedToday) {
     {
         Store store(temp / "s");
         id = store.begin(someAttemptInfo());
-        store.finish(id, someResult());
-        store.finish(store.begin(someAttemptInfo("T-02")), someResult());
+        test::finish(store, id, someResult());
+        test::finish(store, store.begin(someAttemptInfo("T-02")), someResult());
     }
     SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
         .exec("UPDATE attempt SET trainee = '..' WHERE trainee = 'T-01'");
@@ -165,7 +158,7 @@ TEST(Store, EverythingItWritesIsPrivateWhateverTheUmask) {
     const test::PermissiveUmask permissive;
     Store store(temp / "new" / "s");
     const std::string id = store.begin(someAttemptInfo());
-    writeUnfinishedRecord(store.attemptFolder(id), 10);
+    writeUnfinishedRecord(store.attempt(id), 10);
     const auto sending = FileLock::tryLock(store.folder() / ".sending");
     for (const char* name : {"store.sqlite", "store.sqlite-wal", "store.sqlite-shm", ".reserve"})
         EXPECT_TRUE(std::filesystem::exists(store.folder() / name)) << name;
@@ -173,7 +166,7 @@ TEST(Store, EverythingItWritesIsPrivateWhateverTheUmask) {
     EXPECT_EQ(test::openEntries(temp / "new"), "");
     std::ofstream(store.attemptFolder(id) / "picture.png") << "from another writer";
     EXPECT_EQ(test::openEntries(store.folder()), "picture.png 666; ");
-    store.finish(id, someResult());
+    test::finish(store, id, someResult());
     EXPECT_EQ(test::openEntries(store.folder()), "");
     store.eraseTrainee("nobody");
     EXPECT_EQ(test::openEntries(store.folder()), "") << "also after a new log";
@@ -193,8 +186,8 @@ TEST(Store, AStoreThatIsOpenToOthersIsClosedAndSaysSo) {
         Store store(temp / "s");
         EXPECT_TRUE(store.openingMessages().empty());
         id = store.begin(someAttemptInfo());
-        writeUnfinishedRecord(store.attemptFolder(id), 10);
-        store.finish(id, someResult());
+        writeUnfinishedRecord(store.attempt(id), 10);
+        test::finish(store, id, someResult());
     }
     std::filesystem::permissions(temp / "s", std::filesystem::perms(0755));
     std::filesystem::permissions(temp / "s" / "store.sqlite", std::filesystem::perms(0644));
@@ -229,8 +222,7 @@ TEST(Store, RecoversAttemptsOfAKilledWriter) {
     {
         Store store(temp / "s");
         torn = store.begin(someAttemptInfo());
-        store.add(torn, {{5, "tool", "probe"}});
-        writeUnfinishedRecord(store.attemptFolder(torn), 3 * kFrameTicks);
+        writeUnfinishedRecord(store.attempt(torn), 3 * kFrameTicks, {{5, "tool", "probe"}});
         std::ofstream(store.attemptFolder(torn) / "record" / "inputs.bin", std::ios::app)
             << "FRAM half a frame";
         early = store.begin(someAttemptInfo());
@@ -256,13 +248,12 @@ TEST(Store, AnAttemptBeingWrittenIsNotRecovered) {
     const std::string id = writer.begin(someAttemptInfo());
     Store other(temp / "s");
     EXPECT_TRUE(other.recovered().empty());
-    EXPECT_NE(test::errorText([&] { other.finish(id, {}); }).find("not being written here"),
-              std::string::npos);
+    EXPECT_NE(test::errorText([&] { other.finish(id); }).find("not being written here"), std::string::npos);
     EXPECT_NE(test::errorText([&] { other.eraseTrainee("T-01"); }).find("is being written"),
               std::string::npos);
-    writer.finish(id, someResult());
+    test::finish(writer, id, someResult());
     EXPECT_EQ(other.attempt(id).state, AttemptState::done);
-    EXPECT_NE(test::errorText([&] { writer.finish(id, {}); }), "") << "once";
+    EXPECT_NE(test::errorText([&] { writer.finish(id); }), "") << "once";
 }
 
 // HZ-RECORD-08
@@ -270,12 +261,10 @@ TEST(Store, ErasedTraineeLeavesNoBytesOnDisk) {
     const test::TempFolder temp;
     Store store(temp / "s");
     const std::string kept = store.begin(someAttemptInfo("T-02"));
-    store.finish(kept, someResult());
+    test::finish(store, kept, someResult());
     for (int i = 0; i < 3; ++i) {
         const std::string id = store.begin(someAttemptInfo("Zebra-77"));
-        store.add(id, {{1, "comment", "remarkable words"}});
-        writeUnfinishedRecord(store.attemptFolder(id), 10);
-        store.finish(id, someResult());
+        test::finish(store, id, someResult(), {{1, "comment", "remarkable words"}}, 10);
     }
     EXPECT_EQ(store.eraseTrainee("Zebra-77"), 3u);
     EXPECT_EQ(store.eraseTrainee("Zebra-77"), 0u);
@@ -299,7 +288,7 @@ TEST(Store, InterruptedDeletionIsCompleted) {
     {
         Store store(temp / "s");
         id = store.begin(someAttemptInfo());
-        store.finish(id, {});
+        test::finish(store, id, {});
         SQLite::Database bare((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE);
         bare.exec("INSERT INTO doomed SELECT id FROM attempt; DELETE FROM attempt");
     }
@@ -314,7 +303,7 @@ TEST(Store, DeletionIsRetriedUntilTheLogIsEmpty) {
     const path file = temp / "s" / "store.sqlite";
     {
         Store store(temp / "s");
-        store.finish(store.begin(someAttemptInfo("Zebra-77")), someResult());
+        test::finish(store, store.begin(someAttemptInfo("Zebra-77")), someResult());
         SQLite::Database reader(file.string(), SQLite::OPEN_READWRITE);
         SQLite::Statement rows(reader, "SELECT * FROM attempt");
         ASSERT_TRUE(rows.executeStep());  // the open statement keeps a read transaction
@@ -351,30 +340,134 @@ TEST(Store, UnrecoverableAttemptDoesNotBlockOthers) {
     EXPECT_EQ(store.attempts().size(), 1u);
 }
 
-// HZ-RECORD-03
-TEST(Store, TryAddFailsWhileAnotherProcessWrites) {
-    const test::TempFolder temp;
-    Store store(temp / "s");
-    const std::string id = store.begin(someAttemptInfo());
-    {
-        SQLite::Database other((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE);
-        const SQLite::Transaction writes(other, SQLite::TransactionBehavior::IMMEDIATE);
-        EXPECT_FALSE(store.tryAdd(id, {{1, "tool", "finger"}}));
-    }
-    EXPECT_TRUE(store.tryAdd(id, {{1, "tool", "finger"}}));
-    EXPECT_EQ(store.attempt(id).events.size(), 1u);
-}
-
 TEST(Store, AbandonedAttemptIsRemoved) {
     const test::TempFolder temp;
     Store store(temp / "s");
     const std::string id = store.begin(someAttemptInfo());
-    writeUnfinishedRecord(store.attemptFolder(id), 1);
+    writeUnfinishedRecord(store.attempt(id), 1);
     store.abandon(id);
     EXPECT_TRUE(store.attempts().empty());
     EXPECT_TRUE(store.outbox().empty());
     EXPECT_FALSE(std::filesystem::exists(store.attemptFolder(id)));
-    EXPECT_NE(test::errorText([&] { store.finish(id, {}); }).find("not being written"), std::string::npos);
+    EXPECT_NE(test::errorText([&] { store.finish(id); }).find("not being written"), std::string::npos);
+}
+
+// HZ-RECORD-07
+TEST(Store, FinishNeedsTheRecordOfThisAttemptWithItsResult) {
+    const test::TempFolder temp;
+    Store store(temp / "s");
+    const std::string id = store.begin(someAttemptInfo());
+    const auto refused = [&](const std::string& field) {
+        test::expectRefused([&] { store.finish(id); }, "record.json", field);
+        EXPECT_EQ(store.attempt(id).state, AttemptState::running);
+    };
+    refused("file");  // there is none
+    writeUnfinishedRecord(store.attempt(id), 10);
+    refused("result");
+    StoredAttempt other = store.attempt(id);
+    other.id = "another";
+    test::beginRecord(other).finish(someResult());
+    refused("id");
+    other = store.attempt(id);
+    other.info.trainee = "..";
+    test::beginRecord(other).finish(someResult());
+    refused("trainee");
+    std::ofstream(store.attemptFolder(id) / "record" / "record.json") << R"({"format_version": 8})";
+    refused("format_version: 8 is not 9: the record was written by an older program version");
+    test::finish(store, id);
+    EXPECT_EQ(store.attempt(id).state, AttemptState::done);
+}
+
+// The index repeats what the records say, so a lost one is filled again.
+// HZ-RECORD-01
+TEST(Store, ALostIndexIsFilledFromTheRecords) {
+    const test::TempFolder temp;
+    std::string done, cut, old;
+    StoredAttempt before;
+    {
+        Store store(temp / "s");
+        done = store.begin(someAttemptInfo());
+        test::finish(store, done, someResult(), {{1, "tool", "finger"}}, 300);
+        cut = store.begin(someAttemptInfo("T-02"));
+        writeUnfinishedRecord(store.attempt(cut), 300, {{2, "tool", "probe"}});
+        old = store.begin(someAttemptInfo("T-03"));
+        writeUnfinishedRecord(store.attempt(old), 10);
+        std::ofstream(store.attemptFolder(old) / "record" / "record.json") << R"({"format_version": 8})";
+        before = store.attempt(done);
+    }
+    std::filesystem::copy(temp / "s" / "attempts" / done, temp / "s" / "attempts" / "renamed",
+                          std::filesystem::copy_options::recursive);
+    for (const char* name : {"store.sqlite", "store.sqlite-wal", "store.sqlite-shm"})
+        std::filesystem::remove(temp / "s" / name);
+    const Store store(temp / "s");
+    ASSERT_EQ(store.attempts().size(), 2u);
+    const StoredAttempt again = store.attempt(done);
+    EXPECT_EQ(again.state, AttemptState::done);
+    EXPECT_EQ(again.started_utc, before.started_utc);
+    EXPECT_EQ(again.info.trainee, "T-01");
+    EXPECT_EQ(again.info.patient_digest, before.info.patient_digest);
+    EXPECT_EQ(again.info.registration_rms_m, before.info.registration_rms_m);
+    EXPECT_EQ(again.events.at(0).text, "finger");
+    EXPECT_TRUE(std::isinf(again.result.value().metrics.at(0).value));
+    EXPECT_TRUE(std::isnan(again.result.value().metrics.at(1).value));
+    EXPECT_EQ(store.attempt(cut).state, AttemptState::cut_short);
+    EXPECT_EQ(store.attempt(cut).events.at(0).text, "probe");
+    EXPECT_EQ(store.unknownFolders().size(), 2u) << "a record of another id, and one that cannot be read";
+    EXPECT_TRUE(store.damage().empty());
+}
+
+// The program was killed between the end of the record and finish().
+// HZ-RECORD-01
+TEST(Store, AnAttemptWithAResultIsDoneEvenIfItsWriterWasKilled) {
+    const test::TempFolder temp;
+    std::string id;
+    {
+        Store store(temp / "s");
+        id = store.begin(someAttemptInfo());
+        test::beginRecord(store.attempt(id)).finish(someResult());
+    }
+    const Store store(temp / "s");
+    EXPECT_TRUE(store.recovered().empty());
+    EXPECT_EQ(store.attempt(id).state, AttemptState::done);
+    EXPECT_EQ(store.attempt(id).result.value().total, 87.5);
+    EXPECT_EQ(store.outbox().size(), 1u);
+}
+
+// HZ-RECORD-07
+TEST(Store, ARecordThatCannotBeReadIsNamedAndTheAttemptStaysListed) {
+    const test::TempFolder temp;
+    std::string id;
+    {
+        Store store(temp / "s");
+        id = store.begin(someAttemptInfo());
+        writeUnfinishedRecord(store.attempt(id), 10);
+        std::ofstream(store.attemptFolder(id) / "record" / "record.json") << "{\"format_version\": 9";
+    }
+    const Store store(temp / "s");
+    ASSERT_EQ(store.openingMessages().size(), 1u);
+    EXPECT_NE(store.openingMessages()[0].find("its record cannot be read: "), std::string::npos);
+    EXPECT_NE(store.openingMessages()[0].find("record.json: json"), std::string::npos);
+    EXPECT_EQ(store.attempt(id).state, AttemptState::cut_short);
+    EXPECT_EQ(store.attempt(id).info.trainee, "T-01");
+}
+
+// A deletion that was interrupted must not be undone because the folder is still there.
+// HZ-RECORD-08
+TEST(Store, DeletedAttemptsAreNotIndexedAgain) {
+    const test::TempFolder temp;
+    std::string id;
+    {
+        Store store(temp / "s");
+        id = store.begin(someAttemptInfo());
+        test::finish(store, id);
+        SQLite::Database bare((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE);
+        bare.exec("INSERT INTO doomed SELECT id FROM attempt; DELETE FROM attempt");
+        SQLite::Statement rows(bare, "SELECT * FROM doomed");
+        ASSERT_TRUE(rows.executeStep());  // blocks the deletion's last step
+        const Store other(temp / "s");
+        EXPECT_TRUE(other.attempts().empty());
+    }
+    EXPECT_TRUE(Store(temp / "s").attempts().empty());
 }
 
 // HZ-RECORD-08
@@ -422,7 +515,7 @@ TEST(Store, OpensEveryOlderSchema) {
             EXPECT_EQ(store.files("an-id").size(), 1u) << "so that the centre gets it";
         }
         const std::string id = store.begin(someAttemptInfo());
-        store.finish(id, someResult());
+        test::finish(store, id, someResult());
         EXPECT_EQ(store.attempts().size(), 2u);
         EXPECT_EQ(store.outbox().size(), 2u) << "the centre hears of what was there before it had one";
         EXPECT_TRUE(store.damage().empty());
@@ -434,10 +527,8 @@ TEST(Store, ReportsFlippedBytes) {
     const test::TempFolder temp;
     Store store(temp / "s");
     const std::string id = store.begin(someAttemptInfo());
-    writeUnfinishedRecord(store.attemptFolder(id), 3 * kFrameTicks);
     std::ofstream(store.attemptFolder(id) / "summary.json") << "{}";
-    store.add(id, {{5, "comment", "well done"}});
-    store.finish(id, someResult());
+    test::finish(store, id, someResult(), {{5, "comment", "well done"}}, 3 * kFrameTicks);
     ASSERT_EQ(store.files(id).size(), 3u);
     EXPECT_EQ(store.files(id)[1].file, "record/record.json");
     EXPECT_TRUE(store.damage().empty());
@@ -470,10 +561,10 @@ TEST(Export, FormulaTextsAreEscaped) {
     const test::TempFolder temp;
     Store store(temp / "s");
     const std::string id = store.begin(someAttemptInfo());
-    store.add(id, {{1, "comment", "=HYPERLINK(\"x\")"}, {2, "comment", "-1+1"}, {3, "comment", "-1.5"}});
     AttemptResult result = someResult();
     result.metrics[0].value = -std::numeric_limits<double>::infinity();
-    store.finish(id, result);
+    test::finish(store, id, result,
+                 {{1, "comment", "=HYPERLINK(\"x\")"}, {2, "comment", "-1+1"}, {3, "comment", "-1.5"}});
     exportAttempts(store, "", temp / "taken");
     const std::string events = readText(temp / "taken" / "events.csv");
     EXPECT_NE(events.find(",\"'=HYPERLINK(\"\"x\"\")\"\r\n"), std::string::npos) << events;
@@ -490,7 +581,7 @@ TEST(Store, QueuesAttemptsAndDeletionsForTheCentre) {
         Store store(temp / "s");
         done = store.begin(someAttemptInfo());
         EXPECT_TRUE(store.outbox().empty()) << "nothing of an attempt that still runs";
-        store.finish(done, someResult());
+        test::finish(store, done, someResult());
         cut = store.begin(someAttemptInfo());
     }
     Store store(temp / "s");
@@ -546,14 +637,14 @@ TEST(Store, ClockSetBackDoesNotChangeTheOrder) {
     const test::TempFolder temp;
     Store store(temp / "s");
     const std::string first = store.begin(someAttemptInfo());
-    store.finish(first, someResult());
+    test::finish(store, first, someResult());
     // Simulates a clock that had been set to the year 2999.
     SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
         .exec("UPDATE attempt SET started_utc = '2999-01-01T00:00:00.000Z'");
     std::vector<std::string> ids{first};
     for (int i = 0; i < 20; ++i) {  // also within one second
         ids.push_back(store.begin(someAttemptInfo()));
-        store.finish(ids.back(), someResult());
+        test::finish(store, ids.back(), someResult());
     }
     std::vector<std::string> listed;
     for (const StoredAttempt& attempt : store.attempts("T-01"))
@@ -572,15 +663,15 @@ TEST(Store, ForgedIdsCannotDeleteOtherFolders) {
         {
             Store store(temp / "s");
             kept = store.begin(someAttemptInfo("T-02"));
-            store.finish(kept, someResult());
+            test::finish(store, kept, someResult());
             erased = store.begin(someAttemptInfo("T-03"));
-            store.finish(erased, someResult());
-            store.finish(store.begin(someAttemptInfo("T-01")), someResult());
+            test::finish(store, erased, someResult());
+            test::finish(store, store.begin(someAttemptInfo("T-01")), someResult());
             SQLite::Database other((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE);
             SQLite::Statement forged(other, "UPDATE attempt SET id = ? WHERE trainee = 'T-01'");
             forged.bind(1, id);
             forged.exec();
-            EXPECT_EQ(store.eraseTrainee("T-01"), 1u) << id;
+            EXPECT_EQ(store.eraseTrainee("T-01"), 1u) << id << ": found again by its record";
             // The state after an interrupted deletion of T-03.
             SQLite::Statement doomed(other, "INSERT INTO doomed (folder) VALUES (?), (?)");
             doomed.bind(1, id);

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "app/records/samples.h"
 #include "app/report/canvas.h"
 #include "patient/patient.h"
+#include "tests/app/records/some_result.h"
 #include "tests/app/report/attempts.h"
 
 namespace stylet::test {
@@ -43,32 +43,44 @@ inline records::Sample makeTestSample(std::uint64_t tick, std::uint64_t ticks) {
     return s;
 }
 
-inline void writeAttemptFolder(const std::filesystem::path& folder, std::uint64_t ticks) {
-    std::filesystem::create_directories(folder / "record");
-    records::SampleWriter writer(folder / "record", {});
-    for (std::uint64_t tick = 1; tick <= ticks; ++tick)
-        writer.add(makeTestSample(tick, ticks));
-    writer.finish();
-    nlohmann::json summary = {{"patient", "reference patient, seed 7"},
-                              {"scenario", "procedure"},
-                              {"device", "scripted"},
-                              {"clock", "virtual"},
-                              {"seed", 7},
-                              {"target_hit", true},
-                              {"peak_force_n", 0.9},
-                              {"haptics", {{"ticks", ticks}, {"late_ticks", 0}, {"fault_names", "none"}}}};
+// Punctures of an attempt of `ticks` ticks. Their labels are hostile text, but for the duct's.
+inline std::vector<records::PunctureRow> makeTestPunctures(std::uint64_t ticks) {
+    std::vector<records::PunctureRow> punctures;
     for (const double depth_m : {0.0, 0.033, 0.07})
-        summary["punctures"].push_back(
-            {{"tissue", depth_m < 0.07 ? "fascia" : "duct"},
-             {"kind", "cut"},
-             {"label", depth_m < 0.07 ? kHostile : "bile ducts"},
-             {"tick", std::uint64_t(double(ticks) * (0.45 + 0.25 * depth_m / 0.074))},
-             {"border_depth_m", depth_m},
-             {"tenting_m", 0.001},
-             {"force_before_n", 0.8},
-             {"force_after_n", 0.5}});
-    std::ofstream(folder / "summary.json")
-        << summary.dump(1, ' ', false, nlohmann::json::error_handler_t::replace);
+        punctures.push_back(
+            {depth_m < 0.07 ? "fascia" : "duct", "cut", depth_m < 0.07 ? kHostile : "bile ducts",
+             std::uint64_t(double(ticks) * (0.45 + 0.25 * depth_m / 0.074)), depth_m, 0.001, 0.8, 0.5});
+    return punctures;
+}
+
+// Writes the attempt's record, with the result if there is one.
+inline void writeTestRecord(const std::filesystem::path& folder, const records::StoredAttempt& attempt,
+                            std::uint64_t ticks) {
+    records::StoredAttempt placed = attempt;
+    placed.folder = folder;
+    records::RecordWriter record = beginRecord(placed);
+    record.addEvents(attempt.events);
+    if (attempt.result) {
+        records::AttemptResult result = *attempt.result;
+        result.ticks = result.haptics.ticks = ticks;
+        result.peak_force_n = 0.9;
+        result.haptics.fault_names = "none";
+        result.punctures = makeTestPunctures(ticks);
+        record.finish(result);
+    }
+    records::SampleWriter samples(folder / "record", {attempt.info.patient_digest, attempt.info.dt_s});
+    for (std::uint64_t tick = 1; tick <= ticks; ++tick)
+        samples.add(makeTestSample(tick, ticks));
+    samples.finish();
+}
+
+// The folder of an attempt with its record, pictures, and exports that no reader may use.
+inline void writeAttemptFolder(const std::filesystem::path& folder, std::uint64_t ticks,
+                               const records::StoredAttempt& attempt = makeTestAttempt("t1", "trainee-A",
+                                                                                       71.0, true)) {
+    writeTestRecord(folder, attempt, ticks);
+    for (const char* name : {"summary.json", "force-depth.csv", "attempt.json"})
+        std::ofstream(folder / name) << "an export";
     for (const char* name : {"duct_left", "duct_right", "duct_ultrasound"}) {
         report::Canvas canvas(1400, 900, {0.2, 0.3, 0.4});
         canvas.text({100, 450}, name, {90.0, {1, 1, 1}, report::Align::left, true});

@@ -24,13 +24,11 @@ class Pages : public testing::Test {
     static void SetUpTestSuite() {
         folder_ = new stylet::test::TempFolder;
         const std::filesystem::path attempt = *folder_ / "attempt";
-        stylet::test::writeAttemptFolder(attempt, 60000);
         const auto cohort = stylet::test::makeTestCohort();
-        auto stored = cohort[8];
-        stored.folder = attempt;
+        stylet::test::writeAttemptFolder(attempt, 60000, cohort[8]);
         AttemptContext context;
         context.cohort = cohort;
-        stylet::writeWholeFile(*folder_ / "attempt.html", attemptReport(readAttempt(stored), context).html);
+        stylet::writeWholeFile(*folder_ / "attempt.html", attemptReport(loadAttempt(attempt), context).html);
         std::vector<stylet::records::StoredAttempt> own;
         for (const auto& a : cohort)
             if (a.info.trainee == "trainee-F") own.push_back(a);

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 #include "patient/patient.h"
 #include "tests/support/temp_folder.h"
 
@@ -24,21 +22,7 @@ std::size_t sizeOf(const std::filesystem::path& file) {
     return std::filesystem::exists(file) ? std::size_t(std::filesystem::file_size(file)) : 0;
 }
 
-TEST(Curve, CsvContainsEveryTick) {
-    const test::TempFolder folder;
-    writeCurveCsv(someCurve(), 0.001, folder / "curve.csv");
-    std::ifstream stream(folder / "curve.csv");
-    const std::string text(std::istreambuf_iterator<char>(stream), {});
-    EXPECT_EQ(text,
-              "tick,time_s,depth_m,force_n,phase,tissue,breath_held\n"
-              "7801,7.801,0.0000000,0.000000,held,air,1\n"
-              "7802,7.802,0.0004000,0.250000,held,air,1\n"
-              "7803,7.803,0.0009000,0.700000,pass,skin,1\n"
-              "7804,7.804,0.0005000,-0.125000,pass,skin,0\n");
-}
-
 TEST(Curve, MissingFolderIsRefused) {
-    EXPECT_THROW(writeCurveCsv(someCurve(), 0.001, "/nonexistent/curve.csv"), DataError);
     EXPECT_THROW(drawCurve(someCurve(), {}, "title", "/nonexistent/curve.png"), DataError);
 }
 

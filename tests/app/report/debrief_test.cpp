@@ -1,15 +1,19 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <ctime>
 #include <fstream>
+#include <map>
 
+#include "app/records/export.h"
 #include "app/report/attempt_page.h"
 #include "app/report/commands.h"
 #include "app/report/group_pages.h"
 #include "app/report/slices.h"
 #include "tests/app/report/attempt_folder.h"
+#include "tests/support/file_text.h"
 #include "tests/support/phantom.h"
 #include "tests/support/refused.h"
 #include "tests/support/temp_folder.h"
@@ -24,18 +28,14 @@ bool has(const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
 }
 
-AttemptFiles makeAttemptFiles(const TempFolder& folder, std::uint64_t ticks) {
+LoadedAttempt makeLoadedAttempt(const TempFolder& folder, std::uint64_t ticks) {
     stylet::test::writeAttemptFolder(folder.path(), ticks);
-    auto stored = stylet::test::makeTestAttempt("t1", "trainee-A", 71.0, true);
-    stored.folder = folder.path();
-    stored.result->ticks = ticks;
-    return readAttempt(stored);
+    return loadAttempt(folder.path());
 }
 
 TEST(Debrief, ReadsSamplesAndReportsUnreadableFiles) {
     const TempFolder folder;
-    AttemptFiles a = makeAttemptFiles(folder, 5000);
-    ASSERT_TRUE(a.has_samples);
+    LoadedAttempt a = makeLoadedAttempt(folder, 5000);
     ASSERT_EQ(a.course.size(), 5000u);
     EXPECT_TRUE(a.warnings.empty());
     EXPECT_EQ(a.course[100].tool, stylet::haptics::Tool::finger);
@@ -45,13 +45,13 @@ TEST(Debrief, ReadsSamplesAndReportsUnreadableFiles) {
     EXPECT_EQ(deepestRow(a.course), 3499u);
     std::filesystem::resize_file(folder / "record/samples.bin",
                                  std::filesystem::file_size(folder / "record/samples.bin") - 10);
-    a = readAttempt(a.stored);
+    a = loadAttempt(folder.path());
     EXPECT_LT(a.course.size(), 5000u);
     EXPECT_GE(a.course.size(), 4000u);
     ASSERT_EQ(a.warnings.size(), 1u);
     std::ofstream(folder / "record/samples.bin") << "nonsense";
     std::ofstream(folder / "duct_left.png") << "no picture";
-    a = readAttempt(a.stored);
+    a = loadAttempt(folder.path());
     EXPECT_TRUE(a.course.empty());
     const std::string html = attemptReport(a, {}).html;
     EXPECT_TRUE(has(html, "What could not be read"));
@@ -62,7 +62,7 @@ TEST(Debrief, ReadsSamplesAndReportsUnreadableFiles) {
 // HZ-TEACH-20
 TEST(Debrief, AttemptPageShowsScoreEventsAndCourse) {
     const TempFolder folder;
-    const AttemptFiles a = makeAttemptFiles(folder, 20000);
+    const LoadedAttempt a = makeLoadedAttempt(folder, 20000);
     AttemptContext context;
     context.cohort = stylet::test::makeTestCohort();
     const AttemptReport report = attemptReport(a, context);
@@ -100,7 +100,7 @@ TEST(Debrief, AttemptPageShowsScoreEventsAndCourse) {
 
 TEST(Debrief, ForceFigureSeparatesInsertionAndWithdrawal) {
     const TempFolder folder;
-    const AttemptFiles a = makeAttemptFiles(folder, 20000);
+    const LoadedAttempt a = makeLoadedAttempt(folder, 20000);
     const DescribedFigure f = forceFigure(a, {{"expert", {{0.0, 0.1}, {80.0, 0.2}}}});
     ASSERT_EQ(f.figure.series.size(), 3u);
     EXPECT_TRUE(std::all_of(f.figure.series[0].points.begin(), f.figure.series[0].points.end(),
@@ -126,7 +126,7 @@ TEST(Debrief, ForceFigureSeparatesInsertionAndWithdrawal) {
 
 TEST(Debrief, EarlierInsertionsAreASeparateSeries) {
     const TempFolder folder;
-    AttemptFiles a = makeAttemptFiles(folder, 20000);
+    LoadedAttempt a = makeLoadedAttempt(folder, 20000);
     // A first insertion to 20 mm, well before the main one.
     for (std::size_t i = 1000; i < 3000; ++i) {
         a.course[i].in_body = true;
@@ -142,7 +142,7 @@ TEST(Debrief, EarlierInsertionsAreASeparateSeries) {
     EXPECT_EQ(f.figure.series[2].name, "earlier tries");
     EXPECT_EQ(f.figure.series[2].points[0].y, 5.0);
     EXPECT_TRUE(has(f.caption, "in the body before"));
-    for (auto& puncture : a.summary.punctures)
+    for (auto& puncture : a.stored.result->punctures)
         puncture.tick = 1500;
     EXPECT_TRUE(forceFigure(a, {}).figure.marks.empty());
 }
@@ -228,23 +228,118 @@ TEST(Debrief, TraineePageHasEveryAttempt) {
 
 TEST(Debrief, FolderProvidesTickLengthAndPatient) {
     const TempFolder folder;
-    stylet::test::writeAttemptFolder(folder.path(), 1000);
-    {
-        stylet::records::SampleWriter writer(folder / "record", {77, 0.00025});
-        for (std::uint64_t tick = 1; tick <= 1000; ++tick)
-            writer.add(stylet::test::makeTestSample(tick, 1000));
-        writer.finish();
-    }
-    const AttemptFiles a = readFolder(folder.path());
+    auto attempt = stylet::test::makeTestAttempt("", "", 71.0, true);
+    attempt.info.patient_digest = 77, attempt.info.dt_s = 0.00025;
+    attempt.events.clear();
+    stylet::test::writeAttemptFolder(folder.path(), 1000, attempt);
+    const LoadedAttempt a = loadAttempt(folder.path());
+    EXPECT_EQ(a.stored.id, folder.path().filename());
     EXPECT_EQ(a.stored.info.dt_s, 0.00025);
     EXPECT_EQ(a.stored.info.patient_digest, 77u);
     EXPECT_TRUE(has(timelineFigure(a).description, "Timeline of 1.0 s."));  // shortest timeline that is drawn
     EXPECT_TRUE(has(timelineFigure(a).description, "in the body for 0.1 s"));
 }
 
+// Everything that a report writes, by file name.
+std::map<std::string, std::string> reportOf(const std::string& attempt, const std::filesystem::path& records,
+                                            const TempFolder& folder) {
+    ReportOptions o;
+    o.attempt = attempt, o.records = records, o.out = folder / "report";
+    std::filesystem::remove_all(o.out);
+    reportAttempt(o);
+    std::map<std::string, std::string> files;
+    for (const auto& entry : std::filesystem::directory_iterator(o.out))
+        files[entry.path().filename().string()] = stylet::test::readText(entry.path());
+    return files;
+}
+
+// HZ-TEACH-20
+TEST(Debrief, ReportsOfAStoredAndAnExportedAttemptAreTheSameBytes) {
+    const TempFolder folder;
+    stylet::records::Store store(folder / "store");
+    const auto made = stylet::test::makeTestAttempt("", "trainee-A", 71.0, true);
+    for (const bool torn : {false, true}) {
+        const std::string id = store.begin(made.info);
+        auto begun = store.attempt(id);
+        begun.result = made.result, begun.events = made.events;
+        stylet::test::writeAttemptFolder(begun.folder, 5000, begun);
+        if (torn) std::ofstream(begun.folder / "record/samples.bin", std::ios::app) << "half a frame";
+        store.finish(id);
+        const auto stored = reportOf(id, folder / "store", folder);
+        EXPECT_EQ(stored.size(), 5u) << "page, course, events, metrics and xAPI";
+        EXPECT_EQ(has(stored.at("attempt.html"), "record/samples.bin: 12 bytes behind"), torn);
+        const std::filesystem::path taken = folder / (torn ? "taken-torn" : "taken");
+        exportAttempts(store, "trainee-A", taken);
+        EXPECT_EQ(reportOf((taken / "attempts" / id).string(), "/nonexistent", folder), stored);
+        EXPECT_EQ(reportOf(begun.folder.string() + "/", "/nonexistent", folder), stored);
+        // Copied again under another name.
+        std::filesystem::copy(taken / "attempts" / id, taken / "another name",
+                              std::filesystem::copy_options::recursive);
+        EXPECT_EQ(reportOf((taken / "another name").string(), "/nonexistent", folder), stored);
+    }
+}
+
+TEST(Debrief, ExportsBesideTheRecordAreNeverRead) {
+    const TempFolder folder;
+    const std::filesystem::path attempt = folder / "attempt";
+    stylet::test::writeAttemptFolder(attempt, 5000);
+    const auto before = reportOf(attempt.string(), "/nonexistent", folder);
+    const std::vector<std::string> exports{"summary.json", "force-depth.csv",  "force-depth.png",
+                                           "slices.png",   "attempt.json",     "flight-1.csv",
+                                           "frames.json",  "record/frames.csv"};
+    for (const char* text : {"{}", "garbage", R"({"target_hit": false, "score": {"total": 1}})"}) {
+        for (const std::string& name : exports)
+            std::ofstream(attempt / name) << text;
+        EXPECT_EQ(reportOf(attempt.string(), "/nonexistent", folder), before) << text;
+    }
+    for (const std::string& name : exports)
+        std::filesystem::remove(attempt / name);
+    EXPECT_EQ(reportOf(attempt.string(), "/nonexistent", folder), before);
+    for (const std::string& name : exports)
+        std::filesystem::create_directory(attempt / name);
+    EXPECT_EQ(reportOf(attempt.string(), "/nonexistent", folder), before);
+}
+
+// HZ-RECORD-07
+TEST(Debrief, ADamagedRecordIsRefusedWithItsReason) {
+    const TempFolder folder;
+    const auto refused = [&](const std::string& file, const std::string& field) {
+        stylet::test::expectRefused([&] { loadAttempt(folder.path()); }, file, field);
+        stylet::test::writeAttemptFolder(folder.path(), 500);
+    };
+    refused("record.json", "file");  // there is none
+    const std::filesystem::path json = folder / "record/record.json", inputs = folder / "record/inputs.bin";
+    for (const auto& [from, to, field] : std::vector<std::array<std::string, 3>>{
+             {"{", "[", "json"},
+             {"\"format_version\": 9", "\"format_version\": 8", "format_version"},
+             {"\"target_hit\": true", "\"target_hit\": 1", "result.target_hit"},
+             {"\"total\": 71.0", "\"total\": \"71\"", "result.score.total"},
+             {"\"kind\": \"tool\"", "\"kind\": 0", "events[0].kind"},
+             {"\"lateral_cut_m\"", "\"lateral_cut\"", "result.lateral_cut_m"}}) {
+        std::string text = stylet::test::readText(json);
+        ASSERT_TRUE(has(text, from)) << from;
+        text.replace(text.find(from), from.size(), to);
+        std::ofstream(json) << text;
+        refused("record.json", field);
+    }
+    std::filesystem::resize_file(inputs, 20);
+    refused("inputs.bin", "header");
+    std::string bytes = stylet::test::readText(inputs);
+    bytes[20] ^= 1;
+    std::ofstream(inputs, std::ios::binary) << bytes;
+    refused("inputs.bin", "header");
+    std::filesystem::remove(inputs);
+    refused("inputs.bin", "file");
+    EXPECT_NO_THROW(loadAttempt(folder.path()));
+    std::filesystem::remove(folder / "record/samples.bin");
+    EXPECT_EQ(loadAttempt(folder.path()).warnings.size(), 1u) << "samples of a finished attempt are missed";
+}
+
 TEST(Debrief, RemovesStaleFilesOfAnEarlierReport) {
     const TempFolder folder;
-    stylet::test::writeAttemptFolder(folder / "attempt", 1000);
+    auto unfinished = stylet::test::makeTestAttempt("", "", 0.0, false);
+    unfinished.result.reset();
+    stylet::test::writeAttemptFolder(folder / "attempt", 1000, unfinished);
     ReportOptions o;
     o.attempt = (folder / "attempt").string();
     o.out = folder / "out";
@@ -255,9 +350,9 @@ TEST(Debrief, RemovesStaleFilesOfAnEarlierReport) {
     EXPECT_FALSE(std::filesystem::exists(o.out / "metrics.csv"));
     EXPECT_FALSE(std::filesystem::exists(o.out / "xapi.json"));
     EXPECT_TRUE(std::filesystem::exists(o.out / "mine.txt"));
-    // Without a record, the patient of the attempt is unknown, so --patient is refused.
+    // A folder that is no patient is refused.
     o.patient = folder.path();
-    stylet::test::expectRefused([&] { reportAttempt(o); }, folder.path().filename().string(), "patient");
+    EXPECT_THROW(reportAttempt(o), stylet::DataError);
 }
 
 TEST(Debrief, ReportsRecoveredAttempts) {
@@ -286,10 +381,8 @@ TEST(Debrief, TenMinutesAreReportedInSeconds) {
     constexpr std::uint64_t kTicks = 600000;
 #endif
     stylet::test::writeAttemptFolder(folder.path(), kTicks);
-    auto stored = stylet::test::makeTestAttempt("t1", "trainee-A", 71.0, true);
-    stored.folder = folder.path();
     const std::clock_t begun = std::clock();
-    const AttemptFiles files = readAttempt(stored);
+    const LoadedAttempt files = loadAttempt(folder.path());
     const AttemptReport report = attemptReport(files, {});
     const double seconds = double(std::clock() - begun) / CLOCKS_PER_SEC;
     std::printf("%llu ticks: %.2f s of processor time, %.2f MB\n", static_cast<unsigned long long>(kTicks),

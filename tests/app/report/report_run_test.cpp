@@ -6,7 +6,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <map>
 
+#include "tests/app/records/privacy.h"
 #include "tests/app/trainer/command.h"
 
 namespace {
@@ -88,7 +91,7 @@ TEST_F(ReportRun, ReportsAttemptsOfAStore) {
     const auto to = [&](const char* name) {
         return " " + store + " --out '" + (folder_ / name).string() + "'";
     };
-    ProgramResult r = report("attempt " + id + to("a"));
+    ProgramResult r = report("attempt " + id + " --cohort" + to("a"));
     ASSERT_EQ(r.status, 0) << r.err;
     const std::string attempt = readText(folder_ / "a/attempt.html");
     for (const char* text : {"Attempt of pilot-8", "reference path, exact", "the track of its tip", " of 100",
@@ -108,11 +111,47 @@ TEST_F(ReportRun, ReportsAttemptsOfAStore) {
     EXPECT_EQ(r.status, 2);
 }
 
+// A trainee's attempt made, exported and reported by the programs, with a umask that allows everything.
+// HZ-RECORD-10, HZ-TEACH-20
+TEST_F(ReportRun, StoredAndExportedAttemptsHaveTheSameReportAndArePrivate) {
+    const std::string open = "umask 000; ", store = "'" + (folder_ / "store").string() + "'";
+    const stylet::test::Outcome made = command_->runBare(
+        "run --fast --headless --scenario demo --spacing-mm 3 --seed 4 --trainee pilot-7 --records " + store,
+        open);
+    ASSERT_EQ(made.status, 0) << made.err;
+    EXPECT_EQ(stylet::test::openEntries(folder_ / "store"), "");
+    const std::string id = fs::directory_iterator(folder_ / "store/attempts")->path().filename().string();
+    ASSERT_EQ(
+        command_
+            ->runBare("records export --records " + store + " '" + (folder_ / "taken").string() + "'", open)
+            .status,
+        0);
+    EXPECT_EQ(stylet::test::openEntries(folder_ / "taken"), "");
+    const auto written = [&](const std::string& attempt) {
+        fs::remove_all(folder_ / "page");
+        const ProgramResult r = report("attempt " + attempt + " --records " + store + " --out '" +
+                                       (folder_ / "page").string() + "'");
+        EXPECT_EQ(r.status, 0) << r.err;
+        EXPECT_EQ(stylet::test::openEntries(folder_ / "page"), "");
+        std::map<std::string, std::string> files;
+        for (const auto& file : fs::directory_iterator(folder_ / "page"))
+            files[file.path().filename().string()] = readText(file.path());
+        return files;
+    };
+    const auto stored = written(id);
+    EXPECT_EQ(stored.size(), 5u);
+    EXPECT_NE(stored.at("attempt.html").find("the track of its tip"), std::string::npos) << "with slices";
+    EXPECT_EQ(written("'" + (folder_ / "taken/attempts" / id).string() + "'"), stored);
+    for (const auto& file : fs::directory_iterator(folder_ / "store/attempts" / id))
+        if (file.is_regular_file()) std::ofstream(file.path()) << "garbage";
+    EXPECT_EQ(written(id), stored) << "exports are not read";
+}
+
 TEST_F(ReportRun, InvalidArgumentsAreReported) {
     const std::string out = " --out '" + (folder_ / "r").string() + "'";
     ProgramResult r = report("attempt '" + folder_.path().string() + "'" + out);
     EXPECT_EQ(r.status, 2);
-    EXPECT_NE(r.err.find("holds neither summary.json nor record/record.json"), std::string::npos) << r.err;
+    EXPECT_NE(r.err.find("record/record.json: file: "), std::string::npos) << r.err;
     r = report("cohort --records '" + folder_.path().string() + "'" + out);
     EXPECT_EQ(r.status, 2);
     EXPECT_NE(r.err.find("store: does not exist"), std::string::npos) << r.err;

@@ -18,6 +18,7 @@
 #include "app/trainer/program/results.h"
 #include "app/trainer/session/attempt_writer.h"
 #include "app/trainer/session/force_comparison.h"
+#include "app/trainer/session/session_recorder.h"
 #include "base/hash.h"
 #include "patient/synth/synth.h"
 #include "tests/bench/soak/soak_output.h"
@@ -294,6 +295,8 @@ records::RecordInfo Soak::recordInfo(const Scenario& scenario, const AttemptOpti
     records::RecordInfo info;
     info.program_version = STYLET_VERSION, info.patient_name = input_.package.name;
     info.scenario = scenario.name, info.seed = options.seed, info.gain = gain, info.path = input_.path;
+    info.device = "scripted", info.clock = "virtual";
+    info.difficulty = training::kDifficultyNames[options.seed % 3];
     if (options.again) {
         const std::vector<records::Bookmark>& marks = options.again->record.info.bookmarks;
         info.bookmarks.assign(marks.begin(), marks.begin() + std::ptrdiff_t(options.again->number));
@@ -334,12 +337,15 @@ Soak::AttemptOutcome Soak::runAttempt(const Scenario& scenario, const AttemptOpt
     AttemptWriter attempt_writer(
         settings_.folder, settings_.centre.empty() || options.reachable ? settings_.centre : kUnreachable,
         logged);
-    const fs::path folder = attempt_writer.begin(attemptInfo(scenario, options, gain));
+    const records::StoredAttempt begun = attempt_writer.begin(attemptInfo(scenario, options, gain));
+    const fs::path& folder = begun.folder;
     const auto difficulty = training::Difficulty(options.seed % 3);
     UserOutput senses({attempt, input_.path, difficulty, folder, options.seen ? settings_.fps : 0.0, logged},
                       result_.counts);
-    records::RecordWriter writer(folder / "record", {input_.digest, attempt.simulation},
-                                 recordInfo(scenario, options, gain));
+    records::RecordInfo info = recordInfo(scenario, options, gain);
+    info.id = begun.id, info.trainee = begun.info.trainee, info.started_utc = begun.started_utc;
+    records::RecordWriter writer(folder / "record", {input_.digest, attempt.simulation}, info);
+    SessionRecorder recorder(folder / "record", {input_.digest, attempt.simulation.dt_s}, writer);
     Session session(input_.patient, input_.path, scenario.moments, scenario.approach_distance_m, &writer);
     session.setDifficulty(difficulty);
     if (options.again) session.note("retry", "bookmark " + std::to_string(options.again->number));
@@ -349,24 +355,25 @@ Soak::AttemptOutcome Soak::runAttempt(const Scenario& scenario, const AttemptOpt
     pause_ = true;
     latency_ = latency;
     session.setWatcher([&](const haptics::TickOutput& now, const SessionLog& log) {
-        attempt_writer.update(now, log);
+        recorder.update(now, log);
+        attempt_writer.keep();
         onTick(now, session, senses);
     });
-    session.setNoteWatcher([&](const SessionLog& log) { attempt_writer.storeEvents(log); });
+    session.setNoteWatcher([&](const SessionLog& log) { recorder.writeEvents(log); });
     const LoopTotals totals =
         runFast(attempt, session, senses.display([this] { pause_ = true; }), senses.fps(), {});
-    writer.finish();
+    recorder.finish(session.log(), makeResult(input_.patient, session.log(), totals));
     checkAttempt(attempt, scenario, session.log(), totals);
     const std::uint64_t hash = session.log().state_hash;
     if (options.reported) {
         const AttemptFacts facts{input_.package.name, {},          scenario.name, options.seed,
                                  "virtual",           input_.path, 0.001,         "soak"};
-        writeResults(input_.patient, facts, session.log(), totals, folder);
+        writeResults({input_.patient, facts, writer.info()}, session.log(), totals, folder);
         checkStored(folder, hash);
     }
-    attempt_writer.finish(session.log());
+    attempt_writer.finish();
     send(attempt_writer, options.reachable);
-    return {folder, hash, writer.bookmarks().size()};
+    return {folder, hash, writer.info().bookmarks.size()};
 }
 
 // Runs one attempt of a round, and perhaps retries it from a bookmark. Then erases the trainee's data.

@@ -10,6 +10,7 @@
 #include "app/records/store.h"
 #include "app/report/xapi.h"
 #include "patient/package/package.h"
+#include "tests/app/records/some_result.h"
 #include "tests/fuzz/scratch_file.h"
 
 namespace {
@@ -25,8 +26,7 @@ struct StoredAttemptFixture {
     StoredAttemptFixture()
         : id(store.begin({"t1", "d", "p", "s", "exam", "0.1"})),
           raw((store.folder() / "store.sqlite").string(), SQLite::OPEN_READWRITE) {
-        store.add(id, {{1, "cut", "liver"}});
-        store.finish(id, {true, 50.0, 5, {{"m", "metric", "s"}}});
+        stylet::test::finish(store, id, {true, 50.0, 5, {{"m", "metric", "s"}}}, {{1, "cut", "liver"}});
         raw.exec("PRAGMA synchronous = OFF");
         raw.exec("PRAGMA ignore_check_constraints = ON");
     }

@@ -59,7 +59,7 @@ def written(pages, source):
     attempt = next((store / "attempts").iterdir())
     spreads = [f"frame_ms.{n}" for n in ("whole", "opaque", "volume")] + [f"visuo_haptic.{n}" for n in ("lead_ms", "offset_mm", "offset_deg", "ahead_ms")]
     yield "records.md", "`summary.json`", fields(json.loads((attempt / "summary.json").read_text()), [*spreads, "skips"])
-    yield "records.md", "`record.json`", fields(json.loads((attempt / "record/record.json").read_text()))
+    yield "records.md", "`record.json`", fields(json.loads((attempt / "record/record.json").read_text()), ["result"])
     export = next((instructor / "backup/attempts").iterdir())
     yield "records.md", "`attempt.json`", fields(json.loads((export / "attempt.json").read_text()))
     yield "records.md", "`force-depth.csv`", columns(attempt / "force-depth.csv")

@@ -29,15 +29,15 @@ class FromABookmark : public testing::Test {
         records::RecordWriter writer(first(), {patient::digest(package_), attempt.simulation}, info_);
         Session session = makeSession(&writer);
         session.setWatcher([&](const haptics::TickOutput& now, const SessionLog& log) {
-            if (writer.bookmarks().empty() && now.depth_m > 0.010) session.note("bookmark", "fat");
-            if (writer.bookmarks().size() == 1 && now.depth_m > 0.045) session.note("bookmark", "");
+            if (writer.info().bookmarks.empty() && now.depth_m > 0.010) session.note("bookmark", "fat");
+            if (writer.info().bookmarks.size() == 1 && now.depth_m > 0.045) session.note("bookmark", "");
             last_ = log.last_tick;
         });
         runFast(attempt, session, nullptr, 0.0, {});
         session.note("bookmark", "the end");
         writer.finish();
         log_ = session.log();
-        ASSERT_EQ(writer.bookmarks().size(), 3u);
+        ASSERT_EQ(writer.info().bookmarks.size(), 3u);
     }
     std::filesystem::path first() const { return folder_ / "first" / "record"; }
     Session makeSession(records::RecordWriter* writer) {

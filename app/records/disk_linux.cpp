@@ -56,10 +56,15 @@ void makeNewFilesPrivate() {
 }
 
 void createPrivateFolders(const fs::path& folder) {
-    const fs::path parent = folder.parent_path();
-    if (folder.empty() || fs::is_directory(folder)) return;
-    if (parent != folder) createPrivateFolders(parent);
-    if (mkdir(folder.c_str(), kFolderMode) != 0 && !fs::is_directory(folder)) throwErrno(folder, "folder");
+    fs::path path;
+    for (const fs::path& name : folder) {
+        path /= name;
+        if (fs::is_directory(path) || mkdir(path.c_str(), kFolderMode) == 0) continue;
+        const int error = errno;
+        if (fs::is_directory(path)) continue;  // another process created it meanwhile
+        errno = error;
+        throwErrno(folder, "folder");
+    }
 }
 
 void createPrivateFile(const fs::path& file) {

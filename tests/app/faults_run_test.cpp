@@ -239,7 +239,7 @@ TEST_F(FaultsRun, TwoCopiesAtOnce) {
 TEST_F(FaultsRun, ADiskThatIsFull) {
     cell("run, synth, report", "files that cannot grow", "status 2, file and reason; no partial package");
     EXPECT_EQ(run(kAttempt + "--out full", full()), 2);
-    expectSaid("full/record/inputs.bin: file: File too large");
+    expectSaid("full/record/samples.bin: file: File too large");
     EXPECT_EQ(run(kAttempt + "--trainee T-10", full()), 2);
     expectSaid(".local/share/stylet/records/");
     expectKept();

@@ -182,6 +182,21 @@ TEST_F(StoreRun, IsListedShownCheckedAndRead) {
     EXPECT_THAT(text, HasSubstr("cut: duct"));
 }
 
+// HZ-RECORD-01
+TEST_F(StoreRun, ALostIndexIsRebuiltByTheNextCommand) {
+    const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
+    const std::filesystem::path copy = *command_ / "without index";
+    std::filesystem::create_directories(copy / "attempts");
+    std::filesystem::copy(attempt.folder, copy / "attempts" / attempt.id,
+                          std::filesystem::copy_options::recursive);
+    const Outcome list = records("list --records '" + copy.string() + "'");
+    EXPECT_EQ(list.status, 0) << list.err;
+    EXPECT_THAT(list.out, HasSubstr(attempt.id));
+    EXPECT_THAT(list.out, HasSubstr("done"));
+    EXPECT_EQ(Store(copy).attempt(attempt.id).events.size(), attempt.events.size());
+    EXPECT_EQ(records("list --records '" + copy.string() + "/attempts'").status, 2) << "that is no store";
+}
+
 TEST_F(StoreRun, IsExportedWithItsChecksumsAndDeleted) {
     ASSERT_EQ(command_->runBare(kStoreRun + "Zebra-77").status, 0);
     const std::filesystem::path taken = *command_ / "taken";

@@ -365,7 +365,11 @@ void RecordWriter::add(const TickInput& input, std::uint64_t tick, std::uint64_t
 void RecordWriter::bookmark(Bookmark mark) {
     if (ended_ || info_.bookmarks.size() >= kMaxBookmarks) return;
     mark.text = truncated(mark.text);
-    info_.bookmarks.push_back(std::move(mark));
+    // A retry can set a mark while it recomputes ticks before the marks that it inherited.
+    const auto after =
+        std::upper_bound(info_.bookmarks.begin(), info_.bookmarks.end(), mark.tick,
+                         [](std::uint64_t tick, const Bookmark& other) { return tick < other.tick; });
+    info_.bookmarks.insert(after, std::move(mark));
     writeInfo(info_, folder_);
 }
 

@@ -387,6 +387,16 @@ TEST_F(RecordFile, RestoresFactsEventsAndResult) {
     EXPECT_EQ(record.info.result.value().total, 87.5);
 }
 
+TEST_F(RecordFile, BookmarksAreOrderedByTick) {
+    RecordInfo info = someRecordInfo();
+    info.bookmarks = {{100, "inherited"}, {200, "inherited"}};
+    RecordWriter writer(folder_, someHeader(), info);
+    writer.bookmark({150, "while recomputing"});
+    const std::vector<Bookmark> marks = loadRecord(folder_).info.bookmarks;
+    ASSERT_EQ(marks.size(), 3u);
+    EXPECT_EQ(marks[1].text, "while recomputing");
+}
+
 // HZ-RECORD-06
 TEST_F(RecordFile, OtherVersionsAreRefusedWithTheReason) {
     auto json = nlohmann::json::parse(test::readText(folder_ / "record.json"));

@@ -123,9 +123,11 @@ ParsedHeader parseFileHeader(std::span<const unsigned char> bytes, const std::fi
     ByteReader prologue(bytes.subspan(kind.magic.size()));
     const std::uint32_t version = prologue.u32(), size = prologue.u32();
     if (version != kind.version)
-        throw DataError(file, "version",
-                        fmt::format("{} is not {}: the file was written by {} program version", version,
-                                    kind.version, version < kind.version ? "an older" : "a newer"));
+        throw DataError(
+            file, "version",
+            fmt::format(
+                "{} is not {}: the file was written by {} program version; use that version to read it",
+                version, kind.version, version < kind.version ? "an older" : "a newer"));
     if (size > kMaxHeaderBytes || bytes.size() < kPrologueBytes + size + 4)
         throw DataError(file, "header", "the file ends inside it");
     const auto summed = bytes.first(kPrologueBytes + size);

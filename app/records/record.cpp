@@ -264,9 +264,11 @@ void checkVersion(Fields& in) {
     constexpr std::int64_t kAnyVersion = 1 << 30;
     const std::int64_t version = in.integer("format_version", 0, kAnyVersion);
     if (version != kRecordVersion)
-        in.refuse("format_version",
-                  fmt::format("{} is not {}: the record was written by {} program version", version,
-                              kRecordVersion, version < kRecordVersion ? "an older" : "a newer"));
+        in.refuse(
+            "format_version",
+            fmt::format(
+                "{} is not {}: the record was written by {} program version; use that version to read it",
+                version, kRecordVersion, version < kRecordVersion ? "an older" : "a newer"));
 }
 
 std::vector<Bookmark> parseBookmarks(Fields& in) {

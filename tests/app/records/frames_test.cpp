@@ -125,7 +125,7 @@ TYPED_TEST(FrameFile, BadHeaderIsRefusedWithItsReason) {
         return bytes;
     };
     this->expectRefused(with(kMagicAt, 'X'), "magic: this is not");
-    this->expectRefused(with(kVersionAt, 77), "version: 77; this program reads only version");
+    this->expectRefused(with(kVersionAt, 77), "version: 77 is not");
     this->expectRefused(with(kHeaderSizeAt + 2, 0xff), "header: the file ends inside it");
     this->expectRefused(with(kHeaderAt, 0xff), "header: its checksum");
 }

@@ -8,7 +8,7 @@ void keepDriverLoaded() {
     static const vk::raii::Context context;
     static const vk::raii::Instance instance = context.createInstance({});
     // The loader opens the driver for the devices, and keeps it open as long as the instance exists.
-    instance.enumeratePhysicalDevices();
+    static const vk::raii::PhysicalDevices devices(instance);
 }
 
 }  // namespace stylet::soak

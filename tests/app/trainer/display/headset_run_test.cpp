@@ -115,10 +115,16 @@ TEST_F(HeadsetRunRealTime, LossOfFocusPausesTheAttempt) {
     const double pause_s = 1.5;
     const std::filesystem::path still = test::writeStillScenario(command_ / "still.toml", 4.0);
     const double script = ticksOf(run("--fast --fps 0", still));
-    // A stall of the machine may last until the script has ended. In that case there was no pause; try again.
+    // A stall of the machine may last until the script has ended, or may delay the pause but not its end. Try
+    // again.
     Outcome outcome;
     bool paused = false;
-    for (int tries = 0; tries < 10 && !(paused && problem_.empty()); ++tries) {
+    const auto pausedAsLongAsAsked = [&] {
+        const double elapsed_s =
+            ticksOf(outcome) / outcome.summary.at("haptics").at("rate_hz").get<double>();
+        return paused && problem_.empty() && elapsed_s > 1e-3 * ticksOf(outcome) + pause_s;
+    };
+    for (int tries = 0; tries < 10 && (tries == 0 || !pausedAsLongAsAsked()); ++tries) {
         outcome = runWatched(
             [&](test::MockControl& mock) {
                 const int shown = mock.sendRequest({{"get", "state"}}).at("frame").get<int>();
@@ -134,11 +140,10 @@ TEST_F(HeadsetRunRealTime, LossOfFocusPausesTheAttempt) {
     }
     ASSERT_TRUE(paused) << outcome.err;
     EXPECT_EQ(problem_, "");
-    const double elapsed_s = ticksOf(outcome) / outcome.summary.at("haptics").at("rate_hz").get<double>();
+    EXPECT_TRUE(pausedAsLongAsAsked());
     RecordProperty("ticks_after_the_script", int(ticksOf(outcome) - script));
     EXPECT_GE(ticksOf(outcome), script - 1);
     EXPECT_LT(ticksOf(outcome), script + 500.0 * pause_s) << "no tick of the pause is in the record";
-    EXPECT_GT(elapsed_s, 1e-3 * ticksOf(outcome) + pause_s);
     command_.unset("XRMOCK_CONTROL");
     expectTheSameAgain(outcome);
 }

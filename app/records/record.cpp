@@ -147,6 +147,9 @@ std::string readNeedle(ByteReader& source, RecordHeader& header) {
     needle.shape.tip = static_cast<NeedleTip>(tip);
     needle.shape.has_stylet = source.u32() != 0;
     visitShapeNumbers(needle.shape, [&](double& v) { v = source.f64(); });
+    if (!haptics::isGauge(needle.gauge)) return "its gauge is out of range";
+    if (!haptics::isFrictionScale(header.settings.tools.needle.friction_scale))
+        return "its friction scale is out of range";
     if (const std::string why = haptics::shapeError(needle.shape); !why.empty()) return why;
     needle.force = header.settings.tools.needle;
     return source.u64() == needleDigest(header) ? "" : "its numbers do not match its digest";
@@ -260,6 +263,14 @@ std::string truncated(const std::string& text) {
     return text.substr(0, size);
 }
 
+// The name is in both files: for people, and with the needle's numbers.
+void checkNeedle(const Record& record, const std::filesystem::path& folder) {
+    if (record.info.needle != record.header.needle.name)
+        throw DataError(folder / "record.json", "needle",
+                        "\"" + record.info.needle + "\" is not the needle of inputs.bin, \"" +
+                            record.header.needle.name + "\"");
+}
+
 void checkVersion(Fields& in) {
     constexpr std::int64_t kAnyVersion = 1 << 30;
     const std::int64_t version = in.integer("format_version", 0, kAnyVersion);
@@ -345,6 +356,7 @@ std::uint64_t needleDigest(const RecordHeader& header) {
 RecordWriter::RecordWriter(const std::filesystem::path& folder, const RecordHeader& header,
                            const RecordInfo& info)
     : folder_(createEmptyFolder(folder)), info_(info), inputs_(folder_ / "inputs.bin", encodeHeader(header)) {
+    info_.needle = header.needle.name;
     info_.end.reset();
     info_.lost.reset();
     info_.result.reset();
@@ -461,6 +473,7 @@ Record loadRecord(const std::filesystem::path& folder) {
     Record record;
     record.info = readInfo(place);
     parseInputs(readAll(place / "inputs.bin"), place / "inputs.bin", record);
+    checkNeedle(record, place);
     return record;
 }
 
@@ -469,6 +482,7 @@ Record loadRecordHead(const std::filesystem::path& folder) {
     Record record;
     record.info = readInfo(place);
     decodeHeader(readBeginning(place / "inputs.bin"), place / "inputs.bin", record.header);
+    checkNeedle(record, place);
     return record;
 }
 

@@ -64,7 +64,7 @@ struct RecordInfo {
     std::filesystem::path patient_folder;
     std::string patient_name;
     std::string scenario;
-    std::string needle;  // name of the instrument, for people
+    std::string needle;  // name of the instrument, for people; RecordWriter fills it in from the header
     std::vector<std::string> capture_points;
     double approach_distance_m = 0.0;
     std::uint64_t seed = 0;

@@ -188,7 +188,10 @@ Vec3 Simulation::stepStartle() noexcept {
 Simulation::PoseUpdate Simulation::updatePose(const DeviceState& device, const Surrogate& breath) noexcept {
     PoseUpdate update;
     update.fault_bits = checkDevice(state_.output.safety, settings_.profile, device, settings_.dt_s);
-    if ((update.fault_bits & kPoseFaults) == 0) followDevice(device, breath, update);
+    if ((update.fault_bits & kPoseFaults) == 0)
+        followDevice(device, breath, update);
+    else
+        state_.outside_s = 0.0;
     if (state_.left_needle) update.fault_bits |= kFaultAwayFromNeedle;
     return update;
 }
@@ -205,7 +208,8 @@ void Simulation::followDevice(const DeviceState& device, const Surrogate& breath
         state_.has_pose ? findFollowing(state_.tools, stylus.position_m, leapt) : Following::follows;
     if (following == Following::stays) {
         state_.left_needle = true;
-        const bool outside = !leapt && isInOpenAir({*patient_, breath}, stylus.position_m);
+        const bool lost = (update.fault_bits & (kFaultStaleInput | kFaultDeviceLost | kFaultHandOff)) != 0;
+        const bool outside = !leapt && !lost && isInOpenAir({*patient_, breath}, stylus.position_m);
         state_.outside_s = outside ? state_.outside_s + settings_.dt_s : 0.0;
         if (state_.outside_s < kDrawnOut_s) return;
         update.drawn_out = drawOutNeedle(state_.tools.needle);

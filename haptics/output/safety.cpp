@@ -40,7 +40,8 @@ bool isArmed(ForceStage stage) noexcept {
     return stage == ForceStage::rising || stage == ForceStage::on;
 }
 
-// Speed over the time since the last fresh pose: one large step after a silence is not a teleport.
+// Speed over the time since the last fresh pose. A needle in the body checks the distance too
+// (findFollowing()).
 void updateSpeed(SafetyState& s, const DeviceState& device, bool good, double dt_s) noexcept {
     s.silence_s += dt_s;
     if (device.fresh == 0 || !good) return;

@@ -70,16 +70,16 @@ NeedleShape readShape(Fields& top, bool needle) {
     return shape;
 }
 
-// A1 and the largest force are those of the model, not of the needle.
+// `a1_share` and `max_force_n` belong to the model; instrument files do not set them.
 NeedleSettings readNeedleForce(Fields in, const NeedleShape& shape) {
     NeedleSettings s;
-    const double outer_mm = shape.outer_m * kMmPerM;
     s.cut_reach_m = in.has("cut_reach_mm") ? readMm(in, "cut_reach_mm", kOuter_mm) : shape.outer_m;
-    s.friction_scale = in.numberOr("friction_scale", 0.01, 10.0, shape.outer_m / kPaperNeedle_m);
+    s.friction_scale =
+        in.numberOr("friction_scale", kMinFrictionScale, kMaxFrictionScale, shape.outer_m / kPaperNeedle_m);
     s.lateral_stiffness_n_per_m = in.number("lateral_stiffness_n_per_m", 1.0, 5000.0);
     s.lateral_force_n = in.number("lateral_force_n", 0.01, 20.0);
     if (s.cut_reach_m > 10.0 * shape.outer_m)
-        in.refuse("cut_reach_mm", fmt::format("more than ten needles of {} mm", outer_mm));
+        in.refuse("cut_reach_mm", fmt::format("more than ten times outer_mm, {}", shape.outer_m * kMmPerM));
     in.finish();
     return s;
 }
@@ -174,7 +174,7 @@ Instrument parseInstrument(const std::filesystem::path& toml, std::string_view t
     one.force = std::monostate();
     switch (one.kind) {
         case InstrumentKind::needle:
-            one.gauge = int(top.integer("gauge", 7, 34));
+            one.gauge = int(top.integer("gauge", kMinGauge, kMaxGauge));
             one.shape = readShape(top, true);
             one.force = readNeedleForce(top.child("force"), one.shape);
             break;

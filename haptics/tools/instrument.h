@@ -52,6 +52,15 @@ std::vector<Instrument> loadInstruments(const std::filesystem::path& folder);
 // parseInstrument(), which checks the same limits.
 std::string shapeError(const NeedleShape&);
 // The needle's tip as a number is within the enumeration.
+inline constexpr int kMinGauge = 7, kMaxGauge = 34;
+inline constexpr double kMinFrictionScale = 0.01, kMaxFrictionScale = 10.0;
+constexpr bool isGauge(int gauge) noexcept {
+    return gauge >= kMinGauge && gauge <= kMaxGauge;
+}
+// False for NaN.
+constexpr bool isFrictionScale(double scale) noexcept {
+    return scale >= kMinFrictionScale && scale <= kMaxFrictionScale;
+}
 constexpr bool isNeedleTip(std::uint32_t tip) noexcept {
     return tip < kNeedleTipNames.size();
 }

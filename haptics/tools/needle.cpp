@@ -33,6 +33,7 @@ void prime(NeedleState& s, const Patient& patient, const Vec3& tip_deformed_m,
     }
     s.tip_deformed_m = tip_deformed_m;
     s.breath = breath;
+    s.fold_count = 0;
     s.primed = true;
 }
 
@@ -197,6 +198,7 @@ NeedleEvent drawOutNeedle(NeedleState& s) noexcept {
                       .border = {s.channel_reference_m, s.tissue, Tissue::air, 0, s.depth_m},
                       .force_before_n = s.force_n};
     endTrack(s);
+    s.fold_count = 0;
     s.force_n = 0.0;
     s.lateral_m = Vec3(0.0);
     return event;
@@ -240,7 +242,7 @@ void hashNeedle(StateHash& hash, const NeedleState& s) noexcept {
     hash.add(s.extension_m, s.force_n, s.depth_m, s.past_skin_depth_m, s.past_fascia_depth_m);
     if (s.phase == Phase::tenting) hashTenting(hash, s.tenting);
     if (s.bone_over_tenting) hashTenting(hash, s.under_bone);
-    hash.add(std::uint64_t(s.queued_count));
+    hash.add(std::uint64_t(s.queued_count) | std::uint64_t(s.fold_count) << 32);
     for (int i = 0; i < s.queued_count; ++i)
         hashBorder(hash, s.queued[std::size_t(i)]);
     hash.add(s.cuts.value(), s.lateral_m, s.lateral_cut_m, s.tip_deformed_m, s.channel_reference_m);

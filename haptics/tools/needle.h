@@ -55,8 +55,6 @@ struct TentingBorder {
 struct CutBorder {
     Vec3 reference_m{0.0};
     Tissue to = Tissue::air;
-    // The far side of a skin fold that the needle passed through. It is open for a needle that is drawn back.
-    bool from_behind = false;
 };
 
 struct NeedleState {
@@ -74,7 +72,8 @@ struct NeedleState {
     TentingBorder under_bone;
     int queued_count = 0;  // borders passed while tenting, nearest first
     std::array<Border, kMaxQueuedBorders> queued{};
-    int cut_count = 0;  // punctured borders are kept, in reference space
+    int fold_count = 0;  // skin folds in front of the body that the shaft passes through
+    int cut_count = 0;   // punctured borders are kept, in reference space
     std::array<CutBorder, kMaxCutBorders> cut{};
     // Hash of every punctured border ever stored, so that a tick need not hash the whole list again.
     StateHash cuts;

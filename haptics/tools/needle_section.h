@@ -116,8 +116,11 @@ class SectionSolver {
         if (s_.phase == Phase::tenting) return arriveWhileTenting(x, at_reference_m, direction);
 
         const Border border = borderTo(x, at_reference_m);
-        if (direction == Direction::advance || s_.phase == Phase::outside) {
-            reachBorder(border, direction == Direction::withdraw);
+        if (s_.phase == Phase::outside && direction == Direction::withdraw && s_.fold_count > 0) {
+            --s_.fold_count;  // back into a skin fold that the shaft passes through
+            enter(border, force(), NeedleEventKind::entry);
+        } else if (direction == Direction::advance || s_.phase == Phase::outside) {
+            reachBorder(border);
         } else if (direction == Direction::sideways) {
             enter(border, force(), NeedleEventKind::sideways);
         } else {
@@ -176,21 +179,20 @@ class SectionSolver {
         return s_.queued_count > 0 ? s_.queued[std::size_t(s_.queued_count - 1)] : s_.tenting.border;
     }
 
-    bool isCut(const Border& border, bool from_behind = false) const noexcept {
+    bool isCut(const Border& border) const noexcept {
         const double reach2 = settings_.cut_reach_m * settings_.cut_reach_m;
         for (int i = 0; i < s_.cut_count; ++i) {
             const CutBorder& c = s_.cut[std::size_t(i)];
             const Vec3 d = c.reference_m - border.reference_m;
-            if (c.to == border.to && c.from_behind == from_behind && glm::dot(d, d) <= reach2) return true;
+            if (c.to == border.to && glm::dot(d, d) <= reach2) return true;
         }
         return false;
     }
 
-    bool willTent(const Border& border, double force_n, bool from_behind = false) const noexcept {
+    bool willTent(const Border& border, double force_n) const noexcept {
         const TissueRow& b = row(border.to);
         if (isRigid(b)) return true;
-        return border.from != border.to && resists(b, force_n) && !isCut(border, from_behind) &&
-               !isIncised(border);
+        return border.from != border.to && resists(b, force_n) && !isCut(border) && !isIncised(border);
     }
 
     // The body's surface is skin, or another tissue where the voxels at the surface contain no skin.
@@ -200,9 +202,9 @@ class SectionSolver {
                isOpen(incisions_, border.reference_m, settings_.cut_reach_m);
     }
 
-    void reachBorder(const Border& border, bool from_behind = false) noexcept {
+    void reachBorder(const Border& border) noexcept {
         const double f = force();
-        if (willTent(border, f, from_behind)) {
+        if (willTent(border, f)) {
             startTenting(border, f);
         } else {
             enter(border, f, NeedleEventKind::entry);
@@ -289,11 +291,11 @@ class SectionSolver {
         pushBack(s_.queued, s_.queued_count, border);
     }
 
-    void storeCut(const Border& border, bool from_behind = false) noexcept {
-        if (border.from == border.to || border.to == Tissue::air || isCut(border, from_behind)) return;
+    void storeCut(const Border& border) noexcept {
+        if (border.from == border.to || border.to == Tissue::air || isCut(border)) return;
         if (s_.cut_count == kMaxCutBorders) report(NeedleEventKind::overflow, border, 0.0, 0.0);
-        pushBack(s_.cut, s_.cut_count, {border.reference_m, border.to, from_behind});
-        s_.cuts.add(border.reference_m, std::uint64_t(border.to) | std::uint64_t(from_behind) << 8);
+        pushBack(s_.cut, s_.cut_count, {border.reference_m, border.to});
+        s_.cuts.add(border.reference_m, std::uint64_t(border.to));
     }
 
     // ---- Motion ----
@@ -366,7 +368,8 @@ class SectionSolver {
         s_.track = after;
     }
 
-    // Undoes the flags that were set deeper than the tip's depth minus `tolerance_m`.
+    // Clears each flag that was set deeper than the tip. With a positive tolerance, also one that was set at
+    // the tip's depth.
     void clearFlags(double tolerance_m) noexcept {
         if (s_.depth_m < s_.past_skin_depth_m + tolerance_m) s_.track.past_skin = false;
         if (s_.depth_m < s_.past_fascia_depth_m + tolerance_m) s_.track.past_fascia = false;
@@ -374,9 +377,8 @@ class SectionSolver {
 
     // The needle has passed through a fold or a corner of skin and is in the air behind it.
     void leaveFold(const TissueSample& air, const Vec3& at_reference_m) noexcept {
-        const Border border = borderTo(air, at_reference_m);
-        report(NeedleEventKind::withdrawn, border, force(), 0.0);
-        storeCut({at_reference_m, air.tissue, border.from, 0, s_.depth_m}, true);
+        report(NeedleEventKind::withdrawn, borderTo(air, at_reference_m), force(), 0.0);
+        ++s_.fold_count;
         leaveTrack();
     }
 

@@ -98,7 +98,7 @@ void addLabels(StateHash& hash, const Package& p) {
         if (!label) continue;
         hash.add(std::uint64_t(id)), hash.add(std::uint64_t(label->tissue));
         hash.add(std::uint64_t(label->role)), hash.add(std::uint64_t(label->abdominal));
-        hash.add(std::uint64_t(label->blood)), hash.add(std::uint64_t(label->structure));
+        hash.add(std::uint64_t(label->blood));
         hash.add(std::uint64_t(label->blocks_contrast)), hash.add(std::uint64_t(label->drains_ducts));
     }
 }

@@ -9,8 +9,9 @@ namespace stylet::render {
 namespace {
 
 constexpr double kTipReach_m = 0.0015;  // distance from the tip at which the echo of its edge fades
-// A needle of 1.5 mm halfway to the focus lets three quarters of a beam of 6 mm pass, in each direction.
-constexpr double kMaxShadow = 0.47;
+// A needle of kShadowing_m halfway to the focus lets three quarters of a beam of 6 mm pass, in each
+// direction. A thinner one shadows in proportion to its width.
+constexpr double kMaxShadow = 0.47, kShadowing_m = 0.0015;
 constexpr std::size_t kMaxNeedleLines = 1024;
 constexpr double kFaintest = 0.02;  // weight below which the needle is not seen
 
@@ -55,7 +56,7 @@ NeedleEcho needleEcho(const Transducer& probe, const ScanLine& line, double pitc
     const double glint = std::exp2(-half_widths * half_widths);
     const double tip_glow = needle.tip_echo * std::exp(-m.along_needle_m / kTipReach_m);
     return {m.along_line_m, reflectivity * weight * std::min(glint + needle.shaft_echo + tip_glow, 1.0),
-            kMaxShadow * weight};
+            kMaxShadow * std::min(1.0, needle.outer_m / kShadowing_m) * weight};
 }
 
 void spreadShadows(const Transducer& probe, std::span<NeedleEcho> lines) {

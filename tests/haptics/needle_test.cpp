@@ -11,6 +11,7 @@ namespace {
 using enum Tissue;
 using test::Hand;
 using test::kTorso;
+using test::Layers;
 using test::makeColumn;
 using test::Puncture;
 
@@ -252,19 +253,45 @@ TEST(Needle, SkinFoldMetFromBehindIsOpen) {
     }
 }
 
-// The hole in a fold opens it from behind only, and only there.
-TEST(Needle, SkinFoldElsewhereTents) {
-    Puncture p({{skin, 0.004}, {air, 0.003}, {skin, 0.002}, {soft, 0.02}});
+// Only a needle that has passed through the fold slides in it.
+TEST(Needle, SkinFoldTentsForANeedleThatCameFromElsewhere) {
+    const Layers fold{{skin, 0.004}, {air, 0.003}, {skin, 0.002}, {soft, 0.02}};
+    const patient::Package package = test::makeColumn(fold);
+    const patient::Patient patient(package);
+    Hand beside(patient);
+    beside.to(0.006);
+    beside.sweep(0.0039);
+    EXPECT_EQ(beside.eventsOf(NeedleEventKind::border).size(), 1u);
+    // It opens once per passage.
+    Puncture p(fold);
     p.hand.sweep(0.006);
-    ASSERT_EQ(p.hand.state.phase, Phase::outside);
-    p.hand.to({0.006, 0.0023, 0.0002});
+    p.hand.sweep(-0.005);
+    p.hand.to({-0.005, 0.0303, 0.0002});
     p.hand.events.clear();
-    p.hand.sweep(0.0039);
-    EXPECT_EQ(p.hand.eventsOf(NeedleEventKind::border).size(), 1u);
-    // A fold 0.5 mm in front of the body: the body's skin tents.
+    EXPECT_EQ(p.hand.state.fold_count, 0);
+    // A fold 0.5 mm in front of the body does not open the body's skin.
     Puncture near({{skin, 0.004}, {air, 0.0005}, {skin, 0.002}, {soft, 0.02}});
     near.hand.sweep(0.010);
     EXPECT_EQ(near.hand.eventsOf(NeedleEventKind::puncture).size(), 2u);
+}
+
+TEST(Needle, EveryFoldOfAStackIsOpenFromBehind) {
+    Puncture p({{skin, 0.003}, {air, 0.002}, {skin, 0.004}, {air, 0.002}, {skin, 0.002}, {soft, 0.02}});
+    p.hand.sweep(0.020);
+    EXPECT_EQ(p.hand.state.fold_count, 2);
+    p.hand.events.clear();
+    for (const double at_m : {0.0055, 0.0005}) {
+        p.hand.sweep(at_m);
+        EXPECT_NEAR(p.hand.force(), -0.7, 1e-9) << at_m;
+    }
+    // Forward and back again inside the stack.
+    p.hand.sweep(0.0045);
+    EXPECT_EQ(p.hand.state.phase, Phase::outside);
+    p.hand.sweep(0.0005);
+    EXPECT_NEAR(p.hand.force(), -0.7, 1e-9);
+    p.hand.sweep(-0.005);
+    EXPECT_TRUE(p.hand.eventsOf(NeedleEventKind::border).empty());
+    EXPECT_EQ(p.hand.state.fold_count, 0);
 }
 
 TEST(Needle, BoneIsNeverCut) {

@@ -262,6 +262,11 @@ TEST(Toolbox, NeedleIsDrawnOutByADeviceThatStaysOutsideAfterALeap) {
     LeapBench b;
     b.expectLeft({-0.030, 0.0003, 0.0002}, int(kDrawnOut_s / 0.001) - 1);
     b.expectLeft({0.050, 0.0003, 0.0002}, 1);  // the time outside counts only in one piece
+    b.expectLeft({-0.030, 0.0003, 0.0002}, 100);
+    b.input.device.fresh = 0;  // a device that has been lost has not drawn it out
+    b.expectLeft({-0.030, 0.0003, 0.0002}, 3000);
+    b.input.device.fresh = 1;
+    b.expectLeft({0.050, 0.0003, 0.0002}, 1);
     b.expectLeft({-0.030, 0.0003, 0.0002}, int(kDrawnOut_s / 0.001));
     b.tick();
     ASSERT_EQ(b.events.count, 1);

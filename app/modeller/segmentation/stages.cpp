@@ -131,8 +131,9 @@ void findBonesStage(BuildState& work, StageResult& r) {
 }
 
 bool isSolidOrgan(const Label& l) {
-    return l.name == "right kidney" || l.name == "left kidney" || l.name == "spleen" || l.name == "heart" ||
-           l.name == "gallbladder";
+    using enum patient::Structure;
+    return l.structure == kidney || l.structure == spleen || l.structure == heart ||
+           l.structure == gallbladder;
 }
 
 AtlasImage atlasImage(const patient::Package& package, const BuildState& work, const AtlasSettings& atlas) {

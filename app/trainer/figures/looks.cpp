@@ -30,7 +30,7 @@ std::vector<Wound> woundsAt(const patient::PlannedPath& path) {
     const Vec3 along = glm::normalize(glm::cross(axis, {0.0, 1.0, 0.0}));
     const Vec3 beside = path.entry_reference_m + 0.014 * along;
     return {{WoundKind::incision, path.entry_reference_m, 0.003, along},
-            {WoundKind::puncture, beside, 0.00085},
+            {WoundKind::puncture, beside, NeedleShape().radius_m()},
             {WoundKind::blood, beside, 0.007, {0.0, -1.0, 0.0}}};
 }
 

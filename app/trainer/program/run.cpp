@@ -476,7 +476,6 @@ void openOutputs(AttemptRun& run) {
     run.facts.start = run.start;
     if (live.port && !run.pictures)
         throw EnvironmentError("--device controllers needs a headset, and none is available");
-    info.needle = config.needle.name;
     if (run.retry) {
         const std::vector<records::Bookmark>& marks = run.retry->record.info.bookmarks;
         info.bookmarks.assign(marks.begin(), marks.begin() + std::ptrdiff_t(run.retry->number));

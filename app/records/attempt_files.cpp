@@ -65,6 +65,15 @@ std::vector<TruncatedFile> truncateTornTails(const fs::path& folder) {
     return cut;
 }
 
+std::vector<std::string> findTornFiles(const fs::path& folder) {
+    std::vector<std::string> torn;
+    for (const char* name : kFrameFiles)
+        if (fs::exists(folder / name))
+            if (const std::string position = describeDamagePosition(folder, name); !position.empty())
+                torn.push_back(name + position);
+    return torn;
+}
+
 std::string findDamage(const fs::path& folder, const StoredFile& stored) {
     const fs::path file = folder / stored.file;
     try {

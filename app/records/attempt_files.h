@@ -15,6 +15,10 @@ inline constexpr const char* kLockFile = ".writing";  // locked by the process t
 // Cuts the frame files at their last whole frame. Throws DataError.
 std::vector<TruncatedFile> truncateTornTails(const std::filesystem::path& folder);
 
+// Lists the frame files that do not end with a whole frame, without changing them: one text with name and
+// position per file. Throws DataError.
+std::vector<std::string> findTornFiles(const std::filesystem::path& folder);
+
 // Returns one line with the file's name and its damage. Empty if the file is still as stored.
 std::string findDamage(const std::filesystem::path& folder, const StoredFile& stored);
 

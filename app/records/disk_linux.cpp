@@ -34,21 +34,6 @@ void syncPath(const std::filesystem::path& path, int flags, int (*sync)(int), co
     if (error != 0 && error != EINVAL) throwErrno(path, field);
 }
 
-// Withdraws the access of group and others. Returns true if there was any. An entry that another process has
-// removed meanwhile counts as private.
-bool makePrivate(const fs::path& path) {
-    struct stat now{};
-    if (lstat(path.c_str(), &now) != 0) {
-        if (errno == ENOENT) return false;
-        throwErrno(path, "permissions");
-    }
-    const bool ours = S_ISREG(now.st_mode) || S_ISDIR(now.st_mode);
-    if (!ours || (now.st_mode & kOthers) == 0) return false;
-    if (chmod(path.c_str(), now.st_mode & 07777u & ~kOthers) != 0 && errno != ENOENT)
-        throwErrno(path, "permissions");
-    return true;
-}
-
 }  // namespace
 
 void makeNewFilesPrivate() {
@@ -73,6 +58,19 @@ void createPrivateFile(const fs::path& file) {
         close(descriptor);
     else if (errno != EEXIST)
         throwErrno(file);
+}
+
+bool makePrivate(const fs::path& path) {
+    struct stat now{};
+    if (lstat(path.c_str(), &now) != 0) {
+        if (errno == ENOENT) return false;  // another process may have removed it
+        throwErrno(path, "permissions");
+    }
+    const bool ours = S_ISREG(now.st_mode) || S_ISDIR(now.st_mode);
+    if (!ours || (now.st_mode & kOthers) == 0) return false;
+    if (chmod(path.c_str(), now.st_mode & 07777u & ~kOthers) != 0 && errno != ENOENT)
+        throwErrno(path, "permissions");
+    return true;
 }
 
 std::size_t makeTreePrivate(const fs::path& folder) {

@@ -20,6 +20,9 @@ void createPrivateFolders(const std::filesystem::path& folder);
 // Creates an empty private file if there is none. Never opens an existing one: closing it would release the
 // locks that SQLite has on it.
 void createPrivateFile(const std::filesystem::path& file);
+// Withdraws the access of group and others from this file or folder alone. Returns true if there was any.
+// Leaves a missing entry and a symbolic link alone.
+bool makePrivate(const std::filesystem::path&);
 // Withdraws the access of group and others from the folder and everything in it, and returns the number of
 // entries changed. Does not follow symbolic links.
 std::size_t makeTreePrivate(const std::filesystem::path& folder);

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <type_traits>
@@ -193,6 +194,8 @@ std::size_t decodeHeader(std::span<const unsigned char> bytes, const std::filesy
         throw DataError(file, "header", "its size, tool or breath does not fit its version");
     if (!haptics::arePadsValid(header.settings.tools))
         throw DataError(file, "header", "no pad of finger or probe has so many points");
+    if (!(std::isfinite(header.settings.dt_s) && header.settings.dt_s > 0.0))
+        throw DataError(file, "header: dt_s", "must be finite and more than 0");
     return head.size;
 }
 
@@ -334,6 +337,15 @@ std::vector<unsigned char> readBeginning(const std::filesystem::path& file) {
     return bytes;
 }
 
+Record loadHead(const std::filesystem::path& record_folder) {
+    const std::filesystem::path inputs = record_folder / "inputs.bin";
+    Record record;
+    record.info = readInfo(record_folder);
+    decodeHeader(readBeginning(inputs), inputs, record.header);
+    checkNeedle(record, record_folder);
+    return record;
+}
+
 // Creates the folder and removes an earlier record from it. record.json is removed first, so that a crash
 // cannot leave it beside new inputs.
 std::filesystem::path createEmptyFolder(const std::filesystem::path& folder) {
@@ -465,6 +477,8 @@ RecordInfo parseInfo(std::string_view text, const std::filesystem::path& file) {
 }
 
 std::filesystem::path recordFolder(const std::filesystem::path& folder) {
+    const std::filesystem::path name = folder.has_filename() ? folder : folder.parent_path();
+    if (name.filename() == "record" && std::filesystem::exists(folder / "record.json")) return folder;
     return std::filesystem::exists(folder / "record" / "record.json") ? folder / "record" : folder;
 }
 
@@ -478,12 +492,11 @@ Record loadRecord(const std::filesystem::path& folder) {
 }
 
 Record loadRecordHead(const std::filesystem::path& folder) {
-    const std::filesystem::path place = recordFolder(folder);
-    Record record;
-    record.info = readInfo(place);
-    decodeHeader(readBeginning(place / "inputs.bin"), place / "inputs.bin", record.header);
-    checkNeedle(record, place);
-    return record;
+    return loadHead(recordFolder(folder));
+}
+
+Record loadAttemptHead(const std::filesystem::path& attempt_folder) {
+    return loadHead(attempt_folder / "record");
 }
 
 }  // namespace stylet::records

@@ -122,7 +122,8 @@ struct Record {
     std::uint64_t torn_bytes = 0;         // bytes behind the last whole frame; ignored
 };
 
-// The folder of the record in an attempt's folder, or `folder` itself if it contains no other record.
+// The folder of the record in an attempt's folder, or `folder` itself if it contains no other record or is a
+// record's folder named "record".
 std::filesystem::path recordFolder(const std::filesystem::path& folder);
 
 // `folder`: of the attempt or of its record. Throws DataError for a bad header, version or record.json.
@@ -130,6 +131,8 @@ std::filesystem::path recordFolder(const std::filesystem::path& folder);
 Record loadRecord(const std::filesystem::path& folder);
 // The same without the ticks: `inputs` and `checkpoints` are empty. Reads little, however long the attempt.
 Record loadRecordHead(const std::filesystem::path& folder);
+// The same, only from the subfolder "record" of an attempt's folder.
+Record loadAttemptHead(const std::filesystem::path& attempt_folder);
 
 // Parse the contents of a record's two files. `file` is used in error messages.
 void parseInputs(std::span<const unsigned char> bytes, const std::filesystem::path& file, Record&);

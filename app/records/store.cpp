@@ -1,6 +1,7 @@
 #include "app/records/store.h"
 
 #include <SQLiteCpp/SQLiteCpp.h>
+#include <SQLiteCpp/Savepoint.h>
 #include <SQLiteCpp/VariadicBind.h>
 #include <fmt/chrono.h>
 #include <sqlite3.h>
@@ -24,8 +25,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kBusyTimeout_ms = 10000;        // longest wait for another process that writes
-constexpr const char* kReserve = ".reserve";  // deleted to make room when the disk is full
+constexpr int kBusyTimeout_ms = 10000;           // longest wait for another process that writes
+constexpr const char* kReserve = ".reserve";     // deleted to make room when the disk is full
+constexpr const char* kSenderLock = ".sending";  // of sendOutbox()
 constexpr std::size_t kReserveBytes = 1 << 20;
 constexpr std::size_t kMaxTraineeLength = 64;
 
@@ -153,6 +155,9 @@ auto Store::translateErrors(Act act) const {
 
 Store::Store(const fs::path& folder) : folder_(fs::absolute(folder)), file_(folder_ / "store.sqlite") {
     translateErrors([&] {
+        if (!fs::exists(file_) && fs::exists(folder_ / "attempts.csv"))
+            throw DataError(folder_, "store",
+                            "this is an export, not a Stylet store: pass the folder of the store");
         createPrivateFolders(folder_ / "attempts");
         // Even reading creates files beside the database. If that fails, SQLite's error does not name the
         // cause.
@@ -168,14 +173,28 @@ Store::Store(const fs::path& folder) : folder_(fs::absolute(folder)), file_(fold
                                     ", and is tried again at the next opening: " + e.what());
         }
     };
-    tryStep("others may be able to read these records", [&] {
-        if (const std::size_t count = makeTreePrivate(fs::canonical(folder_)))
+    tryStep("withdrawing the access of other users failed", [&] {
+        if (const std::size_t count = makeStorePrivate())
             tightened_ = fmt::format(
                 "{} was open to others: withdrew the access of group and others ({} files and folders)",
                 folder_.string(), count);
     });
     tryStep("a deletion is not complete", [&] { deleteMarked(); });
     tryStep("the search for interrupted attempts did not finish", [&] { recover(); });
+}
+
+// Withdraws the access of group and others from what the store creates. The folder may contain other files.
+std::size_t Store::makeStorePrivate() const {
+    const fs::path folder = fs::canonical(folder_);
+    std::size_t count = std::size_t(makePrivate(folder));
+    for (const auto& entry : fs::directory_iterator(folder)) {
+        const std::string name = entry.path().filename().string();
+        if (name == "attempts" && !entry.is_symlink())
+            count += makeTreePrivate(entry.path());
+        else if (name.starts_with("store.sqlite") || name == kReserve || name == kSenderLock)
+            count += std::size_t(makePrivate(entry.path()));
+    }
+    return count;
 }
 
 // Runs `act`. If the disk is full, deletes the reserve, runs `act` again and returns true.
@@ -262,6 +281,7 @@ void Store::storeChecksums(const std::string& id) {
     const std::uint32_t rows = computeRowsChecksum(readAttempt(id));
     const auto files =
         fs::exists(attemptFolder(id)) ? computeChecksums(attemptFolder(id)) : std::vector<StoredFile>();
+    execute(*database_, "DELETE FROM file WHERE attempt = (SELECT number FROM attempt WHERE id = ?)", id);
     SQLite::Statement row(
         *database_,
         "INSERT INTO file (attempt, path, bytes, crc32) SELECT number, ?, ?, ? FROM attempt WHERE id = ?");
@@ -298,7 +318,11 @@ void Store::recover() {
         }
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
     for (const fs::path& folder : unknownFolders())
-        if (isEmptyAttemptFolder(folder)) fs::remove_all(folder);
+        try {
+            if (isEmptyAttemptFolder(folder)) fs::remove_all(folder);
+        } catch (const fs::filesystem_error& e) {
+            failed_steps_.push_back(folder.string() + " cannot be searched: " + e.code().message());
+        }
     indexUnknownFolders();
     change.commit();
 }
@@ -316,7 +340,7 @@ void Store::recoverAttempt(const std::string& id) {
 
 StoredAttempt Store::loadOwnRecord(const std::string& id) const {
     const fs::path folder = attemptFolder(id);
-    StoredAttempt attempt = makeStoredAttempt(loadRecordHead(folder / "record"), folder);
+    StoredAttempt attempt = makeStoredAttempt(loadAttemptHead(folder), folder);
     if (attempt.id != id) throw DataError(recordFile(folder), "id", "\"" + attempt.id + "\" is not " + id);
     try {
         checkTrainee(attempt.info.trainee);
@@ -328,31 +352,47 @@ StoredAttempt Store::loadOwnRecord(const std::string& id) const {
 
 void Store::recoverLocked(const std::string& id) {
     const fs::path folder = attemptFolder(id);
-    RecoveredAttempt found{id, truncateTornTails(folder)};
-    fs::remove(folder / kLockFile);
-    if (fs::exists(folder)) syncTree(folder);
-    bool done = false;
+    RecoveredAttempt found{id, {}};
+    std::optional<StoredAttempt> attempt;
     try {
-        if (fs::exists(recordFile(folder))) {
-            const StoredAttempt attempt = loadOwnRecord(id);
-            indexRecord(attempt);
-            done = attempt.result.has_value();
-        }
+        if (fs::exists(recordFile(folder))) attempt = loadOwnRecord(id);
     } catch (const DataError& e) {
         found.unreadable = e.what();
     }
-    if (!done) {
-        execute(*database_, "UPDATE attempt SET state = 'cut_short' WHERE id = ?", id);
-        recovered_.push_back(std::move(found));
-    }
+    const bool done = attempt && attempt->result;
+    // The files of a done attempt were complete before its result was written. If one is torn now, it was
+    // damaged later: truncating it would hide the damage.
+    std::vector<std::string> damaged;
+    if (done)
+        damaged = findTornFiles(folder);
+    else
+        found.files = truncateTornTails(folder);
+    fs::remove(folder / kLockFile);
+    if (fs::exists(folder)) syncTree(folder);
+    if (attempt) indexRecord(*attempt);
+    if (!done) execute(*database_, "UPDATE attempt SET state = 'cut_short' WHERE id = ?", id);
     finalizeAttempt(id);
+    if (!done) recovered_.push_back(std::move(found));
+    for (const std::string& file : damaged)
+        failed_steps_.push_back("attempt " + id + " is finished but damaged, and was not changed: " + file);
 }
 
 // Adds attempts that the index lacks, because it was lost or damaged or their folder was copied here. A
-// folder without a readable record of that id is left alone.
+// folder without a readable record of that id is left alone. A folder that fails does not affect the others.
 void Store::indexUnknownFolders() {
     for (const fs::path& folder : unknownFolders())
-        if (fs::is_directory(folder)) indexUnknownFolder(folder);
+        try {
+            SQLite::Savepoint one_folder(*database_, "one_folder");
+            if (fs::is_directory(folder)) indexUnknownFolder(folder);
+            one_folder.release();
+        } catch (const std::exception& e) {
+            // SQLite has rolled back the whole transaction, for example because the disk is full.
+            if (sqlite3_get_autocommit(database_->getHandle()) != 0) throw;
+            const auto* error = dynamic_cast<const SQLite::Exception*>(&e);
+            if (error && isCausedBy(*error, SQLITE_FULL)) throw;  // see withReserve()
+            failed_steps_.push_back("attempts/" + folder.filename().string() +
+                                    " cannot be indexed: " + e.what());
+        }
 }
 
 void Store::indexUnknownFolder(const fs::path& folder) {
@@ -360,12 +400,8 @@ void Store::indexUnknownFolder(const fs::path& folder) {
     if (isBeingWritten(id) ||
         !selectTexts(*database_, "SELECT folder FROM doomed WHERE folder = ?", id).empty())
         return;
-    StoredAttempt attempt;
-    try {
-        attempt = loadOwnRecord(id);
-    } catch (const DataError&) {
-        return;
-    }
+    if (!fs::exists(recordFile(folder))) return;  // not an attempt
+    const StoredAttempt attempt = loadOwnRecord(id);
     insertRunning(id, attempt.started_utc, attempt.info);
     recoverLocked(id);
 }
@@ -413,6 +449,10 @@ void Store::indexRecord(const StoredAttempt& attempt) {
             info.patient, hexText(info.patient_digest), info.scenario, info.difficulty, info.program_version,
             std::to_string(info.seed), info.dt_s, info.device_gain,
             info.registration_rms_m.value_or(std::nan("")), attempt.id);
+    execute(*database_, "DELETE FROM event WHERE attempt = (SELECT number FROM attempt WHERE id = ?)",
+            attempt.id);
+    execute(*database_, "DELETE FROM metric WHERE attempt = (SELECT number FROM attempt WHERE id = ?)",
+            attempt.id);
     std::int64_t place = 0;
     SQLite::Statement event(*database_,
                             "INSERT INTO event (attempt, place, tick, kind, text) SELECT number, ?, ?, ?, ? "
@@ -534,10 +574,11 @@ std::vector<std::string> Store::damage() const {
         std::vector<std::string> found;
         for (const std::string& line : selectTexts(*database_, "PRAGMA integrity_check"))
             if (line != "ok") found.push_back(file_.string() + ": " + line);
-        SQLite::Statement row(*database_,
-                              "SELECT id, crc32 FROM attempt WHERE state <> 'running' ORDER BY number");
+        SQLite::Statement row(
+            *database_, "SELECT id, crc32, state FROM attempt WHERE state <> 'running' ORDER BY number");
         while (row.executeStep()) {
             const std::string id = row.getColumn(0).getString();
+            const std::size_t count = found.size();
             for (const StoredFile& stored : files(id))
                 if (std::string line = findDamage(attemptFolder(id), stored); !line.empty())
                     found.push_back(std::move(line));
@@ -546,6 +587,11 @@ std::vector<std::string> Store::damage() const {
                 if (!row.getColumn(1).isNull() &&
                     row.getColumn(1).getInt64() != computeRowsChecksum(readAttempt(id)))
                     found.push_back(file_.string() + ": the checksum of attempt " + id + " does not match");
+                // A finished attempt may have been damaged before the checksums were computed, if its index
+                // was lost.
+                if (found.size() == count && row.getColumn(2).getString() == stateName(AttemptState::done))
+                    for (const std::string& file : findTornFiles(attemptFolder(id)))
+                        found.push_back((attemptFolder(id) / file).string());
             } catch (const std::exception& e) {
                 found.push_back(file_.string() + ": attempt " + id + " cannot be read: " + e.what());
             }

@@ -105,8 +105,8 @@ void checkTrainee(const std::string& trainee);
 class Store {
   public:
     // Creates the store if there is none, migrates an older schema, withdraws the access of group and others
-    // from everything in it, and recovers attempts that were cut short. Refuses a folder that is not a store,
-    // and a store made by a newer program.
+    // from the store's own files and folders, and recovers attempts that were cut short. Refuses a folder
+    // that is an export or another program's, and a store made by a newer program.
     explicit Store(const std::filesystem::path& folder);
     ~Store();
     Store(Store&&) noexcept;
@@ -116,8 +116,9 @@ class Store {
     // The attempts recovered when this store was opened, oldest first. Later openings list them only as cut
     // short.
     const std::vector<RecoveredAttempt>& recovered() const { return recovered_; }
-    // One line if permissions were withdrawn, one per recovered attempt, and one per step that failed when
-    // opening. The next opening retries such steps.
+    // One line if permissions were withdrawn, one per recovered attempt, one per finished attempt whose files
+    // were found damaged while it was added to the index, and one per step that failed when opening. The next
+    // opening retries such steps.
     std::vector<std::string> openingMessages() const;
     // Folders under attempts/ that are not in the index, because they have no readable record of that id.
     // They are never modified.
@@ -166,6 +167,7 @@ class Store {
     void recoverAttempt(const std::string& id);
     std::size_t markForDeletion(const std::string& trainee);
     void deleteMarked();
+    std::size_t makeStorePrivate() const;
     void ensureReserve() const;
     FileLock makeFolder(const std::string& id) const;
     bool isBeingWritten(const std::string& id) const;
@@ -187,8 +189,8 @@ class Store {
     std::unique_ptr<SQLite::Database> database_;
     std::map<std::string, FileLock> open_;  // attempts this store writes
     std::vector<RecoveredAttempt> recovered_;
-    std::vector<std::string> failed_steps_;
-    std::string tightened_;  // what the opening did about permissions; empty: nothing
+    std::vector<std::string> failed_steps_;  // and files found damaged
+    std::string tightened_;                  // what the opening did about permissions; empty: nothing
 };
 
 }  // namespace stylet::records

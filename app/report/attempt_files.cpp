@@ -48,11 +48,12 @@ void loadCourse(LoadedAttempt& attempt, const fs::path& file) {
 }  // namespace
 
 LoadedAttempt loadAttempt(const fs::path& folder) {
-    records::Record record = records::loadRecordHead(folder / "record");
+    records::Record record = records::loadAttemptHead(folder);
     LoadedAttempt attempt;
     attempt.stored = records::makeStoredAttempt(record, folder);
     attempt.record = std::move(record.info);
     attempt.needle = record.header.settings.tools.needle;
+    attempt.needle_title = record.header.needle.title;
     if (attempt.stored.id.empty()) {
         const fs::path whole = fs::weakly_canonical(folder);
         attempt.stored.id = (whole.has_filename() ? whole : whole.parent_path()).filename().string();

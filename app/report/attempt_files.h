@@ -32,6 +32,7 @@ struct LoadedAttempt {
     records::StoredAttempt stored;  // as in a store; id: the folder's name for an attempt outside a store
     records::RecordInfo record;
     haptics::NeedleSettings needle;     // force settings of its needle
+    std::string needle_title;           // for people; may be empty
     std::vector<CourseRow> course;      // every tick that was sampled
     std::vector<std::string> warnings;  // what could not be read, and why
     const records::AttemptResult* result() const { return stored.result ? &*stored.result : nullptr; }

@@ -74,6 +74,8 @@ std::vector<Fact> makeFacts(const LoadedAttempt& a) {
     add("Patient", info.patient);
     add("Scenario", info.scenario);
     add("Difficulty", info.difficulty);
+    const std::string &needle = a.record.needle, &title = a.needle_title;
+    add("Needle", needle.empty() || title.empty() ? needle + title : needle + " (" + title + ")");
     add("Device", info.device + (a.record.clock.empty() ? "" : " (" + a.record.clock + ")"));
     add("Seed", std::to_string(info.seed));
     add("Program", info.program_version.empty() ? "" : "stylet " + info.program_version);

@@ -93,7 +93,7 @@ Vec3 stepOutput(OutputState& s, const OutputSettings& settings, const DeviceProf
     // The check at the start must see contact even while the clutch is pressed.
     const Vec3 unclutched = gain * modelled + wall.force_n;
     const std::uint32_t fault_bits = tick.fault_bits | (finite ? 0u : std::uint32_t(kFaultBadForce));
-    if (profile.force_axes > 0) {
+    if (peak_n > 0.0) {
         stepSafety(s.safety, fault_bits, glm::length(unclutched), glm::length(wall.force_n), dt_s);
     } else {
         reportWithoutForce(s.safety, fault_bits);

@@ -128,7 +128,7 @@ void stepSafety(SafetyState& s, std::uint32_t fault_bits, double force_n, double
 }
 
 void reportWithoutForce(SafetyState& s, std::uint32_t fault_bits) noexcept {
-    s.faults |= fault_bits & kFaultBadForce;
+    s.faults |= fault_bits & (kFaultBadForce | kFaultDeviceLost);
     s.awaited = fault_bits & kFaultAwayFromNeedle;
 }
 

@@ -86,8 +86,8 @@ std::uint32_t checkDevice(SafetyState&, const DeviceProfile&, const DeviceState&
 // get at level 1. `wall_n`: the wall's part of it.
 void stepSafety(SafetyState&, std::uint32_t fault_bits, double force_n, double wall_n,
                 double dt_s) noexcept STYLET_NONBLOCKING;
-// The same for an input-only device, which has no force to lose: nothing is latched but a bug of the model,
-// and only a needle that was left behind is awaited. The stage stays `waiting`.
+// The same for a device without force, which has none to lose: only a bug of the model and the loss of the
+// device are latched, and only a needle that was left behind is awaited. The stage stays `waiting`.
 void reportWithoutForce(SafetyState&, std::uint32_t fault_bits) noexcept STYLET_NONBLOCKING;
 // Re-arms after a fault. Works only once the force is zero. The force then waits and rises as at the start.
 void rearm(SafetyState&) noexcept STYLET_NONBLOCKING;

@@ -23,8 +23,6 @@ class SessionRecorder {
     void writeEvents(const SessionLog&);
     // Completes the record. Everything is on the disk when it returns.
     void finish(const SessionLog&, const records::AttemptResult&);
-    // True once a tick was written.
-    bool begun() const { return samples_.has_value(); }
 
   private:
     std::filesystem::path folder_;

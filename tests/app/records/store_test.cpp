@@ -3,12 +3,14 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "app/records/commands.h"
 #include "app/records/export.h"
 #include "app/records/frames.h"
 #include "app/records/record.h"
@@ -34,6 +36,17 @@ AttemptInfo someAttemptInfo(const std::string& trainee = "T-01") {
     info.device_gain = 0.25;
     info.registration_rms_m = 0.0011;
     return info;
+}
+
+// Deletes the index of a store that is not open.
+void deleteIndex(const path& store) {
+    for (const char* name : {"store.sqlite", "store.sqlite-wal", "store.sqlite-shm"})
+        std::filesystem::remove(store / name);
+}
+
+bool contains(const std::vector<std::string>& lines, const std::string& text) {
+    return std::any_of(lines.begin(), lines.end(),
+                       [&](const std::string& line) { return line.find(text) != std::string::npos; });
 }
 
 // HZ-RECORD-04
@@ -213,6 +226,43 @@ TEST(Store, AFolderThatIsNoStoreKeepsItsPermissions) {
         .exec("CREATE TABLE song (name TEXT)");
     EXPECT_THROW(Store(temp / "other"), DataError);
     EXPECT_EQ(test::openEntries(temp / "other").substr(0, 9), "other 777");
+}
+
+// HZ-RECORD-10
+TEST(Store, OtherFilesBesideTheStoreKeepTheirPermissions) {
+    const test::TempFolder temp;
+    const test::PermissiveUmask permissive;
+    {
+        const Store store(temp / "s");
+    }
+    const auto mode = [&](const char* name) {
+        return unsigned(std::filesystem::status(temp / "s" / name).permissions());
+    };
+    std::filesystem::create_directory(temp / "s" / "pictures");
+    for (const char* name : {"notes.txt", "pictures/one.png", "attempts/list.txt", ".sending"})
+        std::ofstream(temp / "s" / name) << "text";
+    for (const char* name : {"store.sqlite", ".reserve"})
+        std::filesystem::permissions(temp / "s" / name, std::filesystem::perms(0644));
+    const Store store(temp / "s");
+    EXPECT_EQ(mode("notes.txt"), 0666u);
+    EXPECT_EQ(mode("pictures"), 0777u);
+    EXPECT_EQ(mode("pictures/one.png"), 0666u);
+    for (const char* name : {"attempts/list.txt", ".sending", "store.sqlite", ".reserve"})
+        EXPECT_EQ(mode(name), 0600u) << name;
+    EXPECT_EQ(mode(""), 0700u);
+}
+
+TEST(Store, AnExportIsNotAStore) {
+    const test::TempFolder temp;
+    Store store(temp / "s");
+    test::finish(store, store.begin(someAttemptInfo()));
+    exportAttempts(store, "", temp / "export");
+    ASSERT_TRUE(std::filesystem::exists(temp / "export" / "attempts"));
+    EXPECT_NE(test::errorText([&] { Store(temp / "export"); }).find("this is an export, not a Stylet store"),
+              std::string::npos);
+    EXPECT_NE(test::errorText([&] { openExistingStore(temp / "export"); }).find("this is an export"),
+              std::string::npos);
+    EXPECT_FALSE(std::filesystem::exists(temp / "export" / "store.sqlite"));
 }
 
 // HZ-RECORD-01
@@ -397,8 +447,7 @@ TEST(Store, ALostIndexIsFilledFromTheRecords) {
     }
     std::filesystem::copy(temp / "s" / "attempts" / done, temp / "s" / "attempts" / "renamed",
                           std::filesystem::copy_options::recursive);
-    for (const char* name : {"store.sqlite", "store.sqlite-wal", "store.sqlite-shm"})
-        std::filesystem::remove(temp / "s" / name);
+    deleteIndex(temp / "s");
     const Store store(temp / "s");
     ASSERT_EQ(store.attempts().size(), 2u);
     const StoredAttempt again = store.attempt(done);
@@ -414,6 +463,113 @@ TEST(Store, ALostIndexIsFilledFromTheRecords) {
     EXPECT_EQ(store.attempt(cut).events.at(0).text, "probe");
     EXPECT_EQ(store.unknownFolders().size(), 2u) << "a record of another id, and one that cannot be read";
     EXPECT_TRUE(store.damage().empty());
+}
+
+// HZ-RECORD-07
+TEST(Store, ADamagedFinishedAttemptIsNotChangedWhenTheIndexIsLost) {
+    const test::TempFolder temp;
+    std::string id;
+    {
+        Store store(temp / "s");
+        id = store.begin(someAttemptInfo());
+        test::finish(store, id, someResult(), {}, 4 * kFrameTicks);
+    }
+    const path inputs = temp / "s" / "attempts" / id / "record" / "inputs.bin";
+    std::string bytes = readText(inputs);
+    bytes[bytes.size() * 5 / 8] ^= 1;  // in the third frame
+    std::ofstream(inputs, std::ios::binary) << bytes;
+    deleteIndex(temp / "s");
+    const Store store(temp / "s");
+    EXPECT_EQ(std::filesystem::file_size(inputs), bytes.size());
+    EXPECT_TRUE(readText(inputs) == bytes);
+    EXPECT_EQ(store.attempt(id).state, AttemptState::done);
+    EXPECT_TRUE(store.recovered().empty());
+    ASSERT_EQ(store.openingMessages().size(), 1u);
+    EXPECT_NE(store.openingMessages()[0].find("attempt " + id +
+                                              " is finished but damaged, and was not "
+                                              "changed: record/inputs.bin; whole for 500 ticks"),
+              std::string::npos)
+        << store.openingMessages()[0];
+    ASSERT_EQ(store.damage().size(), 1u) << "although the new checksums match";
+    EXPECT_NE(store.damage()[0].find("record/inputs.bin; whole for 500 ticks"), std::string::npos);
+}
+
+// HZ-RECORD-01, HZ-RECORD-08
+TEST(Store, AFolderThatCannotBeIndexedDoesNotBlockOthers) {
+    const test::TempFolder temp;
+    std::string bad, no_step, good;
+    {
+        Store store(temp / "s");
+        bad = store.begin(someAttemptInfo("T-01"));
+        writeUnfinishedRecord(store.attempt(bad), 10);
+        createPrivateFolders(store.attemptFolder(bad) / "record" / "samples.bin");  // a folder
+        no_step = store.begin(someAttemptInfo("T-03"));
+        StoredAttempt changed = store.attempt(no_step);
+        changed.info.dt_s = std::nan("");
+        writeUnfinishedRecord(changed, 10);
+        good = store.begin(someAttemptInfo("T-02"));
+        test::finish(store, good);
+    }
+    deleteIndex(temp / "s");
+    Store store(temp / "s");
+    ASSERT_EQ(store.attempts().size(), 1u);
+    EXPECT_EQ(store.attempts()[0].id, good);
+    EXPECT_TRUE(store.recovered().empty());
+    EXPECT_EQ(store.openingMessages().size(), 2u);
+    EXPECT_TRUE(contains(store.openingMessages(), "attempts/" + bad + " cannot be indexed: "));
+    EXPECT_TRUE(contains(store.openingMessages(), "attempts/" + no_step + " cannot be indexed: "));
+    EXPECT_TRUE(contains(store.openingMessages(), "inputs.bin: header: dt_s: must be finite"));
+    EXPECT_EQ(store.eraseTrainee("T-02"), 1u);
+    EXPECT_FALSE(std::filesystem::exists(store.attemptFolder(good)));
+    EXPECT_TRUE(std::filesystem::exists(store.attemptFolder(bad) / "record" / "inputs.bin"));
+}
+
+// HZ-RECORD-07
+TEST(Store, ARecordInsideTheRecordIsIgnored) {
+    const test::TempFolder temp;
+    std::string id;
+    {
+        Store store(temp / "s");
+        id = store.begin(someAttemptInfo());
+        StoredAttempt nested = store.attempt(id);
+        nested.info.trainee = "T-99";
+        nested.folder /= "record";
+        test::beginRecord(nested).finish(someResult());
+        test::finish(store, id);
+        EXPECT_EQ(store.attempt(id).info.trainee, "T-01");
+        EXPECT_EQ(loadRecord(store.attemptFolder(id) / "record").info.trainee, "T-01");
+        EXPECT_EQ(loadRecord(store.attemptFolder(id)).info.trainee, "T-01");
+    }
+    deleteIndex(temp / "s");
+    {
+        EXPECT_EQ(Store(temp / "s").attempt(id).info.trainee, "T-01");
+    }
+    std::filesystem::remove(temp / "s" / "attempts" / id / "record" / "record.json");
+    deleteIndex(temp / "s");
+    EXPECT_TRUE(Store(temp / "s").attempts().empty()) << "the nested record does not replace a missing one";
+}
+
+// HZ-RECORD-01
+TEST(Store, IndexingAnAttemptAgainReplacesItsRows) {
+    const test::TempFolder temp;
+    std::string id;
+    {
+        Store store(temp / "s");
+        id = store.begin(someAttemptInfo());
+        test::finish(store, id, someResult(), {{1, "tool", "finger"}, {2, "tool", "probe"}}, 10);
+    }
+    for (int i = 0; i < 2; ++i) {
+        SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
+            .exec("UPDATE attempt SET state = 'running'");
+        const Store store(temp / "s");
+        EXPECT_TRUE(store.openingMessages().empty());
+        const StoredAttempt again = store.attempt(id);
+        EXPECT_EQ(again.state, AttemptState::done);
+        EXPECT_EQ(again.events.size(), 2u);
+        EXPECT_EQ(again.result.value().metrics.size(), 2u);
+        EXPECT_EQ(store.files(id).size(), 2u);
+        EXPECT_TRUE(store.damage().empty());
+    }
 }
 
 // The program was killed between the end of the record and finish().

@@ -71,6 +71,9 @@ TEST(Debrief, AttemptPageShowsScoreEventsAndCourse) {
           "near misses", "1.4 mm from the portal vein", "Registration error", "Device", "scripted",
           "image/jpeg", "Tools in hand: finger, probe, scalpel"})
         EXPECT_TRUE(has(report.html, text)) << text;
+    LoadedAttempt named = a;
+    named.record.needle = "chiba-22g", named.needle_title = "22 G Chiba needle";
+    EXPECT_TRUE(has(attemptReport(named, {}).html, "chiba-22g (22 G Chiba needle)"));
     EXPECT_FALSE(has(report.html, "duct, right"));
     EXPECT_FALSE(has(report.html, "<script>alert"));
     ASSERT_EQ(report.metrics.rows.size(), 4u);  // three metrics and the total

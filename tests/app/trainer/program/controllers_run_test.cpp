@@ -104,19 +104,17 @@ class Trainee {
         : output_(command / "stderr"),
           aim_(stageFromPatient(patient::Patient(patient::loadPackage(planned.patient_folder)), planned.path),
                planned.path),
-          mock_(control, 240s),
-          store_(test::storeOf(command)) {
+          mock_(control, 240s) {
         goTo(aim_.grip(tool_, place_));
         output_.require("controllers: ready", 300s);
-        attempt_ = test::newestAttempt(command).filename().string();
+        attempt_ = test::newestAttempt(command);
     }
 
     void waitForOutput(const std::string& words) { output_.require(words); }
     // Waits until the attempt's log contains this event `times` times.
     bool sees(const std::string& kind, const std::string& text,
               std::chrono::seconds patience = kTraineePatience, int times = 1) {
-        return test::waitUntil([&] { return test::countOf(store_.attempt(attempt_), kind, text) >= times; },
-                               patience, 50);
+        return test::waitUntil([&] { return test::countOf(attempt_, kind, text) >= times; }, patience, 50);
     }
     void waitForEvent(const std::string& kind, const std::string& text, int times = 1) {
         if (!sees(kind, text, kTraineePatience, times))
@@ -163,8 +161,7 @@ class Trainee {
     test::ProgramOutput output_;
     PathAim aim_;
     test::MockControl mock_;
-    records::Store store_;
-    std::string attempt_;
+    std::filesystem::path attempt_;
     Tool tool_ = Tool::finger;
     PathPlace place_ = kOutside;
     std::optional<Pose> at_;

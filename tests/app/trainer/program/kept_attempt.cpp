@@ -75,10 +75,11 @@ fs::path newestAttempt(const Command& command) {
     return newest;
 }
 
-int countOf(const records::StoredAttempt& attempt, const std::string& kind, const std::string& text) {
-    return int(std::count_if(
-        attempt.events.begin(), attempt.events.end(),
-        [&](const records::EventRow& event) { return event.kind == kind && event.text == text; }));
+int countOf(const fs::path& attempt, const std::string& kind, const std::string& text) {
+    const std::vector<records::EventRow> events = records::loadAttemptHead(attempt).info.events;
+    return int(std::count_if(events.begin(), events.end(), [&](const records::EventRow& event) {
+        return event.kind == kind && event.text == text;
+    }));
 }
 
 KeptAttempt checkStoredAttempt(Command& command, const Outcome& run, const std::string& trainee) {
@@ -104,7 +105,7 @@ void expectWholeProcedure(const KeptAttempt& kept) {
     for (std::size_t tool = 0; tool < kept.felt_n.size(); ++tool)
         EXPECT_GT(kept.felt_n[tool], kFelt_n) << haptics::kToolNames[tool];
     for (const char* text : {"find the duct", "show the ducts with contrast"})
-        EXPECT_GT(countOf(kept.stored, "step", text), 0) << text;
+        EXPECT_GT(countOf(kept.stored.folder, "step", text), 0) << text;
 }
 
 }  // namespace stylet::test

@@ -15,8 +15,8 @@ std::filesystem::path storeOf(const Command&);
 // Folder of the attempt that is running or, if none is, of the last one. Empty if there is none.
 std::filesystem::path newestAttempt(const Command&);
 
-// Number of events with this kind and text.
-int countOf(const records::StoredAttempt&, const std::string& kind, const std::string& text);
+// Number of events with this kind and text in the attempt's record, which may still be written.
+int countOf(const std::filesystem::path& attempt, const std::string& kind, const std::string& text);
 
 struct KeptAttempt {
     records::StoredAttempt stored;

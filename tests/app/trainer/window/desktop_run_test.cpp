@@ -140,9 +140,8 @@ class DesktopRunRealTime : public testing::Test {
     }
     // Waits until the attempt's log contains this event.
     bool happens(const std::string& kind, const std::string& text, std::chrono::seconds most = 120s) const {
-        const std::string id = test::newestAttempt(*command_).filename().string();
-        const records::Store store(test::storeOf(*command_));
-        return until([&] { return test::countOf(store.attempt(id), kind, text) > 0; }, most);
+        const std::filesystem::path attempt = test::newestAttempt(*command_);
+        return until([&] { return test::countOf(attempt, kind, text) > 0; }, most);
     }
     std::filesystem::path record() const { return test::newestAttempt(*command_) / "record"; }
 

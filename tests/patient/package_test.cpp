@@ -371,7 +371,6 @@ TEST(Digest, CoversEverythingThatForcesDependOn) {
     with([](Package& p) { p.label_table.pop_back(); });
     with([](Package& p) { p.labels.voxels.back() = 1; });
     with([](Package& p) { p.label_table[5].blood = BloodKind::portal; });
-    with([](Package& p) { p.label_table[5].structure = Structure::heart; });
     with([](Package& p) { p.label_table[4].blocks_contrast = false; });
     with([](Package& p) { p.label_table[1].drains_ducts = false; });
     with([](Package& p) { p.ct.voxels[3] = 1; });

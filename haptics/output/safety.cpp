@@ -23,7 +23,7 @@ constexpr std::array<FaultText, 13> kTexts{{
     {kWaitsOffWall, "at-wall", "the grip is at the end of its reach: move it inward"},
     {kFaultInjected, "injected", "the instructor simulated a device failure"},
     {kFaultAwayFromNeedle, "away-from-needle",
-     "the device jumped away from the needle in the body: bring it back, or draw it out"},
+     "the device jumped away from the needle: bring it back or draw it out"},
 }};
 
 // No hand is farther from its device than this. A pose beyond it means a device fault.

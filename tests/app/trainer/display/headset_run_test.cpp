@@ -120,8 +120,7 @@ TEST_F(HeadsetRunRealTime, LossOfFocusPausesTheAttempt) {
     Outcome outcome;
     bool paused = false;
     const auto pausedAsLongAsAsked = [&] {
-        const double elapsed_s =
-            ticksOf(outcome) / outcome.summary.at("haptics").at("rate_hz").get<double>();
+        const double elapsed_s = ticksOf(outcome) / outcome.summary.at("haptics").at("rate_hz").get<double>();
         return paused && problem_.empty() && elapsed_s > 1e-3 * ticksOf(outcome) + pause_s;
     };
     for (int tries = 0; tries < 10 && (tries == 0 || !pausedAsLongAsAsked()); ++tries) {

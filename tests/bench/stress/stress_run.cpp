@@ -24,6 +24,7 @@ struct TickState {
     Vec3 tissue_m{0.0};  // displacement of the tissue by breathing
     double scale = 0.0;  // factor on the model's force: gain times ramp
     double lateral_j = 0.0;
+    StoredEnergy stored;
 };
 
 // Displacement of the tissue by breathing [m]. The shared patients move as a rigid whole.
@@ -35,12 +36,14 @@ Vec3 tissueAt(const patient::Patient& patient, const patient::Surrogate& breath)
 // Increase of the energy [J] stored in the model's springs since the previous tick. It is computed from
 // force, depth and lateral energy (Eqs. 1 and 7), without the model's own energy account. At an event, and
 // when the phase or the tissue changes, the two ticks have different springs. The function then returns the
-// work against the mean force.
+// work against the mean force. While the hand feels only a share of the force (stored_energy.h), the springs
+// return only that share, and the account is taken over; stored_energy_test.cpp judges it by the hand's work.
 double storedRise(const TickState& a, const TickState& b, const patient::TissueTable& table,
                   const Vec3& moved_m) {
     const TickOutput &o = a.out, &n = b.out;
     if (n.tool_force.event || o.phase != n.phase || o.tissue != n.tissue)
-        return -0.5 * glm::dot(o.tool_force.force_n + n.tool_force.force_n, moved_m);
+        return -0.5 * a.stored.share() * glm::dot(o.tool_force.force_n + n.tool_force.force_n, moved_m);
+    if (a.stored.share() < 1.0 || b.stored.share() < 1.0) return b.stored.by_hand_j - a.stored.by_hand_j;
     const double lateral_j = b.lateral_j - a.lateral_j;
     if (n.phase == Phase::pass) {
         const double k = table[std::size_t(n.tissue)].stiffness_n_per_m;
@@ -63,8 +66,11 @@ class Judge {
 
     void addTick(const Simulation& simulation, const TickOutput& out, const BodyState& body, bool resting,
                  bool last_window) {
-        TickState now{out, body, tissueAt(patient_, out.breath),
-                      gain_ * simulation.state().output.safety.level, 0.0};
+        TickState now{
+            out, body, tissueAt(patient_, out.breath), gain_ * simulation.state().output.safety.level,
+            0.0, {}};
+        // Without the controller the hand feels the whole force.
+        if (simulation.settings().output.controller_share > 0.0) now.stored = simulation.state().stored;
         const NeedleState& needle = simulation.state().tools.needle;
         now.lateral_j = 0.5 * staged_.settings.tools.needle.lateral_stiffness_n_per_m *
                         glm::dot(needle.lateral_m, needle.lateral_m);
@@ -122,7 +128,8 @@ class Judge {
         const Vec3 read_m = now.out.patient_from_tool.position_m - last_.out.patient_from_tool.position_m;
         const double stored_j =
             last_.scale * storedRise(last_, now, patient_.package().tissues, read_m - tissue_m);
-        const Vec3 mean_n = 0.5 * (last_.out.tool_force.force_n + now.out.tool_force.force_n);
+        const Vec3 mean_n =
+            0.5 * last_.stored.share() * (last_.out.tool_force.force_n + now.out.tool_force.force_n);
         fed_j_ += work_j - last_.scale * glm::dot(mean_n, read_m - tissue_m);
         balance_.add(work_j, stored_j, now.body.dissipated_j - last_.body.dissipated_j);
 

@@ -150,8 +150,14 @@ def run_page(page, text, shell, say):
 
 def check_links(guide, page, text):
     for target in re.findall(r"\]\(([^)#\s]+)", re.sub(r"```.*?```", "", text, flags=re.S)):
-        if "://" not in target and not (guide / target).exists():
+        if "://" in target:
+            continue
+        if not (guide / target).exists():
             raise Wrong(f"{page}: links to {target}, which is not there")
+        file, source = (guide / target).resolve(), guide.parent.parent
+        installed = (source / "packaging" / "CMakeLists.txt").read_text()
+        if not file.is_relative_to(guide) and str(file.relative_to(source)) not in installed:
+            raise Wrong(f"{page}: links to {target}, which packaging/CMakeLists.txt does not install")
 
 
 def check_citation(source):

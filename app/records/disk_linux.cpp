@@ -74,7 +74,7 @@ bool makePrivate(const fs::path& path) {
 }
 
 std::size_t makeTreePrivate(const fs::path& folder) {
-    // The folder first: from then on nobody else reaches what is in it.
+    // Tighten the folder first: then other users can no longer reach its contents.
     std::size_t changed = makePrivate(folder);
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(folder, error))

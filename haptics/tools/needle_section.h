@@ -116,8 +116,9 @@ class SectionSolver {
         if (s_.phase == Phase::tenting) return arriveWhileTenting(x, at_reference_m, direction);
 
         const Border border = borderTo(x, at_reference_m);
-        if (s_.phase == Phase::outside && direction == Direction::withdraw && s_.fold_count > 0) {
-            --s_.fold_count;  // back into a skin fold that the shaft passes through
+        const bool backward = s_.phase == Phase::outside && direction == Direction::withdraw;
+        if (backward && border.to == Tissue::skin && s_.fold_count > 0) {
+            --s_.fold_count;  // into a skin fold that the shaft passes through
             enter(border, force(), NeedleEventKind::entry);
         } else if (direction == Direction::advance || s_.phase == Phase::outside) {
             reachBorder(border);

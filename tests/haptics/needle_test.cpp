@@ -275,6 +275,23 @@ TEST(Needle, SkinFoldTentsForANeedleThatCameFromElsewhere) {
     EXPECT_EQ(near.hand.eventsOf(NeedleEventKind::puncture).size(), 2u);
 }
 
+// A hole in the skin opens neither bone nor an organ that the needle is pushed into backwards.
+TEST(Needle, SkinFoldOpensNothingButSkin) {
+    for (const Tissue behind : {bone, liver}) {
+        Puncture p({{behind, 0.003}, {air, 0.003}, {skin, 0.002}, {air, 0.010}});
+        p.hand.to({-0.005, 0.05, 0.0002}), p.hand.to({0.0045, 0.05, 0.0002});  // around, into the gap
+        p.hand.to({0.0045, 0.0003, 0.0002});
+        p.hand.sweep(0.010);
+        ASSERT_EQ(p.hand.state.fold_count, 1);
+        p.hand.to({0.010, 0.05, 0.0002}), p.hand.to({0.0045, 0.05, 0.0002}),
+            p.hand.to({0.0045, 0.0003, 0.0002});
+        p.hand.events.clear();
+        p.hand.sweep(0.0029);
+        EXPECT_EQ(p.hand.eventsOf(NeedleEventKind::border).size(), 1u) << patient::tissueName(behind);
+        EXPECT_EQ(p.hand.state.fold_count, 1);
+    }
+}
+
 TEST(Needle, EveryFoldOfAStackIsOpenFromBehind) {
     Puncture p({{skin, 0.003}, {air, 0.002}, {skin, 0.004}, {air, 0.002}, {skin, 0.002}, {soft, 0.02}});
     p.hand.sweep(0.020);

@@ -61,7 +61,7 @@ void parallelVoxels(const Grid& grid, const Visit& visit) {
     });
 }
 
-// Mask of all voxels for whose offset in(offset) is true.
+// Mask of the voxels for which `in` returns true; `in` receives a voxel's offset.
 template <typename In>
 Mask maskWhere(const Grid& grid, const In& in) {
     Mask mask(grid);

@@ -24,6 +24,7 @@
 #include "patient/package/nifti.h"               // NIfTI images
 #include "patient/package/motion_io.h"           // breathing motion as a NIfTI image
 #include "patient/package/package.h"             // packages on disk, and the tissue at a point
+#include "patient/package/origin.h"              // where a package comes from, as text
 #include "patient/package/segmentation.h"        // how much of a patient is segmented
 #include "patient/package/skin.h"                // the surface as a smooth signed distance
 #include "patient/package/tissue_map.h"          // tissue of all voxels, for walks along many paths
@@ -31,4 +32,5 @@
 #include "patient/planning/paths_json.h"         // reference paths on disk
 #include "patient/contrast/vessel_flow.h"        // blood velocity, for Doppler and contrast medium
 #include "patient/contrast/contrast.h"           // contrast medium: where the injected volume is
+#include "patient/contrast/duct_space.h"           // the lumen of the ducts, for the guide wire
 #include "patient/contrast/contrast_table.h"     // the attenuation that contrast medium adds

@@ -78,9 +78,12 @@ StoredAttempt readAttemptRow(SQLite::Database& database, SQLite::Statement& r, c
     attempt.info.device_gain = r.getColumn(13).getDouble();
     if (!r.getColumn(14).isNull()) attempt.info.registration_rms_m = r.getColumn(14).getDouble();
     if (attempt.state == AttemptState::done)
-        attempt.result =
-            AttemptResult{r.getColumn(15).getInt() != 0, numberOrNan(r.getColumn(16)),
-                          std::uint64_t(r.getColumn(17).getInt64()), readMetrics(database, number)};
+        attempt.result = AttemptResult{r.getColumn(15).getInt() != 0,
+                                       numberOrNan(r.getColumn(16)),
+                                       std::uint64_t(r.getColumn(17).getInt64()),
+                                       readMetrics(database, number),
+                                       r.getColumn(18).getInt() != 0,
+                                       std::uint64_t(r.getColumn(19).getInt64())};
     attempt.events = readEvents(database, number);
     attempt.folder = folder / attempt.id;
     return attempt;
@@ -126,6 +129,9 @@ std::uint32_t computeRowsChecksum(const StoredAttempt& a) {
     if (a.result) {
         add(std::to_string(a.result->target_hit) + std::to_string(a.result->ticks));
         number(a.result->total);
+        // Only if they differ from the default, because older rows were stored without them.
+        if (a.result->aborted) add("aborted");
+        if (a.result->score_version != 1) add(std::to_string(a.result->score_version));
         for (const MetricRow& m : a.result->metrics) {
             add(m.id), add(m.name), add(m.unit);
             number(m.value), number(m.points), number(m.max_points);
@@ -143,6 +149,11 @@ bool isAttemptId(std::string_view text) {
 
 std::string_view stateName(AttemptState state) {
     return enumName(kStates, state);
+}
+
+std::string_view stateText(const StoredAttempt& attempt) {
+    if (attempt.state == AttemptState::cut_short) return "cut short";
+    return attempt.result && attempt.result->aborted ? "aborted" : stateName(attempt.state);
 }
 
 }  // namespace stylet::records

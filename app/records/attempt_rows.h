@@ -10,7 +10,8 @@ namespace stylet::records {
 // The columns that readAttemptRow() reads. Append a condition to it.
 inline constexpr const char* kSelectAttempts =
     "SELECT number, id, trainee, started_utc, state, device, patient, patient_digest, scenario, difficulty, "
-    "program_version, seed, dt_s, device_gain, registration_rms_m, target_hit, total, ticks FROM attempt ";
+    "program_version, seed, dt_s, device_gain, registration_rms_m, target_hit, total, ticks, aborted, "
+    "score_version FROM attempt ";
 
 // Reads the attempt from the current row of `selected`. `attempts` is the folder that contains its folder.
 StoredAttempt readAttemptRow(SQLite::Database&, SQLite::Statement& selected,

@@ -35,8 +35,7 @@ int listAttempts(const RecordsOptions& options) {
                     "level", "target", "score");
     for (const StoredAttempt& a : attempts) {
         std::printf("%-25s  %-16s  %-9s  %-16s  %-8s  ", a.id.c_str(), a.info.trainee.c_str(),
-                    std::string(stateName(a.state)).c_str(), a.info.scenario.c_str(),
-                    a.info.difficulty.c_str());
+                    std::string(stateText(a)).c_str(), a.info.scenario.c_str(), a.info.difficulty.c_str());
         if (a.result)
             std::printf("%-6s  %5.1f\n", a.result->target_hit ? "hit" : "missed", a.result->total);
         else
@@ -50,7 +49,7 @@ int showAttempt(const RecordsOptions& options) {
     const Store store = openExistingStore(options.store);
     const StoredAttempt a = store.attempt(options.id);
     std::printf("attempt %s of %s, %s\n", a.id.c_str(), a.info.trainee.c_str(),
-                std::string(stateName(a.state)).c_str());
+                std::string(stateText(a)).c_str());
     std::printf("  started %s; %s, seed %llu; scenario %s, %s; device %s, gain %.3f; program %s\n",
                 a.started_utc.c_str(), a.info.patient.c_str(), static_cast<unsigned long long>(a.info.seed),
                 a.info.scenario.c_str(), a.info.difficulty.c_str(), a.info.device.c_str(), a.info.device_gain,
@@ -58,8 +57,10 @@ int showAttempt(const RecordsOptions& options) {
     if (a.info.registration_rms_m)
         std::printf("  registration error %.2f mm (root mean square)\n", *a.info.registration_rms_m * 1000.0);
     if (a.result) {
-        std::printf("  target %s, score %.1f, %llu ticks\n", a.result->target_hit ? "hit" : "missed",
-                    a.result->total, static_cast<unsigned long long>(a.result->ticks));
+        std::printf("  target %s, score %.1f (score table %llu), %llu ticks\n",
+                    a.result->target_hit ? "hit" : "missed", a.result->total,
+                    static_cast<unsigned long long>(a.result->score_version),
+                    static_cast<unsigned long long>(a.result->ticks));
         for (const MetricRow& m : a.result->metrics)
             std::printf("    %-36s %12.4g %-8s %5.1f of %.1f points\n", m.name.c_str(), m.value,
                         m.unit.c_str(), m.points, m.max_points);
@@ -91,6 +92,23 @@ int exportStore(const RecordsOptions& options) {
         std::printf("left out, still being written: %s\n", id.c_str());
     std::printf("%zu attempt%s in %s\n", exported.attempts, plural(exported.attempts), options.out.c_str());
     return exported.damage.empty() ? 0 : 1;
+}
+
+int discardAttempt(const RecordsOptions& options) {
+    Store store = openExistingStore(options.store);
+    store.discard(options.id);
+    std::printf("attempt %s discarded, and noted in the store's log: see \"stylet records log\"\n",
+                options.id.c_str());
+    return 0;
+}
+
+int printLog(const RecordsOptions& options) {
+    const Store store = openExistingStore(options.store);
+    const std::vector<LogEntry> entries = store.log();
+    for (const LogEntry& entry : entries)
+        std::printf("%s  %s\n", entry.utc.c_str(), entry.text.c_str());
+    std::printf("%zu attempt%s discarded\n", entries.size(), plural(entries.size()));
+    return 0;
 }
 
 int deleteTrainee(const RecordsOptions& options) {

@@ -1,4 +1,4 @@
-// The `stylet records ...` commands: list, show, recover, export, delete, sync.
+// The `stylet records ...` commands: list, show, recover, export, delete, discard, log, sync.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,7 @@ namespace stylet::records {
 struct RecordsOptions {
     std::filesystem::path store;
     std::string trainee;        // for list, export; empty: all
-    std::string id;             // for show
+    std::string id;             // for show, discard
     std::filesystem::path out;  // for export
     std::string database;       // for sync
 };
@@ -26,6 +26,8 @@ int showAttempt(const RecordsOptions&);
 int recoverStore(const RecordsOptions&);
 int exportStore(const RecordsOptions&);
 int deleteTrainee(const RecordsOptions&);
+int discardAttempt(const RecordsOptions&);
+int printLog(const RecordsOptions&);
 int syncStore(const RecordsOptions&);
 
 }  // namespace stylet::records

@@ -63,6 +63,7 @@ void eachSettingsNumber(Settings& s, Visit visit) {
     static_assert(sizeof s.output == 4 * sizeof(double),
                   "a new setting needs a place here and a new kRecordVersion");
     haptics::visitToolNumbers(s.tools, visit);
+    haptics::visitAccessNumbers(s.tools.access, visit);
     visit(s.output.rate_limit_n_per_s), visit(s.output.model_force_n), visit(s.output.model_tangent_n_per_m);
     visit(s.output.controller_share);
     visit(s.profile.force_peak_n), visit(s.profile.stiffness_n_per_m);
@@ -107,8 +108,8 @@ bool readBreath(ByteReader& source, std::optional<patient::BreathPlan>& breath) 
     return source.ok() && patient::isValidPlan(*breath);
 }
 
-// Name and title are short; a longer one is damaged.
-constexpr std::uint32_t kMaxNeedleTextBytes = 256;
+// Names and titles are short; a longer one is damaged.
+constexpr std::uint32_t kMaxInstrumentTextBytes = 256;
 
 void writeText(ByteWriter& sink, const std::string& text) {
     sink.u32(static_cast<std::uint32_t>(text.size()));
@@ -116,44 +117,67 @@ void writeText(ByteWriter& sink, const std::string& text) {
         sink.u8(static_cast<unsigned char>(c));
 }
 
-// Returns false if the text is longer than kMaxNeedleTextBytes.
+// Returns false if the text is longer than kMaxInstrumentTextBytes.
 bool readText(ByteReader& source, std::string& text) {
     const std::uint32_t size = source.u32();
-    if (size > kMaxNeedleTextBytes) return false;
+    if (size > kMaxInstrumentTextBytes) return false;
     text.clear();
     for (std::uint32_t i = 0; i < size; ++i)
         text.push_back(static_cast<char>(source.u8()));
     return source.ok();
 }
 
-void writeNeedle(ByteWriter& sink, const RecordHeader& header) {
-    const haptics::Instrument& needle = header.needle;
-    writeText(sink, needle.name);
-    writeText(sink, needle.title);
+void writeShape(ByteWriter& sink, const haptics::Instrument& needle) {
     sink.u32(static_cast<std::uint32_t>(needle.gauge));
     sink.u32(static_cast<std::uint32_t>(needle.shape.tip));
     sink.u32(needle.shape.has_stylet);
     visitShapeNumbers(needle.shape, [&](double v) { sink.f64(v); });
-    sink.u64(needleDigest(header));
 }
 
-// Reason why the header's needle is not one that this version wrote, or an empty string.
-std::string readNeedle(ByteReader& source, RecordHeader& header) {
-    haptics::Instrument& needle = header.needle;
-    needle = {};
-    if (!readText(source, needle.name) || !readText(source, needle.title)) return "its name does not end";
+// Reason why this version wrote no needle of this shape, or an empty string.
+std::string readShape(ByteReader& source, haptics::Instrument& needle) {
     needle.gauge = static_cast<int>(source.u32());
     const std::uint32_t tip = source.u32();
     if (!haptics::isNeedleTip(tip)) return "its tip is unknown";
     needle.shape.tip = static_cast<NeedleTip>(tip);
     needle.shape.has_stylet = source.u32() != 0;
     visitShapeNumbers(needle.shape, [&](double& v) { v = source.f64(); });
+    if (needle.kind != haptics::InstrumentKind::needle) return {};
     if (!haptics::isGauge(needle.gauge)) return "its gauge is out of range";
-    if (!haptics::isFrictionScale(header.settings.tools.needle.friction_scale))
-        return "its friction scale is out of range";
-    if (const std::string why = haptics::shapeError(needle.shape); !why.empty()) return why;
-    needle.force = header.settings.tools.needle;
-    return source.u64() == needleDigest(header) ? "" : "its numbers do not match its digest";
+    return haptics::shapeError(needle.shape);
+}
+
+void writeInstrument(ByteWriter& sink, const RecordHeader& header, const haptics::Instrument& one) {
+    writeText(sink, one.name);
+    writeText(sink, one.title);
+    if (haptics::hasShape(one.kind)) writeShape(sink, one);
+    if (one.kind == haptics::InstrumentKind::probe) writeText(sink, one.transducer);
+    sink.u64(instrumentDigest(header, one));
+}
+
+// Reads one of the header's instruments. Reason why it is not one that this version wrote, or an empty
+// string.
+std::string readInstrument(ByteReader& source, const RecordHeader& header, haptics::Instrument& one) {
+    if (!readText(source, one.name) || !readText(source, one.title)) return "its name does not end";
+    if (haptics::hasShape(one.kind))
+        if (std::string why = readShape(source, one); !why.empty()) return why;
+    if (one.kind == haptics::InstrumentKind::needle) {
+        if (!haptics::isFrictionScale(header.settings.tools.needle.friction_scale))
+            return "its friction scale is out of range";
+    }
+    if (one.kind == haptics::InstrumentKind::probe && !readText(source, one.transducer))
+        return "the name of its transducer does not end";
+    one = haptics::withToolForce(std::move(one), header.settings.tools);
+    return source.u64() == haptics::digest(one) ? "" : "its numbers do not match its digest";
+}
+
+void readInstruments(ByteReader& source, const std::filesystem::path& file, RecordHeader& header) {
+    header.instruments = {};
+    visitInstruments(header.instruments, [&](haptics::Instrument& one) {
+        const std::string_view kind = enumName(haptics::kInstrumentKindNames, one.kind);
+        if (const std::string why = readInstrument(source, header, one); !why.empty())
+            throw DataError(file, "header: " + std::string(kind), why);
+    });
 }
 
 std::vector<unsigned char> encodeHeader(const RecordHeader& header) {
@@ -166,7 +190,8 @@ std::vector<unsigned char> encodeHeader(const RecordHeader& header) {
     haptics::visitToolCounts(header.settings.tools, [&](int v) { sink.u32(static_cast<std::uint32_t>(v)); });
     eachSettingsNumber(header.settings, [&](double v) { sink.f64(v); });
     eachPoseNumber(header.settings.patient_from_device, [&](double v) { sink.f64(v); });
-    writeNeedle(sink, header);
+    visitInstruments(header.instruments,
+                     [&](const haptics::Instrument& one) { writeInstrument(sink, header, one); });
     writeBreath(sink, header.settings.breath);
     return encodeFileHeader(kInputsFile, body);
 }
@@ -185,8 +210,7 @@ std::size_t decodeHeader(std::span<const unsigned char> bytes, const std::filesy
                              [&](int& v) { v = static_cast<int>(std::min(body.u32(), kMaxPadPoints)); });
     eachSettingsNumber(header.settings, [&](double& v) { v = body.f64(); });
     eachPoseNumber(header.settings.patient_from_device, [&](double& v) { v = body.f64(); });
-    if (const std::string why = readNeedle(body, header); !why.empty())
-        throw DataError(file, "header: needle", why);
+    readInstruments(body, file, header);
     const bool breathes = readBreath(body, header.settings.breath);
     header.settings.profile.name = "as recorded";
     header.settings.profile.source = "record";
@@ -214,6 +238,21 @@ bool decodeFrame(std::span<const unsigned char> bytes, Record& record, std::size
     return true;
 }
 
+// The instruments of record.json.
+struct InstrumentName {
+    const char* kind;
+    std::string RecordInfo::* name;
+    haptics::Instrument haptics::InstrumentSet::* instrument;
+};
+using haptics::InstrumentSet;
+constexpr InstrumentName kInstrumentNames[]{{"needle", &RecordInfo::needle, &InstrumentSet::needle},
+                                            {"scalpel", &RecordInfo::scalpel, &InstrumentSet::scalpel},
+                                            {"probe", &RecordInfo::probe, &InstrumentSet::probe},
+                                            {"finger", &RecordInfo::finger, &InstrumentSet::finger},
+                                            {"wire", &RecordInfo::wire, &InstrumentSet::wire},
+                                            {"dilator", &RecordInfo::dilator, &InstrumentSet::dilator},
+                                            {"drain", &RecordInfo::drain, &InstrumentSet::drain}};
+
 json vectorJson(const Vec3& v) {
     return json::array({v.x, v.y, v.z});
 }
@@ -232,7 +271,8 @@ json infoJson(const RecordInfo& info) {
     if (info.registration_rms_m) j["registration_rms_m"] = *info.registration_rms_m;
     j["patient"] = {{"folder", info.patient_folder.string()}, {"name", info.patient_name}};
     j["scenario"] = info.scenario;
-    j["needle"] = info.needle;
+    for (const InstrumentName& one : kInstrumentNames)
+        j["instruments"][one.kind] = info.*one.name;
     j["moments"] = info.capture_points;
     j["approach_distance_m"] = info.approach_distance_m;
     j["seed"] = info.seed;
@@ -266,12 +306,15 @@ std::string truncated(const std::string& text) {
     return text.substr(0, size);
 }
 
-// The name is in both files: for people, and with the needle's numbers.
-void checkNeedle(const Record& record, const std::filesystem::path& folder) {
-    if (record.info.needle != record.header.needle.name)
-        throw DataError(folder / "record.json", "needle",
-                        "\"" + record.info.needle + "\" is not the needle of inputs.bin, \"" +
-                            record.header.needle.name + "\"");
+// The names are in both files: for people, and with the instruments' numbers.
+void checkInstruments(const Record& record, const std::filesystem::path& folder) {
+    for (const InstrumentName& one : kInstrumentNames) {
+        const std::string &shown = record.info.*one.name,
+                          &used = (record.header.instruments.*one.instrument).name;
+        if (shown != used)
+            throw DataError(folder / "record.json", std::string("instruments: ") + one.kind,
+                            "\"" + shown + "\" is not the " + one.kind + " of inputs.bin, \"" + used + "\"");
+    }
 }
 
 void checkVersion(Fields& in) {
@@ -342,7 +385,7 @@ Record loadHead(const std::filesystem::path& record_folder) {
     Record record;
     record.info = readInfo(record_folder);
     decodeHeader(readBeginning(inputs), inputs, record.header);
-    checkNeedle(record, record_folder);
+    checkInstruments(record, record_folder);
     return record;
 }
 
@@ -359,16 +402,15 @@ std::filesystem::path createEmptyFolder(const std::filesystem::path& folder) {
 
 }  // namespace
 
-std::uint64_t needleDigest(const RecordHeader& header) {
-    haptics::Instrument needle = header.needle;
-    needle.force = header.settings.tools.needle;
-    return haptics::digest(needle);
+std::uint64_t instrumentDigest(const RecordHeader& header, const haptics::Instrument& one) {
+    return haptics::digest(haptics::withToolForce(one, header.settings.tools));
 }
 
 RecordWriter::RecordWriter(const std::filesystem::path& folder, const RecordHeader& header,
                            const RecordInfo& info)
     : folder_(createEmptyFolder(folder)), info_(info), inputs_(folder_ / "inputs.bin", encodeHeader(header)) {
-    info_.needle = header.needle.name;
+    for (const InstrumentName& one : kInstrumentNames)
+        info_.*one.name = (header.instruments.*one.instrument).name;
     info_.end.reset();
     info_.lost.reset();
     info_.result.reset();
@@ -457,7 +499,10 @@ RecordInfo parseInfo(std::string_view text, const std::filesystem::path& file) {
     info.patient_name = patient.text("name");
     patient.finish();
     info.scenario = in.text("scenario");
-    info.needle = in.text("needle");
+    Fields instruments = in.child("instruments");
+    for (const InstrumentName& one : kInstrumentNames)
+        info.*one.name = instruments.text(one.kind);
+    instruments.finish();
     info.capture_points = in.texts("moments", kMaxCapturePoints);
     info.approach_distance_m = in.number("approach_distance_m");
     info.seed = in.count("seed");
@@ -487,7 +532,7 @@ Record loadRecord(const std::filesystem::path& folder) {
     Record record;
     record.info = readInfo(place);
     parseInputs(readAll(place / "inputs.bin"), place / "inputs.bin", record);
-    checkNeedle(record, place);
+    checkInstruments(record, place);
     return record;
 }
 

@@ -22,18 +22,18 @@
 
 namespace stylet::records {
 
-inline constexpr std::uint32_t kRecordVersion = 9;
+inline constexpr std::uint32_t kRecordVersion = 10;
 
 // What a recomputation needs besides the patient and the ticks. The name and source of
 // the device profile are not stored.
 struct RecordHeader {
     std::uint64_t package_digest = 0;
     haptics::SimulationSettings settings;
-    // The attempt's needle. Its force is not stored here, but as `settings.tools.needle`.
-    haptics::Instrument needle{};
+    // The attempt's instruments. Their forces are not stored here, but in `settings.tools`.
+    haptics::InstrumentSet instruments{};
 };
-// The digest of the header's needle with the force of its settings, as the record stores it.
-std::uint64_t needleDigest(const RecordHeader&);
+// The digest of one of the header's instruments with the force of its tool, as the record stores it.
+std::uint64_t instrumentDigest(const RecordHeader&, const haptics::Instrument&);
 
 struct RecordEnd {
     std::uint64_t tick = 0;
@@ -64,7 +64,8 @@ struct RecordInfo {
     std::filesystem::path patient_folder;
     std::string patient_name;
     std::string scenario;
-    std::string needle;  // name of the instrument, for people; RecordWriter fills it in from the header
+    // Names of the instruments, for people; RecordWriter fills them in from the header.
+    std::string needle, scalpel, probe, finger, wire, dilator, drain;
     std::vector<std::string> capture_points;
     double approach_distance_m = 0.0;
     std::uint64_t seed = 0;
@@ -92,6 +93,8 @@ class RecordWriter {
     // Writes the current frame, and the end into record.json. Returns when both are on the disk.
     void finish();
     void finish(const AttemptResult&);  // the same, with the result
+    // For the end: the easiest difficulty that the trainee had.
+    void setDifficulty(std::string name) { info_.difficulty = std::move(name); }
     const RecordInfo& info() const { return info_; }
 
   private:

@@ -19,6 +19,16 @@ std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient, co
     return haptics::makeTouchMap(patient);
 }
 
+// The lumen that the guide wire follows, if the record uses the wire.
+std::optional<patient::DuctSpace> ductSpaceFor(const patient::Patient& patient, const Record& record) {
+    bool uses = false;
+    for (const haptics::TickInput& input : record.inputs)
+        for (const haptics::Command& command : input.validCommands())
+            uses = uses || haptics::selectsAccessTool(command);
+    if (!uses) return std::nullopt;
+    return patient::makeDuctSpace(patient);
+}
+
 }  // namespace
 
 ReplayResult replay(const patient::Patient& patient, const Record& record, const TickCallback& each) {
@@ -28,7 +38,9 @@ ReplayResult replay(const patient::Patient& patient, const Record& record, const
                         fmt::format("this patient is {}, the record was made on {}", hexText(digest),
                                     hexText(record.header.package_digest)));
     const std::optional<haptics::TouchMap> touch = touchMapFor(patient, record);
-    haptics::Simulation simulation(patient, record.header.settings, touch ? &*touch : nullptr);
+    const std::optional<patient::DuctSpace> ducts = ductSpaceFor(patient, record);
+    haptics::Simulation simulation(patient, record.header.settings, touch ? &*touch : nullptr,
+                                   ducts ? &*ducts : nullptr);
     training::AttemptFold fold(patient, record.header.settings.dt_s);
     ReplayResult result;
     haptics::TickOutput output;

@@ -28,6 +28,9 @@ struct Writer {
     void flag(const char* key, bool v) const { out[key] = v; }
     void text(const char* key, const std::string& v) const { out[key] = v; }
     void texts(const char* key, const std::vector<std::string>& v) const { out[key] = v; }
+    // Fields that older records lack: `v` then keeps its default.
+    void newFlag(const char* key, bool v) const { flag(key, v); }
+    void newCount(const char* key, std::uint64_t v) const { count(key, v); }
     template <typename Visit>
     void object(const char* key, const Visit& visit) const {
         visit(Writer{out[key] = ordered_json::object()});
@@ -65,6 +68,12 @@ struct Reader {
     void flag(const char* key, bool& v) const { v = in.flag(key); }
     void text(const char* key, std::string& v) const { v = in.text(key); }
     void texts(const char* key, std::vector<std::string>& v) const { v = in.texts(key, kMaxRows); }
+    void newFlag(const char* key, bool& v) const {
+        if (in.has(key)) flag(key, v);
+    }
+    void newCount(const char* key, std::uint64_t& v) const {
+        if (in.has(key)) count(key, v);
+    }
     template <typename Visit>
     void object(const char* key, const Visit& visit) const {
         Fields inner = in.child(key);
@@ -87,6 +96,7 @@ struct Reader {
 // Each visit...() names the fields of one type once, for writing and reading.
 
 void visitScore(const auto& v, auto& r) {
+    v.newCount("version", r.score_version);
     v.number("total", r.total);
     v.rows("metrics", r.metrics, [](const auto& row, auto& m) {
         row.text("id", m.id), row.text("name", m.name), row.text("unit", m.unit);
@@ -140,7 +150,7 @@ void visitHaptics(const auto& v, auto& h) {
 }
 
 void visitResult(const auto& v, auto& r) {
-    v.flag("target_hit", r.target_hit), v.count("ticks", r.ticks);
+    v.flag("target_hit", r.target_hit), v.newFlag("aborted", r.aborted), v.count("ticks", r.ticks);
     v.object("score", [&](const auto& inner) { visitScore(inner, r); });
     v.object("steps", [&](const auto& inner) {
         inner.texts("done", r.steps.done), inner.count("of", r.steps.of);

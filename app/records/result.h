@@ -86,6 +86,10 @@ struct AttemptResult {
     double total = 0.0;       // score, 0 to 100
     std::uint64_t ticks = 0;  // that the session received
     std::vector<MetricRow> metrics;
+    // Ended by the user before anything was reached, or marked by the instructor. Not part of any statistics.
+    bool aborted = false;
+    // Version of the metric table (training::kScoreVersion). Records without it are of version 1.
+    std::uint64_t score_version = 1;
     StepsResult steps{};
     std::vector<CaptureRow> captures{};
     std::vector<PunctureRow> punctures{};
@@ -100,7 +104,8 @@ struct AttemptResult {
 nlohmann::ordered_json resultJson(const AttemptResult&);
 nlohmann::ordered_json eventsJson(const std::vector<EventRow>&);
 
-// Every field must be there; unknown ones are refused. Throw DataError with file and field.
+// Every field must be there, except "aborted" and the score's "version", which older records lack; unknown
+// ones are refused. Throw DataError with file and field.
 AttemptResult parseResult(Fields);
 std::vector<EventRow> parseEvents(Fields& in, const char* key);
 

@@ -10,20 +10,14 @@
 
 #include "app/records/frames.h"
 #include "haptics/loop/simulation.h"
+#include "haptics/tools/force_sample.h"
 
 namespace stylet::records {
 
 inline constexpr std::uint32_t kSamplesVersion = 1;
 
-// One tick inside the body: what force-depth.csv and the curve's picture show.
-struct ForceSample {
-    std::uint64_t tick = 0;
-    double depth_m = 0.0;  // of the tip along the track, from the skin
-    double force_n = 0.0;  // axial, > 0 resists insertion
-    haptics::Phase phase = haptics::Phase::outside;
-    haptics::Tissue tissue = haptics::Tissue::air;
-    bool breath_held = false;
-};
+// One tick inside the body.
+using haptics::ForceSample;
 
 // In the patient frame, except sent_n. Numbers are stored as 32-bit floats, so positions are accurate to tens
 // of nm.

@@ -70,7 +70,18 @@ CREATE TABLE outbox (
 INSERT INTO outbox (kind, what) SELECT 'attempt', id FROM attempt WHERE state <> 'running' ORDER BY number;
 )sql";
 
-constexpr std::array kSteps{kVersion1, kVersion2};
+// Adds aborted attempts, the version of their score, and the log of discarded attempts.
+constexpr const char* kVersion3 = R"sql(
+ALTER TABLE attempt ADD COLUMN aborted INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE attempt ADD COLUMN score_version INTEGER NOT NULL DEFAULT 1;
+CREATE TABLE log (
+    number INTEGER PRIMARY KEY AUTOINCREMENT,
+    utc TEXT NOT NULL,
+    text TEXT NOT NULL
+) STRICT;
+)sql";
+
+constexpr std::array kSteps{kVersion1, kVersion2, kVersion3};
 
 }  // namespace
 

@@ -460,9 +460,11 @@ void Store::indexRecord(const StoredAttempt& attempt) {
     for (const EventRow& e : attempt.events)
         run(event, place++, std::int64_t(e.tick), e.kind, e.text, attempt.id);
     if (!attempt.result) return;
-    execute(*database_, "UPDATE attempt SET target_hit = ?, total = ?, ticks = ? WHERE id = ?",
+    execute(*database_,
+            "UPDATE attempt SET target_hit = ?, total = ?, ticks = ?, aborted = ?, score_version = ? WHERE "
+            "id = ?",
             int(attempt.result->target_hit), attempt.result->total, std::int64_t(attempt.result->ticks),
-            attempt.id);
+            int(attempt.result->aborted), std::int64_t(attempt.result->score_version), attempt.id);
     place = 0;
     SQLite::Statement metric(*database_,
                              "INSERT INTO metric (attempt, place, id, name, unit, value, points, "
@@ -569,6 +571,13 @@ std::vector<StoredFile> Store::files(const std::string& id) const {
     });
 }
 
+void Store::checkRecord(const std::string& id) const {
+    for (const StoredFile& stored : files(id))
+        if (stored.file == fs::path("record") / "record.json")
+            if (const std::string damage = findDamage(attemptFolder(id), stored); !damage.empty())
+                throw DataError(file_, "attempt " + id, damage);
+}
+
 std::vector<std::string> Store::damage() const {
     return translateErrors([&] {
         std::vector<std::string> found;
@@ -640,6 +649,53 @@ std::size_t Store::eraseTrainee(const std::string& trainee) {
     });
 }
 
+// Marks the folder for deletion and queues the deletion for the centre. The caller deletes the row.
+void Store::doom(const std::string& id) {
+    if (isBeingWritten(id)) throw DataError(attemptFolder(id), "attempt", "is being written");
+    execute(*database_, "INSERT INTO doomed (folder) VALUES (?)", id);
+    execute(*database_, "DELETE FROM outbox WHERE kind = 'attempt' AND what = ?", id);
+    // Ask the centre to erase the attempt, even if it is not recorded as sent. It may be in transmission
+    // right now.
+    execute(*database_, "INSERT INTO outbox (kind, what) VALUES ('erase', ?)", id);
+}
+
+void Store::discard(const std::string& id) {
+    translateErrors([&] {
+        withReserve([&] { markForDiscard(id); });  // deleting also needs some free space
+        deleteMarked();
+        ensureReserve();
+    });
+}
+
+void Store::markForDiscard(const std::string& id) {
+    SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
+    const StoredAttempt attempt = readAttempt(id);
+    if (attempt.state == AttemptState::running)
+        throw DataError(attemptFolder(id), "attempt", "is being written");
+    if (countsInStatistics(attempt))
+        throw DataError(attemptFolder(id), "attempt",
+                        "was neither aborted nor cut short: it counts and cannot be discarded");
+    // Ending the program by force must not make a failed exam disappear.
+    if (attempt.state == AttemptState::cut_short && attempt.info.difficulty == "exam")
+        throw DataError(attemptFolder(id), "attempt", "is an exam that was cut short: it is kept");
+    doom(id);
+    execute(*database_, "DELETE FROM attempt WHERE id = ?", id);
+    execute(*database_, "INSERT INTO log (utc, text) VALUES (?, ?)", utcNow().full,
+            fmt::format("discarded attempt {}: {}, scenario {}, {} ticks", id, stateText(attempt),
+                        attempt.info.scenario, attempt.result ? attempt.result->ticks : 0));
+    change.commit();
+}
+
+std::vector<LogEntry> Store::log() const {
+    return translateErrors([&] {
+        SQLite::Statement row(*database_, "SELECT utc, text FROM log ORDER BY number");
+        std::vector<LogEntry> entries;
+        while (row.executeStep())
+            entries.push_back({row.getColumn(0).getString(), row.getColumn(1).getString()});
+        return entries;
+    });
+}
+
 std::size_t Store::markForDeletion(const std::string& trainee) {
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
     indexUnknownFolders();  // a damaged index must not hide an attempt from its deletion
@@ -650,12 +706,7 @@ std::size_t Store::markForDeletion(const std::string& trainee) {
         // below.
         if (!isAttemptId(id)) continue;
         ++count;
-        if (isBeingWritten(id)) throw DataError(attemptFolder(id), "attempt", "is being written");
-        execute(*database_, "INSERT INTO doomed (folder) VALUES (?)", id);
-        execute(*database_, "DELETE FROM outbox WHERE kind = 'attempt' AND what = ?", id);
-        // Ask the centre to erase the attempt, even if it is not recorded as sent. It may be in transmission
-        // right now.
-        execute(*database_, "INSERT INTO outbox (kind, what) VALUES ('erase', ?)", id);
+        doom(id);
     }
     execute(*database_, "DELETE FROM attempt WHERE trainee = ?", trainee);
     change.commit();

@@ -41,7 +41,7 @@ enum class AttemptState { running, done, cut_short };
 std::string_view stateName(AttemptState);  // "running", "done", "cut_short"
 
 // The facts of an attempt's record that the index has too. A list of attempts comes from the index and has,
-// of the result, only target_hit, total, ticks and metrics.
+// of the result, only target_hit, aborted, total, ticks, score_version and metrics.
 struct StoredAttempt {
     std::string id;
     AttemptInfo info;
@@ -50,6 +50,18 @@ struct StoredAttempt {
     std::optional<AttemptResult> result;  // only if done
     std::vector<EventRow> events;         // in the order of adding
     std::filesystem::path folder;
+};
+
+// True for an attempt that enters statistics: it is done and was not aborted.
+inline bool countsInStatistics(const StoredAttempt& a) {
+    return a.state == AttemptState::done && a.result && !a.result->aborted;
+}
+// For people: "running", "done", "aborted", "cut short".
+std::string_view stateText(const StoredAttempt&);
+
+// One line of the store's log: what was removed from it, and when. It names no trainee.
+struct LogEntry {
+    std::string utc, text;
 };
 
 // Converts a record, as loadRecordHead() returns it. `folder`: of the attempt. An attempt with a result is
@@ -140,6 +152,9 @@ class Store {
 
     // The files of a finished or cut-short attempt, sorted by path.
     std::vector<StoredFile> files(const std::string& id) const;
+    // Throws DataError if the attempt's record.json is no longer as it was stored. It is the only file of a
+    // record that has no checksum of its own.
+    void checkRecord(const std::string& id) const;
     // Checks the index and all files of finished attempts. Returns one line per damaged item; empty if
     // every byte is as stored.
     std::vector<std::string> damage() const;
@@ -149,6 +164,14 @@ class Store {
     // after that, the next opening completes the deletion. Accepts any text, because an older store may
     // contain a pseudonym that is refused today.
     std::size_t eraseTrainee(const std::string& trainee);
+
+    // Deletes an attempt that enters no statistics: aborted or cut short. Any other attempt is refused, so
+    // that nobody can remove a failure from the statistics. In the same transaction, a line is added to the
+    // store's log and the deletion is queued for the centre. If an error occurs after that, the next opening
+    // completes the deletion.
+    void discard(const std::string& id);
+    // What discard() has removed, oldest first.
+    std::vector<LogEntry> log() const;
 
     // The queued entries, oldest first. An entry is queued in the same transaction as the change that it
     // reports.
@@ -166,6 +189,8 @@ class Store {
     void recover();
     void recoverAttempt(const std::string& id);
     std::size_t markForDeletion(const std::string& trainee);
+    void doom(const std::string& id);
+    void markForDiscard(const std::string& id);
     void deleteMarked();
     std::size_t makeStorePrivate() const;
     void ensureReserve() const;

@@ -19,6 +19,7 @@ namespace {
 constexpr std::size_t kBuckets = 700;   // per curve: one or two pixels each
 constexpr std::size_t kMaxSpans = 300;  // per lane
 constexpr double kTableStep_mm = 5.0;
+constexpr const char* kSentForce = "Force sent to the device";
 constexpr Colour kGrey{0.55, 0.58, 0.62};
 constexpr double kLead_m = 0.010;  // the reference path starts this far before its entry, in air
 
@@ -96,8 +97,14 @@ enum Lane { laneTool, laneBreath, laneTissue, laneFaults, laneSteps, laneRisk, l
 const std::vector<std::string> kLanes{"tool",        "breath", "tissue",  "faults",
                                       "steps, cuts", "risk",   "contact", "notes"};
 
-constexpr std::array<Colour, haptics::kToolCount> kToolColours{
-    {{0.99, 0.90, 0.70}, {0.78, 0.89, 0.97}, {0.97, 0.80, 0.70}, {0.86, 0.82, 0.94}, {0.76, 0.91, 0.84}}};
+constexpr std::array<Colour, haptics::kToolCount> kToolColours{{{0.99, 0.90, 0.70},
+                                                                {0.78, 0.89, 0.97},
+                                                                {0.97, 0.80, 0.70},
+                                                                {0.86, 0.82, 0.94},
+                                                                {0.76, 0.91, 0.84},
+                                                                {0.90, 0.88, 0.62},
+                                                                {0.80, 0.80, 0.80},
+                                                                {0.70, 0.86, 0.92}}};
 constexpr Colour kHeldColour{0.76, 0.91, 0.84}, kFaultColour{0.95, 0.65, 0.55};
 
 std::string_view toolName(const CourseRow& row) {
@@ -116,7 +123,7 @@ constexpr std::array<EventStyle, 14> kEventStyles{
      {"cut", "cut", laneSteps, kBlack, "rectRot"},
      {"moment", "moment", laneNotes, kBlue, "rect"},
      {"risk", "risk structure struck", laneRisk, kVermilion, "triangle"},
-     {"near_miss", "near miss", laneRisk, kOrange, "rect"},
+     {"near_miss", "close pass", laneRisk, kOrange, "rect"},
      {"contact", "contact", laneContact, kBlue, "circle"},
      {"tool", "tool taken", laneTool, kBlack, "rect"},
      {"breath", "breath", laneBreath, kBlue, "rect"},
@@ -274,8 +281,9 @@ DescribedFigure forceFigure(const LoadedAttempt& a, const std::vector<ReferenceC
     f.data = forceTable(f.figure.series, deepest_mm);
     if (deepest)
         f.description = "Force over depth. The needle came " +
-                        fixed(kMmPerM * a.course[*deepest].depth_m, 1) + " mm deep; the largest force was " +
-                        fixed(peak_n, 2) + " N at " + fixed(peak_mm, 1) + " mm.";
+                        fixed(kMmPerM * a.course[*deepest].depth_m, 1) +
+                        " mm deep; the largest resistance was " + fixed(peak_n, 2) + " N at " +
+                        fixed(peak_mm, 1) + " mm.";
     else
         f.description = "Force over depth: the needle did not enter the body.";
     for (const FigurePoint& mark : f.figure.marks)
@@ -293,7 +301,7 @@ Table eventTable(const LoadedAttempt& a) {
     Table table{"What happened, in order", {"Time [s]", "Kind", "What"}, {}, {true, false, false}, true};
     for (const records::EventRow& event : a.stored.events)
         table.rows.push_back({fixed(double(event.tick) * a.stored.info.dt_s, 2),
-                              event.kind == "near_miss" ? "near miss" : event.kind, event.text});
+                              event.kind == "near_miss" ? "close pass" : event.kind, event.text});
     return table;
 }
 
@@ -345,7 +353,9 @@ DescribedFigure timelineFigure(const LoadedAttempt& a) {
         laneTissue, [](const CourseRow& r) { return r.in_body ? patient::tissueName(r.tissue) : ""; },
         [](const CourseRow& r) { return bandColour(r.tissue); });
     addSpans(
-        laneFaults, [](const CourseRow& r) { return std::string_view(r.faults != 0 ? "no force" : ""); },
+        laneFaults,
+        a.input_only ? [](const CourseRow& r) { return std::string_view(r.faults != 0 ? "not tracked" : ""); }
+                     : [](const CourseRow& r) { return std::string_view(r.faults != 0 ? "no force" : ""); },
         [](const CourseRow&) { return kFaultColour; });
     for (const records::EventRow& event : a.stored.events) {
         const EventStyle& style = eventStyle(event.kind);
@@ -377,13 +387,13 @@ DescribedFigure courseFigure(const LoadedAttempt& a) {
                    [](const CourseRow& r) { return r.in_body ? kMmPerM * r.depth_m : kGap; }),
         timeSeries(a, "Axial force of the model", "force [N]", kVermilion,
                    [](const CourseRow& r) { return r.in_body ? r.force_n : kGap; }),
-        timeSeries(a, "Force sent to the device", "force [N]", kGreen,
-                   [](const CourseRow& r) { return r.sent_n; }),
+        timeSeries(a, kSentForce, "force [N]", kGreen, [](const CourseRow& r) { return r.sent_n; }),
         timeSeries(
             a, "Clearance to the nearest risk structure", "clearance [mm]", kPurple,
             [](const CourseRow& r) { return std::isfinite(r.clearance_m) ? kMmPerM * r.clearance_m : kGap; }),
         timeSeries(a, "Breath", "signal v, 1: full inspiration", kBlue,
                    [](const CourseRow& r) { return r.breath_v; })};
+    if (a.input_only) std::erase_if(all, [](const FigureChoice& c) { return c.name == kSentForce; });
     f.data = {"lowest and highest value of each", {"What", "Lowest", "Highest"}, {}, {false, true, true}};
     for (FigureChoice& choice : all) {
         if (!hasPoints(choice)) continue;

@@ -53,7 +53,8 @@ LoadedAttempt loadAttempt(const fs::path& folder) {
     attempt.stored = records::makeStoredAttempt(record, folder);
     attempt.record = std::move(record.info);
     attempt.needle = record.header.settings.tools.needle;
-    attempt.needle_title = record.header.needle.title;
+    attempt.needle_title = record.header.instruments.needle.title;
+    attempt.input_only = haptics::isInputOnly(record.header.settings.profile);
     if (attempt.stored.id.empty()) {
         const fs::path whole = fs::weakly_canonical(folder);
         attempt.stored.id = (whole.has_filename() ? whole : whole.parent_path()).filename().string();

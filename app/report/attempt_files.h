@@ -33,6 +33,7 @@ struct LoadedAttempt {
     records::RecordInfo record;
     haptics::NeedleSettings needle;     // force settings of its needle
     std::string needle_title;           // for people; may be empty
+    bool input_only = false;            // its device exerted no force
     std::vector<CourseRow> course;      // every tick that was sampled
     std::vector<std::string> warnings;  // what could not be read, and why
     const records::AttemptResult* result() const { return stored.result ? &*stored.result : nullptr; }

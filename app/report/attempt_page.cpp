@@ -1,12 +1,16 @@
 #include "app/report/attempt_page.h"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "app/report/advice.h"
+#include "app/report/glossary.h"
 #include "app/report/slices.h"
+#include "app/report/verdict.h"
 #include "app/training/learning.h"
 #include "app/training/score.h"
 #include "base/hex.h"
@@ -26,12 +30,11 @@ constexpr std::size_t kTrailPoints = 1500, kCourseRows = 4000, kLongList = 25;
 // Percentiles of fewer attempts are meaningless.
 constexpr std::size_t kLeastCohort = 4;
 
-// In the order of AttemptState.
-constexpr std::array<std::string_view, 3> kStateTexts{"still running", "done",
-                                                      "cut short: it ends where its writer was stopped"};
-
-std::string stateText(AttemptState state) {
-    return std::string(enumName(kStateTexts, state));
+std::string explainState(const StoredAttempt& a) {
+    if (a.state == AttemptState::cut_short) return "cut short: it ends where its writer was stopped";
+    if (a.state == AttemptState::running) return "still running";
+    if (!records::countsInStatistics(a)) return "aborted: it enters no statistics";
+    return "done";
 }
 
 double seconds(const LoadedAttempt& a) {
@@ -40,23 +43,33 @@ double seconds(const LoadedAttempt& a) {
     return a.course.empty() ? 0.0 : a.course.back().t_s;
 }
 
+std::optional<double> findValue(const LoadedAttempt& a, std::string_view id) {
+    if (a.result())
+        for (const records::MetricRow& m : a.result()->metrics)
+            if (m.id == id) return m.value;
+    return {};
+}
+
 std::vector<Headline> makeHeadlines(const LoadedAttempt& a) {
     std::vector<Headline> all;
     if (a.result()) {
         all.push_back({fixed(a.result()->total, 1) + " of 100", "score"});
         all.push_back({a.result()->target_hit ? "Yes" : "No", "bile duct hit"});
+        if (a.record.difficulty == "exam") all.push_back({passed(a.stored) ? "Passed" : "Failed", "exam"});
     }
     all.push_back({clockText(seconds(a)), "minutes and seconds"});
+    // The metrics' own values, so that no other number with the same meaning stands beside them.
     double peak_n = a.result() ? a.result()->peak_force_n : 0.0;
     for (const CourseRow& row : a.course)
-        peak_n = std::max(peak_n, row.force_n);
-    all.push_back({fixed(peak_n, 2) + " N", "largest axial force"});
-    std::size_t risk = 0, near = 0;
+        if (row.in_body) peak_n = std::max(peak_n, std::fabs(row.force_n));
+    all.push_back({fixed(findValue(a, "peak_force").value_or(peak_n), 2) + " N", "largest axial force"});
+    std::size_t risk = 0, close = 0;
     for (const records::EventRow& event : a.stored.events)
-        risk += event.kind == "risk", near += event.kind == "near_miss";
+        risk += event.kind == "risk", close += event.kind == "near_miss";
     if (!a.stored.events.empty()) {
-        all.push_back({std::to_string(risk), "risk structures struck"});
-        all.push_back({std::to_string(near), "near misses"});
+        all.push_back(
+            {fixed(findValue(a, "no_go_touches").value_or(double(risk)), 0), "no-go areas touched"});
+        all.push_back({std::to_string(close), "close passes, nothing struck"});
     }
     return all;
 }
@@ -70,16 +83,18 @@ std::vector<Fact> makeFacts(const LoadedAttempt& a) {
     add("Trainee (pseudonym)", info.trainee);
     add("Attempt", a.stored.id);
     add("Begun", dateText(a.stored.started_utc));
-    add("State", stateText(a.stored.state));
+    add("State", explainState(a.stored));
+    if (a.result()) add("Score table", "version " + std::to_string(a.result()->score_version));
     add("Patient", info.patient);
     add("Scenario", info.scenario);
     add("Difficulty", info.difficulty);
+    add("Critical errors", fmt::format("{}", fmt::join(criticalErrors(a.stored), "; ")));
     const std::string &needle = a.record.needle, &title = a.needle_title;
     add("Needle", needle.empty() || title.empty() ? needle + title : needle + " (" + title + ")");
     add("Device", info.device + (a.record.clock.empty() ? "" : " (" + a.record.clock + ")"));
     add("Seed", std::to_string(info.seed));
     add("Program", info.program_version.empty() ? "" : "stylet " + info.program_version);
-    add("Force gain of the device", fixed(info.device_gain, 3));
+    add("Force gain of the device", a.input_only ? "" : fixed(info.device_gain, 3));
     add("Registration error", info.registration_rms_m
                                   ? fixed(kMmPerM * *info.registration_rms_m, 2) + " mm (root mean square)"
                                   : "");
@@ -119,7 +134,8 @@ std::vector<Vec3> needleTrail(const LoadedAttempt& a) {
 }
 
 // Slices at the given row, with the needle and its track.
-Picture slicePicture(const LoadedAttempt& a, const CourseRow& row, const patient::Patient& patient) {
+Picture slicePicture(const LoadedAttempt& a, const CourseRow& row, const patient::Patient& patient,
+                     const std::string& title) {
     NeedlePicture needle;
     needle.tip_m = row.tip_m;
     needle.axis = row.axis;
@@ -128,8 +144,7 @@ Picture slicePicture(const LoadedAttempt& a, const CourseRow& row, const patient
     needle.target_m = a.record.path.target_m;
     needle.trail_m = needleTrail(a);
     needle.reference_m = {a.record.path.entry_m, a.record.path.target_m};
-    needle.title = a.result() && a.result()->target_hit ? "The puncture of the bile duct"
-                                                        : "The deepest point: no target was hit";
+    needle.title = title;
     needle.caption = "tip " + fixed(kMmPerM * row.depth_m, 1) + " mm deep, " + fixed(row.t_s, 2) +
                      " s, breath " + (row.breath_held ? "held" : "free");
     const SliceSheet sheet = sliceSheet(patient, needle);
@@ -147,7 +162,10 @@ void addSlices(Page& page, const LoadedAttempt& a, const AttemptContext& context
     page.section("Needle in the patient");
     const std::optional<std::size_t> row = keyRow(a);
     if (row && context.patient) {
-        page.picture(slicePicture(a, a.course[*row], *context.patient));
+        const bool hit = a.result() && a.result()->target_hit;
+        page.picture(
+            slicePicture(a, a.course[*row], *context.patient,
+                         hit ? "The puncture of the bile duct" : "The deepest point: no target was hit"));
     } else {
         page.paragraph(row ? "The patient of this attempt was not found, so there are no slices."
                            : "The needle did not enter the body.");
@@ -223,6 +241,65 @@ Table meaningTable(const records::AttemptResult& result) {
     return table;
 }
 
+// Score first, then what to do about the largest losses, each with its moment and a picture of it.
+void addAdvice(Page& page, const LoadedAttempt& a, const AttemptContext& context,
+               const std::vector<Advice>& all) {
+    page.section("Advice");
+    if (!a.result()) return page.paragraph("An attempt that did not end has no score and no advice.");
+    if (!records::countsInStatistics(a.stored))
+        page.paragraph("This attempt was aborted. It is compared with no other, and enters no statistics.");
+    if (all.empty())
+        page.paragraph(a.result()->steps.done.empty() && !deepestRow(a.course)
+                           ? "No step was done and the needle did not enter the body, so there is no advice."
+                           : "No metric lost half a point or more.");
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const Advice& advice = all[i];
+        page.advice(i + 1, advice.text, "In the record at " + clockText(advice.t_s),
+                    "moment-" + std::to_string(i + 1));
+        const bool in_body = advice.row < a.course.size() && a.course[advice.row].in_body;
+        if (in_body && context.patient)
+            page.picture(
+                slicePicture(a, a.course[advice.row], *context.patient, "Advice " + std::to_string(i + 1)));
+        else
+            page.figure(momentFigure(a, advice, i + 1));
+    }
+}
+
+// Which score table was used, and why points are missing.
+void explainScore(Page& page, const records::AttemptResult& result) {
+    const auto today = std::uint64_t(training::kScoreVersion);
+    page.paragraph(
+        result.score_version == today
+            ? fmt::format("Scored with version {} of the score table.", today)
+            : fmt::format("Scored with version {} of the score table; today's is version {}. \"stylet replay "
+                          "ATTEMPT --fast\" scores the attempt again and shows both.",
+                          result.score_version, today));
+    const std::optional<training::Score> score = findScore(result);
+    if (!score) return;
+    double by_steps = 0.0;
+    for (const training::MetricLoss& loss : training::splitLosses(*score))
+        by_steps += loss.by_steps;
+    if (by_steps >= 0.05)
+        page.paragraph(fmt::format(
+            "Of the missing points, {:.1f} are missing because {}. In the table: \"steps\".", by_steps,
+            training::describeMissingSteps(result.steps.done.size(), std::size_t(result.steps.of))));
+}
+
+// What a row of the metric table lost points by.
+std::vector<std::string> lossReasons(const records::AttemptResult& result) {
+    std::vector<std::string> reasons(result.metrics.size());
+    const std::optional<training::Score> score = findScore(result);
+    if (!score) return reasons;
+    const auto split = training::splitLosses(*score);
+    for (std::size_t i = 0; i < result.metrics.size(); ++i)
+        for (std::size_t m = 0; m < split.size(); ++m) {
+            if (training::metricTable()[m].id != result.metrics[i].id) continue;
+            const bool value = split[m].by_value >= 0.005, steps = split[m].by_steps >= 0.005;
+            reasons[i] = value && steps ? "value, steps" : value ? "value" : steps ? "steps" : "";
+        }
+    return reasons;
+}
+
 void addScore(Page& page, const LoadedAttempt& a, const AttemptContext& context, AttemptReport& report) {
     page.section("Score");
     if (!a.stored.result || a.stored.result->metrics.empty()) {
@@ -230,10 +307,12 @@ void addScore(Page& page, const LoadedAttempt& a, const AttemptContext& context,
                                                             : "An attempt that did not end has no score.");
         return;
     }
-    report.metrics = metricTable(*a.stored.result, context.cohort);
-    std::size_t others = 0;
-    for (const StoredAttempt& other : context.cohort)
-        others += other.result.has_value();
+    explainScore(page, *a.stored.result);
+    // An aborted attempt is compared with no other.
+    const std::vector<StoredAttempt> cohort =
+        records::countsInStatistics(a.stored) ? context.cohort : std::vector<StoredAttempt>();
+    report.metrics = metricTable(*a.stored.result, cohort);
+    const auto others = std::size_t(std::count_if(cohort.begin(), cohort.end(), records::countsInStatistics));
     page.paragraph(
         others >= kLeastCohort
             ? fmt::format("Each metric earns points up to its weight. The cohort: {} finished attempts at "
@@ -256,6 +335,10 @@ std::string dateText(const std::string& utc) {
     return utc.substr(0, 10) + " " + utc.substr(11, 5) + " UTC";
 }
 
+std::string metricName(const records::MetricRow& metric) {
+    return metric.id == "near_misses" ? metric.name + ", graded, with hits" : metric.name;
+}
+
 std::string metricText(double value) {
     if (!std::isfinite(value)) return fixed(value, 0);
     const double size = std::fabs(value);
@@ -264,31 +347,34 @@ std::string metricText(double value) {
 
 Table metricTable(const records::AttemptResult& result, const std::vector<StoredAttempt>& cohort) {
     Table table{"Metrics, their points and the cohort",
-                {"Metric", "Value", "Unit", "Points", "Of", "Cohort's median value", "Percentile by points"},
+                {"Metric", "Value", "Unit", "Points", "Of", "Lost by", "Cohort's median value",
+                 "Percentile by points"},
                 {},
-                {false, true, false, true, true, true, true},
+                {false, true, false, true, true, false, true, true},
                 true};
+    const std::vector<std::string> reasons = lossReasons(result);
     const auto row = [&](const std::string& name, const std::string& value, const std::string& unit,
-                         double points, double most, const std::vector<double>& values,
-                         const std::vector<double>& all_points) {
+                         double points, double most, const std::string& reason,
+                         const std::vector<double>& values, const std::vector<double>& all_points) {
         const bool enough = all_points.size() >= kLeastCohort;
         table.rows.push_back(
-            {name, value, unit, fixed(points, 2), fixed(most, 1),
+            {name, value, unit, fixed(points, 2), fixed(most, 1), reason,
              enough && !values.empty() ? metricText(median(values)) : "–",
              enough ? fixed(100.0 * training::percentileRank(all_points, points).value_or(kGap), 0) : "–"});
     };
-    for (const records::MetricRow& m : result.metrics) {
+    for (std::size_t i = 0; i < result.metrics.size(); ++i) {
+        const records::MetricRow& m = result.metrics[i];
         std::vector<double> values, points;
         for (const StoredAttempt& other : cohort)
-            if (other.result)
+            if (records::countsInStatistics(other))
                 for (const records::MetricRow& o : other.result->metrics)
                     if (o.id == m.id) values.push_back(o.value), points.push_back(o.points);
-        row(m.name, metricText(m.value), m.unit, m.points, m.max_points, values, points);
+        row(metricName(m), metricText(m.value), m.unit, m.points, m.max_points, reasons[i], values, points);
     }
     std::vector<double> totals;
     for (const StoredAttempt& other : cohort)
-        if (other.result) totals.push_back(other.result->total);
-    row("Total", fixed(result.total, 1), "", result.total, 100.0, totals, totals);
+        if (records::countsInStatistics(other)) totals.push_back(other.result->total);
+    row("Total", fixed(result.total, 1), "", result.total, 100.0, "", totals, totals);
     return table;
 }
 
@@ -298,9 +384,10 @@ AttemptReport attemptReport(const LoadedAttempt& a, const AttemptContext& contex
     Page page(info.trainee.empty() ? "Attempt " + a.stored.id : "Attempt of " + info.trainee,
               (info.scenario.empty() ? "" : "Scenario " + info.scenario + " on ") + info.patient +
                   (a.stored.started_utc.empty() ? "" : ", " + dateText(a.stored.started_utc)) +
-                  (a.stored.state == AttemptState::done ? "" : ". State: " + stateText(a.stored.state)) +
-                  ".");
+                  (records::countsInStatistics(a.stored) ? "" : ". State: " + explainState(a.stored)) + ".");
     page.headlines(makeHeadlines(a));
+    const std::vector<Advice> advice = makeAdvice(a);
+    addAdvice(page, a, context, advice);
 
     std::vector<ReferenceCurve> references = context.references;
     if (context.patient && references.empty())
@@ -312,7 +399,10 @@ AttemptReport attemptReport(const LoadedAttempt& a, const AttemptContext& contex
     addSlices(page, a, context);
 
     page.section("Timeline");
-    page.figure(timelineFigure(a));
+    DescribedFigure timeline = timelineFigure(a);
+    markMoments(timeline.figure, advice);
+    page.figure(timeline);
+    if (!advice.empty()) page.table(momentTable(a, advice));
     if (const DescribedFigure course = courseFigure(a); !course.figure.choices.empty()) page.figure(course);
     report.events = eventTable(a);
     addList(page, report.events);
@@ -337,6 +427,7 @@ AttemptReport attemptReport(const LoadedAttempt& a, const AttemptContext& contex
         for (const std::string& warning : warnings)
             page.paragraph(relativeToAttempt(warning, a.stored.folder));
     }
+    addGlossary(page);
     report.html = page.html();
     return report;
 }

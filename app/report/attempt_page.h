@@ -24,11 +24,14 @@ struct AttemptReport {
 
 AttemptReport attemptReport(const LoadedAttempt&, const AttemptContext&);
 
-// A row per metric: value, points, and this attempt's rank among the finished attempts of the cohort.
+// A row per metric: value, points, why points were lost, and this attempt's rank among the attempts of the
+// cohort that count (records::countsInStatistics).
 Table metricTable(const records::AttemptResult&, const std::vector<records::StoredAttempt>& cohort);
 
 // "2026-11-21 20:15 UTC", or `utc` itself if it cannot be parsed.
 std::string dateText(const std::string& utc);
+// Name of a metric on a page. Metric and event of a near miss count differently, so they get different names.
+std::string metricName(const records::MetricRow&);
 // Formats a metric's value with a suitable number of digits.
 std::string metricText(double value);
 

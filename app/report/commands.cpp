@@ -45,9 +45,14 @@ void removeStale(const fs::path& folder, std::initializer_list<const char*> name
     }
 }
 
-// Folder of an attempt that the user names by its folder or by its id in the store.
+// Folder of an attempt that the user names by its folder or by its id in the store. Throws DataError if the
+// record in the store was changed.
 fs::path attemptFolder(const std::string& what, const ReportOptions& o) {
-    return fs::is_directory(what) ? fs::path(what) : openStore(o).attempt(what).folder;
+    if (fs::is_directory(what)) return what;
+    const records::Store store = openStore(o);
+    const StoredAttempt attempt = store.attempt(what);
+    store.checkRecord(what);
+    return attempt.folder;
 }
 
 struct OpenPatient {

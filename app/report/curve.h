@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "app/records/samples.h"
+#include "haptics/tools/force_sample.h"
 
 namespace stylet::report {
 
-using records::ForceSample;
+using haptics::ForceSample;
 
 // A puncture to mark in the picture.
 struct ForceMark {

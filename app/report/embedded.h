@@ -1,4 +1,4 @@
-// Files embedded in the program (cmake/Embed.cmake) that every page contains.
+// Files embedded in the program (cmake/Embed.cmake): those that every page contains, and the glossary.
 #pragma once
 
 #include <string_view>
@@ -10,8 +10,9 @@ struct Embedded {
     std::string_view sha256;  // hexadecimal
 };
 
-Embedded chartJs();  // chart.js as its package ships it, including the licence line
-Embedded pageJs();   // page.js
-Embedded pageCss();  // page.css
+Embedded chartJs();     // chart.js as its package ships it, including the licence line
+Embedded pageJs();      // page.js
+Embedded pageCss();     // page.css
+Embedded glossaryMd();  // packaging/guide/glossary.md
 
 }  // namespace stylet::report

@@ -8,6 +8,8 @@
 #include <optional>
 
 #include "app/report/attempt_page.h"
+#include "app/report/glossary.h"
+#include "app/report/verdict.h"
 #include "app/report/xapi.h"
 #include "app/training/learning.h"
 #include "base/statistics.h"
@@ -25,8 +27,15 @@ using Attempts = std::vector<StoredAttempt>;
 Attempts finishedAttempts(const Attempts& attempts) {
     Attempts done;
     for (const StoredAttempt& attempt : attempts)
-        if (attempt.state == AttemptState::done && attempt.result) done.push_back(attempt);
+        if (records::countsInStatistics(attempt)) done.push_back(attempt);
     return done;
+}
+
+// "; 2 aborted ones are listed, but enter no statistics", or nothing.
+std::string abortedText(const Attempts& attempts) {
+    const auto aborted = std::count_if(attempts.begin(), attempts.end(),
+                                       [](const StoredAttempt& a) { return a.result && a.result->aborted; });
+    return aborted == 0 ? "" : fmt::format("; {} aborted, listed but not part of the statistics", aborted);
 }
 
 struct MetricName {
@@ -42,7 +51,7 @@ std::vector<MetricName> metricNames(const Attempts& attempts) {
             for (const MetricRow& m : attempt.result->metrics)
                 if (std::none_of(names.begin(), names.end(),
                                  [&](const MetricName& n) { return n.id == m.id; }))
-                    names.push_back({m.id, m.name, m.unit});
+                    names.push_back({m.id, metricName(m), m.unit});
     return names;
 }
 
@@ -110,7 +119,7 @@ DescribedFigure learningFigure(const Attempts& done) {
     const std::optional<training::LearningCurve> curve = training::learningCurve(totals);
     f.figure.x = attemptAxis(done.size(), 0.5);
     f.figure.y = {"total, of 100", 0.0, 100.0};
-    f.figure.lines = {{kPassMark, "pass mark " + fixed(kPassMark, 0)}};
+    f.figure.lines = {{training::kPassMark, "pass mark " + fixed(training::kPassMark, 0)}};
     FigureSeries own{"total", kBlue}, fit{"learning curve", kVermilion};
     own.shape = "circle", fit.dash = {8, 4};
     f.data = {"totals, attempt by attempt",
@@ -147,7 +156,7 @@ DescribedFigure learningFigure(const Attempts& done) {
 }
 
 bool failed(const StoredAttempt& attempt) {
-    return !(attempt.result->target_hit && attempt.result->total >= kPassMark);
+    return !passed(attempt);
 }
 
 DescribedFigure cusumFigure(const Attempts& done) {
@@ -200,7 +209,8 @@ DescribedFigure cusumFigure(const Attempts& done) {
         "failure and falls with each pass. Below the lower limit, at most {:.0f} % of the attempts fail "
         "(competent). Above the upper limit, at least {:.0f} % fail. Each verdict is wrong with a "
         "probability of {:.0f} % and restarts the count. So far: {}.",
-        kPassMark, 100.0 * settings.acceptable, 100.0 * settings.unacceptable, 100.0 * settings.alpha, last);
+        training::kPassMark, 100.0 * settings.acceptable, 100.0 * settings.unacceptable,
+        100.0 * settings.alpha, last);
     return f;
 }
 
@@ -243,7 +253,7 @@ std::vector<TraineeStatistics> groupByTrainee(const Attempts& attempts) {
         TraineeStatistics& person = by_name[attempt.info.trainee];
         person.trainee = attempt.info.trainee;
         ++person.all;
-        if (attempt.state == AttemptState::done && attempt.result) person.done.push_back(attempt);
+        if (records::countsInStatistics(attempt)) person.done.push_back(attempt);
     }
     std::vector<TraineeStatistics> trainees;
     for (auto& [name, person] : by_name) {
@@ -343,12 +353,11 @@ Table shortTable(const Attempts& attempts) {
                 {false, false, false, false, false, true, false, true},
                 true};
     for (const StoredAttempt& a : attempts)
-        table.rows.push_back(
-            {a.id, dateText(a.started_utc), a.info.scenario, a.info.difficulty,
-             a.state == AttemptState::cut_short ? "cut short" : std::string(records::stateName(a.state)),
-             a.result ? fixed(double(a.result->ticks) * a.info.dt_s / 60.0, 1) : "–",
-             a.result ? (a.result->target_hit ? "yes" : "no") : "–",
-             a.result ? fixed(a.result->total, 1) : "–"});
+        table.rows.push_back({a.id, dateText(a.started_utc), a.info.scenario, a.info.difficulty,
+                              std::string(records::stateText(a)),
+                              a.result ? fixed(double(a.result->ticks) * a.info.dt_s / 60.0, 1) : "–",
+                              a.result ? (a.result->target_hit ? "yes" : "no") : "–",
+                              a.result ? fixed(a.result->total, 1) : "–"});
     return table;
 }
 
@@ -356,9 +365,10 @@ Table shortTable(const Attempts& attempts) {
 
 Table attemptsTable(const Attempts& attempts) {
     Table table;
-    table.head = {"attempt", "trainee", "begun_utc", "state", "scenario",   "difficulty",
-                  "patient", "seed",    "device",    "ticks", "target_hit", "total"};
-    table.number = {false, false, false, false, false, false, false, true, false, true, true, true};
+    table.head = {"attempt", "trainee", "begun_utc", "state",      "scenario", "difficulty", "patient",
+                  "seed",    "device",  "ticks",     "target_hit", "total",    "aborted",    "score_version"};
+    table.number = {false, false, false, false, false, false, false,
+                    true,  false, true,  true,  true,  true,  true};
     const std::vector<MetricName> names = metricNames(attempts);
     for (const MetricName& name : names)
         table.head.push_back(name.unit.empty() ? name.id : name.id + " [" + name.unit + "]"),
@@ -368,7 +378,9 @@ Table attemptsTable(const Attempts& attempts) {
                               a.info.scenario, a.info.difficulty, a.info.patient, std::to_string(a.info.seed),
                               a.info.device, a.result ? std::to_string(a.result->ticks) : "",
                               a.result ? (a.result->target_hit ? "1" : "0") : "",
-                              a.result ? fixed(a.result->total, 3) : ""});
+                              a.result ? fixed(a.result->total, 3) : "",
+                              a.result ? (a.result->aborted ? "1" : "0") : "",
+                              a.result ? std::to_string(a.result->score_version) : ""});
         for (const MetricName& name : names) {
             const MetricRow* m = findMetric(a, name.id);
             table.rows.back().push_back(m && std::isfinite(m->value) ? fixed(m->value, 6) : "");
@@ -381,7 +393,8 @@ GroupReport traineeReport(const std::string& trainee, const Attempts& attempts, 
     const Attempts done = finishedAttempts(attempts), all = finishedAttempts(cohort);
     const std::vector<double> totals = collectTotals(done);
     Page page("Trainee " + trainee, std::to_string(attempts.size()) + " attempts, " +
-                                        std::to_string(done.size()) + " of them finished.");
+                                        std::to_string(done.size()) + " of them finished" +
+                                        abortedText(attempts) + ".");
     page.headlines({{std::to_string(done.size()), "finished attempts"},
                     {fixed(totals.empty() ? kGap : totals.back(), 1), "last total of 100"},
                     {fixed(quantile(totals, 1.0), 1), "best total"},
@@ -400,6 +413,7 @@ GroupReport traineeReport(const std::string& trainee, const Attempts& attempts, 
     }
     page.section("Attempts");
     page.table(shortTable(attempts));
+    addGlossary(page);
     return {page.html(), attemptsTable(attempts)};
 }
 
@@ -407,7 +421,8 @@ GroupReport cohortReport(const std::string& what, const Attempts& attempts) {
     const Attempts done = finishedAttempts(attempts);
     const std::vector<TraineeStatistics> trainees = groupByTrainee(attempts);
     Page page("Cohort", what + ": " + std::to_string(attempts.size()) + " attempts of " +
-                            std::to_string(trainees.size()) + " trainees, by pseudonym.");
+                            std::to_string(trainees.size()) + " trainees, by pseudonym" +
+                            abortedText(attempts) + ".");
     page.headlines({{std::to_string(trainees.size()), "trainees"},
                     {std::to_string(done.size()), "finished attempts"},
                     {fixed(median(collectTotals(done)), 1), "median total of 100"},
@@ -423,6 +438,7 @@ GroupReport cohortReport(const std::string& what, const Attempts& attempts) {
     }
     page.section("Attempts");
     page.table(shortTable(attempts));
+    addGlossary(page);
     return {page.html(), attemptsTable(attempts)};
 }
 

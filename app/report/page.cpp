@@ -2,7 +2,9 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 
 #include "app/report/embedded.h"
@@ -62,8 +64,9 @@ std::string tableHtml(const Table& table) {
         html += fmt::format("<th scope=\"col\"{}>{}</th>", numeric(table, c) ? " class=\"n\"" : "",
                             escaped(table.head[c]));
     html += "</tr></thead>\n<tbody>\n";
-    for (const std::vector<std::string>& row : table.rows) {
-        html += "<tr>";
+    for (std::size_t r = 0; r < table.rows.size(); ++r) {
+        const std::vector<std::string>& row = table.rows[r];
+        html += r < table.row_ids.size() ? fmt::format("<tr id=\"{}\">", escaped(table.row_ids[r])) : "<tr>";
         for (std::size_t c = 0; c < row.size(); ++c) {
             const bool number = numeric(table, c);
             const char* const sort = !number          ? ""
@@ -149,13 +152,15 @@ std::string clockText(double seconds) {
 Page::Page(const std::string& title, const std::string& lead, const std::string& maker)
     : title_(escaped(title)),
       maker_(escaped(maker)),
-      body_("<h1>" + title_ + "</h1>\n<p class=\"lead\">" + escaped(lead) + "</p>\n") {}
+      body_("<h1>" + title_ + "</h1>\n<p class=\"lead\">" + escaped(lead) + "</p>\n"),
+      navigation_at_(body_.size()) {}
 
 void Page::headlines(const std::vector<Headline>& all) {
     body_ += "<ul class=\"figures\">";
     for (const Headline& h : all)
         body_ += fmt::format("<li><b>{}</b><span>{}</span></li>", escaped(h.value), escaped(h.name));
     body_ += "</ul>\n";
+    navigation_at_ = body_.size();
 }
 
 void Page::section(const std::string& title) {
@@ -166,6 +171,19 @@ void Page::section(const std::string& title) {
 
 void Page::paragraph(const std::string& text) {
     body_ += "<p>" + escaped(text) + "</p>\n";
+}
+
+void Page::advice(std::size_t number, const std::string& text, const std::string& link,
+                  const std::string& row_id) {
+    body_ += fmt::format("<p class=\"advice\"><b>{}.</b> {} <a href=\"#{}\">{}</a></p>\n", number,
+                         escaped(text), escaped(row_id), escaped(link));
+}
+
+bool Page::mentions(std::string_view term) const {
+    const auto same = [](char a, char b) {
+        return std::tolower(static_cast<unsigned char>(a)) == std::tolower(static_cast<unsigned char>(b));
+    };
+    return std::search(body_.begin(), body_.end(), term.begin(), term.end(), same) != body_.end();
 }
 
 void Page::facts(const std::vector<Fact>& all) {
@@ -221,7 +239,6 @@ void Page::stills(const std::vector<Picture>& all) {
 }
 
 std::string Page::html() const {
-    const std::size_t lead_end = body_.find("</p>\n") + 5;
     std::string html = fmt::format(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
@@ -233,8 +250,8 @@ std::string Page::html() const {
         "training simulator, not a medical device. This file needs no network: everything it shows is inside "
         "it.</p></footer>\n",
         scriptDigest(pageCss()), scriptDigest(chartJs()), scriptDigest(pageJs()), title_, pageCss().text,
-        std::string_view(body_).substr(0, lead_end), navigation_, std::string_view(body_).substr(lead_end),
-        maker_, STYLET_VERSION);
+        std::string_view(body_).substr(0, navigation_at_), navigation_,
+        std::string_view(body_).substr(navigation_at_), maker_, STYLET_VERSION);
     if (figures_ > 0 || body_.find("class=\"sortable\"") != std::string::npos)
         html += fmt::format("<script>{}</script>\n<script>{}</script>\n", chartJs().text, pageJs().text);
     return html + "</body>\n</html>\n";

@@ -20,6 +20,7 @@ struct Table {
     std::vector<std::vector<std::string>> rows;  // the first cell of a row is its heading
     std::vector<bool> number{};                  // per column: right-aligned, sorted as numbers
     bool sortable = false;
+    std::vector<std::string> row_ids{};  // per row: what a link names; empty: none
 };
 
 struct Fact {
@@ -50,10 +51,14 @@ class Page {
     // `maker` is the name of the program that makes the page.
     Page(const std::string& title, const std::string& lead, const std::string& maker = "stylet-report");
 
+    // Call first. The page's navigation follows them.
     void headlines(const std::vector<Headline>&);
     // Adds the section to the page's navigation.
     void section(const std::string& title);
     void paragraph(const std::string& text);
+    // A numbered advice, with a link to the id of a row of a table.
+    void advice(std::size_t number, const std::string& text, const std::string& link,
+                const std::string& row_id);
     void facts(const std::vector<Fact>&);
     void table(const Table&);
     // A table that is collapsed until the reader opens it.
@@ -62,10 +67,14 @@ class Page {
     void picture(const Picture&);
     void stills(const std::vector<Picture>&);
 
+    // True if the term occurs in the page so far, in capitals or not.
+    bool mentions(std::string_view term) const;
+
     std::string html() const;
 
   private:
     std::string title_, maker_, body_, navigation_;
+    std::size_t navigation_at_ = 0;  // in the body
     int sections_ = 0, figures_ = 0;
 };
 

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/report/page.h"
+#include "app/report/verdict.h"
 #include "patient/patient.h"
 
 namespace stylet::report {
@@ -130,13 +131,13 @@ void addAttempt(const records::StoredAttempt& attempt, const XapiSettings& setti
     const std::string duration = isoDuration(seconds);
     add("initialized", 0.0);
     if (attempt.state == records::AttemptState::running) return;
-    if (attempt.state == records::AttemptState::done && attempt.result) {
+    if (records::countsInStatistics(attempt)) {
         const records::AttemptResult& result = *attempt.result;
         add("completed", seconds)["result"] = {{"completion", true}, {"duration", duration}};
         const double total = std::isfinite(result.total) ? std::min(std::max(result.total, 0.0), 100.0) : 0.0;
-        const bool passed = result.target_hit && total >= kPassMark;
-        add(passed ? "passed" : "failed", seconds)["result"] = {
-            {"success", passed},
+        const bool success = passed(attempt);
+        add(success ? "passed" : "failed", seconds)["result"] = {
+            {"success", success},
             {"score", {{"scaled", total / 100.0}, {"raw", total}, {"min", 0}, {"max", 100}}},
             {"duration", duration},
             {"extensions", {{settings.home + "/xapi/metrics", metricsJson(result)}}}};

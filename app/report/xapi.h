@@ -15,9 +15,6 @@ struct XapiSettings {
     std::string home = "https://stylet.invalid";
 };
 
-// Minimum total of a passed attempt. The attempt must also have hit its target.
-inline constexpr double kPassMark = 60.0;
-
 // Returns a JSON array: initialized; completed and passed or failed for finished attempts; terminated.
 // Attempts without a trainee have no statements. Throws DataError if `home` is not a valid address.
 std::string xapiStatements(const std::vector<records::StoredAttempt>&, const XapiSettings&);

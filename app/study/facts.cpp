@@ -9,6 +9,7 @@
 #include "base/fields.h"
 #include "base/hex.h"
 #include "base/whole_file.h"
+#include "patient/package/origin.h"
 
 namespace stylet::study {
 
@@ -25,7 +26,8 @@ constexpr const char* kStudyFormat = "stylet study 1";
 constexpr std::size_t kMaxBytes = 1 << 26, kMaxBins = 1 << 20, kMaxPatients = 10'000;
 
 PackageFacts makePackageFacts(const patient::Package& p, bool (*counts)(const patient::Label&)) {
-    PackageFacts f{p.name, p.licence, p.provenance, patient::segmentedShare(p), {}, p.thresholds};
+    PackageFacts f{p.name, p.licence,   patient::describeOrigin(p), patient::segmentedShare(p),
+                   {},     p.thresholds};
     std::array<std::size_t, 256> voxels{};
     for (const std::uint8_t id : p.labels.voxels)
         ++voxels[id];

@@ -20,7 +20,6 @@ constexpr std::array kXrayKnobs{
     Knob{"pulses_per_s", "pulses", "X-ray pulses per second", 0.5, 30.0, 0.5},
 };
 constexpr std::array kUltrasoundKnobs{
-    Knob{"transducer", "transducer", "0: convex probe, 1: linear probe", 0.0, 1.0, 1.0},
     Knob{"depth_mm", "depth", "depth of the ultrasound picture, mm", 30.0, 300.0, 1.0},
     Knob{"gain_db", "gain", "gain of the ultrasound picture, dB", -40.0, 40.0, 0.5},
     Knob{"frequency_mhz", "frequency", "frequency of the probe, MHz", 1.0, 15.0, 0.1},
@@ -55,7 +54,6 @@ void set(XrayState& xray, XrayKnob knob, double value) noexcept {
 }
 
 void set(UltrasoundState& u, UltrasoundKnob knob, double value) noexcept {
-    if (knob == UltrasoundKnob::transducer) u.transducer = int(value);
     if (knob == UltrasoundKnob::depth) u.depth_m = value / 1000.0;
     if (knob == UltrasoundKnob::gain) u.gain_db = value;
     if (knob == UltrasoundKnob::frequency) u.frequency_hz = value * 1e6;

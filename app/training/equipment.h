@@ -26,7 +26,7 @@ struct Knob {
 
 // Commands contain the enumerators' numbers. Append, never insert.
 enum class XrayKnob : std::uint8_t { rotation, angulation, field, pulses };
-enum class UltrasoundKnob : std::uint8_t { transducer, depth, gain, frequency, focus, doppler, freeze, tgc0 };
+enum class UltrasoundKnob : std::uint8_t { depth, gain, frequency, focus, doppler, freeze, tgc0 };
 inline constexpr int kTgcSliders = 8;  // tgc0 and the seven after it, near to far
 
 // Command that sets a knob. The value is rounded to the nearest step and clamped to the knob's range; NaN
@@ -54,7 +54,6 @@ struct XrayState {
     std::uint64_t last_pulse_tick = 0;  // tick of the last pulse
 };
 struct UltrasoundState {
-    int transducer = 0;  // 0 convex, 1 linear
     double depth_m = 0.16, gain_db = 0.0, frequency_hz = 3.5e6, focus_m = 0.08;
     bool doppler = false, freeze = false;
     std::array<double, kTgcSliders> tgc_db{};

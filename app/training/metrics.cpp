@@ -12,25 +12,11 @@ using haptics::Tool;
 
 namespace {
 
-constexpr double kDebounce_s = 0.25;     // a contact or hit repeated within this time counts once
-constexpr double kTouch_n = 0.001;       // smallest force of a tool that touches the skin
-constexpr double kMinMotion_m = 0.0010;  // smaller motion is tremor (0.1 mm amplitude)
+constexpr double kDebounce_s = 0.25;  // a contact or hit repeated within this time counts once
+constexpr double kTouch_n = 0.001;    // smallest force of a tool that touches the skin
+constexpr double kAdvance = 50.0, kOtherStep = 10.0, kCutBlindly = 20.0;  // % of the procedure
 constexpr double kDegPerRad = 57.29577951308232, kMm = 1e3;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
-// Share of the needle's length in the body that lies within the ultrasound beam.
-double shareInBeam(const TickOutput& now) noexcept {
-    const bool held = now.tool == Tool::probe && now.probe_touching_share > 0.0;
-    if (!now.probe_parked && !held) return 0.0;
-    const Pose patient_from_probe =
-        now.probe_parked ? now.patient_from_probe : now.patient_from_tool * haptics::kStylusFromProbe;
-    const Pose probe_from_needle = patient_from_probe.inverse() * now.patient_from_needle;
-    const double tip = probe_from_needle.position_m.y;
-    const double skin = (probe_from_needle * Vec3(0.0, 0.0, std::max(now.depth_m, 0.0))).y;
-    const double low = std::min(tip, skin), high = std::max(tip, skin);
-    if (high - low < 1e-6) return std::fabs(tip) <= kHalfBeam_m ? 1.0 : 0.0;
-    return std::clamp((std::min(high, kHalfBeam_m) - std::max(low, -kHalfBeam_m)) / (high - low), 0.0, 1.0);
-}
 
 double valueOr(const std::optional<double>& v, double unit) noexcept {
     return v ? *v * unit : kNone;
@@ -64,8 +50,8 @@ void Metrics::updateContacts(const TickOutput& now) noexcept {
     const bool touches = haptics::pressesOnSkin(now.tool) ? glm::length(now.tool_force.force_n) > kTouch_n
                                                           : now.phase != haptics::Phase::outside;
     if (!touches) return;
-    // A needle in the guide counts as the same tool as a free needle.
-    const Tool tool = haptics::isNeedleTool(now.tool) ? Tool::needle : now.tool;
+    // A needle in the guide counts as the same tool as a free needle, and so do the tools that follow it.
+    const Tool tool = haptics::pressesOnSkin(now.tool) ? now.tool : Tool::needle;
     std::uint64_t& last = touched_tick_[std::size_t(tool)];
     if (last == 0 || ticks_ - last > debounce_ticks_) {
         ++contacts_;
@@ -112,14 +98,18 @@ void Metrics::updateNeedleTravel(const TickOutput& now, const TickFacts& facts) 
     }
     const Vec3 tip_m = now.tip_reference_m;
     // Motion of the patient does not count as motion of the needle.
-    if (!anchor_m_ || now.patient_moved_m != Vec3(0.0)) anchor_m_ = tip_m;
+    if (!anchor_m_ || now.patient_moved_m != patient_moved_m_) anchor_m_ = tip_m;
+    patient_moved_m_ = now.patient_moved_m;
     const double moved_m = glm::length(tip_m - *anchor_m_);
     if (!(moved_m >= kMinMotion_m)) return;
     travel_m_ += moved_m;
     if (!now.breath_held) travel_breathing_m_ += moved_m;
     // Averages are weighted by distance moved, so resting in a good position earns nothing.
-    beam_m_ += moved_m * shareInBeam(now);
-    angle_rad_m_ += moved_m * facts.off_angle_rad;
+    if (!target_cut_) {
+        approach_m_ += moved_m;
+        beam_m_ += moved_m * facts.in_beam;
+        angle_rad_m_ += moved_m * facts.off_angle_rad;
+    }
     anchor_m_ = tip_m;
 }
 
@@ -164,18 +154,20 @@ MetricValues Metrics::values() const noexcept {
     const auto hits = [&](RiskStructure s) { return double(hits_[std::size_t(s)]); };
     double procedure = 0.0;
     for (int s = 0; s < kStepCount; ++s)
-        if ((steps_done_ & 1u << s) != 0) procedure += Step(s) == Step::advance ? 50.0 : 10.0;
+        if ((steps_done_ & 1u << s) != 0) procedure += Step(s) == Step::advance ? kAdvance : kOtherStep;
+    // The duct was cut, but not under ultrasound in a breath-hold.
+    if (target_cut_ && (steps_done_ & 1u << unsigned(Step::advance)) == 0) procedure += kCutBlindly;
     put(MetricId::procedure, procedure);
     put(MetricId::outOfOrder, out_of_order_);
     put(MetricId::targeting, valueOr(targeting_m_, kMm));
     put(MetricId::noGoTouches, riskHits());
-    const bool advanced = travel_m_ > 0.0;
-    put(MetricId::needleInBeam, advanced ? 100.0 * beam_m_ / travel_m_ : kNone);
+    const bool advanced = approach_m_ > 0.0;
+    put(MetricId::needleInBeam, advanced ? 100.0 * beam_m_ / approach_m_ : kNone);
     put(MetricId::sessionTime, double(ticks_) * dt_s_);
     put(MetricId::skinContacts, contacts_);
     put(MetricId::needlePath, ever_inside_ && path_length_m_ > 0.0 ? travel_m_ / path_length_m_ : kNone);
     put(MetricId::entryOff, valueOr(entry_off_m_, kMm));
-    put(MetricId::angleOff, advanced ? kDegPerRad * angle_rad_m_ / travel_m_ : kNone);
+    put(MetricId::angleOff, advanced ? kDegPerRad * angle_rad_m_ / approach_m_ : kNone);
     put(MetricId::vesselHits, hits(RiskStructure::vessel));
     put(MetricId::boneHits, hits(RiskStructure::bone));
     put(MetricId::lungHits, hits(RiskStructure::lung));

@@ -19,8 +19,6 @@ inline constexpr double kNearMiss_m = 0.002, kNearMissOver_m = 0.003;
 // A portal branch runs beside every duct. Within this distance of a duct, a risk structure counts only if the
 // needle strikes it.
 inline constexpr double kBesideDuct_m = 0.010;
-// Half the thickness of the ultrasound beam.
-inline constexpr double kHalfBeam_m = 0.0025;
 
 class Metrics {
   public:
@@ -63,8 +61,10 @@ class Metrics {
     bool near_miss_active_ = false, near_miss_struck_ = false;
     double near_miss_min_m_ = 0.0;
     std::optional<Vec3> anchor_m_;
-    double travel_m_ = 0.0, travel_breathing_m_ = 0.0, beam_m_ = 0.0,
-           angle_rad_m_ = 0.0;  // the last two are integrals over the path
+    Vec3 patient_moved_m_{0.0};
+    double travel_m_ = 0.0, travel_breathing_m_ = 0.0;
+    // Until the target is cut: travel, and the integrals of beam share and angle over it.
+    double approach_m_ = 0.0, beam_m_ = 0.0, angle_rad_m_ = 0.0;
     std::optional<double> min_clearance_m_, entry_off_m_, capsule_v_, duct_angle_rad_, targeting_m_;
     MetricValues folded_{};  // of the metrics with Metric::fold
     bool target_cut_ = false;

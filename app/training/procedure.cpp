@@ -26,21 +26,6 @@ using patient::Tissue;
 
 namespace {
 
-constexpr double kCheckInterval_s = 0.02;  // interval of the finger and probe checks
-// Palpation: the press must be firmer than a touch (a gap gives 0.03 N/mm) and last long enough to feel the
-// gap.
-constexpr double kPressed_n = 0.05, kMinPress_s = 0.2;
-constexpr double kSpaceReach_m = 0.040;  // greatest distance along the intercostal space
-constexpr double kRibDepth_m = 0.040;    // greatest depth of a rib under the skin
-constexpr double kBeforeSkin_m = 0.005;
-constexpr double kSample_m = 0.001, kAside_m = 0.003;
-// Ultrasound: distance of the duct from the picture's plane, and the time for which it must be visible. Probe
-// shapes as in assets/ultrasound.
-constexpr double kDuctInPlane_m = 0.004, kMinVisible_s = 0.2;
-constexpr double kConvexRadius_m = 0.060, kConvexHalfAngle_rad = 0.523599, kLinearHalfWidth_m = 0.020;
-constexpr double kAtEntry_m = 0.008;        // greatest distance from an incision to the path's entry
-constexpr double kShownContrast_m3 = 2e-7;  // amount in the ducts that is visible in a picture
-constexpr double kGasDepth_m = 0.005;       // air closer to the skin is a voxel artefact at a slanted surface
 constexpr std::array<std::string_view, std::size_t(kStepCount) + 1> kStepNames{
     "find the space between the ribs",
     "find the duct",
@@ -49,6 +34,28 @@ constexpr std::array<std::string_view, std::size_t(kStepCount) + 1> kStepNames{
     "advance to the duct",
     "show the ducts with contrast",
     "done"};
+constexpr std::array<std::string_view, 18> kRefusalTexts{
+    "",
+    "the space between the ribs was not pressed with the finger",
+    "the rib above the space was not felt",
+    "the rib below the space was not felt",
+    "the probe does not touch the skin",
+    "the duct lies beside the picture's plane: tilt or shift the probe",
+    "the duct lies outside the picture: shift the probe or set a greater depth",
+    "a rib or gas hides the duct",
+    "the duct was not in the picture for a second",
+    "the incision is not at the entry",
+    "the incision is shorter than 3 mm",
+    "the incision is longer than 15 mm",
+    "the needle is not on the guide's rail",
+    "the ultrasound picture did not show the needle on most of its way to the duct",
+    "the duct was punctured while the patient breathed",
+    "the duct was not in the ultrasound picture as it was punctured",
+    "the needle has passed beside the duct",
+    "the contrast medium is not in the ducts"};
+constexpr std::array<std::string_view, kCriticalErrorCount> kCriticalErrorNames{
+    "the lung was punctured", "the stomach or bowel was punctured", "the gallbladder was punctured",
+    "a major vessel was punctured", "the liver's capsule was punctured more than three times"};
 constexpr std::array<std::string_view, kRiskStructureCount> kRiskStructureNames{
     "nothing", "bone", "vessel", "lung or gas", "another organ"};
 
@@ -58,13 +65,6 @@ std::string inMm(fmt::format_string<double> format, double metres) {
 
 patient::Side sideOfReference(const MotionModel& motion, const Vec3& reference_m) {
     return patient::cavityLevel_m(motion, reference_m) < 0.0 ? patient::Side::inside : patient::Side::outside;
-}
-
-double distanceToSegment_m(const Vec3& p, const Vec3& a, const Vec3& b) {
-    const Vec3 way = b - a;
-    const double length2 = glm::dot(way, way);
-    const double share = length2 > 0.0 ? std::clamp(glm::dot(p - a, way) / length2, 0.0, 1.0) : 0.0;
-    return glm::length(p - a - way * share);
 }
 
 RiskStructure classifyRisk(Tissue tissue) {
@@ -79,6 +79,14 @@ std::string_view stepName(Step step) noexcept {
     return enumName(kStepNames, step);
 }
 
+std::string_view refusalText(Refusal refusal) noexcept {
+    return enumName(kRefusalTexts, refusal);
+}
+
+std::string_view criticalErrorName(CriticalError error) noexcept {
+    return enumName(kCriticalErrorNames, error);
+}
+
 std::string_view riskStructureName(RiskStructure structure) noexcept {
     return enumName(kRiskStructureNames, structure);
 }
@@ -89,12 +97,10 @@ Procedure::Procedure(const patient::Patient& patient, const patient::PlannedPath
       dt_s_(dt_s),
       surroundings_(patient, path),
       metrics_(path, surroundings_.ductAxis(), dt_s),
+      evidence_(patient, path, dt_s),
+      safety_(patient),
       entry_side_(sideOfReference(patient.package().motion, path.entry_reference_m)),
-      target_side_(sideOfReference(patient.package().motion, path.target_reference_m)),
-      check_interval_ticks_(std::uint64_t(std::max(1.0, std::floor(kCheckInterval_s / dt_s + 0.5)))) {
-    const Vec3 way = path.target_reference_m - path.entry_reference_m;
-    if (glm::length(way) > 0.0) axis_reference_ = glm::normalize(way);
-}
+      target_side_(sideOfReference(patient.package().motion, path.target_reference_m)) {}
 
 CurrentPath Procedure::currentPath(const patient::Surrogate& breath) noexcept {
     const MotionModel& motion = patient_->package().motion;
@@ -126,6 +132,8 @@ TickFacts Procedure::computeFacts(const TickOutput& now) noexcept {
     facts.path = currentPath(now.breath);
     facts.inside = now.phase != haptics::Phase::outside;
     facts.in_target = facts.inside && inTarget(now);
+    facts.target_cut = progress_.success;
+    if (facts.inside) facts.in_beam = shareInBeam(now);
     facts.clearance_m = std::numeric_limits<double>::infinity();
     if (facts.inside) {
         facts.clearance_m = surroundings_.distanceToRisk_m(now.tip_reference_m);
@@ -133,12 +141,15 @@ TickFacts Procedure::computeFacts(const TickOutput& now) noexcept {
     }
     bone_held_ = bone_held_ && now.phase == haptics::Phase::tenting;
     facts.current_risk = findCurrentRisk(now);
-    const Pose& tool = haptics::isNeedleTool(now.tool) ? now.patient_from_needle : now.patient_from_tool;
+    const bool needle = haptics::isNeedleTool(now.tool) || now.access.needle_in;
+    const Pose& tool = needle ? now.patient_from_needle : now.patient_from_tool;
     const Vec3 from_entry = tool.position_m - facts.path.entry_m, into = -tool.direction({0, 0, 1});
     facts.off_path_m = glm::length(glm::cross(from_entry, facts.path.axis));
     facts.off_angle_rad =
         std::atan2(glm::length(glm::cross(into, facts.path.axis)), glm::dot(into, facts.path.axis));
-    facts.to_target_m = glm::length(tool.position_m - facts.path.target_m);
+    const Vec3 from_target = tool.position_m - facts.path.target_m;
+    facts.to_target_m = glm::length(from_target);
+    facts.past_target_m = glm::dot(from_target, facts.path.axis);
     return facts;
 }
 
@@ -150,6 +161,7 @@ void Procedure::update(const TickOutput& now, const AttemptFold& fold) {
     }
     const TickFacts facts = computeFacts(now);
     updateSteps(now, facts, fold);
+    updateSafety(now, facts);
     metrics_.update(now, facts, fold);
     progress_.elapsed_s = double(now.tick - first_tick_) * dt_s_;
     progress_.off_path_m = facts.off_path_m;
@@ -174,7 +186,6 @@ void Procedure::update(const NeedleEvent& event, const TickOutput& now, bool tar
     if (target_cut && !progress_.success) {
         progress_.success = true;
         metrics_.recordTargetPuncture(now);
-        finish(Step::advance, now.tick);
     }
     updateScore();
 }
@@ -183,94 +194,35 @@ void Procedure::updateScore() noexcept {
     metrics_.setSteps(progress_.steps_done, progress_.out_of_order);
     progress_.risk_hits = metrics_.riskHits();
     progress_.near_misses = metrics_.nearMisses();
-    progress_.total = computeScore(metrics_.values()).total;
+    progress_.total = score().total;
 }
 
 void Procedure::updateSteps(const TickOutput& now, const TickFacts& facts, const AttemptFold& fold) {
-    const auto undone = [&](Step step) { return (progress_.steps_done & 1u << unsigned(step)) == 0; };
-    const bool look = (now.tick - first_tick_) % check_interval_ticks_ == 0;
-    const double looked_s = double(check_interval_ticks_) * dt_s_;
-    if (look && undone(Step::findGap) && now.tool == Tool::finger) {
-        const bool pressed = glm::length(now.tool_force.force_n) > kPressed_n;
-        const bool found =
-            pressed && isInPathGap(patient::referenceFromDeformed(patient_->package().motion, now.breath,
-                                                                  now.patient_from_tool.position_m));
-        pressed_s_ = found ? pressed_s_ + looked_s : 0.0;
-        if (pressed_s_ >= kMinPress_s) finish(Step::findGap, now.tick);
+    const std::uint32_t found = evidence_.update(now, facts, fold);
+    for (int step = 0; step < kStepCount; ++step)
+        if ((found & ~progress_.steps_done & 1u << step) != 0) finish(Step(step), now.tick);
+    progress_.missing = progress_.step == Step::done ? Refusal::none : evidence_.missing(progress_.step);
+    if (const Refusal refusal = evidence_.popRefusal(); refusal != Refusal::none) {
+        progress_.refusal = refusal;
+        progress_.refused_s = double(now.tick - first_tick_) * dt_s_;
+        addEvent(now.tick, "refused", std::string(refusalText(refusal)));
     }
-    if (look && undone(Step::findDuct)) {
-        shown_s_ =
-            showsTarget(now, facts.path.target_m, fold.equipment().ultrasound) ? shown_s_ + looked_s : 0.0;
-        if (shown_s_ >= kMinVisible_s) finish(Step::findDuct, now.tick);
-    }
-    if (undone(Step::incise) && now.incision_count > 0 && opensEntry(now.newest_incision))
-        finish(Step::incise, now.tick);
-    if (undone(Step::guide) && now.needle_in_guide) finish(Step::guide, now.tick);
-    const std::uint64_t pulses = fold.dose().pulses;
-    if (undone(Step::contrast) && pulses != pulses_ &&
-        fold.contrast().volumes().ducts_m3 >= kShownContrast_m3)
-        finish(Step::contrast, now.tick);
-    pulses_ = pulses;
 }
 
-// True if there is no bone under a point of the skin, along the path's direction.
-bool Procedure::isOverGap(const Vec3& reference_m) const noexcept {
-    for (double at_m = -kBeforeSkin_m; at_m <= kRibDepth_m; at_m += kSample_m)
-        if (patient_->at(reference_m + axis_reference_ * at_m, {true, false}).tissue == Tissue::bone)
-            return false;
-    return true;
-}
-
-// True if the point lies in the same intercostal space as the path's entry: no rib between them.
-bool Procedure::isInPathGap(const Vec3& reference_m) const noexcept {
-    const Vec3 way = path_.entry_reference_m - reference_m;
-    const double length_m = glm::length(way);
-    if (!(length_m <= kSpaceReach_m)) return false;
-    const int pieces = std::max(1, int(std::ceil(length_m / kAside_m)));
-    for (int i = 0; i < pieces; ++i)
-        if (!isOverGap(reference_m + way * (double(i) / pieces))) return false;
-    return true;
-}
-
-// True if the target lies in the picture of the probe on the skin, with neither rib nor gas in front of it.
-bool Procedure::showsTarget(const TickOutput& now, const Vec3& target_m,
-                            const UltrasoundState& machine) const noexcept {
-    if (!now.probe_parked && !(now.tool == Tool::probe && now.probe_touching_share > 0.0)) return false;
-    const Pose patient_from_probe =
-        now.probe_parked ? now.patient_from_probe : now.patient_from_tool * haptics::kStylusFromProbe;
-    const Vec3 p = patient_from_probe.inverse() * target_m;
-    if (!(std::fabs(p.y) <= kDuctInPlane_m) || !(p.z > 0.0)) return false;
-    Vec3 from(p.x, 0.0, 0.0);  // point of the probe's face at which the beam starts
-    if (machine.transducer == 0) {
-        const Vec3 centre(0.0, 0.0, -kConvexRadius_m);
-        const Vec3 beam = Vec3(p.x, 0.0, p.z) - centre;
-        if (std::fabs(std::atan2(beam.x, beam.z)) > kConvexHalfAngle_rad) return false;
-        from = centre + beam * (kConvexRadius_m / glm::length(beam));
-    } else if (std::fabs(p.x) > kLinearHalfWidth_m) {
-        return false;
-    }
-    const double length_m = glm::length(p - from);
-    if (!(length_m <= machine.depth_m)) return false;
-    const MotionModel& motion = patient_->package().motion;
-    bool in_body = false;
-    for (double at_m = 0.0; at_m < length_m; at_m += kSample_m) {
-        const Vec3 at = patient_from_probe * glm::mix(from, p, at_m / length_m);
-        const patient::TissueSample sample =
-            patient_->at(patient::referenceFromDeformed(motion, now.breath, at), {true, false});
-        if (sample.tissue == Tissue::bone || (in_body && sample.tissue == Tissue::air)) return false;
-        in_body = in_body || (sample.tissue != Tissue::air && at_m > kBeforeSkin_m);
-    }
-    return true;
-}
-
-bool Procedure::opensEntry(const haptics::Incision& cut) const noexcept {
-    return distanceToSegment_m(path_.entry_reference_m, cut.begin_reference_m, cut.end_reference_m) <=
-           kAtEntry_m;
+void Procedure::updateSafety(const TickOutput& now, const TickFacts& facts) {
+    safety_.update(now, facts);
+    progress_.capsule_punctures = safety_.capsulePunctures();
+    const std::uint32_t fresh =
+        safety_.errors() & ~std::exchange(progress_.critical_errors, safety_.errors());
+    for (int error = 0; error < kCriticalErrorCount; ++error)
+        if ((fresh & 1u << error) != 0)
+            addEvent(now.tick, "critical", std::string(criticalErrorName(CriticalError(error))));
 }
 
 void Procedure::finish(Step step, std::uint64_t tick) {
     const std::uint32_t bit = 1u << unsigned(step), later = progress_.steps_done & ~(bit - 1);
     progress_.steps_done |= bit;
+    progress_.refusal = Refusal::none;
     early_steps_ |= later;
     progress_.out_of_order = std::uint32_t(std::popcount(early_steps_));
     int next = 0;

@@ -6,7 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include "app/training/evidence.h"
 #include "app/training/metrics.h"
+#include "app/training/safety.h"
 
 namespace stylet::training {
 
@@ -14,6 +16,8 @@ class Procedure {
   public:
     // Computes the surroundings of the path once (surroundings.h). `patient` must outlive this object.
     Procedure(const patient::Patient& patient, const patient::PlannedPath&, double dt_s);
+    // Tools of the attempt; without this call, the default ones.
+    void setTools(const haptics::ToolSettings& tools) noexcept { evidence_.setTools(tools); }
 
     // Session thread only. Processes the next tick, which `fold` must already contain.
     void update(const haptics::TickOutput&, const AttemptFold& fold);
@@ -21,7 +25,7 @@ class Procedure {
     void update(const haptics::NeedleEvent&, const haptics::TickOutput&, bool target_cut);
 
     const Progress& progress() const noexcept { return progress_; }
-    Score score() const noexcept { return computeScore(metrics_.values()); }
+    Score score() const noexcept { return computeScore(metrics_.values(), progress_.steps_done); }
     // Events since the last call, in order.
     std::vector<SessionEvent> consumeEvents() { return std::exchange(events_, {}); }
 
@@ -31,10 +35,7 @@ class Procedure {
     RiskStructure findCurrentRisk(const haptics::TickOutput&) const noexcept;
     bool inTarget(const haptics::TickOutput&) const noexcept;
     void updateSteps(const haptics::TickOutput&, const TickFacts&, const AttemptFold&);
-    bool isOverGap(const Vec3& reference_m) const noexcept;
-    bool isInPathGap(const Vec3& reference_m) const noexcept;
-    bool showsTarget(const haptics::TickOutput&, const Vec3& target_m, const UltrasoundState&) const noexcept;
-    bool opensEntry(const haptics::Incision&) const noexcept;
+    void updateSafety(const haptics::TickOutput&, const TickFacts&);
     void finish(Step, std::uint64_t tick);
     void reportChanges(const haptics::TickOutput&);
     void addEvent(std::uint64_t tick, const char* kind, std::string text);
@@ -45,15 +46,15 @@ class Procedure {
     double dt_s_;
     Surroundings surroundings_;
     Metrics metrics_;
+    Evidence evidence_;
+    SafetyWatch safety_;
     patient::Side entry_side_, target_side_;
     patient::LocalMotion entry_motion_, target_motion_;
-    Vec3 axis_reference_{0.0, 0.0, 1.0};
     Progress progress_;
     bool begun_ = false, bone_held_ = false;
     haptics::TickOutput previous_;
-    std::uint64_t first_tick_ = 0, check_interval_ticks_ = 1, pulses_ = 0;
+    std::uint64_t first_tick_ = 0;
     std::uint32_t early_steps_ = 0;  // bit per step that was done before an earlier one
-    double pressed_s_ = 0.0, shown_s_ = 0.0;
     std::vector<SessionEvent> events_;
 };
 

@@ -12,16 +12,39 @@
 
 namespace stylet::training {
 
-// Steps of the procedure, in order.
-//   findGap   a finger has pressed on the intercostal space of the reference path
-//   findDuct  the target duct was visible in the ultrasound picture, without rib or gas in front of it
-//   incise    the skin is open at the path's entry
-//   guide     the needle has snapped into the guide
-//   advance   the target duct is punctured
-//   contrast  contrast medium in the ducts was seen under X-rays
+// Steps of the procedure, in order. evidence.h: what each needs.
 enum class Step : std::uint8_t { findGap, findDuct, incise, guide, advance, contrast, done };
 inline constexpr int kStepCount = int(Step::done);
-std::string_view stepName(Step) noexcept;  // "find the space between the ribs"
+inline constexpr std::uint32_t kAllSteps = (1u << kStepCount) - 1u;  // bit mask of 1 << Step
+std::string_view stepName(Step) noexcept;                            // "find the space between the ribs"
+
+// Why a step that was tried does not count.
+enum class Refusal : std::uint8_t {
+    none,
+    gapNotFelt,
+    upperRibNotFelt,
+    lowerRibNotFelt,
+    noContact,
+    ductBesidePlane,
+    ductOutsidePicture,
+    ductShadowed,
+    ductTooShort,
+    incisionAside,
+    incisionTooShort,
+    incisionTooLong,
+    needleNotInGuide,
+    needleNotSeen,
+    breathNotHeld,
+    ductNotSeen,
+    ductMissed,
+    contrastAstray
+};
+std::string_view refusalText(Refusal) noexcept;  // "the needle is not on the guide's rail"
+
+// Errors that fail an exam whatever the score (safety.h).
+enum class CriticalError : std::uint8_t { lung, bowel, gallbladder, majorVessel, capsule };
+inline constexpr int kCriticalErrorCount = 5;
+std::string_view criticalErrorName(CriticalError) noexcept;  // "the gallbladder was punctured"
 
 // The risk structure that the needle is in.
 enum class RiskStructure : std::uint8_t { nothing, bone, vessel, lung, otherOrgan };
@@ -43,16 +66,21 @@ struct Progress {
     RiskStructure current_risk = RiskStructure::nothing;  // at this tick
     RiskStructure last_risk = RiskStructure::nothing;
     std::uint32_t risk_hits = 0, near_misses = 0;  // so far
+    std::uint32_t critical_errors = 0;             // bit mask, 1 << CriticalError
+    int capsule_punctures = 0;                     // of the liver, at different places
     bool success = false;                          // target duct punctured
     double total = 0.0;                            // score up to now, 0 to 100 (score.h)
+    Refusal missing = Refusal::none;               // what the current step lacks now
+    Refusal refusal = Refusal::none;               // the newest
+    double refused_s = 0.0;                        // `elapsed_s` of the newest refusal
 };
 static_assert(std::is_trivially_copyable_v<Progress>);
 
 // All kinds of events. The guide's records.md describes the text of each (a test compares them). The last
 // seven do not come from the procedure: instructor actions, a suggested rest, the start of a retry.
-inline constexpr std::array<std::string_view, 15> kEventKinds{
-    "tool",     "step",  "contact",  "risk",    "near_miss",  "cut",  "breath", "fault",
-    "injected", "pause", "bookmark", "comment", "difficulty", "rest", "retry"};
+inline constexpr std::array<std::string_view, 17> kEventKinds{
+    "tool",  "step",     "refused", "contact",  "risk",    "near_miss",  "critical", "cut",  "breath",
+    "fault", "injected", "pause",   "bookmark", "comment", "difficulty", "rest",     "retry"};
 constexpr bool isEventKind(std::string_view kind) {
     return std::find(kEventKinds.begin(), kEventKinds.end(), kind) != kEventKinds.end();
 }

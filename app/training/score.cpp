@@ -20,7 +20,7 @@ std::span<const Metric> metricTable() noexcept {
     return kMetricTable;
 }
 
-Score computeScore(const MetricValues& values) noexcept {
+Score computeScore(const MetricValues& values, std::uint32_t steps_done) noexcept {
     Score score;
     score.values = values;
     const double done =
@@ -28,7 +28,8 @@ Score computeScore(const MetricValues& values) noexcept {
     for (std::size_t i = 0; i < kMetricCount; ++i) {
         const Metric& m = kMetricTable[i];
         score.max_points[i] = m.weight;
-        score.points[i] = m.weight * credit(m, values[i]) * done;
+        const bool counts = m.needs == Step::done || (steps_done & 1u << unsigned(m.needs)) != 0;
+        score.points[i] = counts ? m.weight * credit(m, values[i]) * done : 0.0;
         score.total += score.points[i];
     }
     return score;

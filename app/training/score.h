@@ -1,9 +1,10 @@
 // The score: the metrics of metric_table.h and their total. Pure functions.
 //
 // A metric earns its full weight at its best value, nothing at its worst, and a linear share between. All
-// points are then scaled by the completed share of the procedure (metric "procedure"), so an idle trainee
-// earns no points for harming nobody. Each part is visible, the parts add up to the total, and a metric
-// that gets worse never raises the total.
+// points are then scaled by the completed share of the procedure (metric "procedure"), and a metric earns
+// nothing before the step that it belongs to is done (Metric::needs). So an idle trainee earns no points for
+// harming nobody. Each part is visible, the parts add up to the total, and a metric that gets worse never
+// raises the total.
 #pragma once
 
 #include <array>
@@ -23,6 +24,14 @@ struct Score {
     double total = 0.0;  // 0 to 100: the sum of the points
     MetricValues values{}, points{}, max_points{};
 };
-Score computeScore(const MetricValues&) noexcept;
+// `steps_done`: bit mask of 1 << Step.
+Score computeScore(const MetricValues&, std::uint32_t steps_done) noexcept;
+
+// An exam is passed with this total, the puncture done, and no critical error.
+inline constexpr double kPassMark = 60.0;
+constexpr bool passesExam(const Progress& progress) noexcept {
+    return progress.total >= kPassMark && progress.critical_errors == 0 &&
+           (progress.steps_done & 1u << unsigned(Step::advance)) != 0;
+}
 
 }  // namespace stylet::training

@@ -56,7 +56,31 @@ const DeviceProfile& PolledDevice::profile() const noexcept {
 DeviceState PolledDevice::read(std::int64_t) noexcept {
     DeviceState state;
     if (!states_.read(state)) state.fresh = 0;
+    if (state.fresh == 0 && isHostLate()) state.flags |= kDeviceHostLate;
     return state;
+}
+
+// Haptics thread. Wait-free. Of the time since the newest data, the part in which the device was not polled
+// although it was due. Zero before the device is ready: nothing is due then.
+bool PolledDevice::isHostLate() const noexcept {
+    if (stage() != DeviceStage::ready) return false;
+    const std::int64_t now_ns = now(), call_ns = call_ns_.load(std::memory_order_acquire);
+    const std::int64_t in_call_ns = call_ns != 0 ? std::max<std::int64_t>(0, now_ns - call_ns) : 0;
+    const std::int64_t polled_ns = silence_ns_.load(std::memory_order_acquire) + in_call_ns;
+    return now_ns - fresh_ns_.load(std::memory_order_acquire) - polled_ns >= kHostLate_ns;
+}
+
+// The device's silence grows by the time in the driver, and by the wait for it if the exchange began about
+// when it was due.
+void PolledDevice::countSilence(std::int64_t begin_ns, std::int64_t end_ns, std::int64_t period_ns,
+                                bool fresh) noexcept {
+    const std::int64_t waited_ns = std::clamp<std::int64_t>(begin_ns - polled_ns_, 0, 2 * period_ns);
+    const std::int64_t in_call_ns = std::max<std::int64_t>(0, end_ns - begin_ns);
+    polled_ns_ = end_ns;
+    // In this order, so that read() never sees the old time of data with the new silence.
+    if (fresh) fresh_ns_.store(end_ns, std::memory_order_release);
+    silence_ns_.store(fresh ? 0 : silence_ns_.load(std::memory_order_relaxed) + waited_ns + in_call_ns,
+                      std::memory_order_release);
 }
 
 void PolledDevice::send(const Vec3& force_n) noexcept {
@@ -121,8 +145,9 @@ std::int64_t PolledDevice::open(std::int64_t now_ns) {
     const DeviceStage stage = confirmReady(callDriver(why, [&] { return driver_->open(why); }), why);
     if (!isOpen(stage)) return handleLoss(stage, why);
     open_ = true;
+    due_ns_ = polled_ns_ = now();
+    countSilence(due_ns_, due_ns_, 0, true);
     setStage(stage, why);
-    due_ns_ = now();
     return due_ns_;
 }
 
@@ -139,9 +164,10 @@ std::int64_t PolledDevice::exchange(std::int64_t now_ns) {
     exchanges_.fetch_add(1, std::memory_order_relaxed);
     if (!isOpen(stage)) return handleLoss(stage, why);
 
+    const std::int64_t after_ns = now();
+    countSilence(now_ns, after_ns, period_ns, state.fresh != 0);
     setStage(stage, why);
     publish(state);
-    const std::int64_t after_ns = now();
     if (stage == DeviceStage::ready && after_ns - ready_ns_ > settings_.stable_ns)
         backoff_ns_ = settings_.backoff_first_ns;
     due_ns_ += period_ns;
@@ -152,6 +178,7 @@ std::int64_t PolledDevice::exchange(std::int64_t now_ns) {
 // Returns the force for the bus: the loop's newest force, or zero if the loop is silent or the device was
 // not ready when the force was sent.
 Vec3 PolledDevice::currentForce(std::int64_t now_ns) noexcept {
+    if (isInputOnly(driver_->profile())) return Vec3(0.0);  // no force that a silent loop could leave on
     if (forces_.read(force_n_)) {
         last_force_ns_ = now_ns;
         silent_ = released_ = false;
@@ -182,6 +209,7 @@ DeviceStage PolledDevice::confirmReady(DeviceStage stage, std::string& why) {
 // A changed flag is published even if the driver has no new data.
 void PolledDevice::publish(DeviceState state) noexcept {
     if (stage() != DeviceStage::ready || released_) state.flags &= ~std::uint32_t(kDeviceReady);
+    if (stage() == DeviceStage::ready && released_) state.flags |= kDeviceHostLate;
     if (state.fresh == 0 && state.flags == last_.flags) return;
     state.fresh = 1;
     last_ = state;

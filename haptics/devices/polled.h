@@ -29,6 +29,10 @@ struct PolledSettings {
 // lead to zero force within 20 ms, so 5 ms remain for the zero to reach the device.
 inline constexpr std::int64_t kForceTimeout_ns = 15'000'000;
 
+// A silence is blamed on this computer (kDeviceHostLate) if the device's thread ran this much too late in it.
+// Half of kStaleInput_s: the larger part of a silence that is just long enough to be a fault.
+inline constexpr std::int64_t kHostLate_ns = 10'000'000;
+
 // Status of a device for the user.
 struct DeviceReport {
     DeviceStage stage = DeviceStage::absent;
@@ -36,7 +40,8 @@ struct DeviceReport {
     std::int64_t blocked_ns = 0;  // how long the driver has been in one call, if past its deadline
     std::uint64_t exchanges = 0, opens = 0;
     std::uint64_t failures = 0;  // connections that failed to open or were lost
-    std::uint64_t silences = 0;  // times the loop fell silent while the device was ready
+    // Times the loop fell silent while the device was ready. Always 0 for a device without force.
+    std::uint64_t silences = 0;
 };
 
 class PolledDevice final : public HapticDevice {
@@ -51,6 +56,8 @@ class PolledDevice final : public HapticDevice {
     const DeviceProfile& profile() const noexcept override;
     // Haptics thread. Wait-free. Returns the newest state, with the last pose if the device is lost.
     // kDeviceReady is set only while the device is ready and the watchdog has not released its force.
+    // kDeviceHostLate is set if the watchdog has released it, and while data is missing because the device's
+    // thread ran too late. A driver's call that takes long counts as the device's silence.
     DeviceState read(std::int64_t now_ns) noexcept STYLET_NONBLOCKING override;
     // Haptics thread. Wait-free.
     void send(const Vec3& force_n) noexcept STYLET_NONBLOCKING override;
@@ -74,6 +81,9 @@ class PolledDevice final : public HapticDevice {
     template <typename Call>
     DeviceStage callDriver(std::string& why, const Call&) noexcept;
     Vec3 currentForce(std::int64_t now_ns) noexcept;
+    void countSilence(std::int64_t begin_ns, std::int64_t end_ns, std::int64_t period_ns,
+                      bool fresh) noexcept;
+    bool isHostLate() const noexcept;
     DeviceStage confirmReady(DeviceStage, std::string& why);
     void publish(DeviceState) noexcept;
     void publishLost() noexcept;
@@ -100,6 +110,10 @@ class PolledDevice final : public HapticDevice {
     bool released_ = false;  // the loop sent forces and then fell silent; reported to the loop
     DeviceState last_;
 
+    std::int64_t polled_ns_ = 0;  // end of the last exchange, or of opening
+
+    // Time of the newest data, and how long the device has been polled in time since then without new data.
+    std::atomic<std::int64_t> fresh_ns_{0}, silence_ns_{0};
     std::atomic<std::int64_t> call_ns_{0};  // start of the driver's current call; 0: none
     std::atomic<std::uint64_t> exchanges_{0}, opens_{0}, failures_{0}, silences_{0};
     mutable std::mutex report_mutex_;  // guards stage and reason; app and device's thread

@@ -52,14 +52,16 @@ BreathingScale breathingScale(const Command& command) noexcept {
 }
 
 Simulation::Simulation(const patient::Patient& patient, const SimulationSettings& settings,
-                       const TouchMap* touch)
+                       const TouchMap* touch, const patient::DuctSpace* ducts)
     : patient_(&patient),
+      ducts_(ducts),
       settings_(settings),
       breath_(settings.breath.value_or(patient::BreathPlan{.rhythm = patient.package().signal})),
       rhythm_(breath_.rhythm),
       gain_(outputGain(settings.profile, settings.output)) {
     if (touch) touch_.emplace(*touch, settings.tools);
     state_.tools.active_tool = settings.tools.first;
+    state_.tools.access_digest = digest(settings.tools.access);
     state_.hash.add(patient::digest(patient.package()), settings.scenario_digest, settings.seed);
     hashSettings(state_.hash, settings);
     patient::hashPlan(state_.hash, breath_);
@@ -88,8 +90,8 @@ void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& eve
     const Vec3 last_tip_m = state_.tools.patient_from_tool.position_m;
     events.count = events.dropped = 0;
     if (state_.has_pose)
-        force = stepTools(state_.tools, settings_.tools, touch(), {*patient_, breath},
-                          state_.patient_from_stylus, events);
+        force = stepTools(state_.tools, settings_.tools, touch(), now(breath), state_.patient_from_stylus,
+                          events);
     if (pose.drawn_out) events.add(*pose.drawn_out);
     force.event = force.event || tool_changed || pose.reseated;
     const Pose device_from_patient = settings_.patient_from_device.inverse();
@@ -283,6 +285,7 @@ void Simulation::fillOutput(const ToolForce& force, const Surrogate& breath, Tic
     out.level = state_.output.safety.level;
     out.faults = state_.output.safety.faults;
     out.awaited = state_.output.safety.awaited;
+    out.access = summary(tools.access, ducts_);
     out.state_hash = state_.hash.value();
 }
 

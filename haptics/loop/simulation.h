@@ -70,6 +70,10 @@ BreathingScale breathingScale(const Command&) noexcept;
 constexpr bool selectsSkinTool(const Command& c) noexcept {
     return c.kind == CommandKind::tool && c.value < std::uint32_t(kToolCount) && pressesOnSkin(Tool(c.value));
 }
+// True if the command selects a tool that follows the guide wire. Such a run needs a DuctSpace.
+constexpr bool selectsAccessTool(const Command& c) noexcept {
+    return c.kind == CommandKind::tool && c.value < std::uint32_t(kToolCount) && isAccessTool(Tool(c.value));
+}
 inline constexpr int kMaxCommandsPerTick = 8;
 
 // A device that leapt away from the needle in the body and then stays outside the body this long has drawn
@@ -159,14 +163,17 @@ struct TickOutput {
     double level = 0.0;         // fraction of the force that is sent
     std::uint32_t faults = 0;   // Fault bits
     std::uint32_t awaited = 0;  // Fault bits that prevent the force from starting
+    AccessOutput access;        // wire, dilator and drain
     std::uint64_t state_hash = 0;
 };
 
 class Simulation {
   public:
     // `touch` is the skin map that finger, probe and scalpel press on. Without it they give no force. As long
-    // as none of them is selected, the hash is the same with and without it.
-    Simulation(const patient::Patient&, const SimulationSettings&, const TouchMap* touch = nullptr);
+    // as none of them is selected, the hash is the same with and without it. The same holds for `ducts` and
+    // the wire. Both must outlive the simulation.
+    Simulation(const patient::Patient&, const SimulationSettings&, const TouchMap* touch = nullptr,
+               const patient::DuctSpace* ducts = nullptr);
 
     // Haptics thread. noexcept, no allocation, no lock, no I/O.
     void step(const TickInput&, TickOutput&, NeedleEvents&) noexcept STYLET_NONBLOCKING;
@@ -187,9 +194,13 @@ class Simulation {
     void fillOutput(const ToolForce&, const patient::Surrogate& breath, TickOutput&) const noexcept;
 
     const TouchTools* touch() const noexcept { return touch_ ? &*touch_ : nullptr; }
+    BreathingPatient now(const patient::Surrogate& breath) const noexcept {
+        return {*patient_, breath, ducts_};
+    }
 
     const patient::Patient* patient_;
     std::optional<TouchTools> touch_;
+    const patient::DuctSpace* ducts_;
     SimulationSettings settings_;
     patient::BreathPlan breath_;  // with its rhythm scaled
     patient::BreathingSignal rhythm_;

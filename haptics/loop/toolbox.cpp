@@ -98,21 +98,75 @@ ToolForce stepOnSkin(ToolState& s, const ToolSettings& settings, const TouchTool
     return stepActiveScalpel(s, settings.scalpel, skin, events);
 }
 
+// True if the active tool is one of those on the track of an open access.
+bool isOnTrack(const ToolState& s) noexcept {
+    return s.access.open && (isAccessTool(s.active_tool) || isNeedleTool(s.active_tool));
+}
+
+bool maySelect(const ToolState& s, Tool tool) noexcept {
+    const AccessState& a = s.access;
+    const bool needle_inside = s.needle.phase != Phase::outside;
+    const bool dents_skin = s.needle.phase == Phase::tenting && s.needle.tissue == Tissue::air;
+    const bool drain_left = a.drain_state == DrainState::in_place;
+    if (!a.open) {
+        if (isAccessTool(tool))
+            return tool == Tool::wire && isNeedleTool(s.active_tool) && needle_inside && !dents_skin &&
+                   !drain_left;
+        return !needle_inside || (isNeedleTool(s.active_tool) && isNeedleTool(tool));
+    }
+    const bool dilator_in = a.dilator.depth_m > 0.0, drain_in = a.drain.depth_m > 0.0;
+    switch (tool) {
+        case Tool::wire:
+            return !dilator_in;
+        case Tool::dilator:
+            return a.wire_in && !a.needle_in && !drain_in;
+        case Tool::drain:
+            return a.wire_in && !a.needle_in && !dilator_in && !drain_left;
+        case Tool::needle:
+            return a.needle_in;
+        case Tool::guide:
+            return false;
+        default:
+            return !a.needle_in && !dilator_in;
+    }
+}
+
+ToolForce stepOnTrack(ToolState& s, const ToolSettings& settings, const BreathingPatient& now,
+                      NeedleEvents& events) noexcept {
+    if (!s.access.open) return {};
+    const OnTrack in_hand = s.active_tool == Tool::wire      ? OnTrack::wire
+                            : s.active_tool == Tool::dilator ? OnTrack::dilator
+                            : s.active_tool == Tool::drain   ? OnTrack::drain
+                                                             : OnTrack::needle;
+    ToolForce force =
+        stepAccess(s.access, s.needle, s.patient_from_needle, {in_hand, settings.needle, settings.access},
+                   now, s.patient_from_tool.position_m, events);
+    if (!s.access.open) {  // lost
+        resetContact(s);
+        force.event = true;
+    }
+    return force;
+}
+
 }  // namespace
 
 bool selectTool(ToolState& s, Tool tool) noexcept {
     if (tool == s.active_tool || std::uint32_t(tool) >= std::uint32_t(kToolCount)) return false;
+    if (!maySelect(s, tool)) return false;
     const bool keeps_needle = isNeedleTool(s.active_tool) && isNeedleTool(tool);
-    if (s.needle.phase != Phase::outside && !keeps_needle) return false;
     if (tool == Tool::probe) s.probe.parked = false;
     if (!isNeedleTool(tool)) s.guide = {};
+    if (s.active_tool == Tool::wire) layDownWire(s.access);
+    // A wire that was laid down is taken again where the needle is now.
+    if (tool == Tool::wire && !s.access.wire_in) openAccess(s.access);
     s.active_tool = tool;
     if (!keeps_needle) resetContact(s);
     return true;
 }
 
 Following findFollowing(const ToolState& s, const Vec3& tip_m, bool leapt) noexcept {
-    if (s.needle.phase == Phase::outside) return leapt ? Following::reseats : Following::follows;
+    const bool outside = s.needle.phase == Phase::outside || isOnTrack(s) || isAccessTool(s.active_tool);
+    if (outside) return leapt ? Following::reseats : Following::follows;
     const bool near = glm::distance(tip_m, s.patient_from_tool.position_m) <= kRejoin_m;
     return leapt || !near ? Following::stays : Following::follows;
 }
@@ -124,12 +178,17 @@ bool isInOpenAir(const BreathingPatient& now, const Vec3& tip_m) noexcept {
 }
 
 void resetContact(ToolState& s) noexcept {
+    ++s.reset_count;
+    if (isOnTrack(s) || isAccessTool(s.active_tool)) {
+        regrip(s.access);
+        s.awaits_exit = false;
+        return;
+    }
     s.finger = {};
     s.handheld_probe = {};
     s.scalpel = {};
     s.needle.primed = false;
     s.awaits_exit = true;
-    ++s.reset_count;
 }
 
 bool parkProbe(ToolState& s, const TouchTools* touch, const BreathingPatient& now, bool park) noexcept {
@@ -141,6 +200,7 @@ bool parkProbe(ToolState& s, const TouchTools* touch, const BreathingPatient& no
         return true;
     }
     if (s.active_tool != Tool::probe || s.awaits_exit || s.probe.parked) return false;
+    if (touch && !(s.handheld_probe.touching_share >= kMinParkedContact)) return false;
     s.handheld_probe = {};
     s.probe.parked = true;
     s.probe.patient_from_probe = s.patient_from_tool * kStylusFromProbe;
@@ -155,6 +215,7 @@ ToolForce stepTools(ToolState& s, const ToolSettings& settings, const TouchTools
                     NeedleEvents& events) noexcept {
     s.patient_from_tool = patient_from_stylus;
     const Vec3 probe_moved_m = moveParkedProbe(s.probe, touch, now);
+    if (isOnTrack(s) || isAccessTool(s.active_tool)) return stepOnTrack(s, settings, now, events);
     s.awaits_exit = s.awaits_exit && !isOutside(s, settings, touch, now);
     if (s.awaits_exit) {
         if (isNeedleTool(s.active_tool)) s.patient_from_needle = patient_from_stylus;
@@ -170,6 +231,40 @@ void equip(ToolSettings& tools, const Instrument& instrument) noexcept {
     if (const auto* scalpel = std::get_if<ScalpelSettings>(&instrument.force)) tools.scalpel = *scalpel;
     if (const auto* probe = std::get_if<ProbeSettings>(&instrument.force)) tools.probe = *probe;
     if (const auto* finger = std::get_if<FingerSettings>(&instrument.force)) tools.finger = *finger;
+    if (const auto* wire = std::get_if<WireSettings>(&instrument.force)) tools.access.wire = *wire;
+    if (const auto* tube = std::get_if<TubeSettings>(&instrument.force))
+        (instrument.kind == InstrumentKind::drain ? tools.access.drain : tools.access.dilator) = *tube;
+}
+
+void equip(ToolSettings& tools, const InstrumentSet& instruments) noexcept {
+    visitInstruments(instruments, [&](const Instrument& one) { equip(tools, one); });
+}
+
+Instrument withToolForce(Instrument instrument, const ToolSettings& tools) {
+    switch (instrument.kind) {
+        case InstrumentKind::needle:
+            instrument.force = tools.needle;
+            break;
+        case InstrumentKind::scalpel:
+            instrument.force = tools.scalpel;
+            break;
+        case InstrumentKind::probe:
+            instrument.force = tools.probe;
+            break;
+        case InstrumentKind::finger:
+            instrument.force = tools.finger;
+            break;
+        case InstrumentKind::guideWire:
+            instrument.force = tools.access.wire;
+            break;
+        case InstrumentKind::dilator:
+            instrument.force = tools.access.dilator;
+            break;
+        case InstrumentKind::drain:
+            instrument.force = tools.access.drain;
+            break;
+    }
+    return instrument;
 }
 
 bool arePadsValid(const ToolSettings& s) noexcept {
@@ -183,7 +278,8 @@ double maxTangent(const patient::TissueTable& table, const ToolSettings& s) noex
         return pad.max_stiffness_n_per_m + pad.shear_n_per_m;
     };
     return std::max({maxTangent(table, s.needle), s.guide.stiffness_n_per_m, padTangent(s.finger.pad),
-                     padTangent(s.probe.pad), s.scalpel.stiffness_n_per_m});
+                     padTangent(s.probe.pad), s.scalpel.stiffness_n_per_m, s.access.wire.grip_n_per_m,
+                     s.access.dilator.stiffness_n_per_m, s.access.drain.stiffness_n_per_m});
 }
 
 void hashTools(StateHash& hash, const ToolState& s) noexcept {
@@ -196,6 +292,11 @@ void hashTools(StateHash& hash, const ToolState& s) noexcept {
     if (s.active_tool == Tool::finger) hashPad(hash, s.finger.pad);
     if (s.active_tool == Tool::probe) hashPad(hash, s.handheld_probe.pad);
     if (s.active_tool == Tool::scalpel) hashScalpel(hash, s.scalpel);
+    // Before the first wire, the hash does not depend on the access or its settings.
+    if (s.access.used) {
+        hash.add(s.access_digest);
+        hashAccess(hash, s.access, s.needle);
+    }
     if (!isNeedleTool(s.active_tool)) return;
     hash.add(s.patient_from_needle);
     hashNeedle(hash, s.needle);

@@ -1,8 +1,9 @@
-// The five tools that the user's hand can hold. Selects the active tool and steps it; inactive tools are not
+// The tools that the user's hand can hold. Selects the active tool and steps it; inactive tools are not
 // stepped.
 #pragma once
 
 #include "base/hash.h"
+#include "haptics/loop/access.h"
 #include "haptics/tools/finger.h"
 #include "haptics/tools/guide.h"
 #include "haptics/tools/instrument.h"
@@ -20,18 +21,26 @@ struct ToolSettings {
     FingerSettings finger;
     ProbeSettings probe;
     ScalpelSettings scalpel;
+    AccessSettings access;
 };
 
-// Sets the tool of the instrument's kind to the instrument's settings. An instrument that is data only
-// changes nothing.
+// Sets the tool of the instrument's kind to the instrument's settings.
 void equip(ToolSettings&, const Instrument&) noexcept;
+// Sets the tools of all instruments.
+void equip(ToolSettings&, const InstrumentSet&) noexcept;
+// The instrument with the settings of its kind's tool as its force.
+Instrument withToolForce(Instrument, const ToolSettings&);
 
 constexpr bool isNeedleTool(Tool tool) noexcept {
     return tool == Tool::guide || tool == Tool::needle;
 }
+// True for wire, dilator and drain. The wire needs a DuctSpace of the patient and finds no duct without one.
+constexpr bool isAccessTool(Tool tool) noexcept {
+    return tool == Tool::wire || tool == Tool::dilator || tool == Tool::drain;
+}
 // True for finger, probe and scalpel. They need a TouchMap of the patient and give no force without one.
 constexpr bool pressesOnSkin(Tool tool) noexcept {
-    return !isNeedleTool(tool);
+    return !isNeedleTool(tool) && !isAccessTool(tool);
 }
 
 // The touch map and the pads of the tools that press on the skin, built once.
@@ -59,7 +68,7 @@ struct ParkedProbe {
 };
 
 // Visits every floating-point setting in a fixed order, for hash and record. `first` is not visited;
-// visitToolCounts() visits the counts.
+// visitToolCounts() visits the counts, visitAccessNumbers() the settings of wire, dilator and drain.
 template <typename Settings, typename Visit>
 void visitToolNumbers(Settings& s, const Visit& visit) {
     static_assert(sizeof s.needle == 6 * sizeof(double) && sizeof s.guide == (7 + 6) * sizeof(double) &&
@@ -106,15 +115,22 @@ struct ToolState {
     FingerState finger;
     ProbeState handheld_probe;
     ScalpelState scalpel;
+    AccessState access;
+    std::uint64_t access_digest = 0;  // of the settings of wire, dilator and drain
 };
 
 // All below: haptics thread. noexcept, no allocation.
 
-// Selects `tool`. Returns false if it is already active or cannot be selected: a needle in the body must be
-// withdrawn first.
+// Selects `tool`. Returns false if it is already active or cannot be selected. From a needle in the body only
+// the wire can be selected; any other tool must wait until the needle is withdrawn. The wire needs a needle
+// in the body, or the access that an earlier wire has opened; dilator and drain need a wire in the body
+// without a needle or another tube around it.
 bool selectTool(ToolState&, Tool) noexcept STYLET_NONBLOCKING;
-// With `park`, parks the hand-held probe where it is; the hand is then empty. Otherwise removes a parked
-// probe from the skin, unless its rail guides a needle in the body. Returns false if nothing changed.
+// Share of its face with which a probe must touch the skin to stay there.
+inline constexpr double kMinParkedContact = 0.2;
+// With `park`, parks the hand-held probe where it touches the skin; the hand is then empty. Otherwise removes
+// a parked probe from the skin, unless its rail guides a needle in the body. Returns false if nothing
+// changed.
 bool parkProbe(ToolState&, const TouchTools*, const BreathingPatient&, bool park) noexcept STYLET_NONBLOCKING;
 // A needle in the body follows the device again once it is back within this distance of the pose that the
 // needle kept.
@@ -131,9 +147,10 @@ Following findFollowing(const ToolState&, const Vec3& tip_m, bool leapt) noexcep
 // True if `tip_m` is in the air outside the body.
 bool isInOpenAir(const BreathingPatient&, const Vec3& tip_m) noexcept STYLET_NONBLOCKING;
 // Clears all contact state: the tool gives force again once it has been outside the body, as if it had just
-// been selected.
+// been selected. A tool on the track of an open access is only gripped anew.
 void resetContact(ToolState&) noexcept STYLET_NONBLOCKING;
-// One tick of the active tool, patient frame. Without `touch` only the needle is felt.
+// One tick of the active tool, patient frame. Without `touch` finger, probe and scalpel
+// give no force.
 ToolForce stepTools(ToolState&, const ToolSettings&, const TouchTools* touch, const BreathingPatient&,
                     const Pose& patient_from_stylus, NeedleEvents&) noexcept STYLET_NONBLOCKING;
 

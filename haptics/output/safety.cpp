@@ -8,7 +8,7 @@ namespace stylet::haptics {
 
 namespace {
 
-constexpr std::array<FaultText, 13> kTexts{{
+constexpr std::array<FaultText, 14> kTexts{{
     {kFaultBadForce, "bad-force",
      "a force model computed a value that is not a number: report this as a bug"},
     {kFaultStaleInput, "stale-input", "the device sent no new data for 20 ms"},
@@ -24,6 +24,8 @@ constexpr std::array<FaultText, 13> kTexts{{
     {kFaultInjected, "injected", "the instructor simulated a device failure"},
     {kFaultAwayFromNeedle, "away-from-needle",
      "the device jumped away from the needle: bring it back or draw it out"},
+    {kFaultHostLate, "computer-late",
+     "this computer was too busy to serve the device in time: close other programs"},
 }};
 
 // No hand is farther from its device than this. A pose beyond it means a device fault.
@@ -80,11 +82,13 @@ std::uint32_t checkDevice(SafetyState& s, const DeviceProfile& profile, const De
                       device.share() >= 0.0 && device.share() <= 1.0;
     updateSpeed(s, device, good, dt_s);
     std::uint32_t fault_bits = 0;
+    const bool host_late = (device.flags & kDeviceHostLate) != 0;
     if (!good) fault_bits |= kFaultBadPose;
-    if ((device.flags & kDeviceReady) == 0) fault_bits |= kFaultDeviceLost;
+    if ((device.flags & kDeviceReady) == 0) fault_bits |= host_late ? kFaultHostLate : kFaultDeviceLost;
     if ((device.flags & kDeviceHandOn) == 0) fault_bits |= kFaultHandOff;
     if (!s.focused) fault_bits |= kFaultNotFocused;
-    if (s.silence_s > kStaleInput_s - kSameTime_s) fault_bits |= kFaultStaleInput;
+    if (s.silence_s > kStaleInput_s - kSameTime_s)
+        fault_bits |= host_late ? kFaultHostLate : kFaultStaleInput;
     if (s.speed_m_s > (isArmed(s.stage) ? kOverSpeed_m_s : kSlowEnough_m_s)) fault_bits |= kFaultOverSpeed;
     // The comparison is false for an unknown (NaN) radius.
     if (good && glm::distance(device.grip_m(), profile.workspace_centre_m) >
@@ -128,7 +132,8 @@ void stepSafety(SafetyState& s, std::uint32_t fault_bits, double force_n, double
 }
 
 void reportWithoutForce(SafetyState& s, std::uint32_t fault_bits) noexcept {
-    s.faults |= fault_bits & (kFaultBadForce | kFaultDeviceLost);
+    const std::uint32_t lost = s.has_pose ? fault_bits & kFaultDeviceLost : 0;
+    s.faults = ((s.faults | fault_bits) & kFaultBadForce) | lost;
     s.awaited = fault_bits & kFaultAwayFromNeedle;
 }
 

@@ -29,6 +29,7 @@ enum Fault : std::uint32_t {
     kFaultInjected = 1u << 11,
     // The device leapt away from the needle in the body (simulation.h). Set until it is back or outside.
     kFaultAwayFromNeedle = 1u << 12,
+    kFaultHostLate = 1u << 13,  // in place of device-lost or stale-input if kDeviceHostLate is set
 };
 struct FaultText {
     Fault bit;
@@ -86,8 +87,9 @@ std::uint32_t checkDevice(SafetyState&, const DeviceProfile&, const DeviceState&
 // get at level 1. `wall_n`: the wall's part of it.
 void stepSafety(SafetyState&, std::uint32_t fault_bits, double force_n, double wall_n,
                 double dt_s) noexcept STYLET_NONBLOCKING;
-// The same for a device without force, which has none to lose: only a bug of the model and the loss of the
-// device are latched, and only a needle that was left behind is awaited. The stage stays `waiting`.
+// The same for a device without force, which has none to lose: only a bug of the model is latched. The loss
+// of the device, once it has been there, is a fault for as long as it lasts: there is nothing to re-arm. Only
+// a needle that was left behind is awaited. The stage stays `waiting`.
 void reportWithoutForce(SafetyState&, std::uint32_t fault_bits) noexcept STYLET_NONBLOCKING;
 // Re-arms after a fault. Works only once the force is zero. The force then waits and rises as at the start.
 void rearm(SafetyState&) noexcept STYLET_NONBLOCKING;

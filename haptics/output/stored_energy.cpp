@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptics/tools/device.h"
+
 namespace stylet::haptics {
 
 ToolForce boundByStoredEnergy(StoredEnergy& s, const ToolForce& tool, const Vec3& moved_m) noexcept {

@@ -59,11 +59,19 @@ inline DeviceProfile inputOnlyProfile(const char* name, const char* source) noex
             .force_continuous_n = 0.0};
 }
 
+// True for a device that never exerts a force, such as a mouse or a controller.
+inline bool isInputOnly(const DeviceProfile& profile) noexcept {
+    return profile.force_axes == 0 || profile.force_peak_n == 0.0;
+}
+
 // Bits of DeviceState::flags. Force is sent only while kDeviceReady and kDeviceHandOn are set (safety.h).
 enum DeviceFlag : std::uint32_t {
     kDeviceReady = 1u << 0,   // connected, homed, calibrated, motors on
     kDeviceHandOn = 1u << 1,  // the dead-man switch is held, or the device has none
     kDeviceClutch = 1u << 2,  // not required for force; a clutch offsets the tip from the grip
+    // Explains a missing kDeviceReady or missing data: the computer ran the device's thread or the loop too
+    // late. As far as is known, the device itself still answers.
+    kDeviceHostLate = 1u << 3,
 };
 
 // State of the device as read in one tick.

@@ -13,7 +13,7 @@ namespace stylet::haptics {
 namespace {
 
 constexpr std::size_t kMaxInstrumentBytes = 1 << 16, kMaxTitleBytes = 100;
-constexpr double kMmPerM = 1e3, kRadPerDeg = 0.017453292519943295;
+constexpr double kMmPerM = 1e3, kRadPerDeg = 0.017453292519943295, kNMm2PerNM2 = 1e6;
 
 struct Limits {
     double low, high;
@@ -135,6 +135,35 @@ ScalpelSettings readScalpel(Fields in) {
     return s;
 }
 
+WireSettings readWire(Fields in, const NeedleShape& shape) {
+    WireSettings s;
+    s.outer_m = shape.outer_m;
+    s.attenuation_per_m = shape.attenuation_per_m;
+    s.tip_length_m = readMm(in, "tip_length_mm", {8.0, 160.0});
+    s.tip_stiffness_n_m2 = in.number("tip_stiffness_n_mm2", 0.01, 10'000.0) / kNMm2PerNM2;
+    s.shaft_stiffness_n_m2 = in.number("shaft_stiffness_n_mm2", 0.01, 10'000.0) / kNMm2PerNM2;
+    s.grip_n_per_m = in.number("grip_n_per_m", 10.0, 2000.0);
+    s.bore_friction_n = in.number("bore_friction_n", 0.0, 5.0);
+    s.drag_n_per_m = in.number("drag_n_per_m", 0.0, 100.0);
+    s.friction = in.number("friction", 0.0, 1.0);
+    s.tip_friction = in.number("tip_friction", 0.0, 2.0);
+    s.blunt_n = in.number("blunt_n", 0.1, 20.0);
+    in.finish();
+    return s;
+}
+
+TubeSettings readTube(Fields in, const NeedleShape& shape, bool drain) {
+    TubeSettings s;
+    s.outer_m = shape.outer_m, s.inner_m = shape.inner_m;
+    s.attenuation_per_m = shape.attenuation_per_m;
+    s.taper_m = readMm(in, "taper_mm", {1.0, 100.0});
+    s.stiffness_n_per_m = in.number("stiffness_n_per_m", 10.0, 2000.0);
+    s.blunt_n = in.number("blunt_n", 0.1, 20.0);
+    if (drain) s.pigtail_m = readMm(in, "pigtail_mm", {5.0, 30.0});
+    in.finish();
+    return s;
+}
+
 void hashForce(StateHash& hash, const NeedleSettings& s) {
     hash.add(s.a1_share, s.cut_reach_m, s.max_force_n, s.friction_scale);
     hash.add(s.lateral_stiffness_n_per_m, s.lateral_force_n);
@@ -155,6 +184,12 @@ void hashForce(StateHash& hash, const ProbeSettings& s) {
 void hashForce(StateHash& hash, const ScalpelSettings& s) {
     hash.add(s.stiffness_n_per_m, s.cut_force_n, s.friction, s.deeper_n);
     hash.add(s.along_edge_n, s.across_blade_n, s.width_per_depth, s.open_reach_m);
+}
+void hashForce(StateHash& hash, const WireSettings& s) {
+    visitWireNumbers(s, [&](double v) { hash.add(v); });
+}
+void hashForce(StateHash& hash, const TubeSettings& s) {
+    visitTubeNumbers(s, [&](double v) { hash.add(v); });
 }
 void hashForce(StateHash&, std::monostate) {}
 
@@ -183,15 +218,20 @@ Instrument parseInstrument(const std::filesystem::path& toml, std::string_view t
             break;
         case InstrumentKind::probe:
             one.transducer = top.nonEmptyText("transducer", kMaxTitleBytes);
+            if (one.transducer.find('/') != std::string::npos) top.refuse("transducer", "is no name");
             one.force = readProbe(top);
             break;
         case InstrumentKind::finger:
             one.force = readFinger(top);
             break;
         case InstrumentKind::guideWire:
+            one.shape = readShape(top, false);
+            one.force = readWire(top.child("force"), one.shape);
+            break;
         case InstrumentKind::dilator:
         case InstrumentKind::drain:
             one.shape = readShape(top, false);
+            one.force = readTube(top.child("force"), one.shape, one.kind == InstrumentKind::drain);
             break;
     }
     top.finish();
@@ -207,6 +247,25 @@ std::vector<Instrument> loadInstruments(const std::filesystem::path& folder) {
     for (const std::filesystem::path& file : files)
         all.push_back(loadInstrument(file));
     return all;
+}
+
+NeedleShape tubeShape(double outer_mm, double inner_mm, double length_mm, double attenuation_per_m) noexcept {
+    NeedleShape shape;
+    shape.outer_m = outer_mm / kMmPerM, shape.inner_m = inner_mm / kMmPerM;
+    shape.length_m = length_mm / kMmPerM;
+    shape.attenuation_per_m = attenuation_per_m;
+    shape.has_stylet = false;
+    shape.mark_step_m = 0.0;
+    shape.shaft_echo = shape.tip_echo = 0.02;
+    return shape;
+}
+
+Instrument* findInstrument(InstrumentSet& set, InstrumentKind kind) noexcept {
+    Instrument* found = nullptr;
+    visitInstruments(set, [&](Instrument& one) {
+        if (one.kind == kind) found = &one;
+    });
+    return found;
 }
 
 std::string shapeError(const NeedleShape& s) {
@@ -242,9 +301,9 @@ std::string describe(const Instrument& one) {
         line +=
             fmt::format(": {} G, {:.3g} mm x {:.3g} mm, {} tip of {:.1f} mm", one.gauge, s.outer_m * kMmPerM,
                         s.length_m * kMmPerM, enumName(kNeedleTipNames, s.tip), s.tipLength_m() * kMmPerM);
-    else if (std::holds_alternative<std::monostate>(one.force))
-        line +=
-            fmt::format(": {:.3g} mm x {:.3g} mm, no tool yet", s.outer_m * kMmPerM, s.length_m * kMmPerM);
+    else if (std::holds_alternative<WireSettings>(one.force) ||
+             std::holds_alternative<TubeSettings>(one.force))
+        line += fmt::format(": {:.3g} mm x {:.3g} mm", s.outer_m * kMmPerM, s.length_m * kMmPerM);
     return line;
 }
 

@@ -15,10 +15,11 @@
 #include "haptics/tools/needle.h"
 #include "haptics/tools/probe.h"
 #include "haptics/tools/scalpel.h"
+#include "haptics/tools/tube.h"
+#include "haptics/tools/wire.h"
 
 namespace stylet::haptics {
 
-// Guide wire, dilator and drain are data only: no tool uses them yet.
 enum class InstrumentKind : std::uint8_t { needle, scalpel, probe, finger, guideWire, dilator, drain };
 inline constexpr std::array<std::string_view, 7> kInstrumentKindNames{
     "needle", "scalpel", "probe", "finger", "guide wire", "dilator", "drain"};
@@ -33,13 +34,69 @@ struct Instrument {
     std::string name{kDefaultNeedle};  // the file's name without .toml
     std::string title = "17 G PTCD needle";
     InstrumentKind kind = InstrumentKind::needle;
-    int gauge = 17;          // needles only
-    NeedleShape shape;       // needle, guide wire, dilator, drain
-    std::string transducer;  // probe: name of its file in assets/ultrasound
-    // Settings of the tool's force: those of `kind`, none for a kind that is data only.
-    std::variant<std::monostate, NeedleSettings, ScalpelSettings, ProbeSettings, FingerSettings> force =
-        NeedleSettings{};
+    int gauge = 17;            // needles only
+    NeedleShape shape{};       // needle, guide wire, dilator, drain
+    std::string transducer{};  // probe: name of its file in assets/ultrasound
+    // Settings of the tool's force: those of `kind`.
+    std::variant<std::monostate, NeedleSettings, ScalpelSettings, ProbeSettings, FingerSettings, WireSettings,
+                 TubeSettings>
+        force = NeedleSettings{};
 };
+
+// Shape of a wire or tube, without marks or stylet.
+NeedleShape tubeShape(double outer_mm, double inner_mm, double length_mm, double attenuation_per_m) noexcept;
+// True for the kinds with a shaft.
+constexpr bool hasShape(InstrumentKind kind) noexcept {
+    return kind == InstrumentKind::needle || kind >= InstrumentKind::guideWire;
+}
+
+// The instruments of an attempt, one of each kind. The default: each kind's default
+// instrument.
+struct InstrumentSet {
+    Instrument needle;
+    Instrument scalpel{.name = "scalpel",
+                       .title = "scalpel, No. 11 blade",
+                       .kind = InstrumentKind::scalpel,
+                       .gauge = 0,
+                       .force = ScalpelSettings{}};
+    Instrument probe{.name = "probe-convex",
+                     .title = "convex ultrasound probe",
+                     .kind = InstrumentKind::probe,
+                     .gauge = 0,
+                     .transducer = "convex",
+                     .force = ProbeSettings{}};
+    Instrument finger{.name = "finger",
+                      .title = "palpating finger",
+                      .kind = InstrumentKind::finger,
+                      .gauge = 0,
+                      .force = FingerSettings{}};
+    Instrument wire{.name = "guide-wire",
+                    .title = "0.035 in guide wire",
+                    .kind = InstrumentKind::guideWire,
+                    .gauge = 0,
+                    .shape = tubeShape(0.89, 0.0, 800.0, 652.0),
+                    .force = WireSettings{}};
+    Instrument dilator{.name = "dilator",
+                       .title = "8 F dilator",
+                       .kind = InstrumentKind::dilator,
+                       .gauge = 0,
+                       .shape = tubeShape(2.67, 0.97, 200.0, 21.8),
+                       .force = TubeSettings{}};
+    Instrument drain{.name = "drain",
+                     .title = "8.5 F biliary drain",
+                     .kind = InstrumentKind::drain,
+                     .gauge = 0,
+                     .shape = tubeShape(2.83, 1.7, 400.0, 150.0),
+                     .force = kDrainDefaults};
+};
+// Calls `visit` for every instrument, in a fixed order.
+template <typename Set, typename Visit>
+void visitInstruments(Set& set, const Visit& visit) {
+    visit(set.needle), visit(set.scalpel), visit(set.probe), visit(set.finger);
+    visit(set.wire), visit(set.dilator), visit(set.drain);
+}
+// The set's instrument of a kind.
+Instrument* findInstrument(InstrumentSet&, InstrumentKind) noexcept;
 
 // All throw DataError with file, field and reason.
 Instrument loadInstrument(const std::filesystem::path& toml);

@@ -122,6 +122,17 @@ void followTip(NeedleState& s, const Course& course, const Vec3& tip_deformed_m)
     s.lateral_m = Vec3(0.0);
 }
 
+// A fold of skin follows a shaft this far.
+constexpr double kFoldFollows_m = 0.003;
+
+// True if the shaft of a needle outside the body is beside the place where it last left the skin: it no
+// longer passes through the folds there. It cannot go back along itself without passing through them.
+bool hasLeftFolds(const NeedleState& s, const BreathingPatient& now, const NeedleShaft& shaft) noexcept {
+    const Vec3 fold_m = patient::deformedFromReference(now.motion(), now.breath, s.fold_reference_m);
+    const Vec3 from_tip = fold_m - shaft.tip_m;
+    return glm::length(from_tip - glm::dot(from_tip, shaft.axis) * shaft.axis) > kFoldFollows_m;
+}
+
 // Energy of tenting one border. Against bone the force, and with it the slope of the energy, is limited to
 // the model's maximum.
 double tentingEnergy(const TentingBorder& h, const NeedleSettings& settings,
@@ -147,10 +158,12 @@ bool hasForceStep(const NeedleEvents& events) noexcept {
 
 ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const BreathingPatient& now,
                      const NeedleShaft& shaft, NeedleEvents& events, const Incisions& incisions) noexcept {
-    const auto& [patient, breath] = now;
+    const Patient& patient = now.patient;
+    const Surrogate& breath = now.breath;
     const auto& [tip_deformed_m, axis] = shaft;
     events.count = events.dropped = 0;
     if (!s.primed) prime(s, patient, tip_deformed_m, breath);
+    if (s.phase == Phase::outside && s.fold_count > 0 && hasLeftFolds(s, now, shaft)) s.fold_count = 0;
 
     const patient::MotionModel& motion = patient.package().motion;
     Course course{patient, motion, breath,
@@ -181,7 +194,10 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Breat
             walk(s, solver, course, tip_deformed_m - s.lateral_m, 0.0, Direction::sideways);
         }
     }
-    if (s.phase == Phase::outside) followTip(s, course, tip_deformed_m);
+    if (s.phase == Phase::outside) {
+        followTip(s, course, tip_deformed_m);
+        if (solver.hasLeft()) s.fold_reference_m = s.channel_reference_m;
+    }
     s.tip_deformed_m = tip_deformed_m;
     s.breath = breath;
     s.force_n = solver.force();
@@ -243,6 +259,7 @@ void hashNeedle(StateHash& hash, const NeedleState& s) noexcept {
     if (s.phase == Phase::tenting) hashTenting(hash, s.tenting);
     if (s.bone_over_tenting) hashTenting(hash, s.under_bone);
     hash.add(std::uint64_t(s.queued_count) | std::uint64_t(s.fold_count) << 32);
+    if (s.fold_count > 0) hash.add(s.fold_reference_m);
     for (int i = 0; i < s.queued_count; ++i)
         hashBorder(hash, s.queued[std::size_t(i)]);
     hash.add(s.cuts.value(), s.lateral_m, s.lateral_cut_m, s.tip_deformed_m, s.channel_reference_m);

@@ -72,8 +72,9 @@ struct NeedleState {
     TentingBorder under_bone;
     int queued_count = 0;  // borders passed while tenting, nearest first
     std::array<Border, kMaxQueuedBorders> queued{};
-    int fold_count = 0;  // skin folds in front of the body that the shaft passes through
-    int cut_count = 0;   // punctured borders are kept, in reference space
+    int fold_count = 0;          // skin folds in front of the body that the shaft passes through
+    Vec3 fold_reference_m{0.0};  // while `fold_count` > 0 outside the body: where the tip last left the skin
+    int cut_count = 0;           // punctured borders are kept, in reference space
     std::array<CutBorder, kMaxCutBorders> cut{};
     // Hash of every punctured border ever stored, so that a tick need not hash the whole list again.
     StateHash cuts;
@@ -129,6 +130,7 @@ struct NeedleEvents {
 struct BreathingPatient {
     const patient::Patient& patient;
     const patient::Surrogate& breath;
+    const patient::DuctSpace* ducts = nullptr;  // for the guide wire; null: it finds no duct
 
     const patient::MotionModel& motion() const noexcept { return patient.package().motion; }
 };

@@ -1,6 +1,7 @@
 #include "haptics/tools/probe.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace stylet::haptics {
 
@@ -14,6 +15,20 @@ constexpr double kSteepness = 0.5;         // smallest level slope that is trust
 
 Pad probePad(const ProbeSettings& settings) noexcept {
     return barPad(settings.columns, settings.rows, settings.length_m, settings.width_m, settings.curvature_m);
+}
+
+double fanHalfAngle_rad(const ProbeSettings& settings) noexcept {
+    return std::asin(std::min(0.5 * settings.length_m / settings.curvature_m, 1.0));
+}
+
+std::optional<Vec3> scanLineStart(const ProbeSettings& settings, const Vec3& p_m) noexcept {
+    const Vec3 centre(0.0, 0.0, -settings.curvature_m);
+    const Vec3 line = Vec3(p_m.x, 0.0, p_m.z) - centre;
+    const double length_m = glm::length(line);
+    // Written so that NaN is refused.
+    if (!(length_m >= settings.curvature_m)) return std::nullopt;
+    if (!(std::fabs(std::atan2(line.x, line.z)) <= fanHalfAngle_rad(settings))) return std::nullopt;
+    return centre + line * (settings.curvature_m / length_m);
 }
 
 ToolForce stepProbe(ProbeState& s, const ProbeSettings& settings, const Pad& pad, const BreathingSkin& skin,

@@ -2,6 +2,8 @@
 // pressure. A parked probe rides the skin along its normal.
 #pragma once
 
+#include <optional>
+
 #include "haptics/tools/pad.h"
 
 namespace stylet::haptics {
@@ -23,6 +25,17 @@ struct ProbeState {
 };
 
 Pad probePad(const ProbeSettings&) noexcept;
+
+// The picture's scan lines start on the face and run along its normals: the lines of a curved face form a
+// fan, those of a flat face are almost parallel. Frame of the picture: origin in the centre of the face, +x
+// along the array, +z into the body (kStylusFromProbe in toolbox.h). The plane of the picture is y = 0.
+//
+// Angle between the middle and the outermost scan line.
+double fanHalfAngle_rad(const ProbeSettings&) noexcept;
+// The point of the face at which the scan line through `p_m` starts. Ignores the distance of `p_m` from the
+// plane. Nothing if no scan line reaches the point. noexcept, no allocation.
+std::optional<Vec3> scanLineStart(const ProbeSettings&, const Vec3& p_m) noexcept;
+
 // Haptics thread. noexcept, no allocation. `pad` is probePad() of the same settings. The tool's tip is the
 // centre of the face; +z points out of the body and +x along the array.
 ToolForce stepProbe(ProbeState&, const ProbeSettings&, const Pad& pad, const BreathingSkin&,

@@ -1,4 +1,4 @@
-// The five tools, and the result of one tick of a tool's force model.
+// The tools, and the result of one tick of a tool's force model.
 #pragma once
 
 #include <array>
@@ -11,10 +11,11 @@ namespace stylet::haptics {
 
 // In the order of the procedure. With `guide` the needle is steered by the guide on the parked probe. The
 // probe stays where it is parked.
-enum class Tool : std::uint8_t { finger, probe, scalpel, guide, needle };
-inline constexpr int kToolCount = 5;
+// `wire` is the guide wire; dilator and drain slide over it.
+enum class Tool : std::uint8_t { finger, probe, scalpel, guide, needle, wire, dilator, drain };
+inline constexpr int kToolCount = 8;
 inline constexpr std::array<std::string_view, kToolCount> kToolNames{"finger", "probe", "scalpel", "guide",
-                                                                     "needle"};
+                                                                     "needle", "wire",  "dilator", "drain"};
 
 // One tick of a tool, patient frame. The passivity observer in the output stage needs the last three
 // members (model, section 4).

@@ -98,7 +98,7 @@ void addLabels(StateHash& hash, const Package& p) {
         if (!label) continue;
         hash.add(std::uint64_t(id)), hash.add(std::uint64_t(label->tissue));
         hash.add(std::uint64_t(label->role)), hash.add(std::uint64_t(label->abdominal));
-        hash.add(std::uint64_t(label->blood));
+        hash.add(std::uint64_t(label->blood)), hash.add(std::uint64_t(label->structure));
         hash.add(std::uint64_t(label->blocks_contrast)), hash.add(std::uint64_t(label->drains_ducts));
     }
 }
@@ -191,7 +191,7 @@ std::uint64_t digest(const Package& p) {
     static_assert(std::endian::native == std::endian::little,
                   "bytes of the volumes are hashed as they lie in memory");
     StateHash hash;
-    hash.add(std::string_view("stylet patient 4"));
+    hash.add(std::string_view("stylet patient 5"));
     addTissues(hash, p);
     addLabels(hash, p);
     addMotion(hash, p);

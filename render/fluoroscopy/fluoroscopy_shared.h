@@ -11,7 +11,7 @@ namespace stylet::render::gpu {
 
 const int kXrayGroup = 8;  // pixels that a workgroup covers along either axis
 const int kToolParts = 3;  // parts of a segment near a tool; about one node of the tool's table each
-const int kMaxShapes = 64;
+const int kMaxShapes = 128;
 const int kMeter = 64;  // cells per side of the lattice on which the picture is metered
 
 struct ShapeUniforms {

@@ -30,6 +30,16 @@ void addNeedle(const Pose& pose, const NeedleShape& needle, bool stylet_in, std:
         {.radius_m = kHubRadius_m, .bore_m = 0.002, .per_m = kPlasticPerM, .round = false}, shapes);
 }
 
+void addTube(const CurvedTube& tube, std::vector<XrayShape>& shapes) {
+    const double bore = tube.bore_m / tube.radius_m;
+    for (std::size_t i = 1; i < tube.points_m.size(); ++i)
+        shapes.push_back({.begin_m = tube.points_m[i - 1],
+                          .end_m = tube.points_m[i],
+                          .radius_m = tube.radius_m,
+                          .per_m = tube.attenuation_per_m * (1.0 - bore * bore),
+                          .chained = i > 1});
+}
+
 void addProbe(const Pose& pose, std::vector<XrayShape>& shapes) {
     add(pose, {-0.024, 0, 0.008}, {0.024, 0, 0.008}, {.radius_m = 0.0075, .per_m = kTransducerPerM}, shapes);
     add(pose, {0, 0, 0.018}, {0, 0, 0.060}, {.radius_m = 0.022, .bore_m = 0.0195, .per_m = kPlasticPerM},

@@ -32,6 +32,8 @@ inline constexpr int kMaxXrayShapes = gpu::kMaxShapes;  // only the first ones a
 // toward +z. Without its stylet a needle has an open bore.
 void addNeedle(const Pose& patient_from_needle, const NeedleShape&, bool stylet_in,
                std::vector<XrayShape>& shapes);
+// A chain of capsules. Its bore is not drawn: `attenuation_per_m` is scaled by the share of the wall.
+void addTube(const CurvedTube&, std::vector<XrayShape>& shapes);
 void addProbe(const Pose& patient_from_probe, std::vector<XrayShape>& shapes);
 void addScalpel(const Pose& patient_from_scalpel, std::vector<XrayShape>& shapes);
 void addFinger(const Pose& patient_from_finger, std::vector<XrayShape>& shapes);

@@ -264,11 +264,24 @@ void SceneMeshes::addNeedle(const RenderScene& scene) {
     }
 }
 
+void SceneMeshes::addTubes(const RenderScene& scene) {
+    const glm::dmat4 stage_from_patient = toMatrix(scene.stage_from_patient);
+    for (const CurvedTube& tube : scene.tubes)
+        for (std::size_t i = 1; i < tube.points_m.size(); ++i) {
+            const Vec3 &begin = tube.points_m[i - 1], &end = tube.points_m[i];
+            if (!(glm::distance(begin, end) > 0.0)) continue;
+            add(models_.tube, stage_from_patient * tubeBetween(begin, end, tube.radius_m), true);
+            draws_.back().push.colour = glm::vec4(tube.colour, 0.0f);
+            draws_.back().push.material.w = gpu::kThin;
+        }
+}
+
 void SceneMeshes::addTools(const RenderScene& scene) {
     const auto tool = [&](const Model& model, const std::optional<Pose>& patient_from_tool) {
         if (patient_from_tool) add(model, toMatrix(scene.stage_from_patient * *patient_from_tool), true);
     };
     addNeedle(scene);
+    addTubes(scene);
     tool(models_.probe, scene.patient_from_probe);
     tool(models_.scalpel, scene.patient_from_scalpel);
     tool(models_.hand, scene.patient_from_finger);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/curved_tube.h"
 #include "base/needle_shape.h"
 #include "patient/displacement/tool_displacement.h"
 #include "patient/patient.h"
@@ -112,6 +113,7 @@ struct RenderScene {
     const patient::DisplacementTable* tool = nullptr;
     std::optional<Pose> patient_from_needle;
     NeedleShape needle;
+    std::vector<CurvedTube> tubes;                        // guide wire, dilator and drain
     std::optional<std::array<Vec3, 2>> reference_path_m;  // entry and target, patient frame, deformed
     std::vector<ShownPath> paths;
     std::optional<Pose> patient_from_probe,

@@ -59,6 +59,7 @@ struct UltrasoundInput {
     std::optional<Pose> patient_from_probe;   // deformed patient
     std::optional<Pose> patient_from_needle;  // deformed patient
     NeedleShape needle;
+    std::vector<CurvedTube> tubes;  // deformed patient: guide wire, dilator and drain
     std::optional<std::array<Vec3, 2>>
         guide_m;               // deformed patient: drawn dashed where it lies in the picture
     double time_s = 0.0;       // determines the heartbeat's phase

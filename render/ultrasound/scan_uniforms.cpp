@@ -96,12 +96,44 @@ void fillUniforms(const ScanSetup& setup, const Grid& grid, gpu::ScanUniforms& u
         u.tissues[i] = acousticUniforms(table.acoustics[i], plan);
 }
 
+namespace {
+
+// A straight part of a curved tube, which echoes like a needle without a ground tip.
+struct TubePart {
+    Pose probe_from_part;
+    NeedleShape shape;
+};
+
+std::vector<TubePart> tubeParts(const UltrasoundInput& input, const Pose& probe_from_patient) {
+    std::vector<TubePart> parts;
+    for (const CurvedTube& tube : input.tubes)
+        for (std::size_t i = 1; i < tube.points_m.size(); ++i) {
+            const Vec3 begin = tube.points_m[i - 1], along = tube.points_m[i] - begin;
+            const double length_m = glm::length(along);
+            if (!(length_m > 0.0)) continue;
+            TubePart part;
+            const Vec3 z = along / length_m;
+            const Vec3 x =
+                glm::normalize(glm::cross(std::fabs(z.x) < 0.9 ? Vec3(1, 0, 0) : Vec3(0, 1, 0), z));
+            const Quat turn = glm::normalize(glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z)));
+            part.probe_from_part = probe_from_patient * Pose{turn, begin};
+            part.shape.outer_m = 2.0 * tube.radius_m;
+            part.shape.length_m = length_m;
+            part.shape.tip_echo = part.shape.shaft_echo;
+            parts.push_back(part);
+        }
+    return parts;
+}
+
+}  // namespace
+
 void fillLines(const ScanSetup& setup, const Contact& contact, gpu::LineUniforms* out) {
     const auto& [plan, input, settings, probe, table] = setup;
     const Pose& patient_from_probe = *input.patient_from_probe;
     const double glint =
         reflectivity(table.acoustics[std::size_t(table.gel)], table.acoustics[std::size_t(table.steel)]);
     std::array<NeedleEcho, kMaxLines> echoes{};
+    const std::vector<TubePart> parts = tubeParts(input, patient_from_probe.inverse());
     std::optional<Pose> probe_from_needle;
     if (input.patient_from_needle)
         probe_from_needle = patient_from_probe.inverse() * *input.patient_from_needle;
@@ -112,9 +144,13 @@ void fillLines(const ScanSetup& setup, const Contact& contact, gpu::LineUniforms
         gpu::LineUniforms& u = out[l];
         u.origin = toVec4(patient_from_probe * line.origin_m, c.gel_m);
         u.direction = toVec4(patient_from_probe.direction(line.direction), marched ? c.coupling : -1.0);
-        if (!probe_from_needle) continue;
         const double pitch = linePitch_m(probe, settings.lines, 0.5 * plan.depth_m);
-        echoes[l] = needleEcho(probe, line, pitch, *probe_from_needle, input.needle, glint);
+        if (probe_from_needle)
+            echoes[l] = needleEcho(probe, line, pitch, *probe_from_needle, input.needle, glint);
+        for (const TubePart& part : parts) {
+            const NeedleEcho echo = needleEcho(probe, line, pitch, part.probe_from_part, part.shape, glint);
+            if (echo.amplitude > echoes[l].amplitude) echoes[l] = echo;
+        }
     }
     spreadShadows(probe, {echoes.data(), contact.lines.size()});
     for (std::size_t l = 0; l < contact.lines.size(); ++l)

@@ -15,6 +15,7 @@ constexpr std::size_t kMaxTransducerBytes = 1 << 16;
 constexpr double kMm = 1e-3, kMhz = 1e6, kDeg = 0.017453292519943295;
 // Full width at half amplitude of an unapodised aperture, in wavelengths times depth over aperture.
 constexpr double kDiffraction = 1.2;
+constexpr double kFlatFace = 100.0;      // curvature over length above which a face counts as flat
 constexpr double kReceiveFNumber = 1.5;  // the receiving aperture grows with depth up to its full size
 
 double square(double x) {
@@ -54,6 +55,18 @@ Transducer parseTransducer(const std::filesystem::path& file, std::string_view t
     probe.thickness_m = kMm * t.number("thickness_mm", 0.2, 20.0);
     probe.thickness_focus_m = kMm * t.number("thickness_focus_mm", 1.0, 300.0);
     probe.thickness_range_m = kMm * t.number("thickness_range_mm", 1.0, 1000.0);
+    return probe;
+}
+
+Transducer withFace(Transducer probe, double length_m, double curvature_m) {
+    if (curvature_m > kFlatFace * length_m) {
+        probe.shape = TransducerShape::linear;
+        probe.width_m = length_m;
+    } else {
+        probe.shape = TransducerShape::convex;
+        probe.radius_m = curvature_m;
+        probe.half_angle_rad = std::asin(std::min(0.5 * length_m / curvature_m, 1.0));
+    }
     return probe;
 }
 

@@ -33,6 +33,10 @@ Transducer loadTransducer(const std::filesystem::path& toml);  // throws DataErr
 // The same from memory; errors name `file`.
 Transducer parseTransducer(const std::filesystem::path& file, std::string_view toml);
 
+// The transducer with the scan lines of another face: a bar of a length, bent to a radius of curvature. Its
+// scan lines are parallel if the bar is almost flat.
+Transducer withFace(Transducer, double length_m, double curvature_m);
+
 // A scan line in the probe's frame; `share` from -1 (at -x) to 1.
 struct ScanLine {
     Vec3 origin_m, direction;

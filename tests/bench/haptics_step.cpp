@@ -111,12 +111,48 @@ void stepTool(const Flank& flank, Tool tool, const char* name, std::vector<Row>&
 
 void runTools(std::vector<Row>& rows) {
     const Flank flank;
-    constexpr const char* kNames[kToolCount]{"finger", "probe", "scalpel", "guide", "needle"};
-    for (int tool = 0; tool < kToolCount; ++tool)
-        stepTool(flank, Tool(tool), kNames[tool], rows);
+    for (const Tool tool : {Tool::finger, Tool::probe, Tool::scalpel, Tool::guide, Tool::needle})
+        stepTool(flank, tool, std::string(kToolNames[std::size_t(tool)]).c_str(), rows);
+}
+
+// The wire is fed down a wide duct at 20 mm/s and pulled back, from a needle in the duct.
+void runWire(std::vector<Row>& rows) {
+    using enum Tissue;
+    const patient::Package package =
+        test::makeSlabs({{skin, 0.002}, {liver, 0.010}, {duct, 0.180}, {liver, 0.010}}, 0.001);
+    const patient::Patient patient(package);
+    const patient::DuctSpace ducts = patient::makeDuctSpace(patient);
+    Simulation simulation(patient, {}, nullptr, &ducts);
+    TickInput input;
+    input.device.device_from_stylus.rotation = {0.70710678118654752, 0.0, -0.70710678118654752, 0.0};
+    TickOutput out;
+    NeedleEvents events;
+    std::vector<double> times_us;
+    double x_m = -0.010, most_m = 0.0;
+    const auto step = [&](double travel_m) {
+        x_m += travel_m;
+        input.device.device_from_stylus.position_m.x = x_m;
+        const auto began = std::chrono::steady_clock::now();
+        simulation.step(input, out, events);
+        if (out.tool == Tool::wire && out.access.wire_m > 0.100) times_us.push_back(1e3 * elapsed_ms(began));
+        input.command_count = 0;
+        most_m = std::max(most_m, out.access.wire_m);
+    };
+    while (x_m < 0.020)
+        step(20e-6);
+    input.add({CommandKind::tool, std::uint32_t(Tool::wire)});
+    for (int i = 0; i < 7500; ++i)
+        step(20e-6);
+    for (int i = 0; i < 2000; ++i)
+        step(-20e-6);
+    const std::string note = fmt::format("median {:.2f} us, p99.9 {:.2f} us; {:.0f} mm of wire in the duct",
+                                         median(times_us), quantile(times_us, 0.999), 1e3 * most_m);
+    rows.push_back({"haptics.step.wire", "rate [Hz]", 1000.0, 1e-3 * median(times_us),
+                    quantile(times_us, 0.99), "us p99", "50 us", note});
 }
 
 const Registration registration("haptics.step", run);
+const Registration wire_registration("haptics.step.wire", runWire);
 const Registration tools_registration("haptics.step.tools", runTools);
 
 }  // namespace

@@ -54,7 +54,7 @@ class Bedside {
             body.resolution_m = kResolution_m;
             device = std::make_unique<SimulatedDevice>(attempt.hand, attempt.simulation.profile, body);
         }
-        Simulation simulation(patient_, attempt.simulation, attempt.touchMap());
+        Simulation simulation(patient_, attempt.simulation, attempt.touchMap(), attempt.ductSpace());
         LoopChannels channels;
         LoopStats stats;
         Stream stream{scenario + (by_hand ? ", a light hand" : ""), {}, {}};

@@ -1,6 +1,10 @@
 // Counts allocations in 10,000 ticks with a replaced operator new. There must be none.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
 #include "haptics/devices/replay.h"
 #include "tests/haptics/scripted.h"
 #include "tests/haptics/simulation_bench.h"
@@ -64,6 +68,42 @@ TEST_P(Allocation, TenThousandTicksAllocateNothing) {
     // new-expression and its delete.
     ::operator delete(::operator new(4));
     EXPECT_EQ(test::allocations() - before, 1u);
+}
+
+// HZ-FORCE-18
+TEST(Allocation, WireDilatorAndDrainAllocateNothing) {
+    using enum patient::Tissue;
+    const patient::Package package =
+        test::makeSlabs({{skin, 0.002}, {liver, 0.010}, {duct, 0.060}, {liver, 0.010}}, 0.001);
+    const patient::Patient patient(package);
+    const patient::DuctSpace ducts = patient::makeDuctSpace(patient);
+    Simulation simulation(patient, {}, nullptr, &ducts);
+    TickInput input;
+    TickOutput out;
+    NeedleEvents events;
+    double x_m = -0.010;
+    const auto sweep = [&](double to_m) {
+        while (std::fabs(to_m - x_m) > 1e-9) {
+            x_m += std::clamp(to_m - x_m, -0.00005, 0.00005);
+            input.device.device_from_stylus = {test::kAlongX, {x_m, 0.0003, 0.0002}};
+            simulation.step(input, out, events);
+            input.command_count = 0;
+        }
+    };
+    const std::uint64_t before = test::allocations();
+    sweep(0.020);
+    for (const auto& [tool, to_m] : {std::pair{Tool::wire, 0.055},
+                                     {Tool::needle, -0.010},
+                                     {Tool::dilator, 0.020},
+                                     {Tool::dilator, -0.020},
+                                     {Tool::drain, 0.030},
+                                     {Tool::wire, -0.080}}) {
+        input.add({CommandKind::tool, std::uint32_t(tool)});
+        sweep(to_m);
+        EXPECT_EQ(out.tool, tool);
+    }
+    EXPECT_EQ(out.access.drain, DrainState::in_place);
+    EXPECT_EQ(test::allocations() - before, 0u);
 }
 
 // HZ-FORCE-18

@@ -74,6 +74,34 @@ TEST(Instruments, TheShippedFilesAreTheDefaults) {
     EXPECT_EQ(tools.probe.columns * 100 + tools.probe.rows, 903);
 }
 
+TEST(Instruments, ASetHasTheShippedInstrumentOfEveryKind) {
+    InstrumentSet set;
+    std::set<InstrumentKind> kinds;
+    visitInstruments(set, [&](const Instrument& one) {
+        EXPECT_EQ(digest(one), digest(shipped(one.name))) << one.name;
+        EXPECT_TRUE(kinds.insert(one.kind).second) << one.name;
+        EXPECT_EQ(findInstrument(set, one.kind), &one);
+    });
+    EXPECT_EQ(kinds.size(), kInstrumentKindNames.size());
+}
+
+// The tools of a set, and back.
+TEST(Instruments, ASetEquipsAllTools) {
+    InstrumentSet set;
+    set.needle = shipped("chiba-22g"), set.probe = shipped("probe-linear");
+    ToolSettings tools;
+    equip(tools, set);
+    EXPECT_EQ(tools.needle.lateral_force_n, 0.24);
+    EXPECT_EQ(tools.probe.length_m, 0.040);
+    EXPECT_EQ(tools.scalpel.cut_force_n, ScalpelSettings().cut_force_n);
+    visitInstruments(set, [&](const Instrument& one) {
+        Instrument bare = one;
+        bare.force = std::monostate();
+        EXPECT_EQ(digest(withToolForce(bare, tools)), digest(one)) << one.name;
+        EXPECT_NE(digest(bare), digest(one)) << one.name;
+    });
+}
+
 TEST(Instruments, AllShippedFilesAreReadAndDescribed) {
     const std::vector<Instrument> all = loadInstruments(folder());
     std::set<std::string> names;
@@ -92,16 +120,24 @@ TEST(Instruments, AllShippedFilesAreReadAndDescribed) {
         EXPECT_TRUE(names.contains(name)) << name;
 }
 
-// An instrument that is data only changes no tool.
-TEST(Instruments, DataOnlyInstrumentsEquipNothing) {
-    for (const char* name : {"guide-wire", "dilator", "drain"}) {
-        ToolSettings tools;
-        std::vector<double> before, after;
-        visitToolNumbers(tools, [&](double v) { before.push_back(v); });
+// The same for wire, dilator and drain. Each changes only its own settings.
+TEST(Instruments, WireDilatorAndDrainAreTheDefaults) {
+    const auto numbers = [](const AccessSettings& s) {
+        std::vector<double> all;
+        visitAccessNumbers(s, [&](double v) { all.push_back(v); });
+        return all;
+    };
+    ToolSettings tools;
+    const std::vector<double> expected = numbers(tools.access);
+    visitAccessNumbers(tools.access, [](double& v) { v = -1.0; });
+    equip(tools, shipped("dilator"));
+    EXPECT_EQ(tools.access.drain.outer_m, -1.0);
+    for (const char* name : {"guide-wire", "drain"})
         equip(tools, shipped(name));
-        visitToolNumbers(tools, [&](double v) { after.push_back(v); });
-        EXPECT_EQ(after, before) << name;
-    }
+    const std::vector<double> found = numbers(tools.access);
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i)  // millimetres are rounded
+        EXPECT_DOUBLE_EQ(found[i], expected[i]) << i;
 }
 
 TEST(Instruments, ForceFollowsTheDiameterUnlessTheFileSaysOtherwise) {
@@ -172,11 +208,19 @@ TEST(Instruments, WrongFilesAreRefused) {
     refuses(name, "gauge = 17", "gauge = 17\ntransducer = \"convex\"", "transducer");
     refuses(name, "[shaft]", "[shaft", "line");
     refuses("drain", "[shaft]", "gauge = 8\n[shaft]", "gauge");
+    refuses("drain", "pigtail_mm = 10.0", "pigtail_mm = 1.0", "force.pigtail_mm");
+    refuses("dilator", "taper_mm = 20.0", "taper_mm = 20.0\npigtail_mm = 10.0", "force.pigtail_mm");
+    refuses("dilator", "taper_mm = 20.0", "taper_mm = nan", "force.taper_mm");
+    refuses("guide-wire", "tip_length_mm = 30.0", "tip_length_mm = 0.0", "force.tip_length_mm");
+    refuses("guide-wire", "tip_stiffness_n_mm2 = 5.0", "tip_stiffness_n_mm2 = inf",
+            "force.tip_stiffness_n_mm2");
+    refuses("guide-wire", "blunt_n = 2.0\n", "", "force.blunt_n");
     refuses("finger", "points = 19", "points = 31", "face.points");
     refuses("finger", "curvature_mm = 20.0", "curvature_mm = 5.0", "face");
     refuses("probe-convex", "rows = 3", "rows = 4", "face.rows");
     refuses("probe-convex", "curvature_mm = 60.0", "curvature_mm = 29.0", "face");
     refuses("probe-convex", "transducer = \"convex\"\n", "", "transducer");
+    refuses("probe-convex", "\"convex\"", "\"../instruments/finger\"", "transducer");
     refuses("scalpel", "cut_force_n = 0.4", "cut_force_n = nan", "force.cut_force_n");
     test::expectRefused([] { parseInstrument("a.toml", ""); }, "a.toml", "title");
     test::expectRefused([] { loadInstrument(folder() / "none.toml"); }, "none.toml", "");

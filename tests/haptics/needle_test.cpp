@@ -275,6 +275,29 @@ TEST(Needle, SkinFoldTentsForANeedleThatCameFromElsewhere) {
     EXPECT_EQ(near.hand.eventsOf(NeedleEventKind::puncture).size(), 2u);
 }
 
+// A needle that is carried away from a fold does not slide in other skin that it meets from behind.
+TEST(Needle, SkinFoldIsForgottenWhenTheNeedleIsCarriedElsewhere) {
+    const Layers fold{{skin, 0.004}, {air, 0.003}, {skin, 0.002}, {soft, 0.02}};
+    const auto bordersBehind = [&](const std::vector<Vec3>& path) {
+        Puncture p(fold, 0.001);
+        p.hand.to({-0.005, 0.0, 0.0});
+        p.hand.sweep(0.006);
+        EXPECT_EQ(p.hand.state.fold_count, 1);
+        for (const Vec3& tip_m : path)
+            p.hand.to(tip_m);
+        p.hand.events.clear();
+        p.hand.sweep(0.0035);
+        return p.hand.eventsOf(NeedleEventKind::border).size();
+    };
+    EXPECT_EQ(bordersBehind({}), 0u);
+    EXPECT_EQ(bordersBehind({{0.0055, 0.002, 0.0}}), 0u) << "the fold follows the shaft a little";
+    EXPECT_EQ(bordersBehind({{0.0055, 0.004, 0.0}}), 1u);
+    EXPECT_EQ(bordersBehind({{0.0055, 0.0, 0.004}, {0.0055, 0.0, 0.0}}), 1u) << "and back again";
+    // Around the fold, to its front, without passing through it.
+    const Vec3 around(0.006, 0.1, 0.0), in_front(-0.005, 0.1, 0.0);
+    EXPECT_EQ(bordersBehind({around, in_front, around, {0.006, 0.0, 0.0}}), 1u);
+}
+
 // A hole in the skin opens neither bone nor an organ that the needle is pushed into backwards.
 TEST(Needle, SkinFoldOpensNothingButSkin) {
     for (const Tissue behind : {bone, liver}) {
@@ -285,6 +308,8 @@ TEST(Needle, SkinFoldOpensNothingButSkin) {
         ASSERT_EQ(p.hand.state.fold_count, 1);
         p.hand.to({0.010, 0.05, 0.0002}), p.hand.to({0.0045, 0.05, 0.0002}),
             p.hand.to({0.0045, 0.0003, 0.0002});
+        // On the way around the needle has left the fold. This one is where it is now.
+        p.hand.state.fold_count = 1, p.hand.state.fold_reference_m = p.hand.state.channel_reference_m;
         p.hand.events.clear();
         p.hand.sweep(0.0029);
         EXPECT_EQ(p.hand.eventsOf(NeedleEventKind::border).size(), 1u) << patient::tissueName(behind);

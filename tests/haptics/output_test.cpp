@@ -248,6 +248,7 @@ TEST(Output, InputOnlyDeviceHasNoForceToLose) {
     const DeviceProfile mouse = inputOnlyProfile("mouse", "input only");
     for (const FaultText& fault : faultTexts()) {
         OutputState state;
+        state.safety.has_pose = true;
         OutputTick tick;
         for (int i = 0; i < 3000; ++i) {
             tick.tool.force_n = {i < 2000 ? 0.0 : -5.0, 0.0, 0.0};
@@ -257,8 +258,25 @@ TEST(Output, InputOnlyDeviceHasNoForceToLose) {
             const bool left_behind = fault.bit == kFaultAwayFromNeedle && tick.fault_bits != 0;
             ASSERT_EQ(state.safety.awaited, left_behind ? kFaultAwayFromNeedle : 0u) << fault.name;
         }
-        EXPECT_EQ(state.safety.faults, fault.bit & (kFaultBadForce | kFaultDeviceLost)) << fault.name;
+        EXPECT_EQ(state.safety.faults, fault.bit & kFaultBadForce) << fault.name;
     }
+}
+
+// Nobody could re-arm: a controller that is tracked again is lost no longer. One that has not been there yet
+// is not lost.
+TEST(Output, LossOfAnInputOnlyDeviceEndsWithItsReturn) {
+    const DeviceProfile controller = inputOnlyProfile("controller", "input only");
+    OutputState state;
+    OutputTick tick;
+    tick.fault_bits = kFaultDeviceLost;
+    (void)stepOutput(state, plain(), controller, 0.0, tick, kDt_s);
+    EXPECT_EQ(state.safety.faults, 0u);
+    state.safety.has_pose = true;
+    (void)stepOutput(state, plain(), controller, 0.0, tick, kDt_s);
+    EXPECT_EQ(state.safety.faults, std::uint32_t(kFaultDeviceLost));
+    tick.fault_bits = 0;
+    (void)stepOutput(state, plain(), controller, 0.0, tick, kDt_s);
+    EXPECT_EQ(state.safety.faults, 0u);
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "base/smoothstep.h"
 #include "tests/haptics/along_x.h"
 #include "tests/support/motion.h"
@@ -31,6 +33,35 @@ struct ProbeBench {
     ProbeState state;
     Surrogate breath;
 };
+
+// The fan of a convex face in closed form: 60 degrees around a centre 60 mm behind the face.
+TEST(Probe, ScanLinesOfAConvexFaceFormAFan) {
+    const ProbeSettings face;
+    EXPECT_NEAR(fanHalfAngle_rad(face), M_PI / 6.0, 1e-12);
+    for (const double angle : {-0.5, -0.1, 0.0, 0.3, 0.52}) {
+        const Vec3 line(std::sin(angle), 0.0, std::cos(angle)), centre(0.0, 0.0, -0.060);
+        for (const double depth_m : {0.0001, 0.05, 0.3}) {
+            const auto start = scanLineStart(face, centre + (0.060 + depth_m) * line + Vec3(0.0, 0.004, 0.0));
+            ASSERT_TRUE(start) << angle << " " << depth_m;
+            EXPECT_LT(glm::length(*start - (centre + 0.060 * line)), 1e-12);
+        }
+    }
+    for (const Vec3& missed : {Vec3(0.15, 0.0, 0.10), Vec3(-0.15, 0.0, 0.10), Vec3(0.0, 0.0, -0.001),
+                               Vec3(0.0, 0.0, -0.2), Vec3(NAN, 0.0, 0.1), Vec3(0.0, 0.0, NAN)})
+        EXPECT_FALSE(scanLineStart(face, missed)) << missed.x << " " << missed.z;
+}
+
+TEST(Probe, ScanLinesOfAFlatFaceAreAlmostParallel) {
+    const ProbeSettings face{.length_m = 0.040, .curvature_m = 10.0};
+    for (const double x_m : {-0.0199, 0.0, 0.015}) {
+        const auto start = scanLineStart(face, {x_m, 0.0, 0.040});
+        ASSERT_TRUE(start) << x_m;
+        EXPECT_NEAR(start->x, x_m, 1e-4);
+        EXPECT_NEAR(start->z, 0.0, 3e-5);
+    }
+    EXPECT_FALSE(scanLineStart(face, {0.0205, 0.0, 0.040}));
+    EXPECT_FALSE(scanLineStart(face, {-0.0205, 0.0, 0.040}));
+}
 
 TEST(Probe, TouchesFromTheMiddleOutward) {
     ProbeBench s;

@@ -50,7 +50,7 @@ TEST(Safety, EveryBitHasANameAndAText) {
         EXPECT_TRUE(names.insert(t.name).second);
         EXPECT_GT(std::strlen(t.text), 10u);
     }
-    EXPECT_EQ(bits, 2u * kFaultAwayFromNeedle - 1u);
+    EXPECT_EQ(bits, 2u * kFaultHostLate - 1u);
 }
 
 // HZ-FORCE-02
@@ -131,6 +131,13 @@ const Cause kCauses[] = {
          w.device.grip_at_m.y = kNaN;
      }},
     {"unplugged", kFaultDeviceLost, [](SafetyBench& w) { w.device.flags &= ~std::uint32_t(kDeviceReady); }},
+    {"released by a late computer", kFaultHostLate,
+     [](SafetyBench& w) { w.device.flags = kDeviceHandOn | kDeviceHostLate; }},
+    {"not polled in time", kFaultHostLate,
+     [](SafetyBench& w) {
+         w.device.fresh = 0;
+         w.device.flags |= kDeviceHostLate;
+     }},
     {"let go", kFaultHandOff, [](SafetyBench& w) { w.device.flags &= ~std::uint32_t(kDeviceHandOn); }},
     {"headset off", kFaultNotFocused, [](SafetyBench& w) { w.safety.focused = false; }},
     {"NaN", kFaultBadPose, [](SafetyBench& w) { w.device.device_from_stylus.position_m.y = kNaN; }},

@@ -8,6 +8,7 @@
 
 #include "patient/package/motion_io.h"
 #include "patient/package/nifti.h"
+#include "patient/package/origin.h"
 #include "tests/support/file_text.h"
 #include "tests/support/motion.h"
 #include "tests/support/nifti_bytes.h"
@@ -392,6 +393,17 @@ TEST(Digest, IgnoresNamesAndOrder) {
     p.label_table[2].colour = {1, 2, 3};
     std::reverse(p.label_table.begin(), p.label_table.end());
     EXPECT_EQ(digest(p), digest(good));
+}
+
+// The atlases are named in one place. The text for people is made from it.
+TEST(Package, ItsOriginNamesItsAtlases) {
+    Package p;
+    p.provenance = "built";
+    EXPECT_EQ(describeOrigin(p), "built");
+    EXPECT_EQ(formatAtlasList(p.atlases), "");
+    p.atlases = {"A", "B"};
+    EXPECT_EQ(describeOrigin(p), "built; atlases: \"A\", \"B\"");
+    EXPECT_EQ(formatAtlasList({"A\nB\033[31m\x7f"}), "atlases: \"A B [31m \"");
 }
 
 }  // namespace

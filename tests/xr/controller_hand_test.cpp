@@ -13,6 +13,7 @@
 #include "app/trainer/display/frames.h"
 #include "app/trainer/hands/live_hand.h"
 #include "app/trainer/stores/platform_linux.h"
+#include "tests/app/trainer/difficulties.h"
 #include "tests/app/trainer/phantom_attempt.h"
 #include "tests/support/temp_folder.h"
 
@@ -82,6 +83,7 @@ TEST_F(ControllerHand, PuncturesTheDuctAlongThePlannedPath) {
     LiveDevice device(kControllers, std::make_unique<ControllerDriver>(*port, ControllerSide::right, clock),
                       clock);
     PictureSettings settings;
+    settings.config.difficulties = test::difficulties();
     settings.assets = std::getenv("STYLET_ASSETS");
     settings.controllers = port;
     settings.config.validation = true;
@@ -124,6 +126,7 @@ TEST_F(ControllerHand, FollowsTheSelectedHandWhileTheSessionHasFocus) {
     play({{"left", {{"poses", {keyOf(0.0, left)}}}}, {"right", {{"poses", {keyOf(0.0, right)}}}}},
          {{{"frame", 12}, {"session_loss", {{"lost_after_s", 0}}}}});
     PictureSettings settings;
+    settings.config.difficulties = test::difficulties();
     settings.assets = std::getenv("STYLET_ASSETS");
     settings.config.fast = true;
     settings.controllers = std::make_shared<ControllerPort>();

@@ -14,6 +14,7 @@
 #include <vulkan/vulkan_raii.hpp>
 
 #include "base/statistics.h"
+#include "tests/app/trainer/difficulties.h"
 #include "tests/support/duct_path.h"
 #include "tests/support/phantom.h"
 #include "tests/support/picture.h"
@@ -104,6 +105,7 @@ class FramesTest : public testing::Test {
         settings_.assets = std::getenv("STYLET_ASSETS");
         settings_.config.fast = true;
         settings_.config.folder = folder_.path();
+        settings_.config.difficulties = test::difficulties();
         settings_.config.validation = validationLayerPresent();
         settings_.config.stats = true;
     }

@@ -14,6 +14,7 @@
 #include "app/trainer/display/frames.h"
 #include "app/trainer/view/monitor.h"
 #include "render/render.h"
+#include "tests/app/trainer/difficulties.h"
 #include "tests/support/duct_path.h"
 #include "tests/support/phantom.h"
 #include "tests/support/picture.h"
@@ -50,6 +51,7 @@ class HeadsetTest : public testing::Test {
         settings_.assets = std::getenv("STYLET_ASSETS");
         settings_.config.fast = true;
         settings_.config.folder = folder_.path();
+        settings_.config.difficulties = test::difficulties();
         settings_.config.validation = true;
         settings_.rearm_act = "press the first button";
         settings_.config.difficulty =

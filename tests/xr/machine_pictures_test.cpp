@@ -83,6 +83,36 @@ TEST_F(MachinePicturesTest, TheScanRateIsLimitedByTheSpeedOfSound) {
     EXPECT_NEAR(double(pictures_.totals().scans - before), 1.0 / 0.030, 2.0);
 }
 
+// The linear probe shows a strip as wide as its face. In the fan of the convex one the slab, which is not
+// wider, fills less of a row. The machine's knob does not replace the probe that is felt.
+TEST_F(MachinePicturesTest, ThePictureIsThatOfTheProbe) {
+    const auto litPixels = [&](double share) {  // in the row at this share of the height
+        const render::ScreenPicture screen = pictures_.ultrasoundScreen();
+        const int row = int(share * screen.height);
+        int count = 0;
+        for (int x = 0; x < screen.width; ++x)
+            count += screen.rgba[4 * (row * screen.width + x)] > 4 ? 1 : 0;
+        return count;
+    };
+    moment_.machines.ultrasound.depth_m = 0.06;
+    look(0.0);
+    EXPECT_LT(litPixels(0.4), 210);
+    EXPECT_LT(litPixels(0.6), 210);
+    moment_.probe = {.transducer = "linear", .length_m = 0.040, .curvature_m = 10.0};
+    look(1.0);
+    const double strip = UltrasoundScreen::kHeight * 0.040 / 0.060;
+    EXPECT_NEAR(litPixels(0.4), strip, 15);
+    EXPECT_NEAR(litPixels(0.6), strip, 15);
+}
+
+TEST_F(MachinePicturesTest, AnUnknownTransducerLeavesTheScreenDark) {
+    moment_.probe.transducer = "none";
+    testing::internal::CaptureStderr();
+    look(0.0);
+    EXPECT_NE(testing::internal::GetCapturedStderr().find("none.toml"), std::string::npos);
+    EXPECT_EQ(pictures_.totals().scans, 0u);
+}
+
 TEST_F(MachinePicturesTest, AFrozenPictureStays) {
     look(0.0);
     moment_.machines.ultrasound.freeze = true;

@@ -7,6 +7,7 @@
 #include "app/modeller/image/handover_files.h"
 #include "app/modeller/image/vector_field.h"
 #include "app/modeller/segmentation/coarse_grid.h"
+#include "patient/package/origin.h"
 
 namespace stylet::modeller {
 
@@ -176,17 +177,10 @@ Mask wholeLiver(const LabelVolume& labels, const std::vector<Label>& table) {
     });
 }
 
-std::string formatAtlasList(const std::vector<std::string>& names) {
-    std::string list;
-    for (const std::string& name : names)
-        list += (list.empty() ? "atlases: \"" : ", \"") + name + "\"";
-    return list;
-}
-
 void checkNotOwnAtlas(const std::string& name, const std::vector<std::string>& atlases) {
     if (std::find(atlases.begin(), atlases.end(), name) != atlases.end())
         throw ImportError("\"" + name + "\" is among the atlases of its own patient, which proves nothing (" +
-                          formatAtlasList(atlases) +
+                          patient::formatAtlasList(atlases) +
                           "): leave that atlas out, or give the patient another name if it is not the same");
 }
 

@@ -52,7 +52,7 @@ struct AtlasPrior {
     // One volume per Organ, indexed by its value. They sum to 1 wherever at least one atlas covers the voxel.
     std::vector<FloatVolume> probability;
     FloatVolume known;              // share of the atlases that cover a voxel
-    std::vector<std::string> used;  // names of the atlases, for the provenance
+    std::vector<std::string> used;  // names of the atlases
 };
 
 // One atlas: its features on the registration grid, and an organ for each voxel of its package.
@@ -64,8 +64,6 @@ class AtlasImage {
     LabelVolume organ;
 };
 
-// Returns `atlases: "A", "B"`, the list of atlases in a provenance text. Empty if there are none.
-std::string formatAtlasList(const std::vector<std::string>& names);
 // Throws ImportError if `name` is among the names of the atlases. If a build uses the patient as its own
 // atlas, the result says nothing about accuracy.
 void checkNotOwnAtlas(const std::string& name, const std::vector<std::string>& atlases);

@@ -16,6 +16,7 @@
 #include "app/modeller/segmentation/stages.h"
 #include "base/hash.h"
 #include "patient/package/nifti.h"
+#include "patient/package/origin.h"
 
 namespace stylet::modeller {
 
@@ -108,6 +109,8 @@ StageReport runStage(BuildState& work, const StageStore& store, int number, cons
     report.seconds = result->record.seconds;
     report.corrected = result->record.corrected;
     report.notes = result->record.notes;
+    if (!result->record.atlases.empty())
+        report.notes.push_back(patient::formatAtlasList(result->record.atlases));
     if (report.corrected)
         checkCorrected(store.stageFolder(number, stage.name) / "labels.nii.gz", stage, result->labels,
                        report.notes);
@@ -208,9 +211,8 @@ Package makePackage(const BuildState& work) {
     fillLabelTable(p, [&](const Label& l) { return labelProvenance(l, work); });
     p.name = settings.name;
     p.licence = settings.licence;
-    p.provenance = "built by stylet-model from a CT alone" +
-                   (work.atlases.empty() ? "" : "; " + formatAtlasList(work.atlases)) +
-                   (work.virtual_ducts ? "; virtual bile ducts added" : "");
+    p.provenance = "built by stylet-model from a CT alone";
+    if (work.virtual_ducts) p.provenance += "; virtual bile ducts added";
     p.atlases = work.atlases;
     p.thresholds = work.thresholds;
     p.tissues = settings.defaults.tissues;

@@ -27,7 +27,7 @@ constexpr const char *kLabels = "labels.nii.gz", *kRecord = "stage.json";
 bool isControl(unsigned char c) {
     return c < 32 || c == 127;
 }
-// Removes control characters, because names of atlases come from files.
+// Removes control characters, because a note may quote a file.
 std::string sanitiseNote(std::string note) {
     std::replace_if(note.begin(), note.end(), isControl, ' ');
     return note.substr(0, kMaxNoteBytes);

@@ -29,8 +29,7 @@ namespace {
 // Ids used only by stages, in addition to a package's labels.
 constexpr std::uint8_t kAirways = 253, kBody = 254;
 constexpr double kSkin_m = 0.002, kBlur_m = 0.002;
-constexpr std::size_t kMaxAtlasListChars = 1800;  // a package's provenance has at most 2000 characters
-constexpr double kAtlasSpacing_m = 0.0025;        // of the default atlases; the prior's grid is coarser
+constexpr double kAtlasSpacing_m = 0.0025;  // of the default atlases; the prior's grid is coarser
 constexpr const char* kControlPoints = "control-points.txt";
 
 // Labels the voxels as a target.
@@ -151,14 +150,6 @@ std::vector<AtlasImage> atlasImages(const BuildState& work, const AtlasSettings&
     std::vector<AtlasImage> images;
     for (const std::filesystem::path& folder : settings.atlases)
         images.push_back(atlasImage(patient::loadPackage(folder), work, atlas));
-    std::vector<std::string> names;
-    for (const AtlasImage& image : images)
-        names.push_back(image.name);
-    if (formatAtlasList(names).size() > kMaxAtlasListChars)
-        throw ImportError(
-            "the atlases' names do not fit into the package's provenance; pass fewer atlases, or shorten "
-            "their "
-            "names");
     if (!images.empty()) return images;
     for (const std::uint64_t seed : kAtlasSeeds) {
         patient::synth::SynthSettings synth;
@@ -188,7 +179,6 @@ void findLiverStage(BuildState& work, StageResult& r) {
     paintTarget(r, liver.mask, "liver");
     r.record.notes = liver.notes;
     r.record.atlases = prior.used;
-    if (!prior.used.empty()) r.record.notes.push_back(formatAtlasList(prior.used));
 }
 void restoreLiver(BuildState& work, const StageResult& r) {
     checkNotOwnAtlas(work.settings->name, r.record.atlases);

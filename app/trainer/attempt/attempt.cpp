@@ -1,6 +1,7 @@
 #include "app/trainer/attempt/attempt.h"
 
 #include <fmt/core.h>
+#include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -43,6 +44,14 @@ std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient,
     return make(patient);
 }
 
+std::optional<patient::DuctSpace> ductSpaceFor(const patient::Patient& patient, const haptics::Trace& hand) {
+    const bool uses =
+        std::any_of(hand.commands.begin(), hand.commands.end(),
+                    [](const haptics::TraceCommand& c) { return haptics::selectsAccessTool(c.command); });
+    if (!uses) return std::nullopt;
+    return patient::makeDuctSpace(patient);
+}
+
 }  // namespace
 
 std::int64_t Attempt::begun_ns() const noexcept {
@@ -81,7 +90,8 @@ Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
     const double breath_s = patient::longestBreath_s(*settings.breath, settings.dt_s);
     haptics::Trace hand = makeScriptedTrace(scenario, path, breath_s, settings, seed);
     std::optional<haptics::TouchMap> touch = touchMapFor(patient, settings, hand, make_touch);
-    return {patient, settings, std::move(hand), std::move(touch)};
+    std::optional<patient::DuctSpace> ducts = ductSpaceFor(patient, hand);
+    return {patient, settings, std::move(hand), std::move(touch), std::move(ducts)};
 }
 
 Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenario,
@@ -105,7 +115,7 @@ Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenari
         placed = haptics::alignWithPath(profile, at_entry);
     else
         placed.position_m = middle_m - placed.rotation * device.device_from_grip.position_m;
-    return {patient, settings, {}, std::move(touch)};
+    return {patient, settings, {}, std::move(touch), patient::makeDuctSpace(patient)};
 }
 
 }  // namespace stylet::trainer

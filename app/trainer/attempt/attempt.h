@@ -19,11 +19,13 @@ struct Attempt {
     haptics::SimulationSettings simulation;
     haptics::Trace hand;                          // scripted input; empty: live input
     std::optional<haptics::TouchMap> touch;       // set if a tool of this attempt presses on the skin
+    std::optional<patient::DuctSpace> ducts{};    // set if this attempt uses the guide wire
     std::vector<haptics::TickInput> beginning{};  // recorded ticks of an earlier attempt; computed first
 
     // Duration of `beginning`.
     std::int64_t begun_ns() const noexcept;
     const haptics::TouchMap* touchMap() const noexcept { return touch ? &*touch : nullptr; }
+    const patient::DuctSpace* ductSpace() const noexcept { return ducts ? &*ducts : nullptr; }
 };
 
 // Gives a new attempt the force settings of its instruments. Call it before the first tick. An attempt that

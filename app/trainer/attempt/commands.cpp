@@ -32,6 +32,7 @@ constexpr Command toolCommand(Tool tool) {
     return {CommandKind::tool, std::uint32_t(tool)};
 }
 
+constexpr std::string_view kRearm = "rearm";
 constexpr std::array kCommandWords{
     CommandWord{"finger", "select the finger, for palpation", Act::command, toolCommand(Tool::finger)},
     CommandWord{"probe", "select the ultrasound probe", Act::command, toolCommand(Tool::probe)},
@@ -39,13 +40,18 @@ constexpr std::array kCommandWords{
     CommandWord{"guide", "select the needle, to snap it into the parked probe's guide", Act::command,
                 toolCommand(Tool::guide)},
     CommandWord{"needle", "select the needle", Act::command, toolCommand(Tool::needle)},
+    CommandWord{"wire", "select the guide wire, through the needle in the body", Act::command,
+                toolCommand(Tool::wire)},
+    CommandWord{"dilator", "select the dilator, over the guide wire", Act::command,
+                toolCommand(Tool::dilator)},
+    CommandWord{"drain", "select the drain, over the guide wire", Act::command, toolCommand(Tool::drain)},
     CommandWord{"next", "select the procedure's next tool; a probe in use is parked first", Act::next},
     CommandWord{"park", "park the probe where it is", Act::command, {CommandKind::park, 1}},
     CommandWord{"lift", "lift the parked probe off the skin", Act::command, {CommandKind::park, 0}},
     CommandWord{"hold", "ask the patient for a breath-hold", Act::command, {CommandKind::holdBreath, 0}},
     CommandWord{"breathe", "let the patient breathe again", Act::command, {CommandKind::breathe, 0}},
-    CommandWord{"rearm",
-                "re-arm the force after a fault; an empty line does the same",
+    CommandWord{kRearm,
+                "re-arm the force of a haptic device after a fault; an empty line does the same",
                 Act::command,
                 {CommandKind::rearm, 0}},
     CommandWord{"stop", "stop the injection of contrast medium", Act::command, {CommandKind::inject, 0}},
@@ -59,8 +65,20 @@ constexpr std::string_view kInject = "inject";
 constexpr double kUsual_ml_per_s = 1.0;
 constexpr std::array kMachines{training::Machine::xray, training::Machine::ultrasound};
 
-Tool after(Tool tool) {
-    return Tool((int(tool) + 1) % haptics::kToolCount);
+// The procedure's next tool. After the needle comes the wire if the needle is in the body, else the finger.
+// With a wire in the body: the needle is drawn out over it, dilator and drain follow, then the wire is drawn
+// out.
+Tool nextTool(const TickOutput& now) {
+    if (now.access.open) {
+        if (now.tool == Tool::wire) return now.access.needle_in ? Tool::needle : Tool::dilator;
+        if (now.tool == Tool::needle) return now.access.needle_in ? Tool::wire : Tool::dilator;
+        if (now.tool == Tool::dilator) return Tool::drain;
+        if (now.tool == Tool::drain) return Tool::wire;
+    } else if (haptics::isAccessTool(now.tool)) {
+        return Tool::finger;
+    }
+    const bool ends = now.tool == Tool::needle && now.phase == haptics::Phase::outside && !now.access.open;
+    return ends ? Tool::finger : Tool((int(now.tool) + 1) % haptics::kToolCount);
 }
 
 std::string_view nameOf(Tool tool) {
@@ -105,12 +123,35 @@ std::string describeEquipmentOutcome(const Command& command) {
     return fmt::format("{} {:g}", training::machineKnobs(turned->machine)[turned->knob].word, turned->value);
 }
 
+// Reason why the access does not allow `asked`, or an empty string.
+std::string whyNot(Tool asked, const TickOutput& now) {
+    const haptics::AccessOutput& access = now.access;
+    if (access.open && access.dilator_m > 0.0) return "the dilator is in the body; withdraw it over the wire";
+    if (access.open && access.needle_in && asked != Tool::wire)
+        return haptics::isAccessTool(asked) ? "the needle is still in the body; withdraw it over the wire"
+                                            : "the needle is in the body; select it and withdraw it first";
+    if (asked == Tool::wire)
+        return access.drain == haptics::DrainState::in_place
+                   ? "a drain is in place"
+                   : "the wire needs a needle in the body: puncture a duct first";
+    if (asked == Tool::drain && access.drain == haptics::DrainState::in_place)
+        return "the drain is in place and cannot be moved";
+    if (asked == Tool::dilator && access.wire_in) return "the drain is in the body";
+    if (haptics::isAccessTool(asked))
+        return fmt::format("the {} needs a guide wire in the body to slide over", nameOf(asked));
+    if (access.open && haptics::isNeedleTool(asked))
+        return "the guide wire is in the body: the needle is not needed; withdraw the wire first";
+    return {};
+}
+
 std::string describeToolOutcome(Tool asked, const TickOutput& before, const TickOutput& now) {
     if (now.tool == asked && before.tool == asked)
         return now.probe_parked && asked == Tool::probe
                    ? "the probe is parked: type \"lift\" to use it again"
                    : fmt::format("the {} is in hand already", nameOf(asked));
     if (now.tool == asked) return fmt::format("the {} is in hand", nameOf(asked));
+    if (const std::string why = whyNot(asked, now); !why.empty())
+        return fmt::format("the {} stays in hand: {}", nameOf(now.tool), why);
     return fmt::format("the {} stays in hand: it is in the body; withdraw it first", nameOf(now.tool));
 }
 
@@ -119,7 +160,9 @@ std::string describeParkOutcome(bool stay, const TickOutput& before, const TickO
         return before.probe_parked ? "the probe is parked already" : "the probe stays where it is";
     if (stay)
         return before.tool == Tool::probe
-                   ? "the probe is not parked: lift it off the skin once, then place it again"
+                   ? (before.tool_awaits_exit
+                          ? "the probe is not parked: lift it off the skin once, then place it again"
+                          : "the probe is not parked: press it flat on the skin first")
                    : "no probe is in hand";
     if (now.probe_parked) return "the probe stays: its rail guides a needle in the body";
     return before.probe_parked ? "the probe is lifted off" : "no probe is parked";
@@ -127,10 +170,11 @@ std::string describeParkOutcome(bool stay, const TickOutput& before, const TickO
 
 }  // namespace
 
-std::string describeCommands() {
+std::string describeCommands(bool exerts_force) {
     std::string text = "Commands with a device (type one and press Enter):\n";
     for (const CommandWord& word : kCommandWords)
-        text += helpLine(word.word, word.what);
+        if (exerts_force || word.command.kind != CommandKind::rearm || word.act != Act::command)
+            text += helpLine(word.word, word.what);
     text += helpLine("inject N", "inject contrast medium through the needle, ml/s (default 1)");
     for (const training::Machine machine : kMachines)
         for (const training::Knob& knob : training::machineKnobs(machine))
@@ -166,7 +210,7 @@ std::vector<Command> UserCommands::update(std::string_view typed, std::uint32_t 
     std::vector<Command> commands;
     const auto mayGoOn = [&] { return commands.empty() || !changesTool(commands.back()); };
     if (std::exchange(next_wanted_, false) && now.tool == Tool::probe && now.probe_parked)
-        commands.push_back(toolCommand(after(now.tool)));
+        commands.push_back(toolCommand(nextTool(now)));
     for (std::optional<std::string> line; mayGoOn() && (line = popLine(waiting_));)
         parseLine(*line, now, commands);
     if (!hasLine() && waiting_.size() > kMaxCommandLength) waiting_.resize(kMaxCommandLength);
@@ -193,16 +237,17 @@ void UserCommands::add(const Command& command, std::vector<Command>& commands) {
 // A probe that cannot be parked stays in use, so the next tool waits until the probe is parked.
 void UserCommands::addNext(const TickOutput& now, std::vector<Command>& commands) {
     next_wanted_ = now.tool == Tool::probe && !now.probe_parked;
-    add(next_wanted_ ? Command{CommandKind::park, 1} : toolCommand(after(now.tool)), commands);
+    add(next_wanted_ ? Command{CommandKind::park, 1} : toolCommand(nextTool(now)), commands);
 }
 
 void UserCommands::parseLine(std::string_view line, const TickOutput& now, std::vector<Command>& commands) {
-    if (line.empty()) line = "rearm";
+    if (line.empty()) line = kRearm;
+    if (!exerts_force_ && line == kRearm) return;  // an empty line, or a habit from a haptic device
     for (const CommandWord& word : kCommandWords) {
         if (line != word.word) continue;
         if (word.act == Act::command) add(word.command, commands);
         if (word.act == Act::next) addNext(now, commands);
-        if (word.act == Act::list) say_(describeCommands());
+        if (word.act == Act::list) say_(describeCommands(exerts_force_));
         return;
     }
     std::string why_not =

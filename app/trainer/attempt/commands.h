@@ -25,13 +25,16 @@ struct UserButtons {
 // Prints a message for the user.
 using Say = std::function<void(const std::string&)>;
 
-// Help texts: all typed commands; all assigned buttons. `names` are the button names, from bit 0 on.
-std::string describeCommands();
+// Help texts: all typed commands; all assigned buttons. `names` are the button names, from bit 0 on. Without
+// `exerts_force`, the commands about the force are left out.
+std::string describeCommands(bool exerts_force = true);
 std::string describe(const UserButtons&, std::span<const std::string_view> names = {});
 
 class UserCommands {
   public:
-    UserCommands(const UserButtons& buttons, Say say) : buttons_(buttons), say_(std::move(say)) {}
+    // `exerts_force`: false for a device without force, which has nothing to re-arm.
+    UserCommands(const UserButtons& buttons, Say say, bool exerts_force = true)
+        : buttons_(buttons), say_(std::move(say)), exerts_force_(exerts_force) {}
     // Session thread. Returns the commands of all complete lines in `typed` and of the newly pressed buttons
     // (`pressed`, without the re-arm button), in that order. An incomplete line waits for its newline. `held`
     // are the buttons that are down. Stops after the first command that changes the tool: later lines and
@@ -49,6 +52,7 @@ class UserCommands {
 
     UserButtons buttons_;
     Say say_;
+    bool exerts_force_;
     std::string waiting_;
     std::uint32_t pressed_ = 0, holding_ = 0;
     bool next_wanted_ = false;  // pending until the probe is parked

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/training/difficulty.h"
 #include "haptics/devices/devices.h"
@@ -22,13 +23,17 @@ struct AttemptConfig {
     std::filesystem::path patient{};  // package; empty: the reference patient of `seed`
     std::filesystem::path full{};     // fully segmented package of the same patient, for comparing the force
     std::uint64_t seed = 1;
-    double spacing_mm = 1.0;    // voxel size of a generated reference patient
-    std::string path{};         // reference path (reference_path.h); empty: the patient's best
-    std::string needle_name{};  // name in assets/instruments, or a .toml file; empty: the scenario's
+    double spacing_mm = 1.0;  // voxel size of a generated reference patient
+    std::string path{};       // reference path (reference_path.h); empty: the patient's best
+    // Each a name in assets/instruments, or a .toml file. They replace the scenario's instruments of the same
+    // kinds. Empty: no needle; none.
+    std::string needle_name{};
+    std::vector<std::string> instrument_names{};
     // The instruments as loaded, once the scenario is known. With a record to restart, those of the record.
-    haptics::Instrument needle{};
+    haptics::InstrumentSet instruments{};
     haptics::ToolSettings tools{};
     training::Difficulty difficulty = training::Difficulty::practice;
+    training::DifficultyTable difficulties{};  // what each difficulty allows, from the assets
 
     // Results.
     std::filesystem::path folder{};  // folder for summary, record and captured pictures

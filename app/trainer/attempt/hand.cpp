@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include "app/trainer/attempt/random.h"
 #include "base/transcendental.h"
 
 namespace stylet::trainer {
@@ -43,17 +44,6 @@ struct Glide {
         if (stop <= 0.0) return speed_m_s * (0.5 * ramp_s + (t - ramp_s));
         if (stop < ramp_s) return distance_m - speed_m_s * ramp_s * rampDistance((ramp_s - stop) / ramp_s);
         return distance_m;
-    }
-};
-
-// splitmix64 (Steele et al. 2014) as a stream of numbers in [0, 1).
-struct Random {
-    std::uint64_t state;
-    double next() {
-        std::uint64_t z = (state += 0x9e3779b97f4a7c15ull);
-        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
-        z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
-        return double((z ^ (z >> 31)) >> 11) * 0x1.0p-53;
     }
 };
 

@@ -109,12 +109,13 @@ void startFromRecord(Attempt& attempt, const Retry& retry, const MakeTouch& make
             sample.device_from_stylus = recorded_from_device * sample.device_from_stylus;
     attempt.simulation = recorded;
     attempt.beginning = retry.record.inputs;
-    if (attempt.touch) return;
-    bool presses = haptics::pressesOnSkin(recorded.tools.first);
+    bool presses = haptics::pressesOnSkin(recorded.tools.first), uses_wire = false;
     for (const haptics::TickInput& input : attempt.beginning)
         for (std::uint32_t i = 0; i < input.command_count; ++i)
-            presses = presses || haptics::selectsSkinTool(input.commands[i]);
-    if (presses) attempt.touch = make_touch(attempt.patient);
+            presses = presses || haptics::selectsSkinTool(input.commands[i]),
+            uses_wire = uses_wire || haptics::selectsAccessTool(input.commands[i]);
+    if (uses_wire && !attempt.ducts) attempt.ducts = patient::makeDuctSpace(attempt.patient);
+    if (presses && !attempt.touch) attempt.touch = make_touch(attempt.patient);
 }
 
 }  // namespace stylet::trainer

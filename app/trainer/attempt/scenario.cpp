@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kMaxSeconds = 600.0, kMaxDistance_mm = 500.0, kMaxSpeed_mm_s = 500.0;
 constexpr double kMaxLean_deg = 60.0, kMaxRoll_deg = 180.0, kRadPerDeg = 0.017453292519943295;
-constexpr std::size_t kMaxStages = 200, kMaxMoments = 100;
+constexpr std::size_t kMaxStages = 200, kMaxMoments = 100, kMaxInstruments = 20;
 constexpr std::size_t kMaxFileBytes = 1 << 20;
 
 double metres(double mm) {
@@ -108,6 +108,13 @@ std::vector<std::string> readMoments(Fields& f) {
     return moments;
 }
 
+std::vector<std::string> readInstruments(Fields& f) {
+    std::vector<std::string> names = f.texts("instruments", kMaxInstruments);
+    if (std::ranges::any_of(names, [](const std::string& name) { return name.empty(); }))
+        f.refuse("instruments", "contains an empty name");
+    return names;
+}
+
 void readHold(Fields f, ScenarioBreath& breath) {
     patient::HoldBehaviour& hold = breath.plan.hold;
     breath.creep_m = metres(f.numberOr("creep_mm", 0.0, 20.0, 0.0));
@@ -165,7 +172,9 @@ Scenario parseScenario(std::string_view text, const std::filesystem::path& file)
     s.moments = readMoments(top);
     s.approach_distance_m = metres(top.number("approach_distance_mm", 0.0, kMaxDistance_mm));
     if (top.has("tool")) s.tool = readTool(top);
+    if (haptics::isAccessTool(s.tool)) top.refuse("tool", "a scenario cannot begin with it");
     if (top.has("needle")) s.needle = top.nonEmptyText("needle");
+    if (top.has("instruments")) s.instruments = readInstruments(top);
     if (top.has("breath")) s.breath = readBreath(top.child("breath"));
     Fields start = top.child("start");
     s.start = readPlace(start);
@@ -223,8 +232,10 @@ std::uint64_t digest(const Scenario& s) {
             hash.add(turned.value);
         }
     }
-    // A scenario without a needle has the same hash as before needles were added to the format.
+    // A scenario without instruments has the same hash as before instruments were added to the format.
     if (!s.needle.empty()) hash.add(std::string_view(s.needle));
+    for (const std::string& name : s.instruments)
+        hash.add(std::string_view(name));
     return hash.value();
 }
 

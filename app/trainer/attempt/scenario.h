@@ -43,12 +43,12 @@ enum class StageKind : std::uint8_t {
 struct Stage {
     StageKind kind = StageKind::wait;
     double seconds = 0.0;
-    Place to;
+    Place to{};
     double speed_m_s = 0.0;                      // cruising speed; starts and stops are smooth
     haptics::Tool tool = haptics::Tool::needle;  // for changeTool
     double injected_m3_per_s = 0.0;
     bool pedal_down = false;
-    std::vector<training::KnobSetting> turned;  // for machine, in the order of the knobs
+    std::vector<training::KnobSetting> turned{};  // for machine, in the order of the knobs
     friend bool operator==(const Stage&, const Stage&) = default;
 };
 
@@ -66,7 +66,10 @@ struct ScenarioBreath {
 struct Scenario {
     std::string name;
     haptics::Tool tool = haptics::Tool::needle;  // tool at the start
-    std::string needle;  // name in assets/instruments, or a .toml file; empty: the default needle
+    // Each a name in assets/instruments, or a .toml file. Empty: the default needle; none, so that the other
+    // kinds have their default instruments too.
+    std::string needle;
+    std::vector<std::string> instruments;
     Place start;
     double ramp_s = 0.4;       // time from rest to cruising speed, and the same from that to rest
     double tremor_m = 0.0001;  // largest excursion of the tip

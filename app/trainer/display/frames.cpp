@@ -71,7 +71,7 @@ struct FrameLoop::Impl {
     const patient::Patient& patient;
     const PictureSettings settings;
     training::Difficulty difficulty;
-    training::Hints hints;
+    training::DifficultyRules rules;
     const Vec3 stage_entry_m;
     SceneMaker scenes;
     AlertWatch alerts;
@@ -99,14 +99,14 @@ FrameLoop::Impl::Impl(const patient::Patient& patient_in, const PictureSettings&
     : patient(patient_in),
       settings(settings_in),
       difficulty(settings.config.difficulty),
-      hints(training::makeHints(difficulty)),
+      rules(settings.config.difficulties[difficulty]),
       stage_entry_m(stageFromPatient(patient, path) * path.entry_m),
-      scenes(patient, path, sceneLook(settings.config), settings.press, hints),
+      scenes(patient, path, sceneLook(settings.config), settings.press, rules),
       alerts(settings.press.tick_s),
       mock({settings.head_script, settings.config.fast, settings.config.folder}, scenes.stageFromPatient(),
            path),
       room(settings.colocation, scenes.stageFromPatient(), settings.config.seated) {
-    if (hints.panel) guide.emplace(hints, settings.press.tick_s);
+    if (rules.panel) guide.emplace(rules, controlsOf(settings.config.device), settings.press.tick_s);
     headset = std::make_unique<Headset>(patient, settings);
     totals.runtime = headset->session.runtimeName();
     totals.gpu = headset->gpu->name();
@@ -220,16 +220,16 @@ void FrameLoop::Impl::showMachines(render::RenderScene& scene, const FrameState&
 void FrameLoop::Impl::help(training::Difficulty now) {
     if (now == difficulty) return;
     difficulty = now;
-    hints = training::makeHints(now);
-    scenes.help(hints);
+    rules = settings.config.difficulties[now];
+    scenes.help(rules);
     guide.reset();
-    if (hints.panel) guide.emplace(hints, settings.press.tick_s);
+    if (rules.panel) guide.emplace(rules, controlsOf(settings.config.device), settings.press.tick_s);
 }
 
 // Adds alerts and guide panel as the difficulty allows. The notice is drawn later, on top of them.
 void FrameLoop::Impl::showHints(HeadsetPanels& panels, const FrameState& seen,
                                 const std::array<render::View, 2>& views) {
-    if (hints.colours) panels.placeAlert(alerts.update(seen), views);
+    if (rules.colours) panels.placeAlert(alerts.update(seen), views);
     if (guide) {
         const bool looked_at = panels.sees(stage_entry_m, headPose(views));
         const std::uint64_t before = guide->revision();

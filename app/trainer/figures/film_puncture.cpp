@@ -17,7 +17,8 @@ constexpr int kTicksAFrame = 11;  // ticks between updates of the tissue: 90 Hz
 constexpr double kAway_m = 0.06;
 
 std::vector<TickOutput> ticksOf(const Attempt& attempt) {
-    haptics::Simulation simulation(attempt.patient, attempt.simulation, attempt.touchMap());
+    haptics::Simulation simulation(attempt.patient, attempt.simulation, attempt.touchMap(),
+                                   attempt.ductSpace());
     const std::vector<haptics::TraceCommand>& commands = attempt.hand.commands;
     const double dt_ns = 1e9 * attempt.simulation.dt_s;
     std::vector<TickOutput> ticks;

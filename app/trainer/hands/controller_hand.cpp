@@ -94,19 +94,22 @@ ControllerDriver::ControllerDriver(ControllerPort& port, ControllerSide side, co
 
 DeviceStage ControllerDriver::open(std::string& why) {
     std::uint32_t buttons = 0;
-    tracked_ns_ = now();
-    if (port_.toolAt(tracked_ns_, buttons)) return DeviceStage::ready;
+    last_ns_ = now();
+    untracked_ns_ = 0;
+    if (port_.toolAt(last_ns_, buttons)) return DeviceStage::ready;
     why = missing_;
     return DeviceStage::absent;
 }
 
 DeviceStage ControllerDriver::exchange(const Vec3&, DeviceState& state, std::string& why) {
     const std::int64_t now_ns = now();
+    const std::int64_t passed_ns = std::clamp<std::int64_t>(now_ns - last_ns_, 0, kMaxStep_ns);
+    last_ns_ = now_ns;
     if (const auto tool = port_.toolAt(now_ns, state.buttons)) {
         state.device_from_stylus = *tool;
         state.fresh = 1;
-        tracked_ns_ = now_ns;
-    } else if (now_ns - tracked_ns_ > kLostAfter_ns) {
+        untracked_ns_ = 0;
+    } else if ((untracked_ns_ += passed_ns) > kLostAfter_ns) {
         why = missing_;
         return DeviceStage::absent;
     }

@@ -77,7 +77,8 @@ inline constexpr std::array<std::string_view, 5> kControllerButtons{
 haptics::DeviceProfile controllerProfile() noexcept;
 
 // The device frame is the drawn room. After kLostAfter_ns without tracking the device reports absent. It is
-// ready again as soon as the controller is tracked.
+// ready again as soon as the controller is tracked. Time in which the device's thread did not run does not
+// count: the computer was late then, and the controller may have been tracked all along.
 class ControllerDriver final : public haptics::Driver {
   public:
     ControllerDriver(ControllerPort&, ControllerSide, const haptics::Clock&);
@@ -87,6 +88,7 @@ class ControllerDriver final : public haptics::Driver {
     void close() noexcept override {}
 
     static constexpr std::int64_t kLostAfter_ns = 100'000'000;
+    static constexpr std::int64_t kMaxStep_ns = 20'000'000;  // what one exchange counts at most
 
   private:
     std::int64_t now() const { return clock_.now_ns(clock_.context); }
@@ -94,7 +96,7 @@ class ControllerDriver final : public haptics::Driver {
     std::string missing_;
     haptics::Clock clock_;
     haptics::DeviceProfile profile_ = controllerProfile();
-    std::int64_t tracked_ns_ = 0;
+    std::int64_t last_ns_ = 0, untracked_ns_ = 0;  // last exchange; time without tracking that counts
 };
 
 // Selects the ticks at which the controller vibrates: first touch of the skin, and every cut. Session thread.

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include "app/trainer/hands/controller_hand.h"
+#include "app/trainer/hands/mouse_hand.h"
 #include "app/trainer/stores/console.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "base/text.h"
@@ -70,12 +71,14 @@ UserButtons LiveDevice::buttons() const {
     // The Falcon's third button is its clutch. Among the other devices, only those that sense no orientation
     // have a clutch: the first button.
     if (kind_ == "falcon") return {.rearm = 1u << 0, .next = 1u << 1, .breath = 1u << 3};
+    if (kind_ == kMouse) return {.rearm = 0};  // it has keys (window_keys.h)
     if (kind_ == kControllers)
-        return {.rearm = 1u << 0, .next = 1u << 1, .breath = 1u << 2, .pedal = 1u << 3, .inject = 1u << 4};
-    return {.rearm = clutched_ ? 0u : 1u << 0, .next = 1u << 1, .breath = 1u << 2};
+        return {.rearm = 0, .next = 1u << 1, .breath = 1u << 2, .pedal = 1u << 3, .inject = 1u << 4};
+    return {.rearm = clutched_ || !exertsForce() ? 0u : 1u << 0, .next = 1u << 1, .breath = 1u << 2};
 }
 
 std::string LiveDevice::describeButtons() const {
+    if (kind_ == kMouse) return "the keys are listed below the pictures";
     if (kind_ == kControllers)
         return describe(buttons(), kControllerButtons) +
                "; with bare hands, pinch thumb and index finger for the trigger, thumb and middle finger for "
@@ -84,6 +87,7 @@ std::string LiveDevice::describeButtons() const {
 }
 
 std::string LiveDevice::rearmAct() const {
+    if (!exertsForce()) return "";
     return buttons().rearm != 0 ? "the device's first button or Enter" : "Enter";
 }
 
@@ -111,8 +115,10 @@ void LiveDevice::reportStateChanges() {
     if (!report.why.empty()) text += ": " + report.why;
     if (report.blocked_ns > 0) text += " (it has not answered for some time)";
     if (report.silences > 0)
-        text += fmt::format(" (the loop did not respond for 15 ms, {} times so far; the force is off)",
-                            report.silences);
+        text += fmt::format(
+            " (this computer was too busy to control it for 15 ms, {} times so far; the force is "
+            "off)",
+            report.silences);
     if (text == told_) return;
     printMessage(kind_ + ": " + text);
     told_ = text;

@@ -8,13 +8,12 @@
 #include <string>
 
 #include "app/trainer/attempt/commands.h"
+#include "app/trainer/session/input_names.h"
 #include "haptics/devices/clutch.h"
 #include "haptics/devices/devices.h"
 #include "haptics/devices/polled.h"
 
 namespace stylet::trainer {
-
-inline constexpr const char* kReplayDevice = "replay";  // the name for `--device`: input from a file
 
 class LiveDevice {
   public:
@@ -31,6 +30,7 @@ class LiveDevice {
     // The device without clutch, with grip poses.
     haptics::HapticDevice& bare() { return device_; }
     const haptics::DeviceProfile& profile() const { return device_.profile(); }
+    bool exertsForce() const { return !haptics::isInputOnly(profile()); }
     // Current grip pose. Call only before the loop uses the device.
     Pose grip();
     // The device for the loop. If the device senses no orientation, it gets the orientation of `held` and,
@@ -39,10 +39,12 @@ class LiveDevice {
     // Changes the tool pose of a device with a clutch (ClutchedDevice::hold). No effect on a device that
     // senses orientation. Call from one thread only.
     void hold(const Pose& held);
-    // Button mapping without the clutch button. The second function returns it as text. Call after aimed().
+    // Button mapping without the clutch button, and without re-arming if the device exerts no force. The
+    // second function returns it as text. Call after aimed().
     UserButtons buttons() const;
     std::string describeButtons() const;
-    // Describes how the user re-arms. Includes the key, which works with any device.
+    // Describes how the user re-arms. Includes the key, which works with any device. Empty for a device
+    // without force, which has nothing to re-arm.
     std::string rearmAct() const;
     // Session thread. Text typed since the last call.
     std::string typed();

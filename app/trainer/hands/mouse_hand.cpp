@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "app/trainer/attempt/hand.h"
+#include "app/trainer/attempt/random.h"
 #include "haptics/devices/clutch.h"
 
 namespace stylet::trainer {
@@ -15,9 +16,36 @@ using haptics::DeviceState;
 namespace {
 
 constexpr double kBeforeSkin_m = 0.03;
+// Start in the room: height above the skin, largest lean, and how the place is searched.
+constexpr double kStartLow_m = 0.06, kStartHigh_m = 0.12, kStartLean = 0.4, kStartSample_m = 0.002;
+constexpr int kStartTries = 100;
+constexpr std::uint64_t kStartStream = 0x5374617274;
 constexpr double kTurn_rad_s = 1.5, kTurnRate_per_s = 12.0;
 // Longest time simulated in one exchange, so that the tool does not jump after a suspension of the thread.
 constexpr double kMaxStep_s = 0.02, kStep_s = 0.001;
+
+// A place above the middle of the trunk, drawn until there is body below it. Patient axes: +x right, +y
+// front, +z head.
+Pose startInRoom(const patient::Patient& patient, std::uint64_t seed) {
+    Random random{seed ^ kStartStream};
+    const Grid& grid = patient.package().ct.grid;
+    const Vec3 low_m = grid.centre({0, 0, 0}), high_m = grid.centre(grid.dims - 1);
+    Vec3 tip_m = 0.5 * (low_m + high_m);
+    bool above_body = false;
+    for (int tries = 0; tries < kStartTries && !above_body; ++tries) {
+        const double right = random.between(0.5, 0.9), headward = random.between(0.25, 0.75);
+        tip_m = glm::mix(low_m, high_m, Vec3(right, 1.0, headward));
+        while (!above_body && tip_m.y > low_m.y) {
+            above_body = patient.at(tip_m, {true, false}).tissue != patient::Tissue::air;
+            tip_m.y -= kStartSample_m;
+        }
+    }
+    if (!above_body) tip_m.y = high_m.y;
+    tip_m.y += random.between(kStartLow_m, kStartHigh_m);
+    const double lean_right = random.between(-kStartLean, kStartLean);
+    const double lean_headward = random.between(-kStartLean, kStartLean);
+    return needlePose(tip_m, glm::normalize(Vec3(lean_right, -1.0, lean_headward)));
+}
 
 Quat turnedBy(const Vec3& rad, const Quat& from) noexcept {
     const double angle = std::sqrt(glm::dot(rad, rad));
@@ -32,7 +60,9 @@ haptics::DeviceProfile mouseProfile() noexcept {
     return haptics::inputOnlyProfile("mouse", "input only: it pushes nothing");
 }
 
-Pose mouseStart(const patient::PlannedPath& path) {
+Pose mouseStart(training::StartPlace place, const patient::Patient& patient, const patient::PlannedPath& path,
+                std::uint64_t seed) {
+    if (place == training::StartPlace::room) return startInRoom(patient, seed);
     const Vec3 axis = glm::normalize(path.target_m - path.entry_m);
     return needlePose(path.entry_m - kBeforeSkin_m * axis, axis);
 }

@@ -3,9 +3,11 @@
 #pragma once
 
 #include "app/trainer/hands/window_port.h"
+#include "app/training/difficulty.h"
 #include "haptics/devices/driver.h"
 #include "haptics/loop/loop.h"
 #include "haptics/loop/toolbox.h"
+#include "patient/patient.h"
 #include "patient/planning/planning.h"
 
 namespace stylet::trainer {
@@ -14,9 +16,11 @@ inline constexpr const char* kMouse = "mouse";  // value of `--device`
 
 haptics::DeviceProfile mouseProfile() noexcept;
 
-// Returns the needle pose at which the tool starts. The needle is aligned with the planned path, and its tip
-// is 30 mm in front of the entry point on the skin.
-Pose mouseStart(const patient::PlannedPath&);
+// Returns the needle pose at which the tool starts, patient frame. StartPlace::path: aligned with the planned
+// path, with its tip 30 mm in front of the entry point on the skin. StartPlace::room: in the air above the
+// patient's trunk, at a place and with a direction that follow from `seed` and say nothing about the path.
+Pose mouseStart(training::StartPlace, const patient::Patient&, const patient::PlannedPath&,
+                std::uint64_t seed);
 
 // A point that follows a target without jumps: critically damped, at most kSpeed_m_s.
 struct SmoothPoint {

@@ -38,6 +38,9 @@ class WindowPort {
     // Call before the threads start. Enables the keys for the user's commands: a user controls the tool.
     void enableCommands() { takes_words_ = true; }
     bool acceptsCommands() const { return takes_words_; }
+    // Call before the threads start. Enables the key that re-arms the force: the user has a haptic device.
+    void enableRearm() { rearms_ = true; }
+    bool offersRearm() const { return rearms_; }
     // Same, and lets the mouse move the tool.
     void enableToolInput() { has_hand_ = takes_words_ = true; }
     bool hasToolInput() const { return has_hand_; }
@@ -73,7 +76,7 @@ class WindowPort {
     std::atomic<haptics::Tool> tool_{haptics::Tool::needle};
     std::atomic<double> pressing_n_{0.0};
     Snapshot<Playback> playback_;
-    bool takes_words_ = false, has_hand_ = false, replays_ = false;
+    bool takes_words_ = false, rearms_ = false, has_hand_ = false, replays_ = false;
 };
 
 }  // namespace stylet::trainer

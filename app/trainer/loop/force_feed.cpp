@@ -31,7 +31,11 @@ ForceFeed::ForceFeed(bool focused, double dt_s, const LiveHand* live, Say say,
       sent_focus_(focused),
       console_(std::move(console)),
       was_paused_(resumes) {
-    if (live) user_.emplace(live->buttons, say_);
+    if (live) user_.emplace(live->buttons, say_, !isInputOnly());
+}
+
+bool ForceFeed::isInputOnly() const {
+    return live_ && haptics::isInputOnly(live_->device.profile());
 }
 
 // Instructor commands take effect at once, even during a pause. User commands wait in `typed_`.
@@ -55,11 +59,12 @@ void ForceFeed::readInput(Session& session) {
         say_("instructor: " + refused);
 }
 
-void ForceFeed::update(bool focused, Session& session, Ring<Command>& ring) {
+void ForceFeed::update(bool focused, Session& session, Ring<Command>& ring, bool picture_stalled) {
+    picture_stalled_ = picture_stalled;
     readInput(session);
     focused = focused && !paused();
     // After a pause, a script or a device without force output is re-armed automatically.
-    if (was_paused_ && !paused() && !(live_ && live_->device.profile().force_axes > 0))
+    if (was_paused_ && !paused() && (!live_ || isInputOnly()))
         rearm_by_tick_ = session.log().last_tick + kLost_ticks;
     was_paused_ = paused();
     if (focused != sent_focus_ && ring.push({CommandKind::focus, focused ? 1u : 0u})) sent_focus_ = focused;
@@ -105,16 +110,27 @@ void ForceFeed::report(Session& session) {
     // A full ring does not stop the force, so it is not reported here. The record shows where it ends.
     std::uint32_t faults = session.popFaults() & ~std::uint32_t(haptics::kFaultRingFull);
     if (paused()) faults &= ~std::uint32_t(haptics::kFaultNotFocused);  // the pause was already reported
-    if (live_ && live_->device.profile().force_axes == 0) return;       // input only: no force to report
+    if (isInputOnly()) return;                                          // no force to report
     for (const haptics::FaultText& fault : haptics::faultTexts())
         if ((faults & fault.bit) != 0)
-            say_(fmt::format("force off: {}; re-arm with {}", fault.text,
+            say_(fmt::format("force off: {}; re-arm with {}", describeFaults(fault.bit),
                              live_ ? live_->rearm_act : "the device's first button"));
     const SessionLog& log = session.log();
     if (log.awaited == 0) reported_awaited_ = 0;
     if (log.awaited == reported_awaited_ || double(log.awaited_ticks) * dt_s_ <= kPatience_s) return;
     reported_awaited_ = log.awaited;
-    say_("force paused: " + joinFaults(log.awaited, "; ", &haptics::FaultText::text));
+    say_("force paused: " + describeFaults(log.awaited));
+}
+
+// The loop cannot tell a stalled picture from a lost focus: it gets the same command.
+std::string ForceFeed::describeFaults(std::uint32_t bits) const {
+    std::string text;
+    if (picture_stalled_ && (bits & haptics::kFaultNotFocused) != 0) {
+        bits &= ~std::uint32_t(haptics::kFaultNotFocused);
+        text = "the picture has stopped";
+        if (bits != 0) text += "; ";
+    }
+    return text + joinFaults(bits, "; ", &haptics::FaultText::text);
 }
 
 }  // namespace stylet::trainer

@@ -24,18 +24,23 @@ class ForceFeed {
     // are used. `resumes`: start as if a pause had just ended.
     ForceFeed(bool focused, double dt_s, const LiveHand* live = nullptr, Say say = printMessage,
               std::function<std::string()> console = {}, bool resumes = false);
-    // Sends commands and reports changes. Call after each Session::drain().
-    void update(bool focused, Session&, Ring<haptics::Command>&);
+    // Sends commands and reports changes. Call after each Session::drain(). `picture_stalled`: the reason for
+    // a missing focus is that the picture stands still (picture_watch.h).
+    void update(bool focused, Session&, Ring<haptics::Command>&, bool picture_stalled = false);
     // The instructor has paused the attempt.
     bool paused() const { return instructor_.paused(); }
     // Settings of the next attempt, once the instructor has requested one.
     const std::optional<NextAttempt>& next() const { return instructor_.next(); }
+    // The instructor has ended the attempt as aborted.
+    bool aborted() const { return instructor_.aborted(); }
 
   private:
     void readInput(Session&);
     void rearmAfterPause(const Session&);
     void sendUserCommands(Session&, const haptics::TickOutput& now);
     void report(Session&);
+    std::string describeFaults(std::uint32_t bits) const;
+    bool isInputOnly() const;
 
     const LiveHand* live_;
     double dt_s_;
@@ -51,6 +56,7 @@ class ForceFeed {
     std::deque<haptics::Command> waiting_;     // waiting for space in the ring
     std::optional<std::uint64_t> changes_at_;  // a tool change was sent after this tick and is still pending
     std::uint32_t reported_awaited_ = 0;
+    bool picture_stalled_ = false;
 };
 
 }  // namespace stylet::trainer

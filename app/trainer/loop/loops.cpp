@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "app/trainer/loop/force_feed.h"
+#include "app/trainer/loop/picture_watch.h"
 #include "app/trainer/stores/console.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "app/training/equipment.h"
@@ -30,8 +31,6 @@ namespace {
 constexpr std::int64_t kSessionPeriod_ns = 2'000'000;
 // Time for the session thread to run once, unless the computer is overloaded.
 constexpr int kCutPatience_ms = 20;
-// Longer than any frame, even with software Vulkan.
-constexpr std::int64_t kFrozen_ns = 3'000'000'000;
 
 // True if something was cut between the two ticks, or may have been cut.
 bool cutBetween(const TickOutput& a, const TickOutput& b) {
@@ -233,11 +232,6 @@ struct FrameSide {
         now.held = channels.paused.load(), now.return_distance_m = channels.return_distance_m.load();
         return now;
     }
-    // Any thread. Returns `absent` if the picture is frozen: the user then no longer sees what is felt.
-    Attention attentionNow() const {
-        const bool frozen = worn && clock.now_ns(clock.context) - sign_ns.load() > kFrozen_ns;
-        return frozen ? Attention::absent : attention.load();
-    }
     // Draws the next capture or state. Returns false if there is nothing new.
     bool showNext() {
         begun = channels.latest.read(latest) || begun;
@@ -285,20 +279,30 @@ void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& s
     CommandFeed commands(attempt.hand, sentUntil_ns(attempt));
     const std::uint64_t first = session.log().last_tick;  // last tick of the beginning
     std::int64_t hand_ns = begun_ns;
+    PictureWatch watch;
+    const bool input_only = options.live && haptics::isInputOnly(options.live->device.profile());
     const auto over = [&] {
         return options.live
                    ? side.end_requested.load() || options.live->over(double(hand_ns - begun_ns) * 1e-9)
                    : (hand_ns >= duration_ns(attempt.hand) && commands.done(channels.commands)) ||
                          (force.paused() && side.end_requested.load());  // nobody is left to resume it
     };
-    while (!stop.stop_requested() && !over() && !force.next()) {
+    while (!stop.stop_requested() && !over() && !force.next() && !force.aborted()) {
         commands.until(hand_ns, channels.commands);
         clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + kSessionPeriod_ns);
         session.drain(channels);
-        const Attention attention = side.attentionNow();
-        force.update(attention == Attention::focused, session, channels.commands);
+        const std::int64_t now_ns = clock.now_ns(clock.context);
+        if (side.worn)
+            if (const std::string text = watch.update(now_ns, side.sign_ns.load(), force.paused());
+                !text.empty())
+                printMessage(text);
+        // Without a moving picture the user no longer sees what is felt.
+        const Attention attention = watch.stalled() ? Attention::absent : side.attention.load();
+        force.update(attention == Attention::focused, session, channels.commands, watch.stalled());
         channels.pause.store(attention == Attention::away || force.paused());
         FrameState now = session.frameState(session.newest() ? *session.newest() : TickOutput{});
+        now.input_only = input_only;
+        now.picture_stall_s = watch.shown_s(now_ns, (now.tick.faults & haptics::kFaultNotFocused) != 0);
         now.held = channels.paused.load();
         now.paused = force.paused();
         if (options.on_state && session.newest()) options.on_state(now);
@@ -334,10 +338,14 @@ std::optional<PictureTotals> waitForTotals(FrameSide& side, double frame_patienc
 
 LoopTotals runRealTime(const Attempt& attempt, Session& session, std::unique_ptr<Display> pictures,
                        const Clock& clock, const RealTimeOptions& options) {
-    haptics::Simulation simulation(attempt.patient, attempt.simulation, attempt.touchMap());
+    haptics::Simulation simulation(attempt.patient, attempt.simulation, attempt.touchMap(),
+                                   attempt.ductSpace());
+    const bool input_only = options.live && haptics::isInputOnly(options.live->device.profile());
     const auto side = std::make_shared<FrameSide>(attempt.simulation.dt_s, std::move(pictures), clock);
     LoopChannels& channels = side->channels;
     LoopTotals totals;
+    totals.input_only = input_only;
+    totals.live = options.live != nullptr;
     // A real user takes over as after a pause. A script continues without a pause.
     const bool resumes = !attempt.beginning.empty() && (options.live || side->worn);
     if (!attempt.beginning.empty()) {
@@ -369,6 +377,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::unique_ptr
                             resumes);
             sessionLoop(stop, attempt, session, *side, force, options);
             totals.next = force.next();
+            totals.aborted = force.aborted();
         } catch (...) {
             failure = std::current_exception();
         }
@@ -406,7 +415,8 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::unique_ptr
 
 LoopTotals runFast(const Attempt& attempt, Session& session, std::unique_ptr<Display> pictures, double fps,
                    const Clock& clock) {
-    haptics::Simulation simulation(attempt.patient, attempt.simulation, attempt.touchMap());
+    haptics::Simulation simulation(attempt.patient, attempt.simulation, attempt.touchMap(),
+                                   attempt.ductSpace());
     haptics::ReplayDevice device(attempt.hand, 0, attempt.simulation.profile);
     LoopChannels channels(attempt.simulation.dt_s);
     LoopTotals totals;

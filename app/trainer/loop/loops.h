@@ -22,6 +22,9 @@ struct LoopTotals {
     haptics::LoopStats haptics;
     double elapsed_s = 0.0;            // measured with the loop's clock
     std::uint64_t flights_missed = 0;  // fault recordings dropped: the previous one was not consumed
+    bool input_only = false;           // the user's device exerts no force
+    bool live = false;                 // a user ended the attempt; a script ends by itself
+    bool aborted = false;              // by the instructor
     PictureTotals pictures;
     std::optional<NextAttempt> next;  // set if the instructor requested it
     // The runtime did not return from the last frame. Its thread still uses the attempt's patient, so

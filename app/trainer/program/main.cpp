@@ -136,12 +136,20 @@ void addRun(CLI::App& app, Work& work) {
                         "Needle: a name listed by \"stylet instruments\", or a .toml file (default: the "
                         "scenario's, else needle-17g).")
             ->type_name("NAME");
+    CLI::Option* instruments =
+        run->add_option("--instrument", o.config.instrument_names,
+                        "Needle, scalpel, probe or finger: a name listed by \"stylet instruments\", or a "
+                        ".toml file. Repeat the option for instruments of other kinds (default: the "
+                        "scenario's, else needle-17g, scalpel, probe-convex, finger).")
+            ->type_name("NAME")
+            ->allow_extra_args(false);
     run->add_option(
            "--from", o.from,
            "Restart an earlier attempt (folder or id) at a bookmark (number or text; default: the last "
            "one).")
         ->type_name("ATTEMPT[@BOOKMARK]")
-        ->excludes(needle);
+        ->excludes(needle)
+        ->excludes(instruments);
     run->add_option("--patient", o.config.patient,
                     "Patient package (default: the reference patient of the seed).");
     run->add_option(
@@ -265,6 +273,11 @@ void addRecords(CLI::App& app, Work& work) {
         records::deleteTrainee)
         ->add_option("--trainee", o.trainee, "Pseudonym of the trainee.")
         ->required();
+    add("discard", "Delete an attempt that was aborted or cut short, with a line in the store's log.",
+        records::discardAttempt)
+        ->add_option("id", o.id, "Id of the attempt.")
+        ->required();
+    add("log", "Print which attempts were discarded, and when.", records::printLog);
     addDatabase(
         *add("sync", "Send pending attempts to the training centre once (exit 1: some are still pending).",
              records::syncStore),

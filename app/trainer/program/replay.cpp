@@ -1,6 +1,7 @@
 #include "app/trainer/program/replay.h"
 
 #include <fmt/core.h>
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -74,6 +75,24 @@ void reportOutcome(const records::Record& record, const records::ReplayResult& r
                     hexText(record.info.end->state_hash));
 }
 
+// Prints the recorded score beside today's. A metric is printed if it earns other points today.
+void reportScoreAgain(const records::AttemptResult& recorded, const records::AttemptResult& today) {
+    printResult("score {:.1f} of 100 when recorded, with score table {}; {:.1f} with today's table {}\n",
+                recorded.total, recorded.score_version, today.total, today.score_version);
+    const auto points = [](const records::AttemptResult& result, const std::string& id) {
+        for (const records::MetricRow& row : result.metrics)
+            if (row.id == id) return fmt::format("{:.1f} of {:g}", row.points, row.max_points);
+        return std::string("not in the table");
+    };
+    std::vector<records::MetricRow> rows = today.metrics;
+    for (const records::MetricRow& row : recorded.metrics)
+        if (std::none_of(rows.begin(), rows.end(), [&](const auto& known) { return known.id == row.id; }))
+            rows.push_back(row);
+    for (const records::MetricRow& row : rows)
+        if (const std::string then = points(recorded, row.id), now = points(today, row.id); then != now)
+            printResult("  {}: {} points when recorded, {} today\n", row.name, then, now);
+}
+
 // Converts the recorded poses to a trace of the replay device, which is placed beside the patient. Ticks
 // without a new pose are left out, because a trace repeats its last pose.
 haptics::Trace recordedHand(const records::Record& record, const Pose& patient_from_replayed) {
@@ -112,7 +131,8 @@ Session makeSession(const patient::Patient& patient, const records::Record& reco
     const records::RecordInfo& info = record.info;
     Session session(patient, info.path, info.capture_points, info.approach_distance_m, nullptr,
                     record.header.settings.dt_s);
-    session.setNeedle(record.header.needle.shape);
+    session.setInstruments(record.header.instruments);
+    session.setAccess(record.header.settings.tools.access);
     return session;
 }
 
@@ -181,9 +201,11 @@ int replay(const ReplayOptions& options) {
     records::RecordInfo replayed = info;
     replayed.device = "record", replayed.clock = "replay", replayed.firmware_sha256.clear();
     replayed.end = records::RecordEnd{result.ticks, result.state_hash};
-    replayed.result = makeResult(patient, session.log(), totals);
+    replayed.result = makeResult(patient, session.log(), totals, false);
+    if (info.result) replayed.result->aborted = info.result->aborted;  // how it ended is no simulation input
     writeResults({patient, facts, replayed}, session.log(), totals, options.out);
     reportOutcome(record, result);
+    if (info.result) reportScoreAgain(*info.result, *replayed.result);
     if (options.show && !timeline.empty()) show(options, patient, record, timeline, session.newCaptures());
     return stored.report() && result.equal() ? 0 : 1;
 }

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <sstream>
 
 #include "app/records/disk_linux.h"
@@ -16,6 +15,7 @@
 #include "app/report/slices.h"
 #include "app/trainer/session/flight.h"
 #include "app/trainer/stores/console.h"
+#include "app/training/losses.h"
 #include "base/hex.h"
 #include "base/statistics.h"
 #include "base/whole_file.h"
@@ -254,9 +254,17 @@ void writeFrameTimes(const std::vector<FrameTime>& times, const std::filesystem:
 
 }  // namespace
 
+bool reachedNothing(const SessionLog& log) {
+    return log.progress.steps_done == 0 && log.punctures.empty() && !log.target_hit();
+}
+
 records::AttemptResult makeResult(const patient::Patient& patient, const SessionLog& log,
-                                  const LoopTotals& totals) {
+                                  const LoopTotals& totals, bool exam) {
     records::AttemptResult result{log.target_hit(), log.score.total, log.ticks, metricRows(log.score)};
+    // In an exam the trainee may be the one who types "abort"; a critical error is never made unseen.
+    const bool may_abort = totals.aborted && !exam && log.progress.critical_errors == 0;
+    result.aborted = may_abort || ((totals.live || totals.aborted) && reachedNothing(log));
+    result.score_version = training::kScoreVersion;
     result.steps = stepsResult(log.progress);
     for (const Capture& capture : log.moments)
         result.captures.push_back({capture.name, capture.seen.tick.tick, capture.seen.tick.depth_m});
@@ -295,24 +303,17 @@ namespace {
 // Prints the total and the metrics that lost the most points.
 void printScore(const SessionLog& log) {
     constexpr std::size_t kShown = 4;
-    constexpr double kWorthTelling = 0.5;  // smallest loss to print [points]
     const training::Score& score = log.score;
     printResult("  score {:.1f} of 100; {} of {} steps done, {} out of order\n", score.total,
                 std::popcount(log.progress.steps_done), training::kStepCount, log.progress.out_of_order);
-    std::array<std::size_t, training::kMetricCount> order{};
-    std::iota(order.begin(), order.end(), std::size_t(0));
-    const auto lost = [&](std::size_t i) { return score.max_points[i] - score.points[i]; };
-    std::sort(order.begin(), order.end(),
-              [&](std::size_t a, std::size_t b) { return lost(a) != lost(b) ? lost(a) > lost(b) : a < b; });
-    for (std::size_t n = 0; n < kShown && lost(order[n]) >= kWorthTelling; ++n) {
-        const training::Metric& metric = training::metricTable()[order[n]];
-        const double value = score.values[order[n]];
-        printResult("    {:4.1f} of {:2.0f} lost: {}, ", lost(order[n]), metric.weight, metric.name);
-        if (std::isfinite(value))
-            printResult("{:.4g}{}{}\n", value, metric.unit.empty() ? "" : " ", metric.unit);
-        else
-            printResult("not achieved\n");
-    }
+    const std::vector<training::Loss> losses = training::findLosses(score);
+    for (std::size_t i = 0; i < std::min(kShown, losses.size()); ++i)
+        printResult("    {}\n", training::describeLoss(losses[i], score,
+                                                       std::size_t(std::popcount(log.progress.steps_done)),
+                                                       std::size_t(training::kStepCount)));
+    for (int error = 0; error < training::kCriticalErrorCount; ++error)
+        if ((log.progress.critical_errors & 1u << error) != 0)
+            printResult("    critical: {}\n", training::criticalErrorName(training::CriticalError(error)));
 }
 
 }  // namespace
@@ -354,7 +355,11 @@ void printResults(const AttemptFacts& facts, const SessionLog& log, const LoopTo
                 totals.pictures.frames, hexText(log.state_hash));
     const std::uint32_t faults = totals.haptics.faults | log.faults;
     for (const haptics::FaultText& fault : haptics::faultTexts())
-        if ((faults & fault.bit) != 0) printResult("  fault {}: {}\n", fault.name, fault.text);
+        if ((faults & fault.bit) != 0)
+            printResult("  fault {}: {}\n", fault.name,
+                        totals.input_only && fault.bit == haptics::kFaultDeviceLost
+                            ? "the tool was not tracked for some time"
+                            : fault.text);
     if (const std::uint64_t lost = totals.flights_missed + log.more_flights)
         printResult("  {} more faults without a recorded history\n", lost);
     if (skips)

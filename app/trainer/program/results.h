@@ -25,8 +25,14 @@ struct AttemptFacts {
     std::optional<Start> start{};   // absent for a replay
 };
 
+// True if no step was done and the needle never entered the body. Such an attempt is aborted if a user ended
+// it. An attempt with the needle in the body counts: nobody can end a failure to keep it out of the
+// statistics.
+bool reachedNothing(const SessionLog&);
+
 // The result of an attempt, for its record.
-records::AttemptResult makeResult(const patient::Patient&, const SessionLog&, const LoopTotals&);
+// `exam`: it was an exam to its end.
+records::AttemptResult makeResult(const patient::Patient&, const SessionLog&, const LoopTotals&, bool exam);
 
 struct Results {
     const patient::Patient& patient;

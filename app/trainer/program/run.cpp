@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cstdlib>
 #include <glm/geometric.hpp>
+#include <set>
 
 #include "app/installation.h"
 #include "app/trainer/attempt/hand.h"
@@ -33,7 +34,6 @@ namespace {
 constexpr const char* kRuntimeVariable = "XR_RUNTIME_JSON";
 constexpr const char* kDisplayVariable = "DISPLAY";
 constexpr const char* kSoundLogVariable = "ALSOFT_LOGLEVEL";
-constexpr const char* kScripted = "scripted";
 
 // Manifest of the bundled mock runtime, in this program's build tree or installation.
 std::filesystem::path bundledRuntime() {
@@ -81,7 +81,7 @@ records::AttemptInfo attemptInfo(const AttemptConfig& config, const AttemptFacts
 }
 
 bool isLive(const AttemptConfig& config) {
-    return config.device != kScripted && config.device != kReplayDevice;
+    return config.device != kScriptedDevice && config.device != kReplayDevice;
 }
 
 // Checks that the options of the command line are compatible with each other, before anything is created.
@@ -213,7 +213,7 @@ Attempt mouseAttempt(const AttemptConfig& config, const Task& task, Live& live, 
     const Pose start =
         retry && retry->left.tick > 0
             ? retry->left.patient_from_tool * toolPoseFromNeedle({}, retry->left.tool, guide).inverse()
-            : mouseStart(task.path);
+            : mouseStart(config.difficulties[config.difficulty].start, task.patient, task.path, config.seed);
     live.device = std::make_unique<LiveDevice>(
         kMouse, std::make_unique<MouseDriver>(*live.window, start, guide, clock), clock);
     live.aimed = &live.device->bare();
@@ -230,6 +230,7 @@ Attempt liveAttempt(const AttemptConfig& config, const Task& task, Live& live, c
         task.make_touch(task.patient);  // first, because the user may move a device that is ready
     catchInterrupts();
     live.device = openReadyDevice(config.device, config.device_options, clock);
+    if (live.device->exertsForce()) live.window->enableRearm();
     live.registration = newestRegistration(dataFolder() / "registrations", config.device,
                                            std::string(live.device->profile().name));
     Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, config, std::move(touch),
@@ -262,7 +263,7 @@ class SoundOutput {
   public:
     SoundOutput(const AttemptConfig& config, const SoundPlaces& places, double tick_s, ControllerPort* port,
                 const std::shared_ptr<const ListenerPose>& listener_pose)
-        : cues_(places, config.difficulty, tick_s), port_(port) {
+        : cues_(places, config.difficulties, config.difficulty, tick_s), port_(port) {
         if (config.sound)
             sounds_.emplace(places.stage_from_operator, listener_pose, Speaker::device, printMessage);
     }
@@ -363,6 +364,16 @@ struct AttemptRun {
     std::optional<SoundOutput> hearing;
 };
 
+// An exam shows what the trainee can do from the beginning to the end.
+void checkExam(const RunOptions& options) {
+    const AttemptConfig& config = options.config;
+    if (config.difficulty != training::Difficulty::exam) return;
+    if (!options.from.empty())
+        throw UsageError("--from: an exam begins at the beginning; use guided or practice");
+    if (!config.trainee.empty() && !isLive(config))
+        throw UsageError("--device " + config.device + ": an exam of a trainee needs the trainee's own hand");
+}
+
 // Opens the store and completes the configuration.
 void openStore(AttemptRun& run) {
     RunOptions& options = run.options;
@@ -379,12 +390,16 @@ void openStore(AttemptRun& run) {
     } else {
         records::checkTrainee(config.trainee);
         run.attempt_writer.emplace(store_folder(), options.database, printMessage);
-        if (options.difficulty.empty() && run.attempt_writer->isNew(config.trainee)) {
+        if (options.difficulty.empty() && run.attempt_writer->needsGuidance(config.trainee)) {
             options.difficulty = training::difficultyName(training::Difficulty::guided);
-            printMessage("the first run of " + config.trainee + " is guided; use --difficulty for another");
+            printMessage(
+                config.trainee +
+                " has completed no guided attempt yet, so this one is guided; use --difficulty for another");
         }
     }
     config.difficulty = parseDifficulty(options.difficulty);
+    config.difficulties = training::loadDifficulties(assetsFolder() / "difficulty.toml");
+    checkExam(options);
     config.closed_look = options.look == "closed";
     config.look_file = assetFile("look", options.look);
     config.fps = options.fps.value_or(config.fast ? 0.0 : 1.0);
@@ -398,22 +413,50 @@ void openStore(AttemptRun& run) {
     if (config.scenario.empty()) config.scenario = findScenario(*run.retry);
     config.seed = recorded.seed;
     config.rate_hz = 1.0 / run.retry->record.header.settings.dt_s;
-    config.needle = run.retry->record.header.needle;
+    config.instruments = run.retry->record.header.instruments;
     config.tools = run.retry->record.header.settings.tools;
 }
 
-// Loads the needle of the command line or of the scenario, and the other tools.
+// An acoustic part exists for the probe. The pictures read it later.
+void checkTransducer(const haptics::Instrument& probe, const std::filesystem::path& file) {
+    const std::filesystem::path acoustic = assetsFolder() / "ultrasound" / (probe.transducer + ".toml");
+    if (!std::filesystem::exists(acoustic))
+        throw DataError(file, "transducer", "\"" + probe.transducer + "\" not found: " + acoustic.string());
+}
+
+// Replaces instruments of the set by the named ones, one of each kind at most. `needle` may be empty.
+void chooseInstruments(haptics::InstrumentSet& set, const std::string& needle,
+                       const std::vector<std::string>& others) {
+    std::set<haptics::InstrumentKind> chosen;
+    const auto choose = [&](const std::string& name, bool must_be_needle) {
+        const std::filesystem::path file = assetFile("instrument", name);
+        haptics::Instrument one = haptics::loadInstrument(file);
+        const std::string kind(enumName(haptics::kInstrumentKindNames, one.kind));
+        haptics::Instrument* const place = haptics::findInstrument(set, one.kind);
+        if (must_be_needle && one.kind != haptics::InstrumentKind::needle)
+            throw DataError(file, "kind", "is no needle; \"stylet instruments\" lists the needles");
+        if (!chosen.insert(one.kind).second)
+            throw DataError(file, "kind", "is a second " + kind + ", besides \"" + place->name + "\"");
+        if (one.kind == haptics::InstrumentKind::probe) checkTransducer(one, file);
+        *place = std::move(one);
+    };
+    if (!needle.empty()) choose(needle, true);
+    for (const std::string& name : others)
+        choose(name, false);
+}
+
+// Loads the instruments: of each kind that of the command line, else that of the scenario, else the default.
 void loadInstruments(AttemptConfig& config, const Scenario& scenario) {
-    std::string name = config.needle_name.empty() ? scenario.needle : config.needle_name;
-    if (name.empty()) name = haptics::kDefaultNeedle;
-    const std::filesystem::path file = assetFile("instrument", name);
-    config.needle = haptics::loadInstrument(file);
-    if (config.needle.kind != haptics::InstrumentKind::needle)
-        throw DataError(file, "kind", "is no needle; \"stylet instruments\" lists the needles");
+    haptics::InstrumentSet& set = config.instruments;
+    set = {};
+    std::vector<std::string> defaults;
+    visitInstruments(set, [&](const haptics::Instrument& one) { defaults.push_back(one.name); });
+    chooseInstruments(set, {}, defaults);
+    // The scenario's needle may be missing if the user has named another one.
+    chooseInstruments(set, config.needle_name.empty() ? scenario.needle : "", scenario.instruments);
+    chooseInstruments(set, config.needle_name, config.instrument_names);
     config.tools = {};
-    haptics::equip(config.tools, config.needle);
-    for (const char* other : {"finger", "probe-convex", "scalpel"})
-        haptics::equip(config.tools, haptics::loadInstrument(assetFile("instrument", other)));
+    equip(config.tools, set);
 }
 
 // Opens the patient and the input. Waits until a device is ready.
@@ -446,8 +489,9 @@ std::unique_ptr<Display> openAttemptDisplay(const AttemptRun& run) {
     const Live& live = run.live;
     PictureSettings settings;
     settings.config = run.options.config;
-    if (live.device && !live.port) settings.rearm_act = live.device->rearmAct();
-    if (live.registration)
+    if (live.device) settings.rearm_act = live.device->rearmAct();
+    // Without force there is no place at which the user could feel the tool.
+    if (live.registration && live.device->exertsForce())
         settings.colocation = {*live.registration, run.attempt->simulation.patient_from_device};
     settings.controllers = live.port;
     settings.window = live.window;
@@ -461,7 +505,7 @@ void openOutputs(AttemptRun& run) {
     const Task& task = *run.task;
     const Attempt& attempt = *run.attempt;
     const Live& live = run.live;
-    const records::RecordHeader header{task.patient_digest, attempt.simulation, config.needle};
+    const records::RecordHeader header{task.patient_digest, attempt.simulation, config.instruments};
     const double gain = haptics::outputGain(attempt.simulation.profile, attempt.simulation.output);
     records::RecordInfo info = recordInfo(config, run.facts, task.scenario, gain);
     if (live.registration) info.registration_rms_m = live.registration->fre_m;
@@ -487,13 +531,14 @@ void openOutputs(AttemptRun& run) {
         run.session.emplace(task.patient, task.path, task.scenario.moments, task.scenario.approach_distance_m,
                             &*run.record, attempt.simulation.dt_s);
     session.setDifficulty(config.difficulty);
-    session.setNeedle(config.needle.shape);
+    session.setInstruments(config.instruments);
+    session.setAccess(attempt.simulation.tools.access);
     if (run.retry) {
         const std::string where = describeBookmark(*run.retry);
         session.note("retry", where);
         printMessage("restarting " + where +
                      (live.device ? "; move the tool back to where it was left to resume the attempt" : "") +
-                     (live.device && live.device->profile().force_axes > 0
+                     (live.device && live.device->exertsForce()
                           ? "; then re-arm the force with " + live.device->rearmAct()
                           : ""));
     }
@@ -540,7 +585,7 @@ LoopTotals play(AttemptRun& run) {
     Session& session = *run.session;
     // True if the user feels forces from a device or uses controllers. A user with controllers wears a
     // headset.
-    const bool strains = live.device && (live.port || live.device->profile().force_axes > 0);
+    const bool strains = live.device && (live.port || live.device->exertsForce());
     RestWatch rest(strains && run.attempt_writer ? run.attempt_writer->sinceRest_s(config.trainee) : 0.0);
     const auto heard = [&](const FrameState& seen) {
         run.hearing->update(seen);
@@ -573,7 +618,10 @@ Ended store(AttemptRun& run, const LoopTotals& totals) {
     RunOptions& options = run.options;
     const AttemptConfig& config = options.config;
     const Session& session = *run.session;
-    run.recorder->finish(session.log(), makeResult(run.task->patient, session.log(), totals));
+    const training::Difficulty difficulty = session.easiestDifficulty();
+    const bool exam = difficulty == training::Difficulty::exam;
+    run.record->setDifficulty(std::string(training::difficultyName(difficulty)));
+    run.recorder->finish(session.log(), makeResult(run.task->patient, session.log(), totals, exam));
     const records::RecordInfo& record = run.record->info();
     if (record.lost)
         printMessage(
@@ -581,8 +629,10 @@ Ended store(AttemptRun& run, const LoopTotals& totals) {
                         record.lost->first - 1));
     writeResults({run.task->patient, run.facts, record}, session.log(), totals, config.folder);
     if (run.attempt_writer)
-        printResult("stored as attempt {} of {}\n", run.attempt_writer->finish(), config.trainee);
+        printResult("stored as attempt {} of {}{}\n", run.attempt_writer->finish(), config.trainee,
+                    record.result->aborted ? ", aborted: it enters no statistics" : "");
     printResults(run.facts, session.log(), totals, config.folder, config.stats);
+    if (exam) printResult("  exam {}\n", training::passesExam(session.log().progress) ? "passed" : "failed");
     printBookmarks(record.bookmarks,
                    run.attempt_writer ? config.folder.filename().string() : config.folder.string(),
                    config.scenario);

@@ -1,9 +1,13 @@
 #include "app/trainer/session/attempt_writer.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 
+#include "app/trainer/session/input_names.h"
 #include "app/trainer/session/rest.h"
+#include "app/training/difficulty.h"
+#include "app/training/metric_table.h"
 
 namespace stylet::trainer {
 
@@ -39,6 +43,30 @@ AttemptWriter::~AttemptWriter() {
     } catch (const std::exception&) {
         // The store reports this attempt as cut short when it is opened next.
     }
+}
+
+namespace {
+
+// The index has no steps, but the share of the procedure that was done.
+// Most of the procedure, with the puncture as it should be.
+constexpr double kGuidedEnough = 80.0;  // % of the procedure
+
+bool isCompleted(const records::AttemptResult& result) {
+    const training::Metric& procedure = training::kMetricTable[std::size_t(training::MetricId::procedure)];
+    return std::any_of(result.metrics.begin(), result.metrics.end(), [&](const records::MetricRow& row) {
+        return row.id == procedure.id && row.value >= kGuidedEnough;
+    });
+}
+
+}  // namespace
+
+bool AttemptWriter::needsGuidance(const std::string& trainee) const {
+    const std::vector<records::StoredAttempt> attempts = store_.attempts(trainee);
+    return std::none_of(attempts.begin(), attempts.end(), [](const records::StoredAttempt& a) {
+        return records::countsInStatistics(a) && isCompleted(*a.result) &&
+               a.info.difficulty == training::difficultyName(training::Difficulty::guided) &&
+               a.info.device != kScriptedDevice && a.info.device != kReplayDevice;
+    });
 }
 
 records::StoredAttempt AttemptWriter::begin(const records::AttemptInfo& info) {

@@ -22,8 +22,9 @@ class AttemptWriter {
     AttemptWriter(const AttemptWriter&) = delete;
     AttemptWriter& operator=(const AttemptWriter&) = delete;
 
-    // True if the store has no attempt of this trainee.
-    bool isNew(const std::string& trainee) const { return store_.attempts(trainee).empty(); }
+    // True until the trainee has completed a guided attempt: the target was punctured or all steps were done.
+    // Aborted attempts and those of a script or a replay do not count.
+    bool needsGuidance(const std::string& trainee) const;
     // Begins an attempt. Its record must have the id, the trainee and the start that this returns.
     records::StoredAttempt begin(const records::AttemptInfo&);
     // Working time since the trainee's last rest, according to the store.

@@ -75,6 +75,10 @@ void ForceComparison::step(const TickOutput& now) {
 
 void ForceComparison::update(const TickOutput& now) {
     step(now);
+    if (!haptics::isNeedleTool(now.tool)) {
+        reading_.inside = false;  // the needle is outside, or an assistant holds it
+        return;
+    }
     const bool was_inside = reading_.inside;
     reading_.inside = now.phase != haptics::Phase::outside || needle_.phase != haptics::Phase::outside;
     reading_.full_n = reading_.felt_is_full ? now.force_n : needle_.force_n;

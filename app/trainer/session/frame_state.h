@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/trainer/session/force_comparison.h"
+#include "app/trainer/session/imaging_input.h"
 #include "app/trainer/session/insertion.h"
 #include "app/trainer/session/wounds.h"
 #include "app/training/difficulty.h"
@@ -30,7 +31,9 @@ struct GhostNeedle {
 
 struct FrameState {
     haptics::TickOutput tick;
-    NeedleShape needle;  // of the attempt
+    NeedleShape needle;              // of the attempt
+    UltrasoundProbe probe;           // of the attempt
+    haptics::AccessSettings access;  // of the attempt: wire, dilator and drain
     std::vector<Wound> wounds;
     training::Equipment machines;
     training::DoseLedger dose;
@@ -48,6 +51,8 @@ struct FrameState {
     ForceComparisonReading truth{};
     std::optional<training::Difficulty> difficulty{};  // current difficulty, if known
     bool rest_due = false;                             // show the rest notice (rest.h)
+    bool input_only = false;                           // the user's device exerts no force
+    double picture_stall_s = 0.0;  // length of a stall of the picture that is to be reported; 0: none
 };
 
 }  // namespace stylet::trainer

@@ -28,7 +28,8 @@ ImagingInput makeImagingInput(const haptics::TickOutput& tick, const NeedleShape
         const Pose rail = tick.patient_from_probe * guide.probe_from_guide;
         m.guide_m = {rail.position_m, rail * Vec3(0.0, 0.0, -reach_m)};
     }
-    if (haptics::isNeedleTool(tick.tool)) m.patient_from_needle = tick.patient_from_needle;
+    if (haptics::isNeedleTool(tick.tool) || tick.access.needle_in)
+        m.patient_from_needle = tick.patient_from_needle;
     if (tick.tool == haptics::Tool::scalpel) m.patient_from_scalpel = tick.patient_from_tool;
     if (tick.tool == haptics::Tool::finger) m.patient_from_finger = tick.patient_from_tool;
     return m;

@@ -28,7 +28,7 @@ constexpr std::array kInstructorWords{
 };
 constexpr std::string_view kPause = "pause", kGoOn = "go on", kToggle = "pause or go on",
                            kBookmark = "bookmark", kComment = "comment", kBreathing = "breathing",
-                           kDifficulty = "difficulty", kNew = "new", kRetry = "retry";
+                           kDifficulty = "difficulty", kAbort = "abort", kNew = "new", kRetry = "retry";
 constexpr std::pair<std::string_view, std::string_view> kOtherInstructions[]{
     {"breathing D R", "breathe D times as deep and R times as fast from now on (0.5 to 2; R is optional)"},
     {"difficulty D", "change the difficulty now: guided, practice or exam"},
@@ -37,6 +37,7 @@ constexpr std::pair<std::string_view, std::string_view> kOtherInstructions[]{
     {kToggle, "pause if running, resume if paused"},
     {"bookmark TEXT", "set a bookmark for \"stylet run --from\"; the text is optional"},
     {"comment TEXT", "store a comment on the attempt"},
+    {kAbort, "end this attempt and mark it as aborted: it enters no statistics"},
     {"new attempt", "store this attempt and begin another; set beforehand:"},
     {"new seed N", "  the reference patient and scripted input of this seed"},
     {"new patient DIR", "  the patient in this folder"},
@@ -100,6 +101,7 @@ bool Instructor::parseLine(std::string_view line) {
         paused_ = pause;
         return true;
     }
+    if (line == kAbort) return aborted_ = true;
     if (const auto text = textAfter(line, kDifficulty)) {
         difficulty_ = training::difficultyFromName(*text);
         if (difficulty_)

@@ -46,6 +46,8 @@ class Instructor {
     std::optional<training::Difficulty> popDifficulty() { return std::exchange(difficulty_, {}); }
     // Set once the instructor has requested the end of this attempt and the next one.
     const std::optional<NextAttempt>& next() const { return next_; }
+    // True once the instructor has ended this attempt as aborted: it enters no statistics.
+    bool aborted() const { return aborted_; }
 
   private:
     bool parseLine(std::string_view line);
@@ -58,7 +60,7 @@ class Instructor {
     std::optional<training::Difficulty> difficulty_;
     NextAttempt wished_;  // settings collected so far for the next attempt
     std::optional<NextAttempt> next_;
-    bool paused_ = false;
+    bool paused_ = false, aborted_ = false;
 };
 
 // Name of an injected event ("cough", "breathing 1.3 1"); empty for any other command.

@@ -131,8 +131,9 @@ void Session::update(const TickRecord& record) {
     wounds_.update(now);
     insertion_.update(now);
     log_.lateral_cut_m = now.lateral_cut_m;
-    log_.peak_force_n = std::max(log_.peak_force_n, std::fabs(now.force_n));
-    if (now.phase != haptics::Phase::outside) {
+    const bool felt = haptics::isNeedleTool(now.tool);  // an assistant may hold the needle in the body
+    if (felt) log_.peak_force_n = std::max(log_.peak_force_n, std::fabs(now.force_n));
+    if (felt && now.phase != haptics::Phase::outside) {
         if (!log_.deepest || now.depth_m > log_.deepest->depth_m) log_.deepest = now;
         log_.curve.push_back({now.tick, now.depth_m, now.force_n, now.phase, now.tissue, now.breath_held});
     }
@@ -207,8 +208,19 @@ void Session::updateProgress() {
         log_.events.push_back(std::move(event));
 }
 
+void Session::setInstruments(const haptics::InstrumentSet& instruments) {
+    haptics::ToolSettings tools;
+    haptics::equip(tools, instruments);
+    procedure_.setTools(tools);
+    needle_ = instruments.needle.shape;
+    wounds_.setNeedleRadius(needle_.radius_m());
+    probe_.transducer = instruments.probe.transducer;
+    if (const auto* face = std::get_if<haptics::ProbeSettings>(&instruments.probe.force))
+        probe_.length_m = face->length_m, probe_.curvature_m = face->curvature_m;
+}
+
 FrameState Session::frameState(const TickOutput& tick) const {
-    FrameState seen{tick, needle_, wounds_.wounds(), fold_.equipment(), fold_.dose()};
+    FrameState seen{tick, needle_, probe_, access_, wounds_.wounds(), fold_.equipment(), fold_.dose()};
     seen.rearm_acts = rearm_acts_;
     seen.progress = log_.progress;
     seen.lights_out = lights_out_;

@@ -2,6 +2,7 @@
 // OpenXR and continues to work if they fail.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -83,11 +84,11 @@ class Session {
     // Call before the first tick. The comparison receives every tick and must outlive the session.
     void compareWith(ForceComparison& truth) { truth_ = &truth; }
 
-    // Call before the first tick. The needle of holes and pictures; default: that of NeedleShape.
-    void setNeedle(const NeedleShape& needle) {
-        needle_ = needle;
-        wounds_.setNeedleRadius(needle.radius_m());
-    }
+    // Call before the first tick. The instruments of holes and pictures; default: those of InstrumentSet.
+    void setInstruments(const haptics::InstrumentSet&);
+
+    // Call before the first tick. Wire, dilator and drain of pictures.
+    void setAccess(const haptics::AccessSettings& access) { access_ = access; }
 
     // Session thread. Processes everything in the rings. Throws DataError if the record cannot be written.
     void drain(haptics::LoopChannels&);
@@ -111,8 +112,13 @@ class Session {
     void note(std::string kind, std::string text);
     // Sets FrameState::rest_due from now on.
     void showRest(bool due) { rest_due_ = due; }
-    void setDifficulty(training::Difficulty difficulty) { difficulty_ = difficulty; }
+    void setDifficulty(training::Difficulty difficulty) {
+        difficulty_ = difficulty;
+        easiest_ = std::min(easiest_, difficulty);
+    }
     std::optional<training::Difficulty> difficulty() const { return difficulty_; }
+    // The easiest difficulty so far. It is the one that the attempt counts for.
+    training::Difficulty easiestDifficulty() const { return easiest_; }
     // popPressed(), popCommands() and popFaults() return the buttons pressed, commands executed and
     // faults raised since the last call. A fault that recurs after re-arming counts again.
     std::uint32_t popPressed() { return std::exchange(newly_pressed_, 0); }
@@ -163,10 +169,13 @@ class Session {
     std::vector<ExecutedCommand> taken_;
     WoundLog wounds_;
     NeedleShape needle_;
+    UltrasoundProbe probe_;
+    haptics::AccessSettings access_;
     InsertionLog insertion_;
     GlowWatch glow_;
     ForceComparison* truth_ = nullptr;
     std::optional<training::Difficulty> difficulty_;
+    training::Difficulty easiest_ = training::Difficulty::exam;
     SessionLog log_;
     Watcher watcher_;
     std::function<void(const SessionLog&)> noted_;

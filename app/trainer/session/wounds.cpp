@@ -25,7 +25,8 @@ void WoundLog::update(const haptics::TickOutput& tick) {
     }
     // The skin is not open while the tip is still tenting it.
     const bool on_skin = tick.phase == haptics::Phase::tenting && tick.tissue == patient::Tissue::air;
-    const bool inside = haptics::isNeedleTool(tick.tool) && tick.phase != haptics::Phase::outside && !on_skin;
+    const bool needle = haptics::isNeedleTool(tick.tool) || tick.access.needle_in;
+    const bool inside = needle && tick.phase != haptics::Phase::outside && !on_skin;
     if (inside && !inside_) {
         const auto same = [&](const Hole& h) {
             return glm::length(h.reference_m - tick.tip_reference_m) < kSameHole_m;

@@ -79,8 +79,9 @@ std::optional<Vibration> alertPulse(const SoundFrame& heard) {
     return std::nullopt;
 }
 
-Cues::Cues(const SoundPlaces& places, training::Difficulty difficulty, double tick_s)
-    : places_(places), hints_(training::makeHints(difficulty)), tick_s_(tick_s) {
+Cues::Cues(const SoundPlaces& places, const training::DifficultyTable& difficulties,
+           training::Difficulty difficulty, double tick_s)
+    : places_(places), difficulties_(difficulties), rules_(difficulties[difficulty]), tick_s_(tick_s) {
     for (int i = 0; i < kSoundCount; ++i)
         heard_.voices[std::size_t(i)].stage_m = places.entry_m;
     heard_[Sound::room] = {loudestGain(Sound::room), 1.0f, places.vent_m};
@@ -120,7 +121,7 @@ void Cues::playAlerts(const training::Progress& now, double t_s) {
 
 const SoundFrame& Cues::update(const FrameState& seen) {
     heard_.begun = 0;
-    if (seen.difficulty) hints_ = training::makeHints(*seen.difficulty);
+    if (seen.difficulty) rules_ = difficulties_[*seen.difficulty];
     const TickOutput& now = seen.tick;
     const double t_s = tick_s_ * double(now.tick);
     if (!last_ || seen.held || now.tick <= last_->tick.tick) {
@@ -146,7 +147,7 @@ const SoundFrame& Cues::update(const FrameState& seen) {
     if (now.needle_in_guide && !before.needle_in_guide) begin(Sound::click, tip);
     if (cuts(before, now)) begin(Sound::cut, tip);
     if (yields(before, now)) begin(Sound::tick, tip);
-    if (hints_.cues) playAlerts(seen.progress, t_s);
+    if (rules_.cues) playAlerts(seen.progress, t_s);
     last_ = seen;
     return heard_;
 }

@@ -49,7 +49,7 @@ std::optional<Vibration> alertPulse(const SoundFrame&);
 
 class Cues {
   public:
-    Cues(const SoundPlaces&, training::Difficulty, double tick_s);
+    Cues(const SoundPlaces&, const training::DifficultyTable&, training::Difficulty, double tick_s);
     // Call often, in tick order. While the attempt is paused only the room is audible.
     const SoundFrame& update(const FrameState&);
     const SoundPlaces& places() const { return places_; }
@@ -60,7 +60,8 @@ class Cues {
     void begin(Sound, const Vec3& stage_m);
 
     SoundPlaces places_;
-    training::Hints hints_;
+    training::DifficultyTable difficulties_;
+    training::DifficultyRules rules_;
     double tick_s_;
     SoundFrame heard_;
     std::optional<FrameState> last_;

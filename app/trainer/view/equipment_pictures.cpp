@@ -55,9 +55,8 @@ EquipmentPictures::EquipmentPictures(const render::Gpu& gpu, render::DeformedPat
                                      const std::filesystem::path& assets)
     : gpu_(&gpu),
       patient_(&patient),
-      transducers_{render::loadTransducer(assets / "ultrasound" / "convex.toml"),
-                   render::loadTransducer(assets / "ultrasound" / "linear.toml")},
-      acoustics_(render::loadAcoustics(assets / "ultrasound" / "tissues.toml")) {}
+      ultrasound_assets_(assets / "ultrasound"),
+      acoustics_(render::loadAcoustics(ultrasound_assets_ / "tissues.toml")) {}
 
 EquipmentPictures::~EquipmentPictures() = default;
 
@@ -83,6 +82,16 @@ void EquipmentPictures::save(const std::filesystem::path& folder, const std::str
     if (shown_pulses_) xray_screen_.savePng(folder / (name + "_xray.png"));
 }
 
+const render::Transducer& EquipmentPictures::transducerFor(const UltrasoundProbe& probe) {
+    if (!transducer_ || probe_ != probe) {
+        transducer_ =
+            render::withFace(render::loadTransducer(ultrasound_assets_ / (probe.transducer + ".toml")),
+                             probe.length_m, probe.curvature_m);
+        probe_ = probe;
+    }
+    return *transducer_;
+}
+
 void EquipmentPictures::scan(const ImagingInput& m) {
     if (scanned_ == 0 && !m.patient_from_probe) return;  // the probe was never used
     const training::UltrasoundState& machine = m.machines.ultrasound;
@@ -99,13 +108,13 @@ void EquipmentPictures::scan(const ImagingInput& m) {
         flow_ = patient::makeVesselFlow(patient_->patient());
         ultrasound_->setFlow(&*flow_);
     }
-    const render::Transducer& transducer =
-        transducers_[std::size_t(machine.transducer) % transducers_.size()];
+    const render::Transducer& transducer = transducerFor(m.probe);
     const auto begin = SteadyClock::now();
     render::UltrasoundInput input;
     input.patient_from_probe = m.patient_from_probe;
     input.patient_from_needle = m.patient_from_needle;
     input.needle = m.needle;
+    input.tubes = m.tubes;
     input.guide_m = m.guide_m;
     input.time_s = m.time_s;
     input.number = scanned_;
@@ -146,6 +155,8 @@ void EquipmentPictures::expose(const ImagingInput& m) {
             render::addProbe(*pulse_.patient_from_probe * haptics::kStylusFromProbe.inverse(), shapes_);
         if (pulse_.patient_from_scalpel) render::addScalpel(*pulse_.patient_from_scalpel, shapes_);
         if (pulse_.patient_from_finger) render::addFinger(*pulse_.patient_from_finger, shapes_);
+        for (const CurvedTube& tube : pulse_.tubes)
+            render::addTube(tube, shapes_);
         const double half_m = 0.5 * machine.field_m;
         render::FluoroscopySettings settings;
         settings.pixels = gpu_->isSoftware() ? kCoarsePixels : kFinePixels;

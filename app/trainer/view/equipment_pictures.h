@@ -44,12 +44,16 @@ class EquipmentPictures {
 
   private:
     void pose(const ImagingInput&);
+    // Throws DataError.
+    const render::Transducer& transducerFor(const UltrasoundProbe&);
     void scan(const ImagingInput&);
     void expose(const ImagingInput&);
 
     const render::Gpu* gpu_;
     render::DeformedPatient* patient_;
-    std::array<render::Transducer, 2> transducers_;  // indexed by UltrasoundState::transducer
+    std::filesystem::path ultrasound_assets_;
+    UltrasoundProbe probe_;
+    std::optional<render::Transducer> transducer_;  // of `probe_`; loaded with the first picture
     render::AcousticTable acoustics_;
     std::optional<render::Ultrasound> ultrasound_;
     std::optional<render::Fluoroscopy> fluoroscopy_;

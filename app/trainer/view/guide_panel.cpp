@@ -8,6 +8,8 @@
 #include <limits>
 
 #include "app/trainer/attempt/staging.h"
+#include "app/trainer/hands/controller_hand.h"
+#include "app/trainer/hands/mouse_hand.h"
 #include "app/trainer/view/notice.h"
 
 namespace stylet::trainer {
@@ -35,6 +37,8 @@ constexpr int kPlaceRounds = 12;
 // letters are then smaller than they should be.
 constexpr double kMaxWidth_m = 1.2;
 constexpr double kBreathMoves_v = 0.002;
+constexpr double kTouch_n = 0.001;  // smallest force of a tool on the skin
+constexpr double kRefusalShown_s = 8.0;
 
 std::string formatClock(double s) {
     const long whole = std::lround(std::floor(std::max(0.0, s)));
@@ -58,27 +62,26 @@ double maxDepth_m(const Insertion& insertion) {
     return insertion.felt.empty() ? 0.0 : double(insertion.felt.back().depth_m);
 }
 
+// Force of the tool in hand: of a needle along its shaft, of the others their whole force.
+double shownForce_n(const haptics::TickOutput& tick) {
+    return haptics::isNeedleTool(tick.tool) ? std::fabs(tick.force_n) : glm::length(tick.tool_force.force_n);
+}
+
 bool isDone(const Progress& progress, int step) {
     return (progress.steps_done & (1u << unsigned(step))) != 0;
 }
 
 }  // namespace
 
-std::string_view stepHint(Step step) noexcept {
-    constexpr std::array<std::string_view, training::kStepCount + 1> kHints{
-        "With a finger, feel for the gap between two ribs at the marked entry.",
-        "Put the probe there and turn it until the target duct stands on the guide's line.",
-        "Open the skin at the entry with the scalpel, a few millimetres.",
-        "Lay the needle into the probe's guide: it snaps in with a click.",
-        "Have the breath held, and advance under ultrasound until the duct gives way.",
-        "Inject a little contrast medium and look at the ducts under X-rays.",
-        "All steps are done."};
-    return enumName(kHints, step);
+const training::Controls& controlsOf(const std::string& device) {
+    if (device == kMouse) return training::kMouseControls;
+    return device == kControllers ? training::kControllerControls : training::kTypedControls;
 }
 
-GuidePanel::GuidePanel(const training::Hints& hints, double tick_s, int width_px, int height_px)
-    : hints_(hints), tick_s_(tick_s) {
-    resize(width_px, height_px);
+GuidePanel::GuidePanel(const training::DifficultyRules& rules, const training::Controls& controls,
+                       double tick_s)
+    : rules_(rules), controls_(controls), tick_s_(tick_s) {
+    resize(kWidth, kHeight);
 }
 
 std::pair<int, int> GuidePanel::sizeIn(int width_px, int height_px) {
@@ -109,7 +112,7 @@ void GuidePanel::update(const FrameState& seen, bool looked_at) {
                   : moved_v > 0.0                       ? "in"
                                                         : "out";
         breath_v_ = seen.tick.breath.v;
-        curve_.push_back({t_s, seen.tick.force_n});
+        curve_.push_back({t_s, shownForce_n(seen.tick)});
         while (curve_.front().t_s < t_s - kCurve_s)
             curve_.pop_front();
     }
@@ -258,17 +261,32 @@ void GuidePanel::draw(const FrameState& seen) {
         {.size = 34.0, .colour = kNext, .bold = true});
     drawSteps(progress);
     const report::TextStyle words{.size = 28.0, .colour = kPanelText};
-    const std::string said{hints_.next_step ? stepHint(progress.step) : training::stepName(progress.step)};
+    // The reason for a refused step takes the place of the hint for a while.
+    const bool refused = progress.refusal != training::Refusal::none &&
+                         progress.elapsed_s - progress.refused_s < kRefusalShown_s;
+    const std::string said =
+        refused            ? "Not done: " + std::string(training::refusalText(progress.refusal)) + "."
+        : rules_.next_step ? training::prompt(nextAct(progress, tick, seen.machines.xray), controls_)
+                           : std::string(training::stepName(progress.step));
     double y = 88.0;
     for (const std::string& line : wrapped(*canvas_, said, words, kRight - kLeft))
         canvas_->text({kLeft, y}, line, words), y += 34.0;
 
     const bool flat = height_ < kFlat_px;
     const double columns[3] = {kLeft, flat ? 284.0 : 268.0, 496.0};
-    y = hints_.next_step ? 164.0 : 130.0;  // a hint may have two lines
-    number(columns[0], y, "Depth", inside ? fmt::format("{:.1f} mm", 1e3 * tick.depth_m) : "outside");
-    number(columns[1], y, "Force", fmt::format("{:.2f} N", std::fabs(tick.force_n)));
-    number(columns[2], y, "Tissue", inside ? std::string(patient::tissueName(tick.tissue)) : "air");
+    y = rules_.next_step || refused ? 164.0 : 130.0;  // a hint may have two lines
+    const double force_n = shownForce_n(tick);
+    const bool needle = haptics::isNeedleTool(tick.tool) || tick.access.needle_in,
+               presses = haptics::pressesOnSkin(tick.tool) && force_n > kTouch_n;
+    number(columns[0], y, "Depth",
+           needle && inside ? fmt::format("{:.1f} mm", 1e3 * tick.depth_m)
+           : presses        ? "skin"
+                            : "outside");
+    number(columns[1], y, "Force", fmt::format("{:.2f} N", force_n));
+    number(columns[2], y, "Tissue",
+           needle && inside ? std::string(patient::tissueName(tick.tissue))
+           : presses        ? "skin"
+                            : "air");
     y += flat ? 38.0 : 84.0;
     number(columns[0], y, flat ? "Off" : "Off the path", fmt::format("{:.1f} mm", 1e3 * progress.off_path_m));
     number(columns[1], y, "Angle", fmt::format("{:.1f}\u00b0", progress.off_angle_rad * 57.29577951308232));

@@ -14,6 +14,7 @@
 #include "app/report/canvas.h"
 #include "app/trainer/session/frame_state.h"
 #include "app/training/difficulty.h"
+#include "app/training/tutor.h"
 
 namespace stylet::trainer {
 
@@ -25,11 +26,11 @@ class GuidePanel {
     static constexpr double kEvery_s = 0.1;     // shortest time between redraws
     static constexpr double kCurve_s = 10.0;
 
-    // Panel size in pixels; any width. To fit a given area, use sizeIn().
-    GuidePanel(const training::Hints&, double tick_s, int width_px = kWidth, int height_px = kHeight);
+    // Has the size kWidth x kHeight until it is resized.
+    GuidePanel(const training::DifficultyRules&, const training::Controls&, double tick_s);
     // Returns the size of the largest panel that fits, possibly in the flat layout.
     static std::pair<int, int> sizeIn(int width_px, int height_px);
-    // Changes the size. The recorded curve is kept.
+    // Changes the size, in pixels; any width. To fit a given area, use sizeIn(). The recorded curve is kept.
     void resize(int width_px, int height_px);
     // Records the force curve. Redraws only if `looked_at`, and at most every kEvery_s.
     void update(const FrameState&, bool looked_at);
@@ -47,7 +48,8 @@ class GuidePanel {
     void drawForceScale(double top, double bottom, double full_n);
     void number(double x, double y, const char* name, const std::string& value);
 
-    training::Hints hints_;
+    training::DifficultyRules rules_;
+    training::Controls controls_;
     double tick_s_;
     std::optional<report::Canvas> canvas_;
     double height_ = kHeight;  // layout height; the layout width is kWidth
@@ -62,8 +64,8 @@ class GuidePanel {
     std::uint64_t revision_ = 0;
 };
 
-// One-sentence instruction for a step.
-std::string_view stepHint(training::Step) noexcept;
+// The controls of an input device, by its name on the command line.
+const training::Controls& controlsOf(const std::string& device);
 
 // Placement of the panel: beyond the table, toward the feet, facing the operator. It is wide enough for
 // legible letters, up to a limit.

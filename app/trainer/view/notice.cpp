@@ -56,8 +56,16 @@ std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, co
     if (seen.rest_due && (rearm_act.empty() || !off))
         return Notice{"Time for a rest",
                       {"You have practised for a long time: rest your eyes and hand for a few minutes."}};
-    if (rearm_act.empty() || !off) return std::nullopt;
-    std::string why = textOf(seen.tick.faults);
+    const bool stalled = seen.picture_stall_s > 0.0;
+    const std::string stall =
+        "The picture had stopped for " + std::to_string(std::lround(seen.picture_stall_s)) + " s";
+    if (rearm_act.empty() || !off) {
+        if (!stalled) return std::nullopt;
+        return Notice{"The picture moves again", {stall + "; the attempt continued."}};
+    }
+    // Without a picture the force is removed as if the headset were off.
+    const bool by_stall = stalled && (seen.tick.faults & haptics::kFaultNotFocused) != 0;
+    std::string why = by_stall ? stall : textOf(seen.tick.faults);
     if (!why.empty()) why.front() = char(std::toupper(static_cast<unsigned char>(why.front())));
     return Notice{"The force is off", {why + ".", "To resume: " + rearm_act + "."}};
 }

@@ -2,6 +2,7 @@
 
 #include "app/trainer/attempt/staging.h"
 #include "app/trainer/session/alert.h"
+#include "app/trainer/view/access_tubes.h"
 
 namespace stylet::trainer {
 
@@ -29,7 +30,8 @@ void addRoom(render::RenderScene& scene, const patient::PlannedPath& path, const
 
 void showTools(render::RenderScene& scene, const FrameState& seen) {
     const haptics::TickOutput& tick = seen.tick;
-    if (haptics::isNeedleTool(tick.tool)) scene.patient_from_needle = tick.patient_from_needle;
+    if (haptics::isNeedleTool(tick.tool) || tick.access.needle_in)
+        scene.patient_from_needle = tick.patient_from_needle;
     scene.needle = seen.needle;
     if (tick.tool == haptics::Tool::finger) scene.patient_from_finger = tick.patient_from_tool;
     if (tick.tool == haptics::Tool::scalpel) scene.patient_from_scalpel = tick.patient_from_tool;
@@ -55,13 +57,13 @@ std::vector<render::Mark> makeMarks(const std::vector<Wound>& wounds, render::Lo
 }
 
 SceneMaker::SceneMaker(const patient::Patient& patient, const patient::PlannedPath& path, render::Look look,
-                       const PressInput& press, const training::Hints& hints)
+                       const PressInput& press, const training::DifficultyRules& rules)
     : patient_(&patient),
       path_(path),
       stage_from_patient_(trainer::stageFromPatient(patient, path)),
       look_(look),
       tick_s_(press.tick_s),
-      hints_(hints),
+      rules_(rules),
       press_(patient, press) {}
 
 render::RenderScene SceneMaker::makeScene(const FrameState& seen) {
@@ -71,18 +73,19 @@ render::RenderScene SceneMaker::makeScene(const FrameState& seen) {
     scene.stage_from_patient = stage_from_patient_;
     scene.stage_from_patient.position_m = stage_from_patient_ * shown.patient_moved_m;
     scene.breath = shown.breath;
-    scene.look = look_;
+    scene.look = rules_.open_look ? look_ : render::Look::closed;
     scene.marks = makeMarks(seen.wounds, scene.look, path_);
     scene.tool = press_.shown(shown);
     addRoom(scene, path_, seen.machines.xray);
     scene.room.lamp = !seen.lights_out;
-    if (hints_.colours) scene.room.shell_light = shellLight(seen.glow);
+    if (rules_.colours) scene.room.shell_light = shellLight(seen.glow);
     showTools(scene, seen);
+    scene.tubes = accessTubes(shown, seen.access, patient_->package().motion, seen.needle.length_m);
     showMonitor(scene, monitor_);
     if (const auto& ghost = seen.ghost_needle)
         scene.paths.push_back({ghost->patient_from_needle * Vec3(0.0, 0.0, ghost->length_m),
                                ghost->patient_from_needle.position_m, 1.0});
-    if (!hints_.ghost) return scene;
+    if (!rules_.path) return scene;
     const patient::MotionModel& model = patient_->package().motion;
     scene.reference_path_m = {patient::deformedFromReference(model, shown.breath, path_.entry_reference_m),
                               patient::deformedFromReference(model, shown.breath, path_.target_reference_m)};
@@ -93,7 +96,9 @@ ImagingInput makeImagingInput(const FrameState& seen, const render::RenderScene&
                               const render::Renderer& renderer, const patient::ContrastTable* contrast,
                               const haptics::GuideSettings& guide, double tick_s) {
     ImagingInput m = makeImagingInput(seen.tick, seen.needle, guide, tick_s);
+    m.probe = seen.probe;
     m.tool = scene.tool;
+    m.tubes = scene.tubes;
     m.contrast = contrast;
     m.patient_from_isocentre = renderer.patientFromIsocentre(scene);
     m.machines = seen.machines, m.dose = seen.dose;

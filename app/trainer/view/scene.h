@@ -37,12 +37,12 @@ std::vector<render::Mark> makeMarks(const std::vector<Wound>&, render::Look, con
 // Builds the scene of room and patient for a tick. Use from one thread only.
 class SceneMaker {
   public:
-    // The patient and the touch map must outlive this object. `hints` selects whether the reference path is
+    // The patient and the touch map must outlive this object. `rules` selects whether the reference path is
     // shown and whether the room light shows alerts.
     SceneMaker(const patient::Patient&, const patient::PlannedPath&, render::Look, const PressInput&,
-               const training::Hints& hints);
-    // Changes the hints to those of another difficulty.
-    void help(const training::Hints& hints) { hints_ = hints; }
+               const training::DifficultyRules& rules);
+    // Changes the rules to those of another difficulty.
+    void help(const training::DifficultyRules& rules) { rules_ = rules; }
     // Returns the scene for a state of the attempt. It includes the screen of the breath monitor, but not the
     // screens of ultrasound and X-ray. The scene refers to data of this object and is valid until the next
     // call.
@@ -55,7 +55,7 @@ class SceneMaker {
     Pose stage_from_patient_;
     render::Look look_;
     double tick_s_;
-    training::Hints hints_;
+    training::DifficultyRules rules_;
     ToolPress press_;
     BreathMonitor monitor_;
 };

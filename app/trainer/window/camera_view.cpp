@@ -30,10 +30,10 @@ void hideSecondEye(render::Renderer& renderer) {
 }  // namespace
 
 CameraView::CameraView(render::Gpu& gpu, const patient::Patient& patient, const patient::PlannedPath& path,
-                       const PictureSettings& settings, const training::Hints& hints)
+                       const PictureSettings& settings, const training::DifficultyRules& rules)
     : gpu_(&gpu),
       path_(path),
-      scenes_(patient, path, sceneLook(settings.config), settings.press, hints),
+      scenes_(patient, path, sceneLook(settings.config), settings.press, rules),
       renderer_(gpu, {}, settings.assets),
       governor_(render::GovernorSettings{.budget_ms = gpu.isSoftware() ? kProcessorBudget_ms : kBudget_ms,
                                          .patience = 5}) {

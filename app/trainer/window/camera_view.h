@@ -16,13 +16,13 @@ namespace stylet::trainer {
 // Use from one thread only.
 class CameraView {
   public:
-    // All arguments must outlive this object. `hints`: see SceneMaker. Throws render::GpuError, DataError.
+    // All arguments must outlive this object. `rules`: see SceneMaker. Throws render::GpuError, DataError.
     CameraView(render::Gpu&, const patient::Patient&, const patient::PlannedPath&, const PictureSettings&,
-               const training::Hints& hints);
+               const training::DifficultyRules& rules);
 
     // Scene of a tick, without the equipment screens. Valid until the next call.
     render::RenderScene makeScene(const FrameState& seen) { return scenes_.makeScene(seen); }
-    void help(const training::Hints& hints) { scenes_.help(hints); }  // see SceneMaker
+    void help(const training::DifficultyRules& rules) { scenes_.help(rules); }  // see SceneMaker
     // Without `camera`, returns the view from the operator's place.
     render::View view(const std::optional<Orbit>& camera, double aspect) const;
     // Adapts the resolution of the patient to the frame time. The result is valid until the next call.

@@ -57,7 +57,7 @@ Desktop::Desktop(const patient::Patient& patient, const patient::PlannedPath& pa
     : settings(settings_in),
       mirror(patient, path, mirrorSettings(settings)),
       gpu({.validation = settings.config.validation, .pipeline_cache = settings.pipeline_cache}),
-      camera(gpu, patient, path, settings, training::makeHints(settings.config.difficulty)),
+      camera(gpu, patient, path, settings, settings.config.difficulties[settings.config.difficulty]),
       machines(gpu, camera.renderer().deformedPatient(), settings.assets) {
     counted.runtime = "none: a window";
     counted.gpu = gpu.name();
@@ -85,7 +85,7 @@ bool Desktop::frame(const FrameState& seen, const patient::ContrastTable* contra
         const auto [width, height] =
             kept ? std::pair{kMomentWidth, kMomentHeight} : camera.sizeFor(requests.width, requests.height);
         const render::View view = camera.view(kept ? std::nullopt : requests.camera, double(width) / height);
-        camera.help(training::makeHints(seen.difficulty.value_or(settings.config.difficulty)));
+        camera.help(settings.config.difficulties[seen.difficulty.value_or(settings.config.difficulty)]);
         render::RenderScene scene = camera.makeScene(seen);
         // The room costs the most time, so both equipment pictures are always drawn as well.
         showMachines(scene, seen, contrast, {.ultrasound = true, .xray = true});

@@ -61,7 +61,10 @@ std::vector<Row> rowsOf(const StateUpdate& state, const std::deque<FrameSample>&
         {"depth", inside ? fmt::format("{:.1f} mm", 1e3 * tick.depth_m) : "\u2013"},
         {"tissue", inside ? std::string(patient::tissueName(tick.tissue)) : "\u2013"},
         {"force", fmt::format("{:.2f} N", tick.force_n)},
-        {"device", fmt::format("{}, {:.0f} %", enumName(kForceStageNames, tick.stage), 100.0 * tick.level),
+        {"device",
+         state.seen.input_only
+             ? "input only"
+             : fmt::format("{}, {:.0f} %", enumName(kForceStageNames, tick.stage), 100.0 * tick.level),
          off},
         {"breath", tick.breath_held ? "held" : fmt::format("{:.0f} %", 100.0 * tick.breath.v)},
         {"frame", milliseconds(lowerQuantile(frames_ms, 0.5))},

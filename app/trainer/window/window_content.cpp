@@ -43,7 +43,7 @@ WindowContent::WindowContent(const patient::Patient& patient, const patient::Pla
     : patient_(&patient),
       path_(path),
       settings_(settings),
-      hints_(training::makeHints(settings.pictures.config.difficulty)),
+      rules_(settings.pictures.config.difficulties[settings.pictures.config.difficulty]),
       channels_(&channels),
       gpu_(&gpu),
       presenter_(&presenter),
@@ -51,8 +51,14 @@ WindowContent::WindowContent(const patient::Patient& patient, const patient::Pla
       alerts_(settings.pictures.press.tick_s),
       keys_(settings.pictures.window) {}
 
+// What the camera of an instructor's mirror shows: everything, whatever the trainee may see.
+training::DifficultyRules WindowContent::instructorsRules() const {
+    return {.path = true, .colours = rules_.colours, .open_look = true};
+}
+
 bool WindowContent::offered(WindowView view) const {
-    if (view == WindowView::guide) return hints_.panel;
+    if (view == WindowView::guide) return rules_.panel;
+    if (view == WindowView::slices && settings_.desktop && !isReplay()) return rules_.slices;
     return !settings_.desktop || view != WindowView::rightEye;
 }
 
@@ -70,11 +76,11 @@ void WindowContent::select(WindowView view) {
 }
 
 void WindowContent::arrange() {
-    const LayoutSettings settings{.key_rows = 1 + int(keys_.rows().size()) + (isReplay() ? 1 : 0),
-                                  .slices = settings_.desktop,
-                                  .guide = settings_.desktop && hints_.panel};
+    const LayoutSettings settings{.key_rows = 1 + int(keys_.rows(rules_.home).size()) + (isReplay() ? 1 : 0),
+                                  .slices = settings_.desktop && offered(WindowView::slices),
+                                  .guide = settings_.desktop && rules_.panel};
     layout_ = computeLayout(view_, main_, int(width_), int(height_), settings);
-    if (!hints_.colours || layout_.panes.empty()) return;
+    if (!rules_.colours || layout_.panes.empty()) return;
     Rect& area = layout_.panes.front().area;
     frame_ = area;
     const int edge = std::min(area.width, area.height) / kAlertEdge;
@@ -85,7 +91,7 @@ void WindowContent::arrange() {
 // True if this window may show what the difficulty hides from the trainee: either another person looks at the
 // window, or nothing is hidden.
 bool WindowContent::showsHidden() const {
-    return !settings_.desktop || hints_.panel || isReplay();
+    return !settings_.desktop || rules_.panel || isReplay();
 }
 
 void WindowContent::handleKey(const KeyPress& press) {
@@ -123,7 +129,7 @@ void WindowContent::moveToolBy(const KeyPress& press) {
                  up = double(press.key == kKeyUp) - double(press.key == kKeyDown),
                  deeper = double(press.key == kKeyPageDown) - double(press.key == kKeyPageUp),
                  rolled = double(press.key == 'q') - double(press.key == 'e');
-    if (press.key == kKeyHome)
+    if (press.key == kKeyHome && rules_.home)
         move.home = true;
     else if (right != 0.0 || up != 0.0)
         move = press.shift ? inOperatorsView(kKey_rad * right, kKey_rad * up, true)
@@ -286,10 +292,10 @@ bool WindowContent::readPictures() {
 void WindowContent::help(training::Difficulty difficulty) {
     if (difficulty == difficulty_) return;
     difficulty_ = difficulty;
-    hints_ = training::makeHints(difficulty);
+    rules_ = settings_.pictures.config.difficulties[difficulty];
     guide_.reset();
     alert_ = {};
-    if (camera_) camera_->help({.ghost = true, .colours = hints_.colours});
+    if (camera_) camera_->help(instructorsRules());
     if (!offered(view_)) view_ = WindowView::overview;
     stale_ = true;
 }
@@ -299,9 +305,12 @@ void WindowContent::updateHints(const FrameState& seen) {
     const bool back = isReplay() && seen.tick.tick < tick_;
     tick_ = seen.tick.tick;
     if (back) metrics_ = {}, alerts_ = AlertWatch(settings_.pictures.press.tick_s);
-    if (hints_.colours) alert_ = alerts_.update(seen);
-    if (hints_.panel) {
-        if (!guide_) guide_.emplace(hints_, settings_.pictures.press.tick_s), guide_shown_ = 0;
+    if (rules_.colours) alert_ = alerts_.update(seen);
+    if (rules_.panel) {
+        if (!guide_)
+            guide_.emplace(rules_, controlsOf(settings_.pictures.config.device),
+                           settings_.pictures.press.tick_s),
+                guide_shown_ = 0;
         const Pane* pane = findPane(WindowView::guide);
         if (pane) {
             const auto [width, height] = GuidePanel::sizeIn(pane->area.width, pane->area.height);
@@ -349,9 +358,7 @@ bool WindowContent::drawCamera() {
     const Pane* pane = findPane(WindowView::camera);
     if (!pane || settings_.desktop || camera_failed_ || !state_known_ || !camera_stale_) return false;
     try {
-        if (!camera_)
-            camera_.emplace(*gpu_, *patient_, path_, settings_.pictures,
-                            training::Hints{.ghost = true, .colours = hints_.colours});
+        if (!camera_) camera_.emplace(*gpu_, *patient_, path_, settings_.pictures, instructorsRules());
         render::RenderScene scene = camera_->makeScene(channels_->state.front().seen);
         const auto screen = [](const ScreenUpdate& given) {
             return render::ScreenPicture{int(given.image.width), int(given.image.height),
@@ -530,7 +537,7 @@ void WindowContent::drawKeys(report::Canvas& c) const {
     }
     word("Tab ", kWindowWords, true), word("next", kWindowQuiet, false);
     if (const std::string state = keys_.state(); !state.empty()) x += 30.0, word(state, kLit, true);
-    for (const std::vector<WindowKeys::Help>& row : keys_.rows()) {
+    for (const std::vector<WindowKeys::Help>& row : keys_.rows(rules_.home)) {
         x = 12.0, y += kKeyRowHeight;
         for (const WindowKeys::Help& help : row) {
             word(help.key + " ", kWindowWords, true), word(help.what, kWindowQuiet, false);

@@ -93,6 +93,7 @@ class WindowContent {
     bool drawNotice();
     void drawAlert(report::Canvas&) const;
     bool showsHidden() const;
+    training::DifficultyRules instructorsRules() const;
     void drawKeys(report::Canvas&) const;
     bool drawChrome();
     std::string makeCaption(WindowView) const;
@@ -105,7 +106,7 @@ class WindowContent {
     const patient::Patient* patient_;
     const patient::PlannedPath path_;
     const MirrorSettings settings_;
-    training::Hints hints_;  // hints of the current difficulty
+    training::DifficultyRules rules_;  // rules of the current difficulty
     std::optional<training::Difficulty> difficulty_;
     MirrorChannels* channels_;
     render::Gpu* gpu_;

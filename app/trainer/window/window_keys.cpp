@@ -12,12 +12,13 @@ struct KeyWord {
 };
 // Keys for the trainee's commands. An assistant may use them too.
 constexpr std::array kWordKeys{
-    KeyWord{'f', "F", "finger", "finger"},         KeyWord{'p', "P", "probe", "probe"},
-    KeyWord{'k', "K", "park it", "park"},          KeyWord{'l', "L", "lift it", "lift"},
-    KeyWord{'s', "S", "scalpel", "scalpel"},       KeyWord{'g', "G", "guide", "guide"},
-    KeyWord{'n', "N", "needle", "needle"},         KeyWord{' ', "Space", "next tool", "next"},
-    KeyWord{'h', "H", "hold breath", "hold"},      KeyWord{'b', "B", "breathe", "breathe"},
-    KeyWord{kKeyEnter, "Enter", "re-arm", "rearm"}};
+    KeyWord{'f', "F", "finger", "finger"},   KeyWord{'p', "P", "probe", "probe"},
+    KeyWord{'k', "K", "park it", "park"},    KeyWord{'l', "L", "lift it", "lift"},
+    KeyWord{'s', "S", "scalpel", "scalpel"}, KeyWord{'g', "G", "guide", "guide"},
+    KeyWord{'n', "N", "needle", "needle"},   KeyWord{' ', "Space", "next tool", "next"},
+    KeyWord{'w', "W", "guide wire", "wire"}, KeyWord{'d', "D", "dilator", "dilator"},
+    KeyWord{'a', "A", "drain", "drain"},     KeyWord{'h', "H", "hold breath", "hold"},
+    KeyWord{'b', "B", "breathe", "breathe"}, KeyWord{kKeyEnter, "Enter", "re-arm", "rearm"}};
 
 // The instructor's function keys.
 enum Function : int { kSay = 1, kLights = 7, kComment = 9, kPause = 10, kFreeze = 11, kDifficulty = 12 };
@@ -58,9 +59,14 @@ void WindowKeys::press(const KeyPress& press) {
     if (press.key >= kKeyF1 && press.key <= kKeyF12) pressInstructor(1 + press.key - kKeyF1);
     if (!port_->acceptsCommands()) return;
     for (const KeyWord& key : kWordKeys)
-        if (press.key == key.key) port_->pushLine(key.word);
+        if (press.key == key.key && isOffered(key.key)) port_->pushLine(key.word);
     if (press.key == 'x') port_->pushLine((pedal_ = !pedal_) ? "pedal" : "release");
     if (press.key == 'i') port_->pushLine((injects_ = !injects_) ? "inject" : "stop");
+}
+
+// There is nothing to re-arm without a haptic device.
+bool WindowKeys::isOffered(char key) const {
+    return key != kKeyEnter || port_->offersRearm();
 }
 
 void WindowKeys::setState(bool paused, bool lights_out, std::optional<training::Difficulty> difficulty) {
@@ -125,7 +131,7 @@ std::string WindowKeys::state() const {
     return {};
 }
 
-std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows() const {
+std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows(bool home) const {
     if (!port_) return {};
     if (port_->replays())
         return {{{"Space", "play, pause"},
@@ -141,14 +147,15 @@ std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows() const {
     if (!port_->acceptsCommands()) return rows;
     std::vector<Help> tools;
     for (const KeyWord& key : kWordKeys)
-        tools.push_back({key.name, key.what});
+        if (isOffered(key.key)) tools.push_back({key.name, key.what});
     tools.push_back({"X", "X-rays"}), tools.push_back({"I", "inject"});
-    if (port_->hasToolInput())
+    if (port_->hasToolInput()) {
         rows.push_back({{"drag, arrows", "move"},
                         {"wheel, Page Down and Up", "in and out"},
                         {"with Shift", "turn, finer steps"},
-                        {"Q, E", "roll it"},
-                        {"Home", "back to the start"}});
+                        {"Q, E", "roll it"}});
+        if (home) rows.back().push_back({"Home", "back to the start"});
+    }
     rows.push_back(tools);
     return rows;
 }

@@ -30,13 +30,15 @@ class WindowKeys {
         std::string key, what;
     };
     // Rows of the key help; empty without a port.
-    std::vector<std::vector<Help>> rows() const;
+    // `home`: the key Home has an effect.
+    std::vector<std::vector<Help>> rows(bool home) const;
     // Status text: the typed text, or that the attempt is paused or the view frozen. Empty if there is
     // nothing to report.
     std::string state() const;
 
   private:
     std::shared_ptr<WindowPort> port_;
+    bool isOffered(char key) const;
     void pressTyping(const KeyPress&);
     void pressInstructor(int function_key);
     void pressPlayer(const KeyPress&);

@@ -1,5 +1,6 @@
 #include "app/records/record.h"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -30,13 +31,16 @@ RecordHeader someHeader() {
     header.settings.tools.first = haptics::Tool::probe;
     header.settings.tools.needle.max_force_n = 19.5;
     header.settings.tools.guide.release_n = 4.25;
-    header.needle.name = "chiba-22g";
-    header.needle.title = "a thin needle";
-    header.needle.gauge = 22;
-    header.needle.shape.outer_m = 0.00072, header.needle.shape.inner_m = 0.00041;
-    header.needle.shape.tip = NeedleTip::trocar;
-    header.needle.shape.has_stylet = false;
+    header.instruments.needle.name = "chiba-22g";
+    header.instruments.needle.title = "a thin needle";
+    header.instruments.needle.gauge = 22;
+    header.instruments.needle.shape.outer_m = 0.00072, header.instruments.needle.shape.inner_m = 0.00041;
+    header.instruments.needle.shape.tip = NeedleTip::trocar;
+    header.instruments.needle.shape.has_stylet = false;
     header.settings.tools.needle.friction_scale = 0.48;
+    header.instruments.probe.name = "my-probe";
+    header.instruments.probe.transducer = "some-array";
+    header.settings.tools.probe.length_m = 0.04;
     header.settings.profile.force_peak_n = 8.5;
     patient::BreathPlan& breath = header.settings.breath.emplace();
     breath.rhythm = {5.5, 0.9};
@@ -46,6 +50,13 @@ RecordHeader someHeader() {
     breath.recording_dt_s = 0.125;
     breath.recording_v = {0.0, 0.25, 0.5, 0.1};
     return header;
+}
+
+std::vector<std::uint64_t> digests(const RecordHeader& header) {
+    std::vector<std::uint64_t> found;
+    visitInstruments(header.instruments,
+                     [&](const haptics::Instrument& one) { found.push_back(instrumentDigest(header, one)); });
+    return found;
 }
 
 RecordInfo someRecordInfo() {
@@ -146,14 +157,19 @@ TEST_F(RecordFile, RestoresEveryBit) {
     EXPECT_EQ(record.header.settings.tools.needle.max_force_n, 19.5);
     EXPECT_EQ(record.header.settings.tools.guide.release_n, 4.25);
     EXPECT_EQ(record.header.settings.tools.needle.friction_scale, 0.48);
-    EXPECT_EQ(record.header.needle.name, "chiba-22g");
-    EXPECT_EQ(record.header.needle.title, "a thin needle");
-    EXPECT_EQ(record.header.needle.gauge, 22);
-    EXPECT_EQ(record.header.needle.shape, someHeader().needle.shape);
-    EXPECT_EQ(needleDigest(record.header), needleDigest(someHeader()));
-    EXPECT_EQ(std::get<haptics::NeedleSettings>(record.header.needle.force).max_force_n, 19.5);
-    EXPECT_EQ(needleDigest(loadRecordHead(folder_).header), needleDigest(someHeader()));
+    EXPECT_EQ(record.header.instruments.needle.name, "chiba-22g");
+    EXPECT_EQ(record.header.instruments.needle.title, "a thin needle");
+    EXPECT_EQ(record.header.instruments.needle.gauge, 22);
+    EXPECT_EQ(record.header.instruments.needle.shape, someHeader().instruments.needle.shape);
+    EXPECT_EQ(digests(record.header), digests(someHeader()));
+    EXPECT_EQ(std::get<haptics::NeedleSettings>(record.header.instruments.needle.force).max_force_n, 19.5);
+    EXPECT_EQ(digests(loadRecordHead(folder_).header), digests(someHeader()));
+    EXPECT_EQ(record.header.instruments.probe.transducer, "some-array");
+    EXPECT_EQ(std::get<haptics::ProbeSettings>(record.header.instruments.probe.force).length_m, 0.04);
     EXPECT_EQ(record.info.needle, "chiba-22g");
+    EXPECT_EQ(record.info.scalpel, "scalpel");
+    EXPECT_EQ(record.info.probe, "my-probe");
+    EXPECT_EQ(record.info.finger, "finger");
     EXPECT_EQ(record.header.settings.profile.force_peak_n, 8.5);
     EXPECT_EQ(record.header.settings.breath, someHeader().settings.breath);
     ASSERT_EQ(record.inputs.size(), kRecordTicks);
@@ -201,18 +217,48 @@ TEST_F(RecordFile, AnotherNeedleInTheHeaderIsRefused) {
         other[tip + 8 + i] = '\xff';  // its outer diameter: NaN
     EXPECT_NE(refusal(other).find("needle: its outer diameter is out of range"), std::string::npos);
     EXPECT_NE(refusal(body.substr(0, tip)), "");
+    // The probe's name, and its transducer's.
+    const std::size_t probe = body.find("my-probe"), transducer = body.find("some-array");
+    ASSERT_NE(transducer, std::string::npos);
+    for (const std::size_t at : {probe, transducer}) {
+        other = body;
+        other[at] = 'x';
+        EXPECT_NE(refusal(other).find("probe: its numbers do not match its digest"), std::string::npos);
+    }
+    other = body;
+    other[transducer - 1] = '\x7f';  // the length of the name
+    EXPECT_NE(refusal(other).find("probe: the name of its transducer does not end"), std::string::npos);
+    // A force that is not the instrument's own.
+    RecordHeader header = someHeader();
+    header.settings.tools.scalpel.cut_force_n += 0.1;
+    EXPECT_NE(digests(header), digests(someHeader()));
+}
+
+TEST_F(RecordFile, AnotherInstrumentInTheJsonIsRefused) {
+    const path file = folder_ / "record.json";
+    const std::string good = test::readText(file);
+    for (const std::string name : {"chiba-22g", "scalpel", "my-probe", "finger"}) {
+        std::string json = good;
+        const std::string value = ": \"" + name + "\"";
+        ASSERT_NE(json.find(value), std::string::npos) << json;
+        json.replace(json.find(value), value.size(), ": \"another\"");
+        std::ofstream(file) << json;
+        EXPECT_NE(test::errorText([&] { loadRecord(folder_); }).find("instruments: "), std::string::npos);
+        EXPECT_NE(test::errorText([&] { loadRecordHead(folder_); }).find("of inputs.bin, \"" + name),
+                  std::string::npos);
+    }
 }
 
 TEST_F(RecordFile, AnOlderVersionIsRefusedWithAdvice) {
     std::string json = test::readText(folder_ / "record.json");
     const std::string now = "\"format_version\": " + std::to_string(kRecordVersion);
     ASSERT_NE(json.find(now), std::string::npos);
-    json.replace(json.find(now), now.size(), "\"format_version\": 8");
+    json.replace(json.find(now), now.size(), "\"format_version\": 9");
     const std::string text = test::errorText([&] { parseInfo(json, "record.json"); });
-    EXPECT_NE(text.find("record.json: format_version: 8 is not"), std::string::npos) << text;
+    EXPECT_NE(text.find("record.json: format_version: 9 is not"), std::string::npos) << text;
     EXPECT_NE(text.find("use that version to read it"), std::string::npos);
     std::vector<unsigned char> bytes = readAll(inputs_);
-    bytes[8] = 8;
+    bytes[8] = 9;
     Record record;
     EXPECT_NE(
         test::errorText([&] { parseInputs(bytes, inputs_, record); }).find("use that version to read it"),
@@ -408,8 +454,9 @@ TEST_F(RecordFile, OtherVersionsAreRefusedWithTheReason) {
     bytes[8] = char(kRecordVersion - 1);
     std::ofstream(inputs_, std::ios::binary) << bytes;
     EXPECT_NE(test::errorText([&] { loadRecordHead(folder_); })
-                  .find("inputs.bin: version: 8 is not 9: the file "
-                        "was written by an older program version"),
+                  .find(fmt::format("inputs.bin: version: {} is not {}: the file was written by an older "
+                                    "program version",
+                                    kRecordVersion - 1, kRecordVersion)),
               std::string::npos);
 }
 

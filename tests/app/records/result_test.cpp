@@ -47,6 +47,7 @@ TEST(Result, EachFieldIsNeededAndChecked) {
         const bool element = std::isdigit(static_cast<unsigned char>(key.front())) != 0;
         if (element) continue;
         EXPECT_NE(test::errorText([&] { parsed(changed); }).find(key), std::string::npos) << pointer;
+        if (key == "aborted" || key == "version") continue;  // older records lack them
         changed = written;
         changed.at(at.parent_pointer()).erase(key);
         EXPECT_NE(test::errorText([&] { parsed(changed); }).find(key), std::string::npos) << pointer;
@@ -54,6 +55,18 @@ TEST(Result, EachFieldIsNeededAndChecked) {
         changed.at(at.parent_pointer())["unheard_of"] = value;
         EXPECT_NE(test::errorText([&] { parsed(changed); }).find("unheard_of"), std::string::npos) << pointer;
     }
+}
+
+TEST(Result, OlderRecordsAreOfScoreVersion1AndNotAborted) {
+    AttemptResult result = test::someResult();
+    result.aborted = true, result.score_version = 7;
+    json written = resultJson(result);
+    EXPECT_TRUE(parsed(written).aborted);
+    EXPECT_EQ(parsed(written).score_version, 7u);
+    written.erase("aborted");
+    written.at("score").erase("version");
+    EXPECT_FALSE(parsed(written).aborted);
+    EXPECT_EQ(parsed(written).score_version, 1u);
 }
 
 TEST(Result, NumbersThatAreNoneAreRefused) {

@@ -111,7 +111,7 @@ TEST_F(SamplesFile, ReadingStopsAtInvalidFrames) {
         parseFileHeader(bytes_, "s.bin", {{'S', 'T', 'Y', 'L', 'S', 'M', 'P', '\n'}, kSamplesVersion, ""});
     const Frame good = *parseFrame(std::span(bytes_).subspan(head.size));
     std::vector<unsigned char> bad_tool(good.body.begin(), good.body.end());
-    bad_tool[0] = 5;
+    bad_tool[0] = haptics::kToolCount;
     const auto samplesWith = [&](const Frame& frame) {
         const path at = folder_ / "made.bin";
         {

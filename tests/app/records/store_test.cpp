@@ -3,7 +3,6 @@
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -15,8 +14,8 @@
 #include "app/records/frames.h"
 #include "app/records/record.h"
 #include "app/records/schema.h"
-#include "tests/app/records/privacy.h"
 #include "tests/app/records/some_result.h"
+#include "tests/app/records/some_store.h"
 #include "tests/support/file_text.h"
 #include "tests/support/refused.h"
 #include "tests/support/temp_folder.h"
@@ -26,28 +25,9 @@ namespace {
 
 using std::filesystem::path;
 using test::readText;
+using test::someAttemptInfo;
 using test::someResult;
 using test::writeUnfinishedRecord;
-
-AttemptInfo someAttemptInfo(const std::string& trainee = "T-01") {
-    AttemptInfo info{trainee, "falcon", "reference patient, seed 1", "demo", "practice", "1.2.3"};
-    info.patient_digest = 0xfedcba9876543210ull;
-    info.seed = std::numeric_limits<std::uint64_t>::max();
-    info.device_gain = 0.25;
-    info.registration_rms_m = 0.0011;
-    return info;
-}
-
-// Deletes the index of a store that is not open.
-void deleteIndex(const path& store) {
-    for (const char* name : {"store.sqlite", "store.sqlite-wal", "store.sqlite-shm"})
-        std::filesystem::remove(store / name);
-}
-
-bool contains(const std::vector<std::string>& lines, const std::string& text) {
-    return std::any_of(lines.begin(), lines.end(),
-                       [&](const std::string& line) { return line.find(text) != std::string::npos; });
-}
 
 // HZ-RECORD-04
 TEST(Store, RestoresStoredAttempts) {
@@ -95,301 +75,6 @@ TEST(Store, RestoresStoredAttempts) {
     EXPECT_FALSE(std::filesystem::exists(found.folder / ".writing")) << "no trace of the writer's lock";
 }
 
-// HZ-RECORD-04, HZ-RECORD-10
-TEST(Store, AcceptsPseudonymsOnly) {
-    const test::TempFolder temp;
-    Store store(temp / "s");
-    for (const std::string& bad : {std::string(), std::string("Ann Example"), std::string("../x"),
-                                   std::string("a\nb"), std::string(65, 'a'), std::string("\xc3\xa4")})
-        EXPECT_NE(test::errorText([&] { store.begin(someAttemptInfo(bad)); }), "") << bad;
-    EXPECT_NE(test::errorText([&] { checkTrainee("Ann Example"); }).find("pseudonym"), std::string::npos);
-    EXPECT_TRUE(store.attempts().empty());
-    EXPECT_NO_THROW(checkTrainee(std::string(64, 'z')));
-    EXPECT_NO_THROW(checkTrainee("S-3_b.2"));
-}
-
-// A pseudonym that is a folder, a hidden file, an option, or looks like another one.
-// HZ-RECORD-10
-TEST(Store, PseudonymsThatAreNotPlainAreRefused) {
-    const std::vector<std::string> bad{".",
-                                       "..",
-                                       "...",
-                                       ".hidden",
-                                       "T-1.",
-                                       "T-1 ",
-                                       " T-1",
-                                       "-rf",
-                                       "--out",
-                                       "T-1-",
-                                       "_",
-                                       "a/b",
-                                       "a\\b",
-                                       "/",
-                                       "~",
-                                       "*",
-                                       "\t",
-                                       "T\x1b[31m",
-                                       "T\x7f",
-                                       std::string("T\0-1", 4),
-                                       "\xe2\x80\xa4\xe2\x80\xa4",  // two one dot leaders
-                                       "\xef\xbc\x8e\xef\xbc\x8e",  // two fullwidth full stops
-                                       "\xd0\xa2-1",                // a Cyrillic letter
-                                       "T\xe2\x80\x8b-1",           // a space of no width
-                                       "\xc0\xae\xc0\xae"};         // dots in overlong UTF-8
-    for (const std::string& one : bad) {
-        const std::string text = test::errorText([&] { checkTrainee(one); });
-        EXPECT_NE(text.find(": trainee: "), std::string::npos) << one;
-        EXPECT_EQ(text.find('\x1b'), std::string::npos) << "would reach the terminal";
-    }
-    EXPECT_NE(test::errorText([] { checkTrainee(".."); }).find("must begin and end with a letter or digit"),
-              std::string::npos);
-    for (const char* good : {"a", "7", "a..b", "T-1", "pilot_7"})
-        EXPECT_NO_THROW(checkTrainee(good)) << good;
-}
-
-// HZ-RECORD-08, HZ-RECORD-10
-TEST(Store, ErasesAPseudonymThatIsRefusedToday) {
-    const test::TempFolder temp;
-    std::string id;
-    {
-        Store store(temp / "s");
-        id = store.begin(someAttemptInfo());
-        test::finish(store, id, someResult());
-        test::finish(store, store.begin(someAttemptInfo("T-02")), someResult());
-    }
-    SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
-        .exec("UPDATE attempt SET trainee = '..' WHERE trainee = 'T-01'");
-    Store store(temp / "s");
-    EXPECT_EQ(store.eraseTrainee(".."), 1u);
-    EXPECT_FALSE(std::filesystem::exists(store.attemptFolder(id)));
-    EXPECT_EQ(store.attempts().size(), 1u);
-}
-
-// HZ-RECORD-10
-TEST(Store, EverythingItWritesIsPrivateWhateverTheUmask) {
-    const test::TempFolder temp;
-    const test::PermissiveUmask permissive;
-    Store store(temp / "new" / "s");
-    const std::string id = store.begin(someAttemptInfo());
-    writeUnfinishedRecord(store.attempt(id), 10);
-    const auto sending = FileLock::tryLock(store.folder() / ".sending");
-    for (const char* name : {"store.sqlite", "store.sqlite-wal", "store.sqlite-shm", ".reserve"})
-        EXPECT_TRUE(std::filesystem::exists(store.folder() / name)) << name;
-    EXPECT_TRUE(std::filesystem::exists(store.attemptFolder(id) / ".writing"));
-    EXPECT_EQ(test::openEntries(temp / "new"), "");
-    std::ofstream(store.attemptFolder(id) / "picture.png") << "from another writer";
-    EXPECT_EQ(test::openEntries(store.folder()), "picture.png 666; ");
-    test::finish(store, id, someResult());
-    EXPECT_EQ(test::openEntries(store.folder()), "");
-    store.eraseTrainee("nobody");
-    EXPECT_EQ(test::openEntries(store.folder()), "") << "also after a new log";
-
-    std::filesystem::create_directories(temp / "there");
-    EXPECT_EQ(test::openEntries(temp / "there"), "there 777; ");
-    exportAttempts(store, "", temp / "there");
-    EXPECT_EQ(test::openEntries(temp / "there"), "");
-}
-
-// HZ-RECORD-10
-TEST(Store, AStoreThatIsOpenToOthersIsClosedAndSaysSo) {
-    const test::TempFolder temp;
-    const test::PermissiveUmask permissive;
-    std::string id;
-    {
-        Store store(temp / "s");
-        EXPECT_TRUE(store.openingMessages().empty());
-        id = store.begin(someAttemptInfo());
-        writeUnfinishedRecord(store.attempt(id), 10);
-        test::finish(store, id, someResult());
-    }
-    std::filesystem::permissions(temp / "s", std::filesystem::perms(0755));
-    std::filesystem::permissions(temp / "s" / "store.sqlite", std::filesystem::perms(0644));
-    std::filesystem::permissions(temp / "s" / "attempts" / id / "record" / "record.json",
-                                 std::filesystem::perms(0640));
-    {
-        const Store store(temp / "s");
-        ASSERT_EQ(store.openingMessages().size(), 1u);
-        EXPECT_NE(store.openingMessages()[0].find("withdrew the access of group and others"),
-                  std::string::npos);
-        EXPECT_EQ(test::openEntries(temp / "s"), "");
-        EXPECT_EQ(store.attempt(id).state, AttemptState::done);
-    }
-    EXPECT_TRUE(Store(temp / "s").openingMessages().empty()) << "only once";
-}
-
-// HZ-RECORD-10
-TEST(Store, AFolderThatIsNoStoreKeepsItsPermissions) {
-    const test::TempFolder temp;
-    const test::PermissiveUmask permissive;
-    std::filesystem::create_directories(temp / "other" / "attempts");
-    SQLite::Database((temp / "other" / "store.sqlite").string(), SQLite::OPEN_READWRITE | SQLite::OPEN_CREATE)
-        .exec("CREATE TABLE song (name TEXT)");
-    EXPECT_THROW(Store(temp / "other"), DataError);
-    EXPECT_EQ(test::openEntries(temp / "other").substr(0, 9), "other 777");
-}
-
-// HZ-RECORD-10
-TEST(Store, OtherFilesBesideTheStoreKeepTheirPermissions) {
-    const test::TempFolder temp;
-    const test::PermissiveUmask permissive;
-    {
-        const Store store(temp / "s");
-    }
-    const auto mode = [&](const char* name) {
-        return unsigned(std::filesystem::status(temp / "s" / name).permissions());
-    };
-    std::filesystem::create_directory(temp / "s" / "pictures");
-    for (const char* name : {"notes.txt", "pictures/one.png", "attempts/list.txt", ".sending"})
-        std::ofstream(temp / "s" / name) << "text";
-    for (const char* name : {"store.sqlite", ".reserve"})
-        std::filesystem::permissions(temp / "s" / name, std::filesystem::perms(0644));
-    const Store store(temp / "s");
-    EXPECT_EQ(mode("notes.txt"), 0666u);
-    EXPECT_EQ(mode("pictures"), 0777u);
-    EXPECT_EQ(mode("pictures/one.png"), 0666u);
-    for (const char* name : {"attempts/list.txt", ".sending", "store.sqlite", ".reserve"})
-        EXPECT_EQ(mode(name), 0600u) << name;
-    EXPECT_EQ(mode(""), 0700u);
-}
-
-TEST(Store, AnExportIsNotAStore) {
-    const test::TempFolder temp;
-    Store store(temp / "s");
-    test::finish(store, store.begin(someAttemptInfo()));
-    exportAttempts(store, "", temp / "export");
-    ASSERT_TRUE(std::filesystem::exists(temp / "export" / "attempts"));
-    EXPECT_NE(test::errorText([&] { Store(temp / "export"); }).find("this is an export, not a Stylet store"),
-              std::string::npos);
-    EXPECT_NE(test::errorText([&] { openExistingStore(temp / "export"); }).find("this is an export"),
-              std::string::npos);
-    EXPECT_FALSE(std::filesystem::exists(temp / "export" / "store.sqlite"));
-}
-
-// HZ-RECORD-01
-TEST(Store, RecoversAttemptsOfAKilledWriter) {
-    const test::TempFolder temp;
-    std::string torn, early;
-    {
-        Store store(temp / "s");
-        torn = store.begin(someAttemptInfo());
-        writeUnfinishedRecord(store.attempt(torn), 3 * kFrameTicks, {{5, "tool", "probe"}});
-        std::ofstream(store.attemptFolder(torn) / "record" / "inputs.bin", std::ios::app)
-            << "FRAM half a frame";
-        early = store.begin(someAttemptInfo());
-    }
-    const Store store(temp / "s");
-    ASSERT_EQ(store.recovered().size(), 2u);
-    EXPECT_EQ(describe(store.recovered()[0]),
-              "attempt " + torn + " was cut short: record/inputs.bin keeps 750 ticks, 17 torn bytes cut off");
-    EXPECT_EQ(describe(store.recovered()[1]),
-              "attempt " + early + " was cut short: nothing was recorded yet");
-    EXPECT_EQ(store.attempt(torn).state, AttemptState::cut_short);
-    EXPECT_EQ(store.attempt(torn).events.size(), 1u);
-    const Record record = loadRecord(store.attemptFolder(torn) / "record");
-    EXPECT_EQ(record.inputs.size(), 3 * kFrameTicks);
-    EXPECT_EQ(record.torn_bytes, 0u);
-    EXPECT_TRUE(Store(temp / "s").recovered().empty()) << "only once";
-}
-
-// HZ-RECORD-03
-TEST(Store, AnAttemptBeingWrittenIsNotRecovered) {
-    const test::TempFolder temp;
-    Store writer(temp / "s");
-    const std::string id = writer.begin(someAttemptInfo());
-    Store other(temp / "s");
-    EXPECT_TRUE(other.recovered().empty());
-    EXPECT_NE(test::errorText([&] { other.finish(id); }).find("not being written here"), std::string::npos);
-    EXPECT_NE(test::errorText([&] { other.eraseTrainee("T-01"); }).find("is being written"),
-              std::string::npos);
-    test::finish(writer, id, someResult());
-    EXPECT_EQ(other.attempt(id).state, AttemptState::done);
-    EXPECT_NE(test::errorText([&] { writer.finish(id); }), "") << "once";
-}
-
-// HZ-RECORD-08
-TEST(Store, ErasedTraineeLeavesNoBytesOnDisk) {
-    const test::TempFolder temp;
-    Store store(temp / "s");
-    const std::string kept = store.begin(someAttemptInfo("T-02"));
-    test::finish(store, kept, someResult());
-    for (int i = 0; i < 3; ++i) {
-        const std::string id = store.begin(someAttemptInfo("Zebra-77"));
-        test::finish(store, id, someResult(), {{1, "comment", "remarkable words"}}, 10);
-    }
-    EXPECT_EQ(store.eraseTrainee("Zebra-77"), 3u);
-    EXPECT_EQ(store.eraseTrainee("Zebra-77"), 0u);
-    EXPECT_EQ(store.attempts().size(), 1u);
-    int files = 0;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(temp / "s")) {
-        if (!entry.is_regular_file()) continue;
-        ++files;
-        const std::string bytes = readText(entry.path());
-        EXPECT_EQ(bytes.find("Zebra-77"), std::string::npos) << entry.path();
-        EXPECT_EQ(bytes.find("remarkable"), std::string::npos) << entry.path();
-    }
-    EXPECT_GE(files, 1);
-    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(temp / "s" / "attempts"), {}), 1);
-}
-
-// HZ-RECORD-08
-TEST(Store, InterruptedDeletionIsCompleted) {
-    const test::TempFolder temp;
-    std::string id;
-    {
-        Store store(temp / "s");
-        id = store.begin(someAttemptInfo());
-        test::finish(store, id, {});
-        SQLite::Database bare((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE);
-        bare.exec("INSERT INTO doomed SELECT id FROM attempt; DELETE FROM attempt");
-    }
-    const Store store(temp / "s");
-    EXPECT_FALSE(std::filesystem::exists(store.attemptFolder(id)));
-    EXPECT_TRUE(store.unknownFolders().empty());
-}
-
-// HZ-RECORD-08
-TEST(Store, DeletionIsRetriedUntilTheLogIsEmpty) {
-    const test::TempFolder temp;
-    const path file = temp / "s" / "store.sqlite";
-    {
-        Store store(temp / "s");
-        test::finish(store, store.begin(someAttemptInfo("Zebra-77")), someResult());
-        SQLite::Database reader(file.string(), SQLite::OPEN_READWRITE);
-        SQLite::Statement rows(reader, "SELECT * FROM attempt");
-        ASSERT_TRUE(rows.executeStep());  // the open statement keeps a read transaction
-        EXPECT_NE(test::errorText([&] { store.eraseTrainee("Zebra-77"); }).find("another process is reading"),
-                  std::string::npos);
-        EXPECT_TRUE(store.attempts().empty());
-    }
-    const Store store(temp / "s");
-    EXPECT_TRUE(store.openingMessages().empty());
-    for (const auto& entry : std::filesystem::directory_iterator(temp / "s"))
-        if (entry.is_regular_file()) {
-            EXPECT_EQ(readText(entry.path()).find("Zebra-77"), std::string::npos) << entry.path();
-        }
-    EXPECT_EQ(SQLite::Database(file.string()).execAndGet("SELECT count(*) FROM doomed").getInt(), 0);
-}
-
-TEST(Store, UnrecoverableAttemptDoesNotBlockOthers) {
-    const test::TempFolder temp;
-    std::string bad, good;
-    {
-        Store store(temp / "s");
-        bad = store.begin(someAttemptInfo());
-        good = store.begin(someAttemptInfo("T-02"));
-        createPrivateFolders(store.attemptFolder(bad) / "record" / "inputs.bin");  // a folder
-    }
-    Store store(temp / "s");
-    ASSERT_EQ(store.recovered().size(), 1u);
-    EXPECT_EQ(store.recovered()[0].id, good);
-    ASSERT_EQ(store.openingMessages().size(), 2u);
-    EXPECT_NE(store.openingMessages()[1].find(bad + " was cut short and cannot be recovered"),
-              std::string::npos);
-    EXPECT_EQ(store.attempt(bad).state, AttemptState::running);
-    EXPECT_EQ(store.eraseTrainee("T-01"), 1u);
-    EXPECT_EQ(store.attempts().size(), 1u);
-}
-
 TEST(Store, AbandonedAttemptIsRemoved) {
     const test::TempFolder temp;
     Store store(temp / "s");
@@ -400,6 +85,83 @@ TEST(Store, AbandonedAttemptIsRemoved) {
     EXPECT_TRUE(store.outbox().empty());
     EXPECT_FALSE(std::filesystem::exists(store.attemptFolder(id)));
     EXPECT_NE(test::errorText([&] { store.finish(id); }).find("not being written"), std::string::npos);
+}
+
+AttemptResult abortedResult() {
+    AttemptResult result = someResult();
+    result.aborted = true;
+    return result;
+}
+
+TEST(Store, AnAbortedAttemptIsListedAndDoesNotCount) {
+    const test::TempFolder temp;
+    std::string aborted, done;
+    {
+        Store store(temp / "s");
+        aborted = store.begin(someAttemptInfo());
+        test::finish(store, aborted, abortedResult());
+        done = store.begin(someAttemptInfo());
+        test::finish(store, done);
+    }
+    for (const bool lost_index : {false, true}) {
+        if (lost_index) deleteIndex(temp / "s");
+        const Store store(temp / "s");
+        ASSERT_EQ(store.attempts().size(), 2u);
+        EXPECT_FALSE(countsInStatistics(store.attempt(aborted)));
+        EXPECT_EQ(stateText(store.attempt(aborted)), "aborted");
+        EXPECT_EQ(store.attempt(aborted).state, AttemptState::done);
+        EXPECT_TRUE(countsInStatistics(store.attempt(done)));
+        EXPECT_EQ(stateText(store.attempt(done)), "done");
+        EXPECT_EQ(store.attempt(done).result->score_version, 3u);
+        EXPECT_TRUE(store.damage().empty());
+    }
+    // The checksum covers the mark.
+    SQLite::Database(temp / "s" / "store.sqlite", SQLite::OPEN_READWRITE)
+        .exec("UPDATE attempt SET aborted = 1 - aborted, score_version = score_version + 1");
+    EXPECT_EQ(Store(temp / "s").damage().size(), 2u);
+}
+
+TEST(Store, DiscardsOnlyWhatDoesNotCountAndLogsIt) {
+    const test::TempFolder temp;
+    std::string aborted, cut_short, done;
+    {
+        Store store(temp / "s");
+        aborted = store.begin(someAttemptInfo("T-discards"));
+        EXPECT_NE(test::errorText([&] { store.discard(aborted); }).find("is being written"),
+                  std::string::npos);
+        test::finish(store, aborted, abortedResult());
+        done = store.begin(someAttemptInfo());
+        test::finish(store, done);
+        cut_short = store.begin(someAttemptInfo());
+        writeUnfinishedRecord(store.attempt(cut_short), 300);
+    }
+    Store store(temp / "s");
+    EXPECT_TRUE(store.log().empty());
+    EXPECT_NE(test::errorText([&] { store.discard(done); }).find("cannot be discarded"), std::string::npos);
+    EXPECT_NE(test::errorText([&] { store.discard("no-such-id"); }).find("there is none"), std::string::npos);
+    EXPECT_NE(test::errorText([&] { store.discard("../" + done); }), "");
+    EXPECT_EQ(store.attempts().size(), 3u);
+    EXPECT_TRUE(store.log().empty()) << "a refused discard is none";
+
+    store.discard(aborted);
+    store.discard(cut_short);
+    ASSERT_EQ(store.attempts().size(), 1u);
+    EXPECT_EQ(store.attempts()[0].id, done);
+    EXPECT_FALSE(std::filesystem::exists(store.attemptFolder(aborted)));
+    const std::vector<LogEntry> log = store.log();
+    ASSERT_EQ(log.size(), 2u);
+    EXPECT_NE(log[0].text.find(aborted + ": aborted"), std::string::npos) << log[0].text;
+    EXPECT_NE(log[1].text.find(cut_short + ": cut short"), std::string::npos) << log[1].text;
+    EXPECT_EQ(log[0].text.find("T-discards"), std::string::npos) << "a deleted trainee leaves no name";
+    EXPECT_EQ(log[0].utc.size(), 24u);
+    EXPECT_NE(test::errorText([&] { store.discard(aborted); }).find("there is none"), std::string::npos);
+    std::size_t erased = 0;
+    for (const OutboxEntry& entry : store.outbox()) {
+        erased += entry.kind == OutboxEntry::Kind::erase;
+        EXPECT_TRUE(entry.kind == OutboxEntry::Kind::erase || entry.attempt_id == done);
+    }
+    EXPECT_EQ(erased, 2u);
+    EXPECT_TRUE(store.damage().empty());
 }
 
 // HZ-RECORD-07
@@ -423,219 +185,10 @@ TEST(Store, FinishNeedsTheRecordOfThisAttemptWithItsResult) {
     test::beginRecord(other).finish(someResult());
     refused("trainee");
     std::ofstream(store.attemptFolder(id) / "record" / "record.json") << R"({"format_version": 8})";
-    refused("format_version: 8 is not 9: the record was written by an older program version");
+    refused("format_version: 8 is not " + std::to_string(kRecordVersion) +
+            ": the record was written by an older program version");
     test::finish(store, id);
     EXPECT_EQ(store.attempt(id).state, AttemptState::done);
-}
-
-// The index repeats what the records say, so a lost one is filled again.
-// HZ-RECORD-01
-TEST(Store, ALostIndexIsFilledFromTheRecords) {
-    const test::TempFolder temp;
-    std::string done, cut, old;
-    StoredAttempt before;
-    {
-        Store store(temp / "s");
-        done = store.begin(someAttemptInfo());
-        test::finish(store, done, someResult(), {{1, "tool", "finger"}}, 300);
-        cut = store.begin(someAttemptInfo("T-02"));
-        writeUnfinishedRecord(store.attempt(cut), 300, {{2, "tool", "probe"}});
-        old = store.begin(someAttemptInfo("T-03"));
-        writeUnfinishedRecord(store.attempt(old), 10);
-        std::ofstream(store.attemptFolder(old) / "record" / "record.json") << R"({"format_version": 8})";
-        before = store.attempt(done);
-    }
-    std::filesystem::copy(temp / "s" / "attempts" / done, temp / "s" / "attempts" / "renamed",
-                          std::filesystem::copy_options::recursive);
-    deleteIndex(temp / "s");
-    const Store store(temp / "s");
-    ASSERT_EQ(store.attempts().size(), 2u);
-    const StoredAttempt again = store.attempt(done);
-    EXPECT_EQ(again.state, AttemptState::done);
-    EXPECT_EQ(again.started_utc, before.started_utc);
-    EXPECT_EQ(again.info.trainee, "T-01");
-    EXPECT_EQ(again.info.patient_digest, before.info.patient_digest);
-    EXPECT_EQ(again.info.registration_rms_m, before.info.registration_rms_m);
-    EXPECT_EQ(again.events.at(0).text, "finger");
-    EXPECT_TRUE(std::isinf(again.result.value().metrics.at(0).value));
-    EXPECT_TRUE(std::isnan(again.result.value().metrics.at(1).value));
-    EXPECT_EQ(store.attempt(cut).state, AttemptState::cut_short);
-    EXPECT_EQ(store.attempt(cut).events.at(0).text, "probe");
-    EXPECT_EQ(store.unknownFolders().size(), 2u) << "a record of another id, and one that cannot be read";
-    EXPECT_TRUE(store.damage().empty());
-}
-
-// HZ-RECORD-07
-TEST(Store, ADamagedFinishedAttemptIsNotChangedWhenTheIndexIsLost) {
-    const test::TempFolder temp;
-    std::string id;
-    {
-        Store store(temp / "s");
-        id = store.begin(someAttemptInfo());
-        test::finish(store, id, someResult(), {}, 4 * kFrameTicks);
-    }
-    const path inputs = temp / "s" / "attempts" / id / "record" / "inputs.bin";
-    std::string bytes = readText(inputs);
-    bytes[bytes.size() * 5 / 8] ^= 1;  // in the third frame
-    std::ofstream(inputs, std::ios::binary) << bytes;
-    deleteIndex(temp / "s");
-    const Store store(temp / "s");
-    EXPECT_EQ(std::filesystem::file_size(inputs), bytes.size());
-    EXPECT_TRUE(readText(inputs) == bytes);
-    EXPECT_EQ(store.attempt(id).state, AttemptState::done);
-    EXPECT_TRUE(store.recovered().empty());
-    ASSERT_EQ(store.openingMessages().size(), 1u);
-    EXPECT_NE(store.openingMessages()[0].find("attempt " + id +
-                                              " is finished but damaged, and was not "
-                                              "changed: record/inputs.bin; whole for 500 ticks"),
-              std::string::npos)
-        << store.openingMessages()[0];
-    ASSERT_EQ(store.damage().size(), 1u) << "although the new checksums match";
-    EXPECT_NE(store.damage()[0].find("record/inputs.bin; whole for 500 ticks"), std::string::npos);
-}
-
-// HZ-RECORD-01, HZ-RECORD-08
-TEST(Store, AFolderThatCannotBeIndexedDoesNotBlockOthers) {
-    const test::TempFolder temp;
-    std::string bad, no_step, good;
-    {
-        Store store(temp / "s");
-        bad = store.begin(someAttemptInfo("T-01"));
-        writeUnfinishedRecord(store.attempt(bad), 10);
-        createPrivateFolders(store.attemptFolder(bad) / "record" / "samples.bin");  // a folder
-        no_step = store.begin(someAttemptInfo("T-03"));
-        StoredAttempt changed = store.attempt(no_step);
-        changed.info.dt_s = std::nan("");
-        writeUnfinishedRecord(changed, 10);
-        good = store.begin(someAttemptInfo("T-02"));
-        test::finish(store, good);
-    }
-    deleteIndex(temp / "s");
-    Store store(temp / "s");
-    ASSERT_EQ(store.attempts().size(), 1u);
-    EXPECT_EQ(store.attempts()[0].id, good);
-    EXPECT_TRUE(store.recovered().empty());
-    EXPECT_EQ(store.openingMessages().size(), 2u);
-    EXPECT_TRUE(contains(store.openingMessages(), "attempts/" + bad + " cannot be indexed: "));
-    EXPECT_TRUE(contains(store.openingMessages(), "attempts/" + no_step + " cannot be indexed: "));
-    EXPECT_TRUE(contains(store.openingMessages(), "inputs.bin: header: dt_s: must be finite"));
-    EXPECT_EQ(store.eraseTrainee("T-02"), 1u);
-    EXPECT_FALSE(std::filesystem::exists(store.attemptFolder(good)));
-    EXPECT_TRUE(std::filesystem::exists(store.attemptFolder(bad) / "record" / "inputs.bin"));
-}
-
-// HZ-RECORD-07
-TEST(Store, ARecordInsideTheRecordIsIgnored) {
-    const test::TempFolder temp;
-    std::string id;
-    {
-        Store store(temp / "s");
-        id = store.begin(someAttemptInfo());
-        StoredAttempt nested = store.attempt(id);
-        nested.info.trainee = "T-99";
-        nested.folder /= "record";
-        test::beginRecord(nested).finish(someResult());
-        test::finish(store, id);
-        EXPECT_EQ(store.attempt(id).info.trainee, "T-01");
-        EXPECT_EQ(loadRecord(store.attemptFolder(id) / "record").info.trainee, "T-01");
-        EXPECT_EQ(loadRecord(store.attemptFolder(id)).info.trainee, "T-01");
-    }
-    deleteIndex(temp / "s");
-    {
-        EXPECT_EQ(Store(temp / "s").attempt(id).info.trainee, "T-01");
-    }
-    std::filesystem::remove(temp / "s" / "attempts" / id / "record" / "record.json");
-    deleteIndex(temp / "s");
-    EXPECT_TRUE(Store(temp / "s").attempts().empty()) << "the nested record does not replace a missing one";
-}
-
-// HZ-RECORD-01
-TEST(Store, IndexingAnAttemptAgainReplacesItsRows) {
-    const test::TempFolder temp;
-    std::string id;
-    {
-        Store store(temp / "s");
-        id = store.begin(someAttemptInfo());
-        test::finish(store, id, someResult(), {{1, "tool", "finger"}, {2, "tool", "probe"}}, 10);
-    }
-    for (int i = 0; i < 2; ++i) {
-        SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
-            .exec("UPDATE attempt SET state = 'running'");
-        const Store store(temp / "s");
-        EXPECT_TRUE(store.openingMessages().empty());
-        const StoredAttempt again = store.attempt(id);
-        EXPECT_EQ(again.state, AttemptState::done);
-        EXPECT_EQ(again.events.size(), 2u);
-        EXPECT_EQ(again.result.value().metrics.size(), 2u);
-        EXPECT_EQ(store.files(id).size(), 2u);
-        EXPECT_TRUE(store.damage().empty());
-    }
-}
-
-// The program was killed between the end of the record and finish().
-// HZ-RECORD-01
-TEST(Store, AnAttemptWithAResultIsDoneEvenIfItsWriterWasKilled) {
-    const test::TempFolder temp;
-    std::string id;
-    {
-        Store store(temp / "s");
-        id = store.begin(someAttemptInfo());
-        test::beginRecord(store.attempt(id)).finish(someResult());
-    }
-    const Store store(temp / "s");
-    EXPECT_TRUE(store.recovered().empty());
-    EXPECT_EQ(store.attempt(id).state, AttemptState::done);
-    EXPECT_EQ(store.attempt(id).result.value().total, 87.5);
-    EXPECT_EQ(store.outbox().size(), 1u);
-}
-
-// HZ-RECORD-07
-TEST(Store, ARecordThatCannotBeReadIsNamedAndTheAttemptStaysListed) {
-    const test::TempFolder temp;
-    std::string id;
-    {
-        Store store(temp / "s");
-        id = store.begin(someAttemptInfo());
-        writeUnfinishedRecord(store.attempt(id), 10);
-        std::ofstream(store.attemptFolder(id) / "record" / "record.json") << "{\"format_version\": 9";
-    }
-    const Store store(temp / "s");
-    ASSERT_EQ(store.openingMessages().size(), 1u);
-    EXPECT_NE(store.openingMessages()[0].find("its record cannot be read: "), std::string::npos);
-    EXPECT_NE(store.openingMessages()[0].find("record.json: json"), std::string::npos);
-    EXPECT_EQ(store.attempt(id).state, AttemptState::cut_short);
-    EXPECT_EQ(store.attempt(id).info.trainee, "T-01");
-}
-
-// A deletion that was interrupted must not be undone because the folder is still there.
-// HZ-RECORD-08
-TEST(Store, DeletedAttemptsAreNotIndexedAgain) {
-    const test::TempFolder temp;
-    std::string id;
-    {
-        Store store(temp / "s");
-        id = store.begin(someAttemptInfo());
-        test::finish(store, id);
-        SQLite::Database bare((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE);
-        bare.exec("INSERT INTO doomed SELECT id FROM attempt; DELETE FROM attempt");
-        SQLite::Statement rows(bare, "SELECT * FROM doomed");
-        ASSERT_TRUE(rows.executeStep());  // blocks the deletion's last step
-        const Store other(temp / "s");
-        EXPECT_TRUE(other.attempts().empty());
-    }
-    EXPECT_TRUE(Store(temp / "s").attempts().empty());
-}
-
-// HZ-RECORD-08
-TEST(Store, UnknownFoldersAreNotModified) {
-    const test::TempFolder temp;
-    std::filesystem::create_directories(temp / "s" / "attempts" / "whose");
-    std::ofstream(temp / "s" / "attempts" / "whose" / "thesis.txt") << "precious";
-    std::filesystem::create_directories(temp / "s" / "attempts" / "hardly-begun");
-    std::ofstream(temp / "s" / "attempts" / "hardly-begun" / ".writing");
-    const Store store(temp / "s");
-    ASSERT_EQ(store.unknownFolders().size(), 1u);
-    EXPECT_EQ(store.unknownFolders()[0].filename(), "whose");
 }
 
 // HZ-RECORD-06
@@ -698,6 +251,7 @@ TEST(Store, ReportsFlippedBytes) {
     std::ofstream(store.attemptFolder(id) / "record" / "record.json", std::ios::app) << " ";
     SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
         .exec("UPDATE event SET text = 'well dona'");
+    EXPECT_NE(test::errorText([&] { store.checkRecord(id); }).find("record.json: has "), std::string::npos);
     std::vector<std::string> damage = store.damage();
     ASSERT_EQ(damage.size(), 4u);
     EXPECT_NE(damage[0].find("inputs.bin: its checksum does not match; whole for 250 ticks"),
@@ -806,41 +360,6 @@ TEST(Store, ClockSetBackDoesNotChangeTheOrder) {
     for (const StoredAttempt& attempt : store.attempts("T-01"))
         listed.push_back(attempt.id);
     EXPECT_EQ(listed, ids);
-}
-
-// HZ-RECORD-08
-TEST(Store, ForgedIdsCannotDeleteOtherFolders) {
-    const test::TempFolder temp;
-    std::filesystem::create_directories(temp / "precious");
-    for (const std::string& id :
-         std::vector<std::string>{"..", ".", "", "../../precious", (temp / "precious").string()}) {
-        std::filesystem::remove_all(temp / "s");
-        std::string kept, erased;
-        {
-            Store store(temp / "s");
-            kept = store.begin(someAttemptInfo("T-02"));
-            test::finish(store, kept, someResult());
-            erased = store.begin(someAttemptInfo("T-03"));
-            test::finish(store, erased, someResult());
-            test::finish(store, store.begin(someAttemptInfo("T-01")), someResult());
-            SQLite::Database other((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE);
-            SQLite::Statement forged(other, "UPDATE attempt SET id = ? WHERE trainee = 'T-01'");
-            forged.bind(1, id);
-            forged.exec();
-            EXPECT_EQ(store.eraseTrainee("T-01"), 1u) << id << ": found again by its record";
-            // The state after an interrupted deletion of T-03.
-            SQLite::Statement doomed(other, "INSERT INTO doomed (folder) VALUES (?), (?)");
-            doomed.bind(1, id);
-            doomed.bind(2, erased);
-            doomed.exec();
-        }
-        const Store store(temp / "s");
-        EXPECT_FALSE(std::filesystem::exists(store.attemptFolder(erased))) << id;
-        EXPECT_TRUE(store.attempts("T-01").empty()) << id;
-        EXPECT_TRUE(std::filesystem::is_directory(temp / "precious")) << id;
-        EXPECT_TRUE(std::filesystem::is_directory(store.attemptFolder(kept))) << id;
-        EXPECT_EQ(store.attempt(kept).info.trainee, "T-02") << id;
-    }
 }
 
 }  // namespace

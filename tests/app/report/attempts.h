@@ -40,6 +40,7 @@ inline records::StoredAttempt makeTestAttempt(const std::string& id, const std::
                 {9000, "step", "find the gap"}, {31000, "near_miss", "1.4 mm from the portal vein"},
                 {32000, "risk", "portal vein"}, {41000, "cut", "bile ducts at 1.20 N"},
                 {50000, "comment", kHostile}};
+    if (hit) a.events.insert(a.events.end() - 1, {41000, "step", "advance to the duct"});
     return a;
 }
 

@@ -75,7 +75,12 @@ TEST_F(Pages, DrawWithoutErrorsOrNetwork) {
             for (const auto& one : drawn)
                 EXPECT_EQ(one, true) << page << " at " << width;
             // The page itself does not scroll sideways.
-            EXPECT_LE(browser_->evaluate("document.documentElement.scrollWidth").get<int>(), width) << page;
+            EXPECT_LE(browser_->evaluate("document.scrollingElement.scrollWidth").get<int>(), width) << page;
+            // Every link leads to a place on the page.
+            EXPECT_EQ(browser_->evaluate("Array.from(document.querySelectorAll('a')).filter(a => "
+                                         "!document.getElementById(a.hash.slice(1))).length"),
+                      0)
+                << page;
         }
 }
 

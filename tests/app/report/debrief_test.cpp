@@ -8,10 +8,13 @@
 #include <map>
 
 #include "app/records/export.h"
+#include "app/report/advice.h"
 #include "app/report/attempt_page.h"
 #include "app/report/commands.h"
+#include "app/report/glossary.h"
 #include "app/report/group_pages.h"
 #include "app/report/slices.h"
+#include "app/report/verdict.h"
 #include "tests/app/report/attempt_folder.h"
 #include "tests/support/file_text.h"
 #include "tests/support/phantom.h"
@@ -68,8 +71,8 @@ TEST(Debrief, AttemptPageShowsScoreEventsAndCourse) {
     const AttemptReport report = attemptReport(a, context);
     for (const char* text :
          {"71.0 of 100", "Force over depth", "Timeline", "Score", "Stills", "Facts", "duct, left eye",
-          "near misses", "1.4 mm from the portal vein", "Registration error", "Device", "scripted",
-          "image/jpeg", "Tools in hand: finger, probe, scalpel"})
+          "close passes", "close pass", "1.4 mm from the portal vein", "Score table", "Glossary",
+          "Registration error", "Device", "scripted", "image/jpeg", "Tools in hand: finger, probe, scalpel"})
         EXPECT_TRUE(has(report.html, text)) << text;
     LoadedAttempt named = a;
     named.record.needle = "chiba-22g", named.needle_title = "22 G Chiba needle";
@@ -78,7 +81,7 @@ TEST(Debrief, AttemptPageShowsScoreEventsAndCourse) {
     EXPECT_FALSE(has(report.html, "<script>alert"));
     ASSERT_EQ(report.metrics.rows.size(), 4u);  // three metrics and the total
     EXPECT_EQ(report.metrics.rows[0][0], "Tip to target");
-    EXPECT_EQ(report.events.rows.size(), 7u);
+    EXPECT_EQ(report.events.rows.size(), 8u);
     EXPECT_GT(report.course.rows.size(), 1000u);
     EXPECT_LE(report.course.rows.size(), 4001u);
     // Each row covers several ticks and preserves their peaks.
@@ -197,9 +200,198 @@ TEST(Debrief, MetricTableShowsCohortPercentiles) {
     const auto cohort = stylet::test::makeTestCohort();
     const Table table = metricTable(*cohort[0].result, cohort);
     EXPECT_EQ(table.rows.back()[0], "Total");
-    EXPECT_EQ(table.rows.back()[6], "2");  // Lowest of 30. A tie counts half: 0.5 / 30 is 2 %.
+    EXPECT_EQ(table.rows.back()[7], "2");  // Lowest of 30. A tie counts half: 0.5 / 30 is 2 %.
     const Table alone = metricTable(*cohort[0].result, {cohort[0]});
-    EXPECT_EQ(alone.rows.back()[6], "–");
+    EXPECT_EQ(alone.rows.back()[7], "–");
+}
+
+// HZ-TEACH-01
+TEST(Debrief, ExamIsPassedByPointsPunctureAndNoCriticalError) {
+    stylet::records::StoredAttempt attempt;
+    EXPECT_FALSE(passed(attempt)) << "no result";
+    attempt.result.emplace();
+    attempt.result->target_hit = true;
+    attempt.result->total = 100.0;
+    EXPECT_FALSE(passed(attempt)) << "the duct was cut, but the step does not count";
+    attempt.events = {{100, "refused", "advance to the duct"}};
+    EXPECT_FALSE(passed(attempt));
+    attempt.events = {{100, "step", "advance to the duct, after a later one"}};
+    EXPECT_TRUE(passed(attempt));
+    attempt.result->total = stylet::training::kPassMark - 0.1;
+    EXPECT_FALSE(passed(attempt));
+    attempt.result->total = 100.0;
+    attempt.events.push_back({200, "critical", "the lung was punctured"});
+    EXPECT_FALSE(passed(attempt)) << "whatever the sum";
+    EXPECT_EQ(criticalErrors(attempt), std::vector<std::string>{"the lung was punctured"});
+}
+
+// An attempt that did one of six steps and touched nothing, with today's metric table.
+stylet::records::AttemptResult oneStepResult() {
+    using namespace stylet::training;
+    MetricValues values;
+    for (std::size_t i = 0; i < kMetricCount; ++i)
+        values[i] = metricTable()[i].best;
+    values[std::size_t(MetricId::procedure)] = 10.0;
+    values[std::size_t(MetricId::skinContacts)] = 12.0;
+    values[std::size_t(MetricId::peakForce)] = 14.0;
+    values[std::size_t(MetricId::nearMisses)] = 3.0;
+    const Score score = computeScore(values, 1u << unsigned(Step::findGap));
+    stylet::records::AttemptResult result;
+    result.total = score.total, result.ticks = 20000;
+    result.score_version = std::uint64_t(kScoreVersion);
+    for (std::size_t i = 0; i < kMetricCount; ++i) {
+        const Metric& m = metricTable()[i];
+        result.metrics.push_back({std::string(m.id), std::string(m.name), std::string(m.unit), values[i],
+                                  score.points[i], score.max_points[i]});
+    }
+    result.steps = {{"find the space between the ribs"}, 6, 0};
+    return result;
+}
+
+LoadedAttempt makeOneStepAttempt(const TempFolder& folder, bool aborted = false) {
+    stylet::records::StoredAttempt attempt = stylet::test::makeTestAttempt("t1", "trainee-A", 0.0, false);
+    attempt.result = oneStepResult();
+    attempt.result->aborted = aborted;
+    stylet::test::writeAttemptFolder(folder.path(), 20000, attempt);
+    return loadAttempt(folder.path());
+}
+
+std::string textFrom(const std::string& html, const std::string& begin, const std::string& end) {
+    const std::size_t from = html.find(begin), to = html.find(end, from);
+    return from == html.npos ? "" : html.substr(from, to - from);
+}
+
+TEST(Debrief, AdviceComesFromTheLargestLossesWithTheirMoments) {
+    const TempFolder folder;
+    const LoadedAttempt a = makeOneStepAttempt(folder);
+    const std::vector<Advice> all = makeAdvice(a);
+    ASSERT_EQ(all.size(), 3u);
+    EXPECT_TRUE(has(all[0].text, "part of the procedure that was done: 1 of 6 steps")) << all[0].text;
+    EXPECT_NEAR(all[0].t_s, 9.0, 1e-9) << "the last step";
+    // Twelve contacts cost more than 14 N, and 14 N as much as three near misses. The only contact is one of
+    // those that are free, so the value is that of the end.
+    EXPECT_TRUE(has(all[1].text, "Skin contacts, 12 (full points up to 5)")) << all[1].text;
+    EXPECT_NEAR(all[1].t_s, a.course.back().t_s, 1e-9);
+    EXPECT_TRUE(has(all[2].text, "3")) << all[2].text;
+    EXPECT_TRUE(a.course[all[2].row].in_body);
+    for (const Advice& advice : all) {
+        EXPECT_NEAR(a.course[advice.row].t_s, advice.t_s, 1e-3);
+        EXPECT_FALSE(has(advice.text, "no-go")) << advice.text;
+    }
+
+    const std::string html = attemptReport(a, {}).html;
+    // Score, then advice, then everything else.
+    const std::size_t score = html.find("of 100</b>"), advice = html.find("class=\"advice\""),
+                      force = html.find("Force over depth</h2>");
+    EXPECT_LT(score, html.find("<nav"));
+    EXPECT_LT(score, advice);
+    EXPECT_LT(advice, force);
+    for (const char* number : {"1", "2", "3"}) {
+        EXPECT_TRUE(has(html, std::string("href=\"#moment-") + number + "\"")) << number;
+        EXPECT_TRUE(has(html, std::string("<tr id=\"moment-") + number + "\">")) << number;
+        EXPECT_TRUE(has(html, std::string("advice ") + number)) << number << ": in a figure";
+    }
+    EXPECT_TRUE(has(html, "Scored with version"));
+    // What lost nothing by its value is not blamed for it.
+    EXPECT_TRUE(has(textFrom(html, "Time in no-go areas</th>", "</tr>"), ">steps</td>"));
+    EXPECT_TRUE(has(textFrom(html, ">Skin contacts</th>", "</tr>"), ">value, steps</td>"));
+}
+
+TEST(Debrief, WhoReachedNothingGetsNoAdvice) {
+    const TempFolder folder;
+    LoadedAttempt a = makeOneStepAttempt(folder, true);
+    a.stored.result->steps.done.clear();
+    a.course.resize(3000);  // before the needle enters
+    EXPECT_TRUE(makeAdvice(a).empty());
+    EXPECT_TRUE(has(attemptReport(a, {}).html, "so there is no advice"));
+    a.stored.result.reset();
+    EXPECT_TRUE(makeAdvice(a).empty());
+    EXPECT_TRUE(has(attemptReport(a, {}).html, "no score and no advice"));
+}
+
+// With an older table the reasons are unknown, and the page says so.
+TEST(Debrief, AnotherScoreTableIsNamed) {
+    const TempFolder folder;
+    LoadedAttempt a = makeOneStepAttempt(folder);
+    a.stored.result->score_version = std::uint64_t(stylet::training::kScoreVersion) + 41;
+    EXPECT_FALSE(findScore(*a.result()));
+    EXPECT_EQ(makeAdvice(a).size(), 3u);
+    const std::string html = attemptReport(a, {}).html;
+    EXPECT_TRUE(has(html, "Scored with version " + std::to_string(a.result()->score_version)));
+    EXPECT_TRUE(has(html, "stylet replay ATTEMPT --fast"));
+    a.stored.result->score_version = std::uint64_t(stylet::training::kScoreVersion);
+    a.stored.result->metrics.pop_back();
+    EXPECT_FALSE(findScore(*a.result())) << "a metric is missing";
+}
+
+// One number has one name: the metric counts grades and hits, the events count passes without a hit.
+TEST(Debrief, NumbersWithDifferentMeaningHaveDifferentNames) {
+    const TempFolder folder;
+    const std::string html = attemptReport(makeOneStepAttempt(folder), {}).html;
+    EXPECT_TRUE(has(html, "<b>1</b><span>close passes, nothing struck</span>"));
+    EXPECT_TRUE(has(html, ">Near misses, graded, with hits</th>"));
+    EXPECT_FALSE(has(html, "near misses</span>"));
+    EXPECT_TRUE(has(html, "<b>14.00 N</b><span>largest axial force</span>")) << "as the metric";
+    EXPECT_TRUE(has(html, "<b>0</b><span>no-go areas touched</span>")) << "as the metric";
+}
+
+TEST(Debrief, AbortedAttemptsAreMarkedAndEnterNoStatistics) {
+    const TempFolder folder;
+    const auto cohort = stylet::test::makeTestCohort();
+    const LoadedAttempt a = makeOneStepAttempt(folder, true);
+    AttemptContext context;
+    context.cohort = cohort;
+    const AttemptReport page = attemptReport(a, context);
+    EXPECT_TRUE(has(page.html, "State: aborted"));
+    EXPECT_TRUE(has(page.html, "This attempt was aborted"));
+    EXPECT_EQ(page.metrics.rows.back()[7], "–") << "compared with nobody";
+
+    // Aborted attempts change no number of the others.
+    std::vector<stylet::records::StoredAttempt> more = cohort;
+    for (int i = 0; i < 9; ++i) {
+        more.push_back(stylet::test::makeTestAttempt("gone" + std::to_string(i), "trainee-B", 0.0, false));
+        more.back().result->aborted = true;
+    }
+    const Table alone = metricTable(*cohort[0].result, cohort), with = metricTable(*cohort[0].result, more);
+    EXPECT_EQ(alone.rows, with.rows);
+    const auto own = [](const std::vector<stylet::records::StoredAttempt>& all) {
+        std::vector<stylet::records::StoredAttempt> of_b;
+        for (const auto& attempt : all)
+            if (attempt.info.trainee == "trainee-B") of_b.push_back(attempt);
+        return of_b;
+    };
+    const std::string before = traineeReport("trainee-B", own(cohort), cohort).html;
+    const std::string after = traineeReport("trainee-B", own(more), more).html;
+    EXPECT_TRUE(has(after, "15 attempts, 5 of them finished; 9 aborted"));
+    for (const char* section : {"Learning curve</h2>", "CUSUM</h2>"})
+        EXPECT_EQ(textFrom(before, section, "<h2"), textFrom(after, section, "<h2")) << section;
+    const std::string all = cohortReport("all", more).html, less = cohortReport("all", cohort).html;
+    EXPECT_EQ(textFrom(all, "Metrics</h2>", "<h2"), textFrom(less, "Metrics</h2>", "<h2"));
+    EXPECT_TRUE(has(textFrom(all, "gone0</th>", "</tr>"), ">aborted</td>"));
+}
+
+// The page explains its terms in the words of the guide, and nowhere else.
+TEST(Debrief, TheGlossaryIsTheGuides) {
+    const std::string guide =
+        stylet::test::readText(std::filesystem::path(std::getenv("STYLET_ASSETS")).parent_path() /
+                               "packaging" / "guide" / "glossary.md");
+    ASSERT_GT(glossary().size(), 10u);
+    std::size_t rows = 0;
+    for (std::size_t at = 0; (at = guide.find("\n| ", at)) != guide.npos; ++at)
+        ++rows;
+    EXPECT_EQ(glossary().size(), rows - 1) << "all rows but the head";
+    const TempFolder folder;
+    const std::string html = attemptReport(makeOneStepAttempt(folder), {}).html;
+    const std::string section = textFrom(html, "Glossary</h2>", "</dl>");
+    for (const Fact& term : glossary()) {
+        EXPECT_TRUE(has(guide, "| " + term.name + " | " + term.value + " |")) << term.name;
+        if (has(section, "<dt>" + escaped(term.name) + "</dt>")) {
+            EXPECT_TRUE(has(section, escaped(term.value))) << term.name;
+        }
+    }
+    for (const char* used : {"axial force", "close pass", "score table", "no-go area"})
+        EXPECT_TRUE(has(section, std::string("<dt>") + used + "</dt>")) << used;
+    EXPECT_FALSE(has(section, "<dt>CUSUM</dt>")) << "not on this page";
 }
 
 TEST(Debrief, CohortRanksByMedian) {
@@ -207,7 +399,7 @@ TEST(Debrief, CohortRanksByMedian) {
     const GroupReport report = cohortReport("Scenario procedure", cohort);
     EXPECT_LT(report.html.find(">trainee-F</th><td"), report.html.find(">trainee-A</th><td"));
     EXPECT_EQ(report.attempts.rows.size(), cohort.size());
-    EXPECT_EQ(report.attempts.head.size(), 12u + 3u);
+    EXPECT_EQ(report.attempts.head.size(), 14u + 3u);
     EXPECT_TRUE(has(cohortReport("Nobody", {}).html, "0 attempts"));
 }
 

@@ -109,6 +109,19 @@ TEST_F(ReportRun, ReportsAttemptsOfAStore) {
     EXPECT_NE(readText(folder_ / "c/cohort.html").find("3 attempts of 2 trainees"), std::string::npos);
     r = report("attempt no-such-attempt" + to("n"));
     EXPECT_EQ(r.status, 2);
+    // A result that was changed by hand is no longer the stored one.
+    const fs::path record = folder_ / "store" / "attempts" / id / "record" / "record.json";
+    std::string json = readText(record);
+    const std::string hit = "\"target_hit\": true";
+    ASSERT_NE(json.find(hit), std::string::npos);
+    json.replace(json.find(hit), hit.size(), "\"target_hit\":false");
+    std::ofstream(record) << json;
+    for (const std::string& options : {"attempt " + id, "attempt " + id + " --reference " + id}) {
+        r = report(options + to("e"));
+        EXPECT_EQ(r.status, 2);
+        EXPECT_NE(r.err.find("record.json: its checksum does not match"), std::string::npos) << r.err;
+        EXPECT_FALSE(fs::exists(folder_ / "e/attempt.html"));
+    }
 }
 
 // A trainee's attempt made, exported and reported by the programs, with a umask that allows everything.

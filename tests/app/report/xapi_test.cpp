@@ -8,6 +8,7 @@
 #include <regex>
 #include <set>
 
+#include "app/training/score.h"
 #include "tests/app/report/attempts.h"
 #include "tests/support/refused.h"
 
@@ -149,8 +150,9 @@ TEST(Xapi, AttemptIsInitializedCompletedAndGraded) {
     EXPECT_EQ(passed[0].at("timestamp"), "2026-11-20T23:59:30.500Z");
     EXPECT_EQ(passed[3].at("timestamp"), "2026-11-21T00:00:33.750Z");
     EXPECT_EQ(verbsOf(exported({makeTestAttempt("a", "t", 80.0, false)}))[2], "failed");
-    EXPECT_EQ(verbsOf(exported({makeTestAttempt("a", "t", kPassMark - 0.1, true)}))[2], "failed");
-    EXPECT_EQ(verbsOf(exported({makeTestAttempt("a", "t", kPassMark, true)}))[2], "passed");
+    EXPECT_EQ(verbsOf(exported({makeTestAttempt("a", "t", stylet::training::kPassMark - 0.1, true)}))[2],
+              "failed");
+    EXPECT_EQ(verbsOf(exported({makeTestAttempt("a", "t", stylet::training::kPassMark, true)}))[2], "passed");
 }
 
 TEST(Xapi, UnfinishedAttemptIsTerminatedNotCompleted) {
@@ -165,6 +167,13 @@ TEST(Xapi, UnfinishedAttemptIsTerminatedNotCompleted) {
     EXPECT_EQ(verbsOf(exported({attempt})), std::vector<std::string>{"initialized"});
     attempt.info.trainee.clear();
     EXPECT_EQ(exported({attempt}), json::array());
+}
+
+// Neither passed nor failed: an aborted attempt enters no statistics.
+TEST(Xapi, AbortedAttemptIsTerminatedNotGraded) {
+    auto attempt = makeTestAttempt("a", "t", 0.0, false);
+    attempt.result->aborted = true;
+    EXPECT_EQ(verbsOf(exported({attempt})), (std::vector<std::string>{"initialized", "terminated"}));
 }
 
 TEST(Xapi, StatementsAreReproducible) {

@@ -32,8 +32,8 @@ MetricValues allAt(double Metric::* end) {
 }
 
 TEST(Score, BestValuesScoreOneHundredAndWorstZero) {
-    EXPECT_EQ(computeScore(allAt(&Metric::best)).total, 100.0);
-    EXPECT_EQ(computeScore(allAt(&Metric::worst)).total, 0.0);
+    EXPECT_EQ(computeScore(allAt(&Metric::best), kAllSteps).total, 100.0);
+    EXPECT_EQ(computeScore(allAt(&Metric::worst), kAllSteps).total, 0.0);
 }
 
 // HZ-TEACH-01
@@ -42,7 +42,7 @@ TEST(Score, HalfwayValueEarnsHalfAndPointsAddUp) {
     const std::size_t i = std::size_t(MetricId::targeting);
     const Metric& m = metricTable()[i];
     values[i] = 0.5 * (m.best + m.worst);
-    const Score score = computeScore(values);
+    const Score score = computeScore(values, kAllSteps);
     EXPECT_DOUBLE_EQ(score.points[i], 0.5 * m.weight);
     EXPECT_DOUBLE_EQ(score.total, 100.0 - 0.5 * m.weight);
     double sum = 0.0;
@@ -54,9 +54,22 @@ TEST(Score, HalfwayValueEarnsHalfAndPointsAddUp) {
 TEST(Score, IdleTraineeEarnsNoPoints) {
     MetricValues values = allAt(&Metric::best);
     values[std::size_t(MetricId::procedure)] = 0.0;
-    EXPECT_EQ(computeScore(values).total, 0.0);
+    EXPECT_EQ(computeScore(values, kAllSteps).total, 0.0);
     values[std::size_t(MetricId::procedure)] = 50.0;
-    EXPECT_NEAR(computeScore(values).total, 50.0 - 0.5 * 0.5 * 8.0, 1e-12);
+    EXPECT_NEAR(computeScore(values, kAllSteps).total, 50.0 - 0.5 * 0.5 * 8.0, 1e-12);
+}
+
+// A metric of a step that was left out earns nothing, however good its value.
+// HZ-TEACH-01
+TEST(Score, StepLeftOutEarnsNothing) {
+    const MetricValues best = allAt(&Metric::best);
+    for (int step = 0; step < kStepCount; ++step) {
+        const Score score = computeScore(best, kAllSteps & ~(1u << step));
+        for (std::size_t i = 0; i < kMetricCount; ++i)
+            EXPECT_EQ(score.points[i], metricTable()[i].needs == Step(step) ? 0.0 : metricTable()[i].weight)
+                << metricTable()[i].id;
+    }
+    EXPECT_LT(computeScore(best, kAllSteps & ~(1u << unsigned(Step::advance))).total, 40.0);
 }
 
 // Starts from random attempts. Replacing a metric by any worse value, or by NaN, never raises the total. The
@@ -74,7 +87,7 @@ TEST(Score, WorseningAnyMetricNeverRaisesTheTotal) {
             if (one(random) < 0.02)
                 values[i] = one(random) < 0.5 ? kNaN : m.best + (m.worst - m.best) * 1e300;
         }
-        const Score before = computeScore(values);
+        const Score before = computeScore(values, kAllSteps);
         ASSERT_TRUE(before.total >= 0.0 && before.total <= 100.0) << before.total;
         for (std::size_t i = 0; i < kMetricCount; ++i) {
             const Metric& m = metricTable()[i];
@@ -85,7 +98,7 @@ TEST(Score, WorseningAnyMetricNeverRaisesTheTotal) {
                   std::nextafter(values[i], towards_worst * kInf), towards_worst * kInf, kNaN}) {
                 MetricValues worsened = values;
                 worsened[i] = worse;
-                const double total = computeScore(worsened).total;
+                const double total = computeScore(worsened, kAllSteps).total;
                 ASSERT_LE(total, before.total) << m.id << ": " << values[i] << " -> " << worse;
                 lowered += total < before.total;
                 // Conversely, a better value never lowers the total.
@@ -93,7 +106,7 @@ TEST(Score, WorseningAnyMetricNeverRaisesTheTotal) {
                 MetricValues bettered = values;
                 bettered[i] = values[i] - (worse - values[i]);
                 if (!std::isfinite(bettered[i])) continue;
-                ASSERT_GE(computeScore(bettered).total, before.total) << m.id;
+                ASSERT_GE(computeScore(bettered, kAllSteps).total, before.total) << m.id;
             }
         }
     }
@@ -105,7 +118,7 @@ TEST(Score, EveryMetricCounts) {
     for (std::size_t i = 0; i < kMetricCount; ++i) {
         MetricValues values = allAt(&Metric::best);
         values[i] = metricTable()[i].worst;
-        EXPECT_LT(computeScore(values).total, 100.0 - 0.9) << metricTable()[i].id;
+        EXPECT_LT(computeScore(values, kAllSteps).total, 100.0 - 0.9) << metricTable()[i].id;
     }
 }
 
@@ -151,7 +164,7 @@ TEST(Score, GuideTableMatchesTheMetricTable) {
         std::ostringstream row;
         row << "| `" << m.id << "` | " << m.name << " | " << m.unit << " | " << m.what << " | " << m.source
             << " | " << numberText(m.weight) << " | " << numberText(m.best) << " | " << numberText(m.worst)
-            << " |";
+            << " | " << (m.needs == Step::done ? "" : stepName(m.needs)) << " |";
         EXPECT_EQ(rows[i], row.str());
         EXPECT_TRUE(ids.insert(m.id).second) << m.id;
     }

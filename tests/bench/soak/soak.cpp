@@ -35,7 +35,7 @@ namespace {
 // and wrong punctures.
 constexpr std::array kScenarios{
     "five-tools", "procedure", "trainee-reckless", "trainee-careless", "cholangiography",
-    "wrong-tip",  "demo",      "demo-breathing"};
+    "wrong-tip",  "demo",      "demo-breathing",   "drainage"};
 constexpr std::int64_t kMs = 1'000'000;
 constexpr double kTeleport_m = 0.6;  // between two ticks: no hand moves that fast
 constexpr const char* kTrainee = "soak";
@@ -362,7 +362,7 @@ Soak::AttemptOutcome Soak::runAttempt(const Scenario& scenario, const AttemptOpt
     session.setNoteWatcher([&](const SessionLog& log) { recorder.writeEvents(log); });
     const LoopTotals totals =
         runFast(attempt, session, senses.display([this] { pause_ = true; }), senses.fps(), {});
-    recorder.finish(session.log(), makeResult(input_.patient, session.log(), totals));
+    recorder.finish(session.log(), makeResult(input_.patient, session.log(), totals, false));
     checkAttempt(attempt, scenario, session.log(), totals);
     const std::uint64_t hash = session.log().state_hash;
     if (options.reported) {

@@ -22,6 +22,8 @@
 #include <string>
 #include <vector>
 
+#include "haptics/tools/tool.h"
+
 namespace stylet::soak {
 
 // A fault injected into the soak itself, to check that it is found. Each attempt adds to it.
@@ -85,7 +87,7 @@ struct Counts {
                   guided = 0, faults = 0, rearmed = 0, commands = 0, pulses = 0, bookmarks = 0, hints = 0,
                   alerts = 0, pictures = 0, frames = 0, headsets = 0, sounds = 0, retries = 0, sent = 0,
                   unsent = 0, recordings = 0, logged = 0, replayed = 0, stored = 0;
-    std::array<std::uint64_t, 5> tools{};  // ticks per tool
+    std::array<std::uint64_t, haptics::kToolCount> tools{};  // ticks per tool
     double contrast_ml = 0.0;
     std::vector<std::string> implausible;  // impossible results
 };

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "app/installation.h"
 #include "app/trainer/attempt/staging.h"
 #include "app/trainer/program/run.h"
 #include "app/trainer/session/alert.h"
@@ -73,9 +74,10 @@ struct UserOutput::Impl {
         : counts(counts_in),
           tick_s(context.attempt.simulation.dt_s),
           fps(context.headset_fps > 0.0 ? context.headset_fps : kHints),
-          panel(training::makeHints(context.difficulty), tick_s),
+          difficulties(training::loadDifficulties(assetsFolder() / "difficulty.toml")),
+          panel(difficulties[context.difficulty], training::kTypedControls, tick_s),
           alerts(tick_s),
-          cues(soundPlaces(context.attempt.patient, context.path), context.difficulty, tick_s),
+          cues(soundPlaces(context.attempt.patient, context.path), difficulties, context.difficulty, tick_s),
           sounds(cues.places().stage_from_operator, listener_pose, Speaker::device, context.log) {
         if (context.headset_fps > 0.0) room = openRoom(context);
     }
@@ -84,6 +86,7 @@ struct UserOutput::Impl {
         settings.config.headless = settings.config.fast = true;
         settings.config.fps = context.headset_fps;
         settings.config.folder = context.folder;
+        settings.config.difficulties = difficulties;
         settings.config.difficulty = context.difficulty;
         settings.listener_pose = listener_pose;
         auto opened = picturesFor(context.attempt, context.path, std::move(settings));
@@ -107,6 +110,7 @@ struct UserOutput::Impl {
     Counts& counts;
     const double tick_s;
     const double fps;
+    const training::DifficultyTable difficulties;
     const std::shared_ptr<ListenerPose> listener_pose = std::make_shared<ListenerPose>();
     GuidePanel panel;
     AlertWatch alerts;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include "app/records/record.h"
 #include "base/hex.h"
@@ -73,7 +74,9 @@ std::vector<std::string> findFailures(const Result& r, const Settings& settings)
     if (settings.pictures) needed("headset lost and found", c.headsets > r.rounds);
     if (!settings.centre.empty()) needed("attempt at the training centre", c.sent > 0);
     if (!settings.breath.empty()) needed("recorded breath that began anew", c.recordings >= r.rounds);
-    needed("five tools", std::find(c.tools.begin(), c.tools.end(), 0u) == c.tools.end());
+    // A fault may cut the drainage short before its last tool.
+    for (std::size_t tool = 0; tool <= std::size_t(haptics::Tool::needle); ++tool)
+        needed(std::string(haptics::kToolNames[tool]).c_str(), c.tools[tool] > 0);
     return bad;
 }
 
@@ -99,10 +102,8 @@ std::string formatReport(const Result& r) {
     line("             {} sent to the training centre, {} while it was away, {} lines said,\n", c.sent,
          c.unsent, c.logged);
     line("             {} records replayed, {} attempts stored\n", c.replayed, c.stored);
-    line(
-        "             ticks with finger, probe, scalpel, guide, needle in hand: {}, {}, {}, {}, "
-        "{}\n",
-        c.tools[0], c.tools[1], c.tools[2], c.tools[3], c.tools[4]);
+    line("             ticks with finger, probe, scalpel, guide, needle, wire, dilator, drain in hand: {}\n",
+         fmt::join(c.tools, ", "));
     line("  held       after round {} -> at the end\n", r.compared + 1);
     line("    heap     {:.3f} -> {:.3f} MB\n", 1e-6 * double(then.heap_bytes), 1e-6 * double(now.heap_bytes));
     line("    resident {:.1f} -> {:.1f} MB\n", 1e-6 * double(then.resident_bytes),

@@ -125,7 +125,7 @@ TEST(Falcon, StalledLoopEndsInZeroForceWithin20Ms) {
     w.runFor(100 * kMs);
     EXPECT_LE(w.pushed_ns - begin_ns, 20 * kMs);
     EXPECT_EQ(w.device.report().silences, 1u);
-    EXPECT_THAT(w.fault(), HasSubstr("device-lost"));  // it is reported
+    EXPECT_EQ(w.fault(), "computer-late");  // it is reported, and not called unplugged
 }
 
 struct Injection {
@@ -223,6 +223,23 @@ TEST(Falcon, BlockedPipeEndsInZeroForceWhenItRecovers) {
     w.falcon.faults.deaf = false;
     w.runFor(5 * kMs);
     EXPECT_FALSE(w.falcon.hasMotorForce());
+}
+
+// The device's thread does not run for a while, and the loop does. The Falcon itself has answered all the
+// time: it is neither called silent nor given up. HZ-FORCE-07
+TEST(Falcon, AStallOfItsThreadIsNotItsSilence) {
+    for (const std::int64_t stall_ns : {30 * kMs, 400 * kMs}) {
+        SCOPED_TRACE(stall_ns);
+        FalconWorld w;
+        w.bringUp();
+        w.pass(stall_ns);
+        EXPECT_FALSE(w.armed());
+        EXPECT_EQ(w.fault(), "computer-late");
+        w.runFor(50 * kMs);
+        EXPECT_EQ(w.device.stage(), DeviceStage::ready);
+        EXPECT_EQ(w.device.report().failures, 0u);
+        EXPECT_EQ(w.fault(), "computer-late") << "and nothing else";
+    }
 }
 
 // One lost or changed reply must cause nothing that a user could feel.

@@ -239,6 +239,89 @@ TEST_F(Polled, SilentLoopEndsInZeroForceAndIsReported) {
     EXPECT_TRUE(ready());
 }
 
+// Runs the loop's check of the device for `ticks` of 1 ms and returns every fault bit. The device's thread
+// runs as it would only if `polls`; the loop sends a force in each tick only if `sends`.
+struct PolledFaults : Polled {
+    SafetyState safety;
+    std::uint32_t faultsOver(int ticks, bool polls, bool sends = true) {
+        std::uint32_t bits = 0;
+        for (int i = 0; i < ticks; ++i) {
+            if (sends) device.send(kPush);
+            time.now_ns += kMs;
+            if (polls) device.poll();
+            bits |= checkDevice(safety, script.profile, read(), 0.001);
+        }
+        return bits;
+    }
+};
+
+// HZ-FORCE-06
+TEST_F(PolledFaults, SilenceOfALateComputerIsNotTheDevices) {
+    faultsOver(50, true);
+    ASSERT_EQ(faultsOver(50, true), 0u);
+    EXPECT_EQ(faultsOver(30, false), std::uint32_t(kFaultHostLate)) << "nobody polled the device";
+    EXPECT_EQ(faultsOver(1, true) & (kFaultStaleInput | kFaultDeviceLost), 0u);
+    EXPECT_EQ(faultsOver(50, true), 0u);
+    EXPECT_EQ(device.report().failures, 0u);
+}
+
+// HZ-FORCE-06
+TEST_F(PolledFaults, SilenceOfAPolledDeviceIsItsOwn) {
+    faultsOver(50, true);
+    script.exchange = [](const Vec3&, DeviceState&, std::string&) { return DeviceStage::ready; };  // no data
+    EXPECT_EQ(faultsOver(30, true), std::uint32_t(kFaultStaleInput));
+}
+
+// The silence is told by its larger part.
+TEST_F(PolledFaults, AShortStallInALongSilenceIsNoExcuse) {
+    faultsOver(50, true);
+    script.exchange = [](const Vec3&, DeviceState&, std::string&) { return DeviceStage::ready; };
+    EXPECT_EQ(faultsOver(8, false), 0u);
+    EXPECT_EQ(faultsOver(22, true), std::uint32_t(kFaultStaleInput));
+}
+
+TEST_F(PolledFaults, ADriverThatDoesNotReturnIsTheDevicesSilence) {
+    faultsOver(50, true);
+    std::uint32_t bits = 0;
+    script.exchange = [&](const Vec3&, DeviceState&, std::string&) {
+        for (int i = 0; i < 40; ++i) {  // the loop's ticks during the call
+            time.now_ns += kMs;
+            bits |= checkDevice(safety, script.profile, read(), 0.001);
+        }
+        return DeviceStage::ready;
+    };
+    device.poll();
+    EXPECT_EQ(bits, std::uint32_t(kFaultStaleInput));
+}
+
+TEST_F(PolledFaults, AnUnpluggedDeviceIsLostEvenOnALateComputer) {
+    faultsOver(50, true);
+    script.exchange = [](const Vec3&, DeviceState&, std::string& why) {
+        why = "unplugged";
+        return DeviceStage::failed;
+    };
+    script.open = [](std::string&) { return DeviceStage::absent; };
+    faultsOver(5, false);
+    EXPECT_NE(faultsOver(1, true) & kFaultDeviceLost, 0u);
+    EXPECT_EQ(faultsOver(60, false) & kFaultHostLate, 0u) << "nothing is due while it is searched for";
+}
+
+// The watchdog releases the force of a silent loop. The device is neither unplugged nor in need of homing.
+TEST_F(PolledFaults, ASilentLoopIsALateComputer) {
+    faultsOver(50, true);
+    EXPECT_EQ(faultsOver(30, true, false), std::uint32_t(kFaultHostLate));
+    faultsOver(2, true);
+    EXPECT_EQ(faultsOver(10, true), 0u);
+}
+
+TEST_F(PolledFaults, WithoutForceThereIsNothingToRelease) {
+    script.profile = inputOnlyProfile("mouse", "input only");
+    faultsOver(50, true);
+    EXPECT_EQ(faultsOver(500, true, false), 0u);
+    EXPECT_EQ(device.report().silences, 0u);
+    EXPECT_THAT(script.forces, testing::Each(Vec3(0.0)));
+}
+
 TEST_F(Polled, DeviceIsReadyBeforeTheFirstForce) {
     pollFor(500 * kMs);
     EXPECT_TRUE(ready());

@@ -54,7 +54,9 @@ def written(pages, source):
             yield "records.md", f"`{table}`", [row[1] for row in index.execute(f"PRAGMA table_info({table})")]
     centre = (source / "app/records/centre.cpp").read_text()
     for table, body in re.findall(r"CREATE TABLE stylet\.(\w+) \((.*?)\n\);", centre, re.S):
-        yield "records.md", f"`stylet.{table}`", re.findall(r"^    ([a-z]\w*) ", body, re.M)
+        added = "".join(re.findall(rf"ALTER TABLE stylet\.{table} (.*?);", centre, re.S))
+        names = re.findall(r"^    ([a-z]\w*) ", body, re.M) + re.findall(r"ADD COLUMN (\w+)", added)
+        yield "records.md", f"`stylet.{table}`", names
 
     attempt = next((store / "attempts").iterdir())
     spreads = [f"frame_ms.{n}" for n in ("whole", "opaque", "volume")] + [f"visuo_haptic.{n}" for n in ("lead_ms", "offset_mm", "offset_deg", "ahead_ms")]

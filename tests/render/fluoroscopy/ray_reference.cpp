@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 
 #include "patient/displacement/tool_displacement.h"
 #include "tests/render/phantoms.h"
@@ -108,6 +110,59 @@ double finePath(const XrayPatient& patient, const XrayLine& line) {
         if (patient.contrast) sum += sampleTrilinear(*patient.contrast, p);
     }
     return sum * length_m / steps;
+}
+
+double shaftPath(const render::XrayShape& shape, const XrayLine& line) {
+    const Vec3 d = glm::normalize(line.pixel_m - line.source_m), o = line.source_m - shape.begin_m;
+    const Vec3 axis = shape.end_m - shape.begin_m, u = glm::normalize(axis);
+    const double du = glm::dot(d, u), ou = glm::dot(o, u);
+    const double s0 = -ou / du, s1 = (glm::length(axis) - ou) / du;
+    const auto chord_m = [&](double radius_m) {
+        const Vec3 across = d - du * u, off = o - ou * u;
+        const double a = glm::dot(across, across), b = glm::dot(across, off);
+        const double rest = b * b - a * (glm::dot(off, off) - radius_m * radius_m);
+        if (rest <= 0.0) return 0.0;
+        const double low = std::max((-b - std::sqrt(rest)) / a, std::min(s0, s1));
+        const double high = std::min((-b + std::sqrt(rest)) / a, std::max(s0, s1));
+        return std::max(high - low, 0.0);
+    };
+    return shape.per_m * (chord_m(shape.radius_m) - (shape.bore_m > 0.0 ? chord_m(shape.bore_m) : 0.0));
+}
+
+ShaftErrors shaftErrors(const std::function<std::vector<double>(const render::XrayShape&)>& draw,
+                        const render::FluoroscopySettings& settings, double radius_m, double turned_rad,
+                        double tilted_rad, const Vec3& isocentre_m) {
+    constexpr int kOffsets = 5, kRows = 4;  // rows to either side of the middle
+    const int pixels = settings.pixels;
+    const double pitch_m =
+        settings.detector_m / pixels * render::kSourceToIsocentre_m / render::kSourceToDetector_m;
+    const bool by_rows = std::fabs(std::cos(turned_rad)) >= std::sqrt(0.5);
+    // Distance between neighbouring rays of a row or column, across the shaft.
+    const double step_m =
+        pitch_m * std::max(std::fabs(std::cos(turned_rad)), std::fabs(std::sin(turned_rad)));
+    const Vec3 along(std::sin(turned_rad) * std::cos(tilted_rad), std::sin(tilted_rad),
+                     std::cos(turned_rad) * std::cos(tilted_rad));
+    const double expected =
+        render::kSteelPerM * std::numbers::pi * radius_m * radius_m / std::cos(tilted_rad);
+    ShaftErrors errors;
+    double palest = std::numeric_limits<double>::infinity(), densest = 0.0;
+    for (int offset = 0; offset < kOffsets; ++offset) {
+        const double aside_m = pitch_m * offset / kOffsets;
+        const Vec3 middle = isocentre_m + (by_rows ? Vec3(aside_m, 0.0, 0.0) : Vec3(0.0, 0.0, aside_m));
+        const std::vector<double> paths =
+            draw({.begin_m = middle - 0.05 * along, .end_m = middle + 0.05 * along, .radius_m = radius_m});
+        for (int row = pixels / 2 - kRows; row < pixels / 2 + kRows; ++row) {
+            double sum = 0.0, peak = 0.0;
+            for (int i = 0; i < pixels; ++i) {
+                const double path = paths[std::size_t(by_rows ? row * pixels + i : i * pixels + row)];
+                sum += path * step_m, peak = std::max(peak, path);
+            }
+            errors.area = std::max(errors.area, std::fabs(sum / expected - 1.0));
+            palest = std::min(palest, peak), densest = std::max(densest, peak);
+        }
+    }
+    errors.flicker = 1.0 - palest / densest;
+    return errors;
 }
 
 double zncc(const std::vector<double>& a, const std::vector<double>& b) {

@@ -32,6 +32,20 @@ struct XrayPatient {
 };
 double finePath(const XrayPatient&, const XrayLine&);
 
+// Line integral through a shape's shaft, without its round ends.
+double shaftPath(const render::XrayShape&, const XrayLine&);
+
+// Straight steel shafts in the middle of the picture, drawn at many sub-pixel positions.
+struct ShaftErrors {
+    double area = 0.0;     // largest relative error of the attenuation, summed across the shaft
+    double flicker = 0.0;  // largest share by which the densest pixel depends on the sub-pixel position
+};
+// `draw`: the line integrals of shapes alone in a picture of `pixels` per side. `turned_rad`: on the screen,
+// from the vertical. `tilted_rad`: out of the plane of the isocentre, toward the beam.
+ShaftErrors shaftErrors(const std::function<std::vector<double>(const render::XrayShape&)>& draw,
+                        const render::FluoroscopySettings&, double radius_m, double turned_rad,
+                        double tilted_rad, const Vec3& isocentre_m = Vec3(0.0));
+
 // Zero-mean normalised cross-correlation.
 double zncc(const std::vector<double>&, const std::vector<double>&);
 // Peak signal to noise ratio of two pictures of line integrals, over the screen's range, dB.

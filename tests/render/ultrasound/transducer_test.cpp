@@ -57,6 +57,22 @@ TEST(Transducers, LinesFanOutFromTheFace) {
     EXPECT_EQ(scanLine(linear, 1.0).direction, Vec3(0, 0, 1));
 }
 
+TEST(Transducers, TakeTheScanLinesOfAFace) {
+    const auto folder = test::assetsFolder() / "ultrasound";
+    const Transducer convex = loadTransducer(folder / "convex.toml"),
+                     linear = loadTransducer(folder / "linear.toml");
+    const Transducer bent = withFace(linear, 0.030, 0.020);
+    EXPECT_EQ(bent.shape, TransducerShape::convex);
+    EXPECT_NEAR(scanLine(bent, 1.0).origin_m.x, 0.015, 1e-12);
+    EXPECT_NEAR(scanLine(bent, -1.0).direction.x, -0.75, 1e-12);
+    EXPECT_EQ(bent.frequency_hz, linear.frequency_hz);
+    const Transducer flat = withFace(convex, 0.050, 10.0);
+    EXPECT_EQ(flat.shape, TransducerShape::linear);
+    EXPECT_EQ(scanLine(flat, 1.0).origin_m.x, 0.025);
+    EXPECT_EQ(flat.aperture_m, convex.aperture_m);
+    EXPECT_NEAR(withFace(convex, 0.5, 0.06).half_angle_rad, M_PI / 2.0, 1e-12) << "at most a half circle";
+}
+
 TEST(Transducers, BeamIsNarrowestAtTheFocusAndAtHigherFrequency) {
     const Transducer probe;
     const double at_focus = beamWidth_m(probe, 3.5e6, 0.080, 0.080);

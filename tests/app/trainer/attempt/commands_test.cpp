@@ -173,6 +173,48 @@ TEST(Outcome, DescribesTheResultOfACommand) {
     EXPECT_THAT(describeOutcome({CommandKind::rearm, 0}, before, after), HasSubstr("no fault"));
 }
 
+TEST(Outcome, TellsWhyWireDilatorOrDrainCannotBeSelected) {
+    const auto asked = [](Tool tool, const TickOutput& now) {
+        return describeOutcome({CommandKind::tool, std::uint32_t(tool)}, now, now);
+    };
+    TickOutput now;
+    now.tool = Tool::needle;
+    EXPECT_THAT(asked(Tool::wire, now), HasSubstr("needs a needle in the body"));
+    EXPECT_THAT(asked(Tool::dilator, now), HasSubstr("the dilator needs a guide wire"));
+    now.access.open = now.access.needle_in = now.access.wire_in = true;
+    now.tool = Tool::wire;
+    EXPECT_THAT(asked(Tool::drain, now), HasSubstr("withdraw it over the wire"));
+    EXPECT_THAT(asked(Tool::finger, now), HasSubstr("select it and withdraw it first"));
+    now.access.needle_in = false;
+    EXPECT_THAT(asked(Tool::needle, now), HasSubstr("the guide wire is in the body"));
+    now.tool = Tool::dilator;
+    now.access.dilator_m = 0.05;
+    EXPECT_THAT(asked(Tool::wire, now), HasSubstr("the dilator is in the body"));
+    now.access = {};
+    now.access.drain = haptics::DrainState::in_place;
+    EXPECT_THAT(asked(Tool::wire, now), HasSubstr("a drain is in place"));
+}
+
+// After the needle comes the wire, if there is a needle for it to go through.
+TEST_F(UserCommandsTest, NextAfterTheNeedle) {
+    now.tool = Tool::needle;
+    EXPECT_THAT(typed("next\n"), ElementsAre(Asks(CommandKind::tool, Tool::finger)));
+    now.phase = haptics::Phase::pass;
+    EXPECT_THAT(typed("next\n"), ElementsAre(Asks(CommandKind::tool, Tool::wire)));
+    now.tool = Tool::drain;
+    EXPECT_THAT(typed("next\n"), ElementsAre(Asks(CommandKind::tool, Tool::finger)));
+    // One button leads through the drainage.
+    now.access.open = now.access.needle_in = now.access.wire_in = true;
+    now.tool = Tool::wire;
+    EXPECT_THAT(typed("next\n"), ElementsAre(Asks(CommandKind::tool, Tool::needle)));
+    now.tool = Tool::needle, now.access.needle_in = false;
+    EXPECT_THAT(typed("next\n"), ElementsAre(Asks(CommandKind::tool, Tool::dilator)));
+    now.tool = Tool::dilator;
+    EXPECT_THAT(typed("next\n"), ElementsAre(Asks(CommandKind::tool, Tool::drain)));
+    now.tool = Tool::drain;
+    EXPECT_THAT(typed("next\n"), ElementsAre(Asks(CommandKind::tool, Tool::wire)));
+}
+
 // The pedal stays pressed as long as its button is pressed, even if the tool changes in the meantime.
 TEST_F(UserCommandsTest, PedalAndInjectionFollowTheirButtons) {
     UserCommands feet{{.rearm = 1, .next = 2, .pedal = 4, .inject = 8}, {}};

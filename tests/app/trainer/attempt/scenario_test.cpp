@@ -235,6 +235,22 @@ TEST_F(ScenarioFile, NamesItsNeedle) {
         EXPECT_NE(test::errorText([&] { load(bad + text); }).find("needle"), std::string::npos) << bad;
 }
 
+TEST_F(ScenarioFile, NamesItsInstruments) {
+    const std::string text = kGood;
+    EXPECT_TRUE(load(text).instruments.empty());
+    const Scenario s = load("instruments = [\"probe-linear\", \"my/scalpel.toml\"]\n" + text);
+    EXPECT_EQ(s.instruments, (std::vector<std::string>{"probe-linear", "my/scalpel.toml"}));
+    EXPECT_NE(digest(s), digest(load(text)));
+    EXPECT_NE(digest(s), digest(load("instruments = [\"probe-linear\"]\n" + text)));
+    std::string many = "instruments = [\"a\"";
+    for (int i = 0; i < 20; ++i)
+        many += ", \"a\"";
+    for (const std::string& bad :
+         {std::string("instruments = \"probe-linear\"\n"), std::string("instruments = [1]\n"),
+          std::string("instruments = [\"finger\", \"\"]\n"), many + "]\n"})
+        EXPECT_NE(test::errorText([&] { load(bad + text); }).find("instruments"), std::string::npos) << bad;
+}
+
 TEST_F(ScenarioFile, BringsItsRecordingAlong) {
     std::string text = kGood;
     const std::size_t from = text.find("period_s"), to = text.find("[start]");

@@ -25,12 +25,13 @@ class HintsRun : public testing::Test {
         std::filesystem::path folder;
         double skip(const char* name) const { return outcome.summary.at("skips").at(name).get<double>(); }
     };
-    static Seen run(const std::string& difficulty) {
+    static Seen run(const std::string& difficulty, const std::string& look = "closed") {
         std::ofstream(command_ / "scenario.json") << kHintsHead;
         command_.set("XRMOCK_SCENARIO", (command_ / "scenario.json").string());
         Seen seen;
         seen.outcome = command_.run("run --headless --fast --fps 1 --spacing-mm 2.5 --scenario '" +
-                                    test::testScenario("short").string() + "' --difficulty " + difficulty);
+                                    test::testScenario("short").string() + "' --difficulty " + difficulty +
+                                    " --look " + look);
         seen.folder = command_.out();
         return seen;
     }
@@ -63,8 +64,9 @@ class HintsRun : public testing::Test {
 
 // HZ-TEACH-12
 TEST_F(HintsRun, AnExamShowsNothingButTheRoom) {
-    const Seen guided = run("guided"), practice = run("practice"), exam = run("exam");
-    for (const Seen* seen : {&guided, &practice, &exam})
+    const Seen guided = run("guided"), practice = run("practice"), exam = run("exam", "reveal"),
+               open = run("guided", "reveal");
+    for (const Seen* seen : {&guided, &practice, &exam, &open})
         ASSERT_EQ(seen->outcome.status, 0) << seen->outcome.err;
     EXPECT_EQ(guided.outcome.summary.at("state_hash"), exam.outcome.summary.at("state_hash"))
         << "what is shown is never felt";
@@ -75,9 +77,12 @@ TEST_F(HintsRun, AnExamShowsNothingButTheRoom) {
     // The panel is in the upper right corner. The rest of the border shows only the room.
     EXPECT_GT(difference(guided, exam, "approach", 340, 512, 0, 120), 0.5);
     EXPECT_LT(difference(guided, exam, "approach", 0, 180, 300, 512), 0.01);
+    // An exam closes the skin, whatever look was asked for.
+    EXPECT_GT(difference(guided, open, "approach", 120, 290, 140, 320), 0.3);
+    EXPECT_LT(difference(practice, exam, "approach", 120, 290, 140, 320), 0.01);
     // The reference path is drawn at the guided level only.
     const double ghost = difference(guided, practice, "approach", 120, 290, 140, 320);
-    EXPECT_GT(ghost, 0.0003);
+    EXPECT_GT(ghost, 0.0002);
     EXPECT_LT(ghost, 0.1) << "a thin line";
     // When the target is reached, the border shows an alert, and the middle of the image stays free.
     EXPECT_GT(difference(practice, exam, "duct", 0, 512, 0, 20), 0.8);

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include <gtest/gtest.h>
 
+#include "tests/app/trainer/phantom_attempt.h"
 #include "tests/support/stepped_clock.h"
 
 namespace stylet::trainer {
@@ -124,6 +126,32 @@ TEST(WindowPortTest, LinesArriveWholeAndInOrderAndTooManyAreRefused) {
     while (port.pushLine("next"))
         ++taken;
     EXPECT_EQ(taken, 64);
+}
+
+// Where an exam begins says nothing about the path: it is in the air above the patient, elsewhere for each
+// seed.
+TEST(MouseStart, InTheRoomIsInTheAirAndAnywhere) {
+    const patient::Package package = test::ductPhantom();
+    const patient::Patient patient(package);
+    const patient::PlannedPath path = test::ductPath();
+    const auto start = [&](std::uint64_t seed) {
+        return mouseStart(training::StartPlace::room, patient, path, seed);
+    };
+    EXPECT_EQ(start(5).position_m, start(5).position_m);
+    Vec3 low(1.0), high(-1.0);
+    for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+        const Pose pose = start(seed);
+        const Grid& grid = package.ct.grid;
+        EXPECT_TRUE(!grid.contains(grid.nearest(pose.position_m)) ||
+                    patient.at(pose.position_m, {true, false}).tissue == patient::Tissue::air);
+        EXPECT_GT(pose.direction({0, 0, 1}).y, 0.5) << "the tool points at the patient from above";
+        low = glm::min(low, pose.position_m), high = glm::max(high, pose.position_m);
+    }
+    const Vec3 extent_m = package.ct.grid.spacing_m * Vec3(package.ct.grid.dims);
+    EXPECT_GT(high.x - low.x, 0.3 * extent_m.x);
+    EXPECT_GT(high.z - low.z, 0.4 * extent_m.z);
+    const Pose planned = mouseStart(training::StartPlace::path, patient, path, 5);
+    EXPECT_NEAR(glm::length(planned.position_m - path.entry_m), 0.030, 1e-9);
 }
 
 }  // namespace

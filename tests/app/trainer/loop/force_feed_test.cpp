@@ -115,6 +115,65 @@ struct LiveFeed : Feed {
     ForceFeed feed_of_live{true, kDt_s, &live, [this](const std::string& text) { said.push_back(text); }};
 };
 
+// Words that make no sense to a user of a mouse or a controller.
+testing::Matcher<const std::string&> speaksOfForce() {
+    return testing::AnyOf(HasSubstr("force"), HasSubstr("re-arm"), HasSubstr("rearm"), HasSubstr("home"),
+                          HasSubstr("headset is off"));
+}
+
+// A mouse in place of the haptic device.
+struct InputOnlyFeed : LiveFeed {
+    haptics::ReplayDevice mouse{trace, 0, haptics::inputOnlyProfile("mouse", "input only")};
+    LiveHand mouse_hand{mouse, {}, live.typed, live.hold, {.rearm = 0}, ""};
+    ForceFeed mouse_feed{true, kDt_s, &mouse_hand, [this](const std::string& text) { said.push_back(text); }};
+};
+
+TEST_F(InputOnlyFeed, HearsNothingOfForce) {
+    ticks(1, 0, 0);
+    heard(), asked();
+    for (const haptics::FaultText& fault : haptics::faultTexts()) {
+        if (fault.bit == haptics::kFaultRingFull) continue;
+        ticks(1, 0, 0);
+        heard();
+        for (int i = 0; i < 2000; ++i) {
+            haptics::TickRecord record;
+            record.output.tick = 1'000'000u + std::uint64_t(i);
+            record.output.faults = record.output.awaited = fault.bit;
+            session.update(record);
+        }
+        mouse_feed.update(true, session, ring);
+        mouse_feed.update(false, session, ring, true);
+        EXPECT_THAT(heard(), testing::Each(testing::Not(speaksOfForce()))) << fault.name;
+    }
+    asked();
+    typed = "\nrearm\nhelp\n";
+    mouse_feed.update(true, session, ring);
+    EXPECT_THAT(asked(), testing::Not(testing::Contains(std::uint32_t(CommandKind::rearm))));
+    const std::vector<std::string> help = heard();
+    ASSERT_EQ(help.size(), 1u);
+    EXPECT_THAT(help[0], HasSubstr("breathe"));
+    EXPECT_THAT(help[0], testing::Not(speaksOfForce()));
+    EXPECT_THAT(describeCommands(), HasSubstr("re-arm")) << "for the others";
+}
+
+// To the loop a stalled picture is a lost focus. The user is told what it is.
+TEST_F(LiveFeed, AStalledPictureIsNotCalledALostFocus) {
+    ticks(1, 0, 0);
+    heard();
+    haptics::TickRecord record;
+    record.output.tick = 1'000'000;
+    record.output.faults = haptics::kFaultNotFocused;
+    session.update(record);
+    feed_of_live.update(false, session, ring, true);
+    EXPECT_THAT(heard(), ElementsAre("force off: the picture has stopped; re-arm with Enter here"));
+    record.output.faults = 0;
+    session.update(record);
+    record.output.faults = haptics::kFaultNotFocused;
+    session.update(record);
+    feed_of_live.update(false, session, ring, false);
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("headset is off")));
+}
+
 TEST_F(LiveFeed, CommandsWaitForSpaceInTheRing) {
     typed = "hold\nbreathe\nhold\nbreathe\nhold\nbreathe\nnonsense\n";
     feed_of_live.update(true, session, ring);

@@ -231,6 +231,32 @@ TEST(RealTimeLoop, DisplayErrorEndsTheLoopAndIsRethrown) {
     EXPECT_LT(session.log().last_tick, 500u) << "went on to the hand's end";
 }
 
+// The frame thread hangs in the runtime for 3.5 seconds. The attempt continues, and the frames after it
+// learn why the picture stood still.
+TEST(RealTimeLoop, AStalledPictureIsReportedAndTheAttemptContinues) {
+    const patient::Package package = ductPhantom();
+    const patient::Patient patient(package);
+    const Attempt attempt = makeAttempt(patient, shortScenario(), ductPath(), 3);
+    Session session(patient, ductPath(), {}, 0.0, nullptr);
+    test::VirtualClock clock(kLoopThreads);
+    int frames = 0;
+    auto hanging = std::make_unique<test::ScriptedDisplay>([&](const FrameState&, const std::string&) {
+        clock.sleepUntil_ns(clock.now_ns() + (++frames == 20 ? 3'500'000'000 : 11'000'000));
+        return true;
+    });
+    double stall_s = 0.0;
+    testing::internal::CaptureStderr();
+    const LoopTotals totals = runRealTime(
+        attempt, session, std::move(hanging), clock.clock(),
+        {.on_state = [&](const FrameState& s) { stall_s = std::max(stall_s, s.picture_stall_s); }});
+    const std::string said = testing::internal::GetCapturedStderr();
+    EXPECT_EQ(totals.haptics.paused, 0u);
+    EXPECT_FALSE(totals.input_only) << "a script";
+    EXPECT_NEAR(stall_s, 3.5, 0.1);
+    EXPECT_NE(said.find("the picture has stopped for 3 s; the attempt continues"), said.npos) << said;
+    EXPECT_NE(said.find("the picture moves again"), said.npos) << said;
+}
+
 // Simulates a runtime that starts a frame every 11 ms, and records what each frame shows.
 struct WatchedFrame {
     std::uint64_t given = 0, tick = 0;

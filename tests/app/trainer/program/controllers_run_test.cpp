@@ -50,9 +50,9 @@ json keyOf(const Pose& p, double t_s) {
 
 // A position relative to the planned path: depth from the skin, offset to the front, and roll.
 struct PathPlace {
-    double deeper_m = 0.0, front_m = 0.0, roll_rad = 0.0;
+    double deeper_m = 0.0, front_m = 0.0, roll_rad = 0.0, headward_m = 0.0;
 };
-constexpr PathPlace kOutside{-0.030, 0.0, 0.0};
+constexpr PathPlace kOutside{-0.030};
 
 // Computes the grip pose that puts a tool at a position relative to the path.
 class PathAim {
@@ -63,10 +63,13 @@ class PathAim {
           axis_(glm::normalize(path.target_m - path.entry_m)) {
         const Vec3 front(0.0, 1.0, 0.0);
         front_ = glm::normalize(front - axis_ * glm::dot(front, axis_));
+        const Vec3 head(0.0, 0.0, 1.0);
+        headward_ = glm::normalize(head - axis_ * glm::dot(head, axis_));
     }
     double length_m() const { return path_.length_m; }
     Pose grip(Tool tool, const PathPlace& place) const {
-        const Vec3 tip_m = path_.entry_m + place.deeper_m * axis_ + place.front_m * front_;
+        const Vec3 tip_m =
+            path_.entry_m + place.deeper_m * axis_ + place.front_m * front_ + place.headward_m * headward_;
         Pose needle = needlePose(tip_m, axis_);
         needle.rotation = needle.rotation * glm::angleAxis(place.roll_rad, Vec3(0.0, 0.0, 1.0));
         const Pose tip = stage_from_patient_ * toolPoseFromNeedle(needle, tool, haptics::GuideSettings{});
@@ -76,7 +79,7 @@ class PathAim {
   private:
     Pose stage_from_patient_;
     patient::PlannedPath path_;
-    Vec3 axis_, front_;
+    Vec3 axis_, front_{0.0}, headward_{0.0};
 };
 
 // A motion that starts and ends at rest and is never faster than `speed_m_s`.
@@ -315,6 +318,9 @@ constexpr const char *kNext = "b/click", *kBreath = "squeeze/value";
 
 void palpate(VirtualTrainee& hand) {
     hand.goTo({0.005});
+    hand.goTo({.deeper_m = 0.005, .headward_m = 0.038});  // over the rib above
+    hand.goTo({.deeper_m = 0.005, .headward_m = -0.038});
+    hand.goTo({0.005});
     hand.waitForEvent("step", "find the space between the ribs");
     hand.goTo(kOutside, 0.08);
 }
@@ -334,15 +340,14 @@ void incise(VirtualTrainee& hand) {
     hand.turnTo(Tool::scalpel);
     hand.goTo({0.005, -0.002});
     hand.goTo({0.005, 0.002}, 0.01);
-    hand.waitForEvent("step", "open the skin");
     hand.goTo(kOutside, 0.08);
+    hand.waitForEvent("step", "open the skin");
     hand.press(kBreath, "the patient may breathe");
 }
 
 void puncture(VirtualTrainee& hand) {
     hand.press(kNext, "the guide is in hand");
     hand.turnTo(Tool::guide);
-    hand.waitForEvent("step", "snap the needle into the guide");
     hand.goTo({kOutside.deeper_m, 0.003});  // the guide's rail exerts a force here
     hand.goTo(kOutside);
     hand.press(kNext, "the needle is in hand");
@@ -389,7 +394,7 @@ TEST(ControllersVirtual, WholeProcedure) {
     EXPECT_EQ(std::popcount(log.progress.steps_done), training::kStepCount);
     EXPECT_EQ(log.progress.out_of_order, 0u);
     EXPECT_TRUE(log.target_hit());
-    for (std::size_t tool = 0; tool < haptics::kToolCount; ++tool)
+    for (std::size_t tool = 0; tool <= std::size_t(Tool::needle); ++tool)
         EXPECT_GT(hand.felt_n(Tool(tool)), 0.02) << haptics::kToolNames[tool];
     EXPECT_GT(log.score.total, 50.0);
 }
@@ -420,9 +425,13 @@ TEST(ControllersRunRealTime, AttemptIsStoredReplayedAndReported) {
         Trainee hand(command, control, planned);
         for (int tries = 0; tries < 10; ++tries) {  // the force may still be ramping up
             hand.goTo({0.005}, 0.1);
-            if (hand.sees("step", "find the space between the ribs", 2s)) break;
+            if (hand.sees("contact", "finger on the skin", 2s)) break;
             hand.goTo(kOutside, 0.2);
         }
+        hand.waitForEvent("contact", "finger on the skin");
+        hand.goTo({.deeper_m = 0.005, .headward_m = 0.036}, 0.05);
+        hand.goTo({.deeper_m = 0.005, .headward_m = -0.036}, 0.05);
+        hand.goTo({0.005}, 0.05);
         hand.waitForEvent("step", "find the space between the ribs");
         hand.press(kNext, "the probe is in hand");
         hand.press(kBreath, "asked for a breath-hold");
@@ -448,6 +457,7 @@ TEST(ControllersRunRealTime, AttemptIsStoredReplayedAndReported) {
     EXPECT_EQ(kept.summary.at("steps").at("out_of_order"), 0);
     EXPECT_GT(kept.felt_n[std::size_t(Tool::finger)], 0.02);
     EXPECT_THAT(outcome.err, testing::HasSubstr("the other hand's trigger is the X-ray pedal"));
+    test::expectNothingToRearm(outcome);
 }
 
 }  // namespace

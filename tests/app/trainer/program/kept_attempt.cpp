@@ -97,12 +97,18 @@ KeptAttempt checkStoredAttempt(Command& command, const Outcome& run, const std::
     return kept;
 }
 
+void expectNothingToRearm(const Outcome& run) {
+    for (const char* word :
+         {"re-arm", "force off", "force is off", "force paused", "homed", "headset is off"})
+        EXPECT_EQ((run.out + run.err).find(word), std::string::npos) << word << "\n" << run.err;
+}
+
 void expectWholeProcedure(const KeptAttempt& kept) {
     const nlohmann::json& steps = kept.summary.at("steps");
     EXPECT_EQ(steps.at("done").size(), std::size_t(training::kStepCount)) << steps;
     EXPECT_EQ(steps.at("out_of_order"), 0) << steps;
     EXPECT_TRUE(kept.stored.result->target_hit);
-    for (std::size_t tool = 0; tool < kept.felt_n.size(); ++tool)
+    for (std::size_t tool = 0; tool <= std::size_t(haptics::Tool::needle); ++tool)
         EXPECT_GT(kept.felt_n[tool], kFelt_n) << haptics::kToolNames[tool];
     for (const char* text : {"find the duct", "show the ducts with contrast"})
         EXPECT_GT(countOf(kept.stored.folder, "step", text), 0) << text;

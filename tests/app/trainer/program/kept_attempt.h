@@ -32,6 +32,9 @@ struct KeptAttempt {
 // Throws std::runtime_error if there is no such attempt. Every other problem is a test failure.
 KeptAttempt checkStoredAttempt(Command&, const Outcome&, const std::string& trainee);
 
+// Expects that nothing printed speaks of a force to lose: the user has a mouse or a controller.
+void expectNothingToRearm(const Outcome&);
+
 // Expects all steps in the right order, a force from each tool, and a target hit.
 void expectWholeProcedure(const KeptAttempt&);
 

@@ -196,14 +196,75 @@ TEST_F(Run, TheScenarioOrTheCommandLineChoosesTheNeedle) {
     ASSERT_EQ(by_scenario.status, 0) << by_scenario.err;
     const records::Record record = records::loadRecord(command_->out() / "record");
     EXPECT_EQ(record.info.needle, "my-needle");
-    EXPECT_EQ(record.header.needle.title, "my own needle");
-    EXPECT_DOUBLE_EQ(record.header.needle.shape.outer_m, 0.00082);
+    EXPECT_EQ(record.header.instruments.needle.title, "my own needle");
+    EXPECT_DOUBLE_EQ(record.header.instruments.needle.shape.outer_m, 0.00082);
     EXPECT_DOUBLE_EQ(record.header.settings.tools.needle.friction_scale, 0.82 / 1.5);
     std::filesystem::remove(needle);
     EXPECT_EQ(hashOf(command_->run("replay '" + command_->out().string() + "' --fast")), hashOf(by_scenario));
     EXPECT_EQ(command_->run(run).status, 2) << "its needle has gone";
     ASSERT_EQ(command_->run(run + " --needle trocar-18g").status, 0) << "the command line comes first";
-    EXPECT_EQ(records::loadRecord(command_->out() / "record").header.needle.name, "trocar-18g");
+    EXPECT_EQ(records::loadRecord(command_->out() / "record").header.instruments.needle.name, "trocar-18g");
+}
+
+// The record names the instruments of all tools, and a replay or a restart uses them.
+TEST_F(Run, TheScenarioOrTheCommandLineChoosesEveryInstrument) {
+    const test::TempFolder temp;
+    const std::filesystem::path own = temp / "own.toml", probe = temp / "my-probe.toml",
+                                scalpel = temp / "my-scalpel.toml";
+    const auto shipped = [](const std::string& name) {
+        return test::readText(test::assets() / "instruments" / (name + ".toml"));
+    };
+    std::string blunt = shipped("scalpel"), small = shipped("probe-linear");
+    blunt.replace(blunt.find("cut_force_n = 0.4"), 17, "cut_force_n = 0.6");
+    small.replace(small.find("length_mm = 40.0"), 16, "length_mm = 30.0");
+    std::ofstream(scalpel) << blunt;
+    std::ofstream(probe) << small;
+    std::ofstream(own) << "instruments = [\"probe-linear\", '" + scalpel.string() + "']\n" +
+                              test::readText(test::assets() / "scenarios" / "demo.toml");
+    const std::string run = "run --headless --fast --scenario '" + own.string() + "'" + kSmall;
+    const Outcome by_scenario = command_->run(run);
+    ASSERT_EQ(by_scenario.status, 0) << by_scenario.err;
+    EXPECT_NE(hashOf(by_scenario), hashOf(*demo_));
+    const records::Record first = records::loadRecord(command_->out() / "record");
+    EXPECT_EQ(first.info.probe, "probe-linear");
+    EXPECT_EQ(first.info.scalpel, "my-scalpel");
+    EXPECT_EQ(first.info.needle + first.info.finger, "needle-17gfinger");
+    EXPECT_EQ(first.header.settings.tools.scalpel.cut_force_n, 0.6);
+    EXPECT_EQ(first.header.settings.tools.probe.length_m, 0.040);
+
+    const Outcome by_option =
+        command_->run(run + " --instrument '" + probe.string() + "' --instrument chiba-22g");
+    ASSERT_EQ(by_option.status, 0) << by_option.err;
+    const records::Record second = records::loadRecord(command_->out() / "record");
+    EXPECT_EQ(second.info.probe, "my-probe");
+    EXPECT_EQ(second.info.scalpel, "my-scalpel") << "the scenario's, as the option names none";
+    EXPECT_EQ(second.info.needle, "chiba-22g");
+    EXPECT_EQ(second.header.instruments.probe.transducer, "linear");
+    EXPECT_EQ(second.header.settings.tools.probe.length_m, 0.030);
+    std::filesystem::remove(probe);
+    EXPECT_EQ(hashOf(command_->run("replay '" + command_->out().string() + "' --fast")), hashOf(by_option));
+}
+
+TEST_F(Run, InstrumentsThatNoToolCanUseAreRefused) {
+    const test::TempFolder temp;
+    const std::filesystem::path deaf = temp / "deaf.toml";
+    std::string text = test::readText(test::assets() / "instruments" / "probe-convex.toml");
+    text.replace(text.find("\"convex\""), 8, "\"tin\"");
+    std::ofstream(deaf) << text;
+    const auto refusal = [&](const std::string& options) {
+        const Outcome none = command_->run("run --headless --fast" + kSmall + options);
+        EXPECT_EQ(none.status, 2) << none.err;
+        return none.err;
+    };
+    EXPECT_THAT(refusal(" --instrument spoon"), HasSubstr("instrument \"spoon\": not among: "));
+    EXPECT_THAT(refusal(" --instrument probe-convex --instrument probe-linear"),
+                HasSubstr("kind: is a second probe, besides \"probe-convex\""));
+    EXPECT_THAT(refusal(" --needle chiba-21g --instrument chiba-22g"),
+                HasSubstr("kind: is a second needle, besides \"chiba-21g\""));
+    EXPECT_THAT(refusal(" --instrument '" + deaf.string() + "'"), HasSubstr("transducer: \"tin\" not found"));
+    const Outcome retry =
+        command_->run("run --fast --from '" + demo_folder_.string() + "' --instrument probe-linear");
+    EXPECT_GE(retry.status, 100) << "the record has its instruments";
 }
 
 TEST_F(Run, InstrumentsAreListed) {
@@ -211,7 +272,7 @@ TEST_F(Run, InstrumentsAreListed) {
     ASSERT_EQ(list.status, 0) << list.err;
     EXPECT_THAT(list.out,
                 HasSubstr("needle-17g     17 G PTCD needle: 17 G, 1.5 mm x 150 mm, chiba tip of 3.7 mm"));
-    EXPECT_THAT(list.out, HasSubstr("drain          8.5 F biliary drain: 2.83 mm x 400 mm, no tool yet"));
+    EXPECT_THAT(list.out, HasSubstr("drain          8.5 F biliary drain: 2.83 mm x 400 mm\n"));
 }
 
 TEST_F(Run, AnUnknownLookIsRefused) {
@@ -420,7 +481,8 @@ TEST_F(Run, AFolderThatCannotBeMadeIsNamedBeforeAnythingElse) {
 
 TEST_F(Run, CommandLineMistakesAreNamed) {
     const auto expectRefused = [&](const std::string& arguments, const std::vector<std::string>& words) {
-        const Outcome outcome = command_->run(arguments);
+        const bool stores = arguments.find("--trainee") != std::string::npos;
+        const Outcome outcome = stores ? command_->runBare(arguments) : command_->run(arguments);
         EXPECT_NE(outcome.status, 0) << arguments;
         for (const std::string& word : words)
             EXPECT_THAT(outcome.err, HasSubstr(word)) << arguments << ": " << outcome.err;
@@ -429,6 +491,12 @@ TEST_F(Run, CommandLineMistakesAreNamed) {
     expectRefused("run --fast --seed 1.5", {"--seed", "1.5"});
     expectRefused("run --fast --scenario nope", {"nope", "demo, demo-breathing"});
     expectRefused("run --fast bogus", {"bogus"});
+    // Ways to have somebody else's hand take the exam.
+    expectRefused("run --fast --difficulty exam --trainee anna", {"--device scripted", "own hand"});
+    expectRefused("run --fast --difficulty exam --trainee anna --device replay --trace expert.csv",
+                  {"--device replay", "own hand"});
+    expectRefused("run --fast --difficulty exam --from '" + demo_folder_.string() + "'",
+                  {"--from", "begins at the beginning"});
     expectRefused("bogus", {"bogus"});
 }
 

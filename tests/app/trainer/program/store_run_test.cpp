@@ -15,6 +15,7 @@
 #include "app/records/record.h"
 #include "app/records/samples.h"
 #include "app/records/store.h"
+#include "app/training/metric_table.h"
 #include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/command.h"
 #include "tests/support/seed.h"
@@ -118,6 +119,37 @@ TEST_F(StoreRun, KeepsInputsSamplesEventsAndScore) {
     EXPECT_TRUE(store.damage().empty());
 }
 
+// The attempt's record with the score of an older table: the replay scores it with today's and shows both.
+TEST_F(StoreRun, AReplayScoresAnOldAttemptAgain) {
+    const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
+    const std::filesystem::path old = *command_ / "old";
+    std::filesystem::create_directories(old);
+    std::filesystem::copy(attempt.folder / "record", old / "record");
+    nlohmann::json info = nlohmann::json::parse(test::readText(old / "record" / "record.json"));
+    nlohmann::json& score = info.at("result").at("score");
+    score.erase("version");  // as written before the version was stored
+    score.at("total") = 12.5;
+    score.at("metrics").at(0).at("most_points") = 20.0;
+    std::ofstream(old / "record" / "record.json") << info;
+    const Outcome again = command_->run("replay --fast '" + (old / "record").string() + "'");
+    EXPECT_EQ(again.status, 0) << again.err;
+    EXPECT_THAT(again.out, HasSubstr("score 12.5 of 100 when recorded, with score table 1; "));
+    EXPECT_THAT(again.out, HasSubstr("Procedure done: "));
+    EXPECT_THAT(again.out, HasSubstr("of 20 points when recorded, "));
+    EXPECT_NEAR(again.summary.at("score").at("total").get<double>(), attempt.result->total, 1e-9);
+}
+
+TEST_F(StoreRun, DiscardRefusesAnAttemptThatCounts) {
+    const std::string id = Store(folder()).attempts("T-01").at(0).id;
+    const Outcome refused = command_->runBare("records discard " + id);
+    EXPECT_NE(refused.status, 0);
+    EXPECT_THAT(refused.err, HasSubstr("it counts and cannot be discarded"));
+    EXPECT_EQ(Store(folder()).attempts("T-01").size(), 1u);
+    const Outcome log = command_->runBare("records log");
+    EXPECT_EQ(log.status, 0) << log.err;
+    EXPECT_THAT(log.out, HasSubstr("0 attempts discarded"));
+}
+
 // HZ-TEACH-13
 TEST_F(StoreRun, StoredAttemptReplaysToTheUnstoredHash) {
     const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
@@ -125,6 +157,13 @@ TEST_F(StoreRun, StoredAttemptReplaysToTheUnstoredHash) {
     EXPECT_EQ(again.status, 0) << again.err;
     EXPECT_THAT(again.out,
                 HasSubstr(std::to_string(attempt.result->ticks) + " stored samples, each as recomputed"));
+    char both[160];
+    std::snprintf(both, sizeof both,
+                  "score %.1f of 100 when recorded, with score table %d; %.1f with today's table %d\n",
+                  attempt.result->total, training::kScoreVersion, attempt.result->total,
+                  training::kScoreVersion);
+    EXPECT_THAT(again.out, HasSubstr(both));
+    EXPECT_EQ(again.summary.at("score").at("version"), training::kScoreVersion);
     const auto summary = nlohmann::json::parse(test::readText(attempt.folder / "summary.json"));
     EXPECT_EQ(again.summary.at("state_hash"), summary.at("state_hash"));
     const Outcome bare = command_->run("run --headless --fast --spacing-mm 2.5 --scenario demo");
@@ -298,7 +337,7 @@ TEST_F(StoreRun, KilledRunLeavesOnlyWholeFrames) {
     EXPECT_GT(cut, 0u);
     const std::vector<StoredAttempt> all = Store(folder()).attempts("T-09");
     for (std::size_t i = 0; i < all.size(); ++i)
-        EXPECT_EQ(all[i].info.difficulty, i == 0 ? "guided" : "practice");
+        EXPECT_EQ(all[i].info.difficulty, "guided") << "a script teaches nobody";
 }
 
 }  // namespace

@@ -64,6 +64,15 @@ TEST(Instructor, SetsTheDifficultyAtOnce) {
     EXPECT_EQ(instructor.popRejected().size(), 2u);
 }
 
+TEST(Instructor, AbortsTheAttempt) {
+    Instructor instructor;
+    EXPECT_EQ(instructor.processLines("abort it\n"), "abort it\n");
+    EXPECT_FALSE(instructor.aborted());
+    EXPECT_EQ(instructor.processLines("abort\n"), "");
+    EXPECT_TRUE(instructor.aborted());
+    EXPECT_FALSE(instructor.next());
+}
+
 TEST(Instructor, CollectsSettingsOfTheNextAttempt) {
     Instructor instructor;
     EXPECT_EQ(instructor.processLines(

@@ -88,5 +88,19 @@ TEST_F(SessionLogTest, RecordsThePeakOfEitherSignAndTheCurveInsideTheBody) {
     EXPECT_EQ(session_.log().deepest->tick, 3u);
 }
 
+// An exam that was made easier for a while is not an exam.
+// HZ-TEACH-12
+TEST(Session, EasiestDifficultyCounts) {
+    const patient::Package package = test::ductPhantom();
+    const patient::Patient patient(package);
+    Session session(patient, test::ductPath(), {}, 0.0, nullptr);
+    session.setDifficulty(training::Difficulty::exam);
+    EXPECT_EQ(session.easiestDifficulty(), training::Difficulty::exam);
+    session.setDifficulty(training::Difficulty::practice);
+    session.setDifficulty(training::Difficulty::exam);
+    EXPECT_EQ(session.difficulty(), training::Difficulty::exam);
+    EXPECT_EQ(session.easiestDifficulty(), training::Difficulty::practice);
+}
+
 }  // namespace
 }  // namespace stylet::trainer

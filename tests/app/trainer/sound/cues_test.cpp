@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/app/trainer/difficulties.h"
 #include "tests/app/trainer/phantom_attempt.h"
 
 namespace stylet::trainer {
@@ -35,7 +36,7 @@ class CuesTest : public testing::Test {
     patient::Patient patient_{package_};
     SoundPlaces places_ = soundPlaces(patient_, test::ductPath());
     bool breathes_ = true;
-    Cues cues_{places_, Difficulty::practice, 0.001};
+    Cues cues_{places_, test::difficulties(), Difficulty::practice, 0.001};
 };
 
 TEST_F(CuesTest, TheMonitorBeepsOnceAHeartbeat) {
@@ -141,7 +142,7 @@ TEST_F(CuesTest, TargetChimePlaysOnce) {
 
 // HZ-TEACH-12
 TEST_F(CuesTest, ExamPlaysNoAlerts) {
-    cues_ = Cues(places_, Difficulty::exam, 0.001);
+    cues_ = Cues(places_, test::difficulties(), Difficulty::exam, 0.001);
     FrameState seen = at(0.1);
     cues_.update(seen);
     seen.tick.tick += 2, seen.progress.success = true,

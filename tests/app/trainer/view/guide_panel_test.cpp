@@ -7,6 +7,7 @@
 
 #include "app/trainer/attempt/staging.h"
 #include "app/trainer/view/notice.h"
+#include "tests/app/trainer/difficulties.h"
 
 namespace stylet::trainer {
 namespace {
@@ -21,7 +22,7 @@ FrameState feltAt(double t_s, double force_n = 0.5) {
 }
 
 TEST(GuidePanel, RedrawsTenTimesASecondWhileVisible) {
-    GuidePanel panel(training::makeHints(Difficulty::guided), 0.001);
+    GuidePanel panel(test::difficulties()[Difficulty::guided], training::kMouseControls, 0.001);
     for (double t_s = 0.0; t_s < 2.0; t_s += 0.011)
         panel.update(feltAt(t_s), true);
     EXPECT_LE(panel.revision(), 20u);
@@ -33,8 +34,8 @@ TEST(GuidePanel, RedrawsTenTimesASecondWhileVisible) {
 }
 
 TEST(GuidePanel, RecordsForceWhileHidden) {
-    GuidePanel felt(training::makeHints(Difficulty::guided), 0.001),
-        flat(training::makeHints(Difficulty::guided), 0.001);
+    GuidePanel felt(test::difficulties()[Difficulty::guided], training::kMouseControls, 0.001),
+        flat(test::difficulties()[Difficulty::guided], training::kMouseControls, 0.001);
     for (double t_s = 0.0; t_s < 5.0; t_s += 0.05) {
         felt.update(feltAt(t_s, 1.0 + std::sin(t_s)), false);
         flat.update(feltAt(t_s), false);
@@ -45,8 +46,8 @@ TEST(GuidePanel, RecordsForceWhileHidden) {
 
 // When a replay goes back, the panel shows the readings of that time, and the curve ends there.
 TEST(GuidePanel, GoesBackWithAReplay) {
-    GuidePanel there(training::makeHints(Difficulty::guided), 0.001),
-        back(training::makeHints(Difficulty::guided), 0.001);
+    GuidePanel there(test::difficulties()[Difficulty::guided], training::kMouseControls, 0.001),
+        back(test::difficulties()[Difficulty::guided], training::kMouseControls, 0.001);
     for (double t_s = 0.0; t_s < 8.0; t_s += 0.05) {
         back.update(feltAt(t_s, 1.0 + std::sin(t_s)), true);
         if (t_s < 4.01) there.update(feltAt(t_s, 1.0 + std::sin(t_s)), false);
@@ -60,8 +61,8 @@ TEST(GuidePanel, GoesBackWithAReplay) {
 
 // HZ-TEACH-12
 TEST(GuidePanel, HintsAppearOnlyAtGuidedDifficulty) {
-    GuidePanel guided(training::makeHints(Difficulty::guided), 0.001),
-        practice(training::makeHints(Difficulty::practice), 0.001);
+    GuidePanel guided(test::difficulties()[Difficulty::guided], training::kMouseControls, 0.001),
+        practice(test::difficulties()[Difficulty::practice], training::kMouseControls, 0.001);
     guided.update(feltAt(0.1), true), practice.update(feltAt(0.1), true);
     EXPECT_NE(guided.rgba(), practice.rgba());
 }
@@ -92,7 +93,8 @@ TEST(GuidePanel, ShowsWhichTissuesWerePassedHowDeep) {
         pictures.clear();
         for (const std::vector<Passed>& way : ways) {
             const auto [fits_x, fits_y] = GuidePanel::sizeIn(width, height);
-            GuidePanel panel(training::makeHints(Difficulty::guided), 0.001, fits_x, fits_y);
+            GuidePanel panel(test::difficulties()[Difficulty::guided], training::kMouseControls, 0.001);
+            panel.resize(fits_x, fits_y);
             panel.update(inserted(way), true);
             pictures.push_back(panel.rgba());
         }
@@ -111,20 +113,14 @@ TEST(GuidePanel, ResizeKeepsTheForceCurve) {
         EXPECT_GT(std::min(fits_x, fits_y), 0);
         EXPECT_TRUE(fits_x > 0.97 * width - 1.0 || fits_y > 0.97 * height - 1.0) << width << " x " << height;
     }
-    GuidePanel kept(training::makeHints(Difficulty::practice), 0.001),
-        lost(training::makeHints(Difficulty::practice), 0.001);
+    GuidePanel kept(test::difficulties()[Difficulty::practice], training::kMouseControls, 0.001),
+        lost(test::difficulties()[Difficulty::practice], training::kMouseControls, 0.001);
     for (double t_s = 0.0; t_s < 3.0; t_s += 0.05)
         kept.update(feltAt(t_s, 1.0 + std::sin(t_s)), false);
     kept.resize(500, 480), lost.resize(500, 480);
     kept.update(feltAt(3.0), true), lost.update(feltAt(3.0), true);
     EXPECT_EQ(kept.rgba().size(), std::size_t(4 * 500 * 480));
     EXPECT_NE(kept.rgba(), lost.rgba());
-}
-
-TEST(GuidePanel, EveryStepHasItsOwnHint) {
-    for (int a = 0; a <= training::kStepCount; ++a)
-        for (int b = 0; b < a; ++b)
-            EXPECT_NE(stepHint(training::Step(a)), stepHint(training::Step(b)));
 }
 
 constexpr Vec3 kEntry{0.0, 1.05, -0.45}, kEyes{0.05, 1.5, -0.1};

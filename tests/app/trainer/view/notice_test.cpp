@@ -59,6 +59,23 @@ TEST(Notice, ExplainsWhyTheAttemptIsPaused) {
     EXPECT_THAT(makeNotice(RoomWarning::moved, "press Enter").lines[0], HasSubstr("press Enter"));
 }
 
+TEST(Notice, AStalledPictureIsCalledSo) {
+    FrameState seen;
+    seen.picture_stall_s = 4.2;
+    const auto mouse = makeNotice(seen, Attention::focused, "");
+    ASSERT_TRUE(mouse);
+    EXPECT_EQ(mouse->lines,
+              std::vector<std::string>{"The picture had stopped for 4 s; the attempt continued."});
+    seen.tick.stage = haptics::ForceStage::off;
+    seen.tick.faults = haptics::kFaultNotFocused;
+    const auto haptic = makeNotice(seen, Attention::focused, "Enter");
+    ASSERT_TRUE(haptic);
+    EXPECT_EQ(haptic->lines,
+              (std::vector<std::string>{"The picture had stopped for 4 s.", "To resume: Enter."}));
+    seen.tick.faults = haptics::kFaultOverSpeed;
+    EXPECT_THAT(makeNotice(seen, Attention::focused, "Enter")->lines[0], HasSubstr("1 m/s"));
+}
+
 // The longest notices fit the panel: no bright pixels touch its lower edge.
 TEST(Notice, FitsItsPanel) {
     NoticePanel panel;

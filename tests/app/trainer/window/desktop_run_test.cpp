@@ -54,7 +54,7 @@ class KeyFrame {
           patient_(package_),
           path_(record.info.path),
           guide_(record.header.settings.tools.guide),
-          start_(mouseStart(path_)) {
+          start_(mouseStart(training::StartPlace::path, patient_, path_, 0)) {
         const Pose stage_from_patient = stageFromPatient(patient_, path_);
         const Pose patient_from_eye =
             stage_from_patient.inverse() * operatorView(stage_from_patient, path_, 1.0).stage_from_eye;
@@ -81,6 +81,13 @@ class KeyFrame {
     // range of rolls in which the program's own rule sees the target duct at this breath. Returns the middle
     // of the widest range, or nothing if there is none.
     std::optional<KeySteps> probeOnDuct(const patient::Surrogate& breath, double deeper) const;
+    // Key presses right, up and deeper, as fractions, that move the tool one key press across the path in the
+    // patient's direction.
+    Vec3 keysToward(const Vec3& patient_direction) const {
+        const Vec3 axis = start_.direction({0, 0, -1});
+        const Vec3 across = patient_direction - axis * glm::dot(patient_direction, axis);
+        return glm::inverse(patient_from_keys_) * glm::normalize(across);
+    }
     const patient::PlannedPath& path() const { return path_; }
 
   private:
@@ -94,7 +101,7 @@ class KeyFrame {
 
 std::optional<KeySteps> KeyFrame::probeOnDuct(const patient::Surrogate& breath, double deeper) const {
     constexpr int kMaxRolled = 45;
-    constexpr double kLook_s = 0.5;  // long enough for the program to count the step as done
+    constexpr double kLook_s = 1.0;  // long enough for the program to count the step as done
     const training::Procedure procedure(patient_, path_, kLook_s);
     const training::AttemptFold fold(patient_, kLook_s);
     const auto sees = [&](int rolled) {
@@ -196,6 +203,15 @@ class DesktopRunRealTime : public testing::Test {
         }
         return false;
     }
+    // Moves the pressed finger over the rib toward the head and over the one toward the feet.
+    bool palpate() {
+        const Vec3 headward = keys_->keysToward({0.0, 0.0, 1.0});
+        for (const double reach_m : {0.030, -0.036}) {
+            const Vec3 to = headward * (reach_m / kKeyStep_m);
+            if (!bring(Tool::finger, {.right = to.x, .up = to.y, .deeper = 16 + to.z})) return false;
+        }
+        return true;
+    }
     // Repeats `act` until the attempt's log contains this event.
     bool happensBy(const std::function<bool()>& act, const std::string& kind, const std::string& text) const {
         for (int times = 0; times < 6; ++times) {
@@ -238,6 +254,7 @@ TEST_F(DesktopRunRealTime, WholeProcedureWithMouseAndKeys) {
         if (until([&] { return readSamples() && stepsNow().right > 1.0; }, 5s)) break;
     }
     EXPECT_GT(stepsNow().right, 1.0) << where();
+    ASSERT_TRUE(palpate()) << where();
     ASSERT_TRUE(happens("step", "find the space between the ribs")) << where();
     display_.key("h");
     ASSERT_TRUE(says("asked for a breath-hold")) << printed();
@@ -264,19 +281,19 @@ TEST_F(DesktopRunRealTime, WholeProcedureWithMouseAndKeys) {
     display_.key("s");
     ASSERT_TRUE(says("the scalpel is in hand")) << printed();
     ASSERT_TRUE(bring(Tool::scalpel, {.deeper = 17})) << where();
-    ASSERT_TRUE(bring(Tool::scalpel, {.up = 2, .deeper = 17})) << where();
-    ASSERT_TRUE(happens("step", "open the skin")) << where();
+    ASSERT_TRUE(bring(Tool::scalpel, {.up = 3, .deeper = 17})) << where();
     display_.key("Home");
+    ASSERT_TRUE(happens("step", "open the skin")) << where();
 
     display_.key("space");  // next tool
     ASSERT_TRUE(says("the guide is in hand")) << printed();
-    const auto beside_and_in = [&] {  // the guide holds the needle
-        return bring(Tool::guide, {.right = 1}) && bring(Tool::guide, {});
+    const auto along_the_rail = [&] {  // across the rail, which holds the needle, and along it into the skin
+        return bring(Tool::guide, {.right = 1}) && bring(Tool::guide, {}) &&
+               bring(Tool::guide, {.deeper = 18});
     };
-    ASSERT_TRUE(happensBy(beside_and_in, "step", "snap the needle into the guide")) << where();
+    ASSERT_TRUE(happensBy(along_the_rail, "step", "snap the needle into the guide")) << where();
     display_.key("n");
     ASSERT_TRUE(says("the needle is in hand")) << printed();
-    ASSERT_TRUE(bring(Tool::needle, {.deeper = 15})) << where();  // to the skin, then further with the wheel
     const double target_mm = 30.0 + 1e3 * keys_->path().length_m + 1.0;
     const auto wheel = [&] {
         const int missing = int(std::ceil(target_mm - 1e3 * kKeyStep_m * stepsNow().deeper));
@@ -315,7 +332,9 @@ TEST_F(DesktopRunRealTime, WholeProcedureWithMouseAndKeys) {
         EXPECT_TRUE(happens("injected", name)) << printed();
     }
     display_.close();
-    const test::KeptAttempt kept = test::checkStoredAttempt(*command_, outcome_.get(), "mouse-1");
+    const Outcome outcome = outcome_.get();
+    test::expectNothingToRearm(outcome);
+    const test::KeptAttempt kept = test::checkStoredAttempt(*command_, outcome, "mouse-1");
     test::expectWholeProcedure(kept);
     EXPECT_EQ(kept.stored.info.device, "mouse");
     EXPECT_GT(kept.stored.result->total, 50.0);

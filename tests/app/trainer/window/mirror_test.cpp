@@ -20,6 +20,7 @@
 #include "app/trainer/display/frames.h"
 #include "app/trainer/window/layout.h"
 #include "app/trainer/window/mirror.h"
+#include "tests/app/trainer/difficulties.h"
 #include "tests/app/trainer/phantom_attempt.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/wait_until.h"
@@ -88,6 +89,7 @@ class MirrorTest : public testing::Test {
     void SetUp() override {
         settings_.pictures.assets = std::getenv("STYLET_ASSETS");
         settings_.pictures.config.validation = true;
+        settings_.pictures.config.difficulties = test::difficulties();
         settings_.pictures.config.difficulty = training::Difficulty::exam;  // no hints
         settings_.width = kWidth, settings_.height = kHeight;
     }
@@ -103,6 +105,7 @@ class MirrorTest : public testing::Test {
         setenv("XRMOCK_SCENARIO", (folder_ / "scenario.json").c_str(), 1);
         setenv("XR_RUNTIME_JSON", STYLET_MOCK_MANIFEST, 1);
         PictureSettings frames;
+        frames.config.difficulties = test::difficulties();
         frames.assets = settings_.pictures.assets;
         frames.config.fast = true;
         frames.config.validation = true;

@@ -40,6 +40,23 @@ KeyPress key(char which) {
     return press;
 }
 
+// A mouse has no force to re-arm: neither the key nor its help exist.
+TEST(WindowKeys, EnterReArmsOnlyAHapticDevice) {
+    for (const bool haptic : {false, true}) {
+        const auto port = std::make_shared<WindowPort>();
+        haptic ? port->enableCommands() : port->enableToolInput();
+        if (haptic) port->enableRearm();
+        WindowKeys keys(port);
+        keys.press(key(kKeyEnter));
+        EXPECT_EQ(port->typed(), haptic ? "rearm\n" : "");
+        bool helps = false;
+        for (const auto& row : keys.rows(true))
+            for (const WindowKeys::Help& help : row)
+                helps = helps || help.key == "Enter" || help.what.find("re-arm") != std::string::npos;
+        EXPECT_EQ(helps, haptic);
+    }
+}
+
 TEST(WindowKeys, F1EntersACommandAndF9AComment) {
     const auto port = std::make_shared<WindowPort>();
     WindowKeys keys(port);

@@ -1,0 +1,20 @@
+// Guide wire, dilator and drain of a tick as curved tubes for pictures.
+#pragma once
+
+#include <vector>
+
+#include "base/curved_tube.h"
+#include "haptics/haptics.h"
+
+namespace stylet::trainer {
+
+// `needle_m`: length of the needle, from whose hub the wire emerges. The drain's pigtail curls once the drain
+// is in place.
+std::vector<CurvedTube> accessTubes(const haptics::TickOutput&, const haptics::AccessSettings&,
+                                    const patient::MotionModel&, double needle_m);
+
+// Removes the points of a curve that lie within `tolerance_m` of the remaining ones (Douglas and Peucker
+// 1973).
+std::vector<Vec3> simplifyCurve(const std::vector<Vec3>& points_m, double tolerance_m);
+
+}  // namespace stylet::trainer

@@ -1,0 +1,293 @@
+#include "app/training/evidence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <optional>
+
+namespace stylet::training {
+
+using haptics::TickOutput;
+using haptics::Tool;
+using patient::Tissue;
+
+namespace {
+
+constexpr double kCheckInterval_s = 0.02;  // interval of the finger and probe checks
+// Palpation: the press must be firmer than a touch (a gap gives 0.03 N/mm) and last long enough to feel.
+constexpr double kPressed_n = 0.05, kMinGapPress_s = 0.2, kMinRibPress_s = 0.1;
+constexpr double kSpaceReach_m = 0.040;  // greatest distance from the entry, along and across the ribs
+// A rib further from the entry is not asked for: on a curved flank a finger loses the skin on the way.
+constexpr double kRibReach_m = 0.030;
+constexpr double kRibDepth_m = 0.040;  // greatest depth of a rib under the skin
+constexpr double kBeforeSkin_m = 0.005;
+constexpr double kSample_m = 0.001, kAside_m = 0.003;
+// Ultrasound: distance of the duct from the picture's plane, the time for which it must be visible, and the
+// share of the face that must touch.
+constexpr double kDuctInPlane_m = 0.004, kMinVisible_s = 1.0, kMinContact = 0.3;
+constexpr double kAtEntry_m = 0.005, kMinIncision_m = 0.003, kMaxIncision_m = 0.015;
+constexpr double kOnRail_m = 0.002;     // depth in the body that the needle reaches on the rail
+constexpr double kMissed_m = 0.010;     // distance of the tip past the target, along the path
+constexpr double kMinSeen = 0.5;        // share of the insertion in the beam
+constexpr double kHalfBeam_m = 0.0025;  // half the thickness of the ultrasound beam
+constexpr double kShownContrast_m3 = 2e-7, kAstrayContrast_m3 = 1e-6;
+
+double distanceToSegment_m(const Vec3& p, const Vec3& a, const Vec3& b) {
+    const Vec3 ab = b - a;
+    const double length2 = glm::dot(ab, ab);
+    const double share = length2 > 0.0 ? std::clamp(glm::dot(p - a, ab) / length2, 0.0, 1.0) : 0.0;
+    return glm::length(p - a - ab * share);
+}
+
+// Pose of the probe that makes the picture: the parked one, or the one in the hand if it touches.
+std::optional<Pose> picturingProbe(const TickOutput& now, double min_contact) noexcept {
+    if (now.probe_parked) return now.patient_from_probe;
+    if (now.tool != Tool::probe || !(now.probe_touching_share > min_contact)) return std::nullopt;
+    return now.patient_from_tool * haptics::kStylusFromProbe;
+}
+
+}  // namespace
+
+double shareInBeam(const TickOutput& now) noexcept {
+    const std::optional<Pose> patient_from_probe = picturingProbe(now, 0.0);
+    if (!patient_from_probe) return 0.0;
+    const Pose probe_from_needle = patient_from_probe->inverse() * now.patient_from_needle;
+    const double tip = probe_from_needle.position_m.y;
+    const double skin = (probe_from_needle * Vec3(0.0, 0.0, std::max(now.depth_m, 0.0))).y;
+    const double low = std::min(tip, skin), high = std::max(tip, skin);
+    if (high - low < 1e-6) return std::fabs(tip) <= kHalfBeam_m ? 1.0 : 0.0;
+    return std::clamp((std::min(high, kHalfBeam_m) - std::max(low, -kHalfBeam_m)) / (high - low), 0.0, 1.0);
+}
+
+Evidence::Evidence(const patient::Patient& patient, const patient::PlannedPath& path, double dt_s)
+    : patient_(&patient),
+      path_(path),
+      dt_s_(dt_s),
+      check_interval_ticks_(std::uint64_t(std::max(1.0, std::floor(kCheckInterval_s / dt_s + 0.5)))) {
+    const Vec3 inward_m = path.target_reference_m - path.entry_reference_m;
+    if (glm::length(inward_m) > 0.0) axis_reference_ = glm::normalize(inward_m);
+    needs_headward_ = hasRib(1.0), needs_footward_ = hasRib(-1.0);
+}
+
+std::uint32_t Evidence::update(const TickOutput& now, const TickFacts& facts, const AttemptFold& fold) {
+    if (tick_count_ == 0) previous_ = now;
+    if (tick_count_++ % check_interval_ticks_ == 0) {
+        if (!has(Step::findGap)) palpate(now);
+        if (!has(Step::findDuct)) look(now, facts.path.target_m, fold.equipment().ultrasound);
+    }
+    // The tool is put down, or the probe is parked: the step was tried.
+    const bool put_down = previous_.tool == Tool::finger && now.tool != Tool::finger;
+    if (put_down && !has(Step::findGap)) refusal_ = missing(Step::findGap);
+    if (now.probe_parked && !previous_.probe_parked && !has(Step::findDuct))
+        refusal_ = missing(Step::findDuct);
+    if (!has(Step::incise)) judgeIncision(now);
+    followInsertion(now, facts);
+    if (!has(Step::advance)) judgePuncture(now, facts, fold.equipment().ultrasound);
+    if (!has(Step::contrast)) judgeContrast(fold);
+    previous_ = now;
+    return found_;
+}
+
+Refusal Evidence::missing(Step step) const noexcept {
+    if (has(step)) return Refusal::none;
+    if (step == Step::findGap)
+        return gap_s_ < kMinGapPress_s                           ? Refusal::gapNotFelt
+               : needs_headward_ && headward_s_ < kMinRibPress_s ? Refusal::upperRibNotFelt
+                                                                 : Refusal::lowerRibNotFelt;
+    if (step == Step::advance) return refused_puncture_;
+    if (step != Step::findDuct) return Refusal::none;
+    switch (view_) {
+        case View::noContact:
+            return Refusal::noContact;
+        case View::besidePlane:
+            return Refusal::ductBesidePlane;
+        case View::outsideSector:
+            return Refusal::ductOutsidePicture;
+        case View::shadowed:
+            return Refusal::ductShadowed;
+        case View::shown:
+            break;
+    }
+    return Refusal::ductTooShort;
+}
+
+// The depths at which a finger can feel a rib, along the path's direction.
+bool Evidence::isOverBone(const Vec3& reference_m) const noexcept {
+    for (double at_m = -kBeforeSkin_m; at_m <= kRibDepth_m; at_m += kSample_m)
+        if (patient_->at(reference_m + axis_reference_ * at_m, {true, false}).tissue == Tissue::bone)
+            return true;
+    return false;
+}
+
+// True if a finger can reach a rib next to the entry, toward the head (+1) or the feet (-1), across the path.
+bool Evidence::hasRib(double toward_head) const noexcept {
+    const Vec3 head(0.0, 0.0, 1.0), across = head - axis_reference_ * glm::dot(head, axis_reference_);
+    if (!(glm::length(across) > 0.1)) return false;  // the path runs along the body
+    const Vec3 step_m = glm::normalize(across) * (toward_head * kAside_m);
+    for (int n = 1; n * kAside_m <= kRibReach_m; ++n)
+        if (isOverBone(path_.entry_reference_m + step_m * double(n))) return true;
+    return false;
+}
+
+// What lies under a place on the skin: the path's intercostal space if there is no bone on the way to the
+// entry, a rib beside that space if all bone on the way is at this end of it.
+Evidence::Beneath Evidence::findBeneath(const Vec3& reference_m) const noexcept {
+    const Vec3 to_entry_m = path_.entry_reference_m - reference_m;
+    const double length_m = glm::length(to_entry_m);
+    if (!(length_m <= kSpaceReach_m)) return Beneath::nothing;
+    const bool rib = isOverBone(reference_m);
+    bool on_bone = rib;
+    const int pieces = std::max(1, int(std::ceil(length_m / kAside_m)));
+    for (int i = 1; i < pieces; ++i) {
+        const bool bone = isOverBone(reference_m + to_entry_m * (double(i) / pieces));
+        if (bone && !on_bone) return Beneath::nothing;  // a rib lies between
+        on_bone = bone;
+    }
+    if (on_bone) return Beneath::nothing;
+    if (!rib) return Beneath::gap;
+    return to_entry_m.z < 0.0 ? Beneath::headwardRib : Beneath::footwardRib;
+}
+
+void Evidence::palpate(const TickOutput& now) {
+    if (now.tool != Tool::finger || !(glm::length(now.tool_force.force_n) > kPressed_n)) return;
+    const double looked_s = double(check_interval_ticks_) * dt_s_;
+    const Vec3 at_m = patient::referenceFromDeformed(patient_->package().motion, now.breath,
+                                                     now.patient_from_tool.position_m);
+    switch (findBeneath(at_m)) {
+        case Beneath::gap:
+            gap_s_ += looked_s;
+            break;
+        case Beneath::headwardRib:
+            headward_s_ += looked_s;
+            break;
+        case Beneath::footwardRib:
+            footward_s_ += looked_s;
+            break;
+        case Beneath::nothing:
+            break;
+    }
+    if (gap_s_ >= kMinGapPress_s && (!needs_headward_ || headward_s_ >= kMinRibPress_s) &&
+        (!needs_footward_ || footward_s_ >= kMinRibPress_s))
+        find(Step::findGap);
+}
+
+void Evidence::look(const TickOutput& now, const Vec3& target_m, const UltrasoundState& machine) {
+    view_ = findView(now, target_m, machine);
+    shown_s_ = view_ == View::shown ? shown_s_ + double(check_interval_ticks_) * dt_s_ : 0.0;
+    if (shown_s_ >= kMinVisible_s) find(Step::findDuct);
+}
+
+// Gain and focus do not matter here: they are the machine's, not the hand's.
+View Evidence::findView(const TickOutput& now, const Vec3& target_m,
+                        const UltrasoundState& machine) const noexcept {
+    const std::optional<Pose> patient_from_probe = picturingProbe(now, kMinContact);
+    if (!patient_from_probe) return View::noContact;
+    const Vec3 p = patient_from_probe->inverse() * target_m;
+    if (!(std::fabs(p.y) <= kDuctInPlane_m)) return View::besidePlane;
+    if (!(p.z > 0.0)) return View::outsideSector;
+    const std::optional<Vec3> from = haptics::scanLineStart(tools_.probe, p);
+    if (!from) return View::outsideSector;
+    const double length_m = glm::length(p - *from);
+    if (!(length_m <= machine.depth_m)) return View::outsideSector;
+    const patient::MotionModel& motion = patient_->package().motion;
+    bool in_body = false;
+    for (double at_m = 0.0; at_m < length_m; at_m += kSample_m) {
+        const Vec3 at = *patient_from_probe * glm::mix(*from, p, at_m / length_m);
+        const Tissue tissue =
+            patient_->at(patient::referenceFromDeformed(motion, now.breath, at), {true, false}).tissue;
+        if (tissue == Tissue::bone || (in_body && tissue == Tissue::air)) return View::shadowed;
+        in_body = in_body || (tissue != Tissue::air && at_m > kBeforeSkin_m);
+    }
+    return View::shown;
+}
+
+bool Evidence::isAtEntry(const haptics::Incision& cut, const TickOutput& now) const noexcept {
+    if (distanceToSegment_m(path_.entry_reference_m, cut.begin_reference_m, cut.end_reference_m) <=
+        kAtEntry_m)
+        return true;
+    if (!now.probe_parked) return false;
+    // The rail's line passes the cut, seen along the rail.
+    const patient::MotionModel& motion = patient_->package().motion;
+    const Pose rail_from_patient = (now.patient_from_probe * tools_.guide.probe_from_guide).inverse();
+    const auto acrossRail = [&](const Vec3& reference_m) {
+        const Vec3 p = rail_from_patient * patient::deformedFromReference(motion, now.breath, reference_m);
+        return Vec3(p.x, p.y, 0.0);
+    };
+    return distanceToSegment_m(Vec3(0.0), acrossRail(cut.begin_reference_m),
+                               acrossRail(cut.end_reference_m)) <= kAtEntry_m;
+}
+
+void Evidence::judgeIncision(const TickOutput& now) {
+    if (now.cut_incision >= 0 || previous_.cut_incision < 0) return;
+    // The blade has just left the skin.
+    const haptics::Incision& cut = previous_.cut;
+    const double length_m = glm::length(cut.end_reference_m - cut.begin_reference_m);
+    if (!isAtEntry(cut, now))
+        refusal_ = Refusal::incisionAside;
+    else if (length_m < kMinIncision_m)
+        refusal_ = Refusal::incisionTooShort;
+    else if (length_m > kMaxIncision_m)
+        refusal_ = Refusal::incisionTooLong;
+    else
+        find(Step::incise);
+}
+
+void Evidence::followInsertion(const TickOutput& now, const TickFacts& facts) {
+    if (!facts.inside) {
+        travel_m_ = seen_m_ = 0.0;
+        on_rail_ = beside_rail_ = false;
+        refused_puncture_ = Refusal::none;
+        anchor_m_ = now.tip_reference_m;
+        return;
+    }
+    const bool guided = now.needle_in_guide && now.probe_parked;
+    if (previous_.phase == haptics::Phase::outside) {
+        on_rail_ = guided;
+        anchor_m_ = now.tip_reference_m;
+    }
+    on_rail_ = on_rail_ && guided;
+    if (now.depth_m >= kOnRail_m) {
+        if (on_rail_)
+            find(Step::guide);
+        else if (!has(Step::guide) && !std::exchange(beside_rail_, true))
+            refusal_ = Refusal::needleNotInGuide;
+    }
+    // Motion of the patient does not count as motion of the needle.
+    if (now.patient_moved_m != previous_.patient_moved_m) anchor_m_ = now.tip_reference_m;
+    const double moved_m = glm::length(now.tip_reference_m - anchor_m_);
+    if (!(moved_m >= kMinMotion_m)) return;
+    travel_m_ += moved_m;
+    seen_m_ += moved_m * facts.in_beam;
+    anchor_m_ = now.tip_reference_m;
+}
+
+void Evidence::judgePuncture(const TickOutput& now, const TickFacts& facts, const UltrasoundState& machine) {
+    if (refused_puncture_ != Refusal::none) return;
+    if (facts.inside && !facts.in_target && facts.past_target_m > kMissed_m) {
+        refusal_ = refused_puncture_ = Refusal::ductMissed;
+        return;
+    }
+    if (!facts.target_cut || !facts.in_target) return;
+    const bool needle_seen = travel_m_ > 0.0 && seen_m_ >= kMinSeen * travel_m_;
+    refused_puncture_ = !needle_seen                                                 ? Refusal::needleNotSeen
+                        : !now.breath_held                                           ? Refusal::breathNotHeld
+                        : findView(now, facts.path.target_m, machine) != View::shown ? Refusal::ductNotSeen
+                                                                                     : Refusal::none;
+    if (refused_puncture_ == Refusal::none)
+        find(Step::advance);
+    else
+        refusal_ = refused_puncture_;
+}
+
+void Evidence::judgeContrast(const AttemptFold& fold) {
+    const std::uint64_t pulses = fold.dose().pulses;
+    if (std::exchange(pulses_, pulses) == pulses) return;
+    const double in_ducts_m3 = fold.contrast().volumes().ducts_m3;
+    if (in_ducts_m3 >= kShownContrast_m3)
+        find(Step::contrast);
+    else if (fold.dose().contrast_m3 >= kAstrayContrast_m3 && !std::exchange(refused_contrast_, true))
+        refusal_ = Refusal::contrastAstray;
+}
+
+}  // namespace stylet::training

@@ -1,0 +1,83 @@
+// The evidence of each step: what must have happened before a step counts as done, and why a step that was
+// tried does not count. Derived from the ticks, one after another.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <utility>
+
+#include "app/training/metric_table.h"
+
+namespace stylet::training {
+
+// Share of the needle's length in the body that lies in the ultrasound beam of a probe on the skin, 0 to 1.
+double shareInBeam(const haptics::TickOutput&) noexcept;
+
+// Why the duct cannot be seen.
+enum class View : std::uint8_t { shown, noContact, besidePlane, outsideSector, shadowed };
+
+// What a step needs. The guide's metrics.md has the same list for users.
+//   findGap   a finger presses on the path's intercostal space and on the rib at each side of it, where there
+//             is one
+//   findDuct  the target stays for a second in the picture of a probe that touches the skin
+//   incise    a cut of 3 to 15 mm through the skin, within 5 mm of the entry: the reference path's, or the
+//             place where the parked probe's guide meets the skin
+//   guide     the needle enters the body on the rail of the parked probe
+//   advance   the tip is in the target duct in a breath-hold, the duct is in the picture, and the beam held
+//             the needle for at least half of this insertion
+//   contrast  medium in the ducts is seen under X-rays
+class Evidence {
+  public:
+    // `patient` must outlive this object.
+    Evidence(const patient::Patient& patient, const patient::PlannedPath&, double dt_s);
+    // Probe and guide of the attempt; without this call, the default ones.
+    void setTools(const haptics::ToolSettings& tools) noexcept { tools_ = tools; }
+
+    // Session thread. Processes the next tick. Returns the steps for which it has found the evidence, a bit
+    // mask of 1 << Step.
+    std::uint32_t update(const haptics::TickOutput&, const TickFacts&, const AttemptFold&);
+    // Why the step that the trainee just tried does not count; `none` if nothing was tried since the last
+    // call.
+    Refusal popRefusal() noexcept { return std::exchange(refusal_, Refusal::none); }
+    // What the step still lacks at the newest tick. `none` if this is not known in more detail.
+    Refusal missing(Step) const noexcept;
+
+  private:
+    enum class Beneath : std::uint8_t { nothing, gap, headwardRib, footwardRib };
+
+    void palpate(const haptics::TickOutput&);
+    Beneath findBeneath(const Vec3& reference_m) const noexcept;
+    bool isOverBone(const Vec3& reference_m) const noexcept;
+    bool hasRib(double toward_head) const noexcept;
+    void look(const haptics::TickOutput&, const Vec3& target_m, const UltrasoundState&);
+    View findView(const haptics::TickOutput&, const Vec3& target_m, const UltrasoundState&) const noexcept;
+    void judgeIncision(const haptics::TickOutput&);
+    bool isAtEntry(const haptics::Incision&, const haptics::TickOutput&) const noexcept;
+    void followInsertion(const haptics::TickOutput&, const TickFacts&);
+    void judgePuncture(const haptics::TickOutput&, const TickFacts&, const UltrasoundState&);
+    void judgeContrast(const AttemptFold&);
+    bool has(Step step) const noexcept { return (found_ & 1u << unsigned(step)) != 0; }
+    void find(Step step) noexcept { found_ |= 1u << unsigned(step); }
+
+    const patient::Patient* patient_;
+    patient::PlannedPath path_;
+    haptics::ToolSettings tools_{};
+    double dt_s_;
+    Vec3 axis_reference_{0.0, 0.0, 1.0};
+    bool needs_headward_ = false, needs_footward_ = false;
+
+    std::uint32_t found_ = 0;
+    Refusal refusal_ = Refusal::none;
+    haptics::TickOutput previous_;
+    std::uint64_t tick_count_ = 0, check_interval_ticks_ = 1;
+    double gap_s_ = 0.0, headward_s_ = 0.0, footward_s_ = 0.0;  // pressed on each
+    View view_ = View::noContact;
+    double shown_s_ = 0.0;
+    bool on_rail_ = false, beside_rail_ = false, refused_contrast_ = false;
+    Refusal refused_puncture_ = Refusal::none;  // of this insertion
+    Vec3 anchor_m_{0.0};
+    double travel_m_ = 0.0, seen_m_ = 0.0;  // of the tip in this insertion; in the beam
+    std::uint64_t pulses_ = 0;
+};
+
+}  // namespace stylet::training

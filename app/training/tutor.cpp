@@ -1,0 +1,160 @@
+#include "app/training/tutor.h"
+
+#include <fmt/core.h>
+
+namespace stylet::training {
+
+using haptics::TickOutput;
+using haptics::Tool;
+
+const Controls kMouseControls{.finger = "press F",
+                              .probe = "press P",
+                              .park = "press K",
+                              .scalpel = "press S",
+                              .guide = "press G",
+                              .hold = "press H",
+                              .pedal = "press X",
+                              .inject = "press I",
+                              .move = "drag or use the arrow keys",
+                              .push = "turn the wheel or press Page Down",
+                              .turn = "press Q or E, or Shift with the arrow keys"};
+const Controls kControllerControls{.finger = "press B (menu) until you hold it",
+                                   .probe = "press B (menu) until you hold it",
+                                   .park = "press B (menu)",
+                                   .scalpel = "press B (menu) until you hold it",
+                                   .guide = "press B (menu) until you hold it",
+                                   .hold = "squeeze",
+                                   .pedal = "pull the other hand's trigger",
+                                   .inject = "squeeze the other hand",
+                                   .move = "move your hand",
+                                   .push = "move your hand",
+                                   .turn = "turn your hand"};
+const Controls kTypedControls{.finger = "type \"finger\"",
+                              .probe = "type \"probe\"",
+                              .park = "type \"park\"",
+                              .scalpel = "type \"scalpel\"",
+                              .guide = "type \"guide\"",
+                              .hold = "type \"hold\"",
+                              .pedal = "type \"pedal\"",
+                              .inject = "type \"inject\"",
+                              .move = "move the device",
+                              .push = "push the device",
+                              .turn = "turn the device"};
+
+namespace {
+
+Act toFindGap(const Progress& progress, const TickOutput& now) noexcept {
+    if (now.tool != Tool::finger) return Act::takeFinger;
+    if (progress.missing == Refusal::upperRibNotFelt) return Act::pressUpperRib;
+    return progress.missing == Refusal::lowerRibNotFelt ? Act::pressLowerRib : Act::pressGap;
+}
+
+Act toFindDuct(const Progress& progress, const TickOutput& now) noexcept {
+    if (now.tool != Tool::probe) return Act::takeProbe;
+    if (!now.breath_held) return Act::holdBreath;
+    switch (progress.missing) {
+        case Refusal::ductBesidePlane:
+        case Refusal::ductOutsidePicture:
+            return Act::shiftProbe;
+        case Refusal::ductShadowed:
+            return Act::turnProbe;
+        case Refusal::ductTooShort:
+            return Act::keepProbe;
+        default:
+            return Act::placeProbe;
+    }
+}
+
+Act toIncise(const TickOutput& now) noexcept {
+    if (!now.probe_parked) return now.tool == Tool::probe ? Act::parkProbe : Act::takeProbe;
+    return now.tool == Tool::scalpel ? Act::cut : Act::takeScalpel;
+}
+
+// From the guide to the duct.
+Act toPuncture(const Progress& progress, const TickOutput& now) noexcept {
+    const bool inside = now.phase != haptics::Phase::outside;
+    if (!inside && !now.probe_parked) return now.tool == Tool::probe ? Act::parkProbe : Act::takeProbe;
+    if (!haptics::isNeedleTool(now.tool)) return Act::takeGuide;
+    if (!now.needle_in_guide) return inside ? Act::drawOut : Act::snapNeedle;
+    if (inside && progress.missing != Refusal::none) return Act::drawOut;
+    if (!now.breath_held) return Act::holdBreath;
+    return inside ? Act::advance : Act::enterSkin;
+}
+
+}  // namespace
+
+Act nextAct(const Progress& progress, const TickOutput& now, const XrayState& xray) noexcept {
+    if (now.tool_awaits_exit && progress.step != Step::done) return Act::liftOff;
+    if (progress.step < Step::guide && haptics::isNeedleTool(now.tool) &&
+        now.phase != haptics::Phase::outside)
+        return Act::drawOut;
+    switch (progress.step) {
+        case Step::findGap:
+            return toFindGap(progress, now);
+        case Step::findDuct:
+            return toFindDuct(progress, now);
+        case Step::incise:
+            return toIncise(now);
+        case Step::guide:
+        case Step::advance:
+            return toPuncture(progress, now);
+        case Step::contrast:
+            return xray.pedal ? Act::inject : Act::pressPedal;
+        case Step::done:
+            break;
+    }
+    return Act::finish;
+}
+
+std::string prompt(Act act, const Controls& c) {
+    switch (act) {
+        case Act::liftOff:
+            return "Lift the tool off the skin: it was taken inside the body and feels nothing yet.";
+        case Act::takeFinger:
+            return fmt::format("Take the finger: {}.", c.finger);
+        case Act::pressGap:
+            return fmt::format("Press the gap between two ribs at the entry: {}.", c.push);
+        case Act::pressUpperRib:
+            return fmt::format("Keep pressing and feel the rib above: {}.", c.move);
+        case Act::pressLowerRib:
+            return fmt::format("Keep pressing and feel the rib below: {}.", c.move);
+        case Act::takeProbe:
+            return fmt::format("Take the probe: {}.", c.probe);
+        case Act::holdBreath:
+            return fmt::format("Have the breath held: {}.", c.hold);
+        case Act::placeProbe:
+            return fmt::format("Put the probe flat on the gap: {}.", c.push);
+        case Act::shiftProbe:
+            return fmt::format("Bring the target duct into the picture: {}; to tilt, {}.", c.move, c.turn);
+        case Act::turnProbe:
+            return fmt::format("A rib or gas hides the duct. Turn the probe: {}.", c.turn);
+        case Act::keepProbe:
+            return "The duct is in the picture: keep the probe still for a second.";
+        case Act::parkProbe:
+            return fmt::format("Leave the probe in its place: {}.", c.park);
+        case Act::takeScalpel:
+            return fmt::format("Take the scalpel: {}.", c.scalpel);
+        case Act::cut:
+            return fmt::format("At the entry, push the blade into the skin, move it 4 mm and lift it: {}.",
+                               c.push);
+        case Act::takeGuide:
+            return fmt::format("Take the needle to the guide: {}.", c.guide);
+        case Act::snapNeedle:
+            return fmt::format("Lay the needle into the probe's guide: {}.", c.move);
+        case Act::enterSkin:
+            return fmt::format("Push the needle along the guide into the skin: {}.", c.push);
+        case Act::advance:
+            return fmt::format("Push on in the ultrasound picture until the duct gives way: {}.", c.push);
+        case Act::drawOut:
+            return "Draw the needle out of the skin, and begin the puncture again.";
+        case Act::pressPedal:
+            return fmt::format("Switch the X-rays on: {}.", c.pedal);
+        case Act::inject:
+            return fmt::format("Inject a little contrast medium: {}.", c.inject);
+        case Act::finish:
+            break;
+    }
+    return "All steps are done.";
+}
+
+}  // namespace stylet::training

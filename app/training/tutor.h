@@ -1,0 +1,53 @@
+// The tutor: what a trainee should do now, in the words of the input in use.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "app/training/equipment.h"
+#include "app/training/progress.h"
+#include "haptics/loop/simulation.h"
+
+namespace stylet::training {
+
+// One action of the trainee. Each leads to evidence that the current step still lacks (evidence.h).
+enum class Act : std::uint8_t {
+    liftOff,  // a tool that was taken while it was in the body gives no force yet
+    takeFinger,
+    pressGap,
+    pressUpperRib,
+    pressLowerRib,
+    takeProbe,
+    holdBreath,
+    placeProbe,
+    shiftProbe,  // the duct is beside the picture's plane, or outside the picture
+    turnProbe,   // a rib or gas hides the duct
+    keepProbe,
+    parkProbe,
+    takeScalpel,
+    cut,
+    takeGuide,
+    snapNeedle,
+    enterSkin,
+    advance,
+    drawOut,  // the puncture was refused or missed the duct: it counts only from outside
+    pressPedal,
+    inject,
+    finish
+};
+inline constexpr int kActCount = int(Act::finish) + 1;
+
+Act nextAct(const Progress&, const haptics::TickOutput&, const XrayState&) noexcept;
+
+// The keys, buttons or typed words of an input.
+struct Controls {
+    std::string_view finger, probe, park, scalpel, guide, hold, pedal, inject;  // "press F"
+    std::string_view move, push, turn;  // "drag or use the arrow keys"
+};
+extern const Controls kMouseControls, kControllerControls, kTypedControls;
+
+// One or two sentences, for example "Take the finger: press F."
+std::string prompt(Act, const Controls&);
+
+}  // namespace stylet::training

@@ -1,0 +1,144 @@
+// The whole drainage on synthetic patients: needle, wire, dilator, drain (assets/scenarios/drainage.toml).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "app/records/replay.h"
+#include "patient/synth/synth.h"
+#include "tests/app/trainer/phantom_attempt.h"
+#include "tests/support/temp_folder.h"
+
+namespace stylet::trainer {
+namespace {
+
+using haptics::AccessOutput;
+using haptics::DrainState;
+using haptics::Tool;
+
+Scenario drainage() {
+    return loadScenario(test::assets() / "scenarios" / "drainage.toml");
+}
+
+patient::Package synthPackage(std::uint64_t seed) {
+    patient::synth::SynthSettings settings;
+    settings.spacing_m = 0.002;
+    settings.seed = seed;
+    settings.defaults = test::tissueDefaults();
+    return patient::synth::makeReferencePatient(settings);
+}
+
+struct SynthPatient {
+    explicit SynthPatient(std::uint64_t seed) : package(synthPackage(seed)) {}
+
+    patient::Package package;
+    patient::Patient patient{package};
+    std::vector<patient::PlannedPath> paths = patient::planPaths(patient, {}).paths;
+};
+
+// What the wire, dilator and drain did during an attempt.
+struct Played {
+    AccessOutput last;
+    double wire_m = 0.0, in_duct_m = 0.0, dilated_m = 0.0;  // furthest
+    double wire_n = 0.0, dilator_n = 0.0;                   // largest force
+    bool buckled = false, pierced = false;
+    bool equal = false;  // the record's replay gave the same hash
+    std::uint32_t faults = 0;
+};
+
+Played play(const patient::Patient& patient, const patient::PlannedPath& path, const Scenario& scenario) {
+    const test::TempFolder folder;
+    const Attempt attempt = makeAttempt(patient, scenario, path, 1);
+    records::RecordInfo info;
+    info.path = path;
+    records::RecordWriter writer(folder / "record", {patient::digest(patient.package()), attempt.simulation},
+                                 info);
+    Session session(patient, path, scenario.moments, scenario.approach_distance_m, &writer);
+    runFast(attempt, session, nullptr, 0.0, {});
+    writer.finish();
+    Played played;
+    played.faults = session.log().faults;
+    const records::ReplayResult again = records::replay(
+        patient, records::loadRecord(folder / "record"),
+        [&](const haptics::TickInput&, const haptics::TickOutput& out, const haptics::NeedleEvents&) {
+            const AccessOutput& now = played.last = out.access;
+            played.wire_m = std::max(played.wire_m, now.wire_m);
+            played.in_duct_m = std::max(played.in_duct_m, now.in_duct_m);
+            played.dilated_m = std::max(played.dilated_m, now.dilated_m);
+            played.buckled = played.buckled || now.buckled;
+            played.pierced = played.pierced || now.pierced;
+            const double force_n = glm::length(out.tool_force.force_n);
+            if (out.tool == Tool::wire) played.wire_n = std::max(played.wire_n, force_n);
+            if (out.tool == Tool::dilator) played.dilator_n = std::max(played.dilator_n, force_n);
+        });
+    played.equal = again.equal() && again.state_hash == session.log().state_hash;
+    return played;
+}
+
+// The first path whose angle to the duct allows the wire down.
+TEST(Drainage, TheDrainIsPlacedInPatientsOfSeveralSeeds) {
+    const Scenario scenario = drainage();
+    for (const std::uint64_t seed : {1u, 2u, 3u}) {
+        const SynthPatient p(seed);
+        int placed = 0, tried = 0;
+        Played best;
+        for (const patient::PlannedPath& path : p.paths) {
+            if (tried == 4 || placed > 0) break;
+            ++tried;
+            const Played played = play(p.patient, path, scenario);
+            EXPECT_TRUE(played.equal) << seed;
+            EXPECT_EQ(played.faults, 0u) << seed;
+            if (played.last.drain != DrainState::in_place || played.in_duct_m < 0.030) continue;
+            ++placed;
+            best = played;
+        }
+        ASSERT_GT(placed, 0) << "seed " << seed << ", paths " << p.paths.size();
+        EXPECT_FALSE(best.pierced) << seed;
+        EXPECT_GT(best.last.holes_in_duct, 0.2) << seed;
+        EXPECT_GT(best.dilator_n, 1.0) << seed;
+    }
+}
+
+// Places of the scenario that are at the duct, moved along the path.
+Scenario shortOfTheDuct(double by_m) {
+    Scenario scenario = drainage();
+    for (Stage& stage : scenario.stages)
+        if (stage.kind == StageKind::move && stage.to.share == 1.0) stage.to.deeper_m -= by_m;
+    return scenario;
+}
+
+TEST(Drainage, InParenchymaTheWireStays) {
+    const SynthPatient p(1);
+    ASSERT_FALSE(p.paths.empty());
+    const Played played = play(p.patient, p.paths.front(), shortOfTheDuct(0.015));
+    EXPECT_LT(played.wire_m, 0.012);
+    EXPECT_EQ(played.in_duct_m, 0.0);
+    EXPECT_GT(played.wire_n, 1.5);
+    EXPECT_TRUE(played.buckled);
+    EXPECT_NE(played.last.drain, DrainState::in_place);
+    EXPECT_TRUE(played.equal);
+}
+
+TEST(Drainage, WithoutAWireTheAccessIsLost) {
+    Scenario scenario = drainage();
+    std::erase_if(scenario.stages,
+                  [](const Stage& s) { return s.kind == StageKind::changeTool && s.tool == Tool::wire; });
+    const SynthPatient p(1);
+    const Played played = play(p.patient, p.paths.front(), scenario);
+    EXPECT_FALSE(played.last.open);
+    EXPECT_EQ(played.dilated_m, 0.0);
+    EXPECT_EQ(played.last.drain, DrainState::none);
+}
+
+TEST(Drainage, BruteForceBucklesOrPierces) {
+    Scenario scenario = drainage();
+    for (Stage& stage : scenario.stages)
+        if (stage.kind == StageKind::move) stage.speed_m_s = 0.4;
+    const SynthPatient p(1);
+    const Played played = play(p.patient, p.paths.front(), shortOfTheDuct(0.010));
+    EXPECT_TRUE(played.buckled || played.pierced);
+    EXPECT_LE(played.wire_n, 10.0);
+    EXPECT_TRUE(play(p.patient, p.paths.front(), scenario).equal);
+}
+
+}  // namespace
+}  // namespace stylet::trainer

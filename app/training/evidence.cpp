@@ -26,6 +26,8 @@ constexpr double kSample_m = 0.001, kAside_m = 0.003;
 // Ultrasound: distance of the duct from the picture's plane, the time for which it must be visible, and the
 // share of the face that must touch.
 constexpr double kDuctInPlane_m = 0.004, kMinVisible_s = 1.0, kMinContact = 0.3;
+// The guide's line meets the duct if at least this length of it lies in the duct, near the target.
+constexpr double kMinChord_m = 0.0015, kChordReach_m = 0.010, kChordSample_m = 0.0005;
 constexpr double kAtEntry_m = 0.005, kMinIncision_m = 0.003, kMaxIncision_m = 0.015;
 constexpr double kOnRail_m = 0.002;     // depth in the body that the needle reaches on the rail
 constexpr double kMissed_m = 0.010;     // distance of the tip past the target, along the path
@@ -75,6 +77,7 @@ std::uint32_t Evidence::update(const TickOutput& now, const TickFacts& facts, co
     if (tick_count_++ % check_interval_ticks_ == 0) {
         if (!has(Step::findGap)) palpate(now);
         if (!has(Step::findDuct)) look(now, facts.path.target_m, fold.equipment().ultrasound);
+        if (!has(Step::advance)) aim(now, facts.path.target_m);
     }
     // The tool is put down, or the probe is parked: the step was tried.
     const bool put_down = previous_.tool == Tool::finger && now.tool != Tool::finger;
@@ -95,7 +98,9 @@ Refusal Evidence::missing(Step step) const noexcept {
         return gap_s_ < kMinGapPress_s                           ? Refusal::gapNotFelt
                : needs_headward_ && headward_s_ < kMinRibPress_s ? Refusal::upperRibNotFelt
                                                                  : Refusal::lowerRibNotFelt;
-    if (step == Step::advance) return refused_puncture_;
+    if (step == Step::advance && refused_puncture_ != Refusal::none) return refused_puncture_;
+    if (step == Step::incise || step == Step::guide || step == Step::advance)
+        return aimed_ ? Refusal::none : Refusal::ductBesideRail;
     if (step != Step::findDuct) return Refusal::none;
     switch (view_) {
         case View::noContact:
@@ -200,6 +205,23 @@ View Evidence::findView(const TickOutput& now, const Vec3& target_m,
         in_body = in_body || (tissue != Tissue::air && at_m > kBeforeSkin_m);
     }
     return View::shown;
+}
+
+// A needle in the guide stays on the guide's line. While the patient breathes, the duct passes that line.
+void Evidence::aim(const TickOutput& now, const Vec3& target_m) noexcept {
+    const std::optional<Pose> patient_from_probe = picturingProbe(now, kMinContact);
+    if (!patient_from_probe || !now.breath_held) return;
+    const Pose patient_from_rail = *patient_from_probe * tools_.guide.probe_from_guide;
+    const double nearest_m = (patient_from_rail.inverse() * target_m).z;
+    double chord_m = 0.0;
+    for (double at_m = -kChordReach_m; at_m <= kChordReach_m; at_m += kChordSample_m) {
+        const Vec3 at = patient::referenceFromDeformed(patient_->package().motion, now.breath,
+                                                       patient_from_rail * Vec3(0.0, 0.0, nearest_m + at_m));
+        const patient::Label* label = patient_->label(patient_->at(at, {true, false}).label);
+        if (label && label->tissue == Tissue::duct && label->role == patient::Role::target)
+            chord_m += kChordSample_m;
+    }
+    aimed_ = chord_m >= kMinChord_m;
 }
 
 bool Evidence::isAtEntry(const haptics::Incision& cut, const TickOutput& now) const noexcept {

@@ -51,6 +51,7 @@ class Evidence {
     bool hasRib(double toward_head) const noexcept;
     void look(const haptics::TickOutput&, const Vec3& target_m, const UltrasoundState&);
     View findView(const haptics::TickOutput&, const Vec3& target_m, const UltrasoundState&) const noexcept;
+    void aim(const haptics::TickOutput&, const Vec3& target_m) noexcept;
     void judgeIncision(const haptics::TickOutput&);
     bool isAtEntry(const haptics::Incision&, const haptics::TickOutput&) const noexcept;
     void followInsertion(const haptics::TickOutput&, const TickFacts&);
@@ -73,6 +74,7 @@ class Evidence {
     double gap_s_ = 0.0, headward_s_ = 0.0, footward_s_ = 0.0;  // pressed on each
     View view_ = View::noContact;
     double shown_s_ = 0.0;
+    bool aimed_ = false;  // the guide's line met the duct in the newest breath-hold
     bool on_rail_ = false, beside_rail_ = false, refused_contrast_ = false;
     Refusal refused_puncture_ = Refusal::none;  // of this insertion
     Vec3 anchor_m_{0.0};

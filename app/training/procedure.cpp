@@ -34,7 +34,7 @@ constexpr std::array<std::string_view, std::size_t(kStepCount) + 1> kStepNames{
     "advance to the duct",
     "show the ducts with contrast",
     "done"};
-constexpr std::array<std::string_view, 18> kRefusalTexts{
+constexpr std::array<std::string_view, 19> kRefusalTexts{
     "",
     "the space between the ribs was not pressed with the finger",
     "the rib above the space was not felt",
@@ -44,6 +44,7 @@ constexpr std::array<std::string_view, 18> kRefusalTexts{
     "the duct lies outside the picture: shift the probe or set a greater depth",
     "a rib or gas hides the duct",
     "the duct was not in the picture for a second",
+    "the guide's line passes beside the duct",
     "the incision is not at the entry",
     "the incision is shorter than 3 mm",
     "the incision is longer than 15 mm",

@@ -29,6 +29,7 @@ enum class Refusal : std::uint8_t {
     ductOutsidePicture,
     ductShadowed,
     ductTooShort,
+    ductBesideRail,
     incisionAside,
     incisionTooShort,
     incisionTooLong,

@@ -2,6 +2,8 @@
 
 #include <fmt/core.h>
 
+#include <optional>
+
 namespace stylet::training {
 
 using haptics::TickOutput;
@@ -65,18 +67,31 @@ Act toFindDuct(const Progress& progress, const TickOutput& now) noexcept {
     }
 }
 
-Act toIncise(const TickOutput& now) noexcept {
-    if (!now.probe_parked) return now.tool == Tool::probe ? Act::parkProbe : Act::takeProbe;
+// To a parked probe whose guide's line meets the duct.
+std::optional<Act> toParkedProbe(const Progress& progress, const TickOutput& now) noexcept {
+    const bool aimed = progress.missing != Refusal::ductBesideRail;
+    if (now.probe_parked && aimed) return std::nullopt;
+    if (now.probe_parked || now.tool != Tool::probe) return Act::takeProbe;
+    if (!now.breath_held) return Act::holdBreath;
+    if (!(now.probe_touching_share > 0.0)) return Act::placeProbe;
+    return aimed ? Act::parkProbe : Act::aimGuide;
+}
+
+Act toIncise(const Progress& progress, const TickOutput& now) noexcept {
+    if (const std::optional<Act> act = toParkedProbe(progress, now)) return *act;
     return now.tool == Tool::scalpel ? Act::cut : Act::takeScalpel;
 }
 
 // From the guide to the duct.
 Act toPuncture(const Progress& progress, const TickOutput& now) noexcept {
     const bool inside = now.phase != haptics::Phase::outside;
-    if (!inside && !now.probe_parked) return now.tool == Tool::probe ? Act::parkProbe : Act::takeProbe;
+    if (!inside)
+        if (const std::optional<Act> act = toParkedProbe(progress, now)) return *act;
     if (!haptics::isNeedleTool(now.tool)) return Act::takeGuide;
     if (!now.needle_in_guide) return inside ? Act::drawOut : Act::snapNeedle;
-    if (inside && progress.missing != Refusal::none) return Act::drawOut;
+    const bool refused =
+        progress.missing != Refusal::none && progress.missing != Refusal::ductBesideRail;
+    if (inside && refused) return Act::drawOut;
     if (!now.breath_held) return Act::holdBreath;
     return inside ? Act::advance : Act::enterSkin;
 }
@@ -94,7 +109,7 @@ Act nextAct(const Progress& progress, const TickOutput& now, const XrayState& xr
         case Step::findDuct:
             return toFindDuct(progress, now);
         case Step::incise:
-            return toIncise(now);
+            return toIncise(progress, now);
         case Step::guide:
         case Step::advance:
             return toPuncture(progress, now);
@@ -130,6 +145,8 @@ std::string prompt(Act act, const Controls& c) {
             return fmt::format("A rib or gas hides the duct. Turn the probe: {}.", c.turn);
         case Act::keepProbe:
             return "The duct is in the picture: keep the probe still for a second.";
+        case Act::aimGuide:
+            return fmt::format("Move the probe until the guide's dashed line meets the duct: {}.", c.move);
         case Act::parkProbe:
             return fmt::format("Leave the probe in its place: {}.", c.park);
         case Act::takeScalpel:

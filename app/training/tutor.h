@@ -24,6 +24,7 @@ enum class Act : std::uint8_t {
     shiftProbe,  // the duct is beside the picture's plane, or outside the picture
     turnProbe,   // a rib or gas hides the duct
     keepProbe,
+    aimGuide,  // the guide's line passes beside the duct
     parkProbe,
     takeScalpel,
     cut,

@@ -1,3 +1,4 @@
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -504,9 +505,11 @@ TEST(Debrief, ADamagedRecordIsRefusedWithItsReason) {
     };
     refused("record.json", "file");  // there is none
     const std::filesystem::path json = folder / "record/record.json", inputs = folder / "record/inputs.bin";
+    using stylet::records::kRecordVersion;
+    const auto version = [](std::uint32_t number) { return fmt::format("\"format_version\": {}", number); };
     for (const auto& [from, to, field] : std::vector<std::array<std::string, 3>>{
              {"{", "[", "json"},
-             {"\"format_version\": 9", "\"format_version\": 8", "format_version"},
+             {version(kRecordVersion), version(kRecordVersion - 1), "format_version"},
              {"\"target_hit\": true", "\"target_hit\": 1", "result.target_hit"},
              {"\"total\": 71.0", "\"total\": \"71\"", "result.score.total"},
              {"\"kind\": \"tool\"", "\"kind\": 0", "events[0].kind"},

@@ -30,8 +30,9 @@ constexpr double kOffSkin_m = -0.030, kPress_n = 0.3;
 
 class Novice {
   public:
-    Novice(const patient::PlannedPath& path, const haptics::GuideSettings& guide)
-        : path_(path), guide_(guide), axis_(glm::normalize(path.target_m - path.entry_m)) {
+    Novice(const patient::Patient& patient, const patient::PlannedPath& path,
+           const haptics::GuideSettings& guide)
+        : motion_(patient.package().motion), path_(path), guide_(guide), axis_(glm::normalize(path.target_m - path.entry_m)) {
         const Vec3 head(0.0, 0.0, 1.0);
         headward_ = glm::normalize(head - axis_ * glm::dot(head, axis_));
         frontward_ = glm::normalize(glm::cross(headward_, axis_));
@@ -78,7 +79,8 @@ class Novice {
             case Act::drawOut:
             case Act::finish:
                 toward(deeper_m_, kOffSkin_m, 2.0 * kMove_m_s);
-                toward(headward_m_, 0.0, kAside_m_s), toward(frontward_m_, 0.0, kAside_m_s);
+                toward(headward_m_, aim_headward_m_, kAside_m_s);
+                toward(frontward_m_, aim_frontward_m_, kAside_m_s);
                 toward(roll_rad_, 0.0, kTurn_rad_s);
                 break;
             case Act::pressGap:
@@ -99,6 +101,10 @@ class Novice {
                 break;
             case Act::shiftProbe:
                 toward(headward_m_, 0.0, kAside_m_s);
+                break;
+            case Act::aimGuide:
+                touchLightly(now);
+                aim(now);
                 break;
             case Act::cut:
                 cut(now);
@@ -136,6 +142,14 @@ class Novice {
         toward(headward_m_, glm::dot(on_rail - tip, headward_) + beside_m, 0.5 * kAside_m_s);
         toward(frontward_m_, glm::dot(on_rail - tip, frontward_), 0.5 * kAside_m_s);
     }
+    // Sees duct and dashed line in the picture, and shifts the probe across the line.
+    void aim(const TickOutput& now) {
+        const Vec3 target_m = patient::deformedFromReference(motion_, now.breath, path_.target_reference_m);
+        const Vec3 off_m = target_m - path_.entry_m - headward_ * headward_m_ - frontward_ * frontward_m_;
+        toward(headward_m_, headward_m_ + glm::dot(off_m, headward_), 0.5 * kAside_m_s);
+        toward(frontward_m_, frontward_m_ + glm::dot(off_m, frontward_), 0.5 * kAside_m_s);
+        aim_headward_m_ = headward_m_, aim_frontward_m_ = frontward_m_;
+    }
     // Turns to one side, then to the other.
     void sweep() {
         toward(roll_rad_, sweep_rad_, kTurn_rad_s);
@@ -146,23 +160,29 @@ class Novice {
     void cut(const TickOutput& now) {
         const auto at = [](double value, double goal) { return std::fabs(value - goal) < 1e-9; };
         if (cut_phase_ == 0) {
-            toward(frontward_m_, -0.002, kAside_m_s);
-            if (at(frontward_m_, -0.002)) toward(deeper_m_, 0.020, kMove_m_s);
+            const double from_m = aim_frontward_m_ - 0.002;
+            // Aside above the skin, then down.
+            if (!at(frontward_m_, from_m)) toward(deeper_m_, kOffSkin_m, kMove_m_s);
+            if (deeper_m_ < 0.5 * kOffSkin_m) toward(frontward_m_, from_m, kAside_m_s);
+            if (at(frontward_m_, from_m)) toward(deeper_m_, 0.020, kMove_m_s);
             if (now.cut_incision >= 0) cut_phase_ = 1, cut_to_m_ = deeper_m_ + 0.003;
         } else if (cut_phase_ == 1) {
             toward(deeper_m_, cut_to_m_, kMove_m_s);
-            if (at(deeper_m_, cut_to_m_)) toward(frontward_m_, 0.002, 0.5 * kAside_m_s);
-            if (at(frontward_m_, 0.002)) cut_phase_ = 2;
+            const double to_m = aim_frontward_m_ + 0.002;
+            if (at(deeper_m_, cut_to_m_)) toward(frontward_m_, to_m, 0.5 * kAside_m_s);
+            if (at(frontward_m_, to_m)) cut_phase_ = 2;
         } else {
             toward(deeper_m_, kOffSkin_m, kMove_m_s);
             if (at(deeper_m_, kOffSkin_m)) cut_phase_ = 0;
         }
     }
 
+    const patient::MotionModel& motion_;
     patient::PlannedPath path_;
     haptics::GuideSettings guide_;
     Vec3 axis_, headward_{0.0}, frontward_{0.0};
     double deeper_m_ = kOffSkin_m, headward_m_ = 0.0, frontward_m_ = 0.0, roll_rad_ = 0.0;
+    double aim_headward_m_ = 0.0, aim_frontward_m_ = 0.0;  // where the guide's line met the duct
     double sweep_rad_ = -1.2, since_s_ = 0.0, cut_to_m_ = 0.0;
     int cut_phase_ = 0;
     Act act_ = Act::finish;
@@ -183,7 +203,7 @@ Guided followThePrompts(const patient::Patient& patient, const patient::PlannedP
     attempt.simulation.tools.first = Tool::needle;
     haptics::Simulation simulation(patient, attempt.simulation, attempt.touchMap());
     Session session(patient, path, {}, 0.0, nullptr, attempt.simulation.dt_s);
-    Novice novice(path, attempt.simulation.tools.guide);
+    Novice novice(patient, path, attempt.simulation.tools.guide);
     UserCommands commands({}, [](const std::string&) {});
     Guided guided;
     TickOutput now;

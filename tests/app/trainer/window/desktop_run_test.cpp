@@ -10,6 +10,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
@@ -81,6 +82,9 @@ class KeyFrame {
     // range of rolls in which the program's own rule sees the target duct at this breath. Returns the middle
     // of the widest range, or nothing if there is none.
     std::optional<KeySteps> probeOnDuct(const patient::Surrogate& breath, double deeper) const;
+    // The places `deeper` key presses in which the finger must press for the program's own rule: the gap at the
+    // entry, then the ribs beside it. Empty if a rib is out of reach.
+    std::vector<KeySteps> placesToFeel(double deeper) const;
     // Key presses right, up and deeper, as fractions, that move the tool one key press across the path in the
     // patient's direction.
     Vec3 keysToward(const Vec3& patient_direction) const {
@@ -123,6 +127,37 @@ std::optional<KeySteps> KeyFrame::probeOnDuct(const patient::Surrogate& breath, 
         middle = KeySteps{.deeper = deeper, .rolled = double(rolled - width / 2)};
     }
     return middle;
+}
+
+std::vector<KeySteps> KeyFrame::placesToFeel(double deeper) const {
+    constexpr int kMaxAway = 20;
+    constexpr double kPress_s = 1.0;  // long enough for the program to count it
+    training::Procedure procedure(patient_, path_, kPress_s);
+    const training::AttemptFold fold(patient_, kPress_s);
+    const auto press = [&](training::Procedure& on, const KeySteps& at) {
+        haptics::TickOutput tick;
+        tick.tool = Tool::finger;
+        tick.tool_force.force_n = {1.0, 0.0, 0.0};
+        tick.patient_from_tool = patientFromTool(at, Tool::finger);
+        on.update(tick, fold);
+        return on.progress().missing;
+    };
+    std::vector<KeySteps> places{{.deeper = deeper}};
+    training::Refusal missing = press(procedure, places.front());
+    for (const double toward_head : {1.0, -1.0}) {
+        const auto rib = toward_head > 0.0 ? training::Refusal::upperRibNotFelt
+                                           : training::Refusal::lowerRibNotFelt;
+        for (int away = 1; missing == rib; ++away) {
+            if (away > kMaxAway) return {};
+            const Vec3 to = glm::round(keysToward({0.0, 0.0, toward_head}) * double(away));
+            const KeySteps at{.right = to.x, .up = to.y, .deeper = deeper + to.z};
+            training::Procedure trial = procedure;
+            if (press(trial, at) == rib) continue;
+            missing = press(procedure, at);
+            places.push_back(at);
+        }
+    }
+    return procedure.progress().step == training::Step::findGap ? std::vector<KeySteps>() : places;
 }
 
 // Needs real time: X events at a real window move every tool and send every command of a whole procedure.
@@ -203,14 +238,13 @@ class DesktopRunRealTime : public testing::Test {
         }
         return false;
     }
-    // Moves the pressed finger over the rib toward the head and over the one toward the feet.
-    bool palpate() {
-        const Vec3 headward = keys_->keysToward({0.0, 0.0, 1.0});
-        for (const double reach_m : {0.030, -0.036}) {
-            const Vec3 to = headward * (reach_m / kKeyStep_m);
-            if (!bring(Tool::finger, {.right = to.x, .up = to.y, .deeper = 16 + to.z})) return false;
+    // Brings the tool to the place, and on into the skin until it is felt.
+    bool pressAt(Tool tool, KeySteps place) {
+        for (const double most = place.deeper + 14; place.deeper < most; ++place.deeper) {
+            if (!bring(tool, place)) return false;
+            if (glm::length(newest_.back().tool_force_n) >= 0.1) return true;
         }
-        return true;
+        return false;
     }
     // Repeats `act` until the attempt's log contains this event.
     bool happensBy(const std::function<bool()>& act, const std::string& kind, const std::string& text) const {
@@ -254,7 +288,10 @@ TEST_F(DesktopRunRealTime, WholeProcedureWithMouseAndKeys) {
         if (until([&] { return readSamples() && stepsNow().right > 1.0; }, 5s)) break;
     }
     EXPECT_GT(stepsNow().right, 1.0) << where();
-    ASSERT_TRUE(palpate()) << where();
+    const std::vector<KeySteps> places = keys_->placesToFeel(16);
+    ASSERT_FALSE(places.empty()) << "no place over a rib";
+    for (const KeySteps& place : places)
+        ASSERT_TRUE(pressAt(Tool::finger, place)) << where();
     ASSERT_TRUE(happens("step", "find the space between the ribs")) << where();
     display_.key("h");
     ASSERT_TRUE(says("asked for a breath-hold")) << printed();
@@ -267,12 +304,7 @@ TEST_F(DesktopRunRealTime, WholeProcedureWithMouseAndKeys) {
     const patient::Surrogate breath{newest_.back().breath_v, 0.0, 0.0};
     const std::optional<KeySteps> on_duct = keys_->probeOnDuct(breath, 16);
     ASSERT_TRUE(on_duct) << "no place of the probe sees the duct";
-    ASSERT_TRUE(bring(Tool::probe, *on_duct)) << where();
-    for (KeySteps deeper = *on_duct; glm::length(newest_.back().tool_force_n) < 0.1;) {
-        ++deeper.deeper;
-        ASSERT_LT(deeper.deeper, 30) << "no skin under the probe";
-        ASSERT_TRUE(bring(Tool::probe, deeper)) << where();
-    }
+    ASSERT_TRUE(pressAt(Tool::probe, *on_duct)) << where();
     ASSERT_TRUE(happens("step", "find the duct")) << where();
     display_.key("k");
     ASSERT_TRUE(says("the probe stays where it is")) << printed();

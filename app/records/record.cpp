@@ -268,6 +268,7 @@ json infoJson(const RecordInfo& info) {
     j["firmware_sha256"] = info.firmware_sha256;
     j["clock"] = info.clock;
     j["difficulty"] = info.difficulty;
+    j["course"] = info.course;
     if (info.registration_rms_m) j["registration_rms_m"] = *info.registration_rms_m;
     j["patient"] = {{"folder", info.patient_folder.string()}, {"name", info.patient_name}};
     j["scenario"] = info.scenario;
@@ -493,6 +494,7 @@ RecordInfo parseInfo(std::string_view text, const std::filesystem::path& file) {
     info.firmware_sha256 = in.text("firmware_sha256");
     info.clock = in.text("clock");
     info.difficulty = in.text("difficulty");
+    info.course = in.text("course");
     if (in.has("registration_rms_m")) info.registration_rms_m = in.number("registration_rms_m", 0.0);
     Fields patient = in.child("patient");
     info.patient_folder = patient.text("folder");

@@ -60,6 +60,7 @@ struct RecordInfo {
     std::string firmware_sha256;  // of the firmware image loaded into the device; empty: none
     std::string clock;            // "real time" or "virtual"
     std::string difficulty;
+    std::string course = "puncture";           // one of training::kCourseNames
     std::optional<double> registration_rms_m;  // for a device registered in the headset's room
     std::filesystem::path patient_folder;
     std::string patient_name;

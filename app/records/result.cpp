@@ -153,6 +153,7 @@ void visitResult(const auto& v, auto& r) {
     v.flag("target_hit", r.target_hit), v.newFlag("aborted", r.aborted), v.count("ticks", r.ticks);
     v.object("score", [&](const auto& inner) { visitScore(inner, r); });
     v.object("steps", [&](const auto& inner) {
+        inner.text("goal", r.steps.goal);
         inner.texts("done", r.steps.done), inner.count("of", r.steps.of);
         inner.count("out_of_order", r.steps.out_of_order);
     });

@@ -170,8 +170,9 @@ std::vector<ReasonedLoss> findReasons(const records::AttemptResult& result) {
                                                                      row.unit.empty() ? "" : " ", row.unit)
                                                        : std::string("not achieved"),
                               row.max_points - row.points, row.max_points});
-    std::stable_sort(losses.begin(), losses.end(),
-                     [](const ReasonedLoss& x, const ReasonedLoss& y) { return x.points > y.points; });
+    std::sort(losses.begin(), losses.end(), [](const ReasonedLoss& x, const ReasonedLoss& y) {
+        return x.points != y.points ? x.points > y.points : x.id < y.id;
+    });
     return losses;
 }
 

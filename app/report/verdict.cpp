@@ -7,11 +7,10 @@
 namespace stylet::report {
 
 bool passed(const records::StoredAttempt& attempt) {
-    const auto punctured = [](const records::EventRow& event) {
-        return event.kind == "step" && event.text.starts_with(training::stepName(training::Step::advance));
-    };
-    return attempt.result && attempt.result->total >= training::kPassMark &&
-           std::any_of(attempt.events.begin(), attempt.events.end(), punctured) &&
+    if (!attempt.result) return false;
+    const records::StepsResult& steps = attempt.result->steps;
+    return attempt.result->total >= training::kPassMark &&
+           std::find(steps.done.begin(), steps.done.end(), steps.goal) != steps.done.end() &&
            criticalErrors(attempt).empty();
 }
 

@@ -1,4 +1,4 @@
-// Whether a stored attempt would pass as an exam, from its score and its events.
+// Whether a stored attempt would pass as an exam, from its result and its events.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace stylet::report {
 
-// At least training::kPassMark points, the puncture done under ultrasound in a breath-hold, no critical
-// error: the same rule as training::passesExam().
+// At least training::kPassMark points, the goal of the course reached, no critical error: the same rule as
+// training::passesExam().
 bool passed(const records::StoredAttempt&);
 // "the gallbladder was punctured", in the order of their ticks.
 std::vector<std::string> criticalErrors(const records::StoredAttempt&);

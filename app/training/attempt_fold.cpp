@@ -10,19 +10,35 @@ namespace stylet::training {
 
 namespace {
 
-// Contrast medium flows through the needle, or through a drain in place.
-patient::ContrastInput contrastInput(const haptics::TickOutput& output, double rate_m3_per_s) {
+constexpr double kHoleSpacing_m = 0.002;
+
+}  // namespace
+
+Drawn drawnAt(const haptics::TickOutput& output) noexcept {
+    if (output.phase == haptics::Phase::outside) return output.access.open ? Drawn::nothing : Drawn::air;
+    if (output.access.wire_in) return Drawn::nothing;  // the wire fills the needle
+    if (output.tissue == patient::Tissue::duct) return Drawn::bile;
+    return output.tissue == patient::Tissue::vessel ? Drawn::blood : Drawn::nothing;
+}
+
+// Contrast medium flows through the needle, or through a drain in place: out of the side hole nearest to its
+// end that lies in a duct, else out of its end.
+patient::ContrastInput AttemptFold::contrastInput(const haptics::TickOutput& output) const {
+    const double rate_m3_per_s = equipment_.injected_m3_per_s;
     const haptics::AccessOutput& access = output.access;
     if (access.drain != haptics::DrainState::in_place || access.path_count < 2)
         return {output.tip_reference_m, rate_m3_per_s, output.phase != haptics::Phase::outside};
     std::array<Vec3, haptics::kMaxPathPoints> path_m;
     const auto count = std::size_t(access.path_count);
     std::copy_n(access.path_m.begin(), count, path_m.begin());
-    return {haptics::pointAt({std::span(path_m).first(count), access.drain_m}, access.drain_m), rate_m3_per_s,
-            true};
+    const haptics::TubePath path{std::span(path_m).first(count), access.drain_m};
+    for (double back_m = 0.0; back_m <= haptics::kSideHoles_m; back_m += kHoleSpacing_m) {
+        const Vec3 hole_m = haptics::pointAt(path, access.drain_m - back_m);
+        if (patient_->at(hole_m, {true, false}).tissue == patient::Tissue::duct)
+            return {hole_m, rate_m3_per_s, true};
+    }
+    return {haptics::pointAt(path, access.drain_m), rate_m3_per_s, true};
 }
-
-}  // namespace
 
 std::uint64_t AttemptFold::step(const haptics::TickInput& input, const haptics::TickOutput& output) {
     for (std::uint32_t i = 0; i < input.command_count; ++i) {
@@ -30,10 +46,12 @@ std::uint64_t AttemptFold::step(const haptics::TickInput& input, const haptics::
         if (!isEquipmentCommand(command)) continue;
         begun_ = true;
         training::applyCommand(equipment_, command);
+        if (command.kind == haptics::CommandKind::aspirate)
+            aspiration_ = {aspiration_.count + 1, output.tick, drawnAt(output)};
         commands_.add(std::uint64_t(command.kind) | std::uint64_t(command.value) << 32);
     }
     if (!begun_) return output.state_hash;
-    contrast_.step(contrastInput(output, equipment_.injected_m3_per_s), dt_s_);
+    contrast_.step(contrastInput(output), dt_s_);
     dose_.step(equipment_.xray, contrast_.volumes().injected_m3, output.tick);
     StateHash hash;
     hash.add(output.state_hash);

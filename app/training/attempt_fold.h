@@ -11,6 +11,10 @@
 // equals the simulation's hash.
 #pragma once
 
+#include <array>
+#include <cstdint>
+#include <string_view>
+
 #include "app/training/dose.h"
 #include "app/training/equipment.h"
 #include "base/hash.h"
@@ -19,10 +23,21 @@
 
 namespace stylet::training {
 
+// What a syringe at the needle drew.
+enum class Drawn : std::uint8_t { nothing, air, bile, blood };
+inline constexpr std::array<std::string_view, 4> kDrawnNames{"nothing", "air", "bile", "blood"};
+// What a syringe draws at this tick: nothing without a free needle in the body.
+Drawn drawnAt(const haptics::TickOutput&) noexcept;
+struct Aspiration {
+    std::uint64_t count = 0;  // of draws so far
+    std::uint64_t tick = 0;   // of the newest
+    Drawn drawn = Drawn::nothing;
+};
+
 class AttemptFold {
   public:
     AttemptFold(const patient::Patient& patient, double dt_s)
-        : contrast_(patient), dose_(DoseSettings{}, dt_s), dt_s_(dt_s) {}
+        : patient_(&patient), contrast_(patient), dose_(DoseSettings{}, dt_s), dt_s_(dt_s) {}
 
     // Session thread, a replay or a test. Adds the next tick and returns the hash after it.
     std::uint64_t step(const haptics::TickInput&, const haptics::TickOutput&);
@@ -31,13 +46,18 @@ class AttemptFold {
     const Equipment& equipment() const noexcept { return equipment_; }
     const patient::Contrast& contrast() const noexcept { return contrast_; }
     const DoseLedger& dose() const noexcept { return dose_.ledger(); }
+    const Aspiration& aspiration() const noexcept { return aspiration_; }
 
   private:
+    patient::ContrastInput contrastInput(const haptics::TickOutput&) const;
+
+    const patient::Patient* patient_;
     Equipment equipment_;
     patient::Contrast contrast_;
     Dose dose_;
     double dt_s_;
     bool begun_ = false;
+    Aspiration aspiration_;
     StateHash commands_;  // hash of the equipment commands, in order
 };
 

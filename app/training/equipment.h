@@ -38,6 +38,7 @@ std::span<const Knob> machineKnobs(Machine) noexcept;
 
 inline constexpr haptics::Command kPedalDown{haptics::CommandKind::pedal, 1};
 inline constexpr haptics::Command kPedalUp{haptics::CommandKind::pedal, 0};
+inline constexpr haptics::Command kAspirate{haptics::CommandKind::aspirate, 0};
 // Rounds the rate to whole microlitres per second. 0 ends the injection.
 haptics::Command injectCommand(double m3_per_s) noexcept;
 inline constexpr double kMaxInjectionRate_m3_per_s = 20e-6;
@@ -69,7 +70,7 @@ void applyCommand(Equipment&, const haptics::Command&) noexcept;
 constexpr bool isEquipmentCommand(const haptics::Command& c) noexcept {
     using haptics::CommandKind;
     return c.kind == CommandKind::inject || c.kind == CommandKind::pedal || c.kind == CommandKind::xray ||
-           c.kind == CommandKind::ultrasound;
+           c.kind == CommandKind::ultrasound || c.kind == CommandKind::aspirate;
 }
 // The knob and value in a command; nothing if the command sets no valid knob.
 struct KnobSetting {

@@ -33,6 +33,7 @@ constexpr double kOnRail_m = 0.002;     // depth in the body that the needle rea
 constexpr double kMissed_m = 0.010;     // distance of the tip past the target, along the path
 constexpr double kMinSeen = 0.5;        // share of the insertion in the beam
 constexpr double kHalfBeam_m = 0.0025;  // half the thickness of the ultrasound beam
+constexpr double kMinWire_m = 0.030;    // length of the wire in the duct
 constexpr double kShownContrast_m3 = 2e-7, kAstrayContrast_m3 = 1e-6;
 
 double distanceToSegment_m(const Vec3& p, const Vec3& a, const Vec3& b) {
@@ -87,7 +88,12 @@ std::uint32_t Evidence::update(const TickOutput& now, const TickFacts& facts, co
     if (!has(Step::incise)) judgeIncision(now);
     followInsertion(now, facts);
     if (!has(Step::advance)) judgePuncture(now, facts, fold.equipment().ultrasound);
-    if (!has(Step::contrast)) judgeContrast(fold);
+    judgeContrast(fold);
+    if (course_ == Course::drainage) {
+        judgeAspiration(fold);
+        judgeDrainage(now);
+        if (!has(Step::drain)) ducts_m3_ = fold.contrast().volumes().ducts_m3;
+    }
     previous_ = now;
     return found_;
 }
@@ -101,6 +107,7 @@ Refusal Evidence::missing(Step step) const noexcept {
     if (step == Step::advance && refused_puncture_ != Refusal::none) return refused_puncture_;
     if (step == Step::incise || step == Step::guide || step == Step::advance)
         return aimed_ ? Refusal::none : Refusal::ductBesideRail;
+    if (step == Step::wire && previous_.access.pierced) return Refusal::wirePierced;
     if (step != Step::findDuct) return Refusal::none;
     switch (view_) {
         case View::noContact:
@@ -302,13 +309,47 @@ void Evidence::judgePuncture(const TickOutput& now, const TickFacts& facts, cons
         refusal_ = refused_puncture_;
 }
 
+void Evidence::judgeAspiration(const AttemptFold& fold) {
+    if (std::exchange(draws_, fold.aspiration().count) == fold.aspiration().count) return;
+    if (fold.aspiration().drawn == Drawn::bile)
+        find(Step::aspirate);
+    else if (!has(Step::aspirate))
+        refusal_ = fold.aspiration().drawn == Drawn::blood ? Refusal::bloodDrawn : Refusal::noBile;
+}
+
+// A step counts as tried when the hand lets go of its tool, or the drain curls.
+void Evidence::judgeDrainage(const TickOutput& now) {
+    const haptics::AccessOutput& access = now.access;
+    const auto letGo = [&](Tool tool) { return previous_.tool == tool && now.tool != tool; };
+    if (!has(Step::wire)) {
+        if (access.wire_in && access.in_duct_m >= kMinWire_m && !access.pierced)
+            find(Step::wire);
+        else if (letGo(Tool::wire))
+            refusal_ = access.pierced ? Refusal::wirePierced : Refusal::wireNotInDuct;
+    }
+    if (!has(Step::dilate)) {
+        if (access.wire_in && access.dilator_m >= glm::length(access.base_m - access.entry_m))
+            find(Step::dilate);
+        else if (letGo(Tool::dilator))
+            refusal_ = Refusal::notDilated;
+    }
+    if (access.drain == haptics::DrainState::in_place)
+        find(Step::drain);
+    else if (access.drain == haptics::DrainState::misplaced &&
+             previous_.access.drain != haptics::DrainState::misplaced)
+        refusal_ = Refusal::drainMisplaced;
+}
+
 void Evidence::judgeContrast(const AttemptFold& fold) {
     const std::uint64_t pulses = fold.dose().pulses;
     if (std::exchange(pulses_, pulses) == pulses) return;
     const double in_ducts_m3 = fold.contrast().volumes().ducts_m3;
-    if (in_ducts_m3 >= kShownContrast_m3)
+    if (has(Step::drain)) {
+        if (in_ducts_m3 - ducts_m3_ >= kShownContrast_m3) find(Step::finalPicture);
+    } else if (in_ducts_m3 >= kShownContrast_m3)
         find(Step::contrast);
-    else if (fold.dose().contrast_m3 >= kAstrayContrast_m3 && !std::exchange(refused_contrast_, true))
+    else if (!has(Step::contrast) && fold.dose().contrast_m3 >= kAstrayContrast_m3 &&
+             !std::exchange(refused_contrast_, true))
         refusal_ = Refusal::contrastAstray;
 }
 

@@ -25,13 +25,19 @@ enum class View : std::uint8_t { shown, noContact, besidePlane, outsideSector, s
 //   guide     the needle enters the body on the rail of the parked probe
 //   advance   the tip is in the target duct in a breath-hold, the duct is in the picture, and the beam held
 //             the needle for at least half of this insertion
+//   aspirate  bile is drawn through the needle
 //   contrast  medium in the ducts is seen under X-rays
+//   wire      the guide wire lies 30 mm down a duct whose wall it has not pierced
+//   dilate    the dilator has reached the duct over the wire
+//   drain     the drain is in place: without the wire, its end curls in a duct
+//   finalPicture  medium that was injected through the drain is seen in the ducts under X-rays
 class Evidence {
   public:
     // `patient` must outlive this object.
     Evidence(const patient::Patient& patient, const patient::PlannedPath&, double dt_s);
     // Probe and guide of the attempt; without this call, the default ones.
     void setTools(const haptics::ToolSettings& tools) noexcept { tools_ = tools; }
+    void setCourse(Course course) noexcept { course_ = course; }
 
     // Session thread. Processes the next tick. Returns the steps for which it has found the evidence, a bit
     // mask of 1 << Step.
@@ -56,13 +62,16 @@ class Evidence {
     bool isAtEntry(const haptics::Incision&, const haptics::TickOutput&) const noexcept;
     void followInsertion(const haptics::TickOutput&, const TickFacts&);
     void judgePuncture(const haptics::TickOutput&, const TickFacts&, const UltrasoundState&);
+    void judgeAspiration(const AttemptFold&);
     void judgeContrast(const AttemptFold&);
+    void judgeDrainage(const haptics::TickOutput&);
     bool has(Step step) const noexcept { return (found_ & 1u << unsigned(step)) != 0; }
     void find(Step step) noexcept { found_ |= 1u << unsigned(step); }
 
     const patient::Patient* patient_;
     patient::PlannedPath path_;
     haptics::ToolSettings tools_{};
+    Course course_ = Course::puncture;
     double dt_s_;
     Vec3 axis_reference_{0.0, 0.0, 1.0};
     bool needs_headward_ = false, needs_footward_ = false;
@@ -79,7 +88,8 @@ class Evidence {
     Refusal refused_puncture_ = Refusal::none;  // of this insertion
     Vec3 anchor_m_{0.0};
     double travel_m_ = 0.0, seen_m_ = 0.0;  // of the tip in this insertion; in the beam
-    std::uint64_t pulses_ = 0;
+    std::uint64_t pulses_ = 0, draws_ = 0;
+    double ducts_m3_ = 0.0;  // medium in the ducts when the drain came to lie in place
 };
 
 }  // namespace stylet::training

@@ -35,8 +35,9 @@ std::vector<Loss> findLosses(const Score& score) {
     }
     losses.push_back(steps);
     std::erase_if(losses, [](const Loss& loss) { return !(loss.points >= kSmallestLoss); });
-    std::stable_sort(losses.begin(), losses.end(),
-                     [](const Loss& a, const Loss& b) { return a.points > b.points; });
+    std::sort(losses.begin(), losses.end(), [](const Loss& a, const Loss& b) {
+        return a.points != b.points ? a.points > b.points : a.metric > b.metric;
+    });
     return losses;
 }
 

@@ -107,7 +107,9 @@ inline constexpr std::string_view kJohnson = "Johnson 2012", kModel = "model.md 
 // procedure, to harm and to effort, with effort last.
 inline constexpr std::array<Metric, kMetricCount> kMetricTable{{
     {"procedure", "Procedure done", "%",
-     "half for the puncture (a fifth if it was blind or in a moving liver), a tenth for each other step",
+     "five parts for the puncture (two if it was blind or in a moving liver), five for the drain, one for "
+     "each "
+     "other step",
      kModel, 8, 100, 0, Step::done},
     {"out_of_order", "Steps out of order", "", "steps done before one that comes earlier", kModel, 4, 0, 3,
      Step::advance},

@@ -14,9 +14,18 @@ namespace {
 
 constexpr double kDebounce_s = 0.25;  // a contact or hit repeated within this time counts once
 constexpr double kTouch_n = 0.001;    // smallest force of a tool that touches the skin
-constexpr double kAdvance = 50.0, kOtherStep = 10.0, kCutBlindly = 20.0;  // % of the procedure
+// Parts of the procedure: the puncture and the drain count five times as much as another step.
+constexpr double kMainStep = 5.0, kOtherStep = 1.0, kCutBlindly = 2.0;
 constexpr double kDegPerRad = 57.29577951308232, kMm = 1e3;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+double weigh(std::uint32_t steps) noexcept {
+    double sum = 0.0;
+    for (int s = 0; s < kStepCount; ++s)
+        if (contains(steps, Step(s)))
+            sum += Step(s) == Step::advance || Step(s) == Step::drain ? kMainStep : kOtherStep;
+    return sum;
+}
 
 double valueOr(const std::optional<double>& v, double unit) noexcept {
     return v ? *v * unit : kNone;
@@ -136,7 +145,8 @@ void Metrics::recordTargetPuncture(const TickOutput& at) noexcept {
     duct_angle_rad_ = std::acos(std::min(1.0, cosine));
 }
 
-void Metrics::setSteps(std::uint32_t done, std::uint32_t out_of_order) noexcept {
+void Metrics::setSteps(Course course, std::uint32_t done, std::uint32_t out_of_order) noexcept {
+    course_ = course;
     steps_done_ = done;
     out_of_order_ = out_of_order;
 }
@@ -152,12 +162,10 @@ MetricValues Metrics::values() const noexcept {
     MetricValues values = folded_;
     const auto put = [&](MetricId id, double value) { values[std::size_t(id)] = value; };
     const auto hits = [&](RiskStructure s) { return double(hits_[std::size_t(s)]); };
-    double procedure = 0.0;
-    for (int s = 0; s < kStepCount; ++s)
-        if ((steps_done_ & 1u << s) != 0) procedure += Step(s) == Step::advance ? kAdvance : kOtherStep;
+    double procedure = weigh(steps_done_);
     // The duct was cut, but not under ultrasound in a breath-hold.
-    if (target_cut_ && (steps_done_ & 1u << unsigned(Step::advance)) == 0) procedure += kCutBlindly;
-    put(MetricId::procedure, procedure);
+    if (target_cut_ && !contains(steps_done_, Step::advance)) procedure += kCutBlindly;
+    put(MetricId::procedure, 100.0 * procedure / weigh(stepsOf(course_)));
     put(MetricId::outOfOrder, out_of_order_);
     put(MetricId::targeting, valueOr(targeting_m_, kMm));
     put(MetricId::noGoTouches, riskHits());

@@ -32,9 +32,14 @@ constexpr std::array<std::string_view, std::size_t(kStepCount) + 1> kStepNames{
     "open the skin",
     "snap the needle into the guide",
     "advance to the duct",
+    "draw bile",
     "show the ducts with contrast",
+    "pass the wire down the duct",
+    "dilate the track",
+    "place the drain",
+    "show the drain with contrast",
     "done"};
-constexpr std::array<std::string_view, 19> kRefusalTexts{
+constexpr std::array<std::string_view, 25> kRefusalTexts{
     "",
     "the space between the ribs was not pressed with the finger",
     "the rib above the space was not felt",
@@ -53,7 +58,13 @@ constexpr std::array<std::string_view, 19> kRefusalTexts{
     "the duct was punctured while the patient breathed",
     "the duct was not in the ultrasound picture as it was punctured",
     "the needle has passed beside the duct",
-    "the contrast medium is not in the ducts"};
+    "no bile was drawn: the needle's tip is not in a duct",
+    "blood was drawn: the needle's tip is in a vessel",
+    "the contrast medium is not in the ducts",
+    "the wire does not lie 30 mm down the duct",
+    "the wire has pierced the duct's wall: draw it back",
+    "the dilator did not reach the duct",
+    "the drain's end does not lie in a duct"};
 constexpr std::array<std::string_view, kCriticalErrorCount> kCriticalErrorNames{
     "the lung was punctured", "the stomach or bowel was punctured", "the gallbladder was punctured",
     "a major vessel was punctured", "the liver's capsule was punctured more than three times"};
@@ -192,7 +203,7 @@ void Procedure::update(const NeedleEvent& event, const TickOutput& now, bool tar
 }
 
 void Procedure::updateScore() noexcept {
-    metrics_.setSteps(progress_.steps_done, progress_.out_of_order);
+    metrics_.setSteps(progress_.course, progress_.steps_done, progress_.out_of_order);
     progress_.risk_hits = metrics_.riskHits();
     progress_.near_misses = metrics_.nearMisses();
     progress_.total = score().total;
@@ -201,7 +212,8 @@ void Procedure::updateScore() noexcept {
 void Procedure::updateSteps(const TickOutput& now, const TickFacts& facts, const AttemptFold& fold) {
     const std::uint32_t found = evidence_.update(now, facts, fold);
     for (int step = 0; step < kStepCount; ++step)
-        if ((found & ~progress_.steps_done & 1u << step) != 0) finish(Step(step), now.tick);
+        if (contains(found & ~progress_.steps_done & stepsOf(progress_.course), Step(step)))
+            finish(Step(step), now.tick);
     progress_.missing = progress_.step == Step::done ? Refusal::none : evidence_.missing(progress_.step);
     if (const Refusal refusal = evidence_.popRefusal(); refusal != Refusal::none) {
         progress_.refusal = refusal;
@@ -226,11 +238,13 @@ void Procedure::finish(Step step, std::uint64_t tick) {
     progress_.refusal = Refusal::none;
     early_steps_ |= later;
     progress_.out_of_order = std::uint32_t(std::popcount(early_steps_));
-    int next = 0;
-    while (next < kStepCount && (progress_.steps_done & 1u << next) != 0)
-        ++next;
-    progress_.step = Step(next);
+    progress_.step = firstMissing();
     addEvent(tick, "step", std::string(stepName(step)) + (later != 0 ? ", after a later one" : ""));
+}
+
+Step Procedure::firstMissing() const noexcept {
+    const std::uint32_t absent = kAllSteps & ~stepsOf(progress_.course);
+    return Step(std::countr_one(progress_.steps_done | absent));
 }
 
 void Procedure::reportChanges(const TickOutput& now) {

@@ -18,6 +18,11 @@ class Procedure {
     Procedure(const patient::Patient& patient, const patient::PlannedPath&, double dt_s);
     // Tools of the attempt; without this call, the default ones.
     void setTools(const haptics::ToolSettings& tools) noexcept { evidence_.setTools(tools); }
+    // Before the first tick; without this call, Course::puncture.
+    void setCourse(Course course) noexcept {
+        progress_.course = course;
+        evidence_.setCourse(course);
+    }
 
     // Session thread only. Processes the next tick, which `fold` must already contain.
     void update(const haptics::TickOutput&, const AttemptFold& fold);
@@ -37,6 +42,7 @@ class Procedure {
     void updateSteps(const haptics::TickOutput&, const TickFacts&, const AttemptFold&);
     void updateSafety(const haptics::TickOutput&, const TickFacts&);
     void finish(Step, std::uint64_t tick);
+    Step firstMissing() const noexcept;
     void reportChanges(const haptics::TickOutput&);
     void addEvent(std::uint64_t tick, const char* kind, std::string text);
     void updateScore() noexcept;

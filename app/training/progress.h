@@ -13,10 +13,40 @@
 namespace stylet::training {
 
 // Steps of the procedure, in order. evidence.h: what each needs.
-enum class Step : std::uint8_t { findGap, findDuct, incise, guide, advance, contrast, done };
+enum class Step : std::uint8_t {
+    findGap,
+    findDuct,
+    incise,
+    guide,
+    advance,
+    aspirate,
+    contrast,
+    wire,
+    dilate,
+    drain,
+    finalPicture,
+    done
+};
 inline constexpr int kStepCount = int(Step::done);
 inline constexpr std::uint32_t kAllSteps = (1u << kStepCount) - 1u;  // bit mask of 1 << Step
 std::string_view stepName(Step) noexcept;                            // "find the space between the ribs"
+constexpr bool contains(std::uint32_t steps, Step step) noexcept {
+    return (steps & 1u << unsigned(step)) != 0;
+}
+
+// The part of the procedure that an attempt consists of: up to the puncture and its picture, or all of it.
+enum class Course : std::uint8_t { puncture, drainage };
+inline constexpr std::array<std::string_view, 2> kCourseNames{"puncture", "drainage"};
+constexpr std::uint32_t stepsOf(Course course) noexcept {  // bit mask
+    constexpr std::uint32_t kFurther = 1u << unsigned(Step::aspirate) | 1u << unsigned(Step::wire) |
+                                       1u << unsigned(Step::dilate) | 1u << unsigned(Step::drain) |
+                                       1u << unsigned(Step::finalPicture);
+    return course == Course::drainage ? kAllSteps : kAllSteps & ~kFurther;
+}
+// The step without which an exam is failed.
+constexpr Step goalOf(Course course) noexcept {
+    return course == Course::drainage ? Step::drain : Step::advance;
+}
 
 // Why a step that was tried does not count.
 enum class Refusal : std::uint8_t {
@@ -38,7 +68,13 @@ enum class Refusal : std::uint8_t {
     breathNotHeld,
     ductNotSeen,
     ductMissed,
-    contrastAstray
+    noBile,
+    bloodDrawn,
+    contrastAstray,
+    wireNotInDuct,
+    wirePierced,
+    notDilated,
+    drainMisplaced
 };
 std::string_view refusalText(Refusal) noexcept;  // "the needle is not on the guide's rail"
 
@@ -54,7 +90,8 @@ std::string_view riskStructureName(RiskStructure) noexcept;
 
 // Trivially copyable, for snapshots. State at one tick, patient frame.
 struct Progress {
-    Step step = Step::findGap;       // first step that is not done
+    Course course = Course::puncture;
+    Step step = Step::findGap;       // first step of the course that is not done
     std::uint32_t steps_done = 0;    // bit mask, 1 << Step
     std::uint32_t out_of_order = 0;  // steps done before an earlier one
     double elapsed_s = 0.0;          // since the first tick

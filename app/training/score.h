@@ -27,11 +27,11 @@ struct Score {
 // `steps_done`: bit mask of 1 << Step.
 Score computeScore(const MetricValues&, std::uint32_t steps_done) noexcept;
 
-// An exam is passed with this total, the puncture done, and no critical error.
+// An exam is passed with this total, the course's goal reached, and no critical error.
 inline constexpr double kPassMark = 60.0;
 constexpr bool passesExam(const Progress& progress) noexcept {
     return progress.total >= kPassMark && progress.critical_errors == 0 &&
-           (progress.steps_done & 1u << unsigned(Step::advance)) != 0;
+           contains(progress.steps_done, goalOf(progress.course));
 }
 
 }  // namespace stylet::training

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <glm/geometric.hpp>
 #include <optional>
 
 namespace stylet::training {
@@ -15,10 +16,18 @@ const Controls kMouseControls{.finger = "press F",
                               .scalpel = "press S",
                               .guide = "press G",
                               .hold = "press H",
+                              .aspirate = "press V",
                               .pedal = "press X",
                               .inject = "press I",
+                              .stop = "press I",
+                              .release = "press X",
+                              .wire = "press W",
+                              .needle = "press N",
+                              .dilator = "press D",
+                              .drain = "press A",
                               .move = "drag or use the arrow keys",
                               .push = "turn the wheel or press Page Down",
+                              .pull = "turn the wheel back or press Page Up",
                               .turn = "press Q or E, or Shift with the arrow keys"};
 const Controls kControllerControls{.finger = "press B (menu) until you hold it",
                                    .probe = "press B (menu) until you hold it",
@@ -26,10 +35,18 @@ const Controls kControllerControls{.finger = "press B (menu) until you hold it",
                                    .scalpel = "press B (menu) until you hold it",
                                    .guide = "press B (menu) until you hold it",
                                    .hold = "squeeze",
+                                   .aspirate = "press the other hand's menu button (B)",
                                    .pedal = "pull the other hand's trigger",
                                    .inject = "squeeze the other hand",
+                                   .stop = "open the other hand",
+                                   .release = "let go of the other hand's trigger",
+                                   .wire = "press B (menu) until you hold it",
+                                   .needle = "press B (menu) until you hold it",
+                                   .dilator = "press B (menu) until you hold it",
+                                   .drain = "press B (menu) until you hold it",
                                    .move = "move your hand",
                                    .push = "move your hand",
+                                   .pull = "move your hand back",
                                    .turn = "turn your hand"};
 const Controls kTypedControls{.finger = "type \"finger\"",
                               .probe = "type \"probe\"",
@@ -37,13 +54,24 @@ const Controls kTypedControls{.finger = "type \"finger\"",
                               .scalpel = "type \"scalpel\"",
                               .guide = "type \"guide\"",
                               .hold = "type \"hold\"",
+                              .aspirate = "type \"aspirate\"",
                               .pedal = "type \"pedal\"",
                               .inject = "type \"inject\"",
+                              .stop = "type \"stop\"",
+                              .release = "type \"release\"",
+                              .wire = "type \"wire\"",
+                              .needle = "type \"needle\"",
+                              .dilator = "type \"dilator\"",
+                              .drain = "type \"drain\"",
                               .move = "move the device",
                               .push = "push the device",
+                              .pull = "draw the device back",
                               .turn = "turn the device"};
 
 namespace {
+
+// Length of the drain in the duct before the wire is drawn out.
+constexpr double kDrainInDuct_m = 0.025;
 
 Act toFindGap(const Progress& progress, const TickOutput& now) noexcept {
     if (now.tool != Tool::finger) return Act::takeFinger;
@@ -89,16 +117,54 @@ Act toPuncture(const Progress& progress, const TickOutput& now) noexcept {
         if (const std::optional<Act> act = toParkedProbe(progress, now)) return *act;
     if (!haptics::isNeedleTool(now.tool)) return Act::takeGuide;
     if (!now.needle_in_guide) return inside ? Act::drawOut : Act::snapNeedle;
-    const bool refused =
-        progress.missing != Refusal::none && progress.missing != Refusal::ductBesideRail;
+    const bool refused = progress.missing != Refusal::none && progress.missing != Refusal::ductBesideRail;
     if (inside && refused) return Act::drawOut;
     if (!now.breath_held) return Act::holdBreath;
     return inside ? Act::advance : Act::enterSkin;
 }
 
+bool isInside(const TickOutput& now) noexcept {
+    return now.phase != haptics::Phase::outside || now.access.open;
+}
+
+Act toAspirate(const Progress& progress, const TickOutput& now) noexcept {
+    return now.phase == haptics::Phase::outside ? toPuncture(progress, now) : Act::aspirate;
+}
+
+Act toPassWire(const Progress& progress, const TickOutput& now) noexcept {
+    if (!isInside(now)) return toPuncture(progress, now);
+    if (now.tool != Tool::wire) return Act::takeWire;
+    return progress.missing == Refusal::wirePierced ? Act::drawWireBack : Act::feedWire;
+}
+
+// The wire stays, and the needle is drawn out over it.
+std::optional<Act> toFreeWire(const TickOutput& now) noexcept {
+    if (!now.access.needle_in) return std::nullopt;
+    return haptics::isNeedleTool(now.tool) ? Act::drawNeedle : Act::takeNeedle;
+}
+
+Act toDilate(const Progress& progress, const TickOutput& now) noexcept {
+    if (!now.access.wire_in) return toPassWire(progress, now);
+    if (const std::optional<Act> act = toFreeWire(now)) return *act;
+    return now.tool == Tool::dilator ? Act::pushDilator : Act::takeDilator;
+}
+
+Act toPlaceDrain(const Progress& progress, const TickOutput& now) noexcept {
+    const haptics::AccessOutput& access = now.access;
+    if (!access.wire_in) return toPassWire(progress, now);
+    if (const std::optional<Act> act = toFreeWire(now)) return *act;
+    if (access.dilator_m > 0.0) return now.tool == Tool::dilator ? Act::drawDilator : Act::takeDilator;
+    if (access.drain_m < glm::length(access.base_m - access.entry_m) + kDrainInDuct_m)
+        return now.tool == Tool::drain ? Act::pushDrain : Act::takeDrain;
+    return now.tool == Tool::wire ? Act::drawWire : Act::takeWire;
+}
+
 }  // namespace
 
-Act nextAct(const Progress& progress, const TickOutput& now, const XrayState& xray) noexcept {
+Act nextAct(const Progress& progress, const TickOutput& now, const Equipment& equipment) noexcept {
+    const bool pictures = progress.step == Step::contrast || progress.step == Step::finalPicture;
+    if (equipment.injected_m3_per_s > 0.0 && !pictures) return Act::stopInjecting;
+    if (equipment.xray.pedal && progress.step == Step::done) return Act::releasePedal;
     if (now.tool_awaits_exit && progress.step != Step::done) return Act::liftOff;
     if (progress.step < Step::guide && haptics::isNeedleTool(now.tool) &&
         now.phase != haptics::Phase::outside)
@@ -113,8 +179,18 @@ Act nextAct(const Progress& progress, const TickOutput& now, const XrayState& xr
         case Step::guide:
         case Step::advance:
             return toPuncture(progress, now);
+        case Step::aspirate:
+            return toAspirate(progress, now);
         case Step::contrast:
-            return xray.pedal ? Act::inject : Act::pressPedal;
+            return equipment.xray.pedal ? Act::inject : Act::pressPedal;
+        case Step::wire:
+            return toPassWire(progress, now);
+        case Step::dilate:
+            return toDilate(progress, now);
+        case Step::drain:
+            return toPlaceDrain(progress, now);
+        case Step::finalPicture:
+            return equipment.xray.pedal ? Act::injectDrain : Act::pressPedal;
         case Step::done:
             break;
     }
@@ -166,8 +242,38 @@ std::string prompt(Act act, const Controls& c) {
             return "Draw the needle out of the skin, and begin the puncture again.";
         case Act::pressPedal:
             return fmt::format("Switch the X-rays on: {}.", c.pedal);
+        case Act::aspirate:
+            return fmt::format("Draw with the syringe until bile comes: {}.", c.aspirate);
         case Act::inject:
             return fmt::format("Inject a little contrast medium: {}.", c.inject);
+        case Act::takeWire:
+            return fmt::format("Take the guide wire: {}.", c.wire);
+        case Act::feedWire:
+            return fmt::format("Push the wire 30 mm down the duct: {}.", c.push);
+        case Act::drawWireBack:
+            return fmt::format("The wire has pierced the duct. Draw it back, then try again: {}.", c.pull);
+        case Act::takeNeedle:
+            return fmt::format("Take the needle, to draw it out over the wire: {}.", c.needle);
+        case Act::drawNeedle:
+            return fmt::format("Draw the needle out over the wire: {}.", c.pull);
+        case Act::takeDilator:
+            return fmt::format("Take the dilator: {}.", c.dilator);
+        case Act::pushDilator:
+            return fmt::format("Push the dilator over the wire to the duct: {}.", c.push);
+        case Act::drawDilator:
+            return fmt::format("Draw the dilator out over the wire: {}.", c.pull);
+        case Act::takeDrain:
+            return fmt::format("Take the drain: {}.", c.drain);
+        case Act::pushDrain:
+            return fmt::format("Push the drain over the wire into the duct: {}.", c.push);
+        case Act::drawWire:
+            return fmt::format("Draw the wire out, so that the drain curls: {}.", c.pull);
+        case Act::injectDrain:
+            return fmt::format("Inject contrast medium through the drain: {}.", c.inject);
+        case Act::stopInjecting:
+            return fmt::format("Stop the injection: {}.", c.stop);
+        case Act::releasePedal:
+            return fmt::format("Switch the X-rays off: {}.", c.release);
         case Act::finish:
             break;
     }

@@ -33,18 +33,35 @@ enum class Act : std::uint8_t {
     enterSkin,
     advance,
     drawOut,  // the puncture was refused or missed the duct: it counts only from outside
+    aspirate,
     pressPedal,
     inject,
+    takeWire,
+    feedWire,
+    drawWireBack,  // it has pierced the duct
+    takeNeedle,
+    drawNeedle,  // out, over the wire
+    takeDilator,
+    pushDilator,
+    drawDilator,
+    takeDrain,
+    pushDrain,
+    drawWire,  // out, so that the drain curls
+    injectDrain,
+    stopInjecting,
+    releasePedal,
     finish
 };
 inline constexpr int kActCount = int(Act::finish) + 1;
 
-Act nextAct(const Progress&, const haptics::TickOutput&, const XrayState&) noexcept;
+Act nextAct(const Progress&, const haptics::TickOutput&, const Equipment&) noexcept;
 
 // The keys, buttons or typed words of an input.
 struct Controls {
-    std::string_view finger, probe, park, scalpel, guide, hold, pedal, inject;  // "press F"
-    std::string_view move, push, turn;  // "drag or use the arrow keys"
+    std::string_view finger, probe, park, scalpel, guide, hold, aspirate, pedal, inject, stop,
+        release;  // "press F"
+    std::string_view wire, needle, dilator, drain;
+    std::string_view move, push, pull, turn;  // "drag or use the arrow keys"
 };
 extern const Controls kMouseControls, kControllerControls, kTypedControls;
 

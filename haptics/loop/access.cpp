@@ -13,7 +13,6 @@ namespace {
 constexpr double kShortestTrack_m = 0.005;  // a needle that has only pricked the skin still has a direction
 constexpr double kTangent_m = 0.003;        // over which the track's direction at the base is taken
 constexpr double kLongestStep_m = 0.003;    // per tick; a longer step of the hand is a leap
-constexpr double kSideHoles_m = 0.030;      // length of the drain's end with side holes
 constexpr int kHoleSamples = 8;
 constexpr double kPi = 3.14159265358979324;
 const patient::DuctSpace kNoDucts;

@@ -151,6 +151,7 @@ bool Simulation::applyCommands(const TickInput& input, std::uint32_t& fault_bits
             case CommandKind::pedal:
             case CommandKind::xray:
             case CommandKind::ultrasound:
+            case CommandKind::aspirate:
                 break;
         }
     }

@@ -42,8 +42,10 @@ enum class CommandKind : std::uint32_t {
     bleed,      // not felt: the newest needle hole in the skin bleeds
     lights,     // not felt; value: 0 switches the lamps off, 1 on
     breathing,  // value: breathingCommand(); takes effect with the next breath
+    // Equipment again: draws with a syringe at the needle.
+    aspirate,
 };
-inline constexpr CommandKind kLastCommandKind = CommandKind::breathing;
+inline constexpr CommandKind kLastCommandKind = CommandKind::aspirate;
 
 // Startle motion: there and back at 17 mm/s or less, smooth to the third derivative.
 inline constexpr double kStartleDuration_s = 1.6;

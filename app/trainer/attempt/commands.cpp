@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "app/trainer/stores/console.h"
+#include "app/training/attempt_fold.h"
 #include "app/training/equipment.h"
 
 namespace stylet::trainer {
@@ -54,6 +55,7 @@ constexpr std::array kCommandWords{
                 "re-arm the force of a haptic device after a fault; an empty line does the same",
                 Act::command,
                 {CommandKind::rearm, 0}},
+    CommandWord{"aspirate", "draw with a syringe at the needle", Act::command, training::kAspirate},
     CommandWord{"stop", "stop the injection of contrast medium", Act::command, {CommandKind::inject, 0}},
     CommandWord{"pedal", "turn X-rays on", Act::command, training::kPedalDown},
     CommandWord{"release", "turn X-rays off", Act::command, training::kPedalUp},
@@ -196,6 +198,7 @@ std::string describe(const UserButtons& buttons, std::span<const std::string_vie
     add(buttons.breath, "starts and ends a breath-hold");
     add(buttons.pedal, "is the X-ray pedal");
     add(buttons.inject, "injects contrast medium while pressed");
+    add(buttons.aspirate, "draws with the syringe");
     return text;
 }
 
@@ -217,6 +220,7 @@ std::vector<Command> UserCommands::update(std::string_view typed, std::uint32_t 
     if (!mayGoOn()) return commands;
     if ((pressed_ & buttons_.breath) != 0)
         add({holds_ ? CommandKind::breathe : CommandKind::holdBreath, 0}, commands);
+    if ((pressed_ & buttons_.aspirate) != 0) add(training::kAspirate, commands);
     if ((pressed_ & buttons_.next) != 0) addNext(now, commands);
     pressed_ = 0;
     const std::uint32_t changed = held ^ std::exchange(holding_, held);
@@ -264,6 +268,8 @@ std::string describeOutcome(const Command& command, const TickOutput& before, co
     if (command.kind == CommandKind::rearm)
         return before.stage == haptics::ForceStage::off ? "re-armed: the force is rising"
                                                         : "nothing to re-arm: there is no fault";
+    if (command.kind == CommandKind::aspirate)
+        return fmt::format("the syringe draws {}", enumName(training::kDrawnNames, training::drawnAt(now)));
     return describeEquipmentOutcome(command);
 }
 

@@ -20,6 +20,7 @@ struct UserButtons {
     std::uint32_t breath = 0;       // starts or ends a breath-hold
     std::uint32_t pedal = 0;        // X-rays while pressed
     std::uint32_t inject = 0;       // contrast medium while pressed
+    std::uint32_t aspirate = 0;     // draws with a syringe at the needle
 };
 
 // Prints a message for the user.

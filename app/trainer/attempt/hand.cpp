@@ -119,6 +119,8 @@ class Script {
                 return command(CommandKind::park, 1);
             case StageKind::lift:
                 return command(CommandKind::park, 0);
+            case StageKind::aspirate:
+                return command(CommandKind::aspirate);
             case StageKind::inject:
                 return inject(stage.injected_m3_per_s, stage.seconds);
             case StageKind::pedal:

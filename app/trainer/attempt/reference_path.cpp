@@ -1,13 +1,18 @@
 #include "app/trainer/attempt/reference_path.h"
 
 #include <fmt/core.h>
+#include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
+#include <optional>
 
 #include "app/records/replay.h"
 #include "app/trainer/attempt/retry.h"
 #include "app/trainer/session/session.h"
 #include "app/trainer/stores/console.h"
 #include "app/trainer/stores/patient_source.h"
+#include "app/training/surroundings.h"
 #include "base/text.h"
 
 namespace stylet::trainer {
@@ -48,13 +53,29 @@ PlannedPath needleTrack(const haptics::TickOutput& cut, const patient::Patient& 
 
 }  // namespace
 
+const PlannedPath& pathForWire(const patient::Patient& patient, const std::vector<PlannedPath>& paths) {
+    constexpr double kEasy_rad = 1.05;
+    const PlannedPath* best = nullptr;
+    double best_rad = std::numeric_limits<double>::infinity();
+    for (const PlannedPath& path : paths) {
+        const std::optional<Vec3> duct = training::ductDirection(patient, path.target_reference_m);
+        if (!duct) continue;
+        const Vec3 inward = glm::normalize(path.target_reference_m - path.entry_reference_m);
+        const double rad = std::acos(std::min(1.0, std::fabs(glm::dot(inward, *duct))));
+        if (rad <= kEasy_rad) return path;
+        if (rad < best_rad) best = &path, best_rad = rad;
+    }
+    return best ? *best : paths.front();
+}
+
 PlannedPath referencePath(const patient::Patient& patient, const std::filesystem::path& patient_folder,
-                          const std::string& asked, Made* made) {
+                          const std::string& asked, training::Course course, Made* made) {
     if (const auto number = parseNumber<std::size_t>(asked.empty() ? "1" : asked)) {
         const std::vector<PlannedPath> paths = goodPaths(patient, patient_folder, patient::Surrogate{}, made);
         if (*number < 1 || *number > paths.size())
             throw DataError(patient_folder / "paths.json", kOption,
                             fmt::format("there is no path {}: the patient has 1 to {}", asked, paths.size()));
+        if (asked.empty() && course == training::Course::drainage) return pathForWire(patient, paths);
         return paths[*number - 1];
     }
     PlannedPath path = needleTrack(targetCut(patient, asked), patient);

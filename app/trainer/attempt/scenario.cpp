@@ -77,17 +77,19 @@ Stage readStage(Fields& f) {
         stage.kind = StageKind::changeTool;
         stage.tool = readTool(f);
         stage.seconds = f.number("seconds", 0.1, kMaxSeconds);
-    } else if (kind == "breathe" || kind == "park" || kind == "lift") {
+    } else if (kind == "breathe" || kind == "park" || kind == "lift" || kind == "aspirate") {
         stage.kind = kind == "breathe" ? StageKind::breathe
                      : kind == "park"  ? StageKind::park
-                                       : StageKind::lift;
+                     : kind == "lift"  ? StageKind::lift
+                                       : StageKind::aspirate;
     } else if (kind == "wait" || kind == "hold") {
         stage.kind = kind == "hold" ? StageKind::hold : StageKind::wait;
         stage.seconds = f.number("seconds", 0.0, kMaxSeconds);
     } else {
-        f.refuse("do", "\"" + kind +
-                           "\" is none of wait, move, hold, breathe, take, park, lift, inject, pedal, xray, "
-                           "ultrasound");
+        f.refuse("do",
+                 "\"" + kind +
+                     "\" is none of wait, move, hold, breathe, take, park, lift, aspirate, inject, pedal, "
+                     "xray, ultrasound");
     }
     f.finish();
     return stage;
@@ -171,6 +173,7 @@ Scenario parseScenario(std::string_view text, const std::filesystem::path& file)
     s.name = top.nonEmptyText("name");
     s.moments = readMoments(top);
     s.approach_distance_m = metres(top.number("approach_distance_mm", 0.0, kMaxDistance_mm));
+    if (top.has("course")) s.course = top.choice<training::Course>("course", training::kCourseNames);
     if (top.has("tool")) s.tool = readTool(top);
     if (haptics::isAccessTool(s.tool)) top.refuse("tool", "a scenario cannot begin with it");
     if (top.has("needle")) s.needle = top.nonEmptyText("needle");
@@ -232,6 +235,7 @@ std::uint64_t digest(const Scenario& s) {
             hash.add(turned.value);
         }
     }
+    if (s.course != training::Course::puncture) hash.add(std::uint64_t(s.course));
     // A scenario without instruments has the same hash as before instruments were added to the format.
     if (!s.needle.empty()) hash.add(std::string_view(s.needle));
     for (const std::string& name : s.instruments)

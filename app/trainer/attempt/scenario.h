@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/training/equipment.h"
+#include "app/training/progress.h"
 #include "haptics/tools/tool.h"
 #include "patient/motion/signal.h"
 
@@ -27,6 +28,7 @@ struct Place {
     friend bool operator==(const Place&, const Place&) = default;
 };
 
+// The digest of a scenario contains the enumerators' numbers. Append, never insert.
 enum class StageKind : std::uint8_t {
     wait,        // stay for `seconds`
     move,        // along the path to `to`
@@ -37,7 +39,8 @@ enum class StageKind : std::uint8_t {
     lift,        // take the parked probe off the skin
     inject,      // inject contrast medium for `seconds`; 0: until the next inject stage
     pedal,       // press or release the X-ray pedal
-    machine      // set knobs of the C-arm or of the ultrasound machine
+    machine,     // set knobs of the C-arm or of the ultrasound machine
+    aspirate     // draw with a syringe at the needle
 };
 
 struct Stage {
@@ -65,6 +68,7 @@ struct ScenarioBreath {
 
 struct Scenario {
     std::string name;
+    training::Course course = training::Course::puncture;
     haptics::Tool tool = haptics::Tool::needle;  // tool at the start
     // Each a name in assets/instruments, or a .toml file. Empty: the default needle; none, so that the other
     // kinds have their default instruments too.

@@ -75,7 +75,7 @@ void ControllerPort::vibrate(const Vibration& vibration) {
 std::uint32_t controllerButtons(const ControllerKeys& tool, const ControllerKeys& other) {
     return (tool.select ? 1u << 0 : 0u) | (tool.menu ? 1u << 1 : 0u) |
            (tool.squeeze > kSqueezed ? 1u << 2 : 0u) | (other.select ? 1u << 3 : 0u) |
-           (other.squeeze > kSqueezed ? 1u << 4 : 0u);
+           (other.squeeze > kSqueezed ? 1u << 4 : 0u) | (other.menu ? 1u << 5 : 0u);
 }
 
 haptics::DeviceProfile controllerProfile() noexcept {

@@ -71,8 +71,9 @@ struct ControllerKeys {
     float squeeze = 0.0f;
 };
 std::uint32_t controllerButtons(const ControllerKeys& tool, const ControllerKeys& other = {});
-inline constexpr std::array<std::string_view, 5> kControllerButtons{
-    "the trigger", "menu (B)", "squeezing", "the other hand's trigger", "squeezing the other hand"};
+inline constexpr std::array<std::string_view, 6> kControllerButtons{
+    "the trigger",          "menu (B)", "squeezing", "the other hand's trigger", "squeezing the other hand",
+    "the other hand's menu"};
 
 haptics::DeviceProfile controllerProfile() noexcept;
 

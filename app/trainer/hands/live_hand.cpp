@@ -73,7 +73,12 @@ UserButtons LiveDevice::buttons() const {
     if (kind_ == "falcon") return {.rearm = 1u << 0, .next = 1u << 1, .breath = 1u << 3};
     if (kind_ == kMouse) return {.rearm = 0};  // it has keys (window_keys.h)
     if (kind_ == kControllers)
-        return {.rearm = 0, .next = 1u << 1, .breath = 1u << 2, .pedal = 1u << 3, .inject = 1u << 4};
+        return {.rearm = 0,
+                .next = 1u << 1,
+                .breath = 1u << 2,
+                .pedal = 1u << 3,
+                .inject = 1u << 4,
+                .aspirate = 1u << 5};
     return {.rearm = clutched_ || !exertsForce() ? 0u : 1u << 0, .next = 1u << 1, .breath = 1u << 2};
 }
 

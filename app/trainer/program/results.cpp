@@ -86,7 +86,10 @@ json startJson(const std::optional<Start>& start, const PictureTotals& pictures)
 }
 
 records::StepsResult stepsResult(const training::Progress& progress) {
-    records::StepsResult steps{{}, training::kStepCount, progress.out_of_order};
+    records::StepsResult steps{std::string(training::stepName(training::goalOf(progress.course))),
+                               {},
+                               std::uint64_t(std::popcount(training::stepsOf(progress.course))),
+                               progress.out_of_order};
     for (int s = 0; s < training::kStepCount; ++s)
         if ((progress.steps_done & 1u << s) != 0)
             steps.done.emplace_back(training::stepName(training::Step(s)));
@@ -304,13 +307,14 @@ namespace {
 void printScore(const SessionLog& log) {
     constexpr std::size_t kShown = 4;
     const training::Score& score = log.score;
+    const int steps = std::popcount(training::stepsOf(log.progress.course));
     printResult("  score {:.1f} of 100; {} of {} steps done, {} out of order\n", score.total,
-                std::popcount(log.progress.steps_done), training::kStepCount, log.progress.out_of_order);
+                std::popcount(log.progress.steps_done), steps, log.progress.out_of_order);
     const std::vector<training::Loss> losses = training::findLosses(score);
     for (std::size_t i = 0; i < std::min(kShown, losses.size()); ++i)
         printResult("    {}\n", training::describeLoss(losses[i], score,
                                                        std::size_t(std::popcount(log.progress.steps_done)),
-                                                       std::size_t(training::kStepCount)));
+                                                       std::size_t(steps)));
     for (int error = 0; error < training::kCriticalErrorCount; ++error)
         if ((log.progress.critical_errors & 1u << error) != 0)
             printResult("    critical: {}\n", training::criticalErrorName(training::CriticalError(error)));

@@ -54,6 +54,7 @@ records::RecordInfo recordInfo(const AttemptConfig& config, const AttemptFacts& 
     info.patient_folder = facts.patient_folder;
     info.patient_name = facts.patient_name;
     info.scenario = facts.scenario;
+    info.course = enumName(training::kCourseNames, scenario.course);
     info.capture_points = scenario.moments;
     info.approach_distance_m = scenario.approach_distance_m;
     info.seed = facts.seed;
@@ -174,7 +175,7 @@ Task::Task(const AttemptConfig& config, Retry* retry, Start& start)
       patient(opened.package),
       other(loadOtherSegmentation(patient, config.full)),
       path(retry ? retry->record.info.path
-                 : referencePath(patient, opened.folder, config.path, &start.made)) {
+                 : referencePath(patient, opened.folder, config.path, scenario.course, &start.made)) {
     if (retry) checkRetry(*retry, patient);
     patient_digest = patient::digest(opened.package);
     start.patient = std::chrono::steady_clock::now();
@@ -532,6 +533,7 @@ void openOutputs(AttemptRun& run) {
                             &*run.record, attempt.simulation.dt_s);
     session.setDifficulty(config.difficulty);
     session.setInstruments(config.instruments);
+    session.setCourse(task.scenario.course);
     session.setAccess(attempt.simulation.tools.access);
     if (run.retry) {
         const std::string where = describeBookmark(*run.retry);

@@ -9,6 +9,7 @@
 #include "app/trainer/session/imaging_input.h"
 #include "app/trainer/session/insertion.h"
 #include "app/trainer/session/wounds.h"
+#include "app/training/attempt_fold.h"
 #include "app/training/difficulty.h"
 #include "app/training/dose.h"
 #include "app/training/equipment.h"
@@ -50,6 +51,7 @@ struct FrameState {
     std::optional<GhostNeedle> ghost_needle{};  // in a replay
     ForceComparisonReading truth{};
     std::optional<training::Difficulty> difficulty{};  // current difficulty, if known
+    std::optional<training::Drawn> drawn{};            // by the syringe, a moment ago
     bool rest_due = false;                             // show the rest notice (rest.h)
     bool input_only = false;                           // the user's device exerts no force
     double picture_stall_s = 0.0;  // length of a stall of the picture that is to be reported; 0: none

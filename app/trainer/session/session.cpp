@@ -20,6 +20,7 @@ namespace {
 // Ticks kept for events that arrive after them. As many as fit into the ring of ticks from the haptics
 // thread.
 constexpr std::size_t kRecentTicks = 4096;
+constexpr double kDrawnShown_s = 3.0;  // what the syringe drew
 
 }  // namespace
 
@@ -27,6 +28,7 @@ Session::Session(const patient::Patient& patient, const patient::PlannedPath& pa
                  const std::vector<std::string>& moments, double approach_distance_m,
                  records::RecordWriter* record, double dt_s)
     : patient_(patient),
+      dt_s_(dt_s),
       entry_m_(path.entry_m),
       axis_(glm::normalize(path.target_m - path.entry_m)),
       awaited_(moments),
@@ -229,6 +231,8 @@ FrameState Session::frameState(const TickOutput& tick) const {
     seen.truth = log_.truth;
     seen.rest_due = rest_due_;
     seen.difficulty = difficulty_;
+    const training::Aspiration& last = fold_.aspiration();
+    if (last.count > 0 && double(tick.tick - last.tick) * dt_s_ < kDrawnShown_s) seen.drawn = last.drawn;
     return seen;
 }
 

@@ -87,6 +87,9 @@ class Session {
     // Call before the first tick. The instruments of holes and pictures; default: those of InstrumentSet.
     void setInstruments(const haptics::InstrumentSet&);
 
+    // Call before the first tick; default: Course::puncture.
+    void setCourse(training::Course course) { procedure_.setCourse(course); }
+
     // Call before the first tick. Wire, dilator and drain of pictures.
     void setAccess(const haptics::AccessSettings& access) { access_ = access; }
 
@@ -153,6 +156,7 @@ class Session {
     bool targetAtTip(const haptics::TickOutput&) const;
 
     const patient::Patient& patient_;
+    double dt_s_;
     Vec3 entry_m_, axis_;
     std::vector<std::string> awaited_;
     double approach_distance_m_;

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -67,8 +68,10 @@ double shownForce_n(const haptics::TickOutput& tick) {
     return haptics::isNeedleTool(tick.tool) ? std::fabs(tick.force_n) : glm::length(tick.tool_force.force_n);
 }
 
-bool isDone(const Progress& progress, int step) {
-    return (progress.steps_done & (1u << unsigned(step))) != 0;
+// Steps of the attempt's course before this one.
+int stepsBefore(const Progress& progress, Step step) {
+    const std::uint32_t before = (1u << unsigned(step)) - 1u;
+    return std::popcount(training::stepsOf(progress.course) & before);
 }
 
 }  // namespace
@@ -135,12 +138,15 @@ void GuidePanel::number(double x, double y, const char* name, const std::string&
 // well as the colour.
 void GuidePanel::drawSteps(const Progress& progress) {
     constexpr double kBox = 26.0, kPitch = 40.0;
-    for (int step = 0; step < training::kStepCount; ++step) {
-        const double x = kRight - kPitch * (training::kStepCount - step) + kPitch - kBox, y = 24.0;
-        const bool next = progress.step == Step(step);
+    const int count = stepsBefore(progress, Step::done);
+    for (int s = 0; s < training::kStepCount; ++s) {
+        const auto step = Step(s);
+        if (!training::contains(training::stepsOf(progress.course), step)) continue;
+        const double x = kRight - kPitch * (count - stepsBefore(progress, step)) + kPitch - kBox, y = 24.0;
+        const bool next = progress.step == step;
         canvas_->rectangle(x, y, kBox, kBox, next ? kNext : kPanelQuiet);
         canvas_->rectangle(x + 3.0, y + 3.0, kBox - 6.0, kBox - 6.0,
-                           isDone(progress, step) ? kDone : kPanelGlass);
+                           training::contains(progress.steps_done, step) ? kDone : kPanelGlass);
     }
 }
 
@@ -255,10 +261,11 @@ void GuidePanel::draw(const FrameState& seen) {
     const bool inside = tick.phase != haptics::Phase::outside;
     canvas_->rectangle(0.0, 0.0, kWidth, height_, kPanelGlass);
     const bool finished = progress.step == Step::done;
-    canvas_->text(
-        {kLeft, 48.0},
-        finished ? "Done" : fmt::format("Step {} of {}", int(progress.step) + 1, training::kStepCount),
-        {.size = 34.0, .colour = kNext, .bold = true});
+    canvas_->text({kLeft, 48.0},
+                  finished ? "Done"
+                           : fmt::format("Step {} of {}", stepsBefore(progress, progress.step) + 1,
+                                         stepsBefore(progress, Step::done)),
+                  {.size = 34.0, .colour = kNext, .bold = true});
     drawSteps(progress);
     const report::TextStyle words{.size = 28.0, .colour = kPanelText};
     // The reason for a refused step takes the place of the hint for a while.
@@ -266,7 +273,7 @@ void GuidePanel::draw(const FrameState& seen) {
                          progress.elapsed_s - progress.refused_s < kRefusalShown_s;
     const std::string said =
         refused            ? "Not done: " + std::string(training::refusalText(progress.refusal)) + "."
-        : rules_.next_step ? training::prompt(nextAct(progress, tick, seen.machines.xray), controls_)
+        : rules_.next_step ? training::prompt(nextAct(progress, tick, seen.machines), controls_)
                            : std::string(training::stepName(progress.step));
     double y = 88.0;
     for (const std::string& line : wrapped(*canvas_, said, words, kRight - kLeft))

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/text.h"
+
 namespace stylet::trainer {
 namespace {
 
@@ -56,6 +58,11 @@ std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, co
     if (seen.rest_due && (rearm_act.empty() || !off))
         return Notice{"Time for a rest",
                       {"You have practised for a long time: rest your eyes and hand for a few minutes."}};
+    if (seen.drawn && (rearm_act.empty() || !off)) {
+        std::string drawn(enumName(training::kDrawnNames, *seen.drawn));
+        drawn.front() = char(std::toupper(static_cast<unsigned char>(drawn.front())));
+        return Notice{"Syringe", {drawn + " comes."}};
+    }
     const bool stalled = seen.picture_stall_s > 0.0;
     const std::string stall =
         "The picture had stopped for " + std::to_string(std::lround(seen.picture_stall_s)) + " s";

@@ -19,7 +19,7 @@ inline records::AttemptResult someResult() {
         {{"clearance", "least clearance", "mm", std::numeric_limits<double>::infinity(), 10.0, 12.0},
          {"angle", "duct angle", "deg", std::nan(""), 0.0, 8.0}}};
     r.score_version = 3;
-    r.steps = {{"find the gap", "find the duct"}, 6, 1};
+    r.steps = {"advance to the duct", {"find the gap", "find the duct"}, 6, 1};
     r.captures = {{"duct", 41000, 0.0731}};
     r.punctures = {{"duct", "cut", "bile ducts", 41000, 0.0725, 1.0 / 3.0, 1.25, 0.5}};
     r.peak_force_n = 2.5, r.lateral_cut_m = 0.0011;

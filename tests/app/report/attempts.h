@@ -35,6 +35,8 @@ inline records::StoredAttempt makeTestAttempt(const std::string& id, const std::
         {"targeting", "Tip to target", "mm", 20.0 - total / 5.0, 0.2 * total, 20.0},
         {"risk_hits", "Risk structures struck", "", total > 50.0 ? 0.0 : 2.0, 0.3 * total, 30.0},
         {"session_time", "Session time", "s", 63.25, 0.5 * total, 50.0}};
+    result.steps = {"advance to the duct", {}, 6, 0};
+    if (hit) result.steps.done.emplace_back("advance to the duct");
     a.result = result;
     a.events = {{0, "tool", "finger"},          {2000, "contact", "finger on the skin"},
                 {9000, "step", "find the gap"}, {31000, "near_miss", "1.4 mm from the portal vein"},

@@ -207,16 +207,19 @@ TEST(Debrief, MetricTableShowsCohortPercentiles) {
 }
 
 // HZ-TEACH-01
-TEST(Debrief, ExamIsPassedByPointsPunctureAndNoCriticalError) {
+TEST(Debrief, ExamIsPassedByPointsGoalAndNoCriticalError) {
     stylet::records::StoredAttempt attempt;
     EXPECT_FALSE(passed(attempt)) << "no result";
     attempt.result.emplace();
     attempt.result->target_hit = true;
     attempt.result->total = 100.0;
+    attempt.result->steps = {"advance to the duct", {"find the duct"}, 6, 0};
     EXPECT_FALSE(passed(attempt)) << "the duct was cut, but the step does not count";
-    attempt.events = {{100, "refused", "advance to the duct"}};
-    EXPECT_FALSE(passed(attempt));
-    attempt.events = {{100, "step", "advance to the duct, after a later one"}};
+    attempt.result->steps.done = {"advance to the duct"};
+    EXPECT_TRUE(passed(attempt));
+    attempt.result->steps.goal = "place the drain";
+    EXPECT_FALSE(passed(attempt)) << "a puncture is not a drainage";
+    attempt.result->steps.done.emplace_back("place the drain");
     EXPECT_TRUE(passed(attempt));
     attempt.result->total = stylet::training::kPassMark - 0.1;
     EXPECT_FALSE(passed(attempt));
@@ -245,7 +248,7 @@ stylet::records::AttemptResult oneStepResult() {
         result.metrics.push_back({std::string(m.id), std::string(m.name), std::string(m.unit), values[i],
                                   score.points[i], score.max_points[i]});
     }
-    result.steps = {{"find the space between the ribs"}, 6, 0};
+    result.steps = {"advance to the duct", {"find the space between the ribs"}, 6, 0};
     return result;
 }
 

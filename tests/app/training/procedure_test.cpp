@@ -375,5 +375,98 @@ TEST_F(ProcedureTest, IdleTraineeHasNoScore) {
     EXPECT_NEAR(progress().elapsed_s, 1.999, 1e-9);
 }
 
+class DrainageTest : public ProcedureTest {
+  protected:
+    DrainageTest() { procedure_.setCourse(Course::drainage); }
+
+    static TickOutput withWire(double in_duct_m) {
+        TickOutput out;
+        out.tool = Tool::wire;
+        out.access.open = out.access.wire_in = true;
+        out.access.in_duct_m = in_duct_m;
+        out.access.base_m = {0.05, 0.0, 0.0};  // the track is 50 mm long
+        return out;
+    }
+    static TickOutput withDilator(double depth_m) {
+        TickOutput out = withWire(0.040);
+        out.tool = Tool::dilator;
+        out.access.dilator_m = depth_m;
+        return out;
+    }
+    static TickOutput letGo(TickOutput out) {
+        out.tool = Tool::finger;
+        return out;
+    }
+    Drawn draw(TickOutput out) {
+        haptics::TickInput input;
+        input.add(kAspirate);
+        out.tick = tick_;
+        fold_.step(input, out);
+        update(out);
+        return fold_.aspiration().drawn;
+    }
+};
+
+TEST_F(DrainageTest, WireMustLieDownTheDuctWithoutPiercingIt) {
+    update(withWire(0.029), 100), update(letGo(withWire(0.029)));
+    EXPECT_EQ(progress().refusal, Refusal::wireNotInDuct);
+    TickOutput pierced = withWire(0.050);
+    pierced.access.pierced = true;
+    update(pierced, 100), update(letGo(pierced));
+    EXPECT_EQ(progress().refusal, Refusal::wirePierced);
+    EXPECT_FALSE(done(Step::wire));
+    update(withWire(0.031));
+    EXPECT_TRUE(done(Step::wire));
+}
+
+TEST_F(DrainageTest, DilatorMustReachTheDuctOverTheWire) {
+    update(withDilator(0.045), 100), update(letGo(withDilator(0.045)));
+    EXPECT_EQ(progress().refusal, Refusal::notDilated);
+    TickOutput without = withDilator(0.060);
+    without.access.wire_in = false;
+    update(without, 100);
+    EXPECT_FALSE(done(Step::dilate));
+    update(withDilator(0.051));
+    EXPECT_TRUE(done(Step::dilate));
+}
+
+TEST_F(DrainageTest, DrainMustCurlInADuct) {
+    TickOutput drain = letGo(withWire(0.040));
+    drain.access.drain = haptics::DrainState::over_wire;
+    update(drain, 100);
+    drain.access.drain = haptics::DrainState::misplaced;
+    update(drain, 100);
+    EXPECT_EQ(progress().refusal, Refusal::drainMisplaced);
+    EXPECT_FALSE(done(Step::drain));
+    drain.access.drain = haptics::DrainState::in_place;
+    update(drain);
+    EXPECT_TRUE(done(Step::drain));
+}
+
+TEST_F(DrainageTest, SyringeDrawsWhatIsAtTheNeedlesTip) {
+    EXPECT_EQ(draw(needleAt({-0.01, 0, 0}, Tissue::air, 0)), Drawn::air);
+    EXPECT_EQ(draw(liver(0.040)), Drawn::nothing);
+    EXPECT_EQ(progress().refusal, Refusal::noBile);
+    EXPECT_EQ(draw(vessel()), Drawn::blood);
+    EXPECT_EQ(progress().refusal, Refusal::bloodDrawn);
+    TickOutput in_duct = needleAt({0.053, 0, 0}, Tissue::duct, test::kDuctLabel);
+    in_duct.access.wire_in = true;
+    EXPECT_EQ(draw(in_duct), Drawn::nothing) << "the wire fills the needle";
+    EXPECT_FALSE(done(Step::aspirate));
+    in_duct.access.wire_in = false;
+    EXPECT_EQ(draw(in_duct), Drawn::bile);
+    EXPECT_TRUE(done(Step::aspirate));
+}
+
+// The steps of another course neither count nor are missed.
+TEST_F(ProcedureTest, PunctureHasNoStepsOfTheDrainage) {
+    TickOutput out = liver(0.040);
+    out.access.open = out.access.wire_in = true, out.access.in_duct_m = 0.050;
+    out.access.drain = haptics::DrainState::in_place;
+    update(out, 10);
+    EXPECT_EQ(progress().steps_done & ~stepsOf(Course::puncture), 0u);
+    EXPECT_EQ(stepsOf(Course::puncture) | stepsOf(Course::drainage), kAllSteps);
+}
+
 }  // namespace
 }  // namespace stylet::training

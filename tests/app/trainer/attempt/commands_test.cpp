@@ -98,6 +98,7 @@ TEST_F(UserCommandsTest, EquipmentCommandsNeedANumber) {
             EXPECT_THAT(describeOutcome(asked[0], now, now), HasSubstr(std::string(knob.word) + " "));
         }
     EXPECT_EQ(describeOutcome({CommandKind::inject, 1500}, now, now), "contrast medium, 1.5 ml/s");
+    EXPECT_EQ(describeOutcome(training::kAspirate, now, now), "the syringe draws air");
     EXPECT_THAT(said, IsEmpty());
     EXPECT_THAT(typed("inject 21\ninject -1\ninject nan\ninject 1x\nrotate\nrotate 400\ngain +\nturn 3\n"),
                 IsEmpty());

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "app/records/replay.h"
+#include "app/training/score.h"
 #include "patient/synth/synth.h"
 #include "tests/app/trainer/phantom_attempt.h"
 #include "tests/support/temp_folder.h"
@@ -43,6 +44,14 @@ struct Played {
     bool buckled = false, pierced = false;
     bool equal = false;  // the record's replay gave the same hash
     std::uint32_t faults = 0;
+    training::Progress progress;
+    std::vector<training::SessionEvent> events;
+    bool refused(training::Refusal why) const {
+        return std::ranges::any_of(events, [&](const training::SessionEvent& e) {
+            return e.kind == "refused" && e.text == training::refusalText(why);
+        });
+    }
+    bool done(training::Step step) const { return training::contains(progress.steps_done, step); }
 };
 
 Played play(const patient::Patient& patient, const patient::PlannedPath& path, const Scenario& scenario) {
@@ -53,10 +62,13 @@ Played play(const patient::Patient& patient, const patient::PlannedPath& path, c
     records::RecordWriter writer(folder / "record", {patient::digest(patient.package()), attempt.simulation},
                                  info);
     Session session(patient, path, scenario.moments, scenario.approach_distance_m, &writer);
+    session.setCourse(scenario.course);
     runFast(attempt, session, nullptr, 0.0, {});
     writer.finish();
     Played played;
     played.faults = session.log().faults;
+    played.progress = session.log().progress;
+    played.events = session.log().events;
     const records::ReplayResult again = records::replay(
         patient, records::loadRecord(folder / "record"),
         [&](const haptics::TickInput&, const haptics::TickOutput& out, const haptics::NeedleEvents&) {
@@ -95,6 +107,10 @@ TEST(Drainage, TheDrainIsPlacedInPatientsOfSeveralSeeds) {
         EXPECT_FALSE(best.pierced) << seed;
         EXPECT_GT(best.last.holes_in_duct, 0.2) << seed;
         EXPECT_GT(best.dilator_n, 1.0) << seed;
+        EXPECT_EQ(best.progress.step, training::Step::done) << stepName(best.progress.step);
+        EXPECT_EQ(best.progress.out_of_order, 0u) << seed;
+        EXPECT_GT(best.progress.total, 90.0) << seed;
+        EXPECT_TRUE(training::passesExam(best.progress)) << seed;
     }
 }
 
@@ -116,6 +132,12 @@ TEST(Drainage, InParenchymaTheWireStays) {
     EXPECT_TRUE(played.buckled);
     EXPECT_NE(played.last.drain, DrainState::in_place);
     EXPECT_TRUE(played.equal);
+    EXPECT_TRUE(played.refused(training::Refusal::noBile));
+    EXPECT_TRUE(played.refused(training::Refusal::wireNotInDuct));
+    for (const auto step : {training::Step::aspirate, training::Step::wire, training::Step::drain,
+                            training::Step::finalPicture})
+        EXPECT_FALSE(played.done(step)) << stepName(step);
+    EXPECT_FALSE(training::passesExam(played.progress));
 }
 
 TEST(Drainage, WithoutAWireTheAccessIsLost) {
@@ -127,6 +149,8 @@ TEST(Drainage, WithoutAWireTheAccessIsLost) {
     EXPECT_FALSE(played.last.open);
     EXPECT_EQ(played.dilated_m, 0.0);
     EXPECT_EQ(played.last.drain, DrainState::none);
+    EXPECT_FALSE(played.done(training::Step::wire) || played.done(training::Step::drain));
+    EXPECT_FALSE(training::passesExam(played.progress)) << "a puncture is not a drainage";
 }
 
 TEST(Drainage, BruteForceBucklesOrPierces) {

@@ -35,7 +35,7 @@ class ReferencePath : public testing::Test {
     // Returns the error message of referencePath(), or an empty string if it accepts the path.
     std::string refusal(const patient::Patient& patient, const std::string& asked) {
         try {
-            referencePath(patient, folder_.path(), asked);
+            referencePath(patient, folder_.path(), asked, training::Course::puncture);
             return "";
         } catch (const DataError& e) {
             return e.what();
@@ -48,7 +48,7 @@ class ReferencePath : public testing::Test {
 
 TEST_F(ReferencePath, CanBeAnExpertsNeedleTrack) {
     const patient::PlannedPath path =
-        referencePath(patient_, folder_.path(), attempt(patient_, "demo", 0.006));
+        referencePath(patient_, folder_.path(), attempt(patient_, "demo", 0.006), training::Course::puncture);
     EXPECT_NEAR(path.entry_m.x, 0.0, 0.001);
     EXPECT_NEAR(path.entry_m.y, 0.006, 0.001);
     EXPECT_NEAR(path.target_m.x, 0.050, 0.002) << "the duct's near wall";
@@ -76,8 +76,10 @@ TEST_F(ReferencePath, SelectsAPlannedPathByNumber) {
         patient::digest(package_), patient::kPlannerVersion, {test::ductPath(), test::ductPath()}};
     stored.paths[1].entry_m.y = stored.paths[1].entry_reference_m.y = 0.004;
     patient::savePaths(stored, folder_ / "paths.json");
-    EXPECT_EQ(referencePath(patient_, folder_.path(), "").entry_m, stored.paths[0].entry_m);
-    EXPECT_EQ(referencePath(patient_, folder_.path(), "2").entry_m, stored.paths[1].entry_m);
+    EXPECT_EQ(referencePath(patient_, folder_.path(), "", training::Course::puncture).entry_m,
+              stored.paths[0].entry_m);
+    EXPECT_EQ(referencePath(patient_, folder_.path(), "2", training::Course::puncture).entry_m,
+              stored.paths[1].entry_m);
     for (const char* none : {"0", "3"})
         EXPECT_NE(refusal(patient_, none).find("1 to 2"), std::string::npos);
 }

@@ -18,6 +18,7 @@ name = "good"
 tool = "finger"
 moments = ["approach", "duct"]
 approach_distance_mm = 20.0
+course = "drainage"
 [breath]
 period_s = 5.0
 period_jitter = 0.1
@@ -62,6 +63,8 @@ speed_mm_s = 20.0
 do = "park"
 [[stage]]
 do = "lift"
+[[stage]]
+do = "aspirate"
 [[stage]]
 do = "inject"
 ml_per_s = 1.5
@@ -116,7 +119,8 @@ TEST_F(ScenarioFile, ReadsEveryFieldInMetres) {
     EXPECT_DOUBLE_EQ(s.breath.creep_m, 0.0056);
     EXPECT_EQ(s.breath.plan.hold, (patient::HoldBehaviour{0.0, 20.0, 0.2, 0.1, 15.0}));
     EXPECT_EQ(s.tool, haptics::Tool::finger);
-    ASSERT_EQ(s.stages.size(), 10u);
+    EXPECT_EQ(s.course, training::Course::drainage);
+    ASSERT_EQ(s.stages.size(), 11u);
     EXPECT_EQ(s.stages[0].kind, StageKind::hold);
     EXPECT_EQ(s.stages[1].kind, StageKind::move);
     EXPECT_DOUBLE_EQ(s.stages[1].to.share, 1.0);
@@ -132,17 +136,18 @@ TEST_F(ScenarioFile, ReadsEveryFieldInMetres) {
     EXPECT_NEAR(s.stages[3].to.roll_rad, -0.610865, 1e-6);
     EXPECT_EQ(s.stages[4].kind, StageKind::park);
     EXPECT_EQ(s.stages[5].kind, StageKind::lift);
-    EXPECT_EQ(s.stages[6].kind, StageKind::inject);
-    EXPECT_DOUBLE_EQ(s.stages[6].injected_m3_per_s, 1.5e-6);
-    EXPECT_DOUBLE_EQ(s.stages[6].seconds, 4.0);
-    EXPECT_EQ(s.stages[7].kind, StageKind::pedal);
-    EXPECT_TRUE(s.stages[7].pedal_down);
-    EXPECT_EQ(s.stages[8].kind, StageKind::machine);
+    EXPECT_EQ(s.stages[6].kind, StageKind::aspirate);
+    EXPECT_EQ(s.stages[7].kind, StageKind::inject);
+    EXPECT_DOUBLE_EQ(s.stages[7].injected_m3_per_s, 1.5e-6);
+    EXPECT_DOUBLE_EQ(s.stages[7].seconds, 4.0);
+    EXPECT_EQ(s.stages[8].kind, StageKind::pedal);
+    EXPECT_TRUE(s.stages[8].pedal_down);
+    EXPECT_EQ(s.stages[9].kind, StageKind::machine);
     using training::Machine;
-    EXPECT_EQ(s.stages[8].turned, (std::vector<training::KnobSetting>{
+    EXPECT_EQ(s.stages[9].turned, (std::vector<training::KnobSetting>{
                                       {Machine::xray, std::size_t(training::XrayKnob::rotation), -30.0},
                                       {Machine::xray, std::size_t(training::XrayKnob::field), 200.0}}));
-    EXPECT_EQ(s.stages[9].turned,
+    EXPECT_EQ(s.stages[10].turned,
               (std::vector<training::KnobSetting>{
                   {Machine::ultrasound, std::size_t(training::UltrasoundKnob::depth), 120.0}}));
 }
@@ -181,18 +186,18 @@ TEST_F(ScenarioFile, RefusesBadFilesByFieldAndReason) {
     expectRefused("roll_deg = -35.0", "roll_deg = nan", "stage[3].roll_deg");
     expectRefused("do = \"park\"", "do = \"park\"\nseconds = 1.0", "stage[4].seconds");
     expectRefused("share = 1.0", "shore = 1.0", "stage[1].shore");
-    expectRefused("ml_per_s = 1.5", "", "stage[6].ml_per_s");
-    expectRefused("ml_per_s = 1.5", "ml_per_s = 21.0", "stage[6].ml_per_s");
-    expectRefused("ml_per_s = 1.5", "ml_per_s = -1.0", "stage[6].ml_per_s");
-    expectRefused("ml_per_s = 1.5", "ml_per_s = nan", "stage[6].ml_per_s");
-    expectRefused("seconds = 4.0", "seconds = 4000.0", "stage[6].seconds");
-    expectRefused("seconds = 4.0", "second = 4.0", "stage[6].second");
-    expectRefused("down = true", "", "stage[7].down");
-    expectRefused("down = true", "down = 1", "stage[7].down");
-    expectRefused("field_mm = 200.0", "field_mm = 2000.0", "stage[8].field_mm");
-    expectRefused("field_mm = 200.0", "depth_mm = 200.0", "stage[8].depth_mm");
-    expectRefused("rotation_deg = -30.0", "rotation_deg = \"left\"", "stage[8].rotation_deg");
-    expectRefused("depth_mm = 120.0", "", "stage[9].do");
+    expectRefused("ml_per_s = 1.5", "", "stage[7].ml_per_s");
+    expectRefused("ml_per_s = 1.5", "ml_per_s = 21.0", "stage[7].ml_per_s");
+    expectRefused("ml_per_s = 1.5", "ml_per_s = -1.0", "stage[7].ml_per_s");
+    expectRefused("ml_per_s = 1.5", "ml_per_s = nan", "stage[7].ml_per_s");
+    expectRefused("seconds = 4.0", "seconds = 4000.0", "stage[7].seconds");
+    expectRefused("seconds = 4.0", "second = 4.0", "stage[7].second");
+    expectRefused("down = true", "", "stage[8].down");
+    expectRefused("down = true", "down = 1", "stage[8].down");
+    expectRefused("field_mm = 200.0", "field_mm = 2000.0", "stage[9].field_mm");
+    expectRefused("field_mm = 200.0", "depth_mm = 200.0", "stage[9].depth_mm");
+    expectRefused("rotation_deg = -30.0", "rotation_deg = \"left\"", "stage[9].rotation_deg");
+    expectRefused("depth_mm = 120.0", "", "stage[10].do");
 }
 
 TEST_F(ScenarioFile, RefusesAFileThatIsNotThere) {

@@ -76,6 +76,16 @@ TEST(Notice, AStalledPictureIsCalledSo) {
     EXPECT_THAT(makeNotice(seen, Attention::focused, "Enter")->lines[0], HasSubstr("1 m/s"));
 }
 
+TEST(Notice, SaysWhatTheSyringeDrew) {
+    FrameState seen;
+    seen.drawn = training::Drawn::blood;
+    const auto notice = makeNotice(seen, Attention::focused, "");
+    ASSERT_TRUE(notice);
+    EXPECT_EQ(*notice, (Notice{"Syringe", {"Blood comes."}}));
+    seen.paused = true;
+    EXPECT_EQ(makeNotice(seen, Attention::focused, "")->title, "Paused") << "that is more important";
+}
+
 // The longest notices fit the panel: no bright pixels touch its lower edge.
 TEST(Notice, FitsItsPanel) {
     NoticePanel panel;

@@ -33,7 +33,7 @@ constexpr double kOnRail_m = 0.002;     // depth in the body that the needle rea
 constexpr double kMissed_m = 0.010;     // distance of the tip past the target, along the path
 constexpr double kMinSeen = 0.5;        // share of the insertion in the beam
 constexpr double kHalfBeam_m = 0.0025;  // half the thickness of the ultrasound beam
-constexpr double kMinWire_m = 0.030;    // length of the wire in the duct
+constexpr double kMinWire_m = 0.020;    // length of the wire in the duct
 constexpr double kShownContrast_m3 = 2e-7, kAstrayContrast_m3 = 1e-6;
 
 double distanceToSegment_m(const Vec3& p, const Vec3& a, const Vec3& b) {

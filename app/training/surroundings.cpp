@@ -82,20 +82,16 @@ Volume<float> distanceToMarked(const Volume<std::uint8_t>& marks, std::uint8_t w
     return distanceTo(mask, Sites::all, kThreads);
 }
 
-}  // namespace
-
 // Longest axis of the piece of duct at the target, by power iteration on its second moments.
-std::optional<Vec3> ductDirection(const Patient& patient, const Vec3& target_m) {
+std::optional<Vec3> ductDirection(const Volume<std::uint8_t>& marks, const Vec3& target_m) {
     std::vector<Vec3> piece;
     Vec3 middle(0.0);
-    const LabelVolume& labels = patient.package().labels;
-    const Index3 centre = labels.grid.nearest(target_m);
-    const Index3 reach = Index3(glm::ceil(Vec3(kDuctPiece_m) / labels.grid.spacing_m));
+    const Index3 centre = marks.grid.nearest(target_m);
+    const Index3 reach = Index3(glm::ceil(Vec3(kDuctPiece_m) / marks.grid.spacing_m));
     forEachVoxel(Grid{2 * reach + 1}, [&](const Index3& step) {
         const Index3 i = centre - reach + step;
-        const Label* label = labels.grid.contains(i) ? patient.label(labels[i]) : nullptr;
-        if (!label || label->role != patient::Role::target) return;
-        const Vec3 p = labels.grid.centre(i);
+        if (!marks.grid.contains(i) || marks[i] != kDuct) return;
+        const Vec3 p = marks.grid.centre(i);
         if (glm::length(p - target_m) > kDuctPiece_m) return;
         piece.push_back(p);
         middle += p;
@@ -119,6 +115,8 @@ std::optional<Vec3> ductDirection(const Patient& patient, const Vec3& target_m) 
     return along;
 }
 
+}  // namespace
+
 Surroundings::Surroundings(const Patient& patient, const patient::PlannedPath& path) {
     Volume<std::uint8_t> marks(gridAround(patient.grid(), path));
     const Index3 corner = patient.grid().nearest(marks.grid.origin_m);
@@ -128,7 +126,7 @@ Surroundings::Surroundings(const Patient& patient, const patient::PlannedPath& p
     half_voxel_m_ = 0.5 * std::max({s.x, s.y, s.z});
     risk_m_ = distanceToMarked(marks, kRisk | kAir);
     duct_m_ = distanceToMarked(marks, kDuct);
-    duct_axis_ = ductDirection(patient, path.target_reference_m);
+    duct_axis_ = ductDirection(marks, path.target_reference_m);
 }
 
 double Surroundings::toBorder(const Volume<float>& distance_m, const Vec3& reference_m) const noexcept {

@@ -11,9 +11,6 @@ namespace stylet::training {
 // Margin around the path in which distances are known.
 inline constexpr double kSurroundingsMargin_m = 0.040;
 
-// Direction of the target duct at this point of it (unit vector); nothing if it has no clear direction.
-std::optional<Vec3> ductDirection(const patient::Patient&, const Vec3& target_reference_m);
-
 class Surroundings {
   public:
     Surroundings(const patient::Patient&, const patient::PlannedPath&);
@@ -24,7 +21,7 @@ class Surroundings {
     double distanceToRisk_m(const Vec3& reference_m) const noexcept { return toBorder(risk_m_, reference_m); }
     // The same for ducts of the target role.
     double distanceToDuct_m(const Vec3& reference_m) const noexcept { return toBorder(duct_m_, reference_m); }
-    // ductDirection() at the target.
+    // Direction of the target duct at the target (unit vector); nothing if the duct has no clear direction.
     const std::optional<Vec3>& ductAxis() const noexcept { return duct_axis_; }
 
   private:

@@ -71,7 +71,7 @@ const Controls kTypedControls{.finger = "type \"finger\"",
 namespace {
 
 // Length of the drain in the duct before the wire is drawn out.
-constexpr double kDrainInDuct_m = 0.025;
+constexpr double kDrainInDuct_m = 0.018;
 
 Act toFindGap(const Progress& progress, const TickOutput& now) noexcept {
     if (now.tool != Tool::finger) return Act::takeFinger;
@@ -249,7 +249,7 @@ std::string prompt(Act act, const Controls& c) {
         case Act::takeWire:
             return fmt::format("Take the guide wire: {}.", c.wire);
         case Act::feedWire:
-            return fmt::format("Push the wire 30 mm down the duct: {}.", c.push);
+            return fmt::format("Push the wire 20 mm down the duct: {}.", c.push);
         case Act::drawWireBack:
             return fmt::format("The wire has pierced the duct. Draw it back, then try again: {}.", c.pull);
         case Act::takeNeedle:
@@ -278,6 +278,38 @@ std::string prompt(Act act, const Controls& c) {
             break;
     }
     return "All steps are done.";
+}
+
+std::string_view hint(Act act) noexcept {
+    switch (act) {
+        case Act::liftOff:
+            return "Draw it away from the body until it moves freely.";
+        case Act::pressGap:
+            return "The path enters where the line ends on the skin. A gap feels soft.";
+        case Act::pressUpperRib:
+        case Act::pressLowerRib:
+            return "Slide along the skin and keep pressing. A rib feels hard.";
+        case Act::placeProbe:
+            return "Its whole face must lie on the skin.";
+        case Act::shiftProbe:
+        case Act::turnProbe:
+            return "Move a little, then wait for the picture. A duct is dark.";
+        case Act::aimGuide:
+            return "The dashed line is the needle's way. Shift the probe across the picture.";
+        case Act::cut:
+            return "A cut of 3 to 15 mm counts, up to 5 mm from the entry.";
+        case Act::snapNeedle:
+            return "The rail is at the side of the probe. Cross it slowly with the tip.";
+        case Act::advance:
+            return "Look for the bright tip. The duct resists, then gives way.";
+        case Act::feedWire:
+            return "A wire that stops: draw it back into the needle, then push it slowly.";
+        case Act::pushDilator:
+        case Act::pushDrain:
+            return "It needs force. It stops where the wire ends.";
+        default:
+            return {};
+    }
 }
 
 }  // namespace stylet::training

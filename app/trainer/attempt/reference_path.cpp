@@ -4,16 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <limits>
-#include <optional>
 
 #include "app/records/replay.h"
 #include "app/trainer/attempt/retry.h"
 #include "app/trainer/session/session.h"
 #include "app/trainer/stores/console.h"
 #include "app/trainer/stores/patient_source.h"
-#include "app/training/surroundings.h"
 #include "base/text.h"
+#include "haptics/haptics.h"
 
 namespace stylet::trainer {
 
@@ -53,19 +51,35 @@ PlannedPath needleTrack(const haptics::TickOutput& cut, const patient::Patient& 
 
 }  // namespace
 
-const PlannedPath& pathForWire(const patient::Patient& patient, const std::vector<PlannedPath>& paths) {
-    constexpr double kEasy_rad = 1.05;
-    const PlannedPath* best = nullptr;
-    double best_rad = std::numeric_limits<double>::infinity();
-    for (const PlannedPath& path : paths) {
-        const std::optional<Vec3> duct = training::ductDirection(patient, path.target_reference_m);
-        if (!duct) continue;
-        const Vec3 inward = glm::normalize(path.target_reference_m - path.entry_reference_m);
-        const double rad = std::acos(std::min(1.0, std::fabs(glm::dot(inward, *duct))));
-        if (rad <= kEasy_rad) return path;
-        if (rad < best_rad) best = &path, best_rad = rad;
+double wireReach_m(const patient::DuctSpace& ducts, const PlannedPath& path) {
+    constexpr double kPush_m = 1e-4;
+    constexpr int kMaxPushes = 1000, kMaxStopped = 60;  // a wire that does not move for 6 mm is stopped
+    const Vec3 inward = glm::normalize(path.target_reference_m - path.entry_reference_m);
+    const haptics::WireBase base{path.target_reference_m, inward};
+    const haptics::WireSettings settings;
+    haptics::WireState wire;
+    double reach_m = 0.0;
+    int stopped = 0;
+    for (int n = 0; n < kMaxPushes && stopped < kMaxStopped && reach_m < kWireReach_m; ++n) {
+        haptics::stepWire(wire, settings, ducts, base, kPush_m);
+        if (std::isfinite(wire.pierced_m)) break;
+        const bool in_duct = isInDuct(ducts, haptics::wireTip(wire, base));
+        const double now_m = in_duct ? wire.fed_m - wire.solid_m : 0.0;
+        stopped = now_m > reach_m ? 0 : stopped + 1;
+        reach_m = std::max(reach_m, now_m);
     }
-    return best ? *best : paths.front();
+    return reach_m;
+}
+
+const PlannedPath& pathForWire(const patient::DuctSpace& ducts, const std::vector<PlannedPath>& paths) {
+    constexpr std::size_t kMaxTried = 50;
+    std::size_t best = 0;
+    double best_m = 0.0;
+    for (std::size_t i = 0; i < std::min(paths.size(), kMaxTried) && best_m < kWireReach_m; ++i) {
+        const double reach_m = wireReach_m(ducts, paths[i]);
+        if (reach_m > best_m) best = i, best_m = reach_m;
+    }
+    return paths[best];
 }
 
 PlannedPath referencePath(const patient::Patient& patient, const std::filesystem::path& patient_folder,
@@ -75,7 +89,8 @@ PlannedPath referencePath(const patient::Patient& patient, const std::filesystem
         if (*number < 1 || *number > paths.size())
             throw DataError(patient_folder / "paths.json", kOption,
                             fmt::format("there is no path {}: the patient has 1 to {}", asked, paths.size()));
-        if (asked.empty() && course == training::Course::drainage) return pathForWire(patient, paths);
+        if (asked.empty() && course == training::Course::drainage)
+            return pathForWire(patient::makeDuctSpace(patient), paths);
         return paths[*number - 1];
     }
     PlannedPath path = needleTrack(targetCut(patient, asked), patient);

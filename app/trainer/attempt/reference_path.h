@@ -11,10 +11,13 @@
 
 namespace stylet::trainer {
 
-// The best path for a guide wire: the first that meets the duct at 60 degrees or less, because the wire's tip
-// sticks in the wall opposite if the path is steeper; else the path with the smallest angle. `paths`: at
-// least one.
-const patient::PlannedPath& pathForWire(const patient::Patient&,
+// How far a guide wire goes down the duct from a needle at the path's target, up to kWireReach_m; pushed by
+// the model of haptics/tools/wire.h.
+inline constexpr double kWireReach_m = 0.035;
+double wireReach_m(const patient::DuctSpace&, const patient::PlannedPath&);
+// The best path for a drainage: the first from which the wire goes kWireReach_m down the duct, else the one
+// from which it goes furthest. `paths`: at least one.
+const patient::PlannedPath& pathForWire(const patient::DuctSpace&,
                                         const std::vector<patient::PlannedPath>& paths);
 
 // Returns the reference path at end-exhale, the breathing state of a commanded breath-hold. `asked`: empty

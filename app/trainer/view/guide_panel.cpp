@@ -39,7 +39,7 @@ constexpr int kPlaceRounds = 12;
 constexpr double kMaxWidth_m = 1.2;
 constexpr double kBreathMoves_v = 0.002;
 constexpr double kTouch_n = 0.001;  // smallest force of a tool on the skin
-constexpr double kRefusalShown_s = 8.0;
+constexpr double kRefusalShown_s = 8.0, kHintShown_s = 5.0;
 
 std::string formatClock(double s) {
     const long whole = std::lround(std::floor(std::max(0.0, s)));
@@ -255,6 +255,14 @@ void GuidePanel::drawInsertion(const FrameState& seen, double top, double bottom
     if (inside) canvas_->line({x(seen.tick.depth_m), plot}, {x(seen.tick.depth_m), bottom}, 3.0, kNext);
 }
 
+// The prompt; if the trainee does not get on, a hint takes its place every other kHintShown_s.
+std::string GuidePanel::promptText() const {
+    const double late_s = now_s_ - act_since_s_ - training::kHintAfter_s;
+    const bool hints = late_s >= 0.0 && std::fmod(late_s, 2.0 * kHintShown_s) < kHintShown_s;
+    const std::string_view hint = training::hint(act_);
+    return hints && !hint.empty() ? std::string(hint) : training::prompt(act_, controls_);
+}
+
 void GuidePanel::draw(const FrameState& seen) {
     const Progress& progress = seen.progress;
     const haptics::TickOutput& tick = seen.tick;
@@ -271,10 +279,12 @@ void GuidePanel::draw(const FrameState& seen) {
     // The reason for a refused step takes the place of the hint for a while.
     const bool refused = progress.refusal != training::Refusal::none &&
                          progress.elapsed_s - progress.refused_s < kRefusalShown_s;
-    const std::string said =
-        refused            ? "Not done: " + std::string(training::refusalText(progress.refusal)) + "."
-        : rules_.next_step ? training::prompt(nextAct(progress, tick, seen.machines), controls_)
-                           : std::string(training::stepName(progress.step));
+    const training::Act act = nextAct(progress, tick, seen.machines);
+    if (act != act_ || now_s_ < act_since_s_) act_ = act, act_since_s_ = now_s_;
+    const std::string said = refused
+                                 ? "Not done: " + std::string(training::refusalText(progress.refusal)) + "."
+                             : rules_.next_step ? promptText()
+                                                : std::string(training::stepName(progress.step));
     double y = 88.0;
     for (const std::string& line : wrapped(*canvas_, said, words, kRight - kLeft))
         canvas_->text({kLeft, y}, line, words), y += 34.0;

@@ -40,6 +40,7 @@ class GuidePanel {
 
   private:
     void draw(const FrameState&);
+    std::string promptText() const;
     void drawSteps(const training::Progress&);
     // `top` and `bottom` are heights in layout pixels.
     void drawCurve(double top, double bottom);
@@ -57,6 +58,8 @@ class GuidePanel {
         double t_s = 0.0, force_n = 0.0;
     };
     std::deque<Sample> curve_;
+    training::Act act_ = training::Act::finish;
+    double act_since_s_ = 0.0;
     double now_s_ = 0.0, drawn_s_ = 0.0, breath_v_ = 0.0;
     std::string_view breath_ = "";
     std::vector<report::Point> line_;

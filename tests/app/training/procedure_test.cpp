@@ -408,14 +408,14 @@ class DrainageTest : public ProcedureTest {
 };
 
 TEST_F(DrainageTest, WireMustLieDownTheDuctWithoutPiercingIt) {
-    update(withWire(0.029), 100), update(letGo(withWire(0.029)));
+    update(withWire(0.019), 100), update(letGo(withWire(0.019)));
     EXPECT_EQ(progress().refusal, Refusal::wireNotInDuct);
     TickOutput pierced = withWire(0.050);
     pierced.access.pierced = true;
     update(pierced, 100), update(letGo(pierced));
     EXPECT_EQ(progress().refusal, Refusal::wirePierced);
     EXPECT_FALSE(done(Step::wire));
-    update(withWire(0.031));
+    update(withWire(0.021));
     EXPECT_TRUE(done(Step::wire));
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "app/records/replay.h"
+#include "app/trainer/attempt/reference_path.h"
 #include "app/training/score.h"
 #include "patient/synth/synth.h"
 #include "tests/app/trainer/phantom_attempt.h"
@@ -86,31 +87,34 @@ Played play(const patient::Patient& patient, const patient::PlannedPath& path, c
     return played;
 }
 
-// The first path whose angle to the duct allows the wire down.
-TEST(Drainage, TheDrainIsPlacedInPatientsOfSeveralSeeds) {
+// HZ-TEACH-12
+TEST(Drainage, TheExpertDoesEveryStepInPatientsOfSeveralSeeds) {
     const Scenario scenario = drainage();
-    for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    for (const std::uint64_t seed : {1u, 2u, 3u, 4u}) {
         const SynthPatient p(seed);
-        int placed = 0, tried = 0;
-        Played best;
+        ASSERT_FALSE(p.paths.empty()) << seed;
+        const patient::DuctSpace ducts = patient::makeDuctSpace(p.patient);
+        const double reach_m = wireReach_m(ducts, pathForWire(ducts, p.paths));
+        EXPECT_GE(reach_m, wireReach_m(ducts, p.paths.front())) << seed;
+        // The script holds the probe in the same way for every path: on some of them a rib hides the duct.
+        Played played;
+        int tried = 0;
         for (const patient::PlannedPath& path : p.paths) {
-            if (tried == 4 || placed > 0) break;
+            if (played.progress.step == training::Step::done || tried == 4) break;
+            if (wireReach_m(ducts, path) < 0.8 * reach_m) continue;
             ++tried;
-            const Played played = play(p.patient, path, scenario);
+            played = play(p.patient, path, scenario);
             EXPECT_TRUE(played.equal) << seed;
-            EXPECT_EQ(played.faults, 0u) << seed;
-            if (played.last.drain != DrainState::in_place || played.in_duct_m < 0.030) continue;
-            ++placed;
-            best = played;
         }
-        ASSERT_GT(placed, 0) << "seed " << seed << ", paths " << p.paths.size();
-        EXPECT_FALSE(best.pierced) << seed;
-        EXPECT_GT(best.last.holes_in_duct, 0.2) << seed;
-        EXPECT_GT(best.dilator_n, 1.0) << seed;
-        EXPECT_EQ(best.progress.step, training::Step::done) << stepName(best.progress.step);
-        EXPECT_EQ(best.progress.out_of_order, 0u) << seed;
-        EXPECT_GT(best.progress.total, 90.0) << seed;
-        EXPECT_TRUE(training::passesExam(best.progress)) << seed;
+        EXPECT_EQ(played.faults, 0u) << seed;
+        EXPECT_EQ(played.progress.step, training::Step::done)
+            << seed << ": " << stepName(played.progress.step);
+        EXPECT_EQ(played.progress.out_of_order, 0u) << seed;
+        EXPECT_GT(played.progress.total, 90.0) << seed;
+        EXPECT_TRUE(training::passesExam(played.progress)) << seed;
+        EXPECT_FALSE(played.pierced) << seed;
+        EXPECT_GT(played.last.holes_in_duct, 0.2) << seed;
+        EXPECT_GT(played.dilator_n, 1.0) << seed;
     }
 }
 

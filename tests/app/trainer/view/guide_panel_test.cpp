@@ -67,6 +67,25 @@ TEST(GuidePanel, HintsAppearOnlyAtGuidedDifficulty) {
     EXPECT_NE(guided.rgba(), practice.rgba());
 }
 
+// Pixels of the prompt's two lines.
+std::vector<std::uint8_t> promptAfter(double waited_s) {
+    GuidePanel panel(test::difficulties()[Difficulty::guided], training::kMouseControls, 0.001);
+    for (double t_s = 0.0; t_s <= waited_s; t_s += 0.5) {
+        FrameState seen = feltAt(t_s);
+        seen.tick.tool = haptics::Tool::finger;
+        panel.update(seen, true);
+    }
+    const auto row = std::ptrdiff_t(4 * GuidePanel::kWidth);
+    return {panel.rgba().begin() + 60 * row, panel.rgba().begin() + 130 * row};
+}
+
+TEST(GuidePanel, AHintTakesTurnsWithAPromptThatDoesNotHelp) {
+    const std::vector<std::uint8_t> prompt = promptAfter(1.0);
+    EXPECT_EQ(promptAfter(training::kHintAfter_s - 1.0), prompt);
+    EXPECT_NE(promptAfter(training::kHintAfter_s + 1.0), prompt);
+    EXPECT_EQ(promptAfter(training::kHintAfter_s + 7.0), prompt) << "the prompt comes back";
+}
+
 FrameState inserted(std::vector<Passed> passed) {
     FrameState seen = feltAt(1.0);
     seen.tick.tool = haptics::Tool::needle;

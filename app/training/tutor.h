@@ -67,8 +67,8 @@ extern const Controls kMouseControls, kControllerControls, kTypedControls;
 
 // One or two sentences, for example "Take the finger: press F."
 std::string prompt(Act, const Controls&);
-// What else may help a trainee to whom the same prompt has been shown for kHintAfter_s. Empty if there is nothing
-// more to say.
+// What else may help a trainee to whom the same prompt has been shown for kHintAfter_s. Empty if there is
+// nothing more to say.
 inline constexpr double kHintAfter_s = 15.0;
 std::string_view hint(Act) noexcept;
 

@@ -82,8 +82,8 @@ class KeyFrame {
     // range of rolls in which the program's own rule sees the target duct at this breath. Returns the middle
     // of the widest range, or nothing if there is none.
     std::optional<KeySteps> probeOnDuct(const patient::Surrogate& breath, double deeper) const;
-    // The places `deeper` key presses in which the finger must press for the program's own rule: the gap at the
-    // entry, then the ribs beside it. Empty if a rib is out of reach.
+    // The places `deeper` key presses in which the finger must press for the program's own rule: the gap at
+    // the entry, then the ribs beside it. Empty if a rib is out of reach.
     std::vector<KeySteps> placesToFeel(double deeper) const;
     // Key presses right, up and deeper, as fractions, that move the tool one key press across the path in the
     // patient's direction.
@@ -145,8 +145,8 @@ std::vector<KeySteps> KeyFrame::placesToFeel(double deeper) const {
     std::vector<KeySteps> places{{.deeper = deeper}};
     training::Refusal missing = press(procedure, places.front());
     for (const double toward_head : {1.0, -1.0}) {
-        const auto rib = toward_head > 0.0 ? training::Refusal::upperRibNotFelt
-                                           : training::Refusal::lowerRibNotFelt;
+        const auto rib =
+            toward_head > 0.0 ? training::Refusal::upperRibNotFelt : training::Refusal::lowerRibNotFelt;
         for (int away = 1; missing == rib; ++away) {
             if (away > kMaxAway) return {};
             const Vec3 to = glm::round(keysToward({0.0, 0.0, toward_head}) * double(away));

@@ -256,9 +256,10 @@ void Evidence::judgeIncision(const TickOutput& now) {
         refusal_ = Refusal::incisionAside;
     else if (length_m < kMinIncision_m)
         refusal_ = Refusal::incisionTooShort;
-    else if (length_m > kMaxIncision_m)
+    else if (length_m > kMaxIncision_m) {
         refusal_ = Refusal::incisionTooLong;
-    else
+        spoiled_incision_ = true;
+    } else
         find(Step::incise);
 }
 

@@ -45,6 +45,8 @@ class Evidence {
     // Why the step that the trainee just tried does not count; `none` if nothing was tried since the last
     // call.
     Refusal popRefusal() noexcept { return std::exchange(refusal_, Refusal::none); }
+    // True if the skin at the entry is open too wide, which no further cut can mend.
+    bool isIncisionSpoiled() const noexcept { return spoiled_incision_; }
     // What the step still lacks at the newest tick. `none` if this is not known in more detail.
     Refusal missing(Step) const noexcept;
 
@@ -84,6 +86,7 @@ class Evidence {
     View view_ = View::noContact;
     double shown_s_ = 0.0;
     bool aimed_ = false;  // the guide's line met the duct in the newest breath-hold
+    bool spoiled_incision_ = false;
     bool on_rail_ = false, beside_rail_ = false, refused_contrast_ = false;
     Refusal refused_puncture_ = Refusal::none;  // of this insertion
     Vec3 anchor_m_{0.0};

@@ -214,6 +214,7 @@ void Procedure::updateSteps(const TickOutput& now, const TickFacts& facts, const
     for (int step = 0; step < kStepCount; ++step)
         if (contains(found & ~progress_.steps_done & stepsOf(progress_.course), Step(step)))
             finish(Step(step), now.tick);
+    progress_.step = firstMissing();
     progress_.missing = progress_.step == Step::done ? Refusal::none : evidence_.missing(progress_.step);
     if (const Refusal refusal = evidence_.popRefusal(); refusal != Refusal::none) {
         progress_.refusal = refusal;
@@ -238,13 +239,13 @@ void Procedure::finish(Step step, std::uint64_t tick) {
     progress_.refusal = Refusal::none;
     early_steps_ |= later;
     progress_.out_of_order = std::uint32_t(std::popcount(early_steps_));
-    progress_.step = firstMissing();
     addEvent(tick, "step", std::string(stepName(step)) + (later != 0 ? ", after a later one" : ""));
 }
 
 Step Procedure::firstMissing() const noexcept {
-    const std::uint32_t absent = kAllSteps & ~stepsOf(progress_.course);
-    return Step(std::countr_one(progress_.steps_done | absent));
+    std::uint32_t passed = progress_.steps_done | (kAllSteps & ~stepsOf(progress_.course));
+    if (evidence_.isIncisionSpoiled()) passed |= 1u << unsigned(Step::incise);
+    return Step(std::countr_one(passed));
 }
 
 void Procedure::reportChanges(const TickOutput& now) {

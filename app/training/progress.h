@@ -91,7 +91,7 @@ std::string_view riskStructureName(RiskStructure) noexcept;
 // Trivially copyable, for snapshots. State at one tick, patient frame.
 struct Progress {
     Course course = Course::puncture;
-    Step step = Step::findGap;       // first step of the course that is not done
+    Step step = Step::findGap;       // first step of the course that is not done and can be done
     std::uint32_t steps_done = 0;    // bit mask, 1 << Step
     std::uint32_t out_of_order = 0;  // steps done before an earlier one
     double elapsed_s = 0.0;          // since the first tick

@@ -174,9 +174,27 @@ TEST_F(ProcedureTest, IncisionIsAtTheEntryAndOfUsefulLength) {
     EXPECT_EQ(cut(0.030, 0.006), Refusal::incisionAside);
     EXPECT_EQ(cut(0.006, 0.006), Refusal::incisionAside);
     EXPECT_EQ(cut(0.002, 0.002), Refusal::incisionTooShort);
+    EXPECT_EQ(progress().step, Step::findGap);
     EXPECT_EQ(cut(0.002, 0.040), Refusal::incisionTooLong);
     cut(0.002, 0.006);
     EXPECT_TRUE(done(Step::incise));
+}
+
+// A wound cannot be made shorter: the tutor must not ask for it for ever.
+TEST_F(ProcedureTest, TooLongAnIncisionIsLeftBehind) {
+    update(finger({0.002, 0.0, 0.0}, 0.3), 300);
+    update(probeAt({0.0, 0.0, 0.0}, {1, 0, 0}), 1200);
+    ASSERT_EQ(progress().step, Step::incise);
+    TickOutput out;
+    out.tool = Tool::scalpel;
+    out.incision_count = 1, out.cut_incision = 0;
+    out.cut = {{0.0, -0.020, 0.002}, {0.0, 0.020, 0.002}};
+    update(out);
+    out.cut_incision = -1;
+    update(out);
+    EXPECT_EQ(progress().refusal, Refusal::incisionTooLong);
+    EXPECT_FALSE(done(Step::incise));
+    EXPECT_EQ(progress().step, Step::guide);
 }
 
 // The entry may also be where the parked probe's rail meets the skin.

@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "app/records/replay.h"
+#include "app/records/samples.h"
 #include "base/hex.h"
 #include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/command.h"
@@ -59,12 +60,20 @@ class Meanwhile {
     std::thread thread_;
 };
 
-// Pushes the cap away from the user, at most once every 8 ms. Returns after the driver has read `reports`
-// reports, so the push lasts at least `reports` times 8 ms on any machine.
-void pushAway(SpaceMouseEmulator& cap, int reports, const std::atomic<bool>& over) {
-    while (!over.load() && reports > 0) {
-        reports -= int(cap.push({0, -350, 0, 0, 0, 0}));
-        sleepMs(8);
+// Depth of the needle in the newest stored sample of the attempt that writes into `out`; 0 before the first.
+double storedDepth_m(const std::filesystem::path& out) {
+    if (!std::filesystem::exists(out / "record" / "samples.bin")) return 0.0;
+    const std::vector<records::Sample> samples = records::loadSamples(out / "record").samples;
+    return samples.empty() ? 0.0 : samples.back().depth_m;
+}
+
+// Pushes the cap away from the user, at most once every 8 ms, until the needle is in the body. On a slow
+// machine the needle lags behind the pushes.
+void pushIn(SpaceMouseEmulator& cap, const std::filesystem::path& out, const std::atomic<bool>& over) {
+    constexpr int kPushesPerLook = 25;
+    for (int n = 1; !over.load(); ++n, sleepMs(8)) {
+        cap.push({0, -350, 0, 0, 0, 0});
+        if (n % kPushesPerLook == 0 && storedDepth_m(out) > 0.015) return;
     }
 }
 
@@ -128,7 +137,7 @@ TEST_F(DeviceRunRealTime, ASpaceMouseMovesTheNeedleAndTheRecordReplays) {
         const Meanwhile hand([&](const std::atomic<bool>& over) {
             while (!over.load() && !hasTicked(out))
                 sleepMs(8);
-            pushAway(cap, 190, over);
+            pushIn(cap, out, over);
             interrupt();
         });
         live = command_->runInto(out, run("--device spacemouse --seconds 240"), *command_ / "number");
@@ -196,7 +205,7 @@ TEST_F(DeviceRunRealTime, WindowHasAKeyForEveryCommand) {
                 if (begun) display.key(key);
                 if (!begun || !hears(words)) break;
             }
-            pushAway(cap, 190, over);
+            pushIn(cap, out, over);
             interrupt();
         });
         live = command_->runInto(out,

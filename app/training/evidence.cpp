@@ -23,9 +23,8 @@ constexpr double kRibReach_m = 0.030;
 constexpr double kRibDepth_m = 0.040;  // greatest depth of a rib under the skin
 constexpr double kBeforeSkin_m = 0.005;
 constexpr double kSample_m = 0.001, kAside_m = 0.003;
-// Ultrasound: distance of the duct from the picture's plane, the time for which it must be visible, and the
-// share of the face that must touch.
-constexpr double kDuctInPlane_m = 0.004, kMinVisible_s = 1.0, kMinContact = 0.3;
+// Ultrasound: distance of the duct from the picture's plane, and the time for which it must be visible.
+constexpr double kDuctInPlane_m = 0.004, kMinVisible_s = 1.0;
 // The guide's line meets the duct if at least this length of it lies in the duct, near the target.
 constexpr double kMinChord_m = 0.0015, kChordReach_m = 0.010, kChordSample_m = 0.0005;
 constexpr double kAtEntry_m = 0.005, kMinIncision_m = 0.003, kMaxIncision_m = 0.015;
@@ -107,7 +106,6 @@ Refusal Evidence::missing(Step step) const noexcept {
     if (step == Step::advance && refused_puncture_ != Refusal::none) return refused_puncture_;
     if (step == Step::incise || step == Step::guide || step == Step::advance)
         return aimed_ ? Refusal::none : Refusal::ductBesideRail;
-    if (step == Step::wire && previous_.access.pierced) return Refusal::wirePierced;
     if (step != Step::findDuct) return Refusal::none;
     switch (view_) {
         case View::noContact:
@@ -228,7 +226,8 @@ void Evidence::aim(const TickOutput& now, const Vec3& target_m) noexcept {
         if (label && label->tissue == Tissue::duct && label->role == patient::Role::target)
             chord_m += kChordSample_m;
     }
-    aimed_ = chord_m >= kMinChord_m;
+    // A parked probe stays aimed until the line misses the duct, although the breath-hold drifts.
+    aimed_ = chord_m >= (aimed_ && now.probe_parked ? kChordSample_m : kMinChord_m);
 }
 
 bool Evidence::isAtEntry(const haptics::Incision& cut, const TickOutput& now) const noexcept {
@@ -315,7 +314,9 @@ void Evidence::judgeAspiration(const AttemptFold& fold) {
     if (fold.aspiration().drawn == Drawn::bile)
         find(Step::aspirate);
     else if (!has(Step::aspirate))
-        refusal_ = fold.aspiration().drawn == Drawn::blood ? Refusal::bloodDrawn : Refusal::noBile;
+        refusal_ = fold.aspiration().drawn == Drawn::blood ? Refusal::bloodDrawn
+                   : previous_.access.wire_in              ? Refusal::wireInNeedle
+                                                           : Refusal::noBile;
 }
 
 // A step counts as tried when the hand lets go of its tool, or the drain curls.
@@ -329,7 +330,8 @@ void Evidence::judgeDrainage(const TickOutput& now) {
             refusal_ = access.pierced ? Refusal::wirePierced : Refusal::wireNotInDuct;
     }
     if (!has(Step::dilate)) {
-        if (access.wire_in && access.dilator_m >= glm::length(access.base_m - access.entry_m))
+        if (access.wire_in && access.in_duct_m > 0.0 &&
+            access.dilator_m >= glm::length(access.base_m - access.entry_m))
             find(Step::dilate);
         else if (letGo(Tool::dilator))
             refusal_ = Refusal::notDilated;

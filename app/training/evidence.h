@@ -13,6 +13,9 @@ namespace stylet::training {
 // Share of the needle's length in the body that lies in the ultrasound beam of a probe on the skin, 0 to 1.
 double shareInBeam(const haptics::TickOutput&) noexcept;
 
+// Share of the probe's face that must touch the skin for a picture that counts.
+inline constexpr double kMinContact = 0.3;
+
 // Why the duct cannot be seen.
 enum class View : std::uint8_t { shown, noContact, besidePlane, outsideSector, shadowed };
 
@@ -28,8 +31,8 @@ enum class View : std::uint8_t { shown, noContact, besidePlane, outsideSector, s
 //   aspirate  bile is drawn through the needle
 //   contrast  medium in the ducts is seen under X-rays
 //   wire      the guide wire lies 20 mm down a duct whose wall it has not pierced
-//   dilate    the dilator has reached the duct over the wire
-//   drain     the drain is in place: without the wire, its end curls in a duct
+//   dilate    the dilator has reached the duct over a wire that lies in it
+//   drain     the drain is in place: the wire is drawn back behind its loop, which curls in a duct
 //   finalPicture  medium that was injected through the drain is seen in the ducts under X-rays
 class Evidence {
   public:

@@ -36,7 +36,7 @@ std::vector<Loss> findLosses(const Score& score) {
     losses.push_back(steps);
     std::erase_if(losses, [](const Loss& loss) { return !(loss.points >= kSmallestLoss); });
     std::sort(losses.begin(), losses.end(), [](const Loss& a, const Loss& b) {
-        return a.points != b.points ? a.points > b.points : a.metric > b.metric;
+        return a.points != b.points ? a.points > b.points : a.metric < b.metric;
     });
     return losses;
 }

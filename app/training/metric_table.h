@@ -107,7 +107,8 @@ inline constexpr std::string_view kJohnson = "Johnson 2012", kModel = "model.md 
 // procedure, to harm and to effort, with effort last.
 inline constexpr std::array<Metric, kMetricCount> kMetricTable{{
     {"procedure", "Procedure done", "%",
-     "five parts for the puncture (two if it was blind or in a moving liver), five for the drain, one for "
+     "of all parts: five for the puncture (two if it was blind or in a moving liver), five for the drain, "
+     "one for "
      "each "
      "other step",
      kModel, 8, 100, 0, Step::done},

@@ -39,7 +39,7 @@ constexpr std::array<std::string_view, std::size_t(kStepCount) + 1> kStepNames{
     "place the drain",
     "show the drain with contrast",
     "done"};
-constexpr std::array<std::string_view, 25> kRefusalTexts{
+constexpr std::array<std::string_view, 26> kRefusalTexts{
     "",
     "the space between the ribs was not pressed with the finger",
     "the rib above the space was not felt",
@@ -60,6 +60,7 @@ constexpr std::array<std::string_view, 25> kRefusalTexts{
     "the needle has passed beside the duct",
     "no bile was drawn: the needle's tip is not in a duct",
     "blood was drawn: the needle's tip is in a vessel",
+    "no bile was drawn: the wire fills the needle",
     "the contrast medium is not in the ducts",
     "the wire does not lie 20 mm down the duct",
     "the wire has pierced the duct's wall: draw it back",
@@ -214,7 +215,7 @@ void Procedure::updateSteps(const TickOutput& now, const TickFacts& facts, const
     for (int step = 0; step < kStepCount; ++step)
         if (contains(found & ~progress_.steps_done & stepsOf(progress_.course), Step(step)))
             finish(Step(step), now.tick);
-    progress_.step = firstMissing();
+    progress_.step = firstMissing(now);
     progress_.missing = progress_.step == Step::done ? Refusal::none : evidence_.missing(progress_.step);
     if (const Refusal refusal = evidence_.popRefusal(); refusal != Refusal::none) {
         progress_.refusal = refusal;
@@ -242,9 +243,14 @@ void Procedure::finish(Step step, std::uint64_t tick) {
     addEvent(tick, "step", std::string(stepName(step)) + (later != 0 ? ", after a later one" : ""));
 }
 
-Step Procedure::firstMissing() const noexcept {
+// Passes over the steps that cannot be done any more, so that nobody is asked for them.
+Step Procedure::firstMissing(const TickOutput& now) const noexcept {
+    constexpr std::uint32_t kOfNeedle = 1u << unsigned(Step::guide) | 1u << unsigned(Step::advance) |
+                                        1u << unsigned(Step::aspirate) | 1u << unsigned(Step::contrast);
     std::uint32_t passed = progress_.steps_done | (kAllSteps & ~stepsOf(progress_.course));
     if (evidence_.isIncisionSpoiled()) passed |= 1u << unsigned(Step::incise);
+    if (now.access.wire_in) passed |= kOfNeedle;
+    if (contains(progress_.steps_done, Step::drain)) passed |= (1u << unsigned(Step::drain)) - 1u;
     return Step(std::countr_one(passed));
 }
 

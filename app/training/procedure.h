@@ -42,7 +42,7 @@ class Procedure {
     void updateSteps(const haptics::TickOutput&, const TickFacts&, const AttemptFold&);
     void updateSafety(const haptics::TickOutput&, const TickFacts&);
     void finish(Step, std::uint64_t tick);
-    Step firstMissing() const noexcept;
+    Step firstMissing(const haptics::TickOutput&) const noexcept;
     void reportChanges(const haptics::TickOutput&);
     void addEvent(std::uint64_t tick, const char* kind, std::string text);
     void updateScore() noexcept;

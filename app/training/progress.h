@@ -70,6 +70,7 @@ enum class Refusal : std::uint8_t {
     ductMissed,
     noBile,
     bloodDrawn,
+    wireInNeedle,
     contrastAstray,
     wireNotInDuct,
     wirePierced,

@@ -5,6 +5,8 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "app/training/evidence.h"
+
 namespace stylet::training {
 
 using haptics::TickOutput;
@@ -13,6 +15,7 @@ using haptics::Tool;
 const Controls kMouseControls{.finger = "press F",
                               .probe = "press P",
                               .park = "press K",
+                              .lift = "press L",
                               .scalpel = "press S",
                               .guide = "press G",
                               .hold = "press H",
@@ -32,6 +35,7 @@ const Controls kMouseControls{.finger = "press F",
 const Controls kControllerControls{.finger = "press B (menu) until you hold it",
                                    .probe = "press B (menu) until you hold it",
                                    .park = "press B (menu)",
+                                   .lift = "press B (menu) until you hold it",
                                    .scalpel = "press B (menu) until you hold it",
                                    .guide = "press B (menu) until you hold it",
                                    .hold = "squeeze",
@@ -51,6 +55,7 @@ const Controls kControllerControls{.finger = "press B (menu) until you hold it",
 const Controls kTypedControls{.finger = "type \"finger\"",
                               .probe = "type \"probe\"",
                               .park = "type \"park\"",
+                              .lift = "type \"lift\"",
                               .scalpel = "type \"scalpel\"",
                               .guide = "type \"guide\"",
                               .hold = "type \"hold\"",
@@ -82,6 +87,7 @@ Act toFindGap(const Progress& progress, const TickOutput& now) noexcept {
 Act toFindDuct(const Progress& progress, const TickOutput& now) noexcept {
     if (now.tool != Tool::probe) return Act::takeProbe;
     if (!now.breath_held) return Act::holdBreath;
+    if (now.probe_parked && progress.missing != Refusal::ductTooShort) return Act::liftProbe;
     switch (progress.missing) {
         case Refusal::ductBesidePlane:
         case Refusal::ductOutsidePicture:
@@ -99,9 +105,10 @@ Act toFindDuct(const Progress& progress, const TickOutput& now) noexcept {
 std::optional<Act> toParkedProbe(const Progress& progress, const TickOutput& now) noexcept {
     const bool aimed = progress.missing != Refusal::ductBesideRail;
     if (now.probe_parked && aimed) return std::nullopt;
-    if (now.probe_parked || now.tool != Tool::probe) return Act::takeProbe;
+    if (now.tool != Tool::probe) return Act::takeProbe;
+    if (now.probe_parked) return Act::liftProbe;
     if (!now.breath_held) return Act::holdBreath;
-    if (!(now.probe_touching_share > 0.0)) return Act::placeProbe;
+    if (!(now.probe_touching_share > kMinContact)) return Act::placeProbe;
     return aimed ? Act::parkProbe : Act::aimGuide;
 }
 
@@ -123,40 +130,51 @@ Act toPuncture(const Progress& progress, const TickOutput& now) noexcept {
     return inside ? Act::advance : Act::enterSkin;
 }
 
-bool isInside(const TickOutput& now) noexcept {
-    return now.phase != haptics::Phase::outside || now.access.open;
+// To a free needle whose tip is in a duct.
+std::optional<Act> toTipInDuct(const Progress& progress, const TickOutput& now) noexcept {
+    if (now.phase == haptics::Phase::outside) return toPuncture(progress, now);
+    if (now.tissue != patient::Tissue::duct) return Act::seekDuct;
+    return std::nullopt;
 }
 
-Act toAspirate(const Progress& progress, const TickOutput& now) noexcept {
-    return now.phase == haptics::Phase::outside ? toPuncture(progress, now) : Act::aspirate;
+Act toPicture(const Progress& progress, const TickOutput& now, const Equipment& equipment) noexcept {
+    if (const std::optional<Act> act = toTipInDuct(progress, now)) return *act;
+    return equipment.xray.pedal ? Act::inject : Act::pressPedal;
 }
 
+// To a wire that lies down the duct. The needle, or an earlier wire, holds the way to it.
 Act toPassWire(const Progress& progress, const TickOutput& now) noexcept {
-    if (!isInside(now)) return toPuncture(progress, now);
+    const haptics::AccessOutput& access = now.access;
+    if (access.dilator_m > 0.0) return now.tool == Tool::dilator ? Act::drawDilator : Act::takeDilator;
+    if (!access.wire_in)
+        if (const std::optional<Act> act = toTipInDuct(progress, now)) return *act;
     if (now.tool != Tool::wire) return Act::takeWire;
-    return progress.missing == Refusal::wirePierced ? Act::drawWireBack : Act::feedWire;
+    return access.pierced ? Act::drawWireBack : Act::feedWire;
 }
 
-// The wire stays, and the needle is drawn out over it.
-std::optional<Act> toFreeWire(const TickOutput& now) noexcept {
-    if (!now.access.needle_in) return std::nullopt;
+// To a wire without a needle around it, for what slides over it.
+std::optional<Act> toFreeWire(const Progress& progress, const TickOutput& now) noexcept {
+    const haptics::AccessOutput& access = now.access;
+    if (!access.wire_in || access.pierced || access.in_duct_m < kDrainInDuct_m)
+        return toPassWire(progress, now);
+    if (!access.needle_in) return std::nullopt;
     return haptics::isNeedleTool(now.tool) ? Act::drawNeedle : Act::takeNeedle;
 }
 
 Act toDilate(const Progress& progress, const TickOutput& now) noexcept {
-    if (!now.access.wire_in) return toPassWire(progress, now);
-    if (const std::optional<Act> act = toFreeWire(now)) return *act;
+    if (const std::optional<Act> act = toFreeWire(progress, now)) return *act;
     return now.tool == Tool::dilator ? Act::pushDilator : Act::takeDilator;
 }
 
 Act toPlaceDrain(const Progress& progress, const TickOutput& now) noexcept {
     const haptics::AccessOutput& access = now.access;
-    if (!access.wire_in) return toPassWire(progress, now);
-    if (const std::optional<Act> act = toFreeWire(now)) return *act;
+    const double track_m = glm::length(access.base_m - access.entry_m);
+    const bool deep = access.wire_in && access.drain == haptics::DrainState::over_wire &&
+                      access.drain_m >= track_m + kDrainInDuct_m;
+    if (deep) return now.tool == Tool::wire ? Act::drawWire : Act::takeWire;
+    if (const std::optional<Act> act = toFreeWire(progress, now)) return *act;
     if (access.dilator_m > 0.0) return now.tool == Tool::dilator ? Act::drawDilator : Act::takeDilator;
-    if (access.drain_m < glm::length(access.base_m - access.entry_m) + kDrainInDuct_m)
-        return now.tool == Tool::drain ? Act::pushDrain : Act::takeDrain;
-    return now.tool == Tool::wire ? Act::drawWire : Act::takeWire;
+    return now.tool == Tool::drain ? Act::pushDrain : Act::takeDrain;
 }
 
 }  // namespace
@@ -180,9 +198,9 @@ Act nextAct(const Progress& progress, const TickOutput& now, const Equipment& eq
         case Step::advance:
             return toPuncture(progress, now);
         case Step::aspirate:
-            return toAspirate(progress, now);
+            return toTipInDuct(progress, now).value_or(Act::aspirate);
         case Step::contrast:
-            return equipment.xray.pedal ? Act::inject : Act::pressPedal;
+            return toPicture(progress, now, equipment);
         case Step::wire:
             return toPassWire(progress, now);
         case Step::dilate:
@@ -225,6 +243,8 @@ std::string prompt(Act act, const Controls& c) {
             return fmt::format("Move the probe until the guide's dashed line meets the duct: {}.", c.move);
         case Act::parkProbe:
             return fmt::format("Leave the probe in its place: {}.", c.park);
+        case Act::liftProbe:
+            return fmt::format("Take the probe off the skin, to place it anew: {}.", c.lift);
         case Act::takeScalpel:
             return fmt::format("Take the scalpel: {}.", c.scalpel);
         case Act::cut:
@@ -242,6 +262,8 @@ std::string prompt(Act act, const Controls& c) {
             return "Draw the needle out of the skin, and begin the puncture again.";
         case Act::pressPedal:
             return fmt::format("Switch the X-rays on: {}.", c.pedal);
+        case Act::seekDuct:
+            return fmt::format("Move the needle until its tip is in the duct: {}.", c.push);
         case Act::aspirate:
             return fmt::format("Draw with the syringe until bile comes: {}.", c.aspirate);
         case Act::inject:
@@ -301,6 +323,7 @@ std::string_view hint(Act act) noexcept {
         case Act::snapNeedle:
             return "The rail is at the side of the probe. Cross it slowly with the tip.";
         case Act::advance:
+        case Act::seekDuct:
             return "Look for the bright tip. The duct resists, then gives way.";
         case Act::feedWire:
             return "A wire that stops: draw it back into the needle, then push it slowly.";

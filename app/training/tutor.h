@@ -26,13 +26,15 @@ enum class Act : std::uint8_t {
     keepProbe,
     aimGuide,  // the guide's line passes beside the duct
     parkProbe,
+    liftProbe,  // it was parked where it does not show the duct, or with the guide beside it
     takeScalpel,
     cut,
     takeGuide,
     snapNeedle,
     enterSkin,
     advance,
-    drawOut,  // the puncture was refused or missed the duct: it counts only from outside
+    drawOut,   // the puncture was refused or missed the duct: it counts only from outside
+    seekDuct,  // the needle's tip is not in a duct
     aspirate,
     pressPedal,
     inject,
@@ -58,7 +60,7 @@ Act nextAct(const Progress&, const haptics::TickOutput&, const Equipment&) noexc
 
 // The keys, buttons or typed words of an input.
 struct Controls {
-    std::string_view finger, probe, park, scalpel, guide, hold, aspirate, pedal, inject, stop,
+    std::string_view finger, probe, park, lift, scalpel, guide, hold, aspirate, pedal, inject, stop,
         release;  // "press F"
     std::string_view wire, needle, dilator, drain;
     std::string_view move, push, pull, turn;  // "drag or use the arrow keys"

@@ -72,6 +72,7 @@ constexpr std::array kMachines{training::Machine::xray, training::Machine::ultra
 // out.
 Tool nextTool(const TickOutput& now) {
     if (now.access.open) {
+        if (now.tool == Tool::wire && now.access.drain_m > 0.0) return Tool::drain;
         if (now.tool == Tool::wire) return now.access.needle_in ? Tool::needle : Tool::dilator;
         if (now.tool == Tool::needle) return now.access.needle_in ? Tool::wire : Tool::dilator;
         if (now.tool == Tool::dilator) return Tool::drain;

@@ -48,6 +48,11 @@ std::size_t chosen(const std::vector<Bookmark>& marks, const std::string& wanted
 
 }  // namespace
 
+training::Course courseOf(const records::RecordInfo& info) {
+    if (const auto course = findEnum<training::Course>(training::kCourseNames, info.course)) return *course;
+    throw DataError("record.json", "course", "\"" + info.course + "\" is neither puncture nor drainage");
+}
+
 Retry openRetry(const std::string& from, const fs::path& store) {
     const std::size_t at = from.rfind('@');
     const bool whole = at == std::string::npos || fs::exists(from);

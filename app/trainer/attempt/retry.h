@@ -7,6 +7,7 @@
 
 #include "app/records/record.h"
 #include "app/trainer/attempt/attempt.h"
+#include "app/training/progress.h"
 
 namespace stylet::trainer {
 
@@ -18,6 +19,9 @@ struct Retry {
     // Last recorded tick before the bookmark; set by checkRetry().
     haptics::TickOutput left;
 };
+
+// The course of a recorded attempt. Throws DataError.
+training::Course courseOf(const records::RecordInfo&);
 
 // `from`: ATTEMPT[@BOOKMARK]. ATTEMPT is an attempt's folder, a record's folder, or an attempt's id in
 // `store`. BOOKMARK is a number from 1 or the bookmark's text; default: the last one. Throws DataError that

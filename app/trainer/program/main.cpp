@@ -159,9 +159,10 @@ void addRun(CLI::App& app, Work& work) {
         ->type_name("DIR");
     addSeed(*run, o.config.seed, "Seed of the reference patient and of the scripted input.");
     addSpacing(*run, o.config.spacing_mm);
-    run->add_option("--path", o.config.path,
-                    "Reference path: the patient's N-th best planned path (default 1), or an attempt folder "
-                    "whose needle track is used instead.")
+    run->add_option(
+           "--path", o.config.path,
+           "Reference path: the patient's N-th best planned path (default: the best; in a drainage, the best "
+           "for the wire), or an attempt folder whose needle track is used instead.")
         ->type_name("N|DIR");
     addNumber(*run, "--rate-hz", o.config.rate_hz, {1000.0, 4000.0}, "Rate of the haptics loop [Hz].");
     CLI::Option* out =

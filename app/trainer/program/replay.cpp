@@ -127,19 +127,12 @@ records::ReplayResult recompute(const patient::Patient& patient, const records::
                            });
 }
 
-training::Course courseOf(const records::Record& record) {
-    if (const auto course = findEnum<training::Course>(training::kCourseNames, record.info.course))
-        return *course;
-    throw DataError("record.json", "course",
-                    "\"" + record.info.course + "\" is neither puncture nor drainage");
-}
-
 Session makeSession(const patient::Patient& patient, const records::Record& record) {
     const records::RecordInfo& info = record.info;
     Session session(patient, info.path, info.capture_points, info.approach_distance_m, nullptr,
                     record.header.settings.dt_s);
     session.setInstruments(record.header.instruments);
-    session.setCourse(courseOf(record));
+    session.setCourse(courseOf(record.info));
     session.setAccess(record.header.settings.tools.access);
     return session;
 }

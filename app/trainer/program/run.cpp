@@ -176,7 +176,10 @@ Task::Task(const AttemptConfig& config, Retry* retry, Start& start)
       other(loadOtherSegmentation(patient, config.full)),
       path(retry ? retry->record.info.path
                  : referencePath(patient, opened.folder, config.path, scenario.course, &start.made)) {
-    if (retry) checkRetry(*retry, patient);
+    if (retry) {
+        scenario.course = courseOf(retry->record.info);
+        checkRetry(*retry, patient);
+    }
     patient_digest = patient::digest(opened.package);
     start.patient = std::chrono::steady_clock::now();
     make_touch = [digest = patient_digest, &start](const patient::Patient& on) {

@@ -476,6 +476,19 @@ TEST_F(DrainageTest, SyringeDrawsWhatIsAtTheNeedlesTip) {
     EXPECT_TRUE(done(Step::aspirate));
 }
 
+// What cannot be done any more is not asked for.
+TEST_F(DrainageTest, StepsThatAreOutOfReachArePassedOver) {
+    EXPECT_EQ(progress().step, Step::findGap);
+    update(finger({0.002, 0.0, 0.0}, 0.3), 300);
+    update(probeAt({0.0, 0.0, 0.0}, {1, 0, 0}), 1200);
+    ASSERT_EQ(progress().step, Step::incise);
+    TickOutput drain = letGo(withWire(0.040));
+    drain.access.drain = haptics::DrainState::in_place;
+    update(drain);
+    EXPECT_EQ(progress().step, Step::finalPicture);
+    EXPECT_FALSE(done(Step::wire) && done(Step::dilate) && done(Step::advance));
+}
+
 // The steps of another course neither count nor are missed.
 TEST_F(ProcedureTest, PunctureHasNoStepsOfTheDrainage) {
     TickOutput out = liver(0.040);

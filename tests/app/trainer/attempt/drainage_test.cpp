@@ -138,8 +138,8 @@ TEST(Drainage, InParenchymaTheWireStays) {
     EXPECT_TRUE(played.equal);
     EXPECT_TRUE(played.refused(training::Refusal::noBile));
     EXPECT_TRUE(played.refused(training::Refusal::wireNotInDuct));
-    for (const auto step : {training::Step::aspirate, training::Step::wire, training::Step::drain,
-                            training::Step::finalPicture})
+    for (const auto step : {training::Step::aspirate, training::Step::wire, training::Step::dilate,
+                            training::Step::drain, training::Step::finalPicture})
         EXPECT_FALSE(played.done(step)) << stepName(step);
     EXPECT_FALSE(training::passesExam(played.progress));
 }

@@ -80,6 +80,7 @@ class Novice {
             case Act::takeProbe:
             case Act::takeScalpel:
             case Act::takeGuide:
+            case Act::liftProbe:
             case Act::drawOut:
             case Act::finish:
                 toward(deeper_m_, kOffSkin_m, 2.0 * kMove_m_s);
@@ -119,6 +120,9 @@ class Novice {
             case Act::enterSkin:
             case Act::advance:
                 toward(deeper_m_, 0.200, 0.5 * kMove_m_s);
+                break;
+            case Act::seekDuct:
+                toward(deeper_m_, 0.200, 0.2 * kMove_m_s);
                 break;
             case Act::feedWire:
             case Act::pushDilator:
@@ -244,13 +248,14 @@ Guided followThePrompts(const patient::Patient& patient, const patient::PlannedP
     return guided;
 }
 
-// Number of drawn patients through whom the prompts led in less than four minutes.
+// Number of patients, the first fixed and the others drawn, through whom the prompts led in less than four
+// minutes.
 int patientsLed(training::Course course, int patients) {
     std::mt19937_64 random(test::seed());
     int led = 0;
     for (int n = 0; n < patients; ++n) {
         patient::synth::SynthSettings settings;
-        settings.seed = 1 + random() % 1'000'000;
+        settings.seed = n == 0 ? 1 : 1 + random() % 1'000'000;
         settings.spacing_m = 0.0025;
         settings.defaults = patient::loadTissueDefaults(test::assets() / "tissue" / "ptcd.toml");
         const patient::Package package = patient::synth::makeReferencePatient(settings);
@@ -279,11 +284,11 @@ constexpr int kPatients = 4;
 // The novice's hand is simple: the body of one drawn patient may defeat it.
 // HZ-TEACH-12
 TEST(Tutor, ItsPromptsAloneLeadThroughThePuncture) {
-    EXPECT_GE(patientsLed(training::Course::puncture, kPatients), kPatients - 1);
+    EXPECT_GE(patientsLed(training::Course::puncture, kPatients), std::max(1, kPatients - 1));
 }
 // In about one patient of twelve the wire stops in the duct's first bend.
 TEST(Tutor, ItsPromptsAloneLeadThroughTheDrainage) {
-    EXPECT_GE(patientsLed(training::Course::drainage, kPatients), (kPatients + 1) / 2 - 1);
+    EXPECT_GE(patientsLed(training::Course::drainage, kPatients), std::max(1, kPatients / 2));
 }
 
 TEST(Tutor, HintsFitThePlaceOfThePrompt) {
@@ -300,6 +305,44 @@ TEST(Tutor, PromptsDifferAndNameTheControl) {
                 EXPECT_NE(prompt(Act(a), *controls), prompt(Act(b), *controls));
     EXPECT_NE(prompt(Act::takeProbe, training::kMouseControls).find("press P"), std::string::npos);
     EXPECT_NE(prompt(Act::inject, training::kControllerControls).find("other hand"), std::string::npos);
+}
+
+// States in which an earlier version asked for what the tools refuse.
+TEST(Tutor, NeverAsksForWhatTheToolsRefuse) {
+    training::Progress progress;
+    progress.course = training::Course::drainage;
+    TickOutput now;
+    now.tool_awaits_exit = false;
+    const auto next = [&](training::Step step) {
+        progress.step = step;
+        return training::nextAct(progress, now, {});
+    };
+    now.tool = Tool::needle, now.phase = haptics::Phase::pass, now.depth_m = 0.05;
+    now.tissue = patient::Tissue::liver;
+    for (const auto step : {training::Step::aspirate, training::Step::contrast, training::Step::wire})
+        EXPECT_EQ(next(step), Act::seekDuct) << "the tip has slipped out of the duct";
+    now.tissue = patient::Tissue::duct;
+    EXPECT_EQ(next(training::Step::aspirate), Act::aspirate);
+    EXPECT_EQ(next(training::Step::wire), Act::takeWire);
+    // A wire that has just been taken does not yet hold the way for the dilator.
+    now.tool = Tool::wire;
+    now.access.open = now.access.wire_in = now.access.needle_in = true;
+    EXPECT_EQ(next(training::Step::dilate), Act::feedWire);
+    now.access.in_duct_m = 0.030;
+    EXPECT_EQ(next(training::Step::dilate), Act::takeNeedle);
+    now.access.pierced = true;
+    EXPECT_EQ(next(training::Step::drain), Act::drawWireBack);
+    now.access.pierced = now.access.needle_in = false;
+    now.access.drain = haptics::DrainState::misplaced, now.access.drain_m = 0.2;
+    EXPECT_EQ(next(training::Step::drain), Act::takeDrain) << "the wire can still mend it";
+    // A probe that was parked where it shows nothing.
+    progress.missing = training::Refusal::ductBesidePlane;
+    now = {};
+    now.tool_awaits_exit = false;
+    now.tool = Tool::probe, now.probe_parked = now.breath_held = true;
+    EXPECT_EQ(next(training::Step::findDuct), Act::liftProbe);
+    progress.missing = training::Refusal::ductBesideRail;
+    EXPECT_EQ(next(training::Step::incise), Act::liftProbe);
 }
 
 }  // namespace

@@ -82,9 +82,9 @@ class KeyFrame {
     // range of rolls in which the program's own rule sees the target duct at this breath. Returns the middle
     // of the widest range, or nothing if there is none.
     std::optional<KeySteps> probeOnDuct(const patient::Surrogate& breath, double deeper) const;
-    // The places `deeper` key presses in which the finger must press for the program's own rule: the gap at
-    // the entry, then the ribs beside it. Empty if a rib is out of reach.
-    std::vector<KeySteps> placesToFeel(double deeper) const;
+    // The places `deeper` key presses in where the finger must press at this breath for the program's own
+    // rule: the gap at the entry, then the ribs beside it. Empty if a rib is out of reach.
+    std::vector<KeySteps> placesToFeel(const patient::Surrogate& breath, double deeper) const;
     // Key presses right, up and deeper, as fractions, that move the tool one key press across the path in the
     // patient's direction.
     Vec3 keysToward(const Vec3& patient_direction) const {
@@ -129,7 +129,7 @@ std::optional<KeySteps> KeyFrame::probeOnDuct(const patient::Surrogate& breath, 
     return middle;
 }
 
-std::vector<KeySteps> KeyFrame::placesToFeel(double deeper) const {
+std::vector<KeySteps> KeyFrame::placesToFeel(const patient::Surrogate& breath, double deeper) const {
     constexpr int kMaxAway = 20;
     constexpr double kPress_s = 1.0;  // long enough for the program to count it
     training::Procedure procedure(patient_, path_, kPress_s);
@@ -139,22 +139,29 @@ std::vector<KeySteps> KeyFrame::placesToFeel(double deeper) const {
         tick.tool = Tool::finger;
         tick.tool_force.force_n = {1.0, 0.0, 0.0};
         tick.patient_from_tool = patientFromTool(at, Tool::finger);
+        tick.breath = breath;
         on.update(tick, fold);
         return on.progress().missing;
+    };
+    const auto placeAt = [&](double toward_head, int away) {
+        const Vec3 to = glm::round(keysToward({0.0, 0.0, toward_head}) * double(away));
+        return KeySteps{.right = to.x, .up = to.y, .deeper = deeper + to.z};
     };
     std::vector<KeySteps> places{{.deeper = deeper}};
     training::Refusal missing = press(procedure, places.front());
     for (const double toward_head : {1.0, -1.0}) {
         const auto rib =
             toward_head > 0.0 ? training::Refusal::upperRibNotFelt : training::Refusal::lowerRibNotFelt;
+        const auto feels = [&](int away) {
+            training::Procedure trial = procedure;
+            return press(trial, placeAt(toward_head, away)) != rib;
+        };
         for (int away = 1; missing == rib; ++away) {
             if (away > kMaxAway) return {};
-            const Vec3 to = glm::round(keysToward({0.0, 0.0, toward_head}) * double(away));
-            const KeySteps at{.right = to.x, .up = to.y, .deeper = deeper + to.z};
-            training::Procedure trial = procedure;
-            if (press(trial, at) == rib) continue;
-            missing = press(procedure, at);
-            places.push_back(at);
+            if (!feels(away)) continue;
+            // Not on the rib's very edge, if it is wide enough.
+            places.push_back(placeAt(toward_head, feels(away + 1) ? away + 1 : away));
+            missing = press(procedure, places.back());
         }
     }
     return procedure.progress().step == training::Step::findGap ? std::vector<KeySteps>() : places;
@@ -168,6 +175,10 @@ class DesktopRunRealTime : public testing::Test {
     void start(const std::string& options) {
         outcome_ = std::async(std::launch::async,
                               [options] { return command_->runBare("run --spacing-mm 3 " + options); });
+    }
+    // After a failure, the program still runs.
+    void TearDown() override {
+        if (outcome_.valid() && !over()) display_.close();
     }
     bool over() const { return outcome_.wait_for(0ms) == std::future_status::ready; }
     bool until(const std::function<bool()>& done, std::chrono::seconds most = 120s) const {
@@ -288,20 +299,22 @@ TEST_F(DesktopRunRealTime, WholeProcedureWithMouseAndKeys) {
         if (until([&] { return readSamples() && stepsNow().right > 1.0; }, 5s)) break;
     }
     EXPECT_GT(stepsNow().right, 1.0) << where();
-    const std::vector<KeySteps> places = keys_->placesToFeel(16);
+    // In a breath-hold, so that the ribs stay where they are.
+    display_.key("h");
+    ASSERT_TRUE(says("asked for a breath-hold")) << printed();
+    ASSERT_TRUE(happens("breath", "held")) << where();
+    ASSERT_TRUE(until([&] { return rests(Tool::finger) && newest_.front().breath_held; })) << where();
+    const patient::Surrogate breath{newest_.back().breath_v, 0.0, 0.0};
+    const std::vector<KeySteps> places = keys_->placesToFeel(breath, 16);
     ASSERT_FALSE(places.empty()) << "no place over a rib";
     for (const KeySteps& place : places)
         ASSERT_TRUE(pressAt(Tool::finger, place)) << where();
     ASSERT_TRUE(happens("step", "find the space between the ribs")) << where();
-    display_.key("h");
-    ASSERT_TRUE(says("asked for a breath-hold")) << printed();
     display_.key("Home");
 
     display_.key("p");
     ASSERT_TRUE(says("the probe is in hand")) << printed();
-    ASSERT_TRUE(happens("breath", "held")) << where();
-    ASSERT_TRUE(until([&] { return rests(Tool::probe) && newest_.front().breath_held; })) << where();
-    const patient::Surrogate breath{newest_.back().breath_v, 0.0, 0.0};
+    ASSERT_TRUE(until([&] { return rests(Tool::probe); })) << where();
     const std::optional<KeySteps> on_duct = keys_->probeOnDuct(breath, 16);
     ASSERT_TRUE(on_duct) << "no place of the probe sees the duct";
     ASSERT_TRUE(pressAt(Tool::probe, *on_duct)) << where();

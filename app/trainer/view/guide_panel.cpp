@@ -137,15 +137,16 @@ void GuidePanel::number(double x, double y, const char* name, const std::string&
 // Draws a square per step. It is filled when the step is done, so that the shape carries the information as
 // well as the colour.
 void GuidePanel::drawSteps(const Progress& progress) {
-    constexpr double kBox = 26.0, kPitch = 40.0;
+    constexpr double kMaxPitch = 40.0, kGap = 14.0, kWhole = 360.0;  // beside the step's number
     const int count = stepsBefore(progress, Step::done);
+    const double pitch = std::min(kMaxPitch, kWhole / count), box = pitch - kGap;
     for (int s = 0; s < training::kStepCount; ++s) {
         const auto step = Step(s);
         if (!training::contains(training::stepsOf(progress.course), step)) continue;
-        const double x = kRight - kPitch * (count - stepsBefore(progress, step)) + kPitch - kBox, y = 24.0;
+        const double x = kRight - pitch * (count - stepsBefore(progress, step)) + kGap, y = 24.0;
         const bool next = progress.step == step;
-        canvas_->rectangle(x, y, kBox, kBox, next ? kNext : kPanelQuiet);
-        canvas_->rectangle(x + 3.0, y + 3.0, kBox - 6.0, kBox - 6.0,
+        canvas_->rectangle(x, y, box, box, next ? kNext : kPanelQuiet);
+        canvas_->rectangle(x + 3.0, y + 3.0, box - 6.0, box - 6.0,
                            training::contains(progress.steps_done, step) ? kDone : kPanelGlass);
     }
 }

@@ -196,9 +196,9 @@ ToolForce stepAccess(AccessState& s, NeedleState& needle, Pose& patient_from_nee
     return force;
 }
 
-AccessOutput summary(const AccessState& s, const patient::DuctSpace* ducts) noexcept {
-    AccessOutput out;
-    if (!s.used) return out;
+void summarize(const AccessState& s, const patient::DuctSpace* ducts, AccessOutput& out) noexcept {
+    static_cast<AccessStatus&>(out) = {};
+    if (!s.used) return;
     out.open = s.open, out.needle_in = s.needle_in, out.wire_in = s.wire_in;
     out.drain = s.drain_state;
     out.dilator_m = s.dilator.depth_m, out.drain_m = s.drain.depth_m;
@@ -207,7 +207,7 @@ AccessOutput summary(const AccessState& s, const patient::DuctSpace* ducts) noex
     out.path_count = s.path_count;
     for (int i = 0; i < s.path_count; ++i)
         out.path_m[std::size_t(i)] = glm::vec3(s.path_m[std::size_t(i)]);
-    if (!s.wire_in) return out;
+    if (!s.wire_in) return;
     out.buckled = s.wire.buckled;
     out.pierced = s.wire.fed_m >= s.wire.pierced_m;
     out.wire_m = s.wire.fed_m;
@@ -217,7 +217,6 @@ AccessOutput summary(const AccessState& s, const patient::DuctSpace* ducts) noex
     out.node_count = s.wire.count;
     for (int i = 0; i < s.wire.count; ++i)
         out.nodes_m[std::size_t(i)] = glm::vec3(s.wire.nodes_m[std::size_t(i)]);
-    return out;
 }
 
 void hashAccess(StateHash& hash, const AccessState& s, const NeedleState& needle) noexcept {

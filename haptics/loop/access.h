@@ -68,8 +68,8 @@ struct AccessState {
     double force_n = 0.0;
 };
 
-// The access for pictures, messages and scores. Trivially copyable. Positions in the reference frame.
-struct AccessOutput {
+// The access for messages and scores. Trivially copyable. Positions in the reference frame.
+struct AccessStatus {
     bool open = false, needle_in = false, wire_in = false;
     bool tip_in_duct = false, buckled = false, pierced = false;  // of the wire
     DrainState drain = DrainState::none;
@@ -80,9 +80,12 @@ struct AccessOutput {
     double dilated_m = 0.0;                 // depth to which the track is dilated
     double holes_in_duct = 0.0;             // share of the drain's side holes in a duct
     Vec3 entry_m{0.0}, base_m{0.0};
-    int node_count = 0;
+    int node_count = 0, path_count = 0;
+};
+// The same with its curves, for pictures. Points beyond the counts are leftovers of earlier ticks: clearing 2
+// KB would add a tenth to a tick without a wire.
+struct AccessOutput : AccessStatus {
     std::array<glm::vec3, kMaxWireNodes> nodes_m{};  // of the wire, from the tip to the base
-    int path_count = 0;
     std::array<glm::vec3, kMaxPathPoints> path_m{};  // of dilator and drain, from the skin on
 };
 
@@ -111,7 +114,7 @@ struct AccessTools {
 ToolForce stepAccess(AccessState&, NeedleState&, Pose& patient_from_needle, const AccessTools&,
                      const BreathingPatient&, const Vec3& hand_m, NeedleEvents&) noexcept STYLET_NONBLOCKING;
 
-AccessOutput summary(const AccessState&, const patient::DuctSpace*) noexcept STYLET_NONBLOCKING;
+void summarize(const AccessState&, const patient::DuctSpace*, AccessOutput&) noexcept STYLET_NONBLOCKING;
 void hashAccess(StateHash&, const AccessState&, const NeedleState&) noexcept STYLET_NONBLOCKING;
 
 }  // namespace stylet::haptics

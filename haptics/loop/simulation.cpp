@@ -286,7 +286,7 @@ void Simulation::fillOutput(const ToolForce& force, const Surrogate& breath, Tic
     out.level = state_.output.safety.level;
     out.faults = state_.output.safety.faults;
     out.awaited = state_.output.safety.awaited;
-    out.access = summary(tools.access, ducts_);
+    summarize(tools.access, ducts_, out.access);
     out.state_hash = state_.hash.value();
 }
 

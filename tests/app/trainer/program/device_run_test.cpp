@@ -67,12 +67,14 @@ double storedDepth_m(const std::filesystem::path& out) {
     return samples.empty() ? 0.0 : samples.back().depth_m;
 }
 
-// Pushes the cap away from the user, at most once every 8 ms, until the needle is in the body or has had all
-// the time that it needs. On a slow machine the needle lags behind the pushes.
+// Pushes the cap away from the user until the needle is in the body. At half of its deflection the tool moves
+// at 18 mm/s, so that a tick that is 50 ms late is no leap. A longer stall can still carry the tool into the
+// body, where it gives no force: after four seconds the cap is pulled, and then pushed again.
 void pushIn(SpaceMouseEmulator& cap, const std::filesystem::path& out, const std::atomic<bool>& over) {
-    constexpr int kPushesPerLook = 25, kMaxPushes = 1500;
-    for (int n = 1; n <= kMaxPushes && !over.load(); ++n, sleepMs(8)) {
-        cap.push({0, -350, 0, 0, 0, 0});
+    constexpr int kPushesPerLook = 25, kPushesPerStroke = 500;
+    for (int n = 1; !over.load(); ++n, sleepMs(8)) {
+        const bool inward = n / kPushesPerStroke % 2 == 0;
+        cap.push({0, inward ? -180 : 180, 0, 0, 0, 0});
         if (n % kPushesPerLook == 0 && storedDepth_m(out) > 0.015) return;
     }
 }
@@ -152,11 +154,7 @@ TEST_F(DeviceRunRealTime, ASpaceMouseMovesTheNeedleAndTheRecordReplays) {
     ASSERT_EQ(again.status, 0) << again.out << again.err;
     EXPECT_EQ(again.summary.at("state_hash"), live.summary.at("state_hash"));
 
-#if !defined(STYLET_SANITIZED)
-    // The cap was pushed away from the user, so the needle went in. With the thread sanitizer it comes too
-    // late.
-    EXPECT_FALSE(live.summary.at("punctures").empty());
-#endif
+    EXPECT_FALSE(live.summary.at("punctures").empty()) << "pushed away from the user, the needle goes in";
     std::ifstream lines(csv);
     std::string line, first, last;
     std::getline(lines, line);
@@ -521,6 +519,15 @@ TEST_F(DeviceRunRealTime, ABridgeIsListedWhileItListens) {
     EXPECT_THAT(output("devices --socket '" + socket + "'"), HasSubstr("no program listens"));
 }
 
+// The console reports the newest state: a program that was stalled may skip the read error and find no
+// device.
+bool isLossReported(const std::string& output) {
+    const std::size_t ready = output.find("spacemouse: ready");
+    if (ready == std::string::npos) return false;
+    return output.find("/dev/hidraw", ready) != std::string::npos ||
+           output.find("no SpaceMouse is plugged in", ready) != std::string::npos;
+}
+
 // HZ-FORCE-07
 TEST_F(DeviceRunRealTime, UnpluggedDeviceIsANamedFault) {
     const std::filesystem::path out = *command_ / "unplugged", told = *command_ / "stderr";
@@ -533,7 +540,7 @@ TEST_F(DeviceRunRealTime, UnpluggedDeviceIsANamedFault) {
             while (!over.load() && !hasTicked(out))
                 sleepMs(10);
             cap.unplug();
-            while (!over.load() && test::readText(told).find("/dev/hidraw") == std::string::npos)
+            while (!over.load() && !isLossReported(test::readText(told)))
                 sleepMs(10);
             // The loop detects the loss in its next tick. Wait until more ticks are written.
             std::error_code none;
@@ -546,7 +553,7 @@ TEST_F(DeviceRunRealTime, UnpluggedDeviceIsANamedFault) {
         live = command_->runInto(out, run("--device spacemouse --seconds 240"), *command_ / "number");
     }
     ASSERT_EQ(live.status, 0) << live.err;
-    EXPECT_THAT(live.err, HasSubstr("/dev/hidraw"));
+    EXPECT_TRUE(isLossReported(live.err)) << live.err;
     EXPECT_NE(live.summary.at("haptics").at("faults"), 0);
 }
 

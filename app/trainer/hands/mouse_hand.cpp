@@ -4,7 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "app/trainer/attempt/hand.h"
+#include "app/trainer/attempt/tool_pose.h"
 #include "app/trainer/attempt/random.h"
 #include "haptics/devices/clutch.h"
 

@@ -64,6 +64,7 @@ SceneMaker::SceneMaker(const patient::Patient& patient, const patient::PlannedPa
       look_(look),
       tick_s_(press.tick_s),
       rules_(rules),
+      places_(patient, path, press.tools.guide),
       press_(patient, press) {}
 
 render::RenderScene SceneMaker::makeScene(const FrameState& seen) {
@@ -85,6 +86,8 @@ render::RenderScene SceneMaker::makeScene(const FrameState& seen) {
     if (const auto& ghost = seen.ghost_needle)
         scene.paths.push_back({ghost->patient_from_needle * Vec3(0.0, 0.0, ghost->length_m),
                                ghost->patient_from_needle.position_m, 1.0});
+    if (rules_.next_step)
+        scene.highlights = places_.highlights(training::nextAct(seen.progress, shown, seen.machines), seen);
     if (!rules_.path) return scene;
     const patient::MotionModel& model = patient_->package().motion;
     scene.reference_path_m = {patient::deformedFromReference(model, shown.breath, path_.entry_reference_m),

@@ -8,6 +8,7 @@
 #include "app/trainer/session/imaging_input.h"
 #include "app/trainer/session/wounds.h"
 #include "app/trainer/view/contacts.h"
+#include "app/trainer/view/highlight.h"
 #include "app/trainer/view/monitor.h"
 #include "app/training/difficulty.h"
 #include "render/render.h"
@@ -37,8 +38,8 @@ std::vector<render::Mark> makeMarks(const std::vector<Wound>&, render::Look, con
 // Builds the scene of room and patient for a tick. Use from one thread only.
 class SceneMaker {
   public:
-    // The patient and the touch map must outlive this object. `rules` selects whether the reference path is
-    // shown and whether the room light shows alerts.
+    // The patient and the touch map must outlive this object. `rules` selects whether the reference path and
+    // the place of the tutor's prompt are shown, and whether the room light shows alerts.
     SceneMaker(const patient::Patient&, const patient::PlannedPath&, render::Look, const PressInput&,
                const training::DifficultyRules& rules);
     // Changes the rules to those of another difficulty.
@@ -56,6 +57,7 @@ class SceneMaker {
     render::Look look_;
     double tick_s_;
     training::DifficultyRules rules_;
+    PromptPlaces places_;
     ToolPress press_;
     BreathMonitor monitor_;
 };

@@ -51,9 +51,10 @@ WindowContent::WindowContent(const patient::Patient& patient, const patient::Pla
       alerts_(settings.pictures.press.tick_s),
       keys_(settings.pictures.window) {}
 
-// What the camera of an instructor's mirror shows: everything, whatever the trainee may see.
+// What the camera of an instructor's mirror shows: everything, whatever the trainee may see. The place of the
+// prompt is shown only if there is a prompt.
 training::DifficultyRules WindowContent::instructorsRules() const {
-    return {.path = true, .colours = rules_.colours, .open_look = true};
+    return {.next_step = rules_.next_step, .path = true, .colours = rules_.colours, .open_look = true};
 }
 
 bool WindowContent::offered(WindowView view) const {

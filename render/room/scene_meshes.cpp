@@ -323,8 +323,8 @@ void SceneMeshes::addHighlights(const RenderScene& scene, const Placement& place
             toMatrix(mark.in_room ? placed.stage_from_room : scene.stage_from_patient);
         const auto tube = [&](const Model& model, double from_m, double to_m, double radius_m) {
             add(model,
-                stage_from_mark * tubeBetween(mark.at_m - from_m * mark.along, mark.at_m - to_m * mark.along,
-                                              radius_m),
+                stage_from_mark *
+                    tubeBetween(mark.at_m - from_m * mark.along, mark.at_m - to_m * mark.along, radius_m),
                 false);
         };
         if (mark.ring_m > 0.0) tube(models_.ring, 0.0, -mark.ring_m, mark.ring_m);

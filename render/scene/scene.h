@@ -104,11 +104,11 @@ struct ShownPath {
 // Points out a place to a trainee: a ring around it, an arrow that ends there, or both. It glows and casts no
 // shadow.
 struct Highlight {
-    bool in_room = false;         // in the room's frame, else in the patient's (deformed)
-    Vec3 at_m{0.0};               // middle of the ring, tip of the arrow
-    Vec3 along{0.0, 0.0, -1.0};   // unit vector: axis of the ring, direction of the arrow
-    double ring_m = 0.0;          // radius; 0: no ring
-    double arrow_m = 0.0;         // length; 0: no arrow
+    bool in_room = false;        // in the room's frame, else in the patient's (deformed)
+    Vec3 at_m{0.0};              // middle of the ring, tip of the arrow
+    Vec3 along{0.0, 0.0, -1.0};  // unit vector: axis of the ring, direction of the arrow
+    double ring_m = 0.0;         // radius; 0: no ring
+    double arrow_m = 0.0;        // length; 0: no arrow
 };
 // Places of the equipment in the room's frame, m: y up from the floor, the table's middle at the origin, z
 // toward the patient's head. The operator stands at +x.

@@ -67,6 +67,16 @@ std::optional<Pose> ControllerPort::toolAt(std::int64_t when_ns, std::uint32_t& 
     return frame_.room_from_stage * *stage_from_grip * frame_.grip_from_aim.value_or(Pose{}) * kAimFromTool;
 }
 
+std::optional<Pose> ControllerPort::popSnap() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(snap_, std::nullopt);
+}
+
+void ControllerPort::snapTo(const Pose& room_from_tool) {
+    const std::lock_guard lock(mutex_);
+    snap_ = room_from_tool;
+}
+
 void ControllerPort::vibrate(const Vibration& vibration) {
     const std::lock_guard lock(mutex_);
     vibration_ = vibration;
@@ -106,7 +116,10 @@ DeviceStage ControllerDriver::exchange(const Vec3&, DeviceState& state, std::str
     const std::int64_t passed_ns = std::clamp<std::int64_t>(now_ns - last_ns_, 0, kMaxStep_ns);
     last_ns_ = now_ns;
     if (const auto tool = port_.toolAt(now_ns, state.buttons)) {
-        state.device_from_stylus = *tool;
+        if (const auto goal = port_.popSnap()) snap_.aim(*tool, *goal);
+        if ((state.buttons & kSnapButton) == 0 && !port_.touches()) snap_.release();
+        snap_.step(double(passed_ns) * 1e-9);
+        state.device_from_stylus = snap_.apply(*tool);
         state.fresh = 1;
         untracked_ns_ = 0;
     } else if ((untracked_ns_ += passed_ns) > kLostAfter_ns) {

@@ -41,6 +41,9 @@ struct LiveHand {
     UserButtons buttons;
     std::string rearm_act;                                   // how the user re-arms, for example "Enter"
     std::function<void(const haptics::TickOutput&)> felt{};  // session thread, often: the newest tick
+    // Session thread. Has the device place the tool on the skin (snap.h). Returns why it cannot; empty if it
+    // does. Null for a device that exerts force.
+    std::function<std::string(const haptics::TickOutput&)> snap{};
 };
 
 // Optional parts of a real-time attempt.

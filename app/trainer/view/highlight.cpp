@@ -22,17 +22,17 @@ using Highlights = std::vector<Highlight>;
 constexpr double kSkinRing_m = 0.008, kRibRing_m = 0.014, kEndRing_m = 0.012, kProbeRing_m = 0.045,
                  kTableRing_m = 0.10;
 constexpr double kArrow_m = 0.04, kRoomArrow_m = 0.15;
-constexpr double kAboveSkin_m = 0.002;                  // so that a curved skin does not cover the ring
+constexpr double kAboveSkin_m = 0.002;  // so that a curved skin does not cover the ring
 constexpr double kBesideProbe_m = 0.040, kAboveFace_m = 0.020, kBehindProbe_m = 0.15;
-constexpr double kBeyondEnd_m = 0.02;                   // from an instrument's end to an arrow
-constexpr double kInPlane_m = 0.004;                    // a duct this near lies in the picture's plane
+constexpr double kBeyondEnd_m = 0.02;  // from an instrument's end to an arrow
+constexpr double kInPlane_m = 0.004;   // a duct this near lies in the picture's plane
 constexpr double kSkinSearch_m = 0.08, kSkinSample_m = 0.001;
-const Vec3 kDown{0.0, -1.0, 0.0};
+const Vec3 kStraightDown{0.0, -1.0, 0.0};
 // Above the equipment, room frame.
 constexpr double kTableTop_m = 0.90, kUltrasoundTop_m = 1.50, kMonitorTop_m = 0.24;
 
 Highlight inRoom(const Vec3& thing, double up_m, double ring_m = 0.0) {
-    return {true, thing + Vec3(0.0, up_m, 0.0), kDown, ring_m, kRoomArrow_m};
+    return {true, thing + Vec3(0.0, up_m, 0.0), kStraightDown, ring_m, kRoomArrow_m};
 }
 Highlight ring(const Vec3& at_m, const Vec3& along, double ring_m) {
     return {.at_m = at_m, .along = along, .ring_m = ring_m};
@@ -88,7 +88,9 @@ class PromptPlaces::AtTick {
         return {ring(probeFace() + kAboveFace_m * out, out, kProbeRing_m)};
     }
     // Away from the skin.
-    Highlights offSkin() const { return {arrow(probeFace() + kBehindProbe_m * probeOut(), probeOut(), false)}; }
+    Highlights offSkin() const {
+        return {arrow(probeFace() + kBehindProbe_m * probeOut(), probeOut(), false)};
+    }
     // Along the skin, toward the duct: across the picture's plane, or along it.
     Highlights toDuct() const {
         const Pose patient_from_probe = probePose();

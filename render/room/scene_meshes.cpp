@@ -21,6 +21,8 @@ constexpr glm::vec3 kReferenceColour{0.05f, 0.75f, 0.95f};
 constexpr glm::vec3 kHighlightColour{1.0f, 0.55f, 0.05f};
 constexpr double kArrowRadius_m = 0.0016, kArrowHead_m = 0.014, kArrowHeadRadius_m = 0.005;
 constexpr float kHighlightGlow = 0.9f;
+constexpr glm::vec3 kGhostColour{0.25f, 0.75f, 1.0f};
+constexpr float kGhostGlow = 0.25f;
 constexpr double kMark_m = 0.001;  // length of a mark on the needle
 constexpr int kMaxMarks = 64;
 constexpr double kStandHeight_m = 1.07;  // height of the isocentre above the floor in c_arm.glb
@@ -241,10 +243,7 @@ void SceneMeshes::addTable(const RenderScene& scene, const Placement& placed) {
 }
 
 // Shaft, tip and mark have radius 1 and length 1 (assets/generate/instruments.py).
-void SceneMeshes::addNeedle(const RenderScene& scene) {
-    if (!scene.patient_from_needle) return;
-    const NeedleShape& needle = scene.needle;
-    const Pose stage_from_needle = scene.stage_from_patient * *scene.patient_from_needle;
+void SceneMeshes::addNeedle(const Pose& stage_from_needle, const NeedleShape& needle) {
     const auto part = [&](const Model& model, double at_m, const Vec3& size, bool casts = true) {
         const Pose needle_from_part{Quat(1.0, 0.0, 0.0, 0.0), Vec3(0.0, 0.0, at_m)};
         add(model, scaled(toMatrix(stage_from_needle * needle_from_part), size), casts);
@@ -286,11 +285,35 @@ void SceneMeshes::addTools(const RenderScene& scene) {
     const auto tool = [&](const Model& model, const std::optional<Pose>& patient_from_tool) {
         if (patient_from_tool) add(model, toMatrix(scene.stage_from_patient * *patient_from_tool), true);
     };
-    addNeedle(scene);
+    if (scene.patient_from_needle)
+        addNeedle(scene.stage_from_patient * *scene.patient_from_needle, scene.needle);
     addTubes(scene);
     tool(models_.probe, scene.patient_from_probe);
     tool(models_.scalpel, scene.patient_from_scalpel);
     tool(models_.hand, scene.patient_from_finger);
+}
+
+void SceneMeshes::addGhost(const RenderScene& scene) {
+    if (!scene.ghost) return;
+    const std::size_t first = draws_.size();
+    const Pose stage_from_tool = scene.stage_from_patient * scene.ghost->patient_from_tool;
+    switch (scene.ghost->kind) {
+        case GhostKind::needle:
+            addNeedle(stage_from_tool, scene.needle);
+            break;
+        case GhostKind::probe:
+            add(models_.probe, toMatrix(stage_from_tool), false);
+            break;
+        case GhostKind::scalpel:
+            add(models_.scalpel, toMatrix(stage_from_tool), false);
+            break;
+        case GhostKind::finger:
+            add(models_.hand, toMatrix(stage_from_tool), false);
+    }
+    for (std::size_t i = first; i < draws_.size(); ++i) {
+        draws_[i].kind = gpu::kGhost, draws_[i].casts = false;
+        draws_[i].push.colour = glm::vec4(kGhostColour, kGhostGlow);
+    }
 }
 
 void SceneMeshes::addPaths(const RenderScene& scene) {
@@ -460,6 +483,7 @@ void SceneMeshes::collectDraws(const RenderScene& scene, const Placement& placed
     if (has_patient) addTable(scene, placed);
     if (drape) add(*drape, toMatrix(scene.stage_from_patient), false, gpu::kCloth);
     addTools(scene);
+    addGhost(scene);
     addPaths(scene);
     addHighlights(scene, placed);
     addRoom(scene, placed);

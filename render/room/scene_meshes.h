@@ -74,7 +74,8 @@ class SceneMeshes {
     };
     void add(const Model&, const glm::dmat4& stage_from_model, bool casts, int kind = gpu::kPlain);
     void addTable(const RenderScene&, const Placement&);
-    void addNeedle(const RenderScene&);
+    void addNeedle(const Pose& stage_from_needle, const NeedleShape&);
+    void addGhost(const RenderScene&);
     void addTubes(const RenderScene&);
     void addTools(const RenderScene&);
     void addPaths(const RenderScene&);

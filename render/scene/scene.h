@@ -115,6 +115,13 @@ struct Highlight {
 inline constexpr Vec3 kUltrasound{0.86, 0.0, 0.92}, kTrolley{0.98, 0.0, -0.80};
 inline constexpr Vec3 kXrayMonitor{-0.92, 1.58, 0.62}, kPatientMonitor{-0.42, 1.58, 1.38};
 
+// A tool that is not in the user's hand, drawn translucent. Its kinds have the poses of RenderScene's tools.
+enum class GhostKind : std::uint8_t { needle, probe, scalpel, finger };
+struct Ghost {
+    GhostKind kind = GhostKind::needle;
+    Pose patient_from_tool;
+};
+
 struct RenderScene {
     Pose stage_from_patient;
     patient::Surrogate breath;
@@ -131,6 +138,7 @@ struct RenderScene {
     std::optional<std::array<Vec3, 2>> reference_path_m;  // entry and target, patient frame, deformed
     std::vector<ShownPath> paths;
     std::vector<Highlight> highlights;
+    std::optional<Ghost> ghost;
     std::optional<Pose> patient_from_probe,
         patient_from_scalpel;                 // contact end at the origin, handle toward +z
     std::optional<Pose> patient_from_finger;  // tip of a gloved right hand's finger; +y: the back of the hand

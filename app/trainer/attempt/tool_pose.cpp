@@ -27,4 +27,14 @@ Pose needlePose(const Vec3& tip_m, const Vec3& axis) {
     return {glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z)), tip_m};
 }
 
+Quat rotationBetween(const Vec3& from, const Vec3& to) {
+    const Vec3 axis = glm::cross(from, to);
+    const double twice_cosine = 1.0 + glm::dot(from, to);
+    if (!(twice_cosine > 1e-9)) {  // opposite: about any axis across
+        const Vec3 across = glm::cross(from, std::fabs(from.x) < 0.9 ? Vec3(1, 0, 0) : Vec3(0, 1, 0));
+        return {0.0, glm::normalize(across)};
+    }
+    return glm::normalize(Quat{twice_cosine, axis.x, axis.y, axis.z});
+}
+
 }  // namespace stylet::trainer

@@ -12,4 +12,7 @@ Pose toolPoseFromNeedle(const Pose& patient_from_needle, haptics::Tool, const ha
 // Needle pose with the tip at `tip_m`. The shaft points INTO the body along `axis` (unit vector).
 Pose needlePose(const Vec3& tip_m, const Vec3& axis);
 
+// The smallest rotation that turns the unit vector `from` to `to`.
+Quat rotationBetween(const Vec3& from, const Vec3& to);
+
 }  // namespace stylet::trainer

@@ -15,7 +15,7 @@ namespace {
 // The tool's tip lies 15 cm in front of the fist, which keeps the fist clear of the skin. The tool points
 // along OpenXR's aim pose.
 constexpr Pose kAimFromTool{{1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, -0.15}};
-constexpr float kSqueezed = 0.5f;
+constexpr float kSqueezed = 0.5f, kPushed = 0.7f;
 constexpr Vibration kTouch{0.25f, 15'000'000}, kCut{0.8f, 35'000'000};
 constexpr double kTouching_n = 0.02;
 
@@ -85,7 +85,8 @@ void ControllerPort::vibrate(const Vibration& vibration) {
 std::uint32_t controllerButtons(const ControllerKeys& tool, const ControllerKeys& other) {
     return (tool.select ? 1u << 0 : 0u) | (tool.menu ? 1u << 1 : 0u) |
            (tool.squeeze > kSqueezed ? 1u << 2 : 0u) | (other.select ? 1u << 3 : 0u) |
-           (other.squeeze > kSqueezed ? 1u << 4 : 0u) | (other.menu ? 1u << 5 : 0u);
+           (other.squeeze > kSqueezed ? 1u << 4 : 0u) | (other.menu ? 1u << 5 : 0u) |
+           (tool.stick_up > kPushed ? 1u << 6 : 0u);
 }
 
 haptics::DeviceProfile controllerProfile() noexcept {

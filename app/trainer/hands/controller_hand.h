@@ -80,11 +80,16 @@ class ControllerPort {
 struct ControllerKeys {
     bool select = false, menu = false;
     float squeeze = 0.0f;
+    float stick_up = 0.0f;  // of the thumbstick, in [-1, 1]
 };
 std::uint32_t controllerButtons(const ControllerKeys& tool, const ControllerKeys& other = {});
-inline constexpr std::array<std::string_view, 6> kControllerButtons{
-    "the trigger",          "menu (B)", "squeezing", "the other hand's trigger", "squeezing the other hand",
-    "the other hand's menu"};
+inline constexpr std::array<std::string_view, 7> kControllerButtons{"the trigger",
+                                                                    "menu (B)",
+                                                                    "squeezing",
+                                                                    "the other hand's trigger",
+                                                                    "squeezing the other hand",
+                                                                    "the other hand's menu",
+                                                                    "the stick, pushed up,"};
 
 // The trigger of the tool's hand: while it is held, the tool stays where snap to skin has put it.
 inline constexpr std::uint32_t kSnapButton = 1u << 0;

@@ -5,6 +5,8 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include "app/trainer/attempt/tool_pose.h"
+
 namespace stylet::trainer {
 
 using haptics::TickOutput;
@@ -34,17 +36,6 @@ haptics::TouchPoint skinAt(const TickOutput& now, const patient::Patient& patien
                            const haptics::TouchMap& touch, const Vec3& at_m) {
     return haptics::touchAt(touch, patient::referenceFromDeformed(patient.package().motion, now.breath,
                                                                   patient::Side::outside, at_m));
-}
-
-// The smallest rotation that turns the unit vector `from` to `to`.
-Quat rotationBetween(const Vec3& from, const Vec3& to) {
-    const Vec3 axis = glm::cross(from, to);
-    const double twice_cosine = 1.0 + glm::dot(from, to);
-    if (!(twice_cosine > 1e-9)) {  // opposite: about any axis across
-        const Vec3 across = glm::cross(from, std::fabs(from.x) < 0.9 ? Vec3(1, 0, 0) : Vec3(0, 1, 0));
-        return {0.0, glm::normalize(across)};
-    }
-    return glm::normalize(Quat{twice_cosine, axis.x, axis.y, axis.z});
 }
 
 std::string whyNot(const training::DifficultyRules& rules, const TickOutput& now) {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "app/installation.h"
+#include "app/trainer/attempt/demonstration.h"
 #include "app/trainer/attempt/hand.h"
 #include "app/trainer/attempt/reference_path.h"
 #include "app/trainer/attempt/retry.h"
@@ -370,6 +371,7 @@ struct AttemptRun {
     std::optional<ForceComparison> truth;
     std::optional<Session> session;
     std::optional<SoundOutput> hearing;
+    std::optional<ExpertBeside> expert;  // with live input
 };
 
 // An exam shows what the trainee can do from the beginning to the end.
@@ -556,14 +558,17 @@ void openOutputs(AttemptRun& run) {
                         live.port.get(), run.listener_pose);
 }
 
+const training::DifficultyRules& rulesNow(const AttemptRun& run) {
+    const AttemptConfig& config = run.options.config;
+    return config.difficulties[run.session->difficulty().value_or(config.difficulty)];
+}
+
 // Has mouse or controller place the tool on the skin. Returns why it cannot.
 std::string snapToSkin(AttemptRun& run, const haptics::TickOutput& now) {
-    const AttemptConfig& config = run.options.config;
     const Live& live = run.live;
     std::string why_not;
     std::optional<Pose> pose =
-        poseOnSkin(config.difficulties[run.session->difficulty().value_or(config.difficulty)], now,
-                   run.task->patient, *run.attempt->touchMap(), why_not);
+        poseOnSkin(rulesNow(run), now, run.task->patient, *run.attempt->touchMap(), why_not);
     if (!pose) return why_not;
     pose->position_m += now.patient_moved_m;
     const Pose driver_from_tool = live.patient_from_driver->inverse() * *pose;
@@ -576,6 +581,13 @@ std::string snapToSkin(AttemptRun& run, const haptics::TickOutput& now) {
 
 LoopTotals runLive(AttemptRun& run, RealTimeOptions options) {
     const Live& live = run.live;
+    run.expert.emplace([&task = *run.task, touch = *run.attempt->touch] {
+        return Demonstration(task.patient, task.path, task.scenario.course,
+                             [&touch](const patient::Patient&) { return touch; });
+    });
+    options.help = [&run](FrameState& seen) {
+        run.expert->addTo(seen, rulesNow(run), run.attempt->simulation.dt_s);
+    };
     const std::optional<double> seconds = run.options.config.seconds;
     const UserButtons buttons = live.device->buttons();
     printMessage(fmt::format("you control the {}; type \"help\" and press Enter for a list of commands; {}{}",
@@ -598,6 +610,7 @@ LoopTotals runLive(AttemptRun& run, RealTimeOptions options) {
                   }};
     if (live.patient_from_driver)
         hand.snap = [&run](const haptics::TickOutput& now) { return snapToSkin(run, now); };
+    hand.expert = [&run] { return run.expert->toggle(rulesNow(run)); };
     run.session->setRearmButton(buttons.rearm);
     options.live = &hand;
     const LoopTotals totals =

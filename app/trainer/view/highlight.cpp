@@ -58,7 +58,6 @@ class PromptPlaces::AtTick {
     Vec3 deformed(const Vec3& reference_m) const {
         return patient::deformedFromReference(places_.patient_->package().motion, tick_.breath, reference_m);
     }
-    const Vec3& inward() const { return inward_; }
 
     Highlight onSkin(const Vec3& skin_m, double ring_m) const {
         return ring(skin_m - kAboveSkin_m * inward_, inward_, ring_m);
@@ -146,12 +145,6 @@ class PromptPlaces::AtTick {
     Highlights take(bool in_use, const Highlights& place) const { return in_use ? place : table(); }
 
   private:
-    static Quat rotationBetween(const Vec3& from, const Vec3& to) {
-        const Vec3 axis = glm::cross(from, to);
-        const double twice_cosine = 1.0 + glm::dot(from, to);
-        if (!(twice_cosine > 1e-6)) return Quat{1.0, 0.0, 0.0, 0.0};
-        return glm::normalize(Quat{twice_cosine, axis.x, axis.y, axis.z});
-    }
     Pose probePose() const {
         return tick_.probe_parked ? tick_.patient_from_probe
                                   : tick_.patient_from_tool * haptics::kStylusFromProbe;

@@ -30,6 +30,9 @@ void addRoom(render::RenderScene&, const patient::PlannedPath&, const training::
 // Adds the tool in use and the parked probe.
 void showTools(render::RenderScene&, const FrameState&);
 
+// Adds the expert's tool.
+void showGhost(render::RenderScene&, const GhostTool&);
+
 void showMonitor(render::RenderScene&, const BreathMonitor&);
 
 // Marks of the wounds. With closed skin, also the mark of the disinfected field around the planned entry.

@@ -17,7 +17,8 @@ constexpr std::array kFlags{
     Flag{"panel", &DifficultyRules::panel},         Flag{"next_step", &DifficultyRules::next_step},
     Flag{"path", &DifficultyRules::path},           Flag{"colours", &DifficultyRules::colours},
     Flag{"cues", &DifficultyRules::cues},           Flag{"slices", &DifficultyRules::slices},
-    Flag{"open_look", &DifficultyRules::open_look}, Flag{"home", &DifficultyRules::home}};
+    Flag{"open_look", &DifficultyRules::open_look}, Flag{"home", &DifficultyRules::home},
+    Flag{"snap", &DifficultyRules::snap},           Flag{"expert", &DifficultyRules::expert}};
 
 DifficultyRules readRules(Fields in, const DifficultyRules* easier) {
     DifficultyRules rules;

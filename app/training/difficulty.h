@@ -34,6 +34,8 @@ struct DifficultyRules {
     bool slices = false;     // CT slices at the tool's tip
     bool open_look = false;  // looks that show the anatomy beneath the skin
     bool home = false;       // the key that returns the mouse's tool to its start
+    bool expert = false;     // the expert's tool doing the current step beside the user's
+    bool snap = false;       // mouse and controllers: places the tool on the skin beneath it
     StartPlace start = StartPlace::room;
 };
 

@@ -22,6 +22,7 @@ constexpr double kSpaceReach_m = 0.040;  // greatest distance from the entry, al
 constexpr double kRibReach_m = 0.030;
 constexpr double kRibDepth_m = 0.040;  // greatest depth of a rib under the skin
 constexpr double kBeforeSkin_m = 0.005;
+constexpr double kSkinSearch_m = 0.030;  // before and behind the entry's plane
 constexpr double kSample_m = 0.001, kAside_m = 0.003;
 // Ultrasound: distance of the duct from the picture's plane, and the time for which it must be visible.
 constexpr double kDuctInPlane_m = 0.004, kMinVisible_s = 1.0;
@@ -49,7 +50,41 @@ std::optional<Pose> picturingProbe(const TickOutput& now, double min_contact) no
     return now.patient_from_tool * haptics::kStylusFromProbe;
 }
 
+// At the depths at which a finger can feel a rib, along the path's direction.
+bool isOverBone(const patient::Patient& patient, const Vec3& reference_m, const Vec3& axis) noexcept {
+    for (double at_m = -kBeforeSkin_m; at_m <= kRibDepth_m; at_m += kSample_m)
+        if (patient.at(reference_m + axis * at_m, {true, false}).tissue == Tissue::bone) return true;
+    return false;
+}
+
+Vec3 pathAxis(const patient::PlannedPath& path) noexcept {
+    const Vec3 inward_m = path.target_reference_m - path.entry_reference_m;
+    return glm::length(inward_m) > 0.0 ? glm::normalize(inward_m) : Vec3(0.0, 0.0, 1.0);
+}
+
 }  // namespace
+
+std::optional<Vec3> skinOverRib(const patient::Patient& patient, const patient::PlannedPath& path,
+                                double toward_head) {
+    const Vec3 axis = pathAxis(path), head(0.0, 0.0, 1.0), across = head - axis * glm::dot(head, axis);
+    if (!(glm::length(across) > 0.1)) return std::nullopt;  // the path runs along the body
+    const Vec3 step_m = glm::normalize(across) * (toward_head * kAside_m);
+    const auto isOver = [&](int n) {
+        return isOverBone(patient, path.entry_reference_m + step_m * double(n), axis);
+    };
+    int first = 1;
+    while (first * kAside_m <= kRibReach_m && !isOver(first))
+        ++first;
+    if (!(first * kAside_m <= kRibReach_m)) return std::nullopt;
+    int last = first;
+    while ((last + 1) * kAside_m <= kSpaceReach_m && isOver(last + 1))
+        ++last;
+    const Vec3 middle_m = path.entry_reference_m + step_m * (0.5 * (first + last));
+    for (double at_m = -kSkinSearch_m; at_m < kSkinSearch_m; at_m += kSample_m)
+        if (patient.at(middle_m + axis * at_m, {true, false}).tissue != Tissue::air)
+            return middle_m + axis * at_m;
+    return middle_m;
+}
 
 double shareInBeam(const TickOutput& now) noexcept {
     const std::optional<Pose> patient_from_probe = picturingProbe(now, 0.0);
@@ -66,10 +101,10 @@ Evidence::Evidence(const patient::Patient& patient, const patient::PlannedPath& 
     : patient_(&patient),
       path_(path),
       dt_s_(dt_s),
+      axis_reference_(pathAxis(path)),
       check_interval_ticks_(std::uint64_t(std::max(1.0, std::floor(kCheckInterval_s / dt_s + 0.5)))) {
-    const Vec3 inward_m = path.target_reference_m - path.entry_reference_m;
-    if (glm::length(inward_m) > 0.0) axis_reference_ = glm::normalize(inward_m);
-    needs_headward_ = hasRib(1.0), needs_footward_ = hasRib(-1.0);
+    needs_headward_ = skinOverRib(patient, path, 1.0).has_value();
+    needs_footward_ = skinOverRib(patient, path, -1.0).has_value();
 }
 
 std::uint32_t Evidence::update(const TickOutput& now, const TickFacts& facts, const AttemptFold& fold) {
@@ -122,30 +157,15 @@ Refusal Evidence::missing(Step step) const noexcept {
     return Refusal::ductTooShort;
 }
 
-// The depths at which a finger can feel a rib, along the path's direction.
-bool Evidence::isOverBone(const Vec3& reference_m) const noexcept {
-    for (double at_m = -kBeforeSkin_m; at_m <= kRibDepth_m; at_m += kSample_m)
-        if (patient_->at(reference_m + axis_reference_ * at_m, {true, false}).tissue == Tissue::bone)
-            return true;
-    return false;
-}
-
-// True if a finger can reach a rib next to the entry, toward the head (+1) or the feet (-1), across the path.
-bool Evidence::hasRib(double toward_head) const noexcept {
-    const Vec3 head(0.0, 0.0, 1.0), across = head - axis_reference_ * glm::dot(head, axis_reference_);
-    if (!(glm::length(across) > 0.1)) return false;  // the path runs along the body
-    const Vec3 step_m = glm::normalize(across) * (toward_head * kAside_m);
-    for (int n = 1; n * kAside_m <= kRibReach_m; ++n)
-        if (isOverBone(path_.entry_reference_m + step_m * double(n))) return true;
-    return false;
-}
-
 // What lies under a place on the skin: the path's intercostal space if there is no bone on the way to the
 // entry, a rib beside that space if all bone on the way is at this end of it.
 Evidence::Beneath Evidence::findBeneath(const Vec3& reference_m) const noexcept {
     const Vec3 to_entry_m = path_.entry_reference_m - reference_m;
     const double length_m = glm::length(to_entry_m);
     if (!(length_m <= kSpaceReach_m)) return Beneath::nothing;
+    const auto isOverBone = [&](const Vec3& at_m) {
+        return training::isOverBone(*patient_, at_m, axis_reference_);
+    };
     const bool rib = isOverBone(reference_m);
     bool on_bone = rib;
     const int pieces = std::max(1, int(std::ceil(length_m / kAside_m)));

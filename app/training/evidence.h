@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -15,6 +16,10 @@ double shareInBeam(const haptics::TickOutput&) noexcept;
 
 // Share of the probe's face that must touch the skin for a picture that counts.
 inline constexpr double kMinContact = 0.3;
+
+// The skin over the rib that a finger can reach beside the path's entry, toward the head (+1) or the feet
+// (-1): over the middle of the rib, reference patient. Nothing if there is no such rib.
+std::optional<Vec3> skinOverRib(const patient::Patient&, const patient::PlannedPath&, double toward_head);
 
 // Why the duct cannot be seen.
 enum class View : std::uint8_t { shown, noContact, besidePlane, outsideSector, shadowed };
@@ -58,8 +63,6 @@ class Evidence {
 
     void palpate(const haptics::TickOutput&);
     Beneath findBeneath(const Vec3& reference_m) const noexcept;
-    bool isOverBone(const Vec3& reference_m) const noexcept;
-    bool hasRib(double toward_head) const noexcept;
     void look(const haptics::TickOutput&, const Vec3& target_m, const UltrasoundState&);
     View findView(const haptics::TickOutput&, const Vec3& target_m, const UltrasoundState&) const noexcept;
     void aim(const haptics::TickOutput&, const Vec3& target_m) noexcept;
@@ -78,7 +81,7 @@ class Evidence {
     haptics::ToolSettings tools_{};
     Course course_ = Course::puncture;
     double dt_s_;
-    Vec3 axis_reference_{0.0, 0.0, 1.0};
+    Vec3 axis_reference_;
     bool needs_headward_ = false, needs_footward_ = false;
 
     std::uint32_t found_ = 0;

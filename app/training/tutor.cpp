@@ -31,7 +31,9 @@ const Controls kMouseControls{.finger = "press F",
                               .move = "drag or use the arrow keys",
                               .push = "turn the wheel or press Page Down",
                               .pull = "turn the wheel back or press Page Up",
-                              .turn = "press Q or E, or Shift with the arrow keys"};
+                              .turn = "press Q or E, or Shift with the arrow keys",
+                              .skin = "press T",
+                              .expert = "press O"};
 const Controls kControllerControls{.finger = "press B (menu) until you hold it",
                                    .probe = "press B (menu) until you hold it",
                                    .park = "press B (menu)",
@@ -51,7 +53,9 @@ const Controls kControllerControls{.finger = "press B (menu) until you hold it",
                                    .move = "move your hand",
                                    .push = "move your hand",
                                    .pull = "move your hand back",
-                                   .turn = "turn your hand"};
+                                   .turn = "turn your hand",
+                                   .skin = "hold the trigger",
+                                   .expert = "push the stick up"};
 const Controls kTypedControls{.finger = "type \"finger\"",
                               .probe = "type \"probe\"",
                               .park = "type \"park\"",
@@ -71,7 +75,9 @@ const Controls kTypedControls{.finger = "type \"finger\"",
                               .move = "move the device",
                               .push = "push the device",
                               .pull = "draw the device back",
-                              .turn = "turn the device"};
+                              .turn = "turn the device",
+                              .skin = "",
+                              .expert = "type \"expert\""};
 
 namespace {
 
@@ -218,7 +224,7 @@ Act nextAct(const Progress& progress, const TickOutput& now, const Equipment& eq
 std::string prompt(Act act, const Controls& c) {
     switch (act) {
         case Act::liftOff:
-            return "Lift the tool off the skin: it was taken inside the body and feels nothing yet.";
+            return fmt::format("Lift the tool off the skin, it feels nothing yet: {}.", c.pull);
         case Act::takeFinger:
             return fmt::format("Take the finger: {}.", c.finger);
         case Act::pressGap:
@@ -259,7 +265,7 @@ std::string prompt(Act act, const Controls& c) {
         case Act::advance:
             return fmt::format("Push on in the ultrasound picture until the duct gives way: {}.", c.push);
         case Act::drawOut:
-            return "Draw the needle out of the skin, and begin the puncture again.";
+            return fmt::format("Draw the needle out, and puncture again: {}.", c.pull);
         case Act::pressPedal:
             return fmt::format("Switch the X-rays on: {}.", c.pedal);
         case Act::seekDuct:
@@ -302,34 +308,43 @@ std::string prompt(Act act, const Controls& c) {
     return "All steps are done.";
 }
 
-std::string_view hint(Act act) noexcept {
+std::string hint(Act act, const Controls& c) {
+    const std::string to_skin = c.skin.empty() ? "" : fmt::format("To reach the skin, {}. ", c.skin);
     switch (act) {
         case Act::liftOff:
-            return "Draw it away from the body until it moves freely.";
+            return fmt::format("Draw it away until it moves freely: {}.", c.pull);
         case Act::pressGap:
-            return "The path enters where the line ends on the skin. A gap feels soft.";
+            return to_skin + fmt::format("A gap feels soft: {}.", c.push);
         case Act::pressUpperRib:
         case Act::pressLowerRib:
-            return "Slide along the skin and keep pressing. A rib feels hard.";
+            return fmt::format("A rib feels hard. Keep pressing and slide: {}.", c.move);
         case Act::placeProbe:
-            return "Its whole face must lie on the skin.";
+            return c.skin.empty() ? fmt::format("The whole face must touch: {}.", c.push)
+                                  : to_skin + "The whole face must touch it.";
         case Act::shiftProbe:
+            return fmt::format("A duct is dark. Move a little, then wait: {}.", c.move);
         case Act::turnProbe:
-            return "Move a little, then wait for the picture. A duct is dark.";
+            return fmt::format("Turn a little, then wait: {}.", c.turn);
         case Act::aimGuide:
-            return "The dashed line is the needle's way. Shift the probe across the picture.";
+            return fmt::format("Shift the probe toward the arrow: {}.", c.move);
         case Act::cut:
-            return "A cut of 3 to 15 mm counts, up to 5 mm from the entry.";
+            return fmt::format("A cut of 3 to 15 mm counts. Along the skin: {}.", c.move);
         case Act::snapNeedle:
-            return "The rail is at the side of the probe. Cross it slowly with the tip.";
+            return fmt::format("Cross the rail slowly with the tip: {}.", c.move);
         case Act::advance:
         case Act::seekDuct:
-            return "Look for the bright tip. The duct resists, then gives way.";
+            return fmt::format("The bright tip dents the duct, then enters: {}.", c.push);
         case Act::feedWire:
-            return "A wire that stops: draw it back into the needle, then push it slowly.";
+            return fmt::format("If it stops: {}, then push slowly.", c.pull);
         case Act::pushDilator:
         case Act::pushDrain:
-            return "It needs force. It stops where the wire ends.";
+            return fmt::format("It needs force and ends with the wire: {}.", c.push);
+        case Act::enterSkin:
+        case Act::drawOut:
+        case Act::drawNeedle:
+        case Act::drawDilator:
+        case Act::drawWire:
+            return fmt::format("To see how the expert does it, {}.", c.expert);
         default:
             return {};
     }

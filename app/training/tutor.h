@@ -64,6 +64,8 @@ struct Controls {
         release;  // "press F"
     std::string_view wire, needle, dilator, drain;
     std::string_view move, push, pull, turn;  // "drag or use the arrow keys"
+    std::string_view skin;                    // places the tool on the skin; empty: this input cannot
+    std::string_view expert;                  // shows how the expert does this step
 };
 extern const Controls kMouseControls, kControllerControls, kTypedControls;
 
@@ -72,6 +74,6 @@ std::string prompt(Act, const Controls&);
 // What else may help a trainee to whom the same prompt has been shown for kHintAfter_s. Empty if there is
 // nothing more to say.
 inline constexpr double kHintAfter_s = 15.0;
-std::string_view hint(Act) noexcept;
+std::string hint(Act, const Controls&);
 
 }  // namespace stylet::training

@@ -338,4 +338,46 @@ Mesh unitTube(int sides) {
     return mesh;
 }
 
+Mesh unitCone(int sides) {
+    Mesh mesh;
+    const auto n = std::uint32_t(sides);
+    const glm::vec3 up(0, 0, 1);
+    for (std::uint32_t i = 0; i < n; ++i) {
+        const float angle = 2.0f * std::numbers::pi_v<float> * float(i) / float(sides);
+        const glm::vec3 out(std::cos(angle), std::sin(angle), 0.0f);
+        const glm::vec3 normal = glm::normalize(out + up);
+        for (const Vertex& v : {Vertex{out, normal}, Vertex{up, normal}, Vertex{out, -up}})
+            mesh.vertices.push_back(v);
+        const std::uint32_t a = 3 * i, b = 3 * ((i + 1) % n);
+        for (const std::uint32_t index : {a, b, a + 1})
+            mesh.indices.push_back(index);
+        if (i > 0 && i + 1 < n)
+            for (const std::uint32_t index : {2u, b + 2, a + 2})
+                mesh.indices.push_back(index);
+    }
+    mesh.parts.push_back({.name = "cone", .node = "cone", .index_count = std::uint32_t(mesh.indices.size())});
+    return mesh;
+}
+
+Mesh unitRing(int sides, int tube_sides, float tube_radius) {
+    Mesh mesh;
+    const auto n = std::uint32_t(sides), m = std::uint32_t(tube_sides);
+    const auto turn = [](std::uint32_t i, int of) {
+        return 2.0f * std::numbers::pi_v<float> * float(i) / float(of);
+    };
+    for (std::uint32_t i = 0; i < n; ++i) {
+        const glm::vec3 out(std::cos(turn(i, sides)), std::sin(turn(i, sides)), 0.0f);
+        for (std::uint32_t j = 0; j < m; ++j) {
+            const float angle = turn(j, tube_sides);
+            const glm::vec3 normal = std::cos(angle) * out + std::sin(angle) * glm::vec3(0, 0, 1);
+            mesh.vertices.push_back({out + tube_radius * normal, normal});
+            const std::uint32_t a = m * i, b = m * ((i + 1) % n), k = (j + 1) % m;
+            for (const std::uint32_t index : {a + j, b + j, a + k, a + k, b + j, b + k})
+                mesh.indices.push_back(index);
+        }
+    }
+    mesh.parts.push_back({.name = "ring", .node = "ring", .index_count = std::uint32_t(mesh.indices.size())});
+    return mesh;
+}
+
 }  // namespace stylet::render

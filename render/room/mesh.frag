@@ -5,7 +5,7 @@
 #include "render/scene/bindings.glsl"
 #include "render/scene/lighting.glsl"
 
-layout(constant_id = 0) const int kKind = 0;       // kPlain, kTable, kFloor, kScreen, kCloth
+layout(constant_id = 0) const int kKind = 0;       // kPlain, kTable, kFloor, kScreen, kCloth, kGhost
 layout(constant_id = 1) const int kLamp = 0;       // kUnlit, kFromAfar, kBeam
 
 layout(push_constant) uniform Push { MeshPush part; };
@@ -89,6 +89,8 @@ vec3 screenLight(int screen) {
 }
 
 void main() {
+    // Translucent without sorting: every other pixel is left out.
+    if (kKind == kGhost && ((int(gl_FragCoord.x) + int(gl_FragCoord.y)) & 1) == 0) discard;
     const vec3 v = normalize(to_eye);
     vec3 n = normalize(raw_normal);
     if (kKind == kCloth) n = dot(n, v) < 0.0 ? -n : n;  // seen from both sides

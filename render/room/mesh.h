@@ -43,5 +43,9 @@ Mesh parseMesh(const std::filesystem::path& file, std::span<const unsigned char>
 
 // A closed cylinder of radius 1 around z from 0 to 1, for lines drawn as tubes.
 Mesh unitTube(int sides);
+// A closed cone: a base of radius 1 at z = 0, its apex at z = 1.
+Mesh unitCone(int sides);
+// A torus of radius 1 around z, whose tube has the radius `tube_radius`.
+Mesh unitRing(int sides, int tube_sides, float tube_radius);
 
 }  // namespace stylet::render

@@ -13,10 +13,16 @@
 namespace stylet::render {
 namespace {
 
-constexpr int kTubeSides = 12;
+constexpr int kTubeSides = 12, kRingSides = 40;
+constexpr float kRingThickness = 0.09f;  // of a ring with radius 1
 constexpr double kPathRadius_m = 0.0006, kPathOutside_m = 0.045;
 constexpr double kEntryRadius_m = 0.004, kEntryThickness_m = 0.0012;
 constexpr glm::vec3 kReferenceColour{0.05f, 0.75f, 0.95f};
+constexpr glm::vec3 kHighlightColour{1.0f, 0.55f, 0.05f};
+constexpr double kArrowRadius_m = 0.0016, kArrowHead_m = 0.014, kArrowHeadRadius_m = 0.005;
+constexpr float kHighlightGlow = 0.9f;
+constexpr glm::vec3 kGhostColour{0.25f, 0.75f, 1.0f};
+constexpr float kGhostGlow = 0.25f;
 constexpr double kMark_m = 0.001;  // length of a mark on the needle
 constexpr int kMaxMarks = 64;
 constexpr double kStandHeight_m = 1.07;  // height of the isocentre above the floor in c_arm.glb
@@ -24,8 +30,6 @@ constexpr float kFarAway_m = 1e3f;       // sort distance of the shell, which is
 
 // Room frame, m. The operator stands at +x.
 const Vec3 kOperator(0.62, 1.55, 0.0);
-const Vec3 kUltrasound(0.86, 0.0, 0.92), kTrolley(0.98, 0.0, -0.80);
-const Vec3 kXrayMonitor(-0.92, 1.58, 0.62), kPatientMonitor(-0.42, 1.58, 1.38);
 const Vec3 kLampPost(-0.30, 3.0, -0.45), kSecondLamp(-0.85, 2.08, -0.95);
 constexpr double kArmHeights_m[2] = {2.74, 2.62}, kArmLink_m = 0.92, kYokeTop_m = 0.42;
 
@@ -206,6 +210,10 @@ SceneMeshes::SceneMeshes(const Gpu& gpu, const std::filesystem::path& assets) {
     }
     collector.open(unitTube(kTubeSides));
     models_.tube = collector.append("tube");
+    collector.open(unitCone(kTubeSides));
+    models_.cone = collector.append("cone");
+    collector.open(unitRing(kRingSides, kTubeSides, kRingThickness));
+    models_.ring = collector.append("ring");
     vertex_buffer_ = makeFilledBuffer(gpu, collector.vertices, vk::BufferUsageFlagBits::eVertexBuffer);
     index_buffer_ = makeFilledBuffer(gpu, collector.indices, vk::BufferUsageFlagBits::eIndexBuffer);
 }
@@ -235,10 +243,7 @@ void SceneMeshes::addTable(const RenderScene& scene, const Placement& placed) {
 }
 
 // Shaft, tip and mark have radius 1 and length 1 (assets/generate/instruments.py).
-void SceneMeshes::addNeedle(const RenderScene& scene) {
-    if (!scene.patient_from_needle) return;
-    const NeedleShape& needle = scene.needle;
-    const Pose stage_from_needle = scene.stage_from_patient * *scene.patient_from_needle;
+void SceneMeshes::addNeedle(const Pose& stage_from_needle, const NeedleShape& needle) {
     const auto part = [&](const Model& model, double at_m, const Vec3& size, bool casts = true) {
         const Pose needle_from_part{Quat(1.0, 0.0, 0.0, 0.0), Vec3(0.0, 0.0, at_m)};
         add(model, scaled(toMatrix(stage_from_needle * needle_from_part), size), casts);
@@ -280,11 +285,35 @@ void SceneMeshes::addTools(const RenderScene& scene) {
     const auto tool = [&](const Model& model, const std::optional<Pose>& patient_from_tool) {
         if (patient_from_tool) add(model, toMatrix(scene.stage_from_patient * *patient_from_tool), true);
     };
-    addNeedle(scene);
+    if (scene.patient_from_needle)
+        addNeedle(scene.stage_from_patient * *scene.patient_from_needle, scene.needle);
     addTubes(scene);
     tool(models_.probe, scene.patient_from_probe);
     tool(models_.scalpel, scene.patient_from_scalpel);
     tool(models_.hand, scene.patient_from_finger);
+}
+
+void SceneMeshes::addGhost(const RenderScene& scene) {
+    if (!scene.ghost) return;
+    const std::size_t first = draws_.size();
+    const Pose stage_from_tool = scene.stage_from_patient * scene.ghost->patient_from_tool;
+    switch (scene.ghost->kind) {
+        case GhostKind::needle:
+            addNeedle(stage_from_tool, scene.needle);
+            break;
+        case GhostKind::probe:
+            add(models_.probe, toMatrix(stage_from_tool), false);
+            break;
+        case GhostKind::scalpel:
+            add(models_.scalpel, toMatrix(stage_from_tool), false);
+            break;
+        case GhostKind::finger:
+            add(models_.hand, toMatrix(stage_from_tool), false);
+    }
+    for (std::size_t i = first; i < draws_.size(); ++i) {
+        draws_[i].kind = gpu::kGhost, draws_[i].casts = false;
+        draws_[i].push.colour = glm::vec4(kGhostColour, kGhostGlow);
+    }
 }
 
 void SceneMeshes::addPaths(const RenderScene& scene) {
@@ -308,6 +337,27 @@ void SceneMeshes::addPaths(const RenderScene& scene) {
         path((*scene.reference_path_m)[0], (*scene.reference_path_m)[1], kReferenceColour);
     for (const ShownPath& shown : scene.paths)
         path(shown.entry_m, shown.target_m, pathColour(shown.quality));
+}
+
+void SceneMeshes::addHighlights(const RenderScene& scene, const Placement& placed) {
+    const std::size_t first = draws_.size();
+    for (const Highlight& mark : scene.highlights) {
+        const glm::dmat4 stage_from_mark =
+            toMatrix(mark.in_room ? placed.stage_from_room : scene.stage_from_patient);
+        const auto tube = [&](const Model& model, double from_m, double to_m, double radius_m) {
+            add(model,
+                stage_from_mark *
+                    tubeBetween(mark.at_m - from_m * mark.along, mark.at_m - to_m * mark.along, radius_m),
+                false);
+        };
+        if (mark.ring_m > 0.0) tube(models_.ring, 0.0, -mark.ring_m, mark.ring_m);
+        if (!(mark.arrow_m > 0.0)) continue;
+        const double head_m = std::min(kArrowHead_m, mark.arrow_m);
+        tube(models_.cone, head_m, 0.0, kArrowHeadRadius_m);
+        if (mark.arrow_m > head_m) tube(models_.tube, mark.arrow_m, head_m, kArrowRadius_m);
+    }
+    for (std::size_t i = first; i < draws_.size(); ++i)
+        draws_[i].push.colour = glm::vec4(kHighlightColour, kHighlightGlow);
 }
 
 void SceneMeshes::addScreen(const Model& thing, const Model& picture, const glm::dmat4& stage_from_model,
@@ -433,7 +483,9 @@ void SceneMeshes::collectDraws(const RenderScene& scene, const Placement& placed
     if (has_patient) addTable(scene, placed);
     if (drape) add(*drape, toMatrix(scene.stage_from_patient), false, gpu::kCloth);
     addTools(scene);
+    addGhost(scene);
     addPaths(scene);
+    addHighlights(scene, placed);
     addRoom(scene, placed);
     const std::array pyramids{frustumPlanes(views[0]), frustumPlanes(views[1])};
     for (std::size_t i = 0; i < draws_.size(); ++i) {

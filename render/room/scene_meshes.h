@@ -70,14 +70,16 @@ class SceneMeshes {
         Model table_top, table_pedestal, stand, carriage, arc;
         Model ultrasound, ultrasound_screen, xray, xray_screen, monitor, monitor_screen, trolley;
         Model lamp_head, lamp_yoke, lamp_arm, lamp_post, shell, floor, lit_floor, doors, built_in;
-        Model shaft, mark, tip_chiba, tip_trocar, tip_diamond, hub, probe, scalpel, hand, tube;
+        Model shaft, mark, tip_chiba, tip_trocar, tip_diamond, hub, probe, scalpel, hand, tube, cone, ring;
     };
     void add(const Model&, const glm::dmat4& stage_from_model, bool casts, int kind = gpu::kPlain);
     void addTable(const RenderScene&, const Placement&);
-    void addNeedle(const RenderScene&);
+    void addNeedle(const Pose& stage_from_needle, const NeedleShape&);
+    void addGhost(const RenderScene&);
     void addTubes(const RenderScene&);
     void addTools(const RenderScene&);
     void addPaths(const RenderScene&);
+    void addHighlights(const RenderScene&, const Placement&);
     void addRoom(const RenderScene&, const Placement&);
     void addLampHead(const Placement&, const Lamp&, double arm_height_m);
     void addScreen(const Model& thing, const Model& picture, const glm::dmat4& stage_from_model, int screen);

@@ -65,7 +65,7 @@ SHADER_CONSTANT vec3 kSkyColour = vec3(0.36, 0.44, 0.47), kGroundColour = vec3(0
 const int kScreenPixels = 512;  // largest edge of the picture on a screen of the room
 
 // Kinds of mesh parts; each is lit differently.
-const int kPlain = 0, kTable = 1, kFloor = 2, kScreen = 3, kCloth = 4;
+const int kPlain = 0, kTable = 1, kFloor = 2, kScreen = 3, kCloth = 4, kGhost = 5;
 // Light of the lamp on a part: none, light from far away, or the beam with its shadows. The beam ends where
 // it is weaker than kBeamEdge of its middle. kThin marks parts that must not vanish between pixels.
 const int kUnlit = 0, kFromAfar = 1, kBeam = 2;

@@ -101,6 +101,27 @@ struct ShownPath {
     double quality = 1.0;              // 0 to 1
 };
 
+// Points out a place to a trainee: a ring around it, an arrow that ends there, or both. It glows and casts no
+// shadow.
+struct Highlight {
+    bool in_room = false;        // in the room's frame, else in the patient's (deformed)
+    Vec3 at_m{0.0};              // middle of the ring, tip of the arrow
+    Vec3 along{0.0, 0.0, -1.0};  // unit vector: axis of the ring, direction of the arrow
+    double ring_m = 0.0;         // radius; 0: no ring
+    double arrow_m = 0.0;        // length; 0: no arrow
+};
+// Places of the equipment in the room's frame, m: y up from the floor, the table's middle at the origin, z
+// toward the patient's head. The operator stands at +x.
+inline constexpr Vec3 kUltrasound{0.86, 0.0, 0.92}, kTrolley{0.98, 0.0, -0.80};
+inline constexpr Vec3 kXrayMonitor{-0.92, 1.58, 0.62}, kPatientMonitor{-0.42, 1.58, 1.38};
+
+// A tool that is not in the user's hand, drawn translucent. Its kinds have the poses of RenderScene's tools.
+enum class GhostKind : std::uint8_t { needle, probe, scalpel, finger };
+struct Ghost {
+    GhostKind kind = GhostKind::needle;
+    Pose patient_from_tool;
+};
+
 struct RenderScene {
     Pose stage_from_patient;
     patient::Surrogate breath;
@@ -116,6 +137,8 @@ struct RenderScene {
     std::vector<CurvedTube> tubes;                        // guide wire, dilator and drain
     std::optional<std::array<Vec3, 2>> reference_path_m;  // entry and target, patient frame, deformed
     std::vector<ShownPath> paths;
+    std::vector<Highlight> highlights;
+    std::optional<Ghost> ghost;
     std::optional<Pose> patient_from_probe,
         patient_from_scalpel;                 // contact end at the origin, handle toward +z
     std::optional<Pose> patient_from_finger;  // tip of a gloved right hand's finger; +y: the back of the hand

@@ -22,7 +22,7 @@ namespace {
 // Longer input is invalid. No command is this long.
 constexpr std::size_t kMaxCommandLength = 256;
 
-enum class Act : std::uint8_t { command, next, list };
+enum class Act : std::uint8_t { command, next, snap, expert, list };
 struct CommandWord {
     std::string_view word, what;
     Act act = Act::command;
@@ -56,6 +56,8 @@ constexpr std::array kCommandWords{
                 Act::command,
                 {CommandKind::rearm, 0}},
     CommandWord{"aspirate", "draw with a syringe at the needle", Act::command, training::kAspirate},
+    CommandWord{"skin", "mouse, controllers: place the tool on the skin beneath it", Act::snap},
+    CommandWord{"expert", "guided attempts: show how the expert does this step, or no longer", Act::expert},
     CommandWord{"stop", "stop the injection of contrast medium", Act::command, {CommandKind::inject, 0}},
     CommandWord{"pedal", "turn X-rays on", Act::command, training::kPedalDown},
     CommandWord{"release", "turn X-rays off", Act::command, training::kPedalUp},
@@ -200,6 +202,8 @@ std::string describe(const UserButtons& buttons, std::span<const std::string_vie
     add(buttons.pedal, "is the X-ray pedal");
     add(buttons.inject, "injects contrast medium while pressed");
     add(buttons.aspirate, "draws with the syringe");
+    add(buttons.snap, "places the tool on the skin while pressed");
+    add(buttons.expert, "shows the expert, or no longer");
     return text;
 }
 
@@ -221,6 +225,8 @@ std::vector<Command> UserCommands::update(std::string_view typed, std::uint32_t 
     if (!mayGoOn()) return commands;
     if ((pressed_ & buttons_.breath) != 0)
         add({holds_ ? CommandKind::breathe : CommandKind::holdBreath, 0}, commands);
+    if ((pressed_ & buttons_.snap) != 0) snap_ = true;
+    if ((pressed_ & buttons_.expert) != 0) expert_ = true;
     if ((pressed_ & buttons_.aspirate) != 0) add(training::kAspirate, commands);
     if ((pressed_ & buttons_.next) != 0) addNext(now, commands);
     pressed_ = 0;
@@ -252,6 +258,8 @@ void UserCommands::parseLine(std::string_view line, const TickOutput& now, std::
         if (line != word.word) continue;
         if (word.act == Act::command) add(word.command, commands);
         if (word.act == Act::next) addNext(now, commands);
+        if (word.act == Act::snap) snap_ = true;
+        if (word.act == Act::expert) expert_ = true;
         if (word.act == Act::list) say_(describeCommands(exerts_force_));
         return;
     }

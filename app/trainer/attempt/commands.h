@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "haptics/loop/simulation.h"
@@ -21,6 +22,8 @@ struct UserButtons {
     std::uint32_t pedal = 0;        // X-rays while pressed
     std::uint32_t inject = 0;       // contrast medium while pressed
     std::uint32_t aspirate = 0;     // draws with a syringe at the needle
+    std::uint32_t snap = 0;         // places the tool on the skin beneath it
+    std::uint32_t expert = 0;       // shows the expert beside the tool, or no longer
 };
 
 // Prints a message for the user.
@@ -43,6 +46,10 @@ class UserCommands {
     // command.
     std::vector<haptics::Command> update(std::string_view typed, std::uint32_t pressed,
                                          const haptics::TickOutput& now, std::uint32_t held = 0);
+    // True once for each request to place the tool on the skin (snap.h), or to show the expert or no longer
+    // (demonstration.h). These are no commands to the ticks.
+    bool popSnap() { return std::exchange(snap_, false); }
+    bool popExpert() { return std::exchange(expert_, false); }
     // A complete line is pending, so no more input need be read.
     bool hasLine() const { return waiting_.find('\n') != std::string::npos; }
 
@@ -60,6 +67,7 @@ class UserCommands {
     bool begun_ = false;
     bool holds_ = false;  // the last request was a breath-hold and the patient still holds
     bool held_ = false;   // breath-hold in the newest tick
+    bool snap_ = false, expert_ = false;
 };
 
 // True for commands that change the tool, or park or lift the probe.

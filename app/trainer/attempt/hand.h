@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "app/trainer/attempt/scenario.h"
+#include "app/trainer/attempt/tool_pose.h"
 #include "haptics/loop/trace.h"
 #include "patient/planning/planning.h"
 
@@ -20,12 +21,5 @@ haptics::Trace makeScriptedTrace(const Scenario&, const patient::PlannedPath&, d
 // patient_from_device of a device beside the patient's right flank. Its +z points toward the trainee, its +y
 // up.
 Pose placeDeviceBeside(const Grid&);
-
-// Pose of `tool` when it replaces a needle with the given pose. The pose stays the same, except for the
-// probe: its guide line coincides with the needle, and its face is at the needle's tip.
-Pose toolPoseFromNeedle(const Pose& patient_from_needle, haptics::Tool, const haptics::GuideSettings&);
-
-// Needle pose with the tip at `tip_m`. The shaft points INTO the body along `axis` (unit vector).
-Pose needlePose(const Vec3& tip_m, const Vec3& axis);
 
 }  // namespace stylet::trainer

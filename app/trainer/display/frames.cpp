@@ -150,7 +150,9 @@ void FrameLoop::Impl::settle() {
 void FrameLoop::Impl::passController(const Pose& room_from_stage) {
     if (!settings.controllers) return;
     const int side = int(controllerSide(settings.config.hand));
-    const auto keysOf = [](const xr::Hand& h) { return ControllerKeys{h.select, h.menu, h.squeeze}; };
+    const auto keysOf = [](const xr::Hand& h) {
+        return ControllerKeys{h.select, h.menu, h.squeeze, h.thumbstick[1]};
+    };
     const xr::Hand hand = headset->session.hand(side);
     ControllerPort::Frame seen{room_from_stage, std::nullopt,
                                controllerButtons(keysOf(hand), keysOf(headset->session.hand(1 - side))),

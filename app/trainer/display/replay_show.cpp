@@ -36,7 +36,7 @@ FrameState seenAt(const ShownReplay& shown, double tick) {
     if (!shown.ghost) return seen;
     const FrameState& ghost = shown.ghost->at(tick);
     if (haptics::isNeedleTool(ghost.tick.tool))
-        seen.ghost_needle = {ghost.tick.patient_from_needle, ghost.needle.length_m};
+        seen.ghost_tool = {ghost.tick.tool, ghost.tick.patient_from_needle, ghost.needle.length_m};
     return seen;
 }
 

@@ -15,7 +15,7 @@ namespace {
 // The tool's tip lies 15 cm in front of the fist, which keeps the fist clear of the skin. The tool points
 // along OpenXR's aim pose.
 constexpr Pose kAimFromTool{{1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, -0.15}};
-constexpr float kSqueezed = 0.5f;
+constexpr float kSqueezed = 0.5f, kPushed = 0.7f;
 constexpr Vibration kTouch{0.25f, 15'000'000}, kCut{0.8f, 35'000'000};
 constexpr double kTouching_n = 0.02;
 
@@ -67,6 +67,16 @@ std::optional<Pose> ControllerPort::toolAt(std::int64_t when_ns, std::uint32_t& 
     return frame_.room_from_stage * *stage_from_grip * frame_.grip_from_aim.value_or(Pose{}) * kAimFromTool;
 }
 
+std::optional<Pose> ControllerPort::popSnap() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(snap_, std::nullopt);
+}
+
+void ControllerPort::snapTo(const Pose& room_from_tool) {
+    const std::lock_guard lock(mutex_);
+    snap_ = room_from_tool;
+}
+
 void ControllerPort::vibrate(const Vibration& vibration) {
     const std::lock_guard lock(mutex_);
     vibration_ = vibration;
@@ -75,7 +85,8 @@ void ControllerPort::vibrate(const Vibration& vibration) {
 std::uint32_t controllerButtons(const ControllerKeys& tool, const ControllerKeys& other) {
     return (tool.select ? 1u << 0 : 0u) | (tool.menu ? 1u << 1 : 0u) |
            (tool.squeeze > kSqueezed ? 1u << 2 : 0u) | (other.select ? 1u << 3 : 0u) |
-           (other.squeeze > kSqueezed ? 1u << 4 : 0u) | (other.menu ? 1u << 5 : 0u);
+           (other.squeeze > kSqueezed ? 1u << 4 : 0u) | (other.menu ? 1u << 5 : 0u) |
+           (tool.stick_up > kPushed ? 1u << 6 : 0u);
 }
 
 haptics::DeviceProfile controllerProfile() noexcept {
@@ -106,7 +117,10 @@ DeviceStage ControllerDriver::exchange(const Vec3&, DeviceState& state, std::str
     const std::int64_t passed_ns = std::clamp<std::int64_t>(now_ns - last_ns_, 0, kMaxStep_ns);
     last_ns_ = now_ns;
     if (const auto tool = port_.toolAt(now_ns, state.buttons)) {
-        state.device_from_stylus = *tool;
+        if (const auto goal = port_.popSnap()) snap_.aim(*tool, *goal);
+        if ((state.buttons & kSnapButton) == 0 && !port_.touches()) snap_.release();
+        snap_.step(double(passed_ns) * 1e-9);
+        state.device_from_stylus = snap_.apply(*tool);
         state.fresh = 1;
         untracked_ns_ = 0;
     } else if ((untracked_ns_ += passed_ns) > kLostAfter_ns) {

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <mutex>
 #include <optional>
 #include <string_view>
 
+#include "app/trainer/hands/snap.h"
 #include "haptics/devices/driver.h"
 #include "haptics/loop/loop.h"
 
@@ -53,8 +55,15 @@ class ControllerPort {
     // Device's thread. Tool pose in the drawn room: tip at the origin, +z toward the hand. nullopt while
     // not tracked.
     std::optional<Pose> toolAt(std::int64_t when_ns, std::uint32_t& buttons);
+    // Device's thread. A pose that the session has asked for and that has not been popped.
+    std::optional<Pose> popSnap();
+    bool touches() const { return touches_.load(); }
     // Session thread. A newer vibration replaces one that is still pending.
     void vibrate(const Vibration&);
+    // Session thread. Has the device move the tool to this pose in the drawn room (snap.h).
+    void snapTo(const Pose& room_from_tool);
+    // Session thread. Whether the tool touches the patient.
+    void setTouching(bool touches) { touches_.store(touches); }
 
   private:
     std::mutex grip_mutex_;  // held during calls into the runtime, which may be slow
@@ -62,6 +71,8 @@ class ControllerPort {
     std::mutex mutex_;
     Frame frame_;  // `grip_from_aim` is the newest one that was present
     std::optional<Vibration> vibration_;
+    std::optional<Pose> snap_;
+    std::atomic<bool> touches_{false};
 };
 
 // The pressed inputs of one controller. controllerButtons() maps them to button bits: first those of the
@@ -69,17 +80,27 @@ class ControllerPort {
 struct ControllerKeys {
     bool select = false, menu = false;
     float squeeze = 0.0f;
+    float stick_up = 0.0f;  // of the thumbstick, in [-1, 1]
 };
 std::uint32_t controllerButtons(const ControllerKeys& tool, const ControllerKeys& other = {});
-inline constexpr std::array<std::string_view, 6> kControllerButtons{
-    "the trigger",          "menu (B)", "squeezing", "the other hand's trigger", "squeezing the other hand",
-    "the other hand's menu"};
+inline constexpr std::array<std::string_view, 7> kControllerButtons{"the trigger",
+                                                                    "menu (B)",
+                                                                    "squeezing",
+                                                                    "the other hand's trigger",
+                                                                    "squeezing the other hand",
+                                                                    "the other hand's menu",
+                                                                    "the stick, pushed up,"};
+
+// The trigger of the tool's hand: while it is held, the tool stays where snap to skin has put it.
+inline constexpr std::uint32_t kSnapButton = 1u << 0;
 
 haptics::DeviceProfile controllerProfile() noexcept;
 
-// The device frame is the drawn room. After kLostAfter_ns without tracking the device reports absent. It is
-// ready again as soon as the controller is tracked. Time in which the device's thread did not run does not
-// count: the computer was late then, and the controller may have been tracked all along.
+// The device frame is the drawn room. A snapped tool follows the hand's motion at an offset until the trigger
+// is released and the tool touches nothing; then it moves back to the hand. After kLostAfter_ns without
+// tracking the device reports absent. It is ready again as soon as the controller is tracked. Time in which
+// the device's thread did not run does not count: the computer was late then, and the controller may have
+// been tracked all along.
 class ControllerDriver final : public haptics::Driver {
   public:
     ControllerDriver(ControllerPort&, ControllerSide, const haptics::Clock&);
@@ -98,6 +119,7 @@ class ControllerDriver final : public haptics::Driver {
     haptics::Clock clock_;
     haptics::DeviceProfile profile_ = controllerProfile();
     std::int64_t last_ns_ = 0, untracked_ns_ = 0;  // last exchange; time without tracking that counts
+    SnapOffset snap_;
 };
 
 // Selects the ticks at which the controller vibrates: first touch of the skin, and every cut. Session thread.

@@ -78,7 +78,9 @@ UserButtons LiveDevice::buttons() const {
                 .breath = 1u << 2,
                 .pedal = 1u << 3,
                 .inject = 1u << 4,
-                .aspirate = 1u << 5};
+                .aspirate = 1u << 5,
+                .snap = kSnapButton,
+                .expert = 1u << 6};
     return {.rearm = clutched_ || !exertsForce() ? 0u : 1u << 0, .next = 1u << 1, .breath = 1u << 2};
 }
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "app/trainer/attempt/hand.h"
 #include "app/trainer/attempt/random.h"
+#include "app/trainer/attempt/tool_pose.h"
 #include "haptics/devices/clutch.h"
 
 namespace stylet::trainer {
@@ -122,6 +122,8 @@ void MouseDriver::step(double dt_s) noexcept {
 DeviceStage MouseDriver::exchange(const Vec3&, DeviceState& state, std::string&) {
     for (MouseMove move; port_.popMove(move);)
         apply(move);
+    for (Pose snap; port_.popSnap(snap);)
+        wanted_ = snap * toolPoseFromNeedle({}, port_.inHand(), guide_).inverse();
     const std::int64_t now_ns = clock_.now_ns(clock_.context);
     double left_s = std::clamp(double(now_ns - last_ns_) * 1e-9, 0.0, kMaxStep_s);
     last_ns_ = now_ns;

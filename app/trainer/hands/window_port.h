@@ -58,11 +58,16 @@ class WindowPort {
     // Session thread. Sets the tool in use and its contact force, as of the newest tick.
     void publish(haptics::Tool tool, double force_n) noexcept;
 
+    // Session thread. Has the device move the tool to this pose (snap.h), in the driver's frame. Returns
+    // false if the ring is full.
+    bool snapTo(const Pose& device_from_tool) noexcept { return snaps_.push(device_from_tool); }
+
     // Player's thread.
     void publish(const Playback& playback) noexcept { playback_.publish(playback); }
 
     // Device thread.
     bool popMove(MouseMove& move) noexcept { return moves_.pop(move); }
+    bool popSnap(Pose& device_from_tool) noexcept { return snaps_.pop(device_from_tool); }
     haptics::Tool inHand() const noexcept { return tool_.load(std::memory_order_relaxed); }
     double pressing_n() const noexcept { return pressing_n_.load(std::memory_order_relaxed); }
 
@@ -73,6 +78,7 @@ class WindowPort {
     };
     Ring<Line> lines_{64};
     Ring<MouseMove> moves_{1024};
+    Ring<Pose> snaps_{8};
     std::atomic<haptics::Tool> tool_{haptics::Tool::needle};
     std::atomic<double> pressing_n_{0.0};
     Snapshot<Playback> playback_;

@@ -98,6 +98,11 @@ void ForceFeed::sendUserCommands(Session& session, const haptics::TickOutput& no
         waiting_.push_back(asked);
         if (changesTool(asked)) changes_at_ = now.tick;
     }
+    if (user_->popExpert() && live_->expert) say_(live_->expert());
+    if (!user_->popSnap()) return;
+    const std::string why_not =
+        live_->snap ? live_->snap(now) : "only the mouse and controllers are placed: move the device";
+    say_(why_not.empty() ? "the tool moves to the skin" : "not placed on the skin: " + why_not);
 }
 
 void ForceFeed::report(Session& session) {

@@ -305,6 +305,7 @@ void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& s
         now.picture_stall_s = watch.shown_s(now_ns, (now.tick.faults & haptics::kFaultNotFocused) != 0);
         now.held = channels.paused.load();
         now.paused = force.paused();
+        if (options.help && session.newest()) options.help(now);
         if (options.on_state && session.newest()) options.on_state(now);
         side.seen.add(session.newCaptures(), std::move(now));
         if (side.worn) side.contrast.publish(session.contrast());

@@ -41,12 +41,20 @@ struct LiveHand {
     UserButtons buttons;
     std::string rearm_act;                                   // how the user re-arms, for example "Enter"
     std::function<void(const haptics::TickOutput&)> felt{};  // session thread, often: the newest tick
+    // Session thread. Has the device place the tool on the skin (snap.h). Returns why it cannot; empty if it
+    // does. Null for a device that exerts force.
+    std::function<std::string(const haptics::TickOutput&)> snap{};
+    // Session thread. Shows the expert beside the user's tool, or no longer (demonstration.h). Returns what
+    // the user should know.
+    std::function<std::string()> expert{};
 };
 
 // Optional parts of a real-time attempt.
 struct RealTimeOptions {
     const LiveHand* live = nullptr;                     // null: the attempt's scripted input
     std::function<void(const FrameState&)> on_state{};  // session thread, often: the newest state, for sound
+    // Session thread, often: adds to the newest state what helps the user.
+    std::function<void(FrameState&)> help{};
     std::function<std::string()> console{};      // session thread, often: text that an instructor has typed
     double frame_patience_s = kFramePatience_s;  // see AttemptConfig
 };

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "app/installation.h"
+#include "app/trainer/attempt/demonstration.h"
 #include "app/trainer/attempt/hand.h"
 #include "app/trainer/attempt/reference_path.h"
 #include "app/trainer/attempt/retry.h"
@@ -15,6 +16,7 @@
 #include "app/trainer/hands/live_hand.h"
 #include "app/trainer/hands/mounted_device.h"
 #include "app/trainer/hands/mouse_hand.h"
+#include "app/trainer/hands/snap.h"
 #include "app/trainer/loop/force_feed.h"
 #include "app/trainer/loop/loops.h"
 #include "app/trainer/program/results.h"
@@ -126,6 +128,7 @@ struct Live {
     std::optional<MountedDevice> mounted;      // set by mount()
     Quat device_from_needle{};
     haptics::GuideSettings guide;
+    std::optional<Pose> patient_from_driver;  // of mouse and controllers, which can place a tool (snap.h)
 
     // Makes the loop use the device through this mount.
     void mount(const Mount& mount) {
@@ -140,7 +143,7 @@ struct Live {
 // record. Only for devices without force output; liveAttempt() handles the others.
 void resume(Live& live, Attempt& attempt, const Retry* retry) {
     if (!retry) return;
-    const Pose own = attempt.simulation.patient_from_device;
+    const Pose own = *live.patient_from_driver;
     startFromRecord(attempt, *retry);
     live.mount({.recorded_from_device = attempt.simulation.patient_from_device.inverse() * own});
 }
@@ -198,7 +201,8 @@ Attempt controllerAttempt(const AttemptConfig& config, const Task& task, Live& l
         clock);
     Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, config,
                                       task.make_touch(task.patient), {.profile = controllerProfile()});
-    attempt.simulation.patient_from_device = stageFromPatient(task.patient, task.path).inverse();
+    live.patient_from_driver = stageFromPatient(task.patient, task.path).inverse();
+    attempt.simulation.patient_from_device = *live.patient_from_driver;
     live.aimed = &live.device->bare();
     resume(live, attempt, retry);
     return attempt;
@@ -212,6 +216,7 @@ Attempt mouseAttempt(const AttemptConfig& config, const Task& task, Live& live, 
     live.window->publish(retry ? retry->left.tool : task.scenario.tool, 0.0);
     Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, config,
                                       task.make_touch(task.patient), {.profile = mouseProfile()});
+    live.patient_from_driver = Pose{};
     attempt.simulation.patient_from_device = {};
     const haptics::GuideSettings& guide = attempt.simulation.tools.guide;
     const Pose start =
@@ -366,6 +371,7 @@ struct AttemptRun {
     std::optional<ForceComparison> truth;
     std::optional<Session> session;
     std::optional<SoundOutput> hearing;
+    std::optional<ExpertBeside> expert;  // with live input
 };
 
 // An exam shows what the trainee can do from the beginning to the end.
@@ -552,27 +558,59 @@ void openOutputs(AttemptRun& run) {
                         live.port.get(), run.listener_pose);
 }
 
+const training::DifficultyRules& rulesNow(const AttemptRun& run) {
+    const AttemptConfig& config = run.options.config;
+    return config.difficulties[run.session->difficulty().value_or(config.difficulty)];
+}
+
+// Has mouse or controller place the tool on the skin. Returns why it cannot.
+std::string snapToSkin(AttemptRun& run, const haptics::TickOutput& now) {
+    const Live& live = run.live;
+    std::string why_not;
+    std::optional<Pose> pose =
+        poseOnSkin(rulesNow(run), now, run.task->patient, *run.attempt->touchMap(), why_not);
+    if (!pose) return why_not;
+    pose->position_m += now.patient_moved_m;
+    const Pose driver_from_tool = live.patient_from_driver->inverse() * *pose;
+    if (live.port)
+        live.port->snapTo(driver_from_tool);
+    else
+        live.window->snapTo(driver_from_tool);
+    return "";
+}
+
 LoopTotals runLive(AttemptRun& run, RealTimeOptions options) {
     const Live& live = run.live;
+    run.expert.emplace([&task = *run.task, touch = *run.attempt->touch] {
+        return Demonstration(task.patient, task.path, task.scenario.course,
+                             [&touch](const patient::Patient&) { return touch; });
+    });
+    options.help = [&run](FrameState& seen) {
+        run.expert->addTo(seen, rulesNow(run), run.attempt->simulation.dt_s);
+    };
     const std::optional<double> seconds = run.options.config.seconds;
     const UserButtons buttons = live.device->buttons();
     printMessage(fmt::format("you control the {}; type \"help\" and press Enter for a list of commands; {}{}",
                              enumName(haptics::kToolNames, run.attempt->simulation.tools.first),
                              live.device->describeButtons(), seconds ? "" : "; press Ctrl-C to end"));
-    const LiveHand hand{*live.aimed,
-                        [&](double elapsed_s) {
-                            live.device->reportStateChanges();
-                            return interrupted() || elapsed_s >= seconds.value_or(elapsed_s + 1.0);
-                        },
-                        [&] { return live.device->typed(); },
-                        [&](haptics::Tool tool) { live.device->hold(live.held(tool)); },
-                        buttons,
-                        live.device->rearmAct(),
-                        [&live, vibrations = Vibrations()](const haptics::TickOutput& newest) mutable {
-                            live.window->publish(newest.tool, glm::length(newest.tool_force.force_n));
-                            if (!live.port) return;
-                            if (const auto felt = vibrations.update(newest)) live.port->vibrate(*felt);
-                        }};
+    LiveHand hand{*live.aimed,
+                  [&](double elapsed_s) {
+                      live.device->reportStateChanges();
+                      return interrupted() || elapsed_s >= seconds.value_or(elapsed_s + 1.0);
+                  },
+                  [&] { return live.device->typed(); },
+                  [&](haptics::Tool tool) { live.device->hold(live.held(tool)); },
+                  buttons,
+                  live.device->rearmAct(),
+                  [&live, vibrations = Vibrations()](const haptics::TickOutput& newest) mutable {
+                      live.window->publish(newest.tool, glm::length(newest.tool_force.force_n));
+                      if (!live.port) return;
+                      live.port->setTouching(touchesPatient(newest));
+                      if (const auto felt = vibrations.update(newest)) live.port->vibrate(*felt);
+                  }};
+    if (live.patient_from_driver)
+        hand.snap = [&run](const haptics::TickOutput& now) { return snapToSkin(run, now); };
+    hand.expert = [&run] { return run.expert->toggle(rulesNow(run)); };
     run.session->setRearmButton(buttons.rearm);
     options.live = &hand;
     const LoopTotals totals =

@@ -24,10 +24,11 @@ struct Glow {
     float struck = 0.0f, reached = 0.0f;
 };
 
-// Needle of an expert's attempt.
-struct GhostNeedle {
-    Pose patient_from_needle;
-    double length_m = 0.0;
+// A tool of the expert: of another attempt in a replay, or of a demonstration.
+struct GhostTool {
+    haptics::Tool tool = haptics::Tool::needle;
+    Pose patient_from_tool;
+    double length_m = 0.0;  // of the needle
 };
 
 struct FrameState {
@@ -47,8 +48,8 @@ struct FrameState {
     bool lights_out = false;
     bool paused = false;  // the instructor has paused the attempt
     Glow glow{};
-    Insertion insertion{};                      // tissues that the needle has passed in this insertion
-    std::optional<GhostNeedle> ghost_needle{};  // in a replay
+    Insertion insertion{};                  // tissues that the needle has passed in this insertion
+    std::optional<GhostTool> ghost_tool{};  // beside the user's tool
     ForceComparisonReading truth{};
     std::optional<training::Difficulty> difficulty{};  // current difficulty, if known
     std::optional<training::Drawn> drawn{};            // by the syringe, a moment ago

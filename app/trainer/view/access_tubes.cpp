@@ -13,8 +13,6 @@ using haptics::Tool;
 
 namespace {
 
-constexpr double kWireOutside_m = 0.12;  // beyond the needle's hub, or beyond the skin
-constexpr double kTubeOutside_m = 0.12;  // of the drain, beyond the skin
 constexpr double kDilator_m = 0.20;
 constexpr double kPathStep_m = 0.003, kTolerance_m = 0.0002;
 constexpr double kLoopTurns = 0.8;  // part of a full turn that the pigtail makes
@@ -138,7 +136,7 @@ std::vector<CurvedTube> accessTubes(const haptics::TickOutput& tick, const hapti
     };
     if (access.wire_in) {
         const double hub_m = access.needle_in ? std::max(0.0, needle_m - path.track_m()) : 0.0;
-        CurvedTube& wire = add(path.wire(-hub_m - kWireOutside_m), kSteel);
+        CurvedTube& wire = add(path.wire(-hub_m - kTubeOutside_m), kSteel);
         wire.radius_m = settings.wire.radius_m();
         wire.attenuation_per_m = settings.wire.attenuation_per_m;
     }

@@ -8,6 +8,9 @@
 
 namespace stylet::trainer {
 
+// Length of drain and wire beyond the skin or the needle's hub.
+inline constexpr double kTubeOutside_m = 0.12;
+
 // `needle_m`: length of the needle, from whose hub the wire emerges. The drain's pigtail curls once the drain
 // is in place.
 std::vector<CurvedTube> accessTubes(const haptics::TickOutput&, const haptics::AccessSettings&,

@@ -260,8 +260,8 @@ void GuidePanel::drawInsertion(const FrameState& seen, double top, double bottom
 std::string GuidePanel::promptText() const {
     const double late_s = now_s_ - act_since_s_ - training::kHintAfter_s;
     const bool hints = late_s >= 0.0 && std::fmod(late_s, 2.0 * kHintShown_s) < kHintShown_s;
-    const std::string_view hint = training::hint(act_);
-    return hints && !hint.empty() ? std::string(hint) : training::prompt(act_, controls_);
+    const std::string hint = hints ? training::hint(act_, controls_) : "";
+    return hint.empty() ? training::prompt(act_, controls_) : hint;
 }
 
 void GuidePanel::draw(const FrameState& seen) {

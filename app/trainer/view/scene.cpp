@@ -40,6 +40,19 @@ void showTools(render::RenderScene& scene, const FrameState& seen) {
         scene.patient_from_probe = tick.patient_from_probe * haptics::kStylusFromProbe.inverse();
 }
 
+void showGhost(render::RenderScene& scene, const GhostTool& ghost) {
+    using haptics::Tool;
+    scene.ghost = {ghost.tool == Tool::probe     ? render::GhostKind::probe
+                   : ghost.tool == Tool::scalpel ? render::GhostKind::scalpel
+                   : ghost.tool == Tool::finger  ? render::GhostKind::finger
+                                                 : render::GhostKind::needle,
+                   ghost.patient_from_tool};
+    // A needle is thin: its line is easier to follow.
+    if (scene.ghost->kind == render::GhostKind::needle)
+        scene.paths.push_back({ghost.patient_from_tool * Vec3(0.0, 0.0, ghost.length_m),
+                               ghost.patient_from_tool.position_m, 1.0});
+}
+
 void showMonitor(render::RenderScene& scene, const BreathMonitor& monitor) {
     if (monitor.revision() > 0)
         scene.monitor_screen = {BreathMonitor::kWidth, BreathMonitor::kHeight, monitor.rgba().data(),
@@ -64,6 +77,7 @@ SceneMaker::SceneMaker(const patient::Patient& patient, const patient::PlannedPa
       look_(look),
       tick_s_(press.tick_s),
       rules_(rules),
+      places_(patient, path, press.tools.guide),
       press_(patient, press) {}
 
 render::RenderScene SceneMaker::makeScene(const FrameState& seen) {
@@ -82,9 +96,9 @@ render::RenderScene SceneMaker::makeScene(const FrameState& seen) {
     showTools(scene, seen);
     scene.tubes = accessTubes(shown, seen.access, patient_->package().motion, seen.needle.length_m);
     showMonitor(scene, monitor_);
-    if (const auto& ghost = seen.ghost_needle)
-        scene.paths.push_back({ghost->patient_from_needle * Vec3(0.0, 0.0, ghost->length_m),
-                               ghost->patient_from_needle.position_m, 1.0});
+    if (seen.ghost_tool) showGhost(scene, *seen.ghost_tool);
+    if (rules_.next_step)
+        scene.highlights = places_.highlights(training::nextAct(seen.progress, shown, seen.machines), seen);
     if (!rules_.path) return scene;
     const patient::MotionModel& model = patient_->package().motion;
     scene.reference_path_m = {patient::deformedFromReference(model, shown.breath, path_.entry_reference_m),

@@ -8,6 +8,7 @@
 #include "app/trainer/session/imaging_input.h"
 #include "app/trainer/session/wounds.h"
 #include "app/trainer/view/contacts.h"
+#include "app/trainer/view/highlight.h"
 #include "app/trainer/view/monitor.h"
 #include "app/training/difficulty.h"
 #include "render/render.h"
@@ -29,6 +30,9 @@ void addRoom(render::RenderScene&, const patient::PlannedPath&, const training::
 // Adds the tool in use and the parked probe.
 void showTools(render::RenderScene&, const FrameState&);
 
+// Adds the expert's tool.
+void showGhost(render::RenderScene&, const GhostTool&);
+
 void showMonitor(render::RenderScene&, const BreathMonitor&);
 
 // Marks of the wounds. With closed skin, also the mark of the disinfected field around the planned entry.
@@ -37,8 +41,8 @@ std::vector<render::Mark> makeMarks(const std::vector<Wound>&, render::Look, con
 // Builds the scene of room and patient for a tick. Use from one thread only.
 class SceneMaker {
   public:
-    // The patient and the touch map must outlive this object. `rules` selects whether the reference path is
-    // shown and whether the room light shows alerts.
+    // The patient and the touch map must outlive this object. `rules` selects whether the reference path and
+    // the place of the tutor's prompt are shown, and whether the room light shows alerts.
     SceneMaker(const patient::Patient&, const patient::PlannedPath&, render::Look, const PressInput&,
                const training::DifficultyRules& rules);
     // Changes the rules to those of another difficulty.
@@ -56,6 +60,7 @@ class SceneMaker {
     render::Look look_;
     double tick_s_;
     training::DifficultyRules rules_;
+    PromptPlaces places_;
     ToolPress press_;
     BreathMonitor monitor_;
 };

@@ -51,9 +51,10 @@ WindowContent::WindowContent(const patient::Patient& patient, const patient::Pla
       alerts_(settings.pictures.press.tick_s),
       keys_(settings.pictures.window) {}
 
-// What the camera of an instructor's mirror shows: everything, whatever the trainee may see.
+// What the camera of an instructor's mirror shows: everything, whatever the trainee may see. The place of the
+// prompt is shown only if there is a prompt.
 training::DifficultyRules WindowContent::instructorsRules() const {
-    return {.path = true, .colours = rules_.colours, .open_look = true};
+    return {.next_step = rules_.next_step, .path = true, .colours = rules_.colours, .open_look = true};
 }
 
 bool WindowContent::offered(WindowView view) const {
@@ -76,7 +77,7 @@ void WindowContent::select(WindowView view) {
 }
 
 void WindowContent::arrange() {
-    const LayoutSettings settings{.key_rows = 1 + int(keys_.rows(rules_.home).size()) + (isReplay() ? 1 : 0),
+    const LayoutSettings settings{.key_rows = 1 + int(keys_.rows(rules_).size()) + (isReplay() ? 1 : 0),
                                   .slices = settings_.desktop && offered(WindowView::slices),
                                   .guide = settings_.desktop && rules_.panel};
     layout_ = computeLayout(view_, main_, int(width_), int(height_), settings);
@@ -537,7 +538,7 @@ void WindowContent::drawKeys(report::Canvas& c) const {
     }
     word("Tab ", kWindowWords, true), word("next", kWindowQuiet, false);
     if (const std::string state = keys_.state(); !state.empty()) x += 30.0, word(state, kLit, true);
-    for (const std::vector<WindowKeys::Help>& row : keys_.rows(rules_.home)) {
+    for (const std::vector<WindowKeys::Help>& row : keys_.rows(rules_)) {
         x = 12.0, y += kKeyRowHeight;
         for (const WindowKeys::Help& help : row) {
             word(help.key + " ", kWindowWords, true), word(help.what, kWindowQuiet, false);

@@ -61,6 +61,8 @@ void WindowKeys::press(const KeyPress& press) {
     if (!port_->acceptsCommands()) return;
     for (const KeyWord& key : kWordKeys)
         if (press.key == key.key && isOffered(key.key)) port_->pushLine(key.word);
+    if (press.key == 'o') port_->pushLine("expert");
+    if (press.key == 't' && port_->hasToolInput()) port_->pushLine("skin");
     if (press.key == 'x') port_->pushLine((pedal_ = !pedal_) ? "pedal" : "release");
     if (press.key == 'i') port_->pushLine((injects_ = !injects_) ? "inject" : "stop");
 }
@@ -132,7 +134,7 @@ std::string WindowKeys::state() const {
     return {};
 }
 
-std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows(bool home) const {
+std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows(const training::DifficultyRules& rules) const {
     if (!port_) return {};
     if (port_->replays())
         return {{{"Space", "play, pause"},
@@ -150,12 +152,14 @@ std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows(bool home) const {
     for (const KeyWord& key : kWordKeys)
         if (isOffered(key.key)) tools.push_back({key.name, key.what});
     tools.push_back({"X", "X-rays"}), tools.push_back({"I", "inject"});
+    if (rules.expert) tools.push_back({"O", "watch the expert"});
     if (port_->hasToolInput()) {
         rows.push_back({{"drag, arrows", "move"},
                         {"wheel, Page Down and Up", "in and out"},
                         {"with Shift", "turn, finer steps"},
                         {"Q, E", "roll it"}});
-        if (home) rows.back().push_back({"Home", "back to the start"});
+        if (rules.snap) rows.back().push_back({"T", "to the skin"});
+        if (rules.home) rows.back().push_back({"Home", "back to the start"});
     }
     rows.push_back(tools);
     return rows;

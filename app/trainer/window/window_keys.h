@@ -29,9 +29,8 @@ class WindowKeys {
     struct Help {
         std::string key, what;
     };
-    // Rows of the key help; empty without a port.
-    // `home`: the key Home has an effect.
-    std::vector<std::vector<Help>> rows(bool home) const;
+    // Rows of the key help, with the keys that the difficulty allows; empty without a port.
+    std::vector<std::vector<Help>> rows(const training::DifficultyRules&) const;
     // Status text: the typed text, or that the attempt is paused or the view frozen. Empty if there is
     // nothing to report.
     std::string state() const;

@@ -12,7 +12,7 @@ namespace {
 TEST(Difficulty, ExamShowsOnlyTheRoom) {
     const DifficultyRules& exam = test::difficulties()[Difficulty::exam];
     for (const bool shown : {exam.panel, exam.next_step, exam.path, exam.colours, exam.cues, exam.slices,
-                             exam.open_look, exam.home})
+                             exam.open_look, exam.home, exam.snap, exam.expert})
         EXPECT_FALSE(shown);
     EXPECT_EQ(exam.start, StartPlace::room);
     EXPECT_TRUE(test::difficulties()[Difficulty::guided].next_step);

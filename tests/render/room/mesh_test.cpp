@@ -253,5 +253,28 @@ TEST(Assets, NormalsAreUnitAndTrianglesFaceOutwards) {
     }
 }
 
+// Volume inside a closed mesh, by the divergence theorem. Positive if its triangles face outwards.
+double volumeOf(const Mesh& mesh) {
+    double volume = 0.0;
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+        const auto at = [&](std::size_t k) {
+            return glm::dvec3(mesh.vertices[mesh.indices[i + k]].position_m);
+        };
+        volume += glm::dot(at(0), glm::cross(at(1), at(2))) / 6.0;
+    }
+    return volume;
+}
+
+// Closed forms: of a prism and a pyramid over a regular polygon, and of a torus.
+TEST(UnitMeshes, AreClosedAndHaveTheirVolumes) {
+    const double pi = 3.141592653589793, polygon = 0.5 * 12 * std::sin(2.0 * pi / 12);
+    EXPECT_NEAR(volumeOf(unitTube(12)), polygon, 1e-6);
+    EXPECT_NEAR(volumeOf(unitCone(12)), polygon / 3.0, 1e-6);
+    EXPECT_NEAR(volumeOf(unitRing(400, 200, 0.1f)), 2.0 * pi * pi * 0.01, 1e-4);
+    for (const Mesh& mesh : {unitTube(12), unitCone(12), unitRing(40, 12, 0.09f)})
+        for (const Vertex& v : mesh.vertices)
+            EXPECT_NEAR(glm::length(v.normal), 1.0f, 1e-5f);
+}
+
 }  // namespace
 }  // namespace stylet::render

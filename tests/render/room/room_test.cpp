@@ -107,6 +107,80 @@ TEST_F(RoomTest, ShadowMapIsReusedUntilACasterMoves) {
     EXPECT_EQ(stats.reused_shadows, 0u);
 }
 
+// A highlight glows where it is placed, in either frame, and casts no shadow. Without one nothing is drawn.
+TEST_F(RoomTest, HighlightsGlowWhereTheyAre) {
+    test::PatientRenderer shown(test::makeBall(patient::Tissue::liver, 0.03, 0.01, 0.002), {}, false);
+    Renderer& renderer = shown.renderer;
+    RenderScene scene;
+    scene.look = Look::closed;
+    scene.stage_from_patient.position_m = {0.0, 1.06, 0.0};
+    scene.room.lamp = true;
+    const Vec3 beside(0.15, 0.0, 0.0);  // patient frame
+    const View view = test::lookAt(Vec3(0.5, 1.5, 0.3), scene.stage_from_patient * beside, 0.25f);
+    const auto both = test::stereo(view, 0.0);
+    RenderStats stats;
+    const auto orange = [&] {
+        const Image picture =
+            renderer.drawToImages(scene, both, kRoomPictureSize, kRoomPictureSize, &stats)[0];
+        return test::findBlob(picture, [](int r, int g, int b) { return r > 180 && g > 90 && b < 110; });
+    };
+    EXPECT_EQ(orange().pixels, 0u);
+    scene.highlights = {{.at_m = beside, .along = Vec3(0.0, -1.0, 0.0), .ring_m = 0.02, .arrow_m = 0.05}};
+    const auto in_patient = orange();
+    EXPECT_GT(in_patient.pixels, 60u);
+    EXPECT_NEAR(in_patient.x, 0.5 * kRoomPictureSize, 0.08 * kRoomPictureSize);
+    EXPECT_EQ(stats.reused_shadows, 1u) << "the shadow map is that of the picture before";
+    scene.highlights[0].ring_m = 0.0;
+    const std::size_t arrow = orange().pixels;
+    EXPECT_GT(arrow, 10u);
+    EXPECT_LT(arrow, in_patient.pixels);
+    // The same place in the room's frame.
+    scene.highlights[0].in_room = true;
+    EXPECT_EQ(orange().pixels, 0u);
+    const Placement placed = computePlacement(scene, nullptr);
+    scene.highlights[0].at_m = placed.stage_from_room.inverse() * (scene.stage_from_patient * beside);
+    scene.highlights[0].along = placed.stage_from_room.inverse().direction(Vec3(0.0, -1.0, 0.0));
+    EXPECT_NEAR(double(orange().pixels), double(arrow), 0.2 * double(arrow));
+}
+
+// Every other pixel of a ghost shows what is behind it.
+TEST_F(RoomTest, GhostIsTranslucentAndCastsNoShadow) {
+    test::PatientRenderer shown(test::makeBall(patient::Tissue::liver, 0.03, 0.01, 0.002), {}, false);
+    Renderer& renderer = shown.renderer;
+    RenderScene scene;
+    scene.look = Look::closed;
+    scene.stage_from_patient.position_m = {0.0, 1.06, 0.0};
+    scene.room.lamp = true;
+    const Pose beside{{1.0, 0.0, 0.0, 0.0}, {0.15, 0.0, 0.0}};
+    const View view =
+        test::lookAt(Vec3(0.5, 1.5, 0.3), scene.stage_from_patient * Vec3(0.15, 0.0, 0.05), 0.25f);
+    const auto both = test::stereo(view, 0.0);
+    RenderStats stats;
+    const auto draw = [&] {
+        return renderer.drawToImages(scene, both, kRoomPictureSize, kRoomPictureSize, &stats)[0];
+    };
+    const auto changed = [](const Image& a, const Image& b, int parity) {
+        std::size_t count = 0;
+        for (std::uint32_t y = 0; y < kRoomPictureSize; ++y)
+            for (std::uint32_t x = 0; x < kRoomPictureSize; ++x) {
+                const std::size_t at = 4 * (std::size_t(y) * kRoomPictureSize + x);
+                count +=
+                    parity == int((x + y) & 1u) && !std::equal(&a.rgba[at], &a.rgba[at] + 3, &b.rgba[at]);
+            }
+        return count;
+    };
+    const Image without = draw();
+    for (const GhostKind kind :
+         {GhostKind::needle, GhostKind::probe, GhostKind::scalpel, GhostKind::finger}) {
+        scene.ghost = {kind, beside};
+        const Image with = draw();
+        const std::size_t even = changed(with, without, 0), odd = changed(with, without, 1);
+        EXPECT_GT(std::max(even, odd), 15u) << int(kind);
+        EXPECT_EQ(std::min(even, odd), 0u) << int(kind);
+        EXPECT_EQ(stats.reused_shadows, 1u) << int(kind);
+    }
+}
+
 double luminanceAt(const Image& image, const View& view, const Vec3& stage) {
     const Vec3 p = view.stage_from_eye.inverse() * stage;
     const auto pixel = [&](double tangent, float low, float high) {

@@ -291,9 +291,20 @@ TEST(Tutor, ItsPromptsAloneLeadThroughTheDrainage) {
     EXPECT_GE(patientsLed(training::Course::drainage, kPatients), std::max(1, kPatients / 2));
 }
 
-TEST(Tutor, HintsFitThePlaceOfThePrompt) {
-    for (int a = 0; a < training::kActCount; ++a)
-        EXPECT_LE(training::hint(training::Act(a)).size(), 80u) << a;
+// Every hint names the key, button, gesture or word of the input in use.
+TEST(Tutor, HintsFitThePlaceOfThePromptAndNameTheControl) {
+    for (const training::Controls* c :
+         {&training::kMouseControls, &training::kControllerControls, &training::kTypedControls})
+        for (int a = 0; a < training::kActCount; ++a) {
+            const std::string hint = training::hint(Act(a), *c);
+            EXPECT_LE(hint.size(), 80u) << hint;
+            const auto names = [&](std::string_view control) {
+                return !control.empty() && hint.find(control) != std::string::npos;
+            };
+            EXPECT_TRUE(hint.empty() || names(c->move) || names(c->push) || names(c->pull) ||
+                        names(c->turn) || names(c->skin) || names(c->expert))
+                << hint;
+        }
 }
 
 // Every act has words of its own for every input, and they name the key, button or word.

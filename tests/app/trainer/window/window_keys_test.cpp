@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/app/trainer/difficulties.h"
+
 namespace stylet::trainer {
 namespace {
 
@@ -50,10 +52,29 @@ TEST(WindowKeys, EnterReArmsOnlyAHapticDevice) {
         keys.press(key(kKeyEnter));
         EXPECT_EQ(port->typed(), haptic ? "rearm\n" : "");
         bool helps = false;
-        for (const auto& row : keys.rows(true))
+        for (const auto& row : keys.rows(test::difficulties()[Difficulty::guided]))
             for (const WindowKeys::Help& help : row)
                 helps = helps || help.key == "Enter" || help.what.find("re-arm") != std::string::npos;
         EXPECT_EQ(helps, haptic);
+    }
+}
+
+// The key T places the mouse's tool on the skin. A haptic device cannot be placed. In an exam nothing is
+// offered, and the session refuses the request (snap_test.cpp).
+TEST(WindowKeys, TPlacesTheToolOfAMouse) {
+    for (const bool mouse : {false, true}) {
+        const auto port = std::make_shared<WindowPort>();
+        mouse ? port->enableToolInput() : port->enableCommands();
+        WindowKeys keys(port);
+        keys.press(key('t'));
+        EXPECT_EQ(port->typed(), mouse ? "skin\n" : "");
+        for (const Difficulty difficulty : {Difficulty::guided, Difficulty::practice, Difficulty::exam}) {
+            bool helps = false;
+            for (const auto& row : keys.rows(test::difficulties()[difficulty]))
+                for (const WindowKeys::Help& help : row)
+                    helps = helps || help.key == "T";
+            EXPECT_EQ(helps, mouse && difficulty != Difficulty::exam);
+        }
     }
 }
 

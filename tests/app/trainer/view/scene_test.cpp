@@ -1,0 +1,66 @@
+// What a difficulty shows in the room, and that neither the look nor a change of difficulty brings back what
+// it hides.
+#include "app/trainer/view/scene.h"
+
+#include <gtest/gtest.h>
+
+#include "app/trainer/attempt/tool_pose.h"
+#include "tests/app/trainer/difficulties.h"
+#include "tests/app/training/wall.h"
+
+namespace stylet::trainer {
+namespace {
+
+using training::Difficulty;
+
+class SceneTest : public testing::Test {
+  protected:
+    SceneMaker maker(Difficulty difficulty, render::Look look) const {
+        return {patient_, test::wallPath(), look, {}, test::difficulties()[difficulty]};
+    }
+    // A finger before the entry: the prompt is to press there.
+    static FrameState palpating() {
+        FrameState seen;
+        seen.tick.tool = haptics::Tool::finger;
+        seen.tick.tool_awaits_exit = false;
+        seen.tick.patient_from_tool = needlePose({-0.03, 0.0, 0.0}, {1.0, 0.0, 0.0});
+        return seen;
+    }
+    const patient::Package package_ = test::wallWithVessel();
+    const patient::Patient patient_{package_};
+};
+
+// HZ-TEACH-12
+TEST_F(SceneTest, OnlyAGuidedAttemptMarksThePlaceOfThePrompt) {
+    for (const render::Look look : {render::Look::closed, render::Look::reveal}) {
+        EXPECT_FALSE(maker(Difficulty::guided, look).makeScene(palpating()).highlights.empty());
+        EXPECT_TRUE(maker(Difficulty::practice, look).makeScene(palpating()).highlights.empty());
+        EXPECT_TRUE(maker(Difficulty::exam, look).makeScene(palpating()).highlights.empty());
+        SceneMaker changed = maker(Difficulty::guided, look);
+        changed.help(test::difficulties()[Difficulty::exam]);
+        EXPECT_TRUE(changed.makeScene(palpating()).highlights.empty());
+        EXPECT_EQ(changed.makeScene(palpating()).look, render::Look::closed);
+    }
+}
+
+TEST_F(SceneTest, TheExpertsToolIsAGhostOfItsKind) {
+    SceneMaker scenes = maker(Difficulty::guided, render::Look::closed);
+    EXPECT_FALSE(scenes.makeScene(palpating()).ghost);
+    for (const auto& [tool, kind] : {std::pair{haptics::Tool::finger, render::GhostKind::finger},
+                                     {haptics::Tool::probe, render::GhostKind::probe},
+                                     {haptics::Tool::scalpel, render::GhostKind::scalpel},
+                                     {haptics::Tool::needle, render::GhostKind::needle},
+                                     {haptics::Tool::wire, render::GhostKind::needle}}) {
+        FrameState seen = palpating();
+        seen.ghost_tool = {tool, needlePose({-0.02, 0.01, 0.0}, {1.0, 0.0, 0.0}), 0.15};
+        const render::RenderScene scene = scenes.makeScene(seen);
+        ASSERT_TRUE(scene.ghost);
+        EXPECT_EQ(scene.ghost->kind, kind);
+        EXPECT_EQ(scene.ghost->patient_from_tool.position_m, Vec3(-0.02, 0.01, 0.0));
+        EXPECT_EQ(scene.paths.size(), kind == render::GhostKind::needle ? 1u : 0u);
+        EXPECT_TRUE(scene.patient_from_finger) << "the trainee's own tool stays";
+    }
+}
+
+}  // namespace
+}  // namespace stylet::trainer

@@ -35,6 +35,9 @@ struct DifficultyRules {
     bool open_look = false;  // looks that show the anatomy beneath the skin
     bool home = false;       // the key that returns the mouse's tool to its start
     StartPlace start = StartPlace::room;
+    // The disinfected field, the drape's opening and the lamp are at the planned entry, not at the flank's
+    // middle.
+    bool showsEntry() const noexcept { return start == StartPlace::path; }
 };
 
 class DifficultyTable {

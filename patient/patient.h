@@ -32,5 +32,6 @@
 #include "patient/planning/paths_json.h"         // reference paths on disk
 #include "patient/contrast/vessel_flow.h"        // blood velocity, for Doppler and contrast medium
 #include "patient/contrast/contrast.h"           // contrast medium: where the injected volume is
+#include "patient/contrast/anaesthetic.h"        // local anaesthetic: its depots, and how numb they make
 #include "patient/contrast/duct_space.h"           // the lumen of the ducts, for the guide wire
 #include "patient/contrast/contrast_table.h"     // the attenuation that contrast medium adds

@@ -31,6 +31,7 @@ struct Writer {
     // Fields that older records lack: `v` then keeps its default.
     void newFlag(const char* key, bool v) const { flag(key, v); }
     void newCount(const char* key, std::uint64_t v) const { count(key, v); }
+    void newNumber(const char* key, double v) const { number(key, v); }
     template <typename Visit>
     void object(const char* key, const Visit& visit) const {
         visit(Writer{out[key] = ordered_json::object()});
@@ -70,6 +71,9 @@ struct Reader {
     void texts(const char* key, std::vector<std::string>& v) const { v = in.texts(key, kMaxRows); }
     void newFlag(const char* key, bool& v) const {
         if (in.has(key)) flag(key, v);
+    }
+    void newNumber(const char* key, double& v) const {
+        if (in.has(key)) number(key, v);
     }
     void newCount(const char* key, std::uint64_t& v) const {
         if (in.has(key)) count(key, v);
@@ -115,7 +119,7 @@ void visitPuncture(const auto& v, auto& p) {
 void visitDose(const auto& v, auto& d) {
     v.number("fluoroscopy_s", d.fluoroscopy_s), v.count("pulses", d.pulses);
     v.number("air_kerma_gy", d.air_kerma_gy), v.number("dose_area_gy_m2", d.dose_area_gy_m2);
-    v.number("contrast_ml", d.contrast_ml);
+    v.number("contrast_ml", d.contrast_ml), v.newNumber("anaesthetic_ml", d.anaesthetic_ml);
 }
 
 void visitContrast(const auto& v, auto& c) {

@@ -50,7 +50,7 @@ struct StepsResult {
 struct DoseResult {
     double fluoroscopy_s = 0.0;
     std::uint64_t pulses = 0;
-    double air_kerma_gy = 0.0, dose_area_gy_m2 = 0.0, contrast_ml = 0.0;
+    double air_kerma_gy = 0.0, dose_area_gy_m2 = 0.0, contrast_ml = 0.0, anaesthetic_ml = 0.0;
 };
 
 // Where the contrast medium is at the end.
@@ -105,8 +105,8 @@ struct AttemptResult {
 nlohmann::ordered_json resultJson(const AttemptResult&);
 nlohmann::ordered_json eventsJson(const std::vector<EventRow>&);
 
-// Every field must be there, except "aborted" and the score's "version", which older records lack; unknown
-// ones are refused. Throw DataError with file and field.
+// Every field must be there, except "aborted", the score's "version" and "anaesthetic_ml", which older
+// records lack; unknown ones are refused. Throw DataError with file and field.
 AttemptResult parseResult(Fields);
 std::vector<EventRow> parseEvents(Fields& in, const char* key);
 

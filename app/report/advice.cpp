@@ -107,6 +107,10 @@ When findHit(const LoadedAttempt& a) {
     return hit ? hit : findClosest(a);
 }
 
+When findPain(const LoadedAttempt& a) {
+    return findEvent(a, "pain", 0);
+}
+
 // What to do about a loss, and where in the record it happened.
 struct Hint {
     std::string_view id;  // of the metric
@@ -141,6 +145,8 @@ constexpr std::array kHints{
     Hint{"contrast", "Inject less contrast medium", nullptr},
     Hint{"contrast_astray", "Inject only while the tip is in the duct", nullptr},
     Hint{"peak_force", "Advance with less force", findPeakForce},
+    Hint{"pain", "Numb the skin and the liver's capsule before you cut", findPain},
+    Hint{"anaesthetic", "Inject less local anaesthetic", nullptr},
 };
 
 // A loss with its reason, as the record's version of the table allows.
@@ -197,8 +203,12 @@ double end_s(const LoadedAttempt& a) {
 
 std::optional<training::Score> findScore(const records::AttemptResult& result) {
     if (result.score_version != std::uint64_t(training::kScoreVersion)) return {};
-    training::MetricValues values;
+    const auto course = result.steps.goal == training::stepName(training::goalOf(training::Course::drainage))
+                            ? training::Course::drainage
+                            : training::Course::puncture;
+    training::MetricValues values{};
     for (std::size_t i = 0; i < training::kMetricCount; ++i) {
+        if (!training::isMetricOf(course, training::metricTable()[i])) continue;
         const auto row =
             std::find_if(result.metrics.begin(), result.metrics.end(),
                          [&](const records::MetricRow& m) { return m.id == training::metricTable()[i].id; });
@@ -210,7 +220,7 @@ std::optional<training::Score> findScore(const records::AttemptResult& result) {
         if (std::find(result.steps.done.begin(), result.steps.done.end(),
                       training::stepName(training::Step(step))) != result.steps.done.end())
             done |= 1u << step;
-    return training::computeScore(values, done);
+    return training::computeScore(values, done, course);
 }
 
 std::vector<Advice> makeAdvice(const LoadedAttempt& a) {

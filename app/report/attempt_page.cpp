@@ -105,6 +105,8 @@ std::vector<Fact> makeFacts(const LoadedAttempt& a) {
         add("X-rays", fixed(r.dose.fluoroscopy_s, 1) + " s, " + fixed(1e3 * r.dose.air_kerma_gy, 2) +
                           " mGy at the reference point");
         add("Contrast medium", fixed(r.dose.contrast_ml, 1) + " ml");
+        if (r.dose.anaesthetic_ml > 0.0)
+            add("Local anaesthetic", fixed(r.dose.anaesthetic_ml, 1) + " ml of lidocaine 1 %");
         add("Cut sideways", fixed(kMmPerM * r.lateral_cut_m, 1) + " mm");
         add("Faults", r.haptics.fault_names);
         add("Ticks", std::to_string(r.haptics.ticks) + ", " + std::to_string(r.haptics.late_ticks) + " late");

@@ -40,6 +40,16 @@ patient::ContrastInput AttemptFold::contrastInput(const haptics::TickOutput& out
     return {haptics::pointAt(path, access.drain_m), rate_m3_per_s, true};
 }
 
+patient::AnaestheticInput AttemptFold::anaestheticInput(const haptics::TickOutput& output) const noexcept {
+    using patient::Tissue;
+    const bool inside = output.phase != haptics::Phase::outside && !output.access.open;
+    const bool at_skin = output.tissue == Tissue::air && output.depth_m <= kGasDepth_m;
+    return {output.tip_reference_m, equipment_.anaesthetic_m3_per_s,
+            !inside   ? Tissue::air
+            : at_skin ? Tissue::skin
+                      : output.tissue};
+}
+
 std::uint64_t AttemptFold::step(const haptics::TickInput& input, const haptics::TickOutput& output) {
     for (std::uint32_t i = 0; i < input.command_count; ++i) {
         const haptics::Command& command = input.commands[i];
@@ -52,12 +62,15 @@ std::uint64_t AttemptFold::step(const haptics::TickInput& input, const haptics::
     }
     if (!begun_) return output.state_hash;
     contrast_.step(contrastInput(output), dt_s_);
+    anaesthetic_.step(anaestheticInput(output), dt_s_);
     dose_.step(equipment_.xray, contrast_.volumes().injected_m3, output.tick);
+    dose_.setAnaesthetic(anaesthetic_.volumes().injected_m3);
     StateHash hash;
     hash.add(output.state_hash);
     hash.add(commands_.value());
     hash.add(contrast_.hash());
     dose_.addTo(hash);
+    if (anaesthetic_.begun()) hash.add(anaesthetic_.hash());
     return hash.value();
 }
 

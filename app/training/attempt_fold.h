@@ -5,6 +5,7 @@
 //     interruptions: starts, coughs and sighs of the patient (patient::Interruption)
 //   equipment: C-arm, pedal, ultrasound knobs (equipment.h)
 //   contrast: the distribution of the medium (patient::Contrast)
+//   local anaesthetic: its depots (patient::Anaesthetic), from the first injection on
 //   dose: X-ray pulses, air kerma (dose.h)
 // Rendered frames, pictures and the drawn displacement of tissue by a tool are not hashed. Equipment,
 // contrast and dose are computed and hashed only from the first equipment command on. Before that, the hash
@@ -28,6 +29,8 @@ enum class Drawn : std::uint8_t { nothing, air, bile, blood };
 inline constexpr std::array<std::string_view, 4> kDrawnNames{"nothing", "air", "bile", "blood"};
 // What a syringe draws at this tick: nothing without a free needle in the body.
 Drawn drawnAt(const haptics::TickOutput&) noexcept;
+// Air closer to the skin than this is a voxel artefact at a slanted surface.
+inline constexpr double kGasDepth_m = 0.005;
 struct Aspiration {
     std::uint64_t count = 0;  // of draws so far
     std::uint64_t tick = 0;   // of the newest
@@ -45,15 +48,18 @@ class AttemptFold {
     bool begun() const noexcept { return begun_; }
     const Equipment& equipment() const noexcept { return equipment_; }
     const patient::Contrast& contrast() const noexcept { return contrast_; }
+    const patient::Anaesthetic& anaesthetic() const noexcept { return anaesthetic_; }
     const DoseLedger& dose() const noexcept { return dose_.ledger(); }
     const Aspiration& aspiration() const noexcept { return aspiration_; }
 
   private:
     patient::ContrastInput contrastInput(const haptics::TickOutput&) const;
+    patient::AnaestheticInput anaestheticInput(const haptics::TickOutput&) const noexcept;
 
     const patient::Patient* patient_;
     Equipment equipment_;
     patient::Contrast contrast_;
+    patient::Anaesthetic anaesthetic_;
     Dose dose_;
     double dt_s_;
     bool begun_ = false;

@@ -1,4 +1,5 @@
-// X-ray and contrast medium dose of the patient. It is updated every tick, hashed and scored.
+// X-ray, contrast medium and local anaesthetic dose of the patient. It is updated every tick, hashed and
+// scored.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +27,8 @@ struct DoseLedger {
     std::uint64_t pulses = 0;
     double air_kerma_gy = 0.0;  // at the reference point
     double dose_area_gy_m2 = 0.0;
-    double contrast_m3 = 0.0;  // total injected
+    double contrast_m3 = 0.0;     // total injected
+    double anaesthetic_m3 = 0.0;  // total injected; set by the fold, hashed with its depots
 };
 
 class Dose {
@@ -34,6 +36,7 @@ class Dose {
     Dose(const DoseSettings& settings, double dt_s) : settings_(settings), dt_s_(dt_s) {}
     // Call once per tick, after its commands. Also updates the pulse count in the C-arm's state.
     void step(XrayState&, double injected_m3, std::uint64_t tick) noexcept;
+    void setAnaesthetic(double injected_m3) noexcept { ledger_.anaesthetic_m3 = injected_m3; }
     const DoseLedger& ledger() const noexcept { return ledger_; }
     void addTo(StateHash&) const noexcept;
 

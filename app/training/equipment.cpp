@@ -46,6 +46,11 @@ double stepsOf(const Knob& knob) noexcept {
     return std::floor((knob.high - knob.low) / knob.step + 0.5);
 }
 
+std::uint32_t microlitresPerS(double m3_per_s, double most_m3_per_s) noexcept {
+    const double rate = m3_per_s > 0.0 ? std::min(m3_per_s, most_m3_per_s) : 0.0;
+    return std::uint32_t(std::floor(rate / kM3PerMicrolitre + 0.5));
+}
+
 void set(XrayState& xray, XrayKnob knob, double value) noexcept {
     if (knob == XrayKnob::rotation) xray.rotation_rad = value * kRadPerDeg;
     if (knob == XrayKnob::angulation) xray.angulation_rad = value * kRadPerDeg;
@@ -86,8 +91,10 @@ Command knobCommand(UltrasoundKnob knob, double value) noexcept {
 }
 
 Command injectCommand(double m3_per_s) noexcept {
-    const double rate = m3_per_s > 0.0 ? std::min(m3_per_s, kMaxInjectionRate_m3_per_s) : 0.0;
-    return {CommandKind::inject, std::uint32_t(std::floor(rate / kM3PerMicrolitre + 0.5))};
+    return {CommandKind::inject, microlitresPerS(m3_per_s, kMaxInjectionRate_m3_per_s)};
+}
+Command anaesthetiseCommand(double m3_per_s) noexcept {
+    return {CommandKind::anaesthetic, microlitresPerS(m3_per_s, kMaxAnaestheticRate_m3_per_s)};
 }
 
 std::optional<KnobSetting> decodeKnobCommand(const Command& c) noexcept {
@@ -102,9 +109,12 @@ std::optional<KnobSetting> decodeKnobCommand(const Command& c) noexcept {
 }
 
 void applyCommand(Equipment& equipment, const Command& c) noexcept {
-    if (c.kind == CommandKind::inject)
-        equipment.injected_m3_per_s =
-            std::min(double(c.value) * kM3PerMicrolitre, kMaxInjectionRate_m3_per_s);
+    if (c.kind == CommandKind::inject || c.kind == CommandKind::anaesthetic) {
+        const double m3_per_s = double(c.value) * kM3PerMicrolitre;
+        const bool contrast = c.kind == CommandKind::inject;
+        equipment.injected_m3_per_s = contrast ? std::min(m3_per_s, kMaxInjectionRate_m3_per_s) : 0.0;
+        equipment.anaesthetic_m3_per_s = contrast ? 0.0 : std::min(m3_per_s, kMaxAnaestheticRate_m3_per_s);
+    }
     if (c.kind == CommandKind::pedal) equipment.xray.pedal = c.value != 0;
     const std::optional<KnobSetting> setting = decodeKnobCommand(c);
     if (!setting) return;

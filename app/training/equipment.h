@@ -39,9 +39,11 @@ std::span<const Knob> machineKnobs(Machine) noexcept;
 inline constexpr haptics::Command kPedalDown{haptics::CommandKind::pedal, 1};
 inline constexpr haptics::Command kPedalUp{haptics::CommandKind::pedal, 0};
 inline constexpr haptics::Command kAspirate{haptics::CommandKind::aspirate, 0};
-// Rounds the rate to whole microlitres per second. 0 ends the injection.
+// One syringe at a time: each of these two ends the other's injection. They round the rate to whole
+// microlitres per second; 0 ends every injection.
 haptics::Command injectCommand(double m3_per_s) noexcept;
-inline constexpr double kMaxInjectionRate_m3_per_s = 20e-6;
+haptics::Command anaesthetiseCommand(double m3_per_s) noexcept;
+inline constexpr double kMaxInjectionRate_m3_per_s = 20e-6, kMaxAnaestheticRate_m3_per_s = 2e-6;
 inline constexpr double kMlPerM3 = 1e6;
 
 // Trivially copyable. Angles use the C-arm convention: rotation > 0 is toward the patient's left (LAO),
@@ -62,7 +64,8 @@ struct UltrasoundState {
 struct Equipment {
     XrayState xray;
     UltrasoundState ultrasound;
-    double injected_m3_per_s = 0.0;  // commanded rate
+    double injected_m3_per_s = 0.0;     // commanded rate of contrast medium
+    double anaesthetic_m3_per_s = 0.0;  // commanded rate of local anaesthetic
 };
 
 // Applies a command. Ignores other commands, unknown knobs and values out of range.
@@ -70,7 +73,8 @@ void applyCommand(Equipment&, const haptics::Command&) noexcept;
 constexpr bool isEquipmentCommand(const haptics::Command& c) noexcept {
     using haptics::CommandKind;
     return c.kind == CommandKind::inject || c.kind == CommandKind::pedal || c.kind == CommandKind::xray ||
-           c.kind == CommandKind::ultrasound || c.kind == CommandKind::aspirate;
+           c.kind == CommandKind::ultrasound || c.kind == CommandKind::aspirate ||
+           c.kind == CommandKind::anaesthetic;
 }
 // The knob and value in a command; nothing if the command sets no valid knob.
 struct KnobSetting {

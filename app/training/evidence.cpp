@@ -101,6 +101,7 @@ Evidence::Evidence(const patient::Patient& patient, const patient::PlannedPath& 
     : patient_(&patient),
       path_(path),
       dt_s_(dt_s),
+      infiltration_(patient, path),
       axis_reference_(pathAxis(path)),
       check_interval_ticks_(std::uint64_t(std::max(1.0, std::floor(kCheckInterval_s / dt_s + 0.5)))) {
     needs_headward_ = skinOverRib(patient, path, 1.0).has_value();
@@ -124,6 +125,7 @@ std::uint32_t Evidence::update(const TickOutput& now, const TickFacts& facts, co
     if (!has(Step::advance)) judgePuncture(now, facts, fold.equipment().ultrasound);
     judgeContrast(fold);
     if (course_ == Course::drainage) {
+        judgeAnaesthesia(now, fold);
         judgeAspiration(fold);
         judgeDrainage(now);
         if (!has(Step::drain)) ducts_m3_ = fold.contrast().volumes().ducts_m3;
@@ -138,6 +140,10 @@ Refusal Evidence::missing(Step step) const noexcept {
         return gap_s_ < kMinGapPress_s                           ? Refusal::gapNotFelt
                : needs_headward_ && headward_s_ < kMinRibPress_s ? Refusal::upperRibNotFelt
                                                                  : Refusal::lowerRibNotFelt;
+    if (step == Step::anaesthetise)
+        return aimed_ || infiltration_.begun() || infiltration_.place() != TrackPlace::outside
+                   ? infiltration_.missing()
+                   : Refusal::ductBesideRail;
     if (step == Step::advance && refused_puncture_ != Refusal::none) return refused_puncture_;
     if (step == Step::incise || step == Step::guide || step == Step::advance)
         return aimed_ ? Refusal::none : Refusal::ductBesideRail;
@@ -299,7 +305,7 @@ void Evidence::followInsertion(const TickOutput& now, const TickFacts& facts) {
     if (now.depth_m >= kOnRail_m) {
         if (on_rail_)
             find(Step::guide);
-        else if (!has(Step::guide) && !std::exchange(beside_rail_, true))
+        else if (!facts.infiltrates && !has(Step::guide) && !std::exchange(beside_rail_, true))
             refusal_ = Refusal::needleNotInGuide;
     }
     // Motion of the patient does not count as motion of the needle.
@@ -327,6 +333,12 @@ void Evidence::judgePuncture(const TickOutput& now, const TickFacts& facts, cons
         find(Step::advance);
     else
         refusal_ = refused_puncture_;
+}
+
+void Evidence::judgeAnaesthesia(const TickOutput& now, const AttemptFold& fold) {
+    infiltration_.update(now, fold, tools_.guide);
+    if (infiltration_.done()) find(Step::anaesthetise);
+    if (const Refusal why = infiltration_.popRefusal(); why != Refusal::none) refusal_ = why;
 }
 
 void Evidence::judgeAspiration(const AttemptFold& fold) {

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <utility>
 
+#include "app/training/infiltration.h"
 #include "app/training/metric_table.h"
 
 namespace stylet::training {
@@ -28,6 +29,7 @@ enum class View : std::uint8_t { shown, noContact, besidePlane, outsideSector, s
 //   findGap   a finger presses on the path's intercostal space and on the rib at each side of it, where there
 //             is one
 //   findDuct  the target stays for a second in the picture of a probe that touches the skin
+//   anaesthetise  local anaesthetic in the skin at the entry and at the liver's capsule, on the later track
 //   incise    a cut of 3 to 15 mm through the skin, within 5 mm of the entry: the reference path's, or the
 //             place where the parked probe's guide meets the skin
 //   guide     the needle enters the body on the rail of the parked probe
@@ -57,6 +59,8 @@ class Evidence {
     bool isIncisionSpoiled() const noexcept { return spoiled_incision_; }
     // What the step still lacks at the newest tick. `none` if this is not known in more detail.
     Refusal missing(Step) const noexcept;
+    // Of the needle's tip in the body wall. `outside` in a puncture.
+    TrackPlace trackPlace() const noexcept { return infiltration_.place(); }
 
   private:
     enum class Beneath : std::uint8_t { nothing, gap, headwardRib, footwardRib };
@@ -70,6 +74,7 @@ class Evidence {
     bool isAtEntry(const haptics::Incision&, const haptics::TickOutput&) const noexcept;
     void followInsertion(const haptics::TickOutput&, const TickFacts&);
     void judgePuncture(const haptics::TickOutput&, const TickFacts&, const UltrasoundState&);
+    void judgeAnaesthesia(const haptics::TickOutput&, const AttemptFold&);
     void judgeAspiration(const AttemptFold&);
     void judgeContrast(const AttemptFold&);
     void judgeDrainage(const haptics::TickOutput&);
@@ -81,6 +86,7 @@ class Evidence {
     haptics::ToolSettings tools_{};
     Course course_ = Course::puncture;
     double dt_s_;
+    Infiltration infiltration_;
     Vec3 axis_reference_;
     bool needs_headward_ = false, needs_footward_ = false;
 

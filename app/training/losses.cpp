@@ -17,7 +17,7 @@ std::array<MetricLoss, kMetricCount> splitLosses(const Score& score) {
     // The score of the same values after a whole procedure.
     MetricValues whole = score.values;
     whole[kProcedure] = kMetricTable[kProcedure].best;
-    const Score with_all_steps = computeScore(whole, kAllSteps);
+    const Score with_all_steps = computeScore(whole, kAllSteps, score.course);
     std::array<MetricLoss, kMetricCount> losses;
     for (std::size_t i = 0; i < kMetricCount; ++i)
         losses[i] = {score.max_points[i] - with_all_steps.points[i],
@@ -27,7 +27,7 @@ std::array<MetricLoss, kMetricCount> splitLosses(const Score& score) {
 
 std::vector<Loss> findLosses(const Score& score) {
     const std::array<MetricLoss, kMetricCount> split = splitLosses(score);
-    Loss steps{std::nullopt, 0.0, weightSum()};
+    Loss steps{std::nullopt, 0.0, 100.0};
     std::vector<Loss> losses;
     for (std::size_t i = 0; i < kMetricCount; ++i) {
         steps.points += split[i].by_steps;

@@ -32,12 +32,12 @@ struct TickFacts {
     double clearance_m = 0.0, to_duct_m = 0.0;  // while `inside` (surroundings.h)
     RiskStructure current_risk = RiskStructure::nothing;
     double off_path_m = 0.0, off_angle_rad = 0.0, to_target_m = 0.0, past_target_m = 0.0;
-    double in_beam = 0.0;     // share of the needle in the ultrasound beam (evidence.h)
-    bool target_cut = false;  // the target duct was punctured in an earlier tick
+    bool infiltrates = false;  // the needle brings local anaesthetic and stays outside the liver
+    double pain = 0.0;         // worst so far
+    double in_beam = 0.0;      // share of the needle in the ultrasound beam (evidence.h)
+    bool target_cut = false;   // the target duct was punctured in an earlier tick
 };
 
-// Air closer to the skin than this is a voxel artefact at a slanted surface.
-inline constexpr double kGasDepth_m = 0.005;
 // Smaller motion of the tip is tremor (0.1 mm amplitude).
 inline constexpr double kMinMotion_m = 0.001;
 
@@ -78,6 +78,8 @@ enum class MetricId : std::uint8_t {
     contrast,
     contrastAstray,
     peakForce,
+    pain,
+    anaesthetic,
     count,
 };
 inline constexpr std::size_t kMetricCount = std::size_t(MetricId::count);
@@ -88,7 +90,7 @@ struct Metric {
     std::string_view unit;  // of value, best and worst; "" for counts
     std::string_view what;
     std::string_view source;
-    double weight = 0.0;  // the sum over all metrics is 100
+    double weight = 0.0;  // the sum over all metrics of a puncture is 100
     double best = 0.0, worst = 0.0;
     // The metric earns points only if this step was done, so that nobody gains by leaving a step out.
     // Step::done: always.
@@ -96,7 +98,12 @@ struct Metric {
     // Returns the value after a tick from the value before it. Before the first tick it is 0. Null:
     // metrics.cpp computes the metric.
     double (*fold)(double so_far, const MetricTick&) noexcept = nullptr;
+    // Only attempts of this course or a longer one have the metric.
+    Course from = Course::puncture;
 };
+constexpr bool isMetricOf(Course course, const Metric& metric) noexcept {
+    return metric.from <= course;
+}
 
 inline constexpr std::string_view kJohnson = "Johnson 2012", kModel = "model.md 9",
                                   kMastmeyer = "Mastmeyer 2017", kOurs = "ours";
@@ -176,18 +183,24 @@ inline constexpr std::array<Metric, kMetricCount> kMetricTable{{
      [](double so_far, const MetricTick& tick) noexcept {
          return std::max(so_far, std::fabs(tick.now.force_n));
      }},
+    {"pain", "Worst pain", "of 10", "of skin prick, incision, capsule and dilatation", "pain.h", 5, 3, 8,
+     Step::dilate, [](double, const MetricTick& tick) noexcept { return tick.facts.pain; }, Course::drainage},
+    {"anaesthetic", "Local anaesthetic", "ml", "injected, of lidocaine 1 %", "FDA label", 1, 20, 30,
+     Step::anaesthetise,
+     [](double, const MetricTick& tick) noexcept { return 1e6 * tick.attempt.dose().anaesthetic_m3; },
+     Course::drainage},
 }};
 
 // Version of the score, stored with every result. Increment it with each change of this table or of the
 // formula (score.cpp) that changes a score. "stylet replay --fast" scores an older attempt again.
-inline constexpr int kScoreVersion = 2;
+inline constexpr int kScoreVersion = 3;
 
-constexpr double weightSum() {
+constexpr double weightSum(Course course) {
     double sum = 0.0;
     for (const Metric& m : kMetricTable)
-        sum += m.weight;
+        if (isMetricOf(course, m)) sum += m.weight;
     return sum;
 }
-static_assert(weightSum() == 100.0);
+static_assert(weightSum(Course::puncture) == 100.0);
 
 }  // namespace stylet::training

@@ -101,7 +101,7 @@ void Metrics::updateNearMisses(const TickFacts& facts) noexcept {
 }
 
 void Metrics::updateNeedleTravel(const TickOutput& now, const TickFacts& facts) noexcept {
-    if (!facts.inside) {
+    if (!facts.inside || facts.infiltrates) {
         anchor_m_.reset();
         return;
     }

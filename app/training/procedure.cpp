@@ -29,6 +29,7 @@ namespace {
 constexpr std::array<std::string_view, std::size_t(kStepCount) + 1> kStepNames{
     "find the space between the ribs",
     "find the duct",
+    "numb the track",
     "open the skin",
     "snap the needle into the guide",
     "advance to the duct",
@@ -39,7 +40,7 @@ constexpr std::array<std::string_view, std::size_t(kStepCount) + 1> kStepNames{
     "place the drain",
     "show the drain with contrast",
     "done"};
-constexpr std::array<std::string_view, 26> kRefusalTexts{
+constexpr std::array<std::string_view, 32> kRefusalTexts{
     "",
     "the space between the ribs was not pressed with the finger",
     "the rib above the space was not felt",
@@ -65,10 +66,20 @@ constexpr std::array<std::string_view, 26> kRefusalTexts{
     "the wire does not lie 20 mm down the duct",
     "the wire has pierced the duct's wall: draw it back",
     "the dilator did not reach the duct",
-    "the drain's end does not lie in a duct"};
+    "the drain's end does not lie in a duct",
+    "the skin at the entry is not numb: inject 0.5 ml just under it",
+    "the liver's capsule is not numb: inject 2 ml in front of it",
+    "local anaesthetic went into a vessel: draw with the syringe before you inject",
+    "local anaesthetic was lost: the needle's tip is not in tissue",
+    "local anaesthetic was injected beside the later track",
+    "more than 20 ml of local anaesthetic"};
 constexpr std::array<std::string_view, kCriticalErrorCount> kCriticalErrorNames{
-    "the lung was punctured", "the stomach or bowel was punctured", "the gallbladder was punctured",
-    "a major vessel was punctured", "the liver's capsule was punctured more than three times"};
+    "the lung was punctured",
+    "the stomach or bowel was punctured",
+    "the gallbladder was punctured",
+    "a major vessel was punctured",
+    "the liver's capsule was punctured more than three times",
+    "too much local anaesthetic was injected, or too much of it into a vessel"};
 constexpr std::array<std::string_view, kRiskStructureCount> kRiskStructureNames{
     "nothing", "bone", "vessel", "lung or gas", "another organ"};
 
@@ -112,6 +123,7 @@ Procedure::Procedure(const patient::Patient& patient, const patient::PlannedPath
       metrics_(path, surroundings_.ductAxis(), dt_s),
       evidence_(patient, path, dt_s),
       safety_(patient),
+      pain_(patient, dt_s),
       entry_side_(sideOfReference(patient.package().motion, path.entry_reference_m)),
       target_side_(sideOfReference(patient.package().motion, path.target_reference_m)) {}
 
@@ -140,12 +152,26 @@ bool Procedure::inTarget(const TickOutput& now) const noexcept {
     return now.tissue == Tissue::duct && label && label->role == Role::target;
 }
 
+// The needle brings local anaesthetic: an insertion of a free needle before track and skin are open, as long
+// as it stays outside the liver.
+bool Procedure::infiltrates(const TickOutput& now) const noexcept {
+    if (progress_.course != Course::drainage || now.phase == haptics::Phase::outside || now.access.open ||
+        now.tissue == Tissue::liver)
+        return false;
+    if (previous_.phase != haptics::Phase::outside) return infiltrates_;
+    const bool open =
+        contains(progress_.steps_done, Step::anaesthetise) && contains(progress_.steps_done, Step::incise);
+    return !open && !now.needle_in_guide;
+}
+
 TickFacts Procedure::computeFacts(const TickOutput& now) noexcept {
     TickFacts facts;
     facts.path = currentPath(now.breath);
     facts.inside = now.phase != haptics::Phase::outside;
     facts.in_target = facts.inside && inTarget(now);
     facts.target_cut = progress_.success;
+    facts.infiltrates = infiltrates_ = infiltrates(now);
+    facts.pain = pain_.worst();
     if (facts.inside) facts.in_beam = shareInBeam(now);
     facts.clearance_m = std::numeric_limits<double>::infinity();
     if (facts.inside) {
@@ -172,9 +198,10 @@ void Procedure::update(const TickOutput& now, const AttemptFold& fold) {
         previous_ = now;
         addEvent(now.tick, "tool", std::string(haptics::kToolNames[std::size_t(now.tool)]));
     }
+    updatePain(now, fold);
     const TickFacts facts = computeFacts(now);
     updateSteps(now, facts, fold);
-    updateSafety(now, facts);
+    updateSafety(now, facts, fold);
     metrics_.update(now, facts, fold);
     progress_.elapsed_s = double(now.tick - first_tick_) * dt_s_;
     progress_.off_path_m = facts.off_path_m;
@@ -217,6 +244,7 @@ void Procedure::updateSteps(const TickOutput& now, const TickFacts& facts, const
             finish(Step(step), now.tick);
     progress_.step = firstMissing(now);
     progress_.missing = progress_.step == Step::done ? Refusal::none : evidence_.missing(progress_.step);
+    progress_.track_place = evidence_.trackPlace();
     if (const Refusal refusal = evidence_.popRefusal(); refusal != Refusal::none) {
         progress_.refusal = refusal;
         progress_.refused_s = double(now.tick - first_tick_) * dt_s_;
@@ -224,8 +252,18 @@ void Procedure::updateSteps(const TickOutput& now, const TickFacts& facts, const
     }
 }
 
-void Procedure::updateSafety(const TickOutput& now, const TickFacts& facts) {
+void Procedure::updatePain(const TickOutput& now, const AttemptFold& fold) {
+    if (progress_.course != Course::drainage) return;
+    pain_.update(now, fold.anaesthetic());
+    progress_.pain = pain_.now();
+    progress_.worst_pain = pain_.worst();
+    if (const std::optional<PainEvent> event = pain_.eventNow())
+        addEvent(now.tick, "pain", fmt::format("{:.0f} of 10: {}", event->pain, event->cause));
+}
+
+void Procedure::updateSafety(const TickOutput& now, const TickFacts& facts, const AttemptFold& fold) {
     safety_.update(now, facts);
+    safety_.judgeDose(fold.anaesthetic().volumes());
     progress_.capsule_punctures = safety_.capsulePunctures();
     const std::uint32_t fresh =
         safety_.errors() & ~std::exchange(progress_.critical_errors, safety_.errors());
@@ -245,8 +283,9 @@ void Procedure::finish(Step step, std::uint64_t tick) {
 
 // Passes over the steps that cannot be done any more, so that nobody is asked for them.
 Step Procedure::firstMissing(const TickOutput& now) const noexcept {
-    constexpr std::uint32_t kOfNeedle = 1u << unsigned(Step::guide) | 1u << unsigned(Step::advance) |
-                                        1u << unsigned(Step::aspirate) | 1u << unsigned(Step::contrast);
+    constexpr std::uint32_t kOfNeedle = 1u << unsigned(Step::anaesthetise) | 1u << unsigned(Step::guide) |
+                                        1u << unsigned(Step::advance) | 1u << unsigned(Step::aspirate) |
+                                        1u << unsigned(Step::contrast);
     std::uint32_t passed = progress_.steps_done | (kAllSteps & ~stepsOf(progress_.course));
     if (evidence_.isIncisionSpoiled()) passed |= 1u << unsigned(Step::incise);
     if (now.access.wire_in) passed |= kOfNeedle;

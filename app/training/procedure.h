@@ -8,6 +8,7 @@
 
 #include "app/training/evidence.h"
 #include "app/training/metrics.h"
+#include "app/training/pain.h"
 #include "app/training/safety.h"
 
 namespace stylet::training {
@@ -30,7 +31,9 @@ class Procedure {
     void update(const haptics::NeedleEvent&, const haptics::TickOutput&, bool target_cut);
 
     const Progress& progress() const noexcept { return progress_; }
-    Score score() const noexcept { return computeScore(metrics_.values(), progress_.steps_done); }
+    Score score() const noexcept {
+        return computeScore(metrics_.values(), progress_.steps_done, progress_.course);
+    }
     // Events since the last call, in order.
     std::vector<SessionEvent> consumeEvents() { return std::exchange(events_, {}); }
 
@@ -39,8 +42,10 @@ class Procedure {
     CurrentPath currentPath(const patient::Surrogate&) noexcept;
     RiskStructure findCurrentRisk(const haptics::TickOutput&) const noexcept;
     bool inTarget(const haptics::TickOutput&) const noexcept;
+    bool infiltrates(const haptics::TickOutput&) const noexcept;
     void updateSteps(const haptics::TickOutput&, const TickFacts&, const AttemptFold&);
-    void updateSafety(const haptics::TickOutput&, const TickFacts&);
+    void updateSafety(const haptics::TickOutput&, const TickFacts&, const AttemptFold&);
+    void updatePain(const haptics::TickOutput&, const AttemptFold&);
     void finish(Step, std::uint64_t tick);
     Step firstMissing(const haptics::TickOutput&) const noexcept;
     void reportChanges(const haptics::TickOutput&);
@@ -54,10 +59,11 @@ class Procedure {
     Metrics metrics_;
     Evidence evidence_;
     SafetyWatch safety_;
+    Pain pain_;
     patient::Side entry_side_, target_side_;
     patient::LocalMotion entry_motion_, target_motion_;
     Progress progress_;
-    bool begun_ = false, bone_held_ = false;
+    bool begun_ = false, bone_held_ = false, infiltrates_ = false;
     haptics::TickOutput previous_;
     std::uint64_t first_tick_ = 0;
     std::uint32_t early_steps_ = 0;  // bit per step that was done before an earlier one

@@ -16,6 +16,7 @@ namespace stylet::training {
 enum class Step : std::uint8_t {
     findGap,
     findDuct,
+    anaesthetise,
     incise,
     guide,
     advance,
@@ -38,9 +39,9 @@ constexpr bool contains(std::uint32_t steps, Step step) noexcept {
 enum class Course : std::uint8_t { puncture, drainage };
 inline constexpr std::array<std::string_view, 2> kCourseNames{"puncture", "drainage"};
 constexpr std::uint32_t stepsOf(Course course) noexcept {  // bit mask
-    constexpr std::uint32_t kFurther = 1u << unsigned(Step::aspirate) | 1u << unsigned(Step::wire) |
-                                       1u << unsigned(Step::dilate) | 1u << unsigned(Step::drain) |
-                                       1u << unsigned(Step::finalPicture);
+    constexpr std::uint32_t kFurther = 1u << unsigned(Step::anaesthetise) | 1u << unsigned(Step::aspirate) |
+                                       1u << unsigned(Step::wire) | 1u << unsigned(Step::dilate) |
+                                       1u << unsigned(Step::drain) | 1u << unsigned(Step::finalPicture);
     return course == Course::drainage ? kAllSteps : kAllSteps & ~kFurther;
 }
 // The step without which an exam is failed.
@@ -75,14 +76,23 @@ enum class Refusal : std::uint8_t {
     wireNotInDuct,
     wirePierced,
     notDilated,
-    drainMisplaced
+    drainMisplaced,
+    skinNotNumb,
+    capsuleNotNumb,
+    anaestheticInVessel,
+    anaestheticLost,
+    anaestheticAside,
+    tooMuchAnaesthetic
 };
 std::string_view refusalText(Refusal) noexcept;  // "the needle is not on the guide's rail"
 
 // Errors that fail an exam whatever the score (safety.h).
-enum class CriticalError : std::uint8_t { lung, bowel, gallbladder, majorVessel, capsule };
-inline constexpr int kCriticalErrorCount = 5;
+enum class CriticalError : std::uint8_t { lung, bowel, gallbladder, majorVessel, capsule, overdose };
+inline constexpr int kCriticalErrorCount = 6;
 std::string_view criticalErrorName(CriticalError) noexcept;  // "the gallbladder was punctured"
+
+// Where the needle's tip is on the track through the body wall (infiltration.h), from outside to inside.
+enum class TrackPlace : std::uint8_t { outside, skin, wall, capsule, beyond, aside };
 
 // The risk structure that the needle is in.
 enum class RiskStructure : std::uint8_t { nothing, bone, vessel, lung, otherOrgan };
@@ -108,6 +118,8 @@ struct Progress {
     std::uint32_t critical_errors = 0;             // bit mask, 1 << CriticalError
     int capsule_punctures = 0;                     // of the liver, at different places
     bool success = false;                          // target duct punctured
+    TrackPlace track_place = TrackPlace::outside;  // of the needle's tip
+    double pain = 0.0, worst_pain = 0.0;           // 0 to 10 (pain.h): now, and so far
     double total = 0.0;                            // score up to now, 0 to 100 (score.h)
     Refusal missing = Refusal::none;               // what the current step lacks now
     Refusal refusal = Refusal::none;               // the newest
@@ -117,9 +129,9 @@ static_assert(std::is_trivially_copyable_v<Progress>);
 
 // All kinds of events. The guide's records.md describes the text of each (a test compares them). The last
 // seven do not come from the procedure: instructor actions, a suggested rest, the start of a retry.
-inline constexpr std::array<std::string_view, 17> kEventKinds{
-    "tool",  "step",     "refused", "contact",  "risk",    "near_miss",  "critical", "cut",  "breath",
-    "fault", "injected", "pause",   "bookmark", "comment", "difficulty", "rest",     "retry"};
+inline constexpr std::array<std::string_view, 18> kEventKinds{
+    "tool", "step",  "refused",  "contact", "risk",     "near_miss", "critical",   "cut",  "breath",
+    "pain", "fault", "injected", "pause",   "bookmark", "comment",   "difficulty", "rest", "retry"};
 constexpr bool isEventKind(std::string_view kind) {
     return std::find(kEventKinds.begin(), kEventKinds.end(), kind) != kEventKinds.end();
 }

@@ -23,6 +23,11 @@ void SafetyWatch::update(const TickOutput& now, const TickFacts& facts) noexcept
     countCapsule(now);
 }
 
+void SafetyWatch::judgeDose(const patient::AnaestheticVolumes& given) noexcept {
+    if (given.tissue_m3 + given.vessels_m3 > kMaxAnaesthetic_m3 || given.vessels_m3 > kMaxInVessel_m3)
+        add(CriticalError::overdose);
+}
+
 // The error of being where the tip is now.
 std::optional<CriticalError> SafetyWatch::findError(const TickOutput& now) const noexcept {
     const Label* label = patient_->label(now.label);

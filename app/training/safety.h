@@ -17,12 +17,16 @@ class SafetyWatch {
     // Each puncture of the liver's capsule can bleed. Punctures closer together than kSameHole_m are one.
     static constexpr int kMaxCapsulePunctures = 3;
     static constexpr double kSameHole_m = 0.003;
+    // Lidocaine 1 %: more than 30 ml (300 mg) is beyond the label's greatest dose for an adult. 5 ml (50 mg)
+    // in a vessel is half of what is injected against arrhythmia.
+    static constexpr double kMaxAnaesthetic_m3 = 30e-6, kMaxInVessel_m3 = 5e-6;
 
     // `patient` must outlive this object.
     explicit SafetyWatch(const patient::Patient& patient) : patient_(&patient) {}
 
     // Session thread. Processes the next tick. No allocation.
     void update(const haptics::TickOutput&, const TickFacts&) noexcept;
+    void judgeDose(const patient::AnaestheticVolumes&) noexcept;
     std::uint32_t errors() const noexcept { return errors_; }  // bit mask, 1 << CriticalError
     int capsulePunctures() const noexcept { return punctures_; }
 

@@ -20,16 +20,18 @@ std::span<const Metric> metricTable() noexcept {
     return kMetricTable;
 }
 
-Score computeScore(const MetricValues& values, std::uint32_t steps_done) noexcept {
+Score computeScore(const MetricValues& values, std::uint32_t steps_done, Course course) noexcept {
     Score score;
+    score.course = course;
     score.values = values;
+    const double scale = 100.0 / weightSum(course);
     const double done =
         credit(kMetricTable[std::size_t(MetricId::procedure)], values[std::size_t(MetricId::procedure)]);
     for (std::size_t i = 0; i < kMetricCount; ++i) {
         const Metric& m = kMetricTable[i];
-        score.max_points[i] = m.weight;
+        score.max_points[i] = isMetricOf(course, m) ? m.weight * scale : 0.0;
         const bool counts = m.needs == Step::done || (steps_done & 1u << unsigned(m.needs)) != 0;
-        score.points[i] = counts ? m.weight * credit(m, values[i]) * done : 0.0;
+        score.points[i] = counts ? score.max_points[i] * credit(m, values[i]) * done : 0.0;
         score.total += score.points[i];
     }
     return score;

@@ -19,6 +19,7 @@ const Controls kMouseControls{.finger = "press F",
                               .scalpel = "press S",
                               .guide = "press G",
                               .hold = "press H",
+                              .numb = "press M",
                               .aspirate = "press V",
                               .pedal = "press X",
                               .inject = "press I",
@@ -41,6 +42,7 @@ const Controls kControllerControls{.finger = "press B (menu) until you hold it",
                                    .scalpel = "press B (menu) until you hold it",
                                    .guide = "press B (menu) until you hold it",
                                    .hold = "squeeze",
+                                   .numb = "squeeze the other hand",
                                    .aspirate = "press the other hand's menu button (B)",
                                    .pedal = "pull the other hand's trigger",
                                    .inject = "squeeze the other hand",
@@ -63,6 +65,7 @@ const Controls kTypedControls{.finger = "type \"finger\"",
                               .scalpel = "type \"scalpel\"",
                               .guide = "type \"guide\"",
                               .hold = "type \"hold\"",
+                              .numb = "type \"numb\"",
                               .aspirate = "type \"aspirate\"",
                               .pedal = "type \"pedal\"",
                               .inject = "type \"inject\"",
@@ -116,6 +119,21 @@ std::optional<Act> toParkedProbe(const Progress& progress, const TickOutput& now
     if (!now.breath_held) return Act::holdBreath;
     if (!(now.probe_touching_share > kMinContact)) return Act::placeProbe;
     return aimed ? Act::parkProbe : Act::aimGuide;
+}
+
+// To local anaesthetic under the skin and at the capsule. The parked probe shows where it goes.
+Act toNumb(const Progress& progress, const TickOutput& now, const Equipment& equipment) noexcept {
+    const TrackPlace at = progress.track_place;
+    if (at == TrackPlace::outside && progress.missing == Refusal::ductBesideRail)
+        if (const std::optional<Act> act = toParkedProbe(progress, now)) return *act;
+    if (!haptics::isNeedleTool(now.tool)) return Act::takeSyringe;
+    const bool skin = progress.missing != Refusal::capsuleNotNumb;
+    const TrackPlace wanted = skin ? TrackPlace::skin : TrackPlace::capsule;
+    if (at == wanted) return skin ? Act::numbSkin : Act::numbCapsule;
+    if (equipment.anaesthetic_m3_per_s > 0.0) return Act::stopInjecting;
+    if (at == TrackPlace::aside) return Act::drawSyringe;
+    if (at > wanted) return Act::drawBack;
+    return skin ? Act::enterWheal : Act::pushToCapsule;
 }
 
 Act toIncise(const Progress& progress, const TickOutput& now) noexcept {
@@ -188,16 +206,20 @@ Act toPlaceDrain(const Progress& progress, const TickOutput& now) noexcept {
 Act nextAct(const Progress& progress, const TickOutput& now, const Equipment& equipment) noexcept {
     const bool pictures = progress.step == Step::contrast || progress.step == Step::finalPicture;
     if (equipment.injected_m3_per_s > 0.0 && !pictures) return Act::stopInjecting;
+    if (equipment.anaesthetic_m3_per_s > 0.0 && progress.step != Step::anaesthetise)
+        return Act::stopInjecting;
     if (equipment.xray.pedal && progress.step == Step::done) return Act::releasePedal;
     if (now.tool_awaits_exit && progress.step != Step::done) return Act::liftOff;
-    if (progress.step < Step::guide && haptics::isNeedleTool(now.tool) &&
-        now.phase != haptics::Phase::outside)
-        return Act::drawOut;
+    if (progress.step < Step::guide && progress.step != Step::anaesthetise &&
+        haptics::isNeedleTool(now.tool) && now.phase != haptics::Phase::outside)
+        return progress.course == Course::drainage ? Act::drawSyringe : Act::drawOut;
     switch (progress.step) {
         case Step::findGap:
             return toFindGap(progress, now);
         case Step::findDuct:
             return toFindDuct(progress, now);
+        case Step::anaesthetise:
+            return toNumb(progress, now, equipment);
         case Step::incise:
             return toIncise(progress, now);
         case Step::guide:
@@ -245,6 +267,20 @@ std::string prompt(Act act, const Controls& c) {
             return fmt::format("A rib or gas hides the duct. Turn the probe: {}.", c.turn);
         case Act::keepProbe:
             return "The duct is in the picture: keep the probe still for a second.";
+        case Act::takeSyringe:
+            return fmt::format("Take the needle, with local anaesthetic in its syringe: {}.", c.needle);
+        case Act::enterWheal:
+            return fmt::format("Push the needle just through the skin at the entry: {}.", c.push);
+        case Act::numbSkin:
+            return fmt::format("Inject 0.5 ml of local anaesthetic under the skin: {}.", c.numb);
+        case Act::pushToCapsule:
+            return fmt::format("Push on along the track to just before the liver: {}.", c.push);
+        case Act::numbCapsule:
+            return fmt::format("Inject 2 ml in front of the liver's capsule: {}.", c.numb);
+        case Act::drawBack:
+            return fmt::format("The tip is too deep. Draw the needle back a little: {}.", c.pull);
+        case Act::drawSyringe:
+            return fmt::format("Draw the needle out of the skin: {}.", c.pull);
         case Act::aimGuide:
             return fmt::format("Move the probe until the guide's dashed line meets the duct: {}.", c.move);
         case Act::parkProbe:
@@ -327,6 +363,9 @@ std::string hint(Act act, const Controls& c) {
             return fmt::format("Turn a little, then wait: {}.", c.turn);
         case Act::aimGuide:
             return fmt::format("Shift the probe toward the arrow: {}.", c.move);
+        case Act::enterWheal:
+        case Act::pushToCapsule:
+            return fmt::format("The liver's edge is bright in the picture: {}.", c.push);
         case Act::cut:
             return fmt::format("A cut of 3 to 15 mm counts. Along the skin: {}.", c.move);
         case Act::snapNeedle:

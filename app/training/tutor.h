@@ -24,7 +24,14 @@ enum class Act : std::uint8_t {
     shiftProbe,  // the duct is beside the picture's plane, or outside the picture
     turnProbe,   // a rib or gas hides the duct
     keepProbe,
-    aimGuide,  // the guide's line passes beside the duct
+    takeSyringe,  // the needle, with local anaesthetic
+    enterWheal,
+    numbSkin,
+    pushToCapsule,
+    numbCapsule,
+    drawBack,     // the tip is past the place to numb
+    drawSyringe,  // out of the skin: numb, or beside the track
+    aimGuide,     // the guide's line passes beside the duct
     parkProbe,
     liftProbe,  // it was parked where it does not show the duct, or with the guide beside it
     takeScalpel,
@@ -60,7 +67,7 @@ Act nextAct(const Progress&, const haptics::TickOutput&, const Equipment&) noexc
 
 // The keys, buttons or typed words of an input.
 struct Controls {
-    std::string_view finger, probe, park, lift, scalpel, guide, hold, aspirate, pedal, inject, stop,
+    std::string_view finger, probe, park, lift, scalpel, guide, hold, numb, aspirate, pedal, inject, stop,
         release;  // "press F"
     std::string_view wire, needle, dilator, drain;
     std::string_view move, push, pull, turn;  // "drag or use the arrow keys"

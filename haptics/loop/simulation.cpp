@@ -152,6 +152,7 @@ bool Simulation::applyCommands(const TickInput& input, std::uint32_t& fault_bits
             case CommandKind::xray:
             case CommandKind::ultrasound:
             case CommandKind::aspirate:
+            case CommandKind::anaesthetic:
                 break;
         }
     }

@@ -44,8 +44,9 @@ enum class CommandKind : std::uint32_t {
     breathing,  // value: breathingCommand(); takes effect with the next breath
     // Equipment again: draws with a syringe at the needle.
     aspirate,
+    anaesthetic,  // value: local anaesthetic at the needle's tip, microlitres per second; 0 stops it
 };
-inline constexpr CommandKind kLastCommandKind = CommandKind::aspirate;
+inline constexpr CommandKind kLastCommandKind = CommandKind::anaesthetic;
 
 // Startle motion: there and back at 17 mm/s or less, smooth to the third derivative.
 inline constexpr double kStartleDuration_s = 1.6;

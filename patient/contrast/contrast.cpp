@@ -135,6 +135,25 @@ Tissue stainTissue(const Patient& patient, const Index3& voxel) noexcept {
     return Tissue::soft;
 }
 
+bool addToStains(std::vector<Stain>& stains, const StainGrowth& growth, Tissue kind, const Vec3& at_m,
+                 double amount_m3) {
+    constexpr double kBall = 4.18879020478639;  // 4 pi / 3
+    Stain *near = nullptr, *any = nullptr;
+    for (Stain& s : stains) {
+        if (s.kind != kind) continue;
+        any = &s;
+        const double d = glm::distance(s.centre_m, at_m);
+        const bool within = kBall * d * d * d * growth.porosity <= s.spread_m3;
+        if (!near && (d <= growth.new_place_m || within)) near = &s;
+    }
+    if (!near && stains.size() < kMaxStains) near = &stains.emplace_back(Stain{kind, at_m});
+    if (!near) near = any;
+    if (!near) return false;
+    near->spread_m3 += amount_m3;
+    near->volume_m3 += amount_m3;
+    return true;
+}
+
 double Plume::total() const {
     double sum_m3 = 0.0;
     for (const double step_m3 : volume_m3)
@@ -241,25 +260,9 @@ void Contrast::injectIntoVessel(const Vec3& tip_m, const Index3& voxel, BloodKin
     status_.volumes.washed_out_m3 += pushOverflow(*plume);
 }
 
-// Stained tissue is full: medium injected there widens the stain.
 void Contrast::addStain(Tissue kind, const Vec3& at_m, double amount_m3) {
-    constexpr double kBall = 4.18879020478639;  // 4 pi / 3
-    Stain *near = nullptr, *any = nullptr;
-    for (Stain& s : stains_) {
-        if (s.kind != kind) continue;
-        any = &s;
-        const double d = glm::distance(s.centre_m, at_m);
-        const bool within = kBall * d * d * d * porosity(settings_, kind) <= s.spread_m3;
-        if (!near && (d <= settings_.new_place_m || within)) near = &s;
-    }
-    if (!near && stains_.size() < kMaxStains) near = &stains_.emplace_back(Stain{kind, at_m});
-    if (!near) near = any;
-    if (!near) {  // the list of stains is full
+    if (!addToStains(stains_, {porosity(settings_, kind), settings_.new_place_m}, kind, at_m, amount_m3))
         status_.volumes.lost_m3 += amount_m3;
-        return;
-    }
-    near->spread_m3 += amount_m3;
-    near->volume_m3 += amount_m3;
 }
 
 void Contrast::fade(double dt_s) {

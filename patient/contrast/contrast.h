@@ -98,6 +98,16 @@ struct Stain {
     double volume_m3 = 0.0;  // volume left
 };
 
+// How a list of stains grows: the share of the tissue's volume that is filled, and the distance from a
+// stain's centre beyond which an injection outside the stain begins another one.
+struct StainGrowth {
+    double porosity = 1.0, new_place_m = 0.003;
+};
+// Adds a volume to the stain of its kind at a place, or begins a new stain. Stained tissue is full: what is
+// injected there widens the stain. A full list widens a stain elsewhere. Returns false if no stain is of the
+// kind.
+bool addToStains(std::vector<Stain>&, const StainGrowth&, Tissue kind, const Vec3& at_m, double amount_m3);
+
 // Medium in a vessel, sorted by travel time from the tip.
 struct Plume {
     static constexpr int kSteps = 128;

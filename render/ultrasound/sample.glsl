@@ -105,6 +105,21 @@ Sample sampleAtPlace(vec3 p, vec3 direction, float depth_m, float gel_m) {
             variation = 0.0;
         }
     }
+    for (int d = 0; d < int(frame.reach.w); ++d) {
+        const vec3 out_m = p - frame.depots[d].xyz;
+        const float from_centre_m = length(out_m), to_border_m = frame.depots[d].w - from_centre_m;
+        if (tissue == air || from_centre_m == 0.0) continue;
+        const vec3 normal = out_m / from_centre_m;
+        const float along = dot(normal, direction), steps = to_border_m / (along * frame.march.x);
+        if (abs(along) > 1e-3 && abs(steps) < kCrossingRange) {
+            crossing = steps;
+            facing = abs(along);
+        }
+        if (to_border_m > 0.0) {
+            tissue = uint(frame.voxel_dims.w);  // as watery as gel
+            variation = 0.0;
+        }
+    }
     // Gel creeps into the gap that is left between a pressed face and the skin.
     const bool gel = depth_m < gel_m || (tissue == air && depth_m < gel_m + frame.reach.z);
     if (gel) {

@@ -60,6 +60,12 @@ struct UltrasoundInput {
     std::optional<Pose> patient_from_needle;  // deformed patient
     NeedleShape needle;
     std::vector<CurvedTube> tubes;  // deformed patient: guide wire, dilator and drain
+    // Balls of injected fluid, reference frame. Only the first gpu::kMaxDepots are shown.
+    struct Depot {
+        Vec3 centre_reference_m{0.0};
+        double radius_m = 0.0;
+    };
+    std::vector<Depot> depots;
     std::optional<std::array<Vec3, 2>>
         guide_m;               // deformed patient: drawn dashed where it lies in the picture
     double time_s = 0.0;       // determines the heartbeat's phase

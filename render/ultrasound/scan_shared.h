@@ -9,7 +9,7 @@
 namespace stylet::render::gpu {
 #endif
 
-const int kMaxTissues = 32, kMaxPlanes = 17, kMaxTaps = 6;
+const int kMaxTissues = 32, kMaxPlanes = 17, kMaxTaps = 6, kMaxDepots = 32;
 // Packed voxels (acoustic_volume.h) and packed samples of the march: offsets in bits.
 const int kOtherAt = 5, kNearAt = 10, kNormalXAt = 16, kNormalYAt = 22, kVariationAt = 28;
 const int kCrossingAt = 5, kFacingAt = 15;
@@ -53,7 +53,8 @@ struct ScanUniforms {
     vec4 flow_look;            // wall filter, m/s; gain; columns and rows of the Doppler grid
     vec4 pulses[2];  // factor of the heartbeat for each kind of vessel (patient/contrast/vessel_flow.h)
     // Summed beam width, standard deviations; correlation of the noise one step apart; creep of the gel, m.
-    vec4 reach;
+    vec4 reach;               // w: number of depots
+    vec4 depots[kMaxDepots];  // balls of fluid, reference patient: centre; radius, m
     AcousticUniforms tissues[kMaxTissues];
 };
 

@@ -86,8 +86,11 @@ void fillUniforms(const ScanSetup& setup, const Grid& grid, gpu::ScanUniforms& u
         u.guide = {a.x, a.z, b.x, b.z};
     }
     u.marks = {plan.focus_m, kTick_m, settings.width, settings.height};
+    const std::size_t depots = std::min(input.depots.size(), std::size_t(gpu::kMaxDepots));
     u.reach = {settings.reach_sigma, scattererCorrelation(plan.step_m),
-               settings.gel_m > 0.0 ? kExtraGel_m : 0.0, 0.0};
+               settings.gel_m > 0.0 ? kExtraGel_m : 0.0, double(depots)};
+    for (std::size_t i = 0; i < depots; ++i)
+        u.depots[i] = toVec4(input.depots[i].centre_reference_m, input.depots[i].radius_m);
     if (const auto& box = settings.doppler) {
         u.doppler = {box->from_share, box->to_share, box->from_m, box->to_m};
         u.flow_look = {box->wall_filter_m_per_s, amplitude(box->gain_db), kDopplerColumns, kDopplerRows};

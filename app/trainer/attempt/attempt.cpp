@@ -12,6 +12,7 @@
 #include "app/trainer/attempt/hand.h"
 #include "app/trainer/attempt/staging.h"
 #include "app/trainer/session/colocation.h"
+#include "app/training/infiltration.h"
 #include "haptics/devices/clutch.h"
 
 namespace stylet::trainer {
@@ -88,7 +89,8 @@ Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
                     const MakeTouch& make_touch) {
     const haptics::SimulationSettings settings = simulationSettings(patient, scenario, seed, rate_hz);
     const double breath_s = patient::longestBreath_s(*settings.breath, settings.dt_s);
-    haptics::Trace hand = makeScriptedTrace(scenario, path, breath_s, settings, seed);
+    haptics::Trace hand =
+        makeScriptedTrace(scenario, path, breath_s, settings, seed, training::capsuleDepth_m(patient, path));
     std::optional<haptics::TouchMap> touch = touchMapFor(patient, settings, hand, make_touch);
     std::optional<patient::DuctSpace> ducts = ductSpaceFor(patient, hand);
     return {patient, settings, std::move(hand), std::move(touch), std::move(ducts)};

@@ -58,14 +58,14 @@ constexpr std::array kCommandWords{
     CommandWord{"aspirate", "draw with a syringe at the needle", Act::command, training::kAspirate},
     CommandWord{"skin", "mouse, controllers: place the tool on the skin beneath it", Act::snap},
     CommandWord{"expert", "guided attempts: show how the expert does this step, or no longer", Act::expert},
-    CommandWord{"stop", "stop the injection of contrast medium", Act::command, {CommandKind::inject, 0}},
+    CommandWord{"stop", "stop every injection", Act::command, {CommandKind::inject, 0}},
     CommandWord{"pedal", "turn X-rays on", Act::command, training::kPedalDown},
     CommandWord{"release", "turn X-rays off", Act::command, training::kPedalUp},
     CommandWord{"help", "list these commands", Act::list},
 };
 
-// Commands followed by a number: "inject" and every knob of the equipment.
-constexpr std::string_view kInject = "inject";
+// Commands followed by a number: "inject", "numb" and every knob of the equipment.
+constexpr std::string_view kInject = "inject", kNumb = "numb";
 constexpr double kUsual_ml_per_s = 1.0;
 constexpr std::array kMachines{training::Machine::xray, training::Machine::ultrasound};
 
@@ -100,10 +100,14 @@ std::optional<Command> withNumber(std::string_view line, std::string& why_not) {
         why_not = fmt::format("\"{}\" needs a number from {:g} to {:g}", word, low, high);
         return false;
     };
-    if (word == kInject) {
+    if (word == kInject || word == kNumb) {
+        const bool contrast = word == kInject;
+        const double most =
+            contrast ? training::kMaxInjectionRate_m3_per_s : training::kMaxAnaestheticRate_m3_per_s;
         const std::optional<double> ml_per_s = rest.empty() ? kUsual_ml_per_s : parseNumber<double>(rest);
-        if (!within(ml_per_s, 0.0, training::kMaxInjectionRate_m3_per_s * kMlPerM3)) return std::nullopt;
-        return training::injectCommand(*ml_per_s / kMlPerM3);
+        if (!within(ml_per_s, 0.0, most * kMlPerM3)) return std::nullopt;
+        return contrast ? training::injectCommand(*ml_per_s / kMlPerM3)
+                        : training::anaesthetiseCommand(*ml_per_s / kMlPerM3);
     }
     for (const training::Machine machine : kMachines) {
         const std::span<const training::Knob> knobs = training::machineKnobs(machine);
@@ -120,9 +124,11 @@ std::optional<Command> withNumber(std::string_view line, std::string& why_not) {
 // Returns an empty string for commands that do not concern the equipment.
 std::string describeEquipmentOutcome(const Command& command) {
     if (command.kind == CommandKind::pedal) return command.value != 0 ? "X-rays" : "no more X-rays";
-    if (command.kind == CommandKind::inject)
-        return command.value == 0 ? "no more contrast medium"
-                                  : fmt::format("contrast medium, {:g} ml/s", double(command.value) / 1000.0);
+    if (command.kind == CommandKind::inject || command.kind == CommandKind::anaesthetic) {
+        const char* what = command.kind == CommandKind::inject ? "contrast medium" : "local anaesthetic";
+        return command.value == 0 ? fmt::format("no more {}", what)
+                                  : fmt::format("{}, {:g} ml/s", what, double(command.value) / 1000.0);
+    }
     const auto turned = training::decodeKnobCommand(command);
     if (!turned) return {};
     return fmt::format("{} {:g}", training::machineKnobs(turned->machine)[turned->knob].word, turned->value);
@@ -181,6 +187,7 @@ std::string describeCommands(bool exerts_force) {
         if (exerts_force || word.command.kind != CommandKind::rearm || word.act != Act::command)
             text += helpLine(word.word, word.what);
     text += helpLine("inject N", "inject contrast medium through the needle, ml/s (default 1)");
+    text += helpLine("numb N", "inject local anaesthetic through the needle, ml/s (default 1)");
     for (const training::Machine machine : kMachines)
         for (const training::Knob& knob : training::machineKnobs(machine))
             text += helpLine(fmt::format("{} N", knob.word), knob.what);
@@ -200,7 +207,7 @@ std::string describe(const UserButtons& buttons, std::span<const std::string_vie
     add(buttons.next, "selects the next tool");
     add(buttons.breath, "starts and ends a breath-hold");
     add(buttons.pedal, "is the X-ray pedal");
-    add(buttons.inject, "injects contrast medium while pressed");
+    add(buttons.inject, "injects while pressed");
     add(buttons.aspirate, "draws with the syringe");
     add(buttons.snap, "places the tool on the skin while pressed");
     add(buttons.expert, "shows the expert, or no longer");
@@ -233,9 +240,11 @@ std::vector<Command> UserCommands::update(std::string_view typed, std::uint32_t 
     const std::uint32_t changed = held ^ std::exchange(holding_, held);
     if ((changed & buttons_.pedal) != 0)
         add((held & buttons_.pedal) != 0 ? training::kPedalDown : training::kPedalUp, commands);
-    if ((changed & buttons_.inject) != 0)
-        add(training::injectCommand((held & buttons_.inject) != 0 ? kUsual_ml_per_s / kMlPerM3 : 0.0),
-            commands);
+    if ((changed & buttons_.inject) != 0) {
+        const double m3_per_s = (held & buttons_.inject) != 0 ? kUsual_ml_per_s / kMlPerM3 : 0.0;
+        const bool numbs = course_ == training::Course::drainage && now.incision_count == 0;
+        add(numbs ? training::anaesthetiseCommand(m3_per_s) : training::injectCommand(m3_per_s), commands);
+    }
     return commands;
 }
 

@@ -86,12 +86,13 @@ struct Offset {
 class Script {
   public:
     Script(const Scenario& s, const patient::PlannedPath& path, const haptics::SimulationSettings& settings,
-           std::uint64_t seed)
+           std::uint64_t seed, double capsule_m)
         : path_(path),
           length_m_(glm::length(path.target_m - path.entry_m)),
           axis_((path.target_m - path.entry_m) / length_m_),
           headward_(across(Vec3(0, 0, 1), Vec3(1, 0, 0))),
           frontward_(glm::normalize(glm::cross(headward_, axis_))),
+          capsule_m_(capsule_m),
           device_from_patient_(settings.patient_from_device.inverse()),
           guide_(settings.tools.guide),
           tremor_(s, seed),
@@ -122,7 +123,8 @@ class Script {
             case StageKind::aspirate:
                 return command(CommandKind::aspirate);
             case StageKind::inject:
-                return inject(stage.injected_m3_per_s, stage.seconds);
+            case StageKind::numb:
+                return inject(stage.kind, stage.injected_m3_per_s, stage.seconds);
             case StageKind::pedal:
                 return command(stage.pedal_down ? training::kPedalDown : training::kPedalUp);
             case StageKind::machine:
@@ -170,11 +172,12 @@ class Script {
     }
     void command(CommandKind kind, std::uint32_t value = 0) { command(haptics::Command{kind, value}); }
     void command(const haptics::Command& c) { trace_.commands.push_back({now_ns(), c}); }
-    void inject(double m3_per_s, double seconds) {
-        command(training::injectCommand(m3_per_s));
+    void inject(StageKind kind, double m3_per_s, double seconds) {
+        const auto make = kind == StageKind::inject ? training::injectCommand : training::anaesthetiseCommand;
+        command(make(m3_per_s));
         if (seconds <= 0.0) return;
         wait(seconds);
-        command(training::injectCommand(0.0));
+        command(make(0.0));
     }
     // Returns the unit vector along the component of `v` perpendicular to the path. If `v` is nearly parallel
     // to the path, uses `otherwise` in its place.
@@ -184,7 +187,7 @@ class Script {
         return glm::normalize(glm::length(part) > 0.1 ? part : other);
     }
     Offset offsetOf(const Place& p) const {
-        return {{p.share * length_m_ + p.deeper_m, p.headward_m, p.frontward_m},
+        return {{p.share * (p.to_capsule ? capsule_m_ : length_m_) + p.deeper_m, p.headward_m, p.frontward_m},
                 {p.headward_rad, p.frontward_rad, p.roll_rad}};
     }
     std::int64_t now_ns() const { return std::int64_t(trace_.samples.size()) * kHandSample_ns; }
@@ -212,6 +215,7 @@ class Script {
     const patient::PlannedPath& path_;
     double length_m_;
     Vec3 axis_, headward_, frontward_;
+    double capsule_m_;
     Pose device_from_patient_;
     haptics::GuideSettings guide_;
     Tremor tremor_;
@@ -225,8 +229,8 @@ class Script {
 }  // namespace
 
 Trace makeScriptedTrace(const Scenario& s, const patient::PlannedPath& path, double longest_breath_s,
-                        const haptics::SimulationSettings& settings, std::uint64_t seed) {
-    Script script(s, path, settings, seed);
+                        const haptics::SimulationSettings& settings, std::uint64_t seed, double capsule_m) {
+    Script script(s, path, settings, seed, capsule_m);
     for (const Stage& stage : s.stages)
         script.play(stage, longest_breath_s);
     return script.finish();

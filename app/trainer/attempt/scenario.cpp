@@ -29,8 +29,14 @@ double metres(double mm) {
 Place readPlace(Fields& f) {
     Place place;
     if (f.has("share")) place.share = f.number("share", 0.0, 1.0);
+    if (f.has("capsule_share")) {
+        if (f.has("share")) f.refuse("capsule_share", "share is given too");
+        place.share = f.number("capsule_share", 0.0, 1.0);
+        place.to_capsule = true;
+    }
     if (f.has("deeper_mm")) place.deeper_m = metres(f.number("deeper_mm", -kMaxDistance_mm, kMaxDistance_mm));
-    if (!f.has("share") && !f.has("deeper_mm")) f.refuse("share", "share or deeper_mm is needed");
+    if (!f.has("share") && !place.to_capsule && !f.has("deeper_mm"))
+        f.refuse("share", "share, capsule_share or deeper_mm is needed");
     place.headward_m = metres(f.numberOr("headward_mm", -kMaxDistance_mm, kMaxDistance_mm, 0.0));
     place.frontward_m = metres(f.numberOr("frontward_mm", -kMaxDistance_mm, kMaxDistance_mm, 0.0));
     place.headward_rad = kRadPerDeg * f.numberOr("headward_deg", -kMaxLean_deg, kMaxLean_deg, 0.0);
@@ -58,10 +64,12 @@ std::vector<training::KnobSetting> readKnobs(Fields& f, training::Machine machin
 Stage readStage(Fields& f) {
     Stage stage;
     const std::string kind = f.text("do");
-    if (kind == "inject") {
-        stage.kind = StageKind::inject;
-        stage.injected_m3_per_s =
-            f.number("ml_per_s", 0.0, training::kMaxInjectionRate_m3_per_s * kMlPerM3) / kMlPerM3;
+    if (kind == "inject" || kind == "numb") {
+        const bool contrast = kind == "inject";
+        const double most =
+            contrast ? training::kMaxInjectionRate_m3_per_s : training::kMaxAnaestheticRate_m3_per_s;
+        stage.kind = contrast ? StageKind::inject : StageKind::numb;
+        stage.injected_m3_per_s = f.number("ml_per_s", 0.0, most * kMlPerM3) / kMlPerM3;
         stage.seconds = f.numberOr("seconds", 0.0, kMaxSeconds, 0.0);
     } else if (kind == "pedal") {
         stage.kind = StageKind::pedal;
@@ -88,8 +96,8 @@ Stage readStage(Fields& f) {
     } else {
         f.refuse("do",
                  "\"" + kind +
-                     "\" is none of wait, move, hold, breathe, take, park, lift, aspirate, inject, pedal, "
-                     "xray, ultrasound");
+                     "\" is none of wait, move, hold, breathe, take, park, lift, aspirate, inject, numb, "
+                     "pedal, xray, ultrasound");
     }
     f.finish();
     return stage;
@@ -202,6 +210,7 @@ std::uint64_t digest(const Scenario& s) {
     const auto addPlace = [&](const Place& p) {
         for (double v : {p.share, p.deeper_m, p.headward_m, p.frontward_m})
             hash.add(v);
+        if (p.to_capsule) hash.add(std::uint64_t(1));
         // A place without rotation has the same hash as before rotations were added to the format.
         if (p.headward_rad == 0.0 && p.frontward_rad == 0.0 && p.roll_rad == 0.0) return;
         for (double v : {p.headward_rad, p.frontward_rad, p.roll_rad})
@@ -228,7 +237,8 @@ std::uint64_t digest(const Scenario& s) {
         addPlace(stage.to);
         hash.add(stage.speed_m_s);
         hash.add(std::uint64_t(stage.tool));
-        if (stage.kind == StageKind::inject) hash.add(stage.injected_m3_per_s);
+        if (stage.kind == StageKind::inject || stage.kind == StageKind::numb)
+            hash.add(stage.injected_m3_per_s);
         if (stage.kind == StageKind::pedal) hash.add(std::uint64_t(stage.pedal_down));
         for (const training::KnobSetting& turned : stage.turned) {
             hash.add(std::uint64_t(turned.machine) | std::uint64_t(turned.knob) << 8);

@@ -17,14 +17,15 @@
 namespace stylet::trainer {
 
 // A place relative to the planned path. `share` is the fraction of the path from skin (0) to target (1),
-// and `deeper_m` is added to it. `headward_m` and `frontward_m` are offsets across the path toward the
-// patient's head and front. The tool points along the path. It is then tilted at its tip by `headward_rad`
-// and `frontward_rad`, and rolled about its own shaft by `roll_rad`.
+// or of its part up to the liver's capsule, and `deeper_m` is added to it. `headward_m` and `frontward_m` are
+// offsets across the path toward the patient's head and front. The tool points along the path. It is then
+// tilted at its tip by `headward_rad` and `frontward_rad`, and rolled about its own shaft by `roll_rad`.
 struct Place {
     double share = 0.0;
     double deeper_m = 0.0;
     double headward_m = 0.0, frontward_m = 0.0;
     double headward_rad = 0.0, frontward_rad = 0.0, roll_rad = 0.0;
+    bool to_capsule = false;  // `share` is of the part up to the capsule
     friend bool operator==(const Place&, const Place&) = default;
 };
 
@@ -40,7 +41,8 @@ enum class StageKind : std::uint8_t {
     inject,      // inject contrast medium for `seconds`; 0: until the next inject stage
     pedal,       // press or release the X-ray pedal
     machine,     // set knobs of the C-arm or of the ultrasound machine
-    aspirate     // draw with a syringe at the needle
+    aspirate,    // draw with a syringe at the needle
+    numb         // inject local anaesthetic for `seconds`; 0: until the next inject or numb stage
 };
 
 struct Stage {

@@ -64,6 +64,24 @@ Pose stageFromPatient(const patient::Patient& patient, const patient::PlannedPat
     return {rotation, {-entry.x, kTableHeight_m - backOf(patient), -kReach_m - entry.z}};
 }
 
+Vec3 flankMiddle(const patient::Patient& patient) {
+    constexpr int kStride = 4, kSkin = 3;  // voxels that are skipped; consecutive voxels of body
+    const Grid& grid = patient.grid();
+    const auto tissueAt = [&](const Index3& i) { return patient.at(i, {true, true}).tissue; };
+    Vec3 sum_m(0.0);
+    std::size_t count = 0;
+    for (Index3 i(0); i.z < grid.dims.z; i.z += kStride)
+        for (i.y = 0; i.y < grid.dims.y; i.y += kStride)
+            for (i.x = 0; i.x < grid.dims.x; i.x += kStride)
+                if (tissueAt(i) == patient::Tissue::liver) sum_m += grid.centre(i), ++count;
+    Index3 at = count > 0 ? grid.nearest(sum_m / double(count)) : grid.dims / 2;
+    int body = 0;
+    for (at.x = grid.dims.x - 1; at.x > 0 && body < kSkin; --at.x)
+        body = tissueAt(at) != patient::Tissue::air ? body + 1 : 0;
+    at.x += body;
+    return grid.centre(at);
+}
+
 Pose stageFromEyes(const Vec3& eyes_m, const Vec3& gaze_m) {
     return {lookAlong(gaze_m - eyes_m), eyes_m};
 }

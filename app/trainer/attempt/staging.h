@@ -17,6 +17,9 @@ inline constexpr double kMockEyeDistance_m = 0.063;
 // entry in front of the operator. The operator stands at the stage's origin and looks along -z.
 Pose stageFromPatient(const patient::Patient&, const patient::PlannedPath&);
 
+// Point on the skin of the right flank at the middle of the liver's height. Depends on no path.
+Vec3 flankMiddle(const patient::Patient&);
+
 // Pose of upright eyes that look at a point of the stage.
 Pose stageFromEyes(const Vec3& eyes_m, const Vec3& gaze_m);
 

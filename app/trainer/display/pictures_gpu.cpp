@@ -121,7 +121,7 @@ struct StillHead {
         scene.breath = shot.breath;
         scene.patient_from_needle = shot.patient_from_needle;
         scene.tool = shot.tool;
-        scene.marks = makeMarks(shot.wounds, scene.look, path);
+        scene.marks = makeMarks(shot.wounds, scene.look, path.entry_reference_m);
         // Cut away the side toward the feet, so that the operator looks at the cut surface.
         if (shot.section) scene.cuts = {{Vec3(0.0, 0.0, -1.0), -path.entry_m.z}};
         addRoom(scene, path);

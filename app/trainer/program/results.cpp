@@ -101,6 +101,7 @@ std::vector<records::MetricRow> metricRows(const training::Score& score) {
     std::vector<records::MetricRow> rows;
     for (std::size_t i = 0; i < training::kMetricCount; ++i) {
         const training::Metric& metric = training::metricTable()[i];
+        if (!training::isMetricOf(score.course, metric)) continue;
         rows.push_back({std::string(metric.id), std::string(metric.name), std::string(metric.unit),
                         score.values[i], score.points[i], score.max_points[i]});
     }
@@ -276,8 +277,9 @@ records::AttemptResult makeResult(const patient::Patient& patient, const Session
     result.peak_force_n = log.peak_force_n;
     result.lateral_cut_m = log.lateral_cut_m;
     result.force_truth = forceTruthResult(log.truth);
-    result.dose = {log.dose.fluoroscopy_s, log.dose.pulses, log.dose.air_kerma_gy, log.dose.dose_area_gy_m2,
-                   log.dose.contrast_m3 * kMlPerM3};
+    result.dose = {log.dose.fluoroscopy_s,          log.dose.pulses,
+                   log.dose.air_kerma_gy,           log.dose.dose_area_gy_m2,
+                   log.dose.contrast_m3 * kMlPerM3, log.dose.anaesthetic_m3 * kMlPerM3};
     result.contrast = contrastResult(log.contrast);
     result.haptics = hapticsResult(log, totals);
     return result;
@@ -340,6 +342,9 @@ void printResults(const AttemptFacts& facts, const SessionLog& log, const LoopTo
             "equal\n",
             log.truth.all.rms_n(), log.truth.all.largest_n, 1000.0 * log.truth.all.largest_depth_m,
             100.0 * double(log.truth.all.equal_ticks) / double(log.truth.all.ticks));
+    if (log.dose.anaesthetic_m3 > 0.0)
+        printResult("  local anaesthetic {:.1f} ml, worst pain {:.0f} of 10\n",
+                    log.dose.anaesthetic_m3 * kMlPerM3, log.progress.worst_pain);
     if (log.machines_used) {
         const training::DoseLedger& dose = log.dose;
         const patient::ContrastVolumes& v = log.contrast.volumes;

@@ -39,6 +39,7 @@ struct FrameState {
     std::vector<Wound> wounds;
     training::Equipment machines;
     training::DoseLedger dose;
+    std::vector<patient::Stain> depots{};  // of local anaesthetic
     // See haptics::LoopChannels. `held`: the ticks are paused. `return_distance_m`: distance of the tool from
     // the place where the ticks stopped.
     bool held = false;

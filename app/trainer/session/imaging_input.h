@@ -34,6 +34,7 @@ struct ImagingInput {
     NeedleShape needle;
     UltrasoundProbe probe{};
     std::vector<CurvedTube> tubes{};                   // guide wire, dilator and drain
+    std::vector<patient::Stain> depots{};              // of local anaesthetic
     std::optional<std::array<Vec3, 2>> guide_m;        // line on which the guide keeps the needle
     const patient::ContrastTable* contrast = nullptr;  // null: none injected
     Pose patient_from_isocentre;                       // pose of the C-arm's isocentre

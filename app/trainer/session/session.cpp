@@ -223,6 +223,7 @@ void Session::setInstruments(const haptics::InstrumentSet& instruments) {
 
 FrameState Session::frameState(const TickOutput& tick) const {
     FrameState seen{tick, needle_, probe_, access_, wounds_.wounds(), fold_.equipment(), fold_.dose()};
+    seen.depots = fold_.anaesthetic().depots();
     seen.rearm_acts = rearm_acts_;
     seen.progress = log_.progress;
     seen.lights_out = lights_out_;

@@ -115,6 +115,8 @@ void EquipmentPictures::scan(const ImagingInput& m) {
     input.patient_from_needle = m.patient_from_needle;
     input.needle = m.needle;
     input.tubes = m.tubes;
+    for (const patient::Stain& depot : m.depots)
+        input.depots.push_back({depot.centre_m, patient::depotRadius_m(depot.volume_m3)});
     input.guide_m = m.guide_m;
     input.time_s = m.time_s;
     input.number = scanned_;

@@ -198,8 +198,10 @@ std::vector<Highlight> PromptPlaces::highlights(Act act, const FrameState& seen)
         case Act::takeProbe:
         case Act::takeScalpel:
         case Act::takeGuide:
+        case Act::takeSyringe:
             return at.table();
         case Act::pressGap:
+        case Act::enterWheal:
             return at.entry();
         case Act::pressUpperRib:
             return at.rib(upper_rib_m_);
@@ -229,11 +231,16 @@ std::vector<Highlight> PromptPlaces::highlights(Act act, const FrameState& seen)
             return at.toolTip();
         case Act::drawOut:
         case Act::drawNeedle:
+        case Act::drawBack:
+        case Act::drawSyringe:
             return at.drawNeedle();
         case Act::seekDuct:
+        case Act::pushToCapsule:
             return at.needleEntry();
         case Act::aspirate:
         case Act::inject:
+        case Act::numbSkin:
+        case Act::numbCapsule:
             return at.hub();
         case Act::pressPedal:
         case Act::releasePedal:

@@ -12,13 +12,13 @@ constexpr double kWindow_s = 16.0, kEvery_s = 0.1;
 constexpr double kDeepest_v = 1.5;    // breath signal at the top of the trace
 constexpr double kCrossing_v = 0.35;  // every inhalation crosses it once
 constexpr report::Colour kMonitorGlass{0.015, 0.03, 0.04}, kMonitorGrid{0.10, 0.16, 0.19},
-    kTrace{0.98, 0.84, 0.25}, kHeld{0.35, 0.85, 1.0}, kMonitorQuiet{0.55, 0.62, 0.66};
+    kTrace{0.98, 0.84, 0.25}, kHeld{0.35, 0.85, 1.0}, kPain{1.0, 0.42, 0.36}, kMonitorQuiet{0.55, 0.62, 0.66};
 
 }  // namespace
 
 BreathMonitor::BreathMonitor() : canvas_(kWidth, kHeight, kMonitorGlass) {}
 
-void BreathMonitor::update(double t_s, const patient::Surrogate& breath, bool held) {
+void BreathMonitor::update(double t_s, const patient::Surrogate& breath, bool held, double pain) {
     if (!samples_.empty() && t_s < samples_.front().t_s) samples_.clear();
     if (!samples_.empty()) {
         const double since_s = t_s - samples_.back().t_s;
@@ -26,6 +26,7 @@ void BreathMonitor::update(double t_s, const patient::Surrogate& breath, bool he
         if (since_s <= 0.0 || (held == held_ && since_s < kEvery_s)) return;
     }
     held_ = held;
+    pain_ = std::lround(pain);
     samples_.push_back({t_s, breath.v});
     const auto shown = std::find_if(samples_.begin(), samples_.end(),
                                     [&](const Sample& s) { return s.t_s >= t_s - kWindow_s; });
@@ -74,6 +75,11 @@ void BreathMonitor::draw() {
                  {46, colour, report::Align::centre, true});
     canvas_.text({kWidth - 48.0, 134}, "/min", {14, kMonitorQuiet, report::Align::centre});
     if (held_) canvas_.text({kWidth - 48.0, 190}, "HOLD", {20, kHeld, report::Align::centre, true});
+    if (pain_ > 0) {
+        canvas_.text({kWidth - 48.0, 220}, "PAIN", {16, kPain, report::Align::centre, true});
+        canvas_.text({kWidth - 48.0, 248}, std::to_string(pain_) + "/10",
+                     {26, kPain, report::Align::centre, true});
+    }
     canvas_.pixels(rgba_);
     ++revision_;
 }

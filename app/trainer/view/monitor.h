@@ -1,4 +1,5 @@
-// Screen of the patient monitor: breathing trace of the last seconds, respiratory rate and breath hold.
+// Screen of the patient monitor: breathing trace of the last seconds, respiratory rate, breath hold, and
+// pain.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +17,9 @@ class BreathMonitor {
 
     BreathMonitor();
     // Adds the breath signal at `t_s`. A time before the oldest sample on the screen clears the trace.
-    // Redraws about ten times per second, and when a breath hold begins or ends.
-    void update(double t_s, const patient::Surrogate&, bool held);
+    // Redraws about ten times per second, and when a breath hold begins or ends. `pain`: 0 to 10; none is not
+    // shown.
+    void update(double t_s, const patient::Surrogate&, bool held, double pain = 0.0);
 
     const std::vector<std::uint8_t>& rgba() const { return rgba_; }
     std::uint64_t revision() const { return revision_; }  // changes with every redraw
@@ -35,6 +37,7 @@ class BreathMonitor {
     std::vector<report::Point> line_;
     std::uint64_t revision_ = 0;
     bool held_ = false;
+    long pain_ = 0;
 };
 
 }  // namespace stylet::trainer

@@ -60,10 +60,10 @@ void showMonitor(render::RenderScene& scene, const BreathMonitor& monitor) {
 }
 
 std::vector<render::Mark> makeMarks(const std::vector<Wound>& wounds, render::Look look,
-                                    const patient::PlannedPath& path) {
+                                    const Vec3& field_reference_m) {
     std::vector<render::Mark> marks;
     if (look == render::Look::closed)
-        marks.push_back({render::MarkKind::iodine, path.entry_reference_m, kField_m, {0.0, 0.0, 1.0}});
+        marks.push_back({render::MarkKind::iodine, field_reference_m, kField_m, {0.0, 0.0, 1.0}});
     for (const Wound& wound : wounds)
         marks.push_back({kWoundMarks[std::size_t(wound.kind)], wound.reference_m, wound.size_m, wound.along});
     return marks;
@@ -74,6 +74,7 @@ SceneMaker::SceneMaker(const patient::Patient& patient, const patient::PlannedPa
     : patient_(&patient),
       path_(path),
       stage_from_patient_(trainer::stageFromPatient(patient, path)),
+      flank_m_(flankMiddle(patient)),
       look_(look),
       tick_s_(press.tick_s),
       rules_(rules),
@@ -82,15 +83,17 @@ SceneMaker::SceneMaker(const patient::Patient& patient, const patient::PlannedPa
 
 render::RenderScene SceneMaker::makeScene(const FrameState& seen) {
     const haptics::TickOutput& shown = seen.tick;
-    monitor_.update(tick_s_ * double(shown.tick), shown.breath, shown.breath_held);
+    monitor_.update(tick_s_ * double(shown.tick), shown.breath, shown.breath_held, seen.progress.pain);
     render::RenderScene scene;
     scene.stage_from_patient = stage_from_patient_;
     scene.stage_from_patient.position_m = stage_from_patient_ * shown.patient_moved_m;
     scene.breath = shown.breath;
     scene.look = rules_.open_look ? look_ : render::Look::closed;
-    scene.marks = makeMarks(seen.wounds, scene.look, path_);
+    const Vec3 field_m = rules_.showsEntry() ? path_.entry_reference_m : flank_m_;
+    scene.marks = makeMarks(seen.wounds, scene.look, field_m);
     scene.tool = press_.shown(shown);
     addRoom(scene, path_, seen.machines.xray);
+    scene.field_m = field_m;
     scene.room.lamp = !seen.lights_out;
     if (rules_.colours) scene.room.shell_light = shellLight(seen.glow);
     showTools(scene, seen);
@@ -113,6 +116,7 @@ ImagingInput makeImagingInput(const FrameState& seen, const render::RenderScene&
     m.probe = seen.probe;
     m.tool = scene.tool;
     m.tubes = scene.tubes;
+    m.depots = seen.depots;
     m.contrast = contrast;
     m.patient_from_isocentre = renderer.patientFromIsocentre(scene);
     m.machines = seen.machines, m.dose = seen.dose;

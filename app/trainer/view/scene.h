@@ -35,8 +35,8 @@ void showGhost(render::RenderScene&, const GhostTool&);
 
 void showMonitor(render::RenderScene&, const BreathMonitor&);
 
-// Marks of the wounds. With closed skin, also the mark of the disinfected field around the planned entry.
-std::vector<render::Mark> makeMarks(const std::vector<Wound>&, render::Look, const patient::PlannedPath&);
+// Marks of the wounds. With closed skin, also the mark of the disinfected field.
+std::vector<render::Mark> makeMarks(const std::vector<Wound>&, render::Look, const Vec3& field_reference_m);
 
 // Builds the scene of room and patient for a tick. Use from one thread only.
 class SceneMaker {
@@ -57,6 +57,7 @@ class SceneMaker {
     const patient::Patient* patient_;
     patient::PlannedPath path_;
     Pose stage_from_patient_;
+    Vec3 flank_m_;
     render::Look look_;
     double tick_s_;
     training::DifficultyRules rules_;

@@ -64,7 +64,8 @@ void WindowKeys::press(const KeyPress& press) {
     if (press.key == 'o') port_->pushLine("expert");
     if (press.key == 't' && port_->hasToolInput()) port_->pushLine("skin");
     if (press.key == 'x') port_->pushLine((pedal_ = !pedal_) ? "pedal" : "release");
-    if (press.key == 'i') port_->pushLine((injects_ = !injects_) ? "inject" : "stop");
+    if (press.key == 'i') numbs_ = false, port_->pushLine((injects_ = !injects_) ? "inject" : "stop");
+    if (press.key == 'm') injects_ = false, port_->pushLine((numbs_ = !numbs_) ? "numb" : "stop");
 }
 
 // There is nothing to re-arm without a haptic device.
@@ -151,7 +152,7 @@ std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows(const training::Diff
     std::vector<Help> tools;
     for (const KeyWord& key : kWordKeys)
         if (isOffered(key.key)) tools.push_back({key.name, key.what});
-    tools.push_back({"X", "X-rays"}), tools.push_back({"I", "inject"});
+    tools.push_back({"X", "X-rays"}), tools.push_back({"I", "inject"}), tools.push_back({"M", "numb"});
     if (rules.expert) tools.push_back({"O", "watch the expert"});
     if (port_->hasToolInput()) {
         rows.push_back({{"drag, arrows", "move"},

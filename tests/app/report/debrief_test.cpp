@@ -245,6 +245,7 @@ stylet::records::AttemptResult oneStepResult() {
     result.score_version = std::uint64_t(kScoreVersion);
     for (std::size_t i = 0; i < kMetricCount; ++i) {
         const Metric& m = metricTable()[i];
+        if (!isMetricOf(score.course, m)) continue;
         result.metrics.push_back({std::string(m.id), std::string(m.name), std::string(m.unit), values[i],
                                   score.points[i], score.max_points[i]});
     }

@@ -59,6 +59,38 @@ TEST_F(AttemptFoldTest, ContrastAndDoseFollowTheCommandsTickByTick) {
     EXPECT_EQ(fold.equipment().xray.pulses, fold.dose().pulses);
 }
 
+// One syringe at a time.
+TEST_F(AttemptFoldTest, LocalAnaestheticReplacesContrastMedium) {
+    output_.tip_reference_m = {0.010, 0.0, 0.0};
+    output_.tissue = patient::Tissue::soft;
+    AttemptFold fold(patient_, kDt_s);
+    tick(fold, {injectCommand(2e-6)});
+    EXPECT_FALSE(fold.anaesthetic().begun());
+    tick(fold, {anaesthetiseCommand(1e-6)});
+    EXPECT_EQ(fold.equipment().injected_m3_per_s, 0.0);
+    for (int i = 1; i < 1000; ++i)
+        tick(fold);
+    tick(fold, {injectCommand(0.0)});
+    tick(fold);
+    EXPECT_NEAR(fold.anaesthetic().volumes().tissue_m3, 1e-6, 1e-12);
+    EXPECT_NEAR(fold.dose().anaesthetic_m3, 1e-6, 1e-12);
+    EXPECT_NEAR(fold.dose().contrast_m3, 2e-9, 1e-15);
+    EXPECT_EQ(fold.equipment().anaesthetic_m3_per_s, 0.0);
+}
+
+TEST_F(AttemptFoldTest, LocalAnaestheticOutsideTheBodyOrInAnAccessIsLost) {
+    AttemptFold fold(patient_, kDt_s);
+    output_.tissue = patient::Tissue::soft;
+    output_.access.open = true;
+    tick(fold, {anaesthetiseCommand(1e-6)});
+    output_.access.open = false, output_.phase = haptics::Phase::outside;
+    tick(fold);
+    EXPECT_NEAR(fold.anaesthetic().volumes().lost_m3, 2e-9, 1e-15);
+    output_.phase = haptics::Phase::pass, output_.tissue = patient::Tissue::air, output_.depth_m = 0.003;
+    tick(fold);
+    EXPECT_NEAR(fold.anaesthetic().volumes().tissue_m3, 1e-9, 1e-15) << "a voxel artefact at the skin";
+}
+
 TEST_F(AttemptFoldTest, AnInjectionOutsideTheBodyIsLost) {
     AttemptFold fold(patient_, kDt_s);
     output_.phase = haptics::Phase::outside;

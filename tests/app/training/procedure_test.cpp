@@ -415,6 +415,23 @@ class DrainageTest : public ProcedureTest {
         out.tool = Tool::finger;
         return out;
     }
+    // Injects with the needle at a place.
+    void numb(TickOutput out, double ml, double rate_m3_per_s = 1e-6) {
+        haptics::TickInput input;
+        input.add(anaesthetiseCommand(rate_m3_per_s));
+        for (int i = 0; i < int(std::lround(ml / (1e3 * rate_m3_per_s))); ++i) {
+            out.tick = tick_;
+            fold_.step(i == 0 ? input : haptics::TickInput{}, out);
+            update(out);
+        }
+        input = {};
+        input.add(anaesthetiseCommand(0.0));
+        out.tick = tick_;
+        fold_.step(input, out);
+        update(out);
+    }
+    TickOutput wall(double x_m, double y_m = 0.0) const { return needleAt({x_m, y_m, 0.0}, Tissue::soft, 2); }
+    TickOutput outside() const { return needleAt({-0.010, 0, 0}, Tissue::air, 0); }
     Drawn draw(TickOutput out) {
         haptics::TickInput input;
         input.add(kAspirate);
@@ -476,11 +493,117 @@ TEST_F(DrainageTest, SyringeDrawsWhatIsAtTheNeedlesTip) {
     EXPECT_TRUE(done(Step::aspirate));
 }
 
+// The liver's capsule lies 22 mm deep.
+TEST_F(DrainageTest, LocalAnaesthesiaNeedsTheSkinAndTheCapsule) {
+    update(outside());
+    numb(wall(0.004), 0.6);
+    EXPECT_EQ(progress().track_place, TrackPlace::skin);
+    EXPECT_FALSE(done(Step::anaesthetise));
+    update(outside());
+    EXPECT_EQ(progress().refusal, Refusal::capsuleNotNumb) << "the needle was drawn out too early";
+    update(wall(0.010));
+    EXPECT_EQ(progress().track_place, TrackPlace::wall);
+    numb(wall(0.018), 2.1);
+    EXPECT_EQ(progress().track_place, TrackPlace::capsule);
+    EXPECT_TRUE(done(Step::anaesthetise));
+    EXPECT_NEAR(value(MetricId::anaesthetic), 2.7, 0.01);
+    EXPECT_EQ(value(MetricId::needlePath), 0.0) << "no travel of the puncture";
+    EXPECT_EQ(progress().critical_errors, 0u);
+}
+
+TEST_F(DrainageTest, LocalAnaesthesiaCannotBeFaked) {
+    numb(outside(), 3.0);
+    EXPECT_EQ(progress().refusal, Refusal::anaestheticLost) << "in the air";
+    numb(wall(0.004), 5.0);
+    update(outside());
+    EXPECT_EQ(progress().refusal, Refusal::capsuleNotNumb) << "all in one place";
+    numb(wall(0.018, 0.012), 3.0);
+    EXPECT_EQ(progress().refusal, Refusal::anaestheticAside);
+    numb(liver(0.030), 3.0);
+    EXPECT_EQ(progress().refusal, Refusal::anaestheticAside) << "beyond the capsule";
+    numb(vessel(), 1.0);
+    EXPECT_EQ(progress().refusal, Refusal::anaestheticInVessel);
+    EXPECT_FALSE(done(Step::anaesthetise));
+    EXPECT_EQ(progress().critical_errors & 1u << unsigned(CriticalError::overdose), 0u);
+}
+
+TEST_F(DrainageTest, TooMuchLocalAnaestheticIsToldAndThenFails) {
+    const auto overdose = [&] {
+        return (progress().critical_errors & 1u << unsigned(CriticalError::overdose)) != 0;
+    };
+    numb(wall(0.010), 20.5, 2e-6);
+    EXPECT_EQ(progress().refusal, Refusal::tooMuchAnaesthetic);
+    EXPECT_FALSE(overdose());
+    numb(outside(), 20.0, 2e-6);
+    EXPECT_FALSE(overdose()) << "what dripped on the floor harms nobody";
+    numb(wall(0.010), 80.0, 2e-6);
+    EXPECT_TRUE(overdose());
+    EXPECT_FALSE(passesExam(progress()));
+}
+
+TEST_F(DrainageTest, LittleInAVesselIsTooMuch) {
+    numb(vessel(), 5.5, 2e-6);
+    EXPECT_NE(progress().critical_errors & 1u << unsigned(CriticalError::overdose), 0u);
+}
+
+// S (1 - n) exp(-t / fade) of each stimulus.
+TEST_F(DrainageTest, PainHasAClosedForm) {
+    TickOutput cut;
+    cut.tool = Tool::scalpel;
+    cut.incision_count = 1, cut.cut_incision = 0;
+    cut.newest_incision = cut.cut = {{0.0, -0.002, 0.0}, {0.0, 0.002, 0.0}};
+    update(cut);
+    EXPECT_DOUBLE_EQ(progress().pain, kIncisionPain);
+    cut.cut_incision = -1;
+    update(cut, 5000);
+    EXPECT_NEAR(progress().pain, kIncisionPain * std::exp(-5.0 / kPainFade_s), 1e-9);
+    EXPECT_DOUBLE_EQ(progress().worst_pain, kIncisionPain);
+    update(outside());
+    update(wall(0.001));
+    EXPECT_NEAR(progress().pain, kIncisionPain * std::exp(-5.001 / kPainFade_s), 0.01) << "the prick is less";
+    update(liver(0.022));
+    EXPECT_DOUBLE_EQ(progress().pain, kCapsulePain);
+    std::vector<SessionEvent> events = procedure_.consumeEvents();
+    std::erase_if(events, [](const SessionEvent& e) { return e.kind != "pain"; });
+    ASSERT_EQ(events.size(), 2u);
+    EXPECT_EQ(events[0].text, "6 of 10: the incision");
+    EXPECT_EQ(value(MetricId::pain), kCapsulePain);
+}
+
+TEST_F(DrainageTest, LocalAnaesthesiaTakesThePainOfItsPlace) {
+    numb(wall(0.004), 1.0), update(outside());
+    EXPECT_DOUBLE_EQ(progress().worst_pain, kSkinPrick) << "the prick of the first needle";
+    TickOutput cut;
+    cut.tool = Tool::scalpel;
+    cut.incision_count = 1, cut.cut_incision = 0;
+    cut.newest_incision = cut.cut = {{0.001, -0.002, 0.0}, {0.001, 0.002, 0.0}};
+    update(cut);
+    EXPECT_DOUBLE_EQ(progress().worst_pain, kSkinPrick) << "the incision is not felt";
+    update(outside()), update(wall(0.010)), update(liver(0.0225));
+    EXPECT_DOUBLE_EQ(progress().worst_pain, kCapsulePain) << "the capsule is";
+}
+
+TEST_F(DrainageTest, DilatationHurtsInTheWallOnly) {
+    TickOutput dilator = withDilator(0.0);
+    dilator.access.entry_m = Vec3(0.0);
+    update(dilator);
+    dilator.access.dilator_m = 0.010;
+    update(dilator);
+    EXPECT_DOUBLE_EQ(progress().pain, kDilatationPain);
+    update(dilator, 10000);
+    EXPECT_NEAR(progress().pain, kDilatationPain * std::exp(-1.0), 1e-3) << "lying there does not hurt";
+    dilator.access.dilator_m = 0.030;
+    update(dilator);
+    EXPECT_NEAR(progress().pain, kDilatationPain * std::exp(-1.0), 1e-3) << "the liver does not hurt";
+}
+
 // What cannot be done any more is not asked for.
 TEST_F(DrainageTest, StepsThatAreOutOfReachArePassedOver) {
     EXPECT_EQ(progress().step, Step::findGap);
     update(finger({0.002, 0.0, 0.0}, 0.3), 300);
     update(probeAt({0.0, 0.0, 0.0}, {1, 0, 0}), 1200);
+    ASSERT_EQ(progress().step, Step::anaesthetise);
+    numb(wall(0.004), 0.6), numb(wall(0.018), 2.1), update(outside());
     ASSERT_EQ(progress().step, Step::incise);
     TickOutput drain = letGo(withWire(0.040));
     drain.access.drain = haptics::DrainState::in_place;
@@ -496,6 +619,7 @@ TEST_F(ProcedureTest, PunctureHasNoStepsOfTheDrainage) {
     out.access.drain = haptics::DrainState::in_place;
     update(out, 10);
     EXPECT_EQ(progress().steps_done & ~stepsOf(Course::puncture), 0u);
+    EXPECT_EQ(progress().worst_pain, 0.0) << "pain belongs to the drainage";
     EXPECT_EQ(stepsOf(Course::puncture) | stepsOf(Course::drainage), kAllSteps);
 }
 

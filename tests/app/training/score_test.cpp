@@ -33,7 +33,21 @@ MetricValues allAt(double Metric::* end) {
 
 TEST(Score, BestValuesScoreOneHundredAndWorstZero) {
     EXPECT_EQ(computeScore(allAt(&Metric::best), kAllSteps).total, 100.0);
-    EXPECT_EQ(computeScore(allAt(&Metric::worst), kAllSteps).total, 0.0);
+    for (const Course course : {Course::puncture, Course::drainage}) {
+        EXPECT_NEAR(computeScore(allAt(&Metric::best), kAllSteps, course).total, 100.0, 1e-9);
+        EXPECT_EQ(computeScore(allAt(&Metric::worst), kAllSteps, course).total, 0.0);
+    }
+}
+
+// A puncture has no anaesthesia, and is scored as before there was any.
+TEST(Score, MetricsOfTheDrainageCountInADrainageOnly) {
+    for (const MetricId id : {MetricId::pain, MetricId::anaesthetic}) {
+        MetricValues values = allAt(&Metric::best);
+        values[std::size_t(id)] = metricTable()[std::size_t(id)].worst;
+        EXPECT_EQ(computeScore(values, kAllSteps).total, 100.0);
+        EXPECT_EQ(computeScore(values, kAllSteps).max_points[std::size_t(id)], 0.0);
+        EXPECT_LT(computeScore(values, kAllSteps, Course::drainage).total, 99.1);
+    }
 }
 
 // HZ-TEACH-01
@@ -64,9 +78,9 @@ TEST(Score, IdleTraineeEarnsNoPoints) {
 TEST(Score, StepLeftOutEarnsNothing) {
     const MetricValues best = allAt(&Metric::best);
     for (int step = 0; step < kStepCount; ++step) {
-        const Score score = computeScore(best, kAllSteps & ~(1u << step));
+        const Score score = computeScore(best, kAllSteps & ~(1u << step), Course::drainage);
         for (std::size_t i = 0; i < kMetricCount; ++i)
-            EXPECT_EQ(score.points[i], metricTable()[i].needs == Step(step) ? 0.0 : metricTable()[i].weight)
+            EXPECT_EQ(score.points[i], metricTable()[i].needs == Step(step) ? 0.0 : score.max_points[i])
                 << metricTable()[i].id;
     }
     EXPECT_LT(computeScore(best, kAllSteps & ~(1u << unsigned(Step::advance))).total, 40.0);
@@ -87,8 +101,8 @@ TEST(Score, WorseningAnyMetricNeverRaisesTheTotal) {
             if (one(random) < 0.02)
                 values[i] = one(random) < 0.5 ? kNaN : m.best + (m.worst - m.best) * 1e300;
         }
-        const Score before = computeScore(values, kAllSteps);
-        ASSERT_TRUE(before.total >= 0.0 && before.total <= 100.0) << before.total;
+        const Score before = computeScore(values, kAllSteps, Course::drainage);
+        ASSERT_TRUE(before.total >= 0.0 && before.total <= 100.0 + 1e-9) << before.total;
         for (std::size_t i = 0; i < kMetricCount; ++i) {
             const Metric& m = metricTable()[i];
             ASSERT_TRUE(before.points[i] >= 0.0 && before.points[i] <= m.weight) << m.id;
@@ -98,7 +112,7 @@ TEST(Score, WorseningAnyMetricNeverRaisesTheTotal) {
                   std::nextafter(values[i], towards_worst * kInf), towards_worst * kInf, kNaN}) {
                 MetricValues worsened = values;
                 worsened[i] = worse;
-                const double total = computeScore(worsened, kAllSteps).total;
+                const double total = computeScore(worsened, kAllSteps, Course::drainage).total;
                 ASSERT_LE(total, before.total) << m.id << ": " << values[i] << " -> " << worse;
                 lowered += total < before.total;
                 // Conversely, a better value never lowers the total.
@@ -106,7 +120,7 @@ TEST(Score, WorseningAnyMetricNeverRaisesTheTotal) {
                 MetricValues bettered = values;
                 bettered[i] = values[i] - (worse - values[i]);
                 if (!std::isfinite(bettered[i])) continue;
-                ASSERT_GE(computeScore(bettered, kAllSteps).total, before.total) << m.id;
+                ASSERT_GE(computeScore(bettered, kAllSteps, Course::drainage).total, before.total) << m.id;
             }
         }
     }
@@ -118,7 +132,7 @@ TEST(Score, EveryMetricCounts) {
     for (std::size_t i = 0; i < kMetricCount; ++i) {
         MetricValues values = allAt(&Metric::best);
         values[i] = metricTable()[i].worst;
-        EXPECT_LT(computeScore(values, kAllSteps).total, 100.0 - 0.9) << metricTable()[i].id;
+        EXPECT_LT(computeScore(values, kAllSteps, Course::drainage).total, 99.1) << metricTable()[i].id;
     }
 }
 

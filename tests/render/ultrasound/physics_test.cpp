@@ -1,6 +1,7 @@
 // Closed-form tests of the naive reference and of both GPU algorithms for scan lines.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/render/pictures.h"
@@ -95,6 +96,32 @@ TEST_P(Physics, PlanesAppearAtTheTimeOfFlightDepth) {
                 first.envelope[std::size_t(s.lines / 2) * std::size_t(s.bins) + std::size_t(j)] = 0.0;
             EXPECT_NEAR(findPeak(first, 0.004).at_m, fat, 0.0001) << samples;
         }
+}
+
+// Injected fluid has no echo of its own, its borders reflect, and the tissue behind it gets the sound that
+// the fluid did not attenuate.
+TEST_P(PhysicsOnGpu, ADepotIsDarkAndEnhancesWhatLiesBehind) {
+    AcousticTable table = test::soundTable();
+    table.roughness = 0.0;
+    const patient::Package package = test::soundLayers({{"liver", 0.070}}, 0.070, 0.001);
+    UltrasoundInput input = test::probeAt(0.002);
+    UltrasoundSettings s = few(512);
+    s.lines = 96, s.planes = 3;
+    const Scan without = scan(package, table, input, s, test::flatProbe());
+    input.depots = {{Vec3(0.0, 0.0, 0.027), 0.010}};
+    const Scan with = scan(package, table, input, s, test::flatProbe());
+    const auto change_db = [&](double from_m, double to_m) {
+        return 20.0 * std::log10(with.rms(0.46, 0.54, from_m, to_m) / without.rms(0.46, 0.54, from_m, to_m));
+    };
+    EXPECT_NEAR(change_db(0.004, 0.012), 0.0, 0.1) << "in front of it";
+    EXPECT_LT(change_db(0.019, 0.031), -20.0);
+    const auto liver = std::ranges::find(table.acoustics, "liver", &Acoustic::name);
+    ASSERT_NE(liver, table.acoustics.end());
+    const double spared_db = 2.0 * 0.020 * 3.5 * liver->attenuation_db_per_m_mhz;
+    EXPECT_NEAR(change_db(0.039, 0.050), spared_db, 0.8);
+    EXPECT_NEAR(20.0 * std::log10(with.rms(0.0, 0.08, 0.019, 0.031) / without.rms(0.0, 0.08, 0.019, 0.031)),
+                0.0, 0.1)
+        << "beside it";
 }
 
 // An oblique border reflects less, by the factor (d . n).

@@ -96,6 +96,16 @@ Point Scanner::pointAt(const Vec3& reference, const Vec3& direction) const {
             variation = 0.0;
         }
     }
+    for (const UltrasoundInput::Depot& depot : input.depots) {
+        const Vec3 out_m = reference - depot.centre_reference_m;
+        const double from_centre_m = glm::length(out_m), to_depot_m = depot.radius_m - from_centre_m;
+        const double along = glm::dot(out_m, direction) / from_centre_m;
+        const double steps = to_depot_m / (along * plan.step_m);
+        if (point.tissue == table.air) continue;
+        if (std::fabs(along) > 1e-3 && std::fabs(steps) < double(gpu::kCrossingRange))
+            point.border_steps = steps, point.facing = std::fabs(along);
+        if (to_depot_m > 0.0) point.tissue = table.gel, variation = 0.0, to_border_m = 1e9;
+    }
     const Acoustic& a = table.acoustics[std::size_t(point.tissue)];
     point.ln_impedance = std::log(a.impedance_rayl) + std::log1p(a.impedance_by_hu) * variation;
     point.scatter = amplitude(a.scatter_db + a.scatter_by_hu_db * variation);

@@ -86,6 +86,11 @@ TEST_F(UltrasoundTest, MatchesTheReferencePicture) {
     UltrasoundInput input = atTheFlank(0.012);
     const Pose in_picture{glm::angleAxis(1.2, Vec3(0, 1, 0)), Vec3(0.004, 0.001, 0.050)};
     input.patient_from_needle = *input.patient_from_probe * in_picture;
+    input.depots = {
+        {referenceFromTables(deformed->tables(), *input.patient_from_probe * Vec3(-0.008, 0.002, 0.030)),
+         0.009},
+        {referenceFromTables(deformed->tables(), *input.patient_from_probe * Vec3(0.006, 0.0, 0.045)),
+         0.006}};
     const auto undeform = [&](const Vec3& p) { return referenceFromTables(deformed->tables(), p); };
     settings.place_samples = 1;
     const auto expected = test::referencePicture(

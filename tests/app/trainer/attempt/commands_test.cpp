@@ -97,12 +97,16 @@ TEST_F(UserCommandsTest, EquipmentCommandsNeedANumber) {
             EXPECT_EQ(training::decodeKnobCommand(asked[0])->machine, machine);
             EXPECT_THAT(describeOutcome(asked[0], now, now), HasSubstr(std::string(knob.word) + " "));
         }
+    EXPECT_THAT(typed("numb\nnumb 0.5\n"),
+                ElementsAre(Asks(CommandKind::anaesthetic, 1000), Asks(CommandKind::anaesthetic, 500)));
     EXPECT_EQ(describeOutcome({CommandKind::inject, 1500}, now, now), "contrast medium, 1.5 ml/s");
+    EXPECT_EQ(describeOutcome({CommandKind::anaesthetic, 500}, now, now), "local anaesthetic, 0.5 ml/s");
     EXPECT_EQ(describeOutcome(training::kAspirate, now, now), "the syringe draws air");
     EXPECT_THAT(said, IsEmpty());
-    EXPECT_THAT(typed("inject 21\ninject -1\ninject nan\ninject 1x\nrotate\nrotate 400\ngain +\nturn 3\n"),
-                IsEmpty());
-    ASSERT_EQ(said.size(), 8u);
+    EXPECT_THAT(
+        typed("inject 21\ninject -1\ninject nan\ninject 1x\nrotate\nrotate 400\ngain +\nturn 3\nnumb 2.1\n"),
+        IsEmpty());
+    ASSERT_EQ(said.size(), 9u);
     EXPECT_THAT(said[0], HasSubstr("from 0 to 20"));
     EXPECT_THAT(said[5], HasSubstr("from -90 to 90"));
     EXPECT_THAT(said[7], HasSubstr("is not a command"));
@@ -228,6 +232,16 @@ TEST_F(UserCommandsTest, PedalAndInjectionFollowTheirButtons) {
     EXPECT_THAT(user.update("", 0, now, ~0u), IsEmpty()) << "where no button is left for it";
 }
 
+// In a drainage the button has the anaesthetic until the skin is cut, in a puncture never.
+TEST_F(UserCommandsTest, InjectionButtonNumbsUntilTheSkinIsCut) {
+    UserCommands drainage{{.inject = 8}, {}};
+    drainage.setCourse(training::Course::drainage);
+    EXPECT_THAT(drainage.update("", 0, now, 8), ElementsAre(Asks(CommandKind::anaesthetic, 1000)));
+    EXPECT_THAT(drainage.update("", 0, now, 0), ElementsAre(Asks(CommandKind::anaesthetic, 0)));
+    now.incision_count = 1;
+    EXPECT_THAT(drainage.update("", 0, now, 8), ElementsAre(Asks(CommandKind::inject, 1000)));
+}
+
 TEST(Buttons, AreCountedFromOneForAPerson) {
     EXPECT_EQ(describe({.rearm = 1, .next = 2, .breath = 8}),
               "button 1 re-arms, button 2 selects the next tool, button 4 starts and ends a breath-hold");
@@ -235,7 +249,7 @@ TEST(Buttons, AreCountedFromOneForAPerson) {
     const std::array<std::string_view, 2> names{"the trigger", "menu"};
     EXPECT_EQ(describe({.rearm = 1, .next = 2, .pedal = 4, .inject = 8}, names),
               "the trigger re-arms, menu selects the next tool, button 3 is the X-ray pedal, button 4 "
-              "injects contrast medium while pressed");
+              "injects while pressed");
 }
 
 }  // namespace

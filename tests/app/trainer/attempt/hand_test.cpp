@@ -22,10 +22,10 @@ struct Walk {
     }
     double length_m() const { return glm::length(path.target_m - path.entry_m); }
     Vec3 axis() const { return (path.target_m - path.entry_m) / length_m(); }
-    haptics::Trace hand(const Scenario& s, std::uint64_t seed = 1) const {
+    haptics::Trace hand(const Scenario& s, std::uint64_t seed = 1, double capsule_m = 0.0) const {
         haptics::SimulationSettings settings;
         settings.patient_from_device = patient_from_device;
-        return makeScriptedTrace(s, path, breath_s, settings, seed);
+        return makeScriptedTrace(s, path, breath_s, settings, seed, capsule_m);
     }
     double depthAt(const haptics::TraceSample& sample) const {
         return glm::dot((patient_from_device * sample.device_from_stylus).position_m - path.entry_m, axis());
@@ -46,6 +46,13 @@ Scenario straightIn() {
     in.speed_m_s = 0.013;
     s.stages = {in};
     return s;
+}
+
+TEST(Hand, APlaceMayBeRelativeToTheCapsule) {
+    const Walk walk;
+    Scenario s = straightIn();
+    s.stages[0].to = {.share = 0.5, .deeper_m = -0.003, .to_capsule = true};
+    EXPECT_NEAR(walk.depthAt(walk.hand(s, 1, 0.030).samples.back()), 0.012, 1e-12);
 }
 
 TEST(Hand, EndsWhereTheScenarioSaysOnThePlannedPath) {

@@ -79,6 +79,15 @@ rotation_deg = -30.0
 [[stage]]
 do = "ultrasound"
 depth_mm = 120.0
+[[stage]]
+do = "move"
+capsule_share = 0.5
+deeper_mm = -3.0
+speed_mm_s = 20.0
+[[stage]]
+do = "numb"
+ml_per_s = 0.5
+seconds = 2.0
 )";
 
 class ScenarioFile : public testing::Test {
@@ -120,7 +129,7 @@ TEST_F(ScenarioFile, ReadsEveryFieldInMetres) {
     EXPECT_EQ(s.breath.plan.hold, (patient::HoldBehaviour{0.0, 20.0, 0.2, 0.1, 15.0}));
     EXPECT_EQ(s.tool, haptics::Tool::finger);
     EXPECT_EQ(s.course, training::Course::drainage);
-    ASSERT_EQ(s.stages.size(), 11u);
+    ASSERT_EQ(s.stages.size(), 13u);
     EXPECT_EQ(s.stages[0].kind, StageKind::hold);
     EXPECT_EQ(s.stages[1].kind, StageKind::move);
     EXPECT_DOUBLE_EQ(s.stages[1].to.share, 1.0);
@@ -150,6 +159,10 @@ TEST_F(ScenarioFile, ReadsEveryFieldInMetres) {
     EXPECT_EQ(s.stages[10].turned,
               (std::vector<training::KnobSetting>{
                   {Machine::ultrasound, std::size_t(training::UltrasoundKnob::depth), 120.0}}));
+    EXPECT_TRUE(s.stages[11].to.to_capsule);
+    EXPECT_DOUBLE_EQ(s.stages[11].to.share, 0.5);
+    EXPECT_EQ(s.stages[12].kind, StageKind::numb);
+    EXPECT_DOUBLE_EQ(s.stages[12].injected_m3_per_s, 0.5e-6);
 }
 
 TEST_F(ScenarioFile, RefusesBadFilesByFieldAndReason) {
@@ -177,6 +190,9 @@ TEST_F(ScenarioFile, RefusesBadFilesByFieldAndReason) {
     expectRefused("speed_mm_s = 13.0", "", "stage[1].speed_mm_s");
     expectRefused("speed_mm_s = 13.0", "speed_mm_s = inf", "stage[1].speed_mm_s");
     expectRefused("share = 1.0\ndeeper_mm = 1.0", "", "stage[1].share");
+    expectRefused("capsule_share = 0.5", "capsule_share = 1.5", "stage[11].capsule_share");
+    expectRefused("capsule_share = 0.5", "capsule_share = 0.5\nshare = 0.5", "stage[11].capsule_share");
+    expectRefused("ml_per_s = 0.5", "ml_per_s = 3.0", "stage[12].ml_per_s");
     expectRefused("tool = \"finger\"", "tool = \"spoon\"", "tool");
     expectRefused("tool = \"probe\"", "tool = 3", "stage[2].tool");
     expectRefused("tool = \"probe\"", "", "stage[2].tool");

@@ -77,8 +77,8 @@ class HighlightTest : public testing::Test {
 };
 
 TEST_F(HighlightTest, AnInstrumentToTakeIsOnTheInstrumentTable) {
-    for (const Act act : {Act::takeFinger, Act::takeProbe, Act::takeScalpel, Act::takeGuide, Act::takeWire,
-                          Act::takeNeedle, Act::takeDilator, Act::takeDrain})
+    for (const Act act : {Act::takeFinger, Act::takeProbe, Act::takeScalpel, Act::takeGuide, Act::takeSyringe,
+                          Act::takeWire, Act::takeNeedle, Act::takeDilator, Act::takeDrain})
         expectInRoom(act, render::kTrolley);
 }
 
@@ -98,7 +98,8 @@ TEST_F(HighlightTest, AnInstrumentInThePatientIsTakenThere) {
 }
 
 TEST_F(HighlightTest, FingerAndScalpelGoToTheEntry) {
-    expectRing(Act::pressGap, path_.entry_m);
+    for (const Act act : {Act::pressGap, Act::enterWheal})
+        expectRing(act, path_.entry_m);
     EXPECT_LT(glm::distance(expectArrow(Act::pressGap, kIn), path_.entry_m), 1e-9);
     seen_.tick.probe_parked = false;
     expectRing(Act::cut, path_.entry_m);
@@ -154,9 +155,11 @@ TEST_F(HighlightTest, NeedleIsLaidIntoTheGuidesUpperEnd) {
 TEST_F(HighlightTest, NeedleInTheBody) {
     seen_.tick.patient_from_needle = needlePose(0.040 * kIn, kIn);
     seen_.tick.depth_m = 0.040;
-    expectRing(Act::seekDuct, path_.entry_m);
+    for (const Act act : {Act::seekDuct, Act::pushToCapsule})
+        expectRing(act, path_.entry_m);
     const Vec3 hub_m = (0.040 - seen_.needle.length_m) * kIn;
-    for (const Act act : {Act::aspirate, Act::inject, Act::drawOut})
+    for (const Act act : {Act::aspirate, Act::inject, Act::numbSkin, Act::numbCapsule, Act::drawBack,
+                          Act::drawSyringe, Act::drawOut})
         expectRing(act, hub_m);
     EXPECT_LT(expectArrow(Act::drawOut, -kIn).x, hub_m.x) << "beyond the hub";
     seen_.tick.patient_from_tool = seen_.tick.patient_from_needle;

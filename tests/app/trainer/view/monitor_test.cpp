@@ -47,6 +47,16 @@ TEST(BreathMonitor, TheTraceFillsTheWindowAndTheNumberIsTheRate) {
     EXPECT_NE(slow.rgba(), before) << "a hold is told";
 }
 
+TEST(BreathMonitor, ShowsPainOnlyIfThereIsAny) {
+    BreathMonitor calm, hurt;
+    calm.update(0.0, breathAt(0.0, 12.0), false);
+    hurt.update(0.0, breathAt(0.0, 12.0), false, 0.3);
+    EXPECT_EQ(calm.rgba(), hurt.rgba());
+    hurt.update(0.2, breathAt(0.2, 12.0), false, 6.0);
+    calm.update(0.2, breathAt(0.2, 12.0), false);
+    EXPECT_GT(bright(hurt, 290, BreathMonitor::kWidth), bright(calm, 290, BreathMonitor::kWidth));
+}
+
 TEST(BreathMonitor, LateCaptureLeavesTheTraceUnchanged) {
     BreathMonitor monitor;
     for (double t_s = 0.0; t_s < 10.0; t_s += 0.1)

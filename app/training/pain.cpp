@@ -1,0 +1,72 @@
+#include "app/training/pain.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+#include <utility>
+
+#include "base/transcendental.h"
+
+namespace stylet::training {
+
+using haptics::TickOutput;
+using patient::Anaesthetic;
+using patient::Tissue;
+
+namespace {
+
+constexpr double kLouder = 1.0;  // a lasting stimulus is reported again if it hurts this much more
+
+bool isOfLiver(Tissue tissue) noexcept {
+    return tissue == Tissue::liver || tissue == Tissue::duct || tissue == Tissue::vessel;
+}
+
+}  // namespace
+
+Pain::Pain(const patient::Patient& patient, double dt_s) noexcept
+    : patient_(&patient), fade_(detExp(-dt_s / kPainFade_s)) {}
+
+void Pain::update(const TickOutput& now, const Anaesthetic& anaesthetic) noexcept {
+    event_.reset();
+    now_ *= fade_;
+    if (now_ < 0.5) cause_ = {}, reported_ = 0.0;
+    followNeedle(now, anaesthetic);
+    if (now.cut_incision >= 0)
+        hurt(kIncisionPain, anaesthetic.numbness(0.5 * (now.cut.begin_reference_m + now.cut.end_reference_m)),
+             "the incision");
+    followDilator(now, anaesthetic);
+}
+
+// Entering the skin or the capsule hurts, once; lying there does not.
+void Pain::followNeedle(const TickOutput& now, const Anaesthetic& anaesthetic) noexcept {
+    const bool inside = now.phase != haptics::Phase::outside && !now.access.open;
+    const bool in_liver = inside && (now.tissue == Tissue::liver || (in_liver_ && isOfLiver(now.tissue)));
+    if (inside && !inside_) hurt(kSkinPrick, anaesthetic.numbness(now.tip_reference_m), "the needle");
+    if (in_liver && !in_liver_)
+        hurt(kCapsulePain, anaesthetic.numbness(now.tip_reference_m), "the puncture of the liver's capsule");
+    inside_ = inside, in_liver_ = in_liver;
+}
+
+// The dilator hurts while its tip widens the wall, that is outside the liver.
+void Pain::followDilator(const TickOutput& now, const Anaesthetic& anaesthetic) noexcept {
+    const haptics::AccessOutput& access = now.access;
+    if (!access.open) widened_m_ = 0.0;
+    if (!(access.dilator_m > widened_m_)) return;
+    widened_m_ = access.dilator_m;
+    const Vec3 way_m = access.base_m - access.entry_m;
+    const double length_m = glm::length(way_m);
+    if (!(length_m > widened_m_)) return;
+    const Vec3 at_m = access.entry_m + way_m * (widened_m_ / length_m);
+    if (!isOfLiver(patient_->at(at_m, {true, false}).tissue))
+        hurt(kDilatationPain, anaesthetic.numbness(at_m), "the dilatation");
+}
+
+void Pain::hurt(double strength, double numbness, std::string_view cause) noexcept {
+    const double pain = strength * (1.0 - numbness);
+    now_ = std::max(now_, pain);
+    worst_ = std::max(worst_, pain);
+    if (!(pain > kSkinPrick) || (cause == cause_ && pain < reported_ + kLouder)) return;
+    cause_ = cause, reported_ = pain;
+    event_ = PainEvent{pain, cause};
+}
+
+}  // namespace stylet::training

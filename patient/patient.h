@@ -25,6 +25,7 @@
 #include "patient/package/motion_io.h"           // breathing motion as a NIfTI image
 #include "patient/package/package.h"             // packages on disk, and the tissue at a point
 #include "patient/package/origin.h"              // where a package comes from, as text
+#include "patient/package/verdict.h"             // the verdict of `stylet-model check`, beside a package
 #include "patient/package/segmentation.h"        // how much of a patient is segmented
 #include "patient/package/skin.h"                // the surface as a smooth signed distance
 #include "patient/package/tissue_map.h"          // tissue of all voxels, for walks along many paths

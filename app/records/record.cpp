@@ -271,6 +271,7 @@ json infoJson(const RecordInfo& info) {
     j["course"] = info.course;
     if (info.registration_rms_m) j["registration_rms_m"] = *info.registration_rms_m;
     j["patient"] = {{"folder", info.patient_folder.string()}, {"name", info.patient_name}};
+    if (!info.patient_check.empty()) j["patient"]["check"] = info.patient_check;
     j["scenario"] = info.scenario;
     for (const InstrumentName& one : kInstrumentNames)
         j["instruments"][one.kind] = info.*one.name;
@@ -499,6 +500,7 @@ RecordInfo parseInfo(std::string_view text, const std::filesystem::path& file) {
     Fields patient = in.child("patient");
     info.patient_folder = patient.text("folder");
     info.patient_name = patient.text("name");
+    info.patient_check = patient.textOr("check", "");
     patient.finish();
     info.scenario = in.text("scenario");
     Fields instruments = in.child("instruments");

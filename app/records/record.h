@@ -64,6 +64,8 @@ struct RecordInfo {
     std::optional<double> registration_rms_m;  // for a device registered in the headset's room
     std::filesystem::path patient_folder;
     std::string patient_name;
+    // Why `stylet-model check` would have refused the patient, or that there was no check; empty: accepted.
+    std::string patient_check;
     std::string scenario;
     // Names of the instruments, for people; RecordWriter fills them in from the header.
     std::string needle, scalpel, probe, finger, wire, dilator, drain;

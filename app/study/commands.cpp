@@ -41,7 +41,7 @@ struct Study {
                     throw DataError(package / "patient.toml", "file", "cannot be read");
     }
     Pair load(std::size_t pair) const {
-        Pair p = loadPair(file.pairs[pair], o.labels, table ? &*table : nullptr);
+        Pair p = loadPair(file.pairs[pair], o.labels, table ? &*table : nullptr, o.accept_implausible);
         fs::create_directories(folder(pair));
         return p;
     }
@@ -78,7 +78,7 @@ void planAndWrite(const StudyOptions& o, const Pair& pair, const fs::path& folde
     fs::remove(folder / "paths.json");
     fs::remove(o.out / "summary.json");
     writePlanTable(folder / "plan.csv", plan);
-    writePlanSummary(folder / "plan.json", plan, o.plan);
+    writePlanSummary(folder / "plan.json", plan, o.plan, pair.implausible);
     savePicture(folder / "paths.png", pair, r.paths, o.plan.threads);
     patient::savePaths({pair.reference_digest, patient::kPlannerVersion, r.paths}, folder / "paths.json");
     std::printf("%s: %zu paths of %zu pairs of skin and duct (%zu not walked), %.1f s\n", pair.name.c_str(),

@@ -17,8 +17,9 @@ struct StudyOptions {
     bool plan_is_explicit = false;
     RunSettings run;
     FoundLabels labels = FoundLabels::partial;
-    std::size_t max_paths = 0;      // the best N paths of each pair; 0: all
-    std::size_t sampled_paths = 0;  // write the force at every sample for the best N paths of each pair
+    bool accept_implausible = false;  // use packages that `stylet-model check` refused
+    std::size_t max_paths = 0;        // the best N paths of each pair; 0: all
+    std::size_t sampled_paths = 0;    // write the force at every sample for the best N paths of each pair
 };
 
 // Writes OUT/<pair>/paths.json (same format as in a package), plan.csv, plan.json and paths.png.

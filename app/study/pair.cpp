@@ -144,9 +144,19 @@ Pair makePair(const PairFiles& files, Package reference, Package found, FoundLab
     return pair;
 }
 
-Pair loadPair(const PairFiles& files, FoundLabels labels, const patient::TissueTable* own_table) {
-    return makePair(files, patient::loadPackage(files.reference), patient::loadPackage(files.found), labels,
-                    own_table);
+Pair loadPair(const PairFiles& files, FoundLabels labels, const patient::TissueTable* own_table,
+              bool accept_implausible) {
+    std::vector<std::string> implausible;
+    const auto load = [&](const fs::path& folder) {
+        Package package = patient::loadPackage(folder);
+        const std::string note = patient::requirePlausible(package, folder, accept_implausible);
+        if (!note.empty() && note != patient::kNotChecked) implausible.push_back(note);
+        return package;
+    };
+    Package reference = load(files.reference), found = load(files.found);
+    Pair pair = makePair(files, std::move(reference), std::move(found), labels, own_table);
+    pair.implausible = std::move(implausible);
+    return pair;
 }
 
 PreparedPair::PreparedPair(const Pair& p)

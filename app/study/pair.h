@@ -45,8 +45,9 @@ struct Pair {
     std::string name;
     patient::Package reference, found;
     FoundLabels labels = FoundLabels::partial;
-    std::uint64_t reference_digest = 0;  // of the package folder; the study's force table changes no paths
-    double reference_share = 0.0;        // share of the body that has labels in the reference
+    std::uint64_t reference_digest = 0;    // of the package folder; the study's force table changes no paths
+    double reference_share = 0.0;          // share of the body that has labels in the reference
+    std::vector<std::string> implausible;  // verdicts of `stylet-model check` that were overruled
 };
 
 // Throws DataError if the two are not from the same CT: each voxel of the found package must equal
@@ -54,7 +55,9 @@ struct Pair {
 // provenance, or if the reference was one of the found package's atlases.
 Pair makePair(const PairFiles&, patient::Package reference, patient::Package found, FoundLabels,
               const patient::TissueTable* own_table = nullptr);
-Pair loadPair(const PairFiles&, FoundLabels, const patient::TissueTable* own_table = nullptr);
+// Also throws DataError if `stylet-model check` refused one of the packages, unless `accept_implausible`.
+Pair loadPair(const PairFiles&, FoundLabels, const patient::TissueTable* own_table = nullptr,
+              bool accept_implausible = false);
 
 // A pair prepared for steering many needles. Keeps a reference to the pair.
 struct PreparedPair {

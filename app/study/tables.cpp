@@ -158,7 +158,8 @@ void writePlanTable(const fs::path& csv, const PairPlan& plan) {
     writeWholeFile(csv, rows.text());
 }
 
-void writePlanSummary(const fs::path& json, const PairPlan& plan, const PlanRequest& request) {
+void writePlanSummary(const fs::path& json, const PairPlan& plan, const PlanRequest& request,
+                      const std::vector<std::string>& implausible) {
     const patient::PlanResult& r = plan.result;
     Json out = {{"format", "stylet study plan 1"},
                 {"planner_version", patient::kPlannerVersion},
@@ -180,6 +181,7 @@ void writePlanSummary(const fs::path& json, const PairPlan& plan, const PlanRequ
             count(bins, q);
         out["worst_quality"] = bins;
     }
+    if (!implausible.empty()) out["implausible"] = implausible;
     writeWholeFile(json, out.dump(1) + "\n");
 }
 

@@ -20,7 +20,9 @@ struct PairFindings {
 
 // All throw DataError if a file cannot be written.
 void writePlanTable(const std::filesystem::path& csv, const PairPlan&);
-void writePlanSummary(const std::filesystem::path& json, const PairPlan&, const PlanRequest&);
+// `implausible`: verdicts that were overruled.
+void writePlanSummary(const std::filesystem::path& json, const PairPlan&, const PlanRequest&,
+                      const std::vector<std::string>& implausible = {});
 void writePathTable(const std::filesystem::path& csv, const PairFindings&);
 // Columns: path, depth from the entry, both forces. Steers the paths again.
 void writeSampleTable(const std::filesystem::path& csv, const PreparedPair&,

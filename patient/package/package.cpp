@@ -100,6 +100,8 @@ void addLabels(StateHash& hash, const Package& p) {
         hash.add(std::uint64_t(label->role)), hash.add(std::uint64_t(label->abdominal));
         hash.add(std::uint64_t(label->blood)), hash.add(std::uint64_t(label->structure));
         hash.add(std::uint64_t(label->blocks_contrast)), hash.add(std::uint64_t(label->drains_ducts));
+        // Hashed only if it is used, so that the digest of an exact patient does not depend on it.
+        if (label->border_uncertainty_m > 0.0) hash.add(label->border_uncertainty_m);
     }
 }
 

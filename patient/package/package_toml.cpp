@@ -71,6 +71,7 @@ void readTissues(Fields& root, TissueTable& table, ElasticityTable& elasticity) 
 }
 
 constexpr double kPackageReach_m = 10.0;
+constexpr double kMaxUncertainty_m = 0.02;
 constexpr const char* kPackageFormat = "stylet patient 4";
 constexpr const char* kEllipticalFormat = "stylet patient 1";
 constexpr const char* kFormatWithoutElasticity = "stylet patient 2";
@@ -91,6 +92,7 @@ Label readLabel(Fields& in) {
     if (const auto conflict = findRoleConflict(label))
         in.refuse(conflict->field, std::string(conflict->reason));
     label.provenance = in.text("provenance", 1000);
+    label.border_uncertainty_m = in.numberOr("border_uncertainty_m", 0.0, kMaxUncertainty_m, 0.0);
     const std::vector<std::int64_t> colour = in.integers("colour", 0, 255, 3);
     if (colour.size() != 3) in.refuse("colour", "not 3 integers");
     std::copy(colour.begin(), colour.end(), label.colour.begin());
@@ -223,6 +225,7 @@ void writeLabels(TomlWriter& out, const Package& p) {
         out.put("drains_ducts", label.drains_ducts);
         out.entry("colour", fmt::format("[{}, {}, {}]", label.colour[0], label.colour[1], label.colour[2]));
         out.put("provenance", label.provenance);
+        if (label.border_uncertainty_m > 0.0) out.put("border_uncertainty_m", label.border_uncertainty_m);
     }
 }
 

@@ -36,7 +36,7 @@ Verdict PathEvaluator::evaluate(PlannedPath& path) {
     const std::optional<Duct> duct = traverse(path.entry_m, direction, path.length_m);  // C1
     if (!duct) return Verdict::blocked;
     const Surroundings beside = findSurroundings(path, duct->wall_m);
-    if (!beside.between_ribs) return Verdict::blocked;
+    if (!beside.between_ribs || beside.uncertain) return Verdict::blocked;
     path.clearance_score = toScore(beside.clearance_m, kFullClearance_m);  // C3
     path.target_score = toScore(duct->chord_m, kFullChord_m);              // C4
     path.quality = pathQuality(path.clearance_score, path.target_score);
@@ -101,10 +101,12 @@ bool PathEvaluator::isFreeOutside(const PlannedPath& path, const Vec3& direction
 }
 
 // Examines the voxels of the deformed patient that the path visits. Finds the smallest clearance more than
-// `near_target_m` before the duct's wall, and whether the path passes between two ribs.
+// `near_target_m` before the duct's wall, whether a border there is uncertain, and whether the path passes
+// between two ribs.
 PathEvaluator::Surroundings PathEvaluator::findSurroundings(const PlannedPath& path, double wall_m) {
     const double counts_to_m = wall_m - settings_.near_target_m;
     const bool has_ribs = !region_.intercostal.voxels.empty();
+    const bool has_borders = !region_.uncertain.voxels.empty();
     Surroundings found;
     found.between_ribs = !has_ribs;
     for (const VoxelPath::Visit& visit :
@@ -113,8 +115,10 @@ PathEvaluator::Surroundings PathEvaluator::findSurroundings(const PlannedPath& p
         if (begin_m > wall_m) break;
         if (visit.offset == VoxelPath::kOutside) continue;
         const std::size_t voxel = std::size_t(visit.offset);
-        if (begin_m < counts_to_m)
+        if (begin_m < counts_to_m) {
             found.clearance_m = std::min(found.clearance_m, double(region_.clearance_m.voxels[voxel]));
+            found.uncertain = found.uncertain || (has_borders && region_.uncertain.voxels[voxel]);
+        }
         found.between_ribs = found.between_ribs || region_.intercostal.voxels[voxel];
     }
     return found;

@@ -95,6 +95,7 @@ class PathEvaluator {
     struct Surroundings {
         double clearance_m = kFullClearance_m;
         bool between_ribs = false;  // also true if the flank has no ribs
+        bool uncertain = false;     // too close to a risk structure with an uncertain border
     };
 
     std::optional<Duct> traverse(const Vec3& entry_m, const Vec3& direction, double length_m);

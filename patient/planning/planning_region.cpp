@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <tuple>
 
@@ -120,6 +121,33 @@ Volume<std::uint8_t> riskMask(const Volume<std::uint8_t>& marks) {
     Volume<std::uint8_t> mask(marks.grid);
     std::transform(marks.voxels.begin(), marks.voxels.end(), mask.voxels.begin(),
                    [](std::uint8_t m) { return std::uint8_t(m & kRisk); });
+    return mask;
+}
+
+// Marks the voxels closer to an uncertain risk structure than its border is certain. Structures with the same
+// uncertainty share one distance transform.
+Volume<std::uint8_t> uncertainMask(const Patient& patient, const Surrogate& breath, const Grid& crop,
+                                   int threads) {
+    std::map<double, LabelSet> groups;
+    for (const Label& label : patient.package().label_table)
+        if (label.role == Role::risk && label.border_uncertainty_m > 0.0)
+            groups.try_emplace(label.border_uncertainty_m).first->second[label.id] = true;
+    if (groups.empty()) return {};
+    const Package& p = patient.package();
+    Volume<std::uint8_t> ids(crop), mask(crop);
+    parallelVoxels(threads, crop, [&](const Index3& i) {
+        ids[i] = p.labels.nearestOr(referenceFromDeformed(p.motion, breath, crop.centre(i)), 0);
+    });
+    const Vec3 s = crop.spacing_m;
+    const float half_voxel_m = float(0.5 * std::max({s.x, s.y, s.z}));
+    for (const auto& [uncertainty_m, is_member] : groups) {
+        Volume<std::uint8_t> members(crop);
+        for (std::size_t i = 0; i < ids.voxels.size(); ++i)
+            members.voxels[i] = is_member[ids.voxels[i]];
+        const Volume<float> distance_m = distanceTo(members, Sites::all, threads);
+        for (std::size_t i = 0; i < mask.voxels.size(); ++i)
+            if (distance_m.voxels[i] - half_voxel_m < float(uncertainty_m)) mask.voxels[i] = 1;
+    }
     return mask;
 }
 
@@ -318,7 +346,8 @@ PlanRegion makePlanRegion(const Patient& patient, const PlanSettings& settings) 
     const Grid crop = cropAround(patient.grid(), liver);
     Volume<std::uint8_t> marks = markDeformed(patient, settings.breath, crop, settings.threads);
     classifyBodyAndAir(marks);
-    return {clearances(marks, settings.threads), intercostalMask(marks),
+    return {clearances(marks, settings.threads),
+            uncertainMask(patient, settings.breath, crop, settings.threads), intercostalMask(marks),
             skinEntries(marks, liver, settings.skin_spacing_m), findBack(marks)};
 }
 

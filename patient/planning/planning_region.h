@@ -15,6 +15,9 @@ struct PlanRegion {
     // Distance from a voxel's border to the border of the nearest risk structure. Distances upward to a rib's
     // lower edge count half.
     Volume<float> clearance_m;
+    // 1 where the border of an uncertain risk structure may lie (Label::border_uncertainty_m). No voxels if
+    // all borders are exact.
+    Volume<std::uint8_t> uncertain;
     // 1 between two ribs: bone is near above and below. No voxels if the flank has no ribs.
     Volume<std::uint8_t> intercostal;
     std::vector<Vec3> entries_m;  // deformed positions of skin voxels, row by row from the feet to the head

@@ -138,11 +138,12 @@ double Anatomy::liverDistance(const Vec3& p) const noexcept {
     const double caudate = ellipsoid(p, {4.0, -19.0, 66.0}, {15.0, 12.0, 24.0});
     d = smoothMin(d, caudate, 8.0);
     // Fissure of the round ligament, starting at the lower front edge.
-    const double cleft = 2.4 * ramp(p.y, 38.0, 72.0) - 0.2;
+    const double cleft = fissure_mm * ramp(p.y, 38.0, 72.0) - 0.2;
     const double fissure =
         std::max(std::fabs(p.x + 9.0 + 0.2 * (p.y - 30.0) + 2.5 * valueNoise(p / 25.0, seed ^ 0x12)) - cleft,
                  p.z - low - 34.0);
     d = smoothMax(d, -fissure, 3.0);
+    if (nodules_mm > 0.0) d += nodules_mm * (1.0 + valueNoise(p / 8.0, seed ^ 0x13));
     d = smoothMax(d, 4.0 - organs.kidneyRight.distance(p), 10.0);
     d = smoothMax(d, 1.5 - organs.gallbladder.distance(p), 6.0);
     return smoothMax(d, cavityDistance(p) + 3.5, 4.0);

@@ -37,6 +37,8 @@ struct Anatomy {
     double rib_drop = 1.0;       // how steeply they slope
     double rib_spread_mm = 0.0;  // extra vertical pitch laterally
     double spine_x_mm = 0.0;     // lateral curvature
+    double fissure_mm = 2.4;     // half width of the round ligament's fissure in front
+    double nodules_mm = 0.0;     // height of the nodules on the surface of a cirrhotic liver
     OrganPlan organs;
 
     CageSection cage(double z) const noexcept;

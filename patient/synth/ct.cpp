@@ -14,15 +14,16 @@ namespace {
 
 constexpr double kNoise_hu = 11.0;
 
-void blur(std::vector<float>& image, const Canvas& canvas) {
-    for (int axis = 0; axis < 3; ++axis)
-        parallelLines(canvas.threads, canvas.grid().dims, axis, image.data(), smoothLine);
+void blur(std::vector<float>& image, const Canvas& canvas, int passes) {
+    for (int pass = 0; pass < passes; ++pass)
+        for (int axis = 0; axis < 3; ++axis)
+            parallelLines(canvas.threads, canvas.grid().dims, axis, image.data(), smoothLine);
 }
 
 using Sums = std::array<double, std::size_t(kIdCount)>;
 
 // Mean per label. Slices are summed in order, so that the thread count does not change the rounding.
-Sums labelMeans(const std::vector<float>& image, const Canvas& canvas) {
+Sums labelMeans(const std::vector<float>& image, const Canvas& canvas, const CtSettings& settings) {
     const Grid& grid = canvas.grid();
     std::vector<Sums> sums(std::size_t(grid.dims.z), Sums{}), counts(std::size_t(grid.dims.z), Sums{});
     parallelVoxels(canvas.threads, grid, [&](const Index3& i) {
@@ -34,7 +35,7 @@ Sums labelMeans(const std::vector<float>& image, const Canvas& canvas) {
         for (std::size_t i = 0; i < mean.size(); ++i)
             mean[i] += sums[z][i], count[i] += counts[z][i];
     for (std::size_t i = 0; i < mean.size(); ++i)
-        mean[i] = count[i] > 0.0 ? mean[i] / count[i] : ctRow(Id(i)).mean_hu;
+        mean[i] = count[i] > 0.0 ? mean[i] / count[i] : settings.mean_hu[i];
     return mean;
 }
 
@@ -50,33 +51,55 @@ float gaussian(std::uint64_t key) {
     return float(double(sum - 262140) * 1.8688e-5);
 }
 
-}  // namespace
-
-CtVolume makeCt(const Canvas& canvas, std::uint64_t seed) {
-    const Grid& grid = canvas.grid();
-    const std::size_t plane = std::size_t(grid.dims.x) * std::size_t(grid.dims.y);
-    std::vector<float> ideal(grid.voxelCount());
-    parallelVoxels(canvas.threads, grid, [&](const Index3& i) {
-        const std::size_t n = grid.offset(i);
-        const CtRow& row = ctRow(Id(canvas.labels.voxels[n]));
-        double hu = row.low_hu + (row.high_hu - row.low_hu) * canvas.detail[n] / 255.0;
+// Ideal values before the blur, from each label's row and the detail of its voxels.
+std::vector<float> idealValues(const Canvas& canvas, std::uint64_t seed, const CtSettings& settings) {
+    std::vector<float> ideal(canvas.grid().voxelCount());
+    parallelVoxels(canvas.threads, canvas.grid(), [&](const Index3& i) {
+        const std::size_t n = canvas.grid().offset(i);
+        const std::uint8_t id = canvas.labels.voxels[n];
+        const CtRow& row = ctRow(Id(id));
+        double hu =
+            row.low_hu + (row.high_hu - row.low_hu) * settings.contrast[id] * canvas.detail[n] / 255.0;
         if (row.texture_hu > 0.0) hu += row.texture_hu * valueNoise(canvas.at(i) / 4.5, seed ^ 0x71);
         ideal[n] = float(hu);
     });
-    std::vector<float> image = ideal;
-    blur(image, canvas);
+    return ideal;
+}
+
+// The blurred image without noise, in which each label has its mean, and then the inclusions.
+std::vector<float> blurredImage(const Canvas& canvas, std::uint64_t seed, const CtSettings& settings) {
+    std::vector<float> ideal = idealValues(canvas, seed, settings), image = ideal;
+    blur(image, canvas, settings.blur_passes);
     for (int round = 0; round < 3; ++round) {
-        const Sums mean = labelMeans(image, canvas);
+        const Sums mean = labelMeans(image, canvas, settings);
         std::array<float, std::size_t(kIdCount)> shift{};
-        for (int i = 1; i < kIdCount; ++i)
-            shift[std::size_t(i)] = float(ctRow(Id(i)).mean_hu - mean[std::size_t(i)]);
+        for (std::size_t i = 1; i < shift.size(); ++i)
+            shift[i] = float(settings.mean_hu[i] - mean[i]);
         for (std::size_t n = 0; n < ideal.size(); ++n)
             ideal[n] += shift[canvas.labels.voxels[n]];
         image = ideal;
-        blur(image, canvas);
+        blur(image, canvas, settings.blur_passes);
     }
-    ideal.clear();
-    ideal.shrink_to_fit();
+    if (settings.inclusions.empty()) return image;
+    for (const Inclusion& inclusion : settings.inclusions)
+        ideal[inclusion.voxel] = inclusion.hu;
+    blur(ideal, canvas, settings.blur_passes);
+    return ideal;
+}
+
+}  // namespace
+
+CtSettings::CtSettings() {
+    for (std::size_t i = 0; i < mean_hu.size(); ++i)
+        mean_hu[i] = ctRow(Id(i)).mean_hu;
+    contrast.fill(1.0);
+}
+
+CtVolume makeCt(const Canvas& canvas, std::uint64_t seed, const CtSettings& settings) {
+    const Grid& grid = canvas.grid();
+    const std::size_t plane = std::size_t(grid.dims.x) * std::size_t(grid.dims.y);
+    const std::vector<float> image = blurredImage(canvas, seed, settings);
+    const double noise_hu = kNoise_hu * settings.noise;
 
     // White noise, smoothed within the plane like the grain of a reconstruction and rescaled to the noise's
     // standard deviation.
@@ -90,7 +113,7 @@ CtVolume makeCt(const Canvas& canvas, std::uint64_t seed) {
             parallelLines(1, {grid.dims.x, grid.dims.y, 1}, axis, grain.data(), smoothLine);
         for (std::size_t i = 0; i < plane; ++i) {
             // [1 2 1]/4 leaves 3/8 of the variance per axis.
-            const double hu = double(image[first + i]) + kNoise_hu * double(grain[i]) / 0.375;
+            const double hu = double(image[first + i]) + noise_hu * double(grain[i]) / 0.375;
             ct.voxels[first + i] = std::int16_t(std::floor(std::clamp(hu, -1024.0, 3000.0) + 0.5));
         }
     });

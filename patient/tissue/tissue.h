@@ -113,6 +113,9 @@ struct Label {
     bool drains_ducts = false;
     std::array<std::uint8_t, 3> colour{128, 128, 128};
     std::string provenance;  // "synthetic", "manual 3D-IRCADb-01", "threshold", "virtual"
+    // How far the true border may lie outside the label, as the modeller estimates it; 0: exact. Planned
+    // paths keep this distance from a risk structure.
+    double border_uncertainty_m = 0.0;
 };
 
 // Why the roles of a label contradict each other: the name of the field, and the reason.

@@ -33,6 +33,7 @@ Package fullPackage() {
     soft.structure = Structure::small_bowel, soft.drains_ducts = true;
     Label& liver = p.label_table[4];
     liver.structure = Structure::tumour, liver.blocks_contrast = true;
+    liver.border_uncertainty_m = 0.1 / 70.0;
     p.reference_phase = "v=0.35";
     p.motion = test::makeTurningBall(0.05, 0.3, 0.011);
     p.motion.grid.spacing_m.x = 0.011 + 1e-9;  // not representable in single precision either
@@ -49,7 +50,8 @@ bool sameTable(const std::vector<Label>& a, const std::vector<Label>& b) {
         return x.id == y.id && x.name == y.name && x.tissue == y.tissue && x.role == y.role &&
                x.abdominal == y.abdominal && x.blood == y.blood && x.structure == y.structure &&
                x.blocks_contrast == y.blocks_contrast && x.drains_ducts == y.drains_ducts &&
-               x.colour == y.colour && x.provenance == y.provenance;
+               x.colour == y.colour && x.provenance == y.provenance &&
+               x.border_uncertainty_m == y.border_uncertainty_m;
     });
 }
 
@@ -143,6 +145,14 @@ TEST_F(SavedPackage, TomlTruncatedAtAnyLine) {
     }
 }
 
+// An exact border is not written: packages of older programs have the same bytes.
+TEST_F(SavedPackage, ExactBordersAreNotWritten) {
+    const std::string text = readText(folder_ / "patient.toml");
+    const std::size_t first = text.find("border_uncertainty_m");
+    EXPECT_NE(first, std::string::npos);
+    EXPECT_EQ(text.find("border_uncertainty_m", first + 1), std::string::npos);
+}
+
 TEST_F(SavedPackage, UnknownKeysAreNamed) {
     expectTomlRefused("colour_of_eyes = 3\n" + toml_, "colour_of_eyes: unknown key");
     expectRefusedWith("[breathing]", "[breathing]\nswallows = true", "breathing.swallows: unknown key");
@@ -178,6 +188,10 @@ TEST_F(SavedPackage, BadValuesAreNamed) {
     expectRefusedWith("id = 2", "id = 2.0", "label[1].id");
     expectRefusedWith("colour = [30", "colour = [300", "label[0].colour");
     expectRefusedWith("colour = [30", "colour = [3, 3", "label[0].colour");
+    const char* const border = "border_uncertainty_m = 0.0014285714285714286";
+    expectRefusedWith(border, "border_uncertainty_m = nan", "label[4].border_uncertainty_m");
+    expectRefusedWith(border, "border_uncertainty_m = -0.001", "label[4].border_uncertainty_m");
+    expectRefusedWith(border, "border_uncertainty_m = 1.5", "label[4].border_uncertainty_m");
     expectRefusedWith("spacing_m = [7e-04", "spacing_m = [nan", "grid.spacing_m");
     expectRefusedWith("spacing_m = [7e-04", "spacing_m = [-7e-04", "grid.spacing_m");
     expectRefusedWith("licence = \"CC0-1.0\"", "licence = 5", "licence");
@@ -374,6 +388,8 @@ TEST(Digest, CoversEverythingThatForcesDependOn) {
     with([](Package& p) { p.label_table[5].blood = BloodKind::portal; });
     with([](Package& p) { p.label_table[4].blocks_contrast = false; });
     with([](Package& p) { p.label_table[1].drains_ducts = false; });
+    with([](Package& p) { p.label_table[4].border_uncertainty_m = 0.0; });
+    with([](Package& p) { p.label_table[3].border_uncertainty_m = 0.001; });
     with([](Package& p) { p.ct.voxels[3] = 1; });
     with([](Package& p) { p.ct.grid.origin_m.x += 1e-9; });
     with([](Package& p) { p.motion.wall[700].a1_m[0] += 1e-9f; });

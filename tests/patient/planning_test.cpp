@@ -210,6 +210,44 @@ TEST(Planning, VesselsBesideTheDuctDoNotLimitClearance) {
     EXPECT_NEAR(withVessels(-30, -26), 0.3, 0.06);
 }
 
+// A vessel 24 mm in front of the duct, below the straight path. Distance of the closest path to it, if its
+// border is uncertain by this much.
+double closestToVessel(double uncertainty_m) {
+    const Vec3 low_mm(-26, -40, -30), high_mm(-22, 40, -2);
+    BoxTorso torso;
+    torso.paint(Tissue::vessel, low_mm, high_mm);
+    torso.package().label_table[std::size_t(Tissue::vessel) - 1].border_uncertainty_m = uncertainty_m;
+    const PlanResult r = torso.plan();
+    EXPECT_FALSE(r.paths.empty());
+    double closest_mm = 1e3;
+    for (const PlannedPath& path : r.paths)
+        for (int i = 0; i <= 1000; ++i) {
+            const Vec3 mm = glm::mix(path.entry_m, path.target_m, i / 1000.0) / kMm;
+            if (mm.x > -34)  // the last 10 mm before the duct's wall do not count
+                closest_mm = std::min(closest_mm, glm::length(mm - glm::clamp(mm, low_mm, high_mm)));
+        }
+    return closest_mm * kMm;
+}
+
+// The distance is measured from voxel to voxel, so it may be short by the half diagonal of a voxel.
+TEST(Planning, PathsKeepTheUncertaintyOfABorderAsDistance) {
+    constexpr double kVoxel_m = 2 * kMm;
+    EXPECT_LT(closestToVessel(0.0), kVoxel_m);
+    for (const double uncertainty_m : {3 * kMm, 5 * kMm}) {
+        EXPECT_GT(closestToVessel(uncertainty_m), uncertainty_m - kVoxel_m);
+        EXPECT_LT(closestToVessel(uncertainty_m), uncertainty_m + 2.0 * kVoxel_m);
+    }
+}
+
+// Only risk structures have a margin: a target or the liver may be as uncertain as it is.
+TEST(Planning, UncertainBordersOfOtherStructuresChangeNoPath) {
+    BoxTorso torso;
+    const PlanResult exact = torso.plan();
+    for (Label& label : torso.package().label_table)
+        if (label.role != Role::risk) label.border_uncertainty_m = 0.01;
+    EXPECT_TRUE(torso.plan().paths == exact.paths);
+}
+
 TEST(Planning, ChordOfTheDuctIsTheTargetScore) {
     BoxTorso torso;
     torso.paint(Tissue::liver, {-60, -10, -10}, {-40, 10, 10});

@@ -5,10 +5,8 @@
 #include <array>
 #include <cmath>
 #include <iterator>
-#include <limits>
 
-#include "app/modeller/image/voxel_tools.h"
-#include "app/modeller/import/import_map.h"
+#include "app/modeller/check/check_scan.h"
 #include "app/modeller/import/section.h"
 #include "base/parallel.h"
 #include "base/traversal.h"
@@ -18,14 +16,9 @@
 
 namespace stylet::modeller {
 
-using patient::Label;
-using patient::Package;
-using patient::Patient;
-using patient::Tissue;
+using enum Findings::Grade;
 
 namespace {
-
-constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
 // Sampling for checkFascia(), which tests straight lines from the skin to the liver. Entry points on the skin
 // are kEntrySpacing_m apart, target points in the liver kTargetSpacing_m. Lines longer than a needle
@@ -33,97 +26,9 @@ constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 // the fascia.
 constexpr double kEntrySpacing_m = 0.012, kTargetSpacing_m = 0.020;
 
-struct Range {
-    double low = -kUnbounded, high = kUnbounded;
-};
-
-// Measurements that several checks use, computed once.
-struct PackageStatistics {
-    const Package& package;
-    Patient patient;
-    std::array<double, 256> voxels{}, hu{};  // per label id: number of voxels, sum of their HU
-    std::array<Vec3, 256> centre_sum{};      // per label id: sum of the voxel centres
-    double body_voxels = 0.0;
-    Vec3 body_centre_sum{0.0};
-
-    explicit PackageStatistics(const Package& p) : package(p), patient(p) {
-        const Grid& g = p.labels.grid;
-        forEachVoxel(g, [&](const Index3& i) {
-            const std::size_t n = g.offset(i);
-            const std::uint8_t id = p.labels.voxels[n];
-            const Vec3 place = g.centre(i);
-            ++voxels[id], hu[id] += p.ct.voxels[n], centre_sum[id] += place;
-            if (inBody(i)) ++body_voxels, body_centre_sum += place;
-        });
-    }
-    double voxel_ml() const {
-        const Vec3 s = package.labels.grid.spacing_m;
-        return 1e6 * s.x * s.y * s.z;
-    }
-    bool inBody(const Index3& i) const { return patient.at(i, {}).tissue != Tissue::air; }
-
-    struct Sum {
-        double voxels = 0.0, hu = 0.0;
-        Vec3 centre_sum{0.0};
-        double mean_hu() const { return hu / voxels; }
-        Vec3 centre() const { return centre_sum / voxels; }
-    };
-    template <typename Wanted>
-    Sum sum(const Wanted& wanted) const {
-        Sum s;
-        for (const Label& l : package.label_table)
-            if (wanted(l)) s.voxels += voxels[l.id], s.hu += hu[l.id], s.centre_sum += centre_sum[l.id];
-        return s;
-    }
-    Sum sum(Tissue t) const {
-        return sum([t](const Label& l) { return l.tissue == t; });
-    }
-    // Labels of the lungs whose centre is on one side of the body's middle.
-    Sum lung(bool on_right) const {
-        const double middle_m = body_centre_sum.x / body_voxels;
-        return sum([&](const Label& l) {
-            return isLung(l) && (centre_sum[l.id].x / voxels[l.id] > middle_m) == on_right;
-        });
-    }
-};
-
-// Returns true for liver tissue and for the vessels and ducts inside the liver. Their labels are `abdominal`.
-bool isWholeLiver(const Label& l) {
-    return l.tissue == Tissue::liver ||
-           (l.abdominal && (l.tissue == Tissue::vessel || l.tissue == Tissue::duct));
-}
-
-std::string formatNumber(double v) {
-    return fmt::format("{:.4g}", v);
-}
-
 std::string formatCount(double count) {
     return std::to_string(std::llround(count));
 }
-
-class Findings {
-  public:
-    enum Grade { warned, refused };
-
-    // Adds a finding if the value is outside the range. NaN is always outside.
-    void expect(Grade grade, const std::string& what, double value, const std::string& unit, Range range,
-                const std::string& reason) {
-        if (value >= range.low && value <= range.high) return;
-        const std::string low = formatNumber(range.low), high = formatNumber(range.high);
-        const std::string expected = std::isinf(range.high)  ? "at least " + low
-                                     : std::isinf(range.low) ? "at most " + high
-                                     : low == high           ? low
-                                                             : low + " to " + high;
-        add(grade, what, formatNumber(value) + " " + unit, expected + " " + unit, reason);
-    }
-    void add(Grade grade, const std::string& what, const std::string& value, const std::string& expected,
-             const std::string& reason) {
-        list.push_back({grade == refused, what, value, expected, reason});
-    }
-
-    std::vector<Finding> list;
-};
-using enum Findings::Grade;
 
 void checkGrid(const Grid& g, Findings& f) {
     const char* const axes[] = {"voxel size in x", "voxel size in y", "voxel size in z"};
@@ -423,6 +328,7 @@ std::vector<Finding> checkPackage(const Package& package, int threads) {
     if (m.sum(Tissue::liver).voxels > 0.0) {
         checkPositions(m, f);
         checkLiver(m, f);
+        checkScan(m, f);
         if (m.sum(Tissue::skin).voxels > 0.0 && m.sum(Tissue::fascia).voxels > 0.0) checkFascia(m, f);
         if (!anyRefused(f.list)) checkPaths(m, threads, f);
     }

@@ -64,14 +64,13 @@ void runBuild(BuildArguments& a) {
     std::signal(SIGINT, onInterrupt);
     const BuildResult built = build(s);
     printStages(built);
-    for (const Finding& f : built.findings)
-        printResult("{}\n", formatFinding(f));
-    std::fflush(stdout);
     patient::savePackage(built.package, a.out);
+    const bool plausible = printVerdict(built.package, a.out, built.findings);
+    std::fflush(stdout);
     drawTissueClasses(built.package, s.stages / "02-classes" / "classes.png");
     printPackage(built.package, a.out);
     printResult("; stages in {}\n", s.stages.string());
-    if (anyRefused(built.findings)) {
+    if (!plausible) {
         printResult(
             "The patient cannot be simulated yet. Correct the stages in question with --stage and "
             "--labels.\n");

@@ -68,18 +68,15 @@ bool printCohort(std::uint64_t first, std::uint64_t last, double spacing_mm, int
     return ok;
 }
 
-// Prints the findings of a package. A reference patient is also checked against its own ranges.
-bool printFindings(const patient::Package& package, int threads) {
-    const std::vector<Finding> findings = checkPackage(package, threads);
-    if (findings.empty()) printResult("{}: plausible\n", package.name);
-    for (const Finding& f : findings)
-        printResult("{}\n", formatFinding(f));
-    const bool plausible = !anyRefused(findings);
+// Prints and stores the findings of a package. A reference patient is also checked against its own ranges.
+bool printFindings(const std::string& folder, int threads) {
+    const patient::Package package = patient::loadPackage(folder);
+    const bool plausible = printVerdict(package, folder, checkPackage(package, threads));
     return (!patient::synth::isReferencePatient(package) || printReferenceChecks(package)) && plausible;
 }
 
 bool check(const CheckOptions& o) {
-    if (o.seeds.empty()) return printFindings(patient::loadPackage(o.patient), o.threads);
+    if (o.seeds.empty()) return printFindings(o.patient, o.threads);
     unsigned long long first = 0, last = 0;
     const int got = std::sscanf(o.seeds.c_str(), "%llu..%llu", &first, &last);
     if (got < 1 || (got == 2 && last < first)) throw CLI::ValidationError("--seeds", "expected A..B or A");

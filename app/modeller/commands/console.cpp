@@ -44,12 +44,30 @@ void printPackage(const patient::Package& p, const std::filesystem::path& folder
                 1e3 * g.spacing_m.x);
 }
 
-patient::Package referencePatient(std::uint64_t seed, double spacing_mm, int threads) {
+bool printVerdict(const patient::Package& p, const std::filesystem::path& folder,
+                  const std::vector<Finding>& findings) {
+    patient::CheckVerdict verdict{patient::digest(p), anyRefused(findings), {}};
+    if (findings.empty()) printResult("{}: plausible\n", p.name);
+    for (const Finding& f : findings) {
+        verdict.findings.push_back(formatFinding(f));
+        printResult("{}\n", verdict.findings.back());
+    }
+    try {
+        patient::saveVerdict(verdict, folder);
+    } catch (const DataError& e) {
+        printProgress("stylet-model: the verdict was not stored: {}\n", e.what());
+    }
+    return !verdict.refused;
+}
+
+patient::Package referencePatient(std::uint64_t seed, double spacing_mm, int threads,
+                                  const std::vector<std::string>& variants) {
     patient::synth::SynthSettings settings;
     settings.seed = seed;
     settings.spacing_m = spacing_mm / 1000.0;
     settings.defaults = tissueDefaults();
     settings.threads = threads;
+    settings.variants = variants;
     settings.progress = progressBar("seed " + std::to_string(seed));
     return patient::synth::makeReferencePatient(settings);
 }

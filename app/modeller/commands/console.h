@@ -7,7 +7,9 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "app/modeller/check/check_package.h"
 #include "patient/patient.h"
 
 namespace stylet::modeller {
@@ -24,6 +26,12 @@ patient::TissueDefaults tissueDefaults();
 // Prints the thresholds of a package, its folder and its size, without a line ending.
 void printPackage(const patient::Package&, const std::filesystem::path& folder);
 
-patient::Package referencePatient(std::uint64_t seed, double spacing_mm, int threads);
+// Prints the findings and stores them as the verdict of the package in `folder`, in a file beside it. A
+// folder that cannot be written is only reported. Returns false if the package is refused.
+bool printVerdict(const patient::Package&, const std::filesystem::path& folder, const std::vector<Finding>&);
+
+// `variants`: names from patient::synth::listVariants().
+patient::Package referencePatient(std::uint64_t seed, double spacing_mm, int threads,
+                                  const std::vector<std::string>& variants = {});
 
 }  // namespace stylet::modeller

@@ -35,7 +35,13 @@ void runImport(ImportArguments& a) {
         printResult("{}\n", note);
     printPackage(imported.package, a.out);
     printResult(", licence {}\n", imported.package.licence);
+    a.settings.progress("check");
+    const bool plausible = printVerdict(imported.package, a.out, checkPackage(imported.package));
     a.settings.progress("done");
+    if (plausible) return;
+    printResult(
+        "The patient cannot be simulated yet. Correct the segmentation or the map, and import it again.\n");
+    throw CLI::RuntimeError(1);
 }
 
 }  // namespace

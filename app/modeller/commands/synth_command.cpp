@@ -5,6 +5,7 @@
 #include "app/modeller/commands/commands.h"
 #include "app/modeller/commands/console.h"
 #include "app/print.h"
+#include "patient/synth/synth.h"
 
 namespace stylet::modeller {
 
@@ -15,11 +16,19 @@ struct SynthOptions {
     double spacing_mm = 1.0;
     int threads = 2;
     std::string out;
+    std::vector<std::string> variants;
 };
 
+void printVariants() {
+    for (const patient::synth::VariantInfo& v : patient::synth::listVariants())
+        printResult("{:<20} {} ({})\n", v.name, v.changes, v.source);
+}
+
 void synth(const SynthOptions& o) {
+    if (o.variants == std::vector<std::string>{"list"}) return printVariants();
+    if (o.out.empty()) throw CLI::RequiredError("--out");
     const auto begin = std::chrono::steady_clock::now();
-    const patient::Package package = referencePatient(o.seed, o.spacing_mm, o.threads);
+    const patient::Package package = referencePatient(o.seed, o.spacing_mm, o.threads, o.variants);
     patient::savePackage(package, o.out);
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
     const Index3 d = package.ct.grid.dims;
@@ -35,14 +44,24 @@ void addSynth(CLI::App& app) {
     command->add_option("--seed", o->seed, "Seed of the patient; the same seed gives the same bytes.")
         ->check([](const std::string& text) { return text.starts_with('-') ? text + " is negative" : ""; })
         ->capture_default_str();
-    command->add_option("--out", o->out, "Folder for the package.")->required();
+    command->add_option("--out", o->out, "Folder for the package.");
+    command
+        ->add_option("--variant", o->variants,
+                     "Make a hard case of the patient: names, separated by commas. \"list\" prints them.")
+        ->delimiter(',');
     command->add_option("--spacing-mm", o->spacing_mm, "Voxel size [mm].")
         ->check(CLI::Range(0.5, 5.0))
         ->capture_default_str();
     command->add_option("--threads", o->threads, "Number of threads; it does not change the result.")
         ->check(CLI::Range(1, 64))
         ->capture_default_str();
-    command->callback([o] { synth(*o); });
+    command->callback([o] {
+        try {
+            synth(*o);
+        } catch (const std::invalid_argument& e) {
+            throw CLI::ValidationError("--variant", e.what());
+        }
+    });
 }
 
 }  // namespace stylet::modeller

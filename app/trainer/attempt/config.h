@@ -21,6 +21,7 @@ struct AttemptConfig {
     // Patient and task.
     std::string scenario{};           // name in assets/scenarios, or a .toml file; empty: demo
     std::filesystem::path patient{};  // package; empty: the reference patient of `seed`
+    bool accept_implausible = false;  // use a package that `stylet-model check` refused
     std::filesystem::path full{};     // fully segmented package of the same patient, for comparing the force
     std::uint64_t seed = 1;
     double spacing_mm = 1.0;  // voxel size of a generated reference patient

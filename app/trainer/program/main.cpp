@@ -152,6 +152,8 @@ void addRun(CLI::App& app, Work& work) {
         ->excludes(instruments);
     run->add_option("--patient", o.config.patient,
                     "Patient package (default: the reference patient of the seed).");
+    run->add_flag("--accept-implausible", o.config.accept_implausible,
+                  "Use a patient that `stylet-model check` refused. The record says so. For instructors.");
     run->add_option(
            "--full", o.config.full,
            "Fully segmented package of the same CT. Its force is computed alongside and compared with "

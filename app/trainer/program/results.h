@@ -23,6 +23,7 @@ struct AttemptFacts {
     std::string device;             // input: "scripted", "replay", or a device's name
     std::string firmware_sha256{};  // hash of the firmware image loaded into the device, if any
     std::optional<Start> start{};   // absent for a replay
+    std::string patient_check{};    // as in records::RecordInfo
 };
 
 // True if no step was done and the needle never entered the body. Such an attempt is aborted if a user ended

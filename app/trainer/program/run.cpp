@@ -55,6 +55,7 @@ records::RecordInfo recordInfo(const AttemptConfig& config, const AttemptFacts& 
     info.program_version = STYLET_VERSION;
     info.patient_folder = facts.patient_folder;
     info.patient_name = facts.patient_name;
+    info.patient_check = facts.patient_check;
     info.scenario = facts.scenario;
     info.course = enumName(training::kCourseNames, scenario.course);
     info.capture_points = scenario.moments;
@@ -166,8 +167,8 @@ struct Task {
 
 OpenedPatient timedPatient(const AttemptConfig& config, Start& start) {
     start.asked = std::chrono::steady_clock::now();
-    OpenedPatient opened =
-        openPatient({config.patient, config.seed, config.spacing_mm / 1000.0, cacheFolder(), assetsFolder()});
+    OpenedPatient opened = openPatient({config.patient, config.seed, config.spacing_mm / 1000.0,
+                                        cacheFolder(), assetsFolder(), config.accept_implausible});
     start.made = opened.made;
     return opened;
 }
@@ -492,6 +493,7 @@ void openInput(AttemptRun& run) {
                  run.attempt->simulation.dt_s,
                  config.device,
                  haptics::firmwareDigest(config.device_options)};
+    run.facts.patient_check = task.opened.check;
     run.start.hand = std::chrono::steady_clock::now();
 }
 

@@ -247,7 +247,14 @@ std::optional<patient::Package> loadCachedPackage(const std::filesystem::path& f
 OpenedPatient openPatient(const PatientRequest& request) {
     if (!request.folder.empty()) {
         const std::filesystem::path folder = std::filesystem::absolute(request.folder);
-        return {folder, patient::loadPackage(folder)};
+        OpenedPatient opened{folder, patient::loadPackage(folder)};
+        opened.check = patient::requirePlausible(opened.package, folder, request.accept_implausible);
+        if (!opened.check.empty())
+            printMessage(fmt::format("{}: {}", folder.string(),
+                                     opened.check == patient::kNotChecked
+                                         ? "this patient has not been checked; run `stylet-model check`"
+                                         : opened.check));
+        return opened;
     }
     Made made;
     const KeptMark mark(request);
@@ -267,7 +274,8 @@ OpenedPatient openPatient(const PatientRequest& request) {
 
 OpenedPatient openPatient(const PatientOptions& options) {
     return openPatient(
-        {options.folder, options.seed, 1e-3 * options.spacing_mm, cacheFolder(), assetsFolder()});
+        // Pictures and films may show any patient.
+        {options.folder, options.seed, 1e-3 * options.spacing_mm, cacheFolder(), assetsFolder(), true});
 }
 
 std::vector<PlannedPath> goodPaths(const patient::Patient& patient, const std::filesystem::path& folder,

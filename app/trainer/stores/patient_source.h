@@ -18,6 +18,7 @@ struct PatientRequest {
     double spacing_m = 0.001;  // voxel size of a reference patient
     std::filesystem::path cache;
     std::filesystem::path assets;
+    bool accept_implausible = false;  // open a package that `stylet-model check` refused
 };
 
 // The same choice as command-line options.
@@ -31,6 +32,8 @@ struct OpenedPatient {
     std::filesystem::path folder;
     patient::Package package;
     Made made{};
+    // What the attempt's record says about the check of the package; empty: accepted, or a reference patient.
+    std::string check{};
 };
 
 // Throws DataError. Reports slow steps on stderr.

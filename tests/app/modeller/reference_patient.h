@@ -6,11 +6,13 @@
 
 namespace stylet::test {
 
-inline patient::Package referencePatient(std::uint64_t seed, double spacing_m) {
+inline patient::Package referencePatient(std::uint64_t seed, double spacing_m,
+                                         const std::vector<std::string>& variants = {}) {
     patient::synth::SynthSettings settings;
     settings.seed = seed;
     settings.spacing_m = spacing_m;
     settings.defaults = tissueDefaults();
+    settings.variants = variants;
     return patient::synth::makeReferencePatient(settings);
 }
 

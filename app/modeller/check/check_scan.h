@@ -1,0 +1,23 @@
+// Internal: checks of the scan itself (contrast phase, noise, field of view) and of what a segmentation often
+// misses in an unusual scan (vessels, kidneys, spleen) or invents (ducts in fat, fascia outside the body).
+// Every finding names a cause and a cure.
+#pragma once
+
+#include "app/modeller/check/findings.h"
+#include "app/modeller/check/package_statistics.h"
+
+namespace stylet::modeller {
+
+// NaN where the structure is missing.
+struct ScanMeasures {
+    double liver_hu = 0.0, vessels_hu = 0.0, aorta_hu = 0.0;  // means; vessels: portal and hepatic veins
+    double noise_hu = 0.0;        // standard deviation between voxels of the liver 4 mm apart
+    double vessel_share = 0.0;    // portal and hepatic veins, of the whole liver's volume
+    double fat_in_ducts = 0.0;    // share of the duct voxels in the liver whose smoothed value is that of fat
+    double fascia_outside = 0.0;  // share of the fascia voxels that lie in the air around the body
+};
+ScanMeasures measureScan(const PackageStatistics&);
+
+void checkScan(const PackageStatistics&, Findings&);
+
+}  // namespace stylet::modeller

@@ -1,0 +1,161 @@
+// Unusual scans and typical defects of a segmentation are found, with their cause and a cure.
+#include "app/modeller/check/check_scan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "patient/synth/labels.h"
+#include "tests/app/modeller/reference_patient.h"
+
+namespace stylet::modeller {
+namespace {
+
+using patient::synth::Id;
+
+const Package& reference() {
+    static const Package package = test::referencePatient(1, 0.003);
+    return package;
+}
+
+// Without motion, to save time.
+Package copy() {
+    Package p = reference();
+    p.motion = {};
+    return p;
+}
+
+ScanMeasures measure(const Package& p) {
+    return measureScan(PackageStatistics(p));
+}
+
+// The finding about `what`, formatted, or an empty string.
+std::string finding(const Package& p, const std::string& what) {
+    Findings findings;
+    checkScan(PackageStatistics(p), findings);
+    const auto found = std::find_if(findings.list.begin(), findings.list.end(),
+                                    [&](const Finding& f) { return f.what == what; });
+    return found == findings.list.end() ? "" : formatFinding(*found);
+}
+
+void setHu(Package& p, Id id, int hu) {
+    for (std::size_t i = 0; i < p.ct.voxels.size(); ++i)
+        if (p.labels.voxels[i] == std::uint8_t(id)) p.ct.voxels[i] = std::int16_t(hu);
+}
+
+void relabel(Package& p, Id from, Id to) {
+    std::replace(p.labels.voxels.begin(), p.labels.voxels.end(), std::uint8_t(from), std::uint8_t(to));
+}
+
+TEST(ScanMeasures, OfTheReferencePatient) {
+    const ScanMeasures s = measure(reference());
+    EXPECT_NEAR(s.liver_hu, 112.0, 3.0);
+    EXPECT_NEAR(s.vessels_hu, 159.0, 4.0);
+    EXPECT_NEAR(s.aorta_hu, 170.0, 4.0);
+    EXPECT_NEAR(s.noise_hu, 11.0, 2.5);
+    EXPECT_LT(s.fat_in_ducts, 0.03);
+    EXPECT_EQ(s.fascia_outside, 0.0);
+    Findings findings;
+    checkScan(PackageStatistics(reference()), findings);
+    EXPECT_TRUE(findings.list.empty()) << formatFinding(findings.list.front());
+}
+
+// The difference of two uniform values in [-w, w] is below 0.586 w with probability one half.
+TEST(ScanMeasures, NoiseOfUniformValuesInClosedForm) {
+    Package p = copy();
+    std::uint64_t state = 1;
+    constexpr int kHalf = 60;
+    for (std::size_t i = 0; i < p.ct.voxels.size(); ++i) {
+        state = state * 6364136223846793005u + 1442695040888963407u;
+        if (p.labels.voxels[i] == std::uint8_t(Id::liver))
+            p.ct.voxels[i] = std::int16_t(100 + int((state >> 33) % (2 * kHalf + 1)) - kHalf);
+    }
+    EXPECT_NEAR(measure(p).noise_hu, 0.5858 * kHalf / (0.6745 * 1.4142), 1.0);
+}
+
+TEST(CheckScan, NamesThePhase) {
+    using testing::HasSubstr, testing::StartsWith;
+    const std::string what = "vessels brighter than the liver";
+    const std::string native = finding(test::referencePatient(1, 0.003, {"native"}), what);
+    EXPECT_THAT(native, StartsWith("REFUSED"));
+    EXPECT_THAT(native, HasSubstr("without contrast medium"));
+    EXPECT_THAT(native, HasSubstr("portal venous phase"));
+    const std::string arterial = finding(test::referencePatient(1, 0.003, {"arterial"}), what);
+    EXPECT_THAT(arterial, StartsWith("REFUSED"));
+    EXPECT_THAT(arterial, HasSubstr("an arterial phase"));
+    EXPECT_THAT(finding(test::referencePatient(1, 0.003, {"late"}), what), HasSubstr("a late phase"));
+    EXPECT_EQ(finding(test::referencePatient(1, 0.003, {"80-kv"}), what), "");
+}
+
+TEST(CheckScan, MissingOrSmallVessels) {
+    Package none = copy();
+    relabel(none, Id::portal, Id::liver);
+    relabel(none, Id::hepaticVeins, Id::liver);
+    EXPECT_THAT(finding(none, "vessels in the liver"), testing::StartsWith("REFUSED"));
+    relabel(none, Id::ducts, Id::liver);  // without a target there is no path to rate
+    EXPECT_THAT(finding(none, "vessels in the liver"), testing::StartsWith("look"));
+    // Keep one vessel voxel of `step`.
+    const auto thinned = [](int step) {
+        Package p = copy();
+        int n = 0;
+        for (std::uint8_t& id : p.labels.voxels)
+            if ((id == std::uint8_t(Id::portal) || id == std::uint8_t(Id::hepaticVeins)) && n++ % step != 0)
+                id = std::uint8_t(Id::liver);
+        return p;
+    };
+    const double share = measure(reference()).vessel_share;
+    EXPECT_NEAR(measure(thinned(5)).vessel_share, share / 5.0, 0.01 * share);
+    EXPECT_THAT(finding(thinned(int(share / 0.010)), "vessels in the liver"), testing::StartsWith("look"));
+    EXPECT_THAT(finding(thinned(int(share / 0.003)), "vessels in the liver"), testing::StartsWith("REFUSED"));
+}
+
+TEST(CheckScan, NoiseIsReported) {
+    const std::string noisy = finding(test::referencePatient(1, 0.003, {"noise-x3"}), "noise in the liver");
+    EXPECT_THAT(noisy, testing::StartsWith("look"));
+    EXPECT_THAT(noisy, testing::HasSubstr("soft kernel"));
+}
+
+TEST(CheckScan, MissingOrgansAreReported) {
+    for (const auto& [id, name] : {std::pair{Id::kidneyRight, "right kidney"},
+                                   {Id::kidneyLeft, "left kidney"},
+                                   {Id::spleen, "spleen"}}) {
+        Package p = copy();
+        relabel(p, id, Id::visceralFat);
+        EXPECT_THAT(finding(p, name), testing::HasSubstr("0 ml")) << name;
+        for (const char* other : {"right kidney", "left kidney", "spleen"})
+            EXPECT_EQ(finding(p, other).empty(), std::string(other) != name) << other;
+    }
+}
+
+TEST(CheckScan, DuctsInFatAreReported) {
+    Package p = copy();
+    setHu(p, Id::ducts, -60);
+    EXPECT_THAT(finding(p, "ducts in fat"), testing::StartsWith("REFUSED"));
+    p = copy();
+    // A fifth of the ducts, at one end.
+    std::vector<std::size_t> ducts;
+    for (std::size_t i = 0; i < p.labels.voxels.size(); ++i)
+        if (p.labels.voxels[i] == std::uint8_t(Id::ducts)) ducts.push_back(i);
+    for (std::size_t i = 0; i < ducts.size() / 5; ++i)
+        p.ct.voxels[ducts[i]] = -100;
+    EXPECT_THAT(finding(p, "ducts in fat"), testing::StartsWith("look"));
+}
+
+TEST(CheckScan, FasciaOutsideTheBodyIsRefused) {
+    Package p = copy();
+    // A second fascia in the air in front of the body, as large as a tenth of the true one.
+    const Grid& g = p.labels.grid;
+    const double fascia =
+        double(std::count(p.labels.voxels.begin(), p.labels.voxels.end(), std::uint8_t(Id::fascia)));
+    double added = 0.0;
+    forEachVoxel(g, [&](const Index3& i) {
+        if (i.y == g.dims.y - 2 && p.labels[i] == 0 && added < 0.1 * fascia)
+            p.labels[i] = std::uint8_t(Id::fascia), ++added;
+    });
+    EXPECT_NEAR(measure(p).fascia_outside, 0.1 / 1.1, 0.005);
+    EXPECT_THAT(finding(p, "fascia outside the body"), testing::StartsWith("REFUSED"));
+}
+
+}  // namespace
+}  // namespace stylet::modeller

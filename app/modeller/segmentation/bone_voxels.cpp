@@ -129,6 +129,34 @@ Mask vertebraRegion(const Grid& g, const std::vector<Vec3>& canal) {
     return region;
 }
 
+// Removes the soft tissue that blur has raised above the bone threshold. A blurred cortex has its surface at
+// half maximum: halfway between the soft tissue beside it and its brightest voxels nearby.
+Mask withoutBlurredRim(const CtVolume& ct, const Mask& body, const Mask& bone, const Mask& canal) {
+    constexpr double kRim_m = 0.002;                        // the blur of a scan reaches so far
+    constexpr double kPeak_m = 0.0025;                      // half a rib's thickness
+    constexpr float kClear_m = 0.002f, kBeside_m = 0.006f;  // where soft tissue is measured
+    constexpr float kBesideFat_hu = -100.0f, kBesideMuscle_hu = 55.0f, kMinMeasured = 0.001f;
+    const Grid& g = ct.grid;
+    const FloatVolume distance = distanceTo(bone);
+    FloatVolume sum(g), count(g);
+    for (std::size_t i = 0; i < sum.voxels.size(); ++i)
+        if (body.voxels[i] && distance.voxels[i] > kClear_m && distance.voxels[i] < kBeside_m)
+            sum.voxels[i] = std::max(kBesideFat_hu, float(ct.voxels[i])), count.voxels[i] = 1.0f;
+    const auto voxels = [&](double m) { return std::max(1, int(std::lround(m / g.spacing_m.x))); };
+    sum = boxMean(sum, voxels(double(kBeside_m))), count = boxMean(count, voxels(double(kBeside_m)));
+    Mask dark(g);
+    parallelVoxels(g, [&](const Index3& i) {
+        if (!bone[i]) return;
+        const float soft_hu = count[i] > kMinMeasured ? sum[i] / count[i] : kBesideMuscle_hu;
+        std::int16_t peak_hu = ct[i];
+        forEachVoxel(boxAround(g, i, voxels(kPeak_m)), [&](const Index3& n) {
+            if (bone[n]) peak_hu = std::max(peak_hu, ct[n]);
+        });
+        dark[i] = float(ct[i]) < 0.5f * (soft_hu + float(peak_hu));
+    });
+    return subtract(bone, growSeeds(inverted(unite(bone, canal)), dark, voxels(kRim_m)));
+}
+
 }  // namespace
 
 Mask withMarrow(const CtVolume& ct, const Mask& body, const Mask& pieces, const Mask& shell,
@@ -170,7 +198,7 @@ Mask withMarrow(const CtVolume& ct, const Mask& body, const Mask& pieces, const 
         maskWhere(g, [&](std::size_t i) { return bone.voxels[i] && ct.voxels[i] <= kSurface_hu; });
     const LabelVolume outside = inverted(unite(bone, canal));
     const Mask peeled = growSeeds(outside, dark, std::max(1, int(std::lround(kPeel_m / g.spacing_m.x))));
-    return subtract(bone, peeled);
+    return withoutBlurredRim(ct, body, subtract(bone, peeled), canal);
 }
 
 }  // namespace stylet::modeller

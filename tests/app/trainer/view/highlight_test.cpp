@@ -202,13 +202,13 @@ TEST_F(HighlightTest, EveryMarkCanBeDrawn) {
         }
 }
 
-// Bone from 6 to 10 mm under the skin, at 12 to 20 mm toward the head and at 15 to 18 mm toward the feet.
+// Bone from 6 to 10 mm under the skin, at 12 to 20 mm toward the head and at 14 to 19 mm toward the feet.
 TEST(HighlightRibs, TheRibIsPressedOverItsMiddle) {
     patient::Package package = test::wallWithVessel();
     LabelVolume& labels = package.labels;
     forEachVoxel(labels.grid, [&](const Index3& i) {
         const Vec3 p = labels.grid.centre(i);
-        const bool upper = p.z > 0.012 && p.z < 0.020, lower = p.z < -0.015 && p.z > -0.018;
+        const bool upper = p.z > 0.012 && p.z < 0.020, lower = p.z < -0.014 && p.z > -0.019;
         if ((upper || lower) && p.x > 0.006 && p.x < 0.010) labels[i] = test::kBoneLabel;
     });
     const patient::Patient patient(package);

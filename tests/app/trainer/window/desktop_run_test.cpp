@@ -293,6 +293,11 @@ TEST_F(DesktopRunRealTime, WholeProcedureWithMouseAndKeys) {
     keys_.emplace(records::loadRecord(record()));
     ASSERT_TRUE(isNear(stepsNow(), {})) << where();
 
+    display_.key("t");  // to the skin beneath the finger, and back
+    ASSERT_TRUE(says("the tool moves to the skin")) << printed();
+    ASSERT_TRUE(until([&] { return rests(Tool::finger) && stepsNow().deeper > 10.0; })) << where();
+    ASSERT_TRUE(bring(Tool::finger, {})) << where();
+
     ASSERT_TRUE(bring(Tool::finger, {.deeper = 16})) << where();  // to the skin, then along the skin by mouse
     for (int tries = 0; tries < 12; ++tries) {  // a drag has no effect before the first picture
         display_.drag(500, 260, 520, 260);
@@ -387,6 +392,20 @@ TEST_F(DesktopRunRealTime, WholeProcedureWithMouseAndKeys) {
                                             haptics::CommandKind::move, haptics::CommandKind::fault})
         EXPECT_EQ(kept.commanded[std::size_t(kind)], 1) << int(kind);
     EXPECT_THAT(kept.page, testing::HasSubstr("too fast")) << "the instructor's comment is on the page";
+}
+
+// HZ-TEACH-12
+TEST_F(DesktopRunRealTime, AnExamPlacesNoToolAndShowsNoExpert) {
+    start("--device mouse --trainee mouse-3 --difficulty exam --scenario '" +
+          test::testScenario("short").string() + "'");
+    ASSERT_TRUE(says("you control the ")) << printed();
+    ASSERT_TRUE(until([&] { return !display_.title().empty() && readSamples(); })) << printed();
+    display_.key("t");
+    EXPECT_TRUE(says("not placed on the skin: this difficulty does not place tools")) << printed();
+    display_.key("o");
+    EXPECT_TRUE(says("the expert is shown in guided attempts only")) << printed();
+    display_.close();
+    EXPECT_EQ(outcome_.get().status, 0);
 }
 
 TEST_F(DesktopRunRealTime, MouseNeedsADisplay) {

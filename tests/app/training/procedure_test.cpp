@@ -508,6 +508,9 @@ TEST_F(DrainageTest, LocalAnaesthesiaNeedsTheSkinAndTheCapsule) {
     EXPECT_TRUE(done(Step::anaesthetise));
     EXPECT_NEAR(value(MetricId::anaesthetic), 2.7, 0.01);
     EXPECT_EQ(value(MetricId::needlePath), 0.0) << "no travel of the puncture";
+    EXPECT_EQ(value(MetricId::skinContacts), 0.0);
+    update(liver(0.026));
+    EXPECT_EQ(value(MetricId::skinContacts), 1.0) << "beyond the capsule it is a puncture";
     EXPECT_EQ(progress().critical_errors, 0u);
 }
 

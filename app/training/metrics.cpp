@@ -45,7 +45,7 @@ void Metrics::update(const TickOutput& now, const TickFacts& facts, const Attemp
     ++ticks_;
     struck_now_ = contact_now_ = false;
     near_miss_now_m_.reset();
-    updateContacts(now);
+    if (!facts.infiltrates) updateContacts(now);
     updateRiskHits(facts);
     updateNearMisses(facts);
     updateNeedleTravel(now, facts);

@@ -31,7 +31,9 @@ void Pain::update(const TickOutput& now, const Anaesthetic& anaesthetic) noexcep
     if (now_ < 0.5) cause_ = {}, reported_ = 0.0;
     followNeedle(now, anaesthetic);
     if (now.cut_incision >= 0)
-        hurt(kIncisionPain, anaesthetic.numbness(0.5 * (now.cut.begin_reference_m + now.cut.end_reference_m)),
+        hurt(kIncisionPain,
+             std::min(anaesthetic.numbness(now.cut.begin_reference_m),
+                      anaesthetic.numbness(now.cut.end_reference_m)),
              "the incision");
     followDilator(now, anaesthetic);
 }

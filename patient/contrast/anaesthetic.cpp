@@ -6,6 +6,12 @@
 
 namespace stylet::patient {
 
+namespace {
+
+constexpr double kUndiluted_m3 = 0.3e-6;  // a smaller depot is diluted and numbs in proportion to its volume
+
+}  // namespace
+
 double depotRadius_m(double volume_m3) noexcept {
     constexpr double kBall = 4.18879020478639;  // 4 pi / 3
     return std::cbrt(std::max(0.0, volume_m3) / kBall);
@@ -34,7 +40,8 @@ double Anaesthetic::numbness(const Vec3& reference_m) const noexcept {
         const double numb_m = depotRadius_m(depot.volume_m3 / settings_.soaked_share);
         if (!(numb_m > 0.0)) continue;
         const double beyond = glm::distance(reference_m, depot.centre_m) / numb_m - 1.0;
-        most = std::max(most, std::clamp(1.0 - beyond / settings_.fade_share, 0.0, 1.0));
+        const double strength = std::min(1.0, depot.volume_m3 / kUndiluted_m3);
+        most = std::max(most, strength * std::clamp(1.0 - beyond / settings_.fade_share, 0.0, 1.0));
     }
     return most;
 }

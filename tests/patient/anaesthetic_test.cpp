@@ -46,6 +46,14 @@ TEST(Anaesthetic, NumbnessFollowsTheSoakedBall) {
     EXPECT_EQ(at(1.01 + settings.fade_share), 0.0);
 }
 
+TEST(Anaesthetic, ADropDoesNotNumb) {
+    Anaesthetic state;
+    inject(state, Vec3(0.0), 0.001);
+    EXPECT_NEAR(state.numbness(Vec3(0.0)), 1.0 / 300.0, 1e-6);
+    inject(state, Vec3(0.0), 0.149);
+    EXPECT_NEAR(state.numbness(Vec3(0.0)), 0.5, 1e-6);
+}
+
 TEST(Anaesthetic, EveryDropIsAccountedFor) {
     Anaesthetic state;
     inject(state, Vec3(0.0), 1.0);

@@ -508,9 +508,13 @@ TEST_F(DrainageTest, LocalAnaesthesiaNeedsTheSkinAndTheCapsule) {
     EXPECT_TRUE(done(Step::anaesthetise));
     EXPECT_NEAR(value(MetricId::anaesthetic), 2.7, 0.01);
     EXPECT_EQ(value(MetricId::needlePath), 0.0) << "no travel of the puncture";
+    EXPECT_EQ(value(MetricId::skinContacts), 0.0);
+    update(liver(0.026));
+    EXPECT_EQ(value(MetricId::skinContacts), 1.0) << "beyond the capsule it is a puncture";
     EXPECT_EQ(progress().critical_errors, 0u);
 }
 
+// HZ-TEACH-23
 TEST_F(DrainageTest, LocalAnaesthesiaCannotBeFaked) {
     numb(outside(), 3.0);
     EXPECT_EQ(progress().refusal, Refusal::anaestheticLost) << "in the air";
@@ -527,6 +531,7 @@ TEST_F(DrainageTest, LocalAnaesthesiaCannotBeFaked) {
     EXPECT_EQ(progress().critical_errors & 1u << unsigned(CriticalError::overdose), 0u);
 }
 
+// HZ-TEACH-23
 TEST_F(DrainageTest, TooMuchLocalAnaestheticIsToldAndThenFails) {
     const auto overdose = [&] {
         return (progress().critical_errors & 1u << unsigned(CriticalError::overdose)) != 0;
@@ -541,6 +546,7 @@ TEST_F(DrainageTest, TooMuchLocalAnaestheticIsToldAndThenFails) {
     EXPECT_FALSE(passesExam(progress()));
 }
 
+// HZ-TEACH-23
 TEST_F(DrainageTest, LittleInAVesselIsTooMuch) {
     numb(vessel(), 5.5, 2e-6);
     EXPECT_NE(progress().critical_errors & 1u << unsigned(CriticalError::overdose), 0u);
@@ -572,13 +578,13 @@ TEST_F(DrainageTest, PainHasAClosedForm) {
 
 TEST_F(DrainageTest, LocalAnaesthesiaTakesThePainOfItsPlace) {
     numb(wall(0.004), 1.0), update(outside());
-    EXPECT_DOUBLE_EQ(progress().worst_pain, kSkinPrick) << "the prick of the first needle";
+    EXPECT_NEAR(progress().worst_pain, kSkinPrick, 0.02) << "the prick of the first needle";
     TickOutput cut;
     cut.tool = Tool::scalpel;
     cut.incision_count = 1, cut.cut_incision = 0;
     cut.newest_incision = cut.cut = {{0.001, -0.002, 0.0}, {0.001, 0.002, 0.0}};
     update(cut);
-    EXPECT_DOUBLE_EQ(progress().worst_pain, kSkinPrick) << "the incision is not felt";
+    EXPECT_NEAR(progress().worst_pain, kSkinPrick, 0.02) << "the incision is not felt";
     update(outside()), update(wall(0.010)), update(liver(0.0225));
     EXPECT_DOUBLE_EQ(progress().worst_pain, kCapsulePain) << "the capsule is";
 }

@@ -5,6 +5,7 @@
 
 #include "app/records/replay.h"
 #include "app/trainer/attempt/reference_path.h"
+#include "app/training/pain.h"
 #include "app/training/score.h"
 #include "patient/synth/synth.h"
 #include "tests/app/trainer/phantom_attempt.h"
@@ -124,6 +125,23 @@ Scenario shortOfTheDuct(double by_m) {
     for (Stage& stage : scenario.stages)
         if (stage.kind == StageKind::move && stage.to.share == 1.0) stage.to.deeper_m -= by_m;
     return scenario;
+}
+
+// The expert's pain is that of the first prick. Without local anaesthesia everything hurts, and it costs
+// points. HZ-TEACH-23
+TEST(Drainage, WithoutLocalAnaesthesiaItHurts) {
+    const SynthPatient p(1);
+    const patient::PlannedPath path = pathForWire(patient::makeDuctSpace(p.patient), p.paths);
+    const Scenario numbed = drainage();
+    Scenario painful = numbed;
+    std::erase_if(painful.stages, [](const Stage& s) { return s.kind == StageKind::numb; });
+    const Played with = play(p.patient, path, numbed), without = play(p.patient, path, painful);
+    EXPECT_LE(with.progress.worst_pain, training::kSkinPrick);
+    EXPECT_TRUE(with.done(training::Step::anaesthetise));
+    EXPECT_GE(without.progress.worst_pain, training::kDilatationPain);
+    EXPECT_FALSE(without.done(training::Step::anaesthetise));
+    EXPECT_LT(without.progress.total, with.progress.total - 5.0);
+    EXPECT_TRUE(without.equal);
 }
 
 TEST(Drainage, InParenchymaTheWireStays) {

@@ -80,7 +80,9 @@ class Novice {
             case Act::takeProbe:
             case Act::takeScalpel:
             case Act::takeGuide:
+            case Act::takeSyringe:
             case Act::liftProbe:
+            case Act::drawSyringe:
             case Act::drawOut:
             case Act::finish:
                 toward(deeper_m_, kOffSkin_m, 2.0 * kMove_m_s);
@@ -120,6 +122,13 @@ class Novice {
             case Act::enterSkin:
             case Act::advance:
                 toward(deeper_m_, 0.200, 0.5 * kMove_m_s);
+                break;
+            case Act::enterWheal:
+            case Act::pushToCapsule:
+                toward(deeper_m_, 0.200, 0.3 * kMove_m_s);
+                break;
+            case Act::drawBack:
+                toward(deeper_m_, kOffSkin_m, 0.2 * kMove_m_s);
                 break;
             case Act::seekDuct:
                 toward(deeper_m_, 0.200, 0.2 * kMove_m_s);
@@ -346,6 +355,27 @@ TEST(Tutor, NeverAsksForWhatTheToolsRefuse) {
     now.access.pierced = now.access.needle_in = false;
     now.access.drain = haptics::DrainState::misplaced, now.access.drain_m = 0.2;
     EXPECT_EQ(next(training::Step::drain), Act::takeDrain) << "the wire can still mend it";
+    // Local anaesthetic flows only where it is wanted.
+    now = {};
+    now.tool_awaits_exit = false;
+    now.tool = Tool::needle, now.phase = haptics::Phase::pass;
+    training::Equipment syringe;
+    syringe.anaesthetic_m3_per_s = 1e-6;
+    progress.step = training::Step::anaesthetise;
+    const auto numb = [&](training::Refusal missing, training::TrackPlace at) {
+        progress.missing = missing, progress.track_place = at;
+        return training::nextAct(progress, now, syringe);
+    };
+    using training::TrackPlace;
+    EXPECT_EQ(numb(training::Refusal::skinNotNumb, TrackPlace::skin), Act::numbSkin);
+    EXPECT_EQ(numb(training::Refusal::capsuleNotNumb, TrackPlace::skin), Act::stopInjecting);
+    EXPECT_EQ(numb(training::Refusal::capsuleNotNumb, TrackPlace::capsule), Act::numbCapsule);
+    syringe = {};
+    EXPECT_EQ(numb(training::Refusal::skinNotNumb, TrackPlace::outside), Act::enterWheal);
+    EXPECT_EQ(numb(training::Refusal::capsuleNotNumb, TrackPlace::wall), Act::pushToCapsule);
+    EXPECT_EQ(numb(training::Refusal::capsuleNotNumb, TrackPlace::beyond), Act::drawBack);
+    EXPECT_EQ(numb(training::Refusal::capsuleNotNumb, TrackPlace::aside), Act::drawSyringe);
+    EXPECT_EQ(next(training::Step::incise), Act::drawSyringe) << "the needle is still in the skin";
     // A probe that was parked where it shows nothing.
     progress.missing = training::Refusal::ductBesidePlane;
     now = {};

@@ -78,6 +78,16 @@ TEST(WindowKeys, TPlacesTheToolOfAMouse) {
     }
 }
 
+// One syringe at a time: the other one's key starts it instead of stopping.
+TEST(WindowKeys, InjectionKeysStartAndStop) {
+    const auto port = std::make_shared<WindowPort>();
+    port->enableCommands();
+    WindowKeys keys(port);
+    for (const char which : {'m', 'm', 'm', 'i', 'i', 'i', 'm', 'm'})
+        keys.press(key(which));
+    EXPECT_EQ(port->typed(), "numb\nstop\nnumb\ninject\nstop\ninject\nnumb\nstop\n");
+}
+
 TEST(WindowKeys, F1EntersACommandAndF9AComment) {
     const auto port = std::make_shared<WindowPort>();
     WindowKeys keys(port);

@@ -14,12 +14,13 @@ namespace stylet::render {
 namespace {
 
 constexpr int kTubeSides = 12, kRingSides = 40;
-constexpr float kRingThickness = 0.09f;  // of a ring with radius 1
+constexpr float kRingThickness = 0.12f;  // of a ring with radius 1
 constexpr double kPathRadius_m = 0.0006, kPathOutside_m = 0.045;
 constexpr double kEntryRadius_m = 0.004, kEntryThickness_m = 0.0012;
 constexpr glm::vec3 kReferenceColour{0.05f, 0.75f, 0.95f};
-constexpr glm::vec3 kHighlightColour{1.0f, 0.55f, 0.05f};
-constexpr double kArrowRadius_m = 0.0016, kArrowHead_m = 0.014, kArrowHeadRadius_m = 0.005;
+// Not a colour of skin, iodine, cloth, path or alerts.
+constexpr glm::vec3 kHighlightColour{0.95f, 0.08f, 0.75f};
+constexpr double kArrowRadius_m = 0.002, kArrowHead_m = 0.016, kArrowHeadRadius_m = 0.0065;
 constexpr float kHighlightGlow = 0.9f;
 constexpr glm::vec3 kGhostColour{0.25f, 0.75f, 1.0f};
 constexpr float kGhostGlow = 0.25f;

@@ -19,7 +19,7 @@ using Highlights = std::vector<Highlight>;
 
 // Rings: around a place on the skin, the end of an instrument, the probe, and a place on the instrument
 // table.
-constexpr double kSkinRing_m = 0.008, kRibRing_m = 0.014, kEndRing_m = 0.012, kProbeRing_m = 0.045,
+constexpr double kSkinRing_m = 0.012, kRibRing_m = 0.016, kEndRing_m = 0.012, kProbeRing_m = 0.045,
                  kTableRing_m = 0.10;
 constexpr double kArrow_m = 0.04, kRoomArrow_m = 0.15;
 constexpr double kAboveSkin_m = 0.002;  // so that a curved skin does not cover the ring

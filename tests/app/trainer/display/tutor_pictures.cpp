@@ -30,7 +30,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kSettled_ticks = 120;  // of an act, before its picture
-constexpr int kEyePixels = 800;
+constexpr int kEyePixels = 900;
 
 struct Scene {
     patient::Package package;
@@ -149,8 +149,10 @@ void drawHeadset(const Scene& scene, const std::vector<Capture>& captures, const
     setenv("XR_RUNTIME_JSON", STYLET_MOCK_MANIFEST, 1);
     const fs::path script = folder / "head.json";
     std::ofstream(script) << fmt::format(
-        R"({{"version": 2, "eyes": {{"recommended_size": [{0}, {0}]}},
-            "head": [{{"t_s": 0, "position": [0.12, 1.45, 0.0], "orientation": [-0.36, -0.06, 0, 0.93]}}]}})",
+        R"({{"version": 2, "eyes": {{"recommended_size": [{0}, {0}],
+                "left_fov_rad": [-0.7, 0.8, 0.6, -0.7], "right_fov_rad": [-0.7, 0.8, 0.6, -0.7]}},
+            "head": [{{"t_s": 0, "position": [0.12, 1.45, 0.0],
+                       "orientation": [-0.240, -0.118, -0.0295, 0.963]}}]}})",
         kEyePixels);
     PictureSettings settings = settingsFor(scene, folder, kControllers);
     settings.head_script = script;

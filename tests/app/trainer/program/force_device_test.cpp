@@ -100,6 +100,7 @@ TEST_F(ForceDevice, WholePunctureIsScoredStoredAndReplayedBitByBit) {
                                                       .patient = package_.name,
                                                       .scenario = scenario_.name,
                                                       .difficulty = "practice",
+                                                      .program_version = STYLET_VERSION,
                                                       .patient_digest = patient::digest(package_),
                                                       .seed = config.seed,
                                                       .dt_s = attempt.simulation.dt_s});

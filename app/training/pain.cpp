@@ -38,13 +38,18 @@ void Pain::update(const TickOutput& now, const Anaesthetic& anaesthetic) noexcep
     followDilator(now, anaesthetic);
 }
 
-// Entering the skin or the capsule hurts, once; lying there does not.
+// Entering the skin or the capsule hurts, once; lying there does not. What hurts at the capsule is the
+// peritoneum on the wall, along which the liver slides.
 void Pain::followNeedle(const TickOutput& now, const Anaesthetic& anaesthetic) noexcept {
     const bool inside = now.phase != haptics::Phase::outside && !now.access.open;
     const bool in_liver = inside && (now.tissue == Tissue::liver || (in_liver_ && isOfLiver(now.tissue)));
     if (inside && !inside_) hurt(kSkinPrick, anaesthetic.numbness(now.tip_reference_m), "the needle");
-    if (in_liver && !in_liver_)
-        hurt(kCapsulePain, anaesthetic.numbness(now.tip_reference_m), "the puncture of the liver's capsule");
+    if (in_liver && !in_liver_) {
+        const Vec3 on_wall_m =
+            patient::referenceFromDeformed(patient_->package().motion, now.breath, patient::Side::outside,
+                                           now.patient_from_needle.position_m);
+        hurt(kCapsulePain, anaesthetic.numbness(on_wall_m), "the puncture of the liver's capsule");
+    }
     inside_ = inside, in_liver_ = in_liver;
 }
 

@@ -124,7 +124,7 @@ std::optional<Act> toParkedProbe(const Progress& progress, const TickOutput& now
 // To local anaesthetic under the skin and at the capsule. The parked probe shows where it goes.
 Act toNumb(const Progress& progress, const TickOutput& now, const Equipment& equipment) noexcept {
     const TrackPlace at = progress.track_place;
-    if (at == TrackPlace::outside && progress.missing == Refusal::ductBesideRail)
+    if (at == TrackPlace::outside && (!now.probe_parked || progress.missing == Refusal::ductBesideRail))
         if (const std::optional<Act> act = toParkedProbe(progress, now)) return *act;
     if (!haptics::isNeedleTool(now.tool)) return Act::takeSyringe;
     const bool skin = progress.missing != Refusal::capsuleNotNumb;

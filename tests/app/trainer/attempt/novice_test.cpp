@@ -371,6 +371,9 @@ TEST(Tutor, NeverAsksForWhatTheToolsRefuse) {
     EXPECT_EQ(numb(training::Refusal::capsuleNotNumb, TrackPlace::skin), Act::stopInjecting);
     EXPECT_EQ(numb(training::Refusal::capsuleNotNumb, TrackPlace::capsule), Act::numbCapsule);
     syringe = {};
+    EXPECT_EQ(numb(training::Refusal::skinNotNumb, TrackPlace::outside), Act::takeProbe)
+        << "the parked probe shows the track";
+    now.probe_parked = true;
     EXPECT_EQ(numb(training::Refusal::skinNotNumb, TrackPlace::outside), Act::enterWheal);
     EXPECT_EQ(numb(training::Refusal::capsuleNotNumb, TrackPlace::wall), Act::pushToCapsule);
     EXPECT_EQ(numb(training::Refusal::capsuleNotNumb, TrackPlace::beyond), Act::drawBack);

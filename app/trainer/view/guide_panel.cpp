@@ -276,7 +276,7 @@ void GuidePanel::draw(const FrameState& seen) {
                                          stepsBefore(progress, Step::done)),
                   {.size = 34.0, .colour = kNext, .bold = true});
     drawSteps(progress);
-    const report::TextStyle words{.size = 28.0, .colour = kPanelText};
+    const report::TextStyle words{.size = kPrompt_px, .colour = kPanelText};
     // The reason for a refused step takes the place of the hint for a while.
     const bool refused = progress.refusal != training::Refusal::none &&
                          progress.elapsed_s - progress.refused_s < kRefusalShown_s;
@@ -287,7 +287,7 @@ void GuidePanel::draw(const FrameState& seen) {
                              : rules_.next_step ? promptText()
                                                 : std::string(training::stepName(progress.step));
     double y = 88.0;
-    for (const std::string& line : wrapped(*canvas_, said, words, kRight - kLeft))
+    for (const std::string& line : wrapped(*canvas_, said, words, kPromptWidth_px))
         canvas_->text({kLeft, y}, line, words), y += 34.0;
 
     const bool flat = height_ < kFlat_px;

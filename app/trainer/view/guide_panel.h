@@ -23,7 +23,9 @@ class GuidePanel {
     static constexpr int kWidth = 720, kHeight = 700;
     static constexpr int kMinHeight = 440;      // height of the flat layout, which has the same width
     static constexpr double kLetter_px = 26.0;  // em of the smallest font
-    static constexpr double kEvery_s = 0.1;     // shortest time between redraws
+    // Em and width of a prompt, a hint or a refusal, for which there are two lines.
+    static constexpr double kPrompt_px = 28.0, kPromptWidth_px = kWidth - 60.0;
+    static constexpr double kEvery_s = 0.1;  // shortest time between redraws
     static constexpr double kCurve_s = 10.0;
 
     // Has the size kWidth x kHeight until it is resized.

@@ -150,7 +150,7 @@ void drawHeadset(const Scene& scene, const std::vector<Capture>& captures, const
     const fs::path script = folder / "head.json";
     std::ofstream(script) << fmt::format(
         R"({{"version": 2, "eyes": {{"recommended_size": [{0}, {0}],
-                "left_fov_rad": [-0.7, 0.8, 0.6, -0.7], "right_fov_rad": [-0.7, 0.8, 0.6, -0.7]}},
+                "left_fov_rad": [-0.55, 1.0, 0.95, -0.55], "right_fov_rad": [-0.55, 1.0, 0.95, -0.55]}},
             "head": [{{"t_s": 0, "position": [0.12, 1.45, 0.0],
                        "orientation": [-0.240, -0.118, -0.0295, 0.963]}}]}})",
         kEyePixels);

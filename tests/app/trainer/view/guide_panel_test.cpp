@@ -86,6 +86,24 @@ TEST(GuidePanel, AHintTakesTurnsWithAPromptThatDoesNotHelp) {
     EXPECT_EQ(promptAfter(training::kHintAfter_s + 7.0), prompt) << "the prompt comes back";
 }
 
+// Prompts, hints and refusals of every input fit into the panel's two lines.
+TEST(GuidePanel, WordsFitIntoTwoLines) {
+    report::Canvas canvas(GuidePanel::kWidth, GuidePanel::kHeight, {});
+    const auto lines = [&](const std::string& text) {
+        return wrapped(canvas, text, {.size = GuidePanel::kPrompt_px}, GuidePanel::kPromptWidth_px).size();
+    };
+    for (const training::Controls* controls :
+         {&training::kMouseControls, &training::kControllerControls, &training::kTypedControls})
+        for (int a = 0; a < training::kActCount; ++a)
+            for (const std::string& text :
+                 {prompt(training::Act(a), *controls), hint(training::Act(a), *controls)})
+                EXPECT_LE(lines(text), 2u) << text;
+    for (int r = 1; r <= int(training::Refusal::drainMisplaced); ++r) {
+        const std::string text = "Not done: " + std::string(refusalText(training::Refusal(r))) + ".";
+        EXPECT_LE(lines(text), 2u) << text;
+    }
+}
+
 FrameState inserted(std::vector<Passed> passed) {
     FrameState seen = feltAt(1.0);
     seen.tick.tool = haptics::Tool::needle;

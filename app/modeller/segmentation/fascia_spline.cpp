@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "app/modeller/segmentation/fascia_surface.h"
 #include "app/modeller/segmentation/morphology.h"
 #include "base/line_reader.h"
 #include "base/parallel.h"
-#include "base/statistics.h"
 #include "base/text.h"
 
 namespace stylet::modeller {
@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
-constexpr double kMaxCells = 4.0;  // a voxel counts in its own cell and up to this far to each side
+constexpr double kUnseenWeight = 0.02;  // in the fit, of a ray that does not show the fascia
+constexpr double kMaxCells = 4.0;       // a voxel counts in its own cell and up to this far to each side
 
 // --- The basis ---
 
@@ -58,107 +59,7 @@ double evaluate(const Support& at, const std::vector<double>& control) {
     return r;
 }
 
-// --- The belly wall ---
-
-// One ray: the radius where the muscle begins below the skin's fat, and the muscle's thickness if fat
-// behind it is visible. 0: not visible.
-struct BellyRay {
-    double outer_m = 0.0, thick_m = 0.0;
-};
-
-BellyRay bellyRay(const FasciaInput& in, const Mask& inner, const FloatVolume& hu, const Vec3& axis_m,
-                  double phi, double z_m) {
-    constexpr double kStep_m = 0.001, kMuscle_hu = 5.0, kFat_hu = -40.0, kMaxThickness_m = 0.030;
-    const Grid& g = in.ct.grid;
-    BellyRay out;
-    int muscle = 0, fat = 0;
-    for (double r = 0.35; r > 0.02; r -= kStep_m) {
-        const Index3 i = g.nearest({axis_m.x + r * std::cos(phi), axis_m.y + r * std::sin(phi), z_m});
-        if (!g.contains(i) || !inner[i]) continue;
-        if (in.bones[i]) return {};
-        const double v = double(hu[i]);
-        if (out.outer_m == 0.0) {
-            muscle = v > kMuscle_hu ? muscle + 1 : 0;
-            if (muscle == 4) out.outer_m = r + 3.0 * kStep_m;
-        } else if (in.organs[i] || out.outer_m - r > kMaxThickness_m) {
-            return out;
-        } else {
-            fat = v < kFat_hu ? fat + 1 : 0;
-            if (fat == 3) {
-                out.thick_m = out.outer_m - r - 2.5 * kStep_m;
-                return out;
-            }
-        }
-    }
-    return out;
-}
-
-// Sets the target radius below the ribs: one muscle thickness inside the muscle's outer face. The thickness
-// varies much more from the flank to the midline than from the ribs to the hip, and bowel hides it in places.
-// Therefore each angle has one thickness, the median of its rays. It replaces a ray's own thickness if the
-// two differ too much.
-void targetBellyWall(const FasciaInput& in, const RadiusBounds& bounds, const WallSurface& s,
-                     std::vector<double>& target) {
-    constexpr double kSkin_m = 0.006, kAgree_m = 0.005;
-    constexpr int kReach = 3;
-    constexpr std::size_t kMinRays = 5;
-    const Mask inner = eroded(in.body, kSkin_m);
-    const FloatVolume hu = boxMean(toFloat(in.ct), 1);
-    std::vector<BellyRay> rays(target.size());
-    parallelFor(processorCount(), s.levels, [&](int z) {
-        for (int a = 0; a < s.angles; ++a) {
-            const double phi = a * kTurn / s.angles;
-            if (std::sin(phi) < -0.5 || boneNear(bounds, s, z, a))
-                continue;  // the back's muscles do not show the wall
-            rays[s.cell(z, a)] = bellyRay(in, inner, hu, s.axis_m, phi, s.z_begin_m + z * s.z_step_m);
-        }
-    });
-    std::vector<double> near;
-    const auto gather = [&](int z0, int z1, int a, int reach, double BellyRay::* what) {
-        near.clear();
-        for (int z = std::max(z0, 0); z <= std::min(z1, s.levels - 1); ++z)
-            for (int da = -reach; da <= reach; ++da) {
-                const BellyRay& r = rays[s.cell(z, a + da)];
-                if (r.*what > 0.0) near.push_back(r.*what);
-            }
-        return near.size() >= kMinRays ? upperMedian(near) : 0.0;
-    };
-    for (int a = 0; a < s.angles; ++a) {
-        const double thick_m = gather(0, s.levels - 1, a, 2, &BellyRay::thick_m);
-        if (thick_m == 0.0) continue;
-        for (int z = 0; z < s.levels; ++z) {
-            const std::size_t cell = s.cell(z, a);
-            const BellyRay& ray = rays[cell];
-            if (ray.outer_m == 0.0) continue;
-            const double usual_m = gather(z - kReach, z + kReach, a, kReach, &BellyRay::outer_m);
-            if (std::fabs(ray.outer_m - usual_m) > kAgree_m) continue;  // a fold, the navel or the midline
-            const bool own = std::fabs(ray.thick_m - thick_m) < kAgree_m;
-            target[cell] = ray.outer_m - (own ? ray.thick_m : thick_m);
-        }
-    }
-}
-
-// Sets the target radius between two ribs: on the lung or, below the diaphragm, one diaphragm thickness
-// outside the organ.
-void targetOrgans(const FasciaInput& in, const RadiusBounds& bounds, const WallSurface& s,
-                  std::vector<double>& target) {
-    constexpr double kNear_m = 0.009, kDiaphragm_m = 0.002, kDeep_m = 0.005;
-    constexpr std::int16_t kLung_hu = -400;
-    const Grid& g = in.ct.grid;
-    for (int z = 0; z < s.levels; ++z)
-        for (int a = 0; a < s.angles; ++a) {
-            const std::size_t cell = s.cell(z, a);
-            const double low_m = bounds.low_m[cell], gap_m = s.radius_m[cell] - low_m;
-            if (low_m == 0.0 || bounds.high_m[cell] < kFarOff_m || gap_m > kNear_m ||
-                !boneNear(bounds, s, z, a))
-                continue;
-            const double phi = a * kTurn / s.angles, r = low_m - kDeep_m;
-            const Index3 i = g.nearest({s.axis_m.x + r * std::cos(phi), s.axis_m.y + r * std::sin(phi),
-                                        s.z_begin_m + z * s.z_step_m});
-            const bool lung = g.contains(i) && in.ct[i] < kLung_hu;
-            target[cell] = low_m + (lung ? 0.0 : kDiaphragm_m);
-        }
-}
+// --- The fit ---
 
 // Minimises sum weight (r - target)^2 + stiffness |second differences|^2 by conjugate gradients on the
 // normal equations.
@@ -294,30 +195,30 @@ double FasciaSpline::radiusAt(double phi, double h_m) const {
 }
 
 FasciaSpline fitFascia(const FasciaInput& in) {
-    // The first fit, cell by cell, has determined what each ray shows and which rays are misleading.
     const WallSurface wall = fitWall(in);
     RadiusBounds bounds = computeRadiusBounds(in, wall, 0.0, kMaxCells);
     for (std::size_t i = 0; i < bounds.low_m.size(); ++i)
         bounds.low_m[i] = std::min(bounds.low_m[i], bounds.high_m[i]);
+    ObservedFascia seen = observeFascia(in, wall, bounds);
+    for (double& w : seen.weight)
+        w += kUnseenWeight;
     FasciaSpline s;
     s.axis_m = wall.axis_m;
     s.h_begin_m = wall.z_begin_m;
     const double height_m = (wall.levels - 1) * wall.z_step_m;
     s.levels = std::max(1, int(std::ceil(height_m / s.h_step_m))) + 3;
     double mean = 0.0;
-    for (const double r : wall.radius_m)
-        mean += r / double(wall.radius_m.size());
+    for (const double r : seen.radius_m)
+        mean += r / double(seen.radius_m.size());
     s.control_m.assign(std::size_t(s.around * s.levels), mean);
 
-    Fit fit{s, {}, wall.radius_m, std::vector<double>(wall.radius_m.size(), 1.0)};
+    Fit fit{s, {}, seen.radius_m, seen.weight};
     for (int z = 0; z < wall.levels; ++z)
         for (int a = 0; a < wall.angles; ++a)
             fit.at.push_back(supportAt(s, a * kTurn / wall.angles, wall.z_begin_m + z * wall.z_step_m));
-    targetBellyWall(in, bounds, wall, fit.target);
-    targetOrgans(in, bounds, wall, fit.target);
     // Where the surface still cuts bones or organs, pull it away. The weight grows in each round.
-    constexpr int kRounds = 6;
-    constexpr double kWeightGrowth = 6.0, kMaxWeight = 400.0;
+    constexpr int kRounds = 3;
+    constexpr double kWeightGrowth = 2.0, kMaxWeight = 4.0;
     for (int round = 0; round < kRounds; ++round) {
         fit.solve(s.control_m);
         for (std::size_t n = 0; n < fit.at.size(); ++n) {

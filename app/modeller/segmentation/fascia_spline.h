@@ -25,8 +25,8 @@ struct FasciaSpline {
     double radiusAt(double phi, double h_m) const;
 };
 
-// Least-squares fit to the visible wall (bones, lungs, the abdominal wall's muscle) with small second
-// differences. Avoids bones and organs.
+// Least-squares fit to the observed fascia (fascia_surface.h) with small second differences. Bones and organs
+// push the surface away where the fit would cut them.
 FasciaSpline fitFascia(const FasciaInput&);
 
 // The volume inside the tube: without bones, and with organs that extend beyond it.

@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "app/modeller/image/import_image.h"
 #include "app/modeller/segmentation/bones.h"
+#include "app/modeller/segmentation/fascia_surface.h"
 #include "app/modeller/segmentation/lungs.h"
 #include "base/errors.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"
@@ -90,6 +92,92 @@ TEST(FasciaSpline, BadTextIsRefusedByLineAndField) {
               "f.txt: line 11: nothing may follow the last row");
     EXPECT_EQ(fasciaRefusal(head + "row 0 80 80 80 80\n"), "f.txt: line 8: row 1 is missing");
     EXPECT_NE(fasciaRefusal(std::string(1000, '\xff')), "");
+}
+
+// Skin fat, a muscle of 12 mm and fat inside it, as rings about an upright axis, blurred like a scan.
+constexpr double kPhantom_m = 0.0502;
+
+CtVolume blurred(const CtVolume& sharp) {
+    FloatVolume hu = toFloat(sharp);
+    for (const int axis : {0, 1, 2})
+        parallelLines(1, hu.grid.dims, axis, hu.voxels.data(), smoothLine);
+    CtVolume out(hu.grid);
+    std::transform(hu.voxels.begin(), hu.voxels.end(), out.voxels.begin(),
+                   [](float v) { return std::int16_t(std::lround(v)); });
+    return out;
+}
+
+template <typename Hu>
+CtVolume rings(const Hu& hu) {
+    CtVolume ct({Index3(160, 160, 80), Vec3(0.001), Vec3(-0.0795, -0.0795, 0.0)});
+    forEachVoxel(ct.grid, [&](const Index3& i) {
+        const Vec3 p = ct.grid.centre(i);
+        ct[i] = std::int16_t(hu(std::hypot(p.x, p.y), p.z));
+    });
+    return ct;
+}
+
+// The error of the radius over the phantom's middle heights, as mean and largest.
+std::pair<double, double> radiusError(const FasciaInput& in, double true_m) {
+    const FasciaSpline s = fitFascia(in);
+    double sum = 0.0, largest = 0.0, count = 0.0;
+    for (double z_m = 0.020; z_m < 0.060; z_m += 0.003)
+        for (double turn = 0.0; turn < 1.0; turn += 0.02) {
+            const double angle = 2.0 * std::numbers::pi * turn;
+            // The axis of the surface is in front of the rings' axis.
+            const double c = std::cos(angle), along = s.axis_m.x * c + s.axis_m.y * std::sin(angle);
+            const double off2 = s.axis_m.x * s.axis_m.x + s.axis_m.y * s.axis_m.y;
+            const double expected = -along + std::sqrt(along * along - off2 + true_m * true_m);
+            const double error = s.radiusAt(angle, z_m) - expected;
+            sum += error, count += 1.0;
+            largest = std::max(largest, std::fabs(error));
+        }
+    return {sum / count, largest};
+}
+
+TEST(FasciaSpline, LiesOnTheEdgeFromMuscleToFat) {
+    const CtVolume ct = blurred(rings([](double r, double) {
+        return r < kPhantom_m ? -105 : r < kPhantom_m + 0.012 ? 58 : -105;
+    }));
+    const Mask body(ct.grid, 1), none(ct.grid);
+    const auto [mean_m, largest_m] = radiusError({ct, body, none, none}, kPhantom_m);
+    EXPECT_NEAR(mean_m, 0.0, 0.0003);
+    EXPECT_LT(largest_m, 0.0010);
+}
+
+// Between two muscles the fascia itself is invisible: ribs and the inside of the diaphragm show it.
+TEST(FasciaSpline, LiesOneDiaphragmOutsideTheLiver) {
+    const auto isRib = [](double r, double z) {
+        return r > kPhantom_m + 0.0015 && r < kPhantom_m + 0.008 && std::fmod(z + 0.002, 0.020) < 0.010;
+    };
+    const CtVolume ct = blurred(rings([&](double r, double z) {
+        return isRib(r, z)               ? 600
+               : r > kPhantom_m + 0.014  ? -105
+               : r > kPhantom_m - 0.003  ? 58
+               : r > kPhantom_m - 0.0042 ? -105
+                                         : 112;
+    }));
+    Mask bones(ct.grid), liver(ct.grid);
+    forEachVoxel(ct.grid, [&](const Index3& i) {
+        const Vec3 p = ct.grid.centre(i);
+        bones[i] = isRib(std::hypot(p.x, p.y), p.z);
+        liver[i] = std::hypot(p.x, p.y) < kPhantom_m - 0.0042;
+    });
+    const auto [mean_m, largest_m] = radiusError({ct, Mask(ct.grid, 1), bones, liver}, kPhantom_m);
+    EXPECT_NEAR(mean_m, 0.0, 0.0006);
+    EXPECT_LT(largest_m, 0.0015);
+}
+
+TEST(FasciaSurface, FatBetweenTwoMusclesIsALineAndNoEdge) {
+    std::vector<float> thin(61, 60.0f), thick(61, 60.0f);
+    for (int k = 0; k < 30; ++k)
+        (k > 27 ? thin : thick)[std::size_t(k)] = thick[std::size_t(k)] = -105.0f;
+    EXPECT_LT(wallEvidence(thin, 30).edge, 0.3f);
+    EXPECT_GT(wallEvidence(thin, 29).line, 0.9f);
+    EXPECT_GT(wallEvidence(thick, 30).edge, 0.9f);
+    EXPECT_EQ(wallEvidence(thick, 30).line, 0.0f);
+    EXPECT_EQ(wallEvidence(std::vector<float>(61, 60.0f), 30).edge, 0.0f);
+    EXPECT_EQ(wallEvidence(std::vector<float>(61, -105.0f), 30).line, 0.0f);
 }
 
 // A flood fill across voxel faces from the axis must not pass the fascia.

@@ -115,10 +115,10 @@ PathEvaluator::Surroundings PathEvaluator::findSurroundings(const PlannedPath& p
         if (begin_m > wall_m) break;
         if (visit.offset == VoxelPath::kOutside) continue;
         const std::size_t voxel = std::size_t(visit.offset);
-        if (begin_m < counts_to_m) {
+        const bool counts = begin_m < counts_to_m;
+        if (counts)
             found.clearance_m = std::min(found.clearance_m, double(region_.clearance_m.voxels[voxel]));
-            found.uncertain = found.uncertain || (has_borders && region_.uncertain.voxels[voxel]);
-        }
+        if (has_borders && region_.uncertain.voxels[voxel] > (counts ? 0 : 1)) found.uncertain = true;
         found.between_ribs = found.between_ribs || region_.intercostal.voxels[voxel];
     }
     return found;

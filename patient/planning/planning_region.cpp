@@ -140,13 +140,18 @@ Volume<std::uint8_t> uncertainMask(const Patient& patient, const Surrogate& brea
     });
     const Vec3 s = crop.spacing_m;
     const float half_voxel_m = float(0.5 * std::max({s.x, s.y, s.z}));
+    const auto rank = [](float distance, double uncertainty) {
+        return std::uint8_t((distance < float(uncertainty)) +
+                            (distance < float(std::min(uncertainty, kNearUncertainty_m))));
+    };
     for (const auto& [uncertainty_m, is_member] : groups) {
         Volume<std::uint8_t> members(crop);
         for (std::size_t i = 0; i < ids.voxels.size(); ++i)
             members.voxels[i] = is_member[ids.voxels[i]];
         const Volume<float> distance_m = distanceTo(members, Sites::all, threads);
         for (std::size_t i = 0; i < mask.voxels.size(); ++i)
-            if (distance_m.voxels[i] - half_voxel_m < float(uncertainty_m)) mask.voxels[i] = 1;
+            mask.voxels[i] =
+                std::max(mask.voxels[i], rank(distance_m.voxels[i] - half_voxel_m, uncertainty_m));
     }
     return mask;
 }

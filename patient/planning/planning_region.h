@@ -10,13 +10,17 @@ namespace stylet::patient {
 // distance beyond the target within which the duct's far wall is searched
 inline constexpr double kBeyondTarget_m = 0.020;
 
+// The largest uncertainty of a border that counts on the last stretch before the duct's wall
+// (PlanSettings::near_target_m): vessels accompany the duct.
+inline constexpr double kNearUncertainty_m = 0.002;
+
 // The right flank at the height of the liver in the deformed patient, with a margin for clearances.
 struct PlanRegion {
     // Distance from a voxel's border to the border of the nearest risk structure. Distances upward to a rib's
     // lower edge count half.
     Volume<float> clearance_m;
-    // 1 where the border of an uncertain risk structure may lie (Label::border_uncertainty_m). No voxels if
-    // all borders are exact.
+    // Where the border of an uncertain risk structure may lie (Label::border_uncertainty_m): 2 within
+    // kNearUncertainty_m of the label, otherwise 1. No voxels if all borders are exact.
     Volume<std::uint8_t> uncertain;
     // 1 between two ribs: bone is near above and below. No voxels if the flank has no ribs.
     Volume<std::uint8_t> intercostal;

@@ -239,6 +239,20 @@ TEST(Planning, PathsKeepTheUncertaintyOfABorderAsDistance) {
     }
 }
 
+// On the last 10 mm before the duct's wall, 2 mm at most.
+TEST(Planning, UncertaintyBesideTheDuctIsLimited) {
+    const auto paths = [](double uncertainty_m) {
+        BoxTorso torso;
+        torso.paint(Tissue::vessel, {-44, -40, -30}, {-40, 40, -2});
+        torso.addDuct();
+        torso.package().label_table[std::size_t(Tissue::vessel) - 1].border_uncertainty_m = uncertainty_m;
+        return torso.plan().paths;
+    };
+    EXPECT_NE(paths(2 * kMm), paths(0.0));
+    EXPECT_FALSE(paths(2 * kMm).empty());
+    EXPECT_EQ(paths(2 * kMm), paths(8 * kMm));
+}
+
 // Only risk structures have a margin: a target or the liver may be as uncertain as it is.
 TEST(Planning, UncertainBordersOfOtherStructuresChangeNoPath) {
     BoxTorso torso;

@@ -83,33 +83,61 @@ double fasciaOutside(const Package& p, const Mask& fascia) {
     return out / all;
 }
 
-// Which phase the scan seems to show, for the reason of a finding.
-std::string phaseOf(const ScanMeasures& s) {
-    if (s.aorta_hu > 220.0) return "an arterial phase";
-    if (s.aorta_hu < 80.0 || (std::isnan(s.aorta_hu) && s.liver_hu < 80.0))
-        return "a scan without contrast medium";
-    return "a late phase, or little contrast medium";
+// Ribs are separated from the liver by fascia and diaphragm.
+double boneAtLiver(const Package& p, const Mask& liver) {
+    const Mask bone = maskOf(p, isBone);
+    double touching = 0.0;
+    forEachVoxel(p.labels.grid, [&](const Index3& i) {
+        if (!bone[i]) return;
+        bool touches = false;
+        forEachNeighbour(p.labels.grid, i, Connectivity::faces,
+                         [&](std::size_t n) { touches = touches || liver.voxels[n]; });
+        touching += touches;
+    });
+    return touching;
+}
+
+constexpr const char* kPortalSeries =
+    ". Use the series of the portal venous phase, 60 to 80 s after the injection";
+
+// What the scan seems to be if it is not of the portal venous phase, and what to do; empty if it is. Without
+// contrast medium no aorta is found, so its label is missing.
+std::string wrongPhase(const ScanMeasures& s) {
+    const char* phase = nullptr;
+    if (s.aorta_hu > 220.0 && s.vessels_hu - s.liver_hu < 25.0)
+        phase = "an arterial phase";
+    else if (s.aorta_hu < 80.0 || (std::isnan(s.aorta_hu) && s.liver_hu < 85.0))
+        phase = "a scan without contrast medium";
+    else if (s.aorta_hu < 135.0)
+        phase = "a late phase, or little contrast medium";
+    return phase ? "it looks like " + std::string(phase) + kPortalSeries : "";
 }
 
 void checkContrast(const ScanMeasures& s, bool has_ducts, Findings& f) {
-    const std::string cure = ", it looks like " + phaseOf(s) +
-                             ". Use the series of the portal venous phase, 60 to 80 s after the injection";
-    const double contrast_hu = s.vessels_hu - s.liver_hu;
+    const std::string phase = wrongPhase(s);
+    const std::string no_vessels = "no path is rated by its risk of bleeding; " +
+                                   (phase.empty() ? "the vessels are not labelled or not visible" : phase);
     if (std::isnan(s.vessels_hu)) {
-        f.expect(
-            has_ducts ? refused : warned, "vessels in the liver", 0.0, "% of it", {0.6, kUnbounded},
-            "no path is rated by its risk of bleeding: the vessels are not labelled or not visible" + cure);
+        f.expect(has_ducts ? refused : warned, "vessels in the liver", 0.0, "% of it", {0.6, kUnbounded},
+                 no_vessels);
         return;
     }
-    f.expect(refused, "vessels brighter than the liver", contrast_hu, "HU", {12.0, kUnbounded},
-             "30 to 60 in the portal venous phase (Foley 1989): vessel labels are unreliable" + cure);
-    f.expect(warned, "vessels brighter than the liver", contrast_hu, "HU", {25.0, kUnbounded},
-             "30 to 60 in the portal venous phase (Foley 1989): thin vessels are lost" + cure);
-    f.expect(
-        s.vessel_share < 0.006 ? refused : warned, "vessels in the liver", 100.0 * s.vessel_share, "% of it",
-        {1.5, kUnbounded},
-        "too few: thin or noisy vessels were lost. Use a series with thicker or smoother slices, or correct "
-        "the vessels by hand");
+    const double contrast_hu = s.vessels_hu - s.liver_hu;
+    f.expect(contrast_hu < 12.0 ? refused : warned, "vessels brighter than the liver", contrast_hu, "HU",
+             {25.0, kUnbounded},
+             "30 to 60 in the portal venous phase (Foley 1989), else vessels are lost; " +
+                 (phase.empty() ? "use a series with more contrast medium" : phase));
+    f.expect(s.vessel_share < 0.006 ? refused : warned, "vessels in the liver", 100.0 * s.vessel_share,
+             "% of it", {1.5, kUnbounded},
+             phase.empty()
+                 ? "thin or noisy vessels were lost. Use a series with smoother slices, or correct the "
+                   "stage vessels"
+                 : "most vessels were lost; " + phase);
+    // The labels themselves may look right.
+    if (!phase.empty() && contrast_hu >= 25.0 && s.vessel_share >= 0.015)
+        f.add(warned, "contrast phase",
+              fmt::format("aorta {:.0f} HU, liver {:.0f} HU", s.aorta_hu, s.liver_hu), "portal venous",
+              phase);
 }
 
 void checkNoise(const ScanMeasures& s, Findings& f) {
@@ -143,6 +171,30 @@ void checkOrgans(const PackageStatistics& m, Findings& f) {
     }
 }
 
+// The share of the body's rows along x that end in its outermost plane of voxels. A round flank touches that
+// plane with few rows; a scan that cuts the flank ends all rows there, also if air was added beyond it.
+double flatShare(const PackageStatistics& m, bool right) {
+    const Grid& g = m.package.ct.grid;
+    std::vector<int> ends;
+    for (int z = 0; z < g.dims.z; ++z)
+        for (int y = 0; y < g.dims.y; ++y) {
+            int x = right ? g.dims.x - 1 : 0;
+            while (x >= 0 && x < g.dims.x && !m.inBody({x, y, z}))
+                x += right ? -1 : 1;
+            if (x >= 0 && x < g.dims.x) ends.push_back(right ? x : -x);
+        }
+    if (ends.empty()) return 0.0;
+    const int outermost = *std::max_element(ends.begin(), ends.end());
+    return double(std::count(ends.begin(), ends.end(), outermost)) / double(ends.size());
+}
+
+void checkFlanks(const ScanMeasures& s, Findings& f) {
+    const char* const cure =
+        "the field of view cuts the body: there is no skin. Reconstruct the scan with a wider field of view";
+    f.expect(refused, "right flank in one plane", 100.0 * s.flat_right, "% of its rows", {0.0, 30.0}, cure);
+    f.expect(warned, "left flank in one plane", 100.0 * s.flat_left, "% of its rows", {0.0, 30.0}, cure);
+}
+
 }  // namespace
 
 ScanMeasures measureScan(const PackageStatistics& m) {
@@ -158,6 +210,9 @@ ScanMeasures measureScan(const PackageStatistics& m) {
     s.noise_hu = noise(p, maskOf(p, isParenchyma));
     s.vessel_share = vessels.voxels / m.sum(isWholeLiver).voxels;
     s.fat_in_ducts = fatInDucts(p, maskOf(p, isDuct), maskOf(p, isWholeLiver));
+    s.flat_right = flatShare(m, true), s.flat_left = flatShare(m, false);
+    s.bone_at_liver_ml =
+        boneAtLiver(p, maskOf(p, [](const Label& l) { return l.tissue == Tissue::liver; })) * m.voxel_ml();
     s.fascia_outside = fasciaOutside(p, maskOf(p, isFascia));
     return s;
 }
@@ -165,8 +220,14 @@ ScanMeasures measureScan(const PackageStatistics& m) {
 void checkScan(const PackageStatistics& m, Findings& f) {
     const ScanMeasures s = measureScan(m);
     checkContrast(s, m.sum(isDuct).voxels > 0.0, f);
+    checkFlanks(s, f);
     checkNoise(s, f);
     checkOrgans(m, f);
+    f.expect(s.bone_at_liver_ml > 0.5 ? refused : warned, "bone at the liver", s.bone_at_liver_ml, "ml",
+             {0.0, 0.1},
+             "a calcification was taken for bone, or a rib for liver: a needle would be stopped there. "
+             "Correct the "
+             "stage bones");
     if (!std::isnan(s.fascia_outside))
         f.expect(refused, "fascia outside the body", 100.0 * s.fascia_outside, "% of it", {0.0, 1.0},
                  "it left the body: ribs are missing or calcifications were taken for ribs. Edit the control "

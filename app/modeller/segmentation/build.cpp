@@ -180,6 +180,21 @@ std::string labelProvenance(const Label& l, const BuildState& work) {
     return "automatic";
 }
 
+// How far the true border may lie outside a risk structure found by a stage (Label::border_uncertainty_m). On
+// seed 5 at 1 mm, 13.3 % of the planned paths cross a true risk structure without this distance, 6.0 % with
+// 1.5 mm, 2.5 % with 2 mm and 2.5 % with 3 mm, which leaves fewer paths.
+constexpr double kBorder_m = 0.002;
+
+// At least a voxel. A border corrected by a person is exact.
+double borderUncertainty(const Label& l, const BuildState& work) {
+    if (l.role != patient::Role::risk) return 0.0;
+    const bool found = std::any_of(stages().begin(), stages().end(), [&](const Stage& s) {
+        return std::find(s.provides.begin(), s.provides.end(), l.name) != s.provides.end() &&
+               !work.corrected.at(std::string(s.name));
+    });
+    return found ? std::max(kBorder_m, work.ct.grid.spacing_m.x) : 0.0;
+}
+
 // Merges all stages' labels, later ones over earlier ones, and crops to the heights around the liver.
 Package makePackage(const BuildState& work) {
     const BuildSettings& settings = *work.settings;
@@ -209,6 +224,8 @@ Package makePackage(const BuildState& work) {
     checkPackageSize(p.ct.grid);
 
     fillLabelTable(p, [&](const Label& l) { return labelProvenance(l, work); });
+    for (Label& l : p.label_table)
+        l.border_uncertainty_m = borderUncertainty(l, work);
     p.name = settings.name;
     p.licence = settings.licence;
     p.provenance = "built by stylet-model from a CT alone";

@@ -128,6 +128,46 @@ TEST(CheckScan, MissingOrgansAreReported) {
     }
 }
 
+TEST(CheckScan, CutFlankIsRefusedAlsoWithAirAdded) {
+    const ScanMeasures whole = measure(reference());
+    EXPECT_LT(whole.flat_right, 0.2);
+    EXPECT_LT(whole.flat_left, 0.2);
+    Package p = copy();
+    const Grid& g = p.ct.grid;
+    int right = 0;
+    forEachVoxel(g, [&](const Index3& i) { right = p.labels[i] != 0 ? std::max(right, i.x) : right; });
+    // As a build does: air replaces what the scan does not show.
+    forEachVoxel(g, [&](const Index3& i) {
+        if (i.x > right - 8) p.ct[i] = -1024, p.labels[i] = 0;
+    });
+    EXPECT_GT(measure(p).flat_right, 0.4);
+    EXPECT_THAT(finding(p, "right flank in one plane"), testing::StartsWith("REFUSED"));
+    EXPECT_EQ(finding(p, "left flank in one plane"), "");
+}
+
+TEST(CheckScan, BoneInTheLiverIsReported) {
+    EXPECT_EQ(measure(reference()).bone_at_liver_ml, 0.0);
+    const auto withStone = [](int reach) {
+        Package p = copy();
+        const Grid& g = p.labels.grid;
+        int deep = 0;
+        forEachVoxel(g, [&](const Index3& i) {  // the first voxel with liver on all sides
+            bool all = p.labels[i] == std::uint8_t(Id::liver);
+            if (deep || !all) return;
+            forEachVoxel(boxAround(g, i, reach + 1),
+                         [&](const Index3& n) { all = all && p.labels[n] == std::uint8_t(Id::liver); });
+            if (!all) return;
+            deep = 1;
+            forEachVoxel(boxAround(g, i, reach),
+                         [&](const Index3& n) { p.labels[n] = std::uint8_t(Id::ribsRight); });
+        });
+        return p;
+    };
+    // A cube of 3 voxels shows all but its centre to the liver.
+    EXPECT_NEAR(measure(withStone(1)).bone_at_liver_ml, 26 * 0.027, 1e-9);
+    EXPECT_THAT(finding(withStone(1), "bone at the liver"), testing::StartsWith("REFUSED"));
+}
+
 TEST(CheckScan, DuctsInFatAreReported) {
     Package p = copy();
     setHu(p, Id::ducts, -60);

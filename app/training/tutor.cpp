@@ -246,7 +246,7 @@ Act nextAct(const Progress& progress, const TickOutput& now, const Equipment& eq
 std::string prompt(Act act, const Controls& c) {
     switch (act) {
         case Act::liftOff:
-            return fmt::format("Lift the tool off the skin, it feels nothing yet: {}.", c.pull);
+            return fmt::format("Lift the tool off, it feels nothing yet: {}.", c.pull);
         case Act::takeFinger:
             return fmt::format("Take the finger: {}.", c.finger);
         case Act::pressGap:
@@ -262,9 +262,9 @@ std::string prompt(Act act, const Controls& c) {
         case Act::placeProbe:
             return fmt::format("Put the probe flat on the gap: {}.", c.push);
         case Act::shiftProbe:
-            return fmt::format("Bring the target duct into the picture: {}; to tilt, {}.", c.move, c.turn);
+            return fmt::format("Bring the target duct into the picture: {}.", c.move);
         case Act::turnProbe:
-            return fmt::format("A rib or gas hides the duct. Turn the probe: {}.", c.turn);
+            return fmt::format("A rib or gas hides the duct. Turn: {}.", c.turn);
         case Act::keepProbe:
             return "The duct is in the picture: keep the probe still for a second.";
         case Act::takeSyringe:
@@ -282,7 +282,7 @@ std::string prompt(Act act, const Controls& c) {
         case Act::drawSyringe:
             return fmt::format("Draw the needle out of the skin: {}.", c.pull);
         case Act::aimGuide:
-            return fmt::format("Move the probe until the guide's dashed line meets the duct: {}.", c.move);
+            return fmt::format("Move the probe until the dashed line meets the duct: {}.", c.move);
         case Act::parkProbe:
             return fmt::format("Leave the probe in its place: {}.", c.park);
         case Act::liftProbe:
@@ -290,8 +290,7 @@ std::string prompt(Act act, const Controls& c) {
         case Act::takeScalpel:
             return fmt::format("Take the scalpel: {}.", c.scalpel);
         case Act::cut:
-            return fmt::format("At the entry, push the blade into the skin, move it 4 mm and lift it: {}.",
-                               c.push);
+            return fmt::format("Push the blade in at the entry, move it 4 mm, lift it: {}.", c.push);
         case Act::takeGuide:
             return fmt::format("Take the needle to the guide: {}.", c.guide);
         case Act::snapNeedle:
@@ -299,7 +298,7 @@ std::string prompt(Act act, const Controls& c) {
         case Act::enterSkin:
             return fmt::format("Push the needle along the guide into the skin: {}.", c.push);
         case Act::advance:
-            return fmt::format("Push on in the ultrasound picture until the duct gives way: {}.", c.push);
+            return fmt::format("Push until the duct gives way in the picture: {}.", c.push);
         case Act::drawOut:
             return fmt::format("Draw the needle out, and puncture again: {}.", c.pull);
         case Act::pressPedal:
@@ -315,7 +314,7 @@ std::string prompt(Act act, const Controls& c) {
         case Act::feedWire:
             return fmt::format("Push the wire 20 mm down the duct: {}.", c.push);
         case Act::drawWireBack:
-            return fmt::format("The wire has pierced the duct. Draw it back, then try again: {}.", c.pull);
+            return fmt::format("The wire has pierced the duct. Draw it back: {}.", c.pull);
         case Act::takeNeedle:
             return fmt::format("Take the needle, to draw it out over the wire: {}.", c.needle);
         case Act::drawNeedle:
@@ -358,7 +357,7 @@ std::string hint(Act act, const Controls& c) {
             return c.skin.empty() ? fmt::format("The whole face must touch: {}.", c.push)
                                   : to_skin + "The whole face must touch it.";
         case Act::shiftProbe:
-            return fmt::format("A duct is dark. Move a little, then wait: {}.", c.move);
+            return fmt::format("A duct is dark. To tilt, {}.", c.turn);
         case Act::turnProbe:
             return fmt::format("Turn a little, then wait: {}.", c.turn);
         case Act::aimGuide:

@@ -14,7 +14,7 @@ namespace stylet::render {
 namespace {
 
 constexpr int kTubeSides = 12, kRingSides = 40;
-constexpr float kRingThickness = 0.12f;  // of a ring with radius 1
+constexpr float kRingThickness = 0.09f;  // of a ring with radius 1
 constexpr double kPathRadius_m = 0.0006, kPathOutside_m = 0.045;
 constexpr double kEntryRadius_m = 0.004, kEntryThickness_m = 0.0012;
 constexpr glm::vec3 kReferenceColour{0.05f, 0.75f, 0.95f};

@@ -37,7 +37,7 @@ class Panel {
 // by more than kTurnedAway_rad.
 class NoticePlace {
   public:
-    static constexpr double kDistance_m = 1.0, kBelow_rad = 0.14, kTurnedAway_rad = 0.6;
+    static constexpr double kDistance_m = 1.0, kBelow_rad = 0.24, kTurnedAway_rad = 0.6;
     Pose of(const Pose& stage_from_head);
     void forget() { stage_from_panel_.reset(); }
 

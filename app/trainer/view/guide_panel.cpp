@@ -291,7 +291,7 @@ void GuidePanel::draw(const FrameState& seen) {
         canvas_->text({kLeft, y}, line, words), y += 34.0;
 
     const bool flat = height_ < kFlat_px;
-    const double columns[3] = {kLeft, flat ? 284.0 : 268.0, 496.0};
+    const double columns[3] = {kLeft, flat ? 262.0 : 268.0, flat ? 466.0 : 496.0};
     y = rules_.next_step || refused ? 164.0 : 130.0;  // a hint may have two lines
     const double force_n = shownForce_n(tick);
     const bool needle = haptics::isNeedleTool(tick.tool) || tick.access.needle_in,

@@ -63,6 +63,23 @@ TEST_F(StudyFileOnDisk, IsRefusedWithFieldAndReason) {
     test::expectRefused([] { readStudyFile("/nowhere/study.toml"); }, "study.toml", "file");
 }
 
+// HZ-TEACH-22
+TEST(StudyPair, RefusedPackagesNeedTheFlag) {
+    const test::TempFolder temp;
+    const PairFiles files{"made", temp / "truth", temp / "built"};
+    const patient::Package truth = test::slabs(0.02);
+    patient::Package found = truth;
+    test::markAsBuilt(found);
+    patient::savePackage(truth, files.reference);
+    patient::savePackage(found, files.found);
+    EXPECT_TRUE(loadPair(files, FoundLabels::all).implausible.empty());  // not checked
+    patient::saveVerdict({patient::digest(found), true, {"REFUSED  skin: 0 ml"}}, files.found);
+    EXPECT_THROW(loadPair(files, FoundLabels::all), DataError);
+    const Pair pair = loadPair(files, FoundLabels::all, nullptr, true);
+    ASSERT_EQ(pair.implausible.size(), 1u);
+    EXPECT_NE(pair.implausible.front().find("skin: 0 ml"), std::string::npos);
+}
+
 TEST(StudyPair, FoundPackageIsMovedToTheReferenceGrid) {
     const patient::Package& truth = test::seededTruth();
     patient::TissueTable own = truth.tissues;

@@ -87,5 +87,24 @@ TEST_F(CachedPackageTest, UnreadablePackageIsNotTreatedAsDamaged) {
     EXPECT_EQ(entries(), 1u);
 }
 
+// HZ-TEACH-22
+TEST_F(CachedPackageTest, RefusedPatientOpensOnTheInstructorsWordOnly) {
+    const auto open = [&](bool accept_implausible) {
+        PatientRequest request;
+        request.folder = kept_;
+        request.accept_implausible = accept_implausible;
+        return openPatient(request).check;
+    };
+    EXPECT_EQ(open(false), patient::kNotChecked);
+    patient::saveVerdict({digest_, false, {}}, kept_);
+    EXPECT_EQ(open(false), "");
+    patient::saveVerdict({digest_, true, {"REFUSED  skin: 0 ml"}}, kept_);
+    EXPECT_THROW(open(false), DataError);
+    EXPECT_NE(open(true).find("skin: 0 ml"), std::string::npos);
+    patient::saveVerdict({digest_ + 1, false, {}}, kept_);  // the patient was changed after its check
+    EXPECT_THROW(open(false), DataError);
+    EXPECT_EQ(open(true).rfind("overruled: ", 0), 0u);
+}
+
 }  // namespace
 }  // namespace stylet::trainer

@@ -90,7 +90,9 @@ TEST(GuidePanel, AHintTakesTurnsWithAPromptThatDoesNotHelp) {
 TEST(GuidePanel, WordsFitIntoTwoLines) {
     report::Canvas canvas(GuidePanel::kWidth, GuidePanel::kHeight, {});
     const auto lines = [&](const std::string& text) {
-        return wrapped(canvas, text, {.size = GuidePanel::kPrompt_px}, GuidePanel::kPromptWidth_px).size();
+        return wrapped(canvas, text, {.size = GuidePanel::kPrompt_px, .colour = {1.0, 1.0, 1.0}},
+                       GuidePanel::kPromptWidth_px)
+            .size();
     };
     for (const training::Controls* controls :
          {&training::kMouseControls, &training::kControllerControls, &training::kTypedControls})

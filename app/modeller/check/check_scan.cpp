@@ -136,7 +136,7 @@ void checkContrast(const ScanMeasures& s, bool has_ducts, Findings& f) {
                    "stage vessels"
                  : "most vessels were lost; " + phase);
     // The labels themselves may look right.
-    if (!phase.empty() && contrast_hu >= 25.0 && s.vessel_share >= 0.015)
+    if (!phase.empty() && !std::isnan(s.aorta_hu) && contrast_hu >= 25.0 && s.vessel_share >= 0.015)
         f.add(warned, "contrast phase",
               fmt::format("aorta {:.0f} HU, liver {:.0f} HU", s.aorta_hu, s.liver_hu), "portal venous",
               phase);

@@ -100,14 +100,16 @@ double boneAtLiver(const Package& p, const Mask& liver) {
 constexpr const char* kPortalSeries =
     ". Use the series of the portal venous phase, 60 to 80 s after the injection";
 
-// What the scan seems to be if it is not of the portal venous phase, and what to do; empty if it is. Without
-// contrast medium no aorta is found, so its label is missing.
+// What the scan seems to be if it is not of the portal venous phase, and what to do; empty if it is. A build
+// finds no aorta without contrast medium, nor one that is as bright as bone.
 std::string wrongPhase(const ScanMeasures& s) {
     const char* phase = nullptr;
     if (s.aorta_hu > 220.0 && s.vessels_hu - s.liver_hu < 25.0)
         phase = "an arterial phase";
-    else if (s.aorta_hu < 80.0 || (std::isnan(s.aorta_hu) && s.liver_hu < 85.0))
+    else if (s.aorta_hu < 80.0)
         phase = "a scan without contrast medium";
+    else if (std::isnan(s.aorta_hu) && s.liver_hu < 85.0)
+        phase = "a scan without contrast medium, or an arterial phase";
     else if (s.aorta_hu < 135.0)
         phase = "a late phase, or little contrast medium";
     return phase ? "it looks like " + std::string(phase) + kPortalSeries : "";
@@ -127,14 +129,14 @@ void checkContrast(const ScanMeasures& s, bool has_ducts, Findings& f) {
              {25.0, kUnbounded},
              "30 to 60 in the portal venous phase (Foley 1989), else vessels are lost; " +
                  (phase.empty() ? "use a series with more contrast medium" : phase));
-    f.expect(s.vessel_share < 0.006 ? refused : warned, "vessels in the liver", 100.0 * s.vessel_share,
-             "% of it", {1.5, kUnbounded},
+    f.expect(s.vessel_share < (phase.empty() ? 0.006 : 0.015) ? refused : warned, "vessels in the liver",
+             100.0 * s.vessel_share, "% of it", {1.5, kUnbounded},
              phase.empty()
                  ? "thin or noisy vessels were lost. Use a series with smoother slices, or correct the "
                    "stage vessels"
                  : "most vessels were lost; " + phase);
     // The labels themselves may look right.
-    if (!phase.empty() && contrast_hu >= 25.0 && s.vessel_share >= 0.015)
+    if (!phase.empty() && !std::isnan(s.aorta_hu) && contrast_hu >= 25.0 && s.vessel_share >= 0.015)
         f.add(warned, "contrast phase",
               fmt::format("aorta {:.0f} HU, liver {:.0f} HU", s.aorta_hu, s.liver_hu), "portal venous",
               phase);

@@ -16,7 +16,7 @@ struct StudyOptions {
     // reused.
     bool plan_is_explicit = false;
     RunSettings run;
-    FoundLabels labels = FoundLabels::partial;
+    FoundLabels labels = FoundLabels::all;
     bool accept_implausible = false;  // use packages that `stylet-model check` refused
     std::size_t max_paths = 0;        // the best N paths of each pair; 0: all
     std::size_t sampled_paths = 0;    // write the force at every sample for the best N paths of each pair

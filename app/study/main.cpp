@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
     app.set_version_flag("--version", STYLET_VERSION);
     stylet::study::StudyOptions o;
     double skin_mm = 0.0, target_mm = 0.0;
-    bool all_labels = false;
+    bool published = false;
     const auto planned = [&](CLI::App* command) {
         command->add_option("study", o.study, "TOML file that lists the pairs.")->required();
         command->add_option("--out", o.out, "Folder for the results.")->required();
@@ -48,8 +48,9 @@ int main(int argc, char** argv) {
                             "Number of each pair's best paths for which to write the force at every sample.");
         command->add_flag("--breathing", o.run.steering.breathing,
                           "Let the patients breathe while the needle is steered.");
-        command->add_flag("--all-labels", all_labels,
-                          "Use all labels of the built patients, not only fascia, liver, vessels and ducts.");
+        command->add_flag("--published", published,
+                          "Use the built patients as the paper's Algorithm 1 does: only their fascia, liver, "
+                          "vessels and ducts, elsewhere thresholds.");
     };
     CLI::App* plan = app.add_subcommand("plan", "Plan the paths of every pair's reference.");
     planned(plan);
@@ -65,7 +66,7 @@ int main(int argc, char** argv) {
         o.plan.skin_spacing_m = 1e-3 * skin_mm;
         o.plan.target_spacing_m = 1e-3 * target_mm;
         o.run.threads = o.plan.threads;
-        if (all_labels) o.labels = stylet::study::FoundLabels::all;
+        if (published) o.labels = stylet::study::FoundLabels::partial;
         const stylet::study::Ranks ranks;
         try {
             if (app.got_subcommand(plan)) stylet::study::runPlan(o, ranks);

@@ -135,7 +135,7 @@ TEST(Study, CommandsWriteTables) {
     const auto summary = nlohmann::json::parse(readText(temp / "out/summary.json"));
     EXPECT_EQ(summary["all"]["paths"].get<std::size_t>(), paths);
     EXPECT_EQ(summary["patients"][0]["name"], "one");
-    EXPECT_EQ(summary["settings"]["found_labels"], "partial");
+    EXPECT_EQ(summary["settings"]["found_labels"], "all");
     EXPECT_GT(summary["patients"][0]["equal_share"]["mean"].get<double>(), 0.5);
 
     const std::string before = readText(temp / "out/one/paths.csv"),

@@ -124,6 +124,7 @@ std::pair<double, double> radiusError(const FasciaInput& in, double true_m) {
     for (double z_m = 0.020; z_m < 0.060; z_m += 0.003)
         for (double turn = 0.0; turn < 1.0; turn += 0.02) {
             const double angle = 2.0 * std::numbers::pi * turn;
+            if (std::sin(angle) < -0.8) continue;  // fitWall() does not look for the wall in the back
             // The axis of the surface is in front of the rings' axis.
             const double c = std::cos(angle), along = s.axis_m.x * c + s.axis_m.y * std::sin(angle);
             const double off2 = s.axis_m.x * s.axis_m.x + s.axis_m.y * s.axis_m.y;

@@ -70,7 +70,7 @@ TEST(Variants, EveryVariantChangesThePatientAndSaysSo) {
     ASSERT_TRUE(isReferencePatient(reference()));
     const std::uint64_t coarse = digest(make({}, 0.005)), fine = digest(make({}, 0.0025));
     for (const Variant& v : variantTable()) {
-        const bool is_thin = v.name == "slices-3";  // has no effect on voxels of 3 mm and more
+        const bool is_thin = v.name.starts_with("slices-");  // no effect on coarser voxels
         const Package p = make({std::string(v.name)}, is_thin ? 0.0025 : 0.005);
         EXPECT_NE(digest(p), is_thin ? fine : coarse) << v.name;
         EXPECT_NE(p.name.find(v.name), std::string::npos);

@@ -11,9 +11,8 @@ namespace stylet::patient {
 namespace {
 
 using test::kDt_s;
-using test::kNaN;
 
-constexpr double kMl = 1e-6;
+constexpr double kMillilitre = 1e-6;
 
 void inject(Anaesthetic& to, const Vec3& at_m, double ml, Tissue tissue = Tissue::soft) {
     for (int i = 0; i < int(std::lround(1000.0 * ml)); ++i)
@@ -27,7 +26,7 @@ TEST(Anaesthetic, ADepotIsABallOfItsVolume) {
     EXPECT_FALSE(state.begun());
     inject(state, {0.01, 0.0, 0.0}, 2.0);
     ASSERT_EQ(state.depots().size(), 1u);
-    EXPECT_NEAR(state.depots()[0].volume_m3, 2.0 * kMl, 1e-12);
+    EXPECT_NEAR(state.depots()[0].volume_m3, 2.0 * kMillilitre, 1e-12);
     EXPECT_EQ(state.depots()[0].centre_m, Vec3(0.01, 0.0, 0.0));
 }
 
@@ -37,7 +36,7 @@ TEST(Anaesthetic, NumbnessFollowsTheSoakedBall) {
     Anaesthetic state;
     EXPECT_EQ(state.numbness(Vec3(0.0)), 0.0);
     inject(state, Vec3(0.0), 1.0);
-    const double numb_m = std::cbrt(3.0 * kMl / settings.soaked_share / (4.0 * std::numbers::pi));
+    const double numb_m = std::cbrt(3.0 * kMillilitre / settings.soaked_share / (4.0 * std::numbers::pi));
     const auto at = [&](double share) { return state.numbness({share * numb_m, 0.0, 0.0}); };
     EXPECT_EQ(at(0.0), 1.0);
     EXPECT_EQ(at(0.99), 1.0);
@@ -62,9 +61,9 @@ TEST(Anaesthetic, EveryDropIsAccountedFor) {
     inject(state, Vec3(0.0), 0.2, Tissue::air);
     inject(state, {0.1, 0.0, 0.0}, 0.5, Tissue::liver);
     const AnaestheticVolumes& v = state.volumes();
-    EXPECT_NEAR(v.tissue_m3, 1.5 * kMl, 1e-12);
-    EXPECT_NEAR(v.vessels_m3, 0.4 * kMl, 1e-12);
-    EXPECT_NEAR(v.lost_m3, 0.5 * kMl, 1e-12);
+    EXPECT_NEAR(v.tissue_m3, 1.5 * kMillilitre, 1e-12);
+    EXPECT_NEAR(v.vessels_m3, 0.4 * kMillilitre, 1e-12);
+    EXPECT_NEAR(v.lost_m3, 0.5 * kMillilitre, 1e-12);
     EXPECT_NEAR(v.injected_m3, v.tissue_m3 + v.vessels_m3 + v.lost_m3, 1e-15);
     EXPECT_EQ(state.depots().size(), 2u);
     EXPECT_EQ(state.numbness({0.1, 0.0, 0.0}), 1.0);
@@ -73,7 +72,7 @@ TEST(Anaesthetic, EveryDropIsAccountedFor) {
 TEST(Anaesthetic, AFullDepotGrowsAndAFarPlaceBeginsAnother) {
     Anaesthetic state;
     inject(state, Vec3(0.0), 1.0);
-    inject(state, {0.9 * depotRadius_m(kMl), 0.0, 0.0}, 0.5);
+    inject(state, {0.9 * depotRadius_m(kMillilitre), 0.0, 0.0}, 0.5);
     EXPECT_EQ(state.depots().size(), 1u) << "within the pool";
     inject(state, {0.012, 0.0, 0.0}, 0.5);
     EXPECT_EQ(state.depots().size(), 2u);
@@ -82,7 +81,7 @@ TEST(Anaesthetic, AFullDepotGrowsAndAFarPlaceBeginsAnother) {
 TEST(Anaesthetic, OnlyAnInjectionChangesTheState) {
     Anaesthetic state, other;
     const std::uint64_t empty = state.hash();
-    for (const double rate : {0.0, -1.0, kNaN})
+    for (const double rate : {0.0, -1.0, test::kNaN})
         state.step({Vec3(0.0), rate, Tissue::soft}, kDt_s);
     EXPECT_EQ(state.hash(), empty);
     EXPECT_FALSE(state.begun());

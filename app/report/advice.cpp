@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
 
 namespace stylet::report {
@@ -107,8 +108,16 @@ When findHit(const LoadedAttempt& a) {
     return hit ? hit : findClosest(a);
 }
 
+// An event's text begins with the pain: "8 of 10: the dilatation".
+int painOf(const records::EventRow& event) {
+    return std::atoi(event.text.c_str());
+}
+
 When findPain(const LoadedAttempt& a) {
-    return findEvent(a, "pain", 0);
+    const records::EventRow* worst = nullptr;
+    for (const records::EventRow& event : a.stored.events)
+        if (event.kind == "pain" && (!worst || painOf(event) > painOf(*worst))) worst = &event;
+    return worst ? When(double(worst->tick) * a.stored.info.dt_s) : When{};
 }
 
 // What to do about a loss, and where in the record it happened.
@@ -145,7 +154,7 @@ constexpr std::array kHints{
     Hint{"contrast", "Inject less contrast medium", nullptr},
     Hint{"contrast_astray", "Inject only while the tip is in the duct", nullptr},
     Hint{"peak_force", "Advance with less force", findPeakForce},
-    Hint{"pain", "Numb the skin and the liver's capsule before you cut", findPain},
+    Hint{"pain", "Numb the whole track, from the skin to the liver's capsule, before you cut", findPain},
     Hint{"anaesthetic", "Inject less local anaesthetic", nullptr},
 };
 

@@ -126,7 +126,7 @@ std::uint32_t Evidence::update(const TickOutput& now, const TickFacts& facts, co
     judgeContrast(fold);
     if (course_ == Course::drainage) {
         judgeAnaesthesia(now, fold);
-        judgeAspiration(fold);
+        judgeAspiration(fold, facts.infiltrates);
         judgeDrainage(now);
         if (!has(Step::drain)) ducts_m3_ = fold.contrast().volumes().ducts_m3;
     }
@@ -341,8 +341,9 @@ void Evidence::judgeAnaesthesia(const TickOutput& now, const AttemptFold& fold) 
     if (const Refusal why = infiltration_.popRefusal(); why != Refusal::none) refusal_ = why;
 }
 
-void Evidence::judgeAspiration(const AttemptFold& fold) {
+void Evidence::judgeAspiration(const AttemptFold& fold, bool infiltrates) {
     if (std::exchange(draws_, fold.aspiration().count) == fold.aspiration().count) return;
+    if (infiltrates) return;  // drawn before local anaesthetic is injected: no search for bile
     if (fold.aspiration().drawn == Drawn::bile)
         find(Step::aspirate);
     else if (!has(Step::aspirate))

@@ -75,7 +75,7 @@ class Evidence {
     void followInsertion(const haptics::TickOutput&, const TickFacts&);
     void judgePuncture(const haptics::TickOutput&, const TickFacts&, const UltrasoundState&);
     void judgeAnaesthesia(const haptics::TickOutput&, const AttemptFold&);
-    void judgeAspiration(const AttemptFold&);
+    void judgeAspiration(const AttemptFold&, bool infiltrates);
     void judgeContrast(const AttemptFold&);
     void judgeDrainage(const haptics::TickOutput&);
     bool has(Step step) const noexcept { return (found_ & 1u << unsigned(step)) != 0; }

@@ -32,9 +32,9 @@ WallTrack makeWallTrack(const patient::Patient& patient, const patient::Surrogat
         const Tissue tissue = patient.at(p, {true, false}).tissue;
         if (track.empty() && tissue == Tissue::air) continue;
         track.push_back(p);
-        if (tissue == Tissue::liver) break;
+        if (tissue == Tissue::liver) return track;
     }
-    return track;
+    return {};
 }
 
 double capsuleDepth_m(const patient::Patient& patient, const patient::PlannedPath& path) {
@@ -48,20 +48,20 @@ Infiltration::Infiltration(const patient::Patient& patient, const patient::Plann
     : patient_(&patient), length_m_(glm::length(path.target_m - path.entry_m)) {
     if (!(length_m_ > 0.0)) return;
     const Vec3 inward = (path.target_m - path.entry_m) / length_m_;
-    tracks_[0] = makeWallTrack(patient, path.breath, path.entry_m, inward, length_m_);
+    tracks_[0].points = makeWallTrack(patient, path.breath, path.entry_m, inward, length_m_);
 }
 
 void Infiltration::update(const TickOutput& now, const AttemptFold& fold,
                           const haptics::GuideSettings& guide) {
     if (now.probe_parked && !parked_) {
         const Pose rail = now.patient_from_probe * guide.probe_from_guide;
-        tracks_[1] = makeWallTrack(*patient_, now.breath, rail.position_m, rail.direction({0, 0, -1}),
-                                   kRailBeforeSkin_m + length_m_);
+        tracks_[1] = {makeWallTrack(*patient_, now.breath, rail.position_m, rail.direction({0, 0, -1}),
+                                    kRailBeforeSkin_m + length_m_)};
     }
     parked_ = now.probe_parked;
     const bool was_outside = place_ == TrackPlace::outside;
     place_ = findPlace(now);
-    addInjected(fold.anaesthetic().volumes());
+    addInjected(now, fold.anaesthetic().volumes());
     judgeInjection(fold.anaesthetic().volumes(), fold.equipment().anaesthetic_m3_per_s > 0.0);
     const bool outside = place_ == TrackPlace::outside;
     if (was_outside && !outside) at_entry_m3_ = last_.tissue_m3;
@@ -70,36 +70,52 @@ void Infiltration::update(const TickOutput& now, const AttemptFold& fold,
 }
 
 Refusal Infiltration::missing() const noexcept {
-    if (skin_m3_ < kWheal_m3) return Refusal::skinNotNumb;
-    return capsule_m3_ < kCapsuleDepot_m3 ? Refusal::capsuleNotNumb : Refusal::none;
+    if (fuller().skin_m3 < kWheal_m3) return Refusal::skinNotNumb;
+    return fuller().capsule_m3 < kCapsuleDepot_m3 ? Refusal::capsuleNotNumb : Refusal::none;
+}
+
+const Infiltration::Track& Infiltration::fuller() const noexcept {
+    const auto counted_m3 = [](const Track& t) {
+        return std::min(t.skin_m3, kWheal_m3) + std::min(t.capsule_m3, kCapsuleDepot_m3);
+    };
+    return counted_m3(tracks_[1]) > counted_m3(tracks_[0]) ? tracks_[1] : tracks_[0];
 }
 
 TrackPlace Infiltration::findPlace(const TickOutput& now) const noexcept {
     if (now.phase == haptics::Phase::outside || now.access.open) return TrackPlace::outside;
-    const Vec3& tip_m = now.tip_reference_m;
-    const WallTrack* track = nullptr;
-    std::size_t nearest = 0;
+    // The fuller track goes first: the tutor leads along it.
+    const Track& first = fuller();
+    for (const Track* track : {&first, &first == &tracks_[0] ? &tracks_[1] : &tracks_[0]})
+        if (const TrackPlace place = placeOn(track->points, now.tip_reference_m); place != TrackPlace::aside)
+            return place;
+    return now.tissue == Tissue::liver ? TrackPlace::beyond : TrackPlace::aside;
+}
+
+TrackPlace Infiltration::placeOn(const WallTrack& track, const Vec3& tip_m) noexcept {
+    if (track.size() < 2) return TrackPlace::aside;
+    std::size_t nearest = track.size();
     double beside_m = kBesideTrack_m;
-    for (const WallTrack& t : tracks_)
-        for (std::size_t i = 0; i < t.size(); ++i)
-            if (const double d = glm::distance(t[i], tip_m); d < beside_m)
-                track = &t, nearest = i, beside_m = d;
-    if (!track || track->size() < 2)
-        return now.tissue == Tissue::liver ? TrackPlace::beyond : TrackPlace::aside;
-    const Vec3 inward = glm::normalize(track->back() - track->front());
-    const double past_m = glm::dot(tip_m - track->back(), inward);
+    for (std::size_t i = 0; i < track.size(); ++i)
+        if (const double d = glm::distance(track[i], tip_m); d < beside_m) nearest = i, beside_m = d;
+    if (nearest == track.size()) return TrackPlace::aside;
+    const Vec3 inward = glm::normalize(track.back() - track.front());
+    const double past_m = glm::dot(tip_m - track.back(), inward);
     if (past_m > kPastCapsule_m) return TrackPlace::beyond;
-    const double length_m = kPitch_m * double(track->size() - 1), depth_m = kPitch_m * double(nearest);
+    const double length_m = kPitch_m * double(track.size() - 1), depth_m = kPitch_m * double(nearest);
     if (depth_m <= std::min(kWhealDepth_m, kEndShare * length_m)) return TrackPlace::skin;
     return length_m - depth_m <= std::min(kBeforeCapsule_m, kEndShare * length_m) ? TrackPlace::capsule
                                                                                   : TrackPlace::wall;
 }
 
-void Infiltration::addInjected(const AnaestheticVolumes& now) {
+void Infiltration::addInjected(const TickOutput& tick, const AnaestheticVolumes& now) {
     const double tissue_m3 = now.tissue_m3 - last_.tissue_m3;
     last_ = now;
-    if (place_ == TrackPlace::skin) skin_m3_ += tissue_m3;
-    if (place_ == TrackPlace::capsule) capsule_m3_ += tissue_m3;
+    for (Track& track : tracks_) {
+        const TrackPlace place =
+            place_ == TrackPlace::outside ? place_ : placeOn(track.points, tick.tip_reference_m);
+        if (place == TrackPlace::skin) track.skin_m3 += tissue_m3;
+        if (place == TrackPlace::capsule) track.capsule_m3 += tissue_m3;
+    }
     if (place_ == TrackPlace::aside || place_ == TrackPlace::beyond) aside_m3_ += tissue_m3;
 }
 

@@ -22,7 +22,8 @@ inline constexpr double kUsualAnaesthetic_m3 = 20e-6;
 
 // A straight line through the body wall: points of the tissue, 1 mm apart, from the skin to the capsule.
 using WallTrack = std::vector<Vec3>;
-// Along `inward` from a place on the skin or outside it. Ends where the liver begins, or after `length_m`.
+// Along `inward` from a place on the skin or outside it, to where the liver begins. Empty if that is not
+// within `length_m`.
 WallTrack makeWallTrack(const patient::Patient&, const patient::Surrogate&, const Vec3& from_m,
                         const Vec3& inward, double length_m);
 // Depth of the liver's capsule along a planned path.
@@ -35,22 +36,31 @@ class Infiltration {
 
     // Session thread. Processes the next tick, which the fold must already contain.
     void update(const haptics::TickOutput&, const AttemptFold&, const haptics::GuideSettings&);
-    bool done() const noexcept { return skin_m3_ >= kWheal_m3 && capsule_m3_ >= kCapsuleDepot_m3; }
-    bool begun() const noexcept { return skin_m3_ + capsule_m3_ > 0.0; }
+    // Both ends of one track are numb.
+    bool done() const noexcept { return missing() == Refusal::none; }
+    bool begun() const noexcept { return fuller().skin_m3 + fuller().capsule_m3 > 0.0; }
     TrackPlace place() const noexcept { return place_; }  // of the needle's tip
     Refusal missing() const noexcept;
     Refusal popRefusal() noexcept { return std::exchange(refusal_, Refusal::none); }
 
   private:
+    struct Track {
+        WallTrack points{};
+        double skin_m3 = 0.0, capsule_m3 = 0.0;  // injected at its ends
+    };
+
+    static TrackPlace placeOn(const WallTrack&, const Vec3& tip_m) noexcept;
     TrackPlace findPlace(const haptics::TickOutput&) const noexcept;
-    void addInjected(const patient::AnaestheticVolumes&);
+    // The track with more local anaesthetic that counts.
+    const Track& fuller() const noexcept;
+    void addInjected(const haptics::TickOutput&, const patient::AnaestheticVolumes&);
     void judgeInjection(const patient::AnaestheticVolumes&, bool flows);
 
     const patient::Patient* patient_;
-    std::array<WallTrack, 2> tracks_;  // of the reference path, and of the parked probe's rail
+    std::array<Track, 2> tracks_;  // of the reference path, and of the parked probe's rail
     double length_m_;
     TrackPlace place_ = TrackPlace::outside;
-    double skin_m3_ = 0.0, capsule_m3_ = 0.0, aside_m3_ = 0.0;
+    double aside_m3_ = 0.0;
     patient::AnaestheticVolumes last_, at_start_;  // of the newest tick; as the newest injection began
     double aside_at_start_m3_ = 0.0, at_entry_m3_ = 0.0;
     bool flows_ = false, refused_ = false, parked_ = false, too_much_ = false;

@@ -152,15 +152,15 @@ bool Procedure::inTarget(const TickOutput& now) const noexcept {
     return now.tissue == Tissue::duct && label && label->role == Role::target;
 }
 
-// The needle brings local anaesthetic: an insertion of a free needle before track and skin are open, as long
-// as it stays outside the liver.
+// The needle brings local anaesthetic: an insertion of a free needle before the track is numb and the skin
+// cut, as long as it stays outside the liver.
 bool Procedure::infiltrates(const TickOutput& now) const noexcept {
     if (progress_.course != Course::drainage || now.phase == haptics::Phase::outside || now.access.open ||
         now.tissue == Tissue::liver)
         return false;
     if (previous_.phase != haptics::Phase::outside) return infiltrates_;
     const bool open =
-        contains(progress_.steps_done, Step::anaesthetise) && contains(progress_.steps_done, Step::incise);
+        contains(progress_.steps_done, Step::anaesthetise) || contains(progress_.steps_done, Step::incise);
     return !open && !now.needle_in_guide;
 }
 
@@ -288,6 +288,8 @@ Step Procedure::firstMissing(const TickOutput& now) const noexcept {
                                         1u << unsigned(Step::contrast);
     std::uint32_t passed = progress_.steps_done | (kAllSteps & ~stepsOf(progress_.course));
     if (evidence_.isIncisionSpoiled()) passed |= 1u << unsigned(Step::incise);
+    // Anaesthesia is asked for before the cut only.
+    if (contains(progress_.steps_done, Step::incise)) passed |= 1u << unsigned(Step::anaesthetise);
     if (now.access.wire_in) passed |= kOfNeedle;
     if (contains(progress_.steps_done, Step::drain)) passed |= (1u << unsigned(Step::drain)) - 1u;
     return Step(std::countr_one(passed));

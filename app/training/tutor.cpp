@@ -126,7 +126,7 @@ Act toNumb(const Progress& progress, const TickOutput& now, const Equipment& equ
     const TrackPlace at = progress.track_place;
     if (at == TrackPlace::outside && (!now.probe_parked || progress.missing == Refusal::ductBesideRail))
         if (const std::optional<Act> act = toParkedProbe(progress, now)) return *act;
-    if (!haptics::isNeedleTool(now.tool)) return Act::takeSyringe;
+    if (now.tool != Tool::needle) return Act::takeSyringe;
     const bool skin = progress.missing != Refusal::capsuleNotNumb;
     const TrackPlace wanted = skin ? TrackPlace::skin : TrackPlace::capsule;
     if (at == wanted) return skin ? Act::numbSkin : Act::numbCapsule;
@@ -146,7 +146,8 @@ Act toPuncture(const Progress& progress, const TickOutput& now) noexcept {
     const bool inside = now.phase != haptics::Phase::outside;
     if (!inside)
         if (const std::optional<Act> act = toParkedProbe(progress, now)) return *act;
-    if (!haptics::isNeedleTool(now.tool)) return Act::takeGuide;
+    // A free needle does not snap into the guide.
+    if (inside ? !haptics::isNeedleTool(now.tool) : now.tool != Tool::guide) return Act::takeGuide;
     if (!now.needle_in_guide) return inside ? Act::drawOut : Act::snapNeedle;
     const bool refused = progress.missing != Refusal::none && progress.missing != Refusal::ductBesideRail;
     if (inside && refused) return Act::drawOut;

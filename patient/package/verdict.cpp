@@ -78,12 +78,13 @@ std::string requirePlausible(const Package& package, const fs::path& folder, boo
     try {
         const std::optional<CheckVerdict> verdict = loadVerdict(folder);
         if (!verdict) return std::string(kNotChecked);
-        if (const std::optional<Complaint> c = complaint(package, *verdict))
-            throw DataError(file, c->field,
-                            c->reason + ". Correct the patient and run `stylet-model check " +
-                                folder.string() + "`, or overrule it with --accept-implausible");
-        return "";
-    } catch (const DataError& e) {
+        const std::optional<Complaint> c = complaint(package, *verdict);
+        if (!c) return "";
+        if (accept_implausible) return "overruled: " + c->reason;
+        throw DataError(file, c->field,
+                        c->reason + ". Correct the patient and run `stylet-model check " + folder.string() +
+                            "`, or overrule it with --accept-implausible");
+    } catch (const DataError& e) {  // an edited or damaged verdict
         if (!accept_implausible) throw;
         return std::string("overruled: ") + e.what();
     }

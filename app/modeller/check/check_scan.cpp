@@ -108,7 +108,7 @@ std::string wrongPhase(const ScanMeasures& s) {
         phase = "an arterial phase";
     else if (s.aorta_hu < 80.0)
         phase = "a scan without contrast medium";
-    else if (std::isnan(s.aorta_hu) && s.liver_hu < 85.0)
+    else if (std::isnan(s.aorta_hu) && s.liver_hu < 85.0 && !(s.vessels_hu - s.liver_hu >= 25.0))
         phase = "a scan without contrast medium, or an arterial phase";
     else if (s.aorta_hu < 135.0)
         phase = "a late phase, or little contrast medium";

@@ -55,7 +55,9 @@ bool printVerdict(const patient::Package& p, const std::filesystem::path& folder
     try {
         patient::saveVerdict(verdict, folder);
     } catch (const DataError& e) {
+        // An older verdict may still accept the package.
         printProgress("stylet-model: the verdict was not stored: {}\n", e.what());
+        return false;
     }
     return !verdict.refused;
 }

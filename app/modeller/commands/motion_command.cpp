@@ -3,6 +3,7 @@
 #include <cmath>
 #include <memory>
 
+#include "app/modeller/check/check_package.h"
 #include "app/modeller/commands/commands.h"
 #include "app/modeller/commands/console.h"
 #include "app/modeller/import/import.h"
@@ -101,6 +102,7 @@ void runFit(MotionOptions& o) {
     printTable(fitted);
     printInterface(p.motion);
     reportProgress("done");
+    if (!o.package.empty()) printVerdict(p, o.out, checkPackage(p));  // no patient otherwise
 }
 
 void runTemplate(const MotionOptions& o) {
@@ -118,6 +120,7 @@ void runTemplate(const MotionOptions& o) {
     printResult("{}: {} x {} x {} nodes, reference {}, dome {:.1f} mm\n", o.out.string(), d.x, d.y, d.z,
                 p.reference_phase, o.dome_mm);
     printInterface(p.motion);
+    printVerdict(p, o.out, checkPackage(p));
 }
 
 void addAmplitudes(CLI::App& command, MotionOptions& o) {

@@ -136,6 +136,7 @@ Mask withoutBlurredRim(const CtVolume& ct, const Mask& body, const Mask& bone, c
     constexpr double kPeak_m = 0.0025;                      // half a rib's thickness
     constexpr float kClear_m = 0.002f, kBeside_m = 0.006f;  // where soft tissue is measured
     constexpr float kBesideFat_hu = -100.0f, kBesideMuscle_hu = 55.0f, kMinMeasured = 0.001f;
+    constexpr float kBrightestBone_hu = 1300.0f;  // brighter is metal
     const Grid& g = ct.grid;
     const FloatVolume distance = distanceTo(bone);
     FloatVolume sum(g), count(g);
@@ -148,11 +149,11 @@ Mask withoutBlurredRim(const CtVolume& ct, const Mask& body, const Mask& bone, c
     parallelVoxels(g, [&](const Index3& i) {
         if (!bone[i]) return;
         const float soft_hu = count[i] > kMinMeasured ? sum[i] / count[i] : kBesideMuscle_hu;
-        std::int16_t peak_hu = ct[i];
+        float peak_hu = float(ct[i]);
         forEachVoxel(boxAround(g, i, voxels(kPeak_m)), [&](const Index3& n) {
-            if (bone[n]) peak_hu = std::max(peak_hu, ct[n]);
+            if (bone[n]) peak_hu = std::max(peak_hu, float(ct[n]));
         });
-        dark[i] = float(ct[i]) < 0.5f * (soft_hu + float(peak_hu));
+        dark[i] = float(ct[i]) < 0.5f * (soft_hu + std::min(peak_hu, kBrightestBone_hu));
     });
     return subtract(bone, growSeeds(inverted(unite(bone, canal)), dark, voxels(kRim_m)));
 }

@@ -242,8 +242,7 @@ std::vector<Command> UserCommands::update(std::string_view typed, std::uint32_t 
         add((held & buttons_.pedal) != 0 ? training::kPedalDown : training::kPedalUp, commands);
     if ((changed & buttons_.inject) != 0) {
         const double m3_per_s = (held & buttons_.inject) != 0 ? kUsual_ml_per_s / kMlPerM3 : 0.0;
-        const bool numbs = course_ == training::Course::drainage && now.incision_count == 0;
-        add(numbs ? training::anaesthetiseCommand(m3_per_s) : training::injectCommand(m3_per_s), commands);
+        add(numbing_ ? training::anaesthetiseCommand(m3_per_s) : training::injectCommand(m3_per_s), commands);
     }
     return commands;
 }

@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "app/training/progress.h"
 #include "haptics/loop/simulation.h"
 
 namespace stylet::trainer {
@@ -21,7 +20,8 @@ struct UserButtons {
     std::uint32_t next = 0;         // the procedure's next tool; a probe in use is parked first
     std::uint32_t breath = 0;       // starts or ends a breath-hold
     std::uint32_t pedal = 0;        // X-rays while pressed
-    // Contrast medium while pressed; in a drainage local anaesthetic, until the skin is cut.
+    // Contrast medium while pressed; in a drainage local anaesthetic, until the incision or the puncture is
+    // done.
     std::uint32_t inject = 0;
     std::uint32_t aspirate = 0;  // draws with a syringe at the needle
     std::uint32_t snap = 0;      // places the tool on the skin beneath it
@@ -41,8 +41,8 @@ class UserCommands {
     // `exerts_force`: false for a device without force, which has nothing to re-arm.
     UserCommands(const UserButtons& buttons, Say say, bool exerts_force = true)
         : buttons_(buttons), say_(std::move(say)), exerts_force_(exerts_force) {}
-    // Of the attempt; default: Course::puncture.
-    void setCourse(training::Course course) { course_ = course; }
+    // The button that injects starts local anaesthetic instead of contrast medium.
+    void setNumbing(bool numbing) { numbing_ = numbing; }
     // Session thread. Returns the commands of all complete lines in `typed` and of the newly pressed buttons
     // (`pressed`, without the re-arm button), in that order. An incomplete line waits for its newline. `held`
     // are the buttons that are down. Stops after the first command that changes the tool: later lines and
@@ -65,7 +65,7 @@ class UserCommands {
     UserButtons buttons_;
     Say say_;
     bool exerts_force_;
-    training::Course course_ = training::Course::puncture;
+    bool numbing_ = false;
     std::string waiting_;
     std::uint32_t pressed_ = 0, holding_ = 0;
     bool next_wanted_ = false;  // pending until the probe is parked

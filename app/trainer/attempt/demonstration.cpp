@@ -53,11 +53,15 @@ Demonstration::Demonstration(const patient::Patient& patient, const patient::Pla
         session.update(input, now, events);
         const Step step = session.log().progress.step;
         if (step == Step::done) break;
-        if (tick % every != 0) continue;
+        // Wire, dilator and drain follow their track, not the hand's pose.
+        if (tick % every != 0 || haptics::isAccessTool(now.tool)) continue;
         const Pose pose = shownPose(now);
         samples_[std::size_t(step)].push_back(
             {now.tool, pose, patient::referenceFromDeformed(*motion_, now.breath, pose.position_m)});
     }
+    // On a few paths the script does not succeed in a step, and what follows was recorded as that step.
+    for (std::size_t step = 0; step < samples_.size(); ++step)
+        if ((session.log().progress.steps_done & 1u << step) == 0) samples_[step].clear();
 }
 
 double Demonstration::length_s(Step step) const {

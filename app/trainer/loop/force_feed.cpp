@@ -93,7 +93,9 @@ void ForceFeed::rearmAfterPause(const Session& session) {
 void ForceFeed::sendUserCommands(Session& session, const haptics::TickOutput& now) {
     if (changes_at_ && now.tick > *changes_at_ + kLost_ticks) changes_at_.reset();
     if (changes_at_ || !waiting_.empty()) return;
-    user_->setCourse(session.log().progress.course);
+    const training::Progress& progress = session.log().progress;
+    user_->setNumbing(progress.course == training::Course::drainage && !progress.success &&
+                      !training::contains(progress.steps_done, training::Step::incise));
     for (const Command& asked : user_->update(user_->hasLine() ? "" : std::exchange(typed_, {}),
                                               session.popPressed(), now, session.buttonsDown())) {
         waiting_.push_back(asked);

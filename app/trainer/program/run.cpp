@@ -381,6 +381,8 @@ void checkExam(const RunOptions& options) {
     if (config.difficulty != training::Difficulty::exam) return;
     if (!options.from.empty())
         throw UsageError("--from: an exam begins at the beginning; use guided or practice");
+    if (config.accept_implausible)
+        throw UsageError("--accept-implausible: an exam needs a patient that the check accepted");
     if (!config.trainee.empty() && !isLive(config))
         throw UsageError("--device " + config.device + ": an exam of a trainee needs the trainee's own hand");
 }
@@ -740,6 +742,7 @@ RunOptions nextOptions(const Ended& last, const RunOptions& asked, int number) {
             if (!std::filesystem::exists(folder / "patient.toml"))
                 throw DataError(folder, "patient.toml", "not found: this is no patient package");
             next.config.patient = folder, next.config.full.clear();
+            next.config.accept_implausible = false;  // said of the previous patient
         });
     if (last.next->seed) next.config.seed = *last.next->seed;
     if (last.next->seed && !last.next->patient) next.config.patient.clear(), next.config.full.clear();

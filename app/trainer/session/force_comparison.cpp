@@ -36,6 +36,7 @@ std::optional<OtherSegmentation> loadOtherSegmentation(const patient::Patient& f
         return other;
     }
     auto package = std::make_unique<patient::Package>(patient::loadPackage(full));
+    patient::requirePlausible(*package, full, false);
     const patient::Package& mine = felt.package();
     if (package->ct.grid != mine.ct.grid || package->ct.voxels != mine.ct.voxels)
         throw DataError(full, "ct.nii.gz", "is not the CT of the patient on the table, " + mine.name);

@@ -248,6 +248,8 @@ OpenedPatient openPatient(const PatientRequest& request) {
     if (!request.folder.empty()) {
         const std::filesystem::path folder = std::filesystem::absolute(request.folder);
         OpenedPatient opened{folder, patient::loadPackage(folder)};
+        // A retry opens a reference patient by its folder.
+        if (folder.parent_path() == request.cache / "patients") return opened;
         opened.check = patient::requirePlausible(opened.package, folder, request.accept_implausible);
         if (!opened.check.empty())
             printMessage(fmt::format("{}: {}", folder.string(),

@@ -201,7 +201,6 @@ std::vector<Highlight> PromptPlaces::highlights(Act act, const FrameState& seen)
         case Act::takeSyringe:
             return at.table();
         case Act::pressGap:
-        case Act::enterWheal:
             return at.entry();
         case Act::pressUpperRib:
             return at.rib(upper_rib_m_);
@@ -220,6 +219,7 @@ std::vector<Highlight> PromptPlaces::highlights(Act act, const FrameState& seen)
         case Act::aimGuide:
             return at.toGuideLine();
         case Act::cut:
+        case Act::enterWheal:
             return at.cutPlace();
         case Act::snapNeedle:
             return at.railEnd();

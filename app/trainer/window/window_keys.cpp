@@ -64,8 +64,9 @@ void WindowKeys::press(const KeyPress& press) {
     if (press.key == 'o') port_->pushLine("expert");
     if (press.key == 't' && port_->hasToolInput()) port_->pushLine("skin");
     if (press.key == 'x') port_->pushLine((pedal_ = !pedal_) ? "pedal" : "release");
-    if (press.key == 'i') numbs_ = false, port_->pushLine((injects_ = !injects_) ? "inject" : "stop");
-    if (press.key == 'm') injects_ = false, port_->pushLine((numbs_ = !numbs_) ? "numb" : "stop");
+    // Either syringe's key stops the one that flows.
+    if (press.key == 'i' || press.key == 'm')
+        port_->pushLine((flows_ = !flows_) ? (press.key == 'i' ? "inject" : "numb") : "stop");
 }
 
 // There is nothing to re-arm without a haptic device.

@@ -50,7 +50,7 @@ class WindowKeys {
     bool typing_command_ = false;  // the typed text is a command, not a comment
     std::string text_;
     // What this window requested last. Pictures show it only some time later.
-    bool pedal_ = false, injects_ = false, numbs_ = false;
+    bool pedal_ = false, flows_ = false;
 };
 
 }  // namespace stylet::trainer

@@ -232,13 +232,12 @@ TEST_F(UserCommandsTest, PedalAndInjectionFollowTheirButtons) {
     EXPECT_THAT(user.update("", 0, now, ~0u), IsEmpty()) << "where no button is left for it";
 }
 
-// In a drainage the button has the anaesthetic until the skin is cut, in a puncture never.
-TEST_F(UserCommandsTest, InjectionButtonNumbsUntilTheSkinIsCut) {
+TEST_F(UserCommandsTest, InjectionButtonNumbsWhileAsked) {
     UserCommands drainage{{.inject = 8}, {}};
-    drainage.setCourse(training::Course::drainage);
+    drainage.setNumbing(true);
     EXPECT_THAT(drainage.update("", 0, now, 8), ElementsAre(Asks(CommandKind::anaesthetic, 1000)));
     EXPECT_THAT(drainage.update("", 0, now, 0), ElementsAre(Asks(CommandKind::anaesthetic, 0)));
-    now.incision_count = 1;
+    drainage.setNumbing(false);
     EXPECT_THAT(drainage.update("", 0, now, 8), ElementsAre(Asks(CommandKind::inject, 1000)));
 }
 

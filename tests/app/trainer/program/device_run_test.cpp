@@ -378,10 +378,15 @@ TEST_F(DeviceRunRealTime, EveryToolIsSelectedByCommandOrButton) {
             });
             user.until("the patient may breathe", [&] { user.press(4); });
             user.say("scissors");
-            // Breathing sometimes brings the force to zero, and a stall of the machine can switch it off.
+            // Breathing sometimes brings the force to zero, a stall of the machine can switch it off, and
+            // after a longer one the device has left the needle: the user draws it out and inserts it again.
             // Repeat until the last force is above the limit.
             for (int i = 0; i < 10'000 && !user.over() && ended_n <= 0.02; ++i) {
                 if (i % 100 == 99) {
+                    if (i % 300 == 299) {
+                        user.move(10);
+                        sleepMs(700);  // drawn out after haptics::kDrawnOut_s outside the body
+                    }
                     user.say("rearm");
                     user.move(i % 200 == 99 ? -24 : -25);
                 }

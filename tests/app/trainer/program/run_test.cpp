@@ -414,7 +414,9 @@ TEST_F(Run, OutdatedStoredPathsArePlannedAgain) {
     const std::filesystem::path copy = *command_ / "copy";
     std::filesystem::copy(onlyPatientIn(*command_ / "cache"), copy, std::filesystem::copy_options::recursive);
     const std::string again = "run --headless --fast --patient '" + copy.string() + "'";
-    EXPECT_EQ(command_->run(again).err, "");
+    const std::string unchecked = command_->run(again).err;
+    EXPECT_THAT(unchecked, HasSubstr("has not been checked"));
+    EXPECT_EQ(std::count(unchecked.begin(), unchecked.end(), '\n'), 1) << unchecked;
 
     patient::StoredPaths stored = patient::loadPaths(copy / "paths.json");
     const patient::StoredPaths good = stored;

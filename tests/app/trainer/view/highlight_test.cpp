@@ -98,8 +98,7 @@ TEST_F(HighlightTest, AnInstrumentInThePatientIsTakenThere) {
 }
 
 TEST_F(HighlightTest, FingerAndScalpelGoToTheEntry) {
-    for (const Act act : {Act::pressGap, Act::enterWheal})
-        expectRing(act, path_.entry_m);
+    expectRing(Act::pressGap, path_.entry_m);
     EXPECT_LT(glm::distance(expectArrow(Act::pressGap, kIn), path_.entry_m), 1e-9);
     seen_.tick.probe_parked = false;
     expectRing(Act::cut, path_.entry_m);
@@ -107,6 +106,7 @@ TEST_F(HighlightTest, FingerAndScalpelGoToTheEntry) {
     seen_.tick.probe_parked = true;
     seen_.tick.patient_from_probe = probeAt({0.0, 0.0, 0.006});
     expectRing(Act::cut, {0.0, 0.0, 0.006});
+    expectRing(Act::enterWheal, {0.0, 0.0, 0.006});
     expectRing(Act::enterSkin, {0.0, 0.0, 0.006});
 }
 

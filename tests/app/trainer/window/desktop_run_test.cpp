@@ -293,11 +293,6 @@ TEST_F(DesktopRunRealTime, WholeProcedureWithMouseAndKeys) {
     keys_.emplace(records::loadRecord(record()));
     ASSERT_TRUE(isNear(stepsNow(), {})) << where();
 
-    display_.key("t");  // to the skin beneath the finger, and back
-    ASSERT_TRUE(says("the tool moves to the skin")) << printed();
-    ASSERT_TRUE(until([&] { return rests(Tool::finger) && stepsNow().deeper > 10.0; })) << where();
-    ASSERT_TRUE(bring(Tool::finger, {})) << where();
-
     ASSERT_TRUE(bring(Tool::finger, {.deeper = 16})) << where();  // to the skin, then along the skin by mouse
     for (int tries = 0; tries < 12; ++tries) {  // a drag has no effect before the first picture
         display_.drag(500, 260, 520, 260);
@@ -392,6 +387,18 @@ TEST_F(DesktopRunRealTime, WholeProcedureWithMouseAndKeys) {
                                             haptics::CommandKind::move, haptics::CommandKind::fault})
         EXPECT_EQ(kept.commanded[std::size_t(kind)], 1) << int(kind);
     EXPECT_THAT(kept.page, testing::HasSubstr("too fast")) << "the instructor's comment is on the page";
+}
+
+// The key T moves the finger to the skin beneath it, and Home back to its start.
+TEST_F(DesktopRunRealTime, TPlacesTheToolOnTheSkin) {
+    start("--device mouse --scenario procedure --path 2");
+    ASSERT_TRUE(says("you control the ")) << printed();
+    ASSERT_TRUE(until([&] { return !display_.title().empty() && readSamples(); })) << printed();
+    keys_.emplace(records::loadRecord(record()));
+    display_.key("t");
+    ASSERT_TRUE(says("the tool moves to the skin")) << printed();
+    ASSERT_TRUE(until([&] { return rests(Tool::finger) && stepsNow().deeper > 10.0; })) << where();
+    ASSERT_TRUE(bring(Tool::finger, {})) << where();
 }
 
 // HZ-TEACH-12

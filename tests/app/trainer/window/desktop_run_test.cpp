@@ -391,7 +391,7 @@ TEST_F(DesktopRunRealTime, WholeProcedureWithMouseAndKeys) {
 
 // The key T moves the finger to the skin beneath it, and Home back to its start.
 TEST_F(DesktopRunRealTime, TPlacesTheToolOnTheSkin) {
-    start("--device mouse --scenario procedure --path 2");
+    start("--device mouse --scenario procedure --path 2 --trainee mouse-4");
     ASSERT_TRUE(says("you control the ")) << printed();
     ASSERT_TRUE(until([&] { return !display_.title().empty() && readSamples(); })) << printed();
     keys_.emplace(records::loadRecord(record()));

@@ -71,6 +71,7 @@ def written(pages, source):
     yield "formats.md", "`hand.csv`", columns(research / "hand.csv")
     patient = research / "truth"
     yield "formats.md", "`patient.toml`", fields(tomllib.loads((patient / "patient.toml").read_text()))
+    yield "formats.md", "`verdict.json`", fields(json.loads((research / "built/verdict.json").read_text()))
     yield "formats.md", "`paths.json`", fields(json.loads((research / "study/truth/paths.json").read_text()))
 
     study = json.loads((research / "study/summary.json").read_text())

@@ -3,8 +3,8 @@
 //
 // A stimulus of strength S at a place hurts S (1 - n), with the numbness n of that place
 // (patient::Anaesthetic). The pain is that of the strongest stimulus, and each one fades to 1/e within
-// kFade_s:
-//   pain(t) = max over stimuli of S_i (1 - n_i) exp(-(t - t_i) / kFade_s)
+// kPainFade_s:
+//   pain(t) = max over stimuli of S_i (1 - n_i) exp(-(t - t_i) / kPainFade_s)
 // Strengths (own estimates; the order is that of reports on percutaneous biliary drainage, where dilatation
 // hurts most): a needle through the skin 3, the scalpel 6, a needle through the liver's capsule 7, dilatation
 // of the wall 8. The liver within its capsule does not hurt. The prick that brings the anaesthetic is a

@@ -45,7 +45,7 @@ Mesh parseMesh(const std::filesystem::path& file, std::span<const unsigned char>
 Mesh unitTube(int sides);
 // A closed cone: a base of radius 1 at z = 0, its apex at z = 1.
 Mesh unitCone(int sides);
-// A torus of radius 1 around z, whose tube has the radius `tube_radius`.
+// A torus around z with major radius 1 and minor radius `tube_radius`.
 Mesh unitRing(int sides, int tube_sides, float tube_radius);
 
 }  // namespace stylet::render

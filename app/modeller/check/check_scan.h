@@ -13,7 +13,8 @@ struct ScanMeasures {
     double liver_hu = 0.0, vessels_hu = 0.0, aorta_hu = 0.0;  // means; vessels: portal and hepatic veins
     double noise_hu = 0.0;      // standard deviation between voxels of the liver 4 mm apart
     double vessel_share = 0.0;  // portal and hepatic veins, of the whole liver's volume
-    double fat_in_ducts = 0.0;  // share of the duct voxels in the liver whose smoothed value is that of fat
+    double fat_in_ducts =
+        0.0;  // share of the liver's duct voxels that have the CT value of fat after smoothing
     double flat_right = 0.0, flat_left = 0.0;  // share of the body's rows that end in one plane at this side
     double bone_at_liver_ml = 0.0;             // bone voxels that touch the liver's parenchyma or a tumour
     double fascia_outside = 0.0;  // share of the fascia voxels that lie in the air around the body

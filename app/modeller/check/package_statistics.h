@@ -61,7 +61,7 @@ struct PackageStatistics {
     Sum sum(Tissue t) const {
         return sum([t](const Label& l) { return l.tissue == t; });
     }
-    // Labels of the lungs whose centre is on one side of the body's middle.
+    // Lung labels on one side of the body's middle, by their centres.
     Sum lung(bool on_right) const {
         const double middle_m = body_centre_sum.x / body_voxels;
         return sum([&](const Label& l) {

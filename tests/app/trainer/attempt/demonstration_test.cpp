@@ -125,7 +125,7 @@ class BesideTest : public DemonstrationTest {
 TEST_F(BesideTest, IsShownWhenWantedAndBeginsWithEachStep) {
     FrameState none = seenAt(1);
     beside_.addTo(none, test::difficulties()[Difficulty::guided], 0.001);
-    EXPECT_FALSE(none.ghost_tool) << "nobody has asked";
+    EXPECT_FALSE(none.ghost_tool) << "the expert was not requested";
     EXPECT_NE(beside_.toggle(test::difficulties()[Difficulty::guided]).find("beside you"), std::string::npos);
     const FrameState begun = shownAt(1000, Difficulty::guided);
     ASSERT_TRUE(begun.ghost_tool);

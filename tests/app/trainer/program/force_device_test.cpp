@@ -28,8 +28,9 @@ namespace {
 using haptics::Tool;
 
 constexpr std::int64_t kTick_ns = 1'000'000;
-constexpr double kRamp_s = 4.0;  // at rest, until the force has risen
-constexpr double kPeak_n = 3.3;  // of the emulated device
+constexpr double kRamp_s = 4.0;                           // at rest, until the force has risen
+constexpr double kPeak_n = 3.3;                           // of the emulated device
+const Pose kRest{{1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.1}};  // of the stylus before the procedure, device frame
 
 std::array<double, 7> numbersOf(const Pose& p) {
     const Quat& q = p.rotation;
@@ -47,7 +48,7 @@ patient::Package drawnPatient() {
 class ForceDevice : public testing::Test {
   protected:
     ForceDevice() {
-        server_.follow([this](std::int64_t now_ns) { return numbersOf(stylusAt(now_ns)); });
+        server_.follow([](std::int64_t) { return numbersOf(kRest); });
         for (int tries = 0; tries < 100 && device_.stage() != haptics::DeviceStage::ready; ++tries)
             poll();
     }
@@ -55,9 +56,8 @@ class ForceDevice : public testing::Test {
         time_.now_ns += kTick_ns;
         device_.poll();
     }
-    // Of the expert's hand, in the device's frame. At rest until the procedure begins.
+    // Of the expert's hand, in the device's frame.
     Pose stylusAt(std::int64_t now_ns) const {
-        if (!expert_) return {{1.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.1}};
         const std::int64_t index = std::clamp<std::int64_t>((now_ns - begins_ns_) / kTick_ns, 0,
                                                             std::int64_t(expert_->hand.samples.size()) - 1);
         return device_from_expert_ * expert_->hand.samples[std::size_t(index)].device_from_stylus;
@@ -88,7 +88,7 @@ TEST_F(ForceDevice, WholePunctureIsScoredStoredAndReplayedBitByBit) {
     config.seed = 4;
     haptics::TouchMap touch = haptics::makeTouchMap(patient_);
     const Attempt attempt = makeLiveAttempt(patient_, scenario_, path_, config, touch,
-                                            {.profile = device_.profile(), .device_from_grip = stylusAt(0)});
+                                            {.profile = device_.profile(), .device_from_grip = kRest});
     expert_.emplace(makeAttempt(patient_, scenario_, path_, config.seed, 1000.0,
                                 [&](const patient::Patient&) { return touch; }));
     device_from_expert_ =
@@ -126,6 +126,8 @@ TEST_F(ForceDevice, WholePunctureIsScoredStoredAndReplayedBitByBit) {
     ForceFeed feed(simulation.state().output.safety.focused, attempt.simulation.dt_s);
     std::array<double, haptics::kToolCount> motor_n{};
     begins_ns_ = time_.now_ns + std::int64_t(kRamp_s * 1e9);
+    // Only now, because the server's thread reads what was set up above.
+    server_.follow([this](std::int64_t now_ns) { return numbersOf(stylusAt(now_ns)); });
     const std::vector<haptics::TraceCommand>& commands = expert_->hand.commands;
     std::size_t next = 0;
     const std::int64_t ends_ns = begins_ns_ + expert_->hand.samples.back().t_ns;

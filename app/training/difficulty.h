@@ -37,8 +37,7 @@ struct DifficultyRules {
     bool expert = false;     // the expert's tool doing the current step beside the user's
     bool snap = false;       // mouse and controllers: places the tool on the skin beneath it
     StartPlace start = StartPlace::room;
-    // The disinfected field, the drape's opening and the lamp are at the planned entry, not at the flank's
-    // middle.
+    // The room is arranged around the planned entry, not around the flank's middle (OperativeField).
     bool showsEntry() const noexcept { return start == StartPlace::path; }
 };
 

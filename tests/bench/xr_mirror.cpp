@@ -56,7 +56,8 @@ void run(std::vector<Row>& rows) {
     const patient::Patient patient(package);
     const patient::PlannedPath path = test::ductPath();
     setMockHeadPose(folder / "scenario.json",
-                    trainer::stageFromHead(trainer::stageFromPatient(patient, path), path, 0.0));
+                    trainer::stageFromHead(trainer::stageFromPatient(patient, trainer::fieldOf(path)),
+                                           trainer::fieldOf(path), 0.0));
     trainer::MirrorSettings settings;
     settings.pictures.assets = assetsFolder();
     settings.pictures.config.difficulty = training::Difficulty::exam;  // no hints

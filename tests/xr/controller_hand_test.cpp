@@ -39,7 +39,7 @@ class ControllerHand : public testing::Test {
         unsetenv("XRMOCK_SCENARIO");
     }
     void play(const json& controllers, const json& events = json::array()) {
-        const json head = json::array({keyOf(0.0, stageFromHead(stage_from_patient_, path_, 0.0))});
+        const json head = json::array({keyOf(0.0, stageFromHead(stage_from_patient_, fieldOf(path_), 0.0))});
         std::ofstream(folder_ / "scenario.json") << json{{"version", 2},
                                                          {"eyes", {{"recommended_size", {64, 64}}}},
                                                          {"head", head},
@@ -63,7 +63,7 @@ class ControllerHand : public testing::Test {
     const patient::Package package_ = test::ductPhantom();
     const patient::Patient patient_{package_};
     const patient::PlannedPath path_ = test::ductPath();
-    const Pose stage_from_patient_ = stageFromPatient(patient_, path_);
+    const Pose stage_from_patient_ = stageFromPatient(patient_, fieldOf(path_));
     test::TempFolder folder_;
 };
 

@@ -138,8 +138,8 @@ class FramesTest : public testing::Test {
 };
 
 TEST_F(FramesTest, CapturesAreInStereoAndWorkTwiceInAProcess) {
-    const Pose stage_from_patient = stageFromPatient(patient_, path_);
-    const Pose stage_from_head = stageFromHead(stage_from_patient, path_, 1.0);
+    const Pose stage_from_patient = stageFromPatient(patient_, fieldOf(path_));
+    const Pose stage_from_head = stageFromHead(stage_from_patient, fieldOf(path_), 1.0);
     for (int round = 0; round < 2; ++round) {
         SCOPED_TRACE(round);
         makeFiveFrames();
@@ -186,14 +186,14 @@ TEST_F(FramesTest, ACaptureSavesTheEquipmentPictures) {
 }
 
 TEST_F(FramesTest, TheEntryPointIsVisibleToBothEyes) {
-    const Pose stage_from_patient = stageFromPatient(patient_, path_);
+    const Pose stage_from_patient = stageFromPatient(patient_, fieldOf(path_));
     EXPECT_NEAR((stage_from_patient * Vec3(0.0, -test::kSlabHalfWidth_m, 0.0)).y, kTableHeight_m, 0.001);
     // The patient's front is up, the right side faces the operator, and the head is to the operator's left.
     EXPECT_GT(stage_from_patient.direction({0, 1, 0}).y, 0.999);
     EXPECT_GT(stage_from_patient.direction({1, 0, 0}).z, 0.999);
     EXPECT_LT(stage_from_patient.direction({0, 0, 1}).x, -0.999);
     for (double t_s = 0.0; t_s < 120.0; t_s += 0.5) {
-        const Pose head = stageFromHead(stage_from_patient, path_, t_s);
+        const Pose head = stageFromHead(stage_from_patient, fieldOf(path_), t_s);
         for (int eye = 0; eye < 2; ++eye)
             for (const Vec3& p : {path_.entry_m, path_.target_m, Vec3(-0.20, 0.0, 0.0)}) {
                 const auto at = project(head, eye, stage_from_patient * p, 640);

@@ -244,7 +244,7 @@ TEST_F(HeadsetTest, AfterRecentringTheSceneStaysInPlaceAndAsksForConfirmation) {
     Registration device;
     device.key = {"bridge", "bridge", "stage", ""};
     device.stage_from_device = {Quat{std::cos(0.15), 0.0, std::sin(0.15), 0.0}, {0.05, 1.05, -0.55}};
-    settings_.colocation = {device, levelPatientFromDevice(device, stageFromPatient(patient_, path_),
+    settings_.colocation = {device, levelPatientFromDevice(device, stageFromPatient(patient_, fieldOf(path_)),
                                                            0.5 * (path_.entry_m + path_.target_m))};
     play(R"({"events": [{"frame": 14, "recenter": {"space": "stage", "delay_s": 0,
              "pose": {"position": [0.6, 0, 0.3], "orientation": [0, 0.38268343, 0, 0.92387953]}}}]})",
@@ -307,7 +307,7 @@ TEST_F(HeadsetTest, AScreenIsAQuadLayerBeneathTheProjectionLayer) {
     render::Renderer renderer(gpu, {}, settings_.assets);
     renderer.setPatient(patient_);
     render::RenderScene scene;
-    scene.stage_from_patient = stageFromPatient(patient_, path_);
+    scene.stage_from_patient = stageFromPatient(patient_, fieldOf(path_));
     scene.room = render::wholeRoom();
     const render::ScreenPlace glass = renderer.screenPlaces(scene)[2];
     EXPECT_NEAR(glass.width_m / glass.height_m, double(BreathMonitor::kWidth) / BreathMonitor::kHeight, 0.01);

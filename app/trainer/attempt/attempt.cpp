@@ -5,11 +5,13 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "app/trainer/attempt/hand.h"
+#include "app/trainer/attempt/random.h"
 #include "app/trainer/attempt/staging.h"
 #include "app/trainer/session/colocation.h"
 #include "app/training/infiltration.h"
@@ -21,6 +23,10 @@ namespace {
 
 // Part of the workspace that is kept for motion outside the skin, if the device's workspace is not known.
 constexpr double kRoomOutside_m = 0.02;
+// How far an exam displaces and tilts the line along which a device is placed.
+constexpr double kLeastAside_m = 0.015, kMostAside_m = 0.03;
+constexpr double kLeastTilt_rad = 0.20, kMostTilt_rad = 0.40;
+constexpr std::uint64_t kAsideStream = 0x4173696465;
 
 haptics::SimulationSettings simulationSettings(const patient::Patient& patient, const Scenario& scenario,
                                                std::uint64_t seed, double rate_hz) {
@@ -51,6 +57,21 @@ std::optional<patient::DuctSpace> ductSpaceFor(const patient::Patient& patient, 
                     [](const haptics::TraceCommand& c) { return haptics::selectsAccessTool(c.command); });
     if (!uses) return std::nullopt;
     return patient::makeDuctSpace(patient);
+}
+
+// Displaces a line across its direction and tilts it, differently for each seed.
+void misplace(Vec3& entry_m, Vec3& direction, double most_m, std::uint64_t seed) {
+    Random random{seed ^ kAsideStream};
+    const Vec3 across = glm::normalize(
+        glm::cross(direction, std::fabs(direction.z) < 0.9 ? Vec3(0.0, 0.0, 1.0) : Vec3(0.0, 1.0, 0.0)));
+    const Vec3 third = glm::cross(direction, across);
+    const auto drawn = [&] {
+        const double turn_rad = random.between(0.0, 2.0 * std::numbers::pi);
+        return std::cos(turn_rad) * across + std::sin(turn_rad) * third;
+    };
+    entry_m += random.between(std::min(kLeastAside_m, most_m), most_m) * drawn();
+    const double tilt_rad = random.between(kLeastTilt_rad, kMostTilt_rad);
+    direction = std::cos(tilt_rad) * direction + std::sin(tilt_rad) * drawn();
 }
 
 }  // namespace
@@ -107,14 +128,22 @@ Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenari
             fmt::format("{} answers after {:.1f} ms. At this rate its force is stable only up to {:.1f} ms: "
                         "choose a lower --rate-hz.",
                         profile.name, 1e3 * profile.delay_s, 1e3 * longest_s));
-    const Pose at_entry = needlePose(path.entry_m, glm::normalize(path.target_m - path.entry_m));
-    const double half_way = 0.5 * (path.length_m - kRoomOutside_m) / path.length_m;
-    const Vec3 middle_m = glm::mix(path.entry_m, path.target_m, half_way);
+    const training::DifficultyRules& rules = config.startRules();
+    Vec3 entry_m = path.entry_m, direction = glm::normalize(path.target_m - path.entry_m);
+    if (!rules.showsEntry() && profile.senses_rotation) {
+        const double most_m = std::isnan(profile.workspace_radius_m)
+                                  ? kMostAside_m
+                                  : std::min(kMostAside_m, profile.workspace_radius_m / 3.0);
+        misplace(entry_m, direction, most_m, config.seed);
+    }
+    const double half_way_m = 0.5 * (path.length_m - kRoomOutside_m);
+    const Vec3 middle_m = entry_m + half_way_m * direction;
     Pose& placed = settings.patient_from_device;
     if (device.registration)
-        placed = levelPatientFromDevice(*device.registration, stageFromPatient(patient, path), middle_m);
+        placed = levelPatientFromDevice(
+            *device.registration, stageFromPatient(patient, operativeField(patient, path, rules)), middle_m);
     else if (!std::isnan(profile.workspace_radius_m))
-        placed = haptics::alignWithPath(profile, at_entry);
+        placed = haptics::alignWithPath(profile, needlePose(entry_m, direction));
     else
         placed.position_m = middle_m - placed.rotation * device.device_from_grip.position_m;
     return {patient, settings, {}, std::move(touch), patient::makeDuctSpace(patient)};

@@ -35,6 +35,7 @@ struct AttemptConfig {
     haptics::ToolSettings tools{};
     training::Difficulty difficulty = training::Difficulty::practice;
     training::DifficultyTable difficulties{};  // what each difficulty allows, from the assets
+    const training::DifficultyRules& startRules() const noexcept { return difficulties[difficulty]; }
 
     // Results.
     std::filesystem::path folder{};  // folder for summary, record and captured pictures

@@ -72,7 +72,7 @@ struct FrameLoop::Impl {
     const PictureSettings settings;
     training::Difficulty difficulty;
     training::DifficultyRules rules;
-    const Vec3 stage_entry_m;
+    const OperativeField field;
     SceneMaker scenes;
     AlertWatch alerts;
     std::optional<GuidePanel> guide;  // only if the difficulty allows it
@@ -99,12 +99,12 @@ FrameLoop::Impl::Impl(const patient::Patient& patient_in, const PictureSettings&
     : patient(patient_in),
       settings(settings_in),
       difficulty(settings.config.difficulty),
-      rules(settings.config.difficulties[difficulty]),
-      stage_entry_m(stageFromPatient(patient, path) * path.entry_m),
-      scenes(patient, path, sceneLook(settings.config), settings.press, rules),
+      rules(settings.config.startRules()),
+      field(operativeField(patient, path, rules)),
+      scenes(patient, path, field, sceneLook(settings.config), settings.press, rules),
       alerts(settings.press.tick_s),
       mock({settings.head_script, settings.config.fast, settings.config.folder}, scenes.stageFromPatient(),
-           path),
+           field),
       room(settings.colocation, scenes.stageFromPatient(), settings.config.seated) {
     if (rules.panel) guide.emplace(rules, controlsOf(settings.config.device), settings.press.tick_s);
     headset = std::make_unique<Headset>(patient, settings);
@@ -233,7 +233,7 @@ void FrameLoop::Impl::showHints(HeadsetPanels& panels, const FrameState& seen,
                                 const std::array<render::View, 2>& views) {
     if (rules.colours) panels.placeAlert(alerts.update(seen), views);
     if (guide) {
-        const bool looked_at = panels.sees(stage_entry_m, headPose(views));
+        const bool looked_at = panels.sees(scenes.stageFromPatient() * field.entry_m, headPose(views));
         const std::uint64_t before = guide->revision();
         guide->update(seen, looked_at);
         totals.panels_drawn += guide->revision() - before;

@@ -18,12 +18,12 @@ constexpr const char* kScenario = "XRMOCK_SCENARIO";
 // Writes two minutes of stageFromHead() as a head motion script for the mock runtime. Each eye has 640 x 640
 // pixels.
 void writeHeadScript(const std::filesystem::path& file, const Pose& stage_from_patient,
-                     const patient::PlannedPath& path) {
+                     const OperativeField& field) {
     constexpr double kLength_s = 120.0, kKeyEvery_s = 0.25;
     using nlohmann::json;
     json head = json::array();
     for (int i = 0; i * kKeyEvery_s <= kLength_s; ++i) {
-        const Pose pose = stageFromHead(stage_from_patient, path, i * kKeyEvery_s);
+        const Pose pose = stageFromHead(stage_from_patient, field, i * kKeyEvery_s);
         const Vec3& p = pose.position_m;
         const Quat& q = pose.rotation;
         head.push_back(
@@ -51,13 +51,13 @@ bool isMockRuntimeSelected() {
 }
 
 MockStage::MockStage(const MockSettings& settings, const Pose& stage_from_patient,
-                     const patient::PlannedPath& path) {
+                     const OperativeField& field) {
     if (!isMockRuntimeSelected()) return;
     std::filesystem::path scenario = settings.scenario;
     if (scenario.empty() && !std::getenv(kScenario)) {
         written_ =
             std::filesystem::temp_directory_path() / ("stylet-head-" + std::to_string(processId()) + ".json");
-        writeHeadScript(written_, stage_from_patient, path);
+        writeHeadScript(written_, stage_from_patient, field);
         scenario = written_;
     }
     scenario_set_ = !scenario.empty();

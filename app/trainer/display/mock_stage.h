@@ -24,7 +24,7 @@ struct MockSettings {
 class MockStage {
   public:
     // Throws DataError if the script of the head motion cannot be written.
-    MockStage(const MockSettings&, const Pose& stage_from_patient, const patient::PlannedPath&);
+    MockStage(const MockSettings&, const Pose& stage_from_patient, const OperativeField&);
     ~MockStage();
     MockStage(const MockStage&) = delete;
     MockStage& operator=(const MockStage&) = delete;

@@ -75,8 +75,9 @@ struct StillHead {
               const std::filesystem::path& assets)
         : patient(patient_in),
           path(path_in),
+          field(fieldOf(path)),
           renderer(gpu, {}, assets),
-          stage_from_patient(stageFromPatient(patient, path)) {
+          stage_from_patient(stageFromPatient(patient, field)) {
         renderer.setPatient(patient);
     }
 
@@ -96,8 +97,8 @@ struct StillHead {
     }
 
     std::array<render::View, 2> eyeViews(const StereoShot& shot) const {
-        Pose head = stageFromHead(stage_from_patient, path, 0.0);
-        const Vec3 entry = stage_from_patient * path.entry_m;
+        Pose head = stageFromHead(stage_from_patient, field, 0.0);
+        const Vec3 entry = stage_from_patient * field.entry_m;
         if (shot.distance_m) {
             head.position_m = entry + *shot.distance_m * glm::normalize(head.position_m - entry);
             return eyesOf(head, entry, kCloseUpTangent);
@@ -124,7 +125,7 @@ struct StillHead {
         scene.marks = makeMarks(shot.wounds, scene.look, path.entry_reference_m);
         // Cut away the side toward the feet, so that the operator looks at the cut surface.
         if (shot.section) scene.cuts = {{Vec3(0.0, 0.0, -1.0), -path.entry_m.z}};
-        addRoom(scene, path);
+        addRoom(scene, field);
         for (const patient::PlannedPath& good : shot.paths)
             scene.paths.push_back({good.entry_m, good.target_m, good.quality});
         if (!shot.closed && shot.paths.empty())
@@ -150,6 +151,7 @@ struct StillHead {
     static constexpr double kCloseUpTangent = 0.7;  // tangent of half the view angle
     const patient::Patient& patient;
     const patient::PlannedPath path;
+    const OperativeField field;
     render::Gpu gpu{render::GpuSettings{}};
     render::Renderer renderer;
     const Pose stage_from_patient;

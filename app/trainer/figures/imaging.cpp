@@ -183,7 +183,7 @@ std::vector<Shot> Sheet::exposures() const {
     const auto add = [&](const std::string& caption, const std::optional<Pose>& held) -> Shot& {
         shots.push_back(makeShot(caption, {}, held));
         ImagingInput& m = shots.back().moment;
-        m.patient_from_isocentre.position_m = isocentreFor(path);
+        m.patient_from_isocentre.position_m = fieldOf(path).isocentre_m;
         m.machines.xray.pedal = true;
         m.machines.xray.pulses = shots.size();
         return shots.back();

@@ -202,7 +202,9 @@ Attempt controllerAttempt(const AttemptConfig& config, const Task& task, Live& l
         clock);
     Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, config,
                                       task.make_touch(task.patient), {.profile = controllerProfile()});
-    live.patient_from_driver = stageFromPatient(task.patient, task.path).inverse();
+    live.patient_from_driver =
+        stageFromPatient(task.patient, operativeField(task.patient, task.path, config.startRules()))
+            .inverse();
     attempt.simulation.patient_from_device = *live.patient_from_driver;
     live.aimed = &live.device->bare();
     resume(live, attempt, retry);
@@ -223,7 +225,7 @@ Attempt mouseAttempt(const AttemptConfig& config, const Task& task, Live& live, 
     const Pose start =
         retry && retry->left.tick > 0
             ? retry->left.patient_from_tool * toolPoseFromNeedle({}, retry->left.tool, guide).inverse()
-            : mouseStart(config.difficulties[config.difficulty].start, task.patient, task.path, config.seed);
+            : mouseStart(config.startRules().start, task.patient, task.path, config.seed);
     live.device = std::make_unique<LiveDevice>(
         kMouse, std::make_unique<MouseDriver>(*live.window, start, guide, clock), clock);
     live.aimed = &live.device->bare();
@@ -558,8 +560,9 @@ void openOutputs(AttemptRun& run) {
                           : ""));
     }
     if (task.other) session.compareWith(run.truth.emplace(*task.other, attempt.simulation.tools.needle));
-    run.hearing.emplace(config, soundPlaces(task.patient, task.path), attempt.simulation.dt_s,
-                        live.port.get(), run.listener_pose);
+    run.hearing.emplace(
+        config, soundPlaces(task.patient, operativeField(task.patient, task.path, config.startRules())),
+        attempt.simulation.dt_s, live.port.get(), run.listener_pose);
 }
 
 const training::DifficultyRules& rulesNow(const AttemptRun& run) {

@@ -3,15 +3,7 @@
 #include <algorithm>
 
 namespace stylet::trainer {
-namespace {
-
-constexpr double kTowardHilum_m = 0.035;  // offset from the target toward the patient's left
-
-}  // namespace
-
-Vec3 isocentreFor(const patient::PlannedPath& path) {
-    return path.target_reference_m - Vec3(kTowardHilum_m, 0.0, 0.0);
-}
+namespace {}  // namespace
 
 ImagingInput makeImagingInput(const haptics::TickOutput& tick, const NeedleShape& needle,
                               const haptics::GuideSettings& guide, double tick_s) {

@@ -47,8 +47,4 @@ struct ImagingInput {
 ImagingInput makeImagingInput(const haptics::TickOutput&, const NeedleShape&, const haptics::GuideSettings&,
                               double tick_s);
 
-// Isocentre of the C-arm, chosen so that one picture shows the target and the hilum and little outside the
-// patient.
-Vec3 isocentreFor(const patient::PlannedPath&);
-
 }  // namespace stylet::trainer

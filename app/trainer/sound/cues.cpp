@@ -51,10 +51,10 @@ bool yields(const TickOutput& before, const TickOutput& now) {
 
 }  // namespace
 
-SoundPlaces soundPlaces(const patient::Patient& patient, const patient::PlannedPath& path) {
+SoundPlaces soundPlaces(const patient::Patient& patient, const OperativeField& field) {
     SoundPlaces places;
-    places.stage_from_patient = stageFromPatient(patient, path);
-    places.stage_from_operator = stageFromHead(places.stage_from_patient, path, 0.0);
+    places.stage_from_patient = stageFromPatient(patient, field);
+    places.stage_from_operator = stageFromHead(places.stage_from_patient, field, 0.0);
     const Grid& grid = patient.grid();
     const Vec3 last = grid.centre(grid.dims - 1);
     const Vec3 middle = places.stage_from_patient * (0.5 * (grid.origin_m + last));
@@ -63,7 +63,7 @@ SoundPlaces soundPlaces(const patient::Patient& patient, const patient::PlannedP
     places.vent_m = table + kVent_m;
     const Vec3 head = places.stage_from_patient * Vec3(0.0, 0.0, last.z + kMouthBeyondScan_m);
     places.mouth_m = {head.x, kTableHeight_m + kMouthAboveTable_m, middle.z};
-    places.entry_m = places.stage_from_patient * path.entry_m;
+    places.entry_m = places.stage_from_patient * field.entry_m;
     places.tube_m = places.entry_m - Vec3(0.0, kTubeBelowEntry_m, 0.0);
     return places;
 }

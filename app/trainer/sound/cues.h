@@ -34,7 +34,7 @@ struct SoundPlaces {
     Pose stage_from_operator;
     Vec3 mouth_m{0.0}, monitor_m{0.0}, tube_m{0.0}, vent_m{0.0}, entry_m{0.0};
 };
-SoundPlaces soundPlaces(const patient::Patient&, const patient::PlannedPath&);
+SoundPlaces soundPlaces(const patient::Patient&, const OperativeField&);
 
 // Returns the largest gain with which this sound is played, at a distance of 1 m. The gains of all sounds sum
 // to less than 1, so all sounds together do not clip.

@@ -20,11 +20,11 @@ void loadSceneLook(render::Renderer& renderer, const AttemptConfig& config) {
     if (!config.look_file.empty()) renderer.setLook(sceneLook(config), render::loadLook(config.look_file));
 }
 
-void addRoom(render::RenderScene& scene, const patient::PlannedPath& path, const training::XrayState& xray) {
+void addRoom(render::RenderScene& scene, const OperativeField& field, const training::XrayState& xray) {
     scene.room = render::wholeRoom();
     if (xray.pulses > 0)
-        scene.room.c_arm = render::CArm{xray.rotation_rad, xray.angulation_rad, isocentreFor(path)};
-    scene.field_m = path.entry_reference_m;
+        scene.room.c_arm = render::CArm{xray.rotation_rad, xray.angulation_rad, field.isocentre_m};
+    scene.field_m = field.entry_reference_m;
     scene.drape = scene.look == render::Look::closed && scene.cuts.empty();
 }
 
@@ -69,12 +69,13 @@ std::vector<render::Mark> makeMarks(const std::vector<Wound>& wounds, render::Lo
     return marks;
 }
 
-SceneMaker::SceneMaker(const patient::Patient& patient, const patient::PlannedPath& path, render::Look look,
-                       const PressInput& press, const training::DifficultyRules& rules)
+SceneMaker::SceneMaker(const patient::Patient& patient, const patient::PlannedPath& path,
+                       const OperativeField& field, render::Look look, const PressInput& press,
+                       const training::DifficultyRules& rules)
     : patient_(&patient),
       path_(path),
-      stage_from_patient_(trainer::stageFromPatient(patient, path)),
-      flank_m_(flankMiddle(patient)),
+      field_(field),
+      stage_from_patient_(trainer::stageFromPatient(patient, field)),
       look_(look),
       tick_s_(press.tick_s),
       rules_(rules),
@@ -89,11 +90,9 @@ render::RenderScene SceneMaker::makeScene(const FrameState& seen) {
     scene.stage_from_patient.position_m = stage_from_patient_ * shown.patient_moved_m;
     scene.breath = shown.breath;
     scene.look = rules_.open_look ? look_ : render::Look::closed;
-    const Vec3 field_m = rules_.showsEntry() ? path_.entry_reference_m : flank_m_;
-    scene.marks = makeMarks(seen.wounds, scene.look, field_m);
+    scene.marks = makeMarks(seen.wounds, scene.look, field_.entry_reference_m);
     scene.tool = press_.shown(shown);
-    addRoom(scene, path_, seen.machines.xray);
-    scene.field_m = field_m;
+    addRoom(scene, field_, seen.machines.xray);
     scene.room.lamp = !seen.lights_out;
     if (rules_.colours) scene.room.shell_light = shellLight(seen.glow);
     showTools(scene, seen);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "app/trainer/attempt/config.h"
+#include "app/trainer/attempt/staging.h"
 #include "app/trainer/session/frame_state.h"
 #include "app/trainer/session/imaging_input.h"
 #include "app/trainer/session/wounds.h"
@@ -22,10 +23,9 @@ inline render::Look sceneLook(const AttemptConfig& config) {
 // If the configuration names a look file, loads it in place of the configured look. Throws DataError.
 void loadSceneLook(render::Renderer&, const AttemptConfig&);
 
-// Adds to the scene the room and the disinfected field around the planned entry point. The closed look also
-// gets the drape, unless the scene has cut planes. From the first X-ray pulse on, also adds the C-arm,
-// centred on the target.
-void addRoom(render::RenderScene&, const patient::PlannedPath&, const training::XrayState& = {});
+// Adds to the scene the room and the disinfected field around the field's entry. The closed look also gets
+// the drape, unless the scene has cut planes. From the first X-ray pulse on, also adds the C-arm.
+void addRoom(render::RenderScene&, const OperativeField&, const training::XrayState& = {});
 
 // Adds the tool in use and the parked probe.
 void showTools(render::RenderScene&, const FrameState&);
@@ -42,9 +42,10 @@ std::vector<render::Mark> makeMarks(const std::vector<Wound>&, render::Look, con
 class SceneMaker {
   public:
     // The patient and the touch map must outlive this object. `rules` selects whether the reference path and
-    // the place of the tutor's prompt are shown, and whether the room light shows alerts.
-    SceneMaker(const patient::Patient&, const patient::PlannedPath&, render::Look, const PressInput&,
-               const training::DifficultyRules& rules);
+    // the place of the tutor's prompt are shown, and whether the room light shows alerts. They may change;
+    // the field stays where it is.
+    SceneMaker(const patient::Patient&, const patient::PlannedPath&, const OperativeField&, render::Look,
+               const PressInput&, const training::DifficultyRules& rules);
     // Changes the rules to those of another difficulty.
     void help(const training::DifficultyRules& rules) { rules_ = rules; }
     // Returns the scene for a state of the attempt. It includes the screen of the breath monitor, but not the
@@ -56,8 +57,8 @@ class SceneMaker {
   private:
     const patient::Patient* patient_;
     patient::PlannedPath path_;
+    OperativeField field_;
     Pose stage_from_patient_;
-    Vec3 flank_m_;
     render::Look look_;
     double tick_s_;
     training::DifficultyRules rules_;

@@ -32,8 +32,8 @@ void hideSecondEye(render::Renderer& renderer) {
 CameraView::CameraView(render::Gpu& gpu, const patient::Patient& patient, const patient::PlannedPath& path,
                        const PictureSettings& settings, const training::DifficultyRules& rules)
     : gpu_(&gpu),
-      path_(path),
-      scenes_(patient, path, sceneLook(settings.config), settings.press, rules),
+      field_(operativeField(patient, path, settings.config.startRules())),
+      scenes_(patient, path, field_, sceneLook(settings.config), settings.press, rules),
       renderer_(gpu, {}, settings.assets),
       governor_(render::GovernorSettings{.budget_ms = gpu.isSoftware() ? kProcessorBudget_ms : kBudget_ms,
                                          .patience = 5}) {
@@ -44,7 +44,7 @@ CameraView::CameraView(render::Gpu& gpu, const patient::Patient& patient, const 
 
 render::View CameraView::view(const std::optional<Orbit>& camera, double aspect) const {
     if (camera) return orbitView(*camera, aspect);
-    return operatorView(scenes_.stageFromPatient(), path_, aspect);
+    return operatorView(scenes_.stageFromPatient(), field_, aspect);
 }
 
 const render::Image& CameraView::draw(const render::RenderScene& scene, const render::View& view,
@@ -65,14 +65,14 @@ std::pair<std::uint32_t, std::uint32_t> CameraView::sizeFor(std::uint32_t width,
     return {edge(width), edge(height)};
 }
 
-render::View operatorView(const Pose& stage_from_patient, const patient::PlannedPath& path, double aspect) {
+render::View operatorView(const Pose& stage_from_patient, const OperativeField& field, double aspect) {
     const float up = float(kHeadHalfHeight_rad);
     const float right = float(std::atan(aspect * std::tan(kHeadHalfHeight_rad)));
-    return {stageFromHead(stage_from_patient, path, 0.0), -right, right, up, -up};
+    return {stageFromHead(stage_from_patient, field, 0.0), -right, right, up, -up};
 }
 
-Orbit startOrbit(const Pose& stage_from_patient, const patient::PlannedPath& path) {
-    return {stage_from_patient * path.entry_m, kShoulder_rad, kShoulderElevation_rad, kShoulder_m};
+Orbit startOrbit(const Pose& stage_from_patient, const OperativeField& field) {
+    return {stage_from_patient * field.entry_m, kShoulder_rad, kShoulderElevation_rad, kShoulder_m};
 }
 
 }  // namespace stylet::trainer

@@ -35,7 +35,7 @@ class CameraView {
 
   private:
     const render::Gpu* gpu_;
-    patient::PlannedPath path_;
+    OperativeField field_;
     SceneMaker scenes_;
     render::Renderer renderer_;
     render::Governor governor_;
@@ -45,9 +45,9 @@ class CameraView {
 };
 
 // View from the operator's place.
-render::View operatorView(const Pose& stage_from_patient, const patient::PlannedPath&, double aspect);
+render::View operatorView(const Pose& stage_from_patient, const OperativeField&, double aspect);
 
 // Start position of the free camera: over the operator's shoulder.
-Orbit startOrbit(const Pose& stage_from_patient, const patient::PlannedPath&);
+Orbit startOrbit(const Pose& stage_from_patient, const OperativeField&);
 
 }  // namespace stylet::trainer

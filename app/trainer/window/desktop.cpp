@@ -57,7 +57,7 @@ Desktop::Desktop(const patient::Patient& patient, const patient::PlannedPath& pa
     : settings(settings_in),
       mirror(patient, path, mirrorSettings(settings)),
       gpu({.validation = settings.config.validation, .pipeline_cache = settings.pipeline_cache}),
-      camera(gpu, patient, path, settings, settings.config.difficulties[settings.config.difficulty]),
+      camera(gpu, patient, path, settings, settings.config.startRules()),
       machines(gpu, camera.renderer().deformedPatient(), settings.assets) {
     counted.runtime = "none: a window";
     counted.gpu = gpu.name();

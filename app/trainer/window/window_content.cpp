@@ -42,8 +42,10 @@ WindowContent::WindowContent(const patient::Patient& patient, const patient::Pla
                              render::Presenter& presenter)
     : patient_(&patient),
       path_(path),
+      field_(operativeField(patient, path, settings.pictures.config.startRules())),
+      stage_from_patient_(stageFromPatient(patient, field_)),
       settings_(settings),
-      rules_(settings.pictures.config.difficulties[settings.pictures.config.difficulty]),
+      rules_(settings.pictures.config.startRules()),
       channels_(&channels),
       gpu_(&gpu),
       presenter_(&presenter),
@@ -114,9 +116,8 @@ void WindowContent::handleKey(const KeyPress& press) {
 // Converts a motion in the operator's view to a motion of the tool. `right` and `up` are metres at the tool.
 // With `turns` they are radians about the tip, and the far end of the tool moves in that direction.
 MouseMove WindowContent::inOperatorsView(double right, double up, bool turns) const {
-    const Pose stage_from_patient = stageFromPatient(*patient_, path_);
     const Pose patient_from_eye =
-        stage_from_patient.inverse() * operatorView(stage_from_patient, path_, 1.0).stage_from_eye;
+        stage_from_patient_.inverse() * operatorView(stage_from_patient_, field_, 1.0).stage_from_eye;
     MouseMove move;
     (turns ? move.turned_rad : move.moved_m) =
         patient_from_eye.direction(turns ? Vec3(-up, right, 0.0) : Vec3(right, up, 0.0));
@@ -158,10 +159,9 @@ std::optional<MouseMove> WindowContent::dragMotion(const Drag& drag) const {
         return std::nullopt;
     const double right = right_px / eye->area.height, up = up_px / eye->area.height;
     if (drag.pans) return inOperatorsView(kDragTurn_rad * right, kDragTurn_rad * up, true);
-    const Pose stage_from_patient = stageFromPatient(*patient_, path_);
-    const render::View view = operatorView(stage_from_patient, path_, 1.0);
+    const render::View view = operatorView(stage_from_patient_, field_, 1.0);
     const Vec3 tip_m = activeToolPose(channels_->state.front().seen.tick).position_m;
-    const double away_m = -(view.stage_from_eye.inverse() * (stage_from_patient * tip_m)).z;
+    const double away_m = -(view.stage_from_eye.inverse() * (stage_from_patient_ * tip_m)).z;
     const double tall_m = 2.0 * away_m * std::tan(double(view.angle_up));
     return inOperatorsView(tall_m * right, tall_m * up, false);
 }
@@ -219,7 +219,7 @@ bool WindowContent::handleEvents(const WindowEvents& events) {
     moveTool(events);
     const Pane* camera = findPane(WindowView::camera);
     if (!camera) return same;
-    if (!orbit_) orbit_ = startOrbit(stageFromPatient(*patient_, path_), path_), camera_stale_ = true;
+    if (!orbit_) orbit_ = startOrbit(stage_from_patient_, field_), camera_stale_ = true;
     for (const Drag& drag : events.drags) {
         if (!camera->area.holds(drag.from_x, drag.from_y)) continue;
         const double share = double(height_) / camera->area.height;

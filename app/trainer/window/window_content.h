@@ -105,6 +105,8 @@ class WindowContent {
 
     const patient::Patient* patient_;
     const patient::PlannedPath path_;
+    const OperativeField field_;
+    const Pose stage_from_patient_;
     const MirrorSettings settings_;
     training::DifficultyRules rules_;  // rules of the current difficulty
     std::optional<training::Difficulty> difficulty_;

@@ -57,7 +57,8 @@ std::string headset(const Pose& head) {
 
 void prepareUserOutput(const fs::path& folder, const patient::Patient& patient,
                        const patient::PlannedPath& path) {
-    writeText(folder / "headset.json", headset(stageFromHead(stageFromPatient(patient, path), path, 0.0)));
+    writeText(folder / "headset.json",
+              headset(stageFromHead(stageFromPatient(patient, fieldOf(path)), fieldOf(path), 0.0)));
     setenv("XRMOCK_SCENARIO", (folder / "headset.json").c_str(), 1);
     setenv("XDG_CACHE_HOME", folder.c_str(), 1);  // compiled shaders
     // The sound is mixed as for a real device, in real time (wall clock), and discarded.
@@ -77,7 +78,8 @@ struct UserOutput::Impl {
           difficulties(training::loadDifficulties(assetsFolder() / "difficulty.toml")),
           panel(difficulties[context.difficulty], training::kTypedControls, tick_s),
           alerts(tick_s),
-          cues(soundPlaces(context.attempt.patient, context.path), difficulties, context.difficulty, tick_s),
+          cues(soundPlaces(context.attempt.patient, fieldOf(context.path)), difficulties, context.difficulty,
+               tick_s),
           sounds(cues.places().stage_from_operator, listener_pose, Speaker::device, context.log) {
         if (context.headset_fps > 0.0) room = openRoom(context);
     }

@@ -105,7 +105,8 @@ class Trainee {
   public:
     Trainee(const test::Command& command, const std::string& control, const records::RecordInfo& planned)
         : output_(command / "stderr"),
-          aim_(stageFromPatient(patient::Patient(patient::loadPackage(planned.patient_folder)), planned.path),
+          aim_(stageFromPatient(patient::Patient(patient::loadPackage(planned.patient_folder)),
+                                fieldOf(planned.path)),
                planned.path),
           mock_(control, 240s) {
         goTo(aim_.grip(tool_, place_));
@@ -176,7 +177,7 @@ class VirtualTrainee {
   public:
     VirtualTrainee(const patient::Patient& patient, const Scenario& scenario,
                    const patient::PlannedPath& path)
-        : aim_(stageFromPatient(patient, path), path),
+        : aim_(stageFromPatient(patient, fieldOf(path)), path),
           attempt_(attemptInTheRoom(patient, scenario, path)),
           simulation_(attempt_.patient, attempt_.simulation, attempt_.touchMap()),
           session_(patient, path, scenario.moments, scenario.approach_distance_m, nullptr),
@@ -261,7 +262,7 @@ class VirtualTrainee {
                                     const patient::PlannedPath& path) {
         Attempt attempt = makeLiveAttempt(patient, scenario, path, {.seed = 4},
                                           haptics::makeTouchMap(patient), {.profile = controllerProfile()});
-        attempt.simulation.patient_from_device = stageFromPatient(patient, path).inverse();
+        attempt.simulation.patient_from_device = stageFromPatient(patient, fieldOf(path)).inverse();
         return attempt;
     }
     void tick() {

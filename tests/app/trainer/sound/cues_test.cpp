@@ -34,7 +34,7 @@ class CuesTest : public testing::Test {
 
     patient::Package package_ = test::ductPhantom();
     patient::Patient patient_{package_};
-    SoundPlaces places_ = soundPlaces(patient_, test::ductPath());
+    SoundPlaces places_ = soundPlaces(patient_, fieldOf(test::ductPath()));
     bool breathes_ = true;
     Cues cues_{places_, test::difficulties(), Difficulty::practice, 0.001};
 };

@@ -16,7 +16,8 @@ using training::Difficulty;
 class SceneTest : public testing::Test {
   protected:
     SceneMaker maker(Difficulty difficulty, render::Look look) const {
-        return {patient_, test::wallPath(), look, {}, test::difficulties()[difficulty]};
+        const patient::PlannedPath path = test::wallPath();
+        return {patient_, path, fieldOf(path), look, {}, test::difficulties()[difficulty]};
     }
     // A finger before the entry: the prompt is to press there.
     static FrameState palpating() {

@@ -56,9 +56,9 @@ class KeyFrame {
           path_(record.info.path),
           guide_(record.header.settings.tools.guide),
           start_(mouseStart(training::StartPlace::path, patient_, path_, 0)) {
-        const Pose stage_from_patient = stageFromPatient(patient_, path_);
-        const Pose patient_from_eye =
-            stage_from_patient.inverse() * operatorView(stage_from_patient, path_, 1.0).stage_from_eye;
+        const Pose stage_from_patient = stageFromPatient(patient_, fieldOf(path_));
+        const Pose patient_from_eye = stage_from_patient.inverse() *
+                                      operatorView(stage_from_patient, fieldOf(path_), 1.0).stage_from_eye;
         patient_from_keys_ = {patient_from_eye.direction({1, 0, 0}), patient_from_eye.direction({0, 1, 0}),
                               start_.direction({0, 0, -1})};
     }

@@ -97,7 +97,7 @@ class MirrorTest : public testing::Test {
     // A headset with a fixed head pose.
     void putOn() {
         json head = json::array();
-        const Pose pose = stageFromHead(stageFromPatient(patient_, path_), path_, 0.0);
+        const Pose pose = stageFromHead(stageFromPatient(patient_, fieldOf(path_)), fieldOf(path_), 0.0);
         const auto& [q, at] = pose;
         head.push_back({{"t_s", 0}, {"position", {at.x, at.y, at.z}}, {"orientation", {q.x, q.y, q.z, q.w}}});
         std::ofstream(folder_ / "scenario.json") << json{

@@ -1,4 +1,5 @@
 #include "app/trainer/figures/imaging.h"
+#include "app/trainer/attempt/staging.h"
 
 #include <algorithm>
 #include <cmath>

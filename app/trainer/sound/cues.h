@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "app/trainer/attempt/staging.h"
 #include "app/trainer/hands/controller_hand.h"
 #include "app/trainer/session/frame_state.h"
 #include "app/trainer/sound/clips.h"

@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "app/trainer/attempt/staging.h"
 #include "app/trainer/view/pictures.h"
 #include "app/trainer/view/scene.h"
 #include "app/trainer/window/orbit.h"

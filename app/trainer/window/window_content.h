@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/report/canvas.h"
+#include "app/trainer/attempt/staging.h"
 #include "app/trainer/session/alert.h"
 #include "app/trainer/view/guide_panel.h"
 #include "app/trainer/view/notice.h"

@@ -1,4 +1,5 @@
 #include "app/trainer/sound/cues.h"
+#include "app/trainer/attempt/staging.h"
 
 #include <gtest/gtest.h>
 

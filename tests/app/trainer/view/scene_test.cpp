@@ -1,6 +1,7 @@
 // What a difficulty shows in the room, and that neither the look nor a change of difficulty brings back what
 // it hides.
 #include "app/trainer/view/scene.h"
+#include "app/trainer/attempt/staging.h"
 
 #include <gtest/gtest.h>
 

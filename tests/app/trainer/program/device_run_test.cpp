@@ -361,8 +361,12 @@ TEST_F(DeviceRunRealTime, EveryToolIsSelectedByCommandOrButton) {
             user.move(-6);
             user.move(35);
             user.until("the probe is in hand", [&] { user.press(2); });
-            user.move(-4);
-            user.until("the scalpel is in hand", [&] { user.press(2); });  // parks the probe
+            // Parks the probe. After a long stall the probe cannot be parked until it has left the skin once.
+            user.until("the scalpel is in hand", [&] {
+                user.move(35);
+                user.move(-4);
+                user.press(2);
+            });
             user.move(35);
             user.move(-4);
             user.move(35);

@@ -50,7 +50,8 @@ class Hand {
 
 // Moves the device during an attempt that writes to `out`. Waits until the record begins. Then moves along
 // the path into the body while the force ramps up, stops there, and moves out again. On a busy machine the
-// emulated device has faults, so each pass is short and starts by re-arming.
+// emulated device has faults, so each pass is short, starts by re-arming, and re-arms in the body too until a
+// force was felt.
 class Work {
   public:
     Work(test::FalconTestbed& bed, const std::filesystem::path& out)
@@ -73,15 +74,22 @@ class Work {
             sleepMs(20);
         }
         while (!over_.load()) {
-            bed_->with([](FalconEmulator& f) { f.press(1); });
-            stay(100);
-            bed_->with([](FalconEmulator& f) { f.press(0); });
-            stay(200);
+            rearm();
             move(0.0, 0.030);
             stay(400);
+            for (int tries = 0; tries < 3 && !pushed(); ++tries) {
+                rearm();
+                stay(400);
+            }
             move(0.030, 0.0);
             if (pushed()) ++passes_;
         }
+    }
+    void rearm() {
+        bed_->with([](FalconEmulator& f) { f.press(1); });
+        stay(100);
+        bed_->with([](FalconEmulator& f) { f.press(0); });
+        stay(200);
     }
     // Moves between depths along the path at 50 mm/s, in steps that the driver does not reject as a jump.
     void move(double from_m, double to_m) {

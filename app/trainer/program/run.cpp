@@ -1,31 +1,25 @@
 #include "app/trainer/program/run.h"
 
 #include <fmt/core.h>
-#include <cassert>
 #include <cstdlib>
 #include <glm/geometric.hpp>
-#include <set>
 
 #include "app/installation.h"
 #include "app/trainer/attempt/demonstration.h"
 #include "app/trainer/attempt/hand.h"
-#include "app/trainer/attempt/reference_path.h"
 #include "app/trainer/attempt/retry.h"
-#include "app/trainer/attempt/scenario.h"
 #include "app/trainer/attempt/staging.h"
-#include "app/trainer/hands/live_hand.h"
-#include "app/trainer/hands/mounted_device.h"
-#include "app/trainer/hands/mouse_hand.h"
 #include "app/trainer/hands/snap.h"
 #include "app/trainer/loop/force_feed.h"
 #include "app/trainer/loop/loops.h"
+#include "app/trainer/program/live_input.h"
 #include "app/trainer/program/results.h"
+#include "app/trainer/program/task.h"
 #include "app/trainer/session/attempt_writer.h"
 #include "app/trainer/session/rest.h"
 #include "app/trainer/session/session_recorder.h"
 #include "app/trainer/sound/sounds.h"
 #include "app/trainer/stores/console.h"
-#include "app/trainer/stores/patient_source.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "haptics/devices/replay.h"
 
@@ -84,10 +78,6 @@ records::AttemptInfo attemptInfo(const AttemptConfig& config, const AttemptFacts
     return info;
 }
 
-bool isLive(const AttemptConfig& config) {
-    return config.device != kScriptedDevice && config.device != kReplayDevice;
-}
-
 // Checks that the options of the command line are compatible with each other, before anything is created.
 void checkHand(const RunOptions& options) {
     const AttemptConfig& config = options.config;
@@ -115,152 +105,6 @@ Attempt withHand(const AttemptConfig& config, Attempt attempt, const Retry* retr
                       [end_ns](const haptics::TraceCommand& said) { return said.t_ns > end_ns; });
     }
     if (retry) startFromRecord(attempt, *retry, touch);
-    return attempt;
-}
-
-// Live input of an attempt: ports, device and tool pose. The pose is used if the device senses no
-// orientation.
-struct Live {
-    std::shared_ptr<ControllerPort> port;  // set for a controller; outlives the device
-    std::shared_ptr<WindowPort> window = std::make_shared<WindowPort>();  // also outlives the device
-    std::unique_ptr<LiveDevice> device;
-    haptics::HapticDevice* aimed = nullptr;    // the device as the loop uses it
-    std::optional<Registration> registration;  // pose of `device` in the headset's room
-    std::optional<MountedDevice> mounted;      // set by mount()
-    Quat device_from_needle{};
-    haptics::GuideSettings guide;
-    std::optional<Pose> patient_from_driver;  // of mouse and controllers, which can place a tool (snap.h)
-
-    // Makes the loop use the device through this mount.
-    void mount(const Mount& mount) {
-        assert(!mounted);  // *aimed would be destroyed
-        aimed = &mounted.emplace(*aimed, mount);
-    }
-    // Pose of `tool` in the device's axes, relative to a needle's tip.
-    Pose held(haptics::Tool tool) const { return toolPoseFromNeedle({device_from_needle, {}}, tool, guide); }
-};
-
-// Makes the attempt begin with the recorded ticks, and converts the device's poses to the device frame of the
-// record. Only for devices without force output; liveAttempt() handles the others.
-void resume(Live& live, Attempt& attempt, const Retry* retry) {
-    if (!retry) return;
-    const Pose own = *live.patient_from_driver;
-    startFromRecord(attempt, *retry);
-    live.mount({.recorded_from_device = attempt.simulation.patient_from_device.inverse() * own});
-}
-
-// Patient, scenario and reference path of an attempt. The patient refers to its package.
-struct Task {
-    // If `retry` is not null, checks that attempt against the patient. `start` must outlive this object.
-    Task(const AttemptConfig&, Retry* retry, Start& start);
-    Task(const Task&) = delete;
-    Task& operator=(const Task&) = delete;
-
-    Scenario scenario;
-    OpenedPatient opened;
-    patient::Patient patient;
-    std::optional<OtherSegmentation> other;
-    patient::PlannedPath path;
-    std::uint64_t patient_digest = 0;
-    MakeTouch make_touch;
-};
-
-OpenedPatient timedPatient(const AttemptConfig& config, Start& start) {
-    start.asked = std::chrono::steady_clock::now();
-    OpenedPatient opened = openPatient({config.patient, config.seed, config.spacing_mm / 1000.0,
-                                        cacheFolder(), assetsFolder(), config.accept_implausible});
-    start.made = opened.made;
-    return opened;
-}
-
-Task::Task(const AttemptConfig& config, Retry* retry, Start& start)
-    : scenario(loadScenario(scenarioFile(config.scenario.empty() ? "demo" : config.scenario))),
-      opened(timedPatient(config, start)),
-      patient(opened.package),
-      other(loadOtherSegmentation(patient, config.full)),
-      path(retry ? retry->record.info.path
-                 : referencePath(patient, opened.folder, config.path, scenario.course, &start.made)) {
-    if (retry) {
-        scenario.course = courseOf(retry->record.info);
-        checkRetry(*retry, patient);
-    }
-    patient_digest = patient::digest(opened.package);
-    start.patient = std::chrono::steady_clock::now();
-    make_touch = [digest = patient_digest, &start](const patient::Patient& on) {
-        return loadOrMakeTouchMap(on, digest, cacheFolder() / "derived", &start.made);
-    };
-}
-
-// Controllers are tracked in the drawn room, so they need no registration. They are available only while the
-// attempt runs, because the OpenXR session belongs to its pictures.
-Attempt controllerAttempt(const AttemptConfig& config, const Task& task, Live& live,
-                          const haptics::Clock& clock, const Retry* retry) {
-    catchInterrupts();
-    live.port = std::make_shared<ControllerPort>();
-    live.device = std::make_unique<LiveDevice>(
-        kControllers, std::make_unique<ControllerDriver>(*live.port, controllerSide(config.hand), clock),
-        clock);
-    Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, config,
-                                      task.make_touch(task.patient), {.profile = controllerProfile()});
-    live.patient_from_driver =
-        stageFromPatient(task.patient, operativeField(task.patient, task.path, config.startRules()))
-            .inverse();
-    attempt.simulation.patient_from_device = *live.patient_from_driver;
-    live.aimed = &live.device->bare();
-    resume(live, attempt, retry);
-    return attempt;
-}
-
-// The device frame of the mouse is the patient frame.
-Attempt mouseAttempt(const AttemptConfig& config, const Task& task, Live& live, const haptics::Clock& clock,
-                     const Retry* retry) {
-    catchInterrupts();
-    live.window->enableToolInput();
-    live.window->publish(retry ? retry->left.tool : task.scenario.tool, 0.0);
-    Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, config,
-                                      task.make_touch(task.patient), {.profile = mouseProfile()});
-    live.patient_from_driver = Pose{};
-    attempt.simulation.patient_from_device = {};
-    const haptics::GuideSettings& guide = attempt.simulation.tools.guide;
-    const Pose start =
-        retry && retry->left.tick > 0
-            ? retry->left.patient_from_tool * toolPoseFromNeedle({}, retry->left.tool, guide).inverse()
-            : mouseStart(config.startRules().start, task.patient, task.path, config.seed);
-    live.device = std::make_unique<LiveDevice>(
-        kMouse, std::make_unique<MouseDriver>(*live.window, start, guide, clock), clock);
-    live.aimed = &live.device->bare();
-    resume(live, attempt, retry);
-    return attempt;
-}
-
-Attempt liveAttempt(const AttemptConfig& config, const Task& task, Live& live, const haptics::Clock& clock,
-                    const Retry* retry) {
-    live.window->enableCommands();
-    if (config.device == kControllers) return controllerAttempt(config, task, live, clock, retry);
-    if (config.device == kMouse) return mouseAttempt(config, task, live, clock, retry);
-    haptics::TouchMap touch =
-        task.make_touch(task.patient);  // first, because the user may move a device that is ready
-    catchInterrupts();
-    live.device = openReadyDevice(config.device, config.device_options, clock);
-    if (live.device->exertsForce()) live.window->enableRearm();
-    live.registration = newestRegistration(dataFolder() / "registrations", config.device,
-                                           std::string(live.device->profile().name));
-    Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, config, std::move(touch),
-                                      {live.device->profile(), live.device->grip(), live.registration});
-    haptics::SimulationSettings& settings = attempt.simulation;
-    if (retry) settings.patient_from_device = retry->record.header.settings.patient_from_device;
-    const Pose needle = needlePose(task.path.entry_m, glm::normalize(task.path.target_m - task.path.entry_m));
-    live.device_from_needle = settings.patient_from_device.inverse().rotation * needle.rotation;
-    live.guide = settings.tools.guide;
-    live.aimed = &live.device->aimed(live.held(retry ? retry->left.tool : task.scenario.tool));
-    if (live.registration && live.device->profile().senses_rotation)
-        live.mount({.stylus_from_tip_m = live.registration->stylus_from_tip_m});
-    settings.profile = live.aimed->profile();
-    if (retry && !haveSameForceLimits(settings.profile, retry->record.header.settings.profile))
-        throw DataError(config.device, "--from",
-                        "the attempt was made with another device, whose limits are part of it: use that "
-                        "device, the mouse or controllers");
-    if (retry) startFromRecord(attempt, *retry);
     return attempt;
 }
 
@@ -432,48 +276,6 @@ void openStore(AttemptRun& run) {
     config.tools = run.retry->record.header.settings.tools;
 }
 
-// An acoustic part exists for the probe. The pictures read it later.
-void checkTransducer(const haptics::Instrument& probe, const std::filesystem::path& file) {
-    const std::filesystem::path acoustic = assetsFolder() / "ultrasound" / (probe.transducer + ".toml");
-    if (!std::filesystem::exists(acoustic))
-        throw DataError(file, "transducer", "\"" + probe.transducer + "\" not found: " + acoustic.string());
-}
-
-// Replaces instruments of the set by the named ones, one of each kind at most. `needle` may be empty.
-void chooseInstruments(haptics::InstrumentSet& set, const std::string& needle,
-                       const std::vector<std::string>& others) {
-    std::set<haptics::InstrumentKind> chosen;
-    const auto choose = [&](const std::string& name, bool must_be_needle) {
-        const std::filesystem::path file = assetFile("instrument", name);
-        haptics::Instrument one = haptics::loadInstrument(file);
-        const std::string kind(enumName(haptics::kInstrumentKindNames, one.kind));
-        haptics::Instrument* const place = haptics::findInstrument(set, one.kind);
-        if (must_be_needle && one.kind != haptics::InstrumentKind::needle)
-            throw DataError(file, "kind", "is no needle; \"stylet instruments\" lists the needles");
-        if (!chosen.insert(one.kind).second)
-            throw DataError(file, "kind", "is a second " + kind + ", besides \"" + place->name + "\"");
-        if (one.kind == haptics::InstrumentKind::probe) checkTransducer(one, file);
-        *place = std::move(one);
-    };
-    if (!needle.empty()) choose(needle, true);
-    for (const std::string& name : others)
-        choose(name, false);
-}
-
-// Loads the instruments: of each kind that of the command line, else that of the scenario, else the default.
-void loadInstruments(AttemptConfig& config, const Scenario& scenario) {
-    haptics::InstrumentSet& set = config.instruments;
-    set = {};
-    std::vector<std::string> defaults;
-    visitInstruments(set, [&](const haptics::Instrument& one) { defaults.push_back(one.name); });
-    chooseInstruments(set, {}, defaults);
-    // The scenario's needle may be missing if the user has named another one.
-    chooseInstruments(set, config.needle_name.empty() ? scenario.needle : "", scenario.instruments);
-    chooseInstruments(set, config.needle_name, config.instrument_names);
-    config.tools = {};
-    equip(config.tools, set);
-}
-
 // Opens the patient and the input. Waits until a device is ready.
 void openInput(AttemptRun& run) {
     AttemptConfig& config = run.options.config;
@@ -570,27 +372,11 @@ const training::DifficultyRules& rulesNow(const AttemptRun& run) {
     return config.difficulties[run.session->difficulty().value_or(config.difficulty)];
 }
 
-// Has mouse or controller place the tool on the skin. Returns why it cannot.
-std::string snapToSkin(AttemptRun& run, const haptics::TickOutput& now) {
-    const Live& live = run.live;
-    std::string why_not;
-    std::optional<Pose> pose =
-        poseOnSkin(rulesNow(run), now, run.task->patient, *run.attempt->touchMap(), why_not);
-    if (!pose) return why_not;
-    pose->position_m += now.patient_moved_m;
-    const Pose driver_from_tool = live.patient_from_driver->inverse() * *pose;
-    if (live.port)
-        live.port->snapTo(driver_from_tool);
-    else
-        live.window->snapTo(driver_from_tool);
-    return "";
-}
-
 LoopTotals runLive(AttemptRun& run, RealTimeOptions options) {
     const Live& live = run.live;
-    run.expert.emplace([&task = *run.task, touch = *run.attempt->touch] {
+    run.expert.emplace([&task = *run.task, &attempt = *run.attempt] {
         return Demonstration(task.patient, task.path, task.scenario.course,
-                             [&touch](const patient::Patient&) { return touch; });
+                             [&attempt](const patient::Patient&) { return *attempt.touch; });
     });
     options.help = [&run](FrameState& seen) {
         run.expert->addTo(seen, rulesNow(run), run.attempt->simulation.dt_s);
@@ -616,7 +402,9 @@ LoopTotals runLive(AttemptRun& run, RealTimeOptions options) {
                       if (const auto felt = vibrations.update(newest)) live.port->vibrate(*felt);
                   }};
     if (live.patient_from_driver)
-        hand.snap = [&run](const haptics::TickOutput& now) { return snapToSkin(run, now); };
+        hand.snap = [&run](const haptics::TickOutput& now) {
+            return snapToSkin(run.live, *run.attempt, rulesNow(run), now);
+        };
     hand.expert = [&run] { return run.expert->toggle(rulesNow(run)); };
     run.session->setRearmButton(buttons.rearm);
     options.live = &hand;

@@ -237,7 +237,8 @@ class DesktopRunRealTime : public testing::Test {
             if (!until([&] { return rests(tool); })) return false;
             const KeySteps now = stepsNow();
             if (isNear(now, goal)) return true;
-            if (isNear(goal, {})) {
+            // When the program stalls, it shortens a long motion, and the tool is left between two steps.
+            if (isNear(goal, {}) || tries % 4 == 3) {
                 display_.key("Home");
             } else {
                 press("q", "e", goal.rolled - now.rolled);

@@ -432,6 +432,12 @@ class DrainageTest : public ProcedureTest {
     }
     TickOutput wall(double x_m, double y_m = 0.0) const { return needleAt({x_m, y_m, 0.0}, Tissue::soft, 2); }
     TickOutput outside() const { return needleAt({-0.010, 0, 0}, Tissue::air, 0); }
+    // Whether an exam is passed after these errors, if nothing else is missing.
+    bool passesIfWellDone() const {
+        Progress exam = progress();
+        exam.total = 100.0, exam.steps_done = kAllSteps;
+        return passesExam(exam);
+    }
     Drawn draw(TickOutput out) {
         haptics::TickInput input;
         input.add(kAspirate);
@@ -533,23 +539,29 @@ TEST_F(DrainageTest, LocalAnaesthesiaCannotBeFaked) {
 
 // HZ-TEACH-23
 TEST_F(DrainageTest, TooMuchLocalAnaestheticIsToldAndThenFails) {
-    const auto overdose = [&] {
-        return (progress().critical_errors & 1u << unsigned(CriticalError::overdose)) != 0;
-    };
     numb(wall(0.010), 20.5, 2e-6);
     EXPECT_EQ(progress().refusal, Refusal::tooMuchAnaesthetic);
-    EXPECT_FALSE(overdose());
     numb(outside(), 20.0, 2e-6);
-    EXPECT_FALSE(overdose()) << "what dripped on the floor harms nobody";
-    numb(wall(0.010), 80.0, 2e-6);
-    EXPECT_TRUE(overdose());
-    EXPECT_FALSE(passesExam(progress()));
+    numb(wall(0.010), 9.0, 2e-6);
+    EXPECT_TRUE(passesIfWellDone()) << "29.5 ml; what dripped on the floor harms nobody";
+    numb(wall(0.010), 1.0, 2e-6);
+    EXPECT_FALSE(passesIfWellDone()) << "30.5 ml";
 }
 
 // HZ-TEACH-23
 TEST_F(DrainageTest, LittleInAVesselIsTooMuch) {
-    numb(vessel(), 5.5, 2e-6);
-    EXPECT_NE(progress().critical_errors & 1u << unsigned(CriticalError::overdose), 0u);
+    numb(vessel(), 4.9, 2e-6);
+    EXPECT_TRUE(passesIfWellDone());
+    numb(vessel(), 0.2, 2e-6);
+    EXPECT_FALSE(passesIfWellDone());
+}
+
+// HZ-TEACH-23
+TEST_F(DrainageTest, LocalAnaestheticInTissueAndVesselsAddsUp) {
+    numb(wall(0.010), 26.0, 2e-6), numb(vessel(), 3.5, 2e-6);
+    EXPECT_TRUE(passesIfWellDone());
+    numb(vessel(), 1.0, 2e-6);
+    EXPECT_FALSE(passesIfWellDone());
 }
 
 // S (1 - n) exp(-t / fade) of each stimulus.

@@ -61,10 +61,94 @@ Stages manyPunctures() {
     return stages + contrastUnderXrays();
 }
 
-}  // namespace
+// ---- Of a drainage.
 
-std::vector<Cheat> cheats() {
-    const std::vector<std::pair<std::string, Stages>> all{
+// A finger on the space between the ribs, on the rib above it and on the rib below it.
+Stages palpation() {
+    return {take(Tool::finger),
+            move({.deeper_m = 0.005}, 0.040),
+            wait(0.4),
+            move({.deeper_m = 0.005, .headward_m = 0.038}, 0.040),
+            move({.deeper_m = 0.005, .headward_m = -0.038}, 0.040),
+            move({.deeper_m = 0.005}, 0.060),
+            move(kAir, 0.080)};
+}
+Stage numb(double ml) {
+    return {.kind = StageKind::numb, .seconds = ml, .injected_m3_per_s = 1e-6};
+}
+// Just enough local anaesthetic at both ends of a track beside the path, or on it.
+Stages numbTrack(double headward_m, double frontward_m) {
+    const auto aside = [&](Place place) {
+        place.headward_m = headward_m, place.frontward_m = frontward_m;
+        return place;
+    };
+    return {move(aside(kAir), 0.080),
+            move(aside({.deeper_m = 0.004}), 0.040),
+            numb(0.6),
+            move(aside({.share = 1.0, .deeper_m = -0.003, .to_capsule = true}), 0.030),
+            numb(2.1),
+            move(aside(kAir), 0.080)};
+}
+// Ten tracks and 27 ml, which is no overdose.
+Stages numbEverywhere() {
+    Stages stages{take(Tool::needle), hold()};
+    for (const double headward_m : {0.012, 0.006, 0.0, -0.006, -0.012})
+        for (const double frontward_m : {0.006, -0.006})
+            stages = stages + numbTrack(headward_m, frontward_m);
+    return stages;
+}
+// All steps before the puncture but the one that needs a picture.
+Stages preparation() {
+    return palpation() + Stages{take(Tool::needle), hold()} + numbTrack(0.0, 0.0) + cut(0.002) +
+           Stages{Stage{.kind = StageKind::breathe}};
+}
+// The needle goes along the path without any picture.
+Stages blindPuncture(double share) {
+    return {take(Tool::needle),
+            hold(),
+            move({.share = share, .deeper_m = 0.001}, 0.012),
+            wait(0.3),
+            {.kind = StageKind::aspirate}};
+}
+// With wire, dilator and drain in the hand, the tool moves by as much as the hand.
+Stages dilate() {
+    return {take(Tool::dilator), move({.share = 1.0, .deeper_m = -0.035}), wait(1.0),
+            move({.deeper_m = -0.080}, 0.040)};
+}
+Stages drainOverWire(const Stages& dilation = dilate()) {
+    return Stages{take(Tool::wire),
+                  move({.share = 1.0, .deeper_m = 0.090}),
+                  take(Tool::needle),
+                  move({.deeper_m = -0.040}, 0.060),
+                  {.kind = StageKind::breathe}} +
+           dilation +
+           Stages{take(Tool::drain), move({.share = 1.0, .deeper_m = -0.025}), take(Tool::wire),
+                  move({.deeper_m = -0.200}, 0.060)} +
+           contrastUnderXrays();
+}
+Stages withForce(Stages stages) {
+    for (Stage& stage : stages)
+        if (stage.kind == StageKind::move) stage.speed_m_s = 0.4;
+    return stages;
+}
+Stages cheapSteps() {
+    Stages stages;
+    for (int n = 0; n < 4; ++n)
+        stages = stages + preparation() +
+                 Stages{{.kind = StageKind::aspirate},
+                        {.kind = StageKind::pedal, .pedal_down = true},
+                        wait(0.5),
+                        {.kind = StageKind::pedal, .pedal_down = false},
+                        take(Tool::probe),
+                        wait(1.5),
+                        {.kind = StageKind::park}};
+    return stages;
+}
+
+using Table = std::vector<std::pair<std::string, Stages>>;
+
+Table punctureCheats() {
+    return {
         {"tool keys, Home and the wheel",
          Stages{take(Tool::probe), take(Tool::scalpel), take(Tool::guide)} + punctureAndContrast()},
         {"the needle alone", {take(Tool::needle), move(kBeyondTarget, 0.015), wait(1.0), move(kAir, 0.040)}},
@@ -95,10 +179,41 @@ std::vector<Cheat> cheats() {
                                                 contrastUnderXrays() + Stages{move(kAir, 0.040)}},
         {"a cut across the flank", cut(0.040) + punctureAndContrast()},
     };
+}
+
+Table drainageCheats() {
+    return {
+        {"X-rays, contrast medium in the air and waiting", contrastUnderXrays() + Stages{wait(40.0)}},
+        {"syringes, wire, dilator and drain in the air", Stages{take(Tool::needle),
+                                                                numb(3.0),
+                                                                {.kind = StageKind::aspirate},
+                                                                take(Tool::wire),
+                                                                take(Tool::dilator),
+                                                                take(Tool::drain)} +
+                                                             contrastUnderXrays()},
+        {"numb everywhere, and no puncture", numbEverywhere()},
+        {"cheap steps again and again", cheapSteps()},
+        {"no anaesthesia and no ultrasound", blindPuncture(1.0) + contrastUnderXrays() + drainOverWire()},
+        {"all but the ultrasound",
+         preparation() + blindPuncture(1.0) + contrastUnderXrays() + drainOverWire()},
+        {"a drain beside the duct",
+         preparation() + blindPuncture(0.85) + contrastUnderXrays() + drainOverWire()},
+        {"the duct hit, the wire in the parenchyma", preparation() + blindPuncture(1.0) +
+                                                         contrastUnderXrays() + Stages{move({.share = 0.8})} +
+                                                         drainOverWire()},
+        {"force in place of the dilator", withForce(blindPuncture(1.0) + drainOverWire({}))},
+    };
+}
+
+}  // namespace
+
+std::vector<Cheat> makeCheats(training::Course course) {
     std::vector<Cheat> cheats;
-    for (const auto& [name, stages] : all) {
+    for (const auto& [name, stages] :
+         course == training::Course::puncture ? punctureCheats() : drainageCheats()) {
         trainer::Scenario scenario;
         scenario.name = name;
+        scenario.course = course;
         scenario.tool = Tool::finger;
         scenario.start = kAir;
         scenario.stages = stages;

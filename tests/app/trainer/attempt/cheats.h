@@ -1,5 +1,5 @@
-// Twelve ways to cheat an exam. Each plays what a person could do with mouse, keys and a copy of the planned
-// path: the hand goes along the path without error, but leaves out what needs skill.
+// Ways to cheat an exam. Each plays what a person could do with mouse, keys and a copy of the planned path:
+// the hand goes along the path without error, but leaves out what needs skill.
 #pragma once
 
 #include <string>
@@ -13,6 +13,6 @@ struct Cheat {
     std::string name;
     trainer::Scenario scenario;
 };
-std::vector<Cheat> cheats();
+std::vector<Cheat> makeCheats(training::Course);
 
 }  // namespace stylet::test

@@ -82,6 +82,7 @@ enum class Refusal : std::uint8_t {
     anaestheticInVessel,
     anaestheticLost,
     anaestheticAside,
+    anaestheticBeyond,
     tooMuchAnaesthetic
 };
 std::string_view refusalText(Refusal) noexcept;  // "the needle is not on the guide's rail"

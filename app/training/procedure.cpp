@@ -40,7 +40,7 @@ constexpr std::array<std::string_view, std::size_t(kStepCount) + 1> kStepNames{
     "place the drain",
     "show the drain with contrast",
     "done"};
-constexpr std::array<std::string_view, 33> kRefusalTexts{
+constexpr std::array<std::string_view, kRefusalCount> kRefusalTexts{
     "",
     "the space between the ribs was not pressed with the finger",
     "the rib above the space was not felt",

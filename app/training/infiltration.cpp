@@ -116,7 +116,8 @@ void Infiltration::addInjected(const TickOutput& tick, const AnaestheticVolumes&
         if (place == TrackPlace::skin) track.skin_m3 += tissue_m3;
         if (place == TrackPlace::capsule) track.capsule_m3 += tissue_m3;
     }
-    if (place_ == TrackPlace::aside || place_ == TrackPlace::beyond) aside_m3_ += tissue_m3;
+    if (place_ == TrackPlace::aside) aside_m3_ += tissue_m3;
+    if (place_ == TrackPlace::beyond) beyond_m3_ += tissue_m3;
 }
 
 // At most one refusal for each injection, as soon as it is known.
@@ -124,6 +125,7 @@ void Infiltration::judgeInjection(const AnaestheticVolumes& now, bool flows) {
     if (flows && !std::exchange(flows_, flows)) {
         at_start_ = now;
         aside_at_start_m3_ = aside_m3_;
+        beyond_at_start_m3_ = beyond_m3_;
         refused_ = false;
     }
     flows_ = flows;
@@ -132,10 +134,12 @@ void Infiltration::judgeInjection(const AnaestheticVolumes& now, bool flows) {
         refused_ = true;
     }
     if (!flows || refused_) return;
+    const double aside_m3 = aside_m3_ - aside_at_start_m3_, beyond_m3 = beyond_m3_ - beyond_at_start_m3_;
     const Refusal why = now.vessels_m3 - at_start_.vessels_m3 >= kAstray_m3 ? Refusal::anaestheticInVessel
                         : now.lost_m3 - at_start_.lost_m3 >= kAstray_m3     ? Refusal::anaestheticLost
-                        : aside_m3_ - aside_at_start_m3_ >= kAstray_m3      ? Refusal::anaestheticAside
-                                                                            : Refusal::none;
+                        : aside_m3 + beyond_m3 < kAstray_m3                 ? Refusal::none
+                        : beyond_m3 > aside_m3                              ? Refusal::anaestheticBeyond
+                                                                            : Refusal::anaestheticAside;
     refused_ = why != Refusal::none;
     if (refused_) refusal_ = why;
 }

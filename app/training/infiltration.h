@@ -60,9 +60,9 @@ class Infiltration {
     std::array<Track, 2> tracks_;  // of the reference path, and of the parked probe's rail
     double length_m_;
     TrackPlace place_ = TrackPlace::outside;
-    double aside_m3_ = 0.0;
+    double aside_m3_ = 0.0, beyond_m3_ = 0.0;      // injected beside every track; beyond the capsule
     patient::AnaestheticVolumes last_, at_start_;  // of the newest tick; as the newest injection began
-    double aside_at_start_m3_ = 0.0, at_entry_m3_ = 0.0;
+    double aside_at_start_m3_ = 0.0, beyond_at_start_m3_ = 0.0, at_entry_m3_ = 0.0;
     bool flows_ = false, refused_ = false, parked_ = false, too_much_ = false;
     Refusal refusal_ = Refusal::none;
 };

@@ -40,7 +40,7 @@ constexpr std::array<std::string_view, std::size_t(kStepCount) + 1> kStepNames{
     "place the drain",
     "show the drain with contrast",
     "done"};
-constexpr std::array<std::string_view, 32> kRefusalTexts{
+constexpr std::array<std::string_view, kRefusalCount> kRefusalTexts{
     "",
     "the space between the ribs was not pressed with the finger",
     "the rib above the space was not felt",
@@ -72,6 +72,7 @@ constexpr std::array<std::string_view, 32> kRefusalTexts{
     "local anaesthetic went into a vessel: draw with the syringe before you inject",
     "local anaesthetic was lost: the needle's tip is not in tissue",
     "local anaesthetic was injected beside the later track",
+    "local anaesthetic was injected beyond the liver's capsule: draw back",
     "more than 20 ml of local anaesthetic"};
 constexpr std::array<std::string_view, kCriticalErrorCount> kCriticalErrorNames{
     "the lung was punctured",

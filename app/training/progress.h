@@ -82,8 +82,10 @@ enum class Refusal : std::uint8_t {
     anaestheticInVessel,
     anaestheticLost,
     anaestheticAside,
+    anaestheticBeyond,
     tooMuchAnaesthetic
 };
+inline constexpr int kRefusalCount = int(Refusal::tooMuchAnaesthetic) + 1;
 std::string_view refusalText(Refusal) noexcept;  // "the needle is not on the guide's rail"
 
 // Errors that fail an exam whatever the score (safety.h).

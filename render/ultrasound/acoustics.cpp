@@ -30,6 +30,7 @@ Acoustic readAcoustic(Fields& t) {
         a.wall_db = t.number("wall_db", -200.0, 0.0);
         a.wall_m = 1e-3 * t.number("wall_mm", 0.05, 5.0);
     }
+    a.solid = t.has("solid") && t.flag("solid");
     a.source = t.nonEmptyText("source");
     return a;
 }

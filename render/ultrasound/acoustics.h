@@ -29,6 +29,7 @@ struct Acoustic {
     double impedance_by_hu = 0.0, scatter_by_hu_db = 0.0;
     std::optional<double> wall_db;  // scatter of a wall inside its border
     double wall_m = 0.0;
+    bool solid = false;  // injected fluid does not displace it
     std::string source;
 };
 

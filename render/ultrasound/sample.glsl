@@ -108,7 +108,7 @@ Sample sampleAtPlace(vec3 p, vec3 direction, float depth_m, float gel_m) {
     for (int d = 0; d < int(frame.reach.w); ++d) {
         const vec3 out_m = p - frame.depots[d].xyz;
         const float from_centre_m = length(out_m), to_border_m = frame.depots[d].w - from_centre_m;
-        if (tissue == air || from_centre_m == 0.0) continue;
+        if ((frame.undisplaced.x >> tissue & 1u) != 0u || from_centre_m == 0.0) continue;
         const vec3 normal = out_m / from_centre_m;
         const float along = dot(normal, direction), steps = to_border_m / (along * frame.march.x);
         if (abs(along) > 1e-3 && abs(steps) < kCrossingRange) {

@@ -1,5 +1,5 @@
-// Data that the passes of a scan read. Included by C++ and by GLSL (std140, std430). Uses only vec4, uvec2
-// and mat4, so that the layout is the same in both.
+// Data that the passes of a scan read. Included by C++ and by GLSL (std140, std430). Uses only vec4 and
+// uvec4, so that the layout is the same in both.
 #ifndef STYLET_RENDER_ULTRASOUND_SCAN_SHARED_H
 #define STYLET_RENDER_ULTRASOUND_SCAN_SHARED_H
 
@@ -55,6 +55,7 @@ struct ScanUniforms {
     // Summed beam width, standard deviations; correlation of the noise one step apart; creep of the gel, m.
     vec4 reach;               // w: number of depots
     vec4 depots[kMaxDepots];  // balls of fluid, reference patient: centre; radius, m
+    uvec4 undisplaced;        // x: bit mask of the tissues that fluid does not displace: solid ones and air
     AcousticUniforms tissues[kMaxTissues];
 };
 

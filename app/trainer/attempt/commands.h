@@ -24,7 +24,7 @@ struct UserButtons {
     // done.
     std::uint32_t inject = 0;
     std::uint32_t aspirate = 0;  // draws with a syringe at the needle
-    std::uint32_t snap = 0;      // places the tool on the skin beneath it
+    std::uint32_t snap = 0;      // places the tool on the skin beneath it, while pressed
     std::uint32_t expert = 0;    // shows the expert beside the tool, or no longer
 };
 

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 #include <utility>
 
+#include "app/trainer/hands/snap.h"
 #include "app/trainer/loop/loops.h"
 #include "app/trainer/session/flight.h"
 #include "base/rings.h"
@@ -102,10 +103,20 @@ void ForceFeed::sendUserCommands(Session& session, const haptics::TickOutput& no
         if (changesTool(asked)) changes_at_ = now.tick;
     }
     if (user_->popExpert() && live_->expert) say_(live_->expert());
-    if (!user_->popSnap()) return;
-    const std::string why_not =
+    if (user_->popSnap()) say_(snap(session, now));
+}
+
+// Returns what the user should know. A device with a button for it moves a tool that touches nothing back to
+// the hand as soon as that button is up.
+std::string ForceFeed::snap(const Session& session, const haptics::TickOutput& now) {
+    std::string why_not =
         live_->snap ? live_->snap(now) : "only the mouse and controllers are placed: move the device";
-    say_(why_not.empty() ? "the tool moves to the skin" : "not placed on the skin: " + why_not);
+    const std::uint32_t button = live_->buttons.snap;
+    const bool returns = button != 0 && !touchesPatient(now);
+    if (why_not.empty() && returns && (session.buttonsDown() & button) == 0)
+        why_not = "hold the trigger until the tool is there";
+    if (!why_not.empty()) return "not placed on the skin: " + why_not;
+    return returns ? "the tool moves to the skin while you hold the trigger" : "the tool moves to the skin";
 }
 
 void ForceFeed::report(Session& session) {

@@ -38,6 +38,7 @@ class ForceFeed {
     void readInput(Session&);
     void rearmAfterPause(const Session&);
     void sendUserCommands(Session&, const haptics::TickOutput& now);
+    std::string snap(const Session&, const haptics::TickOutput& now);
     void report(Session&);
     std::string describeFaults(std::uint32_t bits) const;
     bool isInputOnly() const;

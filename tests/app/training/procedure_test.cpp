@@ -530,11 +530,27 @@ TEST_F(DrainageTest, LocalAnaesthesiaCannotBeFaked) {
     numb(wall(0.018, 0.012), 3.0);
     EXPECT_EQ(progress().refusal, Refusal::anaestheticAside);
     numb(liver(0.030), 3.0);
-    EXPECT_EQ(progress().refusal, Refusal::anaestheticAside) << "beyond the capsule";
+    EXPECT_EQ(progress().refusal, Refusal::anaestheticBeyond) << "off the track's end, but in the liver";
     numb(vessel(), 1.0);
     EXPECT_EQ(progress().refusal, Refusal::anaestheticInVessel);
     EXPECT_FALSE(done(Step::anaesthetise));
     EXPECT_EQ(progress().critical_errors & 1u << unsigned(CriticalError::overdose), 0u);
+}
+
+TEST_F(DrainageTest, LocalAnaestheticBeyondTheCapsuleIsRefusedAsSuch) {
+    update(outside());
+    numb(wall(0.004), 0.6), update(outside()), update(wall(0.018));
+    numb(liver(0.026), 0.2);
+    EXPECT_EQ(progress().track_place, TrackPlace::beyond);
+    EXPECT_NE(progress().refusal, Refusal::anaestheticBeyond) << "so little is not refused";
+    numb(liver(0.026), 0.4);
+    EXPECT_EQ(progress().refusal, Refusal::anaestheticBeyond);
+    EXPECT_NE(refusalText(progress().refusal).find("beyond the liver's capsule"), std::string_view::npos);
+    numb(wall(0.018, 0.012), 0.4);
+    EXPECT_EQ(progress().refusal, Refusal::anaestheticAside) << "each injection has its own reason";
+    EXPECT_FALSE(done(Step::anaesthetise)) << "it numbed neither";
+    numb(wall(0.018), 2.1);
+    EXPECT_TRUE(done(Step::anaesthetise));
 }
 
 // HZ-TEACH-23

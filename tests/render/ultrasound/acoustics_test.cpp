@@ -49,6 +49,12 @@ TEST(Acoustics, ShippedTableMatchesTheModelAttenuation) {
     EXPECT_NEAR(named(table, "liver").attenuation_db_per_m_mhz, 70.0, 1e-9);
 }
 
+TEST(Acoustics, OnlyBoneCartilageAndSteelResistInjectedFluid) {
+    const AcousticTable table = loadAcoustics(test::assetsFolder() / "ultrasound" / "tissues.toml");
+    for (const Acoustic& a : table.acoustics)
+        EXPECT_EQ(a.solid, a.name == "bone" || a.name == "cartilage" || a.name == "steel") << a.name;
+}
+
 // HZ-TEACH-19
 TEST(Acoustics, EveryPhantomLabelHasATissue) {
     const AcousticTable table = loadAcoustics(test::assetsFolder() / "ultrasound" / "tissues.toml");
@@ -83,6 +89,7 @@ TEST(Acoustics, RejectsInvalidTables) {
                           {with("speed_m_per_s = 1540.0\n", ""), "missing"},
                           {with("scatter_db = -45.0", "scatter_db = \"dark\""), "scatter_db"},
                           {with("source = \"none\"", "source = \"\""), "source"},
+                          {with("source = \"none\"", "solid = 1\nsource = \"none\""), "solid"},
                           {with("\"gel\"", "\"jelly\""), "'gel', which is needed"},
                           {kGoodAcoustics + row("liver"), "twice"},
                           {with("acoustic = \"liver\"", "acoustic = \"stone\""), "label[0].acoustic"},

@@ -124,6 +124,40 @@ TEST_P(PhysicsOnGpu, ADepotIsDarkAndEnhancesWhatLiesBehind) {
         << "beside it";
 }
 
+// Injected fluid displaces soft tissue, but not the rib that it surrounds.
+TEST_P(Physics, ARibInADepotKeepsItsEchoAndItsShadow) {
+    AcousticTable table = test::soundTable();
+    table.roughness = 0.0;
+    const double rib_m = 0.012, radius_m = 0.009;
+    const patient::Package package =
+        test::soundLayers({{"muscle", rib_m}, {"bone", 0.003}, {"liver", 0.055}}, 0.070, 0.001);
+    UltrasoundInput input = test::probeAt(0.002);
+    const UltrasoundSettings s = few(512);
+    const Scan without = scan(package, table, input, s, test::flatProbe());
+    input.depots = {{Vec3(0.0, 0.0, rib_m), radius_m}};
+    const Scan with = scan(package, table, input, s, test::flatProbe());
+
+    const auto tissue = [&](const char* name) -> const Acoustic& {
+        return *std::ranges::find(table.acoustics, name, &Acoustic::name);
+    };
+    const Acoustic &muscle = tissue("muscle"), &fluid = tissue("gel"), &bone = tissue("bone");
+    const auto passes = [](const Acoustic& from, const Acoustic& to) {
+        return 1.0 - reflectivity(from, to) * reflectivity(from, to);
+    };
+    const auto db = [](double ratio) { return 20.0 * std::log10(ratio); };
+    const double spared_db =
+        2.0 * radius_m * 3.5 * (muscle.attenuation_db_per_m_mhz - fluid.attenuation_db_per_m_mhz) +
+        db(passes(muscle, fluid));
+    const Peak rib = findPeak(without, 0.005), rib_in_depot = findPeak(with, 0.005);
+    EXPECT_NEAR(db(rib_in_depot.value / rib.value),
+                spared_db + db(reflectivity(fluid, bone) / reflectivity(muscle, bone)), 1.0);
+    const double slower_m = radius_m * 1540.0 * (1.0 / fluid.speed_m_per_s - 1.0 / muscle.speed_m_per_s);
+    EXPECT_NEAR(rib_in_depot.at_m, rib.at_m + slower_m, 0.0003);
+    EXPECT_NEAR(db(with.rms(0.38, 0.62, 0.014, 0.024) / without.rms(0.38, 0.62, 0.014, 0.024)),
+                spared_db + db(passes(fluid, bone) / passes(muscle, bone)), 2.0)
+        << "in the shadow";
+}
+
 // An oblique border reflects less, by the factor (d . n).
 TEST_P(Physics, ASlantedBorderIsFainter) {
     const AcousticTable table = test::mirrorTable();

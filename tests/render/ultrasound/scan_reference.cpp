@@ -101,7 +101,7 @@ Point Scanner::pointAt(const Vec3& reference, const Vec3& direction) const {
         const double from_centre_m = glm::length(out_m), to_depot_m = depot.radius_m - from_centre_m;
         const double along = glm::dot(out_m, direction) / from_centre_m;
         const double steps = to_depot_m / (along * plan.step_m);
-        if (point.tissue == table.air) continue;
+        if (point.tissue == table.air || table.acoustics[std::size_t(point.tissue)].solid) continue;
         if (std::fabs(along) > 1e-3 && std::fabs(steps) < double(gpu::kCrossingRange))
             point.border_steps = steps, point.facing = std::fabs(along);
         if (to_depot_m > 0.0) point.tissue = table.gel, variation = 0.0, to_border_m = 1e9;

@@ -101,9 +101,10 @@ void addRefusals(std::vector<Capture>& captures) {
                : refusal <= Refusal::contrastAstray   ? Step::contrast
                : refusal <= Refusal::wirePierced      ? Step::wire
                : refusal <= Refusal::notDilated       ? Step::dilate
-                                                      : Step::drain;
+               : refusal <= Refusal::drainMisplaced   ? Step::drain
+                                                      : Step::anaesthetise;
     };
-    for (int r = 1; r <= int(Refusal::drainMisplaced); ++r) {
+    for (int r = 1; r < training::kRefusalCount; ++r) {
         FrameState state = during(stepOf(Refusal(r)));
         state.progress.refusal = Refusal(r), state.progress.refused_s = state.progress.elapsed_s;
         captures.push_back({fmt::format("refused-{:02}", r), state});

@@ -208,6 +208,41 @@ TEST_F(LiveFeed, LostDeviceReportsNoButtons) {
     }
 }
 
+// A controller moves the tool to the skin while its trigger is held. A tap places nothing.
+TEST_F(LiveFeed, ATappedTriggerIsNotSaidToPlaceTheTool) {
+    LiveHand controller = live;
+    controller.buttons = {.rearm = 0, .snap = 1};
+    session.setRearmButton(0);
+    std::string why_not;
+    controller.snap = [&](const haptics::TickOutput&) { return why_not; };
+    ForceFeed controller_feed{true, kDt_s, &controller,
+                              [this](const std::string& text) { said.push_back(text); }};
+    std::uint64_t tick = 0;
+    const auto saidAfter = [&](std::vector<std::uint32_t> buttons, double touching_share = 0.0) {
+        for (const std::uint32_t down : buttons) {
+            haptics::TickRecord record;
+            record.input.device.flags = haptics::kDeviceReady;
+            record.input.device.buttons = down;
+            record.output.tick = ++tick;
+            record.output.probe_touching_share = touching_share;
+            session.update(record);
+        }
+        controller_feed.update(true, session, ring);
+        return heard();
+    };
+    saidAfter({0});
+    EXPECT_THAT(saidAfter({1}), ElementsAre("the tool moves to the skin while you hold the trigger"));
+    EXPECT_THAT(saidAfter({1, 0}), IsEmpty());
+    EXPECT_THAT(saidAfter({1, 0}),
+                ElementsAre("not placed on the skin: hold the trigger until the tool is there"));
+    EXPECT_THAT(saidAfter({1, 0}, 0.5), ElementsAre("the tool moves to the skin"))
+        << "a tool that touches the patient stays there";
+    typed = "skin\n";
+    EXPECT_THAT(saidAfter({0}), ElementsAre(HasSubstr("hold the trigger")));
+    why_not = "there is no skin beneath the tool";
+    EXPECT_THAT(saidAfter({1, 0}), ElementsAre("not placed on the skin: there is no skin beneath the tool"));
+}
+
 // Replaces the haptics loop. Every tick pops the commands in the ring and applies changes of the tool.
 struct ToolFeed : LiveFeed {
     // Returns the number of commands popped.

@@ -100,9 +100,10 @@ TEST(GuidePanel, WordsFitIntoTwoLines) {
             for (const std::string& text :
                  {prompt(training::Act(a), *controls), hint(training::Act(a), *controls)})
                 EXPECT_LE(lines(text), 2u) << text;
-    for (int r = 1; r <= int(training::Refusal::drainMisplaced); ++r) {
-        const std::string text = "Not done: " + std::string(refusalText(training::Refusal(r))) + ".";
-        EXPECT_LE(lines(text), 2u) << text;
+    for (int r = 1; r < training::kRefusalCount; ++r) {
+        const std::string why(refusalText(training::Refusal(r)));
+        EXPECT_FALSE(why.empty()) << r;
+        EXPECT_LE(lines("Not done: " + why + "."), 2u) << why;
     }
 }
 

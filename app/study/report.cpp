@@ -52,6 +52,17 @@ void addHeadlines(Page& page, const ReportedStudy& study) {
     page.headlines(headlines);
 }
 
+void addOverruled(Page& page, const ReportedStudy& study) {
+    std::vector<std::string> verdicts;
+    for (const ReportedPair& p : study.pairs)
+        for (const std::string& verdict : p.facts.implausible)
+            verdicts.push_back(p.name + ": " + verdict);
+    if (!verdicts.empty())
+        page.paragraph(
+            "Implausible patients were accepted (--accept-implausible); all numbers include them: " +
+            joined(verdicts) + ".");
+}
+
 std::string beyondText(const Plot& plot) {
     return plot.beyond == 0
                ? ""
@@ -341,8 +352,9 @@ std::string studyPage(const ReportedStudy& study) {
               "The needle's axial force down planned paths to the bile ducts: in patients whose segmentation "
               "is a reference, and in patients built from the same CT without it.",
               "stylet-study");
+    if (study.all.paths > 0) addHeadlines(page, study);
+    addOverruled(page, study);
     if (study.all.paths > 0) {
-        addHeadlines(page, study);
         page.section("Beside the paper");
         page.table(paperTable(study));
         addBoxes(page, study);

@@ -60,6 +60,29 @@ TEST_F(StudyReport, PageShowsTheResultsOfTheRun) {
     EXPECT_EQ(readText(out() / "report.html"), html);
 }
 
+// HZ-TEACH-22
+// The paths were planned before the patient was refused.
+TEST_F(StudyReport, OverruledVerdictsAreInEveryResult) {
+    const test::TempFolder temp;
+    fs::copy(folder_->path(), temp.path(), fs::copy_options::recursive);
+    fs::remove(temp / "out/summary.json");  // resume: nothing is planned or computed again
+    const fs::path built = temp / "built";
+    patient::saveVerdict({patient::digest(patient::loadPackage(built)), true, {"REFUSED  skin: 0 ml"}},
+                         built);
+    test::TestStudyOptions o(temp.path());
+    EXPECT_THROW(runStudy(o), DataError);
+    o.accept_implausible = true;
+    runStudy(o);
+    const auto json = [&](const char* file) { return nlohmann::json::parse(readText(temp / "out" / file)); };
+    EXPECT_FALSE(json("one/plan.json").contains("implausible"));
+    EXPECT_EQ(json("one/pair.json")["implausible"].size(), 1u);
+    EXPECT_EQ(json("two/pair.json")["implausible"].size(), 0u);
+    const std::string line =
+        "one: built patient, overruled: the check refused this patient: REFUSED  skin: 0 ml";
+    EXPECT_NE(studyPage(readStudy(temp / "out")).find(line), std::string::npos);
+    EXPECT_EQ(studyPage(readStudy(out())).find("Implausible patients were accepted"), std::string::npos);
+}
+
 void recomputeSummaries(ReportedStudy& study) {
     std::vector<PathResult> all;
     const auto clear = [](std::vector<PathResult> results) {

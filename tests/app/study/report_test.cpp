@@ -9,6 +9,8 @@
 #include "app/study/commands.h"
 #include "app/study/paths_picture.h"
 #include "app/study/report_figures.h"
+#include "app/study/report_paper.h"
+#include "app/study/report_tables.h"
 #include "tests/app/study/study_on_disk.h"
 #include "tests/support/file_text.h"
 #include "tests/support/refused.h"
@@ -175,6 +177,34 @@ TEST_F(StudyReport, ExplanationsFollowTheNumbers) {
     // A bone threshold that is not lower than the reference's is not reported as a cause.
     one.facts.found.thresholds.t2_sensitive_hu = 210;
     expectTexts(studyPage(study), {"probably the threshold"}, false);
+}
+
+TEST_F(StudyReport, PageAndTablesNameTheLabelsCompared) {
+    ReportedStudy study = readStudy(out());
+    ASSERT_EQ(study.run.labels, FoundLabels::all);
+    for (const auto& [labels, text] :
+         {std::pair{FoundLabels::all, "ompared: all labels, as in training"},
+          {FoundLabels::partial, "ompared: fascia, liver, vessels and ducts, as in the paper"}}) {
+        study.run.labels = labels;
+        for (const report::Table& table : {paperTable(study), patientTable(study), borderTable(study),
+                                           tissueTable(study), largestTable(study)})
+            EXPECT_NE(table.caption.find(text), std::string::npos) << table.caption;
+        EXPECT_NE(studyPage(study).find(std::string("without it. C") + text), std::string::npos);
+    }
+}
+
+// A patient made with --variant has diseases that the other synthetic patients lack.
+TEST_F(StudyReport, LimitsNameTheHardCases) {
+    ReportedStudy study = readStudy(out());
+    const std::string healthy = " of them have no disease but the tumour";
+    expectTexts(studyPage(study), {"2" + healthy}, true);
+    expectTexts(studyPage(study), {"hard cases"}, false);
+    study.pairs[0].facts.reference.provenance += " --variant ascites,stent";
+    expectTexts(studyPage(study), {"1" + healthy, "1 of them are hard cases", ": one (ascites,stent). "},
+                true);
+    study.pairs[1].facts.reference.provenance += " --variant native";
+    expectTexts(studyPage(study), {healthy, "the blur and noise that"}, false);
+    expectTexts(studyPage(study), {"2 of them are hard cases", "one (ascites,stent), two (native). "}, true);
 }
 
 // HZ-RECORD-11

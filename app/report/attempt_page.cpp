@@ -16,6 +16,7 @@
 #include "base/hex.h"
 #include "base/statistics.h"
 #include "base/text.h"
+#include "patient/package/verdict.h"
 
 namespace stylet::report {
 
@@ -35,6 +36,13 @@ std::string explainState(const StoredAttempt& a) {
     if (a.state == AttemptState::running) return "still running";
     if (!records::countsInStatistics(a)) return "aborted: it enters no statistics";
     return "done";
+}
+
+// `check`: as in RecordInfo. Empty for a patient that the check accepted, and for a reference patient.
+std::string explainCheck(const std::string& check) {
+    if (check.empty()) return "";
+    return check == patient::kNotChecked ? "This patient was never checked by stylet-model check."
+                                         : "The check of this patient was " + check + ".";
 }
 
 double seconds(const LoadedAttempt& a) {
@@ -388,6 +396,7 @@ AttemptReport attemptReport(const LoadedAttempt& a, const AttemptContext& contex
                   (a.stored.started_utc.empty() ? "" : ", " + dateText(a.stored.started_utc)) +
                   (records::countsInStatistics(a.stored) ? "" : ". State: " + explainState(a.stored)) + ".");
     page.headlines(makeHeadlines(a));
+    if (const std::string check = explainCheck(a.record.patient_check); !check.empty()) page.paragraph(check);
     const std::vector<Advice> advice = makeAdvice(a);
     addAdvice(page, a, context, advice);
 

@@ -11,6 +11,7 @@
 #include "app/study/facts.h"
 #include "app/study/paths_picture.h"
 #include "app/study/report.h"
+#include "app/study/report_tables.h"
 #include "app/study/result_blocks.h"
 #include "app/study/tables.h"
 #include "base/parallel.h"
@@ -206,6 +207,7 @@ void writeStudyTables(const Study& study) {
         findings.push_back(std::move(f));
     }
     writeSummary(o.out / "summary.json", findings, o.run, o.labels);
+    std::printf("compared: %s\n", comparedLabels(o.labels).c_str());
     print(summarise("all", all));
 }
 

@@ -23,7 +23,7 @@ namespace {
 constexpr const char* kPairFormat = "stylet study pair 1";
 constexpr const char* kPlanFormat = "stylet study plan 1";
 constexpr const char* kStudyFormat = "stylet study 1";
-constexpr std::size_t kMaxBytes = 1 << 26, kMaxBins = 1 << 20, kMaxPatients = 10'000;
+constexpr std::size_t kMaxBytes = 1 << 26, kMaxBins = 1 << 20, kMaxPatients = 10'000, kMaxVerdicts = 2;
 
 PackageFacts makePackageFacts(const patient::Package& p, bool (*counts)(const patient::Label&)) {
     PackageFacts f{p.name, p.licence,   patient::describeOrigin(p), patient::segmentedShare(p),
@@ -102,6 +102,7 @@ PairFacts makePairFacts(const Pair& pair, const std::string& own_table) {
     f.dims = grid.dims;
     f.tissues = pair.reference.tissues;
     f.own_table = own_table;
+    f.implausible = pair.implausible;
     return f;
 }
 
@@ -112,6 +113,7 @@ void writeFacts(const fs::path& file, const PairFacts& f) {
                  {"spacing_m", {f.spacing_m.x, f.spacing_m.y, f.spacing_m.z}},
                  {"dims", {f.dims.x, f.dims.y, f.dims.z}},
                  {"own_table", f.own_table},
+                 {"implausible", f.implausible},
                  {"run", hexText(f.run)},
                  {"paths", f.paths},
                  {"tissues", Json::array()}};
@@ -136,6 +138,8 @@ PairFacts readFacts(const fs::path& file) {
     if (dims.size() != 3) in.refuse("dims", "must be three integers");
     f.dims = {dims[0], dims[1], dims[2]};
     f.own_table = in.text("own_table");
+    // Absent in the results of older versions.
+    if (in.has("implausible")) f.implausible = in.texts("implausible", kMaxVerdicts);
     f.run = in.hex("run");
     f.paths = std::size_t(in.integer("paths", 0, patient::kMaxStoredPaths));
     std::vector<Fields> rows = in.children("tissues", f.tissues.size());

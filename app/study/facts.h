@@ -28,8 +28,9 @@ struct PairFacts {
     Vec3 spacing_m{0.0};
     Index3 dims{0};
     patient::TissueTable tissues{};
-    std::string own_table;  // file name of the study's force table; empty: the reference's table
-    std::uint64_t run = 0;  // runDigest
+    std::string own_table;                 // file name of the study's force table; empty: the reference's
+    std::vector<std::string> implausible;  // overruled verdicts, as in Pair
+    std::uint64_t run = 0;                 // runDigest
     std::size_t paths = 0;
 };
 

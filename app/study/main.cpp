@@ -33,7 +33,7 @@ int main(int argc, char** argv) {
             ->check(CLI::Range(5, 100))
             ->each(mark_explicit);
         command->add_flag("--accept-implausible", o.accept_implausible,
-                          "Use packages that `stylet-model check` refused. plan.json says so.");
+                          "Use packages that `stylet-model check` refused. The results and the page say so.");
         command
             ->add_option("--threads", o.plan.threads, "Threads per process; they do not change the result.")
             ->check(CLI::Range(1, 256))

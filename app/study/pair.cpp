@@ -147,13 +147,14 @@ Pair makePair(const PairFiles& files, Package reference, Package found, FoundLab
 Pair loadPair(const PairFiles& files, FoundLabels labels, const patient::TissueTable* own_table,
               bool accept_implausible) {
     std::vector<std::string> implausible;
-    const auto load = [&](const fs::path& folder) {
+    const auto load = [&](const fs::path& folder, const char* role) {
         Package package = patient::loadPackage(folder);
         const std::string note = patient::requirePlausible(package, folder, accept_implausible);
-        if (!note.empty() && note != patient::kNotChecked) implausible.push_back(note);
+        if (!note.empty() && note != patient::kNotChecked)
+            implausible.push_back(std::string(role) + ", " + note);
         return package;
     };
-    Package reference = load(files.reference), found = load(files.found);
+    Package reference = load(files.reference, "reference"), found = load(files.found, "built patient");
     Pair pair = makePair(files, std::move(reference), std::move(found), labels, own_table);
     pair.implausible = std::move(implausible);
     return pair;

@@ -10,6 +10,7 @@
 #include "app/study/report_tables.h"
 #include "app/study/result_blocks.h"
 #include "base/whole_file.h"
+#include "patient/package/origin.h"
 
 namespace stylet::study {
 
@@ -50,6 +51,17 @@ void addHeadlines(Page& page, const ReportedStudy& study) {
         headlines.insert(headlines.begin() + 3, {meanText(study.without_bone.rmse_n, 1.0, 3) + " N",
                                                  "RMSE, mean of the paths that meet no bone"});
     page.headlines(headlines);
+}
+
+void addOverruled(Page& page, const ReportedStudy& study) {
+    std::vector<std::string> verdicts;
+    for (const ReportedPair& p : study.pairs)
+        for (const std::string& verdict : p.facts.implausible)
+            verdicts.push_back(p.name + ": " + verdict);
+    if (!verdicts.empty())
+        page.paragraph(
+            "Implausible patients were accepted (--accept-implausible); all numbers include them: " +
+            joined(verdicts) + ".");
 }
 
 std::string beyondText(const Plot& plot) {
@@ -243,7 +255,7 @@ void addPatients(Page& page, const ReportedStudy& study) {
 
 // Lists the built patients' labels that are used, in the paper's words, and names the vessels.
 std::string labelsText(const ReportedStudy& study) {
-    if (study.run.labels == FoundLabels::all) return "all of the built patient's";
+    if (study.run.labels == FoundLabels::all) return comparedLabels(study.run.labels);
     std::vector<std::string> vessels;
     for (const ReportedPair& p : study.pairs)
         for (const LabelFacts& l : p.facts.found.labels)
@@ -285,6 +297,27 @@ void addSettings(Page& page, const ReportedStudy& study) {
     });
 }
 
+// What the synthetic patients lack. A hard case has what its variants add.
+std::string syntheticLimits(const ReportedStudy& study, std::size_t synthetic) {
+    std::vector<std::string> hard_cases;
+    for (const ReportedPair& p : study.pairs)
+        if (const std::string_view variants = patient::synthVariants(p.facts.reference.provenance);
+            isSynthetic(p.facts) && !variants.empty())
+            hard_cases.push_back(p.name + " (" + std::string(variants) + ")");
+    std::string text = "Their anatomy is one model's range. ";
+    if (const std::size_t plain = synthetic - hard_cases.size(); plain > 0)
+        text += std::to_string(plain) +
+                " of them have no disease but the tumour that blocks the common duct: no earlier operation, "
+                "drain, stent, ascites, cirrhosis or anomalous duct. Their CT has the blur and noise that "
+                "were put in, not the movement, metal, contrast timing and reconstruction of a scanner. ";
+    if (!hard_cases.empty())
+        text += std::to_string(hard_cases.size()) +
+                " of them are hard cases, each with the disease, body or scan that its variants add by a few "
+                "rules: " +
+                joined(hard_cases) + ". ";
+    return text;
+}
+
 void addLimits(Page& page, const ReportedStudy& study) {
     page.section("Limits of this study");
     if (const std::size_t made_up = syntheticCount(study); made_up > 0) {
@@ -292,11 +325,10 @@ void addLimits(Page& page, const ReportedStudy& study) {
             std::to_string(made_up) + " of the " + std::to_string(study.pairs.size()) +
             " patients are synthetic: a program drew their anatomy and their CT from a seed. They cannot "
             "stand for patients in care. Their labels are true by construction, where experts err at "
-            "borders. Their anatomy is one model's range, with no disease but the tumour that blocks the "
-            "common duct: no earlier operation, drain, stent, ascites, cirrhosis or anomalous duct. Their CT "
-            "has the blur and noise that were put in, not the movement, metal, contrast timing and "
-            "reconstruction of a scanner. The program that builds patients was developed with such patients "
-            "at hand, and where it lays atlases over a CT these are patients of the same program, so that it "
+            "borders. " +
+            syntheticLimits(study, made_up) +
+            "The program that builds patients was developed with such patients at hand, and where it lays "
+            "atlases over a CT these are patients of the same program, so that it "
             "may err less here than elsewhere. And ± on this page is the spread over these patients' paths, "
             "or between these patients: it says nothing of how widely patients in care differ.");
         page.paragraph(
@@ -339,10 +371,12 @@ ReportedStudy readStudy(const fs::path& out) {
 std::string studyPage(const ReportedStudy& study) {
     Page page("Force errors of patients built from a CT alone",
               "The needle's axial force down planned paths to the bile ducts: in patients whose segmentation "
-              "is a reference, and in patients built from the same CT without it.",
+              "is a reference, and in patients built from the same CT without it. Compared: " +
+                  comparedLabels(study.run.labels) + ".",
               "stylet-study");
+    if (study.all.paths > 0) addHeadlines(page, study);
+    addOverruled(page, study);
     if (study.all.paths > 0) {
-        addHeadlines(page, study);
         page.section("Beside the paper");
         page.table(paperTable(study));
         addBoxes(page, study);

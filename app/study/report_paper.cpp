@@ -309,7 +309,7 @@ Table paperTable(const ReportedStudy& study) {
                (anyBone(study) ? fixed((clear.*number).max, digits) + " N (largest without bone), " : "") +
                fixed((all.*number).max, digits) + " N (largest)";
     };
-    Table t{"The paper's figures, this study's, and why they differ",
+    Table t{resultCaption("The paper's figures, this study's, and why they differ", study),
             {"Figure", "Paper", "Here", "Why they differ"},
             {},
             {},

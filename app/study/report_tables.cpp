@@ -38,6 +38,15 @@ std::string eventText(haptics::NeedleEventKind kind) {
     return std::string(enumName(kEventTexts, kind));
 }
 
+std::string comparedLabels(FoundLabels labels) {
+    return labels == FoundLabels::all ? "all labels, as in training"
+                                      : "fascia, liver, vessels and ducts, as in the paper's Algorithm 1";
+}
+
+std::string resultCaption(const std::string& text, const ReportedStudy& study) {
+    return text + "; compared: " + comparedLabels(study.run.labels);
+}
+
 bool isSynthetic(const PairFacts& f) {
     return std::any_of(f.reference.labels.begin(), f.reference.labels.end(),
                        [](const LabelFacts& l) { return l.provenance == "synthetic"; });
@@ -85,7 +94,7 @@ std::size_t steeredCount(const ReportedStudy& study) {
 }
 
 Table tissueTable(const ReportedStudy& study) {
-    Table t{"By tissue, all patients",
+    Table t{resultCaption("By tissue, all patients", study),
             {"Tissue", "Mean distance, mm", "Hausdorff distance, mm", "Way in, error of depth, mm",
              "Way in, offset, mm", "Missed, paths", "Invented, paths", "Share of all squared error",
              "the same without bone"},
@@ -125,8 +134,9 @@ Table causeTable(const std::string& caption, const std::vector<CauseCount>& caus
 
 Table largestTable(const ReportedStudy& study) {
     Table t{
-        "The largest errors of paths that meet no bone, and what caused each; \"path\" is its row in "
-        "paths.csv",
+        resultCaption("The largest errors of paths that meet no bone, and what caused each; \"path\" is its "
+                      "row in paths.csv",
+                      study),
         {"Patient", "Path", "Maximum error, N", "at depth, mm", "RMSE, N", "Tissue", "Event", "Whose",
          "Displacement, mm"},
         {},
@@ -164,7 +174,7 @@ Table largestTable(const ReportedStudy& study) {
 }
 
 Table patientTable(const ReportedStudy& study) {
-    Table t{"By patient; \"no bone\": of the paths that meet none",
+    Table t{resultCaption("By patient; \"no bone\": of the paths that meet none", study),
             {"Patient", "Paths", "Meet bone", "RMSE, N: median", "no bone", "Maximum, N: median", "no bone",
              "Identical", "Events in order", "without skin", "RMSE below 0.145 N"},
             {},
@@ -182,7 +192,7 @@ Table patientTable(const ReportedStudy& study) {
 }
 
 Table borderTable(const ReportedStudy& study) {
-    Table t{"Borders of all tissues, by patient",
+    Table t{resultCaption("Borders of all tissues, by patient", study),
             {"Patient", "Mean surface distance, mm", "below 2 mm", "Hausdorff distance, mm", "below 3 mm",
              "Paths that miss a border", "that have one too many"},
             {},

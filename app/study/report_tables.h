@@ -16,6 +16,11 @@ std::string numberText(double, int max_digits = 2);
 std::string joined(const std::vector<std::string>&);
 // "held at its border"
 std::string eventText(haptics::NeedleEventKind);
+// The labels of the built patient that the study compares: "all labels, as in training", or the four of the
+// paper's Algorithm 1.
+std::string comparedLabels(FoundLabels);
+// The caption of a table of results: the text, and the labels compared.
+std::string resultCaption(const std::string& text, const ReportedStudy&);
 // "every skin voxel" or "skin voxels 2 mm apart", as requested when planning.
 std::string voxelsText(const ReportedStudy&, double PlanFacts::* spacing_m, const std::string& kind);
 double share(std::size_t part, std::size_t whole);  // none if `whole` is 0

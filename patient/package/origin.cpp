@@ -12,6 +12,14 @@ std::string formatAtlasList(const std::vector<std::string>& names) {
     return list;
 }
 
+std::string_view synthVariants(std::string_view provenance) {
+    constexpr std::string_view kOption = " --variant ";
+    const std::size_t option = provenance.find(kOption);
+    if (option == std::string_view::npos) return {};
+    provenance.remove_prefix(option + kOption.size());
+    return provenance.substr(0, provenance.find_first_of(" ;"));
+}
+
 std::string describeOrigin(const Package& p) {
     return p.provenance + (p.atlases.empty() ? "" : "; " + formatAtlasList(p.atlases));
 }

@@ -7,6 +7,7 @@
 #include "base/geodesic.h"
 #include "base/statistics.h"
 #include "base/traversal.h"
+#include "patient/package/origin.h"
 #include "patient/synth/check_tools.h"
 #include "patient/synth/duct_branches.h"
 #include "patient/synth/labels.h"
@@ -265,7 +266,7 @@ bool isReferencePatient(const Package& package) {
     const auto same = [](const Label& a, const Label& b) {
         return a.id == b.id && a.tissue == b.tissue && a.blood == b.blood && a.structure == b.structure;
     };
-    if (package.provenance.find(" --variant ") != std::string::npos) return false;
+    if (!synthVariants(package.provenance).empty()) return false;
     return std::equal(package.label_table.begin(), package.label_table.end(), table.begin(), table.end(),
                       same);
 }

@@ -84,6 +84,7 @@ Package makeReferencePatient(const SynthSettings& settings) {
         package.provenance += " --variant " + variantNames(variants);
     }
     package.ct = makeCt(canvas, a.seed, ct_settings);
+    if (plan.scanner.slice_m > settings.spacing_m) thickenSlices(package.ct, plan.scanner.slice_m);
     package.labels = std::move(canvas.labels);
     package.label_table = labelTable();
     package.tissues = settings.defaults.tissues;

@@ -24,7 +24,7 @@ struct SynthSettings {
 // Labels of the reference patient, in the order of their ids (1, 2, ...).
 const std::vector<Label>& labelTable();
 
-// Throws std::invalid_argument for an unknown variant.
+// Throws std::invalid_argument for an unknown variant, and for two variants that exclude each other.
 Package makeReferencePatient(const SynthSettings&);
 
 // A hard case that can be made of any seed: another scan, body or disease. Used to tune and to report the

@@ -412,6 +412,13 @@ TEST(Digest, IgnoresNamesAndOrder) {
 }
 
 // The atlases are named in one place. The text for people is made from it.
+TEST(Package, ItsOriginNamesItsVariants) {
+    EXPECT_EQ(synthVariants("synthetic: made by stylet-model synth --seed 3"), "");
+    EXPECT_EQ(synthVariants("synthetic: made by stylet-model synth --seed 3 --variant native,noise-x2"),
+              "native,noise-x2");
+    EXPECT_EQ(synthVariants("made with --variant stent; atlases: \"A\""), "stent");
+}
+
 TEST(Package, ItsOriginNamesItsAtlases) {
     Package p;
     p.provenance = "built";

@@ -78,6 +78,18 @@ void checkCorrected(const fs::path& file, const Stage& stage, const LabelVolume&
     }
 }
 
+// Labels computed from a text that a person edited are all corrected.
+std::array<bool, 256> findCorrected(const StageResult& result, std::vector<std::string>& notes) {
+    std::array<bool, 256> corrected{};
+    if (!result.record.corrected) return corrected;
+    if (!result.labels_edited && !result.record.labels_replaced) {
+        corrected.fill(true);
+        return corrected;
+    }
+    if (!result.changed) notes.push_back("automatic.nii.gz is missing: all labels count as not corrected");
+    return result.changed.value_or(corrected);
+}
+
 // Runs one stage, or reuses the result of an earlier run or a person's correction.
 StageReport runStage(BuildState& work, const StageStore& store, int number, const Stage& stage,
                      std::uint64_t& chain) {
@@ -115,6 +127,7 @@ StageReport runStage(BuildState& work, const StageStore& store, int number, cons
         checkCorrected(store.stageFolder(number, stage.name) / "labels.nii.gz", stage, result->labels,
                        report.notes);
     work.corrected[report.name] = report.corrected;
+    work.corrected_labels[report.name] = findCorrected(*result, report.notes);
     return report;
 }
 
@@ -167,11 +180,15 @@ void storeScan(const BuildState& work, const StageStore& store) {
     store.saveCt(work.ct);
 }
 
+bool isCorrected(const Label& l, const Stage& stage, const BuildState& work) {
+    return work.corrected_labels.at(std::string(stage.name))[l.id];
+}
+
 std::string labelProvenance(const Label& l, const BuildState& work) {
     for (const Stage& stage : stages()) {
         if (std::find(stage.provides.begin(), stage.provides.end(), l.name) == stage.provides.end()) continue;
         const std::string name(stage.name);
-        const bool corrected = work.corrected.at(name);
+        const bool corrected = isCorrected(l, stage, work);
         if (l.name == "bile ducts" && work.virtual_ducts)
             return std::string("virtual: grown beside the portal branches") +
                    (corrected ? ", corrected by hand" : "");
@@ -185,12 +202,12 @@ std::string labelProvenance(const Label& l, const BuildState& work) {
 // 1.5 mm, 2.5 % with 2 mm and 2.5 % with 3 mm, which leaves fewer paths.
 constexpr double kBorder_m = 0.002;
 
-// At least a voxel. A border corrected by a person is exact.
+// At least a voxel. The border of a label that a person corrected is exact.
 double borderUncertainty(const Label& l, const BuildState& work) {
     if (l.role != patient::Role::risk) return 0.0;
     const bool found = std::any_of(stages().begin(), stages().end(), [&](const Stage& s) {
         return std::find(s.provides.begin(), s.provides.end(), l.name) != s.provides.end() &&
-               !work.corrected.at(std::string(s.name));
+               !isCorrected(l, s, work);
     });
     return found ? std::max(kBorder_m, work.ct.grid.spacing_m.x) : 0.0;
 }
@@ -313,14 +330,19 @@ void correctStage(const fs::path& folder, const std::string& name, const fs::pat
         throw ImportError("the labels of \"" + name + "\" only show its values; edit " +
                           (store.stageFolder(number, name) / stage.text_name).string() + " instead");
     StageResult result;
-    if (std::optional<StageResult> before = store.load(number, name, ct.grid, std::string(stage.text_name)))
-        result = std::move(*before);
+    const std::optional<StageResult> before = store.load(number, name, ct.grid, std::string(stage.text_name));
+    if (before) result = *before;
     result.labels = patient::readNifti<std::uint8_t>(labels);
     if (result.labels.grid.dims != ct.grid.dims)
         throw DataError(labels, "dim", "is not that of " + (folder / "ct.nii.gz").string());
     result.labels.grid = ct.grid;
     std::vector<std::string> notes;
     checkCorrected(labels, stage, result.labels, notes);
+    if (!before) {  // the program found none: all labels are the person's
+        StageResult empty;
+        empty.labels = LabelVolume(ct.grid);
+        store.save(number, name, empty, ct, stageTable(), std::string(stage.text_name));
+    }
     result.record.corrected = true;
     if (!result.record.labels_replaced) result.record.notes.push_back("corrected by hand");
     result.record.labels_replaced = true;

@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::size_t kMaxBytes = 4 << 20, kMaxNotes = 1000, kMaxNoteBytes = 64 << 10, kMaxAtlases = 1000;
 constexpr double kMaxSeconds = 1e7;
-constexpr const char *kLabels = "labels.nii.gz", *kRecord = "stage.json";
+constexpr const char *kLabels = "labels.nii.gz", *kAutomatic = "automatic.nii.gz", *kRecord = "stage.json";
 
 bool isControl(unsigned char c) {
     return c < 32 || c == 127;
@@ -46,6 +46,15 @@ std::uint64_t textDigest(const std::string& text) {
     StateHash hash;
     hash.add(std::string_view(text));
     return hash.value();
+}
+
+std::array<bool, 256> findChanged(const LabelVolume& automatic, const LabelVolume& edited) {
+    std::array<bool, 256> changed{};
+    for (std::size_t i = 0; i < edited.voxels.size(); ++i) {
+        const std::uint8_t before = automatic.voxels[i], after = edited.voxels[i];
+        if (before != after) changed[after != 0 ? after : before] = true;
+    }
+    return changed;
 }
 
 }  // namespace
@@ -140,6 +149,10 @@ std::optional<StageResult> StageStore::load(int number, std::string_view name, c
         result.labels = LabelVolume(grid);
     }
     result.labels.grid = grid;
+    if (result.record.corrected && fs::exists(folder / kAutomatic)) {
+        const auto automatic = patient::readNifti<std::uint8_t>(folder / kAutomatic);
+        if (automatic.grid.dims == grid.dims) result.changed = findChanged(automatic, result.labels);
+    }
     return result;
 }
 
@@ -153,6 +166,8 @@ void StageStore::save(int number, std::string_view name, const StageResult& resu
     fs::create_directories(folder);
     fs::remove(folder / kRecord);
     patient::writeNifti(folder / kLabels, result.labels);
+    if (!result.record.labels_replaced)
+        fs::copy_file(folder / kLabels, folder / kAutomatic, fs::copy_options::overwrite_existing);
     writeWholeFile(folder / "labels.ctbl", patient::colourTable(table));
     if (!text_name.empty()) writeWholeFile(folder / text_name, result.text);
     patient::Package preview;

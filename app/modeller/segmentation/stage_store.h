@@ -1,12 +1,14 @@
 // The stages of a build on disk. A person can review and correct them, and a later run resumes from them.
-//   ct.nii.gz              the CT on the working grid
-//   NN-NAME/labels.nii.gz  the stage's labels, with labels.ctbl; 3D Slicer shows them over the CT
-//   NN-NAME/axial.png ...  the same as pictures
-//   NN-NAME/stage.json     key, digests, results that are no labels, notes; written last: a stage without it
-//   is not finished
+//   ct.nii.gz                 the CT on the working grid
+//   NN-NAME/labels.nii.gz     the stage's labels, with labels.ctbl; 3D Slicer shows them over the CT
+//   NN-NAME/automatic.nii.gz  the labels that the program found, to tell which ones a person changed
+//   NN-NAME/axial.png ...     the stage's labels as pictures
+//   NN-NAME/stage.json        key, digests, results that are no labels, notes; written last: a stage without
+//                             it is not finished
 // A stage may write further files, such as a text file that can be edited.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -35,6 +37,9 @@ struct StageResult {
     // Edited by a person since it was stored. If the text was edited, the labels are out of date.
     bool text_edited = false, labels_edited = false;
     StageRecord record;
+    // By id: the labels of a corrected stage that differ from those the program found. Nothing if these are
+    // not stored. A label that only lost voxels to another label has not changed.
+    std::optional<std::array<bool, 256>> changed = {};
 };
 
 // stage.json: the record, and the digests of labels and text when they were stored.

@@ -1,6 +1,7 @@
 // Internal: the data shared between the stages of a build, and the list of stages.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <map>
 #include <optional>
@@ -23,9 +24,10 @@ struct BuildState {
     CtVolume ct;                    // air outside the body
     Mask body;
     patient::Thresholds thresholds;
-    std::map<std::string, LabelVolume> found;  // labels, by stage name
-    std::map<std::string, bool> corrected;     // corrected by a person, by stage name
-    std::vector<std::string> atlases;          // names of those that found the liver
+    std::map<std::string, LabelVolume> found;                       // labels, by stage name
+    std::map<std::string, bool> corrected;                          // corrected by a person, by stage name
+    std::map<std::string, std::array<bool, 256>> corrected_labels;  // of these stages, by stage name and id
+    std::vector<std::string> atlases;                               // names of those that found the liver
     bool virtual_ducts = false;
     CtVolume painted_ct;  // with virtual ducts painted in; otherwise empty
     std::function<void(const std::string&)> progress = [](const std::string&) {};  // progress of a long stage

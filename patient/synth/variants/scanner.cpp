@@ -66,7 +66,7 @@ std::vector<double> thickWeights(int count, int z, double step) {
 
 CtSettings ctSettings(const Scanner& scanner) {
     CtSettings settings;
-    settings.noise = scanner.noise;
+    settings.noise = scanner.noise * scanner.kernel_noise;
     settings.blur_passes = scanner.blur_passes;
     const auto mean = [&](Id id) -> double& { return settings.mean_hu[std::size_t(id)]; };
     for (const PhaseRow& row : kPhases) {

@@ -13,8 +13,10 @@ struct Scanner {
     double bone = 1.0;          // HU of bone relative to 120 kV
     double fat_hu = 0.0;        // shift of fat
     double liver_fat_hu = 0.0;  // shift of a liver with steatosis, negative
-    double noise = 1.0;         // factor on the noise
+    double noise = 1.0;         // factor on the noise: the dose
+    double kernel_noise = 1.0;  // factor on the noise: the kernel
     int blur_passes = 1;
+    double slice_m = 0.0;  // thickness of the slices; thinner than a voxel: the voxels are the slices
 };
 
 CtSettings ctSettings(const Scanner&);

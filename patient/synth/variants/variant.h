@@ -37,7 +37,16 @@ struct Variant {
 
 std::span<const Variant> variantTable();
 
-// Variants with these names, in the order of the table. Throws std::invalid_argument for an unknown name.
+// What the variants change in a plan.
+struct PlanField {
+    std::string_view name;  // "noise"
+    Vec3 (*value)(const PatientPlan&);
+};
+std::span<const PlanField> planFields();
+
+// Variants with these names, in the order of the table. Throws std::invalid_argument for an unknown name, and
+// for two variants that set the same field of the plan to different values. Factors and shifts of the same
+// field combine.
 std::vector<const Variant*> findVariants(const std::vector<std::string>& names);
 
 }  // namespace stylet::patient::synth

@@ -1,6 +1,9 @@
 #include "patient/synth/variants/variant.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
+#include <iterator>
 #include <stdexcept>
 
 #include "patient/synth/synth.h"
@@ -42,9 +45,9 @@ constexpr Variant kVariants[] = {
     {"noise-x3", "noise of 33 HU", kChosen, [](PatientPlan& p) { p.scanner.noise = 3.0; }},
     {"soft-kernel", "three passes of the blur", kChosen, [](PatientPlan& p) { p.scanner.blur_passes = 3; }},
     {"sharp-kernel", "no blur, noise x1.6", kChosen,
-     [](PatientPlan& p) { p.scanner.blur_passes = 0, p.scanner.noise = 1.6; }},
-    {"slices-3", "slices of 3 mm", kAtlas, nullptr, nullptr, [](Package& p) { thickenSlices(p.ct, 0.003); }},
-    {"slices-5", "slices of 5 mm", kAtlas, nullptr, nullptr, [](Package& p) { thickenSlices(p.ct, 0.005); }},
+     [](PatientPlan& p) { p.scanner.blur_passes = 0, p.scanner.kernel_noise = 1.6; }},
+    {"slices-3", "slices of 3 mm", kAtlas, [](PatientPlan& p) { p.scanner.slice_m = 0.003; }},
+    {"slices-5", "slices of 5 mm", kAtlas, [](PatientPlan& p) { p.scanner.slice_m = 0.005; }},
     {"cut-flank", "the image ends 25 mm inside the right flank", kChosen, nullptr, nullptr,
      [](Package& p) { cutRight(p, 0.025); }},
     {"cut-top", "the image ends 30 mm below the liver's dome", kChosen, nullptr, nullptr,
@@ -65,11 +68,11 @@ constexpr Variant kVariants[] = {
      [](PatientPlan& p) { p.anatomy.fissure_mm = 4.5; }, paintFissureFat},
     {"plaque", "calcified plaque of 700 HU in the aorta's wall", kAtlas, nullptr, paintAorticPlaque},
     {"steatosis", "liver 45 HU darker: 67, spleen 118", "Boyce et al. 2010, AJR 194:623",
-     [](PatientPlan& p) { p.scanner.liver_fat_hu = -45.0; }},
+     [](PatientPlan& p) { p.scanner.liver_fat_hu += -45.0; }},
     {"cirrhosis", "nodules of 6 mm on a shrunken liver", kAtlas,
      [](PatientPlan& p) {
          p.anatomy.nodules_mm = 3.0, p.anatomy.organs.liver_low_mm += 14.0;
-         p.scanner.liver_fat_hu = -12.0;
+         p.scanner.liver_fat_hu += -12.0;
      }},
     {"ascites", "fluid of 9 HU around the liver and in the gutters", kAtlas, nullptr, paintAscites},
     {"effusion", "fluid of 12 HU behind both lungs", kAtlas, nullptr, paintEffusion},
@@ -92,10 +95,54 @@ constexpr Variant kVariants[] = {
      nullptr, [](Package& p) { shiftHu(p, 1024); }},
 };
 
+constexpr PlanField kFields[] = {
+    {"contrast phase", [](const PatientPlan& p) { return Vec3(double(p.scanner.phase)); }},
+    {"tube voltage",
+     [](const PatientPlan& p) { return Vec3(p.scanner.iodine, p.scanner.bone, p.scanner.fat_hu); }},
+    {"liver's CT value", [](const PatientPlan& p) { return Vec3(p.scanner.liver_fat_hu); }},
+    {"noise", [](const PatientPlan& p) { return Vec3(p.scanner.noise); }},
+    {"kernel", [](const PatientPlan& p) { return Vec3(p.scanner.blur_passes, p.scanner.kernel_noise, 0.0); }},
+    {"slice thickness", [](const PatientPlan& p) { return Vec3(p.scanner.slice_m); }},
+    {"fat under the skin",
+     [](const PatientPlan& p) {
+         return Vec3(p.anatomy.fat_side_mm, p.anatomy.fat_front_mm, p.anatomy.fat_back_mm);
+     }},
+    {"image size", [](const PatientPlan& p) { return p.section; }},
+    {"body size", [](const PatientPlan& p) { return p.anatomy.scale; }},
+    {"fissure", [](const PatientPlan& p) { return Vec3(p.anatomy.fissure_mm); }},
+    {"liver's surface",
+     [](const PatientPlan& p) { return Vec3(p.anatomy.nodules_mm, p.anatomy.organs.liver_low_mm, 0.0); }},
+};
+
+// The field that only the later one of the two variants would decide; nullptr if there is none.
+const PlanField* conflict(const Variant& a, const Variant& b) {
+    if (!a.plan || !b.plan) return nullptr;
+    PatientPlan a_first, b_first;
+    a.plan(a_first), b.plan(a_first);
+    b.plan(b_first), a.plan(b_first);
+    const auto* const field = std::find_if(std::begin(kFields), std::end(kFields), [&](const PlanField& f) {
+        return f.value(a_first) != f.value(b_first);
+    });
+    return field == std::end(kFields) ? nullptr : field;
+}
+
+void requireCombinable(const std::vector<const Variant*>& variants) {
+    for (std::size_t b = 0; b < variants.size(); ++b)
+        for (std::size_t a = 0; a < b; ++a)
+            if (const PlanField* const field = conflict(*variants[a], *variants[b]))
+                throw std::invalid_argument(
+                    fmt::format("\"{}\" and \"{}\" set the same field differently: {}. Choose one of them",
+                                variants[a]->name, variants[b]->name, field->name));
+}
+
 }  // namespace
 
 std::span<const Variant> variantTable() {
     return kVariants;
+}
+
+std::span<const PlanField> planFields() {
+    return kFields;
 }
 
 std::vector<const Variant*> findVariants(const std::vector<std::string>& names) {
@@ -109,6 +156,7 @@ std::vector<const Variant*> findVariants(const std::vector<std::string>& names) 
         if (std::none_of(found.begin(), found.end(), [&](const Variant* v) { return v->name == name; }))
             throw std::invalid_argument("no variant is named \"" + name +
                                         "\"; list them with --variant list");
+    requireCombinable(found);
     return found;
 }
 

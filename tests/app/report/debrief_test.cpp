@@ -105,6 +105,22 @@ TEST(Debrief, AttemptPageShowsScoreEventsAndCourse) {
     EXPECT_NEAR(most_n, peak_n, 1e-4);
 }
 
+// HZ-TEACH-22
+TEST(Debrief, OverruledPatientCheckIsStatedNearTheTop) {
+    const TempFolder folder;
+    LoadedAttempt a = makeLoadedAttempt(folder, 5000);
+    EXPECT_FALSE(has(attemptReport(a, {}).html, "The check of this patient"));
+    a.record.patient_check = "overruled: the check refused this patient: REFUSED  liver volume: 245 ml";
+    const std::string html = attemptReport(a, {}).html;
+    const std::size_t sentence = html.find(
+        "<p>The check of this patient was overruled: the check refused this patient: REFUSED  liver volume: "
+        "245 ml.</p>");
+    ASSERT_NE(sentence, std::string::npos);
+    EXPECT_LT(sentence, html.find("<h2"));
+    a.record.patient_check = "not checked";
+    EXPECT_TRUE(has(attemptReport(a, {}).html, "This patient was never checked"));
+}
+
 TEST(Debrief, ForceFigureSeparatesInsertionAndWithdrawal) {
     const TempFolder folder;
     const LoadedAttempt a = makeLoadedAttempt(folder, 20000);

@@ -9,6 +9,8 @@
 #include "app/study/commands.h"
 #include "app/study/paths_picture.h"
 #include "app/study/report_figures.h"
+#include "app/study/report_paper.h"
+#include "app/study/report_tables.h"
 #include "tests/app/study/study_on_disk.h"
 #include "tests/support/file_text.h"
 #include "tests/support/refused.h"
@@ -58,6 +60,29 @@ TEST_F(StudyReport, PageShowsTheResultsOfTheRun) {
     EXPECT_EQ(html.find(">nan"), std::string::npos);
     EXPECT_EQ(writeReport(out()), out() / "report.html");
     EXPECT_EQ(readText(out() / "report.html"), html);
+}
+
+// HZ-TEACH-22
+// The paths were planned before the patient was refused.
+TEST_F(StudyReport, OverruledVerdictsAreInEveryResult) {
+    const test::TempFolder temp;
+    fs::copy(folder_->path(), temp.path(), fs::copy_options::recursive);
+    fs::remove(temp / "out/summary.json");  // resume: nothing is planned or computed again
+    const fs::path built = temp / "built";
+    patient::saveVerdict({patient::digest(patient::loadPackage(built)), true, {"REFUSED  skin: 0 ml"}},
+                         built);
+    test::TestStudyOptions o(temp.path());
+    EXPECT_THROW(runStudy(o), DataError);
+    o.accept_implausible = true;
+    runStudy(o);
+    const auto json = [&](const char* file) { return nlohmann::json::parse(readText(temp / "out" / file)); };
+    EXPECT_FALSE(json("one/plan.json").contains("implausible"));
+    EXPECT_EQ(json("one/pair.json")["implausible"].size(), 1u);
+    EXPECT_EQ(json("two/pair.json")["implausible"].size(), 0u);
+    const std::string line =
+        "one: built patient, overruled: the check refused this patient: REFUSED  skin: 0 ml";
+    EXPECT_NE(studyPage(readStudy(temp / "out")).find(line), std::string::npos);
+    EXPECT_EQ(studyPage(readStudy(out())).find("Implausible patients were accepted"), std::string::npos);
 }
 
 void recomputeSummaries(ReportedStudy& study) {
@@ -152,6 +177,34 @@ TEST_F(StudyReport, ExplanationsFollowTheNumbers) {
     // A bone threshold that is not lower than the reference's is not reported as a cause.
     one.facts.found.thresholds.t2_sensitive_hu = 210;
     expectTexts(studyPage(study), {"probably the threshold"}, false);
+}
+
+TEST_F(StudyReport, PageAndTablesNameTheLabelsCompared) {
+    ReportedStudy study = readStudy(out());
+    ASSERT_EQ(study.run.labels, FoundLabels::all);
+    for (const auto& [labels, text] :
+         {std::pair{FoundLabels::all, "ompared: all labels, as in training"},
+          {FoundLabels::partial, "ompared: fascia, liver, vessels and ducts, as in the paper"}}) {
+        study.run.labels = labels;
+        for (const report::Table& table : {paperTable(study), patientTable(study), borderTable(study),
+                                           tissueTable(study), largestTable(study)})
+            EXPECT_NE(table.caption.find(text), std::string::npos) << table.caption;
+        EXPECT_NE(studyPage(study).find(std::string("without it. C") + text), std::string::npos);
+    }
+}
+
+// A patient made with --variant has diseases that the other synthetic patients lack.
+TEST_F(StudyReport, LimitsNameTheHardCases) {
+    ReportedStudy study = readStudy(out());
+    const std::string healthy = " of them have no disease but the tumour";
+    expectTexts(studyPage(study), {"2" + healthy}, true);
+    expectTexts(studyPage(study), {"hard cases"}, false);
+    study.pairs[0].facts.reference.provenance += " --variant ascites,stent";
+    expectTexts(studyPage(study), {"1" + healthy, "1 of them are hard cases", ": one (ascites,stent). "},
+                true);
+    study.pairs[1].facts.reference.provenance += " --variant native";
+    expectTexts(studyPage(study), {healthy, "the blur and noise that"}, false);
+    expectTexts(studyPage(study), {"2 of them are hard cases", "one (ascites,stent), two (native). "}, true);
 }
 
 // HZ-RECORD-11

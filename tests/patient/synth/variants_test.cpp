@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <set>
@@ -85,6 +86,59 @@ TEST(Variants, CombineInTheOrderOfTheTable) {
     EXPECT_EQ(digest(both), digest(make({"native", "noise-x2"})));
     EXPECT_NE(both.name.find("native,noise-x2"), std::string::npos) << both.name;
     EXPECT_LT(mean(both, Id::portal), mean(both, Id::liver));
+}
+
+// Without this, findVariants() would not notice two variants that set the same field.
+TEST(Variants, EveryPlanChangesAListedField) {
+    for (const Variant& v : variantTable()) {
+        if (!v.plan) continue;
+        const PatientPlan before;
+        PatientPlan after;
+        v.plan(after);
+        EXPECT_TRUE(std::any_of(planFields().begin(), planFields().end(), [&](const PlanField& f) {
+            return f.value(before) != f.value(after);
+        })) << v.name;
+    }
+}
+
+TEST(Variants, ThatSetTheSameFieldAreRefused) {
+    const auto refusal = [](const std::vector<std::string>& names) -> std::string {
+        try {
+            findVariants(names);
+        } catch (const std::invalid_argument& e) {
+            return e.what();
+        }
+        return "";
+    };
+    const auto text = [](const char* a, const char* b, const char* field) {
+        return "\"" + std::string(a) + "\" and \"" + b + "\" set the same field differently: " + field;
+    };
+    for (const auto& [a, b, field] : {std::array{"native", "arterial", "contrast phase"},
+                                      {"80-kv", "140-kv", "tube voltage"},
+                                      {"noise-x0.5", "noise-x3", "noise"},
+                                      {"soft-kernel", "sharp-kernel", "kernel"},
+                                      {"slices-3", "slices-5", "slice thickness"},
+                                      {"thin", "obese", "fat under the skin"},
+                                      {"obese", "child", "image size"},
+                                      {"child", "arms-down", "image size"}}) {
+        EXPECT_EQ(refusal({a, b}).find(text(a, b, field)), 0u) << refusal({a, b});
+        EXPECT_EQ(refusal({b, "stent", a}).find(text(a, b, field)), 0u) << refusal({b, "stent", a});
+    }
+    EXPECT_EQ(refusal({"native", "native"}), "");
+    EXPECT_THROW(make({"noise-x3", "noise-x0.5"}), std::invalid_argument);
+}
+
+// Factors, shifts and reversals of two variants both count, in any order of the names.
+TEST(Variants, CombineTruly) {
+    PatientPlan plan;
+    for (const Variant* v : findVariants({"sharp-kernel", "noise-x2", "cirrhosis", "steatosis"}))
+        v->plan(plan);
+    EXPECT_DOUBLE_EQ(ctSettings(plan.scanner).noise, 3.2);
+    EXPECT_EQ(plan.scanner.blur_passes, 0);
+    EXPECT_EQ(plan.scanner.liver_fat_hu, -57.0);
+    Package turned = reference();
+    reverse(turned, false, true, true);
+    EXPECT_EQ(make({"prone", "feet-first"}).labels.voxels, turned.labels.voxels);
 }
 
 TEST(Variants, PhasesOrderTheVesselsAndOrgans) {

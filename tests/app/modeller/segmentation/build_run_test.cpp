@@ -111,17 +111,27 @@ TEST_F(BuildRun, CorrectedStageIsUsedAndLaterStagesRerun) {
     const Mask spleen = labelMask(mine, "spleen");
     for (std::size_t i = 0; i < mine.voxels.size(); ++i)
         if (spleen.voxels[i]) mine.voxels[i] = 0;
+    mine.voxels[mine.voxels.size() / 2] = targetId("left kidney");
     const fs::path file = folder() / "mine.nii.gz";
     patient::writeNifti(file, mine);
     ASSERT_EQ(run("--stage organs --labels '" + file.string() + "'"), 0) << errors();
     EXPECT_EQ(kept(), before + 1) << output();
     const Package built = patient::loadPackage(folder() / "patient");
+    // Of the organs found, only the left kidney was corrected.
+    int corrected = 0, uncertain = 0;
     for (const patient::Label& l : built.label_table) {
         EXPECT_NE(l.name, "spleen");
-        if (l.name == "right kidney") {
+        if (l.name == "left kidney") {
             EXPECT_EQ(l.provenance, "manual: corrected in stage organs");
+            EXPECT_EQ(l.border_uncertainty_m, 0.0);
+            ++corrected;
+        } else if (l.provenance == "automatic: stage organs" && l.role == patient::Role::risk) {
+            EXPECT_EQ(l.border_uncertainty_m, kSpacing_m) << l.name;
+            ++uncertain;
         }
     }
+    EXPECT_EQ(corrected, 1);
+    EXPECT_GT(uncertain, 0);
     ASSERT_EQ(run(), 0);
     EXPECT_EQ(kept(), int(stageNames().size())) << "the correction stands\n" << output();
 }

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstring>
 #include <fstream>
 
@@ -73,6 +74,31 @@ TEST_F(StageStoreTest, EditedLabelsAreMarkedCorrected) {
     EXPECT_TRUE(again->record.corrected);
     EXPECT_FALSE(again->text_edited);
     EXPECT_EQ(again->labels.voxels, edited.voxels);
+}
+
+TEST_F(StageStoreTest, ChangedLabelsAreFound) {
+    const auto changed = [&](std::uint8_t inside, std::uint8_t elsewhere) {
+        LabelVolume edited = result.labels;
+        edited[{3, 4, 5}] = inside, edited[{1, 1, 1}] = elsewhere;
+        patient::writeNifti(folder() / "labels.nii.gz", edited);
+        std::vector<int> ids;
+        const std::array<bool, 256> all = load()->changed.value();
+        for (int id = 0; id < 256; ++id)
+            if (all[std::size_t(id)]) ids.push_back(id);
+        return ids;
+    };
+    EXPECT_THAT(changed(18, 18), testing::ElementsAre(18));  // grown
+    EXPECT_THAT(changed(18, 7), testing::ElementsAre(7));    // another one painted
+    EXPECT_THAT(changed(7, 0), testing::ElementsAre(7));     // painted over it
+    EXPECT_THAT(changed(0, 0), testing::ElementsAre(18));    // erased
+    // Labels passed on the command line are compared with those of the program too.
+    StageResult replaced = *load();
+    replaced.record.labels_replaced = true;
+    store.save(7, "liver", replaced, CtVolume(kStageGrid), targetTable(), "points.txt");
+    EXPECT_FALSE(load()->labels_edited);
+    EXPECT_TRUE(load()->changed.value()[18]);
+    fs::remove(folder() / "automatic.nii.gz");
+    EXPECT_FALSE(load()->changed);
 }
 
 TEST_F(StageStoreTest, EditedTextIsDetected) {

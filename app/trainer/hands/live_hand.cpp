@@ -10,6 +10,15 @@
 
 namespace stylet::trainer {
 
+const UserButtons kControllerFunctions{.rearm = 0,
+                                       .next = 1u << 1,
+                                       .breath = 1u << 2,
+                                       .pedal = 1u << 3,
+                                       .inject = 1u << 4,
+                                       .aspirate = 1u << 5,
+                                       .snap = kSnapButton,
+                                       .expert = 1u << 6};
+
 namespace {
 
 constexpr std::int64_t kLook_ns = 20'000'000;
@@ -72,15 +81,7 @@ UserButtons LiveDevice::buttons() const {
     // have a clutch: the first button.
     if (kind_ == "falcon") return {.rearm = 1u << 0, .next = 1u << 1, .breath = 1u << 3};
     if (kind_ == kMouse) return {.rearm = 0};  // it has keys (window_keys.h)
-    if (kind_ == kControllers)
-        return {.rearm = 0,
-                .next = 1u << 1,
-                .breath = 1u << 2,
-                .pedal = 1u << 3,
-                .inject = 1u << 4,
-                .aspirate = 1u << 5,
-                .snap = kSnapButton,
-                .expert = 1u << 6};
+    if (kind_ == kControllers) return kControllerFunctions;
     return {.rearm = clutched_ || !exertsForce() ? 0u : 1u << 0, .next = 1u << 1, .breath = 1u << 2};
 }
 

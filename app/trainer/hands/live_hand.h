@@ -15,6 +15,9 @@
 
 namespace stylet::trainer {
 
+// What the buttons of two controllers do (controllerButtons()).
+extern const UserButtons kControllerFunctions;
+
 class LiveDevice {
   public:
     // Starts the device. Throws DataError if makeDriver() does. The clock is used on the device's

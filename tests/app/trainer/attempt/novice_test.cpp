@@ -1,20 +1,23 @@
-// A novice who knows nothing but the tutor's prompts: types the quoted word of a prompt, and moves the hand
-// as it says. Starts where a guided attempt with the mouse starts. Closes the loop from prompt to evidence.
+// A novice who knows nothing but the tutor's prompts: types or presses what a prompt names, and moves the
+// hand as it says. Starts where a guided attempt with the mouse starts. Closes the loop from prompt to
+// evidence.
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <random>
+#include <utility>
 
-#include "app/trainer/attempt/commands.h"
 #include "app/trainer/attempt/hand.h"
 #include "app/trainer/attempt/reference_path.h"
-#include "app/trainer/hands/mouse_hand.h"
+#include "app/trainer/loop/force_feed.h"
 #include "app/trainer/session/session.h"
 #include "app/training/tutor.h"
 #include "haptics/devices/clutch.h"
 #include "patient/synth/synth.h"
+#include "tests/app/trainer/attempt/novice_inputs.h"
 #include "tests/app/trainer/phantom_attempt.h"
 #include "tests/support/constants.h"
 #include "tests/support/seed.h"
@@ -26,14 +29,15 @@ using haptics::TickOutput;
 using haptics::Tool;
 using training::Act;
 
-constexpr double kMove_m_s = 0.020, kAside_m_s = 0.015, kTurn_rad_s = 0.25, kAgain_s = 3.0;
+constexpr double kMove_m_s = 0.020, kAside_m_s = 0.015, kTurn_rad_s = 0.25, kSway_s = 3.0;
 constexpr double kOffSkin_m = -0.030, kPress_n = 0.3;
 
 class Novice {
   public:
     Novice(const patient::Patient& patient, const patient::PlannedPath& path,
-           const haptics::GuideSettings& guide)
-        : motion_(patient.package().motion),
+           const haptics::GuideSettings& guide, test::NoviceInput& input)
+        : input_(input),
+          motion_(patient.package().motion),
           path_(path),
           guide_(guide),
           axis_(glm::normalize(path.target_m - path.entry_m)) {
@@ -42,21 +46,14 @@ class Novice {
         frontward_ = glm::normalize(glm::cross(headward_, axis_));
     }
 
-    // Moves on for one tick. Returns what the novice types.
-    std::string follow(Act act, const std::string& prompt, const TickOutput& now) {
-        since_s_ += test::kDt_s;
-        std::string typed;
-        if (act != act_ || since_s_ > kAgain_s) {
-            const bool other = act != act_;
-            act_ = act;
-            since_s_ = 0.0;
-            if (other) cut_phase_ = 0;
-            const std::size_t open = prompt.find('"');
-            if (open != std::string::npos)
-                typed = prompt.substr(open + 1, prompt.find('"', open + 1) - open - 1) + "\n";
-        }
-        moveFor(act, now);
-        return typed;
+    // Moves on for one tick. The novice presses or types only while the hand is still.
+    void follow(Act act, const std::string& prompt, const TickOutput& now) {
+        since_s_ += test::kDt_s, again_in_s_ -= test::kDt_s;
+        if (std::exchange(act_, act) != act) since_s_ = again_in_s_ = 0.0, cut_phase_ = 0;
+        const auto place = [this] { return std::array{deeper_m_, headward_m_, frontward_m_, roll_rad_}; };
+        const std::array before = place();
+        moveFor(act, prompt, now);
+        if (place() == before && again_in_s_ <= 0.0) again_in_s_ = input_.obey(prompt);
     }
     Pose patientFromStylus(Tool tool) {
         held_ = haptics::moveToward(held_, toolPoseFromNeedle({}, tool, guide_), test::kDt_s);
@@ -73,7 +70,17 @@ class Novice {
         const double step = speed * test::kDt_s;
         value = std::fabs(goal - value) <= step ? goal : value + std::copysign(step, goal - value);
     }
-    void moveFor(Act act, const TickOutput& now) {
+    // Along the tool, as the prompt says: 1 into the body, -1 back, 0 neither.
+    double directionIn(const std::string& prompt) const {
+        if (prompt.find(input_.facts.pull) != std::string::npos) return -1.0;
+        return prompt.find(input_.facts.push) != std::string::npos ? 1.0 : 0.0;
+    }
+    // To the end of a tool's travel.
+    void travel(double direction, double speed) {
+        if (direction != 0.0) toward(deeper_m_, direction > 0.0 ? 0.200 : kOffSkin_m, speed);
+    }
+    void moveFor(Act act, const std::string& prompt, const TickOutput& now) {
+        const double direction = directionIn(prompt);
         switch (act) {
             case Act::liftOff:
             case Act::takeFinger:
@@ -85,7 +92,7 @@ class Novice {
             case Act::drawSyringe:
             case Act::drawOut:
             case Act::finish:
-                toward(deeper_m_, kOffSkin_m, 2.0 * kMove_m_s);
+                toward(deeper_m_, -input_.facts.rest_m, 2.0 * kMove_m_s);
                 toward(headward_m_, aim_headward_m_, kAside_m_s);
                 toward(frontward_m_, aim_frontward_m_, kAside_m_s);
                 toward(roll_rad_, 0.0, kTurn_rad_s);
@@ -100,7 +107,8 @@ class Novice {
                 press(now, -0.040);
                 break;
             case Act::placeProbe:
-                touchLightly(now);
+                toward(roll_rad_, seen_roll_rad_, kTurn_rad_s);
+                if (roll_rad_ == seen_roll_rad_) touchLightly(now);
                 break;
             case Act::turnProbe:
                 touchLightly(now);
@@ -121,28 +129,24 @@ class Novice {
                 break;
             case Act::enterSkin:
             case Act::advance:
-                toward(deeper_m_, 0.200, 0.5 * kMove_m_s);
+                travel(direction, 0.5 * kMove_m_s);
                 break;
             case Act::enterWheal:
             case Act::pushToCapsule:
-                toward(deeper_m_, 0.200, 0.3 * kMove_m_s);
+                travel(direction, 0.3 * kMove_m_s);
                 break;
             case Act::drawBack:
-                toward(deeper_m_, kOffSkin_m, 0.2 * kMove_m_s);
-                break;
             case Act::seekDuct:
-                toward(deeper_m_, 0.200, 0.2 * kMove_m_s);
+                travel(direction, 0.2 * kMove_m_s);
                 break;
             case Act::feedWire:
             case Act::pushDilator:
             case Act::pushDrain:
-                deeper_m_ += kMove_m_s * test::kDt_s;
-                break;
             case Act::drawWireBack:
             case Act::drawNeedle:
             case Act::drawDilator:
             case Act::drawWire:
-                deeper_m_ -= 2.0 * kMove_m_s * test::kDt_s;
+                deeper_m_ += direction * (direction > 0.0 ? 1.0 : 2.0) * kMove_m_s * test::kDt_s;
                 break;
             default:
                 break;  // keeps still
@@ -166,7 +170,7 @@ class Novice {
         toward(deeper_m_, glm::dot(middle - path_.entry_m, axis_), kMove_m_s);
         const Vec3 tip = path_.entry_m + axis_ * deeper_m_, along = rail.direction({0, 0, 1});
         const Vec3 on_rail = rail.position_m + along * glm::dot(tip - rail.position_m, along);
-        const double beside_m = since_s_ < 0.5 * kAgain_s ? 0.003 : 0.0;
+        const double beside_m = std::fmod(since_s_, kSway_s) < 0.5 * kSway_s ? 0.003 : 0.0;
         toward(headward_m_, glm::dot(on_rail - tip, headward_) + beside_m, 0.5 * kAside_m_s);
         toward(frontward_m_, glm::dot(on_rail - tip, frontward_), 0.5 * kAside_m_s);
     }
@@ -181,6 +185,7 @@ class Novice {
     // Turns to one side, then to the other.
     void sweep() {
         toward(roll_rad_, sweep_rad_, kTurn_rad_s);
+        seen_roll_rad_ = roll_rad_;
         if (roll_rad_ == sweep_rad_) sweep_rad_ = -sweep_rad_;
     }
     // Pushes until the blade is in the skin, draws it 4 mm along, and lifts it. Tries again if that was
@@ -205,16 +210,33 @@ class Novice {
         }
     }
 
+    test::NoviceInput& input_;
     const patient::MotionModel& motion_;
     patient::PlannedPath path_;
     haptics::GuideSettings guide_;
     Vec3 axis_, headward_{0.0}, frontward_{0.0};
     double deeper_m_ = kOffSkin_m, headward_m_ = 0.0, frontward_m_ = 0.0, roll_rad_ = 0.0;
     double aim_headward_m_ = 0.0, aim_frontward_m_ = 0.0;  // where the guide's line met the duct
-    double sweep_rad_ = -1.2, since_s_ = 0.0, cut_to_m_ = 0.0;
+    double sweep_rad_ = -1.2, seen_roll_rad_ = 0.0;        // the second: where no rib hid the duct
+    double cut_to_m_ = 0.0;
+    double since_s_ = 0.0, again_in_s_ = 0.0;  // of this prompt; until the novice tries again
     int cut_phase_ = 0;
     Act act_ = Act::finish;
     Pose held_ = toolPoseFromNeedle({}, Tool::needle, guide_);
+};
+
+// The device that the novice moves. Its frame is the patient's.
+class NoviceDevice final : public haptics::HapticDevice {
+  public:
+    explicit NoviceDevice(const haptics::DeviceProfile& profile) : profile_(profile) {}
+    const haptics::DeviceProfile& profile() const noexcept override { return profile_; }
+    haptics::DeviceState read(std::int64_t) noexcept override { return state; }
+    void send(const Vec3&) noexcept override {}
+
+    haptics::DeviceState state;
+
+  private:
+    haptics::DeviceProfile profile_;
 };
 
 struct Guided {
@@ -223,42 +245,49 @@ struct Guided {
     std::string said;  // the prompts in order
 };
 
+// An attempt in which the loops of the program translate what the novice presses.
 Guided followThePrompts(const patient::Patient& patient, const patient::PlannedPath& path,
-                        training::Course course, double limit_s) {
-    Attempt attempt =
-        makeAttempt(patient, loadScenario(test::assets() / "scenarios" / "procedure.toml"), path, 1);
+                        const haptics::TouchMap& touch, training::Course course, test::NoviceInput& input,
+                        double limit_s) {
+    Attempt attempt = makeAttempt(patient, loadScenario(test::assets() / "scenarios" / "procedure.toml"),
+                                  path, 1, 1000.0, [&](const patient::Patient&) { return touch; });
     attempt.simulation.patient_from_device = {};
-    attempt.simulation.profile = mouseProfile();
+    attempt.simulation.profile = input.facts.profile;
     attempt.simulation.tools.first = Tool::needle;
     const patient::DuctSpace ducts = patient::makeDuctSpace(patient);
     haptics::Simulation simulation(patient, attempt.simulation, attempt.touchMap(), &ducts);
     Session session(patient, path, {}, 0.0, nullptr, attempt.simulation.dt_s);
     session.setCourse(course);
-    Novice novice(patient, path, attempt.simulation.tools.guide);
-    UserCommands commands({}, [](const std::string&) {});
+    Novice novice(patient, path, attempt.simulation.tools.guide, input);
+    NoviceDevice device(input.facts.profile);
+    const LiveHand live{device,      [](double) { return false; }, [&] { return input.typed(); },
+                        [](Tool) {}, input.facts.functions,        ""};
+    ForceFeed feed(simulation.state().output.safety.focused, test::kDt_s, &live, [](const std::string&) {});
+    haptics::LoopChannels channels{test::kDt_s};
+    haptics::LoopStats stats;
     Guided guided;
     TickOutput now;
     std::string last;
-    for (guided.seconds = 0.0; guided.seconds < limit_s; guided.seconds += test::kDt_s) {
+    for (std::int64_t tick = 0; guided.seconds < limit_s; guided.seconds = double(++tick) * test::kDt_s) {
         const FrameState seen = session.frameState(now);
         const Act act = training::nextAct(seen.progress, now, seen.machines);
-        const std::string prompt = training::prompt(act, training::kTypedControls);
+        const std::string prompt = training::prompt(act, input.facts.controls);
         if (prompt != last) guided.said += fmt::format("\n  {:6.1f} s  {}", guided.seconds, last = prompt);
         if (act == Act::finish) break;
-        haptics::TickInput input;
-        for (const haptics::Command& command : commands.update(novice.follow(act, prompt, now), 0, now))
-            input.add(command);
-        input.device.device_from_stylus = novice.patientFromStylus(now.tool);
-        haptics::NeedleEvents events;
-        simulation.step(input, now, events);
-        session.update(input, now, events);
+        novice.follow(act, prompt, now);
+        device.state.device_from_stylus = novice.patientFromStylus(now.tool);
+        device.state.buttons = input.buttons();
+        haptics::loopTick(simulation, device, channels, stats, tick * test::kTick_ns);
+        session.drain(channels);
+        feed.update(true, session, channels.commands);
+        now = *session.newest();
     }
     guided.progress = session.log().progress;
     return guided;
 }
 
-// Number of patients, the first fixed and the others drawn, through whom the prompts led in less than four
-// minutes.
+// Number of patients through whom the prompts led in less than four minutes. The first patient is fixed, and
+// every input must lead through it. The others are drawn, and are led by typed words.
 int patientsLed(training::Course course, int patients) {
     std::mt19937_64 random(test::seed());
     int led = 0;
@@ -273,13 +302,22 @@ int patientsLed(training::Course course, int patients) {
         const patient::PlannedPath& path = course == training::Course::drainage
                                                ? pathForWire(patient::makeDuctSpace(patient), plan.paths)
                                                : plan.paths.front();
-        const Guided guided = followThePrompts(patient, path, course, 240.0);
-        const bool done = guided.progress.step == training::Step::done;
-        led += done;
-        EXPECT_EQ(guided.progress.out_of_order, 0u);
-        if (!done)
-            std::puts((guided.said + "\n" + std::string(refusalText(guided.progress.refusal))).c_str());
-        std::puts(fmt::format("seed {}: {:.0f} s", settings.seed, guided.seconds).c_str());
+        const haptics::TouchMap touch = haptics::makeTouchMap(patient);
+        auto inputs = test::makeNoviceInputs();
+        if (n > 0) inputs.resize(1);
+        bool all_done = true;
+        for (const auto& input : inputs) {
+            const Guided guided = followThePrompts(patient, path, touch, course, *input, 240.0);
+            const bool done = guided.progress.step == training::Step::done;
+            all_done = all_done && done;
+            EXPECT_TRUE(done || n > 0) << input->facts.name;
+            EXPECT_EQ(guided.progress.out_of_order, 0u) << input->facts.name;
+            if (!done)
+                std::puts((guided.said + "\n" + std::string(refusalText(guided.progress.refusal))).c_str());
+            std::puts(fmt::format("seed {}, {}: {:.0f} s", settings.seed, input->facts.name, guided.seconds)
+                          .c_str());
+        }
+        led += all_done;
     }
     return led;
 }

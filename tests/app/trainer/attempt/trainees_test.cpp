@@ -221,12 +221,15 @@ bool isNumb(const Stage& stage) {
     return stage.kind == StageKind::numb;
 }
 
-// The whole drainage, but the needle is drawn back from the duct before the wire is taken.
+// The whole drainage, but the needle is drawn back into the body wall before the wire is taken. In the liver
+// it might lie in another duct.
 Scenario withoutADuctForTheWire(Scenario expert) {
     const auto wire = std::ranges::find_if(expert.stages, [](const Stage& s) {
         return s.kind == StageKind::changeTool && s.tool == haptics::Tool::wire;
     });
-    expert.stages.insert(wire, Stage{.kind = StageKind::move, .to = {.share = 0.8}, .speed_m_s = 0.02});
+    expert.stages.insert(wire, Stage{.kind = StageKind::move,
+                                     .to = {.share = 1.0, .deeper_m = -0.003, .to_capsule = true},
+                                     .speed_m_s = 0.02});
     return expert;
 }
 

@@ -236,6 +236,7 @@ Guided followThePrompts(const patient::Patient& patient, const patient::PlannedP
     session.setCourse(course);
     Novice novice(patient, path, attempt.simulation.tools.guide);
     UserCommands commands({}, [](const std::string&) {});
+    commands.setCourse(course);
     Guided guided;
     TickOutput now;
     std::string last;

@@ -578,12 +578,7 @@ std::string snapToSkin(AttemptRun& run, const haptics::TickOutput& now) {
         poseOnSkin(rulesNow(run), now, run.task->patient, *run.attempt->touchMap(), why_not);
     if (!pose) return why_not;
     pose->position_m += now.patient_moved_m;
-    const Pose driver_from_tool = live.patient_from_driver->inverse() * *pose;
-    if (live.port)
-        live.port->snapTo(driver_from_tool);
-    else
-        live.window->snapTo(driver_from_tool);
-    return "";
+    return requestSnap(live.patient_from_driver->inverse() * *pose, live.port.get(), *live.window);
 }
 
 LoopTotals runLive(AttemptRun& run, RealTimeOptions options) {

@@ -44,6 +44,9 @@ constexpr std::uint32_t stepsOf(Course course) noexcept {  // bit mask
                                        1u << unsigned(Step::drain) | 1u << unsigned(Step::finalPicture);
     return course == Course::drainage ? kAllSteps : kAllSteps & ~kFurther;
 }
+constexpr bool hasAnaesthesia(Course course) noexcept {
+    return contains(stepsOf(course), Step::anaesthetise);
+}
 // The step without which an exam is failed.
 constexpr Step goalOf(Course course) noexcept {
     return course == Course::drainage ? Step::drain : Step::advance;

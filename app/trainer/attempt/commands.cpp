@@ -91,9 +91,9 @@ std::string_view nameOf(Tool tool) {
     return enumName(haptics::kToolNames, tool);
 }
 
-// Parses "WORD NUMBER". Returns nothing if the word is unknown or the number is invalid. For an invalid
-// number, `why_not` is set to the reason.
-std::optional<Command> withNumber(std::string_view line, std::string& why_not) {
+// Parses "WORD NUMBER". Returns nothing if the word is unknown, the number is invalid, or the course has no
+// such command. `why_not` is then set to the reason, except for an unknown word.
+std::optional<Command> withNumber(std::string_view line, training::Course course, std::string& why_not) {
     const std::size_t blank = std::min(line.find_first_of(" \t"), line.size());
     const std::string_view word = line.substr(0, blank), rest = trimmed(line.substr(blank));
     const auto within = [&](const std::optional<double>& value, double low, double high) {
@@ -101,6 +101,10 @@ std::optional<Command> withNumber(std::string_view line, std::string& why_not) {
         why_not = fmt::format("\"{}\" needs a number from {:g} to {:g}", word, low, high);
         return false;
     };
+    if (word == kNumb && !training::hasAnaesthesia(course)) {
+        why_not = "local anaesthesia is part of a drainage, and this attempt is a puncture";
+        return std::nullopt;
+    }
     if (word == kInject || word == kNumb) {
         const bool contrast = word == kInject;
         const double most =
@@ -182,20 +186,22 @@ std::string describeParkOutcome(bool stay, const TickOutput& before, const TickO
 
 }  // namespace
 
-std::string describeCommands(bool exerts_force) {
+std::string describeCommands(bool exerts_force, training::Course course) {
     std::string text = "Commands with a device (type one and press Enter):\n";
     for (const CommandWord& word : kCommandWords)
         if (exerts_force || word.command.kind != CommandKind::rearm || word.act != Act::command)
             text += helpLine(word.word, word.what);
     text += helpLine("inject N", "inject contrast medium through the needle, ml/s (default 1)");
-    text += helpLine("numb N", "inject local anaesthetic through the needle, ml/s (default 1)");
+    if (training::hasAnaesthesia(course))
+        text += helpLine("numb N", "drainage: inject local anaesthetic through the needle, ml/s (default 1)");
     for (const training::Machine machine : kMachines)
         for (const training::Knob& knob : training::machineKnobs(machine))
             text += helpLine(fmt::format("{} N", knob.word), knob.what);
     return text;
 }
 
-std::string describe(const UserButtons& buttons, std::span<const std::string_view> names) {
+std::string describe(const UserButtons& buttons, std::span<const std::string_view> names,
+                     training::Course course) {
     std::string text;
     const auto add = [&](std::uint32_t bit, const char* what) {
         if (bit == 0) return;
@@ -208,7 +214,11 @@ std::string describe(const UserButtons& buttons, std::span<const std::string_vie
     add(buttons.next, "selects the next tool");
     add(buttons.breath, "starts and ends a breath-hold");
     add(buttons.pedal, "is the X-ray pedal");
-    add(buttons.inject, "injects while pressed");
+    add(buttons.inject,
+        training::hasAnaesthesia(course)
+            ? "injects while pressed (local anaesthetic until the incision or the puncture, then contrast "
+              "medium)"
+            : "injects while pressed");
     add(buttons.aspirate, "draws with the syringe");
     add(buttons.snap, "places the tool on the skin while pressed");
     add(buttons.expert, "shows the expert, or no longer");
@@ -269,12 +279,13 @@ void UserCommands::parseLine(std::string_view line, const TickOutput& now, std::
         if (word.act == Act::next) addNext(now, commands);
         if (word.act == Act::snap) snap_ = true;
         if (word.act == Act::expert) expert_ = true;
-        if (word.act == Act::list) say_(describeCommands(exerts_force_));
+        if (word.act == Act::list) say_(describeCommands(exerts_force_, course_));
         return;
     }
     std::string why_not =
         fmt::format("\"{}\" is not a command: type \"help\" for a list", line.substr(0, 40));
-    if (const std::optional<Command> command = withNumber(line, why_not)) return add(*command, commands);
+    if (const std::optional<Command> command = withNumber(line, course_, why_not))
+        return add(*command, commands);
     say_(why_not);
 }
 

@@ -85,13 +85,13 @@ UserButtons LiveDevice::buttons() const {
     return {.rearm = clutched_ || !exertsForce() ? 0u : 1u << 0, .next = 1u << 1, .breath = 1u << 2};
 }
 
-std::string LiveDevice::describeButtons() const {
+std::string LiveDevice::describeButtons(training::Course course) const {
     if (kind_ == kMouse) return "the keys are listed below the pictures";
     if (kind_ == kControllers)
-        return describe(buttons(), kControllerButtons) +
+        return describe(buttons(), kControllerButtons, course) +
                "; with bare hands, pinch thumb and index finger for the trigger, thumb and middle finger for "
                "menu, thumb and ring finger for squeeze";
-    return describe(buttons());
+    return describe(buttons(), {}, course);
 }
 
 std::string LiveDevice::rearmAct() const {

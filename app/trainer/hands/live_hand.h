@@ -43,9 +43,9 @@ class LiveDevice {
     // senses orientation. Call from one thread only.
     void hold(const Pose& held);
     // Button mapping without the clutch button, and without re-arming if the device exerts no force. The
-    // second function returns it as text. Call after aimed().
+    // second function returns it as text for an attempt of this course. Call after aimed().
     UserButtons buttons() const;
-    std::string describeButtons() const;
+    std::string describeButtons(training::Course) const;
     // Describes how the user re-arms. Includes the key, which works with any device. Empty for a device
     // without force, which has nothing to re-arm.
     std::string rearmAct() const;

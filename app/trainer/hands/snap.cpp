@@ -6,6 +6,8 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include "app/trainer/attempt/tool_pose.h"
+#include "app/trainer/hands/controller_hand.h"
+#include "app/trainer/hands/window_port.h"
 
 namespace stylet::trainer {
 
@@ -75,6 +77,14 @@ std::optional<Pose> poseOnSkin(const training::DifficultyRules& rules, const Tic
                               ? tool.rotation
                               : glm::normalize(rotationBetween(out, normal) * tool.rotation);
     return Pose{rotation, *skin_m + above_m * normal};
+}
+
+std::string requestSnap(const Pose& driver_from_tool, ControllerPort* controller, WindowPort& mouse) {
+    if (controller) {
+        controller->snapTo(driver_from_tool);
+        return "";
+    }
+    return mouse.snapTo(driver_from_tool) ? "" : "earlier requests are still waiting: try again in a moment";
 }
 
 bool touchesPatient(const TickOutput& now) noexcept {

@@ -12,12 +12,19 @@
 
 namespace stylet::trainer {
 
+class ControllerPort;
+class WindowPort;
+
 // Pose of the tool in use on the skin that it points at, or on the skin below it; patient frame, at the
 // tick's breath. Finger, probe and scalpel stand upright on the skin. A needle keeps its direction, which is
 // for the trainee to choose. Scalpel and needle stop in front of the skin. Returns nothing if the difficulty
 // forbids it, if the tool is in the body, or if there is no skin; `why_not` is then the reason.
 std::optional<Pose> poseOnSkin(const training::DifficultyRules&, const haptics::TickOutput&,
                                const patient::Patient&, const haptics::TouchMap&, std::string& why_not);
+
+// Session thread. Has the device move the tool to this pose, in the driver's frame. The device is the
+// controller, or the mouse if `controller` is null. Returns why it cannot; empty if it can.
+std::string requestSnap(const Pose& driver_from_tool, ControllerPort* controller, WindowPort& mouse);
 
 // True while a tool touches the patient or lies in the body.
 bool touchesPatient(const haptics::TickOutput&) noexcept;

@@ -60,7 +60,7 @@ class WindowPort {
 
     // Session thread. Has the device move the tool to this pose (snap.h), in the driver's frame. Returns
     // false if the ring is full.
-    bool snapTo(const Pose& device_from_tool) noexcept { return snaps_.push(device_from_tool); }
+    [[nodiscard]] bool snapTo(const Pose& device_from_tool) noexcept { return snaps_.push(device_from_tool); }
 
     // Player's thread.
     void publish(const Playback& playback) noexcept { playback_.publish(playback); }

@@ -95,7 +95,8 @@ void ForceFeed::sendUserCommands(Session& session, const haptics::TickOutput& no
     if (changes_at_ && now.tick > *changes_at_ + kLost_ticks) changes_at_.reset();
     if (changes_at_ || !waiting_.empty()) return;
     const training::Progress& progress = session.log().progress;
-    user_->setNumbing(progress.course == training::Course::drainage && !progress.success &&
+    user_->setCourse(progress.course);
+    user_->setNumbing(training::hasAnaesthesia(progress.course) && !progress.success &&
                       !training::contains(progress.steps_done, training::Step::incise));
     for (const Command& asked : user_->update(user_->hasLine() ? "" : std::exchange(typed_, {}),
                                               session.popPressed(), now, session.buttonsDown())) {

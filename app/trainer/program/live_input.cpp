@@ -102,12 +102,7 @@ std::string snapToSkin(const Live& live, const Attempt& attempt, const training:
     std::optional<Pose> pose = poseOnSkin(rules, now, attempt.patient, *attempt.touchMap(), why_not);
     if (!pose) return why_not;
     pose->position_m += now.patient_moved_m;
-    const Pose driver_from_tool = live.patient_from_driver->inverse() * *pose;
-    if (live.port)
-        live.port->snapTo(driver_from_tool);
-    else
-        live.window->snapTo(driver_from_tool);
-    return "";
+    return requestSnap(live.patient_from_driver->inverse() * *pose, live.port.get(), *live.window);
 }
 
 }  // namespace stylet::trainer

@@ -385,7 +385,8 @@ LoopTotals runLive(AttemptRun& run, RealTimeOptions options) {
     const UserButtons buttons = live.device->buttons();
     printMessage(fmt::format("you control the {}; type \"help\" and press Enter for a list of commands; {}{}",
                              enumName(haptics::kToolNames, run.attempt->simulation.tools.first),
-                             live.device->describeButtons(), seconds ? "" : "; press Ctrl-C to end"));
+                             live.device->describeButtons(run.task->scenario.course),
+                             seconds ? "" : "; press Ctrl-C to end"));
     LiveHand hand{*live.aimed,
                   [&](double elapsed_s) {
                       live.device->reportStateChanges();

@@ -280,6 +280,7 @@ bool WindowContent::readPictures() {
         state_known_ = camera_stale_ = metrics_pane_.stale = slices_pane_.stale = true;
         const FrameState& seen = channels_->state.front().seen;
         keys_.setState(seen.paused, seen.lights_out, seen.difficulty);
+        keys_.setCourse(seen.progress.course);
         if (seen.difficulty) help(*seen.difficulty);
         updateHints(seen);
     }
@@ -474,6 +475,9 @@ bool WindowContent::drawChrome() {
     for (const Pane& pane : layout_.panes)
         key +=
             makeCaption(pane.shows) + (shown_[pictureId(pane.shows)].width > 0 ? "+" : emptyText(pane.shows));
+    for (const std::vector<WindowKeys::Help>& row : keys_.rows(rules_))
+        for (const WindowKeys::Help& help : row)
+            key += help.key;
     key += keys_.state() + playbackText() + (alert_ ? alertWord(*alert_) : "");
     if (key == chrome_key_) return false;
     chrome_key_ = key;

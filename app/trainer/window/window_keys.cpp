@@ -65,12 +65,13 @@ void WindowKeys::press(const KeyPress& press) {
     if (press.key == 't' && port_->hasToolInput()) port_->pushLine("skin");
     if (press.key == 'x') port_->pushLine((pedal_ = !pedal_) ? "pedal" : "release");
     // Either syringe's key stops the one that flows.
-    if (press.key == 'i' || press.key == 'm')
+    if (press.key == 'i' || (press.key == 'm' && isOffered('m')))
         port_->pushLine((flows_ = !flows_) ? (press.key == 'i' ? "inject" : "numb") : "stop");
 }
 
-// There is nothing to re-arm without a haptic device.
+// There is nothing to re-arm without a haptic device, and nothing to numb in a puncture.
 bool WindowKeys::isOffered(char key) const {
+    if (key == 'm') return training::hasAnaesthesia(course_);
     return key != kKeyEnter || port_->offersRearm();
 }
 
@@ -153,7 +154,8 @@ std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows(const training::Diff
     std::vector<Help> tools;
     for (const KeyWord& key : kWordKeys)
         if (isOffered(key.key)) tools.push_back({key.name, key.what});
-    tools.push_back({"X", "X-rays"}), tools.push_back({"I", "inject"}), tools.push_back({"M", "numb"});
+    tools.push_back({"X", "X-rays"}), tools.push_back({"I", "inject"});
+    if (isOffered('m')) tools.push_back({"M", "numb"});
     if (rules.expert) tools.push_back({"O", "watch the expert"});
     if (port_->hasToolInput()) {
         rows.push_back({{"drag, arrows", "move"},

@@ -10,6 +10,7 @@
 #include "app/trainer/hands/window_port.h"
 #include "app/trainer/window/app_window.h"
 #include "app/training/difficulty.h"
+#include "app/training/progress.h"
 
 namespace stylet::trainer {
 
@@ -21,6 +22,8 @@ class WindowKeys {
     void press(const KeyPress&);
     // Sets the state that the loops report. Inputs other than this window may have changed it.
     void setState(bool paused, bool lights_out, std::optional<training::Difficulty>);
+    // Of the attempt; without this call, Course::puncture.
+    void setCourse(training::Course course) { course_ = course; }
     // True while the user types a comment or a command. All keys then belong to that text.
     bool isTyping() const { return typing_; }
     // True while the view is frozen. The attempt continues.
@@ -29,7 +32,7 @@ class WindowKeys {
     struct Help {
         std::string key, what;
     };
-    // Rows of the key help, with the keys that the difficulty allows; empty without a port.
+    // Rows of the key help, with the keys that difficulty and course allow; empty without a port.
     std::vector<std::vector<Help>> rows(const training::DifficultyRules&) const;
     // Status text: the typed text, or that the attempt is paused or the view frozen. Empty if there is
     // nothing to report.
@@ -44,6 +47,7 @@ class WindowKeys {
 
     bool typing_ = false, frozen_ = false, paused_ = false, dark_ = false;
     training::Difficulty difficulty_ = training::Difficulty::practice;
+    training::Course course_ = training::Course::puncture;
     // This many of the next pictures may have been drawn before the last key press took effect, so their
     // state is ignored.
     int older_ = 0;

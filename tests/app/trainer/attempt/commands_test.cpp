@@ -80,6 +80,7 @@ TEST_F(UserCommandsTest, UnknownCommandsAreReportedAndIgnored) {
 }
 
 TEST_F(UserCommandsTest, EquipmentCommandsNeedANumber) {
+    user.setCourse(training::Course::drainage);
     EXPECT_THAT(
         typed("pedal\nrelease\nstop\n"),
         ElementsAre(Asks(CommandKind::pedal, 1), Asks(CommandKind::pedal, 0), Asks(CommandKind::inject, 0)));
@@ -110,6 +111,24 @@ TEST_F(UserCommandsTest, EquipmentCommandsNeedANumber) {
     EXPECT_THAT(said[0], HasSubstr("from 0 to 20"));
     EXPECT_THAT(said[5], HasSubstr("from -90 to 90"));
     EXPECT_THAT(said[7], HasSubstr("is not a command"));
+}
+
+// A puncture has no local anaesthesia.
+TEST_F(UserCommandsTest, NumbIsACommandOfADrainageOnly) {
+    EXPECT_THAT(typed("numb\nnumb 0.5\nhelp\n"), IsEmpty());
+    ASSERT_EQ(said.size(), 3u);
+    EXPECT_THAT(said[0], HasSubstr("part of a drainage"));
+    EXPECT_THAT(said[1], HasSubstr("part of a drainage"));
+    EXPECT_THAT(said[2], testing::Not(HasSubstr("numb")));
+    EXPECT_THAT(said[2], testing::Not(HasSubstr("anaesthetic")));
+    said.clear();
+    user.setCourse(training::Course::drainage);
+    EXPECT_THAT(typed("numb\nhelp\n"), ElementsAre(Asks(CommandKind::anaesthetic, 1000)));
+    ASSERT_EQ(said.size(), 1u);
+    EXPECT_THAT(said[0], HasSubstr("  numb N "));
+    const UserButtons buttons{.inject = 1};
+    EXPECT_THAT(describe(buttons), testing::Not(HasSubstr("anaesthetic")));
+    EXPECT_THAT(describe(buttons, {}, training::Course::drainage), HasSubstr("local anaesthetic until"));
 }
 
 TEST_F(UserCommandsTest, HelpNamesEveryTool) {

@@ -191,12 +191,34 @@ TEST_F(Snap, IsDeterministic) {
             driver.exchange(Vec3(0.0), input.device, why);
             haptics::NeedleEvents events;
             simulation.step(input, now, events);
-            if (tick == 200) port.snapTo(snap(now).value());
+            if (tick == 200) EXPECT_TRUE(port.snapTo(snap(now).value()));
             if (tick == 900) port.move({.deeper_m = 0.004});
         }
         return now.state_hash;
     };
     EXPECT_EQ(hash(), hash());
+}
+
+// A mouse whose thread hangs takes no more requests, and the user is told so.
+TEST(RequestSnap, SaysThatTheRingIsFull) {
+    WindowPort mouse;
+    std::string why_not;
+    int accepted = 0;
+    while (accepted < 100 && (why_not = requestSnap({}, nullptr, mouse)).empty())
+        ++accepted;
+    EXPECT_GT(accepted, 0);
+    EXPECT_LT(accepted, 100);
+    EXPECT_NE(why_not.find("still waiting"), std::string::npos) << why_not;
+    Pose popped;
+    ASSERT_TRUE(mouse.popSnap(popped));
+    EXPECT_EQ(requestSnap({}, nullptr, mouse), "");
+    // Of a controller's requests the newest counts.
+    ControllerPort controller;
+    for (int i = 0; i < 100; ++i)
+        EXPECT_EQ(requestSnap({{1.0, 0.0, 0.0, 0.0}, {0.01 * i, 0.0, 0.0}}, &controller, mouse), "");
+    const std::optional<Pose> newest = controller.popSnap();
+    ASSERT_TRUE(newest);
+    EXPECT_DOUBLE_EQ(newest->position_m.x, 0.99);
 }
 
 // A hand with a controller, 10 cm from the skin.

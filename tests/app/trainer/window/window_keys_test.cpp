@@ -83,9 +83,30 @@ TEST(WindowKeys, InjectionKeysStartAndStop) {
     const auto port = std::make_shared<WindowPort>();
     port->enableCommands();
     WindowKeys keys(port);
+    keys.setCourse(training::Course::drainage);
     for (const char which : {'m', 'm', 'm', 'i', 'i', 'i', 'm', 'm'})
         keys.press(key(which));
     EXPECT_EQ(port->typed(), "numb\nstop\nnumb\nstop\ninject\nstop\nnumb\nstop\n");
+}
+
+// A puncture has no local anaesthesia: neither the key nor its help exist.
+TEST(WindowKeys, MNumbsOnlyInADrainage) {
+    for (const training::Course course : {training::Course::puncture, training::Course::drainage}) {
+        const bool drainage = course == training::Course::drainage;
+        const auto port = std::make_shared<WindowPort>();
+        port->enableToolInput();
+        WindowKeys keys(port);
+        keys.setCourse(course);
+        keys.press(key('m'));
+        EXPECT_EQ(port->typed(), drainage ? "numb\n" : "");
+        keys.press(key('i'));
+        EXPECT_EQ(port->typed(), drainage ? "stop\n" : "inject\n");
+        int helps = 0;
+        for (const auto& row : keys.rows(test::difficulties()[Difficulty::guided]))
+            for (const WindowKeys::Help& help : row)
+                helps += help.key == "M" || help.what.find("numb") != std::string::npos;
+        EXPECT_EQ(helps, drainage ? 1 : 0);
+    }
 }
 
 TEST(WindowKeys, F1EntersACommandAndF9AComment) {

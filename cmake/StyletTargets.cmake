@@ -97,15 +97,16 @@ function(stylet_program name)
     endif()
 endfunction()
 
-# stylet_test(name SOURCES ... LINK ... TIMEOUT seconds LABELS ... REAL_TIME ALL_REAL_TIME ONE_THREAD): a GoogleTest
-# program of tests/<module>.
+# stylet_test(name SOURCES ... LINK ... TIMEOUT seconds LABELS ... REAL_TIME ALL_REAL_TIME ONE_THREAD
+# ONE_THREAD_TESTS ...): a GoogleTest program of tests/<module>.
 # One ctest entry per program: most tests are short, and a process for each would take longer than the test itself.
 # Programs with the longest timeout start first, so that none runs alone at the end.
 # REAL_TIME: some of its suites are named *RealTime. They need the wall clock, so they have a separate entry
 # NAME_real_time, which `packaging/test --stutter` repeats. ALL_REAL_TIME: all its suites need it.
 # ONE_THREAD: left out under ThreadSanitizer. Its only threads are parallel loops, whose results other tests compare.
+# ONE_THREAD_TESTS: patterns of tests to which the same applies, in a program that has other tests too.
 function(stylet_test name)
-    cmake_parse_arguments(ARG "REAL_TIME;ALL_REAL_TIME;ONE_THREAD" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+    cmake_parse_arguments(ARG "REAL_TIME;ALL_REAL_TIME;ONE_THREAD" "TIMEOUT" "SOURCES;LINK;LABELS;ONE_THREAD_TESTS" ${ARGN})
     if(ARG_ONE_THREAD AND STYLET_SANITIZE MATCHES thread)
         return()
     endif()
@@ -120,21 +121,30 @@ function(stylet_test name)
     if(NOT ARG_TIMEOUT)
         set(ARG_TIMEOUT 300)
     endif()
+    set(left_out "")  # of the entry NAME
+    if(ARG_REAL_TIME)
+        list(APPEND left_out "*RealTime.*")
+    endif()
+    if(STYLET_SANITIZE MATCHES thread)
+        list(APPEND left_out ${ARG_ONE_THREAD_TESTS})
+    endif()
+    set(filter "")
+    if(left_out)
+        list(JOIN left_out ":" left_out)
+        set(filter "--gtest_filter=-${left_out}")
+    endif()
+    add_test(NAME ${name} COMMAND ${name} ${filter})
     set(entries ${name})
     set(real_time "")
     if(ARG_ALL_REAL_TIME)
-        add_test(NAME ${name} COMMAND ${name})
         set(real_time ${name})
     elseif(ARG_REAL_TIME)
-        add_test(NAME ${name} COMMAND ${name} --gtest_filter=-*RealTime.*)
         add_test(NAME ${name}_real_time COMMAND ${name} --gtest_filter=*RealTime.*)
         if(NOT STYLET_SANITIZE)  # fail if no suite matches, for example after a rename
             set_tests_properties(${name}_real_time PROPERTIES FAIL_REGULAR_EXPRESSION "Running 0 tests")
         endif()
         set(real_time ${name}_real_time)
         list(APPEND entries ${real_time})
-    else()
-        add_test(NAME ${name} COMMAND ${name})
     endif()
     set_tests_properties(${entries} PROPERTIES TIMEOUT ${ARG_TIMEOUT} COST ${ARG_TIMEOUT} LABELS "${ARG_LABELS}"
         ENVIRONMENT "STYLET_ASSETS=${CMAKE_SOURCE_DIR}/assets;STYLET_BIN=${CMAKE_RUNTIME_OUTPUT_DIRECTORY};${STYLET_SANITIZER_ENVIRONMENT}")

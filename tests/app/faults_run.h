@@ -62,6 +62,9 @@ class FaultsRun : public testing::Test {
   protected:
     static void SetUpTestSuite() {
         box_ = new test::TempFolder;
+        std::ofstream(in("quick.toml"))
+            << test::readText(std::filesystem::path(STYLET_SOURCE_DIR) / "tests/scenarios/short.toml")
+            << "\n[breath]\nperiod_s = 1.0\n";  // the breath-hold begins sooner
         ASSERT_EQ(run(kAttempt + "--trainee T-1 --difficulty practice"), 0) << err_;
         ASSERT_EQ(run(kAttempt + "--out ref"), 0) << err_;
         hash_ = hashIn("ref");
@@ -173,7 +176,7 @@ class FaultsRun : public testing::Test {
     }
     static std::string full() { return "trap '' XFSZ; ulimit -f 60;"; }  // limits each file to 60 blocks
 
-    static inline const std::string kAttempt = "stylet run --fast --spacing-mm 5 --scenario demo ";
+    static inline const std::string kAttempt = "stylet run --fast --spacing-mm 5 --scenario quick.toml ";
     static inline test::TempFolder* box_ = nullptr;
     static inline std::string variables_, within_, hash_, said_, err_;
     static inline bool locked_ = false;  // the folder "only" is read-only

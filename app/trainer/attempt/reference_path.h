@@ -7,6 +7,7 @@
 
 #include "app/trainer/stores/start.h"
 #include "app/training/progress.h"
+#include "patient/contrast/duct_space.h"
 #include "patient/planning/planning.h"
 
 namespace stylet::trainer {

@@ -2,6 +2,7 @@
 // used for path planning and punctures.
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -9,9 +10,12 @@
 #include "app/modeller/image/voxel_tools.h"
 #include "app/modeller/import/import.h"
 #include "app/report/palpation.h"
+#include "app/trainer/stores/patient_source.h"
 #include "patient/patient.h"
 #include "tests/app/modeller/outside.h"
+#include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/command.h"
+#include "tests/app/trainer/scripted_attempt.h"
 #include "tests/patient/blood_facts.h"
 #include "tests/support/temp_folder.h"
 
@@ -83,7 +87,7 @@ class ImportReal : public testing::Test {
         s.reader.program = fs::path(std::getenv("STYLET_BIN")) / "stylet-image-reader";
         imported_ = new ImportResult(importPatient(s));
         command_ = new test::Command;
-        patient::savePackage(imported_->package, *command_ / "patient");
+        patient::savePackage(imported_->package, packageFolder());
     }
     static void TearDownTestSuite() {
         delete command_;
@@ -93,10 +97,15 @@ class ImportReal : public testing::Test {
         if (!skip_reason_.empty()) GTEST_SKIP() << skip_reason_;
         ASSERT_NE(imported_, nullptr);
     }
-    // Runs the demo on this patient as a user does.
-    static test::Outcome demo(const std::string& options) {
-        return command_->run("run --headless --fast --scenario demo --patient '" +
-                             (*command_ / "patient").string() + "' " + options);
+    static fs::path packageFolder() { return *command_ / "patient"; }
+    // The package as the trainer opens it.
+    static const patient::Package& opened() {
+        static const patient::Package package = patient::loadPackage(packageFolder());
+        return package;
+    }
+    // Planned once, by the first test or program that needs them.
+    static std::vector<patient::PlannedPath> paths() {
+        return trainer::goodPaths(patient::Patient(opened()), packageFolder(), {});
     }
 
     static inline std::string skip_reason_;
@@ -138,23 +147,25 @@ TEST_F(ImportReal, CavitySlidesWithoutGapOrFold) {
 // The trainees rank from the expert to the reckless one, as on the reference patients
 // (tests/app/trainer/attempt/trainees_test.cpp).
 TEST_F(ImportReal, SimulatedTraineesRankInOrder) {
+    const patient::Patient patient(opened());
+    const haptics::TouchMap touch = haptics::makeTouchMap(patient);
+    const patient::PlannedPath path = paths().front();
     double last = 101.0;
     for (const std::string name : {"procedure", "trainee-good", "trainee-hesitant", "trainee-sloppy",
                                    "trainee-careless", "trainee-reckless"}) {
         SCOPED_TRACE(name);
-        const test::Outcome outcome = command_->run("run --headless --fast --scenario " + name +
-                                                    " --patient '" + (*command_ / "patient").string() + "'");
-        ASSERT_EQ(outcome.status, 0) << outcome.err;
-        const double total = outcome.summary.at("score").at("total").get<double>();
-        EXPECT_LT(total, last);
-        last = total;
+        const trainer::Scenario scenario =
+            trainer::loadScenario(test::assets() / "scenarios" / (name + ".toml"));
+        const trainer::SessionLog log = test::playScripted(patient, touch, path, scenario, 1);
+        EXPECT_LT(log.score.total, last);
+        last = log.score.total;
         if (name == "procedure") {
-            EXPECT_GT(total, 85.0);
+            EXPECT_GT(log.score.total, 85.0);
             // The script may slide past a rib without feeling it.
-            EXPECT_GE(outcome.summary.at("steps").at("done").size(), 5u);
+            EXPECT_GE(std::popcount(log.progress.steps_done), 5);
         }
         if (name == "trainee-reckless") {
-            EXPECT_LT(total, 40.0);
+            EXPECT_LT(log.score.total, 40.0);
         }
     }
 }
@@ -206,34 +217,33 @@ TEST_F(ImportReal, FasciaEnclosesLiverAndDucts) {
 }
 
 TEST_F(ImportReal, PlannerFindsPathsInEndExhale) {
-    const patient::Patient patient(imported_->package);
-    const patient::PlanResult plan = patient::planPaths(patient, {});
     std::size_t good = 0;
-    for (const patient::PlannedPath& p : plan.paths)
+    for (const patient::PlannedPath& p : paths())
         good += p.quality >= 0.4;
     EXPECT_GE(good, 20u);
 }
 
+// Runs the demo on this patient as a user does. With a GPU it also draws the pictures of the capture points.
 TEST_F(ImportReal, DemoHitsADuct) {
-    const test::Outcome outcome = demo("");
+#ifdef STYLET_GPU
+    const std::string pictures = " --fps 0.01";  // only the pictures of the capture points
+#else
+    const std::string pictures;
+#endif
+    const test::Outcome outcome = command_->run("run --headless --fast --scenario demo --patient '" +
+                                                packageFolder().string() + "'" + pictures);
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_TRUE(outcome.summary.at("target_hit").get<bool>()) << outcome.out;
     EXPECT_EQ(outcome.summary.at("haptics").at("faults"), 0);
-}
-
 #ifdef STYLET_GPU
-TEST_F(ImportReal, DemoWritesPicturesOfEveryCapturePoint) {
-    const test::Outcome outcome = demo("--fps 0.01");  // only the pictures of the capture points
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_TRUE(outcome.summary.at("target_hit").get<bool>()) << outcome.out;
     for (const std::string moment : {"approach", "skin", "fascia", "liver", "duct"})
         for (const char* eye : {"_left.png", "_right.png"}) {
             const fs::path file = command_->out() / (moment + eye);
             ASSERT_TRUE(fs::exists(file)) << file;
             EXPECT_GT(fs::file_size(file), 20000u) << file;  // an empty picture is far smaller
         }
-}
 #endif
+}
 
 }  // namespace
 }  // namespace stylet::modeller

@@ -175,8 +175,8 @@ void addPlanning(Page& page, const ReportedStudy& study) {
                    numberText(asked.min_quality) + " or better.");
     page.paragraph(
         "In addition to the paper, C1 also blocks a path that does not run between two ribs, crosses the "
-        "skin twice, leaves the hand no room above the table, or passes a risk structure with hardly any "
-        "clearance. Within " +
+        "skin twice, leaves the hand no room above the table, passes a risk structure with hardly any "
+        "clearance, or comes closer to it than its border is certain. Within " +
         numberText(kMm * asked.near_target_m) +
         " mm of the duct's wall, where a vessel runs beside every duct, vessels count for C1 but not for "
         "C3.");

@@ -49,5 +49,25 @@ TEST(CheckCommand, ReportsImplausiblePatients) {
     EXPECT_THAT(damaged.err, testing::HasSubstr("labels.nii.gz"));
 }
 
+// A reference patient outside the ranges of its kind: each finding is printed and stored, and the exit status
+// is the stored verdict.
+// HZ-TEACH-22
+TEST(CheckCommand, PrintsWhatItStores) {
+    const test::TempFolder temp;
+    Package p = test::referencePatient(1, 0.003);
+    for (std::size_t i = 0; i < p.labels.voxels.size(); ++i)
+        if (p.labels.voxels[i] == std::uint8_t(Id::ducts))
+            p.ct.voxels[i] = std::int16_t(p.ct.voxels[i] + 100);
+    patient::savePackage(p, temp / "patient");
+    const test::ModelRun run = check(temp / "patient");
+    const std::optional<patient::CheckVerdict> verdict = patient::loadVerdict(temp / "patient");
+    ASSERT_TRUE(verdict) << run.err;
+    EXPECT_EQ(run.status, verdict->refused ? 1 : 0) << run.out;
+    EXPECT_THAT(run.out, testing::Not(testing::HasSubstr("FAIL")));
+    for (const std::string& finding : verdict->findings)
+        EXPECT_THAT(run.out, testing::HasSubstr(finding + "\n"));
+    EXPECT_THAT(verdict->findings, testing::Contains(testing::StartsWith("look     mean of bile ducts: ")));
+}
+
 }  // namespace
 }  // namespace stylet::modeller

@@ -8,7 +8,6 @@
 
 #include "app/installation.h"
 #include "app/trainer/session/session.h"
-#include "app/trainer/stores/console.h"
 #include "haptics/devices/replay.h"
 
 namespace stylet::trainer {
@@ -53,15 +52,37 @@ Demonstration::Demonstration(const patient::Patient& patient, const patient::Pla
         session.update(input, now, events);
         const Step step = session.log().progress.step;
         if (step == Step::done) break;
+        if (tick % every != 0) continue;
         // Wire, dilator and drain follow their track, not the hand's pose.
-        if (tick % every != 0 || haptics::isAccessTool(now.tool)) continue;
+        if (haptics::isAccessTool(now.tool)) {
+            steps_on_track_ |= 1u << unsigned(step);
+            continue;
+        }
         const Pose pose = shownPose(now);
         samples_[std::size_t(step)].push_back(
             {now.tool, pose, patient::referenceFromDeformed(*motion_, now.breath, pose.position_m)});
     }
     // On a few paths the script does not succeed in a step, and what follows was recorded as that step.
+    steps_done_ = session.log().progress.steps_done;
     for (std::size_t step = 0; step < samples_.size(); ++step)
-        if ((session.log().progress.steps_done & 1u << step) == 0) samples_[step].clear();
+        if (!training::contains(steps_done_, Step(step))) samples_[step].clear();
+}
+
+std::string Demonstration::describeMissing(Step step) const {
+    if (step == Step::done) return "the expert has nothing more to show: all steps are done";
+    const std::string_view name = training::stepName(step);
+    if (!training::contains(steps_done_, step))
+        return fmt::format("the expert cannot show \"{}\": the script does not complete it on this path",
+                           name);
+    if (training::contains(steps_on_track_, step))
+        return fmt::format(
+            "the expert's wire, dilator and drain are not shown in \"{}\": they follow the track, not the "
+            "hand",
+            name);
+    if (samples_[std::size_t(step)].empty())
+        return fmt::format("the expert cannot show \"{}\": the script completes it within another step",
+                           name);
+    return "";
 }
 
 double Demonstration::length_s(Step step) const {
@@ -83,10 +104,10 @@ std::string ExpertBeside::toggle(const training::DifficultyRules& rules) {
     if (!rules.expert) return "the expert is shown in guided attempts only";
     shown_ = !shown_;
     if (!shown_) return "the expert is no longer shown";
-    step_ = Step::done;
-    if (made_ || future_.valid()) return "the expert does this step beside you";
+    step_.reset();
+    if (made_ || future_.valid()) return "the expert does each step beside you";
     future_ = std::async(std::launch::async, make_);
-    return "the expert does this step beside you, in a moment";
+    return "the expert does each step beside you, in a moment";
 }
 
 void ExpertBeside::addTo(FrameState& seen, const training::DifficultyRules& rules, double tick_s) {
@@ -95,12 +116,18 @@ void ExpertBeside::addTo(FrameState& seen, const training::DifficultyRules& rule
     if (future_.valid() && future_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) try {
             made_.emplace(future_.get());
         } catch (const std::exception& e) {
-            printMessage(fmt::format("the expert cannot be shown: {}", e.what()));
+            say_(fmt::format("the expert cannot be shown: {}", e.what()));
             shown_ = false;
         }
     if (!made_) return;
-    if (seen.progress.step != step_) step_ = seen.progress.step, since_tick_ = seen.tick.tick;
-    seen.ghost_tool = made_->at(step_, tick_s * double(seen.tick.tick - since_tick_), seen.tick.breath);
+    if (step_ != seen.progress.step) {
+        step_ = seen.progress.step, since_tick_ = seen.tick.tick;
+        missing_ = made_->describeMissing(*step_);
+        if (!missing_.empty()) say_(missing_);
+    }
+    const double since_s = tick_s * double(seen.tick.tick - since_tick_);
+    seen.ghost_tool = made_->at(*step_, since_s, seen.tick.breath);
+    if (since_s < kNoteShown_s) seen.expert_note = missing_;
     if (seen.ghost_tool) seen.ghost_tool->length_m = seen.needle.length_m;
 }
 

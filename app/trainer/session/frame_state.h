@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "app/trainer/session/force_comparison.h"
@@ -51,6 +52,7 @@ struct FrameState {
     Glow glow{};
     Insertion insertion{};                  // tissues that the needle has passed in this insertion
     std::optional<GhostTool> ghost_tool{};  // beside the user's tool
+    std::string expert_note{};              // what the expert beside cannot show, and why; a moment ago
     ForceComparisonReading truth{};
     std::optional<training::Difficulty> difficulty{};  // current difficulty, if known
     std::optional<training::Drawn> drawn{};            // by the syringe, a moment ago

@@ -19,6 +19,11 @@ std::string textOf(std::uint32_t bits) {
     return "";
 }
 
+std::string capitalised(std::string text) {
+    if (!text.empty()) text.front() = char(std::toupper(static_cast<unsigned char>(text.front())));
+    return text;
+}
+
 }  // namespace
 
 std::vector<std::string> wrapped(report::Canvas& canvas, const std::string& text,
@@ -58,11 +63,11 @@ std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, co
     if (seen.rest_due && (rearm_act.empty() || !off))
         return Notice{"Time for a rest",
                       {"You have practised for a long time: rest your eyes and hand for a few minutes."}};
-    if (seen.drawn && (rearm_act.empty() || !off)) {
-        std::string drawn(enumName(training::kDrawnNames, *seen.drawn));
-        drawn.front() = char(std::toupper(static_cast<unsigned char>(drawn.front())));
-        return Notice{"Syringe", {drawn + " comes."}};
-    }
+    if (seen.drawn && (rearm_act.empty() || !off))
+        return Notice{"Syringe",
+                      {capitalised(std::string(enumName(training::kDrawnNames, *seen.drawn))) + " comes."}};
+    if (!seen.expert_note.empty() && (rearm_act.empty() || !off))
+        return Notice{"Expert", {capitalised(seen.expert_note) + "."}};
     const bool stalled = seen.picture_stall_s > 0.0;
     const std::string stall =
         "The picture had stopped for " + std::to_string(std::lround(seen.picture_stall_s)) + " s";
@@ -72,8 +77,7 @@ std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, co
     }
     // Without a picture the force is removed as if the headset were off.
     const bool by_stall = stalled && (seen.tick.faults & haptics::kFaultNotFocused) != 0;
-    std::string why = by_stall ? stall : textOf(seen.tick.faults);
-    if (!why.empty()) why.front() = char(std::toupper(static_cast<unsigned char>(why.front())));
+    const std::string why = capitalised(by_stall ? stall : textOf(seen.tick.faults));
     return Notice{"The force is off", {why + ".", "To resume: " + rearm_act + "."}};
 }
 

@@ -1,5 +1,5 @@
-// Notices shown to the trainee: the attempt is paused, the force is off, the picture had stopped, or a rest
-// is due. Frame thread.
+// Notices shown to the trainee: the attempt is paused, the force is off, the picture had stopped, a rest is
+// due, what the syringe drew, or what the expert cannot show. Frame thread.
 #pragma once
 
 #include <cstdint>

@@ -60,8 +60,29 @@ TEST_F(DemonstrationTest, EveryStepOfThePunctureIsShownWithItsTools) {
     EXPECT_TRUE(shows(Step::guide, Tool::needle));
     EXPECT_TRUE(shows(Step::advance, Tool::needle));
     EXPECT_GT(shown_->length_s(Step::contrast), 0.0);
+    for (const Step step :
+         {Step::findGap, Step::findDuct, Step::incise, Step::guide, Step::advance, Step::contrast})
+        EXPECT_EQ(shown_->describeMissing(step), "");
     for (const Step step : {Step::wire, Step::drain, Step::done})  // steps of another course
         EXPECT_FALSE(at(step, 0.0));
+}
+
+// Wire, dilator and drain have no ghost. On some paths the script does not succeed in a step.
+TEST_F(DemonstrationTest, NoStepOfADrainageIsMissingWithoutAReason) {
+    const patient::PlannedPath path =
+        pathForWire(patient::makeDuctSpace(*patient_), patient::planPaths(*patient_, {}).paths);
+    const Demonstration drainage(*patient_, path, training::Course::drainage,
+                                 [](const patient::Patient& p) { return haptics::makeTouchMap(p); });
+    for (int s = 0; s < training::kStepCount; ++s) {
+        const Step step = Step(s);
+        const std::string missing = drainage.describeMissing(step);
+        if (missing.empty())
+            EXPECT_TRUE(drainage.at(step, 0.0, {})) << stepName(step);
+        else
+            EXPECT_NE(missing.find(stepName(step)), std::string::npos) << missing;
+    }
+    for (const Step step : {Step::wire, Step::dilate, Step::drain, Step::done})
+        EXPECT_NE(drainage.describeMissing(step), "") << stepName(step);
 }
 
 // In each step the tool that does it reaches its place: the entry, or the duct.
@@ -119,7 +140,8 @@ class BesideTest : public DemonstrationTest {
         }
         return seen;
     }
-    ExpertBeside beside_{[] { return make(); }};
+    std::vector<std::string> said_;
+    ExpertBeside beside_{[] { return make(); }, [this](const std::string& text) { said_.push_back(text); }};
 };
 
 TEST_F(BesideTest, IsShownWhenWantedAndBeginsWithEachStep) {
@@ -145,6 +167,40 @@ TEST_F(BesideTest, IsShownWhenWantedAndBeginsWithEachStep) {
     EXPECT_FALSE(ended.ghost_tool);
 }
 
+// The script of a puncture passes no wire.
+TEST_F(BesideTest, SaysOnceWhatItCannotShowAndWhy) {
+    const auto shown = [&](std::uint64_t tick, Step step) {
+        FrameState seen = seenAt(tick, step);
+        beside_.addTo(seen, test::difficulties()[Difficulty::guided], 0.001);
+        return seen;
+    };
+    beside_.toggle(test::difficulties()[Difficulty::guided]);
+    const FrameState begun = shownAt(1000, Difficulty::guided);
+    ASSERT_TRUE(begun.ghost_tool);
+    EXPECT_EQ(begun.expert_note, "");
+    EXPECT_TRUE(said_.empty());
+    const FrameState wire = shown(2000, Step::wire);
+    EXPECT_FALSE(wire.ghost_tool);
+    ASSERT_EQ(said_.size(), 1u);
+    EXPECT_EQ(
+        said_[0],
+        "the expert cannot show \"pass the wire down the duct\": the script does not complete it on this "
+        "path");
+    EXPECT_EQ(wire.expert_note, said_[0]);
+    EXPECT_EQ(shown(2000 + std::uint64_t(1e3 * ExpertBeside::kNoteShown_s), Step::wire).expert_note, "");
+    EXPECT_EQ(said_.size(), 1u);
+    const FrameState next = shown(20'000, Step::findDuct);
+    EXPECT_TRUE(next.ghost_tool);
+    EXPECT_EQ(next.expert_note, "");
+    EXPECT_EQ(said_.size(), 1u);
+    // Asked for again, it says it again; also when no step is left.
+    for (int i = 0; i < 2; ++i)
+        beside_.toggle(test::difficulties()[Difficulty::guided]);
+    shown(21'000, Step::wire), shown(22'000, Step::done);
+    ASSERT_EQ(said_.size(), 3u);
+    EXPECT_NE(said_[2].find("all steps are done"), std::string::npos);
+}
+
 TEST_F(BesideTest, IsRefusedUnlessGuidedAndEndsWhenAnExamBegins) {
     for (const Difficulty difficulty : {Difficulty::practice, Difficulty::exam}) {
         EXPECT_NE(beside_.toggle(test::difficulties()[difficulty]).find("guided attempts only"),
@@ -164,14 +220,17 @@ TEST_F(BesideTest, IsRefusedUnlessGuidedAndEndsWhenAnExamBegins) {
 }
 
 TEST(Beside, AFailureEndsItAndNotTheAttempt) {
-    ExpertBeside beside([]() -> Demonstration { throw std::runtime_error("no scenario"); });
+    std::vector<std::string> said;
+    ExpertBeside beside([]() -> Demonstration { throw std::runtime_error("no scenario"); },
+                        [&](const std::string& text) { said.push_back(text); });
     beside.toggle(test::difficulties()[Difficulty::guided]);
     FrameState seen;
-    for (int tries = 0; tries < 200; ++tries) {
+    for (int tries = 0; tries < 5000 && said.empty(); ++tries) {
         beside.addTo(seen, test::difficulties()[Difficulty::guided], 0.001);
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     EXPECT_FALSE(seen.ghost_tool);
+    EXPECT_EQ(said, std::vector<std::string>{"the expert cannot be shown: no scenario"});
 }
 
 }  // namespace

@@ -127,6 +127,7 @@ void addExpert(const Scene& scene, std::vector<Capture>& captures) {
             FrameState state = one.seen;
             state.ghost_tool =
                 expert.at(training::Step(s), 0.6 * expert.length_s(training::Step(s)), state.tick.breath);
+            state.expert_note = expert.describeMissing(training::Step(s));
             if (state.ghost_tool) state.ghost_tool->length_m = state.needle.length_m;
             captures.push_back({fmt::format("expert-step-{}", s), state});
             break;

@@ -86,6 +86,17 @@ TEST(Notice, SaysWhatTheSyringeDrew) {
     EXPECT_EQ(makeNotice(seen, Attention::focused, "")->title, "Paused") << "that is more important";
 }
 
+TEST(Notice, SaysWhatTheExpertCannotShow) {
+    FrameState seen;
+    seen.expert_note = "the expert cannot show it: there is no path";
+    EXPECT_EQ(makeNotice(seen, Attention::focused, ""),
+              (Notice{"Expert", {"The expert cannot show it: there is no path."}}));
+    seen.tick.stage = haptics::ForceStage::off;
+    seen.tick.faults = haptics::kFaultOverSpeed;
+    EXPECT_EQ(makeNotice(seen, Attention::focused, "Enter")->title, "The force is off")
+        << "that is more important";
+}
+
 // The longest notices fit the panel: no bright pixels touch its lower edge.
 TEST(Notice, FitsItsPanel) {
     NoticePanel panel;

@@ -3,6 +3,8 @@
 
 #include <SQLiteCpp/SQLiteCpp.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <string>
@@ -238,8 +240,7 @@ TEST(Store, InterruptedDeletionIsCompleted) {
     EXPECT_TRUE(store.unknownFolders().empty());
 }
 
-// HZ-RECORD-08
-TEST(Store, DeletionIsRetriedUntilTheLogIsEmpty) {
+void expectDeletionIsRetriedUntilTheLogIsEmpty() {
     const test::TempFolder temp;
     const path file = temp / "s" / "store.sqlite";
     {
@@ -262,8 +263,7 @@ TEST(Store, DeletionIsRetriedUntilTheLogIsEmpty) {
 }
 
 // A deletion that was interrupted must not be undone because the folder is still there.
-// HZ-RECORD-08
-TEST(Store, DeletedAttemptsAreNotIndexedAgain) {
+void expectDeletedAttemptsAreNotIndexedAgain() {
     const test::TempFolder temp;
     std::string id;
     {
@@ -278,6 +278,22 @@ TEST(Store, DeletedAttemptsAreNotIndexedAgain) {
         EXPECT_TRUE(other.attempts().empty());
     }
     EXPECT_TRUE(Store(temp / "s").attempts().empty());
+}
+
+// A reader blocks the deletion. Each case waits for it until the time limit of 10 s. One of them runs in a
+// child process, at the same time.
+// HZ-RECORD-08
+TEST(Store, BlockedDeletionsAreRetriedAndNotUndone) {
+    const pid_t child = fork();
+    ASSERT_NE(child, -1);
+    if (child == 0) {
+        expectDeletionIsRetriedUntilTheLogIsEmpty();
+        _exit(HasFailure() ? 1 : 0);
+    }
+    expectDeletedAttemptsAreNotIndexedAgain();
+    int status = -1;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0) << "a deletion is not retried until the log is empty";
 }
 
 // HZ-RECORD-08

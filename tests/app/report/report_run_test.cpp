@@ -10,6 +10,7 @@
 #include <map>
 
 #include "tests/app/records/privacy.h"
+#include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/command.h"
 
 namespace {
@@ -50,10 +51,11 @@ TEST_F(ReportRun, ReportsAnAttemptFolder) {
     EXPECT_EQ(html.find("What could not be read"), std::string::npos);
     EXPECT_GT(readText(folder_ / "r/course.csv").size(), 10000u);
     EXPECT_FALSE(fs::exists(folder_ / "r/xapi.json"));  // no trainee was given
-    // Four ticks per millisecond, on another patient.
+    // Four ticks per millisecond, on another patient, which other tests make too.
     const fs::path first = command_->out();
     const stylet::test::Outcome fast =
-        command_->run("run --fast --scenario demo --spacing-mm 3 --seed 5 --rate-hz 4000");
+        command_->run("run --fast --spacing-mm 2.5 --rate-hz 4000 --scenario '" +
+                      stylet::test::testScenario("short").string() + "'");
     ASSERT_EQ(fast.status, 0) << fast.err;
     const ProgramResult quick =
         report("attempt '" + command_->out().string() + "' --out '" + (folder_ / "q").string() + "'");

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <map>
 #include <set>
 
 #include "patient/synth/labels.h"
@@ -18,6 +19,14 @@ SynthSettings settings(std::uint64_t seed, double spacing_mm, int threads) {
     const char* assets = std::getenv("STYLET_ASSETS");
     if (assets) s.defaults = loadTissueDefaults(std::filesystem::path(assets) / "tissue" / "ptcd.toml");
     return s;
+}
+
+// Made once for all tests, by two threads.
+const Package& sharedPatient(std::uint64_t seed, double spacing_mm) {
+    static std::map<std::pair<std::uint64_t, double>, Package> made;
+    const auto key = std::pair(seed, spacing_mm);
+    if (const auto found = made.find(key); found != made.end()) return found->second;
+    return made.emplace(key, makeReferencePatient(settings(seed, spacing_mm, 2))).first->second;
 }
 
 TEST(ReferencePatient, SameSeedSameBytesForAnyNumberOfThreads) {
@@ -37,7 +46,7 @@ TEST(ReferencePatient, DifferentSeedsGiveDifferentPatients) {
 }
 
 TEST(ReferencePatient, EveryLabelHasARowAndVoxels) {
-    const Package p = makeReferencePatient(settings(1, 2.5, 2));
+    const Package& p = sharedPatient(1, 2.5);
     ASSERT_EQ(p.label_table.size(), std::size_t(kIdCount - 1));
     std::array<std::size_t, 256> count{};
     for (const std::uint8_t l : p.labels.voxels)
@@ -60,7 +69,7 @@ TEST(ReferencePatient, CoarsePatientPassesItsChecks) {
     const std::set<std::string> too_fine{"duct branches of 3-8 mm", "duct branches below 3 mm",
                                          "widest duct branch", "duct within 6 mm of a portal branch"};
     for (const std::uint64_t seed : {1, 2}) {
-        const Package p = makeReferencePatient(settings(seed, 2.5, 2));
+        const Package& p = sharedPatient(seed, 2.5);
         for (const CheckLine& l : checkPatient(p)) {
             if (too_fine.contains(l.name)) continue;
             EXPECT_TRUE(l.ok()) << "seed " << seed << ": " << l.name << " " << l.value << " " << l.unit;
@@ -70,7 +79,7 @@ TEST(ReferencePatient, CoarsePatientPassesItsChecks) {
 
 // HZ-TEACH-08
 TEST(ReferencePatient, CheckFindsDefects) {
-    Package p = makeReferencePatient(settings(3, 3.0, 2));
+    Package p = sharedPatient(3, 3.0);
     const auto value = [&](const std::string& name) {
         for (const CheckLine& l : checkPatient(p))
             if (l.name == name) return l.value;
@@ -103,7 +112,7 @@ TEST(ReferencePatient, CheckRefusesOtherLabels) {
 
 // The shipped patient over a whole breath.
 TEST(ReferencePatient, LiverMovesRibsMoveLittleAndSpineIsFixed) {
-    const Package p = makeReferencePatient(settings(1, 3.0, 2));
+    const Package& p = sharedPatient(1, 3.0);
     const Surrogate inhale{1.0, 0.0};
     std::size_t liver = 0, moved = 0, bone_inside = 0;
     double rib_m = 0.0, spine_m = 0.0;
@@ -161,7 +170,7 @@ constexpr std::uint64_t kBreathers = 5;
 TEST(ReferencePatient, NoSeedTearsOrFoldsAtAnyAmplitude) {
     const double domes_m[] = {0.025, 0.015, 0.020, 0.025, 0.020};
     for (std::uint64_t seed = 1; seed <= kBreathers; ++seed) {
-        const Package p = makeReferencePatient(settings(seed, 3.0, 2));
+        const Package& p = sharedPatient(seed, 3.0);
         MotionAmplitudes amplitudes;
         amplitudes.dome_m = domes_m[seed - 1];
         SCOPED_TRACE(testing::Message() << "seed " << seed << ", dome " << amplitudes.dome_m);

@@ -94,7 +94,7 @@ TEST(Bones, CartilageContinuesTheRib) {
 }
 
 TEST(Bones, MatchReferencePatient) {
-    const Bones b = findBones(test::seededTorso().ct, test::seededBody());
+    const Bones& b = test::seededBones();
     EXPECT_GT(test::diceWithTruth({Id::spine, Id::ribsRight, Id::ribsLeft, Id::sternum}, b.all), 0.80);
     EXPECT_GT(test::diceWithTruth({Id::spine}, b.spine), 0.82);
     EXPECT_GT(test::diceWithTruth({Id::spinalCanal}, b.canal), 0.80);

@@ -185,8 +185,8 @@ TEST(FasciaSurface, FatBetweenTwoMusclesIsALineAndNoEdge) {
 TEST(FasciaSpline, SeparatesInReferencePatient) {
     const CtVolume& ct = test::seededTorso().ct;
     const Mask& body = test::seededBody();
-    const Bones bones = findBones(ct, body);
-    const Lungs lungs = findLungs(ct, body);
+    const Bones& bones = test::seededBones();
+    const Lungs& lungs = test::seededLungs();
     Mask organs = unite(lungs.right, lungs.left);
     organs = unite(organs, test::seededTruth({Id::liver, Id::portal, Id::hepaticVeins, Id::ducts}));
     const FasciaInput in{ct, body, bones.all, organs};

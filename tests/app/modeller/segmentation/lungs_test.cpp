@@ -84,7 +84,7 @@ TEST(Lungs, MissingLungsAreReported) {
 }
 
 TEST(Lungs, MatchReferencePatient) {
-    const Lungs l = findLungs(test::seededTorso().ct, test::seededBody());
+    const Lungs& l = test::seededLungs();
     EXPECT_GT(test::diceWithTruth({Id::lungRight}, l.right), 0.98);
     EXPECT_GT(test::diceWithTruth({Id::lungLeft}, l.left), 0.98);
     EXPECT_GT(test::diceWithTruth({Id::gas}, l.gas), 0.97);

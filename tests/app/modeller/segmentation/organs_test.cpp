@@ -154,8 +154,8 @@ TEST(Organs, BubblesOverTheSameFluidAreOneStomach) {
 TEST(Organs, MatchReferencePatient) {
     const CtVolume& ct = test::seededTorso().ct;
     const Mask& body = test::seededBody();
-    const Bones bones = findBones(ct, body);
-    const Lungs lungs = findLungs(ct, body);
+    const Bones& bones = test::seededBones();
+    const Lungs& lungs = test::seededLungs();
     const Mask liver = test::seededTruth({Id::liver, Id::portal, Id::hepaticVeins, Id::ducts, Id::tumour});
     const FasciaInput in{ct, body, bones.all, unite(unite(lungs.right, lungs.left), liver)};
     const Mask inside = insideFascia(fitFascia(in), in);

@@ -5,6 +5,8 @@
 
 #include "app/modeller/import/import_body.h"
 #include "app/modeller/segmentation/accuracy.h"
+#include "app/modeller/segmentation/bones.h"
+#include "app/modeller/segmentation/lungs.h"
 #include "app/modeller/segmentation/morphology.h"
 #include "patient/synth/labels.h"
 #include "tests/app/modeller/reference_patient.h"
@@ -20,6 +22,17 @@ inline const patient::Package& seededTorso() {
 inline const modeller::Mask& seededBody() {
     static const modeller::Mask body = modeller::bodyMask(seededTorso().ct);
     return body;
+}
+
+// As found in the CT.
+inline const modeller::Bones& seededBones() {
+    static const modeller::Bones bones = modeller::findBones(seededTorso().ct, seededBody());
+    return bones;
+}
+
+inline const modeller::Lungs& seededLungs() {
+    static const modeller::Lungs lungs = modeller::findLungs(seededTorso().ct, seededBody());
+    return lungs;
 }
 
 inline modeller::Mask seededTruth(std::initializer_list<patient::synth::Id> ids) {

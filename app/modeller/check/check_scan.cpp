@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "app/modeller/import/section.h"
+#include "base/geodesic.h"
 
 namespace stylet::modeller {
 
@@ -14,6 +15,11 @@ namespace {
 
 constexpr double kNoiseLag_m = 0.004;
 constexpr double kFatInDuct_hu = -10.0;
+// Depth below the outermost row within which a flank counts as flat.
+constexpr double kFlat_m = 0.003;
+constexpr Range kFlat_percent{0.0, 35.0};
+// Contact of bone and liver that is reported, and that is refused. One side of a cube of 10 mm has 100 mm^2.
+constexpr double kSomeContact_mm2 = 100.0, kMostContact_mm2 = 500.0;
 
 bool isParenchyma(const Label& l) {
     return l.tissue == Tissue::liver && l.structure != Structure::tumour;
@@ -84,17 +90,18 @@ double fasciaOutside(const Package& p, const Mask& fascia) {
 }
 
 // Ribs are separated from the liver by fascia and diaphragm.
-double boneAtLiver(const Package& p, const Mask& liver) {
+double boneAtLiver_mm2(const Package& p, const Mask& liver) {
     const Mask bone = maskOf(p, isBone);
-    double touching = 0.0;
-    forEachVoxel(p.labels.grid, [&](const Index3& i) {
+    const Grid& g = p.labels.grid;
+    const Vec3 mm = 1e3 * g.spacing_m;
+    double area_mm2 = 0.0;
+    forEachVoxel(g, [&](const Index3& i) {
         if (!bone[i]) return;
-        bool touches = false;
-        forEachNeighbour(p.labels.grid, i, Connectivity::faces,
-                         [&](std::size_t n) { touches = touches || liver.voxels[n]; });
-        touching += touches;
+        for (const Index3& step : kFaceSteps)
+            if (g.contains(i + step) && liver[i + step])
+                area_mm2 += mm.x * mm.y * mm.z / glm::length(Vec3(step) * mm);
     });
-    return touching;
+    return area_mm2;
 }
 
 constexpr const char* kPortalSeries =
@@ -173,8 +180,9 @@ void checkOrgans(const PackageStatistics& m, Findings& f) {
     }
 }
 
-// The share of the body's rows along x that end in its outermost plane of voxels. A round flank touches that
-// plane with few rows; a scan that cuts the flank ends all rows there, also if air was added beyond it.
+// Few rows of a round flank end near its outermost one: 19 % within 3 mm on an ellipse 340 mm wide. A scan
+// that cuts the flank ends all rows in one plane, also if air was added beyond it. Counts the share of a
+// plane of voxels that lies within kFlat_m; the outermost plane counts whole.
 double flatShare(const PackageStatistics& m, bool right) {
     const Grid& g = m.package.ct.grid;
     std::vector<int> ends;
@@ -187,14 +195,20 @@ double flatShare(const PackageStatistics& m, bool right) {
         }
     if (ends.empty()) return 0.0;
     const int outermost = *std::max_element(ends.begin(), ends.end());
-    return double(std::count(ends.begin(), ends.end(), outermost)) / double(ends.size());
+    const double planes = kFlat_m / g.spacing_m.x;
+    double flat = 0.0;
+    for (const int end : ends)
+        flat += end == outermost ? 1.0 : std::clamp(planes - (outermost - end), 0.0, 1.0);
+    return flat / double(ends.size());
 }
 
 void checkFlanks(const ScanMeasures& s, Findings& f) {
     const char* const cure =
         "the field of view cuts the body: there is no skin. Reconstruct the scan with a wider field of view";
-    f.expect(refused, "right flank in one plane", 100.0 * s.flat_right, "% of its rows", {0.0, 30.0}, cure);
-    f.expect(warned, "left flank in one plane", 100.0 * s.flat_left, "% of its rows", {0.0, 30.0}, cure);
+    f.expect(refused, "right flank in one plane", 100.0 * s.flat_right, "% of its rows, 3 mm deep",
+             kFlat_percent, cure);
+    f.expect(warned, "left flank in one plane", 100.0 * s.flat_left, "% of its rows, 3 mm deep",
+             kFlat_percent, cure);
 }
 
 }  // namespace
@@ -213,8 +227,8 @@ ScanMeasures measureScan(const PackageStatistics& m) {
     s.vessel_share = vessels.voxels / m.sum(isWholeLiver).voxels;
     s.fat_in_ducts = fatInDucts(p, maskOf(p, isDuct), maskOf(p, isWholeLiver));
     s.flat_right = flatShare(m, true), s.flat_left = flatShare(m, false);
-    s.bone_at_liver_ml =
-        boneAtLiver(p, maskOf(p, [](const Label& l) { return l.tissue == Tissue::liver; })) * m.voxel_ml();
+    s.bone_at_liver_mm2 =
+        boneAtLiver_mm2(p, maskOf(p, [](const Label& l) { return l.tissue == Tissue::liver; }));
     s.fascia_outside = fasciaOutside(p, maskOf(p, isFascia));
     return s;
 }
@@ -225,11 +239,10 @@ void checkScan(const PackageStatistics& m, Findings& f) {
     checkFlanks(s, f);
     checkNoise(s, f);
     checkOrgans(m, f);
-    f.expect(s.bone_at_liver_ml > 0.5 ? refused : warned, "bone at the liver", s.bone_at_liver_ml, "ml",
-             {0.0, 0.1},
+    f.expect(s.bone_at_liver_mm2 > kMostContact_mm2 ? refused : warned, "bone at the liver",
+             s.bone_at_liver_mm2, "mm^2 of contact", {0.0, kSomeContact_mm2},
              "a calcification was taken for bone, or a rib for liver: a needle would be stopped there. "
-             "Correct the "
-             "stage bones");
+             "Correct the stage bones");
     if (!std::isnan(s.fascia_outside))
         f.expect(refused, "fascia outside the body", 100.0 * s.fascia_outside, "% of it", {0.0, 1.0},
                  "it left the body: ribs are missing or calcifications were taken for ribs. Edit the control "

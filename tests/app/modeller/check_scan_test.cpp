@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <type_traits>
 
 #include "patient/synth/labels.h"
 #include "tests/app/modeller/reference_patient.h"
@@ -37,6 +39,20 @@ std::string finding(const Package& p, const std::string& what) {
     const auto found = std::find_if(findings.list.begin(), findings.list.end(),
                                     [&](const Finding& f) { return f.what == what; });
     return found == findings.list.end() ? "" : formatFinding(*found);
+}
+
+// The same patient with voxels of half the size.
+Package refined(const Package& p) {
+    Package fine = p;
+    const auto refine = [](const auto& coarse, auto& volume) {
+        Grid g = coarse.grid;
+        g.dims *= 2, g.spacing_m *= 0.5, g.origin_m -= 0.5 * g.spacing_m;
+        volume = std::remove_cvref_t<decltype(volume)>(g);
+        forEachVoxel(g, [&](const Index3& i) { volume[i] = coarse[i / 2]; });
+    };
+    refine(p.ct, fine.ct);
+    refine(p.labels, fine.labels);
+    return fine;
 }
 
 void setHu(Package& p, Id id, int hu) {
@@ -141,31 +157,63 @@ TEST(CheckScan, CutFlankIsRefusedAlsoWithAirAdded) {
         if (i.x > right - 8) p.ct[i] = -1024, p.labels[i] = 0;
     });
     EXPECT_GT(measure(p).flat_right, 0.4);
-    EXPECT_THAT(finding(p, "right flank in one plane"), testing::StartsWith("REFUSED"));
-    EXPECT_EQ(finding(p, "left flank in one plane"), "");
+    for (const Package& cut : {p, refined(p)}) {
+        EXPECT_THAT(finding(cut, "right flank in one plane"), testing::StartsWith("REFUSED"));
+        EXPECT_EQ(finding(cut, "left flank in one plane"), "");
+    }
+}
+
+// An ellipse 342 mm wide has the same flanks at any voxel size.
+TEST(ScanMeasures, FlatShareOfAnEllipseInClosedForm) {
+    constexpr double kHalfWidth_m = 0.1709, kHalfDepth_m = 0.110;
+    for (const double spacing_m : {0.001, 0.003}) {
+        Package p = test::makeSlabs({{Tissue::soft, 0.01}}, 0.005);
+        const Vec3 low_m{-0.18, -0.12, 0.0};
+        p.ct = CtVolume(Grid{Index3(int(0.36 / spacing_m), int(0.24 / spacing_m), 3), Vec3(spacing_m), low_m},
+                        std::int16_t(-1000));
+        p.labels = LabelVolume(p.ct.grid);
+        forEachVoxel(p.ct.grid, [&](const Index3& i) {
+            const Vec3 at = p.ct.grid.centre(i) / Vec3(kHalfWidth_m, kHalfDepth_m, 1.0);
+            if (at.x * at.x + at.y * at.y < 1.0) p.ct[i] = 40;
+        });
+        // Rows that end within 3 mm of the outermost one.
+        const double share = std::sqrt(1.0 - std::pow(1.0 - 0.003 / kHalfWidth_m, 2.0));
+        EXPECT_NEAR(measure(p).flat_right, share, 0.03) << spacing_m;
+        EXPECT_NEAR(measure(p).flat_left, share, 0.03) << spacing_m;
+    }
 }
 
 TEST(CheckScan, BoneInTheLiverIsReported) {
-    EXPECT_EQ(measure(reference()).bone_at_liver_ml, 0.0);
+    EXPECT_EQ(measure(reference()).bone_at_liver_mm2, 0.0);
+    // A cube of bone at the first place where the liver, with its vessels, surrounds it.
     const auto withStone = [](int reach) {
         Package p = copy();
         const Grid& g = p.labels.grid;
-        int deep = 0;
-        forEachVoxel(g, [&](const Index3& i) {  // the first voxel with liver on all sides
-            bool all = p.labels[i] == std::uint8_t(Id::liver);
-            if (deep || !all) return;
+        constexpr auto kWhole = patient::synth::anyOf({Id::liver, Id::portal, Id::hepaticVeins, Id::ducts});
+        bool placed = false;
+        forEachVoxel(g, [&](const Index3& i) {
+            if (placed || p.labels[i] != std::uint8_t(Id::liver)) return;
+            bool inside = true;
+            forEachVoxel(boxAround(g, i, reach + 1), [&](const Index3& n) {
+                inside = inside && patient::synth::contains(kWhole, p.labels[n]);
+            });
+            if (!inside) return;
+            placed = true;
             forEachVoxel(boxAround(g, i, reach + 1),
-                         [&](const Index3& n) { all = all && p.labels[n] == std::uint8_t(Id::liver); });
-            if (!all) return;
-            deep = 1;
+                         [&](const Index3& n) { p.labels[n] = std::uint8_t(Id::liver); });
             forEachVoxel(boxAround(g, i, reach),
                          [&](const Index3& n) { p.labels[n] = std::uint8_t(Id::ribsRight); });
         });
         return p;
     };
-    // A cube of 3 voxels shows all but its centre to the liver.
-    EXPECT_NEAR(measure(withStone(1)).bone_at_liver_ml, 26 * 0.027, 1e-9);
-    EXPECT_THAT(finding(withStone(1), "bone at the liver"), testing::StartsWith("REFUSED"));
+    // Cubes of 9 and 15 mm.
+    EXPECT_NEAR(measure(withStone(1)).bone_at_liver_mm2, 6 * 81.0, 1e-6);
+    EXPECT_THAT(finding(withStone(1), "bone at the liver"), testing::StartsWith("look"));
+    EXPECT_THAT(finding(withStone(2), "bone at the liver"), testing::StartsWith("REFUSED"));
+    const Package fine = refined(withStone(2));
+    EXPECT_NEAR(measure(fine).bone_at_liver_mm2, 6 * 225.0, 1e-6);
+    EXPECT_THAT(finding(fine, "bone at the liver"), testing::StartsWith("REFUSED"));
+    EXPECT_THAT(finding(refined(withStone(1)), "bone at the liver"), testing::StartsWith("look"));
 }
 
 TEST(CheckScan, DuctsInFatAreReported) {

@@ -18,7 +18,7 @@ constexpr double kFatInDuct_hu = -10.0;
 // Depth below the outermost row within which a flank counts as flat.
 constexpr double kFlat_m = 0.003;
 constexpr Range kFlat_percent{0.0, 35.0};
-// Contact of bone and liver that is reported, and that is refused: the side of a cube of 10 mm, all of it.
+// Contact of bone and liver that is reported, and that is refused. One side of a cube of 10 mm has 100 mm^2.
 constexpr double kSomeContact_mm2 = 100.0, kMostContact_mm2 = 500.0;
 
 bool isParenchyma(const Label& l) {
@@ -205,8 +205,10 @@ double flatShare(const PackageStatistics& m, bool right) {
 void checkFlanks(const ScanMeasures& s, Findings& f) {
     const char* const cure =
         "the field of view cuts the body: there is no skin. Reconstruct the scan with a wider field of view";
-    f.expect(refused, "right flank in one plane", 100.0 * s.flat_right, "% of its rows", kFlat_percent, cure);
-    f.expect(warned, "left flank in one plane", 100.0 * s.flat_left, "% of its rows", kFlat_percent, cure);
+    f.expect(refused, "right flank in one plane", 100.0 * s.flat_right, "% of its rows, 3 mm deep",
+             kFlat_percent, cure);
+    f.expect(warned, "left flank in one plane", 100.0 * s.flat_left, "% of its rows, 3 mm deep",
+             kFlat_percent, cure);
 }
 
 }  // namespace

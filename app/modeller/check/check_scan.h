@@ -1,7 +1,7 @@
 // Internal: checks of the scan itself (contrast phase, noise, field of view) and of what a segmentation often
 // misses in an unusual scan (vessels, kidneys, spleen) or invents (ducts in fat, fascia outside the body).
-// Every finding names a cause and a cure. The measures do not depend on the voxel size, as far as the voxels
-// show the structure.
+// Every finding names a cause and a cure. Depths and areas are in millimetres, so that their limits hold for
+// any voxel size.
 #pragma once
 
 #include "app/modeller/check/findings.h"
@@ -18,9 +18,8 @@ struct ScanMeasures {
         0.0;  // share of the liver's duct voxels that have the CT value of fat after smoothing
     // Share of the body's rows along x that end within 3 mm of this side's outermost one.
     double flat_right = 0.0, flat_left = 0.0;
-    double bone_at_liver_mm2 =
-        0.0;  // area of the voxel faces between bone and the liver's parenchyma or a tumour
-    double fascia_outside = 0.0;  // share of the fascia voxels that lie in the air around the body
+    double bone_at_liver_mm2 = 0.0;  // area in which bone touches the liver's parenchyma or a tumour
+    double fascia_outside = 0.0;     // share of the fascia voxels that lie in the air around the body
 };
 ScanMeasures measureScan(const PackageStatistics&);
 

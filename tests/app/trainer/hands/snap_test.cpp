@@ -191,7 +191,9 @@ TEST_F(Snap, IsDeterministic) {
             driver.exchange(Vec3(0.0), input.device, why);
             haptics::NeedleEvents events;
             simulation.step(input, now, events);
-            if (tick == 200) EXPECT_TRUE(port.snapTo(snap(now).value()));
+            if (tick == 200) {
+                EXPECT_TRUE(port.snapTo(snap(now).value()));
+            }
             if (tick == 900) port.move({.deeper_m = 0.004});
         }
         return now.state_hash;

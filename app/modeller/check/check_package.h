@@ -19,9 +19,9 @@ struct Finding {
 // Refuses packages without skin, liver, fascia or lungs; a fascia that a straight needle can bypass; CT
 // values that do not match their tissue; a motion that folds; missing parameters or labels; a section that
 // cuts the liver or leaves no air for the needle; what check_scan.h finds: lost vessels, a cut flank, a
-// fascia outside the body, bone at the liver, ducts in fat. Takes seconds, because it plans paths. A
-// plausible patient gives no findings. The package need not come from a file. The same package always gives
-// the same findings.
+// fascia outside the body, bone at the liver, ducts in fat. Warns, among others, of bone inside the liver.
+// Takes seconds, because it plans paths. A plausible patient gives no findings. The package need not come
+// from a file. The same package always gives the same findings.
 std::vector<Finding> checkPackage(const patient::Package&, int threads = 2);
 
 bool anyRefused(const std::vector<Finding>&);

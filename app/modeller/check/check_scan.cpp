@@ -20,6 +20,8 @@ constexpr double kFlat_m = 0.003;
 constexpr Range kFlat_percent{0.0, 35.0};
 // Contact of bone and liver that is reported, and that is refused. One side of a cube of 10 mm has 100 mm^2.
 constexpr double kSomeContact_mm2 = 100.0, kMostContact_mm2 = 500.0;
+// The smallest piece of bone inside the liver that is reported: a sphere of 6 mm.
+constexpr double kPiece_mm3 = 100.0;
 
 bool isParenchyma(const Label& l) {
     return l.tissue == Tissue::liver && l.structure != Structure::tumour;
@@ -102,6 +104,45 @@ double boneAtLiver_mm2(const Package& p, const Mask& liver) {
                 area_mm2 += mm.x * mm.y * mm.z / glm::length(Vec3(step) * mm);
     });
     return area_mm2;
+}
+
+// The ribs surround a convex space that contains the liver. A plane separates a rib from that space, so at
+// most three of the six directions along the axes lead from the rib to the liver.
+bool isInsideLiver(const Mask& liver, const Index3& from) {
+    constexpr double kReach_m = 0.060;
+    constexpr int kDirections = 4;
+    const Grid& g = liver.grid;
+    const auto meetsLiver = [&](const Index3& step) {
+        const int steps = int(kReach_m / glm::length(Vec3(step) * g.spacing_m));
+        for (int n = 1; n <= steps && g.contains(from + n * step); ++n)
+            if (liver[from + n * step]) return true;
+        return false;
+    };
+    return std::count_if(kFaceSteps.begin(), kFaceSteps.end(), meetsLiver) >= kDirections;
+}
+
+// Volume of the pieces that lie inside the liver and are connected to no rib or vertebra: bone, and
+// unlabelled or liver voxels with the CT value of bone. A single voxel at the border may lie outside.
+double boneInLiver_mm3(const PackageStatistics& m) {
+    constexpr double kInsideShare = 0.9;
+    const Package& p = m.package;
+    const Mask dense = maskWhere(p.labels.grid, [&](std::size_t i) {
+        const Label* const l = m.patient.label(p.labels.voxels[i]);
+        if (l && l->tissue != Tissue::liver) return l->tissue == Tissue::bone;
+        return p.ct.voxels[i] >= p.thresholds.t2_specific_hu;
+    });
+    const Mask liver = maskOf(p, isWholeLiver);
+    const Components pieces = findComponents(dense, Connectivity::corners);
+    std::vector<double> inside(pieces.size.size(), 0.0);
+    forEachVoxel(p.labels.grid, [&](const Index3& i) {
+        if (dense[i]) inside[std::size_t(pieces.number[i])] += isInsideLiver(liver, i);
+    });
+    double sum_mm3 = 0.0;
+    for (std::size_t n = 1; n < inside.size(); ++n) {
+        const double voxels = double(pieces.size[n]), volume_mm3 = 1e3 * voxels * m.voxel_ml();
+        if (volume_mm3 > kPiece_mm3 && inside[n] >= kInsideShare * voxels) sum_mm3 += volume_mm3;
+    }
+    return sum_mm3;
 }
 
 constexpr const char* kPortalSeries =
@@ -229,6 +270,7 @@ ScanMeasures measureScan(const PackageStatistics& m) {
     s.flat_right = flatShare(m, true), s.flat_left = flatShare(m, false);
     s.bone_at_liver_mm2 =
         boneAtLiver_mm2(p, maskOf(p, [](const Label& l) { return l.tissue == Tissue::liver; }));
+    s.bone_in_liver_mm3 = boneInLiver_mm3(m);
     s.fascia_outside = fasciaOutside(p, maskOf(p, isFascia));
     return s;
 }
@@ -243,6 +285,10 @@ void checkScan(const PackageStatistics& m, Findings& f) {
              s.bone_at_liver_mm2, "mm^2 of contact", {0.0, kSomeContact_mm2},
              "a calcification was taken for bone, or a rib for liver: a needle would be stopped there. "
              "Correct the stage bones");
+    f.expect(warned, "bone inside the liver", s.bone_in_liver_mm3, "mm^3", {0.0, kPiece_mm3},
+             "no rib is connected to it: a calcified tumour, a stone or a stent. Labelled as bone it stops a "
+             "needle and may bend the fascia; labelled as liver it does not. Correct the stage bones or the "
+             "map, and look at the fascia");
     if (!std::isnan(s.fascia_outside))
         f.expect(refused, "fascia outside the body", 100.0 * s.fascia_outside, "% of it", {0.0, 1.0},
                  "it left the body: ribs are missing or calcifications were taken for ribs. Edit the control "

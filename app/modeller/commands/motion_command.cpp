@@ -86,6 +86,12 @@ void checkOverlap(const MotionOptions& o, const patient::Package& p, const Float
     }
 }
 
+void requireAccepted(const patient::Package& p, const std::filesystem::path& out) {
+    if (printVerdict(p, out, checkPackage(p))) return;
+    printResult("The patient cannot be simulated yet. Correct the segmentation, and add the motion again.\n");
+    throw CLI::RuntimeError(1);
+}
+
 void runFit(MotionOptions& o) {
     const auto reportProgress = timedProgress();
     o.fit.progress = o.fit.phases.progress = reportProgress;
@@ -102,7 +108,7 @@ void runFit(MotionOptions& o) {
     printTable(fitted);
     printInterface(p.motion);
     reportProgress("done");
-    if (!o.package.empty()) printVerdict(p, o.out, checkPackage(p));  // no patient otherwise
+    if (!o.package.empty()) requireAccepted(p, o.out);  // no patient otherwise
 }
 
 void runTemplate(const MotionOptions& o) {
@@ -120,7 +126,7 @@ void runTemplate(const MotionOptions& o) {
     printResult("{}: {} x {} x {} nodes, reference {}, dome {:.1f} mm\n", o.out.string(), d.x, d.y, d.z,
                 p.reference_phase, o.dome_mm);
     printInterface(p.motion);
-    printVerdict(p, o.out, checkPackage(p));
+    requireAccepted(p, o.out);
 }
 
 void addAmplitudes(CLI::App& command, MotionOptions& o) {

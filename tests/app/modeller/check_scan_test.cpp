@@ -183,29 +183,31 @@ TEST(ScanMeasures, FlatShareOfAnEllipseInClosedForm) {
     }
 }
 
-TEST(CheckScan, BoneInTheLiverIsReported) {
-    EXPECT_EQ(measure(reference()).bone_at_liver_mm2, 0.0);
-    // A cube of bone at the first place where the liver, with its vessels, surrounds it.
-    const auto withStone = [](int reach) {
-        Package p = copy();
-        const Grid& g = p.labels.grid;
-        constexpr auto kWhole = patient::synth::anyOf({Id::liver, Id::portal, Id::hepaticVeins, Id::ducts});
-        bool placed = false;
-        forEachVoxel(g, [&](const Index3& i) {
-            if (placed || p.labels[i] != std::uint8_t(Id::liver)) return;
-            bool inside = true;
-            forEachVoxel(boxAround(g, i, reach + 1), [&](const Index3& n) {
-                inside = inside && patient::synth::contains(kWhole, p.labels[n]);
-            });
-            if (!inside) return;
-            placed = true;
-            forEachVoxel(boxAround(g, i, reach + 1),
-                         [&](const Index3& n) { p.labels[n] = std::uint8_t(Id::liver); });
-            forEachVoxel(boxAround(g, i, reach),
-                         [&](const Index3& n) { p.labels[n] = std::uint8_t(Id::ribsRight); });
+// A cube of bone, 2 * reach + 1 voxels wide, where the liver with its vessels first surrounds it.
+Package withStone(int reach, Index3* centre = nullptr) {
+    Package p = copy();
+    const Grid& g = p.labels.grid;
+    constexpr auto kWhole = patient::synth::anyOf({Id::liver, Id::portal, Id::hepaticVeins, Id::ducts});
+    bool placed = false;
+    forEachVoxel(g, [&](const Index3& i) {
+        if (placed || p.labels[i] != std::uint8_t(Id::liver)) return;
+        bool inside = true;
+        forEachVoxel(boxAround(g, i, reach + 1), [&](const Index3& n) {
+            inside = inside && patient::synth::contains(kWhole, p.labels[n]);
         });
-        return p;
-    };
+        if (!inside) return;
+        placed = true;
+        if (centre) *centre = i;
+        forEachVoxel(boxAround(g, i, reach + 1),
+                     [&](const Index3& n) { p.labels[n] = std::uint8_t(Id::liver); });
+        forEachVoxel(boxAround(g, i, reach),
+                     [&](const Index3& n) { p.labels[n] = std::uint8_t(Id::ribsRight); });
+    });
+    return p;
+}
+
+TEST(CheckScan, BoneAtTheLiverIsReported) {
+    EXPECT_EQ(measure(reference()).bone_at_liver_mm2, 0.0);
     // Cubes of 9 and 15 mm.
     EXPECT_NEAR(measure(withStone(1)).bone_at_liver_mm2, 6 * 81.0, 1e-6);
     EXPECT_THAT(finding(withStone(1), "bone at the liver"), testing::StartsWith("look"));
@@ -214,6 +216,45 @@ TEST(CheckScan, BoneInTheLiverIsReported) {
     EXPECT_NEAR(measure(fine).bone_at_liver_mm2, 6 * 225.0, 1e-6);
     EXPECT_THAT(finding(fine, "bone at the liver"), testing::StartsWith("REFUSED"));
     EXPECT_THAT(finding(refined(withStone(1)), "bone at the liver"), testing::StartsWith("look"));
+}
+
+// A piece of bone inside the liver is reported unless it is connected to a rib.
+TEST(CheckScan, BoneInsideTheLiverIsReported) {
+    using testing::HasSubstr, testing::StartsWith;
+    const std::string what = "bone inside the liver";
+    EXPECT_EQ(measure(reference()).bone_in_liver_mm3, 0.0);
+    Index3 centre{0};
+    Package stone = withStone(1, &centre);
+    EXPECT_NEAR(measure(stone).bone_in_liver_mm3, 729.0, 1e-6);  // 9 mm cubed
+    EXPECT_NEAR(measure(refined(stone)).bone_in_liver_mm3, 729.0, 1e-6);
+    EXPECT_THAT(finding(stone, what), StartsWith("look"));
+    EXPECT_THAT(finding(stone, what), HasSubstr("a calcified tumour"));
+    EXPECT_THAT(finding(stone, what), HasSubstr("Correct the stage bones"));
+    EXPECT_EQ(finding(withStone(0), what), "");  // 27 mm^3
+    // The same stone in the CT alone, under the label of the liver.
+    Package dense = stone;
+    forEachVoxel(boxAround(dense.ct.grid, centre, 1),
+                 [&](const Index3& n) { dense.labels[n] = std::uint8_t(Id::liver), dense.ct[n] = 700; });
+    EXPECT_NEAR(measure(dense).bone_in_liver_mm3, 729.0, 1e-6);
+    // A bridge to the nearest rib.
+    const Grid& g = reference().labels.grid;
+    Index3 rib{0};
+    double nearest = 1e9;
+    forEachVoxel(g, [&](const Index3& i) {
+        const double distance = glm::length(Vec3(i - centre));
+        if (reference().labels[i] == std::uint8_t(Id::ribsRight) && distance < nearest)
+            nearest = distance, rib = i;
+    });
+    const int steps = 2 * int(std::ceil(nearest));
+    for (int k = 0; k <= steps; ++k)
+        stone.labels[Index3(glm::round(glm::mix(Vec3(centre), Vec3(rib), double(k) / steps)))] =
+            std::uint8_t(Id::ribsRight);
+    EXPECT_EQ(measure(stone).bone_in_liver_mm3, 0.0);
+}
+
+TEST(CheckScan, CalcifiedTumourIsReported) {
+    EXPECT_THAT(finding(test::referencePatient(1, 0.002, {"calcified-tumour"}), "bone inside the liver"),
+                testing::StartsWith("look"));
 }
 
 TEST(CheckScan, DuctsInFatAreReported) {

@@ -1,6 +1,9 @@
 // Runs the program on a coarse reference patient.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <optional>
+
 #include "patient/patient.h"
 #include "tests/app/modeller/run_model.h"
 
@@ -37,6 +40,25 @@ TEST(MotionCommand, TemplateUsesGivenAmplitudesAndReferencePhase) {
     middle /= double(count);
     EXPECT_NEAR(deformedFromReference(after.motion, {1.0, 0.0}, middle).z, middle.z, 1e-12);
     EXPECT_NEAR(deformedFromReference(after.motion, {0.0, 0.0}, middle).z - middle.z, 0.020, 0.004);
+}
+
+// The package is written for inspection; the exit status is the stored verdict, as for the other commands.
+// HZ-TEACH-22
+TEST(MotionCommand, RefusedPatientEndsWithStatusOne) {
+    const test::TempFolder folder;
+    const std::string made = (folder / "made").string(), moved = (folder / "moved").string();
+    ASSERT_EQ(runModel("synth --seed 2 --spacing-mm 4 --out " + made), 0);
+    patient::Package naked = patient::loadPackage(made);
+    for (const patient::Label& label : naked.label_table)
+        if (label.tissue == patient::Tissue::skin)
+            std::replace(naked.labels.voxels.begin(), naked.labels.voxels.end(), label.id, std::uint8_t(0));
+    patient::savePackage(naked, made);
+    const test::ModelRun run = test::runModel("motion --template --package " + made + " --out " + moved);
+    EXPECT_EQ(run.status, 1) << run.out;
+    EXPECT_NE(run.out.find("REFUSED  skin: 0 ml"), std::string::npos) << run.out;
+    const std::optional<patient::CheckVerdict> verdict = patient::loadVerdict(moved);
+    ASSERT_TRUE(verdict);
+    EXPECT_TRUE(verdict->refused);
 }
 
 TEST(MotionCommand, InvalidArgumentsAreRefused) {

@@ -112,7 +112,8 @@ class MotionPackage : public testing::Test {
 TEST_F(MotionPackage, GainsTheFittedMotionAndIsOtherwiseUnchanged) {
     patient::savePackage(package_, folder_ / "in");
     const test::ModelRun run = fit(folder_ / "in", 2);
-    ASSERT_EQ(run.status, 0) << run.err;
+    ASSERT_EQ(run.status, 1) << run.err;  // written, but refused: a chest without skin
+    EXPECT_THAT(run.out, testing::HasSubstr("REFUSED  skin"));
     const patient::Package out = patient::loadPackage(folder_ / "out");
     EXPECT_EQ(out.name, package_.name);
     EXPECT_EQ(out.ct.voxels, package_.ct.voxels);

@@ -35,7 +35,7 @@ constexpr int kKills = 2000;
 #elif defined(STYLET_SANITIZED)
 constexpr int kKills = 40;
 #else
-constexpr int kKills = 200;
+constexpr int kKills = 100;
 #endif
 constexpr int kKillsPerStore = 10;
 

@@ -14,6 +14,7 @@ Any other fence is an error, so that no block of a page remains untested.
 """
 import concurrent.futures
 import contextlib
+import hashlib
 import os
 import pathlib
 import re
@@ -190,6 +191,15 @@ def check_refusals(folder):
         raise Wrong(f"this page should have been found wrong:\n{text}")
 
 
+def compiler_cache():
+    """The caller's ccache, if there is one, for the builds of developer.md. A page's own home folder is empty."""
+    if not shutil.which("ccache"):
+        return {}
+    folder = subprocess.run(["ccache", "--get-config", "cache_dir"], capture_output=True, text=True, check=False).stdout.strip()
+    # As in packaging/lib.sh. Without the sloppiness nothing that uses precompiled headers is cached.
+    return {"CCACHE_DIR": folder, "CCACHE_SLOPPINESS": "pch_defines,time_macros"} if folder else {}
+
+
 class Display:
     """A virtual X display for the windows."""
 
@@ -223,11 +233,14 @@ def main():
     guide, build = (pathlib.Path(a).resolve() for a in sys.argv[1:3])
     source = guide.parent.parent
     pages = sys.argv[3:] or sorted(p.name for p in guide.glob("*.md"))
-    temp = pathlib.Path(tempfile.mkdtemp(prefix="stylet-guide-"))
+    # The same folder in every run: CMake writes its path into the sources that it unites, so the compiler cache needs it.
+    temp = pathlib.Path(tempfile.gettempdir()) / f"stylet-guide-{hashlib.sha256(str(build).encode()).hexdigest()[:8]}"
+    shutil.rmtree(temp, ignore_errors=True)
+    temp.mkdir(mode=0o700)
     began, failed = time.monotonic(), []
     # No OpenXR runtime except the one that a block selects. One shared cache, because making a patient takes seconds.
     bare = {k: v for k, v in os.environ.items() if not re.match("STYLET_|GIT_|XDG_|XR_|XRMOCK_|LC_|LANG|WAYLAND_DISPLAY", k)}
-    bare |= {"PATH": f"{build}/bin:{os.environ['PATH']}", "XDG_CACHE_HOME": str(temp / "cache")}
+    bare |= {"PATH": f"{build}/bin:{os.environ['PATH']}", "XDG_CACHE_HOME": str(temp / "cache")} | compiler_cache()
 
     def test(page):
         lines, text = [], (guide / page).read_text()

@@ -306,13 +306,14 @@ std::string syntheticLimits(const ReportedStudy& study, std::size_t synthetic) {
             hard_cases.push_back(p.name + " (" + std::string(variants) + ")");
     std::string text = "Their anatomy is one model's range. ";
     if (const std::size_t plain = synthetic - hard_cases.size(); plain > 0)
-        text += std::to_string(plain) +
-                " of them have no disease but the tumour that blocks the common duct: no earlier operation, "
+        text += std::to_string(plain) + (plain == 1 ? " of them has" : " of them have") +
+                " no disease but the tumour that blocks the common duct: no earlier operation, "
                 "drain, stent, ascites, cirrhosis or anomalous duct. Their CT has the blur and noise that "
                 "were put in, not the movement, metal, contrast timing and reconstruction of a scanner. ";
     if (!hard_cases.empty())
         text += std::to_string(hard_cases.size()) +
-                " of them are hard cases, each with the disease, body or scan that its variants add by a few "
+                (hard_cases.size() == 1 ? " of them is a hard case" : " of them are hard cases") +
+                ", with the disease, body or scan that its variants add by a few "
                 "rules: " +
                 joined(hard_cases) + ". ";
     return text;

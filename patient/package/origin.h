@@ -14,7 +14,7 @@ namespace stylet::patient {
 std::string formatAtlasList(const std::vector<std::string>& names);
 
 // The variants of a patient made by `stylet-model synth --variant`, such as "native,noise-x2", from its
-// provenance. Empty for any other provenance.
+// provenance. Empty without that option.
 std::string_view synthVariants(std::string_view provenance);
 
 // The package's provenance, followed by its atlases if there are any.

@@ -55,9 +55,9 @@ void run(std::vector<Row>& rows) {
     const patient::Package package = test::ductPhantom();
     const patient::Patient patient(package);
     const patient::PlannedPath path = test::ductPath();
+    const trainer::OperativeField field = trainer::flankField(patient);  // as in an exam
     setMockHeadPose(folder / "scenario.json",
-                    trainer::stageFromHead(trainer::stageFromPatient(patient, trainer::fieldOf(path)),
-                                           trainer::fieldOf(path), 0.0));
+                    trainer::stageFromHead(trainer::stageFromPatient(patient, field), field, 0.0));
     trainer::MirrorSettings settings;
     settings.pictures.assets = assetsFolder();
     settings.pictures.config.difficulty = training::Difficulty::exam;  // no hints

@@ -83,7 +83,9 @@ bool printFindings(const std::string& folder, int threads) {
     if (patient::synth::isReferencePatient(package)) lines = patient::synth::checkPatient(package);
     for (const CheckLine& l : lines)
         findings.expect(Findings::warned, l.name, l.value, l.unit, {l.low, l.high},
-                        "of a reference patient with voxels of 1 mm");
+                        "the range holds for a reference patient with voxels of 1 mm: these are coarser, or "
+                        "CT or labels were "
+                        "changed; make the patient again with 1 mm");
     const bool plausible = printVerdict(package, folder, findings.list);
     for (const CheckLine& l : lines)
         if (l.ok()) printLine(l);

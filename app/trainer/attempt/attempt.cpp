@@ -16,6 +16,7 @@
 #include "app/trainer/session/colocation.h"
 #include "app/training/infiltration.h"
 #include "haptics/devices/clutch.h"
+#include "haptics/output/safety.h"
 
 namespace stylet::trainer {
 
@@ -26,6 +27,9 @@ constexpr double kRoomOutside_m = 0.02;
 // How far an exam displaces and tilts the line along which a device is placed.
 constexpr double kLeastAside_m = 0.015, kMostAside_m = 0.03;
 constexpr double kLeastTilt_rad = 0.20, kMostTilt_rad = 0.40;
+// In a small workspace both are made smaller step by step, down to this share. Outside the skin the device
+// needs this much of the workspace.
+constexpr double kSmallerShare = 0.9, kLeastShare = 0.1, kOutside_m = 0.01;
 constexpr std::uint64_t kAsideStream = 0x4173696465;
 
 haptics::SimulationSettings simulationSettings(const patient::Patient& patient, const Scenario& scenario,
@@ -59,19 +63,48 @@ std::optional<patient::DuctSpace> ductSpaceFor(const patient::Patient& patient, 
     return patient::makeDuctSpace(patient);
 }
 
-// Displaces a line across its direction and tilts it, differently for each seed.
-void misplace(Vec3& entry_m, Vec3& direction, double most_m, std::uint64_t seed) {
-    Random random{seed ^ kAsideStream};
+// A line into the body: the needle's at its entry.
+struct Line {
+    Vec3 entry_m, direction;
+};
+
+// Displaces a line across its direction and tilts it further to that side, so that it stays beside the old
+// line. `share` scales both.
+Line besideOf(const Line& line, double share, Random& random) {
+    const Vec3& along = line.direction;
     const Vec3 across = glm::normalize(
-        glm::cross(direction, std::fabs(direction.z) < 0.9 ? Vec3(0.0, 0.0, 1.0) : Vec3(0.0, 1.0, 0.0)));
-    const Vec3 third = glm::cross(direction, across);
-    const auto drawn = [&] {
-        const double turn_rad = random.between(0.0, 2.0 * std::numbers::pi);
+        glm::cross(along, std::fabs(along.z) < 0.9 ? Vec3(0.0, 0.0, 1.0) : Vec3(0.0, 1.0, 0.0)));
+    const Vec3 third = glm::cross(along, across);
+    const auto toward = [&](double turn_rad) {
         return std::cos(turn_rad) * across + std::sin(turn_rad) * third;
     };
-    entry_m += random.between(std::min(kLeastAside_m, most_m), most_m) * drawn();
-    const double tilt_rad = random.between(kLeastTilt_rad, kMostTilt_rad);
-    direction = std::cos(tilt_rad) * direction + std::sin(tilt_rad) * drawn();
+    const double turn_rad = random.between(0.0, 2.0 * std::numbers::pi);
+    const double further_rad = turn_rad + random.between(-0.25, 0.25) * std::numbers::pi;
+    const double aside_m = share * random.between(kLeastAside_m, kMostAside_m);
+    const double tilt_rad = share * random.between(kLeastTilt_rad, kMostTilt_rad);
+    return {line.entry_m + aside_m * toward(turn_rad),
+            std::cos(tilt_rad) * along + std::sin(tilt_rad) * toward(further_rad)};
+}
+
+// The device's place for a line, if its workspace is known. The path must be within reach in any case.
+Pose alignForExam(const haptics::DeviceProfile& profile, const Line& path, double length_m,
+                  std::uint64_t seed) {
+    const auto isInReach = [&](const Pose& placed) {
+        const double reach_m = (1.0 - haptics::kWallShare) * profile.workspace_radius_m;
+        for (const double along_m : {-kOutside_m, length_m})
+            if (glm::length(placed.inverse() * (path.entry_m + along_m * path.direction) -
+                            profile.workspace_centre_m) > reach_m)
+                return false;
+        return true;
+    };
+    Random random{seed ^ kAsideStream};
+    for (double share = 1.0; share > kLeastShare; share *= kSmallerShare) {
+        const Line line = besideOf(path, share, random);
+        const Pose placed = haptics::alignWithPath(profile, needlePose(line.entry_m, line.direction));
+        if (isInReach(placed)) return placed;
+    }
+    // The path fills the workspace.
+    return haptics::alignWithPath(profile, needlePose(path.entry_m, path.direction));
 }
 
 }  // namespace
@@ -129,21 +162,18 @@ Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenari
                         "choose a lower --rate-hz.",
                         profile.name, 1e3 * profile.delay_s, 1e3 * longest_s));
     const training::DifficultyRules& rules = config.startRules();
-    Vec3 entry_m = path.entry_m, direction = glm::normalize(path.target_m - path.entry_m);
-    if (!rules.showsEntry() && profile.senses_rotation) {
-        const double most_m = std::isnan(profile.workspace_radius_m)
-                                  ? kMostAside_m
-                                  : std::min(kMostAside_m, profile.workspace_radius_m / 3.0);
-        misplace(entry_m, direction, most_m, config.seed);
-    }
-    const double half_way_m = 0.5 * (path.length_m - kRoomOutside_m);
-    const Vec3 middle_m = entry_m + half_way_m * direction;
+    const Line line{path.entry_m, glm::normalize(path.target_m - path.entry_m)};
+    const bool hidden = !rules.showsEntry() && profile.senses_rotation;
+    Random random{config.seed ^ kAsideStream};
+    const Line shown = hidden ? besideOf(line, 1.0, random) : line;
+    const Vec3 middle_m = shown.entry_m + 0.5 * (path.length_m - kRoomOutside_m) * shown.direction;
     Pose& placed = settings.patient_from_device;
     if (device.registration)
         placed = levelPatientFromDevice(
             *device.registration, stageFromPatient(patient, operativeField(patient, path, rules)), middle_m);
     else if (!std::isnan(profile.workspace_radius_m))
-        placed = haptics::alignWithPath(profile, needlePose(entry_m, direction));
+        placed = hidden ? alignForExam(profile, line, path.length_m, config.seed)
+                        : haptics::alignWithPath(profile, needlePose(line.entry_m, line.direction));
     else
         placed.position_m = middle_m - placed.rotation * device.device_from_grip.position_m;
     return {patient, settings, {}, std::move(touch), patient::makeDuctSpace(patient)};

@@ -54,10 +54,10 @@ struct LiveDeviceFacts {
 // workspace is known, the device's +z points out of the body along the path, and the path begins near that
 // end of the workspace. Otherwise the device stands beside the patient with the middle of the path at the
 // grip.
-// In an exam the place and the direction that stand for the path differ from it, because the hand could
-// follow the device's axis instead of the pictures. A device that does not sense rotation always holds the
-// needle along the path (haptics/devices/clutch.h), in an exam too. Throws EnvironmentError if the device's
-// latency exceeds the controller's limit (haptics::kMaxDelayTicks).
+// In an exam the device is placed along a line beside the path and tilted against it, drawn from the seed:
+// otherwise the user could push along the device's axis instead of using the pictures. A device that does not
+// sense rotation always holds the needle along the path (haptics/devices/clutch.h); liveAttempt() refuses it.
+// Throws EnvironmentError if the device's latency exceeds the controller's limit (haptics::kMaxDelayTicks).
 Attempt makeLiveAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
                         const AttemptConfig&, haptics::TouchMap, const LiveDeviceFacts&);
 

@@ -1,12 +1,12 @@
 #include "app/trainer/program/live_input.h"
 
+#include <fmt/core.h>
 #include <glm/geometric.hpp>
 
 #include "app/trainer/attempt/staging.h"
 #include "app/trainer/hands/snap.h"
-#include "app/trainer/stores/console.h"
 #include "app/trainer/stores/platform_linux.h"
-#include "haptics/devices/replay.h"
+#include "app/trainer/stores/registration_store.h"
 
 namespace stylet::trainer {
 
@@ -74,6 +74,11 @@ Attempt liveAttempt(const AttemptConfig& config, const Task& task, Live& live, c
         task.make_touch(task.patient);  // first, because the user may move a device that is ready
     catchInterrupts();
     live.device = openReadyDevice(config.device, config.device_options, clock);
+    if (!config.startRules().showsEntry() && !live.device->profile().senses_rotation)
+        throw UsageError(
+            fmt::format("--difficulty exam: {} senses no rotation, so it holds the needle along the planned "
+                        "path; use a device that senses rotation, the mouse or controllers",
+                        live.device->profile().name));
     if (live.device->exertsForce()) live.window->enableRearm();
     live.registration = newestRegistration(dataFolder() / "registrations", config.device,
                                            std::string(live.device->profile().name));

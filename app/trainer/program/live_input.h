@@ -45,7 +45,7 @@ struct Live {
 };
 
 // Opens the input that the configuration names, waits until it is ready, and places it. With `retry`, the
-// attempt begins with the recorded ticks. Throws EnvironmentError and DataError.
+// attempt begins with the recorded ticks. Throws UsageError, EnvironmentError and DataError.
 Attempt liveAttempt(const AttemptConfig&, const Task&, Live&, const haptics::Clock&, const Retry* retry);
 
 // Has mouse or controller place the tool on the skin. Returns why it cannot.

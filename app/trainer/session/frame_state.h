@@ -52,7 +52,7 @@ struct FrameState {
     Glow glow{};
     Insertion insertion{};                  // tissues that the needle has passed in this insertion
     std::optional<GhostTool> ghost_tool{};  // beside the user's tool
-    std::string expert_note{};              // what the expert beside cannot show, and why; a moment ago
+    std::string expert_note{};  // why the expert beside does not show all of this step; for some seconds
     ForceComparisonReading truth{};
     std::optional<training::Difficulty> difficulty{};  // current difficulty, if known
     std::optional<training::Drawn> drawn{};            // by the syringe, a moment ago

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 namespace stylet::trainer {
-namespace {}  // namespace
 
 ImagingInput makeImagingInput(const haptics::TickOutput& tick, const NeedleShape& needle,
                               const haptics::GuideSettings& guide, double tick_s) {

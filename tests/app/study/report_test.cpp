@@ -200,10 +200,12 @@ TEST_F(StudyReport, LimitsNameTheHardCases) {
     expectTexts(studyPage(study), {"2" + healthy}, true);
     expectTexts(studyPage(study), {"hard cases"}, false);
     study.pairs[0].facts.reference.provenance += " --variant ascites,stent";
-    expectTexts(studyPage(study), {"1" + healthy, "1 of them are hard cases", ": one (ascites,stent). "},
-                true);
+    expectTexts(
+        studyPage(study),
+        {"1 of them has no disease but the tumour", "1 of them is a hard case", ": one (ascites,stent). "},
+        true);
     study.pairs[1].facts.reference.provenance += " --variant native";
-    expectTexts(studyPage(study), {healthy, "the blur and noise that"}, false);
+    expectTexts(studyPage(study), {"no disease but the tumour", "the blur and noise that"}, false);
     expectTexts(studyPage(study), {"2 of them are hard cases", "one (ascites,stent), two (native). "}, true);
 }
 

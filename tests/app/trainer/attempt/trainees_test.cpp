@@ -17,6 +17,7 @@
 #include "tests/app/trainer/attempt/cheats.h"
 #include "tests/app/trainer/attempt/trainees.h"
 #include "tests/app/trainer/phantom_attempt.h"
+#include "tests/app/trainer/scripted_attempt.h"
 #include "tests/support/seed.h"
 #include "tests/support/temp_folder.h"
 
@@ -116,12 +117,7 @@ class Patients {
     std::uint64_t seed() const { return seed_; }
     const SessionLog& expert() const { return expert_; }  // the expert's attempt
     SessionLog play(const Scenario& scenario) const {
-        const Attempt attempt = makeAttempt(*patient_, scenario, path_, seed_, 1000.0,
-                                            [this](const patient::Patient&) { return touch_; });
-        Session session(*patient_, path_, scenario.moments, scenario.approach_distance_m, nullptr);
-        session.setCourse(scenario.course);
-        runFast(attempt, session, nullptr, 0.0, {});
-        return session.log();
+        return test::playScripted(*patient_, touch_, path_, scenario, seed_);
     }
 
   private:

@@ -27,9 +27,8 @@ constexpr double kRoomOutside_m = 0.02;
 // How far an exam displaces and tilts the line along which a device is placed.
 constexpr double kLeastAside_m = 0.015, kMostAside_m = 0.03;
 constexpr double kLeastTilt_rad = 0.20, kMostTilt_rad = 0.40;
-// In a small workspace both are made smaller step by step, down to this share. Outside the skin the device
-// needs this much of the workspace.
-constexpr double kSmallerShare = 0.9, kLeastShare = 0.1, kOutside_m = 0.01;
+// In a small workspace both are made smaller step by step, down to this share.
+constexpr double kSmallerShare = 0.9, kLeastShare = 0.1;
 constexpr std::uint64_t kAsideStream = 0x4173696465;
 
 haptics::SimulationSettings simulationSettings(const patient::Patient& patient, const Scenario& scenario,
@@ -91,7 +90,7 @@ Pose alignForExam(const haptics::DeviceProfile& profile, const Line& path, doubl
                   std::uint64_t seed) {
     const auto isInReach = [&](const Pose& placed) {
         const double reach_m = (1.0 - haptics::kWallShare) * profile.workspace_radius_m;
-        for (const double along_m : {-kOutside_m, length_m})
+        for (const double along_m : {0.0, length_m})
             if (glm::length(placed.inverse() * (path.entry_m + along_m * path.direction) -
                             profile.workspace_centre_m) > reach_m)
                 return false;

@@ -33,8 +33,7 @@ class Staging : public testing::Test {
         config.difficulties = test::difficulties(), config.difficulty = difficulty, config.seed = seed;
         haptics::DeviceProfile profile;
         profile.senses_rotation = senses_rotation, profile.workspace_radius_m = workspace_radius_m;
-        return makeLiveAttempt(patient_, test::shortScenario(), path, config, haptics::makeTouchMap(patient_),
-                               {.profile = profile})
+        return makeLiveAttempt(patient_, test::shortScenario(), path, config, touch_, {.profile = profile})
             .simulation.patient_from_device;
     }
 

@@ -47,7 +47,7 @@ class TypedInput final : public NoviceInput {
 #if defined(STYLET_WINDOW)
 class KeyInput final : public NoviceInput {
   public:
-    KeyInput()
+    explicit KeyInput(training::Course course)
         : NoviceInput({.name = "mouse and keys",
                        .controls = training::kMouseControls,
                        .profile = trainer::mouseProfile(),
@@ -56,6 +56,7 @@ class KeyInput final : public NoviceInput {
                        .pull = "Page Up",
                        .rest_m = kRest_m}) {
         port_->enableToolInput();
+        keys_.setCourse(course);
     }
     // Presses a key that has one letter. The others move the tool.
     double obey(const std::string& prompt) override {
@@ -118,13 +119,13 @@ class ControllerInput final : public NoviceInput {
 
 }  // namespace
 
-std::vector<std::unique_ptr<NoviceInput>> makeNoviceInputs() {
+std::vector<std::unique_ptr<NoviceInput>> makeNoviceInputs(training::Course course) {
     std::vector<std::unique_ptr<NoviceInput>> inputs;
     inputs.push_back(std::make_unique<TypedInput>());
 #if defined(STYLET_WINDOW)
-    inputs.push_back(std::make_unique<KeyInput>());
+    inputs.push_back(std::make_unique<KeyInput>(course));
 #endif
-    inputs.push_back(std::make_unique<ControllerInput>());
+    if (course == training::Course::puncture) inputs.push_back(std::make_unique<ControllerInput>());
     return inputs;
 }
 

@@ -38,7 +38,10 @@ class NoviceInput {
     const NoviceInputFacts facts;
 };
 
-// Typed words first, then mouse and keys (if the window is built) and controllers.
-std::vector<std::unique_ptr<NoviceInput>> makeNoviceInputs();
+// Typed words first, then mouse and keys (if the window is built) and, for a puncture, controllers. In a
+// drainage the button for the next tool leads from syringe to scalpel by way of the probe, which is then
+// placed a second time; the novice's needle passes beside the duct from there, and no prompt asks to aim the
+// guide again.
+std::vector<std::unique_ptr<NoviceInput>> makeNoviceInputs(training::Course);
 
 }  // namespace stylet::test

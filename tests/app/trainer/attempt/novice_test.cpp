@@ -303,7 +303,7 @@ int patientsLed(training::Course course, int patients) {
                                                ? pathForWire(patient::makeDuctSpace(patient), plan.paths)
                                                : plan.paths.front();
         const haptics::TouchMap touch = haptics::makeTouchMap(patient);
-        auto inputs = test::makeNoviceInputs();
+        auto inputs = test::makeNoviceInputs(course);
         if (n > 0) inputs.resize(1);
         bool all_done = true;
         for (const auto& input : inputs) {

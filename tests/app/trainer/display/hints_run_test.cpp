@@ -80,13 +80,14 @@ TEST_F(HintsRun, AnExamShowsNothingButTheRoom) {
     EXPECT_GT(guided.skip("panels_drawn"), 0.0);
     EXPECT_EQ(exam.skip("panels_drawn"), 0.0);
     EXPECT_EQ(exam.skip("unseen_panels"), 0.0) << "there is none";
-    // The panel is in the upper right corner. The rest of the border shows only the room.
+    // The panel is in the upper right corner. The rest of the border shows only the room, in which an exam's
+    // patient lies elsewhere.
     EXPECT_GT(difference(guided, exam, "approach", 340, 512, 0, 120), 0.5);
-    EXPECT_LT(difference(guided, exam, "approach", 0, 180, 300, 512), 0.01);
+    EXPECT_LT(difference(guided, exam, "approach", 0, 180, 300, 512), 0.2);
     // An exam closes the skin, whatever look was asked for.
     EXPECT_GT(difference(guided, open, "approach", 120, 290, 140, 320), 0.3);
     EXPECT_LT(difference(closed, exam, "approach", 120, 290, 140, 320), 0.01);
-    // The drape's opening is not at the entry.
+    // The drape's opening is not at the entry, and the entry is not in the middle of the view.
     EXPECT_GT(difference(practice, exam, "approach", 120, 290, 140, 320), 0.05);
     // The reference path is drawn at the guided level only.
     const double ghost = difference(guided, practice, "approach", 120, 290, 140, 320);

@@ -367,7 +367,7 @@ std::string hint(Act act, const Controls& c) {
         case Act::pushToCapsule:
             return fmt::format("The liver's edge is bright in the picture: {}.", c.push);
         case Act::drawBack:
-            return fmt::format("Anaesthetic deeper than its place does not count: {}.", c.pull);
+            return fmt::format("Anaesthetic this deep does not count: {}.", c.pull);
         case Act::cut:
             return fmt::format("A cut of 3 to 15 mm counts. Along the skin: {}.", c.move);
         case Act::snapNeedle:

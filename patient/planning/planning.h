@@ -2,8 +2,8 @@
 // path crosses no risk structure. C2: it is short enough. C3: its clearance to risk structures. C4: the chord
 // of the duct along it. Source: Mastmeyer et al. 2017, Eq. 9, after Baegert et al. 2007.
 //
-// C1 keeps a margin from a risk structure whose border is not certain, as in a built patient: the path passes
-// at least Label::border_uncertainty_m from the label. A vessel runs beside every duct, so on the last
+// In a built patient the border of a risk structure is uncertain. C1 therefore keeps a margin: the path
+// passes at least Label::border_uncertainty_m from the label. A vessel runs beside every duct, so on the last
 // PlanSettings::near_target_m before the duct's wall the margin is 2 mm at most. The margin changes neither
 // the scores nor Q. Distances are measured between voxels, so they may be short by half a voxel's diagonal.
 #pragma once

@@ -102,7 +102,7 @@ Pose alignForExam(const haptics::DeviceProfile& profile, const Line& path, doubl
         const Pose placed = haptics::alignWithPath(profile, needlePose(line.entry_m, line.direction));
         if (isInReach(placed)) return placed;
     }
-    // The path fills the workspace.
+    // The path fills the workspace: this tells where it runs, but an exam that cannot be done is worse.
     return haptics::alignWithPath(profile, needlePose(path.entry_m, path.direction));
 }
 

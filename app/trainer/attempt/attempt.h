@@ -55,7 +55,8 @@ struct LiveDeviceFacts {
 // end of the workspace. Otherwise the device stands beside the patient with the middle of the path at the
 // grip.
 // In an exam the device is placed along a line beside the path and tilted against it, drawn from the seed:
-// otherwise the user could push along the device's axis instead of using the pictures. A device that does not
+// otherwise the user could push along the device's axis instead of using the pictures. If the path fills the
+// workspace, the device is placed along the path in an exam too. A device that does not
 // sense rotation always holds the needle along the path (haptics/devices/clutch.h); liveAttempt() refuses it.
 // Throws EnvironmentError if the device's latency exceeds the controller's limit (haptics::kMaxDelayTicks).
 Attempt makeLiveAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,

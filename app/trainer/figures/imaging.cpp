@@ -1,5 +1,4 @@
 #include "app/trainer/figures/imaging.h"
-#include "app/trainer/attempt/staging.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include "app/installation.h"
 #include "app/report/film.h"
 #include "app/trainer/attempt/hand.h"
+#include "app/trainer/attempt/staging.h"
 #include "app/trainer/session/imaging_input.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "app/trainer/view/contacts.h"

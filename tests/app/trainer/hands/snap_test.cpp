@@ -201,7 +201,7 @@ TEST_F(Snap, IsDeterministic) {
     EXPECT_EQ(hash(), hash());
 }
 
-// A mouse whose thread hangs takes no more requests, and the user is told so.
+// If the mouse's thread hangs, requests are refused, and the user reads why.
 TEST(RequestSnap, SaysThatTheRingIsFull) {
     WindowPort mouse;
     std::string why_not;

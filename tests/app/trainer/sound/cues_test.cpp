@@ -1,11 +1,11 @@
 #include "app/trainer/sound/cues.h"
-#include "app/trainer/attempt/staging.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
+#include "app/trainer/attempt/staging.h"
 #include "tests/app/trainer/difficulties.h"
 #include "tests/app/trainer/phantom_attempt.h"
 

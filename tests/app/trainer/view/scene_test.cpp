@@ -1,10 +1,10 @@
 // What a difficulty shows in the room, and that neither the look nor a change of difficulty brings back what
 // it hides.
 #include "app/trainer/view/scene.h"
-#include "app/trainer/attempt/staging.h"
 
 #include <gtest/gtest.h>
 
+#include "app/trainer/attempt/staging.h"
 #include "app/trainer/attempt/tool_pose.h"
 #include "tests/app/trainer/difficulties.h"
 #include "tests/app/training/wall.h"

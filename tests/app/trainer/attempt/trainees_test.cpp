@@ -80,12 +80,6 @@ std::vector<PlannedPath> pathsOpenToWire(const patient::Patient& patient,
     return surely_open;
 }
 
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-    std::ranges::nth_element(values, middle);
-    return *middle;
-}
-
 // The distance of two groups of totals in units of their pooled standard deviation.
 double separation(const std::vector<double>& better, const std::vector<double>& worse) {
     const auto moments = [](const std::vector<double>& x) {
@@ -155,8 +149,6 @@ class Patients {
 void expectRanks(Course course) {
     const std::vector<Scenario> trainees = test::makeTrainees(course);
     std::vector<std::vector<double>> totals(trainees.size());
-    // Of some sixty drawn patients one reversed a pair (seed 203621). The cause is not known.
-    int pairs = 0, reversed = 0;
     for (Patients patients(seedsToDraw(course), course); patients.next();) {
         SCOPED_TRACE("seed " + std::to_string(patients.seed()));
         std::string line = "seed " + std::to_string(patients.seed()) + ":";
@@ -165,11 +157,7 @@ void expectRanks(Course course) {
             const SessionLog log = who == 0 ? patients.expert() : patients.play(trainees[who]);
             line += fmt::format(" {:.1f}{}", log.score.total, training::passesExam(log.progress) ? "+" : "");
             totals[who].push_back(log.score.total);
-            ++pairs;
-            if (log.score.total >= last) {
-                ++reversed;
-                std::puts((trainees[who].name + describe(log)).c_str());
-            }
+            EXPECT_LT(log.score.total, last) << trainees[who].name << describe(log);
             last = log.score.total;
             if (who == 0) {
                 EXPECT_GT(log.score.total, 90.0) << describe(log);
@@ -185,13 +173,11 @@ void expectRanks(Course course) {
         }
         std::puts(line.c_str());
     }
-    EXPECT_LE(reversed, 1 + pairs / 100);
     for (std::size_t who = 1; who < totals.size(); ++who) {
-        EXPECT_LT(median(totals[who]), median(totals[who - 1])) << trainees[who].name;
         const double d = separation(totals[who - 1], totals[who]);
         std::puts(
             fmt::format("d' of {} to {}: {:.1f}", trainees[who - 1].name, trainees[who].name, d).c_str());
-        EXPECT_GT(d, 0.6) << trainees[who].name;  // one outlier among four patients alone gives 0.7
+        EXPECT_GT(d, 1.0) << trainees[who].name;
     }
 }
 

@@ -56,6 +56,9 @@ std::uint64_t AttemptFold::step(const haptics::TickInput& input, const haptics::
         if (!isEquipmentCommand(command)) continue;
         begun_ = true;
         training::applyCommand(equipment_, command);
+        const bool pressed = command.kind == haptics::CommandKind::pedal && command.value != 0;
+        if (pressed && output.phase != haptics::Phase::outside)
+            equipment_.xray.aimed_m = output.patient_from_needle.position_m;
         if (command.kind == haptics::CommandKind::aspirate)
             aspiration_ = {aspiration_.count + 1, output.tick, drawnAt(output)};
         commands_.add(std::uint64_t(command.kind) | std::uint64_t(command.value) << 32);

@@ -55,6 +55,9 @@ struct XrayState {
     double pulses_per_s = 7.5;
     std::uint64_t pulses = 0;           // pulse count; one picture per pulse
     std::uint64_t last_pulse_tick = 0;  // tick of the last pulse
+    // The C-arm is moved over this point of the patient frame: the tip of a needle in the body when the pedal
+    // was last pressed. Absent: none was.
+    std::optional<Vec3> aimed_m{};
 };
 struct UltrasoundState {
     double depth_m = 0.16, gain_db = 0.0, frequency_hz = 3.5e6, focus_m = 0.08;

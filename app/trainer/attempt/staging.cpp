@@ -58,8 +58,11 @@ double sway(double amplitude_m, double frequency_hz, double t_s, double phase_ra
 }  // namespace
 
 OperativeField fieldOf(const patient::PlannedPath& path) noexcept {
-    return {path.entry_m, path.target_m, path.entry_reference_m,
-            path.target_reference_m - Vec3(kTowardHilum_m, 0.0, 0.0)};
+    return {path.entry_m, path.target_m, path.entry_reference_m, isocentreFor(path.target_reference_m)};
+}
+
+Vec3 isocentreFor(const Vec3& target_m) noexcept {
+    return target_m - Vec3(kTowardHilum_m, 0.0, 0.0);
 }
 
 OperativeField operativeField(const patient::Patient& patient, const patient::PlannedPath& path,

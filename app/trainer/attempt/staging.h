@@ -20,11 +20,14 @@ struct OperativeField {
     Vec3 entry_m;            // on the skin, in front of the operator
     Vec3 inside_m;           // beneath it; the operator looks at the line from the entry to this point
     Vec3 entry_reference_m;  // the entry in the patient that does not breathe: where the drape opens
-    Vec3 isocentre_m;        // of the C-arm
+    Vec3 isocentre_m;        // of the C-arm, until it is moved over the needle
 };
 
-// The field of a planned path. One X-ray picture shows the target and the hilum and little outside the
+// Where the C-arm is centred for a target: one picture shows the target and the hilum and little outside the
 // patient.
+Vec3 isocentreFor(const Vec3& target_m) noexcept;
+
+// The field of a planned path.
 OperativeField fieldOf(const patient::PlannedPath&) noexcept;
 
 // A field that depends on no path: the right flank at the middle of the liver's height, and the liver's

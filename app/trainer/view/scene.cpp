@@ -23,7 +23,8 @@ void loadSceneLook(render::Renderer& renderer, const AttemptConfig& config) {
 void addRoom(render::RenderScene& scene, const OperativeField& field, const training::XrayState& xray) {
     scene.room = render::wholeRoom();
     if (xray.pulses > 0)
-        scene.room.c_arm = render::CArm{xray.rotation_rad, xray.angulation_rad, field.isocentre_m};
+        scene.room.c_arm = render::CArm{xray.rotation_rad, xray.angulation_rad,
+                                        xray.aimed_m ? isocentreFor(*xray.aimed_m) : field.isocentre_m};
     scene.field_m = field.entry_reference_m;
     scene.drape = scene.look == render::Look::closed && scene.cuts.empty();
 }

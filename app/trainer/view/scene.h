@@ -24,7 +24,8 @@ inline render::Look sceneLook(const AttemptConfig& config) {
 void loadSceneLook(render::Renderer&, const AttemptConfig&);
 
 // Adds to the scene the room and the disinfected field around the field's entry. The closed look also gets
-// the drape, unless the scene has cut planes. From the first X-ray pulse on, also adds the C-arm.
+// the drape, unless the scene has cut planes. From the first X-ray pulse on, also adds the C-arm, over the
+// needle that was in the body when the pedal was pressed.
 void addRoom(render::RenderScene&, const OperativeField&, const training::XrayState& = {});
 
 // Adds the tool in use and the parked probe.

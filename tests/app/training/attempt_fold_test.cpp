@@ -98,6 +98,23 @@ TEST_F(AttemptFoldTest, AnInjectionOutsideTheBodyIsLost) {
     EXPECT_NEAR(fold.contrast().volumes().lost_m3, 2e-9, 1e-15);
 }
 
+TEST_F(AttemptFoldTest, EachPressOfThePedalAimsAtTheNeedleInTheBody) {
+    AttemptFold fold(patient_, kDt_s);
+    const auto press = [&](double x_m) {
+        output_.patient_from_needle.position_m = {x_m, 0.0, 0.0};
+        tick(fold, {kPedalDown});
+        tick(fold, {kPedalUp});
+        return fold.equipment().xray.aimed_m;
+    };
+    output_.phase = haptics::Phase::outside;
+    EXPECT_FALSE(press(-0.02));
+    output_.phase = haptics::Phase::pass;
+    EXPECT_EQ(press(0.03), Vec3(0.03, 0.0, 0.0));
+    EXPECT_EQ(press(0.05), Vec3(0.05, 0.0, 0.0));
+    output_.phase = haptics::Phase::outside;
+    EXPECT_EQ(press(-0.02), Vec3(0.05, 0.0, 0.0)) << "the needle is out: the C-arm stays";
+}
+
 TEST_F(AttemptFoldTest, HashCoversEveryCommandAndItsTick) {
     const auto play = [&](const Command& command, int at) {
         AttemptFold fold(patient_, kDt_s);

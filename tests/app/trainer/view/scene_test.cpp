@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <glm/geometric.hpp>
+
 #include "app/trainer/attempt/staging.h"
 #include "app/trainer/attempt/tool_pose.h"
 #include "tests/app/trainer/difficulties.h"
@@ -62,6 +64,21 @@ TEST_F(SceneTest, TheExpertsToolIsAGhostOfItsKind) {
         EXPECT_EQ(scene.paths.size(), kind == render::GhostKind::needle ? 1u : 0u);
         EXPECT_TRUE(scene.patient_from_finger) << "the trainee's own tool stays";
     }
+}
+
+// In an exam the C-arm stands over the liver's middle, from where a target can lie outside its picture.
+TEST_F(SceneTest, TheCArmIsMovedOverTheNeedle) {
+    const OperativeField field = flankField(patient_);
+    render::RenderScene scene;
+    training::XrayState xray{.pedal = true, .pulses = 1};
+    addRoom(scene, field, xray);
+    EXPECT_EQ(scene.room.c_arm->isocentre_m, field.isocentre_m);
+    for (const double x_m : {0.02, 0.09}) {
+        xray.aimed_m = Vec3(x_m, 0.01, 0.05);
+        addRoom(scene, field, xray);
+        EXPECT_EQ(scene.room.c_arm->isocentre_m, isocentreFor(*xray.aimed_m));
+    }
+    EXPECT_LT(glm::distance(isocentreFor(Vec3(0.0)), Vec3(0.0)), 0.05) << "half a picture is 0.1 m";
 }
 
 }  // namespace

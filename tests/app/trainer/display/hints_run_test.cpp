@@ -5,7 +5,9 @@
 
 #include <array>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <map>
 #include <memory>
 #include <regex>
 
@@ -97,6 +99,67 @@ TEST_F(HintsRun, AnExamShowsNothingButTheRoom) {
     // the exam's other drape.
     EXPECT_GT(difference(practice, exam, "duct", 0, 512, 0, 20), 0.8);
     EXPECT_LT(difference(practice, exam, "duct", 130, 320, 160, 400), 0.2);
+}
+
+// Two exams whose planned paths differ, with the same hand: nothing that the trainee sees may differ.
+// HZ-TEACH-24
+TEST_F(HintsRun, AnExamsPicturesDoNotDependOnThePlannedPath) {
+    std::ofstream(command_ / "room.toml") << R"(name = "room"
+description = "X-rays first, because the time of a move depends on the path."
+moments = ["xray", "skin", "liver"]
+approach_distance_mm = 5.0
+[start]
+deeper_mm = -10.0
+[hand]
+ramp_s = 0.1
+tremor_mm = 0.1
+tremor_low_hz = 8.0
+tremor_high_hz = 10.0
+[[stage]]
+do = "pedal"
+down = true
+[[stage]]
+do = "wait"
+seconds = 0.3
+[[stage]]
+do = "pedal"
+down = false
+[[stage]]
+do = "move"
+share = 1.0
+speed_mm_s = 50.0
+)";
+    command_.unset("XRMOCK_SCENARIO");  // the head leans over the field
+    const std::string run = "run --headless --fast --spacing-mm 2.5 --look closed --scenario '" +
+                            (command_ / "room.toml").string() + "'";
+    ASSERT_EQ(command_.run(run + " --fps 0").status, 0);
+    const std::string hand = (command_ / "hand.csv").string();
+    ASSERT_EQ(
+        command_
+            .run("replay '" + (command_.out() / "record").string() + "' --fast --save-hand '" + hand + "'")
+            .status,
+        0);
+    const auto pictures = [&](const std::string& difficulty, const std::string& path) {
+        const test::Outcome outcome = command_.run(run + " --fps 0.5 --device replay --trace '" + hand +
+                                                   "' --difficulty " + difficulty + " --path " + path);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        std::map<std::string, std::string> files;
+        for (const auto& file : std::filesystem::directory_iterator(command_.out()))
+            if (file.path().extension() == ".png" && file.path().stem() != "slices" &&
+                file.path().stem() != "force-depth")  // those two are written after the attempt
+                files[file.path().filename()] = test::readText(file.path());
+        return files;
+    };
+    const auto exam = pictures("exam", "1"), other = pictures("exam", "20"),
+               practice = pictures("practice", "1"), other_practice = pictures("practice", "20");
+    EXPECT_GE(exam.size(), 9u) << "both eyes and the X-ray screen at three captures";
+    for (const auto* all : {&other, &practice, &other_practice})
+        ASSERT_EQ(all->size(), exam.size());
+    for (const auto& [name, picture] : exam) {
+        EXPECT_TRUE(picture == other.at(name)) << name;
+        if (name.ends_with("_left.png") || name == "xray_xray.png")
+            EXPECT_FALSE(practice.at(name) == other_practice.at(name)) << name;
+    }
 }
 
 }  // namespace

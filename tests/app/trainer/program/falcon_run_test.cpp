@@ -204,6 +204,29 @@ TEST_F(FalconRunRealTime, ASignalWhileItPushesEndsInZero) {
     }
 }
 
+// It would hold the needle along the planned path. HZ-TEACH-24
+TEST_F(FalconRunRealTime, OnlyAnExamRefusesADeviceThatSensesNoRotation) {
+    test::FalconTestbed bed(true);
+    bed.plugIn();
+    const Hand hand(bed);
+    for (const std::string difficulty : {"guided", "practice", "exam"}) {
+        SCOPED_TRACE(difficulty);
+        const test::Outcome live = command.run(arguments("--seconds 0.2 --difficulty " + difficulty));
+        const bool exam = difficulty == "exam";
+        EXPECT_EQ(live.status == 0, !exam) << live.err;
+        EXPECT_EQ(live.err.find("senses no rotation") != std::string::npos, exam) << live.err;
+        EXPECT_EQ(std::filesystem::exists(command.out() / "record"), !exam);
+        bed.with([](FalconEmulator& f) { EXPECT_FALSE(f.hasMotorForce()); });
+    }
+    // An instructor who asks for an exam while a practice runs, and for the next attempt.
+    const std::filesystem::path out = command / "turned";
+    const test::Outcome turned =
+        command.runBare(arguments("--seconds 60 --difficulty practice --out '" + out.string() + "'"),
+                        "printf 'difficulty exam\nnew attempt\n' | ");
+    EXPECT_THAT(turned.err, HasSubstr("senses no rotation"));
+    EXPECT_FALSE(std::filesystem::exists(out.string() + "-2/record"));
+}
+
 TEST_F(FalconRunRealTime, CancelledCalibrationReleasesTheForce) {
     test::FalconTestbed bed(true);
     bed.plugIn();

@@ -60,10 +60,12 @@ void run(std::vector<Row>& rows) {
                     trainer::stageFromHead(trainer::stageFromPatient(patient, field), field, 0.0));
     trainer::MirrorSettings settings;
     settings.pictures.assets = assetsFolder();
+    settings.pictures.field = field;
     settings.pictures.config.difficulty = training::Difficulty::exam;  // no hints
     trainer::Mirror mirror(patient, path, settings);
     trainer::PictureSettings frame_settings;
     frame_settings.assets = settings.pictures.assets;
+    frame_settings.field = field;
     FrameLoop loop(patient, frame_settings, path);
     loop.mirrorTo(mirror.channels());
 

@@ -77,12 +77,13 @@ TEST_F(ControllerHand, PuncturesTheDuctAlongThePlannedPath) {
     const auto port = std::make_shared<ControllerPort>();
     const haptics::Clock clock = monotonicClock();
     const Scenario scenario = test::shortScenario();
-    Attempt attempt = makeLiveAttempt(patient_, scenario, path_, {}, haptics::makeTouchMap(patient_),
-                                      {.profile = controllerProfile()});
+    Attempt attempt = makeLiveAttempt(patient_, scenario, path_, fieldOf(path_), {},
+                                      haptics::makeTouchMap(patient_), {.profile = controllerProfile()});
     attempt.simulation.patient_from_device = stage_from_patient_.inverse();
     LiveDevice device(kControllers, std::make_unique<ControllerDriver>(*port, ControllerSide::right, clock),
                       clock);
     PictureSettings settings;
+    settings.field = fieldOf(path_);
     settings.config.difficulties = test::difficulties();
     settings.assets = std::getenv("STYLET_ASSETS");
     settings.controllers = port;
@@ -126,6 +127,7 @@ TEST_F(ControllerHand, FollowsTheSelectedHandWhileTheSessionHasFocus) {
     play({{"left", {{"poses", {keyOf(0.0, left)}}}}, {"right", {{"poses", {keyOf(0.0, right)}}}}},
          {{{"frame", 12}, {"session_loss", {{"lost_after_s", 0}}}}});
     PictureSettings settings;
+    settings.field = fieldOf(path_);
     settings.config.difficulties = test::difficulties();
     settings.assets = std::getenv("STYLET_ASSETS");
     settings.config.fast = true;

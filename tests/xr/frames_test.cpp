@@ -108,6 +108,7 @@ class FramesTest : public testing::Test {
         settings_.config.difficulties = test::difficulties();
         settings_.config.validation = validationLayerPresent();
         settings_.config.stats = true;
+        settings_.field = fieldOf(path_);
     }
     void makeFiveFrames() {
         FrameLoop loop(patient_, settings_, path_);

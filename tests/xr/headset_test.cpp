@@ -56,6 +56,7 @@ class HeadsetTest : public testing::Test {
         settings_.rearm_act = "press the first button";
         settings_.config.difficulty =
             training::Difficulty::exam;  // no guide panel, so every quad is a notice
+        settings_.field = flankField(patient_);
         play("{}");
     }
     void TearDown() override {

@@ -3,16 +3,13 @@
 #include <fmt/core.h>
 #include <algorithm>
 #include <cmath>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "app/trainer/attempt/hand.h"
 #include "app/trainer/attempt/random.h"
-#include "app/trainer/attempt/staging.h"
 #include "app/trainer/session/colocation.h"
 #include "app/training/infiltration.h"
 #include "haptics/devices/clutch.h"
@@ -24,12 +21,10 @@ namespace {
 
 // Part of the workspace that is kept for motion outside the skin, if the device's workspace is not known.
 constexpr double kRoomOutside_m = 0.02;
-// How far an exam displaces and tilts the line along which a device is placed.
-constexpr double kLeastAside_m = 0.015, kMostAside_m = 0.03;
-constexpr double kLeastTilt_rad = 0.20, kMostTilt_rad = 0.40;
-// In a small workspace both are made smaller step by step, down to this share.
-constexpr double kSmallerShare = 0.9, kLeastShare = 0.1;
-constexpr std::uint64_t kAsideStream = 0x4173696465;
+// How far from the middle of flank and liver an exam may put the middle of a device's workspace.
+constexpr double kAround_m = 0.12;
+constexpr int kPlaces = 100'000;  // places that are tried
+constexpr std::uint64_t kPlaceStream = 0x506c616365;
 
 haptics::SimulationSettings simulationSettings(const patient::Patient& patient, const Scenario& scenario,
                                                std::uint64_t seed, double rate_hz) {
@@ -62,48 +57,28 @@ std::optional<patient::DuctSpace> ductSpaceFor(const patient::Patient& patient, 
     return patient::makeDuctSpace(patient);
 }
 
-// A line into the body: the needle's at its entry.
-struct Line {
-    Vec3 entry_m, direction;
-};
-
-// Displaces a line across its direction and tilts it further to that side, so that it stays beside the old
-// line. `share` scales both.
-Line besideOf(const Line& line, double share, Random& random) {
-    const Vec3& along = line.direction;
-    const Vec3 across = glm::normalize(
-        glm::cross(along, std::fabs(along.z) < 0.9 ? Vec3(0.0, 0.0, 1.0) : Vec3(0.0, 1.0, 0.0)));
-    const Vec3 third = glm::cross(along, across);
-    const auto toward = [&](double turn_rad) {
-        return std::cos(turn_rad) * across + std::sin(turn_rad) * third;
-    };
-    const double turn_rad = random.between(0.0, 2.0 * std::numbers::pi);
-    const double further_rad = turn_rad + random.between(-0.25, 0.25) * std::numbers::pi;
-    const double aside_m = share * random.between(kLeastAside_m, kMostAside_m);
-    const double tilt_rad = share * random.between(kLeastTilt_rad, kMostTilt_rad);
-    return {line.entry_m + aside_m * toward(turn_rad),
-            std::cos(tilt_rad) * along + std::sin(tilt_rad) * toward(further_rad)};
-}
-
-// The device's place for a line, if its workspace is known. The path must be within reach in any case.
-Pose alignForExam(const haptics::DeviceProfile& profile, const Line& path, double length_m,
-                  std::uint64_t seed) {
-    const auto isInReach = [&](const Pose& placed) {
-        const double reach_m = (1.0 - haptics::kWallShare) * profile.workspace_radius_m;
-        for (const double along_m : {0.0, length_m})
-            if (glm::length(placed.inverse() * (path.entry_m + along_m * path.direction) -
-                            profile.workspace_centre_m) > reach_m)
-                return false;
-        return true;
-    };
-    Random random{seed ^ kAsideStream};
-    for (double share = 1.0; share > kLeastShare; share *= kSmallerShare) {
-        const Line line = besideOf(path, share, random);
-        const Pose placed = haptics::alignWithPath(profile, needlePose(line.entry_m, line.direction));
-        if (isInReach(placed)) return placed;
+// The middle of a device's workspace in an exam. It is the middle between flank and liver if the path is
+// within reach from there. Otherwise places around it are drawn from the seed until the path is: then the
+// place tells no more than that. A radius that is not a number reaches everything.
+Vec3 middleForExam(const OperativeField& field, const patient::PlannedPath& path, double radius_m,
+                   std::uint64_t seed) {
+    const Vec3 along = glm::normalize(path.target_m - path.entry_m);
+    const double reach_m = (1.0 - haptics::kWallShare) * radius_m;
+    // A place in front of the skin that should be within reach too.
+    const double outside_m = std::clamp(reach_m - 0.5 * path.length_m, 0.0, kRoomOutside_m);
+    const Vec3 before_m = path.entry_m - outside_m * along;
+    const Vec3 middle_m = 0.5 * (field.entry_m + field.inside_m);
+    Random random{seed ^ kPlaceStream};
+    const auto drawn = [&] { return random.between(-kAround_m, kAround_m); };
+    Vec3 place_m = middle_m;
+    for (int tries = 0; tries < kPlaces; ++tries) {
+        if (!(glm::distance(place_m, before_m) > reach_m || glm::distance(place_m, path.target_m) > reach_m))
+            return place_m;
+        const double x_m = drawn(), y_m = drawn(), z_m = drawn();
+        place_m = middle_m + Vec3(x_m, y_m, z_m);
     }
-    // The path fills the workspace: this tells where it runs, but an exam that cannot be done is worse.
-    return haptics::alignWithPath(profile, needlePose(path.entry_m, path.direction));
+    // The path fills the workspace. An exam that cannot be done is worse than a place that tells where.
+    return path.entry_m + (reach_m - kRoomOutside_m) * along;
 }
 
 }  // namespace
@@ -150,8 +125,8 @@ Attempt makeAttempt(const patient::Patient& patient, const Scenario& scenario,
 }
 
 Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenario,
-                        const patient::PlannedPath& path, const AttemptConfig& config,
-                        haptics::TouchMap touch, const LiveDeviceFacts& device) {
+                        const patient::PlannedPath& path, const OperativeField& field,
+                        const AttemptConfig& config, haptics::TouchMap touch, const LiveDeviceFacts& device) {
     const haptics::DeviceProfile& profile = device.profile;
     haptics::SimulationSettings settings = simulationSettings(patient, scenario, config.seed, config.rate_hz);
     settings.profile = profile;
@@ -160,21 +135,18 @@ Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenari
             fmt::format("{} answers after {:.1f} ms. At this rate its force is stable only up to {:.1f} ms: "
                         "choose a lower --rate-hz.",
                         profile.name, 1e3 * profile.delay_s, 1e3 * longest_s));
-    const training::DifficultyRules& rules = config.startRules();
-    const Line line{path.entry_m, glm::normalize(path.target_m - path.entry_m)};
-    const bool hidden = !rules.showsEntry() && profile.senses_rotation;
-    Random random{config.seed ^ kAsideStream};
-    const Line shown = hidden ? besideOf(line, 1.0, random) : line;
-    const Vec3 middle_m = shown.entry_m + 0.5 * (path.length_m - kRoomOutside_m) * shown.direction;
+    const Vec3 along = glm::normalize(path.target_m - path.entry_m);
+    const bool hidden = !config.startRules().showsEntry(), bounded = !std::isnan(profile.workspace_radius_m);
+    const Vec3 middle_m = hidden ? middleForExam(field, path, profile.workspace_radius_m, config.seed)
+                                 : path.entry_m + 0.5 * (path.length_m - kRoomOutside_m) * along;
     Pose& placed = settings.patient_from_device;
     if (device.registration)
-        placed = levelPatientFromDevice(
-            *device.registration, stageFromPatient(patient, operativeField(patient, path, rules)), middle_m);
-    else if (!std::isnan(profile.workspace_radius_m))
-        placed = hidden ? alignForExam(profile, line, path.length_m, config.seed)
-                        : haptics::alignWithPath(profile, needlePose(line.entry_m, line.direction));
+        placed = levelPatientFromDevice(*device.registration, stageFromPatient(patient, field), middle_m);
+    else if (bounded && !hidden)
+        placed = haptics::alignWithPath(profile, needlePose(path.entry_m, along));
     else
-        placed.position_m = middle_m - placed.rotation * device.device_from_grip.position_m;
+        placed.position_m = middle_m - placed.rotation * (bounded ? profile.workspace_centre_m
+                                                                  : device.device_from_grip.position_m);
     return {patient, settings, {}, std::move(touch), patient::makeDuctSpace(patient)};
 }
 

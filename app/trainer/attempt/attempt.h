@@ -7,6 +7,7 @@
 
 #include "app/trainer/attempt/config.h"
 #include "app/trainer/attempt/scenario.h"
+#include "app/trainer/attempt/staging.h"
 #include "app/trainer/stores/derived.h"
 #include "app/trainer/stores/registration_store.h"
 #include "haptics/loop/trace.h"
@@ -54,12 +55,14 @@ struct LiveDeviceFacts {
 // workspace is known, the device's +z points out of the body along the path, and the path begins near that
 // end of the workspace. Otherwise the device stands beside the patient with the middle of the path at the
 // grip.
-// In an exam the device is placed along a line beside the path and tilted against it, drawn from the seed:
-// otherwise the user could push along the device's axis instead of using the pictures. If the path fills the
-// workspace, the device is placed along the path in an exam too. A device that does not
-// sense rotation always holds the needle along the path (haptics/devices/clutch.h); liveAttempt() refuses it.
+// In an exam its axes are the room's: x toward the patient's feet, y front, z toward the operator. The middle
+// of its workspace lies between flank and liver if the path is within reach from there, and otherwise where
+// the seed puts it: the user must not be able to push along an axis of the device instead of using the
+// pictures. A device that does not sense rotation always holds the needle along the path
+// (haptics/devices/clutch.h); liveAttempt() refuses it.
 // Throws EnvironmentError if the device's latency exceeds the controller's limit (haptics::kMaxDelayTicks).
 Attempt makeLiveAttempt(const patient::Patient&, const Scenario&, const patient::PlannedPath& path,
-                        const AttemptConfig&, haptics::TouchMap, const LiveDeviceFacts&);
+                        const OperativeField&, const AttemptConfig&, haptics::TouchMap,
+                        const LiveDeviceFacts&);
 
 }  // namespace stylet::trainer

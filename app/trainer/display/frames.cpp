@@ -100,7 +100,7 @@ FrameLoop::Impl::Impl(const patient::Patient& patient_in, const PictureSettings&
       settings(settings_in),
       difficulty(settings.config.difficulty),
       rules(settings.config.startRules()),
-      field(operativeField(patient, path, rules)),
+      field(settings.field),
       scenes(patient, path, field, sceneLook(settings.config), settings.press, rules),
       alerts(settings.press.tick_s),
       mock({settings.head_script, settings.config.fast, settings.config.folder}, scenes.stageFromPatient(),

@@ -23,6 +23,7 @@ PictureSettings pictureSettings(const ShownReplay& shown, const std::filesystem:
     settings.pipeline_cache = cacheFolder() / "pipelines.bin";
     settings.config.folder = out;
     settings.press = shown.press;
+    settings.field = fieldOf(shown.path);
     settings.config.difficulties = training::loadDifficulties(settings.assets / "difficulty.toml");
     settings.config.mirror = !environment("DISPLAY").empty();
     settings.window = std::make_shared<WindowPort>();

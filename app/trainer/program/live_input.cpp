@@ -30,11 +30,9 @@ Attempt controllerAttempt(const AttemptConfig& config, const Task& task, Live& l
     live.device = std::make_unique<LiveDevice>(
         kControllers, std::make_unique<ControllerDriver>(*live.port, controllerSide(config.hand), clock),
         clock);
-    Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, config,
+    Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, task.field, config,
                                       task.make_touch(task.patient), {.profile = controllerProfile()});
-    live.patient_from_driver =
-        stageFromPatient(task.patient, operativeField(task.patient, task.path, config.startRules()))
-            .inverse();
+    live.patient_from_driver = stageFromPatient(task.patient, task.field).inverse();
     attempt.simulation.patient_from_device = *live.patient_from_driver;
     live.aimed = &live.device->bare();
     resume(live, attempt, retry);
@@ -47,7 +45,7 @@ Attempt mouseAttempt(const AttemptConfig& config, const Task& task, Live& live, 
     catchInterrupts();
     live.window->enableToolInput();
     live.window->publish(retry ? retry->left.tool : task.scenario.tool, 0.0);
-    Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, config,
+    Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, task.field, config,
                                       task.make_touch(task.patient), {.profile = mouseProfile()});
     live.patient_from_driver = Pose{};
     attempt.simulation.patient_from_device = {};
@@ -82,8 +80,9 @@ Attempt liveAttempt(const AttemptConfig& config, const Task& task, Live& live, c
     if (live.device->exertsForce()) live.window->enableRearm();
     live.registration = newestRegistration(dataFolder() / "registrations", config.device,
                                            std::string(live.device->profile().name));
-    Attempt attempt = makeLiveAttempt(task.patient, task.scenario, task.path, config, std::move(touch),
-                                      {live.device->profile(), live.device->grip(), live.registration});
+    Attempt attempt =
+        makeLiveAttempt(task.patient, task.scenario, task.path, task.field, config, std::move(touch),
+                        {live.device->profile(), live.device->grip(), live.registration});
     haptics::SimulationSettings& settings = attempt.simulation;
     if (retry) settings.patient_from_device = retry->record.header.settings.patient_from_device;
     const Pose needle = needlePose(task.path.entry_m, glm::normalize(task.path.target_m - task.path.entry_m));

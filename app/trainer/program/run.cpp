@@ -8,7 +8,6 @@
 #include "app/trainer/attempt/demonstration.h"
 #include "app/trainer/attempt/hand.h"
 #include "app/trainer/attempt/retry.h"
-#include "app/trainer/attempt/staging.h"
 #include "app/trainer/hands/snap.h"
 #include "app/trainer/loop/force_feed.h"
 #include "app/trainer/loop/loops.h"
@@ -307,6 +306,7 @@ std::unique_ptr<Display> openAttemptDisplay(const AttemptRun& run) {
     const Live& live = run.live;
     PictureSettings settings;
     settings.config = run.options.config;
+    settings.field = run.task->field;
     if (live.device) settings.rearm_act = live.device->rearmAct();
     // Without force there is no place at which the user could feel the tool.
     if (live.registration && live.device->exertsForce())
@@ -362,9 +362,8 @@ void openOutputs(AttemptRun& run) {
                           : ""));
     }
     if (task.other) session.compareWith(run.truth.emplace(*task.other, attempt.simulation.tools.needle));
-    run.hearing.emplace(
-        config, soundPlaces(task.patient, operativeField(task.patient, task.path, config.startRules())),
-        attempt.simulation.dt_s, live.port.get(), run.listener_pose);
+    run.hearing.emplace(config, soundPlaces(task.patient, task.field), attempt.simulation.dt_s,
+                        live.port.get(), run.listener_pose);
 }
 
 const training::DifficultyRules& rulesNow(const AttemptRun& run) {

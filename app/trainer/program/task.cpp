@@ -55,7 +55,8 @@ Task::Task(const AttemptConfig& config, Retry* retry, Start& start)
       patient(opened.package),
       other(loadOtherSegmentation(patient, config.full)),
       path(retry ? retry->record.info.path
-                 : referencePath(patient, opened.folder, config.path, scenario.course, &start.made)) {
+                 : referencePath(patient, opened.folder, config.path, scenario.course, &start.made)),
+      field(operativeField(patient, path, config.startRules())) {
     if (retry) {
         scenario.course = courseOf(retry->record.info);
         checkRetry(*retry, patient);

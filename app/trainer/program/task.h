@@ -27,6 +27,7 @@ struct Task {
     patient::Patient patient;
     std::optional<OtherSegmentation> other;
     patient::PlannedPath path;
+    OperativeField field;  // that room, device and pictures are arranged around
     std::uint64_t patient_digest = 0;
     MakeTouch make_touch;
 };

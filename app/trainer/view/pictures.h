@@ -16,6 +16,7 @@
 
 #include "app/report/film.h"
 #include "app/trainer/attempt/config.h"
+#include "app/trainer/attempt/staging.h"
 #include "app/trainer/hands/controller_hand.h"
 #include "app/trainer/hands/window_port.h"
 #include "app/trainer/session/colocation.h"
@@ -40,6 +41,7 @@ struct PictureSettings {
     std::filesystem::path pipeline_cache{};  // compiled shaders of earlier runs; empty: none
     // Data of the attempt.
     PressInput press{};
+    OperativeField field{};  // that the room is arranged around
     // Data of the input device.
     std::string rearm_act{};                 // see LiveHand; empty: the attempt has no user who could re-arm
     std::optional<Colocation> colocation{};  // place of a registered device in the room

@@ -32,7 +32,7 @@ void hideSecondEye(render::Renderer& renderer) {
 CameraView::CameraView(render::Gpu& gpu, const patient::Patient& patient, const patient::PlannedPath& path,
                        const PictureSettings& settings, const training::DifficultyRules& rules)
     : gpu_(&gpu),
-      field_(operativeField(patient, path, settings.config.startRules())),
+      field_(settings.field),
       scenes_(patient, path, field_, sceneLook(settings.config), settings.press, rules),
       renderer_(gpu, {}, settings.assets),
       governor_(render::GovernorSettings{.budget_ms = gpu.isSoftware() ? kProcessorBudget_ms : kBudget_ms,

@@ -42,7 +42,7 @@ WindowContent::WindowContent(const patient::Patient& patient, const patient::Pla
                              render::Presenter& presenter)
     : patient_(&patient),
       path_(path),
-      field_(operativeField(patient, path, settings.pictures.config.startRules())),
+      field_(settings.pictures.field),
       stage_from_patient_(stageFromPatient(patient, field_)),
       settings_(settings),
       rules_(settings.pictures.config.startRules()),

@@ -91,6 +91,7 @@ struct UserOutput::Impl {
         settings.config.difficulties = difficulties;
         settings.config.difficulty = context.difficulty;
         settings.listener_pose = listener_pose;
+        settings.field = fieldOf(context.path);
         auto opened = picturesFor(context.attempt, context.path, std::move(settings));
         if (!opened) throw DataError("--pictures", "headset", "there is none");
         return opened;

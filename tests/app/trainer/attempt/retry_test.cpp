@@ -129,7 +129,8 @@ TEST_F(FromABookmark, LiveInputResumesAtTheOldPoseWithRisingForce) {
     const Retry retry = retryAt("@2");
     ASSERT_NE(retry.left.phase, Phase::outside);
     ASSERT_EQ(retry.left.level, 1.0);
-    Attempt attempt = makeLiveAttempt(patient_, scenario_, test::ductPath(), {.seed = 3}, {}, {});
+    Attempt attempt =
+        makeLiveAttempt(patient_, scenario_, test::ductPath(), flankField(patient_), {.seed = 3}, {}, {});
     startFromRecord(attempt, retry);
     records::RecordWriter writer(second(), {patient::digest(package_), attempt.simulation}, info_);
     Session session = makeSession(&writer);

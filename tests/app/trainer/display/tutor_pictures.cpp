@@ -144,6 +144,7 @@ PictureSettings settingsFor(const Scene& scene, const fs::path& folder, const ch
     settings.config.device = device;
     settings.config.fast = true;
     settings.press.touch = &scene.touch;
+    settings.field = fieldOf(scene.path);
     return settings;
 }
 

@@ -344,7 +344,7 @@ TEST(LiveAttempt, ADeviceSlowerThanItsControllerAccountsForIsRefused) {
     haptics::DeviceProfile profile;
     const auto make = [&](double delay_s, double rate_hz) {
         profile.delay_s = delay_s;
-        (void)makeLiveAttempt(patient, shortScenario(), ductPath(), {.rate_hz = rate_hz}, {},
+        (void)makeLiveAttempt(patient, shortScenario(), ductPath(), {}, {.rate_hz = rate_hz}, {},
                               {.profile = profile});
     };
     EXPECT_NO_THROW(make(0.0159, 1000.0));

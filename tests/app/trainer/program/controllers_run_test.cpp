@@ -260,7 +260,7 @@ class VirtualTrainee {
     // Places the controllers in the drawn room.
     static Attempt attemptInTheRoom(const patient::Patient& patient, const Scenario& scenario,
                                     const patient::PlannedPath& path) {
-        Attempt attempt = makeLiveAttempt(patient, scenario, path, {.seed = 4},
+        Attempt attempt = makeLiveAttempt(patient, scenario, path, fieldOf(path), {.seed = 4},
                                           haptics::makeTouchMap(patient), {.profile = controllerProfile()});
         attempt.simulation.patient_from_device = stageFromPatient(patient, fieldOf(path)).inverse();
         return attempt;

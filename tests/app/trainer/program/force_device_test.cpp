@@ -87,7 +87,7 @@ TEST_F(ForceDevice, WholePunctureIsScoredStoredAndReplayedBitByBit) {
     AttemptConfig config;
     config.seed = 4;
     haptics::TouchMap touch = haptics::makeTouchMap(patient_);
-    const Attempt attempt = makeLiveAttempt(patient_, scenario_, path_, config, touch,
+    const Attempt attempt = makeLiveAttempt(patient_, scenario_, path_, fieldOf(path_), config, touch,
                                             {.profile = device_.profile(), .device_from_grip = kRest});
     expert_.emplace(makeAttempt(patient_, scenario_, path_, config.seed, 1000.0,
                                 [&](const patient::Patient&) { return touch; }));

@@ -89,6 +89,7 @@ class MirrorTest : public testing::Test {
     void SetUp() override {
         settings_.pictures.assets = std::getenv("STYLET_ASSETS");
         settings_.pictures.config.validation = true;
+        settings_.pictures.field = flankField(patient_);
         settings_.pictures.config.difficulties = test::difficulties();
         settings_.pictures.config.difficulty = training::Difficulty::exam;  // no hints
         settings_.width = kWidth, settings_.height = kHeight;
@@ -105,6 +106,7 @@ class MirrorTest : public testing::Test {
         setenv("XRMOCK_SCENARIO", (folder_ / "scenario.json").c_str(), 1);
         setenv("XR_RUNTIME_JSON", STYLET_MOCK_MANIFEST, 1);
         PictureSettings frames;
+        frames.field = fieldOf(path_);
         frames.config.difficulties = test::difficulties();
         frames.assets = settings_.pictures.assets;
         frames.config.fast = true;

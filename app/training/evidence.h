@@ -84,7 +84,7 @@ class Evidence {
     const patient::Patient* patient_;
     patient::PlannedPath path_;
     haptics::ToolSettings tools_{};
-    Course course_ = Course::puncture;
+    Course course_ = kDefaultCourse;
     double dt_s_;
     Infiltration infiltration_;
     Vec3 axis_reference_;

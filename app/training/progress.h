@@ -38,6 +38,7 @@ constexpr bool contains(std::uint32_t steps, Step step) noexcept {
 // The part of the procedure that an attempt consists of: up to the puncture and its picture, or all of it.
 enum class Course : std::uint8_t { puncture, drainage };
 inline constexpr std::array<std::string_view, 2> kCourseNames{"puncture", "drainage"};
+inline constexpr Course kDefaultCourse = Course::puncture;  // of a scenario that names none
 constexpr std::uint32_t stepsOf(Course course) noexcept {  // bit mask
     constexpr std::uint32_t kFurther = 1u << unsigned(Step::anaesthetise) | 1u << unsigned(Step::aspirate) |
                                        1u << unsigned(Step::wire) | 1u << unsigned(Step::dilate) |
@@ -106,7 +107,7 @@ std::string_view riskStructureName(RiskStructure) noexcept;
 
 // Trivially copyable, for snapshots. State at one tick, patient frame.
 struct Progress {
-    Course course = Course::puncture;
+    Course course = kDefaultCourse;
     Step step = Step::findGap;       // first step of the course that is not done and can be done
     std::uint32_t steps_done = 0;    // bit mask, 1 << Step
     std::uint32_t out_of_order = 0;  // steps done before an earlier one

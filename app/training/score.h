@@ -21,12 +21,12 @@ std::span<const Metric> metricTable() noexcept;
 using MetricValues = std::array<double, kMetricCount>;
 
 struct Score {
-    Course course = Course::puncture;
+    Course course = kDefaultCourse;
     double total = 0.0;  // 0 to 100: the sum of the points
     MetricValues values{}, points{}, max_points{};
 };
 // `steps_done`: bit mask of 1 << Step. The weights of a longer course are scaled so that their sum is 100.
-Score computeScore(const MetricValues&, std::uint32_t steps_done, Course course = Course::puncture) noexcept;
+Score computeScore(const MetricValues&, std::uint32_t steps_done, Course course = kDefaultCourse) noexcept;
 
 // An exam is passed with this total, the course's goal reached, and no critical error.
 inline constexpr double kPassMark = 60.0;

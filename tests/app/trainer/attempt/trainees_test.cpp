@@ -210,7 +210,8 @@ void expectEveryCheatFails(const Patients& patients, Course course) {
 void expectOmissionsCost(Course course) {
     Patients patients(1, course);
     ASSERT_TRUE(patients.next());
-    ASSERT_TRUE(training::passesExam(patients.expert().progress)) << "seed " << patients.seed();
+    ASSERT_TRUE(training::passesExam(patients.expert().progress))
+        << "seed " << patients.seed() << describe(patients.expert());
     for (const test::Omission& omission : test::makeOmissions(course)) {
         const SessionLog log = patients.play(omission.scenario);
         std::puts(fmt::format("without {}: {:.1f} of the expert's {:.1f}", omission.left_out, log.score.total,

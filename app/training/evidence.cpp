@@ -1,11 +1,13 @@
 #include "app/training/evidence.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <optional>
+#include <span>
 
 namespace stylet::training {
 
@@ -37,6 +39,7 @@ constexpr double kHalfBeam_m = 0.0025;  // half the thickness of the ultrasound 
 // Length of the wire in the duct: the drain's side holes follow it.
 constexpr double kMinWire_m = haptics::kSideHoles_m;
 constexpr double kTorn_m = 0.003;  // of the track in one insertion of the drain
+constexpr int kHoles = 15;         // along the drain's end
 constexpr double kShownContrast_m3 = 2e-7, kAstrayContrast_m3 = 1e-6;
 
 double distanceToSegment_m(const Vec3& p, const Vec3& a, const Vec3& b) {
@@ -381,7 +384,7 @@ void Evidence::judgeDrainage(const TickOutput& now, double torn_m) {
     judgeDrain(access, torn_m);
 }
 
-void Evidence::judgeDrain(const haptics::AccessStatus& access, double torn_m) {
+void Evidence::judgeDrain(const haptics::AccessOutput& access, double torn_m) {
     using haptics::DrainState;
     if (!(access.drain_m > 0.0)) torn_m_ = torn_m;
     if (torn_m > torn_m_ + kTorn_m) {
@@ -392,10 +395,36 @@ void Evidence::judgeDrain(const haptics::AccessStatus& access, double torn_m) {
     if (access.drain == DrainState::misplaced) refusal_ = Refusal::drainMisplaced;
     if (access.drain != DrainState::in_place) return;
     // The end lies in a duct. Behind it the loop has its side holes.
-    if (access.holes_in_duct >= 1.0)
+    if (allHolesInDucts(access))
         find(Step::drain);
     else
         refusal_ = Refusal::drainLeaks;
+}
+
+// A hole is on the drain's surface, so it may open into a duct although the drain's axis, which follows the
+// thinner wire, runs in the wall.
+bool Evidence::allHolesInDucts(const haptics::AccessOutput& access) const noexcept {
+    if (access.path_count < 2) return false;
+    std::array<Vec3, haptics::kMaxPathPoints> path_m;
+    const auto count = std::size_t(access.path_count);
+    std::copy_n(access.path_m.begin(), count, path_m.begin());
+    const haptics::TubePath path{std::span(path_m).first(count), access.drain_m};
+    const double radius_m = 0.5 * tools_.access.drain.outer_m;
+    const auto isDuct = [&](const Vec3& at_m) {
+        return patient_->at(at_m, {true, false}).tissue == Tissue::duct;
+    };
+    for (int i = 0; i < kHoles; ++i) {
+        const Vec3 at_m = haptics::pointAt(path, access.drain_m - haptics::kSideHoles_m * (i + 0.5) / kHoles);
+        bool open = isDuct(at_m);
+        for (int axis = 0; axis < 3 && !open; ++axis)
+            for (const double side_m : {-radius_m, radius_m}) {
+                Vec3 beside_m = at_m;
+                beside_m[axis] += side_m;
+                open = open || isDuct(beside_m);
+            }
+        if (!open) return false;
+    }
+    return true;
 }
 
 void Evidence::judgeContrast(const TickOutput& now, const AttemptFold& fold) {

@@ -80,7 +80,8 @@ class Evidence {
     void judgeAspiration(const AttemptFold&, bool infiltrates);
     void judgeContrast(const haptics::TickOutput&, const AttemptFold&);
     void judgeDrainage(const haptics::TickOutput&, double torn_m);
-    void judgeDrain(const haptics::AccessStatus&, double torn_m);
+    void judgeDrain(const haptics::AccessOutput&, double torn_m);
+    bool allHolesInDucts(const haptics::AccessOutput&) const noexcept;
     bool has(Step step) const noexcept { return (found_ & 1u << unsigned(step)) != 0; }
     void find(Step step) noexcept { found_ |= 1u << unsigned(step); }
 

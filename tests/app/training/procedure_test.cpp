@@ -411,6 +411,15 @@ class DrainageTest : public ProcedureTest {
         out.access.dilator_m = depth_m;
         return out;
     }
+    // The end of a drain lies along the duct; its last 8 mm of side holes as well, or in the liver.
+    static void curl(TickOutput& out, bool in_liver = false) {
+        out.access.drain = haptics::DrainState::in_place;
+        out.access.path_m[0] = {in_liver ? 0.045 : 0.053, -0.018, 0.0};
+        out.access.path_m[1] = {0.053, -0.010, 0.0};
+        out.access.path_m[2] = {0.053, 0.014, 0.0};
+        out.access.path_count = 3;
+        out.access.drain_m = 0.024 + (in_liver ? std::hypot(0.008, 0.008) : 0.008);
+    }
     static TickOutput letGo(TickOutput out) {
         out.tool = Tool::finger;
         return out;
@@ -479,19 +488,17 @@ TEST_F(DrainageTest, DrainMustCurlInADuct) {
     update(drain, 100);
     EXPECT_EQ(progress().refusal, Refusal::drainMisplaced);
     EXPECT_FALSE(done(Step::drain));
-    drain.access.drain = haptics::DrainState::in_place;
-    drain.access.holes_in_duct = 1.0;
+    curl(drain);
     update(drain);
     EXPECT_TRUE(done(Step::drain));
 }
 
-// Its tip lies in a duct, and one of eight side holes in the liver.
+// Its tip lies in a duct, and its first side hole in the liver. HZ-TEACH-25
 TEST_F(DrainageTest, DrainWithAHoleInTheLiverLeaks) {
     TickOutput drain = letGo(withWire(0.040));
     drain.access.drain = haptics::DrainState::over_wire;
     update(drain, 100);
-    drain.access.drain = haptics::DrainState::in_place;
-    drain.access.holes_in_duct = 7.0 / 8.0;
+    curl(drain, true);
     update(drain, 100);
     EXPECT_EQ(progress().refusal, Refusal::drainLeaks);
     EXPECT_FALSE(done(Step::drain));
@@ -738,7 +745,7 @@ TEST_F(DrainageTest, StepsThatAreOutOfReachArePassedOver) {
     numb(wall(0.004), 0.6), numb(wall(0.018), 2.1), update(outside());
     ASSERT_EQ(progress().step, Step::incise);
     TickOutput drain = letGo(withWire(0.040));
-    drain.access.drain = haptics::DrainState::in_place, drain.access.holes_in_duct = 1.0;
+    curl(drain);
     update(drain);
     EXPECT_EQ(progress().step, Step::finalPicture);
     EXPECT_FALSE(done(Step::wire) && done(Step::dilate) && done(Step::advance));

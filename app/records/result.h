@@ -42,7 +42,7 @@ struct PunctureRow {
 };
 
 struct StepsResult {
-    std::string goal;               // name of the step without which an exam is failed
+    std::string goal;               // name of the step that the course is for (training::goalOf)
     std::vector<std::string> done;  // names
     std::uint64_t of = 0, out_of_order = 0;
 };

@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <iterator>
 
+#include "app/report/verdict.h"
+
 namespace stylet::report {
 
 using training::MetricId;
@@ -113,6 +115,13 @@ int painOf(const records::EventRow& event) {
     return std::atoi(event.text.c_str());
 }
 
+When findTear(const LoadedAttempt& a) {
+    const std::string_view why = training::refusalText(training::Refusal::trackTorn);
+    for (const records::EventRow& event : a.stored.events)
+        if (event.kind == "refused" && event.text == why) return double(event.tick) * a.stored.info.dt_s;
+    return {};
+}
+
 When findPain(const LoadedAttempt& a) {
     const records::EventRow* worst = nullptr;
     for (const records::EventRow& event : a.stored.events)
@@ -156,6 +165,7 @@ constexpr std::array kHints{
     Hint{"peak_force", "Advance with less force", findPeakForce},
     Hint{"pain", "Numb the whole track, from the skin to the liver's capsule, before you cut", findPain},
     Hint{"anaesthetic", "Inject less local anaesthetic", nullptr},
+    Hint{"torn_track", "Dilate the whole track before you take the drain", findTear},
 };
 
 // A loss with its reason, as the record's version of the table allows.
@@ -212,9 +222,7 @@ double end_s(const LoadedAttempt& a) {
 
 std::optional<training::Score> findScore(const records::AttemptResult& result) {
     if (result.score_version != std::uint64_t(training::kScoreVersion)) return {};
-    const auto course = result.steps.goal == training::stepName(training::goalOf(training::Course::drainage))
-                            ? training::Course::drainage
-                            : training::Course::puncture;
+    const training::Course course = courseOf(result);
     training::MetricValues values{};
     for (std::size_t i = 0; i < training::kMetricCount; ++i) {
         if (!training::isMetricOf(course, training::metricTable()[i])) continue;
@@ -224,12 +232,7 @@ std::optional<training::Score> findScore(const records::AttemptResult& result) {
         if (row == result.metrics.end()) return {};
         values[i] = row->value;
     }
-    std::uint32_t done = 0;
-    for (int step = 0; step < training::kStepCount; ++step)
-        if (std::find(result.steps.done.begin(), result.steps.done.end(),
-                      training::stepName(training::Step(step))) != result.steps.done.end())
-            done |= 1u << step;
-    return training::computeScore(values, done, course);
+    return training::computeScore(values, stepsDone(result), course);
 }
 
 std::vector<Advice> makeAdvice(const LoadedAttempt& a) {

@@ -96,6 +96,7 @@ std::vector<Fact> makeFacts(const LoadedAttempt& a) {
     add("Patient", info.patient);
     add("Scenario", info.scenario);
     add("Difficulty", info.difficulty);
+    if (a.result()) add("Missing for an exam", fmt::format("{}", fmt::join(missingParts(*a.result()), "; ")));
     add("Critical errors", fmt::format("{}", fmt::join(criticalErrors(a.stored), "; ")));
     const std::string &needle = a.record.needle, &title = a.needle_title;
     add("Needle", needle.empty() || title.empty() ? needle + title : needle + " (" + title + ")");

@@ -5,12 +5,18 @@
 #include <vector>
 
 #include "app/records/store.h"
+#include "app/training/progress.h"
 
 namespace stylet::report {
 
-// At least training::kPassMark points, the goal of the course reached, no critical error: the same rule as
-// training::passesExam().
+// Course and steps of a result (bit mask of 1 << training::Step).
+training::Course courseOf(const records::AttemptResult&);
+std::uint32_t stepsDone(const records::AttemptResult&);
+// The same rule as training::passesExam(); for an attempt scored before training::kExamPartsVersion, the rule
+// of its time, which asked of all parts for the course's goal alone.
 bool passed(const records::StoredAttempt&);
+// "local anaesthesia": what an exam needs and this attempt lacks.
+std::vector<std::string> missingParts(const records::AttemptResult&);
 // "the gallbladder was punctured", in the order of their ticks.
 std::vector<std::string> criticalErrors(const records::StoredAttempt&);
 

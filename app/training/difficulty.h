@@ -41,15 +41,22 @@ struct DifficultyRules {
     bool showsEntry() const noexcept { return start == StartPlace::path; }
 };
 
+// Nothing but what a real room shows.
+inline constexpr DifficultyRules kStrictestRules{};
+
+// Until a table is loaded, every difficulty has the strictest rules, so a table that was forgotten helps
+// nobody in an exam. Tests load the shipped table (tests/app/trainer/difficulties.h) if they mean another
+// difficulty.
 class DifficultyTable {
   public:
+    constexpr DifficultyTable() noexcept { rules_.fill(kStrictestRules); }
     const DifficultyRules& operator[](Difficulty difficulty) const noexcept {
         return rules_[std::size_t(difficulty)];
     }
     DifficultyRules& operator[](Difficulty difficulty) noexcept { return rules_[std::size_t(difficulty)]; }
 
   private:
-    std::array<DifficultyRules, kDifficultyCount> rules_{};
+    std::array<DifficultyRules, kDifficultyCount> rules_;
 };
 
 // Throws DataError with file, field and reason. A difficulty may not allow what an easier one forbids.

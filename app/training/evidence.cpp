@@ -1,10 +1,13 @@
 #include "app/training/evidence.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <optional>
+#include <span>
 
 namespace stylet::training {
 
@@ -33,7 +36,10 @@ constexpr double kOnRail_m = 0.002;     // depth in the body that the needle rea
 constexpr double kMissed_m = 0.010;     // distance of the tip past the target, along the path
 constexpr double kMinSeen = 0.5;        // share of the insertion in the beam
 constexpr double kHalfBeam_m = 0.0025;  // half the thickness of the ultrasound beam
-constexpr double kMinWire_m = 0.020;    // length of the wire in the duct
+// Length of the wire in the duct: the drain's side holes follow it.
+constexpr double kMinWire_m = haptics::kSideHoles_m;
+constexpr double kTorn_m = 0.003;  // of the track in one insertion of the drain
+constexpr int kHoles = 15;         // along the drain's end
 constexpr double kShownContrast_m3 = 2e-7, kAstrayContrast_m3 = 1e-6;
 
 double distanceToSegment_m(const Vec3& p, const Vec3& a, const Vec3& b) {
@@ -123,12 +129,15 @@ std::uint32_t Evidence::update(const TickOutput& now, const TickFacts& facts, co
     if (!has(Step::incise)) judgeIncision(now);
     followInsertion(now, facts);
     if (!has(Step::advance)) judgePuncture(now, facts, fold.equipment().ultrasound);
-    judgeContrast(fold);
+    if (!facts.inside && !now.access.open) {
+        proven_ = refused_wire_ = false;
+        ducts_at_entry_m3_ = fold.contrast().volumes().ducts_m3;
+    }
+    judgeContrast(now, fold);
     if (course_ == Course::drainage) {
         judgeAnaesthesia(now, fold);
         judgeAspiration(fold, facts.infiltrates);
-        judgeDrainage(now);
-        if (!has(Step::drain)) ducts_m3_ = fold.contrast().volumes().ducts_m3;
+        judgeDrainage(now, facts.torn_m);
     }
     previous_ = now;
     return found_;
@@ -344,17 +353,20 @@ void Evidence::judgeAnaesthesia(const TickOutput& now, const AttemptFold& fold) 
 void Evidence::judgeAspiration(const AttemptFold& fold, bool infiltrates) {
     if (std::exchange(draws_, fold.aspiration().count) == fold.aspiration().count) return;
     if (infiltrates) return;  // drawn before local anaesthetic is injected: no search for bile
-    if (fold.aspiration().drawn == Drawn::bile)
+    if (fold.aspiration().drawn == Drawn::bile) {
         find(Step::aspirate);
-    else if (!has(Step::aspirate))
+        proven_ = true;
+    } else if (!has(Step::aspirate))
         refusal_ = fold.aspiration().drawn == Drawn::blood ? Refusal::bloodDrawn
                    : previous_.access.wire_in              ? Refusal::wireInNeedle
                                                            : Refusal::noBile;
 }
 
 // A step counts as tried when the hand lets go of its tool, or the drain curls.
-void Evidence::judgeDrainage(const TickOutput& now) {
+void Evidence::judgeDrainage(const TickOutput& now, double torn_m) {
     const haptics::AccessOutput& access = now.access;
+    if (access.needle_in && access.wire_in && !proven_ && !std::exchange(refused_wire_, true))
+        refusal_ = Refusal::wireUnproven;
     const auto letGo = [&](Tool tool) { return previous_.tool == tool && now.tool != tool; };
     if (!has(Step::wire)) {
         if (access.wire_in && access.in_duct_m >= kMinWire_m && !access.pierced)
@@ -369,19 +381,61 @@ void Evidence::judgeDrainage(const TickOutput& now) {
         else if (letGo(Tool::dilator))
             refusal_ = Refusal::notDilated;
     }
-    if (access.drain == haptics::DrainState::in_place)
-        find(Step::drain);
-    else if (access.drain == haptics::DrainState::misplaced &&
-             previous_.access.drain != haptics::DrainState::misplaced)
-        refusal_ = Refusal::drainMisplaced;
+    judgeDrain(access, torn_m);
 }
 
-void Evidence::judgeContrast(const AttemptFold& fold) {
+void Evidence::judgeDrain(const haptics::AccessOutput& access, double torn_m) {
+    using haptics::DrainState;
+    if (!(access.drain_m > 0.0)) torn_m_ = torn_m;
+    if (torn_m > torn_m_ + kTorn_m) {
+        torn_m_ = std::numeric_limits<double>::infinity();  // once in each insertion of the drain
+        refusal_ = Refusal::trackTorn;
+    }
+    if (access.drain == previous_.access.drain) return;
+    if (access.drain == DrainState::misplaced) refusal_ = Refusal::drainMisplaced;
+    if (access.drain != DrainState::in_place) return;
+    // The end lies in a duct. Behind it the loop has its side holes.
+    if (allHolesInDucts(access))
+        find(Step::drain);
+    else
+        refusal_ = Refusal::drainLeaks;
+}
+
+// A hole is on the drain's surface, so it may open into a duct although the drain's axis, which follows the
+// thinner wire, runs in the wall.
+bool Evidence::allHolesInDucts(const haptics::AccessOutput& access) const noexcept {
+    if (access.path_count < 2) return false;
+    std::array<Vec3, haptics::kMaxPathPoints> path_m;
+    const auto count = std::size_t(access.path_count);
+    std::copy_n(access.path_m.begin(), count, path_m.begin());
+    const haptics::TubePath path{std::span(path_m).first(count), access.drain_m};
+    const double radius_m = 0.5 * tools_.access.drain.outer_m;
+    const auto isDuct = [&](const Vec3& at_m) {
+        return patient_->at(at_m, {true, false}).tissue == Tissue::duct;
+    };
+    for (int i = 0; i < kHoles; ++i) {
+        const Vec3 at_m = haptics::pointAt(path, access.drain_m - haptics::kSideHoles_m * (i + 0.5) / kHoles);
+        bool open = isDuct(at_m);
+        for (int axis = 0; axis < 3 && !open; ++axis)
+            for (const double side_m : {-radius_m, radius_m}) {
+                Vec3 beside_m = at_m;
+                beside_m[axis] += side_m;
+                open = open || isDuct(beside_m);
+            }
+        if (!open) return false;
+    }
+    return true;
+}
+
+void Evidence::judgeContrast(const TickOutput& now, const AttemptFold& fold) {
+    const bool curled = now.access.drain == haptics::DrainState::in_place;
+    if (!curled) ducts_at_curl_m3_ = fold.contrast().volumes().ducts_m3;
     const std::uint64_t pulses = fold.dose().pulses;
     if (std::exchange(pulses_, pulses) == pulses) return;
     const double in_ducts_m3 = fold.contrast().volumes().ducts_m3;
-    if (has(Step::drain)) {
-        if (in_ducts_m3 - ducts_m3_ >= kShownContrast_m3) find(Step::finalPicture);
+    proven_ = proven_ || in_ducts_m3 - ducts_at_entry_m3_ >= kShownContrast_m3;
+    if (curled) {
+        if (in_ducts_m3 - ducts_at_curl_m3_ >= kShownContrast_m3) find(Step::finalPicture);
     } else if (in_ducts_m3 >= kShownContrast_m3)
         find(Step::contrast);
     else if (!has(Step::contrast) && fold.dose().contrast_m3 >= kAstrayContrast_m3 &&

@@ -37,9 +37,9 @@ enum class View : std::uint8_t { shown, noContact, besidePlane, outsideSector, s
 //             the needle for at least half of this insertion
 //   aspirate  bile is drawn through the needle
 //   contrast  medium in the ducts is seen under X-rays
-//   wire      the guide wire lies 20 mm down a duct whose wall it has not pierced
+//   wire      the guide wire lies 30 mm down a duct whose wall it has not pierced
 //   dilate    the dilator has reached the duct over a wire that lies in it
-//   drain     the drain is in place: the wire is drawn back behind its loop, which curls in a duct
+//   drain     the wire is drawn back behind the drain's loop, which curls with all side holes in the ducts
 //   finalPicture  medium that was injected through the drain is seen in the ducts under X-rays
 class Evidence {
   public:
@@ -57,6 +57,8 @@ class Evidence {
     Refusal popRefusal() noexcept { return std::exchange(refusal_, Refusal::none); }
     // True if the skin at the entry is open too wide, which no further cut can mend.
     bool isIncisionSpoiled() const noexcept { return spoiled_incision_; }
+    // Bile was drawn or medium was seen in the ducts in the newest insertion of the needle.
+    bool provesDuct() const noexcept { return proven_; }
     // What the step still lacks at the newest tick. `none` if this is not known in more detail.
     Refusal missing(Step) const noexcept;
     // Of the needle's tip in the body wall. `outside` in a puncture.
@@ -76,15 +78,17 @@ class Evidence {
     void judgePuncture(const haptics::TickOutput&, const TickFacts&, const UltrasoundState&);
     void judgeAnaesthesia(const haptics::TickOutput&, const AttemptFold&);
     void judgeAspiration(const AttemptFold&, bool infiltrates);
-    void judgeContrast(const AttemptFold&);
-    void judgeDrainage(const haptics::TickOutput&);
+    void judgeContrast(const haptics::TickOutput&, const AttemptFold&);
+    void judgeDrainage(const haptics::TickOutput&, double torn_m);
+    void judgeDrain(const haptics::AccessOutput&, double torn_m);
+    bool allHolesInDucts(const haptics::AccessOutput&) const noexcept;
     bool has(Step step) const noexcept { return (found_ & 1u << unsigned(step)) != 0; }
     void find(Step step) noexcept { found_ |= 1u << unsigned(step); }
 
     const patient::Patient* patient_;
     patient::PlannedPath path_;
     haptics::ToolSettings tools_{};
-    Course course_ = Course::puncture;
+    Course course_ = kDefaultCourse;
     double dt_s_;
     Infiltration infiltration_;
     Vec3 axis_reference_;
@@ -104,7 +108,10 @@ class Evidence {
     Vec3 anchor_m_{0.0};
     double travel_m_ = 0.0, seen_m_ = 0.0;  // of the tip in this insertion; in the beam
     std::uint64_t pulses_ = 0, draws_ = 0;
-    double ducts_m3_ = 0.0;  // medium in the ducts when the drain came to lie in place
+    bool proven_ = false, refused_wire_ = false;  // of this insertion
+    double torn_m_ = 0.0;                         // of the track, when its tear was refused
+    // Medium in the ducts as the needle was inserted; as the drain curled.
+    double ducts_at_entry_m3_ = 0.0, ducts_at_curl_m3_ = 0.0;
 };
 
 }  // namespace stylet::training

@@ -34,6 +34,7 @@ struct TickFacts {
     double off_path_m = 0.0, off_angle_rad = 0.0, to_target_m = 0.0, past_target_m = 0.0;
     bool infiltrates = false;  // the needle brings local anaesthetic and stays outside the liver
     double pain = 0.0;         // worst so far
+    double torn_m = 0.0;       // length of the track that the drain tore so far (pain.h)
     double in_beam = 0.0;      // share of the needle in the ultrasound beam (evidence.h)
     bool target_cut = false;   // the target duct was punctured in an earlier tick
 };
@@ -80,6 +81,7 @@ enum class MetricId : std::uint8_t {
     peakForce,
     pain,
     anaesthetic,
+    tornTrack,
     count,
 };
 inline constexpr std::size_t kMetricCount = std::size_t(MetricId::count);
@@ -114,10 +116,8 @@ inline constexpr std::string_view kJohnson = "Johnson 2012", kModel = "model.md 
 // procedure, to harm and to effort, with effort last.
 inline constexpr std::array<Metric, kMetricCount> kMetricTable{{
     {"procedure", "Procedure done", "%",
-     "of all parts: five for the puncture (two if it was blind or in a moving liver), five for the drain, "
-     "one for "
-     "each "
-     "other step",
+     "of all parts: three for the puncture (one if it was blind or in a moving liver), three for the drain, "
+     "one for each other step",
      kModel, 8, 100, 0, Step::done},
     {"out_of_order", "Steps out of order", "", "steps done before one that comes earlier", kModel, 4, 0, 3,
      Step::advance},
@@ -189,11 +189,17 @@ inline constexpr std::array<Metric, kMetricCount> kMetricTable{{
      Step::anaesthetise,
      [](double, const MetricTick& tick) noexcept { return 1e6 * tick.attempt.dose().anaesthetic_m3; },
      Course::drainage},
+    {"torn_track", "Track torn", "mm", "by the drain, where the dilator had not been", "pain.h", 5, 2, 20,
+     Step::drain, [](double, const MetricTick& tick) noexcept { return 1e3 * tick.facts.torn_m; },
+     Course::drainage},
 }};
 
 // Version of the score, stored with every result. Increment it with each change of this table or of the
 // formula (score.cpp) that changes a score. "stylet replay --fast" scores an older attempt again.
-inline constexpr int kScoreVersion = 3;
+inline constexpr int kScoreVersion = 4;
+// From this version on an exam needs every part of it (kExamParts in score.h); before, only the course's
+// goal.
+inline constexpr int kExamPartsVersion = 4;
 
 constexpr double weightSum(Course course) {
     double sum = 0.0;

@@ -56,7 +56,7 @@ class Metrics {
     std::array<std::uint64_t, haptics::kToolCount> touched_tick_{};  // 0: never
     std::array<std::uint64_t, kRiskStructureCount> struck_tick_{};
     std::array<std::uint32_t, kRiskStructureCount> hits_{};
-    Course course_ = Course::puncture;
+    Course course_ = kDefaultCourse;
     std::uint32_t contacts_ = 0, near_misses_ = 0, steps_done_ = 0, out_of_order_ = 0;
     double near_miss_grades_ = 0.0;
     bool near_miss_active_ = false, near_miss_struck_ = false;

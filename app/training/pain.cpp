@@ -8,6 +8,7 @@
 
 namespace stylet::training {
 
+using haptics::AccessStatus;
 using haptics::TickOutput;
 using patient::Anaesthetic;
 using patient::Tissue;
@@ -35,7 +36,7 @@ void Pain::update(const TickOutput& now, const Anaesthetic& anaesthetic) noexcep
              std::min(anaesthetic.numbness(now.cut.begin_reference_m),
                       anaesthetic.numbness(now.cut.end_reference_m)),
              "the incision");
-    followDilator(now, anaesthetic);
+    followTubes(now.access, anaesthetic);
 }
 
 // Entering the skin or the capsule hurts, once; lying there does not. What hurts at the capsule is the
@@ -53,18 +54,32 @@ void Pain::followNeedle(const TickOutput& now, const Anaesthetic& anaesthetic) n
     inside_ = inside, in_liver_ = in_liver;
 }
 
-// The dilator hurts while its tip widens the wall, that is outside the liver.
-void Pain::followDilator(const TickOutput& now, const Anaesthetic& anaesthetic) noexcept {
-    const haptics::AccessOutput& access = now.access;
-    if (!access.open) widened_m_ = 0.0;
-    if (!(access.dilator_m > widened_m_)) return;
-    widened_m_ = access.dilator_m;
+void Pain::followTubes(const AccessStatus& access, const Anaesthetic& anaesthetic) noexcept {
+    if (!access.open) {
+        dilated_m_ = widened_m_ = 0.0;
+        return;
+    }
+    const double track_m = glm::length(access.base_m - access.entry_m);
+    if (access.dilator_m > dilated_m_) {
+        dilated_m_ = access.dilator_m;
+        widen(access, anaesthetic, dilated_m_, kDilatationPain, "the dilatation");
+    }
+    const double drain_m = std::min(access.drain_m, track_m);
+    if (!(drain_m > widened_m_)) return;
+    torn_m_ += drain_m - widened_m_;
+    widen(access, anaesthetic, drain_m, kTearPain, "the drain in a track that was not dilated");
+}
+
+// A tip hurts while it widens the wall, that is outside the liver.
+void Pain::widen(const AccessStatus& access, const Anaesthetic& anaesthetic, double depth_m, double strength,
+                 std::string_view cause) noexcept {
+    widened_m_ = std::max(widened_m_, depth_m);
     const Vec3 way_m = access.base_m - access.entry_m;
     const double length_m = glm::length(way_m);
-    if (!(length_m > widened_m_)) return;
-    const Vec3 at_m = access.entry_m + way_m * (widened_m_ / length_m);
+    if (!(length_m > depth_m)) return;
+    const Vec3 at_m = access.entry_m + way_m * (depth_m / length_m);
     if (!isOfLiver(patient_->at(at_m, {true, false}).tissue))
-        hurt(kDilatationPain, anaesthetic.numbness(at_m), "the dilatation");
+        hurt(strength, anaesthetic.numbness(at_m), cause);
 }
 
 void Pain::hurt(double strength, double numbness, std::string_view cause) noexcept {

@@ -63,10 +63,13 @@ constexpr std::array<std::string_view, kRefusalCount> kRefusalTexts{
     "blood was drawn: the needle's tip is in a vessel",
     "no bile was drawn: the wire fills the needle",
     "the contrast medium is not in the ducts",
-    "the wire does not lie 20 mm down the duct",
+    "the wire does not lie 30 mm down the duct",
     "the wire has pierced the duct's wall: draw it back",
     "the dilator did not reach the duct",
     "the drain's end does not lie in a duct",
+    "side holes of the drain lie outside the ducts: bile leaks, and peritonitis may follow",
+    "the drain tears a track that was not dilated: draw it back and use the dilator",
+    "nothing proves that the needle is in a duct: draw bile or show contrast before the wire",
     "the skin at the entry is not numb: inject 0.5 ml just under it",
     "the liver's capsule is not numb: inject 2 ml in front of it",
     "local anaesthetic went into a vessel: draw with the syringe before you inject",
@@ -80,7 +83,8 @@ constexpr std::array<std::string_view, kCriticalErrorCount> kCriticalErrorNames{
     "the gallbladder was punctured",
     "a major vessel was punctured",
     "the liver's capsule was punctured more than three times",
-    "too much local anaesthetic was injected, or too much of it into a vessel"};
+    "too much local anaesthetic was injected, or too much of it into a vessel",
+    "the wire was pushed in without proof that the needle was in a duct"};
 constexpr std::array<std::string_view, kRiskStructureCount> kRiskStructureNames{
     "nothing", "bone", "vessel", "lung or gas", "another organ"};
 
@@ -173,6 +177,7 @@ TickFacts Procedure::computeFacts(const TickOutput& now) noexcept {
     facts.target_cut = progress_.success;
     facts.infiltrates = infiltrates_ = infiltrates(now);
     facts.pain = pain_.worst();
+    facts.torn_m = pain_.torn_m();
     if (facts.inside) facts.in_beam = shareInBeam(now);
     facts.clearance_m = std::numeric_limits<double>::infinity();
     if (facts.inside) {
@@ -265,6 +270,7 @@ void Procedure::updatePain(const TickOutput& now, const AttemptFold& fold) {
 void Procedure::updateSafety(const TickOutput& now, const TickFacts& facts, const AttemptFold& fold) {
     safety_.update(now, facts);
     safety_.judgeDose(fold.anaesthetic().volumes());
+    if (progress_.course == Course::drainage) safety_.judgeWire(now.access, evidence_.provesDuct());
     progress_.capsule_punctures = safety_.capsulePunctures();
     const std::uint32_t fresh =
         safety_.errors() & ~std::exchange(progress_.critical_errors, safety_.errors());
@@ -292,7 +298,9 @@ Step Procedure::firstMissing(const TickOutput& now) const noexcept {
     // Anaesthesia is asked for before the cut only.
     if (contains(progress_.steps_done, Step::incise)) passed |= 1u << unsigned(Step::anaesthetise);
     if (now.access.wire_in) passed |= kOfNeedle;
-    if (contains(progress_.steps_done, Step::drain)) passed |= (1u << unsigned(Step::drain)) - 1u;
+    // A drain that curls cannot be moved any more, wherever it lies.
+    if (now.access.drain == haptics::DrainState::in_place)
+        passed |= (1u << unsigned(Step::finalPicture)) - 1u;
     return Step(std::countr_one(passed));
 }
 

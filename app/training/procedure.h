@@ -19,7 +19,7 @@ class Procedure {
     Procedure(const patient::Patient& patient, const patient::PlannedPath&, double dt_s);
     // Tools of the attempt; without this call, the default ones.
     void setTools(const haptics::ToolSettings& tools) noexcept { evidence_.setTools(tools); }
-    // Before the first tick; without this call, Course::puncture.
+    // Before the first tick; without this call, kDefaultCourse.
     void setCourse(Course course) noexcept {
         progress_.course = course;
         evidence_.setCourse(course);

@@ -38,7 +38,8 @@ constexpr bool contains(std::uint32_t steps, Step step) noexcept {
 // The part of the procedure that an attempt consists of: up to the puncture and its picture, or all of it.
 enum class Course : std::uint8_t { puncture, drainage };
 inline constexpr std::array<std::string_view, 2> kCourseNames{"puncture", "drainage"};
-constexpr std::uint32_t stepsOf(Course course) noexcept {  // bit mask
+inline constexpr Course kDefaultCourse = Course::puncture;  // of a scenario that names none
+constexpr std::uint32_t stepsOf(Course course) noexcept {   // bit mask
     constexpr std::uint32_t kFurther = 1u << unsigned(Step::anaesthetise) | 1u << unsigned(Step::aspirate) |
                                        1u << unsigned(Step::wire) | 1u << unsigned(Step::dilate) |
                                        1u << unsigned(Step::drain) | 1u << unsigned(Step::finalPicture);
@@ -47,7 +48,7 @@ constexpr std::uint32_t stepsOf(Course course) noexcept {  // bit mask
 constexpr bool hasAnaesthesia(Course course) noexcept {
     return contains(stepsOf(course), Step::anaesthetise);
 }
-// The step without which an exam is failed.
+// The step that the course is for. Records name their course by it.
 constexpr Step goalOf(Course course) noexcept {
     return course == Course::drainage ? Step::drain : Step::advance;
 }
@@ -80,6 +81,9 @@ enum class Refusal : std::uint8_t {
     wirePierced,
     notDilated,
     drainMisplaced,
+    drainLeaks,
+    trackTorn,
+    wireUnproven,
     skinNotNumb,
     capsuleNotNumb,
     anaestheticInVessel,
@@ -92,8 +96,16 @@ inline constexpr int kRefusalCount = int(Refusal::tooMuchAnaesthetic) + 1;
 std::string_view refusalText(Refusal) noexcept;  // "the needle is not on the guide's rail"
 
 // Errors that fail an exam whatever the score (safety.h).
-enum class CriticalError : std::uint8_t { lung, bowel, gallbladder, majorVessel, capsule, overdose };
-inline constexpr int kCriticalErrorCount = 6;
+enum class CriticalError : std::uint8_t {
+    lung,
+    bowel,
+    gallbladder,
+    majorVessel,
+    capsule,
+    overdose,
+    blindWire
+};
+inline constexpr int kCriticalErrorCount = 7;
 std::string_view criticalErrorName(CriticalError) noexcept;  // "the gallbladder was punctured"
 
 // Where the needle's tip is on the track through the body wall (infiltration.h), from outside to inside.
@@ -106,7 +118,7 @@ std::string_view riskStructureName(RiskStructure) noexcept;
 
 // Trivially copyable, for snapshots. State at one tick, patient frame.
 struct Progress {
-    Course course = Course::puncture;
+    Course course = kDefaultCourse;
     Step step = Step::findGap;       // first step of the course that is not done and can be done
     std::uint32_t steps_done = 0;    // bit mask, 1 << Step
     std::uint32_t out_of_order = 0;  // steps done before an earlier one

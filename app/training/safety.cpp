@@ -28,6 +28,10 @@ void SafetyWatch::judgeDose(const patient::AnaestheticVolumes& given) noexcept {
         add(CriticalError::overdose);
 }
 
+void SafetyWatch::judgeWire(const haptics::AccessStatus& access, bool proven) noexcept {
+    if (access.wire_in && access.wire_m > kBlindWire_m && !proven) add(CriticalError::blindWire);
+}
+
 // The error of being where the tip is now.
 std::optional<CriticalError> SafetyWatch::findError(const TickOutput& now) const noexcept {
     const Label* label = patient_->label(now.label);

@@ -20,6 +20,9 @@ class SafetyWatch {
     // Lidocaine 1 %: more than 30 ml (300 mg) is beyond the label's greatest dose for an adult. 5 ml (50 mg)
     // in a vessel is half of what is injected against arrhythmia.
     static constexpr double kMaxAnaesthetic_m3 = 30e-6, kMaxInVessel_m3 = 5e-6;
+    // A wire that has gone this far without proof lies in a duct, a vessel or a crevice, and nobody knows
+    // which. In solid liver it goes 7 mm at most.
+    static constexpr double kBlindWire_m = 0.010;
 
     // `patient` must outlive this object.
     explicit SafetyWatch(const patient::Patient& patient) : patient_(&patient) {}
@@ -27,6 +30,8 @@ class SafetyWatch {
     // Session thread. Processes the next tick. No allocation.
     void update(const haptics::TickOutput&, const TickFacts&) noexcept;
     void judgeDose(const patient::AnaestheticVolumes&) noexcept;
+    // `proven`: bile or contrast medium has shown in this insertion that the needle is in a duct.
+    void judgeWire(const haptics::AccessStatus&, bool proven) noexcept;
     std::uint32_t errors() const noexcept { return errors_; }  // bit mask, 1 << CriticalError
     int capsulePunctures() const noexcept { return punctures_; }
 

@@ -20,6 +20,13 @@ std::span<const Metric> metricTable() noexcept {
     return kMetricTable;
 }
 
+std::vector<std::string_view> missingParts(Course course, std::uint32_t steps_done) {
+    std::vector<std::string_view> names;
+    for (const ExamPart& part : kExamParts)
+        if (isMissing(part, course, steps_done)) names.push_back(part.name);
+    return names;
+}
+
 Score computeScore(const MetricValues& values, std::uint32_t steps_done, Course course) noexcept {
     Score score;
     score.course = course;

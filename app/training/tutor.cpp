@@ -84,8 +84,9 @@ const Controls kTypedControls{.finger = "type \"finger\"",
 
 namespace {
 
-// Length of the drain in the duct before the wire is drawn out.
-constexpr double kDrainInDuct_m = 0.018;
+// Length of wire and drain in the duct before the wire is drawn out: that of the side holes, without the last
+// millimetre, by which a compressed wire is shorter.
+constexpr double kDrainInDuct_m = haptics::kSideHoles_m - 0.001;
 
 Act toFindGap(const Progress& progress, const TickOutput& now) noexcept {
     if (now.tool != Tool::finger) return Act::takeFinger;
@@ -187,6 +188,8 @@ std::optional<Act> toFreeWire(const Progress& progress, const TickOutput& now) n
 }
 
 Act toDilate(const Progress& progress, const TickOutput& now) noexcept {
+    if (now.access.drain_m > 0.0 && now.access.wire_in)
+        return now.tool == Tool::drain ? Act::drawDrain : Act::takeDrain;
     if (const std::optional<Act> act = toFreeWire(progress, now)) return *act;
     return now.tool == Tool::dilator ? Act::pushDilator : Act::takeDilator;
 }
@@ -313,7 +316,7 @@ std::string prompt(Act act, const Controls& c) {
         case Act::takeWire:
             return fmt::format("Take the guide wire: {}.", c.wire);
         case Act::feedWire:
-            return fmt::format("Push the wire 20 mm down the duct: {}.", c.push);
+            return fmt::format("Push the wire 30 mm down the duct: {}.", c.push);
         case Act::drawWireBack:
             return fmt::format("The wire has pierced the duct. Draw it back: {}.", c.pull);
         case Act::takeNeedle:
@@ -330,6 +333,8 @@ std::string prompt(Act act, const Controls& c) {
             return fmt::format("Take the drain: {}.", c.drain);
         case Act::pushDrain:
             return fmt::format("Push the drain over the wire into the duct: {}.", c.push);
+        case Act::drawDrain:
+            return fmt::format("The track is not dilated. Draw the drain out: {}.", c.pull);
         case Act::drawWire:
             return fmt::format("Draw the wire out, so that the drain curls: {}.", c.pull);
         case Act::injectDrain:
@@ -384,6 +389,7 @@ std::string hint(Act act, const Controls& c) {
         case Act::drawOut:
         case Act::drawNeedle:
         case Act::drawDilator:
+        case Act::drawDrain:
         case Act::drawWire:
             return fmt::format("To see how the expert does it, {}.", c.expert);
         default:

@@ -55,7 +55,8 @@ enum class Act : std::uint8_t {
     drawDilator,
     takeDrain,
     pushDrain,
-    drawWire,  // out, so that the drain curls
+    drawDrain,  // it was taken before the dilator
+    drawWire,   // out, so that the drain curls
     injectDrain,
     stopInjecting,
     releasePedal,

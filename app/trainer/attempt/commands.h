@@ -34,16 +34,16 @@ using Say = std::function<void(const std::string&)>;
 
 // Help texts: all typed commands of a course; all assigned buttons. `names` are the button names, from bit 0
 // on. Without `exerts_force`, the commands about the force are left out.
-std::string describeCommands(bool exerts_force = true, training::Course = training::Course::drainage);
+std::string describeCommands(bool exerts_force = true, training::Course = training::kDefaultCourse);
 std::string describe(const UserButtons&, std::span<const std::string_view> names = {},
-                     training::Course = training::Course::puncture);
+                     training::Course = training::kDefaultCourse);
 
 class UserCommands {
   public:
     // `exerts_force`: false for a device without force, which has nothing to re-arm.
     UserCommands(const UserButtons& buttons, Say say, bool exerts_force = true)
         : buttons_(buttons), say_(std::move(say)), exerts_force_(exerts_force) {}
-    // Of the attempt; without this call, Course::puncture, which has no local anaesthesia.
+    // Of the attempt; without this call, kDefaultCourse, which has no local anaesthesia.
     void setCourse(training::Course course) { course_ = course; }
     // The button that injects starts local anaesthetic instead of contrast medium.
     void setNumbing(bool numbing) { numbing_ = numbing; }
@@ -70,7 +70,7 @@ class UserCommands {
     Say say_;
     bool exerts_force_;
     bool numbing_ = false;
-    training::Course course_ = training::Course::puncture;
+    training::Course course_ = training::kDefaultCourse;
     std::string waiting_;
     std::uint32_t pressed_ = 0, holding_ = 0;
     bool next_wanted_ = false;  // pending until the probe is parked

@@ -35,7 +35,7 @@ struct AttemptConfig {
     haptics::ToolSettings tools{};
     training::Difficulty difficulty = training::Difficulty::practice;
     training::DifficultyTable difficulties{};  // what each difficulty allows, from the assets
-    // What the attempt begins with. Without a table, the strictest rules.
+    // What the attempt begins with.
     const training::DifficultyRules& startRules() const noexcept { return difficulties[difficulty]; }
 
     // Results.

@@ -245,7 +245,7 @@ std::uint64_t digest(const Scenario& s) {
             hash.add(turned.value);
         }
     }
-    if (s.course != training::Course::puncture) hash.add(std::uint64_t(s.course));
+    if (s.course != training::kDefaultCourse) hash.add(std::uint64_t(s.course));
     // A scenario without instruments has the same hash as before instruments were added to the format.
     if (!s.needle.empty()) hash.add(std::string_view(s.needle));
     for (const std::string& name : s.instruments)

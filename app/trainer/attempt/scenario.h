@@ -70,7 +70,7 @@ struct ScenarioBreath {
 
 struct Scenario {
     std::string name;
-    training::Course course = training::Course::puncture;
+    training::Course course = training::kDefaultCourse;
     haptics::Tool tool = haptics::Tool::needle;  // tool at the start
     // Each a name in assets/instruments, or a .toml file. Empty: the default needle; none, so that the other
     // kinds have their default instruments too.

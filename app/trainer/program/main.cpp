@@ -206,7 +206,8 @@ void addRun(CLI::App& app, Work& work) {
     run->add_flag("--validation", o.config.validation,
                   "Enable the Vulkan validation and synchronisation layers.");
     addHand(*run, o);
-    run->footer(describeCommands() + describeInstructorCommands());
+    // A drainage has every command.
+    run->footer(describeCommands(true, training::Course::drainage) + describeInstructorCommands());
 }
 
 int listInstruments() {

@@ -450,6 +450,14 @@ LoopTotals play(AttemptRun& run) {
     return runRealTime(*run.attempt, session, std::move(run.pictures), run.clock, options);
 }
 
+void printVerdict(const training::Progress& progress) {
+    const std::vector<std::string_view> missing =
+        training::missingParts(progress.course, progress.steps_done);
+    printResult("  exam {}\n", training::passesExam(progress) ? "passed" : "failed");
+    for (const std::string_view part : missing)
+        printResult("    missing: {}\n", part);
+}
+
 // Writes the results and completes the attempt in the store. Exits the program if the runtime has not
 // returned from a frame.
 Ended store(AttemptRun& run, const LoopTotals& totals) {
@@ -470,7 +478,7 @@ Ended store(AttemptRun& run, const LoopTotals& totals) {
         printResult("stored as attempt {} of {}{}\n", run.attempt_writer->finish(), config.trainee,
                     record.result->aborted ? ", aborted: it enters no statistics" : "");
     printResults(run.facts, session.log(), totals, config.folder, config.stats);
-    if (exam) printResult("  exam {}\n", training::passesExam(session.log().progress) ? "passed" : "failed");
+    if (exam) printVerdict(session.log().progress);
     printBookmarks(record.bookmarks,
                    run.attempt_writer ? config.folder.filename().string() : config.folder.string(),
                    config.scenario);

@@ -87,7 +87,7 @@ class Session {
     // Call before the first tick. The instruments of holes and pictures; default: those of InstrumentSet.
     void setInstruments(const haptics::InstrumentSet&);
 
-    // Call before the first tick; default: Course::puncture.
+    // Call before the first tick; default: kDefaultCourse.
     void setCourse(training::Course course) { procedure_.setCourse(course); }
 
     // Call before the first tick. Wire, dilator and drain of pictures.

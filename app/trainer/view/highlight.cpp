@@ -263,6 +263,7 @@ std::vector<Highlight> PromptPlaces::highlights(Act act, const FrameState& seen)
             return at.pushAccess();
         case Act::drawWireBack:
         case Act::drawDilator:
+        case Act::drawDrain:
         case Act::drawWire:
             return at.pullAccess();
         case Act::injectDrain:

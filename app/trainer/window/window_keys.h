@@ -22,7 +22,7 @@ class WindowKeys {
     void press(const KeyPress&);
     // Sets the state that the loops report. Inputs other than this window may have changed it.
     void setState(bool paused, bool lights_out, std::optional<training::Difficulty>);
-    // Of the attempt; without this call, Course::puncture.
+    // Of the attempt; without this call, kDefaultCourse.
     void setCourse(training::Course course) { course_ = course; }
     // True while the user types a comment or a command. All keys then belong to that text.
     bool isTyping() const { return typing_; }
@@ -47,7 +47,7 @@ class WindowKeys {
 
     bool typing_ = false, frozen_ = false, paused_ = false, dark_ = false;
     training::Difficulty difficulty_ = training::Difficulty::practice;
-    training::Course course_ = training::Course::puncture;
+    training::Course course_ = training::kDefaultCourse;
     // This many of the next pictures may have been drawn before the last key press took effect, so their
     // state is ignored.
     int older_ = 0;

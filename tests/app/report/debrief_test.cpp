@@ -236,13 +236,37 @@ TEST(Debrief, ExamIsPassedByPointsGoalAndNoCriticalError) {
     attempt.result->steps.goal = "place the drain";
     EXPECT_FALSE(passed(attempt)) << "a puncture is not a drainage";
     attempt.result->steps.done.emplace_back("place the drain");
-    EXPECT_TRUE(passed(attempt));
+    EXPECT_TRUE(passed(attempt)) << "as an attempt of an older score table";
     attempt.result->total = stylet::training::kPassMark - 0.1;
     EXPECT_FALSE(passed(attempt));
     attempt.result->total = 100.0;
     attempt.events.push_back({200, "critical", "the lung was punctured"});
     EXPECT_FALSE(passed(attempt)) << "whatever the sum";
     EXPECT_EQ(criticalErrors(attempt), std::vector<std::string>{"the lung was punctured"});
+}
+
+// HZ-TEACH-25
+TEST(Debrief, ExamIsFailedByAMissingPartWhichIsTold) {
+    using namespace stylet::training;
+    const TempFolder folder;
+    stylet::records::StoredAttempt attempt = stylet::test::makeTestAttempt("t1", "trainee-A", 100.0, true);
+    attempt.info.difficulty = "exam";
+    attempt.result->score_version = std::uint64_t(kScoreVersion);
+    attempt.result->steps = {"place the drain", {}, 12, 0};
+    for (int step = 0; step < kStepCount; ++step)
+        attempt.result->steps.done.emplace_back(stepName(Step(step)));
+    EXPECT_TRUE(passed(attempt));
+    EXPECT_TRUE(missingParts(*attempt.result).empty());
+    std::erase(attempt.result->steps.done, stepName(Step::anaesthetise));
+    EXPECT_FALSE(passed(attempt));
+    EXPECT_EQ(missingParts(*attempt.result), std::vector<std::string>{"local anaesthesia"});
+    attempt.result->score_version = std::uint64_t(kExamPartsVersion) - 1;
+    EXPECT_TRUE(passed(attempt)) << "by the rule of its time";
+    attempt.result->score_version = std::uint64_t(kScoreVersion);
+    stylet::test::writeAttemptFolder(folder.path(), 20000, attempt);
+    const std::string html = attemptReport(loadAttempt(folder.path()), {}).html;
+    EXPECT_TRUE(has(html, "Missing for an exam"));
+    EXPECT_TRUE(has(html, "local anaesthesia"));
 }
 
 // An attempt that did one of six steps and touched nothing, with today's metric table.

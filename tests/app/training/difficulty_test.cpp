@@ -19,6 +19,18 @@ TEST(Difficulty, ExamShowsOnlyTheRoom) {
     EXPECT_FALSE(test::difficulties()[Difficulty::practice].next_step);
 }
 
+// HZ-TEACH-12
+TEST(Difficulty, WithoutATableEveryDifficultyIsStrict) {
+    const DifficultyTable table;
+    for (const Difficulty difficulty : {Difficulty::guided, Difficulty::practice, Difficulty::exam}) {
+        const DifficultyRules& rules = table[difficulty];
+        for (const bool shown : {rules.panel, rules.next_step, rules.path, rules.colours, rules.cues,
+                                 rules.slices, rules.open_look, rules.home, rules.snap, rules.expert})
+            EXPECT_FALSE(shown);
+        EXPECT_EQ(rules.start, StartPlace::room);
+    }
+}
+
 // The shipped table with one text replaced is refused, and the error names the field.
 void expectRefused(const std::string& from, const std::string& to, const std::string& field) {
     std::string toml = test::readText(test::assets() / "difficulty.toml");

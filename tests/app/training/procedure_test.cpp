@@ -240,7 +240,7 @@ TEST_F(ProcedureTest, StepsOutOfOrderAreAllowedAndCounted) {
     EXPECT_EQ(progress().step, Step::findGap);
     update(finger({0.002, 0.0, 0.0}, 0.3), 400);
     EXPECT_EQ(progress().out_of_order, 1u) << "the guide came before the finger";
-    EXPECT_EQ(value(MetricId::procedure), 20.0);
+    EXPECT_EQ(value(MetricId::procedure), 25.0);
     std::vector<SessionEvent> steps = procedure_.consumeEvents();
     std::erase_if(steps, [](const SessionEvent& e) { return e.kind != "step"; });
     ASSERT_EQ(steps.size(), 2u);
@@ -273,7 +273,7 @@ TEST_F(ProcedureTest, PunctureNeedsHoldAndPicture) {
         return progress().refusal;
     };
     EXPECT_EQ(puncture(true, std::nullopt), Refusal::needleNotSeen);
-    EXPECT_EQ(value(MetricId::procedure), 20.0) << "the duct was cut blindly";
+    EXPECT_EQ(value(MetricId::procedure), 12.5) << "the duct was cut blindly";
     EXPECT_EQ(value(MetricId::peakForce), 1.25);
     const TickOutput beside = parked(probeAt({0.0, 0.0, 0.008}, {1, 0, 0}));
     EXPECT_EQ(puncture(true, beside), Refusal::needleNotSeen);
@@ -411,6 +411,15 @@ class DrainageTest : public ProcedureTest {
         out.access.dilator_m = depth_m;
         return out;
     }
+    // The end of a drain lies along the duct; its last 8 mm of side holes as well, or in the liver.
+    static void curl(TickOutput& out, bool in_liver = false) {
+        out.access.drain = haptics::DrainState::in_place;
+        out.access.path_m[0] = {in_liver ? 0.045 : 0.053, -0.018, 0.0};
+        out.access.path_m[1] = {0.053, -0.010, 0.0};
+        out.access.path_m[2] = {0.053, 0.014, 0.0};
+        out.access.path_count = 3;
+        out.access.drain_m = 0.024 + (in_liver ? std::hypot(0.008, 0.008) : 0.008);
+    }
     static TickOutput letGo(TickOutput out) {
         out.tool = Tool::finger;
         return out;
@@ -433,9 +442,9 @@ class DrainageTest : public ProcedureTest {
     TickOutput wall(double x_m, double y_m = 0.0) const { return needleAt({x_m, y_m, 0.0}, Tissue::soft, 2); }
     TickOutput outside() const { return needleAt({-0.010, 0, 0}, Tissue::air, 0); }
     // Whether an exam is passed after these errors, if nothing else is missing.
-    bool passesIfWellDone() const {
+    bool passesIfWellDone(std::uint32_t steps_done = kAllSteps) const {
         Progress exam = progress();
-        exam.total = 100.0, exam.steps_done = kAllSteps;
+        exam.total = 100.0, exam.steps_done = steps_done;
         return passesExam(exam);
     }
     Drawn draw(TickOutput out) {
@@ -449,14 +458,14 @@ class DrainageTest : public ProcedureTest {
 };
 
 TEST_F(DrainageTest, WireMustLieDownTheDuctWithoutPiercingIt) {
-    update(withWire(0.019), 100), update(letGo(withWire(0.019)));
+    update(withWire(0.029), 100), update(letGo(withWire(0.029)));
     EXPECT_EQ(progress().refusal, Refusal::wireNotInDuct);
     TickOutput pierced = withWire(0.050);
     pierced.access.pierced = true;
     update(pierced, 100), update(letGo(pierced));
     EXPECT_EQ(progress().refusal, Refusal::wirePierced);
     EXPECT_FALSE(done(Step::wire));
-    update(withWire(0.021));
+    update(withWire(0.031));
     EXPECT_TRUE(done(Step::wire));
 }
 
@@ -479,9 +488,105 @@ TEST_F(DrainageTest, DrainMustCurlInADuct) {
     update(drain, 100);
     EXPECT_EQ(progress().refusal, Refusal::drainMisplaced);
     EXPECT_FALSE(done(Step::drain));
-    drain.access.drain = haptics::DrainState::in_place;
+    curl(drain);
     update(drain);
     EXPECT_TRUE(done(Step::drain));
+}
+
+// Its tip lies in a duct, and its first side hole in the liver. HZ-TEACH-25
+TEST_F(DrainageTest, DrainWithAHoleInTheLiverLeaks) {
+    TickOutput drain = letGo(withWire(0.040));
+    drain.access.drain = haptics::DrainState::over_wire;
+    update(drain, 100);
+    curl(drain, true);
+    update(drain, 100);
+    EXPECT_EQ(progress().refusal, Refusal::drainLeaks);
+    EXPECT_FALSE(done(Step::drain));
+    EXPECT_EQ(progress().step, Step::finalPicture) << "the drain cannot be moved any more";
+    EXPECT_FALSE(passesIfWellDone(kAllSteps & ~maskOf(Step::drain)));
+}
+
+// HZ-TEACH-25
+TEST_F(DrainageTest, DrainForcedAheadOfTheDilatorTearsTheTrack) {
+    TickOutput drain = withWire(0.040);
+    drain.access.entry_m = Vec3(0.0);
+    drain.tool = Tool::drain, drain.access.drain = haptics::DrainState::over_wire;
+    update(drain);
+    drain.access.drain_m = 0.010;
+    update(drain);
+    EXPECT_DOUBLE_EQ(progress().pain, kTearPain);
+    EXPECT_EQ(progress().refusal, Refusal::trackTorn);
+    EXPECT_NEAR(value(MetricId::tornTrack), 10.0, 1e-9);
+    drain.access.drain_m = 0.080;
+    update(drain, 10);
+    EXPECT_NEAR(value(MetricId::tornTrack), 50.0, 1e-9) << "the track is 50 mm long; beyond it is the duct";
+    drain.access.drain_m = 0.0;
+    update(drain);
+    drain.access.drain_m = 0.060;
+    update(drain);
+    EXPECT_NEAR(value(MetricId::tornTrack), 50.0, 1e-9) << "it is torn once";
+    TickOutput closed = drain;
+    closed.access.open = false;
+    update(closed, 10);
+    EXPECT_NEAR(value(MetricId::tornTrack), 50.0, 1e-9) << "a drain at rest tears nothing";
+}
+
+TEST_F(DrainageTest, DrainBehindTheDilatorTearsNothing) {
+    update(withDilator(0.045));
+    TickOutput drain = withWire(0.040);
+    drain.tool = Tool::drain, drain.access.drain = haptics::DrainState::over_wire;
+    drain.access.drain_m = 0.044;
+    update(drain);
+    EXPECT_EQ(value(MetricId::tornTrack), 0.0);
+    EXPECT_EQ(progress().refusal, Refusal::notDilated) << "that is the dilator's";
+    drain.access.drain_m = 0.060;
+    update(drain);
+    EXPECT_NEAR(value(MetricId::tornTrack), 5.0, 1e-9) << "the dilator had ended 5 mm before the duct";
+    EXPECT_EQ(progress().refusal, Refusal::trackTorn);
+}
+
+// HZ-TEACH-25
+TEST_F(DrainageTest, WireNeedsProofOfTheDuct) {
+    TickOutput in_duct = needleAt({0.053, 0, 0}, Tissue::duct, test::kDuctLabel), wire = in_duct;
+    wire.tool = Tool::wire;
+    wire.access.open = wire.access.wire_in = wire.access.needle_in = true;
+    const auto blind = [&] {
+        return (progress().critical_errors & 1u << unsigned(CriticalError::blindWire)) != 0;
+    };
+    update(in_duct);
+    EXPECT_EQ(draw(in_duct), Drawn::bile);
+    update(outside());
+    update(in_duct, 10), update(wire, 10);
+    EXPECT_EQ(progress().refusal, Refusal::wireUnproven) << "that was another insertion";
+    wire.access.wire_m = 0.009;
+    update(wire);
+    EXPECT_FALSE(blind());
+    update(in_duct);
+    EXPECT_EQ(draw(in_duct), Drawn::bile);
+    wire.access.wire_m = 0.050;
+    update(wire);
+    EXPECT_FALSE(blind());
+    wire.access.needle_in = false, wire.phase = haptics::Phase::outside;
+    update(wire, 10);
+    EXPECT_FALSE(blind()) << "the proof lasts as long as the access";
+    update(outside(), 10), update(in_duct), update(wire);
+    EXPECT_TRUE(blind());
+    EXPECT_FALSE(passesIfWellDone());
+}
+
+// HZ-TEACH-25
+TEST_F(DrainageTest, ExamIsFailedWithoutAnyOneOfItsParts) {
+    EXPECT_TRUE(passesIfWellDone());
+    for (const Step step : {Step::anaesthetise, Step::advance, Step::drain, Step::finalPicture})
+        EXPECT_FALSE(passesIfWellDone(kAllSteps & ~maskOf(step))) << stepName(step);
+    for (const Step step : {Step::findGap, Step::findDuct, Step::incise, Step::guide, Step::aspirate,
+                            Step::contrast, Step::dilate})
+        EXPECT_TRUE(passesIfWellDone(kAllSteps & ~maskOf(step))) << stepName(step) << " costs points";
+    EXPECT_FALSE(passesIfWellDone(kAllSteps & ~maskOf(Step::aspirate, Step::contrast))) << "no proof";
+    EXPECT_EQ(missingParts(Course::drainage, kAllSteps & ~maskOf(Step::anaesthetise, Step::finalPicture)),
+              (std::vector<std::string_view>{"local anaesthesia", "the final picture"}));
+    EXPECT_EQ(missingParts(Course::puncture, 0).size(), 2u);
+    EXPECT_TRUE(missingParts(Course::puncture, maskOf(Step::advance, Step::contrast)).empty());
 }
 
 TEST_F(DrainageTest, SyringeDrawsWhatIsAtTheNeedlesTip) {
@@ -640,7 +745,7 @@ TEST_F(DrainageTest, StepsThatAreOutOfReachArePassedOver) {
     numb(wall(0.004), 0.6), numb(wall(0.018), 2.1), update(outside());
     ASSERT_EQ(progress().step, Step::incise);
     TickOutput drain = letGo(withWire(0.040));
-    drain.access.drain = haptics::DrainState::in_place;
+    curl(drain);
     update(drain);
     EXPECT_EQ(progress().step, Step::finalPicture);
     EXPECT_FALSE(done(Step::wire) && done(Step::dilate) && done(Step::advance));

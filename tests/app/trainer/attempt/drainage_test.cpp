@@ -47,6 +47,7 @@ struct Played {
     bool equal = false;  // the record's replay gave the same hash
     std::uint32_t faults = 0;
     training::Progress progress;
+    double torn_mm = 0.0;  // of the track, by the drain
     std::vector<training::SessionEvent> events;
     bool refused(training::Refusal why) const {
         return std::ranges::any_of(events, [&](const training::SessionEvent& e) {
@@ -70,6 +71,7 @@ Played play(const patient::Patient& patient, const patient::PlannedPath& path, c
     Played played;
     played.faults = session.log().faults;
     played.progress = session.log().progress;
+    played.torn_mm = session.log().score.values[std::size_t(training::MetricId::tornTrack)];
     played.events = session.log().events;
     const records::ReplayResult again = records::replay(
         patient, records::loadRecord(folder / "record"),
@@ -114,7 +116,8 @@ TEST(Drainage, TheExpertDoesEveryStepInPatientsOfSeveralSeeds) {
         EXPECT_GT(played.progress.total, 90.0) << seed;
         EXPECT_TRUE(training::passesExam(played.progress)) << seed;
         EXPECT_FALSE(played.pierced) << seed;
-        EXPECT_GT(played.last.holes_in_duct, 0.2) << seed;
+        EXPECT_EQ(played.last.holes_in_duct, 1.0) << seed;
+        EXPECT_EQ(played.torn_mm, 0.0) << seed;
         EXPECT_GT(played.dilator_n, 1.0) << seed;
     }
 }
@@ -160,6 +163,55 @@ TEST(Drainage, InParenchymaTheWireStays) {
                             training::Step::drain, training::Step::finalPicture})
         EXPECT_FALSE(played.done(step)) << stepName(step);
     EXPECT_FALSE(training::passesExam(played.progress));
+}
+
+// The drain's tip ends this much deeper than the expert's, relative to the wire's way.
+Scenario withDrainDeeper(double by_m) {
+    Scenario scenario = drainage();
+    const auto drain = std::ranges::find_if(scenario.stages, [](const Stage& s) {
+        return s.kind == StageKind::changeTool && s.tool == Tool::drain;
+    });
+    (drain + 1)->to.deeper_m += by_m;
+    return scenario;
+}
+
+// The expert's drain is pushed 55 mm further than the path is long, that is to the wire's end. HZ-TEACH-25
+TEST(Drainage, OnlyADrainWithAllItsHolesInTheDuctDrains) {
+    const SynthPatient p(1);
+    const patient::PlannedPath path = pathForWire(patient::makeDuctSpace(p.patient), p.paths);
+    const Played leaks = play(p.patient, path, withDrainDeeper(-0.040));
+    EXPECT_EQ(leaks.last.drain, DrainState::in_place) << "its tip lies in the duct";
+    EXPECT_GT(leaks.last.holes_in_duct, 0.0);
+    EXPECT_LT(leaks.last.holes_in_duct, 1.0);
+    EXPECT_TRUE(leaks.refused(training::Refusal::drainLeaks));
+    const Played short_of = play(p.patient, path, withDrainDeeper(-0.065));
+    EXPECT_EQ(short_of.last.drain, DrainState::misplaced);
+    EXPECT_TRUE(short_of.refused(training::Refusal::drainMisplaced));
+    for (const Played* played : {&leaks, &short_of}) {
+        EXPECT_FALSE(played->done(training::Step::drain));
+        EXPECT_FALSE(training::passesExam(played->progress));
+        EXPECT_TRUE(played->equal);
+    }
+}
+
+// HZ-TEACH-25
+TEST(Drainage, ADrainForcedWithoutADilatorTearsTheTrackAndHurts) {
+    Scenario scenario = drainage();
+    const auto takes = [](Tool tool) {
+        return [tool](const Stage& s) { return s.kind == StageKind::changeTool && s.tool == tool; };
+    };
+    const auto dilator = std::ranges::find_if(scenario.stages, takes(Tool::dilator));
+    const auto drain = std::find_if(dilator, scenario.stages.end(), takes(Tool::drain));
+    scenario.stages.erase(dilator, drain - 1);  // the drain begins where it would have begun
+    std::erase_if(scenario.stages, [](const Stage& s) { return s.kind == StageKind::numb; });
+    const SynthPatient p(1);
+    const patient::PlannedPath path = pathForWire(patient::makeDuctSpace(p.patient), p.paths);
+    const Played played = play(p.patient, path, scenario);
+    EXPECT_GT(played.torn_mm, 1e3 * path.length_m - 10.0) << "all of the track";
+    EXPECT_EQ(played.progress.worst_pain, training::kTearPain);
+    EXPECT_TRUE(played.refused(training::Refusal::trackTorn));
+    EXPECT_FALSE(played.done(training::Step::dilate));
+    EXPECT_TRUE(played.equal);
 }
 
 TEST(Drainage, WithoutAWireTheAccessIsLost) {

@@ -145,6 +145,7 @@ class Novice {
             case Act::drawWireBack:
             case Act::drawNeedle:
             case Act::drawDilator:
+            case Act::drawDrain:
             case Act::drawWire:
                 deeper_m_ += direction * (direction > 0.0 ? 1.0 : 2.0) * kMove_m_s * test::kDt_s;
                 break;
@@ -393,6 +394,10 @@ TEST(Tutor, NeverAsksForWhatTheToolsRefuse) {
     now.access.pierced = now.access.needle_in = false;
     now.access.drain = haptics::DrainState::misplaced, now.access.drain_m = 0.2;
     EXPECT_EQ(next(training::Step::drain), Act::takeDrain) << "the wire can still mend it";
+    EXPECT_EQ(next(training::Step::dilate), Act::takeDrain) << "no dilator fits beside the drain";
+    now.tool = Tool::drain;
+    EXPECT_EQ(next(training::Step::dilate), Act::drawDrain);
+    now.tool = Tool::wire;
     // Local anaesthetic flows only where it is wanted.
     now = {};
     now.tool_awaits_exit = false;

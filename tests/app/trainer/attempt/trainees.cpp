@@ -62,7 +62,106 @@ Scenario makeDrainage(Scenario scenario, const DrainageParts& parts, bool thorou
     return scenario;
 }
 
+// Of the expert's stages, from the first that passes `from` to before the next that passes `to`.
+void leaveOut(Stages& stages, const auto& from, const auto& to) {
+    const auto first = std::ranges::find_if(stages, from);
+    stages.erase(first, std::find_if(first, stages.end(), to));
+}
+
+enum class Part : std::uint8_t {
+    palpation,
+    anaesthesia,
+    incision,
+    guide,
+    bile,
+    contrast,
+    dilator,
+    wholeDrain,
+    finalPicture
+};
+
+void leaveOut(Stages& stages, Part part) {
+    const auto injects = [](const Stage& s) { return s.kind == StageKind::inject; };
+    const auto isKind = [](StageKind kind) { return [kind](const Stage& s) { return s.kind == kind; }; };
+    switch (part) {
+        case Part::palpation:
+            stages.erase(stages.begin(), std::ranges::find_if(stages, takes(Tool::probe)));
+            break;
+        case Part::anaesthesia:
+            leaveOut(stages, takes(Tool::needle), takes(Tool::scalpel));
+            break;
+        case Part::incision:
+            leaveOut(stages, takes(Tool::scalpel), isKind(StageKind::breathe));
+            break;
+        case Part::guide:
+            std::erase_if(stages, takes(Tool::guide));
+            break;
+        case Part::bile:
+            std::erase_if(stages, isKind(StageKind::aspirate));
+            break;
+        case Part::contrast:
+            stages.erase(std::ranges::find_if(stages, injects));
+            break;
+        case Part::dilator: {  // the drain begins where it would have begun
+            const auto drain = std::ranges::find_if(stages, takes(Tool::drain));
+            const Stage back = *(drain - 1);
+            leaveOut(stages, takes(Tool::dilator), takes(Tool::drain));
+            stages.insert(std::ranges::find_if(stages, takes(Tool::drain)), back);
+            break;
+        }
+        case Part::wholeDrain:
+            stages.erase(std::ranges::find_if(stages, takes(Tool::drain)), stages.end());
+            break;
+        case Part::finalPicture: {
+            const auto last = std::find_if(stages.rbegin(), stages.rend(), injects);
+            stages.erase(last.base() - 1);
+            break;
+        }
+    }
+}
+
 }  // namespace
+
+std::vector<Omission> makeOmissions(training::Course course) {
+    using enum Part;
+    struct Row {
+        std::string left_out;
+        std::vector<Part> parts;
+        bool fails_exam = true;
+    };
+    const std::vector<Row> puncture{
+        {"palpation", {palpation}, false},
+        {"incision", {incision}, false},
+        {"the guide", {guide}, false},
+        {"contrast medium", {contrast}},
+        {"palpation, incision, the guide and contrast medium", {palpation, incision, guide, contrast}}};
+    const std::vector<Row> drainage{
+        {"palpation", {palpation}, false},
+        {"anaesthesia", {anaesthesia}},
+        {"incision", {incision}, false},
+        {"the guide", {guide}, false},
+        {"bile", {bile}, false},
+        {"the picture of the ducts", {contrast}, false},
+        {"bile and the picture of the ducts", {bile, contrast}},
+        {"the dilator", {dilator}, false},
+        {"the drain", {wholeDrain}},
+        {"the final picture", {finalPicture}},
+        {"both pictures", {contrast, finalPicture}},
+        {"palpation, anaesthesia, incision, bile and pictures",
+         {palpation, anaesthesia, incision, bile, contrast, finalPicture}},
+        {"all but the least that places a drain",
+         {palpation, anaesthesia, incision, guide, bile, contrast, dilator, finalPicture}},
+        {"all that an exam does not ask for", {palpation, incision, guide, contrast, dilator}}};
+    const Scenario expert = makeTrainees(course).front();
+    std::vector<Omission> all;
+    for (const Row& row : course == training::Course::puncture ? puncture : drainage) {
+        Omission omission{row.left_out, expert, row.fails_exam};
+        for (const Part part : row.parts)
+            leaveOut(omission.scenario.stages, part);
+        all.push_back(std::move(omission));
+    }
+    return all;
+}
 
 std::vector<Scenario> makeTrainees(training::Course course) {
     std::vector<Scenario> trainees;

@@ -57,7 +57,7 @@ int seedsToDraw([[maybe_unused]] Course course) {
 // tip lies 1 mm beside the target. Unlike a person, a script cannot turn the needle when the wire stops.
 std::vector<PlannedPath> pathsOpenToWire(const patient::Patient& patient,
                                          const std::vector<PlannedPath>& paths) {
-    constexpr double kBeside_m = 0.001, kReach_m = 0.025;
+    constexpr double kBeside_m = 0.001, kReach_m = 0.032;
     constexpr std::size_t kMaxChecked = 100;
     const patient::DuctSpace ducts = patient::makeDuctSpace(patient);
     const auto isOpen = [&](PlannedPath path, const Vec3& beside_m) {
@@ -192,6 +192,29 @@ void expectEveryCheatFails(const Patients& patients, Course course) {
     std::puts(line.c_str());
 }
 
+// Leaving a part out never pays, and an exam without a part that the patient needs is failed.
+void expectOmissionsCost(Course course) {
+    Patients patients(1, course);
+    ASSERT_TRUE(patients.next());
+    ASSERT_TRUE(training::passesExam(patients.expert().progress))
+        << "seed " << patients.seed() << describe(patients.expert());
+    for (const test::Omission& omission : test::makeOmissions(course)) {
+        const SessionLog log = patients.play(omission.scenario);
+        std::puts(fmt::format("without {}: {:.1f} of the expert's {:.1f}", omission.left_out, log.score.total,
+                              patients.expert().score.total)
+                      .c_str());
+        EXPECT_LT(log.score.total, patients.expert().score.total - 4.0)
+            << "without " << omission.left_out << ", seed " << patients.seed();
+        EXPECT_EQ(training::passesExam(log.progress), !omission.fails_exam)
+            << "without " << omission.left_out << ", seed " << patients.seed() << describe(log);
+    }
+}
+
+// HZ-TEACH-25
+TEST(Trainees, OmissionsInAPunctureCost) {
+    expectOmissionsCost(Course::puncture);
+}
+
 // HZ-TEACH-01
 TEST(Trainees, RankByErrorOnRandomPatients) {
     expectRanks(Course::puncture);
@@ -207,6 +230,11 @@ TEST(Trainees, EveryCheatFailsOnRandomPatients) {
 
 // With a sanitizer, drainage_test runs the code of the drainage.
 #if !defined(STYLET_SANITIZED)
+
+// HZ-TEACH-25
+TEST(Trainees, OmissionsInADrainageCost) {
+    expectOmissionsCost(Course::drainage);
+}
 
 // HZ-TEACH-01
 TEST(Trainees, RankByErrorInADrainage) {

@@ -85,6 +85,7 @@ TEST_F(ForceDevice, WholePunctureIsScoredStoredAndReplayedBitByBit) {
     ASSERT_EQ(device_.stage(), haptics::DeviceStage::ready) << device_.report().why;
     ASSERT_FALSE(haptics::isInputOnly(device_.profile()));
     AttemptConfig config;
+    config.difficulty = training::Difficulty::exam;  // the device stands beside the path
     config.seed = 4;
     haptics::TouchMap touch = haptics::makeTouchMap(patient_);
     const Attempt attempt = makeLiveAttempt(patient_, scenario_, path_, fieldOf(path_), config, touch,

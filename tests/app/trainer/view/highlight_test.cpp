@@ -171,7 +171,7 @@ TEST_F(HighlightTest, WireDilatorAndDrainArePushedAndDrawnAlongTheTrack) {
     openAccess();
     for (const Act act : {Act::feedWire, Act::pushDilator, Act::pushDrain})
         EXPECT_LT(expectArrow(act, kIn).x, -0.120) << int(act);
-    for (const Act act : {Act::drawWireBack, Act::drawDilator, Act::drawWire})
+    for (const Act act : {Act::drawWireBack, Act::drawDilator, Act::drawDrain, Act::drawWire})
         EXPECT_LT(expectArrow(act, -kIn).x, -0.120) << int(act);
     expectRing(Act::injectDrain, {-0.120, 0.0, 0.0});
 }

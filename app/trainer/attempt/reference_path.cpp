@@ -87,12 +87,15 @@ double sureWireReach_m(const patient::DuctSpace& ducts, const PlannedPath& path)
 }
 
 const PlannedPath& pathForWire(const patient::DuctSpace& ducts, const std::vector<PlannedPath>& paths) {
-    constexpr std::size_t kMaxTried = 100;
+    constexpr std::size_t kMaxTried = 50;
     std::size_t best = 0;
-    double best_m = 0.0;
-    for (std::size_t i = 0; i < std::min(paths.size(), kMaxTried) && best_m < kWireReach_m; ++i) {
-        const double reach_m = sureWireReach_m(ducts, paths[i]);
-        if (reach_m > best_m) best = i, best_m = reach_m;
+    double best_m = -kWireReach_m;
+    for (std::size_t i = 0; i < std::min(paths.size(), kMaxTried) && best_m < kSureReach_m; ++i) {
+        const double reach_m = wireReach_m(ducts, paths[i]);
+        // A path from which the wire goes far from the target comes before all others.
+        const double value_m =
+            reach_m < kWireReach_m ? reach_m - kWireReach_m : sureWireReach_m(ducts, paths[i]);
+        if (value_m > best_m) best = i, best_m = value_m;
     }
     return paths[best];
 }

@@ -150,7 +150,8 @@ Refusal Evidence::missing(Step step) const noexcept {
                : needs_headward_ && headward_s_ < kMinRibPress_s ? Refusal::upperRibNotFelt
                                                                  : Refusal::lowerRibNotFelt;
     if (step == Step::anaesthetise)
-        return aimed_ || infiltration_.begun() || infiltration_.place() != TrackPlace::outside
+        return aimed_ || (infiltration_.begun() && previous_.probe_parked) ||
+                       infiltration_.place() != TrackPlace::outside
                    ? infiltration_.missing()
                    : Refusal::ductBesideRail;
     if (step == Step::advance && refused_puncture_ != Refusal::none) return refused_puncture_;
@@ -250,6 +251,8 @@ View Evidence::findView(const TickOutput& now, const Vec3& target_m,
 // A needle in the guide stays on the guide's line. While the patient breathes, the duct passes that line.
 void Evidence::aim(const TickOutput& now, const Vec3& target_m) noexcept {
     const std::optional<Pose> patient_from_probe = picturingProbe(now, kMinContact);
+    // Another place of the probe must be aimed anew.
+    if (!patient_from_probe) aimed_ = false;
     if (!patient_from_probe || !now.breath_held) return;
     const Pose patient_from_rail = *patient_from_probe * tools_.guide.probe_from_guide;
     const double nearest_m = (patient_from_rail.inverse() * target_m).z;
@@ -330,6 +333,7 @@ void Evidence::judgePuncture(const TickOutput& now, const TickFacts& facts, cons
     if (refused_puncture_ != Refusal::none) return;
     if (facts.inside && !facts.in_target && facts.past_target_m > kMissed_m) {
         refusal_ = refused_puncture_ = Refusal::ductMissed;
+        aimed_ = false;  // a line that only grazes the duct no longer counts, although the probe is parked
         return;
     }
     if (!facts.target_cut || !facts.in_target) return;

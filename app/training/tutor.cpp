@@ -38,7 +38,7 @@ const Controls kMouseControls{.finger = "press F",
 const Controls kControllerControls{.finger = "press B (menu) until you hold it",
                                    .probe = "press B (menu) until you hold it",
                                    .park = "press B (menu)",
-                                   .lift = "press B (menu) until you hold it",
+                                   .lift = "hold B (menu) for a second",
                                    .scalpel = "press B (menu) until you hold it",
                                    .guide = "press B (menu) until you hold it",
                                    .hold = "squeeze",
@@ -95,7 +95,7 @@ Act toFindGap(const Progress& progress, const TickOutput& now) noexcept {
 }
 
 Act toFindDuct(const Progress& progress, const TickOutput& now) noexcept {
-    if (now.tool != Tool::probe) return Act::takeProbe;
+    if (now.tool != Tool::probe && !now.probe_parked) return Act::takeProbe;
     if (!now.breath_held) return Act::holdBreath;
     if (now.probe_parked && progress.missing != Refusal::ductTooShort) return Act::liftProbe;
     switch (progress.missing) {
@@ -115,8 +115,8 @@ Act toFindDuct(const Progress& progress, const TickOutput& now) noexcept {
 std::optional<Act> toParkedProbe(const Progress& progress, const TickOutput& now) noexcept {
     const bool aimed = progress.missing != Refusal::ductBesideRail;
     if (now.probe_parked && aimed) return std::nullopt;
-    if (now.tool != Tool::probe) return Act::takeProbe;
     if (now.probe_parked) return Act::liftProbe;
+    if (now.tool != Tool::probe) return Act::takeProbe;
     if (!now.breath_held) return Act::holdBreath;
     if (!(now.probe_touching_share > kMinContact)) return Act::placeProbe;
     return aimed ? Act::parkProbe : Act::aimGuide;

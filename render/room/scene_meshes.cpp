@@ -270,9 +270,9 @@ void SceneMeshes::addNeedle(const Pose& stage_from_needle, const NeedleShape& ne
     }
 }
 
-void SceneMeshes::addTubes(const RenderScene& scene) {
+void SceneMeshes::addTubes(const RenderScene& scene, const std::vector<CurvedTube>& tubes) {
     const glm::dmat4 stage_from_patient = toMatrix(scene.stage_from_patient);
-    for (const CurvedTube& tube : scene.tubes)
+    for (const CurvedTube& tube : tubes)
         for (std::size_t i = 1; i < tube.points_m.size(); ++i) {
             const Vec3 &begin = tube.points_m[i - 1], &end = tube.points_m[i];
             if (!(glm::distance(begin, end) > 0.0)) continue;
@@ -288,28 +288,30 @@ void SceneMeshes::addTools(const RenderScene& scene) {
     };
     if (scene.patient_from_needle)
         addNeedle(scene.stage_from_patient * *scene.patient_from_needle, scene.needle);
-    addTubes(scene);
+    addTubes(scene, scene.tubes);
     tool(models_.probe, scene.patient_from_probe);
     tool(models_.scalpel, scene.patient_from_scalpel);
     tool(models_.hand, scene.patient_from_finger);
 }
 
 void SceneMeshes::addGhost(const RenderScene& scene) {
-    if (!scene.ghost) return;
     const std::size_t first = draws_.size();
-    const Pose stage_from_tool = scene.stage_from_patient * scene.ghost->patient_from_tool;
-    switch (scene.ghost->kind) {
-        case GhostKind::needle:
-            addNeedle(stage_from_tool, scene.needle);
-            break;
-        case GhostKind::probe:
-            add(models_.probe, toMatrix(stage_from_tool), false);
-            break;
-        case GhostKind::scalpel:
-            add(models_.scalpel, toMatrix(stage_from_tool), false);
-            break;
-        case GhostKind::finger:
-            add(models_.hand, toMatrix(stage_from_tool), false);
+    addTubes(scene, scene.ghost_tubes);
+    if (scene.ghost) {
+        const Pose stage_from_tool = scene.stage_from_patient * scene.ghost->patient_from_tool;
+        switch (scene.ghost->kind) {
+            case GhostKind::needle:
+                addNeedle(stage_from_tool, scene.needle);
+                break;
+            case GhostKind::probe:
+                add(models_.probe, toMatrix(stage_from_tool), false);
+                break;
+            case GhostKind::scalpel:
+                add(models_.scalpel, toMatrix(stage_from_tool), false);
+                break;
+            case GhostKind::finger:
+                add(models_.hand, toMatrix(stage_from_tool), false);
+        }
     }
     for (std::size_t i = first; i < draws_.size(); ++i) {
         draws_[i].kind = gpu::kGhost, draws_[i].casts = false;

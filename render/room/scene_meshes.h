@@ -76,7 +76,7 @@ class SceneMeshes {
     void addTable(const RenderScene&, const Placement&);
     void addNeedle(const Pose& stage_from_needle, const NeedleShape&);
     void addGhost(const RenderScene&);
-    void addTubes(const RenderScene&);
+    void addTubes(const RenderScene&, const std::vector<CurvedTube>&);
     void addTools(const RenderScene&);
     void addPaths(const RenderScene&);
     void addHighlights(const RenderScene&, const Placement&);

@@ -139,6 +139,7 @@ struct RenderScene {
     std::vector<ShownPath> paths;
     std::vector<Highlight> highlights;
     std::optional<Ghost> ghost;
+    std::vector<CurvedTube> ghost_tubes;  // drawn like `ghost`
     std::optional<Pose> patient_from_probe,
         patient_from_scalpel;                 // contact end at the origin, handle toward +z
     std::optional<Pose> patient_from_finger;  // tip of a gloved right hand's finger; +y: the back of the hand

@@ -72,19 +72,23 @@ constexpr std::array kMachines{training::Machine::xray, training::Machine::ultra
 
 // The procedure's next tool. After the needle comes the wire if the needle is in the body, else the finger.
 // With a wire in the body: the needle is drawn out over it, dilator and drain follow, then the wire is drawn
-// out.
-Tool nextTool(const TickOutput& now) {
+// out. `numbing`: the needle is still the syringe's, before the scalpel. A parked probe stays where it is.
+Tool nextTool(const TickOutput& now, bool numbing) {
     if (now.access.open) {
         if (now.tool == Tool::wire && now.access.drain_m > 0.0) return Tool::drain;
         if (now.tool == Tool::wire) return now.access.needle_in ? Tool::needle : Tool::dilator;
-        if (now.tool == Tool::needle) return now.access.needle_in ? Tool::wire : Tool::dilator;
+        if (haptics::isNeedleTool(now.tool)) return now.access.needle_in ? Tool::wire : Tool::dilator;
         if (now.tool == Tool::dilator) return Tool::drain;
-        if (now.tool == Tool::drain) return Tool::wire;
+        return Tool::wire;
     } else if (haptics::isAccessTool(now.tool)) {
         return Tool::finger;
     }
-    const bool ends = now.tool == Tool::needle && now.phase == haptics::Phase::outside && !now.access.open;
-    return ends ? Tool::finger : Tool((int(now.tool) + 1) % haptics::kToolCount);
+    const bool outside = now.phase == haptics::Phase::outside;
+    if (now.tool == Tool::finger && now.probe_parked) return numbing ? Tool::needle : Tool::scalpel;
+    if (now.tool == Tool::probe && numbing) return Tool::needle;
+    if (now.tool == Tool::guide && numbing && outside) return Tool::finger;
+    if (now.tool == Tool::needle && outside) return numbing ? Tool::scalpel : Tool::finger;
+    return Tool((int(now.tool) + 1) % haptics::kToolCount);
 }
 
 std::string_view nameOf(Tool tool) {
@@ -211,7 +215,7 @@ std::string describe(const UserButtons& buttons, std::span<const std::string_vie
                                       : fmt::format("button {} {}", number + 1, what);
     };
     add(buttons.rearm, "re-arms");
-    add(buttons.next, "selects the next tool");
+    add(buttons.next, "selects the next tool (pressed for a second: picks up the parked probe)");
     add(buttons.breath, "starts and ends a breath-hold");
     add(buttons.pedal, "is the X-ray pedal");
     add(buttons.inject,
@@ -236,7 +240,8 @@ std::vector<Command> UserCommands::update(std::string_view typed, std::uint32_t 
     std::vector<Command> commands;
     const auto mayGoOn = [&] { return commands.empty() || !changesTool(commands.back()); };
     if (std::exchange(next_wanted_, false) && now.tool == Tool::probe && now.probe_parked)
-        commands.push_back(toolCommand(nextTool(now)));
+        commands.push_back(toolCommand(nextTool(now, numbing_)));
+    if (mayGoOn() && liftsProbe(now, held)) commands.push_back(toolCommand(Tool::probe));
     for (std::optional<std::string> line; mayGoOn() && (line = popLine(waiting_));)
         parseLine(*line, now, commands);
     if (!hasLine() && waiting_.size() > kMaxCommandLength) waiting_.resize(kMaxCommandLength);
@@ -246,7 +251,10 @@ std::vector<Command> UserCommands::update(std::string_view typed, std::uint32_t 
     if ((pressed_ & buttons_.snap) != 0) snap_ = true;
     if ((pressed_ & buttons_.expert) != 0) expert_ = true;
     if ((pressed_ & buttons_.aspirate) != 0) add(training::kAspirate, commands);
-    if ((pressed_ & buttons_.next) != 0) addNext(now, commands);
+    if ((pressed_ & buttons_.next) != 0) {
+        addNext(now, commands);
+        if (now.probe_parked) lift_at_ = now.tick + std::uint64_t(kLiftAfter_s / dt_s_ + 0.5);
+    }
     pressed_ = 0;
     const std::uint32_t changed = held ^ std::exchange(holding_, held);
     if ((changed & buttons_.pedal) != 0)
@@ -264,10 +272,18 @@ void UserCommands::add(const Command& command, std::vector<Command>& commands) {
     commands.push_back(command);
 }
 
+// True once, when `next` has been pressed long enough since it was pressed with the probe parked.
+bool UserCommands::liftsProbe(const TickOutput& now, std::uint32_t held) {
+    if ((held & buttons_.next) == 0 || !now.probe_parked) lift_at_.reset();
+    if (!lift_at_ || now.tick < *lift_at_) return false;
+    lift_at_.reset();
+    return true;
+}
+
 // A probe that cannot be parked stays in use, so the next tool waits until the probe is parked.
 void UserCommands::addNext(const TickOutput& now, std::vector<Command>& commands) {
     next_wanted_ = now.tool == Tool::probe && !now.probe_parked;
-    add(next_wanted_ ? Command{CommandKind::park, 1} : toolCommand(nextTool(now)), commands);
+    add(next_wanted_ ? Command{CommandKind::park, 1} : toolCommand(nextTool(now, numbing_)), commands);
 }
 
 void UserCommands::parseLine(std::string_view line, const TickOutput& now, std::vector<Command>& commands) {

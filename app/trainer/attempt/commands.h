@@ -18,9 +18,11 @@ namespace stylet::trainer {
 // Bits of DeviceState::buttons; 0 if the device has no button for that function.
 struct UserButtons {
     std::uint32_t rearm = 1u << 0;  // re-arms the force after a fault
-    std::uint32_t next = 0;         // the procedure's next tool; a probe in use is parked first
-    std::uint32_t breath = 0;       // starts or ends a breath-hold
-    std::uint32_t pedal = 0;        // X-rays while pressed
+    // The procedure's next tool; a probe in use is parked first. Pressed for kLiftAfter_s, it picks up the
+    // parked probe, which the order of tools passes over.
+    std::uint32_t next = 0;
+    std::uint32_t breath = 0;  // starts or ends a breath-hold
+    std::uint32_t pedal = 0;   // X-rays while pressed
     // Contrast medium while pressed; in a drainage local anaesthetic, until the incision or the puncture is
     // done.
     std::uint32_t inject = 0;
@@ -40,12 +42,15 @@ std::string describe(const UserButtons&, std::span<const std::string_view> names
 
 class UserCommands {
   public:
-    // `exerts_force`: false for a device without force, which has nothing to re-arm.
-    UserCommands(const UserButtons& buttons, Say say, bool exerts_force = true)
-        : buttons_(buttons), say_(std::move(say)), exerts_force_(exerts_force) {}
+    static constexpr double kLiftAfter_s = 1.0;
+
+    // `exerts_force`: false for a device without force, which has nothing to re-arm. `dt_s`: of a tick.
+    UserCommands(const UserButtons& buttons, Say say, bool exerts_force = true, double dt_s = 0.001)
+        : buttons_(buttons), say_(std::move(say)), exerts_force_(exerts_force), dt_s_(dt_s) {}
     // Of the attempt; without this call, kDefaultCourse, which has no local anaesthesia.
     void setCourse(training::Course course) { course_ = course; }
-    // The button that injects starts local anaesthetic instead of contrast medium.
+    // The button that injects starts local anaesthetic instead of contrast medium, and the needle comes
+    // before the scalpel in the order of tools.
     void setNumbing(bool numbing) { numbing_ = numbing; }
     // Session thread. Returns the commands of all complete lines in `typed` and of the newly pressed buttons
     // (`pressed`, without the re-arm button), in that order. An incomplete line waits for its newline. `held`
@@ -64,16 +69,19 @@ class UserCommands {
   private:
     void add(const haptics::Command&, std::vector<haptics::Command>&);
     void addNext(const haptics::TickOutput&, std::vector<haptics::Command>&);
+    bool liftsProbe(const haptics::TickOutput&, std::uint32_t held);
     void parseLine(std::string_view line, const haptics::TickOutput&, std::vector<haptics::Command>&);
 
     UserButtons buttons_;
     Say say_;
     bool exerts_force_;
+    double dt_s_;
     bool numbing_ = false;
     training::Course course_ = training::kDefaultCourse;
     std::string waiting_;
     std::uint32_t pressed_ = 0, holding_ = 0;
-    bool next_wanted_ = false;  // pending until the probe is parked
+    bool next_wanted_ = false;              // pending until the probe is parked
+    std::optional<std::uint64_t> lift_at_;  // tick at which `next` will have been pressed long enough
     bool begun_ = false;
     bool holds_ = false;  // the last request was a breath-hold and the patient still holds
     bool held_ = false;   // breath-hold in the newest tick

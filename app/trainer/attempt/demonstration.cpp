@@ -53,14 +53,12 @@ Demonstration::Demonstration(const patient::Patient& patient, const patient::Pla
         const Step step = session.log().progress.step;
         if (step == Step::done) break;
         if (tick % every != 0) continue;
-        // Wire, dilator and drain follow their track, not the hand's pose.
-        if (haptics::isAccessTool(now.tool)) {
-            steps_on_track_ |= 1u << unsigned(step);
-            continue;
-        }
         const Pose pose = shownPose(now);
         samples_[std::size_t(step)].push_back(
-            {now.tool, pose, patient::referenceFromDeformed(*motion_, now.breath, pose.position_m)});
+            {now.tool, pose, patient::referenceFromDeformed(*motion_, now.breath, pose.position_m),
+             accesses_.size()});
+        // Wire, dilator and drain follow their track, not the hand's pose.
+        if (haptics::isAccessTool(now.tool)) accesses_.push_back(now.access);
     }
     // On a few paths the script does not succeed in a step, and what follows was recorded as that step.
     steps_done_ = session.log().progress.steps_done;
@@ -74,11 +72,6 @@ std::string Demonstration::describeMissing(Step step) const {
     if (!training::contains(steps_done_, step))
         return fmt::format("the expert cannot show \"{}\": the script does not complete it on this path",
                            name);
-    if (training::contains(steps_on_track_, step))
-        return fmt::format(
-            "the expert's wire, dilator and drain are not shown in \"{}\": they follow the track, not the "
-            "hand",
-            name);
     if (samples_[std::size_t(step)].empty())
         return fmt::format("the expert cannot show \"{}\": the script completes it within another step",
                            name);
@@ -94,7 +87,8 @@ std::optional<GhostTool> Demonstration::at(Step step, double t_s, const patient:
     const std::vector<Sample>& samples = samples_[std::size_t(step)];
     const double in_loop_s = std::fmod(std::max(0.0, t_s), length_s(step) + kRest_s);
     const Sample& sample = samples[std::min(std::size_t(in_loop_s / kSample_s), samples.size() - 1)];
-    GhostTool ghost{sample.tool, sample.patient_from_tool};
+    GhostTool ghost{.tool = sample.tool, .patient_from_tool = sample.patient_from_tool};
+    if (haptics::isAccessTool(sample.tool)) ghost.access = accesses_[sample.access];
     ghost.patient_from_tool.position_m =
         patient::deformedFromReference(*motion_, breath, sample.tip_reference_m);
     return ghost;

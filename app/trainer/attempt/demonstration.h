@@ -24,7 +24,7 @@ class Demonstration {
     // it begins again. It follows the breath of the patient that is shown. Nothing if no part of the step is
     // shown; describeMissing() says why.
     std::optional<GhostTool> at(training::Step, double t_s, const patient::Surrogate& breath) const;
-    // One sentence, without a period: what of a step is not shown, and why. Empty if all of it is shown.
+    // One sentence, without a period: why a step is not shown. Empty if it is.
     std::string describeMissing(training::Step) const;
     // Length of a step, without the rest.
     double length_s(training::Step) const;
@@ -36,11 +36,12 @@ class Demonstration {
         haptics::Tool tool = haptics::Tool::needle;
         Pose patient_from_tool;
         Vec3 tip_reference_m{0.0};
+        std::size_t access = 0;  // index in `accesses_`; of wire, dilator and drain
     };
     const patient::MotionModel* motion_;
     std::array<std::vector<Sample>, training::kStepCount> samples_{};
-    std::uint32_t steps_done_ = 0;      // bit mask of 1 << Step
-    std::uint32_t steps_on_track_ = 0;  // same; steps with the wire, the dilator or the drain
+    std::vector<haptics::AccessOutput> accesses_;
+    std::uint32_t steps_done_ = 0;  // bit mask of 1 << Step
 };
 
 // Adds the demonstration of the current step to the frames while the trainee wants it. Session thread.
@@ -52,7 +53,7 @@ class ExpertBeside {
     // Starts or ends the demonstration. Returns what the user should know.
     std::string toggle(const training::DifficultyRules&);
     // Call with every state. Ends the demonstration if the difficulty does not allow it. If a step is not
-    // shown, or only in part, tells the user why: once on the terminal, and for kNoteShown_s in the frames.
+    // shown, tells the user why: once on the terminal, and for kNoteShown_s in the frames.
     void addTo(FrameState&, const training::DifficultyRules&, double tick_s);
 
     static constexpr double kNoteShown_s = 8.0;

@@ -71,13 +71,31 @@ double wireReach_m(const patient::DuctSpace& ducts, const PlannedPath& path) {
     return reach_m;
 }
 
+double sureWireReach_m(const patient::DuctSpace& ducts, const PlannedPath& path) {
+    constexpr double kBeside_m = 0.001;
+    const Vec3 axis = glm::normalize(path.target_reference_m - path.entry_reference_m);
+    const Vec3 other = std::fabs(axis.y) < 0.9 ? Vec3(0.0, 1.0, 0.0) : Vec3(1.0, 0.0, 0.0);
+    const Vec3 across = glm::normalize(glm::cross(axis, other)), third = glm::cross(axis, across);
+    double reach_m = kWireReach_m;
+    for (const Vec3& beside : {Vec3(0.0), axis, across, -across, third, -third}) {
+        PlannedPath shifted = path;
+        shifted.entry_reference_m += kBeside_m * beside, shifted.target_reference_m += kBeside_m * beside;
+        reach_m = std::min(reach_m, wireReach_m(ducts, shifted));
+        if (reach_m == 0.0) break;
+    }
+    return reach_m;
+}
+
 const PlannedPath& pathForWire(const patient::DuctSpace& ducts, const std::vector<PlannedPath>& paths) {
     constexpr std::size_t kMaxTried = 50;
     std::size_t best = 0;
-    double best_m = 0.0;
-    for (std::size_t i = 0; i < std::min(paths.size(), kMaxTried) && best_m < kWireReach_m; ++i) {
+    double best_m = -kWireReach_m;
+    for (std::size_t i = 0; i < std::min(paths.size(), kMaxTried) && best_m < kSureReach_m; ++i) {
         const double reach_m = wireReach_m(ducts, paths[i]);
-        if (reach_m > best_m) best = i, best_m = reach_m;
+        // A path from which the wire goes far from the target comes before all others.
+        const double value_m =
+            reach_m < kWireReach_m ? reach_m - kWireReach_m : sureWireReach_m(ducts, paths[i]);
+        if (value_m > best_m) best = i, best_m = value_m;
     }
     return paths[best];
 }

@@ -16,8 +16,12 @@ namespace stylet::trainer {
 // the model of haptics/tools/wire.h.
 inline constexpr double kWireReach_m = 0.035;
 double wireReach_m(const patient::DuctSpace&, const patient::PlannedPath&);
-// The best path for a drainage: the first from which the wire goes kWireReach_m down the duct, else the one
-// from which it goes furthest. `paths`: at least one.
+// Least reach if the needle's tip comes to lie 1 mm beside or behind the target, and at the target.
+// kSureReach_m: the part with side holes (haptics::kSideHoles_m) and 2 mm.
+inline constexpr double kSureReach_m = 0.032;
+double sureWireReach_m(const patient::DuctSpace&, const patient::PlannedPath&);
+// The best path for a drainage: the first from which the wire goes kWireReach_m down the duct, and surely
+// kSureReach_m; else the one from which it surely goes furthest. `paths`: at least one.
 const patient::PlannedPath& pathForWire(const patient::DuctSpace&,
                                         const std::vector<patient::PlannedPath>& paths);
 

@@ -32,7 +32,7 @@ ForceFeed::ForceFeed(bool focused, double dt_s, const LiveHand* live, Say say,
       sent_focus_(focused),
       console_(std::move(console)),
       was_paused_(resumes) {
-    if (live) user_.emplace(live->buttons, say_, !isInputOnly());
+    if (live) user_.emplace(live->buttons, say_, !isInputOnly(), dt_s);
 }
 
 bool ForceFeed::isInputOnly() const {

@@ -30,6 +30,8 @@ struct GhostTool {
     haptics::Tool tool = haptics::Tool::needle;
     Pose patient_from_tool;
     double length_m = 0.0;  // of the needle
+    // Wire, dilator or drain: where they lie. `patient_from_tool` is then not used.
+    std::optional<haptics::AccessOutput> access{};
 };
 
 struct FrameState {

@@ -41,8 +41,16 @@ void showTools(render::RenderScene& scene, const FrameState& seen) {
         scene.patient_from_probe = tick.patient_from_probe * haptics::kStylusFromProbe.inverse();
 }
 
-void showGhost(render::RenderScene& scene, const GhostTool& ghost) {
+void showGhost(render::RenderScene& scene, const FrameState& seen, const patient::MotionModel& motion) {
     using haptics::Tool;
+    if (!seen.ghost_tool) return;
+    const GhostTool& ghost = *seen.ghost_tool;
+    if (ghost.access) {
+        haptics::TickOutput tick;
+        tick.tool = ghost.tool, tick.breath = seen.tick.breath, tick.access = *ghost.access;
+        scene.ghost_tubes = accessTubes(tick, seen.access, motion, ghost.length_m);
+        return;
+    }
     scene.ghost = {ghost.tool == Tool::probe     ? render::GhostKind::probe
                    : ghost.tool == Tool::scalpel ? render::GhostKind::scalpel
                    : ghost.tool == Tool::finger  ? render::GhostKind::finger
@@ -99,7 +107,7 @@ render::RenderScene SceneMaker::makeScene(const FrameState& seen) {
     showTools(scene, seen);
     scene.tubes = accessTubes(shown, seen.access, patient_->package().motion, seen.needle.length_m);
     showMonitor(scene, monitor_);
-    if (seen.ghost_tool) showGhost(scene, *seen.ghost_tool);
+    showGhost(scene, seen, patient_->package().motion);
     if (rules_.next_step)
         scene.highlights = places_.highlights(training::nextAct(seen.progress, shown, seen.machines), seen);
     if (!rules_.path) return scene;

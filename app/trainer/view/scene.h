@@ -31,8 +31,8 @@ void addRoom(render::RenderScene&, const OperativeField&, const training::XraySt
 // Adds the tool in use and the parked probe.
 void showTools(render::RenderScene&, const FrameState&);
 
-// Adds the expert's tool.
-void showGhost(render::RenderScene&, const GhostTool&);
+// Adds the expert's tool, `seen.ghost_tool`.
+void showGhost(render::RenderScene&, const FrameState& seen, const patient::MotionModel&);
 
 void showMonitor(render::RenderScene&, const BreathMonitor&);
 

@@ -8,6 +8,8 @@
 #include <optional>
 
 #include "app/trainer/attempt/hand.h"
+#include "app/trainer/attempt/tool_pose.h"
+#include "app/training/tutor.h"
 #include "tests/app/training/wall.h"
 #include "tests/support/constants.h"
 
@@ -245,6 +247,68 @@ TEST_F(ProcedureTest, StepsOutOfOrderAreAllowedAndCounted) {
     std::erase_if(steps, [](const SessionEvent& e) { return e.kind != "step"; });
     ASSERT_EQ(steps.size(), 2u);
     EXPECT_NE(steps[1].text.find("after a later one"), std::string::npos);
+}
+
+// The tutor asks to aim whenever the guide's line does not meet the duct.
+class AimTest : public ProcedureTest {
+  protected:
+    AimTest() {
+        update(finger({0.002, 0.0, 0.0}, 0.3), 400);
+        update(probe(kOnDuct), 1100);
+        EXPECT_EQ(progress().step, Step::incise);
+        EXPECT_EQ(next(probe(kOnDuct)), Act::parkProbe);
+        EXPECT_EQ(next(parked(probe(kOnDuct))), Act::takeScalpel);
+    }
+    // A line along which the guide leads the needle.
+    struct Line {
+        Vec3 from_m, along;
+    };
+    static TickOutput probe(const Line& line, double touching_share = 1.0, bool breath_held = true) {
+        TickOutput out;
+        out.tool = Tool::probe;
+        out.tool_awaits_exit = false;
+        out.probe_touching_share = touching_share, out.breath_held = breath_held;
+        out.patient_from_tool = trainer::toolPoseFromNeedle(trainer::needlePose(line.from_m, line.along),
+                                                            Tool::probe, haptics::GuideSettings{});
+        return out;
+    }
+    Act next(const TickOutput& out) {
+        update(out, 40);
+        return nextAct(progress(), out, {});
+    }
+    static constexpr double kHalf = 0.70710678;
+    static inline const Line kOnDuct{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}},
+        kAside{{0.0, 0.03, 0.0}, {0.6, 0.8, 0.0}},
+        // 0.85 mm of it lie in the duct near the target.
+        kGrazing{{0.0, -0.03706, 0.0}, {kHalf, kHalf, 0.0}};
+};
+
+TEST_F(AimTest, AProbeThatWasLiftedIsAimedAnew) {
+    EXPECT_EQ(next(probe(kOnDuct, 0.0)), Act::placeProbe);
+    EXPECT_EQ(next(probe(kAside, 1.0, false)), Act::holdBreath);
+    EXPECT_EQ(next(parked(probe(kAside, 1.0, false))), Act::liftProbe) << "parked before it was aimed";
+    EXPECT_EQ(next(probe(kAside)), Act::aimGuide);
+    EXPECT_EQ(next(parked(probe(kAside))), Act::liftProbe);
+    TickOutput with_scalpel = parked(probe(kAside));
+    with_scalpel.tool = Tool::scalpel;
+    EXPECT_EQ(next(with_scalpel), Act::liftProbe);
+    EXPECT_EQ(next(parked(probe(kOnDuct))), Act::takeScalpel);
+}
+
+// The breath-hold drifts under a parked probe: a line that grazes the duct may be tried, until it has failed.
+TEST_F(AimTest, ALineThatOnlyGrazesTheDuctIsAimedAnewAfterAMiss) {
+    const TickOutput grazing = parked(probe(kGrazing));
+    EXPECT_EQ(next(grazing), Act::takeScalpel);
+    const auto needle = [&](TickOutput out) {
+        out.breath_held = out.probe_parked = true;
+        out.patient_from_probe = grazing.patient_from_probe;
+        out.tool_awaits_exit = false;
+        return out;
+    };
+    update(needle(liver(0.030)));
+    EXPECT_EQ(next(needle(liver(0.065))), Act::drawOut);
+    EXPECT_EQ(progress().refusal, Refusal::ductMissed);
+    EXPECT_EQ(next(needle(needleAt({-0.010, 0.0, 0.0}, Tissue::air, 0))), Act::liftProbe);
 }
 
 // The puncture counts in a breath-hold, with needle and duct in the picture.
@@ -605,6 +669,23 @@ TEST_F(DrainageTest, SyringeDrawsWhatIsAtTheNeedlesTip) {
 }
 
 // The liver's capsule lies 22 mm deep.
+TEST_F(DrainageTest, ALiftedProbeIsAimedAnewAlthoughTheSkinIsNumb) {
+    update(finger({0.002, 0.0, 0.0}, 0.3), 400);
+    TickOutput probe = parked(probeAt({0.0, 0.0, 0.0}, {1, 0, 0}));
+    update(probe, 1100);
+    EXPECT_EQ(progress().step, Step::anaesthetise);
+    const auto withSyringe = [&](TickOutput out) {
+        out.probe_parked = true, out.patient_from_probe = probe.patient_from_probe;
+        return out;
+    };
+    update(withSyringe(outside()));
+    numb(withSyringe(wall(0.004)), 0.6);
+    update(withSyringe(outside()), 40);
+    EXPECT_EQ(progress().missing, Refusal::capsuleNotNumb) << "the parked probe need not be aimed for it";
+    update(outside(), 40);
+    EXPECT_EQ(progress().missing, Refusal::ductBesideRail) << "the probe was lifted";
+}
+
 TEST_F(DrainageTest, LocalAnaesthesiaNeedsTheSkinAndTheCapsule) {
     update(outside());
     numb(wall(0.004), 0.6);

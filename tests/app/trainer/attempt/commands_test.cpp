@@ -154,6 +154,47 @@ TEST_F(UserCommandsTest, NextButtonSelectsTheToolsInOrder) {
     EXPECT_THAT(pressed(1 | 4), IsEmpty()) << "re-arming is the session's, the rest nobody's";
 }
 
+// A parked probe keeps its place while the button leads past it. Pressed for a second, it picks it up.
+TEST_F(UserCommandsTest, NextPassesOverAParkedProbeUnlessPressedForLong) {
+    const auto hold = [&](int ticks) {
+        std::vector<haptics::Command> commands = user.update("", 2, now, 2);
+        if (!commands.empty() && commands[0].kind == CommandKind::tool) now.tool = Tool(commands[0].value);
+        for (int i = 0; i < ticks; ++i, ++now.tick)
+            for (const haptics::Command& c : user.update("", 0, now, 2))
+                commands.push_back(c);
+        user.update("", 0, now, 0);
+        return commands;
+    };
+    now.tool = Tool::finger, now.probe_parked = true;
+    EXPECT_THAT(hold(900), ElementsAre(Asks(CommandKind::tool, Tool::scalpel)));
+    EXPECT_THAT(hold(900), ElementsAre(Asks(CommandKind::tool, Tool::guide))) << "two presses do not add up";
+    EXPECT_THAT(hold(5000),
+                ElementsAre(Asks(CommandKind::tool, Tool::needle), Asks(CommandKind::tool, Tool::probe)));
+    now.tool = Tool::probe, now.probe_parked = false;
+    EXPECT_THAT(user.update("", 2, now, 2), ElementsAre(Asks(CommandKind::park, 1)));
+    now.probe_parked = true;
+    EXPECT_THAT(user.update("", 0, now, 2), ElementsAre(Asks(CommandKind::tool, Tool::scalpel)));
+    now.tool = Tool::scalpel, now.tick += 5000;
+    EXPECT_THAT(user.update("", 0, now, 2), IsEmpty())
+        << "the press that parks the probe does not pick it up";
+}
+
+// In a drainage the needle comes first as the syringe with local anaesthetic.
+TEST_F(UserCommandsTest, NextSelectsTheSyringeBeforeTheScalpel) {
+    user.setNumbing(true);
+    now.probe_parked = true;
+    now.tool = Tool::probe;
+    for (const Tool tool : {Tool::needle, Tool::scalpel, Tool::guide, Tool::finger, Tool::needle}) {
+        EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::tool, tool)));
+        now.tool = tool;
+    }
+    // Whoever leaves it out and punctures through the guide gets on to the wire.
+    now.tool = Tool::guide, now.phase = haptics::Phase::pass;
+    EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::tool, Tool::needle)));
+    now.tool = Tool::needle;
+    EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::tool, Tool::wire)));
+}
+
 TEST_F(UserCommandsTest, BreathButtonTogglesTheBreathHold) {
     EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::holdBreath, 0)));
     EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::breathe, 0)));
@@ -237,6 +278,8 @@ TEST_F(UserCommandsTest, NextAfterTheNeedle) {
     EXPECT_THAT(typed("next\n"), ElementsAre(Asks(CommandKind::tool, Tool::drain)));
     now.tool = Tool::drain;
     EXPECT_THAT(typed("next\n"), ElementsAre(Asks(CommandKind::tool, Tool::wire)));
+    now.tool = Tool::finger;
+    EXPECT_THAT(typed("next\n"), ElementsAre(Asks(CommandKind::tool, Tool::wire))) << "the way back";
 }
 
 // The pedal stays pressed as long as its button is pressed, even if the tool changes in the meantime.
@@ -262,12 +305,13 @@ TEST_F(UserCommandsTest, InjectionButtonNumbsWhileAsked) {
 
 TEST(Buttons, AreCountedFromOneForAPerson) {
     EXPECT_EQ(describe({.rearm = 1, .next = 2, .breath = 8}),
-              "button 1 re-arms, button 2 selects the next tool, button 4 starts and ends a breath-hold");
+              "button 1 re-arms, button 2 selects the next tool (pressed for a second: picks up the parked "
+              "probe), button 4 starts and ends a breath-hold");
     EXPECT_EQ(describe({.rearm = 0}), "");
     const std::array<std::string_view, 2> names{"the trigger", "menu"};
     EXPECT_EQ(describe({.rearm = 1, .next = 2, .pedal = 4, .inject = 8}, names),
-              "the trigger re-arms, menu selects the next tool, button 3 is the X-ray pedal, button 4 "
-              "injects while pressed");
+              "the trigger re-arms, menu selects the next tool (pressed for a second: picks up the parked "
+              "probe), button 3 is the X-ray pedal, button 4 injects while pressed");
 }
 
 }  // namespace

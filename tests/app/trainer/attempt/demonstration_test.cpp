@@ -67,7 +67,7 @@ TEST_F(DemonstrationTest, EveryStepOfThePunctureIsShownWithItsTools) {
         EXPECT_FALSE(at(step, 0.0));
 }
 
-// Wire, dilator and drain have no ghost. On some paths the script does not succeed in a step.
+// On some paths the script does not succeed in a step.
 TEST_F(DemonstrationTest, NoStepOfADrainageIsMissingWithoutAReason) {
     const patient::PlannedPath path =
         pathForWire(patient::makeDuctSpace(*patient_), patient::planPaths(*patient_, {}).paths);
@@ -81,8 +81,25 @@ TEST_F(DemonstrationTest, NoStepOfADrainageIsMissingWithoutAReason) {
         else
             EXPECT_NE(missing.find(stepName(step)), std::string::npos) << missing;
     }
-    for (const Step step : {Step::wire, Step::dilate, Step::drain, Step::done})
-        EXPECT_NE(drainage.describeMissing(step), "") << stepName(step);
+    EXPECT_NE(drainage.describeMissing(Step::done), "");
+    // Wire, dilator and drain go forward on their track.
+    for (const auto& [step, tool] :
+         {std::pair{Step::wire, Tool::wire}, std::pair{Step::dilate, Tool::dilator},
+          std::pair{Step::drain, Tool::drain}}) {
+        ASSERT_EQ(drainage.describeMissing(step), "");
+        double shallowest_m = 1.0, deepest_m = -1.0;
+        for (double t_s = 0.0; t_s < drainage.length_s(step); t_s += Demonstration::kSample_s) {
+            const auto ghost = drainage.at(step, t_s, {});
+            ASSERT_EQ(ghost->access.has_value(), haptics::isAccessTool(ghost->tool));
+            if (ghost->tool != tool) continue;
+            const haptics::AccessOutput& access = *ghost->access;
+            const double depth_m = tool == Tool::wire      ? access.wire_m
+                                   : tool == Tool::dilator ? access.dilator_m
+                                                           : access.drain_m;
+            shallowest_m = std::min(shallowest_m, depth_m), deepest_m = std::max(deepest_m, depth_m);
+        }
+        EXPECT_GT(deepest_m - shallowest_m, 0.020) << stepName(step);
+    }
 }
 
 // In each step the tool that does it reaches its place: the entry, or the duct.

@@ -99,6 +99,7 @@ TEST(Drainage, TheExpertDoesEveryStepInPatientsOfSeveralSeeds) {
         const patient::DuctSpace ducts = patient::makeDuctSpace(p.patient);
         const double reach_m = wireReach_m(ducts, pathForWire(ducts, p.paths));
         EXPECT_GE(reach_m, wireReach_m(ducts, p.paths.front())) << seed;
+        EXPECT_GE(sureWireReach_m(ducts, pathForWire(ducts, p.paths)), kSureReach_m) << seed;
         // The script holds the probe in the same way for every path: on some of them a rib hides the duct.
         Played played;
         int tried = 0;

@@ -16,10 +16,6 @@ namespace {
 
 // `kPatient_s`: most of these inputs are switches, which a second press would turn back.
 constexpr double kImpatient_s = 0.5, kPatient_s = 10.0;
-constexpr double kRest_m = 0.030;
-// On the way to another tool the controllers' menu button passes the guide, whose rail catches a needle that
-// is nearer to the skin.
-constexpr double kRestBeyondRail_m = 0.090;
 
 class TypedInput final : public NoviceInput {
   public:
@@ -29,8 +25,7 @@ class TypedInput final : public NoviceInput {
                        .profile = trainer::mouseProfile(),
                        .functions = {.rearm = 0},
                        .push = "push the device",
-                       .pull = "draw the device back",
-                       .rest_m = kRest_m}) {}
+                       .pull = "draw the device back"}) {}
     double obey(const std::string& prompt) override {
         constexpr double kAgain_s = 3.0;
         const std::size_t open = prompt.find('"');
@@ -53,8 +48,7 @@ class KeyInput final : public NoviceInput {
                        .profile = trainer::mouseProfile(),
                        .functions = {.rearm = 0},
                        .push = "Page Down",
-                       .pull = "Page Up",
-                       .rest_m = kRest_m}) {
+                       .pull = "Page Up"}) {
         port_->enableToolInput();
         keys_.setCourse(course);
     }
@@ -88,8 +82,7 @@ class ControllerInput final : public NoviceInput {
                        .profile = trainer::controllerProfile(),
                        .functions = trainer::kControllerFunctions,
                        .push = "move your hand",
-                       .pull = "move your hand back",
-                       .rest_m = kRestBeyondRail_m}) {}
+                       .pull = "move your hand back"}) {}
     double obey(const std::string& prompt) override {
         const auto names = [&](const char* what) { return prompt.find(what) != std::string::npos; };
         if (names("the other hand's trigger"))
@@ -100,6 +93,8 @@ class ControllerInput final : public NoviceInput {
             other_.squeeze = 0.0f;
         else if (names("the other hand's menu"))
             other_.menu = true, release_in_ticks_ = kPress_ticks;
+        else if (names("hold B (menu)"))
+            tool_.menu = true, release_in_ticks_ = kHold_ticks;
         else if (names("press B (menu)"))
             tool_.menu = true, release_in_ticks_ = kPress_ticks;
         else if (names("squeeze"))
@@ -112,20 +107,20 @@ class ControllerInput final : public NoviceInput {
     }
 
   private:
-    static constexpr int kPress_ticks = 100;
+    static constexpr int kPress_ticks = 100, kHold_ticks = 1200;
     trainer::ControllerKeys tool_, other_;
     int release_in_ticks_ = 0;
 };
 
 }  // namespace
 
-std::vector<std::unique_ptr<NoviceInput>> makeNoviceInputs(training::Course course) {
+std::vector<std::unique_ptr<NoviceInput>> makeNoviceInputs([[maybe_unused]] training::Course course) {
     std::vector<std::unique_ptr<NoviceInput>> inputs;
     inputs.push_back(std::make_unique<TypedInput>());
 #if defined(STYLET_WINDOW)
     inputs.push_back(std::make_unique<KeyInput>(course));
 #endif
-    if (course == training::Course::puncture) inputs.push_back(std::make_unique<ControllerInput>());
+    inputs.push_back(std::make_unique<ControllerInput>());
     return inputs;
 }
 

@@ -21,7 +21,6 @@ struct NoviceInputFacts {
     trainer::UserButtons functions;
     // The words for a motion along the tool, into the body and back.
     std::string_view push, pull;
-    double rest_m;  // of the tool in front of the skin, while the novice changes it
 };
 
 class NoviceInput {
@@ -38,10 +37,7 @@ class NoviceInput {
     const NoviceInputFacts facts;
 };
 
-// Typed words first, then mouse and keys (if the window is built) and, for a puncture, controllers. In a
-// drainage the button for the next tool leads from syringe to scalpel by way of the probe, which is then
-// placed a second time; the novice's needle passes beside the duct from there, and no prompt asks to aim the
-// guide again.
+// Typed words first, then mouse and keys (if the window is built) and controllers.
 std::vector<std::unique_ptr<NoviceInput>> makeNoviceInputs(training::Course);
 
 }  // namespace stylet::test

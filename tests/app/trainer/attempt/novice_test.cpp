@@ -92,7 +92,7 @@ class Novice {
             case Act::drawSyringe:
             case Act::drawOut:
             case Act::finish:
-                toward(deeper_m_, -input_.facts.rest_m, 2.0 * kMove_m_s);
+                toward(deeper_m_, kOffSkin_m, 2.0 * kMove_m_s);
                 toward(headward_m_, aim_headward_m_, kAside_m_s);
                 toward(frontward_m_, aim_frontward_m_, kAside_m_s);
                 toward(roll_rad_, 0.0, kTurn_rad_s);
@@ -240,6 +240,17 @@ class NoviceDevice final : public haptics::HapticDevice {
     haptics::DeviceProfile profile_;
 };
 
+#if defined(STYLET_SANITIZED)
+constexpr int kPatients = 1;
+constexpr bool kEveryInput = false;
+#elif defined(STYLET_LONG_TESTS)
+constexpr int kPatients = 24;
+constexpr bool kEveryInput = true;
+#else
+constexpr int kPatients = 4;
+constexpr bool kEveryInput = false;
+#endif
+
 struct Guided {
     double seconds = 0.0;
     training::Progress progress;
@@ -288,7 +299,7 @@ Guided followThePrompts(const patient::Patient& patient, const patient::PlannedP
 }
 
 // Number of patients through whom the prompts led in less than four minutes. The first patient is fixed, and
-// every input must lead through it. The others are drawn, and are led by typed words.
+// every input must lead through it. The others are drawn, and are led by one input in turn, or by all.
 int patientsLed(training::Course course, int patients) {
     std::mt19937_64 random(test::seed());
     int led = 0;
@@ -305,7 +316,10 @@ int patientsLed(training::Course course, int patients) {
                                                : plan.paths.front();
         const haptics::TouchMap touch = haptics::makeTouchMap(patient);
         auto inputs = test::makeNoviceInputs(course);
-        if (n > 0) inputs.resize(1);
+        if (n > 0 && !kEveryInput) {
+            std::swap(inputs.front(), inputs[std::size_t(n) % inputs.size()]);
+            inputs.resize(1);
+        }
         bool all_done = true;
         for (const auto& input : inputs) {
             const Guided guided = followThePrompts(patient, path, touch, course, *input, 240.0);
@@ -323,20 +337,13 @@ int patientsLed(training::Course course, int patients) {
     return led;
 }
 
-#if defined(STYLET_SANITIZED)
-constexpr int kPatients = 1;
-#else
-constexpr int kPatients = 4;
-#endif
-
 // The novice's hand is simple: the body of one drawn patient may defeat it.
 // HZ-TEACH-12
 TEST(Tutor, ItsPromptsAloneLeadThroughThePuncture) {
-    EXPECT_GE(patientsLed(training::Course::puncture, kPatients), std::max(1, kPatients - 1));
+    EXPECT_GE(patientsLed(training::Course::puncture, kPatients), std::max(1, kPatients * 3 / 4));
 }
-// In about one patient of twelve the wire stops in the duct's first bend.
 TEST(Tutor, ItsPromptsAloneLeadThroughTheDrainage) {
-    EXPECT_GE(patientsLed(training::Course::drainage, kPatients), std::max(1, kPatients / 2));
+    EXPECT_GE(patientsLed(training::Course::drainage, kPatients), std::max(1, kPatients * 3 / 4));
 }
 
 // Every hint names the key, button, gesture or word of the input in use.

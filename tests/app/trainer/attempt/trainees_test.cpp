@@ -54,26 +54,16 @@ int seedsToDraw([[maybe_unused]] Course course) {
 }
 
 // The paths from which the wire goes down the duct; first those from which it does so even if the needle's
-// tip lies 1 mm beside the target. Unlike a person, a script cannot turn the needle when the wire stops.
+// tip lies beside the target. Unlike a person, a script cannot turn the needle when the wire stops.
 std::vector<PlannedPath> pathsOpenToWire(const patient::Patient& patient,
                                          const std::vector<PlannedPath>& paths) {
-    constexpr double kBeside_m = 0.001, kReach_m = 0.032;
+    constexpr double kReach_m = 0.032;
     constexpr std::size_t kMaxChecked = 100;
     const patient::DuctSpace ducts = patient::makeDuctSpace(patient);
-    const auto isOpen = [&](PlannedPath path, const Vec3& beside_m) {
-        path.entry_reference_m += beside_m, path.target_reference_m += beside_m;
-        return wireReach_m(ducts, path) >= kReach_m;
-    };
     std::vector<PlannedPath> open, surely_open;
     for (std::size_t i = 0; i < std::min(paths.size(), kMaxChecked) && surely_open.size() < kMaxTried; ++i) {
-        if (!isOpen(paths[i], Vec3(0.0))) continue;
-        const Vec3 axis = glm::normalize(paths[i].target_reference_m - paths[i].entry_reference_m),
-                   across = glm::normalize(glm::cross(axis, Vec3(0.0, 1.0, 0.0))),
-                   third = glm::cross(axis, across);
-        const bool surely =
-            std::ranges::all_of(std::array{axis, across, -across, third, -third},
-                                [&](const Vec3& beside) { return isOpen(paths[i], kBeside_m * beside); });
-        (surely ? surely_open : open).push_back(paths[i]);
+        if (wireReach_m(ducts, paths[i]) < kReach_m) continue;
+        (sureWireReach_m(ducts, paths[i]) >= kReach_m ? surely_open : open).push_back(paths[i]);
     }
     surely_open.insert(surely_open.end(), open.begin(), open.end());
     if (surely_open.empty()) surely_open.push_back(pathForWire(ducts, paths));

@@ -1,6 +1,6 @@
-// The whole puncture with an emulated force device: a Touch behind the bridge's protocol. Driver, device
-// thread's work, loop, session and store are the program's own. In virtual time: each tick exchanges once
-// with the emulator, so the result does not depend on the speed of the machine.
+// The whole puncture and the whole drainage with an emulated force device: a Touch behind the bridge's
+// protocol. Driver, device thread's work, loop, session and store are the program's own. In virtual time:
+// each tick exchanges once with the emulator, so the result does not depend on the speed of the machine.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 
 #include "app/records/replay.h"
+#include "app/trainer/attempt/reference_path.h"
 #include "app/trainer/loop/force_feed.h"
 #include "app/trainer/loop/loops.h"
 #include "app/trainer/program/results.h"
@@ -40,12 +41,13 @@ std::array<double, 7> numbersOf(const Pose& p) {
 patient::Package drawnPatient() {
     patient::synth::SynthSettings settings;
     settings.seed = 4;
-    settings.spacing_m = 0.003;
+    settings.spacing_m = 0.0025;
     settings.defaults = patient::loadTissueDefaults(test::assets() / "tissue" / "ptcd.toml");
     return patient::synth::makeReferencePatient(settings);
 }
 
-class ForceDevice : public testing::Test {
+// The parameter is the course.
+class ForceDevice : public testing::TestWithParam<training::Course> {
   protected:
     ForceDevice() {
         server_.follow([](std::int64_t) { return numbersOf(kRest); });
@@ -65,8 +67,12 @@ class ForceDevice : public testing::Test {
 
     const patient::Package package_ = drawnPatient();
     const patient::Patient patient_{package_};
-    const patient::PlannedPath path_ = patient::planPaths(patient_, {}).paths.front();
-    const Scenario scenario_ = loadScenario(test::assets() / "scenarios" / "procedure.toml");
+    const bool drains_ = GetParam() == training::Course::drainage;
+    const std::vector<patient::PlannedPath> paths_ = patient::planPaths(patient_, {}).paths;
+    const patient::PlannedPath path_ =
+        drains_ ? pathForWire(patient::makeDuctSpace(patient_), paths_) : paths_.front();
+    const Scenario scenario_ =
+        loadScenario(test::assets() / "scenarios" / (drains_ ? "drainage.toml" : "procedure.toml"));
     test::TempFolder folder_;
     test::SteppedClock time_;
     std::optional<Attempt> expert_;
@@ -74,14 +80,14 @@ class ForceDevice : public testing::Test {
     std::int64_t begins_ns_ = 0;
     test::BridgeServer server_{
         folder_ / "bridge.sock",
-        {.force_peak_n = kPeak_n, .workspace_radius_m = 0.2, .time_ns = &time_.now_ns}};
+        {.force_peak_n = kPeak_n, .workspace_radius_m = 0.3, .time_ns = &time_.now_ns}};
     haptics::PolledDevice device_{
         std::make_unique<haptics::BridgeDriver>(
             time_.clock(), haptics::BridgeSettings{.socket_path = folder_ / "bridge.sock"}),
         time_.clock()};
 };
 
-TEST_F(ForceDevice, WholePunctureIsScoredStoredAndReplayedBitByBit) {
+TEST_P(ForceDevice, WholeCourseIsScoredStoredAndReplayedBitByBit) {
     ASSERT_EQ(device_.stage(), haptics::DeviceStage::ready) << device_.report().why;
     ASSERT_FALSE(haptics::isInputOnly(device_.profile()));
     AttemptConfig config;
@@ -109,13 +115,14 @@ TEST_F(ForceDevice, WholePunctureIsScoredStoredAndReplayedBitByBit) {
     info.id = begun.id, info.trainee = begun.info.trainee, info.started_utc = begun.started_utc;
     info.device = "bridge", info.clock = "virtual", info.difficulty = "practice";
     info.patient_name = package_.name, info.scenario = scenario_.name, info.seed = config.seed;
-    info.course = "puncture", info.path = path_;
+    info.course = training::kCourseNames[std::size_t(scenario_.course)], info.path = path_;
     const std::filesystem::path record_folder = begun.folder / "record";
     records::RecordWriter record(record_folder,
                                  {patient::digest(package_), attempt.simulation, config.instruments}, info);
     SessionRecorder recorder(record_folder, {patient::digest(package_), attempt.simulation.dt_s}, record);
     Session session(patient_, path_, {}, 0.0, &record, attempt.simulation.dt_s);
     session.setDifficulty(training::Difficulty::practice);
+    session.setCourse(scenario_.course);
     session.setWatcher([&](const haptics::TickOutput& now, const SessionLog& log) {
         recorder.update(now, log);
         store.keep();
@@ -145,13 +152,14 @@ TEST_F(ForceDevice, WholePunctureIsScoredStoredAndReplayedBitByBit) {
     session.drain(channels);
 
     const SessionLog& log = session.log();
-    EXPECT_EQ(log.progress.steps_done, training::stepsOf(training::Course::puncture))
+    EXPECT_EQ(log.progress.steps_done, training::stepsOf(scenario_.course))
         << training::refusalText(log.progress.refusal);
     EXPECT_EQ(log.progress.out_of_order, 0u);
     EXPECT_TRUE(log.target_hit());
     EXPECT_GT(log.score.total, 85.0);
     EXPECT_EQ(log.faults & ~std::uint32_t(haptics::kFaultNotFocused), 0u);
-    for (std::size_t tool = 0; tool <= std::size_t(Tool::needle); ++tool) {
+    const Tool last = drains_ ? Tool::drain : Tool::needle;
+    for (std::size_t tool = 0; tool <= std::size_t(last); ++tool) {
         EXPECT_GT(motor_n[tool], 0.05) << "the motors pushed nothing: " << haptics::kToolNames[tool];
         EXPECT_LE(motor_n[tool], kPeak_n);
     }
@@ -169,6 +177,11 @@ TEST_F(ForceDevice, WholePunctureIsScoredStoredAndReplayedBitByBit) {
     EXPECT_EQ(again.ticks, log.ticks);
     EXPECT_EQ(again.state_hash, log.state_hash);
 }
+INSTANTIATE_TEST_SUITE_P(, ForceDevice,
+                         testing::Values(training::Course::puncture, training::Course::drainage),
+                         [](const auto& of) {
+                             return std::string(training::kCourseNames[std::size_t(of.param)]);
+                         });
 
 }  // namespace
 }  // namespace stylet::trainer

@@ -53,8 +53,7 @@ TEST_F(SceneTest, TheExpertsToolIsAGhostOfItsKind) {
     for (const auto& [tool, kind] : {std::pair{haptics::Tool::finger, render::GhostKind::finger},
                                      {haptics::Tool::probe, render::GhostKind::probe},
                                      {haptics::Tool::scalpel, render::GhostKind::scalpel},
-                                     {haptics::Tool::needle, render::GhostKind::needle},
-                                     {haptics::Tool::wire, render::GhostKind::needle}}) {
+                                     {haptics::Tool::needle, render::GhostKind::needle}}) {
         FrameState seen = palpating();
         seen.ghost_tool = {tool, needlePose({-0.02, 0.01, 0.0}, {1.0, 0.0, 0.0}), 0.15};
         const render::RenderScene scene = scenes.makeScene(seen);
@@ -79,6 +78,25 @@ TEST_F(SceneTest, TheCArmIsMovedOverTheNeedle) {
         EXPECT_EQ(scene.room.c_arm->isocentre_m, isocentreFor(*xray.aimed_m));
     }
     EXPECT_LT(glm::distance(isocentreFor(Vec3(0.0)), Vec3(0.0)), 0.05) << "half a picture is 0.1 m";
+}
+
+// The expert's wire lies in the patient as a ghost, and in no X-ray picture.
+TEST_F(SceneTest, TheExpertsWireIsAGhostOnItsTrack) {
+    SceneMaker scenes = maker(Difficulty::guided, render::Look::closed);
+    FrameState seen = palpating();
+    seen.ghost_tool = {haptics::Tool::wire, {}, 0.15, haptics::AccessOutput{}};
+    haptics::AccessOutput& access = *seen.ghost_tool->access;
+    access.open = access.wire_in = true;
+    access.base_m = {0.05, 0.0, 0.0};
+    access.wire_m = 0.01, access.node_count = 1;
+    access.nodes_m[0] = {0.06f, 0.0f, 0.0f};
+    const render::RenderScene scene = scenes.makeScene(seen);
+    EXPECT_FALSE(scene.ghost);
+    EXPECT_TRUE(scene.tubes.empty());
+    ASSERT_EQ(scene.ghost_tubes.size(), 1u);
+    EXPECT_NEAR(scene.ghost_tubes[0].points_m.back().x, 0.06, 1e-6);
+    seen.ghost_tool.reset();
+    EXPECT_TRUE(scenes.makeScene(seen).ghost_tubes.empty());
 }
 
 }  // namespace

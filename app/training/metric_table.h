@@ -80,6 +80,7 @@ enum class MetricId : std::uint8_t {
     peakForce,
     pain,
     anaesthetic,
+    caseReview,
     count,
 };
 inline constexpr std::size_t kMetricCount = std::size_t(MetricId::count);
@@ -189,11 +190,13 @@ inline constexpr std::array<Metric, kMetricCount> kMetricTable{{
      Step::anaesthetise,
      [](double, const MetricTick& tick) noexcept { return 1e6 * tick.attempt.dose().anaesthetic_m3; },
      Course::drainage},
+    {"case_review", "Case review", "", "questions about the case with a wrong answer or with none",
+     "SIR 2019", 6, 0, 2, Step::done, nullptr, Course::drainage},
 }};
 
 // Version of the score, stored with every result. Increment it with each change of this table or of the
 // formula (score.cpp) that changes a score. "stylet replay --fast" scores an older attempt again.
-inline constexpr int kScoreVersion = 3;
+inline constexpr int kScoreVersion = 4;
 
 constexpr double weightSum(Course course) {
     double sum = 0.0;

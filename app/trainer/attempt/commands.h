@@ -47,6 +47,8 @@ class UserCommands {
     void setCourse(training::Course course) { course_ = course; }
     // The button that injects starts local anaesthetic instead of contrast medium.
     void setNumbing(bool numbing) { numbing_ = numbing; }
+    // A question about the case is open: the button of the breath-hold answers yes, that of the next tool no.
+    void setAsking(bool asking) { asking_ = asking; }
     // Session thread. Returns the commands of all complete lines in `typed` and of the newly pressed buttons
     // (`pressed`, without the re-arm button), in that order. An incomplete line waits for its newline. `held`
     // are the buttons that are down. Stops after the first command that changes the tool: later lines and
@@ -64,12 +66,13 @@ class UserCommands {
   private:
     void add(const haptics::Command&, std::vector<haptics::Command>&);
     void addNext(const haptics::TickOutput&, std::vector<haptics::Command>&);
+    void answerByButton(std::vector<haptics::Command>&);
     void parseLine(std::string_view line, const haptics::TickOutput&, std::vector<haptics::Command>&);
 
     UserButtons buttons_;
     Say say_;
     bool exerts_force_;
-    bool numbing_ = false;
+    bool numbing_ = false, asking_ = false;
     training::Course course_ = training::Course::puncture;
     std::string waiting_;
     std::uint32_t pressed_ = 0, holding_ = 0;

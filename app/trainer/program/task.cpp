@@ -58,7 +58,10 @@ Task::Task(const AttemptConfig& config, Retry* retry, Start& start)
                  : referencePath(patient, opened.folder, config.path, scenario.course, &start.made)) {
     if (retry) {
         scenario.course = courseOf(retry->record.info);
+        scenario.patient_case = caseOf(retry->record.info);
         checkRetry(*retry, patient);
+    } else {
+        drawCase(scenario, config.seed);
     }
     patient_digest = patient::digest(opened.package);
     start.patient = std::chrono::steady_clock::now();

@@ -11,15 +11,23 @@ struct KeyWord {
     const char *name, *what, *word;
 };
 // Keys for the trainee's commands. An assistant may use them too.
-constexpr std::array kWordKeys{
-    KeyWord{'f', "F", "finger", "finger"},         KeyWord{'p', "P", "probe", "probe"},
-    KeyWord{'k', "K", "park it", "park"},          KeyWord{'l', "L", "lift it", "lift"},
-    KeyWord{'s', "S", "scalpel", "scalpel"},       KeyWord{'g', "G", "guide", "guide"},
-    KeyWord{'n', "N", "needle", "needle"},         KeyWord{' ', "Space", "next tool", "next"},
-    KeyWord{'w', "W", "guide wire", "wire"},       KeyWord{'d', "D", "dilator", "dilator"},
-    KeyWord{'a', "A", "drain", "drain"},           KeyWord{'v', "V", "syringe", "aspirate"},
-    KeyWord{'h', "H", "hold breath", "hold"},      KeyWord{'b', "B", "breathe", "breathe"},
-    KeyWord{kKeyEnter, "Enter", "re-arm", "rearm"}};
+constexpr std::array kWordKeys{KeyWord{'f', "F", "finger", "finger"},
+                               KeyWord{'p', "P", "probe", "probe"},
+                               KeyWord{'k', "K", "park it", "park"},
+                               KeyWord{'l', "L", "lift it", "lift"},
+                               KeyWord{'s', "S", "scalpel", "scalpel"},
+                               KeyWord{'g', "G", "guide", "guide"},
+                               KeyWord{'n', "N", "needle", "needle"},
+                               KeyWord{' ', "Space", "next tool", "next"},
+                               KeyWord{'w', "W", "guide wire", "wire"},
+                               KeyWord{'d', "D", "dilator", "dilator"},
+                               KeyWord{'y', "Y", "yes", "yes"},
+                               KeyWord{'u', "U", "no", "no"},
+                               KeyWord{'a', "A", "drain", "drain"},
+                               KeyWord{'v', "V", "syringe", "aspirate"},
+                               KeyWord{'h', "H", "hold breath", "hold"},
+                               KeyWord{'b', "B", "breathe", "breathe"},
+                               KeyWord{kKeyEnter, "Enter", "re-arm", "rearm"}};
 
 // The instructor's function keys.
 enum Function : int { kSay = 1, kLights = 7, kComment = 9, kPause = 10, kFreeze = 11, kDifficulty = 12 };
@@ -69,9 +77,11 @@ void WindowKeys::press(const KeyPress& press) {
         port_->pushLine((flows_ = !flows_) ? (press.key == 'i' ? "inject" : "numb") : "stop");
 }
 
-// There is nothing to re-arm without a haptic device, and nothing to numb in a puncture.
+// There is nothing to re-arm without a haptic device, and nothing to numb or to answer in a puncture.
 bool WindowKeys::isOffered(char key) const {
     if (key == 'm') return training::hasAnaesthesia(course_);
+    if (key == 'y' || key == 'u')
+        return training::contains(training::stepsOf(course_), training::Step::reviewCase);
     return key != kKeyEnter || port_->offersRearm();
 }
 

@@ -269,6 +269,7 @@ void Procedure::updatePain(const TickOutput& now, const AttemptFold& fold) {
 }
 
 void Procedure::updateReview(const TickOutput& now, const AttemptFold& fold) {
+    if (progress_.course != Course::drainage) return;
     review_.update(now, fold.answers());
     while (const std::optional<Question> question = review_.popAnswered()) {
         const bool yes = review_.answer(*question);

@@ -39,7 +39,7 @@ constexpr int kPlaceRounds = 12;
 constexpr double kMaxWidth_m = 1.2;
 constexpr double kBreathMoves_v = 0.002;
 constexpr double kTouch_n = 0.001;  // smallest force of a tool on the skin
-constexpr double kRefusalShown_s = 8.0, kHintShown_s = 5.0;
+constexpr double kRefusalShown_s = 8.0, kVerdictShown_s = 5.0, kHintShown_s = 5.0;
 
 std::string formatClock(double s) {
     const long whole = std::lround(std::floor(std::max(0.0, s)));
@@ -78,7 +78,7 @@ int stepsBefore(const Progress& progress, Step step) {
 std::string answerVerdict(const FrameState& seen) {
     const Progress& progress = seen.progress;
     if (!seen.patient_case || progress.answered == 0 ||
-        progress.elapsed_s - progress.answered_s >= kRefusalShown_s)
+        progress.elapsed_s - progress.answered_s >= kVerdictShown_s)
         return "";
     const auto question = training::Question(progress.answered - 1);
     const bool yes = (progress.yes & 1u << unsigned(question)) != 0;

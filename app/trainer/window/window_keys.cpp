@@ -11,23 +11,16 @@ struct KeyWord {
     const char *name, *what, *word;
 };
 // Keys for the trainee's commands. An assistant may use them too.
-constexpr std::array kWordKeys{KeyWord{'f', "F", "finger", "finger"},
-                               KeyWord{'p', "P", "probe", "probe"},
-                               KeyWord{'k', "K", "park it", "park"},
-                               KeyWord{'l', "L", "lift it", "lift"},
-                               KeyWord{'s', "S", "scalpel", "scalpel"},
-                               KeyWord{'g', "G", "guide", "guide"},
-                               KeyWord{'n', "N", "needle", "needle"},
-                               KeyWord{' ', "Space", "next tool", "next"},
-                               KeyWord{'w', "W", "guide wire", "wire"},
-                               KeyWord{'d', "D", "dilator", "dilator"},
-                               KeyWord{'y', "Y", "yes", "yes"},
-                               KeyWord{'u', "U", "no", "no"},
-                               KeyWord{'a', "A", "drain", "drain"},
-                               KeyWord{'v', "V", "syringe", "aspirate"},
-                               KeyWord{'h', "H", "hold breath", "hold"},
-                               KeyWord{'b', "B", "breathe", "breathe"},
-                               KeyWord{kKeyEnter, "Enter", "re-arm", "rearm"}};
+constexpr std::array kWordKeys{
+    KeyWord{'f', "F", "finger", "finger"},         KeyWord{'p', "P", "probe", "probe"},
+    KeyWord{'k', "K", "park it", "park"},          KeyWord{'l', "L", "lift it", "lift"},
+    KeyWord{'s', "S", "scalpel", "scalpel"},       KeyWord{'g', "G", "guide", "guide"},
+    KeyWord{'n', "N", "needle", "needle"},         KeyWord{' ', "Space", "next tool", "next"},
+    KeyWord{'w', "W", "guide wire", "wire"},       KeyWord{'d', "D", "dilator", "dilator"},
+    KeyWord{'a', "A", "drain", "drain"},           KeyWord{'v', "V", "syringe", "aspirate"},
+    KeyWord{'h', "H", "hold breath", "hold"},      KeyWord{'b', "B", "breathe", "breathe"},
+    KeyWord{'y', "Y", "answer yes", "yes"},        KeyWord{'u', "U", "answer no", "no"},
+    KeyWord{kKeyEnter, "Enter", "re-arm", "rearm"}};
 
 // The instructor's function keys.
 enum Function : int { kSay = 1, kLights = 7, kComment = 9, kPause = 10, kFreeze = 11, kDifficulty = 12 };

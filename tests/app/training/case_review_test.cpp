@@ -9,6 +9,7 @@
 #include "app/training/score.h"
 #include "tests/app/trainer/assets.h"
 #include "tests/app/training/wall.h"
+#include "tests/support/constants.h"
 #include "tests/support/seed.h"
 
 namespace stylet::training {
@@ -16,7 +17,7 @@ namespace {
 
 using haptics::TickOutput;
 
-constexpr double kDt_s = 0.001;
+using test::kDt_s;
 
 std::vector<std::shared_ptr<const PatientCase>> shippedCases() {
     std::vector<std::shared_ptr<const PatientCase>> cases;

@@ -269,6 +269,7 @@ json infoJson(const RecordInfo& info) {
     j["clock"] = info.clock;
     j["difficulty"] = info.difficulty;
     j["course"] = info.course;
+    if (!info.patient_case.empty()) j["case"] = info.patient_case;
     if (info.registration_rms_m) j["registration_rms_m"] = *info.registration_rms_m;
     j["patient"] = {{"folder", info.patient_folder.string()}, {"name", info.patient_name}};
     if (!info.patient_check.empty()) j["patient"]["check"] = info.patient_check;
@@ -496,6 +497,7 @@ RecordInfo parseInfo(std::string_view text, const std::filesystem::path& file) {
     info.clock = in.text("clock");
     info.difficulty = in.text("difficulty");
     info.course = in.text("course");
+    info.patient_case = in.textOr("case", "");
     if (in.has("registration_rms_m")) info.registration_rms_m = in.number("registration_rms_m", 0.0);
     Fields patient = in.child("patient");
     info.patient_folder = patient.text("folder");

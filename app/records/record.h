@@ -61,6 +61,7 @@ struct RecordInfo {
     std::string clock;            // "real time" or "virtual"
     std::string difficulty;
     std::string course = "puncture";           // one of training::kCourseNames
+    std::string patient_case;                  // text of the reviewed case's file; empty: none
     std::optional<double> registration_rms_m;  // for a device registered in the headset's room
     std::filesystem::path patient_folder;
     std::string patient_name;

@@ -129,6 +129,13 @@ When findPain(const LoadedAttempt& a) {
     return worst ? When(double(worst->tick) * a.stored.info.dt_s) : When{};
 }
 
+When findWrongAnswer(const LoadedAttempt& a) {
+    for (const records::EventRow& event : a.stored.events)
+        if (event.kind == "answer" && event.text.find(": wrong, ") != std::string::npos)
+            return double(event.tick) * a.stored.info.dt_s;
+    return findEntry(a);
+}
+
 // What to do about a loss, and where in the record it happened.
 struct Hint {
     std::string_view id;  // of the metric
@@ -166,6 +173,8 @@ constexpr std::array kHints{
     Hint{"pain", "Numb the whole track, from the skin to the liver's capsule, before you cut", findPain},
     Hint{"anaesthetic", "Inject less local anaesthetic", nullptr},
     Hint{"torn_track", "Dilate the whole track before you take the drain", findTear},
+    Hint{"case_review", "Review the case before you begin, and correct first what must not wait",
+         findWrongAnswer},
 };
 
 // A loss with its reason, as the record's version of the table allows.

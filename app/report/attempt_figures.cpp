@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "app/report/bands.h"
+#include "base/text.h"
 
 namespace stylet::report {
 
@@ -118,7 +119,7 @@ struct EventStyle {
     Colour colour;
     const char* shape;
 };
-constexpr std::array<EventStyle, 14> kEventStyles{
+constexpr std::array<EventStyle, 15> kEventStyles{
     {{"step", "step done", laneSteps, kGreen, "circle"},
      {"cut", "cut", laneSteps, kBlack, "rectRot"},
      {"moment", "moment", laneNotes, kBlue, "rect"},
@@ -130,6 +131,7 @@ constexpr std::array<EventStyle, 14> kEventStyles{
      {"fault", "fault", laneFaults, kVermilion, "crossRot"},
      {"bookmark", "bookmark", laneNotes, kBlue, "rectRot"},
      {"comment", "comment", laneNotes, kPurple, "circle"},
+     {"answer", "answer about the case", laneNotes, kGreen, "rect"},
      {"injected", "event injected", laneNotes, kVermilion, "triangle"},
      {"pause", "pause", laneNotes, kBlack, "rect"},
      {"", "other", laneNotes, kBlack, "circle"}}};
@@ -302,6 +304,20 @@ Table eventTable(const LoadedAttempt& a) {
     for (const records::EventRow& event : a.stored.events)
         table.rows.push_back({fixed(double(event.tick) * a.stored.info.dt_s, 2),
                               event.kind == "near_miss" ? "close pass" : event.kind, event.text});
+    return table;
+}
+
+Table caseTable(const LoadedAttempt& a) {
+    Table table{"Review of the case", {"Question", "Answer", "Right or wrong, and why"}, {}, {}};
+    for (const records::EventRow& event : a.stored.events) {
+        if (event.kind != "answer") continue;
+        // "Must the clotting be corrected? No: wrong, the INR of 2.4 is above 1.8 (SIR 2019)"
+        const std::size_t asked = std::min(event.text.find('?'), event.text.size() - 1) + 1,
+                          said = std::min(event.text.find(": ", asked), event.text.size());
+        table.rows.push_back({event.text.substr(0, asked),
+                              std::string(trimmed(event.text.substr(asked, said - asked))),
+                              event.text.substr(std::min(said + 2, event.text.size()))});
+    }
     return table;
 }
 

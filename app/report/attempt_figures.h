@@ -37,5 +37,6 @@ std::optional<std::size_t> keyRow(const LoadedAttempt&);
 
 Table eventTable(const LoadedAttempt&);
 Table punctureTable(const LoadedAttempt&);
+Table caseTable(const LoadedAttempt&);  // answers to the questions about the case; no rows without a case
 
 }  // namespace stylet::report

@@ -420,6 +420,10 @@ AttemptReport attemptReport(const LoadedAttempt& a, const AttemptContext& contex
     addList(page, report.events);
     report.course = courseTable(a);
 
+    if (const Table review = caseTable(a); !review.rows.empty()) {
+        page.section("Case");
+        page.table(review);
+    }
     addScore(page, a, context, report);
 
     const Stills stills = loadStills(a.stored.folder, context.max_stills, kStillWidth);

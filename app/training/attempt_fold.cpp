@@ -53,6 +53,10 @@ patient::AnaestheticInput AttemptFold::anaestheticInput(const haptics::TickOutpu
 std::uint64_t AttemptFold::step(const haptics::TickInput& input, const haptics::TickOutput& output) {
     for (std::uint32_t i = 0; i < input.command_count; ++i) {
         const haptics::Command& command = input.commands[i];
+        if (command.kind == haptics::CommandKind::answer && answers_.count < 32) {
+            if (command.value != 0) answers_.yes |= 1u << answers_.count;
+            ++answers_.count;
+        }
         if (!isEquipmentCommand(command)) continue;
         begun_ = true;
         training::applyCommand(equipment_, command);

@@ -36,6 +36,11 @@ struct Aspiration {
     std::uint64_t tick = 0;   // of the newest
     Drawn drawn = Drawn::nothing;
 };
+// Answers so far to the questions about the case, in the order in which they came.
+struct Answers {
+    std::uint32_t count = 0;
+    std::uint32_t yes = 0;  // bit per answer, of the first 32
+};
 
 class AttemptFold {
   public:
@@ -51,6 +56,7 @@ class AttemptFold {
     const patient::Anaesthetic& anaesthetic() const noexcept { return anaesthetic_; }
     const DoseLedger& dose() const noexcept { return dose_.ledger(); }
     const Aspiration& aspiration() const noexcept { return aspiration_; }
+    const Answers& answers() const noexcept { return answers_; }
 
   private:
     patient::ContrastInput contrastInput(const haptics::TickOutput&) const;
@@ -64,6 +70,7 @@ class AttemptFold {
     double dt_s_;
     bool begun_ = false;
     Aspiration aspiration_;
+    Answers answers_;
     StateHash commands_;  // hash of the equipment commands, in order
 };
 

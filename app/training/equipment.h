@@ -39,6 +39,7 @@ std::span<const Knob> machineKnobs(Machine) noexcept;
 inline constexpr haptics::Command kPedalDown{haptics::CommandKind::pedal, 1};
 inline constexpr haptics::Command kPedalUp{haptics::CommandKind::pedal, 0};
 inline constexpr haptics::Command kAspirate{haptics::CommandKind::aspirate, 0};
+inline constexpr haptics::Command kYes{haptics::CommandKind::answer, 1}, kNo{haptics::CommandKind::answer, 0};
 // One syringe at a time: each of these two ends the other's injection. They round the rate to whole
 // microlitres per second; 0 ends every injection.
 haptics::Command injectCommand(double m3_per_s) noexcept;

@@ -82,6 +82,7 @@ enum class MetricId : std::uint8_t {
     pain,
     anaesthetic,
     tornTrack,
+    caseReview,
     count,
 };
 inline constexpr std::size_t kMetricCount = std::size_t(MetricId::count);
@@ -192,6 +193,8 @@ inline constexpr std::array<Metric, kMetricCount> kMetricTable{{
     {"torn_track", "Track torn", "mm", "by the drain, where the dilator had not been", "pain.h", 5, 2, 20,
      Step::drain, [](double, const MetricTick& tick) noexcept { return 1e3 * tick.facts.torn_m; },
      Course::drainage},
+    {"case_review", "Case review", "", "questions about the case with a wrong answer or with none",
+     "SIR 2019", 6, 0, 2, Step::done, nullptr, Course::drainage},
 }};
 
 // Version of the score, stored with every result. Increment it with each change of this table or of the

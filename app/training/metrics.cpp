@@ -146,8 +146,8 @@ void Metrics::recordTargetPuncture(const TickOutput& at) noexcept {
     duct_angle_rad_ = std::acos(std::min(1.0, cosine));
 }
 
-void Metrics::setSteps(Course course, std::uint32_t done, std::uint32_t out_of_order) noexcept {
-    course_ = course;
+void Metrics::setSteps(std::uint32_t of, std::uint32_t done, std::uint32_t out_of_order) noexcept {
+    steps_ = of;
     steps_done_ = done;
     out_of_order_ = out_of_order;
 }
@@ -166,7 +166,7 @@ MetricValues Metrics::values() const noexcept {
     double procedure = weigh(steps_done_);
     // The duct was cut, but not under ultrasound in a breath-hold.
     if (target_cut_ && !contains(steps_done_, Step::advance)) procedure += kCutBlindly;
-    put(MetricId::procedure, 100.0 * procedure / weigh(stepsOf(course_)));
+    put(MetricId::procedure, 100.0 * procedure / weigh(steps_));
     put(MetricId::outOfOrder, out_of_order_);
     put(MetricId::targeting, valueOr(targeting_m_, kMm));
     put(MetricId::noGoTouches, riskHits());
@@ -189,6 +189,7 @@ MetricValues Metrics::values() const noexcept {
     put(MetricId::ductAngle, valueOr(duct_angle_rad_, kDegPerRad));
     put(MetricId::breathAtCapsule, valueOr(capsule_v_, 1.0));
     put(MetricId::movedBreathing, travel_breathing_m_ * kMm);
+    put(MetricId::caseReview, wrong_answers_);
     return values;
 }
 

@@ -30,7 +30,8 @@ class Metrics {
     // puncture with its tick.
     void recordPunctureForce(double force_n) noexcept;
     void recordTargetPuncture(const haptics::TickOutput&) noexcept;
-    void setSteps(Course, std::uint32_t done, std::uint32_t out_of_order) noexcept;
+    void setSteps(std::uint32_t of, std::uint32_t done, std::uint32_t out_of_order) noexcept;
+    void setWrongAnswers(int count) noexcept { wrong_answers_ = count; }  // to questions about the case
 
     MetricValues values() const noexcept;  // at the newest tick
     std::uint32_t riskHits() const noexcept;
@@ -56,7 +57,8 @@ class Metrics {
     std::array<std::uint64_t, haptics::kToolCount> touched_tick_{};  // 0: never
     std::array<std::uint64_t, kRiskStructureCount> struck_tick_{};
     std::array<std::uint32_t, kRiskStructureCount> hits_{};
-    Course course_ = kDefaultCourse;
+    std::uint32_t steps_ = stepsOf(kDefaultCourse);
+    int wrong_answers_ = 0;
     std::uint32_t contacts_ = 0, near_misses_ = 0, steps_done_ = 0, out_of_order_ = 0;
     double near_miss_grades_ = 0.0;
     bool near_miss_active_ = false, near_miss_struck_ = false;

@@ -27,6 +27,7 @@ using patient::Tissue;
 namespace {
 
 constexpr std::array<std::string_view, std::size_t(kStepCount) + 1> kStepNames{
+    "review the case",
     "find the space between the ribs",
     "find the duct",
     "numb the track",
@@ -84,7 +85,9 @@ constexpr std::array<std::string_view, kCriticalErrorCount> kCriticalErrorNames{
     "a major vessel was punctured",
     "the liver's capsule was punctured more than three times",
     "too much local anaesthetic was injected, or too much of it into a vessel",
-    "the wire was pushed in without proof that the needle was in a duct"};
+    "the wire was pushed in without proof that the needle was in a duct",
+    "the case was not reviewed before the body was opened, or mostly wrongly",
+    "the case was judged at the patient's risk"};
 constexpr std::array<std::string_view, kRiskStructureCount> kRiskStructureNames{
     "nothing", "bone", "vessel", "lung or gas", "another organ"};
 
@@ -205,6 +208,7 @@ void Procedure::update(const TickOutput& now, const AttemptFold& fold) {
         addEvent(now.tick, "tool", std::string(haptics::kToolNames[std::size_t(now.tool)]));
     }
     updatePain(now, fold);
+    updateReview(now, fold);
     const TickFacts facts = computeFacts(now);
     updateSteps(now, facts, fold);
     updateSafety(now, facts, fold);
@@ -237,16 +241,18 @@ void Procedure::update(const NeedleEvent& event, const TickOutput& now, bool tar
 }
 
 void Procedure::updateScore() noexcept {
-    metrics_.setSteps(progress_.course, progress_.steps_done, progress_.out_of_order);
+    metrics_.setSteps(stepsOf(progress_), progress_.steps_done, progress_.out_of_order);
+    metrics_.setWrongAnswers(review_.wrong());
     progress_.risk_hits = metrics_.riskHits();
     progress_.near_misses = metrics_.nearMisses();
     progress_.total = score().total;
 }
 
 void Procedure::updateSteps(const TickOutput& now, const TickFacts& facts, const AttemptFold& fold) {
-    const std::uint32_t found = evidence_.update(now, facts, fold);
+    std::uint32_t found = evidence_.update(now, facts, fold);
+    if (review_.isDone()) found |= 1u << unsigned(Step::reviewCase);
     for (int step = 0; step < kStepCount; ++step)
-        if (contains(found & ~progress_.steps_done & stepsOf(progress_.course), Step(step)))
+        if (contains(found & ~progress_.steps_done & stepsOf(progress_), Step(step)))
             finish(Step(step), now.tick);
     progress_.step = firstMissing(now);
     progress_.missing = progress_.step == Step::done ? Refusal::none : evidence_.missing(progress_.step);
@@ -267,13 +273,25 @@ void Procedure::updatePain(const TickOutput& now, const AttemptFold& fold) {
         addEvent(now.tick, "pain", fmt::format("{:.0f} of 10: {}", event->pain, event->cause));
 }
 
+void Procedure::updateReview(const TickOutput& now, const AttemptFold& fold) {
+    if (progress_.course != Course::drainage) return;
+    review_.update(now, fold.answers());
+    while (const std::optional<Question> question = review_.popAnswered()) {
+        const bool yes = review_.answer(*question);
+        progress_.answered = std::uint8_t(int(*question) + 1);
+        progress_.yes |= yes ? 1u << unsigned(*question) : 0u;
+        progress_.answered_s = double(now.tick - first_tick_) * dt_s_;
+        addEvent(now.tick, "answer", describeAnswer(*review_.patientCase(), *question, yes));
+    }
+}
+
 void Procedure::updateSafety(const TickOutput& now, const TickFacts& facts, const AttemptFold& fold) {
     safety_.update(now, facts);
     safety_.judgeDose(fold.anaesthetic().volumes());
     if (progress_.course == Course::drainage) safety_.judgeWire(now.access, evidence_.provesDuct());
     progress_.capsule_punctures = safety_.capsulePunctures();
-    const std::uint32_t fresh =
-        safety_.errors() & ~std::exchange(progress_.critical_errors, safety_.errors());
+    const std::uint32_t errors = safety_.errors() | review_.errors();
+    const std::uint32_t fresh = errors & ~std::exchange(progress_.critical_errors, errors);
     for (int error = 0; error < kCriticalErrorCount; ++error)
         if ((fresh & 1u << error) != 0)
             addEvent(now.tick, "critical", std::string(criticalErrorName(CriticalError(error))));
@@ -293,7 +311,8 @@ Step Procedure::firstMissing(const TickOutput& now) const noexcept {
     constexpr std::uint32_t kOfNeedle = 1u << unsigned(Step::anaesthetise) | 1u << unsigned(Step::guide) |
                                         1u << unsigned(Step::advance) | 1u << unsigned(Step::aspirate) |
                                         1u << unsigned(Step::contrast);
-    std::uint32_t passed = progress_.steps_done | (kAllSteps & ~stepsOf(progress_.course));
+    std::uint32_t passed = progress_.steps_done | (kAllSteps & ~stepsOf(progress_));
+    if (review_.isOver()) passed |= 1u << unsigned(Step::reviewCase);
     if (evidence_.isIncisionSpoiled()) passed |= 1u << unsigned(Step::incise);
     // Anaesthesia is asked for before the cut only.
     if (contains(progress_.steps_done, Step::incise)) passed |= 1u << unsigned(Step::anaesthetise);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/training/case_review.h"
 #include "app/training/evidence.h"
 #include "app/training/metrics.h"
 #include "app/training/pain.h"
@@ -23,6 +24,11 @@ class Procedure {
     void setCourse(Course course) noexcept {
         progress_.course = course;
         evidence_.setCourse(course);
+    }
+    // Before the first tick; without this call, or without a case, there is no review.
+    void setCase(std::shared_ptr<const PatientCase> patient_case) {
+        progress_.has_case = patient_case != nullptr;
+        review_.setCase(std::move(patient_case));
     }
 
     // Session thread only. Processes the next tick, which `fold` must already contain.
@@ -46,6 +52,7 @@ class Procedure {
     void updateSteps(const haptics::TickOutput&, const TickFacts&, const AttemptFold&);
     void updateSafety(const haptics::TickOutput&, const TickFacts&, const AttemptFold&);
     void updatePain(const haptics::TickOutput&, const AttemptFold&);
+    void updateReview(const haptics::TickOutput&, const AttemptFold&);
     void finish(Step, std::uint64_t tick);
     Step firstMissing(const haptics::TickOutput&) const noexcept;
     void reportChanges(const haptics::TickOutput&);
@@ -59,6 +66,7 @@ class Procedure {
     Metrics metrics_;
     Evidence evidence_;
     SafetyWatch safety_;
+    CaseReview review_;
     Pain pain_;
     patient::Side entry_side_, target_side_;
     patient::LocalMotion entry_motion_, target_motion_;

@@ -14,6 +14,7 @@ namespace stylet::training {
 
 // Steps of the procedure, in order. evidence.h: what each needs.
 enum class Step : std::uint8_t {
+    reviewCase,
     findGap,
     findDuct,
     anaesthetise,
@@ -40,9 +41,10 @@ enum class Course : std::uint8_t { puncture, drainage };
 inline constexpr std::array<std::string_view, 2> kCourseNames{"puncture", "drainage"};
 inline constexpr Course kDefaultCourse = Course::puncture;  // of a scenario that names none
 constexpr std::uint32_t stepsOf(Course course) noexcept {   // bit mask
-    constexpr std::uint32_t kFurther = 1u << unsigned(Step::anaesthetise) | 1u << unsigned(Step::aspirate) |
-                                       1u << unsigned(Step::wire) | 1u << unsigned(Step::dilate) |
-                                       1u << unsigned(Step::drain) | 1u << unsigned(Step::finalPicture);
+    constexpr std::uint32_t kFurther = 1u << unsigned(Step::reviewCase) | 1u << unsigned(Step::anaesthetise) |
+                                       1u << unsigned(Step::aspirate) | 1u << unsigned(Step::wire) |
+                                       1u << unsigned(Step::dilate) | 1u << unsigned(Step::drain) |
+                                       1u << unsigned(Step::finalPicture);
     return course == Course::drainage ? kAllSteps : kAllSteps & ~kFurther;
 }
 constexpr bool hasAnaesthesia(Course course) noexcept {
@@ -95,7 +97,7 @@ enum class Refusal : std::uint8_t {
 inline constexpr int kRefusalCount = int(Refusal::tooMuchAnaesthetic) + 1;
 std::string_view refusalText(Refusal) noexcept;  // "the needle is not on the guide's rail"
 
-// Errors that fail an exam whatever the score (safety.h).
+// Errors that fail an exam whatever the score (safety.h, case_review.h).
 enum class CriticalError : std::uint8_t {
     lung,
     bowel,
@@ -103,9 +105,11 @@ enum class CriticalError : std::uint8_t {
     majorVessel,
     capsule,
     overdose,
-    blindWire
+    blindWire,
+    unreviewed,
+    unfit
 };
-inline constexpr int kCriticalErrorCount = 7;
+inline constexpr int kCriticalErrorCount = int(CriticalError::unfit) + 1;
 std::string_view criticalErrorName(CriticalError) noexcept;  // "the gallbladder was punctured"
 
 // Where the needle's tip is on the track through the body wall (infiltration.h), from outside to inside.
@@ -141,14 +145,23 @@ struct Progress {
     Refusal missing = Refusal::none;               // what the current step lacks now
     Refusal refusal = Refusal::none;               // the newest
     double refused_s = 0.0;                        // `elapsed_s` of the newest refusal
+    bool has_case = false;                         // there is a case to review (case_review.h)
+    std::uint8_t answered = 0;                     // questions about the case
+    std::uint32_t yes = 0;                         // their answers, bit mask, 1 << Question
+    double answered_s = 0.0;                       // `elapsed_s` of the newest answer
 };
 static_assert(std::is_trivially_copyable_v<Progress>);
+// Steps of this attempt: a drainage without a case, recorded before there were cases, has none to review.
+constexpr std::uint32_t stepsOf(const Progress& progress) noexcept {
+    const std::uint32_t steps = stepsOf(progress.course);
+    return progress.has_case ? steps : steps & ~(1u << unsigned(Step::reviewCase));
+}
 
 // All kinds of events. The guide's records.md describes the text of each (a test compares them). The last
 // seven do not come from the procedure: instructor actions, a suggested rest, the start of a retry.
-inline constexpr std::array<std::string_view, 18> kEventKinds{
-    "tool", "step",  "refused",  "contact", "risk",     "near_miss", "critical",   "cut",  "breath",
-    "pain", "fault", "injected", "pause",   "bookmark", "comment",   "difficulty", "rest", "retry"};
+inline constexpr std::array<std::string_view, 19> kEventKinds{
+    "tool",   "step",  "refused",  "contact", "risk",     "near_miss", "critical",   "cut",  "breath", "pain",
+    "answer", "fault", "injected", "pause",   "bookmark", "comment",   "difficulty", "rest", "retry"};
 constexpr bool isEventKind(std::string_view kind) {
     return std::find(kEventKinds.begin(), kEventKinds.end(), kind) != kEventKinds.end();
 }

@@ -29,6 +29,8 @@ const Controls kMouseControls{.finger = "press F",
                               .needle = "press N",
                               .dilator = "press D",
                               .drain = "press A",
+                              .yes = "press Y",
+                              .no = "press U",
                               .move = "drag or use the arrow keys",
                               .push = "turn the wheel or press Page Down",
                               .pull = "turn the wheel back or press Page Up",
@@ -52,6 +54,8 @@ const Controls kControllerControls{.finger = "press B (menu) until you hold it",
                                    .needle = "press B (menu) until you hold it",
                                    .dilator = "press B (menu) until you hold it",
                                    .drain = "press B (menu) until you hold it",
+                                   .yes = "squeeze",
+                                   .no = "press B (menu)",
                                    .move = "move your hand",
                                    .push = "move your hand",
                                    .pull = "move your hand back",
@@ -75,6 +79,8 @@ const Controls kTypedControls{.finger = "type \"finger\"",
                               .needle = "type \"needle\"",
                               .dilator = "type \"dilator\"",
                               .drain = "type \"drain\"",
+                              .yes = "type \"yes\"",
+                              .no = "type \"no\"",
                               .move = "move the device",
                               .push = "push the device",
                               .pull = "draw the device back",
@@ -218,6 +224,8 @@ Act nextAct(const Progress& progress, const TickOutput& now, const Equipment& eq
         haptics::isNeedleTool(now.tool) && now.phase != haptics::Phase::outside)
         return progress.course == Course::drainage ? Act::drawSyringe : Act::drawOut;
     switch (progress.step) {
+        case Step::reviewCase:
+            return Act::answer;
         case Step::findGap:
             return toFindGap(progress, now);
         case Step::findDuct:
@@ -259,6 +267,8 @@ std::string prompt(Act act, const Controls& c) {
             return fmt::format("Keep pressing and feel the rib above: {}.", c.move);
         case Act::pressLowerRib:
             return fmt::format("Keep pressing and feel the rib below: {}.", c.move);
+        case Act::answer:
+            return fmt::format("Read the case and answer: {} for yes, {} for no.", c.yes, c.no);
         case Act::takeProbe:
             return fmt::format("Take the probe: {}.", c.probe);
         case Act::holdBreath:

@@ -13,6 +13,7 @@ namespace stylet::training {
 
 // One action of the trainee. Each leads to evidence that the current step still lacks (evidence.h).
 enum class Act : std::uint8_t {
+    answer,   // the next question about the case
     liftOff,  // a tool that was taken while it was in the body gives no force yet
     takeFinger,
     pressGap,
@@ -71,6 +72,7 @@ struct Controls {
     std::string_view finger, probe, park, lift, scalpel, guide, hold, numb, aspirate, pedal, inject, stop,
         release;  // "press F"
     std::string_view wire, needle, dilator, drain;
+    std::string_view yes, no;                 // answer a question about the case
     std::string_view move, push, pull, turn;  // "drag or use the arrow keys"
     std::string_view skin;                    // places the tool on the skin; empty: this input cannot
     std::string_view expert;                  // shows how the expert does this step

@@ -153,6 +153,7 @@ bool Simulation::applyCommands(const TickInput& input, std::uint32_t& fault_bits
             case CommandKind::ultrasound:
             case CommandKind::aspirate:
             case CommandKind::anaesthetic:
+            case CommandKind::answer:
                 break;
         }
     }

@@ -45,8 +45,9 @@ enum class CommandKind : std::uint32_t {
     // Equipment again: draws with a syringe at the needle.
     aspirate,
     anaesthetic,  // value: local anaesthetic at the needle's tip, microlitres per second; 0 stops it
+    answer,       // to a question about the patient's case (app/training/case_review.h): 1 yes, 0 no
 };
-inline constexpr CommandKind kLastCommandKind = CommandKind::anaesthetic;
+inline constexpr CommandKind kLastCommandKind = CommandKind::answer;
 
 // Startle motion: there and back at 17 mm/s or less, smooth to the third derivative.
 inline constexpr double kStartleDuration_s = 1.6;

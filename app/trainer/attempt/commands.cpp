@@ -55,6 +55,8 @@ constexpr std::array kCommandWords{
                 "re-arm the force of a haptic device after a fault; an empty line does the same",
                 Act::command,
                 {CommandKind::rearm, 0}},
+    CommandWord{"yes", "drainage: answer the question about the case", Act::command, training::kYes},
+    CommandWord{"no", "the same", Act::command, training::kNo},
     CommandWord{"aspirate", "draw with a syringe at the needle", Act::command, training::kAspirate},
     CommandWord{"skin", "mouse: place the tool on the skin beneath it; controllers: hold the trigger",
                 Act::snap},
@@ -215,8 +217,11 @@ std::string describe(const UserButtons& buttons, std::span<const std::string_vie
                                       : fmt::format("button {} {}", number + 1, what);
     };
     add(buttons.rearm, "re-arms");
-    add(buttons.next, "selects the next tool (pressed for a second: picks up the parked probe)");
-    add(buttons.breath, "starts and ends a breath-hold");
+    const bool asks = training::contains(training::stepsOf(course), training::Step::reviewCase);
+    add(buttons.next, fmt::format("selects the next tool (pressed for a second: picks up the parked probe{})",
+                                  asks ? "; answers no" : ""));
+    add(buttons.breath,
+        asks ? "starts and ends a breath-hold (answers yes)" : "starts and ends a breath-hold");
     add(buttons.pedal, "is the X-ray pedal");
     add(buttons.inject,
         training::hasAnaesthesia(course)
@@ -246,6 +251,7 @@ std::vector<Command> UserCommands::update(std::string_view typed, std::uint32_t 
         parseLine(*line, now, commands);
     if (!hasLine() && waiting_.size() > kMaxCommandLength) waiting_.resize(kMaxCommandLength);
     if (!mayGoOn()) return commands;
+    if (asking_) answerByButton(commands);
     if ((pressed_ & buttons_.breath) != 0)
         add({holds_ ? CommandKind::breathe : CommandKind::holdBreath, 0}, commands);
     if ((pressed_ & buttons_.snap) != 0) snap_ = true;
@@ -264,6 +270,13 @@ std::vector<Command> UserCommands::update(std::string_view typed, std::uint32_t 
         add(numbing_ ? training::anaesthetiseCommand(m3_per_s) : training::injectCommand(m3_per_s), commands);
     }
     return commands;
+}
+
+// With both buttons at once nothing is answered.
+void UserCommands::answerByButton(std::vector<Command>& commands) {
+    const bool yes = (pressed_ & buttons_.breath) != 0, no = (pressed_ & buttons_.next) != 0;
+    if (yes != no) add(yes ? training::kYes : training::kNo, commands);
+    pressed_ &= ~(buttons_.breath | buttons_.next);
 }
 
 void UserCommands::add(const Command& command, std::vector<Command>& commands) {
@@ -291,6 +304,8 @@ void UserCommands::parseLine(std::string_view line, const TickOutput& now, std::
     if (!exerts_force_ && line == kRearm) return;  // an empty line, or a habit from a haptic device
     for (const CommandWord& word : kCommandWords) {
         if (line != word.word) continue;
+        if (word.command.kind == CommandKind::answer && word.act == Act::command && !asking_)
+            return say_("no question is open");
         if (word.act == Act::command) add(word.command, commands);
         if (word.act == Act::next) addNext(now, commands);
         if (word.act == Act::snap) snap_ = true;
@@ -315,6 +330,7 @@ std::string describeOutcome(const Command& command, const TickOutput& before, co
                                                         : "nothing to re-arm: there is no fault";
     if (command.kind == CommandKind::aspirate)
         return fmt::format("the syringe draws {}", enumName(training::kDrawnNames, training::drawnAt(now)));
+    if (command.kind == CommandKind::answer) return command.value != 0 ? "answered: yes" : "answered: no";
     return describeEquipmentOutcome(command);
 }
 

@@ -52,6 +52,8 @@ class UserCommands {
     // The button that injects starts local anaesthetic instead of contrast medium, and the needle comes
     // before the scalpel in the order of tools.
     void setNumbing(bool numbing) { numbing_ = numbing; }
+    // A question about the case is open: the button of the breath-hold answers yes, that of the next tool no.
+    void setAsking(bool asking) { asking_ = asking; }
     // Session thread. Returns the commands of all complete lines in `typed` and of the newly pressed buttons
     // (`pressed`, without the re-arm button), in that order. An incomplete line waits for its newline. `held`
     // are the buttons that are down. Stops after the first command that changes the tool: later lines and
@@ -70,13 +72,14 @@ class UserCommands {
     void add(const haptics::Command&, std::vector<haptics::Command>&);
     void addNext(const haptics::TickOutput&, std::vector<haptics::Command>&);
     bool liftsProbe(const haptics::TickOutput&, std::uint32_t held);
+    void answerByButton(std::vector<haptics::Command>&);
     void parseLine(std::string_view line, const haptics::TickOutput&, std::vector<haptics::Command>&);
 
     UserButtons buttons_;
     Say say_;
     bool exerts_force_;
     double dt_s_;
-    bool numbing_ = false;
+    bool numbing_ = false, asking_ = false;
     training::Course course_ = training::kDefaultCourse;
     std::string waiting_;
     std::uint32_t pressed_ = 0, holding_ = 0;

@@ -69,6 +69,7 @@ Demonstration::Demonstration(const patient::Patient& patient, const patient::Pla
 std::string Demonstration::describeMissing(Step step) const {
     if (step == Step::done) return "the expert has nothing more to show: all steps are done";
     const std::string_view name = training::stepName(step);
+    if (step == Step::reviewCase) return fmt::format("the expert cannot show \"{}\": it needs no tool", name);
     if (!training::contains(steps_done_, step))
         return fmt::format("the expert cannot show \"{}\": the script does not complete it on this path",
                            name);

@@ -98,6 +98,7 @@ class Script {
           tremor_(s, seed),
           ramp_s_(s.ramp_s),
           name_(s.name),
+          case_(s.patient_case.get()),
           tool_(s.tool) {
         if (frontward_.y < 0.0) frontward_ = -frontward_;
         at_ = offsetOf(s.start);
@@ -127,6 +128,8 @@ class Script {
                 return inject(stage.kind, stage.injected_m3_per_s, stage.seconds);
             case StageKind::pedal:
                 return command(stage.pedal_down ? training::kPedalDown : training::kPedalUp);
+            case StageKind::review:
+                return review(stage.answers);
             case StageKind::machine:
                 for (const training::KnobSetting& t : stage.turned)
                     command(training::knobCommand(t.machine, t.knob, t.value));
@@ -179,6 +182,18 @@ class Script {
         wait(seconds);
         command(make(0.0));
     }
+    void review(ReviewAnswers how) {
+        constexpr double kRead_s = 0.2;
+        if (!case_) return;
+        for (int i = 0; i < training::kQuestionCount; ++i) {
+            const bool right = training::rightAnswer(*case_, training::Question(i));
+            const bool yes = how == ReviewAnswers::yes || (how == ReviewAnswers::right && right) ||
+                             (how == ReviewAnswers::wrong && !right);
+            wait(kRead_s);
+            command(yes ? training::kYes : training::kNo);
+        }
+        wait(kRead_s);
+    }
     // Returns the unit vector along the component of `v` perpendicular to the path. If `v` is nearly parallel
     // to the path, uses `otherwise` in its place.
     Vec3 across(const Vec3& v, const Vec3& otherwise) const {
@@ -221,6 +236,7 @@ class Script {
     Tremor tremor_;
     double ramp_s_;
     std::string name_;
+    const training::PatientCase* case_;
     haptics::Tool tool_;
     Offset at_;
     Trace trace_;

@@ -53,6 +53,12 @@ training::Course courseOf(const records::RecordInfo& info) {
     throw DataError("record.json", "course", "\"" + info.course + "\" is neither puncture nor drainage");
 }
 
+std::shared_ptr<const training::PatientCase> caseOf(const records::RecordInfo& info) {
+    if (info.patient_case.empty()) return nullptr;
+    return std::make_shared<const training::PatientCase>(
+        training::parseCase(info.patient_case, "record.json: case"));
+}
+
 Retry openRetry(const std::string& from, const fs::path& store) {
     const std::size_t at = from.rfind('@');
     const bool whole = at == std::string::npos || fs::exists(from);

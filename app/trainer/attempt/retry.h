@@ -3,10 +3,12 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 
 #include "app/records/record.h"
 #include "app/trainer/attempt/attempt.h"
+#include "app/training/patient_case.h"
 #include "app/training/progress.h"
 
 namespace stylet::trainer {
@@ -22,6 +24,9 @@ struct Retry {
 
 // The course of a recorded attempt. Throws DataError.
 training::Course courseOf(const records::RecordInfo&);
+
+// Its case; null: it had none. Throws DataError.
+std::shared_ptr<const training::PatientCase> caseOf(const records::RecordInfo&);
 
 // `from`: ATTEMPT[@BOOKMARK]. ATTEMPT is an attempt's folder, a record's folder, or an attempt's id in
 // `store`. BOOKMARK is a number from 1 or the bookmark's text; default: the last one. Throws DataError that

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
+#include <set>
 #include <string_view>
 
 #include "app/installation.h"
+#include "app/trainer/attempt/random.h"
 #include "base/fields.h"
 #include "base/hash.h"
 #include "base/text.h"
@@ -21,6 +24,9 @@ constexpr double kMaxSeconds = 600.0, kMaxDistance_mm = 500.0, kMaxSpeed_mm_s = 
 constexpr double kMaxLean_deg = 60.0, kMaxRoll_deg = 180.0, kRadPerDeg = 0.017453292519943295;
 constexpr std::size_t kMaxStages = 200, kMaxMoments = 100, kMaxInstruments = 20;
 constexpr std::size_t kMaxFileBytes = 1 << 20;
+
+constexpr std::array<std::string_view, 4> kReviewAnswerNames{"right", "wrong", "yes", "no"};
+constexpr std::uint64_t kCaseStream = 0x43617365;
 
 double metres(double mm) {
     return mm / 1000.0;
@@ -90,6 +96,9 @@ Stage readStage(Fields& f) {
                      : kind == "park"  ? StageKind::park
                      : kind == "lift"  ? StageKind::lift
                                        : StageKind::aspirate;
+    } else if (kind == "review") {
+        stage.kind = StageKind::review;
+        if (f.has("answers")) stage.answers = f.choice<ReviewAnswers>("answers", kReviewAnswerNames);
     } else if (kind == "wait" || kind == "hold") {
         stage.kind = kind == "hold" ? StageKind::hold : StageKind::wait;
         stage.seconds = f.number("seconds", 0.0, kMaxSeconds);
@@ -97,7 +106,7 @@ Stage readStage(Fields& f) {
         f.refuse("do",
                  "\"" + kind +
                      "\" is none of wait, move, hold, breathe, take, park, lift, aspirate, inject, numb, "
-                     "pedal, xray, ultrasound");
+                     "pedal, xray, ultrasound, review");
     }
     f.finish();
     return stage;
@@ -164,6 +173,9 @@ Scenario loadScenario(const std::filesystem::path& toml) {
     Scenario scenario = parseScenario(readWholeFile(toml, kMaxFileBytes), toml);
     if (!scenario.breath.recording.empty())
         breatheAsRecorded(scenario.breath, std::filesystem::path(scenario.breath.recording));
+    if (!scenario.case_name.empty())
+        scenario.patient_case = std::make_shared<const training::PatientCase>(
+            training::loadCase(assetFile("case", scenario.case_name)));
     return scenario;
 }
 
@@ -186,6 +198,10 @@ Scenario parseScenario(std::string_view text, const std::filesystem::path& file)
     if (haptics::isAccessTool(s.tool)) top.refuse("tool", "a scenario cannot begin with it");
     if (top.has("needle")) s.needle = top.nonEmptyText("needle");
     if (top.has("instruments")) s.instruments = readInstruments(top);
+    if (top.has("case")) {
+        s.case_name = top.nonEmptyText("case");
+        if (s.course != training::Course::drainage) top.refuse("case", "only a drainage has one");
+    }
     if (top.has("breath")) s.breath = readBreath(top.child("breath"));
     Fields start = top.child("start");
     s.start = readPlace(start);
@@ -203,6 +219,18 @@ Scenario parseScenario(std::string_view text, const std::filesystem::path& file)
     if (s.stages.empty()) top.refuse("stage", "at least one [[stage]] is needed");
     top.finish();
     return s;
+}
+
+void drawCase(Scenario& scenario, std::uint64_t seed) {
+    if (scenario.course != training::Course::drainage || scenario.patient_case) return;
+    const std::filesystem::path folder = assetsFolder() / "cases";
+    std::set<std::filesystem::path> files;  // sorted, because a folder's order is not defined
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        if (entry.path().extension() == ".toml") files.insert(entry.path());
+    if (files.empty()) throw DataError(folder, "cases", "there is none");
+    Random random{seed ^ kCaseStream};
+    const auto drawn = std::next(files.begin(), std::ptrdiff_t(random.next() * double(files.size())));
+    scenario.patient_case = std::make_shared<const training::PatientCase>(training::loadCase(*drawn));
 }
 
 std::uint64_t digest(const Scenario& s) {
@@ -239,6 +267,7 @@ std::uint64_t digest(const Scenario& s) {
         hash.add(std::uint64_t(stage.tool));
         if (stage.kind == StageKind::inject || stage.kind == StageKind::numb)
             hash.add(stage.injected_m3_per_s);
+        if (stage.kind == StageKind::review) hash.add(std::uint64_t(stage.answers));
         if (stage.kind == StageKind::pedal) hash.add(std::uint64_t(stage.pedal_down));
         for (const training::KnobSetting& turned : stage.turned) {
             hash.add(std::uint64_t(turned.machine) | std::uint64_t(turned.knob) << 8);
@@ -250,6 +279,7 @@ std::uint64_t digest(const Scenario& s) {
     if (!s.needle.empty()) hash.add(std::string_view(s.needle));
     for (const std::string& name : s.instruments)
         hash.add(std::string_view(name));
+    if (s.patient_case) hash.add(std::string_view(s.patient_case->toml));
     return hash.value();
 }
 

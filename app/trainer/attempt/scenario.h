@@ -4,12 +4,14 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "app/training/equipment.h"
+#include "app/training/patient_case.h"
 #include "app/training/progress.h"
 #include "haptics/tools/tool.h"
 #include "patient/motion/signal.h"
@@ -42,8 +44,12 @@ enum class StageKind : std::uint8_t {
     pedal,       // press or release the X-ray pedal
     machine,     // set knobs of the C-arm or of the ultrasound machine
     aspirate,    // draw with a syringe at the needle
-    numb         // inject local anaesthetic for `seconds`; 0: until the next inject or numb stage
+    numb,        // inject local anaesthetic for `seconds`; 0: until the next inject or numb stage
+    review       // answer all questions about the case, if the attempt has one
 };
+
+// How a script answers the questions about a case.
+enum class ReviewAnswers : std::uint8_t { right, wrong, yes, no };
 
 struct Stage {
     StageKind kind = StageKind::wait;
@@ -54,6 +60,7 @@ struct Stage {
     double injected_m3_per_s = 0.0;
     bool pedal_down = false;
     std::vector<training::KnobSetting> turned{};  // for machine, in the order of the knobs
+    ReviewAnswers answers = ReviewAnswers::right;
     friend bool operator==(const Stage&, const Stage&) = default;
 };
 
@@ -76,6 +83,9 @@ struct Scenario {
     // kinds have their default instruments too.
     std::string needle;
     std::vector<std::string> instruments;
+    // Of a drainage: a name in assets/cases, or a .toml file; empty: drawCase() draws one.
+    std::string case_name;
+    std::shared_ptr<const training::PatientCase> patient_case;  // null: nothing is reviewed
     Place start;
     double ramp_s = 0.4;       // time from rest to cruising speed, and the same from that to rest
     double tremor_m = 0.0001;  // largest excursion of the tip
@@ -91,13 +101,17 @@ struct Scenario {
 // Finds a scenario by its name in assets/scenarios, or as a file. Throws DataError that lists the
 // available names.
 std::filesystem::path scenarioFile(const std::string& name);
-// Throws DataError with file, field and reason. Also reads the breath recording if the scenario has one.
+// Throws DataError with file, field and reason. Also reads the breath recording and the case if the scenario
+// names them.
 Scenario loadScenario(const std::filesystem::path& toml);
-// Same from the file's text, without the recording. Errors name `file`.
+// Same from the file's text, without the recording and the case. Errors name `file`.
 Scenario parseScenario(std::string_view toml, const std::filesystem::path& file);
 
 // Replaces the rhythm with a recording. Throws DataError.
 void breatheAsRecorded(ScenarioBreath&, const std::filesystem::path& csv);
+
+// Gives a drainage without a case one of assets/cases, chosen by the attempt's seed. Throws DataError.
+void drawCase(Scenario&, std::uint64_t seed);
 
 // 64-bit hash of the scenario.
 std::uint64_t digest(const Scenario&);

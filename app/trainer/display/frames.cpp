@@ -283,10 +283,11 @@ bool FrameLoop::Impl::show(const FrameState& given, const patient::ContrastTable
         // In passthrough, screens beneath the eye images would hide the real room.
         panels.placeScreens(scene, places, scene.room.real ? render::VisibleScreens{} : screens);
         showHints(panels, seen, expected);
-        panels.placeNotice(room.warning() != RoomWarning::none
-                               ? makeNotice(room.warning(), settings.rearm_act)
-                               : makeNotice(seen, attention, settings.rearm_act),
-                           headPose(expected));
+        panels.placeNotice(
+            room.warning() != RoomWarning::none
+                ? makeNotice(room.warning(), settings.rearm_act)
+                : makeNotice(seen, attention, settings.rearm_act, controlsOf(settings.config.device)),
+            headPose(expected));
         machines_ms = msSince(machines_begin);
         shown_panels = panels.shown(room_from_stage.inverse());
         session.lateUpdate(frame);

@@ -65,11 +65,14 @@ void HeadsetPanels::placeScreens(render::RenderScene& scene, const render::Scree
 void HeadsetPanels::placeNotice(const std::optional<Notice>& notice, const Pose& room_from_head) {
     if (!notice) return place_.forget();
     notice_.show(*notice);
-    if (!notice_layer_) notice_layer_.emplace(*session_, *gpu_, NoticePanel::kWidth, NoticePanel::kHeight);
+    if (!notice_layer_ || notice_height_ != notice_.height()) {
+        notice_height_ = notice_.height();
+        notice_layer_.emplace(*session_, *gpu_, NoticePanel::kWidth, std::uint32_t(notice_height_));
+    }
     if (!notice_layer_->show(notice_.rgba().data(), notice_.revision())) return;
     const double width_m = NoticePanel::width_m(NoticePlace::kDistance_m, letter_rad_);
     placed_.push_back({&*notice_layer_, place_.of(room_from_head), width_m,
-                       width_m * NoticePanel::kHeight / NoticePanel::kWidth, false});
+                       width_m * notice_height_ / NoticePanel::kWidth, false});
 }
 
 bool HeadsetPanels::sees(const Vec3& stage_entry_m, const Pose& room_from_head) {

@@ -75,6 +75,7 @@ class HeadsetPanels {
     std::array<std::optional<Panel>, 3> screens_;  // created when first seen
     std::optional<Panel> notice_layer_;
     NoticePanel notice_;
+    int notice_height_ = 0;  // of the layer
     std::optional<Panel> guide_layer_, alert_layer_;
     std::optional<PanelPlace> guide_place_;
     AlertPicture alert_;

@@ -96,6 +96,9 @@ void ForceFeed::sendUserCommands(Session& session, const haptics::TickOutput& no
     if (changes_at_ || !waiting_.empty()) return;
     const training::Progress& progress = session.log().progress;
     user_->setCourse(progress.course);
+    user_->setAsking(progress.step == training::Step::reviewCase);
+    if (progress.step == training::Step::reviewCase)
+        reportQuestion(*session.patientCase(), progress.answered);
     user_->setNumbing(training::hasAnaesthesia(progress.course) && !progress.success &&
                       !training::contains(progress.steps_done, training::Step::incise));
     for (const Command& asked : user_->update(user_->hasLine() ? "" : std::exchange(typed_, {}),
@@ -105,6 +108,17 @@ void ForceFeed::sendUserCommands(Session& session, const haptics::TickOutput& no
     }
     if (user_->popExpert() && live_->expert) say_(live_->expert());
     if (user_->popSnap()) say_(snap(session, now));
+}
+
+// The case once, and each question.
+void ForceFeed::reportQuestion(const training::PatientCase& patient_case, int answered) {
+    if (answered == reported_question_) return;
+    if (reported_question_ < 0)
+        for (const std::string& line : training::describeCase(patient_case))
+            say_("case: " + line);
+    reported_question_ = answered;
+    say_(fmt::format("question {} of {}: {}", answered + 1, training::kQuestionCount,
+                     questionText(training::Question(answered))));
 }
 
 // Returns what the user should know. A device with a button for it moves a tool that touches nothing back to

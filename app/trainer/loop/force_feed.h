@@ -41,6 +41,7 @@ class ForceFeed {
     std::string snap(const Session&, const haptics::TickOutput& now);
     void report(Session&);
     std::string describeFaults(std::uint32_t bits) const;
+    void reportQuestion(const training::PatientCase&, int answered);
     bool isInputOnly() const;
 
     const LiveHand* live_;
@@ -57,6 +58,7 @@ class ForceFeed {
     std::deque<haptics::Command> waiting_;     // waiting for space in the ring
     std::optional<std::uint64_t> changes_at_;  // a tool change was sent after this tick and is still pending
     std::uint32_t reported_awaited_ = 0;
+    int reported_question_ = -1;
     bool picture_stalled_ = false;
 };
 

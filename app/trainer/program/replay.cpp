@@ -133,6 +133,7 @@ Session makeSession(const patient::Patient& patient, const records::Record& reco
                     record.header.settings.dt_s);
     session.setInstruments(record.header.instruments);
     session.setCourse(courseOf(record.info));
+    session.setCase(caseOf(record.info));
     session.setAccess(record.header.settings.tools.access);
     return session;
 }

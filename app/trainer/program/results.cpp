@@ -88,7 +88,7 @@ json startJson(const std::optional<Start>& start, const PictureTotals& pictures)
 records::StepsResult stepsResult(const training::Progress& progress) {
     records::StepsResult steps{std::string(training::stepName(training::goalOf(progress.course))),
                                {},
-                               std::uint64_t(std::popcount(training::stepsOf(progress.course))),
+                               std::uint64_t(std::popcount(training::stepsOf(progress))),
                                progress.out_of_order};
     for (int s = 0; s < training::kStepCount; ++s)
         if ((progress.steps_done & 1u << s) != 0)
@@ -309,7 +309,7 @@ namespace {
 void printScore(const SessionLog& log) {
     constexpr std::size_t kShown = 4;
     const training::Score& score = log.score;
-    const int steps = std::popcount(training::stepsOf(log.progress.course));
+    const int steps = std::popcount(training::stepsOf(log.progress));
     printResult("  score {:.1f} of 100; {} of {} steps done, {} out of order\n", score.total,
                 std::popcount(log.progress.steps_done), steps, log.progress.out_of_order);
     const std::vector<training::Loss> losses = training::findLosses(score);

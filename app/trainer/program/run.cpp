@@ -51,6 +51,7 @@ records::RecordInfo recordInfo(const AttemptConfig& config, const AttemptFacts& 
     info.patient_check = facts.patient_check;
     info.scenario = facts.scenario;
     info.course = enumName(training::kCourseNames, scenario.course);
+    if (scenario.patient_case) info.patient_case = scenario.patient_case->toml;
     info.capture_points = scenario.moments;
     info.approach_distance_m = scenario.approach_distance_m;
     info.seed = facts.seed;
@@ -351,6 +352,7 @@ void openOutputs(AttemptRun& run) {
     session.setDifficulty(config.difficulty);
     session.setInstruments(config.instruments);
     session.setCourse(task.scenario.course);
+    session.setCase(task.scenario.patient_case);
     session.setAccess(attempt.simulation.tools.access);
     if (run.retry) {
         const std::string where = describeBookmark(*run.retry);

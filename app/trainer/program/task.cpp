@@ -59,7 +59,10 @@ Task::Task(const AttemptConfig& config, Retry* retry, Start& start)
       field(operativeField(patient, path, config.startRules())) {
     if (retry) {
         scenario.course = courseOf(retry->record.info);
+        scenario.patient_case = caseOf(retry->record.info);
         checkRetry(*retry, patient);
+    } else {
+        drawCase(scenario, config.seed);
     }
     patient_digest = patient::digest(opened.package);
     start.patient = std::chrono::steady_clock::now();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "app/training/difficulty.h"
 #include "app/training/dose.h"
 #include "app/training/equipment.h"
+#include "app/training/patient_case.h"
 #include "app/training/progress.h"
 #include "haptics/loop/simulation.h"
 
@@ -49,6 +51,7 @@ struct FrameState {
     double return_distance_m = 0.0;
     std::uint64_t rearm_acts = 0;  // number of re-arm requests so far
     training::Progress progress{};
+    std::shared_ptr<const training::PatientCase> patient_case{};  // of a drainage; may be null
     bool lights_out = false;
     bool paused = false;  // the instructor has paused the attempt
     Glow glow{};

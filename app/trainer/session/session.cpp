@@ -226,6 +226,7 @@ FrameState Session::frameState(const TickOutput& tick) const {
     seen.depots = fold_.anaesthetic().depots();
     seen.rearm_acts = rearm_acts_;
     seen.progress = log_.progress;
+    seen.patient_case = case_;
     seen.lights_out = lights_out_;
     seen.glow = glow_.now();
     seen.insertion = insertion_.insertion();

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -90,6 +91,12 @@ class Session {
     // Call before the first tick; default: kDefaultCourse.
     void setCourse(training::Course course) { procedure_.setCourse(course); }
 
+    // Call before the first tick; default: no case, and no review.
+    void setCase(std::shared_ptr<const training::PatientCase> patient_case) {
+        procedure_.setCase(case_ = std::move(patient_case));
+    }
+    const training::PatientCase* patientCase() const { return case_.get(); }
+
     // Call before the first tick. Wire, dilator and drain of pictures.
     void setAccess(const haptics::AccessSettings& access) { access_ = access; }
 
@@ -163,6 +170,7 @@ class Session {
     records::RecordWriter* record_;
     training::AttemptFold fold_;
     training::Procedure procedure_;
+    std::shared_ptr<const training::PatientCase> case_;
     std::deque<haptics::TickOutput> recent_;  // recent ticks, to find the tick of an event
     std::deque<haptics::EventRecord> unmatched_;
     std::size_t handed_out_ = 0;

@@ -39,7 +39,7 @@ constexpr int kPlaceRounds = 12;
 constexpr double kMaxWidth_m = 1.2;
 constexpr double kBreathMoves_v = 0.002;
 constexpr double kTouch_n = 0.001;  // smallest force of a tool on the skin
-constexpr double kRefusalShown_s = 8.0, kHintShown_s = 5.0;
+constexpr double kRefusalShown_s = 8.0, kVerdictShown_s = 5.0, kHintShown_s = 5.0;
 
 std::string formatClock(double s) {
     const long whole = std::lround(std::floor(std::max(0.0, s)));
@@ -71,7 +71,19 @@ double shownForce_n(const haptics::TickOutput& tick) {
 // Steps of the attempt's course before this one.
 int stepsBefore(const Progress& progress, Step step) {
     const std::uint32_t before = (1u << unsigned(step)) - 1u;
-    return std::popcount(training::stepsOf(progress.course) & before);
+    return std::popcount(training::stepsOf(progress) & before);
+}
+
+// Whether the newest answer about the case was right, and why; for a while.
+std::string answerVerdict(const FrameState& seen) {
+    const Progress& progress = seen.progress;
+    if (!seen.patient_case || progress.answered == 0 ||
+        progress.elapsed_s - progress.answered_s >= kVerdictShown_s)
+        return "";
+    const auto question = training::Question(progress.answered - 1);
+    const bool yes = (progress.yes & 1u << unsigned(question)) != 0;
+    return (yes == rightAnswer(*seen.patient_case, question) ? "Right: " : "Wrong: ") +
+           describeReason(*seen.patient_case, question) + ".";
 }
 
 }  // namespace
@@ -142,7 +154,7 @@ void GuidePanel::drawSteps(const Progress& progress) {
     const double pitch = std::min(kMaxPitch, kWhole / count), box = pitch - kGap;
     for (int s = 0; s < training::kStepCount; ++s) {
         const auto step = Step(s);
-        if (!training::contains(training::stepsOf(progress.course), step)) continue;
+        if (!training::contains(training::stepsOf(progress), step)) continue;
         const double x = kRight - pitch * (count - stepsBefore(progress, step)) + kGap, y = 24.0;
         const bool next = progress.step == step;
         canvas_->rectangle(x, y, box, box, next ? kNext : kPanelQuiet);
@@ -282,7 +294,9 @@ void GuidePanel::draw(const FrameState& seen) {
                          progress.elapsed_s - progress.refused_s < kRefusalShown_s;
     const training::Act act = nextAct(progress, tick, seen.machines);
     if (act != act_ || now_s_ < act_since_s_) act_ = act, act_since_s_ = now_s_;
-    const std::string said = refused
+    const std::string verdict = answerVerdict(seen);
+    const std::string said = !verdict.empty() ? verdict
+                             : refused
                                  ? "Not done: " + std::string(training::refusalText(progress.refusal)) + "."
                              : rules_.next_step ? promptText()
                                                 : std::string(training::stepName(progress.step));
@@ -292,7 +306,7 @@ void GuidePanel::draw(const FrameState& seen) {
 
     const bool flat = height_ < kFlat_px;
     const double columns[3] = {kLeft, flat ? 262.0 : 268.0, flat ? 466.0 : 496.0};
-    y = rules_.next_step || refused ? 164.0 : 130.0;  // a hint may have two lines
+    y = rules_.next_step || refused || !verdict.empty() ? 164.0 : 130.0;  // a hint may have two lines
     const double force_n = shownForce_n(tick);
     const bool needle = haptics::isNeedleTool(tick.tool) || tick.access.needle_in,
                presses = haptics::pressesOnSkin(tick.tool) && force_n > kTouch_n;

@@ -24,6 +24,21 @@ std::string capitalised(std::string text) {
     return text;
 }
 
+bool isAsking(const FrameState& seen) {
+    return seen.patient_case && seen.progress.step == training::Step::reviewCase;
+}
+
+// The whole case, its open question and how to answer. It does not say which answers were right.
+Notice makeCaseNotice(const FrameState& seen, const training::Controls& controls) {
+    const int question = seen.progress.answered;
+    Notice notice{"The case, question " + std::to_string(question + 1) + " of " +
+                      std::to_string(training::kQuestionCount),
+                  training::describeCase(*seen.patient_case), true};
+    notice.lines.push_back("> " + std::string(questionText(training::Question(question))));
+    notice.lines.push_back("> Yes: " + std::string(controls.yes) + ". No: " + std::string(controls.no) + ".");
+    return notice;
+}
+
 }  // namespace
 
 std::vector<std::string> wrapped(report::Canvas& canvas, const std::string& text,
@@ -43,7 +58,8 @@ std::vector<std::string> wrapped(report::Canvas& canvas, const std::string& text
     return lines;
 }
 
-std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, const std::string& rearm_act) {
+std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, const std::string& rearm_act,
+                                 const training::Controls& controls) {
     if (attention == Attention::away)
         return Notice{
             "Paused",
@@ -60,6 +76,7 @@ std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, co
                       {"The needle is still in the patient: move the tool back to it, or draw it out."}};
     const haptics::ForceStage stage = seen.tick.stage;
     const bool off = stage == haptics::ForceStage::off || stage == haptics::ForceStage::fading;
+    if (isAsking(seen) && (rearm_act.empty() || !off)) return makeCaseNotice(seen, controls);
     if (seen.rest_due && (rearm_act.empty() || !off))
         return Notice{"Time for a rest",
                       {"You have practised for a long time: rest your eyes and hand for a few minutes."}};
@@ -93,21 +110,23 @@ double letterAngle_rad(double px_per_rad) {
     return std::max(kMinText_rad, kMinText_px / px_per_rad);
 }
 
-NoticePanel::NoticePanel() : canvas_(kWidth, kHeight, kNoticeGlass) {}
+NoticePanel::NoticePanel() : canvas_(std::in_place, kWidth, kHeight, kNoticeGlass) {}
 
 void NoticePanel::show(const Notice& notice) {
     if (revision_ > 0 && notice == shown_) return;
+    if (notice.tall != shown_.tall)
+        canvas_.emplace(kWidth, notice.tall ? kTallHeight : kHeight, kNoticeGlass);
     shown_ = notice;
-    canvas_.rectangle(0.0, 0.0, kWidth, kHeight, kNoticeGlass);
-    canvas_.rectangle(0.0, 0.0, kWidth, 8.0, kFrame);
+    canvas_->rectangle(0.0, 0.0, kWidth, height(), kNoticeGlass);
+    canvas_->rectangle(0.0, 0.0, kWidth, 8.0, kFrame);
     double y = kMargin_px + kTitle_px;
-    canvas_.text({kMargin_px, y}, notice.title, {.size = kTitle_px, .colour = kTitle, .bold = true});
+    canvas_->text({kMargin_px, y}, notice.title, {.size = kTitle_px, .colour = kTitle, .bold = true});
     const report::TextStyle style{.size = kLetter_px, .colour = kNoticeText};
     y += 0.3 * kPitch_px;
     for (const std::string& text : notice.lines)
-        for (const std::string& line : wrapped(canvas_, text, style, kWidth - 2.0 * kMargin_px))
-            canvas_.text({kMargin_px, y += kPitch_px}, line, style);
-    canvas_.pixels(rgba_);
+        for (const std::string& line : wrapped(*canvas_, text, style, kWidth - 2.0 * kMargin_px))
+            canvas_->text({kMargin_px, y += kPitch_px}, line, style);
+    canvas_->pixels(rgba_);
     ++revision_;
 }
 

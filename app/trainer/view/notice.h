@@ -1,5 +1,5 @@
 // Notices shown to the trainee: the attempt is paused, the force is off, the picture had stopped, a rest is
-// due, what the syringe drew, or what the expert cannot show. Frame thread.
+// due, what the syringe drew, what the expert cannot show, or the case to review. Frame thread.
 #pragma once
 
 #include <cstdint>
@@ -9,18 +9,21 @@
 
 #include "app/report/canvas.h"
 #include "app/trainer/view/pictures.h"
+#include "app/training/tutor.h"
 
 namespace stylet::trainer {
 
 struct Notice {
     std::string title;
     std::vector<std::string> lines;
+    bool tall = false;  // more lines than a usual notice
     friend bool operator==(const Notice&, const Notice&) = default;
 };
 
 // Returns nothing if there is nothing to report. `rearm_act`: see LiveHand; empty: the attempt has no user
-// who could re-arm.
-std::optional<Notice> makeNotice(const FrameState&, Attention, const std::string& rearm_act);
+// who could re-arm. `controls`: of the input in use.
+std::optional<Notice> makeNotice(const FrameState&, Attention, const std::string& rearm_act,
+                                 const training::Controls& controls = training::kTypedControls);
 
 // Notice for a warning other than RoomWarning::none.
 Notice makeNotice(RoomWarning, const std::string& rearm_act);
@@ -37,7 +40,7 @@ std::vector<std::string> wrapped(report::Canvas&, const std::string& text, const
 // Renders a notice: light text on a dark background.
 class NoticePanel {
   public:
-    static constexpr int kWidth = 768, kHeight = 300;
+    static constexpr int kWidth = 768, kHeight = 300, kTallHeight = 860;
     static constexpr double kLetter_px = 34.0;  // em size of the lines
 
     NoticePanel();
@@ -45,11 +48,12 @@ class NoticePanel {
     void show(const Notice&);
     const std::vector<std::uint8_t>& rgba() const { return rgba_; }
     std::uint64_t revision() const { return revision_; }
+    int height() const { return shown_.tall ? kTallHeight : kHeight; }  // pixels, as shown
     // Panel width at which one em spans `letter_rad` at this distance.
     static double width_m(double distance_m, double letter_rad);
 
   private:
-    report::Canvas canvas_;
+    std::optional<report::Canvas> canvas_;
     Notice shown_;
     std::vector<std::uint8_t> rgba_;
     std::uint64_t revision_ = 0;

@@ -324,7 +324,8 @@ void WindowContent::updateHints(const FrameState& seen) {
     }
     const std::optional<Notice> notice =
         settings_.desktop && !isReplay()
-            ? makeNotice(seen, channels_->state.front().attention, settings_.pictures.rearm_act)
+            ? makeNotice(seen, channels_->state.front().attention, settings_.pictures.rearm_act,
+                         controlsOf(settings_.pictures.config.device))
             : std::nullopt;
     stale_ |= noticed_ != notice.has_value();
     noticed_ = notice.has_value();
@@ -342,7 +343,7 @@ bool WindowContent::drawGuide() {
 bool WindowContent::drawNotice() {
     if (!noticed_ || notice_.revision() == notice_shown_) return false;
     notice_shown_ = notice_.revision();
-    presenter_->setPicture(kNotice, NoticePanel::kWidth, NoticePanel::kHeight, notice_.rgba());
+    presenter_->setPicture(kNotice, NoticePanel::kWidth, std::uint32_t(notice_.height()), notice_.rgba());
     return true;
 }
 
@@ -350,8 +351,9 @@ bool WindowContent::drawNotice() {
 void WindowContent::placeNotice() {
     if (!noticed_ || notice_shown_ == 0 || layout_.panes.empty()) return;
     const Rect& area = layout_.panes.front().area;
-    const int width = std::min(NoticePanel::kWidth, int(kNoticeWidth * area.width)),
-              height = width * NoticePanel::kHeight / NoticePanel::kWidth;
+    const int widest = std::max(1, (area.height - 2 * kGap) * NoticePanel::kWidth / notice_.height());
+    const int width = std::min({NoticePanel::kWidth, int(kNoticeWidth * area.width), widest}),
+              height = width * notice_.height() / NoticePanel::kWidth;
     placed_.push_back({kNotice, area.x + (area.width - width) / 2, area.y + area.height - height - kGap,
                        std::uint32_t(width), std::uint32_t(height)});
 }

@@ -19,6 +19,7 @@ constexpr std::array kWordKeys{
     KeyWord{'w', "W", "guide wire", "wire"},       KeyWord{'d', "D", "dilator", "dilator"},
     KeyWord{'a', "A", "drain", "drain"},           KeyWord{'v', "V", "syringe", "aspirate"},
     KeyWord{'h', "H", "hold breath", "hold"},      KeyWord{'b', "B", "breathe", "breathe"},
+    KeyWord{'y', "Y", "answer yes", "yes"},        KeyWord{'u', "U", "answer no", "no"},
     KeyWord{kKeyEnter, "Enter", "re-arm", "rearm"}};
 
 // The instructor's function keys.
@@ -69,9 +70,11 @@ void WindowKeys::press(const KeyPress& press) {
         port_->pushLine((flows_ = !flows_) ? (press.key == 'i' ? "inject" : "numb") : "stop");
 }
 
-// There is nothing to re-arm without a haptic device, and nothing to numb in a puncture.
+// There is nothing to re-arm without a haptic device, and nothing to numb or to answer in a puncture.
 bool WindowKeys::isOffered(char key) const {
     if (key == 'm') return training::hasAnaesthesia(course_);
+    if (key == 'y' || key == 'u')
+        return training::contains(training::stepsOf(course_), training::Step::reviewCase);
     return key != kKeyEnter || port_->offersRearm();
 }
 

@@ -65,6 +65,7 @@ RecordInfo someRecordInfo() {
     info.patient_folder = "/somewhere/patient";
     info.patient_name = "someone";
     info.patient_check = "overruled: liver volume";
+    info.patient_case = "title = \"x\"\n";
     info.scenario = "demo";
     info.needle = "chiba-22g";
     info.capture_points = {"approach", "duct"};
@@ -184,6 +185,7 @@ TEST_F(RecordFile, RestoresEveryBit) {
     EXPECT_EQ(record.info.end->state_hash, outputOf(kRecordTicks - 1).state_hash);
     EXPECT_EQ(record.info.patient_folder, someRecordInfo().patient_folder);
     EXPECT_EQ(record.info.patient_check, someRecordInfo().patient_check);
+    EXPECT_EQ(record.info.patient_case, someRecordInfo().patient_case);
     EXPECT_EQ(record.info.capture_points, someRecordInfo().capture_points);
     EXPECT_EQ(record.info.path.target_m, someRecordInfo().path.target_m);
     EXPECT_EQ(record.info.gain, 0.25);

@@ -342,6 +342,22 @@ TEST(Debrief, AdviceComesFromTheLargestLossesWithTheirMoments) {
     EXPECT_TRUE(has(textFrom(html, ">Skin contacts</th>", "</tr>"), ">value, steps</td>"));
 }
 
+// Which answer was wrong, and why, with the source's limit.
+TEST(Debrief, ListsTheAnswersAboutTheCase) {
+    const TempFolder folder;
+    LoadedAttempt a = makeOneStepAttempt(folder);
+    EXPECT_FALSE(has(attemptReport(a, {}).html, "Review of the case")) << "there was no case";
+    a.stored.events.push_back(
+        {900, "answer", "Must the clotting be corrected? No: wrong, the INR of 2.4 is above 1.8 (SIR 2019)"});
+    a.stored.events.push_back({950, "answer", "not of this form"});
+    const std::string html = attemptReport(a, {}).html;
+    const std::string table = textFrom(html, "Review of the case", "</table>");
+    EXPECT_TRUE(has(table, "Must the clotting be corrected?</th>")) << table;
+    EXPECT_TRUE(has(table, ">No</td>"));
+    EXPECT_TRUE(has(table, ">wrong, the INR of 2.4 is above 1.8 (SIR 2019)</td>"));
+    EXPECT_TRUE(has(table, "not of this form"));
+}
+
 TEST(Debrief, WhoReachedNothingGetsNoAdvice) {
     const TempFolder folder;
     LoadedAttempt a = makeOneStepAttempt(folder, true);

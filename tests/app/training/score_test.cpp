@@ -41,7 +41,8 @@ TEST(Score, BestValuesScoreOneHundredAndWorstZero) {
 
 // A puncture has no anaesthesia, and is scored as before there was any.
 TEST(Score, MetricsOfTheDrainageCountInADrainageOnly) {
-    for (const MetricId id : {MetricId::pain, MetricId::anaesthetic, MetricId::tornTrack}) {
+    for (const MetricId id :
+         {MetricId::pain, MetricId::anaesthetic, MetricId::tornTrack, MetricId::caseReview}) {
         MetricValues values = allAt(&Metric::best);
         values[std::size_t(id)] = metricTable()[std::size_t(id)].worst;
         EXPECT_EQ(computeScore(values, kAllSteps).total, 100.0);

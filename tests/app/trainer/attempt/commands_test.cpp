@@ -131,6 +131,24 @@ TEST_F(UserCommandsTest, NumbIsACommandOfADrainageOnly) {
     EXPECT_THAT(describe(buttons, {}, training::Course::drainage), HasSubstr("local anaesthetic until"));
 }
 
+// While a question is open, two buttons answer it. Otherwise they do what they always do.
+TEST_F(UserCommandsTest, ButtonsAndWordsAnswerOnlyAnOpenQuestion) {
+    EXPECT_THAT(typed("yes\nno\n"), IsEmpty());
+    ASSERT_EQ(said.size(), 2u);
+    EXPECT_EQ(said[0], "no question is open");
+    EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::holdBreath, 0)));
+    user.setAsking(true);
+    EXPECT_THAT(typed("yes\n no \n"),
+                ElementsAre(Asks(CommandKind::answer, 1), Asks(CommandKind::answer, 0)));
+    EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::answer, 1)));
+    EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::answer, 0)));
+    EXPECT_THAT(pressed(8 | 2), IsEmpty()) << "neither";
+    EXPECT_EQ(describeOutcome(training::kNo, now, now), "answered: no");
+    user.setAsking(false);
+    EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::breathe, 0)));
+    EXPECT_EQ(said.size(), 2u);
+}
+
 TEST_F(UserCommandsTest, HelpNamesEveryTool) {
     EXPECT_THAT(typed("help\n"), IsEmpty());
     ASSERT_EQ(said.size(), 1u);

@@ -5,6 +5,7 @@
 
 #include "app/records/replay.h"
 #include "app/trainer/attempt/reference_path.h"
+#include "app/trainer/attempt/retry.h"
 #include "app/training/pain.h"
 #include "app/training/score.h"
 #include "patient/synth/synth.h"
@@ -44,7 +45,7 @@ struct Played {
     double wire_m = 0.0, in_duct_m = 0.0, dilated_m = 0.0;  // furthest
     double wire_n = 0.0, dilator_n = 0.0;                   // largest force
     bool buckled = false, pierced = false;
-    bool equal = false;  // the record's replay gave the same hash
+    bool equal = false;  // the record's replay gave the same hash and the same score
     std::uint32_t faults = 0;
     training::Progress progress;
     double torn_mm = 0.0;  // of the track, by the drain
@@ -62,10 +63,12 @@ Played play(const patient::Patient& patient, const patient::PlannedPath& path, c
     const Attempt attempt = makeAttempt(patient, scenario, path, 1);
     records::RecordInfo info;
     info.path = path;
+    if (scenario.patient_case) info.patient_case = scenario.patient_case->toml;
     records::RecordWriter writer(folder / "record", {patient::digest(patient.package()), attempt.simulation},
                                  info);
     Session session(patient, path, scenario.moments, scenario.approach_distance_m, &writer);
     session.setCourse(scenario.course);
+    session.setCase(scenario.patient_case);
     runFast(attempt, session, nullptr, 0.0, {});
     writer.finish();
     Played played;
@@ -73,27 +76,36 @@ Played play(const patient::Patient& patient, const patient::PlannedPath& path, c
     played.progress = session.log().progress;
     played.torn_mm = session.log().score.values[std::size_t(training::MetricId::tornTrack)];
     played.events = session.log().events;
-    const records::ReplayResult again = records::replay(
-        patient, records::loadRecord(folder / "record"),
-        [&](const haptics::TickInput&, const haptics::TickOutput& out, const haptics::NeedleEvents&) {
-            const AccessOutput& now = played.last = out.access;
-            played.wire_m = std::max(played.wire_m, now.wire_m);
-            played.in_duct_m = std::max(played.in_duct_m, now.in_duct_m);
-            played.dilated_m = std::max(played.dilated_m, now.dilated_m);
-            played.buckled = played.buckled || now.buckled;
-            played.pierced = played.pierced || now.pierced;
-            const double force_n = glm::length(out.tool_force.force_n);
-            if (out.tool == Tool::wire) played.wire_n = std::max(played.wire_n, force_n);
-            if (out.tool == Tool::dilator) played.dilator_n = std::max(played.dilator_n, force_n);
-        });
-    played.equal = again.equal() && again.state_hash == session.log().state_hash;
+    const records::Record record = records::loadRecord(folder / "record");
+    Session replayed(patient, path, {}, 0.0, nullptr);
+    replayed.setCourse(scenario.course);
+    replayed.setCase(caseOf(record.info));
+    const records::ReplayResult again =
+        records::replay(patient, record,
+                        [&](const haptics::TickInput& input, const haptics::TickOutput& out,
+                            const haptics::NeedleEvents& events) {
+                            replayed.update(input, out, events);
+                            const AccessOutput& now = played.last = out.access;
+                            played.wire_m = std::max(played.wire_m, now.wire_m);
+                            played.in_duct_m = std::max(played.in_duct_m, now.in_duct_m);
+                            played.dilated_m = std::max(played.dilated_m, now.dilated_m);
+                            played.buckled = played.buckled || now.buckled;
+                            played.pierced = played.pierced || now.pierced;
+                            const double force_n = glm::length(out.tool_force.force_n);
+                            if (out.tool == Tool::wire) played.wire_n = std::max(played.wire_n, force_n);
+                            if (out.tool == Tool::dilator)
+                                played.dilator_n = std::max(played.dilator_n, force_n);
+                        });
+    played.equal = again.equal() && again.state_hash == session.log().state_hash &&
+                   replayed.log().score.total == session.log().score.total;
     return played;
 }
 
 // HZ-TEACH-12
 TEST(Drainage, TheExpertDoesEveryStepInPatientsOfSeveralSeeds) {
-    const Scenario scenario = drainage();
     for (const std::uint64_t seed : {1u, 2u, 3u, 4u}) {
+        Scenario scenario = drainage();
+        drawCase(scenario, seed);
         const SynthPatient p(seed);
         ASSERT_FALSE(p.paths.empty()) << seed;
         const patient::DuctSpace ducts = patient::makeDuctSpace(p.patient);
@@ -114,6 +126,7 @@ TEST(Drainage, TheExpertDoesEveryStepInPatientsOfSeveralSeeds) {
         EXPECT_EQ(played.progress.step, training::Step::done)
             << seed << ": " << stepName(played.progress.step);
         EXPECT_EQ(played.progress.out_of_order, 0u) << seed;
+        EXPECT_TRUE(played.done(training::Step::reviewCase)) << seed;
         EXPECT_GT(played.progress.total, 90.0) << seed;
         EXPECT_TRUE(training::passesExam(played.progress)) << seed;
         EXPECT_FALSE(played.pierced) << seed;

@@ -17,6 +17,7 @@
 #include "app/training/tutor.h"
 #include "haptics/devices/clutch.h"
 #include "patient/synth/synth.h"
+#include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/attempt/novice_inputs.h"
 #include "tests/app/trainer/phantom_attempt.h"
 #include "tests/support/constants.h"
@@ -54,6 +55,11 @@ class Novice {
         const std::array before = place();
         moveFor(act, prompt, now);
         if (place() == before && again_in_s_ <= 0.0) again_in_s_ = input_.obey(prompt);
+    }
+    // Reads the case before each question.
+    void read(int question) {
+        constexpr double kRead_s = 1.0;
+        if (std::exchange(question_, question) != question) again_in_s_ = kRead_s;
     }
     Pose patientFromStylus(Tool tool) {
         held_ = haptics::moveToward(held_, toolPoseFromNeedle({}, tool, guide_), test::kDt_s);
@@ -221,7 +227,7 @@ class Novice {
     double sweep_rad_ = -1.2, seen_roll_rad_ = 0.0;        // the second: where no rib hid the duct
     double cut_to_m_ = 0.0;
     double since_s_ = 0.0, again_in_s_ = 0.0;  // of this prompt; until the novice tries again
-    int cut_phase_ = 0;
+    int cut_phase_ = 0, question_ = -1;
     Act act_ = Act::finish;
     Pose held_ = toolPoseFromNeedle({}, Tool::needle, guide_);
 };
@@ -270,6 +276,9 @@ Guided followThePrompts(const patient::Patient& patient, const patient::PlannedP
     haptics::Simulation simulation(patient, attempt.simulation, attempt.touchMap(), &ducts);
     Session session(patient, path, {}, 0.0, nullptr, attempt.simulation.dt_s);
     session.setCourse(course);
+    if (course == training::Course::drainage)
+        session.setCase(std::make_shared<const training::PatientCase>(
+            training::loadCase(test::assets() / "cases" / "raised-inr.toml")));
     Novice novice(patient, path, attempt.simulation.tools.guide, input);
     NoviceDevice device(input.facts.profile);
     const LiveHand live{device,      [](double) { return false; }, [&] { return input.typed(); },
@@ -286,7 +295,15 @@ Guided followThePrompts(const patient::Patient& patient, const patient::PlannedP
         const std::string prompt = training::prompt(act, input.facts.controls);
         if (prompt != last) guided.said += fmt::format("\n  {:6.1f} s  {}", guided.seconds, last = prompt);
         if (act == Act::finish) break;
-        novice.follow(act, prompt, now);
+        // The novice knows the patient's standards, but which key answers only from the prompt's words.
+        if (act == Act::answer) {
+            const auto question = training::Question(seen.progress.answered);
+            const training::Controls& c = input.facts.controls;
+            novice.read(seen.progress.answered);
+            novice.follow(act, std::string(rightAnswer(*seen.patient_case, question) ? c.yes : c.no), now);
+        } else {
+            novice.follow(act, prompt, now);
+        }
         device.state.device_from_stylus = novice.patientFromStylus(now.tool);
         device.state.buttons = input.buttons();
         haptics::loopTick(simulation, device, channels, stats, tick * test::kTick_ns);
@@ -295,6 +312,8 @@ Guided followThePrompts(const patient::Patient& patient, const patient::PlannedP
         now = *session.newest();
     }
     guided.progress = session.log().progress;
+    if (course == training::Course::drainage)
+        EXPECT_EQ(session.log().score.values[std::size_t(training::MetricId::caseReview)], 0.0);
     return guided;
 }
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <set>
 
 #include "patient/patient.h"
 #include "tests/app/trainer/assets.h"
@@ -111,6 +112,41 @@ class ScenarioFile : public testing::Test {
     test::TempFolder folder_;
     std::filesystem::path file_ = folder_ / "scenario.toml";
 };
+
+TEST_F(ScenarioFile, NamesItsCaseOrDrawsOneByTheSeed) {
+    const std::string course = "course = \"drainage\"\n";
+    std::string named = kGood;
+    named.replace(named.find(course), course.size(), course + "case = \"ascites\"\n");
+    Scenario s = load(named);
+    ASSERT_TRUE(s.patient_case);
+    EXPECT_EQ(s.patient_case->ascites, training::Ascites::large);
+    const auto kept = s.patient_case;
+    drawCase(s, 5);
+    EXPECT_EQ(s.patient_case, kept);
+
+    std::set<std::string> drawn;
+    for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+        Scenario one = load(kGood), again = load(kGood);
+        const std::uint64_t without = digest(one);
+        drawCase(one, seed), drawCase(again, seed);
+        ASSERT_TRUE(one.patient_case);
+        EXPECT_EQ(one.patient_case->toml, again.patient_case->toml);
+        EXPECT_EQ(digest(one), digest(again));
+        EXPECT_NE(digest(one), without);
+        drawn.insert(one.patient_case->title);
+    }
+    EXPECT_GE(drawn.size(), 9u) << "of ten cases";
+
+    expectRefused(course, "case = \"clean\"\n", "case: only a drainage has one");
+    expectRefused(course, course + "case = \"\"\n", "case");
+    named.replace(named.find("ascites"), 7, "asccites");
+    EXPECT_THROW((void)load(named), DataError);
+    std::string puncture = kGood;
+    puncture.erase(puncture.find(course), course.size());
+    Scenario without = load(puncture);
+    drawCase(without, 5);
+    EXPECT_FALSE(without.patient_case);
+}
 
 TEST_F(ScenarioFile, ReadsEveryFieldInMetres) {
     const Scenario s = load(kGood);

@@ -37,7 +37,7 @@ DrainageParts splitDrainage(const Stages& expert) {
 }
 
 // Goes on from the trainee's last move to the target, in place of what the trainee does there in a puncture.
-// Only a thorough trainee numbs the track, draws bile and makes pictures.
+// Only a thorough trainee reads the case, numbs the track, draws bile and makes pictures.
 Scenario makeDrainage(Scenario scenario, const DrainageParts& parts, bool thorough) {
     scenario.course = training::Course::drainage;
     Stages& stages = scenario.stages;
@@ -59,6 +59,9 @@ Scenario makeDrainage(Scenario scenario, const DrainageParts& parts, bool thorou
             access, [](const Stage& s) { return s.kind == StageKind::inject || s.kind == StageKind::pedal; });
     }
     stages.insert(stages.end(), access.begin(), access.end());
+    stages.insert(stages.begin(),
+                  Stage{.kind = StageKind::review,
+                        .answers = thorough ? trainer::ReviewAnswers::right : trainer::ReviewAnswers::yes});
     return scenario;
 }
 

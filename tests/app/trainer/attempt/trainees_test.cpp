@@ -259,7 +259,17 @@ Scenario withAnaesthetic(Scenario expert, double ml) {
     return expert;
 }
 
-// HZ-TEACH-01, HZ-TEACH-23
+// The whole drainage with another review of the case, or without one.
+Scenario withReview(Scenario expert, std::optional<ReviewAnswers> answers) {
+    const auto review = std::ranges::find(expert.stages, StageKind::review, &Stage::kind);
+    if (answers)
+        review->answers = *answers;
+    else
+        expert.stages.erase(review);
+    return expert;
+}
+
+// HZ-TEACH-01, HZ-TEACH-23, HZ-TEACH-25
 TEST(Trainees, EveryCheatOfADrainageFails) {
     const Scenario expert = test::makeTrainees(Course::drainage).front();
     for (Patients patients(seedsToDraw(Course::drainage), Course::drainage); patients.next();) {
@@ -271,6 +281,11 @@ TEST(Trainees, EveryCheatOfADrainageFails) {
         EXPECT_FALSE(passes(withoutADuctForTheWire(expert))) << "a good puncture is no drainage";
         EXPECT_TRUE(passes(withAnaesthetic(expert, 29.5)));
         EXPECT_FALSE(passes(withAnaesthetic(expert, 30.5))) << "an overdose";
+        EXPECT_FALSE(passes(withReview(expert, std::nullopt))) << "no review";
+        EXPECT_FALSE(passes(withReview(expert, ReviewAnswers::yes)));
+        EXPECT_FALSE(passes(withReview(expert, ReviewAnswers::wrong)));
+        EXPECT_LT(patients.play(withReview(expert, ReviewAnswers::no)).score.total,
+                  patients.expert().score.total - 1.0);
     }
 }
 

@@ -6,6 +6,7 @@
 #include "app/trainer/loop/loops.h"
 #include "base/rings.h"
 #include "haptics/devices/replay.h"
+#include "tests/app/trainer/assets.h"
 #include "tests/app/trainer/phantom_attempt.h"
 
 namespace stylet::trainer {
@@ -114,6 +115,31 @@ struct LiveFeed : Feed {
                   "Enter here"};
     ForceFeed feed_of_live{true, kDt_s, &live, [this](const std::string& text) { said.push_back(text); }};
 };
+
+// Without any picture: the case and its questions are printed, and typed words answer.
+TEST_F(LiveFeed, PrintsTheCaseOnceAndEachQuestion) {
+    session.setCourse(training::Course::drainage);
+    session.setCase(std::make_shared<const training::PatientCase>(
+        training::loadCase(test::assets() / "cases" / "clean.toml")));
+    ticks(1, 0, 0);
+    heard(), asked();
+    feed_of_live.update(true, session, ring);
+    const std::vector<std::string> first = heard();
+    EXPECT_THAT(first, testing::Contains(HasSubstr("INR 1.1")));
+    EXPECT_THAT(first.back(), HasSubstr("question 1 of 7: Must the clotting"));
+    typed = "no\n";
+    feed_of_live.update(true, session, ring);
+    EXPECT_THAT(heard(), IsEmpty());
+    EXPECT_THAT(asked(), ElementsAre(std::uint32_t(CommandKind::answer)));
+    haptics::TickRecord record;
+    record.input.add(training::kNo);
+    record.output.tick = 2;
+    session.update(record);
+    feed_of_live.update(true, session, ring);
+    const std::vector<std::string> second = heard();
+    EXPECT_THAT(second, testing::Contains(HasSubstr("question 2 of 7")));
+    EXPECT_THAT(second, testing::Not(testing::Contains(HasSubstr("INR 1.1"))));
+}
 
 // Words that make no sense to a user of a mouse or a controller.
 testing::Matcher<const std::string&> speaksOfForce() {

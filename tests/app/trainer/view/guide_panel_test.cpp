@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <glm/geometric.hpp>
 
 #include "app/trainer/attempt/staging.h"
@@ -105,6 +106,33 @@ TEST(GuidePanel, WordsFitIntoTwoLines) {
         EXPECT_FALSE(why.empty()) << r;
         EXPECT_LE(lines("Not done: " + why + "."), 2u) << why;
     }
+    for (const auto& entry : std::filesystem::directory_iterator(test::assets() / "cases")) {
+        if (entry.path().extension() != ".toml") continue;
+        const training::PatientCase c = training::loadCase(entry.path());
+        for (int q = 0; q < training::kQuestionCount; ++q)
+            EXPECT_LE(lines("Wrong: " + describeReason(c, training::Question(q)) + "."), 2u)
+                << describeReason(c, training::Question(q));
+    }
+}
+
+// The panel says whether the newest answer was right, for a while.
+TEST(GuidePanel, TellsWhetherAnAnswerWasRight) {
+    const auto panelWith = [](std::uint32_t yes, double answered_s) {
+        GuidePanel panel(test::difficulties()[Difficulty::guided], training::kMouseControls, 0.001);
+        FrameState seen = feltAt(30.0);
+        seen.patient_case = std::make_shared<const training::PatientCase>(
+            training::loadCase(test::assets() / "cases" / "raised-inr.toml"));
+        seen.progress.course = training::Course::drainage;
+        seen.progress.has_case = true;
+        seen.progress.step = training::Step::reviewCase;
+        seen.progress.elapsed_s = 30.0;
+        seen.progress.answered = 1, seen.progress.yes = yes, seen.progress.answered_s = answered_s;
+        panel.update(seen, true);
+        return panel.rgba();
+    };
+    EXPECT_NE(panelWith(0, 29.0), panelWith(1, 29.0));
+    EXPECT_NE(panelWith(0, 29.0), panelWith(0, 10.0));
+    EXPECT_EQ(panelWith(0, 10.0), panelWith(1, 10.0));
 }
 
 FrameState inserted(std::vector<Passed> passed) {

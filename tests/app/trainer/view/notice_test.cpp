@@ -1,10 +1,13 @@
 #include "app/trainer/view/notice.h"
 
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "tests/app/trainer/assets.h"
 
 namespace stylet::trainer {
 namespace {
@@ -95,6 +98,58 @@ TEST(Notice, SaysWhatTheExpertCannotShow) {
     seen.tick.faults = haptics::kFaultOverSpeed;
     EXPECT_EQ(makeNotice(seen, Attention::focused, "Enter")->title, "The force is off")
         << "that is more important";
+}
+
+// A frame in which the case's questions are asked.
+FrameState asking(const std::string& name, int answered) {
+    FrameState seen;
+    seen.patient_case = std::make_shared<const training::PatientCase>(
+        training::loadCase(test::assets() / "cases" / (name + ".toml")));
+    seen.progress.course = training::Course::drainage;
+    seen.progress.has_case = true;
+    seen.progress.step = training::Step::reviewCase;
+    seen.progress.answered = std::uint8_t(answered);
+    return seen;
+}
+
+// In an exam too: the case, the question and the keys, but nothing about earlier answers.
+TEST(Notice, ShowsTheCaseWithItsQuestionAndKeys) {
+    FrameState seen = asking("raised-inr", 2);
+    const Notice notice = *makeNotice(seen, Attention::focused, "", training::kMouseControls);
+    EXPECT_EQ(notice.title, "The case, question 3 of 7");
+    std::string text;
+    for (const std::string& line : notice.lines)
+        text += line + "\n";
+    EXPECT_THAT(text, HasSubstr("INR 2.4"));
+    EXPECT_THAT(text, HasSubstr(std::string(questionText(training::Question::ascites))));
+    EXPECT_THAT(text, HasSubstr("Yes: press Y. No: press U."));
+    FrameState other = seen;
+    other.progress.yes = 3;
+    EXPECT_EQ(*makeNotice(other, Attention::focused, "", training::kMouseControls), notice);
+    seen.progress.step = training::Step::findGap;
+    EXPECT_FALSE(makeNotice(seen, Attention::focused, ""));
+    seen = asking("raised-inr", 0);
+    seen.paused = true;
+    EXPECT_EQ(makeNotice(seen, Attention::focused, "")->title, "Paused") << "that is more important";
+}
+
+TEST(Notice, EveryCaseFitsItsPanel) {
+    NoticePanel panel;
+    for (const auto& entry : std::filesystem::directory_iterator(test::assets() / "cases")) {
+        if (entry.path().extension() != ".toml") continue;
+        for (int question = 0; question < training::kQuestionCount; ++question) {
+            panel.show(*makeNotice(asking(entry.path().stem(), question), Attention::focused, "",
+                                   training::kControllerControls));
+            ASSERT_EQ(panel.height(), NoticePanel::kTallHeight);
+            ASSERT_EQ(panel.rgba().size(), std::size_t(4 * NoticePanel::kWidth * NoticePanel::kTallHeight));
+            for (std::size_t y = NoticePanel::kTallHeight - 12; y < NoticePanel::kTallHeight; ++y)
+                for (std::size_t x = 0; x < NoticePanel::kWidth; ++x)
+                    ASSERT_LT(panel.rgba()[4 * (y * NoticePanel::kWidth + x)], 60) << entry.path();
+        }
+    }
+    panel.show(makeNotice(RoomWarning::lost, ""));
+    EXPECT_EQ(panel.height(), NoticePanel::kHeight);
+    EXPECT_EQ(panel.rgba().size(), std::size_t(4 * NoticePanel::kWidth * NoticePanel::kHeight));
 }
 
 // The longest notices fit the panel: no bright pixels touch its lower edge.

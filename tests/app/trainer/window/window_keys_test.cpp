@@ -109,6 +109,17 @@ TEST(WindowKeys, MNumbsOnlyInADrainage) {
     }
 }
 
+TEST(WindowKeys, YAndUAnswerOnlyInADrainage) {
+    for (const training::Course course : {training::Course::puncture, training::Course::drainage}) {
+        const auto port = std::make_shared<WindowPort>();
+        port->enableCommands();
+        WindowKeys keys(port);
+        keys.setCourse(course);
+        keys.press(key('y')), keys.press(key('u'));
+        EXPECT_EQ(port->typed(), course == training::Course::drainage ? "yes\nno\n" : "");
+    }
+}
+
 TEST(WindowKeys, F1EntersACommandAndF9AComment) {
     const auto port = std::make_shared<WindowPort>();
     WindowKeys keys(port);

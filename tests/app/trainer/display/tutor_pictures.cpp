@@ -147,7 +147,8 @@ void addMistakes(Shots& shots) {
     add(Act::drawBack, Act::pushToCapsule,
         [](FrameState& state) { state.progress.track_place = training::TrackPlace::beyond; });
     add(Act::snapNeedle, Act::takeGuide, with(Tool::guide));
-    add(Act::enterSkin, Act::advance, [](FrameState& state) { state.tick.phase = haptics::Phase::outside; });
+    add(Act::enterSkin, Act::advance,
+        [](FrameState& state) { state.tick.phase = haptics::Phase::outside, state.tick.tool = Tool::guide; });
     add(Act::drawOut, Act::advance, missing(Refusal::breathNotHeld));
     add(Act::seekDuct, Act::aspirate, [](FrameState& state) { state.tick.tissue = patient::Tissue::liver; });
     add(Act::pressPedal, Act::inject, [](FrameState& state) { state.machines.xray.pedal = false; });

@@ -258,9 +258,9 @@ std::vector<Advice> makeAdvice(const LoadedAttempt& a) {
         advice.row = nearestRow(a.course, advice.t_s);
         const std::string what = known ? hint->text : "Improve this metric";
         const bool steps = loss.id == metric(MetricId::procedure).id;
-        advice.text = steps ? fmt::format("{}: {}. {:.1f} of {:g} points were lost.", what, loss.why,
+        advice.text = steps ? fmt::format("{}: {}. {:.1f} of {:.3g} points were lost.", what, loss.why,
                                           loss.points, loss.of)
-                            : fmt::format("{}: {}, {}. {:.1f} of {:g} points were lost.", what, loss.name,
+                            : fmt::format("{}: {}, {}. {:.1f} of {:.3g} points were lost.", what, loss.name,
                                           loss.why, loss.points, loss.of);
         all.push_back(std::move(advice));
     }

@@ -369,7 +369,7 @@ Table metricTable(const records::AttemptResult& result, const std::vector<Stored
                          const std::vector<double>& values, const std::vector<double>& all_points) {
         const bool enough = all_points.size() >= kLeastCohort;
         table.rows.push_back(
-            {name, value, unit, fixed(points, 2), fixed(most, 1), reason,
+            {name, value, unit, fixed(points, 2), fixed(most, 2), reason,
              enough && !values.empty() ? metricText(median(values)) : "–",
              enough ? fixed(100.0 * training::percentileRank(all_points, points).value_or(kGap), 0) : "–"});
     };

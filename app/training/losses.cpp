@@ -54,7 +54,7 @@ std::string describeValue(const Metric& metric, double value) {
 }
 
 std::string describeLoss(const Loss& loss, const Score& score, std::size_t steps_done, std::size_t steps) {
-    const std::string lost = fmt::format("{:.1f} of {:g} points lost: ", loss.points, loss.of);
+    const std::string lost = fmt::format("{:.1f} of {:.3g} points lost: ", loss.points, loss.of);
     if (!loss.metric) return lost + describeMissingSteps(steps_done, steps);
     const auto i = std::size_t(*loss.metric);
     return lost + std::string(kMetricTable[i].name) + ", " + describeValue(kMetricTable[i], score.values[i]);

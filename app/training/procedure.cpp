@@ -190,7 +190,11 @@ TickFacts Procedure::computeFacts(const TickOutput& now) noexcept {
     bone_held_ = bone_held_ && now.phase == haptics::Phase::tenting;
     facts.current_risk = findCurrentRisk(now);
     const bool needle = haptics::isNeedleTool(now.tool) || now.access.needle_in;
-    const Pose& tool = needle ? now.patient_from_needle : now.patient_from_tool;
+    // A probe is well placed if the line of its guide is the path.
+    const Pose tool = needle ? now.patient_from_needle
+                      : now.tool == Tool::probe
+                          ? now.patient_from_tool * haptics::kStylusFromProbe * guide_.probe_from_guide
+                          : now.patient_from_tool;
     const Vec3 from_entry = tool.position_m - facts.path.entry_m, into = -tool.direction({0, 0, 1});
     facts.off_path_m = glm::length(glm::cross(from_entry, facts.path.axis));
     facts.off_angle_rad =

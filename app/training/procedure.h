@@ -19,7 +19,10 @@ class Procedure {
     // Computes the surroundings of the path once (surroundings.h). `patient` must outlive this object.
     Procedure(const patient::Patient& patient, const patient::PlannedPath&, double dt_s);
     // Tools of the attempt; without this call, the default ones.
-    void setTools(const haptics::ToolSettings& tools) noexcept { evidence_.setTools(tools); }
+    void setTools(const haptics::ToolSettings& tools) noexcept {
+        guide_ = tools.guide;
+        evidence_.setTools(tools);
+    }
     // Before the first tick; without this call, kDefaultCourse.
     void setCourse(Course course) noexcept {
         progress_.course = course;
@@ -62,6 +65,7 @@ class Procedure {
     const patient::Patient* patient_;
     patient::PlannedPath path_;
     double dt_s_;
+    haptics::GuideSettings guide_{};
     Surroundings surroundings_;
     Metrics metrics_;
     Evidence evidence_;

@@ -128,7 +128,8 @@ struct Progress {
     std::uint32_t out_of_order = 0;  // steps done before an earlier one
     double elapsed_s = 0.0;          // since the first tick
     // For the needle, or for the current tool if it is not a needle: distance of the tip from the reference
-    // path at the current breath, angle between shaft and path, distance from tip to target.
+    // path at the current breath, angle between shaft and path, distance from tip to target. For the probe:
+    // of the line of its guide, from the guide's opening.
     double off_path_m = 0.0, off_angle_rad = 0.0, to_target_m = 0.0;
     // Distance from the needle's tip to the nearest risk structure. Infinite outside the body and beyond
     // the computed surroundings of the path (surroundings.h).

@@ -115,44 +115,102 @@ void runTools(std::vector<Row>& rows) {
         stepTool(flank, tool, std::string(kToolNames[std::size_t(tool)]).c_str(), rows);
 }
 
-// The wire is fed down a wide duct at 20 mm/s and pulled back, from a needle in the duct.
-void runWire(std::vector<Row>& rows) {
-    using enum Tissue;
-    const patient::Package package =
-        test::makeSlabs({{skin, 0.002}, {liver, 0.010}, {duct, 0.180}, {liver, 0.010}}, 0.001);
-    const patient::Patient patient(package);
-    const patient::DuctSpace ducts = patient::makeDuctSpace(patient);
-    Simulation simulation(patient, {}, nullptr, &ducts);
-    TickInput input;
-    input.device.device_from_stylus.rotation = {0.70710678118654752, 0.0, -0.70710678118654752, 0.0};
-    TickOutput out;
-    NeedleEvents events;
-    std::vector<double> times_us;
-    double x_m = -0.010, most_m = 0.0;
-    const auto step = [&](double travel_m) {
-        x_m += travel_m;
-        input.device.device_from_stylus.position_m.x = x_m;
+// A whole drainage along a wide duct at 20 mm/s: wire, dilator and drain in turn, each from the needle's
+// track.
+class DrainageBench {
+  public:
+    DrainageBench() {
+        input_.device.device_from_stylus.rotation = {0.70710678118654752, 0.0, -0.70710678118654752, 0.0};
+        move(0.030);  // the needle's tip into the duct
+    }
+    void select(Tool tool) {
+        input_.add({CommandKind::tool, std::uint32_t(tool)});
+        step();
+    }
+    void move(double travel_m) {
+        const int ticks = int(std::lround(std::fabs(travel_m) / kTravel_m));
+        for (int i = 0; i < ticks; ++i) {
+            x_m_ += std::copysign(kTravel_m, travel_m);
+            step();
+        }
+    }
+    void wait(int ticks) {
+        for (int i = 0; i < ticks; ++i)
+            step();
+    }
+    // Row of the ticks since the last row.
+    void addRow(const char* name, const std::string& note, std::vector<Row>& rows) {
+        rows.push_back({name, "rate [Hz]", 1000.0, 1e-3 * median(times_us_), quantile(times_us_, 0.99),
+                        "us p99", "50 us",
+                        fmt::format("median {:.2f} us, p99.9 {:.2f} us; {}", median(times_us_),
+                                    quantile(times_us_, 0.999), note)});
+        forget();
+    }
+    void forget() { times_us_.clear(); }
+    const TickOutput& now() const { return out_; }
+
+  private:
+    static constexpr double kTravel_m = 20e-6;  // per tick
+
+    static patient::Package ductAlong() {
+        using enum Tissue;
+        return test::makeSlabs({{skin, 0.002}, {liver, 0.010}, {duct, 0.180}, {liver, 0.010}}, 0.001);
+    }
+    void step() {
+        input_.device.device_from_stylus.position_m.x = x_m_;
         const auto began = std::chrono::steady_clock::now();
-        simulation.step(input, out, events);
-        if (out.tool == Tool::wire && out.access.wire_m > 0.100) times_us.push_back(1e3 * elapsed_ms(began));
-        input.command_count = 0;
-        most_m = std::max(most_m, out.access.wire_m);
+        simulation_.step(input_, out_, events_);
+        times_us_.push_back(1e3 * elapsed_ms(began));
+        input_.command_count = 0;
+    }
+
+    const patient::Package package_ = ductAlong();
+    const patient::Patient patient_{package_};
+    const patient::DuctSpace ducts_ = patient::makeDuctSpace(patient_);
+    Simulation simulation_{patient_, {}, nullptr, &ducts_};
+    TickInput input_;
+    TickOutput out_;
+    NeedleEvents events_;
+    double x_m_ = -0.010;
+    std::vector<double> times_us_;
+};
+
+void runDrainage(std::vector<Row>& rows) {
+    DrainageBench bench;
+    const auto inDuct = [&] {
+        return fmt::format("{:.0f} mm of wire beyond the needle", 1e3 * bench.now().access.wire_m);
     };
-    while (x_m < 0.020)
-        step(20e-6);
-    input.add({CommandKind::tool, std::uint32_t(Tool::wire)});
-    for (int i = 0; i < 7500; ++i)
-        step(20e-6);
-    for (int i = 0; i < 2000; ++i)
-        step(-20e-6);
-    const std::string note = fmt::format("median {:.2f} us, p99.9 {:.2f} us; {:.0f} mm of wire in the duct",
-                                         median(times_us), quantile(times_us, 0.999), 1e3 * most_m);
-    rows.push_back({"haptics.step.wire", "rate [Hz]", 1000.0, 1e-3 * median(times_us),
-                    quantile(times_us, 0.99), "us p99", "50 us", note});
+    bench.select(Tool::wire);
+    bench.move(0.110);
+    bench.forget();
+    bench.move(0.040);
+    bench.move(-0.040);
+    bench.addRow("haptics.step.wire", inDuct(), rows);
+    bench.wait(5000);
+    bench.addRow("haptics.step.wire_at_rest", inDuct(), rows);
+    bench.select(Tool::needle);
+    bench.move(-0.120);
+    bench.select(Tool::dilator);
+    bench.forget();
+    bench.move(0.025);
+    bench.addRow("haptics.step.dilator", fmt::format("{:.0f} mm dilated", 1e3 * bench.now().access.dilated_m),
+                 rows);
+    bench.move(-0.060);
+    bench.select(Tool::drain);
+    bench.forget();
+    bench.move(0.080);
+    bench.addRow("haptics.step.drain", fmt::format("{:.0f} mm of drain", 1e3 * bench.now().access.drain_m),
+                 rows);
+    bench.select(Tool::wire);
+    bench.move(-0.200);
+    bench.forget();
+    bench.wait(5000);
+    bench.addRow("haptics.step.drain_in_place",
+                 bench.now().access.drain == DrainState::in_place ? "in place" : "NOT in place", rows);
 }
 
 const Registration registration("haptics.step", run);
-const Registration wire_registration("haptics.step.wire", runWire);
+const Registration drainage_registration("haptics.step.drainage", runDrainage);
 const Registration tools_registration("haptics.step.tools", runTools);
 
 }  // namespace

@@ -81,7 +81,7 @@ void reportScoreAgain(const records::AttemptResult& recorded, const records::Att
                 recorded.total, recorded.score_version, today.total, today.score_version);
     const auto points = [](const records::AttemptResult& result, const std::string& id) {
         for (const records::MetricRow& row : result.metrics)
-            if (row.id == id) return fmt::format("{:.1f} of {:g}", row.points, row.max_points);
+            if (row.id == id) return fmt::format("{:.1f} of {:.3g}", row.points, row.max_points);
         return std::string("not in the table");
     };
     std::vector<records::MetricRow> rows = today.metrics;

@@ -68,6 +68,18 @@ double shownForce_n(const haptics::TickOutput& tick) {
     return haptics::isNeedleTool(tick.tool) ? std::fabs(tick.force_n) : glm::length(tick.tool_force.force_n);
 }
 
+// Length of the straight track, from the skin to where the needle's tip was.
+double trackLength_m(const haptics::TickOutput& tick) {
+    return glm::length(tick.access.base_m - tick.access.entry_m);
+}
+
+// Depth of the tip of the wire, the dilator or the drain in hand. Not positive outside the body.
+double depthOnTrack_m(const haptics::TickOutput& tick) {
+    if (tick.tool == haptics::Tool::dilator) return tick.access.dilator_m;
+    if (tick.tool == haptics::Tool::drain) return tick.access.drain_m;
+    return tick.access.wire_in ? trackLength_m(tick) + tick.access.wire_m : 0.0;
+}
+
 // Steps of the attempt's course before this one.
 int stepsBefore(const Progress& progress, Step step) {
     const std::uint32_t before = (1u << unsigned(step)) - 1u;
@@ -189,8 +201,8 @@ void GuidePanel::drawCurve(double top, double bottom) {
     if (line_.size() > 1) canvas_->polyline(line_, 3.0, kPanelText);
 }
 
-// Draws the name and depth of each tissue at a pole on its border. If space is short, the deepest tissues
-// have priority.
+// Draws the name and depth of each tissue at a pole on its border, beside the force scale. If space is short,
+// the deepest tissues have priority.
 void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom, double full_m) {
     const double left = kLeft + kScale_px;
     const int rows = int((bottom - top) / kRow_px);
@@ -212,7 +224,7 @@ void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom
         int row = 0;
         for (; row < rows && isFree(row, pole - 3.0, pole + 3.0); ++row) {
             for (const double from : {std::min(pole, kRight - width), pole - width})
-                if (!x && from >= kLeft && isFree(row, from, from + width + kBetweenNames_px)) x = from;
+                if (!x && from >= left && isFree(row, from, from + width + kBetweenNames_px)) x = from;
             if (x) break;
         }
         if (!x) continue;
@@ -310,20 +322,36 @@ void GuidePanel::draw(const FrameState& seen) {
     const double force_n = shownForce_n(tick);
     const bool needle = haptics::isNeedleTool(tick.tool) || tick.access.needle_in,
                presses = haptics::pressesOnSkin(tick.tool) && force_n > kTouch_n;
+    // Wire, dilator and drain move along the track only.
+    const bool on_track = haptics::isAccessTool(tick.tool);
+    const double depth_m = on_track ? depthOnTrack_m(tick) : tick.depth_m;
     number(columns[0], y, "Depth",
-           needle && inside ? fmt::format("{:.1f} mm", 1e3 * tick.depth_m)
-           : presses        ? "skin"
-                            : "outside");
+           (on_track ? depth_m > 0.0 : needle && inside) ? fmt::format("{:.1f} mm", 1e3 * depth_m)
+           : presses                                     ? "skin"
+                                                         : "outside");
     number(columns[1], y, "Force", fmt::format("{:.2f} N", force_n));
-    number(columns[2], y, "Tissue",
-           needle && inside ? std::string(patient::tissueName(tick.tissue))
-           : presses        ? "skin"
-                            : "air");
+    if (tick.tool == haptics::Tool::wire)
+        number(columns[2], y, flat ? "In duct" : "In the duct",
+               fmt::format("{:.0f} mm", 1e3 * tick.access.in_duct_m));
+    else if (on_track)
+        number(columns[2], y, flat ? "Needle" : "Needle was at",
+               fmt::format("{:.0f} mm", 1e3 * trackLength_m(tick)));
+    else
+        number(columns[2], y, "Tissue",
+               needle && inside ? std::string(patient::tissueName(tick.tissue))
+               : presses        ? "skin"
+                                : "air");
     y += flat ? 38.0 : 84.0;
-    number(columns[0], y, flat ? "Off" : "Off the path", fmt::format("{:.1f} mm", 1e3 * progress.off_path_m));
-    number(columns[1], y, "Angle", fmt::format("{:.1f}\u00b0", progress.off_angle_rad * 57.29577951308232));
-    number(columns[2], y, flat ? "Target" : "To the target",
-           fmt::format("{:.0f} mm", 1e3 * progress.to_target_m));
+    const auto off = [&](double value, const char* unit, int digits) {
+        return on_track ? "\u2013" : fmt::format("{:.{}f}{}", value, digits, unit);
+    };
+    number(columns[0], y, flat ? "Off" : "Off the path", off(1e3 * progress.off_path_m, " mm", 1));
+    number(columns[1], y, "Angle", off(progress.off_angle_rad * 57.29577951308232, "\u00b0", 1));
+    // The syringe's scale.
+    if (progress.step == Step::anaesthetise && haptics::isNeedleTool(tick.tool))
+        number(columns[2], y, "Injected", fmt::format("{:.1f} ml", 1e6 * seen.dose.anaesthetic_m3));
+    else
+        number(columns[2], y, flat ? "Target" : "To the target", off(1e3 * progress.to_target_m, " mm", 0));
     y += flat ? 12.0 : 58.0;
     const double last = height_ - 24.0, bottom = last - 44.0;
     if (haptics::isNeedleTool(tick.tool) && !seen.insertion.passed.empty())

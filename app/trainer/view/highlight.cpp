@@ -23,6 +23,7 @@ constexpr double kSkinRing_m = 0.012, kRibRing_m = 0.016, kEndRing_m = 0.012, kP
                  kTableRing_m = 0.10;
 constexpr double kArrow_m = 0.04, kRoomArrow_m = 0.15;
 constexpr double kAboveSkin_m = 0.002;  // so that a curved skin does not cover the ring
+constexpr double kPlaceRing_m = 0.036, kAbovePlace_m = 0.006;  // around the probe that stands there
 constexpr double kBesideProbe_m = 0.040, kAboveFace_m = 0.020, kBehindProbe_m = 0.15;
 constexpr double kBeyondEnd_m = 0.02;  // from an instrument's end to an arrow
 constexpr double kInPlane_m = 0.004;   // a duct this near lies in the picture's plane
@@ -80,7 +81,7 @@ class PromptPlaces::AtTick {
         const Quat swing = rotationBetween(needle.direction({0.0, 0.0, -1.0}), inward_);
         const Pose probe = Pose{swing * needle.rotation, entry_m_} * needle_from_probe;
         const Vec3 in = probe.direction({0.0, 0.0, -1.0});
-        return {ring(probe.position_m - kAboveSkin_m * in, in, kRibRing_m), arrow(probe.position_m, in)};
+        return {ring(probe.position_m - kAbovePlace_m * in, in, kPlaceRing_m), arrow(probe.position_m, in)};
     }
     Highlights aroundProbe() const {
         const Vec3 out = probeOut();

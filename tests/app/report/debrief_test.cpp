@@ -222,6 +222,14 @@ TEST(Debrief, MetricTableShowsCohortPercentiles) {
     EXPECT_EQ(alone.rows.back()[7], "–");
 }
 
+// Points and weight have the same digits, so that no metric seems to earn more than its weight.
+TEST(Debrief, NoMetricSeemsToEarnMoreThanItsWeight) {
+    stylet::records::AttemptResult result;
+    result.metrics.push_back({"targeting", "Targeting", "mm", 1.0, 7.547, 7.547});
+    const Table table = metricTable(result, {});
+    EXPECT_EQ(table.rows.front()[3], table.rows.front()[4]);
+}
+
 // HZ-TEACH-01
 TEST(Debrief, ExamIsPassedByPointsGoalAndNoCriticalError) {
     stylet::records::StoredAttempt attempt;

@@ -68,6 +68,20 @@ TEST(Losses, AreSortedAndGivenInTheirUnit) {
     EXPECT_EQ(all.find("of 6 steps"), all.npos) << all;
 }
 
+// The weights of a drainage are not round: its metrics share 100 points with further ones.
+TEST(Losses, PointsHaveFewDigits) {
+    MetricValues values = bestValues();
+    for (std::size_t i = 0; i < kMetricCount; ++i)
+        values[i] = metricTable()[i].worst;
+    const Score score = computeScore(values, kAllSteps, Course::drainage);
+    const std::vector<Loss> losses = findLosses(score);
+    ASSERT_FALSE(losses.empty());
+    for (const Loss& loss : losses) {
+        const std::string text = describeLoss(loss, score, 12, 12);
+        EXPECT_LE(text.find(" points lost"), std::string_view("12.3 of 12.3").size()) << text;
+    }
+}
+
 TEST(Losses, NoneIsListedIfNothingWasLost) {
     EXPECT_TRUE(findLosses(computeScore(bestValues(), kAllSteps)).empty());
 }

@@ -363,6 +363,20 @@ TEST_F(ProcedureTest, DistancesAreMeasuredFromThePath) {
     EXPECT_NEAR(progress().to_target_m, std::hypot(0.023, 0.004), 1e-9);
 }
 
+// A probe that is held well shows no distance and no angle, although its face is beside the path.
+TEST_F(ProcedureTest, DistancesOfTheProbeAreThoseOfItsGuide) {
+    const Pose needle = trainer::needlePose({0.0, 0.002, 0.0}, {1, 0, 0});
+    TickOutput out;
+    out.tool = Tool::probe;
+    out.patient_from_tool = trainer::toolPoseFromNeedle(needle, Tool::probe, {});
+    update(out);
+    EXPECT_NEAR(progress().off_path_m, 0.002, 1e-9);
+    EXPECT_NEAR(progress().off_angle_rad, 0.0, 1e-6);
+    out.patient_from_tool = trainer::needlePose({0.0, 0.0, 0.0}, {1, 0, 0});
+    update(out);
+    EXPECT_NEAR(progress().off_angle_rad, 25.0 * 0.017453292519943295, 1e-6) << "the face lies on the path";
+}
+
 // HZ-TEACH-17
 TEST_F(ProcedureTest, RepeatedVesselContactCountsOnceWithinDebounce) {
     update(liver(0.028));

@@ -1,8 +1,12 @@
 // stylet-tutor-pictures FOLDER [headset|window] [NAME]: pictures of a guided drainage, to look at: each act
-// that the expert does, each refusal, and each notice of the syringe, in the headset (mock runtime) and in
-// the window (Xvfb). NAME: only pictures whose name contains it. Uses a synthetic patient.
+// that the expert does and its hint, each refusal, each notice, each alert, and the expert beside, in the
+// headset (mock runtime) and in the window (Xvfb); and sheets of all of them. NAME: only pictures whose name
+// contains it. Uses a synthetic patient.
 #include <fmt/core.h>
+#include <stb/stb_image.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -15,8 +19,12 @@
 #include "app/report/canvas.h"
 #include "app/trainer/attempt/demonstration.h"
 #include "app/trainer/attempt/reference_path.h"
+#include "app/trainer/attempt/staging.h"
 #include "app/trainer/hands/mouse_hand.h"
+#include "app/trainer/session/contrast_feed.h"
 #include "app/trainer/session/session.h"
+#include "app/trainer/view/guide_panel.h"
+#include "app/trainer/view/notice.h"
 #include "app/trainer/view/pictures.h"
 #include "app/training/tutor.h"
 #include "haptics/devices/replay.h"
@@ -28,9 +36,24 @@ namespace stylet::trainer {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace std::chrono_literals;
 
 constexpr std::uint64_t kSettled_ticks = 120;  // of an act, before its picture
-constexpr int kEyePixels = 900;
+// Of an eye. Its pixels are as fine as those of a headset, its view is narrower.
+constexpr int kEyePixels = 1100;
+constexpr double kHalfView_rad = 0.58;
+constexpr Vec3 kEyes_m{0.05, 1.5, -0.05};
+constexpr int kSheetColumns = 4, kSheetRows = 3, kSheetCaption_px = 22;
+
+// A state with the contrast medium in it. `hint`: it is shown until the hint takes the prompt's place.
+struct Shot {
+    std::string name;
+    FrameState seen;
+    std::shared_ptr<const patient::ContrastTable> contrast;
+    training::Act act = training::Act::finish;
+    bool hint = false;
+};
+using Shots = std::vector<Shot>;
 
 struct Scene {
     patient::Package package;
@@ -41,14 +64,13 @@ struct Scene {
 
 patient::Package drawnPatient() {
     patient::synth::SynthSettings settings;
-    settings.seed = 4;
     settings.spacing_m = 0.002;
     settings.defaults = patient::loadTissueDefaults(test::assets() / "tissue" / "ptcd.toml");
     return patient::synth::makeReferencePatient(settings);
 }
 
 // The states of the expert's drainage at which each act is asked for.
-std::vector<Capture> actsOf(const Scene& scene) {
+Shots actsOf(const Scene& scene) {
     const Scenario scenario = loadScenario(test::assets() / "scenarios" / "drainage.toml");
     const Attempt attempt = makeAttempt(scene.patient, scenario, scene.path, 1, 1000.0,
                                         [&](const patient::Patient&) { return scene.touch; });
@@ -58,7 +80,9 @@ std::vector<Capture> actsOf(const Scene& scene) {
     Session session(scene.patient, scene.path, {}, 0.0, nullptr);
     session.setCourse(training::Course::drainage);
     session.setDifficulty(training::Difficulty::guided);
-    std::vector<Capture> captures;
+    Shots shots;
+    ContrastFeed feed;
+    auto contrast = std::make_shared<patient::ContrastTable>();
     std::array<bool, training::kActCount> seen{};
     std::uint64_t since = 0;
     auto act = training::Act::finish;
@@ -77,59 +101,136 @@ std::vector<Capture> actsOf(const Scene& scene) {
         if (asked != act) act = asked, since = now.tick;
         if (seen[std::size_t(act)] || now.tick < since + kSettled_ticks) continue;
         seen[std::size_t(act)] = true;
-        captures.push_back({fmt::format("act-{:02}-step-{}", int(act), int(state.progress.step)), state});
+        feed.publish(session.contrast());
+        auto painted = std::make_shared<patient::ContrastTable>(*contrast);
+        if (feed.applyTo(*painted)) contrast = painted;
+        shots.push_back({fmt::format("act-{:02}-step-{}", int(act), int(state.progress.step)), state,
+                         session.contrast().begun() ? contrast : nullptr, act});
     }
-    return captures;
+    const std::uint32_t left = training::kAllSteps & ~session.log().progress.steps_done;
+    for (int s = 0; s < training::kStepCount; ++s)
+        if (training::contains(left, training::Step(s)))
+            fmt::print(stderr, "the expert did not {}\n", training::stepName(training::Step(s)));
+    return shots;
 }
 
-// Adds the notices of the syringe, and the refusals, each in the picture in which its step was asked for.
-void addRefusals(std::vector<Capture>& captures) {
-    const std::vector<Capture> acts = captures;
-    const auto during = [&](training::Step step) {
-        for (const Capture& one : acts)
-            if (one.seen.progress.step == step) return one.seen;
-        return acts.back().seen;
+// Adds the acts that an expert is never asked for.
+void addMistakes(Shots& shots) {
+    using training::Act, training::Refusal, haptics::Tool;
+    const auto add = [&](Act wanted, Act during, const auto& change) {
+        if (std::ranges::find(shots, wanted, &Shot::act) != shots.end()) return;
+        const auto found = std::ranges::find(shots, during, &Shot::act);
+        if (found == shots.end()) return;
+        Shot shot = *found;
+        change(shot.seen);
+        const FrameState& state = shot.seen;
+        if (training::nextAct(state.progress, state.tick, state.machines) != wanted)
+            throw std::runtime_error(fmt::format("act {} is not asked for", int(wanted)));
+        shot.act = wanted;
+        shot.name = fmt::format("act-{:02}-step-{}", int(wanted), int(state.progress.step));
+        shots.push_back(shot);
     };
-    using training::Refusal, training::Step;
-    const auto stepOf = [](Refusal refusal) {
-        return refusal <= Refusal::lowerRibNotFelt    ? Step::findGap
-               : refusal <= Refusal::ductTooShort     ? Step::findDuct
-               : refusal <= Refusal::incisionTooLong  ? Step::incise
-               : refusal <= Refusal::needleNotInGuide ? Step::guide
-               : refusal <= Refusal::ductMissed       ? Step::advance
-               : refusal <= Refusal::wireInNeedle     ? Step::aspirate
-               : refusal <= Refusal::contrastAstray   ? Step::contrast
-               : refusal <= Refusal::wirePierced      ? Step::wire
-               : refusal <= Refusal::notDilated       ? Step::dilate
-               : refusal <= Refusal::drainMisplaced   ? Step::drain
-                                                      : Step::anaesthetise;
+    const auto missing = [](Refusal why) {
+        return [why](FrameState& state) { state.progress.missing = why; };
     };
-    for (int r = 1; r < training::kRefusalCount; ++r) {
-        FrameState state = during(stepOf(Refusal(r)));
-        state.progress.refusal = Refusal(r), state.progress.refused_s = state.progress.elapsed_s;
-        captures.push_back({fmt::format("refused-{:02}", r), state});
+    const auto with = [](Tool tool) { return [tool](FrameState& state) { state.tick.tool = tool; }; };
+    add(Act::liftOff, Act::pressGap, [](FrameState& state) { state.tick.tool_awaits_exit = true; });
+    add(Act::takeFinger, Act::pressGap, with(Tool::scalpel));
+    add(Act::shiftProbe, Act::keepProbe, missing(Refusal::ductBesidePlane));
+    add(Act::turnProbe, Act::keepProbe, missing(Refusal::ductShadowed));
+    add(Act::aimGuide, Act::parkProbe, missing(Refusal::ductBesideRail));
+    add(Act::liftProbe, Act::parkProbe, [](FrameState& state) {
+        state.progress.missing = Refusal::ductBesideRail;
+        state.tick.probe_parked = true;
+        state.tick.patient_from_probe = state.tick.patient_from_tool * haptics::kStylusFromProbe;
+    });
+    add(Act::drawBack, Act::pushToCapsule,
+        [](FrameState& state) { state.progress.track_place = training::TrackPlace::beyond; });
+    add(Act::snapNeedle, Act::takeGuide, with(Tool::guide));
+    add(Act::enterSkin, Act::advance,
+        [](FrameState& state) { state.tick.phase = haptics::Phase::outside, state.tick.tool = Tool::guide; });
+    add(Act::drawOut, Act::advance, missing(Refusal::breathNotHeld));
+    add(Act::seekDuct, Act::aspirate, [](FrameState& state) { state.tick.tissue = patient::Tissue::liver; });
+    add(Act::pressPedal, Act::inject, [](FrameState& state) { state.machines.xray.pedal = false; });
+    add(Act::takeWire, Act::feedWire, with(Tool::needle));
+    add(Act::drawWireBack, Act::feedWire, [](FrameState& state) { state.tick.access.pierced = true; });
+    add(Act::finish, Act::releasePedal, [](FrameState& state) { state.machines.xray.pedal = false; });
+}
+
+// The act during which each refusal is told.
+constexpr std::array<training::Act, training::kRefusalCount> kRefusedDuring = [] {
+    using training::Act;
+    return std::array{
+        Act::finish,        Act::pressGap,    Act::pressUpperRib, Act::pressLowerRib, Act::placeProbe,
+        Act::placeProbe,    Act::placeProbe,  Act::placeProbe,    Act::keepProbe,     Act::parkProbe,
+        Act::cut,           Act::cut,         Act::cut,           Act::enterSkin,     Act::advance,
+        Act::advance,       Act::advance,     Act::advance,       Act::aspirate,      Act::aspirate,
+        Act::takeWire,      Act::inject,      Act::feedWire,      Act::feedWire,      Act::drawDilator,
+        Act::drawWire,      Act::enterWheal,  Act::drawSyringe,   Act::numbSkin,      Act::numbSkin,
+        Act::pushToCapsule, Act::numbCapsule, Act::numbCapsule};
+}();
+
+// Adds what can be told during the acts: hints, refusals, notices, alerts and pain.
+void addTold(Shots& shots) {
+    const Shots acts = shots;
+    const auto during = [&](training::Act act) {
+        const auto found = std::ranges::find(acts, act, &Shot::act);
+        return found != acts.end() ? *found : acts.back();
+    };
+    const auto add = [&](const std::string& name, training::Act act, const auto& change) {
+        Shot shot = during(act);
+        shot.name = name;
+        change(shot.seen);
+        shots.push_back(shot);
+    };
+    for (Shot shot : acts) {
+        if (training::hint(shot.act, training::kMouseControls).empty()) continue;
+        shot.name = "hint" + shot.name.substr(3), shot.hint = true;
+        shots.push_back(shot);
     }
-    for (std::size_t d = 0; d < training::kDrawnNames.size(); ++d) {
-        FrameState state = during(Step::aspirate);
-        state.drawn = training::Drawn(d);
-        captures.push_back({fmt::format("syringe-{}", training::kDrawnNames[d]), state});
-    }
+    using training::Act;
+    for (int r = 1; r < training::kRefusalCount; ++r)
+        add(fmt::format("refused-{:02}", r), kRefusedDuring[std::size_t(r)], [&](FrameState& state) {
+            state.progress.refusal = training::Refusal(r);
+            state.progress.refused_s = state.progress.elapsed_s;
+        });
+    for (std::size_t d = 0; d < training::kDrawnNames.size(); ++d)
+        add(fmt::format("notice-syringe-{}", training::kDrawnNames[d]), Act::aspirate,
+            [&](FrameState& state) { state.drawn = training::Drawn(d); });
+    add("notice-paused", Act::cut, [](FrameState& state) { state.paused = true; });
+    add("notice-untracked", Act::cut,
+        [](FrameState& state) { state.held = true, state.return_distance_m = haptics::kDeviceNotReady_m; });
+    add("notice-return", Act::cut,
+        [](FrameState& state) { state.held = true, state.return_distance_m = 0.012; });
+    add("notice-jumped", Act::advance,
+        [](FrameState& state) { state.tick.awaited |= haptics::kFaultAwayFromNeedle; });
+    add("notice-rest", Act::takeScalpel, [](FrameState& state) { state.rest_due = true; });
+    add("notice-stall", Act::cut, [](FrameState& state) { state.picture_stall_s = 3.0; });
+    for (const haptics::FaultText& fault : haptics::faultTexts())
+        add(fmt::format("notice-fault-{}", fault.name), Act::advance, [&](FrameState& state) {
+            state.tick.faults = std::uint32_t(fault.bit), state.tick.stage = haptics::ForceStage::off;
+        });
+    add("alert-struck", Act::advance, [](FrameState& state) { state.glow.struck = 1.0f; });
+    add("alert-reached", Act::aspirate, [](FrameState& state) { state.glow.reached = 1.0f; });
+    add("pain", Act::cut, [](FrameState& state) { state.progress.pain = 7.0; });
+    add("lights-out", Act::pressPedal, [](FrameState& state) { state.lights_out = true; });
 }
 
 // Adds the expert beside the trainee's tool, in each step.
-void addExpert(const Scene& scene, std::vector<Capture>& captures) {
+void addExpert(const Scene& scene, Shots& shots) {
     const Demonstration expert(scene.patient, scene.path, training::Course::drainage,
                                [&](const patient::Patient&) { return scene.touch; });
-    const std::vector<Capture> acts = captures;
+    const Shots acts = shots;
     for (int s = 0; s < training::kStepCount; ++s)
-        for (const Capture& one : acts) {
+        for (Shot one : acts) {
             if (int(one.seen.progress.step) != s || !one.name.starts_with("act")) continue;
-            FrameState state = one.seen;
+            FrameState& state = one.seen;
             state.ghost_tool =
                 expert.at(training::Step(s), 0.6 * expert.length_s(training::Step(s)), state.tick.breath);
             state.expert_note = expert.describeMissing(training::Step(s));
             if (state.ghost_tool) state.ghost_tool->length_m = state.needle.length_m;
-            captures.push_back({fmt::format("expert-step-{}", s), state});
+            one.name = fmt::format("expert-step-{}", s);
+            shots.push_back(one);
             break;
         }
 }
@@ -145,28 +246,46 @@ PictureSettings settingsFor(const Scene& scene, const fs::path& folder, const ch
     settings.config.fast = true;
     settings.press.touch = &scene.touch;
     settings.field = fieldOf(scene.path);
+    settings.rearm_act = "press Enter";
     return settings;
 }
 
-void drawHeadset(const Scene& scene, const std::vector<Capture>& captures, const fs::path& folder) {
+// The same state when the hint takes the prompt's place.
+FrameState afterAWhile(FrameState state) {
+    state.tick.tick += std::uint64_t(1000.0 * training::kHintAfter_s) + 1000;
+    return state;
+}
+
+void drawHeadset(const Scene& scene, const Shots& shots, const fs::path& folder) {
     setenv("XR_RUNTIME_JSON", STYLET_MOCK_MANIFEST, 1);
     const fs::path script = folder / "head.json";
+    // The entry and the guide panel are both in view.
+    const OperativeField field = fieldOf(scene.path);
+    const Vec3 entry_m = stageFromPatient(scene.patient, field) * field.entry_m;
+    const PanelPlace panel =
+        guidePlace(entry_m, kEyes_m, letterAngle_rad(0.5 * kEyePixels / std::tan(kHalfView_rad)));
+    const Quat turn =
+        stageFromEyes(kEyes_m, 0.45 * entry_m + 0.55 * panel.stage_from_panel.position_m).rotation;
     std::ofstream(script) << fmt::format(
         R"({{"version": 2, "eyes": {{"recommended_size": [{0}, {0}],
-                "left_fov_rad": [-0.55, 1.0, 0.95, -0.55], "right_fov_rad": [-0.55, 1.0, 0.95, -0.55]}},
-            "head": [{{"t_s": 0, "position": [0.12, 1.45, 0.0],
-                       "orientation": [-0.240, -0.118, -0.0295, 0.963]}}]}})",
-        kEyePixels);
+                "left_fov_rad": [-{1}, {1}, {1}, -{1}], "right_fov_rad": [-{1}, {1}, {1}, -{1}]}},
+            "head": [{{"t_s": 0, "position": [{2}, {3}, {4}], "orientation": [{5}, {6}, {7}, {8}]}}]}})",
+        kEyePixels, kHalfView_rad, kEyes_m.x, kEyes_m.y, kEyes_m.z, turn.x, turn.y, turn.z, turn.w);
     PictureSettings settings = settingsFor(scene, folder, kControllers);
     settings.head_script = script;
     std::string why_not;
     const auto display = openPictures(scene.patient, scene.path, settings, why_not);
     if (!display) throw std::runtime_error(why_not);
-    for (const Capture& one : captures)
-        display->frame(one.seen, nullptr, one.name);
+    for (const Shot& one : shots) {
+        const auto show = [&](const FrameState& state, const std::string& name) {
+            display->frame(state, one.contrast.get(), name);
+        };
+        if (one.hint) show(one.seen, "");
+        show(one.hint ? afterAWhile(one.seen) : one.seen, one.name);
+    }
 }
 
-void drawWindow(const Scene& scene, const std::vector<Capture>& captures, const fs::path& folder) {
+void drawWindow(const Scene& scene, const Shots& shots, const fs::path& folder) {
     const test::XDisplay screen(1500, 950);
     PictureSettings settings = settingsFor(scene, folder, kMouse);
     settings.window = std::make_shared<WindowPort>();
@@ -174,15 +293,47 @@ void drawWindow(const Scene& scene, const std::vector<Capture>& captures, const 
     std::string why_not;
     const auto display = openDesktop(scene.patient, scene.path, settings, why_not);
     if (!display) throw std::runtime_error(why_not);
-    for (const Capture& one : captures) {
+    for (const Shot& one : shots) {
+        const auto draw = [&](const FrameState& state, std::chrono::milliseconds time) {
+            const auto until = std::chrono::steady_clock::now() + time;
+            while (std::chrono::steady_clock::now() < until)
+                display->frame(state, one.contrast.get(), "");
+            return screen.shot();
+        };
         // The window shows a state some frames after it was given.
-        const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(4);
-        while (std::chrono::steady_clock::now() < until)
-            display->frame(one.seen, nullptr, "");
-        const test::Screenshot shot = screen.shot();
+        if (one.hint) draw(one.seen, 500ms);
+        const FrameState state = one.hint ? afterAWhile(one.seen) : one.seen;
+        test::Screenshot shot = draw(state, 1s), before;
+        for (int tries = 0; tries < 8 && shot.rgb != before.rgb; ++tries)
+            before = std::exchange(shot, draw(state, 500ms));
         report::Canvas canvas(shot.width, shot.height, {});
         canvas.image(0, 0, shot.width, shot.height, shot.rgb);
         canvas.savePng(folder / (one.name + "_window.png"));
+    }
+}
+
+// Sheets of the pictures, several on each.
+void drawSheets(const Shots& shots, const fs::path& folder, const std::string& ending) {
+    constexpr std::size_t kEach = kSheetColumns * kSheetRows;
+    for (std::size_t first = 0; first < shots.size(); first += kEach) {
+        std::unique_ptr<report::Canvas> sheet;
+        for (std::size_t i = first; i < std::min(first + kEach, shots.size()); ++i) {
+            int width = 0, height = 0, channels = 0;
+            const std::string file = folder / (shots[i].name + ending);
+            const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
+                stbi_load(file.c_str(), &width, &height, &channels, 3), stbi_image_free);
+            if (!pixels) throw std::runtime_error("no picture " + file);
+            if (!sheet)
+                sheet = std::make_unique<report::Canvas>(kSheetColumns * width / 2,
+                                                         kSheetRows * (height / 2 + kSheetCaption_px),
+                                                         report::Colour{});
+            const double x = double((i - first) % kSheetColumns) * width / 2,
+                         y = double((i - first) / kSheetColumns) * (height / 2 + kSheetCaption_px);
+            sheet->image(x, y, width, height, {pixels.get(), pixels.get() + 3 * width * height}, 0.5);
+            sheet->text({x + 6.0, y + height / 2 + 16.0}, shots[i].name,
+                        {.size = 14.0, .colour = {1.0, 1.0, 1.0}});
+        }
+        sheet->savePng(folder / fmt::format("sheet-{:02}{}", first / kEach, ending));
     }
 }
 
@@ -193,13 +344,22 @@ void drawAll(const fs::path& folder, const std::string& where, const std::string
     const patient::PlanResult plan = patient::planPaths(planned, {});
     const patient::PlannedPath path = pathForWire(patient::makeDuctSpace(planned), plan.paths);
     const Scene scene{.package = package, .path = path, .touch = haptics::makeTouchMap(planned)};
-    std::vector<Capture> captures = actsOf(scene);
-    addRefusals(captures);
-    addExpert(scene, captures);
-    std::erase_if(captures, [&](const Capture& one) { return one.name.find(name) == std::string::npos; });
-    if (where != "window") drawHeadset(scene, captures, folder);
-    if (where != "headset") drawWindow(scene, captures, folder);
-    fmt::print("{} states drawn into {}\n", captures.size(), folder.string());
+    Shots shots = actsOf(scene);
+    addMistakes(shots);
+    addTold(shots);
+    addExpert(scene, shots);
+    std::erase_if(shots, [&](const Shot& one) { return one.name.find(name) == std::string::npos; });
+    // An alert that an act begins would last into the hints, which are drawn at later ticks.
+    const auto hints =
+        std::stable_partition(shots.begin(), shots.end(), [](const Shot& s) { return !s.hint; });
+    for (const Shots& some : {Shots(shots.begin(), hints), Shots(hints, shots.end())}) {
+        if (some.empty()) continue;
+        if (where != "window") drawHeadset(scene, some, folder);
+        if (where != "headset") drawWindow(scene, some, folder);
+    }
+    if (where != "window") drawSheets(shots, folder, "_left.png");
+    if (where != "headset") drawSheets(shots, folder, "_window.png");
+    fmt::print("{} states drawn into {}\n", shots.size(), folder.string());
 }
 
 }  // namespace

@@ -68,6 +68,39 @@ TEST(GuidePanel, HintsAppearOnlyAtGuidedDifficulty) {
     EXPECT_NE(guided.rgba(), practice.rgba());
 }
 
+// The trainee is told how much to inject, so the panel shows how much was.
+TEST(GuidePanel, ShowsTheInjectedAnaestheticWhileTheTrackIsNumbed) {
+    const auto after = [](training::Step step, double injected_m3) {
+        GuidePanel panel(test::difficulties()[Difficulty::guided], training::kMouseControls, 0.001);
+        FrameState seen = feltAt(0.1);
+        seen.progress.course = training::Course::drainage, seen.progress.step = step;
+        seen.dose.anaesthetic_m3 = injected_m3;
+        panel.update(seen, true);
+        return panel.rgba();
+    };
+    using training::Step;
+    EXPECT_NE(after(Step::anaesthetise, 0.5e-6), after(Step::anaesthetise, 2.0e-6));
+    EXPECT_EQ(after(Step::incise, 0.5e-6), after(Step::incise, 2.0e-6));
+}
+
+// Wire, dilator and drain show how deep their own tip is, although the needle is out.
+TEST(GuidePanel, ShowsTheDepthOfWhatIsOnTheTrack) {
+    const auto with = [](haptics::Tool tool, double depth_m) {
+        GuidePanel panel(test::difficulties()[Difficulty::practice], training::kMouseControls, 0.001);
+        FrameState seen = feltAt(0.1);
+        seen.tick.tool = tool;
+        seen.tick.access.open = seen.tick.access.wire_in = true;
+        seen.tick.access.base_m = {0.080, 0.0, 0.0};
+        (tool == haptics::Tool::dilator ? seen.tick.access.dilator_m
+         : tool == haptics::Tool::drain ? seen.tick.access.drain_m
+                                        : seen.tick.access.in_duct_m) = depth_m;
+        panel.update(seen, true);
+        return panel.rgba();
+    };
+    for (const haptics::Tool tool : {haptics::Tool::wire, haptics::Tool::dilator, haptics::Tool::drain})
+        EXPECT_NE(with(tool, 0.010), with(tool, 0.060)) << haptics::kToolNames[std::size_t(tool)];
+}
+
 // Pixels of the prompt's two lines.
 std::vector<std::uint8_t> promptAfter(double waited_s) {
     GuidePanel panel(test::difficulties()[Difficulty::guided], training::kMouseControls, 0.001);
@@ -171,6 +204,31 @@ TEST(GuidePanel, ShowsWhichTissuesWerePassedHowDeep) {
                 EXPECT_NE(pictures[i], pictures[j])
                     << i << " and " << j << " at " << width << " x " << height;
     }
+}
+
+// A name has no space to the right of its pole and ends there instead, but not over the force scale.
+TEST(GuidePanel, NamesLeaveTheForceScaleFree) {
+    using patient::Role, patient::Tissue;
+    const auto scaleOf = [](const std::vector<Passed>& way) {
+        GuidePanel panel(test::difficulties()[Difficulty::guided], training::kMouseControls, 0.001);
+        FrameState seen = inserted(way);
+        seen.insertion.felt.back() = {0.089f, 0.5f};
+        panel.update(seen, true);
+        std::vector<std::uint8_t> left;
+        for (int y = 345; y < 620; ++y) {
+            const auto row = panel.rgba().begin() + std::ptrdiff_t(4 * y * GuidePanel::kWidth);
+            left.insert(left.end(), row, row + std::ptrdiff_t(4 * 85));
+        }
+        return left;
+    };
+    const Passed skin{0.0, Tissue::skin, Role::pass, "skin", 1.0};
+    EXPECT_EQ(scaleOf({skin,
+                       {0.002, Tissue::soft, Role::pass, "fat of the body wall", 1.0},
+                       {0.013, Tissue::soft, Role::pass, "muscle", 1.0},
+                       {0.029, Tissue::soft, Role::pass, "diaphragm", 1.0},
+                       {0.034, Tissue::liver, Role::pass, "liver", 1.0},
+                       {0.084, Tissue::duct, Role::pass, "bile ducts", 1.0}}),
+              scaleOf({skin}));
 }
 
 TEST(GuidePanel, ResizeKeepsTheForceCurve) {

@@ -111,11 +111,13 @@ TEST_F(HighlightTest, FingerAndScalpelGoToTheEntry) {
 }
 
 TEST_F(HighlightTest, ProbeGoesWhereItsGuideLiesOnThePath) {
-    const Vec3 face_m = probeAt(Vec3(0.0)).position_m;
+    const Vec3 face_m = probeAt(Vec3(0.0)).position_m, out = probeAt(Vec3(0.0)).direction({0.0, 0.0, -1.0});
     for (const Vec3& held_m : {Vec3(-0.030, 0.0, 0.0), Vec3(-0.010, 0.020, -0.015)}) {
         holdProbe(held_m);
-        expectRing(Act::placeProbe, face_m);
+        expectRing(Act::placeProbe, face_m + 0.006 * out);
     }
+    // The probe's face is 60 mm wide: a probe in its place does not hide the ring.
+    EXPECT_GT(marks(Act::placeProbe).front().ring_m, 0.033);
     // The probe leans: the place stays, and the arrow shows how it should stand.
     seen_.tick.patient_from_tool.rotation =
         glm::angleAxis(0.4, Vec3(0.0, 0.0, 1.0)) * seen_.tick.patient_from_tool.rotation;

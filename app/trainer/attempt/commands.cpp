@@ -209,7 +209,7 @@ std::string describeCommands(bool exerts_force, training::Course course) {
 std::string describe(const UserButtons& buttons, std::span<const std::string_view> names,
                      training::Course course) {
     std::string text;
-    const auto add = [&](std::uint32_t bit, const char* what) {
+    const auto add = [&](std::uint32_t bit, std::string_view what) {
         if (bit == 0) return;
         const auto number = std::size_t(std::countr_zero(bit));
         text += text.empty() ? "" : ", ";

@@ -110,7 +110,7 @@ class MouseAndKeys final : public UserInput {
             {"finger", 'f'},  {"probe", 'p'},    {"park", 'k'},    {"scalpel", 's'}, {"guide", 'g'},
             {"needle", 'n'},  {"wire", 'w'},     {"dilator", 'd'}, {"drain", 'a'},   {"hold", 'h'},
             {"breathe", 'b'}, {"numb", 'm'},     {"inject", 'i'},  {"stop", 'i'},    {"pedal", 'x'},
-            {"release", 'x'}, {"aspirate", 'v'}, {"skin", 't'}};
+            {"release", 'x'}, {"aspirate", 'v'}, {"skin", 't'},    {"yes", 'y'},     {"no", 'u'}};
         KeyPress press;
         press.key = kKeys.at(word);
         keys_.press(press);
@@ -150,9 +150,9 @@ class TwoControllers final : public UserInput {
         held_ = haptics::moveToward(held_, toolPoseFromNeedle({}, tool, {}), kDt_s);
         grip_ = room_from_patient_ * frame_.needle(to) * held_ * kTipFromGrip;
     }
-    // The button for the next tool is pressed until the tool is in hand.
+    // The button for the next tool, which also answers no, is pressed until the tool is in hand.
     void press(const std::string& word) override {
-        if (word == "hold" || word == "breathe")
+        if (word == "hold" || word == "breathe" || word == "yes")
             tool_.squeeze = 1.0f;
         else if (word == "numb" || word == "inject" || word == "stop")
             other_.squeeze = word == "stop" ? 0.0f : 1.0f;
@@ -216,6 +216,7 @@ class User {
         attempt_.simulation.patient_from_device = input.patientFromDevice();
         simulation_.emplace(patient, attempt_.simulation, attempt_.touchMap(), attempt_.ductSpace());
         session_.setCourse(scenario.course);
+        session_.setCase(scenario.patient_case);
         force_.emplace(simulation_->state().output.safety.focused, kDt_s, &live_,
                        [this](const std::string& text) { said += text + "\n"; });
         wait(1.0);
@@ -322,9 +323,18 @@ class User {
                 return press("stop");
             case StageKind::pedal:
                 return press(stage.pedal_down ? "pedal" : "release");
+            case StageKind::review:
+                return review();
             case StageKind::lift:
             case StageKind::machine:
                 return;  // the equipment's knobs stay as they are
+        }
+    }
+    void review() {
+        if (!scenario_.patient_case) return;
+        for (int i = 0; i < training::kQuestionCount; ++i) {
+            press(training::rightAnswer(*scenario_.patient_case, training::Question(i)) ? "yes" : "no");
+            until([&] { return log().progress.answered > i; }, "an answer");
         }
     }
     std::string snap(const TickOutput& now) {

@@ -383,8 +383,9 @@ TEST_P(WholeCourse, IsDoneAndScored) {
     const patient::PlannedPath path =
         drains ? pathForWire(patient::makeDuctSpace(patient), paths) : paths.front();
     const PathFrame frame(patient, path);
-    const Scenario scenario =
+    Scenario scenario =
         loadScenario(test::assets() / "scenarios" / (drains ? "drainage.toml" : "procedure.toml"));
+    drawCase(scenario, settings.seed);
     test::SteppedClock time;
     std::unique_ptr<UserInput> input;
     if (controllers) input = std::make_unique<TwoControllers>(patient, frame, path, time.clock());

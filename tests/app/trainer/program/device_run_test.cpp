@@ -88,9 +88,7 @@ bool hasTicked(const std::filesystem::path& out) {
     return !none && bytes > 1000;
 }
 
-// Needs real time: the whole program drives an emulated device at its real rate. The last force that is sent
-// must be zero.
-class DeviceRunRealTime : public testing::Test {
+class DeviceRun : public testing::Test {
   protected:
     // Sends Ctrl-C.
     static void interrupt() { test::signalProgram(*command_ / "number"); }
@@ -115,7 +113,11 @@ class DeviceRunRealTime : public testing::Test {
     static inline Command* command_ = nullptr;
 };
 
-TEST_F(DeviceRunRealTime, DevicesAreListedForPeopleAndPrograms) {
+// Need real time: the whole program drives an emulated device at its real rate. The last force that is sent
+// must be zero.
+using DeviceRunRealTime = DeviceRun;
+
+TEST_F(DeviceRun, DevicesAreListedForPeopleAndPrograms) {
     const SpaceMouseEmulator cap(SpaceMouseEmulator::Age::old);
     const std::string text = output("devices");
     EXPECT_THAT(text, HasSubstr("  " + cap.path() + ": SpaceNavigator (046d:c626): can be used\n"));
@@ -513,7 +515,7 @@ TEST_F(DeviceRunRealTime, AnInverse3IsListedAndPunctures) {
     EXPECT_EQ(again.summary.at("state_hash"), live.summary.at("state_hash"));
 }
 
-TEST_F(DeviceRunRealTime, ABridgeIsListedWhileItListens) {
+TEST_F(DeviceRun, ABridgeIsListedWhileItListens) {
     const std::string socket = (*command_ / "listed.sock").string();
     {
         const test::BridgeServer bridge(socket, {});
@@ -561,7 +563,7 @@ TEST_F(DeviceRunRealTime, UnpluggedDeviceIsANamedFault) {
     EXPECT_NE(live.summary.at("haptics").at("faults"), 0);
 }
 
-TEST_F(DeviceRunRealTime, ConflictingOptionsAreRefusedBeforeAnyOutput) {
+TEST_F(DeviceRun, ConflictingOptionsAreRefusedBeforeAnyOutput) {
     Command command;
     const auto expectRefused = [&](const std::string& arguments, const std::string& words, int status = 100) {
         const Outcome outcome = command.run(arguments);

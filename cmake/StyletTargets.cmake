@@ -48,7 +48,7 @@ endif()
 
 # Reading and instantiating headers costs about half of a source's compile time. Two options reduce it:
 # - STYLET_UNITY compiles the sources of a target twenty at a time. Names at file scope must be unique per target.
-# - STYLET_PRECOMPILE precompiles the standard headers, once for the program and once, with GoogleTest, for the tests.
+# - STYLET_PRECOMPILE precompiles the standard headers, for the program and, with GoogleTest, for the tests.
 # Both hide a missing #include. `packaging/test --all` also builds without them.
 option(STYLET_UNITY "Compile the sources of a target twenty at a time" ON)
 option(STYLET_PRECOMPILE "Precompile the standard headers" ON)
@@ -114,7 +114,11 @@ function(stylet_test name)
     target_link_libraries(${name} PRIVATE stylet_flags stylet_test_main ${ARG_LINK})
     target_compile_options(${name} PRIVATE ${STYLET_FAST_COMPILE})
     if(TARGET stylet_precompiled)
-        target_precompile_headers(${name} REUSE_FROM stylet_test_main)
+        if(TARGET stylet_test_json AND "nlohmann_json::nlohmann_json" IN_LIST ARG_LINK)
+            target_precompile_headers(${name} REUSE_FROM stylet_test_json)
+        else()
+            target_precompile_headers(${name} REUSE_FROM stylet_test_main)
+        endif()
     endif()
     set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
     add_dependencies(test_programs ${name})

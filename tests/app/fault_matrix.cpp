@@ -20,7 +20,7 @@ std::vector<FaultRow> matrix;
 const std::vector<FaultRow> kElsewhere{
     {"stylet run", "SIGKILL at any instant", "StoreRun.KilledRunLeavesOnlyWholeFrames"},
     {"stylet run", "SIGTERM, SIGHUP, SIGQUIT, SIGTSTP with a device",
-     "FalconRunRealTime.ASignalWhileItPushesEndsInZero"},
+     "FalconRunRealTime.ASignalWhileItPushesEndsInZero, InterruptsDeathTest"},
     {"stylet run", "device, headset, display, runtime lost",
      "DeviceRunRealTime, HeadsetRun, WindowRun, RunWithPictures.LostGpuEndsOnlyThePictures"},
     {"stylet run", "stale or damaged paths.json", "Run.OutdatedStoredPathsArePlannedAgain"},

@@ -112,8 +112,8 @@ class HeadsetRunRealTime : public HeadsetRun {
 
 // Needs real time: only then does the force follow the focus of the headset.
 TEST_F(HeadsetRunRealTime, LossOfFocusPausesTheAttempt) {
-    const double pause_s = 1.5;
-    const std::filesystem::path still = test::writeStillScenario(command_ / "still.toml", 4.0);
+    const double pause_s = 0.7;
+    const std::filesystem::path still = test::writeStillScenario(command_ / "still.toml", 3.0);
     const double script = ticksOf(run("--fast --fps 0", still));
     // A stall of the machine may last until the script has ended, or may delay the pause but not its end. Try
     // again.
@@ -149,12 +149,18 @@ TEST_F(HeadsetRunRealTime, LossOfFocusPausesTheAttempt) {
 
 // Needs real time: only then do the frames have their own thread, which can block in the runtime.
 TEST_F(HeadsetRunRealTime, HangingRuntimeDoesNotBlockTheProgram) {
-    const std::filesystem::path still = test::writeStillScenario(command_ / "still.toml", 2.5);
-    const Outcome outcome = runWatched([](test::MockControl& mock) { mock.sendRequest({{"pause", true}}); },
-                                       "--patience 1", still);
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const std::filesystem::path still = test::writeStillScenario(command_ / "still.toml", 2.0);
+    // A stall of the machine may last until the script has ended. Try again.
+    Outcome outcome;
+    bool hung = false;
+    for (int tries = 0; tries < 10 && !hung; ++tries) {
+        outcome = runWatched([](test::MockControl& mock) { mock.sendRequest({{"pause", true}}); },
+                             "--patience 1", still);
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        hung = outcome.err.find("does not release a frame; all is stored") != std::string::npos;
+    }
+    EXPECT_TRUE(hung) << outcome.err;
     EXPECT_EQ(problem_, "");
-    EXPECT_NE(outcome.err.find("does not release a frame; all is stored"), std::string::npos) << outcome.err;
     command_.unset("XRMOCK_CONTROL");
     expectTheSameAgain(outcome);
 }

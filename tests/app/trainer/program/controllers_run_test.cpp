@@ -193,7 +193,7 @@ TEST(ControllersRunRealTime, AttemptIsStoredReplayedAndReported) {
         const std::string felt = "find the space between the ribs";
         for (int tries = 0; tries < 10; ++tries) {
             for (const double headward_m : {0.036, -0.036, 0.0})
-                hand.goTo({.deeper_m = 0.005, .headward_m = headward_m}, 0.05);
+                hand.goTo({.deeper_m = 0.005, .headward_m = headward_m}, 0.12);
             if (hand.sees("step", felt, 2s)) break;
         }
         hand.waitForEvent("step", felt);

@@ -88,9 +88,7 @@ bool hasTicked(const std::filesystem::path& out) {
     return !none && bytes > 1000;
 }
 
-// Needs real time: the whole program drives an emulated device at its real rate. The last force that is sent
-// must be zero.
-class DeviceRunRealTime : public testing::Test {
+class DeviceRun : public testing::Test {
   protected:
     // Sends Ctrl-C.
     static void interrupt() { test::signalProgram(*command_ / "number"); }
@@ -115,7 +113,11 @@ class DeviceRunRealTime : public testing::Test {
     static inline Command* command_ = nullptr;
 };
 
-TEST_F(DeviceRunRealTime, DevicesAreListedForPeopleAndPrograms) {
+// Need real time: the whole program drives an emulated device at its real rate. The last force that is sent
+// must be zero.
+using DeviceRunRealTime = DeviceRun;
+
+TEST_F(DeviceRun, DevicesAreListedForPeopleAndPrograms) {
     const SpaceMouseEmulator cap(SpaceMouseEmulator::Age::old);
     const std::string text = output("devices");
     EXPECT_THAT(text, HasSubstr("  " + cap.path() + ": SpaceNavigator (046d:c626): can be used\n"));
@@ -133,22 +135,64 @@ TEST_F(DeviceRunRealTime, DevicesAreListedForPeopleAndPrograms) {
     EXPECT_TRUE(seen);
 }
 
+// A user without headset and terminal: the cap moves the tool, and the window, if this build has one, has a
+// key for every command.
 TEST_F(DeviceRunRealTime, ASpaceMouseMovesTheNeedleAndTheRecordReplays) {
-    const std::filesystem::path out = *command_ / "spacemouse";
+    const std::filesystem::path out = *command_ / "spacemouse", said = *command_ / "stderr";
     SpaceMouseEmulator cap(SpaceMouseEmulator::Age::recent);
+    std::filesystem::remove(said);
+    std::string never;  // the first expected text that was not printed
+    std::string options = "--device spacemouse --seconds 240";
+    std::function<void(const std::atomic<bool>&)> pressKeys = [](const std::atomic<bool>&) {};
+#ifdef STYLET_TEST_WINDOW
+    const test::XDisplay display(1500, 950);
+    command_->set("XR_RUNTIME_JSON", "/nonexistent.json");
+    options =
+        "run --mute --spacing-mm 2.5 --scenario '" + test::testScenario("short").string() + "' " + options;
+    pressKeys = [&](const std::atomic<bool>& over) {
+        test::ProgramOutput output(said);
+        const auto hears = [&](const std::string& words) {
+            for (int i = 0; i < 10000 && !over.load(); ++i, sleepMs(20))
+                if (output.contains(words)) return true;
+            never += (never.empty() ? "" : "; ") + words;
+            return false;
+        };
+        if (!hears("using a window instead") || !hears("you control the ")) return;
+        while (!over.load() && display.title().empty())
+            sleepMs(20);
+        for (const auto& [key, words] : {std::pair{"h", "asked for a breath-hold"},
+                                         {"b", "the patient may breathe"},
+                                         {"x", "X-rays"},
+                                         {"x", "no more X-rays"},
+                                         {"i", "contrast medium, 1 ml/s"},
+                                         {"i", "no more contrast medium"}}) {
+            display.key(key);
+            if (!hears(words)) return;
+        }
+    };
+#else
+    options = run(options);
+#endif
     Outcome live;
     {
         const Meanwhile hand([&](const std::atomic<bool>& over) {
             while (!over.load() && !hasTicked(out))
                 sleepMs(8);
+            pressKeys(over);
             pushIn(cap, out, over);
             interrupt();
         });
-        live = command_->runInto(out, run("--device spacemouse --seconds 240"), *command_ / "number");
+        live = command_->runInto(out, options, *command_ / "number");
     }
+    command_->unset("XR_RUNTIME_JSON");
     ASSERT_EQ(live.status, 0) << live.err;
+    EXPECT_EQ(never, "") << live.err;
     EXPECT_THAT(live.err, HasSubstr("stylet: spacemouse: ready"));
     EXPECT_EQ(live.summary.at("device"), "spacemouse");
+#ifdef STYLET_TEST_WINDOW
+    EXPECT_GT(live.summary.at("dose").at("pulses").get<int>(), 0);
+    EXPECT_GT(live.summary.at("dose").at("contrast_ml").get<double>(), 0.0);
+#endif
 
     const std::filesystem::path record = out / "record", csv = *command_ / "hand.csv";
     const Outcome again =
@@ -177,56 +221,6 @@ TEST_F(DeviceRunRealTime, ASpaceMouseMovesTheNeedleAndTheRecordReplays) {
     EXPECT_NEAR(replayed.summary.at("haptics").at("ticks").get<double>(),
                 live.summary.at("haptics").at("ticks").get<double>(), 50.0);
 }
-
-#ifdef STYLET_TEST_WINDOW
-// A user without headset and terminal: the cap moves the tool, and the window has a key for every command.
-TEST_F(DeviceRunRealTime, WindowHasAKeyForEveryCommand) {
-    const std::filesystem::path out = *command_ / "window", said = *command_ / "stderr";
-    SpaceMouseEmulator cap(SpaceMouseEmulator::Age::recent);
-    const test::XDisplay display(1500, 950);
-    command_->set("XR_RUNTIME_JSON", "/nonexistent.json");
-    std::filesystem::remove(said);
-    std::string never;  // the first expected text that was not printed
-    Outcome live;
-    {
-        const Meanwhile keys([&](const std::atomic<bool>& over) {
-            test::ProgramOutput output(said);
-            const auto hears = [&](const std::string& words) {
-                for (int i = 0; i < 10000 && !over.load(); ++i, sleepMs(20))
-                    if (output.contains(words)) return true;
-                never += (never.empty() ? "" : "; ") + words;
-                return false;
-            };
-            const bool begun = hears("using a window instead") && hears("you control the ");
-            while (begun && !over.load() && (display.title().empty() || !hasTicked(out)))
-                sleepMs(20);
-            for (const auto& [key, words] : {std::pair{"h", "asked for a breath-hold"},
-                                             {"b", "the patient may breathe"},
-                                             {"x", "X-rays"},
-                                             {"x", "no more X-rays"},
-                                             {"i", "contrast medium, 1 ml/s"},
-                                             {"i", "no more contrast medium"}}) {
-                if (begun) display.key(key);
-                if (!begun || !hears(words)) break;
-            }
-            pushIn(cap, out, over);
-            interrupt();
-        });
-        live = command_->runInto(out,
-                                 "run --mute --spacing-mm 2.5 --device spacemouse --scenario '" +
-                                     test::testScenario("short").string() + "'",
-                                 *command_ / "number");
-    }
-    command_->unset("XR_RUNTIME_JSON");
-    ASSERT_EQ(live.status, 0) << live.err;
-    EXPECT_EQ(never, "") << live.err;
-    EXPECT_FALSE(live.summary.at("punctures").empty()) << "pushed away from the user, the needle goes in";
-    EXPECT_GT(live.summary.at("dose").at("pulses").get<int>(), 0);
-    EXPECT_GT(live.summary.at("dose").at("contrast_ml").get<double>(), 0.0);
-    const Outcome again = command_->run("replay '" + (out / "record").string() + "' --fast");
-    EXPECT_EQ(again.status, 0) << again.out << again.err;
-}
-#endif
 
 TEST_F(DeviceRunRealTime, AWoodenHapticsIsWaitedForUntilItIsHomed) {
     WoodenHapticsEmulator board;
@@ -521,7 +515,7 @@ TEST_F(DeviceRunRealTime, AnInverse3IsListedAndPunctures) {
     EXPECT_EQ(again.summary.at("state_hash"), live.summary.at("state_hash"));
 }
 
-TEST_F(DeviceRunRealTime, ABridgeIsListedWhileItListens) {
+TEST_F(DeviceRun, ABridgeIsListedWhileItListens) {
     const std::string socket = (*command_ / "listed.sock").string();
     {
         const test::BridgeServer bridge(socket, {});
@@ -569,7 +563,7 @@ TEST_F(DeviceRunRealTime, UnpluggedDeviceIsANamedFault) {
     EXPECT_NE(live.summary.at("haptics").at("faults"), 0);
 }
 
-TEST_F(DeviceRunRealTime, ConflictingOptionsAreRefusedBeforeAnyOutput) {
+TEST_F(DeviceRun, ConflictingOptionsAreRefusedBeforeAnyOutput) {
     Command command;
     const auto expectRefused = [&](const std::string& arguments, const std::string& words, int status = 100) {
         const Outcome outcome = command.run(arguments);

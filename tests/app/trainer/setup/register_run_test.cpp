@@ -112,7 +112,7 @@ void expectRight(const Registration& kept, const DevicePlace& place) {
     EXPECT_LT(glm::distance(kept.grip_from_tip_m, place.grip_from_tip_m), 0.001);
 }
 
-class RegisterRunRealTime : public testing::Test {
+class RegisterRun : public testing::Test {
   protected:
     void SetUp() override {
         std::ofstream(command_ / "scenario.json") << R"({ "version": 2, "refresh_hz": 90,
@@ -164,7 +164,9 @@ class RegisterRunRealTime : public testing::Test {
     Command command_;
 };
 
-// Needs real time: only then do the program, the runtime and the device's service run at the same time.
+// Need real time: only then do the program, the runtime and the device's service run at the same time.
+using RegisterRunRealTime = RegisterRun;
+
 TEST_F(RegisterRunRealTime, TouchedPointsGiveTheDevicePose) {
 #ifdef STYLET_ROUGH
     // Use a locale with a decimal comma. It must not affect the stored numbers.
@@ -431,7 +433,7 @@ TEST_F(RegisterVirtual, MotionModeMeasuresTheClockOffset) {
     EXPECT_NEAR(std::fabs(kept.latency_s), kDeviceLag_s, 0.003);
 }
 
-TEST_F(RegisterRunRealTime, MissingPartsAreReported) {
+TEST_F(RegisterRun, MissingPartsAreReported) {
     EXPECT_EQ(command_.run("register").status, 100) << "--device is required";
     EXPECT_THAT(command_.run("register --device joystick").err, HasSubstr("not among"));
     EXPECT_THAT(command_.run("register --device replay").err, HasSubstr("--trace"));

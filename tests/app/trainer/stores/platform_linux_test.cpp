@@ -2,9 +2,12 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <unistd.h>
 
 #include <array>
+#include <cstdlib>
+#include <cstring>
 #include <string>
 
 namespace stylet::trainer {
@@ -56,6 +59,20 @@ TEST_F(Typing, IsReadInPartsUntilTheEnd) {
     while (readTyped(text)) {
     }
     EXPECT_EQ(text.size(), size);
+}
+
+// An attempt reads only interrupted(). falcon_run_test.cpp shows that it then ends with zero force.
+// HZ-FORCE-14
+TEST(InterruptsDeathTest, SignalsOfATerminalAreCaughtAndReported) {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP}) {
+        const auto interrupt = [signal] {
+            catchInterrupts();
+            const bool before = interrupted();
+            raise(signal);
+            std::_Exit(!before && interrupted() ? 7 : 1);
+        };
+        EXPECT_EXIT(interrupt(), testing::ExitedWithCode(7), "") << strsignal(signal);
+    }
 }
 
 }  // namespace

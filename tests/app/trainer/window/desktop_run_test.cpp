@@ -167,8 +167,7 @@ std::vector<KeySteps> KeyFrame::placesToFeel(const patient::Surrogate& breath, d
     return procedure.progress().step == training::Step::findGap ? std::vector<KeySteps>() : places;
 }
 
-// Needs real time: X events at a real window move every tool and send every command of a whole procedure.
-class DesktopRunRealTime : public testing::Test {
+class DesktopRun : public testing::Test {
   protected:
     static void SetUpTestSuite() { command_ = new test::Command; }
     static void TearDownTestSuite() { delete command_; }
@@ -284,19 +283,28 @@ class DesktopRunRealTime : public testing::Test {
     std::uintmax_t samples_bytes_ = 0;
 };
 
+// Need real time: X events at a real window move every tool and send every command of a whole procedure.
+using DesktopRunRealTime = DesktopRun;
+
 // The order and the timing of X events of a real window vary. The test does not depend on the speed of the
 // machine.
 TEST_F(DesktopRunRealTime, WholeProcedureWithMouseAndKeys) {
     start("--device mouse --scenario procedure --path 2 --trainee mouse-1");
     ASSERT_TRUE(says("you control the ")) << printed();
     ASSERT_TRUE(until([&] { return !display_.title().empty(); }));
+    display_.resize(720, 440);  // fewer pixels to draw
     ASSERT_TRUE(until([&] { return readSamples(); })) << printed();
     keys_.emplace(records::loadRecord(record()));
     ASSERT_TRUE(isNear(stepsNow(), {})) << where();
 
+    display_.key("t");  // onto the skin beneath the finger
+    ASSERT_TRUE(says("the tool moves to the skin")) << printed();
+    ASSERT_TRUE(until([&] { return rests(Tool::finger) && stepsNow().deeper > 10.0; })) << where();
+    ASSERT_TRUE(bring(Tool::finger, {})) << where();
+
     ASSERT_TRUE(bring(Tool::finger, {.deeper = 16})) << where();  // to the skin, then along the skin by mouse
     for (int tries = 0; tries < 12; ++tries) {  // a drag has no effect before the first picture
-        display_.drag(500, 260, 520, 260);
+        display_.drag(250, 130, 270, 130);
         if (until([&] { return readSamples() && stepsNow().right > 1.0; }, 5s)) break;
     }
     EXPECT_GT(stepsNow().right, 1.0) << where();
@@ -343,7 +351,7 @@ TEST_F(DesktopRunRealTime, WholeProcedureWithMouseAndKeys) {
     const double target_mm = 30.0 + 1e3 * keys_->path().length_m + 1.0;
     const auto wheel = [&] {
         const int missing = int(std::ceil(target_mm - 1e3 * kKeyStep_m * stepsNow().deeper));
-        display_.wheel(500, 260, missing);
+        display_.wheel(250, 130, missing);
         return until([&] { return rests(Tool::needle); });
     };
     ASSERT_TRUE(happensBy(wheel, "step", "advance to the duct")) << where();
@@ -390,18 +398,6 @@ TEST_F(DesktopRunRealTime, WholeProcedureWithMouseAndKeys) {
     EXPECT_THAT(kept.page, testing::HasSubstr("too fast")) << "the instructor's comment is on the page";
 }
 
-// The key T moves the finger to the skin beneath it, and Home back to its start.
-TEST_F(DesktopRunRealTime, TPlacesTheToolOnTheSkin) {
-    start("--device mouse --scenario procedure --path 2 --trainee mouse-4");
-    ASSERT_TRUE(says("you control the ")) << printed();
-    ASSERT_TRUE(until([&] { return !display_.title().empty() && readSamples(); })) << printed();
-    keys_.emplace(records::loadRecord(record()));
-    display_.key("t");
-    ASSERT_TRUE(says("the tool moves to the skin")) << printed();
-    ASSERT_TRUE(until([&] { return rests(Tool::finger) && stepsNow().deeper > 10.0; })) << where();
-    ASSERT_TRUE(bring(Tool::finger, {})) << where();
-}
-
 // HZ-TEACH-12
 TEST_F(DesktopRunRealTime, AnExamPlacesNoToolAndShowsNoExpert) {
     start("--device mouse --trainee mouse-3 --difficulty exam --scenario '" +
@@ -416,7 +412,7 @@ TEST_F(DesktopRunRealTime, AnExamPlacesNoToolAndShowsNoExpert) {
     EXPECT_EQ(outcome_.get().status, 0);
 }
 
-TEST_F(DesktopRunRealTime, MouseNeedsADisplay) {
+TEST_F(DesktopRun, MouseNeedsADisplay) {
     display_.kill();
     start("--device mouse --trainee mouse-2 --scenario '" + test::testScenario("short").string() + "'");
     const Outcome outcome = outcome_.get();

@@ -308,7 +308,8 @@ Table eventTable(const LoadedAttempt& a) {
 }
 
 Table caseTable(const LoadedAttempt& a) {
-    Table table{"Review of the case", {"Question", "Answer", "Right or wrong, and why"}, {}, {}};
+    Table table{
+        "Review of the case", {"Question", "Answer", "Right or wrong, and why"}, {}, {false, false, false}};
     for (const records::EventRow& event : a.stored.events) {
         if (event.kind != "answer") continue;
         // "Must the clotting be corrected? No: wrong, the INR of 2.4 is above 1.8 (SIR 2019)"

@@ -79,8 +79,8 @@ std::string clottingReason(const PatientCase& c) {
     if (needsClotting(c))
         return fmt::format("{:g} x 10⁹/l platelets are fewer than {:g}{} (SIR 2019)", c.platelets_e9_per_l,
                            minPlatelets_e9_per_l(c), whose);
-    return fmt::format("an INR up to {:g} and {:g} x 10⁹/l platelets suffice{} (SIR 2019)", maxInr(c),
-                       minPlatelets_e9_per_l(c), whose);
+    return fmt::format("{}INR {:g} and {:g} x 10⁹/l platelets suffice (SIR 2019)",
+                       c.liver_disease ? "in liver disease " : "", maxInr(c), minPlatelets_e9_per_l(c));
 }
 
 std::string thinnerReason(const PatientCase& c) {
@@ -97,12 +97,12 @@ std::string contrastReason(const PatientCase& c) {
     if (c.reaction == Reaction::severe)
         return "after a severe reaction: another agent and premedication (ACR 2025)";
     if (c.reaction == Reaction::mild) return "after a mild reaction: another agent (ACR 2025)";
-    return "only an earlier reaction to such a medium counts, no other allergy (ACR 2025)";
+    return "no other allergy counts, only a reaction to such a medium (ACR 2025)";
 }
 
 std::string beginReason(const PatientCase& c) {
     if (c.urgency == Urgency::emergency)
-        return "in an emergency the delay is the greater risk: correct while you drain (CIRSE 2021)";
+        return "in an emergency delay is the greater risk: correct meanwhile (CIRSE 2021)";
     return mustWait(c) ? "what takes time comes first (CIRSE 2021)"
                        : "nothing has to be waited for; an antibiotic takes no time";
 }
@@ -158,7 +158,7 @@ std::string describeReason(const PatientCase& c, Question question) {
             return c.consent == Consent::missing ? "nobody is treated without consent (CIRSE 2021)"
                    : c.consent == Consent::given
                        ? "consent was given"
-                       : "in an emergency the consent of a patient who cannot speak is presumed";
+                       : "in an emergency the consent of an unconscious patient is presumed";
         case Question::antibiotic:
             return needsAntibiotic(c)
                        ? fmt::format("every biliary drainage needs one within {:g} min before it (SIR 2018)",

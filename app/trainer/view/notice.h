@@ -40,7 +40,7 @@ std::vector<std::string> wrapped(report::Canvas&, const std::string& text, const
 // Renders a notice: light text on a dark background.
 class NoticePanel {
   public:
-    static constexpr int kWidth = 768, kHeight = 300, kTallHeight = 860;
+    static constexpr int kWidth = 768, kHeight = 300, kTallHeight = 1080;
     static constexpr double kLetter_px = 34.0;  // em size of the lines
 
     NoticePanel();

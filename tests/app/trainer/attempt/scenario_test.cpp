@@ -137,7 +137,7 @@ TEST_F(ScenarioFile, NamesItsCaseOrDrawsOneByTheSeed) {
     }
     EXPECT_GE(drawn.size(), 9u) << "of ten cases";
 
-    expectRefused(course, "case = \"clean\"\n", "case: only a drainage has one");
+    expectRefused(course, "case = \"clean\"\n", "case");
     expectRefused(course, course + "case = \"\"\n", "case");
     named.replace(named.find("ascites"), 7, "asccites");
     EXPECT_THROW((void)load(named), DataError);

@@ -351,9 +351,10 @@ void drawAll(const fs::path& folder, const std::string& where, const std::string
     addExpert(scene, shots);
     std::erase_if(shots, [&](const Shot& one) { return one.name.find(name) == std::string::npos; });
     // An alert that an act begins would last into the hints, which are drawn at later ticks.
-    const auto hints =
-        std::stable_partition(shots.begin(), shots.end(), [](const Shot& s) { return !s.hint; });
-    for (const Shots& some : {Shots(shots.begin(), hints), Shots(hints, shots.end())}) {
+    for (const bool hints : {false, true}) {
+        Shots some;
+        std::ranges::copy_if(shots, std::back_inserter(some),
+                             [&](const Shot& one) { return one.hint == hints; });
         if (some.empty()) continue;
         if (where != "window") drawHeadset(scene, some, folder);
         if (where != "headset") drawWindow(scene, some, folder);

@@ -194,7 +194,7 @@ inline constexpr std::array<Metric, kMetricCount> kMetricTable{{
      Step::drain, [](double, const MetricTick& tick) noexcept { return 1e3 * tick.facts.torn_m; },
      Course::drainage},
     {"case_review", "Case review", "", "questions about the case with a wrong answer or with none",
-     "SIR 2019", 6, 0, 2, Step::done, nullptr, Course::drainage},
+     "SIR 2019", 5, 0, 2, Step::done, nullptr, Course::drainage},
 }};
 
 // Version of the score, stored with every result. Increment it with each change of this table or of the

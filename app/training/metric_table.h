@@ -191,7 +191,7 @@ inline constexpr std::array<Metric, kMetricCount> kMetricTable{{
      [](double, const MetricTick& tick) noexcept { return 1e6 * tick.attempt.dose().anaesthetic_m3; },
      Course::drainage},
     {"case_review", "Case review", "", "questions about the case with a wrong answer or with none",
-     "SIR 2019", 6, 0, 2, Step::done, nullptr, Course::drainage},
+     "SIR 2019", 5, 0, 2, Step::done, nullptr, Course::drainage},
 }};
 
 // Version of the score, stored with every result. Increment it with each change of this table or of the

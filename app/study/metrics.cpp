@@ -267,6 +267,27 @@ bool sameOrder(const SteeringResult& s, Skin skin) {
     }
 }
 
+// The tissues entered before the target. A path along a border leaves a tissue and re-enters it wherever it
+// crosses a corner of a voxel. Such a re-entry is dropped if nothing that matters lies between.
+std::vector<Tissue> noticeableOrder(const PatientForces& felt, double target_m) {
+    std::vector<const ExactEvent*> entries;
+    EntryIterator iterator(felt, target_m, Skin::counts);
+    while (const ExactEvent* const e = iterator.next()) {
+        entries.push_back(e);
+        const std::size_t n = entries.size();
+        if (n < 3 || entries[n - 3]->tissue != e->tissue) continue;
+        const ExactEvent& between = *entries[n - 2];
+        const bool plain = between.tissue == Tissue::soft || between.tissue == Tissue::liver ||
+                           between.tissue == Tissue::duct;
+        if (plain && e->border_depth_m - between.border_depth_m < kNoticeableDistance_m)
+            entries.resize(n - 2);
+    }
+    std::vector<Tissue> order;
+    for (const ExactEvent* e : entries)
+        order.push_back(e->tissue);
+    return order;
+}
+
 bool sameKind(const ExactEvent& a, const ExactEvent& b) {
     return a.kind == b.kind && a.tissue == b.tissue;
 }
@@ -338,6 +359,7 @@ PathResult measure(const SteeringResult& s, const MeasureSettings& settings) {
     measureBorders(s, r);
     r.same_order = sameOrder(s, Skin::counts);
     r.same_order_inside = sameOrder(s, Skin::ignored);
+    r.same_order_noticeable = noticeableOrder(s.full, s.end_m) == noticeableOrder(s.partial, s.end_m);
     r.meets_bone = meetsBone(s.full, s.end_m) || meetsBone(s.partial, s.end_m);
     for (std::size_t t = 0; t < kTissues; ++t)
         r.event_m[t] = entryError(s, Tissue(t));

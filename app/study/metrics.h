@@ -56,8 +56,10 @@ struct PathResult {
     double max_outside_n = 0.0;      // largest error of samples farther than the window from every event
     bool same_order = false;         // both patients have the same cuts and entries in the same order
     bool same_order_inside = false;  // the same, ignoring the skin
-    bool meets_bone = false;         // in either patient: the needle stops there
-    BorderError borders;             // over all structures; hausdorff_m is the largest of theirs
+    // The same, ignoring re-entries after less than kNoticeableDistance_m of soft tissue, liver or duct
+    bool same_order_noticeable = false;
+    bool meets_bone = false;  // in either patient: the needle stops there
+    BorderError borders;      // over all structures; hausdorff_m is the largest of theirs
     std::array<BorderError, kTissues> by_tissue;
     std::array<double, kTissues>
         event_m{};  // depth of the first entry into each tissue, partial minus full; or none

@@ -254,7 +254,8 @@ std::string orderText(const ReportedStudy& study) {
     for (const ReportedPair& p : study.pairs)
         if (p.summary.paths > 0) percent.add(100.0 * p.summary.same_order_share);
     return percentText(study.all.same_order_share) + " of the paths (by patient " + percent.text(1) +
-           " %); " + percentText(study.all.same_order_inside_share) + " without skin";
+           " %); " + percentText(study.all.same_order_inside_share) + " without skin, " +
+           percentText(study.all.same_order_noticeable_share) + " without re-entries after less than 2 mm";
 }
 
 std::string explainOrder(const ReportedStudy& study) {

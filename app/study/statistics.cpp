@@ -111,6 +111,8 @@ Summary summarise(std::string name, std::span<const PathResult> results) {
         shareWhere(results, [](const PathResult& r) { return r.borders.hausdorff_m > kNoticeableOutlier_m; });
     s.same_order_share = shareWhere(results, [](const PathResult& r) { return r.same_order; });
     s.same_order_inside_share = shareWhere(results, [](const PathResult& r) { return r.same_order_inside; });
+    s.same_order_noticeable_share =
+        shareWhere(results, [](const PathResult& r) { return r.same_order_noticeable; });
 
     double all_n2 = 0.0;
     for (const PathResult& r : results) {

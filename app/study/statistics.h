@@ -48,7 +48,7 @@ struct Summary {
     double rmse_noticed_share = 0.0;       // paths above kNoticeableForce_n
     double distance_noticed_share = 0.0;   // above kNoticeableDistance_m
     double hausdorff_noticed_share = 0.0;  // above kNoticeableOutlier_m
-    double same_order_share = 0.0, same_order_inside_share = 0.0;
+    double same_order_share = 0.0, same_order_inside_share = 0.0, same_order_noticeable_share = 0.0;
     std::size_t bone_paths = 0;
     std::size_t missed_paths = 0, invented_paths = 0;  // paths with a structure that only one patient has
     std::vector<TissueSummary> tissues;

@@ -117,6 +117,7 @@ Json toJson(const Summary& s) {
                  {"paths_hausdorff_above_3_mm", s.hausdorff_noticed_share},
                  {"same_order_share", s.same_order_share},
                  {"same_order_inside_share", s.same_order_inside_share},
+                 {"same_order_noticeable_share", s.same_order_noticeable_share},
                  {"bone_paths", s.bone_paths},
                  {"missed_paths", s.missed_paths},
                  {"invented_paths", s.invented_paths},
@@ -189,7 +190,8 @@ void writePathTable(const fs::path& csv, const PairFindings& f) {
     std::string header =
         "path,entry_x_mm,entry_y_mm,entry_z_mm,target_x_mm,target_y_mm,target_z_mm,length_mm,quality,samples,"
         "rmse_n,max_n,max_at_mm,equal_share,max_outside_events_n,exact_rmse_n,exact_max_n,exact_equal_share,"
-        "same_order,same_order_inside,meets_bone,mean_distance_mm,hausdorff_mm,missed,invented,cause_tissue,"
+        "same_order,same_order_inside,same_order_noticeable,meets_bone,mean_distance_mm,hausdorff_mm,missed,"
+        "invented,cause_tissue,"
         "cause_event,cause_of,cause_apart_mm";
     for (std::size_t t = 1; t < kTissues; ++t)
         header += fmt::format(",{0}_mean_mm,{0}_hausdorff_mm,{0}_event_mm", patient::kTissueNames[t]);
@@ -203,9 +205,9 @@ void writePathTable(const fs::path& csv, const PairFindings& f) {
         rows << kMm * p.length_m << p.quality << std::size_t(r.samples) << r.sampled.rmse_n << r.sampled.max_n
              << kMm * r.sampled.max_at_m << r.sampled.equal_share << r.max_outside_n << r.exact.rmse_n
              << r.exact.max_n << r.exact.equal_share << std::size_t(r.same_order)
-             << std::size_t(r.same_order_inside) << std::size_t(r.meets_bone) << kMm * r.borders.mean_m
-             << kMm * r.borders.hausdorff_m << std::size_t(r.borders.missed)
-             << std::size_t(r.borders.invented);
+             << std::size_t(r.same_order_inside) << std::size_t(r.same_order_noticeable)
+             << std::size_t(r.meets_bone) << kMm * r.borders.mean_m << kMm * r.borders.hausdorff_m
+             << std::size_t(r.borders.missed) << std::size_t(r.borders.invented);
         const bool caused = r.cause.model != Model::neither;
         rows << (caused ? patient::tissueName(r.cause.tissue) : "")
              << (caused ? enumName(kEventNames, r.cause.kind) : "") << enumName(kModelNames, r.cause.model)

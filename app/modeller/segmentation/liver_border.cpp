@@ -1,6 +1,7 @@
 #include "app/modeller/segmentation/liver_border.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "app/modeller/image/vector_field.h"
@@ -79,16 +80,20 @@ FloatVolume borderEvidence(const FloatVolume& hu, const FloatVolume& depth, cons
     return evidence;
 }
 
+// Distance to the nearest voxel on the other side of the mask's border: positive inside, negative outside.
+FloatVolume signedDepth(const Mask& mask) {
+    FloatVolume depth = distanceTo(inverted(mask));
+    const FloatVolume out = distanceTo(mask);
+    for (std::size_t i = 0; i < depth.voxels.size(); ++i)
+        depth.voxels[i] -= out.voxels[i];
+    return depth;
+}
+
 // Moves the border of `first` by at most the band, on the CT's own voxels.
 Mask fineCut(const FloatVolume& hu, const Mask& open, const Mask& first, const Parenchyma& liver,
              float band_m) {
     const Grid& g = hu.grid;
-    FloatVolume depth = distanceTo(inverted(first));
-    {
-        const FloatVolume out = distanceTo(first);
-        for (std::size_t i = 0; i < depth.voxels.size(); ++i)
-            depth.voxels[i] -= out.voxels[i];
-    }
+    const FloatVolume depth = signedDepth(first);
     CutProblem problem;
     problem.preference = borderEvidence(hu, depth, open, liver);
     problem.state = Mask(g);
@@ -107,11 +112,161 @@ Mask fineCut(const FloatVolume& hu, const Mask& open, const Mask& first, const P
     return minimumCut(problem);
 }
 
+// --- Profiles across the border ---
+
+// Samples of a profile along the outward normal, relative to the border of the cut. Each is the mean of nine
+// samples, kAcross_m apart in the plane of the border.
+constexpr double kSample_m = 0.0005, kAcross_m = 0.0015;
+constexpr int kFirstSample = -6, kSamples = 14;
+using Profile = std::array<float, kSamples>;  // differences from liver
+// Positions of the border that are compared, and widths of the fat between liver and its neighbour. Fat that
+// is wider than the profile is itself the neighbour.
+constexpr int kShiftSteps = 10;
+constexpr double kShiftStep_m = 0.00025, kMaxShift_m = kShiftSteps * kShiftStep_m;
+constexpr std::array kFilms_m{0.0, 0.0005, 0.001, 0.0015, 0.002, 0.003, 1.0};
+// Blur of the image and of its voxels (standard deviation), and value of the fat.
+constexpr double kProfileBlur_m = 0.00085;
+constexpr float kFilm_hu = -105.0f;
+// Standard deviation of the noise of a profile. Expected before the fit, with standard deviations: the
+// neighbour's difference from liver, and the shift (0).
+constexpr float kProfileNoise_hu = 8.5f, kNeighbour_hu = -30.0f, kNeighbourSpread_hu = 60.0f;
+constexpr double kUsualShift_m = 0.001;
+constexpr float kLungOrGas_hu = -160.0f;  // darker than any fat: lung or gas
+// Weights: 1 / variance, in 1 / mm^2. kMinEdgeWeight is that of a single profile which shows nothing, as a
+// mean over the neighbours of a voxel.
+constexpr float kMaxEdgeWeight = 50.0f, kMinEdgeWeight = 1e-4f;
+
+double blurredStep(double x_m) {
+    return 0.5 * (1.0 + std::erf(x_m / (kProfileBlur_m * std::sqrt(2.0))));
+}
+
+// A border at a position, with a film of fat. Shapes of the film and of the tissue behind it along the
+// profile, each between 0 and 1.
+struct ProfileModel {
+    double shift_m = 0.0;
+    Profile film{}, behind{};
+    float film_film = 0.0f, film_behind = 0.0f, behind_behind = 0.0f;  // dot products
+};
+
+using ProfileModels = std::array<ProfileModel, (2 * kShiftSteps + 1) * kFilms_m.size()>;
+
+ProfileModels makeProfileModels() {
+    ProfileModels models;
+    auto model = models.begin();
+    for (int step = -kShiftSteps; step <= kShiftSteps; ++step)
+        for (const double film_m : kFilms_m) {
+            model->shift_m = step * kShiftStep_m;
+            for (int k = 0; k < kSamples; ++k) {
+                const double x_m = (kFirstSample + k) * kSample_m - model->shift_m;
+                const auto behind = float(blurredStep(x_m - film_m));
+                const float film = float(blurredStep(x_m)) - behind;
+                model->film[std::size_t(k)] = film, model->behind[std::size_t(k)] = behind;
+                model->film_film += film * film, model->film_behind += film * behind;
+                model->behind_behind += behind * behind;
+            }
+            ++model;
+        }
+    return models;
+}
+
+struct EdgePosition {
+    float mean_m = 0.0f, weight = 0.0f;
+};
+
+// Returns the position of the border in a profile of differences from liver. The mean over all models, each
+// weighted by its probability. The neighbour's value is estimated for each model by least squares.
+EdgePosition findEdge(const Profile& profile, float fat_hu) {
+    static const ProfileModels models = makeProfileModels();
+    constexpr float kPrior =
+        (kProfileNoise_hu / kNeighbourSpread_hu) * (kProfileNoise_hu / kNeighbourSpread_hu);
+    std::array<double, models.size()> misfit;
+    for (std::size_t n = 0; n < models.size(); ++n) {
+        const ProfileModel& m = models[n];
+        float film = 0.0f, behind = 0.0f;
+        for (std::size_t k = 0; k < kSamples; ++k)
+            film += profile[k] * m.film[k], behind += profile[k] * m.behind[k];
+        const float b = behind - fat_hu * m.film_behind + kPrior * kNeighbour_hu;
+        const float rest = fat_hu * (fat_hu * m.film_film - 2.0f * film) - b * b / (m.behind_behind + kPrior);
+        const double usual = m.shift_m / kUsualShift_m;
+        misfit[n] = double(rest / (kProfileNoise_hu * kProfileNoise_hu)) + usual * usual;
+    }
+    const double best = *std::min_element(misfit.begin(), misfit.end());
+    double sum = 0.0, mean = 0.0, squares = 0.0;
+    for (std::size_t n = 0; n < models.size(); ++n) {
+        const double p = std::exp(0.5 * (best - misfit[n])), x = models[n].shift_m;
+        sum += p, mean += p * x, squares += p * x * x;
+    }
+    mean /= sum;
+    const double variance_mm2 = 1e6 * (squares / sum - mean * mean);
+    return {float(mean), 1.0f / std::max(1.0f / kMaxEdgeWeight, float(variance_mm2))};
+}
+
+// Samples the profile at a point of the border. Returns false if it reaches lung or gas.
+bool sampleProfile(const FloatVolume& hu, const Vec3& at_m, const Vec3& normal, float liver_hu,
+                   Profile& profile) {
+    const Vec3 aside = glm::normalize(
+        glm::cross(normal, std::fabs(normal.x) < 0.7 ? Vec3(1.0, 0.0, 0.0) : Vec3(0.0, 1.0, 0.0)));
+    const Vec3 up = glm::cross(normal, aside);
+    for (int k = 0; k < kSamples; ++k) {
+        float sum = 0.0f;
+        for (const double a : {-kAcross_m, 0.0, kAcross_m})
+            for (const double b : {-kAcross_m, 0.0, kAcross_m})
+                sum += valueAt(hu, at_m + (kFirstSample + k) * kSample_m * normal + a * aside + b * up,
+                               liver_hu);
+        profile[std::size_t(k)] = sum / 9.0f - liver_hu;
+        if (sum / 9.0f < kLungOrGas_hu) return false;
+    }
+    return true;
+}
+
 }  // namespace
 
 void closeLiver(Mask& liver, const Mask& open) {
     liver = unite(intersect(closed(liver, kVesselGap_m), open), liver);
     fillCavities(liver);
+}
+
+Mask fitBorder(const FloatVolume& hu, const Mask& open, const Mask& cut, const Parenchyma& liver) {
+    const Grid& g = hu.grid;
+    const auto half_voxel_m = float(0.5 * g.spacing_m.x);
+    FloatVolume depth = signedDepth(cut);
+    LocalMean inside(g);
+    for (std::size_t i = 0; i < depth.voxels.size(); ++i) {
+        float& d = depth.voxels[i];
+        if (d > kClear_m && d < kBeside_m && std::abs(hu.voxels[i] - liver.mean_hu) < kMaxDeviation_hu)
+            inside.add(i, hu.voxels[i]);
+        d += cut.voxels[i] ? -half_voxel_m : half_voxel_m;
+    }
+    inside.finish(std::max(1, int(std::lround(double(kBeside_m) / g.spacing_m.x))));
+    depth = boxMean(boxMean(depth, 1), 1);  // continuous across the border
+    FloatVolume shift(g), weight(g);
+    parallelVoxels(g, [&](const Index3& at) {
+        if (!cut[at] || g.atBorder(at)) return;
+        bool at_surface = false;
+        forEachNeighbour(g, at, Connectivity::faces, [&](std::size_t to) { at_surface |= !cut.voxels[to]; });
+        if (!at_surface) return;
+        Vec3 inward;
+        for (int d = 0; d < 3; ++d) {
+            Index3 step(0);
+            step[d] = 1;
+            inward[d] = double(depth[at + step] - depth[at - step]);
+        }
+        if (!(glm::length(inward) > 0.0)) return;
+        const Vec3 normal = -glm::normalize(inward);
+        const float liver_hu = inside.at(g.offset(at), liver.mean_hu);
+        Profile profile;
+        if (!sampleProfile(hu, g.centre(at) + double(depth[at]) * normal, normal, liver_hu, profile)) return;
+        const EdgePosition edge = findEdge(profile, kFilm_hu - liver_hu);
+        shift[at] = edge.weight * edge.mean_m;
+        weight[at] = edge.weight;
+    });
+    const int reach = int(kMaxShift_m / g.spacing_m.x) + 1;
+    shift = boxMean(shift, reach), weight = boxMean(weight, reach);
+    return maskWhere(g, [&](std::size_t i) {
+        const float d = depth.voxels[i];
+        if (std::abs(d) > float(kMaxShift_m) || weight.voxels[i] < kMinEdgeWeight) return cut.voxels[i] != 0;
+        return d + shift.voxels[i] / weight.voxels[i] > 0.0f && (open.voxels[i] || cut.voxels[i]);
+    });
 }
 
 Mask refineLiver(const CtVolume& ct, const Mask& open, const Mask& first, const Parenchyma& liver,
@@ -129,10 +284,14 @@ Mask refineLiver(const CtVolume& ct, const Mask& open, const Mask& first, const 
         open_here[i] = open[low + i];
         start[i] = valueAt(smooth, hu.grid.centre(i), 0.0f) > 0.5f;
     });
-    if (hu.grid.spacing_m.x < kNoisyVoxel_m) hu = boxMean(hu, 1);
-    Mask cut = fineCut(hu, open_here, start, liver, float(band_m));
+    const bool fine = hu.grid.spacing_m.x < kNoisyVoxel_m;
+    Mask cut = fineCut(fine ? boxMean(hu, 1) : hu, open_here, start, liver, float(band_m));
     closeLiver(cut, open_here);
     keepLargestComponent(cut);
+    if (fine) {
+        cut = fitBorder(hu, open_here, cut, liver);
+        keepLargestComponent(cut);
+    }
     Mask out(ct.grid);
     parallelVoxels(hu.grid, [&](const Index3& i) { out[low + i] = cut[i]; });
     return out;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/app/study/pairs.h"
@@ -43,7 +44,7 @@ TEST(StudyMetrics, EqualSegmentationsGiveEqualForces) {
         EXPECT_EQ(r.sampled.equal_share, 1.0);
         EXPECT_EQ(r.exact.max_n, 0.0);
         EXPECT_NEAR(r.exact.equal_share, 1.0, 1e-12);
-        EXPECT_TRUE(r.same_order);
+        EXPECT_TRUE(r.same_order && r.same_order_noticeable);
         EXPECT_EQ(r.cause.model, Model::neither);
         EXPECT_EQ(r.borders.hausdorff_m, 0.0);
         EXPECT_EQ(r.borders.missed + r.borders.invented, 0);
@@ -128,7 +129,34 @@ TEST(StudyMetrics, MissedSkinChangesTheOrderOnlyAtTheSkin) {
     const PathResult r = measurePair(pair);
     EXPECT_EQ(r.by_tissue[at(Tissue::skin)].missed, 1);
     EXPECT_FALSE(r.same_order);
+    EXPECT_FALSE(r.same_order_noticeable);
     EXPECT_TRUE(r.same_order_inside);
+}
+
+// The built patient's duct begins 3 mm and `gap_m` too early. The gap is at its true beginning.
+PathResult measureGap(double gap_m, Tissue between) {
+    Pair pair = test::slabPair(0.020, 0.020, FoundLabels::all);
+    const Grid& g = pair.found.labels.grid;
+    const auto duct = std::uint8_t(Tissue::duct);
+    std::vector<std::uint8_t>& labels = pair.found.labels.voxels;
+    int first = g.dims.x;
+    for (std::size_t i = 0; i < labels.size(); ++i)
+        if (labels[i] == duct) first = std::min(first, int(i % std::size_t(g.dims.x)));
+    const int voxels = int(std::lround(gap_m / g.spacing_m.x));
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+        const int x = int(i % std::size_t(g.dims.x));
+        if (x >= first - voxels - 6 && x < first - voxels) labels[i] = duct;
+        if (x >= first - voxels && x < first) labels[i] = std::uint8_t(between);
+    }
+    return measurePair(pair);
+}
+
+TEST(StudyMetrics, ShortReentryOfATissueIsNotNoticeable) {
+    EXPECT_FALSE(measureGap(0.001, Tissue::liver).same_order);
+    EXPECT_TRUE(measureGap(0.001, Tissue::liver).same_order_noticeable);
+    EXPECT_FALSE(measureGap(0.003, Tissue::liver).same_order_noticeable);
+    EXPECT_FALSE(measureGap(0.001, Tissue::vessel).same_order_noticeable);
+    EXPECT_FALSE(measureGap(0.001, Tissue::fascia).same_order_noticeable);
 }
 
 // Muscle below fat has another label but the same tissue. The breathing needle reports an event there, and

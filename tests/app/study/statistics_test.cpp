@@ -43,7 +43,7 @@ PathResult path(double rmse_n, double max_n, Tissue cause) {
     r.sum_n2[std::size_t(cause)] = r.position_n2[3];
     r.event_m.fill(kNone);
     r.cause = {Model::partial, cause, haptics::NeedleEventKind::border, 0.001};
-    r.same_order = r.same_order_inside = true;
+    r.same_order = r.same_order_inside = r.same_order_noticeable = true;
     return r;
 }
 
@@ -58,6 +58,7 @@ TEST(StudyStatistics, SummaryOfManyPaths) {
     results[4].borders.mean_m = 0.0021, results[4].borders.hausdorff_m = 0.0029;
     results[5].same_order = false;
     results[7].same_order = results[7].same_order_inside = false;
+    results[8].same_order_noticeable = false;
     const Summary s = summarise("some", results);
     EXPECT_EQ(s.paths, 200u);
     EXPECT_EQ(s.samples, 200'000u);
@@ -71,6 +72,7 @@ TEST(StudyStatistics, SummaryOfManyPaths) {
     EXPECT_EQ(s.hausdorff_noticed_share, 0.0);
     EXPECT_NEAR(s.same_order_share, 0.99, 1e-12);
     EXPECT_NEAR(s.same_order_inside_share, 0.995, 1e-12);
+    EXPECT_NEAR(s.same_order_noticeable_share, 0.995, 1e-12);
     EXPECT_EQ(s.missed_paths, 2u);
     EXPECT_EQ(s.invented_paths, 1u);
     EXPECT_EQ(s.bone_paths, 1u);

@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "app/modeller/segmentation/liver_border.h"
 #include "app/modeller/segmentation/liver_neighbours.h"
+#include "app/modeller/segmentation/morphology.h"
+#include "tests/app/modeller/segmentation/liver_phantom.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"
 
 namespace stylet::modeller {
@@ -84,6 +87,94 @@ TEST(LiverBorder, MovesToTheEdge) {
         const Mask liver = refineLiver(ct, open, first, {110.0f, 5.0f}, 0.008);
         EXPECT_NEAR(volume_ml(liver), 523.6, 16.0) << off_m;
     }
+}
+
+// A ball of liver of 112 HU in voxels of 1 mm, blurred and noisy. From its surface outwards: fat, then tissue
+// of `thickness_m`, then a third tissue.
+struct LayeredLiver {
+    static constexpr double kRadius_m = 0.024;
+    FloatVolume hu;
+    Mask truth;
+
+    LayeredLiver(double fat_m, float tissue_hu, double thickness_m = 1.0, float beyond_hu = 0.0f)
+        : hu(test::cube(68)), truth(hu.grid) {
+        FloatVolume ideal(hu.grid);
+        for (std::size_t i = 0; i < ideal.voxels.size(); ++i) {
+            const double out_m = depth_m(i);
+            truth.voxels[i] = out_m < 0.0;
+            ideal.voxels[i] = out_m < 0.0                   ? 112.0f
+                              : out_m < fat_m               ? -105.0f
+                              : out_m < fat_m + thickness_m ? tissue_hu
+                                                            : beyond_hu;
+        }
+        // [1 2 1] / 4 along each axis
+        forEachVoxel(hu.grid, [&](const Index3& i) {
+            float sum = 0.0f;
+            for (int z = -1; z <= 1; ++z)
+                for (int y = -1; y <= 1; ++y)
+                    for (int x = -1; x <= 1; ++x)
+                        sum += float((2 - x * x) * (2 - y * y) * (2 - z * z)) *
+                               ideal[glm::clamp(i + Index3(x, y, z), Index3(0), hu.grid.dims - 1)];
+            hu[i] = sum / 64.0f + 11.0f * float(test::noiseAt(hu.grid.offset(i)));
+        });
+    }
+
+    // Distance from the surface, positive outside.
+    double depth_m(std::size_t voxel) const {
+        return glm::length(hu.grid.centre(hu.grid.voxelAt(voxel)) - Vec3(0.0335)) - kRadius_m;
+    }
+    Mask ball(double larger_m) const {
+        return maskWhere(hu.grid, [&](std::size_t i) { return depth_m(i) < larger_m; });
+    }
+    Mask fit(const Mask& cut) const { return fitBorder(hu, Mask(hu.grid, 1), cut, {112.0f, 11.0f}); }
+    // Mean distance by which the border of `liver` lies outside the true one.
+    double error_m(const Mask& liver) const {
+        const double more = double(countVoxels(liver)) - double(countVoxels(truth));
+        return 1e-9 * more / (4.0 * std::numbers::pi * kRadius_m * kRadius_m);
+    }
+};
+
+TEST(LiverBorder, IsFittedBesideAThinFilmOfFat) {
+    for (const double fat_m : {0.0, 0.001, 0.002, 0.010}) {
+        const LayeredLiver liver(fat_m, 60.0f);
+        for (const double off_m : {-0.0012, 0.0008})
+            EXPECT_NEAR(liver.error_m(liver.fit(liver.ball(off_m))), 0.0, 0.00025) << fat_m << " " << off_m;
+    }
+}
+
+TEST(LiverBorder, IsFittedBesideABrighterOrgan) {
+    const LayeredLiver kidney(0.0, 190.0f);
+    for (const double off_m : {-0.001, 0.001})
+        EXPECT_NEAR(kidney.error_m(kidney.fit(kidney.ball(off_m))), 0.0, 0.00025) << off_m;
+}
+
+TEST(LiverBorder, StaysWhereTheProfileReachesLung) {
+    const LayeredLiver liver(0.0, 108.0f, 0.003, -820.0f);  // a diaphragm that looks like liver
+    const Mask cut = liver.ball(0.0004);
+    EXPECT_EQ(liver.fit(cut).voxels, cut.voxels);
+}
+
+TEST(LiverBorder, StaysWhereNothingIsVisible) {
+    const LayeredLiver liver(0.0, 112.0f);
+    const Mask cut = liver.ball(0.0);
+    EXPECT_NEAR(liver.error_m(liver.fit(cut)), 0.0, 0.0004);
+}
+
+TEST(LiverBorder, IsNotMovedFartherThanItsLimit) {
+    const LayeredLiver liver(0.010, 60.0f);
+    const Mask fitted = liver.fit(liver.ball(-0.004));
+    EXPECT_EQ(countVoxels(subtract(fitted, liver.ball(-0.004 + 0.0025 + 0.001))), 0u);
+}
+
+TEST(LiverBorder, DoesNotEnterClosedVoxels) {
+    const LayeredLiver liver(0.0, 60.0f);
+    Mask open(liver.hu.grid, 1);
+    for (std::size_t i = 0; i < open.voxels.size(); ++i)
+        open.voxels[i] = liver.hu.grid.voxelAt(i).x < 34;
+    const Mask cut = intersect(liver.ball(-0.001), open);
+    const Mask fitted = fitBorder(liver.hu, open, cut, {112.0f, 11.0f});
+    EXPECT_GT(countVoxels(fitted), countVoxels(cut));
+    EXPECT_EQ(countVoxels(subtract(fitted, open)), 0u);
 }
 
 TEST(LiverNeighbours, SigmaFilterAveragesNoiseAndKeepsEdges) {

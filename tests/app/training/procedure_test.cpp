@@ -279,8 +279,8 @@ class AimTest : public ProcedureTest {
     static constexpr double kHalf = 0.70710678;
     static inline const Line kOnDuct{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}},
         kAside{{0.0, 0.03, 0.0}, {0.6, 0.8, 0.0}},
-        // 0.85 mm of it lie in the duct near the target.
-        kGrazing{{0.0, -0.03706, 0.0}, {kHalf, kHalf, 0.0}};
+        // Of the part of it that is near the target, 0.7 mm lie in the duct.
+        kGrazing{{0.0, -0.03586, 0.0}, {kHalf, kHalf, 0.0}};
 };
 
 TEST_F(AimTest, AProbeThatWasLiftedIsAimedAnew) {

@@ -279,8 +279,8 @@ class AimTest : public ProcedureTest {
     static constexpr double kHalf = 0.70710678;
     static inline const Line kOnDuct{{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}},
         kAside{{0.0, 0.03, 0.0}, {0.6, 0.8, 0.0}},
-        // Of the part of it that is near the target, 0.7 mm lie in the duct.
-        kGrazing{{0.0, -0.03586, 0.0}, {kHalf, kHalf, 0.0}};
+        // Of the part of it that is near the target, between 0.5 and 1.5 mm lie in the duct.
+        kGrazing{{0.0, -0.0335, 0.0}, {kHalf, kHalf, 0.0}};
 };
 
 TEST_F(AimTest, AProbeThatWasLiftedIsAimedAnew) {
@@ -494,9 +494,9 @@ class DrainageTest : public ProcedureTest {
         out.access.drain = haptics::DrainState::in_place;
         out.access.path_m[0] = {in_liver ? 0.045 : 0.053, -0.018, 0.0};
         out.access.path_m[1] = {0.053, -0.010, 0.0};
-        out.access.path_m[2] = {0.053, 0.014, 0.0};
+        out.access.path_m[2] = {0.053, in_liver ? 0.008 : 0.014, 0.0};
         out.access.path_count = 3;
-        out.access.drain_m = 0.024 + (in_liver ? std::hypot(0.008, 0.008) : 0.008);
+        out.access.drain_m = in_liver ? 0.018 + std::hypot(0.008, 0.008) : 0.024 + 0.008;
     }
     static TickOutput letGo(TickOutput out) {
         out.tool = Tool::finger;

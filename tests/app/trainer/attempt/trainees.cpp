@@ -88,7 +88,7 @@ void leaveOut(Stages& stages, Part part) {
     const auto isKind = [](StageKind kind) { return [kind](const Stage& s) { return s.kind == kind; }; };
     switch (part) {
         case Part::palpation:
-            stages.erase(stages.begin(), std::ranges::find_if(stages, takes(Tool::probe)));
+            leaveOut(stages, isKind(StageKind::move), takes(Tool::probe));
             break;
         case Part::anaesthesia:
             leaveOut(stages, takes(Tool::needle), takes(Tool::scalpel));
@@ -103,7 +103,7 @@ void leaveOut(Stages& stages, Part part) {
             std::erase_if(stages, isKind(StageKind::aspirate));
             break;
         case Part::contrast:
-            stages.erase(std::ranges::find_if(stages, injects));
+            *std::ranges::find_if(stages, injects) = {.kind = StageKind::wait, .seconds = 0.5};
             break;
         case Part::dilator: {  // the drain begins where it would have begun
             const auto drain = std::ranges::find_if(stages, takes(Tool::drain));
@@ -130,7 +130,7 @@ std::vector<Omission> makeOmissions(training::Course course) {
     struct Row {
         std::string left_out;
         std::vector<Part> parts;
-        bool fails_exam = true;
+        std::optional<bool> fails_exam = true;
     };
     const std::vector<Row> puncture{
         {"palpation", {palpation}, false},
@@ -142,7 +142,7 @@ std::vector<Omission> makeOmissions(training::Course course) {
         {"palpation", {palpation}, false},
         {"anaesthesia", {anaesthesia}},
         {"incision", {incision}, false},
-        {"the guide", {guide}, false},
+        {"the guide", {guide}, std::nullopt},
         {"bile", {bile}, false},
         {"the picture of the ducts", {contrast}, false},
         {"bile and the picture of the ducts", {bile, contrast}},

@@ -1,6 +1,7 @@
 // Six scripted trainees of each course, from the expert to a reckless one.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,8 @@ std::vector<trainer::Scenario> makeTrainees(training::Course);
 struct Omission {
     std::string left_out;
     trainer::Scenario scenario;
-    bool fails_exam = true;  // false: it costs points only
+    // False: it costs points only. Absent: the hand alone may or may not hit the duct.
+    std::optional<bool> fails_exam = true;
 };
 std::vector<Omission> makeOmissions(training::Course);
 

@@ -157,8 +157,9 @@ speed_mm_s = 50.0
         ASSERT_EQ(all->size(), exam.size());
     for (const auto& [name, picture] : exam) {
         EXPECT_TRUE(picture == other.at(name)) << name;
-        if (name.ends_with("_left.png") || name == "xray_xray.png")
+        if (name.ends_with("_left.png") || name == "xray_xray.png") {
             EXPECT_FALSE(practice.at(name) == other_practice.at(name)) << name;
+        }
     }
 }
 

@@ -116,9 +116,9 @@ int painOf(const records::EventRow& event) {
 }
 
 When findTear(const LoadedAttempt& a) {
-    const std::string_view why = training::refusalText(training::Refusal::trackTorn);
     for (const records::EventRow& event : a.stored.events)
-        if (event.kind == "refused" && event.text == why) return double(event.tick) * a.stored.info.dt_s;
+        if (event.kind == "refused" && event.text.starts_with("the drain tears"))
+            return double(event.tick) * a.stored.info.dt_s;
     return {};
 }
 
@@ -173,8 +173,7 @@ constexpr std::array kHints{
     Hint{"pain", "Numb the whole track, from the skin to the liver's capsule, before you cut", findPain},
     Hint{"anaesthetic", "Inject less local anaesthetic", nullptr},
     Hint{"torn_track", "Dilate the whole track before you take the drain", findTear},
-    Hint{"case_review", "Review the case before you begin, and correct first what must not wait",
-         findWrongAnswer},
+    Hint{"case_review", "Review the case and answer every question before you begin", findWrongAnswer},
 };
 
 // A loss with its reason, as the record's version of the table allows.

@@ -155,6 +155,7 @@ Refusal Evidence::missing(Step step) const noexcept {
                    ? infiltration_.missing()
                    : Refusal::ductBesideRail;
     if (step == Step::advance && refused_puncture_ != Refusal::none) return refused_puncture_;
+    if (step == Step::wire && !proven_) return Refusal::wireUnproven;
     if (step == Step::incise || step == Step::guide || step == Step::advance)
         return aimed_ ? Refusal::none : Refusal::ductBesideRail;
     if (step != Step::findDuct) return Refusal::none;

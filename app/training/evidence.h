@@ -109,7 +109,8 @@ class Evidence {
     double travel_m_ = 0.0, seen_m_ = 0.0;  // of the tip in this insertion; in the beam
     std::uint64_t pulses_ = 0, draws_ = 0;
     bool proven_ = false, refused_wire_ = false;  // of this insertion
-    double torn_m_ = 0.0;                         // of the track, when its tear was refused
+    // Of the track, when the drain was last outside; infinite once a tear of this insertion was refused.
+    double torn_m_ = 0.0;
     // Medium in the ducts as the needle was inserted; as the drain curled.
     double ducts_at_entry_m3_ = 0.0, ducts_at_curl_m3_ = 0.0;
 };

@@ -184,8 +184,9 @@ inline constexpr std::array<Metric, kMetricCount> kMetricTable{{
      [](double so_far, const MetricTick& tick) noexcept {
          return std::max(so_far, std::fabs(tick.now.force_n));
      }},
-    {"pain", "Worst pain", "of 10", "of skin prick, incision, capsule and dilatation", "pain.h", 5, 3, 8,
-     Step::dilate, [](double, const MetricTick& tick) noexcept { return tick.facts.pain; }, Course::drainage},
+    {"pain", "Worst pain", "of 10", "of skin prick, incision, capsule, dilatation and a torn track", "pain.h",
+     5, 3, 8, Step::dilate, [](double, const MetricTick& tick) noexcept { return tick.facts.pain; },
+     Course::drainage},
     {"anaesthetic", "Local anaesthetic", "ml", "injected, of lidocaine 1 %", "FDA label", 1, 20, 30,
      Step::anaesthetise,
      [](double, const MetricTick& tick) noexcept { return 1e6 * tick.attempt.dose().anaesthetic_m3; },

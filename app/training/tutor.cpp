@@ -178,8 +178,11 @@ Act toPicture(const Progress& progress, const TickOutput& now, const Equipment& 
 Act toPassWire(const Progress& progress, const TickOutput& now) noexcept {
     const haptics::AccessOutput& access = now.access;
     if (access.dilator_m > 0.0) return now.tool == Tool::dilator ? Act::drawDilator : Act::takeDilator;
-    if (!access.wire_in)
+    if (!access.wire_in) {
         if (const std::optional<Act> act = toTipInDuct(progress, now)) return *act;
+        // The needle has come out since bile or contrast medium proved its place.
+        if (progress.missing == Refusal::wireUnproven) return Act::aspirate;
+    }
     if (now.tool != Tool::wire) return Act::takeWire;
     return access.pierced ? Act::drawWireBack : Act::feedWire;
 }

@@ -20,7 +20,7 @@ void closeLiver(Mask& liver, const Mask& open);
 // Moves the border of `cut`, by at most 2.5 mm, to the edge in the profiles of CT values across it. Liver may
 // be separated from its neighbour by a film of fat that is thinner than the blur. Smoothed over neighbouring
 // profiles. Profiles that reach lung or gas are ignored, because the diaphragm before the lung looks like
-// liver. For voxels of at most 1.5 mm.
+// liver. For voxels finer than 1.5 mm.
 Mask fitBorder(const FloatVolume& hu, const Mask& open, const Mask& cut, const Parenchyma&);
 
 // `first` may be on any grid and must not be empty. Its border moves by at most `band_m`. `open`, on the

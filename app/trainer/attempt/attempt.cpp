@@ -59,7 +59,7 @@ std::optional<patient::DuctSpace> ductSpaceFor(const patient::Patient& patient, 
 
 // The middle of a device's workspace in an exam. It is the middle between flank and liver if the path is
 // within reach from there. Otherwise places around it are drawn from the seed until the path is: then the
-// place tells no more than that. A radius that is not a number reaches everything.
+// place reveals no more than that. A radius that is not a number reaches everything.
 Vec3 middleForExam(const OperativeField& field, const patient::PlannedPath& path, double radius_m,
                    std::uint64_t seed) {
     const Vec3 along = glm::normalize(path.target_m - path.entry_m);
@@ -77,7 +77,7 @@ Vec3 middleForExam(const OperativeField& field, const patient::PlannedPath& path
         const double x_m = drawn(), y_m = drawn(), z_m = drawn();
         place_m = middle_m + Vec3(x_m, y_m, z_m);
     }
-    // The path fills the workspace. An exam that cannot be done is worse than a place that tells where.
+    // The path fills the workspace. An exam that cannot be done is worse than a place that reveals the path.
     return path.entry_m + (reach_m - kRoomOutside_m) * along;
 }
 

@@ -74,7 +74,8 @@ constexpr std::array kMachines{training::Machine::xray, training::Machine::ultra
 
 // The procedure's next tool. After the needle comes the wire if the needle is in the body, else the finger.
 // With a wire in the body: the needle is drawn out over it, dilator and drain follow, then the wire is drawn
-// out. `numbing`: the needle is still the syringe's, before the scalpel. A parked probe stays where it is.
+// out. `numbing`: local anaesthesia is not finished, so the needle comes before the scalpel. A parked probe
+// stays where it is.
 Tool nextTool(const TickOutput& now, bool numbing) {
     if (now.access.open) {
         if (now.tool == Tool::wire && now.access.drain_m > 0.0) return Tool::drain;

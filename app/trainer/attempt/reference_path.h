@@ -16,12 +16,13 @@ namespace stylet::trainer {
 // the model of haptics/tools/wire.h.
 inline constexpr double kWireReach_m = 0.035;
 double wireReach_m(const patient::DuctSpace&, const patient::PlannedPath&);
-// Least reach if the needle's tip comes to lie 1 mm beside or behind the target, and at the target.
-// kSureReach_m: the part with side holes (haptics::kSideHoles_m) and 2 mm.
-inline constexpr double kSureReach_m = 0.032;
+// The worst case of wireReach_m() if the needle's tip comes to lie at the target, or 1 mm beside or behind
+// it.
+inline constexpr double kSureReach_m = 0.025;
 double sureWireReach_m(const patient::DuctSpace&, const patient::PlannedPath&);
-// The best path for a drainage: the first from which the wire goes kWireReach_m down the duct, and surely
-// kSureReach_m; else the one from which it surely goes furthest. `paths`: at least one.
+// The best path for a drainage: the first from which the wire goes kWireReach_m down the duct, and
+// kSureReach_m in the worst case. If there is none: among those from which it goes kWireReach_m the one with
+// the best worst case, else the one from which it goes furthest. `paths`: at least one.
 const patient::PlannedPath& pathForWire(const patient::DuctSpace&,
                                         const std::vector<patient::PlannedPath>& paths);
 

@@ -110,7 +110,7 @@ Scenario parseScenario(std::string_view toml, const std::filesystem::path& file)
 // Replaces the rhythm with a recording. Throws DataError.
 void breatheAsRecorded(ScenarioBreath&, const std::filesystem::path& csv);
 
-// Gives a drainage without a case one of assets/cases, chosen by the attempt's seed. Throws DataError.
+// Gives a drainage without a case one of assets/cases, chosen by the seed. Throws DataError.
 void drawCase(Scenario&, std::uint64_t seed);
 
 // 64-bit hash of the scenario.

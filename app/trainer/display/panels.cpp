@@ -65,14 +65,13 @@ void HeadsetPanels::placeScreens(render::RenderScene& scene, const render::Scree
 void HeadsetPanels::placeNotice(const std::optional<Notice>& notice, const Pose& room_from_head) {
     if (!notice) return place_.forget();
     notice_.show(*notice);
-    if (!notice_layer_ || notice_height_ != notice_.height()) {
-        notice_height_ = notice_.height();
-        notice_layer_.emplace(*session_, *gpu_, NoticePanel::kWidth, std::uint32_t(notice_height_));
-    }
-    if (!notice_layer_->show(notice_.rgba().data(), notice_.revision())) return;
+    const int height = notice_.height();
+    std::optional<Panel>& layer = notice_layers_[height == NoticePanel::kTallHeight ? 1 : 0];
+    if (!layer) layer.emplace(*session_, *gpu_, NoticePanel::kWidth, std::uint32_t(height));
+    if (!layer->show(notice_.rgba().data(), notice_.revision())) return;
     const double width_m = NoticePanel::width_m(NoticePlace::kDistance_m, letter_rad_);
-    placed_.push_back({&*notice_layer_, place_.of(room_from_head), width_m,
-                       width_m * notice_height_ / NoticePanel::kWidth, false});
+    placed_.push_back(
+        {&*layer, place_.of(room_from_head), width_m, width_m * height / NoticePanel::kWidth, false});
 }
 
 bool HeadsetPanels::sees(const Vec3& stage_entry_m, const Pose& room_from_head) {

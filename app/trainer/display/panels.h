@@ -72,10 +72,9 @@ class HeadsetPanels {
     xr::Session* session_;
     const render::Gpu* gpu_;
     double letter_rad_;
-    std::array<std::optional<Panel>, 3> screens_;  // created when first seen
-    std::optional<Panel> notice_layer_;
+    std::array<std::optional<Panel>, 3> screens_;        // created when first seen
+    std::array<std::optional<Panel>, 2> notice_layers_;  // low and tall
     NoticePanel notice_;
-    int notice_height_ = 0;  // of the layer
     std::optional<Panel> guide_layer_, alert_layer_;
     std::optional<PanelPlace> guide_place_;
     AlertPicture alert_;

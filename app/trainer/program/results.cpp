@@ -258,8 +258,10 @@ void writeFrameTimes(const std::vector<FrameTime>& times, const std::filesystem:
 
 }  // namespace
 
-bool reachedNothing(const SessionLog& log) {
-    return log.progress.steps_done == 0 && log.punctures.empty() && !log.target_hit();
+bool reachedNothing(const SessionLog& log, bool exam) {
+    const std::uint32_t review = 1u << unsigned(training::Step::reviewCase);
+    if (exam && log.progress.answered > 0) return false;
+    return (log.progress.steps_done & ~review) == 0 && log.punctures.empty() && !log.target_hit();
 }
 
 records::AttemptResult makeResult(const patient::Patient& patient, const SessionLog& log,
@@ -267,7 +269,7 @@ records::AttemptResult makeResult(const patient::Patient& patient, const Session
     records::AttemptResult result{log.target_hit(), log.score.total, log.ticks, metricRows(log.score)};
     // In an exam the trainee may be the one who types "abort"; a critical error is never made unseen.
     const bool may_abort = totals.aborted && !exam && log.progress.critical_errors == 0;
-    result.aborted = may_abort || ((totals.live || totals.aborted) && reachedNothing(log));
+    result.aborted = may_abort || ((totals.live || totals.aborted) && reachedNothing(log, exam));
     result.score_version = training::kScoreVersion;
     result.steps = stepsResult(log.progress);
     for (const Capture& capture : log.moments)

@@ -26,10 +26,10 @@ struct AttemptFacts {
     std::string patient_check{};    // as in records::RecordInfo
 };
 
-// True if no step was done and the needle never entered the body. Such an attempt is aborted if a user ended
-// it. An attempt with the needle in the body counts: nobody can end a failure to keep it out of the
-// statistics.
-bool reachedNothing(const SessionLog&);
+// True if no step but the review of the case was done and the needle never entered the body. Such an attempt
+// is aborted if a user ended it. An attempt with the needle in the body counts, and an exam in which a
+// question about the case was answered: nobody can end a failure to keep it out of the statistics.
+bool reachedNothing(const SessionLog&, bool exam);
 
 // The result of an attempt, for its record.
 // `exam`: it was an exam to its end.

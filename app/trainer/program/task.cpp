@@ -1,9 +1,11 @@
 #include "app/trainer/program/task.h"
 
+#include <random>
 #include <set>
 
 #include "app/installation.h"
 #include "app/trainer/attempt/reference_path.h"
+#include "app/trainer/program/live_input.h"
 #include "app/trainer/stores/derived.h"
 #include "app/trainer/stores/platform_linux.h"
 
@@ -62,7 +64,9 @@ Task::Task(const AttemptConfig& config, Retry* retry, Start& start)
         scenario.patient_case = caseOf(retry->record.info);
         checkRetry(*retry, patient);
     } else {
-        drawCase(scenario, config.seed);
+        // A live exam's case must not be known from an earlier attempt with the same seed.
+        const bool anew = isLive(config) && config.difficulty == training::Difficulty::exam;
+        drawCase(scenario, anew ? std::random_device{}() : config.seed);
     }
     patient_digest = patient::digest(opened.package);
     start.patient = std::chrono::steady_clock::now();

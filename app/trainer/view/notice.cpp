@@ -33,9 +33,12 @@ Notice makeCaseNotice(const FrameState& seen, const training::Controls& controls
     const int question = seen.progress.answered;
     Notice notice{"The case, question " + std::to_string(question + 1) + " of " +
                       std::to_string(training::kQuestionCount),
-                  training::describeCase(*seen.patient_case), true};
-    notice.lines.push_back("> " + std::string(questionText(training::Question(question))));
-    notice.lines.push_back("> Yes: " + std::string(controls.yes) + ". No: " + std::string(controls.no) + ".");
+                  {"> " + std::string(questionText(training::Question(question))),
+                   "> Yes: " + std::string(controls.yes) + ". No: " + std::string(controls.no) + "."},
+                  true};
+    // Last, because a long case may not fit.
+    const std::vector<std::string> facts = training::describeCase(*seen.patient_case);
+    notice.lines.insert(notice.lines.end(), facts.begin(), facts.end());
     return notice;
 }
 

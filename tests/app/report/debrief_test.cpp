@@ -260,7 +260,7 @@ TEST(Debrief, ExamIsFailedByAMissingPartWhichIsTold) {
     stylet::records::StoredAttempt attempt = stylet::test::makeTestAttempt("t1", "trainee-A", 100.0, true);
     attempt.info.difficulty = "exam";
     attempt.result->score_version = std::uint64_t(kScoreVersion);
-    attempt.result->steps = {"place the drain", {}, 12, 0};
+    attempt.result->steps = {"place the drain", {}, kStepCount, 0};
     for (int step = 0; step < kStepCount; ++step)
         attempt.result->steps.done.emplace_back(stepName(Step(step)));
     EXPECT_TRUE(passed(attempt));

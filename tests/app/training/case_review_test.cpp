@@ -86,7 +86,7 @@ TEST_F(CaseReviewTest, IsTheFirstStepOfADrainageAndEndsWithTheLastAnswer) {
     EXPECT_EQ(progress().critical_errors, 0u);
 }
 
-// HZ-TEACH-25
+// HZ-TEACH-26
 TEST_F(CaseReviewTest, BeginningWithAnInrOf2Point4FailsAnExam) {
     answerRight(kQuestionCount - 1);
     EXPECT_EQ(progress().critical_errors, 0u);
@@ -108,7 +108,7 @@ TEST_F(CaseReviewTest, EveryAnswerIsRecordedWithItsReason) {
 }
 
 // Whoever opens the body first has not reviewed the case, and cannot do it afterwards.
-// HZ-TEACH-25
+// HZ-TEACH-26
 TEST_F(CaseReviewTest, SkippedReviewFailsAnExamAndCannotBeMadeUpFor) {
     answerRight(3);
     tick(cut());
@@ -177,7 +177,7 @@ Judged judge(const std::shared_ptr<const PatientCase>& patient_case, const Answe
 
 // Over all shipped cases, answers without reading lose the points of the review almost always, and fail most
 // exams. A right review never loses anything.
-// HZ-TEACH-25
+// HZ-TEACH-26
 TEST(CaseReview, AnswersWithoutReadingLose) {
     const auto cases = shippedCases();
     const auto worst = metricTable()[std::size_t(MetricId::caseReview)].worst;

@@ -624,6 +624,17 @@ TEST_F(DrainageTest, DrainBehindTheDilatorTearsNothing) {
 }
 
 // HZ-TEACH-25
+TEST_F(DrainageTest, TutorAsksForBileAgainIfTheNeedleCameOutSinceTheProof) {
+    Progress wants_wire;
+    wants_wire.course = Course::drainage;
+    wants_wire.step = Step::wire, wants_wire.missing = Refusal::wireUnproven;
+    TickOutput now = needleAt({0.053, 0.0, 0.0}, Tissue::duct, 6);
+    EXPECT_EQ(nextAct(wants_wire, now, {}), Act::aspirate);
+    wants_wire.missing = Refusal::none;
+    EXPECT_EQ(nextAct(wants_wire, now, {}), Act::takeWire);
+}
+
+// HZ-TEACH-25
 TEST_F(DrainageTest, WireNeedsProofOfTheDuct) {
     TickOutput in_duct = needleAt({0.053, 0, 0}, Tissue::duct, test::kDuctLabel), wire = in_duct;
     wire.tool = Tool::wire;

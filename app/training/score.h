@@ -40,8 +40,8 @@ struct ExamPart {
 };
 // Based on the CIRSE Standards of Practice (Das et al. 2021) and the guidelines of the SIR (Saad et al.
 // 2010): a cholangiography is a puncture under imaging and a picture of the ducts; a drainage also needs
-// local anaesthesia, a proven access, a drain that drains, and a picture of its place. Palpation, incision,
-// needle guide and dilator serve these ends: without them an exam loses points (metrics.cpp).
+// local anaesthesia, a proven access, a dilated track, a drain that drains, and a picture of its place.
+// Palpation, incision and needle guide serve these ends: without them an exam loses points (metrics.cpp).
 constexpr std::uint32_t maskOf(auto... steps) noexcept {
     return (... | (1u << unsigned(steps)));
 }
@@ -52,6 +52,7 @@ inline constexpr std::array kExamParts{
     ExamPart{Course::drainage, maskOf(Step::advance), "the puncture of the duct under ultrasound"},
     ExamPart{Course::drainage, maskOf(Step::aspirate, Step::contrast),
              "the proof that the needle is in a duct, by bile or contrast medium"},
+    ExamPart{Course::drainage, maskOf(Step::dilate), "the dilated track"},
     ExamPart{Course::drainage, maskOf(Step::drain), "the drain with all its side holes in the ducts"},
     ExamPart{Course::drainage, maskOf(Step::finalPicture), "the final picture"},
 };

@@ -629,6 +629,7 @@ TEST_F(DrainageTest, TutorAsksForBileAgainIfTheNeedleCameOutSinceTheProof) {
     wants_wire.course = Course::drainage;
     wants_wire.step = Step::wire, wants_wire.missing = Refusal::wireUnproven;
     TickOutput now = needleAt({0.053, 0.0, 0.0}, Tissue::duct, 6);
+    now.tool_awaits_exit = false;
     EXPECT_EQ(nextAct(wants_wire, now, {}), Act::aspirate);
     wants_wire.missing = Refusal::none;
     EXPECT_EQ(nextAct(wants_wire, now, {}), Act::takeWire);
@@ -666,10 +667,10 @@ TEST_F(DrainageTest, WireNeedsProofOfTheDuct) {
 // HZ-TEACH-25
 TEST_F(DrainageTest, ExamIsFailedWithoutAnyOneOfItsParts) {
     EXPECT_TRUE(passesIfWellDone());
-    for (const Step step : {Step::anaesthetise, Step::advance, Step::drain, Step::finalPicture})
+    for (const Step step : {Step::anaesthetise, Step::advance, Step::dilate, Step::drain, Step::finalPicture})
         EXPECT_FALSE(passesIfWellDone(kAllSteps & ~maskOf(step))) << stepName(step);
-    for (const Step step : {Step::findGap, Step::findDuct, Step::incise, Step::guide, Step::aspirate,
-                            Step::contrast, Step::dilate})
+    for (const Step step :
+         {Step::findGap, Step::findDuct, Step::incise, Step::guide, Step::aspirate, Step::contrast})
         EXPECT_TRUE(passesIfWellDone(kAllSteps & ~maskOf(step))) << stepName(step) << " costs points";
     EXPECT_FALSE(passesIfWellDone(kAllSteps & ~maskOf(Step::aspirate, Step::contrast))) << "no proof";
     EXPECT_EQ(missingParts(Course::drainage, kAllSteps & ~maskOf(Step::anaesthetise, Step::finalPicture)),

@@ -130,7 +130,7 @@ std::vector<Omission> makeOmissions(training::Course course) {
     struct Row {
         std::string left_out;
         std::vector<Part> parts;
-        std::optional<bool> fails_exam = true;
+        bool fails_exam = true;
     };
     const std::vector<Row> puncture{
         {"palpation", {palpation}, false},
@@ -142,11 +142,11 @@ std::vector<Omission> makeOmissions(training::Course course) {
         {"palpation", {palpation}, false},
         {"anaesthesia", {anaesthesia}},
         {"incision", {incision}, false},
-        {"the guide", {guide}, std::nullopt},
+        {"the guide", {guide}, false},
         {"bile", {bile}, false},
         {"the picture of the ducts", {contrast}, false},
         {"bile and the picture of the ducts", {bile, contrast}},
-        {"the dilator", {dilator}, false},
+        {"the dilator", {dilator}},
         {"the drain", {wholeDrain}},
         {"the final picture", {finalPicture}},
         {"both pictures", {contrast, finalPicture}},
@@ -154,7 +154,7 @@ std::vector<Omission> makeOmissions(training::Course course) {
          {palpation, anaesthesia, incision, bile, contrast, finalPicture}},
         {"all but the least that places a drain",
          {palpation, anaesthesia, incision, guide, bile, contrast, dilator, finalPicture}},
-        {"all that an exam does not ask for", {palpation, incision, guide, contrast, dilator}}};
+        {"all that an exam does not ask for", {palpation, incision, guide, contrast}, false}};
     const Scenario expert = makeTrainees(course).front();
     std::vector<Omission> all;
     for (const Row& row : course == training::Course::puncture ? puncture : drainage) {

@@ -1,7 +1,6 @@
 // Six scripted trainees of each course, from the expert to a reckless one.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +16,7 @@ std::vector<trainer::Scenario> makeTrainees(training::Course);
 struct Omission {
     std::string left_out;
     trainer::Scenario scenario;
-    // False: it costs points only. Absent: the hand alone may or may not hit the duct.
-    std::optional<bool> fails_exam = true;
+    bool fails_exam = true;  // false: it costs points, and the exam only if something else goes wrong
 };
 std::vector<Omission> makeOmissions(training::Course);
 

@@ -38,6 +38,7 @@ Notice makeCaseNotice(const FrameState& seen, const training::Controls& controls
                   true};
     // Last, because a long case may not fit.
     const std::vector<std::string> facts = training::describeCase(*seen.patient_case);
+    notice.lines.emplace_back();
     notice.lines.insert(notice.lines.end(), facts.begin(), facts.end());
     return notice;
 }

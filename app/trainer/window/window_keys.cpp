@@ -1,6 +1,7 @@
 #include "app/trainer/window/window_keys.h"
 
 #include <array>
+#include <span>
 
 namespace stylet::trainer {
 
@@ -11,16 +12,17 @@ struct KeyWord {
     const char *name, *what, *word;
 };
 // Keys for the trainee's commands. An assistant may use them too.
-constexpr std::array kWordKeys{
-    KeyWord{'f', "F", "finger", "finger"},         KeyWord{'p', "P", "probe", "probe"},
-    KeyWord{'k', "K", "park it", "park"},          KeyWord{'l', "L", "lift it", "lift"},
-    KeyWord{'s', "S", "scalpel", "scalpel"},       KeyWord{'g', "G", "guide", "guide"},
-    KeyWord{'n', "N", "needle", "needle"},         KeyWord{' ', "Space", "next tool", "next"},
-    KeyWord{'w', "W", "guide wire", "wire"},       KeyWord{'d', "D", "dilator", "dilator"},
-    KeyWord{'a', "A", "drain", "drain"},           KeyWord{'v', "V", "syringe", "aspirate"},
-    KeyWord{'h', "H", "hold breath", "hold"},      KeyWord{'b', "B", "breathe", "breathe"},
-    KeyWord{'y', "Y", "answer yes", "yes"},        KeyWord{'u', "U", "answer no", "no"},
-    KeyWord{kKeyEnter, "Enter", "re-arm", "rearm"}};
+constexpr std::array kToolKeys{
+    KeyWord{'f', "F", "finger", "finger"},   KeyWord{'p', "P", "probe", "probe"},
+    KeyWord{'k', "K", "park it", "park"},    KeyWord{'l', "L", "lift it", "lift"},
+    KeyWord{'s', "S", "scalpel", "scalpel"}, KeyWord{'g', "G", "guide", "guide"},
+    KeyWord{'n', "N", "needle", "needle"},   KeyWord{' ', "Space", "next tool", "next"},
+    KeyWord{'w', "W", "guide wire", "wire"}, KeyWord{'d', "D", "dilator", "dilator"},
+    KeyWord{'a', "A", "drain", "drain"}};
+constexpr std::array kActKeys{
+    KeyWord{'v', "V", "syringe", "aspirate"}, KeyWord{'h', "H", "hold breath", "hold"},
+    KeyWord{'b', "B", "breathe", "breathe"},  KeyWord{'y', "Y", "answer yes", "yes"},
+    KeyWord{'u', "U", "answer no", "no"},     KeyWord{kKeyEnter, "Enter", "re-arm", "rearm"}};
 
 // The instructor's function keys.
 enum Function : int { kSay = 1, kLights = 7, kComment = 9, kPause = 10, kFreeze = 11, kDifficulty = 12 };
@@ -60,8 +62,9 @@ void WindowKeys::press(const KeyPress& press) {
     if (press.repeats) return;  // a key sends its command only once
     if (press.key >= kKeyF1 && press.key <= kKeyF12) pressInstructor(1 + press.key - kKeyF1);
     if (!port_->acceptsCommands()) return;
-    for (const KeyWord& key : kWordKeys)
-        if (press.key == key.key && isOffered(key.key)) port_->pushLine(key.word);
+    for (const std::span<const KeyWord> keys : {std::span<const KeyWord>(kToolKeys), {kActKeys}})
+        for (const KeyWord& key : keys)
+            if (press.key == key.key && isOffered(key.key)) port_->pushLine(key.word);
     if (press.key == 'o') port_->pushLine("expert");
     if (press.key == 't' && port_->hasToolInput()) port_->pushLine("skin");
     if (press.key == 'x') port_->pushLine((pedal_ = !pedal_) ? "pedal" : "release");
@@ -154,12 +157,15 @@ std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows(const training::Diff
     for (const FunctionKey& key : kFunctionKeys)
         rows[0].push_back({"F" + std::to_string(key.number), key.what});
     if (!port_->acceptsCommands()) return rows;
-    std::vector<Help> tools;
-    for (const KeyWord& key : kWordKeys)
-        if (isOffered(key.key)) tools.push_back({key.name, key.what});
-    tools.push_back({"X", "X-rays"}), tools.push_back({"I", "inject"});
-    if (isOffered('m')) tools.push_back({"M", "numb"});
-    if (rules.expert) tools.push_back({"O", "watch the expert"});
+    // All keys in one row would be wider than the window.
+    std::vector<Help> tools, acts;
+    for (const KeyWord& key : kToolKeys)
+        tools.push_back({key.name, key.what});
+    for (const KeyWord& key : kActKeys)
+        if (isOffered(key.key)) acts.push_back({key.name, key.what});
+    acts.push_back({"X", "X-rays"}), acts.push_back({"I", "inject"});
+    if (isOffered('m')) acts.push_back({"M", "numb"});
+    if (rules.expert) acts.push_back({"O", "watch the expert"});
     if (port_->hasToolInput()) {
         rows.push_back({{"drag, arrows", "move"},
                         {"wheel, Page Down and Up", "in and out"},
@@ -169,6 +175,7 @@ std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows(const training::Diff
         if (rules.home) rows.back().push_back({"Home", "back to the start"});
     }
     rows.push_back(tools);
+    rows.push_back(acts);
     return rows;
 }
 

@@ -71,7 +71,9 @@ patient::Package drawnPatient() {
 
 // The states of the expert's drainage at which each act is asked for.
 Shots actsOf(const Scene& scene) {
-    const Scenario scenario = loadScenario(test::assets() / "scenarios" / "drainage.toml");
+    Scenario scenario = loadScenario(test::assets() / "scenarios" / "drainage.toml");
+    scenario.patient_case = std::make_shared<const training::PatientCase>(
+        training::loadCase(test::assets() / "cases" / "apixaban.toml"));
     const Attempt attempt = makeAttempt(scene.patient, scenario, scene.path, 1, 1000.0,
                                         [&](const patient::Patient&) { return scene.touch; });
     haptics::Simulation simulation(scene.patient, attempt.simulation, attempt.touchMap(),
@@ -79,6 +81,7 @@ Shots actsOf(const Scene& scene) {
     haptics::ReplayDevice device(attempt.hand, 0, attempt.simulation.profile);
     Session session(scene.patient, scene.path, {}, 0.0, nullptr);
     session.setCourse(training::Course::drainage);
+    session.setCase(scenario.patient_case);
     session.setDifficulty(training::Difficulty::guided);
     Shots shots;
     ContrastFeed feed;
@@ -153,6 +156,10 @@ void addMistakes(Shots& shots) {
     add(Act::seekDuct, Act::aspirate, [](FrameState& state) { state.tick.tissue = patient::Tissue::liver; });
     add(Act::pressPedal, Act::inject, [](FrameState& state) { state.machines.xray.pedal = false; });
     add(Act::takeWire, Act::feedWire, with(Tool::needle));
+    add(Act::drawDrain, Act::pushDilator, [](FrameState& state) {
+        state.tick.tool = Tool::drain;
+        state.tick.access.drain_m = 0.02;
+    });
     add(Act::drawWireBack, Act::feedWire, [](FrameState& state) { state.tick.access.pierced = true; });
     add(Act::finish, Act::releasePedal, [](FrameState& state) { state.machines.xray.pedal = false; });
 }

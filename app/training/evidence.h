@@ -37,7 +37,7 @@ enum class View : std::uint8_t { shown, noContact, besidePlane, outsideSector, s
 //             the needle for at least half of this insertion
 //   aspirate  bile is drawn through the needle
 //   contrast  medium in the ducts is seen under X-rays
-//   wire      the guide wire lies 30 mm down a duct whose wall it has not pierced
+//   wire      the guide wire lies 20 mm down a duct whose wall it has not pierced
 //   dilate    the dilator has reached the duct over a wire that lies in it
 //   drain     the wire is drawn back behind the drain's loop, which curls with all side holes in the ducts
 //   finalPicture  medium that was injected through the drain is seen in the ducts under X-rays

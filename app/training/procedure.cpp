@@ -64,7 +64,7 @@ constexpr std::array<std::string_view, kRefusalCount> kRefusalTexts{
     "blood was drawn: the needle's tip is in a vessel",
     "no bile was drawn: the wire fills the needle",
     "the contrast medium is not in the ducts",
-    "the wire does not lie 30 mm down the duct",
+    "the wire does not lie 20 mm down the duct",
     "the wire has pierced the duct's wall: draw it back",
     "the dilator did not reach the duct",
     "the drain's end does not lie in a duct",

@@ -329,7 +329,7 @@ std::string prompt(Act act, const Controls& c) {
         case Act::takeWire:
             return fmt::format("Take the guide wire: {}.", c.wire);
         case Act::feedWire:
-            return fmt::format("Push the wire 30 mm down the duct: {}.", c.push);
+            return fmt::format("Push the wire 20 mm down the duct: {}.", c.push);
         case Act::drawWireBack:
             return fmt::format("The wire has pierced the duct. Draw it back: {}.", c.pull);
         case Act::takeNeedle:

@@ -40,7 +40,7 @@ enum class DrainState : std::uint8_t {
 inline constexpr std::array<std::string_view, 4> kDrainStateNames{"none", "over wire", "in place",
                                                                   "misplaced"};
 
-inline constexpr double kSideHoles_m = 0.030;  // length of the drain's end with side holes
+inline constexpr double kSideHoles_m = 0.020;  // length of the drain's end with side holes
 inline constexpr int kMaxPathPoints = kMaxWireNodes + 2;
 
 // Positions in the reference frame.

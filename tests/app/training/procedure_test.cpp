@@ -489,14 +489,14 @@ class DrainageTest : public ProcedureTest {
         out.access.dilator_m = depth_m;
         return out;
     }
-    // The end of a drain lies along the duct; its last 8 mm of side holes as well, or in the liver.
+    // The end of a drain lies along the duct; the begin of its side holes as well, or in the liver.
     static void curl(TickOutput& out, bool in_liver = false) {
         out.access.drain = haptics::DrainState::in_place;
         out.access.path_m[0] = {in_liver ? 0.045 : 0.053, -0.018, 0.0};
         out.access.path_m[1] = {0.053, -0.010, 0.0};
-        out.access.path_m[2] = {0.053, in_liver ? 0.008 : 0.014, 0.0};
+        out.access.path_m[2] = {0.053, in_liver ? -0.002 : 0.014, 0.0};
         out.access.path_count = 3;
-        out.access.drain_m = in_liver ? 0.018 + std::hypot(0.008, 0.008) : 0.024 + 0.008;
+        out.access.drain_m = in_liver ? 0.008 + std::hypot(0.008, 0.008) : 0.024 + 0.008;
     }
     static TickOutput letGo(TickOutput out) {
         out.tool = Tool::finger;
@@ -536,14 +536,14 @@ class DrainageTest : public ProcedureTest {
 };
 
 TEST_F(DrainageTest, WireMustLieDownTheDuctWithoutPiercingIt) {
-    update(withWire(0.029), 100), update(letGo(withWire(0.029)));
+    update(withWire(0.019), 100), update(letGo(withWire(0.019)));
     EXPECT_EQ(progress().refusal, Refusal::wireNotInDuct);
     TickOutput pierced = withWire(0.050);
     pierced.access.pierced = true;
     update(pierced, 100), update(letGo(pierced));
     EXPECT_EQ(progress().refusal, Refusal::wirePierced);
     EXPECT_FALSE(done(Step::wire));
-    update(withWire(0.031));
+    update(withWire(0.021));
     EXPECT_TRUE(done(Step::wire));
 }
 

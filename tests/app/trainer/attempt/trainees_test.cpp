@@ -57,12 +57,11 @@ int seedsToDraw([[maybe_unused]] Course course) {
 // tip lies beside the target. Unlike a person, a script cannot turn the needle when the wire stops.
 std::vector<PlannedPath> pathsOpenToWire(const patient::Patient& patient,
                                          const std::vector<PlannedPath>& paths) {
-    constexpr double kReach_m = 0.032;
     constexpr std::size_t kMaxChecked = 100;
     const patient::DuctSpace ducts = patient::makeDuctSpace(patient);
     std::vector<PlannedPath> open, surely_open;
     for (std::size_t i = 0; i < std::min(paths.size(), kMaxChecked) && surely_open.size() < kMaxTried; ++i) {
-        if (wireReach_m(ducts, paths[i]) < kReach_m) continue;
+        if (wireReach_m(ducts, paths[i]) < kSureReach_m) continue;
         (sureWireReach_m(ducts, paths[i]) >= kSureReach_m ? surely_open : open).push_back(paths[i]);
     }
     surely_open.insert(surely_open.end(), open.begin(), open.end());

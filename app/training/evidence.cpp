@@ -39,7 +39,8 @@ constexpr double kHalfBeam_m = 0.0025;  // half the thickness of the ultrasound 
 // Length of the wire in the duct: the drain's side holes follow it.
 constexpr double kMinWire_m = haptics::kSideHoles_m;
 constexpr double kTorn_m = 0.003;  // of the track in one insertion of the drain
-constexpr int kHoles = 15;         // along the drain's end
+// Along the drain's end; how many of them may lie outside. The ducts' borders are known to a voxel or two.
+constexpr int kHoles = 15, kMaxHolesAside = 3;
 constexpr double kShownContrast_m3 = 2e-7, kAstrayContrast_m3 = 1e-6;
 
 double distanceToSegment_m(const Vec3& p, const Vec3& a, const Vec3& b) {
@@ -400,7 +401,7 @@ void Evidence::judgeDrain(const haptics::AccessOutput& access, double torn_m) {
     if (access.drain == DrainState::misplaced) refusal_ = Refusal::drainMisplaced;
     if (access.drain != DrainState::in_place) return;
     // The end lies in a duct. Behind it the loop has its side holes.
-    if (allHolesInDucts(access))
+    if (holesInDucts(access))
         find(Step::drain);
     else
         refusal_ = Refusal::drainLeaks;
@@ -408,7 +409,7 @@ void Evidence::judgeDrain(const haptics::AccessOutput& access, double torn_m) {
 
 // A hole is on the drain's surface, so it may open into a duct although the drain's axis, which follows the
 // thinner wire, runs in the wall.
-bool Evidence::allHolesInDucts(const haptics::AccessOutput& access) const noexcept {
+bool Evidence::holesInDucts(const haptics::AccessOutput& access) const noexcept {
     if (access.path_count < 2) return false;
     std::array<Vec3, haptics::kMaxPathPoints> path_m;
     const auto count = std::size_t(access.path_count);
@@ -418,6 +419,7 @@ bool Evidence::allHolesInDucts(const haptics::AccessOutput& access) const noexce
     const auto isDuct = [&](const Vec3& at_m) {
         return patient_->at(at_m, {true, false}).tissue == Tissue::duct;
     };
+    int aside = 0;
     for (int i = 0; i < kHoles; ++i) {
         const Vec3 at_m = haptics::pointAt(path, access.drain_m - haptics::kSideHoles_m * (i + 0.5) / kHoles);
         bool open = isDuct(at_m);
@@ -427,9 +429,9 @@ bool Evidence::allHolesInDucts(const haptics::AccessOutput& access) const noexce
                 beside_m[axis] += side_m;
                 open = open || isDuct(beside_m);
             }
-        if (!open) return false;
+        aside += open ? 0 : 1;
     }
-    return true;
+    return aside <= kMaxHolesAside;
 }
 
 void Evidence::judgeContrast(const TickOutput& now, const AttemptFold& fold) {

@@ -39,7 +39,7 @@ enum class View : std::uint8_t { shown, noContact, besidePlane, outsideSector, s
 //   contrast  medium in the ducts is seen under X-rays
 //   wire      the guide wire lies 20 mm down a duct whose wall it has not pierced
 //   dilate    the dilator has reached the duct over a wire that lies in it
-//   drain     the wire is drawn back behind the drain's loop, which curls with all side holes in the ducts
+//   drain     the wire is drawn back behind the drain's loop, which curls with its side holes in the ducts
 //   finalPicture  medium that was injected through the drain is seen in the ducts under X-rays
 class Evidence {
   public:
@@ -81,7 +81,7 @@ class Evidence {
     void judgeContrast(const haptics::TickOutput&, const AttemptFold&);
     void judgeDrainage(const haptics::TickOutput&, double torn_m);
     void judgeDrain(const haptics::AccessOutput&, double torn_m);
-    bool allHolesInDucts(const haptics::AccessOutput&) const noexcept;
+    bool holesInDucts(const haptics::AccessOutput&) const noexcept;
     bool has(Step step) const noexcept { return (found_ & 1u << unsigned(step)) != 0; }
     void find(Step step) noexcept { found_ |= 1u << unsigned(step); }
 

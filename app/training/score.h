@@ -53,7 +53,7 @@ inline constexpr std::array kExamParts{
     ExamPart{Course::drainage, maskOf(Step::aspirate, Step::contrast),
              "the proof that the needle is in a duct, by bile or contrast medium"},
     ExamPart{Course::drainage, maskOf(Step::dilate), "the dilated track"},
-    ExamPart{Course::drainage, maskOf(Step::drain), "the drain with all its side holes in the ducts"},
+    ExamPart{Course::drainage, maskOf(Step::drain), "the drain with its side holes in the ducts"},
     ExamPart{Course::drainage, maskOf(Step::finalPicture), "the final picture"},
 };
 constexpr bool isMissing(const ExamPart& part, Course course, std::uint32_t steps_done) noexcept {

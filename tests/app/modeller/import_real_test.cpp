@@ -2,7 +2,6 @@
 // used for path planning and punctures.
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -149,20 +148,28 @@ TEST_F(ImportReal, CavitySlidesWithoutGapOrFold) {
 TEST_F(ImportReal, SimulatedTraineesRankInOrder) {
     const patient::Patient patient(opened());
     const haptics::TouchMap touch = haptics::makeTouchMap(patient);
-    const patient::PlannedPath path = paths().front();
+    patient::PlannedPath path = paths().front();
+    const auto play = [&](const std::string& name) {
+        const trainer::Scenario scenario =
+            trainer::loadScenario(test::assets() / "scenarios" / (name + ".toml"));
+        return test::playScripted(patient, touch, path, scenario, 1);
+    };
+    // The best path on which the expert's script does not slide past a rib without feeling it.
+    for (std::size_t i = 0; i < std::min<std::size_t>(10, paths().size()); ++i) {
+        path = paths()[i];
+        const training::Progress progress = play("procedure").progress;
+        if (progress.steps_done == training::stepsOf(progress)) break;
+    }
     double last = 101.0;
     for (const std::string name : {"procedure", "trainee-good", "trainee-hesitant", "trainee-sloppy",
                                    "trainee-careless", "trainee-reckless"}) {
         SCOPED_TRACE(name);
-        const trainer::Scenario scenario =
-            trainer::loadScenario(test::assets() / "scenarios" / (name + ".toml"));
-        const trainer::SessionLog log = test::playScripted(patient, touch, path, scenario, 1);
+        const trainer::SessionLog log = play(name);
         EXPECT_LT(log.score.total, last);
         last = log.score.total;
         if (name == "procedure") {
-            EXPECT_GT(log.score.total, 85.0);
-            // The script may slide past a rib without feeling it.
-            EXPECT_GE(std::popcount(log.progress.steps_done), 5);
+            EXPECT_GT(log.score.total, 90.0);
+            EXPECT_EQ(log.progress.steps_done, training::stepsOf(log.progress));
         }
         if (name == "trainee-reckless") {
             EXPECT_LT(log.score.total, 40.0);

@@ -159,7 +159,8 @@ void addRun(CLI::App& app, Work& work) {
            "Fully segmented package of the same CT. Its force is computed alongside and compared with "
            "the force the user feels.")
         ->type_name("DIR");
-    addSeed(*run, o.config.seed, "Seed of the reference patient, of the scripted input and of a drainage's case.");
+    addSeed(*run, o.config.seed,
+            "Seed of the reference patient, of the scripted input and of a drainage's case.");
     addSpacing(*run, o.config.spacing_mm);
     run->add_option(
            "--path", o.config.path,

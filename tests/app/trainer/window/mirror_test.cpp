@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
@@ -87,6 +88,7 @@ Rect eyeIn(WindowView view, int width = kWidth, int height = kHeight) {
 class MirrorTest : public testing::Test {
   protected:
     void SetUp() override {
+        std::signal(SIGPIPE, SIG_IGN);  // as the program does: a display may close its end
         settings_.pictures.assets = std::getenv("STYLET_ASSETS");
         settings_.pictures.config.validation = true;
         settings_.pictures.field = flankField(patient_);

@@ -67,7 +67,15 @@ std::uint64_t AttemptFold::step(const haptics::TickInput& input, const haptics::
             aspiration_ = {aspiration_.count + 1, output.tick, drawnAt(output)};
         commands_.add(std::uint64_t(command.kind) | std::uint64_t(command.value) << 32);
     }
-    if (!begun_) return output.state_hash;
+    const std::uint64_t hash = begun_ ? stepEquipment(output) : output.state_hash;
+    if (answers_.count == 0) return hash;
+    StateHash with_answers;
+    with_answers.add(hash);
+    with_answers.add(std::uint64_t(answers_.yes) << 32 | answers_.count);
+    return with_answers.value();
+}
+
+std::uint64_t AttemptFold::stepEquipment(const haptics::TickOutput& output) {
     contrast_.step(contrastInput(output), dt_s_);
     anaesthetic_.step(anaestheticInput(output), dt_s_);
     dose_.step(equipment_.xray, contrast_.volumes().injected_m3, output.tick);

@@ -59,6 +59,7 @@ class AttemptFold {
     const Answers& answers() const noexcept { return answers_; }
 
   private:
+    std::uint64_t stepEquipment(const haptics::TickOutput&);
     patient::ContrastInput contrastInput(const haptics::TickOutput&) const;
     patient::AnaestheticInput anaestheticInput(const haptics::TickOutput&) const noexcept;
 

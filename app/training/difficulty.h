@@ -44,9 +44,8 @@ struct DifficultyRules {
 // Nothing but what a real room shows.
 inline constexpr DifficultyRules kStrictestRules{};
 
-// Until a table is loaded, every difficulty has the strictest rules, so a table that was forgotten helps
-// nobody in an exam. Tests load the shipped table (tests/app/trainer/difficulties.h) if they mean another
-// difficulty.
+// Until a table is loaded, every difficulty has the strictest rules. Tests of another difficulty load the
+// shipped table (tests/app/trainer/difficulties.h).
 class DifficultyTable {
   public:
     constexpr DifficultyTable() noexcept { rules_.fill(kStrictestRules); }

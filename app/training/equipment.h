@@ -56,8 +56,8 @@ struct XrayState {
     double pulses_per_s = 7.5;
     std::uint64_t pulses = 0;           // pulse count; one picture per pulse
     std::uint64_t last_pulse_tick = 0;  // tick of the last pulse
-    // The C-arm is moved over this point of the patient frame: the tip of a needle in the body when the pedal
-    // was last pressed. Absent: none was.
+    // The C-arm is moved over this point of the patient frame: the needle's tip when the pedal was last
+    // pressed with the needle in the body. Absent: it never was.
     std::optional<Vec3> aimed_m{};
 };
 struct UltrasoundState {

@@ -253,7 +253,7 @@ View Evidence::findView(const TickOutput& now, const Vec3& target_m,
 // A needle in the guide stays on the guide's line. While the patient breathes, the duct passes that line.
 void Evidence::aim(const TickOutput& now, const Vec3& target_m) noexcept {
     const std::optional<Pose> patient_from_probe = picturingProbe(now, kMinContact);
-    // Another place of the probe must be aimed anew.
+    // After the probe was lifted, its new place must be aimed.
     if (!patient_from_probe) aimed_ = false;
     if (!patient_from_probe || !now.breath_held) return;
     const Pose patient_from_rail = *patient_from_probe * tools_.guide.probe_from_guide;

@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kDebounce_s = 0.25;  // a contact or hit repeated within this time counts once
 constexpr double kTouch_n = 0.001;    // smallest force of a tool that touches the skin
-// Parts of the procedure: the puncture and the drain count three times as much as another step. So an exam is
-// failed by the sum alone if every step is left out without which the drain can still be placed.
+// Parts of the procedure: the puncture and the drain count three times as much as another step. With these
+// weights, an attempt with no step but those that a drain needs stays below the pass mark.
 constexpr double kMainStep = 3.0, kOtherStep = 1.0, kCutBlindly = 1.0;
 constexpr double kDegPerRad = 57.29577951308232, kMm = 1e3;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();

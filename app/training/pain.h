@@ -11,9 +11,9 @@
 // does not hurt. The prick that brings the anaesthetic is a needle through the skin as well, so no drainage
 // is free of pain.
 //
-// A drain that is forced ahead of the dilator tears the track, also in the numb wall and in the liver. d is
-// the greatest depth that the tip of either has reached in this access, l the length of the track from the
-// skin to the duct. A drain whose tip moves on to x > d adds max(0, min(x, l) - d) to the torn length.
+// A drain that is forced ahead of the dilator tears the track, also in the numb wall and in the liver. Let l
+// be the length of the track from the skin to the duct, and d the greatest depth that either tip has reached
+// in this access. If the drain's tip then goes to a depth x, the torn length grows by max(0, min(x, l) - d).
 #pragma once
 
 #include <cstdint>

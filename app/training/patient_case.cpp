@@ -232,7 +232,7 @@ PatientCase parseCase(std::string_view toml, const std::filesystem::path& file) 
     if (top.has("antibiotic_min")) c.antibiotic_min = top.number("antibiotic_min", 0.0, 10'000.0);
     c.consent = top.choice<Consent>("consent", kConsentNames);
     // Otherwise two right answers would contradict each other.
-    if ((c.consent == Consent::missing) && c.urgency == Urgency::emergency)
+    if (c.consent == Consent::missing && c.urgency == Urgency::emergency)
         top.refuse("consent", "in an emergency it is given or presumed");
     if (c.consent == Consent::presumed && c.urgency != Urgency::emergency)
         top.refuse("consent", "is presumed only in an emergency");

@@ -19,18 +19,15 @@
 namespace stylet::training {
 
 enum class Sex : std::uint8_t { female, male };
-enum class Urgency : std::uint8_t {
-    elective,
-    urgent,
-    emergency
-};  // emergency: the delay is the greater risk
+// emergency: a delay is the greater risk
+enum class Urgency : std::uint8_t { elective, urgent, emergency };
 enum class Ascites : std::uint8_t { none, small, large };
 enum class Reaction : std::uint8_t { none, mild, severe };
 enum class Consent : std::uint8_t { given, presumed, missing };
 enum class Thinner : std::uint8_t { none, aspirin, clopidogrel, warfarin, apixaban, dabigatran, enoxaparin };
 
 inline constexpr double kMaxInr = 1.8, kMinPlatelets_e9_per_l = 50.0;
-// In chronic liver disease, whose tests overstate the tendency to bleed.
+// In chronic liver disease, where both values look worse than the patient bleeds.
 inline constexpr double kMaxInrLiver = 2.5, kMinPlateletsLiver_e9_per_l = 30.0;
 inline constexpr double kAntibioticLasts_min = 60.0;
 inline constexpr double kSlowKidney_ml_per_min = 50.0;  // below it, apixaban and dabigatran last longer

@@ -21,7 +21,7 @@ class SafetyWatch {
     // in a vessel is half of what is injected against arrhythmia.
     static constexpr double kMaxAnaesthetic_m3 = 30e-6, kMaxInVessel_m3 = 5e-6;
     // A wire that has gone this far without proof lies in a duct, a vessel or a crevice, and nobody knows
-    // which. In solid liver it goes 7 mm at most.
+    // which. In solid liver it buckles before.
     static constexpr double kBlindWire_m = 0.010;
 
     // `patient` must outlive this object.

@@ -184,6 +184,8 @@ Act toPassWire(const Progress& progress, const TickOutput& now) noexcept {
         if (progress.missing == Refusal::wireUnproven) return Act::aspirate;
     }
     if (now.tool != Tool::wire) return Act::takeWire;
+    // A needle that the wire fills draws no bile.
+    if (access.needle_in && progress.missing == Refusal::wireUnproven) return Act::drawWireBack;
     return access.pierced ? Act::drawWireBack : Act::feedWire;
 }
 
@@ -331,7 +333,7 @@ std::string prompt(Act act, const Controls& c) {
         case Act::feedWire:
             return fmt::format("Push the wire 20 mm down the duct: {}.", c.push);
         case Act::drawWireBack:
-            return fmt::format("The wire has pierced the duct. Draw it back: {}.", c.pull);
+            return fmt::format("Draw the wire back: {}.", c.pull);
         case Act::takeNeedle:
             return fmt::format("Take the needle, to draw it out over the wire: {}.", c.needle);
         case Act::drawNeedle:

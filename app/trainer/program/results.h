@@ -27,8 +27,8 @@ struct AttemptFacts {
 };
 
 // True if no step but the review of the case was done and the needle never entered the body. Such an attempt
-// is aborted if a user ended it. An attempt with the needle in the body counts, and an exam in which a
-// question about the case was answered: nobody can end a failure to keep it out of the statistics.
+// is aborted if a user ended it. False for an exam in which a question about the case was answered: otherwise
+// the trainee could end it after a wrong answer and keep it out of the statistics.
 bool reachedNothing(const SessionLog&, bool exam);
 
 // The result of an attempt, for its record.

@@ -20,8 +20,8 @@ struct Notice {
     friend bool operator==(const Notice&, const Notice&) = default;
 };
 
-// Returns nothing if there is nothing to report. `rearm_act`: see LiveHand; empty: the attempt has no user
-// who could re-arm. `controls`: of the input in use.
+// Returns nothing if there is nothing to report. `rearm_act`: see LiveHand; empty if nobody could
+// re-arm the force. `controls`: the words of the input that the trainee uses.
 std::optional<Notice> makeNotice(const FrameState&, Attention, const std::string& rearm_act,
                                  const training::Controls& controls = training::kTypedControls);
 

@@ -44,6 +44,23 @@ TEST_F(AttemptFoldTest, EqualsTheSimulationHashUntilEquipmentIsUsed) {
     EXPECT_NE(tick(fold), output_.state_hash);
 }
 
+// Whoever changes an answer in a record changes its hash, also before equipment is used.
+TEST_F(AttemptFoldTest, AnswersAreHashedInTheirOrder) {
+    const auto hashAfter = [&](std::initializer_list<Command> answers, bool pedal) {
+        AttemptFold fold(patient_, kDt_s);
+        output_.tick = 0;
+        std::uint64_t hash = 0;
+        for (const Command& answer : answers)
+            hash = tick(fold, {answer});
+        return pedal ? tick(fold, {kPedalDown}) : hash;
+    };
+    for (const bool pedal : {false, true}) {
+        EXPECT_EQ(hashAfter({kYes, kNo}, pedal), hashAfter({kYes, kNo}, pedal));
+        EXPECT_NE(hashAfter({kYes, kNo}, pedal), hashAfter({kNo, kYes}, pedal));
+        EXPECT_NE(hashAfter({kNo, kNo}, pedal), hashAfter({kNo, {CommandKind::marker, 7}}, pedal));
+    }
+}
+
 TEST_F(AttemptFoldTest, ContrastAndDoseFollowTheCommandsTickByTick) {
     AttemptFold fold(patient_, kDt_s);
     tick(fold, {kPedalDown, injectCommand(2e-6)});

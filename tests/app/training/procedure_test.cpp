@@ -594,6 +594,8 @@ TEST_F(DrainageTest, DrainForcedAheadOfTheDilatorTearsTheTrack) {
     update(drain);
     EXPECT_DOUBLE_EQ(progress().pain, kTearPain);
     EXPECT_EQ(progress().refusal, Refusal::trackTorn);
+    // The debrief finds the tear by these words (app/report/advice.cpp).
+    EXPECT_TRUE(refusalText(Refusal::trackTorn).starts_with("the drain tears"));
     EXPECT_NEAR(value(MetricId::tornTrack), 10.0, 1e-9);
     drain.access.drain_m = 0.080;
     update(drain, 10);
@@ -631,6 +633,10 @@ TEST_F(DrainageTest, TutorAsksForBileAgainIfTheNeedleCameOutSinceTheProof) {
     TickOutput now = needleAt({0.053, 0.0, 0.0}, Tissue::duct, 6);
     now.tool_awaits_exit = false;
     EXPECT_EQ(nextAct(wants_wire, now, {}), Act::aspirate);
+    now.tool = Tool::wire, now.access.open = now.access.wire_in = now.access.needle_in = true;
+    EXPECT_EQ(nextAct(wants_wire, now, {}), Act::drawWireBack)
+        << "a needle that the wire fills draws no bile";
+    now.tool = Tool::needle, now.access = {};
     wants_wire.missing = Refusal::none;
     EXPECT_EQ(nextAct(wants_wire, now, {}), Act::takeWire);
 }

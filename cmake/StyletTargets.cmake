@@ -98,15 +98,17 @@ function(stylet_program name)
 endfunction()
 
 # stylet_test(name SOURCES ... LINK ... TIMEOUT seconds LABELS ... REAL_TIME ALL_REAL_TIME ONE_THREAD
-# ONE_THREAD_TESTS ...): a GoogleTest program of tests/<module>.
+# ONE_THREAD_TESTS ... REPEATED_TESTS ...): a GoogleTest program of tests/<module>.
 # One ctest entry per program: most tests are short, and a process for each would take longer than the test itself.
 # Programs with the longest timeout start first, so that none runs alone at the end.
 # REAL_TIME: some of its suites are named *RealTime. They need the wall clock, so they have a separate entry
 # NAME_real_time, which `packaging/test --stutter` repeats. ALL_REAL_TIME: all its suites need it.
 # ONE_THREAD: left out under ThreadSanitizer. Its only threads are parallel loops, whose results other tests compare.
 # ONE_THREAD_TESTS: patterns of tests to which the same applies, in a program that has other tests too.
+# REPEATED_TESTS: patterns of tests that every sanitizer leaves out. They run code of the program's other tests again,
+# with other numbers: for statistics, or with other mistakes of a simulated trainee.
 function(stylet_test name)
-    cmake_parse_arguments(ARG "REAL_TIME;ALL_REAL_TIME;ONE_THREAD" "TIMEOUT" "SOURCES;LINK;LABELS;ONE_THREAD_TESTS" ${ARGN})
+    cmake_parse_arguments(ARG "REAL_TIME;ALL_REAL_TIME;ONE_THREAD" "TIMEOUT" "SOURCES;LINK;LABELS;ONE_THREAD_TESTS;REPEATED_TESTS" ${ARGN})
     if(ARG_ONE_THREAD AND STYLET_SANITIZE MATCHES thread)
         return()
     endif()
@@ -131,6 +133,9 @@ function(stylet_test name)
     endif()
     if(STYLET_SANITIZE MATCHES thread)
         list(APPEND left_out ${ARG_ONE_THREAD_TESTS})
+    endif()
+    if(STYLET_SANITIZE)
+        list(APPEND left_out ${ARG_REPEATED_TESTS})
     endif()
     set(filter "")
     if(left_out)

@@ -169,6 +169,8 @@ class DrapeBuilder {
             node.from_opening = 1.0;
         }
         const double z = std::clamp(z_m, trunk_.z0_m, trunk_.z1_m);
+        if (z == trunk_.z0_m || z == trunk_.z1_m)  // the opening ends with the trunk
+            node.from_opening = std::max(node.from_opening, 1.0);
         node.anchor = trunk_.pointAt(angle, z, 0.0);
         node.p = trunk_.pointAt(angle, z, kGap_m);
         node.p.z = z_m;

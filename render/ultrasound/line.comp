@@ -18,8 +18,9 @@ shared vec2 needle_at;        // at the needle: drawn depth, remaining amplitude
 Sample sampleIn(int base, int i) {
     const uvec4 bits = samples[base + min(i, kSamples - 1)];
     const uint tissue = bits.x & 31u, facing = bits.x >> kFacingAt & 255u;
-    const vec4 mean = frame.tissues[tissue].mean;
-    return Sample(tissue, uintBitsToFloat(bits.z), uintBitsToFloat(bits.w),
+    const float fluid = float(bits.x >> kFluidAt & 255u) * (1.0 / 255.0);
+    const vec4 mean = soakedMean(tissue, fluid);
+    return Sample(tissue, fluid, uintBitsToFloat(bits.z), uintBitsToFloat(bits.w),
                   (float(bits.x >> kCrossingAt & 1023u) * (1.0 / 511.5) - 1.0) * kCrossingRange,
                   facing == 0u ? -1.0 : float(facing - 1u) * (1.0 / 254.0), mean.y, mean.z, unpackHalf2x16(bits.y));
 }

@@ -2,6 +2,7 @@
 
 struct Sample {
     uint tissue;
+    float fluid;      // share of injected fluid
     float impedance;  // ln
     float scatter;    // amplitude
     float crossing;   // steps to the border of its voxel, along the line; kCrossingRange: none
@@ -20,10 +21,29 @@ struct Step {
     float mirrored;   // reflected amplitude: tanh(jump), less at oblique incidence
 };
 
-Sample makeSample(uint tissue, float variation, bool wall, float crossing, float facing, vec2 noise) {
-    const vec4 mean = frame.tissues[tissue].mean, by_hu = frame.tissues[tissue].variation;
-    return Sample(tissue, mean.x + by_hu.x * variation, wall ? by_hu.z : mean.w * exp(by_hu.y * variation), crossing, facing, mean.y,
-                  mean.z, noise);
+vec4 soakedMean(uint tissue, float fluid) {
+    return mix(frame.tissues[tissue].mean, frame.tissues[uint(frame.voxel_dims.w)].mean, fluid);
+}
+
+Sample makeSample(uint tissue, float variation, bool wall, float fluid, float crossing, float facing, vec2 noise) {
+    const vec4 mean = soakedMean(tissue, fluid), by_hu = frame.tissues[tissue].variation;
+    const float scatter = wall ? by_hu.z : frame.tissues[tissue].mean.w * exp(by_hu.y * variation);
+    return Sample(tissue, fluid, mean.x + (1.0 - fluid) * by_hu.x * variation, (1.0 - fluid) * scatter, crossing, facing,
+                  mean.y, mean.z, noise);
+}
+
+// Share of injected fluid. Tissue soaks it up: it has no sharp border, and it is no ball.
+float fluidAt(vec3 p, uint tissue) {
+    float share = 0.0;
+    if ((frame.undisplaced.x >> tissue & 1u) != 0u) return share;
+    for (int d = 0; d < int(frame.reach.w); ++d) {
+        const float away = length(p - frame.depots[d].xyz) / frame.depots[d].w;
+        if (away * (1.0 - kLobeHeight) >= kFluidTo) continue;
+        const vec3 q = p * kLobesPer_m;
+        const float lobes = (sin(q.x + 1.7 * q.y) + sin(1.3 * q.y - q.z) + sin(1.6 * q.z - 0.7 * q.x)) / 3.0;
+        share = max(share, 1.0 - smoothstep(kFluidFrom, kFluidTo, away * (1.0 + kLobeHeight * lobes)));
+    }
+    return kMostFluid * share;
 }
 
 // A border lies within a single step, because its voxel stores it as a plane. The pulse therefore sums up the
@@ -105,28 +125,15 @@ Sample sampleAtPlace(vec3 p, vec3 direction, float depth_m, float gel_m) {
             variation = 0.0;
         }
     }
-    for (int d = 0; d < int(frame.reach.w); ++d) {
-        const vec3 out_m = p - frame.depots[d].xyz;
-        const float from_centre_m = length(out_m), to_border_m = frame.depots[d].w - from_centre_m;
-        if ((frame.undisplaced.x >> tissue & 1u) != 0u || from_centre_m == 0.0) continue;
-        const vec3 normal = out_m / from_centre_m;
-        const float along = dot(normal, direction), steps = to_border_m / (along * frame.march.x);
-        if (abs(along) > 1e-3 && abs(steps) < kCrossingRange) {
-            crossing = steps;
-            facing = abs(along);
-        }
-        if (to_border_m > 0.0) {
-            tissue = uint(frame.voxel_dims.w);  // as watery as gel
-            variation = 0.0;
-        }
-    }
+    float fluid = fluidAt(p, tissue);
     // Gel creeps into the gap that is left between a pressed face and the skin.
     const bool gel = depth_m < gel_m || (tissue == air && depth_m < gel_m + frame.reach.z);
     if (gel) {
         tissue = uint(frame.voxel_dims.w);
-        variation = 0.0;
+        variation = fluid = 0.0;
     }
-    return makeSample(tissue, variation, !gel && wall_m < frame.tissues[tissue].variation.w, crossing, facing, scatterersAt(p));
+    return makeSample(tissue, variation, !gel && wall_m < frame.tissues[tissue].variation.w, fluid, crossing, facing,
+                      scatterersAt(p));
 }
 
 // Noise of a bin between two samples, with the same variance as theirs.

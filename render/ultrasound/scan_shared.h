@@ -12,12 +12,16 @@ namespace stylet::render::gpu {
 const int kMaxTissues = 32, kMaxPlanes = 17, kMaxTaps = 6, kMaxDepots = 32;
 // Packed voxels (acoustic_volume.h) and packed samples of the march: offsets in bits.
 const int kOtherAt = 5, kNearAt = 10, kNormalXAt = 16, kNormalYAt = 22, kVariationAt = 28;
-const int kCrossingAt = 5, kFacingAt = 15;
+const int kCrossingAt = 5, kFacingAt = 15, kFluidAt = 23;
 const float kNearRange = 0.875;    // voxels
 const float kCrossingRange = 2.0;  // steps in either direction
 // Scale that gives each part of a node's noise a variance of 1/2. The sum of two bytes has a variance of
 // 2 (256^2 - 1) / 12.
 const float kScattererScale = 0.0067658;
+// Injected fluid: the largest share of it in tissue; the distances from the centre, in radii of its ball, between
+// which the share falls to 0; how far its lobes stand out; their wave number, 1/m. Own estimates: the fluid in all
+// is the ball's to 15 %, and the lobes are about a centimetre wide.
+const float kMostFluid = 0.85, kFluidFrom = 0.6, kFluidTo = 1.4, kLobeHeight = 0.35, kLobesPer_m = 400.0;
 // Comet tail of a needle: share of its echo, decay length to 1/e.
 const float kComet = 0.30, kComet_m = 0.0035;
 const float kUnknownFacing = 0.6;                         // |cos| for a change of impedance without a border
@@ -54,7 +58,7 @@ struct ScanUniforms {
     vec4 pulses[2];  // factor of the heartbeat for each kind of vessel (patient/contrast/vessel_flow.h)
     // Summed beam width, standard deviations; correlation of the noise one step apart; creep of the gel, m.
     vec4 reach;               // w: number of depots
-    vec4 depots[kMaxDepots];  // balls of fluid, reference patient: centre; radius, m
+    vec4 depots[kMaxDepots];  // injected fluid, reference patient: centre; radius of its ball, m
     uvec4 undisplaced;        // x: bit mask of the tissues that fluid does not displace: solid ones and air
     AcousticUniforms tissues[kMaxTissues];
 };

@@ -23,6 +23,6 @@ void main() {
     const uint turn = uint(clamp((s.crossing / kCrossingRange + 1.0) * 511.5, 0.0, 1023.0));
     const uint facing = s.facing < 0.0 ? 0u : uint(min(s.facing, 1.0) * 254.0) + 1u;
     samples[(plane * kLines + line) * kSamples + i] =
-        uvec4(s.tissue | turn << kCrossingAt | facing << kFacingAt, packHalf2x16(s.noise), floatBitsToUint(s.impedance),
+        uvec4(s.tissue | turn << kCrossingAt | facing << kFacingAt | uint(s.fluid * 255.0 + 0.5) << kFluidAt, packHalf2x16(s.noise), floatBitsToUint(s.impedance),
               floatBitsToUint(s.scatter));
 }

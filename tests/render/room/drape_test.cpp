@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/render/phantoms.h"
@@ -53,6 +54,28 @@ TEST_F(DrapeTest, IsOpenAroundTheField) {
         nearest = std::min(nearest, glm::length(Vec3(drape.vertices[i].position_m) - field));
     EXPECT_GT(nearest, 0.9 * std::min(kOpeningAround_m, kOpeningAlong_m) - 0.01);
     EXPECT_LT(nearest, kOpeningAround_m + 0.01);
+}
+
+// The cloth begins at the rim also where the opening reaches the trunk's end, beyond which it would be
+// larger than the CT.
+TEST_F(DrapeTest, HasNoHoleBesideTheRim) {
+    const Grid& grid = package.ct.grid;
+    for (const double z_m : {0.0, grid.origin_m.z + 0.03, grid.centre(grid.dims - 1).z - 0.03}) {
+        const DrapeShape drape = makeDrape(patient, back_m, flank() + Vec3(0.0, 0.0, z_m));
+        // The rim's vertices are the last; those of the cloth that no triangle uses are in the opening.
+        const std::uint32_t rim = *std::ranges::max_element(drape.indices) + 1 - 80 * 8;
+        std::vector<bool> used(drape.vertices.size());
+        for (const std::uint32_t i : drape.indices)
+            used[i] = true;
+        for (std::uint32_t r = rim; r < drape.vertices.size(); ++r) {
+            double nearest_m = 1.0;
+            for (std::uint32_t i = 0; i < rim; ++i)
+                if (used[i])
+                    nearest_m = std::min(nearest_m, double(glm::distance(drape.vertices[i].position_m,
+                                                                         drape.vertices[r].position_m)));
+            EXPECT_LT(nearest_m, 0.013) << z_m;
+        }
+    }
 }
 
 TEST_F(DrapeTest, BreathesWithTheSkinBelowIt) {

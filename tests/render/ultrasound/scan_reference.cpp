@@ -14,7 +14,7 @@ namespace {
 
 struct Point {
     int tissue = 0;
-    double ln_impedance = 0.0, scatter = 0.0;
+    double fluid = 0.0, ln_impedance = 0.0, scatter = 0.0;
     double border_steps = 1e9, facing = -1.0;  // along the line, to the border in its voxel
     Complex noise;
 };
@@ -62,12 +62,16 @@ struct Scanner {
     const Transducer& probe;
     ScanPlan plan;
 
-    double drawn(int tissue) const {
+    double drawnIn(int tissue) const {
         return plan.step_m * kAssumedSpeed_m_per_s / table.acoustics[std::size_t(tissue)].speed_m_per_s;
     }
-    double passes(int tissue) const {
+    double passesIn(int tissue) const {
         const double lost = attenuation_np_per_m(table.acoustics[std::size_t(tissue)], plan.frequency_hz);
-        return std::exp(plan.amplified_np_per_m * drawn(tissue) - lost * plan.step_m);
+        return std::exp(plan.amplified_np_per_m * drawnIn(tissue) - lost * plan.step_m);
+    }
+    double drawn(const Point& p) const { return std::lerp(drawnIn(p.tissue), drawnIn(table.gel), p.fluid); }
+    double passes(const Point& p) const {
+        return std::lerp(passesIn(p.tissue), passesIn(table.gel), p.fluid);
     }
     Point pointAt(const Vec3& reference, const Vec3& direction) const;
     std::vector<NeedleEcho> needleEchoes() const;  // one for each line
@@ -96,20 +100,15 @@ Point Scanner::pointAt(const Vec3& reference, const Vec3& direction) const {
             variation = 0.0;
         }
     }
-    for (const UltrasoundInput::Depot& depot : input.depots) {
-        const Vec3 out_m = reference - depot.centre_reference_m;
-        const double from_centre_m = glm::length(out_m), to_depot_m = depot.radius_m - from_centre_m;
-        const double along = glm::dot(out_m, direction) / from_centre_m;
-        const double steps = to_depot_m / (along * plan.step_m);
-        if (point.tissue == table.air || table.acoustics[std::size_t(point.tissue)].solid) continue;
-        if (std::fabs(along) > 1e-3 && std::fabs(steps) < double(gpu::kCrossingRange))
-            point.border_steps = steps, point.facing = std::fabs(along);
-        if (to_depot_m > 0.0) point.tissue = table.gel, variation = 0.0, to_border_m = 1e9;
-    }
+    if (point.tissue != table.air && !table.acoustics[std::size_t(point.tissue)].solid)
+        point.fluid = fluidShare(input.depots, reference);
     const Acoustic& a = table.acoustics[std::size_t(point.tissue)];
     point.ln_impedance = std::log(a.impedance_rayl) + std::log1p(a.impedance_by_hu) * variation;
+    point.ln_impedance = std::lerp(
+        point.ln_impedance, std::log(table.acoustics[std::size_t(table.gel)].impedance_rayl), point.fluid);
     point.scatter = amplitude(a.scatter_db + a.scatter_by_hu_db * variation);
     if (a.wall_db && to_border_m < a.wall_m) point.scatter = amplitude(*a.wall_db);
+    point.scatter *= 1.0 - point.fluid;
     point.noise = noiseAt(reference);
     return point;
 }
@@ -143,10 +142,10 @@ void Scanner::addPlane(const ScanLine& line, std::size_t plane, std::vector<Comp
         const double mirror = std::tanh(c.jump);
         c.mirrored = mirror * (other && facing >= 0.0 ? facing : double(gpu::kUnknownFacing));
         c.begins = t;
-        c.at = t + drawn(a.tissue) * share;
-        c.ends = t + drawn(a.tissue) * share + drawn(b.tissue) * (1.0 - share);
+        c.at = t + drawn(a) * share;
+        c.ends = t + drawn(a) * share + drawn(b) * (1.0 - share);
         c.left = left;
-        c.passes = (passes(a.tissue) * share + passes(b.tissue) * (1.0 - share)) * (1.0 - mirror * mirror);
+        c.passes = (passes(a) * share + passes(b) * (1.0 - share)) * (1.0 - mirror * mirror);
         const double needle_step = needle_m / plan.step_m - k;
         if (needle_at && needle_step >= 0.0 && needle_step < 1.0) {
             *needle_at = t + (c.ends - t) * needle_step;
@@ -218,6 +217,21 @@ std::vector<Complex> Scanner::makeLine(const ScanLine& line, const NeedleEcho& n
 }
 
 }  // namespace
+
+double fluidShare(const std::vector<UltrasoundInput::Depot>& depots, const Vec3& p) {
+    double share = 0.0;
+    const Vec3 q = p * double(gpu::kLobesPer_m);
+    const double lobes =
+        (std::sin(q.x + 1.7 * q.y) + std::sin(1.3 * q.y - q.z) + std::sin(1.6 * q.z - 0.7 * q.x)) / 3.0;
+    for (const UltrasoundInput::Depot& depot : depots) {
+        const double away = glm::distance(p, depot.centre_reference_m) / depot.radius_m *
+                            (1.0 + double(gpu::kLobeHeight) * lobes);
+        const double x =
+            std::clamp((away - double(gpu::kFluidFrom)) / double(gpu::kFluidTo - gpu::kFluidFrom), 0.0, 1.0);
+        share = std::max(share, 1.0 - x * x * (3.0 - 2.0 * x));
+    }
+    return double(gpu::kMostFluid) * share;
+}
 
 EncodedPatient encode(const patient::Patient& patient, const AcousticTable& table) {
     Workers workers;

@@ -24,6 +24,9 @@ struct ReferenceScan {
     std::vector<double> envelope;  // line by line
 };
 
+// Share of injected fluid in soft tissue at a place of the reference patient.
+double fluidShare(const std::vector<render::UltrasoundInput::Depot>&, const Vec3&);
+
 using Undeform = std::function<Vec3(const Vec3&)>;  // patient frame to reference
 
 // Scans without electronic noise, with every line in full contact.

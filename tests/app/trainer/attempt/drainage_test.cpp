@@ -101,9 +101,16 @@ Played play(const patient::Patient& patient, const patient::PlannedPath& path, c
     return played;
 }
 
+// Sanitizers look for faults of the code, and one patient suffices for that.
+#if defined(STYLET_SANITIZED)
+constexpr std::uint64_t kSeeds = 1;
+#else
+constexpr std::uint64_t kSeeds = 4;
+#endif
+
 // HZ-TEACH-12
 TEST(Drainage, TheExpertDoesEveryStepInPatientsOfSeveralSeeds) {
-    for (const std::uint64_t seed : {1u, 2u, 3u, 4u}) {
+    for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
         Scenario scenario = drainage();
         drawCase(scenario, seed);
         const SynthPatient p(seed);

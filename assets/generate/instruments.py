@@ -69,10 +69,11 @@ def needle():
 
 def probe():
     """Convex abdominal probe of 60 mm radius, with a needle guide on the +x side. The centre of the lens is at the
-    origin; x runs along the array, and the image plane is y = 0."""
+    origin; x runs along the array, and the image plane is y = 0. It has no
+    cable, because a cable would end in mid-air or run through the drape."""
     lens, shell = Part("lens", (92, 98, 104), 0.0, 0.42), Part("shell", (226, 228, 224), 0.0, 0.3)
     grip, accent = Part("grip", (70, 78, 86), 0.0, 0.5), Part("accent", (40, 132, 148), 0.0, 0.35)
-    guide, cable = Part("guide", (92, 170, 186), 0.0, 0.3), Part("cable", (206, 208, 204), 0.0, 0.5)
+    guide = Part("guide", (92, 170, 186), 0.0, 0.3)
     radius, half_angle, half_y = 0.060, math.radians(29.0), 0.0085
     # The lens: an arc along x, rounded across y.
     rows = []
@@ -119,13 +120,7 @@ def probe():
                  (0.0150, 0.0128, 0.0126, 0.138), (0.0115, 0.0108, 0.0106, 0.145), (0.0085, 0.0085, 0.0083, 0.147)])
     for side in (-1, 1):
         accent.box((0.008, 0.0136 * side - 0.0012, 0.058), (0.011, 0.0136 * side + 0.0012, 0.064), 0.0006, blocks=False)
-    grip.lathe([[(0.0088, 0.146), (0.0084, 0.152), (0.0070, 0.166), (0.0048, 0.182), (0.0040, 0.186)]], 20, axis=2)
-    for k in range(5):
-        z = 0.151 + 0.006 * k
-        r = 0.0089 - 0.0007 * k
-        grip.lathe([[(r - 0.001, z - 0.0018), (r, z - 0.001), (r, z + 0.001), (r - 0.001, z + 0.0018)]], 20, axis=2)
-    cable.tube(0.0034, curve([(0.0, 0.0, 0.180), (0.0, 0.0, 0.215), (0.010, 0.004, 0.262), (0.045, 0.010, 0.320),
-                              (0.105, 0.012, 0.352), (0.180, 0.006, 0.330), (0.240, 0.0, 0.262), (0.275, -0.004, 0.170)], 7), 10)
+    grip.lathe([[(0.0086, 0.1468), (0.0078, 0.149), (0.0052, 0.1508), (0.0, 0.1514)]], 20, axis=2)
     # The guide: a clip around the head and a channel that aims into the image plane.
     loft(guide, [(0.0330, 0.0140, 0.0120, 0.0215), (0.0332, 0.0145, 0.0125, 0.0235), (0.0325, 0.0152, 0.0130, 0.0315),
                  (0.0318, 0.0150, 0.0130, 0.0335)])
@@ -135,7 +130,7 @@ def probe():
                  [(0.0046, 0.018), (0.0012, 0.016)]], 16, axis=2)
     guide.lathe([[(0.0, -0.012), (0.0032, -0.012)]], 16, axis=2)
     guide.place(20.0, 1, (0.0425, 0.0, 0.0260), first)
-    parts = [lens, shell, grip, accent, guide, cable]
+    parts = [lens, shell, grip, accent, guide]
     write("instruments", "probe", {"probe": parts})
 
 

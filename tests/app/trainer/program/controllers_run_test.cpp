@@ -160,7 +160,8 @@ class Trainee {
 constexpr const char *kNext = "b/click", *kBreath = "squeeze/value";
 
 // Needs real time: only then do the program, the runtime and a user with two controllers run at the same
-// time.
+// time. What depends on the path between two frames, such as palpation, is tested in virtual time
+// (whole_course_test): a slow machine draws few frames.
 // HZ-TEACH-20
 TEST(ControllersRunRealTime, AttemptIsStoredReplayedAndReported) {
     test::Command command;
@@ -189,14 +190,6 @@ TEST(ControllersRunRealTime, AttemptIsStoredReplayedAndReported) {
             hand.goTo(kOutside, 0.2);
         }
         hand.waitForEvent("contact", "finger on the skin");
-        // A slow machine draws few frames, and the tool may pass a rib between two of them.
-        const std::string felt = "find the space between the ribs";
-        for (int tries = 0; tries < 10; ++tries) {
-            for (const double headward_m : {0.036, -0.036, 0.0})
-                hand.goTo({.deeper_m = 0.005, .headward_m = headward_m}, 0.12);
-            if (hand.sees("step", felt, 2s)) break;
-        }
-        hand.waitForEvent("step", felt);
         hand.press(kNext, "the probe is in hand");
         hand.press(kBreath, "asked for a breath-hold");
         hand.hold("left", "trigger/value", 1.0);
@@ -218,7 +211,6 @@ TEST(ControllersRunRealTime, AttemptIsStoredReplayedAndReported) {
     const test::KeptAttempt kept = test::checkStoredAttempt(command, outcome, "hands-1");
     EXPECT_EQ(kept.stored.info.device, "controllers");
     EXPECT_THAT(kept.page, testing::HasSubstr("controllers"));
-    EXPECT_EQ(kept.summary.at("steps").at("out_of_order"), 0);
     EXPECT_GT(kept.felt_n[std::size_t(Tool::finger)], 0.02);
     EXPECT_THAT(outcome.err, testing::HasSubstr("the other hand's trigger is the X-ray pedal"));
     test::expectNothingToRearm(outcome);

@@ -1,5 +1,6 @@
 #include "app/trainer/view/notice.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <cmath>
 
@@ -40,6 +41,19 @@ Notice makeCaseNotice(const FrameState& seen, const training::Controls& controls
     const std::vector<std::string> facts = training::describeCase(*seen.patient_case);
     notice.lines.emplace_back();
     notice.lines.insert(notice.lines.end(), facts.begin(), facts.end());
+    return notice;
+}
+
+// What came, and the syringe's scale. Both can be seen in reality, so every difficulty shows them.
+Notice makeSyringeNotice(const FrameState& seen) {
+    Notice notice{"Syringe", {}};
+    if (seen.drawn)
+        notice.lines.push_back(capitalised(std::string(enumName(training::kDrawnNames, *seen.drawn))) +
+                               " comes.");
+    if (seen.syringe)
+        notice.lines.push_back(fmt::format(
+            "{}: {:.1f} ml injected.", seen.syringe->anaesthetic ? "Local anaesthetic" : "Contrast medium",
+            training::kMlPerM3 * seen.syringe->injected_m3));
     return notice;
 }
 
@@ -84,9 +98,7 @@ std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, co
     if (seen.rest_due && (rearm_act.empty() || !off))
         return Notice{"Time for a rest",
                       {"You have practised for a long time: rest your eyes and hand for a few minutes."}};
-    if (seen.drawn && (rearm_act.empty() || !off))
-        return Notice{"Syringe",
-                      {capitalised(std::string(enumName(training::kDrawnNames, *seen.drawn))) + " comes."}};
+    if ((seen.drawn || seen.syringe) && (rearm_act.empty() || !off)) return makeSyringeNotice(seen);
     if (!seen.expert_note.empty() && (rearm_act.empty() || !off))
         return Notice{"Expert", {capitalised(seen.expert_note) + "."}};
     const bool stalled = seen.picture_stall_s > 0.0;

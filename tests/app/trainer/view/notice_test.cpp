@@ -89,6 +89,23 @@ TEST(Notice, SaysWhatTheSyringeDrew) {
     EXPECT_EQ(makeNotice(seen, Attention::focused, "")->title, "Paused") << "that is more important";
 }
 
+// As on a real syringe, in an exam too, and nothing but that: not where it went.
+TEST(Notice, ShowsTheSyringesScale) {
+    FrameState seen;
+    seen.difficulty = training::Difficulty::exam;
+    seen.syringe = {true, 1.54e-6};
+    const Notice notice{"Syringe", {"Local anaesthetic: 1.5 ml injected."}};
+    EXPECT_EQ(makeNotice(seen, Attention::focused, ""), notice);
+    seen.progress.track_place = training::TrackPlace::aside;
+    seen.progress.refusal = training::Refusal::anaestheticAside;
+    seen.tick.tissue = patient::Tissue::vessel;
+    EXPECT_EQ(makeNotice(seen, Attention::focused, ""), notice);
+    seen.syringe = {false, 12.0e-6};
+    seen.drawn = training::Drawn::bile;
+    EXPECT_EQ(makeNotice(seen, Attention::focused, ""),
+              (Notice{"Syringe", {"Bile comes.", "Contrast medium: 12.0 ml injected."}}));
+}
+
 TEST(Notice, SaysWhatTheExpertCannotShow) {
     FrameState seen;
     seen.expert_note = "the expert cannot show it: there is no path";

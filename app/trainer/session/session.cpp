@@ -21,6 +21,7 @@ namespace {
 // thread.
 constexpr std::size_t kRecentTicks = 4096;
 constexpr double kSyringeShown_s = 3.0;  // what the syringe drew, and how much it injected
+constexpr double kRefusedShown_s = 20.0;
 
 }  // namespace
 
@@ -239,6 +240,7 @@ FrameState Session::frameState(const TickOutput& tick) const {
     if (const auto& injection = fold_.injection(); injection && isRecent(injection->tick))
         seen.syringe = {injection->anaesthetic,
                         injection->anaesthetic ? fold_.dose().anaesthetic_m3 : fold_.dose().contrast_m3};
+    if (double(tick.tick) * dt_s_ < kRefusedShown_s) seen.start_refused = start_refused_;
     return seen;
 }
 

@@ -82,6 +82,7 @@ std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, co
         return Notice{
             "Paused",
             {"The simulation is paused while you do not wear the headset or another program has the focus."}};
+    if (!seen.start_refused.empty()) return Notice{"Next attempt refused", {seen.start_refused}, true};
     if (seen.paused) return Notice{"Paused", {"The instructor has paused the attempt and will resume it."}};
     if (seen.held && seen.return_distance_m >= haptics::kDeviceNotReady_m)
         return Notice{"Paused", {"The tool is not tracked: move it to where the headset sees it."}};

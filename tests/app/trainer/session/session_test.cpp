@@ -114,6 +114,14 @@ TEST_F(SessionLogTest, ReadsTheSyringesScale) {
     EXPECT_NEAR(contrast->injected_m3, 0.5e-6, 1e-9);
 }
 
+TEST_F(SessionLogTest, SaysForAWhileThatAnotherAttemptWasRefused) {
+    session_.setStartRefused("no");
+    session_.update(recordAt(1, -0.02));
+    EXPECT_EQ(session_.frameState(*session_.newest()).start_refused, "no");
+    session_.update(recordAt(25'000, -0.02));
+    EXPECT_EQ(session_.frameState(*session_.newest()).start_refused, "");
+}
+
 // An exam that was made easier for a while is not an exam.
 // HZ-TEACH-12
 TEST(Session, EasiestDifficultyCounts) {

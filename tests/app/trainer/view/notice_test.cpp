@@ -106,6 +106,16 @@ TEST(Notice, ShowsTheSyringesScale) {
               (Notice{"Syringe", {"Bile comes.", "Contrast medium: 12.0 ml injected."}}));
 }
 
+TEST(Notice, SaysWhyTheNextAttemptWasRefused) {
+    FrameState seen;
+    seen.start_refused = "it senses no rotation. This attempt has the settings of the last one: practice.";
+    const auto notice = makeNotice(seen, Attention::focused, "");
+    ASSERT_TRUE(notice);
+    EXPECT_EQ(notice->lines, std::vector<std::string>{seen.start_refused});
+    seen.tick.stage = haptics::ForceStage::off;
+    EXPECT_EQ(makeNotice(seen, Attention::focused, "Enter"), notice) << "the force has not started yet";
+}
+
 TEST(Notice, SaysWhatTheExpertCannotShow) {
     FrameState seen;
     seen.expert_note = "the expert cannot show it: there is no path";

@@ -11,7 +11,8 @@ namespace {
 
 constexpr report::Colour kNoticeGlass{0.05, 0.07, 0.09}, kFrame{0.95, 0.72, 0.20}, kTitle{1.0, 0.80, 0.30},
     kNoticeText{0.93, 0.95, 0.96};
-constexpr double kMargin_px = 30.0, kTitle_px = 46.0, kPitch_px = 42.0;
+constexpr double kMargin_px = 30.0, kTitle_px = 46.0, kUnderTitle_px = 13.0, kBottom_px = 12.0;
+constexpr double kPitch = 42.0 / 34.0;  // between lines, in ems
 
 // Text of the first fault that keeps the force off. A line has space for only one.
 std::string textOf(std::uint32_t bits) {
@@ -61,17 +62,32 @@ Notice makeSyringeNotice(const FrameState& seen) {
 
 std::vector<std::string> wrapped(report::Canvas& canvas, const std::string& text,
                                  const report::TextStyle& style, double width_px) {
+    const auto fits = [&](const std::string& line) { return canvas.textWidth(line, style) <= width_px; };
     std::vector<std::string> lines{""};
     std::size_t at = 0;
     while (at < text.size()) {
         const std::size_t end = std::min(text.find(' ', at), text.size());
         const std::string word = text.substr(at, end - at);
         const std::string longer = lines.back().empty() ? word : lines.back() + ' ' + word;
-        if (canvas.textWidth(longer, style) <= width_px || lines.back().empty())
-            lines.back() = longer;
-        else
-            lines.push_back(word);
         at = end + 1;
+        if (fits(longer)) {
+            lines.back() = longer;
+            continue;
+        }
+        if (!lines.back().empty()) lines.emplace_back();
+        if (fits(word)) {
+            lines.back() = word;
+            continue;
+        }
+        for (std::size_t i = 0; i < word.size();) {
+            std::size_t next = i + 1;
+            while (next < word.size() && (static_cast<unsigned char>(word[next]) & 0xc0u) == 0x80u)
+                ++next;  // inside a character of UTF-8
+            const std::string letter = word.substr(i, next - i);
+            if (!lines.back().empty() && !fits(lines.back() + letter)) lines.emplace_back();
+            lines.back() += letter;
+            i = next;
+        }
     }
     return lines;
 }
@@ -138,13 +154,28 @@ void NoticePanel::show(const Notice& notice) {
     canvas_->rectangle(0.0, 0.0, kWidth, 8.0, kFrame);
     double y = kMargin_px + kTitle_px;
     canvas_->text({kMargin_px, y}, notice.title, {.size = kTitle_px, .colour = kTitle, .bold = true});
-    const report::TextStyle style{.size = kLetter_px, .colour = kNoticeText};
-    y += 0.3 * kPitch_px;
-    for (const std::string& text : notice.lines)
-        for (const std::string& line : wrapped(*canvas_, text, style, kWidth - 2.0 * kMargin_px))
-            canvas_->text({kMargin_px, y += kPitch_px}, line, style);
+    y += kUnderTitle_px;
+    letter_px_ = kLetter_px;
+    std::vector<std::string> lines = breakLines(notice.lines);
+    while (letter_px_ > kSmallest_px &&
+           y + kPitch * letter_px_ * double(lines.size()) > height() - kBottom_px - 0.3 * letter_px_) {
+        letter_px_ -= 1.0;
+        lines = breakLines(notice.lines);
+    }
+    for (const std::string& line : lines)
+        canvas_->text({kMargin_px, y += kPitch * letter_px_}, line,
+                      {.size = letter_px_, .colour = kNoticeText});
     canvas_->pixels(rgba_);
     ++revision_;
+}
+
+std::vector<std::string> NoticePanel::breakLines(const std::vector<std::string>& texts) {
+    std::vector<std::string> lines;
+    for (const std::string& text : texts)
+        for (std::string& line :
+             wrapped(*canvas_, text, {.size = letter_px_, .colour = kNoticeText}, kWidth - 2.0 * kMargin_px))
+            lines.push_back(std::move(line));
+    return lines;
 }
 
 double NoticePanel::width_m(double distance_m, double letter_rad) {

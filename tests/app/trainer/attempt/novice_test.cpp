@@ -422,7 +422,10 @@ TEST(Tutor, NeverAsksForWhatTheToolsRefuse) {
     EXPECT_EQ(next(training::Step::drain), Act::drawWireBack);
     now.access.pierced = now.access.needle_in = false;
     now.access.drain = haptics::DrainState::misplaced, now.access.drain_m = 0.2;
-    EXPECT_EQ(next(training::Step::drain), Act::rewireDrain) << "the wire mends it";
+    EXPECT_EQ(next(training::Step::drain), Act::straightenDrain) << "the wire mends it";
+    now.access.open = now.access.wire_in = false;
+    EXPECT_EQ(next(training::Step::drain), Act::rewireDrain);
+    now.access.open = now.access.wire_in = true;
     EXPECT_EQ(next(training::Step::dilate), Act::takeDrain) << "no dilator fits beside the drain";
     now.tool = Tool::drain;
     EXPECT_EQ(next(training::Step::dilate), Act::drawDrain);

@@ -232,15 +232,20 @@ std::optional<training::Score> findScore(const records::AttemptResult& result) {
     if (result.score_version != std::uint64_t(training::kScoreVersion)) return {};
     const training::Course course = courseOf(result);
     training::MetricValues values{};
+    bool has_case = true;
     for (std::size_t i = 0; i < training::kMetricCount; ++i) {
         if (!training::isMetricOf(course, training::metricTable()[i])) continue;
         const auto row =
             std::find_if(result.metrics.begin(), result.metrics.end(),
                          [&](const records::MetricRow& m) { return m.id == training::metricTable()[i].id; });
-        if (row == result.metrics.end()) return {};
-        values[i] = row->value;
+        if (row != result.metrics.end())
+            values[i] = row->value;
+        else if (training::MetricId(i) == training::MetricId::caseReview)
+            has_case = false;  // recorded before there were cases, and scored again
+        else
+            return {};
     }
-    return training::computeScore(values, stepsDone(result), course);
+    return training::computeScore(values, stepsDone(result), course, has_case);
 }
 
 std::vector<Advice> makeAdvice(const LoadedAttempt& a) {

@@ -67,6 +67,8 @@ std::uint64_t AttemptFold::step(const haptics::TickInput& input, const haptics::
             aspiration_ = {aspiration_.count + 1, output.tick, drawnAt(output)};
         commands_.add(std::uint64_t(command.kind) | std::uint64_t(command.value) << 32);
     }
+    if (equipment_.anaesthetic_m3_per_s > 0.0 || equipment_.injected_m3_per_s > 0.0)
+        injection_ = {output.tick, equipment_.anaesthetic_m3_per_s > 0.0};
     const std::uint64_t hash = begun_ ? stepEquipment(output) : output.state_hash;
     if (answers_.count == 0) return hash;
     StateHash with_answers;

@@ -14,6 +14,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "app/training/dose.h"
@@ -36,6 +37,11 @@ struct Aspiration {
     std::uint64_t tick = 0;   // of the newest
     Drawn drawn = Drawn::nothing;
 };
+// The newest tick in which a syringe injected, and what.
+struct Injection {
+    std::uint64_t tick = 0;
+    bool anaesthetic = false;  // else contrast medium
+};
 // Answers so far to the questions about the case, in the order in which they came.
 struct Answers {
     std::uint32_t count = 0;
@@ -57,6 +63,7 @@ class AttemptFold {
     const DoseLedger& dose() const noexcept { return dose_.ledger(); }
     const Aspiration& aspiration() const noexcept { return aspiration_; }
     const Answers& answers() const noexcept { return answers_; }
+    const std::optional<Injection>& injection() const noexcept { return injection_; }
 
   private:
     std::uint64_t stepEquipment(const haptics::TickOutput&);
@@ -71,6 +78,7 @@ class AttemptFold {
     double dt_s_;
     bool begun_ = false;
     Aspiration aspiration_;
+    std::optional<Injection> injection_;
     Answers answers_;
     StateHash commands_;  // hash of the equipment commands, in order
 };

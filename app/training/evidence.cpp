@@ -121,6 +121,8 @@ std::uint32_t Evidence::update(const TickOutput& now, const TickFacts& facts, co
         if (!has(Step::findGap)) palpate(now);
         if (!has(Step::findDuct)) look(now, facts.path.target_m, fold.equipment().ultrasound);
         if (!has(Step::advance)) aim(now, facts.path.target_m);
+        const bool straight = now.access.drain == haptics::DrainState::over_wire;
+        holes_ = course_ == Course::drainage && straight ? judgeHoles(now.access) : Refusal::none;
     }
     // The tool is put down, or the probe is parked: the step was tried.
     const bool put_down = previous_.tool == Tool::finger && now.tool != Tool::finger;
@@ -130,6 +132,10 @@ std::uint32_t Evidence::update(const TickOutput& now, const TickFacts& facts, co
     if (!has(Step::incise)) judgeIncision(now);
     followInsertion(now, facts);
     if (!has(Step::advance)) judgePuncture(now, facts, fold.equipment().ultrasound);
+    // A wire that is passed through the drain again needs no new proof.
+    if (previous_.access.open && !now.access.open) drain_proven_ = proven_;
+    if (!previous_.access.open && now.access.open && now.access.drain != haptics::DrainState::none)
+        proven_ = drain_proven_;
     if (!facts.inside && !now.access.open) {
         proven_ = refused_wire_ = false;
         ducts_at_entry_m3_ = fold.contrast().volumes().ducts_m3;
@@ -157,6 +163,7 @@ Refusal Evidence::missing(Step step) const noexcept {
                    : Refusal::ductBesideRail;
     if (step == Step::advance && refused_puncture_ != Refusal::none) return refused_puncture_;
     if (step == Step::wire && !proven_) return Refusal::wireUnproven;
+    if (step == Step::drain) return holes_;
     if (step == Step::incise || step == Step::guide || step == Step::advance)
         return aimed_ ? Refusal::none : Refusal::ductBesideRail;
     if (step != Step::findDuct) return Refusal::none;
@@ -399,18 +406,23 @@ void Evidence::judgeDrain(const haptics::AccessOutput& access, double torn_m) {
     }
     if (access.drain == previous_.access.drain) return;
     if (access.drain == DrainState::misplaced) refusal_ = Refusal::drainMisplaced;
-    if (access.drain != DrainState::in_place) return;
+    if (access.drain != DrainState::in_place) {
+        lose(Step::drain);
+        lose(Step::finalPicture);
+        return;
+    }
     // The end lies in a duct. Behind it the loop has its side holes.
-    if (holesInDucts(access))
+    const Refusal leak = judgeHoles(access);
+    if (leak == Refusal::none)
         find(Step::drain);
     else
-        refusal_ = Refusal::drainLeaks;
+        refusal_ = leak;
 }
 
 // A hole is on the drain's surface, so it may open into a duct although the drain's axis, which follows the
-// thinner wire, runs in the wall.
-bool Evidence::holesInDucts(const haptics::AccessOutput& access) const noexcept {
-    if (access.path_count < 2) return false;
+// thinner wire, runs in the wall. Where most of the holes aside are tells whether the drain is too deep.
+Refusal Evidence::judgeHoles(const haptics::AccessOutput& access) const noexcept {
+    if (access.path_count < 2) return Refusal::drainLeaks;
     std::array<Vec3, haptics::kMaxPathPoints> path_m;
     const auto count = std::size_t(access.path_count);
     std::copy_n(access.path_m.begin(), count, path_m.begin());
@@ -419,7 +431,7 @@ bool Evidence::holesInDucts(const haptics::AccessOutput& access) const noexcept 
     const auto isDuct = [&](const Vec3& at_m) {
         return patient_->at(at_m, {true, false}).tissue == Tissue::duct;
     };
-    int aside = 0;
+    int aside = 0, aside_near_tip = 0;
     for (int i = 0; i < kHoles; ++i) {
         const Vec3 at_m = haptics::pointAt(path, access.drain_m - haptics::kSideHoles_m * (i + 0.5) / kHoles);
         bool open = isDuct(at_m);
@@ -430,8 +442,10 @@ bool Evidence::holesInDucts(const haptics::AccessOutput& access) const noexcept 
                 open = open || isDuct(beside_m);
             }
         aside += open ? 0 : 1;
+        aside_near_tip += open || 2 * i > kHoles ? 0 : 1;
     }
-    return aside <= kMaxHolesAside;
+    if (aside <= kMaxHolesAside) return Refusal::none;
+    return 2 * aside_near_tip > aside ? Refusal::drainTooDeep : Refusal::drainLeaks;
 }
 
 void Evidence::judgeContrast(const TickOutput& now, const AttemptFold& fold) {

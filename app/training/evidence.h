@@ -39,7 +39,9 @@ enum class View : std::uint8_t { shown, noContact, besidePlane, outsideSector, s
 //   contrast  medium in the ducts is seen under X-rays
 //   wire      the guide wire lies 20 mm down a duct whose wall it has not pierced
 //   dilate    the dilator has reached the duct over a wire that lies in it
-//   drain     the wire is drawn back behind the drain's loop, which curls with its side holes in the ducts
+//   drain     the wire is drawn back behind the drain's loop, which curls with its side holes in the ducts. A
+//             wire that is passed through the drain again straightens the loop: the drain is then in its
+//             place no longer
 //   finalPicture  medium that was injected through the drain is seen in the ducts under X-rays
 class Evidence {
   public:
@@ -50,7 +52,7 @@ class Evidence {
     void setCourse(Course course) noexcept { course_ = course; }
 
     // Session thread. Processes the next tick. Returns the steps for which it has found the evidence, a bit
-    // mask of 1 << Step.
+    // mask of 1 << Step. Of these, drain and finalPicture are lost again when the drain is straightened.
     std::uint32_t update(const haptics::TickOutput&, const TickFacts&, const AttemptFold&);
     // Why the step that the trainee just tried does not count; `none` if nothing was tried since the last
     // call.
@@ -81,9 +83,10 @@ class Evidence {
     void judgeContrast(const haptics::TickOutput&, const AttemptFold&);
     void judgeDrainage(const haptics::TickOutput&, double torn_m);
     void judgeDrain(const haptics::AccessOutput&, double torn_m);
-    bool holesInDucts(const haptics::AccessOutput&) const noexcept;
+    Refusal judgeHoles(const haptics::AccessOutput&) const noexcept;
     bool has(Step step) const noexcept { return (found_ & 1u << unsigned(step)) != 0; }
     void find(Step step) noexcept { found_ |= 1u << unsigned(step); }
+    void lose(Step step) noexcept { found_ &= ~(1u << unsigned(step)); }
 
     const patient::Patient* patient_;
     patient::PlannedPath path_;
@@ -109,6 +112,8 @@ class Evidence {
     double travel_m_ = 0.0, seen_m_ = 0.0;  // of the tip in this insertion; in the beam
     std::uint64_t pulses_ = 0, draws_ = 0;
     bool proven_ = false, refused_wire_ = false;  // of this insertion
+    bool drain_proven_ = false;                   // as the wire was last drawn out
+    Refusal holes_ = Refusal::none;               // why the straight drain in the hand would leak
     // Of the track, when the drain was last outside; infinite once a tear of this insertion was refused.
     double torn_m_ = 0.0;
     // Medium in the ducts as the needle was inserted; as the drain curled.

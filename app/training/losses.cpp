@@ -17,7 +17,7 @@ std::array<MetricLoss, kMetricCount> splitLosses(const Score& score) {
     // The score of the same values after a whole procedure.
     MetricValues whole = score.values;
     whole[kProcedure] = kMetricTable[kProcedure].best;
-    const Score with_all_steps = computeScore(whole, kAllSteps, score.course);
+    const Score with_all_steps = computeScore(whole, kAllSteps, score.course, score.has_case);
     std::array<MetricLoss, kMetricCount> losses;
     for (std::size_t i = 0; i < kMetricCount; ++i)
         losses[i] = {score.max_points[i] - with_all_steps.points[i],

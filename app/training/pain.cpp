@@ -55,10 +55,9 @@ void Pain::followNeedle(const TickOutput& now, const Anaesthetic& anaesthetic) n
 }
 
 void Pain::followTubes(const AccessStatus& access, const Anaesthetic& anaesthetic) noexcept {
-    if (!access.open) {
-        dilated_m_ = widened_m_ = 0.0;
-        return;
-    }
+    // A new needle makes a new track. A wire that is passed through the drain again does not.
+    if (std::exchange(base_m_, access.base_m) != access.base_m) dilated_m_ = widened_m_ = 0.0;
+    if (!access.open) return;
     const double track_m = glm::length(access.base_m - access.entry_m);
     if (access.dilator_m > dilated_m_) {
         dilated_m_ = access.dilator_m;

@@ -58,7 +58,9 @@ class Pain {
     double fade_;
     double now_ = 0.0, worst_ = 0.0;
     bool inside_ = false, in_liver_ = false;
-    // Greatest depths that the dilator's tip, and either tip, have reached in this access.
+    // The track's inner end, and the greatest depths that the dilator's tip, and either tip, have reached in
+    // it.
+    Vec3 base_m_{0.0};
     double dilated_m_ = 0.0, widened_m_ = 0.0;
     double torn_m_ = 0.0;
     std::string_view cause_;  // of the newest event, while it still acts, and its pain

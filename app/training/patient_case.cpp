@@ -10,7 +10,9 @@ namespace stylet::training {
 
 namespace {
 
-constexpr std::size_t kMaxCaseBytes = 1 << 13, kMaxTitleBytes = 100, kMaxFindingBytes = 200;
+// With texts of these lengths the case fits the notice that shows it (app/trainer/view/notice.h).
+constexpr std::size_t kMaxCaseBytes = 1 << 13, kMaxTitleBytes = 70, kMaxFindingBytes = 70,
+                      kMaxAllergiesBytes = 40;
 
 constexpr std::array<std::string_view, 2> kSexNames{"female", "male"};
 constexpr std::array<std::string_view, 3> kUrgencyNames{"elective", "urgent", "emergency"};
@@ -224,7 +226,7 @@ PatientCase parseCase(std::string_view toml, const std::filesystem::path& file) 
     c.liver_disease = top.flag("liver_disease");
     c.ascites = top.choice<Ascites>("ascites", kAscitesNames);
     c.reaction = top.choice<Reaction>("contrast_reaction", kReactionNames);
-    c.other_allergies = top.textOr("other_allergies", "", kMaxTitleBytes);
+    c.other_allergies = top.textOr("other_allergies", "", kMaxAllergiesBytes);
     c.thinner = top.choice<Thinner>("blood_thinner", kThinnerNames);
     if (c.thinner == Thinner::none && top.has("last_dose_h"))
         top.refuse("last_dose_h", "there is no blood thinner");

@@ -67,8 +67,9 @@ constexpr std::array<std::string_view, kRefusalCount> kRefusalTexts{
     "the wire does not lie 20 mm down the duct",
     "the wire has pierced the duct's wall: draw it back",
     "the dilator did not reach the duct",
-    "the drain's end does not lie in a duct",
-    "side holes of the drain lie outside the ducts: bile leaks",
+    "the drain's end does not lie in a duct: pass the wire through it again",
+    "side holes lie short of the duct, bile leaks: pass the wire again, push the drain on",
+    "side holes lie past the duct, bile leaks: pass the wire again, pull the drain back",
     "the drain tears a track that was not dilated: draw it back and use the dilator",
     "neither bile nor contrast medium has proved a duct",
     "the skin at the entry is not numb: inject 0.5 ml just under it",
@@ -255,6 +256,8 @@ void Procedure::updateScore() noexcept {
 void Procedure::updateSteps(const TickOutput& now, const TickFacts& facts, const AttemptFold& fold) {
     std::uint32_t found = evidence_.update(now, facts, fold);
     if (review_.isDone()) found |= 1u << unsigned(Step::reviewCase);
+    // A drain that was straightened again must be placed, and pictured, anew.
+    progress_.steps_done &= found | ~(1u << unsigned(Step::drain) | 1u << unsigned(Step::finalPicture));
     for (int step = 0; step < kStepCount; ++step)
         if (contains(found & ~progress_.steps_done & stepsOf(progress_), Step(step)))
             finish(Step(step), now.tick);
@@ -321,9 +324,10 @@ Step Procedure::firstMissing(const TickOutput& now) const noexcept {
     // Anaesthesia is asked for before the cut only.
     if (contains(progress_.steps_done, Step::incise)) passed |= 1u << unsigned(Step::anaesthetise);
     if (now.access.wire_in) passed |= kOfNeedle;
-    // A drain that curls cannot be moved any more, wherever it lies.
-    if (now.access.drain == haptics::DrainState::in_place)
-        passed |= (1u << unsigned(Step::finalPicture)) - 1u;
+    // A drain without its wire lies in the way of everything but its own mending.
+    if (now.access.drain == haptics::DrainState::in_place ||
+        now.access.drain == haptics::DrainState::misplaced)
+        passed |= (1u << unsigned(Step::drain)) - 1u;
     return Step(std::countr_one(passed));
 }
 

@@ -41,7 +41,7 @@ class Procedure {
 
     const Progress& progress() const noexcept { return progress_; }
     Score score() const noexcept {
-        return computeScore(metrics_.values(), progress_.steps_done, progress_.course);
+        return computeScore(metrics_.values(), progress_.steps_done, progress_.course, progress_.has_case);
     }
     // Events since the last call, in order.
     std::vector<SessionEvent> consumeEvents() { return std::exchange(events_, {}); }

@@ -84,6 +84,7 @@ enum class Refusal : std::uint8_t {
     notDilated,
     drainMisplaced,
     drainLeaks,
+    drainTooDeep,
     trackTorn,
     wireUnproven,
     skinNotNumb,

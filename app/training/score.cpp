@@ -27,16 +27,24 @@ std::vector<std::string_view> missingParts(Course course, std::uint32_t steps_do
     return names;
 }
 
-Score computeScore(const MetricValues& values, std::uint32_t steps_done, Course course) noexcept {
+Score computeScore(const MetricValues& values, std::uint32_t steps_done, Course course,
+                   bool has_case) noexcept {
+    const auto isScored = [&](const Metric& m) {
+        return isMetricOf(course, m) && (has_case || &m != &kMetricTable[std::size_t(MetricId::caseReview)]);
+    };
+    double weights = 0.0;
+    for (const Metric& m : kMetricTable)
+        if (isScored(m)) weights += m.weight;
     Score score;
     score.course = course;
+    score.has_case = has_case;
     score.values = values;
-    const double scale = 100.0 / weightSum(course);
+    const double scale = 100.0 / weights;
     const double done =
         credit(kMetricTable[std::size_t(MetricId::procedure)], values[std::size_t(MetricId::procedure)]);
     for (std::size_t i = 0; i < kMetricCount; ++i) {
         const Metric& m = kMetricTable[i];
-        score.max_points[i] = isMetricOf(course, m) ? m.weight * scale : 0.0;
+        score.max_points[i] = isScored(m) ? m.weight * scale : 0.0;
         const bool counts = m.needs == Step::done || (steps_done & 1u << unsigned(m.needs)) != 0;
         score.points[i] = counts ? score.max_points[i] * credit(m, values[i]) * done : 0.0;
         score.total += score.points[i];

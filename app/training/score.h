@@ -25,11 +25,15 @@ using MetricValues = std::array<double, kMetricCount>;
 
 struct Score {
     Course course = kDefaultCourse;
+    bool has_case = true;
     double total = 0.0;  // 0 to 100: the sum of the points
     MetricValues values{}, points{}, max_points{};
 };
 // `steps_done`: bit mask of 1 << Step. The weights of a longer course are scaled so that their sum is 100.
-Score computeScore(const MetricValues&, std::uint32_t steps_done, Course course = kDefaultCourse) noexcept;
+// `has_case`: false for a drainage recorded before there were cases; its review is not scored. A metric that
+// does not count in this attempt has max_points of 0.
+Score computeScore(const MetricValues&, std::uint32_t steps_done, Course course = kDefaultCourse,
+                   bool has_case = true) noexcept;
 
 // A part without which an exam of a course is failed whatever the total: at least one of the steps `any_of`
 // (bit mask) must be done.

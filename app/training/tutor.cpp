@@ -36,7 +36,8 @@ const Controls kMouseControls{.finger = "press F",
                               .pull = "turn the wheel back or press Page Up",
                               .turn = "press Q or E, or Shift with the arrow keys",
                               .skin = "press T",
-                              .expert = "press O"};
+                              .expert = "press O",
+                              .regrip = ""};
 const Controls kControllerControls{.finger = "press B (menu) until you hold it",
                                    .probe = "press B (menu) until you hold it",
                                    .park = "press B (menu)",
@@ -61,7 +62,8 @@ const Controls kControllerControls{.finger = "press B (menu) until you hold it",
                                    .pull = "move your hand back",
                                    .turn = "turn your hand",
                                    .skin = "hold the trigger",
-                                   .expert = "push the stick up"};
+                                   .expert = "push the stick up",
+                                   .regrip = ""};
 const Controls kTypedControls{.finger = "type \"finger\"",
                               .probe = "type \"probe\"",
                               .park = "type \"park\"",
@@ -86,7 +88,21 @@ const Controls kTypedControls{.finger = "type \"finger\"",
                               .pull = "draw the device back",
                               .turn = "turn the device",
                               .skin = "",
-                              .expert = "type \"expert\""};
+                              .expert = "type \"expert\"",
+                              .regrip = ""};
+
+namespace {
+
+Controls withRegrip(std::string_view regrip) {
+    Controls controls = kTypedControls;
+    controls.regrip = regrip;
+    return controls;
+}
+
+}  // namespace
+
+const Controls kForceControls = withRegrip(" Re-grip: hold button 1."),
+               kFalconControls = withRegrip(" Re-grip: hold button 3.");
 
 namespace {
 
@@ -206,10 +222,21 @@ Act toDilate(const Progress& progress, const TickOutput& now) noexcept {
 }
 
 Act toPlaceDrain(const Progress& progress, const TickOutput& now) noexcept {
+    using haptics::DrainState;
     const haptics::AccessOutput& access = now.access;
+    if (access.drain == DrainState::in_place || access.drain == DrainState::misplaced) {
+        if (!access.open) return Act::rewireDrain;
+        return now.tool == Tool::wire ? Act::straightenDrain : Act::takeWire;
+    }
     const double track_m = glm::length(access.base_m - access.entry_m);
-    const bool deep = access.wire_in && access.drain == haptics::DrainState::over_wire &&
-                      access.drain_m >= track_m + kDrainInDuct_m;
+    const bool deep =
+        access.wire_in && access.drain == DrainState::over_wire && access.drain_m >= track_m + kDrainInDuct_m;
+    const bool leaks = progress.missing == Refusal::drainLeaks,
+               beyond = progress.missing == Refusal::drainTooDeep;
+    if (deep && (leaks || beyond)) {
+        if (now.tool != Tool::drain) return Act::takeDrain;
+        return leaks ? Act::shiftDrainIn : Act::shiftDrainOut;
+    }
     if (deep) return now.tool == Tool::wire ? Act::drawWire : Act::takeWire;
     if (const std::optional<Act> act = toFreeWire(progress, now)) return *act;
     if (access.dilator_m > 0.0) return now.tool == Tool::dilator ? Act::drawDilator : Act::takeDilator;
@@ -337,21 +364,29 @@ std::string prompt(Act act, const Controls& c) {
         case Act::takeNeedle:
             return fmt::format("Take the needle, to draw it out over the wire: {}.", c.needle);
         case Act::drawNeedle:
-            return fmt::format("Draw the needle out over the wire: {}.", c.pull);
+            return fmt::format("Draw the needle out over the wire: {}.{}", c.pull, c.regrip);
         case Act::takeDilator:
             return fmt::format("Take the dilator: {}.", c.dilator);
         case Act::pushDilator:
             return fmt::format("Push the dilator over the wire to the duct: {}.", c.push);
         case Act::drawDilator:
-            return fmt::format("Draw the dilator out over the wire: {}.", c.pull);
+            return fmt::format("Draw the dilator out over the wire: {}.{}", c.pull, c.regrip);
         case Act::takeDrain:
             return fmt::format("Take the drain: {}.", c.drain);
         case Act::pushDrain:
             return fmt::format("Push the drain over the wire into the duct: {}.", c.push);
         case Act::drawDrain:
-            return fmt::format("The track is not dilated. Draw the drain out: {}.", c.pull);
+            return fmt::format("Not dilated yet. Draw the drain out: {}.{}", c.pull, c.regrip);
         case Act::drawWire:
-            return fmt::format("Draw the wire out, so that the drain curls: {}.", c.pull);
+            return fmt::format("Draw the wire out until the drain curls: {}.{}", c.pull, c.regrip);
+        case Act::shiftDrainIn:
+            return fmt::format("Side holes lie short of the duct. Push the drain on: {}.", c.push);
+        case Act::shiftDrainOut:
+            return fmt::format("Side holes lie beyond the duct. Draw the drain back: {}.", c.pull);
+        case Act::rewireDrain:
+            return fmt::format("The drain leaks. Put the guide wire into it again: {}.", c.wire);
+        case Act::straightenDrain:
+            return fmt::format("Push the wire through the drain to its end: {}.{}", c.push, c.regrip);
         case Act::injectDrain:
             return fmt::format("Inject contrast medium through the drain: {}.", c.inject);
         case Act::stopInjecting:
@@ -399,7 +434,12 @@ std::string hint(Act act, const Controls& c) {
             return fmt::format("If it stops: {}, then push slowly.", c.pull);
         case Act::pushDilator:
         case Act::pushDrain:
-            return fmt::format("It needs force and ends with the wire: {}.", c.push);
+            return fmt::format("It needs force and ends with the wire: {}.{}", c.push, c.regrip);
+        case Act::shiftDrainIn:
+        case Act::shiftDrainOut:
+            return fmt::format("The drain must stay over the wire: {}.", c.push);
+        case Act::straightenDrain:
+            return fmt::format("At the drain's end its loop becomes straight: {}.", c.push);
         case Act::enterSkin:
         case Act::drawOut:
         case Act::drawNeedle:

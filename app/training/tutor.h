@@ -57,7 +57,11 @@ enum class Act : std::uint8_t {
     takeDrain,
     pushDrain,
     drawDrain,  // it was taken before the dilator
-    drawWire,   // out, so that the drain curls
+    shiftDrainIn,
+    shiftDrainOut,  // the straight drain's side holes lie outside the duct
+    drawWire,       // out, so that the drain curls
+    rewireDrain,    // it leaks: the wire, through it, straightens it again
+    straightenDrain,
     injectDrain,
     stopInjecting,
     releasePedal,
@@ -76,8 +80,10 @@ struct Controls {
     std::string_view move, push, pull, turn;  // "drag or use the arrow keys"
     std::string_view skin;                    // places the tool on the skin; empty: this input cannot
     std::string_view expert;                  // shows how the expert does this step
+    std::string_view regrip;  // for a long wire in a device with a short travel; empty: not needed
 };
-extern const Controls kMouseControls, kControllerControls, kTypedControls;
+// kForceControls: of a force device. kFalconControls: of one whose clutch is its third button.
+extern const Controls kMouseControls, kControllerControls, kTypedControls, kForceControls, kFalconControls;
 
 // One or two sentences, for example "Take the finger: press F."
 std::string prompt(Act, const Controls&);

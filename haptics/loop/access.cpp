@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kShortestTrack_m = 0.005;  // a needle that has only pricked the skin still has a direction
 constexpr double kTangent_m = 0.003;        // over which the track's direction at the base is taken
+constexpr double kIntoDrain_m = 0.005;      // of a wire that is put into the drain
 constexpr double kLongestStep_m = 0.003;    // per tick; a longer step of the hand is a leap
 constexpr int kHoleSamples = 8;
 constexpr double kPi = 3.14159265358979324;
@@ -83,6 +84,14 @@ void releaseDrain(AccessState& s, const AccessSettings& settings, const Breathin
     s.drain_state = inDuct(s.drain.depth_m) ? DrainState::in_place : DrainState::misplaced;
 }
 
+// The wire has reached the middle of the loop of a drain that it had left. It need not reach the drain's end:
+// where that lies at a wall, the wire may stop a little earlier than the first time.
+void straightenDrain(AccessState& s, const AccessSettings& settings) noexcept {
+    if (s.track_m + s.wire.fed_m < s.drain.depth_m - 0.5 * kPi * settings.drain.pigtail_m) return;
+    s.drain_state = DrainState::over_wire;
+    s.holes_in_duct = 0.0;
+}
+
 struct AxialForce {
     double force_n = 0.0, energy_j = 0.0;
     bool event = false;
@@ -93,7 +102,10 @@ AxialForce moveWire(AccessState& s, const AccessSettings& settings, const Breath
     const double force_n =
         stepWire(s.wire, settings.wire, now.ducts ? *now.ducts : kNoDucts, s.base, moved_m);
     const bool inside = s.wire.fed_m > -s.track_m;
-    if (s.drain_state == DrainState::over_wire) releaseDrain(s, settings, now);
+    if (s.drain_state == DrainState::over_wire)
+        releaseDrain(s, settings, now);
+    else if (s.drain_state != DrainState::none)
+        straightenDrain(s, settings);
     const bool held = s.needle_in || s.drain_state == DrainState::over_wire;
     const bool lost = !inside && !held;
     if (lost) closeAccess(s);
@@ -146,6 +158,17 @@ void openAccess(AccessState& s) noexcept {
     s.used = s.open = s.pending = s.needle_in = s.wire_in = true;
 }
 
+void openThroughDrain(AccessState& s) noexcept {
+    s.open = s.wire_in = true;
+    s.wire = {};
+    s.wire.fed_m = kIntoDrain_m - s.track_m;
+}
+
+void letGo(AccessState& s) noexcept {
+    s.released = true;
+    s.wire.extension_m = s.dilator.extension_m = s.drain.extension_m = 0.0;
+}
+
 void layDownWire(AccessState& s) noexcept {
     if (!s.needle_in || s.wire.fed_m > 0.0) return;
     s.wire = {};
@@ -160,7 +183,8 @@ ToolForce stepAccess(AccessState& s, NeedleState& needle, Pose& patient_from_nee
     const Vec3 hand_moved_m = s.gripped ? hand_m - s.hand_m : Vec3(0.0);
     const Vec3 tissue_moved_m = s.gripped ? base_m - s.base_deformed_m : Vec3(0.0);
     const double along_m = glm::dot(hand_moved_m - tissue_moved_m, s.axis);
-    const double moved_m = std::fabs(along_m) <= kLongestStep_m ? along_m : 0.0;  // false for NaN
+    const bool follows = !s.released && std::fabs(along_m) <= kLongestStep_m;  // false for NaN
+    const double moved_m = follows ? along_m : 0.0;
     const bool gripped = s.gripped;
     s.hand_m = hand_m, s.base_deformed_m = base_m, s.gripped = true;
 
@@ -189,10 +213,11 @@ ToolForce stepAccess(AccessState& s, NeedleState& needle, Pose& patient_from_nee
         patient_from_needle = {aligned(s.patient_from_needle, -s.axis), base_m + s.needle_at_m * s.axis};
     s.force_n = axial.force_n;
     ToolForce force;
+    force.event = axial.event || !gripped;
+    if (s.released) return force;
     force.force_n = -axial.force_n * s.axis;
     force.tissue_moved_m = tissue_moved_m;
     force.energy_j = axial.energy_j;
-    force.event = axial.event || !gripped;
     return force;
 }
 
@@ -221,7 +246,7 @@ void summarize(const AccessState& s, const patient::DuctSpace* ducts, AccessOutp
 
 void hashAccess(StateHash& hash, const AccessState& s, const NeedleState& needle) noexcept {
     hash.add(std::uint64_t(s.open) | std::uint64_t(s.pending) << 1 | std::uint64_t(s.needle_in) << 2 |
-             std::uint64_t(s.wire_in) << 3 | std::uint64_t(s.gripped) << 4 |
+             std::uint64_t(s.wire_in) << 3 | std::uint64_t(s.gripped) << 4 | std::uint64_t(s.released) << 5 |
              std::uint64_t(s.drain_state) << 8 | std::uint64_t(s.path_count) << 16);
     hash.add(s.entry_m, s.base.at_m, s.base.axis, s.track_m, s.needle_at_m, s.patient_from_needle);
     hash.add(s.dilated_m, s.dilated_to_m, s.holes_in_duct, s.hand_m, s.base_deformed_m, s.axis, s.force_n);

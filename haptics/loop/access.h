@@ -34,8 +34,8 @@ std::uint64_t digest(const AccessSettings&) noexcept;
 enum class DrainState : std::uint8_t {
     none,       // outside the body
     over_wire,  // in the body, straightened by the wire
-    in_place,   // without a wire, its end curled in a duct
-    misplaced   // without a wire, its end not in a duct
+    in_place,   // its end curled in a duct, without the wire in it
+    misplaced   // its end not in a duct, without the wire in it
 };
 inline constexpr std::array<std::string_view, 4> kDrainStateNames{"none", "over wire", "in place",
                                                                   "misplaced"};
@@ -64,6 +64,7 @@ struct AccessState {
     std::array<Vec3, kMaxPathPoints> path_m{};  // from the skin along track and wire; that of the tubes
     // Of the last step.
     bool gripped = false;                               // `hand_m` and `base_deformed_m` are valid
+    bool released = false;                              // the hand has let go of the tool (letGo)
     Vec3 hand_m{0.0}, base_deformed_m{0.0}, axis{0.0};  // deformed patient; `axis` into the body
     double force_n = 0.0;
 };
@@ -96,10 +97,15 @@ enum class OnTrack : std::uint8_t { needle, wire, dilator, drain };
 
 // Prepares a new access at the needle's pose in the next tick.
 void openAccess(AccessState&) noexcept STYLET_NONBLOCKING;
-// The hand lets go of the tool: it does not move until the next tick with a grip.
+// Puts the wire into the outer end of the drain that is in the body. A wire that reaches the middle of its
+// loop straightens it: the drain then lies over the wire again and can be moved.
+void openThroughDrain(AccessState&) noexcept STYLET_NONBLOCKING;
+// The hand grips the tool anew, wherever the hand is.
 inline void regrip(AccessState& s) noexcept {
-    s.gripped = false;
+    s.gripped = s.released = false;
 }
+// The hand lets go of the tool, which stays in the tissue without force, until regrip().
+void letGo(AccessState&) noexcept STYLET_NONBLOCKING;
 // The hand changes from the wire to another tool. A wire that does not reach beyond the needle is taken out.
 void layDownWire(AccessState&) noexcept STYLET_NONBLOCKING;
 

@@ -107,7 +107,7 @@ void Simulation::step(const TickInput& input, TickOutput& out, NeedleEvents& eve
     fillOutput(force, breath, out);
 }
 
-// Returns true if the active tool changed or a probe was parked or picked up.
+// Returns true if the active tool or the grip on it changed, or a probe was parked or picked up.
 bool Simulation::applyCommands(const TickInput& input, std::uint32_t& fault_bits) noexcept {
     bool tool_changed = false;
     for (const Command& command : input.validCommands()) {
@@ -128,6 +128,9 @@ bool Simulation::applyCommands(const TickInput& input, std::uint32_t& fault_bits
             case CommandKind::park:
                 tool_changed |=
                     parkProbe(state_.tools, touch(), {*patient_, currentBreath()}, command.value != 0);
+                break;
+            case CommandKind::grip:
+                tool_changed |= gripTool(state_.tools, command.value != 0);
                 break;
             case CommandKind::cough:
             case CommandKind::sigh:

@@ -46,8 +46,9 @@ enum class CommandKind : std::uint32_t {
     aspirate,
     anaesthetic,  // value: local anaesthetic at the needle's tip, microlitres per second; 0 stops it
     answer,       // to a question about the patient's case (app/training/case_review.h): 1 yes, 0 no
+    grip,         // value: 0 lets go of the tool on the track of an access, 1 grips it again (gripTool)
 };
-inline constexpr CommandKind kLastCommandKind = CommandKind::answer;
+inline constexpr CommandKind kLastCommandKind = CommandKind::grip;
 
 // Startle motion: there and back at 17 mm/s or less, smooth to the third derivative.
 inline constexpr double kStartleDuration_s = 1.6;

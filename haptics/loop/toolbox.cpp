@@ -103,12 +103,18 @@ bool isOnTrack(const ToolState& s) noexcept {
     return s.access.open && (isAccessTool(s.active_tool) || isNeedleTool(s.active_tool));
 }
 
+// True if a wire would go through the drain in the body.
+bool isThroughDrain(const ToolState& s) noexcept {
+    return !s.access.open && s.access.drain_state != DrainState::none && s.needle.phase == Phase::outside;
+}
+
 bool maySelect(const ToolState& s, Tool tool) noexcept {
     const AccessState& a = s.access;
     const bool needle_inside = s.needle.phase != Phase::outside;
     const bool dents_skin = s.needle.phase == Phase::tenting && s.needle.tissue == Tissue::air;
     const bool drain_left = a.drain_state == DrainState::in_place;
     if (!a.open) {
+        if (tool == Tool::wire && isThroughDrain(s)) return true;
         if (isAccessTool(tool))
             return tool == Tool::wire && isNeedleTool(s.active_tool) && needle_inside && !dents_skin &&
                    !drain_left;
@@ -151,16 +157,29 @@ ToolForce stepOnTrack(ToolState& s, const ToolSettings& settings, const Breathin
 }  // namespace
 
 bool selectTool(ToolState& s, Tool tool) noexcept {
-    if (tool == s.active_tool || std::uint32_t(tool) >= std::uint32_t(kToolCount)) return false;
-    if (!maySelect(s, tool)) return false;
+    if (std::uint32_t(tool) >= std::uint32_t(kToolCount)) return false;
+    const bool again = tool == Tool::wire && isThroughDrain(s);
+    if ((tool == s.active_tool && !again) || !maySelect(s, tool)) return false;
     const bool keeps_needle = isNeedleTool(s.active_tool) && isNeedleTool(tool);
     if (tool == Tool::probe) s.probe.parked = false;
     if (!isNeedleTool(tool)) s.guide = {};
     if (s.active_tool == Tool::wire) layDownWire(s.access);
     // A wire that was laid down is taken again where the needle is now.
-    if (tool == Tool::wire && !s.access.wire_in) openAccess(s.access);
+    if (again)
+        openThroughDrain(s.access);
+    else if (tool == Tool::wire && !s.access.wire_in)
+        openAccess(s.access);
     s.active_tool = tool;
     if (!keeps_needle) resetContact(s);
+    return true;
+}
+
+bool gripTool(ToolState& s, bool grip) noexcept {
+    if (!isOnTrack(s)) return false;
+    if (grip)
+        regrip(s.access);
+    else
+        letGo(s.access);
     return true;
 }
 

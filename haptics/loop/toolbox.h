@@ -123,11 +123,16 @@ struct ToolState {
 
 // Selects `tool`. Returns false if it is already active or cannot be selected. From a needle in the body only
 // the wire can be selected; any other tool must wait until the needle is withdrawn. The wire needs a needle
-// in the body, or the access that an earlier wire has opened; dilator and drain need a wire in the body
-// without a needle or another tube around it.
+// in the body, the access that an earlier wire has opened, or a drain in the body; through a drain a wire
+// that was drawn out can be selected again. Dilator and drain need a wire in the body without a needle or
+// another tube around it.
 bool selectTool(ToolState&, Tool) noexcept STYLET_NONBLOCKING;
 // Share of its face with which a probe must touch the skin to stay there.
 inline constexpr double kMinParkedContact = 0.2;
+// Lets go of the needle, wire, dilator or drain on the track of an open access, or grips it again where it
+// and the hand are. So a device with a short travel draws out a long wire. Returns false if nothing is on the
+// track.
+bool gripTool(ToolState&, bool grip) noexcept STYLET_NONBLOCKING;
 // With `park`, parks the hand-held probe where it touches the skin; the hand is then empty. Otherwise removes
 // a parked probe from the skin, unless its rail guides a needle in the body. Returns false if nothing
 // changed.

@@ -59,11 +59,12 @@ std::optional<patient::DuctSpace> ductSpaceFor(const patient::Patient& patient, 
 
 // The middle of a device's workspace in an exam. It is the middle between flank and liver if the path is
 // within reach from there. Otherwise places around it are drawn from the seed until the path is: then the
-// place reveals no more than that. A radius that is not a number reaches everything.
-Vec3 middleForExam(const OperativeField& field, const patient::PlannedPath& path, double radius_m,
-                   std::uint64_t seed) {
+// place reveals no more than that. A radius that is not a number reaches everything. Throws UsageError if the
+// path is longer than the workspace: a place on the path would reveal it.
+Vec3 middleForExam(const OperativeField& field, const patient::PlannedPath& path,
+                   const haptics::DeviceProfile& profile, std::uint64_t seed) {
     const Vec3 along = glm::normalize(path.target_m - path.entry_m);
-    const double reach_m = (1.0 - haptics::kWallShare) * radius_m;
+    const double reach_m = (1.0 - haptics::kWallShare) * profile.workspace_radius_m;
     // A place in front of the skin that should be within reach too.
     const double outside_m = std::clamp(reach_m - 0.5 * path.length_m, 0.0, kRoomOutside_m);
     const Vec3 before_m = path.entry_m - outside_m * along;
@@ -77,8 +78,10 @@ Vec3 middleForExam(const OperativeField& field, const patient::PlannedPath& path
         const double x_m = drawn(), y_m = drawn(), z_m = drawn();
         place_m = middle_m + Vec3(x_m, y_m, z_m);
     }
-    // The path fills the workspace. An exam that cannot be done is worse than a place that reveals the path.
-    return path.entry_m + (reach_m - kRoomOutside_m) * along;
+    throw UsageError(
+        fmt::format("--difficulty exam: the path of {:.0f} mm is out of the reach of {}; use another path or "
+                    "patient, a larger device, the mouse or controllers",
+                    1e3 * path.length_m, profile.name));
 }
 
 }  // namespace
@@ -137,7 +140,7 @@ Attempt makeLiveAttempt(const patient::Patient& patient, const Scenario& scenari
                         profile.name, 1e3 * profile.delay_s, 1e3 * longest_s));
     const Vec3 along = glm::normalize(path.target_m - path.entry_m);
     const bool hidden = !config.startRules().showsEntry(), bounded = !std::isnan(profile.workspace_radius_m);
-    const Vec3 middle_m = hidden ? middleForExam(field, path, profile.workspace_radius_m, config.seed)
+    const Vec3 middle_m = hidden ? middleForExam(field, path, profile, config.seed)
                                  : path.entry_m + 0.5 * (path.length_m - kRoomOutside_m) * along;
     Pose& placed = settings.patient_from_device;
     if (device.registration)

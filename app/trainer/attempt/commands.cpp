@@ -41,11 +41,16 @@ constexpr std::array kCommandWords{
     CommandWord{"guide", "select the needle, to snap it into the parked probe's guide", Act::command,
                 toolCommand(Tool::guide)},
     CommandWord{"needle", "select the needle", Act::command, toolCommand(Tool::needle)},
-    CommandWord{"wire", "select the guide wire, through the needle in the body", Act::command,
+    CommandWord{"wire", "select the guide wire, through the needle or the drain in the body", Act::command,
                 toolCommand(Tool::wire)},
     CommandWord{"dilator", "select the dilator, over the guide wire", Act::command,
                 toolCommand(Tool::dilator)},
     CommandWord{"drain", "select the drain, over the guide wire", Act::command, toolCommand(Tool::drain)},
+    CommandWord{"let",
+                "let go of the needle, wire, dilator or drain on the track, to move the hand back",
+                Act::command,
+                {CommandKind::grip, 0}},
+    CommandWord{"grip", "grip it again", Act::command, {CommandKind::grip, 1}},
     CommandWord{"next", "select the procedure's next tool; a probe in use is parked first", Act::next},
     CommandWord{"park", "park the probe where it is", Act::command, {CommandKind::park, 1}},
     CommandWord{"lift", "lift the parked probe off the skin", Act::command, {CommandKind::park, 0}},
@@ -74,8 +79,8 @@ constexpr std::array kMachines{training::Machine::xray, training::Machine::ultra
 
 // The procedure's next tool. After the needle comes the wire if the needle is in the body, else the finger.
 // With a wire in the body: the needle is drawn out over it, dilator and drain follow, then the wire is drawn
-// out. `numbing`: local anaesthesia is not finished, so the needle comes before the scalpel. A parked probe
-// stays where it is.
+// out. Through a drain in the body it can be passed again. `numbing`: local anaesthesia is not finished, so
+// the needle comes before the scalpel. A parked probe stays where it is.
 Tool nextTool(const TickOutput& now, bool numbing) {
     if (now.access.open) {
         if (now.tool == Tool::wire && now.access.drain_m > 0.0) return Tool::drain;
@@ -83,10 +88,11 @@ Tool nextTool(const TickOutput& now, bool numbing) {
         if (haptics::isNeedleTool(now.tool)) return now.access.needle_in ? Tool::wire : Tool::dilator;
         if (now.tool == Tool::dilator) return Tool::drain;
         return Tool::wire;
-    } else if (haptics::isAccessTool(now.tool)) {
-        return Tool::finger;
     }
     const bool outside = now.phase == haptics::Phase::outside;
+    const bool drain_in = outside && now.access.drain != haptics::DrainState::none;
+    if (drain_in && (now.tool == Tool::wire || now.tool == Tool::needle)) return Tool::wire;
+    if (haptics::isAccessTool(now.tool)) return Tool::finger;
     if (now.tool == Tool::finger && now.probe_parked) return numbing ? Tool::needle : Tool::scalpel;
     if (now.tool == Tool::probe && numbing) return Tool::needle;
     if (now.tool == Tool::guide && numbing && outside) return Tool::finger;
@@ -155,10 +161,10 @@ std::string whyNot(Tool asked, const TickOutput& now) {
                                             : "the needle is in the body; select it and withdraw it first";
     if (asked == Tool::wire)
         return access.drain == haptics::DrainState::in_place
-                   ? "a drain is in place"
+                   ? "a drain is in place; withdraw the needle to pass the wire through the drain"
                    : "the wire needs a needle in the body: puncture a duct first";
     if (asked == Tool::drain && access.drain == haptics::DrainState::in_place)
-        return "the drain is in place and cannot be moved";
+        return "the drain is in place; push the wire through it to its end before you move it";
     if (asked == Tool::dilator && access.wire_in) return "the drain is in the body";
     if (haptics::isAccessTool(asked))
         return fmt::format("the {} needs a guide wire in the body to slide over", nameOf(asked));
@@ -168,6 +174,9 @@ std::string whyNot(Tool asked, const TickOutput& now) {
 }
 
 std::string describeToolOutcome(Tool asked, const TickOutput& before, const TickOutput& now) {
+    if (asked == Tool::wire && now.tool == asked && now.access.drain_m > 0.0 && !before.access.open &&
+        now.access.open)
+        return "the wire is in the drain: push it to the drain's end";
     if (now.tool == asked && before.tool == asked)
         return now.probe_parked && asked == Tool::probe
                    ? "the probe is parked: type \"lift\" to use it again"
@@ -189,6 +198,13 @@ std::string describeParkOutcome(bool stay, const TickOutput& before, const TickO
                    : "no probe is in hand";
     if (now.probe_parked) return "the probe stays: its rail guides a needle in the body";
     return before.probe_parked ? "the probe is lifted off" : "no probe is parked";
+}
+
+std::string describeGripOutcome(bool grip, const TickOutput& now) {
+    if (!now.access.open) return "no wire, dilator or drain is on the track";
+    const std::string_view tool = nameOf(now.tool);
+    return grip ? fmt::format("the {} is gripped again", tool)
+                : fmt::format("the {} stays where it is: move the hand back", tool);
 }
 
 }  // namespace
@@ -218,6 +234,8 @@ std::string describe(const UserButtons& buttons, std::span<const std::string_vie
                                       : fmt::format("button {} {}", number + 1, what);
     };
     add(buttons.rearm, "re-arms");
+    const bool lets_go = buttons.regrip != 0 && course == training::Course::drainage;
+    if (lets_go) add(buttons.regrip, "lets go of wire, dilator or drain while pressed");
     const bool asks = training::contains(training::stepsOf(course), training::Step::reviewCase);
     add(buttons.next, fmt::format("selects the next tool (pressed for a second: picks up the parked probe{})",
                                   asks ? "; answers no" : ""));
@@ -264,6 +282,8 @@ std::vector<Command> UserCommands::update(std::string_view typed, std::uint32_t 
     }
     pressed_ = 0;
     const std::uint32_t changed = held ^ std::exchange(holding_, held);
+    if ((changed & buttons_.regrip) != 0 && now.access.open)
+        add({CommandKind::grip, (held & buttons_.regrip) != 0 ? 0u : 1u}, commands);
     if ((changed & buttons_.pedal) != 0)
         add((held & buttons_.pedal) != 0 ? training::kPedalDown : training::kPedalUp, commands);
     if ((changed & buttons_.inject) != 0) {
@@ -323,6 +343,7 @@ void UserCommands::parseLine(std::string_view line, const TickOutput& now, std::
 
 std::string describeOutcome(const Command& command, const TickOutput& before, const TickOutput& now) {
     if (command.kind == CommandKind::tool) return describeToolOutcome(Tool(command.value), before, now);
+    if (command.kind == CommandKind::grip) return describeGripOutcome(command.value != 0, now);
     if (command.kind == CommandKind::park) return describeParkOutcome(command.value != 0, before, now);
     if (command.kind == CommandKind::holdBreath) return "the patient is asked for a breath-hold";
     if (command.kind == CommandKind::breathe) return "the patient may breathe";

@@ -21,6 +21,9 @@ struct UserButtons {
     // The procedure's next tool; a probe in use is parked first. Pressed for kLiftAfter_s, it picks up the
     // parked probe, which the order of tools passes over.
     std::uint32_t next = 0;
+    // Lets go of the tool on the track of an access while pressed, to move the hand back. May be the button
+    // that re-arms, because nothing is held while the force is off.
+    std::uint32_t regrip = 0;
     std::uint32_t breath = 0;  // starts or ends a breath-hold
     std::uint32_t pedal = 0;   // X-rays while pressed
     // Contrast medium while pressed; in a drainage local anaesthetic, until the incision or the puncture is

@@ -82,7 +82,8 @@ UserButtons LiveDevice::buttons() const {
     if (kind_ == "falcon") return {.rearm = 1u << 0, .next = 1u << 1, .breath = 1u << 3};
     if (kind_ == kMouse) return {.rearm = 0};  // it has keys (window_keys.h)
     if (kind_ == kControllers) return kControllerFunctions;
-    return {.rearm = clutched_ || !exertsForce() ? 0u : 1u << 0, .next = 1u << 1, .breath = 1u << 2};
+    const std::uint32_t first = clutched_ || !exertsForce() ? 0u : 1u << 0;
+    return {.rearm = first, .next = 1u << 1, .regrip = first, .breath = 1u << 2};
 }
 
 std::string LiveDevice::describeButtons(training::Course course) const {

@@ -101,7 +101,7 @@ std::vector<records::MetricRow> metricRows(const training::Score& score) {
     std::vector<records::MetricRow> rows;
     for (std::size_t i = 0; i < training::kMetricCount; ++i) {
         const training::Metric& metric = training::metricTable()[i];
-        if (!training::isMetricOf(score.course, metric)) continue;
+        if (score.max_points[i] == 0.0) continue;  // no metric of this attempt
         rows.push_back({std::string(metric.id), std::string(metric.name), std::string(metric.unit),
                         score.values[i], score.points[i], score.max_points[i]});
     }

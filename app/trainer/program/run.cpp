@@ -202,7 +202,8 @@ struct Ended {
 
 // An attempt from its options to its results. Members refer only to members declared before them.
 struct AttemptRun {
-    RunOptions options;  // `config` is complete once openStore() has returned
+    std::string start_refused;  // see FrameState
+    RunOptions options;         // `config` is complete once openStore() has returned
     Start start;
     const haptics::Clock clock = monotonicClock();
     std::optional<AttemptWriter> attempt_writer;  // only if a trainee is named
@@ -354,6 +355,7 @@ void openOutputs(AttemptRun& run) {
     session.setCourse(task.scenario.course);
     session.setCase(task.scenario.patient_case);
     session.setAccess(attempt.simulation.tools.access);
+    session.setStartRefused(run.start_refused);
     if (run.retry) {
         const std::string where = describeBookmark(*run.retry);
         session.note("retry", where);
@@ -499,8 +501,9 @@ Ended store(AttemptRun& run, const LoopTotals& totals) {
     return {options, config.folder, !record.bookmarks.empty(), totals.next};
 }
 
-Ended runOne(const RunOptions& asked, SteadyTime begun) {
+Ended runOne(const RunOptions& asked, SteadyTime begun, const std::string& start_refused = "") {
     AttemptRun run;
+    run.start_refused = start_refused;
     run.options = asked;
     run.start.begun = begun;
     openStore(run);
@@ -510,9 +513,9 @@ Ended runOne(const RunOptions& asked, SteadyTime begun) {
     return store(run, totals);
 }
 
-// Options of the next attempt. An invalid request is reported and ignored, so that an instructor's typing
-// error does not end the program.
-RunOptions nextOptions(const Ended& last, const RunOptions& asked, int number) {
+// Options of the next attempt. An invalid request is added to `refused` and ignored, so that an instructor's
+// typing error does not end the program.
+RunOptions nextOptions(const Ended& last, const RunOptions& asked, int number, std::string& refused) {
     RunOptions next = last.options;
     next.from.clear();
     next.config.folder = asked.config.folder;
@@ -521,15 +524,15 @@ RunOptions nextOptions(const Ended& last, const RunOptions& asked, int number) {
         if (last.has_bookmark)
             next.from = last.folder.string();
         else
-            printMessage("instructor: no bookmark was set; restarting from the beginning");
+            refused = "no bookmark was set; restarting from the beginning. ";
         return next;
     }
     if (last.next->difficulty) next.difficulty = training::difficultyName(*last.next->difficulty);
-    const auto tried = [](const auto& change) {
+    const auto tried = [&refused](const auto& change) {
         try {
             change();
         } catch (const std::exception& e) {
-            printMessage("instructor: " + std::string(e.what()) + "; keeping the earlier setting");
+            refused += std::string(e.what()) + "; keeping the earlier setting. ";
         }
     };
     if (last.next->scenario)
@@ -552,21 +555,35 @@ RunOptions nextOptions(const Ended& last, const RunOptions& asked, int number) {
     return next;
 }
 
+// Options that the last attempt began with, for the folder of the refused one.
+RunOptions optionsBefore(const Ended& last, const RunOptions& refused) {
+    RunOptions before = last.options;
+    before.from.clear();
+    before.config.folder = refused.config.folder;
+    before.difficulty = training::difficultyName(last.options.config.difficulty);
+    return before;
+}
+
 }  // namespace
 
 int run(const RunOptions& asked) {
     Ended last = runOne(asked, asked.begun);
     for (int number = 2; last.next && !interrupted(); ++number) {
-        const RunOptions next = nextOptions(last, asked, number);
+        std::string refused;
+        const RunOptions next = nextOptions(last, asked, number, refused);
+        if (!refused.empty()) printMessage("instructor: " + refused);
         printMessage("beginning the next attempt");
         const SteadyTime begun = std::chrono::steady_clock::now();
         try {
-            last = runOne(next, begun);
+            last = runOne(next, begun, refused);
         } catch (const std::runtime_error& e) {
-            printMessage("instructor: " + std::string(e.what()) + "; keeping the earlier setting");
-            RunOptions before = last.options;
-            before.from.clear(), before.config.folder = next.config.folder;
-            last = runOne(before, begun);
+            // The last attempt is stored. Its settings work, so the reason can be shown where the trainee
+            // looks.
+            const RunOptions before = optionsBefore(last, next);
+            refused += fmt::format("{}. This attempt has the settings of the last one: {}.", e.what(),
+                                   before.difficulty);
+            printMessage("instructor: " + refused);
+            last = runOne(before, begun, refused);
         }
     }
     return 0;

@@ -36,6 +36,12 @@ struct GhostTool {
     std::optional<haptics::AccessOutput> access{};
 };
 
+// The scale of a syringe that injects, or has just done so.
+struct SyringeScale {
+    bool anaesthetic = false;  // else contrast medium
+    double injected_m3 = 0.0;  // so far in this attempt
+};
+
 struct FrameState {
     haptics::TickOutput tick;
     NeedleShape needle;              // of the attempt
@@ -61,8 +67,10 @@ struct FrameState {
     ForceComparisonReading truth{};
     std::optional<training::Difficulty> difficulty{};  // current difficulty, if known
     std::optional<training::Drawn> drawn{};            // by the syringe, a moment ago
-    bool rest_due = false;                             // show the rest notice (rest.h)
-    bool input_only = false;                           // the user's device exerts no force
+    std::optional<SyringeScale> syringe{};
+    std::string start_refused{};   // why another attempt was not begun instead of this one; for some seconds
+    bool rest_due = false;         // show the rest notice (rest.h)
+    bool input_only = false;       // the user's device exerts no force
     double picture_stall_s = 0.0;  // length of a stall of the picture that is to be reported; 0: none
 };
 

@@ -20,7 +20,8 @@ namespace {
 // Ticks kept for events that arrive after them. As many as fit into the ring of ticks from the haptics
 // thread.
 constexpr std::size_t kRecentTicks = 4096;
-constexpr double kDrawnShown_s = 3.0;  // what the syringe drew
+constexpr double kSyringeShown_s = 3.0;  // what the syringe drew, and how much it injected
+constexpr double kRefusedShown_s = 20.0;
 
 }  // namespace
 
@@ -233,8 +234,13 @@ FrameState Session::frameState(const TickOutput& tick) const {
     seen.truth = log_.truth;
     seen.rest_due = rest_due_;
     seen.difficulty = difficulty_;
+    const auto isRecent = [&](std::uint64_t at) { return double(tick.tick - at) * dt_s_ < kSyringeShown_s; };
     const training::Aspiration& last = fold_.aspiration();
-    if (last.count > 0 && double(tick.tick - last.tick) * dt_s_ < kDrawnShown_s) seen.drawn = last.drawn;
+    if (last.count > 0 && isRecent(last.tick)) seen.drawn = last.drawn;
+    if (const auto& injection = fold_.injection(); injection && isRecent(injection->tick))
+        seen.syringe = {injection->anaesthetic,
+                        injection->anaesthetic ? fold_.dose().anaesthetic_m3 : fold_.dose().contrast_m3};
+    if (double(tick.tick) * dt_s_ < kRefusedShown_s) seen.start_refused = start_refused_;
     return seen;
 }
 

@@ -120,6 +120,8 @@ class Session {
     void setRearmButton(std::uint32_t button) { rearm_button_ = button; }
     // Adds a session event at the newest tick.
     void note(std::string kind, std::string text);
+    // Call before the first tick. Sets FrameState::start_refused for the first seconds.
+    void setStartRefused(std::string why) { start_refused_ = std::move(why); }
     // Sets FrameState::rest_due from now on.
     void showRest(bool due) { rest_due_ = due; }
     void setDifficulty(training::Difficulty difficulty) {
@@ -186,6 +188,7 @@ class Session {
     InsertionLog insertion_;
     GlowWatch glow_;
     ForceComparison* truth_ = nullptr;
+    std::string start_refused_;
     std::optional<training::Difficulty> difficulty_;
     training::Difficulty easiest_ = training::Difficulty::exam;
     SessionLog log_;

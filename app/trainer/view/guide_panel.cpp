@@ -11,6 +11,7 @@
 #include "app/trainer/attempt/staging.h"
 #include "app/trainer/hands/controller_hand.h"
 #include "app/trainer/hands/mouse_hand.h"
+#include "app/trainer/session/input_names.h"
 #include "app/trainer/view/notice.h"
 
 namespace stylet::trainer {
@@ -102,7 +103,10 @@ std::string answerVerdict(const FrameState& seen) {
 
 const training::Controls& controlsOf(const std::string& device) {
     if (device == kMouse) return training::kMouseControls;
-    return device == kControllers ? training::kControllerControls : training::kTypedControls;
+    if (device == kControllers) return training::kControllerControls;
+    if (device == "falcon") return training::kFalconControls;
+    const bool typed = device == kScriptedDevice || device == kReplayDevice || device == "spacemouse";
+    return typed ? training::kTypedControls : training::kForceControls;
 }
 
 GuidePanel::GuidePanel(const training::DifficultyRules& rules, const training::Controls& controls,

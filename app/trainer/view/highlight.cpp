@@ -261,12 +261,16 @@ std::vector<Highlight> PromptPlaces::highlights(Act act, const FrameState& seen)
         case Act::feedWire:
         case Act::pushDilator:
         case Act::pushDrain:
+        case Act::shiftDrainIn:
+        case Act::straightenDrain:
             return at.pushAccess();
         case Act::drawWireBack:
         case Act::drawDilator:
         case Act::drawDrain:
+        case Act::shiftDrainOut:
         case Act::drawWire:
             return at.pullAccess();
+        case Act::rewireDrain:
         case Act::injectDrain:
             return at.access();
         default:

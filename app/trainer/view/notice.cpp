@@ -1,5 +1,6 @@
 #include "app/trainer/view/notice.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +11,8 @@ namespace {
 
 constexpr report::Colour kNoticeGlass{0.05, 0.07, 0.09}, kFrame{0.95, 0.72, 0.20}, kTitle{1.0, 0.80, 0.30},
     kNoticeText{0.93, 0.95, 0.96};
-constexpr double kMargin_px = 30.0, kTitle_px = 46.0, kPitch_px = 42.0;
+constexpr double kMargin_px = 30.0, kTitle_px = 46.0, kUnderTitle_px = 13.0, kBottom_px = 12.0;
+constexpr double kPitch = 42.0 / 34.0;  // between lines, in ems
 
 // Text of the first fault that keeps the force off. A line has space for only one.
 std::string textOf(std::uint32_t bits) {
@@ -43,21 +45,49 @@ Notice makeCaseNotice(const FrameState& seen, const training::Controls& controls
     return notice;
 }
 
+// What came, and the syringe's scale. Both can be seen in reality, so every difficulty shows them.
+Notice makeSyringeNotice(const FrameState& seen) {
+    Notice notice{"Syringe", {}};
+    if (seen.drawn)
+        notice.lines.push_back(capitalised(std::string(enumName(training::kDrawnNames, *seen.drawn))) +
+                               " comes.");
+    if (seen.syringe)
+        notice.lines.push_back(fmt::format(
+            "{}: {:.1f} ml injected.", seen.syringe->anaesthetic ? "Local anaesthetic" : "Contrast medium",
+            training::kMlPerM3 * seen.syringe->injected_m3));
+    return notice;
+}
+
 }  // namespace
 
 std::vector<std::string> wrapped(report::Canvas& canvas, const std::string& text,
                                  const report::TextStyle& style, double width_px) {
+    const auto fits = [&](const std::string& line) { return canvas.textWidth(line, style) <= width_px; };
     std::vector<std::string> lines{""};
     std::size_t at = 0;
     while (at < text.size()) {
         const std::size_t end = std::min(text.find(' ', at), text.size());
         const std::string word = text.substr(at, end - at);
         const std::string longer = lines.back().empty() ? word : lines.back() + ' ' + word;
-        if (canvas.textWidth(longer, style) <= width_px || lines.back().empty())
-            lines.back() = longer;
-        else
-            lines.push_back(word);
         at = end + 1;
+        if (fits(longer)) {
+            lines.back() = longer;
+            continue;
+        }
+        if (!lines.back().empty()) lines.emplace_back();
+        if (fits(word)) {
+            lines.back() = word;
+            continue;
+        }
+        for (std::size_t i = 0; i < word.size();) {
+            std::size_t next = i + 1;
+            while (next < word.size() && (static_cast<unsigned char>(word[next]) & 0xc0u) == 0x80u)
+                ++next;  // inside a character of UTF-8
+            const std::string letter = word.substr(i, next - i);
+            if (!lines.back().empty() && !fits(lines.back() + letter)) lines.emplace_back();
+            lines.back() += letter;
+            i = next;
+        }
     }
     return lines;
 }
@@ -68,6 +98,7 @@ std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, co
         return Notice{
             "Paused",
             {"The simulation is paused while you do not wear the headset or another program has the focus."}};
+    if (!seen.start_refused.empty()) return Notice{"Next attempt refused", {seen.start_refused}, true};
     if (seen.paused) return Notice{"Paused", {"The instructor has paused the attempt and will resume it."}};
     if (seen.held && seen.return_distance_m >= haptics::kDeviceNotReady_m)
         return Notice{"Paused", {"The tool is not tracked: move it to where the headset sees it."}};
@@ -84,9 +115,7 @@ std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, co
     if (seen.rest_due && (rearm_act.empty() || !off))
         return Notice{"Time for a rest",
                       {"You have practised for a long time: rest your eyes and hand for a few minutes."}};
-    if (seen.drawn && (rearm_act.empty() || !off))
-        return Notice{"Syringe",
-                      {capitalised(std::string(enumName(training::kDrawnNames, *seen.drawn))) + " comes."}};
+    if ((seen.drawn || seen.syringe) && (rearm_act.empty() || !off)) return makeSyringeNotice(seen);
     if (!seen.expert_note.empty() && (rearm_act.empty() || !off))
         return Notice{"Expert", {capitalised(seen.expert_note) + "."}};
     const bool stalled = seen.picture_stall_s > 0.0;
@@ -125,13 +154,28 @@ void NoticePanel::show(const Notice& notice) {
     canvas_->rectangle(0.0, 0.0, kWidth, 8.0, kFrame);
     double y = kMargin_px + kTitle_px;
     canvas_->text({kMargin_px, y}, notice.title, {.size = kTitle_px, .colour = kTitle, .bold = true});
-    const report::TextStyle style{.size = kLetter_px, .colour = kNoticeText};
-    y += 0.3 * kPitch_px;
-    for (const std::string& text : notice.lines)
-        for (const std::string& line : wrapped(*canvas_, text, style, kWidth - 2.0 * kMargin_px))
-            canvas_->text({kMargin_px, y += kPitch_px}, line, style);
+    y += kUnderTitle_px;
+    letter_px_ = kLetter_px;
+    std::vector<std::string> lines = breakLines(notice.lines);
+    while (letter_px_ > kSmallest_px &&
+           y + kPitch * letter_px_ * double(lines.size()) > height() - kBottom_px - 0.3 * letter_px_) {
+        letter_px_ -= 1.0;
+        lines = breakLines(notice.lines);
+    }
+    for (const std::string& line : lines)
+        canvas_->text({kMargin_px, y += kPitch * letter_px_}, line,
+                      {.size = letter_px_, .colour = kNoticeText});
     canvas_->pixels(rgba_);
     ++revision_;
+}
+
+std::vector<std::string> NoticePanel::breakLines(const std::vector<std::string>& texts) {
+    std::vector<std::string> lines;
+    for (const std::string& text : texts)
+        for (std::string& line :
+             wrapped(*canvas_, text, {.size = letter_px_, .colour = kNoticeText}, kWidth - 2.0 * kMargin_px))
+            lines.push_back(std::move(line));
+    return lines;
 }
 
 double NoticePanel::width_m(double distance_m, double letter_rad) {

@@ -1,5 +1,6 @@
-// Notices shown to the trainee: the attempt is paused, the force is off, the picture had stopped, a rest is
-// due, what the syringe drew, what the expert cannot show, or the case to review. Frame thread.
+// Notices shown to the trainee, at every difficulty: the attempt is paused, the force is off, the picture had
+// stopped, a rest is due, what the syringe drew and injected, what the expert cannot show, why another
+// attempt was not begun, or the case to review. Frame thread.
 #pragma once
 
 #include <cstdint>
@@ -33,15 +34,16 @@ Notice makeNotice(RoomWarning, const std::string& rearm_act);
 inline constexpr double kMinText_rad = 0.4 * 3.14159265358979 / 180.0, kMinText_px = 20.0;
 double letterAngle_rad(double px_per_rad);
 
-// Breaks text at spaces into lines of at most `width_px`. A longer word gets a line of its own.
+// Breaks text at spaces into lines of at most `width_px`. A longer word is broken between its letters.
 std::vector<std::string> wrapped(report::Canvas&, const std::string& text, const report::TextStyle&,
                                  double width_px);
 
-// Renders a notice: light text on a dark background.
+// Renders a notice: light text on a dark background. Text that does not fit has smaller letters.
 class NoticePanel {
   public:
     static constexpr int kWidth = 768, kHeight = 300, kTallHeight = 1080;
     static constexpr double kLetter_px = 34.0;  // em size of the lines
+    static constexpr double kSmallest_px = 22.0;
 
     NoticePanel();
     // Redraws only if the notice changed.
@@ -49,12 +51,16 @@ class NoticePanel {
     const std::vector<std::uint8_t>& rgba() const { return rgba_; }
     std::uint64_t revision() const { return revision_; }
     int height() const { return shown_.tall ? kTallHeight : kHeight; }  // pixels, as shown
+    double letter_px() const { return letter_px_; }                     // em size of the shown lines
     // Panel width at which one em spans `letter_rad` at this distance.
     static double width_m(double distance_m, double letter_rad);
 
   private:
+    std::vector<std::string> breakLines(const std::vector<std::string>&);
+
     std::optional<report::Canvas> canvas_;
     Notice shown_;
+    double letter_px_ = kLetter_px;
     std::vector<std::uint8_t> rgba_;
     std::uint64_t revision_ = 0;
 };

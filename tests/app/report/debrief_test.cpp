@@ -301,6 +301,27 @@ stylet::records::AttemptResult oneStepResult() {
     return result;
 }
 
+// A drainage recorded before there were cases, and scored again: its review was not asked for. HZ-TEACH-01
+TEST(Debrief, AnAttemptWithoutACaseIsScoredWithoutItsReview) {
+    using namespace stylet::training;
+    stylet::records::AttemptResult result;
+    result.score_version = std::uint64_t(kScoreVersion);
+    result.steps = {std::string(stepName(goalOf(Course::drainage))), {}, kStepCount - 1, 0};
+    for (int step = 1; step < kStepCount; ++step)
+        result.steps.done.emplace_back(stepName(Step(step)));
+    for (const Metric& m : metricTable())
+        if (m.id != "case_review")
+            result.metrics.push_back(
+                {std::string(m.id), std::string(m.name), std::string(m.unit), m.best, 1.0, 1.0});
+    const auto score = findScore(result);
+    ASSERT_TRUE(score);
+    EXPECT_FALSE(score->has_case);
+    EXPECT_NEAR(score->total, 100.0, 1e-9);
+    EXPECT_EQ(score->max_points[std::size_t(MetricId::caseReview)], 0.0);
+    result.metrics.pop_back();
+    EXPECT_FALSE(findScore(result)) << "another metric is missing";
+}
+
 LoadedAttempt makeOneStepAttempt(const TempFolder& folder, bool aborted = false) {
     stylet::records::StoredAttempt attempt = stylet::test::makeTestAttempt("t1", "trainee-A", 0.0, false);
     attempt.result = oneStepResult();

@@ -580,8 +580,87 @@ TEST_F(DrainageTest, DrainWithAHoleInTheLiverLeaks) {
     update(drain, 100);
     EXPECT_EQ(progress().refusal, Refusal::drainLeaks);
     EXPECT_FALSE(done(Step::drain));
-    EXPECT_EQ(progress().step, Step::finalPicture) << "the drain cannot be moved any more";
+    EXPECT_EQ(progress().step, Step::drain) << "it can be mended";
     EXPECT_FALSE(passesIfWellDone(kAllSteps & ~maskOf(Step::drain)));
+}
+
+// HZ-TEACH-25
+TEST_F(DrainageTest, TutorHasALeakingDrainMended) {
+    TickOutput drain = letGo(withWire(0.040));
+    drain.tool_awaits_exit = false;
+    drain.access.drain = haptics::DrainState::over_wire;
+    update(drain, 100);
+    curl(drain, true);
+    drain.access.open = drain.access.wire_in = false;
+    drain.tool = Tool::wire;
+    update(drain, 100);
+    const auto act = [&](const TickOutput& now) { return nextAct(progress(), now, {}); };
+    EXPECT_EQ(act(drain), Act::rewireDrain) << "the wire was drawn out of the drain";
+    TickOutput wired = drain;
+    wired.access.open = wired.access.wire_in = true;
+    update(wired);
+    EXPECT_EQ(act(wired), Act::straightenDrain);
+    EXPECT_EQ(act(letGo(wired)), Act::takeWire);
+    wired.access.drain = haptics::DrainState::over_wire;
+    wired.access.in_duct_m = 0.040;
+    wired.access.drain_m = 0.050 + haptics::kSideHoles_m;
+    wired.tool = Tool::drain;
+    Evidence evidence(patient_, test::wallPath(), test::kDt_s);
+    evidence.setCourse(Course::drainage);
+    TickOutput short_of = wired;
+    short_of.access.drain_m = drain.access.drain_m;
+    evidence.update(short_of, {}, fold_);
+    EXPECT_EQ(evidence.missing(Step::drain), Refusal::drainLeaks) << "before the drain curls again";
+    Progress step = progress();
+    step.step = Step::drain, step.missing = Refusal::drainLeaks;
+    EXPECT_EQ(nextAct(step, wired, {}), Act::shiftDrainIn);
+    step.missing = Refusal::drainTooDeep;
+    EXPECT_EQ(nextAct(step, wired, {}), Act::shiftDrainOut);
+    step.missing = Refusal::none;
+    EXPECT_EQ(nextAct(step, letGo(wired), {}), Act::takeWire) << "to draw it out";
+}
+
+// A drain that is straightened again is no longer in its place. HZ-TEACH-25
+TEST_F(DrainageTest, AStraightenedDrainMustBePlacedAnew) {
+    TickOutput drain = letGo(withWire(0.040));
+    drain.access.drain = haptics::DrainState::over_wire;
+    update(drain, 100);
+    curl(drain);
+    update(drain, 10);
+    EXPECT_TRUE(done(Step::drain));
+    TickOutput straight = drain;
+    straight.access.drain = haptics::DrainState::over_wire;
+    update(straight);
+    EXPECT_FALSE(done(Step::drain) || done(Step::finalPicture));
+    update(drain);
+    EXPECT_TRUE(done(Step::drain));
+    EXPECT_EQ(progress().out_of_order, 0u);
+}
+
+// The proof of the duct lasts for a wire through the drain, but not for another puncture. HZ-TEACH-25
+TEST_F(DrainageTest, ADrainKeepsTheProofForItsOwnWireOnly) {
+    const auto blind = [&] {
+        return (progress().critical_errors & 1u << unsigned(CriticalError::blindWire)) != 0;
+    };
+    TickOutput in_duct = needleAt({0.053, 0, 0}, Tissue::duct, test::kDuctLabel), wire = in_duct;
+    update(in_duct);
+    EXPECT_EQ(draw(in_duct), Drawn::bile);
+    wire.tool = Tool::wire;
+    wire.access.open = wire.access.wire_in = wire.access.needle_in = true, wire.access.wire_m = 0.050;
+    update(wire);
+    TickOutput drain = outside();
+    drain.access = wire.access;
+    drain.access.needle_in = false;
+    drain.access.drain = haptics::DrainState::over_wire;
+    update(drain);
+    TickOutput left = drain;
+    left.access.open = left.access.wire_in = false;
+    left.access.drain = haptics::DrainState::misplaced;
+    update(left, 10);
+    update(drain, 10);
+    EXPECT_FALSE(blind()) << "through the drain";
+    update(left, 10), update(in_duct, 10), update(wire);
+    EXPECT_TRUE(blind()) << "through another needle";
 }
 
 // HZ-TEACH-25

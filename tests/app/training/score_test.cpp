@@ -51,6 +51,23 @@ TEST(Score, MetricsOfTheDrainageCountInADrainageOnly) {
     }
 }
 
+// A drainage recorded before there were cases gets no points for a review that nobody asked for.
+// HZ-TEACH-01
+TEST(Score, WithoutACaseTheReviewIsNotScored) {
+    constexpr auto kReview = std::size_t(MetricId::caseReview);
+    MetricValues values = allAt(&Metric::best);
+    Score score = computeScore(values, kAllSteps, Course::drainage, false);
+    EXPECT_NEAR(score.total, 100.0, 1e-9);
+    EXPECT_EQ(score.max_points[kReview], 0.0);
+    EXPECT_EQ(score.points[kReview], 0.0);
+    const std::size_t targeting = std::size_t(MetricId::targeting);
+    values[targeting] = metricTable()[targeting].worst;
+    score = computeScore(values, kAllSteps, Course::drainage, false);
+    EXPECT_LT(score.total, computeScore(values, kAllSteps, Course::drainage).total)
+        << "the others weigh more, as before there were cases";
+    EXPECT_NEAR(100.0 - score.total, 100.0 * 10.0 / (weightSum(Course::drainage) - 5.0), 1e-9);
+}
+
 // HZ-TEACH-01
 TEST(Score, HalfwayValueEarnsHalfAndPointsAddUp) {
     MetricValues values = allAt(&Metric::best);

@@ -109,6 +109,102 @@ TEST(Access, TheWholeChainPlacesADrain) {
     EXPECT_EQ(b.out.access.drain, DrainState::in_place);
 }
 
+// A bench whose drain lies in the duct, the wire drawn out.
+struct Drained : AccessBench {
+    Drained() : AccessBench(kTilt_deg) {
+        sweep(middle_m());
+        select(Tool::wire), by(0.018);
+        select(Tool::needle), by(-0.090);
+        track_m = glm::distance(out.access.entry_m, out.access.base_m);
+        select(Tool::drain), by(track_m + 0.012);
+        select(Tool::wire), by(-track_m - 0.060);
+    }
+    double track_m = 0.0;
+};
+
+TEST(Access, AWireThroughTheDrainStraightensIt) {
+    Drained b;
+    ASSERT_EQ(b.out.access.drain, DrainState::in_place);
+    ASSERT_FALSE(b.out.access.open);
+    const double drain_m = b.out.access.drain_m;
+    EXPECT_EQ(b.select(Tool::drain), Tool::wire) << "nothing straightens it";
+    ASSERT_EQ(b.select(Tool::wire), Tool::wire) << "it was in the hand already";
+    EXPECT_TRUE(b.out.access.open && b.out.access.wire_in);
+    EXPECT_LT(b.out.access.wire_m, 0.006 - b.track_m) << "just inside the skin";
+    b.by(drain_m - 0.025);
+    EXPECT_EQ(b.out.access.drain, DrainState::in_place);
+    EXPECT_EQ(b.select(Tool::drain), Tool::wire) << "the loop is not straight yet";
+    b.by(0.022);
+    EXPECT_EQ(b.out.access.drain, DrainState::over_wire);
+    EXPECT_EQ(b.out.access.drain_m, drain_m);
+    ASSERT_EQ(b.select(Tool::drain), Tool::drain);
+    b.by(-0.014);  // the hand still pushed
+    EXPECT_LT(b.out.access.drain_m, drain_m - 0.002);
+    ASSERT_EQ(b.select(Tool::wire), Tool::wire);
+    b.by(-b.track_m - 0.060);
+    EXPECT_EQ(b.out.access.drain, DrainState::in_place);
+    EXPECT_FALSE(b.out.access.open);
+}
+
+// Into the drain and out again without reaching its loop: nothing has moved.
+TEST(Access, AWireThatDoesNotReachTheDrainsLoopMovesNothing) {
+    Drained b;
+    const double drain_m = b.out.access.drain_m;
+    b.select(Tool::wire), b.by(0.005), b.by(-0.040);
+    EXPECT_FALSE(b.out.access.open);
+    EXPECT_EQ(b.out.access.drain, DrainState::in_place);
+    EXPECT_EQ(b.out.access.drain_m, drain_m);
+    ASSERT_EQ(b.select(Tool::needle), Tool::needle);
+    EXPECT_EQ(b.select(Tool::wire), Tool::wire) << "from any other tool";
+    EXPECT_TRUE(b.out.access.open);
+}
+
+// A device whose travel is shorter than the wire. While the hand has let go, the wire stays and gives no
+// force.
+TEST(Access, AShortTravelDrawsTheWireOutByRegripping) {
+    AccessBench b(kTilt_deg);
+    b.sweep(b.middle_m());
+    b.select(Tool::wire), b.by(0.018);
+    b.select(Tool::needle), b.by(-0.090);
+    ASSERT_EQ(b.select(Tool::wire), Tool::wire);
+    constexpr double kTravel_m = 0.010;
+    int grips = 0;
+    const double near = b.depth;
+    const auto grip = [&](std::uint32_t grips_it) {
+        b.input.add({CommandKind::grip, grips_it});
+        b.to(b.depth);
+    };
+    for (; b.out.access.open && grips < 20; ++grips) {
+        const double wire_m = b.out.access.wire_m;
+        b.sweep(near - kTravel_m);
+        if (!b.out.access.open) break;
+        EXPECT_LT(b.out.access.wire_m, wire_m - 0.5 * kTravel_m);
+        const double held_m = b.out.access.wire_m;
+        grip(0);
+        b.peak_n = 0.0;
+        b.sweep(near);
+        EXPECT_EQ(b.out.access.wire_m, held_m);
+        EXPECT_EQ(b.peak_n, 0.0);
+        grip(1);
+    }
+    EXPECT_FALSE(b.out.access.open) << "the wire is out";
+    EXPECT_GT(grips, 1);
+    EXPECT_LT(grips, 20);
+}
+
+TEST(Access, LettingGoOfNothingChangesNothing) {
+    AccessBench a(0.0), b(0.0);
+    for (AccessBench* bench : {&a, &b})
+        bench->sweep(0.004);
+    b.input.add({CommandKind::grip, 0});
+    a.input.add({CommandKind::marker, 0});
+    a.to(a.depth), b.to(b.depth);
+    EXPECT_EQ(a.out.tool_force.force_n, b.out.tool_force.force_n);
+    b.sweep(0.008), a.sweep(0.008);
+    EXPECT_EQ(a.out.tool_force.force_n, b.out.tool_force.force_n);
+    EXPECT_EQ(a.out.depth_m, b.out.depth_m);
+}
+
 // Taking the wire for a moment does not hide what the needle punctures afterwards.
 TEST(Access, PuncturesAfterALaidDownWireAreReported) {
     AccessBench b(0.0);

@@ -213,6 +213,32 @@ TEST_F(UserCommandsTest, NextSelectsTheSyringeBeforeTheScalpel) {
     EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::tool, Tool::wire)));
 }
 
+// Through a drain in the body the wire can be passed again, also when it is in the hand.
+TEST_F(UserCommandsTest, NextPassesTheWireThroughADrain) {
+    now.access.drain = haptics::DrainState::in_place;
+    for (const Tool tool : {Tool::wire, Tool::needle}) {
+        now.tool = tool;
+        EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::tool, Tool::wire)));
+    }
+}
+
+// The button that re-arms lets go of the tool on the track while it is pressed.
+TEST_F(UserCommandsTest, AButtonLetsGoOfTheToolOnTheTrackWhileItIsPressed) {
+    UserCommands device{{.rearm = 1, .next = 2, .regrip = 1, .breath = 8}, [](const std::string&) {}};
+    EXPECT_THAT(device.update("", 0, now, 1), IsEmpty()) << "nothing is on a track";
+    device.update("", 0, now, 0);
+    now.tool = Tool::wire;
+    now.access.open = true;
+    EXPECT_THAT(device.update("", 0, now, 1), ElementsAre(Asks(CommandKind::grip, 0)));
+    EXPECT_THAT(device.update("", 0, now, 1), IsEmpty());
+    EXPECT_THAT(device.update("", 0, now, 0), ElementsAre(Asks(CommandKind::grip, 1)));
+    EXPECT_THAT(typed("let\ngrip\n"), ElementsAre(Asks(CommandKind::grip, 0), Asks(CommandKind::grip, 1)));
+    EXPECT_THAT(describeOutcome({CommandKind::grip, 0}, now, now), HasSubstr("wire stays where it is"));
+    const UserButtons buttons{.rearm = 1, .regrip = 1};
+    EXPECT_THAT(describe(buttons, {}, training::Course::drainage), HasSubstr("button 1 lets go of wire"));
+    EXPECT_THAT(describe(buttons), testing::Not(HasSubstr("lets go")));
+}
+
 TEST_F(UserCommandsTest, BreathButtonTogglesTheBreathHold) {
     EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::holdBreath, 0)));
     EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::breathe, 0)));

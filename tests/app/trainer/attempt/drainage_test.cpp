@@ -195,18 +195,54 @@ Scenario withDrainDeeper(double by_m) {
     return scenario;
 }
 
+Stage takeTool(Tool tool) {
+    return {.kind = StageKind::changeTool, .seconds = 0.5, .tool = tool};
+}
+// From the script's last place, the drain's wire outside the body.
+Stage moveTo(double deeper_m) {
+    return {.kind = StageKind::move, .to = {.deeper_m = deeper_m}, .speed_m_s = 0.040};
+}
+
+// The stage after the wire was drawn out of the drain.
+auto afterTheWire(Scenario& scenario) {
+    const auto wire = std::find_if(scenario.stages.rbegin(), scenario.stages.rend(), [](const Stage& s) {
+        return s.kind == StageKind::changeTool && s.tool == Tool::wire;
+    });
+    return wire.base() + 1;
+}
+
+// Passes the wire through the drain again, moves the drain, and draws the wire out.
+std::vector<Stage> mend(double drain_m) {
+    return {takeTool(Tool::wire),     moveTo(-0.050),       takeTool(Tool::drain),
+            moveTo(-0.050 + drain_m), takeTool(Tool::wire), moveTo(-0.250)};
+}
+
+struct DrainagePatient : SynthPatient {
+    DrainagePatient() : SynthPatient(1) {}
+    patient::PlannedPath path = pathForWire(patient::makeDuctSpace(patient), paths);
+};
+
+// The drain's tip lies in the duct, and its side holes do not. By how much it is deeper than the expert's.
+double leakingDrain_m(const DrainagePatient& p) {
+    static const double found_m = [&p] {
+        double by_m = -0.035;
+        while (by_m > -0.060 &&
+               !play(p.patient, p.path, withDrainDeeper(by_m)).refused(training::Refusal::drainLeaks))
+            by_m -= 0.005;
+        return by_m;
+    }();
+    return found_m;
+}
+
 // The expert's drain is pushed 55 mm further than the path is long, that is to the wire's end. HZ-TEACH-25
 TEST(Drainage, OnlyADrainWithAllItsHolesInTheDuctDrains) {
-    const SynthPatient p(1);
-    const patient::PlannedPath path = pathForWire(patient::makeDuctSpace(p.patient), p.paths);
-    Played leaks;
-    for (double by_m = -0.035; by_m >= -0.060 && !leaks.refused(training::Refusal::drainLeaks); by_m -= 0.005)
-        leaks = play(p.patient, path, withDrainDeeper(by_m));
+    const DrainagePatient p;
+    const Played leaks = play(p.patient, p.path, withDrainDeeper(leakingDrain_m(p)));
     EXPECT_EQ(leaks.last.drain, DrainState::in_place) << "its tip lies in the duct";
     EXPECT_GT(leaks.last.holes_in_duct, 0.0);
     EXPECT_LT(leaks.last.holes_in_duct, 1.0);
     EXPECT_TRUE(leaks.refused(training::Refusal::drainLeaks));
-    const Played short_of = play(p.patient, path, withDrainDeeper(-0.070));
+    const Played short_of = play(p.patient, p.path, withDrainDeeper(-0.070));
     EXPECT_EQ(short_of.last.drain, DrainState::misplaced);
     EXPECT_TRUE(short_of.refused(training::Refusal::drainMisplaced));
     for (const Played* played : std::initializer_list<const Played*>{&leaks, &short_of}) {
@@ -214,6 +250,65 @@ TEST(Drainage, OnlyADrainWithAllItsHolesInTheDuctDrains) {
         EXPECT_FALSE(training::passesExam(played->progress));
         EXPECT_TRUE(played->equal);
     }
+}
+
+// HZ-TEACH-25
+TEST(Drainage, ALeakingDrainIsMendedOverTheWire) {
+    const DrainagePatient p;
+    const Played expert = play(p.patient, p.path, drainage());
+    ASSERT_TRUE(expert.done(training::Step::drain));
+    const double leaking_m = leakingDrain_m(p);
+    Scenario leaks = withDrainDeeper(leaking_m);
+    const std::vector<Stage> mending = mend(-leaking_m);
+    leaks.stages.insert(afterTheWire(leaks), mending.begin(), mending.end());
+    const Played mended = play(p.patient, p.path, leaks);
+    EXPECT_TRUE(mended.refused(training::Refusal::drainLeaks));
+    EXPECT_EQ(mended.last.drain, DrainState::in_place);
+    EXPECT_EQ(mended.progress.steps_done, expert.progress.steps_done);
+    EXPECT_EQ(mended.progress.out_of_order, 0u);
+    EXPECT_EQ(mended.progress.critical_errors, 0u) << "the wire needs no new proof";
+    EXPECT_TRUE(training::passesExam(mended.progress) || !training::passesExam(expert.progress));
+    EXPECT_EQ(mended.torn_mm, 0.0);
+    EXPECT_LT(mended.progress.total, expert.progress.total) << "it took time";
+    EXPECT_TRUE(mended.equal);
+}
+
+// A drain that drained, and was drawn out over the wire, drains no longer. A picture of a drain that was
+// moved afterwards is no final picture. HZ-TEACH-25
+TEST(Drainage, AMovedDrainCountsOnlyWhereItLiesAtTheEnd) {
+    const DrainagePatient p;
+    Scenario drawn_out = drainage();
+    for (const Stage& stage : {takeTool(Tool::wire), moveTo(-0.050), takeTool(Tool::drain), moveTo(-0.250)})
+        drawn_out.stages.push_back(stage);
+    const Played without = play(p.patient, p.path, drawn_out);
+    EXPECT_EQ(without.last.drain, DrainState::none);
+    EXPECT_FALSE(without.done(training::Step::drain) || without.done(training::Step::finalPicture));
+    EXPECT_FALSE(training::passesExam(without.progress));
+
+    const double leaking_m = leakingDrain_m(p);
+    Scenario pictured = withDrainDeeper(leaking_m);
+    for (const Stage& stage : mend(-leaking_m))
+        pictured.stages.push_back(stage);
+    const Played moved = play(p.patient, p.path, pictured);
+    EXPECT_TRUE(moved.done(training::Step::drain));
+    EXPECT_FALSE(moved.done(training::Step::finalPicture));
+    EXPECT_FALSE(training::passesExam(moved.progress));
+    EXPECT_TRUE(without.equal && moved.equal);
+}
+
+// Passing the wire again and again earns nothing. HZ-TEACH-25
+TEST(Drainage, MendingRepeatedlyEarnsNothing) {
+    const DrainagePatient p;
+    Scenario once = drainage(), often = once;
+    for (int i = 0; i < 3; ++i) {
+        const std::vector<Stage> mending = mend(0.0);
+        often.stages.insert(afterTheWire(often), mending.begin(), mending.end());
+    }
+    const Played expert = play(p.patient, p.path, once), again = play(p.patient, p.path, often);
+    EXPECT_EQ(again.progress.steps_done, expert.progress.steps_done);
+    EXPECT_LT(again.progress.total, expert.progress.total);
+    EXPECT_EQ(again.torn_mm, 0.0);
+    EXPECT_TRUE(again.equal);
 }
 
 // HZ-TEACH-25
@@ -226,10 +321,13 @@ TEST(Drainage, ADrainForcedWithoutADilatorTearsTheTrackAndHurts) {
     const auto drain = std::find_if(dilator, scenario.stages.end(), takes(Tool::drain));
     scenario.stages.erase(dilator, drain - 1);  // the drain begins where it would have begun
     std::erase_if(scenario.stages, [](const Stage& s) { return s.kind == StageKind::numb; });
+    const std::vector<Stage> mending = mend(0.0);
+    scenario.stages.insert(afterTheWire(scenario), mending.begin(), mending.end());
     const SynthPatient p(1);
     const patient::PlannedPath path = pathForWire(patient::makeDuctSpace(p.patient), p.paths);
     const Played played = play(p.patient, path, scenario);
     EXPECT_GT(played.torn_mm, 1e3 * path.length_m - 10.0) << "all of the track";
+    EXPECT_LT(played.torn_mm, 1e3 * path.length_m + 10.0) << "once, although the drain was moved again";
     EXPECT_EQ(played.progress.worst_pain, training::kTearPain);
     EXPECT_TRUE(played.refused(training::Refusal::trackTorn));
     EXPECT_FALSE(played.done(training::Step::dilate));

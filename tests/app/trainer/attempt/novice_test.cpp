@@ -153,6 +153,9 @@ class Novice {
             case Act::drawDilator:
             case Act::drawDrain:
             case Act::drawWire:
+            case Act::shiftDrainIn:
+            case Act::shiftDrainOut:
+            case Act::straightenDrain:
                 deeper_m_ += direction * (direction > 0.0 ? 1.0 : 2.0) * kMove_m_s * test::kDt_s;
                 break;
             default:
@@ -419,7 +422,10 @@ TEST(Tutor, NeverAsksForWhatTheToolsRefuse) {
     EXPECT_EQ(next(training::Step::drain), Act::drawWireBack);
     now.access.pierced = now.access.needle_in = false;
     now.access.drain = haptics::DrainState::misplaced, now.access.drain_m = 0.2;
-    EXPECT_EQ(next(training::Step::drain), Act::takeDrain) << "the wire can still mend it";
+    EXPECT_EQ(next(training::Step::drain), Act::straightenDrain) << "the wire mends it";
+    now.access.open = now.access.wire_in = false;
+    EXPECT_EQ(next(training::Step::drain), Act::rewireDrain);
+    now.access.open = now.access.wire_in = true;
     EXPECT_EQ(next(training::Step::dilate), Act::takeDrain) << "no dilator fits beside the drain";
     now.tool = Tool::drain;
     EXPECT_EQ(next(training::Step::dilate), Act::drawDrain);

@@ -117,13 +117,13 @@ TEST_F(Staging, AnExamsDeviceIsTurnedAsTheRoomIsAndReachesThePath) {
         << "a large workspace always has the same place";
 }
 
-// Of a path longer than the workspace is wide, at least the entry must be within reach.
-TEST_F(Staging, AnExamsSmallDeviceReachesTheEntryOfALongPath) {
+// A place on the path would reveal it.
+TEST_F(Staging, AnExamOnAPathLongerThanTheWorkspaceIsRefused) {
     patient::PlannedPath path = drawnPaths(1).front();
     path.target_m = path.entry_m + 0.09 / path.length_m * (path.target_m - path.entry_m);
     path.length_m = 0.09;
-    const Pose placed = devicePlace(path, Difficulty::exam, 1, true, 0.035);
-    EXPECT_LT(glm::distance(path.entry_m, placed.position_m), 0.9 * 0.035);
+    EXPECT_THROW(devicePlace(path, Difficulty::exam, 1, true, 0.035), UsageError);
+    EXPECT_NO_THROW(devicePlace(path, Difficulty::practice, 1, true, 0.035));
 }
 
 // A cheat who pushes the device's tool along an axis through the middle of the workspace, or straight to that

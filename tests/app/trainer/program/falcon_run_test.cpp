@@ -209,13 +209,18 @@ TEST_F(FalconRunRealTime, OnlyAnExamRefusesADeviceThatSensesNoRotation) {
         EXPECT_EQ(std::filesystem::exists(command.out() / "record"), !exam);
         bed.with([](FalconEmulator& f) { EXPECT_FALSE(f.hasMotorForce()); });
     }
-    // An instructor who asks for an exam while a practice runs, and for the next attempt.
+    // An instructor who asks for an exam while a practice runs, and for the next attempt: the program goes
+    // on, with the practice and its reason.
     const std::filesystem::path out = command / "turned";
     const test::Outcome turned =
-        command.runBare(arguments("--seconds 60 --difficulty practice --out '" + out.string() + "'"),
+        command.runBare(arguments("--seconds 4 --difficulty practice --out '" + out.string() + "'"),
                         "printf 'difficulty exam\nnew attempt\n' | ");
+    EXPECT_EQ(turned.status, 0) << turned.err;
     EXPECT_THAT(turned.err, HasSubstr("senses no rotation"));
-    EXPECT_FALSE(std::filesystem::exists(out.string() + "-2/record"));
+    EXPECT_THAT(turned.err, HasSubstr("This attempt has the settings of the last one: practice."));
+    EXPECT_TRUE(std::filesystem::exists(out / "summary.json")) << "the last attempt's results";
+    EXPECT_THAT(test::readText(out.string() + "-2/record/record.json"),
+                HasSubstr("\"difficulty\": \"practice\""));
 }
 
 TEST_F(FalconRunRealTime, CancelledCalibrationReleasesTheForce) {

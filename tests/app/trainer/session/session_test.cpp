@@ -88,6 +88,40 @@ TEST_F(SessionLogTest, RecordsThePeakOfEitherSignAndTheCurveInsideTheBody) {
     EXPECT_EQ(session_.log().deepest->tick, 3u);
 }
 
+// The syringe's scale is shown while it injects and for 3 s after.
+TEST_F(SessionLogTest, ReadsTheSyringesScale) {
+    std::uint64_t tick = 0;
+    const auto step = [&](int ticks, std::optional<haptics::Command> command = {}) {
+        for (int i = 0; i < ticks; ++i) {
+            haptics::TickRecord record = recordAt(++tick, -0.02);
+            if (command && i == 0) record.input.add(*command);
+            session_.update(record);
+        }
+        return session_.frameState(*session_.newest()).syringe;
+    };
+    EXPECT_FALSE(step(10));
+    const auto runs = step(1500, training::anaesthetiseCommand(1e-6));
+    ASSERT_TRUE(runs);
+    EXPECT_TRUE(runs->anaesthetic);
+    EXPECT_NEAR(runs->injected_m3, 1.5e-6, 1e-9);
+    const auto stopped = step(2900, training::anaesthetiseCommand(0.0));
+    ASSERT_TRUE(stopped);
+    EXPECT_NEAR(stopped->injected_m3, 1.5e-6, 2e-9);
+    EXPECT_FALSE(step(200));
+    const auto contrast = step(500, training::injectCommand(1e-6));
+    ASSERT_TRUE(contrast);
+    EXPECT_FALSE(contrast->anaesthetic);
+    EXPECT_NEAR(contrast->injected_m3, 0.5e-6, 1e-9);
+}
+
+TEST_F(SessionLogTest, SaysForAWhileThatAnotherAttemptWasRefused) {
+    session_.setStartRefused("no");
+    session_.update(recordAt(1, -0.02));
+    EXPECT_EQ(session_.frameState(*session_.newest()).start_refused, "no");
+    session_.update(recordAt(25'000, -0.02));
+    EXPECT_EQ(session_.frameState(*session_.newest()).start_refused, "");
+}
+
 // An exam that was made easier for a while is not an exam.
 // HZ-TEACH-12
 TEST(Session, EasiestDifficultyCounts) {

@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "app/trainer/attempt/staging.h"
+#include "app/trainer/hands/mouse_hand.h"
 #include "app/trainer/view/notice.h"
 #include "tests/app/trainer/difficulties.h"
 
@@ -129,7 +130,8 @@ TEST(GuidePanel, WordsFitIntoTwoLines) {
             .size();
     };
     for (const training::Controls* controls :
-         {&training::kMouseControls, &training::kControllerControls, &training::kTypedControls})
+         {&training::kMouseControls, &training::kControllerControls, &training::kTypedControls,
+          &training::kForceControls, &training::kFalconControls})
         for (int a = 0; a < training::kActCount; ++a)
             for (const std::string& text :
                  {prompt(training::Act(a), *controls), hint(training::Act(a), *controls)})
@@ -146,6 +148,23 @@ TEST(GuidePanel, WordsFitIntoTwoLines) {
             EXPECT_LE(lines("Wrong: " + describeReason(c, training::Question(q)) + "."), 2u)
                 << describeReason(c, training::Question(q));
     }
+}
+
+// A device whose travel is shorter than wire and tools must grip them anew. The prompts name the button that
+// the device really has for it.
+TEST(GuidePanel, PromptsOfAForceDeviceNameTheButtonThatRegrips) {
+    using training::Act;
+    const auto names = [](const std::string& device, Act act, const char* button) {
+        return prompt(act, controlsOf(device)).find(button) != std::string::npos;
+    };
+    for (const Act act : {Act::drawWire, Act::drawNeedle, Act::drawDilator, Act::drawDrain}) {
+        EXPECT_TRUE(names("bridge", act, "button 1"));
+        EXPECT_TRUE(names("falcon", act, "button 3"));
+        for (const std::string& other :
+             std::vector<std::string>{kMouse, kControllers, "spacemouse", "scripted"})
+            EXPECT_FALSE(names(other, act, "button")) << other << " needs none";
+    }
+    EXPECT_EQ(haptics::ClutchSettings{}.button, 1u << 2) << "the Falcon's third";
 }
 
 // The panel says whether the newest answer was right, for a while.

@@ -89,6 +89,33 @@ TEST(Notice, SaysWhatTheSyringeDrew) {
     EXPECT_EQ(makeNotice(seen, Attention::focused, "")->title, "Paused") << "that is more important";
 }
 
+// As on a real syringe, in an exam too, and nothing but that: not where it went.
+TEST(Notice, ShowsTheSyringesScale) {
+    FrameState seen;
+    seen.difficulty = training::Difficulty::exam;
+    seen.syringe = {true, 1.54e-6};
+    const Notice notice{"Syringe", {"Local anaesthetic: 1.5 ml injected."}};
+    EXPECT_EQ(makeNotice(seen, Attention::focused, ""), notice);
+    seen.progress.track_place = training::TrackPlace::aside;
+    seen.progress.refusal = training::Refusal::anaestheticAside;
+    seen.tick.tissue = patient::Tissue::vessel;
+    EXPECT_EQ(makeNotice(seen, Attention::focused, ""), notice);
+    seen.syringe = {false, 12.0e-6};
+    seen.drawn = training::Drawn::bile;
+    EXPECT_EQ(makeNotice(seen, Attention::focused, ""),
+              (Notice{"Syringe", {"Bile comes.", "Contrast medium: 12.0 ml injected."}}));
+}
+
+TEST(Notice, SaysWhyTheNextAttemptWasRefused) {
+    FrameState seen;
+    seen.start_refused = "it senses no rotation. This attempt has the settings of the last one: practice.";
+    const auto notice = makeNotice(seen, Attention::focused, "");
+    ASSERT_TRUE(notice);
+    EXPECT_EQ(notice->lines, std::vector<std::string>{seen.start_refused});
+    seen.tick.stage = haptics::ForceStage::off;
+    EXPECT_EQ(makeNotice(seen, Attention::focused, "Enter"), notice) << "the force has not started yet";
+}
+
 TEST(Notice, SaysWhatTheExpertCannotShow) {
     FrameState seen;
     seen.expert_note = "the expert cannot show it: there is no path";
@@ -150,6 +177,72 @@ TEST(Notice, EveryCaseFitsItsPanel) {
     panel.show(makeNotice(RoomWarning::lost, ""));
     EXPECT_EQ(panel.height(), NoticePanel::kHeight);
     EXPECT_EQ(panel.rgba().size(), std::size_t(4 * NoticePanel::kWidth * NoticePanel::kHeight));
+}
+
+// No text is drawn outside the margins.
+void expectMargins(const NoticePanel& panel, const std::string& what) {
+    const auto width = std::size_t(NoticePanel::kWidth), height = std::size_t(panel.height());
+    for (std::size_t y = 12; y < height; ++y)
+        for (std::size_t x = 0; x < width; ++x)
+            if (x < 20 || x >= width - 20 || y >= height - 12) {
+                ASSERT_LT(panel.rgba()[4 * (y * width + x)], 60) << what << " at " << x << ", " << y;
+            }
+}
+
+// A case as long as its loader admits: in every value the longest, and in the free texts of letters of
+// different widths.
+FrameState askingLongest(const std::string& word, bool admitted = true) {
+    std::string text;
+    while (text.size() < 200)
+        text += word;
+    const auto field = [&](const char* name, std::size_t bytes) {
+        return std::string(name) + " = \"" + text.substr(0, bytes + (admitted ? 0 : 1)) + "\"\n";
+    };
+    FrameState seen;
+    seen.patient_case = std::make_shared<const training::PatientCase>(training::parseCase(
+        field("title", 70) + field("finding", 70) + field("other_allergies", 40) +
+            "age_years = 120\nsex = \"female\"\nurgency = \"emergency\"\ntemperature_c = 42.95\n"
+            "liver_disease = false\nascites = \"small\"\ncontrast_reaction = \"severe\"\n"
+            "blood_thinner = \"clopidogrel\"\nlast_dose_h = 999.123\nantibiotic_min = 9999.12\n"
+            "consent = \"presumed\"\n[blood]\ninr = 14.1234\nplatelets_e9_per_l = 1234.12\n"
+            "bilirubin_umol_per_l = 999.123\ncrp_mg_per_l = 999.123\negfr_ml_per_min = 149.123\n",
+        "long.toml"));
+    seen.progress.course = training::Course::drainage;
+    seen.progress.has_case = true;
+    seen.progress.step = training::Step::reviewCase;
+    return seen;
+}
+
+TEST(Notice, ACaseAtItsLimitsFitsItsPanel) {
+    NoticePanel panel;
+    for (const std::string word : {"obstructed duct ", "WW", "W", "i", "ä"})
+        for (int question = 0; question < training::kQuestionCount; ++question) {
+            FrameState seen = askingLongest(word);
+            seen.progress.answered = std::uint8_t(question);
+            panel.show(*makeNotice(seen, Attention::focused, "", training::kControllerControls));
+            expectMargins(panel, word);
+            const bool usual = word.ends_with(' ');
+            EXPECT_TRUE(!usual || panel.letter_px() == NoticePanel::kLetter_px) << panel.letter_px();
+            EXPECT_GT(panel.letter_px(), NoticePanel::kSmallest_px) << word;
+        }
+    EXPECT_THAT([] { askingLongest("W", false); },
+                testing::ThrowsMessage<DataError>(HasSubstr("long.toml: title: ")));
+}
+
+// Nothing of a longer text is lost: it has smaller letters.
+TEST(Notice, LongTextShrinks) {
+    NoticePanel panel;
+    panel.show({"Next attempt refused", {std::string(1200, 'e')}, true});
+    EXPECT_LT(panel.letter_px(), NoticePanel::kLetter_px);
+    expectMargins(panel, "1200 letters");
+    report::Canvas canvas(100, 100, {});
+    const report::TextStyle style{.size = 20.0, .colour = {1.0, 1.0, 1.0}};
+    std::string joined;
+    for (const std::string& line : wrapped(canvas, "aäöü" + std::string(50, 'W'), style, 60.0)) {
+        EXPECT_LE(canvas.textWidth(line, style), 60.0) << line;
+        joined += line;
+    }
+    EXPECT_EQ(joined, "aäöü" + std::string(50, 'W'));
 }
 
 // The longest notices fit the panel: no bright pixels touch its lower edge.

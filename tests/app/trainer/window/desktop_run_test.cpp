@@ -271,7 +271,9 @@ class DesktopRun : public testing::Test {
         return std::string(haptics::kToolNames[std::size_t(newest_.back().tool)]) + " at right " +
                std::to_string(at.right) + ", up " + std::to_string(at.up) + ", deeper " +
                std::to_string(at.deeper) + ", rolled " + std::to_string(at.rolled) + ", force " +
-               std::to_string(glm::length(newest_.back().tool_force_n)) + " N\n" + printed();
+               std::to_string(glm::length(newest_.back().tool_force_n)) + " N, breath " +
+               std::to_string(newest_.back().breath_v) + (newest_.back().breath_held ? " held" : "") +
+               ", faults " + std::to_string(newest_.back().faults) + "\n" + printed();
     }
 
     static constexpr std::size_t kFrame = records::kFrameTicks;

@@ -111,6 +111,9 @@ std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, co
                       {"The needle is still in the patient: move the tool back to it, or draw it out."}};
     const haptics::ForceStage stage = seen.tick.stage;
     const bool off = stage == haptics::ForceStage::off || stage == haptics::ForceStage::fading;
+    if (seen.tick.tick > 0 && seen.tick.tool_awaits_exit && (rearm_act.empty() || !off))
+        return Notice{"Lift the tool",
+                      {"It feels nothing until it has been off the skin once: lift it, then go on."}};
     if (isAsking(seen) && (rearm_act.empty() || !off)) return makeCaseNotice(seen, controls);
     if (seen.rest_due && (rearm_act.empty() || !off))
         return Notice{"Time for a rest",

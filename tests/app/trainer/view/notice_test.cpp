@@ -62,6 +62,20 @@ TEST(Notice, ExplainsWhyTheAttemptIsPaused) {
     EXPECT_THAT(makeNotice(RoomWarning::moved, "press Enter").lines[0], HasSubstr("press Enter"));
 }
 
+// After a leap, or when a tool is taken inside the body, a missing force must not look like a fault.
+TEST(Notice, AsksToLiftAToolThatFeelsNothing) {
+    FrameState seen;
+    seen.tick.tick = 1;
+    seen.tick.stage = haptics::ForceStage::on;
+    seen.tick.tool_awaits_exit = true;
+    EXPECT_THAT(makeNotice(seen, Attention::focused, "")->lines[0], HasSubstr("lift it"));
+    seen.tick.stage = haptics::ForceStage::off;
+    seen.tick.faults = haptics::kFaultOverSpeed;
+    EXPECT_EQ(makeNotice(seen, Attention::focused, "press Enter")->title, "The force is off");
+    seen.tick.tool_awaits_exit = false;
+    EXPECT_FALSE(makeNotice(seen, Attention::focused, ""));
+}
+
 TEST(Notice, AStalledPictureIsCalledSo) {
     FrameState seen;
     seen.picture_stall_s = 4.2;

@@ -249,11 +249,16 @@ class DesktopRun : public testing::Test {
         }
         return false;
     }
-    // Brings the tool to the place, and on into the skin until it is felt.
-    bool pressAt(Tool tool, KeySteps place) {
-        for (const double most = place.deeper + 14; place.deeper < most; ++place.deeper) {
-            if (!bring(tool, place)) return false;
-            if (glm::length(newest_.back().tool_force_n) >= 0.1) return true;
+    // Brings the tool to the place, and on into the skin until it is felt. A stall can turn a motion into a
+    // leap, after which a tool on the skin feels nothing until it was lifted. So it begins at Home, again if
+    // necessary.
+    bool pressAt(Tool tool, const KeySteps& place) {
+        for (int tries = 0; tries < 4; ++tries) {
+            display_.key("Home");
+            for (KeySteps at = place; at.deeper < place.deeper + 14; ++at.deeper) {
+                if (!bring(tool, at)) return false;
+                if (glm::length(newest_.back().tool_force_n) >= 0.1) return true;
+            }
         }
         return false;
     }

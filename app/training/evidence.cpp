@@ -375,23 +375,23 @@ void Evidence::judgeAspiration(const AttemptFold& fold, bool infiltrates) {
                                                            : Refusal::noBile;
 }
 
-// A step counts as tried when the hand lets go of its tool, or the drain curls.
+// A step counts as tried when its tool is put down, or the drain curls.
 void Evidence::judgeDrainage(const TickOutput& now, double torn_m) {
     const haptics::AccessOutput& access = now.access;
     if (access.needle_in && access.wire_in && !proven_ && !std::exchange(refused_wire_, true))
         refusal_ = Refusal::wireUnproven;
-    const auto letGo = [&](Tool tool) { return previous_.tool == tool && now.tool != tool; };
+    const auto putDown = [&](Tool tool) { return previous_.tool == tool && now.tool != tool; };
     if (!has(Step::wire)) {
         if (access.wire_in && access.in_duct_m >= kMinWire_m && !access.pierced)
             find(Step::wire);
-        else if (letGo(Tool::wire))
+        else if (putDown(Tool::wire))
             refusal_ = access.pierced ? Refusal::wirePierced : Refusal::wireNotInDuct;
     }
     if (!has(Step::dilate)) {
         if (access.wire_in && access.in_duct_m > 0.0 &&
             access.dilator_m >= glm::length(access.base_m - access.entry_m))
             find(Step::dilate);
-        else if (letGo(Tool::dilator))
+        else if (putDown(Tool::dilator))
             refusal_ = Refusal::notDilated;
     }
     judgeDrain(access, torn_m);
@@ -457,8 +457,8 @@ void Evidence::judgeContrast(const TickOutput& now, const AttemptFold& fold) {
     proven_ = proven_ || in_ducts_m3 - ducts_at_entry_m3_ >= kShownContrast_m3;
     if (curled) {
         if (in_ducts_m3 - ducts_at_curl_m3_ >= kShownContrast_m3) find(Step::finalPicture);
-    } else if (in_ducts_m3 >= kShownContrast_m3)
-        find(Step::contrast);
+    } else if (now.access.drain == haptics::DrainState::none && in_ducts_m3 >= kShownContrast_m3)
+        find(Step::contrast);  // through the needle
     else if (!has(Step::contrast) && fold.dose().contrast_m3 >= kAstrayContrast_m3 &&
              !std::exchange(refused_contrast_, true))
         refusal_ = Refusal::contrastAstray;

@@ -109,6 +109,7 @@ namespace {
 // Length of wire and drain in the duct before the wire is drawn out: that of the side holes, without the last
 // millimetre, by which a compressed wire is shorter.
 constexpr double kDrainInDuct_m = haptics::kSideHoles_m - 0.001;
+constexpr double kWireAhead_m = 0.003;  // least length of wire before the drain's end, to move the drain on
 
 Act toFindGap(const Progress& progress, const TickOutput& now) noexcept {
     if (now.tool != Tool::finger) return Act::takeFinger;
@@ -234,6 +235,9 @@ Act toPlaceDrain(const Progress& progress, const TickOutput& now) noexcept {
     const bool leaks = progress.missing == Refusal::drainLeaks,
                beyond = progress.missing == Refusal::drainTooDeep;
     if (deep && (leaks || beyond)) {
+        // The drain cannot go beyond the wire's tip.
+        if (leaks && track_m + access.wire_m < access.drain_m + kWireAhead_m)
+            return now.tool == Tool::wire ? Act::feedWire : Act::takeWire;
         if (now.tool != Tool::drain) return Act::takeDrain;
         return leaks ? Act::shiftDrainIn : Act::shiftDrainOut;
     }
@@ -439,7 +443,7 @@ std::string hint(Act act, const Controls& c) {
         case Act::shiftDrainOut:
             return fmt::format("The drain must stay over the wire: {}.", c.push);
         case Act::straightenDrain:
-            return fmt::format("At the drain's end its loop becomes straight: {}.", c.push);
+            return fmt::format("In the middle of its loop the drain becomes straight: {}.", c.push);
         case Act::enterSkin:
         case Act::drawOut:
         case Act::drawNeedle:

@@ -127,7 +127,8 @@ bool maySelect(const ToolState& s, Tool tool) noexcept {
         case Tool::dilator:
             return a.wire_in && !a.needle_in && !drain_in;
         case Tool::drain:
-            return a.wire_in && !a.needle_in && !dilator_in && !drain_left;
+            return a.wire_in && !a.needle_in && !dilator_in && !drain_left &&
+                   a.drain_state != DrainState::misplaced;
         case Tool::needle:
             return a.needle_in;
         case Tool::guide:
@@ -164,6 +165,7 @@ bool selectTool(ToolState& s, Tool tool) noexcept {
     if (tool == Tool::probe) s.probe.parked = false;
     if (!isNeedleTool(tool)) s.guide = {};
     if (s.active_tool == Tool::wire) layDownWire(s.access);
+    s.access.released = false;
     // A wire that was laid down is taken again where the needle is now.
     if (again)
         openThroughDrain(s.access);
@@ -199,7 +201,7 @@ bool isInOpenAir(const BreathingPatient& now, const Vec3& tip_m) noexcept {
 void resetContact(ToolState& s) noexcept {
     ++s.reset_count;
     if (isOnTrack(s) || isAccessTool(s.active_tool)) {
-        regrip(s.access);
+        s.access.gripped = false;  // a hand that has let go has still let go
         s.awaits_exit = false;
         return;
     }

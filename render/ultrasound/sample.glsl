@@ -35,7 +35,7 @@ Sample makeSample(uint tissue, float variation, bool wall, float fluid, float cr
 // Share of injected fluid. Tissue soaks it up: it has no sharp border, and it is no ball.
 float fluidAt(vec3 p, uint tissue) {
     float share = 0.0;
-    if ((frame.undisplaced.x >> tissue & 1u) != 0u) return share;
+    if ((frame.dry.x >> tissue & 1u) != 0u) return share;
     for (int d = 0; d < int(frame.reach.w); ++d) {
         const float away = length(p - frame.depots[d].xyz) / frame.depots[d].w;
         if (away * (1.0 - kLobeHeight) >= kFluidTo) continue;

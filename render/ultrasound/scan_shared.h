@@ -59,7 +59,7 @@ struct ScanUniforms {
     // Summed beam width, standard deviations; correlation of the noise one step apart; creep of the gel, m.
     vec4 reach;               // w: number of depots
     vec4 depots[kMaxDepots];  // injected fluid, reference patient: centre; radius of its ball, m
-    uvec4 undisplaced;        // x: bit mask of the tissues that fluid does not displace: solid ones and air
+    uvec4 dry;                // x: bit mask of the tissues that take up no fluid: solid ones and air
     AcousticUniforms tissues[kMaxTissues];
 };
 

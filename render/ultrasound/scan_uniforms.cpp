@@ -95,10 +95,10 @@ void fillUniforms(const ScanSetup& setup, const Grid& grid, gpu::ScanUniforms& u
         u.doppler = {box->from_share, box->to_share, box->from_m, box->to_m};
         u.flow_look = {box->wall_filter_m_per_s, amplitude(box->gain_db), kDopplerColumns, kDopplerRows};
     }
-    u.undisplaced = glm::uvec4(0u);
+    u.dry = glm::uvec4(0u);
     for (std::size_t i = 0; i < table.acoustics.size(); ++i) {
         u.tissues[i] = acousticUniforms(table.acoustics[i], plan);
-        if (table.acoustics[i].solid || int(i) == table.air) u.undisplaced.x |= 1u << i;
+        if (table.acoustics[i].solid || int(i) == table.air) u.dry.x |= 1u << i;
     }
 }
 

@@ -77,9 +77,16 @@ constexpr std::string_view kInject = "inject", kNumb = "numb";
 constexpr double kUsual_ml_per_s = 1.0;
 constexpr std::array kMachines{training::Machine::xray, training::Machine::ultrasound};
 
+constexpr double kDrains = 0.8;  // share of the drain's side holes in ducts
+
+// The tool in hand lies on the track of an open access.
+bool onTrack(const TickOutput& now) {
+    return now.access.open && (haptics::isAccessTool(now.tool) || haptics::isNeedleTool(now.tool));
+}
+
 // The procedure's next tool. After the needle comes the wire if the needle is in the body, else the finger.
 // With a wire in the body: the needle is drawn out over it, dilator and drain follow, then the wire is drawn
-// out. Through a drain in the body it can be passed again. `numbing`: local anaesthesia is not finished, so
+// out. Through a drain that leaks it can be passed again. `numbing`: local anaesthesia is not finished, so
 // the needle comes before the scalpel. A parked probe stays where it is.
 Tool nextTool(const TickOutput& now, bool numbing) {
     if (now.access.open) {
@@ -90,8 +97,10 @@ Tool nextTool(const TickOutput& now, bool numbing) {
         return Tool::wire;
     }
     const bool outside = now.phase == haptics::Phase::outside;
-    const bool drain_in = outside && now.access.drain != haptics::DrainState::none;
-    if (drain_in && (now.tool == Tool::wire || now.tool == Tool::needle)) return Tool::wire;
+    const bool leaks =
+        now.access.drain == haptics::DrainState::misplaced ||
+        (now.access.drain == haptics::DrainState::in_place && now.access.holes_in_duct < kDrains);
+    if (outside && leaks && (now.tool == Tool::wire || now.tool == Tool::needle)) return Tool::wire;
     if (haptics::isAccessTool(now.tool)) return Tool::finger;
     if (now.tool == Tool::finger && now.probe_parked) return numbing ? Tool::needle : Tool::scalpel;
     if (now.tool == Tool::probe && numbing) return Tool::needle;
@@ -163,8 +172,9 @@ std::string whyNot(Tool asked, const TickOutput& now) {
         return access.drain == haptics::DrainState::in_place
                    ? "a drain is in place; withdraw the needle to pass the wire through the drain"
                    : "the wire needs a needle in the body: puncture a duct first";
-    if (asked == Tool::drain && access.drain == haptics::DrainState::in_place)
-        return "the drain is in place; push the wire through it to its end before you move it";
+    if (asked == Tool::drain &&
+        (access.drain == haptics::DrainState::in_place || access.drain == haptics::DrainState::misplaced))
+        return "the drain is free of the wire; push the wire into its loop before you move it";
     if (asked == Tool::dilator && access.wire_in) return "the drain is in the body";
     if (haptics::isAccessTool(asked))
         return fmt::format("the {} needs a guide wire in the body to slide over", nameOf(asked));
@@ -176,7 +186,7 @@ std::string whyNot(Tool asked, const TickOutput& now) {
 std::string describeToolOutcome(Tool asked, const TickOutput& before, const TickOutput& now) {
     if (asked == Tool::wire && now.tool == asked && now.access.drain_m > 0.0 && !before.access.open &&
         now.access.open)
-        return "the wire is in the drain: push it to the drain's end";
+        return "the wire is in the drain: push it into the drain's loop";
     if (now.tool == asked && before.tool == asked)
         return now.probe_parked && asked == Tool::probe
                    ? "the probe is parked: type \"lift\" to use it again"
@@ -201,7 +211,7 @@ std::string describeParkOutcome(bool stay, const TickOutput& before, const TickO
 }
 
 std::string describeGripOutcome(bool grip, const TickOutput& now) {
-    if (!now.access.open) return "no wire, dilator or drain is on the track";
+    if (!onTrack(now)) return "no tool on a track is in hand";
     const std::string_view tool = nameOf(now.tool);
     return grip ? fmt::format("the {} is gripped again", tool)
                 : fmt::format("the {} stays where it is: move the hand back", tool);
@@ -282,7 +292,7 @@ std::vector<Command> UserCommands::update(std::string_view typed, std::uint32_t 
     }
     pressed_ = 0;
     const std::uint32_t changed = held ^ std::exchange(holding_, held);
-    if ((changed & buttons_.regrip) != 0 && now.access.open)
+    if ((changed & buttons_.regrip) != 0 && onTrack(now))
         add({CommandKind::grip, (held & buttons_.regrip) != 0 ? 0u : 1u}, commands);
     if ((changed & buttons_.pedal) != 0)
         add((held & buttons_.pedal) != 0 ? training::kPedalDown : training::kPedalUp, commands);

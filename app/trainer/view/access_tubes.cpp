@@ -118,6 +118,15 @@ std::vector<Vec3> simplifyCurve(const std::vector<Vec3>& points_m, double tolera
     return kept;
 }
 
+std::optional<Vec3> tipOnTrack_m(const haptics::TickOutput& tick, const patient::MotionModel& motion) {
+    const AccessOutput& access = tick.access;
+    if (!access.open || !haptics::isAccessTool(tick.tool)) return std::nullopt;
+    const DeformedPath path(tick, motion);
+    if (tick.tool == Tool::wire) return access.wire_in ? std::optional(path.wire(0.0).back()) : std::nullopt;
+    const double depth_m = tick.tool == Tool::dilator ? access.dilator_m : access.drain_m;
+    return depth_m > 0.0 ? std::optional(path.tube(0.0, depth_m).back()) : std::nullopt;
+}
+
 std::vector<CurvedTube> accessTubes(const haptics::TickOutput& tick, const haptics::AccessSettings& settings,
                                     const patient::MotionModel& motion, double needle_m) {
     const AccessOutput& access = tick.access;

@@ -152,14 +152,16 @@ void GuidePanel::update(const FrameState& seen, bool looked_at) {
     draw(seen);
 }
 
-void GuidePanel::number(double x, double y, const char* name, const std::string& value) {
+void GuidePanel::number(double x, double to_x, double y, const char* name, const std::string& value) {
     const report::TextStyle quiet{.size = kLetter_px, .colour = kPanelQuiet};
     canvas_->text({x, y}, name, quiet);
     const bool flat = height_ < kFlat_px;
     const report::Point at = flat ? report::Point{x + canvas_->textWidth(name, quiet) + 10.0, y}
                                   : report::Point{x, y + kNumber_px + 4.0};
-    canvas_->text(at, value,
-                  {.size = flat ? kLetter_px + 2.0 : kNumber_px, .colour = kPanelText, .bold = true});
+    report::TextStyle style{.size = flat ? kLetter_px + 2.0 : kNumber_px, .colour = kPanelText, .bold = true};
+    if (const double width = canvas_->textWidth(value, style), space = to_x - 12.0 - at.x; width > space)
+        style.size *= space / width;
+    canvas_->text(at, value, style);
 }
 
 // Draws a square per step. It is filled when the step is done, so that the shape carries the information as
@@ -321,7 +323,7 @@ void GuidePanel::draw(const FrameState& seen) {
         canvas_->text({kLeft, y}, line, words), y += 34.0;
 
     const bool flat = height_ < kFlat_px;
-    const double columns[3] = {kLeft, flat ? 262.0 : 268.0, flat ? 466.0 : 496.0};
+    const double columns[4] = {kLeft, flat ? 262.0 : 268.0, flat ? 466.0 : 496.0, kRight + 12.0};
     y = rules_.next_step || refused || !verdict.empty() ? 164.0 : 130.0;  // a hint may have two lines
     const double force_n = shownForce_n(tick);
     const bool needle = haptics::isNeedleTool(tick.tool) || tick.access.needle_in,
@@ -329,19 +331,19 @@ void GuidePanel::draw(const FrameState& seen) {
     // Wire, dilator and drain move along the track only.
     const bool on_track = haptics::isAccessTool(tick.tool);
     const double depth_m = on_track ? depthOnTrack_m(tick) : tick.depth_m;
-    number(columns[0], y, "Depth",
+    number(columns[0], columns[1], y, "Depth",
            (on_track ? depth_m > 0.0 : needle && inside) ? fmt::format("{:.1f} mm", 1e3 * depth_m)
            : presses                                     ? "skin"
                                                          : "outside");
-    number(columns[1], y, "Force", fmt::format("{:.2f} N", force_n));
+    number(columns[1], columns[2], y, "Force", fmt::format("{:.2f} N", force_n));
     if (tick.tool == haptics::Tool::wire)
-        number(columns[2], y, flat ? "In duct" : "In the duct",
+        number(columns[2], columns[3], y, flat ? "In duct" : "In the duct",
                fmt::format("{:.0f} mm", 1e3 * tick.access.in_duct_m));
     else if (on_track)
-        number(columns[2], y, flat ? "Needle" : "Needle was at",
+        number(columns[2], columns[3], y, flat ? "Needle" : "Needle was at",
                fmt::format("{:.0f} mm", 1e3 * trackLength_m(tick)));
     else
-        number(columns[2], y, "Tissue",
+        number(columns[2], columns[3], y, "Tissue",
                needle && inside ? std::string(patient::tissueName(tick.tissue))
                : presses        ? "skin"
                                 : "air");
@@ -349,13 +351,16 @@ void GuidePanel::draw(const FrameState& seen) {
     const auto off = [&](double value, const char* unit, int digits) {
         return on_track ? "\u2013" : fmt::format("{:.{}f}{}", value, digits, unit);
     };
-    number(columns[0], y, flat ? "Off" : "Off the path", off(1e3 * progress.off_path_m, " mm", 1));
-    number(columns[1], y, "Angle", off(progress.off_angle_rad * 57.29577951308232, "\u00b0", 1));
+    number(columns[0], columns[1], y, flat ? "Off" : "Off the path",
+           off(1e3 * progress.off_path_m, " mm", 1));
+    number(columns[1], columns[2], y, "Angle", off(progress.off_angle_rad * 57.29577951308232, "\u00b0", 1));
     // The syringe's scale.
     if (progress.step == Step::anaesthetise && haptics::isNeedleTool(tick.tool))
-        number(columns[2], y, "Injected", fmt::format("{:.1f} ml", 1e6 * seen.dose.anaesthetic_m3));
+        number(columns[2], columns[3], y, "Injected",
+               fmt::format("{:.1f} ml", 1e6 * seen.dose.anaesthetic_m3));
     else
-        number(columns[2], y, flat ? "Target" : "To the target", off(1e3 * progress.to_target_m, " mm", 0));
+        number(columns[2], columns[3], y, flat ? "Target" : "To the target",
+               off(1e3 * progress.to_target_m, " mm", 0));
     y += flat ? 12.0 : 58.0;
     const double last = height_ - 24.0, bottom = last - 44.0;
     if (haptics::isNeedleTool(tick.tool) && !seen.insertion.passed.empty())

@@ -49,7 +49,8 @@ class GuidePanel {
     void drawInsertion(const FrameState&, double top, double bottom);
     void drawNames(const Insertion&, double top, double bottom, double full_m);
     void drawForceScale(double top, double bottom, double full_n);
-    void number(double x, double y, const char* name, const std::string& value);
+    // A value that is too wide for its column, which ends at `to_x`, gets smaller letters.
+    void number(double x, double to_x, double y, const char* name, const std::string& value);
 
     training::DifficultyRules rules_;
     training::Controls controls_;

@@ -26,6 +26,8 @@ std::string capitalised(std::string text) {
     return text;
 }
 
+constexpr const char* kRefusedTitle = "A request was refused";
+
 bool isAsking(const FrameState& seen) {
     return seen.patient_case && seen.progress.step == training::Step::reviewCase;
 }
@@ -38,6 +40,8 @@ Notice makeCaseNotice(const FrameState& seen, const training::Controls& controls
                   {"> " + std::string(questionText(training::Question(question))),
                    "> Yes: " + std::string(controls.yes) + ". No: " + std::string(controls.no) + "."},
                   true};
+    if (!seen.start_refused.empty())
+        notice.lines.push_back(std::string(kRefusedTitle) + ": " + seen.start_refused);
     // Last, because a long case may not fit.
     const std::vector<std::string> facts = training::describeCase(*seen.patient_case);
     notice.lines.emplace_back();
@@ -98,7 +102,6 @@ std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, co
         return Notice{
             "Paused",
             {"The simulation is paused while you do not wear the headset or another program has the focus."}};
-    if (!seen.start_refused.empty()) return Notice{"Next attempt refused", {seen.start_refused}, true};
     if (seen.paused) return Notice{"Paused", {"The instructor has paused the attempt and will resume it."}};
     if (seen.held && seen.return_distance_m >= haptics::kDeviceNotReady_m)
         return Notice{"Paused", {"The tool is not tracked: move it to where the headset sees it."}};
@@ -111,10 +114,12 @@ std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, co
                       {"The needle is still in the patient: move the tool back to it, or draw it out."}};
     const haptics::ForceStage stage = seen.tick.stage;
     const bool off = stage == haptics::ForceStage::off || stage == haptics::ForceStage::fading;
+    if (isAsking(seen) && (rearm_act.empty() || !off)) return makeCaseNotice(seen, controls);
+    if (!seen.start_refused.empty() && (rearm_act.empty() || !off))
+        return Notice{kRefusedTitle, {seen.start_refused}};
     if (seen.tick.tick > 0 && seen.tick.tool_awaits_exit && (rearm_act.empty() || !off))
         return Notice{"Lift the tool",
                       {"It feels nothing until it has been off the skin once: lift it, then go on."}};
-    if (isAsking(seen) && (rearm_act.empty() || !off)) return makeCaseNotice(seen, controls);
     if (seen.rest_due && (rearm_act.empty() || !off))
         return Notice{"Time for a rest",
                       {"You have practised for a long time: rest your eyes and hand for a few minutes."}};
@@ -131,7 +136,11 @@ std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, co
     // Without a picture the force is removed as if the headset were off.
     const bool by_stall = stalled && (seen.tick.faults & haptics::kFaultNotFocused) != 0;
     const std::string why = capitalised(by_stall ? stall : textOf(seen.tick.faults));
-    return Notice{"The force is off", {why + ".", "To resume: " + rearm_act + "."}};
+    Notice notice{"The force is off", {"To resume: " + rearm_act + "."}};
+    if (!why.empty()) notice.lines.insert(notice.lines.begin(), why + ".");
+    if (!seen.start_refused.empty())
+        notice.lines.push_back(std::string(kRefusedTitle) + ": " + seen.start_refused);
+    return notice;
 }
 
 Notice makeNotice(RoomWarning warning, const std::string& rearm_act) {

@@ -5,6 +5,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "app/trainer/view/access_tubes.h"
 #include "app/trainer/view/prediction.h"
 
 namespace stylet::trainer {
@@ -68,7 +69,9 @@ void SliceView::drawTool(report::Canvas& canvas, const Cell& cell, const Pose& p
 
 void SliceView::draw(report::Canvas& canvas, int width, int height, const FrameState& seen) {
     canvas.rectangle(0, 0, width, height, kDark);
-    const Pose& tool = activeToolPose(seen.tick);
+    Pose tool = activeToolPose(seen.tick);
+    if (const auto tip_m = tipOnTrack_m(seen.tick, patient_->package().motion))
+        tool = {seen.tick.patient_from_needle.rotation, *tip_m};
     const double length_m = haptics::isNeedleTool(seen.tick.tool) ? seen.needle.length_m : kHandle_m;
     place(width, height, tool.position_m);
     std::array<std::size_t, 256> labels{};

@@ -109,14 +109,14 @@ TEST(Access, TheWholeChainPlacesADrain) {
     EXPECT_EQ(b.out.access.drain, DrainState::in_place);
 }
 
-// A bench whose drain lies in the duct, the wire drawn out.
+// A bench whose drain ends `beyond_m` beyond the duct's wall, the wire drawn out.
 struct Drained : AccessBench {
-    Drained() : AccessBench(kTilt_deg) {
+    explicit Drained(double beyond_m = 0.012) : AccessBench(kTilt_deg) {
         sweep(middle_m());
         select(Tool::wire), by(0.018);
         select(Tool::needle), by(-0.090);
         track_m = glm::distance(out.access.entry_m, out.access.base_m);
-        select(Tool::drain), by(track_m + 0.012);
+        select(Tool::drain), by(track_m + beyond_m);
         select(Tool::wire), by(-track_m - 0.060);
     }
     double track_m = 0.0;
@@ -144,6 +144,16 @@ TEST(Access, AWireThroughTheDrainStraightensIt) {
     b.by(-b.track_m - 0.060);
     EXPECT_EQ(b.out.access.drain, DrainState::in_place);
     EXPECT_FALSE(b.out.access.open);
+}
+
+TEST(Access, AMisplacedDrainMovesOnlyOverTheWireToo) {
+    Drained b(-0.004);
+    ASSERT_EQ(b.out.access.drain, DrainState::misplaced);
+    ASSERT_EQ(b.select(Tool::wire), Tool::wire);
+    EXPECT_EQ(b.select(Tool::drain), Tool::wire) << "the wire is only in the drain's outer end";
+    b.by(b.out.access.drain_m);
+    EXPECT_EQ(b.out.access.drain, DrainState::over_wire);
+    EXPECT_EQ(b.select(Tool::drain), Tool::drain);
 }
 
 // Into the drain and out again without reaching its loop: nothing has moved.
@@ -190,6 +200,22 @@ TEST(Access, AShortTravelDrawsTheWireOutByRegripping) {
     EXPECT_FALSE(b.out.access.open) << "the wire is out";
     EXPECT_GT(grips, 1);
     EXPECT_LT(grips, 20);
+}
+
+TEST(Access, ALeapDoesNotGripForAHandThatHasLetGo) {
+    AccessBench b(kTilt_deg);
+    b.sweep(b.middle_m());
+    b.select(Tool::wire), b.by(0.018);
+    const double wire_m = b.out.access.wire_m;
+    b.input.add({CommandKind::grip, 0});
+    b.to(b.depth);
+    b.to(b.depth - 0.050);  // in one tick
+    b.by(0.030);
+    EXPECT_EQ(b.out.access.wire_m, wire_m);
+    b.input.add({CommandKind::grip, 1});
+    b.to(b.depth);
+    b.by(-0.005);
+    EXPECT_LT(b.out.access.wire_m, wire_m - 0.003);
 }
 
 TEST(Access, LettingGoOfNothingChangesNothing) {

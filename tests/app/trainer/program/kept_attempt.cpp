@@ -20,7 +20,8 @@ constexpr double kFelt_n = 0.02;
 std::string idIn(const Outcome& run, const std::string& trainee) {
     const std::string before = "stored as attempt ";
     const std::size_t at = run.out.find(before);
-    const std::size_t end = run.out.find(" of " + trainee, at);  // aborted or not
+    std::size_t end = run.out.find(" of " + trainee + "\n");
+    if (end == std::string::npos) end = run.out.find(" of " + trainee + ", aborted");
     if (run.status != 0 || at == std::string::npos || end == std::string::npos)
         throw std::runtime_error("nothing was stored of " + trainee + ":\n" + run.out + run.err);
     return run.out.substr(at + before.size(), end - at - before.size());

@@ -10,6 +10,7 @@ namespace stylet::trainer {
 namespace {
 
 using haptics::DrainState;
+using haptics::Tool;
 
 // A straight path along -x: 50 mm of track, 40 mm of wire in the duct.
 haptics::TickOutput makeTick() {
@@ -65,6 +66,21 @@ TEST(AccessTubes, ThePigtailCurlsOnceTheDrainIsInPlace) {
     EXPECT_NEAR(highest(tubes[0], 2), drain.pigtail_m, 0.0005) << "the loop lies in the coronal plane";
     EXPECT_LT(highest(tubes[0], 1), 1e-6);
     EXPECT_EQ(tubes[0].attenuation_per_m, drain.attenuation_per_m);
+}
+
+TEST(AccessTubes, TheTipOfTheToolInHandLiesAtTheTubesEnd) {
+    haptics::TickOutput tick = makeTick();
+    tick.tool = Tool::needle;
+    EXPECT_FALSE(tipOnTrack_m(tick, {}));
+    tick.tool = Tool::wire;
+    EXPECT_NEAR(tipOnTrack_m(tick, {})->x, -0.090, 1e-6);
+    tick.tool = Tool::drain;
+    EXPECT_FALSE(tipOnTrack_m(tick, {})) << "still outside";
+    tick.access.drain_m = 0.060;
+    EXPECT_NEAR(tipOnTrack_m(tick, {})->x, -0.060, 1e-6);
+    tick.tool = Tool::dilator;
+    tick.access.dilator_m = 0.020;
+    EXPECT_NEAR(tipOnTrack_m(tick, {})->x, -0.020, 1e-6);
 }
 
 TEST(AccessTubes, SimplifiedCurvesKeepToTheirTolerance) {

@@ -150,8 +150,8 @@ TEST(GuidePanel, WordsFitIntoTwoLines) {
     }
 }
 
-// A device whose travel is shorter than wire and tools must grip them anew. The prompts name the button that
-// the device really has for it.
+// A device whose travel is shorter than wire and tools must grip them anew. The prompts name a button
+// for it.
 TEST(GuidePanel, PromptsOfAForceDeviceNameTheButtonThatRegrips) {
     using training::Act;
     const auto names = [](const std::string& device, Act act, const char* button) {

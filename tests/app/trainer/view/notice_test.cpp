@@ -127,7 +127,13 @@ TEST(Notice, SaysWhyTheNextAttemptWasRefused) {
     ASSERT_TRUE(notice);
     EXPECT_EQ(notice->lines, std::vector<std::string>{seen.start_refused});
     seen.tick.stage = haptics::ForceStage::off;
-    EXPECT_EQ(makeNotice(seen, Attention::focused, "Enter"), notice) << "the force has not started yet";
+    EXPECT_THAT(makeNotice(seen, Attention::focused, "Enter")->lines.back(), HasSubstr("no rotation"))
+        << "the force has not started yet";
+    // Nothing that must be acted on is hidden.
+    seen.paused = true;
+    EXPECT_EQ(makeNotice(seen, Attention::focused, "")->title, "Paused");
+    seen.paused = false, seen.tick.awaited = haptics::kFaultAwayFromNeedle;
+    EXPECT_EQ(makeNotice(seen, Attention::focused, "")->title, "The tool has jumped");
 }
 
 TEST(Notice, SaysWhatTheExpertCannotShow) {
@@ -246,7 +252,7 @@ TEST(Notice, ACaseAtItsLimitsFitsItsPanel) {
 // Nothing of a longer text is lost: it has smaller letters.
 TEST(Notice, LongTextShrinks) {
     NoticePanel panel;
-    panel.show({"Next attempt refused", {std::string(1200, 'e')}, true});
+    panel.show({"A request was refused", {std::string(1200, 'e')}, true});
     EXPECT_LT(panel.letter_px(), NoticePanel::kLetter_px);
     expectMargins(panel, "1200 letters");
     report::Canvas canvas(100, 100, {});

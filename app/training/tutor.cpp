@@ -443,7 +443,7 @@ std::string hint(Act act, const Controls& c) {
         case Act::shiftDrainOut:
             return fmt::format("The drain must stay over the wire: {}.", c.push);
         case Act::straightenDrain:
-            return fmt::format("In the middle of its loop the drain becomes straight: {}.", c.push);
+            return fmt::format("Halfway in its loop the drain straightens: {}.", c.push);
         case Act::enterSkin:
         case Act::drawOut:
         case Act::drawNeedle:

@@ -602,7 +602,7 @@ TEST_F(DrainageTest, TutorHasALeakingDrainMended) {
     EXPECT_EQ(act(wired), Act::straightenDrain);
     EXPECT_EQ(act(letGo(wired)), Act::takeWire);
     wired.access.drain = haptics::DrainState::over_wire;
-    wired.access.in_duct_m = 0.040;
+    wired.access.in_duct_m = wired.access.wire_m = 0.040;
     wired.access.drain_m = 0.050 + haptics::kSideHoles_m;
     wired.tool = Tool::drain;
     Evidence evidence(patient_, test::wallPath(), test::kDt_s);
@@ -614,6 +614,11 @@ TEST_F(DrainageTest, TutorHasALeakingDrainMended) {
     Progress step = progress();
     step.step = Step::drain, step.missing = Refusal::drainLeaks;
     EXPECT_EQ(nextAct(step, wired, {}), Act::shiftDrainIn);
+    TickOutput at_end = wired;  // the drain cannot go beyond the wire
+    at_end.access.wire_m = haptics::kSideHoles_m;
+    EXPECT_EQ(nextAct(step, at_end, {}), Act::takeWire);
+    at_end.tool = Tool::wire;
+    EXPECT_EQ(nextAct(step, at_end, {}), Act::feedWire);
     step.missing = Refusal::drainTooDeep;
     EXPECT_EQ(nextAct(step, wired, {}), Act::shiftDrainOut);
     step.missing = Refusal::none;

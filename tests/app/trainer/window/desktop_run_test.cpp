@@ -422,6 +422,7 @@ TEST_F(DesktopRunRealTime, AnExamPlacesNoToolAndShowsNoExpert) {
 
 TEST_F(DesktopRun, MouseNeedsADisplay) {
     display_.kill();
+    setenv("DISPLAY", ":50999", 1);  // another test may take the killed one's number
     start("--device mouse --trainee mouse-2 --scenario '" + test::testScenario("short").string() + "'");
     const Outcome outcome = outcome_.get();
     EXPECT_EQ(outcome.status, 3);

@@ -60,8 +60,8 @@ struct UltrasoundInput {
     std::optional<Pose> patient_from_needle;  // deformed patient
     NeedleShape needle;
     std::vector<CurvedTube> tubes;  // deformed patient: guide wire, dilator and drain
-    // Injected fluid around its centre, reference frame; the radius of a ball of the same volume. Only the first
-    // gpu::kMaxDepots are shown.
+    // Injected fluid around its centre, reference frame; the radius of a ball of the same volume. Only the
+    // first gpu::kMaxDepots are shown.
     struct Depot {
         Vec3 centre_reference_m{0.0};
         double radius_m = 0.0;

@@ -18,9 +18,9 @@ const float kCrossingRange = 2.0;  // steps in either direction
 // Scale that gives each part of a node's noise a variance of 1/2. The sum of two bytes has a variance of
 // 2 (256^2 - 1) / 12.
 const float kScattererScale = 0.0067658;
-// Injected fluid: the largest share of it in tissue; the distances from the centre, in radii of its ball, between
-// which the share falls to 0; how far its lobes stand out; their wave number, 1/m. Own estimates: the fluid in all
-// is the ball's to 15 %, and the lobes are about a centimetre wide.
+// Injected fluid: the largest share of it in tissue; the distances from the centre, in radii of its ball,
+// between which the share falls to 0; how far its lobes stand out; their wave number, 1/m. Own estimates: the
+// fluid in all is the ball's to 15 %, and the lobes are about a centimetre wide.
 const float kMostFluid = 0.9, kFluidFrom = 0.75, kFluidTo = 1.25, kLobeHeight = 0.35, kLobesPer_m = 400.0;
 // Comet tail of a needle: share of its echo, decay length to 1/e.
 const float kComet = 0.30, kComet_m = 0.0035;

@@ -146,7 +146,7 @@ double measureDiaphragm(const RayValues& lines, const WallSurface& s, const Radi
                 }
         if (sum > best) best = sum, best_m = d_m;
     }
-    // Without a diaphragm, the sum falls from the thinnest distance on: lines near the ribs.
+    // A sum that is largest at the thinnest distance comes from lines near the ribs, not from a diaphragm.
     return best_m > kThinnest_m && best > double(kMinSeen) * count ? best_m : 0.0;
 }
 

@@ -390,7 +390,7 @@ std::string prompt(Act act, const Controls& c) {
         case Act::rewireDrain:
             return fmt::format("The drain leaks. Put the guide wire into it again: {}.", c.wire);
         case Act::straightenDrain:
-            return fmt::format("Push the wire through the drain to its end: {}.{}", c.push, c.regrip);
+            return fmt::format("Push the wire into the drain's loop: {}.{}", c.push, c.regrip);
         case Act::injectDrain:
             return fmt::format("Inject contrast medium through the drain: {}.", c.inject);
         case Act::stopInjecting:

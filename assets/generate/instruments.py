@@ -69,8 +69,8 @@ def needle():
 
 def probe():
     """Convex abdominal probe of 60 mm radius, with a needle guide on the +x side. The centre of the lens is at the
-    origin; x runs along the array, and the image plane is y = 0. It has no
-    cable, because a cable would end in mid-air or run through the drape."""
+    origin; x runs along the array, and the image plane is y = 0. It has no cable, which
+    would end in mid-air or run through the drape."""
     lens, shell = Part("lens", (92, 98, 104), 0.0, 0.42), Part("shell", (226, 228, 224), 0.0, 0.3)
     grip, accent = Part("grip", (70, 78, 86), 0.0, 0.5), Part("accent", (40, 132, 148), 0.0, 0.35)
     guide = Part("guide", (92, 170, 186), 0.0, 0.3)

@@ -77,7 +77,9 @@ constexpr std::string_view kInject = "inject", kNumb = "numb";
 constexpr double kUsual_ml_per_s = 1.0;
 constexpr std::array kMachines{training::Machine::xray, training::Machine::ultrasound};
 
-constexpr double kDrains = 0.8;  // share of the drain's side holes in ducts
+// A drain with a smaller share of its side holes in ducts is taken to leak. Only the step's evidence judges
+// it exactly.
+constexpr double kDrains = 0.8;
 
 // The tool in hand lies on the track of an open access.
 bool onTrack(const TickOutput& now) {

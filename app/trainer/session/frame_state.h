@@ -68,7 +68,7 @@ struct FrameState {
     std::optional<training::Difficulty> difficulty{};  // current difficulty, if known
     std::optional<training::Drawn> drawn{};            // by the syringe, a moment ago
     std::optional<SyringeScale> syringe{};
-    std::string start_refused{};   // why another attempt was not begun instead of this one; for some seconds
+    std::string start_refused{};   // a request for this attempt that was refused, and why; for some seconds
     bool rest_due = false;         // show the rest notice (rest.h)
     bool input_only = false;       // the user's device exerts no force
     double picture_stall_s = 0.0;  // length of a stall of the picture that is to be reported; 0: none

@@ -1,6 +1,6 @@
 // Notices shown to the trainee, at every difficulty: the attempt is paused, the force is off, the picture had
-// stopped, a rest is due, what the syringe drew and injected, what the expert cannot show, why another
-// attempt was not begun, or the case to review. Frame thread.
+// stopped, a tool must be lifted, a rest is due, what the syringe drew and injected, what the expert cannot
+// show, which request for this attempt was refused, or the case to review. Frame thread.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +21,8 @@ struct Notice {
     friend bool operator==(const Notice&, const Notice&) = default;
 };
 
-// Returns nothing if there is nothing to report. `rearm_act`: see LiveHand; empty if nobody could
-// re-arm the force. `controls`: the words of the input that the trainee uses.
+// Returns nothing if there is nothing to report. `rearm_act`: how to re-arm the force (LiveHand); empty
+// if no user could. `controls`: the words of the input that the trainee uses.
 std::optional<Notice> makeNotice(const FrameState&, Attention, const std::string& rearm_act,
                                  const training::Controls& controls = training::kTypedControls);
 

@@ -213,13 +213,20 @@ TEST_F(UserCommandsTest, NextSelectsTheSyringeBeforeTheScalpel) {
     EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::tool, Tool::wire)));
 }
 
-// Through a drain in the body the wire can be passed again, also when it is in the hand.
-TEST_F(UserCommandsTest, NextPassesTheWireThroughADrain) {
+// Through a drain that leaks the wire can be passed again, also when it is in the hand. One that drains is
+// left alone, so that the button leads to the other tools.
+TEST_F(UserCommandsTest, NextPassesTheWireThroughADrainThatLeaks) {
     now.access.drain = haptics::DrainState::in_place;
     for (const Tool tool : {Tool::wire, Tool::needle}) {
         now.tool = tool;
+        now.access.holes_in_duct = 0.5;
         EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::tool, Tool::wire)));
+        now.access.holes_in_duct = 1.0;
+        EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::tool, Tool::finger)));
     }
+    now.access.drain = haptics::DrainState::misplaced;
+    now.tool = Tool::wire;
+    EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::tool, Tool::wire)));
 }
 
 // The button that re-arms lets go of the tool on the track while it is pressed.

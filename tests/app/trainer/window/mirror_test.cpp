@@ -40,6 +40,7 @@ constexpr int kWidth = 900, kHeight = 600, kEyePixels = 192;
 FrameState outside() {
     FrameState seen;
     seen.tick.patient_from_needle.position_m = {-0.01, 0.0, 0.0};
+    seen.tick.tool_awaits_exit = false;
     return seen;
 }
 

@@ -41,6 +41,14 @@ constexpr std::optional<Enum> findEnum(const std::array<std::string_view, N>& na
     return std::nullopt;
 }
 
+// The text with its first letter in upper case, if that is one of ASCII.
+inline std::string capitalised(std::string_view text) {
+    std::string upper(text);
+    if (!upper.empty() && upper.front() >= 'a' && upper.front() <= 'z')
+        upper.front() = char(upper.front() - 'a' + 'A');
+    return upper;
+}
+
 // The text without leading and trailing blanks (spaces, tabs, carriage returns).
 inline std::string_view trimmed(std::string_view text) {
     constexpr std::string_view kBlanks = " \t\r";

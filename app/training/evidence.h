@@ -65,6 +65,7 @@ class Evidence {
     Refusal missing(Step) const noexcept;
     // Of the needle's tip in the body wall. `outside` in a puncture.
     TrackPlace trackPlace() const noexcept { return infiltration_.place(); }
+    std::pair<double, double> depotAtTip_m3() const noexcept { return infiltration_.depotAtTip_m3(); }
 
   private:
     enum class Beneath : std::uint8_t { nothing, gap, headwardRib, footwardRib };

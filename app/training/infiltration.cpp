@@ -74,6 +74,12 @@ Refusal Infiltration::missing() const noexcept {
     return fuller().capsule_m3 < kCapsuleDepot_m3 ? Refusal::capsuleNotNumb : Refusal::none;
 }
 
+std::pair<double, double> Infiltration::depotAtTip_m3() const noexcept {
+    if (place_ == TrackPlace::skin) return {fuller().skin_m3, kWheal_m3};
+    if (place_ == TrackPlace::capsule) return {fuller().capsule_m3, kCapsuleDepot_m3};
+    return {};
+}
+
 const Infiltration::Track& Infiltration::fuller() const noexcept {
     const auto counted_m3 = [](const Track& t) {
         return std::min(t.skin_m3, kWheal_m3) + std::min(t.capsule_m3, kCapsuleDepot_m3);

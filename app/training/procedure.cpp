@@ -9,6 +9,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <tuple>
 #include <utility>
 
 #include "base/text.h"
@@ -264,6 +265,7 @@ void Procedure::updateSteps(const TickOutput& now, const TickFacts& facts, const
     progress_.step = firstMissing(now);
     progress_.missing = progress_.step == Step::done ? Refusal::none : evidence_.missing(progress_.step);
     progress_.track_place = evidence_.trackPlace();
+    std::tie(progress_.depot_m3, progress_.depot_wanted_m3) = evidence_.depotAtTip_m3();
     if (const Refusal refusal = evidence_.popRefusal(); refusal != Refusal::none) {
         progress_.refusal = refusal;
         progress_.refused_s = double(now.tick - first_tick_) * dt_s_;

@@ -142,15 +142,18 @@ struct Progress {
     int capsule_punctures = 0;                     // of the liver, at different places
     bool success = false;                          // target duct punctured
     TrackPlace track_place = TrackPlace::outside;  // of the needle's tip
-    double pain = 0.0, worst_pain = 0.0;           // 0 to 10 (pain.h): now, and so far
-    double total = 0.0;                            // score up to now, 0 to 100 (score.h)
-    Refusal missing = Refusal::none;               // what the current step lacks now
-    Refusal refusal = Refusal::none;               // the newest
-    double refused_s = 0.0;                        // `elapsed_s` of the newest refusal
-    bool has_case = false;                         // there is a case to review (case_review.h)
-    std::uint8_t answered = 0;                     // questions about the case
-    std::uint32_t yes = 0;                         // their answers, bit mask, 1 << Question
-    double answered_s = 0.0;                       // `elapsed_s` of the newest answer
+    // With the tip at an end of the track (TrackPlace skin or capsule): the local anaesthetic there so far,
+    // and what is needed there. Elsewhere 0.
+    double depot_m3 = 0.0, depot_wanted_m3 = 0.0;
+    double pain = 0.0, worst_pain = 0.0;  // 0 to 10 (pain.h): now, and so far
+    double total = 0.0;                   // score up to now, 0 to 100 (score.h)
+    Refusal missing = Refusal::none;      // what the current step lacks now
+    Refusal refusal = Refusal::none;      // the newest
+    double refused_s = 0.0;               // `elapsed_s` of the newest refusal
+    bool has_case = false;                // there is a case to review (case_review.h)
+    std::uint8_t answered = 0;            // questions about the case
+    std::uint32_t yes = 0;                // their answers, bit mask, 1 << Question
+    double answered_s = 0.0;              // `elapsed_s` of the newest answer
 };
 static_assert(std::is_trivially_copyable_v<Progress>);
 // Steps of this attempt: a drainage without a case, recorded before there were cases, has none to review.

@@ -284,6 +284,8 @@ Act nextAct(const Progress& progress, const TickOutput& now, const Equipment& eq
         case Step::drain:
             return toPlaceDrain(progress, now);
         case Step::finalPicture:
+            // Medium flows through the drain once the wire is out of it.
+            if (now.access.wire_in) return now.tool == Tool::wire ? Act::drawWire : Act::takeWire;
             return equipment.xray.pedal ? Act::injectDrain : Act::pressPedal;
         case Step::done:
             break;

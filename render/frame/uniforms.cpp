@@ -92,8 +92,9 @@ gpu::FrameUniforms frameUniforms(const RenderScene& scene, const std::array<View
         frame.eyes[eye] = eyeUniforms(views[std::size_t(eye)], scene, settings);
     frame.patient_from_stage = glm::mat4(toMatrix(patient_from_stage));
     frame.target = {float(target.width), float(target.height), settings.near_m, settings.far_m};
-    frame.key_stage = toVec4(scene.stage_from_patient.direction(kLampFromField), kKeyStrength);
-    frame.key_patient = toVec4(kLampFromField, kKeyStrength);
+    const double key = scene.room.lamp && !scene.room.lamp_lit ? 0.0 : kKeyStrength;
+    frame.key_stage = toVec4(scene.stage_from_patient.direction(kLampFromField), key);
+    frame.key_patient = toVec4(kLampFromField, key);
     frame.up_patient = toVec4(patient_from_stage.direction(Vec3(0, 1, 0)));
     frame.layer.x = float(layer.width), frame.layer.y = float(layer.height);
     if (!volume) return frame;

@@ -97,7 +97,7 @@ void Room::prepare(const RenderScene& scene, const std::array<View, 2>& views, c
     updateDrape(scene, volume);
     meshes_.collectDraws(scene, placed, volume != nullptr, draped_ ? &drape_->model() : nullptr, views,
                          skips.unseen_parts);
-    shadowed_ = scene.room.lamp;
+    shadowed_ = scene.room.lamp && scene.room.lamp_lit;
     shadow_stale_ = shadowed_ && shadow_.aim(placed.lamp, meshes_.all(), skips.still_shadows);
     updateUniforms(scene, views, placed);
     screens_.update(scene, uniforms_);

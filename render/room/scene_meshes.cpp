@@ -24,7 +24,8 @@ constexpr double kArrowRadius_m = 0.002, kArrowHead_m = 0.016, kArrowHeadRadius_
 constexpr float kHighlightGlow = 0.9f;
 constexpr glm::vec3 kGhostColour{0.25f, 0.75f, 1.0f};
 constexpr float kGhostGlow = 0.25f;
-constexpr double kMark_m = 0.001;  // length of a mark on the needle
+constexpr glm::vec3 kDarkGlass{0.2f};  // colour of a lamp head that is switched off, relative to a lit one
+constexpr double kMark_m = 0.001;      // length of a mark on the needle
 constexpr int kMaxMarks = 64;
 constexpr double kStandHeight_m = 1.07;  // height of the isocentre above the floor in c_arm.glb
 constexpr float kFarAway_m = 1e3f;       // sort distance of the shell, which is drawn last
@@ -371,13 +372,14 @@ void SceneMeshes::addScreen(const Model& thing, const Model& picture, const glm:
 }
 
 // Adds a lamp head with its yoke, hung from the post by two links of equal length.
-void SceneMeshes::addLampHead(const Placement& placed, const Lamp& lamp, double arm_height_m) {
+void SceneMeshes::addLampHead(const Placement& placed, const Lamp& lamp, double arm_height_m, bool lit) {
     const Pose room_from_stage = placed.stage_from_room.inverse();
     const Pose room_from_head = room_from_stage * lamp.stage_from_head;
     const Vec3 head = room_from_head.position_m, axis = room_from_head.direction({1.0, 0.0, 0.0});
     const double turn = std::atan2(-axis.z, axis.x);
     const glm::dmat4 stage_from_room = toMatrix(placed.stage_from_room);
     add(models_.lamp_head, toMatrix(lamp.stage_from_head), false);
+    if (!lit) draws_.back().push.colour = glm::vec4(kDarkGlass, 0.0f);
     const Pose yoke{glm::angleAxis(turn, Vec3(0.0, 1.0, 0.0)), head};
     add(models_.lamp_yoke, stage_from_room * toMatrix(yoke), false);
     const glm::dvec2 from(kLampPost.x, kLampPost.z), to(head.x, head.z);
@@ -459,13 +461,13 @@ void SceneMeshes::addRoom(const RenderScene& scene, const Placement& placed) {
         add(models_.lamp_post,
             stage_from_room * scaled(toMatrix({{1.0, 0.0, 0.0, 0.0}, kLampPost}), Vec3(1.0, 0.42, 1.0)),
             false);
-        addLampHead(placed, placed.lamp, kArmHeights_m[0]);
+        addLampHead(placed, placed.lamp, kArmHeights_m[0], shown.lamp_lit);
         Lamp second = placed.lamp;
         const Vec3 stage = placed.stage_from_room * kSecondLamp;
         const Vec3 z = glm::normalize(stage - placed.stage_from_table.position_m);
         const Vec3 x = glm::normalize(glm::cross(Vec3(0.0, 1.0, 0.0), z));
         second.stage_from_head = {glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z)), stage};
-        addLampHead(placed, second, kArmHeights_m[1]);
+        addLampHead(placed, second, kArmHeights_m[1], shown.lamp_lit);
     }
     if (!shown.shell) return;
     const std::size_t first = draws_.size();
@@ -501,9 +503,8 @@ void SceneMeshes::collectDraws(const RenderScene& scene, const Placement& placed
         // Walls surround the eye, so they are drawn after everything that may stand in front of them.
         const bool shell = draws_[i].first_index == models_.shell.first_index ||
                            draws_[i].first_index == models_.floor.first_index;
-        draws_[i].lamp = !scene.room.lamp                       ? gpu::kFromAfar
-                         : isLit(placed.lamp, sphere) && !shell ? gpu::kBeam
-                                                                : gpu::kUnlit;
+        const bool lit = scene.room.lamp_lit && isLit(placed.lamp, sphere) && !shell;
+        draws_[i].lamp = !scene.room.lamp ? gpu::kFromAfar : lit ? gpu::kBeam : gpu::kUnlit;
         draws_[i].distance_m = !visible ? 2.0f * kFarAway_m : shell ? kFarAway_m : nearest - sphere.w;
         // The cloth is drawn first. It hides most of the table, whose bounding sphere is just as near.
         if (visible && draws_[i].kind == gpu::kCloth) draws_[i].distance_m = -kFarAway_m;

@@ -81,7 +81,7 @@ class SceneMeshes {
     void addPaths(const RenderScene&);
     void addHighlights(const RenderScene&, const Placement&);
     void addRoom(const RenderScene&, const Placement&);
-    void addLampHead(const Placement&, const Lamp&, double arm_height_m);
+    void addLampHead(const Placement&, const Lamp&, double arm_height_m, bool lit);
     void addScreen(const Model& thing, const Model& picture, const glm::dmat4& stage_from_model, int screen);
 
     Models models_;

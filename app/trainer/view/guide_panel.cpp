@@ -13,6 +13,7 @@
 #include "app/trainer/hands/mouse_hand.h"
 #include "app/trainer/session/input_names.h"
 #include "app/trainer/view/notice.h"
+#include "base/text.h"
 
 namespace stylet::trainer {
 
@@ -30,6 +31,7 @@ constexpr double kFlat_px = 560.0;  // below this height, numbers are beside the
 constexpr double kMinFull_n = 3.0, kScale_px = 62.0;  // smallest full scale of the force; axis label width
 constexpr double kRow_px = GuidePanel::kLetter_px + 4.0, kBetweenNames_px = 14.0;
 constexpr int kMaxNameRows = 3;
+constexpr double kSwatch_px = 18.0;  // of a band's colour, before its name
 constexpr double kDepthStep_m = 0.020, kMinDepth_m = 0.040, kBeyondTip_m = 0.004;
 constexpr double kInView_rad = 0.95;  // half the field of view; no lens shows more
 // From the path's entry to the panel's lower left corner: beyond the table, toward the feet.
@@ -95,8 +97,9 @@ std::string answerVerdict(const FrameState& seen) {
         return "";
     const auto question = training::Question(progress.answered - 1);
     const bool yes = (progress.yes & 1u << unsigned(question)) != 0;
-    return (yes == rightAnswer(*seen.patient_case, question) ? "Right: " : "Wrong: ") +
-           describeReason(*seen.patient_case, question) + ".";
+    return fmt::format("\"{}\" was {}: {}.", yes ? "Yes" : "No",
+                       yes == rightAnswer(*seen.patient_case, question) ? "right" : "wrong",
+                       describeReason(*seen.patient_case, question));
 }
 
 }  // namespace
@@ -224,7 +227,7 @@ void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom
             fmt::format("{}{} {:.0f}", risk ? "! " : "", passed->name, 1e3 * passed->depth_m);
         const report::TextStyle style{.size = kLetter_px, .colour = risk ? kRisk : kPanelText, .bold = risk};
         const double pole = left + (kRight - left) * passed->depth_m / full_m;
-        const double width = canvas_->textWidth(name, style);
+        const double width = kSwatch_px + 6.0 + canvas_->textWidth(name, style);
         // Take the lowest free row, prefer the right side of the pole, and do not cross another pole.
         std::optional<double> x;
         int row = 0;
@@ -238,7 +241,9 @@ void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom
         for (int below = 0; below < row; ++below)
             taken[std::size_t(below)].emplace_back(pole - 4.0, pole + 4.0);
         const double baseline = bottom - row * kRow_px - 8.0;
-        canvas_->text({*x, baseline}, name, style);
+        // The band's colour, because a name is wider than many bands and may stand above another.
+        canvas_->rectangle(*x, baseline - kSwatch_px, kSwatch_px, kSwatch_px, bandColour(passed->tissue));
+        canvas_->text({*x + kSwatch_px + 6.0, baseline}, name, style);
         canvas_->line({pole, baseline + 5.0}, {pole, bottom}, 2.0, risk ? kRisk : kPanelQuiet);
     }
 }
@@ -328,10 +333,12 @@ void GuidePanel::draw(const FrameState& seen) {
     const double force_n = shownForce_n(tick);
     const bool needle = haptics::isNeedleTool(tick.tool) || tick.access.needle_in,
                presses = haptics::pressesOnSkin(tick.tool) && force_n > kTouch_n;
-    // Wire, dilator and drain move along the track only.
+    // Wire, dilator and drain move along the track only. Several of them can be in the body, so the one in
+    // hand is named.
     const bool on_track = haptics::isAccessTool(tick.tool);
     const double depth_m = on_track ? depthOnTrack_m(tick) : tick.depth_m;
-    number(columns[0], columns[1], y, "Depth",
+    const std::string own = capitalised(haptics::kToolNames[std::size_t(tick.tool)]);
+    number(columns[0], columns[1], y, on_track ? own.c_str() : "Depth",
            (on_track ? depth_m > 0.0 : needle && inside) ? fmt::format("{:.1f} mm", 1e3 * depth_m)
            : presses                                     ? "skin"
                                                          : "outside");
@@ -354,10 +361,12 @@ void GuidePanel::draw(const FrameState& seen) {
     number(columns[0], columns[1], y, flat ? "Off" : "Off the path",
            off(1e3 * progress.off_path_m, " mm", 1));
     number(columns[1], columns[2], y, "Angle", off(progress.off_angle_rad * 57.29577951308232, "\u00b0", 1));
-    // The syringe's scale.
+    // The syringe's own scale shows the total (notice.h).
     if (progress.step == Step::anaesthetise && haptics::isNeedleTool(tick.tool))
-        number(columns[2], columns[3], y, "Injected",
-               fmt::format("{:.1f} ml", 1e6 * seen.dose.anaesthetic_m3));
+        number(columns[2], columns[3], y, flat ? "Here" : "Injected here",
+               progress.depot_wanted_m3 > 0.0
+                   ? fmt::format("{:.1f} of {:g} ml", 1e6 * progress.depot_m3, 1e6 * progress.depot_wanted_m3)
+                   : "\u2013");
     else
         number(columns[2], columns[3], y, flat ? "Target" : "To the target",
                off(1e3 * progress.to_target_m, " mm", 0));

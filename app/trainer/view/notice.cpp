@@ -21,11 +21,6 @@ std::string textOf(std::uint32_t bits) {
     return "";
 }
 
-std::string capitalised(std::string text) {
-    if (!text.empty()) text.front() = char(std::toupper(static_cast<unsigned char>(text.front())));
-    return text;
-}
-
 constexpr const char* kRefusedTitle = "A request was refused";
 
 bool isAsking(const FrameState& seen) {
@@ -53,8 +48,7 @@ Notice makeCaseNotice(const FrameState& seen, const training::Controls& controls
 Notice makeSyringeNotice(const FrameState& seen) {
     Notice notice{"Syringe", {}};
     if (seen.drawn)
-        notice.lines.push_back(capitalised(std::string(enumName(training::kDrawnNames, *seen.drawn))) +
-                               " comes.");
+        notice.lines.push_back(capitalised(enumName(training::kDrawnNames, *seen.drawn)) + " comes.");
     if (seen.syringe)
         notice.lines.push_back(fmt::format(
             "{}: {:.1f} ml injected.", seen.syringe->anaesthetic ? "Local anaesthetic" : "Contrast medium",

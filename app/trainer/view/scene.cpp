@@ -8,7 +8,8 @@ namespace stylet::trainer {
 
 namespace {
 
-constexpr double kField_m = 0.085;  // radius of the disinfected skin
+constexpr double kField_m = 0.085;   // radius of the disinfected skin
+constexpr double kLightsOut = 0.35;  // share of the shell's light that the screens and the corridor leave
 
 // Indexed by WoundKind.
 constexpr std::array kWoundMarks{render::MarkKind::incision, render::MarkKind::puncture,
@@ -102,8 +103,9 @@ render::RenderScene SceneMaker::makeScene(const FrameState& seen) {
     scene.marks = makeMarks(seen.wounds, scene.look, field_.entry_reference_m);
     scene.tool = press_.shown(shown);
     addRoom(scene, field_, seen.machines.xray);
-    scene.room.lamp = !seen.lights_out;
+    scene.room.lamp_lit = !seen.lights_out;
     if (rules_.colours) scene.room.shell_light = shellLight(seen.glow);
+    if (seen.lights_out) scene.room.shell_light *= kLightsOut;
     showTools(scene, seen);
     scene.tubes = accessTubes(shown, seen.access, patient_->package().motion, seen.needle.length_m);
     showMonitor(scene, monitor_);

@@ -725,6 +725,21 @@ TEST_F(DrainageTest, TutorAsksForBileAgainIfTheNeedleCameOutSinceTheProof) {
     EXPECT_EQ(nextAct(wants_wire, now, {}), Act::takeWire);
 }
 
+// A wire that was passed through the drain again is drawn out before medium is injected through it.
+TEST_F(DrainageTest, TutorClearsTheDrainForTheFinalPicture) {
+    Progress wants_picture;
+    wants_picture.course = Course::drainage, wants_picture.step = Step::finalPicture;
+    TickOutput now = withWire(0.040);
+    now.tool_awaits_exit = false;
+    now.access.drain = haptics::DrainState::in_place;
+    now.tool = Tool::drain;
+    EXPECT_EQ(nextAct(wants_picture, now, {}), Act::takeWire);
+    now.tool = Tool::wire;
+    EXPECT_EQ(nextAct(wants_picture, now, {}), Act::drawWire);
+    now.access.wire_in = false;
+    EXPECT_EQ(nextAct(wants_picture, now, {}), Act::pressPedal);
+}
+
 // HZ-TEACH-25
 TEST_F(DrainageTest, WireNeedsProofOfTheDuct) {
     TickOutput in_duct = needleAt({0.053, 0, 0}, Tissue::duct, test::kDuctLabel), wire = in_duct;
@@ -784,7 +799,6 @@ TEST_F(DrainageTest, SyringeDrawsWhatIsAtTheNeedlesTip) {
     EXPECT_TRUE(done(Step::aspirate));
 }
 
-// The liver's capsule lies 22 mm deep.
 TEST_F(DrainageTest, ALiftedProbeIsAimedAnewAlthoughTheSkinIsNumb) {
     update(finger({0.002, 0.0, 0.0}, 0.3), 400);
     TickOutput probe = parked(probeAt({0.0, 0.0, 0.0}, {1, 0, 0}));
@@ -802,6 +816,7 @@ TEST_F(DrainageTest, ALiftedProbeIsAimedAnewAlthoughTheSkinIsNumb) {
     EXPECT_EQ(progress().missing, Refusal::ductBesideRail) << "the probe was lifted";
 }
 
+// The liver's capsule lies 22 mm deep.
 TEST_F(DrainageTest, LocalAnaesthesiaNeedsTheSkinAndTheCapsule) {
     update(outside());
     numb(wall(0.004), 0.6);
@@ -813,6 +828,8 @@ TEST_F(DrainageTest, LocalAnaesthesiaNeedsTheSkinAndTheCapsule) {
     EXPECT_EQ(progress().track_place, TrackPlace::wall);
     numb(wall(0.018), 2.1);
     EXPECT_EQ(progress().track_place, TrackPlace::capsule);
+    EXPECT_NEAR(progress().depot_m3, 2.1e-6, 1e-8) << "only what lies here";
+    EXPECT_EQ(progress().depot_wanted_m3, kCapsuleDepot_m3);
     EXPECT_TRUE(done(Step::anaesthetise));
     EXPECT_NEAR(value(MetricId::anaesthetic), 2.7, 0.01);
     EXPECT_EQ(value(MetricId::needlePath), 0.0) << "no travel of the puncture";

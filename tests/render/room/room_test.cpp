@@ -107,6 +107,28 @@ TEST_F(RoomTest, ShadowMapIsReusedUntilACasterMoves) {
     EXPECT_EQ(stats.reused_shadows, 0u);
 }
 
+// Lamps that are switched off stay where they are. Nothing in the room becomes brighter.
+TEST_F(RoomTest, LampsOffDarkenTheRoom) {
+    test::PatientRenderer shown(test::makeTrunk(0.004));
+    RenderScene scene = wholeRoom();
+    RenderStats on, off;
+    const auto draw = [&](RenderStats& stats) {
+        return shown.renderer.drawToImages(scene, eyes, kRoomPictureSize, kRoomPictureSize, &stats)[0];
+    };
+    const Image lit = draw(on);
+    scene.room.lamp_lit = false;
+    const Image dark = draw(off);
+    EXPECT_EQ(on.culled_parts, off.culled_parts);
+    std::size_t brighter = 0;
+    double sum_lit = 0.0, sum_dark = 0.0;
+    for (std::size_t i = 0; i < lit.rgba.size(); i += 4) {
+        brighter += dark.rgba[i + 1] > lit.rgba[i + 1] + 2;
+        sum_lit += lit.rgba[i + 1], sum_dark += dark.rgba[i + 1];
+    }
+    EXPECT_LT(brighter, lit.rgba.size() / 4 / 200);
+    EXPECT_LT(sum_dark, 0.9 * sum_lit);
+}
+
 // A highlight glows where it is placed, in either frame, and casts no shadow. Without one nothing is drawn.
 TEST_F(RoomTest, HighlightsGlowWhereTheyAre) {
     test::PatientRenderer shown(test::makeBall(patient::Tissue::liver, 0.03, 0.01, 0.002), {}, false);

@@ -167,15 +167,15 @@ void addMistakes(Shots& shots) {
 // The act during which each refusal is told.
 constexpr std::array<training::Act, training::kRefusalCount> kRefusedDuring = [] {
     using training::Act;
-    return std::array{Act::finish,      Act::pressGap,      Act::pressUpperRib, Act::pressLowerRib,
-                      Act::placeProbe,  Act::placeProbe,    Act::placeProbe,    Act::placeProbe,
-                      Act::keepProbe,   Act::parkProbe,     Act::cut,           Act::cut,
-                      Act::cut,         Act::enterSkin,     Act::advance,       Act::advance,
-                      Act::advance,     Act::advance,       Act::aspirate,      Act::aspirate,
-                      Act::takeWire,    Act::inject,        Act::feedWire,      Act::feedWire,
-                      Act::drawDilator, Act::drawWire,      Act::drawWire,      Act::drawWire,
-                      Act::feedWire,    Act::enterWheal,    Act::drawSyringe,   Act::numbSkin,
-                      Act::numbSkin,    Act::pushToCapsule, Act::numbCapsule,   Act::numbCapsule};
+    return std::array{
+        Act::finish,      Act::pressGap,    Act::pressUpperRib, Act::pressLowerRib, Act::placeProbe,
+        Act::placeProbe,  Act::placeProbe,  Act::placeProbe,    Act::keepProbe,     Act::parkProbe,
+        Act::cut,         Act::cut,         Act::cut,           Act::enterSkin,     Act::advance,
+        Act::advance,     Act::advance,     Act::advance,       Act::aspirate,      Act::aspirate,
+        Act::takeWire,    Act::inject,      Act::feedWire,      Act::feedWire,      Act::drawDilator,
+        Act::drawWire,    Act::drawWire,    Act::drawWire,      Act::feedWire,      Act::feedWire,
+        Act::enterWheal,  Act::drawSyringe, Act::numbSkin,      Act::numbSkin,      Act::pushToCapsule,
+        Act::numbCapsule, Act::numbCapsule};
 }();
 
 // Adds what can be told during the acts: hints, refusals, notices, alerts and pain.

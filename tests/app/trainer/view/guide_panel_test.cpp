@@ -69,13 +69,13 @@ TEST(GuidePanel, HintsAppearOnlyAtGuidedDifficulty) {
     EXPECT_NE(guided.rgba(), practice.rgba());
 }
 
-// The trainee is told how much to inject, so the panel shows how much was.
+// The trainee is told how much to inject at each end of the track, so the panel shows how much is there.
 TEST(GuidePanel, ShowsTheInjectedAnaestheticWhileTheTrackIsNumbed) {
     const auto after = [](training::Step step, double injected_m3) {
         GuidePanel panel(test::difficulties()[Difficulty::guided], training::kMouseControls, 0.001);
         FrameState seen = feltAt(0.1);
         seen.progress.course = training::Course::drainage, seen.progress.step = step;
-        seen.dose.anaesthetic_m3 = injected_m3;
+        seen.progress.depot_m3 = injected_m3, seen.progress.depot_wanted_m3 = 2e-6;
         panel.update(seen, true);
         return panel.rgba();
     };

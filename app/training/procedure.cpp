@@ -258,7 +258,11 @@ void Procedure::updateSteps(const TickOutput& now, const TickFacts& facts, const
     std::uint32_t found = evidence_.update(now, facts, fold);
     if (review_.isDone()) found |= 1u << unsigned(Step::reviewCase);
     // A drain that was straightened again must be placed, and pictured, anew.
-    progress_.steps_done &= found | ~(1u << unsigned(Step::drain) | 1u << unsigned(Step::finalPicture));
+    for (const Step step : {Step::drain, Step::finalPicture})
+        if (contains(progress_.steps_done & ~found, step)) {
+            progress_.steps_done &= ~(1u << unsigned(step));
+            addEvent(now.tick, "refused", std::string(stepName(step)) + ": no longer done");
+        }
     for (int step = 0; step < kStepCount; ++step)
         if (contains(found & ~progress_.steps_done & stepsOf(progress_), Step(step)))
             finish(Step(step), now.tick);

@@ -171,6 +171,7 @@ void NoticePanel::show(const Notice& notice) {
     for (const std::string& line : lines)
         canvas_->text({kMargin_px, y += kPitch * letter_px_}, line,
                       {.size = letter_px_, .colour = kNoticeText});
+    filled_ = std::min(height(), int(std::ceil(y + 0.3 * letter_px_ + kBottom_px)));
     canvas_->pixels(rgba_);
     ++revision_;
 }

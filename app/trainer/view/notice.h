@@ -51,7 +51,8 @@ class NoticePanel {
     const std::vector<std::uint8_t>& rgba() const { return rgba_; }
     std::uint64_t revision() const { return revision_; }
     int height() const { return shown_.tall ? kTallHeight : kHeight; }  // pixels, as shown
-    double letter_px() const { return letter_px_; }                     // em size of the shown lines
+    int filledHeight() const { return filled_; }     // of it, from the top: down to the last line's margin
+    double letter_px() const { return letter_px_; }  // em size of the shown lines
     // Panel width at which one em spans `letter_rad` at this distance.
     static double width_m(double distance_m, double letter_rad);
 
@@ -61,6 +62,7 @@ class NoticePanel {
     std::optional<report::Canvas> canvas_;
     Notice shown_;
     double letter_px_ = kLetter_px;
+    int filled_ = 0;
     std::vector<std::uint8_t> rgba_;
     std::uint64_t revision_ = 0;
 };

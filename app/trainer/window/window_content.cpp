@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "app/trainer/attempt/staging.h"
 #include "app/trainer/stores/console.h"
@@ -343,17 +344,19 @@ bool WindowContent::drawGuide() {
 bool WindowContent::drawNotice() {
     if (!noticed_ || notice_.revision() == notice_shown_) return false;
     notice_shown_ = notice_.revision();
-    presenter_->setPicture(kNotice, NoticePanel::kWidth, std::uint32_t(notice_.height()), notice_.rgba());
+    const auto height = std::uint32_t(notice_.filledHeight());
+    presenter_->setPicture(kNotice, NoticePanel::kWidth, height,
+                           std::span(notice_.rgba()).first(std::size_t(4) * NoticePanel::kWidth * height));
     return true;
 }
 
-// Places the notice at the bottom of the trainee's view.
+// Places the notice at the bottom of the trainee's view. Its empty rows would only hide more of the patient.
 void WindowContent::placeNotice() {
     if (!noticed_ || notice_shown_ == 0 || layout_.panes.empty()) return;
     const Rect& area = layout_.panes.front().area;
-    const int widest = std::max(1, (area.height - 2 * kGap) * NoticePanel::kWidth / notice_.height());
+    const int widest = std::max(1, (area.height - 2 * kGap) * NoticePanel::kWidth / notice_.filledHeight());
     const int width = std::min({NoticePanel::kWidth, int(kNoticeWidth * area.width), widest}),
-              height = width * notice_.height() / NoticePanel::kWidth;
+              height = width * notice_.filledHeight() / NoticePanel::kWidth;
     placed_.push_back({kNotice, area.x + (area.width - width) / 2, area.y + area.height - height - kGap,
                        std::uint32_t(width), std::uint32_t(height)});
 }
@@ -425,7 +428,8 @@ std::string WindowContent::screenCaption(const char* name, const ScreenUpdate& g
     if (shown.width == 0) return name;
     const double age_s = secondsSince(given.shown_ns);
     if (age_s < kStale_s) return fmt::format("{} \u00b7 live", name);
-    return fmt::format("{} \u00b7 last seen by the trainee {} s ago", name, std::lround(age_s));
+    return fmt::format("{} \u00b7 {} {} s ago", name,
+                       settings_.desktop ? "drawn" : "last seen by the trainee", std::lround(age_s));
 }
 
 std::string WindowContent::makeCaption(WindowView view) const {

@@ -635,8 +635,13 @@ TEST_F(DrainageTest, AStraightenedDrainMustBePlacedAnew) {
     EXPECT_TRUE(done(Step::drain));
     TickOutput straight = drain;
     straight.access.drain = haptics::DrainState::over_wire;
-    update(straight);
+    procedure_.consumeEvents();
+    update(straight, 10);
     EXPECT_FALSE(done(Step::drain) || done(Step::finalPicture));
+    const std::vector<SessionEvent> events = procedure_.consumeEvents();
+    ASSERT_EQ(events.size(), 1u) << "told once";
+    EXPECT_EQ(events[0].kind, "refused");
+    EXPECT_EQ(events[0].text, "place the drain: no longer done");
     update(drain);
     EXPECT_TRUE(done(Step::drain));
     EXPECT_EQ(progress().out_of_order, 0u);

@@ -199,12 +199,13 @@ TEST(Notice, EveryCaseFitsItsPanel) {
     EXPECT_EQ(panel.rgba().size(), std::size_t(4 * NoticePanel::kWidth * NoticePanel::kHeight));
 }
 
-// No text is drawn outside the margins.
+// No text is drawn outside the margins, and none below the rows that are said to be filled.
 void expectMargins(const NoticePanel& panel, const std::string& what) {
     const auto width = std::size_t(NoticePanel::kWidth), height = std::size_t(panel.height());
+    ASSERT_LE(panel.filledHeight(), panel.height()) << what;
     for (std::size_t y = 12; y < height; ++y)
         for (std::size_t x = 0; x < width; ++x)
-            if (x < 20 || x >= width - 20 || y >= height - 12) {
+            if (x < 20 || x >= width - 20 || y >= std::size_t(panel.filledHeight()) - 8) {
                 ASSERT_LT(panel.rgba()[4 * (y * width + x)], 60) << what << " at " << x << ", " << y;
             }
 }
@@ -275,10 +276,10 @@ TEST(Notice, FitsItsPanel) {
         const auto notice = makeNotice(seen, Attention::focused, "the device's first button, or Enter here,");
         if (fault.bit == haptics::kFaultRingFull) continue;
         panel.show(*notice);
-        for (std::size_t y = NoticePanel::kHeight - 12; y < NoticePanel::kHeight; ++y)
-            for (std::size_t x = 0; x < NoticePanel::kWidth; ++x)
-                ASSERT_LT(panel.rgba()[4 * (y * NoticePanel::kWidth + x)], 60) << fault.name;
+        expectMargins(panel, fault.name);
     }
+    panel.show({"Syringe", {"Bile comes."}});
+    EXPECT_LT(panel.filledHeight(), 0.6 * NoticePanel::kHeight) << "a short notice hides little";
     const std::uint64_t revision = panel.revision();
     panel.show(makeNotice(RoomWarning::lost, ""));
     EXPECT_EQ(panel.revision(), revision + 1);

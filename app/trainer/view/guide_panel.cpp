@@ -7,6 +7,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <ranges>
 
 #include "app/trainer/attempt/staging.h"
 #include "app/trainer/hands/controller_hand.h"
@@ -29,9 +30,9 @@ constexpr double kLeft = 30.0, kRight = GuidePanel::kWidth - 30.0, kNumber_px = 
 constexpr double kEasy_px = 16.0;   // from this letter size on, the flat layout is not needed
 constexpr double kFlat_px = 560.0;  // below this height, numbers are beside their names
 constexpr double kMinFull_n = 3.0, kScale_px = 62.0;  // smallest full scale of the force; axis label width
-constexpr double kRow_px = GuidePanel::kLetter_px + 4.0, kBetweenNames_px = 14.0;
+constexpr double kRow_px = GuidePanel::kLetter_px + 4.0, kBetweenNames_px = 8.0;
 constexpr int kMaxNameRows = 3;
-constexpr double kSwatch_px = 18.0;  // of a band's colour, before its name
+constexpr double kSwatch_px = 12.0, kBesideSwatch_px = 4.0;  // of a band's colour, before its name
 constexpr double kDepthStep_m = 0.020, kMinDepth_m = 0.040, kBeyondTip_m = 0.004;
 constexpr double kInView_rad = 0.95;  // half the field of view; no lens shows more
 // From the path's entry to the panel's lower left corner: beyond the table, toward the feet.
@@ -211,7 +212,7 @@ void GuidePanel::drawCurve(double top, double bottom) {
 }
 
 // Draws the name and depth of each tissue at a pole on its border, beside the force scale. If space is short,
-// the deepest tissues have priority.
+// risks come first, and all that is not fat or muscle, then the deepest.
 void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom, double full_m) {
     const double left = kLeft + kScale_px;
     const int rows = int((bottom - top) / kRow_px);
@@ -221,13 +222,19 @@ void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom
         return std::none_of(taken[std::size_t(row)].begin(), taken[std::size_t(row)].end(),
                             [&](const auto& t) { return from < t.second && to > t.first; });
     };
-    for (auto passed = insertion.passed.rbegin(); passed != insertion.passed.rend(); ++passed) {
+    std::vector<const Passed*> order;
+    for (const Passed& passed : std::views::reverse(insertion.passed))
+        order.push_back(&passed);
+    std::ranges::stable_partition(order, [](const Passed* p) {
+        return p->role == patient::Role::risk || p->tissue != patient::Tissue::soft;
+    });
+    for (const Passed* passed : order) {
         const bool risk = passed->role == patient::Role::risk;
         const std::string name =
             fmt::format("{}{} {:.0f}", risk ? "! " : "", passed->name, 1e3 * passed->depth_m);
         const report::TextStyle style{.size = kLetter_px, .colour = risk ? kRisk : kPanelText, .bold = risk};
         const double pole = left + (kRight - left) * passed->depth_m / full_m;
-        const double width = kSwatch_px + 6.0 + canvas_->textWidth(name, style);
+        const double width = kSwatch_px + kBesideSwatch_px + canvas_->textWidth(name, style);
         // Take the lowest free row, prefer the right side of the pole, and do not cross another pole.
         std::optional<double> x;
         int row = 0;
@@ -242,8 +249,9 @@ void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom
             taken[std::size_t(below)].emplace_back(pole - 4.0, pole + 4.0);
         const double baseline = bottom - row * kRow_px - 8.0;
         // The band's colour, because a name is wider than many bands and may stand above another.
-        canvas_->rectangle(*x, baseline - kSwatch_px, kSwatch_px, kSwatch_px, bandColour(passed->tissue));
-        canvas_->text({*x + kSwatch_px + 6.0, baseline}, name, style);
+        canvas_->rectangle(*x, baseline - kSwatch_px - 3.0, kSwatch_px, kSwatch_px,
+                           bandColour(passed->tissue));
+        canvas_->text({*x + kSwatch_px + kBesideSwatch_px, baseline}, name, style);
         canvas_->line({pole, baseline + 5.0}, {pole, bottom}, 2.0, risk ? kRisk : kPanelQuiet);
     }
 }

@@ -8,7 +8,8 @@ namespace stylet::trainer {
 
 namespace {
 
-constexpr double kField_m = 0.085;   // radius of the disinfected skin
+constexpr double kField_m =
+    0.115;  // radius of the disinfected skin: beyond the corners of the drape's opening
 constexpr double kLightsOut = 0.35;  // share of the shell's light that the screens and the corridor leave
 
 // Indexed by WoundKind.

@@ -84,6 +84,9 @@ bool didAll(const SessionLog& log) {
     return log.progress.steps_done == training::stepsOf(log.progress);
 }
 
+// Bodies of the patients, in turn: variants of the reference patient, none first.
+constexpr std::array<std::string_view, 4> kBodies{"", "thin", "obese", "ascites"};
+
 // The patients on which trainees and cheats are compared. Their seeds are drawn.
 class Patients {
   public:
@@ -91,16 +94,18 @@ class Patients {
     // Makes the next patient on which the expert's script does every step. Returns false after the last one.
     bool next() {
         if (left_-- == 0) return false;
+        body_ = kBodies[std::size_t(made_++) % kBodies.size()];
         constexpr int kMaxDrawn = 6;
         for (int i = 0; i < kMaxDrawn; ++i) {
             draw();
             if (didAll(expert_)) break;
-            std::puts(fmt::format("seed {}: on {} paths the script of the expert does not do every step{}",
-                                  seed_, kMaxTried, describe(expert_))
+            std::puts(fmt::format("{}: on {} paths the script of the expert does not do every step{}", name(),
+                                  kMaxTried, describe(expert_))
                           .c_str());
         }
         return true;
     }
+    std::string name() const { return fmt::format("seed {} {}", seed_, body_); }
     std::uint64_t seed() const { return seed_; }
     const SessionLog& expert() const { return expert_; }  // the expert's attempt
     SessionLog play(const Scenario& scenario) const {
@@ -113,6 +118,7 @@ class Patients {
         seed_ = 1 + random_() % 1'000'000;
         patient::synth::SynthSettings settings;
         settings.seed = seed_;
+        if (!body_.empty()) settings.variants = {std::string(body_)};
         settings.spacing_m = 0.0025;
         settings.defaults = patient::loadTissueDefaults(test::assets() / "tissue" / "ptcd.toml");
         patient_.reset();
@@ -136,7 +142,8 @@ class Patients {
     }
 
     std::mt19937_64 random_{test::seed()};
-    int left_;
+    int left_, made_ = 0;
+    std::string_view body_;
     Course course_;
     std::uint64_t seed_ = 0;
     patient::Package package_;
@@ -150,8 +157,8 @@ void expectRanks(Course course) {
     const std::vector<Scenario> trainees = test::makeTrainees(course);
     std::vector<std::vector<double>> totals(trainees.size());
     for (Patients patients(seedsToDraw(course), course); patients.next();) {
-        SCOPED_TRACE("seed " + std::to_string(patients.seed()));
-        std::string line = "seed " + std::to_string(patients.seed()) + ":";
+        SCOPED_TRACE(patients.name());
+        std::string line = patients.name() + ":";
         double last = 101.0;
         std::string better;
         for (std::size_t who = 0; who < trainees.size(); ++who) {
@@ -184,7 +191,7 @@ void expectRanks(Course course) {
 }
 
 void expectEveryCheatFails(const Patients& patients, Course course) {
-    std::string line = "seed " + std::to_string(patients.seed()) + ":";
+    std::string line = patients.name() + ":";
     for (const test::Cheat& cheat : test::makeCheats(course)) {
         const SessionLog log = patients.play(cheat.scenario);
         line += fmt::format(" {:.1f}", log.score.total);
@@ -227,7 +234,7 @@ TEST(Trainees, RankByErrorOnRandomPatients) {
 // HZ-TEACH-01
 TEST(Trainees, EveryCheatFailsOnRandomPatients) {
     for (Patients patients(seedsToDraw(Course::puncture), Course::puncture); patients.next();) {
-        SCOPED_TRACE("seed " + std::to_string(patients.seed()));
+        SCOPED_TRACE(patients.name());
         expectEveryCheatFails(patients, Course::puncture);
     }
 }
@@ -287,7 +294,7 @@ Scenario withReview(Scenario expert, std::optional<ReviewAnswers> answers) {
 TEST(Trainees, EveryCheatOfADrainageFails) {
     const Scenario expert = test::makeTrainees(Course::drainage).front();
     for (Patients patients(seedsToDraw(Course::drainage), Course::drainage); patients.next();) {
-        SCOPED_TRACE("seed " + std::to_string(patients.seed()));
+        SCOPED_TRACE(patients.name());
         expectEveryCheatFails(patients, Course::drainage);
         const auto passes = [&](const Scenario& scenario) {
             return training::passesExam(patients.play(scenario).progress);

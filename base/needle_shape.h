@@ -21,7 +21,7 @@ struct NeedleShape {
     double first_mark_m = 0.030, mark_step_m = 0.010;  // rings on the shaft; step 0: none
     bool has_stylet = true;                            // a solid stylet fills the bore
     // Share of the sound that the shaft, and the edge of the tip, scatter in all directions.
-    double shaft_echo = 0.02, tip_echo = 0.06;
+    double shaft_echo = 0.02, tip_echo = 0.15;
     double attenuation_per_m = 652.0;  // linear attenuation of the material at 70 keV
     friend bool operator==(const NeedleShape&, const NeedleShape&) = default;
 

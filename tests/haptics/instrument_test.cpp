@@ -198,7 +198,7 @@ TEST(Instruments, WrongFilesAreRefused) {
     refuses(name, "bevel_deg = 22.0", "bevel_deg = 0.0", "tip.bevel_deg");
     refuses(name, "kind = \"chiba\"", "kind = \"blunt\"", "tip.kind");
     refuses(name, "every_mm = 10.0", "every_mm = 0.0", "marks.every_mm");
-    refuses(name, "tip_echo = 0.06", "tip_echo = 1.5", "material.tip_echo");
+    refuses(name, "tip_echo = 0.15", "tip_echo = 1.5", "material.tip_echo");
     refuses(name, "attenuation_per_m = 652.0", "attenuation_per_m = -1.0", "material.attenuation_per_m");
     refuses(name, "lateral_force_n = 0.5", "lateral_force_n = 0.0", "force.lateral_force_n");
     refuses(name, "[force]\n", "[force]\nfriction_scale = nan\n", "force.friction_scale");

@@ -231,14 +231,11 @@ TEST(ImagingInput, IsConvertedFromATick) {
     ASSERT_TRUE(m.patient_from_needle && m.guide_m);
     for (const Vec3& p : *m.guide_m)
         EXPECT_NEAR((m.patient_from_probe->inverse() * p).y, 0.0, 1e-12) << "in the plane of the picture";
-    // The line ends where the tip is with the hub at the rail's upper end.
-    const haptics::GuideSettings guide;
-    EXPECT_NEAR(glm::length((*m.guide_m)[1] - (*m.guide_m)[0]), NeedleShape().length_m - guide.length_m,
-                1e-12);
+    // The line is as long as the needle, so that it meets each duct that the needle can reach.
     NeedleShape longer;
     longer.length_m = 0.200;
-    m = makeImagingInput(tick, longer, guide, 0.001);
-    EXPECT_NEAR(glm::length((*m.guide_m)[1] - (*m.guide_m)[0]), 0.140, 1e-12);
+    m = makeImagingInput(tick, longer, {}, 0.001);
+    EXPECT_NEAR(glm::length((*m.guide_m)[1] - (*m.guide_m)[0]), 0.200, 1e-12);
     EXPECT_EQ(m.needle, longer);
 }
 

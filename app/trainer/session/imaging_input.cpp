@@ -1,7 +1,5 @@
 #include "app/trainer/session/imaging_input.h"
 
-#include <algorithm>
-
 namespace stylet::trainer {
 
 ImagingInput makeImagingInput(const haptics::TickOutput& tick, const NeedleShape& needle,
@@ -14,10 +12,8 @@ ImagingInput makeImagingInput(const haptics::TickOutput& tick, const NeedleShape
         m.patient_from_probe = tick.patient_from_tool * haptics::kStylusFromProbe;
     if (tick.probe_parked) {
         m.patient_from_probe = tick.patient_from_probe;
-        // The needle reaches this far below the mouth of the guide, when its hub is at the rail's upper end.
-        const double reach_m = std::max(0.0, needle.length_m - guide.length_m);
         const Pose rail = tick.patient_from_probe * guide.probe_from_guide;
-        m.guide_m = {rail.position_m, rail * Vec3(0.0, 0.0, -reach_m)};
+        m.guide_m = {rail.position_m, rail * Vec3(0.0, 0.0, -needle.length_m)};
     }
     if (haptics::isNeedleTool(tick.tool) || tick.access.needle_in)
         m.patient_from_needle = tick.patient_from_needle;

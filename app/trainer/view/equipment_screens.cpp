@@ -90,8 +90,8 @@ void XrayScreen::draw(const render::ScreenPicture& picture, const XrayReadout& r
     begin(picture, kPicture, kPicture + 12.0, 36.0);
     notice(r.reason);
     badge(r.live ? "X-RAY ON" : "LIH", r.live ? kLive : kHeld);
-    line("detector", angle(r.arm.orbital_rad, "LAO", "RAO"));
-    line("", angle(r.arm.angulation_rad, "CRA", "CAU"));
+    line("rotation", angle(r.arm.orbital_rad, "LAO", "RAO"));
+    line("angulation", angle(r.arm.angulation_rad, "CRA", "CAU"));
     line("pulses", fmt::format("{:.1f} /s", r.pulse_rate_hz));
     line("fluoroscopy", minutes(r.fluoroscopy_s));
     line("dose area", fmt::format("{:.2f} Gy cm\u00b2", 1e4 * r.dose_area_gy_m2));

@@ -41,8 +41,7 @@ class Infiltration {
     bool begun() const noexcept { return fuller().skin_m3 + fuller().capsule_m3 > 0.0; }
     TrackPlace place() const noexcept { return place_; }  // of the needle's tip
     Refusal missing() const noexcept;
-    // With the tip at an end of a track: the volume there that counts, and the least that is needed. Else 0,
-    // 0.
+    // With the tip at an end of a track: the volume there that counts, and what is needed. Elsewhere zeros.
     std::pair<double, double> depotAtTip_m3() const noexcept;
     Refusal popRefusal() noexcept { return std::exchange(refusal_, Refusal::none); }
 

@@ -166,6 +166,25 @@ void skipRows(UltrasoundFixture& fixture, std::vector<Row>& rows) {
     add("freeze", true, frozen, live, "gains and picture only");
 }
 
+// Depots of injected fluid, 8 mm apart around the middle of the picture.
+void depotRows(UltrasoundFixture& fixture, std::vector<Row>& rows) {
+    for (const int count : {0, 4, render::gpu::kMaxDepots}) {
+        fixture.input.depots.clear();
+        for (int i = 0; i < count; ++i)
+            fixture.input.depots.push_back({*fixture.input.patient_from_probe *
+                                                Vec3(0.008 * (i % 8 - 3.5), 0.0, 0.060 + 0.008 * (i / 8)),
+                                            0.005});
+        render::UltrasoundSettings settings = quiet();
+        settings.place_samples = 1;
+        const Pixels truth = fixture.picture(settings);
+        double took_ms = 0.0;
+        const Pixels picture = fixture.picture(quiet(), &took_ms);
+        rows.push_back({"imaging.ultrasound", "depots", double(count), took_ms, psnr(picture, truth),
+                        "dB PSNR", "place_samples = 1", "of local anaesthetic"});
+    }
+    fixture.input.depots.clear();
+}
+
 // Writes pictures for a sonographer to inspect, if STYLET_BENCH_PICTURES names a folder.
 void drawPictures(UltrasoundFixture& fixture) {
     const char* folder = std::getenv("STYLET_BENCH_PICTURES");
@@ -238,6 +257,7 @@ void run(std::vector<Row>& rows) {
     for (const Knob& knob : knobs)
         knobRows(fixture, knob, rows);
     skipRows(fixture, rows);
+    depotRows(fixture, rows);
     drawPictures(fixture);
     if (isLongRun()) referenceRows(fixture, rows);
 }

@@ -77,7 +77,7 @@ class Chain {
     // False if a node has left the lumen, or is not a number.
     bool isInLumen() const noexcept {
         for (std::size_t i = 0; i < count_; ++i)
-            if (touches_[i] && !(patient::ductWallAt(ducts_, at_[i]).level_m <= 0.0)) return false;
+            if (touches_[i] && !(patient::ductLevelAt(ducts_, at_[i]) <= 0.0)) return false;
         return true;
     }
     // True if the wire turns back on itself. In a duct of 3 mm radius that takes 0.3 N, more than the floppy
@@ -116,10 +116,11 @@ class Chain {
 
     void touchWalls() noexcept {
         for (std::size_t i = 0; i < count_; ++i) {
-            if (!touches_[i]) continue;
+            // Most nodes lie off the wall and need no normal.
+            if (!touches_[i] || !(patient::ductLevelAt(ducts_, at_[i]) + settings_.radius_m() > 0.0))
+                continue;
             const DuctWall wall = patient::ductWallAt(ducts_, at_[i]);
             const double depth_m = wall.level_m + settings_.radius_m();
-            if (depth_m <= 0.0) continue;
             at_[i] = i == 0 && sticks(wall) ? start_m_ : at_[i] - depth_m * wall.outward;
         }
     }

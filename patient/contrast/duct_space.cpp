@@ -60,29 +60,56 @@ DuctSpace makeDuctSpace(const Patient& patient, int threads) {
     return space;
 }
 
+namespace {
+
+double mix(double a, double b, double share) noexcept {
+    return a + share * (b - a);
+}
+
+// The cell around a point, and the level interpolated in it: along x on its four edges, then along y, then
+// along z.
+struct Interpolated {
+    const float* c = nullptr;  // the cell's first corner; null: outside the grid
+    Vec3 t;                    // place in the cell, 0 to 1
+    std::array<double, 4> edge;
+    double low, high;
+
+    Interpolated(const Volume<float>& level, const Vec3& reference_m) noexcept {
+        const Grid& grid = level.grid;
+        const Vec3 at = grid.toVoxels(reference_m);
+        // False for NaN, and for an empty grid.
+        const bool within = at.x >= 0.0 && at.y >= 0.0 && at.z >= 0.0 && at.x < grid.dims.x - 1 &&
+                            at.y < grid.dims.y - 1 && at.z < grid.dims.z - 1;
+        if (!within) return;
+        const Index3 cell(at);
+        t = at - Vec3(cell);
+        const auto [sx, sy, sz] = grid.strides();
+        c = level.voxels.data() + grid.offset(cell);
+        edge = {mix(c[0], c[sx], t.x), mix(c[sy], c[sx + sy], t.x), mix(c[sz], c[sx + sz], t.x),
+                mix(c[sy + sz], c[sx + sy + sz], t.x)};
+        low = mix(edge[0], edge[1], t.y), high = mix(edge[2], edge[3], t.y);
+    }
+    double value() const noexcept { return c ? mix(low, high, t.z) : kFarFromDucts_m; }
+};
+
+}  // namespace
+
+double ductLevelAt(const DuctSpace& space, const Vec3& reference_m) noexcept {
+    return Interpolated(space.level_m, reference_m).value();
+}
+
 DuctWall ductWallAt(const DuctSpace& space, const Vec3& reference_m) noexcept {
-    const Volume<float>& level = space.level_m;
-    const Grid& grid = level.grid;
-    const Vec3 at = grid.toVoxels(reference_m);
-    // False for NaN, and for an empty grid.
-    const bool within = at.x >= 0.0 && at.y >= 0.0 && at.z >= 0.0 && at.x < grid.dims.x - 1 &&
-                        at.y < grid.dims.y - 1 && at.z < grid.dims.z - 1;
-    if (!within) return {kFarFromDucts_m, Vec3(0.0)};
-    const Index3 cell(at);
-    const Vec3 t = at - Vec3(cell);
+    const Interpolated in(space.level_m, reference_m);
+    if (!in.c) return {in.value(), Vec3(0.0)};
+    const Grid& grid = space.level_m.grid;
     const auto [sx, sy, sz] = grid.strides();
-    const float* c = level.voxels.data() + grid.offset(cell);
-    const auto mix = [](double a, double b, double share) { return a + share * (b - a); };
-    // Along x on the four edges of the cell, then along y, then along z.
-    const std::array<double, 4> edge{mix(c[0], c[sx], t.x), mix(c[sy], c[sx + sy], t.x),
-                                     mix(c[sz], c[sx + sz], t.x), mix(c[sy + sz], c[sx + sy + sz], t.x)};
-    const double low = mix(edge[0], edge[1], t.y), high = mix(edge[2], edge[3], t.y);
+    const auto& [c, t, edge, low, high] = in;
     const double x0 = mix(c[sx] - c[0], c[sx + sy] - c[sy], t.y);
     const double x1 = mix(c[sx + sz] - c[sz], c[sx + sy + sz] - c[sy + sz], t.y);
     const Vec3 slope =
         Vec3(mix(x0, x1, t.z), mix(edge[1] - edge[0], edge[3] - edge[2], t.z), high - low) / grid.spacing_m;
     const double length = std::sqrt(glm::dot(slope, slope));
-    return {mix(low, high, t.z), length > 1e-6 ? slope / length : Vec3(0.0)};
+    return {in.value(), length > 1e-6 ? slope / length : Vec3(0.0)};
 }
 
 }  // namespace stylet::patient

@@ -10,13 +10,14 @@ namespace stylet::records {
 namespace {
 
 // The map that finger, probe and scalpel press on, if the record uses one of these tools.
-std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient, const Record& record) {
+std::optional<haptics::TouchMap> touchMapFor(const patient::Patient& patient, const Record& record,
+                                             const MakeTouch& make) {
     bool presses = haptics::pressesOnSkin(record.header.settings.tools.first);
     for (const haptics::TickInput& input : record.inputs)
         for (std::uint32_t i = 0; i < input.command_count; ++i)
             presses = presses || haptics::selectsSkinTool(input.commands[i]);
     if (!presses) return std::nullopt;
-    return haptics::makeTouchMap(patient);
+    return make ? make(patient) : haptics::makeTouchMap(patient);
 }
 
 // The lumen that the guide wire follows, if the record uses the wire.
@@ -31,13 +32,14 @@ std::optional<patient::DuctSpace> ductSpaceFor(const patient::Patient& patient, 
 
 }  // namespace
 
-ReplayResult replay(const patient::Patient& patient, const Record& record, const TickCallback& each) {
+ReplayResult replay(const patient::Patient& patient, const Record& record, const TickCallback& each,
+                    const MakeTouch& make_touch) {
     const std::uint64_t digest = patient::digest(patient.package());
     if (digest != record.header.package_digest)
         throw DataError(record.info.patient_folder, "digest",
                         fmt::format("this patient is {}, the record was made on {}", hexText(digest),
                                     hexText(record.header.package_digest)));
-    const std::optional<haptics::TouchMap> touch = touchMapFor(patient, record);
+    const std::optional<haptics::TouchMap> touch = touchMapFor(patient, record, make_touch);
     const std::optional<patient::DuctSpace> ducts = ductSpaceFor(patient, record);
     haptics::Simulation simulation(patient, record.header.settings, touch ? &*touch : nullptr,
                                    ducts ? &*ducts : nullptr);

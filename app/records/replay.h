@@ -21,7 +21,12 @@ struct ReplayResult {
 using TickCallback =
     std::function<void(const haptics::TickInput&, const haptics::TickOutput&, const haptics::NeedleEvents&)>;
 
-// Throws DataError if the record was made with another patient. `each` may be empty.
-ReplayResult replay(const patient::Patient&, const Record&, const TickCallback& each);
+// Returns haptics::makeTouchMap(patient), or the same from a cache.
+using MakeTouch = std::function<haptics::TouchMap(const patient::Patient&)>;
+
+// Throws DataError if the record was made with another patient. `each` may be empty. An empty `make_touch`
+// computes the map.
+ReplayResult replay(const patient::Patient&, const Record&, const TickCallback& each,
+                    const MakeTouch& make_touch = {});
 
 }  // namespace stylet::records

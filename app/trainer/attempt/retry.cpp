@@ -83,12 +83,14 @@ Retry openRetry(const std::string& from, const fs::path& store) {
     return retry;
 }
 
-void checkRetry(Retry& retry, const patient::Patient& patient) {
+void checkRetry(Retry& retry, const patient::Patient& patient, const MakeTouch& make_touch) {
     retry.left.tool = retry.record.header.settings.tools.first;
-    const records::ReplayResult result =
-        records::replay(patient, retry.record,
-                        [&](const haptics::TickInput&, const haptics::TickOutput& now,
-                            const haptics::NeedleEvents&) { retry.left = now; });
+    const records::ReplayResult result = records::replay(
+        patient, retry.record,
+        [&](const haptics::TickInput&, const haptics::TickOutput& now, const haptics::NeedleEvents&) {
+            retry.left = now;
+        },
+        make_touch);
     if (result.first_mismatch)
         throw DataError(
             retry.folder, "tick " + std::to_string(result.first_mismatch->ticks),

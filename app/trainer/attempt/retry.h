@@ -35,7 +35,7 @@ Retry openRetry(const std::string& from, const std::filesystem::path& store);
 
 // Recomputes the record up to the bookmark. Throws DataError if it belongs to another patient or the result
 // differs from the record.
-void checkRetry(Retry&, const patient::Patient&);
+void checkRetry(Retry&, const patient::Patient&, const MakeTouch& = makeTouch);
 
 // Makes the attempt begin with the recorded settings and inputs. Converts scripted input to the device frame
 // of the record.

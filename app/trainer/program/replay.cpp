@@ -114,17 +114,22 @@ haptics::Trace recordedHand(const records::Record& record, const Pose& patient_f
 
 using EachTick = std::function<void()>;
 
+haptics::TouchMap cachedTouchMap(const patient::Patient& patient, const records::Record& record) {
+    return loadOrMakeTouchMap(patient, record.header.package_digest, cacheFolder() / "derived");
+}
+
 // Recomputes the record through `session` and stores the frame states in `timeline`.
 records::ReplayResult recompute(const patient::Patient& patient, const records::Record& record,
                                 Session& session, Timeline* timeline, const EachTick& each = {}) {
-    return records::replay(patient, record,
-                           [&](const haptics::TickInput& input, const haptics::TickOutput& output,
-                               const haptics::NeedleEvents& events) {
-                               session.update(input, output, events);
-                               if (timeline)
-                                   timeline->add(output.tick, [&] { return session.frameState(output); });
-                               if (each) each();
-                           });
+    return records::replay(
+        patient, record,
+        [&](const haptics::TickInput& input, const haptics::TickOutput& output,
+            const haptics::NeedleEvents& events) {
+            session.update(input, output, events);
+            if (timeline) timeline->add(output.tick, [&] { return session.frameState(output); });
+            if (each) each();
+        },
+        [&](const patient::Patient& on) { return cachedTouchMap(on, record); });
 }
 
 Session makeSession(const patient::Patient& patient, const records::Record& record) {
@@ -148,8 +153,7 @@ void show(const ReplayOptions& options, const patient::Patient& patient, const r
         recompute(patient, other, session, &*ghost);
         if (ghost->empty()) ghost.reset();
     }
-    const haptics::TouchMap touch =
-        loadOrMakeTouchMap(patient, record.header.package_digest, cacheFolder() / "derived");
+    const haptics::TouchMap touch = cachedTouchMap(patient, record);
     ShownReplay shown{patient, record.info.path, timeline};
     shown.ghost = ghost ? &*ghost : nullptr;
     shown.ticks = record.inputs.size();

@@ -59,20 +59,20 @@ Task::Task(const AttemptConfig& config, Retry* retry, Start& start)
       path(retry ? retry->record.info.path
                  : referencePath(patient, opened.folder, config.path, scenario.course, &start.made)),
       field(operativeField(patient, path, config.startRules())) {
+    patient_digest = patient::digest(opened.package);
+    make_touch = [digest = patient_digest, &start](const patient::Patient& on) {
+        return loadOrMakeTouchMap(on, digest, cacheFolder() / "derived", &start.made);
+    };
     if (retry) {
         scenario.course = courseOf(retry->record.info);
         scenario.patient_case = caseOf(retry->record.info);
-        checkRetry(*retry, patient);
+        checkRetry(*retry, patient, make_touch);
     } else {
         // A live exam's case must not be known from an earlier attempt with the same seed.
         const bool anew = isLive(config) && config.difficulty == training::Difficulty::exam;
         drawCase(scenario, anew ? std::random_device{}() : config.seed);
     }
-    patient_digest = patient::digest(opened.package);
     start.patient = std::chrono::steady_clock::now();
-    make_touch = [digest = patient_digest, &start](const patient::Patient& on) {
-        return loadOrMakeTouchMap(on, digest, cacheFolder() / "derived", &start.made);
-    };
 }
 
 void loadInstruments(AttemptConfig& config, const Scenario& scenario) {

@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "app/records/replay.h"
 #include "app/trainer/stores/start.h"
 #include "haptics/haptics.h"
 #include "patient/patient.h"
@@ -39,7 +40,7 @@ std::optional<std::uint64_t> derivedKey(std::initializer_list<std::uint64_t> par
 
 // Returns haptics::makeTouchMap(patient), from the cache in `folder` if possible. If it is computed, counts
 // it in `made`.
-using MakeTouch = std::function<haptics::TouchMap(const patient::Patient&)>;
+using records::MakeTouch;
 haptics::TouchMap loadOrMakeTouchMap(const patient::Patient&, std::uint64_t patient_digest,
                                      const std::filesystem::path& folder, Made* made = nullptr);
 

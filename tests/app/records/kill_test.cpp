@@ -33,7 +33,7 @@ using std::filesystem::path;
 #ifdef STYLET_LONG_TESTS
 constexpr int kKills = 2000;
 #elif defined(STYLET_SANITIZED)
-constexpr int kKills = 40;
+constexpr int kKills = 20;
 #else
 constexpr int kKills = 100;
 #endif

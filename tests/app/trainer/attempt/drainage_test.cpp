@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "app/records/replay.h"
 #include "app/trainer/attempt/reference_path.h"
@@ -37,7 +38,16 @@ struct SynthPatient {
     patient::Package package;
     patient::Patient patient{package};
     std::vector<patient::PlannedPath> paths = patient::planPaths(patient, {}).paths;
+    patient::DuctSpace ducts = patient::makeDuctSpace(patient);
+    patient::PlannedPath path = pathForWire(ducts, paths);
+    haptics::TouchMap touch = haptics::makeTouchMap(patient);
 };
+
+// The patient of most tests.
+const SynthPatient& firstPatient() {
+    static const SynthPatient patient(1);
+    return patient;
+}
 
 // What the wire, dilator and drain did during an attempt.
 struct Played {
@@ -58,9 +68,11 @@ struct Played {
     bool done(training::Step step) const { return training::contains(progress.steps_done, step); }
 };
 
-Played play(const patient::Patient& patient, const patient::PlannedPath& path, const Scenario& scenario) {
+Played play(const SynthPatient& p, const patient::PlannedPath& path, const Scenario& scenario) {
+    const patient::Patient& patient = p.patient;
+    const auto touch = [&p](const patient::Patient&) { return p.touch; };
     const test::TempFolder folder;
-    const Attempt attempt = makeAttempt(patient, scenario, path, 1);
+    const Attempt attempt = makeAttempt(patient, scenario, path, 1, 1000.0, touch);
     records::RecordInfo info;
     info.path = path;
     if (scenario.patient_case) info.patient_case = scenario.patient_case->toml;
@@ -80,24 +92,30 @@ Played play(const patient::Patient& patient, const patient::PlannedPath& path, c
     Session replayed(patient, path, {}, 0.0, nullptr);
     replayed.setCourse(scenario.course);
     replayed.setCase(caseOf(record.info));
-    const records::ReplayResult again =
-        records::replay(patient, record,
-                        [&](const haptics::TickInput& input, const haptics::TickOutput& out,
-                            const haptics::NeedleEvents& events) {
-                            replayed.update(input, out, events);
-                            const AccessOutput& now = played.last = out.access;
-                            played.wire_m = std::max(played.wire_m, now.wire_m);
-                            played.in_duct_m = std::max(played.in_duct_m, now.in_duct_m);
-                            played.dilated_m = std::max(played.dilated_m, now.dilated_m);
-                            played.buckled = played.buckled || now.buckled;
-                            played.pierced = played.pierced || now.pierced;
-                            const double force_n = glm::length(out.tool_force.force_n);
-                            if (out.tool == Tool::wire) played.wire_n = std::max(played.wire_n, force_n);
-                            if (out.tool == Tool::dilator)
-                                played.dilator_n = std::max(played.dilator_n, force_n);
-                        });
+    const records::ReplayResult again = records::replay(
+        patient, record,
+        [&](const haptics::TickInput& input, const haptics::TickOutput& out,
+            const haptics::NeedleEvents& events) {
+            replayed.update(input, out, events);
+            const AccessOutput& now = played.last = out.access;
+            played.wire_m = std::max(played.wire_m, now.wire_m);
+            played.in_duct_m = std::max(played.in_duct_m, now.in_duct_m);
+            played.dilated_m = std::max(played.dilated_m, now.dilated_m);
+            played.buckled = played.buckled || now.buckled;
+            played.pierced = played.pierced || now.pierced;
+            const double force_n = glm::length(out.tool_force.force_n);
+            if (out.tool == Tool::wire) played.wire_n = std::max(played.wire_n, force_n);
+            if (out.tool == Tool::dilator) played.dilator_n = std::max(played.dilator_n, force_n);
+        },
+        touch);
     played.equal = again.equal() && again.state_hash == session.log().state_hash &&
                    replayed.log().score.total == session.log().score.total;
+    return played;
+}
+
+// The expert's drainage of the first patient.
+const Played& expertsDrainage() {
+    static const Played played = play(firstPatient(), firstPatient().path, drainage());
     return played;
 }
 
@@ -113,20 +131,20 @@ TEST(Drainage, TheExpertDoesEveryStepInPatientsOfSeveralSeeds) {
     for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
         Scenario scenario = drainage();
         drawCase(scenario, seed);
-        const SynthPatient p(seed);
+        std::optional<SynthPatient> other;
+        const SynthPatient& p = seed == 1 ? firstPatient() : other.emplace(seed);
         ASSERT_FALSE(p.paths.empty()) << seed;
-        const patient::DuctSpace ducts = patient::makeDuctSpace(p.patient);
-        const double reach_m = wireReach_m(ducts, pathForWire(ducts, p.paths));
-        EXPECT_GE(reach_m, wireReach_m(ducts, p.paths.front())) << seed;
-        EXPECT_GE(sureWireReach_m(ducts, pathForWire(ducts, p.paths)), kSureReach_m) << seed;
+        const double reach_m = wireReach_m(p.ducts, p.path);
+        EXPECT_GE(reach_m, wireReach_m(p.ducts, p.paths.front())) << seed;
+        EXPECT_GE(sureWireReach_m(p.ducts, p.path), kSureReach_m) << seed;
         // The script holds the probe in the same way for every path: on some of them a rib hides the duct.
         Played played;
         int tried = 0;
         for (const patient::PlannedPath& path : p.paths) {
             if (played.progress.steps_done == training::kAllSteps || tried == 4) break;
-            if (wireReach_m(ducts, path) < 0.8 * reach_m) continue;
+            if (wireReach_m(p.ducts, path) < 0.8 * reach_m) continue;
             ++tried;
-            played = play(p.patient, path, scenario);
+            played = play(p, path, scenario);
             EXPECT_TRUE(played.equal) << seed;
         }
         EXPECT_EQ(played.faults, 0u) << seed;
@@ -153,12 +171,10 @@ Scenario shortOfTheDuct(double by_m) {
 // The expert's pain is that of the first prick. Without local anaesthesia everything hurts, and it costs
 // points. HZ-TEACH-23
 TEST(Drainage, WithoutLocalAnaesthesiaItHurts) {
-    const SynthPatient p(1);
-    const patient::PlannedPath path = pathForWire(patient::makeDuctSpace(p.patient), p.paths);
-    const Scenario numbed = drainage();
-    Scenario painful = numbed;
+    const SynthPatient& p = firstPatient();
+    Scenario painful = drainage();
     std::erase_if(painful.stages, [](const Stage& s) { return s.kind == StageKind::numb; });
-    const Played with = play(p.patient, path, numbed), without = play(p.patient, path, painful);
+    const Played &with = expertsDrainage(), without = play(p, p.path, painful);
     EXPECT_LE(with.progress.worst_pain, training::kSkinPrick);
     EXPECT_TRUE(with.done(training::Step::anaesthetise));
     EXPECT_GE(without.progress.worst_pain, training::kDilatationPain);
@@ -168,9 +184,9 @@ TEST(Drainage, WithoutLocalAnaesthesiaItHurts) {
 }
 
 TEST(Drainage, InParenchymaTheWireStays) {
-    const SynthPatient p(1);
+    const SynthPatient& p = firstPatient();
     ASSERT_FALSE(p.paths.empty());
-    const Played played = play(p.patient, p.paths.front(), shortOfTheDuct(0.015));
+    const Played played = play(p, p.paths.front(), shortOfTheDuct(0.015));
     EXPECT_LT(played.wire_m, training::SafetyWatch::kBlindWire_m);
     EXPECT_EQ(played.in_duct_m, 0.0);
     EXPECT_GT(played.wire_n, 1.5);
@@ -217,32 +233,31 @@ std::vector<Stage> mend(double drain_m) {
             moveTo(-0.050 + drain_m), takeTool(Tool::wire), moveTo(-0.250)};
 }
 
-struct DrainagePatient : SynthPatient {
-    DrainagePatient() : SynthPatient(1) {}
-    patient::PlannedPath path = pathForWire(patient::makeDuctSpace(patient), paths);
+// The drain's tip lies in the duct, and its side holes do not.
+struct LeakingDrain {
+    double deeper_m;  // than the expert's
+    Played played;
 };
-
-// The drain's tip lies in the duct, and its side holes do not. By how much it is deeper than the expert's.
-double leakingDrain_m(const DrainagePatient& p) {
-    static const double found_m = [&p] {
-        double by_m = -0.035;
-        while (by_m > -0.060 &&
-               !play(p.patient, p.path, withDrainDeeper(by_m)).refused(training::Refusal::drainLeaks))
-            by_m -= 0.005;
-        return by_m;
+const LeakingDrain& leakingDrain() {
+    static const LeakingDrain found = [] {
+        for (double by_m = -0.035;; by_m -= 0.005) {
+            const Played played = play(firstPatient(), firstPatient().path, withDrainDeeper(by_m));
+            if (played.refused(training::Refusal::drainLeaks) || by_m <= -0.060)
+                return LeakingDrain{by_m, played};
+        }
     }();
-    return found_m;
+    return found;
 }
 
 // The expert's drain is pushed 55 mm further than the path is long, that is to the wire's end. HZ-TEACH-25
 TEST(Drainage, OnlyADrainWithAllItsHolesInTheDuctDrains) {
-    const DrainagePatient p;
-    const Played leaks = play(p.patient, p.path, withDrainDeeper(leakingDrain_m(p)));
+    const SynthPatient& p = firstPatient();
+    const Played& leaks = leakingDrain().played;
     EXPECT_EQ(leaks.last.drain, DrainState::in_place) << "its tip lies in the duct";
     EXPECT_GT(leaks.last.holes_in_duct, 0.0);
     EXPECT_LT(leaks.last.holes_in_duct, 1.0);
     EXPECT_TRUE(leaks.refused(training::Refusal::drainLeaks));
-    const Played short_of = play(p.patient, p.path, withDrainDeeper(-0.070));
+    const Played short_of = play(p, p.path, withDrainDeeper(-0.070));
     EXPECT_EQ(short_of.last.drain, DrainState::misplaced);
     EXPECT_TRUE(short_of.refused(training::Refusal::drainMisplaced));
     for (const Played* played : std::initializer_list<const Played*>{&leaks, &short_of}) {
@@ -254,14 +269,14 @@ TEST(Drainage, OnlyADrainWithAllItsHolesInTheDuctDrains) {
 
 // HZ-TEACH-25
 TEST(Drainage, ALeakingDrainIsMendedOverTheWire) {
-    const DrainagePatient p;
-    const Played expert = play(p.patient, p.path, drainage());
+    const SynthPatient& p = firstPatient();
+    const Played& expert = expertsDrainage();
     ASSERT_TRUE(expert.done(training::Step::drain));
-    const double leaking_m = leakingDrain_m(p);
+    const double leaking_m = leakingDrain().deeper_m;
     Scenario leaks = withDrainDeeper(leaking_m);
     const std::vector<Stage> mending = mend(-leaking_m);
     leaks.stages.insert(afterTheWire(leaks), mending.begin(), mending.end());
-    const Played mended = play(p.patient, p.path, leaks);
+    const Played mended = play(p, p.path, leaks);
     EXPECT_TRUE(mended.refused(training::Refusal::drainLeaks));
     EXPECT_EQ(mended.last.drain, DrainState::in_place);
     EXPECT_EQ(mended.progress.steps_done, expert.progress.steps_done);
@@ -277,20 +292,20 @@ TEST(Drainage, ALeakingDrainIsMendedOverTheWire) {
 // A drain that drained, and was drawn out over the wire, drains no longer. A picture of a drain that was
 // moved afterwards is no final picture. HZ-TEACH-25
 TEST(Drainage, AMovedDrainCountsOnlyWhereItLiesAtTheEnd) {
-    const DrainagePatient p;
+    const SynthPatient& p = firstPatient();
     Scenario drawn_out = drainage();
     for (const Stage& stage : {takeTool(Tool::wire), moveTo(-0.050), takeTool(Tool::drain), moveTo(-0.250)})
         drawn_out.stages.push_back(stage);
-    const Played without = play(p.patient, p.path, drawn_out);
+    const Played without = play(p, p.path, drawn_out);
     EXPECT_EQ(without.last.drain, DrainState::none);
     EXPECT_FALSE(without.done(training::Step::drain) || without.done(training::Step::finalPicture));
     EXPECT_FALSE(training::passesExam(without.progress));
 
-    const double leaking_m = leakingDrain_m(p);
+    const double leaking_m = leakingDrain().deeper_m;
     Scenario pictured = withDrainDeeper(leaking_m);
     for (const Stage& stage : mend(-leaking_m))
         pictured.stages.push_back(stage);
-    const Played moved = play(p.patient, p.path, pictured);
+    const Played moved = play(p, p.path, pictured);
     EXPECT_TRUE(moved.done(training::Step::drain));
     EXPECT_FALSE(moved.done(training::Step::finalPicture));
     EXPECT_FALSE(training::passesExam(moved.progress));
@@ -299,13 +314,13 @@ TEST(Drainage, AMovedDrainCountsOnlyWhereItLiesAtTheEnd) {
 
 // Passing the wire again and again earns nothing. HZ-TEACH-25
 TEST(Drainage, MendingRepeatedlyEarnsNothing) {
-    const DrainagePatient p;
-    Scenario once = drainage(), often = once;
+    const SynthPatient& p = firstPatient();
+    Scenario often = drainage();
     for (int i = 0; i < 3; ++i) {
         const std::vector<Stage> mending = mend(0.0);
         often.stages.insert(afterTheWire(often), mending.begin(), mending.end());
     }
-    const Played expert = play(p.patient, p.path, once), again = play(p.patient, p.path, often);
+    const Played &expert = expertsDrainage(), again = play(p, p.path, often);
     EXPECT_EQ(again.progress.steps_done, expert.progress.steps_done);
     EXPECT_LT(again.progress.total, expert.progress.total);
     EXPECT_EQ(again.torn_mm, 0.0);
@@ -324,9 +339,9 @@ TEST(Drainage, ADrainForcedWithoutADilatorTearsTheTrackAndHurts) {
     std::erase_if(scenario.stages, [](const Stage& s) { return s.kind == StageKind::numb; });
     const std::vector<Stage> mending = mend(0.0);
     scenario.stages.insert(afterTheWire(scenario), mending.begin(), mending.end());
-    const SynthPatient p(1);
-    const patient::PlannedPath path = pathForWire(patient::makeDuctSpace(p.patient), p.paths);
-    const Played played = play(p.patient, path, scenario);
+    const SynthPatient& p = firstPatient();
+    const patient::PlannedPath& path = p.path;
+    const Played played = play(p, path, scenario);
     EXPECT_GT(played.torn_mm, 1e3 * path.length_m - 10.0) << "all of the track";
     EXPECT_LT(played.torn_mm, 1e3 * path.length_m + 10.0) << "once, although the drain was moved again";
     EXPECT_EQ(played.progress.worst_pain, training::kTearPain);
@@ -339,8 +354,8 @@ TEST(Drainage, WithoutAWireTheAccessIsLost) {
     Scenario scenario = drainage();
     std::erase_if(scenario.stages,
                   [](const Stage& s) { return s.kind == StageKind::changeTool && s.tool == Tool::wire; });
-    const SynthPatient p(1);
-    const Played played = play(p.patient, p.paths.front(), scenario);
+    const SynthPatient& p = firstPatient();
+    const Played played = play(p, p.paths.front(), scenario);
     EXPECT_FALSE(played.last.open);
     EXPECT_EQ(played.dilated_m, 0.0);
     EXPECT_EQ(played.last.drain, DrainState::none);
@@ -352,11 +367,11 @@ TEST(Drainage, BruteForceBucklesOrPierces) {
     Scenario scenario = drainage();
     for (Stage& stage : scenario.stages)
         if (stage.kind == StageKind::move) stage.speed_m_s = 0.4;
-    const SynthPatient p(1);
-    const Played played = play(p.patient, p.paths.front(), shortOfTheDuct(0.010));
+    const SynthPatient& p = firstPatient();
+    const Played played = play(p, p.paths.front(), shortOfTheDuct(0.010));
     EXPECT_TRUE(played.buckled || played.pierced);
     EXPECT_LE(played.wire_n, 10.0);
-    EXPECT_TRUE(play(p.patient, p.paths.front(), scenario).equal);
+    EXPECT_TRUE(play(p, p.paths.front(), scenario).equal);
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <map>
+#include <memory>
 #include <optional>
 #include <random>
 
@@ -87,70 +89,106 @@ bool didAll(const SessionLog& log) {
 // Bodies of the patients, in turn: variants of the reference patient, none first.
 constexpr std::array<std::string_view, 4> kBodies{"", "thin", "obese", "ascites"};
 
-// The patients on which trainees and cheats are compared. Their seeds are drawn.
-class Patients {
-  public:
-    Patients(int count, Course course) : left_(count), course_(course) {}
-    // Makes the next patient on which the expert's script does every step. Returns false after the last one.
-    bool next() {
-        if (left_-- == 0) return false;
-        body_ = kBodies[std::size_t(made_++) % kBodies.size()];
-        constexpr int kMaxDrawn = 6;
-        for (int i = 0; i < kMaxDrawn; ++i) {
-            draw();
-            if (didAll(expert_)) break;
-            std::puts(fmt::format("{}: on {} paths the script of the expert does not do every step{}", name(),
-                                  kMaxTried, describe(expert_))
-                          .c_str());
-        }
-        return true;
+// A patient with a drawn seed, a path, and the expert's attempt on it.
+struct DrawnPatient {
+    DrawnPatient(std::uint64_t drawn, std::string_view its_body, Course course)
+        : seed(drawn), body(its_body), package(makePackage(drawn, its_body)) {
+        choosePath(course);
     }
-    std::string name() const { return fmt::format("seed {} {}", seed_, body_); }
-    std::uint64_t seed() const { return seed_; }
-    const SessionLog& expert() const { return expert_; }  // the expert's attempt
+    std::string name() const { return fmt::format("seed {} {}", seed, body); }
     SessionLog play(const Scenario& scenario) const {
-        return test::playScripted(*patient_, touch_, path_, scenario, seed_);
+        return test::playScripted(patient, touch, path, scenario, seed);
     }
 
+    std::uint64_t seed;
+    std::string_view body;
+    patient::Package package;
+    patient::Patient patient{package};
+    haptics::TouchMap touch = haptics::makeTouchMap(patient);
+    PlannedPath path;
+    SessionLog expert;
+
   private:
-    void draw() {
-        expert_ = {};
-        seed_ = 1 + random_() % 1'000'000;
+    static patient::Package makePackage(std::uint64_t drawn, std::string_view body) {
         patient::synth::SynthSettings settings;
-        settings.seed = seed_;
-        if (!body_.empty()) settings.variants = {std::string(body_)};
+        settings.seed = drawn;
+        if (!body.empty()) settings.variants = {std::string(body)};
         settings.spacing_m = 0.0025;
         settings.defaults = patient::loadTissueDefaults(test::assets() / "tissue" / "ptcd.toml");
-        patient_.reset();
-        package_ = patient::synth::makeReferencePatient(settings);
-        patient_.emplace(package_);
-        touch_ = haptics::makeTouchMap(*patient_);
-        choosePath();
+        return patient::synth::makeReferencePatient(settings);
     }
     // Finds the best path on which the expert's script does every step. Unlike a person, a script cannot turn
     // the probe further when a rib hides the duct, and cannot search for a rib that its finger slides past.
     // Both happen on a few paths in a hundred.
-    void choosePath() {
-        const Scenario expert = test::makeTrainees(course_).front();
-        std::vector<PlannedPath> paths = patient::planPaths(*patient_, {}).paths;
-        if (course_ == Course::drainage) paths = pathsOpenToWire(*patient_, paths);
+    void choosePath(Course course) {
+        const Scenario script = test::makeTrainees(course).front();
+        std::vector<PlannedPath> paths = patient::planPaths(patient, {}).paths;
+        if (course == Course::drainage) paths = pathsOpenToWire(patient, paths);
         for (std::size_t i = 0; i < std::min(paths.size(), kMaxTried); ++i) {
-            path_ = paths[i];
-            expert_ = play(expert);
-            if (didAll(expert_)) break;
+            path = paths[i];
+            expert = play(script);
+            if (didAll(expert)) break;
         }
     }
+};
 
-    std::mt19937_64 random_{test::seed()};
+// Draws a patient on which the expert's script does every step.
+std::unique_ptr<const DrawnPatient> drawPatient(std::mt19937_64& random, std::string_view body,
+                                                Course course) {
+    constexpr int kMaxDrawn = 6;
+    std::unique_ptr<const DrawnPatient> drawn;
+    for (int i = 0; i < kMaxDrawn; ++i) {
+        drawn.reset();  // two patients at once would take much memory
+        drawn = std::make_unique<const DrawnPatient>(1 + random() % 1'000'000, body, course);
+        if (didAll(drawn->expert)) break;
+        std::puts(fmt::format("{}: on {} paths the script of the expert does not do every step{}",
+                              drawn->name(), kMaxTried, describe(drawn->expert))
+                      .c_str());
+    }
+    return drawn;
+}
+
+// The patients on which trainees and cheats are compared. The tests of a course share the first ones, because
+// making a patient takes longer than most attempts.
+class Patients {
+  public:
+    Patients(int count, Course course) : left_(count), course_(course) {}
+    // Moves on to the next patient. Returns false after the last one.
+    bool next() {
+        if (left_-- == 0) return false;
+        Shared& shared = shared_[course_];
+        const std::string_view body = kBodies[std::size_t(made_++) % kBodies.size()];
+        if (next_ < shared.patients.size()) {
+            current_ = shared.patients[next_++].get();
+            return true;
+        }
+        own_.reset();
+        own_ = drawPatient(shared.random, body, course_);
+        current_ = own_.get();
+        if (shared.patients.size() < kMaxShared) {
+            shared.patients.push_back(std::move(own_));
+            ++next_;
+        }
+        return true;
+    }
+    std::string name() const { return current_->name(); }
+    std::uint64_t seed() const { return current_->seed; }
+    const SessionLog& expert() const { return current_->expert; }  // the expert's attempt
+    SessionLog play(const Scenario& scenario) const { return current_->play(scenario); }
+
+  private:
+    static constexpr std::size_t kMaxShared = 4;
+    struct Shared {
+        std::mt19937_64 random{test::seed()};
+        std::vector<std::unique_ptr<const DrawnPatient>> patients;
+    };
+    static inline std::map<Course, Shared> shared_;
+
     int left_, made_ = 0;
-    std::string_view body_;
     Course course_;
-    std::uint64_t seed_ = 0;
-    patient::Package package_;
-    std::optional<patient::Patient> patient_;
-    haptics::TouchMap touch_;
-    PlannedPath path_;
-    SessionLog expert_;
+    std::size_t next_ = 0;
+    std::unique_ptr<const DrawnPatient> own_;
+    const DrawnPatient* current_ = nullptr;
 };
 
 void expectRanks(Course course) {

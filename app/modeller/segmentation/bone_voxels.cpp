@@ -129,31 +129,63 @@ Mask vertebraRegion(const Grid& g, const std::vector<Vec3>& canal) {
     return region;
 }
 
-// Removes the soft tissue that blur has raised above the bone threshold. A blurred cortex has its surface at
-// half maximum: halfway between the soft tissue beside it and its brightest voxels nearby.
+// Undoes most of the scan's blur: one step of P. H. van Cittert, "Zum Einfluss der Spaltbreite auf die
+// Intensitaetsverteilung in Spektrallinien II", Z. Physik 69, 1931, for a blur of [1 2 1]/4 along each axis.
+FloatVolume sharpened(const CtVolume& ct) {
+    FloatVolume blurred = toFloat(ct);
+    for (const int axis : {0, 1, 2})
+        parallelLines(processorCount(), ct.grid.dims, axis, blurred.voxels.data(), smoothLine);
+    for (std::size_t i = 0; i < blurred.voxels.size(); ++i)
+        blurred.voxels[i] = 2.0f * float(ct.voxels[i]) - blurred.voxels[i];
+    return blurred;
+}
+
+// Mean HU of the muscle beside the bones, measured around each voxel. Fat is not counted: in a mean with fat,
+// the blurred edge of muscle would be above half maximum.
+FloatVolume muscleBeside(const CtVolume& ct, const Mask& body, const Mask& bone) {
+    constexpr float kClear_m = 0.002f, kBeside_m = 0.006f;  // where muscle is measured: from, to
+    constexpr std::int16_t kMuscle_hu = 0;                  // fat is darker
+    constexpr float kUsual_hu = 55.0f, kMinMeasured = 0.001f;
+    const FloatVolume distance = distanceTo(bone);
+    FloatVolume sum(ct.grid), count(ct.grid);
+    for (std::size_t i = 0; i < sum.voxels.size(); ++i)
+        if (body.voxels[i] && ct.voxels[i] > kMuscle_hu && distance.voxels[i] > kClear_m &&
+            distance.voxels[i] < kBeside_m)
+            sum.voxels[i] = float(ct.voxels[i]), count.voxels[i] = 1.0f;
+    const int reach = std::max(1, int(std::lround(double(kBeside_m) / ct.grid.spacing_m.x)));
+    sum = boxMean(sum, reach), count = boxMean(count, reach);
+    for (std::size_t i = 0; i < sum.voxels.size(); ++i)
+        sum.voxels[i] = count.voxels[i] > kMinMeasured ? sum.voxels[i] / count.voxels[i] : kUsual_hu;
+    return sum;
+}
+
+// Removes the soft tissue that blur has raised above the bone threshold. A bone's surface is at half maximum:
+// halfway between the muscle beside it and its cortex. Blur lowers a thin cortex but not muscle, so half of
+// the blurred maximum lies outside the bone (cf. Prevrhal, Engelke and Kalender, "Accuracy limits for the
+// determination of cortical width and density", Phys. Med. Biol. 44, 1999). Bone is therefore measured in the
+// sharpened scan.
 Mask withoutBlurredRim(const CtVolume& ct, const Mask& body, const Mask& bone, const Mask& canal) {
-    constexpr double kRim_m = 0.002;                        // the blur of a scan reaches so far
-    constexpr double kPeak_m = 0.0025;                      // half a rib's thickness
-    constexpr float kClear_m = 0.002f, kBeside_m = 0.006f;  // where soft tissue is measured
-    constexpr float kBesideFat_hu = -100.0f, kBesideMuscle_hu = 55.0f, kMinMeasured = 0.001f;
+    constexpr double kRim_m = 0.002;   // the blur of a scan reaches so far
+    constexpr double kPeak_m = 0.003;  // almost half a rib's thickness
+    // Minimum height above muscle of a thin, dark part of the cortex, as a share of its highest neighbour. In
+    // a blurred rim the neighbour inside the bone is higher.
+    constexpr float kRidge = 0.65f;
     constexpr float kBrightestBone_hu = 1300.0f;  // brighter is metal
     const Grid& g = ct.grid;
-    const FloatVolume distance = distanceTo(bone);
-    FloatVolume sum(g), count(g);
-    for (std::size_t i = 0; i < sum.voxels.size(); ++i)
-        if (body.voxels[i] && distance.voxels[i] > kClear_m && distance.voxels[i] < kBeside_m)
-            sum.voxels[i] = std::max(kBesideFat_hu, float(ct.voxels[i])), count.voxels[i] = 1.0f;
+    const FloatVolume sharp = sharpened(ct), muscle = muscleBeside(ct, body, bone);
     const auto voxels = [&](double m) { return std::max(1, int(std::lround(m / g.spacing_m.x))); };
-    sum = boxMean(sum, voxels(double(kBeside_m))), count = boxMean(count, voxels(double(kBeside_m)));
     Mask dark(g);
     parallelVoxels(g, [&](const Index3& i) {
         if (!bone[i]) return;
-        const float soft_hu = count[i] > kMinMeasured ? sum[i] / count[i] : kBesideMuscle_hu;
-        float peak_hu = float(ct[i]);
-        forEachVoxel(boxAround(g, i, voxels(kPeak_m)), [&](const Index3& n) {
-            if (bone[n]) peak_hu = std::max(peak_hu, float(ct[n]));
-        });
-        dark[i] = float(ct[i]) < 0.5f * (soft_hu + std::min(peak_hu, kBrightestBone_hu));
+        const auto peakHeight = [&](int reach) {
+            float peak_hu = sharp[i];
+            forEachVoxel(boxAround(g, i, reach), [&](const Index3& n) {
+                if (bone[n]) peak_hu = std::max(peak_hu, sharp[n]);
+            });
+            return std::min(peak_hu, kBrightestBone_hu) - muscle[i];
+        };
+        const float height = sharp[i] - muscle[i];
+        dark[i] = height < 0.5f * peakHeight(voxels(kPeak_m)) && height < kRidge * peakHeight(1);
     });
     return subtract(bone, growSeeds(inverted(unite(bone, canal)), dark, voxels(kRim_m)));
 }

@@ -169,7 +169,7 @@ Mask withoutBlurredRim(const CtVolume& ct, const Mask& body, const Mask& bone, c
     constexpr double kPeak_m = 0.003;  // almost half a rib's thickness
     // Minimum height above muscle of a thin, dark part of the cortex, as a share of its highest neighbour. In
     // a blurred rim the neighbour inside the bone is higher.
-    constexpr float kRidge = 0.65f;
+    constexpr float kRidge = 0.6f;
     constexpr float kBrightestBone_hu = 1300.0f;  // brighter is metal
     const Grid& g = ct.grid;
     const FloatVolume sharp = sharpened(ct), muscle = muscleBeside(ct, body, bone);

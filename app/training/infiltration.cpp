@@ -60,7 +60,7 @@ void Infiltration::update(const TickOutput& now, const AttemptFold& fold,
     }
     parked_ = now.probe_parked;
     const bool was_outside = place_ == TrackPlace::outside;
-    place_ = findPlace(now);
+    findPlace(now);
     addInjected(now, fold.anaesthetic().volumes());
     judgeInjection(fold.anaesthetic().volumes(), fold.equipment().anaesthetic_m3_per_s > 0.0);
     const bool outside = place_ == TrackPlace::outside;
@@ -75,8 +75,8 @@ Refusal Infiltration::missing() const noexcept {
 }
 
 std::pair<double, double> Infiltration::depotAtTip_m3() const noexcept {
-    if (place_ == TrackPlace::skin) return {fuller().skin_m3, kWheal_m3};
-    if (place_ == TrackPlace::capsule) return {fuller().capsule_m3, kCapsuleDepot_m3};
+    if (place_ == TrackPlace::skin) return {tracks_[at_].skin_m3, kWheal_m3};
+    if (place_ == TrackPlace::capsule) return {tracks_[at_].capsule_m3, kCapsuleDepot_m3};
     return {};
 }
 
@@ -87,14 +87,17 @@ const Infiltration::Track& Infiltration::fuller() const noexcept {
     return counted_m3(tracks_[1]) > counted_m3(tracks_[0]) ? tracks_[1] : tracks_[0];
 }
 
-TrackPlace Infiltration::findPlace(const TickOutput& now) const noexcept {
-    if (now.phase == haptics::Phase::outside || now.access.open) return TrackPlace::outside;
+void Infiltration::findPlace(const TickOutput& now) noexcept {
+    place_ = TrackPlace::outside;
+    if (now.phase == haptics::Phase::outside || now.access.open) return;
     // The fuller track goes first: the tutor leads along it.
-    const Track& first = fuller();
-    for (const Track* track : {&first, &first == &tracks_[0] ? &tracks_[1] : &tracks_[0]})
-        if (const TrackPlace place = placeOn(track->points, now.tip_reference_m); place != TrackPlace::aside)
-            return place;
-    return now.tissue == Tissue::liver ? TrackPlace::beyond : TrackPlace::aside;
+    const std::size_t first = &fuller() == &tracks_[0] ? 0 : 1;
+    for (const std::size_t track : {first, 1 - first}) {
+        place_ = placeOn(tracks_[track].points, now.tip_reference_m);
+        at_ = track;
+        if (place_ != TrackPlace::aside) return;
+    }
+    if (now.tissue == Tissue::liver) place_ = TrackPlace::beyond;
 }
 
 TrackPlace Infiltration::placeOn(const WallTrack& track, const Vec3& tip_m) noexcept {

@@ -52,7 +52,7 @@ class Infiltration {
     };
 
     static TrackPlace placeOn(const WallTrack&, const Vec3& tip_m) noexcept;
-    TrackPlace findPlace(const haptics::TickOutput&) const noexcept;
+    void findPlace(const haptics::TickOutput&) noexcept;
     // The track with more local anaesthetic that counts.
     const Track& fuller() const noexcept;
     void addInjected(const haptics::TickOutput&, const patient::AnaestheticVolumes&);
@@ -62,6 +62,7 @@ class Infiltration {
     std::array<Track, 2> tracks_;  // of the reference path, and of the parked probe's rail
     double length_m_;
     TrackPlace place_ = TrackPlace::outside;
+    std::size_t at_ = 0;                           // the track that the tip is on, if it is on one
     double aside_m3_ = 0.0, beyond_m3_ = 0.0;      // injected beside every track; beyond the capsule
     patient::AnaestheticVolumes last_, at_start_;  // of the newest tick; as the newest injection began
     double aside_at_start_m3_ = 0.0, beyond_at_start_m3_ = 0.0, at_entry_m3_ = 0.0;

@@ -79,7 +79,8 @@ constexpr std::array<std::string_view, kRefusalCount> kRefusalTexts{
     "local anaesthetic was lost: the needle's tip is not in tissue",
     "local anaesthetic was injected beside the later track",
     "local anaesthetic was injected beyond the liver's capsule: draw back",
-    "more than 20 ml of local anaesthetic"};
+    "more than 20 ml of local anaesthetic",
+    "the drain is straight again: draw the wire out until it curls"};
 constexpr std::array<std::string_view, kCriticalErrorCount> kCriticalErrorNames{
     "the lung was punctured",
     "the stomach or bowel was punctured",
@@ -258,11 +259,11 @@ void Procedure::updateSteps(const TickOutput& now, const TickFacts& facts, const
     std::uint32_t found = evidence_.update(now, facts, fold);
     if (review_.isDone()) found |= 1u << unsigned(Step::reviewCase);
     // A drain that was straightened again must be placed, and pictured, anew.
-    for (const Step step : {Step::drain, Step::finalPicture})
-        if (contains(progress_.steps_done & ~found, step)) {
-            progress_.steps_done &= ~(1u << unsigned(step));
-            addEvent(now.tick, "refused", std::string(stepName(step)) + ": no longer done");
-        }
+    constexpr std::uint32_t kOfDrain = 1u << unsigned(Step::drain) | 1u << unsigned(Step::finalPicture);
+    if (const std::uint32_t lost = progress_.steps_done & kOfDrain & ~found; lost != 0) {
+        progress_.steps_done &= ~lost;
+        refuse(Refusal::drainStraightened, now.tick);
+    }
     for (int step = 0; step < kStepCount; ++step)
         if (contains(found & ~progress_.steps_done & stepsOf(progress_), Step(step)))
             finish(Step(step), now.tick);
@@ -270,11 +271,13 @@ void Procedure::updateSteps(const TickOutput& now, const TickFacts& facts, const
     progress_.missing = progress_.step == Step::done ? Refusal::none : evidence_.missing(progress_.step);
     progress_.track_place = evidence_.trackPlace();
     std::tie(progress_.depot_m3, progress_.depot_wanted_m3) = evidence_.depotAtTip_m3();
-    if (const Refusal refusal = evidence_.popRefusal(); refusal != Refusal::none) {
-        progress_.refusal = refusal;
-        progress_.refused_s = double(now.tick - first_tick_) * dt_s_;
-        addEvent(now.tick, "refused", std::string(refusalText(refusal)));
-    }
+    if (const Refusal refusal = evidence_.popRefusal(); refusal != Refusal::none) refuse(refusal, now.tick);
+}
+
+void Procedure::refuse(Refusal refusal, std::uint64_t tick) {
+    progress_.refusal = refusal;
+    progress_.refused_s = double(tick - first_tick_) * dt_s_;
+    addEvent(tick, "refused", std::string(refusalText(refusal)));
 }
 
 void Procedure::updatePain(const TickOutput& now, const AttemptFold& fold) {

@@ -57,6 +57,7 @@ class Procedure {
     void updatePain(const haptics::TickOutput&, const AttemptFold&);
     void updateReview(const haptics::TickOutput&, const AttemptFold&);
     void finish(Step, std::uint64_t tick);
+    void refuse(Refusal, std::uint64_t tick);
     Step firstMissing(const haptics::TickOutput&) const noexcept;
     void reportChanges(const haptics::TickOutput&);
     void addEvent(std::uint64_t tick, const char* kind, std::string text);

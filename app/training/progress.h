@@ -93,9 +93,10 @@ enum class Refusal : std::uint8_t {
     anaestheticLost,
     anaestheticAside,
     anaestheticBeyond,
-    tooMuchAnaesthetic
+    tooMuchAnaesthetic,
+    drainStraightened  // it was in its place
 };
-inline constexpr int kRefusalCount = int(Refusal::tooMuchAnaesthetic) + 1;
+inline constexpr int kRefusalCount = int(Refusal::drainStraightened) + 1;
 std::string_view refusalText(Refusal) noexcept;  // "the needle is not on the guide's rail"
 
 // Errors that fail an exam whatever the score (safety.h, case_review.h).

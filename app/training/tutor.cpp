@@ -284,8 +284,8 @@ Act nextAct(const Progress& progress, const TickOutput& now, const Equipment& eq
         case Step::drain:
             return toPlaceDrain(progress, now);
         case Step::finalPicture:
-            // Medium flows through the drain once the wire is out of it.
-            if (now.access.wire_in) return now.tool == Tool::wire ? Act::drawWire : Act::takeWire;
+            // The medium goes in through the drain's hub, where the wire comes out.
+            if (now.access.wire_in) return now.tool == Tool::wire ? Act::clearDrain : Act::takeWire;
             return equipment.xray.pedal ? Act::injectDrain : Act::pressPedal;
         case Step::done:
             break;
@@ -385,6 +385,8 @@ std::string prompt(Act act, const Controls& c) {
             return fmt::format("Not dilated yet. Draw the drain out: {}.{}", c.pull, c.regrip);
         case Act::drawWire:
             return fmt::format("Draw the wire out until the drain curls: {}.{}", c.pull, c.regrip);
+        case Act::clearDrain:
+            return fmt::format("Draw the wire all the way out of the drain: {}.{}", c.pull, c.regrip);
         case Act::shiftDrainIn:
             return fmt::format("Side holes lie short of the duct. Push the drain on: {}.", c.push);
         case Act::shiftDrainOut:
@@ -452,6 +454,7 @@ std::string hint(Act act, const Controls& c) {
         case Act::drawDilator:
         case Act::drawDrain:
         case Act::drawWire:
+        case Act::clearDrain:
             return fmt::format("To see how the expert does it, {}.", c.expert);
         default:
             return {};

@@ -60,6 +60,7 @@ enum class Act : std::uint8_t {
     shiftDrainIn,
     shiftDrainOut,  // the straight drain's side holes lie outside the duct
     drawWire,       // out, so that the drain curls
+    clearDrain,     // of the wire, for the final picture
     rewireDrain,    // it leaks: the wire, through it, straightens it again
     straightenDrain,
     injectDrain,

@@ -24,8 +24,9 @@ constexpr double kArrowRadius_m = 0.002, kArrowHead_m = 0.016, kArrowHeadRadius_
 constexpr float kHighlightGlow = 0.9f;
 constexpr glm::vec3 kGhostColour{0.25f, 0.75f, 1.0f};
 constexpr float kGhostGlow = 0.25f;
-constexpr glm::vec3 kDarkGlass{0.2f};  // colour of a lamp head that is switched off, relative to a lit one
-constexpr double kMark_m = 0.001;      // length of a mark on the needle
+constexpr glm::vec3 kUnlitHead{
+    0.2f};                         // of a lamp that is off, relative to one that is on: of shell and glass
+constexpr double kMark_m = 0.001;  // length of a mark on the needle
 constexpr int kMaxMarks = 64;
 constexpr double kStandHeight_m = 1.07;  // height of the isocentre above the floor in c_arm.glb
 constexpr float kFarAway_m = 1e3f;       // sort distance of the shell, which is drawn last
@@ -379,7 +380,7 @@ void SceneMeshes::addLampHead(const Placement& placed, const Lamp& lamp, double 
     const double turn = std::atan2(-axis.z, axis.x);
     const glm::dmat4 stage_from_room = toMatrix(placed.stage_from_room);
     add(models_.lamp_head, toMatrix(lamp.stage_from_head), false);
-    if (!lit) draws_.back().push.colour = glm::vec4(kDarkGlass, 0.0f);
+    if (!lit) draws_.back().push.colour = glm::vec4(kUnlitHead, 0.0f);
     const Pose yoke{glm::angleAxis(turn, Vec3(0.0, 1.0, 0.0)), head};
     add(models_.lamp_yoke, stage_from_room * toMatrix(yoke), false);
     const glm::dvec2 from(kLampPost.x, kLampPost.z), to(head.x, head.z);

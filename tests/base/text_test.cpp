@@ -21,6 +21,12 @@ TEST(ParseNumber, AcceptsTheWholeTextOnly) {
     EXPECT_FALSE(parseNumber<double>("1e999"));
 }
 
+TEST(Capitalised, ChangesOnlyAFirstLetterOfAscii) {
+    EXPECT_EQ(capitalised("bile"), "Bile");
+    for (const char* same : {"", "Bile", "1 ml", "\u00e4rger"})
+        EXPECT_EQ(capitalised(same), same);
+}
+
 TEST(ShortestText, ReadsBackToTheSameBits) {
     EXPECT_EQ(shortestText(0.1), "0.1");
     EXPECT_EQ(shortestText(std::numeric_limits<std::int64_t>::min()), "-9223372036854775808");

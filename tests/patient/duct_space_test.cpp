@@ -25,6 +25,7 @@ TEST(DuctSpace, IsTheSignedDistanceToTheWall) {
     const DuctSpace ducts = makeDuctSpace(patient, 2);
     for (double x_m = 0.0065; x_m < 0.0215; x_m += 0.0003) {
         const DuctWall wall = ductWallAt(ducts, {x_m, 0.0004, -0.0007});
+        EXPECT_EQ(ductLevelAt(ducts, {x_m, 0.0004, -0.0007}), wall.level_m);
         const double expected_m = std::fabs(x_m - 0.014) - 0.0045;  // half a voxel beyond the duct
         EXPECT_NEAR(wall.level_m, std::clamp(expected_m, -0.004, kFarFromDucts_m), 0.0006) << x_m;
         if (std::fabs(expected_m) > 0.002) continue;
@@ -46,6 +47,7 @@ TEST(DuctSpace, IsFarOutsideTheBoxAndForWhatIsNotANumber) {
     const DuctSpace ducts = makeDuctSpace(patient);
     for (const Vec3& p : {Vec3(1.0), Vec3(test::kNaN, 0.0, 0.0), Vec3(0.0, -1e300, 0.0), Vec3(-0.019)}) {
         EXPECT_EQ(ductWallAt(ducts, p).level_m, kFarFromDucts_m);
+        EXPECT_EQ(ductLevelAt(ducts, p), kFarFromDucts_m);
         EXPECT_EQ(ductWallAt(ducts, p).outward, Vec3(0.0));
     }
     EXPECT_FALSE(isInDuct(DuctSpace{}, {0.014, 0.0, 0.0}));

@@ -38,9 +38,10 @@ void saveDerived(const std::filesystem::path& file, std::uint64_t key, std::span
 // case nothing is cached.
 std::optional<std::uint64_t> derivedKey(std::initializer_list<std::uint64_t> parts);
 
+using records::MakeTouch;
+
 // Returns haptics::makeTouchMap(patient), from the cache in `folder` if possible. If it is computed, counts
 // it in `made`.
-using records::MakeTouch;
 haptics::TouchMap loadOrMakeTouchMap(const patient::Patient&, std::uint64_t patient_digest,
                                      const std::filesystem::path& folder, Made* made = nullptr);
 

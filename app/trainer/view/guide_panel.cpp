@@ -98,9 +98,8 @@ std::string answerVerdict(const FrameState& seen) {
         return "";
     const auto question = training::Question(progress.answered - 1);
     const bool yes = (progress.yes & 1u << unsigned(question)) != 0;
-    return fmt::format("\"{}\" was {}: {}.", yes ? "Yes" : "No",
-                       yes == rightAnswer(*seen.patient_case, question) ? "right" : "wrong",
-                       describeReason(*seen.patient_case, question));
+    return (yes == rightAnswer(*seen.patient_case, question) ? "Right: " : "Wrong: ") +
+           describeReason(*seen.patient_case, question) + ".";
 }
 
 }  // namespace
@@ -212,7 +211,7 @@ void GuidePanel::drawCurve(double top, double bottom) {
 }
 
 // Draws the name and depth of each tissue at a pole on its border, beside the force scale. If space is short,
-// risks come first, and all that is not fat or muscle, then the deepest.
+// risks have priority, then tissues other than fat and muscle; of these, the deepest.
 void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom, double full_m) {
     const double left = kLeft + kScale_px;
     const int rows = int((bottom - top) / kRow_px);
@@ -225,8 +224,8 @@ void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom
     std::vector<const Passed*> order;
     for (const Passed& passed : std::views::reverse(insertion.passed))
         order.push_back(&passed);
-    std::ranges::stable_partition(order, [](const Passed* p) {
-        return p->role == patient::Role::risk || p->tissue != patient::Tissue::soft;
+    std::ranges::stable_sort(order, {}, [](const Passed* p) {
+        return p->role == patient::Role::risk ? 0 : p->tissue != patient::Tissue::soft ? 1 : 2;
     });
     for (const Passed* passed : order) {
         const bool risk = passed->role == patient::Role::risk;
@@ -341,12 +340,12 @@ void GuidePanel::draw(const FrameState& seen) {
     const double force_n = shownForce_n(tick);
     const bool needle = haptics::isNeedleTool(tick.tool) || tick.access.needle_in,
                presses = haptics::pressesOnSkin(tick.tool) && force_n > kTouch_n;
-    // Wire, dilator and drain move along the track only. Several of them can be in the body, so the one in
-    // hand is named.
+    // Wire, dilator and drain move along the track only. Their depth has their name, because several of them
+    // can be in the body.
     const bool on_track = haptics::isAccessTool(tick.tool);
     const double depth_m = on_track ? depthOnTrack_m(tick) : tick.depth_m;
-    const std::string own = capitalised(haptics::kToolNames[std::size_t(tick.tool)]);
-    number(columns[0], columns[1], y, on_track ? own.c_str() : "Depth",
+    const std::string tool_name = capitalised(haptics::kToolNames[std::size_t(tick.tool)]);
+    number(columns[0], columns[1], y, on_track ? tool_name.c_str() : "Depth",
            (on_track ? depth_m > 0.0 : needle && inside) ? fmt::format("{:.1f} mm", 1e3 * depth_m)
            : presses                                     ? "skin"
                                                          : "outside");

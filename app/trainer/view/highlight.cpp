@@ -269,6 +269,7 @@ std::vector<Highlight> PromptPlaces::highlights(Act act, const FrameState& seen)
         case Act::drawDrain:
         case Act::shiftDrainOut:
         case Act::drawWire:
+        case Act::clearDrain:
             return at.pullAccess();
         case Act::rewireDrain:
         case Act::injectDrain:

@@ -51,7 +51,7 @@ class NoticePanel {
     const std::vector<std::uint8_t>& rgba() const { return rgba_; }
     std::uint64_t revision() const { return revision_; }
     int height() const { return shown_.tall ? kTallHeight : kHeight; }  // pixels, as shown
-    int filledHeight() const { return filled_; }     // of it, from the top: down to the last line's margin
+    int filledHeight() const { return filled_; }     // rows from the top with text, and the lower margin
     double letter_px() const { return letter_px_; }  // em size of the shown lines
     // Panel width at which one em spans `letter_rad` at this distance.
     static double width_m(double distance_m, double letter_rad);

@@ -8,7 +8,7 @@ namespace stylet::trainer {
 
 namespace {
 
-constexpr double kField_m = 0.115;   // radius of the disinfected skin: wider than the drape's opening
+constexpr double kField_m = 0.115;   // radius of the disinfected skin; the drape's opening reaches 0.113
 constexpr double kLightsOut = 0.35;  // share of the shell's light that the screens and the corridor leave
 
 // Indexed by WoundKind.

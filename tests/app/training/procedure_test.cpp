@@ -641,7 +641,8 @@ TEST_F(DrainageTest, AStraightenedDrainMustBePlacedAnew) {
     const std::vector<SessionEvent> events = procedure_.consumeEvents();
     ASSERT_EQ(events.size(), 1u) << "told once";
     EXPECT_EQ(events[0].kind, "refused");
-    EXPECT_EQ(events[0].text, "place the drain: no longer done");
+    EXPECT_EQ(events[0].text, refusalText(Refusal::drainStraightened));
+    EXPECT_EQ(progress().refusal, Refusal::drainStraightened);
     update(drain);
     EXPECT_TRUE(done(Step::drain));
     EXPECT_EQ(progress().out_of_order, 0u);
@@ -740,7 +741,7 @@ TEST_F(DrainageTest, TutorClearsTheDrainForTheFinalPicture) {
     now.tool = Tool::drain;
     EXPECT_EQ(nextAct(wants_picture, now, {}), Act::takeWire);
     now.tool = Tool::wire;
-    EXPECT_EQ(nextAct(wants_picture, now, {}), Act::drawWire);
+    EXPECT_EQ(nextAct(wants_picture, now, {}), Act::clearDrain);
     now.access.wire_in = false;
     EXPECT_EQ(nextAct(wants_picture, now, {}), Act::pressPedal);
 }
@@ -819,6 +820,24 @@ TEST_F(DrainageTest, ALiftedProbeIsAimedAnewAlthoughTheSkinIsNumb) {
     EXPECT_EQ(progress().missing, Refusal::capsuleNotNumb) << "the parked probe need not be aimed for it";
     update(outside(), 40);
     EXPECT_EQ(progress().missing, Refusal::ductBesideRail) << "the probe was lifted";
+}
+
+// The path's track and that of the parked probe's rail, 20 mm beside it.
+TEST_F(DrainageTest, TheDepotShownIsOnTheTrackOfTheTip) {
+    const auto withRail = [&](TickOutput out) {
+        const Pose rail = wall(-0.010, 0.020).patient_from_needle;
+        out.probe_parked = true;
+        out.patient_from_probe = rail * haptics::GuideSettings{}.probe_from_guide.inverse();
+        return out;
+    };
+    update(withRail(outside()));
+    numb(withRail(wall(0.004)), 0.6);
+    EXPECT_NEAR(progress().depot_m3, 0.6e-6, 1e-8);
+    update(withRail(wall(0.004, 0.020)));
+    EXPECT_EQ(progress().track_place, TrackPlace::skin);
+    EXPECT_EQ(progress().depot_m3, 0.0) << "that lies on the other track";
+    numb(withRail(wall(0.004, 0.020)), 0.2);
+    EXPECT_NEAR(progress().depot_m3, 0.2e-6, 1e-8);
 }
 
 // The liver's capsule lies 22 mm deep.

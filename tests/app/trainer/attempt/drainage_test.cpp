@@ -39,7 +39,7 @@ struct SynthPatient {
     patient::Patient patient{package};
     std::vector<patient::PlannedPath> paths = patient::planPaths(patient, {}).paths;
     patient::DuctSpace ducts = patient::makeDuctSpace(patient);
-    patient::PlannedPath path = pathForWire(ducts, paths);
+    patient::PlannedPath path = paths.empty() ? patient::PlannedPath{} : pathForWire(ducts, paths);
     haptics::TouchMap touch = haptics::makeTouchMap(patient);
 };
 

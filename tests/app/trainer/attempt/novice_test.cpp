@@ -153,6 +153,7 @@ class Novice {
             case Act::drawDilator:
             case Act::drawDrain:
             case Act::drawWire:
+            case Act::clearDrain:
             case Act::shiftDrainIn:
             case Act::shiftDrainOut:
             case Act::straightenDrain:

@@ -86,7 +86,8 @@ bool didAll(const SessionLog& log) {
     return log.progress.steps_done == training::stepsOf(log.progress);
 }
 
-// Bodies of the patients, in turn: variants of the reference patient, none first.
+// Bodies of the patients, in turn: variants of the reference patient, or none. The seed chooses the first
+// one.
 constexpr std::array<std::string_view, 4> kBodies{"", "thin", "obese", "ascites"};
 
 // A patient with a drawn seed, a path, and the expert's attempt on it.
@@ -133,12 +134,16 @@ struct DrawnPatient {
 };
 
 // Draws a patient on which the expert's script does every step.
-std::unique_ptr<const DrawnPatient> drawPatient(std::mt19937_64& random, std::string_view body,
-                                                Course course) {
+// `number` counts the patients of the course: each has its own random numbers, so that no test changes those
+// of another.
+std::unique_ptr<const DrawnPatient> drawPatient(Course course, std::uint64_t number) {
     constexpr int kMaxDrawn = 6;
+    const std::uint64_t seed = test::seed();
+    std::seed_seq parts{seed, seed >> 32, std::uint64_t(course), number};
+    std::mt19937_64 random(parts);
+    const std::string_view body = kBodies[(seed + number) % kBodies.size()];
     std::unique_ptr<const DrawnPatient> drawn;
     for (int i = 0; i < kMaxDrawn; ++i) {
-        drawn.reset();  // two patients at once would take much memory
         drawn = std::make_unique<const DrawnPatient>(1 + random() % 1'000'000, body, course);
         if (didAll(drawn->expert)) break;
         std::puts(fmt::format("{}: on {} paths the script of the expert does not do every step{}",
@@ -156,18 +161,15 @@ class Patients {
     // Moves on to the next patient. Returns false after the last one.
     bool next() {
         if (left_-- == 0) return false;
-        Shared& shared = shared_[course_];
-        const std::string_view body = kBodies[std::size_t(made_++) % kBodies.size()];
-        if (next_ < shared.patients.size()) {
-            current_ = shared.patients[next_++].get();
-            return true;
-        }
-        own_.reset();
-        own_ = drawPatient(shared.random, body, course_);
-        current_ = own_.get();
-        if (shared.patients.size() < kMaxShared) {
-            shared.patients.push_back(std::move(own_));
-            ++next_;
+        std::vector<std::unique_ptr<const DrawnPatient>>& shared = shared_[course_];
+        const std::size_t number = next_++;
+        if (number >= shared.size()) {
+            own_.reset();
+            own_ = drawPatient(course_, number);
+            current_ = own_.get();
+            if (shared.size() < kMaxShared) shared.push_back(std::move(own_));
+        } else {
+            current_ = shared[number].get();
         }
         return true;
     }
@@ -178,13 +180,9 @@ class Patients {
 
   private:
     static constexpr std::size_t kMaxShared = 4;
-    struct Shared {
-        std::mt19937_64 random{test::seed()};
-        std::vector<std::unique_ptr<const DrawnPatient>> patients;
-    };
-    static inline std::map<Course, Shared> shared_;
+    static inline std::map<Course, std::vector<std::unique_ptr<const DrawnPatient>>> shared_;
 
-    int left_, made_ = 0;
+    int left_;
     Course course_;
     std::size_t next_ = 0;
     std::unique_ptr<const DrawnPatient> own_;

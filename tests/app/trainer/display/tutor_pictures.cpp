@@ -175,7 +175,7 @@ constexpr std::array<training::Act, training::kRefusalCount> kRefusedDuring = []
         Act::takeWire,    Act::inject,      Act::feedWire,      Act::feedWire,      Act::drawDilator,
         Act::drawWire,    Act::drawWire,    Act::drawWire,      Act::feedWire,      Act::feedWire,
         Act::enterWheal,  Act::drawSyringe, Act::numbSkin,      Act::numbSkin,      Act::pushToCapsule,
-        Act::numbCapsule, Act::numbCapsule};
+        Act::numbCapsule, Act::numbCapsule, Act::pushDrain};
 }();
 
 // Adds what can be told during the acts: hints, refusals, notices, alerts and pain.

@@ -47,6 +47,17 @@ TEST_F(SceneTest, OnlyAGuidedAttemptMarksThePlaceOfThePrompt) {
     }
 }
 
+TEST_F(SceneTest, LightsOutSwitchesTheLampsOffAndDimsTheRoom) {
+    SceneMaker scenes = maker(Difficulty::exam, render::Look::closed);
+    FrameState seen = palpating();
+    const render::RenderScene lit = scenes.makeScene(seen);
+    seen.lights_out = true;
+    const render::RenderScene dark = scenes.makeScene(seen);
+    EXPECT_TRUE(lit.room.lamp && lit.room.lamp_lit && dark.room.lamp);
+    EXPECT_FALSE(dark.room.lamp_lit);
+    EXPECT_LT(dark.room.shell_light.x, 0.5 * lit.room.shell_light.x);
+}
+
 TEST_F(SceneTest, TheExpertsToolIsAGhostOfItsKind) {
     SceneMaker scenes = maker(Difficulty::guided, render::Look::closed);
     EXPECT_FALSE(scenes.makeScene(palpating()).ghost);

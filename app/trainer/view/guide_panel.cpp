@@ -7,7 +7,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <ranges>
+#include <utility>
 
 #include "app/trainer/attempt/staging.h"
 #include "app/trainer/hands/controller_hand.h"
@@ -222,10 +222,11 @@ void GuidePanel::drawNames(const Insertion& insertion, double top, double bottom
                             [&](const auto& t) { return from < t.second && to > t.first; });
     };
     std::vector<const Passed*> order;
-    for (const Passed& passed : std::views::reverse(insertion.passed))
+    for (const Passed& passed : insertion.passed)
         order.push_back(&passed);
-    std::ranges::stable_sort(order, {}, [](const Passed* p) {
-        return p->role == patient::Role::risk ? 0 : p->tissue != patient::Tissue::soft ? 1 : 2;
+    std::ranges::sort(order, {}, [](const Passed* p) {
+        const int group = p->role == patient::Role::risk ? 0 : p->tissue != patient::Tissue::soft ? 1 : 2;
+        return std::pair(group, -p->depth_m);
     });
     for (const Passed* passed : order) {
         const bool risk = passed->role == patient::Role::risk;

@@ -27,7 +27,7 @@ DuctSpace makeDuctSpace(const Patient&, int threads = 2);
 // Haptics thread. noexcept, no allocation, about 0.05 us. Trilinear between voxel centres; kFarFromDucts_m
 // outside the box and for NaN.
 DuctWall ductWallAt(const DuctSpace&, const Vec3& reference_m) noexcept STYLET_NONBLOCKING;
-// Only the level of ductWallAt(), in half of its time.
+// Only the level of ductWallAt(), which costs less.
 double ductLevelAt(const DuctSpace&, const Vec3& reference_m) noexcept STYLET_NONBLOCKING;
 inline bool isInDuct(const DuctSpace& ducts, const Vec3& reference_m) noexcept {
     return ductLevelAt(ducts, reference_m) < 0.0;

@@ -24,8 +24,8 @@ constexpr double kArrowRadius_m = 0.002, kArrowHead_m = 0.016, kArrowHeadRadius_
 constexpr float kHighlightGlow = 0.9f;
 constexpr glm::vec3 kGhostColour{0.25f, 0.75f, 1.0f};
 constexpr float kGhostGlow = 0.25f;
-constexpr glm::vec3 kUnlitHead{
-    0.2f};                         // of a lamp that is off, relative to one that is on: of shell and glass
+// Colour of a lamp head that is off, relative to one that is on. It dims the shell as well as the glass.
+constexpr glm::vec3 kUnlitHead{0.2f};
 constexpr double kMark_m = 0.001;  // length of a mark on the needle
 constexpr int kMaxMarks = 64;
 constexpr double kStandHeight_m = 1.07;  // height of the isocentre above the floor in c_arm.glb

@@ -64,7 +64,7 @@ struct RoomContents {
     std::optional<CArm> c_arm;
     // Multiplies the light of the shell or the backdrop. Does not affect patient and tools.
     Vec3 shell_light{1.0};
-    bool lamp_lit = true;  // of the lamps. False: they give no light; ambient light stays.
+    bool lamp_lit = true;  // false: the lamps give no light; ambient light stays. Ignored without lamps.
     // Without the shell: leave alpha 0 where nothing is drawn, for a see-through headset.
     bool real = false;
 };

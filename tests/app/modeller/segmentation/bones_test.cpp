@@ -63,10 +63,10 @@ TEST(Bones, BlurredCortexHasNoRimOfBone) {
 
 constexpr double kRibHalfX = 6.1, kRibHalfY = 3.6;  // voxels; the grid's voxels are 1 mm
 
-// A rib along z with an elliptic section, whose centre moves through all positions within a voxel. The cortex
-// is 1.5 mm thick and 800 HU, or `thin_hu` in five of every eight slices. The marrow is 230 HU. Muscle 3 mm
-// thick surrounds the rib, and fat surrounds the muscle. A voxel is its centre's value, or with `averaged`
-// the mean of 5 x 5 points. Then [1 2 1]/4 along each axis blurs the image.
+// A rib along z with an elliptic section. From slice to slice the section moves by a fraction of a voxel. The
+// cortex is 1.5 mm thick and 800 HU, or `thin_hu` in five of every eight slices. The marrow is 230 HU. Muscle
+// 3 mm thick surrounds the rib, and fat surrounds the muscle. A voxel is its centre's value, or with
+// `averaged` the mean of 5 x 5 points. Then [1 2 1]/4 along each axis blurs the image.
 struct RibPhantom {
     CtVolume ct{{Index3(80, 80, 48), Vec3(0.001), Vec3(0.0)}, 0};
     explicit RibPhantom(bool averaged, float thin_hu = 800.0f) {

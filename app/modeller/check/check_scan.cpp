@@ -106,42 +106,21 @@ double boneAtLiver_mm2(const Package& p, const Mask& liver) {
     return area_mm2;
 }
 
-// The ribs surround a convex space that contains the liver. A plane separates a rib from that space, so at
-// most three of the six directions along the axes lead from the rib to the liver.
-bool isInsideLiver(const Mask& liver, const Index3& from) {
-    constexpr double kReach_m = 0.060;
-    constexpr int kDirections = 4;
-    const Grid& g = liver.grid;
-    const auto meetsLiver = [&](const Index3& step) {
-        const int steps = int(kReach_m / glm::length(Vec3(step) * g.spacing_m));
-        for (int n = 1; n <= steps && g.contains(from + n * step); ++n)
-            if (liver[from + n * step]) return true;
-        return false;
-    };
-    return std::count_if(kFaceSteps.begin(), kFaceSteps.end(), meetsLiver) >= kDirections;
-}
-
 // Volume of the pieces that lie inside the liver and are connected to no rib or vertebra: bone, and
-// unlabelled or liver voxels with the CT value of bone. A single voxel at the border may lie outside.
+// unlabelled or liver voxels with the CT value of bone.
 double boneInLiver_mm3(const PackageStatistics& m) {
-    constexpr double kInsideShare = 0.9;
     const Package& p = m.package;
     const Mask dense = maskWhere(p.labels.grid, [&](std::size_t i) {
         const Label* const l = m.patient.label(p.labels.voxels[i]);
         if (l && l->tissue != Tissue::liver) return l->tissue == Tissue::bone;
         return p.ct.voxels[i] >= p.thresholds.t2_specific_hu;
     });
-    const Mask liver = maskOf(p, isWholeLiver);
-    const Components pieces = findComponents(dense, Connectivity::corners);
-    std::vector<double> inside(pieces.size.size(), 0.0);
-    forEachVoxel(p.labels.grid, [&](const Index3& i) {
-        if (dense[i]) inside[std::size_t(pieces.number[i])] += isInsideLiver(liver, i);
-    });
+    const Components pieces =
+        findComponents(surroundedPieces(dense, maskOf(p, isWholeLiver)), Connectivity::corners);
     double sum_mm3 = 0.0;
-    for (std::size_t n = 1; n < inside.size(); ++n) {
-        const double voxels = double(pieces.size[n]), volume_mm3 = 1e3 * voxels * m.voxel_ml();
-        if (volume_mm3 > kPiece_mm3 && inside[n] >= kInsideShare * voxels) sum_mm3 += volume_mm3;
-    }
+    for (const std::size_t voxels : pieces.size)
+        if (const double volume_mm3 = 1e3 * double(voxels) * m.voxel_ml(); volume_mm3 > kPiece_mm3)
+            sum_mm3 += volume_mm3;
     return sum_mm3;
 }
 

@@ -167,6 +167,28 @@ std::size_t keepLargestComponent(Mask& mask) {
            components.size[largest];
 }
 
+Mask surroundedPieces(const Mask& pieces, const Mask& organ) {
+    constexpr double kReach_m = 0.060, kInsideShare = 0.9;
+    constexpr int kDirections = 4;
+    const Grid& g = organ.grid;
+    const auto isInside = [&](const Index3& from) {
+        const auto leadsToOrgan = [&](const Index3& step) {
+            const int steps = int(kReach_m / glm::length(Vec3(step) * g.spacing_m));
+            for (int n = 1; n <= steps && g.contains(from + n * step); ++n)
+                if (organ[from + n * step]) return true;
+            return false;
+        };
+        return std::count_if(kFaceSteps.begin(), kFaceSteps.end(), leadsToOrgan) >= kDirections;
+    };
+    const Components all = findComponents(pieces, Connectivity::corners);
+    std::vector<double> inside(all.size.size(), 0.0);
+    forEachVoxel(g, [&](const Index3& i) {
+        if (pieces[i]) inside[std::size_t(all.number[i])] += isInside(i);
+    });
+    return componentsWhere(all,
+                           [&](std::size_t n) { return inside[n] >= kInsideShare * double(all.size[n]); });
+}
+
 void fillHolesPerSlice(Mask& mask) {
     const int nx = mask.grid.dims.x, ny = mask.grid.dims.y;
     parallelFor(processorCount(), mask.grid.dims.z, [&](int z) {

@@ -123,6 +123,12 @@ std::size_t keepLargestComponent(Mask&);
 // The voxels of `passable` that are 6-connected to a voxel of `seeds`.
 Mask floodFill(const Mask& seeds, const Mask& passable);
 
+// The pieces that lie inside an organ which the ribs enclose; ribs do not. The ribs surround a convex space.
+// A plane separates a rib from that space, so at most three of the six directions along the axes lead from
+// the rib to the organ. A piece is inside if more directions lead from nine tenths of its voxels to the
+// organ.
+Mask surroundedPieces(const Mask& pieces, const Mask& organ);
+
 // Fills all holes of the mask in each axial slice.
 void fillHolesPerSlice(Mask&);
 

@@ -21,6 +21,7 @@ RayHit castRay(const Mask& wall, Index3 at, const Index3& step, int count);
 // Fills spongy bone: voxels enclosed by cortex, even if less bright than bone. Repeats the fill, because
 // filled voxels enclose further ones. Inside vertebrae, a smaller share of bone around a voxel is sufficient;
 // a vessel beside a vertebra has bone on one side only. Narrow marrow (ribs, arches) may be as dark as fat.
-Mask withMarrow(const CtVolume&, const Mask& body, const Mask& pieces, const Mask& shell, const SpinalCanal&);
+Mask withMarrow(const CtVolume&, const Mask& body, const Mask& pieces, const Mask& shell, const SpinalCanal&,
+                double blur_m);
 
 }  // namespace stylet::modeller

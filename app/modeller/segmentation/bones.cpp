@@ -347,7 +347,7 @@ void classifyBones(const CtVolume& ct, const Mask& body, const VoxelBox& box, Bo
 
 }  // namespace
 
-Bones findBones(const CtVolume& ct, const Mask& body) {
+Bones findBones(const CtVolume& ct, const Mask& body, double blur_m) {
     const Grid& g = ct.grid;
     Bones out;
     for (Mask* m : {&out.all, &out.spine, &out.canal, &out.ribs_right, &out.ribs_left, &out.sternum,
@@ -362,7 +362,7 @@ Bones findBones(const CtVolume& ct, const Mask& body) {
     const Mask shell = cortexShell(ct, pieces);
     SpinalCanal spine = findCanal(ct, shell, box);
     if (spine.centres_m.empty()) out.notes.push_back("the spinal canal does not show");
-    out.all = withMarrow(ct, body, pieces, shell, spine);
+    out.all = withMarrow(ct, body, pieces, shell, spine, blur_m);
     out.canal = std::move(spine.voxels);
     out.canal_m = std::move(spine.centres_m);
     removeSmallComponents(out.all, kMinBone_ml, Connectivity::corners);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/modeller/image/scan_blur.h"
 #include "app/modeller/image/voxel_tools.h"
 
 namespace stylet::modeller {
@@ -29,7 +30,8 @@ struct Bones {
     std::vector<std::string> notes;
 };
 
-Bones findBones(const CtVolume&, const Mask& body);
+// `blur_m` is the standard deviation of the scan's blur.
+Bones findBones(const CtVolume&, const Mask& body, double blur_m = kUsualBlur_m);
 
 // The costal cartilage that is clearly denser than muscle: outside the fascia (`inside` is the enclosed
 // volume), below the skin's fat, and connected to a rib or the sternum. Empty if voxels are wider than 1.25

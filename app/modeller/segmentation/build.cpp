@@ -159,6 +159,7 @@ void readScan(BuildState& work) {
     work.ct = resampleCt(scan, grid);
     work.scan = scan.grid;
     work.scan_voxels = voxelDigest(scan);
+    work.blur_m = measureBlur(work.ct);
     LabelVolume none(work.ct.grid);
     work.body = cropToBody(work.ct, none);
 }
@@ -292,6 +293,7 @@ BuildResult build(const BuildSettings& settings) {
     out.stages.push_back({.name = "read", .seconds = secondsSince(begin), .notes = {}});
     StateHash start;
     start.add(ctDigest(work.ct));
+    start.add(work.blur_m);
     start.add(fileDigest(programFile()));
     std::uint64_t chain = start.value();
     int number = 0;

@@ -360,7 +360,7 @@ Liver findLiver(const CtVolume& ct, const Mask& body, const Mask& lungs, const M
         liver.notes.push_back("no liver: what is like one is too small");
         return liver;
     }
-    liver.mask = refineLiver(ct, open, first, *parenchyma, settings.band_m);
+    liver.mask = refineLiver(ct, open, first, *parenchyma, settings.band_m, settings.blur_m);
     return liver;
 }
 

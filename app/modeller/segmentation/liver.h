@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "app/modeller/image/scan_blur.h"
 #include "app/modeller/image/voxel_tools.h"
 #include "app/modeller/segmentation/atlas.h"
 
@@ -19,6 +20,7 @@ struct LiverSettings {
     double coarse_m = 0.003;
     // Maximum distance by which the second cut, on the CT's own grid, may move the border.
     double band_m = 0.006;
+    double blur_m = kUsualBlur_m;  // standard deviation of the scan's blur
 };
 
 struct Liver {

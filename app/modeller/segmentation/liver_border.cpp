@@ -124,8 +124,9 @@ using Profile = std::array<float, kSamples>;  // differences from liver
 constexpr int kShiftSteps = 10;
 constexpr double kShiftStep_m = 0.00025, kMaxShift_m = kShiftSteps * kShiftStep_m;
 constexpr std::array kFilms_m{0.0, 0.0005, 0.001, 0.0015, 0.002, 0.003, 1.0};
-// Blur of the image and of its voxels (standard deviation), and value of the fat.
-constexpr double kProfileBlur_m = 0.00085;
+// Blur of a profile beyond that of the scan: of the samples between voxels (standard deviation). Value of the
+// fat.
+constexpr double kSampleBlur_m = 0.00047;
 constexpr float kFilm_hu = -105.0f;
 // Standard deviation of the noise of a profile. Expected before the fit, with standard deviations: the
 // neighbour's difference from liver, and the shift (0).
@@ -136,8 +137,8 @@ constexpr float kLungOrGas_hu = -160.0f;  // darker than any fat: lung or gas
 // mean over the neighbours of a voxel.
 constexpr float kMaxEdgeWeight = 50.0f, kMinEdgeWeight = 1e-4f;
 
-double blurredStep(double x_m) {
-    return 0.5 * (1.0 + std::erf(x_m / (kProfileBlur_m * std::sqrt(2.0))));
+double blurredStep(double x_m, double blur_m) {
+    return 0.5 * (1.0 + std::erf(x_m / (blur_m * std::sqrt(2.0))));
 }
 
 // A border at a position, with a film of fat. Shapes of the film and of the tissue behind it along the
@@ -150,7 +151,8 @@ struct ProfileModel {
 
 using ProfileModels = std::array<ProfileModel, (2 * kShiftSteps + 1) * kFilms_m.size()>;
 
-ProfileModels makeProfileModels() {
+ProfileModels makeProfileModels(double scan_blur_m) {
+    const double blur_m = std::hypot(scan_blur_m, kSampleBlur_m);
     ProfileModels models;
     auto model = models.begin();
     for (int step = -kShiftSteps; step <= kShiftSteps; ++step)
@@ -158,8 +160,8 @@ ProfileModels makeProfileModels() {
             model->shift_m = step * kShiftStep_m;
             for (int k = 0; k < kSamples; ++k) {
                 const double x_m = (kFirstSample + k) * kSample_m - model->shift_m;
-                const auto behind = float(blurredStep(x_m - film_m));
-                const float film = float(blurredStep(x_m)) - behind;
+                const auto behind = float(blurredStep(x_m - film_m, blur_m));
+                const float film = float(blurredStep(x_m, blur_m)) - behind;
                 model->film[std::size_t(k)] = film, model->behind[std::size_t(k)] = behind;
                 model->film_film += film * film, model->film_behind += film * behind;
                 model->behind_behind += behind * behind;
@@ -175,11 +177,10 @@ struct EdgePosition {
 
 // Returns the position of the border in a profile of differences from liver. The mean over all models, each
 // weighted by its probability. The neighbour's value is estimated for each model by least squares.
-EdgePosition findEdge(const Profile& profile, float fat_hu) {
-    static const ProfileModels models = makeProfileModels();
+EdgePosition findEdge(const ProfileModels& models, const Profile& profile, float fat_hu) {
     constexpr float kPrior =
         (kProfileNoise_hu / kNeighbourSpread_hu) * (kProfileNoise_hu / kNeighbourSpread_hu);
-    std::array<double, models.size()> misfit;
+    std::array<double, std::tuple_size_v<ProfileModels>> misfit;
     for (std::size_t n = 0; n < models.size(); ++n) {
         const ProfileModel& m = models[n];
         float film = 0.0f, behind = 0.0f;
@@ -226,7 +227,8 @@ void closeLiver(Mask& liver, const Mask& open) {
     fillCavities(liver);
 }
 
-Mask fitBorder(const FloatVolume& hu, const Mask& open, const Mask& cut, const Parenchyma& liver) {
+Mask fitBorder(const FloatVolume& hu, const Mask& open, const Mask& cut, const Parenchyma& liver,
+               double blur_m) {
     const Grid& g = hu.grid;
     const auto half_voxel_m = float(0.5 * g.spacing_m.x);
     FloatVolume depth = signedDepth(cut);
@@ -239,6 +241,7 @@ Mask fitBorder(const FloatVolume& hu, const Mask& open, const Mask& cut, const P
     }
     inside.finish(std::max(1, int(std::lround(double(kBeside_m) / g.spacing_m.x))));
     depth = boxMean(boxMean(depth, 1), 1);  // continuous across the border
+    const ProfileModels models = makeProfileModels(blur_m);
     FloatVolume shift(g), weight(g);
     parallelVoxels(g, [&](const Index3& at) {
         if (!cut[at] || g.atBorder(at)) return;
@@ -256,7 +259,7 @@ Mask fitBorder(const FloatVolume& hu, const Mask& open, const Mask& cut, const P
         const float liver_hu = inside.at(g.offset(at), liver.mean_hu);
         Profile profile;
         if (!sampleProfile(hu, g.centre(at) + double(depth[at]) * normal, normal, liver_hu, profile)) return;
-        const EdgePosition edge = findEdge(profile, kFilm_hu - liver_hu);
+        const EdgePosition edge = findEdge(models, profile, kFilm_hu - liver_hu);
         shift[at] = edge.weight * edge.mean_m;
         weight[at] = edge.weight;
     });
@@ -270,7 +273,7 @@ Mask fitBorder(const FloatVolume& hu, const Mask& open, const Mask& cut, const P
 }
 
 Mask refineLiver(const CtVolume& ct, const Mask& open, const Mask& first, const Parenchyma& liver,
-                 double band_m) {
+                 double band_m, double blur_m) {
     const VoxelBox box = boundingBox(first);
     const Vec3 margin(band_m + double(kBeside_m));
     const Index3 last = ct.grid.dims - 1;
@@ -289,7 +292,7 @@ Mask refineLiver(const CtVolume& ct, const Mask& open, const Mask& first, const 
     closeLiver(cut, open_here);
     keepLargestComponent(cut);
     if (fine) {
-        cut = fitBorder(hu, open_here, cut, liver);
+        cut = fitBorder(hu, open_here, cut, liver, blur_m);
         keepLargestComponent(cut);
     }
     Mask out(ct.grid);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "app/modeller/segmentation/morphology.h"
 #include "app/modeller/segmentation/organ_scene.h"
@@ -16,23 +17,39 @@ double plausible(double v, double low, double typical, double high) {
     return std::clamp(v < typical ? (v - low) / (typical - low) : (high - v) / (high - typical), 0.0, 1.0);
 }
 
+// The most frequent of the values from `low_hu` to `high_hu`, as a mean over five.
+class HuHistogram {
+  public:
+    HuHistogram(int low_hu, int high_hu) : low_hu_(low_hu), count_(std::size_t(high_hu - low_hu), 0.0) {}
+    void add(float hu, double weight) {
+        if (const auto k = std::floor(hu) - float(low_hu_); k >= 0.0f && k < float(count_.size()))
+            count_[std::size_t(k)] += weight;
+    }
+    std::optional<double> mode() const {
+        std::optional<double> best;
+        double highest = 0.0;
+        for (std::size_t k = 2; k + 2 < count_.size(); ++k) {
+            const double sum = count_[k - 2] + count_[k - 1] + count_[k] + count_[k + 1] + count_[k + 2];
+            if (sum > highest) highest = sum, best = low_hu_ + double(k) + 0.5;
+        }
+        return best;
+    }
+
+  private:
+    int low_hu_;
+    std::vector<double> count_;
+};
+
 // Returns the HU of the liver, if at least 100 ml of it are known. Otherwise returns the most frequent value
 // denser than muscle.
 double estimateParenchyma(const OrganInput& in, const FloatVolume& smooth) {
-    constexpr int kLow = 70, kHigh = 160;
-    std::vector<std::size_t> count(kHigh - kLow, 0);
+    constexpr int kDenserThanMuscle_hu = 70, kMax_hu = 160, kUsual_hu = 110;
     const bool known = volume_ml(in.liver) > 100.0;
-    for (std::size_t i = 0; i < smooth.voxels.size(); ++i) {
-        const float hu = smooth.voxels[i];
-        if (hu < kLow || hu >= kHigh || in.bones.all.voxels[i]) continue;
-        if (known ? in.liver.voxels[i] : in.inside.voxels[i]) ++count[std::size_t(int(hu) - kLow)];
-    }
-    std::size_t best = 0, highest = 0;
-    for (std::size_t k = 2; k + 2 < count.size(); ++k) {
-        const std::size_t sum = count[k - 2] + count[k - 1] + count[k] + count[k + 1] + count[k + 2];
-        if (sum > highest) highest = sum, best = k;
-    }
-    return highest > 0 ? kLow + double(best) + 0.5 : 110.0;
+    HuHistogram h(known ? 0 : kDenserThanMuscle_hu, known ? 2 * kMax_hu : kMax_hu);
+    for (std::size_t i = 0; i < smooth.voxels.size(); ++i)
+        if (!in.bones.all.voxels[i] && (known ? in.liver.voxels[i] : in.inside.voxels[i]))
+            h.add(smooth.voxels[i], 1.0);
+    return h.mode().value_or(kUsual_hu);
 }
 
 FoundOrgan notFound(const std::string& name, const std::string& why) {
@@ -72,15 +89,76 @@ std::vector<PieceMeasure> measurePieces(const OrganScene& s, const Components& p
     return out;
 }
 
+// --- Spleen ---
+
+constexpr double kSpleenAtWall_m = 0.030;
+
+// How well a place relative to the canal fits the spleen, from 0 to 1.
+double plausibleSpleen(double x_m, double y_m) {
+    return plausible(-x_m, 0.025, 0.095, 0.190) * plausible(y_m, -0.035, 0.040, 0.150);
+}
+
+// The most frequent value of the homogeneous tissue denser than muscle at the left wall. In a fatty liver,
+// the spleen is denser than the liver.
+double estimateSpleen(const OrganScene& s, const FloatVolume& to_wall) {
+    constexpr double kMuscle_hu = 75.0, kAboveLiver_hu = 80.0;  // kidneys are denser
+    constexpr int kAround = 2;
+    constexpr float kSame_hu = 8.0f;
+    const FloatVolume mean = boxMean(s.smooth_hu, kAround);
+    HuHistogram h(int(kMuscle_hu), int(std::max(kMuscle_hu, s.parenchyma_hu) + kAboveLiver_hu));
+    forEachVoxel(s.grid, [&](const Index3& i) {
+        if (!s.free_wide[i] || double(to_wall[i]) > kSpleenAtWall_m ||
+            std::fabs(mean[i] - s.smooth_hu[i]) > kSame_hu)
+            return;
+        const Vec3 d = s.fromCanal(i);
+        h.add(s.smooth_hu[i], plausibleSpleen(d.x, d.y));
+    });
+    return h.mode().value_or(s.parenchyma_hu);
+}
+
+// Finds the spleen: homogeneous, at the left wall below the lung.
+FoundOrgan findSpleen(const OrganScene& s, const FloatVolume& to_wall) {
+    constexpr double kLow_hu = -25.0, kHigh_hu = 25.0, kWide_hu = 45.0;  // relative to its usual value
+    constexpr double kCore_m = 0.005, kMinCore_ml = 8.0;
+    const double p_hu = s.spleen_hu;
+    const Mask core = eroded(inRange(s.smooth_hu, s.free_wide, p_hu + kLow_hu, p_hu + kHigh_hu), kCore_m);
+    const Components p = findComponents(core);
+    const std::vector<PieceMeasure> pieces = measurePieces(s, p);
+    std::vector<double> near(p.size.size(), 0.0);
+    for (std::size_t i = 0; i < core.voxels.size(); ++i)
+        if (core.voxels[i] && to_wall.voxels[i] < kSpleenAtWall_m)
+            near[std::size_t(p.number.voxels[i])] += voxelVolume_ml(s.grid);
+    const int best = findBestPiece(p, [&](int n) {
+        const PieceMeasure& m = pieces[std::size_t(n)];
+        if (m.volume_ml < kMinCore_ml) return 0.0;
+        return near[std::size_t(n)] * plausibleSpleen(m.middle.x, m.middle.y);
+    });
+    if (best == 0) return notFound("spleen", "no homogeneous organ at the left wall");
+    Mask spleen =
+        growWithin(componentMask(p, best), inRange(s.fine_hu, s.free_wide, p_hu - kWide_hu, p_hu + kWide_hu),
+                   1.4 * kCore_m);
+    spleen = intersect(closed(spleen, 0.003), s.free_wide);
+    fillCavities(spleen);
+    spleen = intersect(opened(spleen, 0.003), s.free_wide);
+    keepLargestComponent(spleen);
+    FoundOrgan out{"spleen", spleen, 0.0, ""};
+    const bool liver = countVoxels(s.in.liver) > 0;
+    out.confidence = (liver ? 1.0 : 0.6) * (0.4 + 0.5 * plausible(volume_ml(spleen), 30.0, 180.0, 900.0));
+    return out;
+}
+
 // --- Kidneys ---
 
-// Finds a kidney: brighter than the liver, beside the spine, thicker than vessels.
+// Finds a kidney: brighter than liver and spleen, beside the spine, thicker than vessels.
 FoundOrgan findKidney(const OrganScene& s, bool right) {
     const std::string name = right ? "right kidney" : "left kidney";
-    constexpr double kAbove_hu = 32.0, kMax_hu = 420.0, kVessel_m = 0.005, kEdge_m = 0.0025, kSinus_m = 0.005;
+    // Pyramids and noise are closed first, so that they do not divide the core.
+    constexpr double kAbove_hu = 32.0, kPyramid_m = 0.002, kMax_hu = 420.0, kVessel_m = 0.005,
+                     kEdge_m = 0.0025, kSinus_m = 0.005;
     constexpr double kMinCore_ml = 4.0, kUsual_ml = 150.0, kMax_ml = 450.0, kEdge_hu = 80.0, kPole = 0.1;
-    const Mask bright = inRange(s.fine_hu, s.free_wide, s.parenchyma_hu + kAbove_hu, kMax_hu);
-    const Mask core = eroded(bright, kVessel_m);
+    const Mask bright =
+        inRange(s.fine_hu, s.free_wide, std::max(s.parenchyma_hu, s.spleen_hu) + kAbove_hu, kMax_hu);
+    const Mask core = eroded(closed(bright, kPyramid_m), kVessel_m);
     const Components p = findComponents(core);
     const std::vector<PieceMeasure> pieces = measurePieces(s, p);
     const auto score = [&](int n) {
@@ -107,41 +185,6 @@ FoundOrgan findKidney(const OrganScene& s, bool right) {
     keepLargestComponent(kidney);
     FoundOrgan out{name, kidney, 0.0, ""};
     out.confidence = 0.5 + 0.5 * plausible(volume_ml(kidney), 20.0, kUsual_ml, kMax_ml);
-    return out;
-}
-
-// --- Spleen ---
-
-// Finds the spleen: as dense as the liver, homogeneous, at the left wall below the lung.
-FoundOrgan findSpleen(const OrganScene& s) {
-    constexpr double kLow_hu = -20.0, kHigh_hu = 30.0, kWide_hu = 45.0;  // relative to the liver's value
-    constexpr double kCore_m = 0.005, kMinCore_ml = 8.0, kWall_m = 0.030;
-    const double p_hu = s.parenchyma_hu;
-    const Mask core = eroded(inRange(s.smooth_hu, s.free_wide, p_hu + kLow_hu, p_hu + kHigh_hu), kCore_m);
-    const Components p = findComponents(core);
-    const std::vector<PieceMeasure> pieces = measurePieces(s, p);
-    const FloatVolume to_wall = distanceTo(inverted(s.in.inside));
-    std::vector<double> near(p.size.size(), 0.0);
-    for (std::size_t i = 0; i < core.voxels.size(); ++i)
-        if (core.voxels[i] && to_wall.voxels[i] < kWall_m)
-            near[std::size_t(p.number.voxels[i])] += voxelVolume_ml(s.grid);
-    const int best = findBestPiece(p, [&](int n) {
-        const PieceMeasure& m = pieces[std::size_t(n)];
-        if (m.volume_ml < kMinCore_ml) return 0.0;
-        return near[std::size_t(n)] * plausible(-m.middle.x, 0.025, 0.095, 0.190) *
-               plausible(m.middle.y, -0.035, 0.040, 0.150);
-    });
-    if (best == 0) return notFound("spleen", "no organ as dense as the liver at the left wall");
-    Mask spleen =
-        growWithin(componentMask(p, best), inRange(s.fine_hu, s.free_wide, p_hu - kWide_hu, p_hu + kWide_hu),
-                   1.4 * kCore_m);
-    spleen = intersect(closed(spleen, 0.003), s.free_wide);
-    fillCavities(spleen);
-    spleen = intersect(opened(spleen, 0.003), s.free_wide);
-    keepLargestComponent(spleen);
-    FoundOrgan out{"spleen", spleen, 0.0, ""};
-    const bool liver = countVoxels(s.in.liver) > 0;
-    out.confidence = (liver ? 1.0 : 0.6) * (0.4 + 0.5 * plausible(volume_ml(spleen), 30.0, 180.0, 900.0));
     return out;
 }
 
@@ -250,7 +293,7 @@ FoundOrgan findGallbladder(const OrganScene& s) {
 
 OrganScene makeScene(const OrganInput& in) {
     const Grid& g = in.ct.grid;
-    OrganScene s{in, g, toFloat(in.ct), {}, {}, 0.0, Mask(g), Mask(g)};
+    OrganScene s{in, g, toFloat(in.ct), {}, {}, 0.0, 0.0, Mask(g), Mask(g)};
     s.smooth_hu = boxMean(s.fine_hu, 1);
     if (g.spacing_m.x < 0.0015) s.fine_hu = s.smooth_hu;
     const VoxelBox box = boundingBox(in.body);
@@ -289,6 +332,8 @@ Mask growWithin(const Mask& core, const Mask& passable, double reach_m) {
 
 std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
     OrganScene s = makeScene(in);
+    const FloatVolume to_wall = distanceTo(inverted(in.inside));
+    s.spleen_hu = estimateSpleen(s, to_wall);
     std::vector<FoundOrgan> out;
     const auto removeFromFree = [&](const Mask& taken) {
         s.free = subtract(s.free, taken);
@@ -308,7 +353,7 @@ std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
     removeFromFree(aorta.mask);
     addOrgan(findKidney(s, true));
     addOrgan(findKidney(s, false));
-    addOrgan(findSpleen(s));
+    addOrgan(findSpleen(s, to_wall));
     addOrgan(findHeart(s, cava.mask));
     for (const FoundOrgan& organ : out)
         cava.mask = subtract(cava.mask, organ.mask);

@@ -29,6 +29,8 @@ namespace {
 // Ids used only by stages, in addition to a package's labels.
 constexpr std::uint8_t kAirways = 253, kBody = 254;
 constexpr double kSkin_m = 0.002, kBlur_m = 0.002;
+// Arteries reach it in their phase. What is denser inside the liver is calcified, or metal.
+constexpr std::int16_t kDensestBlood_hu = 400;
 constexpr double kAtlasSpacing_m = 0.0025;  // of the default atlases; the prior's grid is coarser
 constexpr const char* kControlPoints = "control-points.txt";
 
@@ -69,6 +71,7 @@ void findClasses(BuildState& work, StageResult& r) {
         const TissueClasses c = estimateTissueClasses(work.ct, work.body);
         r.text = writeClasses(c, computeThresholds(c));
         if (c.blood.share == 0.0) r.record.notes.push_back("no contrast medium is visible");
+        r.record.notes.push_back(fmt::format("blur within a slice: {:.2f} mm", 1e3 * work.blur_m));
     }
     const patient::Thresholds t = parseClasses(r.text);
     const std::uint8_t skin = targetId("skin"), soft = targetId("muscle"), bone = targetId("bone");
@@ -115,7 +118,7 @@ Mask blurredRim(const BuildState& work, const Mask& bones) {
 }
 
 void findBonesStage(BuildState& work, StageResult& r) {
-    const Bones bones = findBones(work.ct, work.body);
+    const Bones bones = findBones(work.ct, work.body, work.blur_m);
     paintTarget(r, bones.other, "bone");
     paintTarget(r, bones.cartilage, "cartilage and discs");
     paintTarget(r, bones.spine, "spine");
@@ -175,7 +178,15 @@ void findLiverStage(BuildState& work, StageResult& r) {
     const Mask lungs = labelMask(work.found.at("lungs"), isLung),
                bones = labelMask(work.found.at("bones"), isBone);
     const AtlasPrior prior = alignAtlases(work.ct, work.body, lungs, atlasImages(work, atlas), atlas);
-    const Liver liver = findLiver(work.ct, work.body, lungs, bones, prior);
+    Liver liver = findLiver(work.ct, work.body, lungs, bones, prior, {.blur_m = work.blur_m});
+    const Mask dense = maskWhere(work.ct.grid, [&](std::size_t i) {
+        return bones.voxels[i] || (work.body.voxels[i] && work.ct.voxels[i] > kDensestBlood_hu);
+    });
+    const Mask calcified = surroundedPieces(dense, liver.mask);
+    if (const double ml = volume_ml(calcified); ml > 0.0) {
+        liver.mask = unite(liver.mask, calcified);
+        liver.notes.push_back(fmt::format("{:.1f} ml as dense as bone are inside the liver: calcified", ml));
+    }
     paintTarget(r, liver.mask, "liver");
     r.record.notes = liver.notes;
     r.record.atlases = prior.used;
@@ -186,7 +197,9 @@ void restoreLiver(BuildState& work, const StageResult& r) {
 }
 
 void findVesselsStage(BuildState& work, StageResult& r) {
-    const Mask liver = liverMask(work);
+    const Mask liver = maskWhere(work.ct.grid, [whole = liverMask(work), &work](std::size_t i) {
+        return whole.voxels[i] && work.ct.voxels[i] <= kDensestBlood_hu;
+    });
     const SplitVessels split = splitVessels(work.ct, liver, findVessels(work.ct, liver));
     paintTarget(r, split.cava, "vena cava and renal veins");
     paintTarget(r, split.portal, "portal vein");
@@ -232,8 +245,12 @@ Lungs lungsFromLabels(const BuildState& work) {
     lungs.base_left = lungBase(lungs.left, work.body);
     return lungs;
 }
+// The liver's calcified parts have been found to be no bone.
 Bones bonesFromLabels(const BuildState& work) {
-    const LabelVolume& found = work.found.at("bones");
+    LabelVolume found = work.found.at("bones");
+    const Mask liver = liverMask(work);
+    for (std::size_t i = 0; i < found.voxels.size(); ++i)
+        if (liver.voxels[i]) found.voxels[i] = 0;
     Bones bones;
     bones.all = labelMask(found, isBone);
     bones.spine = labelMask(found, "spine");

@@ -81,6 +81,18 @@ TEST(Organs, BallsAndTubesAtOrganPositionsAreFound) {
     }
 }
 
+// The spleen is denser than the liver, and nearer to the kidney than the liver's value plus a kidney's usual
+// excess.
+TEST(Organs, AFattyLiverIsNoMeasureOfTheSpleen) {
+    OrganPhantom b;
+    b.liver = b.ball({0.07, 0.06, 0.10}, 0.045, 60);
+    const Mask left = b.ball({-0.055, 0.02, 0.055}, 0.027, 190);
+    const Mask spleen = b.ball({-0.08, 0.04, 0.110}, 0.029, 118);
+    const auto found = b.organs();
+    EXPECT_GT(compare(left, found.at("left kidney").mask).dice, 0.9);
+    EXPECT_GT(compare(spleen, found.at("spleen").mask).dice, 0.9);
+}
+
 TEST(Organs, WithoutContrastMediumNoOrganIsFound) {
     OrganPhantom b;
     b.liver = b.ball({0.07, 0.06, 0.10}, 0.045, 55);

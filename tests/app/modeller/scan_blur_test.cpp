@@ -1,0 +1,50 @@
+#include "app/modeller/image/scan_blur.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/support/seed.h"
+
+namespace stylet::modeller {
+namespace {
+
+// A body whose front is a curved surface. The edge has a closed form: a step with a normal blur.
+CtVolume bodyWithEdge(double blur_voxels, double noise_hu, double spacing_m = 0.001) {
+    CtVolume ct({Index3(120, 80, 40), Vec3(spacing_m), Vec3(0.0)}, -1000);
+    std::mt19937_64 random(test::seed());
+    std::normal_distribution<double> noise(0.0, noise_hu);
+    forEachVoxel(ct.grid, [&](const Index3& i) {
+        const double front = 60.3 - 0.0015 * (i.x - 60) * (i.x - 60) + 0.11 * i.z;
+        const double share = 0.5 * std::erfc((i.y - front) / (blur_voxels * std::sqrt(2.0)));
+        ct[i] = std::int16_t(std::lround(-1000.0 + 1050.0 * share + noise(random)));
+    });
+    return ct;
+}
+
+TEST(ScanBlur, IsThatOfTheEdge) {
+    for (const double blur : {0.5, 0.7, 1.0, 1.5})
+        for (const double noise_hu : {0.0, 30.0}) {
+            const double found = 1e3 * measureBlur(bodyWithEdge(blur, noise_hu));
+            EXPECT_NEAR(found, blur, 0.05 * blur + 0.002 * noise_hu) << noise_hu << " HU of noise";
+        }
+    EXPECT_NEAR(measureBlur(bodyWithEdge(0.7, 10.0, 0.002)), 0.0014, 0.00014);
+}
+
+// Adversaries: a blanket on a third of the body, a cable, no air, nothing at all.
+TEST(ScanBlur, OnlySkinInAirCounts) {
+    CtVolume ct = bodyWithEdge(1.0, 10.0);
+    forEachVoxel(ct.grid, [&](const Index3& i) {
+        if (i.x < 40 && i.y >= 57) ct[i] = std::max<std::int16_t>(ct[i], -400);
+        if (i.x == 80 && i.y > 50) ct[i] = 2000;
+    });
+    EXPECT_NEAR(measureBlur(ct), 0.001, 0.00015);
+    const Grid g{Index3(40), Vec3(0.001), Vec3(0.0)};
+    EXPECT_EQ(measureBlur(CtVolume(g, 50)), kUsualBlur_m);
+    EXPECT_EQ(measureBlur(CtVolume(g, -1000)), kUsualBlur_m);
+    EXPECT_EQ(measureBlur(CtVolume({Index3(1), Vec3(0.001), Vec3(0.0)}, 50)), kUsualBlur_m);
+}
+
+}  // namespace
+}  // namespace stylet::modeller

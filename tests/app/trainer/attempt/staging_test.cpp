@@ -164,5 +164,17 @@ TEST_F(Staging, DeviceIsPlacedAlongThePathOtherwise) {
     }
 }
 
+TEST_F(Staging, PathRunsThroughTheGripWhenTheWorkspaceIsUnknown) {
+    const Pose grip{{1.0, 0.0, 0.0, 0.0}, {0.5, -0.4, 0.6}};
+    const Attempt attempt = makeLiveAttempt(
+        patient_, test::shortScenario(), here_, field(here_, Difficulty::practice),
+        {.difficulties = test::difficulties()}, touch_, {.profile = {}, .device_from_grip = grip});
+    const Vec3 grip_m = attempt.simulation.patient_from_device * grip.position_m,
+               along = glm::normalize(here_.target_m - here_.entry_m), from_entry_m = grip_m - here_.entry_m;
+    const double deep_m = glm::dot(from_entry_m, along);
+    EXPECT_LT(glm::length(from_entry_m - deep_m * along), 1e-12);
+    EXPECT_LT(std::fabs(deep_m), here_.length_m);
+}
+
 }  // namespace
 }  // namespace stylet::trainer

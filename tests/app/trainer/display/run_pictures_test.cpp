@@ -135,7 +135,7 @@ class RunWithPicturesRealTime : public RunWithPictures {};
 // Needs real time: no capture point may be lost if frames take longer than ticks. The position of the tool
 // must be predicted to the display time.
 TEST_F(RunWithPicturesRealTime, EveryCaptureIsSavedAndTheRecordReplaysToItsHash) {
-    useEyes(320);
+    useEyes(160);
     const Outcome outcome = command_->run(run_ + " --stats");
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_TRUE(outcome.summary.at("target_hit").get<bool>());
@@ -153,7 +153,7 @@ TEST_F(RunWithPicturesRealTime, EveryCaptureIsSavedAndTheRecordReplaysToItsHash)
     if (measured > 0)
         RecordProperty("offset_median_um", int(1e3 * offset.at("offset_mm").at("median").get<double>()));
     EXPECT_NE(outcome.out.find("skipped_bricks"), std::string::npos);
-    expectPicturesOfEveryMoment(5000);
+    expectPicturesOfEveryMoment(1000);
     const Outcome replay = command_->run("replay '" + command_->out().string() + "' --fast");
     EXPECT_EQ(replay.status, 0) << replay.out << replay.err;
     EXPECT_EQ(hashOf(replay), hashOf(outcome));

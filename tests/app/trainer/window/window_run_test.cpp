@@ -107,6 +107,7 @@ using WindowRunRealTime = WindowRun;
 
 TEST_F(WindowRunRealTime, WindowReplacesAMissingHeadset) {
     command_->set("XR_RUNTIME_JSON", "/nowhere/runtime.json");
+    display_.emplace(700, 450);  // fewer pixels to draw
     start("--validation");
     const Outcome outcome = outcome_.get();
     ASSERT_EQ(outcome.status, 0) << outcome.err;

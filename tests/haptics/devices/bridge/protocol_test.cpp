@@ -215,6 +215,8 @@ TEST(BridgeProtocol, OutOfRangeValuesAreRefused) {
     EXPECT_EQ(decode(with(kCapabilities, 40, -1.0), capabilities), LinkFault::value);  // mass
     EXPECT_EQ(decode(with(kCapabilities, 104, '\n'), capabilities), LinkFault::value);
     EXPECT_EQ(decode(with(kCapabilities, 110, 'x'), capabilities), LinkFault::value);  // after the end
+    ASSERT_EQ(decode(with(kCapabilities, 96, nan), capabilities), LinkFault::none);
+    EXPECT_TRUE(std::isnan(capabilities.profile.workspace_radius_m)) << "a bridge need not know it";
     Bye bye;
     EXPECT_EQ(decode(with(kBye, 3, '\x1b'), bye), LinkFault::value);
 }

@@ -113,7 +113,7 @@ class HeadsetRunRealTime : public HeadsetRun {
 // Needs real time: only then does the force follow the focus of the headset.
 TEST_F(HeadsetRunRealTime, LossOfFocusPausesTheAttempt) {
     const double pause_s = 0.7;
-    const std::filesystem::path still = test::writeStillScenario(command_ / "still.toml", 2.0);
+    const std::filesystem::path still = test::writeStillScenario(command_ / "still.toml", 3.0);
     const double script = ticksOf(run("--fast --fps 0", still));
     // A stall of the machine may last until the script has ended, or may delay the pause but not its end. Try
     // again.
@@ -149,7 +149,7 @@ TEST_F(HeadsetRunRealTime, LossOfFocusPausesTheAttempt) {
 
 // Needs real time: only then do the frames have their own thread, which can block in the runtime.
 TEST_F(HeadsetRunRealTime, HangingRuntimeDoesNotBlockTheProgram) {
-    const std::filesystem::path still = test::writeStillScenario(command_ / "still.toml", 2.0);
+    const std::filesystem::path still = test::writeStillScenario(command_ / "still.toml", 3.0);
     // A stall of the machine may last until the script has ended. Try again.
     Outcome outcome;
     bool hung = false;

@@ -318,7 +318,9 @@ TEST_F(StoreRun, KilledRunLeavesOnlyWholeFrames) {
             ++cut;
             const StoredAttempt attempt = store.attempt(found.id);
             EXPECT_EQ(attempt.state, AttemptState::cut_short);
-            if (!std::filesystem::exists(attempt.folder / "record" / "samples.bin")) continue;
+            // A run may die before it has made the file, or before the first byte.
+            const std::filesystem::path file = attempt.folder / "record" / "samples.bin";
+            if (!std::filesystem::exists(file) || std::filesystem::file_size(file) == 0) continue;
             const records::Samples samples = records::loadSamples(attempt.folder / "record");
             const records::Record record = records::loadRecord(attempt.folder / "record");
             EXPECT_EQ(samples.torn_bytes, 0u);

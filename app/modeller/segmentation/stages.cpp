@@ -184,7 +184,11 @@ void findLiverStage(BuildState& work, StageResult& r) {
     });
     const Mask calcified = surroundedPieces(dense, liver.mask);
     if (const double ml = volume_ml(calcified); ml > 0.0) {
-        liver.mask = unite(liver.mask, calcified);
+        // Blur has made the tissue around them as bright as bone, too.
+        const Mask halo = maskWhere(bones.grid, [&, near = dilated(calcified, kBlur_m)](std::size_t i) {
+            return near.voxels[i] && !bones.voxels[i] && work.ct.voxels[i] > work.thresholds.t2_sensitive_hu;
+        });
+        liver.mask = unite(liver.mask, unite(calcified, halo));
         liver.notes.push_back(fmt::format("{:.1f} ml as dense as bone are inside the liver: calcified", ml));
     }
     paintTarget(r, liver.mask, "liver");
@@ -197,9 +201,11 @@ void restoreLiver(BuildState& work, const StageResult& r) {
 }
 
 void findVesselsStage(BuildState& work, StageResult& r) {
-    const Mask liver = maskWhere(work.ct.grid, [whole = liverMask(work), &work](std::size_t i) {
-        return whole.voxels[i] && work.ct.voxels[i] <= kDensestBlood_hu;
-    });
+    // The blurred border of a calcification is as bright as a vessel.
+    const Mask whole = liverMask(work);
+    const Mask calcified = maskWhere(
+        work.ct.grid, [&](std::size_t i) { return whole.voxels[i] && work.ct.voxels[i] > kDensestBlood_hu; });
+    const Mask liver = subtract(whole, dilated(calcified, kBlur_m));
     const SplitVessels split = splitVessels(work.ct, liver, findVessels(work.ct, liver));
     paintTarget(r, split.cava, "vena cava and renal veins");
     paintTarget(r, split.portal, "portal vein");

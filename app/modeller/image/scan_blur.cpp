@@ -83,13 +83,14 @@ double deviation(const std::vector<EdgeSample>& samples, double blur) {
 
 double measureBlur(const CtVolume& ct) {
     constexpr double kSharpest = 0.1, kSoftest = 3.0, kStep = 0.02;  // voxels
+    constexpr double kCut = 0.3;  // no scanner is sharper: somebody has cut the air away
     constexpr std::size_t kMinSamples = 400;
     const std::vector<EdgeSample> samples = sampleEdges(ct);
     if (samples.size() < kMinSamples) return kUsualBlur_m;
     double best = 0.0, least = 1.0;
     for (double blur = kSharpest; blur < kSoftest; blur += kStep)
         if (const double d = deviation(samples, blur); d < least) least = d, best = blur;
-    return best * ct.grid.spacing_m.y;
+    return best < kCut ? kUsualBlur_m : best * ct.grid.spacing_m.y;
 }
 
 }  // namespace stylet::modeller

@@ -12,7 +12,7 @@ inline constexpr double kUsualBlur_m = 0.0007;
 
 // The standard deviation of the blur within a slice: that of the scanner and of the voxels together. Measured
 // where the skin of the body's front is almost perpendicular to the y axis. Needs the air around the body.
-// kUsualBlur_m if too little of such skin is visible.
+// kUsualBlur_m if too little of such skin is visible, or if the air was cut away.
 double measureBlur(const CtVolume&);
 
 }  // namespace stylet::modeller

@@ -32,7 +32,7 @@ TEST(ScanBlur, IsThatOfTheEdge) {
     EXPECT_NEAR(measureBlur(bodyWithEdge(0.7, 10.0, 0.002)), 0.0014, 0.00014);
 }
 
-// Adversaries: a blanket on a third of the body, a cable, no air, nothing at all.
+// Adversaries: a blanket on a third of the body, a cable, air that was cut away, no air, nothing at all.
 TEST(ScanBlur, OnlySkinInAirCounts) {
     CtVolume ct = bodyWithEdge(1.0, 10.0);
     forEachVoxel(ct.grid, [&](const Index3& i) {
@@ -40,6 +40,10 @@ TEST(ScanBlur, OnlySkinInAirCounts) {
         if (i.x == 80 && i.y > 50) ct[i] = 2000;
     });
     EXPECT_NEAR(measureBlur(ct), 0.001, 0.00015);
+    CtVolume cut = bodyWithEdge(1.0, 10.0);
+    for (std::int16_t& hu : cut.voxels)
+        if (hu < -200) hu = -1024;
+    EXPECT_EQ(measureBlur(cut), kUsualBlur_m);
     const Grid g{Index3(40), Vec3(0.001), Vec3(0.0)};
     EXPECT_EQ(measureBlur(CtVolume(g, 50)), kUsualBlur_m);
     EXPECT_EQ(measureBlur(CtVolume(g, -1000)), kUsualBlur_m);

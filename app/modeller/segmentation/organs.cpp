@@ -149,15 +149,14 @@ FoundOrgan findSpleen(const OrganScene& s, const FloatVolume& to_wall) {
 
 // --- Kidneys ---
 
-// Finds a kidney: brighter than liver and spleen, beside the spine, thicker than vessels.
-FoundOrgan findKidney(const OrganScene& s, bool right) {
+// Finds a kidney: brighter than `organs_hu`, beside the spine, thicker than vessels.
+FoundOrgan findKidney(const OrganScene& s, bool right, double organs_hu) {
     const std::string name = right ? "right kidney" : "left kidney";
     // Pyramids and noise are closed first, so that they do not divide the core.
     constexpr double kAbove_hu = 32.0, kPyramid_m = 0.002, kMax_hu = 420.0, kVessel_m = 0.005,
                      kEdge_m = 0.0025, kSinus_m = 0.005;
     constexpr double kMinCore_ml = 4.0, kUsual_ml = 150.0, kMax_ml = 450.0, kEdge_hu = 80.0, kPole = 0.1;
-    const Mask bright =
-        inRange(s.fine_hu, s.free_wide, std::max(s.parenchyma_hu, s.spleen_hu) + kAbove_hu, kMax_hu);
+    const Mask bright = inRange(s.fine_hu, s.free_wide, organs_hu + kAbove_hu, kMax_hu);
     const Mask core = eroded(closed(bright, kPyramid_m), kVessel_m);
     const Components p = findComponents(core);
     const std::vector<PieceMeasure> pieces = measurePieces(s, p);
@@ -351,8 +350,12 @@ std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
     FoundOrgan cava = findCava(s, aorta.mask);
     if (cava.mask.voxels.empty()) cava.mask = Mask(s.grid);
     removeFromFree(aorta.mask);
-    addOrgan(findKidney(s, true));
-    addOrgan(findKidney(s, false));
+    for (const bool right : {true, false}) {
+        FoundOrgan kidney = findKidney(s, right, std::max(s.parenchyma_hu, s.spleen_hu));
+        // The spleen's value may be that of medium in the bowel.
+        if (kidney.mask.voxels.empty()) kidney = findKidney(s, right, s.parenchyma_hu);
+        addOrgan(std::move(kidney));
+    }
     addOrgan(findSpleen(s, to_wall));
     addOrgan(findHeart(s, cava.mask));
     for (const FoundOrgan& organ : out)

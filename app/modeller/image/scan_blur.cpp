@@ -83,7 +83,7 @@ double deviation(const std::vector<EdgeSample>& samples, double blur) {
 
 double measureBlur(const CtVolume& ct) {
     constexpr double kSharpest = 0.1, kSoftest = 3.0, kStep = 0.02;  // voxels
-    constexpr double kCut = 0.3;  // no scanner is sharper: somebody has cut the air away
+    constexpr double kCut = 0.3;  // sharper than the voxels themselves: somebody has cut the air away
     constexpr std::size_t kMinSamples = 400;
     const std::vector<EdgeSample> samples = sampleEdges(ct);
     if (samples.size() < kMinSamples) return kUsualBlur_m;

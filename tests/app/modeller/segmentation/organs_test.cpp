@@ -81,8 +81,7 @@ TEST(Organs, BallsAndTubesAtOrganPositionsAreFound) {
     }
 }
 
-// The spleen is denser than the liver, and nearer to the kidney than the liver's value plus a kidney's usual
-// excess.
+// The spleen is so much denser than this liver that it would be taken for a kidney.
 TEST(Organs, AFattyLiverIsNoMeasureOfTheSpleen) {
     OrganPhantom b;
     b.liver = b.ball({0.07, 0.06, 0.10}, 0.045, 60);

@@ -28,7 +28,8 @@ TEST(ScanBlur, IsThatOfTheEdge) {
     for (const double blur : {0.5, 0.7, 1.0, 1.5})
         for (const double noise_hu : {0.0, 30.0}) {
             const double found = 1e3 * measureBlur(bodyWithEdge(blur, noise_hu));
-            EXPECT_NEAR(found, blur, 0.08 * blur + 0.001 * noise_hu) << noise_hu << " HU of noise";
+            // The skin's value is that of its brightest voxel, which noise raises: the edge seems wider.
+            EXPECT_NEAR(found, blur, 0.08 * blur + 0.002 * noise_hu) << noise_hu << " HU of noise";
         }
     EXPECT_NEAR(measureBlur(bodyWithEdge(0.7, 10.0, 0.002)), 0.0014, 0.00014);
 }

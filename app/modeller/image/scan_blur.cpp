@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 namespace stylet::modeller {
 
 namespace {
 
-constexpr int kInside = 3, kOutside = 7;  // voxels of a profile on both sides of the edge
-constexpr int kAside = 2;                 // to the neighbours that show the slope of the skin
+constexpr int kInside = 3, kAir = 4, kOutside = 7;  // voxels of a profile on both sides; where air begins
+constexpr int kAside = 2;                           // to the neighbours that show the slope of the skin
 constexpr double kSteepestSkin = 0.25;
-constexpr double kThinnestSkin_hu = -500.0, kClearAir_hu = -900.0;
+constexpr double kMinSkin_hu = -500.0, kClearAir_hu = -900.0;
 
 // Where the values along a line from inside the body to the front reach halfway from skin to air.
 struct SkinEdge {
@@ -23,15 +22,15 @@ struct SkinEdge {
 std::optional<SkinEdge> findEdge(const CtVolume& ct, int x, int z) {
     const int end = ct.grid.dims.y, middle = end / 2;
     int y = end - 1;
-    while (y > middle && ct[{x, y, z}] <= kThinnestSkin_hu)
+    while (y > middle && ct[{x, y, z}] <= kMinSkin_hu)
         --y;
     if (y - kInside < middle || y + kOutside >= end) return std::nullopt;
     SkinEdge edge;
     edge.skin_hu = ct[{x, y, z}];
     for (int k = 1; k < kInside; ++k)
         edge.skin_hu = std::max(edge.skin_hu, double(ct[{x, y - k, z}]));
-    for (int k = 4; k < kOutside; ++k)
-        edge.air_hu += ct[{x, y + k, z}] / double(kOutside - 4);
+    for (int k = kAir; k < kOutside; ++k)
+        edge.air_hu += ct[{x, y + k, z}] / double(kOutside - kAir);
     if (edge.air_hu > kClearAir_hu) return std::nullopt;
     const double half_hu = 0.5 * (edge.skin_hu + edge.air_hu);
     while (ct[{x, y, z}] < half_hu)  // ends at the voxel of skin_hu at the latest
@@ -60,7 +59,7 @@ std::vector<EdgeSample> sampleEdges(const CtVolume& ct) {
             const double slope =
                 std::max(std::fabs(left->at - right->at), std::fabs(below->at - above->at)) / (2.0 * kAside);
             if (slope > kSteepestSkin) continue;
-            for (int y = edge->last; y < edge->last + 4; ++y)
+            for (int y = edge->last; y < edge->last + kAir; ++y)
                 samples.push_back(
                     {y - edge->at, (ct[{x, y, z}] - edge->air_hu) / (edge->skin_hu - edge->air_hu)});
         }
@@ -81,16 +80,17 @@ double deviation(const std::vector<EdgeSample>& samples, double blur) {
 
 }  // namespace
 
-double measureBlur(const CtVolume& ct) {
+std::optional<double> measureBlur(const CtVolume& ct) {
     constexpr double kSharpest = 0.1, kSoftest = 3.0, kStep = 0.02;  // voxels
-    constexpr double kCut = 0.3;  // sharper than the voxels themselves: somebody has cut the air away
+    constexpr double kSharpestScan = 0.3;                            // sharper: somebody has cut the air away
     constexpr std::size_t kMinSamples = 400;
     const std::vector<EdgeSample> samples = sampleEdges(ct);
-    if (samples.size() < kMinSamples) return kUsualBlur_m;
+    if (samples.size() < kMinSamples) return std::nullopt;
     double best = 0.0, least = 1.0;
     for (double blur = kSharpest; blur < kSoftest; blur += kStep)
         if (const double d = deviation(samples, blur); d < least) least = d, best = blur;
-    return best < kCut ? kUsualBlur_m : best * ct.grid.spacing_m.y;
+    if (best < kSharpestScan) return std::nullopt;
+    return best * ct.grid.spacing_m.y;
 }
 
 }  // namespace stylet::modeller

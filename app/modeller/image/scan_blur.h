@@ -3,16 +3,19 @@
 // images", Med. Phys. 43, 2016: the edge between skin and air.
 #pragma once
 
+#include <optional>
+
 #include "app/modeller/image/voxel_tools.h"
 
 namespace stylet::modeller {
 
-// That of the reference patients, which [1 2 1]/4 along each axis blurs in voxels of 1 mm.
+// Blur of the reference patients: [1 2 1]/4 along each axis, in voxels of 1 mm.
 inline constexpr double kUsualBlur_m = 0.0007;
 
 // The standard deviation of the blur within a slice: that of the scanner and of the voxels together. Measured
-// where the skin of the body's front is almost perpendicular to the y axis. Needs the air around the body.
-// kUsualBlur_m if too little of such skin is visible, or if the air was cut away.
-double measureBlur(const CtVolume&);
+// where the skin of the body's front is almost perpendicular to the y axis. None if too little of such skin
+// is visible, or if the air around the body was cut away. Up to 1.5 voxels within 8 %, without noise; 2.5
+// voxels are found as 2.
+std::optional<double> measureBlur(const CtVolume&);
 
 }  // namespace stylet::modeller

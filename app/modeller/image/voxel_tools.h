@@ -7,6 +7,7 @@
 #include <glm/common.hpp>
 #include <vector>
 
+#include "base/geodesic.h"
 #include "base/parallel.h"
 #include "base/volume.h"
 
@@ -42,9 +43,8 @@ enum class Connectivity { faces, corners };
 // Calls visit(offset) for every neighbour inside the grid.
 template <typename Visit>
 void forEachNeighbour(const Grid& grid, const Index3& at, Connectivity touch, const Visit& visit) {
-    constexpr Index3 kFaces[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
     if (touch == Connectivity::faces) {
-        for (const Index3& step : kFaces)
+        for (const Index3& step : kFaceSteps)
             if (grid.contains(at + step)) visit(grid.offset(at + step));
         return;
     }
@@ -123,10 +123,9 @@ std::size_t keepLargestComponent(Mask&);
 // The voxels of `passable` that are 6-connected to a voxel of `seeds`.
 Mask floodFill(const Mask& seeds, const Mask& passable);
 
-// The pieces that lie inside an organ which the ribs enclose; ribs do not. The ribs surround a convex space.
-// A plane separates a rib from that space, so at most three of the six directions along the axes lead from
-// the rib to the organ. A piece is inside if more directions lead from nine tenths of its voxels to the
-// organ.
+// Keeps the pieces that lie inside an organ which the ribs enclose, and drops the ribs themselves. A plane
+// separates a rib from that organ, so at most three of the six axis directions lead from the rib to it. A
+// piece is kept if at least four directions do so from nine tenths of its voxels.
 Mask surroundedPieces(const Mask& pieces, const Mask& organ);
 
 // Fills all holes of the mask in each axial slice.

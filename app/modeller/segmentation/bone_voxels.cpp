@@ -130,13 +130,16 @@ Mask vertebraRegion(const Grid& g, const std::vector<Vec3>& canal) {
 }
 
 // Undoes most of the scan's blur: steps of P. H. van Cittert, "Zum Einfluss der Spaltbreite auf die
-// Intensitaetsverteilung in Spektrallinien II", Z. Physik 69, 1931. The blur is that of `passes` times
-// [share, 1 - 2 share, share] along each axis.
+// Intensitaetsverteilung in Spektrallinien II", Z. Physik 69, 1931. The blur is taken to be that of some
+// passes of [share, 1 - 2 share, share] along each axis: up to 1.2 voxels, and rounded where one pass is too
+// narrow and two are too wide.
 FloatVolume sharpened(const CtVolume& ct, double blur_m) {
     constexpr double kPassVariance = 0.5;  // of [1 2 1]/4, the widest pass
     const double variance = (blur_m / ct.grid.spacing_m.x) * (blur_m / ct.grid.spacing_m.x);
-    const int passes = std::max(1, int(std::lround(variance / kPassVariance)));
-    const int steps = 2 * passes - 1;  // wider blur leaves more after each
+    // Each step raises the noise, and wider blur needs more steps.
+    constexpr int kMaxPasses = 3;
+    const int passes = std::clamp(int(std::lround(variance / kPassVariance)), 1, kMaxPasses);
+    const int steps = 2 * passes - 1;
     const auto share = float(std::min(variance / passes, kPassVariance) / 2.0);
     const auto pass = [share](float* first, std::size_t stride, std::size_t count) {
         float before = first[0];
@@ -178,11 +181,8 @@ FloatVolume muscleBeside(const CtVolume& ct, const Mask& body, const Mask& bone)
     return sum;
 }
 
-// Removes the soft tissue that blur has raised above the bone threshold. A bone's surface is at half maximum:
-// halfway between the muscle beside it and its cortex. Blur lowers a thin cortex but not muscle, so half of
-// the blurred maximum lies outside the bone (cf. Prevrhal, Engelke and Kalender, "Accuracy limits for the
-// determination of cortical width and density", Phys. Med. Biol. 44, 1999). Bone is therefore measured in the
-// sharpened scan.
+}  // namespace
+
 Mask withoutBlurredRim(const CtVolume& ct, const Mask& body, const Mask& bone, const Mask& canal,
                        double blur_m) {
     constexpr double kRim_m = 0.002;  // the blur of a scan reaches so far
@@ -211,8 +211,6 @@ Mask withoutBlurredRim(const CtVolume& ct, const Mask& body, const Mask& bone, c
     });
     return subtract(bone, growSeeds(inverted(unite(bone, canal)), dark, voxels(kRim_m)));
 }
-
-}  // namespace
 
 Mask withMarrow(const CtVolume& ct, const Mask& body, const Mask& pieces, const Mask& shell,
                 const SpinalCanal& spine, double blur_m) {

@@ -24,4 +24,11 @@ RayHit castRay(const Mask& wall, Index3 at, const Index3& step, int count);
 Mask withMarrow(const CtVolume&, const Mask& body, const Mask& pieces, const Mask& shell, const SpinalCanal&,
                 double blur_m);
 
+// Removes the soft tissue that blur has raised above the bone threshold. A bone's surface is at half maximum:
+// halfway between the muscle beside it and its cortex. Blur lowers a thin cortex but not muscle, so half of
+// the blurred maximum lies outside the bone (cf. Prevrhal, Engelke and Kalender, "Accuracy limits for the
+// determination of cortical width and density", Phys. Med. Biol. 44, 1999). Bone is therefore measured in the
+// sharpened scan.
+Mask withoutBlurredRim(const CtVolume&, const Mask& body, const Mask& bone, const Mask& canal, double blur_m);
+
 }  // namespace stylet::modeller

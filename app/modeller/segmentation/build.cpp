@@ -6,8 +6,10 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <optional>
 
 #include "app/installation.h"
+#include "app/modeller/image/scan_blur.h"
 #include "app/modeller/import/import.h"
 #include "app/modeller/import/section.h"
 #include "app/modeller/segmentation/atlas.h"
@@ -159,7 +161,9 @@ void readScan(BuildState& work) {
     work.ct = resampleCt(scan, grid);
     work.scan = scan.grid;
     work.scan_voxels = voxelDigest(scan);
-    work.blur_m = measureBlur(work.ct);
+    const std::optional<double> blur_m = measureBlur(work.ct);
+    work.blur_m = blur_m.value_or(kUsualBlur_m);
+    work.blur_assumed = !blur_m;
     LabelVolume none(work.ct.grid);
     work.body = cropToBody(work.ct, none);
 }

@@ -5,7 +5,6 @@
 // layer between two tissues, fitted to each profile).
 #pragma once
 
-#include "app/modeller/image/scan_blur.h"
 #include "app/modeller/image/voxel_tools.h"
 
 namespace stylet::modeller {
@@ -22,12 +21,11 @@ void closeLiver(Mask& liver, const Mask& open);
 // be separated from its neighbour by a film of fat that is thinner than the blur. Smoothed over neighbouring
 // profiles. Profiles that reach lung or gas are ignored, because the diaphragm before the lung looks like
 // liver. For voxels finer than 1.5 mm.
-Mask fitBorder(const FloatVolume& hu, const Mask& open, const Mask& cut, const Parenchyma&,
-               double blur_m = kUsualBlur_m);
+Mask fitBorder(const FloatVolume& hu, const Mask& open, const Mask& cut, const Parenchyma&, double blur_m);
 
 // `first` may be on any grid and must not be empty. Its border moves by at most `band_m`. `open`, on the
 // CT's grid, is where organs can be: inside the body, not lung, not bone.
 Mask refineLiver(const CtVolume&, const Mask& open, const Mask& first, const Parenchyma&, double band_m,
-                 double blur_m = kUsualBlur_m);
+                 double blur_m);
 
 }  // namespace stylet::modeller

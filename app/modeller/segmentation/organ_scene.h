@@ -14,7 +14,6 @@ struct OrganScene {
     FloatVolume smooth_hu;         // the same over at least three voxels: for organs with a narrow range
     std::vector<Vec3> canal;       // the spinal canal's centre in each slice
     double parenchyma_hu = 110.0;  // HU of the liver, or the most frequent value of dense organs
-    double spleen_hu = 110.0;      // usual HU of the spleen
     Mask free;                     // inside the fascia; not bone, lung, liver or an organ found so far
     Mask free_wide;  // the same, but up to 20 mm beyond the fascia: behind kidney and spleen it is uncertain
 

@@ -17,7 +17,7 @@ double plausible(double v, double low, double typical, double high) {
     return std::clamp(v < typical ? (v - low) / (typical - low) : (high - v) / (high - typical), 0.0, 1.0);
 }
 
-// The most frequent of the values from `low_hu` to `high_hu`, as a mean over five.
+// Weighted histogram with bins of 1 HU. mode(): the centre of the five adjacent bins with the largest sum.
 class HuHistogram {
   public:
     HuHistogram(int low_hu, int high_hu) : low_hu_(low_hu), count_(std::size_t(high_hu - low_hu), 0.0) {}
@@ -117,11 +117,11 @@ double estimateSpleen(const OrganScene& s, const FloatVolume& to_wall) {
 }
 
 // Finds the spleen: homogeneous, at the left wall below the lung.
-FoundOrgan findSpleen(const OrganScene& s, const FloatVolume& to_wall) {
-    constexpr double kLow_hu = -25.0, kHigh_hu = 25.0, kWide_hu = 45.0;  // relative to its usual value
+FoundOrgan findSpleen(const OrganScene& s, const FloatVolume& to_wall, double usual_hu) {
+    constexpr double kNarrow_hu = 25.0, kWide_hu = 45.0;  // from its usual value
     constexpr double kCore_m = 0.005, kMinCore_ml = 8.0;
-    const double p_hu = s.spleen_hu;
-    const Mask core = eroded(inRange(s.smooth_hu, s.free_wide, p_hu + kLow_hu, p_hu + kHigh_hu), kCore_m);
+    const Mask core =
+        eroded(inRange(s.smooth_hu, s.free_wide, usual_hu - kNarrow_hu, usual_hu + kNarrow_hu), kCore_m);
     const Components p = findComponents(core);
     const std::vector<PieceMeasure> pieces = measurePieces(s, p);
     std::vector<double> near(p.size.size(), 0.0);
@@ -135,8 +135,8 @@ FoundOrgan findSpleen(const OrganScene& s, const FloatVolume& to_wall) {
     });
     if (best == 0) return notFound("spleen", "no homogeneous organ at the left wall");
     Mask spleen =
-        growWithin(componentMask(p, best), inRange(s.fine_hu, s.free_wide, p_hu - kWide_hu, p_hu + kWide_hu),
-                   1.4 * kCore_m);
+        growWithin(componentMask(p, best),
+                   inRange(s.fine_hu, s.free_wide, usual_hu - kWide_hu, usual_hu + kWide_hu), 1.4 * kCore_m);
     spleen = intersect(closed(spleen, 0.003), s.free_wide);
     fillCavities(spleen);
     spleen = intersect(opened(spleen, 0.003), s.free_wide);
@@ -292,7 +292,7 @@ FoundOrgan findGallbladder(const OrganScene& s) {
 
 OrganScene makeScene(const OrganInput& in) {
     const Grid& g = in.ct.grid;
-    OrganScene s{in, g, toFloat(in.ct), {}, {}, 0.0, 0.0, Mask(g), Mask(g)};
+    OrganScene s{in, g, toFloat(in.ct), {}, {}, 0.0, Mask(g), Mask(g)};
     s.smooth_hu = boxMean(s.fine_hu, 1);
     if (g.spacing_m.x < 0.0015) s.fine_hu = s.smooth_hu;
     const VoxelBox box = boundingBox(in.body);
@@ -332,7 +332,7 @@ Mask growWithin(const Mask& core, const Mask& passable, double reach_m) {
 std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
     OrganScene s = makeScene(in);
     const FloatVolume to_wall = distanceTo(inverted(in.inside));
-    s.spleen_hu = estimateSpleen(s, to_wall);
+    const double spleen_hu = estimateSpleen(s, to_wall), densest_hu = std::max(s.parenchyma_hu, spleen_hu);
     std::vector<FoundOrgan> out;
     const auto removeFromFree = [&](const Mask& taken) {
         s.free = subtract(s.free, taken);
@@ -351,12 +351,13 @@ std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
     if (cava.mask.voxels.empty()) cava.mask = Mask(s.grid);
     removeFromFree(aorta.mask);
     for (const bool right : {true, false}) {
-        FoundOrgan kidney = findKidney(s, right, std::max(s.parenchyma_hu, s.spleen_hu));
+        FoundOrgan kidney = findKidney(s, right, densest_hu);
         // The spleen's value may be that of medium in the bowel.
-        if (kidney.mask.voxels.empty()) kidney = findKidney(s, right, s.parenchyma_hu);
+        if (kidney.mask.voxels.empty() && densest_hu > s.parenchyma_hu)
+            kidney = findKidney(s, right, s.parenchyma_hu);
         addOrgan(std::move(kidney));
     }
-    addOrgan(findSpleen(s, to_wall));
+    addOrgan(findSpleen(s, to_wall, spleen_hu));
     addOrgan(findHeart(s, cava.mask));
     for (const FoundOrgan& organ : out)
         cava.mask = subtract(cava.mask, organ.mask);

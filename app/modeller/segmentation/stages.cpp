@@ -28,7 +28,7 @@ namespace {
 
 // Ids used only by stages, in addition to a package's labels.
 constexpr std::uint8_t kAirways = 253, kBody = 254;
-constexpr double kSkin_m = 0.002, kBlur_m = 0.002;
+constexpr double kSkin_m = 0.002, kRimReach_m = 0.002;
 // Arteries reach it in their phase. What is denser inside the liver is calcified, or metal.
 constexpr std::int16_t kDensestBlood_hu = 400;
 constexpr double kAtlasSpacing_m = 0.0025;  // of the default atlases; the prior's grid is coarser
@@ -71,8 +71,9 @@ void findClasses(BuildState& work, StageResult& r) {
         const TissueClasses c = estimateTissueClasses(work.ct, work.body);
         r.text = writeClasses(c, computeThresholds(c));
         if (c.blood.share == 0.0) r.record.notes.push_back("no contrast medium is visible");
-        r.record.notes.push_back(fmt::format("blur within a slice: {:.2f} mm", 1e3 * work.blur_m));
     }
+    r.record.notes.push_back(fmt::format("blur: {:.2f} mm{}", 1e3 * work.blur_m,
+                                         work.blur_assumed ? ", assumed: the scan does not show it" : ""));
     const patient::Thresholds t = parseClasses(r.text);
     const std::uint8_t skin = targetId("skin"), soft = targetId("muscle"), bone = targetId("bone");
     for (std::size_t i = 0; i < r.labels.voxels.size(); ++i) {
@@ -105,10 +106,15 @@ std::string formatRibs(const Bones& bones, bool right) {
     return all;
 }
 
+// Distance to which blur makes the tissue beside bone brighter.
+double rimReach(const BuildState& work) {
+    return std::max(kRimReach_m, 1.01 * work.ct.grid.spacing_m.x);
+}
+
 // Returns soft tissue next to a bone that is above the bone threshold because of blur. Without a label it
 // would stop a needle. Voxels surrounded by bright voxels are excluded, because they are missed bone.
 Mask blurredRim(const BuildState& work, const Mask& bones) {
-    const double reach_m = std::max(kBlur_m, 1.01 * work.ct.grid.spacing_m.x);
+    const double reach_m = rimReach(work);
     const Mask bright = maskWhere(bones.grid, [&](std::size_t i) {
         return bones.voxels[i] ||
                (work.body.voxels[i] && work.ct.voxels[i] >= work.thresholds.t2_sensitive_hu);
@@ -172,6 +178,14 @@ void hashAtlases(StateHash& hash, const BuildSettings& settings) {
     hash.add(fileDigest(childProgram({}, "stylet-register")));
 }
 
+// Bone, and what is too dense to be blood.
+Mask denseTissue(const BuildState& work) {
+    const Mask bones = labelMask(work.found.at("bones"), isBone);
+    return maskWhere(work.ct.grid, [&](std::size_t i) {
+        return bones.voxels[i] || (work.body.voxels[i] && work.ct.voxels[i] > kDensestBlood_hu);
+    });
+}
+
 void findLiverStage(BuildState& work, StageResult& r) {
     AtlasSettings atlas;
     atlas.progress = [&](std::string_view name) { work.progress(std::string(name)); };
@@ -179,17 +193,17 @@ void findLiverStage(BuildState& work, StageResult& r) {
                bones = labelMask(work.found.at("bones"), isBone);
     const AtlasPrior prior = alignAtlases(work.ct, work.body, lungs, atlasImages(work, atlas), atlas);
     Liver liver = findLiver(work.ct, work.body, lungs, bones, prior, {.blur_m = work.blur_m});
-    const Mask dense = maskWhere(work.ct.grid, [&](std::size_t i) {
-        return bones.voxels[i] || (work.body.voxels[i] && work.ct.voxels[i] > kDensestBlood_hu);
-    });
-    const Mask calcified = surroundedPieces(dense, liver.mask);
+    const Mask calcified = surroundedPieces(denseTissue(work), liver.mask);
     if (const double ml = volume_ml(calcified); ml > 0.0) {
         // Blur has made the tissue around them as bright as bone, too.
-        const Mask halo = maskWhere(bones.grid, [&, near = dilated(calcified, kBlur_m)](std::size_t i) {
+        const Mask halo = maskWhere(bones.grid, [&,
+                                                 near = dilated(calcified, rimReach(work))](std::size_t i) {
             return near.voxels[i] && !bones.voxels[i] && work.ct.voxels[i] > work.thresholds.t2_sensitive_hu;
         });
         liver.mask = unite(liver.mask, unite(calcified, halo));
-        liver.notes.push_back(fmt::format("{:.1f} ml as dense as bone are inside the liver: calcified", ml));
+        keepLargestComponent(liver.mask);  // stones in the ducts beside the liver do not belong to it
+        liver.notes.push_back(
+            fmt::format("{:.1f} ml inside the liver are as dense as bone: taken for calcified liver", ml));
     }
     paintTarget(r, liver.mask, "liver");
     r.record.notes = liver.notes;
@@ -203,9 +217,7 @@ void restoreLiver(BuildState& work, const StageResult& r) {
 void findVesselsStage(BuildState& work, StageResult& r) {
     // The blurred border of a calcification is as bright as a vessel.
     const Mask whole = liverMask(work);
-    const Mask calcified = maskWhere(
-        work.ct.grid, [&](std::size_t i) { return whole.voxels[i] && work.ct.voxels[i] > kDensestBlood_hu; });
-    const Mask liver = subtract(whole, dilated(calcified, kBlur_m));
+    const Mask liver = subtract(whole, dilated(intersect(whole, denseTissue(work)), rimReach(work)));
     const SplitVessels split = splitVessels(work.ct, liver, findVessels(work.ct, liver));
     paintTarget(r, split.cava, "vena cava and renal veins");
     paintTarget(r, split.portal, "portal vein");
@@ -251,7 +263,7 @@ Lungs lungsFromLabels(const BuildState& work) {
     lungs.base_left = lungBase(lungs.left, work.body);
     return lungs;
 }
-// The liver's calcified parts have been found to be no bone.
+// Omits the calcified parts of the liver, which the liver stage found not to be bone.
 Bones bonesFromLabels(const BuildState& work) {
     LabelVolume found = work.found.at("bones");
     const Mask liver = liverMask(work);
@@ -294,7 +306,8 @@ void findFasciaStage(BuildState& work, StageResult& r) {
     if (r.text.empty()) r.text = writeFascia(fitFascia(input));
     const FasciaSpline fascia = parseFascia(kControlPoints, r.text);
     // Inside the fascia there is no costal cartilage, but muscle, stomach and spleen, which have similar HU.
-    const Mask cartilage = costalCartilage(work.ct, work.body, insideFascia(fascia, input), bones);
+    const Mask cartilage =
+        costalCartilage(work.ct, work.body, insideFascia(fascia, input), bones, work.blur_m);
     paintTarget(r, subtract(cartilage, organs), "cartilage and discs");
     paintTarget(r, fasciaVoxels(fascia, input), "fascia");
 }

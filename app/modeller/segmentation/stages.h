@@ -23,7 +23,8 @@ struct BuildState {
     std::uint64_t scan_voxels = 0;  // digest of the scan's values
     CtVolume ct;                    // air outside the body
     Mask body;
-    double blur_m = 0.0;  // standard deviation, as measureBlur() found it in the scan
+    double blur_m = 0.0;  // standard deviation of the scan's blur
+    bool blur_assumed = false;
     patient::Thresholds thresholds;
     std::map<std::string, LabelVolume> found;                       // labels, by stage name
     std::map<std::string, bool> corrected;                          // corrected by a person, by stage name

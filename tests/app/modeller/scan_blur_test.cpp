@@ -24,32 +24,36 @@ CtVolume bodyWithEdge(double blur_voxels, double noise_hu, double spacing_m = 0.
     return ct;
 }
 
-TEST(ScanBlur, IsThatOfTheEdge) {
+TEST(ScanBlur, MatchesTheBlurOfThePhantom) {
     for (const double blur : {0.5, 0.7, 1.0, 1.5})
         for (const double noise_hu : {0.0, 30.0}) {
-            const double found = 1e3 * measureBlur(bodyWithEdge(blur, noise_hu));
+            const double found = 1e3 * measureBlur(bodyWithEdge(blur, noise_hu)).value();
             // The skin's value is that of its brightest voxel, which noise raises: the edge seems wider.
             EXPECT_NEAR(found, blur, 0.08 * blur + 0.002 * noise_hu) << noise_hu << " HU of noise";
         }
-    EXPECT_NEAR(measureBlur(bodyWithEdge(0.7, 10.0, 0.002)), 0.0014, 0.00014);
+    EXPECT_NEAR(measureBlur(bodyWithEdge(0.7, 10.0, 0.002)).value(), 0.0014, 0.00014);
+    EXPECT_NEAR(measureBlur(bodyWithEdge(2.5, 0.0)).value(), 0.002, 0.0001);
 }
 
-// Adversaries: a blanket on a third of the body, a cable, air that was cut away, no air, nothing at all.
+// Adversaries: a sharp blanket on a third of the body, a bedding that fills the air above another part, a
+// cable in the air, a steep and soft flank, air that was cut away, no air, nothing at all.
 TEST(ScanBlur, OnlySkinInAirCounts) {
     CtVolume ct = bodyWithEdge(1.0, 10.0);
     forEachVoxel(ct.grid, [&](const Index3& i) {
-        if (i.x < 40 && i.y >= 57) ct[i] = std::max<std::int16_t>(ct[i], -400);
-        if (i.x == 80 && i.y > 50) ct[i] = 2000;
+        if (i.x < 40 && i.y <= 64) ct[i] = std::max<std::int16_t>(ct[i], -400);
+        if (i.x >= 44 && i.x < 50) ct[i] = std::max<std::int16_t>(ct[i], -700);
+        if (i.x == 80 && i.y >= 66 && i.y < 69) ct[i] = 2000;
+        if (i.x > 100) ct[i] = std::int16_t(-1000 + 525 * std::erfc((i.y - 52.0 + 0.5 * (i.x - 100)) / 3.5));
     });
-    EXPECT_NEAR(measureBlur(ct), 0.001, 0.00015);
+    EXPECT_NEAR(measureBlur(ct).value(), 0.001, 0.00015);
     CtVolume cut = bodyWithEdge(1.0, 10.0);
     for (std::int16_t& hu : cut.voxels)
         if (hu < -200) hu = -1024;
-    EXPECT_EQ(measureBlur(cut), kUsualBlur_m);
+    EXPECT_FALSE(measureBlur(cut));
     const Grid g{Index3(40), Vec3(0.001), Vec3(0.0)};
-    EXPECT_EQ(measureBlur(CtVolume(g, 50)), kUsualBlur_m);
-    EXPECT_EQ(measureBlur(CtVolume(g, -1000)), kUsualBlur_m);
-    EXPECT_EQ(measureBlur(CtVolume({Index3(1), Vec3(0.001), Vec3(0.0)}, 50)), kUsualBlur_m);
+    for (const std::int16_t hu : {50, -1000})
+        EXPECT_FALSE(measureBlur(CtVolume(g, hu))) << hu;
+    EXPECT_FALSE(measureBlur(CtVolume({Index3(1), Vec3(0.001), Vec3(0.0)}, 50)));
 }
 
 }  // namespace

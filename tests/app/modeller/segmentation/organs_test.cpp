@@ -92,6 +92,15 @@ TEST(Organs, AFattyLiverIsNoMeasureOfTheSpleen) {
     EXPECT_GT(compare(spleen, found.at("spleen").mask).dice, 0.9);
 }
 
+// The bowel's value is taken for the spleen's, and the kidney is not denser.
+TEST(Organs, MediumInTheBowelDoesNotHideAKidney) {
+    OrganPhantom b;
+    b.liver = b.ball({0.07, 0.06, 0.10}, 0.045, 105);
+    const Mask left = b.ball({-0.055, 0.02, 0.055}, 0.027, 165);
+    b.ball({-0.08, 0.04, 0.110}, 0.022, 150);
+    EXPECT_GT(compare(left, b.organs().at("left kidney").mask).dice, 0.9);
+}
+
 TEST(Organs, WithoutContrastMediumNoOrganIsFound) {
     OrganPhantom b;
     b.liver = b.ball({0.07, 0.06, 0.10}, 0.045, 55);
@@ -133,7 +142,7 @@ TEST(Organs, OddScansGiveEmptyMasks) {
             const CtVolume ct({dims, Vec3(0.003), Vec3(0.0)}, hu);
             for (const Mask& body : {Mask(ct.grid), Mask(ct.grid, 1)}) {
                 const Lungs lungs = findLungs(ct, body);
-                const Bones bones = findBones(ct, body);
+                const Bones bones = findBones(ct, body, kUsualBlur_m);
                 const Mask none(ct.grid);
                 const FasciaInput in{ct, body, bones.all, none};
                 const FasciaSpline fascia = fitFascia(in);

@@ -3,6 +3,7 @@
 
 #include <initializer_list>
 
+#include "app/modeller/image/scan_blur.h"
 #include "app/modeller/import/import_body.h"
 #include "app/modeller/segmentation/accuracy.h"
 #include "app/modeller/segmentation/bones.h"
@@ -26,7 +27,8 @@ inline const modeller::Mask& seededBody() {
 
 // As found in the CT.
 inline const modeller::Bones& seededBones() {
-    static const modeller::Bones bones = modeller::findBones(seededTorso().ct, seededBody());
+    static const modeller::Bones bones =
+        modeller::findBones(seededTorso().ct, seededBody(), modeller::kUsualBlur_m);
     return bones;
 }
 

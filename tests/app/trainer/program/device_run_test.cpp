@@ -433,8 +433,8 @@ TEST_F(DeviceRunRealTime, EveryToolIsSelectedByCommandOrButton) {
 }
 
 // Uses the emulated Haply service. The device is listed with its port, and the user moves it. It reports no
-// workspace, and its hand is far from its origin, so the path starts at the hand. The last force that is sent
-// is zero.
+// workspace, and its hand is far from its origin, so the middle of the path is at the hand. The last force
+// that is sent is zero.
 TEST_F(DeviceRunRealTime, AnInverse3IsListedAndPunctures) {
     test::Inverse3Emulator service({.cursor_m = {0.2, -0.4, 0.3}});
     const std::string port = " --port " + std::to_string(service.port());
@@ -457,8 +457,8 @@ TEST_F(DeviceRunRealTime, AnInverse3IsListedAndPunctures) {
             words.begin();
             while (!over.load() && !std::filesystem::exists(out / "record"))
                 sleepMs(10);
-            // The path starts at the hand. The tool moves out of the body and in again while the force ramps
-            // up. Repeat this if a stall switched the force off.
+            // The middle of the path is at the hand. The tool moves out of the body and in again while the
+            // force ramps up. Repeat this if a stall switched the force off.
             double out_m = 0.0;
             const auto move = [&](double to_m) {
                 while (!over.load() && std::fabs(out_m - to_m) > 5e-4) {

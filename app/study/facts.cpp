@@ -33,7 +33,7 @@ PackageFacts makePackageFacts(const patient::Package& p, bool (*counts)(const pa
         ++voxels[id];
     for (const patient::Label& l : p.label_table)
         if (voxels[l.id] > 0)
-            f.labels.push_back({l.name, l.provenance, l.tissue, voxels[l.id], !counts || counts(l)});
+            f.labels.push_back({l.id, l.name, l.provenance, l.tissue, voxels[l.id], !counts || counts(l)});
     return f;
 }
 
@@ -48,7 +48,8 @@ Json packageJson(const PackageFacts& p) {
                  {"thresholds_hu", {t.t0_hu, t.t1_hu, t.t2_sensitive_hu, t.t2_specific_hu}},
                  {"labels", Json::array()}};
     for (const LabelFacts& l : p.labels)
-        json["labels"].push_back({{"name", l.name},
+        json["labels"].push_back({{"id", l.id},
+                                  {"name", l.name},
                                   {"tissue", patient::tissueName(l.tissue)},
                                   {"provenance", l.provenance},
                                   {"voxels", l.voxels},
@@ -85,8 +86,9 @@ PackageFacts readPackage(Fields in) {
     const auto hu = in.numbers<4>("thresholds_hu");
     p.thresholds = {hu[0], hu[1], hu[2], hu[3]};
     for (Fields& label : in.children("labels", 255))
-        p.labels.push_back({label.text("name"), label.text("provenance"), readTissue(label, "tissue"),
-                            label.count("voxels"), label.flag("counts")});
+        p.labels.push_back({std::uint8_t(label.integer("id", 1, 255)), label.text("name"),
+                            label.text("provenance"), readTissue(label, "tissue"), label.count("voxels"),
+                            label.flag("counts")});
     return p;
 }
 

@@ -10,6 +10,7 @@
 namespace stylet::study {
 
 struct LabelFacts {
+    std::uint8_t id = 0;
     std::string name, provenance;
     patient::Tissue tissue = patient::Tissue::soft;
     std::size_t voxels = 0;

@@ -342,10 +342,13 @@ Cause findCause(const SteeringResult& s, double largest_n, double depth_m) {
             nearestOffset(*cause->event, cause->model, s)};
 }
 
-bool meetsBone(const PatientForces& felt, double target_m) {
-    return std::any_of(felt.force->events.begin(), felt.force->events.end(), [&](const ExactEvent& e) {
+// The event at which bone stops the needle before the target, or null.
+const ExactEvent* findBone(const PatientForces& felt, double target_m) {
+    const std::vector<ExactEvent>& events = felt.force->events;
+    const auto bone = std::find_if(events.begin(), events.end(), [&](const ExactEvent& e) {
         return e.kind == NeedleEventKind::border && e.tissue == Tissue::bone && e.depth_m <= target_m;
     });
+    return bone == events.end() ? nullptr : &*bone;
 }
 
 }  // namespace
@@ -360,7 +363,9 @@ PathResult measure(const SteeringResult& s, const MeasureSettings& settings) {
     r.same_order = sameOrder(s, Skin::counts);
     r.same_order_inside = sameOrder(s, Skin::ignored);
     r.same_order_noticeable = noticeableOrder(s.full, s.end_m) == noticeableOrder(s.partial, s.end_m);
-    r.meets_bone = meetsBone(s.full, s.end_m) || meetsBone(s.partial, s.end_m);
+    const ExactEvent* const built_bone = findBone(s.partial, s.end_m);
+    r.meets_bone = built_bone || findBone(s.full, s.end_m);
+    r.built_bone = built_bone ? built_bone->label : 0;
     for (std::size_t t = 0; t < kTissues; ++t)
         r.event_m[t] = entryError(s, Tissue(t));
     if (r.sampled.max_n > 0.0) r.cause = findCause(s, r.sampled.max_n, r.sampled.max_at_m + s.entry_m);

@@ -111,6 +111,10 @@ TEST(StudyMetrics, FalseBoneStopsTheNeedle) {
     pair.found.ct[place] = 900;
     const PathResult r = measurePair(pair);
     EXPECT_TRUE(r.meets_bone);
+    EXPECT_EQ(r.built_bone, 0);
+    Pair labelled = test::slabPair(0.020, 0.020, FoundLabels::all);
+    labelled.found.labels[place] = std::uint8_t(Tissue::bone);
+    EXPECT_EQ(measurePair(labelled).built_bone, std::uint8_t(Tissue::bone));
     EXPECT_NEAR(r.sampled.max_n, 22.0 - 0.5, 1e-9);  // at the target, in the full patient's duct
     EXPECT_EQ(r.cause.tissue, Tissue::bone);
     EXPECT_EQ(r.cause.model, Model::partial);

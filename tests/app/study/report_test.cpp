@@ -174,6 +174,19 @@ TEST_F(StudyReport, ExplanationsFollowTheNumbers) {
          "(missed on 50 %)", "0.000 ± 0.000 N (largest 0.00) on paths", "to 22.0 N at most",
          "Outliers among the paths that meet no bone"},
         true);
+    // The built patient has cartilage there. The reference has none, or has some elsewhere.
+    const std::string at_cartilage = "On 1 of them the built patient has costal cartilage";
+    const auto isCartilage = [](const LabelFacts& l) {
+        return l.name.find("cartilage") != std::string::npos;
+    };
+    std::vector<LabelFacts>& reference = one.facts.reference.labels;
+    const auto built =
+        std::find_if(one.facts.found.labels.begin(), one.facts.found.labels.end(), isCartilage);
+    ASSERT_NE(built, one.facts.found.labels.end());
+    one.results[0].built_bone = built->id;
+    expectTexts(studyPage(study), {at_cartilage}, false);
+    std::erase_if(reference, isCartilage);
+    expectTexts(studyPage(study), {at_cartilage, "Without these paths the RMSE is 0."}, true);
     // A bone threshold that is not lower than the reference's is not reported as a cause.
     one.facts.found.thresholds.t2_sensitive_hu = 210;
     expectTexts(studyPage(study), {"probably the threshold"}, false);

@@ -1,8 +1,10 @@
 // stylet-model: makes, checks and shows virtual patients.
 #include "app/modeller/commands/commands.h"
 #include "app/program_linux.h"
+#include "base/memory_linux.h"
 
 int main(int argc, char** argv) {
+    stylet::keepFreedMemory();
     CLI::App app{
         "stylet-model: makes, checks and shows virtual patients.\n"
         "Part of a training simulator, not a medical device.",

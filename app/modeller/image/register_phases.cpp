@@ -34,6 +34,7 @@
 #include <vector>
 
 #include "app/modeller/image/image_handover.h"
+#include "base/memory_linux.h"
 
 namespace {
 
@@ -417,6 +418,7 @@ int main(int argc, char** argv) {
         std::puts("usage: stylet-register FIXED MOVING MASK OUT FINEST | FIXED MOVING OUT ITERATIONS");
         return 2;
     }
+    stylet::keepFreedMemory();
     try {
         itk::Object::GlobalWarningDisplayOff();
         ImageHandover grid, other;

@@ -193,7 +193,10 @@ void findLiverStage(BuildState& work, StageResult& r) {
                bones = labelMask(work.found.at("bones"), isBone);
     const AtlasPrior prior = alignAtlases(work.ct, work.body, lungs, atlasImages(work, atlas), atlas);
     Liver liver = findLiver(work.ct, work.body, lungs, bones, prior, {.blur_m = work.blur_m});
-    const Mask calcified = surroundedPieces(denseTissue(work), liver.mask);
+    // A stone in a duct may be surrounded by the liver without lying in it.
+    constexpr double kTouching_m = 0.005;
+    Mask calcified = surroundedPieces(denseTissue(work), liver.mask);
+    calcified = floodFill(intersect(calcified, dilated(liver.mask, kTouching_m)), calcified);
     if (const double ml = volume_ml(calcified); ml > 0.0) {
         // Blur has made the tissue around them as bright as bone, too.
         const Mask halo = maskWhere(bones.grid, [&,
@@ -201,7 +204,6 @@ void findLiverStage(BuildState& work, StageResult& r) {
             return near.voxels[i] && !bones.voxels[i] && work.ct.voxels[i] > work.thresholds.t2_sensitive_hu;
         });
         liver.mask = unite(liver.mask, unite(calcified, halo));
-        keepLargestComponent(liver.mask);  // stones in the ducts beside the liver do not belong to it
         liver.notes.push_back(
             fmt::format("{:.1f} ml inside the liver are as dense as bone: taken for calcified liver", ml));
     }

@@ -166,13 +166,13 @@ std::vector<bool> findOverFluid(const OrganScene& s, const Components& p, const 
 
 }  // namespace
 
-std::vector<FoundOrgan> findHollowOrgans(const OrganScene& s) {
-    constexpr double kStomachReach_m = 0.060, kColonReach_m = 0.030, kBelowLiver_hu = 22.0, kMixed_m = 0.003;
+std::vector<FoundOrgan> findHollowOrgans(const OrganScene& s, double organs_hu) {
+    constexpr double kStomachReach_m = 0.060, kColonReach_m = 0.030, kBelowOrgans_hu = 22.0, kMixed_m = 0.003;
     const Mask gas = intersect(s.in.lungs.gas, s.free_wide);
     const Components p = findComponents(gas);
     const std::vector<GasPiece> pieces = measureGas(s, p, leftDomeHeight(s));
     const StomachChoice choice = chooseStomach(pieces);
-    const double dark_hu = s.parenchyma_hu - kBelowLiver_hu;
+    const double dark_hu = organs_hu - kBelowOrgans_hu;
     // Chyme and stool are mixtures from fat to soft tissue, in patches of a few millimetres.
     const FloatVolume mixed = boxMean(toFloat(s.in.ct), std::max(1, int(kMixed_m / s.grid.spacing_m.x)));
     Mask stomach_gas = componentsWhere(p, [&](std::size_t n) { return n == choice.piece; });

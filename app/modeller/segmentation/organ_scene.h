@@ -32,7 +32,7 @@ Mask growWithin(const Mask& core, const Mask& passable, double reach_m);
 FoundOrgan findAorta(const OrganScene&);
 FoundOrgan findCava(const OrganScene&, const Mask& aorta);
 
-// Finds "bowel gas", "stomach and oesophagus" and "colon".
-std::vector<FoundOrgan> findHollowOrgans(const OrganScene&);
+// Finds "bowel gas", "stomach and oesophagus" and "colon". Their contents are darker than `organs_hu`.
+std::vector<FoundOrgan> findHollowOrgans(const OrganScene&, double organs_hu);
 
 }  // namespace stylet::modeller

@@ -364,7 +364,7 @@ std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
     addOrgan(std::move(aorta));
     addOrgan(std::move(cava));
     addOrgan(findGallbladder(s));
-    for (FoundOrgan& organ : findHollowOrgans(s))
+    for (FoundOrgan& organ : findHollowOrgans(s, densest_hu))
         addOrgan(std::move(organ));
     return out;
 }

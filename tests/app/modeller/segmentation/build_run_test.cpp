@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <regex>
 
 #include "app/modeller/import/import_map.h"
@@ -98,6 +99,31 @@ TEST_F(BuildRun, BuildsAPackageWithALiverFromACt) {
     EXPECT_GT(compare(truth, labelMask(built.labels, isLiver)).dice, 0.85);
     for (const std::string& name : stageNames())
         EXPECT_THAT(output(), testing::HasSubstr("\n" + name)) << name;
+}
+
+// Calcifications of the liver are neither bone, which stops a needle, nor vessels.
+TEST_F(BuildRun, ACalcifiedTumourIsLiver) {
+    constexpr std::int16_t kDenserThanBlood_hu = 400;
+    const std::string truth = (folder() / "calcified").string();
+    const test::ModelRun made =
+        test::runModel("synth --seed 2 --spacing-mm 3 --variant calcified-tumour --out '" + truth + "'");
+    ASSERT_EQ(made.status, 0) << made.err;
+    const test::ModelRun run = test::runModel(
+        "build --ct '" + truth + "/ct.nii.gz' --out '" + (folder() / "built").string() + "' --atlas '" +
+        (folder() / "atlas11").string() + "' --spacing-mm 3 --reference-phase exhale");
+    ASSERT_EQ(run.status, 0) << run.out << run.err;
+    EXPECT_THAT(run.out, testing::HasSubstr("taken for calcified liver"));
+    const Package built = patient::loadPackage(folder() / "built"), real = patient::loadPackage(truth);
+    const Mask tumour =
+        labelMask(real.labels, real.label_table, [](const patient::Label& l) { return l.name == "tumour"; });
+    std::map<std::string, std::size_t> found;
+    forEachVoxel(built.labels.grid, [&](const Index3& i) {
+        if (built.ct[i] < kDenserThanBlood_hu || !tumour.nearestOr(built.labels.grid.centre(i), 0)) return;
+        for (const patient::Label& l : built.label_table)
+            if (l.id == built.labels[i]) ++found[l.name];
+    });
+    EXPECT_GT(found["liver"], 20u);
+    EXPECT_EQ(found.size(), 1u) << testing::PrintToString(found);
 }
 
 TEST_F(BuildRun, SecondRunReusesAllStages) {

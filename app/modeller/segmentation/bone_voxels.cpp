@@ -11,13 +11,17 @@ namespace stylet::modeller {
 
 namespace {
 
-// The densest contrast medium of a portal venous scan, in a kidney, is below the first threshold except for
-// noise, and always below the second.
+// At 120 kV, the densest contrast medium of a portal venous scan, in a kidney, is below the first threshold
+// except for noise, and always below the second.
 constexpr std::int16_t kCortex_hu = 300, kSureCortex_hu = 350;
 constexpr std::int16_t kSurface_hu = 180;  // halfway from soft tissue to spongy bone under a thin cortex
 constexpr double kSureShare = 0.03;        // minimum share of a piece's voxels above kSureCortex_hu
 constexpr double kCortexReach_m = 0.002;
 constexpr double kMinCortex_ml = 0.03;
+// At 80 kV a kidney is denser. Unlike a bone of its size, it has nearly the same density everywhere: its
+// standard deviation is .14 of the mean, and up to .11 of it is above kSureCortex_hu. In the softest scan,
+// ribs have .14 and .84, and a spine .21 and .22.
+constexpr double kOrgan_ml = 10.0, kOrganDeviation = 0.17, kOrganSureShare = 0.2;
 constexpr double kFrontWall_m = 0.035;  // depth below the skin: a sternum is less deep, a kidney is deeper
 
 }  // namespace
@@ -35,19 +39,28 @@ Mask bonePieces(const CtVolume& ct, const Mask& body) {
     const Mask bright =
         maskWhere(ct.grid, [&](std::size_t i) { return body.voxels[i] && ct.voxels[i] > kBone_hu; });
     const Components p = findComponents(bright);
-    std::vector<std::size_t> sure(p.size.size(), 0), front(p.size.size(), 0);
+    struct Piece {
+        double sure = 0.0, front = 0.0, sum_hu = 0.0, sum_hu2 = 0.0;
+    };
+    std::vector<Piece> pieces(p.size.size());
     const Grid& g = ct.grid;
     forEachVoxel(g, [&](const Index3& i) {
-        const auto n = std::size_t(p.number[i]);
-        if (n == 0) return;
-        sure[n] += ct[i] > kSureCortex_hu;
-        front[n] += 2 * i.y > g.dims.y && isInFrontWall(body, i);
+        if (p.number[i] == 0) return;
+        Piece& piece = pieces[std::size_t(p.number[i])];
+        const double hu = ct[i];
+        piece.sure += hu > kSureCortex_hu;
+        piece.front += 2 * i.y > g.dims.y && isInFrontWall(body, i);
+        piece.sum_hu += hu, piece.sum_hu2 += hu * hu;
     });
     const double each_ml = voxelVolume_ml(g);
     return componentsWhere(p, [&](std::size_t n) {
-        const double size = double(p.size[n]);
+        const Piece& piece = pieces[n];
+        const double size = double(p.size[n]), mean_hu = piece.sum_hu / size;
+        const double variance_hu2 = std::max(0.0, piece.sum_hu2 / size - mean_hu * mean_hu);
+        const bool organ = size * each_ml > kOrgan_ml && piece.sure < kOrganSureShare * size &&
+                           std::sqrt(variance_hu2) < kOrganDeviation * mean_hu;
         return size * each_ml >= kMinCortex_ml &&
-               (double(sure[n]) > kSureShare * size || double(front[n]) > 0.8 * size);
+               ((piece.sure > kSureShare * size && !organ) || piece.front > 0.8 * size);
     });
 }
 

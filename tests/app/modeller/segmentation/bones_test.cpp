@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "tests/app/modeller/segmentation/liver_phantom.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"
 
 namespace stylet::modeller {
@@ -32,6 +33,21 @@ TEST(Bones, CortexIsFilledAndKidneyIsExcluded) {
     EXPECT_TRUE((b.all[{60, 71, 20}]));
     EXPECT_TRUE((b.all[{60, 65, 20}]));
     EXPECT_NEAR(volume_ml(b.all), 3.14159 * 49.0 * 40.0 * 1e-3, 0.5);
+}
+
+// At 80 kV. The adversary is bone as dense as the kidney and as large, with a cortex.
+TEST(Bones, ADenseKidneyIsExcluded) {
+    CtVolume ct({Index3(90, 80, 40), Vec3(0.001), Vec3(0.0)}, 55);
+    forEachVoxel(ct.grid, [&](const Index3& i) {
+        const double noise_hu = 25.0 * test::noiseAt(ct.grid.offset(i)), y = i.y - 30, z = i.z - 20;
+        if (std::hypot(i.x - 20, y, z) < 14.5) ct[i] = std::int16_t(318 + noise_hu);
+        if (const double r = std::hypot(i.x - 65, y, z); r < 14.5)
+            ct[i] = std::int16_t((r < 13.0 ? 318 : 600) + noise_hu);
+    });
+    const Bones b = findBones(ct, Mask(ct.grid, 1), kUsualBlur_m);
+    EXPECT_FALSE((b.all[{20, 30, 20}]));
+    EXPECT_TRUE((b.all[{65, 30, 20}]));
+    EXPECT_NEAR(volume_ml(b.all), 4.0 / 3.0 * 3.14159 * std::pow(1.45, 3), 0.5);
 }
 
 // A shaft 14 mm wide with a cortex of 1.5 mm around marrow, blurred by [1 2 1]/4 per axis: the muscle beside

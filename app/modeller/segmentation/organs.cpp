@@ -256,7 +256,9 @@ FoundOrgan findGallbladder(const OrganScene& s) {
     constexpr double kLow_hu = -15.0, kHigh_hu = 38.0, kCore_m = 0.0035, kRim_hu = 62.0, kContact_m = 0.006;
     if (countVoxels(s.in.liver) == 0)
         return notFound("gallbladder", "it is looked for at the liver, which is not known");
-    const Mask core = eroded(inRange(s.smooth_hu, s.free, kLow_hu, kHigh_hu), kCore_m);
+    const Mask dark = eroded(inRange(s.smooth_hu, s.free, kLow_hu, kHigh_hu), kCore_m);
+    // The liver surrounds a necrotic tumour, which is as dark.
+    const Mask core = subtract(dark, surroundedPieces(dark, s.in.liver));
     const Components p = findComponents(core);
     const std::vector<PieceMeasure> pieces = measurePieces(s, p);
     const Mask at_liver = dilated(s.in.liver, kContact_m + kCore_m), at_gas = dilated(s.in.lungs.gas, 0.008);

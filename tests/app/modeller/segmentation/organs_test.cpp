@@ -101,6 +101,15 @@ TEST(Organs, MediumInTheBowelDoesNotHideAKidney) {
     EXPECT_GT(compare(left, b.organs().at("left kidney").mask).dice, 0.9);
 }
 
+TEST(Organs, ANecroticTumourIsNoGallbladder) {
+    OrganPhantom b;
+    b.liver = b.ball({0.06, 0.06, 0.10}, 0.048, 110);
+    const Mask necrosis = b.ball({0.06, 0.06, 0.10}, 0.020, 20),
+               pouch = b.ball({0.05, 0.075, 0.046}, 0.015, 12);
+    b.liver = subtract(b.liver, unite(necrosis, pouch));
+    EXPECT_GT(compare(pouch, b.organs().at("gallbladder").mask).dice, 0.85);
+}
+
 TEST(Organs, WithoutContrastMediumNoOrganIsFound) {
     OrganPhantom b;
     b.liver = b.ball({0.07, 0.06, 0.10}, 0.045, 55);

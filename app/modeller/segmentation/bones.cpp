@@ -260,10 +260,12 @@ bool inSpine(const Vec3& from_canal) {
            from_canal.y > -kSpineBack_m;
 }
 
-// Drops small bright pieces in front of the spine or well inside the ring of the large bones. They are
+// Drops bright pieces in front of the spine, and small ones well inside the ring of the large bones. They are
 // calcifications in artery walls or bowel, not bone.
 void removeStrayPieces(const Mask& body, const Cage& cage, Mask& bones) {
     constexpr double kBeforeCanal_m = 0.015, kWithin_m = 0.010;
+    // A vertebra's middle is at most 30 mm before the canal's, an aorta's at least 46 mm.
+    constexpr double kAorta_m = 0.038;
     const Grid& g = bones.grid;
     const Components p = findComponents(bones, Connectivity::corners);
     const auto small = [&](std::size_t n) { return double(p.size[n]) * voxelVolume_ml(g) < kMinRib_ml; };
@@ -282,13 +284,13 @@ void removeStrayPieces(const Mask& body, const Cage& cage, Mask& bones) {
     });
     std::vector<bool> stray(p.size.size(), false);
     for (std::size_t n = 1; n < p.size.size(); ++n) {
-        if (!small(n)) continue;
         const double count = double(p.size[n]);
         const Vec3 at = sum[n] / count - cage.axis_m, d = from_canal[n] / count;
         if (inSpine(d)) {
-            stray[n] = d.y > kBeforeCanal_m;
+            stray[n] = d.y > (small(n) ? kBeforeCanal_m : kAorta_m);
             continue;
         }
+        if (!small(n)) continue;
         const Index3 middle = g.nearest(sum[n] / count);
         if (d.y > 0.06 && isInFrontWall(body, middle)) continue;  // calcified rib cartilage
         // The ring's radius at the nearest angle where it is known.

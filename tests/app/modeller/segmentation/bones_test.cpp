@@ -226,6 +226,18 @@ TEST(Bones, TheRimOfCalcifiedCartilageIsMuscle) {
     EXPECT_LT(double(countVoxels(subtract(found, cartilage))), 0.02 * double(countVoxels(cartilage)));
 }
 
+// Calcium all around the aorta, so that it looks like a bone with marrow.
+TEST(Bones, ACalcifiedAortaIsNoVertebra) {
+    CtVolume ct = test::seededTorso().ct;
+    const Mask aorta = withLabel(test::seededTorso().labels, std::uint8_t(Id::aorta));
+    const Mask wall = subtract(aorta, eroded(aorta, 1.5 * ct.grid.spacing_m.x));
+    for (std::size_t i = 0; i < ct.voxels.size(); ++i)
+        if (wall.voxels[i]) ct.voxels[i] = 700;
+    const Bones b = findBones(ct, test::seededBody(), kUsualBlur_m);
+    EXPECT_LT(double(countVoxels(intersect(b.all, aorta))), 0.05 * double(countVoxels(aorta)));
+    EXPECT_GT(compare(b.spine, test::seededBones().spine).dice, 0.97);
+}
+
 TEST(Bones, MatchReferencePatient) {
     const Bones& b = test::seededBones();
     EXPECT_GT(test::diceWithTruth({Id::spine, Id::ribsRight, Id::ribsLeft, Id::sternum}, b.all), 0.80);

@@ -24,6 +24,9 @@ constexpr float kCertainEdge_hu = 100.0f;
 constexpr float kOuterMuscle_hu = 20.0f;  // muscle outside the fascia is brighter
 // Samples that are compared with the middle: beside a line, outside a step.
 constexpr int kLineSide = 3, kLineSideEnd = 6, kEdgeHalf = 2;
+// Fluid (ascites) inside the diaphragm is visible if it reaches this sample.
+constexpr float kDarkestFluid_hu = -20.0f, kBrightestFluid_hu = 35.0f;
+constexpr int kFluidEnd = 10;
 
 float meanOver(std::span<const float> p, int first, int last) {
     float sum = 0.0f;
@@ -219,8 +222,11 @@ std::vector<int> cheapestSurface(const WallSurface& s, const RayValues& cost) {
 WallEvidence wallEvidence(std::span<const float> p, int k) {
     const float outside = meanOver(p, k + kLineSide, k + kLineSideEnd),
                 inside = meanOver(p, k - kLineSideEnd, k - kLineSide);
-    const float line = (std::min(outside, inside) - meanOver(p, k - 1, k + 1)) / kCertainLine_hu;
+    float line = (std::min(outside, inside) - meanOver(p, k - 1, k + 1)) / kCertainLine_hu;
     const float slope = meanOver(p, k + kEdgeHalf, k + kEdgeHalf) - meanOver(p, k - kEdgeHalf, k - kEdgeHalf);
+    const auto isFluid = [](float hu) { return hu > kDarkestFluid_hu && hu < kBrightestFluid_hu; };
+    if (isFluid(inside) && isFluid(meanOver(p, k - kFluidEnd, k - kLineSideEnd - 1)))
+        line = std::max(line, std::min(slope, outside - inside) / kCertainLine_hu);
     // Behind a thin layer of fat between two muscles, the profile rises again.
     const float edge = std::min(slope, outside - inside) / kCertainEdge_hu;
     const float wall = std::clamp(outside / kOuterMuscle_hu, 0.0f, 1.0f);

@@ -21,7 +21,7 @@ struct ObservedFascia {
 // How much a sample of a profile looks like the inner face of the body wall, 0 to 1.
 struct WallEvidence {
     float edge = 0.0f;  // from muscle to thick fat or lung
-    float line = 0.0f;  // a thin dark line between muscle and an organ: fat inside the diaphragm
+    float line = 0.0f;  // inside the diaphragm: a thin dark line between muscle and an organ, or ascites
 };
 // The profile runs outward in steps of kProfileStep_m.
 inline constexpr double kProfileStep_m = 0.0005;

@@ -242,6 +242,17 @@ TEST(FasciaSurface, FatBetweenTwoMusclesIsALineAndNoEdge) {
     EXPECT_EQ(wallEvidence(std::vector<float>(61, -105.0f), 30).line, 0.0f);
 }
 
+// Darker than muscle by less than an edge to fat. A liver at the diaphragm without any fat shows no line.
+TEST(FasciaSurface, AscitesInsideTheDiaphragmIsALine) {
+    std::vector<float> ascites(61, 60.0f), liver(61, 60.0f);
+    for (std::size_t k = 0; k < 30; ++k)
+        ascites[k] = k < 18 ? 110.0f : 9.0f, liver[k] = 110.0f;
+    EXPECT_GT(wallEvidence(ascites, 30).line, 0.9f);
+    EXPECT_LT(wallEvidence(ascites, 33).line, 0.1f);
+    EXPECT_LT(wallEvidence(ascites, 27).line, 0.1f);
+    EXPECT_EQ(wallEvidence(liver, 30).line, 0.0f);
+}
+
 // A flood fill across voxel faces from the axis must not pass the fascia.
 TEST(FasciaSpline, SeparatesInReferencePatient) {
     const CtVolume& ct = test::seededTorso().ct;

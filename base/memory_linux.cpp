@@ -4,16 +4,15 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include <climits>
 #include <cstdint>
 #include <cstdlib>
 
 namespace stylet {
 
 void keepFreedMemory() {
-    // More than a build of a patient needs at 1 mm, and less than the limit above which memory is given back.
+    // About what a build of a patient needs at 1 mm. Memory beyond it is kept too, in ordinary pages.
     constexpr std::size_t kVolumes_bytes = std::size_t{3} << 29;
-    if (mallopt(M_MMAP_MAX, 0) == 0 || mallopt(M_TRIM_THRESHOLD, INT_MAX) == 0) return;
+    if (mallopt(M_MMAP_MAX, 0) == 0 || mallopt(M_TRIM_THRESHOLD, -1) == 0) return;
     void* const volumes = std::malloc(kVolumes_bytes);
     if (!volumes) return;
     const auto page = std::uintptr_t(sysconf(_SC_PAGESIZE));

@@ -59,7 +59,7 @@ struct PathResult {
     // The same, ignoring re-entries after less than kNoticeableDistance_m of soft tissue, liver or duct
     bool same_order_noticeable = false;
     bool meets_bone = false;      // in either patient: the needle stops there
-    std::uint8_t built_bone = 0;  // label of the bone in the built patient; 0 without a label or bone
+    std::uint8_t built_bone = 0;  // label of bone that only the built patient has; 0 if none or unlabelled
     BorderError borders;          // over all structures; hausdorff_m is the largest of theirs
     std::array<BorderError, kTissues> by_tissue;
     std::array<double, kTissues>

@@ -134,8 +134,8 @@ std::string explainCartilage(const ReportedStudy& study) {
     });
     if (at_cartilage == 0) return "";
     return " On " + countText(at_cartilage) +
-           " of them the built patient has costal cartilage, which the reference does not label: there the "
-           "reference may be wrong. Without these paths the RMSE is " +
+           " paths the needle stops at cartilage of the built patient. The reference labels no cartilage and "
+           "may be wrong there. Without these paths the RMSE is " +
            meanText(computeSpread(others_n), 1.0, 3) + " N.";
 }
 

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 // Increment this when the same pair and settings give other results, or when PathResult changes.
-constexpr std::uint64_t kResultsVersion = 2;
+constexpr std::uint64_t kResultsVersion = 3;
 
 struct Header {
     std::uint64_t magic = 0x325244545359'5453;

@@ -7,8 +7,9 @@ namespace stylet::modeller {
 
 namespace {
 
-constexpr int kInside = 3, kAir = 4, kOutside = 7;  // voxels of a profile on both sides; where air begins
-constexpr int kAside = 2;                           // to the neighbours that show the slope of the skin
+// In voxels from the edge: where a profile begins, where clear air begins and the fit ends, where it ends.
+constexpr int kInside = 3, kAir = 4, kOutside = 7;
+constexpr int kAside = 2;  // to the neighbours that show the slope of the skin
 constexpr double kSteepestSkin = 0.25;
 constexpr double kMinSkin_hu = -500.0, kClearAir_hu = -900.0;
 

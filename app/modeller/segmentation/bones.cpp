@@ -262,22 +262,25 @@ bool inSpine(const Vec3& from_canal) {
 
 // Drops bright pieces in front of the spine, and small ones well inside the ring of the large bones. They are
 // calcifications in artery walls or bowel, not bone.
-void removeStrayPieces(const Mask& body, const Cage& cage, Mask& bones) {
+void removeStrayPieces(const Mask& body, const Cage& cage, bool canal_seen, Mask& bones) {
     constexpr double kBeforeCanal_m = 0.015, kWithin_m = 0.010;
-    // A vertebra's middle is at most 30 mm before the canal's, an aorta's at least 46 mm.
-    constexpr double kAorta_m = 0.038;
+    // The middle of a vertebra is at most 34 mm before that of the canal, even with its ribs, and the middle
+    // of an aorta at least 46 mm. So is the middle of both sides' ribs, but they are not near the midline.
+    constexpr double kAorta_m = 0.040, kMostOfIt = 0.9;
     const Grid& g = bones.grid;
     const Components p = findComponents(bones, Connectivity::corners);
     const auto small = [&](std::size_t n) { return double(p.size[n]) * voxelVolume_ml(g) < kMinRib_ml; };
     std::array<double, kAngles> ring_m;
     ring_m.fill(1.0);
     std::vector<Vec3> sum(p.size.size(), Vec3(0.0)), from_canal = sum;
+    std::vector<double> central(p.size.size(), 0.0);
     forEachVoxel(g, [&](const Index3& i) {
         const auto n = std::size_t(p.number[i]);
         if (n == 0) return;
         const Vec3 at = g.centre(i), d = at - cage.canal[std::size_t(i.z)];
         sum[n] += at;
         from_canal[n] += d;
+        central[n] += std::fabs(d.x) < kSpineHalf_m;
         if (small(n) || inSpine(d)) return;
         double& r = ring_m[std::size_t(angleBin(at - cage.axis_m))];
         r = std::min(r, std::hypot(at.x - cage.axis_m.x, at.y - cage.axis_m.y));
@@ -287,7 +290,8 @@ void removeStrayPieces(const Mask& body, const Cage& cage, Mask& bones) {
         const double count = double(p.size[n]);
         const Vec3 at = sum[n] / count - cage.axis_m, d = from_canal[n] / count;
         if (inSpine(d)) {
-            stray[n] = d.y > (small(n) ? kBeforeCanal_m : kAorta_m);
+            stray[n] = small(n) ? d.y > kBeforeCanal_m
+                                : d.y > kAorta_m && central[n] > kMostOfIt * count && canal_seen;
             continue;
         }
         if (!small(n)) continue;
@@ -311,7 +315,7 @@ void classifyBones(const CtVolume& ct, const Mask& body, const VoxelBox& box, Bo
     const Vec3 middle = cage.canal[cage.canal.size() / 2];
     cage.axis_m = {middle.x, 0.5 * (low.y + high.y), 0.0};
 
-    removeStrayPieces(body, cage, out.all);
+    removeStrayPieces(body, cage, !out.canal_m.empty(), out.all);
     Mask core(g), beside(g);
     forEachVoxel(g, [&](const Index3& i) {
         if (!out.all[i]) return;
@@ -381,7 +385,8 @@ Mask costalCartilage(const CtVolume& ct, const Mask& body, const Mask& inside, c
     // planned path of seed 71 meets false cartilage; a higher value makes the cartilage thinner.
     constexpr float kSure_hu = 86.0f;
     constexpr double kWidest_m = 0.00125;
-    constexpr double kSkin_m = 0.006, kThick_m = 0.0025, kJoin_m = 0.004, kMin_ml = 0.5;
+    constexpr double kSkin_m = 0.006, kThick_m = 0.0025, kJoin_m = 0.004, kMin_ml = 0.5, kMinDense_ml = 0.03,
+                     kRimReach_m = 0.003;
     const Grid& g = ct.grid;
     if (g.spacing_m.x > kWidest_m) return Mask(g);
     const FloatVolume smooth = boxMean(toFloat(ct), 1);
@@ -404,9 +409,13 @@ Mask costalCartilage(const CtVolume& ct, const Mask& body, const Mask& inside, c
     found = unite(core, intersect(sure, dilated(core, 2.0 * g.spacing_m.x)));
     ends = intersect(dilated(ends, kJoin_m), found);
     found = floodFill(ends, found);
+    // The blurred rim of bone and of calcified cartilage is as dense as cartilage, too.
+    Mask dense = maskWhere(g, [&](std::size_t i) { return found.voxels[i] && ct.voxels[i] > kBone_hu; });
+    removeSmallComponents(dense, kMinDense_ml, Connectivity::corners);
+    const Mask all = unite(found, bones.all), clear = withoutBlurredRim(ct, body, all, bones.canal, blur_m);
+    found = subtract(found, subtract(dilated(unite(dense, bones.all), kRimReach_m), clear));
     removeSmallComponents(found, kMin_ml);
-    // A calcified part's blurred rim is as dense as cartilage, too.
-    return intersect(found, withoutBlurredRim(ct, body, unite(found, bones.all), bones.canal, blur_m));
+    return found;
 }
 
 }  // namespace stylet::modeller

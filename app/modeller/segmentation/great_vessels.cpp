@@ -100,12 +100,12 @@ std::vector<Index3> findBestPath(const OrganScene& s, const Course& c, const Flo
 FoundOrgan trackVessel(const OrganScene& s, const Course& c, const Mask& within) {
     constexpr double kSoft_hu = 55.0, kMaxBlood_hu = 450.0, kShare = 0.35;
     FoundOrgan out{c.name, {}, 0.0, ""};
-    const Mask blood = inRange(s.fineHu(), within, s.parenchyma_hu + c.above_hu, kMaxBlood_hu);
+    const Mask blood = inRange(s.edgeHu(), within, s.parenchyma_hu + c.above_hu, kMaxBlood_hu);
     const FloatVolume width = inPlaneRadii(blood);
     const std::vector<Index3> path = findBestPath(s, c, width);
     std::vector<double> hu;
     for (const Index3& i : path)
-        if (scoreVoxel(s, c, width, i) > 0.0f) hu.push_back(double(s.fineHu()[i]));
+        if (scoreVoxel(s, c, width, i) > 0.0f) hu.push_back(double(s.edgeHu()[i]));
     const double found_share = path.empty() ? 0.0 : double(hu.size()) / double(path.size());
     if (found_share < kShare) {
         out.note = c.name + ": no vessel with contrast medium runs along the spine";
@@ -127,7 +127,7 @@ FoundOrgan trackVessel(const OrganScene& s, const Course& c, const Mask& within)
                 const Index3 at = i + Index3(dx, dy, 0);
                 if (!s.grid.contains(at) || !within[at]) continue;
                 const double d = std::hypot(dx * s.grid.spacing_m.x, dy * s.grid.spacing_m.y);
-                if (d <= r_m && double(s.fineHu()[at]) > rim_hu) out.mask[at] = 1;
+                if (d <= r_m && double(s.edgeHu()[at]) > rim_hu) out.mask[at] = 1;
             }
     }
     removeSmallComponents(out.mask, 0.3, Connectivity::corners);

@@ -364,4 +364,14 @@ Liver findLiver(const CtVolume& ct, const Mask& body, const Mask& lungs, const M
     return liver;
 }
 
+Mask calcifiedLiver(const Mask& dense, const Mask& liver) {
+    constexpr double kTouching_m = 0.005;
+    const Mask near = dilated(liver, kTouching_m);
+    const Components pieces = findComponents(surroundedPieces(dense, liver), Connectivity::corners);
+    std::vector<bool> touches(pieces.size.size(), false);
+    for (std::size_t i = 0; i < near.voxels.size(); ++i)
+        if (near.voxels[i]) touches[std::size_t(pieces.number.voxels[i])] = true;
+    return componentsWhere(pieces, [&](std::size_t n) { return touches[n]; });
+}
+
 }  // namespace stylet::modeller

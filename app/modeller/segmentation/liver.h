@@ -35,4 +35,8 @@ struct Liver {
 Liver findLiver(const CtVolume& ct, const Mask& body, const Mask& lungs, const Mask& bones, const AtlasPrior&,
                 const LiverSettings& = {});
 
+// Dense pieces that the liver surrounds and that come within 5 mm of it. Excludes stones in ducts outside the
+// liver, which the liver surrounds at a distance.
+Mask calcifiedLiver(const Mask& dense, const Mask& liver);
+
 }  // namespace stylet::modeller

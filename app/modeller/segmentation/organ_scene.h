@@ -11,14 +11,14 @@ struct OrganScene {
     const OrganInput& in;
     Grid grid;
     FloatVolume smooth_hu;         // HU, mean over three voxels: for organs with a narrow range
-    FloatVolume coarse_hu;         // HU, if three voxels are much longer than 3 mm
+    FloatVolume unsmoothed_hu;     // HU of the CT; empty if its voxels are smaller than 1.5 mm
     std::vector<Vec3> canal;       // the spinal canal's centre in each slice
     double parenchyma_hu = 110.0;  // HU of the liver, or the most frequent value of dense organs
     Mask free;                     // inside the fascia; not bone, lung, liver or an organ found so far
     Mask free_wide;  // the same, but up to 20 mm beyond the fascia: behind kidney and spleen it is uncertain
 
     // HU, mean over about 3 mm: for bright structures with an edge.
-    const FloatVolume& fineHu() const { return coarse_hu.voxels.empty() ? smooth_hu : coarse_hu; }
+    const FloatVolume& edgeHu() const { return unsmoothed_hu.voxels.empty() ? smooth_hu : unsmoothed_hu; }
     // Vector from the canal at the point's height; x to the right, y to the front.
     Vec3 fromCanal(const Index3& i) const { return grid.centre(i) - canal[std::size_t(i.z)]; }
 };

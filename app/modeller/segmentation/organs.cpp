@@ -12,6 +12,8 @@ namespace stylet::modeller {
 
 namespace {
 
+constexpr double kUsualOrgan_hu = 110.0;  // liver and spleen, in the portal venous phase
+
 // 1 at `typical`, falling linearly to 0 at `low` and `high`.
 double plausible(double v, double low, double typical, double high) {
     return std::clamp(v < typical ? (v - low) / (typical - low) : (high - v) / (high - typical), 0.0, 1.0);
@@ -43,13 +45,13 @@ class HuHistogram {
 // Returns the HU of the liver, if at least 100 ml of it are known. Otherwise returns the most frequent value
 // denser than muscle.
 double estimateParenchyma(const OrganInput& in, const FloatVolume& smooth) {
-    constexpr int kDenserThanMuscle_hu = 70, kMax_hu = 160, kUsual_hu = 110;
+    constexpr int kDenserThanMuscle_hu = 70, kMax_hu = 160;
     const bool known = volume_ml(in.liver) > 100.0;
     HuHistogram h(known ? 0 : kDenserThanMuscle_hu, known ? 2 * kMax_hu : kMax_hu);
     for (std::size_t i = 0; i < smooth.voxels.size(); ++i)
         if (!in.bones.all.voxels[i] && (known ? in.liver.voxels[i] : in.inside.voxels[i]))
             h.add(smooth.voxels[i], 1.0);
-    return h.mode().value_or(kUsual_hu);
+    return h.mode().value_or(kUsualOrgan_hu);
 }
 
 FoundOrgan notFound(const std::string& name, const std::string& why) {
@@ -136,7 +138,7 @@ FoundOrgan findSpleen(const OrganScene& s, const FloatVolume& to_wall, double us
     if (best == 0) return notFound("spleen", "no homogeneous organ at the left wall");
     Mask spleen =
         growWithin(componentMask(p, best),
-                   inRange(s.fineHu(), s.free_wide, usual_hu - kWide_hu, usual_hu + kWide_hu), 1.4 * kCore_m);
+                   inRange(s.edgeHu(), s.free_wide, usual_hu - kWide_hu, usual_hu + kWide_hu), 1.4 * kCore_m);
     spleen = intersect(closed(spleen, 0.003), s.free_wide);
     fillCavities(spleen);
     spleen = intersect(opened(spleen, 0.003), s.free_wide);
@@ -156,7 +158,7 @@ FoundOrgan findKidney(const OrganScene& s, bool right, double organs_hu) {
     constexpr double kAbove_hu = 32.0, kPyramid_m = 0.002, kMax_hu = 420.0, kVessel_m = 0.005,
                      kEdge_m = 0.0025, kSinus_m = 0.005;
     constexpr double kMinCore_ml = 4.0, kUsual_ml = 150.0, kMax_ml = 450.0, kEdge_hu = 80.0, kPole = 0.1;
-    const Mask bright = inRange(s.fineHu(), s.free_wide, organs_hu + kAbove_hu, kMax_hu);
+    const Mask bright = inRange(s.edgeHu(), s.free_wide, organs_hu + kAbove_hu, kMax_hu);
     const Mask core = eroded(closed(bright, kPyramid_m), kVessel_m);
     const Components p = findComponents(core);
     const std::vector<PieceMeasure> pieces = measurePieces(s, p);
@@ -176,7 +178,7 @@ FoundOrgan findKidney(const OrganScene& s, bool right, double organs_hu) {
         if (score(n) > kPole * score(best)) poles = unite(poles, componentMask(p, n));
     Mask kidney = growWithin(poles, bright, 1.3 * kVessel_m);
     // Blur makes the rim half as bright. Pyramids and sinus are darker than cortex.
-    const Mask dense = inRange(s.fineHu(), s.free_wide, kEdge_hu, kMax_hu);
+    const Mask dense = inRange(s.edgeHu(), s.free_wide, kEdge_hu, kMax_hu);
     kidney = growWithin(kidney, dense, std::max(kEdge_m, s.grid.spacing_m.x));
     kidney = intersect(closed(kidney, kSinus_m), s.free_wide);
     fillCavities(kidney);
@@ -220,7 +222,7 @@ FoundOrgan findHeart(const OrganScene& s, const Mask& cava) {
     forEachVoxel(s.grid, [&](const Index3& i) {
         if (chest[i] && s.fromCanal(i).y < kBeforeCanal_m) chest[i] = 0;
     });
-    const Mask blood = inRange(s.fineHu(), chest, s.parenchyma_hu + kBlood_hu, kMax_hu);
+    const Mask blood = inRange(s.edgeHu(), chest, s.parenchyma_hu + kBlood_hu, kMax_hu);
     const Mask core = eroded(subtract(closed(blood, 0.004), cava), kCore_m);
     const Components p = findComponents(core);
     const std::vector<PieceMeasure> pieces = measurePieces(s, p);
@@ -237,7 +239,7 @@ FoundOrgan findHeart(const OrganScene& s, const Mask& cava) {
     for (int n = 1; n <= p.count(); ++n)
         if (score(n) > kChamber * score(best)) found = unite(found, componentMask(p, n));
     chest = subtract(chest, subtract(cava, dilated(found, kAtrium_m)));
-    Mask heart = growWithin(found, inRange(s.fineHu(), chest, kWall_hu, kMax_hu), kReach_m);
+    Mask heart = growWithin(found, inRange(s.edgeHu(), chest, kWall_hu, kMax_hu), kReach_m);
     heart = intersect(closed(heart, 0.006), chest);
     fillCavities(heart);
     heart = intersect(opened(heart, 0.004), chest);
@@ -279,7 +281,7 @@ FoundOrgan findGallbladder(const OrganScene& s) {
     });
     if (best == 0)
         return notFound("gallbladder", "no dark pouch at the liver; removed, empty, or not in the section");
-    Mask bladder = growWithin(componentMask(p, best), inRange(s.fineHu(), s.free, kLow_hu - 10.0, kRim_hu),
+    Mask bladder = growWithin(componentMask(p, best), inRange(s.edgeHu(), s.free, kLow_hu - 10.0, kRim_hu),
                               1.5 * kCore_m);
     bladder = intersect(closed(bladder, 0.003), s.free);
     bladder = opened(bladder, 0.0025);
@@ -297,7 +299,7 @@ OrganScene makeScene(const OrganInput& in) {
     OrganScene s{in, g, {}, {}, {}, 0.0, Mask(g), Mask(g)};
     FloatVolume hu = toFloat(in.ct);
     s.smooth_hu = boxMean(hu, 1);
-    if (g.spacing_m.x >= 0.0015) s.coarse_hu = std::move(hu);
+    if (g.spacing_m.x >= 0.0015) s.unsmoothed_hu = std::move(hu);
     const VoxelBox box = boundingBox(in.body);
     const Vec3 low = g.centre(box.low), high = g.centre(box.high);
     s.canal.assign(std::size_t(g.dims.z), Vec3(0.5 * (low.x + high.x), low.y + 0.06, 0.0));
@@ -367,7 +369,8 @@ std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
     addOrgan(std::move(aorta));
     addOrgan(std::move(cava));
     addOrgan(findGallbladder(s));
-    for (FoundOrgan& organ : findHollowOrgans(s, densest_hu))
+    for (FoundOrgan& organ :
+         findHollowOrgans(s, std::max(s.parenchyma_hu, std::min(spleen_hu, kUsualOrgan_hu))))
         addOrgan(std::move(organ));
     return out;
 }

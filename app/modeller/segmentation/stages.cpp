@@ -186,18 +186,6 @@ Mask denseTissue(const BuildState& work) {
     });
 }
 
-// The pieces of dense tissue that the liver surrounds and almost touches. A stone in a duct may be surrounded
-// at a distance.
-Mask calcifiedLiver(const Mask& dense, const Mask& liver) {
-    constexpr double kTouching_m = 0.005;
-    const Mask near = dilated(liver, kTouching_m);
-    const Components pieces = findComponents(surroundedPieces(dense, liver), Connectivity::corners);
-    std::vector<bool> touches(pieces.size.size(), false);
-    for (std::size_t i = 0; i < near.voxels.size(); ++i)
-        if (near.voxels[i]) touches[std::size_t(pieces.number.voxels[i])] = true;
-    return componentsWhere(pieces, [&](std::size_t n) { return touches[n]; });
-}
-
 void findLiverStage(BuildState& work, StageResult& r) {
     AtlasSettings atlas;
     atlas.progress = [&](std::string_view name) { work.progress(std::string(name)); };
@@ -208,8 +196,8 @@ void findLiverStage(BuildState& work, StageResult& r) {
     const Mask calcified = calcifiedLiver(denseTissue(work), liver.mask);
     if (const double ml = volume_ml(calcified); ml > 0.0) {
         // Blur has made the tissue around them as bright as bone, too.
-        const Mask halo = maskWhere(bones.grid, [&,
-                                                 near = dilated(calcified, rimReach(work))](std::size_t i) {
+        const Mask near = dilated(calcified, rimReach(work));
+        const Mask halo = maskWhere(bones.grid, [&](std::size_t i) {
             return near.voxels[i] && !bones.voxels[i] && work.ct.voxels[i] > work.thresholds.t2_sensitive_hu;
         });
         liver.mask = unite(liver.mask, unite(calcified, halo));

@@ -175,7 +175,7 @@ TEST_F(StudyReport, ExplanationsFollowTheNumbers) {
          "Outliers among the paths that meet no bone"},
         true);
     // The built patient has cartilage there. The reference has none, or has some elsewhere.
-    const std::string at_cartilage = "On 1 of them the built patient has costal cartilage";
+    const std::string at_cartilage = "On 1 paths the needle stops at cartilage of the built patient";
     const auto isCartilage = [](const LabelFacts& l) {
         return l.name.find("cartilage") != std::string::npos;
     };
@@ -283,7 +283,7 @@ TEST_F(StudyReport, MissingFilesAreReported) {
     refused("summary.json", R"({"format": "stylet study 1", "settings": {}})", "patients");
     refused("one/pair.json", "", "file");
     refused("one/pair.json", "{", "json");
-    refused("one/pair.json", R"({"format": "stylet study pair 1"})", "reference");
+    refused("one/pair.json", R"({"format": "stylet study pair 2"})", "reference");
     refused("one/pair.json",
             std::regex_replace(readText(copy / "one/pair.json"), std::regex("\"labels\""), "\"other\""),
             "reference.labels");

@@ -187,6 +187,19 @@ TEST(LiverBorder, DoesNotEnterClosedVoxels) {
     EXPECT_EQ(countVoxels(subtract(fitted, open)), 0u);
 }
 
+// A shell of liver around two stones: one almost touches it, one lies in the middle of the cavity.
+TEST(Liver, AStoneInACavityIsNotCalcifiedLiver) {
+    const Grid g = test::cube(68);
+    const auto ball = [&](double x_m, double radius_m) {
+        const Vec3 middle(x_m, 0.0335, 0.0335);
+        return maskWhere(
+            g, [&](std::size_t i) { return glm::length(g.centre(g.voxelAt(i)) - middle) < radius_m; });
+    };
+    const Mask liver = subtract(ball(0.0335, 0.031), ball(0.0335, 0.022));
+    const Mask touching = ball(0.0160, 0.003), loose = ball(0.0380, 0.003);
+    EXPECT_EQ(calcifiedLiver(unite(touching, loose), liver).voxels, touching.voxels);
+}
+
 TEST(LiverNeighbours, SigmaFilterAveragesNoiseAndKeepsEdges) {
     const Mask all({Index3(12, 12, 12), Vec3(0.003), Vec3(0.0)}, 1);
     FloatVolume image(all.grid);

@@ -123,10 +123,20 @@ TEST(Organs, WithoutContrastMediumNoOrganIsFound) {
     }
 }
 
-TEST(Organs, GasOverAFluidLevelIsTheStomach) {
+class Stomach : public testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Liver, Stomach, testing::Bool(), [](const testing::TestParamInfo<bool>& fatty) {
+    return fatty.param ? "fatty" : "unknown";
+});
+
+// The contents are as dense as a fatty liver and darker than its spleen.
+TEST_P(Stomach, IsGasOverAFluidLevel) {
     OrganPhantom b;
+    if (GetParam()) {
+        b.liver = b.ball({0.07, 0.06, 0.10}, 0.045, 60);
+        b.ball({-0.08, 0.02, 0.110}, 0.029, 118);
+    }
     const Vec3 middle{-0.04, 0.08, 0.09};
-    const Mask all = b.ball(middle, 0.032, 30);
+    const Mask all = b.ball(middle, 0.032, GetParam() ? 55 : 30);
     Mask fluid(b.ct.grid);
     forEachVoxel(b.ct.grid, [&](const Index3& i) {
         if (!all[i]) return;

@@ -232,7 +232,7 @@ TEST_F(DesktopRunRealTime, MouseAndKeysMoveToolsAndSendCommands) {
     display_.key("n");
     ASSERT_TRUE(says("the needle is in hand")) << printed();
     ASSERT_TRUE(bring(Tool::needle, {})) << where();
-    constexpr double kDeeper = 20.0;  // 10 mm in the body
+    constexpr double kDeeper = 50.0;  // 25 mm: a bleeding needs a hole in the skin, wherever a breath is held
     for (int tries = 0; tries < 12 && !isNear(stepsNow(), {.deeper = kDeeper}); ++tries) {
         display_.wheel(250, 130, int(std::lround(1e3 * kKeyStep_m * (kDeeper - stepsNow().deeper))));
         until([&] { return rests(Tool::needle) && isNear(stepsNow(), {.deeper = kDeeper}); }, 5s);

@@ -24,8 +24,9 @@ constexpr float kCertainEdge_hu = 100.0f;
 constexpr float kOuterMuscle_hu = 20.0f;  // muscle outside the fascia is brighter
 // Samples that are compared with the middle: beside a line, outside a step.
 constexpr int kLineSide = 3, kLineSideEnd = 6, kEdgeHalf = 2;
-// Fluid (ascites) inside the diaphragm is visible if it reaches this sample.
-constexpr float kDarkestFluid_hu = -20.0f, kBrightestFluid_hu = 35.0f;
+// Fluid (ascites) inside the diaphragm is visible if it reaches sample kFluidEnd. A mixture of fat and organ
+// has such values, too, but varies.
+constexpr float kDarkestFluid_hu = -10.0f, kBrightestFluid_hu = 30.0f, kSameFluid_hu = 10.0f;
 constexpr int kFluidEnd = 10;
 
 float meanOver(std::span<const float> p, int first, int last) {
@@ -225,7 +226,8 @@ WallEvidence wallEvidence(std::span<const float> p, int k) {
     float line = (std::min(outside, inside) - meanOver(p, k - 1, k + 1)) / kCertainLine_hu;
     const float slope = meanOver(p, k + kEdgeHalf, k + kEdgeHalf) - meanOver(p, k - kEdgeHalf, k - kEdgeHalf);
     const auto isFluid = [](float hu) { return hu > kDarkestFluid_hu && hu < kBrightestFluid_hu; };
-    if (isFluid(inside) && isFluid(meanOver(p, k - kFluidEnd, k - kLineSideEnd - 1)))
+    const float deep = meanOver(p, k - kFluidEnd, k - kLineSideEnd - 1);
+    if (isFluid(inside) && isFluid(deep) && std::fabs(inside - deep) < kSameFluid_hu)
         line = std::max(line, std::min(slope, outside - inside) / kCertainLine_hu);
     // Behind a thin layer of fat between two muscles, the profile rises again.
     const float edge = std::min(slope, outside - inside) / kCertainEdge_hu;

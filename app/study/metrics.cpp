@@ -363,8 +363,8 @@ PathResult measure(const SteeringResult& s, const MeasureSettings& settings) {
     r.same_order = sameOrder(s, Skin::counts);
     r.same_order_inside = sameOrder(s, Skin::ignored);
     r.same_order_noticeable = noticeableOrder(s.full, s.end_m) == noticeableOrder(s.partial, s.end_m);
-    const ExactEvent *const bone = findBone(s.full, s.end_m), *const built_bone =
-                                                                  findBone(s.partial, s.end_m);
+    const ExactEvent* const bone = findBone(s.full, s.end_m);
+    const ExactEvent* const built_bone = findBone(s.partial, s.end_m);
     r.meets_bone = bone || built_bone;
     r.built_bone = built_bone && !bone ? built_bone->label : 0;
     for (std::size_t t = 0; t < kTissues; ++t)

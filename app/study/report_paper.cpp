@@ -133,9 +133,10 @@ std::string explainCartilage(const ReportedStudy& study) {
             others_n.push_back(r.sampled.rmse_n);
     });
     if (at_cartilage == 0) return "";
-    return " On " + countText(at_cartilage) +
-           " paths the needle stops at cartilage of the built patient. The reference labels no cartilage and "
-           "may be wrong there. Without these paths the RMSE is " +
+    return " Paths that end at cartilage of the built patient, where the reference labels no cartilage and "
+           "may "
+           "be wrong: " +
+           countText(at_cartilage) + ". Without them the RMSE is " +
            meanText(computeSpread(others_n), 1.0, 3) + " N.";
 }
 

@@ -14,8 +14,8 @@ inline constexpr double kUsualBlur_m = 0.0007;
 
 // The standard deviation of the blur within a slice: that of the scanner and of the voxels together. Measured
 // where the skin of the body's front is almost perpendicular to the y axis. None if too little of such skin
-// is visible, or if the air around the body was cut away. Without noise the error is at
-// most 8 % up to 1.5 voxels. A blur of 2.5 voxels is measured as 2.
+// is visible, or if the air around the body was cut away. Without noise the error is at most 8 % up to 1.5
+// voxels. A blur of 2.5 voxels is measured as 2.
 std::optional<double> measureBlur(const CtVolume&);
 
 }  // namespace stylet::modeller

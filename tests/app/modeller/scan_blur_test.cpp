@@ -10,8 +10,7 @@
 namespace stylet::modeller {
 namespace {
 
-// A body with a curved front. Across the front the CT value falls like a normal distribution function, whose
-// standard deviation is the blur.
+// A body with a curved front, blurred by a normal distribution.
 CtVolume bodyWithEdge(double blur_voxels, double noise_hu, double spacing_m = 0.001) {
     CtVolume ct({Index3(120, 80, 40), Vec3(spacing_m), Vec3(0.0)}, -1000);
     std::mt19937_64 random(test::seed());

@@ -7,62 +7,114 @@ namespace stylet::modeller {
 
 namespace {
 
-// In voxels from the edge: where a profile begins, where clear air begins and the fit ends, where it ends.
-constexpr int kInside = 3, kAir = 4, kOutside = 7;
-constexpr int kAside = 2;  // to the neighbours that show the slope of the skin
-constexpr double kSteepestSkin = 0.25;
-constexpr double kMinSkin_hu = -500.0, kClearAir_hu = -900.0;
+// In voxels from the edge: where clear air begins, and where it ends.
+constexpr int kAir = 4, kOutside = 7;
+constexpr int kAside = 2;  // to the neighbours that show the slope of the edge
+constexpr double kSteepest = 0.25;
+constexpr double kMinDense_hu = -500.0;
 
-// Where the values along a line from inside the body to the front reach halfway from skin to air.
-struct SkinEdge {
+// The values along a line of voxels, parallel to an axis.
+struct Line {
+    const CtVolume& ct;
+    Index3 first;
+    int axis;
+    int size() const { return ct.grid.dims[axis]; }
+    double operator[](int at) const {
+        Index3 i = first;
+        i[axis] = at;
+        return ct[i];
+    }
+    double mean(int from, int to) const {
+        double sum = 0.0;
+        for (int k = from; k < to; ++k)
+            sum += (*this)[k];
+        return sum / (to - from);
+    }
+};
+
+// Where the values along a line reach halfway from dense to air.
+struct Edge {
     int last = 0;     // the last voxel above halfway
     double at = 0.0;  // in voxels
-    double skin_hu = 0.0, air_hu = 0.0;
+    double dense_hu = 0.0, air_hu = 0.0;
 };
 
-std::optional<SkinEdge> findEdge(const CtVolume& ct, int x, int z) {
-    const int end = ct.grid.dims.y, middle = end / 2;
-    int y = end - 1;
-    while (y > middle && ct[{x, y, z}] <= kMinSkin_hu)
-        --y;
-    if (y - kInside < middle || y + kOutside >= end) return std::nullopt;
-    SkinEdge edge;
-    edge.skin_hu = ct[{x, y, z}];
-    for (int k = 1; k < kInside; ++k)
-        edge.skin_hu = std::max(edge.skin_hu, double(ct[{x, y - k, z}]));
-    for (int k = kAir; k < kOutside; ++k)
-        edge.air_hu += ct[{x, y + k, z}] / double(kOutside - kAir);
-    if (edge.air_hu > kClearAir_hu) return std::nullopt;
-    const double half_hu = 0.5 * (edge.skin_hu + edge.air_hu);
-    while (ct[{x, y, z}] < half_hu)  // ends at the voxel of skin_hu at the latest
-        --y;
-    while (ct[{x, y + 1, z}] > half_hu)
-        ++y;
-    edge.last = y;
-    edge.at = y + (ct[{x, y, z}] - half_hu) / double(ct[{x, y, z}] - ct[{x, y + 1, z}]);
-    return edge;
+// `near` is a voxel above halfway, beyond which the values fall.
+Edge halfway(const Line& line, int near, double dense_hu, double air_hu) {
+    const double half_hu = 0.5 * (dense_hu + air_hu);
+    int k = near;
+    while (line[k + 1] > half_hu)
+        ++k;
+    return {k, k + (line[k] - half_hu) / (line[k] - line[k + 1]), dense_hu, air_hu};
 }
 
-// Distance from the edge in voxels, and the share of skin there.
+// The front of the body. Skin is thin: its value is that of its brightest voxel.
+std::optional<Edge> findSkin(const Line& line) {
+    constexpr int kInside = 3;
+    constexpr double kClearAir_hu = -900.0;
+    const int end = line.size(), middle = end / 2;
+    int y = end - 1;
+    while (y > middle && line[y] <= kMinDense_hu)
+        --y;
+    if (y - kInside < middle || y + kOutside >= end) return std::nullopt;
+    int skin = y;
+    for (int k = 1; k < kInside; ++k)
+        if (line[y - k] > line[skin]) skin = y - k;
+    const double air_hu = line.mean(y + kAir, y + kOutside);
+    if (air_hu > kClearAir_hu) return std::nullopt;
+    return halfway(line, skin, line[skin], air_hu);
+}
+
+// The lowest place where lung lies on tissue: diaphragm with liver or spleen under it.
+std::optional<Edge> findLungBase(const Line& line) {
+    constexpr int kClear = 3, kTissue = 11;  // in voxels below the edge: where clear tissue begins and ends
+    constexpr double kMinTissue_hu = 0.0, kMaxTissue_hu = 250.0, kMinLung_hu = -950.0, kMaxLung_hu = -700.0;
+    for (int z = kTissue; z + kOutside < line.size(); ++z) {
+        if (line[z] <= kMinDense_hu || line[z + 1] > kMinDense_hu) continue;
+        bool clear = true;
+        for (int k = kClear; k < kTissue && clear; ++k)
+            clear = line[z - k] > kMinTissue_hu && line[z - k] < kMaxTissue_hu;
+        for (int k = 1; k <= kOutside && clear; ++k)
+            clear = line[z + k] <= kMinDense_hu;
+        if (!clear) continue;
+        const double lung_hu = line.mean(z + kAir, z + kOutside);
+        if (lung_hu < kMinLung_hu || lung_hu > kMaxLung_hu) return std::nullopt;
+        return halfway(line, z - kClear, line.mean(z - kTissue + 1, z - kClear + 1), lung_hu);
+    }
+    return std::nullopt;
+}
+
+// Distance from the edge in voxels, and the share of dense tissue there.
 struct EdgeSample {
-    double distance, skin;
+    double distance, dense;
 };
 
-std::vector<EdgeSample> sampleEdges(const CtVolume& ct) {
+// Samples the edges that `find` finds along an axis, from `inside` voxels within the edge.
+template <typename Find>
+std::vector<EdgeSample> sampleEdges(const CtVolume& ct, int axis, int inside, Find&& find) {
     std::vector<EdgeSample> samples;
     const Index3 dims = ct.grid.dims;
-    for (int z = kAside; z < dims.z - kAside; z += 2)
-        for (int x = kAside; x < dims.x - kAside; x += 2) {
-            const auto edge = findEdge(ct, x, z), left = findEdge(ct, x - kAside, z),
-                       right = findEdge(ct, x + kAside, z), below = findEdge(ct, x, z - kAside),
-                       above = findEdge(ct, x, z + kAside);
-            if (!edge || !left || !right || !below || !above) continue;
+    const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
+    Index3 i(0);
+    const auto edgeAside = [&](int aside_u, int aside_v) {
+        Line line{ct, i, axis};
+        line.first[u] += aside_u, line.first[v] += aside_v;
+        return find(line);
+    };
+    for (i[v] = kAside; i[v] < dims[v] - kAside; i[v] += 2)
+        for (i[u] = kAside; i[u] < dims[u] - kAside; i[u] += 2) {
+            const std::optional<Edge> edge = edgeAside(0, 0);
+            if (!edge) continue;
+            const auto before = edgeAside(-kAside, 0), after = edgeAside(kAside, 0),
+                       below = edgeAside(0, -kAside), above = edgeAside(0, kAside);
+            if (!before || !after || !below || !above) continue;
             const double slope =
-                std::max(std::fabs(left->at - right->at), std::fabs(below->at - above->at)) / (2.0 * kAside);
-            if (slope > kSteepestSkin) continue;
-            for (int y = edge->last; y < edge->last + kAir; ++y)
-                samples.push_back(
-                    {y - edge->at, (ct[{x, y, z}] - edge->air_hu) / (edge->skin_hu - edge->air_hu)});
+                std::max(std::fabs(before->at - after->at), std::fabs(below->at - above->at)) /
+                (2.0 * kAside);
+            if (slope > kSteepest) continue;
+            const Line line{ct, i, axis};
+            for (int k = edge->last - inside; k < edge->last + kAir; ++k)
+                samples.push_back({k - edge->at, (line[k] - edge->air_hu) / (edge->dense_hu - edge->air_hu)});
         }
     return samples;
 }
@@ -72,26 +124,38 @@ std::vector<EdgeSample> sampleEdges(const CtVolume& ct) {
 double deviation(const std::vector<EdgeSample>& samples, double blur) {
     std::vector<double> apart(samples.size());
     std::transform(samples.begin(), samples.end(), apart.begin(), [&](const EdgeSample& s) {
-        return std::fabs(s.skin - 0.5 * std::erfc(s.distance / (blur * std::sqrt(2.0))));
+        return std::fabs(s.dense - 0.5 * std::erfc(s.distance / (blur * std::sqrt(2.0))));
     });
     const auto middle = apart.begin() + std::ptrdiff_t(apart.size() / 2);
     std::nth_element(apart.begin(), middle, apart.end());
     return *middle;
 }
 
-}  // namespace
-
-std::optional<double> measureBlur(const CtVolume& ct) {
-    constexpr double kSharpest = 0.1, kSoftest = 3.0, kStep = 0.02;  // voxels
-    constexpr double kSharpestScan = 0.3;                            // sharper: somebody has cut the air away
+// In voxels. None if there are too few samples.
+std::optional<double> fitBlur(const std::vector<EdgeSample>& samples) {
+    constexpr double kSharpest = 0.1, kSoftest = 3.0, kStep = 0.02;
     constexpr std::size_t kMinSamples = 400;
-    const std::vector<EdgeSample> samples = sampleEdges(ct);
     if (samples.size() < kMinSamples) return std::nullopt;
     double best = 0.0, least = 1.0;
     for (double blur = kSharpest; blur < kSoftest; blur += kStep)
         if (const double d = deviation(samples, blur); d < least) least = d, best = blur;
-    if (best < kSharpestScan) return std::nullopt;
-    return best * ct.grid.spacing_m.y;
+    return best;
+}
+
+}  // namespace
+
+std::optional<double> measureBlurWithin(const CtVolume& ct) {
+    constexpr double kSharpestScan = 0.3;  // voxels; sharper: somebody has cut the air away
+    const std::optional<double> blur = fitBlur(sampleEdges(ct, 1, 0, findSkin));
+    if (!blur || *blur < kSharpestScan) return std::nullopt;
+    return *blur * ct.grid.spacing_m.y;
+}
+
+std::optional<double> measureBlurAcross(const CtVolume& ct) {
+    constexpr int kInside = 2;
+    const std::optional<double> blur = fitBlur(sampleEdges(ct, 2, kInside, findLungBase));
+    if (!blur) return std::nullopt;
+    return *blur * ct.grid.spacing_m.z;
 }
 
 }  // namespace stylet::modeller

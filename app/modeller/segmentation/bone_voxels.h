@@ -1,6 +1,7 @@
 // Finds the voxels of bone: cortex by its brightness, marrow by the cortex around it.
 #pragma once
 
+#include "app/modeller/image/scan_blur.h"
 #include "app/modeller/segmentation/spinal_canal.h"
 
 namespace stylet::modeller {
@@ -22,13 +23,20 @@ RayHit castRay(const Mask& wall, Index3 at, const Index3& step, int count);
 // filled voxels enclose further ones. Inside vertebrae, a smaller share of bone around a voxel is sufficient;
 // a vessel beside a vertebra has bone on one side only. Narrow marrow (ribs, arches) may be as dark as fat.
 Mask withMarrow(const CtVolume&, const Mask& body, const Mask& pieces, const Mask& shell, const SpinalCanal&,
-                double blur_m);
+                const ScanBlur&);
 
 // Removes the soft tissue that blur has raised above the bone threshold. A bone's surface is at half maximum:
 // halfway between the muscle beside it and its cortex. Blur lowers a thin cortex but not muscle, so half of
 // the blurred maximum lies outside the bone (cf. Prevrhal, Engelke and Kalender, "Accuracy limits for the
 // determination of cortical width and density", Phys. Med. Biol. 44, 1999). Bone is therefore measured in the
 // sharpened scan.
-Mask withoutBlurredRim(const CtVolume&, const Mask& body, const Mask& bone, const Mask& canal, double blur_m);
+Mask withoutBlurredRim(const CtVolume&, const Mask& body, const Mask& bone, const Mask& canal,
+                       const ScanBlur&);
+
+// Distance to which blur makes the tissue beside bone brighter.
+double blurReach(const Grid&, const ScanBlur&);
+// Soft tissue next to a bone that is above `bone_hu` because of blur. Without a label it would stop a needle.
+// Voxels surrounded by bright voxels are excluded, because they are missed bone.
+Mask brightRim(const CtVolume&, const Mask& body, const Mask& bones, double bone_hu, const ScanBlur&);
 
 }  // namespace stylet::modeller

@@ -353,7 +353,7 @@ void classifyBones(const CtVolume& ct, const Mask& body, const VoxelBox& box, Bo
 
 }  // namespace
 
-Bones findBones(const CtVolume& ct, const Mask& body, double blur_m) {
+Bones findBones(const CtVolume& ct, const Mask& body, const ScanBlur& blur) {
     const Grid& g = ct.grid;
     Bones out;
     for (Mask* m : {&out.all, &out.spine, &out.canal, &out.ribs_right, &out.ribs_left, &out.sternum,
@@ -368,7 +368,7 @@ Bones findBones(const CtVolume& ct, const Mask& body, double blur_m) {
     const Mask shell = cortexShell(ct, pieces);
     SpinalCanal spine = findCanal(ct, shell, box);
     if (spine.centres_m.empty()) out.notes.push_back("the spinal canal does not show");
-    out.all = withMarrow(ct, body, pieces, shell, spine, blur_m);
+    out.all = withMarrow(ct, body, pieces, shell, spine, blur);
     out.canal = std::move(spine.voxels);
     out.canal_m = std::move(spine.centres_m);
     removeSmallComponents(out.all, kMinBone_ml, Connectivity::corners);
@@ -377,7 +377,7 @@ Bones findBones(const CtVolume& ct, const Mask& body, double blur_m) {
 }
 
 Mask costalCartilage(const CtVolume& ct, const Mask& body, const Mask& inside, const Bones& bones,
-                     double blur_m) {
+                     const ScanBlur& blur) {
     // Muscle is below 75 HU. An adult's cartilage is at 90 to 130 HU, and more where calcified. In wide
     // voxels the edges of cartilage look like muscle, and muscle beside a rib looks like cartilage.
     constexpr float kLow_hu = 78.0f, kHigh_hu = 500.0f;
@@ -412,7 +412,7 @@ Mask costalCartilage(const CtVolume& ct, const Mask& body, const Mask& inside, c
     // The blurred rim of bone and of calcified cartilage is as dense as cartilage, too.
     Mask dense = maskWhere(g, [&](std::size_t i) { return found.voxels[i] && ct.voxels[i] > kBone_hu; });
     removeSmallComponents(dense, kMinDense_ml, Connectivity::corners);
-    const Mask all = unite(found, bones.all), clear = withoutBlurredRim(ct, body, all, bones.canal, blur_m);
+    const Mask all = unite(found, bones.all), clear = withoutBlurredRim(ct, body, all, bones.canal, blur);
     found = subtract(found, subtract(dilated(unite(dense, bones.all), kRimReach_m), clear));
     removeSmallComponents(found, kMin_ml);
     return found;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/modeller/image/scan_blur.h"
 #include "app/modeller/image/voxel_tools.h"
 
 namespace stylet::modeller {
@@ -29,12 +30,11 @@ struct Bones {
     std::vector<std::string> notes;
 };
 
-// `blur_m` is the standard deviation of the scan's blur.
-Bones findBones(const CtVolume&, const Mask& body, double blur_m);
+Bones findBones(const CtVolume&, const Mask& body, const ScanBlur&);
 
 // The costal cartilage that is clearly denser than muscle: outside the fascia (`inside` is the enclosed
 // volume), below the skin's fat, and connected to a rib or the sternum. Empty if voxels are wider than 1.25
 // mm.
-Mask costalCartilage(const CtVolume&, const Mask& body, const Mask& inside, const Bones&, double blur_m);
+Mask costalCartilage(const CtVolume&, const Mask& body, const Mask& inside, const Bones&, const ScanBlur&);
 
 }  // namespace stylet::modeller

@@ -161,9 +161,10 @@ void readScan(BuildState& work) {
     work.ct = resampleCt(scan, grid);
     work.scan = scan.grid;
     work.scan_voxels = voxelDigest(scan);
-    const std::optional<double> blur_m = measureBlur(work.ct);
-    work.blur_m = blur_m.value_or(kUsualBlur_m);
-    work.blur_assumed = !blur_m;
+    const std::optional<double> within_m = measureBlurWithin(work.ct), across_m = measureBlurAcross(work.ct);
+    work.blur.within_m = within_m.value_or(kUsualBlur_m);
+    work.blur.across_m = across_m.value_or(work.blur.within_m);
+    work.within_assumed = !within_m, work.across_assumed = !across_m;
     LabelVolume none(work.ct.grid);
     work.body = cropToBody(work.ct, none);
 }
@@ -297,7 +298,7 @@ BuildResult build(const BuildSettings& settings) {
     out.stages.push_back({.name = "read", .seconds = secondsSince(begin), .notes = {}});
     StateHash start;
     start.add(ctDigest(work.ct));
-    start.add(work.blur_m);
+    start.add(work.blur.within_m), start.add(work.blur.across_m);
     start.add(fileDigest(programFile()));
     std::uint64_t chain = start.value();
     int number = 0;

@@ -20,7 +20,7 @@ struct LiverSettings {
     double coarse_m = 0.003;
     // Maximum distance by which the second cut, on the CT's own grid, may move the border.
     double band_m = 0.006;
-    double blur_m = kUsualBlur_m;  // standard deviation of the scan's blur
+    double blur_m = kUsualBlur_m;  // standard deviation of the scan's blur within its slices
 };
 
 struct Liver {

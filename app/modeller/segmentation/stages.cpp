@@ -8,6 +8,7 @@
 #include "app/modeller/import/import_map.h"
 #include "app/modeller/import/section.h"
 #include "app/modeller/segmentation/atlas.h"
+#include "app/modeller/segmentation/bone_voxels.h"
 #include "app/modeller/segmentation/bones.h"
 #include "app/modeller/segmentation/classes.h"
 #include "app/modeller/segmentation/ducts.h"
@@ -28,7 +29,7 @@ namespace {
 
 // Ids used only by stages, in addition to a package's labels.
 constexpr std::uint8_t kAirways = 253, kBody = 254;
-constexpr double kSkin_m = 0.002, kRimReach_m = 0.002;
+constexpr double kSkin_m = 0.002;
 // Arteries reach it in their phase. What is denser inside the liver is calcified, or metal.
 constexpr std::int16_t kDensestBlood_hu = 400;
 constexpr double kAtlasSpacing_m = 0.0025;  // of the default atlases; the prior's grid is coarser
@@ -72,8 +73,9 @@ void findClasses(BuildState& work, StageResult& r) {
         r.text = writeClasses(c, computeThresholds(c));
         if (c.blood.share == 0.0) r.record.notes.push_back("no contrast medium is visible");
     }
-    r.record.notes.push_back(fmt::format("blur: {:.2f} mm{}", 1e3 * work.blur_m,
-                                         work.blur_assumed ? ", assumed: the scan does not show it" : ""));
+    r.record.notes.push_back(fmt::format("blur: {:.2f} mm within slices{}, {:.2f} mm across{}",
+                                         1e3 * work.blur.within_m, work.within_assumed ? " (assumed)" : "",
+                                         1e3 * work.blur.across_m, work.across_assumed ? " (assumed)" : ""));
     const patient::Thresholds t = parseClasses(r.text);
     const std::uint8_t skin = targetId("skin"), soft = targetId("muscle"), bone = targetId("bone");
     for (std::size_t i = 0; i < r.labels.voxels.size(); ++i) {
@@ -106,25 +108,8 @@ std::string formatRibs(const Bones& bones, bool right) {
     return all;
 }
 
-// Distance to which blur makes the tissue beside bone brighter.
-double rimReach(const BuildState& work) {
-    return std::max(kRimReach_m, 1.01 * work.ct.grid.spacing_m.x);
-}
-
-// Returns soft tissue next to a bone that is above the bone threshold because of blur. Without a label it
-// would stop a needle. Voxels surrounded by bright voxels are excluded, because they are missed bone.
-Mask blurredRim(const BuildState& work, const Mask& bones) {
-    const double reach_m = rimReach(work);
-    const Mask bright = maskWhere(bones.grid, [&](std::size_t i) {
-        return bones.voxels[i] ||
-               (work.body.voxels[i] && work.ct.voxels[i] >= work.thresholds.t2_sensitive_hu);
-    });
-    const Mask rim = intersect(subtract(dilated(bones, reach_m), bones), bright);
-    return subtract(rim, eroded(closed(bright, reach_m), reach_m));
-}
-
 void findBonesStage(BuildState& work, StageResult& r) {
-    const Bones bones = findBones(work.ct, work.body, work.blur_m);
+    const Bones bones = findBones(work.ct, work.body, work.blur);
     paintTarget(r, bones.other, "bone");
     paintTarget(r, bones.cartilage, "cartilage and discs");
     paintTarget(r, bones.spine, "spine");
@@ -132,7 +117,8 @@ void findBonesStage(BuildState& work, StageResult& r) {
     paintTarget(r, bones.sternum, "sternum");
     paintTarget(r, bones.ribs_right, "right ribs");
     paintTarget(r, bones.ribs_left, "left ribs");
-    paintTarget(r, blurredRim(work, bones.all), "muscle", false);
+    const double bone_hu = work.thresholds.t2_sensitive_hu;
+    paintTarget(r, brightRim(work.ct, work.body, bones.all, bone_hu, work.blur), "muscle", false);
     r.record.notes = bones.notes;
     for (const bool right : {true, false})
         if (const std::string ribs = formatRibs(bones, right); !ribs.empty()) r.record.notes.push_back(ribs);
@@ -192,11 +178,11 @@ void findLiverStage(BuildState& work, StageResult& r) {
     const Mask lungs = labelMask(work.found.at("lungs"), isLung),
                bones = labelMask(work.found.at("bones"), isBone);
     const AtlasPrior prior = alignAtlases(work.ct, work.body, lungs, atlasImages(work, atlas), atlas);
-    Liver liver = findLiver(work.ct, work.body, lungs, bones, prior, {.blur_m = work.blur_m});
+    Liver liver = findLiver(work.ct, work.body, lungs, bones, prior, {.blur_m = work.blur.within_m});
     const Mask calcified = calcifiedLiver(denseTissue(work), liver.mask);
     if (const double ml = volume_ml(calcified); ml > 0.0) {
         // Blur has made the tissue around them as bright as bone, too.
-        const Mask near = dilated(calcified, rimReach(work));
+        const Mask near = dilated(calcified, blurReach(work.ct.grid, work.blur));
         const Mask halo = maskWhere(bones.grid, [&](std::size_t i) {
             return near.voxels[i] && !bones.voxels[i] && work.ct.voxels[i] > work.thresholds.t2_sensitive_hu;
         });
@@ -216,7 +202,8 @@ void restoreLiver(BuildState& work, const StageResult& r) {
 void findVesselsStage(BuildState& work, StageResult& r) {
     // The blurred border of a calcification is as bright as a vessel.
     const Mask whole = liverMask(work);
-    const Mask liver = subtract(whole, dilated(intersect(whole, denseTissue(work)), rimReach(work)));
+    const Mask liver =
+        subtract(whole, dilated(intersect(whole, denseTissue(work)), blurReach(work.ct.grid, work.blur)));
     const SplitVessels split = splitVessels(work.ct, liver, findVessels(work.ct, liver));
     paintTarget(r, split.cava, "vena cava and renal veins");
     paintTarget(r, split.portal, "portal vein");
@@ -305,8 +292,7 @@ void findFasciaStage(BuildState& work, StageResult& r) {
     if (r.text.empty()) r.text = writeFascia(fitFascia(input));
     const FasciaSpline fascia = parseFascia(kControlPoints, r.text);
     // Inside the fascia there is no costal cartilage, but muscle, stomach and spleen, which have similar HU.
-    const Mask cartilage =
-        costalCartilage(work.ct, work.body, insideFascia(fascia, input), bones, work.blur_m);
+    const Mask cartilage = costalCartilage(work.ct, work.body, insideFascia(fascia, input), bones, work.blur);
     paintTarget(r, subtract(cartilage, organs), "cartilage and discs");
     paintTarget(r, fasciaVoxels(fascia, input), "fascia");
 }

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/modeller/image/scan_blur.h"
 #include "app/modeller/image/voxel_tools.h"
 #include "app/modeller/segmentation/build.h"
 #include "app/modeller/segmentation/stage_store.h"
@@ -23,8 +24,8 @@ struct BuildState {
     std::uint64_t scan_voxels = 0;  // digest of the scan's values
     CtVolume ct;                    // air outside the body
     Mask body;
-    double blur_m = 0.0;  // standard deviation of the scan's blur
-    bool blur_assumed = false;
+    ScanBlur blur;
+    bool within_assumed = false, across_assumed = false;  // the scan does not show its blur
     patient::Thresholds thresholds;
     std::map<std::string, LabelVolume> found;                       // labels, by stage name
     std::map<std::string, bool> corrected;                          // corrected by a person, by stage name

@@ -26,12 +26,12 @@ CtVolume bodyWithEdge(double blur_voxels, double noise_hu, double spacing_m = 0.
 TEST(ScanBlur, MatchesTheBlurOfThePhantom) {
     for (const double blur : {0.5, 0.7, 1.0, 1.5})
         for (const double noise_hu : {0.0, 30.0}) {
-            const double found = 1e3 * measureBlur(bodyWithEdge(blur, noise_hu)).value();
+            const double found = 1e3 * measureBlurWithin(bodyWithEdge(blur, noise_hu)).value();
             // The skin's value is that of its brightest voxel, which noise raises: the edge seems wider.
             EXPECT_NEAR(found, blur, 0.08 * blur + 0.002 * noise_hu) << noise_hu << " HU of noise";
         }
-    EXPECT_NEAR(measureBlur(bodyWithEdge(0.7, 10.0, 0.002)).value(), 0.0014, 0.00014);
-    EXPECT_NEAR(measureBlur(bodyWithEdge(2.5, 0.0)).value(), 0.002, 0.0001);
+    EXPECT_NEAR(measureBlurWithin(bodyWithEdge(0.7, 10.0, 0.002)).value(), 0.0014, 0.00014);
+    EXPECT_NEAR(measureBlurWithin(bodyWithEdge(2.5, 0.0)).value(), 0.002, 0.0001);
 }
 
 // Adversaries: a sharp blanket on a third of the body; on most of it, bedding that fills the air, or a steep
@@ -41,7 +41,7 @@ TEST(ScanBlur, OnlySkinInAirCounts) {
     const auto error = [](const auto& change) {
         CtVolume ct = bodyWithEdge(1.0, 10.0);
         forEachVoxel(ct.grid, [&](const Index3& i) { change(i, ct[i]); });
-        return std::fabs(measureBlur(ct).value() - 0.001);
+        return std::fabs(measureBlurWithin(ct).value() - 0.001);
     };
     const auto blanket = [](const Index3& i, std::int16_t& hu) {
         if (i.x < 40 && i.y <= 64) hu = std::max<std::int16_t>(hu, -400);
@@ -63,11 +63,51 @@ TEST(ScanBlur, OnlySkinInAirCounts) {
     CtVolume cut = bodyWithEdge(1.0, 10.0);
     for (std::int16_t& hu : cut.voxels)
         if (hu < -200) hu = -1024;
-    EXPECT_FALSE(measureBlur(cut));
+    EXPECT_FALSE(measureBlurWithin(cut));
     const Grid g{Index3(40), Vec3(0.001), Vec3(0.0)};
     for (const std::int16_t hu : {50, -1000})
-        EXPECT_FALSE(measureBlur(CtVolume(g, hu))) << hu;
-    EXPECT_FALSE(measureBlur(CtVolume({Index3(1), Vec3(0.001), Vec3(0.0)}, 50)));
+        EXPECT_FALSE(measureBlurWithin(CtVolume(g, hu))) << hu;
+    EXPECT_FALSE(measureBlurWithin(CtVolume({Index3(1), Vec3(0.001), Vec3(0.0)}, 50)));
+}
+
+// A lung on a curved diaphragm, blurred across slices by a normal distribution.
+CtVolume lungOnDiaphragm(double blur_voxels, double noise_hu, double slope = 0.05, double lung_hu = -850.0) {
+    CtVolume ct({Index3(60, 60, 60), Vec3(0.001), Vec3(0.0)}, -1000);
+    std::mt19937_64 random(test::seed());
+    std::normal_distribution<double> noise(0.0, noise_hu);
+    forEachVoxel(ct.grid, [&](const Index3& i) {
+        const double base = 30.3 - 0.002 * (i.x - 30) * (i.x - 30) + slope * (i.y - 30);
+        const double share = 0.5 * std::erfc((i.z - base) / (blur_voxels * std::sqrt(2.0)));
+        ct[i] = std::int16_t(std::lround(lung_hu + (80.0 - lung_hu) * share + noise(random)));
+    });
+    return ct;
+}
+
+TEST(ScanBlur, AcrossSlicesMatchesTheBlurOfTheDiaphragm) {
+    for (const double blur : {0.5, 0.7, 1.0, 1.5})
+        for (const double noise_hu : {0.0, 20.0})
+            EXPECT_NEAR(1e3 * measureBlurAcross(lungOnDiaphragm(blur, noise_hu)).value(), blur,
+                        0.08 * blur + 0.001 * noise_hu)
+                << noise_hu << " HU of noise";
+}
+
+// Adversaries: a part of the diaphragm moved while it was scanned; fat under it; a steep diaphragm; lung that
+// is full of fluid; air instead of lung; nothing at all.
+TEST(ScanBlur, OnlyAClearDiaphragmCounts) {
+    CtVolume moved = lungOnDiaphragm(1.0, 10.0);
+    const CtVolume soft = lungOnDiaphragm(2.5, 10.0);
+    forEachVoxel(moved.grid, [&](const Index3& i) {
+        if (i.x < 20) moved[i] = soft[i];
+    });
+    EXPECT_NEAR(measureBlurAcross(moved).value(), 0.001, 0.00015);
+    CtVolume fat = lungOnDiaphragm(1.0, 10.0);
+    for (std::int16_t& hu : fat.voxels)
+        if (hu > -100) hu = -100;
+    EXPECT_FALSE(measureBlurAcross(fat));
+    EXPECT_FALSE(measureBlurAcross(lungOnDiaphragm(1.0, 10.0, 0.4)));
+    EXPECT_FALSE(measureBlurAcross(lungOnDiaphragm(1.0, 10.0, 0.05, -600.0)));
+    EXPECT_FALSE(measureBlurAcross(lungOnDiaphragm(1.0, 10.0, 0.05, -1000.0)));
+    EXPECT_FALSE(measureBlurAcross(CtVolume({Index3(1), Vec3(0.001), Vec3(0.0)}, 50)));
 }
 
 }  // namespace

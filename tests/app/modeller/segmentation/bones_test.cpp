@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "app/modeller/segmentation/bone_voxels.h"
 #include "tests/app/modeller/segmentation/liver_phantom.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"
 
@@ -28,7 +29,7 @@ CtVolume shaftAndKidney() {
 
 TEST(Bones, CortexIsFilledAndKidneyIsExcluded) {
     const CtVolume ct = shaftAndKidney();
-    const Bones b = findBones(ct, Mask(ct.grid, 1), kUsualBlur_m);
+    const Bones b = findBones(ct, Mask(ct.grid, 1), {});
     EXPECT_FALSE((b.all[{20, 30, 20}]));
     EXPECT_TRUE((b.all[{60, 71, 20}]));
     EXPECT_TRUE((b.all[{60, 65, 20}]));
@@ -44,7 +45,7 @@ TEST(Bones, ADenseKidneyIsExcluded) {
         if (const double r = std::hypot(i.x - 65, y, z); r < 14.5)
             ct[i] = std::int16_t((r < 13.0 ? 318 : 600) + noise_hu);
     });
-    const Bones b = findBones(ct, Mask(ct.grid, 1), kUsualBlur_m);
+    const Bones b = findBones(ct, Mask(ct.grid, 1), {});
     EXPECT_FALSE((b.all[{20, 30, 20}]));
     EXPECT_TRUE((b.all[{65, 30, 20}]));
     EXPECT_NEAR(volume_ml(b.all), 4.0 / 3.0 * 3.14159 * std::pow(1.45, 3), 0.5);
@@ -67,7 +68,7 @@ TEST(Bones, BlurredCortexHasNoRimOfBone) {
         raised += radius(i) >= 7.0 && ct[i] > 200;
     });
     ASSERT_GT(raised, 1000u);
-    const Bones b = findBones(ct, Mask(ct.grid, 1), kUsualBlur_m);
+    const Bones b = findBones(ct, Mask(ct.grid, 1), {});
     forEachVoxel(ct.grid, [&](const Index3& i) {
         rim += b.all[i] && radius(i) >= 7.0;
         shaft += radius(i) < 7.0;
@@ -133,7 +134,7 @@ TEST(Bones, ARibsBorderIsUnbiased) {
         return (*std::max_element(ct.voxels.begin(), ct.voxels.end()) + beside_hu) / 2;
     };
     const auto found = [](const CtVolume& ct) {
-        return RibPhantom::borderOffset(findBones(ct, Mask(ct.grid, 1), kUsualBlur_m).all);
+        return RibPhantom::borderOffset(findBones(ct, Mask(ct.grid, 1), {}).all);
     };
     EXPECT_GT(above(rib.ct, 200), 0.5);
     EXPECT_GT(above(rib.ct, half(rib.ct)), 0.08);
@@ -146,17 +147,83 @@ TEST(Bones, ARibsBorderIsUnbiased) {
 TEST(Bones, AMeasuredBlurGivesAThinnerRim) {
     const RibPhantom soft(false, 800.0f, 3);
     const Mask body(soft.ct.grid, 1);
-    const double usual_mm = RibPhantom::borderOffset(findBones(soft.ct, body, kUsualBlur_m).all),
-                 measured_mm = RibPhantom::borderOffset(findBones(soft.ct, body, 0.00122).all);
+    const double usual_mm = RibPhantom::borderOffset(findBones(soft.ct, body, {}).all),
+                 measured_mm = RibPhantom::borderOffset(
+                     findBones(soft.ct, body, {.within_m = 0.00122, .across_m = 0.00122}).all);
     std::printf("border of a rib in a soft scan: %+.2f mm, with its blur %+.2f mm\n", usual_mm, measured_mm);
     EXPECT_GT(usual_mm, 0.2);
     EXPECT_LT(std::fabs(measured_mm), 0.5 * usual_mm);
 }
 
+// A rib that lies in thick slices: y and z are exchanged, and the scan is blurred again along z.
+CtVolume ribInThickSlices(int blurs) {
+    const RibPhantom upright(false);
+    const Index3 dims = upright.ct.grid.dims;
+    FloatVolume hu({{dims.x, dims.z, dims.y}, Vec3(0.001), Vec3(0.0)});
+    forEachVoxel(hu.grid, [&](const Index3& i) { hu[i] = upright.ct[{i.x, i.z, i.y}]; });
+    for (int n = 0; n < blurs; ++n)
+        parallelLines(1, hu.grid.dims, 2, hu.voxels.data(), smoothLine);
+    CtVolume ct(hu.grid);
+    for (std::size_t i = 0; i < ct.voxels.size(); ++i)
+        ct.voxels[i] = std::int16_t(std::lround(hu.voxels[i]));
+    return ct;
+}
+
+TEST(Bones, ARibInThickSlicesHasAThinnerRimWithTheirBlur) {
+    const CtVolume ct = ribInThickSlices(2);
+    const auto offset = [&](const ScanBlur& blur) {
+        const Mask found = findBones(ct, Mask(ct.grid, 1), blur).all;
+        Mask upright({{found.grid.dims.x, found.grid.dims.z, found.grid.dims.y}, Vec3(0.001), Vec3(0.0)});
+        forEachVoxel(found.grid, [&](const Index3& i) { upright[{i.x, i.z, i.y}] = found[i]; });
+        return RibPhantom::borderOffset(upright);
+    };
+    const double usual_mm = offset({}), measured_mm = offset({.across_m = 0.00122});
+    std::printf("border of a rib in thick slices: %+.2f mm, with their blur %+.2f mm\n", usual_mm,
+                measured_mm);
+    EXPECT_GT(usual_mm, 0.1);
+    EXPECT_LT(std::fabs(measured_mm), 0.5 * usual_mm);
+}
+
+// Muscle that blur has raised above the bone threshold, and that is neither bone nor its rim, stops a needle.
+TEST(Bones, TheRimReachesAsFarAsTheBlur) {
+    constexpr double kAcross = 2.4, kBone_hu = 150.0;  // blur in voxels, as in slices of 5 mm
+    CtVolume ct({Index3(40), Vec3(0.001), Vec3(0.0)}, 0);
+    Mask bones(ct.grid);
+    const auto above = [](double z) { return 0.5 * std::erfc(z / (kAcross * std::sqrt(2.0))); };
+    forEachVoxel(ct.grid, [&](const Index3& i) {
+        const bool beside = i.x >= 10 && i.x < 30 && i.y >= 10 && i.y < 30;
+        bones[i] = beside && i.z >= 10 && i.z < 30;
+        ct[i] = std::int16_t(50.0 + (beside ? 950.0 * (above(9.5 - i.z) - above(29.5 - i.z)) : 0.0));
+    });
+    const Mask body(ct.grid, 1);
+    const auto left = [&](const ScanBlur& blur) {
+        const Mask known = unite(bones, brightRim(ct, body, bones, kBone_hu, blur));
+        return countVoxels(
+            maskWhere(ct.grid, [&](std::size_t i) { return !known.voxels[i] && ct.voxels[i] >= kBone_hu; }));
+    };
+    EXPECT_GT(left({}), 0u);
+    EXPECT_EQ(left({.across_m = 0.001 * kAcross}), 0u);
+}
+
+// A piece of bone that the rule for cortex missed stays bone: bright voxels surround its middle.
+TEST(Bones, TheRimLeavesOutMissedBone) {
+    CtVolume ct({Index3(40), Vec3(0.001), Vec3(0.0)}, 50);
+    Mask bones(ct.grid);
+    forEachVoxel(ct.grid, [&](const Index3& i) {
+        const bool inside = i.x >= 10 && i.x < 30 && i.y >= 10 && i.y < 30 && i.z >= 10 && i.z < 30;
+        if (inside) ct[i] = 400;
+        bones[i] = inside && i.x < 15;
+    });
+    const Mask rim = brightRim(ct, Mask(ct.grid, 1), bones, 150.0, {});
+    EXPECT_TRUE(rim.grid == ct.grid);
+    EXPECT_FALSE((rim[{15, 20, 20}]));
+    EXPECT_FALSE((rim[{16, 20, 20}]));
+}
+
 // A cortex much darker than the cortex beside it is no blurred rim.
 TEST(Bones, ADarkPartOfTheCortexIsKept) {
     const RibPhantom rib(true, 400.0f);
-    const Bones b = findBones(rib.ct, Mask(rib.ct.grid, 1), kUsualBlur_m);
+    const Bones b = findBones(rib.ct, Mask(rib.ct.grid, 1), {});
     std::size_t kept = 0, cortex = 0;
     forEachVoxel(rib.ct.grid, [&](const Index3& i) {
         if (i.z % 8 != 5 || RibPhantom::share(i.x, i.y, i.z, 0.0) >= 1.0) return;
@@ -168,11 +235,11 @@ TEST(Bones, ADarkPartOfTheCortexIsKept) {
 
 TEST(Bones, DarkScanHasNoBones) {
     const CtVolume ct({Index3(30), Vec3(0.002), Vec3(0.0)}, 50);
-    const Bones b = findBones(ct, Mask(ct.grid, 1), kUsualBlur_m);
+    const Bones b = findBones(ct, Mask(ct.grid, 1), {});
     EXPECT_EQ(countVoxels(b.all), 0u);
     EXPECT_TRUE(b.ribs.empty());
     EXPECT_EQ(b.notes.size(), 3u);  // notes: no canal, no left ribs, no right ribs
-    EXPECT_EQ(findBones(ct, Mask(ct.grid), kUsualBlur_m).notes.size(), 1u);
+    EXPECT_EQ(findBones(ct, Mask(ct.grid), {}).notes.size(), 1u);
 }
 
 // A rod along x in front: bone, then cartilage, then muscle again. A second rod is cartilage only. A dense
@@ -192,14 +259,14 @@ TEST(Bones, CartilageContinuesTheRib) {
         if ((i.y == 45 || i.y == 46) && i.z >= 20 && i.z < 26) ct[i] = 95;
     });
     b.all = b.ribs_right;
-    const Mask found = costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b, kUsualBlur_m);
+    const Mask found = costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b, {});
     EXPECT_GT(compare(cartilage, found).dice, 0.85);
     EXPECT_FALSE((found[{50, 45, 35}]));
     EXPECT_FALSE((found[{55, 45, 22}]));
     ct.grid.spacing_m = Vec3(0.0015);
     for (Mask* m : {&b.all, &b.spine, &b.canal, &b.ribs_right, &b.ribs_left, &b.sternum})
         m->grid = ct.grid;
-    EXPECT_EQ(countVoxels(costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b, kUsualBlur_m)), 0u);
+    EXPECT_EQ(countVoxels(costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b, {})), 0u);
 }
 
 // A blurred, noisy scan of a rod: rib, then cartilage with a calcified shell, then plain cartilage. The rim
@@ -222,7 +289,7 @@ TEST(Bones, TheRimOfCalcifiedCartilageIsMuscle) {
     for (std::size_t i = 0; i < hu.voxels.size(); ++i)
         ct.voxels[i] = std::int16_t(std::lround(hu.voxels[i] + 12.0 * test::noiseAt(i)));
     b.all = b.ribs_right;
-    const Mask found = costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b, kUsualBlur_m);
+    const Mask found = costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b, {});
     const auto share = [&](const Mask& of) {
         return double(countVoxels(intersect(found, of))) / double(countVoxels(of));
     };
@@ -240,7 +307,7 @@ TEST(Bones, ACalcifiedAortaIsNoVertebra) {
     const Mask wall = subtract(aorta, eroded(aorta, 1.5 * ct.grid.spacing_m.x));
     for (std::size_t i = 0; i < ct.voxels.size(); ++i)
         if (wall.voxels[i]) ct.voxels[i] = 700;
-    const Bones b = findBones(ct, test::seededBody(), kUsualBlur_m);
+    const Bones b = findBones(ct, test::seededBody(), {});
     EXPECT_LT(double(countVoxels(intersect(b.all, aorta))), 0.05 * double(countVoxels(aorta)));
     EXPECT_GT(compare(b.spine, test::seededBones().spine).dice, 0.97);
 }
@@ -252,7 +319,7 @@ TEST(Bones, RibsThatAreJoinedInFrontStayBone) {
     const Mask cartilage = withLabel(test::seededTorso().labels, std::uint8_t(Id::cartilage));
     for (std::size_t i = 0; i < ct.voxels.size(); ++i)
         if (cartilage.voxels[i]) ct.voxels[i] = 600;
-    const Mask found = findBones(ct, test::seededBody(), kUsualBlur_m).all, usual = test::seededBones().all;
+    const Mask found = findBones(ct, test::seededBody(), {}).all, usual = test::seededBones().all;
     EXPECT_GT(double(countVoxels(intersect(found, usual))), 0.9 * double(countVoxels(usual)));
 }
 

@@ -161,7 +161,7 @@ TEST(Organs, OddScansGiveEmptyMasks) {
             const CtVolume ct({dims, Vec3(0.003), Vec3(0.0)}, hu);
             for (const Mask& body : {Mask(ct.grid), Mask(ct.grid, 1)}) {
                 const Lungs lungs = findLungs(ct, body);
-                const Bones bones = findBones(ct, body, kUsualBlur_m);
+                const Bones bones = findBones(ct, body, {});
                 const Mask none(ct.grid);
                 const FasciaInput in{ct, body, bones.all, none};
                 const FasciaSpline fascia = fitFascia(in);

@@ -28,7 +28,7 @@ inline const modeller::Mask& seededBody() {
 // As found in the CT.
 inline const modeller::Bones& seededBones() {
     static const modeller::Bones bones =
-        modeller::findBones(seededTorso().ct, seededBody(), modeller::kUsualBlur_m);
+        modeller::findBones(seededTorso().ct, seededBody(), modeller::ScanBlur{});
     return bones;
 }
 

@@ -1,6 +1,7 @@
 #include "app/modeller/segmentation/judgement.h"
 
 #include <algorithm>
+#include <array>
 #include <functional>
 
 #include "app/modeller/import/import_map.h"
@@ -110,6 +111,25 @@ std::vector<StructureAgreement> compareStructures(const Package& truth, const Pa
             all.push_back({s.name, compare(a, b, beside)});
     }
     return all;
+}
+
+std::map<std::string, std::size_t> countRiskCrossings(const Package& truth,
+                                                      const std::vector<patient::PlannedPath>& paths) {
+    std::array<const Label*, 256> risks{};
+    for (const Label& l : truth.label_table)
+        if (l.role == patient::Role::risk) risks[l.id] = &l;
+    std::map<std::string, std::size_t> crossed;
+    const Grid& g = truth.labels.grid;
+    for (const patient::PlannedPath& path : paths)
+        for (VoxelWalk walk(g, path.entry_reference_m, path.target_reference_m); !walk.done(); walk.next()) {
+            // An edge or corner is only touched.
+            if (!g.contains(walk.voxel()) || walk.begin() == walk.end()) continue;
+            const Label* const risk = risks[truth.labels[walk.voxel()]];
+            if (!risk) continue;
+            ++crossed[risk->name];
+            break;
+        }
+    return crossed;
 }
 
 }  // namespace stylet::modeller

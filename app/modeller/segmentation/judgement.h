@@ -1,6 +1,7 @@
 // Compares a built package with the truth, structure by structure.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -19,5 +20,11 @@ struct StructureAgreement {
 std::vector<StructureAgreement> compareStructures(const patient::Package& truth,
                                                   const patient::Package& found,
                                                   const std::vector<patient::PlannedPath>& paths);
+
+// The names of the true risk structures that paths cross, and the number of paths. A path that crosses
+// several is counted for the first. The paths were planned in another package of the same CT, in its
+// breathing state.
+std::map<std::string, std::size_t> countRiskCrossings(const patient::Package& truth,
+                                                      const std::vector<patient::PlannedPath>& paths);
 
 }  // namespace stylet::modeller

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "app/modeller/segmentation/judgement.h"
 #include "tests/app/modeller/segmentation/liver_phantom.h"
 
 namespace stylet::modeller {
@@ -49,6 +50,39 @@ TEST(Accuracy, RegionHasItsOwnMeanSurfaceDistance) {
     EXPECT_NEAR(compare(a, b, box(kBoxGrid, {19, 13, 13}, {21, 16, 16})).mean_surface_near_m, 0.004, 1e-8);
     EXPECT_EQ(compare(a, b, box(kBoxGrid, {10, 13, 13}, {11, 16, 16})).mean_surface_near_m, 0.0);
     EXPECT_TRUE(std::isnan(compare(a, b, box(kBoxGrid, Index3(30), Index3(32))).mean_surface_near_m));
+}
+
+// A vein, behind it an artery, and a gallbladder that is no risk here.
+TEST(Accuracy, PathsThatCrossATrueRiskAreCounted) {
+    patient::Package truth;
+    truth.labels = LabelVolume(kBoxGrid);
+    const auto paint = [&](std::uint8_t id, const char* name, patient::Role role, int from_x, int to_x) {
+        patient::Label label;
+        label.id = id, label.name = name, label.role = role;
+        truth.label_table.push_back(label);
+        forEachVoxel(VoxelBox{{from_x, 10, 10}, {to_x, 19, 19}},
+                     [&](const Index3& i) { truth.labels[i] = id; });
+    };
+    paint(7, "vein", patient::Role::risk, 20, 21);
+    paint(8, "artery", patient::Role::risk, 25, 30);
+    paint(9, "gallbladder", patient::Role::pass, 32, 35);
+    const auto path = [](const Vec3& from, const Vec3& to) {
+        patient::PlannedPath p;
+        p.entry_reference_m = kBoxGrid.spacing_m * from, p.target_reference_m = kBoxGrid.spacing_m * to;
+        return p;
+    };
+    const std::vector<patient::PlannedPath> paths{
+        path({10, 15, 15}, {39, 15, 15}),                        // crosses both: counted for the vein
+        path({39, 15, 15}, {23, 15, 15}),                        // comes from the other side: the artery
+        path({10, 15, 15}, {19.4, 15, 15}),                      // ends before the vein
+        path({10, 15, 15}, {19.6, 15, 15}),                      // ends in it
+        path({10, 9.4, 15}, {39, 9.4, 15}),                      // passes beside all
+        path({31, 15, 15}, {39, 15, 15}),                        // through the gallbladder only
+        path({-50, 90, 15}, {-10, 90, 15}),                      // outside the volume
+        path({19.5 - 5, 9.5 + 5, 15}, {19.5 + 5, 9.5 - 5, 15}),  // touches an edge of the vein
+    };
+    EXPECT_EQ(countRiskCrossings(truth, paths),
+              (std::map<std::string, std::size_t>{{"artery", 1}, {"vein", 2}}));
 }
 
 TEST(Accuracy, EmptyMaskHasInfiniteDistance) {

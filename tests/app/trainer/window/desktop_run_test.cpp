@@ -127,6 +127,11 @@ class DesktopRun : public testing::Test {
                                               0.1;
         });
     }
+    // Returns true if the needle has punctured the skin.
+    bool isInSkin() const {
+        const records::Sample& now = newest_.back();
+        return now.phase != haptics::Phase::outside && now.tissue != haptics::Tissue::air;
+    }
     KeySteps stepsNow() const {
         return keys_->stepsAt(newest_.back().patient_from_tool, newest_.back().tool);
     }
@@ -168,7 +173,8 @@ class DesktopRun : public testing::Test {
         const KeySteps at = stepsNow();
         return std::string(haptics::kToolNames[std::size_t(newest_.back().tool)]) + " at right " +
                std::to_string(at.right) + ", up " + std::to_string(at.up) + ", deeper " +
-               std::to_string(at.deeper) + ", rolled " + std::to_string(at.rolled) + ", force " +
+               std::to_string(at.deeper) + ", rolled " + std::to_string(at.rolled) + ", phase " +
+               std::to_string(int(newest_.back().phase)) + ", force " +
                std::to_string(glm::length(newest_.back().tool_force_n)) + " N, breath " +
                std::to_string(newest_.back().breath_v) + (newest_.back().breath_held ? " held" : "") +
                ", faults " + std::to_string(newest_.back().faults) + "\n" + printed();
@@ -232,12 +238,13 @@ TEST_F(DesktopRunRealTime, MouseAndKeysMoveToolsAndSendCommands) {
     display_.key("n");
     ASSERT_TRUE(says("the needle is in hand")) << printed();
     ASSERT_TRUE(bring(Tool::needle, {})) << where();
-    constexpr double kDeeper = 50.0;  // 25 mm: a bleeding needs a hole in the skin, wherever a breath is held
-    for (int tries = 0; tries < 12 && !isNear(stepsNow(), {.deeper = kDeeper}); ++tries) {
-        display_.wheel(250, 130, int(std::lround(1e3 * kKeyStep_m * (kDeeper - stepsNow().deeper))));
-        until([&] { return rests(Tool::needle) && isNear(stepsNow(), {.deeper = kDeeper}); }, 5s);
-    }
-    EXPECT_TRUE(isNear(stepsNow(), {.deeper = kDeeper})) << where();
+    // A bleeding needs a hole in the skin. How deep the skin is depends on the breath that is held.
+    for (double deeper = 20.0; deeper <= 60.0 && !isInSkin(); deeper += 10.0)
+        for (int tries = 0; tries < 12 && !isNear(stepsNow(), {.deeper = deeper}); ++tries) {
+            display_.wheel(250, 130, int(std::lround(1e3 * kKeyStep_m * (deeper - stepsNow().deeper))));
+            until([&] { return rests(Tool::needle) && isNear(stepsNow(), {.deeper = deeper}); }, 5s);
+        }
+    ASSERT_TRUE(isInSkin()) << where();
     display_.key("x");
     EXPECT_TRUE(says("X-rays")) << printed();
     display_.key("i");
@@ -265,7 +272,7 @@ TEST_F(DesktopRunRealTime, MouseAndKeysMoveToolsAndSendCommands) {
          {std::pair{"F2", "cough"}, {"F4", "bleed"}, {"F5", "move"}, {"F6", "fault"}}) {
         display_.key(key);
         EXPECT_TRUE(says("instructor: " + std::string(name))) << printed();
-        EXPECT_TRUE(happens("injected", name)) << printed();
+        EXPECT_TRUE(happens("injected", name)) << where();
     }
     // An exam places no tool and shows no expert.
     for (const char* difficulty : {"practice", "exam"}) {

@@ -67,7 +67,7 @@ std::optional<Edge> findSkin(const Line& line) {
 
 // The lowest place where lung lies on tissue: diaphragm with liver or spleen under it.
 std::optional<Edge> findLungBase(const Line& line) {
-    constexpr int kClear = 3, kTissue = 11;  // in voxels below the edge: where clear tissue begins and ends
+    constexpr int kClear = 4, kTissue = 12;  // in voxels below the edge: where clear tissue begins and ends
     constexpr double kMinTissue_hu = 0.0, kMaxTissue_hu = 250.0, kMinLung_hu = -950.0, kMaxLung_hu = -700.0;
     for (int z = kTissue; z + kOutside < line.size(); ++z) {
         if (line[z] <= kMinDense_hu || line[z + 1] > kMinDense_hu) continue;

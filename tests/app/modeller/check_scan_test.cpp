@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "patient/synth/labels.h"
+#include "tests/app/modeller/lung_phantom.h"
 #include "tests/app/modeller/reference_patient.h"
 
 namespace stylet::modeller {
@@ -130,6 +131,18 @@ TEST(CheckScan, NoiseIsReported) {
     const std::string noisy = finding(test::referencePatient(1, 0.003, {"noise-x3"}), "noise in the liver");
     EXPECT_THAT(noisy, testing::StartsWith("look"));
     EXPECT_THAT(noisy, testing::HasSubstr("soft kernel"));
+}
+
+TEST(CheckScan, ThickSlicesAreReported) {
+    const auto scanned = [](double blur_voxels) {
+        Package p = copy();
+        p.ct = test::lungOnDiaphragm(blur_voxels, 10.0);
+        p.labels = LabelVolume(p.ct.grid);
+        return finding(p, "blur across slices");
+    };
+    EXPECT_EQ(scanned(1.5), "");
+    EXPECT_THAT(scanned(2.5), testing::StartsWith("look"));
+    EXPECT_THAT(scanned(2.5), testing::HasSubstr("thinner slices"));
 }
 
 TEST(CheckScan, MissingOrgansAreReported) {

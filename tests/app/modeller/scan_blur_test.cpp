@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "tests/app/modeller/lung_phantom.h"
 #include "tests/support/seed.h"
 
 namespace stylet::modeller {
@@ -70,23 +71,10 @@ TEST(ScanBlur, OnlySkinInAirCounts) {
     EXPECT_FALSE(measureBlurWithin(CtVolume({Index3(1), Vec3(0.001), Vec3(0.0)}, 50)));
 }
 
-// A lung on a curved diaphragm, blurred across slices by a normal distribution.
-CtVolume lungOnDiaphragm(double blur_voxels, double noise_hu, double slope = 0.05, double lung_hu = -850.0) {
-    CtVolume ct({Index3(60, 60, 60), Vec3(0.001), Vec3(0.0)}, -1000);
-    std::mt19937_64 random(test::seed());
-    std::normal_distribution<double> noise(0.0, noise_hu);
-    forEachVoxel(ct.grid, [&](const Index3& i) {
-        const double base = 30.3 - 0.002 * (i.x - 30) * (i.x - 30) + slope * (i.y - 30);
-        const double share = 0.5 * std::erfc((i.z - base) / (blur_voxels * std::sqrt(2.0)));
-        ct[i] = std::int16_t(std::lround(lung_hu + (80.0 - lung_hu) * share + noise(random)));
-    });
-    return ct;
-}
-
 TEST(ScanBlur, AcrossSlicesMatchesTheBlurOfTheDiaphragm) {
     for (const double blur : {0.5, 0.7, 1.0, 1.5})
         for (const double noise_hu : {0.0, 20.0})
-            EXPECT_NEAR(1e3 * measureBlurAcross(lungOnDiaphragm(blur, noise_hu)).value(), blur,
+            EXPECT_NEAR(1e3 * measureBlurAcross(test::lungOnDiaphragm(blur, noise_hu)).value(), blur,
                         0.08 * blur + 0.001 * noise_hu)
                 << noise_hu << " HU of noise";
 }
@@ -94,19 +82,19 @@ TEST(ScanBlur, AcrossSlicesMatchesTheBlurOfTheDiaphragm) {
 // Adversaries: a part of the diaphragm moved while it was scanned; fat under it; a steep diaphragm; lung that
 // is full of fluid; air instead of lung; nothing at all.
 TEST(ScanBlur, OnlyAClearDiaphragmCounts) {
-    CtVolume moved = lungOnDiaphragm(1.0, 10.0);
-    const CtVolume soft = lungOnDiaphragm(2.5, 10.0);
+    CtVolume moved = test::lungOnDiaphragm(1.0, 10.0);
+    const CtVolume soft = test::lungOnDiaphragm(2.5, 10.0);
     forEachVoxel(moved.grid, [&](const Index3& i) {
         if (i.x < 20) moved[i] = soft[i];
     });
     EXPECT_NEAR(measureBlurAcross(moved).value(), 0.001, 0.00015);
-    CtVolume fat = lungOnDiaphragm(1.0, 10.0);
+    CtVolume fat = test::lungOnDiaphragm(1.0, 10.0);
     for (std::int16_t& hu : fat.voxels)
         if (hu > -100) hu = -100;
     EXPECT_FALSE(measureBlurAcross(fat));
-    EXPECT_FALSE(measureBlurAcross(lungOnDiaphragm(1.0, 10.0, 0.4)));
-    EXPECT_FALSE(measureBlurAcross(lungOnDiaphragm(1.0, 10.0, 0.05, -600.0)));
-    EXPECT_FALSE(measureBlurAcross(lungOnDiaphragm(1.0, 10.0, 0.05, -1000.0)));
+    EXPECT_FALSE(measureBlurAcross(test::lungOnDiaphragm(1.0, 10.0, 0.4)));
+    EXPECT_FALSE(measureBlurAcross(test::lungOnDiaphragm(1.0, 10.0, 0.05, -600.0)));
+    EXPECT_FALSE(measureBlurAcross(test::lungOnDiaphragm(1.0, 10.0, 0.05, -1000.0)));
     EXPECT_FALSE(measureBlurAcross(CtVolume({Index3(1), Vec3(0.001), Vec3(0.0)}, 50)));
 }
 

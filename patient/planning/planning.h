@@ -3,9 +3,10 @@
 // of the duct along it. Source: Mastmeyer et al. 2017, Eq. 9, after Baegert et al. 2007.
 //
 // In a built patient the border of a risk structure is uncertain. C1 therefore keeps a margin: the path
-// passes at least Label::border_uncertainty_m from the label. A vessel runs beside every duct, so on the last
-// PlanSettings::near_target_m before the duct's wall the margin is 2 mm at most. The margin changes neither
-// the scores nor Q. Distances are measured between voxels, so they may be short by half a voxel's diagonal.
+// passes at least Label::border_uncertainty_m from the label, and from what may contain a risk structure
+// (Role::suspect). A vessel runs beside every duct, so on the last PlanSettings::near_target_m before the
+// duct's wall the margin is 2 mm at most. The margin changes neither the scores nor Q. Distances are measured
+// between voxels, so they may be short by half a voxel's diagonal.
 #pragma once
 
 #include <cstdint>

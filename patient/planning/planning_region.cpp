@@ -124,13 +124,13 @@ Volume<std::uint8_t> riskMask(const Volume<std::uint8_t>& marks) {
     return mask;
 }
 
-// Marks the voxels closer to an uncertain risk structure than its border is certain. Structures with the same
-// uncertainty share one distance transform.
+// Marks the voxels closer to an uncertain risk structure, or to a suspect, than its border is certain.
+// Structures with the same uncertainty share one distance transform.
 Volume<std::uint8_t> uncertainMask(const Patient& patient, const Surrogate& breath, const Grid& crop,
                                    int threads) {
     std::map<double, LabelSet> groups;
     for (const Label& label : patient.package().label_table)
-        if (label.role == Role::risk && label.border_uncertainty_m > 0.0)
+        if ((label.role == Role::risk || label.role == Role::suspect) && label.border_uncertainty_m > 0.0)
             groups.try_emplace(label.border_uncertainty_m).first->second[label.id] = true;
     if (groups.empty()) return {};
     const Package& p = patient.package();

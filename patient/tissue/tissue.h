@@ -22,8 +22,10 @@ constexpr std::string_view tissueName(Tissue t) noexcept {
     return enumName(kTissueNames, t);
 }
 
-enum class Role : std::uint8_t { pass, risk, target };
-inline constexpr std::array<std::string_view, 3> kRoleNames{"pass", "risk", "target"};
+// suspect: may contain a risk structure that was not recognised. Planned paths avoid it; in everything else
+// it is like pass.
+enum class Role : std::uint8_t { pass, risk, target, suspect };
+inline constexpr std::array<std::string_view, 4> kRoleNames{"pass", "risk", "target", "suspect"};
 constexpr std::string_view roleName(Role r) noexcept {
     return enumName(kRoleNames, r);
 }
@@ -114,7 +116,7 @@ struct Label {
     std::array<std::uint8_t, 3> colour{128, 128, 128};
     std::string provenance;  // "synthetic", "manual 3D-IRCADb-01", "threshold", "virtual"
     // How far the true border may lie outside the label, as the modeller estimates it; 0: exact. Planned
-    // paths keep this distance from a risk structure.
+    // paths keep this distance from risk structures and suspects.
     double border_uncertainty_m = 0.0;
 };
 

@@ -251,13 +251,43 @@ TEST(Planning, UncertaintyBesideTheDuctIsLimited) {
     EXPECT_LT(closest(12 * kMm), 6 * kMm);
 }
 
-// Only risk structures have a margin: a target or the liver may be as uncertain as it is.
+// Only risk structures and suspects have a margin: a target or the liver may be as uncertain as it is.
 TEST(Planning, UncertainBordersOfOtherStructuresChangeNoPath) {
     BoxTorso torso;
     const PlanResult exact = torso.plan();
     for (Label& label : torso.package().label_table)
         if (label.role != Role::risk) label.border_uncertainty_m = 0.01;
     EXPECT_TRUE(torso.plan().paths == exact.paths);
+}
+
+// A suspect is avoided, but neither blocks a path that keeps its distance nor lowers its clearance.
+TEST(Planning, PathsAvoidSuspects) {
+    const auto planned = [](Role role, double uncertainty_m) {
+        BoxTorso torso;
+        torso.paint(Tissue::vessel, {-26, -40, -30}, {-22, 40, -2});
+        torso.addDuct();
+        Label& vessel = torso.package().label_table[std::size_t(Tissue::vessel) - 1];
+        vessel.role = role, vessel.border_uncertainty_m = uncertainty_m;
+        return torso.plan().paths;
+    };
+    const auto all = planned(Role::pass, 2 * kMm), kept = planned(Role::suspect, 2 * kMm),
+               safe = planned(Role::risk, 2 * kMm);
+    EXPECT_TRUE(planned(Role::suspect, 0.0) == all);
+    ASSERT_FALSE(kept.empty());
+    EXPECT_LT(kept.size(), all.size());
+    for (const PlannedPath& path : kept)
+        for (int i = 0; i <= 1000; ++i) {
+            const Vec3 mm = glm::mix(path.entry_m, path.target_m, i / 1000.0) / kMm;
+            EXPECT_FALSE(mm.x > -26 && mm.x < -22 && mm.z > -30 && mm.z < -2) << i;
+        }
+    const auto clearance = [](const std::vector<PlannedPath>& paths) {
+        double least = 1.0;
+        for (const PlannedPath& path : paths)
+            least = std::min(least, path.clearance_score);
+        return least;
+    };
+    EXPECT_EQ(clearance(kept), clearance(all));
+    EXPECT_LT(clearance(safe), clearance(kept));
 }
 
 TEST(Planning, ChordOfTheDuctIsTheTargetScore) {

@@ -185,8 +185,9 @@ void checkSlices(const ScanMeasures& s, double voxel_m, Findings& f) {
     f.expect(
         warned, "blur across slices", 1e3 * s.blur_across_m, "mm",
         {0.0, 1e3 * std::max(kThickest_m, voxel_m)},
-        "0.5 to 1.5 in slices of up to 3 mm. In thicker slices the borders of ribs are inaccurate: a needle "
-        "is stopped beside them. Use a series with thinner slices");
+        "0.5 to 1.6 in slices of up to 3 mm: these are thicker, or the diaphragm moved. Borders of ribs are "
+        "inaccurate, and a needle is stopped beside them. Use a series with thinner slices, in a "
+        "breath-hold");
 }
 
 struct Organ {

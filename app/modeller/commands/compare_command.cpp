@@ -19,7 +19,7 @@ struct CompareOptions {
 };
 
 // Plans paths with a coarse grid, in the breathing state of the CT. Returns at most the `most` best ones.
-std::vector<patient::PlannedPath> planSome(const Package& package, std::size_t most) {
+std::vector<patient::PlannedPath> planBestPaths(const Package& package, std::size_t most) {
     const patient::Patient patient(package);
     patient::PlanSettings settings = patient::studyPlanSettings(patient);
     settings.skin_spacing_m = patient::PlanSettings().skin_spacing_m;
@@ -29,7 +29,7 @@ std::vector<patient::PlannedPath> planSome(const Package& package, std::size_t m
     return paths;
 }
 
-// Prints how many of the paths that the second package suggests cross a risk structure of the first.
+// Prints how many of the paths that the second package suggests cross a labelled risk structure of the first.
 void printCrossings(const Package& truth, const std::vector<patient::PlannedPath>& paths) {
     std::size_t crossing = 0;
     std::string names;
@@ -37,8 +37,8 @@ void printCrossings(const Package& truth, const std::vector<patient::PlannedPath
         crossing += count;
         names += fmt::format("{}{} {}", names.empty() ? ": " : ", ", name, count);
     }
-    printResult("of {} paths planned in the second, {} cross a risk structure of the first{}\n", paths.size(),
-                crossing, names);
+    printResult("of {} paths planned in the second, {} cross a labelled risk structure of the first{}\n",
+                paths.size(), crossing, names);
 }
 
 // Computes the forces along the paths in both packages, with the accuracy study's method, and prints how they
@@ -61,14 +61,14 @@ void printForces(const CompareOptions& o, Package truth, Package found,
 void runCompare(const CompareOptions& o) {
     Package truth = patient::loadPackage(o.truth), found = patient::loadPackage(o.found);
     checkNotOwnAtlas(truth.name, found.atlases);
-    const std::vector<patient::PlannedPath> paths = planSome(truth, o.max_paths);
+    const std::vector<patient::PlannedPath> paths = planBestPaths(truth, o.max_paths);
     printResult("{:<26} {:>6} {:>9} {:>9} {:>9} {:>9} {:>10} {:>10}\n", "structure", "Dice", "mean mm",
                 "HD95 mm", "HD mm", "paths mm", "truth ml", "found ml");
     for (const auto& [structure, a] : compareStructures(truth, found, paths))
         printResult("{:<26} {:6.3f} {:9.2f} {:9.2f} {:9.2f} {:9.2f} {:10.2f} {:10.2f}\n", structure, a.dice,
                     1e3 * a.mean_surface_m, 1e3 * a.hausdorff95_m, 1e3 * a.hausdorff_m,
                     1e3 * a.mean_surface_near_m, a.truth_ml, a.found_ml);
-    printCrossings(truth, planSome(found, o.max_paths));
+    printCrossings(truth, planBestPaths(found, o.max_paths));
     if (paths.empty())
         printResult("no path can be planned in {}: no forces to compare\n", o.truth);
     else

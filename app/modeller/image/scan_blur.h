@@ -18,13 +18,14 @@ struct ScanBlur {
     double across_m = kUsualBlur_m;  // across slices: along z
 };
 
-// Measured where the skin of the body's front is almost perpendicular to the y axis. None if too little of such skin
-// is visible, or if the air around the body was cut away. Without noise the error is at most 8 % up to 1.5
-// voxels. A blur of 2.5 voxels is measured as 2.
+// Measured where the skin of the body's front is almost perpendicular to the y axis. None if too little of
+// such skin is visible, or if the air around the body was cut away. Without noise the error is at most 8 % up
+// to 1.5 voxels. A blur of 2.5 voxels is measured as 2.
 std::optional<double> measureBlurWithin(const CtVolume&);
 
 // Thick slices and their interpolation add to the blur across slices. Measured at the lungs' bases,
-// where the diaphragm is almost perpendicular to the z axis. None if too little of it is visible.
+// where the diaphragm is almost perpendicular to the z axis. None if too little of it is visible, or if the
+// blur is more than 3 voxels. A diaphragm that moves during the scan looks blurred.
 std::optional<double> measureBlurAcross(const CtVolume&);
 
 }  // namespace stylet::modeller

@@ -115,6 +115,7 @@ const std::vector<Label>& targetTable() {
         };
         add("bone", Tissue::bone, Role::risk, false, {241, 230, 205});
         add("cyst", Tissue::liver, Role::pass, true, {120, 150, 170});
+        add("suspected vessels", Tissue::liver, Role::suspect, true, {170, 95, 80});
         return t;
     }();
     return table;

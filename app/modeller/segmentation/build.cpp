@@ -164,7 +164,7 @@ void readScan(BuildState& work) {
     const std::optional<double> within_m = measureBlurWithin(work.ct), across_m = measureBlurAcross(work.ct);
     work.blur.within_m = within_m.value_or(kUsualBlur_m);
     work.blur.across_m = across_m.value_or(work.blur.within_m);
-    work.within_assumed = !within_m, work.across_assumed = !across_m;
+    work.blur_within_assumed = !within_m, work.blur_across_assumed = !across_m;
     LabelVolume none(work.ct.grid);
     work.body = cropToBody(work.ct, none);
 }
@@ -210,6 +210,7 @@ constexpr double kBorder_m = 0.002;
 
 // At least a voxel. The border of a label that a person corrected is exact.
 double borderUncertainty(const Label& l, const BuildState& work) {
+    if (l.role == patient::Role::suspect) return work.ct.grid.spacing_m.x;
     if (l.role != patient::Role::risk) return 0.0;
     const bool found = std::any_of(stages().begin(), stages().end(), [&](const Stage& s) {
         return std::find(s.provides.begin(), s.provides.end(), l.name) != s.provides.end() &&

@@ -73,9 +73,10 @@ void findClasses(BuildState& work, StageResult& r) {
         r.text = writeClasses(c, computeThresholds(c));
         if (c.blood.share == 0.0) r.record.notes.push_back("no contrast medium is visible");
     }
-    r.record.notes.push_back(fmt::format("blur: {:.2f} mm within slices{}, {:.2f} mm across{}",
-                                         1e3 * work.blur.within_m, work.within_assumed ? " (assumed)" : "",
-                                         1e3 * work.blur.across_m, work.across_assumed ? " (assumed)" : ""));
+    r.record.notes.push_back(
+        fmt::format("blur: {:.2f} mm within slices{}, {:.2f} mm across{}", 1e3 * work.blur.within_m,
+                    work.blur_within_assumed ? " (assumed)" : "", 1e3 * work.blur.across_m,
+                    work.blur_across_assumed ? " (assumed)" : ""));
     const patient::Thresholds t = parseClasses(r.text);
     const std::uint8_t skin = targetId("skin"), soft = targetId("muscle"), bone = targetId("bone");
     for (std::size_t i = 0; i < r.labels.voxels.size(); ++i) {
@@ -204,7 +205,9 @@ void findVesselsStage(BuildState& work, StageResult& r) {
     const Mask whole = liverMask(work);
     const Mask liver =
         subtract(whole, dilated(intersect(whole, denseTissue(work)), blurReach(work.ct.grid, work.blur)));
-    const SplitVessels split = splitVessels(work.ct, liver, findVessels(work.ct, liver));
+    const FoundVessels found = findVessels(work.ct, liver);
+    const SplitVessels split = splitVessels(work.ct, liver, found.vessels);
+    paintTarget(r, found.suspected, "suspected vessels");
     paintTarget(r, split.cava, "vena cava and renal veins");
     paintTarget(r, split.portal, "portal vein");
     paintTarget(r, split.hepatic, "hepatic veins");
@@ -315,7 +318,9 @@ std::vector<Stage> makeStages() {
          .find = findLiverStage,
          .hash_inputs = hashAtlases,
          .restore = restoreLiver},
-        {.name = "vessels", .provides = {"portal vein", "hepatic veins"}, .find = findVesselsStage},
+        {.name = "vessels",
+         .provides = {"suspected vessels", "portal vein", "hepatic veins"},
+         .find = findVesselsStage},
         {.name = "ducts",
          .provides = {"bile ducts"},
          .find = findDuctsStage,

@@ -25,7 +25,7 @@ struct BuildState {
     CtVolume ct;                    // air outside the body
     Mask body;
     ScanBlur blur;
-    bool within_assumed = false, across_assumed = false;  // the scan does not show its blur
+    bool blur_within_assumed = false, blur_across_assumed = false;  // the scan does not show its blur
     patient::Thresholds thresholds;
     std::map<std::string, LabelVolume> found;                       // labels, by stage name
     std::map<std::string, bool> corrected;                          // corrected by a person, by stage name

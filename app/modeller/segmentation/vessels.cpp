@@ -19,6 +19,8 @@ const std::vector<double> kVesselRadii_m{0.001, 0.0015, 0.0021, 0.003, 0.0045};
 // wider voxels vessels score less, because most of their voxels are partly parenchyma.
 constexpr double kInsideVessel = 7.0, kInsideLess_per_m = 2000.0, kMinInside = 5.0, kFine_m = 0.001;
 constexpr float kCertainVessel = 9.0f;
+// Suspected vessels may score less than the inside of a vessel by this.
+constexpr double kSuspectedLess = 1.0;
 constexpr double kMinVesselPiece_m3 = 200e-9;  // 15 mm of a vessel of 2 mm radius
 // Minimum contrast, as a share of the contrast between blood and parenchyma. Without this limit and with
 // little noise, the entire blurred rim of a vessel would score.
@@ -355,17 +357,22 @@ FloatVolume centreContrast(const FloatVolume& contrast_hu, const Mask& inside) {
 
 }  // namespace
 
-Mask findVessels(const CtVolume& ct, const Mask& liver) {
-    if (countVoxels(liver) == 0) return Mask(ct.grid);
+FoundVessels findVessels(const CtVolume& ct, const Mask& liver) {
+    if (countVoxels(liver) == 0) return {Mask(ct.grid), Mask(ct.grid)};
     const TubeEvidence e = tubeEvidence(ct, liver, TubeKind::bright, kVesselRadii_m);
     const Mask core = eroded(e.liver, kLiverRim_m);
     const double min_hu = kLevelShare * bloodContrast(e);
     const double wider_m = std::max(0.0, ct.grid.spacing_m.x - kFine_m);
     const double min_score = std::max(kMinInside, kInsideVessel - kInsideLess_per_m * wider_m);
-    Mask inside = maskWhere(e.liver.grid, [&](std::size_t i) {
-        return e.liver.voxels[i] && double(e.score(i)) > min_score &&
-               double(e.contrast_hu.voxels[i]) > min_hu && (core.voxels[i] || e.line.voxels[i] > kRimLine);
-    });
+    const auto scoring = [&](double least) {
+        return maskWhere(e.liver.grid, [&](std::size_t i) {
+            return e.liver.voxels[i] && double(e.score(i)) > least &&
+                   double(e.contrast_hu.voxels[i]) > min_hu &&
+                   (core.voxels[i] || e.line.voxels[i] > kRimLine);
+        });
+    };
+    Mask inside = scoring(min_score);
+    const Mask suspected = scoring(min_score - kSuspectedLess);
     const FloatVolume middle = centreContrast(e.contrast_hu, inside);
     for (std::size_t i = 0; i < inside.voxels.size(); ++i)
         inside.voxels[i] = inside.voxels[i] && e.contrast_hu.voxels[i] > kWallShare * middle.voxels[i];
@@ -375,7 +382,7 @@ Mask findVessels(const CtVolume& ct, const Mask& liver) {
                    return e.score(o) > kCertainVessel;
                });
     });
-    return uncropped(vessels, e.box, ct.grid);
+    return {uncropped(vessels, e.box, ct.grid), uncropped(subtract(suspected, vessels), e.box, ct.grid)};
 }
 
 SplitVessels splitVessels(const CtVolume& ct, const Mask& liver, const Mask& vessels) {

@@ -8,11 +8,18 @@
 
 namespace stylet::modeller {
 
+struct FoundVessels {
+    Mask vessels;
+    // Pieces that score like vessels, but are too short or too faint to be certain. Most are noise; thin
+    // veins are among them, and a planned path avoids them.
+    Mask suspected;
+};
+
 // Uses a line filter and region growing. Keeps voxels that score like the inside of a bright tube and are
 // connected to a voxel that is certainly vessel. The thresholds are in units of this liver's noise. The wall
 // is where the contrast is half of that in the vessel's own centre, which is less bright in narrow vessels.
 // The liver's mask may be a few millimetres off. Empty if no contrast medium is visible.
-Mask findVessels(const CtVolume&, const Mask& liver);
+FoundVessels findVessels(const CtVolume&, const Mask& liver);
 
 struct SplitVessels {
     Mask portal, hepatic;            // parts of `vessels`; together all of them

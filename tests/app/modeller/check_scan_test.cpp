@@ -141,6 +141,7 @@ TEST(CheckScan, ThickSlicesAreReported) {
         return finding(p, "blur across slices");
     };
     EXPECT_EQ(scanned(1.5), "");
+    EXPECT_THAT(scanned(2.0), testing::StartsWith("look"));  // thinner than slices of 5 mm
     EXPECT_THAT(scanned(2.5), testing::StartsWith("look"));
     EXPECT_THAT(scanned(2.5), testing::HasSubstr("thinner slices"));
 }

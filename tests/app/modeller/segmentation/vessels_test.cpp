@@ -37,12 +37,12 @@ TEST(Vessels, TubesAreFoundAndBlobsAreNot) {
     Mask truth = liver.tube({0.010, 0.012, 0.012}, {0.046, 0.044, 0.040}, 0.002, 165.0);
     truth = unite(truth, liver.tube({0.028, 0.028, 0.026}, {0.028, 0.046, 0.012}, 0.0015, 165.0));
     liver.tube({0.016, 0.038, 0.040}, {0.0161, 0.038, 0.040}, 0.006, 60.0);  // a tumour
-    const Mask found = findVessels(liver.ct, liver.mask);
+    const Mask found = findVessels(liver.ct, liver.mask).vessels;
     EXPECT_GT(compare(truth, found).dice, 0.75);
     EXPECT_LT(compare(truth, found).hausdorff_m, 0.004);
     // The same vessels are found if the surface of the liver mask is 2 mm too far out or too far in.
-    EXPECT_GT(compare(truth, findVessels(liver.ct, dilated(liver.mask, 0.002))).dice, 0.70);
-    EXPECT_GT(compare(truth, findVessels(liver.ct, eroded(liver.mask, 0.002))).dice, 0.70);
+    EXPECT_GT(compare(truth, findVessels(liver.ct, dilated(liver.mask, 0.002)).vessels).dice, 0.70);
+    EXPECT_GT(compare(truth, findVessels(liver.ct, eroded(liver.mask, 0.002)).vessels).dice, 0.70);
 }
 
 // Blood in the portal trunk is brighter in the CT than blood in most other vessels. findVessels() must place
@@ -59,7 +59,7 @@ TEST(Vessels, BrightAndDimVesselsKeepTheirWidths) {
     const FloatVolume blurred = gaussian(sharp, 0.0009);
     for (std::size_t i = 0; i < sharp.voxels.size(); ++i)
         liver.ct.voxels[i] = std::int16_t(std::lround(blurred.voxels[i]));
-    const Mask found = findVessels(liver.ct, liver.mask);
+    const Mask found = findVessels(liver.ct, liver.mask).vessels;
     for (const Mask& truth : {bright, dim}) {
         const double true_ml = volume_ml(intersect(truth, liver.mask));
         const double found_ml = volume_ml(intersect(found, dilated(truth, 0.004)));
@@ -68,11 +68,26 @@ TEST(Vessels, BrightAndDimVesselsKeepTheirWidths) {
     }
 }
 
+// Too short to be certain, but no planned path may cross it. What is certain is not suspected.
+TEST(Vessels, AThinVeinIsSuspected) {
+    test::LiverPhantom liver(56);
+    const Mask certain = liver.tube({0.010, 0.012, 0.012}, {0.046, 0.044, 0.040}, 0.002, 165.0);
+    const Mask thin = liver.tube({0.014, 0.040, 0.036}, {0.026, 0.042, 0.040}, 0.001, 165.0);
+    const FoundVessels found = findVessels(liver.ct, liver.mask);
+    EXPECT_EQ(countVoxels(intersect(found.vessels, thin)), 0u);
+    EXPECT_GT(double(countVoxels(intersect(found.suspected, thin))), 0.6 * double(countVoxels(thin)));
+    EXPECT_EQ(countVoxels(intersect(found.suspected, found.vessels)), 0u);
+    EXPECT_EQ(countVoxels(subtract(found.suspected, liver.mask)), 0u);
+    // Few voxels are suspected by chance.
+    const Mask beside = subtract(found.suspected, dilated(unite(certain, thin), 0.003));
+    EXPECT_LT(double(countVoxels(beside)), 0.002 * double(countVoxels(liver.mask)));
+}
+
 TEST(Vessels, WithoutContrastOrLiverNoVesselsAreFound) {
     const test::LiverPhantom liver(40);
-    const Mask found = findVessels(liver.ct, liver.mask);
+    const Mask found = findVessels(liver.ct, liver.mask).vessels;
     EXPECT_EQ(countVoxels(found), 0u);
-    EXPECT_EQ(countVoxels(findVessels(liver.ct, Mask(liver.ct.grid))), 0u);
+    EXPECT_EQ(countVoxels(findVessels(liver.ct, Mask(liver.ct.grid)).vessels), 0u);
     const SplitVessels split = splitVessels(liver.ct, liver.mask, found);
     EXPECT_EQ(countVoxels(split.portal) + countVoxels(split.hepatic), 0u);
     ASSERT_EQ(split.notes.size(), 1u);
@@ -128,7 +143,7 @@ TEST(Vessels, MatchReferencePatient) {
     const Mask inside = test::seededTruth({Id::liver, Id::ducts, Id::tumour});
     const Mask truth = test::seededTruth({Id::portal, Id::hepaticVeins});
     const Mask liver = unite(inside, intersect(truth, closed(inside, 0.006)));
-    const Mask vessels = findVessels(ct, liver);
+    const Mask vessels = findVessels(ct, liver).vessels;
     EXPECT_GT(compare(intersect(truth, liver), vessels).dice, 0.55);
     const SplitVessels split = splitVessels(ct, liver, vessels);
     const Mask portal = intersect(test::seededTruth({Id::portal}), vessels);

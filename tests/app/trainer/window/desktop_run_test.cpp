@@ -127,8 +127,8 @@ class DesktopRun : public testing::Test {
                                               0.1;
         });
     }
-    // Returns true if the needle has punctured the skin.
-    bool isInSkin() const {
+    // Returns true if the needle's tip is in tissue, so that it has punctured the skin.
+    bool isInTissue() const {
         const records::Sample& now = newest_.back();
         return now.phase != haptics::Phase::outside && now.tissue != haptics::Tissue::air;
     }
@@ -239,12 +239,12 @@ TEST_F(DesktopRunRealTime, MouseAndKeysMoveToolsAndSendCommands) {
     ASSERT_TRUE(says("the needle is in hand")) << printed();
     ASSERT_TRUE(bring(Tool::needle, {})) << where();
     // A bleeding needs a hole in the skin. How deep the skin is depends on the breath that is held.
-    for (double deeper = 20.0; deeper <= 60.0 && !isInSkin(); deeper += 10.0)
+    for (double deeper = 20.0; deeper <= 60.0 && !isInTissue(); deeper += 10.0)
         for (int tries = 0; tries < 12 && !isNear(stepsNow(), {.deeper = deeper}); ++tries) {
             display_.wheel(250, 130, int(std::lround(1e3 * kKeyStep_m * (deeper - stepsNow().deeper))));
             until([&] { return rests(Tool::needle) && isNear(stepsNow(), {.deeper = deeper}); }, 5s);
         }
-    ASSERT_TRUE(isInSkin()) << where();
+    ASSERT_TRUE(isInTissue()) << where();
     display_.key("x");
     EXPECT_TRUE(says("X-rays")) << printed();
     display_.key("i");

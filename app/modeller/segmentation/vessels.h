@@ -10,8 +10,8 @@ namespace stylet::modeller {
 
 struct FoundVessels {
     Mask vessels;
-    // Pieces that score like vessels, but are too short or too faint to be certain. Most are noise; thin
-    // veins are among them, and a planned path avoids them.
+    // Voxels beside the vessels that score like vessels or slightly less: thin veins, too short or too faint
+    // to be certain, but also rims of vessels and noise. A planned path avoids them.
     Mask suspected;
 };
 

@@ -10,10 +10,10 @@
 // interface stays zero. FINEST is the smallest shrink factor used (1, 2 or 4).
 //
 // 2. Two patients: stylet-register FIXED MOVING OUT ITERATIONS
-// The images have different grids and may show different sections of the body. First the shift between the
-// sections is found, then an affine transform (mean squares), then a demons displacement. The demons run
-// ITERATIONS times on the coarsest level and half as often on each finer level. No demons force acts where
-// FIXED lies outside MOVING.
+// The images have different grids and may show different sections of the body. First the size and the shift
+// between the sections are found, then an affine transform (mean squares), then a demons displacement. The
+// demons run ITERATIONS times on the coarsest level and half as often on each finer level. No demons force
+// acts where FIXED lies outside MOVING.
 #include <itkAffineTransform.h>
 #include <itkDiffeomorphicDemonsRegistrationFilter.h>
 #include <itkImage.h>
@@ -55,8 +55,10 @@ constexpr double kSigmaField = 1.5, kSigmaUpdate = 1.0;   // Gaussian smoothing,
 constexpr double kMaxUpdateStep = 1.5;                    // in voxels per iteration
 // Settings for two patients. The affine transform is found on images shrunk by kAffineShrink per axis. When
 // the sections are aligned in height, they must overlap by at least kMinOverlap of the shorter section.
-constexpr int kAffineShrink = 2, kAffineIterations = 100;
+constexpr int kAffineShrink = 2, kAffineIterations = 400;
 constexpr double kMinOverlap = 0.6;
+// Sizes of the other patient relative to this one that are tried first: small and large adults.
+constexpr double kScales[] = {0.8, 0.9, 1.0, 1.12, 1.25};
 constexpr unsigned kWorkUnits = 2;  // fixed, because the threads' summation order must be fixed
 
 std::array<int, 3> dimensions(const itk::ImageBase<3>& image) {
@@ -299,41 +301,55 @@ FloatImage::PointType foregroundCentroid(const FloatImage& image) {
     return middle;
 }
 
-// Returns the shift that maps a point of FIXED to MOVING. In x and y it aligns the centres of the two bodies.
-// In z it is the shift with the smallest mean squared difference between the images.
-itk::Vector<double, 3> estimateShift(const FloatImage& fixed, const FloatImage& moving) {
+// Scales FIXED about the centre of its body, and then shifts it, to lie on MOVING.
+Affine::Pointer scaledAndShifted(const FloatImage::PointType& centre, double scale,
+                                 const itk::Vector<double, 3>& shift) {
+    auto affine = Affine::New();
+    affine->SetCenter(centre);
+    affine->Scale(scale);
+    affine->SetTranslation(shift);
+    return affine;
+}
+
+// Tries sizes of the patient and shifts in height, and returns the transform with the smallest mean squared
+// difference between the images. In x and y it aligns the centres of the two bodies.
+Affine::Pointer estimateStart(const FloatImage& fixed, const FloatImage& moving) {
     const int nf = dimensions(fixed)[2], nm = dimensions(moving)[2];
-    const double dz = fixed.GetSpacing()[2];
-    itk::Vector<double, 3> best = foregroundCentroid(moving) - foregroundCentroid(fixed);
-    const double fixed_low = fixed.GetOrigin()[2], moving_low = moving.GetOrigin()[2];
-    const int min_overlap = std::max(1, int(kMinOverlap * std::min(nf, nm)));
+    const double dz = fixed.GetSpacing()[2], fixed_low = fixed.GetOrigin()[2],
+                 moving_low = moving.GetOrigin()[2];
+    const auto centre = foregroundCentroid(fixed);
+    const auto between = foregroundCentroid(moving) - centre;
     auto interpolator = Interpolator::New();
     interpolator->SetInputImage(&moving);
+    auto best = scaledAndShifted(centre, 1.0, between);
     double lowest = std::numeric_limits<double>::infinity();
-    // Try all shifts in z. Shift k places slice 0 of FIXED on slice k of MOVING.
-    for (int k = min_overlap - nf; k <= nm - min_overlap; ++k) {
-        itk::Vector<double, 3> shift = best;
-        shift[2] = moving_low + k * dz - fixed_low;
-        double sum = 0.0, count = 0.0;
-        forEachVoxel(fixed, [&](std::ptrdiff_t i, const FloatImage::PointType& p) {
-            const auto q = p + shift;
-            if (!interpolator->IsInsideBuffer(q)) return;
-            const double d = interpolator->Evaluate(q) - double(fixed.GetBufferPointer()[i]);
-            sum += d * d, count += 1.0;
-        });
-        if (count == 0.0 || sum / count >= lowest) continue;
-        lowest = sum / count;
-        best = shift;
+    for (const double scale : kScales) {
+        const double slices = scale * nf;  // of MOVING, that FIXED covers
+        const double min_overlap = kMinOverlap * std::min(slices, double(nm));
+        // Shift k places the lower end of FIXED on slice k of MOVING.
+        for (int k = int(std::ceil(min_overlap - slices)); k <= int(nm - min_overlap); ++k) {
+            auto shift = between;
+            shift[2] = moving_low + k * dz - (centre[2] + scale * (fixed_low - centre[2]));
+            const auto transform = scaledAndShifted(centre, scale, shift);
+            double sum = 0.0, count = 0.0;
+            forEachVoxel(fixed, [&](std::ptrdiff_t i, const FloatImage::PointType& p) {
+                const auto q = transform->TransformPoint(p);
+                if (!interpolator->IsInsideBuffer(q)) return;
+                const double d = interpolator->Evaluate(q) - double(fixed.GetBufferPointer()[i]);
+                sum += d * d, count += 1.0;
+            });
+            if (count == 0.0 || sum / count >= lowest) continue;
+            lowest = sum / count;
+            best = transform;
+        }
     }
     return best;
 }
 
 Affine::Pointer estimateAffine(const FloatImage& fixed, const FloatImage& moving) {
     const auto f = downsampled(fixed, kAffineShrink), m = downsampled(moving, kAffineShrink);
-    auto affine = Affine::New();
-    affine->SetCenter(foregroundCentroid(*f));
-    affine->SetTranslation(
-        estimateShift(*downsampled(fixed, 2 * kAffineShrink), *downsampled(moving, 2 * kAffineShrink)));
+    const auto affine =
+        estimateStart(*downsampled(fixed, 2 * kAffineShrink), *downsampled(moving, 2 * kAffineShrink));
     auto metric = itk::MeanSquaresImageToImageMetricv4<FloatImage, FloatImage>::New();
     metric->SetMaximumNumberOfWorkUnits(kWorkUnits);
     auto scales = itk::RegistrationParameterScalesFromPhysicalShift<

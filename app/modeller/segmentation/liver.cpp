@@ -285,10 +285,12 @@ Mask segmentCoarse(Coarse& c, const Parenchyma& parenchyma, Mask& open) {
     Coarse denoised = c;
     Parenchyma liver = parenchyma;
     Mask cut = coarseCut(denoised, liver);
+    closeLiver(cut, c.organ);  // with vessels and ducts left out, a liver has thin parts everywhere
     keepThickest(cut);
     denoise(denoised, liver, cut);
     cut = coarseCut(denoised, liver);
     keepLargestComponent(cut);
+    closeLiver(cut, c.organ);
     Mask similar = subtract(c.organ, cut);
     for (std::size_t i = 0; i < similar.voxels.size(); ++i)
         similar.voxels[i] = similar.voxels[i] &&

@@ -244,6 +244,21 @@ TEST(LiverNeighbours, LumpBorderingSimilarTissueIsALeak) {
     EXPECT_EQ(countVoxels(findLeakedLumps(liver, Mask(liver.grid), 0.015)), 0u);
 }
 
+// A thick disc that thins out to its rim, which ends in similar tissue, like a lobe that touches the spleen.
+TEST(LiverNeighbours, TipThatTouchesSimilarTissueIsNoLeak) {
+    constexpr double kRim_m = 0.060, kSlope = 0.7;
+    Mask liver({Index3(80, 80, 40), Vec3(0.002), Vec3(0.0)}), similar = liver;
+    const Vec3 middle(0.080, 0.080, 0.040);
+    forEachVoxel(liver.grid, [&](const Index3& i) {
+        const Vec3 from = liver.grid.centre(i) - middle;
+        const double radius = std::hypot(from.x, from.y);
+        const double half_m = std::min(0.030, 0.002 + kSlope * (kRim_m - radius));
+        liver[i] = radius < kRim_m && std::fabs(from.z) < half_m;
+        similar[i] = radius >= kRim_m && std::fabs(from.z) < 0.010;
+    });
+    EXPECT_EQ(countVoxels(findLeakedLumps(liver, similar, 0.015)), 0u);
+}
+
 // Organ positions of another seed: a prior without registration.
 AtlasPrior makePrior(const AtlasImage& atlas) {
     AtlasPrior prior;

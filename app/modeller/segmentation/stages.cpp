@@ -173,11 +173,32 @@ Mask denseTissue(const BuildState& work) {
     });
 }
 
+Vec3 centroid(const Mask& mask) {
+    Vec3 sum(0.0);
+    double count = 0.0;
+    forEachVoxel(mask.grid, [&](const Index3& i) {
+        if (mask[i]) sum += mask.grid.centre(i), count += 1.0;
+    });
+    return sum / std::max(count, 1.0);
+}
+
+// Throws ImportError if the patient does not lie along the RAS axes. The atlases do. If right and left are
+// exchanged, the registration says so.
+void checkAxes(const Mask& body, const Mask& lungs, const Mask& bones) {
+    const Vec3 middle = centroid(body);
+    if (volume_ml(lungs) > 0.0 && centroid(lungs).z < middle.z)
+        throw ImportError("the image is upside down: the lungs lie below the body's middle");
+    if (volume_ml(bones) > 0.0 && centroid(bones).y > middle.y)
+        throw ImportError(
+            "front and back of the image are exchanged: most bone lies in front of the body's middle");
+}
+
 void findLiverStage(BuildState& work, StageResult& r) {
     AtlasSettings atlas;
     atlas.progress = [&](std::string_view name) { work.progress(std::string(name)); };
     const Mask lungs = labelMask(work.found.at("lungs"), isLung),
                bones = labelMask(work.found.at("bones"), isBone);
+    checkAxes(work.body, lungs, bones);
     const AtlasPrior prior = alignAtlases(work.ct, work.body, lungs, atlasImages(work, atlas), atlas);
     Liver liver = findLiver(work.ct, work.body, lungs, bones, prior, {.blur_m = work.blur.within_m});
     const Mask calcified = calcifiedLiver(denseTissue(work), liver.mask);

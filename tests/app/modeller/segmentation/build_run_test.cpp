@@ -269,6 +269,31 @@ TEST_F(BuildRun, EditedControlPointsMoveTheFascia) {
     EXPECT_THAT(errors(), testing::HasSubstr("control-points.txt: line 1"));
 }
 
+// A scan whose file gives wrong axes is refused with the true reason, not for want of a liver.
+TEST_F(BuildRun, WrongAxesAreNamed) {
+    struct Case {
+        bool x, y, z;  // reversed
+        const char* reason;
+    };
+    for (const Case& wrong : {Case{true, false, false, "more like the scan's mirror image"},
+                              Case{true, true, false, "front and back of the image are exchanged"},
+                              Case{true, false, true, "the image is upside down"}}) {
+        CtVolume ct = truth_->ct;
+        const Index3 last = ct.grid.dims - 1;
+        forEachVoxel(ct.grid, [&](const Index3& i) {
+            ct[i] = truth_->ct[{wrong.x ? last.x - i.x : i.x, wrong.y ? last.y - i.y : i.y,
+                                wrong.z ? last.z - i.z : i.z}];
+        });
+        const std::string file = (folder() / "wrong.nii.gz").string();
+        patient::writeNifti(file, ct);
+        const test::ModelRun run = test::runModel(
+            "build --ct '" + file + "' --out '" + (folder() / "wrong").string() + "' --atlas '" +
+            (folder() / "atlas11").string() + "' --spacing-mm 3 --reference-phase exhale");
+        EXPECT_EQ(run.status, 2) << run.out;
+        EXPECT_THAT(run.err, testing::HasSubstr(wrong.reason));
+    }
+}
+
 // A patient's own atlas is refused. It is recognised by its name, with new and with reused stages. Under
 // another name it is recognised by its CT.
 // HZ-TEACH-10

@@ -13,7 +13,7 @@
 // The images have different grids and may show different sections of the body. First the size and the shift
 // between the sections are found, then an affine transform (mean squares), then a demons displacement. The
 // demons run ITERATIONS times on the coarsest level and half as often on each finer level. No demons force
-// acts where FIXED lies outside MOVING. Fails if FIXED is mirrored.
+// acts where FIXED lies outside MOVING.
 #include <itkAffineTransform.h>
 #include <itkDiffeomorphicDemonsRegistrationFilter.h>
 #include <itkImage.h>
@@ -57,11 +57,8 @@ constexpr double kMaxUpdateStep = 1.5;                    // in voxels per itera
 // the sections are aligned in height, they must overlap by at least kMinOverlap of the shorter section.
 constexpr int kAffineShrink = 2, kAffineIterations = 400;
 constexpr double kMinOverlap = 0.6;
-// Sizes of the other patient relative to this one that are tried first: small and large adults.
-constexpr double kScales[] = {0.8, 0.9, 1.0, 1.12, 1.25};
-// A mirrored scan is refused: its mirror image differs from another patient by less than this share of its
-// own difference. In a real patient the difference is 0.90 times as large without the mistake as with it.
-constexpr double kMirrored = 0.95;
+// Sizes of MOVING relative to FIXED from which the affine transform starts: large and small adults.
+constexpr double kStartSizes[] = {0.8, 0.9, 1.0, 1.12, 1.25};
 constexpr unsigned kWorkUnits = 2;  // fixed, because the threads' summation order must be fixed
 
 std::array<int, 3> dimensions(const itk::ImageBase<3>& image) {
@@ -304,12 +301,12 @@ FloatImage::PointType foregroundCentroid(const FloatImage& image) {
     return middle;
 }
 
-// Scales FIXED about the centre of its body, and then shifts it, to lie on MOVING.
-Affine::Pointer scaledAndShifted(const FloatImage::PointType& centre, double scale,
-                                 const itk::Vector<double, 3>& shift) {
+// Returns the transform that scales FIXED about the centre of its body and then shifts it.
+Affine::Pointer makeStart(const FloatImage::PointType& centre, double size,
+                          const itk::Vector<double, 3>& shift) {
     auto affine = Affine::New();
     affine->SetCenter(centre);
-    affine->Scale(scale);
+    affine->Scale(size);
     affine->SetTranslation(shift);
     return affine;
 }
@@ -321,19 +318,19 @@ Affine::Pointer estimateStart(const FloatImage& fixed, const FloatImage& moving)
     const double dz = fixed.GetSpacing()[2], fixed_low = fixed.GetOrigin()[2],
                  moving_low = moving.GetOrigin()[2];
     const auto centre = foregroundCentroid(fixed);
-    const auto between = foregroundCentroid(moving) - centre;
+    const auto centre_shift = foregroundCentroid(moving) - centre;
     auto interpolator = Interpolator::New();
     interpolator->SetInputImage(&moving);
-    auto best = scaledAndShifted(centre, 1.0, between);
+    auto best = makeStart(centre, 1.0, centre_shift);
     double lowest = std::numeric_limits<double>::infinity();
-    for (const double scale : kScales) {
-        const double slices = scale * nf;  // of MOVING, that FIXED covers
+    for (const double size : kStartSizes) {
+        const double slices = size * nf;  // height of FIXED in slices of MOVING
         const double min_overlap = kMinOverlap * std::min(slices, double(nm));
         // Shift k places the lower end of FIXED on slice k of MOVING.
         for (int k = int(std::ceil(min_overlap - slices)); k <= int(nm - min_overlap); ++k) {
-            auto shift = between;
-            shift[2] = moving_low + k * dz - (centre[2] + scale * (fixed_low - centre[2]));
-            const auto transform = scaledAndShifted(centre, scale, shift);
+            auto shift = centre_shift;
+            shift[2] = moving_low + k * dz - (centre[2] + size * (fixed_low - centre[2]));
+            const auto transform = makeStart(centre, size, shift);
             double sum = 0.0, count = 0.0;
             forEachVoxel(fixed, [&](std::ptrdiff_t i, const FloatImage::PointType& p) {
                 const auto q = transform->TransformPoint(p);
@@ -349,12 +346,7 @@ Affine::Pointer estimateStart(const FloatImage& fixed, const FloatImage& moving)
     return best;
 }
 
-struct Alignment {
-    Affine::Pointer transform;
-    double difference = 0.0;  // mean square
-};
-
-Alignment estimateAffine(const FloatImage& fixed, const FloatImage& moving) {
+Affine::Pointer estimateAffine(const FloatImage& fixed, const FloatImage& moving) {
     const auto f = downsampled(fixed, kAffineShrink), m = downsampled(moving, kAffineShrink);
     const auto affine =
         estimateStart(*downsampled(fixed, 2 * kAffineShrink), *downsampled(moving, 2 * kAffineShrink));
@@ -384,7 +376,7 @@ Alignment estimateAffine(const FloatImage& fixed, const FloatImage& moving) {
     sigmas.Fill(0.0);
     method->SetSmoothingSigmasPerLevel(sigmas);
     method->Update();
-    return {affine, optimizer->GetValue()};
+    return affine;
 }
 
 // MOVING resampled on the grid of FIXED. Where MOVING has no data, FIXED is copied.
@@ -400,24 +392,8 @@ FloatImage::Pointer resampled(const FloatImage& fixed, const FloatImage& moving,
     return out;
 }
 
-// The image with left and right exchanged.
-FloatImage::Pointer mirrored(const FloatImage& image) {
-    auto out = downsampled(image, 1);
-    const int width = dimensions(image)[0];
-    float* v = out->GetBufferPointer();
-    const float* end = v + out->GetLargestPossibleRegion().GetNumberOfPixels();
-    for (float* row = v; row < end; row += width)
-        std::reverse(row, row + width);
-    return out;
-}
-
 Field::Pointer registerPatients(const FloatImage& fixed, const FloatImage& moving, int iterations) {
-    const auto [affine, difference] = estimateAffine(fixed, moving);
-    if (estimateAffine(*mirrored(fixed), moving).difference < kMirrored * difference)
-        throw std::runtime_error(
-            "it is more like the scan's mirror image than like the scan. Right and left are exchanged in the "
-            "file, "
-            "or in the patient (situs inversus, which is not supported)");
+    const auto affine = estimateAffine(fixed, moving);
     const auto everywhere = downsampled(fixed, 1);
     everywhere->FillBuffer(1.0f);
     std::vector<Level> levels;

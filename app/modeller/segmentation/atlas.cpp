@@ -27,6 +27,9 @@ constexpr int kAtlasAir_hu = -400;   // darker is gas, or lung if no lung is lab
 constexpr int kBodyFloor_hu = -300;  // in an atlas, darker voxels are air outside the body
 // A vote is weighted by the similarity of the features within this many voxels of the registration grid.
 constexpr int kSimilarityReach = 3;
+// A target counts as mirrored if exchanging left and right reduces its difference from the atlases below this
+// share. Measured: 1.09 in a real patient and 3.5 in a reference patient; mirrored, 0.92 and 0.29.
+constexpr double kMirroredShare = 0.96;
 // A voxel of a vessel, duct or tumour belongs to the liver if liver outweighs other tissue within this
 // distance.
 constexpr double kVesselReach_m = 0.006;
@@ -120,19 +123,55 @@ Volume<std::int16_t> rounded(const FloatVolume& image) {
     return out;
 }
 
-VectorField registerAtlas(const FloatVolume& target, const AtlasImage& atlas, const AtlasSettings& settings) {
+// `iterations` of the demons. With 0, the field is an affine transform.
+VectorField registerAtlas(const FloatVolume& target, const AtlasImage& atlas, const AtlasSettings& settings,
+                          int iterations) {
     const PrivateFolder folder;
     const auto at = [&](const char* name) { return folder.path() / name; };
     writeImageFile(at("fixed"), rounded(target));
     writeImageFile(at("moving"), rounded(atlas.feature));
     runChild(childProgram(settings.program, "stylet-register"),
-             {at("fixed"), at("moving"), at("field"), std::to_string(settings.iterations)}, settings.limits,
+             {at("fixed"), at("moving"), at("field"), std::to_string(iterations)}, settings.limits,
              atlas.name, "the registration");
     VectorField field = readFieldFile(at("field"));
     if (field.grid.dims != target.grid.dims)
         throw ImportError("the registration of an atlas left another grid");
     field.grid = target.grid;
     return field;
+}
+
+// Mean square of the difference after an affine registration. Around the atlas is air.
+double affineDifference(const FloatVolume& target, const AtlasImage& atlas, const AtlasSettings& settings) {
+    const VectorField field = registerAtlas(target, atlas, settings, 0);
+    double sum = 0.0;
+    forEachVoxel(target.grid, [&](const Index3& i) {
+        const Vec3 p = target.grid.centre(i) + Vec3(field.voxels[target.grid.offset(i)]);
+        const double d = double(valueAt(atlas.feature, p, kFeatureOutside_hu) - target[i]);
+        sum += d * d;
+    });
+    return sum / double(target.voxels.size());
+}
+
+FloatVolume leftRightExchanged(const FloatVolume& image) {
+    FloatVolume out(image.grid);
+    forEachVoxel(image.grid,
+                 [&](const Index3& i) { out[i] = image[{image.grid.dims.x - 1 - i.x, i.y, i.z}]; });
+    return out;
+}
+
+void checkNotMirrored(const FloatVolume& target, const std::vector<AtlasImage>& atlases,
+                      const AtlasSettings& settings) {
+    const FloatVolume mirrored = leftRightExchanged(target);
+    double difference = 0.0, of_mirrored = 0.0;
+    for (const AtlasImage& atlas : atlases) {
+        difference += affineDifference(target, atlas, settings);
+        of_mirrored += affineDifference(mirrored, atlas, settings);
+    }
+    if (of_mirrored < kMirroredShare * difference)
+        throw ImportError(
+            "left and right of the scan are exchanged: its mirror image matches the reference patients "
+            "better. "
+            "Correct the orientation in its file. Situs inversus is not supported");
 }
 
 // Adds the atlas's votes: its organ at each voxel, weighted by the local similarity of the two images.
@@ -204,13 +243,15 @@ AtlasPrior alignAtlases(const CtVolume& ct, const Mask& body, const Mask& lungs,
         return lungs.voxels.empty() ? ct.voxels[i] < kAtlasAir_hu : lungs.voxels[i] != 0;
     };
     const FloatVolume target = featureImage(ct, body, isLung, settings.spacing_m);
+    checkNotMirrored(target, atlases, settings);
     AtlasPrior prior;
     prior.grid = target.grid;
     prior.known = FloatVolume(prior.grid);
     prior.probability.assign(kOrgans, FloatVolume(prior.grid));
     for (const AtlasImage& atlas : atlases) {
         settings.progress(atlas.name);
-        addVote(target, atlas, registerAtlas(target, atlas, settings), settings.similarity_hu, prior);
+        addVote(target, atlas, registerAtlas(target, atlas, settings, settings.iterations),
+                settings.similarity_hu, prior);
         prior.used.push_back(atlas.name);
     }
     for (std::size_t o = 0; o < prior.known.voxels.size(); ++o) {

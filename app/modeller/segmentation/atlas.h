@@ -69,7 +69,8 @@ class AtlasImage {
 void checkNotOwnAtlas(const std::string& name, const std::vector<std::string>& atlases);
 
 // Computes the fused prior for a target. `lungs` may be empty; then voxels below -400 HU count as lung.
-// Without atlases, `known` is 0 everywhere. Throws ImportError if a registration fails.
+// Without atlases, `known` is 0 everywhere. Throws ImportError if a registration fails or if the
+// target is mirrored.
 AtlasPrior alignAtlases(const CtVolume& ct, const Mask& body, const Mask& lungs,
                         const std::vector<AtlasImage>&, const AtlasSettings&);
 

@@ -285,7 +285,8 @@ Mask segmentCoarse(Coarse& c, const Parenchyma& parenchyma, Mask& open) {
     Coarse denoised = c;
     Parenchyma liver = parenchyma;
     Mask cut = coarseCut(denoised, liver);
-    closeLiver(cut, c.organ);  // with vessels and ducts left out, a liver has thin parts everywhere
+    keepLargestComponent(cut);
+    closeLiver(cut, c.organ);  // without its vessels and ducts, the liver has thin parts everywhere
     keepThickest(cut);
     denoise(denoised, liver, cut);
     cut = coarseCut(denoised, liver);

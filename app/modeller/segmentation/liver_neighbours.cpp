@@ -10,9 +10,9 @@ namespace stylet::modeller {
 namespace {
 
 // Minimum share of a lump's free border that ends in similar tissue, maximum share of its whole border that
-// is the rest of the liver, and minimum size of a lump. In a real patient, also warped and with other
-// contrast, these shares are 0.11 to 0.23 and 0.30 to 0.41 for the pancreas, and 0.03 to 0.20 and 0.48 to
-// 0.63 for the liver's own tips.
+// is the rest of the liver, and minimum size of a lump. Measured in a real patient, also warped and with
+// other contrast: the pancreas leaks by 0.11 to 0.23 and is attached by 0.30 to 0.41; the liver's tips leak
+// by 0.03 to 0.20 and are attached by 0.48 to 0.63.
 constexpr double kMinLeakShare = 0.06, kMaxAttachedShare = 0.45, kMinLump_ml = 1.0;
 constexpr double kApart_voxels = 1.5;  // half the width of a connection that is cut between two lumps
 
@@ -92,7 +92,7 @@ Mask findLeakedLumps(const Mask& liver, const Mask& similar, double radius_m) {
         if (!liver.grid.contains(next)) return;
         const auto n = std::size_t(number.voxels[i]);
         if (liver[next]) {
-            attached[n] += number[next] != number.voxels[i];
+            attached[n] += number[next] == 0;
             return;
         }
         ends[n] += 1.0;

@@ -20,7 +20,8 @@ FloatVolume correctBias(const FloatVolume& hu, const Mask& core, float mean_hu, 
 // Finds lumps of `liver` that belong to another organ, because a cut ran through that organ. A lump is a part
 // that a ball of `radius_m` inside the thickest part does not reach. It is returned if enough of its border
 // is next to `similar`, the voxels outside that could also be liver, and little of it is next to the rest of
-// the liver. The liver's own lobes end at different tissue, and their tips are widest where they begin.
+// the liver. The liver's own lobes end at different tissue. A tip is broad at its base, so much of its border
+// is the rest of the liver.
 Mask findLeakedLumps(const Mask& liver, const Mask& similar, double radius_m);
 
 }  // namespace stylet::modeller

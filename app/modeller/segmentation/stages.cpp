@@ -173,24 +173,31 @@ Mask denseTissue(const BuildState& work) {
     });
 }
 
+// Of a mask that is not empty.
 Vec3 centroid(const Mask& mask) {
     Vec3 sum(0.0);
-    double count = 0.0;
     forEachVoxel(mask.grid, [&](const Index3& i) {
-        if (mask[i]) sum += mask.grid.centre(i), count += 1.0;
+        if (mask[i]) sum += mask.grid.centre(i);
     });
-    return sum / std::max(count, 1.0);
+    return sum / double(countVoxels(mask));
 }
 
-// Throws ImportError if the patient does not lie along the RAS axes. The atlases do. If right and left are
-// exchanged, the registration says so.
+// Throws ImportError if head and feet, or front and back, are exchanged. alignAtlases() finds exchanged
+// sides.
 void checkAxes(const Mask& body, const Mask& lungs, const Mask& bones) {
+    // In a chest scan that ends below the liver, the lungs are hardly higher than the body.
+    constexpr double kUpsideDown_m = 0.03;
     const Vec3 middle = centroid(body);
-    if (volume_ml(lungs) > 0.0 && centroid(lungs).z < middle.z)
-        throw ImportError("the image is upside down: the lungs lie below the body's middle");
-    if (volume_ml(bones) > 0.0 && centroid(bones).y > middle.y)
+    if (countVoxels(lungs) > 0 && centroid(lungs).z < middle.z - kUpsideDown_m)
         throw ImportError(
-            "front and back of the image are exchanged: most bone lies in front of the body's middle");
+            "the scan is upside down: its lungs lie below the middle of the body. Correct the orientation in "
+            "its "
+            "file");
+    if (countVoxels(bones) > 0 && centroid(bones).y > middle.y)
+        throw ImportError(
+            "front and back of the scan are exchanged: its bones lie in front of the middle of the body. "
+            "Correct "
+            "the orientation in its file");
 }
 
 void findLiverStage(BuildState& work, StageResult& r) {

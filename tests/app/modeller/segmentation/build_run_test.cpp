@@ -269,15 +269,15 @@ TEST_F(BuildRun, EditedControlPointsMoveTheFascia) {
     EXPECT_THAT(errors(), testing::HasSubstr("control-points.txt: line 1"));
 }
 
-// A scan whose file gives wrong axes is refused with the true reason, not for want of a liver.
+// A scan whose file gives wrong axes is refused for that reason, not because no liver is found.
 TEST_F(BuildRun, WrongAxesAreNamed) {
     struct Case {
         bool x, y, z;  // reversed
         const char* reason;
     };
-    for (const Case& wrong : {Case{true, false, false, "more like the scan's mirror image"},
-                              Case{true, true, false, "front and back of the image are exchanged"},
-                              Case{true, false, true, "the image is upside down"}}) {
+    for (const Case& wrong : {Case{true, false, false, "left and right of the scan are exchanged"},
+                              Case{true, true, false, "front and back of the scan are exchanged"},
+                              Case{true, false, true, "the scan is upside down"}}) {
         CtVolume ct = truth_->ct;
         const Index3 last = ct.grid.dims - 1;
         forEachVoxel(ct.grid, [&](const Index3& i) {

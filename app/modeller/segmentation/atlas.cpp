@@ -169,9 +169,8 @@ void checkNotMirrored(const FloatVolume& target, const std::vector<AtlasImage>& 
     }
     if (of_mirrored < kMirroredShare * difference)
         throw ImportError(
-            "left and right of the scan are exchanged: its mirror image matches the reference patients "
-            "better. "
-            "Correct the orientation in its file. Situs inversus is not supported");
+            "left and right of the scan are exchanged: its mirror image is more like the reference "
+            "patients. Correct the orientation in its file. Situs inversus is not supported");
 }
 
 // Adds the atlas's votes: its organ at each voxel, weighted by the local similarity of the two images.

@@ -190,14 +190,12 @@ void checkAxes(const Mask& body, const Mask& lungs, const Mask& bones) {
     const Vec3 middle = centroid(body);
     if (countVoxels(lungs) > 0 && centroid(lungs).z < middle.z - kUpsideDown_m)
         throw ImportError(
-            "the scan is upside down: its lungs lie below the middle of the body. Correct the orientation in "
-            "its "
-            "file");
+            "the scan is upside down: its lungs lie below the middle of the body. Correct the "
+            "orientation in its file");
     if (countVoxels(bones) > 0 && centroid(bones).y > middle.y)
         throw ImportError(
             "front and back of the scan are exchanged: its bones lie in front of the middle of the body. "
-            "Correct "
-            "the orientation in its file");
+            "Correct the orientation in its file");
 }
 
 void findLiverStage(BuildState& work, StageResult& r) {

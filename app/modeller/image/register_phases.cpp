@@ -55,6 +55,7 @@ constexpr double kSigmaField = 1.5, kSigmaUpdate = 1.0;   // Gaussian smoothing,
 constexpr double kMaxUpdateStep = 1.5;                    // in voxels per iteration
 // Settings for two patients. The affine transform is found on images shrunk by kAffineShrink per axis. When
 // the sections are aligned in height, they must overlap by at least kMinOverlap of the shorter section.
+// Where the patients' heights differ, a quarter of these iterations is too few.
 constexpr int kAffineShrink = 2, kAffineIterations = 400;
 constexpr double kMinOverlap = 0.6;
 // Sizes of MOVING relative to FIXED from which the affine transform starts: large and small adults.

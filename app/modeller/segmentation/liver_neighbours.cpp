@@ -11,8 +11,8 @@ namespace {
 
 // Minimum share of a lump's free border that ends in similar tissue, maximum share of its whole border that
 // is the rest of the liver, and minimum size of a lump. Measured in a real patient, also warped and with
-// other contrast: the pancreas leaks by 0.11 to 0.23 and is attached by 0.30 to 0.41; the liver's tips leak
-// by 0.03 to 0.20 and are attached by 0.48 to 0.63.
+// other contrast, with other lumps counted as the rest of the liver: the pancreas leaks by 0.11 to 0.23 and
+// is attached by 0.30 to 0.41; the liver's tips leak by 0.03 to 0.20 and are attached by 0.48 to 0.65.
 constexpr double kMinLeakShare = 0.06, kMaxAttachedShare = 0.45, kMinLump_ml = 1.0;
 constexpr double kApart_voxels = 1.5;  // half the width of a connection that is cut between two lumps
 

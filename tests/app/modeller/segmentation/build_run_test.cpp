@@ -269,7 +269,7 @@ TEST_F(BuildRun, EditedControlPointsMoveTheFascia) {
     EXPECT_THAT(errors(), testing::HasSubstr("control-points.txt: line 1"));
 }
 
-// A scan whose file gives wrong axes is refused for that reason, not because no liver is found.
+// If a scan's file gives wrong axes, the refusal names them.
 TEST_F(BuildRun, WrongAxesAreNamed) {
     struct Case {
         bool x, y, z;  // reversed

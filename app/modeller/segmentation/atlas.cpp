@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <future>
 
 #include "app/modeller/image/handover_files.h"
 #include "app/modeller/image/vector_field.h"
@@ -164,13 +165,17 @@ void checkNotMirrored(const FloatVolume& target, const std::vector<AtlasImage>& 
     const FloatVolume mirrored = leftRightExchanged(target);
     double difference = 0.0, of_mirrored = 0.0;
     for (const AtlasImage& atlas : atlases) {
+        // Two processes, because one hardly uses a second processor.
+        auto other =
+            std::async(std::launch::async, [&] { return affineDifference(mirrored, atlas, settings); });
         difference += affineDifference(target, atlas, settings);
-        of_mirrored += affineDifference(mirrored, atlas, settings);
+        of_mirrored += other.get();
     }
     if (of_mirrored < kMirroredShare * difference)
         throw ImportError(
             "left and right of the scan are exchanged: its mirror image is more like the reference "
-            "patients. Correct the orientation in its file. Situs inversus is not supported");
+            "patients. Correct the orientation in its file, or pass --trust-axes. Situs inversus is not "
+            "supported");
 }
 
 // Adds the atlas's votes: its organ at each voxel, weighted by the local similarity of the two images.
@@ -242,7 +247,7 @@ AtlasPrior alignAtlases(const CtVolume& ct, const Mask& body, const Mask& lungs,
         return lungs.voxels.empty() ? ct.voxels[i] < kAtlasAir_hu : lungs.voxels[i] != 0;
     };
     const FloatVolume target = featureImage(ct, body, isLung, settings.spacing_m);
-    checkNotMirrored(target, atlases, settings);
+    if (!settings.trust_sides) checkNotMirrored(target, atlases, settings);
     AtlasPrior prior;
     prior.grid = target.grid;
     prior.known = FloatVolume(prior.grid);

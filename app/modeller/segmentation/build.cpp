@@ -14,6 +14,7 @@
 #include "app/modeller/import/section.h"
 #include "app/modeller/segmentation/atlas.h"
 #include "app/modeller/segmentation/lungs.h"
+#include "app/modeller/segmentation/orientation.h"
 #include "app/modeller/segmentation/stage_store.h"
 #include "app/modeller/segmentation/stages.h"
 #include "base/hash.h"
@@ -135,14 +136,16 @@ StageReport runStage(BuildState& work, const StageStore& store, int number, cons
 
 // Returns the range of heights to process. A scan of the upper abdomen is processed entirely. In a longer
 // scan, it is the region around the lung bases, because the liver is below them.
-std::pair<double, double> findHeightRange(const CtVolume& scan) {
+std::pair<double, double> findHeightRange(const CtVolume& scan, bool trust_axes) {
     double low_m = scan.grid.origin_m.z, high_m = scan.grid.centre(scan.grid.dims - 1).z;
     if (high_m - low_m <= kMaxHeight_m) return {low_m, high_m};
     CtVolume coarse = resampleCt(scan, sectionGrid(scan.grid, low_m, high_m, kPreviewSpacing_m));
     LabelVolume none(coarse.grid);
     const Mask body = cropToBody(coarse, none);
+    const Lungs lungs = findLungs(coarse, body);
+    if (!trust_axes) checkUpright(body, unite(lungs.right, lungs.left));
     double dome_m = -1e9;
-    for (const float z : findLungs(coarse, body).base_right.z_m)
+    for (const float z : lungs.base_right.z_m)
         if (std::isfinite(z)) dome_m = std::max(dome_m, double(z));
     if (dome_m < low_m)
         throw ImportError("the scan is " + std::to_string(int(1e3 * (high_m - low_m))) +
@@ -155,7 +158,7 @@ void readScan(BuildState& work) {
     const BuildSettings& s = *work.settings;
     const CtVolume scan = readImage(s.ct, ImageKind::ct, s.reader, s.series);
     requireHounsfield(scan, s.ct);
-    const auto [low_m, high_m] = findHeightRange(scan);
+    const auto [low_m, high_m] = findHeightRange(scan, s.trust_axes);
     const Grid grid = sectionGrid(scan.grid, low_m, high_m, s.spacing_m);
     checkPackageSize(grid);
     work.ct = resampleCt(scan, grid);

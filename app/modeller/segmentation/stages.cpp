@@ -17,6 +17,7 @@
 #include "app/modeller/segmentation/lungs.h"
 #include "app/modeller/segmentation/morphology.h"
 #include "app/modeller/segmentation/organs.h"
+#include "app/modeller/segmentation/orientation.h"
 #include "app/modeller/segmentation/vessels.h"
 #include "base/hash.h"
 #include "patient/synth/synth.h"
@@ -173,37 +174,16 @@ Mask denseTissue(const BuildState& work) {
     });
 }
 
-// Of a mask that is not empty.
-Vec3 centroid(const Mask& mask) {
-    Vec3 sum(0.0);
-    forEachVoxel(mask.grid, [&](const Index3& i) {
-        if (mask[i]) sum += mask.grid.centre(i);
-    });
-    return sum / double(countVoxels(mask));
-}
-
-// Throws ImportError if head and feet, or front and back, are exchanged. alignAtlases() finds exchanged
-// sides.
-void checkAxes(const Mask& body, const Mask& lungs, const Mask& bones) {
-    // In a chest scan that ends below the liver, the lungs are hardly higher than the body.
-    constexpr double kUpsideDown_m = 0.03;
-    const Vec3 middle = centroid(body);
-    if (countVoxels(lungs) > 0 && centroid(lungs).z < middle.z - kUpsideDown_m)
-        throw ImportError(
-            "the scan is upside down: its lungs lie below the middle of the body. Correct the "
-            "orientation in its file");
-    if (countVoxels(bones) > 0 && centroid(bones).y > middle.y)
-        throw ImportError(
-            "front and back of the scan are exchanged: its bones lie in front of the middle of the body. "
-            "Correct the orientation in its file");
-}
-
 void findLiverStage(BuildState& work, StageResult& r) {
     AtlasSettings atlas;
     atlas.progress = [&](std::string_view name) { work.progress(std::string(name)); };
     const Mask lungs = labelMask(work.found.at("lungs"), isLung),
                bones = labelMask(work.found.at("bones"), isBone);
-    checkAxes(work.body, lungs, bones);
+    atlas.trust_sides = work.settings->trust_axes;
+    if (!work.settings->trust_axes) {
+        checkUpright(work.body, lungs);
+        checkFrontAndBack(work.body, bones);
+    }
     const AtlasPrior prior = alignAtlases(work.ct, work.body, lungs, atlasImages(work, atlas), atlas);
     Liver liver = findLiver(work.ct, work.body, lungs, bones, prior, {.blur_m = work.blur.within_m});
     const Mask calcified = calcifiedLiver(denseTissue(work), liver.mask);
@@ -219,6 +199,7 @@ void findLiverStage(BuildState& work, StageResult& r) {
     }
     paintTarget(r, liver.mask, "liver");
     r.record.notes = liver.notes;
+    if (work.settings->trust_axes) r.record.notes.push_back("the scan's axes were trusted, not checked");
     r.record.atlases = prior.used;
 }
 void restoreLiver(BuildState& work, const StageResult& r) {

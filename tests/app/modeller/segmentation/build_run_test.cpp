@@ -55,11 +55,10 @@ class BuildRun : public testing::Test {
     static const std::string& output() { return last_.out; }
     static const std::string& errors() { return last_.err; }
     // Builds the package `out`, and without --stages in `more` its stages beside it.
-    static int runInto(const std::string& out, const std::string& more, const std::string& phase = "exhale",
-                       int atlases = 2) {
+    static int runInto(const std::string& out, const std::string& more, const std::string& phase = "exhale") {
         last_ = test::runModel("build --ct '" + (folder() / "ct.nii.gz").string() + "' --out '" +
                                (folder() / out).string() + "' --atlas '" + (folder() / "atlas11").string() +
-                               (atlases > 1 ? "' '" + (folder() / "atlas12").string() : "") +
+                               "' '" + (folder() / "atlas12").string() +
                                "' --spacing-mm 3 --reference-phase " + phase + " " + more);
         return last_.status;
     }
@@ -69,6 +68,15 @@ class BuildRun : public testing::Test {
     static const std::string& refused(const std::string& more) {
         EXPECT_EQ(run(more), 2) << more;
         return errors();
+    }
+    // Writes the scan and builds it with one atlas, beside the patient that most tests share.
+    static test::ModelRun buildScan(const CtVolume& ct, const std::string& name,
+                                    const std::string& more = "") {
+        const std::string file = (folder() / (name + ".nii.gz")).string();
+        patient::writeNifti(file, ct);
+        return test::runModel("build --ct '" + file + "' --out '" + (folder() / name).string() +
+                              "' --atlas '" + (folder() / "atlas11").string() +
+                              "' --spacing-mm 3 --reference-phase exhale " + more);
     }
     // Number of stages that the last run reused.
     static int kept() {
@@ -81,6 +89,31 @@ class BuildRun : public testing::Test {
     static inline int status_ = -1;
     static inline test::ModelRun last_;
 };
+
+// A scan from the neck to the hip: repeats the first and the last slice for 150 mm each.
+CtVolume tallScan(const CtVolume& ct) {
+    constexpr int kMore = 50;
+    Grid grid = ct.grid;
+    grid.dims.z += 2 * kMore;
+    grid.origin_m.z -= kMore * grid.spacing_m.z;
+    CtVolume tall(grid);
+    forEachVoxel(grid, [&](const Index3& i) {
+        tall[i] = ct[{i.x, i.y, std::clamp(i.z - kMore, 0, ct.grid.dims.z - 1)}];
+    });
+    return tall;
+}
+
+struct Axes {
+    bool x = false, y = false, z = false;
+};
+CtVolume reversedScan(const CtVolume& ct, const Axes& axes) {
+    CtVolume out(ct.grid);
+    const Index3 last = ct.grid.dims - 1;
+    forEachVoxel(ct.grid, [&](const Index3& i) {
+        out[i] = ct[{axes.x ? last.x - i.x : i.x, axes.y ? last.y - i.y : i.y, axes.z ? last.z - i.z : i.z}];
+    });
+    return out;
+}
 
 TEST_F(BuildRun, BuildsAPackageWithALiverFromACt) {
     ASSERT_EQ(status_, 0) << output() << errors();
@@ -108,12 +141,11 @@ TEST_F(BuildRun, ACalcifiedTumourIsLiver) {
     const test::ModelRun made =
         test::runModel("synth --seed 2 --spacing-mm 3 --variant calcified-tumour --out '" + truth + "'");
     ASSERT_EQ(made.status, 0) << made.err;
-    const test::ModelRun run = test::runModel(
-        "build --ct '" + truth + "/ct.nii.gz' --out '" + (folder() / "built").string() + "' --atlas '" +
-        (folder() / "atlas11").string() + "' --spacing-mm 3 --reference-phase exhale");
+    const Package real = patient::loadPackage(truth);
+    const test::ModelRun run = buildScan(real.ct, "built");
     ASSERT_EQ(run.status, 0) << run.out << run.err;
     EXPECT_THAT(run.out, testing::HasSubstr("taken for calcified liver"));
-    const Package built = patient::loadPackage(folder() / "built"), real = patient::loadPackage(truth);
+    const Package built = patient::loadPackage(folder() / "built");
     const Mask tumour =
         labelMask(real.labels, real.label_table, [](const patient::Label& l) { return l.name == "tumour"; });
     std::map<std::string, std::size_t> found;
@@ -215,29 +247,25 @@ TEST_F(BuildRun, CorrectionKeepsTheProvenance) {
     EXPECT_THAT(errors(), testing::HasSubstr("was corrected by hand on another CT"));
 }
 
-// A scan from the neck to the hip: repeats the first and the last slice for 150 mm each.
 TEST_F(BuildRun, LongScanIsCroppedToTheLiver) {
     ASSERT_EQ(status_, 0);
-    constexpr int kMore = 50;
-    const CtVolume& ct = truth_->ct;
-    Grid grid = ct.grid;
-    grid.dims.z += 2 * kMore;
-    grid.origin_m.z -= kMore * grid.spacing_m.z;
-    CtVolume tall(grid);
-    forEachVoxel(grid, [&](const Index3& i) {
-        tall[i] = ct[{i.x, i.y, std::clamp(i.z - kMore, 0, ct.grid.dims.z - 1)}];
-    });
     const auto liver = [](const char* package) {
         const Package p = patient::loadPackage(folder() / package);
         return double(countVoxels(labelMask(p.labels, "liver")));
     };
-    patient::writeNifti(folder() / "ct.nii.gz", tall);
-    // One atlas only: its registration to such a tall scan takes most of this test's time.
-    EXPECT_EQ(runInto("tall", "", "exhale", 1), 0) << errors();
-    patient::writeNifti(folder() / "ct.nii.gz", ct);
+    const test::ModelRun run = buildScan(tallScan(truth_->ct), "tall");
+    EXPECT_EQ(run.status, 0) << run.err;
     EXPECT_NEAR(liver("tall") / liver("patient"), 1.0, 0.1);
     const auto kept = patient::readNifti<std::int16_t>(folder() / "tall-stages" / "ct.nii.gz");
     EXPECT_LT(kept.grid.dims.z * kept.grid.spacing_m.z, 0.45);
+}
+
+// The crop takes the heights for right, so it must not come first.
+TEST_F(BuildRun, LongScanUpsideDownIsRefused) {
+    const test::ModelRun run = buildScan(reversedScan(tallScan(truth_->ct), {.z = true}), "tall-upside-down");
+    EXPECT_EQ(run.status, 2) << run.out;
+    EXPECT_THAT(run.err, testing::HasSubstr("the scan is upside down"));
+    EXPECT_FALSE(fs::exists(folder() / "tall-upside-down-stages"));
 }
 
 // The package is written for inspection, but the command reports that it cannot be simulated.
@@ -272,26 +300,25 @@ TEST_F(BuildRun, EditedControlPointsMoveTheFascia) {
 // If a scan's file gives wrong axes, the refusal names them.
 TEST_F(BuildRun, WrongAxesAreNamed) {
     struct Case {
-        bool x, y, z;  // reversed
+        Axes reversed;
         const char* reason;
     };
-    for (const Case& wrong : {Case{true, false, false, "left and right of the scan are exchanged"},
-                              Case{true, true, false, "front and back of the scan are exchanged"},
-                              Case{true, false, true, "the scan is upside down"}}) {
-        CtVolume ct = truth_->ct;
-        const Index3 last = ct.grid.dims - 1;
-        forEachVoxel(ct.grid, [&](const Index3& i) {
-            ct[i] = truth_->ct[{wrong.x ? last.x - i.x : i.x, wrong.y ? last.y - i.y : i.y,
-                                wrong.z ? last.z - i.z : i.z}];
-        });
-        const std::string file = (folder() / "wrong.nii.gz").string();
-        patient::writeNifti(file, ct);
-        const test::ModelRun run = test::runModel(
-            "build --ct '" + file + "' --out '" + (folder() / "wrong").string() + "' --atlas '" +
-            (folder() / "atlas11").string() + "' --spacing-mm 3 --reference-phase exhale");
+    for (const Case& wrong : {Case{{.x = true}, "left and right of the scan are exchanged"},
+                              Case{{.x = true, .y = true}, "front and back of the scan are exchanged"},
+                              Case{{.x = true, .z = true}, "the scan is upside down"}}) {
+        const test::ModelRun run = buildScan(reversedScan(truth_->ct, wrong.reversed), "wrong");
         EXPECT_EQ(run.status, 2) << run.out;
         EXPECT_THAT(run.err, testing::HasSubstr(wrong.reason));
+        EXPECT_THAT(run.err, testing::HasSubstr("--trust-axes"));
     }
+}
+
+// A person may know better than the checks. The stage's notes say so.
+TEST_F(BuildRun, TrustedAxesAreNotChecked) {
+    const test::ModelRun run = buildScan(reversedScan(truth_->ct, {.x = true}), "mirrored", "--trust-axes");
+    EXPECT_THAT(run.err, testing::Not(testing::HasSubstr("exchanged")));
+    EXPECT_THAT(readText(folder() / "mirrored-stages" / "05-liver" / "stage.json"),
+                testing::HasSubstr("the scan's axes were trusted, not checked"));
 }
 
 // A patient's own atlas is refused. It is recognised by its name, with new and with reused stages. Under

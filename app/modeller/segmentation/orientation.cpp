@@ -1,0 +1,38 @@
+#include "app/modeller/segmentation/orientation.h"
+
+#include "app/modeller/image/child_process_linux.h"
+#include "app/modeller/segmentation/morphology.h"
+
+namespace stylet::modeller {
+
+namespace {
+
+// In a chest scan that ends below the liver, the lungs are hardly higher than the body.
+constexpr double kUpsideDown_m = 0.03;
+
+// Of a mask that is not empty.
+Vec3 centroid(const Mask& mask) {
+    Vec3 sum(0.0);
+    forEachVoxel(mask.grid, [&](const Index3& i) {
+        if (mask[i]) sum += mask.grid.centre(i);
+    });
+    return sum / double(countVoxels(mask));
+}
+
+}  // namespace
+
+void checkUpright(const Mask& body, const Mask& lungs) {
+    if (countVoxels(lungs) > 0 && centroid(lungs).z < centroid(body).z - kUpsideDown_m)
+        throw ImportError(
+            "the scan is upside down: its lungs lie below the middle of the body. Correct the "
+            "orientation in its file, or pass --trust-axes");
+}
+
+void checkFrontAndBack(const Mask& body, const Mask& bones) {
+    if (countVoxels(bones) > 0 && centroid(bones).y > centroid(body).y)
+        throw ImportError(
+            "front and back of the scan are exchanged: its bones lie in front of the middle of the body. "
+            "Correct the orientation in its file, or pass --trust-axes");
+}
+
+}  // namespace stylet::modeller

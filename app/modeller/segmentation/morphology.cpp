@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/parallel.h"
+
 namespace stylet::modeller {
 
 namespace {
@@ -16,18 +18,100 @@ VoxelBox widened(VoxelBox b, const Grid& g, double by_m) {
     return b;
 }
 
+constexpr float kFar = 1e6f;  // squared metres
+
+// Squared distance along x from each voxel of a row to the nearest voxel of the mask in it. Returns false if
+// there is none.
+bool alongRow(const std::uint8_t* mask, int n, float spacing_m, float* out) {
+    bool any = false;
+    int steps = n;  // from the last voxel of the mask
+    for (int x = 0; x < n; ++x) {
+        steps = mask[x] ? 0 : steps + 1;
+        any = any || steps == 0;
+        out[x] = float(steps);
+    }
+    if (!any) return false;
+    steps = n;
+    for (int x = n; x-- > 0;) {
+        steps = mask[x] ? 0 : steps + 1;
+        const float d_m = std::min(out[x], float(steps)) * spacing_m;
+        out[x] = d_m * d_m;
+    }
+    return true;
+}
+
+void lower(float* values, const float* others, float by, int n) {
+    for (int x = 0; x < n; ++x)
+        values[x] = std::min(values[x], others[x] + by);
+}
+
+// Lowers squared distances along x to those in a plane, or from there to those in space: out(i) is the
+// minimum over the neighbouring rows k of rows(k) + (spacing (k - i))^2. `rows(k)` is null for a row without
+// a value within reach.
+template <typename Rows>
+bool lowerAcross(const Rows& rows, int i, int count, int reach, float spacing_m, float* out, int n) {
+    bool any = false;
+    for (int k = std::max(0, i - reach); k <= std::min(count - 1, i + reach); ++k) {
+        const float* const row = rows(k);
+        if (!row) continue;
+        if (!any) std::fill(out, out + n, kFar);
+        any = true;
+        const float d_m = float(k - i) * spacing_m;
+        lower(out, row, d_m * d_m, n);
+    }
+    return any;
+}
+
+// Voxels within the radius of the mask. Minimises squared distances axis by axis, as distanceTo() does, but
+// only as far as the radius, so every step is a sum of whole rows.
+Mask within(const Mask& m, double radius_m) {
+    const Grid& g = m.grid;
+    const float reach_m = float(radius_m * 1.0001), reach2_m2 = reach_m * reach_m;
+    const auto steps = [&](int axis) { return int(double(reach_m) / g.spacing_m[axis]); };
+    const std::size_t row = std::size_t(g.dims.x), slice = row * std::size_t(g.dims.y);
+    FloatVolume in_plane(g);
+    std::vector<std::uint8_t> has(std::size_t(g.dims.y) * std::size_t(g.dims.z));  // by row: a value in reach
+    const auto rowIndex = [&](int y, int z) {
+        return std::size_t(z) * std::size_t(g.dims.y) + std::size_t(y);
+    };
+    parallelFor(processorCount(), g.dims.z, [&](int z) {
+        std::vector<float> along(slice);
+        std::vector<std::uint8_t> any(std::size_t(g.dims.y));
+        for (int y = 0; y < g.dims.y; ++y)
+            any[std::size_t(y)] = alongRow(m.voxels.data() + rowIndex(y, z) * row, g.dims.x,
+                                           float(g.spacing_m.x), along.data() + std::size_t(y) * row);
+        const auto rows = [&](int y) -> const float* {
+            return any[std::size_t(y)] ? along.data() + std::size_t(y) * row : nullptr;
+        };
+        for (int y = 0; y < g.dims.y; ++y)
+            has[rowIndex(y, z)] = lowerAcross(rows, y, g.dims.y, steps(1), float(g.spacing_m.y),
+                                              in_plane.voxels.data() + rowIndex(y, z) * row, g.dims.x);
+    });
+    Mask out(g);
+    parallelFor(processorCount(), g.dims.y, [&](int y) {
+        std::vector<float> nearest(row);
+        const auto rows = [&](int z) -> const float* {
+            return has[rowIndex(y, z)] ? in_plane.voxels.data() + rowIndex(y, z) * row : nullptr;
+        };
+        for (int z = 0; z < g.dims.z; ++z) {
+            if (!lowerAcross(rows, z, g.dims.z, steps(2), float(g.spacing_m.z), nearest.data(), g.dims.x))
+                continue;
+            std::uint8_t* const to = out.voxels.data() + rowIndex(y, z) * row;
+            for (std::size_t x = 0; x < row; ++x)
+                to[x] = nearest[x] <= reach2_m2;
+        }
+    });
+    return out;
+}
+
 void dilate(Mask& m, double radius_m) {
-    const FloatVolume d = distanceTo(m);
-    const float reach = float(radius_m * 1.0001);
-    for (std::size_t i = 0; i < m.voxels.size(); ++i)
-        m.voxels[i] = d.voxels[i] <= reach;
+    m = within(m, radius_m);
 }
 
 void erode(Mask& m, double radius_m) {
-    const FloatVolume d = distanceTo(inverted(m));
-    const float reach = float(radius_m * 1.0001);
+    const Mask lost = within(inverted(m), radius_m);
     for (std::size_t i = 0; i < m.voxels.size(); ++i)
-        m.voxels[i] = m.voxels[i] && d.voxels[i] > reach;
+        m.voxels[i] = m.voxels[i] && !lost.voxels[i];
 }
 
 // Applies the change to the part of the grid that it can affect.

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 #include <algorithm>
 #include <array>
+#include <future>
 
 #include "app/modeller/import/import_body.h"
 #include "app/modeller/import/import_map.h"
@@ -148,13 +149,18 @@ std::vector<AtlasImage> atlasImages(const BuildState& work, const AtlasSettings&
     for (const std::filesystem::path& folder : settings.atlases)
         images.push_back(atlasImage(patient::loadPackage(folder), work, atlas));
     if (!images.empty()) return images;
-    for (const std::uint64_t seed : kAtlasSeeds) {
-        patient::synth::SynthSettings synth;
-        synth.seed = seed;
-        synth.spacing_m = kAtlasSpacing_m;
-        synth.defaults = settings.defaults;
-        images.push_back(atlasImage(patient::synth::makeReferencePatient(synth), work, atlas));
-    }
+    std::vector<std::future<AtlasImage>> made;
+    for (const std::uint64_t seed : kAtlasSeeds)
+        made.push_back(std::async(std::launch::async, [&, seed] {
+            patient::synth::SynthSettings synth;
+            synth.seed = seed;
+            synth.spacing_m = kAtlasSpacing_m;
+            synth.defaults = settings.defaults;
+            synth.threads = 1;
+            return atlasImage(patient::synth::makeReferencePatient(synth), work, atlas);
+        }));
+    for (std::future<AtlasImage>& image : made)
+        images.push_back(image.get());
     return images;
 }
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "tests/app/modeller/segmentation/liver_phantom.h"
 
 namespace stylet::modeller {
@@ -15,6 +17,29 @@ TEST(Morphology, VoxelDilatesToABall) {
     EXPECT_EQ(countVoxels(dilated(m, 0.001)), 7u);
     EXPECT_EQ(countVoxels(dilated(m, 0.002)), 33u);
     EXPECT_EQ(countVoxels(eroded(dilated(m, 0.003), 0.003)), 1u);
+}
+
+// The same voxels as by the distance transform, whatever the voxels' shape; no radius is too long for the
+// grid.
+TEST(Morphology, DilationIsExact) {
+    const Grid g{Index3(23, 17, 19), Vec3(0.0007, 0.0010, 0.0025), Vec3(0.0)};
+    std::mt19937 random(5);
+    for (const double share : {0.0005, 0.01, 0.5}) {
+        const Mask m = maskWhere(g, [&](std::size_t) { return random() < share * 4294967296.0; });
+        const FloatVolume to_mask = distanceTo(m), to_rest = distanceTo(inverted(m));
+        for (const double radius_m : {0.0005, 0.0031, 0.0072, 0.060}) {
+            EXPECT_EQ(
+                dilated(m, radius_m).voxels,
+                maskWhere(g, [&](std::size_t i) { return double(to_mask.voxels[i]) <= radius_m; }).voxels)
+                << share << " " << radius_m;
+            EXPECT_EQ(
+                eroded(m, radius_m).voxels,
+                maskWhere(g,
+                          [&](std::size_t i) { return m.voxels[i] && double(to_rest.voxels[i]) > radius_m; })
+                    .voxels)
+                << share << " " << radius_m;
+        }
+    }
 }
 
 TEST(Morphology, GridBorderDoesNotErode) {

@@ -95,7 +95,7 @@ void addBuild(CLI::App& app) {
     command->add_flag("--virtual-ducts", a.settings.virtual_ducts,
                       "Grow dilated bile ducts beside the portal branches if the CT shows none.");
     command->add_flag("--trust-axes", a.settings.trust_axes,
-                      "Build even if the scan looks mirrored, upside down or turned front to back.");
+                      "Accept a scan that looks mirrored, upside down or turned front to back.");
     command->add_option("--spacing-mm", a.spacing_mm, "Voxel size of the package [mm].")
         ->capture_default_str();
     command

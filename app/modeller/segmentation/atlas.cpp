@@ -247,7 +247,7 @@ AtlasPrior alignAtlases(const CtVolume& ct, const Mask& body, const Mask& lungs,
         return lungs.voxels.empty() ? ct.voxels[i] < kAtlasAir_hu : lungs.voxels[i] != 0;
     };
     const FloatVolume target = featureImage(ct, body, isLung, settings.spacing_m);
-    if (!settings.trust_sides) checkNotMirrored(target, atlases, settings);
+    if (!settings.trust_axes) checkNotMirrored(target, atlases, settings);
     AtlasPrior prior;
     prior.grid = target.grid;
     prior.known = FloatVolume(prior.grid);

@@ -257,6 +257,7 @@ Package makePackage(const BuildState& work) {
     p.licence = settings.licence;
     p.provenance = "built by stylet-model from a CT alone";
     if (work.virtual_ducts) p.provenance += "; virtual bile ducts added";
+    if (settings.trust_axes) p.provenance += "; the axes of the scan were trusted, not checked";
     p.atlases = work.atlases;
     p.thresholds = work.thresholds;
     p.tissues = settings.defaults.tissues;

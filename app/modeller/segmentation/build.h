@@ -20,8 +20,8 @@ struct BuildSettings {
     std::filesystem::path stages;                // folder of the stages; created, or resumed
     std::vector<std::filesystem::path> atlases;  // packages; none: the reference patients of kAtlasSeeds
     double spacing_m = 0.001;
-    bool virtual_ducts = false;              // grown beside portal branches if the CT shows no ducts
-    bool trust_axes = false;                 // do not refuse a scan whose axes look exchanged
+    bool virtual_ducts = false;  // grown beside portal branches if the CT shows no ducts
+    bool trust_axes = false;     // accept a scan that looks mirrored, upside down or turned front to back
     std::string reference_phase = "inhale";  // breathing state of the scan, as for an import
     std::string name = "built patient", licence = "unknown: ask whoever gave you the images";
     patient::TissueDefaults defaults;  // force table; this CT's thresholds replace the defaults

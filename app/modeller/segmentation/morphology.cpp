@@ -20,9 +20,9 @@ VoxelBox widened(VoxelBox b, const Grid& g, double by_m) {
 
 constexpr float kFar = 1e6f;  // squared metres
 
-// Squared distance along x from each voxel of a row to the nearest voxel of the mask in it. Returns false if
-// there is none.
-bool alongRow(const std::uint8_t* mask, int n, float spacing_m, float* out) {
+// Squared distance along x from each voxel of a row to the nearest voxel of the mask in it. If there is none,
+// returns false, and `out` is not valid.
+bool distanceAlongRow(const std::uint8_t* mask, int n, float spacing_m, float* out) {
     bool any = false;
     int steps = n;  // from the last voxel of the mask
     for (int x = 0; x < n; ++x) {
@@ -40,16 +40,16 @@ bool alongRow(const std::uint8_t* mask, int n, float spacing_m, float* out) {
     return true;
 }
 
-void lower(float* values, const float* others, float by, int n) {
+void lowerTo(float* values, const float* others, float by, int n) {
     for (int x = 0; x < n; ++x)
         values[x] = std::min(values[x], others[x] + by);
 }
 
-// Lowers squared distances along x to those in a plane, or from there to those in space: out(i) is the
-// minimum over the neighbouring rows k of rows(k) + (spacing (k - i))^2. `rows(k)` is null for a row without
-// a value within reach.
+// Row i of the squared distances along one more axis: the minimum over the rows k within `reach` of
+// rows(k) + (spacing (k - i))^2. rows(k) is null if the row has no value. If all are null, returns false, and
+// `out` is not valid.
 template <typename Rows>
-bool lowerAcross(const Rows& rows, int i, int count, int reach, float spacing_m, float* out, int n) {
+bool minimumOfRows(const Rows& rows, int i, int count, int reach, float spacing_m, float* out, int n) {
     bool any = false;
     for (int k = std::max(0, i - reach); k <= std::min(count - 1, i + reach); ++k) {
         const float* const row = rows(k);
@@ -57,20 +57,21 @@ bool lowerAcross(const Rows& rows, int i, int count, int reach, float spacing_m,
         if (!any) std::fill(out, out + n, kFar);
         any = true;
         const float d_m = float(k - i) * spacing_m;
-        lower(out, row, d_m * d_m, n);
+        lowerTo(out, row, d_m * d_m, n);
     }
     return any;
 }
 
-// Voxels within the radius of the mask. Minimises squared distances axis by axis, as distanceTo() does, but
-// only as far as the radius, so every step is a sum of whole rows.
-Mask within(const Mask& m, double radius_m) {
+// The voxels within the radius of the mask. Minimises squared distances axis by axis, as distanceTo() does,
+// but only within the radius. Each step is the minimum of two rows, which the compiler vectorises.
+Mask voxelsWithin(const Mask& m, double radius_m) {
     const Grid& g = m.grid;
     const float reach_m = float(radius_m * 1.0001), reach2_m2 = reach_m * reach_m;
     const auto steps = [&](int axis) { return int(double(reach_m) / g.spacing_m[axis]); };
-    const std::size_t row = std::size_t(g.dims.x), slice = row * std::size_t(g.dims.y);
+    const std::size_t length = std::size_t(g.dims.x), slice = length * std::size_t(g.dims.y);
     FloatVolume in_plane(g);
-    std::vector<std::uint8_t> has(std::size_t(g.dims.y) * std::size_t(g.dims.z));  // by row: a value in reach
+    std::vector<std::uint8_t> has_value(std::size_t(g.dims.y) *
+                                        std::size_t(g.dims.z));  // by length: a value in reach
     const auto rowIndex = [&](int y, int z) {
         return std::size_t(z) * std::size_t(g.dims.y) + std::size_t(y);
     };
@@ -78,26 +79,28 @@ Mask within(const Mask& m, double radius_m) {
         std::vector<float> along(slice);
         std::vector<std::uint8_t> any(std::size_t(g.dims.y));
         for (int y = 0; y < g.dims.y; ++y)
-            any[std::size_t(y)] = alongRow(m.voxels.data() + rowIndex(y, z) * row, g.dims.x,
-                                           float(g.spacing_m.x), along.data() + std::size_t(y) * row);
+            any[std::size_t(y)] =
+                distanceAlongRow(m.voxels.data() + rowIndex(y, z) * length, g.dims.x, float(g.spacing_m.x),
+                                 along.data() + std::size_t(y) * length);
         const auto rows = [&](int y) -> const float* {
-            return any[std::size_t(y)] ? along.data() + std::size_t(y) * row : nullptr;
+            return any[std::size_t(y)] ? along.data() + std::size_t(y) * length : nullptr;
         };
         for (int y = 0; y < g.dims.y; ++y)
-            has[rowIndex(y, z)] = lowerAcross(rows, y, g.dims.y, steps(1), float(g.spacing_m.y),
-                                              in_plane.voxels.data() + rowIndex(y, z) * row, g.dims.x);
+            has_value[rowIndex(y, z)] =
+                minimumOfRows(rows, y, g.dims.y, steps(1), float(g.spacing_m.y),
+                              in_plane.voxels.data() + rowIndex(y, z) * length, g.dims.x);
     });
     Mask out(g);
     parallelFor(processorCount(), g.dims.y, [&](int y) {
-        std::vector<float> nearest(row);
+        std::vector<float> nearest(length);
         const auto rows = [&](int z) -> const float* {
-            return has[rowIndex(y, z)] ? in_plane.voxels.data() + rowIndex(y, z) * row : nullptr;
+            return has_value[rowIndex(y, z)] ? in_plane.voxels.data() + rowIndex(y, z) * length : nullptr;
         };
         for (int z = 0; z < g.dims.z; ++z) {
-            if (!lowerAcross(rows, z, g.dims.z, steps(2), float(g.spacing_m.z), nearest.data(), g.dims.x))
+            if (!minimumOfRows(rows, z, g.dims.z, steps(2), float(g.spacing_m.z), nearest.data(), g.dims.x))
                 continue;
-            std::uint8_t* const to = out.voxels.data() + rowIndex(y, z) * row;
-            for (std::size_t x = 0; x < row; ++x)
+            std::uint8_t* const to = out.voxels.data() + rowIndex(y, z) * length;
+            for (std::size_t x = 0; x < length; ++x)
                 to[x] = nearest[x] <= reach2_m2;
         }
     });
@@ -105,11 +108,11 @@ Mask within(const Mask& m, double radius_m) {
 }
 
 void dilate(Mask& m, double radius_m) {
-    m = within(m, radius_m);
+    m = voxelsWithin(m, radius_m);
 }
 
 void erode(Mask& m, double radius_m) {
-    const Mask lost = within(inverted(m), radius_m);
+    const Mask lost = voxelsWithin(inverted(m), radius_m);
     for (std::size_t i = 0; i < m.voxels.size(); ++i)
         m.voxels[i] = m.voxels[i] && !lost.voxels[i];
 }

@@ -7,7 +7,8 @@ namespace stylet::modeller {
 
 namespace {
 
-// In a chest scan that ends below the liver, the lungs are hardly higher than the body.
+// Lungs this far below the body's centroid mean upside down. In a chest scan that ends below the liver, both
+// centroids are at about the same height.
 constexpr double kUpsideDown_m = 0.03;
 
 // Of a mask that is not empty.

@@ -1,15 +1,16 @@
-// Refuses scans whose file gives wrong axes, before anything is searched for in the wrong place. All masks
-// of a call are on one grid. alignAtlases() finds exchanged sides.
+// Refuses scans whose file gives wrong axes, before the stages search in the wrong place. The masks of a call
+// are on one grid. alignAtlases() refuses exchanged sides.
 #pragma once
 
 #include "app/modeller/image/voxel_tools.h"
 
 namespace stylet::modeller {
 
-// Throws ImportError if the lungs lie below the middle of the body. Without lungs, nothing can be said.
+// Throws ImportError if the lungs lie more than 3 cm below the middle of the body. Does nothing if there are
+// no lungs. A scan from the head to the liver, with raised arms, may be refused although it is right.
 void checkUpright(const Mask& body, const Mask& lungs);
 
-// Throws ImportError if the bones lie in front of the middle of the body. Without bones, nothing can be said.
+// Throws ImportError if the bones lie in front of the middle of the body. Does nothing if there are no bones.
 void checkFrontAndBack(const Mask& body, const Mask& bones);
 
 }  // namespace stylet::modeller

@@ -156,7 +156,7 @@ std::vector<AtlasImage> atlasImages(const BuildState& work, const AtlasSettings&
             synth.seed = seed;
             synth.spacing_m = kAtlasSpacing_m;
             synth.defaults = settings.defaults;
-            synth.threads = 1;
+            synth.threads = 1;  // all are made at once
             return atlasImage(patient::synth::makeReferencePatient(synth), work, atlas);
         }));
     for (std::future<AtlasImage>& image : made)
@@ -165,7 +165,8 @@ std::vector<AtlasImage> atlasImages(const BuildState& work, const AtlasSettings&
 }
 
 // Hashes the files of the atlases, independent of folder names.
-void hashAtlases(StateHash& hash, const BuildSettings& settings) {
+void hashLiverInputs(StateHash& hash, const BuildSettings& settings) {
+    if (settings.trust_axes) hash.add(std::string_view("trust_axes"));
     for (const std::filesystem::path& folder : settings.atlases)
         for (const char* file : {"patient.toml", "ct.nii.gz", "labels.nii.gz"})
             hash.add(fileDigest(folder / file));
@@ -185,7 +186,7 @@ void findLiverStage(BuildState& work, StageResult& r) {
     atlas.progress = [&](std::string_view name) { work.progress(std::string(name)); };
     const Mask lungs = labelMask(work.found.at("lungs"), isLung),
                bones = labelMask(work.found.at("bones"), isBone);
-    atlas.trust_sides = work.settings->trust_axes;
+    atlas.trust_axes = work.settings->trust_axes;
     if (!work.settings->trust_axes) {
         checkUpright(work.body, lungs);
         checkFrontAndBack(work.body, bones);
@@ -205,7 +206,6 @@ void findLiverStage(BuildState& work, StageResult& r) {
     }
     paintTarget(r, liver.mask, "liver");
     r.record.notes = liver.notes;
-    if (work.settings->trust_axes) r.record.notes.push_back("the scan's axes were trusted, not checked");
     r.record.atlases = prior.used;
 }
 void restoreLiver(BuildState& work, const StageResult& r) {
@@ -329,7 +329,7 @@ std::vector<Stage> makeStages() {
         {.name = "liver",
          .provides = {"liver"},
          .find = findLiverStage,
-         .hash_inputs = hashAtlases,
+         .hash_inputs = hashLiverInputs,
          .restore = restoreLiver},
         {.name = "vessels",
          .provides = {"suspected vessels", "portal vein", "hepatic veins"},

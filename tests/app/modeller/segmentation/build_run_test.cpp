@@ -103,10 +103,10 @@ CtVolume tallScan(const CtVolume& ct) {
     return tall;
 }
 
-struct Axes {
+struct ReversedAxes {
     bool x = false, y = false, z = false;
 };
-CtVolume reversedScan(const CtVolume& ct, const Axes& axes) {
+CtVolume reversedScan(const CtVolume& ct, const ReversedAxes& axes) {
     CtVolume out(ct.grid);
     const Index3 last = ct.grid.dims - 1;
     forEachVoxel(ct.grid, [&](const Index3& i) {
@@ -260,7 +260,7 @@ TEST_F(BuildRun, LongScanIsCroppedToTheLiver) {
     EXPECT_LT(kept.grid.dims.z * kept.grid.spacing_m.z, 0.45);
 }
 
-// The crop takes the heights for right, so it must not come first.
+// Cropping assumes that the head is up, so the check comes first.
 TEST_F(BuildRun, LongScanUpsideDownIsRefused) {
     const test::ModelRun run = buildScan(reversedScan(tallScan(truth_->ct), {.z = true}), "tall-upside-down");
     EXPECT_EQ(run.status, 2) << run.out;
@@ -300,7 +300,7 @@ TEST_F(BuildRun, EditedControlPointsMoveTheFascia) {
 // If a scan's file gives wrong axes, the refusal names them.
 TEST_F(BuildRun, WrongAxesAreNamed) {
     struct Case {
-        Axes reversed;
+        ReversedAxes reversed;
         const char* reason;
     };
     for (const Case& wrong : {Case{{.x = true}, "left and right of the scan are exchanged"},
@@ -313,12 +313,16 @@ TEST_F(BuildRun, WrongAxesAreNamed) {
     }
 }
 
-// A person may know better than the checks. The stage's notes say so.
+// A person may know better than the checks. The package says so, and does not pass for a checked one.
 TEST_F(BuildRun, TrustedAxesAreNotChecked) {
-    const test::ModelRun run = buildScan(reversedScan(truth_->ct, {.x = true}), "mirrored", "--trust-axes");
-    EXPECT_THAT(run.err, testing::Not(testing::HasSubstr("exchanged")));
-    EXPECT_THAT(readText(folder() / "mirrored-stages" / "05-liver" / "stage.json"),
-                testing::HasSubstr("the scan's axes were trusted, not checked"));
+    const CtVolume mirrored = reversedScan(truth_->ct, {.x = true});
+    const test::ModelRun trusted = buildScan(mirrored, "mirrored", "--trust-axes");
+    EXPECT_LE(trusted.status, 1) << trusted.err;
+    EXPECT_THAT(patient::loadPackage(folder() / "mirrored").provenance,
+                testing::HasSubstr("the axes of the scan were trusted, not checked"));
+    const test::ModelRun checked = buildScan(mirrored, "mirrored");
+    EXPECT_EQ(checked.status, 2);
+    EXPECT_THAT(checked.err, testing::HasSubstr("left and right of the scan are exchanged"));
 }
 
 // A patient's own atlas is refused. It is recognised by its name, with new and with reused stages. Under

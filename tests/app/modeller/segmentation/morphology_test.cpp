@@ -19,24 +19,22 @@ TEST(Morphology, VoxelDilatesToABall) {
     EXPECT_EQ(countVoxels(eroded(dilated(m, 0.003), 0.003)), 1u);
 }
 
-// The same voxels as by the distance transform, whatever the voxels' shape; no radius is too long for the
-// grid.
+// Gives the same voxels as the distance transform, also for anisotropic voxels, for radii of whole voxels,
+// and for radii larger than the grid.
 TEST(Morphology, DilationIsExact) {
     const Grid g{Index3(23, 17, 19), Vec3(0.0007, 0.0010, 0.0025), Vec3(0.0)};
     std::mt19937 random(5);
     for (const double share : {0.0005, 0.01, 0.5}) {
         const Mask m = maskWhere(g, [&](std::size_t) { return random() < share * 4294967296.0; });
         const FloatVolume to_mask = distanceTo(m), to_rest = distanceTo(inverted(m));
-        for (const double radius_m : {0.0005, 0.0031, 0.0072, 0.060}) {
-            EXPECT_EQ(
-                dilated(m, radius_m).voxels,
-                maskWhere(g, [&](std::size_t i) { return double(to_mask.voxels[i]) <= radius_m; }).voxels)
+        for (const double radius_m : {0.0, 0.0005, 0.0014, 0.0020, 0.0025, 0.0031, 0.0072, 0.060}) {
+            const float reach_m = float(1.0001 * radius_m);
+            EXPECT_EQ(dilated(m, radius_m).voxels,
+                      maskWhere(g, [&](std::size_t i) { return to_mask.voxels[i] <= reach_m; }).voxels)
                 << share << " " << radius_m;
-            EXPECT_EQ(
-                eroded(m, radius_m).voxels,
-                maskWhere(g,
-                          [&](std::size_t i) { return m.voxels[i] && double(to_rest.voxels[i]) > radius_m; })
-                    .voxels)
+            EXPECT_EQ(eroded(m, radius_m).voxels,
+                      maskWhere(g, [&](std::size_t i) { return m.voxels[i] && to_rest.voxels[i] > reach_m; })
+                          .voxels)
                 << share << " " << radius_m;
         }
     }

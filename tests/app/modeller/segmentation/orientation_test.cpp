@@ -1,0 +1,53 @@
+#include "app/modeller/segmentation/orientation.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/modeller/image/child_process_linux.h"
+#include "tests/app/modeller/segmentation/liver_phantom.h"
+
+namespace stylet::modeller {
+namespace {
+
+using test::box;
+
+// 100 x 100 x 300 mm.
+const Grid kGrid{Index3(10, 10, 30), Vec3(0.010), Vec3(0.0)};
+const Mask kBody(kGrid, 1), kNothing(kGrid);
+
+// A slab of the body, from one slice to another.
+Mask slices(int first, int last) {
+    return box(kGrid, {1, 1, first}, {8, 8, last});
+}
+// The same, from back to front.
+Mask layers(int first, int last) {
+    return box(kGrid, {1, first, 1}, {8, last, 28});
+}
+
+std::string refusal(const auto& check) {
+    try {
+        check();
+    } catch (const ImportError& e) {
+        return e.what();
+    }
+    return "";
+}
+
+TEST(Orientation, LungsBelowTheMiddleMeanUpsideDown) {
+    EXPECT_EQ(refusal([] { checkUpright(kBody, slices(20, 29)); }), "");
+    EXPECT_THAT(refusal([] { checkUpright(kBody, slices(0, 9)); }), testing::HasSubstr("upside down"));
+    // The middle is at 145 mm.
+    EXPECT_EQ(refusal([] { checkUpright(kBody, slices(10, 13)); }), "") << "25 mm below";
+    EXPECT_NE(refusal([] { checkUpright(kBody, slices(9, 12)); }), "") << "35 mm below";
+    EXPECT_EQ(refusal([] { checkUpright(kBody, kNothing); }), "");
+}
+
+TEST(Orientation, BonesInFrontMeanFrontAndBackExchanged) {
+    EXPECT_EQ(refusal([] { checkFrontAndBack(kBody, layers(1, 3)); }), "");
+    EXPECT_THAT(refusal([] { checkFrontAndBack(kBody, layers(6, 8)); }),
+                testing::HasSubstr("front and back of the scan are exchanged"));
+    EXPECT_EQ(refusal([] { checkFrontAndBack(kBody, kNothing); }), "");
+}
+
+}  // namespace
+}  // namespace stylet::modeller

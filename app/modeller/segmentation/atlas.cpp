@@ -31,14 +31,12 @@ constexpr int kSimilarityReach = 3;
 // A target counts as mirrored if exchanging left and right reduces its difference from the atlases below this
 // share. Measured: 1.09 in a real patient and 3.5 in a reference patient; mirrored, 0.92 and 0.29.
 constexpr double kMirroredShare = 0.96;
-// A voxel of a vessel, duct or tumour belongs to the liver if liver outweighs other tissue within this
-// distance.
+// A voxel of a vessel or duct belongs to the liver if liver outweighs other tissue within this distance.
 constexpr double kVesselReach_m = 0.006;
 
 // Labels that belong to the liver only where they are inside it.
 bool isTreeLabel(const Label& l) {
-    return l.tissue == Tissue::duct || l.blood == BloodKind::portal || l.blood == BloodKind::hepatic ||
-           l.structure == patient::Structure::tumour;
+    return l.tissue == Tissue::duct || l.blood == BloodKind::portal || l.blood == BloodKind::hepatic;
 }
 
 Organ organFromTissue(const Label& l) {
@@ -89,8 +87,9 @@ Organ organFromLabel(const Label& l) {
             return Organ::bowel;
         case visceral_fat:
         case diaphragm:
-        case tumour:
             return Organ::elsewhere;
+        case tumour:  // of the liver
+            return Organ::liver;
         case other:
             break;
     }
@@ -204,7 +203,7 @@ void addVote(const FloatVolume& target, const AtlasImage& atlas, const VectorFie
 }  // namespace
 
 Mask wholeLiver(const LabelVolume& labels, const std::vector<Label>& table) {
-    std::array<std::uint8_t, 256> kind{};  // 0: other, 1: liver, 2: vessel, duct or tumour
+    std::array<std::uint8_t, 256> kind{};  // 0: other, 1: liver, 2: vessel or duct
     for (const Label& l : table)
         kind[l.id] = organFromLabel(l) == Organ::liver ? 1 : isTreeLabel(l) ? 2 : 0;
     FloatVolume liver(labels.grid), other(labels.grid);

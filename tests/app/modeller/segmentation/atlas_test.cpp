@@ -25,6 +25,22 @@ TEST(WholeLiver, IncludesVesselsInsideButNotTheTrunks) {
     EXPECT_FALSE((whole[{21, 15, 15}]) || (whole[{30, 15, 15}]));
 }
 
+// Also the core of a large one, and the part that bulges out of the parenchyma.
+TEST(WholeLiver, IncludesAllOfATumour) {
+    LabelVolume labels({Index3(40, 30, 30), Vec3(0.002), Vec3(0.0)});
+    std::size_t expected = 0;
+    forEachVoxel(labels.grid, [&](const Index3& i) {
+        const Vec3 d = Vec3(i) - Vec3(18.0, 15.0, 15.0);
+        labels[i] = glm::dot(d, d) < 100.0 ? 2 : i.x < 20 ? 1 : 0;
+        expected += labels[i] != 0;
+    });
+    std::vector<Label> table(2);
+    for (Label& l : table)
+        l.tissue = patient::Tissue::liver;
+    table[0].id = 1, table[1].id = 2, table[1].structure = patient::Structure::tumour;
+    EXPECT_EQ(countVoxels(wholeLiver(labels, table)), expected);
+}
+
 TEST(Atlas, ContainsTheOrgansOfAReferencePatient) {
     const patient::Package& torso = test::seededTorso();
     const AtlasImage atlas(torso, {});

@@ -211,14 +211,21 @@ void fillCavities(Mask& m) {
 
 LabelVolume growSeeds(const LabelVolume& seeds, const Mask& passable, int max_steps) {
     LabelVolume out = seeds;
+    const auto forEachFree = [&](std::size_t from, const auto& visit) {
+        forEachNeighbour(out.grid, out.grid.voxelAt(from), Connectivity::faces, [&](std::size_t to) {
+            if (!out.voxels[to] && passable.voxels[to]) visit(to);
+        });
+    };
     std::vector<std::size_t> front, next;
-    for (std::size_t i = 0; i < out.voxels.size(); ++i)
-        if (out.voxels[i]) front.push_back(i);
+    for (std::size_t i = 0; i < out.voxels.size(); ++i) {
+        bool grows = false;  // most seeds lie deep inside, and a front of all of them would be large
+        if (out.voxels[i]) forEachFree(i, [&](std::size_t) { grows = true; });
+        if (grows) front.push_back(i);
+    }
     for (int step = 0; step < max_steps && !front.empty(); ++step) {
         next.clear();
         for (const std::size_t from : front)
-            forEachNeighbour(out.grid, out.grid.voxelAt(from), Connectivity::faces, [&](std::size_t to) {
-                if (out.voxels[to] || !passable.voxels[to]) return;
+            forEachFree(from, [&](std::size_t to) {
                 out.voxels[to] = out.voxels[from];
                 next.push_back(to);
             });

@@ -336,7 +336,7 @@ Mask growWithin(const Mask& core, const Mask& passable, double reach_m) {
 
 std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
     OrganScene s = makeScene(in);
-    const FloatVolume to_wall = distanceTo(inverted(in.inside));
+    FloatVolume to_wall = distanceTo(inverted(in.inside));
     const double spleen_hu = estimateSpleen(s, to_wall), densest_hu = std::max(s.parenchyma_hu, spleen_hu);
     std::vector<FoundOrgan> out;
     const auto removeFromFree = [&](const Mask& taken) {
@@ -363,6 +363,7 @@ std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
         addOrgan(std::move(kidney));
     }
     addOrgan(findSpleen(s, to_wall, spleen_hu));
+    to_wall = {};  // the hollow organs need the memory
     addOrgan(findHeart(s, cava.mask));
     for (const FoundOrgan& organ : out)
         cava.mask = subtract(cava.mask, organ.mask);

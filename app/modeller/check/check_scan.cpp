@@ -268,6 +268,16 @@ ScanMeasures measureScan(const PackageStatistics& m) {
     return s;
 }
 
+// In a reference patient with 1.12 mm (three times the usual blur, seed 475), the liver took in 64 ml of
+// diaphragm, and paths met its border 7 mm too early. Usual: 0.5 to 0.8 mm.
+void checkKernel(double blur_within_m, double voxel_m, Findings& f) {
+    constexpr double kSoftest_m = 0.001;
+    f.expect(warned, "blur within slices", 1e3 * blur_within_m, "mm",
+             {0.0, 1e3 * std::max(kSoftest_m, voxel_m)},
+             "the fat between liver and diaphragm is blurred away, and the liver may take in the diaphragm: "
+             "inspect the stage liver, or use a series with a sharper kernel");
+}
+
 void checkScan(const PackageStatistics& m, Findings& f) {
     const ScanMeasures s = measureScan(m);
     checkContrast(s, m.sum(isDuct).voxels > 0.0, f);

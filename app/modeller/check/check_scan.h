@@ -27,4 +27,8 @@ ScanMeasures measureScan(const PackageStatistics&);
 
 void checkScan(const PackageStatistics&, Findings&);
 
+// Warns of a soft reconstruction. For a build, which knows the scan's blur: a package's CT does not show it,
+// because the air around the body was cut away.
+void checkKernel(double blur_within_m, double voxel_m, Findings&);
+
 }  // namespace stylet::modeller

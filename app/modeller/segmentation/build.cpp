@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "app/installation.h"
+#include "app/modeller/check/check_scan.h"
 #include "app/modeller/image/scan_blur.h"
 #include "app/modeller/import/import.h"
 #include "app/modeller/import/section.h"
@@ -318,7 +319,10 @@ BuildResult build(const BuildSettings& settings) {
     reportProgress("package", (steps - 2.0) / steps);
     out.package = makePackage(work);
     reportProgress("check", (steps - 1.0) / steps);
+    Findings kernel;
+    if (!work.blur_within_assumed) checkKernel(work.blur.within_m, work.ct.grid.spacing_m.x, kernel);
     out.findings = checkPackage(out.package);
+    out.findings.insert(out.findings.end(), kernel.list.begin(), kernel.list.end());
     if (settings.progress) settings.progress("done", 1.0);
     return out;
 }

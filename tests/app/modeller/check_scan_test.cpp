@@ -146,6 +146,17 @@ TEST(CheckScan, ThickSlicesAreReported) {
     EXPECT_THAT(scanned(2.5), testing::HasSubstr("thinner slices"));
 }
 
+TEST(CheckScan, SoftKernelIsReported) {
+    const auto scanned = [](double blur_mm, double voxel_mm) {
+        Findings f;
+        checkKernel(1e-3 * blur_mm, 1e-3 * voxel_mm, f);
+        return f.list.empty() ? "" : formatFinding(f.list.front());
+    };
+    EXPECT_EQ(scanned(0.8, 1.0), "");
+    EXPECT_THAT(scanned(1.12, 1.0), testing::StartsWith("look     blur within slices: 1.12 mm"));
+    EXPECT_EQ(scanned(1.12, 1.5), "") << "wide voxels blur too";
+}
+
 TEST(CheckScan, MissingOrgansAreReported) {
     for (const auto& [id, name] : {std::pair{Id::kidneyRight, "right kidney"},
                                    {Id::kidneyLeft, "left kidney"},

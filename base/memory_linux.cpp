@@ -12,7 +12,9 @@ namespace stylet {
 void keepFreedMemory() {
     // About what a build of a patient needs at 1 mm. Memory beyond it is kept too, in ordinary pages.
     constexpr std::size_t kVolumes_bytes = std::size_t{3} << 29;
-    if (mallopt(M_MMAP_MAX, 0) == 0 || mallopt(M_TRIM_THRESHOLD, -1) == 0) return;
+    // One arena: what one thread has freed, another can use.
+    if (mallopt(M_ARENA_MAX, 1) == 0 || mallopt(M_MMAP_MAX, 0) == 0 || mallopt(M_TRIM_THRESHOLD, -1) == 0)
+        return;
     void* const volumes = std::malloc(kVolumes_bytes);
     if (!volumes) return;
     const auto page = std::uintptr_t(sysconf(_SC_PAGESIZE));

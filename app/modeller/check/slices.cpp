@@ -113,7 +113,7 @@ void writeSlices(const patient::Package& package, const std::filesystem::path& f
         writePng(montage(package, plane, count, columns, abdomen, 0.0), folder / (name + ".png"));
         writePng(montage(package, plane, count, columns, abdomen, 0.45), folder / (name + "-labels.png"));
     };
-    // Compressing takes most of the time. Each thread has half of the pixels.
+    // Compressing takes most of the time. Each thread has about half of the pixels.
     auto others = std::async(std::launch::async, [&] {
         write("coronal", Plane::coronal, 12, 4);
         write("sagittal", Plane::sagittal, 12, 6);

@@ -164,7 +164,7 @@ void checkNotMirrored(const FloatVolume& target, const std::vector<AtlasImage>& 
     const FloatVolume mirrored = leftRightExchanged(target);
     double difference = 0.0, of_mirrored = 0.0;
     for (const AtlasImage& atlas : atlases) {
-        // Two processes, because one hardly uses a second processor.
+        // Two processes at the same time.
         auto other =
             std::async(std::launch::async, [&] { return affineDifference(mirrored, atlas, settings); });
         difference += affineDifference(target, atlas, settings);

@@ -70,8 +70,7 @@ Mask voxelsWithin(const Mask& m, double radius_m) {
     const auto steps = [&](int axis) { return int(double(reach_m) / g.spacing_m[axis]); };
     const std::size_t length = std::size_t(g.dims.x), slice = length * std::size_t(g.dims.y);
     FloatVolume in_plane(g);
-    std::vector<std::uint8_t> has_value(std::size_t(g.dims.y) *
-                                        std::size_t(g.dims.z));  // by length: a value in reach
+    std::vector<std::uint8_t> has_value(std::size_t(g.dims.y) * std::size_t(g.dims.z));  // by row
     const auto rowIndex = [&](int y, int z) {
         return std::size_t(z) * std::size_t(g.dims.y) + std::size_t(y);
     };

@@ -1,5 +1,5 @@
-// Refuses scans whose file gives wrong axes, before the stages search in the wrong place. The masks of a call
-// are on one grid. alignAtlases() refuses exchanged sides.
+// Refuses a scan whose file states wrong axes. All masks of a call are on one grid. Exchanged sides are
+// refused by alignAtlases().
 #pragma once
 
 #include "app/modeller/image/voxel_tools.h"

@@ -5,6 +5,7 @@
 
 #include "app/modeller/image/child_process_linux.h"
 #include "tests/app/modeller/segmentation/liver_phantom.h"
+#include "tests/support/refused.h"
 
 namespace stylet::modeller {
 namespace {
@@ -24,29 +25,21 @@ Mask layers(int first, int last) {
     return box(kGrid, {1, first, 1}, {8, last, 28});
 }
 
-std::string refusal(const auto& check) {
-    try {
-        check();
-    } catch (const ImportError& e) {
-        return e.what();
-    }
-    return "";
-}
-
 TEST(Orientation, LungsBelowTheMiddleMeanUpsideDown) {
-    EXPECT_EQ(refusal([] { checkUpright(kBody, slices(20, 29)); }), "");
-    EXPECT_THAT(refusal([] { checkUpright(kBody, slices(0, 9)); }), testing::HasSubstr("upside down"));
+    EXPECT_EQ(test::errorText<ImportError>([] { checkUpright(kBody, slices(20, 29)); }), "");
+    EXPECT_THAT(test::errorText<ImportError>([] { checkUpright(kBody, slices(0, 9)); }),
+                testing::HasSubstr("upside down"));
     // The middle is at 145 mm.
-    EXPECT_EQ(refusal([] { checkUpright(kBody, slices(10, 13)); }), "") << "25 mm below";
-    EXPECT_NE(refusal([] { checkUpright(kBody, slices(9, 12)); }), "") << "35 mm below";
-    EXPECT_EQ(refusal([] { checkUpright(kBody, kNothing); }), "");
+    EXPECT_EQ(test::errorText<ImportError>([] { checkUpright(kBody, slices(10, 13)); }), "") << "25 mm below";
+    EXPECT_NE(test::errorText<ImportError>([] { checkUpright(kBody, slices(9, 12)); }), "") << "35 mm below";
+    EXPECT_EQ(test::errorText<ImportError>([] { checkUpright(kBody, kNothing); }), "");
 }
 
 TEST(Orientation, BonesInFrontMeanFrontAndBackExchanged) {
-    EXPECT_EQ(refusal([] { checkFrontAndBack(kBody, layers(1, 3)); }), "");
-    EXPECT_THAT(refusal([] { checkFrontAndBack(kBody, layers(6, 8)); }),
+    EXPECT_EQ(test::errorText<ImportError>([] { checkFrontAndBack(kBody, layers(1, 3)); }), "");
+    EXPECT_THAT(test::errorText<ImportError>([] { checkFrontAndBack(kBody, layers(6, 8)); }),
                 testing::HasSubstr("front and back of the scan are exchanged"));
-    EXPECT_EQ(refusal([] { checkFrontAndBack(kBody, kNothing); }), "");
+    EXPECT_EQ(test::errorText<ImportError>([] { checkFrontAndBack(kBody, kNothing); }), "");
 }
 
 }  // namespace

@@ -176,7 +176,7 @@ void checkLiver(const PackageStatistics& m, Findings& f) {
     const double voxels = m.sum(isWholeLiver).voxels;
     f.expect(refused, "liver volume", voxels * m.voxel_ml(), "ml", {600.0, 3500.0},
              "594 to 2250 in 369 healthy adults (Feng et al. 2017), 2022 +- 749 in men with cysts (Hogan et "
-             "al. 2015); else a part is missing or it has leaked");
+             "al. 2015); smaller in a child, else a part is missing or it has leaked");
     Mask whole = packageMask(m.package, isWholeLiver);
     f.expect(warned, "liver beside its largest piece", 100.0 * double(keepLargestComponent(whole)) / voxels,
              "%", {0.0, 5.0}, "a liver is in one piece");

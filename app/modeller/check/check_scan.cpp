@@ -14,7 +14,6 @@ using patient::Structure;
 
 namespace {
 
-constexpr double kNoiseLag_m = 0.004;
 constexpr double kFatInDuct_hu = -10.0;
 // Depth below the outermost row within which a flank counts as flat.
 constexpr double kFlat_m = 0.003;
@@ -40,21 +39,6 @@ bool isFascia(const Label& l) {
 
 Mask maskOf(const Package& p, bool (*wanted)(const Label&)) {
     return labelMask(p.labels, p.label_table, wanted);
-}
-
-// The median of absolute differences is robust against vessels and lesions.
-double noise(const Package& p, const Mask& liver) {
-    const Grid& g = p.ct.grid;
-    const int lag = std::max(2, int(std::lround(kNoiseLag_m / g.spacing_m.x)));
-    std::vector<int> differences;
-    forEachVoxel(g, [&](const Index3& i) {
-        if (i.x + lag < g.dims.x && liver[i] && liver[i + Index3{lag, 0, 0}])
-            differences.push_back(std::abs(p.ct[i] - p.ct[i + Index3{lag, 0, 0}]));
-    });
-    if (differences.empty()) return std::nan("");
-    const auto middle = differences.begin() + std::ptrdiff_t(differences.size() / 2);
-    std::nth_element(differences.begin(), middle, differences.end());
-    return *middle / (0.6745 * std::sqrt(2.0));
 }
 
 // Counts duct voxels inside the liver: outside it, ducts are surrounded by fat. The mean over the duct voxels
@@ -128,15 +112,19 @@ double boneInLiver_mm3(const PackageStatistics& m) {
 constexpr const char* kPortalSeries =
     ". Use the series of the portal venous phase, 60 to 80 s after the injection";
 
+// The least share of the liver's volume that shows something about its vessels. Less may be noise.
+constexpr double kMinVesselShare = 0.006;
+
 // What the scan seems to be if it is not of the portal venous phase, and what to do; empty if it is. A build
-// finds no aorta without contrast medium, nor one that is as bright as bone.
+// finds no aorta without contrast medium, nor one that is as bright as bone; as vessels, it may find noise.
 std::string wrongPhase(const ScanMeasures& s) {
     const char* phase = nullptr;
+    const bool bright_vessels = s.vessels_hu - s.liver_hu >= 25.0 && s.vessel_share >= kMinVesselShare;
     if (s.aorta_hu > 220.0 && s.vessels_hu - s.liver_hu < 25.0)
         phase = "an arterial phase";
     else if (s.aorta_hu < 80.0)
         phase = "a scan without contrast medium";
-    else if (std::isnan(s.aorta_hu) && s.liver_hu < 85.0 && !(s.vessels_hu - s.liver_hu >= 25.0))
+    else if (std::isnan(s.aorta_hu) && s.liver_hu < 85.0 && !bright_vessels)
         phase = "a scan without contrast medium, or an arterial phase";
     else if (s.aorta_hu < 135.0)
         phase = "a late phase, or little contrast medium";
@@ -157,8 +145,8 @@ void checkContrast(const ScanMeasures& s, bool has_ducts, Findings& f) {
              {25.0, kUnbounded},
              "30 to 60 in the portal venous phase (Foley 1989), else vessels are lost; " +
                  (phase.empty() ? "use a series with more contrast medium" : phase));
-    f.expect(s.vessel_share < (phase.empty() ? 0.006 : 0.015) ? refused : warned, "vessels in the liver",
-             100.0 * s.vessel_share, "% of it", {1.5, kUnbounded},
+    f.expect(s.vessel_share < (phase.empty() ? kMinVesselShare : 0.015) ? refused : warned,
+             "vessels in the liver", 100.0 * s.vessel_share, "% of it", {1.5, kUnbounded},
              phase.empty()
                  ? "thin or noisy vessels were lost. Use a series with smoother slices, or correct the "
                    "stage vessels"
@@ -256,7 +244,7 @@ ScanMeasures measureScan(const PackageStatistics& m) {
     s.liver_hu = mean(m.sum(isParenchyma));
     s.vessels_hu = mean(vessels);
     s.aorta_hu = mean(m.sum([](const Label& l) { return l.blood == BloodKind::artery; }));
-    s.noise_hu = noise(p, maskOf(p, isParenchyma));
+    s.noise_hu = noise_hu(p.ct, maskOf(p, isParenchyma));
     s.blur_across_m = measureBlurAcross(p.ct).value_or(std::nan(""));
     s.vessel_share = vessels.voxels / m.sum(isWholeLiver).voxels;
     s.fat_in_ducts = fatInDucts(p, maskOf(p, isDuct), maskOf(p, isWholeLiver));

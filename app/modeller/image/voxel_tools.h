@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <glm/common.hpp>
 #include <vector>
@@ -136,5 +137,23 @@ FloatVolume boxMean(const FloatVolume&, int reach);
 
 // The complement of the mask.
 Mask inverted(Mask);
+
+// Noise within an organ: standard deviation between its voxels 4 mm apart along x; NaN if there are none.
+// From the median of their absolute differences, which is robust against vessels and lesions.
+template <typename T>
+double noise_hu(const Volume<T>& hu, const Mask& organ) {
+    constexpr double kLag_m = 0.004;
+    const Grid& g = hu.grid;
+    const int lag = std::max(2, int(std::lround(kLag_m / g.spacing_m.x)));
+    std::vector<T> differences;
+    forEachVoxel(g, [&](const Index3& i) {
+        if (i.x + lag < g.dims.x && organ[i] && organ[i + Index3{lag, 0, 0}])
+            differences.push_back(T(std::abs(hu[i] - hu[i + Index3{lag, 0, 0}])));
+    });
+    if (differences.empty()) return std::nan("");
+    const auto middle = differences.begin() + std::ptrdiff_t(differences.size() / 2);
+    std::nth_element(differences.begin(), middle, differences.end());
+    return double(*middle) / (0.6745 * std::sqrt(2.0));
+}
 
 }  // namespace stylet::modeller

@@ -105,6 +105,23 @@ TEST(CheckScan, NamesThePhase) {
     EXPECT_EQ(finding(test::referencePatient(1, 0.003, {"80-kv"}), what), "");
 }
 
+// A build of a scan without contrast medium finds no aorta, and takes noise for vessels.
+TEST(CheckScan, NoiseTakenForVesselsDoesNotHideThatThereIsNoContrastMedium) {
+    Package native = test::referencePatient(1, 0.003, {"native"});
+    native.motion = {};
+    relabel(native, Id::aorta, Id::visceralFat);
+    const double liver_hu = measure(native).liver_hu;
+    int n = 0;
+    for (std::uint8_t& id : native.labels.voxels)
+        if ((id == std::uint8_t(Id::portal) || id == std::uint8_t(Id::hepaticVeins)) && n++ % 20 != 0)
+            id = std::uint8_t(Id::liver);
+    setHu(native, Id::portal, int(liver_hu) + 60);
+    setHu(native, Id::hepaticVeins, int(liver_hu) + 60);
+    const std::string verdict = finding(native, "vessels in the liver");
+    EXPECT_THAT(verdict, testing::StartsWith("REFUSED"));
+    EXPECT_THAT(verdict, testing::HasSubstr("without contrast medium"));
+}
+
 TEST(CheckScan, MissingOrSmallVessels) {
     Package none = copy();
     relabel(none, Id::portal, Id::liver);

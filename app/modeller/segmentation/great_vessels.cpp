@@ -22,6 +22,7 @@ struct Course {
     Span x, y;
     double min_radius_m, max_radius_m;  // radius of the lumen
     double above_hu;                    // minimum HU above the liver's
+    double confidence;                  // if it is seen in all slices
 };
 
 // Distance to the nearest voxel that is not blood, within each slice.
@@ -131,7 +132,7 @@ FoundOrgan trackVessel(const OrganScene& s, const Course& c, const Mask& within)
             }
     }
     removeSmallComponents(out.mask, 0.3, Connectivity::corners);
-    out.confidence = 0.9 * found_share;
+    out.confidence = c.confidence * found_share;
     if (found_share < 0.8) out.note = c.name + ": seen in parts of its way only";
     return out;
 }
@@ -144,7 +145,8 @@ FoundOrgan findAorta(const OrganScene& s) {
                         .y = {0.018, 0.048, 0.085},
                         .min_radius_m = 0.0045,
                         .max_radius_m = 0.020,
-                        .above_hu = 25.0};
+                        .above_hu = 25.0,
+                        .confidence = 0.9};
     return trackVessel(s, course, s.free);
 }
 
@@ -155,7 +157,8 @@ FoundOrgan findCava(const OrganScene& s, const Mask& aorta) {
                         .y = {0.018, 0.055, 0.105},
                         .min_radius_m = 0.003,
                         .max_radius_m = 0.018,
-                        .above_hu = 15.0};
+                        .above_hu = 15.0,
+                        .confidence = 0.65};  // renal veins and the part below them are missed
     const Mask within = subtract(unite(s.free, s.in.liver), dilated(aorta, s.grid.spacing_m.x));
     FoundOrgan cava = trackVessel(s, course, within);
     if (!cava.mask.voxels.empty()) cava.mask = intersect(cava.mask, s.free);

@@ -1,10 +1,12 @@
-// Finds stomach and colon by their gas. The position decides which organ the gas belongs to. The wall, and
-// the fluid behind a fluid level, are added.
+// Finds stomach, colon and small bowel. The stomach is found by its gas, whose position tells it from other
+// gas, and by the fluid behind the level; the colon by its stool and its gas; the small bowel is the soft
+// tissue left over in front of kidneys and great vessels. Walls are added.
 #include <algorithm>
 #include <cmath>
 
 #include "app/modeller/segmentation/morphology.h"
 #include "app/modeller/segmentation/organ_scene.h"
+#include "base/statistics.h"
 
 namespace stylet::modeller {
 
@@ -102,17 +104,17 @@ FluidLevels findFluidLevels(const OrganScene& s, const Mask& gas) {
     return out;
 }
 
-// Returns the fluid behind the level of a piece of gas. Fluid has the HU of dark soft tissue and is thicker
-// than a loop of the small bowel.
-Mask findFluid(const OrganScene& s, const FloatVolume& mixed, const Mask& gas, double reach_m,
-               double high_hu) {
-    constexpr double kFat_hu = -30.0, kLoop_m = 0.010;
+// Returns the stomach's fluid, behind the levels of its gas. It has the HU of dark soft tissue. Its body is
+// wider than a loop of the small bowel that lies against it; near the body, its ends may be as narrow.
+Mask findFluid(const OrganScene& s, const FloatVolume& mixed, const Mask& gas, double high_hu) {
+    constexpr double kFat_hu = -30.0, kBody_m = 0.016, kBodyReach_m = 0.090, kEnd_m = 0.008,
+                     kEndReach_m = 0.008;
     const FluidLevels levels = findFluidLevels(s, gas);
     if (levels.y < 0) return Mask(s.grid);
     Mask soft = inRange(mixed, s.free, kFat_hu, high_hu);
     forEachVoxel(VoxelBox{{0, levels.y + 1, 0}, s.grid.dims - 1}, [&](const Index3& i) { soft[i] = 0; });
-    soft = unite(opened(soft, kLoop_m), levels.below);
-    return opened(growWithin(levels.below, soft, reach_m), kGutWall_m);
+    const Mask body = growWithin(levels.below, unite(opened(soft, kBody_m), levels.below), kBodyReach_m);
+    return opened(growWithin(body, unite(opened(soft, kEnd_m), body), kEndReach_m), kGutWall_m);
 }
 
 // Adds the wall around gas and fluid. The blurred surface of the gas counts as wall.
@@ -164,10 +166,99 @@ std::vector<bool> findOverFluid(const OrganScene& s, const Components& p, const 
     return out;
 }
 
+// Variance of the values within a few millimetres, among the voxels of `within` alone: edges of other tissue
+// do not add to it. 0 outside.
+FloatVolume localVariance(const FloatVolume& hu, const Mask& within) {
+    constexpr double kReach_m = 0.003;
+    const int reach = std::max(1, int(kReach_m / hu.grid.spacing_m.x));
+    FloatVolume count = toFloat(within), sum = count, squares = count;
+    for (std::size_t i = 0; i < hu.voxels.size(); ++i)
+        sum.voxels[i] *= hu.voxels[i], squares.voxels[i] *= hu.voxels[i] * hu.voxels[i];
+    count = boxMean(count, reach), sum = boxMean(sum, reach), squares = boxMean(squares, reach);
+    for (std::size_t i = 0; i < hu.voxels.size(); ++i) {
+        if (!within.voxels[i]) {
+            squares.voxels[i] = 0.0f;
+            continue;
+        }
+        const float mean = sum.voxels[i] / count.voxels[i];
+        squares.voxels[i] = squares.voxels[i] / count.voxels[i] - mean * mean;
+    }
+    return squares;
+}
+
+// Removes what lies between and behind kidneys and great vessels, where there is no bowel except colon at the
+// flanks.
+void removeBehindBowel(const OrganScene& s, double before_kidneys_m, Mask& mask) {
+    constexpr double kMiddle_m = 0.060, kBeforeVessels_m = 0.055;
+    forEachVoxel(s.grid, [&](const Index3& i) {
+        const Vec3 d = s.fromCanal(i);
+        if (d.y < (std::fabs(d.x) < kMiddle_m ? kBeforeVessels_m : before_kidneys_m)) mask[i] = 0;
+    });
+}
+
+// Returns the colon's stool, up to its border: a mixture of gas, fat and soft tissue, whose values vary
+// within millimetres by more than noise. Fluid and the contents of the small bowel are even. In the
+// mesentery, values vary too, but between fat and bright vessels.
+Mask findStool(const OrganScene& s, const FloatVolume& mixed, double organs_hu) {
+    constexpr double kFat_hu = -60.0, kStool_hu = 35.0, kBlurred_m = 0.004, kCore_m = 0.003,
+                     kMinCore_ml = 2.0, kRim_m = 0.0045, kVessels_m = 0.005, kAnywhere_m = -1.0;
+    constexpr float kUneven_hu = 9.0f, kUsual_hu = 5.0f;  // kUsual_hu: the noise, if there is no liver
+    constexpr float kMaxVessels = 0.02f;
+    const Mask soft = subtract(inRange(mixed, s.free, kFat_hu, organs_hu), s.in.lungs.gas);
+    const Mask deep = eroded(soft, kBlurred_m), liver = eroded(s.in.liver, kBlurred_m);
+    const FloatVolume variance = localVariance(s.edgeHu(), unite(deep, liver));
+    std::vector<float> in_liver;
+    for (std::size_t i = 0; i < liver.voxels.size(); ++i)
+        if (liver.voxels[i]) in_liver.push_back(variance.voxels[i]);
+    const float noise = in_liver.empty() ? kUsual_hu * kUsual_hu : upperMedian(std::move(in_liver));
+    const double bright_hu = organs_hu + 2.0 * std::sqrt(double(noise));
+    const FloatVolume vessels = boxMean(toFloat(inRange(s.edgeHu(), s.free, bright_hu, 1e6)),
+                                        std::max(1, int(kVessels_m / s.grid.spacing_m.x)));
+    Mask core = maskWhere(s.grid, [&](std::size_t i) {
+        return deep.voxels[i] && mixed.voxels[i] < float(kStool_hu) && vessels.voxels[i] < kMaxVessels &&
+               variance.voxels[i] > noise + kUneven_hu * kUneven_hu;
+    });
+    removeBehindBowel(s, kAnywhere_m, core);
+    core = opened(core, kCore_m);
+    removeSmallComponents(core, kMinCore_ml);
+    return intersect(dilated(core, kRim_m), soft);
+}
+
+// Returns the gas of the colon, and what lies between its bubbles: above stool, wider than a loop of the
+// small bowel, or divided by bubbles.
+Mask findColonGas(const OrganScene& s, const Mask& gas, const Mask& stool) {
+    constexpr double kWide_m = 0.010, kBubble_m = 0.004, kBubbly = 0.25;
+    const Mask filled = intersect(closed(gas, kBubble_m), unite(s.free, gas));
+    const Components p = findComponents(filled);
+    const std::vector<bool> over = findOverFluid(s, p, filled, stool);
+    const Mask core = eroded(filled, kWide_m);
+    std::vector<bool> wide(p.size.size(), false);
+    std::vector<double> between(p.size.size(), 0.0);
+    for (std::size_t i = 0; i < core.voxels.size(); ++i) {
+        const auto n = std::size_t(p.number.voxels[i]);
+        if (core.voxels[i]) wide[n] = true;
+        between[n] += filled.voxels[i] && !gas.voxels[i];
+    }
+    return componentsWhere(p, [&](std::size_t n) {
+        const double size_ml = double(p.size[n]) * voxelVolume_ml(s.grid);
+        return size_ml >= kMinGas_ml && (over[n] || wide[n] || between[n] > kBubbly * double(p.size[n]));
+    });
+}
+
+// Returns the loops of the small bowel: soft, darker than organs, in front of kidneys and great vessels.
+Mask findSmallBowel(const OrganScene& s, const Mask& gas, const Mask& others, double dark_hu) {
+    constexpr double kSoft_hu = -10.0, kThin_m = 0.005, kMinLoop_ml = 5.0, kBeforeKidneys_m = 0.020;
+    Mask soft = subtract(subtract(inRange(s.smooth_hu, s.free, kSoft_hu, dark_hu), others), s.in.lungs.gas);
+    removeBehindBowel(s, kBeforeKidneys_m, soft);
+    Mask loops = opened(soft, kThin_m);
+    removeSmallComponents(loops, kMinLoop_ml);
+    return subtract(subtract(addWall(s, gas, loops), others), s.in.lungs.gas);
+}
+
 }  // namespace
 
 std::vector<FoundOrgan> findHollowOrgans(const OrganScene& s, double organs_hu) {
-    constexpr double kStomachReach_m = 0.060, kColonReach_m = 0.030, kBelowOrgans_hu = 22.0, kMixed_m = 0.003;
+    constexpr double kBelowOrgans_hu = 22.0, kMixed_m = 0.003;
     const Mask gas = intersect(s.in.lungs.gas, s.free_wide);
     const Components p = findComponents(gas);
     const std::vector<GasPiece> pieces = measureGas(s, p, leftDomeHeight(s));
@@ -179,13 +270,13 @@ std::vector<FoundOrgan> findHollowOrgans(const OrganScene& s, double organs_hu) 
     Mask other_gas = componentsWhere(
         p, [&](std::size_t n) { return n != choice.piece && pieces[n].volume_ml >= kMinGas_ml; });
     FoundOrgan stomach{"stomach and oesophagus", Mask(s.grid), 0.0, ""},
-        colon{"colon", Mask(s.grid), 0.0, ""};
+        colon{"colon", Mask(s.grid), 0.0, ""}, small_bowel{"small bowel", Mask(s.grid), 0.0, ""};
     if (choice.piece > 0) {
-        Mask fluid = findFluid(s, mixed, stomach_gas, kStomachReach_m, dark_hu);
+        Mask fluid = findFluid(s, mixed, stomach_gas, dark_hu);
         const std::vector<bool> joins = findOverFluid(s, p, other_gas, fluid);
         const Mask joined = componentsWhere(p, [&](std::size_t n) { return joins[n]; });
         stomach_gas = unite(stomach_gas, joined), other_gas = subtract(other_gas, joined);
-        fluid = findFluid(s, mixed, stomach_gas, kStomachReach_m, dark_hu);
+        fluid = findFluid(s, mixed, stomach_gas, dark_hu);
         stomach.mask = subtract(addWall(s, stomach_gas, fluid), other_gas);
         stomach.confidence = std::clamp(0.3 + 0.4 * choice.margin, 0.3, 0.7);
         if (stomach.confidence < 0.5)
@@ -193,17 +284,25 @@ std::vector<FoundOrgan> findHollowOrgans(const OrganScene& s, double organs_hu) 
     } else {
         stomach.note = "stomach: no gas below the left dome, so it was not looked for";
     }
-    if (countVoxels(other_gas) > 0) {
-        colon.mask = addWall(s, other_gas, findFluid(s, mixed, other_gas, kColonReach_m, dark_hu));
-        colon.mask = subtract(subtract(colon.mask, stomach.mask), gas);
-        colon.confidence = 0.4;
-        colon.note = "colon: gas of the small bowel is not told apart from it";
+    const Mask stool = subtract(findStool(s, mixed, organs_hu), stomach.mask);
+    const Mask colon_gas = findColonGas(s, subtract(gas, stomach_gas), stool);
+    const bool any_stool = countVoxels(stool) > 0;
+    if (any_stool || countVoxels(colon_gas) > 0) {
+        colon.mask = subtract(subtract(addWall(s, colon_gas, stool), stomach.mask), gas);
+        colon.confidence = any_stool ? 0.65 : 0.3;
+        if (!any_stool) colon.note = "colon: its gas is found, but no stool";
     } else {
-        colon.note = "colon: no gas that would show it";
+        colon.note = "colon: neither stool nor wide gas shows it";
     }
-    const bool any = countVoxels(gas) > 0;
-    return {std::move(stomach), std::move(colon),
-            FoundOrgan{"bowel gas", gas, any ? 0.95 : 0.0, any ? "" : "bowel gas: none"}};
+    small_bowel.mask =
+        findSmallBowel(s, subtract(other_gas, colon_gas), unite(stomach.mask, colon.mask), dark_hu);
+    if (countVoxels(small_bowel.mask) > 0)
+        small_bowel.confidence = 0.6;
+    else
+        small_bowel.note = "small bowel: no soft loops in front of the kidneys";
+    const bool any_gas = countVoxels(gas) > 0;
+    return {std::move(stomach), std::move(colon), std::move(small_bowel),
+            FoundOrgan{"bowel gas", gas, any_gas ? 0.95 : 0.0, any_gas ? "" : "bowel gas: none"}};
 }
 
 }  // namespace stylet::modeller

@@ -38,7 +38,7 @@ std::vector<Structure> structures() {
     for (const char* name :
          {"bile ducts", "right lung", "left lung", "fascia", "skin", "right kidney", "left kidney", "spleen",
           "heart", "aorta and arteries", "vena cava and renal veins", "gallbladder", "stomach and oesophagus",
-          "colon", "spinal canal"})
+          "colon", "small bowel", "spinal canal"})
         all.push_back({name, named(name)});
     return all;
 }

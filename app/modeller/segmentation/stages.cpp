@@ -342,7 +342,7 @@ std::vector<Stage> makeStages() {
         {.name = "organs",
          .provides = {"right kidney", "left kidney", "spleen", "heart", "aorta and arteries",
                       "vena cava and renal veins", "gallbladder", "stomach and oesophagus", "colon",
-                      "bowel gas"},
+                      "small bowel", "bowel gas"},
          .over_all = false,
          .find = findOrgansStage},
         {.name = "fascia",

@@ -22,17 +22,17 @@ struct OrganInput {
 };
 
 struct FoundOrgan {
-    std::string name;         // name in targetTable()
-    Mask mask;                // empty if not found
+    std::string name;  // name in targetTable()
+    Mask mask;         // empty if not found
     // From 0 (not found) to 1. Of organs with at least 0.9, nine in ten have a Dice coefficient above 0.85
     // (`packaging/bench --cohort` measures it).
     double confidence = 0.0;
-    std::string note;         // one sentence if something is doubtful
+    std::string note;  // one sentence if something is doubtful
 };
 
 // Returns right and left kidney, spleen, heart, aorta and arteries, vena cava and renal veins, gallbladder,
-// stomach and oesophagus, colon, small bowel, bowel gas: always all of them, in this order. No two overlap, and none
-// overlaps liver, lung or bone.
+// stomach and oesophagus, colon, small bowel, bowel gas: always all of them, in this order. No two overlap,
+// and none overlaps liver, lung or bone.
 std::vector<FoundOrgan> findOrgans(const OrganInput&);
 
 }  // namespace stylet::modeller

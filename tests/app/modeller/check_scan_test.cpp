@@ -8,6 +8,8 @@
 #include <cmath>
 #include <type_traits>
 
+#include "app/modeller/import/import_map.h"
+#include "app/modeller/import/section.h"
 #include "patient/synth/labels.h"
 #include "tests/app/modeller/lung_phantom.h"
 #include "tests/app/modeller/reference_patient.h"
@@ -120,6 +122,24 @@ TEST(CheckScan, NoiseTakenForVesselsDoesNotHideThatThereIsNoContrastMedium) {
     const std::string verdict = finding(native, "vessels in the liver");
     EXPECT_THAT(verdict, testing::StartsWith("REFUSED"));
     EXPECT_THAT(verdict, testing::HasSubstr("without contrast medium"));
+}
+
+TEST(CheckScan, AWrongDistanceOfTheSlicesIsNamed) {
+    const std::string what = "ribs above one another";
+    for (const double factor : {0.5, 2.0}) {
+        Package lie = copy();
+        for (Grid* g : {&lie.ct.grid, &lie.labels.grid})
+            g->spacing_m.z *= factor, g->origin_m.z *= factor;
+        EXPECT_THAT(finding(lie, what), testing::HasSubstr("wrong distance of its slices")) << factor;
+    }
+    EXPECT_EQ(finding(test::referencePatient(1, 0.003, {"child"}), what), "");
+    // Imported bones may have no marrow.
+    Package hollow = copy();
+    const Mask bone = labelMask(hollow.labels, hollow.label_table, isBone);
+    const FloatVolume depth_m = distanceTo(inverted(bone));
+    for (std::size_t i = 0; i < depth_m.voxels.size(); ++i)
+        if (depth_m.voxels[i] > 0.0035f) hollow.labels.voxels[i] = std::uint8_t(Id::muscle);
+    EXPECT_EQ(finding(hollow, what), "");
 }
 
 TEST(CheckScan, MissingOrSmallVessels) {

@@ -73,8 +73,8 @@ endif()
 
 # stylet_library(name SOURCES ... PUBLIC ... PRIVATE ... OWN_PRECOMPILED NUMERIC): a static library of one folder.
 # OWN_PRECOMPILED: the library sets its own precompiled headers.
-# NUMERIC: it computes, and no callback outlives the function that made it. AddressSanitizer does not look for uses of
-# returned stack frames there, which takes 40 % of the time of such code.
+# NUMERIC: it computes on volumes and has no threads or callbacks that outlive a call. AddressSanitizer does not look
+# for uses of returned stack frames there, which takes 40 % of the time of such code.
 function(stylet_library name)
     cmake_parse_arguments(ARG "OWN_PRECOMPILED;NUMERIC" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
     add_library(${name} STATIC ${ARG_SOURCES})

@@ -10,6 +10,7 @@
 
 #include "base/geodesic.h"
 #include "base/parallel.h"
+#include "base/statistics.h"
 #include "base/volume.h"
 
 namespace stylet::modeller {
@@ -138,22 +139,21 @@ FloatVolume boxMean(const FloatVolume&, int reach);
 // The complement of the mask.
 Mask inverted(Mask);
 
-// Noise within an organ: standard deviation between its voxels 4 mm apart along x; NaN if there are none.
-// From the median of their absolute differences, which is robust against vessels and lesions.
+// Measures the noise in an organ: the standard deviation between its voxels 4 mm, but at least two voxels,
+// apart along x. NaN if there are none. The median of absolute differences is robust against vessels and
+// lesions.
 template <typename T>
-double noise_hu(const Volume<T>& hu, const Mask& organ) {
+double measureNoise_hu(const Volume<T>& hu, const Mask& organ) {
     constexpr double kLag_m = 0.004;
     const Grid& g = hu.grid;
     const int lag = std::max(2, int(std::lround(kLag_m / g.spacing_m.x)));
-    std::vector<T> differences;
+    std::vector<double> differences;
     forEachVoxel(g, [&](const Index3& i) {
         if (i.x + lag < g.dims.x && organ[i] && organ[i + Index3{lag, 0, 0}])
-            differences.push_back(T(std::abs(hu[i] - hu[i + Index3{lag, 0, 0}])));
+            differences.push_back(std::abs(double(hu[i]) - double(hu[i + Index3{lag, 0, 0}])));
     });
     if (differences.empty()) return std::nan("");
-    const auto middle = differences.begin() + std::ptrdiff_t(differences.size() / 2);
-    std::nth_element(differences.begin(), middle, differences.end());
-    return double(*middle) / (0.6745 * std::sqrt(2.0));
+    return upperMedian(std::move(differences)) / (0.6745 * std::sqrt(2.0));
 }
 
 }  // namespace stylet::modeller

@@ -105,7 +105,7 @@ FluidLevels findFluidLevels(const OrganScene& s, const Mask& gas) {
 }
 
 // Returns the stomach's fluid, behind the levels of its gas. It has the HU of dark soft tissue. Its body is
-// wider than a loop of the small bowel that lies against it; near the body, its ends may be as narrow.
+// wider than a loop of the small bowel. Its narrower ends are added up to 8 mm from the body.
 Mask findFluid(const OrganScene& s, const FloatVolume& mixed, const Mask& gas, double high_hu) {
     constexpr double kFat_hu = -30.0, kBody_m = 0.016, kBodyReach_m = 0.090, kEnd_m = 0.008,
                      kEndReach_m = 0.008;
@@ -148,7 +148,7 @@ StomachChoice chooseStomach(const std::vector<GasPiece>& pieces) {
     return c;
 }
 
-// Marks the pieces of gas that lie directly above this fluid: bubbles in the same stomach.
+// Marks the pieces of gas that lie directly above this fluid or stool: in the same organ.
 std::vector<bool> findOverFluid(const OrganScene& s, const Components& p, const Mask& gas,
                                 const Mask& fluid) {
     constexpr double kShare = 0.3;
@@ -170,7 +170,7 @@ std::vector<bool> findOverFluid(const OrganScene& s, const Components& p, const 
 // do not add to it. 0 outside.
 FloatVolume localVariance(const FloatVolume& hu, const Mask& within) {
     constexpr double kReach_m = 0.003;
-    const int reach = std::max(1, int(kReach_m / hu.grid.spacing_m.x));
+    const int reach = std::max(1, int(std::lround(kReach_m / hu.grid.spacing_m.x)));
     FloatVolume count = toFloat(within), sum = count, squares = count;
     for (std::size_t i = 0; i < hu.voxels.size(); ++i)
         sum.voxels[i] *= hu.voxels[i], squares.voxels[i] *= hu.voxels[i] * hu.voxels[i];
@@ -186,24 +186,28 @@ FloatVolume localVariance(const FloatVolume& hu, const Mask& within) {
     return squares;
 }
 
-// Removes what lies between and behind kidneys and great vessels, where there is no bowel except colon at the
-// flanks.
-void removeBehindBowel(const OrganScene& s, double before_kidneys_m, Mask& mask) {
+// Removes tissue near the spine: there are vessels, kidneys and muscles, but no bowel. Beside them, in the
+// flanks, voxels are removed that lie less than `flank_y_m` in front of the canal. Lengths are those of
+// adults.
+void removeNearSpine(const OrganScene& s, double flank_y_m, Mask& mask) {
     constexpr double kMiddle_m = 0.060, kBeforeVessels_m = 0.055;
     forEachVoxel(s.grid, [&](const Index3& i) {
         const Vec3 d = s.fromCanal(i);
-        if (d.y < (std::fabs(d.x) < kMiddle_m ? kBeforeVessels_m : before_kidneys_m)) mask[i] = 0;
+        if (d.y < (std::fabs(d.x) < kMiddle_m ? kBeforeVessels_m : flank_y_m)) mask[i] = 0;
     });
 }
 
 // Returns the colon's stool, up to its border: a mixture of gas, fat and soft tissue, whose values vary
 // within millimetres by more than noise. Fluid and the contents of the small bowel are even. In the
-// mesentery, values vary too, but between fat and bright vessels.
+// mesentery, values vary too, but between fat and bright vessels. Voxels above 2 mm do not show the mixture.
 Mask findStool(const OrganScene& s, const FloatVolume& mixed, double organs_hu) {
     constexpr double kFat_hu = -60.0, kStool_hu = 35.0, kBlurred_m = 0.004, kCore_m = 0.003,
-                     kMinCore_ml = 2.0, kRim_m = 0.0045, kVessels_m = 0.005, kAnywhere_m = -1.0;
-    constexpr float kUneven_hu = 9.0f, kUsual_hu = 5.0f;  // kUsual_hu: the noise, if there is no liver
-    constexpr float kMaxVessels = 0.02f;
+                     kMinCore_ml = 2.0, kRim_m = 0.0045, kVessels_m = 0.005, kMaxVoxel_m = 0.0021;
+    constexpr double kBehindCanal_m =
+        -0.020;  // the colon's place ends here, in front of the muscles of the back
+    // kUsual_hu: the noise, if there is no liver. kScatter: the variance of few voxels is uncertain.
+    constexpr float kUneven_hu = 9.0f, kUsual_hu = 5.0f, kScatter = 1.6f, kMaxVessels = 0.02f;
+    if (s.grid.spacing_m.x > kMaxVoxel_m) return Mask(s.grid);
     const Mask soft = subtract(inRange(mixed, s.free, kFat_hu, organs_hu), s.in.lungs.gas);
     const Mask deep = eroded(soft, kBlurred_m), liver = eroded(s.in.liver, kBlurred_m);
     const FloatVolume variance = localVariance(s.edgeHu(), unite(deep, liver));
@@ -213,12 +217,12 @@ Mask findStool(const OrganScene& s, const FloatVolume& mixed, double organs_hu) 
     const float noise = in_liver.empty() ? kUsual_hu * kUsual_hu : upperMedian(std::move(in_liver));
     const double bright_hu = organs_hu + 2.0 * std::sqrt(double(noise));
     const FloatVolume vessels = boxMean(toFloat(inRange(s.edgeHu(), s.free, bright_hu, 1e6)),
-                                        std::max(1, int(kVessels_m / s.grid.spacing_m.x)));
+                                        std::max(1, int(std::lround(kVessels_m / s.grid.spacing_m.x))));
     Mask core = maskWhere(s.grid, [&](std::size_t i) {
         return deep.voxels[i] && mixed.voxels[i] < float(kStool_hu) && vessels.voxels[i] < kMaxVessels &&
-               variance.voxels[i] > noise + kUneven_hu * kUneven_hu;
+               variance.voxels[i] > kScatter * noise + kUneven_hu * kUneven_hu;
     });
-    removeBehindBowel(s, kAnywhere_m, core);
+    removeNearSpine(s, kBehindCanal_m, core);
     core = opened(core, kCore_m);
     removeSmallComponents(core, kMinCore_ml);
     return intersect(dilated(core, kRim_m), soft);
@@ -249,10 +253,10 @@ Mask findColonGas(const OrganScene& s, const Mask& gas, const Mask& stool) {
 Mask findSmallBowel(const OrganScene& s, const Mask& gas, const Mask& others, double dark_hu) {
     constexpr double kSoft_hu = -10.0, kThin_m = 0.005, kMinLoop_ml = 5.0, kBeforeKidneys_m = 0.020;
     Mask soft = subtract(subtract(inRange(s.smooth_hu, s.free, kSoft_hu, dark_hu), others), s.in.lungs.gas);
-    removeBehindBowel(s, kBeforeKidneys_m, soft);
+    removeNearSpine(s, kBeforeKidneys_m, soft);
     Mask loops = opened(soft, kThin_m);
     removeSmallComponents(loops, kMinLoop_ml);
-    return subtract(subtract(addWall(s, gas, loops), others), s.in.lungs.gas);
+    return subtract(addWall(s, gas, loops), others);
 }
 
 }  // namespace
@@ -286,9 +290,9 @@ std::vector<FoundOrgan> findHollowOrgans(const OrganScene& s, double organs_hu) 
     }
     const Mask stool = subtract(findStool(s, mixed, organs_hu), stomach.mask);
     const Mask colon_gas = findColonGas(s, subtract(gas, stomach_gas), stool);
-    const bool any_stool = countVoxels(stool) > 0;
-    if (any_stool || countVoxels(colon_gas) > 0) {
-        colon.mask = subtract(subtract(addWall(s, colon_gas, stool), stomach.mask), gas);
+    colon.mask = subtract(addWall(s, colon_gas, stool), stomach.mask);
+    if (countVoxels(colon.mask) > 0) {
+        const bool any_stool = countVoxels(stool) > 0;
         colon.confidence = any_stool ? 0.65 : 0.3;
         if (!any_stool) colon.note = "colon: its gas is found, but no stool";
     } else {

@@ -10,14 +10,15 @@ namespace stylet::modeller {
 struct OrganScene {
     const OrganInput& in;
     Grid grid;
-    FloatVolume smooth_hu;         // HU, mean over three voxels: for organs with a narrow range
+    FloatVolume
+        smooth_hu;  // HU, mean over three voxels, five in a noisy scan: for organs with a narrow range
     FloatVolume unsmoothed_hu;     // HU of the CT; empty if its voxels are smaller than 1.5 mm
     std::vector<Vec3> canal;       // the spinal canal's centre in each slice
     double parenchyma_hu = 110.0;  // HU of the liver, or the most frequent value of dense organs
     Mask free;                     // inside the fascia; not bone, lung, liver or an organ found so far
     Mask free_wide;  // the same, but up to 20 mm beyond the fascia: behind kidney and spleen it is uncertain
 
-    // HU, mean over about 3 mm: for bright structures with an edge.
+    // HU, mean over about 3 mm, 5 mm in a noisy scan: for bright structures with an edge.
     const FloatVolume& edgeHu() const { return unsmoothed_hu.voxels.empty() ? smooth_hu : unsmoothed_hu; }
     // Vector from the canal at the point's height; x to the right, y to the front.
     Vec3 fromCanal(const Index3& i) const { return grid.centre(i) - canal[std::size_t(i.z)]; }
@@ -34,7 +35,8 @@ Mask growWithin(const Mask& core, const Mask& passable, double reach_m);
 FoundOrgan findAorta(const OrganScene&);
 FoundOrgan findCava(const OrganScene&, const Mask& aorta);
 
-// Finds "bowel gas", "stomach and oesophagus" and "colon". Their contents are darker than `organs_hu`.
+// Finds "stomach and oesophagus", "colon", "small bowel" and "bowel gas", in this order. Their contents are
+// darker than `organs_hu`.
 std::vector<FoundOrgan> findHollowOrgans(const OrganScene&, double organs_hu);
 
 }  // namespace stylet::modeller

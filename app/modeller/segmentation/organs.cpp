@@ -310,9 +310,10 @@ OrganScene makeScene(const OrganInput& in) {
                 return std::fabs(a.z - height_m) < std::fabs(b.z - height_m);
             });
     }
-    // More noise would tear holes into organs with a narrow range.
+    //    // More noise would tear holes into organs with a narrow range. Larger voxels are averaged enough.
     constexpr double kMaxNoise_hu = 5.5;
-    if (noise_hu(s.smooth_hu, in.liver) > kMaxNoise_hu) s.smooth_hu = boxMean(s.smooth_hu, 1);
+    if (s.unsmoothed_hu.voxels.empty() && measureNoise_hu(s.smooth_hu, in.liver) > kMaxNoise_hu)
+        s.smooth_hu = boxMean(s.smooth_hu, 1);
     s.parenchyma_hu = estimateParenchyma(in, s.smooth_hu);
     constexpr double kOut_m = 0.020, kRim_m = 0.012;  // beyond the fascia; thickness of skin and its fat
     const Mask near = intersect(dilated(in.inside, kOut_m), eroded(in.body, kRim_m));

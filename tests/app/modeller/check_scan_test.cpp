@@ -115,13 +115,18 @@ TEST(CheckScan, NoiseTakenForVesselsDoesNotHideThatThereIsNoContrastMedium) {
     const double liver_hu = measure(native).liver_hu;
     int n = 0;
     for (std::uint8_t& id : native.labels.voxels)
-        if ((id == std::uint8_t(Id::portal) || id == std::uint8_t(Id::hepaticVeins)) && n++ % 20 != 0)
+        if ((id == std::uint8_t(Id::portal) || id == std::uint8_t(Id::hepaticVeins)) &&
+            n++ % 3 != 0)  // 1 % of the liver
             id = std::uint8_t(Id::liver);
     setHu(native, Id::portal, int(liver_hu) + 60);
     setHu(native, Id::hepaticVeins, int(liver_hu) + 60);
     const std::string verdict = finding(native, "vessels in the liver");
     EXPECT_THAT(verdict, testing::StartsWith("REFUSED"));
     EXPECT_THAT(verdict, testing::HasSubstr("without contrast medium"));
+    // In an arterial phase, the aorta is found.
+    relabel(native, Id::heart, Id::aorta);
+    setHu(native, Id::aorta, 300);
+    EXPECT_THAT(finding(native, "vessels in the liver"), testing::HasSubstr("an arterial phase"));
 }
 
 TEST(CheckScan, AWrongDistanceOfTheSlicesIsNamed) {
@@ -132,7 +137,10 @@ TEST(CheckScan, AWrongDistanceOfTheSlicesIsNamed) {
             g->spacing_m.z *= factor, g->origin_m.z *= factor;
         EXPECT_THAT(finding(lie, what), testing::HasSubstr("wrong distance of its slices")) << factor;
     }
-    EXPECT_EQ(finding(test::referencePatient(1, 0.003, {"child"}), what), "");
+    const Package child = test::referencePatient(1, 0.003, {"child"});
+    EXPECT_EQ(finding(child, what), "");
+    EXPECT_NEAR(measure(reference()).rib_distance_m, 0.027, 0.002);
+    EXPECT_NEAR(measure(child).rib_distance_m, 0.65 * 0.027, 0.002);
     // Imported bones may have no marrow.
     Package hollow = copy();
     const Mask bone = labelMask(hollow.labels, hollow.label_table, isBone);
@@ -140,6 +148,7 @@ TEST(CheckScan, AWrongDistanceOfTheSlicesIsNamed) {
     for (std::size_t i = 0; i < depth_m.voxels.size(); ++i)
         if (depth_m.voxels[i] > 0.0035f) hollow.labels.voxels[i] = std::uint8_t(Id::muscle);
     EXPECT_EQ(finding(hollow, what), "");
+    EXPECT_FALSE(std::isnan(measure(hollow).rib_distance_m));
 }
 
 TEST(CheckScan, MissingOrSmallVessels) {

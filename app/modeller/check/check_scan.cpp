@@ -153,12 +153,14 @@ constexpr double kUsualVessels = 0.015, kFewVessels = 0.006;
 // finds no aorta without contrast medium, nor one that is as bright as bone; as vessels, it may find noise.
 std::string wrongPhase(const ScanMeasures& s) {
     const char* phase = nullptr;
-    const bool bright_vessels = s.vessels_hu - s.liver_hu >= 25.0 && s.vessel_share >= kUsualVessels;
-    if (s.aorta_hu > 220.0 && !bright_vessels)
+    const auto shows = [&](double share) {
+        return s.vessels_hu - s.liver_hu >= 25.0 && s.vessel_share >= share;
+    };
+    if (s.aorta_hu > 220.0 && !shows(kFewVessels))
         phase = "an arterial phase";
     else if (s.aorta_hu < 80.0)
         phase = "a scan without contrast medium";
-    else if (std::isnan(s.aorta_hu) && s.liver_hu < 85.0 && !bright_vessels)
+    else if (std::isnan(s.aorta_hu) && s.liver_hu < 85.0 && !shows(kUsualVessels))
         phase = "a scan without contrast medium, or an arterial phase";
     else if (s.aorta_hu < 135.0)
         phase = "a late phase, or little contrast medium";

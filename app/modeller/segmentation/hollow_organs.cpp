@@ -104,8 +104,9 @@ FluidLevels findFluidLevels(const OrganScene& s, const Mask& gas) {
     return out;
 }
 
-// Returns the stomach's fluid, behind the levels of its gas. It has the HU of dark soft tissue. Its body is
-// wider than a loop of the small bowel. Its narrower ends are added up to 8 mm from the body.
+// Returns the stomach's fluid, behind the levels of its gas. It has the HU of dark soft tissue. Together with
+// the gas, it is wider than a loop of the small bowel; its narrower ends are added up to 8 mm from the wide
+// part.
 Mask findFluid(const OrganScene& s, const FloatVolume& mixed, const Mask& gas, double high_hu) {
     constexpr double kFat_hu = -30.0, kBody_m = 0.016, kBodyReach_m = 0.090, kEnd_m = 0.008,
                      kEndReach_m = 0.008;
@@ -113,7 +114,9 @@ Mask findFluid(const OrganScene& s, const FloatVolume& mixed, const Mask& gas, d
     if (levels.y < 0) return Mask(s.grid);
     Mask soft = inRange(mixed, s.free, kFat_hu, high_hu);
     forEachVoxel(VoxelBox{{0, levels.y + 1, 0}, s.grid.dims - 1}, [&](const Index3& i) { soft[i] = 0; });
-    const Mask body = growWithin(levels.below, unite(opened(soft, kBody_m), levels.below), kBodyReach_m);
+    soft = unite(std::move(soft), levels.below);
+    const Mask wide = intersect(opened(unite(soft, gas), kBody_m), soft);
+    const Mask body = growWithin(levels.below, unite(wide, levels.below), kBodyReach_m);
     return opened(growWithin(body, unite(opened(soft, kEnd_m), body), kEndReach_m), kGutWall_m);
 }
 

@@ -107,26 +107,32 @@ TEST(CheckScan, NamesThePhase) {
     EXPECT_EQ(finding(test::referencePatient(1, 0.003, {"80-kv"}), what), "");
 }
 
-// A build of a scan without contrast medium finds no aorta, and takes noise for vessels.
-TEST(CheckScan, NoiseTakenForVesselsDoesNotHideThatThereIsNoContrastMedium) {
-    Package native = test::referencePatient(1, 0.003, {"native"});
-    native.motion = {};
-    relabel(native, Id::aorta, Id::visceralFat);
-    const double liver_hu = measure(native).liver_hu;
-    int n = 0;
-    for (std::uint8_t& id : native.labels.voxels)
-        if ((id == std::uint8_t(Id::portal) || id == std::uint8_t(Id::hepaticVeins)) &&
-            n++ % 3 != 0)  // 1 % of the liver
-            id = std::uint8_t(Id::liver);
-    setHu(native, Id::portal, int(liver_hu) + 60);
-    setHu(native, Id::hepaticVeins, int(liver_hu) + 60);
-    const std::string verdict = finding(native, "vessels in the liver");
-    EXPECT_THAT(verdict, testing::StartsWith("REFUSED"));
-    EXPECT_THAT(verdict, testing::HasSubstr("without contrast medium"));
-    // In an arterial phase, the aorta is found.
-    relabel(native, Id::heart, Id::aorta);
-    setHu(native, Id::aorta, 300);
-    EXPECT_THAT(finding(native, "vessels in the liver"), testing::HasSubstr("an arterial phase"));
+// A build of a scan without contrast medium finds no aorta, and takes noise for vessels. Of an arterial
+// phase, it finds the aorta.
+TEST(CheckScan, NoiseTakenForVesselsDoesNotHideThePhase) {
+    // Keeps one vessel voxel of `step`, and makes it bright.
+    const auto scanned = [](int step) {
+        Package p = test::referencePatient(1, 0.003, {"native"});
+        p.motion = {};
+        const double liver_hu = measure(p).liver_hu;
+        int n = 0;
+        for (std::uint8_t& id : p.labels.voxels)
+            if ((id == std::uint8_t(Id::portal) || id == std::uint8_t(Id::hepaticVeins)) && n++ % step != 0)
+                id = std::uint8_t(Id::liver);
+        setHu(p, Id::portal, int(liver_hu) + 60);
+        setHu(p, Id::hepaticVeins, int(liver_hu) + 60);
+        return p;
+    };
+    for (const int step : {3, 20}) {  // 1 % and 0.15 % of the liver
+        Package native = scanned(step);
+        relabel(native, Id::aorta, Id::visceralFat);
+        const std::string verdict = finding(native, "vessels in the liver");
+        EXPECT_THAT(verdict, testing::StartsWith("REFUSED")) << step;
+        EXPECT_THAT(verdict, testing::HasSubstr("without contrast medium")) << step;
+    }
+    Package arterial = scanned(20);
+    setHu(arterial, Id::aorta, 300);
+    EXPECT_THAT(finding(arterial, "vessels in the liver"), testing::HasSubstr("an arterial phase"));
 }
 
 TEST(CheckScan, AWrongDistanceOfTheSlicesIsNamed) {

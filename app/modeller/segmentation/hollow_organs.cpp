@@ -170,23 +170,20 @@ std::vector<bool> findOverFluid(const OrganScene& s, const Components& p, const 
 }
 
 // Variance of the values within a few millimetres, among the voxels of `within` alone: edges of other tissue
-// do not add to it. 0 outside.
-FloatVolume localVariance(const FloatVolume& hu, const Mask& within) {
+// do not add to it. `mean` is the local mean. 0 outside.
+FloatVolume localVariance(const FloatVolume& hu, const FloatVolume& mean, const Mask& within) {
     constexpr double kReach_m = 0.003;
     const int reach = std::max(1, int(std::lround(kReach_m / hu.grid.spacing_m.x)));
-    FloatVolume count = toFloat(within), sum = count, squares = count;
-    for (std::size_t i = 0; i < hu.voxels.size(); ++i)
-        sum.voxels[i] *= hu.voxels[i], squares.voxels[i] *= hu.voxels[i] * hu.voxels[i];
-    count = boxMean(count, reach), sum = boxMean(sum, reach), squares = boxMean(squares, reach);
+    FloatVolume variance(hu.grid);
     for (std::size_t i = 0; i < hu.voxels.size(); ++i) {
-        if (!within.voxels[i]) {
-            squares.voxels[i] = 0.0f;
-            continue;
-        }
-        const float mean = sum.voxels[i] / count.voxels[i];
-        squares.voxels[i] = squares.voxels[i] / count.voxels[i] - mean * mean;
+        const float d = hu.voxels[i] - mean.voxels[i];
+        if (within.voxels[i]) variance.voxels[i] = d * d;
     }
-    return squares;
+    variance = boxMean(variance, reach);
+    const FloatVolume count = boxMean(toFloat(within), reach);
+    for (std::size_t i = 0; i < hu.voxels.size(); ++i)
+        variance.voxels[i] = within.voxels[i] ? variance.voxels[i] / count.voxels[i] : 0.0f;
+    return variance;
 }
 
 // Removes tissue near the spine: there are vessels, kidneys and muscles, but no bowel. Beside them, in the
@@ -213,18 +210,21 @@ Mask findStool(const OrganScene& s, const FloatVolume& mixed, double organs_hu) 
     if (s.grid.spacing_m.x > kMaxVoxel_m) return Mask(s.grid);
     const Mask soft = subtract(inRange(mixed, s.free, kFat_hu, organs_hu), s.in.lungs.gas);
     const Mask deep = eroded(soft, kBlurred_m), liver = eroded(s.in.liver, kBlurred_m);
-    const FloatVolume variance = localVariance(s.edgeHu(), unite(deep, liver));
+    FloatVolume variance = localVariance(s.edgeHu(), mixed, unite(deep, liver));
     std::vector<float> in_liver;
     for (std::size_t i = 0; i < liver.voxels.size(); ++i)
         if (liver.voxels[i]) in_liver.push_back(variance.voxels[i]);
     const float noise = in_liver.empty() ? kUsual_hu * kUsual_hu : upperMedian(std::move(in_liver));
+    Mask core = maskWhere(s.grid, [&](std::size_t i) {
+        return deep.voxels[i] && mixed.voxels[i] < float(kStool_hu) &&
+               variance.voxels[i] > kScatter * noise + kUneven_hu * kUneven_hu;
+    });
+    variance = {};  // the memory is needed
     const double bright_hu = organs_hu + 2.0 * std::sqrt(double(noise));
     const FloatVolume vessels = boxMean(toFloat(inRange(s.edgeHu(), s.free, bright_hu, 1e6)),
                                         std::max(1, int(std::lround(kVessels_m / s.grid.spacing_m.x))));
-    Mask core = maskWhere(s.grid, [&](std::size_t i) {
-        return deep.voxels[i] && mixed.voxels[i] < float(kStool_hu) && vessels.voxels[i] < kMaxVessels &&
-               variance.voxels[i] > kScatter * noise + kUneven_hu * kUneven_hu;
-    });
+    for (std::size_t i = 0; i < core.voxels.size(); ++i)
+        core.voxels[i] = core.voxels[i] && vessels.voxels[i] < kMaxVessels;
     removeNearSpine(s, kBehindCanal_m, core);
     core = opened(core, kCore_m);
     removeSmallComponents(core, kMinCore_ml);
@@ -262,37 +262,43 @@ Mask findSmallBowel(const OrganScene& s, const Mask& gas, const Mask& others, do
     return subtract(addWall(s, gas, loops), others);
 }
 
+// Finds the stomach. Returns also its gas.
+FoundOrgan findStomach(const OrganScene& s, const FloatVolume& mixed, const Mask& gas, double dark_hu,
+                       Mask& its_gas) {
+    FoundOrgan stomach{"stomach and oesophagus", Mask(s.grid), 0.0, ""};
+    const Components p = findComponents(gas);
+    const std::vector<GasPiece> pieces = measureGas(s, p, leftDomeHeight(s));
+    const StomachChoice choice = chooseStomach(pieces);
+    its_gas = componentsWhere(p, [&](std::size_t n) { return n == choice.piece; });
+    if (choice.piece == 0) {
+        stomach.note = "stomach: no gas below the left dome, so it was not looked for";
+        return stomach;
+    }
+    const Mask other_gas = componentsWhere(
+        p, [&](std::size_t n) { return n != choice.piece && pieces[n].volume_ml >= kMinGas_ml; });
+    const std::vector<bool> joins = findOverFluid(s, p, other_gas, findFluid(s, mixed, its_gas, dark_hu));
+    its_gas = unite(std::move(its_gas), componentsWhere(p, [&](std::size_t n) { return joins[n]; }));
+    stomach.mask =
+        subtract(addWall(s, its_gas, findFluid(s, mixed, its_gas, dark_hu)), subtract(other_gas, its_gas));
+    stomach.confidence = std::clamp(0.3 + 0.4 * choice.margin, 0.3, 0.7);
+    if (stomach.confidence < 0.5) stomach.note = "stomach: other gas lies as near to where it is expected";
+    return stomach;
+}
+
 }  // namespace
 
 std::vector<FoundOrgan> findHollowOrgans(const OrganScene& s, double organs_hu) {
     constexpr double kBelowOrgans_hu = 22.0, kMixed_m = 0.003;
     const Mask gas = intersect(s.in.lungs.gas, s.free_wide);
-    const Components p = findComponents(gas);
-    const std::vector<GasPiece> pieces = measureGas(s, p, leftDomeHeight(s));
-    const StomachChoice choice = chooseStomach(pieces);
     const double dark_hu = organs_hu - kBelowOrgans_hu;
     // Chyme and stool are mixtures from fat to soft tissue, in patches of a few millimetres.
     const FloatVolume mixed = boxMean(toFloat(s.in.ct), std::max(1, int(kMixed_m / s.grid.spacing_m.x)));
-    Mask stomach_gas = componentsWhere(p, [&](std::size_t n) { return n == choice.piece; });
-    Mask other_gas = componentsWhere(
-        p, [&](std::size_t n) { return n != choice.piece && pieces[n].volume_ml >= kMinGas_ml; });
-    FoundOrgan stomach{"stomach and oesophagus", Mask(s.grid), 0.0, ""},
-        colon{"colon", Mask(s.grid), 0.0, ""}, small_bowel{"small bowel", Mask(s.grid), 0.0, ""};
-    if (choice.piece > 0) {
-        Mask fluid = findFluid(s, mixed, stomach_gas, dark_hu);
-        const std::vector<bool> joins = findOverFluid(s, p, other_gas, fluid);
-        const Mask joined = componentsWhere(p, [&](std::size_t n) { return joins[n]; });
-        stomach_gas = unite(stomach_gas, joined), other_gas = subtract(other_gas, joined);
-        fluid = findFluid(s, mixed, stomach_gas, dark_hu);
-        stomach.mask = subtract(addWall(s, stomach_gas, fluid), other_gas);
-        stomach.confidence = std::clamp(0.3 + 0.4 * choice.margin, 0.3, 0.7);
-        if (stomach.confidence < 0.5)
-            stomach.note = "stomach: other gas lies as near to where it is expected";
-    } else {
-        stomach.note = "stomach: no gas below the left dome, so it was not looked for";
-    }
+    FoundOrgan colon{"colon", Mask(s.grid), 0.0, ""}, small_bowel{"small bowel", Mask(s.grid), 0.0, ""};
+    Mask stomach_gas;
+    FoundOrgan stomach = findStomach(s, mixed, gas, dark_hu, stomach_gas);
+    Mask other_gas = subtract(gas, stomach_gas);
     const Mask stool = subtract(findStool(s, mixed, organs_hu), stomach.mask);
-    const Mask colon_gas = findColonGas(s, subtract(gas, stomach_gas), stool);
+    const Mask colon_gas = findColonGas(s, other_gas, stool);
     colon.mask = subtract(addWall(s, colon_gas, stool), stomach.mask);
     if (countVoxels(colon.mask) > 0) {
         const bool any_stool = countVoxels(stool) > 0;
@@ -301,6 +307,7 @@ std::vector<FoundOrgan> findHollowOrgans(const OrganScene& s, double organs_hu) 
     } else {
         colon.note = "colon: neither stool nor wide gas shows it";
     }
+    removeSmallComponents(other_gas, kMinGas_ml);
     small_bowel.mask =
         findSmallBowel(s, subtract(other_gas, colon_gas), unite(stomach.mask, colon.mask), dark_hu);
     if (countVoxels(small_bowel.mask) > 0)

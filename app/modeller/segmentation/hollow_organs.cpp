@@ -170,19 +170,21 @@ std::vector<bool> findOverFluid(const OrganScene& s, const Components& p, const 
 }
 
 // Variance of the values within a few millimetres, among the voxels of `within` alone: edges of other tissue
-// do not add to it. `mean` is the local mean. 0 outside.
-FloatVolume localVariance(const FloatVolume& hu, const FloatVolume& mean, const Mask& within) {
+// do not add to it. `mean` is the local mean. On the grid of the box; 0 outside `within`.
+FloatVolume localVariance(const FloatVolume& hu, const FloatVolume& mean, const Mask& within,
+                          const VoxelBox& box) {
     constexpr double kReach_m = 0.003;
     const int reach = std::max(1, int(std::lround(kReach_m / hu.grid.spacing_m.x)));
-    FloatVolume variance(hu.grid);
-    for (std::size_t i = 0; i < hu.voxels.size(); ++i) {
-        const float d = hu.voxels[i] - mean.voxels[i];
-        if (within.voxels[i]) variance.voxels[i] = d * d;
-    }
+    const Mask part = cropped(within, box);
+    FloatVolume variance(part.grid);
+    forEachVoxel(part.grid, [&](const Index3& i) {
+        const float d = hu[box.low + i] - mean[box.low + i];
+        if (part[i]) variance[i] = d * d;
+    });
     variance = boxMean(variance, reach);
-    const FloatVolume count = boxMean(toFloat(within), reach);
-    for (std::size_t i = 0; i < hu.voxels.size(); ++i)
-        variance.voxels[i] = within.voxels[i] ? variance.voxels[i] / count.voxels[i] : 0.0f;
+    const FloatVolume count = boxMean(toFloat(part), reach);
+    for (std::size_t i = 0; i < variance.voxels.size(); ++i)
+        variance.voxels[i] = part.voxels[i] ? variance.voxels[i] / count.voxels[i] : 0.0f;
     return variance;
 }
 
@@ -210,21 +212,26 @@ Mask findStool(const OrganScene& s, const FloatVolume& mixed, double organs_hu) 
     if (s.grid.spacing_m.x > kMaxVoxel_m) return Mask(s.grid);
     const Mask soft = subtract(inRange(mixed, s.free, kFat_hu, organs_hu), s.in.lungs.gas);
     const Mask deep = eroded(soft, kBlurred_m), liver = eroded(s.in.liver, kBlurred_m);
-    FloatVolume variance = localVariance(s.edgeHu(), mixed, unite(deep, liver));
+    const Mask looked_at = unite(deep, liver);
+    const VoxelBox box = boundingBox(looked_at);
+    if (box.empty()) return Mask(s.grid);
+    FloatVolume variance = localVariance(s.edgeHu(), mixed, looked_at, box);
     std::vector<float> in_liver;
-    for (std::size_t i = 0; i < liver.voxels.size(); ++i)
-        if (liver.voxels[i]) in_liver.push_back(variance.voxels[i]);
+    forEachVoxel(variance.grid, [&](const Index3& i) {
+        if (liver[box.low + i]) in_liver.push_back(variance[i]);
+    });
     const float noise = in_liver.empty() ? kUsual_hu * kUsual_hu : upperMedian(std::move(in_liver));
-    Mask core = maskWhere(s.grid, [&](std::size_t i) {
-        return deep.voxels[i] && mixed.voxels[i] < float(kStool_hu) &&
-               variance.voxels[i] > kScatter * noise + kUneven_hu * kUneven_hu;
+    Mask core(s.grid);
+    forEachVoxel(variance.grid, [&](const Index3& i) {
+        const Index3 at = box.low + i;
+        core[at] = deep[at] && mixed[at] < float(kStool_hu) &&
+                   variance[i] > kScatter * noise + kUneven_hu * kUneven_hu;
     });
     variance = {};  // the memory is needed
     const double bright_hu = organs_hu + 2.0 * std::sqrt(double(noise));
-    const FloatVolume vessels = boxMean(toFloat(inRange(s.edgeHu(), s.free, bright_hu, 1e6)),
+    const FloatVolume vessels = boxMean(toFloat(cropped(inRange(s.edgeHu(), s.free, bright_hu, 1e6), box)),
                                         std::max(1, int(std::lround(kVessels_m / s.grid.spacing_m.x))));
-    for (std::size_t i = 0; i < core.voxels.size(); ++i)
-        core.voxels[i] = core.voxels[i] && vessels.voxels[i] < kMaxVessels;
+    forEachVoxel(vessels.grid, [&](const Index3& i) { core[box.low + i] &= vessels[i] < kMaxVessels; });
     removeNearSpine(s, kBehindCanal_m, core);
     core = opened(core, kCore_m);
     removeSmallComponents(core, kMinCore_ml);
@@ -266,18 +273,24 @@ Mask findSmallBowel(const OrganScene& s, const Mask& gas, const Mask& others, do
 FoundOrgan findStomach(const OrganScene& s, const FloatVolume& mixed, const Mask& gas, double dark_hu,
                        Mask& its_gas) {
     FoundOrgan stomach{"stomach and oesophagus", Mask(s.grid), 0.0, ""};
-    const Components p = findComponents(gas);
-    const std::vector<GasPiece> pieces = measureGas(s, p, leftDomeHeight(s));
-    const StomachChoice choice = chooseStomach(pieces);
-    its_gas = componentsWhere(p, [&](std::size_t n) { return n == choice.piece; });
+    StomachChoice choice;
+    Mask other_gas;
+    {
+        const Components p = findComponents(gas);
+        const std::vector<GasPiece> pieces = measureGas(s, p, leftDomeHeight(s));
+        choice = chooseStomach(pieces);
+        its_gas = componentsWhere(p, [&](std::size_t n) { return n == choice.piece; });
+        other_gas = componentsWhere(
+            p, [&](std::size_t n) { return n != choice.piece && pieces[n].volume_ml >= kMinGas_ml; });
+    }
     if (choice.piece == 0) {
         stomach.note = "stomach: no gas below the left dome, so it was not looked for";
         return stomach;
     }
-    const Mask other_gas = componentsWhere(
-        p, [&](std::size_t n) { return n != choice.piece && pieces[n].volume_ml >= kMinGas_ml; });
-    const std::vector<bool> joins = findOverFluid(s, p, other_gas, findFluid(s, mixed, its_gas, dark_hu));
-    its_gas = unite(std::move(its_gas), componentsWhere(p, [&](std::size_t n) { return joins[n]; }));
+    const Mask fluid = findFluid(s, mixed, its_gas, dark_hu);
+    const Components others = findComponents(other_gas);
+    const std::vector<bool> joins = findOverFluid(s, others, other_gas, fluid);
+    its_gas = unite(std::move(its_gas), componentsWhere(others, [&](std::size_t n) { return joins[n]; }));
     stomach.mask =
         subtract(addWall(s, its_gas, findFluid(s, mixed, its_gas, dark_hu)), subtract(other_gas, its_gas));
     stomach.confidence = std::clamp(0.3 + 0.4 * choice.margin, 0.3, 0.7);
@@ -292,12 +305,13 @@ std::vector<FoundOrgan> findHollowOrgans(const OrganScene& s, double organs_hu) 
     const Mask gas = intersect(s.in.lungs.gas, s.free_wide);
     const double dark_hu = organs_hu - kBelowOrgans_hu;
     // Chyme and stool are mixtures from fat to soft tissue, in patches of a few millimetres.
-    const FloatVolume mixed = boxMean(toFloat(s.in.ct), std::max(1, int(kMixed_m / s.grid.spacing_m.x)));
+    FloatVolume mixed = boxMean(toFloat(s.in.ct), std::max(1, int(kMixed_m / s.grid.spacing_m.x)));
     FoundOrgan colon{"colon", Mask(s.grid), 0.0, ""}, small_bowel{"small bowel", Mask(s.grid), 0.0, ""};
     Mask stomach_gas;
     FoundOrgan stomach = findStomach(s, mixed, gas, dark_hu, stomach_gas);
     Mask other_gas = subtract(gas, stomach_gas);
     const Mask stool = subtract(findStool(s, mixed, organs_hu), stomach.mask);
+    mixed = {};
     const Mask colon_gas = findColonGas(s, other_gas, stool);
     colon.mask = subtract(addWall(s, colon_gas, stool), stomach.mask);
     if (countVoxels(colon.mask) > 0) {

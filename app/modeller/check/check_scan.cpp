@@ -92,11 +92,12 @@ double boneAtLiver_mm2(const Package& p, const Mask& liver) {
     return area_mm2;
 }
 
-// Distances between the middles of successive pieces of bone in columns of voxels along z. Imported bone may
-// be hollow.
+// Measures the distances between the middles of successive pieces of bone in columns of voxels along z. Gaps
+// below kMarrow_m do not divide a piece: imported bone may be hollow. A missing rib doubles a distance, so
+// the lower quartile is returned.
 double ribDistance_m(const PackageStatistics& m) {
     constexpr std::size_t kFewest = 50;
-    constexpr double kMarrow_m = 0.008, kFlanks = 0.25, kUsual = 0.25;  // kUsual: a rib may be missing
+    constexpr double kMarrow_m = 0.008, kFlanks = 0.25, kQuartile = 0.25;
     const Mask bone = maskOf(m.package, isBone);
     const Grid& g = bone.grid;
     const VoxelBox box = boundingBox(bone);
@@ -121,7 +122,7 @@ double ribDistance_m(const PackageStatistics& m) {
             }
             if (first >= 0) finish();
         }
-    return distances_m.size() < kFewest ? std::nan("") : lowerQuantile(std::move(distances_m), kUsual);
+    return distances_m.size() < kFewest ? std::nan("") : lowerQuantile(std::move(distances_m), kQuartile);
 }
 
 // Volume of the pieces that lie inside the liver and are connected to no rib or vertebra: bone, and
@@ -145,22 +146,23 @@ double boneInLiver_mm3(const PackageStatistics& m) {
 constexpr const char* kPortalSeries =
     ". Use the series of the portal venous phase, 60 to 80 s after the injection";
 
-// Shares of the liver's volume. In a portal venous phase, more of it is vessels than kUsualVessels. With
-// fewer than kFewVessels, a patient cannot be simulated.
+// Vessels' share of the liver's volume. In a portal venous phase it is above kUsualVessels. A patient with
+// less than kFewVessels is refused.
 constexpr double kUsualVessels = 0.015, kFewVessels = 0.006;
 
 // What the scan seems to be if it is not of the portal venous phase, and what to do; empty if it is. A build
-// finds no aorta without contrast medium, nor one that is as bright as bone; as vessels, it may find noise.
+// finds no aorta without contrast medium, nor one that is as bright as bone. It may take noise for vessels of
+// the liver.
 std::string wrongPhase(const ScanMeasures& s) {
     const char* phase = nullptr;
-    const auto shows = [&](double share) {
+    const auto showsVessels = [&](double share) {
         return s.vessels_hu - s.liver_hu >= 25.0 && s.vessel_share >= share;
     };
-    if (s.aorta_hu > 220.0 && !shows(kFewVessels))
+    if (s.aorta_hu > 220.0 && !showsVessels(kFewVessels))
         phase = "an arterial phase";
     else if (s.aorta_hu < 80.0)
         phase = "a scan without contrast medium";
-    else if (std::isnan(s.aorta_hu) && s.liver_hu < 85.0 && !shows(kUsualVessels))
+    else if (std::isnan(s.aorta_hu) && s.liver_hu < 85.0 && !showsVessels(kUsualVessels))
         phase = "a scan without contrast medium, or an arterial phase";
     else if (s.aorta_hu < 135.0)
         phase = "a late phase, or little contrast medium";

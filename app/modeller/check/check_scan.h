@@ -1,7 +1,7 @@
-// Internal: checks of the scan itself (contrast phase, noise, field of view) and of what a segmentation often
-// misses in an unusual scan (vessels, kidneys, spleen) or invents (ducts in fat, fascia outside the body).
-// Every finding names a cause and a cure. Depths and areas are in millimetres, so that their limits hold for
-// any voxel size.
+// Internal: checks of the scan itself (contrast phase, noise, field of view, distance of slices) and of what
+// a segmentation often misses in an unusual scan (vessels, kidneys, spleen) or invents (ducts in fat, fascia
+// outside the body). Every finding names a cause and a cure. Depths and areas are in millimetres, so that
+// their limits hold for any voxel size.
 #pragma once
 
 #include "app/modeller/check/findings.h"

@@ -1,6 +1,6 @@
-// Finds stomach, colon and small bowel. The stomach is found by its gas, whose position tells it from other
-// gas, and by the fluid behind the level; the colon by its stool and its gas; the small bowel is the soft
-// tissue left over in front of kidneys and great vessels. Walls are added.
+// Finds the hollow organs, each by what shows it. Stomach: gas at its usual place, and the fluid behind that
+// gas. Colon: stool and gas. Small bowel: the soft tissue left over in front of kidneys and great vessels.
+// Their walls are added.
 #include <algorithm>
 #include <cmath>
 
@@ -104,18 +104,18 @@ FluidLevels findFluidLevels(const OrganScene& s, const Mask& gas) {
     return out;
 }
 
-// Returns the stomach's fluid, behind the levels of its gas. It has the HU of dark soft tissue. Together with
-// the gas, it is wider than a loop of the small bowel; its narrower ends are added up to 8 mm from the wide
-// part.
-Mask findFluid(const OrganScene& s, const FloatVolume& mixed, const Mask& gas, double high_hu) {
-    constexpr double kFat_hu = -30.0, kBody_m = 0.016, kBodyReach_m = 0.090, kEnd_m = 0.008,
-                     kEndReach_m = 0.008;
+// Returns the fluid behind the levels of an organ's gas. It has the HU of dark soft tissue. Fluid and gas
+// together contain balls of radius `width_m`, which a narrower organ beside it does not. Narrower ends are
+// added up to 8 mm from there.
+Mask findFluid(const OrganScene& s, const FloatVolume& mixed, const Mask& gas, double width_m,
+               double high_hu) {
+    constexpr double kFat_hu = -30.0, kBodyReach_m = 0.090, kEnd_m = 0.008, kEndReach_m = 0.008;
     const FluidLevels levels = findFluidLevels(s, gas);
     if (levels.y < 0) return Mask(s.grid);
     Mask soft = inRange(mixed, s.free, kFat_hu, high_hu);
     forEachVoxel(VoxelBox{{0, levels.y + 1, 0}, s.grid.dims - 1}, [&](const Index3& i) { soft[i] = 0; });
     soft = unite(std::move(soft), levels.below);
-    const Mask wide = intersect(opened(unite(soft, gas), kBody_m), soft);
+    const Mask wide = intersect(opened(unite(soft, gas), width_m), soft);
     const Mask body = growWithin(levels.below, unite(wide, levels.below), kBodyReach_m);
     return opened(growWithin(body, unite(opened(soft, kEnd_m), body), kEndReach_m), kGutWall_m);
 }
@@ -169,6 +169,12 @@ std::vector<bool> findOverFluid(const OrganScene& s, const Components& p, const 
     return out;
 }
 
+constexpr double kStool_hu = 35.0;        // stool is darker on average
+constexpr double kStoolShows_m = 0.0021;  // larger voxels do not show the mixture
+bool showsStool(const OrganScene& s) {
+    return s.grid.spacing_m.x <= kStoolShows_m;
+}
+
 // Variance of the values within a few millimetres, among the voxels of `within` alone: edges of other tissue
 // do not add to it. `mean` is the local mean. On the grid of the box; 0 outside `within`.
 FloatVolume localVariance(const FloatVolume& hu, const FloatVolume& mean, const Mask& within,
@@ -188,9 +194,8 @@ FloatVolume localVariance(const FloatVolume& hu, const FloatVolume& mean, const 
     return variance;
 }
 
-// Removes tissue near the spine: there are vessels, kidneys and muscles, but no bowel. Beside them, in the
-// flanks, voxels are removed that lie less than `flank_y_m` in front of the canal. Lengths are those of
-// adults.
+// Removes the surroundings of the spine, where vessels, kidneys and muscles lie, but no bowel. In the flanks,
+// only voxels less than `flank_y_m` in front of the canal are removed. Lengths are those of adults.
 void removeNearSpine(const OrganScene& s, double flank_y_m, Mask& mask) {
     constexpr double kMiddle_m = 0.060, kBeforeVessels_m = 0.055;
     forEachVoxel(s.grid, [&](const Index3& i) {
@@ -199,17 +204,16 @@ void removeNearSpine(const OrganScene& s, double flank_y_m, Mask& mask) {
     });
 }
 
-// Returns the colon's stool, up to its border: a mixture of gas, fat and soft tissue, whose values vary
-// within millimetres by more than noise. Fluid and the contents of the small bowel are even. In the
-// mesentery, values vary too, but between fat and bright vessels. Voxels above 2 mm do not show the mixture.
+// Returns the colon's stool, up to its border. Stool mixes gas, fat and soft tissue: its values vary within
+// millimetres by more than noise, while fluid and the contents of the small bowel are even. In the mesentery
+// they vary too, but there they are those of fat and of bright vessels.
 Mask findStool(const OrganScene& s, const FloatVolume& mixed, double organs_hu) {
-    constexpr double kFat_hu = -60.0, kStool_hu = 35.0, kBlurred_m = 0.004, kCore_m = 0.003,
-                     kMinCore_ml = 2.0, kRim_m = 0.0045, kVessels_m = 0.005, kMaxVoxel_m = 0.0021;
-    constexpr double kBehindCanal_m =
-        -0.020;  // the colon's place ends here, in front of the muscles of the back
+    constexpr double kFat_hu = -60.0, kBlurred_m = 0.004, kCore_m = 0.003, kMinCore_ml = 2.0, kRim_m = 0.0045,
+                     kVessels_m = 0.005;
+    constexpr double kBack_m = -0.020;  // farther back, there are only the muscles of the back
+    if (!showsStool(s)) return Mask(s.grid);
     // kUsual_hu: the noise, if there is no liver. kScatter: the variance of few voxels is uncertain.
     constexpr float kUneven_hu = 9.0f, kUsual_hu = 5.0f, kScatter = 1.6f, kMaxVessels = 0.02f;
-    if (s.grid.spacing_m.x > kMaxVoxel_m) return Mask(s.grid);
     const Mask soft = subtract(inRange(mixed, s.free, kFat_hu, organs_hu), s.in.lungs.gas);
     const Mask deep = eroded(soft, kBlurred_m), liver = eroded(s.in.liver, kBlurred_m);
     const Mask looked_at = unite(deep, liver);
@@ -232,14 +236,15 @@ Mask findStool(const OrganScene& s, const FloatVolume& mixed, double organs_hu) 
     const FloatVolume vessels = boxMean(toFloat(cropped(inRange(s.edgeHu(), s.free, bright_hu, 1e6), box)),
                                         std::max(1, int(std::lround(kVessels_m / s.grid.spacing_m.x))));
     forEachVoxel(vessels.grid, [&](const Index3& i) { core[box.low + i] &= vessels[i] < kMaxVessels; });
-    removeNearSpine(s, kBehindCanal_m, core);
+    removeNearSpine(s, kBack_m, core);
     core = opened(core, kCore_m);
     removeSmallComponents(core, kMinCore_ml);
     return intersect(dilated(core, kRim_m), soft);
 }
 
-// Returns the gas of the colon, and what lies between its bubbles: above stool, wider than a loop of the
-// small bowel, or divided by bubbles.
+// Returns the gas of the colon and the stool between its bubbles. Gas is the colon's if it lies above stool,
+// is wider than a loop of the small bowel, or consists of bubbles. If voxels do not show stool, all gas is
+// taken for the colon's.
 Mask findColonGas(const OrganScene& s, const Mask& gas, const Mask& stool) {
     constexpr double kWide_m = 0.010, kBubble_m = 0.004, kBubbly = 0.25;
     const Mask filled = intersect(closed(gas, kBubble_m), unite(s.free, gas));
@@ -255,7 +260,8 @@ Mask findColonGas(const OrganScene& s, const Mask& gas, const Mask& stool) {
     }
     return componentsWhere(p, [&](std::size_t n) {
         const double size_ml = double(p.size[n]) * voxelVolume_ml(s.grid);
-        return size_ml >= kMinGas_ml && (over[n] || wide[n] || between[n] > kBubbly * double(p.size[n]));
+        return size_ml >= kMinGas_ml &&
+               (!showsStool(s) || over[n] || wide[n] || between[n] > kBubbly * double(p.size[n]));
     });
 }
 
@@ -269,67 +275,72 @@ Mask findSmallBowel(const OrganScene& s, const Mask& gas, const Mask& others, do
     return subtract(addWall(s, gas, loops), others);
 }
 
-// Finds the stomach. Returns also its gas.
-FoundOrgan findStomach(const OrganScene& s, const FloatVolume& mixed, const Mask& gas, double dark_hu,
-                       Mask& its_gas) {
-    FoundOrgan stomach{"stomach and oesophagus", Mask(s.grid), 0.0, ""};
+struct Stomach {
+    FoundOrgan organ;
+    Mask gas;
+};
+
+Stomach findStomach(const OrganScene& s, const FloatVolume& mixed, const Mask& gas, double dark_hu) {
+    Stomach out{{"stomach and oesophagus", Mask(s.grid), 0.0, ""}, {}};
+    constexpr double kWidth_m = 0.016;  // wider than a loop of the small bowel
+    FoundOrgan& stomach = out.organ;
     StomachChoice choice;
     Mask other_gas;
-    {
+    {  // the components are large: free them before the fluid is searched
         const Components p = findComponents(gas);
         const std::vector<GasPiece> pieces = measureGas(s, p, leftDomeHeight(s));
         choice = chooseStomach(pieces);
-        its_gas = componentsWhere(p, [&](std::size_t n) { return n == choice.piece; });
+        out.gas = componentsWhere(p, [&](std::size_t n) { return n == choice.piece; });
         other_gas = componentsWhere(
             p, [&](std::size_t n) { return n != choice.piece && pieces[n].volume_ml >= kMinGas_ml; });
     }
     if (choice.piece == 0) {
         stomach.note = "stomach: no gas below the left dome, so it was not looked for";
-        return stomach;
+        return out;
     }
-    const Mask fluid = findFluid(s, mixed, its_gas, dark_hu);
+    const Mask fluid = findFluid(s, mixed, out.gas, kWidth_m, dark_hu);
     const Components others = findComponents(other_gas);
     const std::vector<bool> joins = findOverFluid(s, others, other_gas, fluid);
-    its_gas = unite(std::move(its_gas), componentsWhere(others, [&](std::size_t n) { return joins[n]; }));
-    stomach.mask =
-        subtract(addWall(s, its_gas, findFluid(s, mixed, its_gas, dark_hu)), subtract(other_gas, its_gas));
+    out.gas = unite(std::move(out.gas), componentsWhere(others, [&](std::size_t n) { return joins[n]; }));
+    stomach.mask = subtract(addWall(s, out.gas, findFluid(s, mixed, out.gas, kWidth_m, dark_hu)),
+                            subtract(other_gas, out.gas));
     stomach.confidence = std::clamp(0.3 + 0.4 * choice.margin, 0.3, 0.7);
     if (stomach.confidence < 0.5) stomach.note = "stomach: other gas lies as near to where it is expected";
-    return stomach;
+    return out;
 }
 
 }  // namespace
 
 std::vector<FoundOrgan> findHollowOrgans(const OrganScene& s, double organs_hu) {
-    constexpr double kBelowOrgans_hu = 22.0, kMixed_m = 0.003;
+    constexpr double kBelowOrgans_hu = 22.0, kMixed_m = 0.003, kColonWidth_m = 0.010;
     const Mask gas = intersect(s.in.lungs.gas, s.free_wide);
     const double dark_hu = organs_hu - kBelowOrgans_hu;
     // Chyme and stool are mixtures from fat to soft tissue, in patches of a few millimetres.
     FloatVolume mixed = boxMean(toFloat(s.in.ct), std::max(1, int(kMixed_m / s.grid.spacing_m.x)));
     FoundOrgan colon{"colon", Mask(s.grid), 0.0, ""}, small_bowel{"small bowel", Mask(s.grid), 0.0, ""};
-    Mask stomach_gas;
-    FoundOrgan stomach = findStomach(s, mixed, gas, dark_hu, stomach_gas);
-    Mask other_gas = subtract(gas, stomach_gas);
-    const Mask stool = subtract(findStool(s, mixed, organs_hu), stomach.mask);
-    mixed = {};
+    Stomach stomach = findStomach(s, mixed, gas, dark_hu);
+    Mask other_gas = subtract(gas, stomach.gas);
+    Mask stool = subtract(findStool(s, mixed, organs_hu), stomach.organ.mask);
+    if (showsStool(s)) mixed = {};  // its memory is needed for small voxels
     const Mask colon_gas = findColonGas(s, other_gas, stool);
-    colon.mask = subtract(addWall(s, colon_gas, stool), stomach.mask);
+    if (!showsStool(s)) stool = findFluid(s, mixed, colon_gas, kColonWidth_m, kStool_hu);
+    colon.mask = subtract(addWall(s, colon_gas, stool), stomach.organ.mask);
     if (countVoxels(colon.mask) > 0) {
-        const bool any_stool = countVoxels(stool) > 0;
-        colon.confidence = any_stool ? 0.65 : 0.3;
-        if (!any_stool) colon.note = "colon: its gas is found, but no stool";
+        const bool stool_shows = showsStool(s) && countVoxels(stool) > 0;
+        colon.confidence = stool_shows ? 0.65 : 0.3;
+        if (!stool_shows) colon.note = "colon: no stool shows it, only its gas and dark contents";
     } else {
         colon.note = "colon: neither stool nor wide gas shows it";
     }
     removeSmallComponents(other_gas, kMinGas_ml);
     small_bowel.mask =
-        findSmallBowel(s, subtract(other_gas, colon_gas), unite(stomach.mask, colon.mask), dark_hu);
+        findSmallBowel(s, subtract(other_gas, colon_gas), unite(stomach.organ.mask, colon.mask), dark_hu);
     if (countVoxels(small_bowel.mask) > 0)
         small_bowel.confidence = 0.6;
     else
         small_bowel.note = "small bowel: no soft loops in front of the kidneys";
     const bool any_gas = countVoxels(gas) > 0;
-    return {std::move(stomach), std::move(colon), std::move(small_bowel),
+    return {std::move(stomach.organ), std::move(colon), std::move(small_bowel),
             FoundOrgan{"bowel gas", gas, any_gas ? 0.95 : 0.0, any_gas ? "" : "bowel gas: none"}};
 }
 

@@ -10,8 +10,8 @@ namespace stylet::modeller {
 struct OrganScene {
     const OrganInput& in;
     Grid grid;
-    FloatVolume
-        smooth_hu;  // HU, mean over three voxels, five in a noisy scan: for organs with a narrow range
+    // HU, mean over three voxels, five in a noisy scan: for organs with a narrow range.
+    FloatVolume smooth_hu;
     FloatVolume unsmoothed_hu;     // HU of the CT; empty if its voxels are smaller than 1.5 mm
     std::vector<Vec3> canal;       // the spinal canal's centre in each slice
     double parenchyma_hu = 110.0;  // HU of the liver, or the most frequent value of dense organs

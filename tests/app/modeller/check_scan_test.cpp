@@ -123,8 +123,9 @@ TEST(CheckScan, NoiseTakenForVesselsDoesNotHideThePhase) {
         setHu(p, Id::hepaticVeins, int(liver_hu) + 60);
         return p;
     };
-    for (const int step : {3, 20}) {  // 1 % and 0.15 % of the liver
+    for (const auto& [step, share] : {std::pair{3, 0.013}, {20, 0.002}}) {
         Package native = scanned(step);
+        EXPECT_NEAR(measure(native).vessel_share, share, 0.1 * share);
         relabel(native, Id::aorta, Id::visceralFat);
         const std::string verdict = finding(native, "vessels in the liver");
         EXPECT_THAT(verdict, testing::StartsWith("REFUSED")) << step;

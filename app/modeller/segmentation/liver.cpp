@@ -339,6 +339,18 @@ void addBites(Mask& liver, const Coarse& c, const Parenchyma& parenchyma) {
     }
 }
 
+// The ribs limit the liver also where muscle between them looks like it. Wide voxels blur too, and are no
+// sign of a scan that hides the diaphragm.
+void closeAtRibs(const CtVolume& ct, const Mask& body, const Mask& lungs, const Mask& bones,
+                 const Mask& first, double blur_m, Mask& open) {
+    constexpr double kHidesDiaphragm_m = 0.001, kThinDiaphragm_m = 0.002;
+    Mask liver(ct.grid);
+    parallelVoxels(ct.grid, [&](const Index3& i) { liver[i] = first.nearestOr(ct.grid.centre(i), 0); });
+    const Mask ribs = subtract(bones, calcifiedLiver(bones, liver));
+    const bool hidden = blur_m > std::max(kHidesDiaphragm_m, ct.grid.spacing_m.x);
+    removeOutsideRibs({ct, body, ribs, lungs}, hidden ? kThinDiaphragm_m : 0.0, open);
+}
+
 }  // namespace
 
 Liver findLiver(const CtVolume& ct, const Mask& body, const Mask& lungs, const Mask& bones,
@@ -363,6 +375,7 @@ Liver findLiver(const CtVolume& ct, const Mask& body, const Mask& lungs, const M
         liver.notes.push_back("no liver: what is like one is too small");
         return liver;
     }
+    closeAtRibs(ct, body, lungs, bones, first, settings.blur_m, open);
     liver.mask = refineLiver(ct, open, first, *parenchyma, settings.band_m, settings.blur_m);
     return liver;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "app/modeller/segmentation/morphology.h"
 
@@ -105,6 +106,21 @@ Mask findLeakedLumps(const Mask& liver, const Mask& similar, double radius_m) {
                         attached[n] < kMaxAttachedShare * (attached[n] + ends[n]);
     }
     return out;
+}
+
+void removeOutsideRibs(const FasciaInput& in, double gap_m, Mask& mask) {
+    constexpr double kMaxCells = 4.0;  // a bone limits its own cell and those up to this far to each side
+    const WallSurface wall = fitWall(in);
+    const RadiusBounds bounds = computeRadiusBounds(in, wall, 0.0, kMaxCells);
+    parallelVoxels(mask.grid, [&](const Index3& i) {
+        if (!mask[i]) return;
+        const Vec3 p = mask.grid.centre(i), d = p - wall.axis_m;
+        const double phi = std::atan2(d.y, d.x);
+        const int level = int(std::lround((p.z - wall.z_begin_m) / wall.z_step_m)),
+                  angle = int(std::lround(phi / (2.0 * std::numbers::pi) * wall.angles));
+        if (std::hypot(d.x, d.y) > wall.radiusAt(phi, p.z) - gap_m && boneNear(bounds, wall, level, angle))
+            mask[i] = 0;
+    });
 }
 
 }  // namespace stylet::modeller

@@ -1,8 +1,8 @@
-// Separates the liver from touching organs that are hardly darker and not separated by fat: pancreas,
-// duodenum, bowel wall.
+// Separates the liver from what touches it, is hardly darker and not separated by fat: pancreas, duodenum,
+// bowel wall, and the wall between the ribs.
 #pragma once
 
-#include "app/modeller/image/voxel_tools.h"
+#include "app/modeller/import/import_fascia.h"
 
 namespace stylet::modeller {
 
@@ -23,5 +23,9 @@ FloatVolume correctBias(const FloatVolume& hu, const Mask& core, float mean_hu, 
 // the liver. The liver's own lobes end at different tissue. A tip is broad at its base, so much of its border
 // is the rest of the liver.
 Mask findLeakedLumps(const Mask& liver, const Mask& similar, double radius_m);
+
+// Removes what lies farther out than `gap_m` inside the ribs' inner side, also between the ribs. Where no
+// bone is near, nothing is removed. `in.organs` are the lungs.
+void removeOutsideRibs(const FasciaInput& in, double gap_m, Mask& mask);
 
 }  // namespace stylet::modeller

@@ -186,17 +186,17 @@ TEST(CheckScan, NoiseIsReported) {
     EXPECT_THAT(noisy, testing::HasSubstr("soft kernel"));
 }
 
-TEST(CheckScan, ThickSlicesAreReported) {
+TEST(CheckScan, ThickSlicesAreReportedThenRefused) {
     const auto scanned = [](double blur_voxels) {
         Package p = copy();
         p.ct = test::lungOnDiaphragm(blur_voxels, 10.0);
         p.labels = LabelVolume(p.ct.grid);
         return finding(p, "blur across slices");
     };
-    EXPECT_EQ(scanned(1.5), "");
-    EXPECT_THAT(scanned(2.0), testing::StartsWith("look"));  // thinner than slices of 5 mm
-    EXPECT_THAT(scanned(2.5), testing::StartsWith("look"));
-    EXPECT_THAT(scanned(2.5), testing::HasSubstr("thinner slices"));
+    EXPECT_EQ(scanned(1.6), "") << "slices of 3 mm";
+    EXPECT_THAT(scanned(1.83), testing::StartsWith("look"));
+    EXPECT_THAT(scanned(2.06), testing::StartsWith("REFUSED")) << "slices of 5 mm";
+    EXPECT_THAT(scanned(2.06), testing::HasSubstr("thinner slices"));
 }
 
 TEST(CheckScan, SoftKernelIsReported) {

@@ -273,6 +273,37 @@ AtlasPrior makePrior(const AtlasImage& atlas) {
     return prior;
 }
 
+// Hoops for ribs, in a round body. Only beside them is anything removed, also between them.
+TEST(LiverNeighbours, NothingStaysOutsideTheRibs) {
+    constexpr double kRib_m = 0.100, kBody_m = 0.120, kThick_m = 0.008, kApart_m = 0.028, kUpper_m = 0.090;
+    const Grid g{Index3(130, 130, 90), Vec3(0.002), Vec3(-0.129, -0.129, 0.0)};
+    const auto radius = [&](const Index3& i) { return std::hypot(g.centre(i).x, g.centre(i).y); };
+    CtVolume ct(g, std::int16_t(-1000));
+    Mask body(g), ribs(g);
+    forEachVoxel(g, [&](const Index3& i) {
+        const double height = g.centre(i).z - kUpper_m;
+        body[i] = radius(i) < kBody_m;
+        ribs[i] = height >= 0.0 && std::fmod(height, kApart_m) < kThick_m && radius(i) > kRib_m &&
+                  radius(i) < kRib_m + kThick_m;
+        if (body[i]) ct[i] = ribs[i] ? 400 : 60;
+    });
+    for (const double gap_m : {0.0, 0.006}) {
+        Mask open = body;
+        removeOutsideRibs({ct, body, ribs, Mask(g)}, gap_m, open);
+        int outside = 0, inside = 0, below = 0;
+        forEachVoxel(g, [&](const Index3& i) {
+            if (!body[i]) return;
+            const double z = g.centre(i).z;
+            if (z > kUpper_m) outside += open[i] && radius(i) > kRib_m - gap_m;
+            if (z > kUpper_m) inside += !open[i] && radius(i) < kRib_m - gap_m - 0.005;
+            if (z < kUpper_m - 0.030) below += !open[i];
+        });
+        EXPECT_EQ(outside, 0) << gap_m;
+        EXPECT_EQ(inside, 0) << gap_m;
+        EXPECT_EQ(below, 0) << gap_m;
+    }
+}
+
 TEST(Liver, MatchesReferencePatient) {
     const AtlasPrior prior = makePrior(AtlasImage(test::referencePatient(2, 0.0025), {}));
     const patient::Package& torso = test::seededTorso();

@@ -389,7 +389,7 @@ Mask costalCartilage(const CtVolume& ct, const Mask& body, const Mask& inside, c
                      kRimReach_m = 0.003;
     const Grid& g = ct.grid;
     if (g.spacing_m.x > kWidest_m) return Mask(g);
-    const FloatVolume smooth = boxMean(toFloat(ct), 1);
+    FloatVolume smooth = boxMean(toFloat(ct), 1);
     Mask ends = unite(bones.ribs_right, unite(bones.ribs_left, bones.sternum));
     const Mask taken = unite(unite(inside, bones.all), dilated(bones.spine, 0.010));
     Mask found = eroded(body, kSkin_m);
@@ -406,6 +406,7 @@ Mask costalCartilage(const CtVolume& ct, const Mask& body, const Mask& inside, c
     const Mask core = opened(subtract(found, rim), std::max(kThick_m, 1.01 * g.spacing_m.x));
     const Mask sure =
         maskWhere(g, [&](std::size_t i) { return found.voxels[i] && smooth.voxels[i] > kSure_hu; });
+    smooth = {};  // the memory is needed
     found = unite(core, intersect(sure, dilated(core, 2.0 * g.spacing_m.x)));
     ends = intersect(dilated(ends, kJoin_m), found);
     found = floodFill(ends, found);

@@ -159,7 +159,7 @@ FoundOrgan findCava(const OrganScene& s, const Mask& aorta) {
                         .max_radius_m = 0.018,
                         .above_hu = 15.0,
                         .confidence = 0.65};  // renal veins and the part below them are missed
-    const Mask within = subtract(unite(s.free, s.in.liver), dilated(aorta, s.grid.spacing_m.x));
+    const Mask within = subtract(unite(s.free, s.liver), dilated(aorta, s.grid.spacing_m.x));
     FoundOrgan cava = trackVessel(s, course, within);
     if (!cava.mask.voxels.empty()) cava.mask = intersect(cava.mask, s.free);
     return cava;

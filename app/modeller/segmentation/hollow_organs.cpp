@@ -23,7 +23,7 @@ struct GasPiece {
 // Height of the top of the left dome. The stomach lies below it.
 double leftDomeHeight(const OrganScene& s) {
     double top = -1e9;
-    for (const float z : s.in.lungs.base_left.z_m)
+    for (const float z : s.base_left.z_m)
         if (std::isfinite(z)) top = std::max(top, double(z));
     return top > -1e8 ? top : s.grid.centre(s.grid.dims - 1).z;
 }
@@ -126,7 +126,7 @@ Mask addWall(const OrganScene& s, const Mask& gas, const Mask& fluid) {
     const Mask rim = intersect(dilated(gas, std::max(kGutWall_m, 1.8 * s.grid.spacing_m.x)), s.free);
     const Mask wall =
         intersect(dilated(unite(gas, fluid), kGutWall_m), inRange(s.smooth_hu, s.free, kFat_hu, kMaxWall_hu));
-    return subtract(unite(unite(rim, wall), fluid), intersect(s.in.lungs.gas, s.free_wide));
+    return subtract(unite(unite(rim, wall), fluid), intersect(s.gas, s.free_wide));
 }
 
 // The piece of gas that is the stomach, and the lead of its score over the second best piece.
@@ -214,8 +214,8 @@ Mask findStool(const OrganScene& s, const FloatVolume& mixed, double organs_hu) 
     if (!showsStool(s)) return Mask(s.grid);
     // kUsual_hu: the noise, if there is no liver. kScatter: the variance of few voxels is uncertain.
     constexpr float kUneven_hu = 9.0f, kUsual_hu = 5.0f, kScatter = 1.6f, kMaxVessels = 0.02f;
-    const Mask soft = subtract(inRange(mixed, s.free, kFat_hu, organs_hu), s.in.lungs.gas);
-    const Mask deep = eroded(soft, kBlurred_m), liver = eroded(s.in.liver, kBlurred_m);
+    const Mask soft = subtract(inRange(mixed, s.free, kFat_hu, organs_hu), s.gas);
+    const Mask deep = eroded(soft, kBlurred_m), liver = eroded(s.liver, kBlurred_m);
     const Mask looked_at = unite(deep, liver);
     const VoxelBox box = boundingBox(looked_at);
     if (box.empty()) return Mask(s.grid);
@@ -268,7 +268,7 @@ Mask findColonGas(const OrganScene& s, const Mask& gas, const Mask& stool) {
 // Returns the loops of the small bowel: soft, darker than organs, in front of kidneys and great vessels.
 Mask findSmallBowel(const OrganScene& s, const Mask& gas, const Mask& others, double dark_hu) {
     constexpr double kSoft_hu = -10.0, kThin_m = 0.005, kMinLoop_ml = 5.0, kBeforeKidneys_m = 0.020;
-    Mask soft = subtract(subtract(inRange(s.smooth_hu, s.free, kSoft_hu, dark_hu), others), s.in.lungs.gas);
+    Mask soft = subtract(subtract(inRange(s.smooth_hu, s.free, kSoft_hu, dark_hu), others), s.gas);
     removeNearSpine(s, kBeforeKidneys_m, soft);
     Mask loops = opened(soft, kThin_m);
     removeSmallComponents(loops, kMinLoop_ml);
@@ -313,10 +313,10 @@ Stomach findStomach(const OrganScene& s, const FloatVolume& mixed, const Mask& g
 
 std::vector<FoundOrgan> findHollowOrgans(const OrganScene& s, double organs_hu) {
     constexpr double kBelowOrgans_hu = 22.0, kMixed_m = 0.003, kColonWidth_m = 0.010;
-    const Mask gas = intersect(s.in.lungs.gas, s.free_wide);
+    const Mask gas = intersect(s.gas, s.free_wide);
     const double dark_hu = organs_hu - kBelowOrgans_hu;
     // Chyme and stool are mixtures from fat to soft tissue, in patches of a few millimetres.
-    FloatVolume mixed = boxMean(toFloat(s.in.ct), std::max(1, int(kMixed_m / s.grid.spacing_m.x)));
+    FloatVolume mixed = boxMean(toFloat(s.ct), std::max(1, int(kMixed_m / s.grid.spacing_m.x)));
     FoundOrgan colon{"colon", Mask(s.grid), 0.0, ""}, small_bowel{"small bowel", Mask(s.grid), 0.0, ""};
     Stomach stomach = findStomach(s, mixed, gas, dark_hu);
     Mask other_gas = subtract(gas, stomach.gas);

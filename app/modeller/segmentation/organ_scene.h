@@ -8,15 +8,19 @@
 namespace stylet::modeller {
 
 struct OrganScene {
-    const OrganInput& in;
-    Grid grid;
+    CtVolume ct;  // the surroundings of the fascia, a part of the scan
+    Grid grid;    // of `ct` and all that follows
+    Mask inside;  // the volume inside the fascia
+    Mask liver, lung_right, lung_left, gas;
+    const DomeMap& base_left;  // of the left lung
     // HU, mean over three voxels, five in a noisy scan: for organs with a narrow range.
-    FloatVolume smooth_hu;
-    FloatVolume unsmoothed_hu;     // HU of the CT; empty if its voxels are smaller than 1.5 mm
-    std::vector<Vec3> canal;       // the spinal canal's centre in each slice
+    FloatVolume smooth_hu{};
+    FloatVolume unsmoothed_hu{};   // HU of the CT; empty if its voxels are smaller than 1.5 mm
+    std::vector<Vec3> canal{};     // the spinal canal's centre in each slice
     double parenchyma_hu = 110.0;  // HU of the liver, or the most frequent value of dense organs
-    Mask free;                     // inside the fascia; not bone, lung, liver or an organ found so far
-    Mask free_wide;  // the same, but up to 20 mm beyond the fascia: behind kidney and spleen it is uncertain
+    Mask free{};                   // inside the fascia; not bone, lung, liver or an organ found so far
+    Mask
+        free_wide{};  // the same, but up to 20 mm beyond the fascia: behind kidney and spleen it is uncertain
 
     // HU, mean over about 3 mm, 5 mm in a noisy scan: for bright structures with an edge.
     const FloatVolume& edgeHu() const { return unsmoothed_hu.voxels.empty() ? smooth_hu : unsmoothed_hu; }
@@ -24,7 +28,9 @@ struct OrganScene {
     Vec3 fromCanal(const Index3& i) const { return grid.centre(i) - canal[std::size_t(i.z)]; }
 };
 
-OrganScene makeScene(const OrganInput&);
+// `box`: the part of the scan that organs can lie in. `beside`: where they may lie outside the fascia, on the
+// scan's grid.
+OrganScene makeScene(const OrganInput&, const VoxelBox& box, const Mask& beside);
 
 // Voxels of `within` with a value in the range.
 Mask inRange(const FloatVolume& hu, const Mask& within, double low_hu, double high_hu);

@@ -44,13 +44,13 @@ class HuHistogram {
 
 // Returns the HU of the liver, if at least 100 ml of it are known. Otherwise returns the most frequent value
 // denser than muscle.
-double estimateParenchyma(const OrganInput& in, const FloatVolume& smooth) {
+double estimateParenchyma(const OrganScene& s, const Mask& bone) {
     constexpr int kDenserThanMuscle_hu = 70, kMax_hu = 160;
-    const bool known = volume_ml(in.liver) > 100.0;
+    const bool known = volume_ml(s.liver) > 100.0;
     HuHistogram h(known ? 0 : kDenserThanMuscle_hu, known ? 2 * kMax_hu : kMax_hu);
-    for (std::size_t i = 0; i < smooth.voxels.size(); ++i)
-        if (!in.bones.all.voxels[i] && (known ? in.liver.voxels[i] : in.inside.voxels[i]))
-            h.add(smooth.voxels[i], 1.0);
+    for (std::size_t i = 0; i < s.smooth_hu.voxels.size(); ++i)
+        if (!bone.voxels[i] && (known ? s.liver.voxels[i] : s.inside.voxels[i]))
+            h.add(s.smooth_hu.voxels[i], 1.0);
     return h.mode().value_or(kUsualOrgan_hu);
 }
 
@@ -144,7 +144,7 @@ FoundOrgan findSpleen(const OrganScene& s, const FloatVolume& to_wall, double us
     spleen = intersect(opened(spleen, 0.003), s.free_wide);
     keepLargestComponent(spleen);
     FoundOrgan out{"spleen", spleen, 0.0, ""};
-    const bool liver = countVoxels(s.in.liver) > 0;
+    const bool liver = countVoxels(s.liver) > 0;
     out.confidence = (liver ? 1.0 : 0.6) * (0.4 + 0.5 * plausible(volume_ml(spleen), 30.0, 180.0, 900.0));
     return out;
 }
@@ -200,8 +200,8 @@ Mask betweenLungs(const OrganScene& s) {
         int right_end = -1, left_end = g.dims.x;
         for (int y = 0; y < g.dims.y; ++y)
             for (int x = 0; x < g.dims.x; ++x) {
-                if (s.in.lungs.right[{x, y, z}]) right_end = std::max(right_end, x);
-                if (s.in.lungs.left[{x, y, z}]) left_end = std::min(left_end, x);
+                if (s.lung_right[{x, y, z}]) right_end = std::max(right_end, x);
+                if (s.lung_left[{x, y, z}]) left_end = std::min(left_end, x);
             }
         for (int y = 0; y < g.dims.y; ++y)
             for (int x = left_end; x <= right_end; ++x)
@@ -216,7 +216,7 @@ FoundOrgan findHeart(const OrganScene& s, const Mask& cava) {
     constexpr double kBlood_hu = 14.0, kMax_hu = 450.0, kWall_hu = 65.0, kCore_m = 0.006, kReach_m = 0.016,
                      kAtrium_m = 0.008;
     constexpr double kBeforeCanal_m = 0.038, kMinCore_ml = 2.0, kChamber = 0.1;
-    if (countVoxels(s.in.lungs.right) == 0 || countVoxels(s.in.lungs.left) == 0)
+    if (countVoxels(s.lung_right) == 0 || countVoxels(s.lung_left) == 0)
         return notFound("heart", "one lung is not in the section, so nothing lies between the two");
     Mask chest = betweenLungs(s);
     forEachVoxel(s.grid, [&](const Index3& i) {
@@ -245,7 +245,7 @@ FoundOrgan findHeart(const OrganScene& s, const Mask& cava) {
     heart = intersect(opened(heart, 0.004), chest);
     keepLargestComponent(heart);
     FoundOrgan out{"heart", heart, 0.0, ""};
-    const bool liver = countVoxels(s.in.liver) > 0;
+    const bool liver = countVoxels(s.liver) > 0;
     out.confidence = (liver ? 1.0 : 0.5) * (0.5 + 0.3 * plausible(volume_ml(heart), 20.0, 350.0, 1200.0));
     if (!liver) out.note = "heart: its lower side is uncertain without the liver";
     return out;
@@ -256,14 +256,14 @@ FoundOrgan findHeart(const OrganScene& s, const Mask& cava) {
 // Finds the gallbladder: a dark homogeneous pouch at the liver's lower side.
 FoundOrgan findGallbladder(const OrganScene& s) {
     constexpr double kLow_hu = -15.0, kHigh_hu = 38.0, kCore_m = 0.0035, kRim_hu = 62.0, kContact_m = 0.006;
-    if (countVoxels(s.in.liver) == 0)
+    if (countVoxels(s.liver) == 0)
         return notFound("gallbladder", "it is looked for at the liver, which is not known");
     const Mask dark = eroded(inRange(s.smooth_hu, s.free, kLow_hu, kHigh_hu), kCore_m);
     // The liver surrounds a necrotic tumour, which is as dark.
-    const Mask core = subtract(dark, surroundedPieces(dark, s.in.liver));
+    const Mask core = subtract(dark, surroundedPieces(dark, s.liver));
     const Components p = findComponents(core);
     const std::vector<PieceMeasure> pieces = measurePieces(s, p);
-    const Mask at_liver = dilated(s.in.liver, kContact_m + kCore_m), at_gas = dilated(s.in.lungs.gas, 0.008);
+    const Mask at_liver = dilated(s.liver, kContact_m + kCore_m), at_gas = dilated(s.gas, 0.008);
     std::vector<double> touch(p.size.size(), 0.0), gas = touch;
     for (std::size_t i = 0; i < core.voxels.size(); ++i) {
         const auto n = std::size_t(p.number.voxels[i]);
@@ -294,14 +294,23 @@ FoundOrgan findGallbladder(const OrganScene& s) {
 
 }  // namespace
 
-OrganScene makeScene(const OrganInput& in) {
-    const Grid& g = in.ct.grid;
-    OrganScene s{in, g, {}, {}, {}, 0.0, Mask(g), Mask(g)};
-    FloatVolume hu = toFloat(in.ct);
+OrganScene makeScene(const OrganInput& in, const VoxelBox& box, const Mask& beside) {
+    const auto part = [&](const Mask& whole) { return cropped(whole, box); };
+    CtVolume ct = cropped(in.ct, box);
+    const Grid g = ct.grid;
+    OrganScene s{.ct = std::move(ct),
+                 .grid = g,
+                 .inside = part(in.inside),
+                 .liver = part(in.liver),
+                 .lung_right = part(in.lungs.right),
+                 .lung_left = part(in.lungs.left),
+                 .gas = part(in.lungs.gas),
+                 .base_left = in.lungs.base_left};
+    FloatVolume hu = toFloat(s.ct);
     s.smooth_hu = boxMean(hu, 1);
     if (g.spacing_m.x >= 0.0015) s.unsmoothed_hu = std::move(hu);
-    const VoxelBox box = boundingBox(in.body);
-    const Vec3 low = g.centre(box.low), high = g.centre(box.high);
+    const VoxelBox body = boundingBox(in.body);
+    const Vec3 low = in.body.grid.centre(body.low), high = in.body.grid.centre(body.high);
     s.canal.assign(std::size_t(g.dims.z), Vec3(0.5 * (low.x + high.x), low.y + 0.06, 0.0));
     for (int z = 0; z < g.dims.z && !in.bones.canal_m.empty(); ++z) {
         const double height_m = g.centre({0, 0, z}).z;
@@ -313,18 +322,17 @@ OrganScene makeScene(const OrganInput& in) {
     // More noise would tear holes into organs with a narrow range: it is 5 HU in a usual scan, and 14 HU with
     // noise x3. Larger voxels are averaged enough.
     constexpr double kMaxNoise_hu = 11.0;
-    if (s.unsmoothed_hu.voxels.empty() && measureNoise_hu(s.smooth_hu, in.liver) > kMaxNoise_hu)
+    if (s.unsmoothed_hu.voxels.empty() && measureNoise_hu(s.smooth_hu, s.liver) > kMaxNoise_hu)
         s.smooth_hu = boxMean(s.smooth_hu, 1);
-    s.parenchyma_hu = estimateParenchyma(in, s.smooth_hu);
-    constexpr double kOut_m = 0.020, kRim_m = 0.012;  // beyond the fascia; thickness of skin and its fat
-    const Mask near = intersect(dilated(in.inside, kOut_m), eroded(in.body, kRim_m));
-    for (std::size_t i = 0; i < s.free.voxels.size(); ++i) {
-        const bool known = in.bones.all.voxels[i] || in.bones.canal.voxels[i] ||
-                           in.bones.cartilage.voxels[i] || in.lungs.right.voxels[i] ||
-                           in.lungs.left.voxels[i] || in.lungs.airways.voxels[i] || in.liver.voxels[i];
-        s.free.voxels[i] = in.inside.voxels[i] && in.body.voxels[i] && !known;
-        s.free_wide.voxels[i] = (s.free.voxels[i] || near.voxels[i]) && !known;
-    }
+    s.parenchyma_hu = estimateParenchyma(s, part(in.bones.all));
+    s.free = s.free_wide = Mask(g);
+    forEachVoxel(g, [&](const Index3& i) {
+        const Index3 at = box.low + i;
+        const bool known = in.bones.all[at] || in.bones.canal[at] || in.bones.cartilage[at] ||
+                           in.lungs.right[at] || in.lungs.left[at] || in.lungs.airways[at] || in.liver[at];
+        s.free[i] = in.inside[at] && in.body[at] && !known;
+        s.free_wide[i] = (s.free[i] || beside[at]) && !known;
+    });
     return s;
 }
 
@@ -340,8 +348,14 @@ Mask growWithin(const Mask& core, const Mask& passable, double reach_m) {
 }
 
 std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
-    OrganScene s = makeScene(in);
-    FloatVolume to_wall = distanceTo(inverted(in.inside));
+    constexpr double kBeside_m = 0.020, kRim_m = 0.012;  // beyond the fascia; thickness of skin and its fat
+    constexpr int kMargin = 4;                           // for means over neighbours
+    Mask beside = intersect(dilated(in.inside, kBeside_m), eroded(in.body, kRim_m));
+    VoxelBox box = boxAround(unite(beside, in.inside), kMargin);
+    if (box.empty()) box = {Index3(0), in.ct.grid.dims - 1};
+    OrganScene s = makeScene(in, box, beside);
+    beside = {};
+    FloatVolume to_wall = distanceTo(inverted(s.inside));
     const double spleen_hu = estimateSpleen(s, to_wall), densest_hu = std::max(s.parenchyma_hu, spleen_hu);
     std::vector<FoundOrgan> out;
     const auto removeFromFree = [&](const Mask& taken) {
@@ -378,6 +392,11 @@ std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
     for (FoundOrgan& organ :
          findHollowOrgans(s, std::max(s.parenchyma_hu, std::min(spleen_hu, kUsualOrgan_hu))))
         addOrgan(std::move(organ));
+    for (FoundOrgan& organ : out) {
+        Mask whole(in.ct.grid);
+        paste(organ.mask, box.low, whole);
+        organ.mask = std::move(whole);
+    }
     return out;
 }
 

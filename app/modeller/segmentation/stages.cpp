@@ -290,10 +290,15 @@ Mask lungsAndLiver(const BuildState& work) {
 
 void findOrgansStage(BuildState& work, StageResult& r) {
     const Lungs lungs = lungsFromLabels(work);
-    const Bones bones = bonesFromLabels(work);
-    const Mask liver = liverMask(work), known = lungsAndLiver(work);
-    const FasciaInput first{work.ct, work.body, bones.all, known};
-    const Mask inside = insideFascia(fitFascia(first), first);
+    Bones bones = bonesFromLabels(work);
+    for (Mask* unused : {&bones.spine, &bones.ribs_right, &bones.ribs_left, &bones.sternum})
+        *unused = {};
+    const Mask liver = liverMask(work);
+    const Mask inside = [&] {
+        const Mask known = lungsAndLiver(work);
+        const FasciaInput first{work.ct, work.body, bones.all, known};
+        return insideFascia(fitFascia(first), first);
+    }();
     for (const FoundOrgan& organ : findOrgans({work.ct, work.body, lungs, bones, liver, inside})) {
         paintTarget(r, organ.mask, organ.name.c_str());
         r.record.notes.push_back(fmt::format("{}: confidence {:.2f}{}{}", organ.name, organ.confidence,

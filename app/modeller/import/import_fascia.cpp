@@ -157,7 +157,22 @@ Vec3 findAxis(const Mask& body) {
     return {0.5 * (low.x + high.x), 0.5 * (low.y + high.y) + 0.12 * (high.y - low.y), 0.0};
 }
 
+WallSurface makeWall(const Mask& body) {
+    const Grid& g = body.grid;
+    WallSurface s;
+    s.axis_m = findAxis(body);
+    s.z_begin_m = g.origin_m.z;
+    s.levels = std::max(2, int(std::ceil((g.dims.z - 1) * g.spacing_m.z / s.z_step_m)) + 1);
+    s.radius_m.assign(std::size_t(s.angles * s.levels), 0.1);
+    return s;
+}
+
 }  // namespace
+
+std::size_t WallSurface::nearestCell(const Vec3& at_m) const {
+    const double turn = std::atan2(at_m.y - axis_m.y, at_m.x - axis_m.x) / kTurn;
+    return cell(int(std::lround((at_m.z - z_begin_m) / z_step_m)), int(std::lround(turn * angles)));
+}
 
 double WallSurface::radiusAt(double phi, double z_m) const {
     double u = phi / kTurn * angles;
@@ -191,13 +206,24 @@ bool boneNear(const RadiusBounds& bounds, const WallSurface& s, int level, int a
     return false;
 }
 
+Mask wallBones(const FasciaInput& in) {
+    constexpr double kOrganOutside_m = 0.02, kMost = 0.5, kMaxCells = 4.0;
+    const WallSurface s = makeWall(in.body);
+    const RadiusBounds bounds = computeRadiusBounds(in, s, 0.0, kMaxCells);
+    const Components pieces = findComponents(in.bones, Connectivity::corners);
+    std::vector<double> within(pieces.size.size(), 0.0);
+    forEachVoxel(in.bones.grid, [&](const Index3& i) {
+        const auto n = std::size_t(pieces.number[i]);
+        if (n == 0) return;
+        const Vec3 p = in.bones.grid.centre(i), d = p - s.axis_m;
+        within[n] += std::hypot(d.x, d.y) < bounds.low_m[s.nearestCell(p)] - kOrganOutside_m;
+    });
+    return componentsWhere(pieces,
+                           [&](std::size_t n) { return within[n] <= kMost * double(pieces.size[n]); });
+}
+
 WallSurface fitWall(const FasciaInput& in) {
-    const Grid& g = in.body.grid;
-    WallSurface s;
-    s.axis_m = findAxis(in.body);
-    s.z_begin_m = g.origin_m.z;
-    s.levels = std::max(2, int(std::ceil((g.dims.z - 1) * g.spacing_m.z / s.z_step_m)) + 1);
-    s.radius_m.assign(std::size_t(s.angles * s.levels), 0.1);
+    WallSurface s = makeWall(in.body);
     relax(s, observeWall(in, s));
     return s;
 }

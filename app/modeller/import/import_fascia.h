@@ -29,6 +29,7 @@ struct WallSurface {
     std::size_t cell(int z, int a) const {
         return std::size_t(std::clamp(z, 0, levels - 1) * angles + (a + angles) % angles);
     }
+    std::size_t nearestCell(const Vec3& at_m) const;
     double radiusAt(double phi, double z_m) const;  // bilinear, periodic in phi
 };
 
@@ -42,6 +43,10 @@ inline constexpr double kFarOff_m = 0.4;  // high_m of a cell without bone
 // cells to each side.
 RadiusBounds computeRadiusBounds(const FasciaInput&, const WallSurface&, double nearest_m, double max_cells);
 
+// The bones that limit the surface. Excludes pieces with an organ more than 2 cm outside of most of their
+// voxels: a stent, a calcification, medium in the bowel.
+Mask wallBones(const FasciaInput&);
+
 // True if a bone limits the radius of a cell at most 24 mm above or below the given cell and at most 3 cells
 // to either side.
 bool boneNear(const RadiusBounds&, const WallSurface&, int level, int angle);
@@ -49,7 +54,7 @@ bool boneNear(const RadiusBounds&, const WallSurface&, int level, int angle);
 // Fits the inner wall of chest and abdomen. At the ribs and other bones, the surface lies just inside the
 // bone. Below the ribs, it lies on the inner face of the abdominal muscles. Between these places it is
 // smooth. The surface stays outside the organs and inside the bones. Where an organ touches a bone, only the
-// bone's limit is kept.
+// bone's limit is kept. `in.bones` are wallBones().
 WallSurface fitWall(const FasciaInput&);
 
 // Returns the volume enclosed by the surface. Organs are included even where they extend beyond the surface.

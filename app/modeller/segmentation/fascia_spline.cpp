@@ -194,7 +194,9 @@ double FasciaSpline::radiusAt(double phi, double h_m) const {
     return evaluate(supportAt(*this, phi, h_m), control_m);
 }
 
-FasciaSpline fitFascia(const FasciaInput& in) {
+FasciaSpline fitFascia(const FasciaInput& all) {
+    const Mask bones = wallBones(all);
+    const FasciaInput in{all.ct, all.body, bones, all.organs};
     const WallSurface wall = fitWall(in);
     RadiusBounds bounds = computeRadiusBounds(in, wall, 0.0, kMaxCells);
     for (std::size_t i = 0; i < bounds.low_m.size(); ++i)

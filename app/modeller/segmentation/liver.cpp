@@ -346,7 +346,8 @@ void closeAtRibs(const CtVolume& ct, const Mask& body, const Mask& lungs, const 
     constexpr double kHidesDiaphragm_m = 0.001, kThinDiaphragm_m = 0.002;
     Mask liver(ct.grid);
     parallelVoxels(ct.grid, [&](const Index3& i) { liver[i] = first.nearestOr(ct.grid.centre(i), 0); });
-    const Mask ribs = subtract(bones, calcifiedLiver(bones, liver));
+    const Mask organs = unite(liver, lungs), outer = subtract(bones, calcifiedLiver(bones, liver));
+    const Mask ribs = wallBones({ct, body, outer, organs});
     const bool hidden = blur_m > std::max(kHidesDiaphragm_m, ct.grid.spacing_m.x);
     removeOutsideRibs({ct, body, ribs, lungs}, hidden ? kThinDiaphragm_m : 0.0, open);
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "app/modeller/segmentation/morphology.h"
 
@@ -115,10 +114,9 @@ void removeOutsideRibs(const FasciaInput& in, double gap_m, Mask& mask) {
     parallelVoxels(mask.grid, [&](const Index3& i) {
         if (!mask[i]) return;
         const Vec3 p = mask.grid.centre(i), d = p - wall.axis_m;
-        const double phi = std::atan2(d.y, d.x);
-        const int level = int(std::lround((p.z - wall.z_begin_m) / wall.z_step_m)),
-                  angle = int(std::lround(phi / (2.0 * std::numbers::pi) * wall.angles));
-        if (std::hypot(d.x, d.y) > wall.radiusAt(phi, p.z) - gap_m && boneNear(bounds, wall, level, angle))
+        const int cell = int(wall.nearestCell(p));
+        if (std::hypot(d.x, d.y) > wall.radiusAt(std::atan2(d.y, d.x), p.z) - gap_m &&
+            boneNear(bounds, wall, cell / wall.angles, cell % wall.angles))
             mask[i] = 0;
     });
 }

@@ -25,7 +25,7 @@ FloatVolume correctBias(const FloatVolume& hu, const Mask& core, float mean_hu, 
 Mask findLeakedLumps(const Mask& liver, const Mask& similar, double radius_m);
 
 // Removes what lies farther out than `gap_m` inside the ribs' inner side, also between the ribs. Where no
-// bone is near, nothing is removed. `in.organs` are the lungs.
+// bone is near, nothing is removed. `in.bones` are wallBones(), `in.organs` the lungs.
 void removeOutsideRibs(const FasciaInput& in, double gap_m, Mask& mask);
 
 }  // namespace stylet::modeller

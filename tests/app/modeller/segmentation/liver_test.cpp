@@ -273,35 +273,62 @@ AtlasPrior makePrior(const AtlasImage& atlas) {
     return prior;
 }
 
-// Hoops for ribs, in a round body. Only beside them is anything removed, also between them.
-TEST(LiverNeighbours, NothingStaysOutsideTheRibs) {
-    constexpr double kRib_m = 0.100, kBody_m = 0.120, kThick_m = 0.008, kApart_m = 0.028, kUpper_m = 0.090;
+// Hoops for ribs in the upper part of a round body.
+struct Hoops {
+    static constexpr double kRib_m = 0.100, kBody_m = 0.120, kThick_m = 0.008, kApart_m = 0.028,
+                            kLowest_m = 0.090;
     const Grid g{Index3(130, 130, 90), Vec3(0.002), Vec3(-0.129, -0.129, 0.0)};
-    const auto radius = [&](const Index3& i) { return std::hypot(g.centre(i).x, g.centre(i).y); };
-    CtVolume ct(g, std::int16_t(-1000));
-    Mask body(g), ribs(g);
-    forEachVoxel(g, [&](const Index3& i) {
-        const double height = g.centre(i).z - kUpper_m;
-        body[i] = radius(i) < kBody_m;
-        ribs[i] = height >= 0.0 && std::fmod(height, kApart_m) < kThick_m && radius(i) > kRib_m &&
-                  radius(i) < kRib_m + kThick_m;
-        if (body[i]) ct[i] = ribs[i] ? 400 : 60;
-    });
-    for (const double gap_m : {0.0, 0.006}) {
-        Mask open = body;
-        removeOutsideRibs({ct, body, ribs, Mask(g)}, gap_m, open);
-        int outside = 0, inside = 0, below = 0;
+    CtVolume ct{g, std::int16_t(-1000)};
+    Mask body{g}, ribs{g}, lungs{g};
+    Hoops() {
         forEachVoxel(g, [&](const Index3& i) {
-            if (!body[i]) return;
-            const double z = g.centre(i).z;
-            if (z > kUpper_m) outside += open[i] && radius(i) > kRib_m - gap_m;
-            if (z > kUpper_m) inside += !open[i] && radius(i) < kRib_m - gap_m - 0.005;
-            if (z < kUpper_m - 0.030) below += !open[i];
+            const double height = g.centre(i).z - kLowest_m;
+            body[i] = radius(i) < kBody_m;
+            ribs[i] = height >= 0.0 && std::fmod(height, kApart_m) < kThick_m && radius(i) > kRib_m &&
+                      radius(i) < kRib_m + kThick_m;
+            if (body[i]) ct[i] = ribs[i] ? 400 : 60;
+        });
+    }
+    double radius(const Index3& i) const { return std::hypot(g.centre(i).x, g.centre(i).y); }
+    Mask open(double gap_m) const {
+        Mask mask = body;
+        removeOutsideRibs({ct, body, ribs, lungs}, gap_m, mask);
+        return mask;
+    }
+};
+
+TEST(LiverNeighbours, NothingStaysOutsideTheRibs) {
+    const Hoops h;
+    for (const double gap_m : {0.0, 0.006}) {
+        const Mask open = h.open(gap_m);
+        int outside = 0, inside = 0, below = 0;
+        forEachVoxel(h.g, [&](const Index3& i) {
+            if (!h.body[i]) return;
+            const double z = h.g.centre(i).z;
+            if (z > h.kLowest_m) outside += open[i] && h.radius(i) > h.kRib_m - gap_m;
+            if (z > h.kLowest_m) inside += !open[i] && h.radius(i) < h.kRib_m - gap_m - 0.005;
+            if (z < h.kLowest_m - 0.030) below += !open[i];
         });
         EXPECT_EQ(outside, 0) << gap_m;
         EXPECT_EQ(inside, 0) << gap_m;
         EXPECT_EQ(below, 0) << gap_m;
     }
+}
+
+// A stent in front of the middle is not a rib if the liver lies outside it. The liver that took in the wall
+// does not make the ribs false.
+TEST(WallBones, ExcludeAStentButNoRib) {
+    Hoops h;
+    const Mask ribs = h.ribs;
+    forEachVoxel(h.g, [&](const Index3& i) {
+        const Vec3 p = h.g.centre(i);
+        if (std::hypot(p.x, p.z - 0.120) < 0.006 && p.y > 0.050 && p.y < 0.070) h.ribs[i] = 1;
+    });
+    const Mask leaked = eroded(h.body, 0.008), stent = subtract(h.ribs, ribs);
+    ASSERT_GT(countVoxels(stent), 0u);
+    EXPECT_EQ(wallBones({h.ct, h.body, h.ribs, leaked}).voxels, ribs.voxels);
+    EXPECT_EQ(wallBones({h.ct, h.body, h.ribs, h.lungs}).voxels, h.ribs.voxels)
+        << "without an organ outside it, it could be a rib";
 }
 
 TEST(Liver, MatchesReferencePatient) {

@@ -43,8 +43,8 @@ inline constexpr double kFarOff_m = 0.4;  // high_m of a cell without bone
 // cells to each side.
 RadiusBounds computeRadiusBounds(const FasciaInput&, const WallSurface&, double nearest_m, double max_cells);
 
-// The bones that limit the surface. Excludes pieces with an organ more than 2 cm outside of most of their
-// voxels: a stent, a calcification, medium in the bowel.
+// The bones that limit the surface. Drops pieces that are not part of the wall: at most of their voxels, an
+// organ lies more than 2 cm farther from the axis. A stent or a calcification, for instance.
 Mask wallBones(const FasciaInput&);
 
 // True if a bone limits the radius of a cell at most 24 mm above or below the given cell and at most 3 cells

@@ -339,17 +339,17 @@ void addBites(Mask& liver, const Coarse& c, const Parenchyma& parenchyma) {
     }
 }
 
-// The ribs limit the liver also where muscle between them looks like it. Wide voxels blur too, and are no
-// sign of a scan that hides the diaphragm.
+// The ribs limit the liver also where muscle between them looks like it. If blur hides the diaphragm, 2 mm
+// are left for it. Wide voxels blur too; they do not count.
 void closeAtRibs(const CtVolume& ct, const Mask& body, const Mask& lungs, const Mask& bones,
                  const Mask& first, double blur_m, Mask& open) {
     constexpr double kHidesDiaphragm_m = 0.001, kThinDiaphragm_m = 0.002;
     Mask liver(ct.grid);
     parallelVoxels(ct.grid, [&](const Index3& i) { liver[i] = first.nearestOr(ct.grid.centre(i), 0); });
-    const Mask organs = unite(liver, lungs), outer = subtract(bones, calcifiedLiver(bones, liver));
-    const Mask ribs = wallBones({ct, body, outer, organs});
+    const Mask organs = unite(liver, lungs), uncalcified = subtract(bones, calcifiedLiver(bones, liver));
+    const Mask wall_bones = wallBones({ct, body, uncalcified, organs});
     const bool hidden = blur_m > std::max(kHidesDiaphragm_m, ct.grid.spacing_m.x);
-    removeOutsideRibs({ct, body, ribs, lungs}, hidden ? kThinDiaphragm_m : 0.0, open);
+    removeOutsideRibs({ct, body, wall_bones, lungs}, hidden ? kThinDiaphragm_m : 0.0, open);
 }
 
 }  // namespace

@@ -24,8 +24,8 @@ FloatVolume correctBias(const FloatVolume& hu, const Mask& core, float mean_hu, 
 // is the rest of the liver.
 Mask findLeakedLumps(const Mask& liver, const Mask& similar, double radius_m);
 
-// Removes what lies farther out than `gap_m` inside the ribs' inner side, also between the ribs. Where no
-// bone is near, nothing is removed. `in.bones` are wallBones(), `in.organs` the lungs.
+// Clears voxels outside a smooth surface `gap_m` inside the inner side of the ribs, also between ribs.
+// Changes nothing where no bone is near. `in.bones` are wallBones(), `in.organs` the lungs.
 void removeOutsideRibs(const FasciaInput& in, double gap_m, Mask& mask);
 
 }  // namespace stylet::modeller

@@ -9,7 +9,7 @@ namespace stylet::modeller {
 
 struct OrganScene {
     CtVolume ct;  // the surroundings of the fascia, a part of the scan
-    Grid grid;    // of `ct` and all that follows
+    Grid grid;    // of `ct` and all masks and volumes below
     Mask inside;  // the volume inside the fascia
     Mask liver, lung_right, lung_left, gas;
     const DomeMap& base_left;  // of the left lung

@@ -291,6 +291,7 @@ Mask lungsAndLiver(const BuildState& work) {
 void findOrgansStage(BuildState& work, StageResult& r) {
     const Lungs lungs = lungsFromLabels(work);
     Bones bones = bonesFromLabels(work);
+    // The organ rules do not read these, and need the memory.
     for (Mask* unused : {&bones.spine, &bones.ribs_right, &bones.ribs_left, &bones.sternum})
         *unused = {};
     const Mask liver = liverMask(work);

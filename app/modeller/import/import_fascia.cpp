@@ -207,7 +207,7 @@ bool boneNear(const RadiusBounds& bounds, const WallSurface& s, int level, int a
 }
 
 Mask wallBones(const FasciaInput& in) {
-    constexpr double kOrganOutside_m = 0.02, kMost = 0.5, kMaxCells = 4.0;
+    constexpr double kOrganOutside_m = 0.02, kMost = 0.5;
     const WallSurface s = makeWall(in.body);
     const RadiusBounds bounds = computeRadiusBounds(in, s, 0.0, kMaxCells);
     const Components pieces = findComponents(in.bones, Connectivity::corners);

@@ -39,6 +39,7 @@ struct RadiusBounds {
     std::vector<double> low_m, high_m;
 };
 inline constexpr double kFarOff_m = 0.4;  // high_m of a cell without bone
+inline constexpr double kMaxCells = 4.0;  // usual reach of a voxel, in cells to each side
 // `nearest_m`: low_m of a cell without an organ. A voxel counts in its own cell and in at most `max_cells`
 // cells to each side.
 RadiusBounds computeRadiusBounds(const FasciaInput&, const WallSurface&, double nearest_m, double max_cells);

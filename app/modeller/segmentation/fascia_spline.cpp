@@ -20,7 +20,6 @@ namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kUnseenWeight = 0.02;  // in the fit, of a ray that does not show the fascia
-constexpr double kMaxCells = 4.0;       // a voxel counts in its own cell and up to this far to each side
 
 // --- The basis ---
 

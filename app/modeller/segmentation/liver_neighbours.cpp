@@ -108,7 +108,6 @@ Mask findLeakedLumps(const Mask& liver, const Mask& similar, double radius_m) {
 }
 
 void removeOutsideRibs(const FasciaInput& in, double gap_m, Mask& mask) {
-    constexpr double kMaxCells = 4.0;  // a bone limits its own cell and those up to this far to each side
     const WallSurface wall = fitWall(in);
     const RadiusBounds bounds = computeRadiusBounds(in, wall, 0.0, kMaxCells);
     parallelVoxels(mask.grid, [&](const Index3& i) {

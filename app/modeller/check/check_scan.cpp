@@ -304,8 +304,8 @@ ScanMeasures measureScan(const PackageStatistics& m) {
     return s;
 }
 
-// In a reference patient with 1.12 mm (seed 513, soft-kernel), the liver took in 52 ml of diaphragm, and
-// beside planned paths its border was 1.3 mm off. Usual: 0.7 to 0.8 mm.
+// In a reference patient with 1.12 mm (seed 513, soft-kernel), the liver was 52 ml too large, most of it
+// diaphragm, and beside planned paths its border was 1.3 mm off. Usual: 0.7 to 0.8 mm.
 void checkKernel(double blur_within_m, double voxel_m, Findings& f) {
     constexpr double kSoftest_m = 0.001;
     f.expect(warned, "blur within slices", 1e3 * blur_within_m, "mm",

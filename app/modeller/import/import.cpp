@@ -86,8 +86,8 @@ double litres(const Grid& g, std::size_t voxels) {
 
 void addFascia(const CtVolume& ct, LabelVolume& labels, const Mask& body, const Mask& organs,
                const Mask& bones, std::vector<std::string>& notes) {
-    const Mask ribs = wallBones({ct, body, bones, organs});
-    const FasciaInput input{ct, body, ribs, organs};
+    const Mask wall_bones = wallBones({ct, body, bones, organs});
+    const FasciaInput input{ct, body, wall_bones, organs};
     const WallSurface wall = fitWall(input);
     const Mask free =
         maskWhere(labels.grid, [&](std::size_t i) { return labels.voxels[i] == 0 && body.voxels[i]; });

@@ -19,8 +19,8 @@ struct OrganScene {
     std::vector<Vec3> canal{};     // the spinal canal's centre in each slice
     double parenchyma_hu = 110.0;  // HU of the liver, or the most frequent value of dense organs
     Mask free{};                   // inside the fascia; not bone, lung, liver or an organ found so far
-    Mask
-        free_wide{};  // the same, but up to 20 mm beyond the fascia: behind kidney and spleen it is uncertain
+    // The same, but up to 20 mm beyond the fascia: behind kidney and spleen it is uncertain.
+    Mask free_wide{};
 
     // HU, mean over about 3 mm, 5 mm in a noisy scan: for bright structures with an edge.
     const FloatVolume& edgeHu() const { return unsmoothed_hu.voxels.empty() ? smooth_hu : unsmoothed_hu; }

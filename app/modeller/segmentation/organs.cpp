@@ -348,9 +348,9 @@ Mask growWithin(const Mask& core, const Mask& passable, double reach_m) {
 }
 
 std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
-    constexpr double kBesideFascia_m = 0.020,
-                     kRim_m = 0.012;  // beyond the fascia; thickness of skin and its fat
-    constexpr int kMargin = 4;        // for means over neighbours
+    constexpr double kBesideFascia_m = 0.020;  // behind kidney and spleen the fascia is uncertain
+    constexpr double kRim_m = 0.012;           // thickness of skin and its fat
+    constexpr int kMargin = 4;                 // for means over neighbours
     Mask beside = intersect(dilated(in.inside, kBesideFascia_m), eroded(in.body, kRim_m));
     VoxelBox box = boxAround(unite(beside, in.inside), kMargin);
     if (box.empty()) box = {Index3(0), in.ct.grid.dims - 1};

@@ -166,6 +166,16 @@ std::vector<Omission> makeOmissions(training::Course course) {
     return all;
 }
 
+Scenario withLighterProbe(Scenario scenario) {
+    Stages& stages = scenario.stages;
+    const auto probe = std::ranges::find_if(stages, takes(Tool::probe));
+    const auto parked =
+        std::find_if(probe, stages.end(), [](const Stage& s) { return s.kind == StageKind::park; });
+    for (auto stage = probe; stage != parked; ++stage)
+        if (stage->kind == StageKind::move && stage->to.deeper_m > 0.0) stage->to.deeper_m *= 0.5;
+    return scenario;
+}
+
 std::vector<Scenario> makeTrainees(training::Course course) {
     std::vector<Scenario> trainees;
     for (const char* name : {"procedure", "trainee-good", "trainee-hesitant", "trainee-sloppy",

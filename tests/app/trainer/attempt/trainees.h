@@ -12,6 +12,9 @@ namespace stylet::test {
 // same way and go on from there.
 std::vector<trainer::Scenario> makeTrainees(training::Course);
 
+// The scenario with a probe that presses half as deep into the skin.
+trainer::Scenario withLighterProbe(trainer::Scenario);
+
 // The expert without one or several parts of the procedure.
 struct Omission {
     std::string left_out;

@@ -28,10 +28,6 @@ struct ScanMeasures {
 };
 ScanMeasures measureScan(const PackageStatistics&);
 
-void checkScan(const PackageStatistics&, Findings&);
-
-// Warns of a soft reconstruction. For a build, which knows the scan's blur: a package's CT does not show it,
-// because the air around the body was cut away.
-void checkKernel(double blur_within_m, double voxel_m, Findings&);
+void checkScan(const PackageStatistics&, const SourceScan&, Findings&);
 
 }  // namespace stylet::modeller

@@ -12,6 +12,9 @@ namespace stylet::modeller {
 // Blur of the reference patients: [1 2 1]/4 along each axis, in voxels of 1 mm.
 inline constexpr double kUsualBlur_m = 0.0007;
 
+// More blur within slices than this hides the fat between liver and diaphragm.
+inline constexpr double kHidesDiaphragm_m = 0.001;
+
 // Standard deviation of the blur of the scanner, of its slices and of the voxels together.
 struct ScanBlur {
     double within_m = kUsualBlur_m;  // within a slice: along x and y

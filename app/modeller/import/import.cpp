@@ -86,8 +86,7 @@ double litres(const Grid& g, std::size_t voxels) {
 
 void addFascia(const CtVolume& ct, LabelVolume& labels, const Mask& body, const Mask& organs,
                const Mask& bones, std::vector<std::string>& notes) {
-    const Mask wall_bones = wallBones({ct, body, bones, organs});
-    const FasciaInput input{ct, body, wall_bones, organs};
+    const FasciaInput input{ct, body, bones, organs};
     const WallSurface wall = fitWall(input);
     const Mask free =
         maskWhere(labels.grid, [&](std::size_t i) { return labels.voxels[i] == 0 && body.voxels[i]; });
@@ -167,6 +166,7 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
     const double breath = parseReferencePhase(settings.reference_phase);
     checkSameGrid(ct.grid, labels.grid);
     ImportResult out;
+    out.slice_m = ct.grid.spacing_m.z;
     out.sources = listSources(ct, labels, map);
     if (settings.list) settings.list(out.sources);
     for (const auto& [id, target] : map.target_of)

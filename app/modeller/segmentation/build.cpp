@@ -319,10 +319,9 @@ BuildResult build(const BuildSettings& settings) {
     reportProgress("package", (steps - 2.0) / steps);
     out.package = makePackage(work);
     reportProgress("check", (steps - 1.0) / steps);
-    Findings kernel;
-    if (!work.blur_within_assumed) checkKernel(work.blur.within_m, work.ct.grid.spacing_m.x, kernel);
-    out.findings = checkPackage(out.package);
-    out.findings.insert(out.findings.end(), kernel.list.begin(), kernel.list.end());
+    SourceScan source{.slice_m = work.scan.spacing_m.z};
+    if (!work.blur_within_assumed) source.blur_within_m = work.blur.within_m;
+    out.findings = checkPackage(out.package, source);
     if (settings.progress) settings.progress("done", 1.0);
     return out;
 }

@@ -44,7 +44,7 @@ struct StageReport {
 struct BuildResult {
     patient::Package package;
     std::vector<StageReport> stages;
-    std::vector<Finding> findings;  // from checkPackage and checkKernel
+    std::vector<Finding> findings;  // from checkPackage()
 };
 
 // In order of execution.

@@ -223,8 +223,9 @@ Mask wallBones(const FasciaInput& in) {
 }
 
 WallSurface fitWall(const FasciaInput& in) {
+    const Mask bones = wallBones(in);
     WallSurface s = makeWall(in.body);
-    relax(s, observeWall(in, s));
+    relax(s, observeWall({in.ct, in.body, bones, in.organs}, s));
     return s;
 }
 

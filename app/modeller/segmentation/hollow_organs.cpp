@@ -20,14 +20,6 @@ struct GasPiece {
     double position_score = 0.0;  // mean of stomachPositionScore()
 };
 
-// Height of the top of the left dome. The stomach lies below it.
-double leftDomeHeight(const OrganScene& s) {
-    double top = -1e9;
-    for (const float z : s.base_left.z_m)
-        if (std::isfinite(z)) top = std::max(top, double(z));
-    return top > -1e8 ? top : s.grid.centre(s.grid.dims - 1).z;
-}
-
 // Returns how well a position matches that of the stomach, 0 to 1: below the left dome, left of the spine and
 // well in front of it, and not at the side wall, where the colon turns.
 double stomachPositionScore(const Vec3& from_canal, double below_dome_m) {
@@ -288,7 +280,7 @@ Stomach findStomach(const OrganScene& s, const FloatVolume& mixed, const Mask& g
     Mask other_gas;
     {  // the components are large: free them before the fluid is searched
         const Components p = findComponents(gas);
-        const std::vector<GasPiece> pieces = measureGas(s, p, leftDomeHeight(s));
+        const std::vector<GasPiece> pieces = measureGas(s, p, s.left_dome_m);
         choice = chooseStomach(pieces);
         out.gas = componentsWhere(p, [&](std::size_t n) { return n == choice.piece; });
         other_gas = componentsWhere(

@@ -339,17 +339,19 @@ void addBites(Mask& liver, const Coarse& c, const Parenchyma& parenchyma) {
     }
 }
 
-// The ribs limit the liver also where muscle between them looks like it. If blur hides the diaphragm, 2 mm
-// are left for it. Wide voxels blur too; they do not count.
-void closeAtRibs(const CtVolume& ct, const Mask& body, const Mask& lungs, const Mask& bones,
-                 const Mask& first, double blur_m, Mask& open) {
-    constexpr double kHidesDiaphragm_m = 0.001, kThinDiaphragm_m = 0.002;
+// The ribs limit the liver also where muscle between them looks like it: removes what lies outside them from
+// the first cut, and from the region `open` to the second. If blur hides the diaphragm, 2 mm are left for it.
+// Wide voxels blur too; they do not count.
+void limitByRibs(const CtVolume& ct, const Mask& body, const Mask& lungs, const Mask& bones, double blur_m,
+                 Mask& first, Mask& open) {
+    constexpr double kThinDiaphragm_m = 0.002;
     Mask liver(ct.grid);
     parallelVoxels(ct.grid, [&](const Index3& i) { liver[i] = first.nearestOr(ct.grid.centre(i), 0); });
     const Mask organs = unite(liver, lungs), uncalcified = subtract(bones, calcifiedLiver(bones, liver));
     const Mask wall_bones = wallBones({ct, body, uncalcified, organs});
     const bool hidden = blur_m > std::max(kHidesDiaphragm_m, ct.grid.spacing_m.x);
-    removeOutsideRibs({ct, body, wall_bones, lungs}, hidden ? kThinDiaphragm_m : 0.0, open);
+    removeOutsideRibs({ct, body, wall_bones, lungs}, hidden ? kThinDiaphragm_m : 0.0, {&first, &open});
+    keepLargestComponent(first);
 }
 
 }  // namespace
@@ -372,11 +374,11 @@ Liver findLiver(const CtVolume& ct, const Mask& body, const Mask& lungs, const M
     closeLiver(first, coarse.organ);
     addBites(first, coarse, *parenchyma);
     fillCavities(first);
+    limitByRibs(ct, body, lungs, bones, settings.blur_m, first, open);
     if (volume_ml(first) < kMinLiver_ml) {
         liver.notes.push_back("no liver: what is like one is too small");
         return liver;
     }
-    closeAtRibs(ct, body, lungs, bones, first, settings.blur_m, open);
     liver.mask = refineLiver(ct, open, first, *parenchyma, settings.band_m, settings.blur_m);
     return liver;
 }

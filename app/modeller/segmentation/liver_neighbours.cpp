@@ -107,17 +107,18 @@ Mask findLeakedLumps(const Mask& liver, const Mask& similar, double radius_m) {
     return out;
 }
 
-void removeOutsideRibs(const FasciaInput& in, double gap_m, Mask& mask) {
+void removeOutsideRibs(const FasciaInput& in, double gap_m, std::initializer_list<Mask*> masks) {
     const WallSurface wall = fitWall(in);
     const RadiusBounds bounds = computeRadiusBounds(in, wall, 0.0, kMaxCells);
-    parallelVoxels(mask.grid, [&](const Index3& i) {
-        if (!mask[i]) return;
-        const Vec3 p = mask.grid.centre(i), d = p - wall.axis_m;
-        const int cell = int(wall.nearestCell(p));
-        if (std::hypot(d.x, d.y) > wall.radiusAt(std::atan2(d.y, d.x), p.z) - gap_m &&
-            boneNear(bounds, wall, cell / wall.angles, cell % wall.angles))
-            mask[i] = 0;
-    });
+    for (Mask* const mask : masks)
+        parallelVoxels(mask->grid, [&](const Index3& i) {
+            if (!(*mask)[i]) return;
+            const Vec3 p = mask->grid.centre(i), d = p - wall.axis_m;
+            const int cell = int(wall.nearestCell(p));
+            if (std::hypot(d.x, d.y) > wall.radiusAt(std::atan2(d.y, d.x), p.z) - gap_m &&
+                boneNear(bounds, wall, cell / wall.angles, cell % wall.angles))
+                (*mask)[i] = 0;
+        });
 }
 
 }  // namespace stylet::modeller

@@ -2,6 +2,8 @@
 // bowel wall, and the wall between the ribs.
 #pragma once
 
+#include <initializer_list>
+
 #include "app/modeller/import/import_fascia.h"
 
 namespace stylet::modeller {
@@ -24,8 +26,8 @@ FloatVolume correctBias(const FloatVolume& hu, const Mask& core, float mean_hu, 
 // is the rest of the liver.
 Mask findLeakedLumps(const Mask& liver, const Mask& similar, double radius_m);
 
-// Clears voxels outside a smooth surface `gap_m` inside the inner side of the ribs, also between ribs.
-// Changes nothing where no bone is near. `in.bones` are wallBones(), `in.organs` the lungs.
-void removeOutsideRibs(const FasciaInput& in, double gap_m, Mask& mask);
+// Clears the masks' voxels outside a smooth surface `gap_m` inside the inner side of the ribs, also between
+// ribs. Changes nothing where no bone is near. `in.organs` are the lungs; a mask may be on a grid of its own.
+void removeOutsideRibs(const FasciaInput& in, double gap_m, std::initializer_list<Mask*> masks);
 
 }  // namespace stylet::modeller

@@ -292,6 +292,13 @@ FoundOrgan findGallbladder(const OrganScene& s) {
     return out;
 }
 
+double leftDomeHeight(const OrganInput& in) {
+    double top = -1e9;
+    for (const float z : in.lungs.base_left.z_m)
+        if (std::isfinite(z)) top = std::max(top, double(z));
+    return top > -1e8 ? top : in.ct.grid.centre(in.ct.grid.dims - 1).z;
+}
+
 }  // namespace
 
 OrganScene makeScene(const OrganInput& in, const VoxelBox& box, const Mask& beside) {
@@ -305,7 +312,7 @@ OrganScene makeScene(const OrganInput& in, const VoxelBox& box, const Mask& besi
                  .lung_right = part(in.lungs.right),
                  .lung_left = part(in.lungs.left),
                  .gas = part(in.lungs.gas),
-                 .base_left = in.lungs.base_left};
+                 .left_dome_m = leftDomeHeight(in)};
     FloatVolume hu = toFloat(s.ct);
     s.smooth_hu = boxMean(hu, 1);
     if (g.spacing_m.x >= 0.0015) s.unsmoothed_hu = std::move(hu);
@@ -350,9 +357,10 @@ Mask growWithin(const Mask& core, const Mask& passable, double reach_m) {
 std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
     constexpr double kBesideFascia_m = 0.020;  // behind kidney and spleen the fascia is uncertain
     constexpr double kRim_m = 0.012;           // thickness of skin and its fat
-    constexpr int kMargin = 4;                 // for means over neighbours
+    constexpr double kMargin_m = 0.004;        // for means over neighbours
     Mask beside = intersect(dilated(in.inside, kBesideFascia_m), eroded(in.body, kRim_m));
-    VoxelBox box = boxAround(unite(beside, in.inside), kMargin);
+    const int margin = std::max(4, int(std::ceil(kMargin_m / in.ct.grid.spacing_m.x)));
+    VoxelBox box = boxAround(unite(beside, in.inside), margin);
     if (box.empty()) box = {Index3(0), in.ct.grid.dims - 1};
     OrganScene s = makeScene(in, box, beside);
     beside = {};

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "app/modeller/segmentation/fascia_spline.h"
 #include "app/modeller/segmentation/liver_border.h"
 #include "app/modeller/segmentation/liver_neighbours.h"
 #include "app/modeller/segmentation/morphology.h"
@@ -292,7 +293,7 @@ struct Hoops {
     double radius(const Index3& i) const { return std::hypot(g.centre(i).x, g.centre(i).y); }
     Mask open(double gap_m) const {
         Mask mask = body;
-        removeOutsideRibs({ct, body, ribs, lungs}, gap_m, mask);
+        removeOutsideRibs({ct, body, ribs, lungs}, gap_m, {&mask});
         return mask;
     }
 };
@@ -315,6 +316,30 @@ TEST(LiverNeighbours, NothingStaysOutsideTheRibs) {
     }
 }
 
+// A liver inside the ribs, and tissue of the same brightness that fills the wall between two ribs and beyond
+// them, 12 mm thick. The first cut takes it in.
+TEST(Liver, DoesNotLeakThroughTheRibs) {
+    Hoops h;
+    const auto isLeak = [&](const Index3& i) {
+        const Vec3 p = h.g.centre(i);
+        return p.x > 0.0 && std::fabs(p.y) < 0.040 && h.radius(i) > h.kRib_m && h.radius(i) < h.kBody_m;
+    };
+    Mask truth(h.g);
+    forEachVoxel(h.g, [&](const Index3& i) {
+        const Vec3 p = h.g.centre(i);
+        truth[i] = glm::length(p - Vec3(0.050, 0.0, 0.110)) < 0.055 && h.radius(i) < h.kRib_m;
+        if (h.body[i] && !h.ribs[i]) h.ct[i] = truth[i] || isLeak(i) ? 110 : -100;
+    });
+    const Mask none(h.g);
+    const auto leaked_ml = [&](const Mask& ribs) {
+        const Mask found = findLiver(h.ct, h.body, h.lungs, ribs, {}).mask;
+        EXPECT_GT(compare(truth, intersect(found, inverted(subtract(h.body, truth)))).dice, 0.95);
+        return volume_ml(subtract(found, truth));
+    };
+    EXPECT_GT(leaked_ml(none), 20.0);
+    EXPECT_LT(leaked_ml(h.ribs), 3.0);
+}
+
 // A stent in front of the middle is not a rib if the liver lies outside it. The liver that took in the wall
 // does not make the ribs false.
 TEST(WallBones, ExcludeAStentButNoRib) {
@@ -329,6 +354,9 @@ TEST(WallBones, ExcludeAStentButNoRib) {
     EXPECT_EQ(wallBones({h.ct, h.body, h.ribs, leaked}).voxels, ribs.voxels);
     EXPECT_EQ(wallBones({h.ct, h.body, h.ribs, h.lungs}).voxels, h.ribs.voxels)
         << "without an organ outside it, it could be a rib";
+    const FasciaInput with{h.ct, h.body, h.ribs, leaked}, without{h.ct, h.body, ribs, leaked};
+    EXPECT_EQ(fitWall(with).radius_m, fitWall(without).radius_m);
+    EXPECT_EQ(fitFascia(with).control_m, fitFascia(without).control_m);
 }
 
 TEST(Liver, MatchesReferencePatient) {

@@ -221,6 +221,27 @@ TEST(Bones, TheRimLeavesOutMissedBone) {
     }
 }
 
+// A rib with teeth of one voxel.
+TEST(Bones, TeethAreSmoothedInASoftScanOnly) {
+    Mask rib({Index3(60, 40, 40), Vec3(0.001), Vec3(0.0)});
+    forEachVoxel(rib.grid,
+                 [&](const Index3& i) { rib[i] = std::hypot((i.y - 20) / 4.3, (i.z - 20) / 7.3) < 1.0; });
+    Mask rough = rib;
+    for (int x = 10; x < 50; x += 5)
+        rough[{x, 25, 20}] = 1;
+    const auto smooth = [](const Mask& mask, double within_m, double across_m) {
+        return smoothedSurface(mask, {.within_m = within_m, .across_m = across_m});
+    };
+    EXPECT_EQ(smooth(rough, 0.0007, 0.0008).voxels, rough.voxels);
+    const double whole_ml = volume_ml(rib);
+    for (const auto& [within_m, across_m] : {std::pair(0.0007, 0.0016), {0.0011, 0.0011}}) {
+        const Mask smoothed = smooth(rough, within_m, across_m);
+        EXPECT_EQ(smoothed.voxels, smooth(rib, within_m, across_m).voxels) << "the teeth are gone";
+        EXPECT_EQ(countVoxels(subtract(smoothed, dilated(rib, 0.001))), 0u);
+        EXPECT_NEAR(volume_ml(smoothed), whole_ml, 0.03 * whole_ml) << "the rib is as thick as before";
+    }
+}
+
 // A cortex much darker than the cortex beside it is no blurred rim.
 TEST(Bones, ADarkPartOfTheCortexIsKept) {
     const RibPhantom rib(true, 400.0f);

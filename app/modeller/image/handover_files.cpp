@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kMaxDisplacement_mm = 1e4;
+constexpr double kMaxDisplacement_mm = 1e4, kMaxScale = 10.0;
 
 // Returns the grid described by a file's header. Checks all sizes, so that a damaged header causes no huge
 // allocation later.
@@ -96,6 +96,30 @@ VectorField readFieldFile(const fs::path& file) {
         v *= 1e-3f;
     }
     return field;
+}
+
+AffineMap readAffineFile(const fs::path& file) {
+    const ImportError bad(file.string() + ": the registration left no transform");
+    AffineHandover h;
+    std::ifstream in;
+    if (fs::is_regular_file(fs::symlink_status(file))) in.open(file, std::ios::binary);
+    if (!in.is_open() || !in.read(reinterpret_cast<char*>(&h), sizeof h) || h.magic != kAffineMagic ||
+        fs::file_size(file) != sizeof h)
+        throw bad;
+    AffineMap map;
+    for (int row = 0; row < 3; ++row) {
+        const auto r = std::size_t(row);
+        map.centre_m[row] = 1e-3 * h.centre_mm[r], map.shift_m[row] = 1e-3 * h.shift_mm[r];
+        if (!(std::fabs(h.centre_mm[r]) <= kMaxDisplacement_mm) ||
+            !(std::fabs(h.shift_mm[r]) <= kMaxDisplacement_mm))
+            throw bad;
+        for (int column = 0; column < 3; ++column) {
+            const double v = h.matrix[r][std::size_t(column)];
+            if (!(std::fabs(v) <= kMaxScale)) throw bad;
+            map.matrix[column][row] = v;
+        }
+    }
+    return map;
 }
 
 }  // namespace stylet::modeller

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <glm/mat3x3.hpp>
 #include <string>
 
 #include "app/modeller/image/import_image.h"
@@ -17,5 +18,13 @@ Volume<std::int16_t> readImageFile(const std::filesystem::path& file, const std:
 void writeImageFile(const std::filesystem::path& file, const Volume<std::int16_t>&);
 // In metres. Throws ImportError.
 VectorField readFieldFile(const std::filesystem::path& file);
+
+struct AffineMap {
+    glm::dmat3 matrix{1.0};
+    Vec3 centre_m{0.0}, shift_m{0.0};
+    Vec3 operator()(const Vec3& p_m) const { return matrix * (p_m - centre_m) + centre_m + shift_m; }
+};
+// Throws ImportError.
+AffineMap readAffineFile(const std::filesystem::path& file);
 
 }  // namespace stylet::modeller

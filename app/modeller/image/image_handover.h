@@ -3,6 +3,7 @@
 // - an image (input of `stylet-register`, output of `stylet-image-reader`): int16
 // - a displacement field (output of `stylet-register`, which matches two images): three float32, the
 //   vector in millimetres from a voxel of the one image to the same tissue in the other image
+// - an affine transform between two images (of `stylet-register`): no voxels
 #pragma once
 
 #include <array>
@@ -22,5 +23,14 @@ struct ImageHandover {
     std::array<double, 3> origin_mm{};  // centre of voxel (0, 0, 0)
 };
 static_assert(sizeof(ImageHandover) == 80);
+
+// Maps a point p of the one image to  matrix (p - centre) + centre + shift  in the other.
+inline constexpr std::array<char, 8> kAffineMagic{'S', 'T', 'Y', 'L', 'A', 'F', 'F', '1'};
+struct AffineHandover {
+    std::array<char, 8> magic = kAffineMagic;
+    std::array<std::array<double, 3>, 3> matrix{};  // by rows
+    std::array<double, 3> centre_mm{}, shift_mm{};
+};
+static_assert(sizeof(AffineHandover) == 128);
 
 }  // namespace stylet::modeller

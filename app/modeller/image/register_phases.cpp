@@ -1,7 +1,7 @@
-// Child process that registers two CT images and writes a displacement field. FIXED, MOVING and MASK are
-// image files, OUT is the resulting field (image_handover.h). There are two modes.
+// Child process that registers two CT images. FIXED, MOVING and MASK are image files, AFFINE is an affine
+// transform and OUT a displacement field (image_handover.h). There are three modes.
 //
-// 1. Two breathing phases of one patient: stylet-register FIXED MOVING MASK OUT FINEST
+// 1. Two breathing phases of one patient: stylet-register phases FIXED MOVING MASK OUT FINEST
 // Lungs and liver slide along the chest wall, so each side of this sliding interface is registered
 // separately. MASK selects one side. The method is ITK's diffeomorphic demons (Vercauteren et al. 2009),
 // coarse to fine, with one change: the displacement and update fields are smoothed only within the mask. The
@@ -9,11 +9,13 @@
 // all voxels outside the mask to one value, so no demons force acts there, and the motion normal to the
 // interface stays zero. FINEST is the smallest shrink factor used (1, 2 or 4).
 //
-// 2. Two patients: stylet-register FIXED MOVING OUT ITERATIONS
+// 2. Two patients: stylet-register affine FIXED MOVING AFFINE
 // The images have different grids and may show different sections of the body. First the size and the shift
-// between the sections are found, then an affine transform (mean squares), then a demons displacement. The
-// demons run ITERATIONS times on the coarsest level and half as often on each finer level. No demons force
-// acts where FIXED lies outside MOVING.
+// between the sections are found, then AFFINE (mean squares).
+//
+// 3. Two patients: stylet-register demons FIXED MOVING AFFINE OUT ITERATIONS
+// Goes on from AFFINE with a demons displacement. The demons run ITERATIONS times on the coarsest level and
+// half as often on each finer level. No demons force acts where FIXED lies outside MOVING.
 #include <itkAffineTransform.h>
 #include <itkDiffeomorphicDemonsRegistrationFilter.h>
 #include <itkImage.h>
@@ -38,7 +40,9 @@
 
 namespace {
 
+using stylet::modeller::AffineHandover;
 using stylet::modeller::ImageHandover;
+using stylet::modeller::kAffineMagic;
 using stylet::modeller::kFieldMagic;
 using stylet::modeller::kImageMagic;
 using stylet::modeller::kMaxImageVoxels;
@@ -393,19 +397,54 @@ FloatImage::Pointer resampled(const FloatImage& fixed, const FloatImage& moving,
     return out;
 }
 
-Field::Pointer registerPatients(const FloatImage& fixed, const FloatImage& moving, int iterations) {
-    const auto affine = estimateAffine(fixed, moving);
+void writeAffine(const Affine& affine, const std::string& file) {
+    AffineHandover h;
+    for (unsigned row = 0; row < 3; ++row) {
+        for (unsigned column = 0; column < 3; ++column)
+            h.matrix[row][column] = affine.GetMatrix()(row, column);
+        h.centre_mm[row] = affine.GetCenter()[row];
+        h.shift_mm[row] = affine.GetTranslation()[row];
+    }
+    std::ofstream out(file, std::ios::binary);
+    if (!out.write(reinterpret_cast<const char*>(&h), sizeof h).flush())
+        throw std::runtime_error(
+            "the transform cannot be written to the temporary folder; free some disk space");
+}
+
+Affine::Pointer readAffine(const std::string& file) {
+    AffineHandover h;
+    std::ifstream in(file, std::ios::binary);
+    if (!in.read(reinterpret_cast<char*>(&h), sizeof h) || h.magic != kAffineMagic)
+        throw std::runtime_error(file + ": no transform");
+    Affine::MatrixType matrix;
+    Affine::InputPointType centre;
+    Affine::OutputVectorType shift;
+    for (unsigned row = 0; row < 3; ++row) {
+        for (unsigned column = 0; column < 3; ++column)
+            matrix(row, column) = h.matrix[row][column];
+        centre[row] = h.centre_mm[row];
+        shift[row] = h.shift_mm[row];
+    }
+    auto affine = Affine::New();
+    affine->SetCenter(centre);
+    affine->SetMatrix(matrix);
+    affine->SetTranslation(shift);
+    return affine;
+}
+
+Field::Pointer registerPatients(const FloatImage& fixed, const FloatImage& moving, const Affine& affine,
+                                int iterations) {
     const auto everywhere = downsampled(fixed, 1);
     everywhere->FillBuffer(1.0f);
     std::vector<Level> levels;
     for (int shrink = 4; shrink >= 1; shrink /= 2, iterations /= 2)
         levels.push_back({shrink, iterations});
-    const auto field = runDemons(fixed, *resampled(fixed, moving, *affine), *everywhere, levels);
+    const auto field = runDemons(fixed, *resampled(fixed, moving, affine), *everywhere, levels);
     // The demons displacement u maps a point p of FIXED to p + u in the resampled image. Apply the affine
     // transform to p + u, so that the field maps p directly to MOVING.
     auto* u = field->GetBufferPointer();
     forEachVoxel(fixed, [&](std::ptrdiff_t i, const FloatImage::PointType& p) {
-        const auto q = affine->TransformPoint(p + itk::Vector<double, 3>(u[i]));
+        const auto q = affine.TransformPoint(p + itk::Vector<double, 3>(u[i]));
         for (unsigned d = 0; d < 3; ++d)
             u[i][d] = float(q[d] - p[d]);
     });
@@ -431,23 +470,32 @@ void write(const Field& field, const std::string& file) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 5 && argc != 6) {
-        std::puts("usage: stylet-register FIXED MOVING MASK OUT FINEST | FIXED MOVING OUT ITERATIONS");
+    const std::string mode = argc > 1 ? argv[1] : "";
+    const bool phases = mode == "phases" && argc == 7, affine = mode == "affine" && argc == 5,
+               demons = mode == "demons" && argc == 7;
+    if (!phases && !affine && !demons) {
+        std::puts(
+            "usage: stylet-register phases FIXED MOVING MASK OUT FINEST | affine FIXED MOVING AFFINE | "
+            "demons FIXED MOVING AFFINE OUT ITERATIONS");
         return 2;
     }
     stylet::keepFreedMemory();
     try {
         itk::Object::GlobalWarningDisplayOff();
         ImageHandover grid, other;
-        const FloatImage::Pointer fixed = read(argv[1], grid), moving = read(argv[2], other);
-        if (argc == 5) {
-            write(*registerPatients(*fixed, *moving, std::stoi(argv[4])), argv[3]);
+        const FloatImage::Pointer fixed = read(argv[2], grid), moving = read(argv[3], other);
+        if (affine) {
+            writeAffine(*estimateAffine(*fixed, *moving), argv[4]);
+            return 0;
+        }
+        if (demons) {
+            write(*registerPatients(*fixed, *moving, *readAffine(argv[4]), std::stoi(argv[6])), argv[5]);
             return 0;
         }
         if (grid.dims != other.dims) throw std::runtime_error("the images differ in size");
-        const FloatImage::Pointer mask = read(argv[3], other);
+        const FloatImage::Pointer mask = read(argv[4], other);
         if (grid.dims != other.dims) throw std::runtime_error("the mask differs in size");
-        write(*registerPhasePair(*fixed, *moving, *mask, std::stoi(argv[5])), argv[4]);
+        write(*registerPhasePair(*fixed, *moving, *mask, std::stoi(argv[6])), argv[5]);
         return 0;
     } catch (const itk::ExceptionObject& e) {
         std::puts(e.GetDescription());

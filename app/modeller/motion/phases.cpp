@@ -104,7 +104,7 @@ VectorField registerPhases(const FloatVolume& fixed, const FloatVolume& moving, 
         voxels.voxels[i] = mask.voxels[i] != 0;
     writeImageFile(at("mask"), voxels);
     runChild(childProgram(settings.program, "stylet-register"),
-             {at("fixed"), at("moving"), at("mask"), at("field"), std::to_string(settings.finest)},
+             {"phases", at("fixed"), at("moving"), at("mask"), at("field"), std::to_string(settings.finest)},
              settings.limits, "phases", "the registration");
     return readFieldFile(at("field"));
 }

@@ -1,7 +1,9 @@
 #include "app/modeller/segmentation/atlas.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <future>
 
@@ -11,6 +13,8 @@
 #include "patient/package/origin.h"
 
 namespace stylet::modeller {
+
+namespace fs = std::filesystem;
 
 using patient::BloodKind;
 using patient::Label;
@@ -123,35 +127,6 @@ Volume<std::int16_t> rounded(const FloatVolume& image) {
     return out;
 }
 
-// `iterations` of the demons. With 0, the field is an affine transform.
-VectorField registerAtlas(const FloatVolume& target, const AtlasImage& atlas, const AtlasSettings& settings,
-                          int iterations) {
-    const PrivateFolder folder;
-    const auto at = [&](const char* name) { return folder.path() / name; };
-    writeImageFile(at("fixed"), rounded(target));
-    writeImageFile(at("moving"), rounded(atlas.feature));
-    runChild(childProgram(settings.program, "stylet-register"),
-             {at("fixed"), at("moving"), at("field"), std::to_string(iterations)}, settings.limits,
-             atlas.name, "the registration");
-    VectorField field = readFieldFile(at("field"));
-    if (field.grid.dims != target.grid.dims)
-        throw ImportError("the registration of an atlas left another grid");
-    field.grid = target.grid;
-    return field;
-}
-
-// Mean square of the difference after an affine registration. Around the atlas is air.
-double affineDifference(const FloatVolume& target, const AtlasImage& atlas, const AtlasSettings& settings) {
-    const VectorField field = registerAtlas(target, atlas, settings, 0);
-    double sum = 0.0;
-    forEachVoxel(target.grid, [&](const Index3& i) {
-        const Vec3 p = target.grid.centre(i) + Vec3(field.voxels[target.grid.offset(i)]);
-        const double d = double(valueAt(atlas.feature, p, kFeatureOutside_hu) - target[i]);
-        sum += d * d;
-    });
-    return sum / double(target.voxels.size());
-}
-
 FloatVolume leftRightExchanged(const FloatVolume& image) {
     FloatVolume out(image.grid);
     forEachVoxel(image.grid,
@@ -159,23 +134,86 @@ FloatVolume leftRightExchanged(const FloatVolume& image) {
     return out;
 }
 
-void checkNotMirrored(const FloatVolume& target, const std::vector<AtlasImage>& atlases,
-                      const AtlasSettings& settings) {
-    const FloatVolume mirrored = leftRightExchanged(target);
-    double difference = 0.0, of_mirrored = 0.0;
-    for (const AtlasImage& atlas : atlases) {
-        // Two processes at the same time.
-        auto other =
-            std::async(std::launch::async, [&] { return affineDifference(mirrored, atlas, settings); });
-        difference += affineDifference(target, atlas, settings);
-        of_mirrored += other.get();
+// Registers the atlases to a target.
+class Registration {
+  public:
+    // Finds the affine transforms of all atlases, also to the mirrored target unless its axes are trusted.
+    // Throws ImportError.
+    Registration(const FloatVolume& target, const std::vector<AtlasImage>& atlases,
+                 const AtlasSettings& settings)
+        : target_(target), atlases_(atlases), settings_(settings) {
+        writeImageFile(fixed(false), rounded(target));
+        if (!settings.trust_axes) writeImageFile(fixed(true), rounded(leftRightExchanged(target)));
+        for (std::size_t n = 0; n < atlases.size(); ++n)
+            writeImageFile(moving(n), rounded(atlases[n].feature));
+        const std::size_t count = (settings.trust_axes ? 1 : 2) * atlases.size();
+        std::atomic<std::size_t> next{0};
+        const auto work = [&] {
+            for (std::size_t task = next++; task < count; task = next++) {
+                const std::size_t n = task % atlases.size();
+                const bool mirrored = task >= atlases.size();
+                run(n, {"affine", fixed(mirrored), moving(n), affine(n, mirrored)});
+            }
+        };
+        auto other = std::async(std::launch::async, work);  // two processes at the same time
+        work();
+        other.get();
     }
-    if (of_mirrored < kMirroredShare * difference)
-        throw ImportError(
-            "left and right of the scan are exchanged: its mirror image is more like the reference "
-            "patients. Correct the orientation in its file, or pass --trust-axes. Situs inversus is not "
-            "supported");
-}
+
+    // Throws ImportError if the atlases are more like the mirrored target.
+    void checkNotMirrored() const {
+        const FloatVolume mirrored = leftRightExchanged(target_);
+        double difference = 0.0, of_mirrored = 0.0;
+        for (std::size_t n = 0; n < atlases_.size(); ++n) {
+            difference += affineDifference(target_, atlases_[n], readAffineFile(affine(n, false)));
+            of_mirrored += affineDifference(mirrored, atlases_[n], readAffineFile(affine(n, true)));
+        }
+        if (of_mirrored < kMirroredShare * difference)
+            throw ImportError(
+                "left and right of the scan are exchanged: its mirror image is more like the reference "
+                "patients. Correct the orientation in its file, or pass --trust-axes. Situs inversus is not "
+                "supported");
+    }
+
+    // The displacement from the target to atlas `n`.
+    VectorField displacement(std::size_t n) const {
+        const fs::path out = folder_.path() / "field";
+        run(n,
+            {"demons", fixed(false), moving(n), affine(n, false), out, std::to_string(settings_.iterations)});
+        VectorField field = readFieldFile(out);
+        if (field.grid.dims != target_.grid.dims)
+            throw ImportError("the registration of an atlas left another grid");
+        field.grid = target_.grid;
+        return field;
+    }
+
+  private:
+    fs::path fixed(bool mirrored) const { return folder_.path() / (mirrored ? "mirrored" : "fixed"); }
+    fs::path moving(std::size_t n) const { return folder_.path() / fmt::format("moving{}", n); }
+    fs::path affine(std::size_t n, bool mirrored) const {
+        return folder_.path() / fmt::format("affine{}{}", n, mirrored ? "-mirrored" : "");
+    }
+    void run(std::size_t n, const std::vector<std::string>& arguments) const {
+        runChild(childProgram(settings_.program, "stylet-register"), arguments, settings_.limits,
+                 atlases_[n].name, "the registration");
+    }
+    // Mean square of the difference after an affine registration. Around the atlas is air.
+    static double affineDifference(const FloatVolume& target, const AtlasImage& atlas,
+                                   const AffineMap& to_atlas) {
+        double sum = 0.0;
+        forEachVoxel(target.grid, [&](const Index3& i) {
+            const double d = double(
+                valueAt(atlas.feature, to_atlas(target.grid.centre(i)), kFeatureOutside_hu) - target[i]);
+            sum += d * d;
+        });
+        return sum / double(target.voxels.size());
+    }
+
+    const FloatVolume& target_;
+    const std::vector<AtlasImage>& atlases_;
+    const AtlasSettings& settings_;
+    PrivateFolder folder_;
+};
 
 // Adds the atlas's votes: its organ at each voxel, weighted by the local similarity of the two images.
 void addVote(const FloatVolume& target, const AtlasImage& atlas, const VectorField& field,
@@ -246,16 +284,16 @@ AtlasPrior alignAtlases(const CtVolume& ct, const Mask& body, const Mask& lungs,
         return lungs.voxels.empty() ? ct.voxels[i] < kAtlasAir_hu : lungs.voxels[i] != 0;
     };
     const FloatVolume target = featureImage(ct, body, isLung, settings.spacing_m);
-    if (!settings.trust_axes) checkNotMirrored(target, atlases, settings);
+    const Registration registration(target, atlases, settings);
+    if (!settings.trust_axes) registration.checkNotMirrored();
     AtlasPrior prior;
     prior.grid = target.grid;
     prior.known = FloatVolume(prior.grid);
     prior.probability.assign(kOrgans, FloatVolume(prior.grid));
-    for (const AtlasImage& atlas : atlases) {
-        settings.progress(atlas.name);
-        addVote(target, atlas, registerAtlas(target, atlas, settings, settings.iterations),
-                settings.similarity_hu, prior);
-        prior.used.push_back(atlas.name);
+    for (std::size_t n = 0; n < atlases.size(); ++n) {
+        settings.progress(atlases[n].name);
+        addVote(target, atlases[n], registration.displacement(n), settings.similarity_hu, prior);
+        prior.used.push_back(atlases[n].name);
     }
     for (std::size_t o = 0; o < prior.known.voxels.size(); ++o) {
         float sum = 0.0f;

@@ -1,5 +1,7 @@
 #include "tests/app/trainer/attempt/trainees.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 
 #include "tests/app/trainer/assets.h"
@@ -171,6 +173,7 @@ Scenario withLighterProbe(Scenario scenario) {
     const auto probe = std::ranges::find_if(stages, takes(Tool::probe));
     const auto parked =
         std::find_if(probe, stages.end(), [](const Stage& s) { return s.kind == StageKind::park; });
+    EXPECT_NE(parked, stages.end()) << scenario.name << " parks no probe";
     for (auto stage = probe; stage != parked; ++stage)
         if (stage->kind == StageKind::move && stage->to.deeper_m > 0.0) stage->to.deeper_m *= 0.5;
     return scenario;

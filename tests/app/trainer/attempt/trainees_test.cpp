@@ -148,7 +148,8 @@ std::unique_ptr<const DrawnPatient> drawPatient(Course course, std::uint64_t num
     for (int i = 0; i < kMaxDrawn; ++i) {
         drawn = std::make_unique<const DrawnPatient>(1 + random() % 1'000'000, body, course);
         if (drawn->scripted) break;
-        std::puts(fmt::format("{}: on {} paths the script of the expert does not do every step{}",
+        std::puts(fmt::format("{}: on {} paths the script of the expert does not do every step, also with a "
+                              "lighter probe{}",
                               drawn->name(), kMaxTried, describe(drawn->expert))
                       .c_str());
     }

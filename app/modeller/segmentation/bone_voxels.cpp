@@ -211,17 +211,20 @@ FloatVolume muscleBeside(const CtVolume& ct, const Mask& body, const Mask& bone)
 
 }  // namespace
 
-Mask smoothedSurface(Mask bone, const ScanBlur& blur) {
+Mask smoothedSurface(Mask bone, const Mask& open, const ScanBlur& blur) {
+    constexpr double kSoft_m = 0.001;
     constexpr int kPasses = 2;
     // Below one half, because smoothing makes a convex bone thinner.
     constexpr float kMinShare = 0.45f;
     const Grid& g = bone.grid;
-    if (std::max(blur.within_m, blur.across_m) <= g.spacing_m.x) return bone;
+    if (std::max(blur.within_m, blur.across_m) <= std::max(kSoft_m, g.spacing_m.x)) return bone;
     FloatVolume share = toFloat(bone);
     for (int pass = 0; pass < kPasses; ++pass)
         for (const int axis : {0, 1, 2})
             parallelLines(processorCount(), g.dims, axis, share.voxels.data(), smoothLine);
-    return maskWhere(g, [&](std::size_t i) { return share.voxels[i] > kMinShare; });
+    const Mask smooth = maskWhere(
+        g, [&](std::size_t i) { return share.voxels[i] > kMinShare && (bone.voxels[i] || open.voxels[i]); });
+    return unite(smooth, subtract(std::move(bone), dilated(smooth, 1.01 * g.spacing_m.x)));
 }
 
 Mask withoutBlurredRim(const CtVolume& ct, const Mask& body, const Mask& bone, const Mask& canal,
@@ -310,7 +313,8 @@ Mask withMarrow(const CtVolume& ct, const Mask& body, const Mask& pieces, const 
         maskWhere(g, [&](std::size_t i) { return bone.voxels[i] && ct.voxels[i] <= kSurface_hu; });
     const LabelVolume outside = inverted(unite(bone, canal));
     const Mask peeled = growSeeds(outside, dark, std::max(1, int(std::lround(kPeel_m / g.spacing_m.x))));
-    return smoothedSurface(withoutBlurredRim(ct, body, subtract(bone, peeled), canal, blur), blur);
+    return smoothedSurface(withoutBlurredRim(ct, body, subtract(bone, peeled), canal, blur),
+                           subtract(body, canal), blur);
 }
 
 }  // namespace stylet::modeller

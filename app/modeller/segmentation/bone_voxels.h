@@ -33,10 +33,11 @@ Mask withMarrow(const CtVolume&, const Mask& body, const Mask& pieces, const Mas
 Mask withoutBlurredRim(const CtVolume&, const Mask& body, const Mask& bone, const Mask& canal,
                        const ScanBlur&);
 
-// Smooths the surface of the bones in a scan whose blur is wider than a voxel. There, the borders of thin
-// bones are uncertain by a voxel, and interpolation between slices makes the surface rough: a needle that
-// passes a rib would meet its teeth. Changes nothing in a sharper scan.
-Mask smoothedSurface(Mask bone, const ScanBlur&);
+// Smooths the surface of the bones in a soft scan or one of thick slices. There, the borders of bones are
+// uncertain by a voxel, and interpolation between slices makes them rough: a needle that passes a rib would
+// hit bumps of one voxel. Fills dents only with voxels of `open`. Thin bone stays, unless it is a bump of one
+// voxel on a thicker bone. Changes nothing in a sharper scan.
+Mask smoothedSurface(Mask bone, const Mask& open, const ScanBlur&);
 
 // Distance to which blur makes the tissue beside bone brighter.
 double blurReach(const Grid&, const ScanBlur&);

@@ -221,25 +221,60 @@ TEST(Bones, TheRimLeavesOutMissedBone) {
     }
 }
 
-// A rib with teeth of one voxel.
-TEST(Bones, TeethAreSmoothedInASoftScanOnly) {
-    Mask rib({Index3(60, 40, 40), Vec3(0.001), Vec3(0.0)});
-    forEachVoxel(rib.grid,
-                 [&](const Index3& i) { rib[i] = std::hypot((i.y - 20) / 4.3, (i.z - 20) / 7.3) < 1.0; });
-    Mask rough = rib;
-    for (int x = 10; x < 50; x += 5)
-        rough[{x, 25, 20}] = 1;
-    const auto smooth = [](const Mask& mask, double within_m, double across_m) {
-        return smoothedSurface(mask, {.within_m = within_m, .across_m = across_m});
-    };
-    EXPECT_EQ(smooth(rough, 0.0007, 0.0008).voxels, rough.voxels);
-    const double whole_ml = volume_ml(rib);
+// A rib along x with ridges that are one voxel high and three long. In thick slices, interpolation leaves
+// such ridges.
+struct RoughRib {
+    Mask rib, rough;
+    explicit RoughRib(double spacing_m) : rib({Index3(60, 40, 40), Vec3(spacing_m), Vec3(0.0)}) {
+        forEachVoxel(rib.grid,
+                     [&](const Index3& i) { rib[i] = std::hypot((i.y - 20) / 4.3, (i.z - 20) / 7.3) < 1.0; });
+        rough = rib;
+        for (int x = 10; x < 50; ++x)
+            if (x % 6 < 3) rough[{x, 25, 20}] = 1;
+    }
+};
+Mask smoothedIn(const Mask& bone, double within_m, double across_m) {
+    return smoothedSurface(bone, Mask(bone.grid, 1), {.within_m = within_m, .across_m = across_m});
+}
+
+TEST(Bones, BumpsAreSmoothedInASoftScanOnly) {
+    const RoughRib fine(0.001), coarse(0.0015), finest(0.0005);
+    EXPECT_EQ(smoothedIn(fine.rough, 0.0007, 0.0008).voxels, fine.rough.voxels);
+    EXPECT_EQ(smoothedIn(finest.rough, 0.0007, 0.0008).voxels, finest.rough.voxels);
+    EXPECT_EQ(smoothedIn(coarse.rough, 0.0011, 0.0011).voxels, coarse.rough.voxels) << "wide voxels blur too";
+    const double whole_ml = volume_ml(fine.rib);
     for (const auto& [within_m, across_m] : {std::pair(0.0007, 0.0016), {0.0011, 0.0011}}) {
-        const Mask smoothed = smooth(rough, within_m, across_m);
-        EXPECT_EQ(smoothed.voxels, smooth(rib, within_m, across_m).voxels) << "the teeth are gone";
-        EXPECT_EQ(countVoxels(subtract(smoothed, dilated(rib, 0.001))), 0u);
+        const Mask smoothed = smoothedIn(fine.rough, within_m, across_m);
+        EXPECT_EQ(smoothed.voxels, smoothedIn(fine.rib, within_m, across_m).voxels) << "the ridges are gone";
         EXPECT_NEAR(volume_ml(smoothed), whole_ml, 0.03 * whole_ml) << "the rib is as thick as before";
     }
+    const Mask none(fine.rib.grid);
+    const Mask closed = smoothedSurface(fine.rough, none, {.within_m = 0.0011, .across_m = 0.0011});
+    EXPECT_EQ(countVoxels(subtract(closed, fine.rough)), 0u) << "nothing may be added";
+}
+
+// Laminae and the tips of ribs are as thin as a voxel.
+TEST(Bones, SmoothingKeepsThinBone) {
+    Mask thin({Index3(30), Vec3(0.001), Vec3(0.0)});
+    forEachVoxel(thin.grid, [&](const Index3& i) {
+        thin[i] = (i.z == 8 && i.x > 4 && i.x < 25 && i.y > 4 && i.y < 25) ||  // a plate
+                  (i.z > 17 && i.z < 20 && i.y > 14 && i.y < 17);              // a rod
+    });
+    EXPECT_EQ(countVoxels(subtract(thin, smoothedIn(thin, 0.0011, 0.0011))), 0u);
+}
+
+// The bumps are as bright as the bone, so only smoothing removes them.
+TEST(Bones, BumpsOfABoneInThickSlicesAreMuscle) {
+    const RoughRib bone(0.001);
+    CtVolume ct(bone.rib.grid, 55);
+    for (std::size_t i = 0; i < ct.voxels.size(); ++i)
+        if (bone.rough.voxels[i]) ct.voxels[i] = 900;
+    const auto bumps = [&](double across_m) {
+        const Mask found = findBones(ct, Mask(ct.grid, 1), {.within_m = 0.0007, .across_m = across_m}).all;
+        return countVoxels(intersect(found, subtract(bone.rough, bone.rib)));
+    };
+    EXPECT_GT(bumps(0.0007), 10u);
+    EXPECT_EQ(bumps(0.0016), 0u);
 }
 
 // A cortex much darker than the cortex beside it is no blurred rim.

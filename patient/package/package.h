@@ -14,6 +14,13 @@
 
 namespace stylet::patient {
 
+// Properties of the scan that the package's CT lacks, because it was resampled and the air around the body
+// was cut away. 0: unknown.
+struct ScanProperties {
+    double slice_m = 0.0;        // distance between slices
+    double blur_within_m = 0.0;  // standard deviation of the blur within slices
+};
+
 struct Package {
     std::string name;  // "reference patient, seed 1"
     std::string licence;
@@ -26,8 +33,9 @@ struct Package {
     ElasticityTable elasticity{};
     Thresholds thresholds;
     std::string reference_phase = "exhale";  // breathing state of the CT: "exhale", "inhale" or "v=0.35"
-    MotionModel motion;                      // breathing motion
-    BreathingSignal signal;                  // breathing at rest
+    ScanProperties scan;
+    MotionModel motion;      // breathing motion
+    BreathingSignal signal;  // breathing at rest
 };
 
 // Initial values of a package: the [[tissue]] and [thresholds] tables of a TOML file

@@ -71,7 +71,7 @@ void readTissues(Fields& root, TissueTable& table, ElasticityTable& elasticity) 
 }
 
 constexpr double kPackageReach_m = 10.0;
-constexpr double kMaxUncertainty_m = 0.02;
+constexpr double kMaxUncertainty_m = 0.02, kMaxSlice_m = 0.1;
 constexpr const char* kPackageFormat = "stylet patient 4";
 constexpr const char* kEllipticalFormat = "stylet patient 1";
 constexpr const char* kFormatWithoutElasticity = "stylet patient 2";
@@ -134,6 +134,14 @@ void readBreathing(Fields in, Package& p) {
     p.motion.rate_per_s = readRange(in, "rate_low_per_s", "rate_high_per_s", 20.0);
     p.motion.dome_travel_m = in.number("dome_travel_m", 0.0, 0.1);
     in.finish();
+}
+
+ScanProperties readScan(Fields in) {
+    ScanProperties scan;
+    scan.slice_m = in.numberOr("slice_m", 0.0, kMaxSlice_m, 0.0);
+    scan.blur_within_m = in.numberOr("blur_within_m", 0.0, kMaxSlice_m, 0.0);
+    in.finish();
+    return scan;
 }
 
 // "exhale", "inhale" or "v=0.35".
@@ -275,6 +283,7 @@ Package parsePackageToml(const std::filesystem::path& file, std::string_view tex
     p.label_table = readLabels(root);
     p.motion.reference = readReference(root, p.reference_phase);
     readBreathing(root.child("breathing"), p);
+    if (root.has("scan")) p.scan = readScan(root.child("scan"));
     if (root.has("motion_grid")) {
         p.motion.grid = readGrid(root.child("motion_grid"));
         p.motion.grid.dims = Index3(1);  // placeholder; motion.nii.gz contains the real size
@@ -298,6 +307,11 @@ std::string packageToml(const Package& p) {
         out.line("\n# Of motion.nii.gz.\n[motion_grid]");
         out.put("spacing_m", p.motion.grid.spacing_m);
         out.put("origin_m", p.motion.grid.origin_m);
+    }
+    if (p.scan.slice_m > 0.0 || p.scan.blur_within_m > 0.0) {
+        out.line("\n# Of the scan from which the CT was made.\n[scan]");
+        if (p.scan.slice_m > 0.0) out.put("slice_m", p.scan.slice_m);
+        if (p.scan.blur_within_m > 0.0) out.put("blur_within_m", p.scan.blur_within_m);
     }
     writeTissues(out, p);
     writeLabels(out, p);

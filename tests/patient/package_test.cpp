@@ -42,6 +42,7 @@ Package fullPackage() {
     p.motion.v = {-1.0 / 3.0, 1.2};
     p.motion.rate_per_s = {-2.5, 3.5};
     p.signal = {10.0 / 3.0, 0.9};
+    p.scan = {0.01 / 3.0, 0.0007};
     return p;
 }
 
@@ -90,6 +91,8 @@ TEST_F(SavedPackage, RoundTripsUnchanged) {
     EXPECT_EQ(back.provenance, p.provenance);
     EXPECT_EQ(back.atlases, p.atlases);
     EXPECT_EQ(back.reference_phase, p.reference_phase);
+    EXPECT_EQ(back.scan.slice_m, p.scan.slice_m);
+    EXPECT_EQ(back.scan.blur_within_m, p.scan.blur_within_m);
     EXPECT_EQ(back.ct.grid, p.ct.grid);
     EXPECT_EQ(back.labels.grid, p.labels.grid);
     EXPECT_EQ(back.ct.voxels, p.ct.voxels);
@@ -229,6 +232,8 @@ TEST_F(SavedPackage, BadRolesAreNamed) {
     expectRefusedWith("drains_ducts = true\n", "", "label[1].drains_ducts: missing");
     expectRefusedWith("atlases = [", "atlases = [3, ", "atlases");
     expectRefusedWith("atlases = [", "atlas = [", "atlases: missing");
+    expectRefusedWith("slice_m = ", "slice_m = -", "scan.slice_m");
+    expectRefusedWith("blur_within_m = ", "blur_m = ", "scan.blur_m");
     expectRefusedWith("atlases = [", "atlases = [\"" + std::string(300, 'x') + "\", ", "atlases");
 }
 

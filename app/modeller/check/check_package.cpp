@@ -308,7 +308,7 @@ void checkPaths(const PackageStatistics& m, int threads, Findings& f) {
 
 }  // namespace
 
-std::vector<Finding> checkPackage(const Package& package, const SourceScan& source, int threads) {
+std::vector<Finding> checkPackage(const Package& package, int threads) {
     Findings f;
     const Grid& g = package.ct.grid;
     if (package.ct.voxels.empty() || package.ct.voxels.size() != g.voxelCount() ||
@@ -328,7 +328,7 @@ std::vector<Finding> checkPackage(const Package& package, const SourceScan& sour
     if (m.sum(Tissue::liver).voxels > 0.0) {
         checkPositions(m, f);
         checkLiver(m, f);
-        checkScan(m, source, f);
+        checkScan(m, f);
         if (m.sum(Tissue::skin).voxels > 0.0 && m.sum(Tissue::fascia).voxels > 0.0) checkFascia(m, f);
         if (!anyRefused(f.list)) checkPaths(m, threads, f);
     }

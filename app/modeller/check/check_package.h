@@ -1,7 +1,6 @@
 // Plausibility checks of a patient package, and the defects that make it impossible to simulate.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,20 +16,13 @@ struct Finding {
     std::string reason;    // the reason for the expected range, with its source
 };
 
-// What a package no longer shows of the scan that it was made from: a package's CT was resampled, and the air
-// around the body was cut away.
-struct SourceScan {
-    double slice_m = 0.0;                      // distance between slices; 0: unknown
-    std::optional<double> blur_within_m = {};  // standard deviation within slices, if it was measured
-};
-
 // Refuses packages without skin, liver, fascia or lungs; a fascia that a straight needle can bypass; CT
 // values that do not match their tissue; a motion that folds; missing parameters or labels; a section that
 // cuts the liver or leaves no air for the needle; what check_scan.h finds: lost vessels, a cut flank, a
 // fascia outside the body, bone at the liver, ducts in fat. Warns, among others, of bone inside the liver.
 // Takes seconds, because it plans paths. A plausible patient gives no findings. The package need not come
-// from a file. The same package always gives the same findings. A build and an import also know the scan.
-std::vector<Finding> checkPackage(const patient::Package&, const SourceScan& = {}, int threads = 2);
+// from a file. The same package always gives the same findings.
+std::vector<Finding> checkPackage(const patient::Package&, int threads = 2);
 
 bool anyRefused(const std::vector<Finding>&);
 

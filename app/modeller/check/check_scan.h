@@ -28,6 +28,6 @@ struct ScanMeasures {
 };
 ScanMeasures measureScan(const PackageStatistics&);
 
-void checkScan(const PackageStatistics&, const SourceScan&, Findings&);
+void checkScan(const PackageStatistics&, Findings&);
 
 }  // namespace stylet::modeller

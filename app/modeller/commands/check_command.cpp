@@ -78,7 +78,7 @@ bool printCohort(std::uint64_t first, std::uint64_t last, double spacing_mm, int
 bool printFindings(const std::string& folder, int threads) {
     const patient::Package package = patient::loadPackage(folder);
     Findings findings;
-    findings.list = checkPackage(package, {}, threads);
+    findings.list = checkPackage(package, threads);
     std::vector<CheckLine> lines;
     if (patient::synth::isReferencePatient(package)) lines = patient::synth::checkPatient(package);
     for (const CheckLine& l : lines)

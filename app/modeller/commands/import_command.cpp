@@ -36,8 +36,7 @@ void runImport(ImportArguments& a) {
     printPackage(imported.package, a.out);
     printResult(", licence {}\n", imported.package.licence);
     a.settings.progress("check");
-    const bool plausible =
-        printVerdict(imported.package, a.out, checkPackage(imported.package, {.slice_m = imported.slice_m}));
+    const bool plausible = printVerdict(imported.package, a.out, checkPackage(imported.package));
     a.settings.progress("done");
     if (plausible) return;
     printResult(

@@ -166,7 +166,6 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
     const double breath = parseReferencePhase(settings.reference_phase);
     checkSameGrid(ct.grid, labels.grid);
     ImportResult out;
-    out.slice_m = ct.grid.spacing_m.z;
     out.sources = listSources(ct, labels, map);
     if (settings.list) settings.list(out.sources);
     for (const auto& [id, target] : map.target_of)
@@ -199,6 +198,7 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
         addDucts(p.ct, p.labels, out.notes);
     }
     p.reference_phase = settings.reference_phase;
+    p.scan.slice_m = sliceDistance(ct.grid);
 
     p.name = map.source.empty() ? "imported patient" : map.source;
     p.licence = map.licence.empty() ? "unknown: ask whoever gave you the images" : map.licence;

@@ -34,7 +34,6 @@ struct ImportSettings {
 
 struct ImportResult {
     patient::Package package;
-    double slice_m = 0.0;  // distance between the slices of the CT
     std::vector<SourceLabel> sources;
     std::vector<std::string> notes;  // one line each: findings, additions, omissions
 };

@@ -73,6 +73,11 @@ Mask cropToBody(CtVolume& ct, LabelVolume& labels) {
 }
 
 // The spacing in the message leaves room for an air rim that is rounded up to whole voxels.
+double sliceDistance(const Grid& scan) {
+    const Vec3 s = scan.spacing_m;
+    return std::max({s.x, s.y, s.z});
+}
+
 void checkPackageSize(const Grid& g) {
     const double sides[] = {double(g.dims.x), double(g.dims.y), double(g.dims.z)};
     const double voxels = sides[0] * sides[1] * sides[2];

@@ -29,6 +29,9 @@ Mask cropToBody(CtVolume&, LabelVolume&);
 // that fits.
 void checkPackageSize(const Grid&);
 
+// The distance between a scan's slices, on whichever axis they were taken.
+double sliceDistance(const Grid& scan);
+
 // Mask of the voxels whose label in targetTable() is wanted.
 Mask labelMask(const LabelVolume&, const std::function<bool(const patient::Label&)>& wanted);
 Mask labelMask(const LabelVolume&, std::string_view name);

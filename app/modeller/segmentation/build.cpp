@@ -264,6 +264,8 @@ Package makePackage(const BuildState& work) {
     p.tissues = settings.defaults.tissues;
     p.elasticity = settings.defaults.elasticity;
     p.reference_phase = settings.reference_phase;
+    p.scan.slice_m = sliceDistance(work.scan);
+    if (!work.blur_within_assumed) p.scan.blur_within_m = work.blur.within_m;
     p.motion = patient::motionTemplate(p.labels, p.label_table, {},
                                        {parseReferencePhase(settings.reference_phase), 0.0});
     return p;
@@ -319,9 +321,7 @@ BuildResult build(const BuildSettings& settings) {
     reportProgress("package", (steps - 2.0) / steps);
     out.package = makePackage(work);
     reportProgress("check", (steps - 1.0) / steps);
-    SourceScan source{.slice_m = work.scan.spacing_m.z};
-    if (!work.blur_within_assumed) source.blur_within_m = work.blur.within_m;
-    out.findings = checkPackage(out.package, source);
+    out.findings = checkPackage(out.package);
     if (settings.progress) settings.progress("done", 1.0);
     return out;
 }

@@ -102,7 +102,7 @@ TEST(CheckPackage, PlausiblePatientPasses) {
     EXPECT_FALSE(anyRefused(findings)) << formatAll(findings);
     for (const Finding& f : findings)  // voxels of 3 mm are coarse
         EXPECT_EQ(f.what.rfind("voxel size in ", 0), 0u) << formatFinding(f);
-    EXPECT_EQ(formatAll(checkPackage(referencePatient(), {}, 1)), formatAll(findings));
+    EXPECT_EQ(formatAll(checkPackage(referencePatient(), 1)), formatAll(findings));
 }
 
 // HZ-TEACH-08

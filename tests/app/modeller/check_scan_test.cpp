@@ -36,9 +36,9 @@ ScanMeasures measure(const Package& p) {
 }
 
 // The finding about `what`, formatted, or an empty string.
-std::string finding(const Package& p, const std::string& what, const SourceScan& source = {}) {
+std::string finding(const Package& p, const std::string& what) {
     Findings findings;
-    checkScan(PackageStatistics(p), source, findings);
+    checkScan(PackageStatistics(p), findings);
     const auto found = std::find_if(findings.list.begin(), findings.list.end(),
                                     [&](const Finding& f) { return f.what == what; });
     return found == findings.list.end() ? "" : formatFinding(*found);
@@ -76,7 +76,7 @@ TEST(ScanMeasures, OfTheReferencePatient) {
     EXPECT_LT(s.fat_in_ducts, 0.07);  // 0.05 at 3 mm, where thin ducts have voxels of fat
     EXPECT_EQ(s.fascia_outside, 0.0);
     Findings findings;
-    checkScan(PackageStatistics(reference()), {}, findings);
+    checkScan(PackageStatistics(reference()), findings);
     EXPECT_TRUE(findings.list.empty()) << formatFinding(findings.list.front());
 }
 
@@ -199,14 +199,16 @@ TEST(CheckScan, ThickSlicesAreReportedThenRefused) {
     EXPECT_THAT(scanned(2.06), testing::HasSubstr("thinner slices"));
 }
 
-// The blur of such slices does not show, because no lung lies on the diaphragm.
+// In voxels of 3 mm, too little of the lungs' base shows.
 TEST(CheckScan, DistantSlicesAreRefusedWhereTheirBlurDoesNotShow) {
     Package p = copy();
     ASSERT_TRUE(std::isnan(measure(p).blur_across_m));
-    const auto scanned = [&](double slice_mm) {
-        return finding(p, "distance of slices", {.slice_m = 1e-3 * slice_mm});
+    const auto scanned = [&p](double slice_mm) {
+        p.scan.slice_m = 1e-3 * slice_mm;
+        return finding(p, "distance of slices");
     };
-    EXPECT_EQ(scanned(3.0), "");
+    EXPECT_EQ(scanned(0.0), "") << "unknown";
+    EXPECT_EQ(scanned(4.0 + 1e-6), "") << "rounded";
     EXPECT_THAT(scanned(5.0), testing::StartsWith("REFUSED  distance of slices: 5 mm"));
     p.ct = test::lungOnDiaphragm(0.7, 10.0);
     p.labels = LabelVolume(p.ct.grid);
@@ -214,16 +216,17 @@ TEST(CheckScan, DistantSlicesAreRefusedWhereTheirBlurDoesNotShow) {
 }
 
 TEST(CheckScan, SoftKernelIsReported) {
-    Package fine = copy();
+    Package coarse = copy(), fine = copy();
     fine.ct = test::lungOnDiaphragm(0.7, 10.0);  // voxels of 1 mm
     fine.labels = LabelVolume(fine.ct.grid);
-    const auto scanned = [](const Package& p, double blur_mm) {
-        return finding(p, "blur within slices", {.blur_within_m = 1e-3 * blur_mm});
+    const auto scanned = [](Package& p, double blur_mm) {
+        p.scan.blur_within_m = 1e-3 * blur_mm;
+        return finding(p, "blur within slices");
     };
     EXPECT_EQ(scanned(fine, 0.8), "");
     EXPECT_THAT(scanned(fine, 1.12), testing::StartsWith("look     blur within slices: 1.12 mm"));
-    EXPECT_EQ(scanned(reference(), 2.9), "") << "wide voxels blur too";
-    EXPECT_NE(scanned(reference(), 3.1), "");
+    EXPECT_EQ(scanned(coarse, 2.9), "") << "wide voxels blur too";
+    EXPECT_NE(scanned(coarse, 3.1), "");
 }
 
 TEST(CheckScan, MissingOrgansAreReported) {

@@ -114,6 +114,7 @@ TEST(ImportBuild, LabelsKeepPositionAndVolume) {
     const double ml = 0.008 * double(count("liver") + count("bile ducts"));
     EXPECT_NEAR(ml, built().sources[2].volume_ml, 0.04 * test::kLiver_ml);
     EXPECT_EQ(p.licence, "CC0");
+    EXPECT_EQ(p.scan.slice_m, test::makeTorso().ct.grid.spacing_m.z);
     for (const patient::Label& l : p.label_table)
         EXPECT_FALSE(l.provenance.empty()) << l.name;
 }

@@ -122,6 +122,7 @@ TEST_F(BuildRun, BuildsAPackageWithALiverFromACt) {
     EXPECT_THAT(built.atlases,
                 testing::ElementsAre("reference patient, seed 11", "reference patient, seed 12"));
     EXPECT_THAT(built.provenance, testing::Not(testing::HasSubstr("seed"))) << "the atlases have one home";
+    EXPECT_NEAR(built.scan.slice_m, kSpacing_m, 1e-9);
     EXPECT_THAT(output(), testing::HasSubstr("atlases: \"reference patient, seed 11\", "));
     for (const patient::Label& l : built.label_table)
         EXPECT_EQ(l.provenance.rfind("automatic: stage ", 0), 0u) << l.name << ": " << l.provenance;

@@ -55,7 +55,8 @@ bool boneNear(const RadiusBounds&, const WallSurface&, int level, int angle);
 // Fits the inner wall of chest and abdomen. At the ribs and other bones, the surface lies just inside the
 // bone. Below the ribs, it lies on the inner face of the abdominal muscles. Between these places it is
 // smooth. The surface stays outside the organs and inside the bones. Where an organ touches a bone, only the
-// bone's limit is kept. Only wallBones() count.
+// bone's limit is kept. Bones that wallBones() drops are
+// ignored.
 WallSurface fitWall(const FasciaInput&);
 
 // Returns the volume enclosed by the surface. Organs are included even where they extend beyond the surface.

@@ -1,5 +1,6 @@
 #include "app/modeller/segmentation/liver.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -54,6 +55,7 @@ constexpr float kPossible = 0.1f;
 constexpr double kBite_m = 0.050, kBiteDepth_m = 0.004, kBiteContact = 0.4, kMinBite_ml = 1.0;
 constexpr int kMaxBites = 8;
 constexpr double kMinLiver_ml = 150.0;
+constexpr double kMuchRemoved_ml = 50.0;  // outside the ribs; more is reported
 
 // Frequency of CT values, per HU.
 class Density {
@@ -339,9 +341,9 @@ void addBites(Mask& liver, const Coarse& c, const Parenchyma& parenchyma) {
     }
 }
 
-// The ribs limit the liver also where muscle between them looks like it: removes what lies outside them from
-// the first cut, and from the region `open` to the second. If blur hides the diaphragm, 2 mm are left for it.
-// Wide voxels blur too; they do not count.
+// The ribs limit the liver also where muscle between them looks like it. Clears what lies outside the ribs'
+// inner side in the first cut and in the region `open` to the second, and keeps the largest part of the first
+// cut. If blur hides the diaphragm, 2 mm are left for it. Wide voxels blur too; they do not count.
 void limitByRibs(const CtVolume& ct, const Mask& body, const Mask& lungs, const Mask& bones, double blur_m,
                  Mask& first, Mask& open) {
     constexpr double kThinDiaphragm_m = 0.002;
@@ -374,7 +376,11 @@ Liver findLiver(const CtVolume& ct, const Mask& body, const Mask& lungs, const M
     closeLiver(first, coarse.organ);
     addBites(first, coarse, *parenchyma);
     fillCavities(first);
+    const double whole_ml = volume_ml(first);
     limitByRibs(ct, body, lungs, bones, settings.blur_m, first, open);
+    if (const double removed_ml = whole_ml - volume_ml(first); removed_ml > kMuchRemoved_ml)
+        liver.notes.push_back(
+            fmt::format("liver: {:.0f} ml that lay outside the ribs' inner side were removed", removed_ml));
     if (volume_ml(first) < kMinLiver_ml) {
         liver.notes.push_back("no liver: what is like one is too small");
         return liver;

@@ -27,7 +27,8 @@ FloatVolume correctBias(const FloatVolume& hu, const Mask& core, float mean_hu, 
 Mask findLeakedLumps(const Mask& liver, const Mask& similar, double radius_m);
 
 // Clears the masks' voxels outside a smooth surface `gap_m` inside the inner side of the ribs, also between
-// ribs. Changes nothing where no bone is near. `in.organs` are the lungs; a mask may be on a grid of its own.
+// ribs. Changes nothing where no bone is near. `in.bones` are wallBones() that were found with the liver,
+// `in.organs` the lungs. A mask may be on a grid of its own.
 void removeOutsideRibs(const FasciaInput& in, double gap_m, std::initializer_list<Mask*> masks);
 
 }  // namespace stylet::modeller

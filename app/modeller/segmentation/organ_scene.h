@@ -12,7 +12,7 @@ struct OrganScene {
     Grid grid;    // of `ct` and all masks and volumes below
     Mask inside;  // the volume inside the fascia
     Mask liver, lung_right, lung_left, gas;
-    double left_dome_m;  // height of the left lung's base at its top; of the scan's top without that lung
+    double left_dome_m;  // height of the left dome, or of the scan's top if there is no left lung
     // HU, mean over three voxels, five in a noisy scan: for organs with a narrow range.
     FloatVolume smooth_hu{};
     FloatVolume unsmoothed_hu{};   // HU of the CT; empty if its voxels are smaller than 1.5 mm

@@ -358,8 +358,9 @@ std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
     constexpr double kBesideFascia_m = 0.020;  // behind kidney and spleen the fascia is uncertain
     constexpr double kRim_m = 0.012;           // thickness of skin and its fat
     constexpr double kMargin_m = 0.004;        // for means over neighbours
+    constexpr int kMinMargin = 4;              // voxels
     Mask beside = intersect(dilated(in.inside, kBesideFascia_m), eroded(in.body, kRim_m));
-    const int margin = std::max(4, int(std::ceil(kMargin_m / in.ct.grid.spacing_m.x)));
+    const int margin = std::max(kMinMargin, int(std::ceil(kMargin_m / in.ct.grid.spacing_m.x)));
     VoxelBox box = boxAround(unite(beside, in.inside), margin);
     if (box.empty()) box = {Index3(0), in.ct.grid.dims - 1};
     OrganScene s = makeScene(in, box, beside);

@@ -2,8 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "app/modeller/image/handover_files.h"
+#include "app/modeller/image/image_handover.h"
 #include "app/modeller/segmentation/build.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"
+#include "tests/support/nifti_bytes.h"
+#include "tests/support/temp_folder.h"
 
 namespace stylet::modeller {
 namespace {
@@ -74,6 +80,39 @@ TEST(Atlas, NeedsTheRegistrationProgram) {
     settings.program = "/nowhere/stylet-register";
     EXPECT_THROW(alignAtlases(torso.ct, test::seededBody(), {}, {AtlasImage(torso, settings)}, settings),
                  ImportError);
+}
+
+// The registration program may have read a hostile file, so any of its output may be wrong.
+TEST(Atlas, ATransformThatCannotBeIsRefused) {
+    const test::TempFolder temp;
+    const auto read = [&](const AffineHandover& h, std::size_t bytes = sizeof(AffineHandover)) {
+        const auto* const first = reinterpret_cast<const std::byte*>(&h);
+        test::Bytes whole(first, first + sizeof h);
+        whole.resize(bytes);
+        test::writeBytes(temp / "affine", whole);
+        return readAffineFile(temp / "affine");
+    };
+    AffineHandover good;
+    for (std::size_t d = 0; d < 3; ++d)
+        good.matrix[d][d] = 2.0;
+    good.matrix[0][1] = 1.0;
+    good.centre_mm = {10.0, 0.0, 0.0}, good.shift_mm = {0.0, 0.0, 5.0};
+    const Vec3 to = read(good)(Vec3(0.020, 0.003, 0.0));
+    EXPECT_LT(glm::length(to - Vec3(0.010 + 0.020 + 0.003, 0.006, 0.005)), 1e-15);
+    AffineHandover bad = good;
+    bad.magic[0] = 'x';
+    EXPECT_THROW(read(bad), ImportError);
+    for (const double v : {std::nan(""), 1e9}) {
+        bad = good, bad.matrix[2][1] = v;
+        EXPECT_THROW(read(bad), ImportError) << v;
+        bad = good, bad.centre_mm[1] = v;
+        EXPECT_THROW(read(bad), ImportError) << v;
+        bad = good, bad.shift_mm[2] = v;
+        EXPECT_THROW(read(bad), ImportError) << v;
+    }
+    EXPECT_THROW(read(good, sizeof good - 1), ImportError);
+    EXPECT_THROW(read(good, sizeof good + 1), ImportError);
+    EXPECT_THROW(readAffineFile(temp / "none"), ImportError);
 }
 
 // Names are compared as a whole: seed 1 differs from seed 11.

@@ -19,6 +19,7 @@ void writeImageFile(const std::filesystem::path& file, const Volume<std::int16_t
 // In metres. Throws ImportError.
 VectorField readFieldFile(const std::filesystem::path& file);
 
+// Maps a point of the fixed image to the same tissue in the moving image.
 struct AffineMap {
     glm::dmat3 matrix{1.0};
     Vec3 centre_m{0.0}, shift_m{0.0};

@@ -106,7 +106,7 @@ struct DrawnPatient {
     haptics::TouchMap touch = haptics::makeTouchMap(patient);
     PlannedPath path;
     SessionLog expert;
-    bool scripted;  // the expert's script does every step on the path
+    bool scripted;  // the expert's script does every step on the path, also with a lighter probe
 
   private:
     static patient::Package makePackage(std::uint64_t drawn, std::string_view body) {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include "app/modeller/image/child_process_linux.h"
 #include "app/modeller/import/import_body.h"
@@ -17,6 +19,26 @@ using patient::Label;
 namespace {
 
 constexpr double kAirAround_m = 0.008, kMaxWidth_m = 0.50;
+
+// Returns the first and the last slice in which the body is complete. A tilted gantry or a registration to
+// another scan leaves padding at the scan's ends: slices without a body, or with a part of it. Towards neck
+// and legs this removes slices, too; they are not needed.
+std::pair<int, int> completeSlices(const Mask& body) {
+    constexpr double kFurtherIn_m = 0.015, kMinShare = 0.85;  // of the body's area so far further in
+    const Grid& g = body.grid;
+    std::vector<double> area(std::size_t(g.dims.z), 0.0);
+    forEachVoxel(g, [&](const Index3& i) { area[std::size_t(i.z)] += body[i]; });
+    const int in = std::max(1, int(std::lround(kFurtherIn_m / g.spacing_m.z)));
+    const auto isCut = [&](int z, int further_in) {
+        return area[std::size_t(z)] <= kMinShare * area[std::size_t(further_in)];
+    };
+    int low = 0, high = g.dims.z - 1;
+    while (low + in <= high && isCut(low, low + in))
+        ++low;
+    while (high - in >= low && isCut(high, high - in))
+        --high;
+    return {low, high};
+}
 
 }  // namespace
 
@@ -64,7 +86,7 @@ Mask cropToBody(CtVolume& ct, LabelVolume& labels) {
     const Grid& g = body.grid;
     VoxelBox box = boxAround(body, int(std::ceil(kAirAround_m / g.spacing_m.x)));
     if (box.empty()) throw ImportError("the CT shows no body; choose another series");
-    box.low.z = 0, box.high.z = g.dims.z - 1;
+    std::tie(box.low.z, box.high.z) = completeSlices(body);
     for (std::size_t i = 0; i < body.voxels.size(); ++i)
         if (!body.voxels[i]) ct.voxels[i] = kOutside_hu, labels.voxels[i] = 0;
     ct = cropped(ct, box);

@@ -21,8 +21,8 @@ Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m
 // Trilinear; air outside the scan.
 CtVolume resampleCt(const CtVolume&, const Grid&);
 
-// Sets everything outside the body to air without a label, and crops both volumes in-plane to the body and
-// a rim. Returns the body. Throws ImportError if there is no body.
+// Sets everything outside the body to air without a label. Crops both volumes in-plane to the body and a rim,
+// and to the slices that contain the whole body. Returns the body. Throws ImportError if there is no body.
 Mask cropToBody(CtVolume&, LabelVolume&);
 
 // Throws ImportError if a package with this grid could not be loaded again; the message names a spacing

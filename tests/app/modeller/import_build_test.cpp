@@ -5,6 +5,7 @@
 
 #include "app/modeller/image/voxel_tools.h"
 #include "app/modeller/import/import.h"
+#include "app/modeller/import/section.h"
 #include "tests/app/modeller/outside.h"
 #include "tests/app/modeller/torso.h"
 #include "tests/support/refused.h"
@@ -136,6 +137,34 @@ TEST(ImportBuild, TableIsRemovedAndSkinEnclosesTheBody) {
     EXPECT_GE(skin, 1);
     EXPECT_LE(skin, 2);
     EXPECT_EQ(p.labels.nearestOr({0.122, 0.0, 0.095}, 9), 0);
+}
+
+// A body of 80 slices in a scan of 120. Below it are 12 empty slices. Above it, a tilted gantry has left
+// padding in the front.
+TEST(Section, PaddingAtTheEndsIsLeftOut) {
+    const Grid grid{Index3(60, 50, 120), Vec3(0.002), Vec3(0.0)};
+    CtVolume padded(grid, kOutside_hu);
+    forEachVoxel(grid, [&](const Index3& i) {
+        if (std::hypot((i.x - 30) / 25.0, (i.y - 25) / 20.0) < 1.0 && i.z >= 12 && i.z < 118 - i.y)
+            padded[i] = 40;
+    });
+    CtVolume whole = padded;
+    forEachVoxel(grid, [&](const Index3& i) {
+        if (std::hypot((i.x - 30) / 25.0, (i.y - 25) / 20.0) < 1.0) whole[i] = 40;
+    });
+    LabelVolume labels(grid, 1), all(grid, 1);
+    const Mask body = cropToBody(padded, labels);
+    EXPECT_EQ(body.grid.origin_m.z, 0.024);
+    EXPECT_EQ(labels.grid, padded.grid);
+    const double area = 3.14159 * 25.0 * 20.0;
+    for (const int z : {0, body.grid.dims.z - 1}) {
+        int voxels = 0;
+        for (int y = 0; y < body.grid.dims.y; ++y)
+            for (int x = 0; x < body.grid.dims.x; ++x)
+                voxels += body[{x, y, z}];
+        EXPECT_GT(voxels, 0.84 * area) << z;
+    }
+    EXPECT_EQ(cropToBody(whole, all).grid.dims.z, 120);
 }
 
 TEST(ImportBuild, FasciaSeparatesWallAndCavity) {

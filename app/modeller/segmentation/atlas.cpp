@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cmath>
 #include <future>
+#include <optional>
 
 #include "app/modeller/image/handover_files.h"
 #include "app/modeller/image/vector_field.h"
@@ -35,6 +36,8 @@ constexpr int kSimilarityReach = 3;
 // A target counts as mirrored if exchanging left and right reduces its difference from the atlases below this
 // share. Measured: 1.09 in a real patient and 3.5 in a reference patient; mirrored, 0.92 and 0.29.
 constexpr double kMirroredShare = 0.96;
+// Fewer voxels of liver say nothing about its CT value.
+constexpr std::size_t kMinLiverVoxels = 500;
 // A voxel of a vessel or duct belongs to the liver if liver outweighs other tissue within this distance.
 constexpr double kVesselReach_m = 0.006;
 
@@ -134,6 +137,22 @@ FloatVolume leftRightExchanged(const FloatVolume& image) {
     return out;
 }
 
+bool hasLiverAt(const AtlasImage& atlas, const Vec3& at) {
+    return atlas.organ.nearestOr(at, std::uint8_t(Organ::elsewhere)) == std::uint8_t(Organ::liver);
+}
+
+// The median of the values that can be liver. No value if they are few.
+std::optional<float> liverLevel(const FloatVolume& feature, const Mask& liver) {
+    std::vector<float> hu;
+    for (std::size_t i = 0; i < liver.voxels.size(); ++i)
+        if (const float v = feature.voxels[i]; liver.voxels[i] && v > kMinLiver_hu && v < kMaxLiver_hu)
+            hu.push_back(v);
+    if (hu.size() < kMinLiverVoxels) return std::nullopt;
+    const auto middle = hu.begin() + std::ptrdiff_t(hu.size() / 2);
+    std::nth_element(hu.begin(), middle, hu.end());
+    return *middle;
+}
+
 // Registers the atlases to a target.
 class Registration {
   public:
@@ -158,6 +177,7 @@ class Registration {
         auto other = std::async(std::launch::async, work);  // two processes at the same time
         work();
         other.get();
+        target_liver_hu_ = targetLiverLevel();
     }
 
     // Throws ImportError if the atlases are more like the mirrored target.
@@ -175,8 +195,24 @@ class Registration {
                 "supported");
     }
 
-    // The displacement from the target to atlas `n`.
-    VectorField displacement(std::size_t n) const {
+    // The features of atlas `n`, its liver as bright as the target's. Tube voltage, contrast medium and fat
+    // change the liver's value so much that another organ of the target may be more like the atlas's liver.
+    FloatVolume matchedFeature(std::size_t n) const {
+        FloatVolume out = atlases_[n].feature;
+        Mask liver(out.grid);
+        parallelVoxels(out.grid,
+                       [&](const Index3& i) { liver[i] = hasLiverAt(atlases_[n], out.grid.centre(i)); });
+        const std::optional<float> level_hu = liverLevel(out, liver);
+        if (!level_hu || !target_liver_hu_) return out;
+        for (std::size_t i = 0; i < out.voxels.size(); ++i)
+            if (liver.voxels[i])
+                out.voxels[i] = std::min(out.voxels[i] + *target_liver_hu_ - *level_hu, kFeatureBone_hu);
+        return out;
+    }
+
+    // The displacement from the target to atlas `n` with these features.
+    VectorField displacement(std::size_t n, const FloatVolume& feature) const {
+        writeImageFile(moving(n), rounded(feature));
         const fs::path out = folder_.path() / "field";
         run(n,
             {"demons", fixed(false), moving(n), affine(n, false), out, std::to_string(settings_.iterations)});
@@ -209,15 +245,32 @@ class Registration {
         return sum / double(target.voxels.size());
     }
 
+    // The target's value where most atlases have liver after the affine registration.
+    std::optional<float> targetLiverLevel() const {
+        std::vector<AffineMap> to_atlas;
+        for (std::size_t n = 0; n < atlases_.size(); ++n)
+            to_atlas.push_back(readAffineFile(affine(n, false)));
+        Mask liver(target_.grid);
+        parallelVoxels(target_.grid, [&](const Index3& i) {
+            std::size_t votes = 0;
+            for (std::size_t n = 0; n < atlases_.size(); ++n)
+                votes += hasLiverAt(atlases_[n], to_atlas[n](target_.grid.centre(i)));
+            liver[i] = 2 * votes > atlases_.size();
+        });
+        return liverLevel(target_, liver);
+    }
+
     const FloatVolume& target_;
     const std::vector<AtlasImage>& atlases_;
     const AtlasSettings& settings_;
     PrivateFolder folder_;
+    std::optional<float> target_liver_hu_;
 };
 
-// Adds the atlas's votes: its organ at each voxel, weighted by the local similarity of the two images.
-void addVote(const FloatVolume& target, const AtlasImage& atlas, const VectorField& field,
-             double similarity_hu, AtlasPrior& prior) {
+// Adds the atlas's votes: its organ at each voxel, weighted by the local similarity of the target and the
+// atlas's features.
+void addVote(const FloatVolume& target, const AtlasImage& atlas, const FloatVolume& feature,
+             const VectorField& field, double similarity_hu, AtlasPrior& prior) {
     const Grid& g = target.grid;
     FloatVolume differs(g);
     LabelVolume organ(g, std::uint8_t{255});  // 255: outside the atlas
@@ -226,7 +279,7 @@ void addVote(const FloatVolume& target, const AtlasImage& atlas, const VectorFie
         const Vec3 p = g.centre(i) + Vec3(field.voxels[o]);
         organ.voxels[o] = atlas.organ.nearestOr(p, 255);
         const float d =
-            organ.voxels[o] == 255 ? 0.0f : valueAt(atlas.feature, p, kFeatureOutside_hu) - target.voxels[o];
+            organ.voxels[o] == 255 ? 0.0f : valueAt(feature, p, kFeatureOutside_hu) - target.voxels[o];
         differs.voxels[o] = d * d;
     });
     differs = boxMean(differs, kSimilarityReach);
@@ -292,7 +345,9 @@ AtlasPrior alignAtlases(const CtVolume& ct, const Mask& body, const Mask& lungs,
     prior.probability.assign(kOrgans, FloatVolume(prior.grid));
     for (std::size_t n = 0; n < atlases.size(); ++n) {
         settings.progress(atlases[n].name);
-        addVote(target, atlases[n], registration.displacement(n), settings.similarity_hu, prior);
+        const FloatVolume feature = registration.matchedFeature(n);
+        addVote(target, atlases[n], feature, registration.displacement(n, feature), settings.similarity_hu,
+                prior);
         prior.used.push_back(atlases[n].name);
     }
     for (std::size_t o = 0; o < prior.known.voxels.size(); ++o) {

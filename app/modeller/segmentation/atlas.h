@@ -33,6 +33,9 @@ enum class Organ : std::uint8_t {
 };
 inline constexpr std::size_t kOrgans = std::size_t(Organ::wall) + 1;
 
+// Possible values of the liver's parenchyma in a CT with or without contrast medium.
+inline constexpr float kMinLiver_hu = 20.0f, kMaxLiver_hu = 220.0f;
+
 // The whole liver, as surgeons define it: parenchyma, tumours, cysts, and the vessels and ducts inside it.
 Mask wholeLiver(const LabelVolume&, const std::vector<patient::Label>&);
 
@@ -69,7 +72,8 @@ class AtlasImage {
 // atlas, the result says nothing about accuracy.
 void checkNotOwnAtlas(const std::string& name, const std::vector<std::string>& atlases);
 
-// Computes the fused prior for a target. `lungs` may be empty; then voxels below -400 HU count as lung.
+// Computes the fused prior for a target. The livers of the atlases are matched to the target's in brightness
+// after the affine registration. `lungs` may be empty; then voxels below -400 HU count as lung.
 // Without atlases, `known` is 0 everywhere. Throws ImportError if a registration fails or if the
 // target looks mirrored.
 AtlasPrior alignAtlases(const CtVolume& ct, const Mask& body, const Mask& lungs,

@@ -17,8 +17,6 @@ namespace stylet::modeller {
 
 namespace {
 
-// Possible values of parenchyma in a CT with or without contrast medium.
-constexpr float kMinLiver_hu = 20.0f, kMaxLiver_hu = 220.0f;
 // No voxel of an organ is darker than this, even if half of it is another tissue at a border.
 constexpr float kOrganFloor_hu = 0.0f;
 constexpr float kMostlyOpen = 0.7f;  // minimum share of a voxel of the first cut where organs can be
@@ -31,7 +29,8 @@ constexpr float kCore = 0.7f;      // minimum prior for voxels that show the liv
 // Without a prior, the liver is found by its thickness: no other organ is this thick.
 constexpr double kThick_m = 0.018;
 // In a liver: the share of darker tissue (lesions) and of brighter tissue (vessels), and the maximum
-// difference.
+// difference. A bright liver is farther from its lesions, which take up little contrast medium.
+constexpr float kLesion_hu = 45.0f;
 constexpr float kDark = 0.15f, kDarker_hu = 70.0f, kBright = 0.03f, kBrighter_hu = 100.0f;
 // Fat in the liver and the flow of contrast medium are uneven. In a share kUneven of the liver, the spread is
 // kUnevenSigmas times that of noise.
@@ -185,6 +184,11 @@ std::optional<Parenchyma> estimateParenchyma(const Coarse& c, const Mask& core) 
     return p;
 }
 
+// Maximum difference of a lesion from the liver.
+float lesionRange(const Parenchyma& liver) {
+    return std::max(kDarker_hu, liver.mean_hu - kLesion_hu);
+}
+
 // Estimates the distribution of CT values of each organ except the liver, in this patient. Where the prior is
 // wrong, the samples contain liver. Liver values are therefore removed from every distribution except that of
 // the spleen, which may look exactly like liver. Stomach, bowel and pancreas have walls and mixed contents,
@@ -221,13 +225,14 @@ std::vector<Density> estimateDensities(const Coarse& c, const Parenchyma& liver)
 // Log-odds of liver at each voxel, from prior and CT value by Bayes' theorem.
 FloatVolume computeEvidence(const Coarse& c, const Parenchyma& liver) {
     const std::vector<Density> densities = estimateDensities(c, liver);
+    const float darker_hu = lesionRange(liver);
     const auto liver_density = [&](float hu) {
         const float d = (hu - liver.mean_hu) / liver.sigma_hu;
         const float wide = d / kUnevenSigmas;
         float p = (1.0f - kDark - kBright) / (2.5066f * liver.sigma_hu) *
                   ((1.0f - kUneven) * std::exp(-0.5f * d * d) +
                    kUneven / kUnevenSigmas * std::exp(-0.5f * wide * wide));
-        if (hu > liver.mean_hu - kDarker_hu && hu < liver.mean_hu) p += kDark / kDarker_hu;
+        if (hu > liver.mean_hu - darker_hu && hu < liver.mean_hu) p += kDark / darker_hu;
         if (hu > liver.mean_hu && hu < liver.mean_hu + kBrighter_hu) p += kBright / kBrighter_hu;
         return p + 1e-6f;
     };
@@ -315,7 +320,7 @@ void addBites(Mask& liver, const Coarse& c, const Parenchyma& parenchyma) {
     for (std::size_t i = 0; i < bites.voxels.size(); ++i) {
         const float darker = parenchyma.mean_hu - c.hu.voxels[i];
         bites.voxels[i] = bites.voxels[i] && !liver.voxels[i] && c.organ.voxels[i] &&
-                          darker > 2.0f * parenchyma.sigma_hu && darker < kDarker_hu &&
+                          darker > 2.0f * parenchyma.sigma_hu && darker < lesionRange(parenchyma) &&
                           c.prior[std::size_t(Organ::liver)].voxels[i] > kPossible;
     }
     bites = intersect(bites, dilated(eroded(bites, kBiteDepth_m), 2.0 * kBiteDepth_m));

@@ -10,8 +10,9 @@
 namespace stylet::modeller {
 namespace {
 
-// Registers another patient, scaled and moved, and returns the Dice of the liver that it expects.
-double diceOfPriorLiver(double size, const Vec3& moved) {
+// Registers another patient, scaled and moved, its liver brighter by `brighter_hu`. Returns the Dice of the
+// liver that it expects.
+double diceOfPriorLiver(double size, const Vec3& moved, int brighter_hu = 0) {
     const char* bin = std::getenv("STYLET_BIN");
     AtlasSettings settings;
     settings.program = std::filesystem::path(bin ? bin : ".") / "stylet-register";
@@ -22,6 +23,9 @@ double diceOfPriorLiver(double size, const Vec3& moved) {
         g->spacing_m *= size;
         g->origin_m = size * g->origin_m + moved;
     }
+    const Mask atlas_liver = wholeLiver(atlas.labels, atlas.label_table);
+    for (std::size_t i = 0; i < atlas_liver.voxels.size(); ++i)
+        if (atlas_liver.voxels[i]) atlas.ct.voxels[i] = std::int16_t(atlas.ct.voxels[i] + brighter_hu);
     const patient::Package& torso = test::seededTorso();
     const AtlasPrior prior =
         alignAtlases(torso.ct, test::seededBody(), {}, {AtlasImage(atlas, settings)}, settings);
@@ -42,6 +46,11 @@ TEST(AtlasRegistration, MapsAnotherPatientsLiverOntoTheTarget) {
 TEST(AtlasRegistration, ThePatientsMayDifferInSize) {
     for (const double size : {0.8, 1.15, 1.35})
         EXPECT_GT(diceOfPriorLiver(size, Vec3(0.0)), 0.85) << "other patient's size " << size;
+}
+
+TEST(AtlasRegistration, TheLiversMayDifferInBrightness) {
+    for (const int brighter_hu : {-70, 50})
+        EXPECT_GT(diceOfPriorLiver(1.0, Vec3(0.0), brighter_hu), 0.88) << brighter_hu << " HU brighter";
 }
 
 }  // namespace

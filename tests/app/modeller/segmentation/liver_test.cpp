@@ -27,9 +27,9 @@ void paintBall(CtVolume& ct, const Vec3& middle, double radius_m, std::int16_t h
     });
 }
 
-CtVolume fatWithALiver() {
+CtVolume fatWithALiver(std::int16_t liver_hu = 110) {
     CtVolume ct({Index3(60, 60, 50), Vec3(0.003), Vec3(0.0)}, -100);
-    paintBall(ct, kLiverMiddle, kLiverRadius_m, 110);
+    paintBall(ct, kLiverMiddle, kLiverRadius_m, liver_hu);
     return ct;
 }
 
@@ -46,22 +46,25 @@ TEST(Liver, WithoutAtlasTheLargestThickOrganIsUsed) {
     ASSERT_EQ(liver.notes.size(), 1u);
 }
 
+// At 80 kV (the second liver), a tumour differs more from the liver.
 TEST(Liver, IncludesVesselsAndTumoursButNotAttachedOrgans) {
-    CtVolume ct = fatWithALiver();
-    const double whole_ml = volume_ml(segment(ct).mask);
-    paintBall(ct, kLiverMiddle + Vec3(0.015, 0, 0), 0.009, 60);    // a tumour inside
-    paintBall(ct, kLiverMiddle + Vec3(0, 0, -0.020), 0.005, 190);  // a vessel
-    paintBall(ct, kLiverMiddle + Vec3(-0.036, 0, 0), 0.014, 65);   // at the surface, clipped to it
-    for (const double y_m : {0.054, 0.060, 0.066, 0.072})
-        paintBall(ct, kLiverMiddle + Vec3(0, y_m, 0), 0.0055, 110);  // same brightness, touches the liver
-    const CtVolume round = fatWithALiver();
-    for (std::size_t i = 0; i < ct.voxels.size(); ++i)
-        if (round.voxels[i] == -100 && ct.voxels[i] == 65) ct.voxels[i] = -100;
-    const Liver liver = segment(ct);
-    EXPECT_NEAR(volume_ml(liver.mask), whole_ml, 0.03 * whole_ml);
-    for (const Vec3& at : {Vec3(0.015, 0, 0), Vec3(0, 0, -0.020), Vec3(-0.036, 0, 0)})
-        EXPECT_EQ(liver.mask.nearestOr(kLiverMiddle + at, 0), 1) << at.x;
-    EXPECT_EQ(liver.mask.nearestOr(kLiverMiddle + Vec3(0, 0.072, 0), 0), 0);
+    for (const auto& [liver_hu, tumour_hu] : {std::pair<std::int16_t, std::int16_t>(110, 65), {132, 56}}) {
+        CtVolume ct = fatWithALiver(liver_hu);
+        const double whole_ml = volume_ml(segment(ct).mask);
+        paintBall(ct, kLiverMiddle + Vec3(0.015, 0, 0), 0.009, 60);          // a tumour inside
+        paintBall(ct, kLiverMiddle + Vec3(0, 0, -0.020), 0.005, 190);        // a vessel
+        paintBall(ct, kLiverMiddle + Vec3(-0.036, 0, 0), 0.014, tumour_hu);  // at the surface, clipped to it
+        for (const double y_m : {0.054, 0.060, 0.066, 0.072})
+            paintBall(ct, kLiverMiddle + Vec3(0, y_m, 0), 0.0055, liver_hu);  // same brightness, touches it
+        const CtVolume round = fatWithALiver();
+        for (std::size_t i = 0; i < ct.voxels.size(); ++i)
+            if (round.voxels[i] == -100 && ct.voxels[i] == tumour_hu) ct.voxels[i] = -100;
+        const Liver liver = segment(ct);
+        EXPECT_NEAR(volume_ml(liver.mask), whole_ml, 0.03 * whole_ml) << liver_hu;
+        for (const Vec3& at : {Vec3(0.015, 0, 0), Vec3(0, 0, -0.020), Vec3(-0.036, 0, 0)})
+            EXPECT_EQ(liver.mask.nearestOr(kLiverMiddle + at, 0), 1) << liver_hu << " HU, " << at.x;
+        EXPECT_EQ(liver.mask.nearestOr(kLiverMiddle + Vec3(0, 0.072, 0), 0), 0) << liver_hu;
+    }
 }
 
 TEST(Liver, MissingLiverIsReported) {

@@ -14,15 +14,69 @@ namespace {
 // At 120 kV, the densest contrast medium of a portal venous scan, in a kidney, is below the first threshold
 // except for noise, and always below the second.
 constexpr std::int16_t kCortex_hu = 300, kSureCortex_hu = 350;
+// In the sharpened scan. The thin cortex of the lowest ribs' tips is above it in a real patient, also in a
+// soft scan, and no more of its kidneys than above kCortex_hu in the scan (2 %).
+constexpr float kSharpCortex_hu = 325.0f;
 constexpr std::int16_t kSurface_hu = 180;  // halfway from soft tissue to spongy bone under a thin cortex
 constexpr double kSureShare = 0.03;        // minimum share of a piece's voxels above kSureCortex_hu
 constexpr double kCortexReach_m = 0.002;
 constexpr double kMinCortex_ml = 0.03;
-// At 80 kV a kidney is denser. Unlike a bone of its size, in the back of the body, it has nearly the same
-// density everywhere: its standard deviation is .14 of the mean, and up to .11 of it is above kSureCortex_hu.
-// In the softest scan ribs have .14 and .84, and vertebrae .21 and at least .15.
-constexpr double kOrgan_ml = 10.0, kOrganDeviation = 0.17, kOrganSureShare = 0.2;
+// At 80 kV a kidney is denser. Unlike a bone of its size, behind the front third of the body, it has nearly
+// the same density everywhere: its standard deviation is .14 to .17 of the mean, and up to .11 of it is above
+// kSureCortex_hu. In the softest scan ribs have .14 and .84. Vertebrae have .17 and .05 in voxels of 3 mm,
+// but unlike a kidney they are in the middle of the body.
+constexpr double kOrgan_ml = 10.0, kOrganSureShare = 0.2;
+constexpr double kOrganDeviation = 0.17, kOrganDeviationAside = 0.21, kOrganAside_m = 0.030;
 constexpr double kFrontWall_m = 0.035;  // depth below the skin: a sternum is less deep, a kidney is deeper
+
+}  // namespace
+
+namespace {
+
+// Undoes most of the scan's blur: steps of P. H. van Cittert, "Zum Einfluss der Spaltbreite auf die
+// Intensitaetsverteilung in Spektrallinien II", Z. Physik 69, 1931. The blur along each axis is taken to be
+// that of some passes of [share, 1 - 2 share, share]: one pass for up to .71 voxels, three for 1.22 and more.
+// Between .71 and .87 and from 1.0 to 1.12 voxels it is taken to be narrower, because a further pass raises
+// the noise.
+FloatVolume sharpened(const CtVolume& ct, const ScanBlur& blur) {
+    constexpr double kPassVariance = 0.5;  // of [1 2 1]/4, the widest pass
+    constexpr int kMaxPasses = 3;
+    std::array<int, 3> passes{};
+    std::array<float, 3> share{};
+    double sum = 0.0;
+    for (const int axis : {0, 1, 2}) {
+        const double voxels = (axis == 2 ? blur.across_m : blur.within_m) / ct.grid.spacing_m.x;
+        const double variance = voxels * voxels;
+        int& n = passes[std::size_t(axis)];
+        n = std::clamp(int(std::lround(variance / kPassVariance)), 1, kMaxPasses);
+        share[std::size_t(axis)] = float(std::min(variance / n, kPassVariance) / 2.0);
+        sum += n;
+    }
+    // Wider blur needs more steps, but each raises the noise. In slices of 3 mm, with one pass within slices
+    // and three across, two steps miss 4 % of the ribs' voxels and five miss 14 % (seed 421).
+    const int steps = int(std::lround(2.0 * sum / 3.0)) - 1;
+    FloatVolume sharp = toFloat(ct);
+    for (int step = 0; step < steps; ++step) {
+        FloatVolume blurred = sharp;
+        for (const int axis : {0, 1, 2}) {
+            const auto pass = [part = share[std::size_t(axis)]](float* first, std::size_t stride,
+                                                                std::size_t count) {
+                float before = first[0];
+                for (std::size_t i = 0; i < count; ++i) {
+                    float& at = first[i * stride];
+                    const float here = at, after = first[std::min(i + 1, count - 1) * stride];
+                    at += part * (before - 2.0f * here + after);
+                    before = here;
+                }
+            };
+            for (int n = 0; n < passes[std::size_t(axis)]; ++n)
+                parallelLines(processorCount(), ct.grid.dims, axis, blurred.voxels.data(), pass);
+        }
+        for (std::size_t i = 0; i < sharp.voxels.size(); ++i)
+            sharp.voxels[i] += float(ct.voxels[i]) - blurred.voxels[i];
+    }
+    return sharp;
+}
 
 }  // namespace
 
@@ -35,23 +89,30 @@ bool isInFrontWall(const Mask& body, const Index3& at) {
     return (y - at.y) * body.grid.spacing_m.y < kFrontWall_m;
 }
 
-Mask bonePieces(const CtVolume& ct, const Mask& body) {
+BoneScan::BoneScan(const CtVolume& scan, const Mask& in_body, const ScanBlur& its_blur)
+    : ct(scan), body(in_body), blur(its_blur), sharp(sharpened(scan, its_blur)) {}
+
+Mask bonePieces(const BoneScan& scan) {
+    const auto& [ct, body, blur, sharp] = scan;
     const Mask bright =
         maskWhere(ct.grid, [&](std::size_t i) { return body.voxels[i] && ct.voxels[i] > kBone_hu; });
     const Components p = findComponents(bright);
     struct Piece {
-        double sure = 0.0, front = 0.0, back = 0.0, sum_hu = 0.0, sum_hu2 = 0.0;
+        double sure = 0.0, front = 0.0, behind_front = 0.0, sum_x = 0.0, sum_hu = 0.0, sum_hu2 = 0.0;
     };
     std::vector<Piece> pieces(p.size.size());
     const Grid& g = ct.grid;
+    const VoxelBox box = boundingBox(body);
+    const int front_third = box.high.y - (box.high.y - box.low.y) / 3;
+    const double middle_x = 0.5 * (box.low.x + box.high.x);
     forEachVoxel(g, [&](const Index3& i) {
         if (p.number[i] == 0) return;
         Piece& piece = pieces[std::size_t(p.number[i])];
         const double hu = ct[i];
         piece.sure += hu > kSureCortex_hu;
-        const bool in_back = 2 * i.y <= g.dims.y;
-        piece.back += in_back;
-        piece.front += !in_back && isInFrontWall(body, i);
+        piece.behind_front += i.y < front_third;
+        piece.front += 2 * i.y > g.dims.y && isInFrontWall(body, i);
+        piece.sum_x += i.x;
         piece.sum_hu += hu, piece.sum_hu2 += hu * hu;
     });
     const double each_ml = voxelVolume_ml(g);
@@ -59,19 +120,23 @@ Mask bonePieces(const CtVolume& ct, const Mask& body) {
         const Piece& piece = pieces[n];
         const double size = double(p.size[n]), mean_hu = piece.sum_hu / size;
         const double variance_hu2 = std::max(0.0, piece.sum_hu2 / size - mean_hu * mean_hu);
-        const bool organ = size * each_ml > kOrgan_ml && piece.back > 0.5 * size &&
+        const bool aside = std::fabs(piece.sum_x / size - middle_x) * g.spacing_m.x > kOrganAside_m;
+        const double max_deviation = aside ? kOrganDeviationAside : kOrganDeviation;
+        const bool organ = size * each_ml > kOrgan_ml && piece.behind_front > 0.5 * size &&
                            piece.sure < kOrganSureShare * size &&
-                           std::sqrt(variance_hu2) < kOrganDeviation * mean_hu;
+                           std::sqrt(variance_hu2) < max_deviation * mean_hu;
         return size * each_ml >= kMinCortex_ml &&
                ((piece.sure > kSureShare * size && !organ) || piece.front > 0.8 * size);
     });
 }
 
-Mask cortexShell(const CtVolume& ct, const Mask& pieces) {
-    Mask cortex =
-        maskWhere(ct.grid, [&](std::size_t i) { return pieces.voxels[i] && ct.voxels[i] > kCortex_hu; });
+Mask cortexShell(const BoneScan& scan, const Mask& pieces) {
+    const Grid& g = scan.ct.grid;
+    Mask cortex = maskWhere(g, [&](std::size_t i) {
+        return pieces.voxels[i] && (scan.ct.voxels[i] > kCortex_hu || scan.sharp.voxels[i] > kSharpCortex_hu);
+    });
     removeSmallComponents(cortex, kMinCortex_ml, Connectivity::corners);
-    return intersect(dilated(cortex, std::max(kCortexReach_m, 1.01 * ct.grid.spacing_m.x)), pieces);
+    return intersect(dilated(cortex, std::max(kCortexReach_m, 1.01 * g.spacing_m.x)), pieces);
 }
 
 // --- Enclosed voxels ---
@@ -145,51 +210,6 @@ Mask vertebraRegion(const Grid& g, const std::vector<Vec3>& canal) {
     return region;
 }
 
-// Undoes most of the scan's blur: steps of P. H. van Cittert, "Zum Einfluss der Spaltbreite auf die
-// Intensitaetsverteilung in Spektrallinien II", Z. Physik 69, 1931. The blur along each axis is taken to be
-// that of some passes of [share, 1 - 2 share, share]: one pass for up to .71 voxels, three for 1.22 and more.
-// Between .71 and .87 and from 1.0 to 1.12 voxels it is taken to be narrower, because a further pass raises
-// the noise.
-FloatVolume sharpened(const CtVolume& ct, const ScanBlur& blur) {
-    constexpr double kPassVariance = 0.5;  // of [1 2 1]/4, the widest pass
-    constexpr int kMaxPasses = 3;
-    std::array<int, 3> passes{};
-    std::array<float, 3> share{};
-    double sum = 0.0;
-    for (const int axis : {0, 1, 2}) {
-        const double voxels = (axis == 2 ? blur.across_m : blur.within_m) / ct.grid.spacing_m.x;
-        const double variance = voxels * voxels;
-        int& n = passes[std::size_t(axis)];
-        n = std::clamp(int(std::lround(variance / kPassVariance)), 1, kMaxPasses);
-        share[std::size_t(axis)] = float(std::min(variance / n, kPassVariance) / 2.0);
-        sum += n;
-    }
-    // Wider blur needs more steps, but each raises the noise. In slices of 3 mm, with one pass within slices
-    // and three across, two steps miss 4 % of the ribs' voxels and five miss 14 % (seed 421).
-    const int steps = int(std::lround(2.0 * sum / 3.0)) - 1;
-    FloatVolume sharp = toFloat(ct);
-    for (int step = 0; step < steps; ++step) {
-        FloatVolume blurred = sharp;
-        for (const int axis : {0, 1, 2}) {
-            const auto pass = [part = share[std::size_t(axis)]](float* first, std::size_t stride,
-                                                                std::size_t count) {
-                float before = first[0];
-                for (std::size_t i = 0; i < count; ++i) {
-                    float& at = first[i * stride];
-                    const float here = at, after = first[std::min(i + 1, count - 1) * stride];
-                    at += part * (before - 2.0f * here + after);
-                    before = here;
-                }
-            };
-            for (int n = 0; n < passes[std::size_t(axis)]; ++n)
-                parallelLines(processorCount(), ct.grid.dims, axis, blurred.voxels.data(), pass);
-        }
-        for (std::size_t i = 0; i < sharp.voxels.size(); ++i)
-            sharp.voxels[i] += float(ct.voxels[i]) - blurred.voxels[i];
-    }
-    return sharp;
-}
-
 // Mean HU of the muscle beside the bones, measured around each voxel. Fat is not counted: in a mean with fat,
 // the blurred edge of muscle would be above half maximum.
 FloatVolume muscleBeside(const CtVolume& ct, const Mask& body, const Mask& bone) {
@@ -227,8 +247,7 @@ Mask smoothedSurface(Mask bone, const Mask& open, const ScanBlur& blur) {
     return unite(smooth, subtract(std::move(bone), dilated(smooth, 1.01 * g.spacing_m.x)));
 }
 
-Mask withoutBlurredRim(const CtVolume& ct, const Mask& body, const Mask& bone, const Mask& canal,
-                       const ScanBlur& blur) {
+Mask withoutBlurredRim(const BoneScan& scan, const Mask& bone, const Mask& canal) {
     constexpr double kRim_m = 0.002;  // at most so much is removed
     // Almost half a rib's thickness. With 2.5 mm no path of seeds 61, 71 and 81 meets a false rib either.
     constexpr double kPeak_m = 0.003;
@@ -237,8 +256,9 @@ Mask withoutBlurredRim(const CtVolume& ct, const Mask& body, const Mask& bone, c
     // meets a false rib; a higher share loses more of a thin cortex.
     constexpr float kRidge = 0.6f;
     constexpr float kBrightestBone_hu = 1300.0f;  // brighter is metal
-    const Grid& g = ct.grid;
-    const FloatVolume muscle = muscleBeside(ct, body, bone), sharp = sharpened(ct, blur);
+    const Grid& g = bone.grid;
+    const FloatVolume& sharp = scan.sharp;
+    const FloatVolume muscle = muscleBeside(scan.ct, scan.body, bone);
     const auto voxels = [&](double m) { return std::max(1, int(std::lround(m / g.spacing_m.x))); };
     Mask dark(g);
     parallelVoxels(g, [&](const Index3& i) {
@@ -274,8 +294,8 @@ Mask brightRim(const CtVolume& ct, const Mask& body, const Mask& bones, double b
     return subtract(rim, eroded(closed(bright, reach_m), reach_m));
 }
 
-Mask withMarrow(const CtVolume& ct, const Mask& body, const Mask& pieces, const Mask& shell,
-                const SpinalCanal& spine, const ScanBlur& blur) {
+Mask withMarrow(const BoneScan& scan, const Mask& pieces, const Mask& shell, const SpinalCanal& spine) {
+    const auto& [ct, body, blur, sharp] = scan;
     constexpr double kRib_m = 0.004, kNarrow_m = 0.010, kVertebra_m = 0.024;
     constexpr double kShare = 0.74, kBrightShare = 0.6, kBodyShare = 0.5, kNarrowShare = 0.8, kPeel_m = 0.003;
     constexpr std::int16_t kMarrow_hu = -100, kSpongy_hu = 120, kBody_hu = 150;
@@ -313,8 +333,8 @@ Mask withMarrow(const CtVolume& ct, const Mask& body, const Mask& pieces, const 
         maskWhere(g, [&](std::size_t i) { return bone.voxels[i] && ct.voxels[i] <= kSurface_hu; });
     const LabelVolume outside = inverted(unite(bone, canal));
     const Mask peeled = growSeeds(outside, dark, std::max(1, int(std::lround(kPeel_m / g.spacing_m.x))));
-    return smoothedSurface(withoutBlurredRim(ct, body, subtract(bone, peeled), canal, blur),
-                           subtract(body, canal), blur);
+    return smoothedSurface(withoutBlurredRim(scan, subtract(bone, peeled), canal), subtract(body, canal),
+                           blur);
 }
 
 }  // namespace stylet::modeller

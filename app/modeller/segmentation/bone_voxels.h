@@ -12,26 +12,34 @@ inline constexpr std::int16_t kBone_hu = 200;
 // True if the voxel is so close to the front surface (along y) that it can be sternum but not kidney.
 bool isInFrontWall(const Mask& body, const Index3& at);
 
+// A scan as the search for bone needs it.
+struct BoneScan {
+    BoneScan(const CtVolume&, const Mask& body, const ScanBlur&);
+    const CtVolume& ct;
+    const Mask& body;
+    ScanBlur blur;
+    FloatVolume sharp;  // HU; most of the blur is undone
+};
+
 // Pieces above kBone_hu that are bone: they contain enough certain cortex, or are in the front wall.
-Mask bonePieces(const CtVolume&, const Mask& body);
-// The bright voxels near cortex. Vessel or kidney parts of a piece are farther from any cortex.
-Mask cortexShell(const CtVolume&, const Mask& pieces);
+Mask bonePieces(const BoneScan&);
+// The bright voxels near cortex, which is densest in the sharpened scan. Vessel or kidney parts of a piece
+// are farther from any cortex.
+Mask cortexShell(const BoneScan&, const Mask& pieces);
 // The first thing found within `count` steps from a voxel.
 enum class RayHit { bone, nothing, border };
 RayHit castRay(const Mask& wall, Index3 at, const Index3& step, int count);
 // Fills spongy bone: voxels enclosed by cortex, even if less bright than bone. Repeats the fill, because
 // filled voxels enclose further ones. Inside vertebrae, a smaller share of bone around a voxel is sufficient;
 // a vessel beside a vertebra has bone on one side only. Narrow marrow (ribs, arches) may be as dark as fat.
-Mask withMarrow(const CtVolume&, const Mask& body, const Mask& pieces, const Mask& shell, const SpinalCanal&,
-                const ScanBlur&);
+Mask withMarrow(const BoneScan&, const Mask& pieces, const Mask& shell, const SpinalCanal&);
 
 // Removes the soft tissue that blur has raised above the bone threshold. A bone's surface is at half maximum:
 // halfway between the muscle beside it and its cortex. Blur lowers a thin cortex but not muscle, so half of
 // the blurred maximum lies outside the bone (cf. Prevrhal, Engelke and Kalender, "Accuracy limits for the
 // determination of cortical width and density", Phys. Med. Biol. 44, 1999). Bone is therefore measured in the
 // sharpened scan.
-Mask withoutBlurredRim(const CtVolume&, const Mask& body, const Mask& bone, const Mask& canal,
-                       const ScanBlur&);
+Mask withoutBlurredRim(const BoneScan&, const Mask& bone, const Mask& canal);
 
 // Smooths the surface of the bones in a soft scan or one of thick slices. There, the borders of bones are
 // uncertain by a voxel, and interpolation between slices makes them rough: a needle that passes a rib would

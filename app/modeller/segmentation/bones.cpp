@@ -364,11 +364,12 @@ Bones findBones(const CtVolume& ct, const Mask& body, const ScanBlur& blur) {
         out.notes.push_back("no body, so no bone");
         return out;
     }
-    const Mask pieces = bonePieces(ct, body);
-    const Mask shell = cortexShell(ct, pieces);
+    const BoneScan scan(ct, body, blur);
+    const Mask pieces = bonePieces(scan);
+    const Mask shell = cortexShell(scan, pieces);
     SpinalCanal spine = findCanal(ct, shell, box);
     if (spine.centres_m.empty()) out.notes.push_back("the spinal canal does not show");
-    out.all = withMarrow(ct, body, pieces, shell, spine, blur);
+    out.all = withMarrow(scan, pieces, shell, spine);
     out.canal = std::move(spine.voxels);
     out.canal_m = std::move(spine.centres_m);
     removeSmallComponents(out.all, kMinBone_ml, Connectivity::corners);
@@ -413,7 +414,7 @@ Mask costalCartilage(const CtVolume& ct, const Mask& body, const Mask& inside, c
     // The blurred rim of bone and of calcified cartilage is as dense as cartilage, too.
     Mask dense = maskWhere(g, [&](std::size_t i) { return found.voxels[i] && ct.voxels[i] > kBone_hu; });
     removeSmallComponents(dense, kMinDense_ml, Connectivity::corners);
-    const Mask all = unite(found, bones.all), clear = withoutBlurredRim(ct, body, all, bones.canal, blur);
+    const Mask clear = withoutBlurredRim({ct, body, blur}, unite(found, bones.all), bones.canal);
     found = subtract(found, subtract(dilated(unite(dense, bones.all), kRimReach_m), clear));
     removeSmallComponents(found, kMin_ml);
     return found;

@@ -139,6 +139,10 @@ FloatVolume boxMean(const FloatVolume&, int reach);
 // The complement of the mask.
 Mask inverted(Mask);
 
+inline double voxelVolume_ml(const Grid& g) {
+    return g.spacing_m.x * g.spacing_m.y * g.spacing_m.z * 1e6;
+}
+
 // Measures the noise in an organ: the standard deviation between its voxels 4 mm, but at least two voxels,
 // apart along x. NaN if there are none. The median of absolute differences is robust against vessels and
 // lesions.

@@ -145,7 +145,6 @@ std::vector<SourceLabel> listSources(const CtVolume& ct, const SourceLabels& lab
         count[id] += 1.0;
         sum[id] += ct.voxels[i];
     }
-    const Vec3 s = labels.grid.spacing_m;
     std::vector<SourceLabel> out;
     for (std::size_t id = 0; id < count.size(); ++id) {
         if (count[id] == 0.0) continue;
@@ -154,7 +153,7 @@ std::vector<SourceLabel> listSources(const CtVolume& ct, const SourceLabels& lab
             target = it->second == 0 ? "unsegmented" : targetTable()[std::size_t(it->second) - 1].name;
         else if (id == 0)
             target = "unsegmented";
-        out.push_back({int(id), target, count[id] * s.x * s.y * s.z * 1e6, sum[id] / count[id]});
+        out.push_back({int(id), target, count[id] * voxelVolume_ml(labels.grid), sum[id] / count[id]});
     }
     return out;
 }
@@ -180,7 +179,7 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
     p.ct = resampleCt(ct, section);
     p.labels = resampleLabels(labels, section, target);
     reportProgress(settings, "body and skin");
-    const Mask body = cropToBody(p.ct, p.labels);
+    const Mask body = cropToBody(p.ct, p.labels, out.notes);
     checkPackageSize(p.ct.grid);
     paint(p.labels, skinShell(body, ct.grid, kSkin_m), targetId("skin"), false);
 

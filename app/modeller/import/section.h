@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -21,9 +22,10 @@ Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m
 // Trilinear; air outside the scan.
 CtVolume resampleCt(const CtVolume&, const Grid&);
 
-// Sets everything outside the body to air without a label. Crops both volumes in-plane to the body and a rim,
-// and to the slices that contain the whole body. Returns the body. Throws ImportError if there is no body.
-Mask cropToBody(CtVolume&, LabelVolume&);
+// Sets everything outside the body to air without a label. Crops both volumes in-plane to the body and a rim.
+// Leaves out slices at the ends in which the image contains a part of the body only, and notes it. Returns
+// the body. Throws ImportError if there is no body.
+Mask cropToBody(CtVolume&, LabelVolume&, std::vector<std::string>& notes);
 
 // Throws ImportError if a package with this grid could not be loaded again; the message names a spacing
 // that fits.

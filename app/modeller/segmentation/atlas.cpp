@@ -36,8 +36,7 @@ constexpr int kSimilarityReach = 3;
 // A target counts as mirrored if exchanging left and right reduces its difference from the atlases below this
 // share. Measured: 1.09 in a real patient and 3.5 in a reference patient; mirrored, 0.92 and 0.29.
 constexpr double kMirroredShare = 0.96;
-// Fewer voxels of liver say nothing about its CT value.
-constexpr std::size_t kMinLiverVoxels = 500;
+constexpr double kMinMeasured_ml = 30.0;  // of a liver; less says nothing about its CT value
 // A voxel of a vessel or duct belongs to the liver if liver outweighs other tissue within this distance.
 constexpr double kVesselReach_m = 0.006;
 
@@ -147,10 +146,8 @@ std::optional<float> liverLevel(const FloatVolume& feature, const Mask& liver) {
     for (std::size_t i = 0; i < liver.voxels.size(); ++i)
         if (const float v = feature.voxels[i]; liver.voxels[i] && v > kMinLiver_hu && v < kMaxLiver_hu)
             hu.push_back(v);
-    if (hu.size() < kMinLiverVoxels) return std::nullopt;
-    const auto middle = hu.begin() + std::ptrdiff_t(hu.size() / 2);
-    std::nth_element(hu.begin(), middle, hu.end());
-    return *middle;
+    if (double(hu.size()) * voxelVolume_ml(liver.grid) < kMinMeasured_ml) return std::nullopt;
+    return upperMedian(std::move(hu));
 }
 
 // Registers the atlases to a target.
@@ -195,8 +192,9 @@ class Registration {
                 "supported");
     }
 
-    // The features of atlas `n`, its liver as bright as the target's. Tube voltage, contrast medium and fat
-    // change the liver's value so much that another organ of the target may be more like the atlas's liver.
+    // Returns the features of atlas `n` with its liver as bright as the target's. Tube voltage, contrast
+    // medium and fat change the liver's value so much that another organ of the target may be more like the
+    // atlas's liver.
     FloatVolume matchedFeature(std::size_t n) const {
         FloatVolume out = atlases_[n].feature;
         Mask liver(out.grid);

@@ -14,24 +14,23 @@ namespace {
 // At 120 kV, the densest contrast medium of a portal venous scan, in a kidney, is below the first threshold
 // except for noise, and always below the second.
 constexpr std::int16_t kCortex_hu = 300, kSureCortex_hu = 350;
-// In the sharpened scan. The thin cortex of the lowest ribs' tips is above it in a real patient, also in a
-// soft scan, and no more of its kidneys than above kCortex_hu in the scan (2 %).
+// The same in the sharpened scan. In a real patient, the cortex of the lowest ribs' tips exceeds it, even in
+// a soft scan. 2 % of its kidneys' voxels exceed it, as many as exceed kCortex_hu in the scan.
 constexpr float kSharpCortex_hu = 325.0f;
+// Sharpening raises the noise, and random voxels above the limit would join to cortex in a vessel beside a
+// bone. The limit is therefore at least so many deviations of that noise above the brightest usual vessel.
+constexpr float kVessel_hu = 250.0f, kNoiseDeviations = 3.0f;
 constexpr std::int16_t kSurface_hu = 180;  // halfway from soft tissue to spongy bone under a thin cortex
 constexpr double kSureShare = 0.03;        // minimum share of a piece's voxels above kSureCortex_hu
 constexpr double kCortexReach_m = 0.002;
 constexpr double kMinCortex_ml = 0.03;
-// At 80 kV a kidney is denser. Unlike a bone of its size, behind the front third of the body, it has nearly
-// the same density everywhere: its standard deviation is .14 to .17 of the mean, and up to .11 of it is above
-// kSureCortex_hu. In the softest scan ribs have .14 and .84. Vertebrae have .17 and .05 in voxels of 3 mm,
-// but unlike a kidney they are in the middle of the body.
+// At 80 kV a kidney is denser. It is behind the front third of the body and, unlike a bone of its size, has
+// nearly the same density everywhere: its standard deviation is .14 to .17 of the mean, and at most .11 of it
+// is above kSureCortex_hu. Ribs in the softest scan: deviation .14, but .84 of them above. Vertebrae in
+// voxels of 3 mm: deviation from .175, .05 above; but they are in the middle of the body.
 constexpr double kOrgan_ml = 10.0, kOrganSureShare = 0.2;
 constexpr double kOrganDeviation = 0.17, kOrganDeviationAside = 0.21, kOrganAside_m = 0.030;
 constexpr double kFrontWall_m = 0.035;  // depth below the skin: a sternum is less deep, a kidney is deeper
-
-}  // namespace
-
-namespace {
 
 // Undoes most of the scan's blur: steps of P. H. van Cittert, "Zum Einfluss der Spaltbreite auf die
 // Intensitaetsverteilung in Spektrallinien II", Z. Physik 69, 1931. The blur along each axis is taken to be
@@ -89,11 +88,12 @@ bool isInFrontWall(const Mask& body, const Index3& at) {
     return (y - at.y) * body.grid.spacing_m.y < kFrontWall_m;
 }
 
-BoneScan::BoneScan(const CtVolume& scan, const Mask& in_body, const ScanBlur& its_blur)
-    : ct(scan), body(in_body), blur(its_blur), sharp(sharpened(scan, its_blur)) {}
+BoneScan::BoneScan(const CtVolume& scan, const Mask& in_body, const ScanBlur& scan_blur)
+    : ct(scan), body(in_body), blur(scan_blur), sharp(sharpened(scan, scan_blur)) {}
 
 Mask bonePieces(const BoneScan& scan) {
-    const auto& [ct, body, blur, sharp] = scan;
+    const CtVolume& ct = scan.ct;
+    const Mask& body = scan.body;
     const Mask bright =
         maskWhere(ct.grid, [&](std::size_t i) { return body.voxels[i] && ct.voxels[i] > kBone_hu; });
     const Components p = findComponents(bright);
@@ -104,8 +104,9 @@ Mask bonePieces(const BoneScan& scan) {
     const Grid& g = ct.grid;
     const VoxelBox box = boundingBox(body);
     const int front_third = box.high.y - (box.high.y - box.low.y) / 3;
-    const double middle_x = 0.5 * (box.low.x + box.high.x);
+    double body_x = 0.0, body_voxels = 0.0;
     forEachVoxel(g, [&](const Index3& i) {
+        if (body[i]) body_x += i.x, body_voxels += 1.0;
         if (p.number[i] == 0) return;
         Piece& piece = pieces[std::size_t(p.number[i])];
         const double hu = ct[i];
@@ -120,7 +121,8 @@ Mask bonePieces(const BoneScan& scan) {
         const Piece& piece = pieces[n];
         const double size = double(p.size[n]), mean_hu = piece.sum_hu / size;
         const double variance_hu2 = std::max(0.0, piece.sum_hu2 / size - mean_hu * mean_hu);
-        const bool aside = std::fabs(piece.sum_x / size - middle_x) * g.spacing_m.x > kOrganAside_m;
+        const bool aside =
+            std::fabs(piece.sum_x / size - body_x / body_voxels) * g.spacing_m.x > kOrganAside_m;
         const double max_deviation = aside ? kOrganDeviationAside : kOrganDeviation;
         const bool organ = size * each_ml > kOrgan_ml && piece.behind_front > 0.5 * size &&
                            piece.sure < kOrganSureShare * size &&
@@ -130,10 +132,27 @@ Mask bonePieces(const BoneScan& scan) {
     });
 }
 
+namespace {
+
+// See kNoiseDeviations. The noise is measured in what is as dense as muscle.
+float sharpCortexLimit(const BoneScan& scan) {
+    constexpr std::int16_t kDarkestMuscle_hu = 0, kBrightestMuscle_hu = 110;
+    const Mask muscle = maskWhere(scan.ct.grid, [&](std::size_t i) {
+        const std::int16_t hu = scan.ct.voxels[i];
+        return scan.body.voxels[i] && hu > kDarkestMuscle_hu && hu < kBrightestMuscle_hu;
+    });
+    const double noise_hu = measureNoise_hu(scan.sharp, muscle);
+    return std::isnan(noise_hu) ? kSharpCortex_hu
+                                : std::max(kSharpCortex_hu, kVessel_hu + kNoiseDeviations * float(noise_hu));
+}
+
+}  // namespace
+
 Mask cortexShell(const BoneScan& scan, const Mask& pieces) {
     const Grid& g = scan.ct.grid;
+    const float sharp_limit_hu = sharpCortexLimit(scan);
     Mask cortex = maskWhere(g, [&](std::size_t i) {
-        return pieces.voxels[i] && (scan.ct.voxels[i] > kCortex_hu || scan.sharp.voxels[i] > kSharpCortex_hu);
+        return pieces.voxels[i] && (scan.ct.voxels[i] > kCortex_hu || scan.sharp.voxels[i] > sharp_limit_hu);
     });
     removeSmallComponents(cortex, kMinCortex_ml, Connectivity::corners);
     return intersect(dilated(cortex, std::max(kCortexReach_m, 1.01 * g.spacing_m.x)), pieces);

@@ -12,19 +12,19 @@ inline constexpr std::int16_t kBone_hu = 200;
 // True if the voxel is so close to the front surface (along y) that it can be sternum but not kidney.
 bool isInFrontWall(const Mask& body, const Index3& at);
 
-// A scan as the search for bone needs it.
+// A scan, and the same scan with most of its blur undone. Refers to the CT and the body.
 struct BoneScan {
     BoneScan(const CtVolume&, const Mask& body, const ScanBlur&);
     const CtVolume& ct;
     const Mask& body;
     ScanBlur blur;
-    FloatVolume sharp;  // HU; most of the blur is undone
+    FloatVolume sharp;  // HU
 };
 
 // Pieces above kBone_hu that are bone: they contain enough certain cortex, or are in the front wall.
 Mask bonePieces(const BoneScan&);
-// The bright voxels near cortex, which is densest in the sharpened scan. Vessel or kidney parts of a piece
-// are farther from any cortex.
+// The bright voxels near cortex, which is searched in the scan and in the sharpened scan. Vessel or kidney
+// parts of a piece are farther from any cortex.
 Mask cortexShell(const BoneScan&, const Mask& pieces);
 // The first thing found within `count` steps from a voxel.
 enum class RayHit { bone, nothing, border };

@@ -364,14 +364,16 @@ Bones findBones(const CtVolume& ct, const Mask& body, const ScanBlur& blur) {
         out.notes.push_back("no body, so no bone");
         return out;
     }
-    const BoneScan scan(ct, body, blur);
-    const Mask pieces = bonePieces(scan);
-    const Mask shell = cortexShell(scan, pieces);
-    SpinalCanal spine = findCanal(ct, shell, box);
-    if (spine.centres_m.empty()) out.notes.push_back("the spinal canal does not show");
-    out.all = withMarrow(scan, pieces, shell, spine);
-    out.canal = std::move(spine.voxels);
-    out.canal_m = std::move(spine.centres_m);
+    {
+        const BoneScan scan(ct, body, blur);
+        const Mask pieces = bonePieces(scan);
+        const Mask shell = cortexShell(scan, pieces);
+        SpinalCanal spine = findCanal(ct, shell, box);
+        if (spine.centres_m.empty()) out.notes.push_back("the spinal canal does not show");
+        out.all = withMarrow(scan, pieces, shell, spine);
+        out.canal = std::move(spine.voxels);
+        out.canal_m = std::move(spine.centres_m);
+    }
     removeSmallComponents(out.all, kMinBone_ml, Connectivity::corners);
     classifyBones(ct, body, box, out);
     return out;

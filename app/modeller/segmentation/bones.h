@@ -1,5 +1,5 @@
 // Finds the bones by their cortex, fills in their marrow and identifies them by position. Contrast medium
-// in vessels, heart and kidneys is as bright as spongy bone, but never as bright as cortex.
+// in vessels, heart and kidneys is as bright as spongy bone, but at 120 kV never as bright as cortex.
 // Cf. Staal, van Ginneken and Viergever, "Automatic rib segmentation and labeling in computed tomography
 // scans", Med. Image Anal. 11, 2007, for the order of the steps: spine first, then ribs.
 #pragma once

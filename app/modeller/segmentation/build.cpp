@@ -142,7 +142,8 @@ std::pair<double, double> findHeightRange(const CtVolume& scan, bool trust_axes)
     if (high_m - low_m <= kMaxHeight_m) return {low_m, high_m};
     CtVolume coarse = resampleCt(scan, sectionGrid(scan.grid, low_m, high_m, kPreviewSpacing_m));
     LabelVolume none(coarse.grid);
-    const Mask body = cropToBody(coarse, none);
+    std::vector<std::string> notes;
+    const Mask body = cropToBody(coarse, none, notes);
     const Lungs lungs = findLungs(coarse, body);
     if (!trust_axes) checkUpright(body, unite(lungs.right, lungs.left));
     double dome_m = -1e9;
@@ -170,7 +171,7 @@ void readScan(BuildState& work) {
     work.blur.across_m = across_m.value_or(work.blur.within_m);
     work.blur_within_assumed = !within_m, work.blur_across_assumed = !across_m;
     LabelVolume none(work.ct.grid);
-    work.body = cropToBody(work.ct, none);
+    work.body = cropToBody(work.ct, none, work.body_notes);
 }
 
 // Stores the CT of the stages. Refuses a new CT if a stage was corrected on another one.

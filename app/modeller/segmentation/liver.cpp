@@ -29,7 +29,7 @@ constexpr float kCore = 0.7f;      // minimum prior for voxels that show the liv
 // Without a prior, the liver is found by its thickness: no other organ is this thick.
 constexpr double kThick_m = 0.018;
 // In a liver: the share of darker tissue (lesions) and of brighter tissue (vessels), and the maximum
-// difference. A bright liver is farther from its lesions, which take up little contrast medium.
+// difference. In a bright liver, lesions may be as dark as kLesion_hu: they take up little contrast medium.
 constexpr float kLesion_hu = 45.0f;
 constexpr float kDark = 0.15f, kDarker_hu = 70.0f, kBright = 0.03f, kBrighter_hu = 100.0f;
 // Fat in the liver and the flow of contrast medium are uneven. In a share kUneven of the liver, the spread is

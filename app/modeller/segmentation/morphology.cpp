@@ -153,10 +153,6 @@ std::size_t countVoxels(const Mask& m) {
     return m.voxels.size() - std::size_t(std::count(m.voxels.begin(), m.voxels.end(), std::uint8_t{0}));
 }
 
-double voxelVolume_ml(const Grid& g) {
-    return g.spacing_m.x * g.spacing_m.y * g.spacing_m.z * 1e6;
-}
-
 double volume_ml(const Mask& m) {
     return double(countVoxels(m)) * voxelVolume_ml(m.grid);
 }

@@ -13,7 +13,6 @@ Mask intersect(Mask, const Mask&);  // intersection
 Mask subtract(Mask, const Mask&);   // in the first but not in the second
 Mask unite(Mask, const Mask&);      // union
 std::size_t countVoxels(const Mask&);
-double voxelVolume_ml(const Grid&);
 double volume_ml(const Mask&);
 
 // Morphology with a ball: voxels whose centres are within the radius of a voxel's centre. A radius below

@@ -63,6 +63,7 @@ std::vector<Vec3> sliceCentroids(const Mask& mask) {
 // Stage "body": the part of the scan that is neither air nor table, as found when the scan was read.
 void findBody(BuildState& work, StageResult& r) {
     paint(r.labels, work.body, kBody, true);
+    r.record.notes = work.body_notes;
 }
 void restoreBody(BuildState& work, const StageResult& r) {
     work.body = maskWhere(r.labels.grid, [&](std::size_t i) { return r.labels.voxels[i] != 0; });

@@ -24,6 +24,7 @@ struct BuildState {
     std::uint64_t scan_voxels = 0;  // digest of the scan's values
     CtVolume ct;                    // air outside the body
     Mask body;
+    std::vector<std::string> body_notes;
     ScanBlur blur;
     bool blur_within_assumed = false, blur_across_assumed = false;  // the scan does not show its blur
     patient::Thresholds thresholds;

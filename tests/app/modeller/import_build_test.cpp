@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "app/modeller/image/voxel_tools.h"
 #include "app/modeller/import/import.h"
@@ -139,32 +140,41 @@ TEST(ImportBuild, TableIsRemovedAndSkinEnclosesTheBody) {
     EXPECT_EQ(p.labels.nearestOr({0.122, 0.0, 0.095}, 9), 0);
 }
 
-// A body of 80 slices in a scan of 120. Below it are 12 empty slices. Above it, a tilted gantry has left
-// padding in the front.
+// Below the body are 12 empty slices. Above it, a tilted gantry has left padding: 62 slices contain the whole
+// body, and 38 a part of it. All voxels have a label.
 TEST(Section, PaddingAtTheEndsIsLeftOut) {
     const Grid grid{Index3(60, 50, 120), Vec3(0.002), Vec3(0.0)};
-    CtVolume padded(grid, kOutside_hu);
+    const auto inBody = [](const Index3& i) {
+        return std::hypot((i.x - 30) / 25.0, (i.y - 25) / 20.0) < 1.0;
+    };
+    CtVolume padded(grid, kOutside_hu), whole = padded;
     forEachVoxel(grid, [&](const Index3& i) {
-        if (std::hypot((i.x - 30) / 25.0, (i.y - 25) / 20.0) < 1.0 && i.z >= 12 && i.z < 118 - i.y)
-            padded[i] = 40;
-    });
-    CtVolume whole = padded;
-    forEachVoxel(grid, [&](const Index3& i) {
-        if (std::hypot((i.x - 30) / 25.0, (i.y - 25) / 20.0) < 1.0) whole[i] = 40;
+        if (inBody(i)) whole[i] = 40;
+        if (inBody(i) && i.z >= 12 && i.z < 118 - i.y) padded[i] = 40;
     });
     LabelVolume labels(grid, 1), all(grid, 1);
-    const Mask body = cropToBody(padded, labels);
+    std::vector<std::string> notes, none;
+    const Mask body = cropToBody(padded, labels, notes);
     EXPECT_EQ(body.grid.origin_m.z, 0.024);
     EXPECT_EQ(labels.grid, padded.grid);
-    const double area = 3.14159 * 25.0 * 20.0;
-    for (const int z : {0, body.grid.dims.z - 1}) {
-        int voxels = 0;
-        for (int y = 0; y < body.grid.dims.y; ++y)
-            for (int x = 0; x < body.grid.dims.x; ++x)
-                voxels += body[{x, y, z}];
-        EXPECT_GT(voxels, 0.84 * area) << z;
+    EXPECT_GE(body.grid.dims.z, 62);
+    double upper = 0.0;
+    forEachVoxel(body.grid, [&](const Index3& i) { upper += i.z == body.grid.dims.z - 1 && body[i]; });
+    EXPECT_GT(upper, 0.84 * 3.14159 * 25.0 * 20.0);
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_THAT(notes[0], testing::StartsWith("24 mm at the lower end and "));
+    EXPECT_THAT(notes[0], testing::HasSubstr("ml of labels"));
+    EXPECT_EQ(cropToBody(whole, all, none).grid.dims.z, 120);
+    EXPECT_TRUE(none.empty());
+}
+
+TEST(Section, AThinSlabIsNotCropped) {
+    for (const int slices : {1, 2, 5}) {
+        CtVolume slab({Index3(60, 50, slices), Vec3(0.002), Vec3(0.0)}, 40);
+        LabelVolume labels(slab.grid);
+        std::vector<std::string> notes;
+        EXPECT_EQ(cropToBody(slab, labels, notes).grid.dims.z, slices);
     }
-    EXPECT_EQ(cropToBody(whole, all).grid.dims.z, 120);
 }
 
 TEST(ImportBuild, FasciaSeparatesWallAndCavity) {

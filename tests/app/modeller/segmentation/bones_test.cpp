@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <tuple>
+#include <utility>
 
 #include "app/modeller/segmentation/bone_voxels.h"
 #include "tests/app/modeller/segmentation/liver_phantom.h"
@@ -52,6 +54,22 @@ TEST(Bones, ADenseKidneyIsExcluded) {
         EXPECT_FALSE((b.all[{20, depth, 20}]));
         EXPECT_TRUE((b.all[{88, depth, 20}]));
         EXPECT_NEAR(volume_ml(b.all), 4.0 / 3.0 * 3.14159 * std::pow(1.45, 3), 0.5);
+    }
+}
+
+// The same values in the middle of the body are a vertebra's in wide voxels, also beside an arm. So dense a
+// piece in the front third is no kidney either.
+TEST(Bones, ABoneLikeAKidneyIsKeptElsewhere) {
+    for (const auto& [x, y, arm] : {std::tuple(55, 30, false), {55, 30, true}, {20, 62, false}}) {
+        CtVolume ct({Index3(arm ? 140 : 110, 80, 40), Vec3(0.001), Vec3(0.0)}, 55);
+        Mask body(ct.grid);
+        forEachVoxel(ct.grid, [&](const Index3& i) {
+            const double noise_hu = 25.0 * test::noiseAt(ct.grid.offset(i));
+            body[i] = i.x < 110 || (i.y > 30 && i.y < 50);
+            if (const double r = std::hypot(i.x - x, i.y - y, i.z - 20); r < 14.5)
+                ct[i] = std::int16_t((r < 11.0 ? 225 : 330) + noise_hu);
+        });
+        EXPECT_TRUE((findBones(ct, body, {}).all[{x, y, 20}])) << x << ' ' << y << ' ' << arm;
     }
 }
 
@@ -160,15 +178,14 @@ TEST(Bones, AMeasuredBlurGivesAThinnerRim) {
 }
 
 // The lowest rib's tip: 8 mm wide, a cortex of 1 mm. In a soft scan it is nowhere above 300 HU, but in the
-// sharpened scan it is. The adversary is a vessel with contrast medium, as bright as the tip, that touches
-// the thick part of the rib.
+// sharpened scan it is. The adversary is a vessel with contrast medium, almost as bright as the tip, that
+// touches the thick part of the rib. Sharpening raises the noise almost sixfold, which must not turn the
+// vessel into bone.
 TEST(Bones, ARibsTipIsFoundInASoftScan) {
     FloatVolume hu({Index3(90, 50, 40), Vec3(0.001), Vec3(0.0)}, 55.0f);
     const auto along = [](const Index3& i, int y) { return std::hypot(i.y - y, i.z - 20); };
-    const auto inTip = [&](const Index3& i) { return i.x > 45 && i.x < 80 && along(i, 15) < 4.0; };
-    const auto inVessel = [&](const Index3& i) { return i.x > 45 && i.x < 80 && along(i, 30) < 4.5; };
     forEachVoxel(hu.grid, [&](const Index3& i) {
-        if (inVessel(i) || (i.x > 25 && i.x < 46 && along(i, 30) < 4.5)) hu[i] = 240.0f;
+        if (i.x > 25 && i.x < 80 && along(i, 30) < 4.5) hu[i] = 250.0f;
         if (i.x > 10 && i.x < 80 && along(i, 15) < 4.0) hu[i] = along(i, 15) < 3.0 ? 130.0f : 680.0f;
         if (i.x > 10 && i.x < 40)
             if (const double r = along(i, 19); r < 8.0) hu[i] = r < 6.0 ? 150.0f : 900.0f;
@@ -176,25 +193,26 @@ TEST(Bones, ARibsTipIsFoundInASoftScan) {
     for (int n = 0; n < 3; ++n)
         for (const int axis : {0, 1, 2})
             parallelLines(1, hu.grid.dims, axis, hu.voxels.data(), smoothLine);
-    CtVolume ct(hu.grid);
-    float brightest = 0.0f;
-    forEachVoxel(ct.grid, [&](const Index3& i) {
-        if (inTip(i) && i.x > 50) brightest = std::max(brightest, hu[i]);
-        ct[i] = std::int16_t(hu[i] + 10.0 * test::noiseAt(ct.grid.offset(i)));
-    });
-    EXPECT_GT(brightest, 210.0f);
-    EXPECT_LT(brightest, 290.0f);
-    const Bones b = findBones(ct, Mask(ct.grid, 1), {.within_m = 0.00122, .across_m = 0.00122});
-    double tip = 0.0, vessel = 0.0, found_tip = 0.0, found_vessel = 0.0;
-    forEachVoxel(ct.grid, [&](const Index3& i) {
-        if (i.x < 50) return;
-        tip += inTip(i), found_tip += inTip(i) && b.all[i];
-        vessel += inVessel(i), found_vessel += inVessel(i) && b.all[i];
-    });
-    std::printf("rib's tip, brightest %.0f HU: %.2f found; vessel: %.2f\n", double(brightest),
-                found_tip / tip, found_vessel / vessel);
-    EXPECT_GT(found_tip, 0.7 * tip);
-    EXPECT_LT(found_vessel, 0.02 * vessel);
+    const VoxelBox thin_part{{50, 0, 0}, {79, 49, 39}};
+    for (const double noise_hu : {4.0, 15.0}) {
+        CtVolume ct(hu.grid);
+        for (std::size_t i = 0; i < ct.voxels.size(); ++i)
+            ct.voxels[i] = std::int16_t(hu.voxels[i] + noise_hu * test::noiseAt(i));
+        const Bones b = findBones(ct, Mask(ct.grid, 1), {.within_m = 0.00122, .across_m = 0.00122});
+        double tip = 0.0, vessel = 0.0, found_tip = 0.0, found_vessel = 0.0;
+        float brightest_hu = 0.0f;
+        forEachVoxel(thin_part, [&](const Index3& i) {
+            const bool in_tip = along(i, 15) < 4.0, in_vessel = along(i, 30) < 4.5;
+            tip += in_tip, found_tip += in_tip && b.all[i];
+            vessel += in_vessel, found_vessel += in_vessel && b.all[i];
+            if (in_tip) brightest_hu = std::max(brightest_hu, hu[i]);
+        });
+        std::printf("noise %.0f HU, a rib's tip of at most %.0f HU: %.2f found; vessel: %.2f\n", noise_hu,
+                    double(brightest_hu), found_tip / tip, found_vessel / vessel);
+        EXPECT_LT(brightest_hu, 290.0f);
+        EXPECT_GT(found_tip, noise_hu < 10.0 ? 0.7 * tip : -1.0);
+        EXPECT_LT(found_vessel, 0.02 * vessel) << noise_hu;
+    }
 }
 
 // A rib that lies in thick slices: y and z are exchanged, and the scan is blurred again along z.

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "app/modeller/segmentation/fascia_spline.h"
 #include "app/modeller/segmentation/liver_border.h"

@@ -235,12 +235,12 @@ FloatVolume muscleBeside(const CtVolume& ct, const Mask& body, const Mask& bone)
     constexpr float kClear_m = 0.002f, kBeside_m = 0.006f;  // where muscle is measured: from, to
     constexpr std::int16_t kDarkestMuscle_hu = 0;           // fat is darker
     constexpr float kUsual_hu = 55.0f, kMinMeasured = 0.001f;
-    const FloatVolume distance = distanceTo(bone);
-    FloatVolume sum(ct.grid), count(ct.grid);
+    FloatVolume distance = distanceTo(bone), sum(ct.grid), count(ct.grid);
     for (std::size_t i = 0; i < sum.voxels.size(); ++i)
         if (body.voxels[i] && ct.voxels[i] > kDarkestMuscle_hu && distance.voxels[i] > kClear_m &&
             distance.voxels[i] < kBeside_m)
             sum.voxels[i] = float(ct.voxels[i]), count.voxels[i] = 1.0f;
+    distance = {};  // the memory is needed
     const int reach = std::max(1, int(std::lround(double(kBeside_m) / ct.grid.spacing_m.x)));
     sum = boxMean(sum, reach), count = boxMean(count, reach);
     for (std::size_t i = 0; i < sum.voxels.size(); ++i)

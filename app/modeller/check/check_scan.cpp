@@ -223,7 +223,7 @@ void checkSlices(const ScanMeasures& s, double slice_m, double voxel_m, Findings
 }
 
 // In a reference patient with 1.12 mm (seed 513, soft-kernel), the liver was 39 ml too large, most of it
-// diaphragm, and beside planned paths its border was 0.8 mm off. Usual: 0.7 to 0.8 mm.
+// diaphragm, and beside planned paths its border was 0.8 mm off. The usual blur is 0.7 to 0.8 mm.
 void checkKernel(double blur_within_m, double voxel_m, Findings& f) {
     f.expect(warned, "blur within slices", 1e3 * blur_within_m, "mm",
              {0.0, 1e3 * std::max(kHidesDiaphragm_m, voxel_m)},

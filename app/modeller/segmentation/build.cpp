@@ -142,7 +142,7 @@ std::pair<double, double> findHeightRange(const CtVolume& scan, bool trust_axes)
     if (high_m - low_m <= kMaxHeight_m) return {low_m, high_m};
     CtVolume coarse = resampleCt(scan, sectionGrid(scan.grid, low_m, high_m, kPreviewSpacing_m));
     LabelVolume none(coarse.grid);
-    std::vector<std::string> notes;
+    std::vector<std::string> notes;  // not kept: the section itself is cropped later
     const Mask body = cropToBody(coarse, none, notes);
     const Lungs lungs = findLungs(coarse, body);
     if (!trust_axes) checkUpright(body, unite(lungs.right, lungs.left));

@@ -61,7 +61,7 @@ TEST(Bones, ADenseKidneyIsExcluded) {
 // piece in the front third is no kidney either.
 TEST(Bones, ABoneLikeAKidneyIsKeptElsewhere) {
     for (const auto& [x, y, arm] : {std::tuple(55, 30, false), {55, 30, true}, {20, 62, false}}) {
-        CtVolume ct({Index3(arm ? 140 : 110, 80, 40), Vec3(0.001), Vec3(0.0)}, 55);
+        CtVolume ct({Index3(arm ? 180 : 110, 80, 40), Vec3(0.001), Vec3(0.0)}, 55);
         Mask body(ct.grid);
         forEachVoxel(ct.grid, [&](const Index3& i) {
             const double noise_hu = 25.0 * test::noiseAt(ct.grid.offset(i));
@@ -210,7 +210,9 @@ TEST(Bones, ARibsTipIsFoundInASoftScan) {
         std::printf("noise %.0f HU, a rib's tip of at most %.0f HU: %.2f found; vessel: %.2f\n", noise_hu,
                     double(brightest_hu), found_tip / tip, found_vessel / vessel);
         EXPECT_LT(brightest_hu, 290.0f);
-        EXPECT_GT(found_tip, noise_hu < 10.0 ? 0.7 * tip : -1.0);
+        if (noise_hu < 10.0) {
+            EXPECT_GT(found_tip, 0.7 * tip);
+        }
         EXPECT_LT(found_vessel, 0.02 * vessel) << noise_hu;
     }
 }

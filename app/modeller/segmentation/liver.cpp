@@ -53,6 +53,10 @@ constexpr float kSimilarSigmas = 2.5f;
 constexpr float kPossible = 0.1f;
 constexpr double kBite_m = 0.050, kBiteDepth_m = 0.004, kBiteContact = 0.4, kMinBite_ml = 1.0;
 constexpr int kMaxBites = 8;
+// Tumours reach farther out than their bites. Near a bite, this share of the liver has the bite's CT values,
+// with at least this spread, and all others have a small probability per HU.
+constexpr double kTumourReach_m = 0.012;
+constexpr float kTumour = 0.5f, kMinTumourSigma_hu = 8.0f, kRareTumour = 5e-4f;
 constexpr double kMinLiver_ml = 150.0;
 constexpr double kMuchRemoved_ml = 50.0;  // outside the ribs; more is reported
 
@@ -222,20 +226,9 @@ std::vector<Density> estimateDensities(const Coarse& c, const Parenchyma& liver)
     return densities;
 }
 
-// Log-odds of liver at each voxel, from prior and CT value by Bayes' theorem.
-FloatVolume computeEvidence(const Coarse& c, const Parenchyma& liver) {
-    const std::vector<Density> densities = estimateDensities(c, liver);
-    const float darker_hu = lesionRange(liver);
-    const auto liver_density = [&](float hu) {
-        const float d = (hu - liver.mean_hu) / liver.sigma_hu;
-        const float wide = d / kUnevenSigmas;
-        float p = (1.0f - kDark - kBright) / (2.5066f * liver.sigma_hu) *
-                  ((1.0f - kUneven) * std::exp(-0.5f * d * d) +
-                   kUneven / kUnevenSigmas * std::exp(-0.5f * wide * wide));
-        if (hu > liver.mean_hu - darker_hu && hu < liver.mean_hu) p += kDark / darker_hu;
-        if (hu > liver.mean_hu && hu < liver.mean_hu + kBrighter_hu) p += kBright / kBrighter_hu;
-        return p + 1e-6f;
-    };
+// Log-odds of liver at each voxel by Bayes' theorem, from the prior, the densities of the other organs and
+// `liver_density`, the frequency of a CT value in the liver.
+FloatVolume logOdds(const Coarse& c, const std::vector<Density>& densities, const auto& liver_density) {
     FloatVolume log_odds(c.hu.grid);
     parallelVoxels(c.hu.grid, [&](const Index3& i) {
         if (!c.organ[i]) return;
@@ -249,6 +242,38 @@ FloatVolume computeEvidence(const Coarse& c, const Parenchyma& liver) {
     return log_odds;
 }
 
+float normalDensity(float hu, float mean_hu, float sigma_hu) {
+    const float d = (hu - mean_hu) / sigma_hu;
+    return std::exp(-0.5f * d * d) / (2.5066f * sigma_hu);
+}
+
+FloatVolume computeEvidence(const Coarse& c, const Parenchyma& liver) {
+    const float darker_hu = lesionRange(liver);
+    return logOdds(c, estimateDensities(c, liver), [&](float hu) {
+        float p = (1.0f - kDark - kBright) *
+                  ((1.0f - kUneven) * normalDensity(hu, liver.mean_hu, liver.sigma_hu) +
+                   kUneven * normalDensity(hu, liver.mean_hu, kUnevenSigmas * liver.sigma_hu));
+        if (hu > liver.mean_hu - darker_hu && hu < liver.mean_hu) p += kDark / darker_hu;
+        if (hu > liver.mean_hu && hu < liver.mean_hu + kBrighter_hu) p += kBright / kBrighter_hu;
+        return p + 1e-6f;
+    });
+}
+
+// The cheapest cut through the voxels of `c` where organs can be. Separating similar voxels is expensive; a
+// difference of `edge_hu` is an edge.
+CutProblem coarseProblem(const Coarse& c, FloatVolume preference, float edge_hu) {
+    CutProblem problem;
+    problem.state = Mask(c.hu.grid, std::uint8_t(CutState::background));
+    for (std::size_t i = 0; i < c.organ.voxels.size(); ++i)
+        if (c.organ.voxels[i]) problem.state.voxels[i] = std::uint8_t(CutState::free);
+    problem.preference = std::move(preference);
+    problem.link = [&c, edge_hu](std::size_t i, std::size_t k) {
+        const float d = (c.hu.voxels[i] - c.hu.voxels[k]) / edge_hu;
+        return kLink * std::max(kMinLink, std::exp(-0.5f * d * d));
+    };
+    return problem;
+}
+
 // Removes parts connected to the main body through a neck thinner than kNeck_m. Keeps the main body's own
 // thin edges.
 void keepThickest(Mask& mask) {
@@ -259,17 +284,7 @@ void keepThickest(Mask& mask) {
 }
 
 Mask coarseCut(const Coarse& c, const Parenchyma& liver) {
-    CutProblem problem;
-    problem.state = Mask(c.hu.grid, std::uint8_t(CutState::background));
-    for (std::size_t i = 0; i < c.organ.voxels.size(); ++i)
-        if (c.organ.voxels[i]) problem.state.voxels[i] = std::uint8_t(CutState::free);
-    problem.preference = computeEvidence(c, liver);
-    const float edge_hu = 2.0f * liver.sigma_hu;
-    problem.link = [&](std::size_t i, std::size_t k) {
-        const float d = (c.hu.voxels[i] - c.hu.voxels[k]) / edge_hu;
-        return kLink * std::max(kMinLink, std::exp(-0.5f * d * d));
-    };
-    return minimumCut(problem);
+    return minimumCut(coarseProblem(c, computeEvidence(c, liver), 2.0f * liver.sigma_hu));
 }
 
 // Reduces noise and unevenness in `c` and `liver`, because pancreas and duodenum differ from liver by less
@@ -303,7 +318,9 @@ Mask segmentCoarse(Coarse& c, const Parenchyma& parenchyma, Mask& open) {
     for (std::size_t i = 0; i < similar.voxels.size(); ++i)
         similar.voxels[i] = similar.voxels[i] &&
                             std::abs(denoised.hu.voxels[i] - liver.mean_hu) < kSimilarSigmas * liver.sigma_hu;
-    const Mask lumps = findLeakedLumps(cut, similar, kLump_m);
+    const FloatVolume undecided(c.hu.grid, 0.5f);  // without atlases, the prior says nothing about lumps
+    const Mask lumps =
+        findLeakedLumps(cut, similar, c.known ? c.prior[std::size_t(Organ::liver)] : undecided, kLump_m);
     cut = subtract(std::move(cut), lumps);
     keepThickest(cut);
     c.organ = subtract(std::move(c.organ), lumps);
@@ -311,6 +328,29 @@ Mask segmentCoarse(Coarse& c, const Parenchyma& parenchyma, Mask& open) {
         if (lumps.nearestOr(open.grid.centre(i), 0)) open[i] = 0;
     });
     return cut;
+}
+
+// Adds to the liver the rest of a tumour at its surface, of which `bite` is a part: the cheapest cut among
+// the voxels near the bite, for an organ that has the bite's CT values.
+void completeTumour(Mask& liver, const Mask& bite, const Coarse& c, const std::vector<Density>& densities) {
+    double n = 0.0, sum = 0.0, squares = 0.0;
+    for (std::size_t i = 0; i < bite.voxels.size(); ++i) {
+        if (!bite.voxels[i]) continue;
+        const auto hu = double(c.hu.voxels[i]);
+        n += 1.0, sum += hu, squares += hu * hu;
+    }
+    const auto mean_hu = float(sum / n);
+    const float sigma_hu = std::max(kMinTumourSigma_hu, float(std::sqrt(squares / n - sum * sum / n / n)));
+    CutProblem problem = coarseProblem(
+        c,
+        logOdds(c, densities,
+                [&](float hu) { return kTumour * normalDensity(hu, mean_hu, sigma_hu) + kRareTumour; }),
+        2.0f * sigma_hu);
+    const Mask near = dilated(bite, kTumourReach_m);
+    for (std::size_t i = 0; i < near.voxels.size(); ++i)
+        if (liver.voxels[i] || !near.voxels[i])
+            problem.state.voxels[i] = std::uint8_t(liver.voxels[i] ? CutState::object : CutState::background);
+    liver = minimumCut(problem);
 }
 
 // Adds tumours at the surface, which appear as bites out of the liver's outline. A bite is darker than liver,
@@ -325,6 +365,7 @@ void addBites(Mask& liver, const Coarse& c, const Parenchyma& parenchyma) {
     }
     bites = intersect(bites, dilated(eroded(bites, kBiteDepth_m), 2.0 * kBiteDepth_m));
     const Mask before = liver;
+    const std::vector<Density> densities = estimateDensities(c, parenchyma);
     for (int n = 0; n < kMaxBites; ++n) {
         Mask bite = bites;
         keepLargestComponent(bite);
@@ -338,11 +379,10 @@ void addBites(Mask& liver, const Coarse& c, const Parenchyma& parenchyma) {
                 with_liver += before.voxels[to] != 0;
             });
         });
-        for (std::size_t i = 0; i < bite.voxels.size(); ++i) {
-            if (!bite.voxels[i]) continue;
-            bites.voxels[i] = 0;
-            if (with_liver > kBiteContact * border) liver.voxels[i] = 1;
-        }
+        bites = subtract(std::move(bites), bite);
+        if (with_liver <= kBiteContact * border) continue;
+        liver = unite(std::move(liver), bite);
+        completeTumour(liver, bite, c, densities);
     }
 }
 

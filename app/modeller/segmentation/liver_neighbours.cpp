@@ -9,11 +9,11 @@ namespace stylet::modeller {
 
 namespace {
 
-// Minimum share of a lump's free border that ends in similar tissue, maximum share of its whole border that
-// is the rest of the liver, and minimum size of a lump. Measured in a real patient, also warped and with
-// other contrast, with other lumps counted as the rest of the liver: the pancreas leaks by 0.11 to 0.23 and
-// is attached by 0.30 to 0.41; the liver's tips leak by 0.03 to 0.20 and are attached by 0.48 to 0.65.
-constexpr double kMinLeakShare = 0.06, kMaxAttachedShare = 0.45, kMinLump_ml = 1.0;
+// A lump belongs to the liver if the share of its border that is the rest of the liver, plus half the mean
+// prior probability of liver in it, minus half the share of its free border that ends in similar tissue,
+// reaches kMinBelonging. Measured in a real patient, also warped and with other contrast, lesions and slices:
+// head of the pancreas 0.32 to 0.53, the liver's own lumps 0.59 and more.
+constexpr double kPriorWeight = 0.5, kLeakWeight = 0.5, kMinBelonging = 0.56, kMinLump_ml = 1.0;
 constexpr double kApart_voxels = 1.5;  // half the width of a connection that is cut between two lumps
 
 // Calls visit(offset, voxel, face neighbour) for each voxel of the mask. The neighbour may be outside the
@@ -81,30 +81,38 @@ FloatVolume correctBias(const FloatVolume& hu, const Mask& core, float mean_hu, 
     return out;
 }
 
-Mask findLeakedLumps(const Mask& liver, const Mask& similar, double radius_m) {
+Mask findLeakedLumps(const Mask& liver, const Mask& similar, const FloatVolume& prior, double radius_m) {
     int count = 0;
     const auto number = findLumps(liver, radius_m, count);
     const auto is_similar = [&](const Index3& i) { return similar.grid.contains(i) && similar[i]; };
-    std::vector<double> size(std::size_t(count) + 1, 0.0), ends = size, leaking = size, attached = size;
-    for (const std::int32_t n : number.voxels)
-        size[std::size_t(n)] += voxelVolume_ml(liver.grid);
+    struct Lump {
+        double voxels = 0.0, prior = 0.0;                  // the latter summed over the voxels
+        double attached = 0.0, free = 0.0, leaking = 0.0;  // faces; those that leak are also free
+    };
+    std::vector<Lump> lumps(std::size_t(count) + 1);
+    for (std::size_t i = 0; i < number.voxels.size(); ++i) {
+        Lump& lump = lumps[std::size_t(number.voxels[i])];
+        lump.voxels += 1.0, lump.prior += double(prior.voxels[i]);
+    }
     forEachFace(liver, [&](std::size_t i, const Index3& at, const Index3& next) {
         if (!liver.grid.contains(next)) return;
-        const auto n = std::size_t(number.voxels[i]);
+        Lump& lump = lumps[std::size_t(number.voxels[i])];
         if (liver[next]) {
-            attached[n] += number[next] == 0;
+            lump.attached += number[next] == 0;
             return;
         }
-        ends[n] += 1.0;
-        leaking[n] += is_similar(next) && is_similar(next + next - at);
+        lump.free += 1.0;
+        lump.leaking += is_similar(next) && is_similar(next + next - at);
     });
-    Mask out(liver.grid);
-    for (std::size_t i = 0; i < out.voxels.size(); ++i) {
-        const auto n = std::size_t(number.voxels[i]);
-        out.voxels[i] = n > 0 && size[n] > kMinLump_ml && leaking[n] > kMinLeakShare * ends[n] &&
-                        attached[n] < kMaxAttachedShare * (attached[n] + ends[n]);
+    std::vector<bool> leaked(lumps.size(), false);
+    for (std::size_t n = 1; n < lumps.size(); ++n) {
+        const Lump& lump = lumps[n];
+        const double belonging = lump.attached / (lump.attached + lump.free) +
+                                 kPriorWeight * lump.prior / lump.voxels -
+                                 kLeakWeight * lump.leaking / std::max(1.0, lump.free);
+        leaked[n] = lump.voxels * voxelVolume_ml(liver.grid) > kMinLump_ml && belonging < kMinBelonging;
     }
-    return out;
+    return maskWhere(liver.grid, [&](std::size_t i) { return leaked[std::size_t(number.voxels[i])]; });
 }
 
 void removeOutsideRibs(const FasciaInput& in, double gap_m, std::initializer_list<Mask*> masks) {

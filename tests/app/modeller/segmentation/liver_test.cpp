@@ -68,6 +68,26 @@ TEST(Liver, IncludesVesselsAndTumoursButNotAttachedOrgans) {
     }
 }
 
+// A tumour as wide as 44 mm takes the place of the liver's outline. Outside it lies fat, or muscle that looks
+// like the tumour but for 15 HU.
+TEST(Liver, IncludesAllOfAWideTumourAtItsSurface) {
+    const Vec3 middle = kLiverMiddle + Vec3(-0.036, 0, 0);
+    for (const std::int16_t outside_hu : {std::int16_t{-100}, std::int16_t{50}}) {
+        CtVolume ct = fatWithALiver();
+        Mask whole(ct.grid), tumour(ct.grid);
+        forEachVoxel(ct.grid, [&](const Index3& i) {
+            const Vec3 at = ct.grid.centre(i);
+            whole[i] = ct[i] == 110;
+            tumour[i] = whole[i] && glm::length(at - middle) < 0.022;
+            if (tumour[i]) ct[i] = 65;
+            if (!whole[i] && glm::length(at - kLiverMiddle) < kLiverRadius_m + 0.012) ct[i] = outside_hu;
+        });
+        const Mask found = segment(ct).mask;
+        EXPECT_GT(volume_ml(intersect(found, tumour)), 0.93 * volume_ml(tumour)) << outside_hu;
+        EXPECT_LT(volume_ml(subtract(found, whole)), 0.02 * volume_ml(whole)) << outside_hu;
+    }
+}
+
 TEST(Liver, MissingLiverIsReported) {
     CtVolume ct = fatWithALiver();
     std::fill(ct.voxels.begin(), ct.voxels.end(), std::int16_t{-100});
@@ -231,22 +251,27 @@ TEST(LiverNeighbours, BrighterLobeIsBiasCorrected) {
     EXPECT_NEAR((level[{38, 5, 5}]), 115.0f, 0.1f);
 }
 
-// A ball with a lobe and an equally thick lump (24 mm). The lump continues into similar tissue outside the
-// liver.
-TEST(LiverNeighbours, LumpBorderingSimilarTissueIsALeak) {
+// A ball with a lobe and an equally thick lump (24 mm), in front and at the side. Only the lump may continue
+// into similar tissue outside the liver.
+TEST(LiverNeighbours, PriorAndNeighboursTellALeakFromALobe) {
     Mask liver({Index3(70, 60, 50), Vec3(0.003), Vec3(0.0)}), similar = liver;
+    FloatVolume surely(liver.grid, 0.9f), unlikely = surely;
+    const Mask nothing(liver.grid);
     forEachVoxel(liver.grid, [&](const Index3& i) {
         const Vec3 from = liver.grid.centre(i) - kLiverMiddle;
         const bool lump = std::hypot(from.y, from.z) < 0.012 && from.x > 0.0;
         const bool lobe = std::hypot(from.x, from.z) < 0.012 && from.y > 0.0;
         liver[i] = glm::length(from) < kLiverRadius_m || (lump && from.x < 0.070) || (lobe && from.y < 0.075);
         similar[i] = lump && from.x >= 0.070;
+        if (lump) unlikely[i] = 0.4f;
     });
-    const Mask lumps = findLeakedLumps(liver, similar, 0.015);
-    EXPECT_EQ(lumps.nearestOr(kLiverMiddle + Vec3(0.062, 0, 0), 0), 1);
-    EXPECT_EQ(lumps.nearestOr(kLiverMiddle + Vec3(0.045, 0, 0), 0), 0);
-    EXPECT_EQ(lumps.nearestOr(kLiverMiddle + Vec3(0, 0.062, 0), 0), 0);
-    EXPECT_EQ(countVoxels(findLeakedLumps(liver, Mask(liver.grid), 0.015)), 0u);
+    for (const Mask& beyond : {similar, nothing}) {
+        const Mask lumps = findLeakedLumps(liver, beyond, unlikely, 0.015);
+        EXPECT_EQ(lumps.nearestOr(kLiverMiddle + Vec3(0.062, 0, 0), 0), 1);
+        EXPECT_EQ(lumps.nearestOr(kLiverMiddle + Vec3(0.045, 0, 0), 0), 0);
+        EXPECT_EQ(lumps.nearestOr(kLiverMiddle + Vec3(0, 0.062, 0), 0), 0);
+    }
+    EXPECT_EQ(countVoxels(findLeakedLumps(liver, nothing, surely, 0.015)), 0u);
 }
 
 // A thick disc that thins out to its rim, which ends in similar tissue, like a lobe that touches the spleen.
@@ -261,7 +286,8 @@ TEST(LiverNeighbours, TipThatTouchesSimilarTissueIsNoLeak) {
         liver[i] = radius < kRim_m && std::fabs(from.z) < half_m;
         similar[i] = radius >= kRim_m && std::fabs(from.z) < 0.010;
     });
-    EXPECT_EQ(countVoxels(findLeakedLumps(liver, similar, 0.015)), 0u);
+    const FloatVolume prior(liver.grid, 0.4f);
+    EXPECT_EQ(countVoxels(findLeakedLumps(liver, similar, prior, 0.015)), 0u);
 }
 
 // Organ positions of another seed: a prior without registration.
@@ -321,7 +347,7 @@ TEST(LiverNeighbours, NothingStaysOutsideTheRibs) {
 }
 
 // A liver inside the ribs, and a wall beside it that has the liver's brightness between the ribs and beyond
-// them. The first cut takes it in.
+// them. The first cut takes it in, because the prior is wrong and says that all is liver.
 TEST(Liver, DoesNotLeakThroughTheRibs) {
     Hoops h;
     const auto isLeak = [&](const Index3& i) {
@@ -334,8 +360,10 @@ TEST(Liver, DoesNotLeakThroughTheRibs) {
         truth[i] = glm::length(p - Vec3(0.050, 0.0, 0.110)) < 0.055 && h.radius(i) < h.kRib_m;
         if (h.body[i] && !h.ribs[i]) h.ct[i] = truth[i] || isLeak(i) ? 110 : -100;
     });
+    AtlasPrior wrong{h.g, std::vector<FloatVolume>(kOrgans, FloatVolume(h.g)), FloatVolume(h.g, 1.0f), {"a"}};
+    wrong.probability[std::size_t(Organ::liver)] = FloatVolume(h.g, 1.0f);
     const Mask none(h.g);
-    const auto find = [&](const Mask& ribs) { return findLiver(h.ct, h.body, h.lungs, ribs, {}); };
+    const auto find = [&](const Mask& ribs) { return findLiver(h.ct, h.body, h.lungs, ribs, wrong); };
     const Liver leaked = find(none), kept = find(h.ribs);
     const auto outside_ml = [&](const Liver& l) { return volume_ml(subtract(l.mask, truth)); };
     EXPECT_GT(outside_ml(leaked), 20.0);

@@ -11,7 +11,8 @@
 //
 // 2. Two patients: stylet-register affine FIXED MOVING AFFINE
 // The images have different grids and may show different sections of the body. First the size and the shift
-// between the sections are found, then AFFINE (mean squares).
+// between the sections are found, then AFFINE (mean squares). Around MOVING counts as air, so that leaving it
+// costs more than it saves.
 //
 // 3. Two patients: stylet-register demons FIXED MOVING AFFINE OUT ITERATIONS
 // Goes on from AFFINE with a demons displacement. The demons run ITERATIONS times on the coarsest level and
@@ -59,9 +60,11 @@ constexpr double kSigmaField = 1.5, kSigmaUpdate = 1.0;   // Gaussian smoothing,
 constexpr double kMaxUpdateStep = 1.5;                    // in voxels per iteration
 // Settings for two patients. The affine transform is found on images shrunk by kAffineShrink per axis. When
 // the sections are aligned in height, they must overlap by at least kMinOverlap of the shorter section.
-// Where the patients' heights differ, a quarter of these iterations is too few.
+// Where the patients' heights differ, a quarter of these iterations is too few. A share kAffineSamples of the
+// voxels gives the same transform in a quarter of the time; with 0.1, the images differ by 3 to 10 % more.
 constexpr int kAffineShrink = 2, kAffineIterations = 400;
-constexpr double kMinOverlap = 0.6;
+constexpr double kAffineSamples = 0.25, kMinOverlap = 0.6;
+constexpr double kSurround_mm = 120.0;  // thickness of the air around MOVING
 // Sizes of MOVING relative to FIXED from which the affine transform starts: large and small adults.
 constexpr double kStartSizes[] = {0.8, 0.9, 1.0, 1.12, 1.25};
 constexpr unsigned kWorkUnits = 2;  // fixed, because the threads' summation order must be fixed
@@ -291,10 +294,16 @@ void forEachVoxel(const FloatImage& image, const Visit& visit) {
             }
 }
 
-// The centre of the body. Voxels outside the body have the image's lowest value.
+// The value of voxels outside the body: the image's lowest.
+float airValue(const FloatImage& image) {
+    const float* v = image.GetBufferPointer();
+    return *std::min_element(v, v + image.GetLargestPossibleRegion().GetNumberOfPixels());
+}
+
+// The centre of the body.
 FloatImage::PointType foregroundCentroid(const FloatImage& image) {
     const float* v = image.GetBufferPointer();
-    const float outside = *std::min_element(v, v + image.GetLargestPossibleRegion().GetNumberOfPixels());
+    const float outside = airValue(image);
     itk::Vector<double, 3> sum(0.0);
     double count = 0.0;
     forEachVoxel(image, [&](std::ptrdiff_t i, const FloatImage::PointType& p) {
@@ -326,6 +335,7 @@ Affine::Pointer estimateStart(const FloatImage& fixed, const FloatImage& moving)
     const auto centre_shift = foregroundCentroid(moving) - centre;
     auto interpolator = Interpolator::New();
     interpolator->SetInputImage(&moving);
+    const float air = airValue(moving);
     auto best = makeStart(centre, 1.0, centre_shift);
     double lowest = std::numeric_limits<double>::infinity();
     for (const double size : kStartSizes) {
@@ -336,23 +346,48 @@ Affine::Pointer estimateStart(const FloatImage& fixed, const FloatImage& moving)
             auto shift = centre_shift;
             shift[2] = moving_low + k * dz - (centre[2] + size * (fixed_low - centre[2]));
             const auto transform = makeStart(centre, size, shift);
-            double sum = 0.0, count = 0.0;
+            double sum = 0.0;
             forEachVoxel(fixed, [&](std::ptrdiff_t i, const FloatImage::PointType& p) {
                 const auto q = transform->TransformPoint(p);
-                if (!interpolator->IsInsideBuffer(q)) return;
-                const double d = interpolator->Evaluate(q) - double(fixed.GetBufferPointer()[i]);
-                sum += d * d, count += 1.0;
+                const double there =
+                    interpolator->IsInsideBuffer(q) ? interpolator->Evaluate(q) : double(air);
+                const double d = there - double(fixed.GetBufferPointer()[i]);
+                sum += d * d;
             });
-            if (count == 0.0 || sum / count >= lowest) continue;
-            lowest = sum / count;
+            if (sum >= lowest) continue;
+            lowest = sum;
             best = transform;
         }
     }
     return best;
 }
 
+// The image with air around it.
+FloatImage::Pointer surrounded(const FloatImage& in) {
+    const auto dims = dimensions(in);
+    FloatImage::RegionType region;
+    FloatImage::PointType origin = in.GetOrigin();
+    std::array<int, 3> margin{};
+    for (unsigned d = 0; d < 3; ++d) {
+        margin[d] = int(std::ceil(kSurround_mm / in.GetSpacing()[d]));
+        region.SetSize(d, itk::SizeValueType(dims[d] + 2 * margin[d]));
+        origin[d] -= margin[d] * in.GetSpacing()[d];
+    }
+    auto out = makeImage<FloatImage>(region, in.GetSpacing(), origin);
+    out->FillBuffer(airValue(in));
+    const auto to = dimensions(*out);
+    const float* line = in.GetBufferPointer();
+    for (int z = 0; z < dims[2]; ++z)
+        for (int y = 0; y < dims[1]; ++y, line += dims[0])
+            std::copy(line, line + dims[0],
+                      out->GetBufferPointer() +
+                          ((std::ptrdiff_t(z) + margin[2]) * to[1] + y + margin[1]) * to[0] + margin[0]);
+    return out;
+}
+
 Affine::Pointer estimateAffine(const FloatImage& fixed, const FloatImage& moving) {
-    const auto f = downsampled(fixed, kAffineShrink), m = downsampled(moving, kAffineShrink);
+    using Method = itk::ImageRegistrationMethodv4<FloatImage, FloatImage, Affine>;
+    const auto f = downsampled(fixed, kAffineShrink), m = surrounded(*downsampled(moving, kAffineShrink));
     const auto affine =
         estimateStart(*downsampled(fixed, 2 * kAffineShrink), *downsampled(moving, 2 * kAffineShrink));
     auto metric = itk::MeanSquaresImageToImageMetricv4<FloatImage, FloatImage>::New();
@@ -366,7 +401,7 @@ Affine::Pointer estimateAffine(const FloatImage& fixed, const FloatImage& moving
     optimizer->SetMinimumStepLength(0.01);
     optimizer->SetNumberOfIterations(kAffineIterations);
     optimizer->SetNumberOfWorkUnits(kWorkUnits);
-    auto method = itk::ImageRegistrationMethodv4<FloatImage, FloatImage, Affine>::New();
+    auto method = Method::New();
     method->SetFixedImage(f);
     method->SetMovingImage(m);
     method->SetMetric(metric);
@@ -380,6 +415,9 @@ Affine::Pointer estimateAffine(const FloatImage& fixed, const FloatImage& moving
     itk::Array<double> sigmas(1);
     sigmas.Fill(0.0);
     method->SetSmoothingSigmasPerLevel(sigmas);
+    method->SetMetricSamplingStrategy(Method::MetricSamplingStrategyEnum::REGULAR);
+    method->SetMetricSamplingPercentage(kAffineSamples);
+    method->MetricSamplingReinitializeSeed(1);
     method->Update();
     return affine;
 }

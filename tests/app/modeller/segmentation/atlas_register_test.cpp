@@ -3,6 +3,7 @@
 
 #include <cstdlib>
 
+#include "app/modeller/image/handover_files.h"
 #include "app/modeller/segmentation/accuracy.h"
 #include "app/modeller/segmentation/atlas.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"
@@ -10,12 +11,16 @@
 namespace stylet::modeller {
 namespace {
 
+std::filesystem::path registerProgram() {
+    const char* bin = std::getenv("STYLET_BIN");
+    return std::filesystem::path(bin ? bin : ".") / "stylet-register";
+}
+
 // Registers another patient, scaled and moved, its liver brighter by `brighter_hu`. Returns the Dice of the
 // liver that it expects.
 double diceOfPriorLiver(double size, const Vec3& moved, int brighter_hu = 0) {
-    const char* bin = std::getenv("STYLET_BIN");
     AtlasSettings settings;
-    settings.program = std::filesystem::path(bin ? bin : ".") / "stylet-register";
+    settings.program = registerProgram();
     settings.spacing_m = 0.006;
     settings.iterations = 20;
     patient::Package atlas = test::referencePatient(2, 0.0025);
@@ -51,6 +56,31 @@ TEST(AtlasRegistration, ThePatientsMayDifferInSize) {
 TEST(AtlasRegistration, TheLiversMayDifferInBrightness) {
     for (const int brighter_hu : {-70, 50})
         EXPECT_GT(diceOfPriorLiver(1.0, Vec3(0.0), brighter_hu), 0.88) << brighter_hu << " HU brighter";
+}
+
+// A round body with two small organs. The upper third of the one image is bright and unlike the other, which
+// would differ less in what it still covers if it were moved out of that third.
+TEST(AtlasRegistration, AnUnlikeEndIsNotLeftOutside) {
+    constexpr double kUnlike_mm = 160.0;
+    Volume<std::int16_t> fixed({Index3(40, 40, 30), Vec3(0.008), Vec3(0.0)}, -300);
+    forEachVoxel(fixed.grid, [&](const Index3& i) {
+        const Vec3 p = 1e3 * fixed.grid.centre(i);
+        if (std::hypot(p.x - 156.0, p.y - 156.0) > 120.0) return;
+        fixed[i] = glm::length(p - Vec3(110, 150, 70)) < 30.0    ? 110
+                   : glm::length(p - Vec3(200, 170, 110)) < 25.0 ? -100
+                                                                 : 40;
+    });
+    const Volume<std::int16_t> moving = fixed;
+    forEachVoxel(fixed.grid, [&](const Index3& i) {
+        if (fixed[i] > -300 && 1e3 * fixed.grid.centre(i).z > kUnlike_mm) fixed[i] = 220;
+    });
+    const PrivateFolder folder;
+    const std::filesystem::path f = folder.path() / "f", m = folder.path() / "m", out = folder.path() / "out";
+    writeImageFile(f, fixed);
+    writeImageFile(m, moving);
+    runChild(registerProgram(), {"affine", f, m, out}, {}, "the phantom", "the registration");
+    const Vec3 ball(0.110, 0.150, 0.070);
+    EXPECT_LT(glm::length(readAffineFile(out)(ball) - ball), 0.020);
 }
 
 }  // namespace

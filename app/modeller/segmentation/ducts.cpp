@@ -72,6 +72,13 @@ Mask findVisibleDucts(const CtVolume& ct, const Mask& liver, std::string* note) 
     const TubeEvidence e = tubeEvidence(ct, whole, TubeKind::dark, kDuctRadii_m);
     const double bile_contrast = e.parenchyma.mean_hu - kBile_hu;
     const double inside = std::max(kInsideDuct * bile_contrast, kMinNoiseWidths * e.parenchyma.noise_hu);
+    if (inside >= bile_contrast) {
+        setNote(
+            fmt::format("No dilated bile ducts can be seen: bile would be only {:.0f} HU darker than the "
+                        "liver, whose own values vary by {:.0f} HU.",
+                        bile_contrast, e.parenchyma.noise_hu));
+        return Mask(ct.grid);
+    }
     Mask blobs;
     const FloatVolume depth_m = depthInTissue(ct, e, blobs, bile_contrast);
     Mask bile(e.liver.grid), tubes(e.liver.grid), certain(e.liver.grid);

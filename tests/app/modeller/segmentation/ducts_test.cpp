@@ -50,6 +50,17 @@ TEST(Ducts, TumoursAndFissuresAreExcluded) {
     EXPECT_THAT(note, testing::HasSubstr("no liver"));
 }
 
+// A liver full of fat is hardly brighter than bile.
+TEST(Ducts, ALiverThatHidesThemIsNamed) {
+    test::LiverPhantom liver(96);
+    const Mask ducts = paintDucts(liver);
+    for (std::size_t i = 0; i < ducts.voxels.size(); ++i)
+        if (!ducts.voxels[i]) liver.ct.voxels[i] = std::int16_t(liver.ct.voxels[i] - 96);
+    std::string note;
+    EXPECT_EQ(countVoxels(findVisibleDucts(liver.ct, liver.mask, &note)), 0u);
+    EXPECT_THAT(note, testing::HasSubstr("HU darker than the liver, whose own values vary"));
+}
+
 // HZ-TEACH-09
 TEST(Ducts, VirtualDuctsAreGrownOnlyOnRequestAndMarked) {
     test::LiverPhantom liver(96);

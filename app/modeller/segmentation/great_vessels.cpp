@@ -1,7 +1,7 @@
 // Finds aorta and vena cava as paths through the slices along which a disc of contrast medium is most
-// visible. The path is found by dynamic programming from feet to head.
-// Cf. Wink, Niessen and Viergever, "Multiscale vessel tracking", IEEE TMI 23, 2004 (minimum cost over a
-// measure of centredness).
+// visible. The path is found by dynamic programming from feet to head. The portal trunk runs across the
+// slices; it is grown from the portal vein in the liver. Cf. Wink, Niessen and Viergever, "Multiscale vessel
+// tracking", IEEE TMI 23, 2004 (minimum cost over a measure of centredness).
 #include <algorithm>
 #include <cmath>
 
@@ -163,6 +163,27 @@ FoundOrgan findCava(const OrganScene& s, const Mask& aorta) {
     FoundOrgan cava = trackVessel(s, course, within);
     if (!cava.mask.voxels.empty()) cava.mask = intersect(cava.mask, s.free);
     return cava;
+}
+
+FoundOrgan findPortalTrunk(const OrganScene& s) {
+    constexpr double kMaxBlood_hu = 450.0, kNear_m = 0.006, kLength_m = 0.060;
+    constexpr double kThin_m = 0.0015, kThick_m = 0.010;  // radii of what is too thin and too thick for it
+    constexpr double kMin_ml = 0.5, kConfidence = 0.6;    // its course in pancreas and mesentery is missed
+    FoundOrgan out{"portal vein", {}, 0.0, "portal vein: its trunk is not seen outside the liver"};
+    std::vector<double> hu;
+    for (std::size_t i = 0; i < s.portal.voxels.size(); ++i)
+        if (s.portal.voxels[i]) hu.push_back(double(s.edgeHu().voxels[i]));
+    if (double(hu.size()) * voxelVolume_ml(s.grid) < kMin_ml) return out;
+    // Branches in the liver are narrower, so blur makes them darker than the trunk.
+    const double rim_hu = 0.5 * (upperMedian(std::move(hu)) + s.parenchyma_hu);
+    const Mask blood = inRange(s.edgeHu(), s.free, rim_hu, kMaxBlood_hu);
+    const double voxel_m = s.grid.spacing_m.x;
+    const Mask wide = intersect(blood, dilated(eroded(blood, kThin_m), kThin_m + voxel_m));
+    const Mask tubes = subtract(wide, dilated(eroded(wide, kThick_m), kThick_m + 2.0 * voxel_m));
+    out.mask = growWithin(intersect(tubes, dilated(s.portal, kNear_m)), tubes, kLength_m);
+    removeSmallComponents(out.mask, kMin_ml, Connectivity::corners);
+    if (countVoxels(out.mask) > 0) out.confidence = kConfidence, out.note.clear();
+    return out;
 }
 
 }  // namespace stylet::modeller

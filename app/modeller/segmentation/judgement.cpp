@@ -37,8 +37,8 @@ std::vector<Structure> structures() {
                                {"hepatic veins in it", named("hepatic veins"), true}};
     for (const char* name :
          {"bile ducts", "right lung", "left lung", "fascia", "skin", "right kidney", "left kidney", "spleen",
-          "heart", "aorta and arteries", "vena cava and renal veins", "gallbladder", "stomach and oesophagus",
-          "colon", "small bowel", "spinal canal"})
+          "heart", "aorta and arteries", "vena cava and renal veins", "portal vein", "gallbladder",
+          "stomach and oesophagus", "colon", "small bowel", "spinal canal"})
         all.push_back({name, named(name)});
     return all;
 }

@@ -11,7 +11,7 @@ struct OrganScene {
     CtVolume ct;  // the surroundings of the fascia, a part of the scan
     Grid grid;    // of `ct` and all masks and volumes below
     Mask inside;  // the volume inside the fascia
-    Mask liver, lung_right, lung_left, gas;
+    Mask liver, portal, lung_right, lung_left, gas;
     double left_dome_m;  // height of the left dome, or of the scan's top if there is no left lung
     // HU, mean over three voxels, five in a noisy scan: for organs with a narrow range.
     FloatVolume smooth_hu{};
@@ -40,6 +40,8 @@ Mask growWithin(const Mask& core, const Mask& passable, double reach_m);
 
 FoundOrgan findAorta(const OrganScene&);
 FoundOrgan findCava(const OrganScene&, const Mask& aorta);
+// The part outside the liver. Not found without a portal vein in the liver.
+FoundOrgan findPortalTrunk(const OrganScene&);
 
 // Finds "stomach and oesophagus", "colon", "small bowel" and "bowel gas", in this order. Their contents are
 // darker than `organs_hu`.

@@ -309,6 +309,7 @@ OrganScene makeScene(const OrganInput& in, const VoxelBox& box, const Mask& besi
                  .grid = g,
                  .inside = part(in.inside),
                  .liver = part(in.liver),
+                 .portal = part(in.portal),
                  .lung_right = part(in.lungs.right),
                  .lung_left = part(in.lungs.left),
                  .gas = part(in.lungs.gas),
@@ -398,6 +399,8 @@ std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
         cava.mask = subtract(cava.mask, organ.mask);
     addOrgan(std::move(aorta));
     addOrgan(std::move(cava));
+    addOrgan(findPortalTrunk(s));
+    s.portal = {};
     addOrgan(findGallbladder(s));
     for (FoundOrgan& organ :
          findHollowOrgans(s, std::max(s.parenchyma_hu, std::min(spleen_hu, kUsualOrgan_hu))))

@@ -18,6 +18,7 @@ struct OrganInput {
     const Lungs& lungs;
     const Bones& bones;
     const Mask& liver;   // all 0 if unknown: spleen and heart are then less certain
+    const Mask& portal;  // the portal vein in the liver; all 0 if unknown
     const Mask& inside;  // the volume inside the fascia
 };
 
@@ -30,9 +31,9 @@ struct FoundOrgan {
     std::string note;  // one sentence if something is doubtful
 };
 
-// Returns right and left kidney, spleen, heart, aorta and arteries, vena cava and renal veins, gallbladder,
-// stomach and oesophagus, colon, small bowel, bowel gas: always all of them, in this order. No two overlap,
-// and none overlaps liver, lung or bone.
+// Returns right and left kidney, spleen, heart, aorta and arteries, vena cava and renal veins, portal vein
+// (outside the liver), gallbladder, stomach and oesophagus, colon, small bowel, bowel gas: always all of
+// them, in this order. No two overlap, and none overlaps liver, lung or bone.
 std::vector<FoundOrgan> findOrgans(const OrganInput&);
 
 }  // namespace stylet::modeller

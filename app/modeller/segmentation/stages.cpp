@@ -295,13 +295,13 @@ void findOrgansStage(BuildState& work, StageResult& r) {
     // The organ rules do not read these, and need the memory.
     for (Mask* unused : {&bones.spine, &bones.ribs_right, &bones.ribs_left, &bones.sternum})
         *unused = {};
-    const Mask liver = liverMask(work);
+    const Mask liver = liverMask(work), portal = labelMask(work.found.at("vessels"), "portal vein");
     const Mask inside = [&] {
         const Mask known = lungsAndLiver(work);
         const FasciaInput first{work.ct, work.body, bones.all, known};
         return insideFascia(fitFascia(first), first);
     }();
-    for (const FoundOrgan& organ : findOrgans({work.ct, work.body, lungs, bones, liver, inside})) {
+    for (const FoundOrgan& organ : findOrgans({work.ct, work.body, lungs, bones, liver, portal, inside})) {
         paintTarget(r, organ.mask, organ.name.c_str());
         r.record.notes.push_back(fmt::format("{}: confidence {:.2f}{}{}", organ.name, organ.confidence,
                                              organ.note.empty() ? "" : "; ", organ.note));
@@ -348,8 +348,8 @@ std::vector<Stage> makeStages() {
          .restore = restoreDucts},
         {.name = "organs",
          .provides = {"right kidney", "left kidney", "spleen", "heart", "aorta and arteries",
-                      "vena cava and renal veins", "gallbladder", "stomach and oesophagus", "colon",
-                      "small bowel", "bowel gas"},
+                      "vena cava and renal veins", "portal vein", "gallbladder", "stomach and oesophagus",
+                      "colon", "small bowel", "bowel gas"},
          .over_all = false,
          .find = findOrgansStage},
         {.name = "fascia",

@@ -294,6 +294,21 @@ void checkFlanks(const ScanMeasures& s, Findings& f) {
              kFlat_percent, cure);
 }
 
+// The vessels with parenchyma around them. The trunk of the portal vein says nothing about those in the
+// liver.
+PackageStatistics::Sum vesselsInLiver(const Package& p) {
+    constexpr double kReach_m = 0.008;
+    constexpr float kSurrounding = 0.15f;  // minimum share of parenchyma within this distance
+    const Mask vessels = maskOf(p, isHepaticVessel);
+    const FloatVolume around = boxMean(toFloat(maskOf(p, isParenchyma)),
+                                       std::max(1, int(std::lround(kReach_m / p.ct.grid.spacing_m.x))));
+    PackageStatistics::Sum sum;
+    for (std::size_t i = 0; i < vessels.voxels.size(); ++i)
+        if (vessels.voxels[i] && around.voxels[i] > kSurrounding)
+            sum.voxels += 1.0, sum.hu += double(p.ct.voxels[i]);
+    return sum;
+}
+
 }  // namespace
 
 ScanMeasures measureScan(const PackageStatistics& m) {
@@ -301,7 +316,7 @@ ScanMeasures measureScan(const PackageStatistics& m) {
     const auto mean = [](const PackageStatistics::Sum& s) {
         return s.voxels > 0.0 ? s.mean_hu() : std::nan("");
     };
-    const PackageStatistics::Sum vessels = m.sum(isHepaticVessel);
+    const PackageStatistics::Sum vessels = vesselsInLiver(p);
     ScanMeasures s;
     s.liver_hu = mean(m.sum(isParenchyma));
     s.vessels_hu = mean(vessels);

@@ -11,8 +11,8 @@
 //
 // 2. Two patients: stylet-register affine FIXED MOVING AFFINE
 // The images have different grids and may show different sections of the body. First the size and the shift
-// between the sections are found, then AFFINE (mean squares). Around MOVING counts as air, so that leaving it
-// costs more than it saves.
+// between the sections are found, then AFFINE (mean squares). Voxels of FIXED outside MOVING are compared
+// with air. Otherwise a smaller overlap could reduce the difference.
 //
 // 3. Two patients: stylet-register demons FIXED MOVING AFFINE OUT ITERATIONS
 // Goes on from AFFINE with a demons displacement. The demons run ITERATIONS times on the coarsest level and
@@ -415,9 +415,9 @@ Affine::Pointer estimateAffine(const FloatImage& fixed, const FloatImage& moving
     itk::Array<double> sigmas(1);
     sigmas.Fill(0.0);
     method->SetSmoothingSigmasPerLevel(sigmas);
-    method->SetMetricSamplingStrategy(Method::MetricSamplingStrategyEnum::REGULAR);
+    method->SetMetricSamplingStrategy(Method::MetricSamplingStrategyEnum::RANDOM);
     method->SetMetricSamplingPercentage(kAffineSamples);
-    method->MetricSamplingReinitializeSeed(1);
+    method->MetricSamplingReinitializeSeed(1);  // the result must be the same in every run
     method->Update();
     return affine;
 }

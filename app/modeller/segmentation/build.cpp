@@ -195,7 +195,9 @@ bool isCorrected(const Label& l, const Stage& stage, const BuildState& work) {
     return work.corrected_labels.at(std::string(stage.name))[l.id];
 }
 
+// Two stages may provide a label; then a correction in either of them is named.
 std::string labelProvenance(const Label& l, const BuildState& work) {
+    std::string automatic = "automatic";
     for (const Stage& stage : stages()) {
         if (std::find(stage.provides.begin(), stage.provides.end(), l.name) == stage.provides.end()) continue;
         const std::string name(stage.name);
@@ -203,9 +205,10 @@ std::string labelProvenance(const Label& l, const BuildState& work) {
         if (l.name == "bile ducts" && work.virtual_ducts)
             return std::string("virtual: grown beside the portal branches") +
                    (corrected ? ", corrected by hand" : "");
-        return corrected ? "manual: corrected in stage " + name : "automatic: stage " + name;
+        if (corrected) return "manual: corrected in stage " + name;
+        if (automatic == "automatic") automatic += ": stage " + name;
     }
-    return "automatic";
+    return automatic;
 }
 
 // How far the true border may lie outside a risk structure found by a stage (Label::border_uncertainty_m). On

@@ -74,9 +74,9 @@ Mask findVisibleDucts(const CtVolume& ct, const Mask& liver, std::string* note) 
     const double inside = std::max(kInsideDuct * bile_contrast, kMinNoiseWidths * e.parenchyma.noise_hu);
     if (inside >= bile_contrast) {
         setNote(
-            fmt::format("No dilated bile ducts can be seen: bile would be only {:.0f} HU darker than the "
-                        "liver, whose own values vary by {:.0f} HU.",
-                        bile_contrast, e.parenchyma.noise_hu));
+            fmt::format("No dilated bile ducts can be seen: the liver, of {:.0f} HU, varies by {:.0f} HU, "
+                        "and bile has {:.0f} HU.",
+                        e.parenchyma.mean_hu, e.parenchyma.noise_hu, kBile_hu));
         return Mask(ct.grid);
     }
     Mask blobs;

@@ -19,7 +19,7 @@ struct BuiltDucts {
 // Finds the dilated ducts visible in the CT. Uses a line filter for dark tubes of 1.3 to 5 mm radius with
 // values about halfway from parenchyma to bile or darker. Excludes blobs (tumours, cysts, the gallbladder),
 // fat, gas and anything that does not form a tree. The liver's mask may lack the ducts and the hilum. Empty
-// if no ducts are dilated, because normal ducts of 1 mm are not visible, and if the liver is hardly brighter
+// if no ducts are dilated: normal ducts of 1 mm are not visible. Also empty if the liver is hardly brighter
 // than bile. If given, `note` receives one sentence with the reason for the decision.
 Mask findVisibleDucts(const CtVolume&, const Mask& liver, std::string* note = nullptr);
 

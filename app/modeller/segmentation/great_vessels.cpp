@@ -13,6 +13,8 @@ namespace stylet::modeller {
 
 namespace {
 
+constexpr double kMaxBlood_hu = 450.0;  // denser is bone or metal
+
 // Expected position of a vessel relative to the canal; metres.
 struct Span {
     double low, typical, high;
@@ -99,7 +101,7 @@ std::vector<Index3> findBestPath(const OrganScene& s, const Course& c, const Flo
 }
 
 FoundOrgan trackVessel(const OrganScene& s, const Course& c, const Mask& within) {
-    constexpr double kSoft_hu = 55.0, kMaxBlood_hu = 450.0, kShare = 0.35;
+    constexpr double kSoft_hu = 55.0, kShare = 0.35;
     FoundOrgan out{c.name, {}, 0.0, ""};
     const Mask blood = inRange(s.edgeHu(), within, s.parenchyma_hu + c.above_hu, kMaxBlood_hu);
     const FloatVolume width = inPlaneRadii(blood);
@@ -165,21 +167,25 @@ FoundOrgan findCava(const OrganScene& s, const Mask& aorta) {
     return cava;
 }
 
-FoundOrgan findPortalTrunk(const OrganScene& s) {
-    constexpr double kMaxBlood_hu = 450.0, kNear_m = 0.006, kLength_m = 0.060;
-    constexpr double kThin_m = 0.0015, kThick_m = 0.010;  // radii of what is too thin and too thick for it
-    constexpr double kMin_ml = 0.5, kConfidence = 0.6;    // its course in pancreas and mesentery is missed
-    FoundOrgan out{"portal vein", {}, 0.0, "portal vein: its trunk is not seen outside the liver"};
+// The portal vein runs across the slices. It is grown from its part in the liver.
+FoundOrgan findExtrahepaticPortalVein(const OrganScene& s) {
+    constexpr double kNear_m = 0.006, kLength_m = 0.060;
+    constexpr double kArtery_m = 0.0015, kBowel_m = 0.010;  // radii: thinner is an artery, thicker is bowel
+    constexpr double kMinContrast_hu = 15.0;                // above the liver
+    constexpr double kMin_ml = 0.5, kConfidence = 0.6;      // its course in pancreas and mesentery is missed
+    FoundOrgan out{"portal vein", {}, 0.0, "portal vein: none is known in the liver to start from"};
     std::vector<double> hu;
     for (std::size_t i = 0; i < s.portal.voxels.size(); ++i)
         if (s.portal.voxels[i]) hu.push_back(double(s.edgeHu().voxels[i]));
     if (double(hu.size()) * voxelVolume_ml(s.grid) < kMin_ml) return out;
-    // Branches in the liver are narrower, so blur makes them darker than the trunk.
-    const double rim_hu = 0.5 * (upperMedian(std::move(hu)) + s.parenchyma_hu);
+    out.note = "portal vein: its trunk is not seen outside the liver";
+    const double contrast_hu = upperMedian(std::move(hu)) - s.parenchyma_hu;
+    if (contrast_hu < kMinContrast_hu) return out;
+    const double rim_hu = s.parenchyma_hu + 0.5 * contrast_hu;
     const Mask blood = inRange(s.edgeHu(), s.free, rim_hu, kMaxBlood_hu);
     const double voxel_m = s.grid.spacing_m.x;
-    const Mask wide = intersect(blood, dilated(eroded(blood, kThin_m), kThin_m + voxel_m));
-    const Mask tubes = subtract(wide, dilated(eroded(wide, kThick_m), kThick_m + 2.0 * voxel_m));
+    const Mask wide = intersect(blood, dilated(eroded(blood, kArtery_m), kArtery_m + voxel_m));
+    const Mask tubes = subtract(wide, dilated(eroded(wide, kBowel_m), kBowel_m + 2.0 * voxel_m));
     out.mask = growWithin(intersect(tubes, dilated(s.portal, kNear_m)), tubes, kLength_m);
     removeSmallComponents(out.mask, kMin_ml, Connectivity::corners);
     if (countVoxels(out.mask) > 0) out.confidence = kConfidence, out.note.clear();

@@ -53,8 +53,8 @@ constexpr float kSimilarSigmas = 2.5f;
 constexpr float kPossible = 0.1f;
 constexpr double kBite_m = 0.050, kBiteDepth_m = 0.004, kBiteContact = 0.4, kMinBite_ml = 1.0;
 constexpr int kMaxBites = 8;
-// Tumours reach farther out than their bites. Near a bite, this share of the liver has the bite's CT values,
-// with at least this spread, and all others have a small probability per HU.
+// Tumours reach farther out than their bites. Near a bite, the share kTumour of the liver has the bite's CT
+// values, with at least this spread; each other value has the probability kRareTumour per HU.
 constexpr double kTumourReach_m = 0.012;
 constexpr float kTumour = 0.5f, kMinTumourSigma_hu = 8.0f, kRareTumour = 5e-4f;
 constexpr double kMinLiver_ml = 150.0;
@@ -318,7 +318,7 @@ Mask segmentCoarse(Coarse& c, const Parenchyma& parenchyma, Mask& open) {
     for (std::size_t i = 0; i < similar.voxels.size(); ++i)
         similar.voxels[i] = similar.voxels[i] &&
                             std::abs(denoised.hu.voxels[i] - liver.mean_hu) < kSimilarSigmas * liver.sigma_hu;
-    const FloatVolume undecided(c.hu.grid, 0.5f);  // without atlases, the prior says nothing about lumps
+    const FloatVolume undecided(c.hu.grid, 0.5f);  // the prior without atlases
     const Mask lumps =
         findLeakedLumps(cut, similar, c.known ? c.prior[std::size_t(Organ::liver)] : undecided, kLump_m);
     cut = subtract(std::move(cut), lumps);
@@ -348,7 +348,7 @@ void completeTumour(Mask& liver, const Mask& bite, const Coarse& c, const std::v
         2.0f * sigma_hu);
     const Mask near = dilated(bite, kTumourReach_m);
     for (std::size_t i = 0; i < near.voxels.size(); ++i)
-        if (liver.voxels[i] || !near.voxels[i])
+        if (liver.voxels[i] || !near.voxels[i] || c.prior[std::size_t(Organ::liver)].voxels[i] <= kPossible)
             problem.state.voxels[i] = std::uint8_t(liver.voxels[i] ? CutState::object : CutState::background);
     liver = minimumCut(problem);
 }

@@ -14,6 +14,7 @@ namespace {
 // reaches kMinBelonging. Measured in a real patient, also warped and with other contrast, lesions and slices:
 // head of the pancreas 0.32 to 0.53, the liver's own lumps 0.59 and more.
 constexpr double kPriorWeight = 0.5, kLeakWeight = 0.5, kMinBelonging = 0.56, kMinLump_ml = 1.0;
+constexpr double kSurely = 0.6;  // mean prior of a lump that is liver whatever else; the pancreas: to 0.45
 constexpr double kApart_voxels = 1.5;  // half the width of a connection that is cut between two lumps
 
 // Calls visit(offset, voxel, face neighbour) for each voxel of the mask. The neighbour may be outside the
@@ -34,6 +35,8 @@ void forEachFace(const Mask& mask, const Visit& visit) {
 Volume<std::int32_t> findLumps(const Mask& liver, double radius_m, int& count) {
     Mask thick = eroded(liver, radius_m);
     keepLargestComponent(thick);
+    count = 0;
+    if (countVoxels(thick) == 0) return Volume<std::int32_t>(liver.grid);  // a small liver is no lump
     const Mask beyond = subtract(liver, dilated(thick, radius_m));
     const double apart_m = kApart_voxels * liver.grid.spacing_m.x;
     Components lumps = findComponents(eroded(beyond, apart_m));
@@ -107,10 +110,11 @@ Mask findLeakedLumps(const Mask& liver, const Mask& similar, const FloatVolume& 
     std::vector<bool> leaked(lumps.size(), false);
     for (std::size_t n = 1; n < lumps.size(); ++n) {
         const Lump& lump = lumps[n];
-        const double belonging = lump.attached / (lump.attached + lump.free) +
+        const double belonging = lump.attached / std::max(1.0, lump.attached + lump.free) +
                                  kPriorWeight * lump.prior / lump.voxels -
                                  kLeakWeight * lump.leaking / std::max(1.0, lump.free);
-        leaked[n] = lump.voxels * voxelVolume_ml(liver.grid) > kMinLump_ml && belonging < kMinBelonging;
+        leaked[n] = lump.voxels * voxelVolume_ml(liver.grid) > kMinLump_ml &&
+                    lump.prior < kSurely * lump.voxels && belonging < kMinBelonging;
     }
     return maskWhere(liver.grid, [&](std::size_t i) { return leaked[std::size_t(number.voxels[i])]; });
 }

@@ -20,10 +20,10 @@ FloatVolume sigmaFiltered(const FloatVolume& image, const Mask& within, float ma
 FloatVolume correctBias(const FloatVolume& hu, const Mask& core, float mean_hu, int reach);
 
 // Finds lumps of `liver` that belong to another organ, because a cut ran through that organ. A lump is a part
-// that a ball of `radius_m` inside the thickest part does not reach. It is returned if little of its border is
-// the rest of the liver, if the `prior` probability of liver in it is low, and if much of its border is next
-// to `similar`, the voxels outside that could also be liver: the three together decide. The liver's own lobes
-// end at different tissue, and a tip is broad at its base.
+// that a ball of `radius_m` inside the thickest part does not reach. Three measures are summed: the share of
+// its border that is the rest of the liver, the `prior` probability of liver in it, and the share of its free
+// border next to `similar`, the voxels outside that could also be liver. The liver's own lobes end at
+// different tissue, and a tip is broad at its base. What the prior calls liver is never returned.
 Mask findLeakedLumps(const Mask& liver, const Mask& similar, const FloatVolume& prior, double radius_m);
 
 // Clears the masks' voxels outside a smooth surface `gap_m` inside the inner side of the ribs, also between

@@ -40,8 +40,7 @@ Mask growWithin(const Mask& core, const Mask& passable, double reach_m);
 
 FoundOrgan findAorta(const OrganScene&);
 FoundOrgan findCava(const OrganScene&, const Mask& aorta);
-// The part outside the liver. Not found without a portal vein in the liver.
-FoundOrgan findPortalTrunk(const OrganScene&);
+FoundOrgan findExtrahepaticPortalVein(const OrganScene&);
 
 // Finds "stomach and oesophagus", "colon", "small bowel" and "bowel gas", in this order. Their contents are
 // darker than `organs_hu`.

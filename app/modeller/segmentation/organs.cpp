@@ -399,8 +399,8 @@ std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
         cava.mask = subtract(cava.mask, organ.mask);
     addOrgan(std::move(aorta));
     addOrgan(std::move(cava));
-    addOrgan(findPortalTrunk(s));
-    s.portal = {};
+    addOrgan(findExtrahepaticPortalVein(s));
+    s.portal = {};  // the hollow organs need the memory
     addOrgan(findGallbladder(s));
     for (FoundOrgan& organ :
          findHollowOrgans(s, std::max(s.parenchyma_hu, std::min(spleen_hu, kUsualOrgan_hu))))

@@ -123,7 +123,7 @@ TEST(CheckScan, NoiseTakenForVesselsDoesNotHideThePhase) {
         setHu(p, Id::hepaticVeins, int(liver_hu) + 60);
         return p;
     };
-    for (const auto& [step, share] : {std::pair{3, 0.013}, {20, 0.002}}) {
+    for (const auto& [step, share] : {std::pair{3, 0.010}, {20, 0.0016}}) {
         Package native = scanned(step);
         EXPECT_NEAR(measure(native).vessel_share, share, 0.1 * share);
         relabel(native, Id::aorta, Id::visceralFat);
@@ -163,6 +163,11 @@ TEST(CheckScan, MissingOrSmallVessels) {
     relabel(none, Id::portal, Id::liver);
     relabel(none, Id::hepaticVeins, Id::liver);
     EXPECT_THAT(finding(none, "vessels in the liver"), testing::StartsWith("REFUSED"));
+    // A trunk outside the liver is no vessel in it.
+    Package trunk = none;
+    relabel(trunk, Id::spleen, Id::portal);
+    EXPECT_LT(measure(trunk).vessel_share, 0.001);
+    EXPECT_THAT(finding(trunk, "vessels in the liver"), testing::StartsWith("REFUSED"));
     relabel(none, Id::ducts, Id::liver);  // without a target there is no path to rate
     EXPECT_THAT(finding(none, "vessels in the liver"), testing::StartsWith("look"));
     // Keep one vessel voxel of `step`.
@@ -175,7 +180,7 @@ TEST(CheckScan, MissingOrSmallVessels) {
         return p;
     };
     const double share = measure(reference()).vessel_share;
-    EXPECT_NEAR(measure(thinned(5)).vessel_share, share / 5.0, 0.01 * share);
+    EXPECT_NEAR(measure(thinned(5)).vessel_share, share / 5.0, 0.05 * share);
     EXPECT_THAT(finding(thinned(int(share / 0.010)), "vessels in the liver"), testing::StartsWith("look"));
     EXPECT_THAT(finding(thinned(int(share / 0.003)), "vessels in the liver"), testing::StartsWith("REFUSED"));
 }

@@ -16,9 +16,10 @@ std::filesystem::path registerProgram() {
     return std::filesystem::path(bin ? bin : ".") / "stylet-register";
 }
 
-// Registers another patient, scaled and moved, its liver brighter by `brighter_hu`. Returns the Dice of the
-// liver that it expects.
-double diceOfPriorLiver(double size, const Vec3& moved, int brighter_hu = 0) {
+// Registers another patient, scaled and moved, its liver brighter by `brighter_hu`, without the shares `low`
+// and `high` of its height at the ends. Returns the Dice of the liver that it expects.
+double diceOfPriorLiver(double size, const Vec3& moved, int brighter_hu = 0, double low = 0.0,
+                        double high = 0.0) {
     AtlasSettings settings;
     settings.program = registerProgram();
     settings.spacing_m = 0.006;
@@ -28,6 +29,9 @@ double diceOfPriorLiver(double size, const Vec3& moved, int brighter_hu = 0) {
         g->spacing_m *= size;
         g->origin_m = size * g->origin_m + moved;
     }
+    const Index3 last = atlas.ct.grid.dims - 1;
+    const VoxelBox section{{0, 0, int(low * last.z)}, {last.x, last.y, int((1.0 - high) * last.z)}};
+    atlas.ct = cropped(atlas.ct, section), atlas.labels = cropped(atlas.labels, section);
     const Mask atlas_liver = wholeLiver(atlas.labels, atlas.label_table);
     for (std::size_t i = 0; i < atlas_liver.voxels.size(); ++i)
         if (atlas_liver.voxels[i]) atlas.ct.voxels[i] = std::int16_t(atlas.ct.voxels[i] + brighter_hu);
@@ -58,8 +62,15 @@ TEST(AtlasRegistration, TheLiversMayDifferInBrightness) {
         EXPECT_GT(diceOfPriorLiver(1.0, Vec3(0.0), brighter_hu), 0.88) << brighter_hu << " HU brighter";
 }
 
-// A round body with two small organs. The upper third of the one image is bright and unlike the other, which
-// would differ less in what it still covers if it were moved out of that third.
+TEST(AtlasRegistration, TheScanMayBeTallerThanTheAtlas) {
+    for (const auto& [low, high] : {std::pair(0.0, 0.25), {0.25, 0.0}, {0.15, 0.15}}) {
+        const double dice = diceOfPriorLiver(1.0, Vec3(0.0), 0, low, high);
+        EXPECT_GT(dice, 0.8) << low << ", " << high;
+    }
+}
+
+// Two images of a round body with two small organs. In the first, the upper third is bright and unlike the
+// second. If only the overlap counted, the second would be moved out of that third.
 TEST(AtlasRegistration, AnUnlikeEndIsNotLeftOutside) {
     constexpr double kUnlike_mm = 160.0;
     Volume<std::int16_t> fixed({Index3(40, 40, 30), Vec3(0.008), Vec3(0.0)}, -300);

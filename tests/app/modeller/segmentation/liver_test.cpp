@@ -274,6 +274,22 @@ TEST(LiverNeighbours, PriorAndNeighboursTellALeakFromALobe) {
     EXPECT_EQ(countVoxels(findLeakedLumps(liver, nothing, surely, 0.015)), 0u);
 }
 
+// A lobe of 380 ml behind a neck of 16 mm, which the atlases know. And a liver without a thick part.
+TEST(LiverNeighbours, AKnownLobeBehindANarrowNeckIsKept) {
+    Mask liver({Index3(80, 50, 50), Vec3(0.003), Vec3(0.0)}), thin = liver;
+    forEachVoxel(liver.grid, [&](const Index3& i) {
+        const Vec3 p = liver.grid.centre(i);
+        liver[i] = glm::length(p - Vec3(0.065, 0.075, 0.075)) < 0.055 ||
+                   glm::length(p - Vec3(0.180, 0.075, 0.075)) < 0.045 ||
+                   (std::hypot(p.y - 0.075, p.z - 0.075) < 0.008 && p.x > 0.065 && p.x < 0.180);
+        thin[i] = glm::length(p - Vec3(0.065, 0.075, 0.075)) < 0.013;
+    });
+    const Mask nothing(liver.grid);
+    EXPECT_EQ(countVoxels(findLeakedLumps(liver, nothing, FloatVolume(liver.grid, 0.7f), 0.015)), 0u);
+    EXPECT_GT(countVoxels(findLeakedLumps(liver, nothing, FloatVolume(liver.grid, 0.3f), 0.015)), 0u);
+    EXPECT_EQ(countVoxels(findLeakedLumps(thin, nothing, FloatVolume(liver.grid, 0.3f), 0.015)), 0u);
+}
+
 // A thick disc that thins out to its rim, which ends in similar tissue, like a lobe that touches the spleen.
 TEST(LiverNeighbours, TipThatTouchesSimilarTissueIsNoLeak) {
     constexpr double kRim_m = 0.060, kSlope = 0.7;
@@ -286,8 +302,11 @@ TEST(LiverNeighbours, TipThatTouchesSimilarTissueIsNoLeak) {
         liver[i] = radius < kRim_m && std::fabs(from.z) < half_m;
         similar[i] = radius >= kRim_m && std::fabs(from.z) < 0.010;
     });
-    const FloatVolume prior(liver.grid, 0.4f);
-    EXPECT_EQ(countVoxels(findLeakedLumps(liver, similar, prior, 0.015)), 0u);
+    const FloatVolume possible(liver.grid, 0.4f), surely(liver.grid, 0.7f);
+    EXPECT_EQ(countVoxels(findLeakedLumps(liver, similar, possible, 0.015)), 0u);
+    // Similar tissue all around.
+    EXPECT_GT(countVoxels(findLeakedLumps(liver, inverted(liver), possible, 0.015)), 0u);
+    EXPECT_EQ(countVoxels(findLeakedLumps(liver, inverted(liver), surely, 0.015)), 0u);
 }
 
 // Organ positions of another seed: a prior without registration.

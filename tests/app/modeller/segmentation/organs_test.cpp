@@ -109,6 +109,21 @@ TEST(Organs, ThePortalTrunkIsGrownFromTheVeinInTheLiver) {
     EXPECT_LT(volume_ml(intersect(trunk, loop)), 0.05 * volume_ml(loop));
 }
 
+// Noise was taken for a vein, or blood has no contrast: soft tissue outside is as bright.
+TEST(Organs, AVeinAsBrightAsTheLiverHasNoTrunk) {
+    OrganPhantom b;
+    b.liver = b.ball({0.07, 0.06, 0.10}, 0.045, 110);
+    forEachVoxel(b.ct.grid, [&](const Index3& i) {
+        const Vec3 p = b.ct.grid.centre(i);
+        if (p.x > -0.03 && p.x < 0.07 && std::hypot(p.y - 0.085, p.z - 0.10) < 0.006)
+            b.ct[i] = 112, b.portal[i] = b.liver[i];
+    });
+    ASSERT_GT(volume_ml(b.portal), 1.0);
+    const FoundOrgan trunk = b.organs().at("portal vein");
+    EXPECT_EQ(countVoxels(trunk.mask), 0u);
+    EXPECT_NE(trunk.note.find("not seen"), std::string::npos) << trunk.note;
+}
+
 // The spleen is so much denser than this liver that it would be taken for a kidney.
 TEST(Organs, AFattyLiverIsNoMeasureOfTheSpleen) {
     OrganPhantom b;

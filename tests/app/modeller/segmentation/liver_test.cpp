@@ -88,6 +88,26 @@ TEST(Liver, IncludesAllOfAWideTumourAtItsSurface) {
     }
 }
 
+// A stomach as bright as a tumour is pressed into the liver. The atlases know it.
+TEST(Liver, AnOrganPressedIntoItIsNoTumour) {
+    CtVolume ct = fatWithALiver();
+    const std::vector<std::int16_t> round = ct.voxels;
+    const Vec3 middle = kLiverMiddle + Vec3(-0.055, 0, 0);
+    paintBall(ct, middle, 0.025, 65);
+    AtlasPrior prior{
+        ct.grid, std::vector<FloatVolume>(kOrgans, FloatVolume(ct.grid)), FloatVolume(ct.grid, 1.0f), {"a"}};
+    Mask stomach(ct.grid);
+    forEachVoxel(ct.grid, [&](const Index3& i) {
+        stomach[i] = ct[i] == 65;
+        const Organ organ = stomach[i]                        ? Organ::stomach
+                            : round[ct.grid.offset(i)] == 110 ? Organ::liver
+                                                              : Organ::elsewhere;
+        prior.probability[std::size_t(organ)][i] = 1.0f;
+    });
+    const Mask found = segment(ct, prior).mask;
+    EXPECT_LT(volume_ml(intersect(found, stomach)), 0.05 * volume_ml(stomach));
+}
+
 TEST(Liver, MissingLiverIsReported) {
     CtVolume ct = fatWithALiver();
     std::fill(ct.voxels.begin(), ct.voxels.end(), std::int16_t{-100});

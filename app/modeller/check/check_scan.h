@@ -11,10 +11,10 @@ namespace stylet::modeller {
 
 // NaN where the structure is missing.
 struct ScanMeasures {
-    double liver_hu = 0.0, vessels_hu = 0.0, aorta_hu = 0.0;  // means; vessels: portal and hepatic veins
+    double liver_hu = 0.0, vessels_hu = 0.0, aorta_hu = 0.0;  // means; vessels: those in the liver
     double noise_hu = 0.0;       // standard deviation between voxels of the liver 4 mm apart
     double blur_across_m = 0.0;  // standard deviation; NaN if no lung lies on the diaphragm
-    double vessel_share = 0.0;   // portal and hepatic veins, of the whole liver's volume
+    double vessel_share = 0.0;   // of vessels in the whole liver's volume
     double fat_in_ducts =
         0.0;  // share of the liver's duct voxels that have the CT value of fat after smoothing
     // Share of the body's rows along x that end within 3 mm of this side's outermost one.

@@ -216,7 +216,7 @@ std::string labelProvenance(const Label& l, const BuildState& work) {
 // 1.5 mm, 2.5 % with 2 mm and 2.5 % with 3 mm, which leaves fewer paths.
 constexpr double kBorder_m = 0.002;
 
-// At least a voxel. The border of a label that a person corrected is exact.
+// At least a voxel. The border of a label is exact if a person corrected it in every stage that provides it.
 double borderUncertainty(const Label& l, const BuildState& work) {
     if (l.role == patient::Role::suspect) return work.ct.grid.spacing_m.x;
     if (l.role != patient::Role::risk) return 0.0;

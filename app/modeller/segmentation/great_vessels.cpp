@@ -1,7 +1,7 @@
 // Finds aorta and vena cava as paths through the slices along which a disc of contrast medium is most
-// visible. The path is found by dynamic programming from feet to head. The portal trunk runs across the
-// slices; it is grown from the portal vein in the liver. Cf. Wink, Niessen and Viergever, "Multiscale vessel
-// tracking", IEEE TMI 23, 2004 (minimum cost over a measure of centredness).
+// visible. The path is found by dynamic programming from feet to head.
+// Cf. Wink, Niessen and Viergever, "Multiscale vessel tracking", IEEE TMI 23, 2004 (minimum cost over a
+// measure of centredness). The portal vein is grown instead.
 #include <algorithm>
 #include <cmath>
 

@@ -330,8 +330,8 @@ Mask segmentCoarse(Coarse& c, const Parenchyma& parenchyma, Mask& open) {
     return cut;
 }
 
-// Adds to the liver the rest of a tumour at its surface, of which `bite` is a part: the cheapest cut among
-// the voxels near the bite, for an organ that has the bite's CT values.
+// Adds the rest of a tumour at the liver's surface. `bite` is the part that was found. The rest is the
+// cheapest cut near it for an organ that has the bite's CT values.
 void completeTumour(Mask& liver, const Mask& bite, const Coarse& c, const std::vector<Density>& densities) {
     double n = 0.0, sum = 0.0, squares = 0.0;
     for (std::size_t i = 0; i < bite.voxels.size(); ++i) {

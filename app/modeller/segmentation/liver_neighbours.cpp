@@ -12,7 +12,7 @@ namespace {
 // A lump belongs to the liver if the share of its border that is the rest of the liver, plus half the mean
 // prior probability of liver in it, minus half the share of its free border that ends in similar tissue,
 // reaches kMinBelonging. Measured in a real patient, also warped and with other contrast, lesions and slices:
-// head of the pancreas 0.32 to 0.53, the liver's own lumps 0.59 and more.
+// head of the pancreas 0.32 to 0.52, the liver's own lumps 0.59 and more.
 constexpr double kPriorWeight = 0.5, kLeakWeight = 0.5, kMinBelonging = 0.56, kMinLump_ml = 1.0;
 constexpr double kSurely = 0.6;  // mean prior of a lump that is liver whatever else; the pancreas: to 0.45
 constexpr double kApart_voxels = 1.5;  // half the width of a connection that is cut between two lumps

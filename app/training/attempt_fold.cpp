@@ -1,9 +1,6 @@
 #include "app/training/attempt_fold.h"
 
-#include <algorithm>
-#include <array>
-#include <span>
-
+#include "app/training/drain_end.h"
 #include "base/hash.h"
 
 namespace stylet::training {
@@ -11,6 +8,8 @@ namespace stylet::training {
 namespace {
 
 constexpr double kHoleSpacing_m = 0.002;
+// Of every drain: a replay does not know with which one its session was equipped.
+constexpr double kDrainRadius_m = 0.5 * haptics::kDrainDefaults.outer_m;
 
 }  // namespace
 
@@ -22,22 +21,19 @@ Drawn drawnAt(const haptics::TickOutput& output) noexcept {
 }
 
 // Contrast medium flows through the needle, or through a drain in place: out of the side hole nearest to its
-// end that lies in a duct, else out of its end.
+// end that opens into a duct, else out of its end. Only if no hole's place on the axis lies in a duct do the
+// openings on the surface count, so that older records replay to their hash.
 patient::ContrastInput AttemptFold::contrastInput(const haptics::TickOutput& output) const {
     const double rate_m3_per_s = equipment_.injected_m3_per_s;
     const haptics::AccessOutput& access = output.access;
     if (access.drain != haptics::DrainState::in_place || access.path_count < 2)
         return {output.tip_reference_m, rate_m3_per_s, output.phase != haptics::Phase::outside};
-    std::array<Vec3, haptics::kMaxPathPoints> path_m;
-    const auto count = std::size_t(access.path_count);
-    std::copy_n(access.path_m.begin(), count, path_m.begin());
-    const haptics::TubePath path{std::span(path_m).first(count), access.drain_m};
-    for (double back_m = 0.0; back_m <= haptics::kSideHoles_m; back_m += kHoleSpacing_m) {
-        const Vec3 hole_m = haptics::pointAt(path, access.drain_m - back_m);
-        if (patient_->at(hole_m, {true, false}).tissue == patient::Tissue::duct)
-            return {hole_m, rate_m3_per_s, true};
-    }
-    return {haptics::pointAt(path, access.drain_m), rate_m3_per_s, true};
+    const DrainEnd end(access);
+    for (const double radius_m : {0.0, kDrainRadius_m})
+        for (double back_m = 0.0; back_m <= haptics::kSideHoles_m; back_m += kHoleSpacing_m)
+            if (const auto opening_m = end.openingIntoDuct(*patient_, back_m, radius_m))
+                return {*opening_m, rate_m3_per_s, true};
+    return {end.at(0.0), rate_m3_per_s, true};
 }
 
 patient::AnaestheticInput AttemptFold::anaestheticInput(const haptics::TickOutput& output) const noexcept {

@@ -1,13 +1,13 @@
 #include "app/training/evidence.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <optional>
-#include <span>
+
+#include "app/training/drain_end.h"
 
 namespace stylet::training {
 
@@ -419,28 +419,15 @@ void Evidence::judgeDrain(const haptics::AccessOutput& access, double torn_m) {
         refusal_ = leak;
 }
 
-// A hole is on the drain's surface, so it may open into a duct although the drain's axis, which follows the
-// thinner wire, runs in the wall. Where most of the holes aside are tells whether the drain is too deep.
+// Where most of the holes aside are tells whether the drain is too deep.
 Refusal Evidence::judgeHoles(const haptics::AccessOutput& access) const noexcept {
     if (access.path_count < 2) return Refusal::drainLeaks;
-    std::array<Vec3, haptics::kMaxPathPoints> path_m;
-    const auto count = std::size_t(access.path_count);
-    std::copy_n(access.path_m.begin(), count, path_m.begin());
-    const haptics::TubePath path{std::span(path_m).first(count), access.drain_m};
+    const DrainEnd end(access);
     const double radius_m = 0.5 * tools_.access.drain.outer_m;
-    const auto isDuct = [&](const Vec3& at_m) {
-        return patient_->at(at_m, {true, false}).tissue == Tissue::duct;
-    };
     int aside = 0, aside_near_tip = 0;
     for (int i = 0; i < kHoles; ++i) {
-        const Vec3 at_m = haptics::pointAt(path, access.drain_m - haptics::kSideHoles_m * (i + 0.5) / kHoles);
-        bool open = isDuct(at_m);
-        for (int axis = 0; axis < 3 && !open; ++axis)
-            for (const double side_m : {-radius_m, radius_m}) {
-                Vec3 beside_m = at_m;
-                beside_m[axis] += side_m;
-                open = open || isDuct(beside_m);
-            }
+        const double back_m = haptics::kSideHoles_m * (i + 0.5) / kHoles;
+        const bool open = end.openingIntoDuct(*patient_, back_m, radius_m).has_value();
         aside += open ? 0 : 1;
         aside_near_tip += open || 2 * i > kHoles ? 0 : 1;
     }

@@ -115,6 +115,26 @@ TEST_F(AttemptFoldTest, AnInjectionOutsideTheBodyIsLost) {
     EXPECT_NEAR(fold.contrast().volumes().lost_m3, 2e-9, 1e-15);
 }
 
+// The drain's axis follows the wire, which may run in the wall of the duct: the holes are on the drain's
+// surface.
+TEST_F(AttemptFoldTest, MediumFlowsThroughADrainWhoseSurfaceOpensIntoTheDuct) {
+    const auto ductsShareBeside = [&](double wall_m) {
+        AttemptFold fold(patient_, kDt_s);
+        haptics::AccessOutput& drain = output_.access;
+        drain.drain = haptics::DrainState::in_place;
+        drain.drain_m = 0.030;
+        drain.path_count = 2;
+        drain.path_m[0] = {0.050f - float(wall_m), 0.0f, -0.015f};
+        drain.path_m[1] = {0.050f - float(wall_m), 0.0f, 0.015f};
+        tick(fold, {injectCommand(2e-6)});
+        return fold.contrast().volumes().ducts_m3 / fold.contrast().volumes().injected_m3;
+    };
+    constexpr double kRadius_m = 0.5 * haptics::kDrainDefaults.outer_m;
+    EXPECT_EQ(ductsShareBeside(-0.001), 1.0) << "the axis runs in the duct";
+    EXPECT_EQ(ductsShareBeside(kRadius_m - 0.0003), 1.0);
+    EXPECT_EQ(ductsShareBeside(kRadius_m + 0.0003), 0.0);
+}
+
 TEST_F(AttemptFoldTest, EachPressOfThePedalAimsAtTheNeedleInTheBody) {
     AttemptFold fold(patient_, kDt_s);
     const auto press = [&](double x_m) {

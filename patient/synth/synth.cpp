@@ -92,7 +92,8 @@ Package makeReferencePatient(const SynthSettings& settings) {
     package.thresholds = settings.defaults.thresholds;
     package.reference_phase = "exhale";
     report("breath", 0.9);
-    package.motion = motionTemplate(package.labels, package.label_table, {}, {0.0, 0.0}, canvas.threads);
+    if (settings.motion)
+        package.motion = motionTemplate(package.labels, package.label_table, {}, {0.0, 0.0}, canvas.threads);
     for (const Variant* v : variants)
         if (v->finish) v->finish(package);
     report("done", 1.0);

@@ -17,6 +17,7 @@ struct SynthSettings {
     double spacing_m = 0.001;           // isotropic; tests use 0.002 and more
     std::vector<std::string> variants;  // names from listVariants(); none: the reference patient
     TissueDefaults defaults;            // initial force table and thresholds
+    bool motion = true;                 // false saves time; the package then cannot breathe
     int threads = 2;                    // does not affect the result
     std::function<void(std::string_view stage, double fraction)> progress;
 };

@@ -145,35 +145,38 @@ FloatImage::Pointer downsampled(const FloatImage& in, int shrink) {
     return out;
 }
 
-// Gaussian blur along one axis, with `n` interleaved floats per voxel.
+// Gaussian blur along one axis, with `n` interleaved floats per voxel. Each task blurs what lies side by side
+// in memory: a line along x, a slice along y, or the rows of one y along z. The innermost loop runs over
+// these floats.
 void blurAxis(std::vector<float>& values, std::size_t n, const std::array<int, 3>& dims, unsigned axis,
               double sigma) {
-    const int reach = int(std::ceil(3.0 * sigma));
-    std::vector<float> kernel(std::size_t(2 * reach + 1));
-    for (int i = -reach; i <= reach; ++i)
-        kernel[std::size_t(i + reach)] = float(std::exp(-0.5 * i * i / (sigma * sigma)));
-    const std::array<std::size_t, 3> strides{n, n * std::size_t(dims[0]), n * std::size_t(dims[0] * dims[1])};
-    const std::size_t stride = strides[axis];
-    const int length = dims[axis];
-    const auto lines = std::ptrdiff_t(values.size() / n / std::size_t(length));
+    const int reach = int(std::ceil(3.0 * sigma)), length = dims[axis];
+    const std::size_t row = n * std::size_t(dims[0]), slice = row * std::size_t(dims[1]);
+    const std::size_t width = axis == 0 ? n : row;  // floats that are blurred with the same weights
+    const std::size_t stride = axis == 2 ? slice : width;
+    const std::size_t between_tasks = axis == 1 ? slice : row;
+    const int tasks = axis == 0 ? dims[1] * dims[2] : axis == 1 ? dims[2] : dims[1];
     auto threads = itk::MultiThreaderBase::New();
     threads->ParallelizeArray(
-        0, itk::SizeValueType(lines),
-        [&](itk::SizeValueType line) {
-            // `a` and `b` are the two axes across the line, with a < b. `line` counts along `a` first, then
-            // along `b`. `start` is the offset of the line's first voxel.
-            const unsigned a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
-            const std::size_t start =
-                line % std::size_t(dims[a]) * strides[a] + line / std::size_t(dims[a]) * strides[b];
-            std::vector<float> out(std::size_t(length) * n, 0.0f);
-            for (int i = 0; i < length; ++i)
-                for (int k = std::max(-reach, -i); k <= std::min(reach, length - 1 - i); ++k)
-                    for (std::size_t c = 0; c < n; ++c)
-                        out[std::size_t(i) * n + c] +=
-                            kernel[std::size_t(k + reach)] * values[start + std::size_t(i + k) * stride + c];
-            for (int i = 0; i < length; ++i)
-                for (std::size_t c = 0; c < n; ++c)
-                    values[start + std::size_t(i) * stride + c] = out[std::size_t(i) * n + c];
+        0, itk::SizeValueType(tasks),
+        [&](itk::SizeValueType task) {
+            float* const from = values.data() + task * between_tasks;
+            std::vector<float> out(std::size_t(length) * width, 0.0f);
+            for (int k = -reach; k <= reach; ++k) {
+                const float weight = float(std::exp(-0.5 * k * k / (sigma * sigma)));
+                const int first = std::max(0, -k), count = std::min(length, length - k) - first;
+                const auto add = [&](int at, std::size_t floats) {
+                    float* const to = out.data() + std::size_t(at) * width;
+                    const float* const shifted = from + std::size_t(at + k) * stride;
+                    for (std::size_t i = 0; i < floats; ++i)
+                        to[i] += weight * shifted[i];
+                };
+                if (stride == width && count > 0) add(first, std::size_t(count) * width);
+                for (int at = first; stride != width && at < first + count; ++at)
+                    add(at, width);
+            }
+            for (int at = 0; at < length; ++at)
+                std::copy_n(out.data() + std::size_t(at) * width, width, from + std::size_t(at) * stride);
         },
         nullptr);
 }

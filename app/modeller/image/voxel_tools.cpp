@@ -1,9 +1,12 @@
 #include "app/modeller/image/voxel_tools.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <cstring>
 #include <numeric>
 #include <vector>
 
+#include "app/modeller/image/mask_runs.h"
 #include "base/parallel.h"
 
 namespace stylet::modeller {
@@ -14,7 +17,7 @@ constexpr float kFar = 1e6f;  // squared metres; means "no voxel of the mask"
 
 // One pass of the Euclidean distance transform, along one line of voxels. For each voxel p of the line it
 // computes the squared distance g(p) = min over q of f(q) + (spacing (p - q))^2. Here f(q) is the squared
-// distance found by the passes along the other axes. The minimum over all voxels q is the lower envelope of
+// distance found along the other axes. The minimum over all voxels q is the lower envelope of
 // parabolas with apex q.
 struct Envelope {
     std::vector<float> f, begin;
@@ -25,11 +28,13 @@ struct Envelope {
     void transform(float* line, std::ptrdiff_t stride, int n, float spacing) {
         for (int i = 0; i < n; ++i)
             f[std::size_t(i)] = line[i * stride];
+        const auto isZero = [&](int i) { return i >= 0 && i < n && f[std::size_t(i)] == 0.0f; };
         const float w = spacing * spacing;
         int k = -1;
         for (int q = 0; q < n; ++q) {
             const float fq = f[std::size_t(q)];
-            if (fq >= kFar) continue;
+            // Between two voxels of the mask, one is the nearest to itself only.
+            if (fq >= kFar || (isZero(q) && isZero(q - 1) && isZero(q + 1))) continue;
             float from = -1e9f;
             while (k >= 0) {
                 const int p = apex[std::size_t(k)];
@@ -43,6 +48,7 @@ struct Envelope {
         }
         if (k < 0) return;
         for (int p = 0, j = 0; p < n; ++p) {
+            if (isZero(p)) continue;
             while (j < k && begin[std::size_t(j + 1)] <= float(p))
                 ++j;
             const int q = apex[std::size_t(j)];
@@ -53,49 +59,72 @@ struct Envelope {
 
 }  // namespace
 
+bool stepsAlongRow(const std::uint8_t* mask, int n, float* steps) {
+    bool any = false;
+    int count = n;  // from the last voxel of the mask
+    for (int x = 0; x < n; ++x) {
+        count = mask[x] ? 0 : count + 1;
+        any = any || count == 0;
+        steps[x] = float(count);
+    }
+    if (!any) return false;
+    count = n;
+    for (int x = n; x-- > 0;) {
+        count = mask[x] ? 0 : count + 1;
+        steps[x] = std::min(steps[x], float(count));
+    }
+    return true;
+}
+
 FloatVolume distanceTo(const Mask& mask) {
     const Grid& g = mask.grid;
     FloatVolume d(g);
-    for (std::size_t i = 0; i < d.voxels.size(); ++i)
-        d.voxels[i] = mask.voxels[i] ? 0.0f : kFar;
     const std::ptrdiff_t row = g.dims.x, slice = std::ptrdiff_t(g.dims.x) * g.dims.y;
     parallelFor(processorCount(), g.dims.z, [&](int z) {
         float* base = d.voxels.data() + z * slice;
-        Envelope along_x(g.dims.x), along_y(g.dims.y);
-        for (int y = 0; y < g.dims.y; ++y)
-            along_x.transform(base + y * row, 1, g.dims.x, float(g.spacing_m.x));
+        Envelope along_y(g.dims.y);
+        const float w = float(g.spacing_m.x) * float(g.spacing_m.x);
+        for (int y = 0; y < g.dims.y; ++y) {
+            float *const line = base + y * row, *const end = line + row;
+            if (stepsAlongRow(&mask[{0, y, z}], g.dims.x, line))
+                std::transform(line, end, line, [w](float steps) { return w * (steps * steps); });
+            else
+                std::fill(line, end, kFar);
+        }
         for (int x = 0; x < g.dims.x; ++x)
             along_y.transform(base + x, row, g.dims.y, float(g.spacing_m.y));
     });
     parallelFor(processorCount(), g.dims.y, [&](int y) {
         Envelope along_z(g.dims.z);
+        float* base = d.voxels.data() + y * row;
         for (int x = 0; x < g.dims.x; ++x)
-            along_z.transform(d.voxels.data() + y * row + x, slice, g.dims.z, float(g.spacing_m.z));
+            along_z.transform(base + x, slice, g.dims.z, float(g.spacing_m.z));
+        for (int z = 0; z < g.dims.z; ++z)
+            std::transform(base + z * slice, base + z * slice + row, base + z * slice,
+                           [](float squared) { return std::sqrt(squared); });
     });
-    for (float& v : d.voxels)
-        v = std::sqrt(v);
     return d;
 }
 
 Mask floodFill(const Mask& seeds, const Mask& passable) {
-    const Grid& g = passable.grid;
-    Mask reached(g);
-    std::vector<std::size_t> open;
-    for (std::size_t i = 0; i < seeds.voxels.size(); ++i)
-        if (seeds.voxels[i] && passable.voxels[i]) {
-            reached.voxels[i] = 1;
-            open.push_back(i);
-        }
-    while (!open.empty()) {
-        const Index3 at = g.voxelAt(open.back());
-        open.pop_back();
-        forEachNeighbour(g, at, Connectivity::faces, [&](std::size_t to) {
-            if (reached.voxels[to] || !passable.voxels[to]) return;
-            reached.voxels[to] = 1;
-            open.push_back(to);
-        });
+    const MaskRuns pieces(passable, Connectivity::faces);
+    std::vector<std::uint8_t> reached(pieces.size().size(), 0);
+    for (const Run& run : pieces.runs()) {
+        const std::uint8_t *const begin = seeds.voxels.data() + run.begin, *const end =
+                                                                               seeds.voxels.data() + run.end;
+        if (!reached[run.component] && nextSet(begin, end) != end) reached[run.component] = 1;
     }
-    return reached;
+    return pieces.where([&](std::size_t n) { return reached[n]; });
+}
+
+const std::uint8_t* nextSet(const std::uint8_t* at, const std::uint8_t* end) {
+    std::uint64_t eight = 0;
+    while (end - at >= std::ptrdiff_t(sizeof eight)) {
+        std::memcpy(&eight, at, sizeof eight);
+        if (eight != 0) break;
+        at += sizeof eight;
+    }
+    return std::find_if(at, end, [](std::uint8_t v) { return v != 0; });
 }
 
 VoxelBox boundingBox(const Mask& m) {
@@ -105,7 +134,7 @@ VoxelBox boundingBox(const Mask& m) {
         for (int y = 0; y < g.dims.y; ++y) {
             const std::uint8_t* row = m.voxels.data() + g.offset({0, y, z});
             const std::uint8_t* end = row + g.dims.x;
-            const std::uint8_t* first = std::find_if(row, end, [](std::uint8_t v) { return v != 0; });
+            const std::uint8_t* first = nextSet(row, end);
             if (first == end) continue;
             int last = g.dims.x - 1;
             while (!row[last])
@@ -124,7 +153,9 @@ VoxelBox boxAround(const Mask& mask, int margin) {
 }
 
 void paste(const Mask& part, const Index3& low, Mask& into) {
-    forEachVoxel(part.grid, [&](const Index3& i) { into[low + i] = part[i]; });
+    for (int z = 0; z < part.grid.dims.z; ++z)
+        for (int y = 0; y < part.grid.dims.y; ++y)
+            std::copy_n(&part[{0, y, z}], part.grid.dims.x, &into[low + Index3(0, y, z)]);
 }
 
 Mask withLabel(const LabelVolume& labels, std::uint8_t label) {
@@ -137,34 +168,20 @@ int Components::largest() const {
 }
 
 Components findComponents(const Mask& m, Connectivity touch) {
-    Components p{Volume<std::int32_t>(m.grid), {0}};
-    std::vector<std::size_t> open;
-    for (std::size_t seed = 0; seed < m.voxels.size(); ++seed) {
-        if (!m.voxels[seed] || p.number.voxels[seed]) continue;
-        const auto number = std::int32_t(p.size.size());
-        p.size.push_back(0);
-        p.number.voxels[seed] = number;
-        open.assign(1, seed);
-        while (!open.empty()) {
-            const Index3 at = m.grid.voxelAt(open.back());
-            open.pop_back();
-            ++p.size.back();
-            forEachNeighbour(m.grid, at, touch, [&](std::size_t to) {
-                if (!m.voxels[to] || p.number.voxels[to]) return;
-                p.number.voxels[to] = number;
-                open.push_back(to);
-            });
-        }
-    }
+    const MaskRuns pieces(m, touch);
+    Components p{Volume<std::int32_t>(m.grid), pieces.size()};
+    for (const Run& run : pieces.runs())
+        std::fill(p.number.voxels.begin() + run.begin, p.number.voxels.begin() + run.end,
+                  std::int32_t(run.component));
     return p;
 }
 
 std::size_t keepLargestComponent(Mask& mask) {
-    const Components components = findComponents(mask);
-    const auto largest = std::size_t(components.largest());
-    mask = componentsWhere(components, [&](std::size_t n) { return n == largest; });
-    return std::accumulate(components.size.begin(), components.size.end(), std::size_t{0}) -
-           components.size[largest];
+    const MaskRuns pieces(mask, Connectivity::faces);
+    const std::vector<std::size_t>& size = pieces.size();
+    const auto largest = std::size_t(std::max_element(size.begin(), size.end()) - size.begin());
+    mask = pieces.where([&](std::size_t n) { return n == largest; });
+    return std::accumulate(size.begin(), size.end(), std::size_t{0}) - size[largest];
 }
 
 Mask surroundedPieces(const Mask& pieces, const Mask& organ) {
@@ -180,13 +197,12 @@ Mask surroundedPieces(const Mask& pieces, const Mask& organ) {
         };
         return std::count_if(kFaceSteps.begin(), kFaceSteps.end(), leadsToOrgan) >= kDirections;
     };
-    const Components all = findComponents(pieces, Connectivity::corners);
-    std::vector<double> inside(all.size.size(), 0.0);
-    forEachVoxel(g, [&](const Index3& i) {
-        if (pieces[i]) inside[std::size_t(all.number[i])] += isInside(i);
-    });
-    return componentsWhere(all,
-                           [&](std::size_t n) { return inside[n] >= kInsideShare * double(all.size[n]); });
+    const MaskRuns all(pieces, Connectivity::corners);
+    std::vector<double> inside(all.size().size(), 0.0);
+    for (const Run& run : all.runs())
+        for (std::uint32_t offset = run.begin; offset < run.end; ++offset)
+            inside[run.component] += isInside(g.voxelAt(offset));
+    return all.where([&](std::size_t n) { return inside[n] >= kInsideShare * double(all.size()[n]); });
 }
 
 void fillHolesPerSlice(Mask& mask) {
@@ -218,26 +234,31 @@ void fillHolesPerSlice(Mask& mask) {
 FloatVolume boxMean(const FloatVolume& in, int reach) {
     FloatVolume out = in;
     const Index3 n = in.grid.dims;
-    const std::ptrdiff_t strides[3] = {1, n.x, std::ptrdiff_t(n.x) * n.y};
-    for (int axis = 0; axis < 3; ++axis) {
-        const int length = n[axis], outer = axis == 2 ? 1 : 2;
-        const int count_a = n[outer == axis ? 0 : outer], count_b = n[axis == 0 ? 1 : 0];
-        const std::ptrdiff_t stride_a = strides[outer == axis ? 0 : outer],
-                             stride_b = strides[axis == 0 ? 1 : 0];
-        parallelFor(processorCount(), count_a, [&](int a) {
-            std::vector<double> sum(std::size_t(length) + 1);
-            for (int b = 0; b < count_b; ++b) {
-                float* line = out.voxels.data() + a * stride_a + b * stride_b;
-                for (int i = 0; i < length; ++i)
-                    sum[std::size_t(i) + 1] = sum[std::size_t(i)] + double(line[i * strides[axis]]);
-                for (int i = 0; i < length; ++i) {
-                    const int from = std::max(0, i - reach), to = std::min(length, i + reach + 1);
-                    line[i * strides[axis]] =
-                        float((sum[std::size_t(to)] - sum[std::size_t(from)]) / double(to - from));
-                }
-            }
-        });
-    }
+    const std::size_t row = std::size_t(n.x), slice = row * std::size_t(n.y);
+    // `width` values side by side in memory are averaged at once, along `length` places that are `stride`
+    // apart.
+    const auto average = [reach](float* first, int length, std::size_t stride, std::size_t width) {
+        std::vector<double> sums((std::size_t(length) + 1) * width);
+        const auto sum = [&](int i) { return sums.data() + std::size_t(i) * width; };
+        for (int i = 0; i < length; ++i)
+            for (std::size_t x = 0; x < width; ++x)
+                sum(i + 1)[x] = sum(i)[x] + double(first[std::size_t(i) * stride + x]);
+        for (int i = 0; i < length; ++i) {
+            const int from = std::max(0, i - reach), to = std::min(length, i + reach + 1);
+            const double *const low = sum(from), *const high = sum(to), count = double(to - from);
+            float* const mean = first + std::size_t(i) * stride;
+            for (std::size_t x = 0; x < width; ++x)
+                mean[x] = float((high[x] - low[x]) / count);
+        }
+    };
+    parallelFor(processorCount(), n.z, [&](int z) {
+        float* const at = out.voxels.data() + std::size_t(z) * slice;
+        for (int y = 0; y < n.y; ++y)
+            average(at + std::size_t(y) * row, n.x, 1, 1);
+        average(at, n.y, row, row);
+    });
+    parallelFor(processorCount(), n.y,
+                [&](int y) { average(out.voxels.data() + std::size_t(y) * row, n.z, slice, row); });
     return out;
 }
 

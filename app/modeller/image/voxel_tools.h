@@ -72,6 +72,9 @@ Mask maskWhere(const Grid& grid, const In& in) {
     return mask;
 }
 
+// The first set voxel from `at` on, or `end`.
+const std::uint8_t* nextSet(const std::uint8_t* at, const std::uint8_t* end);
+
 // The bounding box of a mask.
 VoxelBox boundingBox(const Mask&);
 // The same, enlarged by `margin` voxels on every side, within the grid.
@@ -80,7 +83,9 @@ VoxelBox boxAround(const Mask&, int margin);
 template <typename T>
 Volume<T> cropped(const Volume<T>& whole, const VoxelBox& box) {
     Volume<T> part(Grid{box.high - box.low + 1, whole.grid.spacing_m, whole.grid.centre(box.low)});
-    forEachVoxel(part.grid, [&](const Index3& i) { part[i] = whole[box.low + i]; });
+    for (int z = 0; z < part.grid.dims.z; ++z)
+        for (int y = 0; y < part.grid.dims.y; ++y)
+            std::copy_n(&whole[box.low + Index3(0, y, z)], part.grid.dims.x, &part[{0, y, z}]);
     return part;
 }
 // Copies `part` into the volume, with its first voxel at `low`.
@@ -95,6 +100,10 @@ FloatVolume toFloat(const Volume<T>& volume) {
 
 // The voxels with this label.
 Mask withLabel(const LabelVolume&, std::uint8_t label);
+
+// The number of voxels along a row of n from each one to the nearest voxel of the mask in it. If there is
+// none, returns false, and `steps` is not valid.
+bool stepsAlongRow(const std::uint8_t* mask, int n, float* steps);
 
 // Distance in metres from each voxel's centre to the nearest voxel of the mask: 0 inside the mask, 1e3
 // everywhere if the mask is empty. Exact; Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled

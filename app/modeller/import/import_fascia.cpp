@@ -232,10 +232,19 @@ WallSurface fitWall(const FasciaInput& in) {
 Mask insideWall(const WallSurface& s, const FasciaInput& in) {
     const Grid& g = in.body.grid;
     Mask inside(g);
+    // The axis is upright, so the voxels of a column share their angle and their distance from it.
+    struct Column {
+        double angle, distance_m;
+    };
+    std::vector<Column> columns;
+    forEachVoxel(VoxelBox{Index3(0), {g.dims.x - 1, g.dims.y - 1, 0}}, [&](const Index3& i) {
+        const Vec3 d = g.centre(i) - s.axis_m;
+        columns.push_back({std::atan2(d.y, d.x), std::hypot(d.x, d.y)});
+    });
     parallelVoxels(g, [&](const Index3& i) {
-        const Vec3 p = g.centre(i), d = p - s.axis_m;
-        const bool near = std::hypot(d.x, d.y) < s.radiusAt(std::atan2(d.y, d.x), p.z);
-        inside[i] = in.body[i] && !in.bones[i] && (near || in.organs[i]);
+        const Column& column = columns[g.offset({i.x, i.y, 0})];
+        inside[i] = in.body[i] && !in.bones[i] &&
+                    (in.organs[i] || column.distance_m < s.radiusAt(column.angle, g.centre(i).z));
     });
     keepLargestComponent(inside);
     // Add every bone and every cavity that is enclosed by `inside`: flood the complement from the left and

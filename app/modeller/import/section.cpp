@@ -19,6 +19,26 @@ namespace {
 
 constexpr double kAirAround_m = 0.008, kMaxWidth_m = 0.50;
 
+// Where a voxel of a grid lies along one axis of another grid.
+struct Between {
+    int low = 0;
+    double share = 0.0;   // of the voxel above `low`
+    bool inside = false;  // in a voxel of the other grid
+};
+
+std::vector<Between> placesAlong(int axis, const Grid& grid, const Grid& in) {
+    std::vector<Between> places;
+    const double last = in.dims[axis] - 1;
+    for (int i = 0; i < grid.dims[axis]; ++i) {
+        const double v =
+            (grid.origin_m[axis] + grid.spacing_m[axis] * i - in.origin_m[axis]) / in.spacing_m[axis];
+        const double c = std::clamp(v, 0.0, last);
+        const int low = std::min(int(c), std::max(in.dims[axis] - 2, 0));
+        places.push_back({low, c - low, v >= -0.5 && v <= last + 0.5});
+    }
+    return places;
+}
+
 // A tilted gantry or a registration to another scan leaves padding at the scan's ends: slices without a body,
 // or with a part of it. Returns the first and the last slice that have more than 85 % of the body's area 15
 // mm further in. Towards neck and legs this removes slices, too; they are not needed.
@@ -60,20 +80,18 @@ Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m
 
 CtVolume resampleCt(const CtVolume& in, const Grid& grid) {
     CtVolume out(grid, kOutside_hu);
+    const std::array<std::vector<Between>, 3> places{
+        placesAlong(0, grid, in.grid), placesAlong(1, grid, in.grid), placesAlong(2, grid, in.grid)};
     parallelVoxels(grid, [&](const Index3& i) {
-        const Vec3 v = in.grid.toVoxels(grid.centre(i));
-        const Vec3 last(in.grid.dims - 1);
-        if (v.x < -0.5 || v.y < -0.5 || v.z < -0.5) return;
-        if (v.x > last.x + 0.5 || v.y > last.y + 0.5 || v.z > last.z + 0.5) return;
-        const Vec3 c = glm::clamp(v, Vec3(0.0), last);
-        const Index3 a = glm::min(Index3(c), glm::max(in.grid.dims - 2, Index3(0)));
-        const Vec3 f = c - Vec3(a);
+        const Between &x = places[0][std::size_t(i.x)], &y = places[1][std::size_t(i.y)],
+                      &z = places[2][std::size_t(i.z)];
+        if (!x.inside || !y.inside || !z.inside) return;
         double sum = 0.0;
         for (int k = 0; k < 8; ++k) {
             const Index3 step{k & 1, k >> 1 & 1, k >> 2};
-            const double w =
-                (step.x ? f.x : 1.0 - f.x) * (step.y ? f.y : 1.0 - f.y) * (step.z ? f.z : 1.0 - f.z);
-            if (w > 0.0) sum += w * in[a + step];
+            const double w = (step.x ? x.share : 1.0 - x.share) * (step.y ? y.share : 1.0 - y.share) *
+                             (step.z ? z.share : 1.0 - z.share);
+            if (w > 0.0) sum += w * in[Index3(x.low, y.low, z.low) + step];
         }
         out[i] = std::int16_t(std::lround(sum));
     });

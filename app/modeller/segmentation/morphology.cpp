@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "app/modeller/image/mask_runs.h"
 #include "base/parallel.h"
 
 namespace stylet::modeller {
@@ -23,20 +25,8 @@ constexpr float kFar = 1e6f;  // squared metres
 // Squared distance along x from each voxel of a row to the nearest voxel of the mask in it. If there is none,
 // returns false, and `out` is not valid.
 bool distanceAlongRow(const std::uint8_t* mask, int n, float spacing_m, float* out) {
-    bool any = false;
-    int steps = n;  // from the last voxel of the mask
-    for (int x = 0; x < n; ++x) {
-        steps = mask[x] ? 0 : steps + 1;
-        any = any || steps == 0;
-        out[x] = float(steps);
-    }
-    if (!any) return false;
-    steps = n;
-    for (int x = n; x-- > 0;) {
-        steps = mask[x] ? 0 : steps + 1;
-        const float d_m = std::min(out[x], float(steps)) * spacing_m;
-        out[x] = d_m * d_m;
-    }
+    if (!stepsAlongRow(mask, n, out)) return false;
+    std::transform(out, out + n, out, [=](float steps) { return (steps * spacing_m) * (steps * spacing_m); });
     return true;
 }
 
@@ -112,8 +102,7 @@ void dilate(Mask& m, double radius_m) {
 
 void erode(Mask& m, double radius_m) {
     const Mask lost = voxelsWithin(inverted(m), radius_m);
-    for (std::size_t i = 0; i < m.voxels.size(); ++i)
-        m.voxels[i] = m.voxels[i] && !lost.voxels[i];
+    m = subtract(std::move(m), lost);
 }
 
 // Applies the change to the part of the grid that it can affect.
@@ -129,24 +118,28 @@ Mask applyInBox(const Mask& m, double reach_m, Change&& change) {
     return out;
 }
 
+// `combine` reads both values in every case, so that the compiler vectorises the loop.
+template <typename Combine>
+Mask combined(Mask a, const Mask& b, const Combine& combine) {
+    std::uint8_t* const to = a.voxels.data();
+    const std::uint8_t* const from = b.voxels.data();
+    for (std::size_t i = 0, count = a.voxels.size(); i < count; ++i)
+        to[i] = combine(to[i] != 0, from[i] != 0);
+    return a;
+}
+
 }  // namespace
 
 Mask intersect(Mask a, const Mask& b) {
-    for (std::size_t i = 0; i < a.voxels.size(); ++i)
-        a.voxels[i] = a.voxels[i] && b.voxels[i];
-    return a;
+    return combined(std::move(a), b, [](bool in_a, bool in_b) { return in_a & in_b; });
 }
 
 Mask subtract(Mask a, const Mask& b) {
-    for (std::size_t i = 0; i < a.voxels.size(); ++i)
-        a.voxels[i] = a.voxels[i] && !b.voxels[i];
-    return a;
+    return combined(std::move(a), b, [](bool in_a, bool in_b) { return in_a & !in_b; });
 }
 
 Mask unite(Mask a, const Mask& b) {
-    for (std::size_t i = 0; i < a.voxels.size(); ++i)
-        a.voxels[i] = a.voxels[i] || b.voxels[i];
-    return a;
+    return combined(std::move(a), b, [](bool in_a, bool in_b) { return in_a | in_b; });
 }
 
 std::size_t countVoxels(const Mask& m) {
@@ -184,9 +177,9 @@ Mask componentMask(const Components& p, int number) {
 }
 
 void removeSmallComponents(Mask& m, double min_ml, Connectivity touch) {
-    const Components p = findComponents(m, touch);
+    const MaskRuns pieces(m, touch);
     const double each_ml = voxelVolume_ml(m.grid);
-    m = componentsWhere(p, [&](std::size_t n) { return double(p.size[n]) * each_ml >= min_ml; });
+    m = pieces.where([&](std::size_t n) { return double(pieces.size()[n]) * each_ml >= min_ml; });
 }
 
 void fillCavities(Mask& m) {
@@ -206,21 +199,21 @@ void fillCavities(Mask& m) {
 
 LabelVolume growSeeds(const LabelVolume& seeds, const Mask& passable, int max_steps) {
     LabelVolume out = seeds;
-    const auto forEachFree = [&](std::size_t from, const auto& visit) {
-        forEachNeighbour(out.grid, out.grid.voxelAt(from), Connectivity::faces, [&](std::size_t to) {
+    const auto forEachFree = [&](const Index3& from, const auto& visit) {
+        forEachNeighbour(out.grid, from, Connectivity::faces, [&](std::size_t to) {
             if (!out.voxels[to] && passable.voxels[to]) visit(to);
         });
     };
     std::vector<std::size_t> front, next;
-    for (std::size_t i = 0; i < out.voxels.size(); ++i) {
+    forEachVoxel(out.grid, [&](const Index3& i) {
         bool grows = false;  // most seeds lie deep inside, and a front of all of them would be large
-        if (out.voxels[i]) forEachFree(i, [&](std::size_t) { grows = true; });
-        if (grows) front.push_back(i);
-    }
+        if (out[i]) forEachFree(i, [&](std::size_t) { grows = true; });
+        if (grows) front.push_back(out.grid.offset(i));
+    });
     for (int step = 0; step < max_steps && !front.empty(); ++step) {
         next.clear();
         for (const std::size_t from : front)
-            forEachFree(from, [&](std::size_t to) {
+            forEachFree(out.grid.voxelAt(from), [&](std::size_t to) {
                 out.voxels[to] = out.voxels[from];
                 next.push_back(to);
             });

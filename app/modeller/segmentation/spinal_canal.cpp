@@ -1,6 +1,7 @@
 #include "app/modeller/segmentation/spinal_canal.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -15,24 +16,35 @@ namespace {
 constexpr double kCanalReach_m = 0.016, kCanalRadius_m = 0.013;
 constexpr std::int16_t kCanalLow_hu = -60, kCanalHigh_hu = 100;
 
-// Returns the share of 16 directions in the axial plane that hit bone within the canal's reach.
-double canalScore(const Mask& bone, const Index3& at) {
-    const Grid& g = bone.grid;
-    int hits = 0;
-    for (int k = 0; k < 16; ++k) {
-        const double phi = k * std::numbers::pi / 8.0;
-        for (double r = g.spacing_m.x; r <= kCanalReach_m; r += g.spacing_m.x) {
-            const Index3 i{at.x + int(std::lround(r * std::cos(phi) / g.spacing_m.x)),
-                           at.y + int(std::lround(r * std::sin(phi) / g.spacing_m.y)), at.z};
-            if (!g.contains(i)) break;
-            if (bone[i]) {
-                ++hits;
-                break;
-            }
+// The voxels within the canal's reach in 16 directions of the axial plane, from inside to outside.
+class CanalRays {
+  public:
+    explicit CanalRays(const Grid& g) {
+        for (std::size_t k = 0; k < rays_.size(); ++k) {
+            const double phi = double(k) * std::numbers::pi / 8.0;
+            for (double r = g.spacing_m.x; r <= kCanalReach_m; r += g.spacing_m.x)
+                rays_[k].push_back({int(std::lround(r * std::cos(phi) / g.spacing_m.x)),
+                                    int(std::lround(r * std::sin(phi) / g.spacing_m.y)), 0});
         }
     }
-    return hits / 16.0;
-}
+    // The share of the directions that hit bone.
+    double score(const Mask& bone, const Index3& at) const {
+        int hits = 0;
+        for (const std::vector<Index3>& ray : rays_)
+            for (const Index3& step : ray) {
+                const Index3 i = at + step;
+                if (!bone.grid.contains(i)) break;
+                if (bone[i]) {
+                    ++hits;
+                    break;
+                }
+            }
+        return double(hits) / double(rays_.size());
+    }
+
+  private:
+    std::array<std::vector<Index3>, 16> rays_;
+};
 
 // For each slice, the score of each column around the body's midline.
 struct CanalScores {
@@ -51,6 +63,7 @@ CanalScores scoreSlices(const CtVolume& ct, const Mask& bone, const VoxelBox& bo
     s.ny = (body.high.y - body.low.y) * 6 / 10 + 1;
     s.scores.resize(std::size_t(g.dims.z));
     const FloatVolume smooth = boxMean(toFloat(ct), 1);
+    const CanalRays rays(g);
     parallelFor(processorCount(), g.dims.z, [&](int z) {
         std::vector<float>& slice = s.scores[std::size_t(z)];
         slice.assign(std::size_t(s.nx * s.ny), 0.0f);
@@ -59,7 +72,7 @@ CanalScores scoreSlices(const CtVolume& ct, const Mask& bone, const VoxelBox& bo
                 const Index3 i{s.x0 + x, s.y0 + y, z};
                 const float hu = smooth[i];
                 if (bone[i] || hu < kCanalLow_hu || hu > kCanalHigh_hu) continue;
-                const double score = canalScore(bone, i);
+                const double score = rays.score(bone, i);
                 if (score > 0.6) slice[std::size_t(y * s.nx + x)] = float(score);
             }
     });
@@ -109,6 +122,7 @@ Mask fillCanal(const CtVolume& ct, const Mask& bone, const std::vector<Index3>& 
                std::vector<Vec3>& centres) {
     const Grid& g = ct.grid;
     const int reach = int(kCanalRadius_m / g.spacing_m.x);
+    const CanalRays rays(g);
     Mask canal(g);
     for (const Index3& middle : line) {
         Vec3 sum(0.0);
@@ -123,7 +137,7 @@ Mask fillCanal(const CtVolume& ct, const Mask& bone, const std::vector<Index3>& 
                 bool visible = true;
                 for (int k = 1; k < steps && visible; ++k)
                     visible = !bone[middle + Index3(dx * k / steps, dy * k / steps, 0)];
-                if (!visible || canalScore(bone, i) < 0.65) continue;
+                if (!visible || rays.score(bone, i) < 0.65) continue;
                 canal[i] = 1;
                 sum += g.centre(i);
                 count += 1.0;

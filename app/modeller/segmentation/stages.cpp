@@ -157,6 +157,7 @@ std::vector<AtlasImage> atlasImages(const BuildState& work, const AtlasSettings&
             synth.seed = seed;
             synth.spacing_m = kAtlasSpacing_m;
             synth.defaults = settings.defaults;
+            synth.motion = false;
             synth.threads = 1;  // all are made at once
             return atlasImage(patient::synth::makeReferencePatient(synth), work, atlas);
         }));

@@ -46,6 +46,48 @@ TEST(VoxelTools, KeepsLargestComponentAndFloodFills) {
     EXPECT_EQ((reached[{5, 2, 2}]), 0);
 }
 
+// By definition: a component is what a walk from neighbour to neighbour reaches.
+LabelVolume walkedComponents(const Mask& mask, Connectivity touch, std::vector<std::size_t>& size) {
+    LabelVolume number(mask.grid);
+    size.assign(1, 0);
+    for (std::size_t seed = 0; seed < mask.voxels.size(); ++seed) {
+        if (!mask.voxels[seed] || number.voxels[seed]) continue;
+        const auto component = std::uint8_t(size.size());
+        std::vector<std::size_t> open{seed};
+        number.voxels[seed] = component;
+        size.push_back(0);
+        while (!open.empty()) {
+            const Index3 at = mask.grid.voxelAt(open.back());
+            open.pop_back();
+            ++size.back();
+            forEachNeighbour(mask.grid, at, touch, [&](std::size_t to) {
+                if (!mask.voxels[to] || number.voxels[to]) return;
+                number.voxels[to] = component;
+                open.push_back(to);
+            });
+        }
+    }
+    return number;
+}
+
+TEST(VoxelTools, ComponentsAreWhatAWalkReaches) {
+    std::uint32_t random = 11;
+    for (const Connectivity touch : {Connectivity::faces, Connectivity::corners})
+        for (const unsigned set_of_8 : {0u, 1u, 2u, 3u, 4u, 6u, 8u}) {
+            Mask mask(grid(19, 7, 6));
+            for (std::uint8_t& voxel : mask.voxels) {
+                random = random * 1664525u + 1013904223u;
+                voxel = (random >> 24) % 8 < set_of_8;
+            }
+            std::vector<std::size_t> size;
+            const LabelVolume walked = walkedComponents(mask, touch, size);
+            const Components found = findComponents(mask, touch);
+            ASSERT_EQ(found.size, size) << set_of_8;
+            for (std::size_t i = 0; i < walked.voxels.size(); ++i)
+                ASSERT_EQ(found.number.voxels[i], walked.voxels[i]) << set_of_8 << " at " << i;
+        }
+}
+
 TEST(VoxelTools, HolesAreFilledPerSlice) {
     Mask mask(grid(7, 7, 3));
     forEachVoxel(VoxelBox{{1, 1, 0}, {5, 5, 2}},

@@ -79,21 +79,32 @@ void set(Values& v, const Vec3& x) {
         v[std::size_t(axis)] = float(x[axis]);
 }
 
+// A point of the surface with the nodes around it.
+struct SurfaceNodes {
+    std::array<std::size_t, 8> node{};
+    std::array<double, 8> weight{};
+    double squares = 0.0;  // sum of the squared weights
+    Vec3 normal;
+};
+SurfaceNodes nodesAround(const MotionModel& m, const SurfacePoint& point) {
+    const LevelSample around = interpolateLevel(m, point.reference_m);
+    SurfaceNodes at{around.node, around.weight, 0.0, point.normal};
+    for (const double weight : at.weight)
+        at.squares += weight * weight;
+    return at;
+}
+
 // Removes `share` of the normal component of the interpolated field at one point, with the smallest change
 // to the nodes around it.
-void removeNormalComponent(MotionModel& m, const SurfacePoint& at, Values MotionCoefficients::* part,
+void removeNormalComponent(MotionModel& m, const SurfaceNodes& at, Values MotionCoefficients::* part,
                            double share) {
-    const LevelSample around = interpolateLevel(m, at.reference_m);
     Vec3 value(0.0);
-    double squares = 0.0;
+    for (std::size_t k = 0; k < 8; ++k)
+        value += at.weight[k] * toVec3(m.slide[at.node[k]].*part);
+    const Vec3 excess = share * glm::dot(value, at.normal) / at.squares * at.normal;
     for (std::size_t k = 0; k < 8; ++k) {
-        value += around.weight[k] * toVec3(m.slide[around.node[k]].*part);
-        squares += around.weight[k] * around.weight[k];
-    }
-    const Vec3 excess = share * glm::dot(value, at.normal) / squares * at.normal;
-    for (std::size_t k = 0; k < 8; ++k) {
-        Values& node = m.slide[around.node[k]].*part;
-        set(node, toVec3(node) - around.weight[k] * excess);
+        Values& node = m.slide[at.node[k]].*part;
+        set(node, toVec3(node) - at.weight[k] * excess);
     }
 }
 
@@ -190,13 +201,15 @@ void makeTangential(MotionModel& m, double depth_m) {
             set(m.slide[at].*part, kept * value);
         }
     });
-    const std::vector<SurfacePoint> surface = cavitySurface(m);
+    std::vector<SurfaceNodes> surface;
+    for (const SurfacePoint& point : cavitySurface(m))
+        surface.push_back(nodesAround(m, point));
     // The surface has kinks between cells, so no field is tangential everywhere. A decreasing share per
     // sweep converges close to the least-squares solution. Full steps would make each cell fit only its
     // last point.
     for (int sweep = 0; sweep < kSweeps; ++sweep) {
         const double share = 1.0 / (1.0 + sweep);
-        for (const SurfacePoint& point : surface) {
+        for (const SurfaceNodes& point : surface) {
             removeNormalComponent(m, point, &MotionCoefficients::a1_m, share);
             removeNormalComponent(m, point, &MotionCoefficients::a2_m_s, share);
         }

@@ -1,5 +1,7 @@
 #include "patient/synth/anatomy.h"
 
+#include <cmath>
+
 #include "patient/synth/random.h"
 
 namespace stylet::patient::synth {
@@ -16,10 +18,21 @@ constexpr Knot kSpineDepth[] = {{-125, -40}, {-80, -38}, {-30, -41}, {30, -48}, 
 constexpr Knot kLiverLow[] = {{-100, 112}, {-80, 98}, {-60, 86}, {-30, 66},  {0, 46},
                               {30, 20},    {60, -14}, {85, -38}, {105, -50}, {125, -52}};
 
+CageSection usualCage(double z) noexcept {
+    return {curve(kCageWidth, z), curve(kCageDepth, z), 0.0, curve(kCageCentre, z)};
+}
+CageSection resized(const CageSection& usual, const Anatomy& a) noexcept {
+    return {usual.a + a.width_mm, usual.b + a.depth_mm, usual.xc, usual.yc};
+}
+
 }  // namespace
 
 CageSection Anatomy::cage(double z) const noexcept {
-    return {curve(kCageWidth, z) + width_mm, curve(kCageDepth, z) + depth_mm, 0.0, curve(kCageCentre, z)};
+    // Voxels are visited slice by slice: most calls ask for the same height as the one before.
+    static thread_local double last_z = std::nan("");
+    static thread_local CageSection usual;
+    if (z != last_z) usual = usualCage(z), last_z = z;
+    return resized(usual, *this);
 }
 
 double Anatomy::cageDistance(const Vec3& p) const noexcept {
@@ -105,7 +118,8 @@ double Anatomy::skinDepth(const Vec3& p) const noexcept {
 
 double Anatomy::diaphragmHeight(const Vec3& p) const noexcept {
     // Uses the cage's cross-section at the height of the domes, so that the result depends on (x, y) only.
-    const CageSection c = cage(90.0);
+    static const CageSection usual = usualCage(90.0);
+    const CageSection c = resized(usual, *this);
     const double ex = (p.x - c.xc) / c.a, ey = (p.y - c.yc) / c.b;
     const double r2 = ex * ex + ey * ey;
     const double f = r2 > 1e-12 ? ey / std::sqrt(r2) : 0.0;

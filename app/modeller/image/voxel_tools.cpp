@@ -197,11 +197,13 @@ Mask surroundedPieces(const Mask& pieces, const Mask& organ) {
         };
         return std::count_if(kFaceSteps.begin(), kFaceSteps.end(), leadsToOrgan) >= kDirections;
     };
+    Mask is_inside(g);
+    parallelVoxels(g, [&](const Index3& i) { is_inside[i] = pieces[i] && isInside(i); });
     const MaskRuns all(pieces, Connectivity::corners);
     std::vector<double> inside(all.size().size(), 0.0);
     for (const Run& run : all.runs())
-        for (std::uint32_t offset = run.begin; offset < run.end; ++offset)
-            inside[run.component] += isInside(g.voxelAt(offset));
+        inside[run.component] += double(std::count(is_inside.voxels.begin() + run.begin,
+                                                   is_inside.voxels.begin() + run.end, std::uint8_t{1}));
     return all.where([&](std::size_t n) { return inside[n] >= kInsideShare * double(all.size()[n]); });
 }
 

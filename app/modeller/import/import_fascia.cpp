@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "app/modeller/image/mask_runs.h"
+
 namespace stylet::modeller {
 
 namespace {
@@ -21,21 +23,37 @@ struct Cells {
     std::vector<double> observed_m, weight;
 };
 
+// A column of voxels as seen from the upright axis of a surface.
+struct Column {
+    double angle, distance_m;
+};
+// The columns of a grid, at the offsets of its first slice.
+std::vector<Column> columnsAround(const Vec3& axis_m, const Grid& g) {
+    std::vector<Column> columns;
+    forEachVoxel(VoxelBox{Index3(0), {g.dims.x - 1, g.dims.y - 1, 0}}, [&](const Index3& i) {
+        const Vec3 d = g.centre(i) - axis_m;
+        columns.push_back({std::atan2(d.y, d.x), std::hypot(d.x, d.y)});
+    });
+    return columns;
+}
+
 // Calls visit(cell, radius) for each cell that a voxel of the mask covers.
 template <typename Visit>
 void forEachCoveredCell(const Mask& mask, const WallSurface& s, double max_cells, const Visit& visit) {
     const Grid& g = mask.grid;
     const double half_m = 0.5 * std::max(g.spacing_m.x, g.spacing_m.y);
-    forEachVoxel(g, [&](const Index3& i) {
-        if (!mask[i]) return;
-        const int level = std::clamp(int(std::lround((g.centre({0, 0, i.z}).z - s.z_begin_m) / s.z_step_m)),
-                                     0, s.levels - 1);
-        const Vec3 d = g.centre(i) - s.axis_m;
-        const double r = std::hypot(d.x, d.y), phi = std::atan2(d.y, d.x) / kTurn * s.angles;
+    const std::vector<Column> columns = columnsAround(s.axis_m, g);
+    for (std::size_t i = 0; i < mask.voxels.size(); ++i) {
+        if (!mask.voxels[i]) continue;
+        const int z = int(i / columns.size());
+        const int level =
+            std::clamp(int(std::lround((g.centre({0, 0, z}).z - s.z_begin_m) / s.z_step_m)), 0, s.levels - 1);
+        const double r = columns[i % columns.size()].distance_m;
+        const double phi = columns[i % columns.size()].angle / kTurn * s.angles;
         const double reach = std::min(max_cells, half_m / std::max(r, half_m) / kTurn * s.angles);
         for (int k = int(std::lround(phi - reach)); k <= int(std::lround(phi + reach)); ++k)
             visit(s.cell(level, k), r);
-    });
+    }
 }
 
 // Follows a ray from the skin inward: fat, then muscle. Returns the radius of the muscle's inner face, or 0
@@ -157,6 +175,16 @@ Vec3 findAxis(const Mask& body) {
     return {0.5 * (low.x + high.x), 0.5 * (low.y + high.y) + 0.12 * (high.y - low.y), 0.0};
 }
 
+// The least radius in each cell that is outside every organ. `nearest_m`: of a cell without an organ.
+std::vector<double> outsideOrgans(const Mask& organs, const WallSurface& s, double nearest_m,
+                                  double max_cells) {
+    std::vector<double> low_m(std::size_t(s.angles * s.levels), nearest_m);
+    forEachCoveredCell(organs, s, max_cells, [&](std::size_t cell, double r) {
+        low_m[cell] = std::max(low_m[cell], r + kOutsideOrgan_m);
+    });
+    return low_m;
+}
+
 WallSurface makeWall(const Mask& body) {
     const Grid& g = body.grid;
     WallSurface s;
@@ -187,13 +215,10 @@ double WallSurface::radiusAt(double phi, double z_m) const {
 
 RadiusBounds computeRadiusBounds(const FasciaInput& in, const WallSurface& s, double nearest_m,
                                  double max_cells) {
-    const auto n = std::size_t(s.angles * s.levels);
-    RadiusBounds bounds{std::vector<double>(n, nearest_m), std::vector<double>(n, kFarOff_m)};
+    RadiusBounds bounds{outsideOrgans(in.organs, s, nearest_m, max_cells),
+                        std::vector<double>(std::size_t(s.angles * s.levels), kFarOff_m)};
     forEachCoveredCell(in.bones, s, max_cells, [&](std::size_t cell, double r) {
         bounds.high_m[cell] = std::min(bounds.high_m[cell], r - kInsideBone_m);
-    });
-    forEachCoveredCell(in.organs, s, max_cells, [&](std::size_t cell, double r) {
-        bounds.low_m[cell] = std::max(bounds.low_m[cell], r + kOutsideOrgan_m);
     });
     return bounds;
 }
@@ -209,17 +234,15 @@ bool boneNear(const RadiusBounds& bounds, const WallSurface& s, int level, int a
 Mask wallBones(const FasciaInput& in) {
     constexpr double kOrganOutside_m = 0.02, kMost = 0.5;
     const WallSurface s = makeWall(in.body);
-    const RadiusBounds bounds = computeRadiusBounds(in, s, 0.0, kMaxCells);
-    const Components pieces = findComponents(in.bones, Connectivity::corners);
-    std::vector<double> within(pieces.size.size(), 0.0);
-    forEachVoxel(in.bones.grid, [&](const Index3& i) {
-        const auto n = std::size_t(pieces.number[i]);
-        if (n == 0) return;
-        const Vec3 p = in.bones.grid.centre(i), d = p - s.axis_m;
-        within[n] += std::hypot(d.x, d.y) < bounds.low_m[s.nearestCell(p)] - kOrganOutside_m;
-    });
-    return componentsWhere(pieces,
-                           [&](std::size_t n) { return within[n] <= kMost * double(pieces.size[n]); });
+    const std::vector<double> low_m = outsideOrgans(in.organs, s, 0.0, kMaxCells);
+    const MaskRuns pieces(in.bones, Connectivity::corners);
+    std::vector<double> within(pieces.size().size(), 0.0);
+    for (const Run& run : pieces.runs())
+        for (std::uint32_t offset = run.begin; offset < run.end; ++offset) {
+            const Vec3 p = in.bones.grid.centre(in.bones.grid.voxelAt(offset)), d = p - s.axis_m;
+            within[run.component] += std::hypot(d.x, d.y) < low_m[s.nearestCell(p)] - kOrganOutside_m;
+        }
+    return pieces.where([&](std::size_t n) { return within[n] <= kMost * double(pieces.size()[n]); });
 }
 
 WallSurface fitWall(const FasciaInput& in) {
@@ -232,15 +255,7 @@ WallSurface fitWall(const FasciaInput& in) {
 Mask insideWall(const WallSurface& s, const FasciaInput& in) {
     const Grid& g = in.body.grid;
     Mask inside(g);
-    // The axis is upright, so the voxels of a column share their angle and their distance from it.
-    struct Column {
-        double angle, distance_m;
-    };
-    std::vector<Column> columns;
-    forEachVoxel(VoxelBox{Index3(0), {g.dims.x - 1, g.dims.y - 1, 0}}, [&](const Index3& i) {
-        const Vec3 d = g.centre(i) - s.axis_m;
-        columns.push_back({std::atan2(d.y, d.x), std::hypot(d.x, d.y)});
-    });
+    const std::vector<Column> columns = columnsAround(s.axis_m, g);
     parallelVoxels(g, [&](const Index3& i) {
         const Column& column = columns[g.offset({i.x, i.y, 0})];
         inside[i] = in.body[i] && !in.bones[i] &&

@@ -87,6 +87,14 @@ function(stylet_library name)
     endif()
 endfunction()
 
+# stylet_vectorised(SOURCE...): GCC vectorises loops over rows of voxels only at -O3; a line filter then takes a fifth of
+# the time. A unity build or a precompiled header would bring its own level.
+function(stylet_vectorised)
+    set_source_files_properties(${ARGN} PROPERTIES
+        COMPILE_OPTIONS $<$<AND:$<CONFIG:Release>,$<CXX_COMPILER_ID:GNU>>:-O3>
+        SKIP_PRECOMPILE_HEADERS ON SKIP_UNITY_BUILD_INCLUSION ON)
+endfunction()
+
 # stylet_program(name SOURCES ... LINK ...): a binary in bin/. main.cpp only connects modules, so it is optimised for
 # compile time.
 function(stylet_program name)

@@ -44,6 +44,7 @@ ReplayResult replay(const patient::Patient& patient, const Record& record, const
     haptics::Simulation simulation(patient, record.header.settings, touch ? &*touch : nullptr,
                                    ducts ? &*ducts : nullptr);
     training::AttemptFold fold(patient, record.header.settings.dt_s);
+    fold.setDrain(record.header.settings.tools.access.drain);
     ReplayResult result;
     haptics::TickOutput output;
     haptics::NeedleEvents events;

@@ -7,9 +7,7 @@ namespace stylet::training {
 
 namespace {
 
-constexpr double kHoleSpacing_m = 0.002;
-// Of every drain: a replay does not know with which one its session was equipped.
-constexpr double kDrainRadius_m = 0.5 * haptics::kDrainDefaults.outer_m;
+constexpr double kAxisStep_m = 0.002;
 
 }  // namespace
 
@@ -20,19 +18,21 @@ Drawn drawnAt(const haptics::TickOutput& output) noexcept {
     return output.tissue == patient::Tissue::vessel ? Drawn::blood : Drawn::nothing;
 }
 
-// Contrast medium flows through the needle, or through a drain in place: out of the side hole nearest to its
-// end that opens into a duct, else out of its end. Only if no hole's place on the axis lies in a duct do the
-// openings on the surface count, so that older records replay to their hash.
+// Contrast medium flows through the needle, or through a drain in place: where the drain's axis lies in a
+// duct, as near to its tip as possible; else out of the hole nearest to the tip that opens on its surface;
+// else out of the tip. The axis comes first so that records made before the surface counted replay to the
+// same hash.
 patient::ContrastInput AttemptFold::contrastInput(const haptics::TickOutput& output) const {
     const double rate_m3_per_s = equipment_.injected_m3_per_s;
     const haptics::AccessOutput& access = output.access;
     if (access.drain != haptics::DrainState::in_place || access.path_count < 2)
         return {output.tip_reference_m, rate_m3_per_s, output.phase != haptics::Phase::outside};
     const DrainEnd end(access);
-    for (const double radius_m : {0.0, kDrainRadius_m})
-        for (double back_m = 0.0; back_m <= haptics::kSideHoles_m; back_m += kHoleSpacing_m)
-            if (const auto opening_m = end.openingIntoDuct(*patient_, back_m, radius_m))
-                return {*opening_m, rate_m3_per_s, true};
+    for (double back_m = 0.0; back_m <= haptics::kSideHoles_m; back_m += kAxisStep_m)
+        if (isInDuct(*patient_, end.at(back_m))) return {end.at(back_m), rate_m3_per_s, true};
+    for (int hole = 0; hole < DrainEnd::kHoles; ++hole)
+        if (const auto opening_m = end.opening(*patient_, hole, drain_radius_m_))
+            return {*opening_m, rate_m3_per_s, true};
     return {end.at(0.0), rate_m3_per_s, true};
 }
 

@@ -53,6 +53,9 @@ class AttemptFold {
     AttemptFold(const patient::Patient& patient, double dt_s)
         : patient_(&patient), contrast_(patient), dose_(DoseSettings{}, dt_s), dt_s_(dt_s) {}
 
+    // Call before the first tick; default: kDrainDefaults.
+    void setDrain(const haptics::TubeSettings& drain) noexcept { drain_radius_m_ = 0.5 * drain.outer_m; }
+
     // Session thread, a replay or a test. Adds the next tick and returns the hash after it.
     std::uint64_t step(const haptics::TickInput&, const haptics::TickOutput&);
 
@@ -76,6 +79,7 @@ class AttemptFold {
     patient::Anaesthetic anaesthetic_;
     Dose dose_;
     double dt_s_;
+    double drain_radius_m_ = 0.5 * haptics::kDrainDefaults.outer_m;
     bool begun_ = false;
     Aspiration aspiration_;
     std::optional<Injection> injection_;

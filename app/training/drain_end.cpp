@@ -14,20 +14,21 @@ Vec3 DrainEnd::at(double back_m) const noexcept {
     return haptics::pointAt({std::span(path_m_).first(count_), depth_m_}, depth_m_ - back_m);
 }
 
-std::optional<Vec3> DrainEnd::openingIntoDuct(const patient::Patient& patient, double back_m,
-                                              double radius_m) const noexcept {
-    const auto isDuct = [&](const Vec3& at_m) {
-        return patient.at(at_m, {true, false}).tissue == patient::Tissue::duct;
-    };
-    const Vec3 axis_m = at(back_m);
-    if (isDuct(axis_m)) return axis_m;
-    for (int direction = 0; direction < 3; ++direction)
+std::optional<Vec3> DrainEnd::opening(const patient::Patient& patient, int hole,
+                                      double radius_m) const noexcept {
+    const Vec3 axis_m = at(haptics::kSideHoles_m * (hole + 0.5) / kHoles);
+    if (isInDuct(patient, axis_m)) return axis_m;
+    for (int axis = 0; axis < 3; ++axis)
         for (const double side_m : {-radius_m, radius_m}) {
             Vec3 beside_m = axis_m;
-            beside_m[direction] += side_m;
-            if (isDuct(beside_m)) return beside_m;
+            beside_m[axis] += side_m;
+            if (isInDuct(patient, beside_m)) return beside_m;
         }
     return std::nullopt;
+}
+
+bool isInDuct(const patient::Patient& patient, const Vec3& reference_m) noexcept {
+    return patient.at(reference_m, {true, false}).tissue == patient::Tissue::duct;
 }
 
 }  // namespace stylet::training

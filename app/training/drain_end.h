@@ -1,5 +1,5 @@
-// The end of a drain, with its side holes: one definition for the step that asks for holes in the ducts and
-// for the contrast medium that flows out of them.
+// The end of a drain with its side holes. Used to judge whether a drain is placed, and to find where contrast
+// medium leaves it.
 #pragma once
 
 #include <array>
@@ -11,20 +11,24 @@
 
 namespace stylet::training {
 
-// Positions in the reference patient. `back_m` is a distance from the tip along the drain.
+// Positions in the reference patient.
 class DrainEnd {
   public:
+    static constexpr int kHoles = 15;  // places that are looked at, evenly along the end
+
     explicit DrainEnd(const haptics::AccessOutput&) noexcept;  // of a drain with a path: path_count >= 2
-    Vec3 at(double back_m) const noexcept;                     // on the drain's axis
-    // Where a side hole opens into a duct: on the axis or, in each direction of the grid, on the surface of a
-    // drain of this radius. The axis follows the thinner wire, which may run along the wall.
-    std::optional<Vec3> openingIntoDuct(const patient::Patient&, double back_m,
-                                        double radius_m) const noexcept;
+    // On the drain's axis, `back_m` behind its tip.
+    Vec3 at(double back_m) const noexcept;
+    // Where hole 0 to kHoles - 1, counted from the tip, opens into a duct: on the drain's axis or, along each
+    // axis of the grid, on its surface. The drain follows the thinner wire, which may run along the wall.
+    std::optional<Vec3> opening(const patient::Patient&, int hole, double radius_m) const noexcept;
 
   private:
     std::array<Vec3, haptics::kMaxPathPoints> path_m_;
     std::size_t count_;
     double depth_m_;
 };
+
+bool isInDuct(const patient::Patient&, const Vec3& reference_m) noexcept;
 
 }  // namespace stylet::training

@@ -39,8 +39,8 @@ constexpr double kHalfBeam_m = 0.0025;  // half the thickness of the ultrasound 
 // Length of the wire in the duct: the drain's side holes follow it.
 constexpr double kMinWire_m = haptics::kSideHoles_m;
 constexpr double kTorn_m = 0.003;  // of the track in one insertion of the drain
-// Along the drain's end; how many of them may lie outside. The ducts' borders are known to a voxel or two.
-constexpr int kHoles = 15, kMaxHolesAside = 3;
+// Of DrainEnd::kHoles. The ducts' borders are known to a voxel or two.
+constexpr int kMaxHolesAside = 3;
 constexpr double kShownContrast_m3 = 2e-7, kAstrayContrast_m3 = 1e-6;
 
 double distanceToSegment_m(const Vec3& p, const Vec3& a, const Vec3& b) {
@@ -419,17 +419,16 @@ void Evidence::judgeDrain(const haptics::AccessOutput& access, double torn_m) {
         refusal_ = leak;
 }
 
-// Where most of the holes aside are tells whether the drain is too deep.
+// The drain is too deep if most of the holes outside the ducts are near its tip.
 Refusal Evidence::judgeHoles(const haptics::AccessOutput& access) const noexcept {
     if (access.path_count < 2) return Refusal::drainLeaks;
     const DrainEnd end(access);
     const double radius_m = 0.5 * tools_.access.drain.outer_m;
     int aside = 0, aside_near_tip = 0;
-    for (int i = 0; i < kHoles; ++i) {
-        const double back_m = haptics::kSideHoles_m * (i + 0.5) / kHoles;
-        const bool open = end.openingIntoDuct(*patient_, back_m, radius_m).has_value();
+    for (int i = 0; i < DrainEnd::kHoles; ++i) {
+        const bool open = end.opening(*patient_, i, radius_m).has_value();
         aside += open ? 0 : 1;
-        aside_near_tip += open || 2 * i > kHoles ? 0 : 1;
+        aside_near_tip += open || 2 * i > DrainEnd::kHoles ? 0 : 1;
     }
     if (aside <= kMaxHolesAside) return Refusal::none;
     return 2 * aside_near_tip > aside ? Refusal::drainTooDeep : Refusal::drainLeaks;

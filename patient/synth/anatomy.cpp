@@ -28,10 +28,14 @@ CageSection resized(const CageSection& usual, const Anatomy& a) noexcept {
 }  // namespace
 
 CageSection Anatomy::cage(double z) const noexcept {
-    // Voxels are visited slice by slice: most calls ask for the same height as the one before.
+    // Voxels are visited slice by slice: most calls ask for the same height as the one before. `usual`
+    // depends on the height alone, not on the patient.
     static thread_local double last_z = std::nan("");
     static thread_local CageSection usual;
-    if (z != last_z) usual = usualCage(z), last_z = z;
+    if (z != last_z) {
+        usual = usualCage(z);
+        last_z = z;
+    }
     return resized(usual, *this);
 }
 

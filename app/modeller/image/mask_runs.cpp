@@ -40,7 +40,7 @@ void MaskRuns::addRow(const std::uint8_t* row, std::uint32_t offset, int length)
     }
 }
 
-// Joins the runs of two rows that overlap, or that do so when one is `reach` voxels longer at both ends.
+// Joins the runs of two rows that overlap. With a reach of 1, runs that touch at a corner are joined, too.
 void MaskRuns::joinRows(std::size_t row, std::size_t other, std::uint32_t reach) {
     const auto shift = std::uint32_t((row - other) * std::size_t(grid_.dims.x));
     for (std::uint32_t a = first_[row], b = first_[other]; a < first_[row + 1] && b < first_[other + 1];) {
@@ -53,7 +53,7 @@ void MaskRuns::joinRows(std::size_t row, std::size_t other, std::uint32_t reach)
     }
 }
 
-// The first run of the component, as far as it is joined. Shortens the way to it.
+// Returns the first run of the component, as far as it is joined, and halves the path to it.
 std::uint32_t MaskRuns::root(std::uint32_t run) {
     while (runs_[run].component != run)
         run = runs_[run].component = runs_[runs_[run].component].component;
@@ -61,16 +61,16 @@ std::uint32_t MaskRuns::root(std::uint32_t run) {
 }
 
 void MaskRuns::numberComponents() {
-    size_.assign(1, 0);
+    counts_.assign(1, 0);
     for (std::uint32_t i = 0; i < runs_.size(); ++i) {
         Run& run = runs_[i];
         if (run.component == i) {
-            run.component = std::uint32_t(size_.size());
-            size_.push_back(0);
+            run.component = std::uint32_t(counts_.size());
+            counts_.push_back(0);
         } else {
             run.component = runs_[run.component].component;  // an earlier run, which has its number
         }
-        size_[run.component] += run.end - run.begin;
+        counts_[run.component] += run.end - run.begin;
     }
 }
 

@@ -3,6 +3,8 @@
 // Suzuki, "A Run-Based Two-Scan Labeling Algorithm", IEEE TIP 17, 2008.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -11,23 +13,21 @@
 namespace stylet::modeller {
 
 struct Run {
-    std::uint32_t begin, end;  // offsets of the first voxel and behind the last one, in one row
+    std::uint32_t begin, end;  // half-open range of offsets of voxels in one row
     std::uint32_t component;   // from 1, in the order of the components' first voxels
 };
 
 class MaskRuns {
   public:
     MaskRuns(const Mask&, Connectivity);
-    const std::vector<Run>& runs() const { return runs_; }  // in memory order
-    const std::vector<std::size_t>& size() const {
-        return size_;
-    }  // of each component, in voxels; size[0] is 0
+    // In memory order.
+    const std::vector<Run>& runs() const { return runs_; }
+    // Of each component; voxelCounts()[0] is 0.
+    const std::vector<std::size_t>& voxelCounts() const { return counts_; }
     // Mask of the components for which keep(number) is true.
     template <typename Keep>
     Mask where(const Keep& keep) const {
-        std::vector<std::uint8_t> kept(size_.size(), 0);
-        for (std::size_t n = 1; n < kept.size(); ++n)
-            kept[n] = keep(n);
+        const std::vector<std::uint8_t> kept = keptComponents(counts_.size(), keep);
         Mask mask(grid_);
         for (const Run& run : runs_)
             if (kept[run.component])
@@ -42,10 +42,11 @@ class MaskRuns {
     void numberComponents();
 
     Grid grid_;
-    std::vector<Run>
-        runs_;  // while they are joined, `component` is another run of the same component, or itself
-    std::vector<std::uint32_t> first_;  // run of each row, and the end
-    std::vector<std::size_t> size_;
+    // While runs are joined, `component` is the index of a run of the same component, or of the run itself.
+    std::vector<Run> runs_;
+    // The index of each row's first run; last, the number of runs.
+    std::vector<std::uint32_t> first_;
+    std::vector<std::size_t> counts_;
 };
 
 }  // namespace stylet::modeller

@@ -145,14 +145,17 @@ FloatImage::Pointer downsampled(const FloatImage& in, int shrink) {
     return out;
 }
 
-// Gaussian blur along one axis, with `n` interleaved floats per voxel. Each task blurs what lies side by side
-// in memory: a line along x, a slice along y, or the rows of one y along z. The innermost loop runs over
-// these floats.
+// Gaussian blur along one axis, with `n` interleaved floats per voxel. Each task blurs a line along x, a
+// slice along y, or the rows with the same y along z. The innermost loop runs over floats that follow each
+// other in memory.
 void blurAxis(std::vector<float>& values, std::size_t n, const std::array<int, 3>& dims, unsigned axis,
               double sigma) {
     const int reach = int(std::ceil(3.0 * sigma)), length = dims[axis];
+    std::vector<float> kernel(std::size_t(2 * reach + 1));
+    for (int i = -reach; i <= reach; ++i)
+        kernel[std::size_t(i + reach)] = float(std::exp(-0.5 * i * i / (sigma * sigma)));
     const std::size_t row = n * std::size_t(dims[0]), slice = row * std::size_t(dims[1]);
-    const std::size_t width = axis == 0 ? n : row;  // floats that are blurred with the same weights
+    const std::size_t width = axis == 0 ? n : row;  // floats at the same place along the axis, in one task
     const std::size_t stride = axis == 2 ? slice : width;
     const std::size_t between_tasks = axis == 1 ? slice : row;
     const int tasks = axis == 0 ? dims[1] * dims[2] : axis == 1 ? dims[2] : dims[1];
@@ -163,17 +166,20 @@ void blurAxis(std::vector<float>& values, std::size_t n, const std::array<int, 3
             float* const from = values.data() + task * between_tasks;
             std::vector<float> out(std::size_t(length) * width, 0.0f);
             for (int k = -reach; k <= reach; ++k) {
-                const float weight = float(std::exp(-0.5 * k * k / (sigma * sigma)));
-                const int first = std::max(0, -k), count = std::min(length, length - k) - first;
+                const float weight = kernel[std::size_t(k + reach)];
                 const auto add = [&](int at, std::size_t floats) {
                     float* const to = out.data() + std::size_t(at) * width;
                     const float* const shifted = from + std::size_t(at + k) * stride;
                     for (std::size_t i = 0; i < floats; ++i)
                         to[i] += weight * shifted[i];
                 };
-                if (stride == width && count > 0) add(first, std::size_t(count) * width);
-                for (int at = first; stride != width && at < first + count; ++at)
-                    add(at, width);
+                const int first = std::max(0, -k), end = std::min(length, length - k);
+                if (first >= end) continue;
+                if (stride == width)  // the places follow each other in memory
+                    add(first, std::size_t(end - first) * width);
+                else
+                    for (int at = first; at < end; ++at)
+                        add(at, width);
             }
             for (int at = 0; at < length; ++at)
                 std::copy_n(out.data() + std::size_t(at) * width, width, from + std::size_t(at) * stride);

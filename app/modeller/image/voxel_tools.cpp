@@ -33,7 +33,7 @@ struct Envelope {
         int k = -1;
         for (int q = 0; q < n; ++q) {
             const float fq = f[std::size_t(q)];
-            // Between two voxels of the mask, one is the nearest to itself only.
+            // A voxel of the mask between two others is nearest only to itself.
             if (fq >= kFar || (isZero(q) && isZero(q - 1) && isZero(q + 1))) continue;
             float from = -1e9f;
             while (k >= 0) {
@@ -56,6 +56,11 @@ struct Envelope {
         }
     }
 };
+
+// The component with the most voxels, or 0 if there is none.
+std::size_t largestOf(const std::vector<std::size_t>& counts) {
+    return std::size_t(std::max_element(counts.begin(), counts.end()) - counts.begin());
+}
 
 }  // namespace
 
@@ -108,7 +113,7 @@ FloatVolume distanceTo(const Mask& mask) {
 
 Mask floodFill(const Mask& seeds, const Mask& passable) {
     const MaskRuns pieces(passable, Connectivity::faces);
-    std::vector<std::uint8_t> reached(pieces.size().size(), 0);
+    std::vector<std::uint8_t> reached(pieces.voxelCounts().size(), 0);
     for (const Run& run : pieces.runs()) {
         const std::uint8_t *const begin = seeds.voxels.data() + run.begin, *const end =
                                                                                seeds.voxels.data() + run.end;
@@ -163,13 +168,12 @@ Mask withLabel(const LabelVolume& labels, std::uint8_t label) {
 }
 
 int Components::largest() const {
-    if (size.size() < 2) return 0;
-    return int(std::max_element(size.begin() + 1, size.end()) - size.begin());
+    return int(largestOf(size));
 }
 
 Components findComponents(const Mask& m, Connectivity touch) {
     const MaskRuns pieces(m, touch);
-    Components p{Volume<std::int32_t>(m.grid), pieces.size()};
+    Components p{Volume<std::int32_t>(m.grid), pieces.voxelCounts()};
     for (const Run& run : pieces.runs())
         std::fill(p.number.voxels.begin() + run.begin, p.number.voxels.begin() + run.end,
                   std::int32_t(run.component));
@@ -178,10 +182,10 @@ Components findComponents(const Mask& m, Connectivity touch) {
 
 std::size_t keepLargestComponent(Mask& mask) {
     const MaskRuns pieces(mask, Connectivity::faces);
-    const std::vector<std::size_t>& size = pieces.size();
-    const auto largest = std::size_t(std::max_element(size.begin(), size.end()) - size.begin());
+    const std::vector<std::size_t>& count = pieces.voxelCounts();
+    const std::size_t largest = largestOf(count);
     mask = pieces.where([&](std::size_t n) { return n == largest; });
-    return std::accumulate(size.begin(), size.end(), std::size_t{0}) - size[largest];
+    return std::accumulate(count.begin(), count.end(), std::size_t{0}) - count[largest];
 }
 
 Mask surroundedPieces(const Mask& pieces, const Mask& organ) {
@@ -200,11 +204,11 @@ Mask surroundedPieces(const Mask& pieces, const Mask& organ) {
     Mask is_inside(g);
     parallelVoxels(g, [&](const Index3& i) { is_inside[i] = pieces[i] && isInside(i); });
     const MaskRuns all(pieces, Connectivity::corners);
-    std::vector<double> inside(all.size().size(), 0.0);
+    std::vector<double> inside(all.voxelCounts().size(), 0.0);
     for (const Run& run : all.runs())
         inside[run.component] += double(std::count(is_inside.voxels.begin() + run.begin,
                                                    is_inside.voxels.begin() + run.end, std::uint8_t{1}));
-    return all.where([&](std::size_t n) { return inside[n] >= kInsideShare * double(all.size()[n]); });
+    return all.where([&](std::size_t n) { return inside[n] >= kInsideShare * double(all.voxelCounts()[n]); });
 }
 
 void fillHolesPerSlice(Mask& mask) {

@@ -101,8 +101,8 @@ FloatVolume toFloat(const Volume<T>& volume) {
 // The voxels with this label.
 Mask withLabel(const LabelVolume&, std::uint8_t label);
 
-// The number of voxels along a row of n from each one to the nearest voxel of the mask in it. If there is
-// none, returns false, and `steps` is not valid.
+// Sets steps[x] to the number of voxels from x to the nearest set voxel of a row of n. Returns false if the
+// row has none; `steps` is then undefined.
 bool stepsAlongRow(const std::uint8_t* mask, int n, float* steps);
 
 // Distance in metres from each voxel's centre to the nearest voxel of the mask: 0 inside the mask, 1e3
@@ -118,12 +118,18 @@ struct Components {
     int largest() const;  // 0 if there is none
 };
 Components findComponents(const Mask&, Connectivity = Connectivity::faces);
+// Whether each of `count` numbers is above 0 and keep(number) is true.
+template <typename Keep>
+std::vector<std::uint8_t> keptComponents(std::size_t count, const Keep& keep) {
+    std::vector<std::uint8_t> kept(count, 0);
+    for (std::size_t n = 1; n < count; ++n)
+        kept[n] = keep(n);
+    return kept;
+}
 // The components for which keep(number) is true.
 template <typename Keep>
 Mask componentsWhere(const Components& components, const Keep& keep) {
-    std::vector<std::uint8_t> kept(components.size.size(), 0);
-    for (std::size_t n = 1; n < kept.size(); ++n)
-        kept[n] = keep(n);
+    const std::vector<std::uint8_t> kept = keptComponents(components.size.size(), keep);
     const auto& number = components.number;
     return maskWhere(number.grid, [&](std::size_t i) { return kept[std::size_t(number.voxels[i])]; });
 }

@@ -43,17 +43,16 @@ void forEachCoveredCell(const Mask& mask, const WallSurface& s, double max_cells
     const Grid& g = mask.grid;
     const double half_m = 0.5 * std::max(g.spacing_m.x, g.spacing_m.y);
     const std::vector<Column> columns = columnsAround(s.axis_m, g);
-    for (std::size_t i = 0; i < mask.voxels.size(); ++i) {
-        if (!mask.voxels[i]) continue;
-        const int z = int(i / columns.size());
-        const int level =
-            std::clamp(int(std::lround((g.centre({0, 0, z}).z - s.z_begin_m) / s.z_step_m)), 0, s.levels - 1);
-        const double r = columns[i % columns.size()].distance_m;
-        const double phi = columns[i % columns.size()].angle / kTurn * s.angles;
+    forEachVoxel(g, [&](const Index3& i) {
+        if (!mask[i]) return;
+        const int level = std::clamp(int(std::lround((g.centre({0, 0, i.z}).z - s.z_begin_m) / s.z_step_m)),
+                                     0, s.levels - 1);
+        const Column& column = columns[g.offset({i.x, i.y, 0})];
+        const double r = column.distance_m, phi = column.angle / kTurn * s.angles;
         const double reach = std::min(max_cells, half_m / std::max(r, half_m) / kTurn * s.angles);
         for (int k = int(std::lround(phi - reach)); k <= int(std::lround(phi + reach)); ++k)
             visit(s.cell(level, k), r);
-    }
+    });
 }
 
 // Follows a ray from the skin inward: fat, then muscle. Returns the radius of the muscle's inner face, or 0
@@ -175,7 +174,7 @@ Vec3 findAxis(const Mask& body) {
     return {0.5 * (low.x + high.x), 0.5 * (low.y + high.y) + 0.12 * (high.y - low.y), 0.0};
 }
 
-// The least radius in each cell that is outside every organ. `nearest_m`: of a cell without an organ.
+// For each cell, the smallest radius that lies outside every organ; `nearest_m` where the cell has no organ.
 std::vector<double> outsideOrgans(const Mask& organs, const WallSurface& s, double nearest_m,
                                   double max_cells) {
     std::vector<double> low_m(std::size_t(s.angles * s.levels), nearest_m);
@@ -236,13 +235,13 @@ Mask wallBones(const FasciaInput& in) {
     const WallSurface s = makeWall(in.body);
     const std::vector<double> low_m = outsideOrgans(in.organs, s, 0.0, kMaxCells);
     const MaskRuns pieces(in.bones, Connectivity::corners);
-    std::vector<double> within(pieces.size().size(), 0.0);
+    std::vector<double> within(pieces.voxelCounts().size(), 0.0);
     for (const Run& run : pieces.runs())
         for (std::uint32_t offset = run.begin; offset < run.end; ++offset) {
             const Vec3 p = in.bones.grid.centre(in.bones.grid.voxelAt(offset)), d = p - s.axis_m;
             within[run.component] += std::hypot(d.x, d.y) < low_m[s.nearestCell(p)] - kOrganOutside_m;
         }
-    return pieces.where([&](std::size_t n) { return within[n] <= kMost * double(pieces.size()[n]); });
+    return pieces.where([&](std::size_t n) { return within[n] <= kMost * double(pieces.voxelCounts()[n]); });
 }
 
 WallSurface fitWall(const FasciaInput& in) {

@@ -20,14 +20,14 @@ namespace {
 constexpr double kAirAround_m = 0.008, kMaxWidth_m = 0.50;
 
 // Where a voxel of a grid lies along one axis of another grid.
-struct Between {
+struct AxisSample {
     int low = 0;
-    double share = 0.0;   // of the voxel above `low`
+    double share = 0.0;   // weight of the voxel low + 1
     bool inside = false;  // in a voxel of the other grid
 };
 
-std::vector<Between> placesAlong(int axis, const Grid& grid, const Grid& in) {
-    std::vector<Between> places;
+std::vector<AxisSample> placesAlong(int axis, const Grid& grid, const Grid& in) {
+    std::vector<AxisSample> places;
     const double last = in.dims[axis] - 1;
     for (int i = 0; i < grid.dims[axis]; ++i) {
         const double v =
@@ -80,11 +80,11 @@ Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m
 
 CtVolume resampleCt(const CtVolume& in, const Grid& grid) {
     CtVolume out(grid, kOutside_hu);
-    const std::array<std::vector<Between>, 3> places{
+    const std::array<std::vector<AxisSample>, 3> places{
         placesAlong(0, grid, in.grid), placesAlong(1, grid, in.grid), placesAlong(2, grid, in.grid)};
     parallelVoxels(grid, [&](const Index3& i) {
-        const Between &x = places[0][std::size_t(i.x)], &y = places[1][std::size_t(i.y)],
-                      &z = places[2][std::size_t(i.z)];
+        const AxisSample &x = places[0][std::size_t(i.x)], &y = places[1][std::size_t(i.y)],
+                         &z = places[2][std::size_t(i.z)];
         if (!x.inside || !y.inside || !z.inside) return;
         double sum = 0.0;
         for (int k = 0; k < 8; ++k) {

@@ -179,7 +179,7 @@ Mask componentMask(const Components& p, int number) {
 void removeSmallComponents(Mask& m, double min_ml, Connectivity touch) {
     const MaskRuns pieces(m, touch);
     const double each_ml = voxelVolume_ml(m.grid);
-    m = pieces.where([&](std::size_t n) { return double(pieces.size()[n]) * each_ml >= min_ml; });
+    m = pieces.where([&](std::size_t n) { return double(pieces.voxelCounts()[n]) * each_ml >= min_ml; });
 }
 
 void fillCavities(Mask& m) {

@@ -97,8 +97,12 @@ class Session {
     }
     const training::PatientCase* patientCase() const { return case_.get(); }
 
-    // Call before the first tick. Wire, dilator and drain of pictures.
-    void setAccess(const haptics::AccessSettings& access) { access_ = access; }
+    // Call before the first tick. Wire, dilator and drain of pictures, and the drain that medium flows
+    // through.
+    void setAccess(const haptics::AccessSettings& access) {
+        access_ = access;
+        fold_.setDrain(access.drain);
+    }
 
     // Session thread. Processes everything in the rings. Throws DataError if the record cannot be written.
     void drain(haptics::LoopChannels&);

@@ -115,24 +115,48 @@ TEST_F(AttemptFoldTest, AnInjectionOutsideTheBodyIsLost) {
     EXPECT_NEAR(fold.contrast().volumes().lost_m3, 2e-9, 1e-15);
 }
 
-// The drain's axis follows the wire, which may run in the wall of the duct: the holes are on the drain's
-// surface.
+// The duct begins at x = 50 mm. The drain's end runs along z at these distances before it, from the tip on.
+haptics::AccessOutput drainBesideDuct(double tip_m, double behind_m) {
+    haptics::AccessOutput access;
+    access.drain = haptics::DrainState::in_place;
+    access.drain_m = 0.030;
+    access.path_count = 3;
+    access.path_m[0] = {0.050f - float(behind_m), 0.0f, -0.015f};
+    access.path_m[1] = {0.050f - float(behind_m), 0.0f, 0.005f};
+    access.path_m[2] = {0.050f - float(tip_m), 0.0f, 0.015f};
+    return access;
+}
+
+// The drain follows the wire, which may run in the wall of the duct. Its holes are on its surface.
 TEST_F(AttemptFoldTest, MediumFlowsThroughADrainWhoseSurfaceOpensIntoTheDuct) {
-    const auto ductsShareBeside = [&](double wall_m) {
+    const auto shareInDucts = [&](double beside_m, const haptics::TubeSettings& drain) {
         AttemptFold fold(patient_, kDt_s);
-        haptics::AccessOutput& drain = output_.access;
-        drain.drain = haptics::DrainState::in_place;
-        drain.drain_m = 0.030;
-        drain.path_count = 2;
-        drain.path_m[0] = {0.050f - float(wall_m), 0.0f, -0.015f};
-        drain.path_m[1] = {0.050f - float(wall_m), 0.0f, 0.015f};
+        fold.setDrain(drain);
+        output_.access = drainBesideDuct(beside_m, beside_m);
         tick(fold, {injectCommand(2e-6)});
         return fold.contrast().volumes().ducts_m3 / fold.contrast().volumes().injected_m3;
     };
-    constexpr double kRadius_m = 0.5 * haptics::kDrainDefaults.outer_m;
-    EXPECT_EQ(ductsShareBeside(-0.001), 1.0) << "the axis runs in the duct";
-    EXPECT_EQ(ductsShareBeside(kRadius_m - 0.0003), 1.0);
-    EXPECT_EQ(ductsShareBeside(kRadius_m + 0.0003), 0.0);
+    haptics::TubeSettings thick = haptics::kDrainDefaults;
+    thick.outer_m = 0.004;
+    for (const haptics::TubeSettings& drain : {haptics::kDrainDefaults, thick}) {
+        EXPECT_EQ(shareInDucts(-0.001, drain), 1.0) << "the axis runs in the duct";
+        EXPECT_EQ(shareInDucts(0.5 * drain.outer_m - 0.0003, drain), 1.0);
+        EXPECT_EQ(shareInDucts(0.5 * drain.outer_m + 0.0003, drain), 0.0);
+    }
+}
+
+// Records made before the surface counted replay to the same hash.
+TEST_F(AttemptFoldTest, MediumLeavesWhereTheAxisLiesInTheDuctFirst) {
+    const auto hashAfter = [&](double radius_m) {
+        AttemptFold fold(patient_, kDt_s);
+        haptics::TubeSettings drain = haptics::kDrainDefaults;
+        drain.outer_m = 2.0 * radius_m;
+        fold.setDrain(drain);
+        output_.tick = 0;
+        output_.access = drainBesideDuct(0.001, -0.002);
+        return tick(fold, {injectCommand(2e-6)});
+    };
+    EXPECT_EQ(hashAfter(0.0014), hashAfter(0.0001)) << "the tip opens on its surface, or not at all";
 }
 
 TEST_F(AttemptFoldTest, EachPressOfThePedalAimsAtTheNeedleInTheBody) {

@@ -38,6 +38,17 @@ TEST(ReferencePatient, SameSeedSameBytesForAnyNumberOfThreads) {
     EXPECT_EQ(digest(one), digest(three));
 }
 
+TEST(ReferencePatient, WithoutMotionTheVoxelsAreTheSame) {
+    SynthSettings still = settings(11, 5.0, 2);
+    still.motion = false;
+    const Package breathing = makeReferencePatient(settings(11, 5.0, 2)),
+                  motionless = makeReferencePatient(still);
+    EXPECT_EQ(motionless.ct.voxels, breathing.ct.voxels);
+    EXPECT_EQ(motionless.labels.voxels, breathing.labels.voxels);
+    EXPECT_TRUE(motionless.motion.empty());
+    EXPECT_FALSE(breathing.motion.empty());
+}
+
 TEST(ReferencePatient, DifferentSeedsGiveDifferentPatients) {
     std::set<std::uint64_t> digests;
     for (std::uint64_t seed = 1; seed <= 4; ++seed)

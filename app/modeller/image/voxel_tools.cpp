@@ -115,8 +115,8 @@ Mask floodFill(const Mask& seeds, const Mask& passable) {
     const MaskRuns pieces(passable, Connectivity::faces);
     std::vector<std::uint8_t> reached(pieces.voxelCounts().size(), 0);
     for (const Run& run : pieces.runs()) {
-        const std::uint8_t *const begin = seeds.voxels.data() + run.begin, *const end =
-                                                                               seeds.voxels.data() + run.end;
+        const std::uint8_t* const begin = seeds.voxels.data() + run.begin;
+        const std::uint8_t* const end = seeds.voxels.data() + run.end;
         if (!reached[run.component] && nextSet(begin, end) != end) reached[run.component] = 1;
     }
     return pieces.where([&](std::size_t n) { return reached[n]; });

@@ -1,6 +1,6 @@
 // The runs of set voxels along the rows of a mask, and which of them are connected. A mask has far fewer runs
-// than voxels, so finding its components costs little more than one look at each voxel. Cf. He, Chao and
-// Suzuki, "A Run-Based Two-Scan Labeling Algorithm", IEEE TIP 17, 2008.
+// than voxels, so its components are found quickly. Cf. He, Chao and Suzuki, "A Run-Based Two-Scan Labeling
+// Algorithm", IEEE TIP 17, 2008.
 #pragma once
 
 #include <algorithm>

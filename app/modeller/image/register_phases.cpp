@@ -60,11 +60,9 @@ constexpr double kSigmaField = 1.5, kSigmaUpdate = 1.0;   // Gaussian smoothing,
 constexpr double kMaxUpdateStep = 1.5;                    // in voxels per iteration
 // Settings for two patients. The affine transform is found on images shrunk by kAffineShrink per axis. When
 // the sections are aligned in height, they must overlap by at least kMinOverlap of the shorter section.
-// Where the patients' heights differ, a quarter of these iterations is too few. A share kAffineSamples of the
-// voxels gives equally similar images in a quarter of the time; with 0.1, those of a reference patient differ
-// by 7 to 27 % more.
+// Where the patients' heights differ, a quarter of these iterations is too few.
 constexpr int kAffineShrink = 2, kAffineIterations = 400;
-constexpr double kAffineSamples = 0.25, kMinOverlap = 0.6;
+constexpr double kMinOverlap = 0.6;
 constexpr double kSurround_mm = 120.0;  // thickness of the air around MOVING
 // Sizes of MOVING relative to FIXED from which the affine transform starts: large and small adults.
 constexpr double kStartSizes[] = {0.8, 0.9, 1.0, 1.12, 1.25};
@@ -395,7 +393,8 @@ FloatImage::Pointer surrounded(const FloatImage& in) {
     return out;
 }
 
-Affine::Pointer estimateAffine(const FloatImage& fixed, const FloatImage& moving) {
+// `sampled`: the share of the voxels, drawn at random, that is compared.
+Affine::Pointer estimateAffine(const FloatImage& fixed, const FloatImage& moving, double sampled) {
     using Method = itk::ImageRegistrationMethodv4<FloatImage, FloatImage, Affine>;
     const auto f = downsampled(fixed, kAffineShrink), m = surrounded(*downsampled(moving, kAffineShrink));
     const auto affine =
@@ -426,7 +425,7 @@ Affine::Pointer estimateAffine(const FloatImage& fixed, const FloatImage& moving
     sigmas.Fill(0.0);
     method->SetSmoothingSigmasPerLevel(sigmas);
     method->SetMetricSamplingStrategy(Method::MetricSamplingStrategyEnum::RANDOM);
-    method->SetMetricSamplingPercentage(kAffineSamples);
+    method->SetMetricSamplingPercentage(sampled);
     method->MetricSamplingReinitializeSeed(1);  // the result must be the same in every run
     method->Update();
     return affine;
@@ -519,11 +518,11 @@ void write(const Field& field, const std::string& file) {
 
 int main(int argc, char** argv) {
     const std::string mode = argc > 1 ? argv[1] : "";
-    const bool phases = mode == "phases" && argc == 7, affine = mode == "affine" && argc == 5,
+    const bool phases = mode == "phases" && argc == 7, affine = mode == "affine" && argc == 6,
                demons = mode == "demons" && argc == 7;
     if (!phases && !affine && !demons) {
         std::puts(
-            "usage: stylet-register phases FIXED MOVING MASK OUT FINEST | affine FIXED MOVING AFFINE | "
+            "usage: stylet-register phases FIXED MOVING MASK OUT FINEST | affine FIXED MOVING AFFINE SHARE | "
             "demons FIXED MOVING AFFINE OUT ITERATIONS");
         return 2;
     }
@@ -533,7 +532,7 @@ int main(int argc, char** argv) {
         ImageHandover grid, other;
         const FloatImage::Pointer fixed = read(argv[2], grid), moving = read(argv[3], other);
         if (affine) {
-            writeAffine(*estimateAffine(*fixed, *moving), argv[4]);
+            writeAffine(*estimateAffine(*fixed, *moving, std::stod(argv[5])), argv[4]);
             return 0;
         }
         if (demons) {

@@ -169,7 +169,8 @@ class Registration {
             for (std::size_t task = next++; task < count; task = next++) {
                 const std::size_t n = task % atlases.size();
                 const bool mirrored = task >= atlases.size();
-                run(n, {"affine", fixed(mirrored), moving(n), affine(n, mirrored)});
+                run(n, {"affine", fixed(mirrored), moving(n), affine(n, mirrored),
+                        fmt::format("{}", settings_.affine_samples)});
             }
         };
         auto other = std::async(std::launch::async, work);  // two processes at the same time

@@ -15,8 +15,12 @@ if(STYLET_SANITIZE MATCHES address)
     set(CMAKE_CXX_FLAGS_RELEASE "-O1")
 endif()
 
+# Debian's /usr/lib/ccache holds links to ccache that are named like compilers. If PATH begins with it, CMake uses such a
+# link, and needs no launcher: ccache would start ccache, would not know which compiler it is, and would compile
+# precompiled headers, and all that include them, in every build folder again.
 find_program(STYLET_CCACHE ccache)
-if(STYLET_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+file(REAL_PATH "${CMAKE_CXX_COMPILER}" real_compiler)
+if(STYLET_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER AND NOT real_compiler MATCHES "/ccache$")
     set(CMAKE_CXX_COMPILER_LAUNCHER ${STYLET_CCACHE})
     set(CMAKE_C_COMPILER_LAUNCHER ${STYLET_CCACHE})
 endif()

@@ -1,9 +1,6 @@
 # Shared by the commands of this folder: sourced, not run. For Debian 12; works in any directory.
 set -euo pipefail
 ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-# CMake starts ccache itself. If PATH leads to its links named like compilers, CMake takes one for the compiler; ccache then
-# cannot tell which compiler it is and never finds a precompiled header, nor what includes one, in the cache.
-PATH=${PATH//\/usr\/lib\/ccache:/}
 export CCACHE_SLOPPINESS=pch_defines,time_macros
 # These settings let other clones of the same sources share the cache.
 export CCACHE_BASEDIR=$ROOT CCACHE_NOHASHDIR=1

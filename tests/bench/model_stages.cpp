@@ -1,7 +1,7 @@
 // Builds a patient from its CT alone and measures Dice and time. Varies the voxel size of all stages, the
-// grid, the samples and the iterations of the liver's atlases, and the spacing of the liver's first cut. The
-// patient has one of the seeds that the stages were tuned on, so these rows serve to choose defaults. They do
-// not evaluate the accuracy.
+// grid, the affine share and the iterations of the atlas registration, and the spacing of the liver's first
+// cut. The patient has one of the seeds that the stages were tuned on, so these rows serve to choose
+// defaults. They do not evaluate the accuracy.
 #include <algorithm>
 
 #include <fmt/core.h>
@@ -97,8 +97,8 @@ void addLiverRows(std::vector<Row>& rows, const Package& truth, const Package& f
     }
     for (const double share : {1.0, 0.5, 0.25, 0.1}) {
         modeller::AtlasSettings atlas;
-        atlas.affine_samples = share;
-        row("affine samples", share, atlas, {});
+        atlas.affine_share = share;
+        row("atlas affine share", share, atlas, {});
     }
     for (const double coarse_mm : {6.0, 4.0, 3.0, 2.0}) {
         modeller::LiverSettings settings;

@@ -9,7 +9,7 @@
 // all voxels outside the mask to one value, so no demons force acts there, and the motion normal to the
 // interface stays zero. FINEST is the smallest shrink factor used (1, 2 or 4).
 //
-// 2. Two patients: stylet-register affine FIXED MOVING AFFINE
+// 2. Two patients: stylet-register affine FIXED MOVING AFFINE SHARE
 // The images have different grids and may show different sections of the body. First the size and the shift
 // between the sections are found, then AFFINE (mean squares). Voxels of FIXED outside MOVING are compared
 // with air. Otherwise a smaller overlap could reduce the difference.
@@ -393,8 +393,8 @@ FloatImage::Pointer surrounded(const FloatImage& in) {
     return out;
 }
 
-// `sampled`: the share of the voxels, drawn at random, that is compared.
-Affine::Pointer estimateAffine(const FloatImage& fixed, const FloatImage& moving, double sampled) {
+// Compares `share` times as many random points as `fixed`, shrunken, has voxels. 0 < share <= 1.
+Affine::Pointer estimateAffine(const FloatImage& fixed, const FloatImage& moving, double share) {
     using Method = itk::ImageRegistrationMethodv4<FloatImage, FloatImage, Affine>;
     const auto f = downsampled(fixed, kAffineShrink), m = surrounded(*downsampled(moving, kAffineShrink));
     const auto affine =
@@ -425,7 +425,7 @@ Affine::Pointer estimateAffine(const FloatImage& fixed, const FloatImage& moving
     sigmas.Fill(0.0);
     method->SetSmoothingSigmasPerLevel(sigmas);
     method->SetMetricSamplingStrategy(Method::MetricSamplingStrategyEnum::RANDOM);
-    method->SetMetricSamplingPercentage(sampled);
+    method->SetMetricSamplingPercentage(share);
     method->MetricSamplingReinitializeSeed(1);  // the result must be the same in every run
     method->Update();
     return affine;

@@ -170,7 +170,7 @@ class Registration {
                 const std::size_t n = task % atlases.size();
                 const bool mirrored = task >= atlases.size();
                 run(n, {"affine", fixed(mirrored), moving(n), affine(n, mirrored),
-                        fmt::format("{}", settings_.affine_samples)});
+                        fmt::format("{}", settings_.affine_share)});
             }
         };
         auto other = std::async(std::launch::async, work);  // two processes at the same time

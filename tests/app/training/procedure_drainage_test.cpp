@@ -1,4 +1,4 @@
-// Steps, anaesthesia and pain of a drainage from hand-made ticks. Tests each rule separately.
+// Tests each rule of a drainage separately with hand-made ticks: steps, anaesthesia, pain, exam and tutor.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// The procedure on the wall, fed with hand-made ticks. No simulation runs.
+// Fixture: a procedure on the wall of wall.h, to which the tests pass hand-made ticks. No simulation runs.
 #pragma once
 
 #include <gtest/gtest.h>

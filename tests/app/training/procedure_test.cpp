@@ -1,4 +1,4 @@
-// Steps, hits and near misses of a puncture from hand-made ticks. Tests each rule separately.
+// Tests each rule of a puncture separately with hand-made ticks: steps, hits and near misses.
 #include "app/training/procedure.h"
 
 #include <gtest/gtest.h>

@@ -89,7 +89,8 @@ TEST(AtlasRegistration, AnUnlikeEndIsNotLeftOutside) {
     const std::filesystem::path f = folder.path() / "f", m = folder.path() / "m", out = folder.path() / "out";
     writeImageFile(f, fixed);
     writeImageFile(m, moving);
-    runChild(registerProgram(), {"affine", f, m, out, "0.25"}, {}, "the phantom", "the registration");
+    runChild(registerProgram(), {"affine", f, m, out, std::to_string(AtlasSettings{}.affine_share)}, {},
+             "the phantom", "the registration");
     const Vec3 ball(0.110, 0.150, 0.070);
     EXPECT_LT(glm::length(readAffineFile(out)(ball) - ball), 0.020);
 }

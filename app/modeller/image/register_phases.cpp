@@ -38,6 +38,7 @@
 
 #include "app/modeller/image/image_handover.h"
 #include "base/memory_linux.h"
+#include "base/text.h"
 
 namespace {
 
@@ -532,7 +533,9 @@ int main(int argc, char** argv) {
         ImageHandover grid, other;
         const FloatImage::Pointer fixed = read(argv[2], grid), moving = read(argv[3], other);
         if (affine) {
-            writeAffine(*estimateAffine(*fixed, *moving, std::stod(argv[5])), argv[4]);
+            const auto share = stylet::parseNumber<double>(argv[5]);
+            if (!share) throw std::runtime_error("SHARE is not a number");
+            writeAffine(*estimateAffine(*fixed, *moving, *share), argv[4]);
             return 0;
         }
         if (demons) {

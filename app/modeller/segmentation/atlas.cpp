@@ -11,6 +11,7 @@
 #include "app/modeller/image/handover_files.h"
 #include "app/modeller/image/vector_field.h"
 #include "app/modeller/segmentation/coarse_grid.h"
+#include "base/text.h"
 #include "patient/package/origin.h"
 
 namespace stylet::modeller {
@@ -170,7 +171,7 @@ class Registration {
                 const std::size_t n = task % atlases.size();
                 const bool mirrored = task >= atlases.size();
                 run(n, {"affine", fixed(mirrored), moving(n), affine(n, mirrored),
-                        fmt::format("{}", settings_.affine_share)});
+                        shortestText(settings_.affine_share)});
             }
         };
         auto other = std::async(std::launch::async, work);  // two processes at the same time

@@ -6,6 +6,7 @@
 #include "app/modeller/image/handover_files.h"
 #include "app/modeller/segmentation/accuracy.h"
 #include "app/modeller/segmentation/atlas.h"
+#include "base/text.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"
 
 namespace stylet::modeller {
@@ -89,7 +90,7 @@ TEST(AtlasRegistration, AnUnlikeEndIsNotLeftOutside) {
     const std::filesystem::path f = folder.path() / "f", m = folder.path() / "m", out = folder.path() / "out";
     writeImageFile(f, fixed);
     writeImageFile(m, moving);
-    runChild(registerProgram(), {"affine", f, m, out, std::to_string(AtlasSettings{}.affine_share)}, {},
+    runChild(registerProgram(), {"affine", f, m, out, shortestText(AtlasSettings{}.affine_share)}, {},
              "the phantom", "the registration");
     const Vec3 ball(0.110, 0.150, 0.070);
     EXPECT_LT(glm::length(readAffineFile(out)(ball) - ball), 0.020);

@@ -443,7 +443,7 @@ TEST_F(DrainageTest, TooMuchLocalAnaestheticIsToldAndThenFails) {
     EXPECT_EQ(progress().refusal, Refusal::tooMuchAnaesthetic);
     numb(outside(), 20.0, 2e-6);
     numb(wall(0.010), 9.0, 2e-6);
-    EXPECT_TRUE(passesIfWellDone()) << "29.5 ml; what dripped on the floor harms nobody";
+    EXPECT_TRUE(passesIfWellDone()) << "29.5 ml in the body; 20 ml outside it do not count";
     numb(wall(0.010), 1.0, 2e-6);
     EXPECT_FALSE(passesIfWellDone()) << "30.5 ml";
 }

@@ -109,6 +109,20 @@ TEST(Organs, ThePortalTrunkIsGrownFromTheVeinInTheLiver) {
     EXPECT_LT(volume_ml(intersect(trunk, loop)), 0.05 * volume_ml(loop));
 }
 
+// The vein leaves the liver 0.085 m from its far end.
+TEST(Organs, ThePortalTrunkIsFollowedBeyondSixCentimetres) {
+    OrganPhantom b;
+    b.liver = b.ball({0.07, 0.06, 0.10}, 0.045, 110);
+    Mask vein(b.ct.grid);
+    forEachVoxel(b.ct.grid, [&](const Index3& i) {
+        const Vec3 p = b.ct.grid.centre(i);
+        vein[i] = p.x > -0.06 && p.x < 0.07 && std::hypot(p.y - 0.085, p.z - 0.10) < 0.006;
+        if (vein[i]) b.ct[i] = 175;
+    });
+    b.portal = intersect(vein, b.liver);
+    EXPECT_GT(compare(subtract(vein, b.liver), b.organs().at("portal vein").mask).dice, 0.9);
+}
+
 // Noise was taken for a vein, or blood has no contrast: soft tissue outside is as bright.
 TEST(Organs, AVeinAsBrightAsTheLiverHasNoTrunk) {
     OrganPhantom b;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "app/modeller/image/cheapest_paths.h"
+#include "app/modeller/segmentation/graph_cut.h"
 #include "app/modeller/segmentation/tube_evidence.h"
 #include "base/geodesic.h"
 #include "base/statistics.h"
@@ -34,8 +35,7 @@ constexpr double kLiverRim_m = 0.003;
 constexpr float kRimLine = 2.0f;
 
 // Limits for blood in the large vessels: blur, minimum contrast as a share of that of the other vessels, and
-// maximum HU above these vessels. The walls between touching vessels are blurred, but darker than the blood.
-constexpr double kLumenBlur_m = 0.0007, kLumenShare = 0.5;
+// maximum HU above these vessels.
 constexpr double kBloodBlur_m = 0.0015, kBloodShare = 0.35, kBloodAbove_hu = 90.0;
 constexpr double kAround_m = 0.015;  // around the liver, where cava and hilum are searched
 // Cross-section of the cava in a slice. Opening removes joining vessels. The area must be that of
@@ -50,19 +50,21 @@ constexpr double kTrunkRadius_m = 0.0035, kCavaWall_m = 0.002, kOffCava_m = 0.00
 // Heights of the hilum and of the hepatic veins' ends in the liver: 0 is its lowest voxel and 1 its highest.
 constexpr double kTrunkLow = 0.2, kTrunkHigh = 0.62, kVeinsLow = 0.65, kStemsLow = 0.78, kStemReach_m = 0.035;
 constexpr float kStemWidth = 0.75f;
-constexpr double kJoin_m = 0.005;  // from a vessel's end to the large vessel that it joins
-// Costs of the fronts, in metres of wide lumen: for narrow contacts, for jumps through parenchyma, and for
-// each metre by which a lumen widens.
-constexpr double kNarrow_m = 0.002, kGapCost = 60.0, kWallCost = 12.0, kOutsideLiverCost = 120.0,
-                 kWideningCost = 25.0;
-constexpr double kNoLumen_m = 0.0008;
+// From a vessel's end to the large vessel that it joins. Up to 3 mm makes little difference. With 5 mm,
+// hepatic veins that only pass the portal trunk are seeds of the portal tree.
+constexpr double kJoin_m = 0.002;
+// A front's cost for each metre outside the vessels, in metres inside them. 20 to 200 give the same trees.
+constexpr double kOutsideVessels = 60.0;
+// Cost of a voxel in the cut for not having the label of its front. So small that it only decides about
+// pieces that touch neither tree: .004 would cut off whole branches.
+constexpr float kFrontPreference = 0.001f;
 
 // The liver's surroundings, in which the vessels are separated.
 struct Scene {
     VoxelBox box;
     Mask liver, vessels, blood;
-    Mask lumen;                        // the certainly bright inside of the vessels
     FloatVolume to_liver, to_vessels;  // metres
+    FloatVolume contrast;              // over parenchyma, as a share of the vessels' contrast, 0 to 1
     int bottom = 0, top = 0;           // slices of the liver in the box
 
     // Height within the liver, 0 to 1.
@@ -85,16 +87,16 @@ Scene vesselScene(const CtVolume& ct, const Mask& liver, const Mask& vessels) {
         image[i] = std::clamp(float(ct[s.box.low + i]), -200.0f, 600.0f);
         if (s.liver[i]) (s.vessels[i] ? in_vessels : in_liver).push_back(image[i]);
     });
-    s.blood = s.lumen = Mask(s.liver.grid);
+    s.blood = Mask(s.liver.grid);
+    s.contrast = FloatVolume(s.liver.grid);
     if (in_liver.empty() || in_vessels.empty()) return s;
     // Most voxels of a thin vessel are partly parenchyma, so the upper quartile is used for blood.
     const double parenchyma_hu = double(lowerQuantile(std::move(in_liver), 0.5)),
                  blood_hu = double(lowerQuantile(std::move(in_vessels), 0.75));
     const double min_hu = parenchyma_hu + kBloodShare * (blood_hu - parenchyma_hu);
-    const FloatVolume sharp = gaussian(image, kLumenBlur_m);
-    const double lumen_hu = parenchyma_hu + kLumenShare * (blood_hu - parenchyma_hu);
-    for (std::size_t i = 0; i < sharp.voxels.size(); ++i)
-        s.lumen.voxels[i] = s.vessels.voxels[i] && double(sharp.voxels[i]) > lumen_hu;
+    for (std::size_t i = 0; i < image.voxels.size(); ++i)
+        s.contrast.voxels[i] = float(std::clamp(
+            (double(image.voxels[i]) - parenchyma_hu) / std::max(1.0, blood_hu - parenchyma_hu), 0.0, 1.0));
     image = gaussian(image, kBloodBlur_m);
     for (std::size_t i = 0; i < image.voxels.size(); ++i)
         s.blood.voxels[i] = double(image.voxels[i]) > min_hu &&
@@ -259,32 +261,45 @@ FloatVolume lumenRadius(const Mask& vessels) {
 constexpr std::uint8_t kPortal = 1, kHepatic = 2;
 
 // Labels each vessel voxel with the front that reaches it first. All seeds start at once.
-Mask runFronts(const Scene& s, const Mask& seeds, const FloatVolume& radius) {
-    const Grid& g = s.vessels.grid;
+Mask runFronts(const Scene& s, const Mask& seeds) {
     Mask label = seeds;
     std::vector<std::uint32_t> starts;
     for (std::uint32_t i = 0; i < seeds.voxels.size(); ++i)
         if (seeds.voxels[i]) starts.push_back(i);
-    const auto extend = [&](float cost, std::uint32_t from, std::uint32_t to, double step_m) {
-        double next = double(cost);
-        if (s.lumen.voxels[to]) {
-            const double here_m = s.lumen.voxels[from] ? double(radius.voxels[from]) : kNoLumen_m;
-            const double there_m = double(radius.voxels[to]), narrow = kNarrow_m / there_m;
-            next += step_m * (1.0 + narrow * narrow) + kWideningCost * std::max(0.0, there_m - here_m);
-        } else {
-            next += step_m * (s.vessels.voxels[to] ? kWallCost
-                              : s.liver.voxels[to] ? kGapCost
-                                                   : kOutsideLiverCost);
-        }
-        return float(next);
+    const auto extend = [&](float cost, std::uint32_t, std::uint32_t to, double step_m) {
+        return cost + float(step_m * (s.vessels.voxels[to] ? 1.0 : kOutsideVessels));
     };
     std::size_t left = countVoxels(s.vessels);
-    findCheapestPaths(g, starts, extend, [&](std::uint32_t voxel, const CheapestPaths& paths) {
+    findCheapestPaths(seeds.grid, starts, extend, [&](std::uint32_t voxel, const CheapestPaths& paths) {
         if (paths.parent[voxel] != kNoVoxel) label.voxels[voxel] = label.voxels[paths.parent[voxel]];
         left -= s.vessels.voxels[voxel] != 0;
         return left > 0;
     });
     return label;
+}
+
+// Returns the vessel voxels on the hepatic side of the cheapest cut between the seeds of the two trees. A
+// vessel carries blood in proportion to the cube of its radius (Murray 1926), so a link costs the cube of the
+// distance [mm] to the wall. The blurred wall between touching vessels is darker than blood, so that distance
+// is multiplied with the contrast. With exponents from 1 to 4 the mean Dice coefficient of the hepatic veins
+// in five reference patients and a real one changes by at most .002.
+Mask cutHepaticTree(const Scene& s, const Mask& seeds) {
+    const Grid& g = seeds.grid;
+    const Mask front = runFronts(s, seeds);
+    const FloatVolume to_wall_m = distanceTo(inverted(s.vessels));
+    CutProblem problem{LabelVolume(g), FloatVolume(g), {}};
+    FloatVolume flow(g);
+    for (std::size_t i = 0; i < flow.voxels.size(); ++i) {
+        if (!s.vessels.voxels[i]) continue;
+        const float radius_mm = 1e3f * to_wall_m.voxels[i] * s.contrast.voxels[i];
+        flow.voxels[i] = radius_mm * radius_mm * radius_mm;
+        problem.preference.voxels[i] = front.voxels[i] == kHepatic ? kFrontPreference : -kFrontPreference;
+        problem.state.voxels[i] = std::uint8_t(seeds.voxels[i] == 0          ? CutState::free
+                                               : seeds.voxels[i] == kHepatic ? CutState::object
+                                                                             : CutState::background);
+    }
+    problem.link = [&](std::size_t a, std::size_t b) { return std::min(flow.voxels[a], flow.voxels[b]); };
+    return minimumCut(problem);
 }
 
 // Sets seeds with this label on the vessel voxels near a large vessel, above `min_height`.
@@ -392,8 +407,8 @@ SplitVessels splitVessels(const CtVolume& ct, const Mask& liver, const Mask& ves
         return out;
     }
     const Scene s = vesselScene(ct, liver, vessels);
-    const FloatVolume radius = lumenRadius(s.lumen);
-    Mask cava = segmentCava(s);
+    const FloatVolume radius = lumenRadius(s.vessels);
+    const Mask cava = segmentCava(s);
     const Mask trunk = findPortalTrunk(s, cava);
     Mask seeds(s.vessels.grid);
     seedNear(s, trunk, kPortal, 0.0, seeds);
@@ -413,15 +428,10 @@ SplitVessels splitVessels(const CtVolume& ct, const Mask& liver, const Mask& ves
     }
     if (!containsLabel(seeds, kPortal) && !containsLabel(seeds, kHepatic))
         seedWidest(s, radius, -0.01, 1.01, kPortal, seeds);
-    const Mask label = runFronts(s, seeds, radius);
-    Mask portal(label.grid), hepatic(label.grid);
-    for (std::size_t i = 0; i < label.voxels.size(); ++i) {
-        if (s.vessels.voxels[i]) (label.voxels[i] == kHepatic ? hepatic : portal).voxels[i] = 1;
-        if (s.vessels.voxels[i]) cava.voxels[i] = 0;
-    }
-    out.portal = uncropped(portal, s.box, ct.grid);
+    const Mask hepatic = cutHepaticTree(s, seeds);
+    out.portal = uncropped(subtract(s.vessels, hepatic), s.box, ct.grid);
     out.hepatic = uncropped(hepatic, s.box, ct.grid);
-    out.cava = uncropped(cava, s.box, ct.grid);
+    out.cava = uncropped(subtract(cava, s.vessels), s.box, ct.grid);
     return out;
 }
 

@@ -27,9 +27,9 @@ struct SplitVessels {
     std::vector<std::string> notes;  // a sentence for each structure not found, with the fallback
 };
 
-// Separates by connectivity. Two fronts run along the lumen: one from where the vessels come near the vena
-// cava, one from the thick blood at the hilum. Narrow contacts, jumps between pieces and entries into
-// thicker vessels cost extra. Each voxel belongs to the front that reaches it at lower cost.
+// Separates the trees where they touch, by the cheapest cut between two sets of seeds: vessels near the vena
+// cava, and vessels near the thick blood at the hilum. A contact is narrower and darker than a vessel.
+// A piece that touches neither tree belongs to the nearer one, measured along vessels where possible.
 SplitVessels splitVessels(const CtVolume&, const Mask& liver, const Mask& vessels);
 
 }  // namespace stylet::modeller

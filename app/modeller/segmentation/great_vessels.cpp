@@ -63,7 +63,13 @@ float scoreVoxel(const OrganScene& s, const Course& c, const FloatVolume& width,
     return float(1e3 * std::min(r, 0.012) * std::max(0.1, 1.0 - 0.4 * (off_x * off_x + off_y * off_y)));
 }
 
-std::vector<Index3> findBestPath(const OrganScene& s, const Course& c, const FloatVolume& width) {
+// A vessel's voxel in each slice, and the sum of their scores, less the costs of sideward steps.
+struct VesselPath {
+    std::vector<Index3> voxels;
+    double score = 0.0;
+};
+
+VesselPath findBestPath(const OrganScene& s, const Course& c, const FloatVolume& width) {
     const SearchWindow w = findSearchWindow(s, c);
     const int slices = s.grid.dims.z;
     const std::size_t n = std::size_t(w.nx) * std::size_t(w.ny);
@@ -91,33 +97,40 @@ std::vector<Index3> findBestPath(const OrganScene& s, const Course& c, const Flo
                 sum[at] = std::max(best, 0.0f) + scoreVoxel(s, c, width, {w.x0 + x, w.y0 + y, z});
             }
     }
-    std::vector<Index3> path(static_cast<std::size_t>(slices), Index3(0));
-    auto at = std::int32_t(std::max_element(sum.begin(), sum.end()) - sum.begin());
+    VesselPath path{std::vector<Index3>(static_cast<std::size_t>(slices), Index3(0)), 0.0};
+    const auto best = std::max_element(sum.begin(), sum.end());
+    path.score = double(*best);
+    auto at = std::int32_t(best - sum.begin());
     for (int z = slices - 1; z >= 0; --z) {
-        path[std::size_t(z)] = {w.x0 + at % w.nx, w.y0 + at / w.nx, z};
+        path.voxels[std::size_t(z)] = {w.x0 + at % w.nx, w.y0 + at / w.nx, z};
         at = from[std::size_t(z)][std::size_t(at)];
     }
     return path;
 }
 
-FoundOrgan trackVessel(const OrganScene& s, const Course& c, const Mask& within) {
+struct TrackedVessel {
+    FoundOrgan organ;
+    double score = 0.0;  // of its path; 0 if it was not found
+};
+
+TrackedVessel trackVessel(const OrganScene& s, const Course& c, const Mask& within) {
     constexpr double kSoft_hu = 55.0, kShare = 0.35;
-    FoundOrgan out{c.name, {}, 0.0, ""};
     const Mask blood = inRange(s.edgeHu(), within, s.parenchyma_hu + c.above_hu, kMaxBlood_hu);
     const FloatVolume width = inPlaneRadii(blood);
-    const std::vector<Index3> path = findBestPath(s, c, width);
+    const auto [path, score] = findBestPath(s, c, width);
+    TrackedVessel tracked{{c.name, Mask(s.grid), 0.0, ""}, 0.0};
+    FoundOrgan& out = tracked.organ;
     std::vector<double> hu;
     for (const Index3& i : path)
         if (scoreVoxel(s, c, width, i) > 0.0f) hu.push_back(double(s.edgeHu()[i]));
     const double found_share = path.empty() ? 0.0 : double(hu.size()) / double(path.size());
     if (found_share < kShare) {
         out.note = c.name + ": no vessel with contrast medium runs along the spine";
-        return out;
+        return tracked;
     }
     // The vessel's rim is where the HU is halfway between its centre and soft tissue. Where the vessel is
     // hardly visible, its smallest radius is assumed.
     const double rim_hu = 0.5 * (upperMedian(std::move(hu)) + kSoft_hu);
-    out.mask = Mask(s.grid);
     const auto shows = [&](const Index3& i) { return scoreVoxel(s, c, width, i) > 0.0f; };
     const auto first = std::find_if(path.begin(), path.end(), shows);
     const auto last = std::find_if(path.rbegin(), path.rend(), shows).base();
@@ -134,37 +147,45 @@ FoundOrgan trackVessel(const OrganScene& s, const Course& c, const Mask& within)
             }
     }
     removeSmallComponents(out.mask, 0.3, Connectivity::corners);
+    tracked.score = score;
     out.confidence = c.confidence * found_share;
     if (found_share < 0.8) out.note = c.name + ": seen in parts of its way only";
-    return out;
+    return tracked;
 }
 
 }  // namespace
 
-FoundOrgan findAorta(const OrganScene& s) {
-    const Course course{.name = "aorta and arteries",
-                        .x = {-0.045, -0.012, 0.022},
-                        .y = {0.018, 0.048, 0.085},
-                        .min_radius_m = 0.0045,
-                        .max_radius_m = 0.020,
-                        .above_hu = 25.0,
-                        .confidence = 0.9};
-    return trackVessel(s, course, s.free);
-}
-
-FoundOrgan findCava(const OrganScene& s, const Mask& aorta) {
+GreatVessels findGreatVessels(const OrganScene& s) {
+    const Course aorta{.name = "aorta and arteries",
+                       .x = {-0.045, -0.012, 0.022},
+                       .y = {0.018, 0.048, 0.085},
+                       .min_radius_m = 0.0045,
+                       .max_radius_m = 0.020,
+                       .above_hu = 25.0,
+                       .confidence = 0.9};
+    const Course cava{.name = "vena cava and renal veins",
+                      .x = {-0.008, 0.020, 0.052},
+                      .y = {0.018, 0.055, 0.105},
+                      .min_radius_m = 0.003,
+                      .max_radius_m = 0.018,
+                      .above_hu = 15.0,
+                      .confidence = 0.65};  // renal veins and the part below them are missed
     // Behind the liver, the cava may have been labelled as liver.
-    const Course course{.name = "vena cava and renal veins",
-                        .x = {-0.008, 0.020, 0.052},
-                        .y = {0.018, 0.055, 0.105},
-                        .min_radius_m = 0.003,
-                        .max_radius_m = 0.018,
-                        .above_hu = 15.0,
-                        .confidence = 0.65};  // renal veins and the part below them are missed
-    const Mask within = subtract(unite(s.free, s.liver), dilated(aorta, s.grid.spacing_m.x));
-    FoundOrgan cava = trackVessel(s, course, within);
-    if (!cava.mask.voxels.empty()) cava.mask = intersect(cava.mask, s.free);
-    return cava;
+    const Mask around_cava = unite(s.free, s.liver);
+    const auto apartFrom = [&](const Mask& within, const TrackedVessel& vessel) {
+        return subtract(within, dilated(vessel.organ.mask, s.grid.spacing_m.x));
+    };
+    // Below the fork of the aorta, the path of the vessel that is found first would go on in the cava, and
+    // without medium in the cava, its path would go on in the aorta. The order that shows more is right.
+    TrackedVessel aorta_first = trackVessel(s, aorta, s.free);
+    TrackedVessel cava_second = trackVessel(s, cava, apartFrom(around_cava, aorta_first));
+    TrackedVessel cava_first = trackVessel(s, cava, around_cava);
+    TrackedVessel aorta_second = trackVessel(s, aorta, apartFrom(s.free, cava_first));
+    GreatVessels out = aorta_first.score + cava_second.score >= cava_first.score + aorta_second.score
+                           ? GreatVessels{std::move(aorta_first.organ), std::move(cava_second.organ)}
+                           : GreatVessels{std::move(aorta_second.organ), std::move(cava_first.organ)};
+    out.cava.mask = intersect(out.cava.mask, s.free);
+    return out;
 }
 
 // The portal vein runs across the slices. It is grown from its part in the liver.

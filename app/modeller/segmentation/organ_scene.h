@@ -38,8 +38,10 @@ Mask inRange(const FloatVolume& hu, const Mask& within, double low_hu, double hi
 // `core` and the voxels of `passable` within `reach_m` of it, across faces.
 Mask growWithin(const Mask& core, const Mask& passable, double reach_m);
 
-FoundOrgan findAorta(const OrganScene&);
-FoundOrgan findCava(const OrganScene&, const Mask& aorta);
+struct GreatVessels {
+    FoundOrgan aorta, cava;  // empty masks if not found
+};
+GreatVessels findGreatVessels(const OrganScene&);
 FoundOrgan findExtrahepaticPortalVein(const OrganScene&);
 
 // Finds "stomach and oesophagus", "colon", "small bowel" and "bowel gas", in this order. Their contents are

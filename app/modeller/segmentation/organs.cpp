@@ -380,10 +380,7 @@ std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
     };
     // Find the vessels first, so that no organ grows into them. Voxels that a kidney encloses belong to the
     // kidney.
-    FoundOrgan aorta = findAorta(s);
-    if (aorta.mask.voxels.empty()) aorta.mask = Mask(s.grid);
-    FoundOrgan cava = findCava(s, aorta.mask);
-    if (cava.mask.voxels.empty()) cava.mask = Mask(s.grid);
+    auto [aorta, cava] = findGreatVessels(s);
     removeFromFree(aorta.mask);
     for (const bool right : {true, false}) {
         FoundOrgan kidney = findKidney(s, right, densest_hu);

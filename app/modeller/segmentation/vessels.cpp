@@ -53,11 +53,8 @@ constexpr float kStemWidth = 0.75f;
 // From a vessel's end to the large vessel that it joins. Up to 3 mm makes little difference. With 5 mm,
 // hepatic veins that only pass the portal trunk are seeds of the portal tree.
 constexpr double kJoin_m = 0.002;
-// A front's cost for each metre outside the vessels, in metres inside them. 20 to 200 give the same trees.
+// Cost of a way outside the vessels, as a multiple of that in a vessel. 20 to 200 give the same trees.
 constexpr double kOutsideVessels = 60.0;
-// Cost of a voxel in the cut for not having the label of its front. So small that it only decides about
-// pieces that touch neither tree: .004 would cut off whole branches.
-constexpr float kFrontPreference = 0.001f;
 
 // The liver's surroundings, in which the vessels are separated.
 struct Scene {
@@ -260,46 +257,50 @@ FloatVolume lumenRadius(const Mask& vessels) {
 
 constexpr std::uint8_t kPortal = 1, kHepatic = 2;
 
-// Labels each vessel voxel with the front that reaches it first. All seeds start at once.
-Mask runFronts(const Scene& s, const Mask& seeds) {
-    Mask label = seeds;
+// Labels the pieces of vessel that contain seeds. Where the trees touch, the cheapest cut separates them. A
+// contact is narrower than a vessel, and its blurred walls are darker than blood: a face of the cut costs the
+// cube of the contrast. Dice coefficients of nine patients change little if that is multiplied with the
+// distance to the wall or its square; with the sixth power of the contrast, noise decides.
+Mask cutTrees(const Scene& s, const Mask& seeds) {
+    CutProblem problem{LabelVolume(seeds.grid), FloatVolume(seeds.grid), {}};
+    Mask reached = seeds;
+    std::vector<Index3> starts;
+    for (std::size_t i = 0; i < seeds.voxels.size(); ++i)
+        if (seeds.voxels[i]) {
+            starts.push_back(seeds.grid.voxelAt(i));
+            problem.state.voxels[i] =
+                std::uint8_t(seeds.voxels[i] == kHepatic ? CutState::object : CutState::background);
+        }
+    floodFaces(seeds.grid, std::move(starts), [&](const Index3& i) {
+        if (reached[i] || !s.vessels[i]) return false;
+        problem.state[i] = std::uint8_t(CutState::free);
+        return reached[i] = 1, true;
+    });
+    problem.link = [&](std::size_t a, std::size_t b) {
+        if (!s.vessels.voxels[a] || !s.vessels.voxels[b]) return 0.0f;
+        const float contrast = std::min(s.contrast.voxels[a], s.contrast.voxels[b]);
+        return contrast * contrast * contrast;
+    };
+    const Mask hepatic = minimumCut(problem);
+    for (std::size_t i = 0; i < reached.voxels.size(); ++i)
+        if (reached.voxels[i]) reached.voxels[i] = hepatic.voxels[i] ? kHepatic : kPortal;
+    return reached;
+}
+
+// Labels the other pieces like the nearest labelled vessel.
+void labelPieces(const Scene& s, Mask& label) {
     std::vector<std::uint32_t> starts;
-    for (std::uint32_t i = 0; i < seeds.voxels.size(); ++i)
-        if (seeds.voxels[i]) starts.push_back(i);
+    for (std::uint32_t i = 0; i < label.voxels.size(); ++i)
+        if (label.voxels[i]) starts.push_back(i);
     const auto extend = [&](float cost, std::uint32_t, std::uint32_t to, double step_m) {
         return cost + float(step_m * (s.vessels.voxels[to] ? 1.0 : kOutsideVessels));
     };
     std::size_t left = countVoxels(s.vessels);
-    findCheapestPaths(seeds.grid, starts, extend, [&](std::uint32_t voxel, const CheapestPaths& paths) {
+    findCheapestPaths(label.grid, starts, extend, [&](std::uint32_t voxel, const CheapestPaths& paths) {
         if (paths.parent[voxel] != kNoVoxel) label.voxels[voxel] = label.voxels[paths.parent[voxel]];
         left -= s.vessels.voxels[voxel] != 0;
         return left > 0;
     });
-    return label;
-}
-
-// Returns the vessel voxels on the hepatic side of the cheapest cut between the seeds of the two trees. A
-// vessel carries blood in proportion to the cube of its radius (Murray 1926), so a link costs the cube of the
-// distance [mm] to the wall. The blurred wall between touching vessels is darker than blood, so that distance
-// is multiplied with the contrast. With exponents from 1 to 4 the mean Dice coefficient of the hepatic veins
-// in five reference patients and a real one changes by at most .002.
-Mask cutHepaticTree(const Scene& s, const Mask& seeds) {
-    const Grid& g = seeds.grid;
-    const Mask front = runFronts(s, seeds);
-    const FloatVolume to_wall_m = distanceTo(inverted(s.vessels));
-    CutProblem problem{LabelVolume(g), FloatVolume(g), {}};
-    FloatVolume flow(g);
-    for (std::size_t i = 0; i < flow.voxels.size(); ++i) {
-        if (!s.vessels.voxels[i]) continue;
-        const float radius_mm = 1e3f * to_wall_m.voxels[i] * s.contrast.voxels[i];
-        flow.voxels[i] = radius_mm * radius_mm * radius_mm;
-        problem.preference.voxels[i] = front.voxels[i] == kHepatic ? kFrontPreference : -kFrontPreference;
-        problem.state.voxels[i] = std::uint8_t(seeds.voxels[i] == 0          ? CutState::free
-                                               : seeds.voxels[i] == kHepatic ? CutState::object
-                                                                             : CutState::background);
-    }
-    problem.link = [&](std::size_t a, std::size_t b) { return std::min(flow.voxels[a], flow.voxels[b]); };
-    return minimumCut(problem);
 }
 
 // Sets seeds with this label on the vessel voxels near a large vessel, above `min_height`.
@@ -428,7 +429,10 @@ SplitVessels splitVessels(const CtVolume& ct, const Mask& liver, const Mask& ves
     }
     if (!containsLabel(seeds, kPortal) && !containsLabel(seeds, kHepatic))
         seedWidest(s, radius, -0.01, 1.01, kPortal, seeds);
-    const Mask hepatic = cutHepaticTree(s, seeds);
+    Mask label = cutTrees(s, seeds);
+    labelPieces(s, label);
+    const Mask hepatic = maskWhere(
+        label.grid, [&](std::size_t i) { return s.vessels.voxels[i] && label.voxels[i] == kHepatic; });
     out.portal = uncropped(subtract(s.vessels, hepatic), s.box, ct.grid);
     out.hepatic = uncropped(hepatic, s.box, ct.grid);
     out.cava = uncropped(subtract(cava, s.vessels), s.box, ct.grid);

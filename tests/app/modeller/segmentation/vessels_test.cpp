@@ -113,7 +113,7 @@ TEST(Vessels, AVeinThatTouchesThePortalVeinKeepsItsFarEnd) {
     const Mask stem = liver.tube({0.042, 0.014, 0.068}, {0.060, 0.044, 0.040}, 0.0028, 160.0);
     const Mask far = liver.tube({0.060, 0.044, 0.040}, {0.060, 0.066, 0.012}, 0.0022, 160.0);
     const Mask trunk = liver.tube({0.030, 0.050, 0.018}, {0.030, 0.044, 0.036}, 0.005, 160.0);
-    const Mask branch = liver.tube({0.030, 0.046, 0.0315}, {0.074, 0.0455, 0.031}, 0.0026, 160.0);
+    const Mask branch = liver.tube({0.030, 0.046, 0.0312}, {0.074, 0.0452, 0.0306}, 0.0026, 160.0);
     const Mask hepatic = intersect(unite(stem, far), liver.mask);
     const Mask portal = subtract(intersect(unite(trunk, branch), liver.mask), hepatic);
 

@@ -20,8 +20,9 @@ struct CutProblem {
     std::function<float(std::size_t, std::size_t)> link;
 };
 
-// Returns the object: the fixed object voxels and the free voxels on their side of the cheapest cut. Costs
-// are rounded to a thousandth, so the result is exact and the same on every machine.
+// Returns the object: the fixed object voxels and the free voxels on their side of the cheapest cut. Free
+// voxels that are linked to neither side belong to the background. Costs are rounded to a thousandth, so the
+// result is exact and the same on every machine.
 Mask minimumCut(const CutProblem&);
 
 }  // namespace stylet::modeller

@@ -63,7 +63,8 @@ float scoreVoxel(const OrganScene& s, const Course& c, const FloatVolume& width,
     return float(1e3 * std::min(r, 0.012) * std::max(0.1, 1.0 - 0.4 * (off_x * off_x + off_y * off_y)));
 }
 
-// A vessel's voxel in each slice, and the sum of their scores, less the costs of sideward steps.
+// A voxel in each slice (none if the search window is empty), and the sum of their scores minus the cost of
+// sideward steps.
 struct VesselPath {
     std::vector<Index3> voxels;
     double score = 0.0;
@@ -110,7 +111,7 @@ VesselPath findBestPath(const OrganScene& s, const Course& c, const FloatVolume&
 
 struct TrackedVessel {
     FoundOrgan organ;
-    double score = 0.0;  // of its path; 0 if it was not found
+    double score = 0.0;  // of the path; 0 if the vessel was not found
 };
 
 TrackedVessel trackVessel(const OrganScene& s, const Course& c, const Mask& within) {
@@ -147,6 +148,7 @@ TrackedVessel trackVessel(const OrganScene& s, const Course& c, const Mask& with
             }
     }
     removeSmallComponents(out.mask, 0.3, Connectivity::corners);
+    if (countVoxels(out.mask) == 0) return tracked;
     tracked.score = score;
     out.confidence = c.confidence * found_share;
     if (found_share < 0.8) out.note = c.name + ": seen in parts of its way only";
@@ -175,16 +177,21 @@ GreatVessels findGreatVessels(const OrganScene& s) {
     const auto apartFrom = [&](const Mask& within, const TrackedVessel& vessel) {
         return subtract(within, dilated(vessel.organ.mask, s.grid.spacing_m.x));
     };
-    // Below the fork of the aorta, the path of the vessel that is found first would go on in the cava, and
-    // without medium in the cava, its path would go on in the aorta. The order that shows more is right.
     TrackedVessel aorta_first = trackVessel(s, aorta, s.free);
     TrackedVessel cava_second = trackVessel(s, cava, apartFrom(around_cava, aorta_first));
+    // Below the aorta's fork, that path of the aorta may continue in the cava. Then more of both is found if
+    // the cava is found first. The aorta must be the same vessel: a cava without medium does not show, and
+    // its path follows the aorta.
     TrackedVessel cava_first = trackVessel(s, cava, around_cava);
     TrackedVessel aorta_second = trackVessel(s, aorta, apartFrom(s.free, cava_first));
-    GreatVessels out = aorta_first.score + cava_second.score >= cava_first.score + aorta_second.score
-                           ? GreatVessels{std::move(aorta_first.organ), std::move(cava_second.organ)}
-                           : GreatVessels{std::move(aorta_second.organ), std::move(cava_first.organ)};
+    const bool same_aorta = 2 * countVoxels(intersect(aorta_first.organ.mask, aorta_second.organ.mask)) >
+                            countVoxels(aorta_first.organ.mask);
+    const bool finds_more = cava_first.score + aorta_second.score > aorta_first.score + cava_second.score;
+    GreatVessels out = same_aorta && finds_more
+                           ? GreatVessels{std::move(aorta_second.organ), std::move(cava_first.organ)}
+                           : GreatVessels{std::move(aorta_first.organ), std::move(cava_second.organ)};
     out.cava.mask = intersect(out.cava.mask, s.free);
+    if (countVoxels(out.cava.mask) == 0) out.cava.confidence = 0.0;
     return out;
 }
 

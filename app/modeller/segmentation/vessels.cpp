@@ -50,11 +50,13 @@ constexpr double kTrunkRadius_m = 0.0035, kCavaWall_m = 0.002, kOffCava_m = 0.00
 // Heights of the hilum and of the hepatic veins' ends in the liver: 0 is its lowest voxel and 1 its highest.
 constexpr double kTrunkLow = 0.2, kTrunkHigh = 0.62, kVeinsLow = 0.65, kStemsLow = 0.78, kStemReach_m = 0.035;
 constexpr float kStemWidth = 0.75f;
-// From a vessel's end to the large vessel that it joins. Up to 3 mm makes little difference. With 5 mm,
-// hepatic veins that only pass the portal trunk are seeds of the portal tree.
+// Maximum distance from a vessel's end to the large vessel that it joins. 1 to 3 mm give nearly the same
+// trees. With 5 mm, hepatic veins that pass the portal trunk become seeds of the portal tree.
 constexpr double kJoin_m = 0.002;
-// Cost of a way outside the vessels, as a multiple of that in a vessel. 20 to 200 give the same trees.
-constexpr double kOutsideVessels = 60.0;
+// Cost of a path outside the vessels, relative to inside. 20 to 200 give nearly the same trees.
+constexpr double kOutsideCost = 60.0;
+// Minimum cost of a face of the cut. Without it, a dark voxel would be linked to nothing.
+constexpr float kMinFaceCost = 0.001f;
 
 // The liver's surroundings, in which the vessels are separated.
 struct Scene {
@@ -257,43 +259,47 @@ FloatVolume lumenRadius(const Mask& vessels) {
 
 constexpr std::uint8_t kPortal = 1, kHepatic = 2;
 
-// Labels the pieces of vessel that contain seeds. Where the trees touch, the cheapest cut separates them. A
-// contact is narrower than a vessel, and its blurred walls are darker than blood: a face of the cut costs the
-// cube of the contrast. If that is multiplied with a power of the distance to the wall, up to the third, the
-// trees of ten patients are nearly the same; with the sixth power of the contrast, noise decides.
+// Labels the pieces that contain seeds; other voxels stay 0. A minimum cut separates the trees where they
+// touch. A contact is narrower than a vessel, and the walls in it are darker than blood, so each face costs
+// the cube of its contrast. The sixth power cut at noise instead. An additional factor for the distance to
+// the wall changed little.
 Mask cutTrees(const Scene& s, const Mask& seeds) {
     CutProblem problem{LabelVolume(seeds.grid), FloatVolume(seeds.grid), {}};
-    Mask reached = seeds;
+    Mask connected(seeds.grid);
     std::vector<Index3> starts;
-    for (std::size_t i = 0; i < seeds.voxels.size(); ++i)
-        if (seeds.voxels[i]) {
-            starts.push_back(seeds.grid.voxelAt(i));
-            problem.state.voxels[i] =
-                std::uint8_t(seeds.voxels[i] == kHepatic ? CutState::object : CutState::background);
-        }
+    for (std::size_t i = 0; i < seeds.voxels.size(); ++i) {
+        if (!seeds.voxels[i]) continue;
+        connected.voxels[i] = 1;
+        starts.push_back(seeds.grid.voxelAt(i));
+        problem.state.voxels[i] =
+            std::uint8_t(seeds.voxels[i] == kHepatic ? CutState::object : CutState::background);
+    }
     floodFaces(seeds.grid, std::move(starts), [&](const Index3& i) {
-        if (reached[i] || !s.vessels[i]) return false;
+        if (connected[i] || !s.vessels[i]) return false;
+        connected[i] = 1;
         problem.state[i] = std::uint8_t(CutState::free);
-        return reached[i] = 1, true;
+        return true;
     });
     problem.link = [&](std::size_t a, std::size_t b) {
         if (!s.vessels.voxels[a] || !s.vessels.voxels[b]) return 0.0f;
         const float contrast = std::min(s.contrast.voxels[a], s.contrast.voxels[b]);
-        return contrast * contrast * contrast;
+        return std::max(kMinFaceCost, contrast * contrast * contrast);
     };
     const Mask hepatic = minimumCut(problem);
-    for (std::size_t i = 0; i < reached.voxels.size(); ++i)
-        if (reached.voxels[i]) reached.voxels[i] = hepatic.voxels[i] ? kHepatic : kPortal;
-    return reached;
+    Mask label(seeds.grid);
+    for (std::size_t i = 0; i < label.voxels.size(); ++i)
+        if (connected.voxels[i]) label.voxels[i] = hepatic.voxels[i] ? kHepatic : kPortal;
+    return label;
 }
 
-// Labels the other pieces like the nearest labelled vessel.
+// Labels the pieces without seeds: each voxel gets the label of the vessel from which it is reached at the
+// lowest cost.
 void labelPieces(const Scene& s, Mask& label) {
     std::vector<std::uint32_t> starts;
     for (std::uint32_t i = 0; i < label.voxels.size(); ++i)
         if (label.voxels[i]) starts.push_back(i);
     const auto extend = [&](float cost, std::uint32_t, std::uint32_t to, double step_m) {
-        return cost + float(step_m * (s.vessels.voxels[to] ? 1.0 : kOutsideVessels));
+        return cost + float(step_m * (s.vessels.voxels[to] ? 1.0 : kOutsideCost));
     };
     std::size_t left = countVoxels(s.vessels);
     findCheapestPaths(label.grid, starts, extend, [&](std::uint32_t voxel, const CheapestPaths& paths) {
@@ -312,17 +318,26 @@ void seedNear(const Scene& s, const Mask& large, std::uint8_t label, double min_
             seeds.voxels[i] = label;
 }
 
-// Fallback if no large vessel was found: sets a seed on the widest lumen between two heights of the liver.
+// Fallback if no large vessel was found: sets seeds in the widest lumen between two heights of the liver.
+// They fill its cross-section, because the cheapest way to cut off a single voxel is around it.
 void seedWidest(const Scene& s, const FloatVolume& radius, double from, double to, std::uint8_t label,
                 Mask& seeds) {
+    const auto isCandidate = [&](std::size_t i) {
+        const double height = s.height(seeds.grid.voxelAt(i).z);
+        return height >= from && height < to && !seeds.voxels[i];
+    };
     std::size_t best = 0;
     float widest = 0.0f;
-    for (std::size_t i = 0; i < radius.voxels.size(); ++i) {
-        const double height = s.height(seeds.grid.voxelAt(i).z);
-        if (radius.voxels[i] > widest && height >= from && height < to && !seeds.voxels[i])
-            widest = radius.voxels[i], best = i;
-    }
-    if (widest > 0.0f) seeds.voxels[best] = label;
+    for (std::size_t i = 0; i < radius.voxels.size(); ++i)
+        if (radius.voxels[i] > widest && isCandidate(i)) widest = radius.voxels[i], best = i;
+    if (widest == 0.0f) return;
+    seeds.voxels[best] = label;
+    floodFaces(seeds.grid, {seeds.grid.voxelAt(best)}, [&](const Index3& i) {
+        const std::size_t at = seeds.grid.offset(i);
+        if (radius.voxels[at] < widest || !isCandidate(at)) return false;
+        seeds.voxels[at] = label;
+        return true;
+    });
 }
 
 // Sets seeds on all lumen in the liver's upper part that is nearly as wide as the widest there. These are the

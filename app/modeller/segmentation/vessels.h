@@ -27,9 +27,9 @@ struct SplitVessels {
     std::vector<std::string> notes;  // a sentence for each structure not found, with the fallback
 };
 
-// Separates the trees where they touch, by the cheapest cut between two sets of seeds: vessels near the vena
-// cava, and vessels near the thick blood at the hilum. A contact is narrower and darker than a vessel.
-// A piece that touches neither tree belongs to the nearer one, measured along vessels where possible.
+// Separates the trees where they touch, by a minimum cut. Hepatic seeds are vessels at the vena cava and the
+// widest vessels of the upper liver; portal seeds are vessels at the thick blood of the hilum. Pieces without
+// seeds get the label of the nearest tree; a path outside the vessels counts 60 times its length.
 SplitVessels splitVessels(const CtVolume&, const Mask& liver, const Mask& vessels);
 
 }  // namespace stylet::modeller

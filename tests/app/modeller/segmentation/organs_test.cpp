@@ -91,26 +91,37 @@ TEST(Organs, BallsAndTubesAtOrganPositionsAreFound) {
     }
 }
 
-// Below the fork of the aorta, only the cava is wide enough for either vessel. It must not be taken for the
-// aorta's continuation. Without medium in the cava, the aorta must not be taken for a cava.
+// The aorta ends above the scan's lower end, as at its fork. Below, only the cava is wide enough for either
+// vessel, and it must not be taken for the aorta. A cava without medium is not found: neither the aorta, near
+// the midline or not, nor a bowel loop beside it may change the aorta's name.
 TEST(Organs, TheCavaBesideTheForkOfTheAortaIsNotAorta) {
-    for (const std::int16_t cava_hu : {std::int16_t{150}, std::int16_t{45}}) {
-        SCOPED_TRACE(cava_hu);
+    struct Case {
+        std::int16_t cava_hu;
+        double aorta_x_m, lowest_m;
+        bool loop;
+    };
+    for (const auto& [cava_hu, aorta_x_m, lowest_m, loop] :
+         {Case{150, -0.010, 0.06, false}, Case{45, -0.010, 0.06, false}, Case{45, 0.010, 0.0, false},
+          Case{45, -0.010, 0.0, true}}) {
+        SCOPED_TRACE(testing::Message() << cava_hu << " HU, aorta at " << aorta_x_m << ", loop " << loop);
         OrganPhantom b;
         b.liver = b.ball({0.07, 0.06, 0.10}, 0.045, 110);
-        const Mask cava = b.tube(0.014, 0.046, 0.009, cava_hu);
+        const Mask cava = b.tube(aorta_x_m + 0.024, 0.046, 0.009, cava_hu);
+        if (loop) b.tube(aorta_x_m - 0.025, 0.046, 0.008, 175);
         Mask aorta(b.ct.grid);
         forEachVoxel(b.ct.grid, [&](const Index3& i) {
             const Vec3 p = b.ct.grid.centre(i);
-            if (p.z > 0.06 && std::hypot(p.x + 0.010, p.y - 0.046) < 0.009) aorta[i] = 1, b.ct[i] = 175;
+            if (p.z > lowest_m && std::hypot(p.x - aorta_x_m, p.y - 0.046) < 0.009)
+                aorta[i] = 1, b.ct[i] = 175;
         });
         const auto found = b.organs();
         EXPECT_GT(compare(aorta, found.at("aorta and arteries").mask).dice, 0.95);
         const Mask& found_cava = found.at("vena cava and renal veins").mask;
-        if (cava_hu > 100)
+        if (cava_hu > 100) {
             EXPECT_GT(compare(subtract(cava, b.liver), found_cava).dice, 0.95);
-        else
+        } else {
             EXPECT_EQ(countVoxels(found_cava), 0u);
+        }
     }
 }
 

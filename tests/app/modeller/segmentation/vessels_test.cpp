@@ -124,6 +124,55 @@ TEST(Vessels, AVeinThatTouchesThePortalVeinKeepsItsFarEnd) {
     EXPECT_GT(double(countVoxels(intersect(end, split.hepatic))), 0.95 * double(countVoxels(end)));
 }
 
+// A slice of the vein is as dark as the liver. The rest of the vein is still connected to the vena cava.
+TEST(Vessels, ADarkSliceDoesNotDivideAVein) {
+    test::LiverPhantom liver(72);
+    liver.tube({0.036, 0.014, 0.030}, {0.036, 0.014, 0.070}, 0.008, 160.0);  // cava
+    const Mask stem = liver.tube({0.036, 0.014, 0.060}, {0.036, 0.056, 0.046}, 0.0025, 160.0);
+    const Mask trunk = liver.tube({0.018, 0.040, 0.020}, {0.018, 0.036, 0.036}, 0.005, 160.0);
+    for (std::size_t i = 0; i < liver.ct.voxels.size(); ++i)
+        if (stem.voxels[i] && liver.ct.grid.voxelAt(i).y == 34) liver.ct.voxels[i] = 90;
+    const Mask hepatic = intersect(stem, liver.mask), portal = intersect(trunk, liver.mask);
+    const SplitVessels split = splitVessels(liver.ct, liver.mask, unite(portal, hepatic));
+    EXPECT_EQ(countVoxels(intersect(hepatic, split.portal)), 0u);
+    EXPECT_EQ(countVoxels(intersect(portal, split.hepatic)), 0u);
+}
+
+// A hepatic and a portal vein run side by side. Their contact is larger than a cross-section of either, but
+// the wall in it is darker than blood.
+TEST(Vessels, ADarkWallSeparatesVeinsThatRunSideBySide) {
+    test::LiverPhantom liver(84);
+    liver.tube({0.042, 0.014, 0.044}, {0.042, 0.014, 0.080}, 0.008, 160.0);  // cava
+    const Mask vein = unite(liver.tube({0.042, 0.014, 0.066}, {0.042, 0.034, 0.046}, 0.0025, 160.0),
+                            liver.tube({0.042, 0.034, 0.046}, {0.042, 0.060, 0.046}, 0.0025, 160.0));
+    const Mask trunk = liver.tube({0.030, 0.050, 0.018}, {0.030, 0.044, 0.038}, 0.005, 160.0);
+    const Mask branch = unite(liver.tube({0.030, 0.046, 0.036}, {0.0375, 0.038, 0.046}, 0.0026, 160.0),
+                              liver.tube({0.0375, 0.038, 0.046}, {0.0375, 0.060, 0.046}, 0.0022, 160.0));
+    forEachVoxel(liver.ct.grid, [&](const Index3& i) {  // the wall, one voxel thick
+        if (i.x == 40 && i.y > 35 && (vein[i] || branch[i])) liver.ct[i] = 135;
+    });
+    const Mask hepatic = intersect(vein, liver.mask);
+    const Mask portal = subtract(intersect(unite(trunk, branch), liver.mask), vein);
+    const SplitVessels split = splitVessels(liver.ct, liver.mask, unite(portal, hepatic));
+    EXPECT_GT(compare(hepatic, split.hepatic).dice, 0.9);
+    EXPECT_GT(compare(portal, split.portal).dice, 0.9);
+}
+
+// The portal trunk is too thin to be found. Its tree is still found, from its widest branch.
+TEST(Vessels, ATreeWithoutATrunkKeepsItsBranches) {
+    test::LiverPhantom liver(64);
+    liver.tube({0.032, 0.012, 0.030}, {0.032, 0.012, 0.062}, 0.007, 160.0);  // cava
+    const Mask stem = liver.tube({0.032, 0.012, 0.051}, {0.032, 0.050, 0.034}, 0.0025, 160.0);
+    const Mask branch = liver.tube({0.010, 0.0325, 0.0325}, {0.054, 0.0315, 0.040}, 0.0028, 160.0);
+    const Mask hepatic = intersect(stem, liver.mask);
+    const Mask portal = subtract(intersect(branch, liver.mask), hepatic);
+    const SplitVessels split = splitVessels(liver.ct, liver.mask, unite(portal, hepatic));
+    ASSERT_FALSE(split.notes.empty());
+    EXPECT_THAT(split.notes[0], testing::HasSubstr("No portal trunk"));
+    EXPECT_GT(compare(hepatic, split.hepatic).dice, 0.8);
+    EXPECT_GT(compare(portal, split.portal).dice, 0.8);
+}
+
 // The portal trunk forks into two branches, and it touches the vena cava at this fork. The liver mask ends
 // before the fork, so nothing inside the liver connects the two branches. In addition, the end of a hepatic
 // vein touches one of the branches. Both branches must still be labelled as portal vein.

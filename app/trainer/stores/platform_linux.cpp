@@ -5,7 +5,6 @@
 #include <poll.h>
 #include <pthread.h>
 #include <sys/mman.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
@@ -98,9 +97,6 @@ std::string requestRealTime() {
             std::string(refused.empty() ? "" : " and ") + "locked memory (" + std::strerror(errno) + ")";
         rights.push_back(kMemoryRight);
     }
-    // Otherwise the kernel may join locked pages into huge ones, and the next access to them is a page fault.
-    // Pages that are huge already stay huge.
-    prctl(PR_SET_THP_DISABLE, 1, 0, 0, 0);
     if (refused.empty()) return {};
     return "no " + refused + ": the haptics loop may be late; " + describeHowToAllow(rights);
 }

@@ -175,6 +175,7 @@ TEST_F(RecordedLoopRealTime, WarmLoopHasNoPageFaults) {
             without_faults =
                 without_faults || passesInNewProcess("RecordedLoopRealTime.WarmLoopHasNoPageFaults");
         EXPECT_TRUE(without_faults) << totals_.haptics.page_faults << " page faults";
+        RecordProperty("page_faults", std::to_string(totals_.haptics.page_faults));
     }
     EXPECT_TRUE(records::replay(patient_, records::loadRecord(folder_ / "record"), {}).equal());
     RecordProperty("late_ticks", std::to_string(totals_.haptics.late_ticks));

@@ -19,7 +19,8 @@ inline constexpr std::array<Colour, patient::kTissueCount> kBandColours{{{0.88, 
                                                                          {0.86, 0.84, 0.95},    // fascia
                                                                          {0.95, 0.83, 0.81},    // liver
                                                                          {0.80, 0.86, 0.97},    // vessel
-                                                                         {0.82, 0.93, 0.80}}};  // duct
+                                                                         {0.82, 0.93, 0.80},    // duct
+                                                                         {0.78, 0.86, 0.86}}};  // cartilage
 constexpr Colour bandColour(patient::Tissue tissue) {
     return kBandColours[std::size_t(tissue)];
 }

@@ -20,9 +20,10 @@ constexpr double kLead_m = 0.008, kThickness_m = 0.012, kIn_m = 0.006, kPitch_m 
 constexpr Colour kInsertionColour{0.75, 0.16, 0.14}, kWithdrawalColour{0.20, 0.38, 0.62},
     kBound{0.75, 0.16, 0.14, 0.35};
 
-constexpr std::array<std::pair<Tissue, Tissue>, 7> kPairs{{{Tissue::air, Tissue::skin},
+constexpr std::array<std::pair<Tissue, Tissue>, 8> kPairs{{{Tissue::air, Tissue::skin},
                                                            {Tissue::skin, Tissue::soft},
                                                            {Tissue::soft, Tissue::bone},
+                                                           {Tissue::soft, Tissue::cartilage},
                                                            {Tissue::soft, Tissue::fascia},
                                                            {Tissue::fascia, Tissue::liver},
                                                            {Tissue::liver, Tissue::vessel},
@@ -105,7 +106,7 @@ void drawEntry(Canvas& canvas, Point at, Colour colour, double width, const std:
 void drawTissue(Canvas& canvas, const Box& box, const TissueCurve& c, const patient::TissueRow& row) {
     const bool steep = std::isinf(row.cut_force_n);
     Panel panel(canvas, box, {-2.0, kIn_m * 1000.0, 2.0},
-                steep ? Range{-4.0, 18.0, 2.0} : Range{-1.5, 3.5, 0.5});
+                steep ? Range{-4.0, 18.0, 2.0} : Range{-2.0, 3.5, 0.5});
     panel.band(-2.0, 0.0, bandColour(c.before), "");
     panel.band(0.0, kIn_m * 1000.0, bandColour(c.tissue), "");
     panel.axes("depth behind the border [mm]", "force [N]");
@@ -144,9 +145,9 @@ std::vector<TissueCurve> tissueCurves(const patient::TissueTable& table,
 
 void drawTissueCurves(const std::vector<TissueCurve>& curves, const patient::TissueTable& table,
                       const std::filesystem::path& png) {
-    constexpr int kColumns = 4;
+    constexpr int kColumns = 3;
     constexpr double kWide = 400.0, kHigh = 400.0;
-    const int rows = (int(curves.size()) + kColumns - 1) / kColumns;
+    const int rows = int(curves.size()) / kColumns + 1;  // a place remains for the legend
     Canvas canvas(int(kColumns * kWide + 20.0), int(80.0 + rows * kHigh), kPaper);
     canvas.text({64, 42}, "What each tissue feels like", {22, kInk, Align::left, true});
     for (std::size_t i = 0; i < curves.size(); ++i) {

@@ -20,7 +20,7 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-constexpr const char* kPairFormat = "stylet study pair 2";
+constexpr const char* kPairFormat = "stylet study pair 3";
 constexpr const char* kPlanFormat = "stylet study plan 1";
 constexpr const char* kStudyFormat = "stylet study 1";
 constexpr std::size_t kMaxBytes = 1 << 26, kMaxBins = 1 << 20, kMaxPatients = 10'000, kMaxVerdicts = 2;

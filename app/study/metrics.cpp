@@ -364,9 +364,7 @@ PathResult measure(const SteeringResult& s, const MeasureSettings& settings) {
     r.same_order_inside = sameOrder(s, Skin::ignored);
     r.same_order_noticeable = noticeableOrder(s.full, s.end_m) == noticeableOrder(s.partial, s.end_m);
     const ExactEvent* const bone = findBone(s.full, s.end_m);
-    const ExactEvent* const built_bone = findBone(s.partial, s.end_m);
-    r.meets_bone = bone || built_bone;
-    r.built_bone = built_bone && !bone ? built_bone->label : 0;
+    r.meets_bone = bone || findBone(s.partial, s.end_m);
     for (std::size_t t = 0; t < kTissues; ++t)
         r.event_m[t] = entryError(s, Tissue(t));
     if (r.sampled.max_n > 0.0) r.cause = findCause(s, r.sampled.max_n, r.sampled.max_at_m + s.entry_m);

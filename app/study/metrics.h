@@ -58,9 +58,8 @@ struct PathResult {
     bool same_order_inside = false;  // the same, ignoring the skin
     // The same, ignoring re-entries after less than kNoticeableDistance_m of soft tissue, liver or duct
     bool same_order_noticeable = false;
-    bool meets_bone = false;      // in either patient: the needle stops there
-    std::uint8_t built_bone = 0;  // label of bone that only the built patient has; 0 if none or unlabelled
-    BorderError borders;          // over all structures; hausdorff_m is the largest of theirs
+    bool meets_bone = false;  // in either patient: the needle stops there
+    BorderError borders;      // over all structures; hausdorff_m is the largest of theirs
     std::array<BorderError, kTissues> by_tissue;
     std::array<double, kTissues>
         event_m{};  // depth of the first entry into each tissue, partial minus full; or none

@@ -42,7 +42,8 @@ const std::array<Look, patient::kTissueCount> kLooks{{{},                       
                                                       {},                            // fascia
                                                       {{0.66, 0.34, 0.29}, 0.38},    // liver
                                                       {{0.35, 0.55, 0.85}, 0.45},    // vessel
-                                                      {{0.35, 0.85, 0.50}, 0.85}}};  // duct
+                                                      {{0.35, 0.85, 0.50}, 0.85},    // duct
+                                                      {{0.78, 0.86, 0.86}, 0.50}}};  // cartilage
 
 struct View {
     std::string name;

@@ -112,34 +112,6 @@ std::string boneThresholds(const ReportedStudy& study) {
     return text + (lower ? ": probably the threshold is too low." : ".");
 }
 
-const LabelFacts* findCartilage(const PackageFacts& package) {
-    const auto label = std::find_if(package.labels.begin(), package.labels.end(), [](const LabelFacts& l) {
-        return l.name.find("cartilage") != std::string::npos;
-    });
-    return label == package.labels.end() ? nullptr : &*label;
-}
-
-// The paths that end at cartilage of the built patient, where the reference has no cartilage at all. Empty if
-// there are none.
-std::string explainCartilage(const ReportedStudy& study) {
-    std::vector<double> others_n;
-    std::size_t at_cartilage = 0;
-    forEachPath(study, [&](const ReportedPair& p, std::size_t i) {
-        const LabelFacts* const built = findCartilage(p.facts.found);
-        const PathResult& r = p.results[i];
-        if (built && r.built_bone == built->id && !findCartilage(p.facts.reference))
-            ++at_cartilage;
-        else
-            others_n.push_back(r.sampled.rmse_n);
-    });
-    if (at_cartilage == 0) return "";
-    return " Paths that end at cartilage of the built patient, where the reference labels no cartilage and "
-           "may "
-           "be wrong: " +
-           countText(at_cartilage) + ". Without them the RMSE is " +
-           meanText(computeSpread(others_n), 1.0, 3) + " N.";
-}
-
 std::string explainBone(const ReportedStudy& study) {
     if (!anyBone(study)) return "As in the paper.";
     std::size_t close = 0, close_bone = 0;
@@ -151,7 +123,6 @@ std::string explainBone(const ReportedStudy& study) {
     std::string text =
         "Bone, where one patient alone has it, stops the needle, and the error lasts to the path's end.";
     if (study.run.labels == FoundLabels::partial) text += boneThresholds(study);
-    text += explainCartilage(study);
     if (close > 0)
         text += " " + percentText(share(close_bone, study.all.bone_paths), 0) +
                 " of the paths that meet bone have C3 below " + numberText(kClose) + ", and " +

@@ -60,7 +60,7 @@ std::optional<Pose> picturingProbe(const TickOutput& now, double min_contact) no
 // At the depths at which a finger can feel a rib, along the path's direction.
 bool isOverBone(const patient::Patient& patient, const Vec3& reference_m, const Vec3& axis) noexcept {
     for (double at_m = -kBeforeSkin_m; at_m <= kRibDepth_m; at_m += kSample_m)
-        if (patient.at(reference_m + axis * at_m, {true, false}).tissue == Tissue::bone) return true;
+        if (isSkeleton(patient.at(reference_m + axis * at_m, {true, false}).tissue)) return true;
     return false;
 }
 
@@ -251,7 +251,7 @@ View Evidence::findView(const TickOutput& now, const Vec3& target_m,
         const Vec3 at = *patient_from_probe * glm::mix(*from, p, at_m / length_m);
         const Tissue tissue =
             patient_->at(patient::referenceFromDeformed(motion, now.breath, at), {true, false}).tissue;
-        if (tissue == Tissue::bone || (in_body && tissue == Tissue::air)) return View::shadowed;
+        if (isSkeleton(tissue) || (in_body && tissue == Tissue::air)) return View::shadowed;
         in_body = in_body || (tissue != Tissue::air && at_m > kBeforeSkin_m);
     }
     return View::shown;

@@ -103,7 +103,7 @@ patient::Side sideOfReference(const MotionModel& motion, const Vec3& reference_m
 }
 
 RiskStructure classifyRisk(Tissue tissue) {
-    if (tissue == Tissue::bone) return RiskStructure::bone;
+    if (isSkeleton(tissue)) return RiskStructure::bone;
     if (tissue == Tissue::vessel) return RiskStructure::vessel;
     return tissue == Tissue::air ? RiskStructure::lung : RiskStructure::otherOrgan;
 }

@@ -52,7 +52,7 @@ Lanes lanesAt(const DiffusionNode* nodes, int side, const glm::vec3& at) {
     return near + f.z * (far - near);
 }
 
-// Stiffness relative to soft tissue; infinite for bone.
+// Stiffness relative to soft tissue; infinite for bone and cartilage.
 float relativeStiffness(const Patient& patient, const Vec3& reference_m) {
     const TissueSample x = patient.at(reference_m, {.past_skin = true, .past_fascia = true});
     if (x.tissue == Tissue::air && x.label == 0) return kFree;
@@ -244,8 +244,8 @@ void ToolDisplacement::invert() noexcept {
     const int n = settings_.nodes;
     const DiffusionNode* const u = diffusion_.solution().data();
     const float metres = float(grid.spacing_m.x);
-    // The field is steeper than the limit only if a tool is reported inside bone. The displacement is then
-    // scaled down.
+    // The field is steeper than the limit only if a tool is inside bone or cartilage. The displacement is
+    // then scaled down.
     const float steepest_m = diffusion_.maxDifference(),
                 share = std::min(1.0f, kMaxNodeDifference_m / steepest_m);
     const int max_steps = std::max(1, int(std::ceil(share * steepest_m / (metres * kMaxStepGradient))));

@@ -3,9 +3,9 @@
 // surface, the surface would follow the tool and the force would vanish. Model, section 6.
 //
 // Each contact sets the displacement of the tissue at a tool. Elsewhere in a small box the displacement
-// follows from stiffness-weighted diffusion (diffusion.h). It is zero at bone and at the border of the box;
-// air moves freely. The result is the inverse map that renderers need: tissue_m = p - displacementAt(p),
-// applied before breathing is undone.
+// follows from stiffness-weighted diffusion (diffusion.h). It is zero in bone and cartilage and at the border
+// of the box; air moves freely. The result is the inverse map that renderers need: tissue_m = p -
+// displacementAt(p), applied before breathing is undone.
 #pragma once
 
 #include <array>

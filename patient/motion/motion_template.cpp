@@ -39,7 +39,7 @@ LabelKinds classifyLabels(const std::vector<Label>& table) {
     LabelKinds kinds;
     for (const Label& label : table) {
         kinds.fascia[label.id] = label.tissue == Tissue::fascia;
-        kinds.bone[label.id] = label.tissue == Tissue::bone;
+        kinds.bone[label.id] = isSkeleton(label.tissue);
         kinds.liver[label.id] = label.tissue == Tissue::liver;
         kinds.skin[label.id] = label.tissue == Tissue::skin;
         kinds.organ[label.id] =

@@ -72,10 +72,11 @@ void readTissues(Fields& root, TissueTable& table, ElasticityTable& elasticity) 
 
 constexpr double kPackageReach_m = 10.0;
 constexpr double kMaxUncertainty_m = 0.02, kMaxSlice_m = 0.1;
-constexpr const char* kPackageFormat = "stylet patient 4";
+constexpr const char* kPackageFormat = "stylet patient 5";
 constexpr const char* kEllipticalFormat = "stylet patient 1";
 constexpr const char* kFormatWithoutElasticity = "stylet patient 2";
 constexpr const char* kFormatWithoutRoles = "stylet patient 3";
+constexpr const char* kFormatWithoutCartilage = "stylet patient 4";
 constexpr std::size_t kMaxAtlases = 1000, kMaxAtlasNameBytes = 200;
 
 Label readLabel(Fields& in) {
@@ -270,6 +271,8 @@ Package parsePackageToml(const std::filesystem::path& file, std::string_view tex
         root.refuse("format",
                     "an older patient, whose labels have no roles (blood, structure, ...): make, import or "
                     "build it again");
+    if (format == kFormatWithoutCartilage)
+        root.refuse("format", "an older patient, whose cartilage is bone: make, import or build it again");
     if (format != kPackageFormat) root.refuse("format", fmt::format("not \"{}\"", kPackageFormat));
     Package p;
     p.name = root.text("name", 200);

@@ -71,7 +71,7 @@ std::uint8_t markVoxel(const Patient& patient, const Index3& i) noexcept {
     if (const Label* label = patient.label(p.labels[i])) {
         const bool risk = label->role == Role::risk;
         return std::uint8_t((label->tissue != Tissue::air || risk ? kFilled : 0) | (risk ? kRisk : 0) |
-                            (label->tissue == Tissue::bone ? kBone : 0) |
+                            (isSkeleton(label->tissue) ? kBone : 0) |
                             (label->tissue == Tissue::liver ? kLiver : 0));
     }
     const double ct_hu = p.ct[i];

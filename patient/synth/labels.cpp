@@ -102,7 +102,7 @@ std::vector<Label> makeTable() {
         row(visceralFat, "visceral fat", soft, pass, true, {224, 196, 96}),
         row(ribsRight, "right ribs", bone, risk, false, {241, 230, 205}),
         row(ribsLeft, "left ribs", bone, risk, false, {235, 222, 190}),
-        row(cartilage, "cartilage and discs", bone, risk, false, {150, 200, 210}),
+        row(cartilage, "cartilage and discs", Tissue::cartilage, risk, false, {150, 200, 210}),
         row(spine, "spine", bone, risk, false, {226, 210, 170}),
         row(spinalCanal, "spinal canal", soft, risk, false, {244, 220, 60}),
         row(sternum, "sternum", bone, risk, false, {230, 216, 180}),

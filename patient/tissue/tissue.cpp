@@ -23,6 +23,8 @@ std::optional<RoleConflict> findRoleConflict(const Label& l) noexcept {
         return RoleConflict{"structure", "the heart, but the tissue is not \"vessel\""};
     if ((l.structure == Structure::lung || l.structure == Structure::gas) && l.tissue != Tissue::air)
         return RoleConflict{"structure", "lung or gas, but the tissue is not \"air\""};
+    if (l.structure == Structure::cartilage && l.tissue != Tissue::cartilage)
+        return RoleConflict{"structure", "cartilage, but the tissue is not \"cartilage\""};
     if (l.blood != BloodKind::none && l.tissue != Tissue::vessel)
         return RoleConflict{"blood", "flows, but the tissue is not \"vessel\""};
     if (l.blood != BloodKind::none && heart)

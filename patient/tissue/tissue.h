@@ -1,5 +1,5 @@
 // The tissue at a point: the label if there is one, otherwise thresholds on the CT value.
-// Source: Mastmeyer et al. 2017, Algorithm 1 and Table 1.
+// Source: Mastmeyer et al. 2017, Algorithm 1 and Table 1; for cartilage, assets/tissue/ptcd.toml.
 #pragma once
 
 #include <array>
@@ -14,12 +14,17 @@
 namespace stylet::patient {
 
 // Rows of the force table. Other labels map to one of these and keep their own name, role and colour.
-enum class Tissue : std::uint8_t { air, skin, soft, bone, fascia, liver, vessel, duct };
-inline constexpr std::array<std::string_view, 8> kTissueNames{"air",    "skin",  "soft",   "bone",
-                                                              "fascia", "liver", "vessel", "duct"};
+enum class Tissue : std::uint8_t { air, skin, soft, bone, fascia, liver, vessel, duct, cartilage };
+inline constexpr std::array<std::string_view, 9> kTissueNames{"air",   "skin",   "soft", "bone",     "fascia",
+                                                              "liver", "vessel", "duct", "cartilage"};
 inline constexpr int kTissueCount = int(kTissueNames.size());
 constexpr std::string_view tissueName(Tissue t) noexcept {
     return enumName(kTissueNames, t);
+}
+// True for the tissues that are rigid to a finger, move with the body wall and cast a shadow in ultrasound. A
+// needle passes cartilage, but not bone.
+constexpr bool isSkeleton(Tissue t) noexcept {
+    return t == Tissue::bone || t == Tissue::cartilage;
 }
 
 // suspect: may contain a risk structure that was not recognised. Planned paths avoid it; in everything else

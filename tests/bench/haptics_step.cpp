@@ -66,8 +66,7 @@ struct Flank {
     bool isFree(const Vec3& foot, const Vec3& outward) const {
         for (double depth_m = 0.0; depth_m < 0.045; depth_m += 0.0005)
             for (const double across_m : {-0.007, 0.0, 0.007})
-                if (patient.at(foot - depth_m * outward + Vec3(0.0, 0.0, across_m), {}).tissue ==
-                    Tissue::bone)
+                if (isSkeleton(patient.at(foot - depth_m * outward + Vec3(0.0, 0.0, across_m), {}).tissue))
                     return false;
         return true;
     }

@@ -39,7 +39,7 @@ bool isBone(const Patient& patient, const Vec3& p) {
     const Package& package = patient.package();
     const Label* label =
         patient.label(package.labels.nearestOr(referenceFromDeformed(package.motion, kNow, p), 0));
-    return label && label->tissue == Tissue::bone;
+    return label && isSkeleton(label->tissue);
 }
 
 Vec3 toSkin(const Patient& patient, Vec3 from_m) {

@@ -243,7 +243,7 @@ TEST_F(Wandering, FeelsRibsAsBumpsWhereItSlides) {
     const patient::Skin skin = makeSkin(torso_->patient, 2);
     const auto overBone = [&](const Vec3& foot, const Vec3& inward) {
         for (double depth_m = 0.0; depth_m < kTouchDepth_m; depth_m += 0.0005)
-            if (torso_->patient.at(foot + depth_m * inward, {}).tissue == bone) return true;
+            if (isSkeleton(torso_->patient.at(foot + depth_m * inward, {}).tissue)) return true;
         return false;
     };
     std::vector<double> force_n, mask, rib_n, gap_n;

@@ -20,12 +20,12 @@ OutputSettings plain() {
     return s;
 }
 
-// maxTangent() returns the steepest slope [N/m] of all force curves in the tissue table. Liver has the
-// stiffness k = 1200 N/m. Its curve starts with the slope a1 = a1_share * k and ends at the puncture with the
+// maxTangent() returns the steepest slope [N/m] of all force curves in the tissue table. Cartilage has the
+// stiffness k = 1300 N/m. Its curve starts with the slope a1 = a1_share * k and ends at the puncture with the
 // steepest slope, (2 - a1_share) * k. Bone is a linear spring of 2000 N/m.
 TEST(Output, TheTangentIsTheSteepestOfTheTable) {
     const patient::TissueTable table = test::tissueDefaults().tissues;
-    EXPECT_DOUBLE_EQ(maxTangent(table, {.a1_share = 0.0}), 2400.0);
+    EXPECT_DOUBLE_EQ(maxTangent(table, {.a1_share = 0.0}), 2600.0);
     EXPECT_DOUBLE_EQ(maxTangent(table, {.a1_share = 0.5}), 2000.0);
 }
 

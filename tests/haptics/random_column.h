@@ -17,9 +17,12 @@ inline int below(Random& random, int n) {
     return int(random() % std::uint64_t(n));
 }
 
+// Without cartilage, whose row is like that of a soft tissue.
+inline constexpr int kRandomTissues = int(patient::Tissue::duct) + 1;
+
 inline patient::TissueTable randomTable(Random& random) {
     patient::TissueTable table{};
-    for (int t = 1; t < patient::kTissueCount; ++t) {
+    for (int t = 1; t < kRandomTissues; ++t) {
         patient::TissueRow& row = table[std::size_t(t)];
         row.cut_force_n = patient::Tissue(t) == patient::Tissue::bone ? HUGE_VAL : uniform(random, 0.05, 3.0);
         row.friction_n = uniform(random, 0.05, 2.0);
@@ -33,7 +36,7 @@ inline Layers randomLayers(Random& random) {
     Layers layers;
     for (int i = 0; i < 14; ++i) {
         // Keep bone rare, because a needle cannot pass through it.
-        patient::Tissue t = patient::Tissue(below(random, patient::kTissueCount));
+        patient::Tissue t = patient::Tissue(below(random, kRandomTissues));
         if (t == patient::Tissue::bone && below(random, 4) != 0) t = patient::Tissue::liver;
         const int voxels = below(random, 3) == 0 ? 1 + below(random, 8) : 5 + below(random, 50);
         layers.push_back({t, 0.0001 * voxels});

@@ -136,7 +136,7 @@ TEST_F(SavedPackage, ColourTableIsWhatSlicerReads) {
         EXPECT_TRUE(fields && !(fields >> rest)) << line;
         EXPECT_EQ(id, entries++);
     }
-    EXPECT_EQ(entries, 8);
+    EXPECT_EQ(entries, 9);
 }
 
 TEST_F(SavedPackage, TomlTruncatedAtAnyLine) {
@@ -165,7 +165,7 @@ TEST_F(SavedPackage, UnknownKeysAreNamed) {
 }
 
 TEST_F(SavedPackage, BadValuesAreNamed) {
-    expectRefusedWith("stylet patient 4", "stylet patient 5", "format: not");
+    expectRefusedWith("stylet patient 5", "stylet patient 6", "format: not");
     expectRefusedWith("v=0.35", "v=nan", "reference_phase");
     expectRefusedWith("v=0.35", "v=-1", "reference_phase");
     expectRefusedWith("v=0.35", "v=0.3 ", "reference_phase");
@@ -210,12 +210,14 @@ TEST_F(SavedPackage, BadBreathingIsNamed) {
 }
 
 TEST_F(SavedPackage, OlderFormatsAreRejectedWithAReason) {
-    expectRefusedWith("stylet patient 4", "stylet patient 3",
+    expectRefusedWith("stylet patient 5", "stylet patient 4",
+                      "format: an older patient, whose cartilage is bone");
+    expectRefusedWith("stylet patient 5", "stylet patient 3",
                       "format: an older patient, whose labels have no roles (blood, structure, ...): make, "
                       "import or build it again");
-    expectRefusedWith("stylet patient 4", "stylet patient 2",
+    expectRefusedWith("stylet patient 5", "stylet patient 2",
                       "format: an older patient, whose tissues have no elasticity");
-    expectRefusedWith("stylet patient 4", "stylet patient 1", "format: an older format");
+    expectRefusedWith("stylet patient 5", "stylet patient 1", "format: an older format");
 }
 
 TEST_F(SavedPackage, BadRolesAreNamed) {
@@ -244,6 +246,7 @@ TEST_F(SavedPackage, ContradictoryRolesAreNamed) {
     expectRefusedWith("blood = \"other\"\nstructure = \"other\"", "blood = \"other\"\nstructure = \"heart\"",
                       "label[5].blood: flows in the heart");
     expectRefusedWith("structure = \"tumour\"", "structure = \"heart\"", "label[4].structure: the heart");
+    expectRefusedWith("structure = \"tumour\"", "structure = \"cartilage\"", "label[4].structure: cartilage");
     expectRefusedWith("structure = \"tumour\"", "structure = \"lung\"", "label[4].structure: lung or gas");
     expectRefusedWith("structure = \"small_bowel\"", "structure = \"gas\"",
                       "label[1].structure: lung or gas");
@@ -253,12 +256,12 @@ TEST_F(SavedPackage, ContradictoryRolesAreNamed) {
                       "blocks_contrast = true\ndrains_ducts = true",
                       "label[1].drains_ducts: true for a label that blocks");
     Package p = fullPackage();
-    p.label_table.back().blocks_contrast = true;
+    p.label_table[6].blocks_contrast = true;
     expectRefused([&] { savePackage(p, temp_ / "never"); }, "patient.toml",
                   "label[6].blocks_contrast: true for a duct that is a target");
-    p.label_table.back().role = Role::pass;
+    p.label_table[6].role = Role::pass;
     savePackage(p, temp_ / "closed");
-    EXPECT_TRUE(loadPackage(temp_ / "closed").label_table.back().blocks_contrast);
+    EXPECT_TRUE(loadPackage(temp_ / "closed").label_table[6].blocks_contrast);
 }
 
 // Damages motion.nii.gz in several ways. The loader's error must name the reason.

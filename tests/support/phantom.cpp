@@ -31,6 +31,7 @@ const std::vector<Label>& tissueLabels() {
             label.role = tissueDefaults().tissues[std::size_t(t)].role;
             label.abdominal =
                 Tissue(t) == Tissue::liver || Tissue(t) == Tissue::vessel || Tissue(t) == Tissue::duct;
+            if (Tissue(t) == Tissue::cartilage) label.structure = patient::Structure::cartilage;
             if (Tissue(t) == Tissue::vessel) label.blood = patient::BloodKind::other;
             label.colour = {std::uint8_t(30 * t), std::uint8_t(255 - 30 * t), 128};
             label.provenance = "phantom";
@@ -44,7 +45,7 @@ const std::vector<Label>& tissueLabels() {
 namespace {
 
 std::int16_t ctValue(Tissue t) {
-    constexpr std::int16_t kHu[patient::kTissueCount] = {-1000, -350, 40, 700, 60, 110, 170, 10};
+    constexpr std::int16_t kHu[patient::kTissueCount] = {-1000, -350, 40, 700, 60, 110, 170, 10, 105};
     return kHu[std::size_t(t)];
 }
 

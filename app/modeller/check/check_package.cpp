@@ -221,12 +221,12 @@ std::vector<Index3> sampleSparsely(const Mask& mask, double apart_m) {
     return out;
 }
 
-// Returns true if a straight needle reaches the liver without passing fascia or bone.
+// Returns true if a straight needle reaches the liver without passing fascia, bone or cartilage.
 bool missesFascia(const PackageStatistics& m, const Index3& entry, const Index3& target) {
     const Grid& g = m.package.labels.grid;
     for (VoxelWalk walk(g, g.centre(entry), g.centre(target)); !walk.done(); walk.next()) {
         const Tissue t = m.patient.at(walk.voxel(), {}).tissue;
-        if (t == Tissue::fascia || t == Tissue::bone) return false;
+        if (t == Tissue::fascia || isSkeleton(t)) return false;
         if (t == Tissue::liver) return true;
     }
     return false;

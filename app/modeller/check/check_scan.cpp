@@ -131,7 +131,7 @@ double boneInLiver_mm3(const PackageStatistics& m) {
     const Package& p = m.package;
     const Mask dense = maskWhere(p.labels.grid, [&](std::size_t i) {
         const Label* const l = m.patient.label(p.labels.voxels[i]);
-        if (l && l->tissue != Tissue::liver) return l->tissue == Tissue::bone;
+        if (l && l->tissue != Tissue::liver) return isSkeleton(l->tissue);
         return p.ct.voxels[i] >= p.thresholds.t2_specific_hu;
     });
     const Components pieces =

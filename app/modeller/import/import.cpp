@@ -184,7 +184,7 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
     paint(p.labels, skinShell(body, ct.grid, kSkin_m), targetId("skin"), false);
 
     reportProgress(settings, "fascia");
-    const Mask bones = labelMask(p.labels, [](const Label& l) { return l.tissue == Tissue::bone; });
+    const Mask bones = labelMask(p.labels, [](const Label& l) { return isSkeleton(l.tissue); });
     const Mask organs = labelMask(p.labels, [](const Label& l) {
         return isLung(l) || isLiver(l) || (l.abdominal && l.tissue == Tissue::soft);
     });

@@ -61,7 +61,7 @@ bool isLung(const Label& l) {
 }
 
 bool isBone(const Label& l) {
-    return l.tissue == Tissue::bone && l.structure != patient::Structure::cartilage;
+    return l.tissue == Tissue::bone;
 }
 
 void fillLabelTable(patient::Package& p, const std::function<std::string(const Label&)>& provenance) {

@@ -22,7 +22,7 @@ std::uint8_t targetId(const std::string& name);
 
 // By the label's roles, so for labels of any package.
 bool isLung(const patient::Label&);
-bool isBone(const patient::Label&);  // without cartilage
+bool isBone(const patient::Label&);
 
 // Replaces the package's label table by the targets that occur in its labels. `provenance` returns the origin
 // of a label.

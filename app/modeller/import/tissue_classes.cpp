@@ -157,7 +157,7 @@ TissueClasses estimateTissueClasses(const CtVolume& ct, const Mask& body, const 
         if (!body.voxels[i]) continue;
         if (labels.voxels[i] == 0)
             open.add(ct.voxels[i]);
-        else if (tissue[labels.voxels[i]] == Tissue::bone)
+        else if (isSkeleton(tissue[labels.voxels[i]]))
             bone.add(ct.voxels[i]);
         else if (tissue[labels.voxels[i]] == Tissue::vessel)
             blood.add(ct.voxels[i]);

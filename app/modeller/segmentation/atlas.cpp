@@ -54,6 +54,7 @@ Organ organFromTissue(const Label& l) {
         case Tissue::skin:
         case Tissue::fascia:
         case Tissue::bone:
+        case Tissue::cartilage:
             return Organ::wall;
         case Tissue::vessel:
             return l.blood == BloodKind::hepatic || l.blood == BloodKind::other ? Organ::elsewhere

@@ -384,8 +384,8 @@ Mask costalCartilage(const CtVolume& ct, const Mask& body, const Mask& inside, c
     // Muscle is below 75 HU. An adult's cartilage is at 90 to 130 HU, and more where calcified. In wide
     // voxels the edges of cartilage look like muscle, and muscle beside a rib looks like cartilage.
     constexpr float kLow_hu = 78.0f, kHigh_hu = 500.0f;
-    // Beyond the core: muscle at the border of cartilage must not stop a needle. From 84 to 92 HU no
-    // planned path of seed 71 meets false cartilage; a higher value makes the cartilage thinner.
+    // Beyond the core: muscle at the border of cartilage must not feel hard and count as a hit. From 84 to 92
+    // HU no planned path of seed 71 meets false cartilage; a higher value makes the cartilage thinner.
     constexpr float kSure_hu = 86.0f;
     constexpr double kWidest_m = 0.00125;
     constexpr double kSkin_m = 0.006, kThick_m = 0.0025, kJoin_m = 0.004, kMin_ml = 0.5, kMinDense_ml = 0.03,

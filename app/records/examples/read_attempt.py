@@ -15,7 +15,7 @@ import zlib
 
 SAMPLE = struct.Struct("<4B2I31f")  # tool, phase, tissue, label; flags, faults; 31 numbers
 DEPTH, FORCE = 20, 21  # indices: tool's pose 7, tip 3, axis 3, probe's pose 7, depth, axial force, ...
-TISSUES = ["air", "skin", "soft tissue", "bone", "fascia", "liver", "vessel", "duct"]
+TISSUES = ["air", "skin", "soft tissue", "bone", "fascia", "liver", "vessel", "duct", "cartilage"]
 
 
 class Damaged(Exception):

@@ -73,7 +73,7 @@ Placed place(const patient::Patient& patient, const haptics::TouchMap& touch,
         int tubes = 0, samples = 0;
         for (double d = 0.004; d < kDeepest_m && !bone; d += 0.002, ++samples) {
             const patient::Tissue tissue = tissueInReference(patient, facePoint(i) + d * along);
-            bone = tissue == patient::Tissue::bone && d < kDeep_m;
+            bone = isSkeleton(tissue) && d < kDeep_m;
             if (d < kShallow_m || std::abs(i - kPoints / 2) > kPoints / 4) continue;
             tubes += tissue == patient::Tissue::duct || tissue == patient::Tissue::vessel ? 1 : 0;
         }

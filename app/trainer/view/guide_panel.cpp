@@ -59,7 +59,8 @@ report::Colour bandColour(patient::Tissue tissue) {
                                                                         {0.42, 0.36, 0.62},
                                                                         {0.42, 0.20, 0.17},
                                                                         {0.16, 0.29, 0.60},
-                                                                        {0.16, 0.46, 0.20}}};
+                                                                        {0.16, 0.46, 0.20},
+                                                                        {0.36, 0.46, 0.48}}};
     return kBands[std::size_t(tissue)];
 }
 

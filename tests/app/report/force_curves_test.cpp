@@ -36,7 +36,8 @@ TEST_F(ForceCurves, PunctureMatchesClosedForm) {
     const std::pair<Tissue, double> cuts[] = {{Tissue::skin, 0.7 / 800.0},
                                               {Tissue::fascia, 1.8 / 1000.0},
                                               {Tissue::vessel, 0.15 / 1100.0},
-                                              {Tissue::duct, 0.3 / 1000.0}};
+                                              {Tissue::duct, 0.3 / 1000.0},
+                                              {Tissue::cartilage, 2.1 / 1300.0}};
     for (const auto& [tissue, behind_m] : cuts) {
         const TissueCurve& c = curveInto(curves_, tissue);
         EXPECT_TRUE(c.cut);

@@ -349,6 +349,31 @@ TEST_F(ProcedureTest, BoneHitLastsWhileTheNeedleIsBlocked) {
     EXPECT_EQ(value(MetricId::boneHits), 1.0);
 }
 
+class CartilageTest : public ProcedureTest {
+  protected:
+    CartilageTest() : ProcedureTest(wallWithCartilage()) {}
+
+  private:
+    static patient::Package wallWithCartilage() {
+        patient::Package package = test::wallWithVessel();
+        for (patient::Label& label : package.label_table)
+            if (label.id == test::kVesselLabel)
+                label.tissue = Tissue::cartilage, label.blood = patient::BloodKind::none;
+        return package;
+    }
+};
+
+// Cartilage does not stop the needle, but it is as forbidden as bone.
+TEST_F(CartilageTest, PassingItCountsAsBoneHit) {
+    update(liver(0.028));
+    update(needleAt({0.033, 0, 0}, Tissue::cartilage, test::kVesselLabel), 100);
+    EXPECT_EQ(progress().current_risk, RiskStructure::bone);
+    update(liver(0.0375), 100);
+    EXPECT_EQ(progress().current_risk, RiskStructure::nothing);
+    EXPECT_EQ(progress().risk_hits, 1u);
+    EXPECT_EQ(value(MetricId::boneHits), 1.0);
+}
+
 TEST_F(ProcedureTest, NearMissIsGradedAfterItEnds) {
     update(liver(0.025));
     update(liver(0.0305), 50);  // 1.5 mm in front of the vessel

@@ -73,6 +73,7 @@ TEST(ReferencePatient, EveryLabelHasARowAndVoxels) {
     EXPECT_EQ(names.size(), p.label_table.size());
     EXPECT_EQ(p.label_table[std::size_t(Id::ducts) - 1].role, Role::target);
     EXPECT_EQ(p.label_table[std::size_t(Id::ribsRight) - 1].tissue, Tissue::bone);
+    EXPECT_EQ(p.label_table[std::size_t(Id::cartilage) - 1].tissue, Tissue::cartilage);
 }
 
 // Only the checks that coarse voxels can pass. `stylet-model check` runs all checks at 1 mm.

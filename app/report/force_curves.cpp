@@ -106,7 +106,7 @@ void drawEntry(Canvas& canvas, Point at, Colour colour, double width, const std:
 void drawTissue(Canvas& canvas, const Box& box, const TissueCurve& c, const patient::TissueRow& row) {
     const bool steep = std::isinf(row.cut_force_n);
     Panel panel(canvas, box, {-2.0, kIn_m * 1000.0, 2.0},
-                steep ? Range{-4.0, 18.0, 2.0} : Range{-2.0, 3.5, 0.5});
+                steep ? Range{-4.0, 18.0, 2.0} : Range{-2.0, 4.5, 0.5});
     panel.band(-2.0, 0.0, bandColour(c.before), "");
     panel.band(0.0, kIn_m * 1000.0, bandColour(c.tissue), "");
     panel.axes("depth behind the border [mm]", "force [N]");

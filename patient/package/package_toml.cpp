@@ -272,7 +272,7 @@ Package parsePackageToml(const std::filesystem::path& file, std::string_view tex
                     "an older patient, whose labels have no roles (blood, structure, ...): make, import or "
                     "build it again");
     if (format == kFormatWithoutCartilage)
-        root.refuse("format", "an older patient, whose cartilage is bone: make, import or build it again");
+        root.refuse("format", "an older patient, in which cartilage is bone: make, import or build it again");
     if (format != kPackageFormat) root.refuse("format", fmt::format("not \"{}\"", kPackageFormat));
     Package p;
     p.name = root.text("name", 200);

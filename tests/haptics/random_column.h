@@ -17,7 +17,7 @@ inline int below(Random& random, int n) {
     return int(random() % std::uint64_t(n));
 }
 
-// Without cartilage, whose row is like that of a soft tissue.
+// Cartilage is left out. With it, seeds 5 and 279 of the NeedlePaths tests fail, for a reason not yet known.
 inline constexpr int kRandomTissues = int(patient::Tissue::duct) + 1;
 
 inline patient::TissueTable randomTable(Random& random) {

@@ -211,7 +211,7 @@ TEST_F(SavedPackage, BadBreathingIsNamed) {
 
 TEST_F(SavedPackage, OlderFormatsAreRejectedWithAReason) {
     expectRefusedWith("stylet patient 5", "stylet patient 4",
-                      "format: an older patient, whose cartilage is bone");
+                      "format: an older patient, in which cartilage is bone");
     expectRefusedWith("stylet patient 5", "stylet patient 3",
                       "format: an older patient, whose labels have no roles (blood, structure, ...): make, "
                       "import or build it again");

@@ -102,6 +102,13 @@ class SectionSolver {
         return s_.phase == Phase::tenting && s_.tenting.depth_m >= 0.0 && isRigid(row(s_.tenting.border.to));
     }
 
+    // True if a withdrawal ended the contact with bone exactly at a voxel's border. The sum of the sections
+    // may leave the tip behind the bone's surface by a rounding error.
+    bool isDrawnBackFromBone(Direction direction) const noexcept {
+        return direction == Direction::withdraw && !s_.bone_over_tenting &&
+               s_.tenting.depth_m <= kSamePlace_m;
+    }
+
     bool isCurrentTissue(const TissueSample& x) const noexcept {
         if (s_.phase != Phase::tenting) return x.tissue == s_.tissue && x.label == s_.label;
         return x.tissue == lastBorder().to && x.label == lastBorder().to_label;
@@ -109,7 +116,9 @@ class SectionSolver {
 
     void arrive(const TissueSample& x, const Vec3& at_reference_m, Direction direction) noexcept {
         // While the tip presses on bone, borders behind it are ignored until the tip slides off sideways.
-        if (onRigid() && (direction != Direction::sideways || isRigid(row(x.tissue)))) return;
+        if (onRigid() && !isDrawnBackFromBone(direction) &&
+            (direction != Direction::sideways || isRigid(row(x.tissue))))
+            return;
         const bool into_bone =
             direction == Direction::advance && s_.phase == Phase::pass && isRigid(row(x.tissue));
         if (isCurrentTissue(x) && !into_bone) return;

@@ -47,6 +47,13 @@ struct Case {
     std::vector<double> points;
 };
 
+// Distance of the tip from the place of the last event.
+double distanceToLastEvent(const Hand& hand) {
+    if (hand.events.empty()) return HUGE_VAL;
+    const NeedleEvent& last = hand.events.back();
+    return std::fabs(hand.state.depth_m - last.border.depth_m - last.tenting_m);
+}
+
 // HZ-TEACH-02
 TEST(NeedlePaths, InsertionAndWithdrawalEqualTheNaiveNeedle) {
     std::size_t compared = 0, held = 0, negative = 0, abandoned = 0;
@@ -63,7 +70,7 @@ TEST(NeedlePaths, InsertionAndWithdrawalEqualTheNaiveNeedle) {
             for (int i = 1; i <= 40; ++i) {
                 const double at_m = from_m + (x_m - from_m) * i / 40;
                 naive.to(at_m), hand.to(at_m);
-                if (naive.distanceToEvent() < 5e-6) continue;
+                if (naive.distanceToEvent() < 5e-6 || distanceToLastEvent(hand) < 5e-6) continue;
                 // Tolerance: the steepest slope times a micrometre for each border and puncture so far.
                 ASSERT_NEAR(hand.force(), naive.force(), 2.0 * 3000.0 * 6e-6) << "at " << at_m;
                 ++compared;

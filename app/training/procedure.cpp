@@ -92,7 +92,7 @@ constexpr std::array<std::string_view, kCriticalErrorCount> kCriticalErrorNames{
     "the case was not reviewed before the body was opened, or mostly wrongly",
     "the case was judged at the patient's risk"};
 constexpr std::array<std::string_view, kRiskStructureCount> kRiskStructureNames{
-    "nothing", "bone", "vessel", "lung or gas", "another organ"};
+    "nothing", "bone or cartilage", "vessel", "lung or gas", "another organ"};
 
 std::string inMm(fmt::format_string<double> format, double metres) {
     return fmt::format(format, metres * 1e3);

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/modeller/fascia/fascia_spline.h"
 #include "app/modeller/import/import_body.h"
 #include "app/modeller/import/import_ducts.h"
-#include "app/modeller/import/import_fascia.h"
 #include "app/modeller/import/section.h"
 #include "app/modeller/import/tissue_classes.h"
 #include "base/text.h"
@@ -87,10 +87,10 @@ double litres(const Grid& g, std::size_t voxels) {
 void addFascia(const CtVolume& ct, LabelVolume& labels, const Mask& body, const Mask& organs,
                const Mask& bones, std::vector<std::string>& notes) {
     const FasciaInput input{ct, body, bones, organs};
-    const WallSurface wall = fitWall(input);
+    const FasciaSpline fascia = fitFascia(input);
     const Mask free =
         maskWhere(labels.grid, [&](std::size_t i) { return labels.voxels[i] == 0 && body.voxels[i]; });
-    const Mask surface = rasteriseBoundary(insideWall(wall, input), free);
+    const Mask surface = rasteriseBoundary(insideFascia(fascia, input), free);
     std::size_t over_liver = 0;
     for (std::size_t i = 0; i < surface.voxels.size(); ++i)
         over_liver += surface.voxels[i] && labels.voxels[i] == targetId("liver");
@@ -113,7 +113,7 @@ void addDucts(CtVolume& ct, LabelVolume& labels, std::vector<std::string>& notes
 
 std::string labelProvenance(const Label& l, const LabelMap& map, const std::vector<SourceLabel>& sources) {
     if (l.name == "skin") return "threshold: 2 mm shell of the body";
-    if (l.name == "fascia") return "fitted: smooth surface inside the ribs";
+    if (l.name == "fascia") return "fitted to the CT by the rule of stylet-model build";
     if (l.name == "bile ducts" && std::none_of(sources.begin(), sources.end(),
                                                [](const SourceLabel& s) { return s.target == "bile ducts"; }))
         return "virtual: grown beside the portal branches";
@@ -186,7 +186,8 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
     reportProgress(settings, "fascia");
     const Mask bones = labelMask(p.labels, [](const Label& l) { return isSkeleton(l.tissue); });
     const Mask organs = labelMask(p.labels, [](const Label& l) {
-        return isLung(l) || isLiver(l) || (l.abdominal && l.tissue == Tissue::soft);
+        return isLung(l) || isLiver(l) || l.tissue == Tissue::vessel ||
+               (l.abdominal && l.tissue == Tissue::soft);
     });
     addFascia(p.ct, p.labels, body, organs, bones, out.notes);
 

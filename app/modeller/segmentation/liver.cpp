@@ -6,9 +6,9 @@
 #include <cmath>
 #include <optional>
 
+#include "app/modeller/image/graph_cut.h"
 #include "app/modeller/image/vector_field.h"
 #include "app/modeller/segmentation/coarse_grid.h"
-#include "app/modeller/segmentation/graph_cut.h"
 #include "app/modeller/segmentation/liver_border.h"
 #include "app/modeller/segmentation/liver_neighbours.h"
 #include "app/modeller/segmentation/morphology.h"

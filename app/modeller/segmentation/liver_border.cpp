@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "app/modeller/image/graph_cut.h"
 #include "app/modeller/image/vector_field.h"
-#include "app/modeller/segmentation/graph_cut.h"
 #include "app/modeller/segmentation/morphology.h"
 
 namespace stylet::modeller {

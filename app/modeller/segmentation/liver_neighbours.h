@@ -4,7 +4,7 @@
 
 #include <initializer_list>
 
-#include "app/modeller/import/import_fascia.h"
+#include "app/modeller/fascia/body_wall.h"
 
 namespace stylet::modeller {
 

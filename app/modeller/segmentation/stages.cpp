@@ -5,6 +5,7 @@
 #include <array>
 #include <future>
 
+#include "app/modeller/fascia/fascia_spline.h"
 #include "app/modeller/import/import_body.h"
 #include "app/modeller/import/import_map.h"
 #include "app/modeller/import/section.h"
@@ -13,7 +14,6 @@
 #include "app/modeller/segmentation/bones.h"
 #include "app/modeller/segmentation/classes.h"
 #include "app/modeller/segmentation/ducts.h"
-#include "app/modeller/segmentation/fascia_spline.h"
 #include "app/modeller/segmentation/liver.h"
 #include "app/modeller/segmentation/lungs.h"
 #include "app/modeller/segmentation/morphology.h"
@@ -128,10 +128,10 @@ void findBonesStage(BuildState& work, StageResult& r) {
         if (const std::string ribs = formatRibs(bones, right); !ribs.empty()) r.record.notes.push_back(ribs);
 }
 
-bool isSolidOrgan(const Label& l) {
+bool isOrganOrVessel(const Label& l) {
     using enum patient::Structure;
-    return l.structure == kidney || l.structure == spleen || l.structure == heart ||
-           l.structure == gallbladder;
+    return l.tissue == Tissue::vessel || l.structure == kidney || l.structure == spleen ||
+           l.structure == heart || l.structure == gallbladder;
 }
 
 AtlasImage atlasImage(const patient::Package& package, const BuildState& work, const AtlasSettings& atlas) {
@@ -311,7 +311,7 @@ void findOrgansStage(BuildState& work, StageResult& r) {
 
 void findFasciaStage(BuildState& work, StageResult& r) {
     const Bones bones = bonesFromLabels(work);
-    const Mask organs = unite(lungsAndLiver(work), labelMask(work.found.at("organs"), isSolidOrgan));
+    const Mask organs = unite(lungsAndLiver(work), labelMask(work.found.at("organs"), isOrganOrVessel));
     const FasciaInput input{work.ct, work.body, bones.all, organs};
     if (r.text.empty()) r.text = writeFascia(fitFascia(input));
     const FasciaSpline fascia = parseFascia(kControlPoints, r.text);

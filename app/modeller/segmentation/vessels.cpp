@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "app/modeller/image/cheapest_paths.h"
-#include "app/modeller/segmentation/graph_cut.h"
+#include "app/modeller/image/graph_cut.h"
 #include "app/modeller/segmentation/tube_evidence.h"
 #include "base/geodesic.h"
 #include "base/statistics.h"

@@ -8,6 +8,7 @@
 #include "app/modeller/import/import.h"
 #include "app/modeller/import/section.h"
 #include "tests/app/modeller/outside.h"
+#include "tests/app/modeller/reference_patient.h"
 #include "tests/app/modeller/torso.h"
 #include "tests/support/refused.h"
 
@@ -194,6 +195,31 @@ TEST(ImportBuild, FasciaSeparatesWallAndCavity) {
     for (double x = 0.084; x < 0.1; x += 0.001)
         crossed |= p.labels.nearestOr({-x, 0.0, 0.104}, 0) == targetId("fascia");
     EXPECT_TRUE(crossed);
+}
+
+// Published segmentations contain no fascia: the import searches for it in the CT. With a fixed distance from
+// the ribs instead, it lay 0.50 mm beside its place here, now 0.26 mm (in voxels of 2 mm).
+TEST(ImportBuild, FasciaLiesWhereAReferencePatientHasIt) {
+    const patient::Package truth = test::referencePatient(83, 0.002);
+    test::Torso t{truth.ct, Volume<std::int16_t>(truth.labels.grid), {}};
+    std::copy(truth.labels.voxels.begin(), truth.labels.voxels.end(), t.labels.voxels.begin());
+    t.map.target_of[0] = 0;
+    for (const patient::Label& l : truth.label_table)
+        t.map.target_of[l.id] = l.name == "fascia" || l.name == "skin" ? std::uint8_t(0) : targetId(l.name);
+    ImportSettings s = settings();
+    s.grow_ducts = false;
+    s.spacing_m = 0.002;
+    const patient::Package p = buildPatient(t.ct, t.labels, t.map, s).package;
+    const FloatVolume to_fascia = distanceTo(labelMask(truth.labels, "fascia")),
+                      to_liver = distanceTo(labelMask(truth.labels, "liver"));
+    double sum_m = 0.0, count = 0.0;
+    forEachVoxel(p.labels.grid, [&](const Index3& i) {
+        const Index3 at = truth.labels.grid.nearest(p.labels.grid.centre(i));
+        if (p.labels[i] != targetId("fascia") || to_liver[at] > 0.02f) return;
+        sum_m += double(to_fascia[at]), count += 1.0;
+    });
+    ASSERT_GT(count, 3000.0);
+    EXPECT_LT(sum_m / count, 0.00035);
 }
 
 TEST(ImportBuild, DuctsRunInTheLiverBesideThePortalVein) {

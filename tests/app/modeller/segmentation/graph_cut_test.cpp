@@ -1,4 +1,4 @@
-#include "app/modeller/segmentation/graph_cut.h"
+#include "app/modeller/image/graph_cut.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "app/modeller/segmentation/fascia_spline.h"
+#include "app/modeller/fascia/fascia_spline.h"
 #include "app/modeller/segmentation/liver_border.h"
 #include "app/modeller/segmentation/liver_neighbours.h"
 #include "app/modeller/segmentation/morphology.h"

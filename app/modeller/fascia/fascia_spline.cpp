@@ -1,13 +1,11 @@
-#include "app/modeller/segmentation/fascia_spline.h"
+#include "app/modeller/fascia/fascia_spline.h"
 
 #include <fmt/core.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
-#include "app/modeller/segmentation/fascia_surface.h"
-#include "app/modeller/segmentation/morphology.h"
+#include "app/modeller/fascia/fascia_surface.h"
 #include "base/line_reader.h"
 #include "base/parallel.h"
 #include "base/text.h"
@@ -18,7 +16,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kUnseenWeight = 0.02;  // in the fit, of a ray that does not show the fascia
 
 // --- The basis ---
@@ -36,7 +33,7 @@ struct Support {
 };
 
 Support supportAt(const FasciaSpline& s, double phi, double h_m) {
-    double u = phi / kTurn * s.around;
+    double u = phi / kFullTurn * s.around;
     u -= std::floor(u / s.around) * s.around;
     const double v = std::clamp((h_m - s.h_begin_m) / s.h_step_m, 0.0, double(s.levels - 3));
     const int a = std::min(int(u), s.around - 1), row = std::min(int(v), s.levels - 4);
@@ -216,7 +213,7 @@ FasciaSpline fitFascia(const FasciaInput& all) {
     Fit fit{s, {}, seen.radius_m, seen.weight};
     for (int z = 0; z < wall.levels; ++z)
         for (int a = 0; a < wall.angles; ++a)
-            fit.at.push_back(supportAt(s, a * kTurn / wall.angles, wall.z_begin_m + z * wall.z_step_m));
+            fit.at.push_back(supportAt(s, a * kFullTurn / wall.angles, wall.z_begin_m + z * wall.z_step_m));
     // Where the surface still cuts bones or organs, pull it away. The weight grows in each round.
     constexpr int kRounds = 3;
     constexpr double kWeightGrowth = 2.0, kMaxWeight = 4.0;
@@ -245,7 +242,8 @@ Mask insideFascia(const FasciaSpline& s, const FasciaInput& in) {
     fine.levels = std::max(2, g.dims.z);
     for (int z = 0; z < fine.levels; ++z)
         for (int a = 0; a < fine.angles; ++a)
-            fine.radius_m.push_back(s.radiusAt(a * kTurn / fine.angles, fine.z_begin_m + z * fine.z_step_m));
+            fine.radius_m.push_back(
+                s.radiusAt(a * kFullTurn / fine.angles, fine.z_begin_m + z * fine.z_step_m));
     return insideWall(fine, in);
 }
 

@@ -1,18 +1,15 @@
-#include "app/modeller/segmentation/fascia_surface.h"
+#include "app/modeller/fascia/fascia_surface.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "app/modeller/image/graph_cut.h"
 #include "app/modeller/image/vector_field.h"
-#include "app/modeller/segmentation/graph_cut.h"
 #include "base/parallel.h"
 
 namespace stylet::modeller {
 
 namespace {
-
-constexpr double kFullTurn = 2.0 * std::numbers::pi;
 
 // --- Evidence ---
 

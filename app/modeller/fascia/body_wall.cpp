@@ -1,8 +1,7 @@
-#include "app/modeller/import/import_fascia.h"
+#include "app/modeller/fascia/body_wall.h"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "app/modeller/image/mask_runs.h"
 
@@ -10,7 +9,6 @@ namespace stylet::modeller {
 
 namespace {
 
-constexpr double kTurn = 2.0 * std::numbers::pi;
 constexpr double kInsideBone_m = 0.0015, kOutsideOrgan_m = 0.0010;
 constexpr double kNearest_m = 0.02;  // smallest radius of the surface
 // Weight, in the fit, of a radius observed along a ray through the abdominal wall. A radius observed at a
@@ -48,8 +46,8 @@ void forEachCoveredCell(const Mask& mask, const WallSurface& s, double max_cells
         const int level = std::clamp(int(std::lround((g.centre({0, 0, i.z}).z - s.z_begin_m) / s.z_step_m)),
                                      0, s.levels - 1);
         const Column& column = columns[g.offset({i.x, i.y, 0})];
-        const double r = column.distance_m, phi = column.angle / kTurn * s.angles;
-        const double reach = std::min(max_cells, half_m / std::max(r, half_m) / kTurn * s.angles);
+        const double r = column.distance_m, phi = column.angle / kFullTurn * s.angles;
+        const double reach = std::min(max_cells, half_m / std::max(r, half_m) / kFullTurn * s.angles);
         for (int k = int(std::lround(phi - reach)); k <= int(std::lround(phi + reach)); ++k)
             visit(s.cell(level, k), r);
     });
@@ -127,7 +125,7 @@ Cells observeWall(const FasciaInput& in, const WallSurface& s) {
     for (int z = 0; z < s.levels; ++z)
         for (int a = 0; a < s.angles; ++a) {
             const std::size_t cell = s.cell(z, a);
-            const double phi = a * kTurn / s.angles;
+            const double phi = a * kFullTurn / s.angles;
             // At the back, the thick muscles hide the inner face of the wall.
             const bool back = std::sin(phi) < -0.5;
             if (back || boneNear(c.allowed, s, z, a)) continue;
@@ -197,12 +195,12 @@ WallSurface makeWall(const Mask& body) {
 }  // namespace
 
 std::size_t WallSurface::nearestCell(const Vec3& at_m) const {
-    const double turn = std::atan2(at_m.y - axis_m.y, at_m.x - axis_m.x) / kTurn;
+    const double turn = std::atan2(at_m.y - axis_m.y, at_m.x - axis_m.x) / kFullTurn;
     return cell(int(std::lround((at_m.z - z_begin_m) / z_step_m)), int(std::lround(turn * angles)));
 }
 
 double WallSurface::radiusAt(double phi, double z_m) const {
-    double u = phi / kTurn * angles;
+    double u = phi / kFullTurn * angles;
     u -= std::floor(u / angles) * angles;
     const double v = std::clamp((z_m - z_begin_m) / z_step_m, 0.0, double(levels - 1));
     const int a = int(u), z = std::min(int(v), levels - 2);

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "app/modeller/import/import_fascia.h"
+#include "app/modeller/fascia/body_wall.h"
 
 namespace stylet::modeller {
 

@@ -4,11 +4,14 @@
 #pragma once
 
 #include <algorithm>
+#include <numbers>
 #include <vector>
 
 #include "app/modeller/image/voxel_tools.h"
 
 namespace stylet::modeller {
+
+inline constexpr double kFullTurn = 2.0 * std::numbers::pi;
 
 // Inputs of the surface fit, all on one grid.
 struct FasciaInput {

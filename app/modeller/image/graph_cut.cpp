@@ -1,4 +1,4 @@
-#include "app/modeller/segmentation/graph_cut.h"
+#include "app/modeller/image/graph_cut.h"
 
 #include <algorithm>
 #include <array>
@@ -21,7 +21,7 @@ namespace {
 using Node = std::uint32_t;
 using Graph = boost::compressed_sparse_row_graph<boost::directedS, boost::no_property, boost::no_property,
                                                  boost::no_property, Node, Node>;
-using Edge = boost::graph_traits<Graph>::edge_descriptor;
+using GraphEdge = boost::graph_traits<Graph>::edge_descriptor;
 
 constexpr Node kNone = std::numeric_limits<Node>::max();
 constexpr float kUnits = 1000.0f;  // capacity for a cost of one
@@ -32,7 +32,7 @@ int edgeCapacity(float cost) {
 }
 
 // Steps to the neighbours. Step k and step 5 - k are opposite.
-const std::vector<Index3> kSteps{{0, 0, -1}, {0, -1, 0}, {-1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+const std::vector<Index3> kNeighbours{{0, 0, -1}, {0, -1, 0}, {-1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
 // The free voxels as nodes 0 ... count - 1, then source and sink. Edges of a node: to its free neighbours
 // in step order, then to the one terminal that it prefers.
@@ -51,7 +51,7 @@ class BandGraph {
                           Node(edges_.size()));
         edges_ = {};
         std::vector<int> residual(capacity_.size());
-        std::vector<Edge> predecessor(nodes);
+        std::vector<GraphEdge> predecessor(nodes);
         std::vector<boost::default_color_type> colour(nodes);
         std::vector<int> distance(nodes);
         const auto edge_index = get(boost::edge_index, graph);
@@ -85,8 +85,8 @@ class BandGraph {
     template <typename F>
     void forEachNeighbour(std::size_t i, const F& f) const {
         const Index3 at = grid_.voxelAt(i);
-        for (std::size_t k = 0; k < kSteps.size(); ++k)
-            if (const Index3 to = at + kSteps[k]; grid_.contains(to)) f(k, grid_.offset(to));
+        for (std::size_t k = 0; k < kNeighbours.size(); ++k)
+            if (const Index3 to = at + kNeighbours[k]; grid_.contains(to)) f(k, grid_.offset(to));
     }
 
     // Computes the index of each node's first edge. Adds the links to fixed neighbours to the node's
@@ -136,14 +136,15 @@ class BandGraph {
     void set(Node e, Node from, Node to, int capacity, Node back) {
         edges_[e] = {from, to};
         capacity_[e] = capacity;
-        reverse_[e] = Edge(to, back);
+        reverse_[e] = GraphEdge(to, back);
     }
 
     // The edge of voxel j's node in the direction opposite to step k.
     Node reverseEdge(std::size_t j, std::size_t k) const {
         Node e = first_[node_of_[j]];
-        forEachNeighbour(
-            j, [&](std::size_t m, std::size_t i) { e += m < kSteps.size() - 1 - k && node_of_[i] != kNone; });
+        forEachNeighbour(j, [&](std::size_t m, std::size_t i) {
+            e += m < kNeighbours.size() - 1 - k && node_of_[i] != kNone;
+        });
         return e;
     }
 
@@ -154,7 +155,7 @@ class BandGraph {
     std::vector<std::pair<Node, Node>> edges_;
     std::vector<std::size_t> voxels_;
     std::vector<int> terminal_, capacity_;  // terminal: positive from the source, negative to the sink
-    std::vector<Edge> reverse_;
+    std::vector<GraphEdge> reverse_;
     Node source_next_ = 0, sink_next_ = 0;
 };
 

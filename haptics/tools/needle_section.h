@@ -102,11 +102,13 @@ class SectionSolver {
         return s_.phase == Phase::tenting && s_.tenting.depth_m >= 0.0 && isRigid(row(s_.tenting.border.to));
     }
 
-    // True if a withdrawal ended the contact with bone exactly at a voxel's border. The sum of the sections
-    // may leave the tip behind the bone's surface by a rounding error.
-    bool isDrawnBackFromBone(Direction direction) const noexcept {
-        return direction == Direction::withdraw && !s_.bone_over_tenting &&
-               s_.tenting.depth_m <= kSamePlace_m;
+    // True if the tip presses on bone, so that borders behind its surface do not count. False once a
+    // withdrawal has reached that surface: a rounding error may leave the tip behind it. (With another border
+    // under the bone, withdraw() returns to that one.)
+    bool pressesOnBone(Direction direction) const noexcept {
+        const bool at_surface =
+            direction == Direction::withdraw && !s_.bone_over_tenting && s_.tenting.depth_m <= kSamePlace_m;
+        return onRigid() && !at_surface;
     }
 
     bool isCurrentTissue(const TissueSample& x) const noexcept {
@@ -115,10 +117,8 @@ class SectionSolver {
     }
 
     void arrive(const TissueSample& x, const Vec3& at_reference_m, Direction direction) noexcept {
-        // While the tip presses on bone, borders behind it are ignored until the tip slides off sideways.
-        if (onRigid() && !isDrawnBackFromBone(direction) &&
-            (direction != Direction::sideways || isRigid(row(x.tissue))))
-            return;
+        // Only sideways does a pressed tip leave the bone.
+        if (pressesOnBone(direction) && (direction != Direction::sideways || isRigid(row(x.tissue)))) return;
         const bool into_bone =
             direction == Direction::advance && s_.phase == Phase::pass && isRigid(row(x.tissue));
         if (isCurrentTissue(x) && !into_bone) return;

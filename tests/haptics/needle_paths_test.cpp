@@ -47,7 +47,8 @@ struct Case {
     std::vector<double> points;
 };
 
-// Distance of the tip from the place of the last event.
+// NaiveNeedle::distanceToEvent() cannot tell that `hand` has just punctured and the naive needle, up to a
+// micrometre later, not yet.
 double distanceToLastEvent(const Hand& hand) {
     if (hand.events.empty()) return HUGE_VAL;
     const NeedleEvent& last = hand.events.back();

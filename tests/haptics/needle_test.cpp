@@ -349,6 +349,22 @@ TEST(Needle, BoneIsNeverCut) {
     EXPECT_NEAR(p.hand.force(), 0.5, 1e-9);
 }
 
+// However the way back is divided: rounding must not leave the tip pressed on the bone.
+TEST(Needle, EachContactWithBoneIsReported) {
+    for (int division = 1; division <= 200; ++division) {
+        Puncture p({{skin, 0.002}, {soft, 0.01}, {bone, 0.01}});
+        p.hand.sweep(0.012 + 0.0005);
+        p.hand.sweep(0.012 - 0.00005, 0.00055 / division);
+        EXPECT_EQ(p.hand.state.phase, Phase::pass) << division;
+        p.hand.sweep(0.013);
+        const std::vector<NeedleEvent> borders = p.hand.eventsOf(NeedleEventKind::border);
+        EXPECT_EQ(std::count_if(borders.begin(), borders.end(),
+                                [](const NeedleEvent& e) { return e.border.to == bone; }),
+                  2)
+            << division;
+    }
+}
+
 TEST(Needle, WithdrawalFromBoneReturnsToTheTentingFascia) {
     Puncture p({{skin, 0.002}, {soft, 0.01}, {fascia, 0.001}, {bone, 0.01}});
     p.hand.sweep(0.013);

@@ -32,7 +32,8 @@ int edgeCapacity(float cost) {
 }
 
 // Steps to the neighbours. Step k and step 5 - k are opposite.
-const std::vector<Index3> kNeighbours{{0, 0, -1}, {0, -1, 0}, {-1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+constexpr std::array<Index3, 6> kCutSteps{Index3(0, 0, -1), Index3(0, -1, 0), Index3(-1, 0, 0),
+                                          Index3(1, 0, 0),  Index3(0, 1, 0),  Index3(0, 0, 1)};
 
 // The free voxels as nodes 0 ... count - 1, then source and sink. Edges of a node: to its free neighbours
 // in step order, then to the one terminal that it prefers.
@@ -85,8 +86,8 @@ class BandGraph {
     template <typename F>
     void forEachNeighbour(std::size_t i, const F& f) const {
         const Index3 at = grid_.voxelAt(i);
-        for (std::size_t k = 0; k < kNeighbours.size(); ++k)
-            if (const Index3 to = at + kNeighbours[k]; grid_.contains(to)) f(k, grid_.offset(to));
+        for (std::size_t k = 0; k < kCutSteps.size(); ++k)
+            if (const Index3 to = at + kCutSteps[k]; grid_.contains(to)) f(k, grid_.offset(to));
     }
 
     // Computes the index of each node's first edge. Adds the links to fixed neighbours to the node's
@@ -143,7 +144,7 @@ class BandGraph {
     Node reverseEdge(std::size_t j, std::size_t k) const {
         Node e = first_[node_of_[j]];
         forEachNeighbour(j, [&](std::size_t m, std::size_t i) {
-            e += m < kNeighbours.size() - 1 - k && node_of_[i] != kNone;
+            e += m < kCutSteps.size() - 1 - k && node_of_[i] != kNone;
         });
         return e;
     }

@@ -158,4 +158,13 @@ std::optional<double> measureBlurAcross(const CtVolume& ct) {
     return *blur * ct.grid.spacing_m.z;
 }
 
+ScanBlur measureBlur(const CtVolume& ct) {
+    const std::optional<double> within_m = measureBlurWithin(ct), across_m = measureBlurAcross(ct);
+    ScanBlur blur;
+    blur.within_m = within_m.value_or(kUsualBlur_m);
+    blur.across_m = across_m.value_or(blur.within_m);
+    blur.within_assumed = !within_m, blur.across_assumed = !across_m;
+    return blur;
+}
+
 }  // namespace stylet::modeller

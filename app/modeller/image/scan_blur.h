@@ -17,9 +17,14 @@ inline constexpr double kHidesDiaphragm_m = 0.001;
 
 // Standard deviation of the blur of the scanner, of its slices and of the voxels together.
 struct ScanBlur {
-    double within_m = kUsualBlur_m;  // within a slice: along x and y
-    double across_m = kUsualBlur_m;  // across slices: along z
+    double within_m = kUsualBlur_m;                       // within a slice: along x and y
+    double across_m = kUsualBlur_m;                       // across slices: along z
+    bool within_assumed = false, across_assumed = false;  // the scan does not show it
 };
+
+// Where the scan does not show the blur within slices, that of the reference patients is assumed; where it
+// does not show the blur across slices, that within slices.
+ScanBlur measureBlur(const CtVolume&);
 
 // Measured where the skin of the body's front is almost perpendicular to the y axis. None if too little of
 // such skin is visible, or if the air around the body was cut away. Without noise the error is at most 8 % up

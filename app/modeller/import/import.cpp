@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/modeller/fascia/fascia_spline.h"
 #include "app/modeller/import/import_body.h"
 #include "app/modeller/import/import_ducts.h"
 #include "app/modeller/import/section.h"
 #include "app/modeller/import/tissue_classes.h"
+#include "app/modeller/wall/bright_rim.h"
+#include "app/modeller/wall/fascia_spline.h"
 #include "base/text.h"
 
 namespace stylet::modeller {
@@ -76,21 +77,18 @@ LabelVolume resampleLabels(const SourceLabels& in, const Grid& grid,
     return out;
 }
 
-bool isLiver(const Label& l) {
-    return l.tissue == Tissue::liver;
-}
-
 double litres(const Grid& g, std::size_t voxels) {
     return double(voxels) * g.spacing_m.x * g.spacing_m.y * g.spacing_m.z * 1e3;
 }
 
-void addFascia(const CtVolume& ct, LabelVolume& labels, const Mask& body, const Mask& organs,
-               const Mask& bones, std::vector<std::string>& notes) {
+Mask skeletonMask(const LabelVolume& labels) {
+    return labelMask(labels, [](const Label& l) { return isSkeleton(l.tissue); });
+}
+
+void addFascia(const CtVolume& ct, LabelVolume& labels, const Mask& body, std::vector<std::string>& notes) {
+    const Mask bones = skeletonMask(labels), organs = labelMask(labels, isInsideFascia);
     const FasciaInput input{ct, body, bones, organs};
-    const FasciaSpline fascia = fitFascia(input);
-    const Mask free =
-        maskWhere(labels.grid, [&](std::size_t i) { return labels.voxels[i] == 0 && body.voxels[i]; });
-    const Mask surface = rasteriseBoundary(insideFascia(fascia, input), free);
+    const Mask surface = fasciaVoxels(fitFascia(input), input);
     std::size_t over_liver = 0;
     for (std::size_t i = 0; i < surface.voxels.size(); ++i)
         over_liver += surface.voxels[i] && labels.voxels[i] == targetId("liver");
@@ -113,6 +111,9 @@ void addDucts(CtVolume& ct, LabelVolume& labels, std::vector<std::string>& notes
 
 std::string labelProvenance(const Label& l, const LabelMap& map, const std::vector<SourceLabel>& sources) {
     if (l.name == "skin") return "threshold: 2 mm shell of the body";
+    if (l.name == "muscle" && std::none_of(sources.begin(), sources.end(),
+                                           [](const SourceLabel& s) { return s.target == "muscle"; }))
+        return "threshold: beside bones, brightened by blur";
     if (l.name == "fascia") return "fitted to the CT by the rule of stylet-model build";
     if (l.name == "bile ducts" && std::none_of(sources.begin(), sources.end(),
                                                [](const SourceLabel& s) { return s.target == "bile ducts"; }))
@@ -178,21 +179,23 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
     const Grid section = sectionAroundLiver(ct.grid, labels, target, settings.spacing_m);
     p.ct = resampleCt(ct, section);
     p.labels = resampleLabels(labels, section, target);
+    if (paint(p.labels, labelMask(p.labels, "fascia"), 0, true) > 0)
+        out.notes.push_back("fascia: searched in the CT; a drawn one, a layer of one voxel, would leak");
+    const ScanBlur blur = measureBlur(p.ct);
     reportProgress(settings, "body and skin");
     const Mask body = cropToBody(p.ct, p.labels, out.notes);
     checkPackageSize(p.ct.grid);
     paint(p.labels, skinShell(body, ct.grid, kSkin_m), targetId("skin"), false);
 
     reportProgress(settings, "fascia");
-    const Mask bones = labelMask(p.labels, [](const Label& l) { return isSkeleton(l.tissue); });
-    const Mask organs = labelMask(p.labels, [](const Label& l) {
-        return isLung(l) || isLiver(l) || l.tissue == Tissue::vessel ||
-               (l.abdominal && l.tissue == Tissue::soft);
-    });
-    addFascia(p.ct, p.labels, body, organs, bones, out.notes);
+    addFascia(p.ct, p.labels, body, out.notes);
 
     reportProgress(settings, "thresholds");
     p.thresholds = computeThresholds(estimateTissueClasses(p.ct, body, p.labels));
+    const Mask rim = brightRim(p.ct, body, skeletonMask(p.labels), p.thresholds.t2_sensitive_hu, blur);
+    out.notes.push_back(
+        fmt::format("muscle: {:.1f} ml beside bones that blur made as bright as bone",
+                    1e3 * litres(p.labels.grid, paint(p.labels, rim, targetId("muscle"), false))));
     if (settings.grow_ducts) {
         reportProgress(settings, "ducts");
         addDucts(p.ct, p.labels, out.notes);

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "app/modeller/segmentation/morphology.h"
+#include "app/modeller/image/morphology.h"
 #include "base/parallel.h"
 
 namespace stylet::modeller {
@@ -294,24 +294,6 @@ Mask withoutBlurredRim(const BoneScan& scan, const Mask& bone, const Mask& canal
         dark[i] = height < 0.5f * peakHeight(voxels(kPeak_m)) && height < kRidge * peakHeight(1);
     });
     return subtract(bone, growSeeds(inverted(unite(bone, canal)), dark, voxels(kRim_m)));
-}
-
-double blurReach(const Grid& g, const ScanBlur& blur) {
-    // Muscle is above 150 HU up to 1.3 deviations from bone of 1,000 HU, and the bone that was found may be
-    // thinner by a voxel. In slices of 3 mm the same paths meet false bone with 1.9 and with 2.6 deviations
-    // (seed 421).
-    constexpr double kMin_m = 0.002, kDeviations = 2.0;
-    return std::max({kMin_m, kDeviations * std::max(blur.within_m, blur.across_m), 1.01 * g.spacing_m.x});
-}
-
-Mask brightRim(const CtVolume& ct, const Mask& body, const Mask& bones, double bone_hu,
-               const ScanBlur& blur) {
-    const double reach_m = blurReach(ct.grid, blur);
-    const Mask bright = maskWhere(ct.grid, [&](std::size_t i) {
-        return bones.voxels[i] || (body.voxels[i] && ct.voxels[i] >= bone_hu);
-    });
-    const Mask rim = intersect(subtract(dilated(bones, reach_m), bones), bright);
-    return subtract(rim, eroded(closed(bright, reach_m), reach_m));
 }
 
 Mask withMarrow(const BoneScan& scan, const Mask& pieces, const Mask& shell, const SpinalCanal& spine) {

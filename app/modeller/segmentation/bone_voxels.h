@@ -47,10 +47,4 @@ Mask withoutBlurredRim(const BoneScan&, const Mask& bone, const Mask& canal);
 // voxel on a thicker bone. Changes nothing in a sharper scan.
 Mask smoothedSurface(Mask bone, const Mask& open, const ScanBlur&);
 
-// Distance to which blur makes the tissue beside bone brighter.
-double blurReach(const Grid&, const ScanBlur&);
-// Soft tissue next to a bone that is above `bone_hu` because of blur. Without a label it would stop a needle.
-// Voxels surrounded by bright voxels are excluded, because they are missed bone.
-Mask brightRim(const CtVolume&, const Mask& body, const Mask& bones, double bone_hu, const ScanBlur&);
-
 }  // namespace stylet::modeller

@@ -7,8 +7,8 @@
 #include <numbers>
 #include <utility>
 
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/segmentation/bone_voxels.h"
-#include "app/modeller/segmentation/morphology.h"
 
 namespace stylet::modeller {
 

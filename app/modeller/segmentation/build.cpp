@@ -166,10 +166,7 @@ void readScan(BuildState& work) {
     work.ct = resampleCt(scan, grid);
     work.scan = scan.grid;
     work.scan_voxels = voxelDigest(scan);
-    const std::optional<double> within_m = measureBlurWithin(work.ct), across_m = measureBlurAcross(work.ct);
-    work.blur.within_m = within_m.value_or(kUsualBlur_m);
-    work.blur.across_m = across_m.value_or(work.blur.within_m);
-    work.blur_within_assumed = !within_m, work.blur_across_assumed = !across_m;
+    work.blur = measureBlur(work.ct);
     LabelVolume none(work.ct.grid);
     work.body = cropToBody(work.ct, none, work.body_notes);
 }
@@ -269,7 +266,7 @@ Package makePackage(const BuildState& work) {
     p.elasticity = settings.defaults.elasticity;
     p.reference_phase = settings.reference_phase;
     p.scan.slice_m = sliceDistance(work.scan);
-    if (!work.blur_within_assumed) p.scan.blur_within_m = work.blur.within_m;
+    if (!work.blur.within_assumed) p.scan.blur_within_m = work.blur.within_m;
     p.motion = patient::motionTemplate(p.labels, p.label_table, {},
                                        {parseReferencePhase(settings.reference_phase), 0.0});
     return p;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/modeller/segmentation/morphology.h"
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/segmentation/organ_scene.h"
 #include "base/statistics.h"
 

@@ -4,10 +4,10 @@
 #include <array>
 #include <functional>
 
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/import/import_map.h"
 #include "app/modeller/import/section.h"
 #include "app/modeller/segmentation/atlas.h"
-#include "app/modeller/segmentation/morphology.h"
 #include "base/traversal.h"
 
 namespace stylet::modeller {

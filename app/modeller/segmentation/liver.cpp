@@ -7,11 +7,11 @@
 #include <optional>
 
 #include "app/modeller/image/graph_cut.h"
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/image/vector_field.h"
 #include "app/modeller/segmentation/coarse_grid.h"
 #include "app/modeller/segmentation/liver_border.h"
 #include "app/modeller/segmentation/liver_neighbours.h"
-#include "app/modeller/segmentation/morphology.h"
 
 namespace stylet::modeller {
 

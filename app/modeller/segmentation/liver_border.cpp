@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "app/modeller/image/graph_cut.h"
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/image/vector_field.h"
-#include "app/modeller/segmentation/morphology.h"
 
 namespace stylet::modeller {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "app/modeller/segmentation/morphology.h"
+#include "app/modeller/image/morphology.h"
 
 namespace stylet::modeller {
 

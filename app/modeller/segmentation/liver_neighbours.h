@@ -4,7 +4,7 @@
 
 #include <initializer_list>
 
-#include "app/modeller/fascia/body_wall.h"
+#include "app/modeller/wall/body_wall.h"
 
 namespace stylet::modeller {
 

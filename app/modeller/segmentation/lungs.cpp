@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "app/modeller/segmentation/morphology.h"
+#include "app/modeller/image/morphology.h"
 
 namespace stylet::modeller {
 

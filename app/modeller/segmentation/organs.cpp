@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "app/modeller/segmentation/morphology.h"
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/segmentation/organ_scene.h"
 #include "base/parallel.h"
 

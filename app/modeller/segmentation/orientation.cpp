@@ -1,7 +1,7 @@
 #include "app/modeller/segmentation/orientation.h"
 
 #include "app/modeller/image/child_process_linux.h"
-#include "app/modeller/segmentation/morphology.h"
+#include "app/modeller/image/morphology.h"
 
 namespace stylet::modeller {
 

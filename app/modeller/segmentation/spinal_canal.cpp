@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/segmentation/bone_voxels.h"
-#include "app/modeller/segmentation/morphology.h"
 #include "base/parallel.h"
 
 namespace stylet::modeller {

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "app/modeller/segmentation/morphology.h"
+#include "app/modeller/image/morphology.h"
 
 namespace stylet::modeller {
 

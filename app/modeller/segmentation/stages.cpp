@@ -5,7 +5,7 @@
 #include <array>
 #include <future>
 
-#include "app/modeller/fascia/fascia_spline.h"
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/import/import_body.h"
 #include "app/modeller/import/import_map.h"
 #include "app/modeller/import/section.h"
@@ -16,10 +16,11 @@
 #include "app/modeller/segmentation/ducts.h"
 #include "app/modeller/segmentation/liver.h"
 #include "app/modeller/segmentation/lungs.h"
-#include "app/modeller/segmentation/morphology.h"
 #include "app/modeller/segmentation/organs.h"
 #include "app/modeller/segmentation/orientation.h"
 #include "app/modeller/segmentation/vessels.h"
+#include "app/modeller/wall/bright_rim.h"
+#include "app/modeller/wall/fascia_spline.h"
 #include "base/hash.h"
 #include "patient/synth/synth.h"
 
@@ -78,8 +79,8 @@ void findClasses(BuildState& work, StageResult& r) {
     }
     r.record.notes.push_back(
         fmt::format("blur: {:.2f} mm within slices{}, {:.2f} mm across{}", 1e3 * work.blur.within_m,
-                    work.blur_within_assumed ? " (assumed)" : "", 1e3 * work.blur.across_m,
-                    work.blur_across_assumed ? " (assumed)" : ""));
+                    work.blur.within_assumed ? " (assumed)" : "", 1e3 * work.blur.across_m,
+                    work.blur.across_assumed ? " (assumed)" : ""));
     const patient::Thresholds t = parseClasses(r.text);
     const std::uint8_t skin = targetId("skin"), soft = targetId("muscle"), bone = targetId("bone");
     for (std::size_t i = 0; i < r.labels.voxels.size(); ++i) {
@@ -126,12 +127,6 @@ void findBonesStage(BuildState& work, StageResult& r) {
     r.record.notes = bones.notes;
     for (const bool right : {true, false})
         if (const std::string ribs = formatRibs(bones, right); !ribs.empty()) r.record.notes.push_back(ribs);
-}
-
-bool isOrganOrVessel(const Label& l) {
-    using enum patient::Structure;
-    return l.tissue == Tissue::vessel || l.structure == kidney || l.structure == spleen ||
-           l.structure == heart || l.structure == gallbladder;
 }
 
 AtlasImage atlasImage(const patient::Package& package, const BuildState& work, const AtlasSettings& atlas) {
@@ -311,7 +306,7 @@ void findOrgansStage(BuildState& work, StageResult& r) {
 
 void findFasciaStage(BuildState& work, StageResult& r) {
     const Bones bones = bonesFromLabels(work);
-    const Mask organs = unite(lungsAndLiver(work), labelMask(work.found.at("organs"), isOrganOrVessel));
+    const Mask organs = unite(lungsAndLiver(work), labelMask(work.found.at("organs"), isInsideFascia));
     const FasciaInput input{work.ct, work.body, bones.all, organs};
     if (r.text.empty()) r.text = writeFascia(fitFascia(input));
     const FasciaSpline fascia = parseFascia(kControlPoints, r.text);

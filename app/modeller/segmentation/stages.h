@@ -26,7 +26,6 @@ struct BuildState {
     Mask body;
     std::vector<std::string> body_notes;
     ScanBlur blur;
-    bool blur_within_assumed = false, blur_across_assumed = false;  // the scan does not show its blur
     patient::Thresholds thresholds;
     std::map<std::string, LabelVolume> found;                       // labels, by stage name
     std::map<std::string, bool> corrected;                          // corrected by a person, by stage name

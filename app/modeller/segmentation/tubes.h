@@ -3,7 +3,7 @@
 // curvilinear structures in medical images", Medical Image Analysis 2, 1998.
 #pragma once
 
-#include "app/modeller/segmentation/morphology.h"
+#include "app/modeller/image/morphology.h"
 
 namespace stylet::modeller {
 

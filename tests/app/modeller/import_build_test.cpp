@@ -7,6 +7,7 @@
 #include "app/modeller/image/voxel_tools.h"
 #include "app/modeller/import/import.h"
 #include "app/modeller/import/section.h"
+#include "app/modeller/wall/body_wall.h"
 #include "tests/app/modeller/outside.h"
 #include "tests/app/modeller/reference_patient.h"
 #include "tests/app/modeller/torso.h"
@@ -197,29 +198,65 @@ TEST(ImportBuild, FasciaSeparatesWallAndCavity) {
     EXPECT_TRUE(crossed);
 }
 
-// Published segmentations contain no fascia: the import searches for it in the CT. With a fixed distance from
-// the ribs instead, it lay 0.50 mm beside its place here, now 0.26 mm (in voxels of 2 mm).
+// A reference patient, and the patient imported from its CT and only those of its labels that published
+// segmentations have.
+struct Published {
+    patient::Package truth, imported;
+};
+const Published& published() {
+    static const Published both = [] {
+        patient::Package truth = test::referencePatient(83, 0.001);
+        test::Torso t{truth.ct, Volume<std::int16_t>(truth.labels.grid), {}};
+        std::copy(truth.labels.voxels.begin(), truth.labels.voxels.end(), t.labels.voxels.begin());
+        t.map.target_of[0] = 0;
+        for (const patient::Label& l : truth.label_table) {
+            const bool is_published = isInsideFascia(l) || isBone(l);
+            t.map.target_of[l.id] = is_published ? targetId(l.name) : std::uint8_t(0);
+        }
+        ImportSettings s = settings();
+        s.grow_ducts = false;
+        s.spacing_m = 0.001;
+        return Published{std::move(truth), buildPatient(t.ct, t.labels, t.map, s).package};
+    }();
+    return both;
+}
+
+// The limit lies between the error of the search in the CT (0.65 mm, most of it behind the liver) and that of
+// a fixed distance from the ribs (1.71 mm).
 TEST(ImportBuild, FasciaLiesWhereAReferencePatientHasIt) {
-    const patient::Package truth = test::referencePatient(83, 0.002);
-    test::Torso t{truth.ct, Volume<std::int16_t>(truth.labels.grid), {}};
-    std::copy(truth.labels.voxels.begin(), truth.labels.voxels.end(), t.labels.voxels.begin());
-    t.map.target_of[0] = 0;
-    for (const patient::Label& l : truth.label_table)
-        t.map.target_of[l.id] = l.name == "fascia" || l.name == "skin" ? std::uint8_t(0) : targetId(l.name);
-    ImportSettings s = settings();
-    s.grow_ducts = false;
-    s.spacing_m = 0.002;
-    const patient::Package p = buildPatient(t.ct, t.labels, t.map, s).package;
+    const auto& [truth, p] = published();
     const FloatVolume to_fascia = distanceTo(labelMask(truth.labels, "fascia")),
                       to_liver = distanceTo(labelMask(truth.labels, "liver"));
-    double sum_m = 0.0, count = 0.0;
+    double sum_m = 0.0, voxels = 0.0;
     forEachVoxel(p.labels.grid, [&](const Index3& i) {
         const Index3 at = truth.labels.grid.nearest(p.labels.grid.centre(i));
         if (p.labels[i] != targetId("fascia") || to_liver[at] > 0.02f) return;
-        sum_m += double(to_fascia[at]), count += 1.0;
+        sum_m += double(to_fascia[at]), voxels += 1.0;
     });
-    ASSERT_GT(count, 3000.0);
-    EXPECT_LT(sum_m / count, 0.00035);
+    ASSERT_GT(voxels, 3000.0);
+    EXPECT_LT(sum_m / voxels, 0.001);
+}
+
+// Blur makes muscle beside a rib as bright as bone (some 90,000 voxels here). A needle must not stop there.
+TEST(ImportBuild, MuscleBesideRibsIsNoBone) {
+    const auto& [truth, p] = published();
+    std::size_t stops = 0, rim = 0;
+    forEachVoxel(p.labels.grid, [&](const Index3& i) {
+        const Index3 at = truth.labels.grid.nearest(p.labels.grid.centre(i));
+        if (truth.labels[at] != targetId("muscle") || p.ct[i] < p.thresholds.t2_sensitive_hu) return;
+        stops += p.labels[i] == 0;
+        rim += p.labels[i] == targetId("muscle");
+    });
+    EXPECT_GT(rim, 30000u);
+    EXPECT_LT(stops, rim / 20);
+}
+
+TEST(ImportBuild, ADrawnFasciaIsReplaced) {
+    test::Torso t = test::makeTorso();
+    t.map.target_of[1] = targetId("fascia");  // the rest of the body
+    const ImportResult imported = buildPatient(t.ct, t.labels, t.map, settings());
+    EXPECT_EQ(imported.package.labels.voxels, built().package.labels.voxels);
+    EXPECT_THAT(imported.notes, testing::Contains(testing::StartsWith("fascia: searched in the CT")));
 }
 
 TEST(ImportBuild, DuctsRunInTheLiverBesideThePortalVein) {

@@ -126,23 +126,27 @@ TEST_F(ImportReal, RibsArePalpable) {
     }
 }
 
-// A clinical fascia with seven ribs on each side must neither tear nor fold, even at 25 mm of travel. There,
-// the voxels of this test, 1.5 mm instead of 1, make the groove of the midline rougher: gaps and overlaps are
-// up to 0.54 mm instead of 0.39.
+// A clinical fascia with seven ribs on each side must neither tear nor fold, even at 25 mm of travel. In the
+// voxels of this test (1.5 mm) the fascia has a rough groove at the midline. With 25 mm, gaps and overlaps
+// are therefore up to 0.54 mm (0.39 mm in voxels of 1 mm), and a breath three times as deep as in life would
+// fold.
 TEST_F(ImportReal, CavitySlidesWithoutGapOrFold) {
     const patient::Package& p = imported_->package;
-    for (const double dome_m : {0.015, 0.020, 0.025}) {
-        SCOPED_TRACE(dome_m);
+    struct Travel {
+        double dome_m, tolerance_m, without_fold;
+    };
+    for (const Travel t :
+         {Travel{0.015, 0.0005, 3.0}, Travel{0.020, 0.0005, 3.0}, Travel{0.025, 0.0006, 2.0}}) {
+        SCOPED_TRACE(t.dome_m);
         patient::MotionAmplitudes amplitudes;
-        amplitudes.dome_m = dome_m;
+        amplitudes.dome_m = t.dome_m;
         const patient::MotionModel m =
             patient::motionTemplate(p.labels, p.label_table, amplitudes, p.motion.reference);
         const patient::InterfaceError error = patient::worstInterface(m);
-        const bool farthest = dome_m > 0.0249;
-        EXPECT_LT(error.worst_gap_m, farthest ? 0.0006 : 0.0005);
-        EXPECT_LT(error.worst_overlap_m, farthest ? 0.0006 : 0.0005);
-        EXPECT_GT(error.mean_slip_m, 0.5 * dome_m);
-        EXPECT_GT(patient::minJacobian(m, farthest ? 1.0 : 3.0), farthest ? 0.1 : 0.0);
+        EXPECT_LT(error.worst_gap_m, t.tolerance_m);
+        EXPECT_LT(error.worst_overlap_m, t.tolerance_m);
+        EXPECT_GT(error.mean_slip_m, 0.5 * t.dome_m);
+        EXPECT_GT(patient::minJacobian(m, t.without_fold), 0.0);
     }
 }
 

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "app/modeller/fascia/fascia_spline.h"
+#include "app/modeller/wall/fascia_spline.h"
 #include "base/errors.h"
 
 // The result is a surface with a valid radius everywhere or a DataError. An accepted surface survives a

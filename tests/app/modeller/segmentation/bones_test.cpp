@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/modeller/segmentation/bone_voxels.h"
+#include "app/modeller/wall/bright_rim.h"
 #include "tests/app/modeller/segmentation/liver_phantom.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"
 

@@ -8,11 +8,11 @@
 #include <map>
 #include <regex>
 
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/import/import_map.h"
 #include "app/modeller/import/section.h"
 #include "app/modeller/segmentation/accuracy.h"
 #include "app/modeller/segmentation/build.h"
-#include "app/modeller/segmentation/morphology.h"
 #include "app/modeller/segmentation/stage_store.h"
 #include "patient/package/nifti.h"
 #include "tests/app/modeller/reference_patient.h"

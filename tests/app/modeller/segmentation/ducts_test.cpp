@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "app/modeller/image/import_image.h"
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/segmentation/accuracy.h"
-#include "app/modeller/segmentation/morphology.h"
 #include "tests/app/modeller/segmentation/liver_phantom.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"
 

@@ -1,4 +1,4 @@
-#include "app/modeller/fascia/fascia_spline.h"
+#include "app/modeller/wall/fascia_spline.h"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "app/modeller/fascia/fascia_surface.h"
 #include "app/modeller/image/import_image.h"
 #include "app/modeller/segmentation/bones.h"
 #include "app/modeller/segmentation/lungs.h"
+#include "app/modeller/wall/fascia_surface.h"
 #include "base/errors.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"
 #include "tests/support/refused.h"

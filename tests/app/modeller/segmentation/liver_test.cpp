@@ -6,10 +6,10 @@
 #include <numbers>
 #include <utility>
 
-#include "app/modeller/fascia/fascia_spline.h"
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/segmentation/liver_border.h"
 #include "app/modeller/segmentation/liver_neighbours.h"
-#include "app/modeller/segmentation/morphology.h"
+#include "app/modeller/wall/fascia_spline.h"
 #include "tests/app/modeller/segmentation/liver_phantom.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"
 

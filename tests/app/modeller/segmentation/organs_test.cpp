@@ -6,9 +6,9 @@
 #include <map>
 #include <random>
 
-#include "app/modeller/fascia/fascia_spline.h"
 #include "app/modeller/import/import_map.h"
 #include "app/modeller/segmentation/atlas.h"
+#include "app/modeller/wall/fascia_spline.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"
 
 namespace stylet::modeller {

@@ -3,12 +3,12 @@
 
 #include <initializer_list>
 
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/image/scan_blur.h"
 #include "app/modeller/import/import_body.h"
 #include "app/modeller/segmentation/accuracy.h"
 #include "app/modeller/segmentation/bones.h"
 #include "app/modeller/segmentation/lungs.h"
-#include "app/modeller/segmentation/morphology.h"
 #include "patient/synth/labels.h"
 #include "tests/app/modeller/reference_patient.h"
 

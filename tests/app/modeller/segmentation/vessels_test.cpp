@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/segmentation/accuracy.h"
-#include "app/modeller/segmentation/morphology.h"
 #include "app/modeller/segmentation/tubes.h"
 #include "tests/app/modeller/segmentation/liver_phantom.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "app/modeller/fascia/body_wall.h"
+#include "app/modeller/wall/body_wall.h"
 
 namespace stylet::modeller {
 

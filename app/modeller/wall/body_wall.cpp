@@ -1,4 +1,4 @@
-#include "app/modeller/fascia/body_wall.h"
+#include "app/modeller/wall/body_wall.h"
 
 #include <algorithm>
 #include <cmath>
@@ -58,7 +58,7 @@ void forEachCoveredCell(const Mask& mask, const WallSurface& s, double max_cells
 double findInnerBellyWall(const FasciaInput& in, const FloatVolume& smooth_ct, const WallSurface& s,
                           double phi, double z_m) {
     constexpr double kStep_m = 0.001, kMuscle_hu = 5.0, kFat_hu = -40.0;
-    constexpr double kThin_m = 0.006, kUsual_m = 0.012, kThick_m = 0.020;
+    constexpr double kThin_m = 0.006, kUsual_m = 0.012, kThickWall_m = 0.020;
     const Grid& g = in.ct.grid;
     double outer_m = 0.0;
     int run = 0;
@@ -71,9 +71,9 @@ double findInnerBellyWall(const FasciaInput& in, const FloatVolume& smooth_ct, c
             run = hu > kMuscle_hu ? run + 1 : 0;
             if (run == 4) outer_m = r + 3.0 * kStep_m;
             if (run == 4 && in.bones[i]) return 0.0;
-        } else if (hu < kFat_hu || in.organs[i] || outer_m - r > kThick_m) {
+        } else if (hu < kFat_hu || in.organs[i] || outer_m - r > kThickWall_m) {
             const double thick_m = outer_m - r;
-            return outer_m - (thick_m > kThick_m ? kUsual_m : std::max(thick_m, kThin_m));
+            return outer_m - (thick_m > kThickWall_m ? kUsual_m : std::max(thick_m, kThin_m));
         }
     }
     return 0.0;
@@ -193,6 +193,14 @@ WallSurface makeWall(const Mask& body) {
 }
 
 }  // namespace
+
+bool isInsideFascia(const patient::Label& l) {
+    using enum patient::Structure;
+    using patient::Tissue;
+    return l.tissue == Tissue::liver || l.tissue == Tissue::duct || l.tissue == Tissue::vessel ||
+           l.structure == lung || l.structure == spleen || l.structure == kidney ||
+           l.structure == gallbladder;
+}
 
 std::size_t WallSurface::nearestCell(const Vec3& at_m) const {
     const double turn = std::atan2(at_m.y - axis_m.y, at_m.x - axis_m.x) / kFullTurn;

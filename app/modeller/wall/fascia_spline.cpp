@@ -1,11 +1,11 @@
-#include "app/modeller/fascia/fascia_spline.h"
+#include "app/modeller/wall/fascia_spline.h"
 
 #include <fmt/core.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "app/modeller/fascia/fascia_surface.h"
+#include "app/modeller/wall/fascia_surface.h"
 #include "base/line_reader.h"
 #include "base/parallel.h"
 #include "base/text.h"

@@ -1,4 +1,4 @@
-#include "app/modeller/fascia/fascia_surface.h"
+#include "app/modeller/wall/fascia_surface.h"
 
 #include <algorithm>
 #include <cmath>

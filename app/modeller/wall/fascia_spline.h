@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "app/modeller/fascia/body_wall.h"
+#include "app/modeller/wall/body_wall.h"
 
 namespace stylet::modeller {
 

@@ -1,4 +1,4 @@
-#include "app/modeller/segmentation/morphology.h"
+#include "app/modeller/image/morphology.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,5 @@
-// Fits the fascia as a grid of radii: one closed smooth tube just inside the ribs, around the organs of chest
-// and abdomen. Its upper part represents the endothoracic fascia, its lower part the transversal fascia. The
-// paper draws the fascia by hand as a tensor B-spline r(phi, h) (Mastmeyer et al. 2017).
+// The inner wall of chest and abdomen as a grid of radii: one closed smooth tube just inside the ribs, around
+// the organs. It is the first estimate from which the fascia is searched (fascia_surface.h).
 #pragma once
 
 #include <algorithm>
@@ -8,18 +7,23 @@
 #include <vector>
 
 #include "app/modeller/image/voxel_tools.h"
+#include "patient/tissue/tissue.h"
 
 namespace stylet::modeller {
 
-inline constexpr double kFullTurn = 2.0 * std::numbers::pi;
+inline constexpr double kFullTurn = 2.0 * std::numbers::pi;  // [rad]
 
 // Inputs of the surface fit, all on one grid.
 struct FasciaInput {
     const CtVolume& ct;
     const Mask& body;
     const Mask& bones;
-    const Mask& organs;  // lungs and solid organs: the surface passes outside them
+    const Mask& organs;  // see isInsideFascia(): the surface passes outside them
 };
+
+// True for lungs, heart, solid organs and vessels. False for stomach and bowel, whose borders are often
+// uncertain, and for diaphragm and fat, which a CT rarely separates from the wall.
+bool isInsideFascia(const patient::Label&);
 
 // The inner wall in polar coordinates about a vertical axis. Layout: radius_m[z * angles + phi].
 struct WallSurface {

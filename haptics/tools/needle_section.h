@@ -102,9 +102,9 @@ class SectionSolver {
         return s_.phase == Phase::tenting && s_.tenting.depth_m >= 0.0 && isRigid(row(s_.tenting.border.to));
     }
 
-    // True if the tip presses on bone, so that borders behind its surface do not count. False once a
-    // withdrawal has reached that surface: a rounding error may leave the tip behind it. (With another border
-    // under the bone, withdraw() returns to that one.)
+    // True if the tip presses on bone: borders behind the bone's surface are then ignored. False once a
+    // withdrawal has reached the surface, because rounding may leave the tip just behind it. If another
+    // border was tenting when the tip met the bone, withdraw() restores that one.
     bool pressesOnBone(Direction direction) const noexcept {
         const bool at_surface =
             direction == Direction::withdraw && !s_.bone_over_tenting && s_.tenting.depth_m <= kSamePlace_m;
@@ -117,7 +117,7 @@ class SectionSolver {
     }
 
     void arrive(const TissueSample& x, const Vec3& at_reference_m, Direction direction) noexcept {
-        // Only sideways does a pressed tip leave the bone.
+        // A tip that presses on bone leaves it only sideways.
         if (pressesOnBone(direction) && (direction != Direction::sideways || isRigid(row(x.tissue)))) return;
         const bool into_bone =
             direction == Direction::advance && s_.phase == Phase::pass && isRigid(row(x.tissue));

@@ -92,8 +92,8 @@ void NaiveNeedle::meet(const Border& border, bool queued_after) {
 
 void NaiveNeedle::forward(Tissue x) {
     const Border border{x_m_, x};
-    // The tip is back at a tenting border, from the tissue in front of it.
-    const bool is_back = isTentingAtTip() && x_m_ - 0.5 * kStep_m < tenting_.back().x_m;
+    // True if the tip returned to a tenting border from the tissue in front of it.
+    const bool returned = isTentingAtTip() && x_m_ - 0.5 * kStep_m < tenting_.back().x_m;
     const Tissue front = !queue_.empty()     ? queue_.back().to
                          : !tenting_.empty() ? tenting_.back().border.to
                                              : tissue_;
@@ -113,9 +113,9 @@ void NaiveNeedle::forward(Tissue x) {
             meet(border, false);
         }
     }
-    if (is_back || !isTentingAtTip()) {
+    if (returned || !isTentingAtTip()) {
         slide(kStep_m);
-        if (is_back) tenting_.back().a0_n = row(tissue_).stiffness_n_per_m * e_m_;
+        if (returned) tenting_.back().a0_n = row(tissue_).stiffness_n_per_m * e_m_;
         return;
     }
     const TentingBorder h = tenting_.back();

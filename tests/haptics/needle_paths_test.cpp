@@ -47,8 +47,8 @@ struct Case {
     std::vector<double> points;
 };
 
-// NaiveNeedle::distanceToEvent() cannot tell that `hand` has just punctured and the naive needle, up to a
-// micrometre later, not yet.
+// Distance of the tip from its last event. NaiveNeedle::distanceToEvent() is not enough: `hand` may puncture
+// a border up to a micrometre before the naive needle.
 double distanceToLastEvent(const Hand& hand) {
     if (hand.events.empty()) return HUGE_VAL;
     const NeedleEvent& last = hand.events.back();

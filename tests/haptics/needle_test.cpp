@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/haptics/puncture.h"
 #include "tests/support/phantom.h"
 
@@ -349,7 +351,7 @@ TEST(Needle, BoneIsNeverCut) {
     EXPECT_NEAR(p.hand.force(), 0.5, 1e-9);
 }
 
-// However the way back is divided: rounding must not leave the tip pressed on the bone.
+// The withdrawal is divided into 1 to 200 steps. Rounding must not leave the tip pressed on the bone.
 TEST(Needle, EachContactWithBoneIsReported) {
     for (int division = 1; division <= 200; ++division) {
         Puncture p({{skin, 0.002}, {soft, 0.01}, {bone, 0.01}});

@@ -228,7 +228,7 @@ void checkKernel(double blur_within_m, double voxel_m, Findings& f) {
     f.expect(warned, "blur within slices", 1e3 * blur_within_m, "mm",
              {0.0, 1e3 * std::max(kHidesDiaphragm_m, voxel_m)},
              "the fat between liver and diaphragm is blurred away, and the liver may take in the diaphragm: "
-             "inspect the stage liver, or use a series with a sharper kernel");
+             "inspect the liver, or use a series with a sharper kernel");
 }
 
 struct Organ {

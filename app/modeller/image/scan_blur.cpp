@@ -1,5 +1,6 @@
 #include "app/modeller/image/scan_blur.h"
 
+#include <fmt/core.h>
 #include <algorithm>
 #include <cmath>
 
@@ -165,6 +166,12 @@ ScanBlur measureBlur(const CtVolume& ct) {
     blur.across_m = across_m.value_or(blur.within_m);
     blur.within_assumed = !within_m, blur.across_assumed = !across_m;
     return blur;
+}
+
+std::string blurText(const ScanBlur& blur) {
+    return fmt::format("blur: {:.2f} mm within slices{}, {:.2f} mm across{}", 1e3 * blur.within_m,
+                       blur.within_assumed ? " (assumed)" : "", 1e3 * blur.across_m,
+                       blur.across_assumed ? " (assumed)" : "");
 }
 
 }  // namespace stylet::modeller

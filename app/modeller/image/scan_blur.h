@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "app/modeller/image/voxel_tools.h"
 
@@ -19,12 +20,14 @@ inline constexpr double kHidesDiaphragm_m = 0.001;
 struct ScanBlur {
     double within_m = kUsualBlur_m;                       // within a slice: along x and y
     double across_m = kUsualBlur_m;                       // across slices: along z
-    bool within_assumed = false, across_assumed = false;  // the scan does not show it
+    bool within_assumed = false, across_assumed = false;  // true: not visible in the scan
 };
 
-// Where the scan does not show the blur within slices, that of the reference patients is assumed; where it
-// does not show the blur across slices, that within slices.
+// Measures both. If the blur within slices is not visible, that of the reference patients is assumed. If the
+// blur across slices is not visible, it is assumed to equal the blur within slices.
 ScanBlur measureBlur(const CtVolume&);
+// One line for people.
+std::string blurText(const ScanBlur&);
 
 // Measured where the skin of the body's front is almost perpendicular to the y axis. None if too little of
 // such skin is visible, or if the air around the body was cut away. Without noise the error is at most 8 % up

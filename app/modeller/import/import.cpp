@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/modeller/image/scan_blur.h"
 #include "app/modeller/import/import_body.h"
 #include "app/modeller/import/import_ducts.h"
 #include "app/modeller/import/section.h"
@@ -81,12 +82,13 @@ double litres(const Grid& g, std::size_t voxels) {
     return double(voxels) * g.spacing_m.x * g.spacing_m.y * g.spacing_m.z * 1e3;
 }
 
-Mask skeletonMask(const LabelVolume& labels) {
-    return labelMask(labels, [](const Label& l) { return isSkeleton(l.tissue); });
-}
-
 void addFascia(const CtVolume& ct, LabelVolume& labels, const Mask& body, std::vector<std::string>& notes) {
-    const Mask bones = skeletonMask(labels), organs = labelMask(labels, isInsideFascia);
+    const Mask bones = labelMask(labels, [](const Label& l) { return isSkeleton(l.tissue); });
+    // Unlike a program, a person knows the borders of stomach and bowel.
+    const Mask organs = labelMask(labels, [](const Label& l) {
+        using enum patient::Structure;
+        return isInsideFascia(l) || (l.abdominal && l.structure != diaphragm && l.structure != visceral_fat);
+    });
     const FasciaInput input{ct, body, bones, organs};
     const Mask surface = fasciaVoxels(fitFascia(input), input);
     std::size_t over_liver = 0;
@@ -110,15 +112,14 @@ void addDucts(CtVolume& ct, LabelVolume& labels, std::vector<std::string>& notes
 }
 
 std::string labelProvenance(const Label& l, const LabelMap& map, const std::vector<SourceLabel>& sources) {
+    const bool drawn =
+        std::any_of(sources.begin(), sources.end(), [&](const SourceLabel& s) { return s.target == l.name; });
     if (l.name == "skin") return "threshold: 2 mm shell of the body";
-    if (l.name == "muscle" && std::none_of(sources.begin(), sources.end(),
-                                           [](const SourceLabel& s) { return s.target == "muscle"; }))
-        return "threshold: beside bones, brightened by blur";
     if (l.name == "fascia") return "fitted to the CT by the rule of stylet-model build";
-    if (l.name == "bile ducts" && std::none_of(sources.begin(), sources.end(),
-                                               [](const SourceLabel& s) { return s.target == "bile ducts"; }))
-        return "virtual: grown beside the portal branches";
-    return "manual: " + (map.source.empty() ? std::string("the imported segmentation") : map.source);
+    if (l.name == "muscle" && !drawn) return "threshold: beside bones, where blur brightens it";
+    if (l.name == "bile ducts" && !drawn) return "virtual: grown beside the portal branches";
+    return "manual: " + (map.source.empty() ? std::string("the imported segmentation") : map.source) +
+           (l.name == "muscle" ? "; beside bones by threshold" : "");
 }
 
 void reportProgress(const ImportSettings& s, std::string_view stage) {
@@ -180,8 +181,14 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
     p.ct = resampleCt(ct, section);
     p.labels = resampleLabels(labels, section, target);
     if (paint(p.labels, labelMask(p.labels, "fascia"), 0, true) > 0)
-        out.notes.push_back("fascia: searched in the CT; a drawn one, a layer of one voxel, would leak");
+        out.notes.push_back(
+            "fascia: searched in the CT. The segmentation's own was removed: a layer of one voxel leaks "
+            "after "
+            "resampling");
+    // Measured before the crop, which removes the air that the measurement needs.
     const ScanBlur blur = measureBlur(p.ct);
+    out.notes.push_back(blurText(blur));
+
     reportProgress(settings, "body and skin");
     const Mask body = cropToBody(p.ct, p.labels, out.notes);
     checkPackageSize(p.ct.grid);
@@ -192,9 +199,9 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
 
     reportProgress(settings, "thresholds");
     p.thresholds = computeThresholds(estimateTissueClasses(p.ct, body, p.labels));
-    const Mask rim = brightRim(p.ct, body, skeletonMask(p.labels), p.thresholds.t2_sensitive_hu, blur);
+    const Mask rim = brightRim(p.ct, body, labelMask(p.labels, isBone), p.thresholds.t2_sensitive_hu, blur);
     out.notes.push_back(
-        fmt::format("muscle: {:.1f} ml beside bones that blur made as bright as bone",
+        fmt::format("muscle: {:.1f} ml beside bones, where blur makes it as bright as bone",
                     1e3 * litres(p.labels.grid, paint(p.labels, rim, targetId("muscle"), false))));
     if (settings.grow_ducts) {
         reportProgress(settings, "ducts");
@@ -202,6 +209,7 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
     }
     p.reference_phase = settings.reference_phase;
     p.scan.slice_m = sliceDistance(ct.grid);
+    if (!blur.within_assumed) p.scan.blur_within_m = blur.within_m;
 
     p.name = map.source.empty() ? "imported patient" : map.source;
     p.licence = map.licence.empty() ? "unknown: ask whoever gave you the images" : map.licence;

@@ -10,6 +10,7 @@
 
 #include "app/installation.h"
 #include "app/modeller/check/check_scan.h"
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/image/scan_blur.h"
 #include "app/modeller/import/import.h"
 #include "app/modeller/import/section.h"

@@ -77,10 +77,7 @@ void findClasses(BuildState& work, StageResult& r) {
         r.text = writeClasses(c, computeThresholds(c));
         if (c.blood.share == 0.0) r.record.notes.push_back("no contrast medium is visible");
     }
-    r.record.notes.push_back(
-        fmt::format("blur: {:.2f} mm within slices{}, {:.2f} mm across{}", 1e3 * work.blur.within_m,
-                    work.blur.within_assumed ? " (assumed)" : "", 1e3 * work.blur.across_m,
-                    work.blur.across_assumed ? " (assumed)" : ""));
+    r.record.notes.push_back(blurText(work.blur));
     const patient::Thresholds t = parseClasses(r.text);
     const std::uint8_t skin = targetId("skin"), soft = targetId("muscle"), bone = targetId("bone");
     for (std::size_t i = 0; i < r.labels.voxels.size(); ++i) {

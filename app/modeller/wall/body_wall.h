@@ -21,8 +21,9 @@ struct FasciaInput {
     const Mask& organs;  // see isInsideFascia(): the surface passes outside them
 };
 
-// True for lungs, heart, solid organs and vessels. False for stomach and bowel, whose borders are often
-// uncertain, and for diaphragm and fat, which a CT rarely separates from the wall.
+// True for lungs, heart, liver (with its lesions), spleen, kidneys, gallbladder, bile ducts and vessels.
+// False for pancreas, stomach and bowel, whose borders a program often misses, and for diaphragm and fat,
+// which a CT rarely separates from the wall.
 bool isInsideFascia(const patient::Label&);
 
 // The inner wall in polar coordinates about a vertical axis. Layout: radius_m[z * angles + phi].

@@ -7,8 +7,8 @@ namespace stylet::modeller {
 
 // Distance to which blur makes the tissue beside bone brighter.
 double blurReach(const Grid&, const ScanBlur&);
-// Soft tissue next to a bone that is above `bone_hu` because of blur. Without a label it would stop a needle.
-// Voxels surrounded by bright voxels are excluded, because they are missed bone.
+// Soft tissue beside bone that blur raises above `bone_hu`. Unlabelled, it would count as bone and stop a
+// needle. Leaves out voxels surrounded by bright voxels: they are missed bone.
 Mask brightRim(const CtVolume&, const Mask& body, const Mask& bones, double bone_hu, const ScanBlur&);
 
 }  // namespace stylet::modeller

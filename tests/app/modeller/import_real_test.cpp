@@ -133,7 +133,7 @@ TEST_F(ImportReal, RibsArePalpable) {
 TEST_F(ImportReal, CavitySlidesWithoutGapOrFold) {
     const patient::Package& p = imported_->package;
     struct Travel {
-        double dome_m, tolerance_m, without_fold;
+        double dome_m, tolerance_m, scale_without_fold;
     };
     for (const Travel t :
          {Travel{0.015, 0.0005, 3.0}, Travel{0.020, 0.0005, 3.0}, Travel{0.025, 0.0006, 2.0}}) {
@@ -146,7 +146,7 @@ TEST_F(ImportReal, CavitySlidesWithoutGapOrFold) {
         EXPECT_LT(error.worst_gap_m, t.tolerance_m);
         EXPECT_LT(error.worst_overlap_m, t.tolerance_m);
         EXPECT_GT(error.mean_slip_m, 0.5 * t.dome_m);
-        EXPECT_GT(patient::minJacobian(m, t.without_fold), 0.0);
+        EXPECT_GT(patient::minJacobian(m, t.scale_without_fold), 0.0);
     }
 }
 

@@ -182,9 +182,7 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
     p.labels = resampleLabels(labels, section, target);
     if (paint(p.labels, labelMask(p.labels, "fascia"), 0, true) > 0)
         out.notes.push_back(
-            "fascia: searched in the CT. The segmentation's own was removed: a layer of one voxel leaks "
-            "after "
-            "resampling");
+            "fascia: the drawn one was replaced, because a layer of one voxel leaks after resampling");
     // Measured before the crop, which removes the air that the measurement needs.
     const ScanBlur blur = measureBlur(p.ct);
     out.notes.push_back(blurText(blur));

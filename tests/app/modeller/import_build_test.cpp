@@ -256,7 +256,7 @@ TEST(ImportBuild, ADrawnFasciaIsReplaced) {
     t.map.target_of[1] = targetId("fascia");  // the rest of the body
     const ImportResult imported = buildPatient(t.ct, t.labels, t.map, settings());
     EXPECT_EQ(imported.package.labels.voxels, built().package.labels.voxels);
-    EXPECT_THAT(imported.notes, testing::Contains(testing::StartsWith("fascia: searched in the CT")));
+    EXPECT_THAT(imported.notes, testing::Contains(testing::StartsWith("fascia: the drawn one was replaced")));
 }
 
 TEST(ImportBuild, DuctsRunInTheLiverBesideThePortalVein) {

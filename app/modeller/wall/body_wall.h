@@ -22,8 +22,8 @@ struct FasciaInput {
 };
 
 // True for lungs, heart, liver (with its lesions), spleen, kidneys, gallbladder, bile ducts and vessels.
-// False for pancreas, stomach and bowel, whose borders a program often misses, and for diaphragm and fat,
-// which a CT rarely separates from the wall.
+// False for pancreas, stomach and bowel: a program often misses their borders. False for diaphragm and fat: a
+// CT rarely separates them from the wall.
 bool isInsideFascia(const patient::Label&);
 
 // The inner wall in polar coordinates about a vertical axis. Layout: radius_m[z * angles + phi].

@@ -102,6 +102,18 @@ TEST(AlertPicture, CoversOnlyTheBorder) {
     }
 }
 
+// The plate behind the word is more opaque than the border around it.
+TEST(AlertPicture, EveryWordFits) {
+    constexpr int kPlateRow = 480, kEdge = 8, kPlate = 240;
+    for (int risk = 0; risk < training::kRiskStructureCount; ++risk) {
+        AlertPicture picture;
+        picture.show({RiskStructure(risk)});
+        EXPECT_GT(alphaAt(picture, AlertPicture::kSize / 2, kPlateRow), kPlate) << risk;
+        for (const int x : {kEdge, AlertPicture::kSize - 1 - kEdge})
+            EXPECT_LT(alphaAt(picture, x, kPlateRow), kPlate) << risk;
+    }
+}
+
 // Counts the changes between light and dark along a column of the border's pattern.
 int changesDown(const AlertPicture& picture) {
     constexpr int kColumn = 13;

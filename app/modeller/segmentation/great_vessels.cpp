@@ -177,13 +177,14 @@ GreatVessels findGreatVessels(const OrganScene& s) {
     const auto apartFrom = [&](const Mask& within, const TrackedVessel& vessel) {
         return subtract(within, dilated(vessel.organ.mask, s.grid.spacing_m.x));
     };
-    TrackedVessel aorta_first = trackVessel(s, aorta, s.free);
+    // The fascia is uncertain beside the spine: it may cut the aorta.
+    TrackedVessel aorta_first = trackVessel(s, aorta, s.free_wide);
     TrackedVessel cava_second = trackVessel(s, cava, apartFrom(around_cava, aorta_first));
     // Below the aorta's fork, that path of the aorta may continue in the cava. Then more of both is found if
     // the cava is found first. The aorta must be the same vessel: a cava without medium does not show, and
     // its path follows the aorta.
     TrackedVessel cava_first = trackVessel(s, cava, around_cava);
-    TrackedVessel aorta_second = trackVessel(s, aorta, apartFrom(s.free, cava_first));
+    TrackedVessel aorta_second = trackVessel(s, aorta, apartFrom(s.free_wide, cava_first));
     const bool same_aorta = 2 * countVoxels(intersect(aorta_first.organ.mask, aorta_second.organ.mask)) >
                             countVoxels(aorta_first.organ.mask);
     const bool finds_more = cava_first.score + aorta_second.score > aorta_first.score + cava_second.score;

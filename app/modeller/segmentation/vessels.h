@@ -27,9 +27,9 @@ struct SplitVessels {
     std::vector<std::string> notes;  // a sentence for each structure not found, with the fallback
 };
 
-// Separates the trees where they touch, by a minimum cut. Hepatic seeds are vessels at the vena cava and the
-// widest vessels of the upper liver; portal seeds are vessels at the thick blood of the hilum. Pieces without
-// seeds get the label of the nearest tree; a path outside the vessels counts 60 times its length.
+// Separates the trees by a minimum cut. Hepatic seeds are vessels at the vena cava and the widest vessels of
+// the upper liver; portal seeds are vessels at the thick blood of the hilum. Elsewhere a voxel prefers the
+// tree from which the cheaper path leads to it and towards whose root its vessel runs.
 SplitVessels splitVessels(const CtVolume&, const Mask& liver, const Mask& vessels);
 
 }  // namespace stylet::modeller

@@ -10,7 +10,8 @@ namespace stylet::modeller {
 namespace {
 
 constexpr double kInsideBone_m = 0.0015, kOutsideOrgan_m = 0.0010;
-constexpr double kNearest_m = 0.02;  // smallest radius of the surface
+constexpr double kNearest_m = 0.02;      // smallest radius of the surface
+constexpr double kUnderSkin_m = 0.0025;  // the skin (2 mm) and half a voxel
 // Weight, in the fit, of a radius observed along a ray through the abdominal wall. A radius observed at a
 // bone has weight 1.
 constexpr double kBellyWeight = 0.3;
@@ -261,10 +262,13 @@ Mask insideWall(const WallSurface& s, const FasciaInput& in) {
     const Grid& g = in.body.grid;
     Mask inside(g);
     const std::vector<Column> columns = columnsAround(s.axis_m, g);
+    const FloatVolume depth = distanceTo(inverted(in.body));
+    const double under_skin_m = kUnderSkin_m + g.spacing_m.x;
     parallelVoxels(g, [&](const Index3& i) {
         const Column& column = columns[g.offset({i.x, i.y, 0})];
-        inside[i] = in.body[i] && !in.bones[i] &&
-                    (in.organs[i] || column.distance_m < s.radiusAt(column.angle, g.centre(i).z));
+        const bool within =
+            double(depth[i]) > under_skin_m && column.distance_m < s.radiusAt(column.angle, g.centre(i).z);
+        inside[i] = in.body[i] && !in.bones[i] && (in.organs[i] || within);
     });
     keepLargestComponent(inside);
     // Add every bone and every cavity that is enclosed by `inside`: flood the complement from the left and

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "app/modeller/image/import_image.h"
+#include "app/modeller/import/import_body.h"
 #include "app/modeller/segmentation/bones.h"
 #include "app/modeller/segmentation/lungs.h"
 #include "app/modeller/wall/fascia_surface.h"
@@ -57,6 +58,22 @@ TEST(FasciaSpline, ReproducesACone) {
         for (int k = 0; k < s.around; ++k)
             s.control_m[std::size_t(row * s.around + k)] = 0.05 + 0.004 * row;
     EXPECT_NEAR(s.radiusAt(2.0, s.h_begin_m + 1.5 * s.h_step_m), 0.05 + 0.004 * 2.5, 1e-12);
+}
+
+// Where the chest is sunken, the skin lies inside the surface. No way leads from the skin around the fascia.
+TEST(FasciaSpline, LiesUnderTheSkinOfASunkenChest) {
+    const FasciaSpline s = tube(0.05);
+    const Grid g{{140, 140, 8}, Vec3(0.001), {s.axis_m.x - 0.07, s.axis_m.y - 0.07, 0.0}};
+    const Mask none(g), body = maskWhere(g, [&](std::size_t i) {
+                            const Vec3 p = g.centre(g.voxelAt(i)) - s.axis_m;
+                            return std::hypot(p.x, p.y) < 0.06 && p.y < 0.04 + 0.3 * std::fabs(p.x);
+                        });
+    const CtVolume ct(g);
+    const Mask fascia = fasciaVoxels(s, {ct, body, none, none});
+    const Mask reached = floodFill(skinShell(body, g, 0.002), inverted(fascia));
+    const Index3 middle = g.nearest({s.axis_m.x, s.axis_m.y, 0.004});
+    EXPECT_FALSE(reached[middle]);
+    EXPECT_GT(countVoxels(fascia), 8u * 250u);
 }
 
 TEST(FasciaSpline, TextRoundTripKeepsAHundredthOfAMillimetre) {

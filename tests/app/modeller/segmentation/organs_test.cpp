@@ -91,6 +91,18 @@ TEST(Organs, BallsAndTubesAtOrganPositionsAreFound) {
     }
 }
 
+// The first fascia, on which the search for organs is based, runs through the aorta.
+TEST(Organs, TheFirstFasciaDoesNotCutTheAorta) {
+    OrganPhantom b;
+    b.liver = b.ball({0.07, 0.06, 0.10}, 0.045, 110);
+    const Mask aorta = b.tube(-0.012, 0.048, 0.010, 175);
+    forEachVoxel(b.ct.grid, [&](const Index3& i) {
+        const Vec3 p = b.ct.grid.centre(i);
+        if (p.x < -0.012 && p.y < 0.060) b.inside[i] = 0;
+    });
+    EXPECT_GT(compare(aorta, b.organs().at("aorta and arteries").mask).dice, 0.85);
+}
+
 // The aorta ends above the scan's lower end, as at its fork. Below, only the cava is wide enough for either
 // vessel, and it must not be taken for the aorta. A cava without medium is not found, and the aorta must not
 // be taken for it: neither if the aorta is near the midline, nor if a bowel loop could be the aorta instead.

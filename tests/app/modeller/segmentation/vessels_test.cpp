@@ -124,6 +124,23 @@ TEST(Vessels, AVeinThatTouchesThePortalVeinKeepsItsFarEnd) {
     EXPECT_GT(double(countVoxels(intersect(end, split.hepatic))), 0.95 * double(countVoxels(end)));
 }
 
+// The upper end of a wide hepatic vein was not found, and a thin portal branch crosses it. Its only
+// connection leads to the portal trunk, but it runs towards the vena cava and is wider than the branch.
+TEST(Vessels, AVeinWithoutItsStemIsKnownByItsCourse) {
+    test::LiverPhantom liver(84);
+    liver.tube({0.042, 0.014, 0.044}, {0.042, 0.014, 0.080}, 0.008, 160.0);  // cava
+    const Mask other = liver.tube({0.042, 0.014, 0.068}, {0.020, 0.050, 0.060}, 0.0025, 160.0);
+    const Mask vein = liver.tube({0.042, 0.030, 0.056}, {0.060, 0.070, 0.012}, 0.0028, 160.0);
+    const Mask trunk = liver.tube({0.030, 0.050, 0.018}, {0.030, 0.044, 0.036}, 0.005, 160.0);
+    const Mask branch = liver.tube({0.030, 0.046, 0.0312}, {0.074, 0.0515, 0.0335}, 0.0016, 160.0);
+    const Mask hepatic = intersect(unite(other, vein), liver.mask);
+    const Mask portal = subtract(intersect(unite(trunk, branch), liver.mask), hepatic);
+
+    const SplitVessels split = splitVessels(liver.ct, liver.mask, unite(portal, hepatic));
+    EXPECT_GT(compare(hepatic, split.hepatic).dice, 0.9);
+    EXPECT_GT(compare(portal, split.portal).dice, 0.9);
+}
+
 // A slice of the vein is as dark as the liver. The rest of the vein is still connected to the vena cava.
 TEST(Vessels, ADarkSliceDoesNotDivideAVein) {
     test::LiverPhantom liver(72);

@@ -44,7 +44,8 @@ constexpr double kAround_m = 0.015;  // around the liver, where cava and hilum a
 constexpr double kCavaOpening_m = 0.004, kMinCava_m2 = 70e-6, kMaxCava_m2 = 1500e-6;
 constexpr double kMinCavaLength_m = 0.012;
 // From the liver's back (0) to its front (1): where no cava lies. The portal trunk lies in front of the cava
-// and may look like it, so a section counts less within kCavaDepth of that. 0.3 and 0.5 give the same trees.
+// and may look like it, so a vessel within kCavaDepth of that counts less. A depth of 0.3 or 0.5 gives the
+// same trees.
 constexpr double kCavaFront = 0.65, kCavaDepth = 0.3;
 // Minimum half width as a share of the cava's usual half width. A flat cava is wider, a portal trunk
 // narrower.
@@ -53,25 +54,27 @@ constexpr double kNearLiver_m = 0.005, kNearVessels_m = 0.006;
 constexpr double kTrunkRadius_m = 0.0035, kCavaWall_m = 0.002, kOffCava_m = 0.006, kDeepInLiver_m = 0.008;
 // Heights of the hilum and of the hepatic veins' ends in the liver: 0 is its lowest voxel and 1 its highest.
 constexpr double kTrunkLow = 0.2, kTrunkHigh = 0.62, kVeinsLow = 0.65, kStemsLow = 0.78, kStemReach_m = 0.035;
+constexpr double kAnyHeight = 1e9;
 constexpr float kStemWidth = 0.75f;
 // Maximum distance from a vessel's end to the large vessel that it joins. 1 to 3 mm give nearly the same
 // trees. With 5 mm, hepatic veins that pass the portal trunk become seeds of the portal tree.
 constexpr double kJoin_m = 0.002;
 // Additional cost of a path outside the vessels where no contrast is left, relative to inside.
 constexpr double kOutsideCost = 60.0;
-// Additional cost of a path through a vessel, per its width in units of what is allowed: kWider times the
-// narrowest place passed, and at least kThinRadius_m. With 3 instead of 8, portal branches are lost to the
-// hepatic veins.
+// Additional cost of a path through a vessel wider than allowed, per excess of its radius as a share of the
+// allowed one. Allowed is kWider times the narrowest place passed, and kThinRadius_m. With 3 instead of 8,
+// portal branches are lost to the hepatic veins.
 constexpr double kWideningCost = 8.0, kWider = 1.25, kThinRadius_m = 0.0012;
-// Paths to the hepatic veins start farther away, at the top of the liver.
+// Paths to the hepatic veins start farther away, at the top of the liver, so paths to the portal vein count
+// this much more. kStep_m keeps their ratio finite at a seed; its logarithm is limited to kMaxNearer.
 constexpr double kPortalFarther = 1.3, kStep_m = 0.001, kMaxNearer = 1.5;
 // What a metre of vessel, a voxel wide, prefers by its path and by its course. A face of full contrast costs
-// 1. With half of both, trees that touch are not separated in a real patient that was deformed; with twice
-// both, more branches of reference patients get the wrong label.
+// 1. With 0.7 of both, trees that touch are not separated in a real patient that was deformed; with 1.4 of
+// both, a sixth of the hepatic veins of one reference patient (seed 33) becomes portal.
 constexpr double kPathWeight_per_m = 2.0, kCourseWeight_per_m = 12.0, kCourseReach_m = 0.006;
 // Minimum cost of a face of the cut. Without it, a dark voxel would be linked to nothing.
 constexpr float kMinFaceCost = 0.001f;
-constexpr float kCutUnits = 10.0f;  // minimumCut() rounds costs to a thousandth
+constexpr float kCutUnits = 10.0f;  // minimumCut() rounds to a thousandth, so costs are scaled up
 
 // The liver's surroundings, in which the vessels are separated.
 struct Scene {
@@ -280,7 +283,8 @@ bool containsLabel(const Mask& seeds, std::uint8_t label) {
     return std::find(seeds.voxels.begin(), seeds.voxels.end(), label) != seeds.voxels.end();
 }
 
-// Cost of the cheapest path from a tree's seeds to each voxel. Away from its root, a tree's vessels become
+// Cost of a path from a tree's seeds to each voxel, nearly the cheapest one: what a step costs depends on the
+// path before it, and only one path to each voxel is kept. Away from its root, a tree's vessels become
 // narrower. A path that leads into a wider vessel has probably entered the other tree, so it pays for the
 // width. Outside the vessels it pays for the missing contrast.
 std::vector<float> pathCost(const Scene& s, const FloatVolume& radius, const Mask& seeds,
@@ -323,7 +327,7 @@ Vec3 findRoot(const Mask& seeds, std::uint8_t label) {
 }
 
 // Whether the vessel runs rather towards the root of the hepatic veins (up to 1) or of the portal vein (down
-// to -1): the share of the variance of the vessel's voxels near `at` in the one direction, less that in the
+// to -1): the share of the variance of the vessel voxels near `at` in the one direction, less that in the
 // other.
 double courseToHepatic(const Mask& vessels, const Index3& at, const Vec3& hepatic_m, const Vec3& portal_m) {
     const Grid& g = vessels.grid;
@@ -336,7 +340,7 @@ double courseToHepatic(const Mask& vessels, const Index3& at, const Vec3& hepati
     Vec3 sum{0.0};
     double count = 0.0, all = 0.0, hepatic = 0.0, portal = 0.0;
     forEachVoxel(boxAround(g, at, int(kCourseReach_m / g.spacing_m.x)), [&](const Index3& i) {
-        const Vec3 d = g.centre(i) - centre;
+        const Vec3 d = g.spacing_m * Vec3(i - at);
         if (!vessels[i] || glm::length(d) > kCourseReach_m) return;
         const double h = glm::dot(d, to_hepatic), p = glm::dot(d, to_portal);
         sum += d, count += 1.0;
@@ -350,11 +354,11 @@ double courseToHepatic(const Mask& vessels, const Index3& at, const Vec3& hepati
            total;
 }
 
-// Labels every vessel voxel, by a minimum cut. A contact between the trees is narrower than a vessel, and the
-// walls in it are darker than blood, so each face costs the cube of its contrast. The sixth power cut at
-// noise instead. An additional factor for the distance to the wall changed little. Because the cut alone
-// prefers small pieces near the seeds, each voxel also prefers the tree with the cheaper path and the one
-// towards whose root its vessel runs.
+// Returns the vessel voxels of the hepatic veins, by a minimum cut; the others are portal vein. A contact
+// between the trees is narrower than a vessel, and the walls in it are darker than blood, so each face costs
+// the cube of its contrast. The sixth power cut at noise instead. An additional factor for the distance to
+// the wall changed little. Because the cut alone prefers small pieces near the seeds, each voxel also prefers
+// the tree with the cheaper path and the one towards whose root its vessel runs.
 Mask cutTrees(const Scene& s, const FloatVolume& radius, const Mask& seeds) {
     const Grid& g = seeds.grid;
     CutProblem problem{LabelVolume(g), FloatVolume(g), {}};
@@ -512,8 +516,8 @@ SplitVessels splitVessels(const CtVolume& ct, const Mask& liver, const Mask& ves
         seedWidest(s, radius, kVeinsLow, 1.01, kHepatic, seeds);
     }
     if (!containsLabel(seeds, kPortal) && !containsLabel(seeds, kHepatic))
-        seedWidest(s, radius, -0.01, 1.01, kPortal, seeds);
-    const Mask hepatic = intersect(cutTrees(s, radius, seeds), s.vessels);
+        seedWidest(s, radius, -kAnyHeight, kAnyHeight, kPortal, seeds);
+    const Mask hepatic = cutTrees(s, radius, seeds);
     out.portal = uncropped(subtract(s.vessels, hepatic), s.box, ct.grid);
     out.hepatic = uncropped(hepatic, s.box, ct.grid);
     out.cava = uncropped(subtract(cava, s.vessels), s.box, ct.grid);

@@ -10,8 +10,8 @@ namespace stylet::modeller {
 namespace {
 
 constexpr double kInsideBone_m = 0.0015, kOutsideOrgan_m = 0.0010;
-constexpr double kNearest_m = 0.02;      // smallest radius of the surface
-constexpr double kUnderSkin_m = 0.0025;  // the skin (2 mm) and half a voxel
+constexpr double kNearest_m = 0.02;     // smallest radius of the surface
+constexpr double kSkinShell_m = 0.002;  // thickness that skinShell() is given
 // Weight, in the fit, of a radius observed along a ray through the abdominal wall. A radius observed at a
 // bone has weight 1.
 constexpr double kBellyWeight = 0.3;
@@ -263,7 +263,8 @@ Mask insideWall(const WallSurface& s, const FasciaInput& in) {
     Mask inside(g);
     const std::vector<Column> columns = columnsAround(s.axis_m, g);
     const FloatVolume depth = distanceTo(inverted(in.body));
-    const double under_skin_m = kUnderSkin_m + g.spacing_m.x;
+    // skinShell() adds half a voxel, and the fascia is one voxel thick.
+    const double under_skin_m = kSkinShell_m + 1.5 * g.spacing_m.x;
     parallelVoxels(g, [&](const Index3& i) {
         const Column& column = columns[g.offset({i.x, i.y, 0})];
         const bool within =

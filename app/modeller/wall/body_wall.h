@@ -67,10 +67,10 @@ bool boneNear(const RadiusBounds&, const WallSurface&, int level, int angle);
 // ignored.
 WallSurface fitWall(const FasciaInput&);
 
-// Returns the volume enclosed by the surface, without the skin: in a sunken chest the surface may reach it,
-// and a needle that starts inside the fascia would miss it. Organs are included even where they extend
-// beyond. A bone is included only if the volume encloses it completely. The result is a single connected
-// component without holes.
+// Returns the volume enclosed by the surface, without the skin: in a sunken chest the surface may reach the
+// skin, and a needle that starts inside the fascia would miss it. Organs are included even where they extend
+// beyond the surface or into the skin. A bone is included only if the volume encloses it completely. The
+// result is a single connected component without holes.
 Mask insideWall(const WallSurface&, const FasciaInput&);
 
 // Returns the boundary of `inside` as a layer that is one voxel thick. No path over face neighbours passes

@@ -62,18 +62,21 @@ TEST(FasciaSpline, ReproducesACone) {
 
 // Where the chest is sunken, the skin lies inside the surface. No way leads from the skin around the fascia.
 TEST(FasciaSpline, LiesUnderTheSkinOfASunkenChest) {
-    const FasciaSpline s = tube(0.05);
-    const Grid g{{140, 140, 8}, Vec3(0.001), {s.axis_m.x - 0.07, s.axis_m.y - 0.07, 0.0}};
-    const Mask none(g), body = maskWhere(g, [&](std::size_t i) {
-                            const Vec3 p = g.centre(g.voxelAt(i)) - s.axis_m;
-                            return std::hypot(p.x, p.y) < 0.06 && p.y < 0.04 + 0.3 * std::fabs(p.x);
-                        });
-    const CtVolume ct(g);
-    const Mask fascia = fasciaVoxels(s, {ct, body, none, none});
-    const Mask reached = floodFill(skinShell(body, g, 0.002), inverted(fascia));
-    const Index3 middle = g.nearest({s.axis_m.x, s.axis_m.y, 0.004});
-    EXPECT_FALSE(reached[middle]);
-    EXPECT_GT(countVoxels(fascia), 8u * 250u);
+    for (const double spacing_m : {0.001, 0.0015}) {
+        SCOPED_TRACE(spacing_m);
+        const FasciaSpline s = tube(0.05);
+        const int side = int(0.14 / spacing_m);
+        const Grid g{{side, side, 8}, Vec3(spacing_m), {s.axis_m.x - 0.07, s.axis_m.y - 0.07, 0.0}};
+        const Mask none(g), body = maskWhere(g, [&](std::size_t i) {
+                                const Vec3 p = g.centre(g.voxelAt(i)) - s.axis_m;
+                                return std::hypot(p.x, p.y) < 0.06 && p.y < 0.04 + 0.3 * std::fabs(p.x);
+                            });
+        const CtVolume ct(g);
+        const Mask fascia = fasciaVoxels(s, {ct, body, none, none}), skin = skinShell(body, g, 0.002);
+        EXPECT_FALSE(floodFill(skin, inverted(fascia))[g.nearest({s.axis_m.x, s.axis_m.y, 0.004})]);
+        EXPECT_GT(double(countVoxels(fascia)), 8 * 0.25 / spacing_m);
+        EXPECT_EQ(countVoxels(intersect(fascia, skin)), 0u);
+    }
 }
 
 TEST(FasciaSpline, TextRoundTripKeepsAHundredthOfAMillimetre) {

@@ -177,7 +177,8 @@ GreatVessels findGreatVessels(const OrganScene& s) {
     const auto apartFrom = [&](const Mask& within, const TrackedVessel& vessel) {
         return subtract(within, dilated(vessel.organ.mask, s.grid.spacing_m.x));
     };
-    // The fascia is uncertain beside the spine: it may cut the aorta.
+    // The first fascia is uncertain beside the spine and may cut the aorta. Searched that far, less of the
+    // cava was found in a deformed real patient.
     TrackedVessel aorta_first = trackVessel(s, aorta, s.free_wide);
     TrackedVessel cava_second = trackVessel(s, cava, apartFrom(around_cava, aorta_first));
     // Below the aorta's fork, that path of the aorta may continue in the cava. Then more of both is found if

@@ -357,8 +357,8 @@ double courseToHepatic(const Mask& vessels, const Index3& at, const Vec3& hepati
 // Returns the vessel voxels of the hepatic veins, by a minimum cut; the others are portal vein. A contact
 // between the trees is narrower than a vessel, and the walls in it are darker than blood, so each face costs
 // the cube of its contrast. The sixth power cut at noise instead. An additional factor for the distance to
-// the wall changed little. Because the cut alone prefers small pieces near the seeds, each voxel also prefers
-// the tree with the cheaper path and the one towards whose root its vessel runs.
+// the wall changed little. The cut alone prefers small pieces near the seeds. So each voxel also prefers one
+// of the trees for two reasons: the cheaper path comes from it, or the vessel runs towards its root.
 Mask cutTrees(const Scene& s, const FloatVolume& radius, const Mask& seeds) {
     const Grid& g = seeds.grid;
     CutProblem problem{LabelVolume(g), FloatVolume(g), {}};

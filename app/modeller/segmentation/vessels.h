@@ -28,8 +28,9 @@ struct SplitVessels {
 };
 
 // Separates the trees by a minimum cut. Hepatic seeds are vessels at the vena cava and the widest vessels of
-// the upper liver; portal seeds are vessels at the thick blood of the hilum. Elsewhere a voxel prefers the
-// tree from which the cheaper path leads to it and towards whose root its vessel runs.
+// the upper liver; portal seeds are vessels at the thick blood of the hilum. Elsewhere a voxel
+// prefers one of the trees for two reasons: the cheaper path comes from it, or the vessel runs towards its
+// root.
 SplitVessels splitVessels(const CtVolume&, const Mask& liver, const Mask& vessels);
 
 }  // namespace stylet::modeller

@@ -40,7 +40,9 @@ void runImport(ImportArguments& a) {
     a.settings.progress("done");
     if (plausible) return;
     printResult(
-        "The patient cannot be simulated yet. Correct the segmentation or the map, and import it again.\n");
+        "The patient cannot be simulated yet. Correct the segmentation or the map, and import it again. If "
+        "the "
+        "segmentation leaves out organs, stylet-model build finds them in the CT.\n");
     throw CLI::RuntimeError(1);
 }
 

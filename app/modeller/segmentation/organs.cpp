@@ -360,6 +360,9 @@ std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
     constexpr double kRim_m = 0.012;           // thickness of skin and its fat
     constexpr double kMargin_m = 0.004;        // for means over neighbours
     constexpr int kMinMargin = 4;              // voxels
+    // Of what is found between 0.06 and 0.12 m, 53 % is portal vein in a real patient, 78 % in a reference
+    // one. Most of the rest is cava and arteries that were not found before.
+    constexpr double kPortalLength_m = 0.120;
     Mask beside = intersect(dilated(in.inside, kBesideFascia_m), eroded(in.body, kRim_m));
     const int margin = std::max(kMinMargin, int(std::ceil(kMargin_m / in.ct.grid.spacing_m.x)));
     VoxelBox box = boxAround(unite(beside, in.inside), margin);
@@ -395,8 +398,12 @@ std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
     for (const FoundOrgan& organ : out)
         cava.mask = subtract(cava.mask, organ.mask);
     addOrgan(std::move(aorta));
+    removeFromFree(cava.mask);
+    const Mask right_vein = findRenalVein(s, out[0].mask, cava.mask),
+               left_vein = findRenalVein(s, out[1].mask, cava.mask);
+    cava.mask = unite(cava.mask, unite(right_vein, left_vein));
     addOrgan(std::move(cava));
-    addOrgan(findExtrahepaticPortalVein(s));
+    addOrgan(findExtrahepaticPortalVein(s, kPortalLength_m));
     s.portal = {};  // the hollow organs need the memory
     addOrgan(findGallbladder(s));
     for (FoundOrgan& organ :

@@ -308,9 +308,13 @@ void findFasciaStage(BuildState& work, StageResult& r) {
     if (r.text.empty()) r.text = writeFascia(fitFascia(input));
     const FasciaSpline fascia = parseFascia(kControlPoints, r.text);
     // Inside the fascia there is no costal cartilage, but muscle, stomach and spleen, which have similar HU.
-    const Mask cartilage = costalCartilage(work.ct, work.body, insideFascia(fascia, input), bones, work.blur);
-    paintTarget(r, subtract(cartilage, organs), "cartilage and discs");
+    const Mask cartilage =
+        subtract(costalCartilage(work.ct, work.body, insideFascia(fascia, input), bones, work.blur), organs);
+    paintTarget(r, cartilage, "cartilage and discs");
     paintTarget(r, fasciaVoxels(fascia, input), "fascia");
+    // Calcified cartilage has a bright rim, as bone has.
+    const Mask rim = brightRim(work.ct, work.body, cartilage, work.thresholds.t2_sensitive_hu, work.blur);
+    paintTarget(r, subtract(rim, unite(bones.all, organs)), "muscle", false);
 }
 
 void findSkin(BuildState& work, StageResult& r) {
@@ -347,7 +351,7 @@ std::vector<Stage> makeStages() {
          .find = findOrgansStage},
         {.name = "fascia",
          .text_name = kControlPoints,
-         .provides = {"fascia", "cartilage and discs"},
+         .provides = {"fascia", "cartilage and discs", "muscle"},
          .find = findFasciaStage},
         {.name = "skin", .provides = {"skin"}, .over_all = false, .find = findSkin},
     };

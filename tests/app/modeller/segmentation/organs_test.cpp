@@ -55,6 +55,19 @@ struct OrganPhantom {
         });
         return m;
     }
+    // A tube along straight lines from point to point.
+    Mask bentTube(const std::vector<Vec3>& points, double radius_m, std::int16_t hu) {
+        Mask m(ct.grid);
+        for (std::size_t n = 1; n < points.size(); ++n) {
+            const Vec3 line = points[n] - points[n - 1];
+            forEachVoxel(ct.grid, [&](const Index3& i) {
+                const Vec3 d = ct.grid.centre(i) - points[n - 1];
+                const double along = std::clamp(glm::dot(d, line) / glm::dot(line, line), 0.0, 1.0);
+                if (glm::length(d - along * line) < radius_m) m[i] = 1, ct[i] = hu;
+            });
+        }
+        return m;
+    }
     // Uniform values of this standard deviation.
     void addNoise(double sigma_hu, unsigned seed = 7) {
         std::mt19937 random(seed);
@@ -135,6 +148,43 @@ TEST(Organs, TheCavaBesideTheForkOfTheAortaIsNotAorta) {
             EXPECT_EQ(countVoxels(found_cava), 0u);
         }
     }
+}
+
+// The left renal vein passes in front of the aorta. There it touches the splenic vein, which is wider, a part
+// of the portal vein, and passes the upper pole of the kidney.
+TEST(Organs, RenalVeinsJoinTheCavaAndNotThePortalVein) {
+    OrganPhantom b(0.0015);
+    b.liver = b.ball({0.07, 0.06, 0.10}, 0.045, 110);
+    b.tube(-0.012, 0.038, 0.010, 175);
+    const Mask cava = b.tube(0.022, 0.045, 0.009, 150);
+    const Mask vein =
+        b.bentTube({{0.022, 0.05, 0.06}, {-0.012, 0.056, 0.06}, {-0.03, 0.045, 0.06}, {-0.045, 0.022, 0.06}},
+                   0.0035, 165);
+    const Mask splenic = b.bentTube(
+        {{0.05, 0.08, 0.115}, {0.02, 0.1, 0.11}, {-0.012, 0.0645, 0.065}, {-0.06, 0.045, 0.085}}, 0.005, 175);
+    const Mask left = b.ball({-0.060, 0.02, 0.06}, 0.027, 190);
+    b.portal = intersect(splenic, b.liver);
+    const auto found = b.organs();
+    const auto share = [](const Mask& of, const Mask& in) {
+        return double(countVoxels(intersect(of, in))) / double(countVoxels(of));
+    };
+    const Mask &found_cava = found.at("vena cava and renal veins").mask,
+               &portal = found.at("portal vein").mask;
+    const Mask renal = subtract(subtract(vein, splenic), unite(unite(cava, left), b.liver));
+    EXPECT_GT(share(renal, found_cava), 0.8);
+    EXPECT_LT(share(renal, portal), 0.1);
+    const Mask outside = subtract(splenic, unite(b.liver, left));
+    EXPECT_LT(share(outside, found_cava), 0.05);
+    EXPECT_GT(share(outside, portal), 0.7);
+
+    // A vein without medium does not show. No other vessel is taken for it.
+    const auto withDarkVein = [&] {
+        for (std::size_t i = 0; i < b.ct.voxels.size(); ++i)
+            if (vein.voxels[i] && !cava.voxels[i] && !splenic.voxels[i] && !left.voxels[i])
+                b.ct.voxels[i] = 45;
+        return b.organs();
+    }();
+    EXPECT_LT(share(outside, withDarkVein.at("vena cava and renal veins").mask), 0.05);
 }
 
 // The trunk leaves the liver towards a bowel loop that is full of contrast medium.

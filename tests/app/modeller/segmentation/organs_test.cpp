@@ -9,6 +9,7 @@
 #include "app/modeller/import/import_map.h"
 #include "app/modeller/segmentation/atlas.h"
 #include "app/modeller/wall/fascia_spline.h"
+#include "tests/app/modeller/segmentation/liver_phantom.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"
 
 namespace stylet::modeller {
@@ -58,14 +59,11 @@ struct OrganPhantom {
     // A tube along straight lines from point to point.
     Mask bentTube(const std::vector<Vec3>& points, double radius_m, std::int16_t hu) {
         Mask m(ct.grid);
-        for (std::size_t n = 1; n < points.size(); ++n) {
-            const Vec3 line = points[n] - points[n - 1];
-            forEachVoxel(ct.grid, [&](const Index3& i) {
-                const Vec3 d = ct.grid.centre(i) - points[n - 1];
-                const double along = std::clamp(glm::dot(d, line) / glm::dot(line, line), 0.0, 1.0);
-                if (glm::length(d - along * line) < radius_m) m[i] = 1, ct[i] = hu;
-            });
-        }
+        forEachVoxel(ct.grid, [&](const Index3& i) {
+            for (std::size_t n = 1; n < points.size(); ++n)
+                if (test::toSegment_m(ct.grid.centre(i), points[n - 1], points[n]) < radius_m)
+                    m[i] = 1, ct[i] = hu;
+        });
         return m;
     }
     // Uniform values of this standard deviation.

@@ -86,6 +86,14 @@ bool didAll(const SessionLog& log) {
     return log.progress.steps_done == training::stepsOf(log.progress);
 }
 
+bool touchedNoRisk(const SessionLog& log) {
+    for (std::size_t i = 0; i < training::kMetricCount; ++i)
+        if (training::metricTable()[i].id == "no_go_touches")
+            return log.score.points[i] == log.score.max_points[i];
+    ADD_FAILURE() << "there is no such metric";
+    return false;
+}
+
 // Bodies of the patients, in turn: variants of the reference patient, or none. The seed chooses the first
 // one.
 constexpr std::array<std::string_view, 4> kBodies{"", "thin", "obese", "ascites"};
@@ -117,11 +125,11 @@ struct DrawnPatient {
         settings.defaults = patient::loadTissueDefaults(test::assets() / "tissue" / "ptcd.toml");
         return patient::synth::makeReferencePatient(settings);
     }
-    // Finds the best path on which the expert's script does every step, also with less pressure on the probe.
-    // Unlike a person, a script cannot turn the probe further when a rib hides the duct, cannot search for a
-    // rib that its finger slides past, and cannot press harder where the probe hardly touches the skin. All
-    // three happen on a few paths in a hundred. With less pressure, because the other trainees' hands are
-    // less steady.
+    // Finds the best path on which the expert's script touches no risk structure and does every step, also
+    // with less pressure on the probe. Unlike a person, a script cannot turn the probe further when a rib
+    // hides the duct, cannot search for a rib that its finger slides past, cannot press harder where the
+    // probe hardly touches the skin, and cannot aim again before its needle enters a vessel. Each happens on
+    // a few paths in a hundred. With less pressure, because the other trainees' hands are less steady.
     bool choosePath(Course course) {
         const Scenario script = test::makeTrainees(course).front(), lighter = test::withLighterProbe(script);
         std::vector<PlannedPath> paths = patient::planPaths(patient, {}).paths;
@@ -129,7 +137,7 @@ struct DrawnPatient {
         for (std::size_t i = 0; i < std::min(paths.size(), kMaxTried); ++i) {
             path = paths[i];
             expert = play(script);
-            if (didAll(expert) && didAll(play(lighter))) return true;
+            if (didAll(expert) && touchedNoRisk(expert) && didAll(play(lighter))) return true;
         }
         return false;
     }

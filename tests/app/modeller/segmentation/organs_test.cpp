@@ -151,7 +151,7 @@ TEST(Organs, TheCavaBesideTheForkOfTheAortaIsNotAorta) {
 // The left renal vein passes in front of the aorta. There it touches the splenic vein, which is wider, a part
 // of the portal vein, and passes the upper pole of the kidney.
 TEST(Organs, RenalVeinsJoinTheCavaAndNotThePortalVein) {
-    OrganPhantom b(0.0015);
+    OrganPhantom b(0.002);
     b.liver = b.ball({0.07, 0.06, 0.10}, 0.045, 110);
     b.tube(-0.012, 0.038, 0.010, 175);
     const Mask cava = b.tube(0.022, 0.045, 0.009, 150);

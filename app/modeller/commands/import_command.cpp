@@ -40,9 +40,8 @@ void runImport(ImportArguments& a) {
     a.settings.progress("done");
     if (plausible) return;
     printResult(
-        "The patient cannot be simulated yet. Correct the segmentation or the map, and import it again. If "
-        "the "
-        "segmentation leaves out organs, stylet-model build finds them in the CT.\n");
+        "The patient cannot be simulated yet. Correct the segmentation or the map, and import it again.\n"
+        "If the segmentation lacks organs, run stylet-model build instead: it segments the CT itself.\n");
     throw CLI::RuntimeError(1);
 }
 

@@ -15,6 +15,13 @@ namespace stylet::modeller {
 namespace {
 
 constexpr double kMaxBlood_hu = 450.0;  // denser is bone or metal
+constexpr double kAround_hu = 55.0;     // soft tissue around vessels
+constexpr double kCavaAbove_hu = 15.0;  // minimum of cava and renal veins above the liver
+
+// Where to look for the lumen's rim around a voxel that is `radius_m` from it.
+double reachOfLumen(float radius_m) {
+    return 1.2 * double(radius_m) + 0.002;
+}
 
 // Expected position of a vessel relative to the canal; metres.
 struct Span {
@@ -116,7 +123,7 @@ struct TrackedVessel {
 };
 
 TrackedVessel trackVessel(const OrganScene& s, const Course& c, const Mask& within) {
-    constexpr double kSoft_hu = 55.0, kShare = 0.35;
+    constexpr double kShare = 0.35;
     const Mask blood = inRange(s.edgeHu(), within, s.parenchyma_hu + c.above_hu, kMaxBlood_hu);
     const FloatVolume width = inPlaneRadii(blood);
     const auto [path, score] = findBestPath(s, c, width);
@@ -132,13 +139,13 @@ TrackedVessel trackVessel(const OrganScene& s, const Course& c, const Mask& with
     }
     // The vessel's rim is where the HU is halfway between its centre and soft tissue. Where the vessel is
     // hardly visible, its smallest radius is assumed.
-    const double rim_hu = 0.5 * (upperMedian(std::move(hu)) + kSoft_hu);
+    const double rim_hu = 0.5 * (upperMedian(std::move(hu)) + kAround_hu);
     const auto shows = [&](const Index3& i) { return scoreVoxel(s, c, width, i) > 0.0f; };
     const auto first = std::find_if(path.begin(), path.end(), shows);
     const auto last = std::find_if(path.rbegin(), path.rend(), shows).base();
     for (auto it = first; it != last; ++it) {
         const Index3 i = *it;
-        const double r_m = shows(i) ? 1.2 * double(width[i]) + 0.002 : c.min_radius_m;
+        const double r_m = shows(i) ? reachOfLumen(width[i]) : c.min_radius_m;
         const int reach = int(std::ceil(r_m / s.grid.spacing_m.x));
         for (int dy = -reach; dy <= reach; ++dy)
             for (int dx = -reach; dx <= reach; ++dx) {
@@ -171,8 +178,8 @@ GreatVessels findGreatVessels(const OrganScene& s) {
                       .y = {0.018, 0.055, 0.105},
                       .min_radius_m = 0.003,
                       .max_radius_m = 0.018,
-                      .above_hu = 15.0,
-                      .confidence = 0.65};  // renal veins and the part below them are missed
+                      .above_hu = kCavaAbove_hu,
+                      .confidence = 0.65};  // some renal veins and the part below them are missed
     // Behind the liver, the cava may have been labelled as liver.
     const Mask around_cava = unite(s.free, s.liver);
     const auto apartFrom = [&](const Mask& within, const TrackedVessel& vessel) {
@@ -223,39 +230,26 @@ FoundOrgan findExtrahepaticPortalVein(const OrganScene& s, double length_m) {
     return out;
 }
 
-// A renal vein runs across the slices and bends. It is the cheapest path through blood from the cava to the
-// kidney's hilum.
-Mask findRenalVein(const OrganScene& s, const Mask& kidney, const Mask& cava) {
-    constexpr double kSoft_hu = 55.0, kAboveLiver_hu = 15.0;
-    // Additional cost of a path where no contrast is left, relative to blood.
+namespace {
+
+// Finds the cheapest path through blood from the cava to the kidney's hilum. Returns nothing if it is no
+// vein.
+std::vector<Index3> traceRenalVein(const OrganScene& s, const Mask& passable, const Mask& kidney,
+                                   const Mask& cava, double cava_hu) {
+    // A metre without contrast costs as much as 1 + kDarkCost metres of blood.
     constexpr double kDarkCost = 20.0;
     // Share of the kidney's height around its middle. The splenic vein passes the left kidney's upper half.
     constexpr double kHilum = 0.4;
-    // The portal vein, which may touch the left renal vein, is passed only farther than this from the liver.
-    // With 50 mm the veins of a real patient are the same, but a path of two reference patients enters the
-    // splenic vein.
-    constexpr double kPortal_m = 0.070;
-    // Mean contrast of a path. In a real patient, and deformed, .84 to .99 along true veins; in reference
-    // patients up to .67 beside them.
-    constexpr double kMinContrast = 0.75, kMaxLength_m = 0.110;
-    constexpr double kMaxCost_m = kMaxLength_m * (1.0 + kDarkCost * (1.0 - kMinContrast));
-    constexpr double kMaxRadius_m = 0.007, kWider = 1.2, kRim_m = 0.002;
+    // Mean contrast of a path. In a real patient, and in deformed copies of it, it is 0.84 to 0.99 along true
+    // veins; in reference patients it is up to 0.67 beside them.
+    constexpr double kMinContrast = 0.75, kMinLength_m = 0.005, kMaxLength_m = 0.110;
+    constexpr double kMaxCost_m = kMaxLength_m * (1.0 + kDarkCost * (1.0 - kMinContrast));  // ends the search
     const Grid& g = s.grid;
-    Mask vein(g);
-    if (countVoxels(kidney) == 0 || countVoxels(cava) == 0) return vein;
-    const FloatVolume& hu = s.edgeHu();
-    std::vector<double> cava_hu;
-    for (std::size_t i = 0; i < cava.voxels.size(); ++i)
-        if (cava.voxels[i]) cava_hu.push_back(double(hu.voxels[i]));
-    const double blood_hu = std::max(kAboveLiver_hu, upperMedian(std::move(cava_hu)) - s.parenchyma_hu);
     const auto contrast = [&](std::size_t i) {
-        return std::clamp((double(hu.voxels[i]) - s.parenchyma_hu) / blood_hu, 0.0, 1.0);
+        const double share = (double(s.edgeHu().voxels[i]) - s.parenchyma_hu) /
+                             std::max(kCavaAbove_hu, cava_hu - s.parenchyma_hu);
+        return std::clamp(share, 0.0, 1.0);
     };
-    Mask passable =
-        maskWhere(g, [&](std::size_t i) { return s.free.voxels[i] && double(hu.voxels[i]) < kMaxBlood_hu; });
-    if (const Mask portal = findExtrahepaticPortalVein(s, kPortal_m).mask; !portal.voxels.empty())
-        passable = subtract(passable, portal);
-
     const double beside_m = 1.5 * g.spacing_m.x;
     const Mask start = intersect(passable, dilated(cava, beside_m)),
                beside_kidney = dilated(kidney, beside_m);
@@ -263,9 +257,13 @@ Mask findRenalVein(const OrganScene& s, const Mask& kidney, const Mask& cava) {
     for (std::size_t i = 0; i < start.voxels.size(); ++i)
         if (start.voxels[i]) seeds.push_back(std::uint32_t(i));
     const VoxelBox box = boundingBox(kidney);
+    const Vec3 middle = 0.5 * Vec3(box.low + box.high);
     const auto isHilum = [&](std::uint32_t at) {
-        const double off_middle = g.voxelAt(at).z - 0.5 * (box.low.z + box.high.z);
-        return beside_kidney.voxels[at] && std::fabs(off_middle) <= 0.5 * kHilum * (box.high.z - box.low.z);
+        if (!beside_kidney.voxels[at]) return false;
+        const Index3 i = g.voxelAt(at);
+        const double canal_x = g.nearest(s.canal[std::size_t(i.z)]).x;
+        const bool medial = std::fabs(i.x - canal_x) < std::fabs(middle.x - canal_x);
+        return medial && std::fabs(i.z - middle.z) <= 0.5 * kHilum * (box.high.z - box.low.z);
     };
     std::uint32_t end = kNoVoxel;
     const CheapestPaths paths = findCheapestPaths(
@@ -278,27 +276,67 @@ Mask findRenalVein(const OrganScene& s, const Mask& kidney, const Mask& cava) {
             if (isHilum(at)) end = at;
             return end == kNoVoxel && double(found.cost[at]) < kMaxCost_m;
         });
-
     std::vector<Index3> course;
-    std::vector<double> course_hu;
     double length_m = 0.0, sum = 0.0;
     for (std::uint32_t at = end; at != kNoVoxel; at = paths.parent[at]) {
         const Index3 here = g.voxelAt(at);
         if (!course.empty()) length_m += glm::length(g.spacing_m * Vec3(here - course.back()));
-        course.push_back(here), course_hu.push_back(double(hu.voxels[at])), sum += contrast(at);
+        course.push_back(here), sum += contrast(at);
     }
-    if (course.empty() || length_m > kMaxLength_m || sum < kMinContrast * double(course.size())) return vein;
+    const bool is_vein =
+        length_m > kMinLength_m && length_m < kMaxLength_m && sum > kMinContrast * double(course.size());
+    return is_vein ? course : std::vector<Index3>();
+}
+
+// The lumen around a vessel's course, within `passable`.
+Mask lumenAround(const OrganScene& s, const Mask& passable, const std::vector<Index3>& course) {
+    constexpr double kMaxRadius_m = 0.007;
+    Mask lumen(s.grid);
+    if (course.empty()) return lumen;
+    std::vector<double> hu;
+    for (const Index3& i : course)
+        hu.push_back(double(s.edgeHu()[i]));
     const double rim_hu =
-        std::max(s.parenchyma_hu + kAboveLiver_hu, 0.5 * (upperMedian(std::move(course_hu)) + kSoft_hu));
-    const Mask blood = inRange(hu, passable, rim_hu, kMaxBlood_hu);
+        std::max(s.parenchyma_hu + kCavaAbove_hu, 0.5 * (upperMedian(std::move(hu)) + kAround_hu));
+    const Mask blood = inRange(s.edgeHu(), passable, rim_hu, kMaxBlood_hu);
     const FloatVolume radius = distanceTo(inverted(blood));
     for (const Index3& middle : course) {
-        const double r_m = std::min(kMaxRadius_m, kWider * double(radius[middle]) + kRim_m);
-        forEachVoxel(boxAround(g, middle, int(std::ceil(r_m / g.spacing_m.x))), [&](const Index3& i) {
-            if (blood[i] && glm::length(g.spacing_m * Vec3(i - middle)) <= r_m) vein[i] = 1;
-        });
+        const double r_m = std::min(kMaxRadius_m, reachOfLumen(radius[middle]));
+        forEachVoxel(boxAround(s.grid, middle, int(std::ceil(r_m / s.grid.spacing_m.x))),
+                     [&](const Index3& i) {
+                         if (blood[i] && glm::length(s.grid.spacing_m * Vec3(i - middle)) <= r_m)
+                             lumen[i] = 1;
+                     });
     }
-    return vein;
+    return lumen;
+}
+
+}  // namespace
+
+// A renal vein runs across the slices and bends, so it is traced as a path.
+Mask findRenalVeins(const OrganScene& s, const Mask& kidney_right, const Mask& kidney_left,
+                    const Mask& cava) {
+    // The path may not enter the portal vein within this distance of the liver: the left renal vein may touch
+    // it. With 50 mm, the veins of a real patient are the same, but in two reference patients a path enters
+    // the splenic vein.
+    constexpr double kPortal_m = 0.070;
+    constexpr double kAboveCava_hu = 90.0;  // brighter is medium in the bowel
+    Mask veins(s.grid);
+    std::vector<double> hu;
+    for (std::size_t i = 0; i < cava.voxels.size(); ++i)
+        if (cava.voxels[i]) hu.push_back(double(s.edgeHu().voxels[i]));
+    if (hu.empty()) return veins;
+    const double cava_hu = upperMedian(std::move(hu));
+    Mask passable = maskWhere(s.grid, [&](std::size_t i) {
+        return s.free.voxels[i] && double(s.edgeHu().voxels[i]) < cava_hu + kAboveCava_hu;
+    });
+    if (const Mask portal = findExtrahepaticPortalVein(s, kPortal_m).mask; !portal.voxels.empty())
+        passable = subtract(passable, portal);
+    for (const Mask* kidney : {&kidney_right, &kidney_left})
+        if (countVoxels(*kidney) > 0)
+            veins =
+                unite(veins, lumenAround(s, passable, traceRenalVein(s, passable, *kidney, cava, cava_hu)));
+    return veins;
 }
 
 }  // namespace stylet::modeller

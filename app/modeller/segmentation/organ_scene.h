@@ -42,10 +42,10 @@ struct GreatVessels {
     FoundOrgan aorta, cava;  // empty masks if not found
 };
 GreatVessels findGreatVessels(const OrganScene&);
-// Followed for `length_m` from the portal vein in the liver.
+// Follows the portal vein for `length_m` from its part in the liver.
 FoundOrgan findExtrahepaticPortalVein(const OrganScene&, double length_m);
-// The vein from a kidney to the cava; all 0 if it does not show. `free` must not include the cava.
-Mask findRenalVein(const OrganScene&, const Mask& kidney, const Mask& cava);
+// The veins from the kidneys to the cava, as far as they show. `free` must include neither.
+Mask findRenalVeins(const OrganScene&, const Mask& kidney_right, const Mask& kidney_left, const Mask& cava);
 
 // Finds "stomach and oesophagus", "colon", "small bowel" and "bowel gas", in this order. Their contents are
 // darker than `organs_hu`.

@@ -399,9 +399,8 @@ std::vector<FoundOrgan> findOrgans(const OrganInput& in) {
         cava.mask = subtract(cava.mask, organ.mask);
     addOrgan(std::move(aorta));
     removeFromFree(cava.mask);
-    const Mask right_vein = findRenalVein(s, out[0].mask, cava.mask),
-               left_vein = findRenalVein(s, out[1].mask, cava.mask);
-    cava.mask = unite(cava.mask, unite(right_vein, left_vein));
+    const Mask &kidney_right = out[0].mask, &kidney_left = out[1].mask;
+    cava.mask = unite(cava.mask, findRenalVeins(s, kidney_right, kidney_left, cava.mask));
     addOrgan(std::move(cava));
     addOrgan(findExtrahepaticPortalVein(s, kPortalLength_m));
     s.portal = {};  // the hollow organs need the memory

@@ -88,8 +88,10 @@ TEST(Vessels, AThinVeinIsSuspected) {
 
 TEST(Vessels, WithoutContrastOrLiverNoVesselsAreFound) {
     const test::LiverPhantom liver(40);
-    const Mask found = findVessels(liver.ct, liver.mask).vessels;
+    const FoundVessels in_liver = findVessels(liver.ct, liver.mask);
+    const Mask& found = in_liver.vessels;
     EXPECT_EQ(countVoxels(found), 0u);
+    EXPECT_EQ(countVoxels(in_liver.suspected), 0u);
     EXPECT_EQ(countVoxels(findVessels(liver.ct, Mask(liver.ct.grid)).vessels), 0u);
     const SplitVessels split = splitVessels(liver.ct, liver.mask, found);
     EXPECT_EQ(countVoxels(split.portal) + countVoxels(split.hepatic), 0u);

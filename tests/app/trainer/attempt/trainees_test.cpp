@@ -114,7 +114,9 @@ struct DrawnPatient {
     haptics::TouchMap touch = haptics::makeTouchMap(patient);
     PlannedPath path;
     SessionLog expert;
-    bool scripted;  // the expert's script does every step on the path, also with a lighter probe
+    // The expert's script touches no risk structure and does every step on the path, also with a lighter
+    // probe.
+    bool scripted;
 
   private:
     static patient::Package makePackage(std::uint64_t drawn, std::string_view body) {
@@ -143,7 +145,7 @@ struct DrawnPatient {
     }
 };
 
-// Draws a patient on which the expert's script does every step.
+// Draws a patient on which the expert's script touches no risk structure and does every step.
 // `number` counts the patients of the course: each has its own random numbers, so that no test changes those
 // of another.
 std::unique_ptr<const DrawnPatient> drawPatient(Course course, std::uint64_t number) {
@@ -156,8 +158,8 @@ std::unique_ptr<const DrawnPatient> drawPatient(Course course, std::uint64_t num
     for (int i = 0; i < kMaxDrawn; ++i) {
         drawn = std::make_unique<const DrawnPatient>(1 + random() % 1'000'000, body, course);
         if (drawn->scripted) break;
-        std::puts(fmt::format("{}: on {} paths the script of the expert does not do every step, also with a "
-                              "lighter probe{}",
+        std::puts(fmt::format("{}: on {} paths the script of the expert touches a risk structure or does not "
+                              "do every step, also with a lighter probe{}",
                               drawn->name(), kMaxTried, describe(drawn->expert))
                       .c_str());
     }

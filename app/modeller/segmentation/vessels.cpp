@@ -470,6 +470,7 @@ FoundVessels findVessels(const CtVolume& ct, const Mask& liver) {
     const TubeEvidence e = tubeEvidence(ct, liver, TubeKind::bright, kVesselRadii_m);
     const Mask core = eroded(e.liver, kLiverRim_m);
     const double blood_hu = bloodContrast(e);
+    if (blood_hu <= 0.0) return {Mask(ct.grid), Mask(ct.grid)};  // nothing is certain
     const double wider_m = std::max(0.0, ct.grid.spacing_m.x - kFine_m);
     const double min_score = std::max(kMinInside, kInsideVessel - kInsideLess_per_m * wider_m);
     const auto scoring = [&](double least, double level_share) {
@@ -480,7 +481,6 @@ FoundVessels findVessels(const CtVolume& ct, const Mask& liver) {
         });
     };
     Mask inside = scoring(min_score, kLevelShare);
-    if (blood_hu <= 0.0) return {Mask(ct.grid), Mask(ct.grid)};  // nothing is certain
     const Mask suspected = scoring(std::max(kMinSuspected, min_score - kSuspectedLess), kSuspectedShare);
     const FloatVolume middle = centreContrast(e.contrast_hu, inside);
     for (std::size_t i = 0; i < inside.voxels.size(); ++i)

@@ -9,6 +9,7 @@
 
 #include "app/modeller/image/morphology.h"
 #include "app/modeller/segmentation/bone_voxels.h"
+#include "app/modeller/wall/bright_rim.h"
 
 namespace stylet::modeller {
 
@@ -420,6 +421,16 @@ Mask costalCartilage(const CtVolume& ct, const Mask& body, const Mask& inside, c
     found = subtract(found, subtract(dilated(unite(dense, bones.all), kRimReach_m), clear));
     removeSmallComponents(found, kMin_ml);
     return found;
+}
+
+Mask cartilageRim(const CtVolume& ct, const Mask& body, const Mask& cartilage, const Mask& taken,
+                  double bone_hu, const ScanBlur& blur) {
+    constexpr std::int16_t kDensest_hu = 500;
+    if (countVoxels(cartilage) == 0) return Mask(ct.grid);
+    const Mask rim = brightRim(ct, body, cartilage, bone_hu, blur);
+    return maskWhere(ct.grid, [&](std::size_t i) {
+        return rim.voxels[i] && !taken.voxels[i] && ct.voxels[i] < kDensest_hu;
+    });
 }
 
 }  // namespace stylet::modeller

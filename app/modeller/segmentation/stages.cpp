@@ -312,16 +312,13 @@ void findFasciaStage(BuildState& work, StageResult& r) {
         subtract(costalCartilage(work.ct, work.body, insideFascia(fascia, input), bones, work.blur), organs);
     paintTarget(r, cartilage, "cartilage and discs");
     paintTarget(r, fasciaVoxels(fascia, input), "fascia");
-    // Calcified cartilage has a bright rim, as bone has. Denser voxels are not blur but missed bone.
-    if (countVoxels(cartilage) == 0) return;
-    constexpr std::int16_t kDensestRim_hu = 500;
-    const Mask rim = brightRim(work.ct, work.body, cartilage, work.thresholds.t2_sensitive_hu, work.blur);
     const LabelVolume &in_bones = work.found.at("bones"), &in_organs = work.found.at("organs");
-    const Mask open = maskWhere(work.ct.grid, [&](std::size_t i) {
-        return !organs.voxels[i] && !in_bones.voxels[i] && !in_organs.voxels[i] &&
-               work.ct.voxels[i] < kDensestRim_hu;
+    const Mask taken = maskWhere(work.ct.grid, [&](std::size_t i) {
+        return organs.voxels[i] || in_bones.voxels[i] || in_organs.voxels[i];
     });
-    paintTarget(r, intersect(rim, open), "muscle", false);
+    paintTarget(
+        r, cartilageRim(work.ct, work.body, cartilage, taken, work.thresholds.t2_sensitive_hu, work.blur),
+        "muscle", false);
 }
 
 void findSkin(BuildState& work, StageResult& r) {

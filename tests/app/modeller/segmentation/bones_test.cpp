@@ -422,7 +422,7 @@ TEST_P(CalcifiedCartilage, HasARimOfMuscle) {
     // The muscle around the shell is as dense as cartilage.
     EXPECT_LT(double(countVoxels(intersect(found, beside))), 0.02 * double(countVoxels(calcified)));
     // Where it is as bright as bone, it is labelled: no voxel left without a label counts as bone.
-    const Mask known = unite(found, brightRim(ct, Mask(ct.grid, 1), found, kBone_hu, {}));
+    const Mask known = unite(found, cartilageRim(ct, Mask(ct.grid, 1), found, b.all, kBone_hu, {}));
     std::size_t bright = 0, left = 0;
     for (std::size_t i = 0; i < beside.voxels.size(); ++i) {
         if (!beside.voxels[i] || found.voxels[i] || ct.voxels[i] < kBone_hu) continue;
@@ -430,6 +430,24 @@ TEST_P(CalcifiedCartilage, HasARimOfMuscle) {
     }
     EXPECT_EQ(bright > 0, GetParam() > 500.0f);
     EXPECT_EQ(left, 0u);
+}
+
+// A plate of cartilage, then a layer as bright as blurred muscle. In the layer are a part of an organ and a
+// piece of missed bone.
+TEST(Bones, ARimOfCartilageCoversNoOrganAndNoMissedBone) {
+    CtVolume ct({Index3(40, 30, 20), Vec3(0.001), Vec3(0.0)}, 55);
+    Mask cartilage(ct.grid), organ(ct.grid), bone(ct.grid), layer(ct.grid);
+    forEachVoxel(ct.grid, [&](const Index3& i) {
+        cartilage[i] = i.y < 10;
+        layer[i] = i.y == 10;
+        organ[i] = layer[i] && i.x < 10;
+        bone[i] = layer[i] && i.x >= 30;
+        ct[i] = cartilage[i] ? 110 : !layer[i] ? 55 : bone[i] ? 520 : 300;
+    });
+    const Mask everywhere(ct.grid, 1);
+    const Mask rim = cartilageRim(ct, everywhere, cartilage, organ, kBone_hu, {});
+    EXPECT_EQ(rim.voxels, subtract(layer, unite(organ, bone)).voxels);
+    EXPECT_EQ(countVoxels(cartilageRim(ct, everywhere, Mask(ct.grid), organ, kBone_hu, {})), 0u);
 }
 
 // Calcium all around the aorta, so that it looks like a bone with marrow.

@@ -4,7 +4,10 @@
 #include "haptics/tools/exact.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <span>
 
 #include "base/traversal.h"
 #include "haptics/tools/tenting.h"
@@ -180,6 +183,35 @@ struct PathSolver {
     }
 };
 
+bool isMembrane(const patient::TissueMap& map, const VoxelPath::Visit& visit, patient::TrackFlags flags) {
+    return map.tissues()[std::size_t(map.sample(map.code(visit), flags).tissue)].membrane;
+}
+
+// The path passes from the first voxel to the last through the edge or corner that they share. A membrane one
+// voxel thick is closed across faces only. It lies between the two voxels if every way across faces meets it.
+bool crossesMembrane(const patient::TissueMap& map, std::span<const VoxelPath::Visit> visits,
+                     patient::TrackFlags flags) {
+    std::array<std::int64_t, 3> steps{};
+    const std::size_t count = visits.size() - 1;
+    const auto isOutside = [](const VoxelPath::Visit& v) { return v.offset == VoxelPath::kOutside; };
+    if (count > steps.size() || std::any_of(visits.begin(), visits.end(), isOutside)) return false;
+    if (isMembrane(map, visits.front(), flags) || isMembrane(map, visits.back(), flags)) return false;
+    for (std::size_t k = 0; k < count; ++k)
+        steps[k] = visits[k + 1].offset - visits[k].offset;
+    const auto end = steps.begin() + std::ptrdiff_t(count);
+    std::sort(steps.begin(), end);
+    do {
+        bool meets = false;
+        VoxelPath::Visit at = visits.front();
+        for (std::size_t k = 0; k + 1 < count && !meets; ++k) {
+            at.offset += steps[k];
+            meets = isMembrane(map, at, flags);
+        }
+        if (!meets) return false;
+    } while (std::next_permutation(steps.begin(), end));
+    return true;
+}
+
 void prependAir(std::vector<Segment>& path) {
     if (path.empty() || path.front().tissue != Tissue::air) path.insert(path.begin(), Segment{});
 }
@@ -190,6 +222,9 @@ void segmentsAlong(const patient::TissueMap& map, const std::vector<VoxelPath::V
                    Borders borders, std::vector<Segment>& segments) {
     constexpr double kCorner_m = 1e-9;
     const double corner = borders == Borders::tissueChanges ? kCorner_m / length_m : 0.0;
+    const auto isCorner = [&](std::size_t i) {
+        return i + 1 < walk.size() && walk[i + 1].begin - walk[i].begin < corner;
+    };
     segments.clear();
     patient::TrackFlags flags;
     int last = -1;
@@ -197,7 +232,15 @@ void segmentsAlong(const patient::TissueMap& map, const std::vector<VoxelPath::V
         const VoxelPath::Visit& visit = walk[i];
         const patient::TissueMap::Code code = map.code(visit);
         if (code == last) continue;
-        if (i + 1 < walk.size() && walk[i + 1].begin - visit.begin < corner) continue;
+        if (isCorner(i)) {
+            std::size_t before = i, after = i;
+            while (before > 0 && isCorner(before))
+                --before;
+            while (isCorner(after))
+                ++after;
+            const std::span<const VoxelPath::Visit> visits(&walk[before], after - before + 1);
+            if (!isMembrane(map, visit, flags) || !crossesMembrane(map, visits, flags)) continue;
+        }
         last = code;
         const patient::TissueSample x = map.sample(code, flags);
         flags = map.flagsAfterEntering(code, flags);

@@ -267,25 +267,57 @@ bool sameOrder(const SteeringResult& s, Skin skin) {
     }
 }
 
-// The tissues entered before the target. A path along a border leaves a tissue and re-enters it wherever it
-// crosses a corner of a voxel. Such a re-entry is dropped if nothing that matters lies between.
-std::vector<Tissue> noticeableOrder(const PatientForces& felt, double target_m) {
-    std::vector<const ExactEvent*> entries;
-    EntryIterator iterator(felt, target_m, Skin::counts);
-    while (const ExactEvent* const e = iterator.next()) {
-        entries.push_back(e);
-        const std::size_t n = entries.size();
-        if (n < 3 || entries[n - 3]->tissue != e->tissue) continue;
-        const ExactEvent& between = *entries[n - 2];
-        const bool plain = between.tissue == Tissue::soft || between.tissue == Tissue::liver ||
-                           between.tissue == Tissue::duct;
-        if (plain && e->border_depth_m - between.border_depth_m < kNoticeableDistance_m)
-            entries.resize(n - 2);
-    }
-    std::vector<Tissue> order;
-    for (const ExactEvent* e : entries)
-        order.push_back(e->tissue);
-    return order;
+struct Layer {
+    Tissue tissue;
+    double begin_m, thickness_m;
+};
+
+// All layers that begin before `end_m`, the last one cut off there.
+std::vector<Layer> layersUpTo(double end_m, const PatientForces& felt) {
+    std::vector<Layer> layers;
+    EntryIterator iterator(felt, end_m, Skin::counts);
+    while (const ExactEvent* const e = iterator.next())
+        layers.push_back({e->tissue, e->border_depth_m, 0.0});
+    for (std::size_t n = 0; n < layers.size(); ++n)
+        layers[n].thickness_m = (n + 1 < layers.size() ? layers[n + 1].begin_m : end_m) - layers[n].begin_m;
+    return layers;
+}
+
+// A layer too thin to notice, and not one that a trainee must cross or avoid.
+bool isNegligible(const Layer& layer) {
+    const Tissue t = layer.tissue;
+    return (t == Tissue::soft || t == Tissue::liver || t == Tissue::duct) &&
+           layer.thickness_m < kNoticeableDistance_m;
+}
+
+// True if both patients have the same layers in the same order, except for negligible ones. A layer before
+// the target may also lie just behind it in the other patient. Layers of one tissue that touch after such an
+// exception are one layer.
+bool sameOrderNoticeable(const SteeringResult& s) {
+    const double end_m = s.end_m + kNoticeableDistance_m;
+    const std::vector<Layer> full = layersUpTo(end_m, s.full), partial = layersUpTo(end_m, s.partial);
+    const auto needed = [&](const std::vector<Layer>& layers, std::size_t passed) {
+        return passed < layers.size() && layers[passed].begin_m <= s.end_m;
+    };
+    // The tissues, as bits, in which both needles may be behind the first i layers of `full` and j of
+    // `partial`.
+    const std::size_t columns = partial.size() + 1;
+    std::vector<std::uint32_t> tissues((full.size() + 1) * columns, 0);
+    tissues[0] = 1u << unsigned(Tissue::air);
+    for (std::size_t i = 0; i <= full.size(); ++i)
+        for (std::size_t j = 0; j <= partial.size(); ++j) {
+            const std::uint32_t now = tissues[i * columns + j];
+            if (now == 0) continue;
+            if (!needed(full, i) && !needed(partial, j)) return true;
+            const auto passOne = [&](const Layer& layer) {
+                return isNegligible(layer) ? now : now & (1u << unsigned(layer.tissue));
+            };
+            if (i < full.size()) tissues[(i + 1) * columns + j] |= passOne(full[i]);
+            if (j < partial.size()) tissues[i * columns + j + 1] |= passOne(partial[j]);
+            if (i < full.size() && j < partial.size() && full[i].tissue == partial[j].tissue)
+                tissues[(i + 1) * columns + j + 1] |= 1u << unsigned(full[i].tissue);
+        }
+    return false;
 }
 
 bool sameKind(const ExactEvent& a, const ExactEvent& b) {
@@ -362,7 +394,7 @@ PathResult measure(const SteeringResult& s, const MeasureSettings& settings) {
     measureBorders(s, r);
     r.same_order = sameOrder(s, Skin::counts);
     r.same_order_inside = sameOrder(s, Skin::ignored);
-    r.same_order_noticeable = noticeableOrder(s.full, s.end_m) == noticeableOrder(s.partial, s.end_m);
+    r.same_order_noticeable = sameOrderNoticeable(s);
     const ExactEvent* const bone = findBone(s.full, s.end_m);
     r.meets_bone = bone || findBone(s.partial, s.end_m);
     for (std::size_t t = 0; t < kTissues; ++t)

@@ -56,7 +56,8 @@ struct PathResult {
     double max_outside_n = 0.0;      // largest error of samples farther than the window from every event
     bool same_order = false;         // both patients have the same cuts and entries in the same order
     bool same_order_inside = false;  // the same, ignoring the skin
-    // The same, ignoring re-entries after less than kNoticeableDistance_m of soft tissue, liver or duct
+    // As same_order, except for layers of soft tissue, liver or duct thinner than kNoticeableDistance_m, and
+    // for layers that begin before the target in one patient and up to that distance behind it in the other
     bool same_order_noticeable = false;
     bool meets_bone = false;  // in either patient: the needle stops there
     BorderError borders;      // over all structures; hausdorff_m is the largest of theirs

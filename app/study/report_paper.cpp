@@ -255,17 +255,20 @@ std::string orderText(const ReportedStudy& study) {
         if (p.summary.paths > 0) percent.add(100.0 * p.summary.same_order_share);
     return percentText(study.all.same_order_share) + " of the paths (by patient " + percent.text(1) +
            " %); " + percentText(study.all.same_order_inside_share) + " without skin, " +
-           percentText(study.all.same_order_noticeable_share) + " without re-entries after less than 2 mm";
+           percentText(study.all.same_order_noticeable_share) +
+           " without layers of soft tissue, liver or duct under 2 mm";
 }
 
 std::string explainOrder(const ReportedStudy& study) {
-    return std::string("The paper calls its largest errors irrelevant as long as the order is the same.") +
-           (study.all.same_order_share < 1.0 - kNegligibleShare
-                ? " Here it is not, so that argument does not apply."
-                : "") +
-           (study.all.same_order_inside_share > study.all.same_order_share + kNegligibleShare
-                ? " Without skin: as if neither patient had one, because a missed skin changes the order too."
-                : "");
+    constexpr double kAlmostAll = 0.98;
+    std::string text = "The paper calls its largest errors irrelevant as long as the order is the same.";
+    if (study.all.same_order_noticeable_share < kAlmostAll)
+        text += " Here it is not, so that argument does not apply.";
+    else if (study.all.same_order_share < 1.0 - kNegligibleShare)
+        text += " Here almost all differences are layers too thin to notice.";
+    if (study.all.same_order_inside_share > study.all.same_order_share + kNegligibleShare)
+        text += " Without skin: as if neither patient had one, because a missed skin changes the order too.";
+    return text;
 }
 
 std::string explainNoticeable(const ReportedStudy& study) {

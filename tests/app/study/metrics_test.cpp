@@ -175,6 +175,50 @@ TEST(StudyMetrics, ShortReentryOfATissueIsNotNoticeable) {
     EXPECT_FALSE(measureGap(0.001, Tissue::fascia).same_order_noticeable);
 }
 
+struct PaintedLayer {
+    Tissue tissue;
+    double begin_m, end_m;
+};
+// The layers are painted into the built patient. In the reference, the duct begins at 61 mm and the path ends
+// at 63 mm.
+PathResult measureLayers(const std::vector<PaintedLayer>& layers) {
+    Pair pair = test::slabPair(0.020, 0.020, FoundLabels::all);
+    const Grid& g = pair.found.labels.grid;
+    for (const PaintedLayer& layer : layers)
+        forEachVoxel(g, [&](const Index3& i) {
+            const double x_m = g.centre(i).x;
+            if (x_m > layer.begin_m && x_m < layer.end_m) pair.found.labels[i] = std::uint8_t(layer.tissue);
+        });
+    return measurePair(pair);
+}
+
+// A layer that only one patient has changes the order if it is thick enough to notice, or if it is one that a
+// trainee must cross or avoid.
+TEST(StudyMetrics, AThinLayerIsNotNoticeableUnlessItMatters) {
+    for (const Tissue plain : {Tissue::soft, Tissue::duct}) {
+        EXPECT_FALSE(measureLayers({{plain, 0.040, 0.0415}}).same_order);
+        EXPECT_TRUE(measureLayers({{plain, 0.040, 0.0415}}).same_order_noticeable);
+        EXPECT_FALSE(measureLayers({{plain, 0.040, 0.0425}}).same_order_noticeable);
+    }
+    for (const Tissue t : {Tissue::vessel, Tissue::fascia, Tissue::cartilage, Tissue::bone, Tissue::skin})
+        EXPECT_FALSE(measureLayers({{t, 0.040, 0.0415}}).same_order_noticeable);
+    // Soft tissue between fascia and liver, and none between skin and fascia.
+    EXPECT_TRUE(measureLayers({{Tissue::soft, 0.021, 0.022}}).same_order_noticeable);
+    EXPECT_FALSE(measureLayers({{Tissue::fascia, 0.002, 0.020}}).same_order_noticeable);
+}
+
+TEST(StudyMetrics, AnEntryJustBehindTheTargetCounts) {
+    const PaintedLayer none{Tissue::liver, 0.061, 0.065};
+    EXPECT_FALSE(measureLayers({none}).same_order_noticeable);
+    const PathResult late = measureLayers({none, {Tissue::duct, 0.0645, 0.070}});
+    EXPECT_FALSE(late.same_order);
+    EXPECT_TRUE(late.same_order_noticeable);
+    EXPECT_FALSE(measureLayers({none, {Tissue::duct, 0.0655, 0.070}}).same_order_noticeable);
+    // In the reference, the path leaves the duct behind the target; in the built patient, before it.
+    EXPECT_FALSE(measureLayers({{Tissue::liver, 0.0625, 0.065}}).same_order);
+    EXPECT_TRUE(measureLayers({{Tissue::liver, 0.0625, 0.065}}).same_order_noticeable);
+}
+
 // Muscle below fat has another label but the same tissue. The breathing needle reports an event there, and
 // the order of the tissues is unchanged.
 TEST(StudyMetrics, LabelChangeWithinATissueKeepsTheOrder) {

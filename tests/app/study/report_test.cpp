@@ -116,7 +116,7 @@ TEST_F(StudyReport, ExplanationsFollowTheNumbers) {
         p.plan.skin_spacing_m = 0.0025;
         p.clearance.assign(p.results.size(), 0.5);
         for (PathResult& r : p.results) {
-            r.meets_bone = false, r.same_order = r.same_order_inside = true;
+            r.meets_bone = false, r.same_order = r.same_order_inside = r.same_order_noticeable = true;
             r.borders.missed = r.borders.invented = 0;
             for (BorderError& b : r.by_tissue)
                 b.missed = b.invented = 0;
@@ -154,7 +154,7 @@ TEST_F(StudyReport, ExplanationsFollowTheNumbers) {
         PathResult& r = one.results[i];
         r.by_tissue[std::size_t(patient::Tissue::skin)].missed = i % 2 == 0;
         r.borders.missed = i % 2 == 0;
-        r.same_order = i % 2 != 0;
+        r.same_order = r.same_order_noticeable = i % 2 != 0;
         if (i % 4 == 0) one.clearance[i] = 0.05;
     }
     one.results[0].meets_bone = true;
@@ -177,6 +177,15 @@ TEST_F(StudyReport, ExplanationsFollowTheNumbers) {
     // A bone threshold that is not lower than the reference's is not reported as a cause.
     one.facts.found.thresholds.t2_sensitive_hu = 210;
     expectTexts(studyPage(study), {"probably the threshold"}, false);
+    // The same differences, but too thin to notice.
+    const std::string thin = "almost all differences are layers too thin to notice";
+    expectTexts(html, {thin}, false);
+    for (PathResult& r : one.results)
+        r.same_order_noticeable = true;
+    recomputeSummaries(study);
+    html = studyPage(study);
+    expectTexts(html, {thin}, true);
+    expectTexts(html, {"that argument does not apply"}, false);
 }
 
 TEST_F(StudyReport, PageAndTablesNameTheLabelsCompared) {

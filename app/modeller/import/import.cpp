@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/image/scan_blur.h"
 #include "app/modeller/import/import_body.h"
 #include "app/modeller/import/import_ducts.h"
 #include "app/modeller/import/section.h"
 #include "app/modeller/import/tissue_classes.h"
+#include "app/modeller/wall/bone_border.h"
 #include "app/modeller/wall/bright_rim.h"
 #include "app/modeller/wall/fascia_spline.h"
 #include "base/text.h"
@@ -82,15 +84,19 @@ double litres(const Grid& g, std::size_t voxels) {
     return double(voxels) * g.spacing_m.x * g.spacing_m.y * g.spacing_m.z * 1e3;
 }
 
-void addFascia(const CtVolume& ct, LabelVolume& labels, const Mask& body, std::vector<std::string>& notes) {
-    const Mask bones = labelMask(labels, [](const Label& l) { return isSkeleton(l.tissue); });
+void addFascia(const CtVolume& ct, LabelVolume& labels, const Mask& body, const ScanBlur& blur,
+               std::vector<std::string>& notes) {
+    const Mask skeleton = labelMask(labels, [](const Label& l) { return isSkeleton(l.tissue); });
+    // Published bones include their blurred rim. Inside it, the fascia would be fitted 1 mm too deep.
+    const Mask bone = labelMask(labels, isBone);
+    const Mask rim = subtract(bone, withoutBlurredRim({ct, body, blur}, bone, Mask(ct.grid)));
+    const Mask bones = subtract(skeleton, rim);
     // Unlike a program, a person knows the borders of stomach and bowel.
     const Mask organs = labelMask(labels, [](const Label& l) {
         using enum patient::Structure;
         return isInsideFascia(l) || (l.abdominal && l.structure != diaphragm && l.structure != visceral_fat);
     });
-    const FasciaInput input{ct, body, bones, organs};
-    const Mask surface = fasciaVoxels(fitFascia(input), input);
+    const Mask surface = fasciaVoxels(fitFascia({ct, body, bones, organs}), {ct, body, skeleton, organs});
     std::size_t over_liver = 0;
     for (std::size_t i = 0; i < surface.voxels.size(); ++i)
         over_liver += surface.voxels[i] && labels.voxels[i] == targetId("liver");
@@ -193,7 +199,7 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
     paint(p.labels, skinShell(body, ct.grid, kSkin_m), targetId("skin"), false);
 
     reportProgress(settings, "fascia");
-    addFascia(p.ct, p.labels, body, out.notes);
+    addFascia(p.ct, p.labels, body, blur, out.notes);
 
     reportProgress(settings, "thresholds");
     p.thresholds = computeThresholds(estimateTissueClasses(p.ct, body, p.labels));

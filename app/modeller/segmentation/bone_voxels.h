@@ -3,6 +3,7 @@
 
 #include "app/modeller/image/scan_blur.h"
 #include "app/modeller/segmentation/spinal_canal.h"
+#include "app/modeller/wall/bone_border.h"
 
 namespace stylet::modeller {
 
@@ -11,15 +12,6 @@ inline constexpr std::int16_t kBone_hu = 200;
 
 // True if the voxel is so close to the front surface (along y) that it can be sternum but not kidney.
 bool isInFrontWall(const Mask& body, const Index3& at);
-
-// A scan, and the same scan with most of its blur undone. Refers to the CT and the body.
-struct BoneScan {
-    BoneScan(const CtVolume&, const Mask& body, const ScanBlur&);
-    const CtVolume& ct;
-    const Mask& body;
-    ScanBlur blur;
-    FloatVolume sharp;  // HU
-};
 
 // Pieces above kBone_hu that are bone: they contain enough certain cortex, or are in the front wall.
 Mask bonePieces(const BoneScan&);
@@ -33,13 +25,6 @@ RayHit castRay(const Mask& wall, Index3 at, const Index3& step, int count);
 // filled voxels enclose further ones. Inside vertebrae, a smaller share of bone around a voxel is sufficient;
 // a vessel beside a vertebra has bone on one side only. Narrow marrow (ribs, arches) may be as dark as fat.
 Mask withMarrow(const BoneScan&, const Mask& pieces, const Mask& shell, const SpinalCanal&);
-
-// Removes the soft tissue that blur has raised above the bone threshold. A bone's surface is at half maximum:
-// halfway between the muscle beside it and its cortex. Blur lowers a thin cortex but not muscle, so half of
-// the blurred maximum lies outside the bone (cf. Prevrhal, Engelke and Kalender, "Accuracy limits for the
-// determination of cortical width and density", Phys. Med. Biol. 44, 1999). Bone is therefore measured in the
-// sharpened scan.
-Mask withoutBlurredRim(const BoneScan&, const Mask& bone, const Mask& canal);
 
 // Smooths the surface of the bones in a soft scan or one of thick slices. There, the borders of bones are
 // uncertain by a voxel, and interpolation between slices makes them rough: a needle that passes a rib would

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/image/voxel_tools.h"
 #include "app/modeller/import/import.h"
 #include "app/modeller/import/section.h"
@@ -203,28 +204,36 @@ TEST(ImportBuild, FasciaSeparatesWallAndCavity) {
 struct Published {
     patient::Package truth, imported;
 };
+// `rim`: the bones are drawn with the muscle that blur makes as bright as bone, as in published
+// segmentations.
+Published importPublished(bool rim) {
+    patient::Package truth = test::referencePatient(83, 0.001);
+    test::Torso t{truth.ct, Volume<std::int16_t>(truth.labels.grid), {}};
+    std::copy(truth.labels.voxels.begin(), truth.labels.voxels.end(), t.labels.voxels.begin());
+    t.map.target_of[0] = 0;
+    for (const patient::Label& l : truth.label_table) {
+        const bool is_published = isInsideFascia(l) || isBone(l);
+        t.map.target_of[l.id] = is_published ? targetId(l.name) : std::uint8_t(0);
+    }
+    const Mask bones = labelMask(truth.labels, isBone);
+    const Mask beside = rim ? dilated(bones, 0.0025) : bones;
+    const std::uint8_t bone = targetId("spine");
+    for (std::size_t i = 0; i < beside.voxels.size(); ++i)
+        if (beside.voxels[i] && truth.ct.voxels[i] >= 150 && t.map.target_of.at(t.labels.voxels[i]) == 0)
+            t.labels.voxels[i] = bone;
+    ImportSettings s = settings();
+    s.grow_ducts = false;
+    s.spacing_m = 0.001;
+    return {std::move(truth), buildPatient(t.ct, t.labels, t.map, s).package};
+}
 const Published& published() {
-    static const Published both = [] {
-        patient::Package truth = test::referencePatient(83, 0.001);
-        test::Torso t{truth.ct, Volume<std::int16_t>(truth.labels.grid), {}};
-        std::copy(truth.labels.voxels.begin(), truth.labels.voxels.end(), t.labels.voxels.begin());
-        t.map.target_of[0] = 0;
-        for (const patient::Label& l : truth.label_table) {
-            const bool is_published = isInsideFascia(l) || isBone(l);
-            t.map.target_of[l.id] = is_published ? targetId(l.name) : std::uint8_t(0);
-        }
-        ImportSettings s = settings();
-        s.grow_ducts = false;
-        s.spacing_m = 0.001;
-        return Published{std::move(truth), buildPatient(t.ct, t.labels, t.map, s).package};
-    }();
+    static const Published both = importPublished(false);
     return both;
 }
 
-// The limit lies between the error of the search in the CT (0.65 mm, most of it behind the liver) and that of
-// a fixed distance from the ribs (1.71 mm).
-TEST(ImportBuild, FasciaLiesWhereAReferencePatientHasIt) {
-    const auto& [truth, p] = published();
+// Mean distance of the imported fascia from the true one near the liver.
+double fasciaError_m(const Published& both) {
+    const auto& [truth, p] = both;
     const FloatVolume to_fascia = distanceTo(labelMask(truth.labels, "fascia")),
                       to_liver = distanceTo(labelMask(truth.labels, "liver"));
     double sum_m = 0.0, voxels = 0.0;
@@ -233,8 +242,17 @@ TEST(ImportBuild, FasciaLiesWhereAReferencePatientHasIt) {
         if (p.labels[i] != targetId("fascia") || to_liver[at] > 0.02f) return;
         sum_m += double(to_fascia[at]), voxels += 1.0;
     });
-    ASSERT_GT(voxels, 12000.0);
-    EXPECT_LT(sum_m / voxels, 0.001);
+    EXPECT_GT(voxels, 12000.0);
+    return sum_m / voxels;
+}
+
+// The limit lies between the error of the search in the CT (0.65 mm, most of it behind the liver) and that of
+// a fixed distance from the ribs (1.71 mm).
+TEST(ImportBuild, FasciaLiesWhereAReferencePatientHasIt) {
+    const double error_m = fasciaError_m(published());
+    EXPECT_LT(error_m, 0.001);
+    const double rim_m = fasciaError_m(importPublished(true));
+    EXPECT_NEAR(rim_m, error_m, 0.0001);
 }
 
 // Blur makes muscle beside a rib as bright as bone (some 90,000 voxels here). A needle must not stop there.

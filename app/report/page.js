@@ -86,17 +86,24 @@
       ctx.lineTo(area.right, at);
       ctx.stroke();
       ctx.setLineDash([]);
-      label(ctx, line.text, area.right - 4, at - 9, 'right', muted);
+      if (!spec.boxes) label(ctx, line.text, area.right - 4, at - 9, 'right', muted);
     });
     ctx.restore();
   }
 
-  // Marks and their texts, in front of the curves. A text that would touch another one is moved up.
+  // Marks and their texts, in front of the curves. A text that would touch another one is moved up. Beside boxes, the
+  // lines' texts, which would cover the last box.
   function inFront(chart, spec) {
     var ctx = chart.ctx, area = chart.chartArea, x = chart.scales.x, y = chart.scales.y, taken = [];
     ctx.save();
-    ctx.font = 'bold 12px ' + Chart.defaults.font.family;
+    ctx.font = '12px ' + Chart.defaults.font.family;
     ctx.textBaseline = 'middle';
+    if (spec.boxes) (spec.lines || []).forEach(function (line) {
+      line.text.split(': ').forEach(function (part, row) {
+        label(ctx, part, area.right + 6, y.getPixelForValue(line.y) + 15 * row - 7, 'left', muted);
+      });
+    });
+    ctx.font = 'bold 12px ' + Chart.defaults.font.family;
     (spec.marks || []).forEach(function (mark) {
       var text = mark.text.length > 40 ? mark.text.slice(0, 39) + '…' : mark.text;
       var px = x.getPixelForValue(mark.x), py = y.getPixelForValue(mark.y);
@@ -173,6 +180,7 @@
       data: {datasets: shown.series.map(dataset)},
       options: {
         maintainAspectRatio: false, responsive: true,
+        layout: {padding: {right: spec.boxes && spec.lines ? 104 : 0}},
         interaction: {mode: 'nearest', intersect: true},
         scales: {x: scale(shown.x, false), y: upright(shown)},
         plugins: {

@@ -176,7 +176,7 @@ Table largestTable(const ReportedStudy& study) {
 Table patientTable(const ReportedStudy& study) {
     Table t{resultCaption("By patient; \"no bone\": of the paths that meet none", study),
             {"Patient", "Paths", "Meet bone", "RMSE, N: median", "no bone", "Maximum, N: median", "no bone",
-             "Identical", "Events in order", "without skin", "RMSE below 0.145 N"},
+             "Identical", "Events in order", "without thin layers", "RMSE below 0.145 N"},
             {},
             {false, true, true, true, true, true, true, true, true, true, true},
             true};
@@ -186,7 +186,7 @@ Table patientTable(const ReportedStudy& study) {
             {name, countText(s.paths), percentText(share(s.bone_paths, s.paths)), fixed(s.rmse_n.median, 3),
              meanText(clear.rmse_n, 1.0, 3), fixed(s.max_n.median, 2), meanText(clear.max_n, 1.0, 2),
              percentText(s.equal_share.mean), percentText(some * s.same_order_share),
-             percentText(some * s.same_order_inside_share), percentText(some - s.rmse_noticed_share)});
+             percentText(some * s.same_order_noticeable_share), percentText(some - s.rmse_noticed_share)});
     });
     return t;
 }

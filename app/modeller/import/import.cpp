@@ -84,19 +84,19 @@ double litres(const Grid& g, std::size_t voxels) {
     return double(voxels) * g.spacing_m.x * g.spacing_m.y * g.spacing_m.z * 1e3;
 }
 
-void addFascia(const CtVolume& ct, LabelVolume& labels, const Mask& body, const ScanBlur& blur,
-               std::vector<std::string>& notes) {
+void addFascia(const BoneScan& scan, LabelVolume& labels, std::vector<std::string>& notes) {
     const Mask skeleton = labelMask(labels, [](const Label& l) { return isSkeleton(l.tissue); });
     // Published bones include their blurred rim. Inside it, the fascia would be fitted 1 mm too deep.
     const Mask bone = labelMask(labels, isBone);
-    const Mask rim = subtract(bone, withoutBlurredRim({ct, body, blur}, bone, Mask(ct.grid)));
+    const Mask rim = subtract(bone, withoutBlurredRim(scan, bone, Mask(bone.grid)));
     const Mask bones = subtract(skeleton, rim);
     // Unlike a program, a person knows the borders of stomach and bowel.
     const Mask organs = labelMask(labels, [](const Label& l) {
         using enum patient::Structure;
         return isInsideFascia(l) || (l.abdominal && l.structure != diaphragm && l.structure != visceral_fat);
     });
-    const Mask surface = fasciaVoxels(fitFascia({ct, body, bones, organs}), {ct, body, skeleton, organs});
+    const Mask surface =
+        fasciaVoxels(fitFascia({scan.ct, scan.body, bones, organs}), {scan.ct, scan.body, skeleton, organs});
     std::size_t over_liver = 0;
     for (std::size_t i = 0; i < surface.voxels.size(); ++i)
         over_liver += surface.voxels[i] && labels.voxels[i] == targetId("liver");
@@ -104,6 +104,18 @@ void addFascia(const CtVolume& ct, LabelVolume& labels, const Mask& body, const 
     notes.push_back(
         fmt::format("fascia: one voxel thick; {:.2f} ml of it taken from the liver's rim at the ribs",
                     1e3 * litres(labels.grid, over_liver)));
+}
+
+// Labels the muscle that blur makes as bright as bone. Voxels above half maximum are not blur: the
+// segmentation missed this bone. They stay unlabelled, and bright enough to count as bone.
+void addMuscleBesideBones(const BoneScan& scan, double bone_hu, LabelVolume& labels,
+                          std::vector<std::string>& notes) {
+    const Mask bone = labelMask(labels, isBone);
+    const Mask bright = brightRim(scan.ct, scan.body, bone, bone_hu, scan.blur);
+    const Mask missed = withoutBlurredRim(scan, unite(bone, bright), Mask(bone.grid));
+    const std::size_t painted = paint(labels, subtract(bright, missed), targetId("muscle"), false);
+    notes.push_back(fmt::format("muscle: {:.1f} ml beside bones, where blur makes it as bright as bone",
+                                1e3 * litres(labels.grid, painted)));
 }
 
 void addDucts(CtVolume& ct, LabelVolume& labels, std::vector<std::string>& notes) {
@@ -199,14 +211,12 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
     paint(p.labels, skinShell(body, ct.grid, kSkin_m), targetId("skin"), false);
 
     reportProgress(settings, "fascia");
-    addFascia(p.ct, p.labels, body, blur, out.notes);
+    const BoneScan scan(p.ct, body, blur);
+    addFascia(scan, p.labels, out.notes);
 
     reportProgress(settings, "thresholds");
     p.thresholds = computeThresholds(estimateTissueClasses(p.ct, body, p.labels));
-    const Mask rim = brightRim(p.ct, body, labelMask(p.labels, isBone), p.thresholds.t2_sensitive_hu, blur);
-    out.notes.push_back(
-        fmt::format("muscle: {:.1f} ml beside bones, where blur makes it as bright as bone",
-                    1e3 * litres(p.labels.grid, paint(p.labels, rim, targetId("muscle"), false))));
+    addMuscleBesideBones(scan, p.thresholds.t2_sensitive_hu, p.labels, out.notes);
     if (settings.grow_ducts) {
         reportProgress(settings, "ducts");
         addDucts(p.ct, p.labels, out.notes);

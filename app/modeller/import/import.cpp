@@ -12,6 +12,7 @@
 #include "app/modeller/import/tissue_classes.h"
 #include "app/modeller/wall/bone_border.h"
 #include "app/modeller/wall/bright_rim.h"
+#include "app/modeller/wall/costal_cartilage.h"
 #include "app/modeller/wall/fascia_spline.h"
 #include "base/text.h"
 
@@ -84,7 +85,10 @@ double litres(const Grid& g, std::size_t voxels) {
     return double(voxels) * g.spacing_m.x * g.spacing_m.y * g.spacing_m.z * 1e3;
 }
 
-void addFascia(const BoneScan& scan, LabelVolume& labels, std::vector<std::string>& notes) {
+// Adds the fascia, and the costal cartilage unless the segmentation has cartilage. Returns the added
+// cartilage.
+Mask addBodyWall(const BoneScan& scan, LabelVolume& labels, std::vector<std::string>& notes) {
+    const auto isCartilage = [](const Label& l) { return l.tissue == Tissue::cartilage; };
     const Mask skeleton = labelMask(labels, [](const Label& l) { return isSkeleton(l.tissue); });
     // Published bones include their blurred rim. Inside it, the fascia would be fitted 1 mm too deep.
     const Mask bone = labelMask(labels, isBone);
@@ -95,8 +99,20 @@ void addFascia(const BoneScan& scan, LabelVolume& labels, std::vector<std::strin
         using enum patient::Structure;
         return isInsideFascia(l) || (l.abdominal && l.structure != diaphragm && l.structure != visceral_fat);
     });
-    const Mask surface =
-        fasciaVoxels(fitFascia({scan.ct, scan.body, bones, organs}), {scan.ct, scan.body, skeleton, organs});
+    const FasciaSpline fascia = fitFascia({scan.ct, scan.body, bones, organs});
+    const FasciaInput input{scan.ct, scan.body, skeleton, organs};
+
+    Mask cartilage(labels.grid);
+    if (countVoxels(labelMask(labels, isCartilage)) == 0) {
+        const Mask spine = labelMask(labels, "spine"), canal = labelMask(labels, "spinal canal");
+        cartilage = subtract(
+            costalCartilage(scan, insideFascia(fascia, input), {skeleton, skeleton, spine, canal}), organs);
+        const std::size_t painted = paint(labels, cartilage, targetId("cartilage and discs"), false);
+        notes.push_back(fmt::format("costal cartilage: {:.1f} ml, where it is denser than muscle",
+                                    1e3 * litres(labels.grid, painted)));
+    }
+
+    const Mask surface = fasciaVoxels(fascia, input);
     std::size_t over_liver = 0;
     for (std::size_t i = 0; i < surface.voxels.size(); ++i)
         over_liver += surface.voxels[i] && labels.voxels[i] == targetId("liver");
@@ -104,16 +120,19 @@ void addFascia(const BoneScan& scan, LabelVolume& labels, std::vector<std::strin
     notes.push_back(
         fmt::format("fascia: one voxel thick; {:.2f} ml of it taken from the liver's rim at the ribs",
                     1e3 * litres(labels.grid, over_liver)));
+    return cartilage;
 }
 
-// Labels the muscle that blur makes as bright as bone. Voxels above half maximum are not blur: the
-// segmentation missed this bone. They stay unlabelled, and bright enough to count as bone.
-void addMuscleBesideBones(const BoneScan& scan, double bone_hu, LabelVolume& labels,
-                          std::vector<std::string>& notes) {
+// Labels the muscle that blur makes as bright as bone, beside bones and calcified cartilage. Voxels above
+// half maximum are not blur: the segmentation missed this bone. They stay unlabelled, and bright enough to
+// count as bone.
+void addBrightMuscle(const BoneScan& scan, const Mask& cartilage, double bone_hu, LabelVolume& labels,
+                     std::vector<std::string>& notes) {
     const Mask bone = labelMask(labels, isBone);
     const Mask bright = brightRim(scan.ct, scan.body, bone, bone_hu, scan.blur);
     const Mask missed = withoutBlurredRim(scan, unite(bone, bright), Mask(bone.grid));
-    const std::size_t painted = paint(labels, subtract(bright, missed), targetId("muscle"), false);
+    const Mask muscle = unite(subtract(bright, missed), cartilageRim(scan, cartilage, missed, bone_hu));
+    const std::size_t painted = paint(labels, muscle, targetId("muscle"), false);
     notes.push_back(fmt::format("muscle: {:.1f} ml beside bones, where blur makes it as bright as bone",
                                 1e3 * litres(labels.grid, painted)));
 }
@@ -134,6 +153,7 @@ std::string labelProvenance(const Label& l, const LabelMap& map, const std::vect
         std::any_of(sources.begin(), sources.end(), [&](const SourceLabel& s) { return s.target == l.name; });
     if (l.name == "skin") return "threshold: 2 mm shell of the body";
     if (l.name == "fascia") return "fitted to the CT by the rule of stylet-model build";
+    if (l.name == "cartilage and discs" && !drawn) return "threshold: by the rule of stylet-model build";
     if (l.name == "muscle" && !drawn) return "threshold: beside bones, where blur brightens it";
     if (l.name == "bile ducts" && !drawn) return "virtual: grown beside the portal branches";
     return "manual: " + (map.source.empty() ? std::string("the imported segmentation") : map.source) +
@@ -212,11 +232,11 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
 
     reportProgress(settings, "fascia");
     const BoneScan scan(p.ct, body, blur);
-    addFascia(scan, p.labels, out.notes);
+    const Mask cartilage = addBodyWall(scan, p.labels, out.notes);
 
     reportProgress(settings, "thresholds");
     p.thresholds = computeThresholds(estimateTissueClasses(p.ct, body, p.labels));
-    addMuscleBesideBones(scan, p.thresholds.t2_sensitive_hu, p.labels, out.notes);
+    addBrightMuscle(scan, cartilage, p.thresholds.t2_sensitive_hu, p.labels, out.notes);
     if (settings.grow_ducts) {
         reportProgress(settings, "ducts");
         addDucts(p.ct, p.labels, out.notes);

@@ -7,9 +7,6 @@
 
 namespace stylet::modeller {
 
-// Halfway between muscle (55 HU) and a rib's cortex of 1 mm, which blur lowers to 350 HU.
-inline constexpr std::int16_t kBone_hu = 200;
-
 // True if the voxel is so close to the front surface (along y) that it can be sternum but not kidney.
 bool isInFrontWall(const Mask& body, const Index3& at);
 

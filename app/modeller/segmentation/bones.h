@@ -32,13 +32,4 @@ struct Bones {
 
 Bones findBones(const CtVolume&, const Mask& body, const ScanBlur&);
 
-// The costal cartilage that is clearly denser than muscle: outside the fascia (`inside` is the enclosed
-// volume), below the skin's fat, and connected to a rib or the sternum. Empty if voxels are wider than 1.25
-// mm.
-Mask costalCartilage(const CtVolume&, const Mask& body, const Mask& inside, const Bones&, const ScanBlur&);
-// Muscle that the blur of calcified cartilage makes as bright as bone (`bone_hu`). Leaves out what is `taken`
-// by other structures, and voxels too dense for blur: they are missed bone.
-Mask cartilageRim(const CtVolume&, const Mask& body, const Mask& cartilage, const Mask& taken, double bone_hu,
-                  const ScanBlur&);
-
 }  // namespace stylet::modeller

@@ -10,7 +10,6 @@
 #include "app/modeller/import/import_map.h"
 #include "app/modeller/import/section.h"
 #include "app/modeller/segmentation/atlas.h"
-#include "app/modeller/segmentation/bone_voxels.h"
 #include "app/modeller/segmentation/bones.h"
 #include "app/modeller/segmentation/classes.h"
 #include "app/modeller/segmentation/ducts.h"
@@ -20,6 +19,7 @@
 #include "app/modeller/segmentation/orientation.h"
 #include "app/modeller/segmentation/vessels.h"
 #include "app/modeller/wall/bright_rim.h"
+#include "app/modeller/wall/costal_cartilage.h"
 #include "app/modeller/wall/fascia_spline.h"
 #include "base/hash.h"
 #include "patient/synth/synth.h"
@@ -308,17 +308,18 @@ void findFasciaStage(BuildState& work, StageResult& r) {
     if (r.text.empty()) r.text = writeFascia(fitFascia(input));
     const FasciaSpline fascia = parseFascia(kControlPoints, r.text);
     // Inside the fascia there is no costal cartilage, but muscle, stomach and spleen, which have similar HU.
-    const Mask cartilage =
-        subtract(costalCartilage(work.ct, work.body, insideFascia(fascia, input), bones, work.blur), organs);
+    const BoneScan scan(work.ct, work.body, work.blur);
+    const Mask ends = unite(bones.ribs_right, unite(bones.ribs_left, bones.sternum));
+    const Mask cartilage = subtract(
+        costalCartilage(scan, insideFascia(fascia, input), {bones.all, ends, bones.spine, bones.canal}),
+        organs);
     paintTarget(r, cartilage, "cartilage and discs");
     paintTarget(r, fasciaVoxels(fascia, input), "fascia");
     const LabelVolume &in_bones = work.found.at("bones"), &in_organs = work.found.at("organs");
     const Mask taken = maskWhere(work.ct.grid, [&](std::size_t i) {
         return organs.voxels[i] || in_bones.voxels[i] || in_organs.voxels[i];
     });
-    paintTarget(
-        r, cartilageRim(work.ct, work.body, cartilage, taken, work.thresholds.t2_sensitive_hu, work.blur),
-        "muscle", false);
+    paintTarget(r, cartilageRim(scan, cartilage, taken, work.thresholds.t2_sensitive_hu), "muscle", false);
 }
 
 void findSkin(BuildState& work, StageResult& r) {

@@ -288,6 +288,36 @@ TEST(ImportBuild, BoneThatWasNotDrawnIsBone) {
     EXPECT_LT(muscle, all / 20) << all;
 }
 
+// Published segmentations have no costal cartilage. At 1 mm, what is added is cartilage, if not all of it.
+TEST(ImportBuild, CostalCartilageIsAdded) {
+    const auto& [truth, p, not_drawn] = published();
+    const Mask cartilage = labelMask(p.labels, "cartilage and discs");
+    std::size_t right = 0, all = 0;
+    forEachVoxel(p.labels.grid, [&](const Index3& i) {
+        if (!cartilage[i]) return;
+        const Index3 at = truth.labels.grid.nearest(p.labels.grid.centre(i));
+        ++all, right += truth.labels[at] == targetId("cartilage and discs");
+    });
+    EXPECT_GT(double(all) * voxelVolume_ml(p.labels.grid), 20.0);
+    EXPECT_GT(double(right), 0.97 * double(all));
+    const auto label = std::find_if(p.label_table.begin(), p.label_table.end(),
+                                    [](const patient::Label& l) { return l.name == "cartilage and discs"; });
+    ASSERT_NE(label, p.label_table.end());
+    EXPECT_THAT(label->provenance, testing::StartsWith("threshold"));
+}
+
+TEST(ImportBuild, DrawnCartilageIsLeftAlone) {
+    test::Torso t = test::makeTorso();
+    ImportSettings s = settings();
+    s.grow_ducts = false;
+    const auto note = testing::Contains(testing::StartsWith("costal cartilage"));
+    EXPECT_THAT(buildPatient(t.ct, t.labels, t.map, s).notes, note);
+    t.map.target_of[465] = targetId("cartilage and discs");
+    const ImportResult drawn = buildPatient(t.ct, t.labels, t.map, s);
+    EXPECT_THAT(drawn.notes, testing::Not(note));
+    EXPECT_GT(countVoxels(labelMask(drawn.package.labels, "cartilage and discs")), 0u);
+}
+
 TEST(ImportBuild, ADrawnFasciaIsReplaced) {
     test::Torso t = test::makeTorso();
     t.map.target_of[1] = targetId("fascia");  // the rest of the body

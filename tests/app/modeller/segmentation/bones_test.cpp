@@ -10,6 +10,7 @@
 
 #include "app/modeller/segmentation/bone_voxels.h"
 #include "app/modeller/wall/bright_rim.h"
+#include "app/modeller/wall/costal_cartilage.h"
 #include "tests/app/modeller/segmentation/liver_phantom.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"
 
@@ -362,6 +363,12 @@ TEST(Bones, DarkScanHasNoBones) {
     EXPECT_EQ(findBones(ct, Mask(ct.grid), {}).notes.size(), 1u);
 }
 
+// In a body that fills the CT, all of it outside the fascia.
+Mask findCartilage(const CtVolume& ct, const Bones& b) {
+    const Mask everywhere(ct.grid, 1), ends = unite(b.ribs_right, unite(b.ribs_left, b.sternum));
+    return costalCartilage({ct, everywhere, {}}, Mask(ct.grid), {b.all, ends, b.spine, b.canal});
+}
+
 // A rod along x in front: bone, then cartilage, then muscle again. A second rod is cartilage only. A dense
 // layer of muscle, 2 mm thick, lies on the first rod.
 TEST(Bones, CartilageContinuesTheRib) {
@@ -379,14 +386,14 @@ TEST(Bones, CartilageContinuesTheRib) {
         if ((i.y == 45 || i.y == 46) && i.z >= 20 && i.z < 26) ct[i] = 95;
     });
     b.all = b.ribs_right;
-    const Mask found = costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b, {});
+    const Mask found = findCartilage(ct, b);
     EXPECT_GT(compare(cartilage, found).dice, 0.85);
     EXPECT_FALSE((found[{50, 45, 35}]));
     EXPECT_FALSE((found[{55, 45, 22}]));
     ct.grid.spacing_m = Vec3(0.0015);
     for (Mask* m : {&b.all, &b.spine, &b.canal, &b.ribs_right, &b.ribs_left, &b.sternum})
         m->grid = ct.grid;
-    EXPECT_EQ(countVoxels(costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b, {})), 0u);
+    EXPECT_EQ(countVoxels(findCartilage(ct, b)), 0u);
 }
 
 // A blurred, noisy scan of a rod: rib, then cartilage with a calcified shell, then plain cartilage.
@@ -411,7 +418,7 @@ TEST_P(CalcifiedCartilage, HasARimOfMuscle) {
     for (std::size_t i = 0; i < hu.voxels.size(); ++i)
         ct.voxels[i] = std::int16_t(std::lround(hu.voxels[i] + 12.0 * test::noiseAt(i)));
     b.all = b.ribs_right;
-    const Mask found = costalCartilage(ct, Mask(ct.grid, 1), Mask(ct.grid), b, {});
+    const Mask everywhere(ct.grid, 1), found = findCartilage(ct, b);
     const auto share = [&](const Mask& of) {
         return double(countVoxels(intersect(found, of))) / double(countVoxels(of));
     };
@@ -422,7 +429,7 @@ TEST_P(CalcifiedCartilage, HasARimOfMuscle) {
     // The muscle around the shell is as dense as cartilage.
     EXPECT_LT(double(countVoxels(intersect(found, beside))), 0.02 * double(countVoxels(calcified)));
     // Where it is as bright as bone, it is labelled: no voxel left without a label counts as bone.
-    const Mask known = unite(found, cartilageRim(ct, Mask(ct.grid, 1), found, b.all, kBone_hu, {}));
+    const Mask known = unite(found, cartilageRim({ct, everywhere, {}}, found, b.all, kBone_hu));
     std::size_t bright = 0, left = 0;
     for (std::size_t i = 0; i < beside.voxels.size(); ++i) {
         if (!beside.voxels[i] || found.voxels[i] || ct.voxels[i] < kBone_hu) continue;
@@ -445,9 +452,9 @@ TEST(Bones, ARimOfCartilageCoversNoOrganAndNoMissedBone) {
         ct[i] = cartilage[i] ? 110 : !layer[i] ? 55 : bone[i] ? 520 : 300;
     });
     const Mask everywhere(ct.grid, 1);
-    const Mask rim = cartilageRim(ct, everywhere, cartilage, organ, kBone_hu, {});
+    const Mask rim = cartilageRim({ct, everywhere, {}}, cartilage, organ, kBone_hu);
     EXPECT_EQ(rim.voxels, subtract(layer, unite(organ, bone)).voxels);
-    EXPECT_EQ(countVoxels(cartilageRim(ct, everywhere, Mask(ct.grid), organ, kBone_hu, {})), 0u);
+    EXPECT_EQ(countVoxels(cartilageRim({ct, everywhere, {}}, Mask(ct.grid), organ, kBone_hu)), 0u);
 }
 
 // Calcium all around the aorta, so that it looks like a bone with marrow.

@@ -91,8 +91,8 @@
     ctx.restore();
   }
 
-  // Marks and their texts, in front of the curves. A text that would touch another one is moved up. Beside boxes, the
-  // lines' texts, which would cover the last box.
+  // Marks and their texts, in front of the curves. A text that would touch another one is moved up. In a box plot, the
+  // lines' texts too: they stand right of the boxes, because they would cover the last one.
   function inFront(chart, spec) {
     var ctx = chart.ctx, area = chart.chartArea, x = chart.scales.x, y = chart.scales.y, taken = [];
     ctx.save();

@@ -1,8 +1,11 @@
 #include "app/study/metrics.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <tuple>
+#include <vector>
 
 namespace stylet::study {
 
@@ -267,55 +270,73 @@ bool sameOrder(const SteeringResult& s, Skin skin) {
     }
 }
 
+constexpr bool isPlain(Tissue t) {
+    return t == Tissue::soft || t == Tissue::liver || t == Tissue::duct;
+}
+constexpr bool isMembrane(Tissue t) {
+    return t == Tissue::skin || t == Tissue::fascia;
+}
+
 struct Layer {
     Tissue tissue;
     double begin_m, thickness_m;
+    double cut_m;       // depth of the tip when it enters the layer
+    bool new_membrane;  // a membrane that had to be punctured, even if it is left and entered again
 };
 
-// All layers that begin before `end_m`, the last one cut off there.
+// All layers whose border lies before `end_m`, the last one cut off there.
 std::vector<Layer> layersUpTo(double end_m, const PatientForces& felt) {
     std::vector<Layer> layers;
-    EntryIterator iterator(felt, end_m, Skin::counts);
-    while (const ExactEvent* const e = iterator.next())
-        layers.push_back({e->tissue, e->border_depth_m, 0.0});
+    EntryIterator iterator(felt, std::numeric_limits<double>::infinity(), Skin::counts);
+    for (const ExactEvent* e = iterator.next(); e && e->border_depth_m < end_m; e = iterator.next())
+        layers.push_back({e->tissue, e->border_depth_m, 0.0, e->depth_m,
+                          isMembrane(e->tissue) && e->kind == NeedleEventKind::puncture});
     for (std::size_t n = 0; n < layers.size(); ++n)
         layers[n].thickness_m = (n + 1 < layers.size() ? layers[n + 1].begin_m : end_m) - layers[n].begin_m;
     return layers;
 }
 
-// A layer too thin to notice, and not one that a trainee must cross or avoid.
-bool isNegligible(const Layer& layer) {
-    const Tissue t = layer.tissue;
-    return (t == Tissue::soft || t == Tissue::liver || t == Tissue::duct) &&
-           layer.thickness_m < kNoticeableDistance_m;
-}
-
-// True if both patients have the same layers in the same order, except for negligible ones. A layer before
-// the target may also lie just behind it in the other patient. Layers of one tissue that touch after such an
-// exception are one layer.
+// True if both patients have the same layers in the same order, apart from plain layers that only one patient
+// has. Left out one after the other, these must together be too thin to notice. Layers of one tissue that
+// then touch are one layer, unless they are membranes: each has its own puncture. A layer entered before the
+// target may lie just behind it in the other patient. The layer that holds the target in the full patient
+// must be in both.
 bool sameOrderNoticeable(const SteeringResult& s) {
     const double end_m = s.end_m + kNoticeableDistance_m;
     const std::vector<Layer> full = layersUpTo(end_m, s.full), partial = layersUpTo(end_m, s.partial);
-    const auto needed = [&](const std::vector<Layer>& layers, std::size_t passed) {
-        return passed < layers.size() && layers[passed].begin_m <= s.end_m;
+    const auto isNeeded = [&](const std::vector<Layer>& layers, std::size_t n) {
+        return n < layers.size() && layers[n].cut_m <= s.end_m;
     };
-    // The tissues, as bits, in which both needles may be behind the first i layers of `full` and j of
-    // `partial`.
+    std::size_t target = 0;
+    while (isNeeded(full, target + 1))
+        ++target;
+    // The thickness left out last, behind the first i layers of `full` and j of `partial`, by the tissue that
+    // the tip is in. The least of all ways to get there.
+    using LeftOut = std::array<double, kTissues>;
     const std::size_t columns = partial.size() + 1;
-    std::vector<std::uint32_t> tissues((full.size() + 1) * columns, 0);
-    tissues[0] = 1u << unsigned(Tissue::air);
+    LeftOut never;
+    never.fill(std::numeric_limits<double>::infinity());
+    std::vector<LeftOut> left_out((full.size() + 1) * columns, never);
+    left_out[0][std::size_t(Tissue::air)] = 0.0;
     for (std::size_t i = 0; i <= full.size(); ++i)
         for (std::size_t j = 0; j <= partial.size(); ++j) {
-            const std::uint32_t now = tissues[i * columns + j];
-            if (now == 0) continue;
-            if (!needed(full, i) && !needed(partial, j)) return true;
-            const auto passOne = [&](const Layer& layer) {
-                return isNegligible(layer) ? now : now & (1u << unsigned(layer.tissue));
+            const LeftOut now = left_out[i * columns + j];
+            const auto passOne = [&](const Layer& layer, bool may_be_left_out, LeftOut& next) {
+                for (std::size_t t = 0; t < kTissues; ++t) {
+                    double left_out_m = never[t];
+                    if (Tissue(t) == layer.tissue && !layer.new_membrane)
+                        left_out_m = now[t] <= layer.thickness_m ? 0.0 : now[t];
+                    else if (may_be_left_out && isPlain(layer.tissue))
+                        left_out_m = now[t] + layer.thickness_m;
+                    if (left_out_m < kNoticeableDistance_m) next[t] = std::min(next[t], left_out_m);
+                }
             };
-            if (i < full.size()) tissues[(i + 1) * columns + j] |= passOne(full[i]);
-            if (j < partial.size()) tissues[i * columns + j + 1] |= passOne(partial[j]);
+            if (now == never) continue;
+            if (!isNeeded(full, i) && !isNeeded(partial, j)) return true;
+            if (i < full.size()) passOne(full[i], i != target, left_out[(i + 1) * columns + j]);
+            if (j < partial.size()) passOne(partial[j], true, left_out[i * columns + j + 1]);
             if (i < full.size() && j < partial.size() && full[i].tissue == partial[j].tissue)
-                tissues[(i + 1) * columns + j + 1] |= 1u << unsigned(full[i].tissue);
+                left_out[(i + 1) * columns + j + 1][std::size_t(full[i].tissue)] = 0.0;
         }
     return false;
 }

@@ -56,8 +56,8 @@ struct PathResult {
     double max_outside_n = 0.0;      // largest error of samples farther than the window from every event
     bool same_order = false;         // both patients have the same cuts and entries in the same order
     bool same_order_inside = false;  // the same, ignoring the skin
-    // As same_order, except for layers of soft tissue, liver or duct thinner than kNoticeableDistance_m, and
-    // for layers that begin before the target in one patient and up to that distance behind it in the other
+    // As same_order, but one patient may lack layers of soft tissue, liver or duct that are together thinner
+    // than kNoticeableDistance_m, and a layer may begin up to that distance behind the target in one of them
     bool same_order_noticeable = false;
     bool meets_bone = false;  // in either patient: the needle stops there
     BorderError borders;      // over all structures; hausdorff_m is the largest of theirs

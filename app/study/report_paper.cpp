@@ -256,15 +256,17 @@ std::string orderText(const ReportedStudy& study) {
     return percentText(study.all.same_order_share) + " of the paths (by patient " + percent.text(1) +
            " %); " + percentText(study.all.same_order_inside_share) + " without skin, " +
            percentText(study.all.same_order_noticeable_share) +
-           " without layers of soft tissue, liver or duct under 2 mm";
+           " but for layers of soft tissue, liver or duct under 2 mm";
 }
 
 std::string explainOrder(const ReportedStudy& study) {
-    constexpr double kAlmostAll = 0.98;
+    constexpr double kAlmostAll = 0.98, kMost = 0.9;
+    const double differ = 1.0 - study.all.same_order_share,
+                 noticed = 1.0 - study.all.same_order_noticeable_share;
     std::string text = "The paper calls its largest errors irrelevant as long as the order is the same.";
-    if (study.all.same_order_noticeable_share < kAlmostAll)
+    if (noticed > 1.0 - kAlmostAll)
         text += " Here it is not, so that argument does not apply.";
-    else if (study.all.same_order_share < 1.0 - kNegligibleShare)
+    else if (differ > kNegligibleShare && differ - noticed > kMost * differ)
         text += " Here almost all differences are layers too thin to notice.";
     if (study.all.same_order_inside_share > study.all.same_order_share + kNegligibleShare)
         text += " Without skin: as if neither patient had one, because a missed skin changes the order too.";

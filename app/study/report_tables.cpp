@@ -176,7 +176,7 @@ Table largestTable(const ReportedStudy& study) {
 Table patientTable(const ReportedStudy& study) {
     Table t{resultCaption("By patient; \"no bone\": of the paths that meet none", study),
             {"Patient", "Paths", "Meet bone", "RMSE, N: median", "no bone", "Maximum, N: median", "no bone",
-             "Identical", "Events in order", "without thin layers", "RMSE below 0.145 N"},
+             "Identical", "Events in order", "but for thin layers", "RMSE below 0.145 N"},
             {},
             {false, true, true, true, true, true, true, true, true, true, true},
             true};

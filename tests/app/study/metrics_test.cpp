@@ -179,44 +179,79 @@ struct PaintedLayer {
     Tissue tissue;
     double begin_m, end_m;
 };
-// The layers are painted into the built patient. In the reference, the duct begins at 61 mm and the path ends
-// at 63 mm.
-PathResult measureLayers(const std::vector<PaintedLayer>& layers) {
-    Pair pair = test::slabPair(0.020, 0.020, FoundLabels::all);
-    const Grid& g = pair.found.labels.grid;
+void paintLayers(LabelVolume& labels, const std::vector<PaintedLayer>& layers) {
     for (const PaintedLayer& layer : layers)
-        forEachVoxel(g, [&](const Index3& i) {
-            const double x_m = g.centre(i).x;
-            if (x_m > layer.begin_m && x_m < layer.end_m) pair.found.labels[i] = std::uint8_t(layer.tissue);
+        forEachVoxel(labels.grid, [&](const Index3& i) {
+            const double x_m = labels.grid.centre(i).x;
+            if (x_m > layer.begin_m && x_m < layer.end_m) labels[i] = std::uint8_t(layer.tissue);
         });
+}
+// In the reference, the fascia begins at 20 mm, the duct at 61 mm, and the path ends at 63 mm.
+PathResult measureLayers(const std::vector<PaintedLayer>& in_both,
+                         const std::vector<PaintedLayer>& in_built) {
+    Pair pair = test::slabPair(0.020, 0.020, FoundLabels::all);
+    paintLayers(pair.reference.labels, in_both);
+    paintLayers(pair.found.labels, in_both);
+    paintLayers(pair.found.labels, in_built);
     return measurePair(pair);
+}
+bool agreesIfBuilt(const std::vector<PaintedLayer>& in_built) {
+    const PathResult r = measureLayers({}, in_built);
+    EXPECT_FALSE(r.same_order);
+    return r.same_order_noticeable;
 }
 
 // A layer that only one patient has changes the order if it is thick enough to notice, or if it is one that a
 // trainee must cross or avoid.
 TEST(StudyMetrics, AThinLayerIsNotNoticeableUnlessItMatters) {
     for (const Tissue plain : {Tissue::soft, Tissue::duct}) {
-        EXPECT_FALSE(measureLayers({{plain, 0.040, 0.0415}}).same_order);
-        EXPECT_TRUE(measureLayers({{plain, 0.040, 0.0415}}).same_order_noticeable);
-        EXPECT_FALSE(measureLayers({{plain, 0.040, 0.0425}}).same_order_noticeable);
+        EXPECT_TRUE(agreesIfBuilt({{plain, 0.040, 0.0415}}));
+        EXPECT_FALSE(agreesIfBuilt({{plain, 0.040, 0.0425}}));
+        // Two thin layers with hardly anything between them, and two that are far apart.
+        EXPECT_FALSE(agreesIfBuilt({{plain, 0.040, 0.0415}, {plain, 0.042, 0.0435}}));
+        EXPECT_TRUE(agreesIfBuilt({{plain, 0.040, 0.0415}, {plain, 0.044, 0.0455}}));
     }
     for (const Tissue t : {Tissue::vessel, Tissue::fascia, Tissue::cartilage, Tissue::bone, Tissue::skin})
-        EXPECT_FALSE(measureLayers({{t, 0.040, 0.0415}}).same_order_noticeable);
+        EXPECT_FALSE(agreesIfBuilt({{t, 0.040, 0.0415}}));
     // Soft tissue between fascia and liver, and none between skin and fascia.
-    EXPECT_TRUE(measureLayers({{Tissue::soft, 0.021, 0.022}}).same_order_noticeable);
-    EXPECT_FALSE(measureLayers({{Tissue::fascia, 0.002, 0.020}}).same_order_noticeable);
+    EXPECT_TRUE(agreesIfBuilt({{Tissue::soft, 0.021, 0.022}}));
+    EXPECT_FALSE(agreesIfBuilt({{Tissue::fascia, 0.002, 0.020}}));
+    // The duct that holds the target, as thin as this.
+    const std::vector<PaintedLayer> thin{{Tissue::liver, 0.061, 0.0625}, {Tissue::liver, 0.0635, 0.065}};
+    EXPECT_TRUE(measureLayers(thin, {}).same_order_noticeable);
+    EXPECT_FALSE(measureLayers(thin, {{Tissue::liver, 0.0625, 0.0635}}).same_order_noticeable);
+}
+
+// A membrane that is entered again is noticed if it must be punctured again, that is, beyond the reach of the
+// cut.
+TEST(StudyMetrics, ASecondPunctureOfAMembraneIsNoticeable) {
+    EXPECT_TRUE(agreesIfBuilt({{Tissue::liver, 0.0205, 0.021}, {Tissue::fascia, 0.021, 0.0215}}));
+    EXPECT_FALSE(agreesIfBuilt({{Tissue::fascia, 0.0225, 0.023}}));
 }
 
 TEST(StudyMetrics, AnEntryJustBehindTheTargetCounts) {
     const PaintedLayer none{Tissue::liver, 0.061, 0.065};
-    EXPECT_FALSE(measureLayers({none}).same_order_noticeable);
-    const PathResult late = measureLayers({none, {Tissue::duct, 0.0645, 0.070}});
-    EXPECT_FALSE(late.same_order);
-    EXPECT_TRUE(late.same_order_noticeable);
-    EXPECT_FALSE(measureLayers({none, {Tissue::duct, 0.0655, 0.070}}).same_order_noticeable);
+    EXPECT_FALSE(agreesIfBuilt({none}));
+    EXPECT_TRUE(agreesIfBuilt({none, {Tissue::duct, 0.0645, 0.070}}));
+    EXPECT_FALSE(agreesIfBuilt({none, {Tissue::duct, 0.0655, 0.070}}));
     // In the reference, the path leaves the duct behind the target; in the built patient, before it.
-    EXPECT_FALSE(measureLayers({{Tissue::liver, 0.0625, 0.065}}).same_order);
-    EXPECT_TRUE(measureLayers({{Tissue::liver, 0.0625, 0.065}}).same_order_noticeable);
+    const PathResult early = measureLayers({{Tissue::liver, 0.064, 0.065}}, {{Tissue::liver, 0.0625, 0.064}});
+    EXPECT_FALSE(early.same_order);
+    EXPECT_TRUE(early.same_order_noticeable);
+}
+
+// On paths through a patient, the noticeable order never differs where the exact order does not.
+TEST(StudyMetrics, TheSameOrderIsNeverNoticeablyDifferent) {
+    const PreparedPair prepared(test::seededPair());
+    Steering steering(prepared, {});
+    std::size_t same = 0, noticeable = 0;
+    for (const patient::PlannedPath& path : test::seededPaths()) {
+        const PathResult r = measure(*steering.steer(path));
+        EXPECT_LE(r.same_order, r.same_order_noticeable);
+        same += r.same_order, noticeable += r.same_order_noticeable;
+    }
+    EXPECT_GT(same, 0u);
+    EXPECT_GT(noticeable, same);
 }
 
 // Muscle below fat has another label but the same tissue. The breathing needle reports an event there, and

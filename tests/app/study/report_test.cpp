@@ -177,7 +177,7 @@ TEST_F(StudyReport, ExplanationsFollowTheNumbers) {
     // A bone threshold that is not lower than the reference's is not reported as a cause.
     one.facts.found.thresholds.t2_sensitive_hu = 210;
     expectTexts(studyPage(study), {"probably the threshold"}, false);
-    // The same differences, but too thin to notice.
+    // The same differences, but too thin to notice; then differences that are noticed, but few.
     const std::string thin = "almost all differences are layers too thin to notice";
     expectTexts(html, {thin}, false);
     for (PathResult& r : one.results)
@@ -185,6 +185,10 @@ TEST_F(StudyReport, ExplanationsFollowTheNumbers) {
     recomputeSummaries(study);
     html = studyPage(study);
     expectTexts(html, {thin}, true);
+    expectTexts(html, {"that argument does not apply"}, false);
+    study.all.same_order_share = study.all.same_order_noticeable_share = 0.985;
+    html = studyPage(study);
+    expectTexts(html, {thin}, false);
     expectTexts(html, {"that argument does not apply"}, false);
 }
 

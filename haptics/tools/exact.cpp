@@ -188,7 +188,8 @@ bool isMembrane(const patient::TissueMap& map, const VoxelPath::Visit& visit, pa
 }
 
 // The path passes from the first voxel to the last through the edge or corner that they share. A membrane one
-// voxel thick is closed across faces only. It lies between the two voxels if every way across faces meets it.
+// voxel thick is closed across faces only. It separates the two voxels if every path over face neighbours
+// between them meets it.
 bool crossesMembrane(const patient::TissueMap& map, std::span<const VoxelPath::Visit> visits,
                      patient::TrackFlags flags) {
     std::array<std::int64_t, 3> steps{};
@@ -220,10 +221,10 @@ void prependAir(std::vector<Segment>& path) {
 
 void segmentsAlong(const patient::TissueMap& map, const std::vector<VoxelPath::Visit>& walk, double length_m,
                    Borders borders, std::vector<Segment>& segments) {
-    constexpr double kCorner_m = 1e-9;
-    const double corner = borders == Borders::tissueChanges ? kCorner_m / length_m : 0.0;
-    const auto isCorner = [&](std::size_t i) {
-        return i + 1 < walk.size() && walk[i + 1].begin - walk[i].begin < corner;
+    constexpr double kGrazed_m = 1e-9;
+    const double grazed = borders == Borders::tissueChanges ? kGrazed_m / length_m : 0.0;
+    const auto isGrazed = [&](std::size_t i) {
+        return i + 1 < walk.size() && walk[i + 1].begin - walk[i].begin < grazed;
     };
     segments.clear();
     patient::TrackFlags flags;
@@ -232,11 +233,11 @@ void segmentsAlong(const patient::TissueMap& map, const std::vector<VoxelPath::V
         const VoxelPath::Visit& visit = walk[i];
         const patient::TissueMap::Code code = map.code(visit);
         if (code == last) continue;
-        if (isCorner(i)) {
+        if (isGrazed(i)) {
             std::size_t before = i, after = i;
-            while (before > 0 && isCorner(before))
+            while (before > 0 && isGrazed(before))
                 --before;
-            while (isCorner(after))
+            while (isGrazed(after))
                 ++after;
             const std::span<const VoxelPath::Visit> visits(&walk[before], after - before + 1);
             if (!isMembrane(map, visit, flags) || !crossesMembrane(map, visits, flags)) continue;

@@ -53,7 +53,7 @@ void sampleForce(const ExactForce&, double first_m, double step_m, std::span<dou
 // changes of tissue. With `tissueChanges`, two segmentations that agree in their tissues give bit-identical
 // forces. It also skips voxels that the path crosses for less than 1 nm, at an edge or a corner. Rounding
 // decides which of these voxels a path between voxel centres touches. Only a membrane that separates the
-// voxels before and behind is kept, as a segment of hardly any length.
+// voxels before and behind is kept, as a segment of almost no length.
 enum class Borders { labelChanges, tissueChanges };
 // Finds the tissues along a straight path from entry to end in the reference frame and writes them to
 // `segments`. Sets track flags as the needle would. `path` is scratch memory.

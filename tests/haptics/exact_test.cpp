@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "base/traversal.h"
 #include "tests/haptics/column.h"
@@ -182,7 +183,7 @@ TEST(Exact, TissueChangesGiveTheSameForceAsLabelChanges) {
 
 // A block of soft tissue, of voxels of 1 mm, and lines between voxel centres in it. A diagonal line runs
 // exactly through edges or corners of voxels.
-struct Diagonal {
+struct SoftBlock {
     patient::Package package = test::repeatColumn(test::makeColumn({{soft, 0.03}}, 0.001), 31, 0.001);
     const Grid grid = package.ct.grid;
     const Index3 entry = grid.nearest({0.0085, -0.007, -0.007});
@@ -209,40 +210,41 @@ struct Diagonal {
 
 // The line only touches the two voxels beside it.
 TEST(Exact, VoxelEdgesAreNotTissueChanges) {
-    Diagonal line;
-    line.paint({7, 6, 0}, vessel), line.paint({6, 7, 0}, vessel);
-    EXPECT_EQ(line.alongEdges(Borders::tissueChanges), (std::vector<Tissue>{soft}));
-    EXPECT_EQ(line.alongEdges(Borders::labelChanges), (std::vector<Tissue>{soft, vessel, soft}));
+    SoftBlock block;
+    block.paint({7, 6, 0}, vessel), block.paint({6, 7, 0}, vessel);
+    EXPECT_EQ(block.alongEdges(Borders::tissueChanges), (std::vector<Tissue>{soft}));
+    EXPECT_EQ(block.alongEdges(Borders::labelChanges), (std::vector<Tissue>{soft, vessel, soft}));
 }
 
-// A membrane one voxel thick is closed across faces only: the line slips through the edge between two of its
-// voxels. Beside one voxel of a membrane the line does not pass through it.
+// A membrane one voxel thick is closed across faces only: the line runs through the edge between two of its
+// voxels. A line past the edge of a single voxel of a membrane does not cross it.
 TEST(Exact, AMembraneIsCrossedAtTheEdgesOfItsVoxels) {
     for (const Tissue membrane : {fascia, skin}) {
-        Diagonal line;
-        line.paint({7, 6, 0}, membrane);
-        EXPECT_EQ(line.alongEdges(Borders::tissueChanges), (std::vector<Tissue>{soft}));
-        line.paint({6, 7, 0}, membrane);
-        EXPECT_EQ(line.alongEdges(Borders::tissueChanges), (std::vector<Tissue>{soft, membrane, soft}));
+        SoftBlock block;
+        block.paint({7, 6, 0}, membrane);
+        EXPECT_EQ(block.alongEdges(Borders::tissueChanges), (std::vector<Tissue>{soft}));
+        block.paint({6, 7, 0}, membrane);
+        EXPECT_EQ(block.alongEdges(Borders::tissueChanges), (std::vector<Tissue>{soft, membrane, soft}));
     }
     // Around a corner: the three voxels that share a face with the voxel before it. If one is missing, the
     // needle could pass there.
-    Diagonal line;
-    line.paint({7, 6, 6}, fascia), line.paint({6, 7, 6}, fascia);
-    EXPECT_EQ(line.alongCorners(), (std::vector<Tissue>{soft}));
-    line.paint({6, 6, 7}, fascia);
-    EXPECT_EQ(line.alongCorners(), (std::vector<Tissue>{soft, fascia, soft}));
+    SoftBlock block;
+    block.paint({7, 6, 6}, fascia), block.paint({6, 7, 6}, fascia);
+    EXPECT_EQ(block.alongCorners(), (std::vector<Tissue>{soft}));
+    block.paint({6, 6, 7}, fascia);
+    EXPECT_EQ(block.alongCorners(), (std::vector<Tissue>{soft, fascia, soft}));
 }
 
 // Behind the edge the needle is as far as if it had passed through the membrane's face.
 TEST(Exact, AMembraneCrossedAtAnEdgeHasItsForce) {
-    Diagonal line;
-    line.paint({7, 6, 0}, fascia), line.paint({6, 7, 0}, fascia);
-    const patient::TissueMap map{patient::Patient(line.package)};
-    const Vec3 from_m = line.grid.centre(line.entry), to_m = line.grid.centre(line.entry + Index3(14, 14, 0));
+    SoftBlock block;
+    block.paint({7, 6, 0}, fascia), block.paint({6, 7, 0}, fascia);
+    const patient::TissueMap map{patient::Patient(block.package)};
+    const Vec3 from_m = block.grid.centre(block.entry),
+               to_m = block.grid.centre(block.entry + Index3(14, 14, 0));
     VoxelPath path;
     ExactSolver solver(map, {});
-    const ExactForce& e = solver.solve(path.traverse(line.grid, from_m, to_m), glm::length(to_m - from_m),
+    const ExactForce& e = solver.solve(path.traverse(block.grid, from_m, to_m), glm::length(to_m - from_m),
                                        Borders::tissueChanges);
     const ExactEvent cut = event(e, NeedleEventKind::puncture, fascia);
     EXPECT_NEAR(cut.border_depth_m, std::sqrt(2.0) * 0.0065, 1e-9);
@@ -250,26 +252,33 @@ TEST(Exact, AMembraneCrossedAtAnEdgeHasItsForce) {
     EXPECT_NEAR(cut.force_after_n, 1.0, 1e-9);
 }
 
-// Slanted membranes, voxels thick only where a face needs it, and lines between voxel centres on both sides.
+// Membranes slanted in several directions, one voxel thick, and lines between voxel centres on both sides.
 TEST(Exact, NoLineSlipsThroughASlantedMembrane) {
-    for (const Vec3& normal : {Vec3(1, 1, 0), Vec3(1, 1, 1), Vec3(3, 1, 0), Vec3(3, 1, 2), Vec3(5, 3, 1)}) {
-        Diagonal block;
+    for (const Index3& normal :
+         {Index3(1, 1, 0), Index3(1, -1, 1), Index3(-3, 1, 0), Index3(3, 1, -2), Index3(-5, -3, -1)}) {
+        SoftBlock block;
         const Index3 middle = block.grid.nearest({0.015, 0.0, 0.0});
-        const auto inside = [&](const Index3& i) { return glm::dot(normal, Vec3(i - middle)) > 0.25; };
+        const Index3 sign(normal.x < 0 ? -1 : 1, normal.y < 0 ? -1 : 1, normal.z < 0 ? -1 : 1);
+        const auto isInside = [&](const Index3& i) {
+            return glm::dot(Vec3(normal), Vec3(i - middle)) > 0.25;
+        };
         forEachVoxel(block.grid, [&](const Index3& i) {
-            const bool front =
-                inside(i + Index3(1, 0, 0)) || inside(i + Index3(0, 1, 0)) || inside(i + Index3(0, 0, 1));
+            const bool in_front = isInside(i + Index3(sign.x, 0, 0)) || isInside(i + Index3(0, sign.y, 0)) ||
+                                  isInside(i + Index3(0, 0, sign.z));
             if (block.package.labels[i] != 0)
-                block.package.labels[i] = std::uint8_t(inside(i) ? liver : front ? fascia : soft);
+                block.package.labels[i] = std::uint8_t(isInside(i) ? liver : in_front ? fascia : soft);
         });
-        const Index3 from = middle - 9;
+        const Index3 outside = middle - 9 * sign;
         for (int x = 0; x < 6; ++x)
             for (int y = 0; y < 6; ++y)
-                for (int z = 0; z < 6; ++z)
-                    ASSERT_EQ(
-                        block.tissues(from, middle + Index3(4 + x, 4 + y, 4 + z), Borders::tissueChanges),
-                        (std::vector<Tissue>{soft, fascia, liver}))
-                        << x << ' ' << y << ' ' << z;
+                for (int z = 0; z < 6; ++z) {
+                    SCOPED_TRACE(std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z));
+                    const Index3 inside = middle + Index3(4 + x, 4 + y, 4 + z) * sign;
+                    ASSERT_EQ(block.tissues(outside, inside, Borders::tissueChanges),
+                              (std::vector<Tissue>{soft, fascia, liver}));
+                    ASSERT_EQ(block.tissues(inside, outside, Borders::tissueChanges),
+                              (std::vector<Tissue>{liver, fascia, soft}));
+                }
     }
 }
 

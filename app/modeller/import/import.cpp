@@ -85,14 +85,12 @@ double litres(const Grid& g, std::size_t voxels) {
     return double(voxels) * g.spacing_m.x * g.spacing_m.y * g.spacing_m.z * 1e3;
 }
 
-// Adds the fascia, and the costal cartilage unless the segmentation has cartilage. Returns the added
-// cartilage.
-Mask addBodyWall(const BoneScan& scan, LabelVolume& labels, std::vector<std::string>& notes) {
-    const auto isCartilage = [](const Label& l) { return l.tissue == Tissue::cartilage; };
+// Returns the volume inside the fascia.
+Mask addFascia(const BoneScan& scan, LabelVolume& labels, std::vector<std::string>& notes) {
     const Mask skeleton = labelMask(labels, [](const Label& l) { return isSkeleton(l.tissue); });
     // Published bones include their blurred rim. Inside it, the fascia would be fitted 1 mm too deep.
     const Mask bone = labelMask(labels, isBone);
-    const Mask rim = subtract(bone, withoutBlurredRim(scan, bone, Mask(bone.grid)));
+    const Mask rim = subtract(bone, withoutBlurredRim(scan, bone, labelMask(labels, "spinal canal")));
     const Mask bones = subtract(skeleton, rim);
     // Unlike a program, a person knows the borders of stomach and bowel.
     const Mask organs = labelMask(labels, [](const Label& l) {
@@ -101,17 +99,6 @@ Mask addBodyWall(const BoneScan& scan, LabelVolume& labels, std::vector<std::str
     });
     const FasciaSpline fascia = fitFascia({scan.ct, scan.body, bones, organs});
     const FasciaInput input{scan.ct, scan.body, skeleton, organs};
-
-    Mask cartilage(labels.grid);
-    if (countVoxels(labelMask(labels, isCartilage)) == 0) {
-        const Mask spine = labelMask(labels, "spine"), canal = labelMask(labels, "spinal canal");
-        cartilage = subtract(
-            costalCartilage(scan, insideFascia(fascia, input), {skeleton, skeleton, spine, canal}), organs);
-        const std::size_t painted = paint(labels, cartilage, targetId("cartilage and discs"), false);
-        notes.push_back(fmt::format("costal cartilage: {:.1f} ml, where it is denser than muscle",
-                                    1e3 * litres(labels.grid, painted)));
-    }
-
     const Mask surface = fasciaVoxels(fascia, input);
     std::size_t over_liver = 0;
     for (std::size_t i = 0; i < surface.voxels.size(); ++i)
@@ -120,21 +107,47 @@ Mask addBodyWall(const BoneScan& scan, LabelVolume& labels, std::vector<std::str
     notes.push_back(
         fmt::format("fascia: one voxel thick; {:.2f} ml of it taken from the liver's rim at the ribs",
                     1e3 * litres(labels.grid, over_liver)));
+    return insideFascia(fascia, input);
+}
+
+// Labels the costal cartilage that shows, unless the segmentation has cartilage in front of the body's
+// middle, where no discs are. Returns what it labels.
+Mask addCostalCartilage(const BoneScan& scan, const Mask& inside, LabelVolume& labels,
+                        std::vector<std::string>& notes) {
+    const Grid& g = labels.grid;
+    const VoxelBox box = boundingBox(scan.body), liver = boundingBox(labelMask(labels, "liver"));
+    const Mask drawn = labelMask(labels, [](const Label& l) { return l.tissue == Tissue::cartilage; });
+    Mask ends = labelMask(labels, isBone), cartilage(g);
+    bool has_cartilage = false;
+    forEachVoxel(g, [&](const Index3& i) {
+        has_cartilage = has_cartilage || (drawn[i] && 2 * i.y > box.low.y + box.high.y);
+        if (i.z < liver.low.z) ends[i] = 0;  // the pelvis
+    });
+    if (has_cartilage) return cartilage;
+    const Mask bones = unite(labelMask(labels, isBone), drawn), spine = labelMask(labels, "spine"),
+               canal = labelMask(labels, "spinal canal");
+    const Mask found = costalCartilage(scan.ct, scan.body, scan.blur, inside, {bones, ends, spine, canal});
+    for (std::size_t i = 0; i < found.voxels.size(); ++i)
+        cartilage.voxels[i] = found.voxels[i] && labels.voxels[i] == 0;
+    const std::size_t painted = paint(labels, cartilage, targetId("cartilage and discs"), false);
+    notes.push_back(fmt::format("costal cartilage: {:.1f} ml that shows, in voxels up to 1.25 mm",
+                                1e3 * litres(g, painted)));
     return cartilage;
 }
 
-// Labels the muscle that blur makes as bright as bone, beside bones and calcified cartilage. Voxels above
-// half maximum are not blur: the segmentation missed this bone. They stay unlabelled, and bright enough to
-// count as bone.
+// Labels the muscle that blur makes as bright as bone, beside bones and calcified cartilage. What would be
+// bone at half maximum, the segmentation missed. It stays unlabelled, and bright enough to count as bone.
 void addBrightMuscle(const BoneScan& scan, const Mask& cartilage, double bone_hu, LabelVolume& labels,
                      std::vector<std::string>& notes) {
     const Mask bone = labelMask(labels, isBone);
     const Mask bright = brightRim(scan.ct, scan.body, bone, bone_hu, scan.blur);
-    const Mask missed = withoutBlurredRim(scan, unite(bone, bright), Mask(bone.grid));
-    const Mask muscle = unite(subtract(bright, missed), cartilageRim(scan, cartilage, missed, bone_hu));
-    const std::size_t painted = paint(labels, muscle, targetId("muscle"), false);
-    notes.push_back(fmt::format("muscle: {:.1f} ml beside bones, where blur makes it as bright as bone",
-                                1e3 * litres(labels.grid, painted)));
+    const Mask missed = withoutBlurredRim(scan, unite(bone, bright), labelMask(labels, "spinal canal"));
+    const Mask beside_cartilage = cartilageRim(scan.ct, scan.body, scan.blur, cartilage, missed, bone_hu);
+    const std::size_t painted =
+        paint(labels, unite(subtract(bright, missed), beside_cartilage), targetId("muscle"), false);
+    notes.push_back(
+        fmt::format("muscle: {:.1f} ml beside bones and cartilage, where blur makes it as bright as bone",
+                    1e3 * litres(labels.grid, painted)));
 }
 
 void addDucts(CtVolume& ct, LabelVolume& labels, std::vector<std::string>& notes) {
@@ -148,16 +161,20 @@ void addDucts(CtVolume& ct, LabelVolume& labels, std::vector<std::string>& notes
                                 1e3 * ducts.length_m, 1e6 * ducts.volume_m3));
 }
 
-std::string labelProvenance(const Label& l, const LabelMap& map, const std::vector<SourceLabel>& sources) {
+std::string labelProvenance(const Label& l, const LabelMap& map, const std::vector<SourceLabel>& sources,
+                            bool added_cartilage) {
     const bool drawn =
         std::any_of(sources.begin(), sources.end(), [&](const SourceLabel& s) { return s.target == l.name; });
+    const bool costal = added_cartilage && l.name == "cartilage and discs";
+    const std::string by_build = "by the rule of stylet-model build";
     if (l.name == "skin") return "threshold: 2 mm shell of the body";
-    if (l.name == "fascia") return "fitted to the CT by the rule of stylet-model build";
-    if (l.name == "cartilage and discs" && !drawn) return "threshold: by the rule of stylet-model build";
-    if (l.name == "muscle" && !drawn) return "threshold: beside bones, where blur brightens it";
+    if (l.name == "fascia") return "fitted to the CT " + by_build;
+    if (costal && !drawn) return "costal cartilage " + by_build;
+    if (l.name == "muscle" && !drawn) return "threshold: beside bones and cartilage, where blur brightens it";
     if (l.name == "bile ducts" && !drawn) return "virtual: grown beside the portal branches";
     return "manual: " + (map.source.empty() ? std::string("the imported segmentation") : map.source) +
-           (l.name == "muscle" ? "; beside bones by threshold" : "");
+           (l.name == "muscle" ? "; beside bones by threshold" : "") +
+           (costal ? "; costal cartilage " + by_build : "");
 }
 
 void reportProgress(const ImportSettings& s, std::string_view stage) {
@@ -230,13 +247,18 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
     checkPackageSize(p.ct.grid);
     paint(p.labels, skinShell(body, ct.grid, kSkin_m), targetId("skin"), false);
 
-    reportProgress(settings, "fascia");
-    const BoneScan scan(p.ct, body, blur);
-    const Mask cartilage = addBodyWall(scan, p.labels, out.notes);
+    bool added_cartilage = false;
+    {
+        const BoneScan scan(p.ct, body, blur);
+        reportProgress(settings, "fascia");
+        const Mask inside = addFascia(scan, p.labels, out.notes);
 
-    reportProgress(settings, "thresholds");
-    p.thresholds = computeThresholds(estimateTissueClasses(p.ct, body, p.labels));
-    addBrightMuscle(scan, cartilage, p.thresholds.t2_sensitive_hu, p.labels, out.notes);
+        reportProgress(settings, "thresholds");
+        p.thresholds = computeThresholds(estimateTissueClasses(p.ct, body, p.labels));
+        const Mask cartilage = addCostalCartilage(scan, inside, p.labels, out.notes);
+        added_cartilage = countVoxels(cartilage) > 0;
+        addBrightMuscle(scan, cartilage, p.thresholds.t2_sensitive_hu, p.labels, out.notes);
+    }
     if (settings.grow_ducts) {
         reportProgress(settings, "ducts");
         addDucts(p.ct, p.labels, out.notes);
@@ -251,7 +273,7 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
                    std::string(settings.grow_ducts ? ", virtual bile ducts added" : "");
     p.tissues = settings.defaults.tissues;
     p.elasticity = settings.defaults.elasticity;
-    fillLabelTable(p, [&](const Label& l) { return labelProvenance(l, map, out.sources); });
+    fillLabelTable(p, [&](const Label& l) { return labelProvenance(l, map, out.sources, added_cartilage); });
     reportProgress(settings, "breath");
     p.motion = patient::motionTemplate(p.labels, p.label_table, {}, {breath, 0.0});
     return out;

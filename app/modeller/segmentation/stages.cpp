@@ -308,18 +308,20 @@ void findFasciaStage(BuildState& work, StageResult& r) {
     if (r.text.empty()) r.text = writeFascia(fitFascia(input));
     const FasciaSpline fascia = parseFascia(kControlPoints, r.text);
     // Inside the fascia there is no costal cartilage, but muscle, stomach and spleen, which have similar HU.
-    const BoneScan scan(work.ct, work.body, work.blur);
     const Mask ends = unite(bones.ribs_right, unite(bones.ribs_left, bones.sternum));
-    const Mask cartilage = subtract(
-        costalCartilage(scan, insideFascia(fascia, input), {bones.all, ends, bones.spine, bones.canal}),
-        organs);
+    const Mask cartilage =
+        subtract(costalCartilage(work.ct, work.body, work.blur, insideFascia(fascia, input),
+                                 {bones.all, ends, bones.spine, bones.canal}),
+                 organs);
     paintTarget(r, cartilage, "cartilage and discs");
     paintTarget(r, fasciaVoxels(fascia, input), "fascia");
     const LabelVolume &in_bones = work.found.at("bones"), &in_organs = work.found.at("organs");
     const Mask taken = maskWhere(work.ct.grid, [&](std::size_t i) {
         return organs.voxels[i] || in_bones.voxels[i] || in_organs.voxels[i];
     });
-    paintTarget(r, cartilageRim(scan, cartilage, taken, work.thresholds.t2_sensitive_hu), "muscle", false);
+    paintTarget(
+        r, cartilageRim(work.ct, work.body, work.blur, cartilage, taken, work.thresholds.t2_sensitive_hu),
+        "muscle", false);
 }
 
 void findSkin(BuildState& work, StageResult& r) {

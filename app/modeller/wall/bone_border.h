@@ -21,7 +21,7 @@ struct BoneScan {
 // halfway between the muscle beside it and its cortex. Blur lowers a thin cortex but not muscle, so half of
 // the blurred maximum lies outside the bone (cf. Prevrhal, Engelke and Kalender, "Accuracy limits for the
 // determination of cortical width and density", Phys. Med. Biol. 44, 1999). Bone is therefore measured in the
-// sharpened scan.
+// sharpened scan. Nothing is removed beside the spinal `canal`, which may be empty.
 Mask withoutBlurredRim(const BoneScan&, const Mask& bone, const Mask& canal);
 
 }  // namespace stylet::modeller

@@ -366,7 +366,7 @@ TEST(Bones, DarkScanHasNoBones) {
 // In a body that fills the CT, all of it outside the fascia.
 Mask findCartilage(const CtVolume& ct, const Bones& b) {
     const Mask everywhere(ct.grid, 1), ends = unite(b.ribs_right, unite(b.ribs_left, b.sternum));
-    return costalCartilage({ct, everywhere, {}}, Mask(ct.grid), {b.all, ends, b.spine, b.canal});
+    return costalCartilage(ct, everywhere, {}, Mask(ct.grid), {b.all, ends, b.spine, b.canal});
 }
 
 // A rod along x in front: bone, then cartilage, then muscle again. A second rod is cartilage only. A dense
@@ -429,7 +429,7 @@ TEST_P(CalcifiedCartilage, HasARimOfMuscle) {
     // The muscle around the shell is as dense as cartilage.
     EXPECT_LT(double(countVoxels(intersect(found, beside))), 0.02 * double(countVoxels(calcified)));
     // Where it is as bright as bone, it is labelled: no voxel left without a label counts as bone.
-    const Mask known = unite(found, cartilageRim({ct, everywhere, {}}, found, b.all, kBone_hu));
+    const Mask known = unite(found, cartilageRim(ct, everywhere, {}, found, b.all, kBone_hu));
     std::size_t bright = 0, left = 0;
     for (std::size_t i = 0; i < beside.voxels.size(); ++i) {
         if (!beside.voxels[i] || found.voxels[i] || ct.voxels[i] < kBone_hu) continue;
@@ -452,9 +452,9 @@ TEST(Bones, ARimOfCartilageCoversNoOrganAndNoMissedBone) {
         ct[i] = cartilage[i] ? 110 : !layer[i] ? 55 : bone[i] ? 520 : 300;
     });
     const Mask everywhere(ct.grid, 1);
-    const Mask rim = cartilageRim({ct, everywhere, {}}, cartilage, organ, kBone_hu);
+    const Mask rim = cartilageRim(ct, everywhere, {}, cartilage, organ, kBone_hu);
     EXPECT_EQ(rim.voxels, subtract(layer, unite(organ, bone)).voxels);
-    EXPECT_EQ(countVoxels(cartilageRim({ct, everywhere, {}}, Mask(ct.grid), organ, kBone_hu)), 0u);
+    EXPECT_EQ(countVoxels(cartilageRim(ct, everywhere, {}, Mask(ct.grid), organ, kBone_hu)), 0u);
 }
 
 // Calcium all around the aorta, so that it looks like a bone with marrow.

@@ -136,12 +136,16 @@ Mask addCostalCartilage(const BoneScan& scan, const Mask& inside, LabelVolume& l
 }
 
 // Labels the muscle that blur makes as bright as bone, beside bones and calcified cartilage. What would be
-// bone at half maximum, the segmentation missed. It stays unlabelled, and bright enough to count as bone.
+// bone at half maximum, the segmentation missed. It stays unlabelled, and bright enough to count as bone. If
+// the scan hides the borders of bones, all of it is muscle: otherwise, of two such patients with exact
+// labels, 0.3 and 0.4 % of the paths end in muscle.
 void addBrightMuscle(const BoneScan& scan, const Mask& cartilage, double bone_hu, LabelVolume& labels,
                      std::vector<std::string>& notes) {
     const Mask bone = labelMask(labels, isBone);
     const Mask bright = brightRim(scan.ct, scan.body, bone, bone_hu, scan.blur);
-    const Mask missed = withoutBlurredRim(scan, unite(bone, bright), labelMask(labels, "spinal canal"));
+    const Mask missed = hidesBoneBorders(bone.grid, scan.blur)
+                            ? bone
+                            : withoutBlurredRim(scan, unite(bone, bright), labelMask(labels, "spinal canal"));
     const Mask beside_cartilage = cartilageRim(scan.ct, scan.body, scan.blur, cartilage, missed, bone_hu);
     const std::size_t painted =
         paint(labels, unite(subtract(bright, missed), beside_cartilage), targetId("muscle"), false);

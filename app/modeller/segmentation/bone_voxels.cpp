@@ -185,12 +185,11 @@ Mask vertebraRegion(const Grid& g, const std::vector<Vec3>& canal) {
 }  // namespace
 
 Mask smoothedSurface(Mask bone, const Mask& open, const ScanBlur& blur) {
-    constexpr double kSoft_m = 0.001;
     constexpr int kPasses = 2;
     // Below one half, because smoothing makes a convex bone thinner.
     constexpr float kMinShare = 0.45f;
     const Grid& g = bone.grid;
-    if (std::max(blur.within_m, blur.across_m) <= std::max(kSoft_m, g.spacing_m.x)) return bone;
+    if (!hidesBoneBorders(g, blur)) return bone;
     FloatVolume share = toFloat(bone);
     for (int pass = 0; pass < kPasses; ++pass)
         for (const int axis : {0, 1, 2})

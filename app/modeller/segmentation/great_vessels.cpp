@@ -236,13 +236,15 @@ namespace {
 // vein.
 std::vector<Index3> traceRenalVein(const OrganScene& s, const Mask& passable, const Mask& kidney,
                                    const Mask& cava, double cava_hu) {
-    // A metre without contrast costs as much as 1 + kDarkCost metres of blood.
+    // A metre without contrast costs as much as 1 + kDarkCost metres of blood. In a real patient and a
+    // deformed copy, the Dice of the veins falls by .01 to .02 with 10, and by 0 to .03 with 40.
     constexpr double kDarkCost = 20.0;
     // Share of the kidney's height around its middle. The splenic vein passes the left kidney's upper half.
     constexpr double kHilum = 0.4;
     // Mean contrast of a path. In a real patient, and in deformed copies of it, it is 0.84 to 0.99 along true
     // veins. In two reference patients it is 0.73 and 0.76 along the right vein, and up to 0.67 beside the
-    // left.
+    // left. The Dice of two real and two reference patients is the same within .005 from 0.65 to 0.85, and
+    // that of the real ones from 80 to 150 mm.
     constexpr double kMinContrast = 0.75, kMinLength_m = 0.005, kMaxLength_m = 0.110;
     constexpr double kMaxCost_m = kMaxLength_m * (1.0 + kDarkCost * (1.0 - kMinContrast));  // ends the search
     const Grid& g = s.grid;
@@ -291,7 +293,7 @@ std::vector<Index3> traceRenalVein(const OrganScene& s, const Mask& passable, co
 
 // The lumen around a vessel's course, within `passable`.
 Mask lumenAround(const OrganScene& s, const Mask& passable, const std::vector<Index3>& course) {
-    constexpr double kMaxRadius_m = 0.007;
+    constexpr double kMaxRadius_m = 0.007;  // 5 and 10 mm: the same within .002
     Mask lumen(s.grid);
     if (course.empty()) return lumen;
     std::vector<double> hu;
@@ -321,7 +323,7 @@ Mask findRenalVeins(const OrganScene& s, const Mask& kidney_right, const Mask& k
     // it. With 50 mm, the veins of a real patient are the same, but in two reference patients a path enters
     // the splenic vein.
     constexpr double kPortal_m = 0.070;
-    constexpr double kAboveCava_hu = 90.0;  // brighter is medium in the bowel
+    constexpr double kAboveCava_hu = 90.0;  // brighter is medium in the bowel; 60 and 150: the same
     Mask veins(s.grid);
     std::vector<double> hu;
     for (std::size_t i = 0; i < cava.voxels.size(); ++i)

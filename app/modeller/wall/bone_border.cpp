@@ -77,6 +77,11 @@ FloatVolume muscleBeside(const CtVolume& ct, const Mask& body, const Mask& bone)
 
 }  // namespace
 
+bool hidesBoneBorders(const Grid& g, const ScanBlur& blur) {
+    constexpr double kSoft_m = 0.001;
+    return std::max(blur.within_m, blur.across_m) > std::max(kSoft_m, g.spacing_m.x);
+}
+
 BoneScan::BoneScan(const CtVolume& scan, const Mask& in_body, const ScanBlur& scan_blur)
     : ct(scan), body(in_body), blur(scan_blur), sharp(sharpened(scan, scan_blur)) {}
 

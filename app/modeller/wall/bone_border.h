@@ -8,6 +8,9 @@ namespace stylet::modeller {
 // Halfway between muscle (55 HU) and a rib's cortex of 1 mm, which blur lowers to 350 HU.
 inline constexpr std::int16_t kBone_hu = 200;
 
+// True if the scan is so soft, or its slices so thick, that the borders of bones are uncertain by a voxel.
+bool hidesBoneBorders(const Grid&, const ScanBlur&);
+
 // A scan, and the same scan with most of its blur undone. Refers to the CT and the body.
 struct BoneScan {
     BoneScan(const CtVolume&, const Mask& body, const ScanBlur&);

@@ -45,10 +45,10 @@ double parseReferencePhase(const std::string& phase);
 // id.
 std::vector<SourceLabel> listSources(const CtVolume& ct, const Volume<std::int16_t>& labels, const LabelMap&);
 
-// Performs all steps after reading: crop, body, skin, fascia, thresholds, costal cartilage, muscle beside bones, ducts,
-// breathing. `labels` must not contain negative values; readImage() guarantees this. Throws ImportError if an
-// id is unmapped, if there is no liver, or if the package would have more voxels than patient::loadPackage
-// accepts.
+// Performs all steps after reading: crop, body, skin, fascia, thresholds, costal cartilage, muscle beside
+// bones, ducts, breathing. `labels` must not contain negative values; readImage() guarantees this. Throws
+// ImportError if an id is unmapped, if there is no liver, or if the package would have more voxels than
+// patient::loadPackage accepts.
 ImportResult buildPatient(const CtVolume& ct, const Volume<std::int16_t>& labels, const LabelMap&,
                           const ImportSettings&);
 

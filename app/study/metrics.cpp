@@ -281,10 +281,10 @@ struct Layer {
     Tissue tissue;
     double begin_m, thickness_m;
     double cut_m;       // depth of the tip when it enters the layer
-    bool new_membrane;  // a membrane that had to be punctured, even if it is left and entered again
+    bool new_membrane;  // a membrane that was punctured, not entered through an earlier cut
 };
 
-// All layers whose border lies before `end_m`, the last one cut off there.
+// Returns the layers that begin before `end_m`. The last one ends there.
 std::vector<Layer> layersUpTo(double end_m, const PatientForces& felt) {
     std::vector<Layer> layers;
     EntryIterator iterator(felt, std::numeric_limits<double>::infinity(), Skin::counts);

@@ -264,7 +264,7 @@ std::string explainOrder(const ReportedStudy& study) {
     const double differ = 1.0 - study.all.same_order_share,
                  noticed = 1.0 - study.all.same_order_noticeable_share;
     std::string text = "The paper calls its largest errors irrelevant as long as the order is the same.";
-    if (noticed > 1.0 - kAlmostAll)
+    if (study.all.same_order_noticeable_share < kAlmostAll)
         text += " Here it is not, so that argument does not apply.";
     else if (differ > kNegligibleShare && differ - noticed > kMost * differ)
         text += " Here almost all differences are layers too thin to notice.";

@@ -90,7 +90,16 @@ Mask addFascia(const BoneScan& scan, LabelVolume& labels, std::vector<std::strin
     const Mask skeleton = labelMask(labels, [](const Label& l) { return isSkeleton(l.tissue); });
     // Published bones include their blurred rim. Inside it, the fascia would be fitted 1 mm too deep.
     const Mask bone = labelMask(labels, isBone);
-    const Mask rim = subtract(bone, withoutBlurredRim(scan, bone, labelMask(labels, "spinal canal")));
+    Mask rim = subtract(bone, withoutBlurredRim(scan, bone, labelMask(labels, "spinal canal")));
+    // Sternum and spine keep theirs. Without it, the fascia of a real patient has a rough groove at the
+    // midline, and a deep breath (25 mm) overlaps it by 0.79 instead of 0.31 mm. The forces along the paths
+    // are the same.
+    constexpr double kMidline_m = 0.045;
+    const VoxelBox box = boundingBox(scan.body);
+    const double middle_m = 0.5 * (rim.grid.centre(box.low).x + rim.grid.centre(box.high).x);
+    forEachVoxel(rim.grid, [&](const Index3& i) {
+        if (std::fabs(rim.grid.centre(i).x - middle_m) < kMidline_m) rim[i] = 0;
+    });
     const Mask bones = subtract(skeleton, rim);
     // Unlike a program, a person knows the borders of stomach and bowel.
     const Mask organs = labelMask(labels, [](const Label& l) {
@@ -135,9 +144,9 @@ Mask addCostalCartilage(const BoneScan& scan, const Mask& inside, LabelVolume& l
     return cartilage;
 }
 
-// Labels the muscle that blur makes as bright as bone, beside bones and calcified cartilage. What would be
-// bone at half maximum, the segmentation missed. It stays unlabelled, and bright enough to count as bone. If
-// the scan hides the borders of bones, all of it is muscle: otherwise, of two such patients with exact
+// Labels the muscle that blur makes as bright as bone, beside bones and calcified cartilage. What is above
+// half maximum is bone that the segmentation missed. It stays unlabelled, and bright enough to count as bone.
+// If the scan hides the borders of bones, all of it is muscle: otherwise, of two such patients with exact
 // labels, 0.3 and 0.4 % of the paths end in muscle.
 void addBrightMuscle(const BoneScan& scan, const Mask& cartilage, double bone_hu, LabelVolume& labels,
                      std::vector<std::string>& notes) {

@@ -243,8 +243,8 @@ std::vector<Index3> traceRenalVein(const OrganScene& s, const Mask& passable, co
     constexpr double kHilum = 0.4;
     // Mean contrast of a path. In a real patient, and in deformed copies of it, it is 0.84 to 0.99 along true
     // veins. In two reference patients it is 0.73 and 0.76 along the right vein, and up to 0.67 beside the
-    // left. The Dice of two real and two reference patients is the same within .005 from 0.65 to 0.85, and
-    // that of the real ones from 80 to 150 mm.
+    // left. From 0.65 to 0.85 the Dice of a real patient, a deformed copy and two reference patients is the
+    // same within .005; from 80 to 150 mm that of the first two is the same.
     constexpr double kMinContrast = 0.75, kMinLength_m = 0.005, kMaxLength_m = 0.110;
     constexpr double kMaxCost_m = kMaxLength_m * (1.0 + kDarkCost * (1.0 - kMinContrast));  // ends the search
     const Grid& g = s.grid;

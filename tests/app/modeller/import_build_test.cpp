@@ -257,7 +257,8 @@ double fasciaError_m(const Published& both) {
 }
 
 // The limit lies between the error of the search in the CT (0.65 mm, most of it behind the liver) and that of
-// a fixed distance from the ribs (1.71 mm).
+// a fixed distance from the ribs (1.71 mm). With the rim drawn as bone, it is 0.17 mm worse unless the rim is
+// removed.
 TEST(ImportBuild, FasciaLiesWhereAReferencePatientHasIt) {
     const double error_m = fasciaError_m(published());
     EXPECT_LT(error_m, 0.001);

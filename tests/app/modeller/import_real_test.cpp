@@ -167,9 +167,9 @@ TEST_F(ImportReal, VeinsAreToldApartInDeformedPatients) {
     }
 }
 
-// A clinical fascia with seven ribs on each side must neither tear nor fold, even at 25 mm of travel. The
-// fascia found in the CT is not smooth everywhere: with 25 mm, gaps and overlaps are up to 0.64 mm in the
-// voxels of this test (1.5 mm), 0.79 mm in voxels of 1 mm, and a breath three times as deep as in life would
+// A clinical fascia with seven ribs on each side must neither tear nor fold, even at 25 mm of travel. In the
+// voxels of this test (1.5 mm) the fascia has a rough groove at the midline. With 25 mm, gaps and overlaps
+// are therefore up to 0.54 mm (0.39 mm in voxels of 1 mm), and a breath three times as deep as in life would
 // fold.
 TEST_F(ImportReal, CavitySlidesWithoutGapOrFold) {
     const patient::Package& p = imported_->package;
@@ -177,7 +177,7 @@ TEST_F(ImportReal, CavitySlidesWithoutGapOrFold) {
         double dome_m, tolerance_m, scale_without_fold;
     };
     for (const Travel t :
-         {Travel{0.015, 0.0005, 3.0}, Travel{0.020, 0.0005, 3.0}, Travel{0.025, 0.0007, 2.0}}) {
+         {Travel{0.015, 0.0005, 3.0}, Travel{0.020, 0.0005, 3.0}, Travel{0.025, 0.0006, 2.0}}) {
         SCOPED_TRACE(t.dome_m);
         patient::MotionAmplitudes amplitudes;
         amplitudes.dome_m = t.dome_m;

@@ -85,6 +85,23 @@ double litres(const Grid& g, std::size_t voxels) {
     return double(voxels) * g.spacing_m.x * g.spacing_m.y * g.spacing_m.z * 1e3;
 }
 
+// Unlabels small pieces of the liver outside the fascia, where a needle would reach them without passing it.
+// They come from a ragged border. Larger pieces stay, so that `check` refuses the patient.
+void dropStrayLiver(const Mask& inside, LabelVolume& labels, std::vector<std::string>& notes) {
+    constexpr double kStray_ml = 0.5;
+    const Mask liver = labelMask(labels, [](const Label& l) { return l.tissue == Tissue::liver; });
+    const Components pieces = findComponents(subtract(liver, inside), Connectivity::corners);
+    const auto millilitres = [&](std::size_t voxels) { return 1e3 * litres(labels.grid, voxels); };
+    std::size_t dropped = 0;
+    for (std::size_t i = 0; i < labels.voxels.size(); ++i)
+        if (const auto piece = std::size_t(pieces.number.voxels[i]);
+            piece > 0 && millilitres(pieces.size[piece]) < kStray_ml)
+            labels.voxels[i] = 0, ++dropped;
+    if (dropped > 0)
+        notes.push_back(
+            fmt::format("liver: {:.3f} ml in small pieces outside the fascia dropped", millilitres(dropped)));
+}
+
 // Returns the volume inside the fascia.
 Mask addFascia(const BoneScan& scan, LabelVolume& labels, std::vector<std::string>& notes) {
     const Mask skeleton = labelMask(labels, [](const Label& l) { return isSkeleton(l.tissue); });
@@ -108,7 +125,7 @@ Mask addFascia(const BoneScan& scan, LabelVolume& labels, std::vector<std::strin
     });
     const FasciaSpline fascia = fitFascia({scan.ct, scan.body, bones, organs});
     const FasciaInput input{scan.ct, scan.body, skeleton, organs};
-    const Mask surface = fasciaVoxels(fascia, input);
+    const Mask inside = insideFascia(fascia, input), surface = fasciaVoxels(inside, input);
     std::size_t over_liver = 0;
     for (std::size_t i = 0; i < surface.voxels.size(); ++i)
         over_liver += surface.voxels[i] && labels.voxels[i] == targetId("liver");
@@ -116,7 +133,8 @@ Mask addFascia(const BoneScan& scan, LabelVolume& labels, std::vector<std::strin
     notes.push_back(
         fmt::format("fascia: one voxel thick; {:.2f} ml of it taken from the liver's rim at the ribs",
                     1e3 * litres(labels.grid, over_liver)));
-    return insideFascia(fascia, input);
+    dropStrayLiver(inside, labels, notes);
+    return inside;
 }
 
 // Labels the costal cartilage that shows, unless the segmentation has cartilage in front of the body's

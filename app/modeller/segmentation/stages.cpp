@@ -306,15 +306,14 @@ void findFasciaStage(BuildState& work, StageResult& r) {
     const Mask organs = unite(lungsAndLiver(work), labelMask(work.found.at("organs"), isInsideFascia));
     const FasciaInput input{work.ct, work.body, bones.all, organs};
     if (r.text.empty()) r.text = writeFascia(fitFascia(input));
-    const FasciaSpline fascia = parseFascia(kControlPoints, r.text);
+    const Mask inside = insideFascia(parseFascia(kControlPoints, r.text), input);
     // Inside the fascia there is no costal cartilage, but muscle, stomach and spleen, which have similar HU.
     const Mask ends = unite(bones.ribs_right, unite(bones.ribs_left, bones.sternum));
-    const Mask cartilage =
-        subtract(costalCartilage(work.ct, work.body, work.blur, insideFascia(fascia, input),
-                                 {bones.all, ends, bones.spine, bones.canal}),
-                 organs);
+    const Mask cartilage = subtract(
+        costalCartilage(work.ct, work.body, work.blur, inside, {bones.all, ends, bones.spine, bones.canal}),
+        organs);
     paintTarget(r, cartilage, "cartilage and discs");
-    paintTarget(r, fasciaVoxels(fascia, input), "fascia");
+    paintTarget(r, fasciaVoxels(inside, input), "fascia");
     const LabelVolume &in_bones = work.found.at("bones"), &in_organs = work.found.at("organs");
     const Mask taken = maskWhere(work.ct.grid, [&](std::size_t i) {
         return organs.voxels[i] || in_bones.voxels[i] || in_organs.voxels[i];

@@ -247,11 +247,11 @@ Mask insideFascia(const FasciaSpline& s, const FasciaInput& in) {
     return insideWall(fine, in);
 }
 
-Mask fasciaVoxels(const FasciaSpline& s, const FasciaInput& in) {
+Mask fasciaVoxels(const Mask& inside, const FasciaInput& in) {
     const Mask free = maskWhere(in.body.grid, [&](std::size_t i) {
         return in.body.voxels[i] && !in.bones.voxels[i] && !in.organs.voxels[i];
     });
-    return rasteriseBoundary(insideFascia(s, in), free);
+    return rasteriseBoundary(inside, free);
 }
 
 std::string writeFascia(const FasciaSpline& s) {

@@ -32,9 +32,9 @@ FasciaSpline fitFascia(const FasciaInput&);
 // The volume inside the tube: without bones, and with organs that extend beyond it.
 Mask insideFascia(const FasciaSpline&, const FasciaInput&);
 
-// The surface, one voxel thick and 6-separating. It avoids bones, and it avoids organs except next to
-// bones.
-Mask fasciaVoxels(const FasciaSpline&, const FasciaInput&);
+// The surface of this volume, one voxel thick and 6-separating. It avoids bones, and it avoids organs except
+// next to bones.
+Mask fasciaVoxels(const Mask& inside, const FasciaInput&);
 
 // Text format: `stylet-fascia 1`, then `axis_mm`, `h_begin_mm`, `h_step_mm`, `around`, `levels`, then `row
 // 0` to `row levels-1` with the radii in mm. # starts a comment.

@@ -199,6 +199,34 @@ TEST(ImportBuild, FasciaSeparatesWallAndCavity) {
     EXPECT_TRUE(crossed);
 }
 
+// Drawn in the fat outside a rib.
+TEST(ImportBuild, SmallPiecesOfTheLiverOutsideTheFasciaAreDropped) {
+    const auto drawnAt = [](double side_m) {
+        test::Torso t = test::makeTorso();
+        std::size_t drawn = 0;
+        forEachVoxel(t.labels.grid, [&](const Index3& i) {
+            const Vec3 off = glm::abs(t.labels.grid.centre(i) - Vec3(-0.118, 0.0, 0.104));
+            if (t.labels[i] == 1 && std::max({off.x, off.y, off.z}) < 0.5 * side_m) t.labels[i] = 7, ++drawn;
+        });
+        EXPECT_GT(drawn, 0u);
+        ImportResult imported = buildPatient(t.ct, t.labels, t.map, settings());
+        const LabelVolume& labels = imported.package.labels;
+        const Mask outside = test::outsideOf(labels, targetId("fascia"));
+        std::size_t left = 0;
+        for (std::size_t i = 0; i < labels.voxels.size(); ++i)
+            left += outside.voxels[i] && labels.voxels[i] == targetId("liver");
+        return std::pair(left, imported.notes);
+    };
+    const auto dropped = testing::HasSubstr("small pieces outside the fascia dropped");
+    const auto [after_stray, stray_notes] = drawnAt(0.006);
+    EXPECT_EQ(after_stray, 0u);
+    EXPECT_THAT(stray_notes, testing::Contains(dropped));
+    const auto [after_lump, lump_notes] = drawnAt(0.014);
+    EXPECT_GT(after_lump, 100u);
+    EXPECT_THAT(lump_notes, testing::Not(testing::Contains(dropped)));
+    EXPECT_THAT(built().notes, testing::Not(testing::Contains(dropped)));
+}
+
 // A reference patient, and the patient imported from its CT and only those of its labels that published
 // segmentations have. Some voxels at the surface of the bones, as bright as bone, were not drawn.
 struct Published {

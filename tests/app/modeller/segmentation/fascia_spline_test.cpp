@@ -72,7 +72,8 @@ TEST(FasciaSpline, LiesUnderTheSkinOfASunkenChest) {
                                 return std::hypot(p.x, p.y) < 0.06 && p.y < 0.04 + 0.3 * std::fabs(p.x);
                             });
         const CtVolume ct(g);
-        const Mask fascia = fasciaVoxels(s, {ct, body, none, none}), skin = skinShell(body, g, 0.002);
+        const FasciaInput in{ct, body, none, none};
+        const Mask fascia = fasciaVoxels(insideFascia(s, in), in), skin = skinShell(body, g, 0.002);
         EXPECT_FALSE(floodFill(skin, inverted(fascia))[g.nearest({s.axis_m.x, s.axis_m.y, 0.004})]);
         EXPECT_GT(double(countVoxels(fascia)), 8 * 0.25 / spacing_m);
         EXPECT_EQ(countVoxels(intersect(fascia, skin)), 0u);
@@ -283,7 +284,7 @@ TEST(FasciaSpline, SeparatesInReferencePatient) {
     organs = unite(organs, test::seededTruth({Id::liver, Id::portal, Id::hepaticVeins, Id::ducts}));
     const FasciaInput in{ct, body, bones.all, organs};
     const FasciaSpline s = fitFascia(in);
-    const Mask inside = insideFascia(s, in), surface = fasciaVoxels(s, in);
+    const Mask inside = insideFascia(s, in), surface = fasciaVoxels(inside, in);
     const Grid& g = ct.grid;
     Mask open = inverted(surface), seed(g);
     const Index3 axis = g.nearest({s.axis_m.x, s.axis_m.y, g.centre(g.dims / 2).z});

@@ -40,10 +40,11 @@ TEST(Bones, CortexIsFilledAndKidneyIsExcluded) {
     EXPECT_NEAR(volume_ml(b.all), 3.14159 * 49.0 * 40.0 * 1e-3, 0.5);
 }
 
-// At 80 kV, with the kidney in the back and in the middle of the body's depth, and with a darker medulla. The
-// adversary is bone as dense as the kidney and as large, with a cortex.
+// At 80 kV, with the kidney in the back and in the middle of the body's depth, with a darker medulla, and
+// joined to the bone by a vein. The adversary is bone as dense as the kidney and as large, with a cortex.
 TEST(Bones, ADenseKidneyIsExcluded) {
-    for (const auto& [depth, medulla_hu] : {std::pair(30, 318), std::pair(42, 318), std::pair(42, 212)}) {
+    for (const auto& [depth, medulla_hu, vein] :
+         {std::tuple(30, 318, false), {42, 318, false}, {42, 212, false}, {42, 212, true}}) {
         CtVolume ct({Index3(110, 80, 40), Vec3(0.001), Vec3(0.0)}, 55);
         forEachVoxel(ct.grid, [&](const Index3& i) {
             const double noise_hu = 25.0 * test::noiseAt(ct.grid.offset(i)), y = i.y - depth, z = i.z - 20;
@@ -51,6 +52,8 @@ TEST(Bones, ADenseKidneyIsExcluded) {
                 ct[i] = std::int16_t((r < 10.0 ? medulla_hu : 318) + noise_hu);
             if (const double r = std::hypot(i.x - 88, y, z); r < 14.5)
                 ct[i] = std::int16_t((r < 13.0 ? 318 : 600) + noise_hu);
+            else if (vein && std::hypot(y, z) < 4.0 && i.x > 20 && i.x < 88 && ct[i] < 200)
+                ct[i] = 245;
         });
         const Bones b = findBones(ct, Mask(ct.grid, 1), {});
         EXPECT_FALSE((b.all[{20, depth, 20}]));

@@ -27,12 +27,14 @@ constexpr double kCortexReach_m = 0.002;
 constexpr double kMinCortex_ml = 0.03;
 // At 80 kV a kidney is denser, and its vein connects it to a vertebra. It is behind the front third of the
 // body, and unlike bone it is thick and nearly even. Where a ball of kOrganRadius_m fits into bright voxels,
-// the standard deviation of a kidney is .11 to .17 of its mean, and at most .11 of it is above
-// kSureCortex_hu. Bones of a real patient: from .34, and from .66 above. Vertebrae in voxels of 3 mm: from
+// the standard deviation of a kidney is .11 to .18 of its mean, and at most .28 of it is above
+// kSureCortex_hu. Bones of a real patient: from .34, and from .47 above. Vertebrae in voxels of 3 mm: from
 // .175, .05 above; but they are in the middle of the body.
-constexpr double kOrganRadius_m = 0.005, kOrgan_ml = 4.0, kOrganSureShare = 0.2;
+constexpr double kOrganRadius_m = 0.005, kOrgan_ml = 4.0, kOrganSureShare = 0.4;
 constexpr double kOrganDeviation = 0.21, kOrganAside_m = 0.030;
-constexpr double kOrganRim_m = 0.006;   // bright voxels around these balls that belong to the kidney too
+constexpr double kOrganRim_m = 0.006;  // bright voxels around these balls that belong to the kidney too
+// A real patient's kidneys at 120 kV. Below it, bone gets denser too: up to a third more at 80 kV.
+constexpr double kKidney_hu = 245.0, kMaxDensity = 1.35;
 constexpr double kFrontWall_m = 0.035;  // depth below the skin: a sternum is less deep, a kidney is deeper
 
 }  // namespace
@@ -48,9 +50,12 @@ bool isInFrontWall(const Mask& body, const Index3& at) {
 
 namespace {
 
-// The bright voxels of kidneys. Noise would leave dark voxels in every ball, so a mean decides what is
-// bright.
-Mask brightKidneys(const BoneScan& scan, const Mask& bright) {
+struct BrightKidneys {
+    Mask voxels;
+    double mean_hu = 0.0;  // 0 without kidneys
+};
+// Noise would leave dark voxels in every ball, so a mean decides what is bright.
+BrightKidneys findBrightKidneys(const BoneScan& scan, const Mask& bright) {
     const CtVolume& ct = scan.ct;
     const Grid& g = ct.grid;
     const FloatVolume mean_hu = boxMean(toFloat(ct), 1);
@@ -82,17 +87,22 @@ Mask brightKidneys(const BoneScan& scan, const Mask& bright) {
                piece.behind_front > 0.5 * size && piece.sure < kOrganSureShare * size &&
                std::sqrt(variance_hu2) < kOrganDeviation * mean;
     });
-    return growSeeds(intersect(kidneys, bright), bright, int(kOrganRim_m / g.spacing_m.x));
+    double sum_hu = 0.0, voxels = 0.0;
+    for (std::size_t i = 0; i < kidneys.voxels.size(); ++i)
+        if (kidneys.voxels[i]) sum_hu += ct.voxels[i], voxels += 1.0;
+    return {growSeeds(intersect(kidneys, bright), bright, int(kOrganRim_m / g.spacing_m.x)),
+            voxels > 0.0 ? sum_hu / voxels : 0.0};
 }
 
 }  // namespace
 
-Mask bonePieces(const BoneScan& scan) {
+BonePieces bonePieces(const BoneScan& scan) {
     const CtVolume& ct = scan.ct;
     const Mask& body = scan.body;
     const Grid& g = ct.grid;
     Mask bright = maskWhere(g, [&](std::size_t i) { return body.voxels[i] && ct.voxels[i] > kBone_hu; });
-    bright = subtract(bright, brightKidneys(scan, bright));
+    const BrightKidneys kidneys = findBrightKidneys(scan, bright);
+    bright = subtract(bright, kidneys.voxels);
     const Components p = findComponents(bright);
     std::vector<double> sure(p.size.size(), 0.0), front(p.size.size(), 0.0);
     forEachVoxel(g, [&](const Index3& i) {
@@ -101,37 +111,42 @@ Mask bonePieces(const BoneScan& scan) {
         sure[n] += ct[i] > kSureCortex_hu;
         front[n] += 2 * i.y > g.dims.y && isInFrontWall(body, i);
     });
-    return componentsWhere(p, [&](std::size_t n) {
+    const double density = std::clamp(kidneys.mean_hu / kKidney_hu, 1.0, kMaxDensity);
+    const auto isBonePiece = [&](std::size_t n) {
         const double size = double(p.size[n]);
         return size * voxelVolume_ml(g) >= kMinCortex_ml &&
                (sure[n] > kSureShare * size || front[n] > 0.8 * size);
-    });
+    };
+    return {componentsWhere(p, isBonePiece), density};
 }
 
 namespace {
 
 // See kNoiseDeviations. The noise is measured in what is as dense as muscle.
-float sharpCortexLimit(const BoneScan& scan) {
+float sharpCortexLimit(const BoneScan& scan, float density) {
     constexpr std::int16_t kDarkestMuscle_hu = 0, kBrightestMuscle_hu = 110;
     const Mask muscle = maskWhere(scan.ct.grid, [&](std::size_t i) {
         const std::int16_t hu = scan.ct.voxels[i];
         return scan.body.voxels[i] && hu > kDarkestMuscle_hu && hu < kBrightestMuscle_hu;
     });
     const double noise_hu = measureNoise_hu(scan.sharp, muscle);
-    return std::isnan(noise_hu) ? kSharpCortex_hu
-                                : std::max(kSharpCortex_hu, kVessel_hu + kNoiseDeviations * float(noise_hu));
+    return density * (std::isnan(noise_hu)
+                          ? kSharpCortex_hu
+                          : std::max(kSharpCortex_hu, kVessel_hu + kNoiseDeviations * float(noise_hu)));
 }
 
 }  // namespace
 
-Mask cortexShell(const BoneScan& scan, const Mask& pieces) {
+Mask cortexShell(const BoneScan& scan, const BonePieces& pieces) {
     const Grid& g = scan.ct.grid;
-    const float sharp_limit_hu = sharpCortexLimit(scan);
+    const auto density = float(pieces.density);
+    const float limit_hu = density * float(kCortex_hu), sharp_limit_hu = sharpCortexLimit(scan, density);
     Mask cortex = maskWhere(g, [&](std::size_t i) {
-        return pieces.voxels[i] && (scan.ct.voxels[i] > kCortex_hu || scan.sharp.voxels[i] > sharp_limit_hu);
+        return pieces.voxels.voxels[i] &&
+               (float(scan.ct.voxels[i]) > limit_hu || scan.sharp.voxels[i] > sharp_limit_hu);
     });
     removeSmallComponents(cortex, kMinCortex_ml, Connectivity::corners);
-    return intersect(dilated(cortex, std::max(kCortexReach_m, 1.01 * g.spacing_m.x)), pieces);
+    return intersect(dilated(cortex, std::max(kCortexReach_m, 1.01 * g.spacing_m.x)), pieces.voxels);
 }
 
 // --- Enclosed voxels ---

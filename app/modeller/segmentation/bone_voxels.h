@@ -10,11 +10,17 @@ namespace stylet::modeller {
 // True if the voxel is so close to the front surface (along y) that it can be sternum but not kidney.
 bool isInFrontWall(const Mask& body, const Index3& at);
 
-// Pieces above kBone_hu that are bone: they contain enough certain cortex, or are in the front wall.
-Mask bonePieces(const BoneScan&);
+struct BonePieces {
+    Mask voxels;
+    // By how much bone and contrast medium are denser than at 120 kV, estimated from the kidneys: 1 to 1.35.
+    double density = 1.0;
+};
+// Pieces above kBone_hu that are bone: they contain enough certain cortex, or are in the front wall. Kidneys
+// are left out.
+BonePieces bonePieces(const BoneScan&);
 // The bright voxels near cortex, which is searched in the scan and in the sharpened scan. Vessel or kidney
 // parts of a piece are farther from any cortex.
-Mask cortexShell(const BoneScan&, const Mask& pieces);
+Mask cortexShell(const BoneScan&, const BonePieces&);
 // The first thing found within `count` steps from a voxel.
 enum class RayHit { bone, nothing, border };
 RayHit castRay(const Mask& wall, Index3 at, const Index3& step, int count);

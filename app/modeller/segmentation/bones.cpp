@@ -366,11 +366,11 @@ Bones findBones(const CtVolume& ct, const Mask& body, const ScanBlur& blur) {
     }
     {
         const BoneScan scan(ct, body, blur);
-        const Mask pieces = bonePieces(scan);
+        const BonePieces pieces = bonePieces(scan);
         const Mask shell = cortexShell(scan, pieces);
         SpinalCanal spine = findCanal(ct, shell, box);
         if (spine.centres_m.empty()) out.notes.push_back("the spinal canal does not show");
-        out.all = withMarrow(scan, pieces, shell, spine);
+        out.all = withMarrow(scan, pieces.voxels, shell, spine);
         out.canal = std::move(spine.voxels);
         out.canal_m = std::move(spine.centres_m);
     }

@@ -50,6 +50,19 @@ TEST(Ducts, TumoursAndFissuresAreExcluded) {
     EXPECT_THAT(note, testing::HasSubstr("no liver"));
 }
 
+// As long as a fissure, and as dark and wide as dilated ducts. In a liver of half the size it could be ducts.
+TEST(Ducts, ATubeThatIsShortForTheLiverIsNoDuct) {
+    for (const int size : {144, 72}) {
+        test::LiverPhantom liver(size);
+        const double middle_m = 0.0005 * size;
+        liver.tube({middle_m - 0.028, middle_m, middle_m}, {middle_m + 0.028, middle_m, middle_m}, 0.0043,
+                   5.0);
+        std::string note;
+        const Mask ducts = findVisibleDucts(liver.ct, liver.mask, &note);
+        EXPECT_EQ(countVoxels(ducts) > 0, size == 72) << note;
+    }
+}
+
 // A liver full of fat is hardly brighter than bile.
 TEST(Ducts, ALiverThatHidesThemIsNamed) {
     test::LiverPhantom liver(96);

@@ -368,6 +368,16 @@ TEST(CheckScan, CalcifiedTumourIsReported) {
                 testing::StartsWith("look"));
 }
 
+TEST(CheckScan, OrgansTakenForCartilageAreReported) {
+    const std::string what = "cartilage";
+    EXPECT_EQ(finding(reference(), what), "");
+    Package p = copy();
+    relabel(p, Id::spleen, Id::cartilage);
+    EXPECT_THAT(finding(p, what), testing::StartsWith("look"));
+    relabel(p, Id::liver, Id::cartilage);
+    EXPECT_THAT(finding(p, what), testing::StartsWith("REFUSED"));
+}
+
 TEST(CheckScan, DuctsInFatAreReported) {
     Package p = copy();
     setHu(p, Id::ducts, -60);

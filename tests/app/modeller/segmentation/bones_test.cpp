@@ -62,6 +62,31 @@ TEST(Bones, ADenseKidneyIsExcluded) {
     }
 }
 
+// A vessel at 80 kV beside a vertebra. Only the kidneys tell that so dense a vessel may occur.
+TEST(Bones, WithDenseKidneysADenseVesselIsNoBone) {
+    const auto shareOfVessel = [](int kidneys_hu) {
+        CtVolume ct({Index3(180, 90, 40), Vec3(0.001), Vec3(0.0)}, 55);
+        const auto inVessel = [](const Index3& i) { return std::hypot(i.x - 115, i.y - 36) < 9.0; };
+        forEachVoxel(ct.grid, [&](const Index3& i) {
+            const double noise_hu = 28.0 * test::noiseAt(ct.grid.offset(i));
+            if (std::hypot(std::abs(i.x - 90) - 60, i.y - 30, i.z - 20) < 14.5)
+                ct[i] = std::int16_t(kidneys_hu + noise_hu);
+            if (inVessel(i)) ct[i] = std::int16_t(285 + noise_hu);
+            if (const double r = std::hypot(i.x - 90, i.y - 30); r < 17.0)
+                ct[i] = std::int16_t((r < 14.0 ? 240 : 900) + noise_hu);
+        });
+        const Bones b = findBones(ct, Mask(ct.grid, 1), {});
+        EXPECT_TRUE((b.all[{90, 46, 20}]));
+        double bone = 0.0, all = 0.0;
+        forEachVoxel(ct.grid, [&](const Index3& i) {
+            if (inVessel(i)) bone += b.all[i], all += 1.0;
+        });
+        return bone / all;
+    };
+    EXPECT_LT(shareOfVessel(325), 0.1);
+    EXPECT_GT(shareOfVessel(190), 0.5);
+}
+
 // The same values in the middle of the body are a vertebra's in wide voxels, also beside an arm. So dense a
 // piece in the front third is no kidney either.
 TEST(Bones, ABoneLikeAKidneyIsKeptElsewhere) {

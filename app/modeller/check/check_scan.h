@@ -21,10 +21,10 @@ struct ScanMeasures {
     double flat_right = 0.0, flat_left = 0.0;
     double bone_at_liver_mm2 = 0.0;  // area in which bone touches the liver's parenchyma or a tumour
     double bone_in_liver_mm3 = 0.0;  // pieces of bone, or of liver as dense as bone, inside the liver
-    double cartilage = 0.0;          // its volume, as a share of the bones'
+    double cartilage_share = std::numeric_limits<double>::quiet_NaN();  // of the bones' volume
     // Distance along z between ribs that lie above one another, as a share of the rib cage's width: median,
     // and lower quartile, which stays the same if ribs are missing. NaN with few ribs.
-    double rib_distance = 0.0, rib_distance_quartile = 0.0;
+    double rib_distance_median = 0.0, rib_distance_quartile = 0.0;
     double fascia_outside = 0.0;  // share of the fascia voxels that lie in the air around the body
 };
 ScanMeasures measureScan(const PackageStatistics&);

@@ -86,20 +86,19 @@ double litres(const Grid& g, std::size_t voxels) {
 }
 
 // Unlabels small pieces of the liver outside the fascia, where a needle would reach them without passing it.
-// They come from a ragged border. Larger pieces stay, so that `check` refuses the patient.
+// They come from a ragged border. Larger pieces, or many, stay for `check` to report.
 void dropStrayLiver(const Mask& inside, LabelVolume& labels, std::vector<std::string>& notes) {
-    constexpr double kStray_ml = 0.5;
+    constexpr double kPiece_ml = 0.5, kAll_ml = 2.0;
     const Mask liver = labelMask(labels, [](const Label& l) { return l.tissue == Tissue::liver; });
     const Components pieces = findComponents(subtract(liver, inside), Connectivity::corners);
     const auto millilitres = [&](std::size_t voxels) { return 1e3 * litres(labels.grid, voxels); };
-    std::size_t dropped = 0;
-    for (std::size_t i = 0; i < labels.voxels.size(); ++i)
-        if (const auto piece = std::size_t(pieces.number.voxels[i]);
-            piece > 0 && millilitres(pieces.size[piece]) < kStray_ml)
-            labels.voxels[i] = 0, ++dropped;
-    if (dropped > 0)
-        notes.push_back(
-            fmt::format("liver: {:.3f} ml in small pieces outside the fascia dropped", millilitres(dropped)));
+    const Mask stray =
+        componentsWhere(pieces, [&](std::size_t n) { return millilitres(pieces.size[n]) < kPiece_ml; });
+    const std::size_t voxels = countVoxels(stray);
+    if (voxels == 0 || millilitres(voxels) > kAll_ml) return;
+    paint(labels, stray, 0, true);
+    notes.push_back(
+        fmt::format("liver: dropped {:.3f} ml in small pieces outside the fascia", millilitres(voxels)));
 }
 
 // Returns the volume inside the fascia.
@@ -273,16 +272,17 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
     const ScanBlur blur = measureBlur(p.ct);
     out.notes.push_back(blurText(blur));
 
-    reportProgress(settings, "body and skin");
+    reportProgress(settings, "body");
     const Mask body = cropToBody(p.ct, p.labels, out.notes);
     checkPackageSize(p.ct.grid);
-    paint(p.labels, skinShell(body, ct.grid, kSkin_m), targetId("skin"), false);
 
     bool added_cartilage = false;
     {
         const BoneScan scan(p.ct, body, blur);
-        reportProgress(settings, "fascia");
+        reportProgress(settings, "fascia and skin");
         const Mask inside = addFascia(scan, p.labels, out.notes);
+        // Last, so that no dropped voxel of the liver leaves a hole.
+        paint(p.labels, skinShell(body, ct.grid, kSkin_m), targetId("skin"), false);
 
         reportProgress(settings, "thresholds");
         p.thresholds = computeThresholds(estimateTissueClasses(p.ct, body, p.labels));

@@ -25,16 +25,18 @@ constexpr std::int16_t kSurface_hu = 180;  // halfway from soft tissue to spongy
 constexpr double kSureShare = 0.03;        // minimum share of a piece's voxels above kSureCortex_hu
 constexpr double kCortexReach_m = 0.002;
 constexpr double kMinCortex_ml = 0.03;
-// At 80 kV a kidney is denser, and its vein connects it to a vertebra. It is behind the front third of the
-// body, and unlike bone it is thick and nearly even. Where a ball of kOrganRadius_m fits into bright voxels,
-// the standard deviation of a kidney is .11 to .18 of its mean, and at most .28 of it is above
-// kSureCortex_hu. Bones of a real patient: from .34, and from .47 above. Vertebrae in voxels of 3 mm: from
-// .175, .05 above; but they are in the middle of the body.
-constexpr double kOrganRadius_m = 0.005, kOrgan_ml = 4.0, kOrganSureShare = 0.4;
-constexpr double kOrganDeviation = 0.21, kOrganAside_m = 0.030;
-constexpr double kOrganRim_m = 0.006;  // bright voxels around these balls that belong to the kidney too
-// A real patient's kidneys at 120 kV. Below it, bone gets denser too: up to a third more at 80 kV.
-constexpr double kKidney_hu = 245.0, kMaxDensity = 1.35;
+// At 80 kV a kidney is denser. It is beside the spine and behind the front third of the body, and unlike bone
+// it is large and nearly even. Its vein may connect it to a vertebra, so that only its thick part shows:
+// where a ball of kKidneyRadius_m fits into bright voxels, the standard deviation of a kidney is .11 to .18
+// of its mean, and at most .28 of it is above kSureCortex_hu. Bones of a real patient: from .34, and from .47
+// above. Vertebrae in voxels of 3 mm: from .175, .05 above; but they are in the middle of the body. Ribs are
+// too thin for the ball; whole pieces must be larger than they are.
+constexpr double kKidneyRadius_m = 0.005, kThickPart_ml = 4.0, kWholePiece_ml = 10.0;
+constexpr double kKidneySureShare = 0.4, kKidneyDeviation = 0.21, kKidneyAside_m = 0.030;
+constexpr double kKidneyRim_m = 0.006;  // bright voxels around the balls that belong to the kidney too
+// Mean of the thick parts of a real patient's kidneys at 120 kV, of what is above kBone_hu in them. At 80 kV
+// bone is up to a third denser, too.
+constexpr double kKidney_hu = 245.0, kMaxLimitScale = 1.35;
 constexpr double kFrontWall_m = 0.035;  // depth below the skin: a sternum is less deep, a kidney is deeper
 
 }  // namespace
@@ -50,97 +52,125 @@ bool isInFrontWall(const Mask& body, const Index3& at) {
 
 namespace {
 
-struct BrightKidneys {
-    Mask voxels;
-    double mean_hu = 0.0;  // 0 without kidneys
+struct BrightPiece {
+    double voxels = 0.0, sure = 0.0, front = 0.0, behind_front = 0.0, sum_x = 0.0, sum_hu = 0.0,
+           sum_hu2 = 0.0;
+    double mean_hu() const { return sum_hu / voxels; }
+    double deviation() const {  // share of the mean
+        return std::sqrt(std::max(0.0, sum_hu2 / voxels - mean_hu() * mean_hu())) / mean_hu();
+    }
 };
-// Noise would leave dark voxels in every ball, so a mean decides what is bright.
-BrightKidneys findBrightKidneys(const BoneScan& scan, const Mask& bright) {
-    const CtVolume& ct = scan.ct;
-    const Grid& g = ct.grid;
-    const FloatVolume mean_hu = boxMean(toFloat(ct), 1);
-    const Components p = findComponents(opened(
-        maskWhere(g, [&](std::size_t i) { return mean_hu.voxels[i] > float(kBone_hu); }), kOrganRadius_m));
-    struct Piece {
-        double sure = 0.0, behind_front = 0.0, sum_x = 0.0, sum_hu = 0.0, sum_hu2 = 0.0;
-    };
-    std::vector<Piece> pieces(p.size.size());
+
+std::vector<BrightPiece> measurePieces(const BoneScan& scan, const Components& p) {
+    const Grid& g = scan.ct.grid;
     const VoxelBox box = boundingBox(scan.body);
     const int front_third = box.high.y - (box.high.y - box.low.y) / 3;
-    double body_x = 0.0, body_voxels = 0.0;
+    std::vector<BrightPiece> pieces(p.size.size());
     forEachVoxel(g, [&](const Index3& i) {
-        if (scan.body[i]) body_x += i.x, body_voxels += 1.0;
         if (p.number[i] == 0) return;
-        Piece& piece = pieces[std::size_t(p.number[i])];
-        const double hu = ct[i];
+        BrightPiece& piece = pieces[std::size_t(p.number[i])];
+        const double hu = scan.ct[i];
+        piece.voxels += 1.0;
         piece.sure += hu > kSureCortex_hu;
         piece.behind_front += i.y < front_third;
+        piece.front += 2 * i.y > g.dims.y && isInFrontWall(scan.body, i);
         piece.sum_x += i.x;
         piece.sum_hu += hu, piece.sum_hu2 += hu * hu;
     });
-    const Mask kidneys = componentsWhere(p, [&](std::size_t n) {
-        const Piece& piece = pieces[n];
-        const double size = double(p.size[n]), mean = piece.sum_hu / size;
-        const double variance_hu2 = std::max(0.0, piece.sum_hu2 / size - mean * mean);
-        return size * voxelVolume_ml(g) > kOrgan_ml &&
-               std::fabs(piece.sum_x / size - body_x / body_voxels) * g.spacing_m.x > kOrganAside_m &&
-               piece.behind_front > 0.5 * size && piece.sure < kOrganSureShare * size &&
-               std::sqrt(variance_hu2) < kOrganDeviation * mean;
+    return pieces;
+}
+
+double middleOfBody_x(const Mask& body) {
+    double sum_x = 0.0, voxels = 0.0;
+    forEachVoxel(body.grid, [&](const Index3& i) {
+        if (body[i]) sum_x += i.x, voxels += 1.0;
     });
-    double sum_hu = 0.0, voxels = 0.0;
-    for (std::size_t i = 0; i < kidneys.voxels.size(); ++i)
-        if (kidneys.voxels[i]) sum_hu += ct.voxels[i], voxels += 1.0;
-    return {growSeeds(intersect(kidneys, bright), bright, int(kOrganRim_m / g.spacing_m.x)),
-            voxels > 0.0 ? sum_hu / voxels : 0.0};
+    return sum_x / voxels;
+}
+
+struct BrightKidneys {
+    Mask voxels;
+    double limit_scale = 1.0;
+};
+
+// Noise would leave dark voxels in every ball, so a mean decides what is bright.
+Mask thickParts(const CtVolume& ct) {
+    const FloatVolume mean_hu = boxMean(toFloat(ct), 1);
+    return opened(maskWhere(ct.grid, [&](std::size_t i) { return mean_hu.voxels[i] > float(kBone_hu); }),
+                  kKidneyRadius_m);
+}
+
+BrightKidneys findBrightKidneys(const BoneScan& scan, const Mask& bright) {
+    const Grid& g = scan.ct.grid;
+    const double middle_x = middleOfBody_x(scan.body);
+    const auto aside_m = [&](const BrightPiece& piece) {
+        return (piece.sum_x / piece.voxels - middle_x) * g.spacing_m.x;
+    };
+    const auto isKidney = [&](const BrightPiece& piece, double min_ml) {
+        return piece.voxels * voxelVolume_ml(g) > min_ml && std::fabs(aside_m(piece)) > kKidneyAside_m &&
+               piece.behind_front > 0.5 * piece.voxels && piece.sure < kKidneySureShare * piece.voxels &&
+               piece.deviation() < kKidneyDeviation;
+    };
+    const auto kidneysAmong = [&](const Components& p, const std::vector<BrightPiece>& pieces,
+                                  double min_ml) {
+        return componentsWhere(p, [&](std::size_t n) { return isKidney(pieces[n], min_ml); });
+    };
+    const Components whole = findComponents(bright), thick = findComponents(thickParts(scan.ct));
+    const std::vector<BrightPiece> parts = measurePieces(scan, thick);
+    const Mask seeds = intersect(kidneysAmong(thick, parts, kThickPart_ml), bright);
+    // One side alone may be a bowel full of contrast medium, which says nothing about bones.
+    const BrightPiece *right = nullptr, *left = nullptr;
+    for (const BrightPiece& piece : parts)
+        if (isKidney(piece, kThickPart_ml))
+            if (const BrightPiece*& largest = aside_m(piece) > 0.0 ? right : left;
+                !largest || largest->voxels < piece.voxels)
+                largest = &piece;
+    const double hu = right && left ? std::min(right->mean_hu(), left->mean_hu()) : 0.0;
+    const int rim = std::max(1, int(std::lround(kKidneyRim_m / g.spacing_m.x)));
+    return {
+        unite(kidneysAmong(whole, measurePieces(scan, whole), kWholePiece_ml), growSeeds(seeds, bright, rim)),
+        std::clamp(hu / kKidney_hu, 1.0, kMaxLimitScale)};
 }
 
 }  // namespace
 
 BonePieces bonePieces(const BoneScan& scan) {
     const CtVolume& ct = scan.ct;
-    const Mask& body = scan.body;
-    const Grid& g = ct.grid;
-    Mask bright = maskWhere(g, [&](std::size_t i) { return body.voxels[i] && ct.voxels[i] > kBone_hu; });
+    const Mask bright =
+        maskWhere(ct.grid, [&](std::size_t i) { return scan.body.voxels[i] && ct.voxels[i] > kBone_hu; });
     const BrightKidneys kidneys = findBrightKidneys(scan, bright);
-    bright = subtract(bright, kidneys.voxels);
-    const Components p = findComponents(bright);
-    std::vector<double> sure(p.size.size(), 0.0), front(p.size.size(), 0.0);
-    forEachVoxel(g, [&](const Index3& i) {
-        const auto n = std::size_t(p.number[i]);
-        if (n == 0) return;
-        sure[n] += ct[i] > kSureCortex_hu;
-        front[n] += 2 * i.y > g.dims.y && isInFrontWall(body, i);
-    });
-    const double density = std::clamp(kidneys.mean_hu / kKidney_hu, 1.0, kMaxDensity);
+    const Components p = findComponents(subtract(bright, kidneys.voxels));
+    const std::vector<BrightPiece> pieces = measurePieces(scan, p);
     const auto isBonePiece = [&](std::size_t n) {
-        const double size = double(p.size[n]);
-        return size * voxelVolume_ml(g) >= kMinCortex_ml &&
-               (sure[n] > kSureShare * size || front[n] > 0.8 * size);
+        const BrightPiece& piece = pieces[n];
+        return piece.voxels * voxelVolume_ml(ct.grid) >= kMinCortex_ml &&
+               (piece.sure > kSureShare * piece.voxels || piece.front > 0.8 * piece.voxels);
     };
-    return {componentsWhere(p, isBonePiece), density};
+    return {componentsWhere(p, isBonePiece), kidneys.limit_scale};
 }
 
 namespace {
 
 // See kNoiseDeviations. The noise is measured in what is as dense as muscle.
-float sharpCortexLimit(const BoneScan& scan, float density) {
+float sharpCortexLimit(const BoneScan& scan, float limit_scale) {
     constexpr std::int16_t kDarkestMuscle_hu = 0, kBrightestMuscle_hu = 110;
     const Mask muscle = maskWhere(scan.ct.grid, [&](std::size_t i) {
         const std::int16_t hu = scan.ct.voxels[i];
         return scan.body.voxels[i] && hu > kDarkestMuscle_hu && hu < kBrightestMuscle_hu;
     });
     const double noise_hu = measureNoise_hu(scan.sharp, muscle);
-    return density * (std::isnan(noise_hu)
-                          ? kSharpCortex_hu
-                          : std::max(kSharpCortex_hu, kVessel_hu + kNoiseDeviations * float(noise_hu)));
+    const float least = limit_scale * kSharpCortex_hu;
+    return std::isnan(noise_hu)
+               ? least
+               : std::max(least, limit_scale * kVessel_hu + kNoiseDeviations * float(noise_hu));
 }
 
 }  // namespace
 
 Mask cortexShell(const BoneScan& scan, const BonePieces& pieces) {
     const Grid& g = scan.ct.grid;
-    const auto density = float(pieces.density);
-    const float limit_hu = density * float(kCortex_hu), sharp_limit_hu = sharpCortexLimit(scan, density);
+    const auto scale = float(pieces.limit_scale);
+    const float limit_hu = scale * float(kCortex_hu), sharp_limit_hu = sharpCortexLimit(scan, scale);
     Mask cortex = maskWhere(g, [&](std::size_t i) {
         return pieces.voxels.voxels[i] &&
                (float(scan.ct.voxels[i]) > limit_hu || scan.sharp.voxels[i] > sharp_limit_hu);

@@ -12,8 +12,7 @@ bool isInFrontWall(const Mask& body, const Index3& at);
 
 struct BonePieces {
     Mask voxels;
-    // By how much bone and contrast medium are denser than at 120 kV, estimated from the kidneys: 1 to 1.35.
-    double density = 1.0;
+    double limit_scale = 1.0;  // factor for the limits of cortex, from the kidneys' brightness: 1 to 1.35
 };
 // Pieces above kBone_hu that are bone: they contain enough certain cortex, or are in the front wall. Kidneys
 // are left out.

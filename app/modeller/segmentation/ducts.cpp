@@ -32,9 +32,9 @@ constexpr double kMinDuctPiece_m3 = 80e-9, kMinDuctExtent_m = 0.012;
 constexpr double kFromCapsule_m = 0.004, kDuctDepth_m = 0.010, kMinDeepShare = 0.3;
 // Minimum size of a dilated system, which covers several segments: share of the liver's volume, and of the
 // diagonal of its bounding box. Normal ducts are not visible at all. The tissue around the hilum and in the
-// fissure for the ligament looks like a duct, and has up to .29 of the diagonal in a real patient. Dilated
-// ducts of reference patients have .48 (slices of 5 mm) to .85.
-constexpr double kMinTree = 0.002, kMinExtent = 0.38;
+// fissure for the ligament looks like a duct, and extends over up to .29 of the diagonal in a real patient.
+// Dilated ducts of reference patients have .48 (slices of 5 mm) to .85.
+constexpr double kMinVolumeShare = 0.002, kMinExtentShare = 0.38;
 
 // Distance in metres to the liver's surface, or to fat or gas in a fissure, on the grid of the evidence. 0 in
 // fat and gas and outside the liver. `blobs` receives the wide dark regions.
@@ -112,12 +112,13 @@ Mask findVisibleDucts(const CtVolume& ct, const Mask& liver, std::string* note) 
         return true;
     });
     const VoxelBox box = boundingBox(e.liver);
-    const double diagonal_m = glm::length(e.liver.grid.spacing_m * Vec3(box.high - box.low));
-    if (tree_m3 < kMinTree * double(countVoxels(e.liver)) * voxel_m3 ||
-        tree_extent_m < kMinExtent * diagonal_m) {
+    const double least_m3 = kMinVolumeShare * double(countVoxels(e.liver)) * voxel_m3,
+                 least_m = kMinExtentShare * glm::length(e.liver.grid.spacing_m * Vec3(box.high - box.low));
+    if (tree_m3 < least_m3 || tree_extent_m < least_m) {
         setNote(fmt::format(
-            "No dilated bile ducts: the largest dark tube in the liver holds {:.1f} ml over {:.0f} mm.",
-            1e6 * tree_m3, 1e3 * tree_extent_m));
+            "No dilated bile ducts: the largest dark tube in the liver holds {:.1f} ml over {:.0f} mm; "
+            "a dilated system holds at least {:.1f} ml over {:.0f} mm.",
+            1e6 * tree_m3, 1e3 * tree_extent_m, 1e6 * least_m3, 1e3 * least_m));
         return Mask(ct.grid);
     }
     const FloatVolume to_ducts = distanceTo(ducts);

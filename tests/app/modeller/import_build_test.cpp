@@ -217,7 +217,7 @@ TEST(ImportBuild, SmallPiecesOfTheLiverOutsideTheFasciaAreDropped) {
             left += outside.voxels[i] && labels.voxels[i] == targetId("liver");
         return std::pair(left, imported.notes);
     };
-    const auto dropped = testing::HasSubstr("small pieces outside the fascia dropped");
+    const auto dropped = testing::HasSubstr("in small pieces outside the fascia");
     const auto [after_stray, stray_notes] = drawnAt(0.006);
     EXPECT_EQ(after_stray, 0u);
     EXPECT_THAT(stray_notes, testing::Contains(dropped));

@@ -52,7 +52,7 @@ TEST(Ducts, TumoursAndFissuresAreExcluded) {
 
 // As long as a fissure, and as dark and wide as dilated ducts. In a liver of half the size it could be ducts.
 TEST(Ducts, ATubeThatIsShortForTheLiverIsNoDuct) {
-    for (const int size : {144, 72}) {
+    for (const int size : {120, 72}) {
         test::LiverPhantom liver(size);
         const double middle_m = 0.0005 * size;
         liver.tube({middle_m - 0.028, middle_m, middle_m}, {middle_m + 0.028, middle_m, middle_m}, 0.0043,

@@ -93,11 +93,18 @@ struct BrightKidneys {
     double limit_scale = 1.0;
 };
 
-// Noise would leave dark voxels in every ball, so a mean decides what is bright.
-Mask thickParts(const CtVolume& ct) {
-    const FloatVolume mean_hu = boxMean(toFloat(ct), 1);
-    return opened(maskWhere(ct.grid, [&](std::size_t i) { return mean_hu.voxels[i] > float(kBone_hu); }),
-                  kKidneyRadius_m);
+// The parts of `bright` that are thick enough for a ball. Noise would leave dark voxels in every ball, so a
+// mean decides what is bright.
+Mask thickParts(const CtVolume& ct, const Mask& bright) {
+    const Grid& g = ct.grid;
+    const VoxelBox box = boxAround(bright, int(std::ceil(kKidneyRadius_m / g.spacing_m.x)) + 2);
+    Mask thick(g);
+    if (box.empty()) return thick;
+    const FloatVolume mean_hu = boxMean(toFloat(cropped(ct, box)), 1);
+    const Mask dense =
+        maskWhere(mean_hu.grid, [&](std::size_t i) { return mean_hu.voxels[i] > float(kBone_hu); });
+    paste(opened(dense, kKidneyRadius_m), box.low, thick);
+    return thick;
 }
 
 BrightKidneys findBrightKidneys(const BoneScan& scan, const Mask& bright) {
@@ -115,7 +122,7 @@ BrightKidneys findBrightKidneys(const BoneScan& scan, const Mask& bright) {
                                   double min_ml) {
         return componentsWhere(p, [&](std::size_t n) { return isKidney(pieces[n], min_ml); });
     };
-    const Components whole = findComponents(bright), thick = findComponents(thickParts(scan.ct));
+    const Components whole = findComponents(bright), thick = findComponents(thickParts(scan.ct, bright));
     const std::vector<BrightPiece> parts = measurePieces(scan, thick);
     const Mask seeds = intersect(kidneysAmong(thick, parts, kThickPart_ml), bright);
     // One side alone may be a bowel full of contrast medium, which says nothing about bones.

@@ -281,7 +281,7 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
         const BoneScan scan(p.ct, body, blur);
         reportProgress(settings, "fascia and skin");
         const Mask inside = addFascia(scan, p.labels, out.notes);
-        // Last, so that no dropped voxel of the liver leaves a hole.
+        // After the fascia, so that no dropped voxel of the liver leaves a hole in the skin.
         paint(p.labels, skinShell(body, ct.grid, kSkin_m), targetId("skin"), false);
 
         reportProgress(settings, "thresholds");

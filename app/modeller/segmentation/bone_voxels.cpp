@@ -28,9 +28,9 @@ constexpr double kMinCortex_ml = 0.03;
 // At 80 kV a kidney is denser. It is beside the spine and behind the front third of the body, and unlike bone
 // it is large and nearly even. Its vein may connect it to a vertebra, so that only its thick part shows:
 // where a ball of kKidneyRadius_m fits into bright voxels, the standard deviation of a kidney is .11 to .18
-// of its mean, and at most .28 of it is above kSureCortex_hu. Bones of a real patient: from .34, and from .47
-// above. Vertebrae in voxels of 3 mm: from .175, .05 above; but they are in the middle of the body. Ribs are
-// too thin for the ball; whole pieces must be larger than they are.
+// of its mean, and at most .28 of it is above kSureCortex_hu. Bones beside the spine of a real patient: from
+// .34, and from .47 above. Vertebrae in voxels of 3 mm: from .175, .05 above; but they are in the middle of
+// the body. Ribs are too thin for the ball; whole pieces must be larger than they are.
 constexpr double kKidneyRadius_m = 0.005, kThickPart_ml = 4.0, kWholePiece_ml = 10.0;
 constexpr double kKidneySureShare = 0.4, kKidneyDeviation = 0.21, kKidneyAside_m = 0.030;
 constexpr double kKidneyRim_m = 0.006;  // bright voxels around the balls that belong to the kidney too

@@ -14,6 +14,10 @@ using Vec3 = glm::dvec3;
 using Quat = glm::dquat;
 using Index3 = glm::ivec3;
 
+inline bool isFinite(const Vec3& v) noexcept {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
 // A rigid transform a_from_b: `p_a = a_from_b * p_b`. The rotation is a unit quaternion.
 struct Pose {
     Quat rotation{1.0, 0.0, 0.0, 0.0};
@@ -29,6 +33,10 @@ struct Pose {
         return {back, back * -position_m};
     }
 };
+inline bool isFinite(const Pose& p) noexcept {
+    const Quat& q = p.rotation;
+    return isFinite(p.position_m) && std::isfinite(q.w) && isFinite(Vec3(q.x, q.y, q.z));
+}
 
 // An axis-aligned voxel grid in the patient frame (RAS: x grows to the patient's right, y to the front,
 // z to the head). Voxel (0,0,0) has its CENTRE at `origin_m`.

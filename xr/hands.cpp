@@ -9,8 +9,7 @@ namespace {
 
 double distance_m(const std::optional<Pose>& a, const std::optional<Pose>& b) {
     if (!a || !b) return std::numeric_limits<double>::infinity();
-    return std::hypot(a->position[0] - b->position[0], a->position[1] - b->position[1],
-                      a->position[2] - b->position[2]);
+    return glm::distance(a->position_m, b->position_m);
 }
 
 }  // namespace
@@ -20,9 +19,8 @@ double distance_m(const std::optional<Pose>& a, const std::optional<Pose>& b) {
 Pose gripFromPalm(const Pose& a_from_palm, int side) {
     // Left: x = -y_palm, y = z_palm, z = -x_palm. Right: x = y_palm, y = z_palm, z = x_palm.
     const double h = 0.5;
-    const Pose palm_from_grip{
-        side == 0 ? std::array<double, 4>{h, -h, -h, h} : std::array<double, 4>{h, h, h, h}, {}};
-    return a_from_palm * palm_from_grip;
+    const Quat palm_from_grip = side == 0 ? Quat(h, h, -h, -h) : Quat(h, h, h, h);
+    return {a_from_palm.rotation * palm_from_grip, a_from_palm.position_m};
 }
 
 void Pinches::update(const std::array<double, kPinchFingers>& distances_m) {
@@ -90,8 +88,7 @@ XrResult Hands::read(XrSpace stage, XrTime time, int side, Hand& hand) {
         return result;
     }
     Pose aim = *palm;
-    for (std::size_t i = 0; i < 3; ++i)
-        aim.position[i] = 0.5 * (thumb->position[i] + index->position[i]);
+    aim.position_m = 0.5 * (thumb->position_m + index->position_m);
     hand.stage_from_aim = aim;
     pinches.update({distance_m(thumb, index), distance_m(thumb, at(XR_HAND_JOINT_MIDDLE_TIP_EXT)),
                     distance_m(thumb, at(XR_HAND_JOINT_RING_TIP_EXT))});

@@ -1,4 +1,4 @@
-// Conversion of poses from and to OpenXR; composition and inverse.
+// Conversion of poses from and to OpenXR.
 #pragma once
 
 #include "xr/check.h"
@@ -9,10 +9,6 @@ inline constexpr XrPosef kIdentityPose{{0.0f, 0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.
 
 Pose toPose(const XrPosef&);
 XrPosef toXrPose(const Pose&);  // normalises the quaternion
-
-std::array<double, 3> rotate(const Pose& by, const std::array<double, 3>&);
-Pose operator*(const Pose& a_from_b, const Pose& b_from_c);
-Pose inverse(const Pose& a_from_b);
 
 // Returns the pose if `flags` contains all of `needed`. For rendering, a pose may be inferred (kWholePose);
 // for measurements it must be tracked (kTracked).

@@ -60,7 +60,7 @@ void Spaces::create(const Instance& instance, XrSession session, bool stationary
             continue;
         reference_from_stage_ = {};
         if (choice.type == XR_REFERENCE_SPACE_TYPE_LOCAL)
-            reference_from_stage_.position[1] = -kAssumedEyeHeight_m;
+            reference_from_stage_.position_m.y = -kAssumedEyeHeight_m;
         made = makeReferenceSpace(session, choice.type, reference_from_stage_, stage_);
         if (XR_FAILED(made)) {
             notes.push_back(fmt::format(
@@ -87,7 +87,7 @@ std::optional<SpaceChange> Spaces::toSpaceChange(const XrEventDataReferenceSpace
     change.pose_valid = event.poseValid;
     if (event.poseValid)
         change.previous_from_new =
-            inverse(reference_from_stage_) * toPose(event.poseInPreviousSpace) * reference_from_stage_;
+            reference_from_stage_.inverse() * toPose(event.poseInPreviousSpace) * reference_from_stage_;
     return change;
 }
 

@@ -14,6 +14,7 @@
 #include <vulkan/vulkan.h>
 
 #include "base/errors.h"
+#include "base/geometry.h"
 
 namespace stylet::xr {
 
@@ -21,11 +22,6 @@ namespace stylet::xr {
 class XrError : public EnvironmentError {
   public:
     using EnvironmentError::EnvironmentError;
-};
-
-struct Pose {                                       // stage frame, metres
-    std::array<double, 4> orientation{0, 0, 0, 1};  // x y z w
-    std::array<double, 3> position{0, 0, 0};
 };
 
 // --- Session settings and runtime facts ---

@@ -1,7 +1,7 @@
 // The PostgreSQL database of a training centre, which collects the attempts of many stores. It has one
 // schema, `stylet`. A connecting program creates or migrates it. The tables match those of the store. The
 // attempts' files are in the database as well, split into parts:
-//   attempt, metric, event, file      as in the store (README.md), keyed by the attempt's id
+//   attempt, metric, event, file      as in the store (packaging/guide/records.md), keyed by the attempt's id
 //   file_part                         attempt, path, part from 0, content of at most 1 MiB
 #pragma once
 

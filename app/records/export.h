@@ -30,7 +30,8 @@ struct ExportResult {
 };
 
 // Writes into `folder`, which must be empty or is created, and makes all of it private:
-//   attempts.csv, metrics.csv, events.csv   one line each, keyed by the attempt's id (columns: README.md)
+//   attempts.csv, metrics.csv, events.csv   one line each, keyed by the attempt's id (for the columns, see
+//                                           packaging/guide/records.md)
 //   attempts/ID/                            the attempt's files, and attempt.json with all its rows
 //   checksums.csv                           path, bytes, crc32 of every file of this export
 // A text that a spreadsheet would evaluate as a formula gets a leading apostrophe. Exports all trainees if

@@ -1,4 +1,5 @@
-// The schema of store.sqlite as migration steps, one per version. README.md documents the columns.
+// The schema of store.sqlite as migration steps, one per version. packaging/guide/records.md documents the
+// columns.
 #pragma once
 
 #include <span>

@@ -230,7 +230,7 @@ double end_s(const LoadedAttempt& a) {
 
 std::optional<training::Score> findScore(const records::AttemptResult& result) {
     if (result.score_version != std::uint64_t(training::kScoreVersion)) return {};
-    const training::Course course = courseOf(result);
+    const training::Course course = courseFromGoal(result);
     training::MetricValues values{};
     bool has_case = true;
     for (std::size_t i = 0; i < training::kMetricCount; ++i) {

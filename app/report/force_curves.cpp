@@ -126,7 +126,7 @@ void drawTissue(Canvas& canvas, const Box& box, const TissueCurve& c, const pati
                     fmt::format("cut at {:.2f} N, {:.3f} mm", c.cut_at.force_n, c.cut_at.depth_m * 1000.0),
                     small);
     } else {
-        canvas.text({right, box.top + 22.0}, steep ? "never cut" : "entered without a hold", small);
+        canvas.text({right, box.top + 22.0}, steep ? "never cut" : "entered without tenting", small);
     }
     canvas.text({right, box.top + 40.0},
                 fmt::format("friction {:.2f} N, {:.1f} N/mm", row.friction_n, row.stiffness_n_per_m / 1000.0),

@@ -6,7 +6,7 @@
 
 namespace stylet::report {
 
-training::Course courseOf(const records::AttemptResult& result) {
+training::Course courseFromGoal(const records::AttemptResult& result) {
     return result.steps.goal == training::stepName(training::goalOf(training::Course::drainage))
                ? training::Course::drainage
                : training::Course::puncture;
@@ -28,7 +28,7 @@ bool passed(const records::StoredAttempt& attempt) {
 }
 
 std::vector<std::string> missingParts(const records::AttemptResult& result) {
-    const training::Course course = courseOf(result);
+    const training::Course course = courseFromGoal(result);
     const std::uint32_t done = stepsDone(result);
     if (result.score_version < std::uint64_t(training::kExamPartsVersion)) {
         const training::Step goal = training::goalOf(course);

@@ -9,8 +9,9 @@
 
 namespace stylet::report {
 
-// Course and steps of a result (bit mask of 1 << training::Step).
-training::Course courseOf(const records::AttemptResult&);
+// The course whose goal the result names, and the steps that are done (bit mask of 1 << training::Step). A
+// result does not name its course.
+training::Course courseFromGoal(const records::AttemptResult&);
 std::uint32_t stepsDone(const records::AttemptResult&);
 // The same rule as training::passesExam(); for an attempt scored before training::kExamPartsVersion, the rule
 // of its time, which asked of all parts for the course's goal alone.

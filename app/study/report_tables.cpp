@@ -21,9 +21,12 @@ namespace {
 constexpr std::size_t kMaxCauses = 8, kMaxListedPaths = 30;  // maximum rows of a table
 
 // In the order of the enumerators.
-constexpr std::array<std::string_view, 6> kEventTexts{
-    "held at its border", "its border is cut", "entered without a hold", "met sideways", "left",
-    "lost count"};
+constexpr std::array<std::string_view, 6> kEventTexts{"tenting at its border",
+                                                      "its border is cut",
+                                                      "entered without tenting",
+                                                      "met sideways",
+                                                      "left",
+                                                      "lost count"};
 constexpr std::array<std::string_view, 3> kModelTexts{"reference", "built", "–"};
 
 std::string spacingText(const PairFacts& f) {

@@ -14,7 +14,7 @@ std::string meanText(const Spread&, double unit, int digits);
 std::string numberText(double, int max_digits = 2);
 // "skin, fascia"
 std::string joined(const std::vector<std::string>&);
-// "held at its border"
+// "tenting at its border"
 std::string eventText(haptics::NeedleEventKind);
 // The labels of the built patient that the study compares: "all labels, as in training", or the four of the
 // paper's Algorithm 1.

@@ -48,7 +48,7 @@ void addMm(Rows& rows, const Vec3& p) {
     rows << kMm * p.x << kMm * p.y << kMm * p.z;
 }
 
-// In the order of the enumerators.
+// In the order of the enumerators. "held" means tenting; the file format keeps the older name.
 constexpr std::array<std::string_view, 6> kEventNames{"held",     "cut",       "entry",
                                                       "sideways", "withdrawn", "overflow"};
 constexpr std::array<std::string_view, 3> kModelNames{"full", "partial", ""};

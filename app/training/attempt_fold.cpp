@@ -29,7 +29,7 @@ patient::ContrastInput AttemptFold::contrastInput(const haptics::TickOutput& out
         return {output.tip_reference_m, rate_m3_per_s, output.phase != haptics::Phase::outside};
     const DrainEnd end(access);
     for (double back_m = 0.0; back_m <= haptics::kSideHoles_m; back_m += kAxisStep_m)
-        if (isInDuct(*patient_, end.at(back_m))) return {end.at(back_m), rate_m3_per_s, true};
+        if (isDuctTissue(*patient_, end.at(back_m))) return {end.at(back_m), rate_m3_per_s, true};
     for (int hole = 0; hole < DrainEnd::kHoles; ++hole)
         if (const auto opening_m = end.opening(*patient_, hole, drain_radius_m_))
             return {*opening_m, rate_m3_per_s, true};

@@ -17,17 +17,17 @@ Vec3 DrainEnd::at(double back_m) const noexcept {
 std::optional<Vec3> DrainEnd::opening(const patient::Patient& patient, int hole,
                                       double radius_m) const noexcept {
     const Vec3 axis_m = at(haptics::kSideHoles_m * (hole + 0.5) / kHoles);
-    if (isInDuct(patient, axis_m)) return axis_m;
+    if (isDuctTissue(patient, axis_m)) return axis_m;
     for (int axis = 0; axis < 3; ++axis)
         for (const double side_m : {-radius_m, radius_m}) {
             Vec3 beside_m = axis_m;
             beside_m[axis] += side_m;
-            if (isInDuct(patient, beside_m)) return beside_m;
+            if (isDuctTissue(patient, beside_m)) return beside_m;
         }
     return std::nullopt;
 }
 
-bool isInDuct(const patient::Patient& patient, const Vec3& reference_m) noexcept {
+bool isDuctTissue(const patient::Patient& patient, const Vec3& reference_m) noexcept {
     return patient.at(reference_m, {true, false}).tissue == patient::Tissue::duct;
 }
 

@@ -29,6 +29,7 @@ class DrainEnd {
     double depth_m_;
 };
 
-bool isInDuct(const patient::Patient&, const Vec3& reference_m) noexcept;
+// True if the voxel at this point is duct tissue, of a target duct or of any other.
+bool isDuctTissue(const patient::Patient&, const Vec3& reference_m) noexcept;
 
 }  // namespace stylet::training

@@ -1,14 +1,15 @@
 #include "app/training/surroundings.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "base/distance.h"
+#include "base/geodesic.h"
 
 namespace stylet::training {
 
@@ -22,8 +23,6 @@ constexpr int kThreads = 2;
 constexpr double kOuterAirSearch_m = 0.040;  // outer air is found within this distance in front of the entry
 constexpr double kDuctPiece_m = 0.008;       // radius around the target in which the duct counts as straight
 constexpr double kMinElongation = 3.0;       // least ratio of variances; below it there is no direction
-constexpr std::array<Index3, 6> kNeighbours{Index3(1, 0, 0),  Index3(-1, 0, 0), Index3(0, 1, 0),
-                                            Index3(0, -1, 0), Index3(0, 0, 1),  Index3(0, 0, -1)};
 
 // The part of the patient's grid around the path.
 Grid gridAround(const Grid& whole, const patient::PlannedPath& path) {
@@ -63,16 +62,11 @@ void findOuterAir(Volume<std::uint8_t>& marks, const patient::PlannedPath& path)
     }
     for (const Index3& i : open)
         marks[i] = kOuterAir;
-    while (!open.empty()) {
-        const Index3 i = open.back();
-        open.pop_back();
-        for (const Index3& step : kNeighbours) {
-            const Index3 n = i + step;
-            if (!marks.grid.contains(n) || marks[n] != kAir) continue;
-            marks[n] = kOuterAir;
-            open.push_back(n);
-        }
-    }
+    floodFaces(marks.grid, std::move(open), [&](const Index3& i) {
+        if (marks[i] != kAir) return false;
+        marks[i] = kOuterAir;
+        return true;
+    });
 }
 
 Volume<float> distanceToMarked(const Volume<std::uint8_t>& marks, std::uint8_t wanted) {

@@ -112,13 +112,13 @@ constexpr double kDrainInDuct_m = haptics::kSideHoles_m - 0.001;
 constexpr double kWireAhead_m = 0.003;  // least length of wire before the drain's end, to move the drain on
 
 Act toFindGap(const Progress& progress, const TickOutput& now) noexcept {
-    if (now.tool != Tool::finger) return Act::takeFinger;
+    if (now.tool != Tool::finger) return Act::selectFinger;
     if (progress.missing == Refusal::upperRibNotFelt) return Act::pressUpperRib;
     return progress.missing == Refusal::lowerRibNotFelt ? Act::pressLowerRib : Act::pressGap;
 }
 
 Act toFindDuct(const Progress& progress, const TickOutput& now) noexcept {
-    if (now.tool != Tool::probe && !now.probe_parked) return Act::takeProbe;
+    if (now.tool != Tool::probe && !now.probe_parked) return Act::selectProbe;
     if (!now.breath_held) return Act::holdBreath;
     if (now.probe_parked && progress.missing != Refusal::ductTooShort) return Act::liftProbe;
     switch (progress.missing) {
@@ -128,7 +128,7 @@ Act toFindDuct(const Progress& progress, const TickOutput& now) noexcept {
         case Refusal::ductShadowed:
             return Act::turnProbe;
         case Refusal::ductTooShort:
-            return Act::keepProbe;
+            return Act::holdProbeStill;
         default:
             return Act::placeProbe;
     }
@@ -139,7 +139,7 @@ std::optional<Act> toParkedProbe(const Progress& progress, const TickOutput& now
     const bool aimed = progress.missing != Refusal::ductBesideRail;
     if (now.probe_parked && aimed) return std::nullopt;
     if (now.probe_parked) return Act::liftProbe;
-    if (now.tool != Tool::probe) return Act::takeProbe;
+    if (now.tool != Tool::probe) return Act::selectProbe;
     if (!now.breath_held) return Act::holdBreath;
     if (!(now.probe_touching_share > kMinContact)) return Act::placeProbe;
     return aimed ? Act::parkProbe : Act::aimGuide;
@@ -150,19 +150,19 @@ Act toNumb(const Progress& progress, const TickOutput& now, const Equipment& equ
     const TrackPlace at = progress.track_place;
     if (at == TrackPlace::outside && (!now.probe_parked || progress.missing == Refusal::ductBesideRail))
         if (const std::optional<Act> act = toParkedProbe(progress, now)) return *act;
-    if (now.tool != Tool::needle) return Act::takeSyringe;
+    if (now.tool != Tool::needle) return Act::selectSyringe;
     const bool skin = progress.missing != Refusal::capsuleNotNumb;
     const TrackPlace wanted = skin ? TrackPlace::skin : TrackPlace::capsule;
     if (at == wanted) return skin ? Act::numbSkin : Act::numbCapsule;
     if (equipment.anaesthetic_m3_per_s > 0.0) return Act::stopInjecting;
-    if (at == TrackPlace::aside) return Act::drawSyringe;
-    if (at > wanted) return Act::drawBack;
+    if (at == TrackPlace::aside) return Act::withdrawNumbingNeedle;
+    if (at > wanted) return Act::pullNeedleBack;
     return skin ? Act::enterWheal : Act::pushToCapsule;
 }
 
 Act toIncise(const Progress& progress, const TickOutput& now) noexcept {
     if (const std::optional<Act> act = toParkedProbe(progress, now)) return *act;
-    return now.tool == Tool::scalpel ? Act::cut : Act::takeScalpel;
+    return now.tool == Tool::scalpel ? Act::cut : Act::selectScalpel;
 }
 
 // From the guide to the duct.
@@ -171,10 +171,10 @@ Act toPuncture(const Progress& progress, const TickOutput& now) noexcept {
     if (!inside)
         if (const std::optional<Act> act = toParkedProbe(progress, now)) return *act;
     // A free needle does not snap into the guide.
-    if (inside ? !haptics::isNeedleTool(now.tool) : now.tool != Tool::guide) return Act::takeGuide;
-    if (!now.needle_in_guide) return inside ? Act::drawOut : Act::snapNeedle;
+    if (inside ? !haptics::isNeedleTool(now.tool) : now.tool != Tool::guide) return Act::selectGuide;
+    if (!now.needle_in_guide) return inside ? Act::withdrawToRetry : Act::snapNeedle;
     const bool refused = progress.missing != Refusal::none && progress.missing != Refusal::ductBesideRail;
-    if (inside && refused) return Act::drawOut;
+    if (inside && refused) return Act::withdrawToRetry;
     if (!now.breath_held) return Act::holdBreath;
     return inside ? Act::advance : Act::enterSkin;
 }
@@ -194,16 +194,16 @@ Act toPicture(const Progress& progress, const TickOutput& now, const Equipment& 
 // To a wire that lies down the duct. The needle, or an earlier wire, holds the way to it.
 Act toPassWire(const Progress& progress, const TickOutput& now) noexcept {
     const haptics::AccessOutput& access = now.access;
-    if (access.dilator_m > 0.0) return now.tool == Tool::dilator ? Act::drawDilator : Act::takeDilator;
+    if (access.dilator_m > 0.0) return now.tool == Tool::dilator ? Act::withdrawDilator : Act::selectDilator;
     if (!access.wire_in) {
         if (const std::optional<Act> act = toTipInDuct(progress, now)) return *act;
         // The needle has come out since bile or contrast medium proved its place.
         if (progress.missing == Refusal::wireUnproven) return Act::aspirate;
     }
-    if (now.tool != Tool::wire) return Act::takeWire;
+    if (now.tool != Tool::wire) return Act::selectWire;
     // A needle that the wire fills draws no bile.
-    if (access.needle_in && progress.missing == Refusal::wireUnproven) return Act::drawWireBack;
-    return access.pierced ? Act::drawWireBack : Act::feedWire;
+    if (access.needle_in && progress.missing == Refusal::wireUnproven) return Act::pullWireBack;
+    return access.pierced ? Act::pullWireBack : Act::feedWire;
 }
 
 // To a wire without a needle around it, for what slides over it.
@@ -212,14 +212,14 @@ std::optional<Act> toFreeWire(const Progress& progress, const TickOutput& now) n
     if (!access.wire_in || access.pierced || access.in_duct_m < kDrainInDuct_m)
         return toPassWire(progress, now);
     if (!access.needle_in) return std::nullopt;
-    return haptics::isNeedleTool(now.tool) ? Act::drawNeedle : Act::takeNeedle;
+    return haptics::isNeedleTool(now.tool) ? Act::withdrawNeedle : Act::selectNeedle;
 }
 
 Act toDilate(const Progress& progress, const TickOutput& now) noexcept {
     if (now.access.drain_m > 0.0 && now.access.wire_in)
-        return now.tool == Tool::drain ? Act::drawDrain : Act::takeDrain;
+        return now.tool == Tool::drain ? Act::withdrawDrain : Act::selectDrain;
     if (const std::optional<Act> act = toFreeWire(progress, now)) return *act;
-    return now.tool == Tool::dilator ? Act::pushDilator : Act::takeDilator;
+    return now.tool == Tool::dilator ? Act::pushDilator : Act::selectDilator;
 }
 
 Act toPlaceDrain(const Progress& progress, const TickOutput& now) noexcept {
@@ -227,7 +227,7 @@ Act toPlaceDrain(const Progress& progress, const TickOutput& now) noexcept {
     const haptics::AccessOutput& access = now.access;
     if (access.drain == DrainState::in_place || access.drain == DrainState::misplaced) {
         if (!access.open) return Act::rewireDrain;
-        return now.tool == Tool::wire ? Act::straightenDrain : Act::takeWire;
+        return now.tool == Tool::wire ? Act::straightenDrain : Act::selectWire;
     }
     const double track_m = glm::length(access.base_m - access.entry_m);
     const bool deep =
@@ -237,14 +237,14 @@ Act toPlaceDrain(const Progress& progress, const TickOutput& now) noexcept {
     if (deep && (leaks || beyond)) {
         // The drain cannot go beyond the wire's tip.
         if (leaks && track_m + access.wire_m < access.drain_m + kWireAhead_m)
-            return now.tool == Tool::wire ? Act::feedWire : Act::takeWire;
-        if (now.tool != Tool::drain) return Act::takeDrain;
+            return now.tool == Tool::wire ? Act::feedWire : Act::selectWire;
+        if (now.tool != Tool::drain) return Act::selectDrain;
         return leaks ? Act::shiftDrainIn : Act::shiftDrainOut;
     }
-    if (deep) return now.tool == Tool::wire ? Act::drawWire : Act::takeWire;
+    if (deep) return now.tool == Tool::wire ? Act::withdrawWire : Act::selectWire;
     if (const std::optional<Act> act = toFreeWire(progress, now)) return *act;
-    if (access.dilator_m > 0.0) return now.tool == Tool::dilator ? Act::drawDilator : Act::takeDilator;
-    return now.tool == Tool::drain ? Act::pushDrain : Act::takeDrain;
+    if (access.dilator_m > 0.0) return now.tool == Tool::dilator ? Act::withdrawDilator : Act::selectDilator;
+    return now.tool == Tool::drain ? Act::pushDrain : Act::selectDrain;
 }
 
 }  // namespace
@@ -258,7 +258,7 @@ Act nextAct(const Progress& progress, const TickOutput& now, const Equipment& eq
     if (now.tool_awaits_exit && progress.step != Step::done) return Act::liftOff;
     if (progress.step < Step::guide && progress.step != Step::anaesthetise &&
         haptics::isNeedleTool(now.tool) && now.phase != haptics::Phase::outside)
-        return progress.course == Course::drainage ? Act::drawSyringe : Act::drawOut;
+        return progress.course == Course::drainage ? Act::withdrawNumbingNeedle : Act::withdrawToRetry;
     switch (progress.step) {
         case Step::reviewCase:
             return Act::answer;
@@ -285,7 +285,7 @@ Act nextAct(const Progress& progress, const TickOutput& now, const Equipment& eq
             return toPlaceDrain(progress, now);
         case Step::finalPicture:
             // The medium goes in through the drain's hub, where the wire comes out.
-            if (now.access.wire_in) return now.tool == Tool::wire ? Act::clearDrain : Act::takeWire;
+            if (now.access.wire_in) return now.tool == Tool::wire ? Act::clearDrain : Act::selectWire;
             return equipment.xray.pedal ? Act::injectDrain : Act::pressPedal;
         case Step::done:
             break;
@@ -297,7 +297,7 @@ std::string prompt(Act act, const Controls& c) {
     switch (act) {
         case Act::liftOff:
             return fmt::format("Lift the tool off, it feels nothing yet: {}.", c.pull);
-        case Act::takeFinger:
+        case Act::selectFinger:
             return fmt::format("Take the finger: {}.", c.finger);
         case Act::pressGap:
             return fmt::format("Press the gap between two ribs at the entry: {}.", c.push);
@@ -307,7 +307,7 @@ std::string prompt(Act act, const Controls& c) {
             return fmt::format("Keep pressing and feel the rib below: {}.", c.move);
         case Act::answer:
             return fmt::format("Read the case and answer: {} for yes, {} for no.", c.yes, c.no);
-        case Act::takeProbe:
+        case Act::selectProbe:
             return fmt::format("Take the probe: {}.", c.probe);
         case Act::holdBreath:
             return fmt::format("Have the breath held: {}.", c.hold);
@@ -317,9 +317,9 @@ std::string prompt(Act act, const Controls& c) {
             return fmt::format("Bring the target duct into the picture: {}.", c.move);
         case Act::turnProbe:
             return fmt::format("A rib or gas hides the duct. Turn: {}.", c.turn);
-        case Act::keepProbe:
+        case Act::holdProbeStill:
             return "The duct is in the picture: keep the probe still for a second.";
-        case Act::takeSyringe:
+        case Act::selectSyringe:
             return fmt::format("Take the needle, with local anaesthetic in its syringe: {}.", c.needle);
         case Act::enterWheal:
             return fmt::format("Push the needle just through the skin at the entry: {}.", c.push);
@@ -329,9 +329,9 @@ std::string prompt(Act act, const Controls& c) {
             return fmt::format("Push on along the track to just before the liver: {}.", c.push);
         case Act::numbCapsule:
             return fmt::format("Inject 2 ml in front of the liver's capsule: {}.", c.numb);
-        case Act::drawBack:
+        case Act::pullNeedleBack:
             return fmt::format("The tip is too deep. Draw the needle back a little: {}.", c.pull);
-        case Act::drawSyringe:
+        case Act::withdrawNumbingNeedle:
             return fmt::format("Draw the needle out of the skin: {}.", c.pull);
         case Act::aimGuide:
             return fmt::format("Move the probe until the dashed line meets the duct: {}.", c.move);
@@ -339,11 +339,11 @@ std::string prompt(Act act, const Controls& c) {
             return fmt::format("Leave the probe in its place: {}.", c.park);
         case Act::liftProbe:
             return fmt::format("Take the probe off the skin, to place it anew: {}.", c.lift);
-        case Act::takeScalpel:
+        case Act::selectScalpel:
             return fmt::format("Take the scalpel: {}.", c.scalpel);
         case Act::cut:
             return fmt::format("Push the blade in at the entry, move it 4 mm, lift it: {}.", c.push);
-        case Act::takeGuide:
+        case Act::selectGuide:
             return fmt::format("Take the needle to the guide: {}.", c.guide);
         case Act::snapNeedle:
             return fmt::format("Lay the needle into the probe's guide: {}.", c.move);
@@ -351,7 +351,7 @@ std::string prompt(Act act, const Controls& c) {
             return fmt::format("Push the needle along the guide into the skin: {}.", c.push);
         case Act::advance:
             return fmt::format("Push until the duct gives way in the picture: {}.", c.push);
-        case Act::drawOut:
+        case Act::withdrawToRetry:
             return fmt::format("Draw the needle out, and puncture again: {}.", c.pull);
         case Act::pressPedal:
             return fmt::format("Switch the X-rays on: {}.", c.pedal);
@@ -361,29 +361,29 @@ std::string prompt(Act act, const Controls& c) {
             return fmt::format("Draw with the syringe until bile comes: {}.", c.aspirate);
         case Act::inject:
             return fmt::format("Inject a little contrast medium: {}.", c.inject);
-        case Act::takeWire:
+        case Act::selectWire:
             return fmt::format("Take the guide wire: {}.", c.wire);
         case Act::feedWire:
             return fmt::format("Push the wire 20 mm down the duct: {}.", c.push);
-        case Act::drawWireBack:
+        case Act::pullWireBack:
             return fmt::format("Draw the wire back: {}.", c.pull);
-        case Act::takeNeedle:
+        case Act::selectNeedle:
             return fmt::format("Take the needle, to draw it out over the wire: {}.", c.needle);
-        case Act::drawNeedle:
+        case Act::withdrawNeedle:
             return fmt::format("Draw the needle out over the wire: {}.{}", c.pull, c.regrip);
-        case Act::takeDilator:
+        case Act::selectDilator:
             return fmt::format("Take the dilator: {}.", c.dilator);
         case Act::pushDilator:
             return fmt::format("Push the dilator over the wire to the duct: {}.", c.push);
-        case Act::drawDilator:
+        case Act::withdrawDilator:
             return fmt::format("Draw the dilator out over the wire: {}.{}", c.pull, c.regrip);
-        case Act::takeDrain:
+        case Act::selectDrain:
             return fmt::format("Take the drain: {}.", c.drain);
         case Act::pushDrain:
             return fmt::format("Push the drain over the wire into the duct: {}.", c.push);
-        case Act::drawDrain:
+        case Act::withdrawDrain:
             return fmt::format("Not dilated yet. Draw the drain out: {}.{}", c.pull, c.regrip);
-        case Act::drawWire:
+        case Act::withdrawWire:
             return fmt::format("Draw the wire out until the drain curls: {}.{}", c.pull, c.regrip);
         case Act::clearDrain:
             return fmt::format("Draw the wire all the way out of the drain: {}.{}", c.pull, c.regrip);
@@ -429,7 +429,7 @@ std::string hint(Act act, const Controls& c) {
         case Act::enterWheal:
         case Act::pushToCapsule:
             return fmt::format("The liver's edge is bright in the picture: {}.", c.push);
-        case Act::drawBack:
+        case Act::pullNeedleBack:
             return fmt::format("Anaesthetic this deep does not count: {}.", c.pull);
         case Act::cut:
             return fmt::format("A cut of 3 to 15 mm counts. Along the skin: {}.", c.move);
@@ -449,11 +449,11 @@ std::string hint(Act act, const Controls& c) {
         case Act::straightenDrain:
             return fmt::format("Halfway in its loop the drain straightens: {}.", c.push);
         case Act::enterSkin:
-        case Act::drawOut:
-        case Act::drawNeedle:
-        case Act::drawDilator:
-        case Act::drawDrain:
-        case Act::drawWire:
+        case Act::withdrawToRetry:
+        case Act::withdrawNeedle:
+        case Act::withdrawDilator:
+        case Act::withdrawDrain:
+        case Act::withdrawWire:
         case Act::clearDrain:
             return fmt::format("To see how the expert does it, {}.", c.expert);
         default:

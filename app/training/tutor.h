@@ -14,52 +14,52 @@ namespace stylet::training {
 // One action of the trainee. Each leads to evidence that the current step still lacks (evidence.h).
 enum class Act : std::uint8_t {
     answer,   // the next question about the case
-    liftOff,  // a tool that was taken while it was in the body gives no force yet
-    takeFinger,
+    liftOff,  // a tool that was selected while it was in the body gives no force yet
+    selectFinger,
     pressGap,
     pressUpperRib,
     pressLowerRib,
-    takeProbe,
+    selectProbe,
     holdBreath,
     placeProbe,
     shiftProbe,  // the duct is beside the picture's plane, or outside the picture
     turnProbe,   // a rib or gas hides the duct
-    keepProbe,
-    takeSyringe,  // the needle, with local anaesthetic
+    holdProbeStill,
+    selectSyringe,  // the needle, with local anaesthetic
     enterWheal,
     numbSkin,
     pushToCapsule,
     numbCapsule,
-    drawBack,     // the tip is past the place to numb
-    drawSyringe,  // out of the skin: numb, or beside the track
-    aimGuide,     // the guide's line passes beside the duct
+    pullNeedleBack,         // the tip is past the place to numb
+    withdrawNumbingNeedle,  // out of the skin: numb, or beside the track
+    aimGuide,               // the guide's line passes beside the duct
     parkProbe,
     liftProbe,  // it was parked where it does not show the duct, or with the guide beside it
-    takeScalpel,
+    selectScalpel,
     cut,
-    takeGuide,
+    selectGuide,
     snapNeedle,
     enterSkin,
     advance,
-    drawOut,   // the puncture was refused or missed the duct: it counts only from outside
-    seekDuct,  // the needle's tip is not in a duct
+    withdrawToRetry,  // the puncture was refused or missed the duct: it counts only from outside
+    seekDuct,         // the needle's tip is not in a duct
     aspirate,
     pressPedal,
     inject,
-    takeWire,
+    selectWire,
     feedWire,
-    drawWireBack,  // it has pierced the duct
-    takeNeedle,
-    drawNeedle,  // out, over the wire
-    takeDilator,
+    pullWireBack,  // it has pierced the duct
+    selectNeedle,
+    withdrawNeedle,  // out, over the wire
+    selectDilator,
     pushDilator,
-    drawDilator,
-    takeDrain,
+    withdrawDilator,
+    selectDrain,
     pushDrain,
-    drawDrain,  // it was taken before the dilator
+    withdrawDrain,  // it was selected before the dilator
     shiftDrainIn,
     shiftDrainOut,  // the straight drain's side holes lie outside the duct
-    drawWire,       // out, so that the drain curls
+    withdrawWire,   // out, so that the drain curls
     clearDrain,     // of the wire, for the final picture
     rewireDrain,    // it leaks: the wire, through it, straightens it again
     straightenDrain,

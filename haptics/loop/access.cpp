@@ -75,7 +75,7 @@ void releaseDrain(AccessState& s, const AccessSettings& settings, const Breathin
     if (wire_m > s.drain.depth_m - kPi * settings.drain.pigtail_m) return;
     const TubePath path{points(s), s.drain.depth_m};
     const auto inDuct = [&](double depth_m) {
-        return now.ducts && patient::isInDuct(*now.ducts, pointAt(path, depth_m));
+        return now.ducts && patient::isInTargetDuct(*now.ducts, pointAt(path, depth_m));
     };
     int holes = 0;
     for (int i = 0; i < kHoleSamples; ++i)
@@ -237,7 +237,8 @@ void summarize(const AccessState& s, const patient::DuctSpace* ducts, AccessOutp
     out.pierced = s.wire.fed_m >= s.wire.pierced_m;
     out.wire_m = s.wire.fed_m;
     out.wire_tip_m = wireTip(s.wire, s.base);
-    out.tip_in_duct = s.wire.in_lumen && !out.pierced && ducts && patient::isInDuct(*ducts, out.wire_tip_m);
+    out.tip_in_duct =
+        s.wire.in_lumen && !out.pierced && ducts && patient::isInTargetDuct(*ducts, out.wire_tip_m);
     out.in_duct_m = out.tip_in_duct ? s.wire.fed_m - s.wire.solid_m : 0.0;
     out.node_count = s.wire.count;
     for (int i = 0; i < s.wire.count; ++i)

@@ -1,5 +1,6 @@
 // The only output stage. Every force sent to a device passes through it, in this order (model, section 4):
-// finite -> rate limit -> device gain, ramp and wall -> passivity -> final clamp -> send.
+// finite -> rate limit -> device gain, ramp and wall -> passivity -> final clamp -> send. The bound by the
+// stored energy runs before it (stored_energy.h, called by loop/simulation.cpp).
 #pragma once
 
 #include <cstdint>

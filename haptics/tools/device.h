@@ -18,10 +18,6 @@ inline double valueOrDefault(double value, double otherwise) noexcept {
     return std::isnan(value) ? otherwise : value;
 }
 
-inline bool isFinite(const Vec3& v) noexcept {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
 // The capability record. Every figure is cited in `source` or unknown (NaN, never a guess).
 struct DeviceProfile {
     const char* name = "paper";

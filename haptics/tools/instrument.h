@@ -50,8 +50,7 @@ constexpr bool hasShape(InstrumentKind kind) noexcept {
     return kind == InstrumentKind::needle || kind >= InstrumentKind::guideWire;
 }
 
-// The instruments of an attempt, one of each kind. The default: each kind's default
-// instrument.
+// The instruments of an attempt, one of each kind. By default each kind's default instrument.
 struct InstrumentSet {
     Instrument needle;
     Instrument scalpel{.name = "scalpel",
@@ -108,7 +107,6 @@ std::vector<Instrument> loadInstruments(const std::filesystem::path& folder);
 // Reason why no needle has this shape, or an empty string. Used for shapes that do not come from
 // parseInstrument(), which checks the same limits.
 std::string shapeError(const NeedleShape&);
-// The needle's tip as a number is within the enumeration.
 inline constexpr int kMinGauge = 7, kMaxGauge = 34;
 inline constexpr double kMinFrictionScale = 0.01, kMaxFrictionScale = 10.0;
 constexpr bool isGauge(int gauge) noexcept {
@@ -118,6 +116,7 @@ constexpr bool isGauge(int gauge) noexcept {
 constexpr bool isFrictionScale(double scale) noexcept {
     return scale >= kMinFrictionScale && scale <= kMaxFrictionScale;
 }
+// True if `tip` is an enumerator of NeedleTip.
 constexpr bool isNeedleTip(std::uint32_t tip) noexcept {
     return tip < kNeedleTipNames.size();
 }

@@ -227,7 +227,7 @@ double feed(WireState& s, const WireSettings& settings, const DuctSpace& ducts, 
         return feed_m;
     }
     if (!s.in_lumen && s.fed_m <= 0.0) {  // it enters the lumen at once if the needle's tip is there
-        s.in_lumen = patient::isInDuct(ducts, base.at_m);
+        s.in_lumen = patient::isInTargetDuct(ducts, base.at_m);
         s.solid_m = 0.0;
     }
     Chain chain(s, settings, ducts, base, fed_m);

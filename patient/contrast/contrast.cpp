@@ -15,10 +15,6 @@ constexpr double kNegligible_m3 = 1e-15;  // a millionth of a microlitre; counts
 constexpr std::size_t kMaxStains = 256;
 constexpr std::size_t kMaxPlumes = 32;
 
-bool isFinite(const Vec3& v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
 bool isDuct(const Label& label) {
     return label.tissue == Tissue::duct && label.role == Role::target;
 }

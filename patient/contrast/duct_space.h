@@ -29,7 +29,8 @@ DuctSpace makeDuctSpace(const Patient&, int threads = 2);
 DuctWall ductWallAt(const DuctSpace&, const Vec3& reference_m) noexcept STYLET_NONBLOCKING;
 // Only the level of ductWallAt(), which costs less.
 double ductLevelAt(const DuctSpace&, const Vec3& reference_m) noexcept STYLET_NONBLOCKING;
-inline bool isInDuct(const DuctSpace& ducts, const Vec3& reference_m) noexcept {
+// True in the lumen of a target duct.
+inline bool isInTargetDuct(const DuctSpace& ducts, const Vec3& reference_m) noexcept {
     return ductLevelAt(ducts, reference_m) < 0.0;
 }
 

@@ -31,7 +31,7 @@ TEST(DuctSpace, IsTheSignedDistanceToTheWall) {
         if (std::fabs(expected_m) > 0.002) continue;
         EXPECT_NEAR(wall.outward.x, x_m > 0.014 ? 1.0 : -1.0, 1e-6) << x_m;
         EXPECT_NEAR(glm::length(wall.outward), 1.0, 1e-9);
-        EXPECT_EQ(isInDuct(ducts, {x_m, 0.0004, -0.0007}), wall.level_m < 0.0);
+        EXPECT_EQ(isInTargetDuct(ducts, {x_m, 0.0004, -0.0007}), wall.level_m < 0.0);
     }
 }
 
@@ -50,7 +50,7 @@ TEST(DuctSpace, IsFarOutsideTheBoxAndForWhatIsNotANumber) {
         EXPECT_EQ(ductLevelAt(ducts, p), kFarFromDucts_m);
         EXPECT_EQ(ductWallAt(ducts, p).outward, Vec3(0.0));
     }
-    EXPECT_FALSE(isInDuct(DuctSpace{}, {0.014, 0.0, 0.0}));
+    EXPECT_FALSE(isInTargetDuct(DuctSpace{}, {0.014, 0.0, 0.0}));
 }
 
 // A duct of another role (a stricture) is closed to the wire.

@@ -24,15 +24,15 @@ TEST_F(EventsTest, RecentringTheStageReportsTimeAndPose) {
     ASSERT_EQ(loop.spaces.size(), 1u) << "LOCAL is not the stage";
     const SpaceChange& change = loop.spaces[0];
     EXPECT_TRUE(change.pose_valid);
-    EXPECT_NEAR(change.previous_from_new.position[0], 0.5, 1e-6);
-    EXPECT_NEAR(change.previous_from_new.position[2], -1.0, 1e-6);
-    EXPECT_NEAR(change.previous_from_new.orientation[1], 0.70710678, 1e-6);
+    EXPECT_NEAR(change.previous_from_new.position_m.x, 0.5, 1e-6);
+    EXPECT_NEAR(change.previous_from_new.position_m.z, -1.0, 1e-6);
+    EXPECT_NEAR(change.previous_from_new.rotation.y, 0.70710678, 1e-6);
     // The head's pose changes at that time, not before.
     const Frame frame = loop.frame();
     ASSERT_GE(frame.predicted_display_time_ns, change.at_ns);
     const double head_x = 0.1 * 1e-9 * double(frame.predicted_display_time_ns);
-    EXPECT_NEAR(frame.views[0].stage_from_eye.position[0], -1.0, 0.035);
-    EXPECT_NEAR(frame.views[0].stage_from_eye.position[2], head_x - 0.5 - 0.03, 1e-3);
+    EXPECT_NEAR(frame.views[0].stage_from_eye.position_m.x, -1.0, 0.035);
+    EXPECT_NEAR(frame.views[0].stage_from_eye.position_m.z, head_x - 0.5 - 0.03, 1e-3);
 }
 
 TEST_F(EventsTest, RecentringWithoutAValidPoseIsReportedAsUnknown) {
@@ -52,14 +52,14 @@ TEST_F(EventsTest, WithoutAFloorTheStageIsBelowTheHead) {
     EXPECT_THAT(loop.session.notes(), testing::Contains(testing::HasSubstr("no floor")));
     ASSERT_TRUE(loop.runUntil(SessionPhase::visible));
     const Frame before = loop.frame();
-    EXPECT_NEAR(before.views[0].stage_from_eye.position[1], 1.6, 1e-5);
+    EXPECT_NEAR(before.views[0].stage_from_eye.position_m.y, 1.6, 1e-5);
     loop.run(10);
     ASSERT_EQ(loop.spaces.size(), 1u);
     // LOCAL pitches about its origin at the head, 1.6 m above the stage's origin.
     const Pose& moved = loop.spaces[0].previous_from_new;
-    EXPECT_NEAR(moved.position[1], 1.6, 1e-5);
-    EXPECT_NEAR(moved.position[2], -1.6, 1e-5);
-    EXPECT_NEAR(moved.orientation[0], 0.70710678, 1e-6);
+    EXPECT_NEAR(moved.position_m.y, 1.6, 1e-5);
+    EXPECT_NEAR(moved.position_m.z, -1.6, 1e-5);
+    EXPECT_NEAR(moved.rotation.x, 0.70710678, 1e-6);
 }
 
 TEST_F(EventsTest, TheMostStableSpaceIsChosen) {
@@ -68,7 +68,7 @@ TEST_F(EventsTest, TheMostStableSpaceIsChosen) {
         RenderLoop loop;
         EXPECT_EQ(loop.session.facts().space, "local_floor");
         ASSERT_TRUE(loop.runUntil(SessionPhase::visible));
-        EXPECT_NEAR(loop.frame().views[0].stage_from_eye.position[1], 1.5, 1e-5);
+        EXPECT_NEAR(loop.frame().views[0].stage_from_eye.position_m.y, 1.5, 1e-5);
     }
     setVariable("XRMOCK_WITHHOLD", "XR_EXT_local_floor");
     {

@@ -68,7 +68,7 @@ TEST_F(LayersTest, LateUpdatedViewsAreSubmitted) {
         runUntilFocused(loop);
         early = late = loop.session.beginFrame();
         EXPECT_TRUE(loop.session.lateUpdate(late));
-        EXPECT_EQ(late.views[0].stage_from_eye.position, early.views[0].stage_from_eye.position);
+        EXPECT_EQ(late.views[0].stage_from_eye.position_m, early.views[0].stage_from_eye.position_m);
         sendRequest(loop, R"({"apply": {"head": [{"position": [3, 1.5, 0]}]}})");
         EXPECT_TRUE(loop.session.lateUpdate(late));
         loop.painter->paint(late.image, {});
@@ -77,7 +77,7 @@ TEST_F(LayersTest, LateUpdatedViewsAreSubmitted) {
     EXPECT_EQ(late.predicted_display_time_ns, early.predicted_display_time_ns);
     EXPECT_EQ(late.image, early.image);
     for (std::size_t eye = 0; eye < 2; ++eye) {
-        const double x = late.views[eye].stage_from_eye.position[0];
+        const double x = late.views[eye].stage_from_eye.position_m.x;
         EXPECT_NEAR(x, eye == 0 ? 2.97 : 3.03, 1e-6);
         EXPECT_EQ(double(frames().back()["layers"][0]["views"][eye]["pose"][0]), x) << "to the bit";
     }
@@ -161,14 +161,14 @@ TEST_F(LayersTest, APanelIsAQuadLayerWithStraightAlpha) {
         runUntilFocused(loop);
         ShownPanel panel;
         panel.id = makePanel(loop, 32, 16, {0, 1, 0, 0.5f});  // half transparent green
-        panel.stage_from_panel.position = {0.1, 1.5, -1.0};
+        panel.stage_from_panel.position_m = {0.1, 1.5, -1.0};
         panel.width_m = 4.0;
         panel.height_m = 2.0;
         const int never_drawn = loop.session.addPanel(8, 8);
         loop.panels = {panel, {.id = never_drawn, .stage_from_panel = {}, .width_m = 1, .height_m = 1}};
         loop.frame("room");
         loop.panels[0].head_locked = true;
-        loop.panels[0].stage_from_panel.position = {0, 0, -2};
+        loop.panels[0].stage_from_panel.position_m = {0, 0, -2};
         loop.frame("head");
     }
     // Left eye: half red plus half green in linear light. Linear 0.5 is 188 in sRGB.
@@ -195,7 +195,7 @@ TEST_F(LayersTest, APanelBehindShowsThroughTransparentPixels) {
         runUntilFocused(loop);
         ShownPanel panel;
         panel.id = makePanel(loop, 8, 8, {0, 1, 0, 1});
-        panel.stage_from_panel.position = {0.1, 1.5, -1.0};
+        panel.stage_from_panel.position_m = {0.1, 1.5, -1.0};
         panel.width_m = panel.height_m = 4.0;
         panel.behind = true;
         for (const char* moment : {"opaque", "clear", "half"}) {

@@ -34,16 +34,16 @@ TEST(Pinch, OnlyOneFingerPinchesAtATime) {
 
 // Palms down, fingers forward: the palm joints are not rotated.
 TEST(Hands, AGripPointsFromTheLittleFingerToTheThumb) {
-    const Pose palm{{0, 0, 0, 1}, {1, 2, 3}};
+    const Pose palm{Quat(1, 0, 0, 0), {1, 2, 3}};
     for (const int side : {0, 1}) {
         const Pose grip = gripFromPalm(palm, side);
-        EXPECT_EQ(grip.position, palm.position);
-        const auto thumbward = rotate(grip, {0, 0, -1});
-        EXPECT_NEAR(thumbward[0], side == 0 ? 1 : -1, 1e-12) << "thumbs point to one another";
-        const auto x = rotate(grip, {1, 0, 0});
-        EXPECT_NEAR(x[1], side == 0 ? -1 : 1, 1e-12) << "out of the left palm, into the right one";
-        const auto y = rotate(grip, {0, 1, 0});
-        EXPECT_NEAR(y[2], 1, 1e-12);
+        EXPECT_EQ(grip.position_m, palm.position_m);
+        const Vec3 thumbward = grip.direction({0, 0, -1});
+        EXPECT_NEAR(thumbward.x, side == 0 ? 1 : -1, 1e-12) << "thumbs point to one another";
+        const Vec3 x = grip.direction({1, 0, 0});
+        EXPECT_NEAR(x.y, side == 0 ? -1 : 1, 1e-12) << "out of the left palm, into the right one";
+        const Vec3 y = grip.direction({0, 1, 0});
+        EXPECT_NEAR(y.z, 1, 1e-12);
     }
 }
 

@@ -81,9 +81,9 @@ TEST_F(InputTest, EveryControllersButtonsAreRead) {
         }
         const Hand right = loop.session.hand(1);
         ASSERT_TRUE(right.stage_from_grip && right.stage_from_aim);
-        EXPECT_NEAR(right.stage_from_grip->position[2], -0.5, 1e-6);
-        EXPECT_NEAR(right.stage_from_aim->position[1], 1.27, 1e-6);
-        EXPECT_NEAR(right.stage_from_aim->position[2], -0.55, 1e-6);
+        EXPECT_NEAR(right.stage_from_grip->position_m.z, -0.5, 1e-6);
+        EXPECT_NEAR(right.stage_from_aim->position_m.y, 1.27, 1e-6);
+        EXPECT_NEAR(right.stage_from_aim->position_m.z, -0.55, 1e-6);
         loop.session.pulse(1, 0.5f, 20'000'000);
         loop.frame();
     }
@@ -170,11 +170,11 @@ TEST_F(InputTest, ABareHandGripsAndPinches) {
     ASSERT_TRUE(open.active && open.bare);
     EXPECT_FALSE(open.select);
     ASSERT_TRUE(open.stage_from_grip && open.stage_from_aim);
-    EXPECT_NEAR(open.stage_from_grip->position[0], 0.2, 1e-5);
-    EXPECT_LT(open.stage_from_aim->position[2], -0.45) << "the fingers are ahead of the palm";
+    EXPECT_NEAR(open.stage_from_grip->position_m.x, 0.2, 1e-5);
+    EXPECT_LT(open.stage_from_aim->position_m.z, -0.45) << "the fingers are ahead of the palm";
     const auto at = loop.session.gripAt(1, 0);
     ASSERT_TRUE(at.has_value());
-    EXPECT_NEAR(at->position[1], 1.2, 1e-5);
+    EXPECT_NEAR(at->position_m.y, 1.2, 1e-5);
     bool pinched = false, let_go = false;
     for (int i = 0; i < 60; ++i) {
         loop.run(1);
@@ -245,9 +245,9 @@ TEST_F(InputTest, GripPosesCanBeReadFromAnyThreadAtAnyTime) {
             const auto pose = loop.session.gripAt(1, now_ns);
             if (!pose) continue;
             // The hand moves at one metre per second, and the reported poses must too.
-            const double moved_m = pose->position[0] - before_m;
+            const double moved_m = pose->position_m.x - before_m;
             if (found > 0 && std::abs(moved_m - 1e-9 * double(now_ns - before_ns)) > 1e-4) ++wrong;
-            before_m = pose->position[0];
+            before_m = pose->position_m.x;
             before_ns = now_ns;
             ++found;
         }
@@ -269,7 +269,7 @@ TEST_F(InputTest, AVirtualClockHasNoMonotonicTime) {
     EXPECT_FALSE(loop.session.monotonic_ns(frame.predicted_display_time_ns).has_value());
     const auto grip = loop.session.gripAt(1, 12345);
     ASSERT_TRUE(grip.has_value());
-    EXPECT_NEAR(grip->position[0], 0.25, 1e-6);
+    EXPECT_NEAR(grip->position_m.x, 0.25, 1e-6);
 }
 
 TEST_F(InputTest, WithoutTimeConversionTheGripIsThatOfTheLastFrame) {

@@ -20,7 +20,7 @@ TEST(SceneField, EverythingIsArrangedAroundTheFieldThatItWasGiven) {
         for (const auto difficulty : {training::Difficulty::exam, training::Difficulty::guided}) {
             scenes.help(test::difficulties()[difficulty]);
             FrameState seen;
-            seen.machines.xray.pulses = 1;
+            seen.equipment.xray.pulses = 1;
             const render::RenderScene scene = scenes.makeScene(seen);
             EXPECT_EQ(scene.marks.at(0).reference_m, field.entry_reference_m);
             EXPECT_EQ(scene.field_m.value(), field.entry_reference_m);

@@ -55,10 +55,10 @@ TEST_F(SessionTest, ViewsMatchTheScenarioAtTheDisplayTime) {
         before_ns = frame.predicted_display_time_ns;
         const double head_x = 0.1 * double(frame.predicted_display_time_ns) * 1e-9;
         const EyeView &left = frame.views[0], &right = frame.views[1];
-        EXPECT_NEAR(left.stage_from_eye.position[0], head_x - 0.03, 1e-6);
-        EXPECT_NEAR(right.stage_from_eye.position[0], head_x + 0.03, 1e-6);
-        EXPECT_NEAR(left.stage_from_eye.position[1], 1.5, 1e-6);
-        EXPECT_NEAR(left.stage_from_eye.orientation[3], 1.0, 1e-6);
+        EXPECT_NEAR(left.stage_from_eye.position_m.x, head_x - 0.03, 1e-6);
+        EXPECT_NEAR(right.stage_from_eye.position_m.x, head_x + 0.03, 1e-6);
+        EXPECT_NEAR(left.stage_from_eye.position_m.y, 1.5, 1e-6);
+        EXPECT_NEAR(left.stage_from_eye.rotation.w, 1.0, 1e-6);
         EXPECT_FLOAT_EQ(left.angle_left, -0.9f);
         EXPECT_FLOAT_EQ(left.angle_right, 0.7f);
         EXPECT_FLOAT_EQ(right.angle_right, 0.9f);
@@ -85,8 +85,8 @@ TEST_F(SessionTest, TheControllerIsRead) {
     const Hand early = loop.session.hand(1);
     ASSERT_TRUE(early.active);
     ASSERT_TRUE(early.stage_from_grip.has_value());
-    EXPECT_NEAR(early.stage_from_grip->position[0], 0.25, 1e-6);
-    EXPECT_NEAR(early.stage_from_grip->position[2], -0.5, 1e-6);
+    EXPECT_NEAR(early.stage_from_grip->position_m.x, 0.25, 1e-6);
+    EXPECT_NEAR(early.stage_from_grip->position_m.z, -0.5, 1e-6);
     EXPECT_FALSE(early.select);
     loop.session.pulse(1, 0.5f, 20'000'000);
     Frame frame;
@@ -138,7 +138,7 @@ TEST_F(SessionTest, TheValidationLayerReportsNothing) {
         loop.session.setDepthRange(0.05f, 50.0f);
         ShownPanel panel;
         panel.id = loop.session.addPanel(32, 16);
-        panel.stage_from_panel.position = {0, 1.5, -1};
+        panel.stage_from_panel.position_m = {0, 1.5, -1};
         panel.width_m = panel.height_m = 1.0;
         ShownPanel behind = panel;
         behind.behind = true;

@@ -63,7 +63,7 @@ double rootMeanSquare(const std::vector<double>& speeds_m_per_s) {
 
 }  // namespace
 
-std::optional<Rigid> poseAt(PoseStream stream, double t_s) {
+std::optional<Pose> poseAt(PoseStream stream, double t_s) {
     const auto after = std::lower_bound(stream.begin(), stream.end(), t_s,
                                         [](const TimedPose& s, double t) { return s.t_s < t; });
     if (after == stream.end()) return std::nullopt;
@@ -72,8 +72,8 @@ std::optional<Rigid> poseAt(PoseStream stream, double t_s) {
     const TimedPose &a = *(after - 1), &b = *after;
     if (b.t_s - a.t_s > kGap_s) return std::nullopt;
     const double share = (t_s - a.t_s) / (b.t_s - a.t_s);
-    return Rigid{glm::slerp(a.pose.rotation, b.pose.rotation, share),
-                 glm::mix(a.pose.position_m, b.pose.position_m, share)};
+    return Pose{glm::slerp(a.pose.rotation, b.pose.rotation, share),
+                glm::mix(a.pose.position_m, b.pose.position_m, share)};
 }
 
 Result<TimeOffset> estimateClockOffset(PoseStream device, PoseStream tracked, double max_offset_s) {

@@ -11,13 +11,13 @@ namespace stylet::xr::registration {
 
 struct TimedPose {
     double t_s = 0.0;
-    Rigid pose;
+    Pose pose;
 };
 using PoseStream = std::span<const TimedPose>;  // times increase
 
 // Interpolates linearly in position and spherically in orientation. Returns nullopt outside the stream and
 // in gaps longer than 0.1 s.
-std::optional<Rigid> poseAt(PoseStream, double t_s);
+std::optional<Pose> poseAt(PoseStream, double t_s);
 
 struct TimeOffset {
     double delay_s = 0.0;      // `tracked` at time t corresponds to `device` at t - delay_s
@@ -39,7 +39,7 @@ Result<Fit> fitMotion(PoseStream device, PoseStream tracked, FitSettings);
 // Mean pose of a stylus or controller held still, and the largest distance of a sample from the mean
 // position. Refuses an empty stream and non-finite numbers.
 struct MeanPose {
-    Rigid pose;
+    Pose pose;
     double spread_m = 0.0;
 };
 Result<MeanPose> meanPose(PoseStream);

@@ -10,7 +10,7 @@ namespace stylet::xr::registration {
 
 // The part of a fit that is stored.
 struct StoredRegistration {
-    Rigid stage_from_device;
+    Pose stage_from_device;
     double scale = 1.0;
     Vec3 stylus_from_tip_m{0.0}, grip_from_tip_m{0.0};
     double noise_m = 0.001;    // standard deviation of a touch, per axis

@@ -43,7 +43,7 @@ Vec3 residual(const Fit& fit, const Pair& pair) {
 
 // Derivative of the device tip's position in the stage by each unknown. The rotation is about the device's
 // origin, in the axes of the stage.
-Rows targetJacobian(const Fit& fit, const Rigid& device_from_stylus, const Vec3& tip_m_per_s) {
+Rows targetJacobian(const Fit& fit, const Pose& device_from_stylus, const Vec3& tip_m_per_s) {
     const Vec3 tip_m = device_from_stylus * fit.stylus_from_tip_m - fit.latency_s * tip_m_per_s;
     const Quat& turn = fit.stage_from_device.rotation;
     Rows rows = Rows::Zero();
@@ -282,8 +282,8 @@ void predictErrors(Fit& fit, std::span<const Pair> pairs, const FitSettings& set
         for (int corner = 0; corner < 8; ++corner) {
             const Vec3 direction(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
             const auto square = [&](double reach_m) {
-                const Rigid at{pairs[i].device_from_stylus.rotation,
-                               settings.cube.centre_m + reach_m * direction};
+                const Pose at{pairs[i].device_from_stylus.rotation,
+                              settings.cube.centre_m + reach_m * direction};
                 const Rows rows = targetJacobian(fit, at, Vec3(0.0));
                 return (rows * covariance * rows.transpose()).trace();
             };
@@ -360,7 +360,7 @@ Result<Fit> fitPairs(std::span<const Pair> pairs, const FitSettings& settings, c
         threshold_m = fit.noise_m;
     }
     std::vector<Pair> inliers;
-    std::vector<Rigid> grips;
+    std::vector<Pose> grips;
     for (std::size_t i = 0; i < pairs.size(); ++i)
         if (fit.used[i]) inliers.push_back(pairs[i]), grips.push_back(pairs[i].stage_from_grip);
     fit.spread = computeSpread(deviceTips(inliers));

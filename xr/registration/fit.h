@@ -14,8 +14,8 @@
 namespace stylet::xr::registration {
 
 struct Pair {
-    Rigid device_from_stylus;
-    Rigid stage_from_grip;
+    Pose device_from_stylus;
+    Pose stage_from_grip;
     Vec3 tip_m_per_s{0.0};  // device frame; needed only to estimate the latency
 };
 
@@ -47,7 +47,7 @@ struct FitSettings {
 };
 
 struct Fit {
-    Rigid stage_from_device;
+    Pose stage_from_device;
     double scale = 1.0;
     Vec3 stylus_from_tip_m{0.0};
     Vec3 grip_from_tip_m{0.0};
@@ -62,7 +62,7 @@ struct Fit {
     Spread spread;                                                 // of the inliers' device tip positions
     double max_rotation_rad = 0.0;  // largest rotation between two controller poses
 
-    Vec3 inStage(const Rigid& device_from_stylus) const {
+    Vec3 inStage(const Pose& device_from_stylus) const {
         return stage_from_device * (scale * (device_from_stylus * stylus_from_tip_m));
     }
 };

@@ -13,17 +13,6 @@
 
 namespace stylet::xr::registration {
 
-using stylet::Quat;
-using stylet::Vec3;
-using Rigid = stylet::Pose;  // "Pose" would be xr::Pose in this namespace
-
-inline bool isFinite(const Vec3& v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-inline bool isFinite(const Rigid& r) {
-    return isFinite(r.position_m) && std::isfinite(r.rotation.w) &&
-           isFinite(Vec3(r.rotation.x, r.rotation.y, r.rotation.z));
-}
 // Angle between two orientations [rad].
 inline double angleBetween(const Quat& a, const Quat& b) {
     const Quat turn = glm::conjugate(a) * b;
@@ -31,11 +20,11 @@ inline double angleBetween(const Quat& a, const Quat& b) {
 }
 // Largest rotation between two of the poses [rad]. Compares with `from`, then with the orientation farthest
 // from it: within a few per cent of the maximum over all pairs.
-inline double maxRotation_rad(Quat from, std::span<const Rigid> poses) {
+inline double maxRotation_rad(Quat from, std::span<const Pose> poses) {
     double largest_rad = 0.0;
     for (int round = 0; round < 2; ++round) {
         Quat farthest = from;
-        for (const Rigid& pose : poses)
+        for (const Pose& pose : poses)
             if (const double turn = angleBetween(from, pose.rotation); turn > largest_rad)
                 largest_rad = turn, farthest = pose.rotation;
         from = farthest;

@@ -23,11 +23,11 @@ struct Solved {
     Eigen::Matrix<double, 6, 6> normal;
 };
 
-Solved solve(const std::vector<Rigid>& poses) {
+Solved solve(const std::vector<Pose>& poses) {
     Solved solved;
     solved.normal.setZero();
     Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
-    for (const Rigid& pose : poses) {
+    for (const Pose& pose : poses) {
         Eigen::Matrix<double, 3, 6> row;
         row << toMatrix(pose.rotation), -Eigen::Matrix3d::Identity();
         solved.normal += row.transpose() * row;
@@ -37,7 +37,7 @@ Solved solve(const std::vector<Rigid>& poses) {
     return solved;
 }
 
-double residualLength(const Rigid& pose, const Solved& solved) {
+double residualLength(const Pose& pose, const Solved& solved) {
     return (toMatrix(pose.rotation) * solved.tip_and_pivot.head<3>() + eigen(pose.position_m) -
             solved.tip_and_pivot.tail<3>())
         .norm();
@@ -50,23 +50,23 @@ double smallestEigenvalue(const Solved& solved, std::size_t poses) {
 
 }  // namespace
 
-Result<Pivot> calibratePivot(std::span<const Rigid> stage_from_grip) {
+Result<Pivot> calibratePivot(std::span<const Pose> stage_from_grip) {
     if (stage_from_grip.size() < kMinPoses) return failure<Pivot>("Eight poses are needed at least.");
-    for (const Rigid& pose : stage_from_grip)
+    for (const Pose& pose : stage_from_grip)
         if (!isFinite(pose)) return failure<Pivot>("A pose is not a number.");
     Pivot pivot;
     pivot.max_rotation_rad = maxRotation_rad(stage_from_grip.front().rotation, stage_from_grip);
     if (pivot.max_rotation_rad < kMinRotation_rad)
         return failure<Pivot>("The controller was turned too little to tell where its tip is.");
 
-    std::vector<Rigid> kept(stage_from_grip.begin(), stage_from_grip.end());
+    std::vector<Pose> kept(stage_from_grip.begin(), stage_from_grip.end());
     Solved solved = solve(kept);
     if (smallestEigenvalue(solved, kept.size()) < kMinEigenvalue)
         return failure<Pivot>(
             "The controller was turned about one axis only: tilt it to the side and forth as well.");
     for (int round = 0; round < kPivotRounds; ++round) {
         std::vector<double> off;
-        for (const Rigid& pose : stage_from_grip)
+        for (const Pose& pose : stage_from_grip)
             off.push_back(residualLength(pose, solved));
         const double most = kPoseOutlier * std::max(kMinResidual_m, upperMedian(off) / kMedianPerSd);
         kept.clear();
@@ -75,7 +75,7 @@ Result<Pivot> calibratePivot(std::span<const Rigid> stage_from_grip) {
         solved = solve(kept);
     }
     double squares = 0.0;
-    for (const Rigid& pose : kept)
+    for (const Pose& pose : kept)
         squares += residualLength(pose, solved) * residualLength(pose, solved);
     const double least = smallestEigenvalue(solved, kept.size());
     if (least < kMinEigenvalue)

@@ -18,6 +18,6 @@ struct Pivot {
 
 // Solves R_i tip + p_i = pivot for all i by least squares and rejects outliers. Refuses fewer than eight
 // poses, too little rotation (less than 25 degrees, or about one axis only), and non-finite numbers.
-Result<Pivot> calibratePivot(std::span<const Rigid> stage_from_grip);
+Result<Pivot> calibratePivot(std::span<const Pose> stage_from_grip);
 
 }  // namespace stylet::xr::registration

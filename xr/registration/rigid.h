@@ -1,4 +1,4 @@
-// Rigid alignment of two point sets, and the expected error at other targets.
+// Pose alignment of two point sets, and the expected error at other targets.
 // Based on S. Umeyama, Least-squares estimation of transformation parameters between two point patterns,
 // IEEE PAMI 13 (1991), and J. M. Fitzpatrick, J. B. West, C. R. Maurer, Predicting error in rigid-body
 // point-based registration, IEEE TMI 17 (1998).
@@ -12,7 +12,7 @@
 namespace stylet::xr::registration {
 
 struct RigidFit {
-    Rigid a_from_b;
+    Pose a_from_b;
     double scale = 1.0;  // p_a = a_from_b * (scale * p_b)
     double fre_m = 0.0;  // root mean square residual
 };

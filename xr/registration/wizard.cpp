@@ -20,8 +20,8 @@ constexpr double kNear = 0.6;  // places within this fraction of half_m of a tou
 constexpr std::size_t kMinSamples = 5;
 constexpr std::size_t kMaxPoses = 150;  // limit of the poses evaluated per stream during a recording
 
-std::vector<Rigid> subsample(std::span<const TimedPose> stream) {
-    std::vector<Rigid> poses;
+std::vector<Pose> subsample(std::span<const TimedPose> stream) {
+    std::vector<Pose> poses;
     const std::size_t step = std::max<std::size_t>(1, stream.size() / kMaxPoses);
     for (std::size_t i = 0; i < stream.size(); i += step)
         poses.push_back(stream[i].pose);
@@ -30,7 +30,7 @@ std::vector<Rigid> subsample(std::span<const TimedPose> stream) {
 
 std::vector<Vec3> positions(std::span<const TimedPose> stream) {
     std::vector<Vec3> points;
-    for (const Rigid& pose : subsample(stream))
+    for (const Pose& pose : subsample(stream))
         points.push_back(pose.position_m);
     return points;
 }
@@ -212,7 +212,7 @@ void Wizard::finishPlaces() {
 
 double Wizard::sweepProgress() const {
     if (!recording_s_) return 0.0;
-    const std::vector<Rigid> grips = subsample(tracked_);
+    const std::vector<Pose> grips = subsample(tracked_);
     const double turn_rad = grips.empty() ? 0.0 : maxRotation_rad(grips.front().rotation, grips);
     const int octants = std::popcount(octantsReached(settings_.cube, positions(device_)));
     const double time = (now_s_ - *recording_s_) / settings_.sweep_s;

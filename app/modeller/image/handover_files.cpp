@@ -7,8 +7,8 @@
 #include <cstring>
 #include <fstream>
 
-#include "app/modeller/image/child_process_linux.h"
 #include "app/modeller/image/image_handover.h"
+#include "app/modeller/image/import_error.h"
 #include "base/whole_file.h"
 
 namespace stylet::modeller {

@@ -5,9 +5,9 @@
 #include <fstream>
 #include <system_error>
 
-#include "app/modeller/image/child_process_linux.h"
 #include "app/modeller/image/handover_files.h"
 #include "app/modeller/image/image_handover.h"
+#include "app/modeller/image/limited_child_linux.h"
 
 namespace stylet::modeller {
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "app/modeller/image/child_process_linux.h"
+#include "app/modeller/image/import_error.h"
 #include "base/volume.h"
 
 namespace stylet::modeller {

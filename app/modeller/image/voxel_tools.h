@@ -27,11 +27,7 @@ struct VoxelBox {
 // Visits the voxels of a box in memory order.
 template <typename Visit>
 void forEachVoxel(const VoxelBox& box, const Visit& visit) {
-    Index3 i;
-    for (i.z = box.low.z; i.z <= box.high.z; ++i.z)
-        for (i.y = box.low.y; i.y <= box.high.y; ++i.y)
-            for (i.x = box.low.x; i.x <= box.high.x; ++i.x)
-                visit(i);
+    stylet::forEachVoxel(box.low, box.high, visit);
 }
 
 // The voxels at most `reach` steps away along each axis, within the grid.
@@ -55,12 +51,10 @@ void forEachNeighbour(const Grid& grid, const Index3& at, Connectivity touch, co
     });
 }
 
-// Visits voxels on several threads. One thread visits all voxels of a slice (one z), in memory order.
+// base/parallel.h's parallelVoxels() with one thread per processor.
 template <typename Visit>
 void parallelVoxels(const Grid& grid, const Visit& visit) {
-    parallelFor(processorCount(), grid.dims.z, [&](int z) {
-        forEachVoxel(VoxelBox{{0, 0, z}, {grid.dims.x - 1, grid.dims.y - 1, z}}, visit);
-    });
+    stylet::parallelVoxels(processorCount(), grid, visit);
 }
 
 // Mask of the voxels for which `in` returns true; `in` receives a voxel's offset.

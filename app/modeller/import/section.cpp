@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "app/modeller/image/child_process_linux.h"
+#include "app/modeller/image/import_error.h"
 #include "app/modeller/import/import_body.h"
 #include "app/modeller/import/import_map.h"
 #include "patient/patient.h"

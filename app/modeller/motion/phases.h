@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/modeller/image/import_image.h"
+#include "app/modeller/image/limited_child_linux.h"
 #include "app/modeller/image/vector_field.h"
 
 namespace stylet::modeller {

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "app/modeller/image/handover_files.h"
+#include "app/modeller/image/import_error.h"
 #include "app/modeller/image/vector_field.h"
 #include "app/modeller/segmentation/coarse_grid.h"
 #include "base/text.h"

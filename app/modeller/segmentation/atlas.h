@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "app/modeller/image/child_process_linux.h"
+#include "app/modeller/image/limited_child_linux.h"
 #include "app/modeller/image/voxel_tools.h"
 #include "patient/package/package.h"
 

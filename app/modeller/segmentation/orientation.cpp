@@ -1,6 +1,6 @@
 #include "app/modeller/segmentation/orientation.h"
 
-#include "app/modeller/image/child_process_linux.h"
+#include "app/modeller/image/import_error.h"
 #include "app/modeller/image/morphology.h"
 
 namespace stylet::modeller {

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "app/modeller/check/slices.h"
-#include "app/modeller/image/child_process_linux.h"
+#include "app/modeller/image/import_error.h"
 #include "base/fields.h"
 #include "base/hash.h"
 #include "base/hex.h"

@@ -266,25 +266,25 @@ std::string describe(const UserButtons& buttons, std::span<const std::string_vie
 }
 
 std::vector<Command> UserCommands::update(std::string_view typed, std::uint32_t pressed,
-                                          const TickOutput& now, std::uint32_t held) {
-    if (!begun_) holds_ = now.breath_held;          // a restart from a bookmark may begin in a breath-hold
-    if (held_ && !now.breath_held) holds_ = false;  // the patient had to breathe
+                                          const TickOutput& now, std::uint32_t buttons_down) {
+    if (!begun_) hold_requested_ = now.breath_held;  // a restart from a bookmark may begin in a breath-hold
+    if (breath_held_ && !now.breath_held) hold_requested_ = false;  // the patient had to breathe
     begun_ = true;
-    held_ = now.breath_held;
+    breath_held_ = now.breath_held;
     waiting_ += typed;
     pressed_ |= pressed;
     std::vector<Command> commands;
     const auto mayGoOn = [&] { return commands.empty() || !changesTool(commands.back()); };
     if (std::exchange(next_wanted_, false) && now.tool == Tool::probe && now.probe_parked)
         commands.push_back(toolCommand(nextTool(now, numbing_)));
-    if (mayGoOn() && liftsProbe(now, held)) commands.push_back(toolCommand(Tool::probe));
+    if (mayGoOn() && liftsProbe(now, buttons_down)) commands.push_back(toolCommand(Tool::probe));
     for (std::optional<std::string> line; mayGoOn() && (line = popLine(waiting_));)
         parseLine(*line, now, commands);
     if (!hasLine() && waiting_.size() > kMaxCommandLength) waiting_.resize(kMaxCommandLength);
     if (!mayGoOn()) return commands;
     if (asking_) answerByButton(commands);
     if ((pressed_ & buttons_.breath) != 0)
-        add({holds_ ? CommandKind::breathe : CommandKind::holdBreath, 0}, commands);
+        add({hold_requested_ ? CommandKind::breathe : CommandKind::holdBreath, 0}, commands);
     if ((pressed_ & buttons_.snap) != 0) snap_ = true;
     if ((pressed_ & buttons_.expert) != 0) expert_ = true;
     if ((pressed_ & buttons_.aspirate) != 0) add(training::kAspirate, commands);
@@ -293,13 +293,13 @@ std::vector<Command> UserCommands::update(std::string_view typed, std::uint32_t 
         if (now.probe_parked) lift_at_ = now.tick + std::uint64_t(kLiftAfter_s / dt_s_ + 0.5);
     }
     pressed_ = 0;
-    const std::uint32_t changed = held ^ std::exchange(holding_, held);
+    const std::uint32_t changed = buttons_down ^ std::exchange(last_buttons_down_, buttons_down);
     if ((changed & buttons_.regrip) != 0 && onTrack(now))
-        add({CommandKind::grip, (held & buttons_.regrip) != 0 ? 0u : 1u}, commands);
+        add({CommandKind::grip, (buttons_down & buttons_.regrip) != 0 ? 0u : 1u}, commands);
     if ((changed & buttons_.pedal) != 0)
-        add((held & buttons_.pedal) != 0 ? training::kPedalDown : training::kPedalUp, commands);
+        add((buttons_down & buttons_.pedal) != 0 ? training::kPedalDown : training::kPedalUp, commands);
     if ((changed & buttons_.inject) != 0) {
-        const double m3_per_s = (held & buttons_.inject) != 0 ? kUsual_ml_per_s / kMlPerM3 : 0.0;
+        const double m3_per_s = (buttons_down & buttons_.inject) != 0 ? kUsual_ml_per_s / kMlPerM3 : 0.0;
         add(numbing_ ? training::anaesthetiseCommand(m3_per_s) : training::injectCommand(m3_per_s), commands);
     }
     return commands;
@@ -314,13 +314,13 @@ void UserCommands::answerByButton(std::vector<Command>& commands) {
 
 void UserCommands::add(const Command& command, std::vector<Command>& commands) {
     if (command.kind == CommandKind::holdBreath || command.kind == CommandKind::breathe)
-        holds_ = command.kind == CommandKind::holdBreath;
+        hold_requested_ = command.kind == CommandKind::holdBreath;
     commands.push_back(command);
 }
 
 // True once, when `next` has been pressed long enough since it was pressed with the probe parked.
-bool UserCommands::liftsProbe(const TickOutput& now, std::uint32_t held) {
-    if ((held & buttons_.next) == 0 || !now.probe_parked) lift_at_.reset();
+bool UserCommands::liftsProbe(const TickOutput& now, std::uint32_t buttons_down) {
+    if ((buttons_down & buttons_.next) == 0 || !now.probe_parked) lift_at_.reset();
     if (!lift_at_ || now.tick < *lift_at_) return false;
     lift_at_.reset();
     return true;

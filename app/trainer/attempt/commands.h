@@ -58,12 +58,11 @@ class UserCommands {
     // A question about the case is open: the button of the breath-hold answers yes, that of the next tool no.
     void setAsking(bool asking) { asking_ = asking; }
     // Session thread. Returns the commands of all complete lines in `typed` and of the newly pressed buttons
-    // (`pressed`, without the re-arm button), in that order. An incomplete line waits for its newline. `held`
-    // are the buttons that are down. Stops after the first command that changes the tool: later lines and
-    // buttons wait for the next call. `now` is the newest tick and must already reflect the last such
-    // command.
+    // (`pressed`, without the re-arm button), in that order. An incomplete line waits for its newline. Stops
+    // after the first command that changes the tool: later lines and buttons wait for the next call. `now` is
+    // the newest tick and must already reflect the last such command.
     std::vector<haptics::Command> update(std::string_view typed, std::uint32_t pressed,
-                                         const haptics::TickOutput& now, std::uint32_t held = 0);
+                                         const haptics::TickOutput& now, std::uint32_t buttons_down = 0);
     // True once for each request to place the tool on the skin (snap.h), or to show the expert or no longer
     // (demonstration.h). These are no commands to the ticks.
     bool popSnap() { return std::exchange(snap_, false); }
@@ -74,7 +73,7 @@ class UserCommands {
   private:
     void add(const haptics::Command&, std::vector<haptics::Command>&);
     void addNext(const haptics::TickOutput&, std::vector<haptics::Command>&);
-    bool liftsProbe(const haptics::TickOutput&, std::uint32_t held);
+    bool liftsProbe(const haptics::TickOutput&, std::uint32_t buttons_down);
     void answerByButton(std::vector<haptics::Command>&);
     void parseLine(std::string_view line, const haptics::TickOutput&, std::vector<haptics::Command>&);
 
@@ -85,12 +84,12 @@ class UserCommands {
     bool numbing_ = false, asking_ = false;
     training::Course course_ = training::kDefaultCourse;
     std::string waiting_;
-    std::uint32_t pressed_ = 0, holding_ = 0;
+    std::uint32_t pressed_ = 0, last_buttons_down_ = 0;
     bool next_wanted_ = false;              // pending until the probe is parked
     std::optional<std::uint64_t> lift_at_;  // tick at which `next` will have been pressed long enough
     bool begun_ = false;
-    bool holds_ = false;  // the last request was a breath-hold and the patient still holds
-    bool held_ = false;   // breath-hold in the newest tick
+    bool hold_requested_ = false;  // the last request was a breath-hold and the patient still holds
+    bool breath_held_ = false;     // breath-hold in the newest tick
     bool snap_ = false, expert_ = false;
 };
 

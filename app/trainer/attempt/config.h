@@ -26,10 +26,9 @@ struct AttemptConfig {
     std::uint64_t seed = 1;
     double spacing_mm = 1.0;  // voxel size of a generated reference patient
     std::string path{};       // reference path (reference_path.h); empty: the patient's best
-    // Each a name in assets/instruments, or a .toml file. They replace the scenario's instruments of the same
-    // kinds. Empty: no needle; none.
-    std::string needle_name{};
-    std::vector<std::string> instrument_names{};
+    // Names in assets/instruments, or .toml files, that replace the scenario's instruments of the same kinds.
+    std::string needle_name{};                    // empty: the scenario's needle
+    std::vector<std::string> instrument_names{};  // one of a kind at most
     // The instruments as loaded, once the scenario is known. With a record to restart, those of the record.
     haptics::InstrumentSet instruments{};
     haptics::ToolSettings tools{};

@@ -168,7 +168,7 @@ class Script {
         const auto samples = std::int64_t(std::ceil(seconds * 1000.0));
         for (std::int64_t i = 1; i <= samples; ++i) {
             const double t = double(i) / double(samples), share = t * t * t * (10.0 - 15.0 * t + 6.0 * t * t);
-            const Pose from = held(last, at_), to = held(tool, at_);
+            const Pose from = toolPose(last, at_), to = toolPose(tool, at_);
             add({glm::slerp(from.rotation, to.rotation, share),
                  glm::mix(from.position_m, to.position_m, share)});
         }
@@ -206,7 +206,7 @@ class Script {
                 {p.headward_rad, p.frontward_rad, p.roll_rad}};
     }
     std::int64_t now_ns() const { return std::int64_t(trace_.samples.size()) * kHandSample_ns; }
-    Pose held(haptics::Tool tool, const Offset& at) const {
+    Pose toolPose(haptics::Tool tool, const Offset& at) const {
         const Vec3 tip = path_.entry_m + axis_ * at.m.x + headward_ * at.m.y + frontward_ * at.m.z +
                          tremor_.at(double(now_ns()) * 1e-9);
         return toolPoseFromNeedle(turned(tip, at.rad), tool, guide_);
@@ -220,7 +220,7 @@ class Script {
         needle.rotation = needle.rotation * Quat{detCos(half), 0.0, 0.0, detSin(half)};
         return needle;
     }
-    void add(const Offset& at) { add(held(tool_, at)); }
+    void add(const Offset& at) { add(toolPose(tool_, at)); }
     void add(const Pose& patient_from_stylus) {
         if (trace_.samples.size() >= kMaxSamples)
             throw DataError(name_, "stage", "together they last more than an hour");

@@ -63,7 +63,7 @@ double wireReach_m(const patient::DuctSpace& ducts, const PlannedPath& path) {
     for (int n = 0; n < kMaxPushes && stopped < kMaxStopped && reach_m < kWireReach_m; ++n) {
         haptics::stepWire(wire, settings, ducts, base, kPush_m);
         if (std::isfinite(wire.pierced_m)) break;
-        const bool in_duct = isInDuct(ducts, haptics::wireTip(wire, base));
+        const bool in_duct = isInTargetDuct(ducts, haptics::wireTip(wire, base));
         const double now_m = in_duct ? wire.fed_m - wire.solid_m : 0.0;
         stopped = now_m > reach_m ? 0 : stopped + 1;
         reach_m = std::max(reach_m, now_m);

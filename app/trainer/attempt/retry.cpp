@@ -48,12 +48,12 @@ std::size_t chosen(const std::vector<Bookmark>& marks, const std::string& wanted
 
 }  // namespace
 
-training::Course courseOf(const records::RecordInfo& info) {
+training::Course recordedCourse(const records::RecordInfo& info) {
     if (const auto course = findEnum<training::Course>(training::kCourseNames, info.course)) return *course;
     throw DataError("record.json", "course", "\"" + info.course + "\" is neither puncture nor drainage");
 }
 
-std::shared_ptr<const training::PatientCase> caseOf(const records::RecordInfo& info) {
+std::shared_ptr<const training::PatientCase> recordedCase(const records::RecordInfo& info) {
     if (info.patient_case.empty()) return nullptr;
     return std::make_shared<const training::PatientCase>(
         training::parseCase(info.patient_case, "record.json: case"));

@@ -22,11 +22,11 @@ struct Retry {
     haptics::TickOutput left;
 };
 
-// The course of a recorded attempt. Throws DataError.
-training::Course courseOf(const records::RecordInfo&);
+// The course that a record names. Throws DataError.
+training::Course recordedCourse(const records::RecordInfo&);
 
 // Its case; null: it had none. Throws DataError.
-std::shared_ptr<const training::PatientCase> caseOf(const records::RecordInfo&);
+std::shared_ptr<const training::PatientCase> recordedCase(const records::RecordInfo&);
 
 // `from`: ATTEMPT[@BOOKMARK]. ATTEMPT is an attempt's folder, a record's folder, or an attempt's id in
 // `store`. BOOKMARK is a number from 1 or the bookmark's text; default: the last one. Throws DataError that

@@ -79,10 +79,9 @@ struct Scenario {
     std::string name;
     training::Course course = training::kDefaultCourse;
     haptics::Tool tool = haptics::Tool::needle;  // tool at the start
-    // Each a name in assets/instruments, or a .toml file. Empty: the default needle; none, so that the other
-    // kinds have their default instruments too.
-    std::string needle;
-    std::vector<std::string> instruments;
+    // Names in assets/instruments, or .toml files. A kind that is not named has its default instrument.
+    std::string needle;                    // empty: the default needle
+    std::vector<std::string> instruments;  // one of a kind at most
     // Of a drainage: a name in assets/cases, or a .toml file; empty: drawCase() draws one.
     std::string case_name;
     std::shared_ptr<const training::PatientCase> patient_case;  // null: nothing is reviewed

@@ -57,10 +57,10 @@ struct FrameLoop::Impl {
     void lose(const std::string& why);
     FrameState upToDate(const FrameState&, const std::string& moment);
     haptics::TickOutput predictTick(const xr::Frame&, const haptics::TickOutput&);
-    void takeNews();
-    void watchTheRoom(const FrameState&, const std::string& moment);
-    void showMachines(render::RenderScene&, const FrameState&, const patient::ContrastTable*,
-                      const render::VisibleScreens&, const std::string& moment);
+    void pollSessionEvents();
+    void updateRoomWarning(const FrameState&, const std::string& moment);
+    void showEquipment(render::RenderScene&, const FrameState&, const patient::ContrastTable*,
+                       const render::VisibleScreens&, const std::string& moment);
     void help(training::Difficulty);
     void showHints(HeadsetPanels&, const FrameState&, const std::array<render::View, 2>&);
     // Runs one frame. Returns true if it was rendered.
@@ -140,11 +140,8 @@ void FrameLoop::Impl::settle() {
     if (!refused.empty()) printMessage(refused);
     if (!settings.controllers) return;
     settings.controllers->attach(
-        [&session = headset->session,
-         side = int(controllerSide(settings.config.hand))](std::int64_t when_ns) -> std::optional<Pose> {
-            const auto grip = session.gripAt(side, when_ns);
-            return grip ? std::optional(poseOf(*grip)) : std::nullopt;
-        });
+        [&session = headset->session, side = int(controllerSide(settings.config.hand))](
+            std::int64_t when_ns) -> std::optional<Pose> { return session.gripAt(side, when_ns); });
 }
 
 void FrameLoop::Impl::passController(const Pose& room_from_stage) {
@@ -158,7 +155,7 @@ void FrameLoop::Impl::passController(const Pose& room_from_stage) {
                                controllerButtons(keysOf(hand), keysOf(headset->session.hand(1 - side))),
                                hand.thumbstick};
     if (hand.stage_from_grip && hand.stage_from_aim)
-        seen.grip_from_aim = poseOf(*hand.stage_from_grip).inverse() * poseOf(*hand.stage_from_aim);
+        seen.grip_from_aim = hand.stage_from_grip->inverse() * *hand.stage_from_aim;
     settings.controllers->publish(seen);
     if (const auto v = settings.controllers->popVibration())
         headset->session.pulse(side, v->amplitude, v->duration_ns);
@@ -170,13 +167,13 @@ void FrameLoop::Impl::lose(const std::string& why) {
     if (settings.controllers) settings.controllers->attach(nullptr);
     // If the user had already looked away, the attempt stays paused.
     if (attention == Attention::focused) attention = Attention::absent;
-    if (live.tell) live.tell(attention);
+    if (live.on_attention) live.on_attention(attention);
     worn = true;
     settled = false;
     undrawn = 0;
     if (!settings.config.fast) look_again = SteadyClock::now() + kLookAgain;
     totals.validation_messages += headset->gpu->validationMessages();
-    totals.machines += headset->machines->totals();
+    totals.equipment += headset->equipment_pictures->totals();
     headset.reset();
 }
 
@@ -205,17 +202,17 @@ haptics::TickOutput FrameLoop::Impl::predictTick(const xr::Frame& frame, const h
 }
 
 // Renders the equipment screens that are visible. A capture renders and saves both.
-void FrameLoop::Impl::showMachines(render::RenderScene& scene, const FrameState& seen,
-                                   const patient::ContrastTable* contrast,
-                                   const render::VisibleScreens& screens, const std::string& moment) {
+void FrameLoop::Impl::showEquipment(render::RenderScene& scene, const FrameState& seen,
+                                    const patient::ContrastTable* contrast,
+                                    const render::VisibleScreens& screens, const std::string& moment) {
     const ImagingInput m = makeImagingInput(seen, scene, *headset->renderer, contrast,
                                             settings.press.tools.guide, settings.press.tick_s);
     const bool kept = !moment.empty();
-    EquipmentPictures& machines = *headset->machines;
-    machines.show(m, {.ultrasound = kept || screens.ultrasound, .xray = kept || screens.xray});
-    scene.ultrasound_screen = machines.ultrasoundScreen();
-    scene.xray_screen = machines.xrayScreen();
-    if (kept && !settings.config.folder.empty()) machines.save(settings.config.folder, moment);
+    EquipmentPictures& pictures = *headset->equipment_pictures;
+    pictures.show(m, {.ultrasound = kept || screens.ultrasound, .xray = kept || screens.xray});
+    scene.ultrasound_screen = pictures.ultrasoundScreen();
+    scene.xray_screen = pictures.xrayScreen();
+    if (kept && !settings.config.folder.empty()) pictures.save(settings.config.folder, moment);
 }
 
 // Applies a difficulty set by the instructor.
@@ -253,13 +250,13 @@ bool FrameLoop::Impl::show(const FrameState& given, const patient::ContrastTable
     render::RenderStats drawn_stats;
     std::span<const xr::ShownPanel> shown_panels;
     // Excluded from the frame budget, so that intermittent work does not change the resolution.
-    double machines_ms = 0.0;
+    double equipment_ms = 0.0;
     ++totals.frames;
     room.advance(frame.predicted_display_time_ns);
-    if (frame.should_render) room.setEyeHeight(frame.views[0].stage_from_eye.position[1]);
+    if (frame.should_render) room.setEyeHeight(frame.views[0].stage_from_eye.position_m.y);
     const Pose& room_from_stage = room.roomFromStage();
     passController(room_from_stage);
-    watchTheRoom(seen, moment);
+    updateRoomWarning(seen, moment);
     undrawn = frame.should_render ? 0 : undrawn + 1;
     if (frame.should_render) {
         if (window && !headset->mirror)
@@ -272,13 +269,13 @@ bool FrameLoop::Impl::show(const FrameState& given, const patient::ContrastTable
         render::RenderScene scene = scenes.makeScene(drawn);
         scene.room.real = session.facts().blend_mode != "opaque";
         scene.room.shell = !scene.room.real;
-        const auto machines_begin = SteadyClock::now();
+        const auto equipment_begin = SteadyClock::now();
         const std::array<render::View, 2> expected = eyeViews(frame, room_from_stage);
         if (settings.listener_pose) settings.listener_pose->store(headPose(expected));
         const render::VisibleScreens screens = headset->renderer->visibleScreens(scene, expected);
         const render::ScreenPlaces places = headset->renderer->screenPlaces(scene);
-        showMachines(scene, seen, contrast, headset->mirror ? headset->mirror->screens(screens) : screens,
-                     moment);
+        showEquipment(scene, seen, contrast, headset->mirror ? headset->mirror->screens(screens) : screens,
+                      moment);
         HeadsetPanels& panels = headset->panelsFor(frame);
         // In passthrough, screens beneath the eye images would hide the real room.
         panels.placeScreens(scene, places, scene.room.real ? render::VisibleScreens{} : screens);
@@ -288,7 +285,7 @@ bool FrameLoop::Impl::show(const FrameState& given, const patient::ContrastTable
                 ? makeNotice(room.warning(), settings.rearm_act)
                 : makeNotice(seen, attention, settings.rearm_act, controlsOf(settings.config.device)),
             headPose(expected));
-        machines_ms = msSince(machines_begin);
+        equipment_ms = msSince(equipment_begin);
         shown_panels = panels.shown(room_from_stage.inverse());
         session.lateUpdate(frame);
         const std::array<render::View, 2> views = eyeViews(frame, room_from_stage);
@@ -306,7 +303,7 @@ bool FrameLoop::Impl::show(const FrameState& given, const patient::ContrastTable
         const double took_ms = msSince(begin);
         if (headset->governor)
             headset->governor->reportFrame(drawn_stats.volume_ms,
-                                           std::max(0.0, took_ms - machines_ms - drawn_stats.volume_ms),
+                                           std::max(0.0, took_ms - equipment_ms - drawn_stats.volume_ms),
                                            drawn_stats.layer_scale);
         const FrameTime time{shown.tick,
                              took_ms,
@@ -317,25 +314,25 @@ bool FrameLoop::Impl::show(const FrameState& given, const patient::ContrastTable
                              isLate(session, frame)};
         if (totals.times.size() < kMaxFrameTimes) totals.times.push_back(time);
         if (headset->mirror)
-            headset->mirror->publish(seen, *headset->machines, time, attention,
+            headset->mirror->publish(seen, *headset->equipment_pictures, time, attention,
                                      newest_offset ? std::optional(newest_offset->distance_m) : std::nullopt);
     }
     return frame.should_render;
 }
 
-void FrameLoop::Impl::takeNews() {
-    const xr::SessionEvents news = headset->session.popEvents();
-    worn = news.worn.value_or(worn);
-    for (const xr::SpaceChange& change : news.spaces)
+void FrameLoop::Impl::pollSessionEvents() {
+    const xr::SessionEvents events = headset->session.popEvents();
+    worn = events.worn.value_or(worn);
+    for (const xr::SpaceChange& change : events.spaces)
         room.onChange(change.at_ns,
-                      change.pose_valid ? std::optional(poseOf(change.previous_from_new)) : std::nullopt);
+                      change.pose_valid ? std::optional(change.previous_from_new) : std::nullopt);
     for (int eye = 0; eye < 2; ++eye)
-        if (news.hidden_area_changed[std::size_t(eye)]) headset->updateHiddenArea(eye);
+        if (events.hidden_area_changed[std::size_t(eye)]) headset->updateHiddenArea(eye);
 }
 
 // While there is a room warning, there is no force. The user confirms the room by re-arming. Captures are
 // ignored here, because they show the past.
-void FrameLoop::Impl::watchTheRoom(const FrameState& seen, const std::string& moment) {
+void FrameLoop::Impl::updateRoomWarning(const FrameState& seen, const std::string& moment) {
     if (!moment.empty() || room.warning() == RoomWarning::none) return;
     if (room.warningCount() != warnings_seen) {
         warnings_seen = room.warningCount();
@@ -358,14 +355,14 @@ bool FrameLoop::Impl::tryFrame(const FrameState& seen, const patient::ContrastTa
         over = phase == xr::SessionPhase::exiting;
         if (over) {
             attention = Attention::absent;
-            if (live.tell) live.tell(attention);
+            if (live.on_attention) live.on_attention(attention);
             return true;
         }
         if (phase == xr::SessionPhase::lossPending) {
             lose("the OpenXR runtime ended the session");
             return true;
         }
-        takeNews();
+        pollSessionEvents();
         const bool looks = worn && phase == xr::SessionPhase::focused && undrawn < kBlindFrames;
         attention = attentionAfter(attention, looks);
         if (headset->session.running()) {
@@ -427,7 +424,7 @@ FrameTotals FrameLoop::totals() const {
     FrameTotals totals = impl_->totals;
     if (const Headset* headset = impl_->headset.get()) {
         totals.validation_messages += headset->gpu->validationMessages();
-        totals.machines += headset->machines->totals();
+        totals.equipment += headset->equipment_pictures->totals();
     }
     return totals;
 }

@@ -18,7 +18,7 @@ namespace stylet::trainer {
 
 struct FrameTotals : PictureTotals {
     render::RenderStats sum;  // sum over all frames
-    EquipmentTotals machines;
+    EquipmentTotals equipment;
     // Guide panel: number of redraws; frames in which it was out of view.
     std::uint64_t panels_drawn = 0, unseen_panels = 0;
 };

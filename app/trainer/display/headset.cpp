@@ -17,22 +17,12 @@ render::GpuHooks makeGpuHooks(xr::Session& session) {
             }};
 }
 
-Pose poseOf(const xr::Pose& p) {
-    return {Quat{p.orientation[3], p.orientation[0], p.orientation[1], p.orientation[2]},
-            Vec3{p.position[0], p.position[1], p.position[2]}};
-}
-
-xr::Pose poseOf(const Pose& p) {
-    const Quat& q = p.rotation;
-    return {{q.x, q.y, q.z, q.w}, {p.position_m.x, p.position_m.y, p.position_m.z}};
-}
-
 std::array<render::View, 2> eyeViews(const xr::Frame& frame, const Pose& room_from_stage) {
     std::array<render::View, 2> views;
     for (std::size_t eye = 0; eye < 2; ++eye) {
         const xr::EyeView& from = frame.views[eye];
-        views[eye] = {room_from_stage * poseOf(from.stage_from_eye), from.angle_left, from.angle_right,
-                      from.angle_up, from.angle_down};
+        views[eye] = {room_from_stage * from.stage_from_eye, from.angle_left, from.angle_right, from.angle_up,
+                      from.angle_down};
     }
     return views;
 }
@@ -67,7 +57,7 @@ Headset::Headset(const patient::Patient& patient, const PictureSettings& setting
     renderer.emplace(*gpu, drawn, settings.assets);
     loadSceneLook(*renderer, settings.config);
     renderer->setPatient(patient);
-    machines.emplace(*gpu, renderer->deformedPatient(), settings.assets);
+    equipment_pictures.emplace(*gpu, renderer->deformedPatient(), settings.assets);
     session.setDepthRange(drawn.near_m, drawn.far_m);
     for (const int eye : {0, 1})
         updateHiddenArea(eye);

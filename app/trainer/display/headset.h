@@ -19,8 +19,6 @@ namespace stylet::trainer {
 
 inline constexpr auto kStartPatience = std::chrono::seconds(10);  // timeout for a slow runtime
 
-Pose poseOf(const xr::Pose&);
-xr::Pose poseOf(const Pose&);
 std::array<render::View, 2> eyeViews(const xr::Frame&, const Pose& room_from_stage);
 // Head pose: midway between the eyes, with the orientation of the left eye.
 Pose headPose(const std::array<render::View, 2>&);
@@ -48,7 +46,7 @@ struct Headset {
     std::shared_ptr<render::Gpu> gpu;  // outlives the session, which shares ownership
     xr::Session session;
     std::optional<render::Renderer> renderer;
-    std::optional<EquipmentPictures> machines;
+    std::optional<EquipmentPictures> equipment_pictures;
     std::optional<HeadsetPanels> panels;
     render::RenderSettings drawn;
     std::optional<render::Governor> governor;

@@ -117,7 +117,7 @@ std::span<const xr::ShownPanel> HeadsetPanels::shown(const Pose& stage_from_room
         const Pose at = p.head_locked ? p.room_from_panel : stage_from_room * p.room_from_panel;
         xr::ShownPanel& panel = shown_.emplace_back();
         panel.id = p.panel->id();
-        panel.stage_from_panel = poseOf(at);
+        panel.stage_from_panel = at;
         panel.width_m = p.width_m, panel.height_m = p.height_m;
         panel.behind = p.behind;
         panel.head_locked = p.head_locked;

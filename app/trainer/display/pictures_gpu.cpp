@@ -20,13 +20,13 @@ PictureTotals totalsOf(const FrameLoop& loop) {
     const FrameTotals from = loop.totals();
     PictureTotals totals = from;
     totals.skips = {
-        {"still_frames", from.sum.still_frames},   {"idle_tool_frames", from.sum.idle_tool_frames},
-        {"culled_parts", from.sum.culled_parts},   {"kept_shadows", from.sum.reused_shadows},
-        {"panels_drawn", from.panels_drawn},       {"unseen_panels", from.unseen_panels},
-        {"unseen_screens", from.machines.unseen},  {"frozen_scans", from.machines.frozen},
-        {"still_scans", from.machines.still_scans}};
-    totals.scans = from.machines.scans, totals.xray_pictures = from.machines.xray_pictures;
-    totals.ultrasound_ms = from.machines.ultrasound_ms, totals.xray_ms = from.machines.xray_ms;
+        {"still_frames", from.sum.still_frames},    {"idle_tool_frames", from.sum.idle_tool_frames},
+        {"culled_parts", from.sum.culled_parts},    {"kept_shadows", from.sum.reused_shadows},
+        {"panels_drawn", from.panels_drawn},        {"unseen_panels", from.unseen_panels},
+        {"unseen_screens", from.equipment.unseen},  {"frozen_scans", from.equipment.frozen},
+        {"still_scans", from.equipment.still_scans}};
+    totals.scans = from.equipment.scans, totals.xray_pictures = from.equipment.xray_pictures;
+    totals.ultrasound_ms = from.equipment.ultrasound_ms, totals.xray_ms = from.equipment.xray_ms;
     if (from.sum.rays > 0)  // only if rays were counted
         totals.skips.insert(totals.skips.begin(), {{"skipped_bricks", from.sum.skipped_bricks},
                                                    {"terminated_rays", from.sum.terminated_rays},
@@ -158,8 +158,8 @@ struct StillHead {
 };
 
 // Draws the equipment pictures only, without a room.
-struct StillMachines {
-    StillMachines(const patient::Patient& patient, const std::filesystem::path& assets)
+struct StillEquipment {
+    StillEquipment(const patient::Patient& patient, const std::filesystem::path& assets)
         : deformed(gpu, patient), pictures(gpu, deformed, assets) {}
     render::Gpu gpu{render::GpuSettings{}};
     render::DeformedPatient deformed;
@@ -190,16 +190,16 @@ std::unique_ptr<Display> openPictures(const patient::Patient& patient, const pat
 std::optional<EquipmentView> openEquipment(const patient::Patient& patient,
                                            const std::filesystem::path& assets, std::string& why_not) {
     try {
-        const auto machines = std::make_shared<StillMachines>(patient, assets);
-        return EquipmentView{[machines](const ImagingInput& m) {
-                                 machines->pictures.show(m, {.ultrasound = true});
-                                 return pictureOf(machines->pictures.ultrasoundScreen());
+        const auto equipment = std::make_shared<StillEquipment>(patient, assets);
+        return EquipmentView{[equipment](const ImagingInput& m) {
+                                 equipment->pictures.show(m, {.ultrasound = true});
+                                 return pictureOf(equipment->pictures.ultrasoundScreen());
                              },
-                             [machines](const ImagingInput& m) {
-                                 machines->pictures.show(m, {.xray = true});
-                                 return pictureOf(machines->pictures.xrayScreen());
+                             [equipment](const ImagingInput& m) {
+                                 equipment->pictures.show(m, {.xray = true});
+                                 return pictureOf(equipment->pictures.xrayScreen());
                              },
-                             machines->gpu.name()};
+                             equipment->gpu.name()};
     } catch (const std::runtime_error& e) {
         why_not = e.what();
         return std::nullopt;

@@ -42,19 +42,19 @@ void Player::advance(double dt_s) {
 
 std::string PlayerStick::update(std::uint32_t buttons, const std::array<float, 2>& stick, double dt_s) {
     const std::uint32_t fresh = buttons & ~std::exchange(buttons_, buttons);
-    std::string said;
-    if (fresh & 1u) said += "toggle\n";
-    if (fresh & 2u) said += "seek 0\n";
-    if (fresh & 4u) said += "skip " + std::to_string(-kBack_s) + "\n";
+    std::string commands;
+    if (fresh & 1u) commands += "toggle\n";
+    if (fresh & 2u) commands += "seek 0\n";
+    if (fresh & 4u) commands += "skip " + std::to_string(-kBack_s) + "\n";
     const auto [right, up] = stick;
     if (const float beyond = (std::fabs(right) - kRest) / (1.0f - kRest); beyond > 0.0f) {
         const double rate_s = std::copysign(kFastest_s * double(beyond * beyond), double(right));
-        said += "stop\nskip " + std::to_string(rate_s * dt_s) + "\n";
-        return said;
+        commands += "stop\nskip " + std::to_string(rate_s * dt_s) + "\n";
+        return commands;
     }
-    if (std::fabs(up) > kFlick && !flicked_) said += up > 0.0f ? "speed 2\n" : "speed 0.5\n";
+    if (std::fabs(up) > kFlick && !flicked_) commands += up > 0.0f ? "speed 2\n" : "speed 0.5\n";
     flicked_ = std::fabs(up) > (flicked_ ? kRest : kFlick);
-    return said;
+    return commands;
 }
 
 }  // namespace stylet::trainer

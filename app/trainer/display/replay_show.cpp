@@ -65,12 +65,12 @@ const FrameState& Timeline::at(double tick) const {
     return after == seen_.begin() ? *after : *(after - 1);
 }
 
-void showReplay(const ShownReplay& shown, const std::vector<Capture>& moments,
+void showReplay(const ShownReplay& shown, const std::vector<Capture>& captures,
                 const std::filesystem::path& out) {
     const PictureSettings settings = pictureSettings(shown, out);
     const std::unique_ptr<Display> display = openDisplay(shown, settings);
-    for (const Capture& moment : moments)
-        display->frame(moment.seen, nullptr, moment.name);
+    for (const Capture& capture : captures)
+        display->frame(capture.state, nullptr, capture.name);
     Player player(double(shown.ticks) * shown.press.tick_s);
     if (shown.at_s) {
         player.execute("seek " + std::to_string(*shown.at_s / player.state().length_s) + "\n");

@@ -157,7 +157,7 @@ std::vector<Shot> Sheet::scans() const {
     std::vector<Shot> shots;
     shots.push_back(makeShot("between the ribs: liver, portal branch and bile duct", window, {}));
     shots.push_back(makeShot("the same, colour Doppler", window, {}));
-    shots.back().moment.machines.ultrasound.doppler = true;
+    shots.back().moment.equipment.ultrasound.doppler = true;
     shots.push_back(makeShot("across the ribs: their shadows", across, {}));
     shots.push_back(makeShot("needle in the plane", window, needleAt(kShort_m, Vec3(0.0))));
     shots.push_back(makeShot("needle beside the plane, 8 mm", window, needleAt(kShort_m, 0.008 * elevation)));
@@ -185,8 +185,8 @@ std::vector<Shot> Sheet::exposures() const {
         shots.push_back(makeShot(caption, {}, held));
         ImagingInput& m = shots.back().moment;
         m.patient_from_isocentre.position_m = fieldOf(path).isocentre_m;
-        m.machines.xray.pedal = true;
-        m.machines.xray.pulses = shots.size();
+        m.equipment.xray.pedal = true;
+        m.equipment.xray.pulses = shots.size();
         return shots.back();
     };
     const auto inject = [&](Shot& shot, const Vec3& tip_m, double ml) {
@@ -199,8 +199,8 @@ std::vector<Shot> Sheet::exposures() const {
     inject(add("cholangiography, 12 ml", needle), target, 12.0);
     Shot& oblique = add("12 ml, 30\u00b0 LAO, the field closed to 16 cm", needle);
     inject(oblique, target, 12.0);
-    oblique.moment.machines.xray.rotation_rad = std::numbers::pi / 6;
-    oblique.moment.machines.xray.field_m = 0.16;
+    oblique.moment.equipment.xray.rotation_rad = std::numbers::pi / 6;
+    oblique.moment.equipment.xray.field_m = 0.16;
     const Vec3 wrong = target - 0.018 * axis;
     inject(add("a wrong tip: the liver stained by 4 ml", needlePose(wrong, axis)), wrong, 4.0);
     return shots;
@@ -215,8 +215,8 @@ int imaging(const ImagingOptions& options) {
     const std::vector<patient::PlannedPath> paths =
         goodPaths(patient, opened.folder, opened.package.motion.reference);
     std::string why_not;
-    const auto machines = openEquipment(patient, assetsFolder(), why_not);
-    if (!machines) throw EnvironmentError("no pictures can be drawn: " + why_not);
+    const auto equipment = openEquipment(patient, assetsFolder(), why_not);
+    if (!equipment) throw EnvironmentError("no pictures can be drawn: " + why_not);
     const Sheet sheet{patient, std::span(paths).first(std::min(paths.size(), kPathsTried))};
     const auto write = [&](std::vector<Shot> shots, const auto& picture, const std::string& name) {
         std::vector<report::FilmFrame> frames;
@@ -230,9 +230,9 @@ int imaging(const ImagingOptions& options) {
         report::writeFilm(frames, opened.package.name + ", " + name, options.out, name);
         std::printf("%s\n", (options.out / (name + ".png")).c_str());
     };
-    write(sheet.scans(), machines->ultrasound, "ultrasound");
-    write(sheet.exposures(), machines->xray, "fluoroscopy");
-    std::printf("on %s\n", machines->gpu.c_str());
+    write(sheet.scans(), equipment->ultrasound, "ultrasound");
+    write(sheet.exposures(), equipment->xray, "fluoroscopy");
+    std::printf("on %s\n", equipment->gpu.c_str());
     return 0;
 }
 

@@ -106,16 +106,16 @@ std::string LiveDevice::typed() {
     return text;
 }
 
-haptics::HapticDevice& LiveDevice::aimed(const Pose& held) {
+haptics::HapticDevice& LiveDevice::loopDevice(const Pose& tool_pose) {
     if (device_.profile().senses_rotation) return device_;
     // The Falcon's clutch is its centre button. Other devices use their first button.
     haptics::ClutchSettings clutch;
     if (kind_ != "falcon") clutch.button = 1u;
-    return clutched_.emplace(device_, clutch, held);
+    return clutched_.emplace(device_, clutch, tool_pose);
 }
 
-void LiveDevice::hold(const Pose& held) {
-    if (clutched_) clutched_->setTool(held);
+void LiveDevice::setTool(const Pose& tool_pose) {
+    if (clutched_) clutched_->setTool(tool_pose);
 }
 
 void LiveDevice::reportStateChanges() {
@@ -128,9 +128,9 @@ void LiveDevice::reportStateChanges() {
             " (this computer was too busy to control it for 15 ms, {} times so far; the force is "
             "off)",
             report.silences);
-    if (text == told_) return;
+    if (text == reported_state_) return;
     printMessage(kind_ + ": " + text);
-    told_ = text;
+    reported_state_ = text;
 }
 
 }  // namespace stylet::trainer

@@ -36,14 +36,14 @@ class LiveDevice {
     bool exertsForce() const { return !haptics::isInputOnly(profile()); }
     // Current grip pose. Call only before the loop uses the device.
     Pose grip();
-    // The device for the loop. If the device senses no orientation, it gets the orientation of `held` and,
-    // from now on, a clutch (haptics/devices/clutch.h).
-    haptics::HapticDevice& aimed(const Pose& held);
-    // Changes the tool pose of a device with a clutch (ClutchedDevice::hold). No effect on a device that
+    // The device for the loop. If the device senses no orientation, it gets the orientation of `tool_pose`
+    // and, from now on, a clutch (haptics/devices/clutch.h).
+    haptics::HapticDevice& loopDevice(const Pose& tool_pose);
+    // Changes the tool pose of a device with a clutch (ClutchedDevice::setTool). No effect on a device that
     // senses orientation. Call from one thread only.
-    void hold(const Pose& held);
+    void setTool(const Pose& tool_pose);
     // Button mapping without the clutch button, and without re-arming if the device exerts no force. The
-    // second function returns it as text for an attempt of this course. Call after aimed().
+    // second function returns it as text for an attempt of this course. Call after loopDevice().
     UserButtons buttons() const;
     std::string describeButtons(training::Course) const;
     // Describes how the user re-arms. Includes the key, which works with any device. Empty for a device
@@ -55,7 +55,7 @@ class LiveDevice {
     void stop() { device_.stop(); }
 
   private:
-    std::string kind_, told_;
+    std::string kind_, reported_state_;
     bool typing_ = true;  // stdin has not ended
     haptics::Clock clock_;
     haptics::PolledDevice device_;

@@ -84,7 +84,7 @@ MouseDriver::MouseDriver(WindowPort& port, const Pose& start, const haptics::Gui
       clock_(clock),
       point_{start.position_m, Vec3(0.0)},
       turned_(start.rotation),
-      held_(toolPoseFromNeedle({}, port.inHand(), guide)) {}
+      tool_pose_(toolPoseFromNeedle({}, port.inHand(), guide)) {}
 
 DeviceStage MouseDriver::open(std::string&) {
     last_ns_ = clock_.now_ns(clock_.context);
@@ -116,7 +116,7 @@ void MouseDriver::step(double dt_s) noexcept {
             std::min(1.0 - std::exp(-kTurnRate_per_s * dt_s), kTurn_rad_s * dt_s / angle_rad);
         turned_ = glm::normalize(glm::slerp(turned_, wanted_.rotation, share));
     }
-    held_ = haptics::moveToward(held_, toolPoseFromNeedle({}, port_.inHand(), guide_), dt_s);
+    tool_pose_ = haptics::moveToward(tool_pose_, toolPoseFromNeedle({}, port_.inHand(), guide_), dt_s);
 }
 
 DeviceStage MouseDriver::exchange(const Vec3&, DeviceState& state, std::string&) {
@@ -129,7 +129,7 @@ DeviceStage MouseDriver::exchange(const Vec3&, DeviceState& state, std::string&)
     last_ns_ = now_ns;
     for (; left_s > 0.0; left_s -= kStep_s)
         step(std::min(left_s, kStep_s));
-    state.device_from_stylus = Pose{turned_, point_.at_m} * held_;
+    state.device_from_stylus = Pose{turned_, point_.at_m} * tool_pose_;
     state.fresh = 1;
     return DeviceStage::ready;
 }

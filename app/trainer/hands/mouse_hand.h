@@ -58,7 +58,7 @@ class MouseDriver final : public haptics::Driver {
     SmoothPoint point_;
     Quat turned_;  // current orientation
     // needle_from_stylus of the tool. After a change of tool it turns gradually to the pose of the new tool.
-    Pose held_;
+    Pose tool_pose_;
     std::int64_t last_ns_ = 0;
 };
 

@@ -73,7 +73,7 @@ void ForceFeed::update(bool focused, Session& session, Ring<Command>& ring, bool
     if (session.popRearm()) waiting_.push_back({CommandKind::rearm, 0});
     if (const haptics::TickOutput* now = session.newest(); live_ && now) {
         sendUserCommands(session, *now);
-        live_->hold(now->tool);
+        live_->set_tool(now->tool);
         if (live_->felt) live_->felt(*now);
     }
     while (!waiting_.empty() && ring.push(waiting_.front()))
@@ -135,9 +135,9 @@ std::string ForceFeed::snap(const Session& session, const haptics::TickOutput& n
 }
 
 void ForceFeed::report(Session& session) {
-    for (const ExecutedCommand& taken : session.popCommands()) {
-        if (changesTool(taken.command)) changes_at_.reset();
-        if (const std::string text = describeOutcome(taken.command, taken.before, taken.after);
+    for (const ExecutedCommand& executed : session.popCommands()) {
+        if (changesTool(executed.command)) changes_at_.reset();
+        if (const std::string text = describeOutcome(executed.command, executed.before, executed.after);
             live_ && !text.empty())
             say_(text);
     }

@@ -41,11 +41,11 @@ bool cutBetween(const TickOutput& a, const TickOutput& b) {
 // sufficient.
 class FrameStateQueue {
   public:
-    void add(std::vector<Capture> moments, FrameState newest) {
+    void add(std::vector<Capture> captures, FrameState newest) {
         const std::lock_guard lock(mutex_);
         newest_ = std::move(newest);
-        for (Capture& m : moments)
-            waiting_.push_back(std::move(m));
+        for (Capture& capture : captures)
+            waiting_.push_back(std::move(capture));
     }
     std::optional<Capture> next() {
         const std::lock_guard lock(mutex_);
@@ -200,7 +200,7 @@ struct FrameSide {
           frames(followed(std::move(pictures)), contrast) {}
 
     LoopChannels channels;
-    FrameStateQueue seen;
+    FrameStateQueue states;
     ContrastFeed contrast;
     const bool worn;
     const Clock clock;
@@ -226,21 +226,21 @@ struct FrameSide {
     // together.
     FrameState newestState() {
         channels.latest.read(latest);
-        for (int ms = 0; ms < kCutPatience_ms && seen.isMissingCut(latest); ++ms)
+        for (int ms = 0; ms < kCutPatience_ms && states.isMissingCut(latest); ++ms)
             clock.sleepUntil_ns(clock.context, clock.now_ns(clock.context) + 1'000'000);
-        FrameState now = seen.newest(latest);
-        now.held = channels.paused.load(), now.return_distance_m = channels.return_distance_m.load();
+        FrameState now = states.newest(latest);
+        now.ticks_paused = channels.paused.load(), now.return_distance_m = channels.return_distance_m.load();
         return now;
     }
     // Draws the next capture or state. Returns false if there is nothing new.
     bool showNext() {
         begun = channels.latest.read(latest) || begun;
-        if (const auto moment = seen.next(); moment && frames.open())
-            frames.show(moment->seen, moment->name);
+        if (const auto capture = states.next(); capture && frames.open())
+            frames.show(capture->state, capture->name);
         else if (begun && frames.open() && !ended.load())
             frames.show(newestState(), "");
         else
-            return moment.has_value();
+            return capture.has_value();
         ++shown;
         return true;
     }
@@ -303,11 +303,11 @@ void sessionLoop(const std::stop_token& stop, const Attempt& attempt, Session& s
         FrameState now = session.frameState(session.newest() ? *session.newest() : TickOutput{});
         now.input_only = input_only;
         now.picture_stall_s = watch.shown_s(now_ns, (now.tick.faults & haptics::kFaultNotFocused) != 0);
-        now.held = channels.paused.load();
-        now.paused = force.paused();
+        now.ticks_paused = channels.paused.load();
+        now.paused_by_instructor = force.paused();
         if (options.help && session.newest()) options.help(now);
         if (options.on_state && session.newest()) options.on_state(now);
-        side.seen.add(session.newCaptures(), std::move(now));
+        side.states.add(session.newCaptures(), std::move(now));
         if (side.worn) side.contrast.publish(session.contrast());
         hand_ns = begun_ns + std::int64_t(session.log().last_tick - first) * dt_ns;
     }
@@ -354,7 +354,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::unique_ptr
         if (resumes) newest = fadeForceOut(attempt, simulation, session);
         channels.paused.store(resumes);
         channels.latest.publish(newest);
-        side->seen.add(session.newCaptures(), session.frameState(newest));
+        side->states.add(session.newCaptures(), session.frameState(newest));
     } else if (side->worn) {
         channels.commands.push({haptics::CommandKind::focus, 0});
     }
@@ -395,7 +395,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::unique_ptr
     totals.flights_missed = channels.flights.dropped();
     if (!failure) try {
             session.drain(channels);
-            side->seen.add(session.newCaptures(), session.frameState({}));
+            side->states.add(session.newCaptures(), session.frameState({}));
             if (side->worn) side->contrast.publish(session.contrast());
         } catch (...) {
             failure = std::current_exception();
@@ -435,9 +435,9 @@ LoopTotals runFast(const Attempt& attempt, Session& session, std::unique_ptr<Dis
         loopTick(simulation, device, channels, totals.haptics, now_ns, {clock});
         session.drain(channels);
         force.update(true, session, channels.commands);
-        for (const Capture& moment : session.newCaptures()) {
+        for (const Capture& capture : session.newCaptures()) {
             contrast.publish(session.contrast());
-            frames.show(moment.seen, moment.name);
+            frames.show(capture.state, capture.name);
         }
         if (!frames.open() || fps <= 0.0 || double(now_ns) * 1e-9 < next_frame_s) continue;
         channels.latest.read(latest);

@@ -35,9 +35,9 @@ struct LoopTotals {
 // Live input from a device, in place of the attempt's trace.
 struct LiveHand {
     haptics::HapticDevice& device;
-    std::function<bool(double elapsed_s)> over;  // session thread, often: true ends the attempt
-    std::function<std::string()> typed;          // session thread, often: text typed since the last call
-    std::function<void(haptics::Tool)> hold;     // session thread, often: the tool in use
+    std::function<bool(double elapsed_s)> over;   // session thread, often: true ends the attempt
+    std::function<std::string()> typed;           // session thread, often: text typed since the last call
+    std::function<void(haptics::Tool)> set_tool;  // session thread, often: the tool in use
     UserButtons buttons;
     std::string rearm_act;                                   // how the user re-arms, for example "Enter"
     std::function<void(const haptics::TickOutput&)> felt{};  // session thread, often: the newest tick

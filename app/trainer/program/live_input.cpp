@@ -34,7 +34,7 @@ Attempt controllerAttempt(const AttemptConfig& config, const Task& task, Live& l
                                       task.make_touch(task.patient), {.profile = controllerProfile()});
     live.patient_from_driver = stageFromPatient(task.patient, task.field).inverse();
     attempt.simulation.patient_from_device = *live.patient_from_driver;
-    live.aimed = &live.device->bare();
+    live.loop_device = &live.device->bare();
     resume(live, attempt, retry);
     return attempt;
 }
@@ -56,7 +56,7 @@ Attempt mouseAttempt(const AttemptConfig& config, const Task& task, Live& live, 
             : mouseStart(config.startRules().start, task.patient, task.path, config.seed);
     live.device = std::make_unique<LiveDevice>(
         kMouse, std::make_unique<MouseDriver>(*live.window, start, guide, clock), clock);
-    live.aimed = &live.device->bare();
+    live.loop_device = &live.device->bare();
     resume(live, attempt, retry);
     return attempt;
 }
@@ -88,10 +88,10 @@ Attempt liveAttempt(const AttemptConfig& config, const Task& task, Live& live, c
     const Pose needle = needlePose(task.path.entry_m, glm::normalize(task.path.target_m - task.path.entry_m));
     live.device_from_needle = settings.patient_from_device.inverse().rotation * needle.rotation;
     live.guide = settings.tools.guide;
-    live.aimed = &live.device->aimed(live.held(retry ? retry->left.tool : task.scenario.tool));
+    live.loop_device = &live.device->loopDevice(live.toolPose(retry ? retry->left.tool : task.scenario.tool));
     if (live.registration && live.device->profile().senses_rotation)
         live.mount({.stylus_from_tip_m = live.registration->stylus_from_tip_m});
-    settings.profile = live.aimed->profile();
+    settings.profile = live.loop_device->profile();
     if (retry && !haveSameForceLimits(settings.profile, retry->record.header.settings.profile))
         throw DataError(config.device, "--from",
                         "the attempt was made with another device, whose limits are part of it: use that "

@@ -28,20 +28,22 @@ struct Live {
     std::shared_ptr<ControllerPort> port;  // set for a controller; outlives the device
     std::shared_ptr<WindowPort> window = std::make_shared<WindowPort>();  // also outlives the device
     std::unique_ptr<LiveDevice> device;
-    haptics::HapticDevice* aimed = nullptr;    // the device as the loop uses it
-    std::optional<Registration> registration;  // pose of `device` in the headset's room
-    std::optional<MountedDevice> mounted;      // set by mount()
+    haptics::HapticDevice* loop_device = nullptr;  // the device as the loop uses it
+    std::optional<Registration> registration;      // pose of `device` in the headset's room
+    std::optional<MountedDevice> mounted;          // set by mount()
     Quat device_from_needle{};
     haptics::GuideSettings guide;
     std::optional<Pose> patient_from_driver;  // of mouse and controllers, which can place a tool (snap.h)
 
     // Makes the loop use the device through this mount.
     void mount(const Mount& mount) {
-        assert(!mounted);  // *aimed would be destroyed
-        aimed = &mounted.emplace(*aimed, mount);
+        assert(!mounted);  // *loop_device would be destroyed
+        loop_device = &mounted.emplace(*loop_device, mount);
     }
     // Pose of `tool` in the device's axes, relative to a needle's tip.
-    Pose held(haptics::Tool tool) const { return toolPoseFromNeedle({device_from_needle, {}}, tool, guide); }
+    Pose toolPose(haptics::Tool tool) const {
+        return toolPoseFromNeedle({device_from_needle, {}}, tool, guide);
+    }
 };
 
 // Opens the input that the configuration names, waits until it is ready, and places it. With `retry`, the

@@ -44,11 +44,12 @@ std::pair<CLI::App*, Options&> addCommand(CLI::App& app, Work& work, const char*
 void addDeviceOptions(CLI::App& app, haptics::DeviceOptions& o) {
     app.add_option("--device-model", o.model, "woodenhaptics: JSON file with the dimensions of the device.");
     app.add_option("--firmware", o.firmware, "falcon: firmware image to load into the device.");
-    app.add_option("--calibration", o.calibration, "falcon: calibration file, newtons per count.");
+    app.add_option("--calibration", o.calibration,
+                   "falcon: calibration file, written by \"stylet devices --calibrate\".");
     app.add_option("--device-force-n", o.force_peak_n, "inverse3: maximum force [N], from its data sheet.")
         ->check(CLI::Range(0.1, 30.0));
     app.add_option("--port", o.port, "inverse3: port of Haply's service (default: the usual one).");
-    app.add_option("--socket", o.socket, "bridge: socket to listen on (default: the usual one).");
+    app.add_option("--socket", o.socket, "bridge: socket of the bridge program (default: the usual one).");
 }
 
 CLI::Option* addDatabase(CLI::App& app, std::string& database) {
@@ -138,9 +139,10 @@ void addRun(CLI::App& app, Work& work) {
             ->type_name("NAME");
     CLI::Option* instruments =
         run->add_option("--instrument", o.config.instrument_names,
-                        "Needle, scalpel, probe or finger: a name listed by \"stylet instruments\", or a "
-                        ".toml file. Repeat the option for instruments of other kinds (default: the "
-                        "scenario's, else needle-17g, scalpel, probe-convex, finger).")
+                        "Needle, scalpel, probe, finger, guide wire, dilator or drain: a name listed by "
+                        "\"stylet instruments\", or a .toml file. Repeat the option for instruments of other "
+                        "kinds (default: the scenario's, else needle-17g, scalpel, probe-convex, finger, "
+                        "guide-wire, dilator, drain).")
             ->type_name("NAME")
             ->allow_extra_args(false);
     run->add_option(
@@ -201,7 +203,8 @@ void addRun(CLI::App& app, Work& work) {
     run->add_option(
            "--difficulty", o.difficulty,
            "How much help to show: guided (all), practice (no path in the air, no next step) or exam (only "
-           "what a real room shows). Default: guided in a trainee's first run, else practice.")
+           "what a real room shows). Default: practice; with --trainee, guided until the trainee has "
+           "completed one guided attempt.")
         ->check(CLI::IsMember({"guided", "practice", "exam"}));
     run->add_flag("--stats", o.config.stats, "Print how much of the scene the renderer could skip.");
     run->add_flag("--validation", o.config.validation,

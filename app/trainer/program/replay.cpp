@@ -137,14 +137,14 @@ Session makeSession(const patient::Patient& patient, const records::Record& reco
     Session session(patient, info.path, info.capture_points, info.approach_distance_m, nullptr,
                     record.header.settings.dt_s);
     session.setInstruments(record.header.instruments);
-    session.setCourse(courseOf(record.info));
-    session.setCase(caseOf(record.info));
+    session.setCourse(recordedCourse(record.info));
+    session.setCase(recordedCase(record.info));
     session.setAccess(record.header.settings.tools.access);
     return session;
 }
 
 void show(const ReplayOptions& options, const patient::Patient& patient, const records::Record& record,
-          const Timeline& timeline, const std::vector<Capture>& moments) {
+          const Timeline& timeline, const std::vector<Capture>& captures) {
     std::optional<Timeline> ghost;
     if (!options.ghost.empty()) {
         const records::Record other = records::loadRecord(options.ghost);
@@ -161,7 +161,7 @@ void show(const ReplayOptions& options, const patient::Patient& patient, const r
     shown.window = options.window;
     shown.at_s = options.at_s;
     catchInterrupts();
-    showReplay(shown, moments, options.out);
+    showReplay(shown, captures, options.out);
 }
 
 }  // namespace

@@ -272,8 +272,8 @@ records::AttemptResult makeResult(const patient::Patient& patient, const Session
     result.aborted = may_abort || ((totals.live || totals.aborted) && reachedNothing(log, exam));
     result.score_version = training::kScoreVersion;
     result.steps = stepsResult(log.progress);
-    for (const Capture& capture : log.moments)
-        result.captures.push_back({capture.name, capture.seen.tick.tick, capture.seen.tick.depth_m});
+    for (const Capture& capture : log.captures)
+        result.captures.push_back({capture.name, capture.state.tick.tick, capture.state.tick.depth_m});
     for (const haptics::EventRecord& record : log.punctures)
         result.punctures.push_back(punctureRow(patient, record));
     result.peak_force_n = log.peak_force_n;
@@ -347,7 +347,7 @@ void printResults(const AttemptFacts& facts, const SessionLog& log, const LoopTo
     if (log.dose.anaesthetic_m3 > 0.0)
         printResult("  local anaesthetic {:.1f} ml, worst pain {:.0f} of 10\n",
                     log.dose.anaesthetic_m3 * kMlPerM3, log.progress.worst_pain);
-    if (log.machines_used) {
+    if (log.equipment_used) {
         const training::DoseLedger& dose = log.dose;
         const patient::ContrastVolumes& v = log.contrast.volumes;
         printResult("  X-rays {:.1f} s, {} pulses, {:.2f} mGy at the reference point, {:.3f} Gy cm2\n",

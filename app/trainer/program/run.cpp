@@ -102,7 +102,7 @@ Attempt withHand(const AttemptConfig& config, Attempt attempt, const Retry* retr
         attempt.hand.samples = haptics::loadTrace(config.trace).samples;
         const std::int64_t end_ns = attempt.hand.samples.back().t_ns;
         std::erase_if(attempt.hand.commands,
-                      [end_ns](const haptics::TraceCommand& said) { return said.t_ns > end_ns; });
+                      [end_ns](const haptics::TraceCommand& command) { return command.t_ns > end_ns; });
     }
     if (retry) startFromRecord(attempt, *retry, touch);
     return attempt;
@@ -124,10 +124,10 @@ class SoundOutput {
             sounds_.emplace(places.stage_from_operator, listener_pose, Speaker::device, printMessage);
     }
     void update(const FrameState& seen) {
-        const SoundFrame& heard = cues_.update(seen);
-        if (sounds_) sounds_->submit(heard);
+        const SoundFrame& frame = cues_.update(seen);
+        if (sounds_) sounds_->submit(frame);
         if (port_)
-            if (const auto pulse = alertPulse(heard)) port_->vibrate(*pulse);
+            if (const auto pulse = alertPulse(frame)) port_->vibrate(*pulse);
     }
 
   private:
@@ -218,7 +218,7 @@ struct AttemptRun {
     std::optional<SessionRecorder> recorder;
     std::optional<ForceComparison> truth;
     std::optional<Session> session;
-    std::optional<SoundOutput> hearing;
+    std::optional<SoundOutput> sound_output;
     std::optional<ExpertBeside> expert;  // with live input
 };
 
@@ -366,8 +366,8 @@ void openOutputs(AttemptRun& run) {
                           : ""));
     }
     if (task.other) session.compareWith(run.truth.emplace(*task.other, attempt.simulation.tools.needle));
-    run.hearing.emplace(config, soundPlaces(task.patient, task.field), attempt.simulation.dt_s,
-                        live.port.get(), run.listener_pose);
+    run.sound_output.emplace(config, soundPlaces(task.patient, task.field), attempt.simulation.dt_s,
+                             live.port.get(), run.listener_pose);
 }
 
 const training::DifficultyRules& rulesNow(const AttemptRun& run) {
@@ -390,13 +390,13 @@ LoopTotals runLive(AttemptRun& run, RealTimeOptions options) {
                              enumName(haptics::kToolNames, run.attempt->simulation.tools.first),
                              live.device->describeButtons(run.task->scenario.course),
                              seconds ? "" : "; press Ctrl-C to end"));
-    LiveHand hand{*live.aimed,
+    LiveHand hand{*live.loop_device,
                   [&](double elapsed_s) {
                       live.device->reportStateChanges();
                       return interrupted() || elapsed_s >= seconds.value_or(elapsed_s + 1.0);
                   },
                   [&] { return live.device->typed(); },
-                  [&](haptics::Tool tool) { live.device->hold(live.held(tool)); },
+                  [&](haptics::Tool tool) { live.device->setTool(live.toolPose(tool)); },
                   buttons,
                   live.device->rearmAct(),
                   [&live, vibrations = Vibrations()](const haptics::TickOutput& newest) mutable {
@@ -429,12 +429,12 @@ LoopTotals play(AttemptRun& run) {
     // headset.
     const bool strains = live.device && (live.port || live.device->exertsForce());
     RestWatch rest(strains && run.attempt_writer ? run.attempt_writer->sinceRest_s(config.trainee) : 0.0);
-    const auto heard = [&](const FrameState& seen) {
-        run.hearing->update(seen);
+    const auto on_state = [&](const FrameState& seen) {
+        run.sound_output->update(seen);
         if (!strains) return;
         const bool inside = seen.tick.phase != haptics::Phase::outside;
-        if (rest.update(double(run.clock.now_ns(run.clock.context)) * 1e-9, !seen.held && !seen.paused,
-                        inside)) {
+        if (rest.update(double(run.clock.now_ns(run.clock.context)) * 1e-9,
+                        !seen.ticks_paused && !seen.paused_by_instructor, inside)) {
             printMessage(restAdvice(rest.worked_s()));
             session.note("rest", restAdvice(rest.worked_s()));
         }
@@ -447,7 +447,7 @@ LoopTotals play(AttemptRun& run) {
     session.setNoteWatcher([&run](const SessionLog& log) { run.recorder->writeEvents(log); });
     if (!live.device && config.fast)
         return runFast(*run.attempt, session, std::move(run.pictures), config.fps, workClock());
-    const RealTimeOptions options{.on_state = heard,
+    const RealTimeOptions options{.on_state = on_state,
                                   .console = [&live] { return live.window->typed(); },
                                   .frame_patience_s = config.frame_patience_s};
     if (live.device) return runLive(run, options);

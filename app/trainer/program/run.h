@@ -32,7 +32,7 @@ struct RunOptions {
     std::optional<bool> mirror;
     // Default: sound, but not with `headless`. Never with `fast`.
     std::optional<bool> sound;
-    // One of training::kDifficultyNames; empty: guided in a trainee's first run, else practice.
+    // One of training::kDifficultyNames. Empty: guided if AttemptWriter::needsGuidance(), else practice.
     std::string difficulty;
 };
 

@@ -64,8 +64,8 @@ Task::Task(const AttemptConfig& config, Retry* retry, Start& start)
         return loadOrMakeTouchMap(on, digest, cacheFolder() / "derived", &start.made);
     };
     if (retry) {
-        scenario.course = courseOf(retry->record.info);
-        scenario.patient_case = caseOf(retry->record.info);
+        scenario.course = recordedCourse(retry->record.info);
+        scenario.patient_case = recordedCase(retry->record.info);
         checkRetry(*retry, patient, make_touch);
     } else {
         // A live exam's case must not be known from an earlier attempt with the same seed.

@@ -47,9 +47,9 @@ AttemptWriter::~AttemptWriter() {
 
 namespace {
 
-// The index has no steps, but the share of the procedure that was done.
-// Most of the procedure, with the puncture as it should be.
-constexpr double kGuidedEnough = 80.0;  // % of the procedure
+// A guided attempt with at least this share of the procedure done is completed. The store's index contains
+// only this share, not the steps.
+constexpr double kGuidedEnough = 80.0;  // %
 
 bool isCompleted(const records::AttemptResult& result) {
     const training::Metric& procedure = training::kMetricTable[std::size_t(training::MetricId::procedure)];

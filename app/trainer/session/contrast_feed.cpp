@@ -20,14 +20,14 @@ void ContrastFeed::publish(const patient::Contrast& contrast) {
 }
 
 bool ContrastFeed::applyTo(patient::ContrastTable& table) {
-    taken_.clear();
+    popped_.clear();
     {
         const std::lock_guard lock(mutex_);
-        std::swap(taken_, waiting_);
+        std::swap(popped_, waiting_);
     }
-    for (const patient::ContrastChanges& changes : taken_)
+    for (const patient::ContrastChanges& changes : popped_)
         patient::apply(changes, table);
-    return !taken_.empty();
+    return !popped_.empty();
 }
 
 }  // namespace stylet::trainer

@@ -21,9 +21,9 @@ class ContrastFeed {
     bool applyTo(patient::ContrastTable& table);
 
   private:
-    patient::ContrastPainter painter_;             // session thread
-    patient::ContrastChanges changes_;             // session thread's buffer
-    std::vector<patient::ContrastChanges> taken_;  // frame thread's buffer
+    patient::ContrastPainter painter_;              // session thread
+    patient::ContrastChanges changes_;              // session thread's buffer
+    std::vector<patient::ContrastChanges> popped_;  // frame thread's buffer
     std::mutex mutex_;
     std::vector<patient::ContrastChanges> waiting_;
 };

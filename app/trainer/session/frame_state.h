@@ -48,18 +48,18 @@ struct FrameState {
     UltrasoundProbe probe;           // of the attempt
     haptics::AccessSettings access;  // of the attempt: wire, dilator and drain
     std::vector<Wound> wounds;
-    training::Equipment machines;
+    training::Equipment equipment;
     training::DoseLedger dose;
     std::vector<patient::Stain> depots{};  // of local anaesthetic
-    // See haptics::LoopChannels. `held`: the ticks are paused. `return_distance_m`: distance of the tool from
-    // the place where the ticks stopped.
-    bool held = false;
+    // See haptics::LoopChannels. `return_distance_m`: distance of the tool from the place where the ticks
+    // stopped.
+    bool ticks_paused = false;
     double return_distance_m = 0.0;
     std::uint64_t rearm_acts = 0;  // number of re-arm requests so far
     training::Progress progress{};
     std::shared_ptr<const training::PatientCase> patient_case{};  // of a drainage; may be null
     bool lights_out = false;
-    bool paused = false;  // the instructor has paused the attempt
+    bool paused_by_instructor = false;
     Glow glow{};
     Insertion insertion{};                  // tissues that the needle has passed in this insertion
     std::optional<GhostTool> ghost_tool{};  // beside the user's tool

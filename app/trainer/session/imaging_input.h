@@ -38,7 +38,7 @@ struct ImagingInput {
     std::optional<std::array<Vec3, 2>> guide_m;        // line on which the guide keeps the needle
     const patient::ContrastTable* contrast = nullptr;  // null: none injected
     Pose patient_from_isocentre;                       // pose of the C-arm's isocentre
-    training::Equipment machines;
+    training::Equipment equipment;
     training::DoseLedger dose;
 };
 

@@ -22,10 +22,10 @@ bool RestWatch::update(double now_s, bool works, bool inside) {
         worked_s_ += passed_s, idle_s_ = 0.0;
     else
         idle_s_ += passed_s;
-    if (idle_s_ >= kRest_s) worked_s_ = 0.0, told_ = false;
+    if (idle_s_ >= kRest_s) worked_s_ = 0.0, suggested_ = false;
     if (inside || now_s - suggested_s_ >= kRestShown_s) shown_ = false;
-    if (told_ || inside || worked_s_ < kRestAfter_s) return false;
-    told_ = shown_ = true;
+    if (suggested_ || inside || worked_s_ < kRestAfter_s) return false;
+    suggested_ = shown_ = true;
     suggested_s_ = now_s;
     return true;
 }

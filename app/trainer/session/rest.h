@@ -33,7 +33,7 @@ class RestWatch {
 
   private:
     double worked_s_, idle_s_ = 0.0, last_s_ = 0.0, suggested_s_ = 0.0;
-    bool begun_ = false, told_ = false, shown_ = false;
+    bool begun_ = false, suggested_ = false, shown_ = false;
 };
 
 // Message for the user.

@@ -63,7 +63,7 @@ void Session::drain(haptics::LoopChannels& channels) {
 
 void Session::discardPending() {
     newly_pressed_ = new_faults_ = 0;
-    taken_.clear();
+    executed_commands_.clear();
     rearm_ = false;
 }
 
@@ -75,13 +75,13 @@ void Session::watchUser(const TickRecord& record) {
     // A button that is already down at the first tick does not count as pressed.
     const std::uint32_t fresh = recent_.empty() ? 0 : pressed & ~pressed_;
     pressed_ = pressed;
-    held_ = (record.input.device.flags & haptics::kDeviceReady) != 0 ? pressed : 0;
+    buttons_down_ = (record.input.device.flags & haptics::kDeviceReady) != 0 ? pressed : 0;
     newly_pressed_ |= fresh;
     if ((fresh & rearm_button_) != 0 && now.stage == haptics::ForceStage::off) rearm_ = true;
     rearm_acts_ += (fresh & rearm_button_) != 0;
     for (std::uint32_t i = 0; i < record.input.command_count; ++i) {
         rearm_acts_ += record.input.commands[i].kind == haptics::CommandKind::rearm;
-        taken_.push_back({record.input.commands[i], before, now});
+        executed_commands_.push_back({record.input.commands[i], before, now});
     }
     new_faults_ |= now.faults & ~before.faults;
     log_.awaited_ticks = now.awaited != 0 && now.awaited == log_.awaited ? log_.awaited_ticks + 1 : 0;
@@ -124,7 +124,7 @@ void Session::update(const TickRecord& record) {
     if (record_) record_->add(record.input, now.tick, log_.state_hash);
     ++log_.ticks;
     log_.last_tick = now.tick;
-    log_.machines_used = fold_.begun();
+    log_.equipment_used = fold_.begun();
     log_.dose = fold_.dose();
     log_.contrast = fold_.contrast().status();
     log_.faults |= now.faults;
@@ -248,7 +248,7 @@ void Session::note(const std::string& moment, const TickOutput& shown) {
     const auto awaited = std::find(awaited_.begin(), awaited_.end(), moment);
     if (awaited == awaited_.end()) return;
     awaited_.erase(awaited);
-    log_.moments.push_back({moment, frameState(shown)});
+    log_.captures.push_back({moment, frameState(shown)});
 }
 
 bool Session::targetAtTip(const TickOutput& shown) const {
@@ -258,8 +258,8 @@ bool Session::targetAtTip(const TickOutput& shown) const {
 }
 
 std::vector<Capture> Session::newCaptures() {
-    std::vector<Capture> fresh(log_.moments.begin() + std::ptrdiff_t(handed_out_), log_.moments.end());
-    handed_out_ = log_.moments.size();
+    std::vector<Capture> fresh(log_.captures.begin() + std::ptrdiff_t(handed_out_), log_.captures.end());
+    handed_out_ = log_.captures.size();
     return fresh;
 }
 

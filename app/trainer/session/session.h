@@ -27,7 +27,7 @@ namespace stylet::trainer {
 // A capture point with the state that is needed to draw it.
 struct Capture {
     std::string name;
-    FrameState seen;
+    FrameState state;
 };
 
 // Force added by the passivity controller, over the ticks in contact.
@@ -48,7 +48,7 @@ struct ExecutedCommand {
 struct SessionLog {
     std::vector<report::ForceSample> curve;       // every tick inside the body
     std::vector<haptics::EventRecord> punctures;  // cuts and entries, in order
-    std::vector<Capture> moments;
+    std::vector<Capture> captures;
     // The first tick in which a duct was cut with the target's label at the tip.
     std::optional<haptics::TickOutput> target_cut;
     std::optional<haptics::TickOutput> deepest;  // deepest tick inside the body
@@ -61,7 +61,7 @@ struct SessionLog {
     std::uint32_t awaited = 0;        // bits of the newest tick: what prevents the force from starting
     std::uint64_t awaited_ticks = 0;  // number of ticks without a change of `awaited`
     ControllerLog controller;
-    bool machines_used = false;  // X-ray, contrast medium or ultrasound was used
+    bool equipment_used = false;  // X-ray, contrast medium or ultrasound was used
     training::DoseLedger dose;
     patient::ContrastStatus contrast;
     std::vector<std::vector<haptics::TickRecord>> flights;  // tick histories of the first kMaxFlights faults
@@ -139,8 +139,8 @@ class Session {
     // faults raised since the last call. A fault that recurs after re-arming counts again.
     std::uint32_t popPressed() { return std::exchange(newly_pressed_, 0); }
     // Buttons down in the newest tick; none if the device is lost.
-    std::uint32_t buttonsDown() const { return held_; }
-    std::vector<ExecutedCommand> popCommands() { return std::exchange(taken_, {}); }
+    std::uint32_t buttonsDown() const { return buttons_down_; }
+    std::vector<ExecutedCommand> popCommands() { return std::exchange(executed_commands_, {}); }
     std::uint32_t popFaults() { return std::exchange(new_faults_, 0); }
     // Discards pressed buttons, commands, faults and the re-arm request. Used after a recomputed beginning,
     // whose events must not be reported as new.
@@ -149,8 +149,6 @@ class Session {
     const haptics::TickOutput* newest() const { return recent_.empty() ? nullptr : &recent_.back(); }
     // State for frames: `tick` and the session's other state.
     FrameState frameState(const haptics::TickOutput& tick) const;
-    // State at the newest tick. Session thread; trivially copyable, for frames.
-    const training::Equipment& machines() const { return fold_.equipment(); }
     // Session thread. Frames receive the contrast medium through ContrastFeed (contrast_feed.h).
     const patient::Contrast& contrast() const { return fold_.contrast(); }
     // Capture points found since the last call, each exactly once.
@@ -181,10 +179,10 @@ class Session {
     std::deque<haptics::EventRecord> unmatched_;
     std::size_t handed_out_ = 0;
     std::uint32_t rearm_button_ = 1u << 0;
-    std::uint32_t pressed_ = 0, newly_pressed_ = 0, held_ = 0, new_faults_ = 0;
+    std::uint32_t pressed_ = 0, newly_pressed_ = 0, buttons_down_ = 0, new_faults_ = 0;
     bool rearm_ = false, pedal_ = false, lights_out_ = false, rest_due_ = false;
     std::uint64_t rearm_acts_ = 0;
-    std::vector<ExecutedCommand> taken_;
+    std::vector<ExecutedCommand> executed_commands_;
     WoundLog wounds_;
     NeedleShape needle_;
     UltrasoundProbe probe_;

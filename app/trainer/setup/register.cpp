@@ -22,10 +22,8 @@ namespace stylet::trainer {
 
 using xr::registration::Cube;
 using xr::registration::Fit;
-using xr::registration::Rigid;
 using xr::registration::StoredRegistration;
 using xr::registration::TimedPose;
-using xr::registration::Vec3;
 using xr::registration::Wizard;
 using xr::registration::WizardInput;
 using xr::registration::WizardSettings;
@@ -38,13 +36,6 @@ constexpr std::int64_t kRegisterSample_ns = 4'000'000, kLinger_ns = 1'500'000'00
 constexpr double kCubeOfReach = 0.55;  // a cube's corner is sqrt(3) half edges from its centre
 constexpr double kSmallestHalf_m = 0.015, kHalf_m = 0.04;
 constexpr std::uint32_t kPress = 1u << 0, kBack = 1u << 1;  // buttons of the device itself
-
-Rigid toRigid(const Pose& p) {
-    return {p.rotation, p.position_m};
-}
-Pose toPose(const Rigid& r) {
-    return {r.rotation, r.position_m};
-}
 
 // The opened device: a real one, or a recorded trace.
 struct RegisterHand {
@@ -97,11 +88,11 @@ class Sampler {
             {
                 const std::lock_guard lock(mutex_);
                 if ((state.flags & haptics::kDeviceReady) != 0) {
-                    new_.device.push_back({seconds(now_ns), toRigid(state.device_from_stylus)});
+                    new_.device.push_back({seconds(now_ns), state.device_from_stylus});
                     new_.pressed |= state.buttons & ~buttons;
                     buttons = state.buttons;
                 }
-                if (grip) new_.tracked.push_back({seconds(now_ns), toRigid(*grip)});
+                if (grip) new_.tracked.push_back({seconds(now_ns), *grip});
             }
             // After a delay the next sample is due immediately. Missed samples are not repeated.
             due_ns = std::max(due_ns + kRegisterSample_ns, now_ns);
@@ -182,13 +173,13 @@ std::string utcTimestamp() {
 std::optional<Pose> estimateNeedle(const Wizard& wizard, const Sampler::Samples& taken) {
     if (wizard.fit()) {
         if (taken.device.empty()) return std::nullopt;
-        const Rigid& stylus = taken.device.back().pose;
+        const Pose& stylus = taken.device.back().pose;
         return Pose{wizard.fit()->stage_from_device.rotation * stylus.rotation,
                     wizard.fit()->inStage(stylus)};
     }
     const auto tip_m = wizard.gripFromTip_m();
     if (!tip_m || taken.tracked.empty()) return std::nullopt;
-    Pose needle = toPose(taken.tracked.back().pose);
+    Pose needle = taken.tracked.back().pose;
     needle.position_m = needle * *tip_m;
     return needle;
 }
@@ -295,7 +286,7 @@ Registration makeRegistration(const Fit& fit, const Cube& cube, const Registrati
                               const std::string& date) {
     Registration r;
     r.key = key;
-    r.stage_from_device = toPose(fit.stage_from_device);
+    r.stage_from_device = fit.stage_from_device;
     r.scale = fit.scale;
     r.stylus_from_tip_m = fit.stylus_from_tip_m;
     r.grip_from_tip_m = fit.grip_from_tip_m;
@@ -310,7 +301,7 @@ Registration makeRegistration(const Fit& fit, const Cube& cube, const Registrati
 
 StoredRegistration toStored(const Registration& r) {
     StoredRegistration stored;
-    stored.stage_from_device = toRigid(r.stage_from_device);
+    stored.stage_from_device = r.stage_from_device;
     stored.scale = r.scale;
     stored.stylus_from_tip_m = r.stylus_from_tip_m;
     stored.grip_from_tip_m = r.grip_from_tip_m;

@@ -10,7 +10,6 @@ namespace stylet::trainer {
 
 using report::Colour;
 using report::Point;
-using xr::registration::Vec3;
 using xr::registration::WizardSketch;
 using xr::registration::WizardText;
 

@@ -72,7 +72,7 @@ void RegisterRoom::draw(const RegisterFrame& shown, xr::Frame& frame) {
     // Place the card above the hands, so that it does not hide them.
     Pose raised = headPose(views);
     raised.rotation = raised.rotation * glm::angleAxis(kRaised_rad, Vec3(1.0, 0.0, 0.0));
-    panel.stage_from_panel = poseOf(place.of(raised));
+    panel.stage_from_panel = place.of(raised);
     panel.width_m = RegisterCard::kWidth / RegisterCard::kLetter_px * NoticePlace::kDistance_m *
                     std::tan(letterAngle_rad(session.width() / breadth));
     panel.height_m = panel.width_m * RegisterCard::kHeight / RegisterCard::kWidth;
@@ -113,9 +113,7 @@ std::optional<RegisterView> openRegisterView(const RegisterViewSettings& setting
         const auto room = std::make_shared<RegisterRoom>(settings);
         return RegisterView{[room](const RegisterFrame& shown) { return room->frame(shown); },
                             [room](std::int64_t when_ns) -> std::optional<Pose> {
-                                const auto grip = room->session.gripAt(room->side, when_ns);
-                                if (!grip) return std::nullopt;
-                                return poseOf(*grip);
+                                return room->session.gripAt(room->side, when_ns);
                             },
                             [room] { return room->session.facts().space; },
                             [room] { return room->session.spaceGeneration(); }};

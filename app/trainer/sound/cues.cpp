@@ -72,10 +72,10 @@ float loudestGain(Sound sound) noexcept {
     return kGains[std::size_t(sound)];
 }
 
-std::optional<Vibration> alertPulse(const SoundFrame& heard) {
-    if ((heard.begun & soundBit(Sound::alarm)) != 0) return kAlarmPulse;
-    if ((heard.begun & soundBit(Sound::chime)) != 0) return kChimePulse;
-    if ((heard.begun & soundBit(Sound::click)) != 0) return kClickPulse;
+std::optional<Vibration> alertPulse(const SoundFrame& frame) {
+    if ((frame.begun & soundBit(Sound::alarm)) != 0) return kAlarmPulse;
+    if ((frame.begun & soundBit(Sound::chime)) != 0) return kChimePulse;
+    if ((frame.begun & soundBit(Sound::click)) != 0) return kClickPulse;
     return std::nullopt;
 }
 
@@ -83,16 +83,16 @@ Cues::Cues(const SoundPlaces& places, const training::DifficultyTable& difficult
            training::Difficulty difficulty, double tick_s)
     : places_(places), difficulties_(difficulties), rules_(difficulties[difficulty]), tick_s_(tick_s) {
     for (int i = 0; i < kSoundCount; ++i)
-        heard_.voices[std::size_t(i)].stage_m = places.entry_m;
-    heard_[Sound::room] = {loudestGain(Sound::room), 1.0f, places.vent_m};
-    heard_[Sound::breath].stage_m = places.mouth_m;
-    heard_[Sound::buzz].stage_m = places.tube_m;
+        frame_.voices[std::size_t(i)].stage_m = places.entry_m;
+    frame_[Sound::room] = {loudestGain(Sound::room), 1.0f, places.vent_m};
+    frame_[Sound::breath].stage_m = places.mouth_m;
+    frame_[Sound::buzz].stage_m = places.tube_m;
 }
 
 void Cues::begin(Sound sound, const Vec3& stage_m) {
-    heard_.begun |= soundBit(sound);
-    heard_[sound].gain = loudestGain(sound);
-    heard_[sound].stage_m = stage_m;
+    frame_.begun |= soundBit(sound);
+    frame_[sound].gain = loudestGain(sound);
+    frame_[sound].stage_m = stage_m;
 }
 
 // The air flow is proportional to the rate of the breathing surrogate v.
@@ -101,7 +101,7 @@ void Cues::breathe(const TickOutput& now) {
     if (since_s < kFlowEvery_s) return;
     const double flow_per_s = (now.breath.v - breath_v_) / since_s;
     breath_v_ = now.breath.v, breath_s_ = t_s;
-    Voice& voice = heard_[Sound::breath];
+    Voice& voice = frame_[Sound::breath];
     const double loudness = std::min(1.0, std::fabs(flow_per_s) / kFullFlow_per_s);
     voice.gain = loudestGain(Sound::breath) * float(loudness * loudness);
     voice.pitch = flow_per_s > 0.0 ? kInPitch : kOutPitch;
@@ -120,16 +120,16 @@ void Cues::playAlerts(const training::Progress& now, double t_s) {
 }
 
 const SoundFrame& Cues::update(const FrameState& seen) {
-    heard_.begun = 0;
+    frame_.begun = 0;
     if (seen.difficulty) rules_ = difficulties_[*seen.difficulty];
     const TickOutput& now = seen.tick;
     const double t_s = tick_s_ * double(now.tick);
-    if (!last_ || seen.held || now.tick <= last_->tick.tick) {
+    if (!last_ || seen.ticks_paused || now.tick <= last_->tick.tick) {
         if (!last_) breath_v_ = now.breath.v, breath_s_ = t_s;
         for (const Sound quiet : {Sound::breath, Sound::buzz})
-            if (seen.held) heard_[quiet].gain = 0.0f;
+            if (seen.ticks_paused) frame_[quiet].gain = 0.0f;
         if (!last_) last_ = seen;
-        return heard_;
+        return frame_;
     }
     const TickOutput& before = last_->tick;
     breathe(now);
@@ -138,10 +138,10 @@ const SoundFrame& Cues::update(const FrameState& seen) {
     };
     if (beats(now) > beats(before)) begin(Sound::beep, places_.monitor_m);
 
-    const training::XrayState& xray = seen.machines.xray;
-    if (xray.pulses > last_->machines.xray.pulses) pulsed_s_ = t_s;
+    const training::XrayState& xray = seen.equipment.xray;
+    if (xray.pulses > last_->equipment.xray.pulses) pulsed_s_ = t_s;
     const bool pulsing = xray.pedal && pulsed_s_ >= 0.0 && t_s - pulsed_s_ < kPulsing_s;
-    heard_[Sound::buzz].gain = pulsing ? loudestGain(Sound::buzz) : 0.0f;
+    frame_[Sound::buzz].gain = pulsing ? loudestGain(Sound::buzz) : 0.0f;
 
     const Vec3 tip = places_.stage_from_patient * now.patient_from_tool.position_m;
     if (now.needle_in_guide && !before.needle_in_guide) begin(Sound::click, tip);
@@ -149,7 +149,7 @@ const SoundFrame& Cues::update(const FrameState& seen) {
     if (yields(before, now)) begin(Sound::tick, tip);
     if (rules_.cues) playAlerts(seen.progress, t_s);
     last_ = seen;
-    return heard_;
+    return frame_;
 }
 
 }  // namespace stylet::trainer

@@ -64,7 +64,7 @@ class Cues {
     training::DifficultyTable difficulties_;
     training::DifficultyRules rules_;
     double tick_s_;
-    SoundFrame heard_;
+    SoundFrame frame_;
     std::optional<FrameState> last_;
     double breath_v_ = 0.0, breath_s_ = 0.0;  // breath.v and time at the last estimate of the air flow
     double pulsed_s_ = -1.0;                  // time of the last X-ray pulse

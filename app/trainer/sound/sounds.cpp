@@ -22,8 +22,8 @@ double since_s(SteadyClock::time_point begin) {
 // Shared by both threads. The sound thread may hang in the device forever, so this data may outlive Sounds.
 struct Sounds::Shared {
     mutable std::mutex mutex;
-    std::condition_variable news;
-    SoundFrame heard;
+    std::condition_variable wake;
+    SoundFrame submitted;
     bool ended = false, gone = false;  // the attempt has ended; the device is lost
     std::optional<SteadyClock::time_point> since;
     SoundTotals totals;
@@ -32,17 +32,17 @@ struct Sounds::Shared {
 
     void run(const Pose& stage_from_operator, const std::shared_ptr<const ListenerPose>& listener_pose,
              const Opened& open, const Say& say);
-    bool parseNext(SoundFrame&, std::optional<SteadyClock::time_point>&);
+    bool waitForNext(SoundFrame&, std::optional<SteadyClock::time_point>&);
     void played(const SoundFrame&, const std::optional<SteadyClock::time_point>& since);
     void silent();
 };
 
 // Waits for the next sounds. Returns false at the end.
-bool Sounds::Shared::parseNext(SoundFrame& next, std::optional<SteadyClock::time_point>& asked) {
+bool Sounds::Shared::waitForNext(SoundFrame& next, std::optional<SteadyClock::time_point>& asked) {
     std::unique_lock lock(mutex);
-    news.wait_for(lock, kEvery, [&] { return ended || heard.begun != 0; });
-    next = heard;
-    heard.begun = 0;
+    wake.wait_for(lock, kEvery, [&] { return ended || submitted.begun != 0; });
+    next = submitted;
+    submitted.begun = 0;
     asked = std::exchange(since, std::nullopt);
     return !ended;
 }
@@ -75,7 +75,7 @@ void Sounds::Shared::run(const Pose& stage_from_operator,
         }
         SoundFrame now;
         std::optional<SteadyClock::time_point> asked;
-        while (parseNext(now, asked)) {
+        while (waitForNext(now, asked)) {
             const std::optional<Pose> head = listener_pose ? listener_pose->load() : std::nullopt;
             speaker.listen(head.value_or(stage_from_operator));
             speaker.play(now);
@@ -106,20 +106,20 @@ Sounds::~Sounds() {
         const std::lock_guard lock(shared_->mutex);
         shared_->ended = true;
     }
-    shared_->news.notify_all();
+    shared_->wake.notify_all();
     shared_->left.get_future().wait_for(kPatience);
 }
 
-void Sounds::submit(const SoundFrame& heard) {
+void Sounds::submit(const SoundFrame& frame) {
     {
         const std::lock_guard lock(shared_->mutex);
         if (shared_->gone) return;
-        const std::uint32_t waiting = shared_->heard.begun;
-        shared_->heard = heard;
-        shared_->heard.begun |= waiting;
-        if (heard.begun != 0 && !shared_->since) shared_->since = SteadyClock::now();
+        const std::uint32_t waiting = shared_->submitted.begun;
+        shared_->submitted = frame;
+        shared_->submitted.begun |= waiting;
+        if (frame.begun != 0 && !shared_->since) shared_->since = SteadyClock::now();
     }
-    if (heard.begun != 0) shared_->news.notify_one();
+    if (frame.begun != 0) shared_->wake.notify_one();
 }
 
 SoundTotals Sounds::totals() const {

@@ -59,7 +59,8 @@ struct Speaker::Impl {
 Speaker::Impl::Impl(ALCdevice* opened, const std::vector<ALCint>& attributes) : device(opened) {
     if (!device) throw SoundError("no device");
     try {
-        if (const ALCchar* said = alcGetString(device, ALC_ALL_DEVICES_SPECIFIER)) name = said;
+        if (const ALCchar* reported_name = alcGetString(device, ALC_ALL_DEVICES_SPECIFIER))
+            name = reported_name;
         if (name == kNoOutput) throw SoundError("no device");
         set_context = extension<ALCboolean (*)(ALCcontext*)>(device, "alcSetThreadContext");
         context = alcCreateContext(device, attributes.data());
@@ -126,12 +127,12 @@ Speaker::~Speaker() = default;
 Speaker::Speaker(Speaker&&) noexcept = default;
 Speaker& Speaker::operator=(Speaker&&) noexcept = default;
 
-void Speaker::play(const SoundFrame& heard) {
+void Speaker::play(const SoundFrame& frame) {
     impl_->current();
     for (int i = 0; i < kSoundCount; ++i) {
         const std::size_t at = std::size_t(i);
-        const Voice& voice = heard.voices[at];
-        const bool begins = (heard.begun & soundBit(Sound(i))) != 0;
+        const Voice& voice = frame.voices[at];
+        const bool begins = (frame.begun & soundBit(Sound(i))) != 0;
         if (!loops(Sound(i)) && !begins) continue;
         ALuint source = impl_->sources[at][0];
         if (begins && !loops(Sound(i))) {

@@ -211,12 +211,12 @@ std::optional<patient::Package> loadCachedPackage(const std::filesystem::path& f
                                                   const LoadPackage& load) {
     if (!std::filesystem::exists(folder)) return std::nullopt;
     std::error_code error;
-    std::string said;
+    std::string load_error;
     const std::filesystem::path aside = folder.string() + "." + std::to_string(std::random_device{}());
     try {
         return load(folder);
     } catch (const DataError& e) {
-        said = e.what();
+        load_error = e.what();
         // Another program may be replacing it with a valid one. Before checking the folder, move it aside, so
         // that no other program uses it.
         if (!canBeRead(folder)) {
@@ -238,7 +238,7 @@ std::optional<patient::Package> loadCachedPackage(const std::filesystem::path& f
         return sound;
     } catch (const DataError&) {
         // The folder is part of the cache and can be generated again from its seed, so nothing is lost.
-        printMessage(said + "; rebuilding the patient");
+        printMessage(load_error + "; rebuilding the patient");
         std::filesystem::remove_all(aside, error);
         return std::nullopt;
     }

@@ -62,7 +62,7 @@ EquipmentPictures::~EquipmentPictures() = default;
 
 void EquipmentPictures::show(const ImagingInput& m, const render::VisibleScreens& seen) {
     totals_.unseen += (seen.ultrasound ? 0u : 1u) + (seen.xray ? 0u : 1u);
-    if (m.machines.xray.pulses != pulse_.machines.xray.pulses) {
+    if (m.equipment.xray.pulses != pulse_.equipment.xray.pulses) {
         pulse_ = m;
         if (!seen.xray) pulse_.tool = nullptr;  // the table will be outdated when the pulse is drawn
     }
@@ -94,7 +94,7 @@ const render::Transducer& EquipmentPictures::transducerFor(const UltrasoundProbe
 
 void EquipmentPictures::scan(const ImagingInput& m) {
     if (scanned_ == 0 && !m.patient_from_probe) return;  // the probe was never used
-    const training::UltrasoundState& machine = m.machines.ultrasound;
+    const training::UltrasoundState& machine = m.equipment.ultrasound;
     const render::UltrasoundSettings settings = settingsOf(machine);
     // Duration of a scan: for each line, sound travels to the largest depth and back.
     const double scan_s = settings.lines * 2.0 * settings.depth_m / kSpeed_m_per_s;
@@ -144,8 +144,8 @@ void EquipmentPictures::scan(const ImagingInput& m) {
 // If a pulse occurs while nobody views the screen, it is drawn when somebody does. Its picture shows the
 // state at the pulse, but with the current contrast medium.
 void EquipmentPictures::expose(const ImagingInput& m) {
-    if (m.machines.xray.pulses == 0) return;
-    const training::XrayState& machine = pulse_.machines.xray;
+    if (m.equipment.xray.pulses == 0) return;
+    const training::XrayState& machine = pulse_.equipment.xray;
     const render::CArm arm{machine.rotation_rad, machine.angulation_rad};
     if (shown_pulses_ != machine.pulses) {
         if (!fluoroscopy_) fluoroscopy_.emplace(*gpu_, *patient_);
@@ -180,11 +180,11 @@ void EquipmentPictures::expose(const ImagingInput& m) {
     // Rounded to the digits on the screen: smaller changes do not redraw it.
     const auto whole = [](double value, double step) { return step * std::round(value / step); };
     const XrayReadout now{.arm = arm,
-                          .pulse_rate_hz = m.machines.xray.pulses_per_s,
+                          .pulse_rate_hz = m.equipment.xray.pulses_per_s,
                           .fluoroscopy_s = whole(m.dose.fluoroscopy_s, 1.0),
                           .dose_area_gy_m2 = whole(m.dose.dose_area_gy_m2, 1e-6),
                           .contrast_m3 = whole(m.dose.contrast_m3, 1e-7),
-                          .live = m.machines.xray.pedal,
+                          .live = m.equipment.xray.pedal,
                           .reason = xray_reason_};
     if (shown_pulses_ == machine.pulses && now == xray_readout_) return;
     shown_pulses_ = machine.pulses;

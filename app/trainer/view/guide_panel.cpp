@@ -324,16 +324,16 @@ void GuidePanel::draw(const FrameState& seen) {
     // The reason for a refused step takes the place of the hint for a while.
     const bool refused = progress.refusal != training::Refusal::none &&
                          progress.elapsed_s - progress.refused_s < kRefusalShown_s;
-    const training::Act act = nextAct(progress, tick, seen.machines);
+    const training::Act act = nextAct(progress, tick, seen.equipment);
     if (act != act_ || now_s_ < act_since_s_) act_ = act, act_since_s_ = now_s_;
     const std::string verdict = answerVerdict(seen);
-    const std::string said = !verdict.empty() ? verdict
-                             : refused
-                                 ? "Not done: " + std::string(training::refusalText(progress.refusal)) + "."
-                             : rules_.next_step ? promptText()
-                                                : std::string(training::stepName(progress.step));
+    const std::string prompt = !verdict.empty() ? verdict
+                               : refused
+                                   ? "Not done: " + std::string(training::refusalText(progress.refusal)) + "."
+                               : rules_.next_step ? promptText()
+                                                  : std::string(training::stepName(progress.step));
     double y = 88.0;
-    for (const std::string& line : wrapped(*canvas_, said, words, kPromptWidth_px))
+    for (const std::string& line : wrapped(*canvas_, prompt, words, kPromptWidth_px))
         canvas_->text({kLeft, y}, line, words), y += 34.0;
 
     const bool flat = height_ < kFlat_px;

@@ -195,11 +195,11 @@ std::vector<Highlight> PromptPlaces::highlights(Act act, const FrameState& seen)
     const AtTick at(*this, seen);
     const haptics::AccessOutput& access = seen.tick.access;
     switch (act) {
-        case Act::takeFinger:
-        case Act::takeProbe:
-        case Act::takeScalpel:
-        case Act::takeGuide:
-        case Act::takeSyringe:
+        case Act::selectFinger:
+        case Act::selectProbe:
+        case Act::selectScalpel:
+        case Act::selectGuide:
+        case Act::selectSyringe:
             return at.table();
         case Act::pressGap:
             return at.entry();
@@ -212,7 +212,7 @@ std::vector<Highlight> PromptPlaces::highlights(Act act, const FrameState& seen)
         case Act::shiftProbe:
             return at.toDuct();
         case Act::turnProbe:
-        case Act::keepProbe:
+        case Act::holdProbeStill:
         case Act::parkProbe:
             return at.aroundProbe();
         case Act::liftProbe:
@@ -230,10 +230,10 @@ std::vector<Highlight> PromptPlaces::highlights(Act act, const FrameState& seen)
             return {inRoom(render::kUltrasound, kUltrasoundTop_m)};
         case Act::liftOff:
             return at.toolTip();
-        case Act::drawOut:
-        case Act::drawNeedle:
-        case Act::drawBack:
-        case Act::drawSyringe:
+        case Act::withdrawToRetry:
+        case Act::withdrawNeedle:
+        case Act::pullNeedleBack:
+        case Act::withdrawNumbingNeedle:
             return at.drawNeedle();
         case Act::seekDuct:
         case Act::pushToCapsule:
@@ -248,14 +248,14 @@ std::vector<Highlight> PromptPlaces::highlights(Act act, const FrameState& seen)
             return {inRoom(render::kXrayMonitor, kMonitorTop_m)};
         case Act::holdBreath:
             return {inRoom(render::kPatientMonitor, kMonitorTop_m)};
-        case Act::takeNeedle:
+        case Act::selectNeedle:
             return at.take(access.needle_in, at.hub());
-        case Act::takeWire:
-        case Act::takeDilator:
-        case Act::takeDrain: {
-            const bool in_use = act == Act::takeWire      ? access.wire_in
-                                : act == Act::takeDilator ? access.dilator_m > 0.0
-                                                          : access.drain != haptics::DrainState::none;
+        case Act::selectWire:
+        case Act::selectDilator:
+        case Act::selectDrain: {
+            const bool in_use = act == Act::selectWire      ? access.wire_in
+                                : act == Act::selectDilator ? access.dilator_m > 0.0
+                                                            : access.drain != haptics::DrainState::none;
             return at.take(in_use, in_use ? at.access() : Highlights{});
         }
         case Act::feedWire:
@@ -264,11 +264,11 @@ std::vector<Highlight> PromptPlaces::highlights(Act act, const FrameState& seen)
         case Act::shiftDrainIn:
         case Act::straightenDrain:
             return at.pushAccess();
-        case Act::drawWireBack:
-        case Act::drawDilator:
-        case Act::drawDrain:
+        case Act::pullWireBack:
+        case Act::withdrawDilator:
+        case Act::withdrawDrain:
         case Act::shiftDrainOut:
-        case Act::drawWire:
+        case Act::withdrawWire:
         case Act::clearDrain:
             return at.pullAccess();
         case Act::rewireDrain:

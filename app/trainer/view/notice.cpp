@@ -96,10 +96,11 @@ std::optional<Notice> makeNotice(const FrameState& seen, Attention attention, co
         return Notice{
             "Paused",
             {"The simulation is paused while you do not wear the headset or another program has the focus."}};
-    if (seen.paused) return Notice{"Paused", {"The instructor has paused the attempt and will resume it."}};
-    if (seen.held && seen.return_distance_m >= haptics::kDeviceNotReady_m)
+    if (seen.paused_by_instructor)
+        return Notice{"Paused", {"The instructor has paused the attempt and will resume it."}};
+    if (seen.ticks_paused && seen.return_distance_m >= haptics::kDeviceNotReady_m)
         return Notice{"Paused", {"The tool is not tracked: move it to where the headset sees it."}};
-    if (seen.held && seen.return_distance_m > 0.0)
+    if (seen.ticks_paused && seen.return_distance_m > 0.0)
         return Notice{"Paused",
                       {"Move the tool back to where you left it: " +
                        std::to_string(std::max(1L, std::lround(1e3 * seen.return_distance_m))) + " mm."}};

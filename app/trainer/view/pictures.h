@@ -91,7 +91,7 @@ constexpr Attention attentionAfter(Attention before, bool focused) {
 struct LiveUpdates {
     Ring<haptics::TipSample>* tips = nullptr;
     std::function<void(FrameState&)> refresh;
-    std::function<void(Attention)> tell;  // called immediately, before anything slow
+    std::function<void(Attention)> on_attention;  // called immediately, before anything slow
 };
 
 // Shows an attempt in a headset or in a window. Frame thread only.

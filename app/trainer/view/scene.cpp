@@ -102,7 +102,7 @@ render::RenderScene SceneMaker::makeScene(const FrameState& seen) {
     scene.look = rules_.open_look ? look_ : render::Look::closed;
     scene.marks = makeMarks(seen.wounds, scene.look, field_.entry_reference_m);
     scene.tool = press_.shown(shown);
-    addRoom(scene, field_, seen.machines.xray);
+    addRoom(scene, field_, seen.equipment.xray);
     scene.room.lamp_lit = !seen.lights_out;
     if (rules_.colours) scene.room.shell_light = shellLight(seen.glow);
     if (seen.lights_out) scene.room.shell_light *= kLightsOut;
@@ -111,7 +111,7 @@ render::RenderScene SceneMaker::makeScene(const FrameState& seen) {
     showMonitor(scene, monitor_);
     showGhost(scene, seen, patient_->package().motion);
     if (rules_.next_step)
-        scene.highlights = places_.highlights(training::nextAct(seen.progress, shown, seen.machines), seen);
+        scene.highlights = places_.highlights(training::nextAct(seen.progress, shown, seen.equipment), seen);
     if (!rules_.path) return scene;
     const patient::MotionModel& model = patient_->package().motion;
     scene.reference_path_m = {patient::deformedFromReference(model, shown.breath, path_.entry_reference_m),
@@ -129,7 +129,7 @@ ImagingInput makeImagingInput(const FrameState& seen, const render::RenderScene&
     m.depots = seen.depots;
     m.contrast = contrast;
     m.patient_from_isocentre = renderer.patientFromIsocentre(scene);
-    m.machines = seen.machines, m.dose = seen.dose;
+    m.equipment = seen.equipment, m.dose = seen.dose;
     return m;
 }
 

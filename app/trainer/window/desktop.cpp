@@ -31,15 +31,15 @@ struct Desktop final : Display {
     bool frame(const FrameState&, const patient::ContrastTable*, const std::string& moment) override;
     PictureTotals totals() const override;
     const char* endReason() const override { return "the window was closed"; }
-    void showMachines(render::RenderScene&, const FrameState&, const patient::ContrastTable*,
-                      const render::VisibleScreens&);
+    void showEquipment(render::RenderScene&, const FrameState&, const patient::ContrastTable*,
+                       const render::VisibleScreens&);
     void publish(const FrameState&, const FrameTime&);
 
     const PictureSettings settings;
     Mirror mirror;
     render::Gpu gpu;
     CameraView camera;
-    EquipmentPictures machines;
+    EquipmentPictures equipment_pictures;
     MirrorRequests requests;
     render::VisibleScreens made;
     PictureTotals counted;
@@ -58,19 +58,19 @@ Desktop::Desktop(const patient::Patient& patient, const patient::PlannedPath& pa
       mirror(patient, path, mirrorSettings(settings)),
       gpu({.validation = settings.config.validation, .pipeline_cache = settings.pipeline_cache}),
       camera(gpu, patient, path, settings, settings.config.startRules()),
-      machines(gpu, camera.renderer().deformedPatient(), settings.assets) {
+      equipment_pictures(gpu, camera.renderer().deformedPatient(), settings.assets) {
     counted.runtime = "none: a window";
     counted.gpu = gpu.name();
 }
 
-void Desktop::showMachines(render::RenderScene& scene, const FrameState& seen,
-                           const patient::ContrastTable* contrast, const render::VisibleScreens& screens) {
+void Desktop::showEquipment(render::RenderScene& scene, const FrameState& seen,
+                            const patient::ContrastTable* contrast, const render::VisibleScreens& screens) {
     made = screens;
-    machines.show(makeImagingInput(seen, scene, camera.renderer(), contrast, settings.press.tools.guide,
-                                   settings.press.tick_s),
-                  made);
-    scene.ultrasound_screen = machines.ultrasoundScreen();
-    scene.xray_screen = machines.xrayScreen();
+    equipment_pictures.show(makeImagingInput(seen, scene, camera.renderer(), contrast,
+                                             settings.press.tools.guide, settings.press.tick_s),
+                            made);
+    scene.ultrasound_screen = equipment_pictures.ultrasoundScreen();
+    scene.xray_screen = equipment_pictures.xrayScreen();
 }
 
 bool Desktop::frame(const FrameState& seen, const patient::ContrastTable* contrast,
@@ -88,13 +88,13 @@ bool Desktop::frame(const FrameState& seen, const patient::ContrastTable* contra
         camera.help(settings.config.difficulties[seen.difficulty.value_or(settings.config.difficulty)]);
         render::RenderScene scene = camera.makeScene(seen);
         // The room costs the most time, so both equipment pictures are always drawn as well.
-        showMachines(scene, seen, contrast, {.ultrasound = true, .xray = true});
+        showEquipment(scene, seen, contrast, {.ultrasound = true, .xray = true});
         FrameTime time{seen.tick.tick};
         if (kept || room) {
             EyeUpdate& eye = channels.eye.draft();
             eye.image = camera.draw(scene, view, width, height);
             if (kept) savePng(eye.image, settings.config.folder / (moment + "_view.png"));
-            if (kept) machines.save(settings.config.folder, moment);
+            if (kept) equipment_pictures.save(settings.config.folder, moment);
             if (room) channels.eye.publish();
             const render::RenderStats& stats = camera.stats();
             time.opaque_ms = stats.opaque_ms, time.volume_ms = stats.volume_ms;
@@ -114,8 +114,8 @@ bool Desktop::frame(const FrameState& seen, const patient::ContrastTable* contra
 
 void Desktop::publish(const FrameState& seen, const FrameTime& time) {
     MirrorChannels& channels = mirror.channels();
-    publishScreen(channels.ultrasound, machines.ultrasoundScreen(), made.ultrasound, 1);
-    publishScreen(channels.xray, machines.xrayScreen(), made.xray, 1);
+    publishScreen(channels.ultrasound, equipment_pictures.ultrasoundScreen(), made.ultrasound, 1);
+    publishScreen(channels.xray, equipment_pictures.xrayScreen(), made.xray, 1);
     publishState(channels, {.seen = seen,
                             .tick_s = settings.press.tick_s,
                             .time = time,
@@ -126,7 +126,7 @@ void Desktop::publish(const FrameState& seen, const FrameTime& time) {
 PictureTotals Desktop::totals() const {
     PictureTotals all = counted;
     all.validation_messages = gpu.validationMessages() + mirror.validationMessages();
-    const EquipmentTotals& drawn = machines.totals();
+    const EquipmentTotals& drawn = equipment_pictures.totals();
     all.scans = drawn.scans, all.xray_pictures = drawn.xray_pictures;
     all.ultrasound_ms = drawn.ultrasound_ms, all.xray_ms = drawn.xray_ms;
     return all;

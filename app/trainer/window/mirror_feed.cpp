@@ -57,7 +57,7 @@ void MirrorFeed::copyEye(const render::StereoTarget& target, const std::array<re
     copied_ns_ = now_ns();
 }
 
-void MirrorFeed::publish(const FrameState& seen, const EquipmentPictures& machines, const FrameTime& time,
+void MirrorFeed::publish(const FrameState& seen, const EquipmentPictures& pictures, const FrameTime& time,
                          Attention attention, std::optional<double> hand_offset_m) {
     if (!channels_->open.load()) return;
     EyeUpdate& eye = channels_->eye.draft();
@@ -66,8 +66,8 @@ void MirrorFeed::publish(const FrameState& seen, const EquipmentPictures& machin
         eye.eye = copied.eye, eye.view = copied.view, eye.screens = copied.screens;
         channels_->eye.publish();
     }
-    publishScreen(channels_->ultrasound, machines.ultrasoundScreen(), made_.ultrasound, maker_);
-    publishScreen(channels_->xray, machines.xrayScreen(), made_.xray, maker_);
+    publishScreen(channels_->ultrasound, pictures.ultrasoundScreen(), made_.ultrasound, maker_);
+    publishScreen(channels_->xray, pictures.xrayScreen(), made_.xray, maker_);
     publishState(*channels_, {seen, tick_s_, time, hand_offset_m, attention, true});
 }
 

@@ -280,7 +280,7 @@ bool WindowContent::readPictures() {
     if (channels_->state.update()) {
         state_known_ = camera_stale_ = metrics_pane_.stale = slices_pane_.stale = true;
         const FrameState& seen = channels_->state.front().seen;
-        keys_.setState(seen.paused, seen.lights_out, seen.difficulty);
+        keys_.setState(seen.paused_by_instructor, seen.lights_out, seen.difficulty);
         keys_.setCourse(seen.progress.course);
         if (seen.difficulty) help(*seen.difficulty);
         updateHints(seen);

@@ -1,5 +1,5 @@
 // The Novint Falcon: three motors and three encoders behind an FTDI chip. It senses no orientation; clutch.h
-// supplies one. See README.md for firmware, homing and calibration.
+// supplies one. See haptics/devices/README.md for firmware, homing and calibration.
 //
 // The facts are from libnifalcon (BSD) and are listed in the headers of the parts: falcon_kinematics.h,
 // falcon_packet.h, falcon_firmware.h, ftdi_bus.h. It is not known what the device does when the host stops

@@ -1,5 +1,6 @@
 // Calibration of the Falcon's force: measured newtons per commanded newton at the grip. The public driver's
-// gain is undocumented and may be off by a factor of two to four. README.md describes how to measure it.
+// gain is undocumented and may be off by a factor of two to four. haptics/devices/README.md describes how to
+// measure it.
 #pragma once
 
 #include <filesystem>

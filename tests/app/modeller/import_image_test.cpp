@@ -54,7 +54,8 @@ TEST(ImportImage, ChildProcessLimitsAreEnforced) {
     EXPECT_NE(readError(temp / "ct", ImageKind::ct, tight), "");
     ReaderLimits absent = reader();
     absent.program = temp / "not-there";
-    EXPECT_THAT(readError(temp / "ct", ImageKind::ct, absent), testing::HasSubstr("the program is missing"));
+    EXPECT_THAT(test::errorText<EnvironmentError>([&] { readImage(temp / "ct", ImageKind::ct, absent); }),
+                testing::HasSubstr("the program is missing"));
 }
 
 // A reader process that the file has compromised may return any data.

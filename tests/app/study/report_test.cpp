@@ -139,7 +139,7 @@ TEST_F(StudyReport, ExplanationsFollowTheNumbers) {
     expectTexts(html, of_skin, false);
     expectTexts(html,
                 {"0 (0.0 %)", "skin voxels 2.5 mm apart", "to every voxel of the ducts", "22.0 N at once",
-                 "fascia held at its border (100 % of the paths)", "1.25 mm off on average",
+                 "fascia tenting at its border (100 % of the paths)", "1.25 mm off on average",
                  "100 % of these paths come to 80 % or more of these 1.8 N",
                  "100.0 % of the paths are above it: this contradicts the paper"},
                 true);

@@ -141,7 +141,7 @@ TEST_F(DrainageTest, TutorHasALeakingDrainMended) {
     wired.access.open = wired.access.wire_in = true;
     update(wired);
     EXPECT_EQ(act(wired), Act::straightenDrain);
-    EXPECT_EQ(act(letGo(wired)), Act::takeWire);
+    EXPECT_EQ(act(letGo(wired)), Act::selectWire);
     wired.access.drain = haptics::DrainState::over_wire;
     wired.access.in_duct_m = wired.access.wire_m = 0.040;
     wired.access.drain_m = 0.050 + haptics::kSideHoles_m;
@@ -157,13 +157,13 @@ TEST_F(DrainageTest, TutorHasALeakingDrainMended) {
     EXPECT_EQ(nextAct(step, wired, {}), Act::shiftDrainIn);
     TickOutput at_end = wired;  // the drain cannot go beyond the wire
     at_end.access.wire_m = haptics::kSideHoles_m;
-    EXPECT_EQ(nextAct(step, at_end, {}), Act::takeWire);
+    EXPECT_EQ(nextAct(step, at_end, {}), Act::selectWire);
     at_end.tool = Tool::wire;
     EXPECT_EQ(nextAct(step, at_end, {}), Act::feedWire);
     step.missing = Refusal::drainTooDeep;
     EXPECT_EQ(nextAct(step, wired, {}), Act::shiftDrainOut);
     step.missing = Refusal::none;
-    EXPECT_EQ(nextAct(step, letGo(wired), {}), Act::takeWire) << "to draw it out";
+    EXPECT_EQ(nextAct(step, letGo(wired), {}), Act::selectWire) << "to draw it out";
 }
 
 // A drain that is straightened again is no longer in its place. HZ-TEACH-25
@@ -265,11 +265,11 @@ TEST_F(DrainageTest, TutorAsksForBileAgainIfTheNeedleCameOutSinceTheProof) {
     now.tool_awaits_exit = false;
     EXPECT_EQ(nextAct(wants_wire, now, {}), Act::aspirate);
     now.tool = Tool::wire, now.access.open = now.access.wire_in = now.access.needle_in = true;
-    EXPECT_EQ(nextAct(wants_wire, now, {}), Act::drawWireBack)
+    EXPECT_EQ(nextAct(wants_wire, now, {}), Act::pullWireBack)
         << "a needle that the wire fills draws no bile";
     now.tool = Tool::needle, now.access = {};
     wants_wire.missing = Refusal::none;
-    EXPECT_EQ(nextAct(wants_wire, now, {}), Act::takeWire);
+    EXPECT_EQ(nextAct(wants_wire, now, {}), Act::selectWire);
 }
 
 // A wire that was passed through the drain again is drawn out before medium is injected through it.
@@ -280,7 +280,7 @@ TEST_F(DrainageTest, TutorClearsTheDrainForTheFinalPicture) {
     now.tool_awaits_exit = false;
     now.access.drain = haptics::DrainState::in_place;
     now.tool = Tool::drain;
-    EXPECT_EQ(nextAct(wants_picture, now, {}), Act::takeWire);
+    EXPECT_EQ(nextAct(wants_picture, now, {}), Act::selectWire);
     now.tool = Tool::wire;
     EXPECT_EQ(nextAct(wants_picture, now, {}), Act::clearDrain);
     now.access.wire_in = false;

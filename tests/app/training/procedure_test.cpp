@@ -197,7 +197,7 @@ class AimTest : public ProcedureTest {
         update(probe(kOnDuct), 1100);
         EXPECT_EQ(progress().step, Step::incise);
         EXPECT_EQ(next(probe(kOnDuct)), Act::parkProbe);
-        EXPECT_EQ(next(parked(probe(kOnDuct))), Act::takeScalpel);
+        EXPECT_EQ(next(parked(probe(kOnDuct))), Act::selectScalpel);
     }
     // A line along which the guide leads the needle.
     struct Line {
@@ -232,13 +232,13 @@ TEST_F(AimTest, AProbeThatWasLiftedIsAimedAnew) {
     TickOutput with_scalpel = parked(probe(kAside));
     with_scalpel.tool = Tool::scalpel;
     EXPECT_EQ(next(with_scalpel), Act::liftProbe);
-    EXPECT_EQ(next(parked(probe(kOnDuct))), Act::takeScalpel);
+    EXPECT_EQ(next(parked(probe(kOnDuct))), Act::selectScalpel);
 }
 
 // The breath-hold drifts under a parked probe: a line that grazes the duct may be tried, until it has failed.
 TEST_F(AimTest, ALineThatOnlyGrazesTheDuctIsAimedAnewAfterAMiss) {
     const TickOutput grazing = parked(probe(kGrazing));
-    EXPECT_EQ(next(grazing), Act::takeScalpel);
+    EXPECT_EQ(next(grazing), Act::selectScalpel);
     const auto needle = [&](TickOutput out) {
         out.breath_held = out.probe_parked = true;
         out.patient_from_probe = grazing.patient_from_probe;
@@ -246,7 +246,7 @@ TEST_F(AimTest, ALineThatOnlyGrazesTheDuctIsAimedAnewAfterAMiss) {
         return out;
     };
     update(needle(liver(0.030)));
-    EXPECT_EQ(next(needle(liver(0.065))), Act::drawOut);
+    EXPECT_EQ(next(needle(liver(0.065))), Act::withdrawToRetry);
     EXPECT_EQ(progress().refusal, Refusal::ductMissed);
     EXPECT_EQ(next(needle(needleAt({-0.010, 0.0, 0.0}, Tissue::air, 0))), Act::liftProbe);
 }

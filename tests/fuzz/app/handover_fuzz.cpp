@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "app/modeller/image/child_process_linux.h"
 #include "app/modeller/image/handover_files.h"
+#include "app/modeller/image/import_error.h"
 #include "tests/fuzz/scratch_file.h"
 
 // The input is the output file of a child process that read a hostile file. The result is a bounded image

@@ -26,8 +26,9 @@ using BoardFault = WoodenHapticsEmulator::Fault;
 
 const Vec3 kPush_n{0.3, 0.2, -0.4};
 
-// Number of commands, 5 ms each, that may still carry force after a fault.
-constexpr std::uint64_t kCommandsUntilZero = 4;
+// Number of commands, 5 ms each, that may still carry force after a fault: four, and one that answers a
+// report from before it.
+constexpr std::uint64_t kCommandsUntilZero = 5;
 
 // Reports to read until one is newer than the test's last change: one may be queued, one may be in transit.
 constexpr int kNewestAfter = 3;
@@ -263,7 +264,7 @@ TEST_F(WoodenHapticsDriver, ClosingSendsZeroFirst) {
     EXPECT_TRUE(test::waitUntil([&] { return board.commandLog().motor_ma == std::array<int, 3>{}; }));
 }
 
-// Checks for each fault the driver's reaction, and that at most four further commands of 5 ms carry current.
+// Checks for each fault the driver's reaction, and that few further commands carry current.
 class WoodenHapticsFaults : public WoodenHapticsDriver {
   protected:
     // Injects the fault, keeps sending force, and returns the number of powered commands since then.
@@ -316,7 +317,7 @@ TEST_F(WoodenHapticsFaults, CorruptEncoderValuesAreRejected) {
     WoodenHapticsEmulator& board = plugInReady(driver);
     hear(driver, 1);
     const Vec3 before = state_.device_from_stylus.position_m;
-    EXPECT_LE(pushThrough(driver, board, BoardFault::corrupt, 20), kCommandsUntilZero + 1);
+    EXPECT_LE(pushThrough(driver, board, BoardFault::corrupt, 20), kCommandsUntilZero);
     EXPECT_EQ(state_.device_from_stylus.position_m, before);
     EXPECT_NE(why_.find("cannot be right"), std::string::npos) << why_;
     EXPECT_GT(until(driver, DeviceStage::failed, 60, kPush_n), 0);
@@ -341,7 +342,7 @@ TEST_F(WoodenHapticsFaults, GarbledButtonDoesNotHomeTheArm) {
 TEST_F(WoodenHapticsFaults, TruncatedReportsAreRejected) {
     WoodenHaptics driver(model());
     WoodenHapticsEmulator& board = plugInReady(driver);
-    EXPECT_LE(pushThrough(driver, board, BoardFault::cut, 20), kCommandsUntilZero + 1);
+    EXPECT_LE(pushThrough(driver, board, BoardFault::cut, 20), kCommandsUntilZero);
     EXPECT_NE(why_.find("cannot be right"), std::string::npos) << why_;
     EXPECT_GT(until(driver, DeviceStage::failed, 60, kPush_n), 0);
 }

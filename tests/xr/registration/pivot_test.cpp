@@ -11,8 +11,8 @@ using study::Random;
 
 const Vec3 kTip{0.01, -0.03, -0.11}, kPivot{0.2, 1.0, -0.4};
 
-std::vector<Rigid> turnedAbout(Random& random, int count, double max_rad, double noise_m) {
-    std::vector<Rigid> poses;
+std::vector<Pose> turnedAbout(Random& random, int count, double max_rad, double noise_m) {
+    std::vector<Pose> poses;
     for (int i = 0; i < count; ++i) {
         const Quat turn = random.turn(max_rad);
         poses.push_back({turn, kPivot - turn * kTip + noise_m * random.normal3()});
@@ -35,7 +35,7 @@ TEST(Pivot, TheUncertaintyMatchesTheError) {
     constexpr int kTrials = 200;
     for (int trial = 0; trial < kTrials; ++trial) {
         Random random(std::uint64_t(trial) + 1);
-        std::vector<Rigid> poses = turnedAbout(random, 100, 0.6, 0.001);
+        std::vector<Pose> poses = turnedAbout(random, 100, 0.6, 0.001);
         for (std::size_t i = 0; i < poses.size(); i += 10)
             poses[i].position_m += 0.04 * random.direction();
         const auto pivot = calibratePivot(poses);
@@ -51,14 +51,14 @@ TEST(Pivot, TheUncertaintyMatchesTheError) {
 
 TEST(Pivot, TooLittleRotationIsRefused) {
     Random random(1);
-    const auto refuse = [](const std::vector<Rigid>& poses, const std::string& words) {
+    const auto refuse = [](const std::vector<Pose>& poses, const std::string& words) {
         const auto pivot = calibratePivot(poses);
         EXPECT_FALSE(pivot);
         EXPECT_NE(pivot.why_not.find(words), std::string::npos) << pivot.why_not;
     };
     refuse({}, "Eight poses");
     refuse(turnedAbout(random, 40, 0.1, 0.0), "too little");
-    std::vector<Rigid> about_one_axis, broken = turnedAbout(random, 40, 0.7, 0.0);
+    std::vector<Pose> about_one_axis, broken = turnedAbout(random, 40, 0.7, 0.0);
     for (int i = 0; i < 40; ++i) {
         const Quat turn = glm::angleAxis(0.03 * i, Vec3(0, 0, 1));
         about_one_axis.push_back({turn, kPivot - turn * kTip});

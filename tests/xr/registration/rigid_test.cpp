@@ -15,7 +15,7 @@ using study::Random;
 
 const std::vector<Vec3> kCorners = chooseTouchPlaces(Cube{}, 8);
 
-std::vector<Vec3> moved(const Rigid& a_from_b, double scale, const std::vector<Vec3>& points) {
+std::vector<Vec3> moved(const Pose& a_from_b, double scale, const std::vector<Vec3>& points) {
     std::vector<Vec3> result;
     for (const Vec3& p : points)
         result.push_back(a_from_b * (scale * p));
@@ -25,7 +25,7 @@ std::vector<Vec3> moved(const Rigid& a_from_b, double scale, const std::vector<V
 TEST(Rigid, AKnownTransformAndScaleAreRecovered) {
     Random random(1);
     for (int i = 0; i < 50; ++i) {
-        const Rigid truth{random.turn(3.1), random.inCube(2.0)};
+        const Pose truth{random.turn(3.1), random.inCube(2.0)};
         const double scale = random.between(0.9, 1.1);
         const auto fit = fitRigid(moved(truth, scale, kCorners), kCorners, true);
         ASSERT_TRUE(fit) << fit.why_not;
@@ -39,7 +39,7 @@ TEST(Rigid, AKnownTransformAndScaleAreRecovered) {
 // Points in a plane still determine a rigid transform. The result must never be a mirror image.
 TEST(Rigid, PointsInAPlaneAreNotMirrored) {
     const std::vector<Vec3> square = {{0, 0, 0}, {0.1, 0, 0}, {0.1, 0.1, 0}, {0, 0.1, 0}};
-    const Rigid truth{glm::angleAxis(2.0, glm::normalize(Vec3(1, 2, 3))), Vec3(0.1, 0.2, 0.3)};
+    const Pose truth{glm::angleAxis(2.0, glm::normalize(Vec3(1, 2, 3))), Vec3(0.1, 0.2, 0.3)};
     const auto fit = fitRigid(moved(truth, 1.0, square), square, false);
     ASSERT_TRUE(fit) << fit.why_not;
     EXPECT_LT(angleBetween(fit->a_from_b.rotation, truth.rotation), 1e-9);

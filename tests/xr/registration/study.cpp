@@ -50,7 +50,7 @@ Quat rotationFromVector(const Vec3& by) {
 }
 
 // Pose of the controller whose tip touches the device's tip.
-Rigid makeGrip(const Truth& truth, const Rigid& device_from_stylus, const Quat& turn) {
+Pose makeGrip(const Truth& truth, const Pose& device_from_stylus, const Quat& turn) {
     return {turn, truth.inStage(device_from_stylus) - turn * truth.grip_from_tip_m};
 }
 
@@ -99,8 +99,8 @@ std::vector<Pair> makePoints(const Case& c, const Truth& truth, Random& random) 
     std::vector<Pair> pairs;
     for (const Vec3& place : places) {
         const Vec3 at = c.random_places ? random.inCube(0.04) : place;
-        const Rigid device{turns ? random.turn(kTurn_rad) : Quat(1.0, 0.0, 0.0, 0.0), at};
-        Rigid grip = makeGrip(truth, device, turns ? random.turn(kTurn_rad) : Quat(1.0, 0.0, 0.0, 0.0));
+        const Pose device{turns ? random.turn(kTurn_rad) : Quat(1.0, 0.0, 0.0, 0.0), at};
+        Pose grip = makeGrip(truth, device, turns ? random.turn(kTurn_rad) : Quat(1.0, 0.0, 0.0, 0.0));
         grip.position_m += c.noise_m * random.normal3();
         if (turns) grip.position_m -= c.delay_s * kWander_m_per_s * random.normal3();
         if (random.share() < c.outliers) grip.position_m += outlierOffset(random);
@@ -112,11 +112,11 @@ std::vector<Pair> makePoints(const Case& c, const Truth& truth, Random& random) 
 Streams makeMotion(const Case& c, const Truth& truth, Random& random, double seconds) {
     const Wander path(random, 0.028), device_turn(random, 0.35), grip_turn(random, 0.35);
     const auto deviceAt = [&](double t_s) {
-        return Rigid{rotationFromVector(device_turn.at(t_s)), path.at(t_s)};
+        return Pose{rotationFromVector(device_turn.at(t_s)), path.at(t_s)};
     };
     Streams streams;
     for (double t_s = 0.0; t_s < seconds; t_s += 0.004) {
-        Rigid device = deviceAt(t_s);
+        Pose device = deviceAt(t_s);
         device.position_m += kDeviceNoise_m * random.normal3();
         streams.device.push_back({t_s, device});
     }
@@ -126,7 +126,7 @@ Streams makeMotion(const Case& c, const Truth& truth, Random& random, double sec
     double wrong_until_s = -1.0;
     for (double t_s = 0.3; t_s < seconds; t_s += kFrame_s) {
         const double shown_s = t_s - truth.delay_s;
-        Rigid grip = makeGrip(truth, deviceAt(shown_s), rotationFromVector(grip_turn.at(shown_s)));
+        Pose grip = makeGrip(truth, deviceAt(shown_s), rotationFromVector(grip_turn.at(shown_s)));
         noise = kept * noise + std::sqrt(1.0 - kept * kept) * random.normal3();
         grip.position_m += c.noise_m * noise;
         if (t_s >= wrong_until_s) off = Vec3(0.0);
@@ -172,8 +172,7 @@ Errors run(const Case& c, int trials, std::uint64_t seed, int targets) {
             points.push_back(pair.device_from_stylus.position_m);
         for (int i = 0; i < targets; ++i) {
             const bool turns = c.method != Method::plain;
-            const Rigid target{turns ? random.turn(kTurn_rad) : Quat(1.0, 0.0, 0.0, 0.0),
-                               random.inCube(0.04)};
+            const Pose target{turns ? random.turn(kTurn_rad) : Quat(1.0, 0.0, 0.0, 0.0), random.inCube(0.04)};
             const double tre_m = glm::distance(fit->inStage(target), truth.inStage(target));
             errors.tre_m.push_back(tre_m);
             squares += tre_m * tre_m;

@@ -43,10 +43,10 @@ Errors run(const Case&, int trials, std::uint64_t seed, int targets = 8);
 
 // True values of one simulated registration.
 struct Truth {
-    Rigid stage_from_device;
+    Pose stage_from_device;
     double scale = 1.0, delay_s = 0.0;
     Vec3 stylus_from_tip_m{0.0}, grip_from_tip_m{0.0};
-    Vec3 inStage(const Rigid& device_from_stylus) const {
+    Vec3 inStage(const Pose& device_from_stylus) const {
         return stage_from_device * (scale * (device_from_stylus * stylus_from_tip_m));
     }
 };

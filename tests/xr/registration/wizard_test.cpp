@@ -29,7 +29,7 @@ class User {
     void tick(bool press = false, bool back = false) {
         now_s += kTick_s;
         const std::vector<TimedPose> device = {{now_s, device_at}};
-        Rigid grip{turn, truth.inStage(device_at) - turn * truth.grip_from_tip_m};
+        Pose grip{turn, truth.inStage(device_at) - turn * truth.grip_from_tip_m};
         grip.position_m += slip_m + noise_m_ * random.normal3();
         const std::vector<TimedPose> tracked = {{now_s, grip}};
         wizard.step({now_s, device_ready ? PoseStream(device) : PoseStream(),
@@ -86,7 +86,7 @@ class User {
     Wizard wizard;
     Truth truth;
     double now_s = 0.0;
-    Rigid device_at;
+    Pose device_at;
     Quat turn{1.0, 0.0, 0.0, 0.0};
     Vec3 slip_m{0.0};
     bool device_ready = true, seen = true;

@@ -79,7 +79,7 @@ TEST(Atlas, NeedsTheRegistrationProgram) {
     settings.spacing_m = 0.010;
     settings.program = "/nowhere/stylet-register";
     EXPECT_THROW(alignAtlases(torso.ct, test::seededBody(), {}, {AtlasImage(torso, settings)}, settings),
-                 ImportError);
+                 EnvironmentError);
 }
 
 // The registration program may have read a hostile file, so any of its output may be wrong.

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/modeller/image/child_process_linux.h"
+#include "app/modeller/image/import_error.h"
 #include "tests/app/modeller/segmentation/liver_phantom.h"
 #include "tests/support/refused.h"
 

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "app/modeller/image/child_process_linux.h"
+#include "app/modeller/image/import_error.h"
 #include "app/modeller/import/import_map.h"
 #include "base/errors.h"
 #include "patient/package/nifti.h"

@@ -91,7 +91,7 @@ Played play(const SynthPatient& p, const patient::PlannedPath& path, const Scena
     const records::Record record = records::loadRecord(folder / "record");
     Session replayed(patient, path, {}, 0.0, nullptr);
     replayed.setCourse(scenario.course);
-    replayed.setCase(caseOf(record.info));
+    replayed.setCase(recordedCase(record.info));
     const records::ReplayResult again = records::replay(
         patient, record,
         [&](const haptics::TickInput& input, const haptics::TickOutput& out,

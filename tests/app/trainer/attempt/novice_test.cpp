@@ -89,14 +89,14 @@ class Novice {
         const double direction = directionIn(prompt);
         switch (act) {
             case Act::liftOff:
-            case Act::takeFinger:
-            case Act::takeProbe:
-            case Act::takeScalpel:
-            case Act::takeGuide:
-            case Act::takeSyringe:
+            case Act::selectFinger:
+            case Act::selectProbe:
+            case Act::selectScalpel:
+            case Act::selectGuide:
+            case Act::selectSyringe:
             case Act::liftProbe:
-            case Act::drawSyringe:
-            case Act::drawOut:
+            case Act::withdrawNumbingNeedle:
+            case Act::withdrawToRetry:
             case Act::finish:
                 toward(deeper_m_, kOffSkin_m, 2.0 * kMove_m_s);
                 toward(headward_m_, aim_headward_m_, kAside_m_s);
@@ -141,18 +141,18 @@ class Novice {
             case Act::pushToCapsule:
                 travel(direction, 0.3 * kMove_m_s);
                 break;
-            case Act::drawBack:
+            case Act::pullNeedleBack:
             case Act::seekDuct:
                 travel(direction, 0.2 * kMove_m_s);
                 break;
             case Act::feedWire:
             case Act::pushDilator:
             case Act::pushDrain:
-            case Act::drawWireBack:
-            case Act::drawNeedle:
-            case Act::drawDilator:
-            case Act::drawDrain:
-            case Act::drawWire:
+            case Act::pullWireBack:
+            case Act::withdrawNeedle:
+            case Act::withdrawDilator:
+            case Act::withdrawDrain:
+            case Act::withdrawWire:
             case Act::clearDrain:
             case Act::shiftDrainIn:
             case Act::shiftDrainOut:
@@ -295,7 +295,7 @@ Guided followThePrompts(const patient::Patient& patient, const patient::PlannedP
     std::string last;
     for (std::int64_t tick = 0; guided.seconds < limit_s; guided.seconds = double(++tick) * test::kDt_s) {
         const FrameState seen = session.frameState(now);
-        const Act act = training::nextAct(seen.progress, now, seen.machines);
+        const Act act = training::nextAct(seen.progress, now, seen.equipment);
         const std::string prompt = training::prompt(act, input.facts.controls);
         if (prompt != last) guided.said += fmt::format("\n  {:6.1f} s  {}", guided.seconds, last = prompt);
         if (act == Act::finish) break;
@@ -392,7 +392,7 @@ TEST(Tutor, PromptsDifferAndNameTheControl) {
         for (int a = 0; a < training::kActCount; ++a)
             for (int b = 0; b < a; ++b)
                 EXPECT_NE(prompt(Act(a), *controls), prompt(Act(b), *controls));
-    EXPECT_NE(prompt(Act::takeProbe, training::kMouseControls).find("press P"), std::string::npos);
+    EXPECT_NE(prompt(Act::selectProbe, training::kMouseControls).find("press P"), std::string::npos);
     EXPECT_NE(prompt(Act::inject, training::kControllerControls).find("other hand"), std::string::npos);
 }
 
@@ -412,24 +412,24 @@ TEST(Tutor, NeverAsksForWhatTheToolsRefuse) {
         EXPECT_EQ(next(step), Act::seekDuct) << "the tip has slipped out of the duct";
     now.tissue = patient::Tissue::duct;
     EXPECT_EQ(next(training::Step::aspirate), Act::aspirate);
-    EXPECT_EQ(next(training::Step::wire), Act::takeWire);
+    EXPECT_EQ(next(training::Step::wire), Act::selectWire);
     // A wire that has just been taken does not yet hold the way for the dilator.
     now.tool = Tool::wire;
     now.access.open = now.access.wire_in = now.access.needle_in = true;
     EXPECT_EQ(next(training::Step::dilate), Act::feedWire);
     now.access.in_duct_m = 0.030;
-    EXPECT_EQ(next(training::Step::dilate), Act::takeNeedle);
+    EXPECT_EQ(next(training::Step::dilate), Act::selectNeedle);
     now.access.pierced = true;
-    EXPECT_EQ(next(training::Step::drain), Act::drawWireBack);
+    EXPECT_EQ(next(training::Step::drain), Act::pullWireBack);
     now.access.pierced = now.access.needle_in = false;
     now.access.drain = haptics::DrainState::misplaced, now.access.drain_m = 0.2;
     EXPECT_EQ(next(training::Step::drain), Act::straightenDrain) << "the wire mends it";
     now.access.open = now.access.wire_in = false;
     EXPECT_EQ(next(training::Step::drain), Act::rewireDrain);
     now.access.open = now.access.wire_in = true;
-    EXPECT_EQ(next(training::Step::dilate), Act::takeDrain) << "no dilator fits beside the drain";
+    EXPECT_EQ(next(training::Step::dilate), Act::selectDrain) << "no dilator fits beside the drain";
     now.tool = Tool::drain;
-    EXPECT_EQ(next(training::Step::dilate), Act::drawDrain);
+    EXPECT_EQ(next(training::Step::dilate), Act::withdrawDrain);
     now.tool = Tool::wire;
     // Local anaesthetic flows only where it is wanted.
     now = {};
@@ -447,14 +447,14 @@ TEST(Tutor, NeverAsksForWhatTheToolsRefuse) {
     EXPECT_EQ(numb(training::Refusal::capsuleNotNumb, TrackPlace::skin), Act::stopInjecting);
     EXPECT_EQ(numb(training::Refusal::capsuleNotNumb, TrackPlace::capsule), Act::numbCapsule);
     syringe = {};
-    EXPECT_EQ(numb(training::Refusal::skinNotNumb, TrackPlace::outside), Act::takeProbe)
+    EXPECT_EQ(numb(training::Refusal::skinNotNumb, TrackPlace::outside), Act::selectProbe)
         << "the parked probe shows the track";
     now.probe_parked = true;
     EXPECT_EQ(numb(training::Refusal::skinNotNumb, TrackPlace::outside), Act::enterWheal);
     EXPECT_EQ(numb(training::Refusal::capsuleNotNumb, TrackPlace::wall), Act::pushToCapsule);
-    EXPECT_EQ(numb(training::Refusal::capsuleNotNumb, TrackPlace::beyond), Act::drawBack);
-    EXPECT_EQ(numb(training::Refusal::capsuleNotNumb, TrackPlace::aside), Act::drawSyringe);
-    EXPECT_EQ(next(training::Step::incise), Act::drawSyringe) << "the needle is still in the skin";
+    EXPECT_EQ(numb(training::Refusal::capsuleNotNumb, TrackPlace::beyond), Act::pullNeedleBack);
+    EXPECT_EQ(numb(training::Refusal::capsuleNotNumb, TrackPlace::aside), Act::withdrawNumbingNeedle);
+    EXPECT_EQ(next(training::Step::incise), Act::withdrawNumbingNeedle) << "the needle is still in the skin";
     // A probe that was parked where it shows nothing.
     progress.missing = training::Refusal::ductBesidePlane;
     now = {};

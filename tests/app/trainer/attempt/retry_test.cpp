@@ -160,13 +160,13 @@ TEST_F(FromABookmark, LiveInputResumesAtTheOldPoseWithRisingForce) {
                         {},
                         "Enter"};
     std::uint64_t first_seen = 0;
-    const auto heard = [&](const FrameState& seen) {
+    const auto on_state = [&](const FrameState& seen) {
         if (first_seen == 0) first_seen = seen.tick.tick;
         if (!back) {
-            EXPECT_TRUE(seen.held);
+            EXPECT_TRUE(seen.ticks_paused);
         }
     };
-    runRealTime(attempt, session, nullptr, monotonicClock(), {.live = &hand, .on_state = heard});
+    runRealTime(attempt, session, nullptr, monotonicClock(), {.live = &hand, .on_state = on_state});
     writer.finish();
     EXPECT_GT(level, 0.5) << "the force did not come back";
     EXPECT_EQ(stood_at, first_seen) << "ticks went on without the hand";

@@ -100,7 +100,7 @@ Shots actsOf(const Scene& scene) {
         simulation.step(input, now, events);
         session.update(input, now, events);
         const FrameState state = session.frameState(now);
-        const training::Act asked = training::nextAct(state.progress, now, state.machines);
+        const training::Act asked = training::nextAct(state.progress, now, state.equipment);
         if (asked != act) act = asked, since = now.tick;
         if (seen[std::size_t(act)] || now.tick < since + kSettled_ticks) continue;
         seen[std::size_t(act)] = true;
@@ -127,7 +127,7 @@ void addMistakes(Shots& shots) {
         Shot shot = *found;
         change(shot.seen);
         const FrameState& state = shot.seen;
-        if (training::nextAct(state.progress, state.tick, state.machines) != wanted)
+        if (training::nextAct(state.progress, state.tick, state.equipment) != wanted)
             throw std::runtime_error(fmt::format("act {} is not asked for", int(wanted)));
         shot.act = wanted;
         shot.name = fmt::format("act-{:02}-step-{}", int(wanted), int(state.progress.step));
@@ -138,44 +138,73 @@ void addMistakes(Shots& shots) {
     };
     const auto with = [](Tool tool) { return [tool](FrameState& state) { state.tick.tool = tool; }; };
     add(Act::liftOff, Act::pressGap, [](FrameState& state) { state.tick.tool_awaits_exit = true; });
-    add(Act::takeFinger, Act::pressGap, with(Tool::scalpel));
-    add(Act::shiftProbe, Act::keepProbe, missing(Refusal::ductBesidePlane));
-    add(Act::turnProbe, Act::keepProbe, missing(Refusal::ductShadowed));
+    add(Act::selectFinger, Act::pressGap, with(Tool::scalpel));
+    add(Act::shiftProbe, Act::holdProbeStill, missing(Refusal::ductBesidePlane));
+    add(Act::turnProbe, Act::holdProbeStill, missing(Refusal::ductShadowed));
     add(Act::aimGuide, Act::parkProbe, missing(Refusal::ductBesideRail));
     add(Act::liftProbe, Act::parkProbe, [](FrameState& state) {
         state.progress.missing = Refusal::ductBesideRail;
         state.tick.probe_parked = true;
         state.tick.patient_from_probe = state.tick.patient_from_tool * haptics::kStylusFromProbe;
     });
-    add(Act::drawBack, Act::pushToCapsule,
+    add(Act::pullNeedleBack, Act::pushToCapsule,
         [](FrameState& state) { state.progress.track_place = training::TrackPlace::beyond; });
-    add(Act::snapNeedle, Act::takeGuide, with(Tool::guide));
+    add(Act::snapNeedle, Act::selectGuide, with(Tool::guide));
     add(Act::enterSkin, Act::advance,
         [](FrameState& state) { state.tick.phase = haptics::Phase::outside, state.tick.tool = Tool::guide; });
-    add(Act::drawOut, Act::advance, missing(Refusal::breathNotHeld));
+    add(Act::withdrawToRetry, Act::advance, missing(Refusal::breathNotHeld));
     add(Act::seekDuct, Act::aspirate, [](FrameState& state) { state.tick.tissue = patient::Tissue::liver; });
-    add(Act::pressPedal, Act::inject, [](FrameState& state) { state.machines.xray.pedal = false; });
-    add(Act::takeWire, Act::feedWire, with(Tool::needle));
-    add(Act::drawDrain, Act::pushDilator, [](FrameState& state) {
+    add(Act::pressPedal, Act::inject, [](FrameState& state) { state.equipment.xray.pedal = false; });
+    add(Act::selectWire, Act::feedWire, with(Tool::needle));
+    add(Act::withdrawDrain, Act::pushDilator, [](FrameState& state) {
         state.tick.tool = Tool::drain;
         state.tick.access.drain_m = 0.02;
     });
-    add(Act::drawWireBack, Act::feedWire, [](FrameState& state) { state.tick.access.pierced = true; });
-    add(Act::finish, Act::releasePedal, [](FrameState& state) { state.machines.xray.pedal = false; });
+    add(Act::pullWireBack, Act::feedWire, [](FrameState& state) { state.tick.access.pierced = true; });
+    add(Act::finish, Act::releasePedal, [](FrameState& state) { state.equipment.xray.pedal = false; });
 }
 
 // The act during which each refusal is told.
 constexpr std::array<training::Act, training::kRefusalCount> kRefusedDuring = [] {
     using training::Act;
-    return std::array{
-        Act::finish,      Act::pressGap,    Act::pressUpperRib, Act::pressLowerRib, Act::placeProbe,
-        Act::placeProbe,  Act::placeProbe,  Act::placeProbe,    Act::keepProbe,     Act::parkProbe,
-        Act::cut,         Act::cut,         Act::cut,           Act::enterSkin,     Act::advance,
-        Act::advance,     Act::advance,     Act::advance,       Act::aspirate,      Act::aspirate,
-        Act::takeWire,    Act::inject,      Act::feedWire,      Act::feedWire,      Act::drawDilator,
-        Act::drawWire,    Act::drawWire,    Act::drawWire,      Act::feedWire,      Act::feedWire,
-        Act::enterWheal,  Act::drawSyringe, Act::numbSkin,      Act::numbSkin,      Act::pushToCapsule,
-        Act::numbCapsule, Act::numbCapsule, Act::pushDrain};
+    return std::array{Act::finish,
+                      Act::pressGap,
+                      Act::pressUpperRib,
+                      Act::pressLowerRib,
+                      Act::placeProbe,
+                      Act::placeProbe,
+                      Act::placeProbe,
+                      Act::placeProbe,
+                      Act::holdProbeStill,
+                      Act::parkProbe,
+                      Act::cut,
+                      Act::cut,
+                      Act::cut,
+                      Act::enterSkin,
+                      Act::advance,
+                      Act::advance,
+                      Act::advance,
+                      Act::advance,
+                      Act::aspirate,
+                      Act::aspirate,
+                      Act::selectWire,
+                      Act::inject,
+                      Act::feedWire,
+                      Act::feedWire,
+                      Act::withdrawDilator,
+                      Act::withdrawWire,
+                      Act::withdrawWire,
+                      Act::withdrawWire,
+                      Act::feedWire,
+                      Act::feedWire,
+                      Act::enterWheal,
+                      Act::withdrawNumbingNeedle,
+                      Act::numbSkin,
+                      Act::numbSkin,
+                      Act::pushToCapsule,
+                      Act::numbCapsule,
+                      Act::numbCapsule,
+                      Act::pushDrain};
 }();
 
 // Adds what can be told during the acts: hints, refusals, notices, alerts and pain.
@@ -207,14 +236,15 @@ void addTold(Shots& shots) {
     for (std::size_t d = 0; d < training::kDrawnNames.size(); ++d)
         add(fmt::format("notice-syringe-{}", training::kDrawnNames[d]), Act::aspirate,
             [&](FrameState& state) { state.drawn = training::Drawn(d); });
-    add("notice-paused", Act::cut, [](FrameState& state) { state.paused = true; });
-    add("notice-untracked", Act::cut,
-        [](FrameState& state) { state.held = true, state.return_distance_m = haptics::kDeviceNotReady_m; });
+    add("notice-paused", Act::cut, [](FrameState& state) { state.paused_by_instructor = true; });
+    add("notice-untracked", Act::cut, [](FrameState& state) {
+        state.ticks_paused = true, state.return_distance_m = haptics::kDeviceNotReady_m;
+    });
     add("notice-return", Act::cut,
-        [](FrameState& state) { state.held = true, state.return_distance_m = 0.012; });
+        [](FrameState& state) { state.ticks_paused = true, state.return_distance_m = 0.012; });
     add("notice-jumped", Act::advance,
         [](FrameState& state) { state.tick.awaited |= haptics::kFaultAwayFromNeedle; });
-    add("notice-rest", Act::takeScalpel, [](FrameState& state) { state.rest_due = true; });
+    add("notice-rest", Act::selectScalpel, [](FrameState& state) { state.rest_due = true; });
     add("notice-stall", Act::cut, [](FrameState& state) { state.picture_stall_s = 3.0; });
     for (const haptics::FaultText& fault : haptics::faultTexts())
         add(fmt::format("notice-fault-{}", fault.name), Act::advance, [&](FrameState& state) {

@@ -360,7 +360,7 @@ class User {
     LiveHand live_{.device = device_,
                    .over = [](double) { return false; },
                    .typed = [this] { return input_.typed(); },
-                   .hold = [](Tool) {},
+                   .set_tool = [](Tool) {},
                    .buttons = input_.functions(),
                    .rearm_act = "",
                    .felt = [this](const TickOutput& now) { input_.feel(now); },

@@ -104,13 +104,13 @@ TEST_F(Feed, TheRearmingButtonCountsWhileTheForceIsOff) {
 
 struct LiveFeed : Feed {
     std::string typed;
-    std::vector<haptics::Tool> held;
+    std::vector<haptics::Tool> tools_set;
     haptics::Trace trace{{{}}, {}};
     haptics::ReplayDevice device{trace, 0};
     LiveHand live{device,
                   {},
                   [this] { return std::exchange(typed, {}); },
-                  [this](haptics::Tool tool) { held.push_back(tool); },
+                  [this](haptics::Tool tool) { tools_set.push_back(tool); },
                   {},
                   "Enter here"};
     ForceFeed feed_of_live{true, kDt_s, &live, [this](const std::string& text) { said.push_back(text); }};
@@ -150,7 +150,7 @@ testing::Matcher<const std::string&> speaksOfForce() {
 // A mouse in place of the haptic device.
 struct InputOnlyFeed : LiveFeed {
     haptics::ReplayDevice mouse{trace, 0, haptics::inputOnlyProfile("mouse", "input only")};
-    LiveHand mouse_hand{mouse, {}, live.typed, live.hold, {.rearm = 0}, ""};
+    LiveHand mouse_hand{mouse, {}, live.typed, live.set_tool, {.rearm = 0}, ""};
     ForceFeed mouse_feed{true, kDt_s, &mouse_hand, [this](const std::string& text) { said.push_back(text); }};
 };
 
@@ -210,7 +210,7 @@ TEST_F(LiveFeed, CommandsWaitForSpaceInTheRing) {
     feed_of_live.update(true, session, ring);
     EXPECT_EQ(asked().size(), 2u);
     EXPECT_THAT(heard(), ElementsAre(HasSubstr("nonsense")));
-    EXPECT_THAT(held, ElementsAre(haptics::Tool::needle, haptics::Tool::needle));
+    EXPECT_THAT(tools_set, ElementsAre(haptics::Tool::needle, haptics::Tool::needle));
 }
 
 // If tracking is lost while the pedal's button is pressed, the pedal is released.

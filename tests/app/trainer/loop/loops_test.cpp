@@ -56,17 +56,17 @@ TEST(FastLoop, FindsEveryCaptureOnceAndInOrder) {
     const test::Played played = playFast(ductPhantom(), shortScenario(), 1);
     std::vector<std::string> names;
     std::uint64_t last = 0;
-    for (const Capture& m : played.log.moments) {
+    for (const Capture& m : played.log.captures) {
         names.push_back(m.name);
-        EXPECT_GE(m.seen.tick.tick, last);
-        last = m.seen.tick.tick;
+        EXPECT_GE(m.state.tick.tick, last);
+        last = m.state.tick.tick;
     }
     EXPECT_THAT(names, testing::ElementsAre("approach", "skin", "fascia", "liver", "duct"));
     // Each capture contains the state of its own tick: "approach" at the scenario's distance from the skin,
     // "duct" at the duct's wall.
-    EXPECT_NEAR(played.log.moments[0].seen.tick.patient_from_needle.position_m.x, -0.005, 1e-3);
-    EXPECT_NEAR(played.log.moments[4].seen.tick.patient_from_needle.position_m.x, 0.0503, 2e-4);
-    EXPECT_TRUE(played.log.moments[4].seen.tick.breath_held);
+    EXPECT_NEAR(played.log.captures[0].state.tick.patient_from_needle.position_m.x, -0.005, 1e-3);
+    EXPECT_NEAR(played.log.captures[4].state.tick.patient_from_needle.position_m.x, 0.0503, 2e-4);
+    EXPECT_TRUE(played.log.captures[4].state.tick.breath_held);
 }
 
 // HZ-TEACH-14
@@ -338,13 +338,13 @@ TEST(RealTimeLoop, ExecutesInstructorCommands) {
     std::string words = "difficulty exam\n";
     bool exam = false;
     test::VirtualClock clock(kLoopThreads);
-    const auto heard = [&](const FrameState& seen) {
+    const auto on_state = [&](const FrameState& seen) {
         exam = exam || seen.difficulty == training::Difficulty::exam;
         if (exam) words = "new seed 7\nnew attempt\n";
     };
     const auto console = [&] { return session.newest() ? std::exchange(words, {}) : std::string(); };
     const LoopTotals totals =
-        runRealTime(attempt, session, nullptr, clock.clock(), {.on_state = heard, .console = console});
+        runRealTime(attempt, session, nullptr, clock.clock(), {.on_state = on_state, .console = console});
     EXPECT_TRUE(exam);
     ASSERT_TRUE(totals.next);
     EXPECT_EQ(totals.next->seed, 7u);

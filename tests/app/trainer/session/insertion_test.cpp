@@ -107,10 +107,10 @@ TEST_F(InsertionLogTest, SizeIsBounded) {
 TEST(Insertion, FindsTheBordersOfALayeredPhantom) {
     const patient::Package package = test::ductPhantom();
     const test::Played played = test::playFast(package, test::shortScenario(), 1);
-    ASSERT_FALSE(played.log.moments.empty());
+    ASSERT_FALSE(played.log.captures.empty());
     const Insertion* last = nullptr;
-    for (const Capture& moment : played.log.moments)
-        if (!moment.seen.insertion.passed.empty()) last = &moment.seen.insertion;
+    for (const Capture& capture : played.log.captures)
+        if (!capture.state.insertion.passed.empty()) last = &capture.state.insertion;
     ASSERT_NE(last, nullptr);
     for (const Passed& passed : last->passed) {
         double nearest_m = 1.0;

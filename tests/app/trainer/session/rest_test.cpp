@@ -65,7 +65,7 @@ TEST(Rest, NoticeIsShownWhenNoOtherIs) {
     seen.rest_due = true;
     ASSERT_TRUE(makeNotice(seen, Attention::focused, "press Enter"));
     EXPECT_NE(makeNotice(seen, Attention::focused, "")->title.find("rest"), std::string::npos);
-    seen.paused = true;
+    seen.paused_by_instructor = true;
     EXPECT_EQ(makeNotice(seen, Attention::focused, "")->title, "Paused");
 }
 

@@ -42,10 +42,10 @@ TEST_F(SessionLogTest, ApproachIsTheFirstTickWithinItsDistanceOfTheSkin) {
     EXPECT_TRUE(session_.newCaptures().empty());
     session_.update(recordAt(2, -0.0049));
     session_.update(recordAt(3, -0.0040));
-    const std::vector<Capture> moments = session_.newCaptures();
-    ASSERT_EQ(moments.size(), 1u);
-    EXPECT_EQ(moments[0].name, "approach");
-    EXPECT_EQ(moments[0].seen.tick.tick, 2u);
+    const std::vector<Capture> captures = session_.newCaptures();
+    ASSERT_EQ(captures.size(), 1u);
+    EXPECT_EQ(captures[0].name, "approach");
+    EXPECT_EQ(captures[0].state.tick.tick, 2u);
     EXPECT_TRUE(session_.newCaptures().empty());
 }
 
@@ -56,8 +56,8 @@ TEST_F(SessionLogTest, EventIsMatchedToItsTickInAnyOrder) {
     session_.update(recordAt(2, 0.0520));
     session_.update(recordAt(3, 0.0530));
     for (const Capture& m : session_.newCaptures())
-        EXPECT_EQ(m.seen.tick.tick, 2u) << m.name;
-    ASSERT_EQ(session_.log().moments.size(), 2u);
+        EXPECT_EQ(m.state.tick.tick, 2u) << m.name;
+    ASSERT_EQ(session_.log().captures.size(), 2u);
     EXPECT_TRUE(session_.log().target_hit());
 }
 

@@ -69,12 +69,12 @@ TEST_F(CuesTest, TheTubeBuzzesWhileItPulses) {
     std::uint64_t pulses = 0;
     for (double t_s = 0.0; t_s < 6.0; t_s += 0.002) {
         FrameState seen = at(t_s);
-        seen.machines.xray.pedal = t_s > 1.0 && t_s < 3.0;
-        if (seen.machines.xray.pedal) pulses = 1 + std::uint64_t((t_s - 1.0) * 7.5);
-        seen.machines.xray.pulses = pulses;
+        seen.equipment.xray.pedal = t_s > 1.0 && t_s < 3.0;
+        if (seen.equipment.xray.pedal) pulses = 1 + std::uint64_t((t_s - 1.0) * 7.5);
+        seen.equipment.xray.pulses = pulses;
         const bool buzzes = cues_.update(seen)[Sound::buzz].gain > 0.0f;
         const bool settled = std::fabs(t_s - 1.0) > 0.01 && std::fabs(t_s - 3.0) > 0.01;
-        EXPECT_TRUE(!settled || buzzes == seen.machines.xray.pedal) << t_s;
+        EXPECT_TRUE(!settled || buzzes == seen.equipment.xray.pedal) << t_s;
     }
 }
 
@@ -105,7 +105,7 @@ TEST_F(CuesTest, PausePlaysOnlyTheRoom) {
     for (double t_s = 0.0; t_s < 0.5; t_s += 0.002)
         cues_.update(at(t_s));
     FrameState paused = at(0.5);
-    paused.held = true;
+    paused.ticks_paused = true;
     const SoundFrame& heard = cues_.update(paused);
     EXPECT_EQ(heard.begun, 0u);
     EXPECT_EQ(heard[Sound::breath].gain, 0.0f);

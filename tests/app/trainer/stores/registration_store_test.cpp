@@ -160,7 +160,7 @@ TEST(Register, CubeFitsTheDeviceWorkspace) {
 TEST(Register, StoredRegistrationCanBeChecked) {
     const Registration r = sample();
     const xr::registration::StoredRegistration stored = toStored(r);
-    const xr::registration::Rigid stylus{glm::angleAxis(0.4, Vec3(0, 1, 0)), {0.01, 0.02, 0.03}};
+    const Pose stylus{glm::angleAxis(0.4, Vec3(0, 1, 0)), {0.01, 0.02, 0.03}};
     const Vec3 tip_m = r.inStage({stylus.rotation, stylus.position_m});
     xr::registration::Pair touch{stylus, {{}, tip_m - r.grip_from_tip_m}, {}};
     EXPECT_TRUE(checkDrift(stored, {&touch, 1}).valid);

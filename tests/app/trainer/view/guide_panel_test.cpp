@@ -157,8 +157,8 @@ TEST(GuidePanel, PromptsOfAForceDeviceNameTheButtonThatRegrips) {
     const auto names = [](const std::string& device, Act act, const char* button) {
         return prompt(act, controlsOf(device)).find(button) != std::string::npos;
     };
-    for (const Act act :
-         {Act::drawWire, Act::clearDrain, Act::drawNeedle, Act::drawDilator, Act::drawDrain}) {
+    for (const Act act : {Act::withdrawWire, Act::clearDrain, Act::withdrawNeedle, Act::withdrawDilator,
+                          Act::withdrawDrain}) {
         EXPECT_TRUE(names("bridge", act, "button 1"));
         EXPECT_TRUE(names("falcon", act, "button 3"));
         for (const std::string& other :

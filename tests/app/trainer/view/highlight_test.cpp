@@ -77,23 +77,24 @@ class HighlightTest : public testing::Test {
 };
 
 TEST_F(HighlightTest, AnInstrumentToTakeIsOnTheInstrumentTable) {
-    for (const Act act : {Act::takeFinger, Act::takeProbe, Act::takeScalpel, Act::takeGuide, Act::takeSyringe,
-                          Act::takeWire, Act::takeNeedle, Act::takeDilator, Act::takeDrain})
+    for (const Act act :
+         {Act::selectFinger, Act::selectProbe, Act::selectScalpel, Act::selectGuide, Act::selectSyringe,
+          Act::selectWire, Act::selectNeedle, Act::selectDilator, Act::selectDrain})
         expectInRoom(act, render::kTrolley);
 }
 
 TEST_F(HighlightTest, AnInstrumentInThePatientIsTakenThere) {
     openAccess();
-    expectRing(Act::takeWire, {-0.120, 0.0, 0.0});
+    expectRing(Act::selectWire, {-0.120, 0.0, 0.0});
     seen_.tick.access.needle_in = true;
     seen_.tick.patient_from_needle = needlePose(path_.target_m, kIn);
     const Vec3 hub_m = path_.target_m - seen_.needle.length_m * kIn;
-    for (const Act act : {Act::takeWire, Act::takeNeedle, Act::drawNeedle})
+    for (const Act act : {Act::selectWire, Act::selectNeedle, Act::withdrawNeedle})
         expectRing(act, hub_m);
     seen_.tick.access.needle_in = false;
     seen_.tick.access.dilator_m = 0.010;
     seen_.tick.access.drain = haptics::DrainState::over_wire;
-    for (const Act act : {Act::takeDilator, Act::takeDrain})
+    for (const Act act : {Act::selectDilator, Act::selectDrain})
         expectRing(act, {-0.120, 0.0, 0.0});
 }
 
@@ -143,7 +144,7 @@ TEST_F(HighlightTest, ProbeThatStaysIsRinged) {
     holdProbe(Vec3(0.0));
     const Pose probe = probeAt(Vec3(0.0));
     const Vec3 out = probe.direction({0.0, 0.0, -1.0});
-    for (const Act act : {Act::turnProbe, Act::keepProbe, Act::parkProbe})
+    for (const Act act : {Act::turnProbe, Act::holdProbeStill, Act::parkProbe})
         expectRing(act, probe.position_m + 0.020 * out);
     expectArrow(Act::liftProbe, out);
 }
@@ -160,10 +161,10 @@ TEST_F(HighlightTest, NeedleInTheBody) {
     for (const Act act : {Act::seekDuct, Act::pushToCapsule})
         expectRing(act, path_.entry_m);
     const Vec3 hub_m = (0.040 - seen_.needle.length_m) * kIn;
-    for (const Act act : {Act::aspirate, Act::inject, Act::numbSkin, Act::numbCapsule, Act::drawBack,
-                          Act::drawSyringe, Act::drawOut})
+    for (const Act act : {Act::aspirate, Act::inject, Act::numbSkin, Act::numbCapsule, Act::pullNeedleBack,
+                          Act::withdrawNumbingNeedle, Act::withdrawToRetry})
         expectRing(act, hub_m);
-    EXPECT_LT(expectArrow(Act::drawOut, -kIn).x, hub_m.x) << "beyond the hub";
+    EXPECT_LT(expectArrow(Act::withdrawToRetry, -kIn).x, hub_m.x) << "beyond the hub";
     seen_.tick.patient_from_tool = seen_.tick.patient_from_needle;
     expectRing(Act::liftOff, 0.040 * kIn);
     expectArrow(Act::liftOff, -kIn);
@@ -173,7 +174,7 @@ TEST_F(HighlightTest, WireDilatorAndDrainArePushedAndDrawnAlongTheTrack) {
     openAccess();
     for (const Act act : {Act::feedWire, Act::pushDilator, Act::pushDrain})
         EXPECT_LT(expectArrow(act, kIn).x, -0.120) << int(act);
-    for (const Act act : {Act::drawWireBack, Act::drawDilator, Act::drawDrain, Act::drawWire})
+    for (const Act act : {Act::pullWireBack, Act::withdrawDilator, Act::withdrawDrain, Act::withdrawWire})
         EXPECT_LT(expectArrow(act, -kIn).x, -0.120) << int(act);
     expectRing(Act::injectDrain, {-0.120, 0.0, 0.0});
 }

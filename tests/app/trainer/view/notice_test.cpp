@@ -45,11 +45,11 @@ TEST(Notice, ExplainsWhyTheAttemptIsPaused) {
     EXPECT_FALSE(makeNotice(seen, Attention::focused, "press Enter"));
     EXPECT_FALSE(makeNotice(seen, Attention::absent, "press Enter"));
     EXPECT_EQ(makeNotice(seen, Attention::away, "")->title, "Paused");
-    seen.held = true, seen.return_distance_m = 0.0123;
+    seen.ticks_paused = true, seen.return_distance_m = 0.0123;
     EXPECT_THAT(makeNotice(seen, Attention::focused, "")->lines[0], HasSubstr("12 mm"));
     seen.return_distance_m = haptics::kDeviceNotReady_m;
     EXPECT_THAT(makeNotice(seen, Attention::focused, "")->lines[0], HasSubstr("not tracked"));
-    seen.held = false;
+    seen.ticks_paused = false;
     seen.tick.stage = haptics::ForceStage::off;
     seen.tick.faults = haptics::kFaultOverSpeed;
     EXPECT_FALSE(makeNotice(seen, Attention::focused, "")) << "a script cannot re-arm";
@@ -99,7 +99,7 @@ TEST(Notice, SaysWhatTheSyringeDrew) {
     const auto notice = makeNotice(seen, Attention::focused, "");
     ASSERT_TRUE(notice);
     EXPECT_EQ(*notice, (Notice{"Syringe", {"Blood comes."}}));
-    seen.paused = true;
+    seen.paused_by_instructor = true;
     EXPECT_EQ(makeNotice(seen, Attention::focused, "")->title, "Paused") << "that is more important";
 }
 
@@ -130,9 +130,9 @@ TEST(Notice, SaysWhyTheNextAttemptWasRefused) {
     EXPECT_THAT(makeNotice(seen, Attention::focused, "Enter")->lines.back(), HasSubstr("no rotation"))
         << "the force has not started yet";
     // Nothing that must be acted on is hidden.
-    seen.paused = true;
+    seen.paused_by_instructor = true;
     EXPECT_EQ(makeNotice(seen, Attention::focused, "")->title, "Paused");
-    seen.paused = false, seen.tick.awaited = haptics::kFaultAwayFromNeedle;
+    seen.paused_by_instructor = false, seen.tick.awaited = haptics::kFaultAwayFromNeedle;
     EXPECT_EQ(makeNotice(seen, Attention::focused, "")->title, "The tool has jumped");
 }
 
@@ -176,7 +176,7 @@ TEST(Notice, ShowsTheCaseWithItsQuestionAndKeys) {
     seen.progress.step = training::Step::findGap;
     EXPECT_FALSE(makeNotice(seen, Attention::focused, ""));
     seen = asking("raised-inr", 0);
-    seen.paused = true;
+    seen.paused_by_instructor = true;
     EXPECT_EQ(makeNotice(seen, Attention::focused, "")->title, "Paused") << "that is more important";
 }
 

@@ -2,17 +2,10 @@
 #pragma once
 
 #include <filesystem>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace stylet::modeller {
-
-// Bad input, or a child process that failed. what() is one sentence that names the file.
-class ImportError : public std::runtime_error {
-  public:
-    using std::runtime_error::runtime_error;
-};
 
 struct ChildLimits {
     int wall_s = 120;
@@ -34,12 +27,14 @@ class PrivateFolder {
     std::filesystem::path path_;
 };
 
-// Returns `given`. If it is empty, returns the installed program `name`. Throws ImportError if it is missing.
+// Returns `given`. If it is empty, returns the installed program `name`. Throws EnvironmentError if it is
+// missing.
 std::filesystem::path childProgram(const std::filesystem::path& given, const std::string& name);
 
-// Runs the program and waits until it ends. Throws ImportError if it fails. The message names `about`, the
-// file that the child works on. Then follows the sentence that the child printed on standard output, or the
-// reason for the failure. `who` is the name of the child in that reason, for example "the reader".
+// Runs the program and waits until it ends. Throws ImportError if it fails, EnvironmentError if it cannot be
+// started. The message names `about`, the file that the child works on. Then follows the sentence that the
+// child printed on standard output, or the reason for the failure. `who` is the name of the child in that
+// reason, for example "the reader".
 void runChild(const std::filesystem::path& program, const std::vector<std::string>& arguments,
               const ChildLimits&, const std::string& about, const std::string& who);
 

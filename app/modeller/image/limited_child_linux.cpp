@@ -1,4 +1,4 @@
-#include "app/modeller/image/child_process_linux.h"
+#include "app/modeller/image/limited_child_linux.h"
 
 #include <fmt/core.h>
 #include <signal.h>
@@ -9,7 +9,9 @@
 #include <cstring>
 #include <system_error>
 
+#include "app/modeller/image/import_error.h"
 #include "base/child_process_linux.h"
+#include "base/errors.h"
 
 namespace stylet::modeller {
 
@@ -43,7 +45,7 @@ std::string failureReason(const ChildOutcome& end, const ChildLimits& limits, co
 
 PrivateFolder::PrivateFolder() {
     std::string name = (fs::temp_directory_path() / "stylet-import-XXXXXX").string();
-    if (!mkdtemp(name.data())) throw ImportError("no temporary folder can be made in " + name);
+    if (!mkdtemp(name.data())) throw EnvironmentError("no temporary folder can be made in " + name);
     path_ = name;
 }
 
@@ -54,7 +56,8 @@ PrivateFolder::~PrivateFolder() {
 
 fs::path childProgram(const fs::path& given, const std::string& name) {
     if (!given.empty()) {
-        if (access(given.c_str(), X_OK) != 0) throw ImportError(given.string() + ": the program is missing");
+        if (access(given.c_str(), X_OK) != 0)
+            throw EnvironmentError(given.string() + ": the program is missing");
         return given;
     }
     // In a build tree, the child program is next to this program. When installed, it is in libexec.
@@ -62,7 +65,8 @@ fs::path childProgram(const fs::path& given, const std::string& name) {
     const fs::path bin = fs::read_symlink("/proc/self/exe", error).parent_path();
     for (const fs::path& program : {bin / name, bin.parent_path() / "libexec" / "stylet" / name})
         if (access(program.c_str(), X_OK) == 0) return program;
-    throw ImportError((bin / name).string() + ": the program is missing (it is built with STYLET_ITK=ON)");
+    throw EnvironmentError((bin / name).string() +
+                           ": the program is missing (it is built with STYLET_ITK=ON)");
 }
 
 void runChild(const fs::path& program, const std::vector<std::string>& arguments, const ChildLimits& limits,
@@ -74,9 +78,9 @@ void runChild(const fs::path& program, const std::vector<std::string>& arguments
         .limits = ResourceLimits{limits.cpu_s, limits.memory_bytes, limits.file_bytes},
     };
     const ChildOutcome end = runProgram(program, arguments, settings);
-    if (!end.started) throw ImportError(program.string() + " cannot be started");
+    if (!end.started) throw EnvironmentError(program.string() + " cannot be started");
     if (end.in_time && !end.status && !end.signal)
-        throw ImportError(program.string() + " ended without an exit status");
+        throw EnvironmentError(program.string() + " ended without an exit status");
     if (end.status != 0 || !end.in_time) throw ImportError(about + ": " + failureReason(end, limits, who));
 }
 

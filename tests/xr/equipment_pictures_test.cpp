@@ -18,10 +18,10 @@ using patient::Tissue;
 
 constexpr render::VisibleScreens kBoth{true, true, false};
 
-class MachinePicturesTest : public testing::Test {
+class EquipmentPicturesTest : public testing::Test {
   protected:
     // The body begins at x = 0 and extends along +x. The probe's +z points into the body.
-    MachinePicturesTest() {
+    EquipmentPicturesTest() {
         moment_.patient_from_probe =
             Pose{Quat{std::sqrt(0.5), 0.0, std::sqrt(0.5), 0.0}, Vec3(0.001, 0.0, 0.0)};
         moment_.patient_from_isocentre.position_m = {0.05, 0.0, 0.0};
@@ -30,7 +30,7 @@ class MachinePicturesTest : public testing::Test {
         moment_.time_s = time_s;
         pictures_.show(moment_, seen);
     }
-    void pulse() { ++moment_.machines.xray.pulses; }
+    void pulse() { ++moment_.equipment.xray.pulses; }
     static double brightness(const render::ScreenPicture& screen) {
         double sum = 0.0;
         for (int i = 0; i < screen.width * screen.height; ++i)
@@ -47,8 +47,8 @@ class MachinePicturesTest : public testing::Test {
     ImagingInput moment_;
 };
 
-TEST_F(MachinePicturesTest, InvisiblePicturesAreNotRendered) {
-    moment_.machines.xray.pedal = true;
+TEST_F(EquipmentPicturesTest, InvisiblePicturesAreNotRendered) {
+    moment_.equipment.xray.pedal = true;
     pulse();
     look(0.0, {});
     EXPECT_EQ(pictures_.totals().scans, 0u);
@@ -63,7 +63,7 @@ TEST_F(MachinePicturesTest, InvisiblePicturesAreNotRendered) {
     EXPECT_GT(brightness(pictures_.xrayScreen()), 3.0);
 }
 
-TEST_F(MachinePicturesTest, UnusedEquipmentStaysDark) {
+TEST_F(EquipmentPicturesTest, UnusedEquipmentStaysDark) {
     moment_.patient_from_probe.reset();
     for (double t_s = 0.0; t_s < 1.0; t_s += 0.1)
         look(t_s);
@@ -72,11 +72,11 @@ TEST_F(MachinePicturesTest, UnusedEquipmentStaysDark) {
 }
 
 // Sound takes 53 ms to travel 256 lines of 16 cm and back.
-TEST_F(MachinePicturesTest, TheScanRateIsLimitedByTheSpeedOfSound) {
+TEST_F(EquipmentPicturesTest, TheScanRateIsLimitedByTheSpeedOfSound) {
     for (int i = 0; i < 100; ++i)
         look(0.010 * i);
     EXPECT_NEAR(double(pictures_.totals().scans), 1.0 / 0.060, 2.0);
-    moment_.machines.ultrasound.depth_m = 0.08;
+    moment_.equipment.ultrasound.depth_m = 0.08;
     const std::uint64_t before = pictures_.totals().scans;
     for (int i = 100; i < 200; ++i)
         look(0.010 * i);
@@ -85,7 +85,7 @@ TEST_F(MachinePicturesTest, TheScanRateIsLimitedByTheSpeedOfSound) {
 
 // The linear probe shows a strip as wide as its face. In the fan of the convex one the slab, which is not
 // wider, fills less of a row. The machine's knob does not replace the probe that is felt.
-TEST_F(MachinePicturesTest, ThePictureIsThatOfTheProbe) {
+TEST_F(EquipmentPicturesTest, ThePictureIsThatOfTheProbe) {
     const auto litPixels = [&](double share) {  // in the row at this share of the height
         const render::ScreenPicture screen = pictures_.ultrasoundScreen();
         const int row = int(share * screen.height);
@@ -94,7 +94,7 @@ TEST_F(MachinePicturesTest, ThePictureIsThatOfTheProbe) {
             count += screen.rgba[4 * (row * screen.width + x)] > 4 ? 1 : 0;
         return count;
     };
-    moment_.machines.ultrasound.depth_m = 0.06;
+    moment_.equipment.ultrasound.depth_m = 0.06;
     look(0.0);
     EXPECT_LT(litPixels(0.4), 210);
     EXPECT_LT(litPixels(0.6), 210);
@@ -105,7 +105,7 @@ TEST_F(MachinePicturesTest, ThePictureIsThatOfTheProbe) {
     EXPECT_NEAR(litPixels(0.6), strip, 15);
 }
 
-TEST_F(MachinePicturesTest, AnUnknownTransducerLeavesTheScreenDark) {
+TEST_F(EquipmentPicturesTest, AnUnknownTransducerLeavesTheScreenDark) {
     moment_.probe.transducer = "none";
     testing::internal::CaptureStderr();
     look(0.0);
@@ -113,23 +113,23 @@ TEST_F(MachinePicturesTest, AnUnknownTransducerLeavesTheScreenDark) {
     EXPECT_EQ(pictures_.totals().scans, 0u);
 }
 
-TEST_F(MachinePicturesTest, AFrozenPictureStays) {
+TEST_F(EquipmentPicturesTest, AFrozenPictureStays) {
     look(0.0);
-    moment_.machines.ultrasound.freeze = true;
+    moment_.equipment.ultrasound.freeze = true;
     moment_.patient_from_probe->position_m.y += 0.03;
     look(1.0);
     EXPECT_EQ(pictures_.totals().frozen, 1u);
     const std::uint64_t revision = pictures_.ultrasoundScreen().revision;
     look(2.0);
     EXPECT_EQ(pictures_.ultrasoundScreen().revision, revision) << "nothing is new";
-    moment_.machines.ultrasound.gain_db = 6.0;
+    moment_.equipment.ultrasound.gain_db = 6.0;
     const double before = brightness(pictures_.ultrasoundScreen());
     look(3.0);
     EXPECT_GT(brightness(pictures_.ultrasoundScreen()), before + 1.0) << "but the gain";
     EXPECT_EQ(pictures_.totals().scans, 1u) << "nothing was scanned again";
 }
 
-TEST_F(MachinePicturesTest, AProbeInAirIsRenderedOnce) {
+TEST_F(EquipmentPicturesTest, AProbeInAirIsRenderedOnce) {
     look(0.0);
     moment_.patient_from_probe.reset();
     look(1.0);
@@ -139,8 +139,8 @@ TEST_F(MachinePicturesTest, AProbeInAirIsRenderedOnce) {
     EXPECT_EQ(pictures_.ultrasoundScreen().revision, revision);
 }
 
-TEST_F(MachinePicturesTest, TheLastImageIsHeldAndAnUnseenPulseIsRenderedLater) {
-    training::XrayState& xray = moment_.machines.xray;
+TEST_F(EquipmentPicturesTest, TheLastImageIsHeldAndAnUnseenPulseIsRenderedLater) {
+    training::XrayState& xray = moment_.equipment.xray;
     xray.pedal = true;
     pulse();
     look(0.0);
@@ -163,7 +163,7 @@ TEST_F(MachinePicturesTest, TheLastImageIsHeldAndAnUnseenPulseIsRenderedLater) {
     watched.show(moment_, kBoth);
     look(0.4, {});
     moment_.patient_from_needle.reset();
-    moment_.machines.xray.rotation_rad = 0.5;
+    moment_.equipment.xray.rotation_rad = 0.5;
     look(0.5);
     EXPECT_EQ(pictures_.totals().xray_pictures, 2u);
     const render::ScreenPicture late = pictures_.xrayScreen(), then = watched.xrayScreen();
@@ -176,7 +176,7 @@ TEST_F(MachinePicturesTest, TheLastImageIsHeldAndAnUnseenPulseIsRenderedLater) {
     EXPECT_EQ(pictures_.totals().xray_pictures, 2u);
 }
 
-TEST_F(MachinePicturesTest, OnlyExistingPicturesAreSaved) {
+TEST_F(EquipmentPicturesTest, OnlyExistingPicturesAreSaved) {
     const test::TempFolder folder;
     look(0.0);
     pictures_.save(folder.path(), "skin");
@@ -200,8 +200,8 @@ TEST(MachineLimits, APatientTooLargeForTheDeviceLeavesTheScreensDark) {
     EquipmentPictures pictures(gpu, deformed, std::getenv("STYLET_ASSETS"));
     ImagingInput moment;
     moment.patient_from_probe = Pose{};
-    moment.machines.xray.pedal = true;
-    moment.machines.xray.pulses = 1;
+    moment.equipment.xray.pedal = true;
+    moment.equipment.xray.pulses = 1;
     testing::internal::CaptureStderr();
     pictures.show(moment, kBoth);
     moment.time_s = 1.0;

@@ -17,13 +17,26 @@ fs::path programFolder() {
     return programFile().parent_path();
 }
 
+namespace {
+
+bool holdsAssets(const fs::path& folder) {
+    std::error_code unreadable;
+    return fs::exists(folder / "difficulty.toml", unreadable);
+}
+
+}  // namespace
+
 fs::path assetsFolder() {
-    if (const char* named = std::getenv("STYLET_ASSETS"); named && *named) return named;
+    if (const char* named = std::getenv("STYLET_ASSETS"); named && *named) {
+        if (!holdsAssets(named))
+            throw DataError("STYLET_ASSETS", named, "is not the assets folder: it has no difficulty.toml");
+        return named;
+    }
     const fs::path bin = programFolder();
     // Installed: <prefix>/bin and <prefix>/share; built: <source>/build/<preset>/bin.
     for (const fs::path& folder :
          {bin.parent_path() / "share" / "stylet" / "assets", bin / ".." / ".." / ".." / "assets"})
-        if (fs::exists(folder / "scenarios")) return fs::weakly_canonical(folder);
+        if (holdsAssets(folder)) return fs::weakly_canonical(folder);
     throw DataError("assets", "folder", "not found beside " + bin.string() + "; name it in STYLET_ASSETS");
 }
 

@@ -11,7 +11,7 @@ std::filesystem::path programFile();
 std::filesystem::path programFolder();
 
 // $STYLET_ASSETS, or the assets folder of the installation or source tree that contains the program. Throws
-// DataError if there is none.
+// DataError if there is none, or if the variable names another folder.
 std::filesystem::path assetsFolder();
 
 // Returns `name` if it ends with .toml, else the file NAME.toml in the assets folder KINDs ("look": looks/).

@@ -55,7 +55,8 @@ class JsonNodes {
         return true;
     }
     bool parse_error(std::size_t, const std::string&, const Json::exception& e) {
-        throw DataError(file_.path, "json", e.what());
+        const std::string text = e.what();  // "[json.exception.parse_error.101] parse error at line 1, ..."
+        throw DataError(file_.path, "json", text.substr(text.find(']') + 2));
     }
 
   private:

@@ -1,7 +1,9 @@
 #include "app/records/attempt_rows.h"
 
+#include <fmt/core.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -9,6 +11,8 @@
 #include <stdexcept>
 
 #include "app/records/record.h"
+#include "app/training/difficulty.h"
+#include "app/training/progress.h"
 #include "base/hex.h"
 #include "base/text.h"
 
@@ -86,6 +90,7 @@ StoredAttempt readAttemptRow(SQLite::Database& database, SQLite::Statement& r, c
                                        std::uint64_t(r.getColumn(19).getInt64())};
     attempt.events = readEvents(database, number);
     attempt.folder = folder / attempt.id;
+    attempt.imported = r.getColumn(20).getInt() != 0;
     return attempt;
 }
 
@@ -139,6 +144,7 @@ std::uint32_t computeRowsChecksum(const StoredAttempt& a) {
     }
     for (const EventRow& e : a.events)
         add(std::to_string(e.tick)), add(e.kind), add(e.text);
+    if (a.imported) add("imported");
     return std::uint32_t(crc32_z(0, reinterpret_cast<const unsigned char*>(text.data()), text.size()));
 }
 
@@ -151,9 +157,105 @@ std::string_view stateName(AttemptState state) {
     return enumName(kStates, state);
 }
 
+bool isRestarted(const StoredAttempt& attempt) {
+    return std::ranges::any_of(attempt.events, [](const EventRow& e) { return e.kind == "retry"; });
+}
+
+bool countsInStatistics(const StoredAttempt& attempt) {
+    return attempt.state == AttemptState::done && attempt.result && !attempt.result->aborted &&
+           !attempt.imported && !isRestarted(attempt);
+}
+
+bool isUnfinishedExam(const StoredAttempt& attempt) {
+    const auto hasEvent = [&](const auto& wanted) { return std::ranges::any_of(attempt.events, wanted); };
+    // The instructor may have made the exam easier.
+    return attempt.state == AttemptState::cut_short &&
+           attempt.info.difficulty == training::difficultyName(training::Difficulty::exam) &&
+           !hasEvent([](const EventRow& e) { return e.kind == "difficulty"; }) &&
+           hasEvent([](const EventRow& e) { return training::isDecisive(e.kind, e.text, true); });
+}
+
 std::string_view stateText(const StoredAttempt& attempt) {
-    if (attempt.state == AttemptState::cut_short) return "cut short";
-    return attempt.result && attempt.result->aborted ? "aborted" : stateName(attempt.state);
+    if (attempt.state == AttemptState::cut_short)
+        return isUnfinishedExam(attempt) ? "cut short, not passed" : "cut short";
+    if (attempt.state == AttemptState::running) return stateName(attempt.state);
+    if (attempt.imported) return "imported";
+    if (attempt.result && attempt.result->aborted) return "aborted";
+    return isRestarted(attempt) ? "restarted" : stateName(attempt.state);
+}
+
+namespace {
+
+// Returns "score 99.9 is 1.4 in its record" for the first fact that differs, or nothing.
+std::string describeDifference(const StoredAttempt& row, const StoredAttempt& record) {
+    std::string found;
+    const auto compare = [&](const char* what, const auto& listed, const auto& recorded) {
+        if (found.empty() && listed != recorded)
+            found = fmt::format("{} {} is {} in its record", what, listed, recorded);
+    };
+    const auto compareNumber = [&](const std::string& what, double listed, double recorded) {
+        if (!(std::isnan(listed) && std::isnan(recorded))) compare(what.c_str(), listed, recorded);
+    };
+    compare("state", stateName(row.state), stateName(record.state));
+    compare("trainee", row.info.trainee, record.info.trainee);
+    compare("difficulty", row.info.difficulty, record.info.difficulty);
+    compare("device", row.info.device, record.info.device);
+    compare("scenario", row.info.scenario, record.info.scenario);
+    compare("start", row.started_utc, record.started_utc);
+    compare("number of events", row.events.size(), record.events.size());
+    for (std::size_t i = 0; found.empty() && i < row.events.size(); ++i) {
+        const EventRow &listed = row.events[i], &recorded = record.events[i];
+        compare("event", fmt::format("{} \"{}\"", listed.kind, listed.text),
+                fmt::format("{} \"{}\"", recorded.kind, recorded.text));
+        compare("an event's tick", listed.tick, recorded.tick);
+    }
+    if (!found.empty() || !row.result || !record.result) return found;
+    const AttemptResult &listed = *row.result, &recorded = *record.result;
+    compareNumber("score", listed.total, recorded.total);
+    compare("target hit", listed.target_hit, recorded.target_hit);
+    compare("aborted", listed.aborted, recorded.aborted);
+    compare("ticks", listed.ticks, recorded.ticks);
+    compare("score table", listed.score_version, recorded.score_version);
+    compare("number of metrics", listed.metrics.size(), recorded.metrics.size());
+    for (std::size_t i = 0; found.empty() && i < listed.metrics.size(); ++i) {
+        const MetricRow &a = listed.metrics[i], &b = recorded.metrics[i];
+        compare("metric", a.id, b.id);
+        compareNumber(a.id, a.value, b.value);
+        compareNumber(a.id + " points", a.points, b.points);
+    }
+    return found;
+}
+
+}  // namespace
+
+std::vector<std::string> findAlteredRows(const std::vector<StoredAttempt>& attempts) {
+    std::vector<std::string> lines;
+    std::string first_unreadable;
+    std::size_t unreadable = 0;
+    for (const StoredAttempt& row : attempts) {
+        if (row.state == AttemptState::running) continue;
+        if (row.state == AttemptState::cut_short && !fs::exists(row.folder / "record" / "record.json")) {
+            if (row.info.difficulty == training::difficultyName(training::Difficulty::exam))
+                lines.push_back(
+                    fmt::format("attempt {}: an exam that was cut short; it has no record", row.id));
+            continue;
+        }
+        try {
+            const std::string difference =
+                describeDifference(row, makeStoredAttempt(loadAttemptHead(row.folder), row.folder));
+            if (!difference.empty())
+                lines.push_back(
+                    fmt::format("attempt {}: the index or the record was altered: {}", row.id, difference));
+        } catch (const std::exception& e) {
+            if (unreadable++ == 0) first_unreadable = e.what();
+        }
+    }
+    if (unreadable > 0)
+        lines.push_back(
+            fmt::format("{} not compared with {}: {}",
+                        unreadable == 1 ? "1 attempt was" : std::to_string(unreadable) + " attempts were",
+                        unreadable == 1 ? "its record" : "their records", first_unreadable));
+    return lines;
 }
 
 }  // namespace stylet::records

@@ -11,7 +11,7 @@ namespace stylet::records {
 inline constexpr const char* kSelectAttempts =
     "SELECT number, id, trainee, started_utc, state, device, patient, patient_digest, scenario, difficulty, "
     "program_version, seed, dt_s, device_gain, registration_rms_m, target_hit, total, ticks, aborted, "
-    "score_version FROM attempt ";
+    "score_version, imported FROM attempt ";
 
 // Reads the attempt from the current row of `selected`. `attempts` is the folder that contains its folder.
 StoredAttempt readAttemptRow(SQLite::Database&, SQLite::Statement& selected,

@@ -77,16 +77,20 @@ CREATE TABLE stylet.file_part (
 )sql",
                                   R"sql(
 ALTER TABLE stylet.attempt ADD COLUMN aborted boolean, ADD COLUMN score_version integer;
+)sql",
+                                  R"sql(
+ALTER TABLE stylet.attempt ADD COLUMN imported boolean NOT NULL DEFAULT false;
 )sql"};
 
 constexpr const char* kInsertAttempt = R"sql(
 INSERT INTO stylet.attempt (id, trainee, started_utc, state, device, patient, patient_digest, scenario, difficulty,
     program_version, seed, dt_s, device_gain, registration_rms_m, target_hit, total, ticks, aborted,
-    score_version)
+    score_version, imported)
 SELECT * FROM jsonb_to_record($1::jsonb) AS a (id text, trainee text, started_utc timestamptz, state text, device text,
     patient text, patient_digest text, scenario text, difficulty text, program_version text, seed numeric,
     dt_s double precision, device_gain double precision, registration_rms_m double precision, target_hit boolean,
-    total double precision, ticks bigint, aborted boolean, score_version integer)
+    total double precision, ticks bigint, aborted boolean, score_version integer,
+    imported boolean)
 ON CONFLICT (id) DO NOTHING
 )sql";
 

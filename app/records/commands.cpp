@@ -1,5 +1,9 @@
 #include "app/records/commands.h"
 
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include "app/records/export.h"
@@ -13,6 +17,16 @@ namespace {
 
 const char* plural(std::size_t count) {
     return count == 1 ? "" : "s";
+}
+
+// A dash if there is no such number: the depth of a puncture that was never made, for instance.
+std::string shownNumber(double value) {
+    return std::isfinite(value) ? fmt::format("{:.4g}", value) : "–";
+}
+
+void reportAlteredRows(const std::vector<StoredAttempt>& attempts) {
+    for (const std::string& line : findAlteredRows(attempts))
+        std::fprintf(stderr, "stylet: %s\n", line.c_str());
 }
 
 }  // namespace
@@ -30,11 +44,14 @@ Store openExistingStore(const std::filesystem::path& folder, const char* program
 int listAttempts(const RecordsOptions& options) {
     const Store store = openExistingStore(options.store);
     const std::vector<StoredAttempt> attempts = store.attempts(options.trainee);
+    int width = 9;
+    for (const StoredAttempt& a : attempts)
+        width = std::max(width, int(stateText(a).size()));
     if (!attempts.empty())
-        std::printf("%-25s  %-16s  %-9s  %-16s  %-8s  %-6s  %s\n", "attempt", "trainee", "state", "scenario",
-                    "level", "target", "score");
+        std::printf("%-25s  %-16s  %-*s  %-16s  %-8s  %-6s  %s\n", "attempt", "trainee", width, "state",
+                    "scenario", "level", "target", "score");
     for (const StoredAttempt& a : attempts) {
-        std::printf("%-25s  %-16s  %-9s  %-16s  %-8s  ", a.id.c_str(), a.info.trainee.c_str(),
+        std::printf("%-25s  %-16s  %-*s  %-16s  %-8s  ", a.id.c_str(), a.info.trainee.c_str(), width,
                     std::string(stateText(a)).c_str(), a.info.scenario.c_str(), a.info.difficulty.c_str());
         if (a.result)
             std::printf("%-6s  %5.1f\n", a.result->target_hit ? "hit" : "missed", a.result->total);
@@ -42,6 +59,7 @@ int listAttempts(const RecordsOptions& options) {
             std::printf("%-6s  %5s\n", "-", "-");
     }
     std::printf("%zu attempt%s\n", attempts.size(), plural(attempts.size()));
+    reportAlteredRows(attempts);
     return 0;
 }
 
@@ -62,12 +80,15 @@ int showAttempt(const RecordsOptions& options) {
                     static_cast<unsigned long long>(a.result->score_version),
                     static_cast<unsigned long long>(a.result->ticks));
         for (const MetricRow& m : a.result->metrics)
-            std::printf("    %-36s %12.4g %-8s %5.1f of %.1f points\n", m.name.c_str(), m.value,
-                        m.unit.c_str(), m.points, m.max_points);
+            std::fputs(fmt::format("    {:<36} {:>12} {:<8} {:5.1f} of {:.1f} points\n", m.name,
+                                   shownNumber(m.value), m.unit, m.points, m.max_points)
+                           .c_str(),
+                       stdout);
     }
     for (const EventRow& e : a.events)
         std::printf("    %9.3f s  %-10s %s\n", double(e.tick) * a.info.dt_s, e.kind.c_str(), e.text.c_str());
     std::printf("  %s\n", a.folder.c_str());
+    reportAlteredRows({a});
     return 0;
 }
 
@@ -76,6 +97,8 @@ int recoverStore(const RecordsOptions& options) {
     const std::vector<std::string> damage = store.damage();
     for (const std::string& line : damage)
         std::printf("damaged: %s\n", line.c_str());
+    for (const StoredAttempt& attempt : store.attempts())
+        if (attempt.imported) std::printf("imported, not recorded by this store: %s\n", attempt.id.c_str());
     for (const std::filesystem::path& folder : store.unknownFolders())
         std::printf("not in the index: %s\n", folder.c_str());
     std::printf("%zu cut short found now, %zu damaged, %zu waiting for the training centre\n",

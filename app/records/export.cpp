@@ -66,23 +66,50 @@ void copyFiles(const Store& store, const StoredAttempt& attempt, const fs::path&
 }
 
 void writeTables(const std::vector<StoredAttempt>& attempts, const fs::path& folder) {
-    CsvFile index(folder / "attempts.csv",
-                  {"id", "trainee", "started_utc", "state", "device", "patient", "patient_digest", "scenario",
-                   "difficulty", "program_version", "seed", "dt_s", "device_gain", "registration_rms_m",
-                   "target_hit", "total", "ticks", "aborted", "score_version"});
+    CsvFile index(folder / "attempts.csv", {"id",
+                                            "trainee",
+                                            "started_utc",
+                                            "state",
+                                            "device",
+                                            "patient",
+                                            "patient_digest",
+                                            "scenario",
+                                            "difficulty",
+                                            "program_version",
+                                            "seed",
+                                            "dt_s",
+                                            "device_gain",
+                                            "registration_rms_m",
+                                            "target_hit",
+                                            "total",
+                                            "ticks",
+                                            "aborted",
+                                            "score_version",
+                                            "imported"});
     CsvFile metrics(folder / "metrics.csv",
                     {"attempt", "id", "name", "unit", "value", "points", "most_points"});
     CsvFile events(folder / "events.csv", {"attempt", "tick", "kind", "text"});
     for (const StoredAttempt& a : attempts) {
-        index.add(
-            {a.id, a.info.trainee, a.started_utc, std::string(stateName(a.state)), a.info.device,
-             a.info.patient, hexText(a.info.patient_digest), a.info.scenario, a.info.difficulty,
-             a.info.program_version, std::to_string(a.info.seed), numberText(a.info.dt_s),
-             numberText(a.info.device_gain),
-             a.info.registration_rms_m ? numberText(*a.info.registration_rms_m) : "",
-             a.result ? (a.result->target_hit ? "1" : "0") : "", a.result ? numberText(a.result->total) : "",
-             a.result ? std::to_string(a.result->ticks) : "", a.result ? (a.result->aborted ? "1" : "0") : "",
-             a.result ? std::to_string(a.result->score_version) : ""});
+        index.add({a.id,
+                   a.info.trainee,
+                   a.started_utc,
+                   std::string(stateName(a.state)),
+                   a.info.device,
+                   a.info.patient,
+                   hexText(a.info.patient_digest),
+                   a.info.scenario,
+                   a.info.difficulty,
+                   a.info.program_version,
+                   std::to_string(a.info.seed),
+                   numberText(a.info.dt_s),
+                   numberText(a.info.device_gain),
+                   a.info.registration_rms_m ? numberText(*a.info.registration_rms_m) : "",
+                   a.result ? (a.result->target_hit ? "1" : "0") : "",
+                   a.result ? numberText(a.result->total) : "",
+                   a.result ? std::to_string(a.result->ticks) : "",
+                   a.result ? (a.result->aborted ? "1" : "0") : "",
+                   a.result ? std::to_string(a.result->score_version) : "",
+                   a.imported ? "1" : "0"});
         for (const MetricRow& m : a.result ? a.result->metrics : std::vector<MetricRow>{})
             metrics.add({a.id, m.id, m.name, m.unit, numberText(m.value), numberText(m.points),
                          numberText(m.max_points)});
@@ -119,6 +146,7 @@ ordered_json attemptJson(const StoredAttempt& a, ordered_json (*number)(double),
                    {"device_gain", number(a.info.device_gain)},
                    {"registration_rms_m", nullptr}};
     if (a.info.registration_rms_m) j["registration_rms_m"] = number(*a.info.registration_rms_m);
+    j["imported"] = a.imported;
     ordered_json metrics = ordered_json::array(), events = ordered_json::array();
     if (a.result) {
         j["target_hit"] = a.result->target_hit;

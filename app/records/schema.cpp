@@ -81,7 +81,12 @@ CREATE TABLE log (
 ) STRICT;
 )sql";
 
-constexpr std::array kSteps{kVersion1, kVersion2, kVersion3};
+// Adds attempts whose folders were copied into the store.
+constexpr const char* kVersion4 = R"sql(
+ALTER TABLE attempt ADD COLUMN imported INTEGER NOT NULL DEFAULT 0;
+)sql";
+
+constexpr std::array kSteps{kVersion1, kVersion2, kVersion3, kVersion4};
 
 }  // namespace
 

@@ -231,6 +231,7 @@ Store::Store(Store&&) noexcept = default;
 std::vector<std::string> Store::openingMessages() const {
     std::vector<std::string> lines;
     if (!tightened_.empty()) lines.push_back(tightened_);
+    lines.insert(lines.end(), indexed_.begin(), indexed_.end());
     for (const RecoveredAttempt& cut : recovered_)
         lines.push_back(describe(cut));
     lines.insert(lines.end(), failed_steps_.begin(), failed_steps_.end());
@@ -377,33 +378,55 @@ void Store::recoverLocked(const std::string& id) {
         failed_steps_.push_back("attempt " + id + " is finished but damaged, and was not changed: " + file);
 }
 
-// Adds attempts that the index lacks, because it was lost or damaged or their folder was copied here. A
-// folder without a readable record of that id is left alone. A folder that fails does not affect the others.
+// Adds attempts that the index lacks. If it never had an attempt, it was lost and is filled again. Otherwise
+// their folders were copied here, or their rows were removed, and they are marked as imported. A folder
+// without a readable record of that id is left alone. A folder that fails does not affect the others. If one
+// fails while a lost index is filled again, the next opening continues that.
 void Store::indexUnknownFolders() {
+    const bool lost_index = queryInt("SELECT count(*) FROM sqlite_sequence WHERE name = 'attempt'") == 0;
+    std::size_t count = 0, failures = 0;
     for (const fs::path& folder : unknownFolders())
         try {
             SQLite::Savepoint one_folder(*database_, "one_folder");
-            if (fs::is_directory(folder)) indexUnknownFolder(folder);
+            const bool added = fs::is_directory(folder) && indexUnknownFolder(folder, !lost_index);
             one_folder.release();
+            if (!added) continue;
+            ++count;
+            if (!lost_index)
+                indexed_.push_back("attempt " + folder.filename().string() +
+                                   " was not recorded by this store: it is listed as imported, and enters no "
+                                   "statistics");
         } catch (const std::exception& e) {
             // SQLite has rolled back the whole transaction, for example because the disk is full.
             if (sqlite3_get_autocommit(database_->getHandle()) != 0) throw;
             const auto* error = dynamic_cast<const SQLite::Exception*>(&e);
             if (error && isCausedBy(*error, SQLITE_FULL)) throw;  // see withReserve()
+            ++failures;
             failed_steps_.push_back("attempts/" + folder.filename().string() +
                                     " cannot be indexed: " + e.what());
         }
+    if (!lost_index || count == 0) return;
+    const std::string text = fmt::format(
+        "the index was lost and is filled again from the records of {} "
+        "attempt{}; the results are only as trustworthy as these files",
+        count, count == 1 ? "" : "s");
+    indexed_.push_back(file_.string() + ": " + text);
+    execute(*database_, "INSERT INTO log (utc, text) VALUES (?, ?)", utcNow().full, text);
+    if (failures > 0) execute(*database_, "DELETE FROM sqlite_sequence WHERE name = 'attempt'");
 }
 
-void Store::indexUnknownFolder(const fs::path& folder) {
+// Returns false if the folder is no attempt, or one that is being written or deleted.
+bool Store::indexUnknownFolder(const fs::path& folder, bool imported) {
     const std::string id = folder.filename().string();
     if (isBeingWritten(id) ||
         !selectTexts(*database_, "SELECT folder FROM doomed WHERE folder = ?", id).empty())
-        return;
-    if (!fs::exists(recordFile(folder))) return;  // not an attempt
+        return false;
+    if (!fs::exists(recordFile(folder))) return false;
     const StoredAttempt attempt = loadOwnRecord(id);
     insertRunning(id, attempt.started_utc, attempt.info);
+    execute(*database_, "UPDATE attempt SET imported = ? WHERE id = ?", int(imported), id);
     recoverLocked(id);
+    return true;
 }
 
 std::vector<fs::path> Store::unknownFolders() const {
@@ -674,10 +697,11 @@ void Store::markForDiscard(const std::string& id) {
         throw DataError(attemptFolder(id), "attempt", "is being written");
     if (countsInStatistics(attempt))
         throw DataError(attemptFolder(id), "attempt",
-                        "was neither aborted nor cut short: it counts and cannot be discarded");
-    // Ending the program by force must not make a failed exam disappear.
-    if (attempt.state == AttemptState::cut_short && attempt.info.difficulty == "exam")
-        throw DataError(attemptFolder(id), "attempt", "is an exam that was cut short: it is kept");
+                        "enters the statistics: it counts and cannot be discarded");
+    // Neither ending the program by force nor editing the index must make a failed exam disappear.
+    if ((attempt.state == AttemptState::cut_short || attempt.imported) && attempt.info.difficulty == "exam")
+        throw DataError(attemptFolder(id), "attempt",
+                        "is an exam that was cut short or imported: it is kept");
     doom(id);
     execute(*database_, "DELETE FROM attempt WHERE id = ?", id);
     execute(*database_, "INSERT INTO log (utc, text) VALUES (?, ?)", utcNow().full,

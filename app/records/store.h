@@ -50,13 +50,19 @@ struct StoredAttempt {
     std::optional<AttemptResult> result;  // only if done
     std::vector<EventRow> events;         // in the order of adding
     std::filesystem::path folder;
+    // Its folder was copied into the store: the index existed already and had not begun this attempt.
+    bool imported = false;
 };
 
-// True for an attempt that enters statistics: it is done and was not aborted.
-inline bool countsInStatistics(const StoredAttempt& a) {
-    return a.state == AttemptState::done && a.result && !a.result->aborted;
-}
-// For people: "running", "done", "aborted", "cut short".
+// True for an attempt that began with the ticks of an earlier one (`stylet run --from`). Its event "retry"
+// names that attempt.
+bool isRestarted(const StoredAttempt&);
+// True for an attempt that enters statistics: it is done, and neither aborted, restarted nor imported.
+bool countsInStatistics(const StoredAttempt&);
+// True for an exam that was cut short after a decisive event (training::isDecisive). It has no score, and
+// counts as begun and not passed.
+bool isUnfinishedExam(const StoredAttempt&);
+// For people: "running", "done", "aborted", "restarted", "imported", "cut short", "cut short, not passed".
 std::string_view stateText(const StoredAttempt&);
 
 // One line of the store's log: what was removed from it, and when. It names no trainee.
@@ -67,6 +73,11 @@ struct LogEntry {
 // Converts a record, as loadRecordHead() returns it. `folder`: of the attempt. An attempt with a result is
 // done, any other was cut short.
 StoredAttempt makeStoredAttempt(const Record&, const std::filesystem::path& folder);
+
+// Compares attempts as the index lists them with their records, for example because someone edited the
+// database. Returns one line per attempt that differs, and one line for all records that cannot be read.
+// Reads the record.json of each attempt.
+std::vector<std::string> findAlteredRows(const std::vector<StoredAttempt>&);
 
 // A repaired file of an attempt that was cut short, relative to the attempt's folder.
 struct TruncatedFile {
@@ -128,9 +139,9 @@ class Store {
     // The attempts recovered when this store was opened, oldest first. Later openings list them only as cut
     // short.
     const std::vector<RecoveredAttempt>& recovered() const { return recovered_; }
-    // One line if permissions were withdrawn, one per recovered attempt, one per finished attempt whose files
-    // were found damaged while it was added to the index, and one per step that failed when opening. The next
-    // opening retries such steps.
+    // One line if permissions were withdrawn, one if a lost index was filled again, one per imported attempt,
+    // one per recovered attempt, one per finished attempt whose files were found damaged while it was added
+    // to the index, and one per step that failed when opening. The next opening retries such steps.
     std::vector<std::string> openingMessages() const;
     // Folders under attempts/ that are not in the index, because they have no readable record of that id.
     // They are never modified.
@@ -165,10 +176,10 @@ class Store {
     // contain a pseudonym that is refused today.
     std::size_t eraseTrainee(const std::string& trainee);
 
-    // Deletes an attempt that enters no statistics: aborted or cut short. Any other attempt is refused, so
-    // that nobody can remove a failure from the statistics. In the same transaction, a line is added to the
-    // store's log and the deletion is queued for the centre. If an error occurs after that, the next opening
-    // completes the deletion.
+    // Deletes an attempt that enters no statistics. Any other attempt, and every exam that was cut short, is
+    // refused, so that nobody can remove a failure from the statistics. In the same transaction, a line is
+    // added to the store's log and the deletion is queued for the centre. If an error occurs after that, the
+    // next opening completes the deletion.
     void discard(const std::string& id);
     // What discard() has removed, oldest first.
     std::vector<LogEntry> log() const;
@@ -202,7 +213,7 @@ class Store {
     void indexRecord(const StoredAttempt&);
     void recoverLocked(const std::string& id);
     void indexUnknownFolders();
-    void indexUnknownFolder(const std::filesystem::path&);
+    bool indexUnknownFolder(const std::filesystem::path&, bool imported);
     StoredAttempt readAttempt(const std::string& id) const;
     template <typename Act>
     auto translateErrors(Act) const;
@@ -214,6 +225,7 @@ class Store {
     std::unique_ptr<SQLite::Database> database_;
     std::map<std::string, FileLock> open_;  // attempts this store writes
     std::vector<RecoveredAttempt> recovered_;
+    std::vector<std::string> indexed_;       // messages on attempts that the index lacked
     std::vector<std::string> failed_steps_;  // and files found damaged
     std::string tightened_;                  // what the opening did about permissions; empty: nothing
 };

@@ -300,7 +300,8 @@ void markMoments(Figure& timeline, const std::vector<Advice>& all, std::size_t f
             {all[i].t_s, double(timeline.y.names.size() - 1), "advice " + std::to_string(first + i)});
 }
 
-DescribedFigure momentFigure(const LoadedAttempt& a, const Advice& advice, std::size_t number) {
+std::optional<DescribedFigure> momentFigure(const LoadedAttempt& a, const Advice& advice,
+                                            std::size_t number) {
     const std::string mark = "advice " + std::to_string(number);
     if (advice.row < a.course.size() && a.course[advice.row].in_body) {
         const CourseRow& row = a.course[advice.row];
@@ -322,6 +323,7 @@ DescribedFigure momentFigure(const LoadedAttempt& a, const Advice& advice, std::
         return t_s < from_s || t_s > to_s;
     });
     DescribedFigure f = timelineFigure(part);
+    if (!showsMoreThanTools(f.figure)) return std::nullopt;
     f.figure.x.min = from_s, f.figure.x.max = std::max(to_s, from_s + 1.0);
     markMoments(f.figure, {advice}, number);
     f.description = "Timeline around " + fixed(advice.t_s, 1) + " s.";

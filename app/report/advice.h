@@ -31,7 +31,7 @@ Table momentTable(const LoadedAttempt&, const std::vector<Advice>&);
 // Marks the moments on a timeline. `first`: number of the first advice.
 void markMoments(Figure& timeline, const std::vector<Advice>&, std::size_t first = 1);
 // The moment on the force curve, or on the timeline around it if the needle is not in the body. `number`: of
-// the advice, from 1.
-DescribedFigure momentFigure(const LoadedAttempt&, const Advice&, std::size_t number);
+// the advice, from 1. None if that part of the timeline contains nothing but tools.
+std::optional<DescribedFigure> momentFigure(const LoadedAttempt&, const Advice&, std::size_t number);
 
 }  // namespace stylet::report

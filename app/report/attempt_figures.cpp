@@ -395,6 +395,14 @@ DescribedFigure timelineFigure(const LoadedAttempt& a) {
     return f;
 }
 
+bool showsMoreThanTools(const Figure& timeline) {
+    return std::ranges::any_of(timeline.spans, [](const FigureSpan& s) { return s.lane != laneTool; }) ||
+           std::ranges::any_of(timeline.series, [](const FigureSeries& s) {
+               return std::ranges::any_of(s.points,
+                                          [](const FigurePoint& p) { return p.y != double(laneTool); });
+           });
+}
+
 DescribedFigure courseFigure(const LoadedAttempt& a) {
     DescribedFigure f;
     f.figure.x = {"time [s]", 0.0, timelineEnd_s(a)};

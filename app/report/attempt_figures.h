@@ -27,6 +27,8 @@ ReferenceCurve insertionCurve(const LoadedAttempt&);
 DescribedFigure forceFigure(const LoadedAttempt&, const std::vector<ReferenceCurve>&);
 // Tools, breath, tissue at the tip and faults as spans; events as points.
 DescribedFigure timelineFigure(const LoadedAttempt&);
+// True if such a timeline has a span or an event outside the row of tools.
+bool showsMoreThanTools(const Figure& timeline);
 // Depth, force, clearance and breath over time; the reader selects one.
 DescribedFigure courseFigure(const LoadedAttempt&);
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "app/report/advice.h"
 #include "app/report/glossary.h"
@@ -32,9 +33,12 @@ constexpr std::size_t kTrailPoints = 1500, kCourseRows = 4000, kLongList = 25;
 constexpr std::size_t kLeastCohort = 4;
 
 std::string explainState(const StoredAttempt& a) {
+    if (records::isUnfinishedExam(a))
+        return "cut short: it ends where its writer was stopped; it counts as an exam that was not passed";
     if (a.state == AttemptState::cut_short) return "cut short: it ends where its writer was stopped";
     if (a.state == AttemptState::running) return "still running";
-    if (!records::countsInStatistics(a)) return "aborted: it enters no statistics";
+    if (!records::countsInStatistics(a))
+        return std::string(records::stateText(a)) + ": it enters no statistics";
     return "done";
 }
 
@@ -58,13 +62,29 @@ std::optional<double> findValue(const LoadedAttempt& a, std::string_view id) {
     return {};
 }
 
+// What the needle struck, and how often: ": blood vessel 12, bone 6". Empty if it struck nothing.
+std::string listStruck(const LoadedAttempt& a) {
+    constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kStructures{
+        {{"vessel_hits", "blood vessel"},
+         {"bone_hits", "bone"},
+         {"lung_hits", "lung or gas"},
+         {"organ_hits", "other organ"}}};
+    std::vector<std::string> struck;
+    for (const auto& [id, name] : kStructures)
+        if (const double hits = findValue(a, id).value_or(0.0); hits > 0.0)
+            struck.push_back(fmt::format("{} {:.0f}", name, hits));
+    return struck.empty() ? "" : fmt::format(": {}", fmt::join(struck, ", "));
+}
+
 std::vector<Headline> makeHeadlines(const LoadedAttempt& a) {
     std::vector<Headline> all;
     if (a.result()) {
         all.push_back({fixed(a.result()->total, 1) + " of 100", "score"});
         all.push_back({a.result()->target_hit ? "Yes" : "No", "bile duct hit"});
-        if (a.record.difficulty == "exam") all.push_back({passed(a.stored) ? "Passed" : "Failed", "exam"});
+        if (a.record.difficulty == "exam" && records::countsInStatistics(a.stored))
+            all.push_back({passed(a.stored) ? "Passed" : "Failed", "exam"});
     }
+    if (records::isUnfinishedExam(a.stored)) all.push_back({"Not passed", "exam, cut short"});
     all.push_back({clockText(seconds(a)), "minutes and seconds"});
     // The metrics' own values, so that no other number with the same meaning stands beside them.
     double peak_n = a.result() ? a.result()->peak_force_n : 0.0;
@@ -75,9 +95,9 @@ std::vector<Headline> makeHeadlines(const LoadedAttempt& a) {
     for (const records::EventRow& event : a.stored.events)
         risk += event.kind == "risk", close += event.kind == "near_miss";
     if (!a.stored.events.empty()) {
-        all.push_back(
-            {fixed(findValue(a, "no_go_touches").value_or(double(risk)), 0), "no-go areas touched"});
-        all.push_back({std::to_string(close), "close passes, nothing struck"});
+        all.push_back({fixed(findValue(a, "no_go_touches").value_or(double(risk)), 0),
+                       "no-go areas touched" + listStruck(a)});
+        all.push_back({std::to_string(close), "close passes that touched nothing"});
     }
     return all;
 }
@@ -252,13 +272,16 @@ Table meaningTable(const records::AttemptResult& result) {
     return table;
 }
 
-// Score first, then what to do about the largest losses, each with its moment and a picture of it.
+// Score first, then what to do about the largest losses, each with its moment and, if it shows anything, a
+// picture of it.
 void addAdvice(Page& page, const LoadedAttempt& a, const AttemptContext& context,
                const std::vector<Advice>& all) {
     page.section("Advice");
     if (!a.result()) return page.paragraph("An attempt that did not end has no score and no advice.");
     if (!records::countsInStatistics(a.stored))
-        page.paragraph("This attempt was aborted. It is compared with no other, and enters no statistics.");
+        page.paragraph(
+            fmt::format("This attempt was {}. It is compared with no other, and enters no statistics.",
+                        records::stateText(a.stored)));
     if (all.empty())
         page.paragraph(a.result()->steps.done.empty() && !deepestRow(a.course)
                            ? "No step was done and the needle did not enter the body, so there is no advice."
@@ -271,8 +294,8 @@ void addAdvice(Page& page, const LoadedAttempt& a, const AttemptContext& context
         if (in_body && context.patient)
             page.picture(
                 slicePicture(a, a.course[advice.row], *context.patient, "Advice " + std::to_string(i + 1)));
-        else
-            page.figure(momentFigure(a, advice, i + 1));
+        else if (const std::optional<DescribedFigure> figure = momentFigure(a, advice, i + 1))
+            page.figure(*figure);
     }
 }
 
@@ -319,7 +342,7 @@ void addScore(Page& page, const LoadedAttempt& a, const AttemptContext& context,
         return;
     }
     explainScore(page, *a.stored.result);
-    // An aborted attempt is compared with no other.
+    // An attempt that enters no statistics is compared with no other.
     const std::vector<StoredAttempt> cohort =
         records::countsInStatistics(a.stored) ? context.cohort : std::vector<StoredAttempt>();
     report.metrics = metricTable(*a.stored.result, cohort);

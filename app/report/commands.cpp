@@ -1,5 +1,6 @@
 #include "app/report/commands.h"
 
+#include <cstdio>
 #include <cstdlib>
 #include <initializer_list>
 #include <memory>
@@ -45,14 +46,24 @@ void removeStale(const fs::path& folder, std::initializer_list<const char*> name
     }
 }
 
-// Folder of an attempt that the user names by its folder or by its id in the store. Throws DataError if the
+// Loads an attempt that the user names by its folder or by its id in the store. Throws DataError if the
 // record in the store was changed.
-fs::path attemptFolder(const std::string& what, const ReportOptions& o) {
-    if (fs::is_directory(what)) return what;
+LoadedAttempt loadNamedAttempt(const std::string& what, const ReportOptions& o) {
+    if (fs::is_directory(what)) return loadAttempt(what);
     const records::Store store = openStore(o);
     const StoredAttempt attempt = store.attempt(what);
     store.checkRecord(what);
-    return attempt.folder;
+    LoadedAttempt loaded = loadAttempt(attempt.folder);
+    loaded.stored.imported = attempt.imported;  // the record itself does not say so
+    return loaded;
+}
+
+// Finds attempts whose rows in the index differ from their records, and prints a line for each.
+std::vector<std::string> reportAlteredRows(const std::vector<StoredAttempt>& attempts) {
+    const std::vector<std::string> lines = records::findAlteredRows(attempts);
+    for (const std::string& line : lines)
+        std::fprintf(stderr, "stylet-report: %s\n", line.c_str());
+    return lines;
 }
 
 struct OpenPatient {
@@ -95,13 +106,13 @@ fs::path writeGroup(const ReportOptions& o, const char* page, const GroupReport&
 }  // namespace
 
 fs::path reportAttempt(const ReportOptions& o) {
-    LoadedAttempt attempt = loadAttempt(attemptFolder(o.attempt, o));
+    LoadedAttempt attempt = loadNamedAttempt(o.attempt, o);
     AttemptContext context;
     if (o.cohort) context.cohort = filterByScenario(openStore(o).attempts(), attempt.stored.info.scenario);
     const std::unique_ptr<OpenPatient> patient = openPatient(attempt, o.patient);
     if (patient) context.patient = &patient->ready;
     if (!o.reference.empty()) {
-        const LoadedAttempt reference = loadAttempt(attemptFolder(o.reference, o));
+        const LoadedAttempt reference = loadNamedAttempt(o.reference, o);
         if (reference.course.empty()) throw DataError(o.reference, "reference", "has no curve");
         context.references.push_back(insertionCurve(reference));
     }
@@ -125,14 +136,16 @@ fs::path reportTrainee(const ReportOptions& o) {
         throw DataError("trainee", o.trainee,
                         "has no such attempts in these records: see \"stylet records list\"");
     const std::vector<StoredAttempt> cohort = filterByScenario(store.attempts(), o.scenario);
-    return writeGroup(o, "trainee.html", traineeReport(o.trainee, attempts, cohort), attempts);
+    const std::vector<std::string> altered = reportAlteredRows(attempts);
+    return writeGroup(o, "trainee.html", traineeReport(o.trainee, attempts, cohort, altered), attempts);
 }
 
 fs::path reportCohort(const ReportOptions& o) {
     const records::Store store = openStore(o);
     const std::vector<StoredAttempt> attempts = filterByScenario(store.attempts(), o.scenario);
     const std::string title = o.scenario.empty() ? "All scenarios" : "Scenario " + o.scenario;
-    return writeGroup(o, "cohort.html", cohortReport(title, attempts), attempts);
+    const std::vector<std::string> altered = reportAlteredRows(attempts);
+    return writeGroup(o, "cohort.html", cohortReport(title, attempts, altered), attempts);
 }
 
 }  // namespace stylet::report

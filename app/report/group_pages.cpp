@@ -12,6 +12,7 @@
 #include "app/report/verdict.h"
 #include "app/report/xapi.h"
 #include "app/training/learning.h"
+#include "app/training/score.h"
 #include "base/statistics.h"
 
 namespace stylet::report {
@@ -31,11 +32,32 @@ Attempts finishedAttempts(const Attempts& attempts) {
     return done;
 }
 
-// "; 2 aborted ones are listed, but enter no statistics", or nothing.
-std::string abortedText(const Attempts& attempts) {
-    const auto aborted = std::count_if(attempts.begin(), attempts.end(),
-                                       [](const StoredAttempt& a) { return a.result && a.result->aborted; });
-    return aborted == 0 ? "" : fmt::format("; {} aborted, listed but not part of the statistics", aborted);
+// "1 attempt", "2 attempts"
+std::string counted(std::size_t count, const std::string& what) {
+    return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+}
+
+// "; 2 aborted, 1 restarted, listed but not part of the statistics; 1 exam cut short, not passed", or
+// nothing.
+std::string specialText(const Attempts& attempts) {
+    std::string left_out;
+    for (const std::string_view state : {"aborted", "restarted", "imported"})
+        if (const auto count = std::ranges::count(attempts, state, records::stateText))
+            left_out += fmt::format("{}{} {}", left_out.empty() ? "; " : ", ", count, state);
+    if (!left_out.empty()) left_out += ", listed but not part of the statistics";
+    const auto exams = std::size_t(std::ranges::count_if(attempts, records::isUnfinishedExam));
+    return left_out + (exams == 0 ? "" : "; " + counted(exams, "exam") + " cut short, not passed");
+}
+
+// "1 of 3": the passed ones of the exams that were begun. A dash if there were none.
+std::string examsText(const Attempts& attempts) {
+    std::size_t begun = 0, passes = 0;
+    for (const StoredAttempt& a : attempts) {
+        const bool finished = records::countsInStatistics(a) && a.info.difficulty == "exam";
+        begun += finished || records::isUnfinishedExam(a);
+        passes += finished && passed(a);
+    }
+    return begun == 0 ? "–" : fmt::format("{} of {}", passes, begun);
 }
 
 struct MetricName {
@@ -87,7 +109,7 @@ std::size_t countHits(const Attempts& attempts) {
 
 // Median and quartiles of each metric and of the total.
 Table spreadTable(const Attempts& done) {
-    Table table{fmt::format("Each metric over {} finished attempts", done.size()),
+    Table table{"Each metric over " + counted(done.size(), "finished attempt"),
                 {"Metric", "Unit", "Lowest", "Lower quartile", "Median", "Upper quartile", "Highest"},
                 {},
                 {false, false, true, true, true, true, true},
@@ -107,8 +129,8 @@ Table spreadTable(const Attempts& done) {
 }
 
 // Axis over a trainee's attempts, numbered from 1.
-FigureAxis attemptAxis(std::size_t count, double from) {
-    FigureAxis axis{"finished attempt", from, double(count) + 0.5};
+FigureAxis attemptAxis(std::size_t count, double from, const char* name = "finished attempt") {
+    FigureAxis axis{name, from, double(count) + 0.5};
     axis.whole = true;
     return axis;
 }
@@ -133,7 +155,7 @@ DescribedFigure learningFigure(const Attempts& done) {
                                curve ? fixed(curve->at(i), 1) : "–"});
     }
     f.figure.series = {own};
-    f.description = fmt::format("Total over {} finished attempts, from {} to {}.", done.size(),
+    f.description = fmt::format("Total over {}, from {} to {}.", counted(done.size(), "finished attempt"),
                                 fixed(totals.front(), 1), fixed(totals.back(), 1));
     f.caption = "The total of each finished attempt.";
     if (!curve) {
@@ -159,15 +181,20 @@ bool failed(const StoredAttempt& attempt) {
     return !passed(attempt);
 }
 
-DescribedFigure cusumFigure(const Attempts& done) {
+// `judged`: the finished attempts, and the exams that were cut short, which are failures.
+DescribedFigure cusumFigure(const Attempts& judged) {
+    const auto exams = std::size_t(std::ranges::count_if(judged, records::isUnfinishedExam));
+    const std::string all = counted(judged.size() - exams, "finished attempt") +
+                            (exams == 0 ? "" : " and " + counted(exams, "exam") + " cut short");
     DescribedFigure f;
     const training::CusumSettings settings;
     const training::CusumLimits limits = training::cusumLimits(settings);
     std::vector<bool> failures;
-    for (const StoredAttempt& attempt : done)
+    for (const StoredAttempt& attempt : judged)
         failures.push_back(failed(attempt));
     const std::vector<training::CusumPoint> points = training::cusum(failures, settings);
-    f.figure.x = attemptAxis(done.size(), 0.0);
+    f.figure.x = attemptAxis(judged.size(), 0.0,
+                             exams == 0 ? "finished attempt" : "finished attempt or exam cut short");
     f.figure.y = {"CUSUM of failures"};
     FigureSeries line{"CUSUM", kBlue}, lower{"below: competent", kGreen}, upper{"above: not yet", kVermilion};
     line.shape = "circle", lower.dash = {8, 4}, upper.dash = {2, 3};
@@ -192,7 +219,10 @@ DescribedFigure cusumFigure(const Attempts& done) {
             f.figure.marks.push_back({x, height, text});
             last = "last verdict: " + text + ", with attempt " + std::to_string(i + 1);
         }
-        f.data.rows.push_back({std::to_string(i + 1), failures[i] ? "no" : "yes", fixed(height, 2),
+        const char* passes = records::isUnfinishedExam(judged[i]) ? "no, cut short"
+                             : failures[i]                        ? "no"
+                                                                  : "yes";
+        f.data.rows.push_back({std::to_string(i + 1), passes, fixed(height, 2),
                                fixed(began - limits.lower_h, 2), fixed(began + limits.upper_h, 2),
                                text.empty() ? "–" : text});
         if (!text.empty()) began = height;
@@ -203,11 +233,13 @@ DescribedFigure cusumFigure(const Attempts& done) {
         for (const FigurePoint& p : series.points)
             low = std::min(low, p.y), high = std::max(high, p.y);
     f.figure.y.min = std::floor(low), f.figure.y.max = std::ceil(high);
-    f.description = fmt::format("CUSUM of failures over {} finished attempts: {}.", done.size(), last);
+    f.description = fmt::format("CUSUM of failures over {}: {}.", all, last);
     f.caption = fmt::format(
         "An attempt is passed if it hits the duct with a total of at least {:.0f}. The line rises with each "
-        "failure and falls with each pass. Below the lower limit, at most {:.0f} % of the attempts fail "
-        "(competent). Above the upper limit, at least {:.0f} % fail. Each verdict is wrong with a "
+        "failure and falls with each pass. An exam that was cut short after something that the score counts "
+        "is "
+        "a failure. Below the lower limit, at most {:.0f} % of the attempts fail (competent). Above the "
+        "upper limit, at least {:.0f} % fail. Each verdict is wrong with a "
         "probability of {:.0f} % and restarts the count. So far: {}.",
         training::kPassMark, 100.0 * settings.acceptable, 100.0 * settings.unacceptable,
         100.0 * settings.alpha, last);
@@ -234,15 +266,14 @@ DescribedFigure metricsFigure(const Attempts& done) {
         }
         f.figure.choices.push_back({name.name, {name.title()}, {series}});
     }
-    f.description = fmt::format("One metric over {} attempts, as chosen.", done.size());
+    f.description = fmt::format("One metric over {}, as chosen.", counted(done.size(), "attempt"));
     f.caption = "A metric over the finished attempts, as chosen.";
     return f;
 }
 
 struct TraineeStatistics {
     std::string trainee;
-    Attempts done;
-    std::size_t all = 0;
+    Attempts all, done;
     double median_total = 0.0;
 };
 
@@ -252,7 +283,7 @@ std::vector<TraineeStatistics> groupByTrainee(const Attempts& attempts) {
     for (const StoredAttempt& attempt : attempts) {
         TraineeStatistics& person = by_name[attempt.info.trainee];
         person.trainee = attempt.info.trainee;
-        ++person.all;
+        person.all.push_back(attempt);
         if (records::countsInStatistics(attempt)) person.done.push_back(attempt);
     }
     std::vector<TraineeStatistics> trainees;
@@ -316,9 +347,9 @@ DescribedFigure cohortFigure(const std::vector<TraineeStatistics>& trainees, con
         }
         f.figure.choices.push_back(stripPlot(name.name, name.title(), trainees, values));
     }
-    f.description = fmt::format(
-        "Total or a metric, as chosen, of every finished attempt of {} trainees, with the median of each.",
-        trainees.size());
+    f.description =
+        fmt::format("Total or a metric, as chosen, of every finished attempt of {}, with the median of each.",
+                    counted(trainees.size(), "trainee"));
     if (!trainees.empty() && !std::isnan(trainees[0].median_total))
         f.description += fmt::format(" Highest median total: {} with {}.", trainees[0].trainee,
                                      fixed(trainees[0].median_total, 1));
@@ -327,19 +358,20 @@ DescribedFigure cohortFigure(const std::vector<TraineeStatistics>& trainees, con
 }
 
 Table rankingTable(const std::vector<TraineeStatistics>& trainees) {
-    Table table{
-        "Trainees by median total",
-        {"Trainee", "Rank", "Attempts", "Finished", "Median total", "Best total", "Last total", "Duct hit"},
-        {},
-        {false, true, true, true, true, true, true, true},
-        true};
+    Table table{"Trainees by median total",
+                {"Trainee", "Rank", "Attempts", "Finished", "Exams passed", "Median total", "Best total",
+                 "Last total", "Duct hit"},
+                {},
+                {false, true, true, true, false, true, true, true, true},
+                true};
     std::size_t rank = 0;
     for (const TraineeStatistics& person : trainees) {
         const std::vector<double> totals = collectTotals(person.done);
         ++rank;
         table.rows.push_back({person.trainee, person.done.empty() ? "–" : std::to_string(rank),
-                              std::to_string(person.all), std::to_string(person.done.size()),
-                              fixed(person.median_total, 1), fixed(quantile(totals, 1.0), 1),
+                              std::to_string(person.all.size()), std::to_string(person.done.size()),
+                              examsText(person.all), fixed(person.median_total, 1),
+                              fixed(quantile(totals, 1.0), 1),
                               fixed(totals.empty() ? kGap : totals.back(), 1),
                               shareText(countHits(person.done), person.done.size())});
     }
@@ -365,10 +397,10 @@ Table shortTable(const Attempts& attempts) {
 
 Table attemptsTable(const Attempts& attempts) {
     Table table;
-    table.head = {"attempt", "trainee", "begun_utc", "state",      "scenario", "difficulty", "patient",
-                  "seed",    "device",  "ticks",     "target_hit", "total",    "aborted",    "score_version"};
-    table.number = {false, false, false, false, false, false, false,
-                    true,  false, true,  true,  true,  true,  true};
+    table.head = {"attempt", "trainee", "begun_utc",  "state", "scenario", "difficulty",    "patient", "seed",
+                  "device",  "ticks",   "target_hit", "total", "aborted",  "score_version", "counts"};
+    table.number = {false, false, false, false, false, false, false, true,
+                    false, true,  true,  true,  true,  true,  true};
     const std::vector<MetricName> names = metricNames(attempts);
     for (const MetricName& name : names)
         table.head.push_back(name.unit.empty() ? name.id : name.id + " [" + name.unit + "]"),
@@ -380,7 +412,8 @@ Table attemptsTable(const Attempts& attempts) {
                               a.result ? (a.result->target_hit ? "1" : "0") : "",
                               a.result ? fixed(a.result->total, 3) : "",
                               a.result ? (a.result->aborted ? "1" : "0") : "",
-                              a.result ? std::to_string(a.result->score_version) : ""});
+                              a.result ? std::to_string(a.result->score_version) : "",
+                              records::countsInStatistics(a) ? "1" : "0"});
         for (const MetricName& name : names) {
             const MetricRow* m = findMetric(a, name.id);
             table.rows.back().push_back(m && std::isfinite(m->value) ? fixed(m->value, 6) : "");
@@ -389,26 +422,49 @@ Table attemptsTable(const Attempts& attempts) {
     return table;
 }
 
-GroupReport traineeReport(const std::string& trainee, const Attempts& attempts, const Attempts& cohort) {
+namespace {
+
+// Lines on attempts whose rows in the index differ from their records.
+void addWarnings(Page& page, const std::vector<std::string>& warnings) {
+    if (warnings.empty()) return;
+    page.section("What does not match");
+    for (const std::string& warning : warnings)
+        page.paragraph(warning);
+}
+
+}  // namespace
+
+GroupReport traineeReport(const std::string& trainee, const Attempts& attempts, const Attempts& cohort,
+                          const std::vector<std::string>& warnings) {
     const Attempts done = finishedAttempts(attempts), all = finishedAttempts(cohort);
+    Attempts judged;
+    for (const StoredAttempt& attempt : attempts)
+        if (records::countsInStatistics(attempt) || records::isUnfinishedExam(attempt))
+            judged.push_back(attempt);
     const std::vector<double> totals = collectTotals(done);
-    Page page("Trainee " + trainee, std::to_string(attempts.size()) + " attempts, " +
-                                        std::to_string(done.size()) + " of them finished" +
-                                        abortedText(attempts) + ".");
-    page.headlines({{std::to_string(done.size()), "finished attempts"},
-                    {fixed(totals.empty() ? kGap : totals.back(), 1), "last total of 100"},
-                    {fixed(quantile(totals, 1.0), 1), "best total"},
-                    {shareText(countHits(done), done.size()), "bile duct hit"}});
+    Page page("Trainee " + trainee, counted(attempts.size(), "attempt") + ", " + std::to_string(done.size()) +
+                                        " of them finished" + specialText(attempts) + ".");
+    page.headlines(
+        {{std::to_string(done.size()), done.size() == 1 ? "finished attempt" : "finished attempts"},
+         {fixed(totals.empty() ? kGap : totals.back(), 1), "last total of 100"},
+         {fixed(quantile(totals, 1.0), 1), "best total"},
+         {shareText(countHits(done), done.size()), "bile duct hit"},
+         {examsText(attempts), "exams passed"}});
+    addWarnings(page, warnings);
     if (!done.empty()) {
         page.section("Learning curve");
         page.figure(learningFigure(done));
+    }
+    if (!judged.empty()) {
         page.section("CUSUM");
-        page.figure(cusumFigure(done));
+        page.figure(cusumFigure(judged));
+    }
+    if (!done.empty()) {
         page.section("Metrics");
         const DescribedFigure metrics = metricsFigure(done);
         if (!metrics.figure.choices.empty()) page.figure(metrics);
-        page.paragraph("The last finished attempt, against the " + std::to_string(all.size()) +
-                       " finished attempts of all trainees in these records:");
+        page.paragraph("The last finished attempt, against the " + counted(all.size(), "finished attempt") +
+                       " of all trainees in these records:");
         page.table(metricTable(*done.back().result, all));
     }
     page.section("Attempts");
@@ -417,16 +473,20 @@ GroupReport traineeReport(const std::string& trainee, const Attempts& attempts, 
     return {page.html(), attemptsTable(attempts)};
 }
 
-GroupReport cohortReport(const std::string& what, const Attempts& attempts) {
+GroupReport cohortReport(const std::string& what, const Attempts& attempts,
+                         const std::vector<std::string>& warnings) {
     const Attempts done = finishedAttempts(attempts);
     const std::vector<TraineeStatistics> trainees = groupByTrainee(attempts);
-    Page page("Cohort", what + ": " + std::to_string(attempts.size()) + " attempts of " +
-                            std::to_string(trainees.size()) + " trainees, by pseudonym" +
-                            abortedText(attempts) + ".");
-    page.headlines({{std::to_string(trainees.size()), "trainees"},
-                    {std::to_string(done.size()), "finished attempts"},
-                    {fixed(median(collectTotals(done)), 1), "median total of 100"},
-                    {shareText(countHits(done), done.size()), "bile duct hit"}});
+    Page page("Cohort", what + ": " + counted(attempts.size(), "attempt") + " of " +
+                            counted(trainees.size(), "trainee") + ", by pseudonym" + specialText(attempts) +
+                            ".");
+    page.headlines(
+        {{std::to_string(trainees.size()), trainees.size() == 1 ? "trainee" : "trainees"},
+         {std::to_string(done.size()), done.size() == 1 ? "finished attempt" : "finished attempts"},
+         {fixed(median(collectTotals(done)), 1), "median total of 100"},
+         {shareText(countHits(done), done.size()), "bile duct hit"},
+         {examsText(attempts), "exams passed"}});
+    addWarnings(page, warnings);
     if (!trainees.empty()) {
         page.section("Trainees");
         page.figure(cohortFigure(trainees, done));

@@ -15,11 +15,14 @@ struct GroupReport {
 };
 
 // The attempts of one trainee, oldest first. `cohort` contains all attempts, including the trainee's.
+// `warnings`: one paragraph each (records::findAlteredRows).
 GroupReport traineeReport(const std::string& trainee, const std::vector<records::StoredAttempt>& attempts,
-                          const std::vector<records::StoredAttempt>& cohort);
+                          const std::vector<records::StoredAttempt>& cohort,
+                          const std::vector<std::string>& warnings = {});
 
 // Attempts of any trainees, oldest first. `what` describes the selection: "scenario procedure".
-GroupReport cohortReport(const std::string& what, const std::vector<records::StoredAttempt>& attempts);
+GroupReport cohortReport(const std::string& what, const std::vector<records::StoredAttempt>& attempts,
+                         const std::vector<std::string>& warnings = {});
 
 // One row per attempt: trainee, date, scenario, result, and a column for each metric that occurs.
 Table attemptsTable(const std::vector<records::StoredAttempt>&);

@@ -9,6 +9,7 @@
 
 #include "app/report/embedded.h"
 #include "base/csv.h"
+#include "base/utf8.h"
 #include "base/whole_file.h"
 #include "patient/patient.h"
 
@@ -18,26 +19,6 @@ namespace {
 
 constexpr std::size_t kShort = 20;  // shorter cells stay on one line of a table
 constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
-
-// Length of the well-formed UTF-8 character at the start of `s`, or 0 if there is none.
-std::size_t utf8Length(std::string_view s) {
-    const auto byte = [&](std::size_t i) {
-        return i < s.size() ? unsigned(static_cast<unsigned char>(s[i])) : 0u;
-    };
-    const auto tail = [&](std::size_t i) { return (byte(i) & 0xC0u) == 0x80u; };
-    const unsigned a = byte(0), b = byte(1);
-    if (a < 0x80u) return 1;
-    if (a >= 0xC2u && a <= 0xDFu) return tail(1) ? 2 : 0;
-    if (a >= 0xE0u && a <= 0xEFu) {
-        const bool overlong = a == 0xE0u && b < 0xA0u, surrogate = a == 0xEDu && b >= 0xA0u;
-        return tail(1) && tail(2) && !overlong && !surrogate ? 3 : 0;
-    }
-    if (a >= 0xF0u && a <= 0xF4u) {
-        const bool overlong = a == 0xF0u && b < 0x90u, beyond = a == 0xF4u && b >= 0x90u;
-        return tail(1) && tail(2) && tail(3) && !overlong && !beyond ? 4 : 0;
-    }
-    return 0;
-}
 
 std::vector<std::uint8_t> decodeHex(std::string_view hex) {
     const auto digit = [](char c) { return unsigned(c <= '9' ? c - '0' : c - 'a' + 10); };

@@ -142,7 +142,13 @@ void addAttempt(const records::StoredAttempt& attempt, const XapiSettings& setti
             {"duration", duration},
             {"extensions", {{settings.home + "/xapi/metrics", metricsJson(result)}}}};
         add("terminated", seconds)["result"] = {{"duration", duration}};
+    } else if (attempt.result && !attempt.result->aborted) {  // restarted or imported
+        add("completed", seconds)["result"] = {{"completion", true}, {"duration", duration}};
+        add("terminated", seconds)["result"] = {{"duration", duration}};
     } else {
+        if (records::isUnfinishedExam(attempt))
+            add("failed", seconds)["result"] = {
+                {"success", false}, {"completion", false}, {"duration", duration}};
         add("terminated", seconds)["result"] = {{"completion", false}, {"duration", duration}};
     }
 }

@@ -14,6 +14,7 @@
 #include "app/study/report_tables.h"
 #include "app/study/result_blocks.h"
 #include "app/study/tables.h"
+#include "base/folder_linux.h"
 #include "base/parallel.h"
 #include "base/whole_file.h"
 
@@ -40,10 +41,11 @@ struct Study {
             for (const fs::path& package : {pair.reference, pair.found})
                 if (!fs::exists(package / "patient.toml"))
                     throw DataError(package / "patient.toml", "file", "cannot be read");
+        requireFolder(o.out, "--out");
     }
     Pair load(std::size_t pair) const {
         Pair p = loadPair(file.pairs[pair], o.labels, table ? &*table : nullptr, o.accept_implausible);
-        fs::create_directories(folder(pair));
+        requireFolder(folder(pair), "--out");
         return p;
     }
     fs::path folder(std::size_t pair) const { return o.out / file.pairs[pair].name; }
@@ -178,13 +180,16 @@ void print(const Summary& s) {
         std::printf("%s: no path, nothing to compare\n", s.name.c_str());
         return;
     }
+    const auto mean = [](const Spread& force_n, int digits) {
+        const std::string text = fmt::format("{:.{}f}", force_n.mean, digits);
+        return force_n.count > 1 ? text + fmt::format(" +- {:.{}f}", force_n.sigma, digits) : text;
+    };
     std::printf(
-        "%s: %zu paths, RMSE %.3f +- %.3f N (median %.3f, %.2f %% outliers), maximum %.2f +- %.2f N (median "
-        "%.2f, %.2f %%), %.1f %% identical, borders %.2f mm, Hausdorff %.2f mm\n",
-        s.name.c_str(), s.paths, s.rmse_n.mean, s.rmse_n.sigma, s.rmse_n.median,
-        100.0 * s.rmse_n.outlier_share, s.max_n.mean, s.max_n.sigma, s.max_n.median,
-        100.0 * s.max_n.outlier_share, 100.0 * s.equal_share.mean, 1e3 * s.mean_distance_m.mean,
-        1e3 * s.hausdorff_m.mean);
+        "%s: %zu paths, RMSE %s N (median %.3f, %.2f %% outliers), maximum %s N (median %.2f, %.2f %%), "
+        "%.1f %% identical, borders %.2f mm, Hausdorff %.2f mm\n",
+        s.name.c_str(), s.paths, mean(s.rmse_n, 3).c_str(), s.rmse_n.median, 100.0 * s.rmse_n.outlier_share,
+        mean(s.max_n, 2).c_str(), s.max_n.median, 100.0 * s.max_n.outlier_share, 100.0 * s.equal_share.mean,
+        1e3 * s.mean_distance_m.mean, 1e3 * s.hausdorff_m.mean);
 }
 
 // Writes the tables from the blocks of all ranks.

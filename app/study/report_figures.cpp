@@ -152,8 +152,10 @@ Plot borderPlot(const ReportedStudy& study, const std::string& axis,
     double top = thresholds_mm.empty() ? 1.0 : thresholds_mm.back();
     forEachSummary(study, [&](const std::string&, const Summary& s, const Summary&) {
         for (const std::size_t t : tissues)
-            if (t < s.tissues.size() && spread(s.tissues[t]).count > 0)
-                top = std::max(top, kMm * (spread(s.tissues[t]).mean + spread(s.tissues[t]).sigma));
+            if (t < s.tissues.size() && spread(s.tissues[t]).count > 0) {
+                const Spread& v = spread(s.tissues[t]);
+                top = std::max(top, kMm * (v.count > 1 ? v.mean + v.sigma : v.mean));
+            }
     });
     forEachSummary(study, [&](const std::string& name, const Summary& s, const Summary&) {
         FigureSeries means{"mean", report::kBlue}, bars{"one standard deviation", report::kBlue};
@@ -163,9 +165,11 @@ Plot borderPlot(const ReportedStudy& study, const std::string& axis,
             if (v.count == 0) continue;
             const auto x = double(place);
             means.points.push_back({x, kMm * v.mean, {}});
-            bars.points.push_back({x, std::max(0.0, kMm * (v.mean - v.sigma)), {}});
-            bars.points.push_back({x, kMm * (v.mean + v.sigma), {}});
-            bars.points.push_back({x, kGap, {}});
+            if (v.count > 1) {
+                bars.points.push_back({x, std::max(0.0, kMm * (v.mean - v.sigma)), {}});
+                bars.points.push_back({x, kMm * (v.mean + v.sigma), {}});
+                bars.points.push_back({x, kGap, {}});
+            }
             std::vector<std::string> row = spreadRow(name, v, kMm, 2);
             row.insert(row.begin() + 1, f.x.names[place]);
             plot.numbers.rows.push_back(std::move(row));

@@ -83,7 +83,8 @@ std::string voxelsText(const ReportedStudy& study, double PlanFacts::* spacing_m
 
 std::string meanText(const Spread& s, double unit, int digits) {
     if (s.count == 0) return "–";
-    return fixed(unit * s.mean, digits) + " ± " + fixed(unit * s.sigma, digits);
+    const std::string mean = fixed(unit * s.mean, digits);
+    return s.count > 1 ? mean + " ± " + fixed(unit * s.sigma, digits) : mean;
 }
 
 std::size_t syntheticCount(const ReportedStudy& study) {

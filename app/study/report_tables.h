@@ -8,7 +8,7 @@
 
 namespace stylet::study {
 
-// "0.12 ± 0.04"; "–" for no value.
+// "0.12 ± 0.04"; "0.12" for a single value and "–" for none.
 std::string meanText(const Spread&, double unit, int digits);
 // 2 -> "2", 2.5 -> "2.5"
 std::string numberText(double, int max_digits = 2);

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <type_traits>
 
+#include "base/folder_linux.h"
 #include "base/hash.h"
 #include "base/whole_file.h"
 
@@ -80,7 +81,7 @@ void ResultBlocks::write(std::size_t block, std::span<const PathResult> results)
     std::string bytes(sizeof header + results.size_bytes(), '\0');
     std::memcpy(bytes.data(), &header, sizeof header);
     std::memcpy(bytes.data() + sizeof header, results.data(), results.size_bytes());
-    fs::create_directories(folder_);
+    requireFolder(folder_, "--out");
     writeWholeFile(file(block), bytes);
 }
 

@@ -72,7 +72,7 @@ Spread computeSpread(std::vector<double> values) {
     if (values.empty()) return s;
     std::sort(values.begin(), values.end());
     s.mean = mean(values);
-    s.sigma = sampleDeviation(values, s.mean);
+    if (s.count > 1) s.sigma = sampleDeviation(values, s.mean);
     s.min = values.front(), s.max = values.back();
     s.lower_quartile = quantile(values, 0.25);
     s.median = median(values);

@@ -14,7 +14,8 @@ inline constexpr double kMm = 1e3;  // millimetres per metre, for display
 // Distribution of one value per path. Paths without a value are left out.
 struct Spread {
     std::size_t count = 0;
-    double mean = kNone, sigma = kNone;  // sample standard deviation
+    double mean = kNone;
+    double sigma = kNone;  // sample standard deviation; undefined for a single value
     double min = kNone, lower_quartile = kNone, median = kNone, upper_quartile = kNone, max = kNone;
     double lower_whisker = kNone, upper_whisker = kNone;  // the last values within 1.5 box lengths of the box
     double outlier_limit = kNone;                         // mean + 2.7 sigma

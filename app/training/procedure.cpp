@@ -126,6 +126,15 @@ std::string_view riskStructureName(RiskStructure structure) noexcept {
     return enumName(kRiskStructureNames, structure);
 }
 
+bool isDecisive(std::string_view kind, std::string_view text, bool exam) noexcept {
+    if (kind == "answer") return exam;
+    if (kind == "step") return exam || !text.starts_with(stepName(Step::reviewCase));
+    if (kind == "contact") return !text.starts_with("finger") && !text.starts_with("probe");
+    constexpr std::array<std::string_view, 6> kDecisive{"refused",  "risk", "near_miss",
+                                                        "critical", "cut",  "pain"};
+    return std::find(kDecisive.begin(), kDecisive.end(), kind) != kDecisive.end();
+}
+
 Procedure::Procedure(const patient::Patient& patient, const patient::PlannedPath& path, double dt_s)
     : patient_(&patient),
       path_(path),

@@ -178,5 +178,9 @@ struct SessionEvent {
     std::string kind;  // one of kEventKinds
     std::string text;
 };
+// True for an event that the score or an exam's verdict counts: a step, a refused step, harm, a cut, or a
+// tool on the skin other than finger and probe. From the first one on, an attempt counts even if its user
+// ends it. Answers about the case, and its review, are such events in an exam only.
+bool isDecisive(std::string_view kind, std::string_view text, bool exam) noexcept;
 
 }  // namespace stylet::training

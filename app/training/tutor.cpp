@@ -32,7 +32,7 @@ const Controls kMouseControls{.finger = "press F",
                               .yes = "press Y",
                               .no = "press U",
                               .move = "drag or use the arrow keys",
-                              .push = "turn the wheel or press Page Down",
+                              .push = "turn the wheel forward or press Page Down",
                               .pull = "turn the wheel back or press Page Up",
                               .turn = "press Q or E, or Shift with the arrow keys",
                               .skin = "press T",
@@ -109,6 +109,8 @@ namespace {
 // Length of wire and drain in the duct before the wire is drawn out: that of the side holes, without the last
 // millimetre, by which a compressed wire is shorter.
 constexpr double kDrainInDuct_m = haptics::kSideHoles_m - 0.001;
+// Greatest distance of the guide's opening from the path at which the duct is searched for in a breath-hold.
+constexpr double kProbeReach_m = 0.025;
 constexpr double kWireAhead_m = 0.003;  // least length of wire before the drain's end, to move the drain on
 
 Act toFindGap(const Progress& progress, const TickOutput& now) noexcept {
@@ -117,8 +119,16 @@ Act toFindGap(const Progress& progress, const TickOutput& now) noexcept {
     return progress.missing == Refusal::lowerRibNotFelt ? Act::pressLowerRib : Act::pressGap;
 }
 
+// True if the probe in the hand touches the skin and is near enough to its place to ask for a breath-hold. A
+// hold is too short to bring the probe there. In a hold, and with an aimed guide, any place will do.
+bool isProbePlaced(const Progress& progress, const TickOutput& now, bool aimed) noexcept {
+    return now.probe_touching_share > kMinContact &&
+           (now.breath_held || aimed || progress.off_path_m <= kProbeReach_m);
+}
+
 Act toFindDuct(const Progress& progress, const TickOutput& now) noexcept {
     if (now.tool != Tool::probe && !now.probe_parked) return Act::selectProbe;
+    if (!now.probe_parked && !isProbePlaced(progress, now, false)) return Act::placeProbe;
     if (!now.breath_held) return Act::holdBreath;
     if (now.probe_parked && progress.missing != Refusal::ductTooShort) return Act::liftProbe;
     switch (progress.missing) {
@@ -140,8 +150,8 @@ std::optional<Act> toParkedProbe(const Progress& progress, const TickOutput& now
     if (now.probe_parked && aimed) return std::nullopt;
     if (now.probe_parked) return Act::liftProbe;
     if (now.tool != Tool::probe) return Act::selectProbe;
+    if (!isProbePlaced(progress, now, aimed)) return Act::placeProbe;
     if (!now.breath_held) return Act::holdBreath;
-    if (!(now.probe_touching_share > kMinContact)) return Act::placeProbe;
     return aimed ? Act::parkProbe : Act::aimGuide;
 }
 
@@ -322,11 +332,11 @@ std::string prompt(Act act, const Controls& c) {
         case Act::selectSyringe:
             return fmt::format("Take the needle, with local anaesthetic in its syringe: {}.", c.needle);
         case Act::enterWheal:
-            return fmt::format("Push the needle just through the skin at the entry: {}.", c.push);
+            return fmt::format("Push the needle just through the skin: {}.", c.push);
         case Act::numbSkin:
             return fmt::format("Inject 0.5 ml of local anaesthetic under the skin: {}.", c.numb);
         case Act::pushToCapsule:
-            return fmt::format("Push on along the track to just before the liver: {}.", c.push);
+            return fmt::format("Push on, to just before the liver: {}.", c.push);
         case Act::numbCapsule:
             return fmt::format("Inject 2 ml in front of the liver's capsule: {}.", c.numb);
         case Act::pullNeedleBack:
@@ -342,7 +352,7 @@ std::string prompt(Act act, const Controls& c) {
         case Act::selectScalpel:
             return fmt::format("Take the scalpel: {}.", c.scalpel);
         case Act::cut:
-            return fmt::format("Push the blade in at the entry, move it 4 mm, lift it: {}.", c.push);
+            return fmt::format("Cut at the entry (in, 4 mm along, out): {}.", c.push);
         case Act::selectGuide:
             return fmt::format("Take the needle to the guide: {}.", c.guide);
         case Act::snapNeedle:
@@ -388,9 +398,9 @@ std::string prompt(Act act, const Controls& c) {
         case Act::clearDrain:
             return fmt::format("Draw the wire all the way out of the drain: {}.{}", c.pull, c.regrip);
         case Act::shiftDrainIn:
-            return fmt::format("Side holes lie short of the duct. Push the drain on: {}.", c.push);
+            return fmt::format("Side holes before the duct. Push the drain on: {}.", c.push);
         case Act::shiftDrainOut:
-            return fmt::format("Side holes lie beyond the duct. Draw the drain back: {}.", c.pull);
+            return fmt::format("Side holes beyond the duct. Draw the drain back: {}.", c.pull);
         case Act::rewireDrain:
             return fmt::format("The drain leaks. Put the guide wire into it again: {}.", c.wire);
         case Act::straightenDrain:
@@ -413,7 +423,8 @@ std::string hint(Act act, const Controls& c) {
         case Act::liftOff:
             return fmt::format("Draw it away until it moves freely: {}.", c.pull);
         case Act::pressGap:
-            return to_skin + fmt::format("A gap feels soft: {}.", c.push);
+            return c.skin.empty() ? fmt::format("A gap feels soft: {}.", c.push)
+                                  : to_skin + "A gap feels soft.";
         case Act::pressUpperRib:
         case Act::pressLowerRib:
             return fmt::format("A rib feels hard. Keep pressing and slide: {}.", c.move);
@@ -428,7 +439,7 @@ std::string hint(Act act, const Controls& c) {
             return fmt::format("Shift the probe toward the arrow: {}.", c.move);
         case Act::enterWheal:
         case Act::pushToCapsule:
-            return fmt::format("The liver's edge is bright in the picture: {}.", c.push);
+            return fmt::format("The liver's edge is the bright line: {}.", c.push);
         case Act::pullNeedleBack:
             return fmt::format("Anaesthetic this deep does not count: {}.", c.pull);
         case Act::cut:
@@ -437,17 +448,17 @@ std::string hint(Act act, const Controls& c) {
             return fmt::format("Cross the rail slowly with the tip: {}.", c.move);
         case Act::advance:
         case Act::seekDuct:
-            return fmt::format("The bright tip dents the duct, then enters: {}.", c.push);
+            return fmt::format("The tip dents the duct, then enters: {}.", c.push);
         case Act::feedWire:
             return fmt::format("If it stops: {}, then push slowly.", c.pull);
         case Act::pushDilator:
         case Act::pushDrain:
-            return fmt::format("It needs force and ends with the wire: {}.{}", c.push, c.regrip);
+            return fmt::format("It needs force, up to the wire's end: {}.{}", c.push, c.regrip);
         case Act::shiftDrainIn:
         case Act::shiftDrainOut:
             return fmt::format("The drain must stay over the wire: {}.", c.push);
         case Act::straightenDrain:
-            return fmt::format("Halfway in its loop the drain straightens: {}.", c.push);
+            return fmt::format("Halfway in, the drain straightens: {}.", c.push);
         case Act::enterSkin:
         case Act::withdrawToRetry:
         case Act::withdrawNeedle:

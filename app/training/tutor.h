@@ -78,7 +78,7 @@ struct Controls {
         release;  // "press F"
     std::string_view wire, needle, dilator, drain;
     std::string_view yes, no;                 // answer a question about the case
-    std::string_view move, push, pull, turn;  // "drag or use the arrow keys"
+    std::string_view move, push, pull, turn;  // "drag or use the arrow keys"; push: into the body
     std::string_view skin;                    // places the tool on the skin; empty: this input cannot
     std::string_view expert;                  // shows how the expert does this step
     std::string_view regrip;  // for a long wire in a device with a short travel; empty: not needed

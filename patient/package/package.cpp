@@ -67,8 +67,7 @@ void replaceFolder(const fs::path& fresh, const fs::path& folder) {
 
 void checkBeforeSaving(const Package& p, const fs::path& folder) {
     const fs::path toml = folder / kTomlName;
-    if (fs::exists(folder) && !fs::is_empty(folder) && !fs::exists(toml))
-        throw DataError(folder, "folder", "exists and is not a patient package");
+    checkPackageFolder(folder);
     if (!(p.labels.grid == p.ct.grid)) throw DataError(folder / kLabelsName, "grid", "differs from the CT's");
     if (p.ct.voxels.size() != p.ct.grid.voxelCount() || p.labels.voxels.size() != p.ct.voxels.size())
         throw DataError(folder / kCtName, "voxels", "count does not fit the grid");
@@ -162,11 +161,20 @@ Package loadPackage(const fs::path& folder) {
     return p;
 }
 
+void checkPackageFolder(const fs::path& folder) {
+    std::error_code error;
+    if (!fs::exists(folder, error) || fs::exists(folder / kTomlName, error)) return;
+    if (!fs::is_directory(folder, error) || !fs::is_empty(folder, error) || error)
+        throw DataError(folder, "folder", "exists and is not a patient package");
+}
+
 void savePackage(const Package& p, const fs::path& folder) {
     const fs::path place = fs::absolute(folder).lexically_normal();
     const fs::path target = place.has_filename() ? place : place.parent_path();
     checkBeforeSaving(p, target);
-    fs::create_directories(target.parent_path());
+    std::error_code error;
+    fs::create_directories(target.parent_path(), error);
+    if (error) throw DataError(target.parent_path(), "folder", "cannot be made: " + error.message());
     std::string name = target.parent_path() / fmt::format(".{}.XXXXXX", target.filename().string());
     if (!mkdtemp(name.data())) throw DataError(name, "folder", std::strerror(errno));
     const fs::path fresh = name;

@@ -53,6 +53,10 @@ Package loadPackage(const std::filesystem::path& folder);
 // package gives the same bytes.
 void savePackage(const Package&, const std::filesystem::path& folder);
 
+// Throws DataError if the folder contains anything but a package, which savePackage() would refuse to
+// replace.
+void checkPackageFolder(const std::filesystem::path& folder);
+
 // Contents of labels.ctbl, 3D Slicer's colour table: id, name, red, green, blue, alpha.
 std::string colourTable(const std::vector<Label>&);
 

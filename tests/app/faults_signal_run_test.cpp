@@ -12,16 +12,16 @@ using test::readText;
 TEST_F(FaultsRun, ASignalWhileThePatientIsMade) {
     cell("stylet run", "SIGTERM, SIGINT, SIGKILL: patient is made", "ends; the next start generates it");
     for (const int signal : {SIGTERM, SIGINT, SIGKILL}) {
-        const std::string cache = "cache-signal-" + std::to_string(signal);
-        Started s =
-            start("stylet run --fast --spacing-mm 2 --scenario demo --out none", "XDG_CACHE_HOME=" + cache);
+        const fs::path cache = in("cache-signal-" + std::to_string(signal));
+        Started s = start("stylet run --fast --spacing-mm 2 --scenario demo --out none",
+                          "XDG_CACHE_HOME=" + cache.string());
         ASSERT_TRUE(s.says("making the reference patient"));
         kill(s.pid, signal);
         EXPECT_EQ(s.result(), -signal);
-        for (const auto& entry : fs::directory_iterator(in(cache + "/stylet/patients")))
+        for (const auto& entry : fs::directory_iterator(cache / "stylet/patients"))
             EXPECT_TRUE(entry.path().filename().string().starts_with(".")) << entry.path();
-        if (signal == SIGTERM) expectWorks("XDG_CACHE_HOME=" + cache);
-        fs::remove_all(in(cache));
+        if (signal == SIGTERM) expectWorks("XDG_CACHE_HOME=" + cache.string());
+        fs::remove_all(cache);
     }
 }
 

@@ -39,6 +39,13 @@ TEST(CsvReader, ReadsEveryRowAndField) {
     EXPECT_FALSE(rows.next());
 }
 
+// Spreadsheets write a byte order mark, and some end lines with CR alone.
+TEST(CsvReader, AcceptsFilesOfSpreadsheets) {
+    EXPECT_EQ(refusal("\xEF\xBB\xBFname,count,share\r\na,1,0.5\r\n"), "");
+    EXPECT_EQ(refusal("name,count,share\ra,1,0.5\rb,2,0.5"), "");
+    EXPECT_EQ(refusal("name,count,share\ra,1,0.5\rb,x,0.5\r"), "t.csv: line 3: count: \"x\" is not a number");
+}
+
 TEST(CsvReader, RefusalsNameLineAndColumn) {
     EXPECT_EQ(refusal("name,count,share\na,1,0.5\n"), "");
     EXPECT_EQ(refusal(""), "t.csv: line 1: the columns are not name,count,share");

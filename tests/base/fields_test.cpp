@@ -201,6 +201,9 @@ TEST(FieldsInJson, MustBeJson) {
                                     std::string("{\"a\": 1e999}"), std::string("{\"a\": \"\xff\"}"),
                                     std::string(100'000, '['), std::string("1")})
         EXPECT_EQ(errorText([&] { parseJson("f", text); }).rfind("f: json: ", 0), 0u) << text.substr(0, 20);
+    EXPECT_EQ(
+        errorText([] { parseJson("f", "x,y\n"); }).rfind("f: json: parse error at line 1, column 1: ", 0), 0u)
+        << "without the library's own prefix";
 }
 
 TEST(FieldsInToml, MustBeToml) {

@@ -7,6 +7,7 @@
 #include "app/modeller/commands/console.h"
 #include "app/modeller/import/section.h"
 #include "app/modeller/segmentation/build.h"
+#include "app/options.h"
 #include "app/print.h"
 #include "app/report/classes.h"
 
@@ -56,7 +57,11 @@ void drawTissueClasses(const patient::Package& p, const std::filesystem::path& p
 void runBuild(BuildArguments& a) {
     BuildSettings& s = a.settings;
     s.spacing_m = 1e-3 * a.spacing_mm;
-    if (s.stages.empty()) s.stages = a.out.string() + "-stages";
+    // Without a slash at the end.
+    if (s.stages.empty()) s.stages = (a.out / "").parent_path().string() + "-stages";
+    std::vector<std::filesystem::path> inputs{s.ct, s.stages, a.labels};
+    inputs.insert(inputs.end(), s.atlases.begin(), s.atlases.end());
+    checkOut(a.out, inputs);
     if (!a.stage.empty()) correctStage(s.stages, a.stage, a.labels);
     s.defaults = tissueDefaults();
     s.progress = progressBar("build");
@@ -97,6 +102,7 @@ void addBuild(CLI::App& app) {
     command->add_flag("--trust-axes", a.settings.trust_axes,
                       "Accept a scan that looks mirrored, upside down or turned front to back.");
     command->add_option("--spacing-mm", a.spacing_mm, "Voxel size of the package [mm].")
+        ->check(inRange(0.5, 4.0))
         ->capture_default_str();
     command
         ->add_option("--reference-phase", a.settings.reference_phase,

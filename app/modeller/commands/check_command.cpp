@@ -7,6 +7,7 @@
 #include "app/modeller/check/findings.h"
 #include "app/modeller/commands/commands.h"
 #include "app/modeller/commands/console.h"
+#include "app/options.h"
 #include "app/print.h"
 #include "patient/synth/synth.h"
 
@@ -114,9 +115,9 @@ void addCheck(CLI::App& app) {
             ->excludes(folder);
     command->add_option("--spacing-mm", o->spacing_mm, "Voxel size of these reference patients [mm].")
         ->needs(seeds)
-        ->check(CLI::Range(0.5, 5.0));
+        ->check(inRange(0.5, 5.0));
     command->add_option("--threads", o->threads, "Number of threads; it does not change the result.")
-        ->check(CLI::Range(1, 64))
+        ->check(inRange(1, 64))
         ->capture_default_str();
     command->callback([o] {
         if (o->patient.empty() && o->seeds.empty()) throw CLI::RequiredError("a patient's folder or --seeds");

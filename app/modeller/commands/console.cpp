@@ -3,8 +3,10 @@
 #include <unistd.h>
 
 #include <fmt/core.h>
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <system_error>
 
 #include "app/installation.h"
 #include "app/print.h"
@@ -60,6 +62,24 @@ bool printVerdict(const patient::Package& p, const std::filesystem::path& folder
         return false;
     }
     return !verdict.refused;
+}
+
+void checkOut(const std::filesystem::path& out, const std::vector<std::filesystem::path>& inputs) {
+    patient::checkPackageFolder(out);
+    const auto resolved = [](const std::filesystem::path& path) {
+        std::error_code error;
+        std::filesystem::path whole = weakly_canonical(absolute(path), error);
+        if (error) whole = absolute(path).lexically_normal();
+        return whole.has_filename() ? whole : whole.parent_path();  // without a slash at the end
+    };
+    const std::filesystem::path folder = resolved(out);
+    for (const std::filesystem::path& input : inputs) {
+        if (input.empty()) continue;
+        const std::filesystem::path inner = resolved(input);
+        if (std::mismatch(folder.begin(), folder.end(), inner.begin(), inner.end()).first == folder.end())
+            throw DataError(out, "--out",
+                            "would replace " + input.string() + ", which is read; choose another folder");
+    }
 }
 
 patient::Package referencePatient(std::uint64_t seed, double spacing_mm, int threads,

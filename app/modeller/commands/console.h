@@ -30,6 +30,10 @@ void printPackage(const patient::Package&, const std::filesystem::path& folder);
 // folder that cannot be written is only reported. Returns false if the package is refused.
 bool printVerdict(const patient::Package&, const std::filesystem::path& folder, const std::vector<Finding>&);
 
+// Throws DataError if a package cannot be saved in `out`, or if it would replace one of the inputs. Inputs
+// may be empty. Called before the work begins.
+void checkOut(const std::filesystem::path& out, const std::vector<std::filesystem::path>& inputs = {});
+
 // `variants`: names from patient::synth::listVariants().
 patient::Package referencePatient(std::uint64_t seed, double spacing_mm, int threads,
                                   const std::vector<std::string>& variants = {});

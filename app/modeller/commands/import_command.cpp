@@ -4,6 +4,7 @@
 #include "app/modeller/commands/commands.h"
 #include "app/modeller/commands/console.h"
 #include "app/modeller/import/import.h"
+#include "app/options.h"
 #include "app/print.h"
 
 namespace stylet::modeller {
@@ -24,6 +25,7 @@ void printSources(const std::vector<SourceLabel>& sources) {
 }
 
 void runImport(ImportArguments& a) {
+    checkOut(a.out, {a.settings.ct, a.settings.labels, a.settings.map});
     a.settings.spacing_m = 1e-3 * a.spacing_mm;
     a.settings.defaults = tissueDefaults();
     a.settings.progress = timedProgress();
@@ -64,6 +66,7 @@ void addImport(CLI::App& app) {
     import->add_flag("--grow-ducts", a.settings.grow_ducts,
                      "Grow dilated bile ducts beside the portal branches.");
     import->add_option("--spacing-mm", a.spacing_mm, "Voxel size of the package [mm].")
+        ->check(inRange(0.5, 4.0))
         ->capture_default_str();
     import
         ->add_option("--reference-phase", a.settings.reference_phase,

@@ -8,6 +8,7 @@
 #include "app/modeller/commands/console.h"
 #include "app/modeller/import/import.h"
 #include "app/modeller/motion/motion_fit.h"
+#include "app/options.h"
 #include "app/print.h"
 
 namespace stylet::modeller {
@@ -131,7 +132,7 @@ void runTemplate(const MotionOptions& o) {
 
 void addAmplitudes(CLI::App& command, MotionOptions& o) {
     const auto add = [&](const char* name, double& mm, double max_mm, const char* what) {
-        command.add_option(name, mm, what)->check(CLI::Range(0.0, max_mm))->capture_default_str();
+        command.add_option(name, mm, what)->check(inRange(0.0, max_mm))->capture_default_str();
     };
     add("--dome-mm", o.dome_mm, 25.0,
         "Template: motion of dome and liver toward the feet, end-exhale to end-inhale [mm].");
@@ -159,10 +160,10 @@ void addMotion(CLI::App& app) {
                         "Fit: CSV file phase,v,rate_per_s (default: estimated from the lung's density).");
     command
         ->add_option("--spacing-mm", o.fit.phases.spacing_mm, "Fit: voxel size [mm], if the files name none.")
-        ->check(CLI::Range(0.1, 10.0));
+        ->check(inRange(0.1, 10.0));
     command
         ->add_option("--period-s", o.fit.period_s, "Fit: duration of the breath that the phases divide [s].")
-        ->check(CLI::Range(1.0, 20.0))
+        ->check(inRange(1.0, 20.0))
         ->capture_default_str();
     command
         ->add_option("--finest", o.fit.registration.finest,
@@ -175,6 +176,7 @@ void addMotion(CLI::App& app) {
     command->callback([options] {
         if (!options->from_template && options->fit.phases.folder.empty())
             throw CLI::RequiredError("--phases or --template");
+        checkOut(options->out, {options->package, options->fit.phases.folder, options->fit.signal});
         options->from_template ? runTemplate(*options) : runFit(*options);
     });
 }

@@ -5,7 +5,9 @@
 #include "app/modeller/check/slices.h"
 #include "app/modeller/commands/commands.h"
 #include "app/modeller/commands/console.h"
+#include "app/options.h"
 #include "app/print.h"
+#include "base/folder_linux.h"
 
 namespace stylet::modeller {
 
@@ -27,10 +29,11 @@ void addSlices(CLI::App& app) {
                      ->excludes(folder);
     command->add_option("--spacing-mm", o->spacing_mm, "Voxel size of this reference patient [mm].")
         ->needs(seed)
-        ->check(CLI::Range(0.5, 5.0));
+        ->check(inRange(0.5, 5.0));
     command->add_option("--out", o->out, "Folder for the PNG files.")->required();
     command->callback([o] {
         if (!o->seed && o->patient.empty()) throw CLI::RequiredError("a patient's folder or --seed");
+        requireFolder(o->out, "--out");
         writeSlices(o->seed ? referencePatient(*o->seed, o->spacing_mm, 2) : patient::loadPackage(o->patient),
                     o->out);
         printResult("slices in {}\n", o->out);

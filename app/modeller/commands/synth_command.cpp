@@ -4,6 +4,7 @@
 
 #include "app/modeller/commands/commands.h"
 #include "app/modeller/commands/console.h"
+#include "app/options.h"
 #include "app/print.h"
 #include "patient/synth/synth.h"
 
@@ -27,6 +28,7 @@ void printVariants() {
 void synth(const SynthOptions& o) {
     if (o.variants == std::vector<std::string>{"list"}) return printVariants();
     if (o.out.empty()) throw CLI::RequiredError("--out");
+    checkOut(o.out);
     const auto begin = std::chrono::steady_clock::now();
     const patient::Package package = referencePatient(o.seed, o.spacing_mm, o.threads, o.variants);
     patient::savePackage(package, o.out);
@@ -50,10 +52,10 @@ void addSynth(CLI::App& app) {
                      "Make a hard case of the patient: names, separated by commas. \"list\" prints them.")
         ->delimiter(',');
     command->add_option("--spacing-mm", o->spacing_mm, "Voxel size [mm].")
-        ->check(CLI::Range(0.5, 5.0))
+        ->check(inRange(0.5, 5.0))
         ->capture_default_str();
     command->add_option("--threads", o->threads, "Number of threads; it does not change the result.")
-        ->check(CLI::Range(1, 64))
+        ->check(inRange(1, 64))
         ->capture_default_str();
     command->callback([o] {
         try {

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <cctype>
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <utility>
 
@@ -32,6 +34,7 @@ class NiftiHeader {
         return v;
     }
     double real(std::size_t at) const { return double(std::bit_cast<float>(word(at, 4))); }
+    double pixdim(std::size_t d) const { return real(76 + 4 * d); }
     std::int64_t side(std::size_t d) const { return std::int16_t(word(40 + 2 * d, 2)); }
     std::string magic() const { return {bytes.begin() + 344, bytes.begin() + 347}; }
 
@@ -49,12 +52,43 @@ void checkKind(const NiftiHeader& h) {
     if (h.magic() != "n+1") refuse("magic: not a NIfTI-1 file in one piece");
 }
 
-// Checks the orientation. A file without one is refused, because guessing could swap left and right.
-void checkNiftiOrientation(const NiftiHeader& h) {
-    if (h.word(252, 2) == 0 && h.word(254, 2) == 0)
+// Refuses what ITK would replace with a guess: an unknown voxel size becomes 1 mm, NaN becomes 0.
+void checkNumbers(const NiftiHeader& h, bool phase) {
+    const bool has_qform = h.word(252, 2) != 0, has_sform = h.word(254, 2) != 0;
+    for (std::size_t d = 1; d <= 3; ++d) {
+        const double v = h.pixdim(d);
+        if (!(v > 0.0 && std::isfinite(v)) && !(phase && v == 0.0))
+            refuse(fmt::format("pixdim[{}]: {} is no voxel size", d, formatNumber(v)));
+    }
+    const auto check = [&](const std::string& field, std::size_t at, double limit) {
+        const double v = h.real(at);
+        if (!(std::fabs(v) < limit)) refuse(field + ": " + formatNumber(v) + " is impossible");
+    };
+    constexpr double kFarthest_mm = 1e5;
+    for (std::size_t d = 0; d < 3; ++d) {
+        const std::string axis(1, char('x' + d)), part(1, char('b' + d));
+        if (has_qform) check("qoffset_" + axis, 268 + 4 * d, kFarthest_mm);
+        if (has_qform) check("quatern_" + part, 256 + 4 * d, 2.0);
+        if (has_sform) check("srow_" + axis + "[3]", 292 + 16 * d, kFarthest_mm);
+    }
+    if (has_qform && std::isnan(h.pixdim(0))) refuse("pixdim[0]: nan is neither 1 nor -1");
+}
+
+// ITK converts the spacing to millimetres, but not the position.
+void checkUnits(const NiftiHeader& h) {
+    const int unit = h.bytes[123] & 7;
+    if (unit == 1 || unit == 3)
+        refuse(fmt::format("xyzt_units: {}; write the file in mm", unit == 1 ? "metres" : "micrometres"));
+}
+
+// Checks the orientation. A CT or a segmentation without one is refused, because guessing could swap left and
+// right.
+void checkOrientation(const NiftiHeader& h, bool phase) {
+    const bool has_qform = h.word(252, 2) != 0, has_sform = h.word(254, 2) != 0;
+    if (!has_qform && !has_sform && !phase)
         refuse("qform_code and sform_code: are both 0, so left and right are unknown");
     // Without an sform, ITK reports the axes of the qform. They are checked after ITK has read the header.
-    if (h.word(254, 2) == 0) return;
+    if (!has_sform || phase) return;
     for (std::size_t column = 0; column < 3; ++column) {
         double largest = 0.0, squares = 0.0;
         for (std::size_t row = 0; row < 3; ++row) {
@@ -62,10 +96,14 @@ void checkNiftiOrientation(const NiftiHeader& h) {
             largest = std::max(largest, std::fabs(v));
             squares += v * v;
         }
+        const double length_mm = std::sqrt(squares), pixdim_mm = h.pixdim(column + 1);
         if (!(squares > 0.0) || !std::isfinite(squares)) refuse("srow: is no map from voxels to place");
-        if (!(largest / std::sqrt(squares) > kMinUprightCosine))
-            refuse("srow: its axes are tilted by " + formatDegrees(largest / std::sqrt(squares)) +
+        if (!(largest / length_mm > kMinUprightCosine))
+            refuse("srow: its axes are tilted by " + formatDegrees(largest / length_mm) +
                    ", more than 5 degrees, against the patient's; resample it to upright axes");
+        if (!(std::fabs(pixdim_mm - length_mm) <= 1e-3 * length_mm))
+            refuse(fmt::format("pixdim[{}]: {} mm, but srow's column for that axis is {} mm long", column + 1,
+                               formatNumber(pixdim_mm), formatNumber(length_mm)));
     }
 }
 
@@ -98,7 +136,7 @@ std::int64_t volumeBytes(const NiftiHeader& h) {
 }
 
 // Refuses NaN and infinity. ITK's reader would turn them into 0, which is water in HU.
-void checkFinite(const NiftiHeader& h, const unsigned char* voxels, std::size_t bytes) {
+void checkFinite(const NiftiHeader& h, NiftiKind kind, const unsigned char* voxels, std::size_t bytes) {
     const std::uint32_t datatype = h.word(70, 2);
     if (datatype != kFloat && datatype != kDouble) return;
     const std::size_t size = datatype == kFloat ? 4 : 8;
@@ -106,20 +144,45 @@ void checkFinite(const NiftiHeader& h, const unsigned char* voxels, std::size_t 
     for (std::size_t i = 0; i + size <= bytes; i += size) {
         const int exponent = (voxels[i + high] & 0x7f) << 8 | voxels[i + next];
         if (size == 4 ? (exponent & 0x7f80) == 0x7f80 : (exponent & 0x7ff0) == 0x7ff0)
-            refuse("voxels: some are not numbers; write -1024 where nothing was scanned");
+            refuse(kind == NiftiKind::labels
+                       ? "voxels: some are not numbers; write 0 where nothing is labelled"
+                       : "voxels: some are not numbers; write -1024 where nothing was scanned");
     }
 }
 
+// ITK recognises a compressed file by its name.
+void checkName(const fs::path& file, bool compressed) {
+    std::string name = file.filename().string();
+    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (compressed && name.ends_with(".nii")) refuse("name: its data is compressed by gzip; name it .nii.gz");
+    if (!name.ends_with(".nii") && !name.ends_with(".nii.gz"))
+        refuse("name: does not end in .nii or .nii.gz");
+}
+
+void checkScale(const NiftiHeader& h) {
+    const double slope = h.real(112), intercept = h.real(116);
+    if (slope != 0.0) return checkRescale(slope, intercept, "", "scl_slope", "scl_inter");
+    // NIfTI-1: a slope of 0 means no scaling. ITK would add the intercept.
+    if (intercept != 0.0)
+        refuse(
+            fmt::format("scl_inter: {}, but scl_slope is 0, which means no scaling; set both to the real "
+                        "scaling, or both to 0",
+                        formatNumber(intercept)));
+}
+
 // Refuses truncated files, which ITK would fill up with zeros, and headers that ITK would read as ANALYZE.
-void checkNiftiFile(const fs::path& file, bool phase) {
+void checkNiftiFile(const fs::path& file, NiftiKind kind) {
+    const bool phase = kind == NiftiKind::phase;
     const std::unique_ptr<gzFile_s, int (*)(gzFile)> in(gzopen(file.c_str(), "rb"), gzclose);
     NiftiHeader h;
     if (!in || gzread(in.get(), h.bytes.data(), unsigned(h.bytes.size())) != int(h.bytes.size()))
         refuse("not a NIfTI file: too short, damaged or not to be opened");
     checkKind(h);
-    if (!phase) checkNiftiOrientation(h);
-    const double slope = h.real(112);
-    if (slope != 0.0) checkRescale(slope, h.real(116), "", "scl_slope", "scl_inter");  // 0: no scaling
+    checkName(file, gzdirect(in.get()) == 0);
+    checkUnits(h);
+    checkNumbers(h, phase);
+    checkOrientation(h, phase);
+    checkScale(h);
     const double offset = h.real(108);
     if (!(offset >= 352.0 && offset < 1e6)) refuse("vox_offset: " + formatNumber(offset) + " is impossible");
     const std::int64_t size = volumeBytes(h);
@@ -132,7 +195,7 @@ void checkNiftiFile(const fs::path& file, bool phase) {
     for (std::int64_t at = 0; at < size; at += std::int64_t(chunk.size())) {
         const std::int64_t count = std::min(size - at, std::int64_t(chunk.size()));
         read(count);
-        checkFinite(h, chunk.data(), std::size_t(count));
+        checkFinite(h, kind, chunk.data(), std::size_t(count));
     }
     // Try to read one byte after the voxels. At the end of a .gz file, zlib then verifies the checksum.
     // gzread() fails if the checksum is wrong. Z_BUF_ERROR means that the file was cut short.
@@ -141,18 +204,27 @@ void checkNiftiFile(const fs::path& file, bool phase) {
         refuse("voxels: cut short or damaged; copy the file again");
 }
 
+// ITK's own sentence, without the name of the class and its address.
+std::string reason(const itk::ExceptionObject& e) {
+    const std::string text = e.GetDescription();
+    for (const char* before : {"): ", "ERROR: "})
+        if (const std::size_t at = text.find(before); at != std::string::npos)
+            return text.substr(at + std::strlen(before));
+    return text;
+}
+
 }  // namespace
 
 RawImage readNifti(const fs::path& file, NiftiKind kind) {
-    checkNiftiFile(file, kind == NiftiKind::phase);
+    checkNiftiFile(file, kind);
     auto io = itk::NiftiImageIO::New();
     io->SetFileName(file.string());
     try {
         io->ReadImageInformation();
         if (io->GetNumberOfDimensions() < 3) refuse("dim: fewer than three dimensions");
         return readVolume(*io, kind == NiftiKind::labels);
-    } catch (const itk::ExceptionObject&) {
-        refuse("not a readable NIfTI file (damaged or cut short)");
+    } catch (const itk::ExceptionObject& e) {
+        refuse("ITK cannot read it: " + reason(e));
     }
 }
 

@@ -18,6 +18,7 @@
 
 namespace stylet::modeller {
 
+namespace fs = std::filesystem;
 using patient::Label;
 using patient::Package;
 using patient::Tissue;
@@ -28,24 +29,29 @@ namespace {
 constexpr double kSkin_m = 0.002;
 constexpr double kAboveLiver_m = 0.060, kBelowLiver_m = 0.060;
 
-void checkSameGrid(const Grid& ct, const Grid& labels) {
+void checkSameGrid(const Grid& ct, const Grid& labels, const ImportSettings& files) {
+    const auto refuse = [&](const std::string& field, const std::string& reason) {
+        throw ImportError(
+            fmt::format("{}: {}: {} of the CT {}", files.labels.string(), field, reason, files.ct.string()));
+    };
     const auto sides = [](const Grid& g) {
         return fmt::format("{}x{}x{} voxels", g.dims.x, g.dims.y, g.dims.z);
     };
-    if (ct.dims != labels.dims)
-        throw ImportError("labels and CT are on different grids: " + sides(labels) + " against " + sides(ct));
+    if (ct.dims != labels.dims) refuse("dim", sides(labels) + ", not the " + sides(ct));
     for (int d = 0; d < 3; ++d) {
+        const char axis = "xyz"[d];
         if (std::fabs(ct.spacing_m[d] - labels.spacing_m[d]) > 1e-3 * ct.spacing_m[d])
-            throw ImportError(fmt::format("labels and CT differ in spacing: {:.4g} against {:.4g} mm",
-                                          1e3 * labels.spacing_m[d], 1e3 * ct.spacing_m[d]));
-        if (std::fabs(ct.origin_m[d] - labels.origin_m[d]) > 0.5 * ct.spacing_m[d])
-            throw ImportError(fmt::format("labels lie {:.3g} mm beside the CT",
-                                          1e3 * (labels.origin_m[d] - ct.origin_m[d])));
+            refuse("pixdim", fmt::format("voxels of {:.4g} mm along {}, not the {:.4g} mm",
+                                         1e3 * labels.spacing_m[d], axis, 1e3 * ct.spacing_m[d]));
+        const double off_m = labels.origin_m[d] - ct.origin_m[d];
+        if (std::fabs(off_m) > 0.5 * ct.spacing_m[d])
+            refuse("origin", fmt::format("lies {:.3g} mm along {} from that", 1e3 * off_m, axis));
     }
 }
 
 // Look-up table from source id to label id. Refuses unmapped ids.
-std::vector<std::uint8_t> mapSourceIds(const std::vector<SourceLabel>& sources, const LabelMap& map) {
+std::vector<std::uint8_t> mapSourceIds(const std::vector<SourceLabel>& sources, const LabelMap& map,
+                                       const ImportSettings& files) {
     std::vector<std::uint8_t> target(32768, 0);
     std::string unmapped;
     for (const SourceLabel& s : sources) {
@@ -56,21 +62,42 @@ std::vector<std::uint8_t> mapSourceIds(const std::vector<SourceLabel>& sources, 
             unmapped += (unmapped.empty() ? "" : ", ") + std::to_string(s.id);
     }
     if (!unmapped.empty())
-        throw ImportError("the map has no line for source id " + unmapped +
-                          "; name a target for it, or \"unsegmented\"");
+        throw ImportError(
+            fmt::format("{}: source_id: no line for {} of {}; name a target for it, or "
+                        "\"unsegmented\"",
+                        files.map.string(), unmapped, files.labels.string()));
     return target;
+}
+
+// Refuses air that is mapped to a tissue. Bowel and stomach may be filled with gas.
+void checkNoAir(const std::vector<SourceLabel>& sources, const fs::path& map) {
+    constexpr double kAirBelow_hu = -500.0;  // halfway between air and tissue
+    for (const SourceLabel& s : sources) {
+        using enum patient::Structure;
+        const Label* l = findTarget(s.target);
+        if (!l || s.mean_hu > kAirBelow_hu || l->tissue == Tissue::air) continue;
+        if (l->structure != stomach && l->structure != colon && l->structure != small_bowel)
+            throw ImportError(
+                fmt::format("{}: tissue: source id {} is mapped to {}, but its mean of {:.0f} "
+                            "HU is that of air",
+                            map.string(), s.id, s.target, s.mean_hu));
+    }
 }
 
 // The section of the scan around the liver.
 Grid sectionAroundLiver(const Grid& source, const SourceLabels& labels,
-                        const std::vector<std::uint8_t>& target, double spacing_m) {
+                        const std::vector<std::uint8_t>& target, const ImportSettings& settings) {
     const std::uint8_t liver = targetId("liver");
     const VoxelBox box = boundingBox(
         maskWhere(source, [&](std::size_t i) { return target[std::size_t(labels.voxels[i])] == liver; }));
     if (box.empty())
-        throw ImportError("the map assigns no voxel to liver; without a liver there is nothing to puncture");
+        throw ImportError(
+            fmt::format("{}: tissue: no source id that occurs in {} is mapped to liver; without "
+                        "a liver there is nothing to puncture",
+                        settings.map.string(), settings.labels.string()));
     return sectionGrid(source, source.origin_m.z + box.low.z * source.spacing_m.z - kBelowLiver_m,
-                       source.origin_m.z + box.high.z * source.spacing_m.z + kAboveLiver_m, spacing_m);
+                       source.origin_m.z + box.high.z * source.spacing_m.z + kAboveLiver_m,
+                       settings.spacing_m, settings.ct);
 }
 
 LabelVolume resampleLabels(const SourceLabels& in, const Grid& grid,
@@ -122,16 +149,17 @@ Mask addFascia(const BoneScan& scan, LabelVolume& labels, std::vector<std::strin
         using enum patient::Structure;
         return isInsideFascia(l) || (l.abdominal && l.structure != diaphragm && l.structure != visceral_fat);
     });
-    const FasciaSpline fascia = fitFascia({scan.ct, scan.body, bones, organs});
-    const FasciaInput input{scan.ct, scan.body, skeleton, organs};
+    const Mask certain = withoutRim(organs);
+    const FasciaSpline fascia = fitFascia({scan.ct, scan.body, bones, certain});
+    const FasciaInput input{scan.ct, scan.body, skeleton, certain};
     const Mask inside = insideFascia(fascia, input), surface = fasciaVoxels(inside, input);
-    std::size_t over_liver = 0;
-    for (std::size_t i = 0; i < surface.voxels.size(); ++i)
-        over_liver += surface.voxels[i] && labels.voxels[i] == targetId("liver");
+    const Mask cut_off = cutOffRim(organs, inside, surface);
+    const std::size_t taken = countVoxels(unite(cut_off, intersect(organs, surface)));
+    paint(labels, cut_off, targetId("muscle"), true);
     paint(labels, surface, targetId("fascia"), true);
     notes.push_back(
-        fmt::format("fascia: one voxel thick; {:.2f} ml of it taken from the liver's rim at the ribs",
-                    1e3 * litres(labels.grid, over_liver)));
+        fmt::format("fascia: one voxel thick; it and what lies outside it take {:.2f} ml of the organs' rims",
+                    1e3 * litres(labels.grid, taken)));
     dropStrayLiver(inside, labels, notes);
     return inside;
 }
@@ -250,19 +278,22 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
     if (!(settings.spacing_m >= 0.0005 && settings.spacing_m <= 0.004))
         throw ImportError("spacing must lie between 0.5 and 4 mm");
     const double breath = parseReferencePhase(settings.reference_phase);
-    checkSameGrid(ct.grid, labels.grid);
+    checkSameGrid(ct.grid, labels.grid, settings);
     ImportResult out;
     out.sources = listSources(ct, labels, map);
     if (settings.list) settings.list(out.sources);
+    if (out.sources.size() == 1 && out.sources[0].id == 0)
+        throw ImportError(settings.labels.string() + ": voxels: all are 0, so nothing is segmented");
     for (const auto& [id, target] : map.target_of)
         if (std::none_of(out.sources.begin(), out.sources.end(),
                          [&](const SourceLabel& s) { return s.id == id; }))
             out.notes.push_back("the map's source id " + std::to_string(id) + " does not occur");
-    const std::vector<std::uint8_t> target = mapSourceIds(out.sources, map);
+    const std::vector<std::uint8_t> target = mapSourceIds(out.sources, map, settings);
+    checkNoAir(out.sources, settings.map);
 
     reportProgress(settings, "resample");
     Package& p = out.package;
-    const Grid section = sectionAroundLiver(ct.grid, labels, target, settings.spacing_m);
+    const Grid section = sectionAroundLiver(ct.grid, labels, target, settings);
     p.ct = resampleCt(ct, section);
     p.labels = resampleLabels(labels, section, target);
     if (paint(p.labels, labelMask(p.labels, "fascia"), 0, true) > 0)
@@ -273,7 +304,7 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
     out.notes.push_back(blurText(blur));
 
     reportProgress(settings, "body");
-    const Mask body = cropToBody(p.ct, p.labels, out.notes);
+    const Mask body = cropToBody(p.ct, p.labels, settings.ct, out.notes);
     checkPackageSize(p.ct.grid);
 
     bool added_cartilage = false;

@@ -1,10 +1,13 @@
 #include "app/modeller/import/import_map.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 
 #include "base/line_reader.h"
 #include "base/text.h"
+#include "base/utf8.h"
 #include "base/whole_file.h"
 #include "patient/synth/synth.h"
 
@@ -19,6 +22,7 @@ namespace {
 
 constexpr std::size_t kMaxMapBytes = 1 << 20, kMaxLineBytes = 1000;
 constexpr int kMaxLines = 10000;
+constexpr std::string_view kHeader = "source_id,tissue";
 
 // The value of a comment `# key: value`, or an empty text.
 std::string_view parseKey(std::string_view line, const std::string& key) {
@@ -34,6 +38,8 @@ void parseRow(std::string_view line, LabelMap& map, const LineReader& lines) {
     if (!id || *id < 0 || *id > 32767)
         lines.refuse("source_id \"" + id_text + "\" is not a whole number from 0 to 32767");
     const Label* target = findTarget(name);
+    if (*id == 0 && name != "unsegmented")
+        lines.refuse("source_id 0 is the background of a segmentation; its target can only be unsegmented");
     if (!target && name != "unsegmented") {
         std::string known = "unsegmented";
         for (const Label& l : targetTable())
@@ -86,13 +92,16 @@ LabelMap parseLabelMap(const fs::path& csv, std::string_view text) {
     LineReader lines(csv, text);
     for (int number = 1; !lines.done(); ++number) {
         const std::string_view line = trimmed(lines.next());
+        if (!isUtf8(line)) lines.refuse("not UTF-8; save the file as UTF-8");
         if (number > kMaxLines || line.size() > kMaxLineBytes) lines.refuse("too long for a label map");
         if (line.empty()) continue;
         if (line[0] == '#') {
             if (const std::string_view v = parseKey(line, "source"); !v.empty()) map.source = v;
             if (const std::string_view v = parseKey(line, "licence"); !v.empty()) map.licence = v;
         } else if (!header_seen) {
-            if (line != "source_id,tissue") lines.refuse("the first line must be source_id,tissue");
+            if (line != kHeader)
+                lines.refuse(fmt::format("the header must be \"{}\", separated by a comma; it is \"{}\"",
+                                         kHeader, line.substr(0, 40)));
             header_seen = true;
         } else {
             parseRow(line, map, lines);

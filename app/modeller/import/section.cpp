@@ -61,7 +61,8 @@ std::pair<int, int> completeSlices(const Mask& body) {
 
 }  // namespace
 
-Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m) {
+Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m,
+                 const std::filesystem::path& source) {
     // The grid is aligned to whole voxels from the scan's first voxel. All sections of one scan therefore
     // share a lattice and can be compared voxel by voxel.
     const auto whole_m = [&](double m) { return std::ceil(m / spacing_m - 1e-6) * spacing_m; };
@@ -71,9 +72,9 @@ Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m
     to.z = std::min(to.z - rim_m, high_m);
     for (int d = 0; d < 2; ++d)
         if (to[d] - from[d] > kMaxWidth_m + 2.0 * rim_m)
-            throw ImportError(
-                fmt::format("the scan is {:.0f} mm wide; {:.0f} mm is the most this program accepts",
-                            1e3 * (to[d] - from[d]), 1e3 * kMaxWidth_m));
+            throw ImportError(fmt::format(
+                "{}: size: the scan is {:.0f} mm wide; {:.0f} mm is the most this program accepts",
+                source.string(), 1e3 * (to[d] - from[d]), 1e3 * kMaxWidth_m));
     const Vec3 steps = glm::floor((to - from) / spacing_m);
     return {Index3(steps) + 1, Vec3(spacing_m), from};
 }
@@ -98,10 +99,12 @@ CtVolume resampleCt(const CtVolume& in, const Grid& grid) {
     return out;
 }
 
-Mask cropToBody(CtVolume& ct, LabelVolume& labels, std::vector<std::string>& notes) {
+Mask cropToBody(CtVolume& ct, LabelVolume& labels, const std::filesystem::path& source,
+                std::vector<std::string>& notes) {
     Mask body = bodyMask(ct);
     const Grid& g = body.grid;
-    if (boundingBox(body).empty()) throw ImportError("the CT shows no body; choose another series");
+    if (boundingBox(body).empty())
+        throw ImportError(source.string() + ": voxels: show no body; choose another series");
     const auto [low_z, high_z] = completeSlices(body);
     std::size_t lost = 0;  // labelled voxels of the body
     forEachVoxel(g, [&](const Index3& i) {

@@ -2,6 +2,7 @@
 // limits.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -16,16 +17,18 @@ inline constexpr std::int16_t kOutside_hu = -1024;  // value of voxels outside t
 
 // An isotropic grid over the scan's heights from `low_m` to `high_m` and its whole width, plus a rim of
 // air. Aligned to whole voxels from the scan's first voxel. Throws ImportError if the scan is wider than
-// 0.5 m.
-Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m);
+// 0.5 m. `source` is the file or folder that the message names.
+Grid sectionGrid(const Grid& scan, double low_m, double high_m, double spacing_m,
+                 const std::filesystem::path& source);
 
 // Trilinear; air outside the scan.
 CtVolume resampleCt(const CtVolume&, const Grid&);
 
 // Sets everything outside the body to air without a label. Crops both volumes in-plane to the body and a rim.
 // Leaves out slices at the ends in which the image contains a part of the body only, and notes it. Returns
-// the body. Throws ImportError if there is no body.
-Mask cropToBody(CtVolume&, LabelVolume&, std::vector<std::string>& notes);
+// the body. Throws ImportError, which names `source`, if there is no body.
+Mask cropToBody(CtVolume&, LabelVolume&, const std::filesystem::path& source,
+                std::vector<std::string>& notes);
 
 // Throws ImportError if a package with this grid could not be loaded again; the message names a spacing
 // that fits.

@@ -138,20 +138,21 @@ StageReport runStage(BuildState& work, const StageStore& store, int number, cons
 
 // Returns the range of heights to process. A scan of the upper abdomen is processed entirely. In a longer
 // scan, it is the region around the lung bases, because the liver is below them.
-std::pair<double, double> findHeightRange(const CtVolume& scan, bool trust_axes) {
+std::pair<double, double> findHeightRange(const CtVolume& scan, const BuildSettings& settings) {
     double low_m = scan.grid.origin_m.z, high_m = scan.grid.centre(scan.grid.dims - 1).z;
     if (high_m - low_m <= kMaxHeight_m) return {low_m, high_m};
-    CtVolume coarse = resampleCt(scan, sectionGrid(scan.grid, low_m, high_m, kPreviewSpacing_m));
+    CtVolume coarse = resampleCt(scan, sectionGrid(scan.grid, low_m, high_m, kPreviewSpacing_m, settings.ct));
     LabelVolume none(coarse.grid);
     std::vector<std::string> notes;  // not kept: the section itself is cropped later
-    const Mask body = cropToBody(coarse, none, notes);
+    const Mask body = cropToBody(coarse, none, settings.ct, notes);
     const Lungs lungs = findLungs(coarse, body);
-    if (!trust_axes) checkUpright(body, unite(lungs.right, lungs.left));
+    if (!settings.trust_axes) checkUpright(body, unite(lungs.right, lungs.left));
     double dome_m = -1e9;
     for (const float z : lungs.base_right.z_m)
         if (std::isfinite(z)) dome_m = std::max(dome_m, double(z));
     if (dome_m < low_m)
-        throw ImportError("the scan is " + std::to_string(int(1e3 * (high_m - low_m))) +
+        throw ImportError(settings.ct.string() + ": size: the scan is " +
+                          std::to_string(int(1e3 * (high_m - low_m))) +
                           " mm high and shows no right lung to find the liver by; cut it to the upper belly");
     return {std::max(low_m, dome_m - kBelowDome_m), std::min(high_m, dome_m + kAboveDome_m)};
 }
@@ -161,15 +162,15 @@ void readScan(BuildState& work) {
     const BuildSettings& s = *work.settings;
     const CtVolume scan = readImage(s.ct, ImageKind::ct, s.reader, s.series);
     requireHounsfield(scan, s.ct);
-    const auto [low_m, high_m] = findHeightRange(scan, s.trust_axes);
-    const Grid grid = sectionGrid(scan.grid, low_m, high_m, s.spacing_m);
+    const auto [low_m, high_m] = findHeightRange(scan, s);
+    const Grid grid = sectionGrid(scan.grid, low_m, high_m, s.spacing_m, s.ct);
     checkPackageSize(grid);
     work.ct = resampleCt(scan, grid);
     work.scan = scan.grid;
     work.scan_voxels = voxelDigest(scan);
     work.blur = measureBlur(work.ct);
     LabelVolume none(work.ct.grid);
-    work.body = cropToBody(work.ct, none, work.body_notes);
+    work.body = cropToBody(work.ct, none, s.ct, work.body_notes);
 }
 
 // Stores the CT of the stages. Refuses a new CT if a stage was corrected on another one.
@@ -244,7 +245,9 @@ Package makePackage(const BuildState& work) {
         }
     const Mask liver = labelMask(p.labels, [](const Label& l) { return l.tissue == patient::Tissue::liver; });
     const VoxelBox box = boundingBox(liver);
-    if (box.empty()) throw ImportError("no liver was found; without a liver there is nothing to puncture");
+    if (box.empty())
+        throw ImportError(settings.ct.string() +
+                          ": voxels: no liver was found; without a liver there is nothing to puncture");
     const Index3 last = p.ct.grid.dims - 1;
     const auto steps = [&](double m) { return int(std::ceil(m / p.ct.grid.spacing_m.z)); };
     const VoxelBox section{{0, 0, std::max(0, box.low.z - steps(kBelowLiver_m))},

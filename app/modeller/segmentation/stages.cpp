@@ -304,7 +304,8 @@ void findOrgansStage(BuildState& work, StageResult& r) {
 void findFasciaStage(BuildState& work, StageResult& r) {
     const Bones bones = bonesFromLabels(work);
     const Mask organs = unite(lungsAndLiver(work), labelMask(work.found.at("organs"), isInsideFascia));
-    const FasciaInput input{work.ct, work.body, bones.all, organs};
+    const Mask certain = withoutRim(organs);
+    const FasciaInput input{work.ct, work.body, bones.all, certain};
     if (r.text.empty()) r.text = writeFascia(fitFascia(input));
     const Mask inside = insideFascia(parseFascia(kControlPoints, r.text), input);
     // Inside the fascia there is no costal cartilage, but muscle, stomach and spleen, which have similar HU.
@@ -313,7 +314,9 @@ void findFasciaStage(BuildState& work, StageResult& r) {
         costalCartilage(work.ct, work.body, work.blur, inside, {bones.all, ends, bones.spine, bones.canal}),
         organs);
     paintTarget(r, cartilage, "cartilage and discs");
-    paintTarget(r, fasciaVoxels(inside, input), "fascia");
+    const Mask fascia = fasciaVoxels(inside, input);
+    paintTarget(r, cutOffRim(organs, inside, fascia), "muscle");
+    paintTarget(r, fascia, "fascia");
     const LabelVolume &in_bones = work.found.at("bones"), &in_organs = work.found.at("organs");
     const Mask taken = maskWhere(work.ct.grid, [&](std::size_t i) {
         return organs.voxels[i] || in_bones.voxels[i] || in_organs.voxels[i];

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "app/modeller/image/morphology.h"
 #include "app/modeller/wall/fascia_surface.h"
 #include "base/line_reader.h"
 #include "base/parallel.h"
@@ -16,6 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr double kRim_m = 0.0012;       // uncertainty of an organ's border
 constexpr double kUnseenWeight = 0.02;  // in the fit, of a ray that does not show the fascia
 
 // --- The basis ---
@@ -190,6 +192,10 @@ double FasciaSpline::radiusAt(double phi, double h_m) const {
     return evaluate(supportAt(*this, phi, h_m), control_m);
 }
 
+Mask withoutRim(const Mask& organs) {
+    return eroded(organs, kRim_m);
+}
+
 FasciaSpline fitFascia(const FasciaInput& all) {
     const Mask bones = wallBones(all);
     const FasciaInput in{all.ct, all.body, bones, all.organs};
@@ -252,6 +258,10 @@ Mask fasciaVoxels(const Mask& inside, const FasciaInput& in) {
         return in.body.voxels[i] && !in.bones.voxels[i] && !in.organs.voxels[i];
     });
     return rasteriseBoundary(inside, free);
+}
+
+Mask cutOffRim(const Mask& organs, const Mask& inside, const Mask& fascia) {
+    return intersect(subtract(subtract(organs, inside), fascia), dilated(fascia, kRim_m));
 }
 
 std::string writeFascia(const FasciaSpline& s) {

@@ -29,12 +29,21 @@ struct FasciaSpline {
 // push the surface away where the fit would cut them.
 FasciaSpline fitFascia(const FasciaInput&);
 
+// The organs without the voxels within 1.2 mm of their border: in voxels of 1 mm the outermost one, in voxels
+// of more than 1.2 mm none. The border of an organ, drawn or found, is uncertain by that, and an organ that
+// is too large would push the fascia outward: where they disagree, the wall's edge in the CT is more
+// reliable.
+Mask withoutRim(const Mask& organs);
+
 // The volume inside the tube: without bones, and with organs that extend beyond it.
 Mask insideFascia(const FasciaSpline&, const FasciaInput&);
 
 // The surface of this volume, one voxel thick and 6-separating. It avoids bones, and it avoids organs except
 // next to bones.
 Mask fasciaVoxels(const Mask& inside, const FasciaInput&);
+
+// What the fascia cuts off from the organs' rims: voxels just outside it. Pieces farther out are none of it.
+Mask cutOffRim(const Mask& organs, const Mask& inside, const Mask& fascia);
 
 // Text format: `stylet-fascia 1`, then `axis_mm`, `h_begin_mm`, `h_step_mm`, `around`, `levels`, then `row
 // 0` to `row levels-1` with the radii in mm. # starts a comment.

@@ -34,6 +34,7 @@ constexpr Command toolCommand(Tool tool) {
 }
 
 constexpr std::string_view kRearm = "rearm";
+constexpr const char* kStop = "stop";
 constexpr std::array kCommandWords{
     CommandWord{"finger", "select the finger, for palpation", Act::command, toolCommand(Tool::finger)},
     CommandWord{"probe", "select the ultrasound probe", Act::command, toolCommand(Tool::probe)},
@@ -66,7 +67,7 @@ constexpr std::array kCommandWords{
     CommandWord{"skin", "mouse: place the tool on the skin beneath it; controllers: hold the trigger",
                 Act::snap},
     CommandWord{"expert", "guided attempts: show how the expert does this step, or no longer", Act::expert},
-    CommandWord{"stop", "stop every injection", Act::command, {CommandKind::inject, 0}},
+    CommandWord{kStop, "stop every injection", Act::command, {CommandKind::inject, 0}},
     CommandWord{"pedal", "turn X-rays on", Act::command, training::kPedalDown},
     CommandWord{"release", "turn X-rays off", Act::command, training::kPedalUp},
     CommandWord{"help", "list these commands", Act::list},
@@ -74,6 +75,9 @@ constexpr std::array kCommandWords{
 
 // Commands followed by a number: "inject", "numb" and every knob of the equipment.
 constexpr std::string_view kInject = "inject", kNumb = "numb";
+// Of the window's keys. Either stops the syringe that flows. A key cannot know: what it started may have been
+// refused.
+constexpr std::string_view kInjectOrStop = "inject or stop", kNumbOrStop = "numb or stop";
 constexpr double kUsual_ml_per_s = 1.0;
 constexpr std::array kMachines{training::Machine::xray, training::Machine::ultrasound};
 
@@ -199,6 +203,24 @@ std::string describeToolOutcome(Tool asked, const TickOutput& before, const Tick
     return fmt::format("the {} stays in hand: it is in the body; withdraw it first", nameOf(now.tool));
 }
 
+// Reason why a syringe cannot do this, or an empty string. Like the wire, the syringe needs a needle in the
+// body. Contrast medium also flows through a drain in place (training::AttemptFold), and local anaesthetic
+// into skin that the needle only dents.
+std::string whyNoSyringe(const Command& command, const TickOutput& now) {
+    const bool draws = command.kind == CommandKind::aspirate;
+    const bool contrast = command.kind == CommandKind::inject && command.value != 0;
+    const bool numbs = command.kind == CommandKind::anaesthetic && command.value != 0;
+    if (!draws && !contrast && !numbs) return {};
+    const bool touches = now.phase != haptics::Phase::outside;
+    const bool dents_skin = now.phase == haptics::Phase::tenting && now.tissue == haptics::Tissue::air &&
+                            now.depth_m <= training::kGasDepth_m;  // deeper, it is in lung or gas
+    if (touches && (numbs || !dents_skin)) return {};
+    if (draws) return "nothing is drawn: the syringe needs a needle in the body";
+    if (numbs) return "nothing is injected: local anaesthetic needs a needle in the body";
+    if (now.access.drain == haptics::DrainState::in_place) return {};
+    return "nothing is injected: contrast medium needs a needle in the body, or a drain in place";
+}
+
 std::string describeParkOutcome(bool stay, const TickOutput& before, const TickOutput& now) {
     if (stay && now.probe_parked)
         return before.probe_parked ? "the probe is parked already" : "the probe stays where it is";
@@ -270,6 +292,7 @@ std::vector<Command> UserCommands::update(std::string_view typed, std::uint32_t 
     if (!begun_) hold_requested_ = now.breath_held;  // a restart from a bookmark may begin in a breath-hold
     if (breath_held_ && !now.breath_held) hold_requested_ = false;  // the patient had to breathe
     begun_ = true;
+    if (std::exchange(asked_, question_) != question_) asked_at_ = now.tick;
     breath_held_ = now.breath_held;
     waiting_ += typed;
     pressed_ |= pressed;
@@ -282,12 +305,12 @@ std::vector<Command> UserCommands::update(std::string_view typed, std::uint32_t 
         parseLine(*line, now, commands);
     if (!hasLine() && waiting_.size() > kMaxCommandLength) waiting_.resize(kMaxCommandLength);
     if (!mayGoOn()) return commands;
-    if (asking_) answerByButton(commands);
+    if (question_) answerByButton(now, commands);
     if ((pressed_ & buttons_.breath) != 0)
-        add({hold_requested_ ? CommandKind::breathe : CommandKind::holdBreath, 0}, commands);
+        add({hold_requested_ ? CommandKind::breathe : CommandKind::holdBreath, 0}, now, commands);
     if ((pressed_ & buttons_.snap) != 0) snap_ = true;
     if ((pressed_ & buttons_.expert) != 0) expert_ = true;
-    if ((pressed_ & buttons_.aspirate) != 0) add(training::kAspirate, commands);
+    if ((pressed_ & buttons_.aspirate) != 0) add(training::kAspirate, now, commands);
     if ((pressed_ & buttons_.next) != 0) {
         addNext(now, commands);
         if (now.probe_parked) lift_at_ = now.tick + std::uint64_t(kLiftAfter_s / dt_s_ + 0.5);
@@ -295,24 +318,43 @@ std::vector<Command> UserCommands::update(std::string_view typed, std::uint32_t 
     pressed_ = 0;
     const std::uint32_t changed = buttons_down ^ std::exchange(last_buttons_down_, buttons_down);
     if ((changed & buttons_.regrip) != 0 && onTrack(now))
-        add({CommandKind::grip, (buttons_down & buttons_.regrip) != 0 ? 0u : 1u}, commands);
+        add({CommandKind::grip, (buttons_down & buttons_.regrip) != 0 ? 0u : 1u}, now, commands);
     if ((changed & buttons_.pedal) != 0)
-        add((buttons_down & buttons_.pedal) != 0 ? training::kPedalDown : training::kPedalUp, commands);
-    if ((changed & buttons_.inject) != 0) {
-        const double m3_per_s = (buttons_down & buttons_.inject) != 0 ? kUsual_ml_per_s / kMlPerM3 : 0.0;
-        add(numbing_ ? training::anaesthetiseCommand(m3_per_s) : training::injectCommand(m3_per_s), commands);
-    }
+        add((buttons_down & buttons_.pedal) != 0 ? training::kPedalDown : training::kPedalUp, now, commands);
+    if ((changed & buttons_.inject) != 0) addInjection((buttons_down & buttons_.inject) != 0, now, commands);
     return commands;
 }
 
+// Releasing the button stops only what it has started.
+void UserCommands::addInjection(bool down, const TickOutput& now, std::vector<Command>& commands) {
+    const double m3_per_s = down ? kUsual_ml_per_s / kMlPerM3 : 0.0;
+    const std::size_t before = commands.size();
+    if (down || injects_)
+        add(numbing_ ? training::anaesthetiseCommand(m3_per_s) : training::injectCommand(m3_per_s), now,
+            commands);
+    injects_ = down && commands.size() > before;
+}
+
 // With both buttons at once nothing is answered.
-void UserCommands::answerByButton(std::vector<Command>& commands) {
+void UserCommands::answerByButton(const TickOutput& now, std::vector<Command>& commands) {
     const bool yes = (pressed_ & buttons_.breath) != 0, no = (pressed_ & buttons_.next) != 0;
-    if (yes != no) add(yes ? training::kYes : training::kNo, commands);
+    if (yes != no) addAnswer(yes ? training::kYes : training::kNo, now, commands);
     pressed_ &= ~(buttons_.breath | buttons_.next);
 }
 
-void UserCommands::add(const Command& command, std::vector<Command>& commands) {
+// The next question is open once the ticks have executed this answer, so a second answer must wait too.
+void UserCommands::addAnswer(const Command& answer, const TickOutput& now, std::vector<Command>& commands) {
+    if (!question_) return say_("no question is open");
+    if (double(now.tick - asked_at_) * dt_s_ < kReadQuestion_s)
+        return say_("not answered: read the question, then answer");
+    asked_at_ = now.tick;
+    add(answer, now, commands);
+}
+
+void UserCommands::add(const Command& command, const TickOutput& now, std::vector<Command>& commands) {
+    if (const std::string why = whyNoSyringe(command, now); !why.empty()) return say_(why);
+    if (command.kind == CommandKind::inject || command.kind == CommandKind::anaesthetic)
+        flows_ = command.value != 0;
     if (command.kind == CommandKind::holdBreath || command.kind == CommandKind::breathe)
         hold_requested_ = command.kind == CommandKind::holdBreath;
     commands.push_back(command);
@@ -329,17 +371,19 @@ bool UserCommands::liftsProbe(const TickOutput& now, std::uint32_t buttons_down)
 // A probe that cannot be parked stays in use, so the next tool waits until the probe is parked.
 void UserCommands::addNext(const TickOutput& now, std::vector<Command>& commands) {
     next_wanted_ = now.tool == Tool::probe && !now.probe_parked;
-    add(next_wanted_ ? Command{CommandKind::park, 1} : toolCommand(nextTool(now, numbing_)), commands);
+    add(next_wanted_ ? Command{CommandKind::park, 1} : toolCommand(nextTool(now, numbing_)), now, commands);
 }
 
 void UserCommands::parseLine(std::string_view line, const TickOutput& now, std::vector<Command>& commands) {
     if (line.empty()) line = kRearm;
+    if (line == kInjectOrStop) line = flows_ ? kStop : kInject;
+    if (line == kNumbOrStop) line = flows_ ? kStop : kNumb;
     if (!exerts_force_ && line == kRearm) return;  // an empty line, or a habit from a haptic device
     for (const CommandWord& word : kCommandWords) {
         if (line != word.word) continue;
-        if (word.command.kind == CommandKind::answer && word.act == Act::command && !asking_)
-            return say_("no question is open");
-        if (word.act == Act::command) add(word.command, commands);
+        if (word.act == Act::command && word.command.kind == CommandKind::answer)
+            return addAnswer(word.command, now, commands);
+        if (word.act == Act::command) add(word.command, now, commands);
         if (word.act == Act::next) addNext(now, commands);
         if (word.act == Act::snap) snap_ = true;
         if (word.act == Act::expert) expert_ = true;
@@ -349,7 +393,7 @@ void UserCommands::parseLine(std::string_view line, const TickOutput& now, std::
     std::string why_not =
         fmt::format("\"{}\" is not a command: type \"help\" for a list", line.substr(0, 40));
     if (const std::optional<Command> command = withNumber(line, course_, why_not))
-        return add(*command, commands);
+        return add(*command, now, commands);
     say_(why_not);
 }
 

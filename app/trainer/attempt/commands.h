@@ -45,7 +45,7 @@ std::string describe(const UserButtons&, std::span<const std::string_view> names
 
 class UserCommands {
   public:
-    static constexpr double kLiftAfter_s = 1.0;
+    static constexpr double kLiftAfter_s = 1.0, kReadQuestion_s = 0.5;
 
     // `exerts_force`: false for a device without force, which has nothing to re-arm. `dt_s`: of a tick.
     UserCommands(const UserButtons& buttons, Say say, bool exerts_force = true, double dt_s = 0.001)
@@ -55,12 +55,15 @@ class UserCommands {
     // The button that injects starts local anaesthetic instead of contrast medium, and the needle comes
     // before the scalpel in the order of tools.
     void setNumbing(bool numbing) { numbing_ = numbing; }
-    // A question about the case is open: the button of the breath-hold answers yes, that of the next tool no.
-    void setAsking(bool asking) { asking_ = asking; }
+    // The question about the case that is open, counted from 0, if any: the button of the breath-hold answers
+    // yes, that of the next tool no. An answer is refused until the question has been open for
+    // kReadQuestion_s, because the user may not have seen it yet.
+    void setQuestion(std::optional<int> question) { question_ = question; }
     // Session thread. Returns the commands of all complete lines in `typed` and of the newly pressed buttons
     // (`pressed`, without the re-arm button), in that order. An incomplete line waits for its newline. Stops
     // after the first command that changes the tool: later lines and buttons wait for the next call. `now` is
-    // the newest tick and must already reflect the last such command.
+    // the newest tick and must already reflect the last such command. Refuses what a syringe cannot do
+    // without a needle in the body.
     std::vector<haptics::Command> update(std::string_view typed, std::uint32_t pressed,
                                          const haptics::TickOutput& now, std::uint32_t buttons_down = 0);
     // True once for each request to place the tool on the skin (snap.h), or to show the expert or no longer
@@ -71,17 +74,23 @@ class UserCommands {
     bool hasLine() const { return waiting_.find('\n') != std::string::npos; }
 
   private:
-    void add(const haptics::Command&, std::vector<haptics::Command>&);
+    void add(const haptics::Command&, const haptics::TickOutput&, std::vector<haptics::Command>&);
+    void addInjection(bool down, const haptics::TickOutput&, std::vector<haptics::Command>&);
+    void addAnswer(const haptics::Command&, const haptics::TickOutput&, std::vector<haptics::Command>&);
     void addNext(const haptics::TickOutput&, std::vector<haptics::Command>&);
     bool liftsProbe(const haptics::TickOutput&, std::uint32_t buttons_down);
-    void answerByButton(std::vector<haptics::Command>&);
+    void answerByButton(const haptics::TickOutput&, std::vector<haptics::Command>&);
     void parseLine(std::string_view line, const haptics::TickOutput&, std::vector<haptics::Command>&);
 
     UserButtons buttons_;
     Say say_;
     bool exerts_force_;
     double dt_s_;
-    bool numbing_ = false, asking_ = false;
+    bool numbing_ = false;
+    std::optional<int> question_, asked_;  // now, and in the last update
+    std::uint64_t asked_at_ = 0;           // tick at which the question was opened or last answered
+    bool injects_ = false;                 // by the button
+    bool flows_ = false;                   // a syringe injects
     training::Course course_ = training::kDefaultCourse;
     std::string waiting_;
     std::uint32_t pressed_ = 0, last_buttons_down_ = 0;

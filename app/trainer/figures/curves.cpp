@@ -6,6 +6,7 @@
 #include "app/trainer/attempt/scenario.h"
 #include "app/trainer/figures/two_fasciae.h"
 #include "app/trainer/stores/platform_linux.h"
+#include "base/folder_linux.h"
 
 namespace stylet::trainer {
 

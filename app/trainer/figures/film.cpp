@@ -15,6 +15,7 @@
 #include "app/trainer/stores/console.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "app/trainer/view/pictures.h"
+#include "base/folder_linux.h"
 
 namespace stylet::trainer {
 

@@ -16,6 +16,7 @@
 #include "app/trainer/stores/platform_linux.h"
 #include "app/trainer/view/contacts.h"
 #include "app/trainer/view/pictures.h"
+#include "base/folder_linux.h"
 #include "patient/contrast/contrast_table.h"
 
 namespace stylet::trainer {

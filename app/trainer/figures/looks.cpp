@@ -10,6 +10,7 @@
 #include "app/trainer/attempt/hand.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "app/trainer/view/pictures.h"
+#include "base/folder_linux.h"
 
 namespace stylet::trainer {
 

@@ -5,6 +5,7 @@
 #include "app/installation.h"
 #include "app/report/palpation.h"
 #include "app/trainer/stores/platform_linux.h"
+#include "base/folder_linux.h"
 #include "base/parallel.h"
 
 namespace stylet::trainer {

@@ -1,6 +1,8 @@
 #include "app/trainer/hands/live_hand.h"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
+#include <algorithm>
 
 #include "app/trainer/hands/controller_hand.h"
 #include "app/trainer/hands/mouse_hand.h"
@@ -53,6 +55,14 @@ std::unique_ptr<LiveDevice> openReadyDevice(const std::string& kind, const hapti
     if (!live->waitUntilReady(interrupted))
         throw DataError(kind, "device", "stopped before the device was ready");
     return live;
+}
+
+void checkDeviceName(const std::string& name, std::initializer_list<const char*> others) {
+    std::vector<std::string> names(others.begin(), others.end());
+    for (const haptics::DeviceKind& kind : haptics::deviceKinds())
+        names.emplace_back(kind.name);
+    if (std::find(names.begin(), names.end(), name) == names.end())
+        throw DataError(name, "device", fmt::format("not among: {}", fmt::join(names, ", ")));
 }
 
 void checkTraceOption(const std::string& kind, const std::filesystem::path& trace) {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -65,6 +66,8 @@ class LiveDevice {
 // Opens a device and waits until it is ready. Throws DataError if the user ends the program before that.
 std::unique_ptr<LiveDevice> openReadyDevice(const std::string& kind, const haptics::DeviceOptions&,
                                             const haptics::Clock&);
+// Throws DataError with all names if `name` is neither a haptic device nor one of `others`.
+void checkDeviceName(const std::string& name, std::initializer_list<const char*> others);
 // The replay device needs a trace file, and no other device may have one. Throws UsageError.
 void checkTraceOption(const std::string& kind, const std::filesystem::path& trace);
 

@@ -32,7 +32,8 @@ ForceFeed::ForceFeed(bool focused, double dt_s, const LiveHand* live, Say say,
       sent_focus_(focused),
       console_(std::move(console)),
       was_paused_(resumes) {
-    if (live) user_.emplace(live->buttons, say_, !isInputOnly(), dt_s);
+    if (live)
+        user_.emplace(live->buttons, [this](const std::string& text) { answer(text); }, !isInputOnly(), dt_s);
 }
 
 bool ForceFeed::isInputOnly() const {
@@ -46,18 +47,42 @@ void ForceFeed::readInput(Session& session) {
     if (console_) typed += console_();
     if (typed.empty()) return;
     typed_ += instructor_.processLines(typed);
-    if (!live_) typed_.clear();
-    for (const Command& command : instructor_.popCommands()) {
-        say_("instructor: " + injectedName(command));
-        waiting_.push_back(command);
-    }
+    if (!live_) refuseUserCommands();
+    for (const Command& command : instructor_.popCommands())
+        sendInstructorCommand(command);
     for (Instructor::Note& note : instructor_.popNotes()) {
-        say_("instructor: " + note.kind + (note.text.empty() ? "" : ": " + note.text));
+        answer("instructor: " + note.kind + (note.text.empty() ? "" : ": " + note.text));
         session.note(std::move(note.kind), std::move(note.text));
     }
     if (const auto difficulty = instructor_.popDifficulty()) session.setDifficulty(*difficulty);
-    for (const std::string& refused : instructor_.popRejected())
-        say_("instructor: " + refused);
+    for (const std::string& text : instructor_.popAnswers())
+        answer("instructor: " + text);
+}
+
+// Without live input, no user controls a tool. One answer is enough for any number of lines.
+void ForceFeed::refuseUserCommands() {
+    std::string typed = std::exchange(typed_, {}) + '\n', line;
+    while (line.empty() && !typed.empty())
+        line = popLine(typed).value_or("");
+    if (line.empty()) return;
+    answer(fmt::format("instructor: \"{}\" is not an instructor's command: see \"stylet run --help\"",
+                       line.substr(0, 40)));
+}
+
+// The answer follows once a tick has executed the command (report()).
+void ForceFeed::sendInstructorCommand(const Command& command) {
+    const std::string name = injectedName(command);
+    if (command.kind == CommandKind::fault && isInputOnly())
+        return answer(
+            fmt::format("instructor: {}: not done, because this input has no force that could fail", name));
+    if (paused()) answer(fmt::format("instructor: {}: waits until the attempt resumes", name));
+    waiting_.push_back(command);
+}
+
+// On the terminal and in the window. A list is too long for the window.
+void ForceFeed::answer(std::string text) {
+    say_(text);
+    answer_ = text.find('\n') == std::string::npos ? std::move(text) : "the list is on the terminal";
 }
 
 void ForceFeed::update(bool focused, Session& session, Ring<Command>& ring, bool picture_stalled) {
@@ -79,6 +104,7 @@ void ForceFeed::update(bool focused, Session& session, Ring<Command>& ring, bool
     while (!waiting_.empty() && ring.push(waiting_.front()))
         waiting_.pop_front();
     report(session);
+    if (!answer_.empty()) session.showAnswer(std::exchange(answer_, {}));
 }
 
 // The force can be re-armed only once it is off. After a short pause it may still be fading.
@@ -96,7 +122,8 @@ void ForceFeed::sendUserCommands(Session& session, const haptics::TickOutput& no
     if (changes_at_ || !waiting_.empty()) return;
     const training::Progress& progress = session.log().progress;
     user_->setCourse(progress.course);
-    user_->setAsking(progress.step == training::Step::reviewCase);
+    user_->setQuestion(progress.step == training::Step::reviewCase ? std::optional(progress.answered)
+                                                                   : std::nullopt);
     if (progress.step == training::Step::reviewCase)
         reportQuestion(*session.patientCase(), progress.answered);
     user_->setNumbing(training::hasAnaesthesia(progress.course) && !progress.success &&
@@ -106,8 +133,8 @@ void ForceFeed::sendUserCommands(Session& session, const haptics::TickOutput& no
         waiting_.push_back(asked);
         if (changesTool(asked)) changes_at_ = now.tick;
     }
-    if (user_->popExpert() && live_->expert) say_(live_->expert());
-    if (user_->popSnap()) say_(snap(session, now));
+    if (user_->popExpert() && live_->expert) answer(live_->expert());
+    if (user_->popSnap()) answer(snap(session, now));
 }
 
 // The case once, and each question.
@@ -139,8 +166,10 @@ void ForceFeed::report(Session& session) {
         if (changesTool(executed.command)) changes_at_.reset();
         if (const std::string text = describeOutcome(executed.command, executed.before, executed.after);
             live_ && !text.empty())
-            say_(text);
+            answer(text);
     }
+    for (const std::string& text : session.popInjected())
+        answer("instructor: " + text);
     // A full ring does not stop the force, so it is not reported here. The record shows where it ends.
     std::uint32_t faults = session.popFaults() & ~std::uint32_t(haptics::kFaultRingFull);
     if (paused()) faults &= ~std::uint32_t(haptics::kFaultNotFocused);  // the pause was already reported

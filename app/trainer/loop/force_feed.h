@@ -24,6 +24,8 @@ class ForceFeed {
     // are used. `resumes`: start as if a pause had just ended.
     ForceFeed(bool focused, double dt_s, const LiveHand* live = nullptr, Say say = printMessage,
               std::function<std::string()> console = {}, bool resumes = false);
+    ForceFeed(const ForceFeed&) = delete;  // its callbacks refer to it
+    ForceFeed& operator=(const ForceFeed&) = delete;
     // Sends commands and reports changes. Call after each Session::drain(). `picture_stalled`: the reason for
     // a missing focus is that the picture stands still (picture_watch.h).
     void update(bool focused, Session&, Ring<haptics::Command>&, bool picture_stalled = false);
@@ -36,6 +38,9 @@ class ForceFeed {
 
   private:
     void readInput(Session&);
+    void refuseUserCommands();
+    void sendInstructorCommand(const haptics::Command&);
+    void answer(std::string text);
     void rearmAfterPause(const Session&);
     void sendUserCommands(Session&, const haptics::TickOutput& now);
     std::string snap(const Session&, const haptics::TickOutput& now);
@@ -46,11 +51,12 @@ class ForceFeed {
 
     const LiveHand* live_;
     double dt_s_;
-    Say say_;
+    Say say_;  // prints on the terminal
     bool sent_focus_;
     std::function<std::string()> console_;
     Instructor instructor_;
-    std::string typed_;  // pending user commands
+    std::string typed_;   // pending user commands
+    std::string answer_;  // the newest, not yet in the window
     bool was_paused_ = false;
     // Set after a pause: last tick for re-arming. The force may still be fading until then.
     std::optional<std::uint64_t> rearm_by_tick_;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "app/installation.h"
+#include "app/options.h"
 #include "app/program_linux.h"
 #include "app/records/commands.h"
 #include "app/records/disk_linux.h"
@@ -47,7 +48,7 @@ void addDeviceOptions(CLI::App& app, haptics::DeviceOptions& o) {
     app.add_option("--calibration", o.calibration,
                    "falcon: calibration file, written by \"stylet devices --calibrate\".");
     app.add_option("--device-force-n", o.force_peak_n, "inverse3: maximum force [N], from its data sheet.")
-        ->check(CLI::Range(0.1, 30.0));
+        ->check(inRange(0.1, 30.0));
     app.add_option("--port", o.port, "inverse3: port of Haply's service (default: the usual one).");
     app.add_option("--socket", o.socket, "bridge: socket of the bridge program (default: the usual one).");
 }
@@ -65,11 +66,11 @@ CLI::Option* addDatabase(CLI::App& app, std::string& database) {
 template <typename Number>
 void addNumber(CLI::App& app, const char* name, Number& value, std::pair<Number, Number> limits,
                const char* what) {
-    app.add_option(name, value, what)->check(CLI::Range(limits.first, limits.second))->capture_default_str();
+    app.add_option(name, value, what)->check(inRange(limits.first, limits.second))->capture_default_str();
 }
 
-void addSeed(CLI::App& app, std::uint64_t& seed, const char* what) {
-    app.add_option("--seed", seed, what)
+CLI::Option* addSeed(CLI::App& app, std::uint64_t& seed, const char* what) {
+    return app.add_option("--seed", seed, what)
         ->check([](const std::string& text) { return text.starts_with('-') ? text + " is negative" : ""; })
         ->capture_default_str();
 }
@@ -95,7 +96,7 @@ void addHand(CLI::App& run, RunOptions& o) {
     run.add_option("--trace", o.config.trace, "With --device replay: CSV file of the recorded input.");
     run.add_option("--seconds", o.config.seconds,
                    "With a device: end the attempt after this time [s] (default: on Ctrl-C).")
-        ->check(CLI::Range(0.1, 86400.0));
+        ->check(inRange(0.1, 86400.0));
     addDeviceOptions(run, o.config.device_options);
 }
 
@@ -109,7 +110,7 @@ void addView(CLI::App& run, AttemptConfig& config) {
     run.add_option("--budget-ms", config.budget_ms,
                    "Frame-time budget [ms]; the resolution adapts to it (default: on a GPU, the runtime's "
                    "frame period).")
-        ->check(CLI::Range(1.0, 1000.0));
+        ->check(inRange(1.0, 1000.0));
 }
 
 void addMirrorAndSound(CLI::App& run, RunOptions& o) {
@@ -145,13 +146,18 @@ void addRun(CLI::App& app, Work& work) {
                         "guide-wire, dilator, drain).")
             ->type_name("NAME")
             ->allow_extra_args(false);
-    run->add_option(
-           "--from", o.from,
-           "Restart an earlier attempt (folder or id) at a bookmark (number or text; default: the last "
-           "one).")
-        ->type_name("ATTEMPT[@BOOKMARK]")
-        ->excludes(needle)
-        ->excludes(instruments);
+    CLI::Option* seed =
+        addSeed(*run, o.config.seed,
+                "Seed of the reference patient, of the scripted input and of a drainage's case.");
+    CLI::Option* from =
+        run->add_option(
+               "--from", o.from,
+               "Restart an earlier attempt (folder or id) at a bookmark (number or text; default: the last "
+               "one). The new attempt is for training only: it enters no statistics.")
+            ->type_name("ATTEMPT[@BOOKMARK]")
+            ->excludes(needle)
+            ->excludes(instruments)
+            ->excludes(seed);
     run->add_option("--patient", o.config.patient,
                     "Patient package (default: the reference patient of the seed).");
     run->add_flag("--accept-implausible", o.config.accept_implausible,
@@ -161,14 +167,13 @@ void addRun(CLI::App& app, Work& work) {
            "Fully segmented package of the same CT. Its force is computed alongside and compared with "
            "the force the user feels.")
         ->type_name("DIR");
-    addSeed(*run, o.config.seed,
-            "Seed of the reference patient, of the scripted input and of a drainage's case.");
     addSpacing(*run, o.config.spacing_mm);
     run->add_option(
            "--path", o.config.path,
            "Reference path: the patient's N-th best planned path (default: the best; in a drainage, the best "
            "for the wire), or an attempt folder whose needle track is used instead.")
-        ->type_name("N|DIR");
+        ->type_name("N|DIR")
+        ->excludes(from);
     addNumber(*run, "--rate-hz", o.config.rate_hz, {1000.0, 4000.0}, "Rate of the haptics loop [Hz].");
     CLI::Option* out =
         run->add_option("--out", o.config.folder, "Folder for the summary, the pictures and the record.");
@@ -190,7 +195,7 @@ void addRun(CLI::App& app, Work& work) {
     run->add_flag("--fast", o.config.fast,
                   "Run on a virtual clock, as fast as possible. The state hash is reproducible.");
     run->add_option("--fps", o.fps, "With --fast: frames to render per simulated second (default 0: none).")
-        ->check(CLI::Range(0.0, 1000.0));
+        ->check(inRange(0.0, 1000.0));
     run->add_option(
            "--look", o.look,
            "How to show the patient: reveal (translucent, with ducts, vessels and ribs), closed (skin), "
@@ -243,7 +248,7 @@ void addReplay(CLI::App& app, Work& work) {
         ->needs(show);
     replay->add_option("--at", o.at_s, "With --show: start paused at this time [s].")
         ->needs(show)
-        ->check(CLI::Range(0.0, 86400.0));
+        ->check(inRange(0.0, 86400.0));
     replay
         ->add_option("--ghost", o.ghost,
                      "With --show: an expert's attempt on the same patient, whose needle is shown beside.")
@@ -322,7 +327,7 @@ void addFilm(CLI::App& app, Work& work) {
                      "CSV file of a marker's motion, used instead of the scenario's breathing.");
     addNumber(*film, "--frames", o.frames, {1, 120}, "Number of film frames.");
     film->add_option("--seconds", o.seconds, "Length of the film [s] (default: one breath).")
-        ->check(CLI::Range(0.1, 600.0));
+        ->check(inRange(0.1, 600.0));
     film->add_flag("!--no-stereo", o.stereo, "Draw coronal slices only.");
 }
 
@@ -361,7 +366,8 @@ void addRegister(CLI::App& app, Work& work) {
         ->capture_default_str();
     reg->add_option("--tip-mm", o.grip_from_tip_mm,
                     "Position x y z of the controller's tip in its grip frame [mm], if known.")
-        ->expected(3);
+        ->expected(3)
+        ->check(inRange(-1000.0, 1000.0));
     reg->add_option("--out", o.out,
                     "File to write the registration to (default: where \"stylet run\" looks for it).");
     reg->add_flag("--validation", o.validation, "Enable the Vulkan validation and synchronisation layers.");
@@ -404,7 +410,7 @@ void addDoctor(CLI::App& app, Work& work) {
             "--patience",
             [&o = o](double seconds) { o.patience = std::chrono::milliseconds(std::llround(1e3 * seconds)); },
             "Time to wait for an answer of a runtime or driver [s] (default 5).")
-        ->check(CLI::Range(0.1, 600.0));
+        ->check(inRange(0.1, 600.0));
     addDeviceOptions(*doctor, o.devices);
 }
 

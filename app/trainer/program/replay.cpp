@@ -13,6 +13,7 @@
 #include "app/trainer/program/results.h"
 #include "app/trainer/stores/console.h"
 #include "app/trainer/stores/platform_linux.h"
+#include "base/folder_linux.h"
 #include "base/hex.h"
 #include "haptics/devices/replay.h"
 
@@ -30,39 +31,91 @@ void reportDamage(const records::Record& record) {
     if (!record.info.end) printMessage("the attempt was cut short; replaying the recorded part");
 }
 
-// Compares the stored samples of a trainee's attempt with the recomputed ones.
+// Compares the stored samples of an attempt with the recomputed ones.
 class StoredSamples {
   public:
-    StoredSamples(const std::filesystem::path& folder, bool cut_short) {
-        if (!std::filesystem::exists(folder / "samples.bin")) return;
+    StoredSamples(const std::filesystem::path& folder, bool cut_short)
+        : may_be_missing_(cut_short ? records::kSyncTicks + records::kFrameTicks : 0) {
+        const std::filesystem::path file = folder / "samples.bin";
+        if (!std::filesystem::exists(file)) {
+            problem_ = "missing, ";
+            return;
+        }
         try {
             stored_ = records::loadSamples(folder);
+            if (stored_.torn_bytes > 0)
+                problem_ = fmt::format("damaged from byte {}, ",
+                                       std::filesystem::file_size(file) - stored_.torn_bytes);
         } catch (const DataError& e) {
             if (!cut_short) throw;  // the header may be incomplete because the program was killed
-            printMessage(fmt::format("no stored samples to compare with: {}", e.what()));
+            problem_ = "damaged from byte 0, ";
+            printMessage(e.what());
         }
     }
     void compare(const records::Sample& recomputed) {
-        if (!stored_ || differs_at_ || next_ == stored_->samples.size()) return;
-        if (recomputed.tick < stored_->samples[next_].tick) return;  // the sample of this tick was lost
-        if (!records::equalWhenEncoded(recomputed, stored_->samples[next_])) differs_at_ = recomputed.tick;
-        ++next_;
+        if (compared_ == stored_.samples.size()) return;
+        if (recomputed.tick < stored_.samples[compared_].tick) return;  // the sample of this tick is missing
+        if (!differs_at_ && !records::equalWhenEncoded(recomputed, stored_.samples[compared_]))
+            differs_at_ = recomputed.tick;
+        ++compared_;
     }
-    // Prints the result. Returns false if a sample differs.
-    bool report() const {
-        if (!stored_) return true;
+    // Prints the result. Returns false if a sample differs, or if one of the `ticks` recomputed ticks has no
+    // sample although the attempt was not cut short before it was written.
+    bool report(std::uint64_t ticks) const {
+        const bool complete = compared_ == ticks && (problem_.empty() || ticks == 0);
         if (differs_at_)
             printResult("  its stored samples differ from tick {}\n", *differs_at_);
-        else
-            printResult("  {} stored samples, each as recomputed\n", next_);
-        return !differs_at_;
+        else if (complete)
+            printResult("  {} stored samples, each as recomputed\n", compared_);
+        if (!complete)
+            printResult("  samples.bin: {}{} of {} samples could be compared\n", problem_, compared_, ticks);
+        return !differs_at_ && (complete || (may_be_missing_ > 0 && ticks - compared_ <= may_be_missing_));
     }
 
   private:
-    std::optional<records::Samples> stored_;
-    std::size_t next_ = 0;
+    std::uint64_t may_be_missing_;  // samples not yet on the disk when the attempt was cut short
+    records::Samples stored_;
+    std::string problem_;         // ends with ", "; empty: none
+    std::uint64_t compared_ = 0;  // number of stored samples
     std::optional<std::uint64_t> differs_at_;
 };
+
+// The part of a result that a replay of the same inputs with the same score table must give again, as text.
+std::string reproducibleText(const records::AttemptResult& result, std::vector<records::EventRow> events) {
+    std::erase_if(events, [](const records::EventRow& event) { return event.kind != "critical"; });
+    const auto number = [](double v) { return std::isnan(v) ? "none" : fmt::format("{:.6f}", v); };
+    std::string text = fmt::format("{} {}", result.target_hit, number(result.total));
+    for (const records::MetricRow& row : result.metrics)
+        text += fmt::format(", {} {} {} of {}", row.id, number(row.value), number(row.points),
+                            number(row.max_points));
+    for (const std::string& step : result.steps.done)
+        text += ", " + step;
+    for (const records::EventRow& event : events)
+        text += ", " + event.text;
+    return text;
+}
+
+// Returns false, and prints why, if record.json has another result than its inputs give. With an
+// older score table, only the target is compared. A newer one is unknown to this program.
+bool reportResultAgain(const records::RecordInfo& recorded, const records::AttemptResult& today,
+                       const std::vector<training::SessionEvent>& events) {
+    if (recorded.result->score_version > today.score_version) {
+        printResult("  score table {} is newer than this program's\n", recorded.result->score_version);
+        return false;
+    }
+    const bool older = recorded.result->score_version < today.score_version;
+    std::vector<records::EventRow> rows;
+    for (const training::SessionEvent& event : events)
+        rows.push_back({event.tick, event.kind, event.text});
+    if (older ? recorded.result->target_hit == today.target_hit
+              : reproducibleText(*recorded.result, recorded.events) == reproducibleText(today, rows))
+        return true;
+    printResult(
+        "  the recorded result is NOT the result of the recorded inputs: record.json was altered, or "
+        "was written by another program version ({})\n",
+        recorded.program_version);
+    return false;
+}
 
 void reportOutcome(const records::Record& record, const records::ReplayResult& result) {
     printResult("replayed {} ticks: state hash {}, {}\n", result.ticks, hexText(result.state_hash),
@@ -212,8 +265,11 @@ int replay(const ReplayOptions& options) {
     writeResults({patient, facts, replayed}, session.log(), totals, options.out);
     reportOutcome(record, result);
     if (info.result) reportScoreAgain(*info.result, *replayed.result);
+    // Without all ticks, or with other ones, the result differs for another reason.
+    const bool same_result = !info.result || info.lost || !result.equal() ||
+                             reportResultAgain(info, *replayed.result, session.log().events);
     if (options.show && !timeline.empty()) show(options, patient, record, timeline, session.newCaptures());
-    return stored.report() && result.equal() ? 0 : 1;
+    return stored.report(result.ticks) && result.equal() && same_result ? 0 : 1;
 }
 
 }  // namespace stylet::trainer

@@ -19,7 +19,9 @@ struct ReplayOptions {
     std::filesystem::path ghost;      // with `show`: another attempt, whose needle is also drawn; empty: none
 };
 
-// Returns 0 if every recorded hash and every stored sample matches, else 1. Throws DataError.
+// Returns 0 if every recorded hash, every stored sample and the result match, else 1. A finished attempt has
+// a sample for every tick. The last samples of an attempt that was cut short may be missing. Throws
+// DataError.
 int replay(const ReplayOptions&);
 
 }  // namespace stylet::trainer

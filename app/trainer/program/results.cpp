@@ -259,9 +259,12 @@ void writeFrameTimes(const std::vector<FrameTime>& times, const std::filesystem:
 }  // namespace
 
 bool reachedNothing(const SessionLog& log, bool exam) {
-    const std::uint32_t review = 1u << unsigned(training::Step::reviewCase);
-    if (exam && log.progress.answered > 0) return false;
-    return (log.progress.steps_done & ~review) == 0 && log.punctures.empty() && !log.target_hit();
+    const training::DoseLedger& dose = log.dose;
+    return log.punctures.empty() && !log.target_hit() && dose.fluoroscopy_s == 0.0 &&
+           dose.contrast_m3 == 0.0 && dose.anaesthetic_m3 == 0.0 &&
+           std::ranges::none_of(log.events, [exam](const training::SessionEvent& event) {
+               return training::isDecisive(event.kind, event.text, exam);
+           });
 }
 
 records::AttemptResult makeResult(const patient::Patient& patient, const SessionLog& log,

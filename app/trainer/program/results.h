@@ -26,9 +26,10 @@ struct AttemptFacts {
     std::string patient_check{};    // as in records::RecordInfo
 };
 
-// True if no step but the review of the case was done and the needle never entered the body. Such an attempt
-// is aborted if a user ended it. False for an exam in which a question about the case was answered: otherwise
-// the trainee could end it after a wrong answer and keep it out of the statistics.
+// True if nothing happened that the score or an exam's verdict counts: no decisive event
+// (training::isDecisive), no puncture, no X-rays, no injection. Such an attempt is aborted if a user ended
+// it. In an exam an answered question about the case counts: otherwise the trainee could end it after a wrong
+// answer and keep it out of the statistics.
 bool reachedNothing(const SessionLog&, bool exam);
 
 // The result of an attempt, for its record.

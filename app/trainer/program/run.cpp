@@ -20,6 +20,7 @@
 #include "app/trainer/sound/sounds.h"
 #include "app/trainer/stores/console.h"
 #include "app/trainer/stores/platform_linux.h"
+#include "base/folder_linux.h"
 #include "haptics/devices/replay.h"
 
 namespace stylet::trainer {
@@ -81,6 +82,7 @@ records::AttemptInfo attemptInfo(const AttemptConfig& config, const AttemptFacts
 // Checks that the options of the command line are compatible with each other, before anything is created.
 void checkHand(const RunOptions& options) {
     const AttemptConfig& config = options.config;
+    checkDeviceName(config.device, {kScriptedDevice, kReplayDevice, kControllers, kMouse});
     if (isLive(config) && config.fast)
         throw UsageError("--fast: the device " + config.device + " runs in real time; remove --fast");
     if (!isLive(config) && config.seconds)
@@ -249,6 +251,9 @@ void openStore(AttemptRun& run) {
         requireFolder(config.folder, "--out");
     } else {
         records::checkTrainee(config.trainee);
+        if (options.records.empty() && isDataTemporary())
+            printMessage(store_folder().string() +
+                         " is temporary: set HOME or XDG_DATA_HOME, or the attempt will be lost");
         run.attempt_writer.emplace(store_folder(), options.database, printMessage);
         if (options.difficulty.empty() && run.attempt_writer->needsGuidance(config.trainee)) {
             options.difficulty = training::difficultyName(training::Difficulty::guided);
@@ -270,7 +275,11 @@ void openStore(AttemptRun& run) {
     run.retry = openRetry(options.from, store_folder());
     const records::RecordInfo& recorded = run.retry->record.info;
     if (config.patient.empty()) config.patient = recorded.patient_folder;
-    if (config.scenario.empty()) config.scenario = findScenario(*run.retry);
+    if (config.scenario.empty())
+        config.scenario = findScenario(*run.retry);
+    else if (loadScenario(scenarioFile(config.scenario)).name != recorded.scenario)
+        throw UsageError("--scenario " + config.scenario + ": --from restarts the scenario \"" +
+                         recorded.scenario + "\"; remove --scenario");
     config.seed = recorded.seed;
     config.rate_hz = 1.0 / run.retry->record.header.settings.dt_s;
     config.instruments = run.retry->record.header.instruments;
@@ -420,6 +429,18 @@ LoopTotals runLive(AttemptRun& run, RealTimeOptions options) {
     return totals;
 }
 
+// Instructor's commands from the window and, without a live device, from stdin. A live device reads stdin
+// itself (LiveHand::typed).
+std::function<std::string()> makeConsole(const AttemptRun& run) {
+    const bool window = run.options.config.mirror;
+    return [port = run.live.window, window, open = !run.live.device]() mutable {
+        std::string text = port->typed();
+        if (!open || (open = readTyped(text))) return text;
+        // Stdin has ended: complete its last line. Without a window, nobody could resume a paused attempt.
+        return text + (window ? "\n" : "\ngo on\n");
+    };
+}
+
 // Runs the loops until the attempt ends.
 LoopTotals play(AttemptRun& run) {
     const AttemptConfig& config = run.options.config;
@@ -447,11 +468,16 @@ LoopTotals play(AttemptRun& run) {
     session.setNoteWatcher([&run](const SessionLog& log) { run.recorder->writeEvents(log); });
     if (!live.device && config.fast)
         return runFast(*run.attempt, session, std::move(run.pictures), config.fps, workClock());
-    const RealTimeOptions options{.on_state = on_state,
-                                  .console = [&live] { return live.window->typed(); },
-                                  .frame_patience_s = config.frame_patience_s};
+    const RealTimeOptions options{
+        .on_state = on_state, .console = makeConsole(run), .frame_patience_s = config.frame_patience_s};
     if (live.device) return runLive(run, options);
     return runRealTime(*run.attempt, session, std::move(run.pictures), run.clock, options);
+}
+
+// Why an attempt that is stored enters no statistics; empty: it enters them.
+std::string whyItDoesNotCount(const AttemptRun& run) {
+    if (run.record->info().result->aborted) return ", aborted: it enters no statistics";
+    return run.retry ? ", restarted: it enters no statistics" : "";
 }
 
 void printVerdict(const training::Progress& progress) {
@@ -480,9 +506,12 @@ Ended store(AttemptRun& run, const LoopTotals& totals) {
     writeResults({run.task->patient, run.facts, record}, session.log(), totals, config.folder);
     if (run.attempt_writer)
         printResult("stored as attempt {} of {}{}\n", run.attempt_writer->finish(), config.trainee,
-                    record.result->aborted ? ", aborted: it enters no statistics" : "");
+                    whyItDoesNotCount(run));
     printResults(run.facts, session.log(), totals, config.folder, config.stats);
-    if (exam) printVerdict(session.log().progress);
+    if (exam && record.result->aborted)
+        printResult("  exam not begun: nothing was reached\n");
+    else if (exam)
+        printVerdict(session.log().progress);
     printBookmarks(record.bookmarks,
                    run.attempt_writer ? config.folder.filename().string() : config.folder.string(),
                    config.scenario);

@@ -22,8 +22,8 @@ class AttemptWriter {
     AttemptWriter(const AttemptWriter&) = delete;
     AttemptWriter& operator=(const AttemptWriter&) = delete;
 
-    // True until the trainee has done most of the procedure (kGuidedEnough) in one guided attempt. Aborted
-    // attempts and those of a script or a replay do not count.
+    // True until the trainee has done most of the procedure (kGuidedEnough) in one guided attempt. Attempts
+    // that enter no statistics and those of a script or a replay do not count.
     bool needsGuidance(const std::string& trainee) const;
     // Begins an attempt. Its record must have the id, the trainee and the start that this returns.
     records::StoredAttempt begin(const records::AttemptInfo&);

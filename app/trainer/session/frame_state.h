@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <glm/geometric.hpp>
+
 #include "app/trainer/session/force_comparison.h"
 #include "app/trainer/session/imaging_input.h"
 #include "app/trainer/session/insertion.h"
@@ -69,9 +71,16 @@ struct FrameState {
     std::optional<training::Drawn> drawn{};            // by the syringe, a moment ago
     std::optional<SyringeScale> syringe{};
     std::string start_refused{};   // a request for this attempt that was refused, and why; for some seconds
+    std::string answer{};          // to the newest command of user or instructor; for some seconds
     bool rest_due = false;         // show the rest notice (rest.h)
     bool input_only = false;       // the user's device exerts no force
     double picture_stall_s = 0.0;  // length of a stall of the picture that is to be reported; 0: none
 };
+
+// Force of the tool in hand: of a needle along its shaft, positive against insertion; of another tool the
+// magnitude of its force.
+inline double toolForce_n(const haptics::TickOutput& tick) {
+    return haptics::isNeedleTool(tick.tool) ? tick.force_n : glm::length(tick.tool_force.force_n);
+}
 
 }  // namespace stylet::trainer

@@ -107,7 +107,7 @@ bool Instructor::parseLine(std::string_view line) {
         if (difficulty_)
             notes_.push_back({"difficulty", std::string(*text)});
         else
-            refused_.push_back(kNoDifficulty);
+            answers_.push_back(kNoDifficulty);
         return true;
     }
     if (line == kRetry) {
@@ -119,7 +119,7 @@ bool Instructor::parseLine(std::string_view line) {
         if (const auto scale = scaleIn(*text))
             commands_.push_back(haptics::breathingCommand(*scale));
         else
-            refused_.push_back("\"breathing\" needs one number or two from 0.5 to 2");
+            answers_.push_back("\"breathing\" needs one number or two from 0.5 to 2");
         return true;
     }
     for (const std::string_view kind : {kBookmark, kComment})
@@ -136,13 +136,16 @@ bool Instructor::parseNext(std::string_view wish) {
         const auto text = textAfter(wish, what);
         return text && !text->empty() ? text : std::nullopt;
     };
+    const std::size_t refusals = answers_.size();
     if (wish == "attempt") {
         next_ = wished_;
-    } else if (const auto seed_text = wished("seed")) {
+        return true;
+    }
+    if (const auto seed_text = wished("seed")) {
         if (const auto number = parseNumber<std::uint64_t>(*seed_text))
             wished_.seed = *number, wished_.patient.reset();
         else
-            refused_.push_back("\"new seed\" needs a whole number");
+            answers_.push_back("\"new seed\" needs a whole number");
     } else if (const auto folder = wished("patient")) {
         wished_.patient = *folder;
     } else if (const auto scenario = wished("scenario")) {
@@ -151,10 +154,11 @@ bool Instructor::parseNext(std::string_view wish) {
         if (const auto difficulty = training::difficultyFromName(*name))
             wished_.difficulty = difficulty;
         else
-            refused_.push_back(kNoDifficulty);
+            answers_.push_back(kNoDifficulty);
     } else {
-        refused_.push_back("\"new\" needs one of: attempt, seed, patient, scenario, difficulty");
+        answers_.push_back("\"new\" needs one of: attempt, seed, patient, scenario, difficulty");
     }
+    if (answers_.size() == refusals) answers_.push_back(fmt::format("the next attempt has {}", wish));
     return true;
 }
 

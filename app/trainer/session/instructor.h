@@ -39,8 +39,8 @@ class Instructor {
         std::string kind, text;
     };
     std::vector<Note> popNotes() { return std::exchange(notes_, {}); }
-    // Messages about instructor commands that were rejected, with the reason.
-    std::vector<std::string> popRejected() { return std::exchange(refused_, {}); }
+    // Answers to instructor commands: the reason why one was rejected, or what it sets for the next attempt.
+    std::vector<std::string> popAnswers() { return std::exchange(answers_, {}); }
     bool paused() const { return paused_; }
     // The difficulty that was set since the last call, if any.
     std::optional<training::Difficulty> popDifficulty() { return std::exchange(difficulty_, {}); }
@@ -56,7 +56,7 @@ class Instructor {
     std::string waiting_;  // incomplete line
     std::vector<haptics::Command> commands_;
     std::vector<Note> notes_;
-    std::vector<std::string> refused_;
+    std::vector<std::string> answers_;
     std::optional<training::Difficulty> difficulty_;
     NextAttempt wished_;  // settings collected so far for the next attempt
     std::optional<NextAttempt> next_;

@@ -21,7 +21,7 @@ namespace {
 // thread.
 constexpr std::size_t kRecentTicks = 4096;
 constexpr double kSyringeShown_s = 3.0;  // what the syringe drew, and how much it injected
-constexpr double kRefusedShown_s = 20.0;
+constexpr double kRefusedShown_s = 20.0, kAnswerShown_s = 6.0;
 
 }  // namespace
 
@@ -64,6 +64,7 @@ void Session::drain(haptics::LoopChannels& channels) {
 void Session::discardPending() {
     newly_pressed_ = new_faults_ = 0;
     executed_commands_.clear();
+    new_injected_.clear();
     rearm_ = false;
 }
 
@@ -96,6 +97,7 @@ void Session::watchInstructor(const TickRecord& record) {
         if (command.kind == haptics::CommandKind::lights) lights_out_ = command.value == 0;
         if (command.kind == haptics::CommandKind::bleed && !wounds_.bleed())
             name += ": no hole is in the skin";
+        new_injected_.push_back(name);
         log_.events.push_back({record.output.tick, "injected", std::move(name)});
     }
 }
@@ -105,6 +107,11 @@ void Session::note(std::string kind, std::string text) {
     if (kind == "bookmark" && record_) record_->bookmark({log_.last_tick, text});
     log_.events.push_back({log_.last_tick, std::move(kind), std::move(text)});
     if (noted_) noted_(log_);
+}
+
+void Session::showAnswer(std::string text) {
+    answer_ = std::move(text);
+    answered_at_ = log_.last_tick;
 }
 
 void Session::watchForce(const TickRecord& record) {
@@ -234,13 +241,17 @@ FrameState Session::frameState(const TickOutput& tick) const {
     seen.truth = log_.truth;
     seen.rest_due = rest_due_;
     seen.difficulty = difficulty_;
-    const auto isRecent = [&](std::uint64_t at) { return double(tick.tick - at) * dt_s_ < kSyringeShown_s; };
+    // A picture may show a tick before the event.
+    const auto isRecent = [&](std::uint64_t at, double shown_s) {
+        return tick.tick < at || double(tick.tick - at) * dt_s_ < shown_s;
+    };
     const training::Aspiration& last = fold_.aspiration();
-    if (last.count > 0 && isRecent(last.tick)) seen.drawn = last.drawn;
-    if (const auto& injection = fold_.injection(); injection && isRecent(injection->tick))
+    if (last.count > 0 && isRecent(last.tick, kSyringeShown_s)) seen.drawn = last.drawn;
+    if (const auto& injection = fold_.injection(); injection && isRecent(injection->tick, kSyringeShown_s))
         seen.syringe = {injection->anaesthetic,
                         injection->anaesthetic ? fold_.dose().anaesthetic_m3 : fold_.dose().contrast_m3};
     if (double(tick.tick) * dt_s_ < kRefusedShown_s) seen.start_refused = start_refused_;
+    if (isRecent(answered_at_, kAnswerShown_s)) seen.answer = answer_;
     return seen;
 }
 

@@ -126,6 +126,8 @@ class Session {
     void note(std::string kind, std::string text);
     // Call before the first tick. Sets FrameState::start_refused for the first seconds.
     void setStartRefused(std::string why) { start_refused_ = std::move(why); }
+    // Sets FrameState::answer for some seconds.
+    void showAnswer(std::string text);
     // Sets FrameState::rest_due from now on.
     void showRest(bool due) { rest_due_ = due; }
     void setDifficulty(training::Difficulty difficulty) {
@@ -140,6 +142,8 @@ class Session {
     std::uint32_t popPressed() { return std::exchange(newly_pressed_, 0); }
     // Buttons down in the newest tick; none if the device is lost.
     std::uint32_t buttonsDown() const { return buttons_down_; }
+    // Also the instructor's events since the last call, each with the reason if it had no effect.
+    std::vector<std::string> popInjected() { return std::exchange(new_injected_, {}); }
     std::vector<ExecutedCommand> popCommands() { return std::exchange(executed_commands_, {}); }
     std::uint32_t popFaults() { return std::exchange(new_faults_, 0); }
     // Discards pressed buttons, commands, faults and the re-arm request. Used after a recomputed beginning,
@@ -183,6 +187,9 @@ class Session {
     bool rearm_ = false, pedal_ = false, lights_out_ = false, rest_due_ = false;
     std::uint64_t rearm_acts_ = 0;
     std::vector<ExecutedCommand> executed_commands_;
+    std::vector<std::string> new_injected_;
+    std::string answer_;             // the newest
+    std::uint64_t answered_at_ = 0;  // tick
     WoundLog wounds_;
     NeedleShape needle_;
     UltrasoundProbe probe_;

@@ -122,25 +122,43 @@ void checkUdevRules(std::vector<Finding>& findings) {
                    "copy packaging/udev/*.rules to /etc/udev/rules.d and plug the device in again"));
 }
 
-void checkFolder(const char* what, const std::filesystem::path& folder, std::vector<Finding>& findings) {
+Finding checkFolder(const char* what, const std::filesystem::path& folder) {
     const FolderState state = folderState(folder);
     const std::string space =
         fmt::format("{}, {:.1f} GB free", folder.string(), double(state.free_bytes) * 1e-9);
     if (!state.refused.empty())
-        findings.push_back({what, FindingState::problem, folder.string() + ": " + state.refused,
-                            "make it writable for you, or set its XDG_ variable to another folder"});
-    else if (state.free_bytes < kLittleSpace)
-        findings.push_back({what, FindingState::warning, space,
-                            "free disk space: a patient and a day's records need two gigabytes"});
-    else
-        findings.push_back({what, FindingState::ok, space});
+        return {what, FindingState::problem, folder.string() + ": " + state.refused,
+                "make it writable for you, or set its XDG_ variable to another folder"};
+    if (state.free_bytes < kLittleSpace)
+        return {what, FindingState::warning, space,
+                "free disk space: a patient and a day's records need two gigabytes"};
+    return {what, FindingState::ok, space};
+}
+
+Finding checkData() {
+    const Finding folder = checkFolder("data", dataFolder());
+    if (folder.state == FindingState::problem || !isDataTemporary()) return folder;
+    return {"data", FindingState::warning,
+            folder.found + ", but temporary: attempts stored there will be lost",
+            "set HOME, or set XDG_DATA_HOME to the absolute path of a permanent folder"};
 }
 
 void checkAssets(std::vector<Finding>& findings) {
+    const char* const todo = "set STYLET_ASSETS to the assets folder, or unset it and reinstall Stylet";
     try {
-        findings.push_back({"assets", FindingState::ok, assetsFolder().string()});
+        const std::filesystem::path folder = assetsFolder();
+        std::string missing;
+        for (const char* part : {"cases", "instruments", "looks", "rooms", "scenarios", "tissue/ptcd.toml",
+                                 "ultrasound/tissues.toml"})
+            if (std::error_code none; !std::filesystem::exists(folder / part, none))
+                missing += (missing.empty() ? "" : ", ") + std::string(part);
+        if (missing.empty())
+            findings.push_back({"assets", FindingState::ok, folder.string()});
+        else
+            findings.push_back(
+                {"assets", FindingState::problem, folder.string() + ": missing: " + missing, todo});
     } catch (const std::exception& e) {
-        findings.push_back({"assets", FindingState::problem, e.what(), "set STYLET_ASSETS to their folder"});
+        findings.push_back({"assets", FindingState::problem, e.what(), todo});
     }
 }
 
@@ -223,8 +241,8 @@ std::vector<Finding> examine(const DoctorOptions& options) noexcept {
     look("udev rules", [&] { checkUdevRules(findings); });
     look("real-time priority", [&] { checkRealTime(findings); });
     look("assets", [&] { checkAssets(findings); });
-    look("cache", [&] { checkFolder("cache", cacheFolder(), findings); });
-    look("data", [&] { checkFolder("data", dataFolder(), findings); });
+    look("cache", [&] { findings.push_back(checkFolder("cache", cacheFolder())); });
+    look("data", [&] { findings.push_back(checkData()); });
     look("records", [&] { checkRecords(options.records, findings); });
     look("registration", [&] { checkRegistrations(findings); });
     look("window", [&] { checkDisplay(findings); });

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "app/trainer/stores/platform_linux.h"
+#include "base/folder_linux.h"
 #include "base/whole_file.h"
 
 namespace stylet::trainer {

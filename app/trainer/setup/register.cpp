@@ -148,6 +148,7 @@ struct TypedInput {
 };
 
 void check(const RegisterOptions& o) {
+    checkDeviceName(o.device, {kReplayDevice});
     checkTraceOption(o.device, o.trace);
     if (!o.grip_from_tip_mm.empty() && o.grip_from_tip_mm.size() != 3)
         throw UsageError("--tip-mm: must be three numbers: x y z in the controller's grip frame");

@@ -15,6 +15,7 @@
 #include "app/trainer/stores/derived.h"
 #include "app/trainer/stores/platform_linux.h"
 #include "base/cache_file.h"
+#include "base/folder_linux.h"
 #include "base/hash.h"
 #include "base/whole_file.h"
 #include "patient/synth/synth.h"

@@ -15,6 +15,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <optional>
 
 #include "base/hash.h"
 #include "patient/package/package.h"
@@ -122,6 +123,9 @@ bool interrupted() noexcept {
 bool readTyped(std::string& text) {
     pollfd in{STDIN_FILENO, POLLIN, 0};
     if (poll(&in, 1, 0) <= 0) return true;
+    // The kernel would stop a background job that reads from its terminal. -1: stdin is not that terminal.
+    if (const pid_t foreground = tcgetpgrp(STDIN_FILENO); foreground >= 0 && foreground != getpgrp())
+        return true;
     std::array<char, 4096> bytes{};
     const ssize_t count = read(STDIN_FILENO, bytes.data(), bytes.size());
     if (count <= 0) return false;
@@ -131,14 +135,6 @@ bool readTyped(std::string& text) {
 
 bool stderrIsTerminal() noexcept {
     return isatty(STDERR_FILENO) != 0;
-}
-
-void requireFolder(const std::filesystem::path& folder, const std::string& what) {
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (error) throw DataError(folder, what, "cannot be made: " + error.message());
-    if (access(folder.c_str(), W_OK | X_OK) != 0)
-        throw DataError(folder, what, std::string("cannot be written to: ") + std::strerror(errno));
 }
 
 std::string environment(const char* name) {
@@ -191,14 +187,19 @@ std::uint64_t processId() noexcept {
 
 namespace {
 
+// Returns the folder that the environment variable names, if its path is absolute.
+std::optional<std::filesystem::path> absoluteFolder(const char* variable) {
+    std::filesystem::path folder = environment(variable);
+    if (!folder.is_absolute()) return std::nullopt;
+    return folder;
+}
+
 // Returns the folder from the environment variable, else the folder in the home directory, else a temporary
 // folder that is lost at the next boot.
 std::filesystem::path userFolder(const char* variable, const char* in_home) {
-    const std::string set = environment(variable);
-    if (!set.empty()) return std::filesystem::path(set) / "stylet";
-    const std::string home = environment("HOME");
-    return home.empty() ? std::filesystem::temp_directory_path() / "stylet"
-                        : std::filesystem::path(home) / in_home / "stylet";
+    if (const auto folder = absoluteFolder(variable)) return *folder / "stylet";
+    if (const auto home = absoluteFolder("HOME")) return *home / in_home / "stylet";
+    return std::filesystem::temp_directory_path() / "stylet";
 }
 
 }  // namespace
@@ -209,6 +210,10 @@ std::filesystem::path cacheFolder() {
 
 std::filesystem::path dataFolder() {
     return userFolder("XDG_DATA_HOME", ".local/share");
+}
+
+bool isDataTemporary() {
+    return !absoluteFolder("XDG_DATA_HOME") && !absoluteFolder("HOME");
 }
 
 }  // namespace stylet::trainer

@@ -33,16 +33,12 @@ std::string requestRealTime();
 void catchInterrupts() noexcept;
 bool interrupted() noexcept;
 
-// Appends the text typed since the last call, at most 4 KiB, without waiting. Returns false once stdin has
-// ended.
+// Appends the text typed since the last call, at most 4 KiB, without waiting. Reads nothing while this
+// process is in the background of its terminal. Returns false once stdin has ended.
 bool readTyped(std::string& text);
 
 // True if stderr is a terminal.
 bool stderrIsTerminal() noexcept;
-
-// Creates the folder if needed and checks that it is writable. Throws DataError with the folder,
-// its purpose `what` and the reason.
-void requireFolder(const std::filesystem::path& folder, const std::string& what);
 
 // Value of an environment variable; empty if unset.
 std::string environment(const char* name);
@@ -53,9 +49,13 @@ std::uint64_t buildId() noexcept;
 // Process id: unique among the running processes.
 std::uint64_t processId() noexcept;
 
-// $XDG_CACHE_HOME/stylet, or ~/.cache/stylet.
+// Folders of the user. As in the XDG Base Directory Specification, a variable with a relative path is
+// ignored. Without a home folder both are /tmp/stylet, or the same in $TMPDIR. $XDG_CACHE_HOME/stylet, or
+// ~/.cache/stylet.
 std::filesystem::path cacheFolder();
 // $XDG_DATA_HOME/stylet, or ~/.local/share/stylet: data that must not be lost.
 std::filesystem::path dataFolder();
+// True if the data folder is in the temporary folder, because no variable names another.
+bool isDataTemporary();
 
 }  // namespace stylet::trainer

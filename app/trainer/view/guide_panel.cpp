@@ -68,11 +68,6 @@ double maxDepth_m(const Insertion& insertion) {
     return insertion.felt.empty() ? 0.0 : double(insertion.felt.back().depth_m);
 }
 
-// Force of the tool in hand: of a needle along its shaft, of the others their whole force.
-double shownForce_n(const haptics::TickOutput& tick) {
-    return haptics::isNeedleTool(tick.tool) ? std::fabs(tick.force_n) : glm::length(tick.tool_force.force_n);
-}
-
 // Length of the straight track, from the skin to where the needle's tip was.
 double trackLength_m(const haptics::TickOutput& tick) {
     return glm::length(tick.access.base_m - tick.access.entry_m);
@@ -147,7 +142,7 @@ void GuidePanel::update(const FrameState& seen, bool looked_at) {
                   : moved_v > 0.0                       ? "in"
                                                         : "out";
         breath_v_ = seen.tick.breath.v;
-        curve_.push_back({t_s, shownForce_n(seen.tick)});
+        curve_.push_back({t_s, std::fabs(toolForce_n(seen.tick))});
         while (curve_.front().t_s < t_s - kCurve_s)
             curve_.pop_front();
     }
@@ -339,7 +334,7 @@ void GuidePanel::draw(const FrameState& seen) {
     const bool flat = height_ < kFlat_px;
     const double columns[4] = {kLeft, flat ? 262.0 : 268.0, flat ? 466.0 : 496.0, kRight + 12.0};
     y = rules_.next_step || refused || !verdict.empty() ? 164.0 : 130.0;  // a hint may have two lines
-    const double force_n = shownForce_n(tick);
+    const double force_n = std::fabs(toolForce_n(tick));
     const bool needle = haptics::isNeedleTool(tick.tool) || tick.access.needle_in,
                presses = haptics::pressesOnSkin(tick.tool) && force_n > kTouch_n;
     // Wire, dilator and drain move along the track only. Their depth has their name, because several of them

@@ -53,7 +53,7 @@ struct WindowEvents {
 
 class AppWindow {
   public:
-    // Throws WindowError.
+    // Opens a window of this size, or smaller if the monitor is smaller. Throws WindowError.
     AppWindow(const std::string& title, int width, int height);
     ~AppWindow();
     AppWindow(const AppWindow&) = delete;

@@ -46,6 +46,19 @@ std::string utf8(unsigned code) {
     return text;
 }
 
+// Shrinks a window that is larger, with its frame, than the monitor's work area.
+void fitToMonitor(GLFWwindow* window) {
+    GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
+    if (!monitor) return;
+    int area_width = 0, area_height = 0, left = 0, top = 0, right = 0, bottom = 0, width = 0, height = 0;
+    glfwGetMonitorWorkarea(monitor, nullptr, nullptr, &area_width, &area_height);
+    glfwGetWindowFrameSize(window, &left, &top, &right, &bottom);
+    glfwGetWindowSize(window, &width, &height);
+    const int most_width = area_width - left - right, most_height = area_height - top - bottom;
+    if (most_width > 0 && most_height > 0 && (width > most_width || height > most_height))
+        glfwSetWindowSize(window, std::min(width, most_width), std::min(height, most_height));
+}
+
 }  // namespace
 
 struct AppWindow::Impl {
@@ -123,6 +136,7 @@ AppWindow::AppWindow(const std::string& title, int width, int height) : impl_(ne
     XSetIOErrorExitHandler(glfwGetX11Display(), displayLost, &impl_->lost);
     glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
     glfwWindowHint(GLFW_FOCUS_ON_SHOW, GLFW_FALSE);
+    glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);
     impl_->window = glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
     if (!impl_->window) {
         const std::string why = reason();
@@ -132,7 +146,9 @@ AppWindow::AppWindow(const std::string& title, int width, int height) : impl_(ne
     }
     // Set this after creating the window, because GLFW sets Xlib's own handler while creating it.
     XSetErrorHandler(ignoreXError);
+    fitToMonitor(impl_->window);
     glfwSetWindowSizeLimits(impl_->window, 320, 200, GLFW_DONT_CARE, GLFW_DONT_CARE);
+    glfwShowWindow(impl_->window);
     impl_->listen();
 }
 

@@ -6,6 +6,7 @@ namespace stylet::trainer {
 namespace {
 
 constexpr int kRoomForKeys = 320;                 // a window with less height shows no key help
+constexpr int kKeysShare = 3;                     // the key help takes a third of the height at most
 constexpr int kMinWidth = 300, kMinHeight = 160;  // of an overview; a smaller window shows only the eye
 
 Pane pane(WindowView shows, const Rect& all) {
@@ -52,7 +53,8 @@ void placeHigh(std::vector<Pane>& panes, WindowView eye, const Rect& all, const 
 
 Layout computeLayout(WindowView view, WindowView eye, int width, int height, const LayoutSettings& settings) {
     Layout layout;
-    const int keys = height >= kRoomForKeys ? kKeys + (settings.key_rows - 1) * kKeyRowHeight : 0;
+    const int rows = std::min(settings.key_rows, 1 + (height / kKeysShare - kKeys) / kKeyRowHeight);
+    const int keys = height >= kRoomForKeys ? kKeys + (rows - 1) * kKeyRowHeight : 0;
     layout.keys = {0, height - keys, width, keys};
     const Rect all{kGap, kGap, std::max(1, width - 2 * kGap), std::max(1, height - keys - 2 * kGap)};
     const bool roomy = all.width >= kMinWidth && all.height >= kMinHeight;

@@ -60,7 +60,7 @@ std::vector<Row> rowsOf(const StateUpdate& state, const std::deque<FrameSample>&
         {"needle", std::string(enumName(kNeedleStates, tick.phase))},
         {"depth", inside ? fmt::format("{:.1f} mm", 1e3 * tick.depth_m) : "\u2013"},
         {"tissue", inside ? std::string(patient::tissueName(tick.tissue)) : "\u2013"},
-        {"force", fmt::format("{:.2f} N", tick.force_n)},
+        {"force", fmt::format("{:.2f} N", toolForce_n(tick))},
         {"device",
          state.seen.input_only
              ? "input only"

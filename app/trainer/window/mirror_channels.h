@@ -38,8 +38,9 @@ struct StateUpdate {
 };
 // One per frame. No sample is lost as long as the window reads fast enough.
 struct FrameSample {
-    double time_s = 0.0, frame_ms = 0.0, force_n = 0.0, depth_m = 0.0;
-    double other_n = 0.0;  // force on the other segmentation; without one, the same as force_n
+    double time_s = 0.0, frame_ms = 0.0, depth_m = 0.0;
+    double force_n = 0.0;  // of the tool in hand (toolForce_n())
+    double other_n = 0.0;  // of a needle on the other segmentation; without one, the same as force_n
 };
 
 struct MirrorRequests {
@@ -48,6 +49,7 @@ struct MirrorRequests {
     std::int64_t every_ns = 0;     // shortest interval between pictures that the window can use
     // Draw these screens even while nobody in the headset looks at them.
     bool ultrasound = false, xray = false;
+    std::int64_t screens_every_ns = 0;  // shortest interval between their pictures
     // Without a headset (Desktop): size of the picture and viewpoint. No viewpoint: the operator's place.
     std::optional<Orbit> camera = {};
     std::uint32_t width = 0, height = 0;

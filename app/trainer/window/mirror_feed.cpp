@@ -28,9 +28,14 @@ void publishScreen(Latest<ScreenUpdate>& channel, const render::ScreenPicture& s
 
 void publishState(MirrorChannels& channels, StateUpdate state) {
     const haptics::TickOutput& tick = state.seen.tick;
-    const FrameSample sample{state.tick_s * double(tick.tick), state.time.frame_ms, tick.force_n,
-                             tick.depth_m,
-                             state.seen.truth.known ? state.seen.truth.other_n() : tick.force_n};
+    const ForceComparisonReading& truth = state.seen.truth;
+    const double force_n = toolForce_n(tick);
+    const FrameSample sample{
+        .time_s = state.tick_s * double(tick.tick),
+        .frame_ms = state.time.frame_ms,
+        .depth_m = tick.depth_m,
+        .force_n = force_n,
+        .other_n = truth.known && haptics::isNeedleTool(tick.tool) ? truth.other_n() : force_n};
     channels.state.draft() = std::move(state);
     channels.state.publish();
     channels.samples.push(sample);
@@ -43,7 +48,10 @@ render::VisibleScreens MirrorFeed::screens(const render::VisibleScreens& seen) {
     channels_->requests.read(requests_);
     if (!channels_->open.load()) requests_ = {};
     made_ = seen;
-    made_.ultrasound |= requests_.ultrasound, made_.xray |= requests_.xray;
+    if (now_ns() >= screens_ns_ + requests_.screens_every_ns) {
+        made_.ultrasound |= requests_.ultrasound, made_.xray |= requests_.xray;
+        screens_ns_ = now_ns();
+    }
     return made_;
 }
 

@@ -32,7 +32,7 @@ class MirrorFeed {
     double tick_s_;
     MirrorRequests requests_;
     render::VisibleScreens made_;
-    std::int64_t copied_ns_ = 0;
+    std::int64_t copied_ns_ = 0, screens_ns_ = 0;  // steady clock: when each was requested last
     struct Copied {
         int eye = 0;
         render::View view;

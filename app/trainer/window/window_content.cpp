@@ -16,7 +16,7 @@ constexpr report::Colour kBackground{0.075, 0.088, 0.10}, kWindowBlack{0.0, 0.0,
     kBar{0.115, 0.135, 0.155}, kWindowQuiet{0.55, 0.61, 0.65}, kWindowWords{0.88, 0.91, 0.93},
     kLit{0.98, 0.78, 0.25};
 constexpr std::array<float, 3> kClear{0.006f, 0.008f, 0.01f};
-// Tool motion per key press (with Shift a quarter of it) and per step of the wheel.
+// Tool motion per key press (with Shift a quarter of it) and per step of the wheel, forward into the body.
 constexpr double kKey_m = 0.002, kKey_rad = 0.035, kWheel_m = 0.001, kFiner = 0.25;
 constexpr double kAlertStripe_px = 12.0;
 constexpr int kAlertEdge = 28;         // shorter edge of the pane divided by the width of the alert's border
@@ -28,15 +28,36 @@ constexpr auto kMetricsEvery = std::chrono::milliseconds(100),
                kSlicesEvery = std::chrono::milliseconds(120),
                kSlicesProcessor = std::chrono::milliseconds(400);
 constexpr std::int64_t kEvery_ns = 15'000'000, kProcessorEvery_ns = 95'000'000;
+// Of the equipment's pictures in the overview; shorter than kStale_s.
+constexpr std::int64_t kScreensEvery_ns = 100'000'000, kProcessorScreensEvery_ns = 250'000'000;
 constexpr double kStale_s = 0.5;
 constexpr std::uint64_t kPresentPatience_ns = 50'000'000;
+constexpr double kKeyText_px = 13.0, kKeysLeft_px = 12.0, kBetweenKeys_px = 14.0, kBetweenViews_px = 18.0;
 
 double secondsSince(std::int64_t since_ns) {
     const auto now = std::chrono::steady_clock::now().time_since_epoch() / std::chrono::nanoseconds(1);
     return 1e-9 * double(now - since_ns);
 }
 
+report::TextStyle keyStyle(const report::Colour& colour, bool bold, double size = kKeyText_px) {
+    return {size, colour, report::Align::left, bold};
+}
+
 }  // namespace
+
+std::string screenCaption(WindowView view, const training::Equipment& equipment,
+                          std::optional<double> age_s) {
+    if (!age_s) return std::string(nameOf(view));
+    if (*age_s >= kStale_s) return fmt::format("{} \u00b7 drawn {} s ago", nameOf(view), std::lround(*age_s));
+    if (view == WindowView::xray)
+        return fmt::format("{} \u00b7 {}", nameOf(view), equipment.xray.pedal ? "live" : "last image held");
+    return fmt::format("{} \u00b7 {}", nameOf(view), equipment.ultrasound.freeze ? "frozen" : "live");
+}
+
+std::string missingPictureText(WindowView view, const training::Equipment& equipment) {
+    if (view != WindowView::xray) return "the probe has not touched yet";
+    return equipment.xray.pulses == 0 ? "the pedal has not been pressed yet" : "preparing \u2026";
+}
 
 WindowContent::WindowContent(const patient::Patient& patient, const patient::PlannedPath& path,
                              const MirrorSettings& settings, MirrorChannels& channels, render::Gpu& gpu,
@@ -79,8 +100,19 @@ void WindowContent::select(WindowView view) {
     stale_ = true;
 }
 
+void WindowContent::updateKeyRows() {
+    WindowKeys::HelpRows help = keys_.rows(rules_);
+    if (help == help_ && key_rows_width_ == width_) return;
+    help_ = std::move(help), key_rows_width_ = width_;
+    key_rows_ = splitRows(help_, width_ - 2.0 * kKeysLeft_px, [this](const WindowKeys::Help& entry) {
+        return measure_.textWidth(entry.key + " ", keyStyle(kWindowWords, true)) +
+               measure_.textWidth(entry.what, keyStyle(kWindowQuiet, false)) + kBetweenKeys_px;
+    });
+}
+
 void WindowContent::arrange() {
-    const LayoutSettings settings{.key_rows = 1 + int(keys_.rows(rules_).size()) + (isReplay() ? 1 : 0),
+    updateKeyRows();
+    const LayoutSettings settings{.key_rows = 1 + int(key_rows_.size()) + (isReplay() ? 1 : 0),
                                   .slices = settings_.desktop && offered(WindowView::slices),
                                   .guide = settings_.desktop && rules_.panel};
     layout_ = computeLayout(view_, main_, int(width_), int(height_), settings);
@@ -191,6 +223,11 @@ std::string WindowContent::playbackText() const {
                        playback_.speed, playback_.plays ? "" : "  stopped");
 }
 
+// Answer to the newest command. A user who is typing sees what is typed instead.
+std::string WindowContent::answerText() const {
+    return state_known_ && !keys_.isTyping() ? channels_->state.front().seen.answer : std::string();
+}
+
 void WindowContent::drawBar(report::Canvas& c) const {
     if (!isReplay() || layout_.keys.height == 0) return;
     const Rect bar = barRect();
@@ -237,8 +274,10 @@ void WindowContent::publishRequests() {
     const Pane* camera = findPane(WindowView::camera);
     requests.every_ns = gpu_->isSoftware() ? kProcessorEvery_ns : kEvery_ns;
     if (width_ > 0) {
-        // The overview uses the equipment pictures that are drawn for the trainee anyway.
-        requests.ultrasound = view_ == WindowView::ultrasound, requests.xray = view_ == WindowView::xray;
+        requests.ultrasound = findPane(WindowView::ultrasound) != nullptr;
+        requests.xray = findPane(WindowView::xray) != nullptr;
+        if (view_ == WindowView::overview)
+            requests.screens_every_ns = gpu_->isSoftware() ? kProcessorScreensEvery_ns : kScreensEvery_ns;
         const Pane* room = settings_.desktop && camera ? camera : eye;
         if (eye && !settings_.desktop) requests.eye = eye->shows == WindowView::rightEye ? 1 : 0;
         if (room) {
@@ -423,16 +462,12 @@ bool WindowContent::drawSlices() {
                     });
 }
 
-std::string WindowContent::screenCaption(const char* name, const ScreenUpdate& given,
-                                         const Shown& shown) const {
-    if (shown.width == 0) return name;
-    const double age_s = secondsSince(given.shown_ns);
-    if (age_s < kStale_s) return fmt::format("{} \u00b7 live", name);
-    return fmt::format("{} \u00b7 {} {} s ago", name,
-                       settings_.desktop ? "drawn" : "last seen by the trainee", std::lround(age_s));
-}
-
 std::string WindowContent::makeCaption(WindowView view) const {
+    const auto screen = [&](const ScreenUpdate& given) {
+        return screenCaption(
+            view, channels_->state.front().seen.equipment,
+            shown_[pictureId(view)].width > 0 ? std::optional(secondsSince(given.shown_ns)) : std::nullopt);
+    };
     switch (view) {
         case WindowView::leftEye:
             return settings_.desktop ? "operator's place" : "left eye \u00b7 what the trainee sees";
@@ -443,9 +478,9 @@ std::string WindowContent::makeCaption(WindowView view) const {
         case WindowView::slices:
             return "CT slices at the tool tip (breathing)";
         case WindowView::ultrasound:
-            return screenCaption("ultrasound", channels_->ultrasound.front(), shown_[kUltrasound]);
+            return screen(channels_->ultrasound.front());
         case WindowView::xray:
-            return screenCaption("X-ray", channels_->xray.front(), shown_[kXray]);
+            return screen(channels_->xray.front());
         case WindowView::guide:
             return settings_.desktop ? "guide" : "guide \u00b7 what the trainee reads";
         default:
@@ -454,18 +489,17 @@ std::string WindowContent::makeCaption(WindowView view) const {
 }
 
 std::string WindowContent::emptyText(WindowView view) const {
-    // If false, the picture is drawn only while the trainee looks at it.
-    const bool made_anyway = settings_.desktop || view_ == view;
     switch (view) {
         case WindowView::ultrasound:
-            return made_anyway ? "the probe has not touched yet" : "not shown yet: press 4";
         case WindowView::xray:
-            return made_anyway ? "the pedal has not been pressed yet" : "not shown yet: press 5";
+            if (state_known_) return missingPictureText(view, channels_->state.front().seen.equipment);
+            break;
         case WindowView::camera:
             return camera_failed_ ? "no free camera on this GPU" : "preparing \u2026";
         default:
-            return "waiting for the first frame \u2026";
+            break;
     }
+    return "waiting for the first frame \u2026";
 }
 
 WindowContent::Picture WindowContent::pictureId(WindowView view) const {
@@ -481,10 +515,10 @@ bool WindowContent::drawChrome() {
     for (const Pane& pane : layout_.panes)
         key +=
             makeCaption(pane.shows) + (shown_[pictureId(pane.shows)].width > 0 ? "+" : emptyText(pane.shows));
-    for (const std::vector<WindowKeys::Help>& row : keys_.rows(rules_))
+    for (const std::vector<WindowKeys::Help>& row : key_rows_)
         for (const WindowKeys::Help& help : row)
             key += help.key;
-    key += keys_.state() + playbackText() + (alert_ ? alertWord(*alert_) : "");
+    key += keys_.state() + answerText() + playbackText() + (alert_ ? alertWord(*alert_) : "");
     if (key == chrome_key_) return false;
     chrome_key_ = key;
     const Shown size{int(width_), int(height_)};
@@ -527,33 +561,57 @@ void WindowContent::drawAlert(report::Canvas& c) const {
            {16, {1.0, 1.0, 1.0}, report::Align::centre, true});
 }
 
-// Draws the keys of the views, then the other keys.
+// Draws the keys of the views and the message to the user, then the other keys. A message that does not fit
+// beside the views takes their place.
 void WindowContent::drawKeys(report::Canvas& c) const {
     if (layout_.keys.height == 0) return;
-    double x = 12.0, y = layout_.keys.y + 0.66 * kKeys;
-    const auto word = [&](const std::string& text, const report::Colour& colour, bool bold) {
-        const report::TextStyle style{13, colour, report::Align::left, bold};
-        c.text({x, y}, text, style);
-        x += c.textWidth(text, style);
+    struct Word {
+        std::string text;
+        report::TextStyle style;
+        double gap_px = 0.0;  // after it
     };
-    c.clip(0, layout_.keys.y, layout_.keys.width, layout_.keys.height);
+    using Words = std::vector<Word>;
+    const double most_px = layout_.keys.width - 2.0 * kKeysLeft_px;
+    double x = kKeysLeft_px, y = layout_.keys.y + 0.66 * kKeys;
+    const auto widthOf = [&](const Words& words) {
+        double sum_px = 0.0;
+        for (const Word& word : words)
+            sum_px += c.textWidth(word.text, word.style) + word.gap_px;
+        return sum_px;
+    };
+    // Smaller, if they would not fit.
+    const auto draw = [&](const Words& words) {
+        const double scale = std::min(1.0, most_px / std::max(1.0, widthOf(words)));
+        for (Word word : words) {
+            word.style.size *= scale;
+            c.text({x, y}, word.text, word.style);
+            x += c.textWidth(word.text, word.style) + scale * word.gap_px;
+        }
+    };
+    Words views, message;
     for (int i = 0; i < kWindowViews; ++i) {
         const WindowView view = WindowView(i);
         if (!offered(view)) continue;
         const bool now = view == view_;
-        word(std::to_string(i + 1) + " ", now ? kLit : kWindowWords, true);
-        word(settings_.desktop && view == WindowView::leftEye ? "operator" : std::string(nameOf(view)),
-             now ? kLit : kWindowQuiet, now);
-        x += 18.0;
+        views.push_back({std::to_string(i + 1) + " ", keyStyle(now ? kLit : kWindowWords, true)});
+        views.push_back(
+            {settings_.desktop && view == WindowView::leftEye ? "operator" : std::string(nameOf(view)),
+             keyStyle(now ? kLit : kWindowQuiet, now), kBetweenViews_px});
     }
-    word("Tab ", kWindowWords, true), word("next", kWindowQuiet, false);
-    if (const std::string state = keys_.state(); !state.empty()) x += 30.0, word(state, kLit, true);
-    for (const std::vector<WindowKeys::Help>& row : keys_.rows(rules_)) {
-        x = 12.0, y += kKeyRowHeight;
-        for (const WindowKeys::Help& help : row) {
-            word(help.key + " ", kWindowWords, true), word(help.what, kWindowQuiet, false);
-            x += 14.0;
-        }
+    views.push_back({"Tab ", keyStyle(kWindowWords, true)});
+    views.push_back({"next", keyStyle(kWindowQuiet, false), 2.0 * kBetweenKeys_px});
+    if (const std::string state = keys_.state(); !state.empty())
+        message.push_back({state, keyStyle(kLit, true), 2.0 * kBetweenKeys_px});
+    if (const std::string answer = answerText(); !answer.empty())
+        message.push_back({answer, keyStyle(kLit, false)});
+    c.clip(0, layout_.keys.y, layout_.keys.width, layout_.keys.height);
+    if (message.empty() || widthOf(views) + widthOf(message) <= most_px) draw(views);
+    draw(message);
+    for (const std::vector<WindowKeys::Help>& row : key_rows_) {
+        x = kKeysLeft_px, y += kKeyRowHeight;
+        for (const WindowKeys::Help& help : row)
+            draw({{help.key + " ", keyStyle(kWindowWords, true)},
+                  {help.what, keyStyle(kWindowQuiet, false), kBetweenKeys_px}});
     }
     c.unclip();
 }

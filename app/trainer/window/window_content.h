@@ -23,6 +23,12 @@
 
 namespace stylet::trainer {
 
+// Caption of the ultrasound or the X-ray pane. `age_s`: time since its picture was last up to date; none:
+// there is no picture yet.
+std::string screenCaption(WindowView, const training::Equipment&, std::optional<double> age_s);
+// Text in place of the picture of such a pane.
+std::string missingPictureText(WindowView, const training::Equipment&);
+
 class WindowContent {
   public:
     // All arguments must outlive this object.
@@ -72,11 +78,13 @@ class WindowContent {
     const Pane* findPane(WindowView) const;
     void select(WindowView);
     void arrange();
+    void updateKeyRows();
     void handleKey(const KeyPress&);
     void moveTool(const WindowEvents&);
     void scrub(const std::vector<Drag>&);
     Rect barRect() const;
     std::string playbackText() const;
+    std::string answerText() const;
     void drawBar(report::Canvas&) const;
     void moveToolBy(const KeyPress&);
     std::optional<MouseMove> dragMotion(const Drag&) const;
@@ -98,7 +106,6 @@ class WindowContent {
     void drawKeys(report::Canvas&) const;
     bool drawChrome();
     std::string makeCaption(WindowView) const;
-    std::string screenCaption(const char* name, const ScreenUpdate&, const Shown&) const;
     std::string emptyText(WindowView) const;
     void place(Picture, WindowView);
     void placeNotice();
@@ -138,7 +145,10 @@ class WindowContent {
     Rect frame_{};  // around the first pane; the alert is drawn in it
     std::uint64_t tick_ = 0;
     WindowKeys keys_;
-    Playback playback_;  // playback state of a replay
+    WindowKeys::HelpRows help_, key_rows_;  // the key help; the same, split for the window's width
+    std::uint32_t key_rows_width_ = 0;
+    report::Canvas measure_{1, 1, {}};  // for widths of texts
+    Playback playback_;                 // playback state of a replay
     double scrubbed_px_ = 0.0;
     bool state_known_ = false;
     std::vector<std::uint8_t> pixels_;

@@ -68,9 +68,8 @@ void WindowKeys::press(const KeyPress& press) {
     if (press.key == 'o') port_->pushLine("expert");
     if (press.key == 't' && port_->hasToolInput()) port_->pushLine("skin");
     if (press.key == 'x') port_->pushLine((pedal_ = !pedal_) ? "pedal" : "release");
-    // Either syringe's key stops the one that flows.
-    if (press.key == 'i' || (press.key == 'm' && isOffered('m')))
-        port_->pushLine((flows_ = !flows_) ? (press.key == 'i' ? "inject" : "numb") : "stop");
+    if (press.key == 'i') port_->pushLine("inject or stop");
+    if (press.key == 'm' && isOffered('m')) port_->pushLine("numb or stop");
 }
 
 // There is nothing to re-arm without a haptic device, and nothing to numb or to answer in a puncture.
@@ -143,7 +142,7 @@ std::string WindowKeys::state() const {
     return {};
 }
 
-std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows(const training::DifficultyRules& rules) const {
+WindowKeys::HelpRows WindowKeys::rows(const training::DifficultyRules& rules) const {
     if (!port_) return {};
     if (port_->replays())
         return {{{"Space", "play, pause"},
@@ -152,12 +151,11 @@ std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows(const training::Diff
                  {"Home, End", ""},
                  {"Page Up and Down", "faster, slower"},
                  {"the bar", "anywhere"}}};
-    std::vector<std::vector<Help>> rows(1);
+    HelpRows rows(1);
     rows[0].push_back({"Instructor", ""});
     for (const FunctionKey& key : kFunctionKeys)
         rows[0].push_back({"F" + std::to_string(key.number), key.what});
     if (!port_->acceptsCommands()) return rows;
-    // All keys in one row would be wider than the window.
     std::vector<Help> tools, acts;
     for (const KeyWord& key : kToolKeys)
         tools.push_back({key.name, key.what});
@@ -168,7 +166,8 @@ std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows(const training::Diff
     if (rules.expert) acts.push_back({"O", "watch the expert"});
     if (port_->hasToolInput()) {
         rows.push_back({{"drag, arrows", "move"},
-                        {"wheel, Page Down and Up", "in and out"},
+                        {"wheel forward (away from you), Page Down", "in"},
+                        {"wheel back, Page Up", "out"},
                         {"with Shift", "turn, finer steps"},
                         {"Q, E", "roll it"}});
         if (rules.snap) rows.back().push_back({"T", "to the skin"});
@@ -177,6 +176,22 @@ std::vector<std::vector<WindowKeys::Help>> WindowKeys::rows(const training::Diff
     rows.push_back(tools);
     rows.push_back(acts);
     return rows;
+}
+
+WindowKeys::HelpRows splitRows(const WindowKeys::HelpRows& rows, double width_px,
+                               const std::function<double(const WindowKeys::Help&)>& entry_px) {
+    WindowKeys::HelpRows split;
+    for (const std::vector<WindowKeys::Help>& row : rows) {
+        split.emplace_back();
+        double used_px = 0.0;
+        for (const WindowKeys::Help& help : row) {
+            const double needed_px = entry_px(help);
+            if (!split.back().empty() && used_px + needed_px > width_px) split.emplace_back(), used_px = 0.0;
+            split.back().push_back(help);
+            used_px += needed_px;
+        }
+    }
+    return split;
 }
 
 }  // namespace stylet::trainer

@@ -2,6 +2,7 @@
 // the key help. All calls are from the window thread.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -31,9 +32,11 @@ class WindowKeys {
 
     struct Help {
         std::string key, what;
+        friend bool operator==(const Help&, const Help&) = default;
     };
+    using HelpRows = std::vector<std::vector<Help>>;
     // Rows of the key help, with the keys that difficulty and course allow; empty without a port.
-    std::vector<std::vector<Help>> rows(const training::DifficultyRules&) const;
+    HelpRows rows(const training::DifficultyRules&) const;
     // Status text: the typed text, or that the attempt is paused or the view frozen. Empty if there is
     // nothing to report.
     std::string state() const;
@@ -54,7 +57,12 @@ class WindowKeys {
     bool typing_command_ = false;  // the typed text is a command, not a comment
     std::string text_;
     // What this window requested last. Pictures show it only some time later.
-    bool pedal_ = false, flows_ = false;
+    bool pedal_ = false;
 };
+
+// Splits rows that are wider than `width_px` between two entries. `entry_px`: width of an entry with the gap
+// after it.
+WindowKeys::HelpRows splitRows(const WindowKeys::HelpRows&, double width_px,
+                               const std::function<double(const WindowKeys::Help&)>& entry_px);
 
 }  // namespace stylet::trainer

@@ -23,6 +23,7 @@ ImportSettings settings() {
     ImportSettings s;
     s.grow_ducts = true;
     s.spacing_m = 0.002;
+    s.ct = "ct.nii", s.labels = "labels.nii", s.map = "map.csv";
     for (int t = 0; t < patient::kTissueCount; ++t) {
         s.defaults.tissues[std::size_t(t)] = {0.1 * t, 0.2 * t, 100.0 * t, t == 1, patient::Role::pass};
         s.defaults.elasticity[std::size_t(t)] = {1000.0 + t, "a guess"};
@@ -66,7 +67,7 @@ TEST(ImportBuild, UnmappedIdIsRefusedAfterTheLabelList) {
     ImportSettings s = settings();
     std::size_t listed = 0;
     s.list = [&](const std::vector<SourceLabel>& sources) { listed = sources.size(); };
-    EXPECT_THAT(buildRefusal(t, s), testing::HasSubstr("no line for source id 65"));
+    EXPECT_THAT(buildRefusal(t, s), testing::HasSubstr("map.csv: source_id: no line for 65 of labels.nii"));
     EXPECT_EQ(listed, 5u);
 }
 
@@ -84,16 +85,47 @@ TEST(ImportBuild, MapEntryWithoutVoxelsIsOnlyNoted) {
 TEST(ImportBuild, InvalidInputsAreRefused) {
     test::Torso moved = test::makeTorso();
     moved.labels.grid.origin_m.x += 0.01;
-    EXPECT_THAT(buildRefusal(moved), testing::HasSubstr("10 mm beside the CT"));
+    EXPECT_THAT(buildRefusal(moved),
+                testing::HasSubstr("labels.nii: origin: lies 10 mm along x from that of the CT ct.nii"));
     test::Torso stretched = test::makeTorso();
     stretched.labels.grid.spacing_m.z = 0.0025;
-    EXPECT_THAT(buildRefusal(stretched), testing::HasSubstr("differ in spacing"));
+    EXPECT_THAT(
+        buildRefusal(stretched),
+        testing::HasSubstr("labels.nii: pixdim: voxels of 2.5 mm along z, not the 3 mm of the CT ct.nii"));
+    test::Torso cut = test::makeTorso();
+    cut.labels = cropped(cut.labels, {{0, 0, 0}, {149, 115, 9}});
+    EXPECT_THAT(
+        buildRefusal(cut),
+        testing::HasSubstr("labels.nii: dim: 150x116x10 voxels, not the 150x116x64 voxels of the CT"));
     test::Torso no_liver = test::makeTorso();
     no_liver.map.target_of[7] = targetId("spleen");
-    EXPECT_THAT(buildRefusal(no_liver), testing::HasSubstr("without a liver"));
+    EXPECT_THAT(
+        buildRefusal(no_liver),
+        testing::HasSubstr("map.csv: tissue: no source id that occurs in labels.nii is mapped to liver"));
     ImportSettings s = settings();
     s.reference_phase = "v=1.5";
     EXPECT_THAT(buildRefusal(test::makeTorso(), s), testing::HasSubstr("reference phase"));
+}
+
+TEST(ImportBuild, AnEmptySegmentationIsNotBlamedOnTheMap) {
+    test::Torso t = test::makeTorso();
+    std::fill(t.labels.voxels.begin(), t.labels.voxels.end(), std::int16_t(0));
+    EXPECT_EQ(buildRefusal(t), "labels.nii: voxels: all are 0, so nothing is segmented");
+}
+
+TEST(ImportBuild, AirIsNoTissue) {
+    test::Torso t = test::makeTorso();
+    for (std::size_t i = 0; i < t.labels.voxels.size(); ++i)
+        if (t.labels.voxels[i] == 0 && t.ct.voxels[i] == -1000) t.labels.voxels[i] = 9;
+    t.map.target_of[9] = targetId("spleen");
+    EXPECT_EQ(buildRefusal(t),
+              "map.csv: tissue: source id 9 is mapped to spleen, but its mean of -1000 HU is that of air");
+}
+
+TEST(ImportBuild, AnEmptyScanIsNamed) {
+    test::Torso t = test::makeTorso();
+    std::fill(t.ct.voxels.begin(), t.ct.voxels.end(), std::int16_t(-400));
+    EXPECT_EQ(buildRefusal(t), "ct.nii: voxels: show no body; choose another series");
 }
 
 // A slab as wide as the widest scan. With its margin of air it exceeds 1024 voxels of 0.5 mm.
@@ -157,7 +189,7 @@ TEST(Section, PaddingAtTheEndsIsLeftOut) {
     });
     LabelVolume labels(grid, 1), all(grid, 1);
     std::vector<std::string> notes, none;
-    const Mask body = cropToBody(padded, labels, notes);
+    const Mask body = cropToBody(padded, labels, "ct", notes);
     EXPECT_EQ(body.grid.origin_m.z, 0.024);
     EXPECT_EQ(labels.grid, padded.grid);
     EXPECT_GE(body.grid.dims.z, 62);
@@ -167,7 +199,7 @@ TEST(Section, PaddingAtTheEndsIsLeftOut) {
     ASSERT_EQ(notes.size(), 1u);
     EXPECT_THAT(notes[0], testing::StartsWith("24 mm at the lower end and "));
     EXPECT_THAT(notes[0], testing::HasSubstr("ml of labels"));
-    EXPECT_EQ(cropToBody(whole, all, none).grid.dims.z, 120);
+    EXPECT_EQ(cropToBody(whole, all, "ct", none).grid.dims.z, 120);
     EXPECT_TRUE(none.empty());
 }
 
@@ -176,7 +208,7 @@ TEST(Section, AThinSlabIsNotCropped) {
         CtVolume slab({Index3(60, 50, slices), Vec3(0.002), Vec3(0.0)}, 40);
         LabelVolume labels(slab.grid);
         std::vector<std::string> notes;
-        EXPECT_EQ(cropToBody(slab, labels, notes).grid.dims.z, slices);
+        EXPECT_EQ(cropToBody(slab, labels, "ct", notes).grid.dims.z, slices);
     }
 }
 

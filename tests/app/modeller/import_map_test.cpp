@@ -61,12 +61,31 @@ TEST(ImportMap, ErrorsNameTheLine) {
     EXPECT_THAT(mapRefusal("source_id,tissue\n-4,liver\n"), testing::HasSubstr("line 2"));
     EXPECT_THAT(mapRefusal("source_id,tissue\n1e3,liver\n"), testing::HasSubstr("not a whole number"));
     EXPECT_THAT(mapRefusal("source_id,tissue\nliver\n"), testing::HasSubstr("two fields"));
-    EXPECT_THAT(mapRefusal("1,liver\n"), testing::HasSubstr("the first line must be"));
+    EXPECT_THAT(mapRefusal("1,liver\n"), testing::HasSubstr("the header must be \"source_id,tissue\""));
     EXPECT_THAT(mapRefusal("source_id,tissue\n1," + std::string(1000, 'x')),
                 testing::HasSubstr("line 2: too long"));
     EXPECT_THAT(mapRefusal(std::string((1 << 20) + 1, '#')),
                 testing::HasSubstr("map.csv: file: larger than 1048576 bytes"));
     EXPECT_THAT(mapRefusal(""), testing::HasSubstr("maps nothing"));
+}
+
+TEST(ImportMap, SpreadsheetFilesAreReadOrExplained) {
+    const std::filesystem::path file = "map.csv";
+    for (const char* text : {"\xEF\xBB\xBFsource_id,tissue\r\n7,liver\r\n", "source_id,tissue\r7,liver\r",
+                             "\xEF\xBB\xBF# source: J\xC3\xBCrgen\rsource_id,tissue\r7,liver"})
+        EXPECT_EQ(parseLabelMap(file, text).target_of.size(), 1u) << text;
+    EXPECT_THAT(mapRefusal("#\n\nsource_id;tissue\n7;liver\n"),
+                testing::EndsWith("line 3: the header must be \"source_id,tissue\", separated by a comma; it "
+                                  "is \"source_id;tissue\""));
+    EXPECT_THAT(mapRefusal("source_id\ttissue\n"), testing::HasSubstr("separated by a comma"));
+    EXPECT_THAT(mapRefusal("# source: J\xFCrgen\nsource_id,tissue\n7,liver\n"),
+                testing::HasSubstr("map.csv: line 1: not UTF-8"));
+}
+
+TEST(ImportMap, TheBackgroundIsNoTissue) {
+    EXPECT_THAT(mapRefusal("source_id,tissue\n7,liver\n0,liver\n"),
+                testing::HasSubstr("line 3: source_id 0 is the background"));
+    EXPECT_EQ(mapRefusal("source_id,tissue\n7,liver\n0,unsegmented\n"), "");
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // Reads NIfTI files with the real reader program.
+#include <fmt/core.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -37,14 +38,20 @@ TEST(ReadNifti, VoxelPositionsArePreserved) {
     EXPECT_EQ(flipped.nearestOr({0.008, 0.020, 0.030}, -1), 2);
 }
 
+// Error message for a good file after `change`, or empty if it is accepted.
+template <typename Change>
+std::string acceptedOrError(Change change, ImageKind kind = ImageKind::ct) {
+    TempFolder temp;
+    test::Bytes bytes = test::validNifti();
+    change(bytes);
+    test::writeBytes(temp / "image.nii", bytes);
+    return readError(temp / "image.nii", kind, reader());
+}
+
 // Error message for a good file after `corrupt`. Expects that it is one line and names the file.
 template <typename Corrupt>
 std::string readCorrupted(Corrupt corrupt, ImageKind kind = ImageKind::ct) {
-    TempFolder temp;
-    test::Bytes bytes = test::validNifti();
-    corrupt(bytes);
-    test::writeBytes(temp / "image.nii", bytes);
-    const std::string why = readError(temp / "image.nii", kind, reader());
+    const std::string why = acceptedOrError(corrupt, kind);
     EXPECT_THAT(why, testing::HasSubstr("image.nii: "));
     EXPECT_THAT(why, testing::Not(testing::HasSubstr("\n")));
     return why;
@@ -128,6 +135,98 @@ TEST(ReadNifti, InvalidVoxelValuesAreRefused) {
     expectNiftiRefused([](auto& b) { test::put(b, 352, std::int16_t(-1)); }, "a label of -1",
                        ImageKind::labels);
     expectNiftiRefused([](auto& b) { makeReal(b, 0.5f); }, "a label of 0.5", ImageKind::labels);
+}
+
+// The good file with its place in the qform instead of the sform.
+void useQform(test::Bytes& b) {
+    test::put(b, 252, std::int16_t(1)), test::put(b, 254, std::int16_t(0));
+    test::put(b, 268, -10.0f), test::put(b, 272, 20.0f), test::put(b, 276, 30.0f);
+}
+
+// ITK would use 1 mm.
+TEST(ReadNifti, UnknownVoxelSizesAreRefused) {
+    EXPECT_EQ(acceptedOrError([](auto& b) { useQform(b); }), "");
+    for (const float size : {0.0f, float(NAN), -3.0f, float(INFINITY)}) {
+        const std::string words = fmt::format("pixdim[3]: {:g} is no voxel size", size);
+        expectNiftiRefused([&](auto& b) { test::put(b, 88, size); }, words.c_str());
+        expectNiftiRefused([&](auto& b) { useQform(b), test::put(b, 88, size); }, words.c_str());
+    }
+    // The file of a breathing phase may lack it.
+    const auto unknown = [](auto& b) {
+        test::put(b, 254, std::int16_t(0));
+        for (std::size_t at : {80, 84, 88})
+            test::put(b, at, 0.0f);
+    };
+    EXPECT_EQ(acceptedOrError(unknown, ImageKind::phase), "");
+    expectNiftiRefused([](auto& b) { test::put(b, 88, float(NAN)); }, "pixdim[3]: nan", ImageKind::phase);
+}
+
+TEST(ReadNifti, ImpossiblePositionsAreRefused) {
+    for (const float at : {float(NAN), float(INFINITY), 1e9f}) {
+        const std::string value = fmt::format("{:g} is impossible", at);
+        const auto expect = [&](bool qform, std::size_t offset, const std::string& field) {
+            for (const ImageKind kind : {ImageKind::ct, ImageKind::labels, ImageKind::phase})
+                expectNiftiRefused(
+                    [&](auto& b) {
+                        if (qform) useQform(b);
+                        test::put(b, offset, at);
+                    },
+                    (field + ": " + value).c_str(), kind);
+        };
+        expect(true, 256, "quatern_b");
+        expect(true, 264, "quatern_d");
+        expect(true, 268, "qoffset_x");
+        expect(true, 276, "qoffset_z");
+        expect(false, 292, "srow_x[3]");
+        expect(false, 324, "srow_z[3]");
+    }
+    expectNiftiRefused([](auto& b) { useQform(b), test::put(b, 76, float(NAN)); },
+                       "pixdim[0]: nan is neither 1 nor -1");
+}
+
+TEST(ReadNifti, ContradictoryVoxelSizesAreRefused) {
+    const auto ones = [](auto& b) {
+        for (std::size_t at : {80, 84, 88})
+            test::put(b, at, 1.0f);
+    };
+    const char* words = "pixdim[2]: 1 mm, but srow's column for that axis is 2 mm long";
+    expectNiftiRefused(ones, words);
+    // ITK would use the qform.
+    expectNiftiRefused([&](auto& b) { ones(b), test::put(b, 252, std::int16_t(1)); }, words);
+}
+
+// ITK would convert the spacing only.
+TEST(ReadNifti, UnitsOtherThanMillimetresAreRefused) {
+    expectNiftiRefused([](auto& b) { test::put(b, 123, std::uint8_t(1)); },
+                       "xyzt_units: metres; write the file in mm");
+    expectNiftiRefused([](auto& b) { test::put(b, 123, std::uint8_t(3 | 8)); },
+                       "xyzt_units: micrometres; write the file in mm");
+    EXPECT_EQ(acceptedOrError([](auto& b) { test::put(b, 123, std::uint8_t(0)); }), "");
+}
+
+// ITK would add the intercept.
+TEST(ReadNifti, AnInterceptWithoutASlopeIsRefused) {
+    EXPECT_EQ(acceptedOrError([](auto& b) { test::put(b, 112, 0.0f); }), "");
+    for (const float intercept : {-1024.0f, float(NAN)})
+        expectNiftiRefused([&](auto& b) { test::put(b, 112, 0.0f), test::put(b, 116, intercept); },
+                           "but scl_slope is 0, which means no scaling");
+}
+
+TEST(ReadNifti, MissingLabelsAreZeros) {
+    expectNiftiRefused([](auto& b) { makeReal(b, float(NAN)); }, "write 0 where nothing is labelled",
+                       ImageKind::labels);
+}
+
+TEST(ReadNifti, OtherReasonsAreNotCalledDamage) {
+    expectNiftiRefused([](auto& b) { test::put(b, 284, 0.05f); }, "ITK cannot read it: ITK only supports");
+    TempFolder temp;
+    test::writeBytes(temp / "image.nii", test::validNifti());
+    ASSERT_EQ(std::system(("gzip '" + (temp / "image.nii").string() + "'").c_str()), 0);
+    fs::rename(temp / "image.nii.gz", temp / "zipped.nii");
+    EXPECT_THAT(readError(temp / "zipped.nii"),
+                testing::HasSubstr("name: its data is compressed by gzip; name it .nii.gz"));
+    fs::rename(temp / "zipped.nii", temp / "image");
+    EXPECT_THAT(readError(temp / "image"), testing::HasSubstr("name: does not end in .nii or .nii.gz"));
 }
 
 TEST(ReadNifti, TruncatedOrDamagedFilesAreRefused) {

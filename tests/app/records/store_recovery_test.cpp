@@ -122,10 +122,78 @@ TEST(Store, ALostIndexIsFilledFromTheRecords) {
     EXPECT_EQ(again.events.at(0).text, "finger");
     EXPECT_TRUE(std::isinf(again.result.value().metrics.at(0).value));
     EXPECT_TRUE(std::isnan(again.result.value().metrics.at(1).value));
+    EXPECT_TRUE(countsInStatistics(again));
+    EXPECT_TRUE(contains(store.openingMessages(),
+                         "the index was lost and is filled again from the records of 2 attempts"));
     EXPECT_EQ(store.attempt(cut).state, AttemptState::cut_short);
     EXPECT_EQ(store.attempt(cut).events.at(0).text, "probe");
     EXPECT_EQ(store.unknownFolders().size(), 2u) << "a record of another id, and one that cannot be read";
     EXPECT_TRUE(store.damage().empty());
+}
+
+// A disk that fails for a moment must not make an attempt look imported.
+TEST(Store, ALostIndexIsFilledAgainInSeveralOpenings) {
+    const test::TempFolder temp;
+    std::vector<std::string> ids;
+    {
+        Store store(temp / "s");
+        for (const char* trainee : {"T-01", "T-02"}) {
+            ids.push_back(store.begin(someAttemptInfo(trainee)));
+            test::finish(store, ids.back(), someResult());
+        }
+    }
+    const path record = temp / "s" / "attempts" / ids[1] / "record" / "record.json", aside = temp / "aside";
+    std::filesystem::rename(record, aside);
+    std::ofstream(record) << "{";
+    deleteIndex(temp / "s");
+    EXPECT_EQ(Store(temp / "s").attempts().size(), 1u);
+    std::filesystem::rename(aside, record);
+    const Store store(temp / "s");
+    for (const std::string& id : ids)
+        EXPECT_TRUE(countsInStatistics(store.attempt(id))) << id;
+    ASSERT_EQ(store.log().size(), 2u);
+    EXPECT_NE(store.log()[0].text.find("the index was lost"), std::string::npos);
+}
+
+// Somebody copies a passed attempt, and gives the copy another id, trainee, difficulty and device.
+// HZ-RECORD-07
+TEST(Store, ACopiedFolderIsImportedAndEntersNoStatistics) {
+    const test::TempFolder temp;
+    std::string original, copy;
+    {
+        Store store(temp / "s");
+        original = store.begin(someAttemptInfo());
+        test::finish(store, original, someResult());
+        StoredAttempt forged = store.attempt(original);
+        forged.id = copy = "20260101T000000Z-12345678";
+        forged.info.trainee = "T-99", forged.info.difficulty = "exam", forged.info.device = "mouse";
+        forged.folder = store.attemptFolder(copy);
+        test::beginRecord(forged).finish(someResult());
+    }
+    {
+        const Store store(temp / "s");
+        ASSERT_EQ(store.openingMessages().size(), 1u);
+        EXPECT_NE(store.openingMessages()[0].find("attempt " + copy + " was not recorded by this store"),
+                  std::string::npos)
+            << store.openingMessages()[0];
+    }
+    const Store store(temp / "s");
+    EXPECT_TRUE(store.openingMessages().empty()) << "once";
+    EXPECT_TRUE(store.attempt(copy).imported);
+    EXPECT_EQ(stateText(store.attempt(copy)), "imported");
+    EXPECT_FALSE(countsInStatistics(store.attempt(copy)));
+    EXPECT_FALSE(store.attempt(original).imported);
+    EXPECT_TRUE(countsInStatistics(store.attempt(original)));
+    EXPECT_TRUE(store.damage().empty());
+    EXPECT_NE(test::errorText([&] { Store(temp / "s").discard(copy); }).find("it is kept"),
+              std::string::npos);
+    testing::internal::CaptureStdout();
+    EXPECT_EQ(recoverStore({temp / "s", "", "", "", ""}), 0);
+    EXPECT_NE(testing::internal::GetCapturedStdout().find("imported, not recorded by this store: " + copy),
+              std::string::npos);
+    SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
+        .exec("UPDATE attempt SET imported = 0");
+    EXPECT_EQ(Store(temp / "s").damage().size(), 1u) << "the checksum covers the mark";
 }
 
 // HZ-RECORD-07
@@ -147,12 +215,12 @@ TEST(Store, ADamagedFinishedAttemptIsNotChangedWhenTheIndexIsLost) {
     EXPECT_TRUE(readText(inputs) == bytes);
     EXPECT_EQ(store.attempt(id).state, AttemptState::done);
     EXPECT_TRUE(store.recovered().empty());
-    ASSERT_EQ(store.openingMessages().size(), 1u);
-    EXPECT_NE(store.openingMessages()[0].find("attempt " + id +
+    ASSERT_EQ(store.openingMessages().size(), 2u);
+    EXPECT_NE(store.openingMessages()[1].find("attempt " + id +
                                               " is finished but damaged, and was not "
                                               "changed: record/inputs.bin; whole for 500 ticks"),
               std::string::npos)
-        << store.openingMessages()[0];
+        << store.openingMessages()[1];
     ASSERT_EQ(store.damage().size(), 1u) << "although the new checksums match";
     EXPECT_NE(store.damage()[0].find("record/inputs.bin; whole for 500 ticks"), std::string::npos);
 }
@@ -178,7 +246,7 @@ TEST(Store, AFolderThatCannotBeIndexedDoesNotBlockOthers) {
     ASSERT_EQ(store.attempts().size(), 1u);
     EXPECT_EQ(store.attempts()[0].id, good);
     EXPECT_TRUE(store.recovered().empty());
-    EXPECT_EQ(store.openingMessages().size(), 2u);
+    EXPECT_EQ(store.openingMessages().size(), 3u);
     EXPECT_TRUE(contains(store.openingMessages(), "attempts/" + bad + " cannot be indexed: "));
     EXPECT_TRUE(contains(store.openingMessages(), "attempts/" + no_step + " cannot be indexed: "));
     EXPECT_TRUE(contains(store.openingMessages(), "inputs.bin: header: dt_s: must be finite"));

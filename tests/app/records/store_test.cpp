@@ -24,6 +24,7 @@ namespace stylet::records {
 namespace {
 
 using std::filesystem::path;
+using test::deleteIndex;
 using test::readText;
 using test::someAttemptInfo;
 using test::someResult;
@@ -119,6 +120,136 @@ TEST(Store, AnAbortedAttemptIsListedAndDoesNotCount) {
     SQLite::Database(temp / "s" / "store.sqlite", SQLite::OPEN_READWRITE)
         .exec("UPDATE attempt SET aborted = 1 - aborted, score_version = score_version + 1");
     EXPECT_EQ(Store(temp / "s").damage().size(), 2u);
+}
+
+// Its ticks up to the bookmark are another attempt's, perhaps another person's.
+TEST(Store, ARestartedAttemptIsListedAndDoesNotCount) {
+    const test::TempFolder temp;
+    std::string restarted;
+    {
+        Store store(temp / "s");
+        restarted = store.begin(someAttemptInfo());
+        test::finish(store, restarted, someResult(), {{0, "retry", "attempt-of-an-expert until bookmark 2"}});
+    }
+    for (const bool lost_index : {false, true}) {
+        if (lost_index) deleteIndex(temp / "s");
+        const Store store(temp / "s");
+        const StoredAttempt attempt = store.attempt(restarted);
+        EXPECT_TRUE(isRestarted(attempt));
+        EXPECT_FALSE(countsInStatistics(attempt));
+        EXPECT_EQ(stateText(attempt), "restarted");
+        EXPECT_EQ(attempt.events.at(0).text, "attempt-of-an-expert until bookmark 2");
+    }
+    Store store(temp / "s");
+    store.discard(restarted);
+    EXPECT_NE(store.log().back().text.find(restarted + ": restarted"), std::string::npos);
+}
+
+// Killing the program must not hide a failing exam.
+TEST(Store, AnExamThatWasCutShortAfterADecisiveEventIsNotPassed) {
+    const std::vector<EventRow> idle{{1, "tool", "finger"}, {9, "contact", "finger on the skin"}};
+    struct Case {
+        const char* difficulty;
+        EventRow last;
+        bool counts;
+    };
+    for (const Case& c :
+         {Case{"exam", {20, "critical", "the lung was punctured"}, true},
+          Case{"exam", {20, "cut", "skin at 0.1 mm"}, true}, Case{"exam", {20, "answer", "wrong"}, true},
+          Case{"exam", {20, "contact", "needle on the skin"}, true},
+          Case{"exam", {20, "breath", "held"}, false},
+          Case{"practice", {20, "critical", "the lung was punctured"}, false}}) {
+        const test::TempFolder temp;
+        std::string id;
+        {
+            Store store(temp / "s");
+            AttemptInfo info = someAttemptInfo();
+            info.difficulty = c.difficulty;
+            id = store.begin(info);
+            std::vector<EventRow> events = idle;
+            events.push_back(c.last);
+            writeUnfinishedRecord(store.attempt(id), 300, events);
+        }
+        Store store(temp / "s");
+        const StoredAttempt attempt = store.attempt(id);
+        EXPECT_EQ(isUnfinishedExam(attempt), c.counts) << c.difficulty << ' ' << c.last.kind;
+        EXPECT_EQ(stateText(attempt), c.counts ? "cut short, not passed" : "cut short");
+        EXPECT_FALSE(countsInStatistics(attempt)) << "it has no score";
+        if (std::string(c.difficulty) == "exam") {
+            EXPECT_NE(test::errorText([&] { store.discard(id); }).find("it is kept"), std::string::npos);
+        }
+    }
+}
+
+// The instructor has made the exam easier, so it is none.
+TEST(Store, AnExamMadeEasierMayBeCutShort) {
+    const test::TempFolder temp;
+    std::string id;
+    {
+        Store store(temp / "s");
+        AttemptInfo info = someAttemptInfo();
+        info.difficulty = "exam";
+        id = store.begin(info);
+        writeUnfinishedRecord(store.attempt(id), 300,
+                              {{5, "difficulty", "practice"}, {20, "critical", "the lung was punctured"}});
+    }
+    EXPECT_EQ(stateText(Store(temp / "s").attempt(id)), "cut short");
+}
+
+TEST(Store, ListsAndShowsNoNumberThatThereIsNot) {
+    const test::TempFolder temp;
+    std::string id;
+    {
+        Store store(temp / "s");
+        id = store.begin(someAttemptInfo());
+        test::finish(store, id);  // with a metric of NaN and an infinite one
+    }
+    testing::internal::CaptureStdout();
+    EXPECT_EQ(showAttempt({temp / "s", "", id, "", ""}), 0);
+    const std::string shown = testing::internal::GetCapturedStdout();
+    EXPECT_NE(shown.find(" – mm "), std::string::npos) << shown;
+    EXPECT_NE(shown.find(" – deg "), std::string::npos) << shown;
+    EXPECT_EQ(shown.find("nan"), std::string::npos) << shown;
+    EXPECT_EQ(shown.find("inf"), std::string::npos) << shown;
+}
+
+// HZ-RECORD-07
+TEST(Store, RowsThatDifferFromTheirRecordsAreNamed) {
+    const test::TempFolder temp;
+    std::string forged, honest, unreadable;
+    {
+        Store store(temp / "s");
+        forged = store.begin(someAttemptInfo());
+        test::finish(store, forged, someResult(), {{5, "critical", "the lung was punctured"}});
+        honest = store.begin(someAttemptInfo());
+        test::finish(store, honest, someResult(), {{5, "comment", "well done"}});
+        EXPECT_TRUE(findAlteredRows(store.attempts()).empty());
+    }
+    const auto edit = [&](const std::string& sql) {
+        SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE).exec(sql);
+        return findAlteredRows(Store(temp / "s").attempts());
+    };
+    const std::string mine = " WHERE id = '" + forged + "'";
+    std::vector<std::string> lines = edit("UPDATE attempt SET total = 99.9" + mine);
+    ASSERT_EQ(lines.size(), 1u);
+    EXPECT_EQ(lines[0], "attempt " + forged +
+                            ": the index or the record was altered: score 99.9 is 87.5 in its record");
+    testing::internal::CaptureStderr();
+    testing::internal::CaptureStdout();
+    EXPECT_EQ(listAttempts({temp / "s", "", "", "", ""}), 0);
+    testing::internal::GetCapturedStdout();
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "stylet: " + lines[0] + "\n");
+    edit("UPDATE attempt SET total = 87.5" + mine);
+    lines = edit("DELETE FROM event WHERE kind = 'critical'");
+    ASSERT_EQ(lines.size(), 1u);
+    EXPECT_NE(lines[0].find(forged + ": the index or the record was altered: number of events 0 is 1"),
+              std::string::npos)
+        << lines[0];
+    std::filesystem::remove(temp / "s" / "attempts" / honest / "record" / "record.json");
+    lines = edit("UPDATE attempt SET trainee = 'T-02'" + mine);
+    ASSERT_EQ(lines.size(), 2u);
+    EXPECT_NE(lines[0].find("trainee T-02 is T-01 in its record"), std::string::npos) << lines[0];
+    EXPECT_TRUE(lines[1].starts_with("1 attempt was not compared with its record: ")) << lines[1];
 }
 
 TEST(Store, DiscardsOnlyWhatDoesNotCountAndLogsIt) {

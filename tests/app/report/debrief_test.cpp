@@ -418,11 +418,40 @@ TEST(Debrief, AnotherScoreTableIsNamed) {
 TEST(Debrief, NumbersWithDifferentMeaningHaveDifferentNames) {
     const TempFolder folder;
     const std::string html = attemptReport(makeOneStepAttempt(folder), {}).html;
-    EXPECT_TRUE(has(html, "<b>1</b><span>close passes, nothing struck</span>"));
+    EXPECT_TRUE(has(html, "<b>1</b><span>close passes that touched nothing</span>"));
     EXPECT_TRUE(has(html, ">Near misses, graded, with hits</th>"));
     EXPECT_FALSE(has(html, "near misses</span>"));
     EXPECT_TRUE(has(html, "<b>14.00 N</b><span>largest axial force</span>")) << "as the metric";
     EXPECT_TRUE(has(html, "<b>0</b><span>no-go areas touched</span>")) << "as the metric";
+}
+
+// The headline of an attempt that struck something says what.
+TEST(Debrief, TheHeadlineStatesWhatWasStruck) {
+    const TempFolder folder;
+    LoadedAttempt a = makeOneStepAttempt(folder);
+    for (stylet::records::MetricRow& row : a.stored.result->metrics)
+        row.value = row.id == "no_go_touches" ? 18.0
+                    : row.id == "vessel_hits" ? 12.0
+                    : row.id == "bone_hits"   ? 6.0
+                                              : row.value;
+    const std::string html = attemptReport(a, {}).html;
+    EXPECT_TRUE(has(html, "<b>18</b><span>no-go areas touched: blood vessel 12, bone 6</span>"));
+    EXPECT_FALSE(has(html, "nothing struck"));
+}
+
+// A part of the timeline that contains only the tool in hand explains no advice.
+TEST(Debrief, AnAdviceWithoutAnythingToDrawHasNoFigure) {
+    const TempFolder folder;
+    LoadedAttempt a = makeOneStepAttempt(folder);
+    const Advice advice{"Do the missing steps too.", 8.5, 8499};
+    ASSERT_FALSE(a.course[advice.row].in_body);
+    ASSERT_TRUE(momentFigure(a, advice, 1)) << "with the step";
+    a.stored.events = {{8800, "tool", "probe"}};
+    for (CourseRow& row : a.course)
+        row.breath_held = row.in_body = false, row.faults = 0;
+    EXPECT_FALSE(momentFigure(a, advice, 1));
+    a.stored.events.push_back({8900, "comment", "look here"});
+    EXPECT_TRUE(momentFigure(a, advice, 1));
 }
 
 TEST(Debrief, AbortedAttemptsAreMarkedAndEnterNoStatistics) {
@@ -460,6 +489,69 @@ TEST(Debrief, AbortedAttemptsAreMarkedAndEnterNoStatistics) {
     EXPECT_TRUE(has(textFrom(all, "gone0</th>", "</tr>"), ">aborted</td>"));
 }
 
+TEST(Debrief, RestartedAndImportedAttemptsEnterNoStatistics) {
+    std::vector<stylet::records::StoredAttempt> own;
+    for (const char* id : {"restarted0", "imported0", "own0"})
+        own.push_back(stylet::test::makeTestAttempt(id, "trainee-B", 100.0, true));
+    own[0].events.insert(own[0].events.begin(), {0, "retry", "another attempt until bookmark 2"});
+    own[1].imported = true;
+    const GroupReport page = traineeReport("trainee-B", own, own);
+    EXPECT_TRUE(has(page.html,
+                    "3 attempts, 1 of them finished; 1 restarted, 1 imported, listed but not part of the "
+                    "statistics"));
+    EXPECT_TRUE(has(textFrom(page.html, "restarted0</th>", "</tr>"), ">restarted</td>"));
+    EXPECT_TRUE(has(textFrom(page.html, "imported0</th>", "</tr>"), ">imported</td>"));
+    const std::size_t counts =
+        std::size_t(std::ranges::find(page.attempts.head, "counts") - page.attempts.head.begin());
+    ASSERT_LT(counts, page.attempts.head.size());
+    EXPECT_EQ(page.attempts.rows[0][counts] + page.attempts.rows[1][counts] + page.attempts.rows[2][counts],
+              "001");
+    EXPECT_TRUE(has(cohortReport("all", own).html, "1 restarted, 1 imported"));
+
+    const TempFolder folder;
+    LoadedAttempt a = makeOneStepAttempt(folder);
+    a.stored.imported = true;
+    EXPECT_TRUE(has(attemptReport(a, {}).html, "State: imported: it enters no statistics"));
+}
+
+// Killing the program must not hide a failing exam.
+TEST(Debrief, AnExamThatWasCutShortIsShownAsNotPassed) {
+    auto exam = stylet::test::makeTestAttempt("exam0", "trainee-B", 0.0, false);
+    exam.info.difficulty = "exam";
+    exam.state = stylet::records::AttemptState::cut_short;
+    exam.result.reset();
+    exam.events.push_back({51000, "critical", "the lung was punctured"});
+    std::vector<stylet::records::StoredAttempt> own{exam};
+    const std::string alone = traineeReport("trainee-B", own, own).html;
+    EXPECT_TRUE(has(alone, "1 attempt, 0 of them finished; 1 exam cut short, not passed."));
+    EXPECT_TRUE(has(alone, "CUSUM of failures over 0 finished attempts and 1 exam cut short"));
+    EXPECT_TRUE(has(alone, "no, cut short"));
+    EXPECT_TRUE(has(textFrom(alone, "exam0</th>", "</tr>"), ">cut short, not passed</td>"));
+    own.push_back(stylet::test::makeTestAttempt("exam1", "trainee-B", 100.0, true));
+    own.back().info.difficulty = "exam";
+    EXPECT_TRUE(has(traineeReport("trainee-B", own, own).html, "exams passed"));
+    EXPECT_TRUE(has(cohortReport("all", own).html, ">1 of 2</td>"));
+
+    const TempFolder folder;
+    stylet::test::writeAttemptFolder(folder.path(), 1000, exam);
+    LoadedAttempt a = loadAttempt(folder.path());
+    a.stored = exam;
+    a.stored.folder = folder.path();
+    const std::string page = attemptReport(a, {}).html;
+    EXPECT_TRUE(has(page, "<b>Not passed</b><span>exam, cut short</span>"));
+    EXPECT_TRUE(has(page, "it counts as an exam that was not passed"));
+}
+
+TEST(Debrief, GroupPagesShowWhatDoesNotMatch) {
+    const auto cohort = stylet::test::makeTestCohort();
+    for (const std::string& html : {traineeReport("trainee-B", cohort, cohort, {"attempt x: altered"}).html,
+                                    cohortReport("all", cohort, {"attempt x: altered"}).html}) {
+        EXPECT_TRUE(has(html, "What does not match"));
+        EXPECT_TRUE(has(html, "attempt x: altered"));
+    }
+    EXPECT_FALSE(has(cohortReport("all", cohort).html, "What does not match"));
+}
+
 // The page explains its terms in the words of the guide, and nowhere else.
 TEST(Debrief, TheGlossaryIsTheGuides) {
     const std::string guide =
@@ -489,7 +581,7 @@ TEST(Debrief, CohortRanksByMedian) {
     const GroupReport report = cohortReport("Scenario procedure", cohort);
     EXPECT_LT(report.html.find(">trainee-F</th><td"), report.html.find(">trainee-A</th><td"));
     EXPECT_EQ(report.attempts.rows.size(), cohort.size());
-    EXPECT_EQ(report.attempts.head.size(), 14u + 3u);
+    EXPECT_EQ(report.attempts.head.size(), 15u + 3u);
     EXPECT_TRUE(has(cohortReport("Nobody", {}).html, "0 attempts"));
 }
 
@@ -508,7 +600,7 @@ TEST(Debrief, TraineePageHasEveryAttempt) {
     EXPECT_TRUE(has(report.html, "last verdict: not yet, with attempt 4."));
     EXPECT_TRUE(has(report.html, "<td class=\"n\">3.12</td>"));
     EXPECT_EQ(report.attempts.rows.size(), 6u);
-    EXPECT_TRUE(has(traineeReport("x", {own.back()}, cohort).html, "1 attempts, 0 of them finished"));
+    EXPECT_TRUE(has(traineeReport("x", {own.back()}, cohort).html, "1 attempt, 0 of them finished"));
 }
 
 TEST(Debrief, FolderProvidesTickLengthAndPatient) {

@@ -176,6 +176,17 @@ TEST(Xapi, AbortedAttemptIsTerminatedNotGraded) {
     EXPECT_EQ(verbsOf(exported({attempt})), (std::vector<std::string>{"initialized", "terminated"}));
 }
 
+TEST(Xapi, AnExamThatWasCutShortIsFailed) {
+    auto attempt = makeTestAttempt("a", "t", 0.0, false);
+    attempt.info.difficulty = "exam";
+    attempt.state = stylet::records::AttemptState::cut_short;
+    attempt.result.reset();
+    attempt.events.push_back({51000, "critical", "the lung was punctured"});
+    const json cut = exported({attempt});
+    EXPECT_EQ(verbsOf(cut), (std::vector<std::string>{"initialized", "failed", "terminated"}));
+    EXPECT_EQ(cut[1].at("result").at("success"), false);
+}
+
 TEST(Xapi, StatementsAreReproducible) {
     const auto a = makeTestAttempt("a", "t", 80.0, true), b = makeTestAttempt("b", "t", 80.0, true);
     EXPECT_EQ(exported({a}), exported({a}));

@@ -62,6 +62,27 @@ TEST_F(StudyReport, PageShowsTheResultsOfTheRun) {
     EXPECT_EQ(readText(out() / "report.html"), html);
 }
 
+// The standard deviation of a single value is undefined.
+TEST_F(StudyReport, MeansOfASinglePatientHaveNoSpread) {
+    const test::TempFolder temp;
+    fs::copy(folder_->path(), temp.path(), fs::copy_options::recursive);
+    fs::remove(temp / "out/summary.json");  // resume: nothing is planned or computed again
+    std::ofstream(temp / "study.toml") << "[[pair]]\nname = 'one'\nreference = 'truth'\nfound = 'built'\n";
+    test::TestStudyOptions o(temp.path());
+    runStudy(o);
+    const auto summary = nlohmann::json::parse(readText(temp / "out/summary.json"));
+    EXPECT_EQ(summary["patients_means"]["rmse_n"]["count"], 1);
+    EXPECT_TRUE(summary["patients_means"]["rmse_n"]["sigma"].is_null());
+    EXPECT_TRUE(summary["all"]["rmse_n"]["sigma"].is_number()) << "over many paths there is one";
+    const std::string html = studyPage(readStudy(temp / "out"));
+    const std::size_t begin = html.find("not given", html.find("Means of the patients"));
+    const std::size_t end = html.find("Every patient with the same weight");
+    ASSERT_LT(begin, end);
+    const std::string means = html.substr(begin, end - begin);
+    EXPECT_NE(means.find("RMSE 0."), std::string::npos) << means;
+    EXPECT_EQ(means.find("±"), std::string::npos) << means;
+}
+
 // HZ-TEACH-22
 // The paths were planned before the patient was refused.
 TEST_F(StudyReport, OverruledVerdictsAreInEveryResult) {

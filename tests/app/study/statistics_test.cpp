@@ -29,7 +29,9 @@ TEST(StudyStatistics, SpreadOfKnownValues) {
     EXPECT_EQ(computeSpread({1, 2, 2, 2, 3, 6}).outlier_share, 0.0);
     EXPECT_NEAR(computeSpread({1, 2, 2, 2, 3, 6}).above_whisker_share, 1.0 / 6.0, 1e-12);
     EXPECT_EQ(computeSpread({1, 2, 3}).above_whisker_share, 0.0);
-    EXPECT_EQ(computeSpread({2.0}).sigma, 0.0);
+    EXPECT_EQ(computeSpread({2.0, 2.0}).sigma, 0.0);
+    EXPECT_TRUE(std::isnan(computeSpread({2.0}).sigma)) << "the deviation of a single value is undefined";
+    EXPECT_TRUE(std::isnan(computeSpread({2.0}).outlier_limit));
     EXPECT_EQ(computeSpread({2.0}).outlier_share, 0.0);
     EXPECT_TRUE(std::isnan(computeSpread({kNone}).mean));
     EXPECT_EQ(computeSpread({}).count, 0u);

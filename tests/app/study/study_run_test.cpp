@@ -65,6 +65,15 @@ void expectSameFiles(const fs::path& a, const fs::path& b) {
     }
 }
 
+TEST_F(StudyRun, NanIsNoSpacing) {
+    for (const std::string option : {"--skin-spacing-mm", "--target-spacing-mm"}) {
+        const Outcome refused = shell(command("all", "nan", option + " nan"));
+        EXPECT_NE(refused.status, 0);
+        EXPECT_NE(refused.text.find(option + ": nan is not in 0 to 50"), std::string::npos) << refused.text;
+    }
+    EXPECT_FALSE(fs::exists(*folder_ / "nan"));
+}
+
 TEST_F(StudyRun, PageDrawsWithoutErrorsOrNetwork) {
     ASSERT_NO_FATAL_FAILURE(needAlone());
     stylet::test::Browser browser;
@@ -101,6 +110,23 @@ TEST_F(StudyRun, ReportIsRebuiltFromDisk) {
     EXPECT_NE(none.text.find("summary.json: file: cannot be read: plan and run the study first"),
               std::string::npos)
         << none.text;
+}
+
+TEST_F(StudyRun, AnOutFolderThatCannotBeMadeIsNamed) {
+    const fs::path file = *folder_ / "a-file";
+    std::ofstream(file) << "no folder";
+    for (const char* verb : {"plan", "run", "all"}) {
+        const Outcome refused = shell(command(verb, "a-file"));
+        EXPECT_EQ(refused.status, 2);
+        EXPECT_EQ(refused.text,
+                  "stylet-study: " + file.string() + ": --out: cannot be made: Not a directory\n");
+    }
+    fs::create_directory(*folder_ / "taken");
+    std::ofstream(*folder_ / "taken/one") << "no folder";
+    const Outcome refused = shell(command("all", "taken"));
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_NE(refused.text.find("taken/one: --out: cannot be made: Not a directory"), std::string::npos)
+        << refused.text;
 }
 
 // The study's program contains no device, SQL or GPU code, neither as libraries nor as our own modules.

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "app/options.h"
 #include "tests/bench/soak/soak.h"
 #include "tests/support/postgres.h"
 #include "tests/support/temp_folder.h"
@@ -16,9 +17,9 @@ int main(int argc, char** argv) {
     soak::Settings settings;
     std::string out;
     bool centre = false;
-    app.add_option("--ticks", ticks, "at least so many")->check(CLI::Range(1.0, 1e12));
+    app.add_option("--ticks", ticks, "at least so many")->check(inRange(1.0, 1e12));
     app.add_option("--seed", settings.seed, "of the patient and the hands");
-    app.add_option("--spacing-mm", spacing_mm, "of the reference patient")->check(CLI::Range(1.0, 10.0));
+    app.add_option("--spacing-mm", spacing_mm, "of the reference patient")->check(inRange(1.0, 10.0));
     app.add_flag("--pictures", settings.pictures, "the room in the mock runtime's headset too: needs Vulkan");
     app.add_flag("--centre", centre, "send to a PostgreSQL of its own too: needs the server's programs");
     app.add_option("--breath", settings.breath, "a marker's track, breathed for longer than it is");

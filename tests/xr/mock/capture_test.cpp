@@ -1,4 +1,6 @@
 #include <fstream>
+#include <iterator>
+#include <string>
 
 #include "tests/xr/mock/client/pictures.h"
 
@@ -109,6 +111,42 @@ TEST_F(Capture, AWriteErrorDoesNotFailTheFrame) {
     label("capture:free");
     projectionFrame(whole, whole);
     EXPECT_EQ(readPicture(file("free_left.png")).at(0, 0), kRgbA);
+}
+
+// A capture folder that is a file. The first failure of the run is printed and logged, no later one.
+TEST_F(Capture, AFolderThatCannotBeCreatedIsReportedOnce) {
+    destroyAll();
+    const std::string taken = file("taken").string();
+    std::ofstream(taken) << "no folder";
+    setVariable("XRMOCK_CAPTURE", taken);
+    setVariable("XRMOCK_LOG", file("log.jsonl").string());
+    testing::internal::CaptureStderr();
+    startFocused();
+    const Swapchain swapchain = createSwapchain(swapchainInfo());
+    for (const char* name : {"capture:first", "capture:second"}) {
+        label(name);
+        projectionFrame(swapchain);
+    }
+    vkDeviceWaitIdle(vk_device_);
+    destroyInstance();
+    const std::string printed = testing::internal::GetCapturedStderr();
+    const std::string reason =
+        "XRMOCK_CAPTURE: capture first: " + taken + " cannot be created: Not a directory";
+    EXPECT_EQ(printed, "xrmock: " + reason + "\n");
+    std::ifstream in(file("log.jsonl"));
+    const std::string log{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    EXPECT_NE(log.find("{\"error\":\"" + reason + "\"}\n"), std::string::npos);
+    EXPECT_EQ(log.find("second: "), std::string::npos);
+}
+
+// Without any capture, only frames.json cannot be written.
+TEST_F(Capture, StatisticsThatCannotBeWrittenAreReported) {
+    std::filesystem::create_directory(file("frames.json"));
+    vkDeviceWaitIdle(vk_device_);
+    testing::internal::CaptureStderr();
+    destroyInstance();
+    EXPECT_EQ(testing::internal::GetCapturedStderr(),
+              "xrmock: XRMOCK_CAPTURE: " + file("").string() + "frames.json cannot be written\n");
 }
 
 TEST_F(Capture, CountsFramesAtTheEnd) {

@@ -47,7 +47,7 @@ TEST_F(Scenario, ErrorsNameFieldAndReason) {
               "eyes.left_fov_rad: left < right and down < up expected");
     EXPECT_EQ(refusal(R"({"version": 1, "exit_after_frames": 0})"),
               "exit_after_frames: a number from 1 to 1e+09 expected");
-    EXPECT_NE(refusal("{\"version\": 1").find("document: "), std::string::npos);
+    EXPECT_TRUE(refusal("{\"version\": 1").starts_with("document: parse error at line 1, "));
     EXPECT_NE(refusal("{\"version\": 1e999}").find("document: "), std::string::npos);
     EXPECT_NE(refusal(R"({"version": 1, "head": 1})").find("head: an array expected"), std::string::npos);
 }

@@ -29,7 +29,8 @@ json parseJson(const std::string& text, const std::string& source) {
     try {
         return json::parse(text, watch);
     } catch (const json::exception& error) {
-        throw FieldError(source + ": document: " + error.what());
+        const std::string what = error.what();  // "[json.exception.parse_error.101] parse error at line ..."
+        throw FieldError(source + ": document: " + what.substr(what.find(']') + 2));
     }
 }
 

@@ -1,13 +1,16 @@
 #include "world/capture.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "compositor/png.h"
 #include "world/composition.h"
+#include "world/log.h"
 
 namespace xrmock {
 
@@ -15,12 +18,27 @@ namespace {
 
 void captureEyes(Call& call, Session& session, const SubmittedFrame& frame) {
     const char* const suffixes[] = {"_left.png", "_right.png"};
-    std::filesystem::create_directories(session.instance.capture_folder);
+    const std::string& folder = session.instance.capture_folder;
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) throw std::runtime_error(folder + " cannot be created: " + error.message());
     for (std::size_t eye = 0; eye < 2; ++eye) {
-        writeFile(session.instance.capture_folder + "/" + session.capture_name + suffixes[eye],
-                  eyePng(call, session, frame, eye));
+        writeFile(folder + "/" + session.capture_name + suffixes[eye], eyePng(call, session, frame, eye));
     }
     ++session.instance.statistics.captured;
+}
+
+// Prints and logs the first error of the instance.
+void reportError(Instance& instance, const std::string& reason) {
+    if (std::exchange(instance.capture_failed, true)) return;
+    std::fprintf(stderr, "xrmock: XRMOCK_CAPTURE: %s\n", reason.c_str());
+    if (runtime().log) logError(*runtime().log, "XRMOCK_CAPTURE: " + reason);
+}
+
+void reportFailedCapture(Call& call, Session& session, const std::string& reason) {
+    const std::string text = "capture " + session.capture_name + ": " + reason;
+    warn(call, text);
+    reportError(session.instance, text);
 }
 
 }  // namespace
@@ -41,21 +59,24 @@ void captureIfDue(Call& call, Session& session, const SubmittedFrame& frame) {
     try {
         captureEyes(call, session, frame);
     } catch (const Refused& refused) {
-        warn(call, "capture " + session.capture_name + ": " + refused.reason);
+        reportFailedCapture(call, session, refused.reason);
     } catch (const std::exception& error) {
-        warn(call, "capture " + session.capture_name + ": " + error.what());
+        reportFailedCapture(call, session, error.what());
     }
     session.capture_name.clear();
 }
 
-void writeStatistics(const Instance& instance) {
-    std::error_code unwritable;  // errors are ignored: the instance is being destroyed
-    std::filesystem::create_directories(instance.capture_folder, unwritable);
+void writeStatistics(Instance& instance) {
+    std::error_code error;  // the file cannot be written either
+    std::filesystem::create_directories(instance.capture_folder, error);
     const Statistics& counts = instance.statistics;
-    std::ofstream(instance.capture_folder + "/frames.json")
-        << "{\n    \"submitted\": " << counts.submitted << ",\n    \"discarded\": " << counts.discarded
+    const std::string file = instance.capture_folder + "/frames.json";
+    std::ofstream out(file);
+    out << "{\n    \"submitted\": " << counts.submitted << ",\n    \"discarded\": " << counts.discarded
         << ",\n    \"missed\": " << counts.missed << ",\n    \"captured\": " << counts.captured
         << ",\n    \"haptic_pulses\": " << counts.haptic_pulses << "\n}\n";
+    out.close();
+    if (!out) reportError(instance, file + " cannot be written");
 }
 
 }  // namespace xrmock

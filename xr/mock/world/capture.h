@@ -14,10 +14,10 @@ std::string eyePng(Call& call, Session& session, const SubmittedFrame& frame, st
 
 // Writes the pending capture, if any, to FOLDER/NAME_left.png and FOLDER/NAME_right.png. Skips frames
 // without layers and dropped frames. Waits for the GPU. If the capture fails, xrEndFrame still succeeds,
-// because the application is not at fault.
+// because the application is not at fault. The instance's first failure is printed on stderr and logged.
 void captureIfDue(Call& call, Session& session, const SubmittedFrame& frame);
 
-// Writes the instance's statistics to FOLDER/frames.json.
-void writeStatistics(const Instance& instance);
+// Writes the instance's statistics to FOLDER/frames.json. Reports a failure like a capture's.
+void writeStatistics(Instance& instance);
 
 }  // namespace xrmock

@@ -163,6 +163,12 @@ void logFrame(Log& log, const Session& session, const SubmittedFrame& frame) {
     log.write(log.line);
 }
 
+void logError(Log& log, const std::string& reason) {
+    log.line.clear();
+    log.line.object("error", reason);
+    log.write(log.line);
+}
+
 void describeText(Log& log, const char* text) {
     if (text != nullptr) log.line.text({text, strnlen(text, kMaxLoggedText)});
 }

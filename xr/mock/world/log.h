@@ -57,6 +57,9 @@ void endCallLine(Log& log, const Call& call);
 // Writes a frame, with the haptic pulses that started since the last frame.
 void logFrame(Log& log, const Session& session, const SubmittedFrame& frame);
 
+// Writes {"error": reason}. For errors of the runtime itself, not of a call.
+void logError(Log& log, const std::string& reason);
+
 // Appends a structure or a handle to the line.
 void describe(Log& log, const XrInstanceCreateInfo& info);
 void describe(Log& log, const XrSessionBeginInfo& info);

@@ -60,6 +60,7 @@ struct Instance : Object {
     Clock clock;
     std::int64_t created_ns = 0;  // CLOCK_MONOTONIC
     std::string capture_folder;   // empty: captures are off
+    bool capture_failed = false;  // a failed capture was reported
     EventQueue events;
     PathTable paths;
     // By interaction profile path.

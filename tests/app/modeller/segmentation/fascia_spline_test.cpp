@@ -80,6 +80,26 @@ TEST(FasciaSpline, LiesUnderTheSkinOfASunkenChest) {
     }
 }
 
+TEST(FasciaSpline, AnOrganThatIsTooLargeByAVoxelDoesNotPushItOutward) {
+    const FasciaSpline s = tube(0.05);
+    const Grid g{{140, 140, 8}, Vec3(0.001), {s.axis_m.x - 0.07, s.axis_m.y - 0.07, 0.0}};
+    const auto cylinder = [&](double radius_m) {
+        return maskWhere(g, [&](std::size_t i) {
+            const Vec3 p = g.centre(g.voxelAt(i)) - s.axis_m;
+            return std::hypot(p.x, p.y) < radius_m;
+        });
+    };
+    const Mask none(g), body = cylinder(0.065);
+    const CtVolume ct(g);
+    const auto voxelsInside = [&](const Mask& organs) {
+        return countVoxels(insideFascia(s, {ct, body, none, organs}));
+    };
+    const Mask by_a_voxel = cylinder(0.051), by_three = cylinder(0.053);
+    EXPECT_GT(voxelsInside(by_a_voxel), voxelsInside(none));
+    EXPECT_EQ(voxelsInside(withoutRim(by_a_voxel)), voxelsInside(none));
+    EXPECT_GT(voxelsInside(withoutRim(by_three)), voxelsInside(none)) << "that is more than uncertainty";
+}
+
 TEST(FasciaSpline, TextRoundTripKeepsAHundredthOfAMillimetre) {
     FasciaSpline s = tube(0.1);
     s.control_m[17] = 0.12345;

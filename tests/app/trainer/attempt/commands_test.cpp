@@ -81,6 +81,7 @@ TEST_F(UserCommandsTest, UnknownCommandsAreReportedAndIgnored) {
 
 TEST_F(UserCommandsTest, EquipmentCommandsNeedANumber) {
     user.setCourse(training::Course::drainage);
+    now.phase = haptics::Phase::pass, now.tissue = haptics::Tissue::duct;
     EXPECT_THAT(
         typed("pedal\nrelease\nstop\n"),
         ElementsAre(Asks(CommandKind::pedal, 1), Asks(CommandKind::pedal, 0), Asks(CommandKind::inject, 0)));
@@ -102,7 +103,7 @@ TEST_F(UserCommandsTest, EquipmentCommandsNeedANumber) {
                 ElementsAre(Asks(CommandKind::anaesthetic, 1000), Asks(CommandKind::anaesthetic, 500)));
     EXPECT_EQ(describeOutcome({CommandKind::inject, 1500}, now, now), "contrast medium, 1.5 ml/s");
     EXPECT_EQ(describeOutcome({CommandKind::anaesthetic, 500}, now, now), "local anaesthetic, 0.5 ml/s");
-    EXPECT_EQ(describeOutcome(training::kAspirate, now, now), "the syringe draws air");
+    EXPECT_EQ(describeOutcome(training::kAspirate, now, now), "the syringe draws bile");
     EXPECT_THAT(said, IsEmpty());
     EXPECT_THAT(
         typed("inject 21\ninject -1\ninject nan\ninject 1x\nrotate\nrotate 400\ngain +\nturn 3\nnumb 2.1\n"),
@@ -123,6 +124,7 @@ TEST_F(UserCommandsTest, NumbIsACommandOfADrainageOnly) {
     EXPECT_THAT(said[2], testing::Not(HasSubstr("anaesthetic")));
     said.clear();
     user.setCourse(training::Course::drainage);
+    now.phase = haptics::Phase::pass;
     EXPECT_THAT(typed("numb\nhelp\n"), ElementsAre(Asks(CommandKind::anaesthetic, 1000)));
     ASSERT_EQ(said.size(), 1u);
     EXPECT_THAT(said[0], HasSubstr("  numb N "));
@@ -131,22 +133,101 @@ TEST_F(UserCommandsTest, NumbIsACommandOfADrainageOnly) {
     EXPECT_THAT(describe(buttons, {}, training::Course::drainage), HasSubstr("local anaesthetic until"));
 }
 
+// Like the wire. A refused command is not executed, so nothing is recorded and scored.
+TEST_F(UserCommandsTest, ASyringeNeedsANeedleInTheBody) {
+    user.setCourse(training::Course::drainage);
+    now.tool = Tool::probe;
+    EXPECT_THAT(typed("aspirate\ninject\nnumb\n"), IsEmpty());
+    ASSERT_EQ(said.size(), 3u);
+    EXPECT_THAT(said, testing::Each(HasSubstr("needs a needle in the body")));
+    EXPECT_THAT(typed("stop\ninject 0\n"),
+                ElementsAre(Asks(CommandKind::inject, 0), Asks(CommandKind::inject, 0)))
+        << "an injection can always be stopped";
+    // A needle that only dents the skin is not in the body. Local anaesthetic makes a wheal there.
+    now.tool = Tool::needle, now.phase = haptics::Phase::tenting, now.tissue = haptics::Tissue::air;
+    EXPECT_THAT(typed("aspirate\ninject\nnumb\n"), ElementsAre(Asks(CommandKind::anaesthetic, 1000)));
+    now.depth_m = 0.03;  // in the lung
+    EXPECT_THAT(typed("aspirate\n"), ElementsAre(Asks(CommandKind::aspirate, 0)));
+    now.depth_m = 0.0, now.tissue = haptics::Tissue::skin;
+    EXPECT_THAT(typed("aspirate\ninject\n"),
+                ElementsAre(Asks(CommandKind::aspirate, 0), Asks(CommandKind::inject, 1000)));
+    // Contrast medium also flows through a drain.
+    now = {};
+    now.access.drain = haptics::DrainState::in_place;
+    said.clear();
+    EXPECT_THAT(typed("aspirate\ninject\nnumb\n"), ElementsAre(Asks(CommandKind::inject, 1000)));
+    EXPECT_EQ(said.size(), 2u);
+}
+
+// What a key has started may have been refused, so the key does not know whether to start or stop.
+TEST_F(UserCommandsTest, TheKeyOfASyringeStopsWhatFlows) {
+    user.setCourse(training::Course::drainage);
+    EXPECT_THAT(typed("inject or stop\n"), IsEmpty()) << "no needle";
+    now.tool = Tool::needle, now.phase = haptics::Phase::pass, now.tissue = haptics::Tissue::soft;
+    EXPECT_THAT(typed("inject or stop\ninject or stop\n"),
+                ElementsAre(Asks(CommandKind::inject, 1000), Asks(CommandKind::inject, 0)));
+    EXPECT_THAT(typed("numb or stop\ninject or stop\nnumb or stop\nstop\ninject or stop\n"),
+                ElementsAre(Asks(CommandKind::anaesthetic, 1000), Asks(CommandKind::inject, 0),
+                            Asks(CommandKind::anaesthetic, 1000), Asks(CommandKind::inject, 0),
+                            Asks(CommandKind::inject, 1000)));
+}
+
+TEST_F(UserCommandsTest, AButtonStopsOnlyTheInjectionThatItHasStarted) {
+    UserCommands device{{.inject = 1, .aspirate = 2},
+                        [this](const std::string& text) { said.push_back(text); }};
+    EXPECT_THAT(device.update("", 2, now, 1), IsEmpty());
+    EXPECT_THAT(said, testing::Each(HasSubstr("needs a needle in the body")));
+    EXPECT_EQ(said.size(), 2u);
+    EXPECT_THAT(device.update("", 0, now, 0), IsEmpty()) << "nothing flows";
+    now.phase = haptics::Phase::pass;
+    EXPECT_THAT(device.update("", 0, now, 1), ElementsAre(Asks(CommandKind::inject, 1000)));
+    EXPECT_THAT(device.update("", 0, now, 0), ElementsAre(Asks(CommandKind::inject, 0)));
+}
+
 // While a question is open, two buttons answer it. Otherwise they do what they always do.
 TEST_F(UserCommandsTest, ButtonsAndWordsAnswerOnlyAnOpenQuestion) {
     EXPECT_THAT(typed("yes\nno\n"), IsEmpty());
     ASSERT_EQ(said.size(), 2u);
     EXPECT_EQ(said[0], "no question is open");
     EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::holdBreath, 0)));
-    user.setAsking(true);
-    EXPECT_THAT(typed("yes\n no \n"),
-                ElementsAre(Asks(CommandKind::answer, 1), Asks(CommandKind::answer, 0)));
+    const auto ask = [this](int question) {
+        user.setQuestion(question);
+        pressed(0);
+        now.tick += 500;
+    };
+    ask(0);
+    EXPECT_THAT(typed(" yes \n"), ElementsAre(Asks(CommandKind::answer, 1)));
+    ask(1);
+    EXPECT_THAT(typed("no\n"), ElementsAre(Asks(CommandKind::answer, 0)));
+    ask(2);
     EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::answer, 1)));
+    ask(3);
     EXPECT_THAT(pressed(2), ElementsAre(Asks(CommandKind::answer, 0)));
+    ask(4);
     EXPECT_THAT(pressed(8 | 2), IsEmpty()) << "neither";
     EXPECT_EQ(describeOutcome(training::kNo, now, now), "answered: no");
-    user.setAsking(false);
+    user.setQuestion(std::nullopt);
     EXPECT_THAT(pressed(8), ElementsAre(Asks(CommandKind::breathe, 0)));
     EXPECT_EQ(said.size(), 2u);
+}
+
+// Two quick presses must not answer a question that has not been shown yet.
+TEST_F(UserCommandsTest, AQuestionIsAnsweredOnlyAfterItWasOpenForHalfASecond) {
+    now.tick = 7000;
+    user.setQuestion(0);
+    EXPECT_THAT(typed("no\n"), IsEmpty());
+    now.tick = 7499;
+    EXPECT_THAT(pressed(2), IsEmpty()) << "the button selects no tool either";
+    EXPECT_THAT(said, ElementsAre(HasSubstr("read the question"), HasSubstr("read the question")));
+    now.tick = 7500;
+    EXPECT_THAT(typed("no\nno\n"), ElementsAre(Asks(CommandKind::answer, 0)));
+    now.tick = 7502;
+    EXPECT_THAT(typed("no\n"), IsEmpty()) << "the first answer is still on its way to a tick";
+    user.setQuestion(1);
+    now.tick = 8001;
+    EXPECT_THAT(typed("yes\n"), IsEmpty());
+    now.tick = 8501;
+    EXPECT_THAT(typed("yes\n"), ElementsAre(Asks(CommandKind::answer, 1)));
 }
 
 TEST_F(UserCommandsTest, HelpNamesEveryTool) {
@@ -335,6 +416,7 @@ TEST_F(UserCommandsTest, NextAfterTheNeedle) {
 
 // The pedal stays pressed as long as its button is pressed, even if the tool changes in the meantime.
 TEST_F(UserCommandsTest, PedalAndInjectionFollowTheirButtons) {
+    now.phase = haptics::Phase::pass;
     UserCommands feet{{.rearm = 1, .next = 2, .pedal = 4, .inject = 8}, {}};
     EXPECT_THAT(feet.update("", 0, now, 4), ElementsAre(Asks(CommandKind::pedal, 1)));
     EXPECT_THAT(feet.update("", 0, now, 4 | 1), IsEmpty());
@@ -346,6 +428,7 @@ TEST_F(UserCommandsTest, PedalAndInjectionFollowTheirButtons) {
 }
 
 TEST_F(UserCommandsTest, InjectionButtonNumbsWhileAsked) {
+    now.phase = haptics::Phase::pass;
     UserCommands drainage{{.inject = 8}, {}};
     drainage.setNumbing(true);
     EXPECT_THAT(drainage.update("", 0, now, 8), ElementsAre(Asks(CommandKind::anaesthetic, 1000)));

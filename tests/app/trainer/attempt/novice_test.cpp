@@ -8,6 +8,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <random>
+#include <tuple>
 #include <utility>
 
 #include "app/trainer/attempt/hand.h"
@@ -59,7 +60,7 @@ class Novice {
     // Reads the case before each question.
     void read(int question) {
         constexpr double kRead_s = 1.0;
-        if (std::exchange(question_, question) != question) again_in_s_ = kRead_s;
+        if (std::exchange(question_, question) != question) act_ = Act::answer, again_in_s_ = kRead_s;
     }
     Pose patientFromStylus(Tool tool) {
         held_ = haptics::moveToward(held_, toolPoseFromNeedle({}, tool, guide_), test::kDt_s);
@@ -463,6 +464,36 @@ TEST(Tutor, NeverAsksForWhatTheToolsRefuse) {
     EXPECT_EQ(next(training::Step::findDuct), Act::liftProbe);
     progress.missing = training::Refusal::ductBesideRail;
     EXPECT_EQ(next(training::Step::incise), Act::liftProbe);
+}
+
+// A breath-hold is too short to bring the probe to its place. The prompt to place it has a ring and an arrow.
+TEST(Tutor, TheProbeIsPlacedBeforeTheBreathIsHeld) {
+    training::Progress progress;
+    TickOutput now;
+    now.tool_awaits_exit = false;
+    now.tool = Tool::probe;
+    for (const auto& [step, missing, in_hold] :
+         {std::tuple{training::Step::findDuct, training::Refusal::ductBesidePlane, Act::shiftProbe},
+          std::tuple{training::Step::incise, training::Refusal::ductBesideRail, Act::aimGuide}}) {
+        progress.step = step, progress.missing = missing;
+        const auto next = [&](double touching_share, double off_path_m, bool breath_held) {
+            now.probe_touching_share = touching_share, now.breath_held = breath_held;
+            progress.off_path_m = off_path_m;
+            return training::nextAct(progress, now, {});
+        };
+        EXPECT_EQ(next(0.0, 0.005, false), Act::placeProbe) << "in the air";
+        EXPECT_EQ(next(1.0, 0.060, false), Act::placeProbe) << "on the skin beside its place";
+        EXPECT_EQ(next(1.0, 0.020, false), Act::holdBreath);
+        EXPECT_EQ(next(1.0, 0.020, true), in_hold);
+    }
+}
+
+// A mouse wheel has two directions, and the key list calls them as the prompts do.
+TEST(Tutor, PromptsNameTheDirectionOfTheWheel) {
+    const training::Controls& c = training::kMouseControls;
+    EXPECT_NE(prompt(Act::advance, c).find("turn the wheel forward or press Page Down"), std::string::npos);
+    EXPECT_NE(prompt(Act::withdrawToRetry, c).find("turn the wheel back or press Page Up"),
+              std::string::npos);
 }
 
 }  // namespace

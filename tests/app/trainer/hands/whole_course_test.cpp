@@ -336,6 +336,7 @@ class User {
     void review() {
         if (!scenario_.patient_case) return;
         for (int i = 0; i < training::kQuestionCount; ++i) {
+            wait(UserCommands::kReadQuestion_s);
             press(training::rightAnswer(*scenario_.patient_case, training::Question(i)) ? "yes" : "no");
             until([&] { return log().progress.answered > i; }, "an answer");
         }

@@ -125,6 +125,7 @@ TEST_F(LiveFeed, PrintsTheCaseOnceAndEachQuestion) {
     heard(), asked();
     feed_of_live.update(true, session, ring);
     const std::vector<std::string> first = heard();
+    ticks(500, 0, 0);
     EXPECT_THAT(first, testing::Contains(HasSubstr("INR 1.1")));
     EXPECT_THAT(first.back(), HasSubstr("question 1 of 7: Must the clotting"));
     typed = "no\n";
@@ -133,7 +134,7 @@ TEST_F(LiveFeed, PrintsTheCaseOnceAndEachQuestion) {
     EXPECT_THAT(asked(), ElementsAre(std::uint32_t(CommandKind::answer)));
     haptics::TickRecord record;
     record.input.add(training::kNo);
-    record.output.tick = 2;
+    record.output.tick = 502;
     session.update(record);
     feed_of_live.update(true, session, ring);
     const std::vector<std::string> second = heard();
@@ -267,6 +268,78 @@ TEST_F(LiveFeed, ATappedTriggerIsNotSaidToPlaceTheTool) {
     EXPECT_THAT(saidAfter({0}), ElementsAre(HasSubstr("hold the trigger")));
     why_not = "there is no skin beneath the tool";
     EXPECT_THAT(saidAfter({1, 0}), ElementsAre("not placed on the skin: there is no skin beneath the tool"));
+}
+
+// What the window shows.
+struct AnsweredFeed : LiveFeed {
+    std::string shown() const { return session.frameState(*session.newest()).answer; }
+    // The next tick executes all commands in the ring. Returns how many there were.
+    std::uint32_t tick(ForceFeed& by) {
+        by.update(true, session, ring);
+        haptics::TickRecord record;
+        for (haptics::Command c; ring.pop(c);)
+            record.input.add(c);
+        record.output.tick = session.newest()->tick + 1;
+        session.update(record);
+        by.update(true, session, ring);
+        return record.input.command_count;
+    }
+    haptics::ReplayDevice mouse{trace, 0, haptics::inputOnlyProfile("mouse", "input only")};
+    LiveHand mouse_hand{mouse, {}, live.typed, live.set_tool, {.rearm = 0}, ""};
+    ForceFeed mouse_feed{true, kDt_s, &mouse_hand, [this](const std::string& text) { said.push_back(text); }};
+};
+
+// HZ-TEACH-12
+TEST_F(AnsweredFeed, AnInstructorsEventWithoutEffectIsReportedWithTheReason) {
+    ticks(1, 0, 0);
+    heard(), asked();
+    typed = "bleed\n";
+    EXPECT_EQ(tick(mouse_feed), 1u);
+    EXPECT_THAT(heard(), ElementsAre("instructor: bleed: no hole is in the skin"));
+    EXPECT_EQ(shown(), "instructor: bleed: no hole is in the skin");
+    typed = "fault\n";
+    EXPECT_EQ(tick(mouse_feed), 0u) << "not executed, and not in the record";
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("instructor: fault: not done")));
+    EXPECT_THAT(shown(), HasSubstr("instructor: fault: not done"));
+    typed = "fault\n";
+    EXPECT_EQ(tick(feed_of_live), 1u) << "a haptic device";
+    EXPECT_THAT(heard(), testing::Contains("instructor: fault"));
+    typed = "pause\ncough\n";
+    mouse_feed.update(true, session, ring);
+    EXPECT_THAT(heard(), ElementsAre("instructor: cough: waits until the attempt resumes",
+                                     "instructor: pause: paused"));
+    ticks(int(7.0 / kDt_s), 0, 0);
+    EXPECT_EQ(shown(), "") << "an answer disappears";
+}
+
+TEST_F(AnsweredFeed, TheWindowShowsTheAnswerToATypedCommand) {
+    ticks(1, 0, 0);
+    typed = "nonsense\n";
+    tick(mouse_feed);
+    EXPECT_THAT(shown(), HasSubstr("\"nonsense\" is not a command"));
+    typed = "aspirate\n";
+    EXPECT_EQ(tick(mouse_feed), 0u);
+    EXPECT_THAT(shown(), HasSubstr("needs a needle in the body"));
+    typed = "new seed 7\n";
+    tick(mouse_feed);
+    EXPECT_EQ(shown(), "instructor: the next attempt has seed 7");
+    typed = "help\n";
+    tick(mouse_feed);
+    EXPECT_EQ(shown(), "the list is on the terminal");
+}
+
+// A script controls the tools, so only the instructor can command anything.
+TEST_F(AnsweredFeed, AScriptedAttemptAnswersAnUnknownCommand) {
+    std::string console = "probe\nnonsense\n";
+    ForceFeed scripted{true, kDt_s, nullptr, [this](const std::string& text) { said.push_back(text); },
+                       [&] { return std::exchange(console, {}); }};
+    ticks(1, 0, 0);
+    EXPECT_EQ(tick(scripted), 0u);
+    EXPECT_THAT(heard(), ElementsAre(HasSubstr("\"probe\" is not an instructor's command")));
+    EXPECT_THAT(shown(), HasSubstr("\"probe\" is not an instructor's command"));
+    console = "\n\n";
+    tick(scripted);
+    EXPECT_THAT(heard(), IsEmpty());
 }
 
 // Replaces the haptics loop. Every tick pops the commands in the ring and applies changes of the tool.

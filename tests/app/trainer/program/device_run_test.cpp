@@ -143,32 +143,40 @@ TEST_F(DeviceRunRealTime, ASpaceMouseMovesTheNeedleAndTheRecordReplays) {
     std::filesystem::remove(said);
     std::string never;  // the first expected text that was not printed
     std::string options = "--device spacemouse --seconds 240";
-    std::function<void(const std::atomic<bool>&)> pressKeys = [](const std::atomic<bool>&) {};
+    using Press = std::function<void(const std::atomic<bool>&)>;
+    Press pressKeys = [](const std::atomic<bool>&) {}, pressInject = pressKeys;
 #ifdef STYLET_TEST_WINDOW
     const test::XDisplay display(1500, 950);
     command_->set("XR_RUNTIME_JSON", "/nonexistent.json");
     options =
         "run --mute --spacing-mm 2.5 --scenario '" + test::testScenario("short").string() + "' " + options;
+    test::ProgramOutput output(said);
+    const auto hears = [&](const std::string& words, const std::atomic<bool>& over) {
+        for (int i = 0; i < 10000 && !over.load(); ++i, sleepMs(20))
+            if (output.contains(words)) return true;
+        never += (never.empty() ? "" : "; ") + words;
+        return false;
+    };
+    using Answer = std::pair<const char*, const char*>;  // a key, and the text that it must give
+    const auto press = [&](std::initializer_list<Answer> keys, const std::atomic<bool>& over) {
+        for (const auto& [key, words] : keys) {
+            display.key(key);
+            if (!hears(words, over)) return;
+        }
+    };
     pressKeys = [&](const std::atomic<bool>& over) {
-        test::ProgramOutput output(said);
-        const auto hears = [&](const std::string& words) {
-            for (int i = 0; i < 10000 && !over.load(); ++i, sleepMs(20))
-                if (output.contains(words)) return true;
-            never += (never.empty() ? "" : "; ") + words;
-            return false;
-        };
-        if (!hears("using a window instead") || !hears("you control the ")) return;
+        if (!hears("using a window instead", over) || !hears("you control the ", over)) return;
         while (!over.load() && display.title().empty())
             sleepMs(20);
-        for (const auto& [key, words] : {std::pair{"h", "asked for a breath-hold"},
-                                         {"b", "the patient may breathe"},
-                                         {"x", "X-rays"},
-                                         {"x", "no more X-rays"},
-                                         {"i", "contrast medium, 1 ml/s"},
-                                         {"i", "no more contrast medium"}}) {
-            display.key(key);
-            if (!hears(words)) return;
-        }
+        press({{"h", "asked for a breath-hold"},
+               {"b", "the patient may breathe"},
+               {"x", "X-rays"},
+               {"x", "no more X-rays"},
+               {"i", "contrast medium needs a needle in the body"}},
+              over);
+    };
+    pressInject = [&](const std::atomic<bool>& over) {
+        press({{"i", "contrast medium, 1 ml/s"}, {"i", "no more contrast medium"}}, over);
     };
 #else
     options = run(options);
@@ -180,6 +188,7 @@ TEST_F(DeviceRunRealTime, ASpaceMouseMovesTheNeedleAndTheRecordReplays) {
                 sleepMs(8);
             pressKeys(over);
             pushIn(cap, out, over);
+            pressInject(over);
             interrupt();
         });
         live = command_->runInto(out, options, *command_ / "number");
@@ -548,7 +557,8 @@ TEST_F(DeviceRun, ConflictingOptionsAreRefusedBeforeAnyOutput) {
         EXPECT_THAT(outcome.err, HasSubstr(words));
         EXPECT_FALSE(std::filesystem::exists(command.out()));
     };
-    expectRefused("run --device joystick", "not among: ", 2);
+    expectRefused("run --device mouze", "not among: scripted, replay, controllers, mouse, falcon", 2);
+    expectRefused("run --device mouze --fast", "not among: ", 2);
     expectRefused("run --device woodenhaptics", "--device-model", 2);
     expectRefused("run --device spacemouse --fast", "real time");
     expectRefused("run --device replay", "--trace");

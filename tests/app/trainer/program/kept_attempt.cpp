@@ -21,7 +21,8 @@ std::string idIn(const Outcome& run, const std::string& trainee) {
     const std::string before = "stored as attempt ";
     const std::size_t at = run.out.find(before);
     std::size_t end = run.out.find(" of " + trainee + "\n");
-    if (end == std::string::npos) end = run.out.find(" of " + trainee + ", aborted");
+    for (const char* left_out : {", aborted", ", restarted"})
+        if (end == std::string::npos) end = run.out.find(" of " + trainee + left_out);
     if (run.status != 0 || at == std::string::npos || end == std::string::npos)
         throw std::runtime_error("nothing was stored of " + trainee + ":\n" + run.out + run.err);
     return run.out.substr(at + before.size(), end - at - before.size());

@@ -170,6 +170,11 @@ TEST_F(Run, RestartFromABookmarkEndsInTheSameHash) {
     EXPECT_EQ(hashOf(again), hashOf(*demo_));
     EXPECT_THAT(again.err, HasSubstr("until bookmark 1 (before the skin) at 9.0 s"));
     EXPECT_THAT(again.out, HasSubstr("1 bookmark; restart there: stylet run --from"));
+    const std::string from = "run --headless --fast --from '" + begun.string() + "'";
+    EXPECT_GE(command_->run(from + " --seed 2").status, 100) << "the record has its seed";
+    const Outcome other = command_->run(from + " --scenario procedure");
+    EXPECT_NE(other.status, 0);
+    EXPECT_THAT(other.err, HasSubstr("--from restarts the scenario \"demo\"; remove --scenario"));
     const Outcome none = command_->run("run --headless --fast --from '" + demo_folder_.string() + "'");
     EXPECT_EQ(none.status, 2);
     EXPECT_THAT(none.err, HasSubstr("bookmarks: the attempt has none"));
@@ -422,6 +427,33 @@ TEST(RunRealTime, TheTicksFollowTheWallClock) {
     EXPECT_GT(best_rate_hz, kMinRate_hz);
 }
 
+// Needs real time: instructor's commands on stdin. A stdin that is closed or ends does not stop the attempt.
+TEST(RunRealTime, AScriptedAttemptReadsTheInstructorsCommands) {
+    Command command;
+    const std::filesystem::path still = test::writeStillScenario(command / "still.toml", 1.2);
+    const std::string run =
+        "run --headless --no-mirror --fps 0 --scenario '" + still.string() + "'" + kSmall + " --out '";
+    const auto play = [&](const std::string& name, const std::string& before, const std::string& input) {
+        const Outcome outcome = command.runBare(run + (command / name).string() + "' " + input, before);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return outcome.err;
+    };
+    const std::string err = play("piped", "printf 'bookmark here\\ncough\\nprobe\\npause' | ", "");
+    EXPECT_THAT(err, HasSubstr("instructor: bookmark: here"));
+    EXPECT_THAT(err, HasSubstr("instructor: cough\n"));
+    EXPECT_THAT(err, HasSubstr("\"probe\" is not an instructor's command"));
+    EXPECT_THAT(err, HasSubstr("instructor: pause: goes on"))
+        << "without window and stdin, nobody can resume";
+    const std::filesystem::path record = command / "piped" / "record";
+    const std::vector<records::Bookmark> bookmarks = records::loadRecord(record).info.bookmarks;
+    ASSERT_EQ(bookmarks.size(), 1u);
+    EXPECT_EQ(bookmarks[0].text, "here");
+    const Outcome again = command.run("replay '" + record.string() + "' --fast");
+    EXPECT_EQ(again.status, 0) << again.err;
+    for (const auto& [name, input] : {std::pair{"closed", "<&-"}, {"empty", "</dev/null"}})
+        EXPECT_THAT(play(name, "", input), testing::Not(HasSubstr("instructor")));
+}
+
 // HZ-TEACH-07
 TEST_F(Run, OutdatedStoredPathsArePlannedAgain) {
     const std::filesystem::path copy = *command_ / "copy";
@@ -504,6 +536,12 @@ TEST_F(Run, CommandLineMistakesAreNamed) {
     };
     expectRefused("run --fast --seed -1", {"--seed", "-1"});
     expectRefused("run --fast --seed 1.5", {"--seed", "1.5"});
+    for (const char* option : {"--spacing-mm", "--rate-hz", "--fps", "--seconds", "--budget-ms"})
+        expectRefused(std::string("run --headless --fast ") + option + " nan",
+                      {std::string(option) + ": nan is not in "});
+    const Outcome devices = command_->runBare("devices --device-force-n nan");
+    EXPECT_NE(devices.status, 0);
+    EXPECT_THAT(devices.err, HasSubstr("--device-force-n: nan is not in 0.1 to 30"));
     expectRefused("run --fast --scenario nope", {"nope", "demo, demo-breathing"});
     expectRefused("run --fast bogus", {"bogus"});
     // Ways to have somebody else's hand take the exam.

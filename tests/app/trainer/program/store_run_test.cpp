@@ -139,6 +139,53 @@ TEST_F(StoreRun, AReplayScoresAnOldAttemptAgain) {
     EXPECT_NEAR(again.summary.at("score").at("total").get<double>(), attempt.result->total, 1e-9);
 }
 
+// record.json with a better score, from the same inputs and the same score table.
+// HZ-RECORD-07
+TEST_F(StoreRun, AForgedScoreFailsTheReplay) {
+    const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
+    const std::filesystem::path forged = *command_ / "forged score";
+    const auto replayWith = [&](const auto& change) {
+        std::filesystem::remove_all(forged);
+        std::filesystem::copy(attempt.folder / "record", forged);
+        nlohmann::json info = nlohmann::json::parse(test::readText(forged / "record.json"));
+        change(info);
+        std::ofstream(forged / "record.json") << info;
+        const Outcome again = command_->run("replay --fast '" + forged.string() + "'");
+        EXPECT_EQ(again.status, 1) << again.out;
+        EXPECT_THAT(again.out, HasSubstr("state hash"));
+        EXPECT_THAT(again.out, HasSubstr("the recorded result is NOT the result of the recorded inputs"));
+    };
+    replayWith([](nlohmann::json& info) { info.at("result").at("score").at("total") = 97.5; });
+    replayWith(
+        [](nlohmann::json& info) { info.at("result").at("score").at("metrics").at(2).at("points") = 9.5; });
+    replayWith([](nlohmann::json& info) {
+        info.at("events").push_back({{"tick", 5}, {"kind", "critical"}, {"text", "the lung was punctured"}});
+    });
+}
+
+// An attempt that begins with another person's ticks is training only.
+TEST_F(StoreRun, ARestartedAttemptEntersNoStatistics) {
+    const StoredAttempt source = Store(folder()).attempts("T-01").at(0);
+    const std::filesystem::path begun = *command_ / "marked";
+    std::filesystem::create_directories(begun);
+    std::filesystem::copy(source.folder / "record", begun / "record");
+    nlohmann::json info = nlohmann::json::parse(test::readText(begun / "record" / "record.json"));
+    info["bookmarks"] = nlohmann::json::array({{{"tick", source.result->ticks - 1}, {"text", ""}}});
+    std::ofstream(begun / "record" / "record.json") << info;
+    const Outcome cheat = command_->runBare("run --headless --fast --spacing-mm 2.5 --from '" +
+                                            begun.string() + "@1' --trainee cheat");
+    ASSERT_EQ(cheat.status, 0) << cheat.err;
+    EXPECT_THAT(cheat.out, HasSubstr(" of cheat, restarted: it enters no statistics"));
+    const StoredAttempt again = Store(folder()).attempts("cheat").at(0);
+    EXPECT_EQ(again.result->total, source.result->total) << "the other person's score";
+    EXPECT_FALSE(records::countsInStatistics(again));
+    EXPECT_EQ(records::stateText(again), "restarted");
+    EXPECT_TRUE(std::ranges::any_of(again.events, [&](const records::EventRow& e) {
+        return e.kind == "retry" && e.text.starts_with((begun / "record").string() + " until bookmark 1");
+    })) << "its record names its source";
+    EXPECT_THAT(records("list --trainee cheat").out, HasSubstr("  restarted  "));
+}
+
 TEST_F(StoreRun, DiscardRefusesAnAttemptThatCounts) {
     const std::string id = Store(folder()).attempts("T-01").at(0).id;
     const Outcome refused = command_->runBare("records discard " + id);
@@ -286,8 +333,35 @@ TEST_F(StoreRun, AttemptWithoutTicksIsNotStored) {
     EXPECT_TRUE(store.unknownFolders().empty());
 }
 
-// The state after a kill shortly after the file was created.
-TEST_F(StoreRun, TruncatedSamplesAreReportedAndTheRecordIsReplayed) {
+// Damage of a finished attempt fails the replay, even if every sample before it is as recomputed.
+// HZ-RECORD-07
+TEST_F(StoreRun, DamagedTruncatedOrMissingSamplesFailTheReplay) {
+    const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
+    const std::filesystem::path damaged = *command_ / "damaged";
+    const auto expectFails = [&](const std::string& problem, const auto& damage) {
+        std::filesystem::remove_all(damaged);
+        std::filesystem::copy(attempt.folder / "record", damaged);
+        damage(damaged / "samples.bin");
+        const Outcome again = command_->run("replay --fast '" + damaged.string() + "'");
+        EXPECT_EQ(again.status, 1) << problem;
+        EXPECT_THAT(again.out, HasSubstr(problem + " of " + std::to_string(attempt.result->ticks) +
+                                         " samples could be compared\n"));
+    };
+    using Path = std::filesystem::path;
+    expectFails("samples.bin: damaged from byte 40, 0", [](const Path& file) {
+        std::string bytes = test::readText(file);
+        bytes[5000] ^= 1;
+        std::ofstream(file, std::ios::binary) << bytes;
+    });
+    expectFails("samples.bin: damaged from byte 40, 0",
+                [](const Path& file) { std::filesystem::resize_file(file, 41); });
+    expectFails("samples.bin: 0", [](const Path& file) { std::filesystem::resize_file(file, 40); });
+    expectFails("samples.bin: missing, 0", [](const Path& file) { std::filesystem::remove(file); });
+}
+
+// The state after a kill shortly after samples.bin was created, and a longer attempt that was damaged later.
+TEST_F(StoreRun, TruncatedSamplesOfAnAttemptThatWasCutShort) {
+    constexpr std::uintmax_t kShort = 60'000;  // fewer ticks than a power failure can cost
     const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
     const std::filesystem::path cut = *command_ / "headless";
     std::filesystem::copy(attempt.folder / "record", cut);
@@ -295,11 +369,16 @@ TEST_F(StoreRun, TruncatedSamplesAreReportedAndTheRecordIsReplayed) {
     const std::string line = "replay --fast '" + cut.string() + "'";
     EXPECT_EQ(command_->run(line).status, 2) << "of an attempt that ended it is damage";
     auto info = nlohmann::json::parse(test::readText(cut / "record.json"));
-    info.erase("final_tick"), info.erase("state_hash");
+    info.erase("final_tick"), info.erase("state_hash"), info.erase("result");
     std::ofstream(cut / "record.json") << info;
-    const Outcome again = command_->run(line);
-    EXPECT_EQ(again.status, 0) << again.err;
-    EXPECT_THAT(again.err, HasSubstr("no stored samples to compare with"));
+    EXPECT_EQ(command_->run(line).status, 1) << "too many samples are missing";
+    std::filesystem::resize_file(cut / "inputs.bin", kShort);
+    for (const char* problem : {"damaged from byte 0", "missing"}) {
+        const Outcome again = command_->run(line);
+        EXPECT_EQ(again.status, 0) << again.err;
+        EXPECT_THAT(again.out, HasSubstr(std::string("samples.bin: ") + problem + ", 0 of "));
+        std::filesystem::remove(cut / "samples.bin");
+    }
 }
 
 // Kills the whole program. Every other kill happens at any time between start and end, the others during the

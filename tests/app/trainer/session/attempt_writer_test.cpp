@@ -44,6 +44,20 @@ TEST(AttemptWriter, GuidesUntilOneGuidedAttemptWasCompleted) {
     }
 }
 
+// Otherwise the last bookmark of another person's guided attempt would be enough.
+TEST(AttemptWriter, ARestartedAttemptSpendsNoGuidance) {
+    const test::TempFolder folder;
+    {
+        records::Store store(folder / "s");
+        records::AttemptInfo info;
+        info.trainee = "anna", info.device = "mouse", info.difficulty = "guided";
+        test::finish(store, store.begin(info), resultOf(true, 100.0, false),
+                     {{0, "retry", "another attempt until bookmark 2"}});
+    }
+    const AttemptWriter writer(folder / "s", "", [](const std::string&) {});
+    EXPECT_TRUE(writer.needsGuidance("anna"));
+}
+
 TEST(AttemptWriter, AnUnfinishedAttemptSpendsNoGuidance) {
     const test::TempFolder folder;
     {

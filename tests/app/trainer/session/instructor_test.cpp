@@ -48,8 +48,8 @@ TEST(Instructor, ScalesTheBreathByOneNumberOrTwo) {
                   "breathing\nbreathing 3\nbreathing 1 x\nbreathing 1 1 1\nbreathing nan\nbreathe\n"),
               "breathe\n");
     EXPECT_TRUE(instructor.popCommands().empty());
-    EXPECT_EQ(instructor.popRejected().size(), 5u);
-    EXPECT_TRUE(instructor.popRejected().empty());
+    EXPECT_EQ(instructor.popAnswers().size(), 5u);
+    EXPECT_TRUE(instructor.popAnswers().empty());
 }
 
 // HZ-TEACH-12
@@ -61,7 +61,7 @@ TEST(Instructor, SetsTheDifficultyAtOnce) {
     ASSERT_EQ(instructor.popNotes().size(), 1u);
     EXPECT_EQ(instructor.processLines("difficulty\ndifficulty hard\n"), "");
     EXPECT_FALSE(instructor.popDifficulty());
-    EXPECT_EQ(instructor.popRejected().size(), 2u);
+    EXPECT_EQ(instructor.popAnswers().size(), 2u);
 }
 
 TEST(Instructor, AbortsTheAttempt) {
@@ -93,7 +93,10 @@ TEST(Instructor, SeedReplacesThePatientAndInvalidInputIsRefused) {
     Instructor instructor;
     instructor.processLines(
         "new patient /a\nnew seed 7\nnew\nnew seed x\nnew seed\nnew difficulty\nnew tool\n");
-    EXPECT_EQ(instructor.popRejected().size(), 5u);
+    const std::vector<std::string> answers = instructor.popAnswers();
+    ASSERT_EQ(answers.size(), 7u);
+    EXPECT_EQ(answers[0], "the next attempt has patient /a");
+    EXPECT_EQ(answers[1], "the next attempt has seed 7");
     instructor.processLines("new attempt\n");
     EXPECT_EQ(instructor.next()->seed, 7u);
     EXPECT_FALSE(instructor.next()->patient);

@@ -176,6 +176,32 @@ TEST_F(Doctor, FoldersThatCannotBeWrittenAreAProblem) {
     expectAbout("cache", "ok", "GB free");
 }
 
+TEST_F(Doctor, AFolderThatLacksAssetsIsAProblem) {
+    command_.set("STYLET_ASSETS", "/nonexistent");
+    examine();
+    EXPECT_EQ(status_, 1);
+    expectAbout("assets", "problem", "STYLET_ASSETS: /nonexistent: ");
+    write("difficulty.toml", "");
+    std::filesystem::create_directory(command_ / "looks");
+    command_.set("STYLET_ASSETS", (command_ / "").string());
+    examine();
+    expectAbout("assets", "problem", "missing: cases, instruments, rooms, scenarios, tissue/ptcd.toml");
+}
+
+// Services and containers may have no home folder.
+TEST_F(Doctor, ADataFolderThatIsTemporaryIsAWarning) {
+    command_.set("XDG_DATA_HOME", "");
+    command_.set("HOME", "");
+    command_.set("TMPDIR", (command_ / "").string());
+    examine();
+    expectAbout("data", "warning", (command_ / "stylet").string() + ", ");
+    expectAbout("data", "warning", "temporary: attempts stored there will be lost");
+    EXPECT_THAT(about("data").at("todo").get<std::string>(), HasSubstr("set XDG_DATA_HOME"));
+    command_.set("HOME", (command_ / "home").string());
+    examine();
+    expectAbout("data", "ok", (command_ / "home/.local/share/stylet").string());
+}
+
 TEST_F(Doctor, RecordsAndRegistrationsAreRead) {
     std::filesystem::create_directories(command_ / "kept" / "one" / "record");
     std::filesystem::create_directories(command_ / "data" / "stylet" / "registrations");

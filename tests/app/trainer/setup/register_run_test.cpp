@@ -435,7 +435,7 @@ TEST_F(RegisterVirtual, MotionModeMeasuresTheClockOffset) {
 
 TEST_F(RegisterRun, MissingPartsAreReported) {
     EXPECT_EQ(command_.run("register").status, 100) << "--device is required";
-    EXPECT_THAT(command_.run("register --device joystick").err, HasSubstr("not among"));
+    EXPECT_THAT(command_.run("register --device joystick").err, HasSubstr("not among: replay, falcon"));
     EXPECT_THAT(command_.run("register --device replay").err, HasSubstr("--trace"));
     std::ofstream(command_ / "hand.csv") << "t_ns,x_m,y_m,z_m,qw,qx,qy,qz,buttons\n0,0,0,0,1,0,0,0,0\n";
     const std::string replay = "register --device replay --trace '" + (command_ / "hand.csv").string() + "'";

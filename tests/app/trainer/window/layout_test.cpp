@@ -70,6 +70,12 @@ TEST(Layout, SlicesStandBelowTheLargePictureAndKeysHaveTheRowsTheyNeed) {
     EXPECT_GT(layout.panes.front().area.height, layout.panes.back().area.height);
 }
 
+TEST(Layout, KeysTakeAThirdOfTheWindowAtMost) {
+    const Layout layout = computeLayout(WindowView::leftEye, WindowView::leftEye, 720, 440, {.key_rows = 12});
+    EXPECT_EQ(layout.keys.height, kKeys + 5 * kKeyRowHeight);
+    EXPECT_GT(layout.panes[0].area.height, 220);
+}
+
 TEST(Layout, TheGuideStandsWhereTheMetricsWouldBe) {
     for (const auto& [width, height] : {std::pair{1440, 900}, {1100, 700}, {600, 1000}}) {
         const Layout layout = computeLayout(WindowView::overview, WindowView::leftEye, width, height,

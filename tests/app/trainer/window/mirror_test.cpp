@@ -18,6 +18,7 @@
 #include <stb/stb_image.h>
 
 #include "app/trainer/attempt/staging.h"
+#include "app/trainer/attempt/tool_pose.h"
 #include "app/trainer/display/frames.h"
 #include "app/trainer/window/layout.h"
 #include "app/trainer/window/mirror.h"
@@ -259,6 +260,60 @@ TEST_F(MirrorTest, AlertSurroundsTheTraineesView) {
     const Rect guide = findPane(WindowView::guide);
     EXPECT_TRUE(showUntil([&] { return spread(shown(guide)) > 60.0; }));
     EXPECT_EQ(mirror_->validationMessages(), 0u);
+}
+
+// The overview shows the equipment's pictures although the trainee looks at neither screen.
+TEST_F(MirrorTest, OverviewShowsEquipmentThatNobodyInTheHeadsetSees) {
+    open();
+    putOn();
+    seen_.tick.probe_parked = true;
+    seen_.tick.patient_from_probe = needlePose({0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}) * haptics::kStylusFromProbe;
+    seen_.equipment.xray.pedal = true;
+    seen_.equipment.xray.pulses = 3;
+    const Layout layout = computeLayout(WindowView::overview, WindowView::leftEye, kWidth, kHeight);
+    for (const WindowView view : {WindowView::ultrasound, WindowView::xray}) {
+        const auto pane = std::ranges::find(layout.panes, view, &Pane::shows);
+        ASSERT_NE(pane, layout.panes.end());
+        // A text in place of a picture is dark grey.
+        EXPECT_TRUE(showUntil([&] { return spread(shown(pane->area)) > 90.0; })) << nameOf(view);
+    }
+    EXPECT_GT(frames_->totals().equipment.unseen, 0u) << "not in every frame";
+}
+
+TEST_F(MirrorTest, WindowIsNotLargerThanTheScreen) {
+    display_.emplace(1000, 700);
+    settings_.width = 1440, settings_.height = 900;
+    open();
+    ASSERT_TRUE(until([&] { return !display_->title().empty(); }));
+    EXPECT_TRUE(until([&] {
+        const Screenshot shot = display_->shot();
+        return shot.width == 1000 && shot.height == 700;
+    }));
+}
+
+// The instructor pressed the key in the window, so the answer appears there.
+TEST_F(MirrorTest, AnAnswerAppearsBelowThePictures) {
+    open();
+    putOn();
+    display_->key("1");
+    ASSERT_TRUE(until([&] { return display_->title() == "Stylet \u2013 left eye"; })) << display_->title();
+    const std::uint64_t presented = mirror_->shown();
+    ASSERT_TRUE(showUntil([&] { return mirror_->shown() > presented + 1; }));
+    const Rect keys = computeLayout(WindowView::leftEye, WindowView::leftEye, kWidth, kHeight).keys;
+    ASSERT_GT(keys.height, 8);
+    const auto line = [&] {
+        const Screenshot shot = display_->shot();
+        if (keys.x + keys.width > shot.width || keys.y + keys.height > shot.height)
+            return std::vector<double>(3 * 8 * 8);
+        return boxes(shot.rgb.data(), shot.width, keys, 8);
+    };
+    ASSERT_TRUE(showUntil([&] { return spread(line()) > 5.0; }));
+    const std::vector<double> before = line();
+    seen_.answer = "instructor: bleed: no hole is in the skin";
+    EXPECT_TRUE(showUntil([&] { return psnrOfGreys_db(line(), before) < 35.0; }))
+        << psnrOfGreys_db(line(), before);
+    seen_.answer.clear();
+    EXPECT_TRUE(showUntil([&] { return psnrOfGreys_db(line(), before) > 60.0; }));
 }
 
 TEST_F(MirrorTest, TheFreeCameraTurnsWithTheMouse) {

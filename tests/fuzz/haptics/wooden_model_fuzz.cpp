@@ -16,7 +16,7 @@ void fuzz::parse(std::string_view input) {
     for (std::size_t i = 0; i < parked.size(); ++i)
         parked[i] = model.calibration_counts[i];
     const stylet::Vec3 angles_rad = armAngles_rad(model, parked);
-    if (!isFinite(armPosition_m(model, angles_rad))) std::abort();
+    if (!stylet::isFinite(armPosition_m(model, angles_rad))) std::abort();
     const stylet::Vec3 current_a = armCurrents(model, angles_rad, {0.0, 3.0, -4.0}).motor_a;
     for (int i = 0; i < 3; ++i)
         if (!(std::fabs(current_a[i]) <= kMaxCurrent_a * (1.0 + 1e-9))) std::abort();

@@ -70,7 +70,9 @@ TEST(CommandLine, InputsInsideTheOutputAreRefused) {
     refused("motion --template --package " + truth.string(), truth);
     refused("motion --phases " + (truth / "phases").string(), truth / "phases");
     // The stages lie beside the package, even if its name ends in a slash.
-    expectRefused("build --ct none --out " + truth.string() + "/", "none: there is no such file");
+    const test::ModelRun run = test::runModel("build --ct none --out " + truth.string() + "/");
+    EXPECT_GT(run.status, 0);
+    EXPECT_THAT(run.err, testing::Not(HasSubstr("--out")));
 }
 
 TEST(CommandLine, AFolderThatCannotBeMadeIsNamed) {

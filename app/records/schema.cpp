@@ -81,7 +81,7 @@ CREATE TABLE log (
 ) STRICT;
 )sql";
 
-// Adds attempts whose folders were copied into the store.
+// Marks attempts whose folders were copied into the store.
 constexpr const char* kVersion4 = R"sql(
 ALTER TABLE attempt ADD COLUMN imported INTEGER NOT NULL DEFAULT 0;
 )sql";

@@ -139,9 +139,9 @@ class Store {
     // The attempts recovered when this store was opened, oldest first. Later openings list them only as cut
     // short.
     const std::vector<RecoveredAttempt>& recovered() const { return recovered_; }
-    // One line if permissions were withdrawn, one if a lost index was filled again, one per imported attempt,
-    // one per recovered attempt, one per finished attempt whose files were found damaged while it was added
-    // to the index, and one per step that failed when opening. The next opening retries such steps.
+    // One line for each of these: permissions that were withdrawn, a lost index that was filled again, an
+    // imported attempt, a recovered attempt, a finished attempt with damaged files that was added to the
+    // index, and a step that failed. The next opening retries such a step.
     std::vector<std::string> openingMessages() const;
     // Folders under attempts/ that are not in the index, because they have no readable record of that id.
     // They are never modified.

@@ -8,6 +8,7 @@
 #include "app/records/commands.h"
 #include "app/report/attempt_page.h"
 #include "app/report/group_pages.h"
+#include "base/folder_linux.h"
 #include "base/whole_file.h"
 
 namespace stylet::report {
@@ -31,12 +32,6 @@ records::Store openStore(const ReportOptions& o) {
                                       "stylet-report");
 }
 
-void makeFolder(const fs::path& folder) {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error) throw DataError(folder, "folder", error.message());
-}
-
 // Removes files of an earlier report that this one may not overwrite.
 void removeStale(const fs::path& folder, std::initializer_list<const char*> names) {
     for (const char* name : names) {
@@ -58,7 +53,7 @@ LoadedAttempt loadNamedAttempt(const std::string& what, const ReportOptions& o) 
     return loaded;
 }
 
-// Finds attempts whose rows in the index differ from their records, and prints a line for each.
+// Prints and returns findAlteredRows().
 std::vector<std::string> reportAlteredRows(const std::vector<StoredAttempt>& attempts) {
     const std::vector<std::string> lines = records::findAlteredRows(attempts);
     for (const std::string& line : lines)
@@ -96,7 +91,7 @@ std::vector<StoredAttempt> filterByScenario(std::vector<StoredAttempt> attempts,
 // Writes a page over several attempts, and its files.
 fs::path writeGroup(const ReportOptions& o, const char* page, const GroupReport& report,
                     const std::vector<StoredAttempt>& attempts) {
-    makeFolder(o.out);
+    requireFolder(o.out, "--out");
     writeWholeFile(o.out / page, report.html);
     writeCsv(report.attempts, o.out / "attempts.csv");
     writeWholeFile(o.out / "xapi.json", xapiStatements(attempts, o.xapi));
@@ -116,7 +111,7 @@ fs::path reportAttempt(const ReportOptions& o) {
         if (reference.course.empty()) throw DataError(o.reference, "reference", "has no curve");
         context.references.push_back(insertionCurve(reference));
     }
-    makeFolder(o.out);
+    requireFolder(o.out, "--out");
     const AttemptReport report = attemptReport(attempt, context);
     removeStale(o.out, {"metrics.csv", "xapi.json"});
     writeWholeFile(o.out / "attempt.html", report.html);

@@ -424,7 +424,7 @@ Table attemptsTable(const Attempts& attempts) {
 
 namespace {
 
-// Lines on attempts whose rows in the index differ from their records.
+// `warnings`: from records::findAlteredRows().
 void addWarnings(Page& page, const std::vector<std::string>& warnings) {
     if (warnings.empty()) return;
     page.section("What does not match");

@@ -9,8 +9,8 @@
 
 namespace stylet::report {
 
-// The course whose goal the result names, and the steps that are done (bit mask of 1 << training::Step). A
-// result does not name its course.
+// A result does not name its course, so courseFromGoal() infers it. stepsDone() is a bit mask of
+// 1 << training::Step.
 training::Course courseFromGoal(const records::AttemptResult&);
 std::uint32_t stepsDone(const records::AttemptResult&);
 // The same rule as training::passesExam(); for an attempt scored before training::kExamPartsVersion, the rule

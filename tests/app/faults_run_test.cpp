@@ -145,7 +145,7 @@ TEST_F(FaultsRun, AFileSystemThatIsOnlyRead) {
     variables_.clear();
     refused("stylet records list", "only/home/.local/share/stylet/records: ");
     refused("stylet replay only/attempt/record --fast --out only/x", "only/x");
-    refused("stylet-report attempt only/attempt --out only/attempt", "only/attempt/");
+    refused("stylet-report attempt only/attempt --out only/attempt", "only/attempt: --out: ");
     refused("stylet-report cohort --out none", "only/home/.local/share/stylet/records: ");
     refused("stylet-model synth --spacing-mm 5 --out only/x", "only/.x");
     refused("stylet-model synth --spacing-mm 5 --out only/truth", "only/.truth");

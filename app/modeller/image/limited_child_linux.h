@@ -32,9 +32,9 @@ class PrivateFolder {
 std::filesystem::path childProgram(const std::filesystem::path& given, const std::string& name);
 
 // Runs the program and waits until it ends. Throws ImportError if it fails, EnvironmentError if it cannot be
-// started. The message names `about`, the file that the child works on. Then follows the sentence that the
-// child printed on standard output, or the reason for the failure. `who` is the name of the child in that
-// reason, for example "the reader".
+// started. The message names `about`, the file that the child works on, and then repeats the sentence that
+// the child printed on standard output. If it printed none, the message says why `who`, the child ("the
+// reader"), failed.
 void runChild(const std::filesystem::path& program, const std::vector<std::string>& arguments,
               const ChildLimits&, const std::string& about, const std::string& who);
 

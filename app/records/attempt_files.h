@@ -1,4 +1,4 @@
-// Checksums of the files in an attempt's folder, and repair of files torn by a crash. Internal to this
+// The files in an attempt's folder: names, checksums, and repair of files torn by a crash. Internal to this
 // folder.
 #pragma once
 
@@ -11,6 +11,10 @@
 namespace stylet::records {
 
 inline constexpr const char* kLockFile = ".writing";  // locked by the process that writes the attempt
+
+inline std::filesystem::path recordFile(const std::filesystem::path& attempt_folder) {
+    return attempt_folder / "record" / "record.json";
+}
 
 // Cuts the frame files at their last whole frame. Throws DataError.
 std::vector<TruncatedFile> truncateTornTails(const std::filesystem::path& folder);

@@ -10,6 +10,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "app/records/attempt_files.h"
 #include "app/records/record.h"
 #include "app/training/difficulty.h"
 #include "app/training/progress.h"
@@ -234,7 +235,7 @@ std::vector<std::string> findAlteredRows(const std::vector<StoredAttempt>& attem
     std::size_t unreadable = 0;
     for (const StoredAttempt& row : attempts) {
         if (row.state == AttemptState::running) continue;
-        if (row.state == AttemptState::cut_short && !fs::exists(row.folder / "record" / "record.json")) {
+        if (row.state == AttemptState::cut_short && !fs::exists(recordFile(row.folder))) {
             if (row.info.difficulty == training::difficultyName(training::Difficulty::exam))
                 lines.push_back(
                     fmt::format("attempt {}: an exam that was cut short; it has no record", row.id));

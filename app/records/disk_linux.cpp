@@ -146,4 +146,14 @@ void syncFolder(const std::filesystem::path& folder) {
     syncPath(folder, O_DIRECTORY, &fsync, "folder");
 }
 
+void syncTree(const std::filesystem::path& folder) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        if (entry.is_directory())
+            syncTree(entry.path());
+        else if (entry.is_regular_file())
+            syncFile(entry.path());
+    }
+    syncFolder(folder);
+}
+
 }  // namespace stylet::records

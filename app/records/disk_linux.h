@@ -67,5 +67,7 @@ void checkWritable(const std::filesystem::path& folder);
 
 // Syncs the folder's entries: created, renamed and removed names. Throws DataError if the disk refuses.
 void syncFolder(const std::filesystem::path& folder);
+// Also syncs every file and folder in it.
+void syncTree(const std::filesystem::path& folder);
 
 }  // namespace stylet::records

@@ -1,10 +1,6 @@
 #include "app/records/store.h"
 
-#include <SQLiteCpp/SQLiteCpp.h>
-#include <SQLiteCpp/Savepoint.h>
-#include <SQLiteCpp/VariadicBind.h>
 #include <fmt/chrono.h>
-#include <sqlite3.h>
 
 #include <algorithm>
 #include <chrono>
@@ -16,6 +12,7 @@
 #include "app/records/attempt_rows.h"
 #include "app/records/record.h"
 #include "app/records/schema.h"
+#include "app/records/sql.h"
 #include "base/hex.h"
 #include "patient/package/package.h"
 
@@ -26,9 +23,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kBusyTimeout_ms = 10000;           // longest wait for another process that writes
-constexpr const char* kReserve = ".reserve";     // deleted to make room when the disk is full
 constexpr const char* kSenderLock = ".sending";  // of sendOutbox()
-constexpr std::size_t kReserveBytes = 1 << 20;
 constexpr std::size_t kMaxTraineeLength = 64;
 
 struct Now {
@@ -50,73 +45,6 @@ std::string newId(const std::string& compact) {
     return fmt::format("{}-{:08x}", compact, unsigned(random()));
 }
 
-void syncTree(const fs::path& folder) {
-    for (const auto& entry : fs::directory_iterator(folder)) {
-        if (entry.is_directory())
-            syncTree(entry.path());
-        else if (entry.is_regular_file())
-            syncFile(entry.path());
-    }
-    syncFolder(folder);
-}
-
-// Returns true if the attempt's folder contains no data. The program that created it then ended before it
-// stored the attempt's database row, so the id was never used and the folder can be deleted.
-bool isEmptyAttemptFolder(const fs::path& folder) {
-    if (!fs::is_directory(folder)) return false;
-    for (const auto& entry : fs::directory_iterator(folder))
-        if (entry.path().filename() != kLockFile) return false;
-    return true;
-}
-
-fs::path recordFile(const fs::path& attempt_folder) {
-    return attempt_folder / "record" / "record.json";
-}
-
-bool isCausedBy(const SQLite::Exception& e, int code) {
-    return (e.getErrorCode() & 0xff) == code;  // without the bits of the extended code
-}
-
-// Binds the values in order and runs the statement, which can then be run again. NaN becomes NULL.
-template <typename... Values>
-void run(SQLite::Statement& statement, const Values&... values) {
-    SQLite::bind(statement, values...);
-    statement.exec();
-    statement.reset();
-}
-
-template <typename... Values>
-void execute(SQLite::Database& database, const char* sql, const Values&... values) {
-    SQLite::Statement statement(database, sql);
-    run(statement, values...);
-}
-
-// The first column of every selected row.
-template <typename... Values>
-std::vector<std::string> selectTexts(SQLite::Database& database, const char* sql, const Values&... values) {
-    SQLite::Statement row(database, sql);
-    SQLite::bind(row, values...);
-    std::vector<std::string> texts;
-    while (row.executeStep())
-        texts.push_back(row.getColumn(0).getString());
-    return texts;
-}
-
-// Scope in which database writes do not wait for the disk. They survive a crash of the program. They survive
-// a loss of power only after a later write that does wait.
-class RelaxedSync {
-  public:
-    explicit RelaxedSync(SQLite::Database& database) : database_(database) {
-        database_.exec("PRAGMA synchronous = NORMAL");
-    }
-    ~RelaxedSync() { database_.tryExec("PRAGMA synchronous = FULL"); }
-    RelaxedSync(const RelaxedSync&) = delete;
-    RelaxedSync& operator=(const RelaxedSync&) = delete;
-
-  private:
-    SQLite::Database& database_;
-};
-
 }  // namespace
 
 void checkTrainee(const std::string& trainee) {
@@ -137,20 +65,6 @@ void checkTrainee(const std::string& trainee) {
         refuse("is a pseudonym of letters, digits, '.', '_' and '-', not a name");
     if (!plain(trainee.front()) || !plain(trainee.back()))
         refuse("must begin and end with a letter or digit");
-}
-
-// Turns any error into a DataError that names the store's file.
-template <typename Act>
-auto Store::translateErrors(Act act) const {
-    try {
-        return act();
-    } catch (const SQLite::Exception& e) {
-        throw DataError(file_, "database", e.what());
-    } catch (const fs::filesystem_error& e) {
-        throw DataError(e.path1().empty() ? folder_ : e.path1(), "file", e.code().message());
-    } catch (const std::logic_error& e) {  // for example from stoull, for a text that is not a number
-        throw DataError(file_, "database", std::string("a row cannot be read: ") + e.what());
-    }
 }
 
 Store::Store(const fs::path& folder) : folder_(fs::absolute(folder)), file_(folder_ / "store.sqlite") {
@@ -195,19 +109,6 @@ std::size_t Store::makeStorePrivate() const {
             count += std::size_t(makePrivate(entry.path()));
     }
     return count;
-}
-
-// Runs `act`. If the disk is full, deletes the reserve, runs `act` again and returns true.
-template <typename Act>
-bool Store::withReserve(const Act& act) {
-    try {
-        act();
-        return false;
-    } catch (const SQLite::Exception& e) {
-        if (!isCausedBy(e, SQLITE_FULL) || !fs::remove(folder_ / kReserve)) throw;
-    }
-    act();
-    return true;
 }
 
 void Store::open() {
@@ -309,139 +210,6 @@ void Store::finalizeAttempt(const std::string& id) {
     execute(*database_, "INSERT INTO outbox (kind, what) VALUES ('attempt', ?)", id);
 }
 
-void Store::recover() {
-    for (const std::string& id :
-         selectTexts(*database_, "SELECT id FROM attempt WHERE state = 'running' ORDER BY number"))
-        try {
-            translateErrors([&] { recoverAttempt(id); });
-        } catch (const std::exception& e) {
-            failed_steps_.push_back("attempt " + id + " was cut short and cannot be recovered: " + e.what());
-        }
-    SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-    for (const fs::path& folder : unknownFolders())
-        try {
-            if (isEmptyAttemptFolder(folder)) fs::remove_all(folder);
-        } catch (const fs::filesystem_error& e) {
-            failed_steps_.push_back(folder.string() + " cannot be searched: " + e.code().message());
-        }
-    indexUnknownFolders();
-    change.commit();
-}
-
-// Brings the index up to date with a running attempt whose writer has ended. Holds the database's write lock
-// throughout. begin() and finish() hold the same lock while they change an attempt's state and its lock file.
-void Store::recoverAttempt(const std::string& id) {
-    SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-    if (selectTexts(*database_, "SELECT id FROM attempt WHERE state = 'running' AND id = ?", id).empty() ||
-        isBeingWritten(id))
-        return;
-    recoverLocked(id);
-    change.commit();
-}
-
-StoredAttempt Store::loadOwnRecord(const std::string& id) const {
-    const fs::path folder = attemptFolder(id);
-    StoredAttempt attempt = makeStoredAttempt(loadAttemptHead(folder), folder);
-    if (attempt.id != id) throw DataError(recordFile(folder), "id", "\"" + attempt.id + "\" is not " + id);
-    try {
-        checkTrainee(attempt.info.trainee);
-    } catch (const DataError& e) {
-        throw DataError(recordFile(folder), "trainee", e.what());
-    }
-    return attempt;
-}
-
-void Store::recoverLocked(const std::string& id) {
-    const fs::path folder = attemptFolder(id);
-    RecoveredAttempt found{id, {}};
-    std::optional<StoredAttempt> attempt;
-    try {
-        if (fs::exists(recordFile(folder))) attempt = loadOwnRecord(id);
-    } catch (const DataError& e) {
-        found.unreadable = e.what();
-    }
-    const bool done = attempt && attempt->result;
-    // The files of a done attempt were complete before its result was written. If one is torn now, it was
-    // damaged later: truncating it would hide the damage.
-    std::vector<std::string> damaged;
-    if (done)
-        damaged = findTornFiles(folder);
-    else
-        found.files = truncateTornTails(folder);
-    fs::remove(folder / kLockFile);
-    if (fs::exists(folder)) syncTree(folder);
-    if (attempt) indexRecord(*attempt);
-    if (!done) execute(*database_, "UPDATE attempt SET state = 'cut_short' WHERE id = ?", id);
-    finalizeAttempt(id);
-    if (!done) recovered_.push_back(std::move(found));
-    for (const std::string& file : damaged)
-        failed_steps_.push_back("attempt " + id + " is finished but damaged, and was not changed: " + file);
-}
-
-// Adds attempts that the index lacks. If it never had an attempt, it was lost and is filled again. Otherwise
-// their folders were copied here, or their rows were removed, and they are marked as imported. A folder
-// without a readable record of that id is left alone. A folder that fails does not affect the others. If one
-// fails while a lost index is filled again, the next opening continues that.
-void Store::indexUnknownFolders() {
-    const bool lost_index = queryInt("SELECT count(*) FROM sqlite_sequence WHERE name = 'attempt'") == 0;
-    std::size_t count = 0, failures = 0;
-    for (const fs::path& folder : unknownFolders())
-        try {
-            SQLite::Savepoint one_folder(*database_, "one_folder");
-            const bool added = fs::is_directory(folder) && indexUnknownFolder(folder, !lost_index);
-            one_folder.release();
-            if (!added) continue;
-            ++count;
-            if (!lost_index)
-                indexed_.push_back("attempt " + folder.filename().string() +
-                                   " was not recorded by this store: it is listed as imported, and enters no "
-                                   "statistics");
-        } catch (const std::exception& e) {
-            // SQLite has rolled back the whole transaction, for example because the disk is full.
-            if (sqlite3_get_autocommit(database_->getHandle()) != 0) throw;
-            const auto* error = dynamic_cast<const SQLite::Exception*>(&e);
-            if (error && isCausedBy(*error, SQLITE_FULL)) throw;  // see withReserve()
-            ++failures;
-            failed_steps_.push_back("attempts/" + folder.filename().string() +
-                                    " cannot be indexed: " + e.what());
-        }
-    if (!lost_index || count == 0) return;
-    const std::string text = fmt::format(
-        "the index was lost and is filled again from the records of {} "
-        "attempt{}; the results are only as trustworthy as these files",
-        count, count == 1 ? "" : "s");
-    indexed_.push_back(file_.string() + ": " + text);
-    execute(*database_, "INSERT INTO log (utc, text) VALUES (?, ?)", utcNow().full, text);
-    if (failures > 0) execute(*database_, "DELETE FROM sqlite_sequence WHERE name = 'attempt'");
-}
-
-// Returns false if the folder is no attempt, or one that is being written or deleted.
-bool Store::indexUnknownFolder(const fs::path& folder, bool imported) {
-    const std::string id = folder.filename().string();
-    if (isBeingWritten(id) ||
-        !selectTexts(*database_, "SELECT folder FROM doomed WHERE folder = ?", id).empty())
-        return false;
-    if (!fs::exists(recordFile(folder))) return false;
-    const StoredAttempt attempt = loadOwnRecord(id);
-    insertRunning(id, attempt.started_utc, attempt.info);
-    execute(*database_, "UPDATE attempt SET imported = ? WHERE id = ?", int(imported), id);
-    recoverLocked(id);
-    return true;
-}
-
-std::vector<fs::path> Store::unknownFolders() const {
-    return translateErrors([&] {
-        std::vector<fs::path> unknown;
-        for (const auto& entry : fs::directory_iterator(folder_ / "attempts"))
-            if (selectTexts(*database_, "SELECT id FROM attempt WHERE id = ?",
-                            entry.path().filename().string())
-                    .empty())
-                unknown.push_back(entry.path());
-        std::sort(unknown.begin(), unknown.end());
-        return unknown;
-    });
-}
-
 FileLock Store::makeFolder(const std::string& id) const {
     createPrivateFolders(attemptFolder(id));
     auto lock = FileLock::tryLock(attemptFolder(id) / kLockFile);
@@ -494,6 +262,18 @@ void Store::indexRecord(const StoredAttempt& attempt) {
                              "most_points) SELECT number, ?, ?, ?, ?, ?, ?, ? FROM attempt WHERE id = ?");
     for (const MetricRow& m : attempt.result->metrics)
         run(metric, place++, m.id, m.name, m.unit, m.value, m.points, m.max_points, attempt.id);
+}
+
+StoredAttempt Store::loadOwnRecord(const std::string& id) const {
+    const fs::path folder = attemptFolder(id);
+    StoredAttempt attempt = makeStoredAttempt(loadAttemptHead(folder), folder);
+    if (attempt.id != id) throw DataError(recordFile(folder), "id", "\"" + attempt.id + "\" is not " + id);
+    try {
+        checkTrainee(attempt.info.trainee);
+    } catch (const DataError& e) {
+        throw DataError(recordFile(folder), "trainee", e.what());
+    }
+    return attempt;
 }
 
 std::string Store::begin(const AttemptInfo& info) {
@@ -662,52 +442,8 @@ void Store::markFailed(const OutboxEntry& entry, const std::string& why) {
     });
 }
 
-std::size_t Store::eraseTrainee(const std::string& trainee) {
-    return translateErrors([&] {
-        std::size_t count = 0;
-        withReserve([&] { count = markForDeletion(trainee); });  // deleting also needs some free space
-        deleteMarked();
-        ensureReserve();
-        return count;
-    });
-}
-
-// Marks the folder for deletion and queues the deletion for the centre. The caller deletes the row.
-void Store::doom(const std::string& id) {
-    if (isBeingWritten(id)) throw DataError(attemptFolder(id), "attempt", "is being written");
-    execute(*database_, "INSERT INTO doomed (folder) VALUES (?)", id);
-    execute(*database_, "DELETE FROM outbox WHERE kind = 'attempt' AND what = ?", id);
-    // Ask the centre to erase the attempt, even if it is not recorded as sent. It may be in transmission
-    // right now.
-    execute(*database_, "INSERT INTO outbox (kind, what) VALUES ('erase', ?)", id);
-}
-
-void Store::discard(const std::string& id) {
-    translateErrors([&] {
-        withReserve([&] { markForDiscard(id); });  // deleting also needs some free space
-        deleteMarked();
-        ensureReserve();
-    });
-}
-
-void Store::markForDiscard(const std::string& id) {
-    SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-    const StoredAttempt attempt = readAttempt(id);
-    if (attempt.state == AttemptState::running)
-        throw DataError(attemptFolder(id), "attempt", "is being written");
-    if (countsInStatistics(attempt))
-        throw DataError(attemptFolder(id), "attempt",
-                        "enters the statistics: it counts and cannot be discarded");
-    // Neither ending the program by force nor editing the index must make a failed exam disappear.
-    if ((attempt.state == AttemptState::cut_short || attempt.imported) && attempt.info.difficulty == "exam")
-        throw DataError(attemptFolder(id), "attempt",
-                        "is an exam that was cut short or imported: it is kept");
-    doom(id);
-    execute(*database_, "DELETE FROM attempt WHERE id = ?", id);
-    execute(*database_, "INSERT INTO log (utc, text) VALUES (?, ?)", utcNow().full,
-            fmt::format("discarded attempt {}: {}, scenario {}, {} ticks", id, stateText(attempt),
-                        attempt.info.scenario, attempt.result ? attempt.result->ticks : 0));
-    change.commit();
+void Store::addToLog(const std::string& text) {
+    execute(*database_, "INSERT INTO log (utc, text) VALUES (?, ?)", utcNow().full, text);
 }
 
 std::vector<LogEntry> Store::log() const {
@@ -718,54 +454,6 @@ std::vector<LogEntry> Store::log() const {
             entries.push_back({row.getColumn(0).getString(), row.getColumn(1).getString()});
         return entries;
     });
-}
-
-std::size_t Store::markForDeletion(const std::string& trainee) {
-    SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
-    indexUnknownFolders();  // a damaged index must not hide an attempt from its deletion
-    std::size_t count = 0;
-    for (const std::string& id :
-         selectTexts(*database_, "SELECT id FROM attempt WHERE trainee = ?", trainee)) {
-        // The row is damaged: its id names no folder of this store. It is only deleted with the other rows
-        // below.
-        if (!isAttemptId(id)) continue;
-        ++count;
-        doom(id);
-    }
-    execute(*database_, "DELETE FROM attempt WHERE trainee = ?", trainee);
-    change.commit();
-    return count;
-}
-
-// Best effort: without enough free space the store works without a reserve.
-void Store::ensureReserve() const {
-    const fs::path file = folder_ / kReserve;
-    if (fs::exists(file)) return;
-    try {
-        const std::vector<unsigned char> room(kReserveBytes, 0xff);
-        DiskFile(file).write(room);
-    } catch (const DataError&) {
-        std::error_code ignored;
-        fs::remove(file, ignored);
-    }
-}
-
-// Completes deletions that eraseTrainee() began, even in a process that crashed. A row of `doomed` stays
-// until its folder is gone.
-void Store::deleteMarked() {
-    const std::vector<std::string> folders = selectTexts(*database_, "SELECT folder FROM doomed");
-    if (folders.empty()) return;
-    for (const std::string& id : folders)
-        if (isAttemptId(id)) fs::remove_all(attemptFolder(id));
-    syncFolder(folder_ / "attempts");
-    // Makes sure that neither the database file nor its log still contains deleted data.
-    database_->exec("VACUUM");
-    if (queryInt("PRAGMA wal_checkpoint(TRUNCATE)") != 0)
-        throw DataError(file_, "log",
-                        "another process is reading the store: deleted data is gone from the index, but "
-                        "remains in its log until the store is opened alone");
-    for (const std::string& id : folders)
-        execute(*database_, "DELETE FROM doomed WHERE folder = ?", id);
 }
 
 }  // namespace stylet::records

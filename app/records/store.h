@@ -176,10 +176,10 @@ class Store {
     // contain a pseudonym that is refused today.
     std::size_t eraseTrainee(const std::string& trainee);
 
-    // Deletes an attempt that enters no statistics. Any other attempt, and every exam that was cut short, is
-    // refused, so that nobody can remove a failure from the statistics. In the same transaction, a line is
-    // added to the store's log and the deletion is queued for the centre. If an error occurs after that, the
-    // next opening completes the deletion.
+    // Deletes an attempt that enters no statistics. Refuses any other, and an exam that was cut short or
+    // imported, so that no failure disappears. In the same transaction, a line is added to the store's log
+    // and the deletion is queued for the centre. If an error occurs after that, the next opening completes
+    // the deletion.
     void discard(const std::string& id);
     // What discard() has removed, oldest first.
     std::vector<LogEntry> log() const;
@@ -191,35 +191,43 @@ class Store {
     void markFailed(const OutboxEntry&, const std::string& why);  // failed: stays in the outbox
 
   private:
-    int queryInt(const char* sql) const;
-    void checkIsStore() const;
     void open();
+    void checkIsStore() const;
     void migrate();
-    void storeMissingChecksums();
-    void storeChecksums(const std::string& id);
-    void recover();
-    void recoverAttempt(const std::string& id);
-    std::size_t markForDeletion(const std::string& trainee);
-    void doom(const std::string& id);
-    void markForDiscard(const std::string& id);
-    void deleteMarked();
     std::size_t makeStorePrivate() const;
-    void ensureReserve() const;
     FileLock makeFolder(const std::string& id) const;
     bool isBeingWritten(const std::string& id) const;
-    void finalizeAttempt(const std::string& id);
+    void checkOpen(const std::string& id) const;
+
+    int queryInt(const char* sql) const;
     void insertRunning(const std::string& id, const std::string& started_utc, const AttemptInfo&);
+    StoredAttempt readAttempt(const std::string& id) const;
     StoredAttempt loadOwnRecord(const std::string& id) const;
     void indexRecord(const StoredAttempt&);
+    void storeChecksums(const std::string& id);
+    void storeMissingChecksums();
+    void finalizeAttempt(const std::string& id);
+    void addToLog(const std::string& text);
+
+    // store_recovery.cpp
+    void recover();
+    void recoverAttempt(const std::string& id);
     void recoverLocked(const std::string& id);
     void indexUnknownFolders();
     bool indexUnknownFolder(const std::filesystem::path&, bool imported);
-    StoredAttempt readAttempt(const std::string& id) const;
+
+    // store_deletion.cpp
+    std::size_t markForDeletion(const std::string& trainee);
+    void markForDiscard(const std::string& id);
+    void doom(const std::string& id);
+    void deleteMarked();
+    void ensureReserve() const;
+
+    // sql.h
     template <typename Act>
     auto translateErrors(Act) const;
     template <typename Act>
     bool withReserve(const Act&);
-    void checkOpen(const std::string& id) const;
 
     std::filesystem::path folder_, file_;
     std::unique_ptr<SQLite::Database> database_;

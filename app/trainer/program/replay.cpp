@@ -95,10 +95,15 @@ std::string reproducibleText(const records::AttemptResult& result, std::vector<r
     return text;
 }
 
-// Returns false, and prints why, if record.json has another result than its inputs give. With an
-// older score table, only the target is compared. A newer one is unknown to this program.
+// Returns false, and prints why, if record.json has another result than its inputs give, or one that they
+// cannot show because ticks were lost. With an older score table, only the target is compared. A newer one is
+// unknown to this program.
 bool reportResultAgain(const records::RecordInfo& recorded, const records::AttemptResult& today,
                        const std::vector<training::SessionEvent>& events) {
+    if (recorded.lost) {
+        printResult("  its score cannot be checked: the record ends before the attempt did\n");
+        return false;
+    }
     if (recorded.result->score_version > today.score_version) {
         printResult("  score table {} is newer than this program's\n", recorded.result->score_version);
         return false;
@@ -265,9 +270,9 @@ int replay(const ReplayOptions& options) {
     writeResults({patient, facts, replayed}, session.log(), totals, options.out);
     reportOutcome(record, result);
     if (info.result) reportScoreAgain(*info.result, *replayed.result);
-    // Without all ticks, or with other ones, the result differs for another reason.
-    const bool same_result = !info.result || info.lost || !result.equal() ||
-                             reportResultAgain(info, *replayed.result, session.log().events);
+    // With other ticks, the result differs for another reason.
+    const bool same_result =
+        !info.result || !result.equal() || reportResultAgain(info, *replayed.result, session.log().events);
     if (options.show && !timeline.empty()) show(options, patient, record, timeline, session.newCaptures());
     return stored.report(result.ticks) && result.equal() && same_result ? 0 : 1;
 }

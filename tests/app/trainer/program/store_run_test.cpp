@@ -144,7 +144,9 @@ TEST_F(StoreRun, AReplayScoresAnOldAttemptAgain) {
 TEST_F(StoreRun, AForgedScoreFailsTheReplay) {
     const StoredAttempt attempt = Store(folder()).attempts("T-01").at(0);
     const std::filesystem::path forged = *command_ / "forged score";
-    const auto replayWith = [&](const auto& change) {
+    const auto replayWith = [&](const auto& change,
+                                const char* reason =
+                                    "the recorded result is NOT the result of the recorded inputs") {
         std::filesystem::remove_all(forged);
         std::filesystem::copy(attempt.folder / "record", forged);
         nlohmann::json info = nlohmann::json::parse(test::readText(forged / "record.json"));
@@ -153,7 +155,7 @@ TEST_F(StoreRun, AForgedScoreFailsTheReplay) {
         const Outcome again = command_->run("replay --fast '" + forged.string() + "'");
         EXPECT_EQ(again.status, 1) << again.out;
         EXPECT_THAT(again.out, HasSubstr("state hash"));
-        EXPECT_THAT(again.out, HasSubstr("the recorded result is NOT the result of the recorded inputs"));
+        EXPECT_THAT(again.out, HasSubstr(reason));
     };
     replayWith([](nlohmann::json& info) { info.at("result").at("score").at("total") = 97.5; });
     replayWith(
@@ -161,6 +163,13 @@ TEST_F(StoreRun, AForgedScoreFailsTheReplay) {
     replayWith([](nlohmann::json& info) {
         info.at("events").push_back({{"tick", 5}, {"kind", "critical"}, {"text", "the lung was punctured"}});
     });
+    // Lost ticks would explain any score.
+    replayWith(
+        [](nlohmann::json& info) {
+            info["lost_ticks"] = {{"first", 900000}, {"last", 900001}};
+            info.at("result").at("score").at("total") = 97.5;
+        },
+        "its score cannot be checked");
 }
 
 // An attempt that begins with another person's ticks is training only.

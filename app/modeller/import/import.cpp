@@ -153,12 +153,12 @@ Mask addFascia(const BoneScan& scan, LabelVolume& labels, std::vector<std::strin
     const FasciaSpline fascia = fitFascia({scan.ct, scan.body, bones, certain});
     const FasciaInput input{scan.ct, scan.body, skeleton, certain};
     const Mask inside = insideFascia(fascia, input), surface = fasciaVoxels(inside, input);
-    const Mask cut_off = cutOffRim(organs, inside, surface);
-    const std::size_t taken = countVoxels(unite(cut_off, intersect(organs, surface)));
-    paint(labels, cut_off, targetId("muscle"), true);
+    const Mask muscle = muscleAtFascia(organs, labelMask(labels, isLung), inside, surface);
+    const std::size_t taken = countVoxels(unite(muscle, intersect(organs, surface)));
+    paint(labels, muscle, targetId("muscle"), true);
     paint(labels, surface, targetId("fascia"), true);
     notes.push_back(
-        fmt::format("fascia: one voxel thick; it and what lies outside it take {:.2f} ml of the organs' rims",
+        fmt::format("fascia: one voxel thick; it, and muscle beside it, take {:.2f} ml of the organs' rims",
                     1e3 * litres(labels.grid, taken)));
     dropStrayLiver(inside, labels, notes);
     return inside;
@@ -208,10 +208,10 @@ void addBrightMuscle(const BoneScan& scan, const Mask& cartilage, double bone_hu
                     1e3 * litres(labels.grid, painted)));
 }
 
-void addDucts(CtVolume& ct, LabelVolume& labels, std::vector<std::string>& notes) {
+void addDucts(CtVolume& ct, LabelVolume& labels, const fs::path& source, std::vector<std::string>& notes) {
     const Mask parenchyma = labelMask(labels, "liver"), portal = labelMask(labels, "portal vein");
     const Mask vessels = labelMask(labels, [](const Label& l) { return l.tissue == Tissue::vessel; });
-    const DuctSettings settings;
+    const DuctSettings settings{.source = source};
     const GrownDucts ducts = growDucts(parenchyma, portal, vessels, settings);
     paintBile(ct, ducts, parenchyma, settings.bile_hu);
     paint(labels, ducts.mask, targetId("bile ducts"), true);
@@ -323,7 +323,7 @@ ImportResult buildPatient(const CtVolume& ct, const SourceLabels& labels, const 
     }
     if (settings.grow_ducts) {
         reportProgress(settings, "ducts");
-        addDucts(p.ct, p.labels, out.notes);
+        addDucts(p.ct, p.labels, settings.labels, out.notes);
     }
     p.reference_phase = settings.reference_phase;
     p.scan.slice_m = sliceDistance(ct.grid);

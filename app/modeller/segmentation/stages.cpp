@@ -181,9 +181,10 @@ void findLiverStage(BuildState& work, StageResult& r) {
     const Mask lungs = labelMask(work.found.at("lungs"), isLung),
                bones = labelMask(work.found.at("bones"), isBone);
     atlas.trust_axes = work.settings->trust_axes;
+    atlas.scan = work.settings->ct;
     if (!work.settings->trust_axes) {
-        checkUpright(work.body, lungs);
-        checkFrontAndBack(work.body, bones);
+        checkUpright(work.body, lungs, work.settings->ct);
+        checkFrontAndBack(work.body, bones, work.settings->ct);
     }
     const AtlasPrior prior = alignAtlases(work.ct, work.body, lungs, atlasImages(work, atlas), atlas);
     Liver liver = findLiver(work.ct, work.body, lungs, bones, prior, {.blur_m = work.blur.within_m});
@@ -229,7 +230,8 @@ void findDuctsStage(BuildState& work, StageResult& r) {
     const LabelVolume& vessels = work.found.at("vessels");
     const Mask liver = liverMask(work), portal = labelMask(vessels, "portal vein");
     const Mask all = labelMask(vessels, [](const Label& l) { return l.tissue == patient::Tissue::vessel; });
-    const BuiltDucts ducts = buildDucts(work.ct, liver, portal, all, work.settings->virtual_ducts);
+    const BuiltDucts ducts =
+        buildDucts(work.ct, liver, portal, all, work.settings->virtual_ducts, {.source = work.settings->ct});
     paintTarget(r, ducts.mask, "bile ducts");
     r.record.notes = {ducts.note};
     r.record.virtual_ducts = ducts.origin == DuctsOrigin::grown;
@@ -315,7 +317,8 @@ void findFasciaStage(BuildState& work, StageResult& r) {
         organs);
     paintTarget(r, cartilage, "cartilage and discs");
     const Mask fascia = fasciaVoxels(inside, input);
-    paintTarget(r, cutOffRim(organs, inside, fascia), "muscle");
+    paintTarget(r, muscleAtFascia(organs, labelMask(work.found.at("lungs"), isLung), inside, fascia),
+                "muscle");
     paintTarget(r, fascia, "fascia");
     const LabelVolume &in_bones = work.found.at("bones"), &in_organs = work.found.at("organs");
     const Mask taken = maskWhere(work.ct.grid, [&](std::size_t i) {

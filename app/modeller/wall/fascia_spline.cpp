@@ -17,8 +17,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kRim_m = 0.0012;       // uncertainty of an organ's border
-constexpr double kUnseenWeight = 0.02;  // in the fit, of a ray that does not show the fascia
+constexpr double kRim_m = 0.0012;        // uncertainty of an organ's border
+constexpr double kDiaphragm_m = 0.0015;  // its least thickness: the distance of diagonal voxels of 1 mm
+constexpr double kUnseenWeight = 0.02;   // in the fit, of a ray that does not show the fascia
 
 // --- The basis ---
 
@@ -260,8 +261,10 @@ Mask fasciaVoxels(const Mask& inside, const FasciaInput& in) {
     return rasteriseBoundary(inside, free);
 }
 
-Mask cutOffRim(const Mask& organs, const Mask& inside, const Mask& fascia) {
-    return intersect(subtract(subtract(organs, inside), fascia), dilated(fascia, kRim_m));
+Mask muscleAtFascia(const Mask& organs, const Mask& lungs, const Mask& inside, const Mask& fascia) {
+    const Mask cut_off = intersect(subtract(organs, inside), dilated(fascia, kRim_m));
+    const Mask behind = intersect(intersect(subtract(organs, lungs), inside), dilated(fascia, kDiaphragm_m));
+    return subtract(unite(cut_off, behind), fascia);
 }
 
 std::string writeFascia(const FasciaSpline& s) {

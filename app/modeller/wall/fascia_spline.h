@@ -42,8 +42,10 @@ Mask insideFascia(const FasciaSpline&, const FasciaInput&);
 // next to bones.
 Mask fasciaVoxels(const Mask& inside, const FasciaInput&);
 
-// What the fascia cuts off from the organs' rims: voxels just outside it. Pieces farther out are none of it.
-Mask cutOffRim(const Mask& organs, const Mask& inside, const Mask& fascia);
+// The voxels of organs that are muscle, because the fascia lies where it does. Just outside the fascia, it is
+// what the fascia cuts off from the organs' rims; pieces farther out are none of it. Behind the fascia, it is
+// the diaphragm, which separates every organ except the lungs from it, and is often too thin to be seen.
+Mask muscleAtFascia(const Mask& organs, const Mask& lungs, const Mask& inside, const Mask& fascia);
 
 // Text format: `stylet-fascia 1`, then `axis_mm`, `h_begin_mm`, `h_step_mm`, `around`, `levels`, then `row
 // 0` to `row levels-1` with the radii in mm. # starts a comment.

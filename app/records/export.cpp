@@ -30,7 +30,7 @@ std::string numberText(double v) {
 // A CSV file, written line by line.
 class CsvFile {
   public:
-    CsvFile(const fs::path& file, const std::vector<std::string>& names) : file_(file) { add(names); }
+    CsvFile(const fs::path& file, const std::string& columns) : file_(file), text_(columns + "\r\n") {}
     void add(const std::vector<std::string>& cells) { text_ += csvRow(cells) + "\r\n"; }
     void close() { writeWholeFile(file_, text_); }
 
@@ -66,29 +66,12 @@ void copyFiles(const Store& store, const StoredAttempt& attempt, const fs::path&
 }
 
 void writeTables(const std::vector<StoredAttempt>& attempts, const fs::path& folder) {
-    CsvFile index(folder / "attempts.csv", {"id",
-                                            "trainee",
-                                            "started_utc",
-                                            "state",
-                                            "device",
-                                            "patient",
-                                            "patient_digest",
-                                            "scenario",
-                                            "difficulty",
-                                            "program_version",
-                                            "seed",
-                                            "dt_s",
-                                            "device_gain",
-                                            "registration_rms_m",
-                                            "target_hit",
-                                            "total",
-                                            "ticks",
-                                            "aborted",
-                                            "score_version",
-                                            "imported"});
-    CsvFile metrics(folder / "metrics.csv",
-                    {"attempt", "id", "name", "unit", "value", "points", "most_points"});
-    CsvFile events(folder / "events.csv", {"attempt", "tick", "kind", "text"});
+    CsvFile index(folder / "attempts.csv",
+                  "id,trainee,started_utc,state,device,patient,patient_digest,scenario,difficulty,"
+                  "program_version,seed,dt_s,device_gain,registration_rms_m,target_hit,total,ticks,aborted,"
+                  "score_version,imported");
+    CsvFile metrics(folder / "metrics.csv", "attempt,id,name,unit,value,points,most_points");
+    CsvFile events(folder / "events.csv", "attempt,tick,kind,text");
     for (const StoredAttempt& a : attempts) {
         index.add({a.id,
                    a.info.trainee,
@@ -121,7 +104,7 @@ void writeTables(const std::vector<StoredAttempt>& attempts, const fs::path& fol
 
 void writeChecksums(const fs::path& folder) {
     std::vector<StoredFile> sums = computeChecksums(folder);
-    CsvFile table(folder / "checksums.csv", {"path", "bytes", "crc32"});
+    CsvFile table(folder / "checksums.csv", "path,bytes,crc32");
     for (const StoredFile& sum : sums)
         table.add({sum.file.generic_string(), std::to_string(sum.bytes), hexText(sum.crc32, 8)});
     table.close();

@@ -10,6 +10,7 @@
 
 #include "app/records/bytes.h"
 #include "base/fields.h"
+#include "base/folder_linux.h"
 #include "base/hex.h"
 #include "base/whole_file.h"
 
@@ -528,7 +529,7 @@ RecordInfo parseInfo(std::string_view text, const std::filesystem::path& file) {
 }
 
 std::filesystem::path recordFolder(const std::filesystem::path& folder) {
-    const std::filesystem::path name = folder.has_filename() ? folder : folder.parent_path();
+    const std::filesystem::path name = withoutSlash(folder);
     if (name.filename() == "record" && std::filesystem::exists(folder / "record.json")) return folder;
     return std::filesystem::exists(folder / "record" / "record.json") ? folder / "record" : folder;
 }

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "app/records/samples.h"
+#include "base/folder_linux.h"
 
 namespace stylet::report {
 
@@ -55,10 +56,8 @@ LoadedAttempt loadAttempt(const fs::path& folder) {
     attempt.needle = record.header.settings.tools.needle;
     attempt.needle_title = record.header.instruments.needle.title;
     attempt.input_only = haptics::isInputOnly(record.header.settings.profile);
-    if (attempt.stored.id.empty()) {
-        const fs::path whole = fs::weakly_canonical(folder);
-        attempt.stored.id = (whole.has_filename() ? whole : whole.parent_path()).filename().string();
-    }
+    if (attempt.stored.id.empty())
+        attempt.stored.id = withoutSlash(fs::weakly_canonical(folder)).filename().string();
     loadCourse(attempt, folder / "record" / "samples.bin");
     return attempt;
 }

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/fields.h"
+#include "base/folder_linux.h"
 #include "base/whole_file.h"
 
 namespace stylet::study {
@@ -27,8 +28,7 @@ PairFiles readPair(Fields& in) {
         return (in.file().parent_path() / in.nonEmptyText(key)).lexically_normal();
     };
     PairFiles pair{"", folder("reference"), folder("found")};
-    const fs::path last = pair.reference.has_filename() ? pair.reference : pair.reference.parent_path();
-    pair.name = in.textOr("name", last.filename().string());
+    pair.name = in.textOr("name", withoutSlash(pair.reference).filename().string());
     if (!isPairName(pair.name)) in.refuse("name", "cannot be a folder's name");
     in.finish();
     return pair;

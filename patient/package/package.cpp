@@ -14,6 +14,7 @@
 #include <cstring>
 #include <future>
 
+#include "base/folder_linux.h"
 #include "base/hash.h"
 #include "base/whole_file.h"
 #include "patient/package/motion_io.h"
@@ -169,8 +170,7 @@ void checkPackageFolder(const fs::path& folder) {
 }
 
 void savePackage(const Package& p, const fs::path& folder) {
-    const fs::path place = fs::absolute(folder).lexically_normal();
-    const fs::path target = place.has_filename() ? place : place.parent_path();
+    const fs::path target = withoutSlash(fs::absolute(folder).lexically_normal());
     checkBeforeSaving(p, target);
     std::error_code error;
     fs::create_directories(target.parent_path(), error);

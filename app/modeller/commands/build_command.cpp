@@ -10,6 +10,7 @@
 #include "app/options.h"
 #include "app/print.h"
 #include "app/report/classes.h"
+#include "base/folder_linux.h"
 
 namespace stylet::modeller {
 
@@ -57,8 +58,7 @@ void drawTissueClasses(const patient::Package& p, const std::filesystem::path& p
 void runBuild(BuildArguments& a) {
     BuildSettings& s = a.settings;
     s.spacing_m = 1e-3 * a.spacing_mm;
-    // Without a slash at the end.
-    if (s.stages.empty()) s.stages = (a.out / "").parent_path().string() + "-stages";
+    if (s.stages.empty()) s.stages = withoutSlash(a.out).string() + "-stages";
     std::vector<std::filesystem::path> inputs{s.ct, s.stages, a.labels};
     inputs.insert(inputs.end(), s.atlases.begin(), s.atlases.end());
     checkOut(a.out, inputs);

@@ -10,6 +10,7 @@
 
 #include "app/installation.h"
 #include "app/print.h"
+#include "base/folder_linux.h"
 #include "patient/synth/synth.h"
 
 namespace stylet::modeller {
@@ -70,7 +71,7 @@ void checkOut(const std::filesystem::path& out, const std::vector<std::filesyste
         std::error_code error;
         std::filesystem::path whole = weakly_canonical(absolute(path), error);
         if (error) whole = absolute(path).lexically_normal();
-        return whole.has_filename() ? whole : whole.parent_path();  // without a slash at the end
+        return withoutSlash(whole);
     };
     const std::filesystem::path folder = resolved(out);
     for (const std::filesystem::path& input : inputs) {

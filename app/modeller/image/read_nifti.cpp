@@ -107,6 +107,20 @@ void checkOrientation(const NiftiHeader& h, bool phase) {
     }
 }
 
+// A file with qform and sform has two positions of its first voxel. ITK would use one without a word.
+void checkPosition(const NiftiHeader& h) {
+    if (h.word(252, 2) == 0 || h.word(254, 2) == 0) return;
+    const double voxel_mm = std::min({h.pixdim(1), h.pixdim(2), h.pixdim(3)});
+    for (std::size_t d = 0; d < 3; ++d) {
+        const double qform_mm = h.real(268 + 4 * d), sform_mm = h.real(292 + 16 * d);
+        if (!(std::fabs(qform_mm - sform_mm) <= 0.5 * voxel_mm))
+            refuse(
+                fmt::format("qoffset_{0} and srow_{0}[3]: the first voxel is at {1} mm and at {2} mm; store "
+                            "one position in both, or set qform_code or sform_code to 0",
+                            "xyz"[d], formatNumber(qform_mm), formatNumber(sform_mm)));
+    }
+}
+
 // Returns the bytes per voxel for a value of the header's datatype field. Accepts signed and unsigned
 // integers of 8, 16 and 32 bits, float and double. Refuses all other types.
 std::int64_t bytesPerVoxel(std::uint32_t datatype) {
@@ -182,6 +196,7 @@ void checkNiftiFile(const fs::path& file, NiftiKind kind) {
     checkUnits(h);
     checkNumbers(h, phase);
     checkOrientation(h, phase);
+    checkPosition(h);
     checkScale(h);
     const double offset = h.real(108);
     if (!(offset >= 352.0 && offset < 1e6)) refuse("vox_offset: " + formatNumber(offset) + " is impossible");

@@ -31,10 +31,14 @@ void splitPortal(const Mask& portal, Scene& s) {
             (share.voxels[i] >= 0.3f ? s.portal_inside : s.extrahepatic_portal).voxels[i] = 1;
 }
 
-Scene makeScene(const Mask& parenchyma, const Mask& portal, const Mask& vessels) {
+[[noreturn]] void refuse(const DuctSettings& d, const char* reason) {
+    throw ImportError(d.source.string() + ": voxels: " + reason);
+}
+
+Scene makeScene(const Mask& parenchyma, const Mask& portal, const Mask& vessels, const DuctSettings& d) {
     Scene s;
     s.box = boxAround(parenchyma, 12);
-    if (s.box.empty()) throw ImportError("no voxel is liver: there is nowhere to grow ducts");
+    if (s.box.empty()) refuse(d, "none is liver: there is nowhere to grow ducts");
     s.parenchyma = cropped(parenchyma, s.box);
     const Mask near_portal = cropped(portal, s.box), near_vessels = cropped(vessels, s.box);
     splitPortal(near_portal, s);
@@ -58,7 +62,7 @@ CheapestPaths findPaths(const Grid& g, std::uint32_t seed, const Price& price) {
 
 // The point where the portal vein enters the liver: the inside voxel nearest to the trunk outside, or the
 // thickest inside voxel if there is no trunk.
-std::uint32_t findHilum(const Scene& s) {
+std::uint32_t findHilum(const Scene& s, const DuctSettings& d) {
     const FloatVolume to_trunk = distanceTo(s.extrahepatic_portal);
     const Mask background = maskWhere(s.portal_inside.grid, [&](std::size_t i) {
         return !s.portal_inside.voxels[i] && !s.extrahepatic_portal.voxels[i];
@@ -71,8 +75,7 @@ std::uint32_t findHilum(const Scene& s) {
         const float score = thickness.voxels[i] - std::min(to_trunk.voxels[i], 0.02f);
         if (score > best_score) best_score = score, best = std::uint32_t(i);
     }
-    if (best == kNoVoxel)
-        throw ImportError("no portal vein inside the liver: there is nothing to grow ducts beside");
+    if (best == kNoVoxel) refuse(d, "no portal vein inside the liver: there is nothing to grow ducts beside");
     return best;
 }
 
@@ -188,7 +191,7 @@ std::uint32_t findDuctStart(const Scene& s, std::uint32_t hilum, const DuctSetti
         const double score = away + 8.0 * tight;
         if (score < best_score) best_score = score, best = o;
     }
-    if (best == kNoVoxel) throw ImportError("no liver near the portal vein's entry: ducts have no start");
+    if (best == kNoVoxel) refuse(d, "no liver near the portal vein's entry: ducts have no start");
     return best;
 }
 
@@ -263,9 +266,9 @@ std::vector<float> pathLengths(const Grid& g, const CheapestPaths& ducts,
 }  // namespace
 
 GrownDucts growDucts(const Mask& parenchyma, const Mask& portal, const Mask& vessels, const DuctSettings& d) {
-    const Scene s = makeScene(parenchyma, portal, vessels);
+    const Scene s = makeScene(parenchyma, portal, vessels, d);
     const Grid& g = s.parenchyma.grid;
-    const std::uint32_t hilum = findHilum(s);
+    const std::uint32_t hilum = findHilum(s, d);
     const CheapestPaths portal_paths = searchPortal(s, hilum);
     std::vector<std::uint32_t> ends;
     double longest = 0.03;

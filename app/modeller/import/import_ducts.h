@@ -3,6 +3,8 @@
 // from 2 mm to 3 to 8 mm. These ducts are virtual: plausible to puncture, but not the patient's own.
 #pragma once
 
+#include <filesystem>
+
 #include "app/modeller/image/voxel_tools.h"
 
 namespace stylet::modeller {
@@ -14,6 +16,7 @@ struct DuctSettings {
     double from_capsule_m = 0.013;  // no ducts are visible in the outermost parenchyma
     double tip_spacing_m = 0.009;
     double bile_hu = 8.0;
+    std::filesystem::path source;  // file or folder of the labels; named in errors
 };
 
 struct GrownDucts {
@@ -25,7 +28,8 @@ struct GrownDucts {
 };
 
 // `parenchyma`: where ducts may run. `portal`: the whole portal vein; its trunk outside the liver shows the
-// position of the hilum. `vessels`: everything that ducts must avoid, including the portal vein.
+// position of the hilum. `vessels`: everything that ducts must avoid, including the portal vein. Throws
+// ImportError if there is no liver or no portal vein inside it.
 GrownDucts growDucts(const Mask& parenchyma, const Mask& portal, const Mask& vessels, const DuctSettings&);
 
 // Blends bile into the CT by coverage. Keeps the noise of the original tissue.

@@ -192,9 +192,10 @@ class Registration {
         }
         if (of_mirrored < kMirroredShare * difference)
             throw ImportError(
-                "left and right of the scan are exchanged: its mirror image is more like the reference "
-                "patients. Correct the orientation in its file, or pass --trust-axes. Situs inversus is not "
-                "supported");
+                settings_.scan.string() +
+                ": axes: left and right of the scan are exchanged: its mirror image is more like the "
+                "reference patients. Correct the orientation in its file, or pass --trust-axes. Situs "
+                "inversus is not supported");
     }
 
     // Returns the features of atlas `n` with its liver as bright as the target's. Tube voltage, contrast

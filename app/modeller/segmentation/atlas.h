@@ -50,6 +50,7 @@ struct AtlasSettings {
     // Feature difference at which an atlas's vote falls to 1/e, HU.
     double similarity_hu = 60.0;
     bool trust_axes = false;        // accept a target that looks mirrored
+    std::filesystem::path scan;     // of the target; named in errors
     std::filesystem::path program;  // empty: `stylet-register` next to this program
     ChildLimits limits{.wall_s = 300, .cpu_s = 1200, .memory_bytes = std::size_t(4) << 30};
     std::function<void(std::string_view atlas)> progress = [](std::string_view) {};

@@ -146,7 +146,7 @@ std::pair<double, double> findHeightRange(const CtVolume& scan, const BuildSetti
     std::vector<std::string> notes;  // not kept: the section itself is cropped later
     const Mask body = cropToBody(coarse, none, settings.ct, notes);
     const Lungs lungs = findLungs(coarse, body);
-    if (!settings.trust_axes) checkUpright(body, unite(lungs.right, lungs.left));
+    if (!settings.trust_axes) checkUpright(body, unite(lungs.right, lungs.left), settings.ct);
     double dome_m = -1e9;
     for (const float z : lungs.base_right.z_m)
         if (std::isfinite(z)) dome_m = std::max(dome_m, double(z));

@@ -22,18 +22,19 @@ Vec3 centroid(const Mask& mask) {
 
 }  // namespace
 
-void checkUpright(const Mask& body, const Mask& lungs) {
+void checkUpright(const Mask& body, const Mask& lungs, const std::filesystem::path& scan) {
     if (countVoxels(lungs) > 0 && centroid(lungs).z < centroid(body).z - kUpsideDown_m)
         throw ImportError(
-            "the scan is upside down: its lungs lie below the middle of the body. Correct the "
+            scan.string() +
+            ": axes: the scan is upside down: its lungs lie below the middle of the body. Correct the "
             "orientation in its file, or pass --trust-axes");
 }
 
-void checkFrontAndBack(const Mask& body, const Mask& bones) {
+void checkFrontAndBack(const Mask& body, const Mask& bones, const std::filesystem::path& scan) {
     if (countVoxels(bones) > 0 && centroid(bones).y > centroid(body).y)
-        throw ImportError(
-            "front and back of the scan are exchanged: its bones lie in front of the middle of the body. "
-            "Correct the orientation in its file, or pass --trust-axes");
+        throw ImportError(scan.string() +
+                          ": axes: front and back of the scan are exchanged: its bones lie in front of the "
+                          "middle of the body. Correct the orientation in its file, or pass --trust-axes");
 }
 
 }  // namespace stylet::modeller

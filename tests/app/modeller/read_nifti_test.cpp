@@ -195,6 +195,19 @@ TEST(ReadNifti, ContradictoryVoxelSizesAreRefused) {
     expectNiftiRefused([&](auto& b) { ones(b), test::put(b, 252, std::int16_t(1)); }, words);
 }
 
+// ITK would use one of the two without a word. Half a voxel of 1 mm is rounding.
+TEST(ReadNifti, TwoPositionsAreRefused) {
+    const auto both = [](auto& b, float z_mm) {
+        useQform(b);
+        test::put(b, 254, std::int16_t(1));
+        test::put(b, 276, z_mm);
+    };
+    EXPECT_EQ(acceptedOrError([&](auto& b) { both(b, 30.4f); }), "");
+    for (const ImageKind kind : {ImageKind::ct, ImageKind::labels, ImageKind::phase})
+        expectNiftiRefused([&](auto& b) { both(b, -42.0f); },
+                           "qoffset_z and srow_z[3]: the first voxel is at -42 mm and at 30 mm", kind);
+}
+
 // ITK would convert the spacing only.
 TEST(ReadNifti, UnitsOtherThanMillimetresAreRefused) {
     expectNiftiRefused([](auto& b) { test::put(b, 123, std::uint8_t(1)); },

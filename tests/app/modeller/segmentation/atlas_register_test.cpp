@@ -25,7 +25,7 @@ double diceOfPriorLiver(double size, const Vec3& moved, int brighter_hu = 0, dou
     settings.program = registerProgram();
     settings.spacing_m = 0.006;
     settings.iterations = 20;
-    patient::Package atlas = test::referencePatient(2, 0.0025);
+    patient::Package atlas = test::stillPatient(2, 0.0025);
     for (Grid* g : {&atlas.ct.grid, &atlas.labels.grid}) {
         g->spacing_m *= size;
         g->origin_m = size * g->origin_m + moved;

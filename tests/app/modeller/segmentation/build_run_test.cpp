@@ -33,7 +33,7 @@ class BuildRun : public testing::Test {
   protected:
     static void SetUpTestSuite() {
         temp_ = new test::TempFolder;
-        truth_ = new Package(test::referencePatient(2, kSpacing_m));
+        truth_ = new Package(test::stillPatient(2, kSpacing_m));
         patient::writeNifti(folder() / "ct.nii.gz", truth_->ct);
         for (const std::uint64_t seed : {11, 12})
             patient::savePackage(test::referencePatient(seed, kSpacing_m),
@@ -309,7 +309,7 @@ TEST_F(BuildRun, WrongAxesAreNamed) {
                               Case{{.x = true, .z = true}, "the scan is upside down"}}) {
         const test::ModelRun run = buildScan(reversedScan(truth_->ct, wrong.reversed), "wrong");
         EXPECT_EQ(run.status, 2) << run.out;
-        EXPECT_THAT(run.err, testing::HasSubstr(wrong.reason));
+        EXPECT_THAT(run.err, testing::HasSubstr("wrong.nii.gz: axes: " + std::string(wrong.reason)));
         EXPECT_THAT(run.err, testing::HasSubstr("--trust-axes"));
     }
 }

@@ -3,11 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "app/modeller/image/import_error.h"
 #include "app/modeller/image/import_image.h"
 #include "app/modeller/image/morphology.h"
 #include "app/modeller/segmentation/accuracy.h"
 #include "tests/app/modeller/segmentation/liver_phantom.h"
 #include "tests/app/modeller/segmentation/torso_from_seed.h"
+#include "tests/support/refused.h"
 
 namespace stylet::modeller {
 namespace {
@@ -86,7 +88,11 @@ TEST(Ducts, VirtualDuctsAreGrownOnlyOnRequestAndMarked) {
     EXPECT_GT(countVoxels(grown.mask), 0u);
     EXPECT_EQ(countVoxels(intersect(grown.mask, portal)), 0u);
     EXPECT_THAT(grown.note, testing::HasSubstr("irtual"));
-    EXPECT_THROW(buildDucts(liver.ct, liver.mask, Mask(liver.ct.grid), portal, true), ImportError);
+    const auto withoutPortal = [&] {
+        buildDucts(liver.ct, liver.mask, Mask(liver.ct.grid), portal, true, {.source = "a/ct.nii.gz"});
+    };
+    EXPECT_THAT(test::errorText<ImportError>(withoutPortal),
+                testing::StartsWith("a/ct.nii.gz: voxels: no portal vein inside the liver"));
 }
 
 TEST(Ducts, MatchReferencePatient) {

@@ -26,20 +26,22 @@ Mask layers(int first, int last) {
 }
 
 TEST(Orientation, LungsBelowTheMiddleMeanUpsideDown) {
-    EXPECT_EQ(test::errorText<ImportError>([] { checkUpright(kBody, slices(20, 29)); }), "");
-    EXPECT_THAT(test::errorText<ImportError>([] { checkUpright(kBody, slices(0, 9)); }),
-                testing::HasSubstr("upside down"));
+    EXPECT_EQ(test::errorText<ImportError>([] { checkUpright(kBody, slices(20, 29), "ct"); }), "");
+    EXPECT_THAT(test::errorText<ImportError>([] { checkUpright(kBody, slices(0, 9), "a/ct.nii.gz"); }),
+                testing::StartsWith("a/ct.nii.gz: axes: the scan is upside down"));
     // The middle is at 145 mm.
-    EXPECT_EQ(test::errorText<ImportError>([] { checkUpright(kBody, slices(10, 13)); }), "") << "25 mm below";
-    EXPECT_NE(test::errorText<ImportError>([] { checkUpright(kBody, slices(9, 12)); }), "") << "35 mm below";
-    EXPECT_EQ(test::errorText<ImportError>([] { checkUpright(kBody, kNothing); }), "");
+    EXPECT_EQ(test::errorText<ImportError>([] { checkUpright(kBody, slices(10, 13), "ct"); }), "")
+        << "25 mm below";
+    EXPECT_NE(test::errorText<ImportError>([] { checkUpright(kBody, slices(9, 12), "ct"); }), "")
+        << "35 mm below";
+    EXPECT_EQ(test::errorText<ImportError>([] { checkUpright(kBody, kNothing, "ct"); }), "");
 }
 
 TEST(Orientation, BonesInFrontMeanFrontAndBackExchanged) {
-    EXPECT_EQ(test::errorText<ImportError>([] { checkFrontAndBack(kBody, layers(1, 3)); }), "");
-    EXPECT_THAT(test::errorText<ImportError>([] { checkFrontAndBack(kBody, layers(6, 8)); }),
-                testing::HasSubstr("front and back of the scan are exchanged"));
-    EXPECT_EQ(test::errorText<ImportError>([] { checkFrontAndBack(kBody, kNothing); }), "");
+    EXPECT_EQ(test::errorText<ImportError>([] { checkFrontAndBack(kBody, layers(1, 3), "ct"); }), "");
+    EXPECT_THAT(test::errorText<ImportError>([] { checkFrontAndBack(kBody, layers(6, 8), "a/ct.nii.gz"); }),
+                testing::StartsWith("a/ct.nii.gz: axes: front and back of the scan are exchanged"));
+    EXPECT_EQ(test::errorText<ImportError>([] { checkFrontAndBack(kBody, kNothing, "ct"); }), "");
 }
 
 }  // namespace

@@ -16,7 +16,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <stdexcept>
-#include <thread>
 
 #include "tests/support/wait_until.h"
 
@@ -109,8 +108,7 @@ bool underUmockdev() {
     return preload && std::strstr(preload, "libumockdev-preload");
 }
 
-HidNode::HidNode(const HidIdentity& id, bool read_here)
-    : testbed_(&Testbed::shared()), read_here_(read_here) {
+HidNode::HidNode(const HidIdentity& id) : testbed_(&Testbed::shared()) {
     const int number = testbed_->plugged++;
     path_ = "/dev/hidraw" + std::to_string(number);
     for (const std::string& place : sysfsPaths(id, number))
@@ -131,31 +129,18 @@ HidNode::~HidNode() {
     unplug();
 }
 
-// A terminal delivers data shortly after the write. Its queue looks empty until then, so wait for the
-// delivery.
+// Waits for the previous report to be read, so that two reports never arrive as one.
 bool HidNode::send(std::span<const unsigned char> report) {
-    std::this_thread::sleep_until(delivered_);
-    for (int waited_ms = 0; waited_ms < 1000; ++waited_ms) {
-        int waiting = 0;
-        if (far_ < 0 || ioctl(near_, FIONREAD, &waiting) != 0) return false;
-        if (waiting == 0) {
-            const bool whole = write(far_, report.data(), report.size()) == ssize_t(report.size());
-            if (read_here_) return whole && delivered(report.size());
-            delivered_ = std::chrono::steady_clock::now() + std::chrono::microseconds(1500);
-            return whole;
-        }
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    return false;
+    const bool read = waitUntil([&] { return far_ < 0 || waiting() == 0; }, std::chrono::seconds(1));
+    return far_ >= 0 && read && write(far_, report.data(), report.size()) == ssize_t(report.size());
 }
 
+// A kernel thread delivers what was written to a terminal, late on a busy machine, and the queue looks empty
+// until then. poll() waits for that delivery.
 int HidNode::waiting() const {
+    pollfd unread{near_, POLLIN, 0};
     int bytes = 0;
-    return ioctl(near_, FIONREAD, &bytes) == 0 ? bytes : 0;
-}
-
-bool HidNode::delivered(std::size_t bytes) const {
-    return waitUntil([&] { return waiting() >= int(bytes); });
+    return poll(&unread, 1, 0) >= 0 && ioctl(near_, FIONREAD, &bytes) == 0 ? bytes : 0;
 }
 
 std::optional<std::vector<unsigned char>> HidNode::receive(std::size_t bytes, int timeout_ms) {

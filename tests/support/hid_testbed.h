@@ -2,7 +2,6 @@
 // each node. Run programs that use it under umockdev-wrapper.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -23,9 +22,7 @@ bool underUmockdev();
 // reports. So a report is sent, in one write, only after the driver has read the previous one.
 class HidNode {
   public:
-    // `read_here`: the driver reads on the thread that calls send(). send() then returns as soon as the
-    // report can be read.
-    explicit HidNode(const HidIdentity&, bool read_here = false);
+    explicit HidNode(const HidIdentity&);
     ~HidNode();
     HidNode(const HidNode&) = delete;
     HidNode& operator=(const HidNode&) = delete;
@@ -42,14 +39,11 @@ class HidNode {
 
   private:
     struct Testbed;
-    bool delivered(std::size_t bytes) const;
     Testbed* testbed_;
     std::string path_;
     std::vector<std::string> sys_paths_;
-    const bool read_here_;
     int far_ = -1, near_ = -1;  // the test's end; the driver's end, to check what is unread
     std::vector<unsigned char> pending_;
-    std::chrono::steady_clock::time_point delivered_{};
 };
 
 }  // namespace stylet::test

@@ -24,8 +24,7 @@ void add(std::vector<unsigned char>& report, int value) {
 
 }  // namespace
 
-SpaceMouseEmulator::SpaceMouseEmulator(Age age, bool read_here)
-    : age_(age), node_(spaceMouseIdentity(age), read_here) {}
+SpaceMouseEmulator::SpaceMouseEmulator(Age age) : age_(age), node_(spaceMouseIdentity(age)) {}
 
 bool SpaceMouseEmulator::push(const std::array<int, 6>& axes) {
     std::vector<unsigned char> report{1};

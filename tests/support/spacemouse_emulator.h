@@ -11,8 +11,7 @@ namespace stylet::test {
 class SpaceMouseEmulator {
   public:
     enum class Age { old, recent };  // translation and rotation in separate reports, or in one
-    // `read_here`: the driver reads on the thread that sends the reports (see HidNode).
-    explicit SpaceMouseEmulator(Age, bool read_here = false);
+    explicit SpaceMouseEmulator(Age);
 
     // Reports the displacement of the cap. Returns false if the driver does not read it. A recent device also
     // reports the rotation; an old one needs turn() for it.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
+#include <utility>
 
 namespace stylet::haptics {
 
@@ -23,6 +24,12 @@ constexpr int kZerosAtEnd = 3;
 // If a body seems to turn further than this between two reports, its encoder or the report is wrong.
 constexpr double kMaxTurn_rad = 0.2;
 constexpr double kMaxWristTurn_rad = 1.0;
+// A PC that stalls for longer than kUsualGap_ns between two commands misses motion. For each kStallUnit_s the
+// limits grow by their own size, kMaxStall times at most.
+constexpr std::int64_t kUsualGap_ns = 10'000'000;
+constexpr double kStallUnit_s = 0.02, kMaxStall = 15.0;
+// Number of reports after a stall, of which the last is surely newer than it.
+constexpr int kReportsOnTheWay = 3;
 
 constexpr const char* kParkAndPress =
     "park the arm in its calibration pose and press the button on its board";
@@ -66,7 +73,8 @@ DeviceProfile makeProfile(const WoodenModel& model) noexcept {
     return p;
 }
 
-WoodenHaptics::WoodenHaptics(const WoodenModel& model) : model_(model), profile_(makeProfile(model_)) {}
+WoodenHaptics::WoodenHaptics(const Clock& clock, const WoodenModel& model)
+    : clock_(clock), model_(model), profile_(makeProfile(model_)) {}
 
 DeviceStage WoodenHaptics::open(std::string& why) {
     std::vector<HidEntry> boards = listHid();
@@ -82,6 +90,8 @@ DeviceStage WoodenHaptics::open(std::string& why) {
     if (!port_.open(boards.front().path, why)) return DeviceStage::failed;
     homing_ = Homing::clearButton;
     homing_tries_ = missed_ = 0;
+    command_ns_ = clock_.now();
+    stall_ns_ = 0;
     WoodenReport old;
     if (readReport(old, why) == ReadResult::lost) return DeviceStage::failed;
     missed_ = 0;
@@ -101,6 +111,9 @@ void WoodenHaptics::close() noexcept {
 }
 
 DeviceStage WoodenHaptics::exchange(const Vec3& force_n, DeviceState& state, std::string& why) {
+    const std::int64_t last_ns = std::exchange(command_ns_, clock_.now());
+    if (const std::int64_t late_ns = command_ns_ - last_ns - kUsualGap_ns; late_ns > 0)
+        stall_ns_ += late_ns, reports_since_stall_ = 0;
     if (!port_.write(makeCommand(force_n), why)) return DeviceStage::failed;
     WoodenReport report;
     switch (readReport(report, why)) {
@@ -218,18 +231,20 @@ void WoodenHaptics::resetCounts(const WoodenReport& report) noexcept {
 }
 
 // Adds the encoder motion since the last report, unwrapping the 16-bit counters. Returns false if it is
-// implausible.
+// implausible. Implausible motion does not become plausible as time passes, unless the PC has stalled.
 bool WoodenHaptics::addMotion(const WoodenReport& report) noexcept {
     ArmCounts turned{};
     for (std::size_t i = 0; i < 6; ++i)
         turned[i] = std::int16_t(std::uint16_t(report.encoders[i]) - std::uint16_t(raw_[i]));
+    if (stall_ns_ > 0 && ++reports_since_stall_ > kReportsOnTheWay) stall_ns_ = 0;
+    const double limits = 1.0 + std::min(1e-9 * double(stall_ns_) / kStallUnit_s, kMaxStall);
     const Vec3 turned_rad = armAngles_rad(model_, turned);
     for (int i = 0; i < 3; ++i)
-        if (std::fabs(turned_rad[i]) > kMaxTurn_rad) return false;
+        if (std::fabs(turned_rad[i]) > limits * kMaxTurn_rad) return false;
     for (std::size_t i = 3; i < 6 && model_.hasWrist(); ++i) {
         // Counts per turn are indexed by body, counts by encoder, and the two run in opposite order.
         const double turns = turned[i] / model_.counts_per_turn[8 - i];
-        if (std::fabs(turns) * 2.0 * std::numbers::pi > kMaxWristTurn_rad) return false;
+        if (std::fabs(turns) * 2.0 * std::numbers::pi > limits * kMaxWristTurn_rad) return false;
     }
     raw_ = report.encoders;
     for (std::size_t i = 0; i < 6; ++i)

@@ -7,6 +7,7 @@
 #include "haptics/devices/hid_port.h"
 #include "haptics/devices/woodenhaptics/woodenhaptics_arm.h"
 #include "haptics/devices/woodenhaptics/woodenhaptics_protocol.h"
+#include "haptics/loop/loop.h"
 
 namespace stylet::haptics {
 
@@ -17,7 +18,7 @@ DeviceProfile makeProfile(const WoodenModel&) noexcept;  // its name points into
 
 class WoodenHaptics final : public Driver {
   public:
-    explicit WoodenHaptics(const WoodenModel&);
+    WoodenHaptics(const Clock&, const WoodenModel&);
     WoodenHaptics(const WoodenHaptics&) = delete;
     WoodenHaptics& operator=(const WoodenHaptics&) = delete;
 
@@ -37,6 +38,7 @@ class WoodenHaptics final : public Driver {
     bool addMotion(const WoodenReport&) noexcept;
     void resetCounts(const WoodenReport&) noexcept;
 
+    Clock clock_;
     WoodenModel model_;
     DeviceProfile profile_;
     HidPort port_;
@@ -49,7 +51,10 @@ class WoodenHaptics final : public Driver {
     std::array<std::int16_t, 6> raw_{};           // of the last accepted report
     ArmCounts counts_{};                          // unwrapped
     int missed_ = 0;                              // consecutive exchanges without a plausible report
-    bool garbled_ = false;                        // the last missed exchange had an implausible report
+    std::int64_t command_ns_ = 0;                 // time of the newest command
+    std::int64_t stall_ns_ = 0;                   // time that the PC recently lost between two commands
+    int reports_since_stall_ = 0;
+    bool garbled_ = false;  // the last missed exchange had an implausible report
 };
 
 }  // namespace stylet::haptics

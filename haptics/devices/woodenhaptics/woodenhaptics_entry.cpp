@@ -38,8 +38,8 @@ DeviceProfile woodenProfile(const DeviceOptions& options) {
     return profile;
 }
 
-std::unique_ptr<Driver> makeWooden(const DeviceOptions& options, const Clock&) {
-    return std::make_unique<WoodenHaptics>(woodenModel(options));
+std::unique_ptr<Driver> makeWooden(const DeviceOptions& options, const Clock& clock) {
+    return std::make_unique<WoodenHaptics>(clock, woodenModel(options));
 }
 
 }  // namespace

@@ -16,8 +16,6 @@ using test::kMs;
 using test::SpaceMouseEmulator;
 using Age = SpaceMouseEmulator::Age;
 
-constexpr bool kReadHere = true;
-
 class SpaceMouseDriver : public testing::Test {
   protected:
     void SetUp() override {
@@ -50,7 +48,7 @@ TEST_F(SpaceMouseDriver, IsAbsentWithoutOneAndIgnoresOrdinaryMice) {
 TEST_F(SpaceMouseDriver, OldAndNewMoveTheNeedleAlike) {
     Pose poses[2];
     for (const Age age : {Age::old, Age::recent}) {
-        SpaceMouseEmulator cap(age, kReadHere);
+        SpaceMouseEmulator cap(age);
         SpaceMouse driver(clock_);
         ASSERT_EQ(driver.open(why_), DeviceStage::ready) << why_;
         for (int i = 0; i < 20; ++i) {
@@ -71,7 +69,7 @@ TEST_F(SpaceMouseDriver, OldAndNewMoveTheNeedleAlike) {
 }
 
 TEST_F(SpaceMouseDriver, StopsWithTheCapAndReportsButtons) {
-    SpaceMouseEmulator cap(Age::recent, kReadHere);
+    SpaceMouseEmulator cap(Age::recent);
     SpaceMouse driver(clock_);
     ASSERT_EQ(driver.open(why_), DeviceStage::ready);
     ASSERT_TRUE(cap.push({0, 200, 0, 0, 0, 0}));
@@ -91,7 +89,7 @@ TEST_F(SpaceMouseDriver, StopsWithTheCapAndReportsButtons) {
 }
 
 TEST_F(SpaceMouseDriver, SilenceWithDeflectedCapCountsAsRelease) {
-    SpaceMouseEmulator cap(Age::recent, kReadHere);
+    SpaceMouseEmulator cap(Age::recent);
     SpaceMouse driver(clock_);
     ASSERT_EQ(driver.open(why_), DeviceStage::ready);
     ASSERT_TRUE(cap.push({350, 0, 0, 0, 0, 0}));
@@ -105,7 +103,7 @@ TEST_F(SpaceMouseDriver, SilenceWithDeflectedCapCountsAsRelease) {
 }
 
 TEST_F(SpaceMouseDriver, ClockJumpCausesNoLargeMotion) {
-    SpaceMouseEmulator cap(Age::recent, kReadHere);
+    SpaceMouseEmulator cap(Age::recent);
     SpaceMouse driver(clock_);
     ASSERT_EQ(driver.open(why_), DeviceStage::ready);
     ASSERT_TRUE(cap.push({350, 0, 0, 0, 0, 0}));
@@ -120,7 +118,7 @@ TEST_F(SpaceMouseDriver, ClockJumpCausesNoLargeMotion) {
 }
 
 TEST_F(SpaceMouseDriver, ReportsOfAnotherDeviceEndTheConnection) {
-    SpaceMouseEmulator cap(Age::recent, kReadHere);
+    SpaceMouseEmulator cap(Age::recent);
     SpaceMouse driver(clock_);
     ASSERT_EQ(driver.open(why_), DeviceStage::ready);
     const std::array<unsigned char, 9> garbage{1, 0xFF, 0x7F, 3, 4, 5, 6, 7, 8};
@@ -137,7 +135,7 @@ TEST_F(SpaceMouseDriver, ReportsOfAnotherDeviceEndTheConnection) {
 TEST_F(SpaceMouseDriver, UnpluggingFailsAndReconnectionKeepsThePose) {
     SpaceMouse driver(clock_);
     {
-        SpaceMouseEmulator cap(Age::recent, kReadHere);
+        SpaceMouseEmulator cap(Age::recent);
         ASSERT_EQ(driver.open(why_), DeviceStage::ready);
         ASSERT_TRUE(cap.push({350, 0, 0, 0, 0, 0}));
         exchange(driver), exchange(driver);
@@ -148,7 +146,7 @@ TEST_F(SpaceMouseDriver, UnpluggingFailsAndReconnectionKeepsThePose) {
         EXPECT_EQ(driver.open(why_), DeviceStage::absent);
     }
     const Vec3 there = position();
-    SpaceMouseEmulator again(Age::old, kReadHere);
+    SpaceMouseEmulator again(Age::old);
     ASSERT_EQ(driver.open(why_), DeviceStage::ready) << why_;
     time_.now_ns += 60'000 * kMs;
     exchange(driver);

@@ -109,6 +109,7 @@ class WoodenHapticsDriver : public testing::Test {
         return *board_;
     }
 
+    test::SteppedClock time_;
     std::optional<WoodenHapticsEmulator> board_;
     DeviceState state_;
     std::string why_;
@@ -117,7 +118,7 @@ class WoodenHapticsDriver : public testing::Test {
 
 TEST_F(WoodenHapticsDriver, IsAbsentWithoutABoard) {
     const HidNode another({0x1234, 0x0007, "mbed.org", "HID DEVICE", {0x05, 0x01}});
-    WoodenHaptics driver(model());
+    WoodenHaptics driver(time_.clock(), model());
     EXPECT_EQ(driver.open(why_), DeviceStage::absent);
     EXPECT_NE(why_.find("1234:0006"), std::string::npos) << why_;
     driver.close();
@@ -127,7 +128,7 @@ TEST_F(WoodenHapticsDriver, IsAbsentWithoutABoard) {
 TEST_F(WoodenHapticsDriver, GivesNoCurrentBeforeItIsHomed) {
     WoodenHapticsEmulator& board = plugIn();
     board.moveTo({123, -456, 789});
-    WoodenHaptics driver(model("9.81"));
+    WoodenHaptics driver(time_.clock(), model("9.81"));
     ASSERT_EQ(driver.open(why_), DeviceStage::opening);
     for (int i = 0; i < 50; ++i)
         ASSERT_EQ(exchangeAtOnce(driver, kPush_n), DeviceStage::needsHoming);
@@ -138,7 +139,7 @@ TEST_F(WoodenHapticsDriver, GivesNoCurrentBeforeItIsHomed) {
 TEST_F(WoodenHapticsDriver, TheButtonHomesItToTheModelsCounts) {
     WoodenHapticsEmulator& board = plugIn();
     board.moveTo({123, -456, 789});
-    WoodenHaptics driver(model());
+    WoodenHaptics driver(time_.clock(), model());
     makeReady(driver, board);
     hear(driver, 1);
     EXPECT_GE(board.commandLog().calibrations, 1u);
@@ -160,7 +161,7 @@ TEST_F(WoodenHapticsDriver, AnOldPressOfTheButtonDoesNotHome) {
     WoodenHapticsEmulator& board = plugIn();
     board.moveTo({123, -456, 789});
     board.pressButton();
-    WoodenHaptics driver(model());
+    WoodenHaptics driver(time_.clock(), model());
     openAndWait(driver);
     for (int i = 0; i < 30; ++i)
         ASSERT_EQ(exchange(driver), DeviceStage::needsHoming) << why_;
@@ -170,7 +171,7 @@ TEST_F(WoodenHapticsDriver, AnOldPressOfTheButtonDoesNotHome) {
 }
 
 TEST_F(WoodenHapticsDriver, ForcesBecomeTheMotorsCurrents) {
-    WoodenHaptics driver(model());
+    WoodenHaptics driver(time_.clock(), model());
     WoodenHapticsEmulator& board = plugInReady(driver);
     hear(driver, 2, kPush_n);
     const std::array<int, 3> ma = board.commandLog().motor_ma;
@@ -185,7 +186,7 @@ TEST_F(WoodenHapticsDriver, ForcesBecomeTheMotorsCurrents) {
 
 // HZ-FORCE-01
 TEST_F(WoodenHapticsDriver, CurrentsStayWithinTwoAmperesWhateverTheForce) {
-    WoodenHaptics driver(model("9.81"));
+    WoodenHaptics driver(time_.clock(), model("9.81"));
     WoodenHapticsEmulator& board = plugInReady(driver);
     for (const double n : {1e3, -1e9, 1e300, double(NAN), double(INFINITY)})
         hear(driver, 2, Vec3{n, -n, n});
@@ -194,7 +195,7 @@ TEST_F(WoodenHapticsDriver, CurrentsStayWithinTwoAmperesWhateverTheForce) {
 
 // HZ-FORCE-03
 TEST_F(WoodenHapticsDriver, NonFiniteForceIsNotSent) {
-    WoodenHaptics driver(model());
+    WoodenHaptics driver(time_.clock(), model());
     WoodenHapticsEmulator& board = plugInReady(driver);
     hear(driver, 10, Vec3{0.1, NAN, INFINITY});
     EXPECT_EQ(board.commandLog().powered, 0u);
@@ -203,7 +204,7 @@ TEST_F(WoodenHapticsDriver, NonFiniteForceIsNotSent) {
 TEST_F(WoodenHapticsDriver, SixteenBitCountsAreUnwrapped) {
     WoodenModel m = model();
     m.calibration_counts = {32000, 0, 0, 0, 0, 0};
-    WoodenHaptics driver(m);
+    WoodenHaptics driver(time_.clock(), m);
     WoodenHapticsEmulator& board = plugInReady(driver);
     hear(driver, 1);
     for (const int counts : {32400, 32760, 33100, 33500}) {
@@ -224,7 +225,7 @@ TEST_F(WoodenHapticsDriver, SixteenBitCountsAreUnwrapped) {
 }
 
 TEST_F(WoodenHapticsDriver, WristRotatesTheNeedleAndItsButtonIsReported) {
-    WoodenHaptics driver(modelWithWrist());
+    WoodenHaptics driver(time_.clock(), modelWithWrist());
     EXPECT_TRUE(driver.profile().senses_rotation);
     WoodenHapticsEmulator& board = plugInReady(driver);
     hear(driver, 1);
@@ -241,7 +242,7 @@ TEST_F(WoodenHapticsDriver, WristRotatesTheNeedleAndItsButtonIsReported) {
 }
 
 TEST_F(WoodenHapticsDriver, ButtonPressWhileReadyUnhomesAndASecondPressHomes) {
-    WoodenHaptics driver(model());
+    WoodenHaptics driver(time_.clock(), model());
     WoodenHapticsEmulator& board = plugInReady(driver);
     hear(driver, 1, kPush_n);
     board.pressButton();
@@ -256,7 +257,7 @@ TEST_F(WoodenHapticsDriver, ButtonPressWhileReadyUnhomesAndASecondPressHomes) {
 
 // HZ-FORCE-14
 TEST_F(WoodenHapticsDriver, ClosingSendsZeroFirst) {
-    WoodenHaptics driver(model("9.81"));
+    WoodenHaptics driver(time_.clock(), model("9.81"));
     WoodenHapticsEmulator& board = plugInReady(driver);
     hear(driver, 2, kPush_n);
     EXPECT_NE(board.commandLog().motor_ma, (std::array<int, 3>{}));
@@ -280,7 +281,7 @@ class WoodenHapticsFaults : public WoodenHapticsDriver {
 };
 
 TEST_F(WoodenHapticsFaults, DroppedReportsEndTheForceAndThenTheConnection) {
-    WoodenHaptics driver(model("9.81"));
+    WoodenHaptics driver(time_.clock(), model("9.81"));
     WoodenHapticsEmulator& board = plugInReady(driver);
     const std::uint64_t powered = pushThrough(driver, board, BoardFault::drop, 10);
     EXPECT_LE(powered, kCommandsUntilZero);
@@ -300,7 +301,7 @@ TEST_F(WoodenHapticsFaults, DroppedReportsEndTheForceAndThenTheConnection) {
 }
 
 TEST_F(WoodenHapticsFaults, DuplicatesChangeNothing) {
-    WoodenHaptics driver(model());
+    WoodenHaptics driver(time_.clock(), model());
     WoodenHapticsEmulator& board = plugInReady(driver);
     hear(driver, 1);
     const Pose before = state_.device_from_stylus;
@@ -313,7 +314,7 @@ TEST_F(WoodenHapticsFaults, DuplicatesChangeNothing) {
 
 // HZ-FORCE-21
 TEST_F(WoodenHapticsFaults, CorruptEncoderValuesAreRejected) {
-    WoodenHaptics driver(model());
+    WoodenHaptics driver(time_.clock(), model());
     WoodenHapticsEmulator& board = plugInReady(driver);
     hear(driver, 1);
     const Vec3 before = state_.device_from_stylus.position_m;
@@ -324,10 +325,29 @@ TEST_F(WoodenHapticsFaults, CorruptEncoderValuesAreRejected) {
     EXPECT_NE(why_.find("cannot be right"), std::string::npos) << why_;
 }
 
+// The hand moves on while the PC stalls. The same motion without a stall is implausible.
+TEST_F(WoodenHapticsFaults, MotionWhileThePcStallsIsAccepted) {
+    WoodenHaptics driver(time_.clock(), model());
+    WoodenHapticsEmulator& board = plugInReady(driver);
+    hear(driver, kNewestAfter);
+    std::array<std::int16_t, 6> counts = board.encoders();
+    for (const int turn : {3000, -3000}) {  // 0.9 rad
+        counts[2] = std::int16_t(counts[2] + turn);
+        time_.advanceTo(time_.now_ns + 200 * kMs);
+        board.moveTo({counts[0], counts[1], counts[2]});
+        hear(driver, kNewestAfter);
+        const Vec3 angles = armAngles_rad(model(), {counts[0], counts[1], counts[2], 0, 0, 0});
+        EXPECT_NEAR(state_.device_from_stylus.position_m.y, armPosition_m(model(), angles).z, 1e-12);
+    }
+    hear(driver, kNewestAfter);
+    board.moveTo({counts[0], counts[1], std::int16_t(counts[2] + 3000)});
+    EXPECT_GT(until(driver, DeviceStage::failed, 60), 0) << "too far without a stall";
+}
+
 // A single garbled word that looks like a button press must not set the encoders to the parked pose.
 // HZ-FORCE-11
 TEST_F(WoodenHapticsFaults, GarbledButtonDoesNotHomeTheArm) {
-    WoodenHaptics driver(model());
+    WoodenHaptics driver(time_.clock(), model());
     WoodenHapticsEmulator& board = plugInReady(driver);
     hear(driver, 1);
     const std::array<std::int16_t, 6> before = board.encoders();
@@ -340,7 +360,7 @@ TEST_F(WoodenHapticsFaults, GarbledButtonDoesNotHomeTheArm) {
 }
 
 TEST_F(WoodenHapticsFaults, TruncatedReportsAreRejected) {
-    WoodenHaptics driver(model());
+    WoodenHaptics driver(time_.clock(), model());
     WoodenHapticsEmulator& board = plugInReady(driver);
     EXPECT_LE(pushThrough(driver, board, BoardFault::cut, 20), kCommandsUntilZero);
     EXPECT_NE(why_.find("cannot be right"), std::string::npos) << why_;
@@ -348,7 +368,7 @@ TEST_F(WoodenHapticsFaults, TruncatedReportsAreRejected) {
 }
 
 TEST_F(WoodenHapticsFaults, SilentBoardIsLostWithin250Ms) {
-    WoodenHaptics driver(model());
+    WoodenHaptics driver(time_.clock(), model());
     WoodenHapticsEmulator& board = plugInReady(driver);
     pushThrough(driver, board, BoardFault::deaf, 0);
     const int exchanges = until(driver, DeviceStage::failed, 60, kPush_n);
@@ -358,7 +378,7 @@ TEST_F(WoodenHapticsFaults, SilentBoardIsLostWithin250Ms) {
 
 // HZ-FORCE-07
 TEST_F(WoodenHapticsFaults, UnpluggingFailsAtOnceAndReconnects) {
-    WoodenHaptics driver(model());
+    WoodenHaptics driver(time_.clock(), model());
     {
         WoodenHapticsEmulator& board = plugIn();
         makeReady(driver, board);
@@ -376,7 +396,7 @@ TEST_F(WoodenHapticsFaults, UnpluggingFailsAtOnceAndReconnects) {
 }
 
 TEST_F(WoodenHapticsFaults, UnpluggedMidWriteItFailsWithAReason) {
-    WoodenHaptics driver(model());
+    WoodenHaptics driver(time_.clock(), model());
     WoodenHapticsEmulator& board = plugInReady(driver);
     hear(driver, 1, kPush_n);
     board.block();
@@ -393,7 +413,7 @@ TEST_F(WoodenHapticsFaults, UnpluggedMidWriteItFailsWithAReason) {
 // Any mixture of faults: the current never exceeds 2 A, every pose is valid, and silence ends the force.
 // HZ-FORCE-21
 TEST_F(WoodenHapticsFaults, AnyMixtureOfFaultsStaysSafe) {
-    WoodenHaptics driver(model("9.81"));
+    WoodenHaptics driver(time_.clock(), model("9.81"));
     WoodenHapticsEmulator& board = plugInReady(driver);
     std::mt19937 random(11);
     const std::array<BoardFault, 6> kinds{BoardFault::none,      BoardFault::none,    BoardFault::drop,
@@ -420,7 +440,7 @@ TEST_F(WoodenHapticsFaults, AnyMixtureOfFaultsStaysSafe) {
 class PolledWoodenHaptics : public WoodenHapticsDriver {
   protected:
     PolledDevice make() {
-        return {std::make_unique<WoodenHaptics>(model()), time_.clock(),
+        return {std::make_unique<WoodenHaptics>(time_.clock(), model()), time_.clock(),
                 PolledSettings{.absent_retry_ns = 20 * kMs, .backoff_first_ns = 20 * kMs}};
     }
     void poll(PolledDevice& device) {
@@ -453,8 +473,6 @@ class PolledWoodenHaptics : public WoodenHapticsDriver {
         ASSERT_TRUE(loopUntil(device, DeviceStage::ready)) << device.report().why;
         ASSERT_TRUE(loop(device, [&] { return board.commandLog().motor_ma != std::array<int, 3>{}; }));
     }
-
-    test::SteppedClock time_;
 };
 
 // HZ-FORCE-06

@@ -278,6 +278,7 @@ void Simulation::fillOutput(const ToolForce& force, const Surrogate& breath, Tic
     out.patient_moved_m = state_.patient_moved_m;
     out.breath = breath;
     out.breath_held = state_.breathing.held;
+    out.interruption = state_.interruption.kind;
     out.phase = needle.phase;
     out.tissue = needle.tissue;
     out.label = needle.label;

@@ -156,6 +156,8 @@ struct TickOutput {
     Vec3 patient_moved_m{0.0};  // displacement of the patient frame from its initial position
     patient::Surrogate breath;
     bool breath_held = false;
+    // The cough or sigh on command that is under way.
+    patient::InterruptionKind interruption = patient::InterruptionKind::none;
     Phase phase = Phase::outside;
     Tissue tissue = Tissue::air;
     std::uint8_t label = 0;

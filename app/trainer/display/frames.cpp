@@ -63,6 +63,13 @@ struct FrameLoop::Impl {
                        const render::VisibleScreens&, const std::string& moment);
     void help(training::Difficulty);
     void showHints(HeadsetPanels&, const FrameState&, const std::array<render::View, 2>&);
+    struct Drawn {
+        render::RenderStats stats;
+        std::span<const xr::ShownPanel> panels;
+        // Excluded from the frame budget, so that intermittent work does not change the resolution.
+        double equipment_ms = 0.0;
+    };
+    Drawn draw(xr::Frame&, const FrameState&, const patient::ContrastTable*, const std::string& moment);
     // Runs one frame. Returns true if it was rendered.
     bool show(const FrameState&, const patient::ContrastTable*, const std::string& moment);
     // Returns false if the frame must be tried again. Sets `over` when the runtime asks to end the session.
@@ -239,85 +246,87 @@ void FrameLoop::Impl::showHints(HeadsetPanels& panels, const FrameState& seen,
     }
 }
 
+// Draws the eye images and the panels of a frame that the runtime shows.
+FrameLoop::Impl::Drawn FrameLoop::Impl::draw(xr::Frame& frame, const FrameState& seen,
+                                             const patient::ContrastTable* contrast,
+                                             const std::string& moment) {
+    xr::Session& session = headset->session;
+    const Pose& room_from_stage = room.roomFromStage();
+    Drawn drawn;
+    if (window && !headset->mirror) headset->mirror.emplace(*window, *headset->gpu, settings.press.tick_s);
+    const render::StereoTarget target{frame.image, session.colourFormat(), session.width(), session.height(),
+                                      frame.depth_image};
+    headset->adaptToBudget(frame, settings.config.budget_ms);
+    FrameState predicted = seen;
+    if (moment.empty()) predicted.tick = predictTick(frame, seen.tick);
+    render::RenderScene scene = scenes.makeScene(predicted);
+    scene.room.real = session.facts().blend_mode != "opaque";
+    scene.room.shell = !scene.room.real;
+    const auto equipment_begin = SteadyClock::now();
+    const std::array<render::View, 2> expected = eyeViews(frame, room_from_stage);
+    if (settings.listener_pose) settings.listener_pose->store(headPose(expected));
+    const render::VisibleScreens screens = headset->renderer->visibleScreens(scene, expected);
+    const render::ScreenPlaces places = headset->renderer->screenPlaces(scene);
+    showEquipment(scene, seen, contrast, headset->mirror ? headset->mirror->screens(screens) : screens,
+                  moment);
+    HeadsetPanels& panels = headset->panelsFor(frame);
+    // In passthrough, screens beneath the eye images would hide the real room.
+    panels.placeScreens(scene, places, scene.room.real ? render::VisibleScreens{} : screens);
+    showHints(panels, seen, expected);
+    panels.placeNotice(room.warning() != RoomWarning::none ? makeNotice(room.warning(), settings.rearm_act)
+                                                           : makeNotice(seen, attention, settings.rearm_act,
+                                                                        controlsOf(settings.config.device)),
+                       headPose(expected));
+    drawn.equipment_ms = msSince(equipment_begin);
+    drawn.panels = panels.shown(room_from_stage.inverse());
+    session.lateUpdate(frame);
+    const std::array<render::View, 2> views = eyeViews(frame, room_from_stage);
+    drawn.stats = headset->renderer->draw(scene, views, target);
+    addTo(totals.sum, drawn.stats);
+    if (headset->mirror) headset->mirror->copyEye(target, views, places, scene.monitor_screen);
+    if (!moment.empty()) session.markCapture(moment);
+    ++totals.rendered;
+    if (!totals.first) totals.first = firstPicture(*headset->gpu);
+    return drawn;
+}
+
 bool FrameLoop::Impl::show(const FrameState& given, const patient::ContrastTable* contrast,
                            const std::string& moment) {
     xr::Session& session = headset->session;
     xr::Frame frame = session.beginFrame();
     const FrameState seen = upToDate(given, moment);
     help(seen.difficulty.value_or(settings.config.difficulty));
-    const haptics::TickOutput& shown = seen.tick;
     const auto begin = SteadyClock::now();
-    render::RenderStats drawn_stats;
-    std::span<const xr::ShownPanel> shown_panels;
-    // Excluded from the frame budget, so that intermittent work does not change the resolution.
-    double equipment_ms = 0.0;
     ++totals.frames;
     room.advance(frame.predicted_display_time_ns);
     if (frame.should_render) room.setEyeHeight(frame.views[0].stage_from_eye.position_m.y);
-    const Pose& room_from_stage = room.roomFromStage();
-    passController(room_from_stage);
+    passController(room.roomFromStage());
     updateRoomWarning(seen, moment);
     undrawn = frame.should_render ? 0 : undrawn + 1;
-    if (frame.should_render) {
-        if (window && !headset->mirror)
-            headset->mirror.emplace(*window, *headset->gpu, settings.press.tick_s);
-        const render::StereoTarget target{frame.image, session.colourFormat(), session.width(),
-                                          session.height(), frame.depth_image};
-        headset->adaptToBudget(frame, settings.config.budget_ms);
-        FrameState drawn = seen;
-        if (moment.empty()) drawn.tick = predictTick(frame, shown);
-        render::RenderScene scene = scenes.makeScene(drawn);
-        scene.room.real = session.facts().blend_mode != "opaque";
-        scene.room.shell = !scene.room.real;
-        const auto equipment_begin = SteadyClock::now();
-        const std::array<render::View, 2> expected = eyeViews(frame, room_from_stage);
-        if (settings.listener_pose) settings.listener_pose->store(headPose(expected));
-        const render::VisibleScreens screens = headset->renderer->visibleScreens(scene, expected);
-        const render::ScreenPlaces places = headset->renderer->screenPlaces(scene);
-        showEquipment(scene, seen, contrast, headset->mirror ? headset->mirror->screens(screens) : screens,
-                      moment);
-        HeadsetPanels& panels = headset->panelsFor(frame);
-        // In passthrough, screens beneath the eye images would hide the real room.
-        panels.placeScreens(scene, places, scene.room.real ? render::VisibleScreens{} : screens);
-        showHints(panels, seen, expected);
-        panels.placeNotice(
-            room.warning() != RoomWarning::none
-                ? makeNotice(room.warning(), settings.rearm_act)
-                : makeNotice(seen, attention, settings.rearm_act, controlsOf(settings.config.device)),
-            headPose(expected));
-        equipment_ms = msSince(equipment_begin);
-        shown_panels = panels.shown(room_from_stage.inverse());
-        session.lateUpdate(frame);
-        const std::array<render::View, 2> views = eyeViews(frame, room_from_stage);
-        drawn_stats = headset->renderer->draw(scene, views, target);
-        addTo(totals.sum, drawn_stats);
-        if (headset->mirror) headset->mirror->copyEye(target, views, places, scene.monitor_screen);
-        if (!moment.empty()) session.markCapture(moment);
-        ++totals.rendered;
-        if (!totals.first) totals.first = firstPicture(*headset->gpu);
-    }
-    session.endFrame(frame, shown_panels);
+    const Drawn drawn = frame.should_render ? draw(frame, seen, contrast, moment) : Drawn{};
+    session.endFrame(frame, drawn.panels);
+    const std::uint64_t tick = seen.tick.tick;
     if (!frame.should_render && headset->mirror)
-        publishState(*window, {seen, settings.press.tick_s, {shown.tick}, std::nullopt, attention, true});
-    if (frame.should_render) {
-        const double took_ms = msSince(begin);
-        if (headset->governor)
-            headset->governor->reportFrame(drawn_stats.volume_ms,
-                                           std::max(0.0, took_ms - equipment_ms - drawn_stats.volume_ms),
-                                           drawn_stats.layer_scale);
-        const FrameTime time{shown.tick,
-                             took_ms,
-                             drawn_stats.opaque_ms,
-                             drawn_stats.volume_ms,
-                             drawn_stats.layer_scale,
-                             std::nullopt,
-                             isLate(session, frame)};
-        if (totals.times.size() < kMaxFrameTimes) totals.times.push_back(time);
-        if (headset->mirror)
-            headset->mirror->publish(seen, *headset->equipment_pictures, time, attention,
-                                     newest_offset ? std::optional(newest_offset->distance_m) : std::nullopt);
-    }
-    return frame.should_render;
+        publishState(*window, {seen, settings.press.tick_s, {tick}, std::nullopt, attention, true});
+    if (!frame.should_render) return false;
+    const render::RenderStats& stats = drawn.stats;
+    const double took_ms = msSince(begin);
+    if (headset->governor)
+        headset->governor->reportFrame(stats.volume_ms,
+                                       std::max(0.0, took_ms - drawn.equipment_ms - stats.volume_ms),
+                                       stats.layer_scale);
+    const FrameTime time{tick,
+                         took_ms,
+                         stats.opaque_ms,
+                         stats.volume_ms,
+                         stats.layer_scale,
+                         std::nullopt,
+                         isLate(session, frame)};
+    if (totals.times.size() < kMaxFrameTimes) totals.times.push_back(time);
+    if (headset->mirror)
+        headset->mirror->publish(seen, *headset->equipment_pictures, time, attention,
+                                 newest_offset ? std::optional(newest_offset->distance_m) : std::nullopt);
+    return true;
 }
 
 void FrameLoop::Impl::pollSessionEvents() {

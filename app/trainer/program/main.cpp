@@ -126,31 +126,27 @@ void addMirrorAndSound(CLI::App& run, RunOptions& o) {
     run.add_flag_callback("--mute", [&o] { o.sound = false; }, "Do not play sound.")->excludes(sound);
 }
 
-void addRun(CLI::App& app, Work& work) {
-    const auto [run, o] =
-        addCommand(app, work, "run",
-                   "Run an attempt with scripted input or a device. Writes pictures, a record and a summary.",
-                   trainer::run);
-    run->add_option("--scenario", o.config.scenario, "Scenario: a name in assets/scenarios, or a .toml file.")
+// The patient, the task and the instruments.
+void addTask(CLI::App& run, RunOptions& o) {
+    run.add_option("--scenario", o.config.scenario, "Scenario: a name in assets/scenarios, or a .toml file.")
         ->default_str("demo");
     CLI::Option* needle =
-        run->add_option("--needle", o.config.needle_name,
-                        "Needle: a name listed by \"stylet instruments\", or a .toml file (default: the "
-                        "scenario's, else needle-17g).")
+        run.add_option("--needle", o.config.needle_name,
+                       "Needle: a name listed by \"stylet instruments\", or a .toml file (default: the "
+                       "scenario's, else needle-17g).")
             ->type_name("NAME");
     CLI::Option* instruments =
-        run->add_option("--instrument", o.config.instrument_names,
-                        "Needle, scalpel, probe, finger, guide wire, dilator or drain: a name listed by "
-                        "\"stylet instruments\", or a .toml file. Repeat the option for instruments of other "
-                        "kinds (default: the scenario's, else needle-17g, scalpel, probe-convex, finger, "
-                        "guide-wire, dilator, drain).")
+        run.add_option("--instrument", o.config.instrument_names,
+                       "Needle, scalpel, probe, finger, guide wire, dilator or drain: a name listed by "
+                       "\"stylet instruments\", or a .toml file. Repeat the option for instruments of other "
+                       "kinds (default: the scenario's, else needle-17g, scalpel, probe-convex, finger, "
+                       "guide-wire, dilator, drain).")
             ->type_name("NAME")
             ->allow_extra_args(false);
-    CLI::Option* seed =
-        addSeed(*run, o.config.seed,
-                "Seed of the reference patient, of the scripted input and of a drainage's case.");
+    CLI::Option* seed = addSeed(
+        run, o.config.seed, "Seed of the reference patient, of the scripted input and of a drainage's case.");
     CLI::Option* from =
-        run->add_option(
+        run.add_option(
                "--from", o.from,
                "Restart an earlier attempt (folder or id) at a bookmark (number or text; default: the last "
                "one). The new attempt is for training only: it enters no statistics.")
@@ -158,38 +154,54 @@ void addRun(CLI::App& app, Work& work) {
             ->excludes(needle)
             ->excludes(instruments)
             ->excludes(seed);
-    run->add_option("--patient", o.config.patient,
-                    "Patient package (default: the reference patient of the seed).");
-    run->add_flag("--accept-implausible", o.config.accept_implausible,
-                  "Use a patient that `stylet-model check` refused. The record says so. For instructors.");
-    run->add_option(
+    run.add_option("--patient", o.config.patient,
+                   "Patient package (default: the reference patient of the seed).");
+    run.add_flag("--accept-implausible", o.config.accept_implausible,
+                 "Use a patient that `stylet-model check` refused. The record says so. For instructors.");
+    run.add_option(
            "--full", o.config.full,
            "Fully segmented package of the same CT. Its force is computed alongside and compared with "
            "the force the user feels.")
         ->type_name("DIR");
-    addSpacing(*run, o.config.spacing_mm);
-    run->add_option(
+    addSpacing(run, o.config.spacing_mm);
+    run.add_option(
            "--path", o.config.path,
            "Reference path: the patient's N-th best planned path (default: the best; in a drainage, the best "
            "for the wire), or an attempt folder whose needle track is used instead.")
         ->type_name("N|DIR")
         ->excludes(from);
-    addNumber(*run, "--rate-hz", o.config.rate_hz, {1000.0, 4000.0}, "Rate of the haptics loop [Hz].");
+    addNumber(run, "--rate-hz", o.config.rate_hz, {1000.0, 4000.0}, "Rate of the haptics loop [Hz].");
+}
+
+// Where the results are stored.
+void addResults(CLI::App& run, RunOptions& o) {
     CLI::Option* out =
-        run->add_option("--out", o.config.folder, "Folder for the summary, the pictures and the record.");
+        run.add_option("--out", o.config.folder, "Folder for the summary, the pictures and the record.");
     CLI::Option* trainee =
-        run->add_option(
+        run.add_option(
                "--trainee", o.config.trainee,
                "Pseudonym of the trainee (letters, digits, . _ -). Store the attempt and its score in the "
                "store instead of --out.")
             ->excludes(out);
-    run->add_option("--records", o.records, "Folder of the store (default: $XDG_DATA_HOME/stylet/records).")
+    run.add_option("--records", o.records, "Folder of the store (default: $XDG_DATA_HOME/stylet/records).")
         ->needs(trainee);
-    addDatabase(*run, o.database);
-    run->parse_complete_callback([&o = o] {
+    addDatabase(run, o.database);
+    run.parse_complete_callback([&] {
         if (o.config.folder.empty() && o.config.trainee.empty())
             throw CLI::RequiredError("--out or --trainee");
+        if (run.count("--from") > 0 && run.count("--rate-hz") > 0)
+            throw CLI::ValidationError(
+                "--rate-hz", "--from continues at the rate of the recorded attempt; remove --rate-hz");
     });
+}
+
+void addRun(CLI::App& app, Work& work) {
+    const auto [run, o] =
+        addCommand(app, work, "run",
+                   "Run an attempt with scripted input or a device. Writes pictures, a record and a summary.",
+                   trainer::run);
+    addTask(*run, o);
+    addResults(*run, o);
     run->add_flag("--headless", o.config.headless,
                   "Use the bundled mock runtime, unless XR_RUNTIME_JSON names another one.");
     run->add_flag("--fast", o.config.fast,

@@ -23,6 +23,16 @@ constexpr std::size_t kRecentTicks = 4096;
 constexpr double kSyringeShown_s = 3.0;  // what the syringe drew, and how much it injected
 constexpr double kRefusedShown_s = 20.0, kAnswerShown_s = 6.0;
 
+// Why the ticks ignored an injected event, or empty. `before`: the tick before it.
+std::string whyIgnored(const haptics::Command& command, const TickOutput& before) {
+    using enum haptics::CommandKind;
+    using patient::InterruptionKind;
+    if (command.kind == move && before.patient_moved_m != Vec3(0.0)) return "the patient is moving already";
+    if ((command.kind != cough && command.kind != sigh) || before.interruption == InterruptionKind::none)
+        return {};
+    return before.interruption == InterruptionKind::cough ? "a cough is under way" : "a sigh is under way";
+}
+
 }  // namespace
 
 Session::Session(const patient::Patient& patient, const patient::PlannedPath& path,
@@ -90,6 +100,7 @@ void Session::watchUser(const TickRecord& record) {
 }
 
 void Session::watchInstructor(const TickRecord& record) {
+    const TickOutput before = recent_.empty() ? TickOutput{} : recent_.back();
     for (std::uint32_t i = 0; i < record.input.command_count; ++i) {
         const haptics::Command& command = record.input.commands[i];
         std::string name = injectedName(command);
@@ -97,6 +108,7 @@ void Session::watchInstructor(const TickRecord& record) {
         if (command.kind == haptics::CommandKind::lights) lights_out_ = command.value == 0;
         if (command.kind == haptics::CommandKind::bleed && !wounds_.bleed())
             name += ": no hole is in the skin";
+        if (const std::string why = whyIgnored(command, before); !why.empty()) name += ": not done, " + why;
         new_injected_.push_back(name);
         log_.events.push_back({record.output.tick, "injected", std::move(name)});
     }

@@ -154,7 +154,7 @@ void GuidePanel::update(const FrameState& seen, bool looked_at) {
 void GuidePanel::number(double x, double to_x, double y, const char* name, const std::string& value) {
     const report::TextStyle quiet{.size = kLetter_px, .colour = kPanelQuiet};
     canvas_->text({x, y}, name, quiet);
-    const bool flat = height_ < kFlat_px;
+    const bool flat = isFlat();
     const report::Point at = flat ? report::Point{x + canvas_->textWidth(name, quiet) + 10.0, y}
                                   : report::Point{x, y + kNumber_px + 4.0};
     report::TextStyle style{.size = flat ? kLetter_px + 2.0 : kNumber_px, .colour = kPanelText, .bold = true};
@@ -303,37 +303,20 @@ std::string GuidePanel::promptText() const {
     return hint.empty() ? training::prompt(act_, controls_) : hint;
 }
 
-void GuidePanel::draw(const FrameState& seen) {
+bool GuidePanel::isFlat() const {
+    return height_ < kFlat_px;
+}
+
+std::array<double, 4> GuidePanel::numberColumns() const {
+    const bool flat = isFlat();
+    return {kLeft, flat ? 262.0 : 268.0, flat ? 466.0 : 496.0, kRight + 12.0};
+}
+
+double GuidePanel::drawNumbers(const FrameState& seen, double y) {
     const Progress& progress = seen.progress;
     const haptics::TickOutput& tick = seen.tick;
-    const bool inside = tick.phase != haptics::Phase::outside;
-    canvas_->rectangle(0.0, 0.0, kWidth, height_, kPanelGlass);
-    const bool finished = progress.step == Step::done;
-    canvas_->text({kLeft, 48.0},
-                  finished ? "Done"
-                           : fmt::format("Step {} of {}", stepsBefore(progress, progress.step) + 1,
-                                         stepsBefore(progress, Step::done)),
-                  {.size = 34.0, .colour = kNext, .bold = true});
-    drawSteps(progress);
-    const report::TextStyle words{.size = kPrompt_px, .colour = kPanelText};
-    // The reason for a refused step takes the place of the hint for a while.
-    const bool refused = progress.refusal != training::Refusal::none &&
-                         progress.elapsed_s - progress.refused_s < kRefusalShown_s;
-    const training::Act act = nextAct(progress, tick, seen.equipment);
-    if (act != act_ || now_s_ < act_since_s_) act_ = act, act_since_s_ = now_s_;
-    const std::string verdict = answerVerdict(seen);
-    const std::string prompt = !verdict.empty() ? verdict
-                               : refused
-                                   ? "Not done: " + std::string(training::refusalText(progress.refusal)) + "."
-                               : rules_.next_step ? promptText()
-                                                  : std::string(training::stepName(progress.step));
-    double y = 88.0;
-    for (const std::string& line : wrapped(*canvas_, prompt, words, kPromptWidth_px))
-        canvas_->text({kLeft, y}, line, words), y += 34.0;
-
-    const bool flat = height_ < kFlat_px;
-    const double columns[4] = {kLeft, flat ? 262.0 : 268.0, flat ? 466.0 : 496.0, kRight + 12.0};
-    y = rules_.next_step || refused || !verdict.empty() ? 164.0 : 130.0;  // a hint may have two lines
+    const bool flat = isFlat(), inside = tick.phase != haptics::Phase::outside;
+    const std::array<double, 4> columns = numberColumns();
     const double force_n = std::fabs(toolForce_n(tick));
     const bool needle = haptics::isNeedleTool(tick.tool) || tick.access.needle_in,
                presses = haptics::pressesOnSkin(tick.tool) && force_n > kTouch_n;
@@ -374,13 +357,45 @@ void GuidePanel::draw(const FrameState& seen) {
     else
         number(columns[2], columns[3], y, flat ? "Target" : "To the target",
                off(1e3 * progress.to_target_m, " mm", 0));
-    y += flat ? 12.0 : 58.0;
+    return y + (flat ? 12.0 : 58.0);
+}
+
+void GuidePanel::draw(const FrameState& seen) {
+    const Progress& progress = seen.progress;
+    const haptics::TickOutput& tick = seen.tick;
+    canvas_->rectangle(0.0, 0.0, kWidth, height_, kPanelGlass);
+    const bool finished = progress.step == Step::done;
+    canvas_->text({kLeft, 48.0},
+                  finished ? "Done"
+                           : fmt::format("Step {} of {}", stepsBefore(progress, progress.step) + 1,
+                                         stepsBefore(progress, Step::done)),
+                  {.size = 34.0, .colour = kNext, .bold = true});
+    drawSteps(progress);
+    const report::TextStyle words{.size = kPrompt_px, .colour = kPanelText};
+    // The reason for a refused step takes the place of the hint for a while.
+    const bool refused = progress.refusal != training::Refusal::none &&
+                         progress.elapsed_s - progress.refused_s < kRefusalShown_s;
+    const training::Act act = nextAct(progress, tick, seen.equipment);
+    if (act != act_ || now_s_ < act_since_s_) act_ = act, act_since_s_ = now_s_;
+    const std::string verdict = answerVerdict(seen);
+    const std::string prompt = !verdict.empty() ? verdict
+                               : refused
+                                   ? "Not done: " + std::string(training::refusalText(progress.refusal)) + "."
+                               : rules_.next_step ? promptText()
+                                                  : std::string(training::stepName(progress.step));
+    double y = 88.0;
+    for (const std::string& line : wrapped(*canvas_, prompt, words, kPromptWidth_px))
+        canvas_->text({kLeft, y}, line, words), y += 34.0;
+
+    y = rules_.next_step || refused || !verdict.empty() ? 164.0 : 130.0;  // a hint may have two lines
+    y = drawNumbers(seen, y);
     const double last = height_ - 24.0, bottom = last - 44.0;
     if (haptics::isNeedleTool(tick.tool) && !seen.insertion.passed.empty())
         drawInsertion(seen, y, bottom);
     else
         drawCurve(y, bottom);
     const report::TextStyle foot{.size = 30.0, .colour = kPanelText, .bold = true};
+    const std::array<double, 4> columns = numberColumns();
     canvas_->text({columns[0], last}, formatClock(progress.elapsed_s), foot);
     canvas_->text({columns[1] - 70.0, last}, "Breath " + std::string(breath_), foot);
     canvas_->text({columns[2], last}, "Score " + fmt::format("{:.0f}", progress.total), foot);

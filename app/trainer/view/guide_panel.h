@@ -3,6 +3,7 @@
 // depths. One thread.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <optional>
@@ -44,7 +45,10 @@ class GuidePanel {
     void draw(const FrameState&);
     std::string promptText() const;
     void drawSteps(const training::Progress&);
-    // `top` and `bottom` are heights in layout pixels.
+    bool isFlat() const;
+    std::array<double, 4> numberColumns() const;
+    // Heights are in layout pixels. Returns the height below the numbers.
+    double drawNumbers(const FrameState&, double y);
     void drawCurve(double top, double bottom);
     void drawInsertion(const FrameState&, double top, double bottom);
     void drawNames(const Insertion&, double top, double bottom, double full_m);

@@ -221,11 +221,10 @@ std::vector<Highlight> PromptPlaces::highlights(Act act, const FrameState& seen)
             return at.toGuideLine();
         case Act::cut:
         case Act::enterWheal:
+        case Act::enterSkin:
             return at.cutPlace();
         case Act::snapNeedle:
             return at.railEnd();
-        case Act::enterSkin:
-            return at.cutPlace();
         case Act::advance:
             return {inRoom(render::kUltrasound, kUltrasoundTop_m)};
         case Act::liftOff:

@@ -51,10 +51,14 @@ void placeHigh(std::vector<Pane>& panes, WindowView eye, const Rect& all, const 
 
 }  // namespace
 
+int maxKeyRows(int height) {
+    return height >= kRoomForKeys ? 1 + (height / kKeysShare - kKeys) / kKeyRowHeight : 0;
+}
+
 Layout computeLayout(WindowView view, WindowView eye, int width, int height, const LayoutSettings& settings) {
     Layout layout;
-    const int rows = std::min(settings.key_rows, 1 + (height / kKeysShare - kKeys) / kKeyRowHeight);
-    const int keys = height >= kRoomForKeys ? kKeys + (rows - 1) * kKeyRowHeight : 0;
+    const int rows = std::min(settings.key_rows, maxKeyRows(height));
+    const int keys = rows > 0 ? kKeys + (rows - 1) * kKeyRowHeight : 0;
     layout.keys = {0, height - keys, width, keys};
     const Rect all{kGap, kGap, std::max(1, width - 2 * kGap), std::max(1, height - keys - 2 * kGap)};
     const bool roomy = all.width >= kMinWidth && all.height >= kMinHeight;

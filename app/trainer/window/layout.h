@@ -52,6 +52,8 @@ struct LayoutSettings {
 
 inline constexpr int kCaption = 26, kKeys = 30, kKeyRowHeight = 22, kGap = 8;
 
+// Rows for the key help in a window of this height: a third of it at most, 0 if it is too small.
+int maxKeyRows(int height);
 // `eye`: the view for the overview's large pane, which shows what the trainee sees.
 Layout computeLayout(WindowView, WindowView eye, int width, int height, const LayoutSettings& = {});
 

@@ -102,17 +102,20 @@ void WindowContent::select(WindowView view) {
 
 void WindowContent::updateKeyRows() {
     WindowKeys::HelpRows help = keys_.rows(rules_);
-    if (help == help_ && key_rows_width_ == width_) return;
-    help_ = std::move(help), key_rows_width_ = width_;
-    key_rows_ = splitRows(help_, width_ - 2.0 * kKeysLeft_px, [this](const WindowKeys::Help& entry) {
+    const std::array<std::uint32_t, 3> fits{width_, height_, help_page_};
+    if (help == help_ && key_rows_fit_ == fits) return;
+    help_ = std::move(help), key_rows_fit_ = fits;
+    const auto entry_px = [this](const WindowKeys::Help& entry) {
         return measure_.textWidth(entry.key + " ", keyStyle(kWindowWords, true)) +
                measure_.textWidth(entry.what, keyStyle(kWindowQuiet, false)) + kBetweenKeys_px;
-    });
+    };
+    const int max_rows = std::max(1, maxKeyRows(int(height_)) - otherKeyRows());
+    key_rows_ = fitRows(help_, width_ - 2.0 * kKeysLeft_px, max_rows, int(help_page_), entry_px);
 }
 
 void WindowContent::arrange() {
     updateKeyRows();
-    const LayoutSettings settings{.key_rows = 1 + int(key_rows_.size()) + (isReplay() ? 1 : 0),
+    const LayoutSettings settings{.key_rows = otherKeyRows() + int(key_rows_.size()),
                                   .slices = settings_.desktop && offered(WindowView::slices),
                                   .guide = settings_.desktop && rules_.panel};
     layout_ = computeLayout(view_, main_, int(width_), int(height_), settings);
@@ -142,6 +145,7 @@ void WindowContent::handleKey(const KeyPress& press) {
         select(WindowView(next));
     }
     if (key == 'r') orbit_.reset();
+    if (key == kMoreKeys) ++help_page_;
     keys_.press(press);
     if (hasToolInput()) moveToolBy(press);
 }
@@ -609,9 +613,12 @@ void WindowContent::drawKeys(report::Canvas& c) const {
     draw(message);
     for (const std::vector<WindowKeys::Help>& row : key_rows_) {
         x = kKeysLeft_px, y += kKeyRowHeight;
-        for (const WindowKeys::Help& help : row)
-            draw({{help.key + " ", keyStyle(kWindowWords, true)},
-                  {help.what, keyStyle(kWindowQuiet, false), kBetweenKeys_px}});
+        Words entries;
+        for (const WindowKeys::Help& help : row) {
+            entries.push_back({help.key + " ", keyStyle(kWindowWords, true)});
+            entries.push_back({help.what, keyStyle(kWindowQuiet, false), kBetweenKeys_px});
+        }
+        draw(entries);
     }
     c.unclip();
 }

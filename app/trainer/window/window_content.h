@@ -78,6 +78,7 @@ class WindowContent {
     const Pane* findPane(WindowView) const;
     void select(WindowView);
     void arrange();
+    int otherKeyRows() const { return isReplay() ? 2 : 1; }  // the row of the views, and a replay's bar
     void updateKeyRows();
     void handleKey(const KeyPress&);
     void moveTool(const WindowEvents&);
@@ -145,8 +146,9 @@ class WindowContent {
     Rect frame_{};  // around the first pane; the alert is drawn in it
     std::uint64_t tick_ = 0;
     WindowKeys keys_;
-    WindowKeys::HelpRows help_, key_rows_;  // the key help; the same, split for the window's width
-    std::uint32_t key_rows_width_ = 0;
+    WindowKeys::HelpRows help_, key_rows_;         // the key help; the part that is shown
+    std::array<std::uint32_t, 3> key_rows_fit_{};  // width, height and page of key_rows_
+    std::uint32_t help_page_ = 0;
     report::Canvas measure_{1, 1, {}};  // for widths of texts
     Playback playback_;                 // playback state of a replay
     double scrubbed_px_ = 0.0;

@@ -1,5 +1,6 @@
 #include "app/trainer/window/window_keys.h"
 
+#include <algorithm>
 #include <array>
 #include <span>
 
@@ -151,11 +152,10 @@ WindowKeys::HelpRows WindowKeys::rows(const training::DifficultyRules& rules) co
                  {"Home, End", ""},
                  {"Page Up and Down", "faster, slower"},
                  {"the bar", "anywhere"}}};
-    HelpRows rows(1);
-    rows[0].push_back({"Instructor", ""});
+    std::vector<Help> instructor{{"Instructor", ""}};
     for (const FunctionKey& key : kFunctionKeys)
-        rows[0].push_back({"F" + std::to_string(key.number), key.what});
-    if (!port_->acceptsCommands()) return rows;
+        instructor.push_back({"F" + std::to_string(key.number), key.what});
+    if (!port_->acceptsCommands()) return {instructor};
     std::vector<Help> tools, acts;
     for (const KeyWord& key : kToolKeys)
         tools.push_back({key.name, key.what});
@@ -164,6 +164,7 @@ WindowKeys::HelpRows WindowKeys::rows(const training::DifficultyRules& rules) co
     acts.push_back({"X", "X-rays"}), acts.push_back({"I", "inject"});
     if (isOffered('m')) acts.push_back({"M", "numb"});
     if (rules.expert) acts.push_back({"O", "watch the expert"});
+    HelpRows rows;
     if (port_->hasToolInput()) {
         rows.push_back({{"drag, arrows", "move"},
                         {"wheel forward (away from you), Page Down", "in"},
@@ -175,6 +176,8 @@ WindowKeys::HelpRows WindowKeys::rows(const training::DifficultyRules& rules) co
     }
     rows.push_back(tools);
     rows.push_back(acts);
+    // In the trainee's window the trainee's keys come first.
+    rows.insert(port_->hasToolInput() ? rows.end() : rows.begin(), instructor);
     return rows;
 }
 
@@ -192,6 +195,24 @@ WindowKeys::HelpRows splitRows(const WindowKeys::HelpRows& rows, double width_px
         }
     }
     return split;
+}
+
+WindowKeys::HelpRows fitRows(const WindowKeys::HelpRows& rows, double width_px, int max_rows, int page,
+                             const std::function<double(const WindowKeys::Help&)>& entry_px) {
+    WindowKeys::HelpRows split = splitRows(rows, width_px, entry_px);
+    if (int(split.size()) <= max_rows) return split;
+    WindowKeys::HelpRows joined(1);
+    for (const std::vector<WindowKeys::Help>& row : rows)
+        joined[0].insert(joined[0].end(), row.begin(), row.end());
+    split = splitRows(joined, width_px, entry_px);
+    if (int(split.size()) <= max_rows) return split;
+    const WindowKeys::Help more{"J", "more keys"};
+    split = splitRows(joined, width_px - entry_px(more), entry_px);
+    const int count = int(split.size()), pages = (count + max_rows - 1) / max_rows;
+    const auto first = split.begin() + std::min(page % pages * max_rows, count - max_rows);
+    WindowKeys::HelpRows shown(first, first + max_rows);
+    shown.back().push_back(more);
+    return shown;
 }
 
 }  // namespace stylet::trainer

@@ -64,5 +64,11 @@ class WindowKeys {
 // after it.
 WindowKeys::HelpRows splitRows(const WindowKeys::HelpRows&, double width_px,
                                const std::function<double(const WindowKeys::Help&)>& entry_px);
+// The same, at most `max_rows` of them. If they do not fit, the entries of all rows follow each other. If
+// they still do not fit, returns a page of them, whose last row ends with the key for the next page. `page`
+// counts from 0 and wraps around. All pages have the same number of rows.
+WindowKeys::HelpRows fitRows(const WindowKeys::HelpRows&, double width_px, int max_rows, int page,
+                             const std::function<double(const WindowKeys::Help&)>& entry_px);
+inline constexpr char kMoreKeys = 'j';
 
 }  // namespace stylet::trainer

@@ -175,6 +175,8 @@ TEST_F(Run, RestartFromABookmarkEndsInTheSameHash) {
     const Outcome other = command_->run(from + " --scenario procedure");
     EXPECT_NE(other.status, 0);
     EXPECT_THAT(other.err, HasSubstr("--from restarts the scenario \"demo\"; remove --scenario"));
+    EXPECT_THAT(command_->run(from + " --rate-hz 2000").err,
+                HasSubstr("--rate-hz: --from continues at the rate of the recorded attempt"));
     const Outcome none = command_->run("run --headless --fast --from '" + demo_folder_.string() + "'");
     EXPECT_EQ(none.status, 2);
     EXPECT_THAT(none.err, HasSubstr("bookmarks: the attempt has none"));

@@ -88,6 +88,26 @@ TEST_F(SessionLogTest, RecordsThePeakOfEitherSignAndTheCurveInsideTheBody) {
     EXPECT_EQ(session_.log().deepest->tick, 3u);
 }
 
+// A second cough during a cough is ignored by the ticks, and a second jerk during a jerk.
+TEST_F(SessionLogTest, SaysWhyAnInjectedEventWasIgnored) {
+    using enum haptics::CommandKind;
+    const auto injectedAt = [&](std::uint64_t tick, haptics::CommandKind kind) {
+        haptics::TickRecord record = recordAt(tick, -0.1);
+        record.input.add({kind, 0});
+        record.output.interruption = patient::InterruptionKind::cough;
+        record.output.patient_moved_m = {0.001, 0.0, 0.0};
+        session_.update(record);
+        return session_.popInjected();
+    };
+    using Names = std::vector<std::string>;
+    EXPECT_EQ(injectedAt(1, cough), Names{"cough"});
+    EXPECT_EQ(injectedAt(2, cough), Names{"cough: not done, a cough is under way"});
+    EXPECT_EQ(injectedAt(3, sigh), Names{"sigh: not done, a cough is under way"});
+    EXPECT_EQ(injectedAt(4, move), Names{"move: not done, the patient is moving already"});
+    session_.update(recordAt(5, -0.1));
+    EXPECT_EQ(injectedAt(6, move), Names{"move"});
+}
+
 // The syringe's scale is shown while it injects and for 3 s after.
 TEST_F(SessionLogTest, ReadsTheSyringesScale) {
     std::uint64_t tick = 0;

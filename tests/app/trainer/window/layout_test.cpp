@@ -74,6 +74,8 @@ TEST(Layout, KeysTakeAThirdOfTheWindowAtMost) {
     const Layout layout = computeLayout(WindowView::leftEye, WindowView::leftEye, 720, 440, {.key_rows = 12});
     EXPECT_EQ(layout.keys.height, kKeys + 5 * kKeyRowHeight);
     EXPECT_GT(layout.panes[0].area.height, 220);
+    EXPECT_EQ(maxKeyRows(440), 6);
+    EXPECT_EQ(maxKeyRows(300), 0) << "too small for any";
 }
 
 TEST(Layout, TheGuideStandsWhereTheMetricsWouldBe) {

@@ -1,6 +1,9 @@
 #include "app/trainer/window/window_keys.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <set>
 
 #include "tests/app/trainer/difficulties.h"
 
@@ -179,6 +182,41 @@ TEST(WindowKeys, RowsAreSplitBetweenEntriesToFitTheWindow) {
     }
     EXPECT_EQ(splitRows(rows, 1e6, entry_px), rows);
     EXPECT_EQ(splitRows({{{"F1", "command"}}}, 1.0, entry_px).size(), 1u) << "an entry is never split";
+}
+
+// A window of 640 x 480 pixels has space for five rows, one of 320 x 320 for one and a replay's bar.
+TEST(WindowKeys, KeysThatDoNotFitAreOnFurtherPages) {
+    const auto port = std::make_shared<WindowPort>();
+    port->enableToolInput();
+    WindowKeys keys(port);
+    keys.setCourse(training::Course::drainage);
+    const WindowKeys::HelpRows rows = keys.rows(test::difficulties()[Difficulty::guided]);
+    EXPECT_EQ(rows[0][0].what, "move") << "the trainee's keys come first";
+    EXPECT_EQ(rows.back()[0].key, "Instructor");
+    const auto entry_px = [](const WindowKeys::Help& help) {
+        return 7.0 * double(help.key.size() + help.what.size() + 2);
+    };
+    EXPECT_EQ(fitRows(rows, 1256.0, 9, 1, entry_px), splitRows(rows, 1256.0, entry_px)) << "all fit";
+    const int needed = int(splitRows(rows, 776.0, entry_px).size());
+    EXPECT_NE(fitRows(rows, 776.0, needed - 1, 0, entry_px).back().back().key, "J") << "closer together";
+    for (const auto& [width_px, max_rows] : {std::pair{616.0, 5}, {616.0, 3}, {296.0, 1}}) {
+        std::set<std::string> missing;
+        for (const auto& row : rows)
+            for (const WindowKeys::Help& help : row)
+                missing.insert(help.key);
+        const WindowKeys::HelpRows first = fitRows(rows, width_px, max_rows, 0, entry_px);
+        int page = 0;
+        do {
+            const WindowKeys::HelpRows shown = fitRows(rows, width_px, max_rows, page, entry_px);
+            EXPECT_EQ(int(shown.size()), max_rows) << page;
+            EXPECT_EQ(shown.back().back(), (WindowKeys::Help{"J", "more keys"})) << page;
+            for (const auto& row : shown)
+                for (const WindowKeys::Help& help : row)
+                    missing.erase(help.key);
+        } while (fitRows(rows, width_px, max_rows, ++page, entry_px) != first && page < 30);
+        EXPECT_THAT(missing, testing::IsEmpty());
+        EXPECT_GT(page, 1);
+    }
 }
 
 TEST(WindowKeys, F8SetsABookmark) {

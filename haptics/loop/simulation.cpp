@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "base/hash.h"
 #include "base/transcendental.h"
@@ -211,13 +212,19 @@ void Simulation::followDevice(const DeviceState& device, const Surrogate& breath
     Pose stylus = settings_.patient_from_device * reported;
     stylus.position_m -= state_.patient_moved_m;
     const double max_speed_m_s = state_.left_needle ? kSlowEnough_m_s : kOverSpeed_m_s;
-    const bool leapt = state_.has_pose && state_.output.safety.speed_m_s > max_speed_m_s;
+    // A device that was lost or silent may come back anywhere, and its mean speed since is low.
+    const bool lost = (update.fault_bits & (kFaultDeviceLost | kFaultStaleInput)) != 0;
+    const bool came_back = std::exchange(state_.device_lost, lost) && !lost;
+    const bool elsewhere =
+        glm::distance(stylus.position_m, state_.patient_from_stylus.position_m) > kRejoin_m;
+    const bool leapt =
+        state_.has_pose && (state_.output.safety.speed_m_s > max_speed_m_s || (came_back && elsewhere));
     Following following =
         state_.has_pose ? findFollowing(state_.tools, stylus.position_m, leapt) : Following::follows;
     if (following == Following::stays) {
         state_.left_needle = true;
-        const bool lost = (update.fault_bits & (kFaultStaleInput | kFaultDeviceLost | kFaultHandOff)) != 0;
-        const bool outside = !leapt && !lost && isInOpenAir({*patient_, breath}, stylus.position_m);
+        const bool held = !lost && (update.fault_bits & kFaultHandOff) == 0;
+        const bool outside = !leapt && held && isInOpenAir({*patient_, breath}, stylus.position_m);
         state_.outside_s = outside ? state_.outside_s + settings_.dt_s : 0.0;
         if (state_.outside_s < kDrawnOut_s) return;
         update.drawn_out = drawOutNeedle(state_.tools.needle);

@@ -127,6 +127,7 @@ struct SimulationState {
     // The device leapt away from the needle in the body. The needle keeps its pose until the device is back
     // (kRejoin_m) or has been outside the body for kDrawnOut_s.
     bool left_needle = false;
+    bool device_lost = false;      // or silent, when its pose was last used
     double outside_s = 0.0;        // for how long it has been outside the body since
     std::uint64_t move_ticks = 0;  // since the startle began; 0: the patient lies still
     Vec3 patient_moved_m{0.0};     // displacement from the initial position

@@ -187,6 +187,42 @@ TEST(Toolbox, LeapOutsideCrossesNoTissue) {
     EXPECT_EQ(b.out.phase, Phase::tenting);
 }
 
+// A controller whose tracking is lost, or that is silent, and is then in the body. HZ-FORCE-05
+TEST(Toolbox, DeviceThatComesBackInTheBodyCutsNothing) {
+    for (const std::uint32_t ready : {0u, std::uint32_t(kDeviceReady)})
+        for (const double last_x_m : {-0.005, -0.05}) {
+            ToolBench b;
+            b.to(last_x_m);
+            const std::uint32_t flags = b.input.device.flags;
+            b.input.device.fresh = 0;
+            b.input.device.flags = (flags & ~std::uint32_t(kDeviceReady)) | ready;
+            b.tick(1500);
+            b.input.device.fresh = 1;
+            b.input.device.flags = flags;
+            b.to(0.020);
+            EXPECT_EQ(b.events.count, 0);
+            b.sweep(0.022);
+            EXPECT_EQ(b.events.count, 0);
+            EXPECT_EQ(b.out.phase, Phase::outside);
+            EXPECT_EQ(b.simulation.state().tools.needle.cut_count, 0);
+            b.sweep(-0.005);
+            b.sweep(0.0005);
+            EXPECT_EQ(b.out.phase, Phase::tenting);
+        }
+}
+
+TEST(Toolbox, DeviceThatComesBackWhereItWasGoesOn) {
+    ToolBench b;
+    b.to(-0.001);
+    b.input.device.fresh = 0;
+    b.tick(1500);
+    b.input.device.fresh = 1;
+    const auto resets = b.out.tool_resets;
+    b.to(0.0005);
+    EXPECT_EQ(b.out.phase, Phase::tenting);
+    EXPECT_EQ(b.out.tool_resets, resets);
+}
+
 // A needle in fat, 8 mm behind the skin, with the force on.
 struct LeapBench : ToolBench {
     LeapBench() {

@@ -44,20 +44,24 @@ bool hasLayer(const vk::raii::Context& context, const char* name) {
                        [&](const vk::LayerProperties& l) { return std::strcmp(l.layerName, name) == 0; });
 }
 
+bool hasExtension(const vk::raii::PhysicalDevice& device, const char* name) {
+    const auto extensions = device.enumerateDeviceExtensionProperties();
+    return std::any_of(extensions.begin(), extensions.end(), [&](const vk::ExtensionProperties& e) {
+        return std::strcmp(e.extensionName, name) == 0;
+    });
+}
+
 struct DeviceFeatures {
     vk::PhysicalDeviceFeatures core;
     vk::PhysicalDeviceVulkan11Features v11;
-    vk::PhysicalDeviceVulkan12Features v12;
     vk::PhysicalDeviceVulkan13Features v13;
 };
 
 DeviceFeatures queryFeatures(const vk::raii::PhysicalDevice& device) {
-    const auto chain =
-        device.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan11Features,
-                            vk::PhysicalDeviceVulkan12Features, vk::PhysicalDeviceVulkan13Features>();
+    const auto chain = device.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan11Features,
+                                           vk::PhysicalDeviceVulkan13Features>();
     return {chain.get<vk::PhysicalDeviceFeatures2>().features,
-            chain.get<vk::PhysicalDeviceVulkan11Features>(), chain.get<vk::PhysicalDeviceVulkan12Features>(),
-            chain.get<vk::PhysicalDeviceVulkan13Features>()};
+            chain.get<vk::PhysicalDeviceVulkan11Features>(), chain.get<vk::PhysicalDeviceVulkan13Features>()};
 }
 
 bool isCapable(const vk::raii::PhysicalDevice& device) {
@@ -184,12 +188,16 @@ void Gpu::Impl::pickDevice(const GpuHooks& hooks) {
 void Gpu::Impl::makeDevice(const GpuSettings& settings, const GpuHooks& hooks) {
     const DeviceFeatures offered = queryFeatures(physical);
     multiview_offered = offered.v11.multiview;
-    layered_offered = offered.v12.shaderOutputLayer;
+    // VkPhysicalDeviceVulkan12Features must not be in the chain, so gl_Layer in vertex shaders is enabled
+    // through its extension. An OpenXR runtime may append VkPhysicalDeviceTimelineSemaphoreFeatures (Monado
+    // does), and Vulkan forbids both in one chain.
+    std::vector<const char*> extensions = settings.device_extensions;
+    layered_offered = hasExtension(physical, VK_EXT_SHADER_VIEWPORT_INDEX_LAYER_EXTENSION_NAME);
+    if (layered_offered) extensions.push_back(VK_EXT_SHADER_VIEWPORT_INDEX_LAYER_EXTENSION_NAME);
     family = graphicsFamily(physical);
     vk::PhysicalDeviceVulkan11Features v11{.multiview = offered.v11.multiview};
-    vk::PhysicalDeviceVulkan12Features v12{.pNext = &v11, .shaderOutputLayer = offered.v12.shaderOutputLayer};
     const vk::PhysicalDeviceVulkan13Features v13{
-        .pNext = &v12, .synchronization2 = true, .dynamicRendering = true, .maintenance4 = true};
+        .pNext = &v11, .synchronization2 = true, .dynamicRendering = true, .maintenance4 = true};
     const vk::PhysicalDeviceFeatures core{.fragmentStoresAndAtomics = true};
     const float priority = 1.0f;
     const vk::DeviceQueueCreateInfo queue_info{
@@ -197,8 +205,8 @@ void Gpu::Impl::makeDevice(const GpuSettings& settings, const GpuHooks& hooks) {
     const vk::DeviceCreateInfo info{.pNext = &v13,
                                     .queueCreateInfoCount = 1,
                                     .pQueueCreateInfos = &queue_info,
-                                    .enabledExtensionCount = std::uint32_t(settings.device_extensions.size()),
-                                    .ppEnabledExtensionNames = settings.device_extensions.data(),
+                                    .enabledExtensionCount = std::uint32_t(extensions.size()),
+                                    .ppEnabledExtensionNames = extensions.data(),
                                     .pEnabledFeatures = &core};
     if (hooks.createDevice) {
         VkDevice made = VK_NULL_HANDLE;
@@ -245,8 +253,8 @@ void Gpu::Impl::chooseStereo(StereoPath wanted) {
         throw GpuError("multiview does not work with this graphics driver. Use StereoPath::best.");
     if (wanted == StereoPath::layered && !layered_offered)
         throw GpuError(
-            "this graphics driver does not offer shaderOutputLayer, which layered drawing needs. Use "
-            "StereoPath::best.");
+            "this graphics driver does not offer VK_EXT_shader_viewport_index_layer, which layered drawing "
+            "needs. Use StereoPath::best.");
     stereo = wanted;
 }
 

@@ -56,6 +56,23 @@ TEST_F(GpuTest, CallsTheHooks) {
     EXPECT_EQ(devices, 1);
 }
 
+// Monado's xrCreateVulkanDeviceKHR appends this structure to the application's chain.
+TEST_F(GpuTest, RuntimeMayAppendTimelineSemaphoreFeatures) {
+    GpuHooks hooks;
+    hooks.createDevice = [](PFN_vkGetInstanceProcAddr, VkPhysicalDevice physical,
+                            const VkDeviceCreateInfo* info, VkDevice* out) {
+        VkPhysicalDeviceTimelineSemaphoreFeatures appended{
+            .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_TIMELINE_SEMAPHORE_FEATURES,
+            .pNext = const_cast<void*>(info->pNext),
+            .timelineSemaphore = VK_TRUE};
+        VkDeviceCreateInfo with = *info;
+        with.pNext = &appended;
+        return vkCreateDevice(physical, &with, nullptr, out);
+    };
+    const Gpu gpu({.validation = true}, hooks);
+    EXPECT_EQ(gpu.validationMessages(), 0u);
+}
+
 TEST_F(GpuTest, FailingHookIsNamedInTheError) {
     GpuHooks hooks;
     hooks.createInstance = [](PFN_vkGetInstanceProcAddr, const VkInstanceCreateInfo*, VkInstance*) {

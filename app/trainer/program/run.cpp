@@ -188,7 +188,10 @@ std::unique_ptr<Display> picturesFor(const Attempt& attempt, const patient::Plan
         else
             why_not += "; no window either: " + no_window;
     }
-    if (!pictures) printMessage("no pictures: " + why_not + "; continuing without pictures");
+    // Controllers cannot continue without a headset: openOutputs() then refuses the run.
+    if (!pictures)
+        printMessage("no pictures: " + why_not +
+                     (settings.controllers ? "" : "; continuing without pictures"));
     return pictures;
 }
 

@@ -336,6 +336,7 @@ TEST_F(StoreRun, AttemptWithoutTicksIsNotStored) {
                           "XR_RUNTIME_JSON=/nonexistent.json ");
     EXPECT_EQ(none.status, 3) << none.err;
     EXPECT_THAT(none.err, HasSubstr("--device controllers needs a headset, and none is available"));
+    EXPECT_THAT(none.err, Not(HasSubstr("continuing without pictures")));
     const Store store(folder());
     EXPECT_TRUE(store.attempts("T-11").empty());
     EXPECT_TRUE(store.recovered().empty());

@@ -169,7 +169,9 @@ void FrameLoop::Impl::passController(const Pose& room_from_stage) {
 }
 
 void FrameLoop::Impl::lose(const std::string& why) {
-    printMessage("the headset was lost: " + why + "; the attempt continues while the program looks for it");
+    printMessage("the headset was lost: " + why +
+                 (live.on_attention ? "; the attempt continues while the program looks for it"
+                                    : "; the program looks for it"));
     lost_because = why;
     if (settings.controllers) settings.controllers->attach(nullptr);
     // If the user had already looked away, the attempt stays paused.

@@ -100,7 +100,8 @@ ControllerDriver::ControllerDriver(ControllerPort& port, ControllerSide side, co
     : port_(port),
       missing_(std::string("no controller is tracked in the ") +
                (side == ControllerSide::left ? "left" : "right") +
-               " hand: put the headset on, switch the controller on, hold it in sight"),
+               " hand: put the headset on, switch the controller on, hold it in sight, close menus and other "
+               "programs in front"),
       clock_(clock) {}
 
 DeviceStage ControllerDriver::open(std::string& why) {

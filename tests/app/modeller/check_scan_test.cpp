@@ -20,15 +20,12 @@ namespace {
 using patient::synth::Id;
 
 const Package& reference() {
-    static const Package package = test::referencePatient(1, 0.003);
+    static const Package package = test::stillPatient(1, 0.003);
     return package;
 }
 
-// Without motion, to save time.
 Package copy() {
-    Package p = reference();
-    p.motion = {};
-    return p;
+    return reference();
 }
 
 ScanMeasures measure(const Package& p) {
@@ -96,15 +93,15 @@ TEST(ScanMeasures, NoiseOfUniformValuesInClosedForm) {
 TEST(CheckScan, NamesThePhase) {
     using testing::HasSubstr, testing::StartsWith;
     const std::string what = "vessels brighter than the liver";
-    const std::string native = finding(test::referencePatient(1, 0.003, {"native"}), what);
+    const std::string native = finding(test::stillPatient(1, 0.003, {"native"}), what);
     EXPECT_THAT(native, StartsWith("REFUSED"));
     EXPECT_THAT(native, HasSubstr("without contrast medium"));
     EXPECT_THAT(native, HasSubstr("portal venous phase"));
-    const std::string arterial = finding(test::referencePatient(1, 0.003, {"arterial"}), what);
+    const std::string arterial = finding(test::stillPatient(1, 0.003, {"arterial"}), what);
     EXPECT_THAT(arterial, StartsWith("REFUSED"));
     EXPECT_THAT(arterial, HasSubstr("an arterial phase"));
-    EXPECT_THAT(finding(test::referencePatient(1, 0.003, {"late"}), what), HasSubstr("a late phase"));
-    EXPECT_EQ(finding(test::referencePatient(1, 0.003, {"80-kv"}), what), "");
+    EXPECT_THAT(finding(test::stillPatient(1, 0.003, {"late"}), what), HasSubstr("a late phase"));
+    EXPECT_EQ(finding(test::stillPatient(1, 0.003, {"80-kv"}), what), "");
 }
 
 // A build of a scan without contrast medium finds no aorta, and takes noise for vessels. Of an arterial
@@ -112,8 +109,7 @@ TEST(CheckScan, NamesThePhase) {
 TEST(CheckScan, NoiseTakenForVesselsDoesNotHideThePhase) {
     // Keeps one vessel voxel of `step`, and makes it bright.
     const auto scanned = [](int step) {
-        Package p = test::referencePatient(1, 0.003, {"native"});
-        p.motion = {};
+        Package p = test::stillPatient(1, 0.003, {"native"});
         const double liver_hu = measure(p).liver_hu;
         int n = 0;
         for (std::uint8_t& id : p.labels.voxels)
@@ -145,7 +141,7 @@ TEST(CheckScan, AWrongDistanceOfTheSlicesIsNamed) {
         EXPECT_THAT(finding(lie, what), testing::StartsWith(factor < 1.0 ? "REFUSED" : "look"));
         EXPECT_THAT(finding(lie, what), testing::HasSubstr("wrong distance of its slices")) << factor;
     }
-    const Package child = test::referencePatient(1, 0.003, {"child"});
+    const Package child = test::stillPatient(1, 0.003, {"child"});
     EXPECT_EQ(finding(child, what), "");
     EXPECT_NEAR(measure(reference()).rib_distance_median, 0.11, 0.007);
     EXPECT_NEAR(measure(child).rib_distance_median, measure(reference()).rib_distance_median, 0.01);
@@ -204,7 +200,7 @@ TEST(CheckScan, MissingOrSmallVessels) {
 }
 
 TEST(CheckScan, NoiseIsReported) {
-    const std::string noisy = finding(test::referencePatient(1, 0.003, {"noise-x3"}), "noise in the liver");
+    const std::string noisy = finding(test::stillPatient(1, 0.003, {"noise-x3"}), "noise in the liver");
     EXPECT_THAT(noisy, testing::StartsWith("look"));
     EXPECT_THAT(noisy, testing::HasSubstr("soft kernel"));
 }
@@ -373,7 +369,7 @@ TEST(CheckScan, BoneInsideTheLiverIsReported) {
 }
 
 TEST(CheckScan, CalcifiedTumourIsReported) {
-    EXPECT_THAT(finding(test::referencePatient(1, 0.002, {"calcified-tumour"}), "bone inside the liver"),
+    EXPECT_THAT(finding(test::stillPatient(1, 0.002, {"calcified-tumour"}), "bone inside the liver"),
                 testing::StartsWith("look"));
 }
 
@@ -388,7 +384,7 @@ TEST(CheckScan, OrgansTakenForCartilageAreReported) {
     for (const Id bone : {Id::spine, Id::ribsRight, Id::ribsLeft, Id::sternum})
         relabel(p, bone, Id::cartilage);
     EXPECT_EQ(finding(p, what), "");  // nothing to compare with
-    EXPECT_EQ(finding(test::referencePatient(1, 0.003, {"child"}), what), "");
+    EXPECT_EQ(finding(test::stillPatient(1, 0.003, {"child"}), what), "");
 }
 
 TEST(CheckScan, DuctsInFatAreReported) {

@@ -259,56 +259,62 @@ TEST(ImportBuild, SmallPiecesOfTheLiverOutsideTheFasciaAreDropped) {
     EXPECT_THAT(built().notes, testing::Not(testing::Contains(dropped)));
 }
 
-// A reference patient, and the patient imported from its CT and only those of its labels that published
-// segmentations have. Some voxels at the surface of the bones, as bright as bone, were not drawn.
+// The coarsest voxels in which import looks for costal cartilage.
+constexpr double kPublished_m = 0.00125;
+
+const patient::Package& truth() {
+    static const patient::Package package = test::stillPatient(83, kPublished_m);
+    return package;
+}
+
+// The patient imported from the CT of truth() and only those of its labels that published segmentations have.
+// Some voxels at the surface of the bones, as bright as bone, were not drawn.
 struct Published {
-    patient::Package truth, imported;
+    patient::Package imported;
     std::vector<std::size_t> not_drawn;
 };
 // `rim`: the bones are drawn with the muscle that blur makes as bright as bone, as in published
 // segmentations.
 Published importPublished(bool rim) {
-    patient::Package truth = test::referencePatient(83, 0.001);
-    test::Torso t{truth.ct, Volume<std::int16_t>(truth.labels.grid), {}};
-    std::copy(truth.labels.voxels.begin(), truth.labels.voxels.end(), t.labels.voxels.begin());
+    const LabelVolume& labels = truth().labels;
+    test::Torso t{truth().ct, Volume<std::int16_t>(labels.grid), {}};
+    std::copy(labels.voxels.begin(), labels.voxels.end(), t.labels.voxels.begin());
     t.map.target_of[0] = 0;
-    for (const patient::Label& l : truth.label_table) {
+    for (const patient::Label& l : truth().label_table) {
         const bool is_published = isInsideFascia(l) || isBone(l);
         t.map.target_of[l.id] = is_published ? targetId(l.name) : std::uint8_t(0);
     }
-    const Mask bones = labelMask(truth.labels, isBone);
+    const Mask bones = labelMask(labels, isBone);
     const Mask beside = rim ? dilated(bones, 0.0025) : bones;
     const std::uint8_t bone = targetId("spine");
     for (std::size_t i = 0; i < beside.voxels.size(); ++i)
-        if (beside.voxels[i] && truth.ct.voxels[i] >= 150 && t.map.target_of.at(t.labels.voxels[i]) == 0)
+        if (beside.voxels[i] && t.ct.voxels[i] >= 150 && t.map.target_of.at(t.labels.voxels[i]) == 0)
             t.labels.voxels[i] = bone;
     // Patches of up to 3 by 3 voxels.
-    const Mask surface = subtract(bones, eroded(bones, 0.0011));
+    const Mask surface = subtract(bones, eroded(bones, 1.1 * kPublished_m));
     std::vector<std::size_t> not_drawn;
     for (std::size_t i = 0; i < surface.voxels.size(); ++i) {
         const Index3 patch = surface.grid.voxelAt(i) / 3;
-        if (surface.voxels[i] && truth.ct.voxels[i] >= 350 && (patch.x + 3 * patch.y + 5 * patch.z) % 13 == 0)
+        if (surface.voxels[i] && t.ct.voxels[i] >= 350 && (patch.x + 3 * patch.y + 5 * patch.z) % 13 == 0)
             t.labels.voxels[i] = 0, not_drawn.push_back(i);
     }
     ImportSettings s = settings();
     s.grow_ducts = false;
-    s.spacing_m = 0.001;
-    patient::Package imported = buildPatient(t.ct, t.labels, t.map, s).package;
-    return {std::move(truth), std::move(imported), std::move(not_drawn)};
+    s.spacing_m = kPublished_m;
+    return {buildPatient(t.ct, t.labels, t.map, s).package, std::move(not_drawn)};
 }
 const Published& published() {
-    static const Published both = importPublished(false);
-    return both;
+    static const Published shared = importPublished(false);
+    return shared;
 }
 
 // Mean distance of the imported fascia from the true one near the liver.
-double fasciaError_m(const Published& both) {
-    const auto& [truth, p, not_drawn] = both;
-    const FloatVolume to_fascia = distanceTo(labelMask(truth.labels, "fascia")),
-                      to_liver = distanceTo(labelMask(truth.labels, "liver"));
+double fasciaError_m(const patient::Package& p) {
+    const FloatVolume to_fascia = distanceTo(labelMask(truth().labels, "fascia")),
+                      to_liver = distanceTo(labelMask(truth().labels, "liver"));
     double sum_m = 0.0, voxels = 0.0;
     forEachVoxel(p.labels.grid, [&](const Index3& i) {
-        const Index3 at = truth.labels.grid.nearest(p.labels.grid.centre(i));
+        const Index3 at = truth().labels.grid.nearest(p.labels.grid.centre(i));
         if (p.labels[i] != targetId("fascia") || to_liver[at] > 0.02f) return;
         sum_m += double(to_fascia[at]), voxels += 1.0;
     });
@@ -316,23 +322,25 @@ double fasciaError_m(const Published& both) {
     return sum_m / voxels;
 }
 
-// The limit lies between the error of the search in the CT (0.65 mm, most of it behind the liver) and that of
-// a fixed distance from the ribs (1.71 mm). With the rim drawn as bone, it is 0.17 mm worse unless the rim is
-// removed.
+// The limit lies between the error of the search in the CT (0.66 mm, most of it behind the liver) and that of
+// a fixed distance from the ribs (1.71 mm in voxels of 1 mm). With the rim drawn as bone, it is 0.17 mm worse
+// unless the rim is removed.
 TEST(ImportBuild, FasciaLiesWhereAReferencePatientHasIt) {
-    const double error_m = fasciaError_m(published());
+    const double error_m = fasciaError_m(published().imported);
     EXPECT_LT(error_m, 0.001);
-    const double rim_m = fasciaError_m(importPublished(true));
+#ifndef STYLET_SANITIZED  // the same code with another drawing
+    const double rim_m = fasciaError_m(importPublished(true).imported);
     EXPECT_NEAR(rim_m, error_m, 0.0001);
+#endif
 }
 
-// Blur makes muscle beside a rib as bright as bone (some 90,000 voxels here). A needle must not stop there.
+// Blur makes muscle beside a rib as bright as bone (some 50,000 voxels here). A needle must not stop there.
 TEST(ImportBuild, MuscleBesideRibsIsNoBone) {
-    const auto& [truth, p, not_drawn] = published();
+    const patient::Package& p = published().imported;
     std::size_t stops = 0, rim = 0;
     forEachVoxel(p.labels.grid, [&](const Index3& i) {
-        const Index3 at = truth.labels.grid.nearest(p.labels.grid.centre(i));
-        if (truth.labels[at] != targetId("muscle") || p.ct[i] < p.thresholds.t2_sensitive_hu) return;
+        const Index3 at = truth().labels.grid.nearest(p.labels.grid.centre(i));
+        if (truth().labels[at] != targetId("muscle") || p.ct[i] < p.thresholds.t2_sensitive_hu) return;
         stops += p.labels[i] == 0;
         rim += p.labels[i] == targetId("muscle");
     });
@@ -342,11 +350,11 @@ TEST(ImportBuild, MuscleBesideRibsIsNoBone) {
 
 // But where bone was not drawn, it must stop. (Without the rule, it is muscle.)
 TEST(ImportBuild, BoneThatWasNotDrawnIsBone) {
-    const auto& [truth, p, not_drawn] = published();
+    const auto& [p, not_drawn] = published();
     const patient::Patient imported(p);
     std::size_t bone = 0, all = 0;
     for (const std::size_t n : not_drawn) {
-        const Index3 i = p.labels.grid.nearest(truth.labels.grid.centre(truth.labels.grid.voxelAt(n)));
+        const Index3 i = p.labels.grid.nearest(truth().labels.grid.centre(truth().labels.grid.voxelAt(n)));
         if (!p.labels.grid.contains(i)) continue;
         ++all, bone += imported.at(i, {}).tissue == patient::Tissue::bone;
     }
@@ -354,17 +362,18 @@ TEST(ImportBuild, BoneThatWasNotDrawnIsBone) {
     EXPECT_GT(double(bone), 0.9 * double(all));
 }
 
-// Published segmentations have no costal cartilage. At 1 mm, what is added is cartilage, if not all of it.
+// Published segmentations have no costal cartilage. What is added is cartilage, if not all of it (13 ml here,
+// 35 ml in voxels of 1 mm).
 TEST(ImportBuild, CostalCartilageIsAdded) {
-    const auto& [truth, p, not_drawn] = published();
+    const patient::Package& p = published().imported;
     const Mask cartilage = labelMask(p.labels, "cartilage and discs");
     std::size_t right = 0, all = 0;
     forEachVoxel(p.labels.grid, [&](const Index3& i) {
         if (!cartilage[i]) return;
-        const Index3 at = truth.labels.grid.nearest(p.labels.grid.centre(i));
-        ++all, right += truth.labels[at] == targetId("cartilage and discs");
+        const Index3 at = truth().labels.grid.nearest(p.labels.grid.centre(i));
+        ++all, right += truth().labels[at] == targetId("cartilage and discs");
     });
-    EXPECT_GT(double(all) * voxelVolume_ml(p.labels.grid), 20.0);
+    EXPECT_GT(double(all) * voxelVolume_ml(p.labels.grid), 10.0);
     EXPECT_GT(double(right), 0.97 * double(all));
     const auto label = std::find_if(p.label_table.begin(), p.label_table.end(),
                                     [](const patient::Label& l) { return l.name == "cartilage and discs"; });

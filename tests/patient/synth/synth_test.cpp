@@ -175,12 +175,12 @@ TEST(ReferencePatient, SidesSlipAtTheFlankWithoutGapOrFold) {
 #ifdef STYLET_SANITIZED
 constexpr std::uint64_t kBreathers = 1;
 #else
-constexpr std::uint64_t kBreathers = 5;
+constexpr std::uint64_t kBreathers = 3;
 #endif
 
 // Checks several patients and amplitudes over all breathing states that the model allows.
 TEST(ReferencePatient, NoSeedTearsOrFoldsAtAnyAmplitude) {
-    const double domes_m[] = {0.025, 0.015, 0.020, 0.025, 0.020};
+    const double domes_m[] = {0.025, 0.015, 0.020};
     for (std::uint64_t seed = 1; seed <= kBreathers; ++seed) {
         const Package& p = sharedPatient(seed, 3.0);
         MotionAmplitudes amplitudes;

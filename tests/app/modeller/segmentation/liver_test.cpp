@@ -439,7 +439,7 @@ TEST(WallBones, ExcludeAStentButNoRib) {
 }
 
 TEST(Liver, MatchesReferencePatient) {
-    const AtlasPrior prior = makePrior(AtlasImage(test::referencePatient(2, 0.0025), {}));
+    const AtlasPrior prior = makePrior(AtlasImage(test::stillPatient(2, 0.0025), {}));
     const patient::Package& torso = test::seededTorso();
     const Mask lungs = test::seededTruth({Id::lungRight, Id::lungLeft});
     const Mask bones = test::seededTruth({Id::ribsRight, Id::ribsLeft, Id::spine, Id::sternum});

@@ -16,7 +16,7 @@ namespace stylet::test {
 
 // Seed 1 at 2.5 mm. Created once.
 inline const patient::Package& seededTorso() {
-    static const patient::Package package = referencePatient(1, 0.0025);
+    static const patient::Package package = stillPatient(1, 0.0025);
     return package;
 }
 

@@ -30,6 +30,7 @@ using patient::PlannedPath;
 using training::Course;
 
 constexpr std::size_t kMaxTried = 5;  // paths on which the expert's script is played
+constexpr std::size_t kEnough = 10;   // totals from which a standard deviation can be estimated
 
 // Lost points and what was refused, for messages of failed tests.
 std::string describe(const SessionLog& log) {
@@ -252,7 +253,7 @@ void expectRanks(Course course) {
         std::puts(line.c_str());
     }
     for (std::size_t who = 1; who < totals.size(); ++who) {
-        if (totals[who].empty()) continue;
+        if (totals[who].size() < kEnough) continue;
         const double d = separation(better_totals[who], totals[who]);
         std::puts(
             fmt::format("d' of {} to {}: {:.1f}", trainees[who - 1].name, trainees[who].name, d).c_str());

@@ -17,8 +17,4 @@ void requireFolder(const std::filesystem::path& folder, const std::string& what)
         throw DataError(folder, what, std::string("cannot be written to: ") + std::strerror(errno));
 }
 
-std::filesystem::path withoutSlash(const std::filesystem::path& folder) {
-    return folder.has_filename() ? folder : folder.parent_path();
-}
-
 }  // namespace stylet

@@ -10,7 +10,4 @@ namespace stylet {
 // `what` and the reason: "FOLDER: --out: cannot be made: Not a directory".
 void requireFolder(const std::filesystem::path& folder, const std::string& what);
 
-// "a/b/" and "a/b" name the same folder. Returns the latter, so that filename() and parent_path() work.
-std::filesystem::path withoutSlash(const std::filesystem::path& folder);
-
 }  // namespace stylet

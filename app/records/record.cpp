@@ -10,8 +10,8 @@
 
 #include "app/records/bytes.h"
 #include "base/fields.h"
-#include "base/folder_linux.h"
 #include "base/hex.h"
+#include "base/path.h"
 #include "base/whole_file.h"
 
 namespace stylet::records {

@@ -45,21 +45,6 @@ std::vector<std::string> selectTexts(SQLite::Database& database, const char* sql
     return texts;
 }
 
-// Scope in which database writes do not wait for the disk. They survive a crash of the program. They survive
-// a loss of power only after a later write that does wait.
-class RelaxedSync {
-  public:
-    explicit RelaxedSync(SQLite::Database& database) : database_(database) {
-        database_.exec("PRAGMA synchronous = NORMAL");
-    }
-    ~RelaxedSync() { database_.tryExec("PRAGMA synchronous = FULL"); }
-    RelaxedSync(const RelaxedSync&) = delete;
-    RelaxedSync& operator=(const RelaxedSync&) = delete;
-
-  private:
-    SQLite::Database& database_;
-};
-
 // Turns any error into a DataError that names the store's file.
 template <typename Act>
 auto Store::translateErrors(Act act) const {

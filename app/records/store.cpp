@@ -45,6 +45,21 @@ std::string newId(const std::string& compact) {
     return fmt::format("{}-{:08x}", compact, unsigned(random()));
 }
 
+// Scope in which database writes do not wait for the disk. They survive a crash of the program. They survive
+// a loss of power only after a later write that does wait.
+class RelaxedSync {
+  public:
+    explicit RelaxedSync(SQLite::Database& database) : database_(database) {
+        database_.exec("PRAGMA synchronous = NORMAL");
+    }
+    ~RelaxedSync() { database_.tryExec("PRAGMA synchronous = FULL"); }
+    RelaxedSync(const RelaxedSync&) = delete;
+    RelaxedSync& operator=(const RelaxedSync&) = delete;
+
+  private:
+    SQLite::Database& database_;
+};
+
 }  // namespace
 
 void checkTrainee(const std::string& trainee) {

@@ -1,4 +1,4 @@
-// Deletes attempts from the store, so that no byte of them stays on the disk.
+// Deletes attempts: their folders, their rows, and what the database and its log still hold of them.
 #include <fmt/core.h>
 
 #include "app/records/attempt_rows.h"

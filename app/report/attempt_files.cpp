@@ -5,7 +5,7 @@
 #include <glm/geometric.hpp>
 
 #include "app/records/samples.h"
-#include "base/folder_linux.h"
+#include "base/path.h"
 
 namespace stylet::report {
 

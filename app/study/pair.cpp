@@ -7,7 +7,7 @@
 #include <set>
 
 #include "base/fields.h"
-#include "base/folder_linux.h"
+#include "base/path.h"
 #include "base/whole_file.h"
 
 namespace stylet::study {

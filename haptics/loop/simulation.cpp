@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 #include "base/hash.h"
 #include "base/transcendental.h"
@@ -20,6 +19,7 @@ Quat unit(const Quat& q) noexcept {
 
 // With one of these faults the last accepted pose is kept.
 constexpr std::uint32_t kPoseFaults = kFaultBadPose | kFaultOutOfReach;
+constexpr std::uint32_t kAbsenceFaults = kPoseFaults | kFaultDeviceLost | kFaultStaleInput | kFaultHostLate;
 
 void hashSettings(StateHash& hash, const SimulationSettings& s) noexcept {
     hash.add(s.dt_s, s.patient_from_device);
@@ -197,6 +197,7 @@ Vec3 Simulation::stepStartle() noexcept {
 Simulation::PoseUpdate Simulation::updatePose(const DeviceState& device, const Surrogate& breath) noexcept {
     PoseUpdate update;
     update.fault_bits = checkDevice(state_.output.safety, settings_.profile, device, settings_.dt_s);
+    if ((update.fault_bits & kAbsenceFaults) != 0) state_.absent_s += settings_.dt_s;
     if ((update.fault_bits & kPoseFaults) == 0)
         followDevice(device, breath, update);
     else
@@ -212,19 +213,19 @@ void Simulation::followDevice(const DeviceState& device, const Surrogate& breath
     Pose stylus = settings_.patient_from_device * reported;
     stylus.position_m -= state_.patient_moved_m;
     const double max_speed_m_s = state_.left_needle ? kSlowEnough_m_s : kOverSpeed_m_s;
-    // A device that was lost or silent may come back anywhere, and its mean speed since is low.
-    const bool lost = (update.fault_bits & (kFaultDeviceLost | kFaultStaleInput)) != 0;
-    const bool came_back = std::exchange(state_.device_lost, lost) && !lost;
-    const bool elsewhere =
-        glm::distance(stylus.position_m, state_.patient_from_stylus.position_m) > kRejoin_m;
-    const bool leapt =
-        state_.has_pose && (state_.output.safety.speed_m_s > max_speed_m_s || (came_back && elsewhere));
+    // After an absence the device may be anywhere, and its mean speed is low. Until it has a new pose, it
+    // repeats the old one.
+    const double step_m = glm::distance(stylus.position_m, state_.patient_from_stylus.position_m);
+    const bool is_back = (update.fault_bits & kAbsenceFaults) == 0 && step_m > 0.0;
+    const bool moved_unseen = is_back && state_.absent_s > kAbsent_s && step_m > kRejoin_m;
+    if (is_back) state_.absent_s = 0.0;
+    const bool leapt = state_.has_pose && (state_.output.safety.speed_m_s > max_speed_m_s || moved_unseen);
     Following following =
         state_.has_pose ? findFollowing(state_.tools, stylus.position_m, leapt) : Following::follows;
     if (following == Following::stays) {
         state_.left_needle = true;
-        const bool held = !lost && (update.fault_bits & kFaultHandOff) == 0;
-        const bool outside = !leapt && held && isInOpenAir({*patient_, breath}, stylus.position_m);
+        const bool lost = (update.fault_bits & (kFaultStaleInput | kFaultDeviceLost | kFaultHandOff)) != 0;
+        const bool outside = !leapt && !lost && isInOpenAir({*patient_, breath}, stylus.position_m);
         state_.outside_s = outside ? state_.outside_s + settings_.dt_s : 0.0;
         if (state_.outside_s < kDrawnOut_s) return;
         update.drawn_out = drawOutNeedle(state_.tools.needle);

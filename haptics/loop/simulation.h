@@ -84,6 +84,8 @@ inline constexpr int kMaxCommandsPerTick = 8;
 // A device that leapt away from the needle in the body and then stays outside the body this long has drawn
 // the needle out. A glitch of a tracker is shorter.
 inline constexpr double kDrawnOut_s = 0.5;
+// After a longer absence of the device, the way that it took is unknown.
+inline constexpr double kAbsent_s = 0.1;
 
 struct TickInput {
     DeviceState device;
@@ -127,8 +129,9 @@ struct SimulationState {
     // The device leapt away from the needle in the body. The needle keeps its pose until the device is back
     // (kRejoin_m) or has been outside the body for kDrawnOut_s.
     bool left_needle = false;
-    bool device_lost = false;      // or silent, when its pose was last used
-    double outside_s = 0.0;        // for how long it has been outside the body since
+    double outside_s = 0.0;  // for how long it has been outside the body since
+    // For how long the device has been lost, silent, late or at an impossible pose since its last motion.
+    double absent_s = 0.0;
     std::uint64_t move_ticks = 0;  // since the startle began; 0: the patient lies still
     Vec3 patient_moved_m{0.0};     // displacement from the initial position
     StateHash hash;                // running hash of every tick so far

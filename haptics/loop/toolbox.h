@@ -146,8 +146,8 @@ enum class Following : std::uint8_t {
     reseats,  // a leap outside the body: the tool is there now, without having been swept
     stays     // a leap while the needle is in the body: the needle keeps its pose
 };
-// `leapt`: the device moved faster than any intended motion, or by more than kRejoin_m while it was lost or
-// silent. For a needle in the body, any longer step than kRejoin_m is a leap.
+// `leapt`: the device moved faster than any intended motion, or by more than kRejoin_m in an absence.
+// For a needle in the body, any longer step than kRejoin_m is a leap.
 Following findFollowing(const ToolState&, const Vec3& tip_m, bool leapt) noexcept STYLET_NONBLOCKING;
 // True if `tip_m` is in the air outside the body.
 bool isInOpenAir(const BreathingPatient&, const Vec3& tip_m) noexcept STYLET_NONBLOCKING;

@@ -14,8 +14,8 @@
 #include <cstring>
 #include <future>
 
-#include "base/folder_linux.h"
 #include "base/hash.h"
+#include "base/path.h"
 #include "base/whole_file.h"
 #include "patient/package/motion_io.h"
 #include "patient/package/nifti.h"

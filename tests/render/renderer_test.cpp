@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <string_view>
 
 #include "tests/render/gpu_fixture.h"
 #include "tests/render/phantoms.h"
@@ -189,11 +191,11 @@ TEST_F(RendererTest, NeedleIsVisibleInFrontHiddenBehindAndDimInsideTissue) {
     EXPECT_GT(drawAt(0.10).pixels, 100u);
 }
 
-bool offersShaderOutputLayer(const Gpu& gpu) {
-    return gpu.physicalDevice()
-        .getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features>()
-        .get<vk::PhysicalDeviceVulkan12Features>()
-        .shaderOutputLayer;
+bool offersLayered(const Gpu& gpu) {
+    const auto extensions = gpu.physicalDevice().enumerateDeviceExtensionProperties();
+    return std::ranges::any_of(extensions, [](const vk::ExtensionProperties& e) {
+        return std::string_view(e.extensionName) == VK_EXT_SHADER_VIEWPORT_INDEX_LAYER_EXTENSION_NAME;
+    });
 }
 
 TEST_F(RendererTest, AllStereoPathsDrawTheSamePicture) {
@@ -208,7 +210,7 @@ TEST_F(RendererTest, AllStereoPathsDrawTheSamePicture) {
     for (const StereoPath path : {StereoPath::single, StereoPath::layered, StereoPath::multiview}) {
         try {
             Gpu gpu({.validation = true, .stereo = path});
-            layer_from_vertices = offersShaderOutputLayer(gpu);
+            layer_from_vertices = offersLayered(gpu);
             Renderer renderer(gpu, {}, test::assetsFolder());
             renderer.setPatient(patient);
             pictures.push_back(renderer.drawToImages(scene, eyes, 128, 96));

@@ -10,7 +10,7 @@
 #include "app/options.h"
 #include "app/print.h"
 #include "app/report/classes.h"
-#include "base/folder_linux.h"
+#include "base/path.h"
 
 namespace stylet::modeller {
 

@@ -10,7 +10,7 @@
 
 #include "app/installation.h"
 #include "app/print.h"
-#include "base/folder_linux.h"
+#include "base/path.h"
 #include "patient/synth/synth.h"
 
 namespace stylet::modeller {

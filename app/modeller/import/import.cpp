@@ -153,7 +153,10 @@ Mask addFascia(const BoneScan& scan, LabelVolume& labels, std::vector<std::strin
     const FasciaSpline fascia = fitFascia({scan.ct, scan.body, bones, certain});
     const FasciaInput input{scan.ct, scan.body, skeleton, certain};
     const Mask inside = insideFascia(fascia, input), surface = fasciaVoxels(inside, input);
-    const Mask muscle = muscleAtFascia(organs, labelMask(labels, isLung), inside, surface);
+    const Mask liver_and_spleen = labelMask(labels, [](const Label& l) {
+        return l.tissue == Tissue::liver || l.structure == patient::Structure::spleen;
+    });
+    const Mask muscle = muscleAtFascia(organs, liver_and_spleen, inside, surface);
     const std::size_t taken = countVoxels(unite(muscle, intersect(organs, surface)));
     paint(labels, muscle, targetId("muscle"), true);
     paint(labels, surface, targetId("fascia"), true);

@@ -317,8 +317,8 @@ void findFasciaStage(BuildState& work, StageResult& r) {
         organs);
     paintTarget(r, cartilage, "cartilage and discs");
     const Mask fascia = fasciaVoxels(inside, input);
-    paintTarget(r, muscleAtFascia(organs, labelMask(work.found.at("lungs"), isLung), inside, fascia),
-                "muscle");
+    const Mask liver_and_spleen = unite(liverMask(work), labelMask(work.found.at("organs"), "spleen"));
+    paintTarget(r, muscleAtFascia(organs, liver_and_spleen, inside, fascia), "muscle");
     paintTarget(r, fascia, "fascia");
     const LabelVolume &in_bones = work.found.at("bones"), &in_organs = work.found.at("organs");
     const Mask taken = maskWhere(work.ct.grid, [&](std::size_t i) {

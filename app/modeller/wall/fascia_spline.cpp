@@ -261,9 +261,10 @@ Mask fasciaVoxels(const Mask& inside, const FasciaInput& in) {
     return rasteriseBoundary(inside, free);
 }
 
-Mask muscleAtFascia(const Mask& organs, const Mask& lungs, const Mask& inside, const Mask& fascia) {
+Mask muscleAtFascia(const Mask& organs, const Mask& liver_and_spleen, const Mask& inside,
+                    const Mask& fascia) {
     const Mask cut_off = intersect(subtract(organs, inside), dilated(fascia, kRim_m));
-    const Mask behind = intersect(intersect(subtract(organs, lungs), inside), dilated(fascia, kDiaphragm_m));
+    const Mask behind = intersect(intersect(liver_and_spleen, inside), dilated(fascia, kDiaphragm_m));
     return subtract(unite(cut_off, behind), fascia);
 }
 

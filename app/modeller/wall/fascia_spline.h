@@ -43,9 +43,10 @@ Mask insideFascia(const FasciaSpline&, const FasciaInput&);
 Mask fasciaVoxels(const Mask& inside, const FasciaInput&);
 
 // The voxels of organs that are muscle, because the fascia lies where it does. Just outside the fascia, it is
-// what the fascia cuts off from the organs' rims; pieces farther out are none of it. Behind the fascia, it is
-// the diaphragm, which separates every organ except the lungs from it, and is often too thin to be seen.
-Mask muscleAtFascia(const Mask& organs, const Mask& lungs, const Mask& inside, const Mask& fascia);
+// what the fascia cuts off from the organs' rims; pieces farther out are none of it. Within 1.5 mm behind the
+// fascia, it is the diaphragm in front of liver and spleen, which is often too thin to be seen. In voxels of
+// more than 1.5 mm there is none.
+Mask muscleAtFascia(const Mask& organs, const Mask& liver_and_spleen, const Mask& inside, const Mask& fascia);
 
 // Text format: `stylet-fascia 1`, then `axis_mm`, `h_begin_mm`, `h_step_mm`, `around`, `levels`, then `row
 // 0` to `row levels-1` with the radii in mm. # starts a comment.

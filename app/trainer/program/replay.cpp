@@ -109,6 +109,10 @@ bool reportResultAgain(const records::RecordInfo& recorded, const records::Attem
         return false;
     }
     const bool older = recorded.result->score_version < today.score_version;
+    if (older)
+        printResult(
+            "  its score cannot be checked, only its target: score table {} is older than today's {}\n",
+            recorded.result->score_version, today.score_version);
     std::vector<records::EventRow> rows;
     for (const training::SessionEvent& event : events)
         rows.push_back({event.tick, event.kind, event.text});

@@ -23,7 +23,7 @@ constexpr std::size_t kRecentTicks = 4096;
 constexpr double kSyringeShown_s = 3.0;  // what the syringe drew, and how much it injected
 constexpr double kRefusedShown_s = 20.0, kAnswerShown_s = 6.0;
 
-// Why the ticks ignored an injected event, or empty. `before`: the tick before it.
+// Returns why the simulation ignored an injected event, or nothing. `before`: the tick before it.
 std::string whyIgnored(const haptics::Command& command, const TickOutput& before) {
     using enum haptics::CommandKind;
     using patient::InterruptionKind;

@@ -24,8 +24,8 @@ constexpr int kZerosAtEnd = 3;
 // If a body seems to turn further than this between two reports, its encoder or the report is wrong.
 constexpr double kMaxTurn_rad = 0.2;
 constexpr double kMaxWristTurn_rad = 1.0;
-// A PC that stalls for longer than kUsualGap_ns between two commands misses motion. For each kStallUnit_s the
-// limits grow by their own size, kMaxStall times at most.
+// If two commands are further apart than kUsualGap_ns, the PC stalled or the board did not answer, and motion
+// was missed. For each kStallUnit_s the limits grow by their own size, kMaxStall times at most.
 constexpr std::int64_t kUsualGap_ns = 10'000'000;
 constexpr double kStallUnit_s = 0.02, kMaxStall = 15.0;
 // Number of reports after a stall, of which the last is surely newer than it.
@@ -228,6 +228,7 @@ DeviceStage WoodenHaptics::home(const WoodenReport& report, std::string& why) {
 void WoodenHaptics::resetCounts(const WoodenReport& report) noexcept {
     raw_ = report.encoders;
     std::copy(raw_.begin(), raw_.end(), counts_.begin());
+    stall_ns_ = 0;
 }
 
 // Adds the encoder motion since the last report, unwrapping the 16-bit counters. Returns false if it is

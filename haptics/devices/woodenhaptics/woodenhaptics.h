@@ -52,7 +52,7 @@ class WoodenHaptics final : public Driver {
     ArmCounts counts_{};                          // unwrapped
     int missed_ = 0;                              // consecutive exchanges without a plausible report
     std::int64_t command_ns_ = 0;                 // time of the newest command
-    std::int64_t stall_ns_ = 0;                   // time that the PC recently lost between two commands
+    std::int64_t stall_ns_ = 0;                   // recent time beyond the usual between two commands
     int reports_since_stall_ = 0;
     bool garbled_ = false;  // the last missed exchange had an implausible report
 };

@@ -30,7 +30,7 @@ using patient::PlannedPath;
 using training::Course;
 
 constexpr std::size_t kMaxTried = 5;  // paths on which the expert's script is played
-constexpr std::size_t kEnough = 10;   // totals from which a standard deviation can be estimated
+constexpr std::size_t kEnough = 10;   // totals to estimate a spread from: with STYLET_LONG_TESTS
 
 // Lost points and what was refused, for messages of failed tests.
 std::string describe(const SessionLog& log) {

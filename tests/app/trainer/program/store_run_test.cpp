@@ -134,6 +134,7 @@ TEST_F(StoreRun, AReplayScoresAnOldAttemptAgain) {
     const Outcome again = command_->run("replay --fast '" + (old / "record").string() + "'");
     EXPECT_EQ(again.status, 0) << again.err;
     EXPECT_THAT(again.out, HasSubstr("score 12.5 of 100 when recorded, with score table 1; "));
+    EXPECT_THAT(again.out, HasSubstr("its score cannot be checked, only its target: score table 1 is older"));
     EXPECT_THAT(again.out, HasSubstr("Procedure done: "));
     EXPECT_THAT(again.out, HasSubstr("of 20 points when recorded, "));
     EXPECT_NEAR(again.summary.at("score").at("total").get<double>(), attempt.result->total, 1e-9);

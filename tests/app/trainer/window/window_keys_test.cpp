@@ -184,7 +184,7 @@ TEST(WindowKeys, RowsAreSplitBetweenEntriesToFitTheWindow) {
     EXPECT_EQ(splitRows({{{"F1", "command"}}}, 1.0, entry_px).size(), 1u) << "an entry is never split";
 }
 
-// A window of 640 x 480 pixels has space for five rows, one of 320 x 320 for one and a replay's bar.
+// Small windows, in which not all rows have space.
 TEST(WindowKeys, KeysThatDoNotFitAreOnFurtherPages) {
     const auto port = std::make_shared<WindowPort>();
     port->enableToolInput();

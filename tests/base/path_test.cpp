@@ -1,11 +1,11 @@
-#include "base/folder_linux.h"
+#include "base/path.h"
 
 #include <gtest/gtest.h>
 
 namespace stylet {
 namespace {
 
-TEST(Folder, ASlashAtTheEndChangesNothing) {
+TEST(Path, ASlashAtTheEndChangesNothing) {
     for (const char* folder : {"a/b", "/a/b", "a", "..", "/"})
         EXPECT_EQ(withoutSlash(folder), folder);
     EXPECT_EQ(withoutSlash("a/b/"), "a/b");

@@ -217,7 +217,8 @@ void Simulation::followDevice(const DeviceState& device, const Surrogate& breath
     // repeats the old one.
     const double step_m = glm::distance(stylus.position_m, state_.patient_from_stylus.position_m);
     const bool is_back = (update.fault_bits & kAbsenceFaults) == 0 && step_m > 0.0;
-    const bool moved_unseen = is_back && state_.absent_s > kAbsent_s && step_m > kRejoin_m;
+    const bool moved_unseen =
+        is_back && state_.absent_s > kAbsent_s && step_m > kRejoin_m && cutsTissue(state_.tools.active_tool);
     if (is_back) state_.absent_s = 0.0;
     const bool leapt = state_.has_pose && (state_.output.safety.speed_m_s > max_speed_m_s || moved_unseen);
     Following following =

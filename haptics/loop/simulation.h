@@ -84,8 +84,9 @@ inline constexpr int kMaxCommandsPerTick = 8;
 // A device that leapt away from the needle in the body and then stays outside the body this long has drawn
 // the needle out. A glitch of a tracker is shorter.
 inline constexpr double kDrawnOut_s = 0.5;
-// After a longer absence of the device, the way that it took is unknown.
-inline constexpr double kAbsent_s = 0.1;
+// After a longer absence of the device, the way that it took is unknown, and a tool that cuts is not swept
+// along it.
+inline constexpr double kAbsent_s = 0.25;
 
 struct TickInput {
     DeviceState device;

@@ -223,6 +223,18 @@ TEST(Toolbox, DeviceThatComesBackInTheBodyCutsNothing) {
         }
 }
 
+// A finger leaves no cuts: it goes on wherever the device is.
+TEST(Toolbox, DeviceThatComesBackWithAFingerGoesOn) {
+    ToolBench b(0.0, Tool::finger);
+    b.to(-0.005);
+    const auto resets = b.out.tool_resets;
+    b.input.device.fresh = 0;
+    b.tick(1500);
+    b.input.device.fresh = 1;
+    b.to(0.010);
+    EXPECT_EQ(b.out.tool_resets, resets);
+}
+
 TEST(Toolbox, DeviceThatComesBackWhereItWasGoesOn) {
     ToolBench b;
     b.to(-0.001);

@@ -81,7 +81,7 @@ CREATE TABLE log (
 ) STRICT;
 )sql";
 
-// Marks attempts whose folders were copied into the store.
+// Adds the column `imported` (StoredAttempt::imported).
 constexpr const char* kVersion4 = R"sql(
 ALTER TABLE attempt ADD COLUMN imported INTEGER NOT NULL DEFAULT 0;
 )sql";

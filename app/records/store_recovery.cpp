@@ -44,8 +44,8 @@ void Store::recover() {
     change.commit();
 }
 
-// Brings the index up to date with a running attempt whose writer has ended. Holds the database's write lock
-// throughout. begin() and finish() hold the same lock while they change an attempt's state and its lock file.
+// Indexes a running attempt whose writer has ended. Holds the database's write lock, as begin() and finish()
+// do while they change an attempt's state and its lock file.
 void Store::recoverAttempt(const std::string& id) {
     SQLite::Transaction change(*database_, SQLite::TransactionBehavior::IMMEDIATE);
     if (selectTexts(*database_, "SELECT id FROM attempt WHERE state = 'running' AND id = ?", id).empty() ||

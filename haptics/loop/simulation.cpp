@@ -19,6 +19,7 @@ Quat unit(const Quat& q) noexcept {
 
 // With one of these faults the last accepted pose is kept.
 constexpr std::uint32_t kPoseFaults = kFaultBadPose | kFaultOutOfReach;
+// With one of these faults it is unknown where the device is.
 constexpr std::uint32_t kAbsenceFaults = kPoseFaults | kFaultDeviceLost | kFaultStaleInput | kFaultHostLate;
 
 void hashSettings(StateHash& hash, const SimulationSettings& s) noexcept {

@@ -38,7 +38,7 @@ constexpr bool isNeedleTool(Tool tool) noexcept {
 constexpr bool isAccessTool(Tool tool) noexcept {
     return tool == Tool::wire || tool == Tool::dilator || tool == Tool::drain;
 }
-// True for tools whose way through the patient leaves cuts.
+// True for the tools that cut: needle, free or in the guide, and scalpel.
 constexpr bool cutsTissue(Tool tool) noexcept {
     return isNeedleTool(tool) || tool == Tool::scalpel;
 }
@@ -150,8 +150,8 @@ enum class Following : std::uint8_t {
     reseats,  // a leap outside the body: the tool is there now, without having been swept
     stays     // a leap while the needle is in the body: the needle keeps its pose
 };
-// `leapt`: the device moved faster than any intended motion, or a tool that cuts moved in an absence of it.
-// For a needle in the body, any longer step than kRejoin_m is a leap.
+// `leapt`: the device moved faster than any intended motion, or elsewhere while it was absent (kAbsent_s).
+// For a needle in the body, any step longer than kRejoin_m is a leap.
 Following findFollowing(const ToolState&, const Vec3& tip_m, bool leapt) noexcept STYLET_NONBLOCKING;
 // True if `tip_m` is in the air outside the body.
 bool isInOpenAir(const BreathingPatient&, const Vec3& tip_m) noexcept STYLET_NONBLOCKING;

@@ -439,7 +439,7 @@ std::function<std::string()> makeConsole(const AttemptRun& run) {
     return [port = run.live.window, window, open = !run.live.device]() mutable {
         std::string text = port->typed();
         if (!open || (open = readTyped(text))) return text;
-        // At the end of stdin, its last line is complete. Without a window, nobody could resume a pause.
+        // The end of stdin ends its last line. Without a window, nobody could resume a paused attempt.
         return text + (window ? "\n" : "\ngo on\n");
     };
 }

@@ -64,9 +64,9 @@ class WindowKeys {
 // after it.
 WindowKeys::HelpRows splitRows(const WindowKeys::HelpRows&, double width_px,
                                const std::function<double(const WindowKeys::Help&)>& entry_px);
-// The same, at most `max_rows` of them. If they do not fit, the entries of all rows follow each other. If
-// they still do not fit, returns a page of them, whose last row ends with the key for the next page. `page`
-// counts from 0 and wraps around. All pages have the same number of rows.
+// The same, but at most `max_rows` rows. If there are more, the entries of all rows are written one after the
+// other. If that is still too much, returns only page number `page` (from 0; behind the last comes the
+// first). All pages have `max_rows` rows, and the last row of each ends with the key for the next page.
 WindowKeys::HelpRows fitRows(const WindowKeys::HelpRows&, double width_px, int max_rows, int page,
                              const std::function<double(const WindowKeys::Help&)>& entry_px);
 inline constexpr char kMoreKeys = 'j';

@@ -28,7 +28,7 @@ constexpr double kMaxWristTurn_rad = 1.0;
 // was missed. For each kStallUnit_s the limits grow by their own size, kMaxStall times at most.
 constexpr std::int64_t kUsualGap_ns = 10'000'000;
 constexpr double kStallUnit_s = 0.02, kMaxStall = 15.0;
-// Number of reports after a stall, of which the last is surely newer than it.
+// The first reports after a stall may be older than its end. The one after so many is not.
 constexpr int kReportsOnTheWay = 3;
 
 constexpr const char* kParkAndPress =
@@ -232,7 +232,7 @@ void WoodenHaptics::resetCounts(const WoodenReport& report) noexcept {
 }
 
 // Adds the encoder motion since the last report, unwrapping the 16-bit counters. Returns false if it is
-// implausible. Implausible motion does not become plausible as time passes, unless the PC has stalled.
+// implausible. Only after a stall (kUsualGap_ns) is a larger motion plausible.
 bool WoodenHaptics::addMotion(const WoodenReport& report) noexcept {
     ArmCounts turned{};
     for (std::size_t i = 0; i < 6; ++i)

@@ -108,26 +108,6 @@ LabelVolume resampleLabels(const SourceLabels& in, const Grid& grid,
     return out;
 }
 
-double litres(const Grid& g, std::size_t voxels) {
-    return double(voxels) * g.spacing_m.x * g.spacing_m.y * g.spacing_m.z * 1e3;
-}
-
-// Unlabels small pieces of the liver outside the fascia, where a needle would reach them without passing it.
-// They come from a ragged border. Larger pieces, or many, stay for `check` to report.
-void dropStrayLiver(const Mask& inside, LabelVolume& labels, std::vector<std::string>& notes) {
-    constexpr double kPiece_ml = 0.5, kAll_ml = 2.0;
-    const Mask liver = labelMask(labels, [](const Label& l) { return l.tissue == Tissue::liver; });
-    const Components pieces = findComponents(subtract(liver, inside), Connectivity::corners);
-    const auto millilitres = [&](std::size_t voxels) { return 1e3 * litres(labels.grid, voxels); };
-    const Mask stray =
-        componentsWhere(pieces, [&](std::size_t n) { return millilitres(pieces.size[n]) < kPiece_ml; });
-    const std::size_t voxels = countVoxels(stray);
-    if (voxels == 0 || millilitres(voxels) > kAll_ml) return;
-    paint(labels, stray, 0, true);
-    notes.push_back(
-        fmt::format("liver: dropped {:.3f} ml in small pieces outside the fascia", millilitres(voxels)));
-}
-
 // Returns the volume inside the fascia.
 Mask addFascia(const BoneScan& scan, LabelVolume& labels, std::vector<std::string>& notes) {
     const Mask skeleton = labelMask(labels, [](const Label& l) { return isSkeleton(l.tissue); });
@@ -162,8 +142,12 @@ Mask addFascia(const BoneScan& scan, LabelVolume& labels, std::vector<std::strin
     paint(labels, surface, targetId("fascia"), true);
     notes.push_back(
         fmt::format("fascia: one voxel thick; it, and muscle beside it, take {:.2f} ml of the organs' rims",
-                    1e3 * litres(labels.grid, taken)));
-    dropStrayLiver(inside, labels, notes);
+                    voxelVolume_ml(labels.grid) * double(taken)));
+    const Mask stray =
+        strayLiver(labelMask(labels, [](const Label& l) { return l.tissue == Tissue::liver; }), inside);
+    paint(labels, stray, 0, true);
+    if (const double ml = volume_ml(stray); ml > 0.0)
+        notes.push_back(fmt::format("liver: dropped {:.3f} ml in small pieces outside the fascia", ml));
     return inside;
 }
 
@@ -188,7 +172,7 @@ Mask addCostalCartilage(const BoneScan& scan, const Mask& inside, LabelVolume& l
         cartilage.voxels[i] = found.voxels[i] && labels.voxels[i] == 0;
     const std::size_t painted = paint(labels, cartilage, targetId("cartilage and discs"), false);
     notes.push_back(fmt::format("costal cartilage: {:.1f} ml that shows, in voxels up to 1.25 mm",
-                                1e3 * litres(g, painted)));
+                                voxelVolume_ml(g) * double(painted)));
     return cartilage;
 }
 
@@ -208,7 +192,7 @@ void addBrightMuscle(const BoneScan& scan, const Mask& cartilage, double bone_hu
         paint(labels, unite(subtract(bright, missed), beside_cartilage), targetId("muscle"), false);
     notes.push_back(
         fmt::format("muscle: {:.1f} ml beside bones and cartilage, where blur makes it as bright as bone",
-                    1e3 * litres(labels.grid, painted)));
+                    voxelVolume_ml(labels.grid) * double(painted)));
 }
 
 void addDucts(CtVolume& ct, LabelVolume& labels, const fs::path& source, std::vector<std::string>& notes) {

@@ -317,8 +317,11 @@ void findFasciaStage(BuildState& work, StageResult& r) {
         organs);
     paintTarget(r, cartilage, "cartilage and discs");
     const Mask fascia = fasciaVoxels(inside, input);
-    const Mask liver_and_spleen = unite(liverMask(work), labelMask(work.found.at("organs"), "spleen"));
-    paintTarget(r, muscleAtFascia(organs, liver_and_spleen, inside, fascia), "muscle");
+    const Mask liver = liverMask(work);
+    const Mask liver_and_spleen = unite(liver, labelMask(work.found.at("organs"), "spleen"));
+    const Mask muscle = muscleAtFascia(organs, liver_and_spleen, inside, fascia);
+    paintTarget(r, muscle, "muscle");
+    paintTarget(r, strayLiver(subtract(liver, unite(muscle, fascia)), inside), "muscle");
     paintTarget(r, fascia, "fascia");
     const LabelVolume &in_bones = work.found.at("bones"), &in_organs = work.found.at("organs");
     const Mask taken = maskWhere(work.ct.grid, [&](std::size_t i) {

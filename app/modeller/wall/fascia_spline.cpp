@@ -19,7 +19,8 @@ namespace {
 
 constexpr double kRim_m = 0.0012;        // uncertainty of an organ's border
 constexpr double kDiaphragm_m = 0.0015;  // its least thickness: the distance of diagonal voxels of 1 mm
-constexpr double kUnseenWeight = 0.02;   // in the fit, of a ray that does not show the fascia
+constexpr double kStrayPiece_ml = 0.5, kAllStray_ml = 2.0;
+constexpr double kUnseenWeight = 0.02;  // in the fit, of a ray that does not show the fascia
 
 // --- The basis ---
 
@@ -266,6 +267,14 @@ Mask muscleAtFascia(const Mask& organs, const Mask& liver_and_spleen, const Mask
     const Mask cut_off = intersect(subtract(organs, inside), dilated(fascia, kRim_m));
     const Mask behind = intersect(intersect(liver_and_spleen, inside), dilated(fascia, kDiaphragm_m));
     return subtract(unite(cut_off, behind), fascia);
+}
+
+Mask strayLiver(const Mask& liver, const Mask& inside) {
+    const Components pieces = findComponents(subtract(liver, inside), Connectivity::corners);
+    const double voxel_ml = voxelVolume_ml(liver.grid);
+    const Mask stray = componentsWhere(
+        pieces, [&](std::size_t n) { return double(pieces.size[n]) * voxel_ml < kStrayPiece_ml; });
+    return volume_ml(stray) > kAllStray_ml ? Mask(liver.grid) : stray;
 }
 
 std::string writeFascia(const FasciaSpline& s) {

@@ -48,6 +48,11 @@ Mask fasciaVoxels(const Mask& inside, const FasciaInput&);
 // more than 1.5 mm there is none.
 Mask muscleAtFascia(const Mask& organs, const Mask& liver_and_spleen, const Mask& inside, const Mask& fascia);
 
+// Small pieces of the liver outside the fascia, where a needle would reach them without passing it. They come
+// from a ragged border. Larger pieces are none of it, and many small ones neither: they stay for `check` to
+// report.
+Mask strayLiver(const Mask& liver, const Mask& inside);
+
 // Text format: `stylet-fascia 1`, then `axis_mm`, `h_begin_mm`, `h_step_mm`, `around`, `levels`, then `row
 // 0` to `row levels-1` with the radii in mm. # starts a comment.
 std::string writeFascia(const FasciaSpline&);

@@ -126,6 +126,26 @@ TEST(FasciaSpline, TheDiaphragmSeparatesItFromTheLiverButNotFromTheLungs) {
         << "a layer of 1 to 1.5 voxels";
 }
 
+TEST(FasciaSpline, OnlyAFewSmallPiecesOfTheLiverOutsideItAreStray) {
+    const Mask inside = cylinder(0.05);
+    const Grid& g = inside.grid;
+    const auto with = [&](int pieces, int side) {
+        Mask liver = cylinder(0.04);
+        for (int piece = 0; piece < pieces; ++piece) {
+            const Vec3 outward(std::cos(piece), std::sin(piece), 0.0);
+            const Index3 low =
+                g.nearest(tube(0.05).axis_m + 0.06 * outward + Vec3(0.0, 0.0, 0.004)) - side / 2;
+            forEachVoxel(VoxelBox{low, low + (side - 1)}, [&](const Index3& i) { liver[i] = 1; });
+        }
+        return countVoxels(strayLiver(liver, inside));
+    };
+    EXPECT_EQ(with(0, 1), 0u);
+    EXPECT_EQ(with(1, 1), 1u) << "a single voxel opens the fascia";
+    EXPECT_EQ(with(2, 7), 2u * 7 * 7 * 7);
+    EXPECT_EQ(with(1, 8), 0u) << "0.51 ml";
+    EXPECT_EQ(with(6, 7), 0u) << "2.06 ml";
+}
+
 TEST(FasciaSpline, TextRoundTripKeepsAHundredthOfAMillimetre) {
     FasciaSpline s = tube(0.1);
     s.control_m[17] = 0.12345;

@@ -46,8 +46,8 @@ struct DeviceReport {
 
 class PolledDevice final : public HapticDevice {
   public:
-    // The clock's time is read on the device's thread and in report(). Its sleep function is called on the
-    // device's thread. The constructor does not open the device; start() and poll() do.
+    // The clock's time is read on the device's thread, in read() and in report(). Its sleep function is
+    // called on the device's thread. The constructor does not open the device; start() and poll() do.
     PolledDevice(std::unique_ptr<Driver>, const Clock&, const PolledSettings& = {});
     ~PolledDevice() override;  // calls stop()
 

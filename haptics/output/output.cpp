@@ -93,6 +93,7 @@ Vec3 stepOutput(OutputState& s, const OutputSettings& settings, const DeviceProf
     // The check at the start must see contact even while the clutch is pressed.
     const Vec3 unclutched = gain * modelled + wall.force_n;
     const std::uint32_t fault_bits = tick.fault_bits | (finite ? 0u : std::uint32_t(kFaultBadForce));
+    const double last_level = s.safety.level;
     if (peak_n > 0.0) {
         stepSafety(s.safety, fault_bits, glm::length(unclutched), glm::length(wall.force_n), dt_s);
     } else {
@@ -115,9 +116,14 @@ Vec3 stepOutput(OutputState& s, const OutputSettings& settings, const DeviceProf
     bool smoothed = false;
     s.controller_n += clampLength(answer - s.controller_n, kControllerStep_n, smoothed);
 
-    s.sent_n = clampLength(level * at_full + s.controller_n, level * peak_n, s.limited);
-    s.controller_n = s.sent_n - level * at_full;
-    recordSentForce(s.passivity, {s.sent_n, level * wall.force_n, level * scale, level, s.controller_n});
+    // A fault scales the last force to zero, even if the model's force rises meanwhile.
+    const bool fades = s.safety.stage == ForceStage::fading && last_level > 0.0;
+    const double most_n = fades ? glm::length(s.sent_n) / last_level : peak_n;
+    s.sent_n = clampLength(level * at_full + s.controller_n, level * std::min(most_n, peak_n), s.limited);
+    // While the force fades, what is missing is no answer of the controller: it would outlast the force.
+    const Vec3 controller_n = s.sent_n - level * at_full;
+    if (!fades) s.controller_n = controller_n;
+    recordSentForce(s.passivity, {s.sent_n, level * wall.force_n, level * scale, level, controller_n});
     return s.sent_n;
 }
 

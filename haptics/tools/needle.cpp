@@ -176,7 +176,8 @@ ToolForce stepNeedle(NeedleState& s, const NeedleSettings& settings, const Breat
     // while the tip is displaced sideways from the channel.
     const double ds = glm::dot(offset, axis);
     const Direction along = ds > 0.0 ? Direction::advance : Direction::withdraw;
-    SectionSolver solver(s, settings, patient, events, incisions);
+    SectionSolver solver(s, settings, patient, events, incisions,
+                         s.channel_motion.reference_from_deformed * axis);
 
     if (s.phase == Phase::outside) {
         walk(s, solver, course, tip_deformed_m, ds, along);

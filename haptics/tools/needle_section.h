@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <type_traits>
 
+#include "base/traversal.h"
 #include "haptics/tools/needle.h"
 #include "haptics/tools/tenting.h"
 
@@ -50,9 +51,15 @@ enum class Direction { advance, withdraw, sideways };
 
 class SectionSolver {
   public:
+    // `into_reference`: the direction of the shaft, into the body, in the reference frame.
     SectionSolver(NeedleState& state, const NeedleSettings& settings, const patient::Patient& patient,
-                  NeedleEvents& events, const Incisions& incisions) noexcept
-        : s_(state), settings_(settings), patient_(patient), events_(events), incisions_(incisions) {}
+                  NeedleEvents& events, const Incisions& incisions, const Vec3& into_reference) noexcept
+        : s_(state),
+          settings_(settings),
+          patient_(patient),
+          events_(events),
+          incisions_(incisions),
+          into_reference_(into_reference) {}
 
     // Haptics thread. Enters `voxel` at `at_reference_m` and moves `travel_m` along the axis inside it.
     void run(const Index3& voxel, const Vec3& at_reference_m, double travel_m, Direction direction) noexcept {
@@ -60,12 +67,15 @@ class SectionSolver {
         if (direction == Direction::withdraw) clearFlags(kSamePlace_m);
         const TissueSample sample = patient_.at(voxel, s_.track);
         if (s_.phase == Phase::outside && sample.tissue == Tissue::air) return;
-        if (direction != Direction::withdraw) {
-            setFlags(sample);
-            if (sample.tissue == Tissue::air && !s_.track.past_skin) return leaveFold(sample, at_reference_m);
+        if (!staysOnBone(voxel, direction)) {
+            if (direction != Direction::withdraw) {
+                setFlags(sample);
+                if (sample.tissue == Tissue::air && !s_.track.past_skin)
+                    return leaveFold(sample, at_reference_m);
+            }
+            arrive(sample, at_reference_m, direction);
+            if (s_.phase == Phase::outside) return;
         }
-        arrive(sample, at_reference_m, direction);
-        if (s_.phase == Phase::outside) return;
         if (travel_m > 0.0) advance(travel_m);
         if (travel_m < 0.0) withdraw(travel_m);
         clearFlags(-kSamePlace_m);
@@ -102,13 +112,21 @@ class SectionSolver {
         return s_.phase == Phase::tenting && s_.tenting.depth_m >= 0.0 && isRigid(row(s_.tenting.border.to));
     }
 
-    // True if the tip presses on bone: borders behind the bone's surface are then ignored. False once a
-    // withdrawal has reached the surface, because rounding may leave the tip just behind it. If another
-    // border was tenting when the tip met the bone, withdraw() restores that one.
-    bool pressesOnBone(Direction direction) const noexcept {
-        const bool at_surface =
-            direction == Direction::withdraw && !s_.bone_over_tenting && s_.tenting.depth_m <= kSamePlace_m;
-        return onRigid() && !at_surface;
+    // True if the tip presses on bone before and after entering `voxel`: borders behind the bone's surface
+    // are then ignored. A withdrawal ends at the surface: rounding may leave the tip just behind it. If
+    // another border was tenting when the tip met the bone, withdraw() restores that one. Sideways the tip
+    // leaves only where no bone lies between it and the depth of the surface. Otherwise a tip that is pushed
+    // through the voxels of a rib would slip into the tissue behind it.
+    bool staysOnBone(const Index3& voxel, Direction direction) const noexcept {
+        if (!onRigid()) return false;
+        if (direction == Direction::withdraw)
+            return s_.bone_over_tenting || s_.tenting.depth_m > kSamePlace_m;
+        if (direction == Direction::advance) return true;
+        const Vec3 tip_m = patient_.grid().centre(voxel);
+        VoxelWalk w(patient_.grid(), tip_m, tip_m - s_.tenting.depth_m * into_reference_);
+        while (!w.done() && !isRigid(row(patient_.at(w.voxel(), s_.track).tissue)))
+            w.next();
+        return !w.done();
     }
 
     bool isCurrentTissue(const TissueSample& x) const noexcept {
@@ -117,8 +135,6 @@ class SectionSolver {
     }
 
     void arrive(const TissueSample& x, const Vec3& at_reference_m, Direction direction) noexcept {
-        // A tip that presses on bone leaves it only sideways.
-        if (pressesOnBone(direction) && (direction != Direction::sideways || isRigid(row(x.tissue)))) return;
         const bool into_bone =
             direction == Direction::advance && s_.phase == Phase::pass && isRigid(row(x.tissue));
         if (isCurrentTissue(x) && !into_bone) return;
@@ -409,6 +425,7 @@ class SectionSolver {
     const patient::Patient& patient_;
     NeedleEvents& events_;
     const Incisions& incisions_;
+    Vec3 into_reference_;
     bool has_left_ = false;
 };
 

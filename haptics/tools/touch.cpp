@@ -164,7 +164,14 @@ TouchMap makeTouchMap(const Patient& patient) {
 
 TouchPoint touchAt(const TouchMap& map, const Vec3& reference_m) noexcept {
     const auto s = sampleSpline<3>(map.grid, map.nodes.data(), reference_m);
-    return {s.value[0] + s.beyond_m, s.value[1], s.value[2], s.slope[0], s.slope[1], s.slope[2]};
+    TouchPoint t{s.value[0] + s.beyond_m, s.value[1], s.value[2], s.slope[0], s.slope[1], s.slope[2]};
+    if (!(s.value[0] < -kDeepestTip_m)) return t;
+    // The nodes end there. Deeper, the layers are those above, which have the same foot point.
+    const Vec3 up_m = (-kDeepestTip_m - s.value[0]) * unitOr(t.level_slope, Vec3(0.0));
+    const auto above = sampleSpline<3>(map.grid, map.nodes.data(), reference_m + up_m);
+    t.stiffness_n_per_m3 = above.value[1], t.stiffness_slope = above.slope[1];
+    t.bone_per_m = above.value[2], t.bone_slope = above.slope[2];
+    return t;
 }
 
 SkinPressure computePressure(const TouchPoint& t, double stiffest) noexcept {

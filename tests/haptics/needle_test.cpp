@@ -351,6 +351,33 @@ TEST(Needle, BoneIsNeverCut) {
     EXPECT_NEAR(p.hand.force(), 0.5, 1e-9);
 }
 
+// The tip is pushed so hard that it lies behind the voxels of an 8 mm thick rib, then dragged along it. Only
+// at the rib's edge may it slip off.
+TEST(Needle, DraggingAlongARibDoesNotPassThroughIt) {
+    constexpr double kEdge_m = 0.006, kReach_m = 0.5 / 150.0;
+    patient::Package package = test::repeatColumn(
+        makeColumn({{skin, 0.002}, {soft, 0.010}, {bone, 0.008}, {liver, 0.020}}, 0.0005), 60, 0.0005);
+    forEachVoxel(package.labels.grid, [&](const Index3& i) {
+        if (package.labels[i] == std::uint8_t(bone) && package.labels.grid.centre(i).z > kEdge_m)
+            package.labels[i] = std::uint8_t(soft);
+    });
+    const patient::Patient patient(package);
+    Hand hand(patient);
+    hand.to(-0.005);
+    hand.sweep(0.0225);
+    EXPECT_NEAR(hand.force(), 0.7 + 2000.0 * 0.0105, 1e-9);
+    double z_m = 0.0;
+    for (; z_m < kEdge_m + kReach_m; z_m += 0.0001) {
+        hand.to(Vec3(0.0225, 0.0003, z_m));
+        ASSERT_NEAR(hand.force(), 0.7 + 2000.0 * 0.0105, 1e-9) << z_m;
+    }
+    EXPECT_TRUE(hand.eventsOf(NeedleEventKind::sideways).empty());
+    hand.to(Vec3(0.0225, 0.0003, z_m + 0.001));
+    ASSERT_EQ(hand.eventsOf(NeedleEventKind::sideways).size(), 1u);
+    EXPECT_EQ(hand.state.tissue, liver);
+    EXPECT_NEAR(hand.force(), 0.9, 1e-9);
+}
+
 // The withdrawal is divided into 1 to 200 steps. Rounding must not leave the tip pressed on the bone.
 TEST(Needle, EachContactWithBoneIsReported) {
     for (int division = 1; division <= 200; ++division) {

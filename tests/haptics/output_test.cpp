@@ -122,6 +122,18 @@ TEST(Output, NonFiniteForceFadesFromTheLastValidForce) {
     }
 }
 
+// The hand pushes on while the force fades. Without the fault the force would rise by 5 N.
+TEST(Output, AFaultScalesTheLastForceEvenIfTheModelRises) {
+    Stage stage;
+    stage.hold({-1.0, 0.0, 0.0}, 100);
+    stage.tick.fault_bits = kFaultHandOff;
+    for (int i = 1; i <= 15; ++i) {
+        const Vec3 sent_n = stage.send({-1.0 - i / 3.0, 0.0, 0.0});
+        EXPECT_LE(glm::length(sent_n), 1.0 - i / 15.0 + 1e-9) << i;
+        EXPECT_LE(sent_n.x, 0.0);
+    }
+}
+
 // The passivity controller corrects the energy error of a spring that is sampled once per tick. If the tip
 // moves by dx per tick, it adds the force K dx / 2 (times kMargin). The gain scales the spring's force but
 // not the motion of needle and hand. K must therefore be the stiffness as sent to the device: gain * k, not

@@ -31,7 +31,7 @@ TEST(StoredEnergy, SkinReturnsWhatItsTentingCost) {
     s.force_n.x = -t;
     ToolForce felt = boundByStoredEnergy(s, spring(k, d, true), Vec3(0.0));
     EXPECT_NEAR(felt.energy_j, tenting_j, 1e-15);
-    EXPECT_NEAR(felt.force_n.x, -t * 5.0 / 6.0, 1e-9);
+    EXPECT_NEAR(felt.force_n.x, -t * std::sqrt(5.0 / 6.0), 1e-9);
 
     // Drawn back at once, the spring returns just that.
     double returned_j = 0.0, last_n = felt.force_n.x;
@@ -54,6 +54,38 @@ TEST(StoredEnergy, FrictionRestoresTheWholeForce) {
         advanced_m += 1e-6;
     }
     EXPECT_LT(advanced_m, 0.0001);
+}
+
+// The hand has put nothing into the springs. It still feels the needle again: at once beyond the place where
+// the springs are relaxed, and when it works against friction.
+TEST(StoredEnergy, ForceReturnsToASpringThatTheHandHasNotStretched) {
+    constexpr double k = 1000.0, kStep_m = 1e-5;
+    StoredEnergy s;
+    boundByStoredEnergy(s, spring(k, 0.0003, true), Vec3(0.0));
+    double e_m = 0.0003;
+    while (e_m > -0.0006) {
+        const ToolForce in = spring(k, e_m -= kStep_m);
+        const ToolForce felt = boundByStoredEnergy(s, in, {-kStep_m, 0.0, 0.0});
+        EXPECT_NEAR(felt.force_n.x, e_m > 0.0 ? 0.0 : in.force_n.x, k * kStep_m + 1e-9) << e_m;
+    }
+    StoredEnergy sliding;
+    boundByStoredEnergy(sliding, spring(k, 0.0007, true), Vec3(0.0));
+    EXPECT_EQ(sliding.share(), 0.0);
+    for (int i = 0; i < 71; ++i)
+        boundByStoredEnergy(sliding, spring(k, 0.0007), {kStep_m, 0.0, 0.0});
+    EXPECT_EQ(sliding.share(), 1.0);
+}
+
+// The energy of the guide's rail is negative near its line.
+TEST(StoredEnergy, NegativeEnergyIsPassedOn) {
+    StoredEnergy s;
+    for (const bool event : {false, true}) {
+        ToolForce in = spring(1000.0, 0.0003, event);
+        in.energy_j -= 0.0045;
+        const ToolForce felt = boundByStoredEnergy(s, in, {1e-5, 0.0, 0.0});
+        EXPECT_EQ(felt.energy_j, in.energy_j);
+        EXPECT_EQ(felt.force_n, in.force_n);
+    }
 }
 
 TEST(StoredEnergy, ElasticMotionAndPuncturesLeaveTheForceUnchanged) {
@@ -79,6 +111,22 @@ TEST(StoredEnergy, ValueThatIsNotANumberIsPassedOnAndForgotten) {
 }
 
 // ---- Loops of a needle through a patient ----
+
+// Draws the needle back from every depth, so that its force passes zero at the border from soft tissue to
+// skin, in front of it and behind it. On the way out the hand feels the skin's friction.
+TEST(StoredEnergy, ReversalNearABorderKeepsTheForce) {
+    const patient::Package package = test::makeColumn({{skin, 0.002}, {soft, 0.020}});
+    for (int turn = 0; turn < 20; ++turn) {
+        test::SimulationBench bench(package);
+        bench.to(-0.005);
+        bench.sweep(0.0027 + 4e-6 * turn);
+        double x_m = bench.input.device.device_from_stylus.position_m.x;
+        while (x_m > 0.001)
+            bench.to(x_m -= 0.00009);
+        EXPECT_NEAR(bench.out.force_n, -0.7, 1e-9);
+        EXPECT_NEAR(bench.simulation.state().stored.share(), 1.0, 0.05) << turn;
+    }
+}
 
 #ifdef STYLET_LONG_TESTS
 constexpr int kLoops = 10000;

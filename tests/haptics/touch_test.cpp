@@ -64,6 +64,22 @@ TEST(TouchMap, StoresTheLayersAndTheirGradient) {
     EXPECT_EQ(map.nodes, threaded.nodes);
 }
 
+// A hand without force feedback, or with a weak device, presses deeper than the nodes reach.
+TEST(TouchMap, ContinuesItsLayersBelowTheDeepestNodes) {
+    const patient::Package package = test::makeSlabs({{skin, 0.002}, {soft, 0.098}}, 0.001);
+    const patient::Patient patient(package);
+    const TouchMap map = makeTouchMap(patient, makeSkin(patient, 1), 1);
+    const double stiffness = 1.0 / (0.002 / young(skin) + 0.038 / young(soft));
+    for (int depth_mm = 40; depth_mm <= 80; ++depth_mm) {
+        const double depth_m = 0.001 * depth_mm;
+        const SkinPressure p = computePressure(touchAt(map, {depth_m, 0.002, -0.003}), kStiffest_n_per_m3);
+        EXPECT_NEAR(p.pressure_pa / (stiffness * depth_m), 1.0, 1e-4) << depth_mm;
+        EXPECT_NEAR(-p.push_n_per_m2.x / p.pressure_pa, 1.0, 1e-3) << depth_mm;
+        const double beyond = touchAt(map, {depth_m, 0.040, -0.003}).stiffness_n_per_m3;
+        EXPECT_NEAR(beyond / stiffness, 1.0, 1e-4) << depth_mm << ", beyond the image's edge";
+    }
+}
+
 // A point with gradients in all three quantities.
 TouchPoint pointAt(const Vec3& p) {
     TouchPoint t;

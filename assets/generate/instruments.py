@@ -67,71 +67,98 @@ def needle():
                                     "hub": [hub, stylet, wings]})
 
 
-def probe():
-    """Convex abdominal probe of 60 mm radius, with a needle guide on the +x side. The centre of the lens is at the
-    origin; x runs along the array, and the image plane is y = 0. It has no cable, which
-    would end in mid-air or run through the drape."""
+RAIL_DEG = 25.0  # of the needle guide, as in haptics/tools/guide.h
+
+
+def rail(z):
+    """The point of the needle guide's line at this height."""
+    return (-0.030 - (z - 0.010) * math.tan(math.radians(RAIL_DEG)), 0.0, z)
+
+
+def probe_parts(radius, lens_x, head):
+    """A probe whose face has this radius. `lens_x`: half length of its lens. `head`: half length of the shell at its
+    widest and of the sections above it. The centre of the lens is at the origin; x runs along the array, and the image
+    plane is y = 0. The needle guide and the ridge that marks the picture's left side are at -x. There is no cable,
+    which would end in mid-air or run through the drape."""
     lens, shell = Part("lens", (92, 98, 104), 0.0, 0.42), Part("shell", (226, 228, 224), 0.0, 0.3)
     grip, accent = Part("grip", (70, 78, 86), 0.0, 0.5), Part("accent", (40, 132, 148), 0.0, 0.35)
     guide = Part("guide", (92, 170, 186), 0.0, 0.3)
-    radius, half_angle, half_y = 0.060, math.radians(29.0), 0.0085
-    # The lens: an arc along x, rounded across y.
+    half_y, corner_x, wide = 0.0085, 0.0078, head[0]
+
+    def lift(x):
+        return radius - math.sqrt(radius * radius - x * x)
+    # The lens: an arc along x, rounded across y, with round corners.
     rows = []
+    half_angle = math.asin(lens_x / radius)
     for i in range(25):
-        a = -half_angle + 2 * half_angle * i / 24
+        a = -half_angle * math.cos(math.pi * i / 24)
+        into = max(0.0, (abs(radius * math.sin(a)) - lens_x) / corner_x + 1.0)
         row = []
         for k in range(7):
             b = math.pi * (k / 6 - 0.5)
-            y, sink = half_y * math.sin(b), 0.004 * (1 - math.cos(b))
-            r = radius - sink
+            y, sink = half_y * math.sqrt(1.04 - into * into) * math.sin(b), 0.004 * (1 - math.cos(b))
             n = (math.sin(a) * math.cos(b), math.sin(b), -math.cos(a) * math.cos(b))
-            row.append(lens.vertex((r * math.sin(a), y, radius - r * math.cos(a)), n))
+            row.append(lens.vertex((radius * math.sin(a), y, radius * (1 - math.cos(a)) + sink), n))
         rows.append(row)
     for a, b in zip(rows, rows[1:]):
         for k in range(6):
             lens.quad(a[k], a[k + 1], b[k + 1], b[k])
-    # The body: rounded sections from head to handle.
-    def section(half_x, half_w, corner, z, slope):
+    for row, side in ((rows[0], -1), (rows[-1], 1)):
+        low = [lens.vertex(lens.positions[i], (side, 0, 0)) for i in row]
+        high = [lens.vertex((lens.positions[i][0], lens.positions[i][1], lift(lens_x) + 0.0045), (side, 0, 0)) for i in row]
+        for k in range(6):
+            lens.quad(*((low[k], low[k + 1], high[k + 1], high[k]) if side > 0 else
+                        (low[k], high[k], high[k + 1], low[k + 1])))
+
+    # The body: rounded sections from head to handle. The lowest ones follow the lens.
+    def section(half_x, half_w, corner, z, slope, bent):
         out = []
         for c, (sx, sy) in enumerate(((1, 1), (-1, 1), (-1, -1), (1, -1))):
             for i in range(6):
                 t = math.pi / 2 * (c + i / 5)
-                out.append(((sx * (half_x - corner) + corner * math.cos(t), sy * (half_w - corner) + corner * math.sin(t), z),
-                            (math.cos(t), math.sin(t), slope)))
+                x, y = sx * (half_x - corner) + corner * math.cos(t), sy * (half_w - corner) + corner * math.sin(t)
+                out.append(((x, y, z + (lift(x) if bent else 0.0)), (math.cos(t), math.sin(t), slope)))
+            for i in range(1, 8 if sx == sy else 1):  # along the lens
+                x = sx * (half_x - corner) * (1 - i / 4)
+                out.append(((x, sy * half_w, z + (lift(x) if bent else 0.0)), (0.0, sy, slope)))
         return out
 
-    def loft(part, sections):
+    def loft(part, sections, bent=0):
         ids = []
         for k, (hx, hw, corner, z) in enumerate(sections):
             b, a = sections[max(k - 1, 0)], sections[min(k + 1, len(sections) - 1)]
             slope = -(a[0] - b[0]) / max(1e-6, a[3] - b[3])
-            ids.append([part.vertex(p, n) for p, n in section(hx, hw, corner, z, 0.7 * slope)])
+            ids.append([part.vertex(p, n) for p, n in section(hx, hw, corner, z, 0.7 * slope, k < bent)])
         n = len(ids[0])
         for a, b in zip(ids, ids[1:]):
             for i in range(n):
                 part.quad(a[i], a[(i + 1) % n], b[(i + 1) % n], b[i])
-        return ids
-    rim_z = radius - (radius - 0.004) * math.cos(half_angle)
-    loft(shell, [(0.0270, 0.0070, 0.0065, 0.0030), (0.0305, 0.0098, 0.0090, rim_z - 0.001), (0.0318, 0.0115, 0.0105, rim_z + 0.004),
-                 (0.0318, 0.0130, 0.0115, 0.024), (0.0300, 0.0140, 0.0125, 0.036), (0.0250, 0.0145, 0.0135, 0.050),
-                 (0.0205, 0.0142, 0.0138, 0.062), (0.0188, 0.0140, 0.0138, 0.074)])
+    loft(shell, [(lens_x - 0.0005, 0.0078, 0.0070, 0.0032), (lens_x + 0.0006, 0.0086, 0.0078, 0.0032),
+                 (lens_x + 0.0016, 0.0100, 0.0090, 0.0055), (wide, 0.0115, 0.0105, 0.0190), (wide, 0.0130, 0.0115, 0.0240),
+                 (head[1], 0.0140, 0.0125, 0.036), (head[2], 0.0145, 0.0135, 0.050), (head[3], 0.0142, 0.0138, 0.062),
+                 (0.0188, 0.0140, 0.0138, 0.074)], 3)
     loft(accent, [(0.0189, 0.0141, 0.0139, 0.074), (0.0189, 0.0141, 0.0139, 0.077)])
     loft(shell, [(0.0187, 0.0139, 0.0137, 0.077), (0.0180, 0.0138, 0.0136, 0.100), (0.0172, 0.0136, 0.0134, 0.125),
                  (0.0150, 0.0128, 0.0126, 0.138), (0.0115, 0.0108, 0.0106, 0.145), (0.0085, 0.0085, 0.0083, 0.147)])
     for side in (-1, 1):
-        accent.box((0.008, 0.0136 * side - 0.0012, 0.058), (0.011, 0.0136 * side + 0.0012, 0.064), 0.0006, blocks=False)
+        accent.box((-0.011, 0.0136 * side - 0.0012, 0.058), (-0.008, 0.0136 * side + 0.0012, 0.064), 0.0006, blocks=False)
     grip.lathe([[(0.0086, 0.1468), (0.0078, 0.149), (0.0052, 0.1508), (0.0, 0.1514)]], 20, axis=2)
-    # The guide: a clip around the head and a channel that aims into the image plane.
-    loft(guide, [(0.0330, 0.0140, 0.0120, 0.0215), (0.0332, 0.0145, 0.0125, 0.0235), (0.0325, 0.0152, 0.0130, 0.0315),
-                 (0.0318, 0.0150, 0.0130, 0.0335)])
-    guide.box((0.0300, -0.0040, 0.0220), (0.0400, 0.0040, 0.0330), 0.0012, blocks=False)
+    # The guide: a clip around the head and a channel around the needle's line.
+    loft(guide, [(wide + 0.0012, 0.0140, 0.0120, 0.0215), (wide + 0.0014, 0.0145, 0.0125, 0.0235),
+                 (wide + 0.0007, 0.0152, 0.0130, 0.0315), (wide, 0.0150, 0.0130, 0.0335)])
+    guide.box((-0.0400, -0.0040, 0.0220), (0.0018 - wide, 0.0040, 0.0330), 0.0012, blocks=False)
     first = len(guide.positions)
     guide.lathe([[(0.0032, -0.012), (0.0036, -0.010), (0.0036, 0.012), (0.0046, 0.0165), (0.0046, 0.018)],
                  [(0.0046, 0.018), (0.0012, 0.016)]], 16, axis=2)
     guide.lathe([[(0.0, -0.012), (0.0032, -0.012)]], 16, axis=2)
-    guide.place(20.0, 1, (0.0425, 0.0, 0.0260), first)
-    parts = [lens, shell, grip, accent, guide]
-    write("instruments", "probe", {"probe": parts})
+    guide.place(-RAIL_DEG, 1, rail(0.0315), first)
+    return [lens, shell, grip, accent, guide]
+
+
+def probe():
+    """An abdominal probe with a face of 60 mm radius and length, and one with a flat face of 40 mm."""
+    write("instruments", "probe", {"probe": probe_parts(0.060, 0.0282, (0.0318, 0.0300, 0.0250, 0.0205)),
+                                   "linear_probe": probe_parts(10.0, 0.0194, (0.0222, 0.0218, 0.0208, 0.0195))})
 
 
 def scalpel():

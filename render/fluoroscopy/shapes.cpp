@@ -40,10 +40,12 @@ void addTube(const CurvedTube& tube, std::vector<XrayShape>& shapes) {
                           .chained = i > 1});
 }
 
-void addProbe(const Pose& pose, std::vector<XrayShape>& shapes) {
-    add(pose, {-0.024, 0, 0.008}, {0.024, 0, 0.008}, {.radius_m = 0.0075, .per_m = kTransducerPerM}, shapes);
-    add(pose, {0, 0, 0.018}, {0, 0, 0.060}, {.radius_m = 0.022, .bore_m = 0.0195, .per_m = kPlasticPerM},
+void addProbe(const Pose& pose, double face_m, std::vector<XrayShape>& shapes) {
+    const double half_m = 0.5 * face_m - 0.006, head_m = 0.008 + 0.5 * half_m + 0.002;
+    add(pose, {-half_m, 0, 0.008}, {half_m, 0, 0.008}, {.radius_m = 0.0075, .per_m = kTransducerPerM},
         shapes);
+    add(pose, {0, 0, 0.018}, {0, 0, 0.060},
+        {.radius_m = head_m, .bore_m = head_m - 0.0025, .per_m = kPlasticPerM}, shapes);
     add(pose, {0, 0, 0.060}, {0, 0, 0.145},
         {.radius_m = 0.0165, .bore_m = 0.0140, .per_m = kPlasticPerM, .chained = true}, shapes);
     add(pose, {0, 0, 0.030}, {0, 0, 0.180}, {.radius_m = 0.0030, .per_m = 120.0}, shapes);  // wires

@@ -34,7 +34,8 @@ void addNeedle(const Pose& patient_from_needle, const NeedleShape&, bool stylet_
                std::vector<XrayShape>& shapes);
 // A chain of capsules. Its bore is not drawn: `attenuation_per_m` is scaled by the share of the wall.
 void addTube(const CurvedTube&, std::vector<XrayShape>& shapes);
-void addProbe(const Pose& patient_from_probe, std::vector<XrayShape>& shapes);
+// `face_m`: length of the probe's face.
+void addProbe(const Pose& patient_from_probe, double face_m, std::vector<XrayShape>& shapes);
 void addScalpel(const Pose& patient_from_scalpel, std::vector<XrayShape>& shapes);
 void addFinger(const Pose& patient_from_finger, std::vector<XrayShape>& shapes);
 

@@ -1,6 +1,7 @@
 #include "render/room/lamp_shadow.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "render/gpu/image_states.h"
 #include "render/scene/projection.h"
@@ -41,9 +42,11 @@ bool LampShadow::aim(const Lamp& lamp, std::span<const MeshDraw> draws, bool may
     for (const MeshDraw& draw : draws)
         if (draw.casts) now_.push_back({draw.first_index, draw.push.stage_from_model});
     // Draws are ordered by distance from the eye. Sort the casters in a fixed order, to compare them between
-    // frames.
-    std::sort(now_.begin(), now_.end(),
-              [](const Caster& a, const Caster& b) { return a.first_index < b.first_index; });
+    // frames. The parts of a tube share one model, so their places must decide.
+    std::sort(now_.begin(), now_.end(), [](const Caster& a, const Caster& b) {
+        if (a.first_index != b.first_index) return a.first_index < b.first_index;
+        return std::memcmp(&a.stage_from_model, &b.stage_from_model, sizeof a.stage_from_model) < 0;
+    });
     if (may_reuse && !stale_ && aimed == shadow_from_stage_ && now_ == drawn_) return false;
     shadow_from_stage_ = aimed;
     std::swap(now_, drawn_);

@@ -204,6 +204,7 @@ SceneMeshes::SceneMeshes(const Gpu& gpu, const std::filesystem::path& assets) {
                                    {&Models::tip_diamond, "", "tip_diamond", ""},
                                    {&Models::hub, "", "hub", ""},
                                    {&Models::probe, "instruments/probe.glb", "probe", ""},
+                                   {&Models::linear_probe, "", "linear_probe", ""},
                                    {&Models::scalpel, "instruments/scalpel.glb", "scalpel", ""},
                                    {&Models::hand, "instruments/hand.glb", "hand", ""}};
     ModelCollector collector(assets);
@@ -291,7 +292,7 @@ void SceneMeshes::addTools(const RenderScene& scene) {
     if (scene.patient_from_needle)
         addNeedle(scene.stage_from_patient * *scene.patient_from_needle, scene.needle);
     addTubes(scene, scene.tubes);
-    tool(models_.probe, scene.patient_from_probe);
+    tool(scene.flat_probe ? models_.linear_probe : models_.probe, scene.patient_from_probe);
     tool(models_.scalpel, scene.patient_from_scalpel);
     tool(models_.hand, scene.patient_from_finger);
 }
@@ -306,7 +307,8 @@ void SceneMeshes::addGhost(const RenderScene& scene) {
                 addNeedle(stage_from_tool, scene.needle);
                 break;
             case GhostKind::probe:
-                add(models_.probe, toMatrix(stage_from_tool), false);
+                add(scene.flat_probe ? models_.linear_probe : models_.probe, toMatrix(stage_from_tool),
+                    false);
                 break;
             case GhostKind::scalpel:
                 add(models_.scalpel, toMatrix(stage_from_tool), false);
@@ -329,8 +331,8 @@ void SceneMeshes::addPaths(const RenderScene& scene) {
         const Vec3 out = (entry - target) / length;
         const std::size_t first = draws_.size();
         add(models_.tube,
-            stage_from_patient * tubeBetween(target, entry + out * kPathOutside_m, kPathRadius_m), false,
-            gpu::kThin);
+            stage_from_patient * tubeBetween(target, entry + out * kPathOutside_m, kPathRadius_m), false);
+        draws_.back().push.material.w = gpu::kThin;
         add(models_.tube,
             stage_from_patient *
                 tubeBetween(entry - out * kEntryThickness_m, entry + out * kEntryThickness_m, kEntryRadius_m),

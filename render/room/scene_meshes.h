@@ -70,7 +70,8 @@ class SceneMeshes {
         Model table_top, table_pedestal, stand, carriage, arc;
         Model ultrasound, ultrasound_screen, xray, xray_screen, monitor, monitor_screen, trolley;
         Model lamp_head, lamp_yoke, lamp_arm, lamp_post, shell, floor, lit_floor, doors, built_in;
-        Model shaft, mark, tip_chiba, tip_trocar, tip_diamond, hub, probe, scalpel, hand, tube, cone, ring;
+        Model shaft, mark, tip_chiba, tip_trocar, tip_diamond, hub, probe, linear_probe, scalpel, hand;
+        Model tube, cone, ring;
     };
     void add(const Model&, const glm::dmat4& stage_from_model, bool casts, int kind = gpu::kPlain);
     void addTable(const RenderScene&, const Placement&);

@@ -143,6 +143,7 @@ struct RenderScene {
     std::vector<CurvedTube> ghost_tubes;  // drawn like `ghost`
     std::optional<Pose> patient_from_probe,
         patient_from_scalpel;                 // contact end at the origin, handle toward +z
+    bool flat_probe = false;                  // the probe is the linear one
     std::optional<Pose> patient_from_finger;  // tip of a gloved right hand's finger; +y: the back of the hand
     RoomContents room;
     // Middle of the access field on the skin, reference patient. The lamp points there, and the drape has

@@ -5,6 +5,8 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 #include "render/ultrasound/bindings.glsl"
 
+const float kGuideAside_m = 0.003;  // of the guide's two lines from its middle
+
 // Line (share of all, 0 to 1) and depth (m) of a point of the picture's plane.
 vec2 scanFrom(vec2 p) {
     if (frame.probe.x > 0.5) return vec2(p.x / frame.probe.w * 0.5 + 0.5, p.y);
@@ -51,11 +53,15 @@ vec3 withDoppler(vec3 colour, vec2 scan) {
     return flowColour(dot(like, v) / max(like.x + like.y + like.z + like.w, 1e-6));
 }
 
+// Half of the width of the lines of box and ruler, m. A thinner line would break up on its way over the pixels.
+float halfLine() { return 0.6 * frame.view.x; }
+
 // Share of a pixel that a line of this half-width covers.
 float covered(float distance_m, float half_m) {
     return clamp(0.5 + (half_m - distance_m) / frame.view.x, 0.0, 1.0);
 }
 
+// Two dashed lines beside the guide's line, so that they do not hide the needle in it.
 vec3 withGuide(vec3 colour, vec2 p) {
     const vec2 from = frame.guide.xy, along = frame.guide.zw - from;
     const float length_m = length(along);
@@ -63,7 +69,8 @@ vec3 withGuide(vec3 colour, vec2 p) {
     const vec2 unit = along / length_m;
     const float at = dot(p - from, unit);
     if (at < 0.0 || at > length_m || fract(at / 0.008) > 0.5) return colour;
-    return mix(colour, vec3(0.95, 0.85, 0.25), covered(abs(dot(p - from, vec2(-unit.y, unit.x))), 0.7 * frame.view.x));
+    const float aside = abs(dot(p - from, vec2(-unit.y, unit.x)));
+    return mix(colour, vec3(0.95, 0.85, 0.25), covered(abs(aside - kGuideAside_m), halfLine()));
 }
 
 vec3 withBox(vec3 colour, vec2 scan) {
@@ -72,7 +79,7 @@ vec3 withBox(vec3 colour, vec2 scan) {
     const float width = frame.probe.x > 0.5 ? 2.0 * frame.probe.w : 2.0 * frame.probe.z * line_m;
     const vec2 outside_x = vec2(box.x - scan.x, scan.x - box.y) * width, outside_y = vec2(box.z - scan.y, scan.y - box.w);
     const float out_x = max(outside_x.x, outside_x.y), out_y = max(outside_y.x, outside_y.y);
-    return mix(colour, vec3(0.85, 0.9, 0.5), 0.7 * covered(abs(max(out_x, out_y)), 0.0));
+    return mix(colour, vec3(0.85, 0.9, 0.6), 0.7 * covered(abs(max(out_x, out_y)), halfLine()));
 }
 
 // Draws centimetres down the side and a wedge at the focus.
@@ -81,7 +88,7 @@ vec3 withRuler(vec3 colour, vec2 pixel, float depth_m) {
     if (from_edge > 14.0 || depth_m < -0.0005 || depth_m > frame.view.w + 0.0005) return colour;
     const float spacing = frame.marks.y, to_tick = abs(depth_m - round(depth_m / spacing) * spacing);
     const bool fifth = mod(round(depth_m / spacing) + 0.5, 5.0) < 1.0;
-    if (from_edge >= 2.0 && from_edge < (fifth ? 9.0 : 6.0)) colour = max(colour, vec3(0.7) * covered(to_tick, 0.0));
+    if (from_edge >= 2.0 && from_edge < (fifth ? 9.0 : 6.0)) colour = max(colour, vec3(0.7) * covered(to_tick, halfLine()));
     const float down = abs(depth_m - frame.marks.x) / frame.view.x;
     return from_edge >= 9.0 && down < (from_edge - 9.0) ? vec3(0.9, 0.8, 0.2) : colour;
 }

@@ -15,7 +15,6 @@ constexpr std::size_t kMaxTransducerBytes = 1 << 16;
 constexpr double kMm = 1e-3, kMhz = 1e6, kDeg = 0.017453292519943295;
 // Full width at half amplitude of an unapodised aperture, in wavelengths times depth over aperture.
 constexpr double kDiffraction = 1.2;
-constexpr double kFlatFace = 100.0;      // curvature over length above which a face counts as flat
 constexpr double kReceiveFNumber = 1.5;  // the receiving aperture grows with depth up to its full size
 
 double square(double x) {
@@ -59,7 +58,7 @@ Transducer parseTransducer(const std::filesystem::path& file, std::string_view t
 }
 
 Transducer withFace(Transducer probe, double length_m, double curvature_m) {
-    if (curvature_m > kFlatFace * length_m) {
+    if (isFlatFace(length_m, curvature_m)) {
         probe.shape = TransducerShape::linear;
         probe.width_m = length_m;
     } else {

@@ -33,8 +33,11 @@ Transducer loadTransducer(const std::filesystem::path& toml);  // throws DataErr
 // The same from memory; errors name `file`.
 Transducer parseTransducer(const std::filesystem::path& file, std::string_view toml);
 
-// The transducer with the scan lines of another face: a bar of a length, bent to a radius of curvature. Its
-// scan lines are parallel if the bar is almost flat.
+// True if a face, a bar of this length that is bent to a radius of curvature, counts as flat.
+inline bool isFlatFace(double length_m, double curvature_m) {
+    return curvature_m > 100.0 * length_m;
+}
+// The transducer with the scan lines of another face. They are parallel if it is flat.
 Transducer withFace(Transducer, double length_m, double curvature_m);
 
 // A scan line in the probe's frame; `share` from -1 (at -x) to 1.

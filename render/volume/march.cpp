@@ -24,7 +24,8 @@ namespace {
 
 using gpu::kBloodRun, gpu::kBloodWaver_m, gpu::kIodineWaver_m, gpu::kIodineGrain_m, gpu::kMarkDepth_m;
 using gpu::kBrick, gpu::kOpaque, gpu::kDone, gpu::kFine, gpu::kDense, gpu::kWeak, gpu::kSurface;
-using gpu::kCutSteps, gpu::kGrazingLight, gpu::kTurnedAway, gpu::kWetPower, gpu::kWetStrength;
+using gpu::kCutSteps, gpu::kGrazingLight, gpu::kLeastAlbedo, gpu::kTurnedAway, gpu::kWetPower,
+    gpu::kWetStrength;
 using gpu::kFleshFrom_m, gpu::kFleshTo_m, gpu::kWoundFrom_m, gpu::kWoundTo_m;
 using gpu::kMottleCoarse_m, gpu::kMottleFine_m, gpu::kPore_m;
 

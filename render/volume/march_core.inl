@@ -225,6 +225,16 @@ MARCH_FN Surface surfaceAt(const Shared& s, Float4 p, Float4 normal, Float4 albe
     return skin;
 }
 
+MARCH_FN Surface surfaceAtVoxel(const Shared& s, Float4 voxel, Float4 slope, Float4 albedo) {
+    const Float4 normal = slope * (-1.0f / std::max(length3(slope), 1e-6f));
+    return surfaceAt(s, s.grid_origin + voxel * s.spacing, normal, albedo);
+}
+
+// Detail of a surface as a factor of the albedo.
+MARCH_FN Float4 surfaceTint(const Surface& skin, Float4 albedo) {
+    return skin.albedo / higher(albedo, all(kLeastAlbedo));
+}
+
 MARCH_FN Float4 shade(const Shared& s, const Surface& skin, Float4 g, Float4 to_eye) {
     const float steepness = std::sqrt(dot3(g, g));
     Float4 n = g * (-1.0f / std::max(steepness, 1e-6f));
@@ -297,16 +307,20 @@ struct RayResult {
     float depth;    // m; 0: no opaque surface
 };
 
+struct ShadedSample {
+    Float4 light, tint;
+};
+
 // `v`: the sample in the deformed patient, `voxel`: its reference position, both in voxels.
-MARCH_FN Float4 shadeSample(const Shared& s, const Ray& r, Float4 v, Float4 voxel, Float4 albedo, bool cut) {
+MARCH_FN ShadedSample shadeSample(const Shared& s, const Ray& r, Float4 v, Float4 voxel, Float4 albedo, bool cut) {
     if (cut)
         // A cut surface is lit as a plane.
-        return shade(s, {albedo, 0.0f}, -s.cut[std::size_t(r.face)], r.to_eye);
+        return {shade(s, {albedo, 0.0f}, -s.cut[std::size_t(r.face)], r.to_eye), all(1.0f)};
     Float4 slope = gradientAt(s, voxel);
     if (s.moved) slope = turnedByTool(s, s.grid_origin + v * s.spacing, slope);
-    if (s.marks == 0 && s.mottle == 0.0f) return shade(s, {albedo, 0.0f}, slope, r.to_eye);
-    const Float4 normal = slope * (-1.0f / std::max(length3(slope), 1e-6f));
-    return shade(s, surfaceAt(s, s.grid_origin + voxel * s.spacing, normal, albedo), slope, r.to_eye);
+    if (s.marks == 0 && s.mottle == 0.0f) return {shade(s, {albedo, 0.0f}, slope, r.to_eye), all(1.0f)};
+    const Surface skin = surfaceAtVoxel(s, voxel, slope, albedo);
+    return {shade(s, skin, slope, r.to_eye), surfaceTint(skin, albedo)};
 }
 
 MARCH_FN RayResult marchRay(const Shared& s, const Ray& r, Tally& tally) {
@@ -318,7 +332,11 @@ MARCH_FN RayResult marchRay(const Shared& s, const Ray& r, Tally& tally) {
     const float sigma_full = s.sigma_full * r.metres;
     const float steps_per_t = 1.0f / step_t;
 
-    Float4 light = all(0.0f);
+    // Weak samples wait for the surface behind them and take its tint, or bare skin would shine through blood.
+    Float4 light = all(0.0f), weak = all(0.0f), tint = all(1.0f);
+    Float4 weak_voxel = all(0.0f), weak_albedo = all(0.0f);  // of the weightiest weak sample
+    float weightiest = 0.0f;
+    bool met = false;
     float transmittance = 1.0f, depth = 0.0f;
     std::uint32_t samples = 0, leaps = 0;
     int fine_until = -1, q = 0;
@@ -359,16 +377,26 @@ MARCH_FN RayResult marchRay(const Shared& s, const Ray& r, Tally& tally) {
         const float weight = transmittance * (1.0f - expNegative(sigma * width * inside));
         const Float4 root = texel * (1.0f / std::max(a, 255.0f * 1e-4f));
         const Float4 albedo = root * root;
-        if (transmittance * std::min(sigma * voxel_t, 1.0f) > kWeak)
-            light += weight * shadeSample(s, r, v, voxel, albedo, r.face >= 0 && t - r.t_begin < kCutSteps * step_t);
-        else
-            light += weight * (albedo * s.weak_light);
+        if (transmittance * std::min(sigma * voxel_t, 1.0f) > kWeak) {
+            const ShadedSample lit =
+                shadeSample(s, r, v, voxel, albedo, r.face >= 0 && t - r.t_begin < kCutSteps * step_t);
+            tint = lit.tint, met = true;
+            light += weight * lit.light + weak * tint;
+            weak = all(0.0f);
+        } else {
+            weak += weight * (albedo * s.weak_light);
+            if (weight > weightiest) weightiest = weight, weak_voxel = voxel, weak_albedo = albedo;
+        }
         transmittance -= weight;
         if (depth == 0.0f && transmittance < 0.5f) depth = t;
         if (q == fine_until && dense) fine_until += kFine;
         q += q < fine_until ? 1 : kFine;
         if (s.early_termination && transmittance < kOpaque) q = kDone;
     }
+    // At the skin's outline no sample is strong.
+    if (!met && s.mottle > 0.0f && weightiest > 0.0f)
+        tint = surfaceTint(surfaceAtVoxel(s, weak_voxel, gradientAt(s, weak_voxel), weak_albedo), weak_albedo);
+    light += weak * tint;
     if (transmittance < kOpaque) transmittance = 0.0f;
     tally.samples += samples;
     tally.leaps += leaps;

@@ -26,6 +26,7 @@ const float kSurface = 0.15;      // opacity gradient per voxel that is lit as a
 const float kWeakKey = 0.45;      // share of the lamp's light on a sample that is not lit by its gradient
 const float kTurnedAway = -0.4;   // cosine to the eye below which a surface shows its other side
 const float kGrazingLight = 0.6;  // diffuse light below which it is tinted
+const float kLeastAlbedo = 0.02;  // for the ratio of a surface's albedo with and without its detail
 const float kWetStrength = 0.45, kWetPower = 45.0;  // highlight of a wet surface
 
 // Detail of the skin and its marks (marks.glsl). Sizes in metres.

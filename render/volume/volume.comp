@@ -43,6 +43,11 @@ vec3 gradient(vec3 v) {
     return 0.5 / h * g * min(s.x, min(s.y, s.z)) / s;
 }
 
+Surface surfaceAtVoxel(vec3 voxel, vec3 slope, vec3 albedo) {
+    const vec3 normal = -slope / max(length(slope), 1e-6);
+    return surfaceAt(frame.grid_origin.xyz + voxel * frame.grid_spacing.xyz, normal, albedo, kMarks != 0);
+}
+
 // Uniform light for a sample that contributes little.
 vec3 shadeWeak(vec3 albedo) { return albedo * (ambientLight(0.0) + kWeakKey * kKeyColour * frame.key_patient.w); }
 
@@ -128,7 +133,11 @@ RayResult march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
     const float sigma_full = frame.grid_dims.w * metres;
     const ivec3 bricks = ivec3(frame.brick_dims.xyz);
 
-    vec3 light = vec3(0.0);
+    // Weak samples wait for the surface behind them and take its tint, or bare skin would shine through blood.
+    vec3 light = vec3(0.0), weak = vec3(0.0), tint = vec3(1.0);
+    vec3 weak_voxel = vec3(0.0), weak_albedo = vec3(0.0);  // of the weightiest weak sample
+    float weightiest = 0.0;
+    bool met = false;
     float transmittance = 1.0, depth = 0.0;
     uint samples = 0, leaps = 0;
     int fine_until = -1;
@@ -169,10 +178,12 @@ RayResult march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
             const float weight = transmittance * alpha;
             const vec3 root = texel.rgb / max(texel.a, 1e-4);
             albedo = root * root;
-            if (transmittance * min(sigma * voxel_t, 1.0) > kWeak)
+            if (transmittance * min(sigma * voxel_t, 1.0) > kWeak) {
                 strong = weight;
-            else
-                light += weight * shadeWeak(albedo);
+            } else {
+                weak += weight * shadeWeak(albedo);
+                if (weight > weightiest) weightiest = weight, weak_voxel = voxel, weak_albedo = albedo;
+            }
             transmittance -= weight;
             if (depth == 0.0 && transmittance < 0.5) depth = t;
             if (q == fine_until && dense) fine_until += kFine;
@@ -185,10 +196,17 @@ RayResult march(int eye, ivec2 pixel, vec2 at, vec2 footprint) {
             vec3 slope = cut ? -frame.cuts[max(face, 0)].xyz : gradient(voxel);
             if (kTool != 0 && !cut) slope = turnedByTool(frame.grid_origin.xyz + (origin + ray * t) * spacing, slope);
             Surface skin = Surface(albedo, 0.0);
-            if (!cut) skin = surfaceAt(frame.grid_origin.xyz + voxel * spacing, -slope / max(length(slope), 1e-6), albedo, kMarks != 0);
-            light += strong * shade(skin, slope, to_eye);
+            if (!cut) skin = surfaceAtVoxel(voxel, slope, albedo);
+            tint = skin.albedo / max(albedo, kLeastAlbedo), met = true;
+            light += strong * shade(skin, slope, to_eye) + weak * tint;
+            weak = vec3(0.0);
         }
     }
+    // At the skin's outline no sample is strong. A loop, because lavapipe runs the body of an if for every pixel.
+    const bool outline = !met && look.detail.x > 0.0 && weightiest > 0.0;
+    for (int once = 0; once < int(outline); ++once)
+        tint = surfaceAtVoxel(weak_voxel, gradient(weak_voxel), weak_albedo).albedo / max(weak_albedo, kLeastAlbedo);
+    light += weak * tint;
     if (transmittance < kOpaque) transmittance = 0.0;
     if (kCount != 0) {
         atomicAdd(counters.rays, 1);

@@ -198,6 +198,21 @@ bool offersLayered(const Gpu& gpu) {
     });
 }
 
+// Blood hides the skin under it everywhere, also where its first samples contribute little.
+TEST_F(RendererTest, BloodCoversTheSkin) {
+    for (const VolumePath path : {VolumePath::gpu, VolumePath::processor}) {
+        test::PatientRenderer shown(test::makeTrunk(0.003), {.volume_path = path});
+        RenderScene scene = bareScene(Look::closed);
+        scene.marks = {{MarkKind::blood, Vec3(0.148, 0.015, 0.0), 0.03, Vec3(0.0, -1.0, 0.0)}};
+        // Below the highlight of the wet surface.
+        const Vec3 at = scene.stage_from_patient * (scene.marks[0].reference_m - Vec3(0.0, 0.015, 0.0));
+        const View view = test::lookAt(at + Vec3(0.12, 0.03, 0.02), at, 0.04f);
+        const Image picture = shown.renderer.drawToImages(scene, test::stereo(view, 0.0), 96, 96)[0];
+        const test::Blob red = test::findBlob(picture, [](int r, int g, int) { return r > 50 && g < 20; });
+        EXPECT_GT(red.pixels, 96u * 96u * 9u / 10u) << int(path);
+    }
+}
+
 TEST_F(RendererTest, AllStereoPathsDrawTheSamePicture) {
     const patient::Package package = test::makeTrunk(0.004);
     const patient::Patient patient(package);

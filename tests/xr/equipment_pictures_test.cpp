@@ -105,6 +105,20 @@ TEST_F(EquipmentPicturesTest, ThePictureIsThatOfTheProbe) {
     EXPECT_NEAR(litPixels(0.6), strip, 15);
 }
 
+// The side of the probe with the needle guide is the picture's left, and marked.
+TEST_F(EquipmentPicturesTest, ThePicturesLeftIsMarked) {
+    look(0.0);
+    const render::ScreenPicture screen = pictures_.ultrasoundScreen();
+    int left = 0, right = 0;
+    for (int y = 0; y < screen.height; ++y)
+        for (int x = 0; x < screen.width; ++x) {
+            const std::uint8_t* p = screen.rgba + 4 * (y * screen.width + x);
+            if (int(p[2]) - int(p[0]) > 60) (2 * x < screen.width ? left : right) += 1;
+        }
+    EXPECT_GT(left, 80);
+    EXPECT_EQ(right, 0);
+}
+
 TEST_F(EquipmentPicturesTest, AnUnknownTransducerLeavesTheScreenDark) {
     moment_.probe.transducer = "none";
     testing::internal::CaptureStderr();

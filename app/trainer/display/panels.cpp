@@ -70,8 +70,11 @@ void HeadsetPanels::placeNotice(const std::optional<Notice>& notice, const Pose&
     if (!layer) layer.emplace(*session_, *gpu_, NoticePanel::kWidth, std::uint32_t(height));
     if (!layer->show(notice_.rgba().data(), notice_.revision())) return;
     const double width_m = NoticePanel::width_m(NoticePlace::kDistance_m, letter_rad_);
-    placed_.push_back(
-        {&*layer, place_.of(room_from_head), width_m, width_m * height / NoticePanel::kWidth, false});
+    const double pixel_m = width_m / NoticePanel::kWidth;
+    // The middle of the rows with text is at the notice's place.
+    Pose place = place_.of(room_from_head);
+    place.position_m += place.direction({0.0, 0.5 * (notice_.filledHeight() - height) * pixel_m, 0.0});
+    placed_.push_back({&*layer, place, width_m, height * pixel_m, false});
 }
 
 bool HeadsetPanels::sees(const Vec3& stage_entry_m, const Pose& room_from_head) {

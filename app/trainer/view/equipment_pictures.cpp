@@ -154,7 +154,8 @@ void EquipmentPictures::expose(const ImagingInput& m) {
         if (pulse_.patient_from_needle)
             render::addNeedle(*pulse_.patient_from_needle, pulse_.needle, true, shapes_);
         if (pulse_.patient_from_probe)
-            render::addProbe(*pulse_.patient_from_probe * haptics::kStylusFromProbe.inverse(), shapes_);
+            render::addProbe(*pulse_.patient_from_probe * haptics::kStylusFromProbe.inverse(),
+                             pulse_.probe.length_m, shapes_);
         if (pulse_.patient_from_scalpel) render::addScalpel(*pulse_.patient_from_scalpel, shapes_);
         if (pulse_.patient_from_finger) render::addFinger(*pulse_.patient_from_finger, shapes_);
         for (const CurvedTube& tube : pulse_.tubes)

@@ -9,7 +9,7 @@ namespace {
 
 constexpr report::Colour kScreenBlack{0.0, 0.0, 0.0}, kScreenWords{0.78, 0.83, 0.86},
     kScreenQuiet{0.45, 0.51, 0.55}, kColumn{0.035, 0.045, 0.055}, kLive{0.98, 0.78, 0.16},
-    kHeld{0.35, 0.85, 1.0};
+    kHeld{0.35, 0.85, 1.0}, kProbeMark{0.36, 0.67, 0.73};
 
 // Minutes and seconds, such as "4:07".
 std::string minutes(double seconds) {
@@ -75,6 +75,9 @@ void UltrasoundScreen::draw(const render::ScreenPicture& picture, const Ultrasou
     line("depth", fmt::format("{:.0f} cm", 100.0 * r.depth_m));
     line("gain", fmt::format("{:+.0f} dB", r.gain_db));
     if (r.doppler) line("colour", fmt::format("\u00b1{:.0f} cm/s", 100.0 * r.nyquist_m_per_s));
+    // The picture's left is the side of the probe with the ridge and the needle guide, in whose colour it is
+    // marked.
+    canvas_.disc({0.23 * kWidth, 18.0}, 6.0, kProbeMark);
     // The TGC sliders, from the skin down.
     constexpr double kMiddle = kWidth - 46.0, kReach = 34.0, kMax_db = 20.0;
     canvas_.text({kMiddle, 22.0}, "TGC", {10.5, kScreenQuiet, report::Align::centre});

@@ -174,6 +174,8 @@ void NoticePanel::show(const Notice& notice) {
                       {.size = letter_px_, .colour = kNoticeText});
     filled_ = std::min(height(), int(std::ceil(y + 0.3 * letter_px_ + kBottom_px)));
     canvas_->pixels(rgba_);
+    // What lies behind the empty rows stays visible.
+    std::fill(rgba_.begin() + std::ptrdiff_t(filled_) * kWidth * 4, rgba_.end(), std::uint8_t(0));
     ++revision_;
 }
 

@@ -51,7 +51,8 @@ class NoticePanel {
     const std::vector<std::uint8_t>& rgba() const { return rgba_; }
     std::uint64_t revision() const { return revision_; }
     int height() const { return shown_.tall ? kTallHeight : kHeight; }  // pixels, as shown
-    int filledHeight() const { return filled_; }     // rows from the top with text, and the lower margin
+    // Rows from the top with text, and the lower margin. The rows below are transparent.
+    int filledHeight() const { return filled_; }
     double letter_px() const { return letter_px_; }  // em size of the shown lines
     // Panel width at which one em spans `letter_rad` at this distance.
     static double width_m(double distance_m, double letter_rad);

@@ -38,6 +38,7 @@ void showTools(render::RenderScene& scene, const FrameState& seen) {
     if (tick.tool == haptics::Tool::finger) scene.patient_from_finger = tick.patient_from_tool;
     if (tick.tool == haptics::Tool::scalpel) scene.patient_from_scalpel = tick.patient_from_tool;
     if (tick.tool == haptics::Tool::probe) scene.patient_from_probe = tick.patient_from_tool;
+    scene.flat_probe = render::isFlatFace(seen.probe.length_m, seen.probe.curvature_m);
     if (tick.probe_parked)
         scene.patient_from_probe = tick.patient_from_probe * haptics::kStylusFromProbe.inverse();
 }

@@ -233,6 +233,23 @@ TEST(Assets, PartsOfTheNeedleAreOfUnitSize) {
     }
 }
 
+// The lens of each probe is nearly as long as the face that is felt, 60 and 40 mm, and bent as it is.
+TEST(Assets, ProbesHaveTheirFaces) {
+    const Mesh mesh = loadMesh(test::assetsFolder() / "instruments" / "probe.glb");
+    for (const auto& [node, length_m, depth_m] :
+         {std::tuple{"probe", 0.060f, 0.0080f}, {"linear_probe", 0.040f, 0.0f}}) {
+        float far_x = 0.0f, back = 1.0f;
+        for (const MeshPart& part : mesh.parts)
+            for (std::uint32_t i = 0; part.node == node && part.name == "lens" && i < part.index_count; ++i) {
+                const glm::vec3 p = mesh.vertices[mesh.indices[part.first_index + i]].position_m;
+                if (p.x > far_x + 1e-5f) far_x = p.x, back = 1.0f;
+                if (p.x > far_x - 1e-5f) back = std::min(back, p.z);
+            }
+        EXPECT_NEAR(2.0f * far_x, length_m, 0.004f) << node;
+        EXPECT_NEAR(back, depth_m, 0.0015f) << node;
+    }
+}
+
 TEST(Assets, NormalsAreUnitAndTrianglesFaceOutwards) {
     for (const char* name :
          {"rooms/table_top.glb", "rooms/table_pedestal.glb", "rooms/c_arm.glb", "rooms/ultrasound.glb",

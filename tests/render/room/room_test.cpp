@@ -96,12 +96,19 @@ TEST_F(RoomTest, ShadowMapIsReusedUntilACasterMoves) {
     EXPECT_EQ(stats.reused_shadows, 0u);
     EXPECT_GE(test::psnr(kept[0], anew[0]), 60.0);
     renderer.setSettings({});
-    // The head moves and a path is removed. Neither casts a shadow.
+    // The head moves and a path is removed. Neither casts a shadow. The parts of the wire come in another
+    // order, because others are now the nearest.
+    scene.tubes.resize(1);
+    scene.tubes[0].points_m = {Vec3(0.30, 0.0, -0.3), Vec3(0.30, 0.0, -0.1), Vec3(0.30, 0.0, 0.1),
+                               Vec3(0.30, 0.0, 0.3)};
+    renderer.drawToImages(scene, eyes, 64, 64, &stats);
+    EXPECT_EQ(stats.reused_shadows, 0u);
     scene.paths.clear();
-    renderer.drawToImages(scene,
-                          test::stereo(test::lookAt(Vec3(1.0, 1.6, 0.4), Vec3(0, 1, -0.6), 0.5f), 0.063), 64,
-                          64, &stats);
-    EXPECT_EQ(stats.reused_shadows, 1u);
+    for (const double x : {-1.5, 1.5}) {
+        const View moved = test::lookAt(Vec3(x, 1.6, 0.4), Vec3(0, 1, -0.6), 0.5f);
+        renderer.drawToImages(scene, test::stereo(moved, 0.063), 64, 64, &stats);
+        EXPECT_EQ(stats.reused_shadows, 1u) << x;
+    }
     scene.patient_from_needle->position_m.y += 0.001;
     renderer.drawToImages(scene, eyes, 64, 64, &stats);
     EXPECT_EQ(stats.reused_shadows, 0u);
@@ -127,6 +134,24 @@ TEST_F(RoomTest, LampsOffDarkenTheRoom) {
     }
     EXPECT_LT(brighter, lit.rgba.size() / 4 / 200);
     EXPECT_LT(sum_dark, 0.9 * sum_lit);
+}
+
+// A path is thinner than a pixel here, and does not break into dashes.
+TEST_F(RoomTest, APathIsAWholeLineFromFarAway) {
+    test::PatientRenderer shown(test::makeBall(patient::Tissue::liver, 0.03, 0.01, 0.002), {}, false);
+    RenderScene scene;
+    scene.look = Look::closed;
+    scene.stage_from_patient.position_m = {0.0, 1.06, 0.0};
+    scene.table = false;
+    scene.reference_path_m = std::array{Vec3(0.30, 0.03, 0.2), Vec3(0.05, 0.0, 0.2)};
+    const View view = test::lookAt(Vec3(0.1, 1.3, 1.8), Vec3(0.15, 1.06, 0.0), 0.3f);
+    const Image picture =
+        shown.renderer.drawToImages(scene, test::stereo(view, 0.0), kRoomPictureSize, kRoomPictureSize)[0];
+    const double pixel_m = 2.0 * 1.8 * std::tan(0.3) / kRoomPictureSize;
+    EXPECT_GT(pixel_m, 0.0055) << "five times the path's width";
+    const auto cyan =
+        test::findBlob(picture, [](int r, int g, int b) { return b > 150 && r < 120 && g > 120; });
+    EXPECT_GT(double(cyan.pixels), 0.25 / pixel_m);
 }
 
 // A highlight glows where it is placed, in either frame, and casts no shadow. Without one nothing is drawn.

@@ -299,24 +299,48 @@ TEST_F(UltrasoundTest, ElectronicNoiseDiffersFromPictureToPicture) {
     EXPECT_NE(first, pixels());
 }
 
-TEST_F(UltrasoundTest, AGuideIsDrawnDashed) {
+// Dashes beside the guide's line, on both sides. The line itself stays free for the needle.
+TEST_F(UltrasoundTest, AGuideIsDrawnDashedBesideItsLine) {
     UltrasoundInput input = atTheFlank();
-    machine->image(input, settings, probe);
-    const auto yellow = [&] {
-        int count = 0;
+    const PictureView view = pictureView(probe, settings, 0.160);
+    const Vec3 begin(0.02, 0, 0.01), end(-0.02, 0, 0.09), along = glm::normalize(end - begin);
+    int left = 0, right = 0, on_line = 0;
+    const auto count = [&] {
+        left = right = on_line = 0;
         const auto rgba = pixels();
-        for (std::size_t i = 0; i < rgba.size(); i += 4)
-            count += int((i / 4) % std::size_t(settings.width)) < settings.width - 16 && rgba[i] > 120 &&
-                     rgba[i + 2] + 60 < rgba[i];
-        return count;
+        for (std::size_t i = 0; i < rgba.size(); i += 4) {
+            const int x = int(i / 4) % settings.width, y = int(i / 4) / settings.width;
+            if (x >= settings.width - 16 || rgba[i] <= 120 || rgba[i + 2] + 60 >= rgba[i]) continue;
+            const Vec3 p(view.left_m + (x + 0.5) * view.pixel_m, 0.0, view.top_m + (y + 0.5) * view.pixel_m);
+            const double aside_m = (p.x - begin.x) * along.z - (p.z - begin.z) * along.x;
+            (std::fabs(aside_m) < 0.002 ? on_line : aside_m < 0.0 ? left : right) += 1;
+        }
     };
-    EXPECT_EQ(yellow(), 0);
-    input.guide_m = std::array{*input.patient_from_probe * Vec3(0.02, 0, 0.01),
-                               *input.patient_from_probe * Vec3(-0.02, 0, 0.09)};
     machine->image(input, settings, probe);
-    const double length_pixels = std::hypot(0.04, 0.08) / pictureView(probe, settings, 0.160).pixel_m;
-    EXPECT_GT(yellow(), 0.2 * length_pixels);
-    EXPECT_LT(yellow(), 1.2 * length_pixels);
+    count();
+    EXPECT_EQ(left + right + on_line, 0);
+    input.guide_m = std::array{*input.patient_from_probe * begin, *input.patient_from_probe * end};
+    machine->image(input, settings, probe);
+    count();
+    const double length_pixels = glm::distance(begin, end) / view.pixel_m;
+    for (const int beside : {left, right}) {
+        EXPECT_GT(beside, 0.2 * length_pixels);
+        EXPECT_LT(beside, 0.9 * length_pixels);
+    }
+    EXPECT_EQ(on_line, 0);
+}
+
+TEST_F(UltrasoundTest, EveryCentimetreOfTheRulerCanBeSeen) {
+    machine->image(atTheFlank(), settings, probe);
+    const PictureView view = pictureView(probe, settings, 0.160);
+    const auto rgba = pixels();
+    for (int cm = 0; cm <= 16; ++cm) {
+        int brightest = 0;
+        const int row = int((0.01 * cm - view.top_m) / view.pixel_m);
+        for (int y = std::max(row - 1, 0); y <= std::min(row + 1, settings.height - 1); ++y)
+            brightest = std::max<int>(brightest, rgba[4 * std::size_t((y + 1) * settings.width - 4)]);
+        EXPECT_GT(brightest, 100) << cm;
+    }
 }
 
 class DopplerTest : public UltrasoundTest {
@@ -379,6 +403,24 @@ TEST_F(DopplerTest, WallFilterRemovesSlowFlow) {
     settings.doppler->wall_filter_m_per_s = 0.0;
     machine->image(atTheFlank(), settings, probe);
     EXPECT_GT(colours().red, 50);
+}
+
+TEST_F(DopplerTest, TheBoxHasAnUnbrokenOutline) {
+    flowAt(0.2);
+    const PictureView view = pictureView(probe, settings, 0.160);
+    const auto rgba = pixels();
+    for (double depth_m = settings.doppler->from_m; depth_m < settings.doppler->to_m; depth_m += 0.001) {
+        const ScanLine line = scanLine(probe, 2.0 * settings.doppler->from_share - 1.0);
+        const Vec3 p = line.origin_m + depth_m * line.direction;
+        int yellow = 0;
+        for (int dx = -1; dx <= 1; ++dx) {
+            const std::size_t x = std::size_t((p.x - view.left_m) / view.pixel_m + dx),
+                              y = std::size_t((p.z - view.top_m) / view.pixel_m),
+                              at = 4 * (y * std::size_t(settings.width) + x);
+            yellow = std::max(yellow, int(rgba[at + 1]) - int(rgba[at + 2]));
+        }
+        EXPECT_GT(yellow, 30) << depth_m;
+    }
 }
 
 TEST_F(DopplerTest, NoFlowGivesNoColour) {

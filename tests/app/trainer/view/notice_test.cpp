@@ -280,6 +280,10 @@ TEST(Notice, FitsItsPanel) {
     }
     panel.show({"Syringe", {"Bile comes."}});
     EXPECT_LT(panel.filledHeight(), 0.6 * NoticePanel::kHeight) << "a short notice hides little";
+    for (int y = 0; y < panel.height(); ++y)
+        EXPECT_EQ(panel.rgba()[4 * std::size_t(y * NoticePanel::kWidth) + 3],
+                  y < panel.filledHeight() ? 255 : 0)
+            << y;
     const std::uint64_t revision = panel.revision();
     panel.show(makeNotice(RoomWarning::lost, ""));
     EXPECT_EQ(panel.revision(), revision + 1);

@@ -4,10 +4,15 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
 #include <glm/geometric.hpp>
 
 #include "app/trainer/attempt/staging.h"
 #include "app/trainer/attempt/tool_pose.h"
+#include "render/room/mesh.h"
 #include "tests/app/trainer/difficulties.h"
 #include "tests/app/training/wall.h"
 
@@ -74,6 +79,37 @@ TEST_F(SceneTest, TheExpertsToolIsAGhostOfItsKind) {
         EXPECT_EQ(scene.paths.size(), kind == render::GhostKind::needle ? 1u : 0u);
         EXPECT_TRUE(scene.patient_from_finger) << "the trainee's own tool stays";
     }
+}
+
+// The drawn channel of either probe lies around the line on which the guide holds the needle.
+TEST_F(SceneTest, TheNeedleRunsThroughTheProbesGuide) {
+    const render::Mesh mesh =
+        render::loadMesh(std::filesystem::path(std::getenv("STYLET_ASSETS")) / "instruments" / "probe.glb");
+    const Pose rail = haptics::kStylusFromProbe * haptics::GuideSettings{}.probe_from_guide;
+    for (const char* node : {"probe", "linear_probe"}) {
+        double top_m = 0.0;
+        Vec3 sum(0.0);
+        int count = 0;
+        for (const render::MeshPart& part : mesh.parts)
+            for (std::uint32_t i = 0; part.node == node && part.name == "guide" && i < part.index_count;
+                 ++i) {
+                const Vec3 p =
+                    rail.inverse() * Vec3(mesh.vertices[mesh.indices[part.first_index + i]].position_m);
+                if (p.z > top_m + 1e-4) top_m = p.z, sum = Vec3(0.0), count = 0;
+                if (p.z > top_m - 1e-4) sum += p, ++count;
+            }
+        ASSERT_GT(count, 0) << node;
+        EXPECT_LT(std::hypot(sum.x, sum.y) / count, 0.0005) << node;
+        EXPECT_LT(top_m, haptics::GuideSettings{}.length_m) << node;
+    }
+}
+
+TEST_F(SceneTest, TheLinearProbeIsDrawnFlat) {
+    SceneMaker scenes = maker(Difficulty::guided, render::Look::closed);
+    FrameState seen = palpating();
+    EXPECT_FALSE(scenes.makeScene(seen).flat_probe);
+    seen.probe = {.transducer = "linear", .length_m = 0.040, .curvature_m = 10.0};
+    EXPECT_TRUE(scenes.makeScene(seen).flat_probe);
 }
 
 // In an exam the C-arm stands over the liver's middle, from where a target can lie outside its picture.

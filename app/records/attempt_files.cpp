@@ -7,6 +7,7 @@
 #include <array>
 #include <fstream>
 
+#include "app/records/disk_linux.h"
 #include "app/records/frames.h"
 #include "patient/package/package.h"
 
@@ -51,6 +52,14 @@ std::vector<StoredFile> computeChecksums(const fs::path& folder) {
     std::sort(sums.begin(), sums.end(),
               [](const StoredFile& a, const StoredFile& b) { return a.file < b.file; });
     return sums;
+}
+
+void markImported(const fs::path& attempt_folder) {
+    const fs::path file = attempt_folder / kImportedMark;
+    if (fs::exists(file)) return;
+    constexpr std::string_view text =
+        "A store of Stylet found this folder and had not recorded it. The attempt enters no statistics.\n";
+    DiskFile(file).write({reinterpret_cast<const unsigned char*>(text.data()), text.size()});
 }
 
 std::vector<TruncatedFile> truncateTornTails(const fs::path& folder) {

@@ -10,11 +10,15 @@
 
 namespace stylet::records {
 
-inline constexpr const char* kLockFile = ".writing";  // locked by the process that writes the attempt
+inline constexpr const char* kLockFile = ".writing";          // locked by the process that writes the attempt
+inline constexpr const char* kImportedMark = "imported.txt";  // in an imported attempt's folder
 
 inline std::filesystem::path recordFile(const std::filesystem::path& attempt_folder) {
     return attempt_folder / "record" / "record.json";
 }
+
+// Writes kImportedMark, unless there is one. Throws DataError.
+void markImported(const std::filesystem::path& attempt_folder);
 
 // Cuts the frame files at their last whole frame. Throws DataError.
 std::vector<TruncatedFile> truncateTornTails(const std::filesystem::path& folder);

@@ -115,6 +115,7 @@ StoredAttempt makeStoredAttempt(const Record& record, const fs::path& folder) {
     attempt.result = info.result;
     attempt.events = info.events;
     attempt.folder = folder;
+    attempt.imported = fs::exists(folder / kImportedMark);
     return attempt;
 }
 
@@ -198,6 +199,9 @@ std::string describeDifference(const StoredAttempt& row, const StoredAttempt& re
         if (!(std::isnan(listed) && std::isnan(recorded))) compare(what.c_str(), listed, recorded);
     };
     compare("state", stateName(row.state), stateName(record.state));
+    if (row.imported != record.imported)
+        found = record.imported ? "listed as recorded by this store, its folder is marked as imported"
+                                : "listed as imported, its folder has no such mark";
     compare("trainee", row.info.trainee, record.info.trainee);
     compare("difficulty", row.info.difficulty, record.info.difficulty);
     compare("device", row.info.device, record.info.device);

@@ -222,6 +222,9 @@ void Centre::insert(const StoredAttempt& attempt, const std::vector<StoredFile>&
         pqxx::work work(connection_->to);
         Json row = attemptJson(attempt, postgresNumber, postgresText);
         const Json metrics = numbered(std::move(row["metrics"])), events = numbered(std::move(row["events"]));
+        // The original replaces a copy that another site imported and sent first.
+        if (!attempt.imported)
+            work.exec_params("DELETE FROM stylet.attempt WHERE id = $1 AND imported", attempt.id);
         if (work.exec_params(kInsertAttempt, jsonText(row)).affected_rows() == 0) return;
         work.exec_params(kInsertMetrics, attempt.id, jsonText(metrics));
         work.exec_params(kInsertEvents, attempt.id, jsonText(events));

@@ -24,12 +24,33 @@ std::string shownNumber(double value) {
     return std::isfinite(value) ? fmt::format("{:.4g}", value) : "–";
 }
 
-void reportAlteredRows(const std::vector<StoredAttempt>& attempts) {
-    for (const std::string& line : findAlteredRows(attempts))
-        std::fprintf(stderr, "stylet: %s\n", line.c_str());
+// Text of a record may contain control characters, which a terminal would execute. They become '?'.
+std::string printable(std::string text) {
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const auto c = static_cast<unsigned char>(text[i]);
+        // U+0080 to U+009F are controls too. In UTF-8 they are 0xC2 and a byte below 0xA0.
+        const bool second = i > 0 && text[i - 1] == '\xC2' && c >= 0x80 && c < 0xa0;
+        if (c < 0x20 || c == 0x7f || second) text[i] = '?';
+    }
+    return text;
+}
+
+// Prints a line on stdout or, with the program's name, on stderr.
+void printLine(const std::string& line) {
+    std::printf("%s\n", printable(line).c_str());
+}
+void reportLine(const std::string& line, const char* program = "stylet") {
+    std::fprintf(stderr, "%s: %s\n", program, printable(line).c_str());
 }
 
 }  // namespace
+
+std::vector<std::string> reportAlteredRows(const std::vector<StoredAttempt>& attempts, const char* program) {
+    std::vector<std::string> lines = findAlteredRows(attempts);
+    for (const std::string& line : lines)
+        reportLine(line, program);
+    return lines;
+}
 
 Store openExistingStore(const std::filesystem::path& folder, const char* program) {
     // The index alone may be lost: the store fills it again.
@@ -37,7 +58,7 @@ Store openExistingStore(const std::filesystem::path& folder, const char* program
         throw DataError(folder, "store", "does not exist; \"stylet run --trainee ID\" creates it");
     Store store(folder);
     for (const std::string& line : store.openingMessages())
-        std::fprintf(stderr, "%s: %s\n", program, line.c_str());
+        reportLine(line, program);
     return store;
 }
 
@@ -51,12 +72,11 @@ int listAttempts(const RecordsOptions& options) {
         std::printf("%-25s  %-16s  %-*s  %-16s  %-8s  %-6s  %s\n", "attempt", "trainee", width, "state",
                     "scenario", "level", "target", "score");
     for (const StoredAttempt& a : attempts) {
-        std::printf("%-25s  %-16s  %-*s  %-16s  %-8s  ", a.id.c_str(), a.info.trainee.c_str(), width,
-                    std::string(stateText(a)).c_str(), a.info.scenario.c_str(), a.info.difficulty.c_str());
-        if (a.result)
-            std::printf("%-6s  %5.1f\n", a.result->target_hit ? "hit" : "missed", a.result->total);
-        else
-            std::printf("%-6s  %5s\n", "-", "-");
+        const std::string outcome =
+            a.result ? fmt::format("{:<6}  {:5.1f}", a.result->target_hit ? "hit" : "missed", a.result->total)
+                     : "-           -";
+        printLine(fmt::format("{:<25}  {:<16}  {:<{}}  {:<16}  {:<8}  {}", a.id, a.info.trainee, stateText(a),
+                              width, a.info.scenario, a.info.difficulty, outcome));
     }
     std::printf("%zu attempt%s\n", attempts.size(), plural(attempts.size()));
     reportAlteredRows(attempts);
@@ -66,12 +86,10 @@ int listAttempts(const RecordsOptions& options) {
 int showAttempt(const RecordsOptions& options) {
     const Store store = openExistingStore(options.store);
     const StoredAttempt a = store.attempt(options.id);
-    std::printf("attempt %s of %s, %s\n", a.id.c_str(), a.info.trainee.c_str(),
-                std::string(stateText(a)).c_str());
-    std::printf("  started %s; %s, seed %llu; scenario %s, %s; device %s, gain %.3f; program %s\n",
-                a.started_utc.c_str(), a.info.patient.c_str(), static_cast<unsigned long long>(a.info.seed),
-                a.info.scenario.c_str(), a.info.difficulty.c_str(), a.info.device.c_str(), a.info.device_gain,
-                a.info.program_version.c_str());
+    printLine(fmt::format("attempt {} of {}, {}", a.id, a.info.trainee, stateText(a)));
+    printLine(fmt::format("  started {}; {}, seed {}; scenario {}, {}; device {}, gain {:.3f}; program {}",
+                          a.started_utc, a.info.patient, a.info.seed, a.info.scenario, a.info.difficulty,
+                          a.info.device, a.info.device_gain, a.info.program_version));
     if (a.info.registration_rms_m)
         std::printf("  registration error %.2f mm (root mean square)\n", *a.info.registration_rms_m * 1000.0);
     if (a.result) {
@@ -80,14 +98,12 @@ int showAttempt(const RecordsOptions& options) {
                     static_cast<unsigned long long>(a.result->score_version),
                     static_cast<unsigned long long>(a.result->ticks));
         for (const MetricRow& m : a.result->metrics)
-            std::fputs(fmt::format("    {:<36} {:>12} {:<8} {:5.1f} of {:.1f} points\n", m.name,
-                                   shownNumber(m.value), m.unit, m.points, m.max_points)
-                           .c_str(),
-                       stdout);
+            printLine(fmt::format("    {:<36} {:>12} {:<8} {:5.1f} of {:.1f} points", m.name,
+                                  shownNumber(m.value), m.unit, m.points, m.max_points));
     }
     for (const EventRow& e : a.events)
-        std::printf("    %9.3f s  %-10s %s\n", double(e.tick) * a.info.dt_s, e.kind.c_str(), e.text.c_str());
-    std::printf("  %s\n", a.folder.c_str());
+        printLine(fmt::format("    {:9.3f} s  {:<10} {}", double(e.tick) * a.info.dt_s, e.kind, e.text));
+    printLine("  " + a.folder.string());
     reportAlteredRows({a});
     return 0;
 }
@@ -96,11 +112,11 @@ int recoverStore(const RecordsOptions& options) {
     const Store store = openExistingStore(options.store);
     const std::vector<std::string> damage = store.damage();
     for (const std::string& line : damage)
-        std::printf("damaged: %s\n", line.c_str());
+        printLine("damaged: " + line);
     for (const StoredAttempt& attempt : store.attempts())
-        if (attempt.imported) std::printf("imported, not recorded by this store: %s\n", attempt.id.c_str());
+        if (attempt.imported) printLine("imported, not recorded by this store: " + attempt.id);
     for (const std::filesystem::path& folder : store.unknownFolders())
-        std::printf("not in the index: %s\n", folder.c_str());
+        printLine("not in the index: " + folder.string());
     std::printf("%zu cut short found now, %zu damaged, %zu waiting for the training centre\n",
                 store.recovered().size(), damage.size(), store.outbox().size());
     return damage.empty() ? 0 : 1;
@@ -110,9 +126,9 @@ int exportStore(const RecordsOptions& options) {
     const Store store = openExistingStore(options.store);
     const ExportResult exported = exportAttempts(store, options.trainee, options.out);
     for (const std::string& line : exported.damage)
-        std::printf("damaged: %s\n", line.c_str());
+        printLine("damaged: " + line);
     for (const std::string& id : exported.left_out)
-        std::printf("left out, still being written: %s\n", id.c_str());
+        printLine("left out, still being written: " + id);
     std::printf("%zu attempt%s in %s\n", exported.attempts, plural(exported.attempts), options.out.c_str());
     return exported.damage.empty() ? 0 : 1;
 }
@@ -129,7 +145,7 @@ int printLog(const RecordsOptions& options) {
     const Store store = openExistingStore(options.store);
     const std::vector<LogEntry> entries = store.log();
     for (const LogEntry& entry : entries)
-        std::printf("%s  %s\n", entry.utc.c_str(), entry.text.c_str());
+        printLine(entry.utc + "  " + entry.text);
     std::printf("%zu attempt%s discarded\n", entries.size(), plural(entries.size()));
     return 0;
 }
@@ -147,7 +163,7 @@ int syncStore(const RecordsOptions& options) {
     Store store = openExistingStore(options.store);
     const SendReport report = sendOutbox(store, options.database);
     std::printf("%zu sent, %zu deleted there, %zu left\n", report.sent, report.erased, report.left);
-    if (!report.error.empty()) std::fprintf(stderr, "stylet: %s\n", report.error.c_str());
+    if (!report.error.empty()) reportLine(report.error);
     return report.left == 0 ? 0 : 1;
 }
 

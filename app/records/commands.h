@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "app/records/store.h"
 
@@ -19,6 +20,9 @@ struct RecordsOptions {
 // Opens an existing store and prints its opening messages to stderr, each prefixed with "PROGRAM: ". Throws
 // DataError if there is no store, because opening would create one.
 Store openExistingStore(const std::filesystem::path& folder, const char* program = "stylet");
+
+// Prints findAlteredRows() in the same way, and returns it.
+std::vector<std::string> reportAlteredRows(const std::vector<StoredAttempt>&, const char* program = "stylet");
 
 // These return the exit status. 0: success, 1: a problem was found and reported. They throw DataError.
 int listAttempts(const RecordsOptions&);

@@ -86,7 +86,10 @@ constexpr const char* kVersion4 = R"sql(
 ALTER TABLE attempt ADD COLUMN imported INTEGER NOT NULL DEFAULT 0;
 )sql";
 
-constexpr std::array kSteps{kVersion1, kVersion2, kVersion3, kVersion4};
+// The folder of an imported attempt contains the mark too: the store writes it (Store::markImportedFolders).
+constexpr const char* kVersion5 = "";
+
+constexpr std::array kSteps{kVersion1, kVersion2, kVersion3, kVersion4, kVersion5};
 
 }  // namespace
 

@@ -16,8 +16,9 @@ namespace stylet::records {
 
 inline constexpr const char* kReserve = ".reserve";  // deleted to make room when the disk is full
 
-inline bool isCausedBy(const SQLite::Exception& e, int code) {
-    return (e.getErrorCode() & 0xff) == code;  // without the bits of the extended code
+// SQLite calls it an I/O error if it has no room for its shared memory.
+inline bool isDiskFull(const SQLite::Exception& e) {
+    return (e.getErrorCode() & 0xff) == SQLITE_FULL || e.getExtendedErrorCode() == SQLITE_IOERR_SHMSIZE;
 }
 
 // Binds the values in order and runs the statement, which can then be run again. NaN becomes NULL.
@@ -66,7 +67,7 @@ bool Store::withReserve(const Act& act) {
         act();
         return false;
     } catch (const SQLite::Exception& e) {
-        if (!isCausedBy(e, SQLITE_FULL) || !std::filesystem::remove(folder_ / kReserve)) throw;
+        if (!isDiskFull(e) || !std::filesystem::remove(folder_ / kReserve)) throw;
     }
     act();
     return true;

@@ -176,6 +176,7 @@ void Store::migrate() {
     for (const char* step : schemaSteps().subspan(std::size_t(version)))
         database_->exec(step);
     storeMissingChecksums();
+    if (version < 5) markImportedFolders();
     database_->exec("PRAGMA application_id = " + std::to_string(kStoreId));
     database_->exec("PRAGMA user_version = " + std::to_string(newest));
     change.commit();
@@ -219,6 +220,21 @@ void Store::storeMissingChecksums() {
         }
 }
 
+// Schema 4 stored the mark of an imported attempt in its row only.
+void Store::markImportedFolders() {
+    for (const std::string& id : selectTexts(*database_, "SELECT id FROM attempt WHERE imported = 1"))
+        try {
+            markImported(attemptFolder(id));
+            const StoredFile mark = computeChecksum(attemptFolder(id), kImportedMark);
+            execute(*database_,
+                    "INSERT OR REPLACE INTO file (attempt, path, bytes, crc32) SELECT number, ?, ?, ? FROM "
+                    "attempt WHERE id = ?",
+                    mark.file.string(), std::int64_t(mark.bytes), mark.crc32, id);
+        } catch (const std::exception& e) {
+            failed_steps_.push_back("attempt " + id + " cannot be marked as imported: " + e.what());
+        }
+}
+
 // Stores the attempt's checksums and queues it for the centre.
 void Store::finalizeAttempt(const std::string& id) {
     storeChecksums(id);
@@ -250,11 +266,11 @@ void Store::indexRecord(const StoredAttempt& attempt) {
     execute(*database_,
             "UPDATE attempt SET trainee = ?, started_utc = ?, state = ?, device = ?, patient = ?, "
             "patient_digest = ?, scenario = ?, difficulty = ?, program_version = ?, seed = ?, dt_s = ?, "
-            "device_gain = ?, registration_rms_m = ? WHERE id = ?",
+            "device_gain = ?, registration_rms_m = ?, imported = ? WHERE id = ?",
             info.trainee, attempt.started_utc, std::string(stateName(attempt.state)), info.device,
             info.patient, hexText(info.patient_digest), info.scenario, info.difficulty, info.program_version,
             std::to_string(info.seed), info.dt_s, info.device_gain,
-            info.registration_rms_m.value_or(std::nan("")), attempt.id);
+            info.registration_rms_m.value_or(std::nan("")), int(attempt.imported), attempt.id);
     execute(*database_, "DELETE FROM event WHERE attempt = (SELECT number FROM attempt WHERE id = ?)",
             attempt.id);
     execute(*database_, "DELETE FROM metric WHERE attempt = (SELECT number FROM attempt WHERE id = ?)",

@@ -50,7 +50,8 @@ struct StoredAttempt {
     std::optional<AttemptResult> result;  // only if done
     std::vector<EventRow> events;         // in the order of adding
     std::filesystem::path folder;
-    // Its folder was copied into the store: the index existed already and had not begun this attempt.
+    // Its folder was copied into the store: the index existed already and had not begun this attempt. A file
+    // in the folder (kImportedMark) repeats the mark, so that it survives the loss of the index.
     bool imported = false;
 };
 
@@ -178,8 +179,8 @@ class Store {
 
     // Deletes an attempt that enters no statistics. Refuses any other, and an exam that was cut short or
     // imported, so that no failure disappears. In the same transaction, a line is added to the store's log
-    // and the deletion is queued for the centre. If an error occurs after that, the next opening completes
-    // the deletion.
+    // and the deletion is queued for the centre, except of an imported attempt: the centre may have the
+    // original. If an error occurs after that, the next opening completes the deletion.
     void discard(const std::string& id);
     // What discard() has removed, oldest first.
     std::vector<LogEntry> log() const;
@@ -206,6 +207,7 @@ class Store {
     void indexRecord(const StoredAttempt&);
     void storeChecksums(const std::string& id);
     void storeMissingChecksums();
+    void markImportedFolders();
     void finalizeAttempt(const std::string& id);
     void addToLog(const std::string& text);
 

@@ -57,6 +57,8 @@ void Store::markForDiscard(const std::string& id) {
         throw DataError(attemptFolder(id), "attempt",
                         "is an exam that was cut short or imported: it is kept");
     doom(id);
+    // At the centre, this id may be the original.
+    if (attempt.imported) execute(*database_, "DELETE FROM outbox WHERE kind = 'erase' AND what = ?", id);
     execute(*database_, "DELETE FROM attempt WHERE id = ?", id);
     addToLog(fmt::format("discarded attempt {}: {}, scenario {}, {} ticks", id, stateText(attempt),
                          attempt.info.scenario, attempt.result ? attempt.result->ticks : 0));

@@ -83,9 +83,10 @@ void Store::recoverLocked(const std::string& id) {
 }
 
 // Adds attempts that the index lacks. If it never had an attempt, it was lost and is filled again. Otherwise
-// their folders were copied here, or their rows were removed, and they are marked as imported. A folder
-// without a readable record of that id is left alone. A folder that fails does not affect the others. If one
-// fails while a lost index is filled again, the next opening continues that.
+// their folders were copied here, or their rows were removed, and they are marked as imported. A folder with
+// that mark is always imported. A folder without a readable record of that id is left alone. A folder that
+// fails does not affect the others. If one fails while a lost index is filled again, the next opening
+// continues that.
 void Store::indexUnknownFolders() {
     const bool lost_index = queryInt("SELECT count(*) FROM sqlite_sequence WHERE name = 'attempt'") == 0;
     std::size_t count = 0, failures = 0;
@@ -104,7 +105,7 @@ void Store::indexUnknownFolders() {
             // SQLite has rolled back the whole transaction, for example because the disk is full.
             if (sqlite3_get_autocommit(database_->getHandle()) != 0) throw;
             const auto* error = dynamic_cast<const SQLite::Exception*>(&e);
-            if (error && isCausedBy(*error, SQLITE_FULL)) throw;  // see withReserve()
+            if (error && isDiskFull(*error)) throw;  // see withReserve()
             ++failures;
             failed_steps_.push_back("attempts/" + folder.filename().string() +
                                     " cannot be indexed: " + e.what());
@@ -127,8 +128,8 @@ bool Store::indexUnknownFolder(const fs::path& folder, bool imported) {
         return false;
     if (!fs::exists(recordFile(folder))) return false;
     const StoredAttempt attempt = loadOwnRecord(id);
+    if (imported) markImported(folder);
     insertRunning(id, attempt.started_utc, attempt.info);
-    execute(*database_, "UPDATE attempt SET imported = ? WHERE id = ?", int(imported), id);
     recoverLocked(id);
     return true;
 }

@@ -1,6 +1,5 @@
 #include "app/report/commands.h"
 
-#include <cstdio>
 #include <cstdlib>
 #include <initializer_list>
 #include <memory>
@@ -18,6 +17,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr const char* kProgram = "stylet-report";  // prefix of messages
+
 // The default folder in which `stylet run --trainee` keeps attempts.
 fs::path defaultRecordsFolder() {
     const char* data = std::getenv("XDG_DATA_HOME");
@@ -28,8 +29,7 @@ fs::path defaultRecordsFolder() {
 }
 
 records::Store openStore(const ReportOptions& o) {
-    return records::openExistingStore(o.records.empty() ? defaultRecordsFolder() : o.records,
-                                      "stylet-report");
+    return records::openExistingStore(o.records.empty() ? defaultRecordsFolder() : o.records, kProgram);
 }
 
 // Removes files of an earlier report that this one may not overwrite.
@@ -49,16 +49,8 @@ LoadedAttempt loadNamedAttempt(const std::string& what, const ReportOptions& o) 
     const StoredAttempt attempt = store.attempt(what);
     store.checkRecord(what);
     LoadedAttempt loaded = loadAttempt(attempt.folder);
-    loaded.stored.imported = attempt.imported;  // the record itself does not say so
+    loaded.stored.imported |= attempt.imported;  // the mark in its folder may be gone
     return loaded;
-}
-
-// Prints and returns findAlteredRows().
-std::vector<std::string> reportAlteredRows(const std::vector<StoredAttempt>& attempts) {
-    const std::vector<std::string> lines = records::findAlteredRows(attempts);
-    for (const std::string& line : lines)
-        std::fprintf(stderr, "stylet-report: %s\n", line.c_str());
-    return lines;
 }
 
 struct OpenPatient {
@@ -131,7 +123,7 @@ fs::path reportTrainee(const ReportOptions& o) {
         throw DataError("trainee", o.trainee,
                         "has no such attempts in these records: see \"stylet records list\"");
     const std::vector<StoredAttempt> cohort = filterByScenario(store.attempts(), o.scenario);
-    const std::vector<std::string> altered = reportAlteredRows(attempts);
+    const std::vector<std::string> altered = records::reportAlteredRows(attempts, kProgram);
     return writeGroup(o, "trainee.html", traineeReport(o.trainee, attempts, cohort, altered), attempts);
 }
 
@@ -139,7 +131,7 @@ fs::path reportCohort(const ReportOptions& o) {
     const records::Store store = openStore(o);
     const std::vector<StoredAttempt> attempts = filterByScenario(store.attempts(), o.scenario);
     const std::string title = o.scenario.empty() ? "All scenarios" : "Scenario " + o.scenario;
-    const std::vector<std::string> altered = reportAlteredRows(attempts);
+    const std::vector<std::string> altered = records::reportAlteredRows(attempts, kProgram);
     return writeGroup(o, "cohort.html", cohortReport(title, attempts, altered), attempts);
 }
 

@@ -1,11 +1,13 @@
 #include "app/report/group_pages.h"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "app/report/attempt_page.h"
 #include "app/report/glossary.h"
@@ -171,7 +173,11 @@ DescribedFigure learningFigure(const Attempts& done) {
     f.figure.series.push_back(fit);
     f.caption += " Dashed: the exponential law of practice, fitted; it leaves " + fixed(curve->rms, 1) +
                  " points (root mean square).";
-    if (curve->gain > 0.0 && curve->plateau <= 100.0 && curve->rate < double(done.size()))
+    if (!curve->supported)
+        f.caption +=
+            " The totals do not support it: they are too few, or vary too much, to tell it from "
+            "their mean.";
+    else if (curve->gain > 0.0 && curve->plateau <= 100.0 && curve->rate < double(done.size()))
         f.caption += fmt::format(" It approaches {}; the gap to it falls to a third in about {} attempts.",
                                  fixed(curve->plateau, 1), fixed(curve->rate, 1));
     return f;
@@ -204,7 +210,7 @@ DescribedFigure cusumFigure(const Attempts& judged) {
               {},
               {true, false, true, true, true, false}};
     double began = 0.0;
-    std::string last = "no verdict yet";
+    std::string last = "no verdict yet", verdict_shown;
     for (std::size_t i = 0; i < points.size(); ++i) {
         const auto& [height, verdict] = points[i];
         const double x = double(i + 1);
@@ -216,7 +222,9 @@ DescribedFigure cusumFigure(const Attempts& judged) {
         std::string text;
         if (verdict != training::Verdict::open) {
             text = verdict == training::Verdict::competent ? "competent" : "not yet";
-            f.figure.marks.push_back({x, height, text});
+            // Repeated verdicts would cover each other.
+            if (text != verdict_shown) f.figure.marks.push_back({x, height, text});
+            verdict_shown = text;
             last = "last verdict: " + text + ", with attempt " + std::to_string(i + 1);
         }
         const char* passes = records::isUnfinishedExam(judged[i]) ? "no, cut short"
@@ -235,10 +243,11 @@ DescribedFigure cusumFigure(const Attempts& judged) {
     f.figure.y.min = std::floor(low), f.figure.y.max = std::ceil(high);
     f.description = fmt::format("CUSUM of failures over {}: {}.", all, last);
     f.caption = fmt::format(
-        "An attempt is passed if it hits the duct with a total of at least {:.0f}. The line rises with each "
-        "failure and falls with each pass. An exam that was cut short after something that the score counts "
-        "is "
-        "a failure. Below the lower limit, at most {:.0f} % of the attempts fail (competent). Above the "
+        "An attempt is passed, as an exam would be, if no part of it is missing, it has no critical error "
+        "and "
+        "its total is at least {:.0f}. The line rises with each failure and falls with each pass. An exam "
+        "that was cut short after something that the score counts is a failure. Below the lower limit, at "
+        "most {:.0f} % of the attempts fail (competent). Above the "
         "upper limit, at least {:.0f} % fail. Each verdict is wrong with a "
         "probability of {:.0f} % and restarts the count. So far: {}.",
         training::kPassMark, 100.0 * settings.acceptable, 100.0 * settings.unacceptable,
@@ -365,9 +374,11 @@ Table rankingTable(const std::vector<TraineeStatistics>& trainees) {
                 {false, true, true, true, false, true, true, true, true},
                 true};
     std::size_t rank = 0;
+    double above = kGap;
     for (const TraineeStatistics& person : trainees) {
         const std::vector<double> totals = collectTotals(person.done);
-        ++rank;
+        if (person.median_total != above) rank = table.rows.size() + 1;  // equal medians share a rank
+        above = person.median_total;
         table.rows.push_back({person.trainee, person.done.empty() ? "–" : std::to_string(rank),
                               std::to_string(person.all.size()), std::to_string(person.done.size()),
                               examsText(person.all), fixed(person.median_total, 1),
@@ -424,6 +435,18 @@ Table attemptsTable(const Attempts& attempts) {
 
 namespace {
 
+// The totals of different scenarios are no common scale.
+void addScenarios(Page& page, const Attempts& done) {
+    std::set<std::string> names;
+    for (const StoredAttempt& attempt : done)
+        names.insert(attempt.info.scenario);
+    if (names.size() > 1)
+        page.paragraph(fmt::format(
+            "These attempts are at {} scenarios ({}), whose totals cannot be compared: use --scenario "
+            "to see one of them.",
+            names.size(), fmt::join(names, ", ")));
+}
+
 // `warnings`: from records::findAlteredRows().
 void addWarnings(Page& page, const std::vector<std::string>& warnings) {
     if (warnings.empty()) return;
@@ -450,6 +473,7 @@ GroupReport traineeReport(const std::string& trainee, const Attempts& attempts, 
          {fixed(quantile(totals, 1.0), 1), "best total"},
          {shareText(countHits(done), done.size()), "bile duct hit"},
          {examsText(attempts), "exams passed"}});
+    addScenarios(page, done);
     addWarnings(page, warnings);
     if (!done.empty()) {
         page.section("Learning curve");
@@ -486,6 +510,7 @@ GroupReport cohortReport(const std::string& what, const Attempts& attempts,
          {fixed(median(collectTotals(done)), 1), "median total of 100"},
          {shareText(countHits(done), done.size()), "bile duct hit"},
          {examsText(attempts), "exams passed"}});
+    addScenarios(page, done);
     addWarnings(page, warnings);
     if (!trainees.empty()) {
         page.section("Trainees");

@@ -72,6 +72,12 @@ std::string pictureHtml(const Picture& picture, std::string_view attributes) {
                        base64(picture.bytes));
 }
 
+// U+202A to U+202E and U+2066 to U+2069, as UTF-8.
+bool isDirectionControl(std::string_view character) {
+    return (character >= "\xE2\x80\xAA" && character <= "\xE2\x80\xAE") ||
+           (character >= "\xE2\x81\xA6" && character <= "\xE2\x81\xA9");
+}
+
 }  // namespace
 
 std::string plainText(std::string_view bytes) {
@@ -82,6 +88,8 @@ std::string plainText(std::string_view bytes) {
         const bool control = (c < 0x20 && c != '\n' && c != '\t') || c == 0x7F;
         if (length == 0 || control)
             text += kReplacement, ++i;
+        else if (isDirectionControl(bytes.substr(i, length)))
+            text += kReplacement, i += length;
         else
             text += bytes.substr(i, length), i += length;
     }

@@ -78,8 +78,8 @@ class Page {
     int sections_ = 0, figures_ = 0;
 };
 
-// Converts any bytes to UTF-8 text. Invalid bytes, and control characters except newline and tab, become
-// the replacement character.
+// Converts any bytes to UTF-8 text. Invalid bytes, control characters except newline and tab, and characters
+// that reverse the direction of the text after them become the replacement character.
 std::string plainText(std::string_view bytes);
 // plainText for an HTML element or a quoted attribute.
 std::string escaped(std::string_view bytes);

@@ -97,7 +97,7 @@ json& addStatement(json& list, const records::StoredAttempt& attempt, const std:
                {{"registration", nameUuid(home + "/attempts/" + percentEncoded(attempt.id))},
                 {"platform", "Stylet " + plainText(attempt.info.program_version)},
                 {"extensions",
-                 {{home + "/xapi/seed", attempt.info.seed},
+                 {{home + "/xapi/seed", std::to_string(attempt.info.seed)},
                   {home + "/xapi/difficulty", plainText(attempt.info.difficulty)},
                   {home + "/xapi/device", plainText(attempt.info.device)}}}}}};
     if (const auto at = timeAfter(attempt.started_utc, after_s)) s["timestamp"] = *at;

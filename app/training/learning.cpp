@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
+
+#include "base/statistics.h"
 
 namespace stylet::training {
 
@@ -58,6 +61,14 @@ std::optional<LearningCurve> fitAt(std::span<const double> totals, double rate) 
     return curve;
 }
 
+// Corrected Akaike criterion of a least-squares fit with this variance and number of parameters. The variance
+// itself is another parameter.
+double akaike(double n, double variance, double parameters) {
+    const double k = parameters + 1.0;
+    if (n <= k + 1.0) return std::numeric_limits<double>::infinity();
+    return n * std::log(variance) + 2.0 * k + 2.0 * k * (k + 1.0) / (n - k - 1.0);
+}
+
 }  // namespace
 
 std::optional<LearningCurve> learningCurve(std::span<const double> totals) {
@@ -76,6 +87,11 @@ std::optional<LearningCurve> learningCurve(std::span<const double> totals) {
         const auto curve = fitAt(totals, rate);
         if (curve && (!best || curve->rms < best->rms)) best = curve;
     }
+    const auto n = double(totals.size());
+    double squares = 0.0;
+    for (const double total : totals)
+        squares += (total - mean(totals)) * (total - mean(totals));
+    if (best) best->supported = akaike(n, best->rms * best->rms, 3.0) < akaike(n, squares / n, 1.0);
     return best;
 }
 

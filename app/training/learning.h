@@ -45,10 +45,13 @@ std::vector<CusumPoint> cusum(const std::vector<bool>& failed, const CusumSettin
 // learners better than the power law). The rate is searched on a grid from half an attempt to ten times the
 // number of attempts. Plateau and gain are linear.
 struct LearningCurve {
-    double plateau = 0.0;                           // limit of the totals
-    double gain = 0.0;                              // plateau minus the fitted first total
-    double rate = 1.0;                              // attempts in which the gap to the plateau falls to 1/e
-    double rms = 0.0;                               // of the residuals
+    double plateau = 0.0;  // limit of the totals
+    double gain = 0.0;     // plateau minus the fitted first total
+    double rate = 1.0;     // attempts in which the gap to the plateau falls to 1/e
+    double rms = 0.0;      // of the residuals
+    // The totals support the curve: its Akaike criterion, corrected for small samples (Hurvich and Tsai,
+    // Biometrika 76:297, 1989), is below that of a constant total. False for fewer than six totals.
+    bool supported = false;
     double at(std::size_t attempt) const noexcept;  // the first attempt is 0
 };
 // Returns nothing for fewer than four totals, for equal totals, or if a total is not finite.

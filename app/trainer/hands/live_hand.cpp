@@ -132,15 +132,17 @@ void LiveDevice::reportStateChanges() {
     const haptics::DeviceReport report = device_.report();
     std::string text(enumName(haptics::kDeviceStageNames, report.stage));
     if (!report.why.empty()) text += ": " + report.why;
-    if (report.blocked_ns > 0) text += " (it has not answered for some time)";
     if (report.silences > 0)
         text += fmt::format(
             " (this computer was too busy to control it for 15 ms, {} times so far; the force is "
             "off)",
             report.silences);
-    if (text == reported_state_) return;
-    printMessage(kind_ + ": " + text);
+    // On a slow computer a call takes long again and again. It is reported once for each state.
+    const bool known = text == reported_state_, slow = report.blocked_ns > 0;
+    if (known && (!slow || reported_slow_)) return;
+    reported_slow_ = slow;
     reported_state_ = text;
+    printMessage(kind_ + ": " + text + (slow ? " (it has not answered for some time)" : ""));
 }
 
 }  // namespace stylet::trainer

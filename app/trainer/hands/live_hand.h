@@ -57,7 +57,8 @@ class LiveDevice {
 
   private:
     std::string kind_, reported_state_;
-    bool typing_ = true;  // stdin has not ended
+    bool reported_slow_ = false;  // with the reported state
+    bool typing_ = true;          // stdin has not ended
     haptics::Clock clock_;
     haptics::PolledDevice device_;
     std::optional<haptics::ClutchedDevice> clutched_;

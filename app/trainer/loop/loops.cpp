@@ -407,6 +407,7 @@ LoopTotals runRealTime(const Attempt& attempt, Session& session, std::unique_ptr
         if (!failure) failure = side->failure;
     } else {
         totals.frames_stuck = true;
+        totals.pictures.frames = side->shown.load();  // the rest still belongs to the frame thread
         frame_thread.detach();
         if (failure) exitAtOnce(failure);
     }

@@ -96,29 +96,27 @@ std::string reproducibleText(const records::AttemptResult& result, std::vector<r
 }
 
 // Returns false, and prints why, if record.json has another result than its inputs give, or one that they
-// cannot show because ticks were lost. With an older score table, only the target is compared. A newer one is
-// unknown to this program.
+// cannot show: because ticks were lost, or because this program does not have the score table of that result.
+// A score that nobody can check may be a forged one, whatever table it names.
 bool reportResultAgain(const records::RecordInfo& recorded, const records::AttemptResult& today,
                        const std::vector<training::SessionEvent>& events) {
     if (recorded.lost) {
         printResult("  its score cannot be checked: the record ends before the attempt did\n");
         return false;
     }
-    if (recorded.result->score_version > today.score_version) {
-        printResult("  score table {} is newer than this program's\n", recorded.result->score_version);
+    if (recorded.result->score_version != today.score_version) {
+        printResult("  its score cannot be checked: score table {} is {} than this program's {}\n",
+                    recorded.result->score_version,
+                    recorded.result->score_version < today.score_version ? "older" : "newer",
+                    today.score_version);
+        if (recorded.result->target_hit != today.target_hit)
+            printResult("  its target is NOT that of the recorded inputs\n");
         return false;
     }
-    const bool older = recorded.result->score_version < today.score_version;
-    if (older)
-        printResult(
-            "  its score cannot be checked, only its target: score table {} is older than today's {}\n",
-            recorded.result->score_version, today.score_version);
     std::vector<records::EventRow> rows;
     for (const training::SessionEvent& event : events)
         rows.push_back({event.tick, event.kind, event.text});
-    if (older ? recorded.result->target_hit == today.target_hit
-              : reproducibleText(*recorded.result, recorded.events) == reproducibleText(today, rows))
-        return true;
+    if (reproducibleText(*recorded.result, recorded.events) == reproducibleText(today, rows)) return true;
     printResult(
         "  the recorded result is NOT the result of the recorded inputs: record.json was altered, or "
         "was written by another program version ({})\n",

@@ -23,7 +23,8 @@ constexpr std::size_t kRecentTicks = 4096;
 constexpr double kSyringeShown_s = 3.0;  // what the syringe drew, and how much it injected
 constexpr double kRefusedShown_s = 20.0, kAnswerShown_s = 6.0;
 
-// Returns why the simulation ignored an injected event, or nothing. `before`: the tick before it.
+// Returns why the simulation ignored an injected event, or nothing. `before`: the tick before it, with what
+// earlier commands of the same tick started.
 std::string whyIgnored(const haptics::Command& command, const TickOutput& before) {
     using enum haptics::CommandKind;
     using patient::InterruptionKind;
@@ -31,6 +32,14 @@ std::string whyIgnored(const haptics::Command& command, const TickOutput& before
     if ((command.kind != cough && command.kind != sigh) || before.interruption == InterruptionKind::none)
         return {};
     return before.interruption == InterruptionKind::cough ? "a cough is under way" : "a sigh is under way";
+}
+
+// Adds to `now` what an injected event starts.
+void start(const haptics::Command& command, TickOutput& now) {
+    using enum haptics::CommandKind;
+    if (command.kind == move) now.patient_moved_m = haptics::kStartleDisplacement_m;
+    if (command.kind == cough) now.interruption = patient::InterruptionKind::cough;
+    if (command.kind == sigh) now.interruption = patient::InterruptionKind::sigh;
 }
 
 }  // namespace
@@ -100,7 +109,7 @@ void Session::watchUser(const TickRecord& record) {
 }
 
 void Session::watchInstructor(const TickRecord& record) {
-    const TickOutput before = recent_.empty() ? TickOutput{} : recent_.back();
+    TickOutput before = recent_.empty() ? TickOutput{} : recent_.back();
     for (std::uint32_t i = 0; i < record.input.command_count; ++i) {
         const haptics::Command& command = record.input.commands[i];
         std::string name = injectedName(command);
@@ -108,7 +117,10 @@ void Session::watchInstructor(const TickRecord& record) {
         if (command.kind == haptics::CommandKind::lights) lights_out_ = command.value == 0;
         if (command.kind == haptics::CommandKind::bleed && !wounds_.bleed())
             name += ": no hole is in the skin";
-        if (const std::string why = whyIgnored(command, before); !why.empty()) name += ": not done, " + why;
+        if (const std::string why = whyIgnored(command, before); !why.empty())
+            name += ": not done, " + why;
+        else
+            start(command, before);
         new_injected_.push_back(name);
         log_.events.push_back({record.output.tick, "injected", std::move(name)});
     }

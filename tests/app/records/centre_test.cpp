@@ -1,5 +1,6 @@
 // Tests the outbox against a real PostgreSQL server.
 #include <SQLiteCpp/SQLiteCpp.h>
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -146,6 +147,36 @@ TEST_F(OutboxTest, DeletionReachesTheCentre) {
                       .as<int>(),
                   0)
             << table;
+}
+
+// Site B imports a copy of an attempt of site A, and sends it first.
+// HZ-RECORD-09
+TEST_F(OutboxTest, TheOriginalReplacesItsCopyAtTheCentre) {
+    const std::string id = someAttempt(store_), own = someAttempt(store_);
+    Store(folder_ / "b").begin({"T-09", "falcon", "x", "demo", "exam", "1.2.3"});
+    std::filesystem::copy(store_.attemptFolder(id), folder_ / "b" / "attempts" / id,
+                          std::filesystem::copy_options::recursive);
+    std::filesystem::remove(folder_ / "b" / "attempts" / id / "empty.txt");
+    Store b(folder_ / "b");
+    ASSERT_TRUE(b.attempt(id).imported);
+    const auto atCentre = [&](const char* column) {
+        return query(fmt::format("SELECT {} FROM stylet.attempt WHERE id = '{}'", column, id));
+    };
+    EXPECT_EQ(sendOutbox(b, postgres_->url()).error, "");
+    ASSERT_EQ(atCentre("imported").size(), 1u);
+    EXPECT_TRUE(atCentre("imported")[0][0].as<bool>());
+    EXPECT_EQ(sendOutbox(store_, postgres_->url()).sent, 2u);
+    EXPECT_FALSE(atCentre("imported")[0][0].as<bool>());
+    EXPECT_EQ(query("SELECT 1 FROM stylet.file WHERE attempt = '" + id + "' AND path = 'empty.txt'").size(),
+              1u)
+        << "with its own files";
+    // The copy again, and its removal, leave the original.
+    SQLite::Database(b.folder() / "store.sqlite", SQLite::OPEN_READWRITE)
+        .exec("UPDATE attempt SET difficulty = 'practice'");
+    b.discard(id);
+    EXPECT_EQ(sendOutbox(b, postgres_->url()).error, "");
+    EXPECT_EQ(atCentre("id").size(), 1u);
+    EXPECT_EQ(count("attempt"), 3) << own;
 }
 
 TEST_F(OutboxTest, ChangedFileStaysQueuedAndDoesNotBlockOthers) {

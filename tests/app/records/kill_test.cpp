@@ -273,5 +273,29 @@ TEST(DiskFull, DeletingFreesSpace) {
     EXPECT_EQ(Store(temp / "disk" / "s").attempts().size(), 1u);
 }
 
+// Other files have taken the last byte, after the store was closed.
+// HZ-RECORD-02, HZ-RECORD-08
+TEST(DiskFull, AStoreOnAFilledDiskCanBeReadAndDeleted) {
+    const test::TempFolder temp;
+    std::filesystem::create_directory(temp / "disk");
+    if (mount("tmpfs", (temp / "disk").c_str(), "tmpfs", 0, "size=4m") != 0) {
+        std::printf("no disk may be mounted here\n");
+        return;
+    }
+    const Mounted mounted{temp / "disk"};
+    {
+        Store store(temp / "disk" / "s");
+        AttemptInfo info;
+        info.trainee = "T-01";
+        test::finish(store, store.begin(info), {});
+    }
+    std::ofstream(temp / "disk" / "other") << std::string(4 << 20, 'x');
+    ASSERT_EQ(std::filesystem::space(temp / "disk").available, 0u);
+    Store store(temp / "disk" / "s");
+    EXPECT_EQ(store.attempts().size(), 1u);
+    EXPECT_EQ(store.eraseTrainee("T-01"), 1u);
+    EXPECT_TRUE(store.attempts().empty());
+}
+
 }  // namespace
 }  // namespace stylet::records

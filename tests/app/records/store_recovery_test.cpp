@@ -194,6 +194,46 @@ TEST(Store, ACopiedFolderIsImportedAndEntersNoStatistics) {
     SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE)
         .exec("UPDATE attempt SET imported = 0");
     EXPECT_EQ(Store(temp / "s").damage().size(), 1u) << "the checksum covers the mark";
+    const std::vector<std::string> altered = findAlteredRows(Store(temp / "s").attempts());
+    ASSERT_EQ(altered.size(), 1u);
+    EXPECT_EQ(altered[0], "attempt " + copy +
+                              ": the index or the record was altered: listed as recorded by this store, its "
+                              "folder is marked as imported");
+}
+
+// The mark is in the folder too, so neither a lost index nor an index edited to be filled again removes it.
+// HZ-RECORD-07
+TEST(Store, AnImportedAttemptStaysImported) {
+    const test::TempFolder temp;
+    const std::string copy = "20260101T000000Z-12345678";
+    const auto edit = [&](const char* sql) {
+        SQLite::Database((temp / "s" / "store.sqlite").string(), SQLite::OPEN_READWRITE).exec(sql);
+    };
+    {
+        Store store(temp / "s");
+        const std::string original = store.begin(someAttemptInfo());
+        test::finish(store, original, someResult());
+        StoredAttempt copied = store.attempt(original);
+        copied.id = copy, copied.folder = store.attemptFolder(copy);
+        test::beginRecord(copied).finish(someResult());
+    }
+    EXPECT_TRUE(Store(temp / "s").attempt(copy).imported);
+    edit("UPDATE attempt SET imported = 0, state = 'running'");
+    EXPECT_TRUE(Store(temp / "s").attempt(copy).imported);
+    deleteIndex(temp / "s");
+    EXPECT_TRUE(Store(temp / "s").attempt(copy).imported);
+    EXPECT_TRUE(Store(temp / "s").damage().empty());
+    // A store of schema 4 has the mark in the row only.
+    std::filesystem::remove(temp / "s" / "attempts" / copy / "imported.txt");
+    edit("DELETE FROM file WHERE path = 'imported.txt'; PRAGMA user_version = 4");
+    const Store store(temp / "s");
+    EXPECT_TRUE(findAlteredRows(store.attempts()).empty());
+    EXPECT_EQ(store.files(copy).size(), 3u);
+    EXPECT_TRUE(store.damage().empty());
+    edit("UPDATE attempt SET imported = 1");
+    const std::vector<std::string> altered = findAlteredRows(store.attempts());
+    ASSERT_EQ(altered.size(), 1u) << "an own attempt, taken out of the statistics";
+    EXPECT_NE(altered[0].find("listed as imported, its folder has no such mark"), std::string::npos);
 }
 
 // HZ-RECORD-07

@@ -196,6 +196,26 @@ TEST(Store, AnExamMadeEasierMayBeCutShort) {
     EXPECT_EQ(stateText(Store(temp / "s").attempt(id)), "cut short");
 }
 
+// A record may come from elsewhere. Its texts must not control the terminal.
+// HZ-RECORD-07
+TEST(Store, PrintsNoControlCharacters) {
+    const test::TempFolder temp;
+    Store store(temp / "s");
+    AttemptInfo info = someAttemptInfo();
+    info.scenario = "a\nb\x1b]0;title\x07", info.patient =
+                                                "\xC2\x9B"
+                                                "31m";
+    const std::string id = store.begin(info);
+    test::finish(store, id, someResult(), {{1, "comment", "\x1b[2J"}});
+    testing::internal::CaptureStdout();
+    EXPECT_EQ(listAttempts({temp / "s", "", "", "", ""}), 0);
+    EXPECT_EQ(showAttempt({temp / "s", "", id, "", ""}), 0);
+    const std::string shown = testing::internal::GetCapturedStdout();
+    EXPECT_EQ(shown.find_first_of("\x1b\x07\x9b"), shown.npos) << shown;
+    EXPECT_NE(shown.find("  a?b?]0;title?"), shown.npos) << shown;
+    EXPECT_NE(shown.find("comment    ?[2J\n"), shown.npos) << shown;
+}
+
 TEST(Store, ListsAndShowsNoNumberThatThereIsNot) {
     const test::TempFolder temp;
     std::string id;

@@ -47,7 +47,8 @@ TEST(Page, AnyBytesBecomeText) {
     EXPECT_EQ(plainText("\xC0\xAF"), bad + bad);            // overlong
     EXPECT_EQ(plainText("\xED\xA0\x80"), bad + bad + bad);  // a surrogate
     EXPECT_EQ(plainText("\xF5\x80\x80\x80"), bad + bad + bad + bad);
-    EXPECT_EQ(plainText("\xE2\x82"), bad + bad);  // cut off
+    EXPECT_EQ(plainText("\xE2\x82"), bad + bad);                                               // cut off
+    EXPECT_EQ(plainText("a\u202Eb\u2067c\u200Dשלום"), "a" + bad + "b" + bad + "c\u200Dשלום");  // direction
     EXPECT_EQ(escaped("<a href=\"x\">'&'</a>"), "&lt;a href=&quot;x&quot;&gt;&#39;&amp;&#39;&lt;/a&gt;");
 }
 

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
@@ -194,6 +196,15 @@ TEST(Xapi, StatementsAreReproducible) {
     EXPECT_NE(exported({a})[0].at("context").at("registration"),
               exported({b})[0].at("context").at("registration"));
     EXPECT_NE(exported({a})[0].at("id"), exported({a}, "https://other.example")[0].at("id"));
+}
+
+// Most readers of JSON keep numbers with 53 bits.
+TEST(Xapi, SeedIsExact) {
+    auto attempt = makeTestAttempt("a", "t", 80.0, true);
+    attempt.info.seed = std::numeric_limits<std::uint64_t>::max();
+    EXPECT_EQ(
+        exported({attempt})[0].at("context").at("extensions").at("https://lrs.example/stylet/xapi/seed"),
+        "18446744073709551615");
 }
 
 // HZ-RECORD-10

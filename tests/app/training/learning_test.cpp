@@ -52,6 +52,7 @@ TEST(LearningCurve, RecoversTheGeneratingParameters) {
     EXPECT_NEAR(fit->gain, 50.0, 1.5);
     EXPECT_NEAR(fit->rate, 6.0, 0.5);
     EXPECT_NEAR(fit->rms, 0.5, 0.05);
+    EXPECT_TRUE(fit->supported);
 }
 
 TEST(LearningCurve, NeedsFourDifferentTotals) {
@@ -61,6 +62,18 @@ TEST(LearningCurve, NeedsFourDifferentTotals) {
     const auto worse = learningCurve(std::vector<double>{80, 60, 50, 45, 43, 42});
     ASSERT_TRUE(worse);
     EXPECT_LT(worse->gain, 0.0) << "who gets worse has no gain";
+}
+
+// Five totals fit three parameters too well, and a curve through noise says nothing.
+TEST(LearningCurve, IsNotSupportedByFewOrScatteredTotals) {
+    EXPECT_FALSE(learningCurve(std::vector<double>{40, 60, 70, 75, 77.5})->supported);
+    EXPECT_TRUE(learningCurve(std::vector<double>{20, 45, 58, 66, 69, 72, 71, 73})->supported);
+    std::vector<double> noise;
+    for (unsigned i = 0, state = 1; i < 60; ++i)
+        noise.push_back(20.0 + double((state = state * 1664525u + 1013904223u) >> 16) / 65536.0 * 70.0);
+    const auto fit = learningCurve(noise);
+    ASSERT_TRUE(fit);
+    EXPECT_FALSE(fit->supported) << fit->rms;
 }
 
 TEST(Percentile, TiesCountHalf) {

@@ -7,11 +7,13 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <numeric>
 #include <stdexcept>
+#include <thread>
 
 #include "app/records/replay.h"
 #include "app/trainer/stores/platform_linux.h"
@@ -271,6 +273,30 @@ TEST(RealTimeLoop, AStalledPictureIsReportedAndTheAttemptContinues) {
     EXPECT_NEAR(stall_s, 3.5, 0.1);
     EXPECT_NE(said.find("the picture has stopped for 3 s; the attempt continues"), said.npos) << said;
     EXPECT_NE(said.find("the picture moves again"), said.npos) << said;
+}
+
+// The frame thread never returns from its 20th frame. The frames before it are counted.
+TEST(RealTimeLoop, AHungRuntimeStillHasItsFrames) {
+    const patient::Package package = ductPhantom();
+    const patient::Patient patient(package);
+    const Attempt attempt = makeAttempt(patient, shortScenario(), ductPath(), 3);
+    Session session(patient, ductPath(), {}, 0.0, nullptr);
+    test::VirtualClock clock(kLoopThreads);
+    static test::VirtualClock elsewhere(2);
+    auto hung = std::make_unique<test::ScriptedDisplay>(
+        [&clock, frames = 0](const FrameState&, const std::string&) mutable {
+            if (++frames < 20) {
+                clock.sleepUntil_ns(clock.now_ns() + 11'000'000);
+                return true;
+            }
+            elsewhere.now_ns();  // the attempt's clock waits for this thread no longer
+            while (true)
+                std::this_thread::sleep_for(std::chrono::hours(1));
+        });
+    const LoopTotals totals =
+        runRealTime(attempt, session, std::move(hung), clock.clock(), {.frame_patience_s = 0.1});
+    EXPECT_TRUE(totals.frames_stuck);
+    EXPECT_EQ(totals.pictures.frames, 19u);
 }
 
 // Simulates a runtime that starts a frame every 11 ms, and records what each frame shows.

@@ -106,6 +106,14 @@ TEST_F(SessionLogTest, SaysWhyAnInjectedEventWasIgnored) {
     EXPECT_EQ(injectedAt(4, move), Names{"move: not done, the patient is moving already"});
     session_.update(recordAt(5, -0.1));
     EXPECT_EQ(injectedAt(6, move), Names{"move"});
+    session_.update(recordAt(7, -0.1));
+    haptics::TickRecord both = recordAt(8, -0.1);
+    for (const haptics::CommandKind kind : {cough, cough, move, move})
+        both.input.add({kind, 0});
+    session_.update(both);
+    EXPECT_EQ(session_.popInjected(), (Names{"cough", "cough: not done, a cough is under way", "move",
+                                             "move: not done, the patient is moving already"}))
+        << "in the same tick";
 }
 
 // The syringe's scale is shown while it injects and for 3 s after.
